@@ -1,0 +1,41 @@
+# Three functions make every target of the project, so that each has the same warnings and the same
+# include root (the top of the tree: `#include "common/core/pose.hpp"`).
+
+add_library(seastitch_warnings INTERFACE)
+target_compile_features(seastitch_warnings INTERFACE cxx_std_20)
+target_compile_options(seastitch_warnings INTERFACE
+  -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual
+  $<$<BOOL:${SEASTITCH_WERROR}>:-Werror>
+  # The same source gives the same numbers on every x86-64 and ARM64 machine.
+  -ffp-contract=off)
+
+# seastitch_library(NAME SOURCES... [PUBLIC TARGETS...] [PRIVATE TARGETS...])
+function(seastitch_library name)
+  cmake_parse_arguments(ARG "" "" "PUBLIC;PRIVATE" ${ARGN})
+  add_library(${name} STATIC ${ARG_UNPARSED_ARGUMENTS})
+  target_include_directories(${name} PUBLIC ${PROJECT_SOURCE_DIR})
+  target_link_libraries(${name} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE} seastitch_warnings)
+  target_compile_features(${name} PUBLIC cxx_std_20)
+endfunction()
+
+# seastitch_executable(NAME SOURCES... LINK TARGETS...), into bin/
+function(seastitch_executable name)
+  cmake_parse_arguments(ARG "" "" "LINK" ${ARGN})
+  add_executable(${name} ${ARG_UNPARSED_ARGUMENTS})
+  target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
+  target_link_libraries(${name} PRIVATE ${ARG_LINK} seastitch_warnings)
+  install(TARGETS ${name} RUNTIME DESTINATION bin)
+endfunction()
+
+# seastitch_test(NAME SOURCES... LINK TARGETS...): one GoogleTest binary a unit, one ctest a case.
+function(seastitch_test name)
+  cmake_parse_arguments(ARG "" "" "LINK" ${ARGN})
+  add_executable(${name} ${ARG_UNPARSED_ARGUMENTS})
+  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
+  target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
+  target_compile_definitions(${name} PRIVATE
+    SEASTITCH_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
+    SEASTITCH_BIN_DIR="${CMAKE_RUNTIME_OUTPUT_DIRECTORY}")
+  target_link_libraries(${name} PRIVATE ${ARG_LINK} seastitch_warnings GTest::gmock GTest::gtest_main)
+  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST)
+endfunction()

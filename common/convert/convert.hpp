@@ -1,0 +1,119 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/core/graph.hpp"
+#include "common/core/sensors.hpp"
+#include "common/core/submap.hpp"
+#include "seastitch/depth_t.hpp"
+#include "seastitch/dvl_t.hpp"
+#include "seastitch/graph_update_t.hpp"
+#include "seastitch/imu_t.hpp"
+#include "seastitch/mbes_ping_t.hpp"
+#include "seastitch/nav_t.hpp"
+#include "seastitch/pose_graph_t.hpp"
+#include "seastitch/position_fix_t.hpp"
+#include "seastitch/raw_bytes_t.hpp"
+#include "seastitch/sound_velocity_profile_t.hpp"
+#include "seastitch/submap_points_t.hpp"
+#include "seastitch/submap_t.hpp"
+
+// The one place that knows both worlds. ToLcm cannot fail. FromLcm gives nothing for a message that
+// is not finite, not within its type's limits or not consistent in itself: the caller counts it.
+namespace seastitch {
+
+constexpr int kMaxBeams = 1024;
+constexpr int kMaxProfileSamples = 2000;
+constexpr int kMaxPointsPerChunk = 3000;
+constexpr int kMaxSubmapPoints = 20'000'000;
+constexpr int kMaxVerticesPerUpdate = 200;
+constexpr int kMaxEdgesPerUpdate = 200;
+constexpr int kMaxRawBytesPerPart = 50'000;
+
+// What a message carries beside the measurement: arrival, and its place in the channel.
+struct MessageStamp {
+  Time recv;
+  std::int64_t seq = 0;
+};
+
+imu_t ToLcm(const ImuSample& sample, const MessageStamp& stamp);
+dvl_t ToLcm(const DvlSample& sample, const MessageStamp& stamp);
+depth_t ToLcm(const DepthSample& sample, const MessageStamp& stamp);
+mbes_ping_t ToLcm(const MbesPing& ping, const MessageStamp& stamp);
+sound_velocity_profile_t ToLcm(const SoundVelocityProfile& profile, const MessageStamp& stamp);
+position_fix_t ToLcm(const PositionFix& fix, const MessageStamp& stamp);
+nav_t ToLcm(const NavState& nav, std::int64_t seq);
+graph_update_t ToLcm(const GraphUpdate& update, Time newest_submap, std::int64_t seq);
+
+std::optional<ImuSample> FromLcm(const imu_t& msg);
+std::optional<DvlSample> FromLcm(const dvl_t& msg);
+std::optional<DepthSample> FromLcm(const depth_t& msg);
+std::optional<MbesPing> FromLcm(const mbes_ping_t& msg);
+std::optional<SoundVelocityProfile> FromLcm(const sound_velocity_profile_t& msg);
+std::optional<PositionFix> FromLcm(const position_fix_t& msg);
+std::optional<NavState> FromLcm(const nav_t& msg);
+std::optional<GraphUpdate> FromLcm(const graph_update_t& msg);
+
+// A submap as its announcement and its chunks, in the order in which they are to be sent.
+struct SubmapMessages {
+  submap_t announcement;
+  std::vector<submap_points_t> chunks;
+};
+SubmapMessages ToLcm(const Submap& submap,
+                     std::int64_t announcement_seq,
+                     std::int64_t first_chunk_seq);
+
+// Puts submaps together again. Keeps one open at a time: an announcement ends the one before it.
+class SubmapAssembler {
+ public:
+  // Begins a submap; gives it at once where it has no points.
+  std::optional<Submap> Add(const submap_t& msg);
+  // Adds a chunk; gives the submap that this chunk completed.
+  std::optional<Submap> Add(const submap_points_t& msg);
+  // Malformed messages, chunks of no announced submap, and submaps that were never completed or
+  // whose hash was wrong.
+  std::int64_t malformed() const { return malformed_; }
+  std::int64_t incomplete() const { return incomplete_; }
+
+ private:
+  std::optional<Submap> Complete();
+
+  std::optional<Submap> open_;
+  std::int64_t open_hash_ = 0;
+  int open_points_ = 0;
+  int open_chunks_ = 0;
+  int next_chunk_ = 0;
+  std::int64_t malformed_ = 0;
+  std::int64_t incomplete_ = 0;
+};
+
+// A solution in as many parts as it takes.
+std::vector<pose_graph_t> ToLcm(const PoseGraph& graph,
+                                std::int64_t solution_number,
+                                Time newest_submap,
+                                std::int64_t first_seq);
+
+// Puts solutions together again; a newer solution_number ends an unfinished one.
+class PoseGraphAssembler {
+ public:
+  std::optional<PoseGraph> Add(const pose_graph_t& msg);
+  std::int64_t malformed() const { return malformed_; }
+
+ private:
+  std::optional<PoseGraph> open_;
+  std::int64_t solution_number_ = -1;
+  int num_parts_ = 0;
+  int next_part_ = 0;
+  std::int64_t malformed_ = 0;
+};
+
+// Device bytes in parts of at most kMaxRawBytesPerPart, seq counting up from first_seq.
+std::vector<raw_bytes_t> ToRawParts(const std::vector<std::uint8_t>& bytes,
+                                    const std::string& source,
+                                    Time recv,
+                                    std::int64_t first_seq);
+
+}  // namespace seastitch

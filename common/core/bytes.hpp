@@ -1,0 +1,110 @@
+#pragma once
+
+#include <bit>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace seastitch {
+
+using Bytes = std::span<const std::uint8_t>;
+
+namespace detail {
+template <class T>
+concept WireNumber = std::integral<T> || std::floating_point<T>;
+
+template <std::size_t N>
+using UnsignedOf = std::conditional_t<
+    N == 1,
+    std::uint8_t,
+    std::conditional_t<N == 2,
+                       std::uint16_t,
+                       std::conditional_t<N == 4, std::uint32_t, std::uint64_t>>>;
+}  // namespace detail
+
+// Bounds-checked cursor over device bytes. After a short read ok() is false, every value is 0 and
+// the cursor no longer moves: check ok() once, after the last field.
+class ByteReader {
+ public:
+  explicit ByteReader(Bytes bytes) : bytes_(bytes) {}
+
+  template <detail::WireNumber T>
+  T Le() {
+    return Read<T>(std::endian::little);
+  }
+  template <detail::WireNumber T>
+  T Be() {
+    return Read<T>(std::endian::big);
+  }
+  void Skip(std::size_t n) { Take(n); }
+  // The next n bytes, or an empty span after a short read.
+  Bytes Take(std::size_t n) {
+    if (!ok_ || left() < n) {
+      ok_ = false;
+      return {};
+    }
+    const Bytes taken = bytes_.subspan(at_, n);
+    at_ += n;
+    return taken;
+  }
+
+  bool ok() const { return ok_; }
+  std::size_t at() const { return at_; }
+  std::size_t left() const { return bytes_.size() - at_; }
+
+ private:
+  template <class T>
+  T Read(std::endian order) {
+    const Bytes raw = Take(sizeof(T));
+    if (raw.empty()) return T{};
+    detail::UnsignedOf<sizeof(T)> bits = 0;
+    for (std::size_t i = 0; i < sizeof(T); ++i) {
+      const std::size_t shift = 8 * (order == std::endian::little ? i : sizeof(T) - 1 - i);
+      bits = static_cast<decltype(bits)>(
+          bits | static_cast<decltype(bits)>(static_cast<decltype(bits)>(raw[i]) << shift));
+    }
+    return std::bit_cast<T>(bits);
+  }
+
+  Bytes bytes_;
+  std::size_t at_ = 0;
+  bool ok_ = true;
+};
+
+// Appends numbers to a growing buffer; the mirror of ByteReader.
+class ByteWriter {
+ public:
+  template <detail::WireNumber T>
+  void Le(T value) {
+    Write(value, std::endian::little);
+  }
+  template <detail::WireNumber T>
+  void Be(T value) {
+    Write(value, std::endian::big);
+  }
+  void Append(Bytes bytes) { bytes_.insert(bytes_.end(), bytes.begin(), bytes.end()); }
+  void Zeros(std::size_t n) { bytes_.resize(bytes_.size() + n); }
+
+  std::size_t size() const { return bytes_.size(); }
+  const std::vector<std::uint8_t>& bytes() const { return bytes_; }
+  std::vector<std::uint8_t> Release() { return std::move(bytes_); }
+
+ private:
+  template <class T>
+  void Write(T value, std::endian order) {
+    const auto bits = std::bit_cast<detail::UnsignedOf<sizeof(T)>>(value);
+    for (std::size_t i = 0; i < sizeof(T); ++i) {
+      const std::size_t shift = 8 * (order == std::endian::little ? i : sizeof(T) - 1 - i);
+      bytes_.push_back(static_cast<std::uint8_t>(bits >> shift));
+    }
+  }
+
+  std::vector<std::uint8_t> bytes_;
+};
+
+}  // namespace seastitch

@@ -1,0 +1,80 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "common/core/ids.hpp"
+#include "common/core/pose.hpp"
+#include "common/core/time.hpp"
+
+// What mapper and optimizer tell each other. A vertex is the level frame of a submap: x, y, yaw.
+namespace seastitch {
+
+struct GraphVertex {
+  SubmapId id;
+  Time time;
+  Pose2 dead_reckoned;  // T_map_level
+};
+
+enum class EdgeKind : std::uint8_t { kDeadReckoning, kLoopClosure, kPositionFix };
+
+// Why a registration became a loop closure, or did not.
+enum class LoopVerdict : std::uint8_t {
+  kAccepted,
+  kAmbiguous,   // two places fit alike
+  kDegenerate,  // the seabed does not say where it belongs
+  kPoorFit,     // residuals above the noise
+  kLittleOverlap,
+  kOutsideWindow,  // further off than the navigation can be
+  kNotConverged,
+};
+const char* ToString(EdgeKind kind);
+const char* ToString(LoopVerdict verdict);
+
+struct GraphEdge {
+  EdgeKind kind = EdgeKind::kDeadReckoning;
+  SubmapId from;  // kPositionFix: from == to, and the measurement is T_map_level of that vertex
+  SubmapId to;
+  Pose2 T_from_to;  // level frames
+  // Inverse covariance of (x, y [m], yaw [rad]) in the axes of `from`; may be singular: a
+  // direction without information is left free.
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+  LoopVerdict verdict = LoopVerdict::kAccepted;  // only accepted edges pull
+  // Of a loop closure: height of `to` above where `from` puts it, positive down, and the fit.
+  double z_offset_m = 0.0;
+  double rms_m = 0.0;
+  double overlap_m2 = 0.0;
+};
+
+// One step of the mapper's graph. Versions count up from 1 without a hole: update n holds what
+// version n has beyond n - 1, so whoever has 1..n has all of it.
+struct GraphUpdate {
+  std::int64_t version = 0;
+  std::vector<GraphVertex> vertices;
+  std::vector<GraphEdge> edges;
+};
+
+struct SolvedVertex {
+  SubmapId id;
+  Pose2 T_map_level;
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  // x, y, yaw; map axes
+  // Cross-covariance of this vertex (rows) with the newest vertex (columns); map axes. With the two
+  // marginals it gives the relative covariance that the overlap search needs.
+  Eigen::Matrix3d covariance_with_newest = Eigen::Matrix3d::Zero();
+};
+
+struct SolvedEdge {
+  SubmapId from;
+  SubmapId to;
+  double weight = 1.0;  // of the robust loss, 0 (refused) to 1 (fully believed)
+};
+
+// The optimizer's answer to everything up to graph_version.
+struct PoseGraph {
+  std::int64_t graph_version = 0;
+  std::vector<SolvedVertex> vertices;  // by rising id
+  std::vector<SolvedEdge> loop_edges;
+};
+
+}  // namespace seastitch

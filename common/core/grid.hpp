@@ -1,0 +1,59 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cmath>
+#include <cstddef>
+#include <stdexcept>
+#include <vector>
+
+namespace seastitch {
+
+// Where the cells of a regular horizontal grid lie. Cell (row, col) covers
+// x in origin.x + [row, row + 1) * cell, y in origin.y + [col, col + 1) * cell.
+struct GridGeometry {
+  Eigen::Vector2d origin = Eigen::Vector2d::Zero();  // corner with the lowest x and y [m]
+  double cell_m = 1.0;
+  int rows = 0;  // along x (north in the map frame)
+  int cols = 0;  // along y (east in the map frame)
+
+  // The smallest grid with corners on multiples of cell_m that covers both corners. Throws
+  // std::length_error above max_cells: a wild point must not become a wild allocation.
+  static GridGeometry Covering(const Eigen::Vector2d& min,
+                               const Eigen::Vector2d& max,
+                               double cell_m,
+                               std::size_t max_cells = 200'000'000);
+
+  std::size_t size() const {
+    return static_cast<std::size_t>(rows) * static_cast<std::size_t>(cols);
+  }
+  bool Contains(int row, int col) const { return row >= 0 && row < rows && col >= 0 && col < cols; }
+  std::size_t Index(int row, int col) const {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(cols) +
+           static_cast<std::size_t>(col);
+  }
+  int Row(double x) const { return static_cast<int>(std::floor((x - origin.x()) / cell_m)); }
+  int Col(double y) const { return static_cast<int>(std::floor((y - origin.y()) / cell_m)); }
+  Eigen::Vector2d Center(int row, int col) const {
+    return origin + cell_m * Eigen::Vector2d(row + 0.5, col + 0.5);
+  }
+};
+
+template <class Cell>
+class Grid {
+ public:
+  Grid() = default;
+  explicit Grid(const GridGeometry& geometry, const Cell& fill = Cell{})
+      : geometry_(geometry), cells_(geometry.size(), fill) {}
+
+  const GridGeometry& geometry() const { return geometry_; }
+  Cell& operator()(int row, int col) { return cells_[geometry_.Index(row, col)]; }
+  const Cell& operator()(int row, int col) const { return cells_[geometry_.Index(row, col)]; }
+  std::vector<Cell>& cells() { return cells_; }
+  const std::vector<Cell>& cells() const { return cells_; }
+
+ private:
+  GridGeometry geometry_;
+  std::vector<Cell> cells_;
+};
+
+}  // namespace seastitch

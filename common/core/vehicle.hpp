@@ -1,0 +1,18 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+namespace seastitch {
+
+// Where the map's origin lies and where the sensors sit. Vehicle axes: forward, right, down.
+struct VehicleGeometry {
+  double datum_latitude_rad = 0.0;  // WGS 84, origin of the map frame
+  double datum_longitude_rad = 0.0;
+  Eigen::Isometry3d T_vehicle_imu = Eigen::Isometry3d::Identity();
+  Eigen::Isometry3d T_vehicle_dvl = Eigen::Isometry3d::Identity();
+  Eigen::Isometry3d T_vehicle_mbes = Eigen::Isometry3d::Identity();
+  Eigen::Vector3d p_vehicle_depth_m = Eigen::Vector3d::Zero();  // pressure port
+};
+
+}  // namespace seastitch

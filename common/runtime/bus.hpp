@@ -1,0 +1,83 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <lcm/lcm-cpp.hpp>
+#include <list>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace seastitch {
+
+// The LCM bus. The URL decides which: udpm://... on the vehicle, memq:// inside one process (in
+// replay and tests: first in, first out, no socket, no thread).
+class Bus {
+ public:
+  // Throws std::runtime_error "cannot open LCM bus URL: reason".
+  explicit Bus(const std::string& url);
+
+  // Becomes readable when HandleReady() has something to do.
+  int fd() { return lcm_.getFileno(); }
+  // Handles one waiting message; waits for it where there is none. Negative: the bus is dead.
+  int HandleReady() { return lcm_.handle(); }
+  // Handles every message that waits now and every message published meanwhile (memq).
+  void HandleAll();
+
+  template <class Msg>
+  void Publish(const std::string& channel, const Msg& msg) {
+    if (lcm_.publish(channel, &msg) != 0) ++publish_errors_;
+  }
+  void PublishBytes(const std::string& channel, const void* data, std::size_t size);
+
+  // Calls fn for each message that decodes whole; others are counted, never delivered. `queue` is
+  // the number of undelivered messages that LCM keeps; more are dropped by LCM and seen as a gap
+  // in seq. 0: no limit.
+  template <class Msg>
+  void Subscribe(const std::string& channel, int queue, std::function<void(const Msg&)> fn) {
+    SubscribeBytes(
+        channel, queue, [this, fn = std::move(fn)](const std::string&, const void* data, int size) {
+          Msg msg{};  // braces: generated types do not zero themselves
+          if (msg.decode(data, 0, size) != size) {
+            ++decode_errors_;
+            return;
+          }
+          fn(msg);
+        });
+  }
+  // channel_regex is an LCM channel pattern, such as ".*".
+  using BytesHandler = std::function<void(const std::string& channel, const void* data, int size)>;
+  void SubscribeBytes(const std::string& channel_regex, int queue, BytesHandler fn);
+
+  std::int64_t decode_errors() const { return decode_errors_; }
+  std::int64_t publish_errors() const { return publish_errors_; }
+
+ private:
+  struct Slot {
+    BytesHandler on_bytes;
+    void On(const lcm::ReceiveBuffer* buffer, const std::string& channel) {
+      on_bytes(channel, buffer->data, static_cast<int>(buffer->data_size));
+    }
+  };
+
+  lcm::LCM lcm_;
+  std::list<Slot> slots_;  // stable addresses for LCM
+  std::int64_t publish_errors_ = 0;
+  std::int64_t decode_errors_ = 0;
+};
+
+// Watches the sequence numbers of one channel. Add() gives how many were lost before this message.
+class SequenceWatch {
+ public:
+  std::int64_t Add(std::int64_t seq) {
+    // A restart of the sender begins again at 0: not a loss.
+    const std::int64_t lost = next_ < 0 || seq < next_ ? 0 : seq - next_;
+    next_ = seq + 1;
+    return lost;
+  }
+
+ private:
+  std::int64_t next_ = -1;
+};
+
+}  // namespace seastitch

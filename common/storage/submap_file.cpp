@@ -1,0 +1,1 @@
+#include "common/storage/submap_file.hpp"

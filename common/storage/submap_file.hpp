@@ -1,0 +1,27 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "common/core/submap.hpp"
+
+// Submaps as PCD files: points in the submap frame, the frame in VIEWPOINT, fields x y z intensity
+// (intensity = soundings behind the point). Readable by PCL and by the paper's reference code.
+namespace seastitch {
+
+// Writes binary PCD to a temporary file and renames it. T_map_submap goes to VIEWPOINT (PCL keeps
+// it as float: the exact pose belongs in poses.txt). Throws std::runtime_error naming the file.
+void WriteSubmapPcd(const std::filesystem::path& path,
+                    const PointCloud& cloud,
+                    const Eigen::Isometry3d& T_map_submap);
+
+// Cloud and frame of a PCD file (ascii, binary, compressed; with or without intensity). Points that
+// are not finite are left out. The VIEWPOINT is read from the header as double. Throws
+// std::runtime_error "FILE: reason" for anything that is not a PCD file with x, y and z.
+struct SubmapPcd {
+  PointCloud cloud;
+  Eigen::Isometry3d T_map_submap = Eigen::Isometry3d::Identity();
+};
+SubmapPcd ReadSubmapPcd(const std::filesystem::path& path);
+
+}  // namespace seastitch
