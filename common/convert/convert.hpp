@@ -29,6 +29,8 @@ constexpr int kMaxBeams = 1024;
 constexpr int kMaxProfileSamples = 2000;
 constexpr int kMaxPointsPerChunk = 3000;
 constexpr int kMaxSubmapPoints = 20'000'000;
+// A larger footprint is thinned to every k-th corner.
+constexpr int kMaxFootprintCorners = 3000;
 constexpr int kMaxVerticesPerUpdate = 200;
 constexpr int kMaxEdgesPerUpdate = 200;
 constexpr int kMaxRawBytesPerPart = 50'000;

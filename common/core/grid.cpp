@@ -1,5 +1,7 @@
 #include "common/core/grid.hpp"
 
+#include <limits>
+
 namespace seastitch {
 
 GridGeometry GridGeometry::Covering(const Eigen::Vector2d& min,
@@ -10,6 +12,7 @@ GridGeometry GridGeometry::Covering(const Eigen::Vector2d& min,
   const Eigen::Vector2d count = (max / cell_m).array().floor() - low.array() + 1.0;
   const bool sane = cell_m > 0.0 && low.allFinite() && count.allFinite() &&
                     (count.array() >= 1.0).all() &&
+                    (count.array() <= std::numeric_limits<int>::max()).all() &&
                     count.x() * count.y() <= static_cast<double>(max_cells);
   if (!sane) throw std::length_error("grid extent is not finite, empty or above the cell limit");
   GridGeometry g;

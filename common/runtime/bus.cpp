@@ -1,1 +1,96 @@
 #include "common/runtime/bus.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <stdexcept>
+
+namespace seastitch {
+namespace {
+
+constexpr char kLcmDefaultUrl[] = "udpm://239.255.76.67:7667?ttl=0";
+constexpr long kWantedReceiveBuffer = 8L << 20;
+// Below this the socket loses bursts that the vehicle's own traffic has.
+constexpr long kModestReceiveBuffer = 2L << 20;
+
+std::string Resolved(const std::string& url) {
+  if (!url.empty()) return url;
+  const char* from_environment = std::getenv("LCM_DEFAULT_URL");
+  return from_environment != nullptr && *from_environment != '\0' ? from_environment
+                                                                  : kLcmDefaultUrl;
+}
+
+// 0 where the kernel does not tell.
+long LargestReceiveBuffer() {
+  long bytes = 0;
+  std::ifstream("/proc/sys/net/core/rmem_max") >> bytes;
+  return bytes;
+}
+
+// LCM asks for no buffer by itself and then shares rmem_default: three datagrams of 64 kB.
+std::string WithReceiveBuffer(const std::string& url) {
+  const bool ours_to_choose =
+      url.starts_with("udpm://") && url.find("recv_buf_size") == std::string::npos;
+  const long granted = std::min(kWantedReceiveBuffer, LargestReceiveBuffer());
+  if (!ours_to_choose || granted <= 0) return url;
+  if (granted < kModestReceiveBuffer)
+    spdlog::warn(
+        "LCM receive buffer is {} bytes: raise net.core.rmem_max to {} or bursts will be lost",
+        granted,
+        kWantedReceiveBuffer);
+  const char separator = url.find('?') == std::string::npos ? '?' : '&';
+  return url + separator + "recv_buf_size=" + std::to_string(granted);
+}
+
+std::runtime_error CannotOpen(const std::string& url, const std::string& reason) {
+  return std::runtime_error("cannot open LCM bus " + url + ": " + reason);
+}
+
+std::runtime_error CannotReceive(const std::string& url) {
+  return CannotOpen(url,
+                    "it does not receive (is there a multicast route? "
+                    "ip link set lo multicast on; ip route add 224.0.0.0/4 dev lo)");
+}
+
+}  // namespace
+
+Bus::Bus(const std::string& url) : url_(Resolved(url)), lcm_(WithReceiveBuffer(url_)) {
+  if (!lcm_.good())
+    throw CannotOpen(url_,
+                     "not an address that LCM can open, such as udpm://239.255.76.67:7667?ttl=0");
+}
+
+int Bus::fd() {
+  const int descriptor = lcm_.getFileno();
+  if (descriptor < 0) throw CannotReceive(url_);
+  return descriptor;
+}
+
+void Bus::HandleAll() {
+  while (lcm_.handleTimeout(0) > 0) {
+  }
+}
+
+void Bus::PublishBytes(const std::string& channel, const void* data, std::size_t size) {
+  if (lcm_.publish(channel, data, static_cast<unsigned>(size)) != 0) ++publish_errors_;
+}
+
+void Bus::SubscribeBytes(const std::string& channel_regex, int queue, BytesHandler fn) {
+  SubscribeEvents(
+      channel_regex,
+      queue,
+      [fn = std::move(fn)](const std::string& channel, const lcm::ReceiveBuffer& buffer) {
+        fn(channel, buffer.data, static_cast<int>(buffer.data_size));
+      });
+}
+
+void Bus::SubscribeEvents(const std::string& channel_regex, int queue, EventHandler fn) {
+  Slot& slot = slots_.emplace_back(Slot{std::move(fn)});
+  lcm::Subscription* subscription = lcm_.subscribe(channel_regex, &Slot::On, &slot);
+  if (subscription == nullptr) throw CannotReceive(url_);
+  subscription->setQueueCapacity(queue);
+}
+
+}  // namespace seastitch

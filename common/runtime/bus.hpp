@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <lcm/lcm-cpp.hpp>
@@ -14,11 +15,14 @@ namespace seastitch {
 // replay and tests: first in, first out, no socket, no thread).
 class Bus {
  public:
-  // Throws std::runtime_error "cannot open LCM bus URL: reason".
+  // An empty URL means LCM_DEFAULT_URL, or LCM's own default. A udpm URL without recv_buf_size gets
+  // the largest that net.core.rmem_max grants, up to 8 MiB. Throws std::runtime_error
+  // "cannot open LCM bus URL: reason".
   explicit Bus(const std::string& url);
 
-  // Becomes readable when HandleReady() has something to do.
-  int fd() { return lcm_.getFileno(); }
+  // Becomes readable when HandleReady() has something to do. Throws std::runtime_error where the
+  // bus cannot receive, such as without a multicast route.
+  int fd();
   // Handles one waiting message; waits for it where there is none. Negative: the bus is dead.
   int HandleReady() { return lcm_.handle(); }
   // Handles every message that waits now and every message published meanwhile (memq).
@@ -48,18 +52,23 @@ class Bus {
   // channel_regex is an LCM channel pattern, such as ".*".
   using BytesHandler = std::function<void(const std::string& channel, const void* data, int size)>;
   void SubscribeBytes(const std::string& channel_regex, int queue, BytesHandler fn);
+  // The same with LCM's receive stamp (system clock, microseconds), for records of the bus.
+  using EventHandler =
+      std::function<void(const std::string& channel, const lcm::ReceiveBuffer& buffer)>;
+  void SubscribeEvents(const std::string& channel_regex, int queue, EventHandler fn);
 
   std::int64_t decode_errors() const { return decode_errors_; }
   std::int64_t publish_errors() const { return publish_errors_; }
 
  private:
   struct Slot {
-    BytesHandler on_bytes;
+    EventHandler on_event;
     void On(const lcm::ReceiveBuffer* buffer, const std::string& channel) {
-      on_bytes(channel, buffer->data, static_cast<int>(buffer->data_size));
+      on_event(channel, *buffer);
     }
   };
 
+  const std::string url_;
   lcm::LCM lcm_;
   std::list<Slot> slots_;  // stable addresses for LCM
   std::int64_t publish_errors_ = 0;

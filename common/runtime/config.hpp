@@ -2,9 +2,11 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include <cmath>
 #include <set>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -17,6 +19,7 @@ class ConfigError : public std::runtime_error {
 };
 
 // One YAML map that must be read whole: a key nobody asked for is a typing error, not a default.
+// A key that stands twice and a key without a value are errors too.
 //
 //   ConfigMap root = ConfigMap::Load("mapper.yaml");
 //   ConfigMap submap = root.Child("submap");
@@ -69,11 +72,25 @@ class ConfigMap {
 
   template <class T>
   T As(const std::string& key, const YAML::Node& node) const {
+    if (node.IsNull()) ThrowNotA(key, node, Expected<T>());  // yaml-cpp makes it the text "null"
     try {
-      return node.as<T>();
+      T value = node.as<T>();
+      if (IsUsable(value)) return value;
     } catch (const YAML::Exception&) {
-      ThrowNotA(key, node, Expected<T>());
+      // Told below, with the value.
     }
+    ThrowNotA(key, node, Expected<T>());
+  }
+  // .nan and .inf are numbers to YAML, but not to a configuration.
+  template <class T>
+  static bool IsUsable(const T& value) {
+    if constexpr (std::is_floating_point_v<T>) {
+      return std::isfinite(value);
+    } else if constexpr (requires { typename T::value_type; } && !std::is_same_v<T, std::string>) {
+      for (const typename T::value_type element : value)
+        if (!IsUsable<typename T::value_type>(element)) return false;
+    }
+    return true;
   }
   template <class T>
   static constexpr const char* Expected() {

@@ -1,1 +1,68 @@
 #include "common/runtime/process.hpp"
+
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <memory>
+
+namespace seastitch {
+namespace {
+
+int Fail(const std::string& name, std::string reason) {
+  std::replace(reason.begin(), reason.end(), '\n', ' ');
+  std::fprintf(stderr, "%s: %s\n", name.c_str(), reason.c_str());
+  return EXIT_FAILURE;
+}
+
+// "seastitch-mapper" is "mapper" in logs and in HEALTH.
+std::string ShortName(const std::string& name) {
+  constexpr char kPrefix[] = "seastitch-";
+  return name.starts_with(kPrefix) ? name.substr(sizeof kPrefix - 1) : name;
+}
+
+int RunBody(const ProcessArgs& args,
+            const std::string& name,
+            const std::function<int(const ProcessArgs&)>& body) {
+  SetUpLogging(ShortName(name));
+  const int code = body(args);
+  if (args.check_config && code == EXIT_SUCCESS)
+    std::printf("%s: %s can be used\n", name.c_str(), args.config.c_str());
+  return code;
+}
+
+}  // namespace
+
+int RunProcess(int argc,
+               char** argv,
+               const std::string& name,
+               const std::string& description,
+               const std::function<int(const ProcessArgs&)>& body) {
+  ProcessArgs args;
+  CLI::App app(description, name);
+  app.add_option("--config", args.config, "YAML file")->required();
+  app.add_option("--lcm-url", args.lcm_url, "LCM bus; else LCM_DEFAULT_URL, else LCM's default");
+  app.add_flag("--check-config", args.check_config, "Read the configuration, say so and leave");
+  app.set_version_flag("--version", std::string(SEASTITCH_VERSION));
+  try {
+    app.parse(argc, argv);
+    return RunBody(args, name, body);
+  } catch (const CLI::Success& e) {  // --help, --version
+    return app.exit(e);
+  } catch (const std::exception& e) {
+    return Fail(name, e.what());
+  }
+}
+
+void SetUpLogging(const std::string& process) {
+  auto logger =
+      std::make_shared<spdlog::logger>(process, std::make_shared<spdlog::sinks::stderr_sink_mt>());
+  logger->set_pattern("%Y-%m-%dT%H:%M:%S.%eZ %n %l: %v", spdlog::pattern_time_type::utc);
+  spdlog::set_default_logger(std::move(logger));
+}
+
+}  // namespace seastitch

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -7,7 +8,10 @@
 #include <string>
 #include <vector>
 
-// LCM event logs, read and written with LCM's own code, with time stamps that the caller chooses.
+// LCM event logs with time stamps that the caller chooses. Format (big endian): sync word
+// 0xEDA1DA01, event number i64, utime i64, channel length u32, data length u32, channel, data. Not
+// through LCM 1.3.1's own code: that takes a wrong sync word for the end of the file, allocates
+// what a damaged length says, and cannot undo a record that the disk had no room for.
 namespace seastitch {
 
 struct LogEvent {
@@ -21,7 +25,8 @@ class EventLogReader {
   // Throws std::runtime_error "FILE: reason" where it cannot be opened or holds no LCM event.
   explicit EventLogReader(const std::filesystem::path& path);
   ~EventLogReader();
-  // The next whole event. Skips damaged bytes to the next event and counts them.
+  // The next whole event: one that another one, or the end of the file, follows at once. Skips
+  // anything else to the next such event and counts the bytes.
   std::optional<LogEvent> Next();
   std::int64_t damaged_bytes() const;
 
@@ -30,12 +35,17 @@ class EventLogReader {
   std::unique_ptr<Impl> impl_;
 };
 
+enum class IfExists { kReplace, kRefuse };
+
 class EventLogWriter {
  public:
-  explicit EventLogWriter(
-      const std::filesystem::path& path);  // throws; an existing file is replaced
-  ~EventLogWriter();
-  // Throws std::runtime_error when the disk is full; what was written stays readable.
+  // Throws std::runtime_error "FILE: reason".
+  explicit EventLogWriter(const std::filesystem::path& path,
+                          IfExists if_exists = IfExists::kReplace);
+  ~EventLogWriter();  // flushes
+  // Takes an event; it reaches the file with the next Flush(), or when 256 kB wait. Throws
+  // std::runtime_error "FILE: reason" when they find no room: then the event is not taken, the file
+  // ends with a whole event, and what waits is tried again by the next call.
   void Write(std::int64_t utime, const std::string& channel, const void* data, std::size_t size);
   template <class Msg>
   void Write(std::int64_t utime, const std::string& channel, const Msg& msg) {
@@ -43,7 +53,11 @@ class EventLogWriter {
     msg.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
     Write(utime, channel, bytes.data(), bytes.size());
   }
-  void Flush();
+  // Both throw like Write(), and may be tried again.
+  void Flush();                 // to the kernel: survives the end of the process
+  void Sync();                  // to the disk: survives the end of the power
+  std::int64_t bytes() const;   // in the file
+  std::int64_t events() const;  // in the file
 
  private:
   struct Impl;

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <string>
+
+namespace seastitch::bench {
+
+enum class FaultKind : std::uint8_t {
+  kDvlDropout,  // the DVL has no bottom lock
+  kPacketLoss,  // packets between device and driver are lost
+};
+
+enum class Device : std::uint8_t { kImu, kDvl, kMbes };
+
+// Something that goes wrong during a part of the survey, beyond what the sensors' errors are.
+struct Fault {
+  FaultKind kind = FaultKind::kDvlDropout;
+  double from_s = 0.0;  // since the start of the survey
+  double to_s = std::numeric_limits<double>::infinity();
+  // Of kPacketLoss.
+  Device device = Device::kMbes;
+  double rate = 0.01;
+
+  std::string Validate() const;
+};
+
+// "KIND" or "KIND:key=value,key=value", such as "packet_loss:device=mbes,rate=0.01,from_s=60" or
+// "dvl_dropout:from_s=300,to_s=330". Throws std::invalid_argument "'TEXT': what was expected".
+Fault ParseFault(const std::string& text);
+
+// From the words that files and command lines use. Throw std::invalid_argument.
+FaultKind FaultKindFrom(const std::string& name);
+Device DeviceFrom(const std::string& name);
+
+}  // namespace seastitch::bench

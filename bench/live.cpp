@@ -1,0 +1,115 @@
+#include "bench/live.hpp"
+
+#include <netdb.h>
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <memory>
+#include <stdexcept>
+#include <thread>
+
+#include "drivers/socket/cannelloni.hpp"
+#include "drivers/socket/file_descriptor.hpp"
+
+namespace seastitch::bench {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+FileDescriptor ConnectUdp(const std::string& target) {
+  const std::size_t colon = target.rfind(':');
+  if (colon == std::string::npos || colon == 0 || colon + 1 == target.size())
+    throw std::runtime_error("'" + target + "': expected HOST:PORT");
+  addrinfo hints{};
+  hints.ai_family = AF_INET;
+  hints.ai_socktype = SOCK_DGRAM;
+  addrinfo* found = nullptr;
+  const int error = getaddrinfo(
+      target.substr(0, colon).c_str(), target.substr(colon + 1).c_str(), &hints, &found);
+  if (error != 0) throw std::runtime_error(target + ": " + gai_strerror(error));
+  const std::unique_ptr<addrinfo, decltype(&freeaddrinfo)> address(found, &freeaddrinfo);
+
+  FileDescriptor fd(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+  // A sonar's burst must fit.
+  constexpr int kSendBuffer = 4 * 1024 * 1024;
+  setsockopt(fd.get(), SOL_SOCKET, SO_SNDBUF, &kSendBuffer, sizeof kSendBuffer);
+  if (connect(fd.get(), address->ai_addr, address->ai_addrlen) != 0)
+    throw std::runtime_error(target + ": " + std::strerror(errno));
+  return fd;
+}
+
+class LiveSender {
+ public:
+  explicit LiveSender(const LiveTargets& targets)
+      : imu_(ConnectUdp(targets.imu)),
+        dvl_(ConnectUdp(targets.dvl)),
+        mbes_(ConnectUdp(targets.mbes)) {}
+
+  void Send(const BenchEvent& event) {
+    switch (event.device) {
+      case Device::kImu: Send(imu_, EncodeCannelloni(event.frames, imu_seq_++)); break;
+      case Device::kDvl: Send(dvl_, EncodeCannelloni(event.frames, dvl_seq_++)); break;
+      case Device::kMbes: Send(mbes_, event.bytes); break;
+    }
+  }
+
+  LiveResult result;
+
+ private:
+  void Send(const FileDescriptor& fd, const std::vector<std::uint8_t>& bytes) {
+    // A refusal belongs to the packet before; this one is sent on the second try.
+    ssize_t sent = send(fd.get(), bytes.data(), bytes.size(), 0);
+    if (sent < 0 && errno == ECONNREFUSED) {
+      ++result.refused;
+      sent = send(fd.get(), bytes.data(), bytes.size(), 0);
+    }
+    if (sent < 0) {
+      ++result.refused;
+      return;
+    }
+    ++result.packets;
+    result.bytes += sent;
+  }
+
+  FileDescriptor imu_;
+  FileDescriptor dvl_;
+  FileDescriptor mbes_;
+  std::uint8_t imu_seq_ = 0;
+  std::uint8_t dvl_seq_ = 0;
+};
+
+double SecondsSince(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+}  // namespace
+
+LiveResult SendLive(SurveySimulator* simulator,
+                    const LiveTargets& targets,
+                    double speed,
+                    const Progress& progress) {
+  if (!(speed > 0.0 && std::isfinite(speed))) throw std::invalid_argument("speed must be above 0");
+  LiveSender sender(targets);
+  const double total_s = ToSeconds(simulator->total());
+  double next_progress_s = 0.0;
+  const Clock::time_point start = Clock::now();
+  while (const std::optional<BenchEvent> event = simulator->Next()) {
+    const double at_s = ToSeconds(event->recv - kSurveyStart);
+    std::this_thread::sleep_until(start + std::chrono::duration_cast<Clock::duration>(
+                                              std::chrono::duration<double>(at_s / speed)));
+    sender.result.max_lag_s = std::max(sender.result.max_lag_s, SecondsSince(start) - at_s / speed);
+    sender.Send(*event);
+    if (progress && at_s >= next_progress_s) {
+      if (!progress(at_s / total_s)) break;
+      next_progress_s = at_s + 1.0;
+    }
+  }
+  sender.result.wall_s = SecondsSince(start);
+  return sender.result;
+}
+
+}  // namespace seastitch::bench

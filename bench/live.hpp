@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "bench/log.hpp"
+#include "bench/simulator.hpp"
+
+namespace seastitch::bench {
+
+// "HOST:PORT" each: where the drivers listen. CAN goes as cannelloni packets, one a burst.
+struct LiveTargets {
+  std::string imu;
+  std::string dvl;
+  std::string mbes;
+};
+
+struct LiveResult {
+  std::int64_t packets = 0;
+  std::int64_t bytes = 0;
+  std::int64_t refused = 0;  // nobody listened, or the kernel took none
+  double wall_s = 0.0;
+  double max_lag_s = 0.0;  // of a packet behind its time: how far the machine fell behind
+};
+
+// Sends the survey's bytes over UDP, paced by the machine's monotonic clock at `speed` times real
+// time. Throws std::runtime_error "HOST:PORT: reason", std::invalid_argument unless speed is above
+// 0.
+LiveResult SendLive(SurveySimulator* simulator,
+                    const LiveTargets& targets,
+                    double speed,
+                    const Progress& progress);
+
+}  // namespace seastitch::bench

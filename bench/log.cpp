@@ -1,0 +1,67 @@
+#include "bench/log.hpp"
+
+#include <vector>
+
+#include "bench/truth.hpp"
+#include "common/runtime/bus.hpp"
+#include "common/storage/event_log.hpp"
+
+namespace seastitch::bench {
+namespace {
+
+std::vector<ReceivedFrame> Received(const std::vector<CanFrame>& frames, Time recv) {
+  std::vector<ReceivedFrame> received;
+  received.reserve(frames.size());
+  for (const CanFrame& frame : frames) received.push_back({frame, recv});
+  return received;
+}
+
+}  // namespace
+
+DriverConfigs LoadDriverConfigs(const std::filesystem::path& folder) {
+  return {LoadImuDriverConfig((folder / "imu_driver.yaml").string()),
+          LoadDvlDriverConfig((folder / "dvl_driver.yaml").string()),
+          LoadMbesDriverConfig((folder / "mbes_driver.yaml").string())};
+}
+
+LogResult WriteLog(SurveySimulator* simulator,
+                   const DriverConfigs& drivers,
+                   const std::filesystem::path& path,
+                   const Progress& progress) {
+  EventLogWriter writer(path);
+  LogResult result;
+  Time now = kSurveyStart;
+  Bus bus("memq://");
+  bus.SubscribeBytes(".*", 0, [&](const std::string& channel, const void* data, int size) {
+    writer.Write(ToUtime(now), channel, data, static_cast<std::size_t>(size));
+    ++result.events;
+    ++result.channels[channel];
+  });
+  ImuDriver imu(drivers.imu, &bus);
+  DvlDriver dvl(drivers.dvl, &bus);
+  MbesDriver mbes(drivers.mbes, &bus);
+
+  const double total_s = ToSeconds(simulator->total());
+  Time next_progress = kSurveyStart;
+  while (const std::optional<BenchEvent> event = simulator->Next()) {
+    now = event->recv;
+    switch (event->device) {
+      case Device::kImu: imu.Feed(Received(event->frames, now)); break;
+      case Device::kDvl: dvl.Feed(Received(event->frames, now)); break;
+      case Device::kMbes: mbes.Feed(Datagram{event->bytes, now}); break;
+    }
+    bus.HandleAll();
+    if (progress && now >= next_progress) {
+      if (!progress(ToSeconds(now - kSurveyStart) / total_s)) break;
+      next_progress = now + std::chrono::seconds(1);
+    }
+  }
+  imu.Finish();
+  dvl.Finish();
+  bus.HandleAll();
+  writer.Flush();
+  WriteTruth(*simulator, TruthPathFor(path));
+  return result;
+}
+
+}  // namespace seastitch::bench

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "bench/terrain.hpp"
+
+namespace seastitch::bench {
+
+// A lawn-mower survey. It starts at the origin of the map, on the first line's lead-in; the lines
+// follow each other to starboard of the first.
+struct PlanParams {
+  int lines = 6;
+  double line_length_m = 160.0;
+  double spacing_m = 25.0;
+  double heading_deg = 0.0;  // of the first line
+  double turn_radius_m = 10.0;
+  int crosslines = 1;        // at right angles, evenly along the lines
+  double lead_in_m = 10.0;   // straight before and after every line
+  double speed_mps = 1.5;    // over ground
+  double altitude_m = 11.0;  // above the smoothed seabed; 0: at constant depth_m
+  double depth_m = 10.0;
+  double min_depth_m = 2.0;  // never shallower
+
+  std::string Validate() const;
+};
+
+// The plan as a track over ground: straight legs, and turns whose rate swells from zero and fades
+// again, so that neither it nor its derivative has a step.
+class Path {
+ public:
+  explicit Path(const PlanParams& params);
+
+  struct State {
+    Eigen::Vector2d p{0.0, 0.0};  // map: north, east [m]
+    double course_rad = 0.0;
+    double course_rate_radps = 0.0;
+    double course_accel_radps2 = 0.0;
+  };
+  // Before the start and after the end: at these.
+  State At(double t_s) const;
+  double duration_s() const { return duration_s_; }
+  double speed_mps() const { return params_.speed_mps; }
+  // What the track covers, widened by margin_m.
+  MapBox Box(double margin_m) const;
+
+ private:
+  struct Leg {
+    double start_s;
+    double duration_s;
+    double course_rad;
+    double turn_rad;  // 0: straight
+  };
+  struct Node {
+    Eigen::Vector2d p;
+    Eigen::Vector2d v;
+    Eigen::Vector2d a;
+  };
+  void AddStraight(double length_m);
+  void AddTurn(double turn_rad);
+  // Turn, straight, turn: the shortest such way to another place and course.
+  void ConnectTo(const Eigen::Vector2d& p, double course_rad);
+  void AddLines();
+  void AddCrosslines();
+  void Tabulate();
+  State CourseAt(double t_s) const;
+
+  PlanParams params_;
+  std::vector<Leg> legs_;
+  std::vector<Node> nodes_;
+  double duration_s_ = 0.0;
+  Eigen::Vector2d end_{0.0, 0.0};  // while the legs are laid
+  double end_course_rad_ = 0.0;
+};
+
+}  // namespace seastitch::bench

@@ -1,0 +1,156 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bench/random.hpp"
+#include "bench/sensor_errors.hpp"
+#include "bench/terrain.hpp"
+#include "bench/trajectory.hpp"
+#include "bench/water.hpp"
+#include "common/core/sensors.hpp"
+#include "common/core/vehicle.hpp"
+
+// The simulated devices. Each gives what it would say at a time of the survey, in seconds from its
+// start, and must be asked in order of time. Samples carry no time: who asked knows it.
+namespace seastitch::bench {
+
+// What all devices sense. Must outlive them.
+struct Scene {
+  const Trajectory& trajectory;
+  const Terrain& terrain;
+  const Water& water;
+  const VehicleGeometry& vehicle;
+};
+
+struct ImuParams {
+  double rate_hz = 50.0;
+  double latency_s = 0.002;  // from the sample to its last frame
+
+  std::string Validate() const;
+};
+
+// Strapdown inertial unit with an attitude of its own. The gyros feel the rotation of the Earth,
+// the accelerometers its Coriolis force and the normal gravity of WGS 84 at the datum.
+class ImuModel {
+ public:
+  ImuModel(const ImuParams& params,
+           const SensorErrors& errors,
+           const Scene& scene,
+           std::uint64_t seed);
+  ImuSample SampleAt(double t_s);
+
+ private:
+  Eigen::Quaterniond AttitudeOf(const Eigen::Matrix3d& R_map_imu);
+  Eigen::Vector3d White(double sigma);
+
+  ImuParams params_;
+  SensorErrors errors_;
+  Scene scene_;
+  Random random_;
+  Eigen::Vector3d earth_rate_map_radps_;
+  Eigen::Vector3d gravity_map_mps2_;
+  Eigen::Vector3d gyro_bias_;
+  Eigen::Vector3d accel_bias_;
+  double heading_bias_rad_;
+  double deviation_sine_rad_;
+  double deviation_cosine_rad_;
+  CorrelatedError roll_wander_;
+  CorrelatedError pitch_wander_;
+  CorrelatedError heading_wander_;
+};
+
+struct DvlParams {
+  double rate_hz = 5.0;
+  double beam_angle_deg = 22.5;  // off the instrument's z axis; azimuths 45, 135, 225, 315 deg
+  double min_range_m = 0.3;
+  double max_range_m = 80.0;
+  double beam_loss_rate = 0.01;  // of each beam, each ensemble
+  double latency_s = 0.040;
+
+  std::string Validate() const;
+};
+
+// Four-beam Janus DVL and the pressure sensor beside it.
+class DvlModel {
+ public:
+  DvlModel(const DvlParams& params,
+           const SensorErrors& errors,
+           const Scene& scene,
+           std::uint64_t seed);
+  // bottom_lock false: every beam is lost.
+  DvlSample EnsembleAt(double t_s, bool bottom_lock);
+  DepthSample DepthAt(double t_s);
+
+ private:
+  std::optional<double> RangeAlong(const Eigen::Isometry3d& T_map_dvl, int beam) const;
+
+  DvlParams params_;
+  SensorErrors errors_;
+  Scene scene_;
+  Random random_;
+  double scale_;
+  Eigen::Matrix3d R_dvl_true_;  // misalignment: takes true axes to those it believes in
+  double depth_bias_m_;
+  double beam_sigma_mps_;
+  Eigen::Matrix<double, 4, 3> beams_;  // unit, towards the bottom, dvl axes
+};
+
+struct MbesParams {
+  int beams = 128;
+  double swath_deg = 120.0;
+  bool equidistant = true;    // soundings evenly across; else evenly in angle
+  double ping_rate_hz = 5.0;  // 0: as fast as the range allows, up to max_ping_rate_hz
+  double max_ping_rate_hz = 25.0;
+  double max_range_m = 100.0;
+  bool roll_stabilised = false;
+  // Transmit sectors from port to starboard.
+  std::vector<double> sector_tilt_deg{0.0};
+  std::vector<double> sector_delay_s{0.0};
+  // Errors of a detection: range, and angle at nadir (it grows with 1 / cos).
+  double range_noise_m = 0.01;
+  double range_noise_ratio = 0.001;
+  double angle_noise_deg = 0.05;
+  double outlier_rate = 0.002;       // lone beams at a wrong range
+  double drop_rate = 0.01;           // beams without a detection
+  double misdetection_rate = 0.005;  // pings with a run of beams at the nearest range: side lobes
+  double latency_s = 0.010;          // after the last echo
+
+  std::string Validate() const;
+};
+
+class MbesModel {
+ public:
+  MbesModel(const MbesParams& params, const Scene& scene, std::uint64_t seed);
+
+  struct Ping {
+    MbesPing ping;
+    double last_echo_s = 0.0;  // after the ping's time
+    double next_ping_s = 0.0;  // after the ping's time, by the rate
+  };
+  Ping PingAt(double t_s);
+
+ private:
+  struct Sector {
+    Eigen::Isometry3d T_map_sonar;  // at its pulse
+    double tilt_rad;
+    double delay_s;
+    double roll_rad;  // of the sonar, to stabilise by
+  };
+  std::vector<Sector> SectorsAt(double t_s) const;
+  double NominalAngle(int beam) const;
+  MbesBeam Listen(double t_s, const Sector& sector, double angle_rad);
+  void AddMisdetections(std::vector<MbesBeam>* beams);
+  void FillRejected(std::vector<MbesBeam>* beams) const;
+
+  MbesParams params_;
+  Scene scene_;
+  Random random_;
+  Random blunder_;
+};
+
+}  // namespace seastitch::bench

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "bench/survey_config.hpp"
+#include "bench/trajectory.hpp"
+#include "common/core/time.hpp"
+#include "common/core/vehicle.hpp"
+#include "drivers/can/can_frame.hpp"
+#include "drivers/can/signal_map.hpp"
+
+namespace seastitch::bench {
+
+// 2026-01-01T00:00:00Z: when every simulated survey starts, by the devices' own clocks.
+constexpr Time kSurveyStart = FromUtime(1'767'225'600'000'000);
+
+// Which CAN signal carries what: of the drivers' own configuration, so that both sides agree.
+struct DeviceSignals {
+  SignalMap imu;
+  SignalMap dvl;
+};
+
+// What reaches a driver at once.
+struct BenchEvent {
+  Time recv;  // simulated
+  Device device = Device::kImu;
+  std::vector<CanFrame> frames;     // kImu: one epoch; kDvl: one ensemble with depth
+  std::vector<std::uint8_t> bytes;  // kMbes: one KMALL datagram or part
+};
+
+// A survey as the bytes that its devices send. Pure: the same config and vehicle give the same
+// events. The map is North-East-Down at the datum of the vehicle's geometry; the vehicle starts at
+// north 0, east 0 of it, and that is all that dead reckoning needs to be told.
+class SurveySimulator {
+ public:
+  // Throws std::invalid_argument with config.Validate()'s line, and what LoadRaster throws.
+  SurveySimulator(const SurveyConfig& config,
+                  const VehicleGeometry& vehicle,
+                  const DeviceSignals& signals);
+  ~SurveySimulator();
+
+  // The next event in order of recv; nothing when the survey is over.
+  std::optional<BenchEvent> Next();
+
+  // Of the vehicle's reference point, between kSurveyStart and its end.
+  TrueState TruthAt(Time t) const;
+  const Terrain& terrain() const;
+  Duration total() const;
+  // So far: beams with a detection, beams without, and events that a fault took.
+  struct Counts {
+    std::int64_t pings = 0;
+    std::int64_t soundings = 0;
+    std::int64_t beams_without_detection = 0;
+    std::int64_t events_lost = 0;
+  };
+  const Counts& counts() const;
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace seastitch::bench

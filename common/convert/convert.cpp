@@ -1,1 +1,0 @@
-#include "common/convert/convert.hpp"

@@ -1,0 +1,235 @@
+#include <algorithm>
+#include <utility>
+
+#include "common/convert/checks.hpp"
+#include "common/convert/convert.hpp"
+
+namespace seastitch {
+namespace {
+
+using namespace convert;  // the checks
+
+// One part stays under 60 kB (pose_graph_t.lcm).
+constexpr std::size_t kVerticesPerPart = 250;
+constexpr std::size_t kEdgesPerPart = 500;
+constexpr int kMaxParts = 1000;
+
+std::size_t PartsFor(std::size_t count, std::size_t per_part) {
+  return (count + per_part - 1) / per_part;
+}
+
+// Elements [part * n, part * n + n) of a list.
+template <class T>
+std::vector<T> PartOf(const std::vector<T>& list, std::size_t part, std::size_t n) {
+  const auto begin = static_cast<std::ptrdiff_t>(std::min(list.size(), part * n));
+  const auto end = static_cast<std::ptrdiff_t>(std::min(list.size(), part * n + n));
+  return std::vector<T>(list.begin() + begin, list.begin() + end);
+}
+
+graph_vertex_t ToLcm(const GraphVertex& vertex) {
+  graph_vertex_t msg{};
+  msg.utime = ToUtime(vertex.time);
+  msg.id = vertex.id.value;
+  msg.dead_reckoned_x_m = vertex.dead_reckoned.x;
+  msg.dead_reckoned_y_m = vertex.dead_reckoned.y;
+  msg.dead_reckoned_yaw_rad = vertex.dead_reckoned.yaw;
+  return msg;
+}
+
+std::optional<GraphVertex> FromLcm(const graph_vertex_t& msg) {
+  const Pose2 pose{msg.dead_reckoned_x_m, msg.dead_reckoned_y_m, msg.dead_reckoned_yaw_rad};
+  if (!IsTime(msg.utime) || msg.id < 0 || !IsPose2(pose)) return std::nullopt;
+  return GraphVertex{SubmapId{msg.id}, FromUtime(msg.utime), pose};
+}
+
+graph_edge_t ToLcm(const GraphEdge& edge) {
+  graph_edge_t msg{};
+  msg.from_id = edge.from.value;
+  msg.to_id = edge.to.value;
+  msg.kind = static_cast<std::int8_t>(edge.kind);
+  msg.verdict = static_cast<std::int8_t>(edge.verdict);
+  msg.x_m = edge.T_from_to.x;
+  msg.y_m = edge.T_from_to.y;
+  msg.yaw_rad = edge.T_from_to.yaw;
+  MatrixTo<3>(edge.information, msg.information);
+  msg.z_offset_m = edge.z_offset_m;
+  msg.rms_m = edge.rms_m;
+  msg.overlap_m2 = edge.overlap_m2;
+  return msg;
+}
+
+std::optional<GraphEdge> FromLcm(const graph_edge_t& msg) {
+  const bool known_enums = msg.kind >= graph_edge_t::KIND_DEAD_RECKONING &&
+                           msg.kind <= graph_edge_t::KIND_POSITION_FIX &&
+                           msg.verdict >= graph_edge_t::VERDICT_ACCEPTED &&
+                           msg.verdict <= graph_edge_t::VERDICT_NOT_CONVERGED;
+  const bool on_one_vertex = msg.from_id == msg.to_id;
+  const bool should_be_on_one = msg.kind == graph_edge_t::KIND_POSITION_FIX;
+  if (!known_enums || msg.from_id < 0 || msg.to_id < 0 || on_one_vertex != should_be_on_one)
+    return std::nullopt;
+  GraphEdge edge;
+  edge.kind = static_cast<EdgeKind>(msg.kind);
+  edge.from = SubmapId{msg.from_id};
+  edge.to = SubmapId{msg.to_id};
+  edge.T_from_to = {msg.x_m, msg.y_m, msg.yaw_rad};
+  const auto information = SymmetricFrom<3>(msg.information);
+  if (!information || !IsPose2(edge.T_from_to) || !std::isfinite(msg.z_offset_m) ||
+      !AreSigmas(&msg.rms_m, 1) || !AreSigmas(&msg.overlap_m2, 1))
+    return std::nullopt;
+  edge.information = *information;
+  edge.verdict = static_cast<LoopVerdict>(msg.verdict);
+  edge.z_offset_m = msg.z_offset_m;
+  edge.rms_m = msg.rms_m;
+  edge.overlap_m2 = msg.overlap_m2;
+  return edge;
+}
+
+solved_vertex_t ToLcm(const SolvedVertex& vertex) {
+  solved_vertex_t msg{};
+  msg.id = vertex.id.value;
+  msg.x_m = vertex.T_map_level.x;
+  msg.y_m = vertex.T_map_level.y;
+  msg.yaw_rad = vertex.T_map_level.yaw;
+  MatrixTo<3>(vertex.covariance, msg.covariance);
+  MatrixTo<3>(vertex.covariance_with_newest, msg.covariance_with_newest);
+  return msg;
+}
+
+std::optional<SolvedVertex> FromLcm(const solved_vertex_t& msg) {
+  SolvedVertex vertex;
+  vertex.id = SubmapId{msg.id};
+  vertex.T_map_level = {msg.x_m, msg.y_m, msg.yaw_rad};
+  const auto covariance = SymmetricFrom<3>(msg.covariance);
+  if (msg.id < 0 || !IsPose2(vertex.T_map_level) || !covariance ||
+      !AllFinite(&msg.covariance_with_newest[0][0], 9))
+    return std::nullopt;
+  vertex.covariance = *covariance;
+  vertex.covariance_with_newest = MatrixFrom<3>(msg.covariance_with_newest);
+  return vertex;
+}
+
+solved_edge_t ToLcm(const SolvedEdge& edge) {
+  solved_edge_t msg{};
+  msg.from_id = edge.from.value;
+  msg.to_id = edge.to.value;
+  msg.weight = edge.weight;
+  return msg;
+}
+
+std::optional<SolvedEdge> FromLcm(const solved_edge_t& msg) {
+  if (msg.from_id < 0 || msg.to_id < 0 || !(msg.weight >= 0.0 && msg.weight <= 1.0))
+    return std::nullopt;
+  return SolvedEdge{SubmapId{msg.from_id}, SubmapId{msg.to_id}, msg.weight};
+}
+
+template <class Core>
+auto ListToLcm(const std::vector<Core>& list) {
+  std::vector<decltype(ToLcm(list[0]))> messages;
+  for (const Core& element : list) messages.push_back(ToLcm(element));
+  return messages;
+}
+
+// Appends every element; false where the count is not that of the list or an element is refused.
+template <class Msg, class Core>
+bool AppendFromLcm(const std::vector<Msg>& list, std::int32_t count, std::vector<Core>* out) {
+  if (count < 0 || list.size() != static_cast<std::size_t>(count)) return false;
+  for (const Msg& msg : list) {
+    const std::optional<Core> element = FromLcm(msg);
+    if (!element) return false;
+    out->push_back(*element);
+  }
+  return true;
+}
+
+bool HasRisingIds(const std::vector<SolvedVertex>& vertices) {
+  return std::adjacent_find(
+             vertices.begin(), vertices.end(), [](const SolvedVertex& a, const SolvedVertex& b) {
+               return a.id >= b.id;
+             }) == vertices.end();
+}
+
+bool HasPlausibleParts(const pose_graph_t& msg) {
+  return msg.graph_version >= 0 && msg.solution_number >= 0 && msg.num_parts >= 1 &&
+         msg.num_parts <= kMaxParts && msg.part >= 0 && msg.part < msg.num_parts;
+}
+
+}  // namespace
+
+graph_update_t ToLcm(const GraphUpdate& update, Time newest_submap, std::int64_t seq) {
+  graph_update_t msg{};
+  msg.utime = ToUtime(newest_submap);
+  msg.seq = seq;
+  msg.version = update.version;
+  msg.num_vertices = static_cast<std::int32_t>(update.vertices.size());
+  msg.num_edges = static_cast<std::int32_t>(update.edges.size());
+  msg.vertices = ListToLcm(update.vertices);
+  msg.edges = ListToLcm(update.edges);
+  return msg;
+}
+
+std::optional<GraphUpdate> FromLcm(const graph_update_t& msg) {
+  if (!IsTime(msg.utime) || msg.version < 1 || msg.num_vertices > kMaxVerticesPerUpdate ||
+      msg.num_edges > kMaxEdgesPerUpdate)
+    return std::nullopt;
+  GraphUpdate update;
+  update.version = msg.version;
+  if (!AppendFromLcm(msg.vertices, msg.num_vertices, &update.vertices) ||
+      !AppendFromLcm(msg.edges, msg.num_edges, &update.edges))
+    return std::nullopt;
+  return update;
+}
+
+std::vector<pose_graph_t> ToLcm(const PoseGraph& graph,
+                                std::int64_t solution_number,
+                                Time newest_submap,
+                                std::int64_t first_seq) {
+  const std::size_t num_parts = std::max({std::size_t{1},
+                                          PartsFor(graph.vertices.size(), kVerticesPerPart),
+                                          PartsFor(graph.loop_edges.size(), kEdgesPerPart)});
+  std::vector<pose_graph_t> parts;
+  for (std::size_t part = 0; part < num_parts; ++part) {
+    pose_graph_t msg{};
+    msg.utime = ToUtime(newest_submap);
+    msg.seq = first_seq + static_cast<std::int64_t>(part);
+    msg.graph_version = graph.graph_version;
+    msg.solution_number = solution_number;
+    msg.part = static_cast<std::int32_t>(part);
+    msg.num_parts = static_cast<std::int32_t>(num_parts);
+    msg.vertices = ListToLcm(PartOf(graph.vertices, part, kVerticesPerPart));
+    msg.loop_edges = ListToLcm(PartOf(graph.loop_edges, part, kEdgesPerPart));
+    msg.num_vertices = static_cast<std::int32_t>(msg.vertices.size());
+    msg.num_loop_edges = static_cast<std::int32_t>(msg.loop_edges.size());
+    parts.push_back(std::move(msg));
+  }
+  return parts;
+}
+
+std::optional<PoseGraph> PoseGraphAssembler::Add(const pose_graph_t& msg) {
+  const bool begins = msg.part == 0;
+  const bool continues = open_ && msg.solution_number == solution_number_ &&
+                         msg.graph_version == open_->graph_version && msg.num_parts == num_parts_ &&
+                         msg.part == next_part_;
+  if (begins && open_) ++malformed_;  // the one before lacks its end
+  if (!HasPlausibleParts(msg) || !(begins || continues)) {
+    ++malformed_;
+    open_.reset();
+    return std::nullopt;
+  }
+  if (begins) {
+    open_ = PoseGraph{msg.graph_version, {}, {}};
+    solution_number_ = msg.solution_number;
+    num_parts_ = msg.num_parts;
+  }
+  next_part_ = msg.part + 1;
+  if (!AppendFromLcm(msg.vertices, msg.num_vertices, &open_->vertices) ||
+      !AppendFromLcm(msg.loop_edges, msg.num_loop_edges, &open_->loop_edges) ||
+      !HasRisingIds(open_->vertices)) {
+    ++malformed_;
+    open_.reset();
+    return std::nullopt;
+  }
+  if (next_part_ < num_parts_) return std::nullopt;
+  return std::exchange(open_, std::nullopt);
+}
+
+}  // namespace seastitch

@@ -1,0 +1,145 @@
+#include "drivers/can/signal_map.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <set>
+#include <stdexcept>
+#include <string_view>
+
+namespace seastitch {
+namespace {
+
+struct SignalText {
+  std::string message;
+  std::string signal;
+  double scale = 1.0;
+};
+
+std::string_view Trimmed(std::string_view text) {
+  while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
+  while (!text.empty() && text.back() == ' ') text.remove_suffix(1);
+  return text;
+}
+
+std::runtime_error Problem(const std::string& text, const char* reason) {
+  return std::runtime_error("'" + text + "': " + reason);
+}
+
+double ParseScale(const std::string& text, std::string_view number) {
+  double scale = 0.0;
+  const auto [stop, error] = std::from_chars(number.data(), number.data() + number.size(), scale);
+  const bool usable = error == std::errc() && stop == number.data() + number.size() &&
+                      std::isfinite(scale) && scale != 0.0;
+  if (!usable) throw Problem(text, "expected MESSAGE.SIGNAL or MESSAGE.SIGNAL * FACTOR");
+  return scale;
+}
+
+SignalText ParseSignalText(const std::string& text) {
+  SignalText parsed;
+  std::string_view name = Trimmed(text);
+  if (const std::size_t star = name.find('*'); star != std::string_view::npos) {
+    parsed.scale = ParseScale(text, Trimmed(name.substr(star + 1)));
+    name = Trimmed(name.substr(0, star));
+  }
+  const std::size_t dot = name.find('.');
+  if (dot == std::string_view::npos)
+    throw Problem(text, "expected MESSAGE.SIGNAL or MESSAGE.SIGNAL * FACTOR");
+  parsed.message = name.substr(0, dot);
+  parsed.signal = name.substr(dot + 1);
+  return parsed;
+}
+
+CanFilter FilterOf(const DbcMessage& message) { return {message.id, message.extended}; }
+
+}  // namespace
+
+void SignalMap::Assign(const Dbc& dbc, std::size_t field, const std::string& text) {
+  const SignalText wanted = ParseSignalText(text);
+  const DbcMessage* const layout = dbc.Find(wanted.message);
+  if (layout == nullptr) throw Problem(text, "no such message in the DBC file");
+  const DbcSignal* const signal = layout->Find(wanted.signal);
+  if (signal == nullptr) throw Problem(text, "no such signal in the DBC file");
+  auto at = std::lower_bound(
+      messages_.begin(), messages_.end(), FilterOf(*layout), [](const Message& m, CanFilter id) {
+        return FilterOf(m.layout) < id;
+      });
+  if (at == messages_.end() || FilterOf(at->layout) != FilterOf(*layout))
+    at = messages_.insert(at, Message{*layout, {}});
+  at->bindings.push_back({field, *signal, wanted.scale});
+  assigned_.set(field);
+}
+
+double SignalMap::Resolution(std::size_t field) const {
+  for (const Message& message : messages_)
+    for (const Binding& binding : message.bindings)
+      if (binding.field == field) return std::abs(binding.signal.factor * binding.scale);
+  return 0.0;
+}
+
+std::vector<CanFilter> SignalMap::Filters() const {
+  std::vector<CanFilter> filters;
+  for (const Message& message : messages_) filters.push_back(FilterOf(message.layout));
+  return filters;
+}
+
+const SignalMap::Message* SignalMap::Find(const CanFrame& frame) const {
+  if (frame.remote || frame.error) return nullptr;
+  for (const Message& message : messages_)
+    if (message.layout.id == frame.id && message.layout.extended == frame.extended) return &message;
+  return nullptr;
+}
+
+std::optional<SignalMap::Reading> SignalMap::Read(const CanFrame& frame) const {
+  const Message* const message = Find(frame);
+  if (message == nullptr) return std::nullopt;
+  const DbcSignal* const mode_switch = message->layout.multiplex_switch();
+  const std::optional<std::uint64_t> mode =
+      mode_switch == nullptr ? std::nullopt : mode_switch->Bits(frame.data());
+  Reading reading;
+  if (mode_switch != nullptr && !mode) reading.complete = false;
+  for (const Binding& binding : message->bindings) {
+    const bool switched = binding.signal.multiplex == DbcSignal::Multiplex::kSwitched;
+    if (switched && mode != binding.signal.multiplex_value) continue;
+    const std::optional<std::uint64_t> bits = binding.signal.Bits(frame.data());
+    const double value = bits ? binding.signal.Physical(*bits) * binding.scale : NAN;
+    if (std::isfinite(value))
+      reading.values.Set(binding.field, value);
+    else
+      reading.complete = false;
+  }
+  return reading;
+}
+
+std::vector<CanFrame> SignalMap::Write(const FieldValues& values) const {
+  std::vector<CanFrame> frames;
+  for (const Message& message : messages_) {
+    const DbcSignal* const mode_switch = message.layout.multiplex_switch();
+    // Values under different positions of the switch need a frame each.
+    std::set<std::uint64_t> modes;
+    bool any = false;
+    for (const Binding& binding : message.bindings) {
+      if (!values.present.test(binding.field)) continue;
+      any = true;
+      if (binding.signal.multiplex == DbcSignal::Multiplex::kSwitched)
+        modes.insert(binding.signal.multiplex_value);
+    }
+    if (!any) continue;
+    if (modes.empty()) modes.insert(0);
+    for (const std::uint64_t mode : modes) {
+      CanFrame frame = message.layout.MakeFrame();
+      if (mode_switch != nullptr) mode_switch->Put(mode, &frame);
+      for (const Binding& binding : message.bindings) {
+        const bool switched = binding.signal.multiplex == DbcSignal::Multiplex::kSwitched;
+        if (!values.present.test(binding.field)) continue;
+        if (switched && binding.signal.multiplex_value != mode) continue;
+        const double physical = values.value[binding.field] / binding.scale;
+        binding.signal.Put(binding.signal.SaturatedBits(physical), &frame);
+      }
+      frames.push_back(frame);
+    }
+  }
+  return frames;
+}
+
+}  // namespace seastitch

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <chrono>
+#include <optional>
+#include <string>
+
+#include "common/runtime/health.hpp"
+#include "drivers/can/can_frame.hpp"
+
+namespace seastitch {
+
+// Tells HEALTH whether a device gives data: ok at the first, lost after a silence, ok again by
+// itself.
+class DeviceWatch {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  // device: for people, such as "IMU at can:can0".
+  DeviceWatch(std::string device, double timeout_s, Health* health);
+
+  void OnData();
+  // Call it regularly.
+  void Check(Clock::time_point now);
+
+ private:
+  std::string device_;
+  double timeout_s_;
+  Health* health_;
+  bool data_since_check_ = false;
+  std::optional<Clock::time_point> last_data_;  // to the period of Check()
+};
+
+// Copies the counters of a part into HEALTH.
+void SetAll(const Counters& counters, Health* health);
+
+}  // namespace seastitch

@@ -1,0 +1,320 @@
+#include "drivers/imu/imu_can.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <utility>
+
+#include "common/core/pose.hpp"
+
+namespace seastitch {
+namespace {
+
+// Further back, or further on, in one step of the device's clock: it was restarted.
+constexpr std::int32_t kMaxBackwardUs = 10'000'000;
+constexpr std::int32_t kMaxForwardUs = 60'000'000;
+// Far below half of the device clock's range, within which a difference has one meaning.
+constexpr std::int32_t kAnchorMoveUs = 600'000'000;
+constexpr Duration kUtcStep = std::chrono::milliseconds(1);  // ten steps of ECAN's UTC
+constexpr std::int64_t kGpsEpochS = 315'964'800;             // 1980-01-06
+constexpr std::int64_t kGpsMinusUtcS = 18;                   // since 2017
+constexpr std::int64_t kSecondsAWeek = 7 * 86'400;
+
+std::bitset<kMaxFields> Mapped(const SignalMap& signals, std::size_t first, std::size_t last) {
+  std::bitset<kMaxFields> fields;
+  for (std::size_t field = first; field <= last; ++field) fields.set(field, signals.Has(field));
+  return fields;
+}
+
+std::uint32_t ToDeviceUs(double value) {
+  return static_cast<std::uint32_t>(static_cast<std::int64_t>(value));
+}
+
+std::int32_t Difference(std::uint32_t later, std::uint32_t earlier) {
+  return static_cast<std::int32_t>(later - earlier);
+}
+
+// Nothing where the fields are no calendar time.
+std::optional<Time> UtcOf(const FieldValues& v) {
+  const auto whole = [&v](ImuField field) { return static_cast<int>(v.value[field]); };
+  const std::chrono::year_month_day date{
+      std::chrono::year(whole(kUtcYear)),
+      std::chrono::month(static_cast<unsigned>(whole(kUtcMonth))),
+      std::chrono::day(static_cast<unsigned>(whole(kUtcDay)))};
+  const bool usable = date.ok() && whole(kUtcYear) >= 2000 && whole(kUtcYear) < 2200 &&
+                      v.value[kUtcHour] >= 0 && v.value[kUtcHour] < 24 &&
+                      v.value[kUtcMinute] >= 0 && v.value[kUtcMinute] < 60 &&
+                      v.value[kUtcSecond] >= 0 && v.value[kUtcSecond] < 61 &&
+                      v.value[kUtcMicrosecond] >= 0 && v.value[kUtcMicrosecond] < 1e6;
+  if (!usable) return std::nullopt;
+  const std::chrono::sys_days days(date);
+  return Time(std::chrono::duration_cast<Duration>(days.time_since_epoch()) +
+              std::chrono::hours(whole(kUtcHour)) + std::chrono::minutes(whole(kUtcMinute)) +
+              std::chrono::seconds(whole(kUtcSecond)) + Duration(whole(kUtcMicrosecond)));
+}
+
+// GPS time and UTC differ by whole seconds: unequal parts of a second are those of two instants.
+bool SamePartOfSecond(Time utc, double time_of_week_ms) {
+  const std::int64_t gps_us = static_cast<std::int64_t>(time_of_week_ms) * 1000;
+  const std::int64_t difference = ((ToUtime(utc) - gps_us) % 1'000'000 + 1'000'000) % 1'000'000;
+  return std::min(difference, 1'000'000 - difference) <= 2000;
+}
+
+Eigen::Vector3d Vector(const FieldValues& v, std::size_t first) {
+  return {v.value[first], v.value[first + 1], v.value[first + 2]};
+}
+
+}  // namespace
+
+const std::vector<std::string> kImuFieldKeys = {"imu_time_us",
+                                                "attitude_time_us",
+                                                "angular_rate_x_radps",
+                                                "angular_rate_y_radps",
+                                                "angular_rate_z_radps",
+                                                "specific_force_x_mps2",
+                                                "specific_force_y_mps2",
+                                                "specific_force_z_mps2",
+                                                "roll_rad",
+                                                "pitch_rad",
+                                                "yaw_rad",
+                                                "roll_sigma_rad",
+                                                "pitch_sigma_rad",
+                                                "yaw_sigma_rad",
+                                                "utc_time_us",
+                                                "utc_time_of_week_ms",
+                                                "utc_year",
+                                                "utc_month",
+                                                "utc_day",
+                                                "utc_hour",
+                                                "utc_minute",
+                                                "utc_second",
+                                                "utc_microsecond"};
+
+std::string ImuCanParams::Validate() const {
+  const auto missing = [this](std::size_t first, std::size_t last) -> std::string {
+    for (std::size_t field = first; field <= last; ++field)
+      if (!signals.Has(field)) return "signals." + kImuFieldKeys[field] + ": missing";
+    return "";
+  };
+  if (!signals.Has(kImuTimeUs)) return missing(kImuTimeUs, kImuTimeUs);
+  if (const std::string problem = missing(kAngularRateX, kSpecificForceZ); !problem.empty())
+    return problem;
+  if (Mapped(signals, kRoll, kYawSigma).any())
+    if (const std::string problem = missing(kRoll, kYawSigma); !problem.empty()) return problem;
+  if (clock.clock == DeviceClock::kDevice) {
+    if (!signals.Has(kUtcTimeUs)) return missing(kUtcTimeUs, kUtcTimeUs);
+    if (const std::string problem = missing(kUtcYear, kUtcMicrosecond); !problem.empty())
+      return problem;
+  }
+  if (!(max_epoch_s > 0.0 && max_epoch_s <= 1.0)) return "max_epoch_s must be above 0, at most 1";
+  return clock.Validate();
+}
+
+ImuCanDecoder::ImuCanDecoder(const ImuCanParams& params)
+    : params_(params),
+      inertial_fields_(Mapped(params.signals, kAngularRateX, kSpecificForceZ)),
+      attitude_fields_(Mapped(params.signals, kRoll, kYawSigma)),
+      utc_fields_(Mapped(params.signals, kUtcTimeUs, kUtcMicrosecond)) {}
+
+std::optional<ImuSample> ImuCanDecoder::Add(const CanFrame& frame, Time recv) {
+  const std::optional<SignalMap::Reading> reading = params_.signals.Read(frame);
+  if (!reading) return std::nullopt;
+  if (!reading->complete) {
+    ++counters_["imu_frame_malformed"];
+    return std::nullopt;
+  }
+  const FieldValues& values = reading->values;
+  if ((values.present & utc_fields_).any()) AddUtc(values, recv);
+  std::optional<ImuSample> before;
+  if (values.present.test(kImuTimeUs))
+    before = Open(Part::kInertial, ToDeviceUs(values.value[kImuTimeUs]), recv);
+  if (values.present.test(kAttitudeTimeUs))
+    before = Open(Part::kAttitude, ToDeviceUs(values.value[kAttitudeTimeUs]), recv);
+  const std::optional<ImuSample> now = Collect(values, recv);
+  return now ? now : before;
+}
+
+std::optional<ImuSample> ImuCanDecoder::Finish() { return Close(); }
+
+std::optional<ImuSample> ImuCanDecoder::Open(Part part, std::uint32_t device_us, Time recv) {
+  SeeDeviceTime(device_us);
+  if (epoch_ && epoch_->device_us == device_us) {
+    epoch_->part = part;
+    return std::nullopt;
+  }
+  std::optional<ImuSample> before = Close();
+  epoch_ = Epoch{};
+  epoch_->device_us = device_us;
+  epoch_->first_recv = epoch_->last_recv = recv;
+  epoch_->part = part;
+  return before;
+}
+
+bool ImuCanDecoder::Belongs(const std::bitset<kMaxFields>& fields, Time recv) const {
+  if (!epoch_ || epoch_->given) return false;
+  const Part attitude_part =
+      params_.signals.Has(kAttitudeTimeUs) ? Part::kAttitude : Part::kInertial;
+  if ((fields & inertial_fields_).any() && epoch_->part != Part::kInertial) return false;
+  if ((fields & attitude_fields_).any() && epoch_->part != attitude_part) return false;
+  const bool in_time = std::abs(ToSeconds(recv - epoch_->first_recv)) <= params_.max_epoch_s;
+  return in_time && (fields & epoch_->values.present).none();
+}
+
+std::optional<ImuSample> ImuCanDecoder::Collect(const FieldValues& values, Time recv) {
+  const std::bitset<kMaxFields> fields = values.present & (inertial_fields_ | attitude_fields_);
+  if (fields.none()) return std::nullopt;
+  if (!Belongs(fields, recv)) {
+    ++counters_["imu_frame_outside_epoch"];
+    // An opening frame was lost: what follows is not of this epoch either.
+    if (epoch_) epoch_->part = Part::kNone;
+    return std::nullopt;
+  }
+  for (std::size_t field = 0; field < kMaxFields; ++field)
+    if (fields.test(field)) epoch_->values.Set(field, values.value[field]);
+  epoch_->last_recv = recv;
+  const bool complete = epoch_->values.present == (inertial_fields_ | attitude_fields_);
+  return complete ? Give(attitude_fields_.any()) : std::nullopt;
+}
+
+std::optional<ImuSample> ImuCanDecoder::Close() {
+  if (!epoch_ || epoch_->given) return std::nullopt;
+  if ((epoch_->values.present & inertial_fields_) != inertial_fields_) {
+    ++counters_["imu_epoch_incomplete"];
+    epoch_->given = true;
+    return std::nullopt;
+  }
+  ++counters_["imu_epoch_without_attitude"];
+  return Give(false);
+}
+
+std::optional<ImuSample> ImuCanDecoder::Give(bool with_attitude) {
+  epoch_->given = true;
+  const std::optional<Time> time = TimeOfEpoch();
+  if (!time) {
+    ++counters_["imu_epoch_unstamped"];
+    return std::nullopt;
+  }
+  const FieldValues& v = epoch_->values;
+  ImuSample sample;
+  sample.time = *time;
+  sample.angular_rate_radps = Vector(v, kAngularRateX);
+  sample.specific_force_mps2 = Vector(v, kSpecificForceX);
+  if (with_attitude) {
+    Attitude& attitude = sample.attitude.emplace();
+    attitude.q_ned_imu = RotationFromRpy(v.value[kRoll], v.value[kPitch], v.value[kYaw]);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      // A sigma of 0 says "below my step", not "without error".
+      const double least = 0.5 * params_.signals.Resolution(kRollSigma + axis);
+      attitude.sigma_rpy_rad[static_cast<Eigen::Index>(axis)] =
+          std::max(v.value[kRollSigma + axis], least);
+    }
+  }
+  epoch_recv_ = epoch_->last_recv;
+  return sample;
+}
+
+std::optional<Time> ImuCanDecoder::TimeOfEpoch() {
+  if (params_.clock.clock == DeviceClock::kReceive)
+    return params_.clock.FromReceive(epoch_->first_recv);
+  if (!anchor_) return std::nullopt;
+  return anchor_->utc + Duration(Difference(epoch_->device_us, anchor_->device_us));
+}
+
+void ImuCanDecoder::AddUtc(const FieldValues& values, Time recv) {
+  if (values.present.test(kUtcTimeUs)) {
+    utc_ = FieldValues{};
+    utc_recv_ = recv;
+    SeeDeviceTime(ToDeviceUs(values.value[kUtcTimeUs]));
+  }
+  for (std::size_t field = kUtcTimeUs; field <= kUtcMicrosecond; ++field)
+    if (values.present.test(field)) utc_.Set(field, values.value[field]);
+  const bool opened =
+      utc_.present.test(kUtcTimeUs) && std::abs(ToSeconds(recv - utc_recv_)) <= params_.max_epoch_s;
+  if (opened && utc_.present != utc_fields_) return;
+
+  const std::optional<Time> utc = opened ? UtcOf(utc_) : std::nullopt;
+  const FieldValues used = std::exchange(utc_, FieldValues{});
+  if (!utc || (used.present.test(kUtcTimeOfWeekMs) &&
+               !SamePartOfSecond(*utc, used.value[kUtcTimeOfWeekMs]))) {
+    ++counters_["imu_utc_malformed"];
+    return;
+  }
+  const UtcAnchor anchor{ToDeviceUs(used.value[kUtcTimeUs]), *utc};
+  if (anchor_) {
+    const Time expected = anchor_->utc + Duration(Difference(anchor.device_us, anchor_->device_us));
+    if (std::chrono::abs(anchor.utc - expected) > kUtcStep) ++counters_["imu_utc_stepped"];
+  }
+  anchor_ = anchor;
+}
+
+void ImuCanDecoder::SeeDeviceTime(std::uint32_t device_us) {
+  const std::int32_t step = last_device_us_ ? Difference(device_us, *last_device_us_) : 0;
+  last_device_us_ = device_us;
+  if (step < -kMaxBackwardUs || step > kMaxForwardUs) {
+    ++counters_["imu_device_restarted"];
+    anchor_.reset();
+    return;
+  }
+  if (!anchor_) return;
+  const std::int32_t since_anchor = Difference(device_us, anchor_->device_us);
+  if (since_anchor > kAnchorMoveUs)
+    anchor_ = UtcAnchor{device_us, anchor_->utc + Duration(since_anchor)};
+}
+
+ImuCanEncoder::ImuCanEncoder(const SignalMap& signals, Time device_zero)
+    : signals_(signals), device_zero_(device_zero) {}
+
+std::vector<CanFrame> ImuCanEncoder::Encode(const ImuSample& sample) {
+  std::vector<CanFrame> frames;
+  const auto second =
+      std::chrono::floor<std::chrono::seconds>(sample.time.time_since_epoch()).count();
+  if (signals_.Has(kUtcTimeUs) && utc_sent_s_ != second) {
+    frames = EncodeUtc(FromUtime(second * 1'000'000));
+    utc_sent_s_ = second;
+  }
+  FieldValues v;
+  v.Set(kImuTimeUs, DeviceUs(sample.time));
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto i = static_cast<Eigen::Index>(axis);
+    v.Set(kAngularRateX + axis, sample.angular_rate_radps[i]);
+    v.Set(kSpecificForceX + axis, sample.specific_force_mps2[i]);
+  }
+  if (sample.attitude) {
+    v.Set(kAttitudeTimeUs, DeviceUs(sample.time));
+    const Eigen::Vector3d rpy = RpyFromRotation(sample.attitude->q_ned_imu.toRotationMatrix());
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto i = static_cast<Eigen::Index>(axis);
+      v.Set(kRoll + axis, rpy[i]);
+      v.Set(kRollSigma + axis, sample.attitude->sigma_rpy_rad[i]);
+    }
+  }
+  const std::vector<CanFrame> epoch = signals_.Write(v);
+  frames.insert(frames.end(), epoch.begin(), epoch.end());
+  return frames;
+}
+
+std::vector<CanFrame> ImuCanEncoder::EncodeUtc(Time whole_second) const {
+  const std::int64_t utc_s = ToUtime(whole_second) / 1'000'000;
+  const std::chrono::sys_seconds instant{std::chrono::seconds(utc_s)};
+  const auto day = std::chrono::floor<std::chrono::days>(instant);
+  const std::chrono::year_month_day date(day);
+  const std::chrono::hh_mm_ss clock(instant - day);
+  const std::int64_t week_s = (utc_s - kGpsEpochS + kGpsMinusUtcS) % kSecondsAWeek;
+  FieldValues v;
+  v.Set(kUtcTimeUs, DeviceUs(whole_second));
+  v.Set(kUtcTimeOfWeekMs, static_cast<double>(week_s * 1000));
+  v.Set(kUtcYear, static_cast<int>(date.year()));
+  v.Set(kUtcMonth, static_cast<unsigned>(date.month()));
+  v.Set(kUtcDay, static_cast<unsigned>(date.day()));
+  v.Set(kUtcHour, static_cast<double>(clock.hours().count()));
+  v.Set(kUtcMinute, static_cast<double>(clock.minutes().count()));
+  v.Set(kUtcSecond, static_cast<double>(clock.seconds().count()));
+  v.Set(kUtcMicrosecond, 0.0);
+  return signals_.Write(v);
+}
+
+double ImuCanEncoder::DeviceUs(Time t) const {
+  return static_cast<double>(static_cast<std::uint32_t>((t - device_zero_).count()));
+}
+
+}  // namespace seastitch

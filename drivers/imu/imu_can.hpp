@@ -1,0 +1,131 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/core/sensors.hpp"
+#include "drivers/can/signal_map.hpp"
+#include "drivers/device_clock.hpp"
+
+// An inertial unit that spreads one epoch over several CAN frames: SBG Systems' ECAN, or anything
+// like it. The signal map says which frame carries what.
+namespace seastitch {
+
+enum ImuField : std::size_t {
+  kImuTimeUs,       // device clock, wraps at 2^32; its frame opens the inertial part of an epoch
+  kAttitudeTimeUs,  // the same clock; its frame opens the attitude part
+  kAngularRateX,
+  kAngularRateY,
+  kAngularRateZ,
+  kSpecificForceX,
+  kSpecificForceY,
+  kSpecificForceZ,
+  kRoll,
+  kPitch,
+  kYaw,
+  kRollSigma,
+  kPitchSigma,
+  kYawSigma,
+  kUtcTimeUs,  // device clock at the instant that the calendar below names; its frame comes first
+  kUtcTimeOfWeekMs,
+  kUtcYear,
+  kUtcMonth,
+  kUtcDay,
+  kUtcHour,
+  kUtcMinute,
+  kUtcSecond,
+  kUtcMicrosecond,
+  kNumImuFields,
+};
+
+// The key of each field in the YAML file, in the order of ImuField.
+extern const std::vector<std::string> kImuFieldKeys;
+
+struct ImuCanParams {
+  SignalMap signals;
+  ClockParams clock;
+  // Frames this long after the first of their epoch belong to another one. Above the time that a
+  // burst takes on the wire (1 ms at 1 Mbit/s), not above half the period.
+  double max_epoch_s = 0.010;
+
+  std::string Validate() const;
+};
+
+// Puts epochs together. An epoch is the frames that follow an opening frame; two opening frames
+// with the same device time are one epoch. A missing or late frame costs its own epoch only and
+// never mixes two. An epoch whose attitude is missing is given without it.
+class ImuCanDecoder {
+ public:
+  explicit ImuCanDecoder(const ImuCanParams& params);
+
+  // Adds a frame. Gives the epoch that it completed, or the one before it where it opens the next.
+  // Time: the device's, mapped to UTC through its last UTC frames (until those came, epochs are
+  // counted as imu_epoch_unstamped and not given), or the receive stamp of its first frame.
+  std::optional<ImuSample> Add(const CanFrame& frame, Time recv);
+  // Ends the open epoch: at the end of a log.
+  std::optional<ImuSample> Finish();
+  // Receive stamp of the last frame of the epoch that was given last.
+  Time epoch_recv() const { return epoch_recv_; }
+
+  // imu_frame_malformed, imu_frame_outside_epoch, imu_epoch_incomplete, imu_epoch_unstamped,
+  // imu_epoch_without_attitude, imu_utc_malformed, imu_utc_stepped, imu_device_restarted.
+  const Counters& counters() const { return counters_; }
+  std::vector<CanFilter> filters() const { return params_.signals.Filters(); }
+
+ private:
+  enum class Part : std::uint8_t { kNone, kInertial, kAttitude };
+  struct Epoch {
+    std::uint32_t device_us = 0;
+    Time first_recv;
+    Time last_recv;
+    Part part = Part::kNone;  // whose frames may follow
+    bool given = false;
+    FieldValues values;
+  };
+
+  std::optional<ImuSample> Open(Part part, std::uint32_t device_us, Time recv);
+  std::optional<ImuSample> Collect(const FieldValues& values, Time recv);
+  std::optional<ImuSample> Close();
+  std::optional<ImuSample> Give(bool with_attitude);
+  std::optional<Time> TimeOfEpoch();
+  bool Belongs(const std::bitset<kMaxFields>& fields, Time recv) const;
+  void AddUtc(const FieldValues& values, Time recv);
+  void SeeDeviceTime(std::uint32_t device_us);
+
+  ImuCanParams params_;
+  std::bitset<kMaxFields> inertial_fields_;
+  std::bitset<kMaxFields> attitude_fields_;  // empty where none is mapped
+  std::bitset<kMaxFields> utc_fields_;
+  std::optional<Epoch> epoch_;
+  struct UtcAnchor {
+    std::uint32_t device_us = 0;
+    Time utc;
+  };
+  FieldValues utc_;
+  Time utc_recv_;
+  std::optional<std::uint32_t> last_device_us_;
+  std::optional<UtcAnchor> anchor_;
+  Time epoch_recv_;
+  Counters counters_;
+};
+
+// Samples to the frames that such a device would send.
+class ImuCanEncoder {
+ public:
+  // device_zero: the instant at which the device's clock read 0.
+  ImuCanEncoder(const SignalMap& signals, Time device_zero);
+  // The frames of one epoch; first, and then once a second, the UTC frames before it.
+  std::vector<CanFrame> Encode(const ImuSample& sample);
+
+ private:
+  std::vector<CanFrame> EncodeUtc(Time whole_second) const;
+  double DeviceUs(Time t) const;
+
+  SignalMap signals_;
+  Time device_zero_;
+  std::optional<std::int64_t> utc_sent_s_;
+};
+
+}  // namespace seastitch

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "drivers/can/can_frame.hpp"
+
+namespace seastitch {
+
+// Where CAN frames come from. A driver does not know which kind it has.
+class CanSource {
+ public:
+  virtual ~CanSource() = default;
+
+  // Readable when Receive() has something to do. The same for the life of the source, also while
+  // the device behind it is gone.
+  virtual int fd() const = 0;
+  // Gives the frames that wait (at most some hundred a call), in order; never blocks.
+  virtual std::vector<ReceivedFrame> Receive() = 0;
+  // Nothing will ever come again: the end of a log.
+  virtual bool finished() const { return false; }
+
+  // Such as can_frames_dropped, can_interface_down, cannelloni_malformed.
+  virtual Counters counters() const = 0;
+};
+
+// Opens the source that the URL names; only frames that pass the filters will come out of it.
+//   can:can0                  SocketCAN; waits where the interface is down or unplugged
+//   candump:FILE[?speed=X]    can-utils log at X times its recorded pace (1 where not given),
+//                             0: as fast as it can be read; finished() at its end
+//   udp:HOST:PORT             cannelloni packets
+// Throws std::runtime_error of one line, "URL: reason", where the URL, the interface, the file or
+// the port cannot be used.
+std::unique_ptr<CanSource> OpenCanSource(const std::string& url,
+                                         const std::vector<CanFilter>& filters,
+                                         int receive_buffer_bytes);
+
+}  // namespace seastitch

@@ -1,0 +1,97 @@
+#include "logger/log_writer.hpp"
+
+#include <algorithm>
+#include <exception>
+#include <iterator>
+#include <utility>
+
+namespace seastitch {
+namespace {
+
+// What an event costs in the queue, with the room of its strings and pointers.
+std::int64_t CostOf(const LogEvent& event) {
+  constexpr std::int64_t kOverhead = 128;
+  return kOverhead + static_cast<std::int64_t>(event.channel.size() + event.data.size());
+}
+
+}  // namespace
+
+LogWriter::LogWriter(std::unique_ptr<EventLogWriter> file,
+                     std::int64_t max_queue_bytes,
+                     std::chrono::milliseconds flush_interval)
+    : file_(std::move(file)),
+      max_queue_bytes_(max_queue_bytes),
+      flush_interval_(flush_interval),
+      thread_([this] { Main(); }) {}
+
+LogWriter::~LogWriter() { Finish(); }
+
+void LogWriter::Add(LogEvent event) {
+  const std::lock_guard lock(mutex_);
+  const std::int64_t cost = CostOf(event);
+  if (status_.queued_bytes + cost > max_queue_bytes_) {
+    ++status_.events_dropped;
+    return;
+  }
+  status_.queued_bytes += cost;
+  ++events_taken_;
+  queue_.push_back(std::move(event));
+}
+
+LogWriter::Status LogWriter::status() const {
+  const std::lock_guard lock(mutex_);
+  return status_;
+}
+
+void LogWriter::Finish() {
+  {
+    const std::lock_guard lock(mutex_);
+    stop_ = true;
+  }
+  wake_.notify_one();
+  if (thread_.joinable()) thread_.join();
+}
+
+void LogWriter::Main() {
+  std::unique_lock lock(mutex_);
+  bool last = false;
+  while (!last) {
+    // By the clock, not by traffic: the last messages reach the disk also when no more come.
+    wake_.wait_for(lock, flush_interval_, [this] { return stop_; });
+    last = stop_;
+    std::deque<LogEvent> batch = std::exchange(queue_, {});
+    lock.unlock();
+    std::int64_t cost = 0;
+    std::string error = WriteBatch(&batch, &cost);
+    lock.lock();
+    TakeBack(std::move(batch));
+    status_.queued_bytes -= cost;
+    status_.events_written = file_->events();
+    status_.file_bytes = file_->bytes();
+    status_.write_errors += error.empty() ? 0 : 1;
+    status_.error = std::move(error);
+  }
+  status_.events_dropped += events_taken_ - status_.events_written;
+}
+
+std::string LogWriter::WriteBatch(std::deque<LogEvent>* batch, std::int64_t* cost) {
+  try {
+    while (!batch->empty()) {
+      const LogEvent& event = batch->front();
+      file_->Write(event.utime, event.channel, event.data.data(), event.data.size());
+      *cost += CostOf(event);
+      batch->pop_front();
+    }
+    file_->Sync();
+    return "";
+  } catch (const std::exception& e) {
+    return e.what();
+  }
+}
+
+void LogWriter::TakeBack(std::deque<LogEvent> left) {
+  std::move(queue_.begin(), queue_.end(), std::back_inserter(left));
+  queue_ = std::move(left);
+}
+
+}  // namespace seastitch

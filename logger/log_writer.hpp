@@ -1,0 +1,63 @@
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "common/storage/event_log.hpp"
+
+namespace seastitch {
+
+// Puts events on the disk beside the loop, so that a slow disk delays nothing and a full one ends
+// nothing: then the file stays whole, events wait in a queue of bounded size, and what the queue
+// has no room for is counted.
+class LogWriter {
+ public:
+  struct Status {
+    std::int64_t events_written = 0;
+    std::int64_t events_dropped = 0;  // the queue was full
+    std::int64_t queued_bytes = 0;
+    std::int64_t file_bytes = 0;
+    std::int64_t write_errors = 0;
+    std::string error;  // of the last attempt; empty: it went well
+  };
+
+  LogWriter(std::unique_ptr<EventLogWriter> file,
+            std::int64_t max_queue_bytes,
+            std::chrono::milliseconds flush_interval);
+  ~LogWriter();  // Finish()
+  LogWriter(const LogWriter&) = delete;
+  LogWriter& operator=(const LogWriter&) = delete;
+
+  void Add(LogEvent event);
+  Status status() const;
+  // Writes all that is queued, to the disk, and ends the thread. On a full disk it gives up after
+  // one attempt; the rest counts as dropped.
+  void Finish();
+
+ private:
+  void Main();
+  // Writes to the disk; takes from the batch what the file took, and adds up its cost. Gives the
+  // error, empty if none.
+  std::string WriteBatch(std::deque<LogEvent>* batch, std::int64_t* cost);
+  // Puts what is left before what came meanwhile.
+  void TakeBack(std::deque<LogEvent> left);
+
+  const std::unique_ptr<EventLogWriter> file_;  // of the thread alone
+  const std::int64_t max_queue_bytes_;
+  const std::chrono::milliseconds flush_interval_;
+  mutable std::mutex mutex_;
+  std::condition_variable wake_;
+  std::deque<LogEvent> queue_;
+  std::int64_t events_taken_ = 0;
+  Status status_;
+  bool stop_ = false;
+  std::thread thread_;
+};
+
+}  // namespace seastitch

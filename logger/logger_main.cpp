@@ -1,0 +1,47 @@
+#include <poll.h>
+
+#include <chrono>
+#include <cstdlib>
+
+#include "common/runtime/bus.hpp"
+#include "common/runtime/event_loop.hpp"
+#include "common/runtime/process.hpp"
+#include "logger/logger_config.hpp"
+#include "logger/logger_node.hpp"
+
+namespace seastitch {
+namespace {
+
+// What was sent before the signal may still be on its way through the socket.
+void TakeWhatIsUnderway(Bus* bus) {
+  constexpr int kQuiet_ms = 50;
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(1);
+  pollfd ready{bus->fd(), POLLIN, 0};
+  while (std::chrono::steady_clock::now() < deadline && poll(&ready, 1, kQuiet_ms) > 0)
+    if (bus->HandleReady() < 0) return;
+}
+
+int Run(const ProcessArgs& args) {
+  const LoggerConfig config = LoadLoggerConfig(args.config);
+  if (args.check_config) return EXIT_SUCCESS;
+  EventLoop loop;
+  Bus bus(args.lcm_url);
+  LoggerNode node(config, &bus);
+  loop.Add(bus.fd(), [&] {
+    if (bus.HandleReady() < 0) loop.Stop();
+  });
+  loop.Every(std::chrono::seconds(1), [&] { node.UpdateHealth(); });
+  node.health().PublishEverySecond(&bus, &loop);
+  const int code = loop.Run();
+  TakeWhatIsUnderway(&bus);
+  node.Finish();
+  return code;
+}
+
+}  // namespace
+}  // namespace seastitch
+
+int main(int argc, char** argv) {
+  return seastitch::RunProcess(
+      argc, argv, "seastitch-logger", "Records every LCM channel to an event log.", seastitch::Run);
+}

@@ -1,0 +1,95 @@
+#include "logger/logger_node.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "logger/log_file_name.hpp"
+
+namespace seastitch {
+namespace {
+
+constexpr std::int64_t kMegabyte = 1'000'000;
+constexpr int kSecondsToTellOfALoss = 10;
+
+// A log that is there is never touched again: it may be torn, and is somebody's dive.
+std::filesystem::path FreeName(const std::string& pattern) {
+  const std::filesystem::path wanted = LogFileName(pattern, NowUtime());
+  // One level only: a data disk that is not mounted must not become a directory of the root disk.
+  std::error_code told_by_open;
+  std::filesystem::create_directory(wanted.parent_path(), told_by_open);
+  int n = 0;
+  while (std::filesystem::exists(NumberedName(wanted, n))) ++n;
+  const std::filesystem::path free = NumberedName(wanted, n);
+  if (n > 0) spdlog::warn("{} exists: recording to {}", wanted.string(), free.string());
+  return free;
+}
+
+}  // namespace
+
+LoggerNode::LoggerNode(const LoggerConfig& config, Bus* bus)
+    : file_(FreeName(config.file)),
+      writer_(std::make_unique<EventLogWriter>(file_, IfExists::kRefuse),
+              config.max_queue_mb * kMegabyte,
+              std::chrono::milliseconds(config.flush_interval_ms)) {
+  // LCM's own queue has no limit: the bytes are bounded here, where what is dropped is counted.
+  bus->SubscribeEvents(
+      config.channels, 0, [this](const std::string& channel, const lcm::ReceiveBuffer& buffer) {
+        OnEvent(channel, buffer);
+      });
+  spdlog::info("recording {} to {}", config.channels, file_.string());
+  health_.SetState(HealthState::kOk, "recording to " + file_.string());
+}
+
+void LoggerNode::OnEvent(const std::string& channel, const lcm::ReceiveBuffer& buffer) {
+  const Bytes data(static_cast<const std::uint8_t*>(buffer.data), buffer.data_size);
+  gaps_.Add(channel, data);
+  writer_.Add({buffer.recv_utime, channel, {data.begin(), data.end()}});
+  health_.Tick("events");
+}
+
+void LoggerNode::UpdateHealth() {
+  const LogWriter::Status status = writer_.status();
+  health_.Set("events_written", status.events_written);
+  health_.Set("events_dropped", status.events_dropped);
+  health_.Set("events_lost_before_logger", gaps_.total());
+  for (const auto& [channel, lost] : gaps_.lost()) health_.Set("lost_" + channel, lost);
+  health_.Set("write_errors", status.write_errors);
+  health_.Set("queued_bytes", status.queued_bytes);
+  health_.Set("file_bytes", status.file_bytes);
+  std::error_code unknown;
+  const std::filesystem::space_info disk =
+      std::filesystem::space(std::filesystem::absolute(file_).parent_path(), unknown);
+  if (!unknown) health_.Set("disk_free_mb", static_cast<std::int64_t>(disk.available / kMegabyte));
+
+  const std::int64_t losses = status.events_dropped + gaps_.total();
+  seconds_since_loss_ = losses > losses_told_ ? 0 : seconds_since_loss_ + 1;
+  const bool lost_lately = losses > 0 && seconds_since_loss_ < kSecondsToTellOfALoss;
+  losses_told_ = losses;
+  if (!status.error.empty())
+    health_.SetState(HealthState::kDegraded,
+                     "cannot write, " + std::to_string(status.queued_bytes / kMegabyte) +
+                         " MB wait: " + status.error);
+  else if (lost_lately)
+    health_.SetState(HealthState::kDegraded,
+                     "losing messages: " + std::to_string(gaps_.total()) + " on the way here, " +
+                         std::to_string(status.events_dropped) + " for want of room");
+  else
+    health_.SetState(HealthState::kOk, "recording to " + file_.string());
+}
+
+void LoggerNode::Finish() {
+  writer_.Finish();
+  const LogWriter::Status status = writer_.status();
+  spdlog::info("{}: {} events, {} bytes; {} dropped, {} lost on the way",
+               file_.string(),
+               status.events_written,
+               status.file_bytes,
+               status.events_dropped,
+               gaps_.total());
+  if (!status.error.empty()) spdlog::error("last write: {}", status.error);
+}
+
+}  // namespace seastitch

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+
+#include "common/runtime/bus.hpp"
+#include "common/runtime/health.hpp"
+#include "logger/gap_counter.hpp"
+#include "logger/log_writer.hpp"
+#include "logger/logger_config.hpp"
+
+namespace seastitch {
+
+// Records every message of the bus with its time of receipt, and tells what was lost on the way.
+class LoggerNode {
+ public:
+  // Opens a new file beside those that are there. Throws std::runtime_error "FILE: reason".
+  LoggerNode(const LoggerConfig& config, Bus* bus);
+
+  // Brings counters and state up to date; to be called once a second.
+  void UpdateHealth();
+  // Puts everything on the disk that came so far, and ends.
+  void Finish();
+
+  Health& health() { return health_; }
+  const std::filesystem::path& file() const { return file_; }
+
+ private:
+  void OnEvent(const std::string& channel, const lcm::ReceiveBuffer& buffer);
+
+  std::filesystem::path file_;
+  LogWriter writer_;
+  GapCounter gaps_;
+  Health health_{"logger"};
+  std::int64_t losses_told_ = 0;
+  int seconds_since_loss_ = 0;
+};
+
+}  // namespace seastitch

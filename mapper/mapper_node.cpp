@@ -1,0 +1,376 @@
+#include "mapper/mapper_node.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <utility>
+
+#include "mapper/geometry/georeference.hpp"
+#include "mapper/submaps/footprint.hpp"
+#include "mapper/submaps/terrain_information.hpp"
+
+namespace seastitch {
+namespace {
+
+// Messages that LCM keeps while the loop is busy: several seconds of each stream.
+constexpr int kImuQueue = 2000;
+constexpr int kDvlQueue = 200;
+constexpr int kDepthQueue = 200;
+constexpr int kPingQueue = 300;  // 26 kB each
+constexpr int kProfileQueue = 10;
+constexpr int kFixQueue = 100;
+constexpr int kPoseGraphQueue = 200;
+constexpr int kRequestQueue = 16;
+
+// A ping so far ahead of navigation has a wrong clock, and must not hold up those behind it.
+constexpr double kMaxAheadS = 30.0;
+constexpr std::size_t kHeadingOfCovariance = 5;
+
+Time LastEcho(const MbesPing& ping) {
+  double last_s = 0.0;
+  for (const MbesBeam& beam : ping.beams) {
+    last_s = std::max(last_s, static_cast<double>(beam.tx_delay_s + beam.twtt_s));
+  }
+  return ping.time + FromSeconds(last_s);
+}
+
+// Of x, y, yaw.
+Eigen::Matrix3d LevelCovariance(const NavState& state) {
+  constexpr Eigen::Index kAxes[3] = {0, 1, kHeadingOfCovariance};
+  Eigen::Matrix3d covariance;
+  for (Eigen::Index r = 0; r < 3; ++r) {
+    for (Eigen::Index c = 0; c < 3; ++c) covariance(r, c) = state.covariance(kAxes[r], kAxes[c]);
+  }
+  return covariance;
+}
+
+const char* ToString(SoundSpeed::Source source) {
+  switch (source) {
+    case SoundSpeed::Source::kProfile: return "a profile";
+    case SoundSpeed::Source::kConfigured: return "the configured profile";
+    case SoundSpeed::Source::kTransducer: return "the transducer alone: no profile known";
+    case SoundSpeed::Source::kAssumed: return "an assumption: no profile known";
+  }
+  return "unknown";
+}
+
+}  // namespace
+
+MapperNode::MapperNode(const MapperConfig& config, Bus* bus, Worker* worker)
+    : config_(config),
+      bus_(bus),
+      worker_(worker),
+      navigation_(config.navigation, config.vehicle),
+      sound_speed_(config.sound_velocity_profile),
+      builder_(config.submap, config.filter),
+      archive_(std::make_shared<Archive>(
+          SurveyStoreParams{config.survey_dir, config.max_cached_mb, config.max_unsaved_mb})),
+      loop_closer_(config.loop_closer) {
+  const auto navigate = [this](const auto& sample) { OnNavigation(sample); };
+  Subscribe<imu_t>("IMU", kImuQueue, "imu", navigate);
+  Subscribe<dvl_t>("DVL", kDvlQueue, "dvl", navigate);
+  Subscribe<depth_t>("DEPTH", kDepthQueue, "depth", navigate);
+  Subscribe<position_fix_t>("POSITION_FIX", kFixQueue, "position_fix", navigate);
+  Subscribe<mbes_ping_t>(
+      "MBES_PING", kPingQueue, "mbes_ping", [this](const MbesPing& ping) { OnPing(ping); });
+  Subscribe<sound_velocity_profile_t>(
+      "SVP", kProfileQueue, "svp", [this](const SoundVelocityProfile& p) { OnProfile(p); });
+  bus_->Subscribe<pose_graph_t>("POSE_GRAPH",
+                                kPoseGraphQueue,
+                                [this, watch = SequenceWatch()](const pose_graph_t& msg) mutable {
+                                  if (watch.Add(msg.seq) > 0) RequestSolution();
+                                  OnPoseGraph(msg);
+                                });
+  bus_->Subscribe<graph_request_t>(
+      "GRAPH_REQUEST", kRequestQueue, [this](const graph_request_t& msg) { OnGraphRequest(msg); });
+  health_.SetState(HealthState::kStarting, "waiting for navigation");
+}
+
+template <class Msg, class Handler>
+void MapperNode::Subscribe(const std::string& channel,
+                           int queue,
+                           const std::string& name,
+                           Handler handler) {
+  bus_->Subscribe<Msg>(
+      channel, queue, [this, name, handler, watch = SequenceWatch()](const Msg& msg) mutable {
+        health_.Tick(name);
+        if (const std::int64_t lost = watch.Add(msg.seq); lost > 0)
+          health_.Count(name + "_lost", lost);
+        if (const auto sample = FromLcm(msg))
+          handler(*sample);
+        else
+          health_.Count(name + "_malformed");
+      });
+}
+
+template <class Sample>
+void MapperNode::OnNavigation(const Sample& sample) {
+  navigation_.Add(sample);
+  Advance();
+}
+
+void MapperNode::OnPing(const MbesPing& ping) {
+  if (pings_.size() >= static_cast<std::size_t>(config_.max_waiting_pings)) {
+    pings_.pop_front();
+    health_.Count("pings_dropped_waiting");
+  }
+  pings_.push_back(ping);
+  GeoreferencePings(false);
+}
+
+void MapperNode::OnProfile(const SoundVelocityProfile& profile) {
+  if (!sound_speed_.Add(profile)) health_.Count("svp_unusable");
+}
+
+void MapperNode::Advance() {
+  PublishNav();
+  GeoreferencePings(false);
+  // A submap's points leave one by one between the messages that come in: sent at once, a megabyte
+  // would overrun the receivers' buffers.
+  SendNextChunk();
+  RegisterNext();
+}
+
+void MapperNode::GeoreferencePings(bool no_more_poses) {
+  while (!pings_.empty()) {
+    const MbesPing& ping = pings_.front();
+    const std::optional<Time> latest = navigation_.latest();
+    const bool ready = no_more_poses || (latest && LastEcho(ping) <= *latest);
+    const bool never = latest && ToSeconds(ping.time - *latest) > kMaxAheadS;
+    if (!ready && !never) return;
+    if (never)
+      health_.Count("pings_from_the_future");
+    else
+      AddToSubmap(ping);
+    pings_.pop_front();
+  }
+}
+
+void MapperNode::AddToSubmap(const MbesPing& ping) {
+  const SoundSpeed::Choice sound_speed = sound_speed_.For(ping);
+  sound_speed_source_ = sound_speed.source;
+  if (sound_speed.source == SoundSpeed::Source::kTransducer ||
+      sound_speed.source == SoundSpeed::Source::kAssumed)
+    health_.Count("pings_without_profile");
+  const PoseLookup T_map_vehicle_at = [this](Time t) -> std::optional<Eigen::Isometry3d> {
+    const std::optional<NavState> state = navigation_.StateAt(t);
+    if (!state) return std::nullopt;
+    return state->T_map_vehicle;
+  };
+  const std::optional<GeoreferencedPing> georeferenced =
+      Georeference(ping, T_map_vehicle_at, config_.vehicle, *sound_speed.rays);
+  if (!georeferenced) {
+    health_.Count("pings_without_pose");
+    return;
+  }
+  health_.Count("beams_read", georeferenced->beams_read);
+  health_.Count("beams_invalid", georeferenced->beams_invalid);
+  health_.Count("beams_refused", georeferenced->beams_refused);
+  if (georeferenced->speed_from_profile) health_.Count("pings_with_impossible_sound_speed");
+  if (std::optional<Submap> closed = builder_.Add(*georeferenced)) OnClosed(std::move(*closed));
+}
+
+void MapperNode::OnClosed(Submap submap) {
+  submap.covariance_from_previous = CovarianceFromPrevious(submap);
+  previous_frame_ = navigation_.StateAt(submap.frame_time);
+  AddSubmap(std::move(submap));
+}
+
+Eigen::Matrix3d MapperNode::CovarianceFromPrevious(const Submap& submap) {
+  if (!previous_frame_) return Eigen::Matrix3d::Zero();
+  const auto relative = navigation_.RelativeCovariance(previous_frame_->time, submap.frame_time);
+  if (relative) return *relative;
+  // The previous submap is further back than navigation remembers. As if the two were independent,
+  // which is never too sure.
+  health_.Count("relative_covariances_missing");
+  const std::optional<NavState> state = navigation_.StateAt(submap.frame_time);
+  const Eigen::Matrix3d own = LevelCovariance(state ? *state : *previous_frame_);
+  return RelativeCovariance(LevelPose(previous_frame_->T_map_vehicle),
+                            LevelPose(submap.T_map_submap),
+                            LevelCovariance(*previous_frame_),
+                            own,
+                            Eigen::Matrix3d::Zero());
+}
+
+void MapperNode::AddSubmap(Submap submap) {
+  if (submap.id.value < 0) submap.id.value = next_id_;
+  if (submap.id.value < next_id_ || !submap.T_map_submap.matrix().allFinite() ||
+      !submap.covariance_from_previous.allFinite()) {
+    health_.Count("submaps_refused");
+    return;
+  }
+  next_id_ = submap.id.value + 1;
+  const Eigen::Matrix3d R_level_submap = LevelFromBody(submap.T_map_submap);
+  if (submap.footprint.empty()) submap.footprint = FootprintOf(submap.cloud, R_level_submap);
+  if (submap.predicted_information.isZero(0.0)) {
+    submap.predicted_information =
+        config_.submap.expected_overlap *
+        PredictInformation(
+            submap.cloud, R_level_submap, config_.filter.voxel_m, config_.submap.sounding_sigma_m);
+  }
+  loop_closer_.Add(submap);
+  PublishSubmap(submap);
+  const bool busy = submaps_.size() >= static_cast<std::size_t>(config_.max_waiting_submaps);
+  if (busy) {
+    health_.Count("submaps_skipped_busy");
+    submap.cloud = {};
+  }
+  submaps_.push_back({std::make_shared<const Submap>(std::move(submap)), busy});
+  RegisterNext();
+}
+
+void MapperNode::RegisterNext() {
+  if (worker_busy_ || submaps_.empty()) return;
+  const Waiting& next = submaps_.front();
+  const auto job = [this,
+                    archive = archive_,
+                    params = config_.loop_closer,
+                    submap = next.submap,
+                    keep = !next.skip_registration,
+                    pairs = next.skip_registration ? std::vector<LoopPair>{}
+                                                   : loop_closer_.PairsFor(next.submap->id)] {
+    SurveyStore& store = archive->store;
+    if (keep) store.Put(submap);
+    Registered registered;
+    registered.loop_edges = RegisterPairs(
+        *submap, pairs, [&](SubmapId id) { return store.Get(id); }, params);
+    registered.pairs = pairs.size();
+    registered.store = store.counters();
+    return std::function<void()>([this, submap, registered] { OnRegistered(*submap, registered); });
+  };
+  worker_busy_ = true;
+  if (worker_->Post(job)) return;
+  worker_busy_ = false;  // tried again with the next message
+  health_.Count("worker_refused");
+}
+
+void MapperNode::OnRegistered(const Submap& submap, const Registered& registered) {
+  worker_busy_ = false;
+  submaps_.pop_front();
+
+  Step step;
+  step.submap_time = submap.frame_time;
+  step.update.version = static_cast<std::int64_t>(graph_.size()) + 1;
+  step.update.vertices = {{submap.id, submap.frame_time, LevelPose(submap.T_map_submap)}};
+  step.update.edges = loop_closer_.DeadReckoningEdge(submap.id);
+  for (const GraphEdge& edge : registered.loop_edges) {
+    ++(edge.verdict == LoopVerdict::kAccepted ? accepted_ : rejected_);
+    step.update.edges.push_back(edge);
+  }
+  graph_.push_back(std::move(step));
+  PublishUpdate(graph_.size() - 1);
+
+  health_.Count("registrations", static_cast<std::int64_t>(registered.loop_edges.size()));
+  health_.Count("registrations_without_target",
+                static_cast<std::int64_t>(registered.pairs - registered.loop_edges.size()));
+  health_.Set("store_saved", registered.store.saved);
+  health_.Set("store_write_errors", registered.store.write_errors);
+  health_.Set("store_read_errors", registered.store.read_errors);
+  health_.Set("store_lost", registered.store.lost);
+  health_.Set("store_cached_kb", registered.store.cached_bytes / 1000);
+  ReportHealth();
+  RegisterNext();
+}
+
+void MapperNode::PublishUpdate(std::size_t index) {
+  const Step& step = graph_[index];
+  bus_->Publish("GRAPH_UPDATE", ToLcm(step.update, step.submap_time, update_seq_++));
+}
+
+void MapperNode::OnGraphRequest(const graph_request_t& msg) {
+  if (msg.from == "mapper") return;  // our own
+  health_.Count("graph_requests");
+  const auto have = static_cast<std::size_t>(std::max<std::int64_t>(0, msg.have_version));
+  for (std::size_t i = have; i < graph_.size(); ++i) PublishUpdate(i);
+}
+
+void MapperNode::OnPoseGraph(const pose_graph_t& msg) {
+  health_.Tick("pose_graph");
+  const std::optional<PoseGraph> graph = pose_graph_.Add(msg);
+  health_.Set("pose_graph_malformed", pose_graph_.malformed());
+  if (!graph) return;
+  if (graph->graph_version > static_cast<std::int64_t>(graph_.size()) ||
+      !loop_closer_.SetSolution(*graph)) {
+    health_.Count("pose_graph_refused");
+    return;
+  }
+  solution_version_ = graph->graph_version;
+  health_.Set("solution_version", solution_version_);
+}
+
+void MapperNode::RequestSolution() {
+  graph_request_t msg{};
+  msg.utime = last_nav_ ? ToUtime(*last_nav_) : 0;
+  msg.seq = request_seq_++;
+  msg.from = "mapper";
+  msg.have_version = solution_version_;
+  bus_->Publish("GRAPH_REQUEST", msg);
+  health_.Count("solution_requests");
+}
+
+void MapperNode::PublishNav() {
+  const std::optional<Time> latest = navigation_.latest();
+  if (!latest) return;
+  // Half a millisecond less, so that a stamp's rounding does not halve the rate.
+  const double due_s = 1.0 / config_.nav_rate_hz - 5e-4;
+  if (last_nav_ && *latest >= *last_nav_ && ToSeconds(*latest - *last_nav_) < due_s) return;
+  const std::optional<NavState> state = navigation_.StateAt(*latest);
+  if (!state) return;
+  last_nav_ = *latest;
+  bottom_lock_ = state->bottom_lock;
+  bus_->Publish("NAV", ToLcm(*state, nav_seq_++));
+  health_.Tick("nav");
+  ReportHealth();
+}
+
+void MapperNode::PublishSubmap(const Submap& submap) {
+  // An announcement ends the submap before it: its points go first.
+  while (SendNextChunk()) {
+  }
+  SubmapMessages messages = ToLcm(submap, submap_seq_++, points_seq_);
+  points_seq_ += static_cast<std::int64_t>(messages.chunks.size());
+  bus_->Publish("SUBMAP", messages.announcement);
+  chunks_.assign(std::make_move_iterator(messages.chunks.begin()),
+                 std::make_move_iterator(messages.chunks.end()));
+  health_.Count(std::string("submaps_by_") + seastitch::ToString(submap.trigger));
+}
+
+bool MapperNode::SendNextChunk() {
+  if (chunks_.empty()) return false;
+  bus_->Publish("SUBMAP_POINTS", chunks_.front());
+  chunks_.pop_front();
+  return true;
+}
+
+void MapperNode::Finish(const std::function<void()>& pause) {
+  while (SendNextChunk()) pause();
+  navigation_.Finish();
+  GeoreferencePings(true);
+  if (std::optional<Submap> last = builder_.Finish()) OnClosed(std::move(*last));
+  while (SendNextChunk()) pause();
+  ReportHealth();
+}
+
+void MapperNode::ReportHealth() {
+  for (const auto& [name, count] : navigation_.counters()) health_.Set("nav_" + name, count);
+  for (const auto& [name, count] : builder_.counters()) health_.Set(name, count);
+  health_.Set("bus_decode_errors", bus_->decode_errors());
+  health_.Set("bus_publish_errors", bus_->publish_errors());
+  health_.Set("submaps_waiting", static_cast<std::int64_t>(submaps_.size()));
+  health_.Set("loop_closures_accepted", accepted_);
+  health_.Set("loop_closures_rejected", rejected_);
+  if (!last_nav_ && graph_.empty()) return;
+  const std::string figures = std::to_string(graph_.size()) + " submaps, " +
+                              std::to_string(accepted_) + " loop closures accepted, " +
+                              std::to_string(rejected_) + " rejected; sound speed from " +
+                              ToString(sound_speed_source_);
+  const bool profile_missing = sound_speed_source_ == SoundSpeed::Source::kTransducer ||
+                               sound_speed_source_ == SoundSpeed::Source::kAssumed;
+  if (health_.counter("store_write_errors") > 0)
+    health_.SetState(HealthState::kDegraded, "the survey directory cannot be written; " + figures);
+  else if (last_nav_ && !bottom_lock_)
+    health_.SetState(HealthState::kDegraded, "no bottom lock; " + figures);
+  else
+    health_.SetState(profile_missing ? HealthState::kDegraded : HealthState::kOk, figures);
+}
+
+}  // namespace seastitch

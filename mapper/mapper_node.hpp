@@ -1,0 +1,125 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/convert/convert.hpp"
+#include "common/core/graph.hpp"
+#include "common/core/submap.hpp"
+#include "common/runtime/bus.hpp"
+#include "common/runtime/health.hpp"
+#include "common/runtime/worker.hpp"
+#include "mapper/loop_closer.hpp"
+#include "mapper/mapper_config.hpp"
+#include "mapper/navigation/dead_reckoning.hpp"
+#include "mapper/sound_speed.hpp"
+#include "mapper/submaps/submap_builder.hpp"
+#include "mapper/submaps/survey_store.hpp"
+#include "seastitch/graph_request_t.hpp"
+
+namespace seastitch {
+
+// Sensor messages in; NAV, SUBMAP, SUBMAP_POINTS and GRAPH_UPDATE out. Everything on the loop
+// thread but one job a closed submap: store it, register it on its candidates. Jobs run one at a
+// time and in the order of the submaps, so graph versions follow the submap ids whatever the worker
+// does.
+class MapperNode {
+ public:
+  // Throws std::runtime_error where the survey directory cannot be made.
+  MapperNode(const MapperConfig& config, Bus* bus, Worker* worker);
+
+  // The entry of every finished submap, closed here or imported: publishes it, registers it, adds
+  // it to the graph. An id below 0 is given the next number; one that is not above all before it is
+  // refused and counted. Footprint and predicted information are added where they are missing.
+  void AddSubmap(Submap submap);
+
+  // No more messages come: georeferences what waits, closes the last submap, publishes what is
+  // still to be sent, calling pause() after every message so that a receiver can follow. With a
+  // ThreadWorker, its Finish() then brings the last registrations.
+  void Finish(const std::function<void()>& pause = [] {});
+
+  Health& health() { return health_; }
+
+ private:
+  // What jobs use and nobody else: they run one at a time.
+  struct Archive {
+    explicit Archive(const SurveyStoreParams& params) : store(params) {}
+    SurveyStore store;
+  };
+  struct Waiting {
+    std::shared_ptr<const Submap> submap;
+    bool skip_registration = false;
+  };
+  struct Registered {
+    std::vector<GraphEdge> loop_edges;
+    std::size_t pairs = 0;
+    SurveyStoreCounters store;
+  };
+
+  template <class Msg, class Handler>
+  void Subscribe(const std::string& channel, int queue, const std::string& name, Handler handler);
+  template <class Sample>
+  void OnNavigation(const Sample& sample);
+  void OnPing(const MbesPing& ping);
+  void OnProfile(const SoundVelocityProfile& profile);
+  void OnPoseGraph(const pose_graph_t& msg);
+  void OnGraphRequest(const graph_request_t& msg);
+  void RequestSolution();
+
+  void Advance();
+  void GeoreferencePings(bool no_more_poses);
+  void AddToSubmap(const MbesPing& ping);
+  void OnClosed(Submap submap);
+  Eigen::Matrix3d CovarianceFromPrevious(const Submap& submap);
+  void PublishNav();
+  void PublishSubmap(const Submap& submap);
+  bool SendNextChunk();
+  void RegisterNext();
+  void OnRegistered(const Submap& submap, const Registered& registered);
+  void PublishUpdate(std::size_t index);
+  void ReportHealth();
+
+  const MapperConfig config_;
+  Bus* const bus_;
+  Worker* const worker_;
+  Health health_{"mapper"};
+
+  DeadReckoning navigation_;
+  SoundSpeed sound_speed_;
+  SoundSpeed::Source sound_speed_source_ = SoundSpeed::Source::kProfile;
+  std::deque<MbesPing> pings_;  // waiting for navigation
+  SubmapBuilder builder_;
+  std::optional<NavState> previous_frame_;  // of the submap closed last
+  std::optional<Time> last_nav_;
+  bool bottom_lock_ = false;
+
+  std::shared_ptr<Archive> archive_;
+  LoopCloser loop_closer_;
+  PoseGraphAssembler pose_graph_;
+  std::int64_t solution_version_ = 0;
+  std::int32_t next_id_ = 0;
+  std::deque<Waiting> submaps_;  // waiting for the worker; the first may be with it
+  bool worker_busy_ = false;
+
+  struct Step {
+    GraphUpdate update;
+    Time submap_time;
+  };
+  std::vector<Step> graph_;  // version n at n - 1
+  std::int64_t accepted_ = 0;
+  std::int64_t rejected_ = 0;
+  std::deque<submap_points_t> chunks_;  // to be sent
+
+  std::int64_t nav_seq_ = 0;
+  std::int64_t submap_seq_ = 0;
+  std::int64_t points_seq_ = 0;
+  std::int64_t update_seq_ = 0;
+  std::int64_t request_seq_ = 0;
+};
+
+}  // namespace seastitch

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "common/core/sensors.hpp"
+#include "common/core/time.hpp"
+#include "common/core/vehicle.hpp"
+#include "mapper/navigation/navigation_params.hpp"
+
+namespace seastitch {
+
+// The sensors whose innovations are watched.
+enum class NavSensor : std::uint8_t { kAttitude, kDvl, kDepth, kPositionFix };
+
+// Scalar innovations of one sensor. Of a filter whose covariance is honest, mean_nis is near 1.
+struct InnovationSummary {
+  std::int64_t used = 0;
+  std::int64_t gated = 0;  // further off than gate_sigma
+  double mean_nis = 0.0;   // mean of innovation^2 / variance of those used
+};
+
+// Dead reckoning: strapdown inertial navigation corrected by an error-state Kalman filter with the
+// device's attitude, DVL bottom track, depth and position fixes. Frozen as it goes: a state once
+// given is never changed by what comes later, so that what was built upon it stays where it is.
+//
+// The map is taken as flat: good to a few kilometres from the datum.
+//
+// Samples may arrive in any order within reorder_window_s and give the same bytes out. A sample
+// that is not finite, beyond any vehicle's limits, late or from a leaping clock is refused and
+// counted. Inertial samples drive the clock: nothing moves without them.
+class DeadReckoning {
+ public:
+  // Throws std::invalid_argument with params.Validate()'s line.
+  DeadReckoning(const NavigationParams& params, const VehicleGeometry& vehicle);
+  ~DeadReckoning();
+  DeadReckoning(DeadReckoning&&) noexcept;
+  DeadReckoning& operator=(DeadReckoning&&) noexcept;
+
+  void Add(const ImuSample& sample);
+  void Add(const DvlSample& sample);
+  void Add(const DepthSample& sample);
+  void Add(const PositionFix& fix);
+  // Uses what still waits in the reorder window: at the end of a log.
+  void Finish();
+
+  // States up to here are final. Nothing before the start is made.
+  std::optional<Time> latest() const;
+  // Nothing outside [oldest kept, latest()]. Covariance is that of the frozen estimate.
+  std::optional<NavState> StateAt(Time t) const;
+  // Covariance of (x, y [m], yaw [rad]) of Inverse(level a) * level b, in the level axes of a, for
+  // the vehicle frames at a and b (either order). Nothing outside the window of window_s.
+  std::optional<Eigen::Matrix3d> RelativeCovariance(Time a, Time b) const;
+
+  // Everything refused, reset or coasted, by name, such as "dvl_not_finite".
+  const std::map<std::string, std::int64_t>& counters() const;
+  InnovationSummary innovations(NavSensor sensor) const;
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace seastitch

@@ -1,0 +1,136 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <array>
+#include <cstdint>
+
+#include "mapper/navigation/dead_reckoning.hpp"
+#include "mapper/navigation/navigation_params.hpp"
+#include "mapper/navigation/strapdown.hpp"
+
+namespace seastitch {
+
+// Order of the error state. Truth = estimate + error, but for two: the attitude error is a rotation
+// vector in map axes, R_true = Exp(tilt) R_estimate, and the velocity error is what is left when
+// the estimate has been turned by it, v_true = Exp(tilt) v_estimate + error. Written so (invariant
+// form: Barrau and Bonnabel, IEEE Trans. Automatic Control 62(4), 2017) a DVL's component does not
+// depend on heading at all, and the filter cannot talk itself into knowing heading from it.
+enum ErrorIndex : int {
+  kPosition = 0,       // m, map
+  kVelocity = 3,       // m/s, map
+  kTilt = 6,           // rad, map: attitude
+  kGyroBias = 9,       // rad/s, imu
+  kAccelBias = 12,     // m/s2, imu
+  kDvlScale = 15,      // measured = (1 + scale) * true
+  kDvlMounting = 16,   // rad, dvl: measured = Exp(mounting) true
+  kAttitudeBias = 19,  // rad: what the device adds to roll, pitch, yaw
+  kErrorSize = 22,
+};
+
+using ErrorVector = Eigen::Matrix<double, kErrorSize, 1>;
+using ErrorMatrix = Eigen::Matrix<double, kErrorSize, kErrorSize>;
+using ErrorRow = Eigen::Matrix<double, 1, kErrorSize>;
+
+// Error-state Kalman filter of the inertial unit's motion; the error model is that of Groves,
+// Principles of GNSS, Inertial, and Multisensor Integrated Navigation Systems, 2nd ed., 14.2.3,
+// for a frame fixed to the Earth. Knows no time of day, no order of samples and no bad input: its
+// caller does.
+//
+// Beside state and covariance it keeps the transition of the error since TakeTransition(): the
+// product A of every (I - K H) and F on the way, so that of two frozen estimates
+// Cov(error(b), error(a)) = A(a to b) Cov(error(a)).
+class ErrorStateFilter {
+ public:
+  // Lever arms and mountings from the inertial unit's point of view.
+  struct Mounting {
+    Eigen::Isometry3d T_imu_vehicle = Eigen::Isometry3d::Identity();
+    Eigen::Isometry3d T_imu_dvl = Eigen::Isometry3d::Identity();
+    Eigen::Vector3d p_imu_depth = Eigen::Vector3d::Zero();
+  };
+  // What the start does not get from the device's attitude.
+  struct Start {
+    Eigen::Vector3d p_map_imu = Eigen::Vector3d::Zero();
+    Eigen::Vector3d v_map_mps = Eigen::Vector3d::Zero();
+    Eigen::Vector3d sigma_p_m = Eigen::Vector3d::Ones();
+    double sigma_v_mps = 1.0;
+  };
+
+  ErrorStateFilter(const NavigationParams& params,
+                   const Mounting& mounting,
+                   const EarthModel& earth);
+
+  // sigma_rpy_rad: the device's own; what params state holds where that is more.
+  void Initialise(const Start& start,
+                  const Eigen::Quaterniond& q_map_imu,
+                  const Eigen::Vector3d& sigma_rpy_rad);
+
+  // Raw rates as measured, changing evenly over dt_s.
+  void Propagate(const InertialRates& from, const InertialRates& to, double dt_s);
+  // Over a hole in the inertial data: straight on, and the attitude anew from the device.
+  void Coast(double dt_s, const Eigen::Quaterniond& q_map_imu, const InertialRates& now);
+
+  // Each gives how many components were refused by the gate.
+  int UpdateAttitude(const Eigen::Quaterniond& q_map_imu, const Eigen::Vector3d& sigma_rpy_rad);
+  int UpdateDvl(const Eigen::Vector3d& v_dvl_mps, const Eigen::Vector3d& sigma_mps);
+  int UpdateDepth(double depth_m, double sigma_m);
+  int UpdatePosition(const Eigen::Vector2d& north_east_m, const Eigen::Matrix2d& covariance_m2);
+
+  // For a sensor that has been refused for too long: opens the states that it measures.
+  void OpenAttitudeBias();
+  void OpenVelocity();
+  void OpenDepth();
+
+  // The vehicle frame, now.
+  Eigen::Isometry3d T_map_vehicle() const;
+  Eigen::Vector3d v_map_vehicle_mps() const;
+  // Rows: x, y, z [m], roll, pitch, yaw [rad], v north, v east [m/s] of the vehicle frame by error
+  // state.
+  Eigen::Matrix<double, 8, kErrorSize> VehicleJacobian() const;
+
+  const InertialState& state() const { return state_; }
+  const ErrorVector& biases() const { return biases_; }  // nine zeros, then as ErrorIndex
+  // Brings the covariance up to the state, and returns it.
+  const ErrorMatrix& covariance();
+  // The transition since the last call (or the start).
+  ErrorMatrix TakeTransition();
+
+  const InnovationSummary& innovations(NavSensor sensor) const {
+    return innovations_[static_cast<std::size_t>(sensor)];
+  }
+
+ private:
+  InertialRates Corrected(const InertialRates& measured) const;
+  void PropagateCovariance();
+  void AlignWithDevice();
+  void Apply(const ErrorMatrix& M);
+  void SetAttitudeBiasSigma(const Eigen::Vector3d& sigma_rpy_rad);
+  // Offers the scalar `residual` = H error + noise. False: beyond the gate.
+  bool Offer(NavSensor sensor, const ErrorRow& H, double residual, double variance);
+  void Inject();
+
+  const NavigationParams params_;
+  const Mounting mounting_;
+  const EarthModel earth_;
+  double gyro_psd_ = 0.0;
+  double accel_psd_ = 0.0;
+
+  InertialState state_;
+  ErrorVector biases_ = ErrorVector::Zero();
+  InertialRates rates_;  // as measured, at the state's time
+  ErrorMatrix P_ = ErrorMatrix::Zero();
+  ErrorMatrix A_ = ErrorMatrix::Identity();
+  ErrorVector correction_ = ErrorVector::Zero();
+  // Of each bias: sigma when left alone, and how fast it forgets.
+  ErrorVector bias_sigma_ = ErrorVector::Zero();
+  ErrorVector bias_rate_ = ErrorVector::Zero();
+
+  // Since the covariance was last brought up to the state.
+  double pending_s_ = 0.0;
+  Eigen::Matrix3d pending_R_ = Eigen::Matrix3d::Zero();     // integral of R_map_imu
+  Eigen::Vector3d pending_move_ = Eigen::Vector3d::Zero();  // integral of v_map
+
+  std::array<InnovationSummary, 4> innovations_{};
+};
+
+}  // namespace seastitch

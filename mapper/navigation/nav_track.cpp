@@ -1,0 +1,162 @@
+#include "mapper/navigation/nav_track.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace seastitch {
+namespace {
+
+template <class T>
+void DropBefore(Time oldest, std::deque<T>* items) {
+  // One older stays, so that the window's own first instant can be interpolated.
+  while (items->size() > 2 && (*items)[1].time <= oldest) items->pop_front();
+}
+
+// The last item that is not after t.
+template <class T>
+std::optional<std::size_t> LastAtOrBefore(Time t, const std::deque<T>& items) {
+  if (items.empty() || t < items.front().time || t > items.back().time) return std::nullopt;
+  const auto after = std::upper_bound(
+      items.begin(), items.end(), t, [](Time time, const T& item) { return time < item.time; });
+  return static_cast<std::size_t>(after - items.begin()) - 1;
+}
+
+// Cubic in position with the speeds at both ends, shortest turn in attitude.
+TrackPose Between(const TrackPose& a, const TrackPose& b, Time t) {
+  const double dt = ToSeconds(b.time - a.time);
+  const double w = ToSeconds(t - a.time) / dt;
+  const double w2 = w * w;
+  const double w3 = w2 * w;
+  TrackPose at;
+  at.time = t;
+  at.p_map = (2.0 * w3 - 3.0 * w2 + 1.0) * a.p_map + (w3 - 2.0 * w2 + w) * dt * a.v_map_mps +
+             (3.0 * w2 - 2.0 * w3) * b.p_map + (w3 - w2) * dt * b.v_map_mps;
+  at.v_map_mps = (1.0 - w) * a.v_map_mps + w * b.v_map_mps;
+  at.q_map_vehicle = a.q_map_vehicle.slerp(w, b.q_map_vehicle);
+  return at;
+}
+
+std::optional<TrackPose> Interpolate(Time t, const std::deque<TrackPose>& poses) {
+  const auto i = LastAtOrBefore(t, poses);
+  if (!i) return std::nullopt;
+  if (poses[*i].time == t) return poses[*i];
+  return Between(poses[*i], poses[*i + 1], t);
+}
+
+}  // namespace
+
+void NavTrack::Add(Time t, ErrorStateFilter* filter, bool bottom_lock) {
+  const Eigen::Isometry3d T = filter->T_map_vehicle();
+  const TrackPose pose{
+      t, T.translation(), filter->v_map_vehicle_mps(), Eigen::Quaterniond(T.linear())};
+  poses_.push_back(pose);
+  DropBefore(t - FromSeconds(params_.pose_window_s), &poses_);
+
+  const bool epoch =
+      epochs_.empty() || ToSeconds(t - epochs_.back().time) >= params_.epoch_interval_s - 1e-6;
+  const bool key =
+      keys_.empty() || ToSeconds(t - keys_.back().time) >= params_.key_interval_s - 1e-6;
+  if (!epoch && !key) return;
+  const Eigen::Matrix<double, 8, kErrorSize> J = filter->VehicleJacobian();
+  const ErrorMatrix& P = filter->covariance();
+  if (epoch) AddEpoch(pose, J, P, bottom_lock);
+  if (key) AddKey(pose, J, P, filter->TakeTransition());
+}
+
+void NavTrack::AddEpoch(const TrackPose& pose,
+                        const Eigen::Matrix<double, 8, kErrorSize>& J,
+                        const ErrorMatrix& P,
+                        bool bottom_lock) {
+  const Eigen::Matrix<double, 6, 6> covariance = J.topRows<6>() * P * J.topRows<6>().transpose();
+  epochs_.push_back({pose.time, covariance.cast<float>(), bottom_lock});
+  coarse_.push_back(pose);
+  const Time oldest = pose.time - FromSeconds(params_.window_s);
+  DropBefore(oldest, &epochs_);
+  DropBefore(oldest, &coarse_);
+}
+
+void NavTrack::AddKey(const TrackPose& pose,
+                      const Eigen::Matrix<double, 8, kErrorSize>& J,
+                      const ErrorMatrix& P,
+                      const ErrorMatrix& A) {
+  Key key;
+  key.time = pose.time;
+  key.level = LevelPose(MakePose(pose.p_map, pose.q_map_vehicle.toRotationMatrix()));
+  key.v_map_mps = pose.v_map_mps.head<2>();
+  key.J.topRows<2>() = J.topRows<2>();
+  key.J.bottomRows<3>() = J.bottomRows<3>();  // yaw, v north, v east
+  key.PJ = P * key.J.transpose();
+  key.A = A;
+  keys_.push_back(key);
+  DropBefore(pose.time - FromSeconds(params_.window_s), &keys_);
+}
+
+std::optional<Time> NavTrack::latest() const {
+  if (poses_.empty()) return std::nullopt;
+  return poses_.back().time;
+}
+
+std::optional<TrackPose> NavTrack::PoseAt(Time t) const {
+  if (const auto pose = Interpolate(t, poses_)) return pose;
+  return Interpolate(t, coarse_);
+}
+
+std::optional<NavState> NavTrack::StateAt(Time t) const {
+  const auto pose = PoseAt(t);
+  if (!pose) return std::nullopt;
+  NavState state;
+  state.time = t;
+  state.T_map_vehicle = MakePose(pose->p_map, pose->q_map_vehicle.toRotationMatrix());
+  state.v_map_mps = pose->v_map_mps;
+  const std::size_t i = LastAtOrBefore(t, epochs_).value_or(epochs_.size() - 1);
+  state.covariance = epochs_[i].covariance.cast<double>();
+  state.bottom_lock = epochs_[i].bottom_lock;
+  return state;
+}
+
+std::optional<std::size_t> NavTrack::NearestKey(Time t) const {
+  if (keys_.empty() || t < keys_.front().time || t > *latest()) return std::nullopt;
+  const std::size_t i = LastAtOrBefore(t, keys_).value_or(keys_.size() - 1);
+  const bool next_is_nearer = i + 1 < keys_.size() && keys_[i + 1].time - t < t - keys_[i].time;
+  return next_is_nearer ? i + 1 : i;
+}
+
+Pose2 NavTrack::LevelAt(const Key& key, Time t) const {
+  if (const auto pose = PoseAt(t))
+    return LevelPose(MakePose(pose->p_map, pose->q_map_vehicle.toRotationMatrix()));
+  const Eigen::Vector2d p = key.level.Translation() + ToSeconds(t - key.time) * key.v_map_mps;
+  return {p.x(), p.y(), key.level.yaw};
+}
+
+std::optional<Eigen::Matrix3d> NavTrack::RelativeCovariance(Time a, Time b) const {
+  const auto key_a = NearestKey(a);
+  const auto key_b = NearestKey(b);
+  if (!key_a || !key_b) return std::nullopt;
+  const std::size_t first = std::min(*key_a, *key_b);
+  const std::size_t last = std::max(*key_a, *key_b);
+  // J_last A(first to last) P(first) J_first^T, from the left: five rows at a time.
+  Eigen::Matrix<double, kKeyRows, kErrorSize> rows = keys_[last].J;
+  for (std::size_t i = last; i > first; --i) rows = (rows * keys_[i].A).eval();
+  const Eigen::Matrix<double, kKeyRows, kKeyRows> last_by_first = rows * keys_[first].PJ;
+
+  // Within the half second to its key a pose's error moves with the error in velocity.
+  const auto carry = [](const Key& key, Time t) {
+    Eigen::Matrix<double, 3, kKeyRows> E = Eigen::Matrix<double, 3, kKeyRows>::Zero();
+    E.leftCols<3>().setIdentity();
+    E.topRightCorner<2, 2>().diagonal().setConstant(ToSeconds(t - key.time));
+    return E;
+  };
+  const auto Ea = carry(keys_[*key_a], a);
+  const auto Eb = carry(keys_[*key_b], b);
+  const Eigen::Matrix3d cov_a = Ea * keys_[*key_a].J * keys_[*key_a].PJ * Ea.transpose();
+  const Eigen::Matrix3d cov_b = Eb * keys_[*key_b].J * keys_[*key_b].PJ * Eb.transpose();
+  Eigen::Matrix<double, kKeyRows, kKeyRows> a_by_b = last_by_first;
+  if (*key_a == first) a_by_b.transposeInPlace();
+  const Eigen::Matrix3d cov_a_b = Ea * a_by_b * Eb.transpose();
+  const Eigen::Matrix3d relative = seastitch::RelativeCovariance(
+      LevelAt(keys_[*key_a], a), LevelAt(keys_[*key_b], b), cov_a, cov_b, cov_a_b);
+  return 0.5 * (relative + relative.transpose());
+}
+
+}  // namespace seastitch

@@ -1,0 +1,102 @@
+#include "mapper/registration/correlator.hpp"
+
+#include <fftw3.h>
+
+#include <algorithm>
+#include <mutex>
+#include <new>
+
+namespace seastitch {
+namespace {
+
+int FastSize(int at_least) {
+  for (int n = std::max(at_least, 1);; ++n) {
+    int rest = n;
+    for (const int factor : {2, 3, 5, 7})
+      while (rest % factor == 0) rest /= factor;
+    if (rest == 1) return n;
+  }
+}
+
+// FFTW's planner keeps tables of its own and is the one part of it that threads must not share.
+std::mutex& PlannerMutex() {
+  static std::mutex mutex;
+  return mutex;
+}
+
+}  // namespace
+
+struct Correlator::Plans {
+  Plans(int rows, int cols)
+      : real_size(static_cast<std::size_t>(rows) * static_cast<std::size_t>(cols)),
+        spectrum_size(static_cast<std::size_t>(rows) * static_cast<std::size_t>(cols / 2 + 1)),
+        real(fftw_alloc_real(real_size)),
+        spectrum(fftw_alloc_complex(spectrum_size)) {
+    const std::lock_guard lock(PlannerMutex());
+    // FFTW_ESTIMATE measures no times: the same plan, hence the same bits, in every run.
+    forward = fftw_plan_dft_r2c_2d(rows, cols, real, spectrum, FFTW_ESTIMATE);
+    backward = fftw_plan_dft_c2r_2d(rows, cols, spectrum, real, FFTW_ESTIMATE);
+  }
+  ~Plans() {
+    const std::lock_guard lock(PlannerMutex());
+    fftw_destroy_plan(forward);
+    fftw_destroy_plan(backward);
+    fftw_free(spectrum);
+    fftw_free(real);
+  }
+  Plans(const Plans&) = delete;
+  Plans& operator=(const Plans&) = delete;
+
+  std::size_t real_size;
+  std::size_t spectrum_size;
+  double* real;
+  fftw_complex* spectrum;
+  fftw_plan forward;
+  fftw_plan backward;
+};
+
+Correlator::Correlator(int min_rows, int min_cols)
+    : rows_(FastSize(min_rows)),
+      cols_(FastSize(min_cols)),
+      plans_(std::make_unique<Plans>(rows_, cols_)) {}
+
+Correlator::~Correlator() = default;
+
+Correlator::Spectrum Correlator::Transform(const std::vector<double>& image) {
+  std::copy_n(image.begin(), plans_->real_size, plans_->real);
+  fftw_execute(plans_->forward);
+  const auto* begin = reinterpret_cast<const std::complex<double>*>(plans_->spectrum);
+  return Spectrum(begin, begin + plans_->spectrum_size);
+}
+
+void Correlator::Multiply(const Spectrum& a, const Spectrum& b, bool add) {
+  const double scale = 1.0 / static_cast<double>(plans_->real_size);
+  for (std::size_t i = 0; i < plans_->spectrum_size; ++i) {
+    // Written out: std::complex's own product looks for infinities first.
+    const double re = (a[i].real() * b[i].real() + a[i].imag() * b[i].imag()) * scale;
+    const double im = (a[i].real() * b[i].imag() - a[i].imag() * b[i].real()) * scale;
+    plans_->spectrum[i][0] = add ? plans_->spectrum[i][0] + re : re;
+    plans_->spectrum[i][1] = add ? plans_->spectrum[i][1] + im : im;
+  }
+}
+
+const double* Correlator::Invert() {
+  fftw_execute(plans_->backward);
+  return plans_->real;
+}
+
+const double* Correlator::Correlate(const Spectrum& a, const Spectrum& b) {
+  Multiply(a, b, false);
+  return Invert();
+}
+
+const double* Correlator::Correlate(const Spectrum& a1,
+                                    const Spectrum& b1,
+                                    const Spectrum& a2,
+                                    const Spectrum& b2) {
+  Multiply(a1, b1, false);
+  Multiply(a2, b2, true);
+  return Invert();
+}
+
+}  // namespace seastitch

@@ -1,0 +1,420 @@
+#include "mapper/registration/grid_alignment.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "mapper/registration/height_grid.hpp"
+#include "mapper/registration/smoothing.hpp"
+
+namespace seastitch {
+namespace {
+
+using Cell = RegistrationSubmap::Cell;
+
+// Huber's bound in sigma: 1 % of Gaussian residuals are bounded, the pull of a wreck or a shoal of
+// fish that only one submap saw no longer grows with its height.
+constexpr double kHuberSigma = 2.5;
+constexpr int kMaxSteps = 40;
+constexpr double kStepToleranceCells = 1e-3;
+// x, y, yaw and height are fitted to the means of the blocks before these are compared.
+constexpr double kFittedParameters = 4.0;
+
+double PatchCells() {
+  static const double cells = SmoothingKernel().PatchCells();
+  return cells;
+}
+
+Eigen::Vector4d Row(const Eigen::Vector2d& slope, const Eigen::Vector2d& arm) {
+  // Residual = source height + shift - target height; turning by dyaw moves arm by dyaw x arm.
+  return {-slope.x(), -slope.y(), slope.x() * arm.y() - slope.y() * arm.x(), 1.0};
+}
+
+// One cell of the source over the target.
+struct CellPair {
+  int row;
+  int col;
+  CellsAround around;
+  Eigen::Vector2d arm;  // from the source's centre, in the target's axes
+  Eigen::Vector2d slope_target;
+  Eigen::Vector2d slope_source;  // in the target's axes
+  double height_target;
+  double height_source;  // shifted
+  double support_source;
+  double support_both;       // 1 / (1 / source + 1 / target)
+  double residual;           // [m]
+  double expected_variance;  // of the residual [m2]
+
+  Eigen::Vector2d MeanSlope() const { return 0.5 * (slope_target + slope_source); }
+  // Inverse variance of an independent cell's share.
+  double Weight() const { return 1.0 / (PatchCells() * expected_variance); }
+  double RobustWeight(double noise_scale) const {
+    const double u = std::abs(residual) / std::sqrt(expected_variance * noise_scale);
+    return u <= kHuberSigma ? 1.0 : kHuberSigma / u;
+  }
+};
+
+struct Moments {
+  double weight = 0.0;
+  double sum = 0.0;
+  double square = 0.0;
+  void Add(double w, double v) {
+    weight += w;
+    sum += w * v;
+    square += w * v * v;
+  }
+  double Variance() const {
+    return std::max(0.0, square / weight - (sum / weight) * (sum / weight));
+  }
+};
+
+// Newton's Hessian is that of both surfaces' slopes; where noise makes it small or negative, a
+// fifth of the one-sided one keeps the step finite.
+Eigen::Matrix4d SafeHessian(const Eigen::Matrix4d& cross, const Eigen::Matrix4d& mean) {
+  const Eigen::LLT<Eigen::Matrix4d> llt(mean + 1e-12 * mean.trace() * Eigen::Matrix4d::Identity());
+  const Eigen::Matrix4d half = llt.matrixL().solve(cross);
+  const Eigen::Matrix4d ratio = llt.matrixL().solve(half.transpose());
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> eigen(ratio);
+  const Eigen::Vector4d clamped = eigen.eigenvalues().cwiseMax(0.2).cwiseMin(1.0);
+  const Eigen::Matrix4d L = llt.matrixL();
+  const Eigen::Matrix4d V = L * eigen.eigenvectors();
+  return V * clamped.asDiagonal() * V.transpose();
+}
+
+}  // namespace
+
+struct GridAligner::Normal {
+  Eigen::Matrix4d hessian_mean = Eigen::Matrix4d::Zero();
+  Eigen::Matrix4d hessian_cross = Eigen::Matrix4d::Zero();
+  Eigen::Vector4d gradient = Eigen::Vector4d::Zero();
+  double cells = 0.0;
+  double radius_m = 0.0;  // root mean square of the arms
+  double noise_scale = 1.0;
+  double expected_variance = 0.0;
+  Moments target;
+  Moments source;
+  Moments difference;
+};
+
+GridAligner::GridAligner(const RegistrationSubmap::Level& target,
+                         const RegistrationSubmap::Level& source,
+                         const RegistrationPrior& prior,
+                         const ExpectedNoise& noise,
+                         const Eigen::Vector2d& center_source,
+                         const RegistrationParams& params)
+    : target_(target),
+      source_(source),
+      prior_(prior),
+      prior_information_(prior.covariance.inverse()),
+      sounding_variance_(noise.sounding_sigma_m * noise.sounding_sigma_m),
+      shared_variance_(noise.shared_sigma_m * noise.shared_sigma_m),
+      center_source_(center_source),
+      params_(params) {}
+
+template <class Visit>
+void GridAligner::ForEachCell(const Placement& at, Visit visit) const {
+  const GridGeometry& g = source_.grid.geometry();
+  const Eigen::Matrix2d R = at.T_target_source.Rotation();
+  const Eigen::Vector2d center_target = at.T_target_source * center_source_;
+  const double shift = prior_.source_shift_m + at.shift_m;
+  HeightSample sample;
+  CellPair pair;
+  for (pair.row = 0; pair.row < g.rows; ++pair.row) {
+    for (pair.col = 0; pair.col < g.cols; ++pair.col) {
+      const Cell& cell = source_.grid(pair.row, pair.col);
+      if (!(cell.support > 0.0f)) continue;
+      pair.arm = R * (g.Center(pair.row, pair.col) - center_source_);
+      if (!Interpolate(target_.grid, center_target + pair.arm, &pair.around, &sample)) continue;
+      pair.slope_target = sample.slope;
+      pair.slope_source = R * Eigen::Vector2d(cell.slope_x, cell.slope_y);
+      pair.height_target = sample.height_m;
+      pair.height_source = cell.height_m + shift;
+      pair.support_source = cell.support;
+      pair.support_both = 1.0 / (1.0 / cell.support + 1.0 / sample.support);
+      pair.residual = pair.height_source - pair.height_target;
+      pair.expected_variance =
+          sounding_variance_ / (pair.support_both * PatchCells()) + shared_variance_;
+      visit(pair);
+    }
+  }
+}
+
+GridAligner::Normal GridAligner::Linearize(const Placement& at, double noise_scale) const {
+  Normal n;
+  double arms = 0.0;
+  double misfit = 0.0;
+  double robust = 0.0;
+  double weights = 0.0;
+  ForEachCell(at, [&](const CellPair& p) {
+    const double psi = p.RobustWeight(noise_scale);
+    const double weight = p.Weight();
+    const Eigen::Vector4d J = Row(p.MeanSlope(), p.arm);
+    const Eigen::Vector4d J_target = Row(p.slope_target, p.arm);
+    const Eigen::Vector4d J_source = Row(p.slope_source, p.arm);
+    const double w = weight * psi;
+    n.hessian_mean.noalias() += w * J * J.transpose();
+    n.hessian_cross.noalias() += w * J_target * J_source.transpose();
+    n.gradient -= w * p.residual * J;
+    arms += p.arm.squaredNorm();
+    misfit += psi * p.residual * p.residual / p.expected_variance;
+    robust += psi;
+    weights += weight;
+    n.cells += 1.0;
+    n.target.Add(weight, p.height_target);
+    n.source.Add(weight, p.height_source);
+    n.difference.Add(w, p.residual);
+  });
+  if (n.cells == 0.0) return n;
+  n.hessian_cross = (0.5 * (n.hessian_cross + n.hessian_cross.transpose())).eval();
+  n.radius_m = std::sqrt(arms / n.cells);
+  n.noise_scale = std::max(misfit / robust, 0.01);
+  n.expected_variance = n.cells / (PatchCells() * weights);
+  return n;
+}
+
+Eigen::Matrix3d GridAligner::CenterJacobian(const Pose2& T_target_source) const {
+  const Eigen::Vector2d arm = T_target_source.Rotation() * center_source_;
+  Eigen::Matrix3d J = Eigen::Matrix3d::Identity();
+  J(0, 2) = -arm.y();
+  J(1, 2) = arm.x();
+  return J;
+}
+
+Placement GridAligner::Moved(const Placement& from, const Eigen::Vector4d& step) const {
+  const Eigen::Vector2d center = from.T_target_source * center_source_ + step.head<2>();
+  Placement to;
+  to.T_target_source.yaw = WrapAngle(from.T_target_source.yaw + step[2]);
+  const Eigen::Vector2d p = center - to.T_target_source.Rotation() * center_source_;
+  to.T_target_source.x = p.x();
+  to.T_target_source.y = p.y();
+  to.shift_m = from.shift_m + step[3];
+  return to;
+}
+
+Eigen::Vector3d GridAligner::PriorDeviation(const Placement& at) const {
+  Eigen::Vector3d d = at.T_target_source.Vector() - prior_.T_target_source.Vector();
+  d[2] = WrapAngle(d[2]);
+  return d;
+}
+
+Fit GridAligner::Summary(const Placement& at, const Normal& n) const {
+  Fit fit;
+  fit.at = at;
+  fit.cells = n.cells;
+  fit.patches = n.cells / PatchCells();
+  if (n.cells == 0.0) return fit;
+  fit.noise_scale = n.noise_scale;
+  fit.relief_variance = n.target.Variance() + n.source.Variance();
+  fit.difference_variance = n.difference.Variance();
+  fit.expected_variance = n.expected_variance;
+  const Eigen::Vector3d deviation = PriorDeviation(at);
+  const double shift = at.shift_m / prior_.source_shift_sigma_m;
+  fit.log_prior = -0.5 * (deviation.dot(prior_information_ * deviation) + shift * shift);
+  const double floor = params_.min_sounding_sigma_m * params_.min_sounding_sigma_m / PatchCells();
+  fit.evidence =
+      AgreementScore(fit.Witnesses(), fit.relief_variance + floor, fit.difference_variance + floor);
+  return fit;
+}
+
+Fit GridAligner::Describe(const Placement& at, double noise_scale) const {
+  return Summary(at, Linearize(at, noise_scale));
+}
+
+Fit GridAligner::Align(const Placement& start) const {
+  const double shift_information =
+      1.0 / (prior_.source_shift_sigma_m * prior_.source_shift_sigma_m);
+  Placement at = start;
+  double noise_scale = std::numeric_limits<double>::infinity();  // the first step bounds nothing
+  double damping = 1.0;
+  Eigen::Vector4d last_lengths = Eigen::Vector4d::Zero();
+  for (int i = 0;; ++i) {
+    const Normal n = Linearize(at, noise_scale);
+    Fit fit = Summary(at, n);
+    if (!(fit.patches >= 1.0) || i == kMaxSteps) return fit;
+    noise_scale = n.noise_scale;
+
+    const Eigen::Matrix3d to_pose = CenterJacobian(at.T_target_source).inverse();
+    Eigen::Matrix4d H = SafeHessian(n.hessian_cross, n.hessian_mean) / noise_scale;
+    Eigen::Vector4d b = n.gradient / noise_scale;
+    H.topLeftCorner<3, 3>() += to_pose.transpose() * prior_information_ * to_pose;
+    b.head<3>() -= to_pose.transpose() * prior_information_ * PriorDeviation(at);
+    H(3, 3) += shift_information;
+    b[3] -= shift_information * at.shift_m;
+    Eigen::Vector4d step = H.ldlt().solve(b);
+
+    // Cells at the rim enter and leave with every step; a step that turns back is part of a cycle.
+    const double cell = source_.cell_m();
+    const Eigen::Vector4d lengths =
+        step.cwiseProduct(Eigen::Vector4d(1.0, 1.0, std::max(n.radius_m, cell), 0.0));
+    const double length = lengths.norm();
+    if (!std::isfinite(length)) return fit;
+    fit.converged = length < kStepToleranceCells * cell;
+    if (fit.converged) return fit;
+    if (lengths.dot(last_lengths) < 0.0) damping = std::max(0.2, 0.7 * damping);
+    last_lengths = lengths;
+    step.head<3>() *= std::min(damping, cell / length);
+    at = Moved(at, step);
+  }
+}
+
+namespace {
+
+// Sum over soundings of n u u^T, where u is what a sounding of unit error in a cell adds to the
+// gradient: the weights of the cells, smoothed as the heights were.
+Eigen::Matrix4d Spread(const Grid<Cell>& grid,
+                       const std::vector<std::pair<std::size_t, Eigen::Array4f>>& shares) {
+  const GridGeometry& g = grid.geometry();
+  const auto cols = static_cast<std::size_t>(g.cols);
+  int first_row = g.rows;
+  int first_col = g.cols;
+  int last_row = 0;
+  int last_col = 0;
+  for (const auto& [index, share] : shares) {
+    const int row = static_cast<int>(index / cols);
+    const int col = static_cast<int>(index % cols);
+    first_row = std::min(first_row, row);
+    last_row = std::max(last_row, row);
+    first_col = std::min(first_col, col);
+    last_col = std::max(last_col, col);
+  }
+  first_row = std::max(0, first_row - kKernelRadius);
+  first_col = std::max(0, first_col - kKernelRadius);
+  const int rows = std::min(g.rows - 1, last_row + kKernelRadius) - first_row + 1;
+  const int width = std::min(g.cols - 1, last_col + kKernelRadius) - first_col + 1;
+  const auto at = [&](int row, int col) {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(width) +
+           static_cast<std::size_t>(col);
+  };
+  std::vector<Eigen::Array4f> weights(at(rows, 0), Eigen::Array4f::Zero());
+  for (const auto& [index, share] : shares)
+    weights[at(static_cast<int>(index / cols) - first_row,
+               static_cast<int>(index % cols) - first_col)] += share;
+  Smooth(rows, width, &weights);
+  Eigen::Matrix4d sum = Eigen::Matrix4d::Zero();
+  for (int row = 0; row < rows; ++row) {
+    for (int col = 0; col < width; ++col) {
+      const float n = grid(first_row + row, first_col + col).soundings;
+      if (n == 0.0f) continue;
+      const Eigen::Vector4d u = weights[at(row, col)].matrix().cast<double>();
+      sum.noalias() += static_cast<double>(n) * u * u.transpose();
+    }
+  }
+  return sum;
+}
+
+// The cells of one block of the overlap, within which errors are shared.
+struct Block {
+  Eigen::Vector4d pull = Eigen::Vector4d::Zero();  // sum of weighted rows
+  Moments residuals;                               // by support
+  double cells = 0.0;
+};
+
+}  // namespace
+
+Eigen::Matrix4d GridAligner::SoundingNoise(const Fit& fit, double variance) const {
+  std::vector<std::pair<std::size_t, Eigen::Array4f>> source_shares;
+  std::vector<std::pair<std::size_t, Eigen::Array4f>> target_shares;
+  source_shares.reserve(static_cast<std::size_t>(fit.cells));
+  target_shares.reserve(4 * static_cast<std::size_t>(fit.cells));
+  const GridGeometry& s = source_.grid.geometry();
+  const GridGeometry& t = target_.grid.geometry();
+  ForEachCell(fit.at, [&](const CellPair& p) {
+    const double w = p.Weight() * p.RobustWeight(fit.noise_scale);
+    const Eigen::Array4f share = (w * Row(p.MeanSlope(), p.arm)).cast<float>().array();
+    source_shares.emplace_back(s.Index(p.row, p.col), share / static_cast<float>(p.support_source));
+    for (int i = 0; i < 2; ++i) {
+      for (int j = 0; j < 2; ++j) {
+        const int row = p.around.row + i;
+        const int col = p.around.col + j;
+        const float part = static_cast<float>(p.around.Part(i, j)) / target_.grid(row, col).support;
+        target_shares.emplace_back(t.Index(row, col), share * part);
+      }
+    }
+  });
+  return variance * (Spread(source_.grid, source_shares) + Spread(target_.grid, target_shares));
+}
+
+FitInformation GridAligner::Inform(const Fit& fit) const {
+  const double block_m =
+      std::max(params_.shared_error_length_m, 3.0 * std::sqrt(PatchCells()) * source_.cell_m());
+  std::map<std::pair<int, int>, Block> blocks;
+  Eigen::Matrix4d cross = Eigen::Matrix4d::Zero();
+  Eigen::Matrix4d noise = Eigen::Matrix4d::Zero();
+  Eigen::Vector4d gradient = Eigen::Vector4d::Zero();
+  ForEachCell(fit.at, [&](const CellPair& p) {
+    const double psi = p.RobustWeight(fit.noise_scale);
+    const double w = p.Weight() * psi;
+    const Eigen::Vector4d J_target = Row(p.slope_target, p.arm);
+    const Eigen::Vector4d J_source = Row(p.slope_source, p.arm);
+    const Eigen::Vector4d apart = J_target - J_source;
+    cross.noalias() += w * J_target * J_source.transpose();
+    noise.noalias() += 0.5 * w * apart * apart.transpose();
+    const Eigen::Vector4d pull = w * Row(p.MeanSlope(), p.arm);
+    gradient -= p.residual * pull;
+    Block& block = blocks[{static_cast<int>(std::floor(p.arm.x() / block_m)),
+                           static_cast<int>(std::floor(p.arm.y() / block_m))}];
+    block.pull += pull;
+    block.residuals.Add(psi * p.support_both, p.residual);
+    block.cells += 1.0;
+  });
+  cross = (0.5 * (cross + cross.transpose())).eval();
+
+  // Noise of soundings: what is left within the blocks. Shared errors: how their means differ by
+  // more than that.
+  double within = 0.0;
+  double degrees = 0.0;
+  for (const auto& [key, block] : blocks) {
+    if (block.cells < 2.0 * PatchCells()) continue;
+    within += block.residuals.weight * block.residuals.Variance();
+    degrees += (block.cells - PatchCells()) / PatchCells();
+  }
+  // Ten patches' worth of belief in the scatter of the soundings themselves.
+  constexpr double kBelief = 10.0;
+  const double sounding_variance =
+      std::max((within + kBelief * sounding_variance_) / (degrees + kBelief),
+               params_.min_sounding_sigma_m * params_.min_sounding_sigma_m);
+  double excess = 0.0;
+  double weight = 0.0;
+  double count = 0.0;
+  for (const auto& [key, block] : blocks) {
+    if (block.cells < 2.0 * PatchCells()) continue;
+    const double mean = block.residuals.sum / block.residuals.weight;
+    excess += block.residuals.weight * mean * mean - sounding_variance;
+    weight += block.residuals.weight;
+    count += 1.0;
+  }
+  double shared_variance = shared_variance_;
+  if (count > kFittedParameters + 2.0)
+    shared_variance =
+        std::max(shared_variance, excess / weight * count / (count - kFittedParameters));
+
+  Eigen::Matrix4d B = SoundingNoise(fit, sounding_variance);
+  for (const auto& [key, block] : blocks)
+    B.noalias() += shared_variance * block.pull * block.pull.transpose();
+  const double shift_information =
+      1.0 / (prior_.source_shift_sigma_m * prior_.source_shift_sigma_m);
+  B(3, 3) += shift_information;
+  cross(3, 3) += shift_information;
+  gradient[3] -= shift_information * fit.at.shift_m;
+
+  Eigen::Matrix<double, 3, 4> eliminate = Eigen::Matrix<double, 3, 4>::Identity();
+  eliminate.col(3) = -cross.topRightCorner<3, 1>() / cross(3, 3);
+  FitInformation out;
+  out.hessian = (eliminate * cross).leftCols<3>();
+  out.noise_hessian = noise.topLeftCorner<3, 3>();
+  out.gradient = eliminate * gradient;
+  out.gradient_covariance = eliminate * B * eliminate.transpose();
+  out.sounding_sigma_m = std::sqrt(sounding_variance);
+  out.shared_sigma_m = std::sqrt(shared_variance);
+  out.shift_sigma_m = std::sqrt(B(3, 3)) / cross(3, 3);
+  return out;
+}
+
+}  // namespace seastitch

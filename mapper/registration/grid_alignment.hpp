@@ -1,0 +1,96 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+
+#include "common/core/pose.hpp"
+#include "mapper/registration/registration.hpp"
+#include "mapper/registration/window_search.hpp"
+
+namespace seastitch {
+
+// A placement of the source: its pose, and what is added to its heights beyond the prior's shift.
+struct Placement {
+  Pose2 T_target_source;
+  double shift_m = 0.0;
+};
+
+// What is expected of the heights before they are compared.
+struct ExpectedNoise {
+  double sounding_sigma_m;  // scatter of single soundings
+  double shared_sigma_m;    // of the errors that neighbouring ones share, of both submaps together
+};
+
+// How the two surfaces meet at a placement. Parameters: position in the target of `center_source`
+// [m], yaw [rad], shift [m]; residual = source height - target height at the same place.
+struct Fit {
+  Placement at;
+  double cells = 0.0;
+  double patches = 0.0;              // of these, independent
+  double relief_variance = 0.0;      // of both surfaces [m2]
+  double difference_variance = 0.0;  // of the residuals [m2]
+  double expected_variance = 0.0;    // what sounding noise and shared errors make of these [m2]
+  double noise_scale = 1.0;          // mean squared residual over its expectation
+  double log_prior = 0.0;
+  double evidence = 0.0;  // AgreementScore, of the patches that the placement's own fit leaves
+  bool converged = false;
+
+  double Score() const { return evidence + log_prior; }
+  // Patches that bear witness: a placement takes four to be fitted.
+  double Witnesses() const { return std::max(0.0, patches - 4.0); }
+};
+
+// What a fit says about the placement, without the prior of x, y and yaw; z is eliminated under
+// its own.
+struct FitInformation {
+  Eigen::Matrix3d hessian;        // slopes of one surface times those of the other: unbiased
+  Eigen::Matrix3d noise_hessian;  // what noise alone puts into a one-sided Hessian
+  Eigen::Vector3d gradient;       // of the log-likelihood
+  Eigen::Matrix3d gradient_covariance;
+  double sounding_sigma_m;
+  double shared_sigma_m;
+  double shift_sigma_m;
+};
+
+// Aligns the source's cells of one level to the target's in x, y, yaw and height, tilt untouched.
+class GridAligner {
+ public:
+  // center_source: middle of the overlap.
+  GridAligner(const RegistrationSubmap::Level& target,
+              const RegistrationSubmap::Level& source,
+              const RegistrationPrior& prior,
+              const ExpectedNoise& noise,
+              const Eigen::Vector2d& center_source,
+              const RegistrationParams& params);
+
+  // Most probable placement near `start`, prior included.
+  Fit Align(const Placement& start) const;
+  // How the surfaces meet at a placement as it stands.
+  Fit Describe(const Placement& at, double noise_scale) const;
+  FitInformation Inform(const Fit& fit) const;
+
+  // Jacobian of (position of the centre, yaw) with respect to (x, y, yaw) of T_target_source.
+  Eigen::Matrix3d CenterJacobian(const Pose2& T_target_source) const;
+  // Moves the centre and turns about it.
+  Placement Moved(const Placement& from, const Eigen::Vector4d& step) const;
+
+ private:
+  struct Normal;
+  template <class Visit>
+  void ForEachCell(const Placement& at, Visit visit) const;
+  Normal Linearize(const Placement& at, double noise_scale) const;
+  Fit Summary(const Placement& at, const Normal& normal) const;
+  Eigen::Vector3d PriorDeviation(const Placement& at) const;
+  Eigen::Matrix4d SoundingNoise(const Fit& fit, double variance) const;
+
+  const RegistrationSubmap::Level& target_;
+  const RegistrationSubmap::Level& source_;
+  RegistrationPrior prior_;
+  Eigen::Matrix3d prior_information_;
+  double sounding_variance_;
+  double shared_variance_;
+  Eigen::Vector2d center_source_;
+  const RegistrationParams& params_;
+};
+
+}  // namespace seastitch

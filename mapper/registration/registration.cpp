@@ -1,0 +1,413 @@
+#include "mapper/registration/registration.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <utility>
+
+#include "mapper/registration/grid_alignment.hpp"
+#include "mapper/registration/height_grid.hpp"
+#include "mapper/registration/window_search.hpp"
+
+namespace seastitch {
+namespace {
+
+using Level = RegistrationSubmap::Level;
+
+constexpr double kMaxCoordinateM = 1e6;
+
+// Levels that both submaps have, fine to coarse.
+struct LevelPair {
+  const Level* target;
+  const Level* source;
+};
+
+std::vector<LevelPair> CommonLevels(const RegistrationSubmap& target,
+                                    const RegistrationSubmap& source) {
+  std::vector<LevelPair> out;
+  for (const Level& t : target.levels())
+    for (const Level& s : source.levels())
+      if (t.number == s.number) out.push_back({&t, &s});
+  return out;
+}
+
+bool Usable(const RegistrationPrior& prior) {
+  const Eigen::Matrix3d& C = prior.covariance;
+  const Eigen::Vector3d T = prior.T_target_source.Vector();
+  if (!(C.allFinite() && T.allFinite() && T.cwiseAbs().maxCoeff() < kMaxCoordinateM &&
+        std::abs(prior.source_shift_m) < kMaxCoordinateM && prior.source_shift_sigma_m > 0.0 &&
+        prior.source_shift_sigma_m < kMaxCoordinateM))
+    return false;
+  return C.isApprox(C.transpose(), 1e-6) && C.llt().info() == Eigen::Success;
+}
+
+struct Overlap {
+  double cells = 0.0;
+  Eigen::Vector2d center_source = Eigen::Vector2d::Zero();
+};
+
+Overlap OverlapAt(const LevelPair& level, const Pose2& T_target_source) {
+  const GridGeometry& g = level.source->grid.geometry();
+  Overlap out;
+  CellsAround around;
+  HeightSample sample;
+  for (int row = 0; row < g.rows; ++row) {
+    for (int col = 0; col < g.cols; ++col) {
+      if (!(level.source->grid(row, col).support > 0.0f)) continue;
+      const Eigen::Vector2d p = g.Center(row, col);
+      if (!Interpolate(level.target->grid, T_target_source * p, &around, &sample)) continue;
+      out.center_source += p;
+      out.cells += 1.0;
+    }
+  }
+  if (out.cells > 0.0) out.center_source /= out.cells;
+  return out;
+}
+
+// What is known of a placement after a fit, in prior sigma: columns of `directions` are unit
+// vectors of whitened (position of the centre, yaw), `covariance` is that of the coordinates along
+// them.
+struct Knowledge {
+  Eigen::MatrixXd directions;  // 3 x rank
+  Eigen::MatrixXd covariance;  // rank x rank
+  Eigen::MatrixXd gain;        // rank x rank: coordinates from a gradient
+  Eigen::Matrix3d whiten;      // (centre, yaw) to prior sigma
+  int rank() const { return static_cast<int>(directions.cols()); }
+  Eigen::VectorXd Coordinates(const Eigen::Vector3d& centre_and_yaw) const {
+    return directions.transpose() * (whiten * centre_and_yaw);
+  }
+  // Nats that the prior gains.
+  double Information() const {
+    double sum = 0.0;
+    if (rank() == 0) return sum;
+    const Eigen::VectorXd variances =
+        Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(covariance).eigenvalues();
+    for (const double v : variances) sum += 0.5 * std::log1p(1.0 / std::max(v, 1e-12));
+    return sum;
+  }
+};
+
+Knowledge Learn(const GridAligner& aligner,
+                const Fit& fit,
+                const FitInformation& info,
+                const RegistrationPrior& prior,
+                const RegistrationParams& params) {
+  Knowledge known;
+  const Eigen::Matrix3d J = aligner.CenterJacobian(fit.at.T_target_source);
+  const Eigen::Matrix3d L = (J * prior.covariance * J.transpose()).llt().matrixL();
+  known.whiten = L.inverse();
+  const Eigen::Matrix3d hessian = L.transpose() * info.hessian * L;
+  const Eigen::Matrix3d noise = L.transpose() * info.noise_hessian * L;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(hessian);
+  std::vector<int> columns;
+  for (int i = 0; i < 3; ++i) {
+    const Eigen::Vector3d v = eigen.eigenvectors().col(i);
+    const double chance = v.dot(noise * v) / std::sqrt(fit.patches);
+    if (eigen.eigenvalues()[i] > params.min_slope_significance * chance) columns.push_back(i);
+  }
+  known.directions = eigen.eigenvectors()(Eigen::all, columns);
+  const Eigen::MatrixXd V = known.directions;
+  known.gain = (V.transpose() * hessian * V).inverse() * V.transpose() * L.transpose();
+  known.covariance = known.gain * info.gradient_covariance * known.gain.transpose();
+  const double position_variance = params.min_position_sigma_m * params.min_position_sigma_m;
+  const Eigen::MatrixXd to_position = V.transpose() * known.whiten.leftCols<2>();
+  known.covariance += position_variance * to_position * to_position.transpose();
+  return known;
+}
+
+// One mode on its way from coarse to fine; fits by level, fine first.
+struct Candidate {
+  Placement at;
+  Eigen::Vector2d center_source;
+  std::vector<Fit> fits;
+};
+
+class Registrar {
+ public:
+  Registrar(const RegistrationSubmap& target,
+            const RegistrationSubmap& source,
+            const RegistrationPrior& prior,
+            const RegistrationParams& params)
+      : levels_(CommonLevels(target, source)),
+        prior_(prior),
+        noise_{std::hypot(target.sounding_sigma_m(), source.sounding_sigma_m()) / std::sqrt(2.0),
+               params.shared_error_ratio *
+                   std::hypot(target.height_datum_m(), source.height_datum_m())},
+        params_(params) {
+    result_.T_target_source = prior.T_target_source;
+  }
+
+  RegistrationResult Run() {
+    result_.verdict = Judge();
+    if (result_.verdict != LoopVerdict::kAccepted) result_.information.setZero();
+    return result_;
+  }
+
+ private:
+  GridAligner Aligner(std::size_t level, const Eigen::Vector2d& center_source) const {
+    return {*levels_[level].target, *levels_[level].source, prior_, noise_, center_source, params_};
+  }
+
+  // Twice the finest: the search needs no more, and noise is less there.
+  std::size_t SearchLevel() const {
+    std::size_t level = std::min<std::size_t>(1, levels_.size() - 1);
+    while (level + 1 < levels_.size() &&
+           SearchCost(*levels_[level].target, *levels_[level].source, prior_, params_) >
+               params_.max_search_cells)
+      ++level;
+    return level;
+  }
+
+  // Aligns on one level, from where the coarser one ended.
+  void Refine(std::size_t level, std::vector<Candidate>* candidates) const {
+    for (Candidate& c : *candidates) {
+      c.fits[level] = Aligner(level, c.center_source).Align(c.at);
+      c.at = c.fits[level].at;
+    }
+    std::erase_if(*candidates, [&](const Candidate& c) { return !c.fits[level].converged; });
+    if (candidates->empty()) return;
+    // What is clearly worse already does not become better on a finer grid.
+    const Fit best = Best(*candidates, level).fits[level];
+    std::erase_if(*candidates, [&](const Candidate& c) {
+      return c.fits[level].Score() < best.Score() && !FitsAlike(best, c.fits[level], 2.0);
+    });
+  }
+
+  // Whether another place agrees about as well as the best: patch by patch, since a larger overlap
+  // is no argument on a seabed that repeats itself.
+  bool FitsAlike(const Fit& best, const Fit& other, double tolerance) const {
+    if (!(other.evidence >= 0.5 * params_.ambiguity_floor)) return false;
+    const double patches = std::min(best.Witnesses(), other.Witnesses());
+    const double deficit =
+        patches * (best.evidence / best.Witnesses() - other.evidence / other.Witnesses()) +
+        best.log_prior - other.log_prior;
+    return deficit <
+           tolerance * std::max(params_.ambiguity_floor, params_.ambiguity_per_patch * patches);
+  }
+
+  LoopVerdict Judge() {
+    if (levels_.empty()) return LoopVerdict::kLittleOverlap;
+    const std::size_t search_level = SearchLevel();
+    const std::vector<SearchMode> modes =
+        SearchWindow(*levels_[search_level].target, *levels_[search_level].source, prior_, params_);
+    if (modes.empty()) return LoopVerdict::kLittleOverlap;
+    result_.modes = static_cast<int>(modes.size());
+    std::vector<Candidate> candidates;
+    double most_cells = 0.0;
+    for (const SearchMode& mode : modes) {
+      const Overlap overlap = OverlapAt(levels_[search_level], mode.T_target_source);
+      candidates.push_back(
+          {{mode.T_target_source, 0.0}, overlap.center_source, std::vector<Fit>(levels_.size())});
+      most_cells = std::max(most_cells, overlap.cells);
+    }
+    if (!(Area(most_cells, search_level) >= params_.min_overlap_m2))
+      return LoopVerdict::kLittleOverlap;
+    for (std::size_t level = search_level + 1; level-- > 0 && !candidates.empty();)
+      Refine(level, &candidates);
+    if (candidates.empty()) return LoopVerdict::kNotConverged;
+    // The finest grid follows the most relief, and carries the most noise: the one that says most
+    // is taken, for all candidates.
+    const std::size_t level = MostInformative(Best(candidates, 0), search_level);
+    return JudgeBest(Best(candidates, level), candidates, level);
+  }
+
+  double Area(double cells, std::size_t level) const {
+    const double cell = levels_[level].source->cell_m();
+    return cells * cell * cell;
+  }
+
+  static const Candidate& Best(const std::vector<Candidate>& candidates, std::size_t level) {
+    return *std::max_element(
+        candidates.begin(), candidates.end(), [&](const Candidate& a, const Candidate& b) {
+          return a.fits[level].Score() < b.fits[level].Score();
+        });
+  }
+
+  std::size_t MostInformative(const Candidate& candidate, std::size_t search_level) const {
+    std::size_t best_level = 0;
+    double best = -1.0;
+    for (std::size_t level = 0; level <= search_level; ++level) {
+      const GridAligner aligner = Aligner(level, candidate.center_source);
+      const Fit& fit = candidate.fits[level];
+      const double information =
+          Learn(aligner, fit, aligner.Inform(fit), prior_, params_).Information();
+      if (information > best) {
+        best = information;
+        best_level = level;
+      }
+    }
+    return best_level;
+  }
+
+  LoopVerdict JudgeBest(const Candidate& best,
+                        const std::vector<Candidate>& candidates,
+                        std::size_t level) {
+    const GridAligner aligner = Aligner(level, best.center_source);
+    Fit fit = best.fits[level];
+    FitInformation info = aligner.Inform(fit);
+    Knowledge known = Learn(aligner, fit, info, prior_, params_);
+    const bool polished = Polish(aligner, &fit, &info, &known);
+    Report(aligner, fit, info, known, level);
+    const bool rival = FindRival(best, candidates, level, known);
+
+    if (!(result_.overlap_m2 >= params_.min_overlap_m2 && fit.patches >= params_.min_patches))
+      return LoopVerdict::kLittleOverlap;
+    if (known.rank() == 0 || !(fit.evidence >= params_.ambiguity_floor))
+      return LoopVerdict::kDegenerate;
+    if (!polished) return LoopVerdict::kNotConverged;
+    if (rival) return LoopVerdict::kAmbiguous;
+    const double misfit = fit.difference_variance / fit.expected_variance;
+    if (!(misfit <= params_.max_misfit * params_.max_misfit ||
+          fit.relief_variance >= kClearRelief * fit.difference_variance))
+      return LoopVerdict::kPoorFit;
+    if (!(PriorChi2(aligner, fit, known) <= params_.max_prior_chi2))
+      return LoopVerdict::kOutsideWindow;
+    return result_.information.allFinite() ? LoopVerdict::kAccepted : LoopVerdict::kNotConverged;
+  }
+
+  // Where the surfaces explain this many times what is left between them, a fit is not called poor
+  // for being worse than the noise: the error is shared, and counted as such.
+  static constexpr double kClearRelief = 10.0;
+
+  // Newton steps without the prior, along the known directions alone: what is published must not
+  // hold the prior, which the graph has already.
+  bool Polish(const GridAligner& aligner, Fit* fit, FitInformation* info, Knowledge* known) const {
+    if (known->rank() == 0) return true;
+    Eigen::VectorXd step;
+    for (int i = 0; i < 4; ++i) {
+      step = known->gain * info->gradient;
+      const Eigen::Vector3d move = known->whiten.inverse() * known->directions * step;
+      if (!move.allFinite()) return false;
+      const Placement at = aligner.Moved(fit->at, {move.x(), move.y(), move.z(), 0.0});
+      *fit = aligner.Describe(at, fit->noise_scale);
+      if (!(fit->patches >= 1.0)) return false;
+      *info = aligner.Inform(*fit);
+      *known = Learn(aligner, *fit, *info, prior_, params_);
+      if (known->rank() == 0) return true;
+      if (step.size() == known->rank() &&
+          step.dot(known->covariance.ldlt().solve(step)) < kPolishedChi2)
+        return true;
+    }
+    return false;
+  }
+
+  // Steps of a tenth of a sigma change nothing that matters.
+  static constexpr double kPolishedChi2 = 0.01;
+
+  // Whether a place fits alike that differs by more than the uncertainty of both.
+  bool FindRival(const Candidate& best,
+                 const std::vector<Candidate>& candidates,
+                 std::size_t level,
+                 const Knowledge& known) {
+    bool rival = false;
+    if (known.rank() == 0) return rival;
+    const Fit& fit = best.fits[level];
+    for (const Candidate& other : candidates) {
+      const Pose2& a = fit.at.T_target_source;
+      const Pose2& b = other.fits[level].at.T_target_source;
+      Eigen::Vector3d apart;
+      apart << b * best.center_source - a * best.center_source, WrapAngle(b.yaw - a.yaw);
+      const Eigen::VectorXd d = known.Coordinates(apart);
+      if (d.dot(known.covariance.ldlt().solve(d)) < 2.0 * params_.max_prior_chi2) continue;
+      result_.runner_up_score = std::max(result_.runner_up_score, other.fits[level].Score());
+      rival = rival || FitsAlike(fit, other.fits[level], 1.0);
+    }
+    return rival;
+  }
+
+  double PriorChi2(const GridAligner& aligner, const Fit& fit, const Knowledge& known) const {
+    Eigen::Vector3d d = fit.at.T_target_source.Vector() - prior_.T_target_source.Vector();
+    d[2] = WrapAngle(d[2]);
+    const Eigen::VectorXd c = known.Coordinates(aligner.CenterJacobian(fit.at.T_target_source) * d);
+    const Eigen::MatrixXd both =
+        known.covariance + Eigen::MatrixXd::Identity(known.rank(), known.rank());
+    return c.dot(both.ldlt().solve(c));
+  }
+
+  void Report(const GridAligner& aligner,
+              const Fit& fit,
+              const FitInformation& info,
+              const Knowledge& known,
+              std::size_t level) {
+    result_.T_target_source = fit.at.T_target_source;
+    result_.z_offset_m = -fit.at.shift_m;
+    result_.z_offset_sigma_m = info.shift_sigma_m;
+    result_.rms_m = std::sqrt(fit.difference_variance);
+    result_.overlap_m2 = Area(fit.cells, level);
+    result_.sounding_sigma_m = info.sounding_sigma_m;
+    result_.shared_sigma_m = info.shared_sigma_m;
+    result_.cell_m = levels_[level].source->cell_m();
+    result_.score = fit.Score();
+    result_.known_directions = known.rank();
+    if (known.rank() == 0) return;
+    const Eigen::MatrixXd J = known.directions.transpose() * known.whiten *
+                              aligner.CenterJacobian(fit.at.T_target_source);
+    const Eigen::MatrixXd information = known.covariance.inverse();
+    const Eigen::Matrix3d full = J.transpose() * information * J;
+    result_.information = 0.5 * (full + full.transpose());
+  }
+
+  std::vector<LevelPair> levels_;
+  RegistrationPrior prior_;
+  ExpectedNoise noise_;
+  const RegistrationParams& params_;
+  RegistrationResult result_;
+};
+
+}  // namespace
+
+std::string RegistrationParams::Validate() const {
+  const auto problem = [](const char* name, double value, const char* expected) {
+    std::ostringstream out;
+    out << name << " = " << value << ", must be " << expected;
+    return out.str();
+  };
+  const std::pair<const char*, double> positive[] = {
+      {"min_cell_m", min_cell_m},
+      {"cell_per_spacing", cell_per_spacing},
+      {"window_sigma", window_sigma},
+      {"max_search_cells", max_search_cells},
+      {"min_sounding_sigma_m", min_sounding_sigma_m},
+      {"shared_error_length_m", shared_error_length_m},
+      {"min_overlap_m2", min_overlap_m2},
+      {"min_patches", min_patches},
+      {"ambiguity_floor", ambiguity_floor},
+      {"max_misfit", max_misfit},
+      {"min_slope_significance", min_slope_significance},
+      {"max_prior_chi2", max_prior_chi2},
+  };
+  for (const auto& [name, value] : positive)
+    if (!(value > 0.0 && std::isfinite(value))) return problem(name, value, "> 0");
+  const std::pair<const char*, double> not_negative[] = {
+      {"shared_error_ratio", shared_error_ratio},
+      {"min_position_sigma_m", min_position_sigma_m},
+      {"ambiguity_per_patch", ambiguity_per_patch},
+  };
+  for (const auto& [name, value] : not_negative)
+    if (!(value >= 0.0 && std::isfinite(value))) return problem(name, value, ">= 0");
+  if (num_levels < 2 || num_levels > 10) return problem("num_levels", num_levels, "2 to 10");
+  if (max_modes < 2 || max_modes > 100) return problem("max_modes", max_modes, "2 to 100");
+  if (max_cells < 1000 || max_cells > 100'000'000)
+    return problem("max_cells", max_cells, "1000 to 100000000");
+  return "";
+}
+
+RegistrationResult Register(const RegistrationSubmap& target,
+                            const RegistrationSubmap& source,
+                            const Pose2& T_prior,
+                            const Eigen::Matrix3d& prior_covariance,
+                            double z_prior_m,
+                            double z_sigma_m,
+                            const RegistrationParams& params) {
+  const RegistrationPrior prior{T_prior,
+                                prior_covariance,
+                                z_prior_m + source.height_datum_m() - target.height_datum_m(),
+                                z_sigma_m};
+  if (!Usable(prior)) return {};
+  return Registrar(target, source, prior, params).Run();
+}
+
+}  // namespace seastitch

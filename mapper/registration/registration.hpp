@@ -1,0 +1,138 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "common/core/graph.hpp"
+#include "common/core/grid.hpp"
+#include "common/core/pose.hpp"
+#include "common/core/submap.hpp"
+
+// Where one submap lies on another (III-A-3): a GICP between the distributions of height-field
+// cells. Tilt is gravity's and is kept exactly, so x, y and yaw are searched, with z solved beside
+// them under a prior; cells correspond by vertical projection, so there is no nearest neighbour
+// that could be the wrong one. First every place in the window of the prior is tried on a coarse
+// grid, then the best few are refined. Pure and deterministic.
+namespace seastitch {
+
+// Cell edges are powers of two metres, so that submaps of different density share levels.
+struct RegistrationParams {
+  // No cell is smaller: a sounding's footprint is about 0.02 x its range.
+  double min_cell_m = 0.125;
+  // Of the finest level, times the mean spacing of points. A smoothing kernel covers 4 pi cells:
+  // seven points at this ratio, three of them gone into a plane.
+  double cell_per_spacing = 0.75;
+  int num_levels = 4;  // cells of 1, 2, 4, 8 x the finest
+  // A cloud that would need more cells is cropped to where its points are.
+  int max_cells = 1'000'000;
+
+  // The window is this many sigma of the prior: 3 holds the truth in 99 % of cases a direction.
+  double window_sigma = 3.0;
+  int max_modes = 5;
+  // Cells x yaw hypotheses of one search; a window above it is searched on the next coarser level.
+  int max_search_cells = 1'000'000;
+
+  // The noise of soundings is estimated from the data; never believed to be below this.
+  double min_sounding_sigma_m = 0.01;
+  // Errors that neighbouring soundings share (roll bias, sound speed, heave), as a part of the
+  // altitude, and how far they reach: 0.017 deg of roll, which calibration leaves, are 0.0003 x
+  // altitude at 45 deg. More is believed where the residuals show more.
+  double shared_error_ratio = 0.0003;
+  double shared_error_length_m = 10.0;
+  // Position error that stays whatever the relief: 20 ms of latency at 1 m/s.
+  double min_position_sigma_m = 0.02;
+
+  double min_overlap_m2 = 10.0;
+  // Independent patches (4 pi cells) that must overlap: a placement takes four of them.
+  double min_patches = 8.0;
+  // Another place fits alike when the best's log-likelihood exceeds its by less than this a patch
+  // (0.2: the variance of the difference is less than 1.5 times the best's), and by less than the
+  // floor altogether (about what the best of a thousand chance placements reaches).
+  double ambiguity_per_patch = 0.2;
+  double ambiguity_floor = 12.0;
+  // Residual sigma over the scatter of soundings about the smooth seabed.
+  double max_misfit = 2.0;
+  // A direction is known where the two submaps' slopes agree by this many sigma of chance.
+  double min_slope_significance = 6.0;
+  // Chi-square, 3 degrees of freedom, of the result against the prior: 0.1 % of true ones exceed.
+  double max_prior_chi2 = 16.3;
+
+  std::string Validate() const;  // empty if usable
+};
+
+// What registration keeps of a submap: heights, slopes and densities on a pyramid of grids in its
+// level frame. Made once; about 24 B a cell.
+class RegistrationSubmap {
+ public:
+  // Smoothed seabed at the centre of a cell: a plane fitted under a Gaussian kernel of one cell.
+  struct Cell {
+    float height_m = 0.0f;  // above `height_datum_m`; positive down
+    float slope_x = 0.0f;
+    float slope_y = 0.0f;
+    float support = 0.0f;    // soundings a cell that the height rests on; 0: nothing known here
+    float soundings = 0.0f;  // in this very cell
+  };
+  struct Level {
+    int number = 0;  // cells of 2^number m
+    Grid<Cell> grid;
+    double cell_m() const { return grid.geometry().cell_m; }
+  };
+
+  RegistrationSubmap() = default;
+
+  // Points that are not finite, or stand for no sounding, are left out. R_level_submap: see
+  // LevelFromBody(). Nothing usable: empty().
+  static RegistrationSubmap Prepare(const PointCloud& cloud,
+                                    const Eigen::Matrix3d& R_level_submap,
+                                    const RegistrationParams& params);
+
+  bool empty() const { return levels_.empty(); }
+  const std::vector<Level>& levels() const { return levels_; }  // fine to coarse
+  // Mean height of the soundings in the level frame: with the vehicle as origin, its altitude.
+  double height_datum_m() const { return height_datum_m_; }
+  // Scatter of single soundings about the smooth seabed: noise and what is rougher than a kernel.
+  double sounding_sigma_m() const { return sounding_sigma_m_; }
+
+ private:
+  std::vector<Level> levels_;
+  double height_datum_m_ = 0.0;
+  double sounding_sigma_m_ = 0.0;
+};
+
+struct RegistrationResult {
+  LoopVerdict verdict = LoopVerdict::kNotConverged;
+  // Level frames; the prior where nothing better is known.
+  Pose2 T_target_source;
+  // Inverse covariance of T_target_source (x, y [m], yaw [rad]; axes of the target's level frame),
+  // of the registration alone, without the prior. Singular where the seabed leaves a direction
+  // open: an accepted edge informs the others. Zero unless accepted.
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+  // Source below where the target has the seabed, positive down: tide, draft, sound speed.
+  double z_offset_m = 0.0;
+  double z_offset_sigma_m = 0.0;
+  double rms_m = 0.0;  // of the height differences of smoothed cells, z_offset_m taken out
+  double overlap_m2 = 0.0;
+  double sounding_sigma_m = 0.0;  // noise of a sounding that the residuals show
+  double shared_sigma_m = 0.0;    // of errors that neighbouring soundings share
+  double cell_m = 0.0;            // of the level that said most
+  int known_directions = 0;       // rank of the information, 0 to 3
+  int modes = 0;                  // places that were refined
+  // Log-likelihood ratio against chance, of the best place and of the best elsewhere.
+  double score = 0.0;
+  double runner_up_score = 0.0;
+};
+
+// Registers source on target. T_prior is the prior of T_target_source, prior_covariance that of
+// its x, y, yaw in the target's level axes. z_prior_m: height of the source's frame less that of
+// the target's (positive down), known to z_sigma_m.
+RegistrationResult Register(const RegistrationSubmap& target,
+                            const RegistrationSubmap& source,
+                            const Pose2& T_prior,
+                            const Eigen::Matrix3d& prior_covariance,
+                            double z_prior_m,
+                            double z_sigma_m,
+                            const RegistrationParams& params);
+
+}  // namespace seastitch

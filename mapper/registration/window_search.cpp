@@ -1,0 +1,320 @@
+#include "mapper/registration/window_search.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <tuple>
+#include <utility>
+
+#include "mapper/registration/correlator.hpp"
+#include "mapper/registration/height_grid.hpp"
+#include "mapper/registration/smoothing.hpp"
+
+namespace seastitch {
+namespace {
+
+using Cell = RegistrationSubmap::Cell;
+
+// Where the source lies about the centre of its cells: yaw is tried about it, since there it moves
+// them least.
+struct SourceShape {
+  Eigen::Vector2d center = Eigen::Vector2d::Zero();
+  double radius_m = 0.0;
+};
+
+SourceShape ShapeOf(const Grid<Cell>& grid) {
+  const GridGeometry& g = grid.geometry();
+  SourceShape shape;
+  double count = 0.0;
+  for (int row = 0; row < g.rows; ++row)
+    for (int col = 0; col < g.cols; ++col)
+      if (grid(row, col).support > 0.0f) {
+        shape.center += g.Center(row, col);
+        count += 1.0;
+      }
+  if (count == 0.0) return shape;
+  shape.center /= count;
+  for (int row = 0; row < g.rows; ++row)
+    for (int col = 0; col < g.cols; ++col)
+      if (grid(row, col).support > 0.0f)
+        shape.radius_m = std::max(shape.radius_m, (g.Center(row, col) - shape.center).norm());
+  return shape;
+}
+
+// The prior of (target position of the source's centre, yaw).
+struct CenterPrior {
+  Eigen::Vector2d center_target;
+  double yaw;
+  Eigen::Matrix3d covariance;
+};
+
+CenterPrior AboutCenter(const RegistrationPrior& prior, const Eigen::Vector2d& center_source) {
+  const Eigen::Vector2d arm = prior.T_target_source.Rotation() * center_source;
+  Eigen::Matrix3d J = Eigen::Matrix3d::Identity();
+  J(0, 2) = -arm.y();
+  J(1, 2) = arm.x();
+  return {prior.T_target_source * center_source,
+          prior.T_target_source.yaw,
+          J * prior.covariance * J.transpose()};
+}
+
+// Cells of the target that the source's centre is tried on, and yaws.
+struct Window {
+  int first_row;
+  int first_col;
+  int rows;  // 0: nowhere in the window do the two meet
+  int cols;
+  int source_half;  // of the square that holds the turned source, in cells
+  int half_yaws;
+  double yaw_step;
+
+  int ImageRows() const { return rows + 2 * source_half; }
+  int ImageCols() const { return cols + 2 * source_half; }
+};
+
+// Cells first to last of one axis within `reach` of `middle`, where the source can still touch the
+// target.
+std::pair<int, int> Range(double middle, double reach, int target_cells, int source_half) {
+  const double first = std::max(std::floor(middle - reach), -1.0 * source_half);
+  const double last = std::min(std::ceil(middle + reach), 1.0 * target_cells + source_half - 1.0);
+  if (!(first <= last)) return {0, 0};
+  return {static_cast<int>(first), static_cast<int>(last - first) + 1};
+}
+
+Window WindowOf(const GridGeometry& target,
+                const SourceShape& shape,
+                const CenterPrior& prior,
+                const RegistrationParams& params) {
+  const double cell = target.cell_m;
+  const auto reach = [&](int axis) {
+    return params.window_sigma * std::sqrt(prior.covariance(axis, axis));
+  };
+  const Eigen::Vector2d middle =
+      (prior.center_target - target.origin) / cell - Eigen::Vector2d(0.5, 0.5);
+  Window w;
+  w.source_half = static_cast<int>(std::ceil(shape.radius_m / cell)) + 1;
+  std::tie(w.first_row, w.rows) = Range(middle.x(), reach(0) / cell, target.rows, w.source_half);
+  std::tie(w.first_col, w.cols) = Range(middle.y(), reach(1) / cell, target.cols, w.source_half);
+  // Between two hypotheses the rim is 3/4 of a kernel off, most of the area less.
+  w.yaw_step = 1.5 * cell / std::max(shape.radius_m, cell);
+  w.half_yaws =
+      static_cast<int>(std::ceil(std::max(0.0, std::min(reach(2), kPi) / w.yaw_step - 0.5)));
+  return w;
+}
+
+// Where a surface is known, its height there, and the height's square.
+struct Layers {
+  std::vector<double> known;
+  std::vector<double> height;
+  std::vector<double> square;
+  explicit Layers(std::size_t size) : known(size, 0.0), height(size, 0.0), square(size, 0.0) {}
+  void Set(std::size_t i, double z) {
+    known[i] = 1.0;
+    height[i] = z;
+    square[i] = z * z;
+  }
+};
+
+struct Spectra {
+  Correlator::Spectrum known;
+  Correlator::Spectrum height;
+  Correlator::Spectrum square;
+};
+
+Spectra Transform(Correlator* correlator, const Layers& layers) {
+  return {correlator->Transform(layers.known),
+          correlator->Transform(layers.height),
+          correlator->Transform(layers.square)};
+}
+
+class Searcher {
+ public:
+  Searcher(const RegistrationSubmap::Level& target,
+           const RegistrationSubmap::Level& source,
+           const RegistrationPrior& prior,
+           const RegistrationParams& params)
+      : target_(target.grid),
+        source_(source.grid),
+        cell_m_(target.cell_m()),
+        shape_(ShapeOf(source_)),
+        prior_(prior),
+        center_prior_(AboutCenter(prior, shape_.center)),
+        prior_information_(center_prior_.covariance.inverse()),
+        params_(params),
+        window_(WindowOf(target_.geometry(), shape_, center_prior_, params)),
+        correlator_(window_.ImageRows(), window_.ImageCols()) {}
+
+  std::vector<SearchMode> Run() {
+    if (window_.rows == 0 || window_.cols == 0 || shape_.radius_m == 0.0) return {};
+    const Spectra target = Transform(&correlator_, TargetLayers());
+    std::vector<SearchMode> modes;
+    for (int i = -window_.half_yaws; i <= window_.half_yaws; ++i) {
+      const double yaw = center_prior_.yaw + i * window_.yaw_step;
+      const Spectra source = Transform(&correlator_, SourceLayers(yaw));
+      CollectPeaks(Scores(target, source, yaw), yaw, &modes);
+    }
+    return Thin(std::move(modes));
+  }
+
+ private:
+  std::size_t At(int row, int col) const {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(correlator_.cols()) +
+           static_cast<std::size_t>(col);
+  }
+
+  // The target's cells that any place of the window can reach; first is the lowest lag's.
+  Layers TargetLayers() const {
+    Layers out(At(correlator_.rows(), 0));
+    const GridGeometry& g = target_.geometry();
+    const int first_row = window_.first_row - window_.source_half;
+    const int first_col = window_.first_col - window_.source_half;
+    const int rows = std::min(window_.ImageRows(), g.rows - first_row);
+    const int cols = std::min(window_.ImageCols(), g.cols - first_col);
+    for (int row = std::max(0, -first_row); row < rows; ++row) {
+      for (int col = std::max(0, -first_col); col < cols; ++col) {
+        const Cell& cell = target_(first_row + row, first_col + col);
+        if (cell.support > 0.0f) out.Set(At(row, col), cell.height_m);
+      }
+    }
+    return out;
+  }
+
+  // The source turned by yaw about its centre, sampled at the target's spacing.
+  Layers SourceLayers(double yaw) const {
+    Layers out(At(correlator_.rows(), 0));
+    const Eigen::Matrix2d R_source_target = Eigen::Rotation2Dd(-yaw).toRotationMatrix();
+    const int size = 2 * window_.source_half + 1;
+    CellsAround around;
+    HeightSample sample;
+    for (int row = 0; row < size; ++row) {
+      for (int col = 0; col < size; ++col) {
+        const Eigen::Vector2d q(row - window_.source_half, col - window_.source_half);
+        const Eigen::Vector2d p = shape_.center + R_source_target * (cell_m_ * q);
+        if (Interpolate(source_, p, &around, &sample))
+          out.Set(At(row, col), sample.height_m + prior_.source_shift_m);
+      }
+    }
+    return out;
+  }
+
+  // Of every lag; minus infinity where too little overlaps.
+  std::vector<double> Scores(const Spectra& target, const Spectra& source, double yaw) {
+    const std::size_t size = At(correlator_.rows(), 0);
+    const auto copy = [&](const double* values) {
+      return std::vector<double>(values, values + size);
+    };
+    const auto count = copy(correlator_.Correlate(source.known, target.known));
+    const auto sum_target = copy(correlator_.Correlate(source.known, target.height));
+    const auto sum_source = copy(correlator_.Correlate(source.height, target.known));
+    const auto squares =
+        copy(correlator_.Correlate(source.known, target.square, source.square, target.known));
+    const double* products = correlator_.Correlate(source.height, target.height);
+
+    std::vector<double> scores(size, -std::numeric_limits<double>::infinity());
+    const SmoothingKernel kernel;
+    const double min_cells = std::max(0.5 * params_.min_patches * kernel.PatchCells(),
+                                      0.5 * params_.min_overlap_m2 / (cell_m_ * cell_m_));
+    const double floor = params_.min_sounding_sigma_m * params_.min_sounding_sigma_m;
+    for (int row = 0; row < window_.rows; ++row) {
+      for (int col = 0; col < window_.cols; ++col) {
+        const std::size_t i = At(row, col);
+        const double n = count[i];
+        if (!(n >= min_cells)) continue;
+        const double mean_target = sum_target[i] / n;
+        const double mean_source = sum_source[i] / n;
+        const double relief =
+            squares[i] / n - mean_target * mean_target - mean_source * mean_source;
+        const double covariance = products[i] / n - mean_target * mean_source;
+        const double shift = (mean_target - mean_source) / prior_.source_shift_sigma_m;
+        scores[i] = AgreementScore(n / kernel.PatchCells(),
+                                   std::max(relief, 0.0) + floor,
+                                   std::max(relief - 2.0 * covariance, 0.0) + floor) -
+                    0.5 * shift * shift + LogPrior(CenterAt(row, col), yaw);
+      }
+    }
+    return scores;
+  }
+
+  Eigen::Vector2d CenterAt(int row, int col) const {
+    return target_.geometry().Center(window_.first_row + row, window_.first_col + col);
+  }
+
+  double LogPrior(const Eigen::Vector2d& center, double yaw) const {
+    Eigen::Vector3d d;
+    d << center - center_prior_.center_target, yaw - center_prior_.yaw;
+    return -0.5 * d.dot(prior_information_ * d);
+  }
+
+  void CollectPeaks(const std::vector<double>& scores,
+                    double yaw,
+                    std::vector<SearchMode>* modes) const {
+    for (int row = 0; row < window_.rows; ++row) {
+      for (int col = 0; col < window_.cols; ++col) {
+        const double score = scores[At(row, col)];
+        if (!std::isfinite(score)) continue;
+        bool peak = true;
+        for (int r = std::max(0, row - 1); r <= std::min(window_.rows - 1, row + 1); ++r)
+          for (int c = std::max(0, col - 1); c <= std::min(window_.cols - 1, col + 1); ++c)
+            peak = peak && !(scores[At(r, c)] > score);
+        if (!peak) continue;
+        const Eigen::Vector2d p =
+            CenterAt(row, col) - Eigen::Rotation2Dd(yaw).toRotationMatrix() * shape_.center;
+        modes->push_back({{p.x(), p.y(), WrapAngle(yaw)}, score});
+      }
+    }
+  }
+
+  std::vector<SearchMode> Thin(std::vector<SearchMode> modes) const {
+    std::stable_sort(modes.begin(), modes.end(), [](const SearchMode& a, const SearchMode& b) {
+      return a.score > b.score;
+    });
+    std::vector<SearchMode> out;
+    for (const SearchMode& mode : modes) {
+      if (static_cast<int>(out.size()) >= params_.max_modes) break;
+      const Eigen::Vector2d center = mode.T_target_source * shape_.center;
+      const bool apart = std::all_of(out.begin(), out.end(), [&](const SearchMode& better) {
+        return (better.T_target_source * shape_.center - center).norm() >= 2.0 * cell_m_;
+      });
+      if (apart) out.push_back(mode);
+    }
+    return out;
+  }
+
+  const Grid<Cell>& target_;
+  const Grid<Cell>& source_;
+  double cell_m_;
+  SourceShape shape_;
+  RegistrationPrior prior_;
+  CenterPrior center_prior_;
+  Eigen::Matrix3d prior_information_;
+  const RegistrationParams& params_;
+  Window window_;
+  Correlator correlator_;
+};
+
+}  // namespace
+
+double AgreementScore(double patches, double relief_variance, double difference_variance) {
+  return 0.5 * patches * std::log(relief_variance / difference_variance);
+}
+
+double SearchCost(const RegistrationSubmap::Level& target,
+                  const RegistrationSubmap::Level& source,
+                  const RegistrationPrior& prior,
+                  const RegistrationParams& params) {
+  const SourceShape shape = ShapeOf(source.grid);
+  const Window w =
+      WindowOf(target.grid.geometry(), shape, AboutCenter(prior, shape.center), params);
+  return 1.0 * w.ImageRows() * w.ImageCols() * (2.0 * w.half_yaws + 1.0);
+}
+
+std::vector<SearchMode> SearchWindow(const RegistrationSubmap::Level& target,
+                                     const RegistrationSubmap::Level& source,
+                                     const RegistrationPrior& prior,
+                                     const RegistrationParams& params) {
+  return Searcher(target, source, prior, params).Run();
+}
+
+}  // namespace seastitch

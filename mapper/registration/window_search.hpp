@@ -1,0 +1,45 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "common/core/pose.hpp"
+#include "mapper/registration/registration.hpp"
+
+namespace seastitch {
+
+// What is known before the seabed is asked.
+struct RegistrationPrior {
+  Pose2 T_target_source;
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();  // x, y, yaw; target's level axes
+  // Added to the source's heights to compare them with the target's, and how well it is known.
+  double source_shift_m = 0.0;
+  double source_shift_sigma_m = 1.0;
+};
+
+struct SearchMode {
+  Pose2 T_target_source;
+  double score = 0.0;  // log-likelihood ratio against a chance placement, prior included
+};
+
+// How well two surfaces agree over `patches` independent places, against two that have nothing to
+// do with each other: patches / 2 * log(relief variance of both / variance of their difference).
+// That is the mutual information of Gaussian heights: free of scale, and it rewards both a close
+// fit and a large overlap.
+double AgreementScore(double patches, double relief_variance, double difference_variance);
+
+// Tries every place within the window of the prior on the cells of one level, each with the best
+// constant height offset, by correlation through the Fourier transform. Returns the best places
+// that are local maxima and at least two cells apart, best first.
+std::vector<SearchMode> SearchWindow(const RegistrationSubmap::Level& target,
+                                     const RegistrationSubmap::Level& source,
+                                     const RegistrationPrior& prior,
+                                     const RegistrationParams& params);
+
+// Cells x yaw hypotheses that SearchWindow would transform.
+double SearchCost(const RegistrationSubmap::Level& target,
+                  const RegistrationSubmap::Level& source,
+                  const RegistrationPrior& prior,
+                  const RegistrationParams& params);
+
+}  // namespace seastitch

@@ -1,0 +1,48 @@
+#include "mapper/sound_speed.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <utility>
+
+namespace seastitch {
+namespace {
+
+// A profile an hour for two and a half days: no dive is longer.
+constexpr std::size_t kMaxProfiles = 64;
+
+Duration Apart(Time a, Time b) { return a < b ? b - a : a - b; }
+
+}  // namespace
+
+SoundSpeed::SoundSpeed(const std::optional<SoundVelocityProfile>& configured) {
+  if (configured) configured_ = RayTracer::Make(*configured);
+}
+
+bool SoundSpeed::Add(const SoundVelocityProfile& profile) {
+  std::optional<RayTracer> rays = RayTracer::Make(profile);
+  if (!rays) return false;
+  if (profiles_.size() == kMaxProfiles) profiles_.pop_front();
+  profiles_.push_back({profile.time, std::move(*rays)});
+  return true;
+}
+
+SoundSpeed::Choice SoundSpeed::For(const MbesPing& ping) {
+  if (!profiles_.empty()) {
+    const auto nearest =
+        std::min_element(profiles_.begin(), profiles_.end(), [&](const Dated& a, const Dated& b) {
+          return Apart(a.time, ping.time) < Apart(b.time, ping.time);
+        });
+    return {&nearest->rays, Source::kProfile};
+  }
+  if (configured_) return {&*configured_, Source::kConfigured};
+  const bool measured = ping.sound_speed_mps >= RayTracer::kMinSpeedMps &&
+                        ping.sound_speed_mps <= RayTracer::kMaxSpeedMps;
+  const double speed_mps = measured ? ping.sound_speed_mps : kAssumedMps;
+  if (!constant_ || constant_mps_ != speed_mps) {
+    constant_ = RayTracer::Constant(speed_mps);
+    constant_mps_ = speed_mps;
+  }
+  return {&*constant_, measured ? Source::kTransducer : Source::kAssumed};
+}
+
+}  // namespace seastitch

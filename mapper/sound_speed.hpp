@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <optional>
+
+#include "common/core/sensors.hpp"
+#include "mapper/geometry/sound_ray.hpp"
+
+namespace seastitch {
+
+// The water that a ping's rays go through: the profile nearest in time, else the configured one,
+// else one speed all the way, that which the sonar measured at its own face.
+class SoundSpeed {
+ public:
+  enum class Source : std::uint8_t { kProfile, kConfigured, kTransducer, kAssumed };
+  // Sea water of 10 degrees and 35 psu near the surface, where the sonar knows nothing either.
+  static constexpr double kAssumedMps = 1490.0;
+
+  // `configured` must be usable: see RayTracer::Make().
+  explicit SoundSpeed(const std::optional<SoundVelocityProfile>& configured);
+
+  // False: no profile of sea water, not taken. Keeps the newest 64.
+  bool Add(const SoundVelocityProfile& profile);
+
+  struct Choice {
+    const RayTracer* rays;  // until the next call of Add() or For()
+    Source source;
+  };
+  Choice For(const MbesPing& ping);
+
+ private:
+  struct Dated {
+    Time time;
+    RayTracer rays;
+  };
+
+  std::optional<RayTracer> configured_;
+  std::deque<Dated> profiles_;  // in the order of arrival
+  std::optional<RayTracer> constant_;
+  double constant_mps_ = 0.0;
+};
+
+}  // namespace seastitch

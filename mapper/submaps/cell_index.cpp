@@ -1,0 +1,24 @@
+#include "mapper/submaps/cell_index.hpp"
+
+namespace seastitch {
+
+double CellForDensity(const std::vector<Eigen::Vector3f>& points,
+                      const std::vector<float>& soundings,
+                      double cell_m,
+                      double soundings_per_column) {
+  double total = 0.0;
+  for (const float n : soundings) total += static_cast<double>(n);
+  // Ten doublings reach a thousand times the first cell: beyond it nothing is dense.
+  for (int doubling = 0; doubling < 10; ++doubling, cell_m *= 2.0) {
+    CellIndex columns;
+    for (const Eigen::Vector3f& p : points) {
+      columns.FindOrAdd({CellOf(static_cast<double>(p.x()), cell_m),
+                         CellOf(static_cast<double>(p.y()), cell_m),
+                         0});
+    }
+    if (total >= soundings_per_column * static_cast<double>(columns.size())) break;
+  }
+  return cell_m;
+}
+
+}  // namespace seastitch

@@ -1,0 +1,252 @@
+#include "mapper/submaps/cloud_filter.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "mapper/submaps/cell_index.hpp"
+
+namespace seastitch {
+namespace {
+
+// A window of 5 x 5 columns: its median stands while up to 12 of them are not seabed.
+constexpr int kReach = 2;
+constexpr int kSide = 2 * kReach + 1;
+constexpr std::size_t kWindow = kSide * kSide;
+
+// Median of the first n values, which are reordered.
+template <class Array>
+float Median(Array& values, std::size_t n) {
+  const auto begin = values.begin();
+  const auto middle = begin + static_cast<std::ptrdiff_t>(n / 2);
+  std::nth_element(begin, middle, begin + static_cast<std::ptrdiff_t>(n));
+  return *middle;
+}
+
+// The points of a cloud by column, and each column's height.
+class Columns {
+ public:
+  Columns(const PointCloud& cloud, double cell_m) : cloud_(cloud), cell_m_(cell_m) {
+    std::vector<std::uint32_t> column_of(cloud.size());
+    for (std::size_t i = 0; i < cloud.size(); ++i) {
+      const Eigen::Vector3d p = cloud.points[i].cast<double>();
+      column_of[i] = static_cast<std::uint32_t>(
+          index_.FindOrAdd({CellOf(p.x(), cell_m), CellOf(p.y(), cell_m), 0}));
+    }
+    begin_.assign(index_.size() + 1, 0);
+    for (const std::uint32_t c : column_of) ++begin_[c + 1];
+    for (std::size_t c = 0; c < index_.size(); ++c) begin_[c + 1] += begin_[c];
+    points_.resize(cloud.size());
+    std::vector<std::uint32_t> next(begin_.begin(), begin_.end() - 1);
+    for (std::size_t i = 0; i < cloud.size(); ++i) {
+      points_[next[column_of[i]]++] = static_cast<std::uint32_t>(i);
+    }
+    heights_.resize(index_.size());
+    soundings_.resize(index_.size());
+    std::vector<std::uint32_t> sorted;
+    for (std::size_t c = 0; c < index_.size(); ++c) SetHeight(c, &sorted);
+  }
+
+  std::size_t size() const { return index_.size(); }
+  const CellKey& key(std::size_t column) const { return index_.keys()[column]; }
+  std::size_t At(std::int32_t x, std::int32_t y) const { return index_.Find({x, y, 0}); }
+  float height(std::size_t column) const { return heights_[column]; }
+  float soundings(std::size_t column) const { return soundings_[column]; }
+  const std::uint32_t* begin(std::size_t column) const { return points_.data() + begin_[column]; }
+  const std::uint32_t* end(std::size_t column) const { return points_.data() + begin_[column + 1]; }
+  double cell_m() const { return cell_m_; }
+  const PointCloud& cloud() const { return cloud_; }
+
+ private:
+  // The height that half of the column's soundings lie below.
+  void SetHeight(std::size_t column, std::vector<std::uint32_t>* sorted) {
+    sorted->assign(begin(column), end(column));
+    std::sort(sorted->begin(), sorted->end(), [this](std::uint32_t a, std::uint32_t b) {
+      return cloud_.points[a].z() < cloud_.points[b].z();
+    });
+    float total = 0.0f;
+    for (const std::uint32_t i : *sorted) total += cloud_.soundings[i];
+    soundings_[column] = total;
+    float below = 0.0f;
+    for (const std::uint32_t i : *sorted) {
+      below += cloud_.soundings[i];
+      heights_[column] = cloud_.points[i].z();
+      if (2.0f * below >= total) return;
+    }
+  }
+
+  const PointCloud& cloud_;
+  double cell_m_;
+  CellIndex index_;
+  std::vector<std::uint32_t> begin_;
+  std::vector<std::uint32_t> points_;
+  std::vector<float> heights_;
+  std::vector<float> soundings_;
+};
+
+// The columns around one column, CellIndex::kNone where there is none.
+struct Window {
+  std::array<std::size_t, kWindow> columns;
+  float soundings = 0.0f;
+
+  std::size_t at(int dx, int dy) const {
+    return columns[static_cast<std::size_t>((dx + kReach) * kSide + dy + kReach)];
+  }
+};
+
+Window Around(const Columns& columns, std::size_t column) {
+  Window window;
+  const CellKey key = columns.key(column);
+  for (int dx = -kReach; dx <= kReach; ++dx) {
+    for (int dy = -kReach; dy <= kReach; ++dy) {
+      const std::size_t c = columns.At(key.x + dx, key.y + dy);
+      window.columns[static_cast<std::size_t>((dx + kReach) * kSide + dy + kReach)] = c;
+      if (c != CellIndex::kNone) window.soundings += columns.soundings(c);
+    }
+  }
+  return window;
+}
+
+// The seabed about the centre of one column: height, slopes [m a column], scatter [m].
+struct LocalSeabed {
+  float height = 0.0f;
+  float slope_x = 0.0f;
+  float slope_y = 0.0f;
+  float sigma = 0.0f;
+};
+
+// Median of the height steps between columns that are neighbours along x (or along y).
+float MedianStep(const Columns& columns, const Window& window, int along_x) {
+  std::array<float, kWindow> steps;
+  std::size_t n = 0;
+  for (int dx = -kReach; dx <= kReach - along_x; ++dx) {
+    for (int dy = -kReach; dy <= kReach - (1 - along_x); ++dy) {
+      const std::size_t a = window.at(dx, dy);
+      const std::size_t b = window.at(dx + along_x, dy + 1 - along_x);
+      if (a == CellIndex::kNone || b == CellIndex::kNone) continue;
+      steps[n++] = columns.height(b) - columns.height(a);
+    }
+  }
+  return n == 0 ? 0.0f : Median(steps, n);
+}
+
+LocalSeabed Fit(const Columns& columns, const Window& window) {
+  LocalSeabed seabed;
+  seabed.slope_x = MedianStep(columns, window, 1);
+  seabed.slope_y = MedianStep(columns, window, 0);
+  std::array<float, kWindow> levelled;
+  std::size_t n = 0;
+  for (int dx = -kReach; dx <= kReach; ++dx) {
+    for (int dy = -kReach; dy <= kReach; ++dy) {
+      const std::size_t c = window.at(dx, dy);
+      if (c == CellIndex::kNone) continue;
+      levelled[n++] = columns.height(c) - seabed.slope_x * static_cast<float>(dx) -
+                      seabed.slope_y * static_cast<float>(dy);
+    }
+  }
+  seabed.height = Median(levelled, n);
+  for (std::size_t i = 0; i < n; ++i) levelled[i] = std::abs(levelled[i] - seabed.height);
+  constexpr float kSigmaOfMedianDeviation = 1.4826f;  // of a Gaussian
+  seabed.sigma = kSigmaOfMedianDeviation * Median(levelled, n);
+  return seabed;
+}
+
+// Judges the points of one column against the seabed about it.
+class ColumnJudge {
+ public:
+  ColumnJudge(const Columns& columns, std::size_t column, const CloudFilterParams& params)
+      : columns_(columns), params_(params), key_(columns.key(column)) {
+    window_ = Around(columns, column);
+    seabed_ = Fit(columns, window_);
+    tolerance_ = std::max(static_cast<float>(params.min_spike_m),
+                          static_cast<float>(params.spike_sigmas) * seabed_.sigma);
+  }
+
+  bool IsSeabed(std::uint32_t i) const {
+    const float others = window_.soundings - columns_.cloud().soundings[i];
+    if (others < static_cast<float>(params_.min_neighbours)) return false;
+    const float off = HeightOff(i);
+    return std::abs(off) <= tolerance_ || IsSupported(off);
+  }
+
+ private:
+  float HeightOff(std::uint32_t i) const {
+    const Eigen::Vector3f& p = columns_.cloud().points[i];
+    const auto cell = static_cast<float>(columns_.cell_m());
+    const float dx = p.x() / cell - (static_cast<float>(key_.x) + 0.5f);
+    const float dy = p.y() / cell - (static_cast<float>(key_.y) + 0.5f);
+    return p.z() - seabed_.height - seabed_.slope_x * dx - seabed_.slope_y * dy;
+  }
+
+  // Counts the soundings at the same height in the columns next to this one.
+  bool IsSupported(float off) const {
+    const auto same = static_cast<float>(params_.min_spike_m);
+    float support = -1.0f;  // one sounding does not support itself
+    float total = -1.0f;
+    for (int dx = -1; dx <= 1; ++dx) {
+      for (int dy = -1; dy <= 1; ++dy) {
+        const std::size_t c = window_.at(dx, dy);
+        if (c == CellIndex::kNone) continue;
+        total += columns_.soundings(c);
+        for (const std::uint32_t* j = columns_.begin(c); j != columns_.end(c); ++j) {
+          if (std::abs(HeightOff(*j) - off) <= same) support += columns_.cloud().soundings[*j];
+        }
+      }
+    }
+    return support >= static_cast<float>(params_.min_support) &&
+           support >= static_cast<float>(params_.min_support_part) * total;
+  }
+
+  const Columns& columns_;
+  const CloudFilterParams& params_;
+  CellKey key_;
+  Window window_;
+  LocalSeabed seabed_;
+  float tolerance_ = 0.0f;
+};
+
+}  // namespace
+
+std::string CloudFilterParams::Validate() const {
+  if (!(min_range_m >= 0.0)) return "min_range_m must be >= 0";
+  if (!(max_range_m > min_range_m && max_range_m <= 10'000.0))
+    return "max_range_m must be above min_range_m and at most 10000";
+  if (!(voxel_m >= 0.01 && voxel_m <= 10.0)) return "voxel_m must be within 0.01 and 10";
+  if (!(min_spike_m > 0.0)) return "min_spike_m must be > 0";
+  if (!(spike_sigmas > 0.0)) return "spike_sigmas must be > 0";
+  if (min_support < 1) return "min_support must be >= 1";
+  if (!(min_support_part >= 0.0 && min_support_part < 1.0))
+    return "min_support_part must be within 0 and 1";
+  if (min_neighbours < 0) return "min_neighbours must be >= 0";
+  if (!(soundings_per_column >= 1.0)) return "soundings_per_column must be >= 1";
+  return {};
+}
+
+SoundingGate CheckSounding(const Eigen::Vector3d& p_map,
+                           const Eigen::Vector3d& p_map_vehicle,
+                           const CloudFilterParams& params) {
+  const Eigen::Vector3d offset = p_map - p_map_vehicle;
+  const double range_m = offset.norm();
+  if (!std::isfinite(range_m)) return SoundingGate::kNotFinite;
+  if (range_m < params.min_range_m) return SoundingGate::kTooNear;
+  if (range_m > params.max_range_m) return SoundingGate::kTooFar;
+  if (offset.z() <= 0.0) return SoundingGate::kAboveVehicle;
+  return SoundingGate::kPass;
+}
+
+std::vector<std::uint8_t> FindSeabed(const PointCloud& cloud_level,
+                                     const CloudFilterParams& params) {
+  std::vector<std::uint8_t> seabed(cloud_level.size(), 0);
+  const double cell_m = CellForDensity(
+      cloud_level.points, cloud_level.soundings, params.voxel_m, params.soundings_per_column);
+  const Columns columns(cloud_level, cell_m);
+  for (std::size_t c = 0; c < columns.size(); ++c) {
+    const ColumnJudge judge(columns, c, params);
+    for (const std::uint32_t* i = columns.begin(c); i != columns.end(c); ++i) {
+      seabed[*i] = judge.IsSeabed(*i) ? 1 : 0;
+    }
+  }
+  return seabed;
+}
+
+}  // namespace seastitch

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "common/core/ids.hpp"
+#include "common/core/submap.hpp"
+#include "mapper/submaps/relative_pose.hpp"
+
+// Which submaps may show the same seabed: true footprints, each pair under its own relative pose
+// uncertainty (the further work that the paper names in section V).
+namespace seastitch {
+
+struct OverlapParams {
+  // Expected overlap of a pair, at least: below it registration has too few cells to be sure.
+  double min_overlap_m2 = 25.0;
+  // And this part of the smaller footprint: neighbours on one line touch along an edge without a
+  // common sounding, since an outline reaches a cell further than its points.
+  double min_overlap_part = 0.05;
+  // Registrations a submap, the most telling first: bounds the work in a survey of any length.
+  int max_pairs = 6;
+
+  std::string Validate() const;  // empty if usable
+};
+
+// What the overlap search keeps of a submap. Information: see Submap::predicted_information.
+struct SubmapOutline {
+  SubmapId id;
+  Footprint footprint;  // level frame
+  double area_m2 = 0.0;
+  double radius_m = 0.0;  // of the footprint about the frame
+  Eigen::Matrix3d predicted_information = Eigen::Matrix3d::Zero();
+};
+SubmapOutline OutlineOf(const Submap& submap);
+
+struct OverlapCandidate {
+  SubmapId target;
+  RelativePose prior;         // T_target_source
+  double overlap_m2 = 0.0;    // expected under the prior
+  double overlap_part = 0.0;  // of the smaller footprint
+  double gain_nats = 0.0;     // of the relative pose by the registration, as predicted
+};
+
+// Area that both cover [m2]. Footprints in their own level frames.
+double OverlapArea(const Footprint& a, const Footprint& b, const Pose2& T_a_b);
+
+// Its mean under the pair's uncertainty in x, y: Gauss-Hermite quadrature of third order along both
+// axes of the error ellipse (points at 0 and +-sqrt(3) sigma), so that a pair whose outlines do not
+// meet at the prior is found where the uncertainty may bring them together. Yaw moves the outline
+// of a submap by less than its cells.
+double ExpectedOverlapArea(const Footprint& target,
+                           const Footprint& source,
+                           const RelativePose& prior);
+
+// The pair as a candidate, or gain and overlap zero where it cannot meet. Information gain:
+// half log det(1 + covariance * predicted information of the part that overlaps).
+OverlapCandidate JudgePair(const SubmapOutline& target,
+                           const SubmapOutline& source,
+                           const RelativePose& prior,
+                           double expected_overlap_part);
+
+// Those that qualify, best first: by gain, then overlap, then id; at most max_pairs.
+std::vector<OverlapCandidate> ChoosePairs(std::vector<OverlapCandidate> candidates,
+                                          const OverlapParams& params);
+
+}  // namespace seastitch

@@ -1,0 +1,272 @@
+#include "mapper/submaps/submap_builder.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "mapper/submaps/footprint.hpp"
+
+namespace seastitch {
+namespace {
+
+// How often the information is looked at: each look costs a pass over some thousand cells.
+constexpr double kCheckEveryM = 5.0;
+// Slopes are taken over cells of this part of the altitude: several beams and pings each.
+constexpr double kCellPerAltitude = 0.05;
+// A median of five stands while two of them are outliers, at 1.43 times the variance of a mean.
+constexpr std::size_t kBeamsPerMedian = 5;
+constexpr double kMedianVariance = 1.43;
+
+const char* NameOf(SoundingGate gate) {
+  switch (gate) {
+    case SoundingGate::kPass: return "soundings_passed";
+    case SoundingGate::kNotFinite: return "soundings_not_finite";
+    case SoundingGate::kAboveVehicle: return "soundings_above_vehicle";
+    case SoundingGate::kTooNear: return "soundings_too_near";
+    case SoundingGate::kTooFar: return "soundings_too_far";
+  }
+  return "soundings_passed";
+}
+
+double MedianHeightBelow(const GeoreferencedPing& ping) {
+  std::vector<double> below;
+  for (const Sounding& s : ping.soundings) {
+    below.push_back(s.p_map.z() - ping.T_map_vehicle.translation().z());
+  }
+  const auto middle = below.begin() + static_cast<std::ptrdiff_t>(below.size() / 2);
+  std::nth_element(below.begin(), middle, below.end());
+  return *middle;
+}
+
+double HorizontalStep(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
+  return (b.translation() - a.translation()).head<2>().norm();
+}
+
+}  // namespace
+
+std::string SubmapParams::Validate() const {
+  if (!(min_length_m >= 0.0)) return "min_length_m must be >= 0";
+  if (!(max_length_m > min_length_m)) return "max_length_m must be above min_length_m";
+  if (!(max_duration_s > 0.0)) return "max_duration_s must be > 0";
+  if (max_soundings < 1000) return "max_soundings must be >= 1000";
+  if (min_points < 3) return "min_points must be >= 3";
+  if (!(expected_overlap > 0.0 && expected_overlap <= 1.0))
+    return "expected_overlap must be above 0 and at most 1";
+  if (!(target_sigma_m > 0.0)) return "target_sigma_m must be > 0";
+  if (!(target_sigma_rad > 0.0)) return "target_sigma must be > 0";
+  if (!(sounding_sigma_m > 0.0)) return "sounding_sigma_m must be > 0";
+  if (!(turn_rad > 0.0 && turn_rad < kPi)) return "turn must be within 0 and 180 degrees";
+  if (!(turn_sustain_m >= 0.0)) return "turn_sustain_m must be >= 0";
+  if (!(turn_settle_m > 0.0)) return "turn_settle_m must be > 0";
+  if (!(max_gap_s > 0.0)) return "max_gap_s must be > 0";
+  if (!(max_gap_m > 0.0)) return "max_gap_m must be > 0";
+  return {};
+}
+
+SubmapBuilder::Open::Open(const GeoreferencedPing& first,
+                          const CloudFilterParams& filter,
+                          double cell_m)
+    : first_yaw_rad(LevelPose(first.T_map_vehicle).yaw),
+      voxels(first.T_map_vehicle.translation(), filter.voxel_m),
+      terrain(cell_m) {}
+
+SubmapBuilder::SubmapBuilder(const SubmapParams& params, const CloudFilterParams& filter)
+    : params_(params), filter_(filter) {}
+
+std::optional<Submap> SubmapBuilder::Add(const GeoreferencedPing& ping) {
+  if (!Accept(ping)) return std::nullopt;
+  std::optional<Submap> closed;
+  if (const auto trigger = Break(ping)) {
+    closed = Close(*trigger);
+    turning_ = false;
+    headings_.clear();
+  } else {
+    if (last_) {
+      const double step_m = HorizontalStep(last_->T_map_vehicle, ping.T_map_vehicle);
+      along_m_ += step_m;
+      if (open_) open_->length_m += step_m;
+    }
+    if (const auto turn = TurnBefore(ping)) closed = Close(*turn);
+  }
+  last_ = Pose{ping.time, ping.T_map_vehicle};
+  if (turning_ && !params_.keep_turns) {
+    ++counters_["pings_in_turns"];
+    return closed;
+  }
+  AddSoundings(ping);
+  if (!closed) {
+    if (const auto trigger = Full()) closed = Close(*trigger);
+  }
+  return closed;
+}
+
+std::optional<Submap> SubmapBuilder::Finish() { return Close(SubmapTrigger::kEnd); }
+
+bool SubmapBuilder::Accept(const GeoreferencedPing& ping) {
+  if (!ping.T_map_vehicle.matrix().allFinite()) {
+    ++counters_["pings_not_finite"];
+    return false;
+  }
+  if (last_ && ping.time <= last_->time) {
+    ++counters_["pings_out_of_order"];
+    return false;
+  }
+  return true;
+}
+
+std::optional<SubmapTrigger> SubmapBuilder::Break(const GeoreferencedPing& ping) const {
+  if (!last_) return std::nullopt;
+  const bool late = ToSeconds(ping.time - last_->time) > params_.max_gap_s;
+  const bool far = HorizontalStep(last_->T_map_vehicle, ping.T_map_vehicle) > params_.max_gap_m;
+  return late || far ? std::optional(SubmapTrigger::kGap) : std::nullopt;
+}
+
+std::optional<SubmapTrigger> SubmapBuilder::TurnBefore(const GeoreferencedPing& ping) {
+  const double yaw_rad = LevelPose(ping.T_map_vehicle).yaw;
+  if (turning_) {
+    if (!HeadingSettled(yaw_rad, along_m_)) return std::nullopt;
+    turning_ = false;
+    headings_.clear();
+    return SubmapTrigger::kTurn;
+  }
+  if (!open_) return std::nullopt;
+  if (std::abs(WrapAngle(yaw_rad - open_->first_yaw_rad)) <= params_.turn_rad) {
+    open_->turned_since_m = -1.0;
+    return std::nullopt;
+  }
+  if (open_->turned_since_m < 0.0) open_->turned_since_m = open_->length_m;
+  if (open_->length_m - open_->turned_since_m < params_.turn_sustain_m) return std::nullopt;
+  turning_ = true;
+  return SubmapTrigger::kTurn;
+}
+
+bool SubmapBuilder::HeadingSettled(double yaw_rad, double along_m) {
+  // Ten headings over the distance are enough, and a vehicle that hovers adds none.
+  if (headings_.empty() || along_m - headings_.back().along_m >= 0.1 * params_.turn_settle_m) {
+    headings_.push_back({along_m, yaw_rad});
+  }
+  while (headings_.size() > 1 && along_m - headings_[1].along_m >= params_.turn_settle_m) {
+    headings_.pop_front();
+  }
+  if (along_m - headings_.front().along_m < params_.turn_settle_m) return false;
+  return std::all_of(headings_.begin(), headings_.end(), [&](const Heading& h) {
+    return std::abs(WrapAngle(h.yaw_rad - yaw_rad)) < 0.5 * params_.turn_rad;
+  });
+}
+
+void SubmapBuilder::AddSoundings(const GeoreferencedPing& ping) {
+  if (!open_) {
+    // Nothing to place a submap by.
+    if (ping.soundings.empty()) {
+      ++counters_["pings_without_soundings"];
+      return;
+    }
+    const double altitude_m = MedianHeightBelow(ping);
+    const double cell_m = std::isfinite(altitude_m) ? kCellPerAltitude * altitude_m : 0.0;
+    open_.emplace(ping, filter_, std::max(cell_m, 2.0 * filter_.voxel_m));
+    open_->next_check_m = params_.min_length_m;
+  }
+  open_->track.push_back({ping.time, ping.T_map_vehicle});
+  open_->soundings_read += static_cast<std::uint64_t>(std::max(0, ping.beams_read));
+
+  std::array<const Sounding*, kBeamsPerMedian> group;
+  std::size_t grouped = 0;
+  const Eigen::Vector3d p_map_vehicle = ping.T_map_vehicle.translation();
+  for (const Sounding& sounding : ping.soundings) {
+    const SoundingGate gate = CheckSounding(sounding.p_map, p_map_vehicle, filter_);
+    if (gate != SoundingGate::kPass) {
+      ++counters_[NameOf(gate)];
+      continue;
+    }
+    open_->voxels.Add(sounding.p_map);
+    const double sigma_m =
+        std::max(params_.sounding_sigma_m, static_cast<double>(sounding.depth_sigma_m));
+    open_->sum_variance_m2 += sigma_m * sigma_m;
+    group[grouped++] = &sounding;
+    if (grouped < kBeamsPerMedian) continue;
+    grouped = 0;
+    std::nth_element(
+        group.begin(),
+        group.begin() + kBeamsPerMedian / 2,
+        group.end(),
+        [](const Sounding* a, const Sounding* b) { return a->p_map.z() < b->p_map.z(); });
+    open_->terrain.Add(group[kBeamsPerMedian / 2]->p_map - open_->voxels.p_map_origin(),
+                       static_cast<double>(kBeamsPerMedian),
+                       kMedianVariance * sigma_m * sigma_m);
+  }
+}
+
+std::optional<SubmapTrigger> SubmapBuilder::Full() {
+  if (!open_) return std::nullopt;
+  if (open_->length_m >= params_.max_length_m ||
+      ToSeconds(open_->track.back().time - open_->track.front().time) >= params_.max_duration_s ||
+      open_->voxels.soundings() >= static_cast<std::size_t>(params_.max_soundings))
+    return SubmapTrigger::kLength;
+  if (open_->length_m >= open_->next_check_m) {
+    open_->next_check_m = open_->length_m + kCheckEveryM;
+    if (HoldsEnoughStructure()) return SubmapTrigger::kInformation;
+  }
+  return std::nullopt;
+}
+
+bool SubmapBuilder::HoldsEnoughStructure() {
+  const Eigen::Isometry3d& T_map_middle = open_->track[open_->track.size() / 2].T_map_vehicle;
+  Pose2 frame = LevelPose(T_map_middle);
+  frame.x -= open_->voxels.p_map_origin().x();
+  frame.y -= open_->voxels.p_map_origin().y();
+  const Eigen::Matrix3d information = params_.expected_overlap * open_->terrain.Evaluate(frame);
+  const Eigen::LLT<Eigen::Matrix3d> factor(information);
+  if (factor.info() != Eigen::Success) return false;
+  const Eigen::Matrix3d covariance = factor.solve(Eigen::Matrix3d::Identity());
+  const Eigen::Matrix2d xy = covariance.topLeftCorner<2, 2>();
+  const double worst_m2 = Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(xy).eigenvalues()(1);
+  return worst_m2 <= params_.target_sigma_m * params_.target_sigma_m &&
+         covariance(2, 2) <= params_.target_sigma_rad * params_.target_sigma_rad;
+}
+
+std::optional<Submap> SubmapBuilder::Close(SubmapTrigger trigger) {
+  if (!open_) return std::nullopt;
+  const Open open = std::move(*open_);
+  open_.reset();
+
+  Submap submap;
+  const Pose& middle = open.track[open.track.size() / 2];
+  submap.start = open.track.front().time;
+  submap.end = open.track.back().time;
+  submap.frame_time = middle.time;
+  submap.T_map_submap = middle.T_map_vehicle;
+  submap.trigger = trigger;
+  submap.soundings_read = open.soundings_read;
+
+  const PointCloud all = open.voxels.Centroids();
+  const std::vector<std::uint8_t> seabed = FindSeabed(all, filter_);
+  const Eigen::Isometry3d T_submap_voxels =
+      submap.T_map_submap.inverse() * Eigen::Translation3d(open.voxels.p_map_origin());
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (seabed[i] == 0) {
+      counters_["soundings_outliers"] += static_cast<std::int64_t>(all.soundings[i]);
+      continue;
+    }
+    submap.cloud.Add((T_submap_voxels * all.points[i].cast<double>()).cast<float>(),
+                     all.soundings[i]);
+    submap.soundings_used += static_cast<std::uint64_t>(all.soundings[i]);
+  }
+  if (submap.cloud.size() < static_cast<std::size_t>(params_.min_points)) {
+    ++counters_["submaps_too_small"];
+    return std::nullopt;
+  }
+  const Eigen::Matrix3d R_level_submap = LevelFromBody(submap.T_map_submap);
+  const double sigma_m =
+      std::sqrt(open.sum_variance_m2 / static_cast<double>(open.voxels.soundings()));
+  submap.footprint = FootprintOf(submap.cloud, R_level_submap);
+  submap.predicted_information =
+      params_.expected_overlap *
+      PredictInformation(submap.cloud, R_level_submap, filter_.voxel_m, sigma_m);
+  return submap;
+}
+
+}  // namespace seastitch

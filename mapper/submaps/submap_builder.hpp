@@ -1,0 +1,114 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/core/submap.hpp"
+#include "common/core/time.hpp"
+#include "mapper/geometry/georeference.hpp"
+#include "mapper/submaps/cloud_filter.hpp"
+#include "mapper/submaps/terrain_information.hpp"
+#include "mapper/submaps/voxel_grid.hpp"
+
+namespace seastitch {
+
+struct SubmapParams {
+  // Along the track. Shorter, and two submaps overlap too little to be told apart from chance;
+  // longer, and dead reckoning bends inside them.
+  double min_length_m = 30.0;
+  double max_length_m = 100.0;
+  // Of a vehicle that hovers: twice this must fit the window of the navigation's covariances.
+  double max_duration_s = 900.0;
+  // Bounds memory and work whatever the sonar sends.
+  int max_soundings = 5'000'000;
+  // Fewer points after the filter are no submap.
+  int min_points = 50;
+
+  // A submap is done when a registration of this part of it would fix its place this well: a part
+  // of what dead reckoning loses from line to line, and no better than what any registration keeps.
+  double expected_overlap = 0.25;
+  double target_sigma_m = 0.1;
+  double target_sigma_rad = Deg2Rad(0.2);
+  // Of a sounding: noise, where the sonar states none or less, and relief finer than a cell.
+  double sounding_sigma_m = 0.05;
+
+  // The line ends where the heading leaves that of the submap's first ping by turn_rad for longer
+  // than turn_sustain_m of track; the next begins where it has settled for turn_settle_m.
+  double turn_rad = Deg2Rad(25.0);
+  double turn_sustain_m = 4.0;
+  double turn_settle_m = 8.0;
+  // A turn's swath fans out and its soundings bend with every heading error; it still ties lines
+  // together.
+  bool keep_turns = true;
+
+  // Without pings for so long, or with a jump so far, what follows is another piece of seabed.
+  double max_gap_s = 5.0;
+  double max_gap_m = 10.0;
+
+  std::string Validate() const;  // empty if usable
+};
+
+// Cuts the stream of geo-referenced pings into submaps (III-A-2): where they hold enough structure
+// to be registered, where they get too long, where the line ends and where the data break off. No
+// sounding is in two of them. Pure.
+class SubmapBuilder {
+ public:
+  SubmapBuilder(const SubmapParams& params, const CloudFilterParams& filter);
+
+  // Adds a ping and gives the submap that it closed, if it closed one. A gap or a turn closes the
+  // submap before the ping. Left to the caller: id and covariance_from_previous.
+  std::optional<Submap> Add(const GeoreferencedPing& ping);
+  // Closes what is open.
+  std::optional<Submap> Finish();
+
+  // Everything left out, by name, such as "soundings_too_far" or "pings_in_turns".
+  const std::map<std::string, std::int64_t>& counters() const { return counters_; }
+
+ private:
+  struct Pose {
+    Time time;
+    Eigen::Isometry3d T_map_vehicle;
+  };
+  // One submap that grows.
+  struct Open {
+    Open(const GeoreferencedPing& first, const CloudFilterParams& filter, double cell_m);
+
+    std::vector<Pose> track;
+    double length_m = 0.0;
+    double next_check_m = 0.0;  // of the information
+    double first_yaw_rad = 0.0;
+    double turned_since_m = -1.0;  // length at which the heading left; negative: it has not
+    std::uint64_t soundings_read = 0;
+    double sum_variance_m2 = 0.0;
+    VoxelGrid voxels;
+    TerrainInformation terrain;  // about the first ping, map axes
+  };
+  struct Heading {
+    double along_m;
+    double yaw_rad;
+  };
+
+  bool Accept(const GeoreferencedPing& ping);
+  std::optional<SubmapTrigger> Break(const GeoreferencedPing& ping) const;
+  std::optional<SubmapTrigger> TurnBefore(const GeoreferencedPing& ping);
+  bool HeadingSettled(double yaw_rad, double along_m);
+  void AddSoundings(const GeoreferencedPing& ping);
+  std::optional<SubmapTrigger> Full();
+  bool HoldsEnoughStructure();
+  std::optional<Submap> Close(SubmapTrigger trigger);
+
+  const SubmapParams params_;
+  const CloudFilterParams filter_;
+  std::optional<Open> open_;
+  std::optional<Pose> last_;
+  double along_m_ = 0.0;  // of the whole track
+  bool turning_ = false;
+  std::deque<Heading> headings_;  // of the last turn_settle_m, while turning
+  std::map<std::string, std::int64_t> counters_;
+};
+
+}  // namespace seastitch

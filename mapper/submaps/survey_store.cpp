@@ -1,0 +1,187 @@
+#include "mapper/submaps/survey_store.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <exception>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <utility>
+
+#include "common/storage/submap_file.hpp"
+
+namespace seastitch {
+namespace {
+
+constexpr std::int64_t kMegabyte = 1'000'000;
+
+std::int64_t BytesOf(const Submap& submap) {
+  constexpr std::size_t kPerPoint = sizeof(Eigen::Vector3f) + sizeof(float);
+  return static_cast<std::int64_t>(sizeof(Submap) + submap.cloud.size() * kPerPoint +
+                                   submap.footprint.size() * sizeof(Eigen::Vector2d));
+}
+
+Submap WithoutPoints(const Submap& submap) {
+  Submap copy = submap;
+  copy.cloud = {};
+  return copy;
+}
+
+template <class Matrix>
+nlohmann::json ByRows(const Matrix& m) {
+  nlohmann::json values = nlohmann::json::array();
+  for (Eigen::Index r = 0; r < m.rows(); ++r) {
+    for (Eigen::Index c = 0; c < m.cols(); ++c) values.push_back(m(r, c));
+  }
+  return values;
+}
+
+// Everything but the points; doubles as they are, to the last bit.
+std::string IndexLine(const Submap& submap, const std::string& file) {
+  const Eigen::Quaterniond q(submap.T_map_submap.linear());
+  nlohmann::json footprint = nlohmann::json::array();
+  for (const Eigen::Vector2d& corner : submap.footprint) {
+    footprint.push_back({corner.x(), corner.y()});
+  }
+  const nlohmann::json line = {
+      {"id", submap.id.value},
+      {"file", file},
+      {"points", submap.cloud.size()},
+      {"start_utime", ToUtime(submap.start)},
+      {"end_utime", ToUtime(submap.end)},
+      {"frame_utime", ToUtime(submap.frame_time)},
+      {"p_map_submap_m", ByRows(submap.T_map_submap.translation())},
+      {"q_map_submap_wxyz", {q.w(), q.x(), q.y(), q.z()}},
+      {"covariance_from_previous", ByRows(submap.covariance_from_previous)},
+      {"trigger", ToString(submap.trigger)},
+      {"predicted_information", ByRows(submap.predicted_information)},
+      {"soundings_read", submap.soundings_read},
+      {"soundings_used", submap.soundings_used},
+      {"footprint_m", footprint},
+  };
+  return line.dump() + "\n";
+}
+
+// Appends all of it and brings it to the disk, or nothing of it.
+bool AppendSynced(const std::filesystem::path& path, const std::string& text) {
+  const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
+  if (fd < 0) return false;
+  const off_t before = ::lseek(fd, 0, SEEK_END);
+  const ssize_t written = ::write(fd, text.data(), text.size());
+  const bool whole = written == static_cast<ssize_t>(text.size()) && ::fsync(fd) == 0;
+  // A torn line would hide the next one. A disk that refuses this too leaves it to the reader.
+  const bool mended = whole || before < 0 || ::ftruncate(fd, before) == 0;
+  return ::close(fd) == 0 && whole && mended;
+}
+
+}  // namespace
+
+std::string SurveyStoreParams::Validate() const {
+  if (directory.empty()) return "directory must be given";
+  if (max_cached_mb < 0) return "max_cached_mb must be >= 0";
+  if (max_unsaved_mb < 0) return "max_unsaved_mb must be >= 0";
+  return {};
+}
+
+SurveyStore::SurveyStore(const SurveyStoreParams& params) : params_(params) {
+  std::error_code error;
+  std::filesystem::create_directories(params.directory, error);
+  if (error || !std::filesystem::is_directory(params.directory)) {
+    throw std::runtime_error(params.directory.string() + ": cannot be made a directory: " +
+                             (error ? error.message() : "not a directory"));
+  }
+}
+
+bool SurveyStore::Put(std::shared_ptr<const Submap> submap) {
+  if (entries_.contains(submap->id)) return false;
+  if (dive_.empty()) dive_ = params_.directory / std::to_string(ToUtime(submap->start));
+  const SubmapId id = submap->id;
+  const bool saved = Save(*submap);
+  ++(saved ? counters_.saved : counters_.write_errors);
+  Entry& entry = entries_[id];
+  entry.without_points = WithoutPoints(*submap);
+  entry.saved = saved;
+  entry.bytes = BytesOf(*submap);
+  Cache(id, std::move(submap));
+  return true;
+}
+
+std::shared_ptr<const Submap> SurveyStore::Get(SubmapId id) {
+  const auto found = entries_.find(id);
+  if (found == entries_.end()) return nullptr;
+  Entry& entry = found->second;
+  if (entry.cached) {
+    recent_.splice(recent_.begin(), recent_, entry.place);
+    return entry.cached;
+  }
+  if (!entry.saved) return nullptr;
+  try {
+    auto submap = std::make_shared<Submap>(entry.without_points);
+    submap->cloud = ReadSubmapPcd(PcdPath(id)).cloud;
+    std::shared_ptr<const Submap> result = std::move(submap);
+    Cache(id, result);
+    return result;
+  } catch (const std::exception&) {
+    ++counters_.read_errors;
+    return nullptr;
+  }
+}
+
+bool SurveyStore::Save(const Submap& submap) {
+  try {
+    std::filesystem::create_directories(dive_);
+    // The first submap begins the dive: a replay of the same log writes the same files again.
+    if (entries_.empty()) std::filesystem::remove(dive_ / "index.jsonl");
+    WriteSubmapPcd(PcdPath(submap.id), submap.cloud, submap.T_map_submap);
+  } catch (const std::exception&) {
+    return false;
+  }
+  return AppendToIndex(submap);
+}
+
+bool SurveyStore::AppendToIndex(const Submap& submap) {
+  return AppendSynced(dive_ / "index.jsonl",
+                      IndexLine(submap, PcdPath(submap.id).filename().string()));
+}
+
+std::filesystem::path SurveyStore::PcdPath(SubmapId id) const {
+  char name[32];
+  std::snprintf(name, sizeof name, "submap_%06d.pcd", id.value);
+  return dive_ / name;
+}
+
+void SurveyStore::Cache(SubmapId id, std::shared_ptr<const Submap> submap) {
+  Entry& entry = entries_.at(id);
+  entry.cached = std::move(submap);
+  recent_.push_front(id);
+  entry.place = recent_.begin();
+  (entry.saved ? counters_.cached_bytes : counters_.unsaved_bytes) += entry.bytes;
+  Evict();
+}
+
+void SurveyStore::Drop(SubmapId id) {
+  Entry& entry = entries_.at(id);
+  entry.cached.reset();
+  recent_.erase(entry.place);
+  (entry.saved ? counters_.cached_bytes : counters_.unsaved_bytes) -= entry.bytes;
+  if (!entry.saved) ++counters_.lost;
+}
+
+void SurveyStore::Evict() {
+  // From the least recently used on; each kind has its own bound.
+  for (auto it = recent_.end(); it != recent_.begin();) {
+    const auto last = std::prev(it);
+    const SubmapId id = *last;
+    const bool saved = entries_.at(id).saved;
+    const bool over = saved ? counters_.cached_bytes > params_.max_cached_mb * kMegabyte
+                            : counters_.unsaved_bytes > params_.max_unsaved_mb * kMegabyte;
+    if (over) {
+      Drop(id);
+    } else {
+      it = last;
+    }
+  }
+}
+
+}  // namespace seastitch

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "common/core/pose.hpp"
+#include "common/core/submap.hpp"
+#include "mapper/submaps/cell_index.hpp"
+
+namespace seastitch {
+
+// What a piece of seabed tells about x, y and yaw when it is laid on another sounding of itself:
+// each sounding says how far the surface is off, so the information is the sum of
+// slope * slope^T / sigma^2 over the soundings, J = (s_x, s_y, x s_y - y s_x) with yaw about the
+// frame, halved because the other submap has the same noise. The unknown height between the two
+// takes its part, and so does the noise of the slopes themselves, which would else let a flat
+// seabed look like relief (Cramer-Rao; docs of the registration measurements).
+class TerrainInformation {
+ public:
+  explicit TerrainInformation(double cell_m) : cell_m_(cell_m) {}
+
+  // `soundings` soundings at a place of mean height z, each with this variance. Axes: any with z
+  // up or down; Evaluate() is told where the frame stands in them.
+  void Add(const Eigen::Vector3d& p, double soundings, double variance_m2);
+
+  // Information about (x, y [m], yaw [rad]) of the frame, in its own axes. Positive semidefinite;
+  // zero where slopes do not stand out of the noise.
+  Eigen::Matrix3d Evaluate(const Pose2& frame) const;
+
+  double cell_m() const { return cell_m_; }
+  std::size_t cells() const { return cells_.size(); }
+
+ private:
+  struct Cell {
+    double soundings = 0.0;
+    double sum_height = 0.0;
+    double sum_variance = 0.0;
+
+    double Height() const { return sum_height / soundings; }
+    double HeightVariance() const { return sum_variance / (soundings * soundings); }
+  };
+  const Cell* At(const CellKey& key, int dx, int dy) const;
+
+  double cell_m_;
+  CellIndex index_;
+  std::vector<Cell> cells_;
+};
+
+// The same for a finished cloud (axes: its own frame; R_level_submap: see LevelFromBody()), about
+// the frame's origin, in level axes. sigma_m: of one sounding.
+Eigen::Matrix3d PredictInformation(const PointCloud& cloud,
+                                   const Eigen::Matrix3d& R_level_submap,
+                                   double voxel_m,
+                                   double sigma_m);
+
+}  // namespace seastitch

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <vector>
+
+#include "common/core/submap.hpp"
+#include "mapper/submaps/cell_index.hpp"
+
+namespace seastitch {
+
+// Thins soundings as they come: one centroid a voxel, with the number of soundings behind it.
+// Memory follows the seabed seen, not the soundings read. Axes: those of the map.
+class VoxelGrid {
+ public:
+  // `origin`: corner of a voxel [m]. Two submaps have different ones on purpose: voxels that are
+  // aligned with each other would draw registration towards whole voxels.
+  VoxelGrid(const Eigen::Vector3d& p_map_origin, double voxel_m)
+      : p_map_origin_(p_map_origin), voxel_m_(voxel_m) {}
+
+  void Add(const Eigen::Vector3d& p_map) {
+    const Eigen::Vector3d p = p_map - p_map_origin_;
+    const std::size_t i = cells_.FindOrAdd(
+        {CellOf(p.x(), voxel_m_), CellOf(p.y(), voxel_m_), CellOf(p.z(), voxel_m_)});
+    if (i == voxels_.size()) voxels_.emplace_back();
+    voxels_[i].sum += p;
+    ++voxels_[i].soundings;
+    ++soundings_;
+  }
+
+  // Centroids, relative to the origin, in the order in which the voxels were first hit.
+  PointCloud Centroids() const;
+
+  std::size_t size() const { return voxels_.size(); }
+  std::size_t soundings() const { return soundings_; }
+  const Eigen::Vector3d& p_map_origin() const { return p_map_origin_; }
+
+ private:
+  struct Voxel {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    std::size_t soundings = 0;
+  };
+
+  Eigen::Vector3d p_map_origin_;
+  double voxel_m_;
+  CellIndex cells_;
+  std::vector<Voxel> voxels_;
+  std::size_t soundings_ = 0;
+};
+
+}  // namespace seastitch

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <vector>
+
+#include "common/core/pose.hpp"
+#include "optimizer/graduated_loss.hpp"
+#include "optimizer/relative_pose_cost.hpp"
+
+namespace seastitch {
+
+// One statement on the pose of j relative to i; i == kMap: on the pose of j in the map.
+constexpr int kMap = -1;
+struct Factor {
+  int i = kMap;
+  int j = 0;
+  RelativePoseCost cost;
+  GraduatedLoss loss;
+};
+
+// Vertices are numbered from 0.
+struct FactorGraph {
+  int num_vertices = 0;
+  int fixed_vertex = -1;  // held where it is; -1: none
+  std::vector<Factor> factors;
+};
+
+// W e of one factor.
+Eigen::Vector3d Residual(const Factor& factor, const std::vector<Pose2>& T_map_vertex);
+
+}  // namespace seastitch

@@ -1,0 +1,117 @@
+#include "optimizer/optimizer_node.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <string>
+
+namespace seastitch {
+namespace {
+
+constexpr int kUnlimited = 0;
+constexpr int kRequestQueue = 16;
+
+}  // namespace
+
+OptimizerNode::OptimizerNode(const OptimizerConfig& config, Bus* bus, SolveOn when)
+    : config_(config), when_(when), bus_(bus), optimizer_(config.params) {
+  bus_->Subscribe<graph_update_t>(
+      "GRAPH_UPDATE", kUnlimited, [this](const graph_update_t& msg) { OnUpdate(msg); });
+  bus_->Subscribe<graph_request_t>(
+      "GRAPH_REQUEST", kRequestQueue, [this](const graph_request_t& msg) { OnRequest(msg); });
+  Ask();
+  health_.SetState(HealthState::kStarting, "waiting for the mapper's graph");
+}
+
+void OptimizerNode::OnUpdate(const graph_update_t& msg) {
+  health_.Tick("graph_update");
+  const std::optional<GraphUpdate> update = Checked(msg);
+  if (!update) return;
+  if (optimizer_.Contradicts(*update)) StartOver();
+  const bool new_to_us = update->version > optimizer_.version();
+  if (optimizer_.Add(*update)) {
+    if (!new_to_us) return;
+    update_utime_ = msg.utime;
+    waiting_ = true;
+    newest_version_ = std::max(newest_version_, update->version);
+    if (when_ == SolveOn::kEachUpdate) SolveWaiting();
+  } else if (update->version > newest_version_) {
+    // Asked once for what this one shows to be missing; the answer's own later versions, if it has
+    // a hole, are not newer.
+    newest_version_ = update->version;
+    Ask();
+  }
+}
+
+std::optional<GraphUpdate> OptimizerNode::Checked(const graph_update_t& msg) {
+  std::optional<GraphUpdate> update = FromLcm(msg);
+  if (update) return update;
+  health_.Count("updates_malformed");
+  // The next version counts as empty: what follows must not wait for ever for a step that will come
+  // no better when it comes again.
+  if (msg.version == optimizer_.version() + 1) return GraphUpdate{msg.version, {}, {}};
+  return std::nullopt;
+}
+
+void OptimizerNode::StartOver() {
+  health_.Count("graphs_started_over");
+  optimizer_ = PoseGraphOptimizer(config_.params);
+  solution_ = {};
+  newest_version_ = 0;
+}
+
+void OptimizerNode::OnRequest(const graph_request_t& msg) {
+  if (msg.from != "mapper" || msg.have_version >= solution_.graph_version) return;
+  health_.Count("solutions_repeated");
+  PublishSolution();
+}
+
+void OptimizerNode::Ask() {
+  graph_request_t msg{};
+  msg.utime = update_utime_;
+  msg.seq = request_seq_++;
+  msg.from = "optimizer";
+  msg.have_version = optimizer_.version();
+  bus_->Publish("GRAPH_REQUEST", msg);
+  health_.Count("requests");
+}
+
+void OptimizerNode::AskAgain() {
+  if (newest_version_ > optimizer_.version()) Ask();
+}
+
+void OptimizerNode::SolveWaiting() {
+  if (!waiting_) return;
+  waiting_ = false;
+  const auto begin = std::chrono::steady_clock::now();  // for HEALTH alone
+  solution_ = optimizer_.Solve();
+  PublishSolution();
+  Report(std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+}
+
+void OptimizerNode::PublishSolution() {
+  // Every publication has its own number, so that parts of two never mix.
+  const auto parts = ToLcm(solution_, solution_number_++, FromUtime(update_utime_), solution_seq_);
+  solution_seq_ += static_cast<std::int64_t>(parts.size());
+  for (const pose_graph_t& part : parts) bus_->Publish("POSE_GRAPH", part);
+}
+
+void OptimizerNode::Report(double solve_s) {
+  const auto believed = std::count_if(solution_.loop_edges.begin(),
+                                      solution_.loop_edges.end(),
+                                      [](const SolvedEdge& edge) { return edge.weight > 0.5; });
+  health_.Set("solve_ms", static_cast<std::int64_t>(1e3 * solve_s));
+  health_.Set("graph_version", optimizer_.version());
+  health_.Set("vertices", static_cast<std::int64_t>(solution_.vertices.size()));
+  health_.Set("loop_closures", static_cast<std::int64_t>(solution_.loop_edges.size()));
+  health_.Set("loop_closures_believed", believed);
+  for (const auto& [name, count] : optimizer_.counters()) health_.Set(name, count);
+  const bool missing = newest_version_ > optimizer_.version();
+  health_.SetState(missing ? HealthState::kDegraded : HealthState::kOk,
+                   "version " + std::to_string(optimizer_.version()) + ", " +
+                       std::to_string(solution_.vertices.size()) + " submaps, " +
+                       std::to_string(believed) + " of " +
+                       std::to_string(solution_.loop_edges.size()) + " loop closures believed" +
+                       (missing ? ", later versions missing" : ""));
+}
+
+}  // namespace seastitch

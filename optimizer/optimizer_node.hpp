@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "common/convert/convert.hpp"
+#include "common/runtime/bus.hpp"
+#include "common/runtime/health.hpp"
+#include "optimizer/optimizer_config.hpp"
+#include "optimizer/pose_graph_optimizer.hpp"
+#include "seastitch/graph_request_t.hpp"
+#include "seastitch/graph_update_t.hpp"
+
+namespace seastitch {
+
+// GRAPH_UPDATE in, POSE_GRAPH out; see "Graph protocol" in docs/channels.md. Asks the mapper for
+// the whole graph when it is made, and for what it lacks when a version is missing; gives a mapper
+// that asks the last solution again. Keeps nothing on disk.
+class OptimizerNode {
+ public:
+  // kEachUpdate: in replay, so that the same log gives the same solutions. kWhenAsked: live; a
+  // solution that takes longer than the next update is then made once for all that wait.
+  enum class SolveOn { kEachUpdate, kWhenAsked };
+
+  OptimizerNode(const OptimizerConfig& config, Bus* bus, SolveOn when = SolveOn::kEachUpdate);
+
+  // Solves and publishes, if updates came since the last time.
+  void SolveWaiting();
+  // Asks once more if a version is known to be missing: the request or its answer may be lost.
+  // Live, every few seconds.
+  void AskAgain();
+
+  Health& health() { return health_; }
+
+ private:
+  void OnUpdate(const graph_update_t& msg);
+  void OnRequest(const graph_request_t& msg);
+  std::optional<GraphUpdate> Checked(const graph_update_t& msg);
+  void StartOver();
+  void Ask();
+  void PublishSolution();
+  void Report(double solve_s);
+
+  const OptimizerConfig config_;
+  const SolveOn when_;
+  Bus* bus_;
+  Health health_{"optimizer"};
+  PoseGraphOptimizer optimizer_;
+  PoseGraph solution_;
+  std::int64_t newest_version_ = 0;  // that the mapper is known to have
+  std::int64_t update_utime_ = 0;    // of the newest update taken
+  bool waiting_ = false;
+  std::int64_t solution_number_ = 0;
+  std::int64_t solution_seq_ = 0;
+  std::int64_t request_seq_ = 0;
+};
+
+}  // namespace seastitch

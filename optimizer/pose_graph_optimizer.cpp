@@ -1,0 +1,273 @@
+#include "optimizer/pose_graph_optimizer.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <boost/math/distributions/chi_squared.hpp>
+#include <cmath>
+#include <limits>
+
+#include "optimizer/robust_solver.hpp"
+
+namespace seastitch {
+namespace {
+
+// Further from the datum is no survey but a broken number; squares of it must stay finite.
+constexpr double kMaxCoordinateM = 1e7;
+
+bool IsUsable(const Pose2& pose) {
+  return std::abs(pose.x) <= kMaxCoordinateM && std::abs(pose.y) <= kMaxCoordinateM &&
+         std::abs(pose.yaw) <= kMaxCoordinateM;  // this way round NaN is refused
+}
+
+Eigen::Matrix3d InverseSigmas(double sigma_m, double sigma_yaw_rad) {
+  return Eigen::Vector3d(1.0 / sigma_m, 1.0 / sigma_m, 1.0 / sigma_yaw_rad).asDiagonal();
+}
+
+// FNV-1a over the words of what the solution depends on.
+class Fingerprint {
+ public:
+  void Add(std::uint64_t word) {
+    for (int shift = 0; shift < 64; shift += 8)
+      hash_ = (hash_ ^ ((word >> shift) & 0xFF)) * 0x100000001B3ULL;
+  }
+  void Add(std::int64_t value) { Add(static_cast<std::uint64_t>(value)); }
+  void Add(double value) { Add(std::bit_cast<std::uint64_t>(value)); }
+  void Add(const Pose2& pose) {
+    Add(pose.x);
+    Add(pose.y);
+    Add(pose.yaw);
+  }
+  std::uint64_t hash() const { return hash_; }
+
+ private:
+  std::uint64_t hash_ = 0xCBF29CE484222325ULL;
+};
+
+std::uint64_t FingerprintOf(const GraphUpdate& update) {
+  Fingerprint print;
+  for (const GraphVertex& vertex : update.vertices) {
+    print.Add(std::int64_t{vertex.id.value});
+    print.Add(ToUtime(vertex.time));
+    print.Add(vertex.dead_reckoned);
+  }
+  for (const GraphEdge& edge : update.edges) {
+    print.Add(std::int64_t{edge.from.value});
+    print.Add(std::int64_t{edge.to.value});
+    print.Add(static_cast<std::int64_t>(edge.kind));
+    print.Add(static_cast<std::int64_t>(edge.verdict));
+    print.Add(edge.T_from_to);
+    for (const double value : edge.information.reshaped()) print.Add(value);
+  }
+  return print.hash();
+}
+
+std::string MustBePositive(const char* key, double value) {
+  if (value > 0.0 && std::isfinite(value)) return {};
+  return std::string(key) + " = " + std::to_string(value) + ", must be > 0";
+}
+
+}  // namespace
+
+std::string OptimizerParams::Validate() const {
+  if (!(inlier_probability > 0.5 && inlier_probability < 1.0))
+    return "inlier_probability = " + std::to_string(inlier_probability) +
+           ", must be above 0.5 and below 1";
+  if (!(graduation_step >= 1.1 && graduation_step <= 100.0))
+    return "graduation_step = " + std::to_string(graduation_step) + ", must be 1.1 to 100";
+  if (max_iterations < 1)
+    return "max_iterations = " + std::to_string(max_iterations) + ", must be at least 1";
+  const std::pair<const char*, double> sigmas[] = {
+      {"start_sigma_m", start_sigma_m},
+      {"start_sigma_yaw_deg", start_sigma_yaw_rad},
+      {"unlinked_sigma_m", unlinked_sigma_m},
+      {"unlinked_sigma_yaw_deg", unlinked_sigma_yaw_rad}};
+  for (const auto& [key, value] : sigmas)
+    if (std::string problem = MustBePositive(key, value); !problem.empty()) return problem;
+  return {};
+}
+
+PoseGraphOptimizer::PoseGraphOptimizer(const OptimizerParams& params) : params_(params) {
+  threshold_[0] = std::numeric_limits<double>::infinity();
+  for (int dof = 1; dof <= 3; ++dof)
+    threshold_[dof] =
+        boost::math::quantile(boost::math::chi_squared(dof), params.inlier_probability);
+}
+
+bool PoseGraphOptimizer::Add(const GraphUpdate& update) {
+  if (update.version <= version()) {
+    ++counters_["updates_repeated"];
+    return true;
+  }
+  if (update.version > version() + 1) {
+    ++counters_["updates_out_of_order"];
+    return false;
+  }
+  for (const GraphVertex& vertex : update.vertices) AddVertex(vertex);
+  for (const GraphEdge& edge : update.edges) AddEdge(edge);
+  fingerprints_.push_back(FingerprintOf(update));
+  return true;
+}
+
+bool PoseGraphOptimizer::Contradicts(const GraphUpdate& update) const {
+  return update.version >= 1 && update.version <= version() &&
+         fingerprints_[static_cast<std::size_t>(update.version - 1)] != FingerprintOf(update);
+}
+
+void PoseGraphOptimizer::AddVertex(const GraphVertex& vertex) {
+  if (vertex.id.value < 0 || !IsUsable(vertex.dead_reckoned))
+    ++counters_["vertices_malformed"];
+  else if (!vertices_.try_emplace(vertex.id, Vertex{vertex.dead_reckoned, std::nullopt}).second)
+    ++counters_["vertices_duplicate"];
+}
+
+const char* PoseGraphOptimizer::WhyUnusable(const GraphEdge& edge) const {
+  if (!vertices_.contains(edge.from) || !vertices_.contains(edge.to)) return "edges_unknown_vertex";
+  const bool to_itself = edge.from == edge.to;
+  if (to_itself != (edge.kind == EdgeKind::kPositionFix)) return "edges_self_loop";
+  if (!IsUsable(edge.T_from_to)) return "edges_malformed";
+  return nullptr;
+}
+
+void PoseGraphOptimizer::AddEdge(const GraphEdge& edge) {
+  if (const char* reason = WhyUnusable(edge)) {
+    ++counters_[reason];
+    return;
+  }
+  Edge checked{edge, {}};
+  if (checked.Pulls()) {
+    const auto root = FactorInformation(edge.information);
+    if (!root || root->rank == 0) {
+      ++counters_["edges_bad_information"];
+      return;
+    }
+    checked.root = *root;
+  }
+  const Pair pair = std::minmax(edge.from, edge.to);
+  switch (edge.kind) {
+    case EdgeKind::kDeadReckoning: dead_reckoning_.insert_or_assign(pair, checked); break;
+    case EdgeKind::kLoopClosure: loops_.insert_or_assign(pair, checked); break;
+    case EdgeKind::kPositionFix: fixes_.push_back(checked); break;
+  }
+}
+
+std::map<SubmapId, int> PoseGraphOptimizer::Numbering() const {
+  std::map<SubmapId, int> number;
+  for (const auto& [id, vertex] : vertices_)
+    number.emplace_hint(number.end(), id, static_cast<int>(number.size()));
+  return number;
+}
+
+void PoseGraphOptimizer::AddAnchor(FactorGraph* graph) const {
+  if (!HasFixes()) {
+    graph->fixed_vertex = 0;
+    return;
+  }
+  graph->factors.push_back({kMap,
+                            0,
+                            {vertices_.begin()->second.dead_reckoned,
+                             InverseSigmas(params_.start_sigma_m, params_.start_sigma_yaw_rad)},
+                            {}});
+}
+
+void PoseGraphOptimizer::AddDeadReckoning(const std::map<SubmapId, int>& number,
+                                          FactorGraph* graph) const {
+  std::vector<bool> linked(vertices_.size(), false);
+  for (const auto& [pair, edge] : dead_reckoning_) {
+    const GraphEdge& e = edge.edge;
+    if (!edge.Pulls()) continue;
+    graph->factors.push_back({number.at(e.from), number.at(e.to), {e.T_from_to, edge.root.W}, {}});
+    if (edge.root.rank == 3) linked[static_cast<std::size_t>(number.at(pair.second))] = true;
+  }
+  int k = 1;
+  for (auto before = vertices_.begin(), it = std::next(before); it != vertices_.end();
+       before = it++, ++k) {
+    if (linked[static_cast<std::size_t>(k)]) continue;
+    const Pose2 T_before_it = Inverse(before->second.dead_reckoned) * it->second.dead_reckoned;
+    graph->factors.push_back(
+        {k - 1,
+         k,
+         {T_before_it, InverseSigmas(params_.unlinked_sigma_m, params_.unlinked_sigma_yaw_rad)},
+         {}});
+  }
+}
+
+FactorGraph PoseGraphOptimizer::MakeFactorGraph(const std::map<SubmapId, int>& number) const {
+  FactorGraph graph;
+  graph.num_vertices = static_cast<int>(number.size());
+  AddAnchor(&graph);
+  AddDeadReckoning(number, &graph);
+  for (const Edge& fix : fixes_)
+    if (fix.Pulls())
+      graph.factors.push_back({kMap,
+                               number.at(fix.edge.to),
+                               {fix.edge.T_from_to, fix.root.W},
+                               {threshold_[fix.root.rank]}});
+  for (const auto& [pair, loop] : loops_)
+    if (loop.Pulls())
+      graph.factors.push_back({number.at(loop.edge.from),
+                               number.at(loop.edge.to),
+                               {loop.edge.T_from_to, loop.root.W},
+                               {threshold_[loop.root.rank]}});
+  return graph;
+}
+
+// The last solution; a new vertex where dead reckoning puts it from its predecessor.
+std::vector<Pose2> PoseGraphOptimizer::Start() const {
+  std::vector<Pose2> start;
+  const Vertex* before = nullptr;
+  for (const auto& [id, vertex] : vertices_) {
+    if (before == nullptr)
+      start.push_back(HasFixes() && vertex.quadratic ? *vertex.quadratic : vertex.dead_reckoned);
+    else if (vertex.quadratic)
+      start.push_back(*vertex.quadratic);
+    else
+      start.push_back(start.back() * (Inverse(before->dead_reckoned) * vertex.dead_reckoned));
+    before = &vertex;
+  }
+  return start;
+}
+
+PoseGraph PoseGraphOptimizer::Solve() {
+  PoseGraph solution;
+  solution.graph_version = version();
+  if (vertices_.empty()) return solution;
+  const std::map<SubmapId, int> number = Numbering();
+  const FactorGraph graph = MakeFactorGraph(number);
+  const RobustSolution robust = SolveRobust(
+      graph, Start(), graph.num_vertices - 1, {params_.graduation_step, params_.max_iterations});
+  if (!robust.converged) ++counters_["solves_not_converged"];
+
+  auto quadratic = robust.quadratic.begin();
+  auto pose = robust.T_map_vertex.begin();
+  for (auto& [id, vertex] : vertices_) {
+    vertex.quadratic = *quadratic++;
+    SolvedVertex& solved = solution.vertices.emplace_back();
+    solved.id = id;
+    solved.T_map_level = {pose->x, pose->y, WrapAngle(pose->yaw)};
+    ++pose;
+  }
+  // The loops came last into the graph, those that pull in this order.
+  const auto pulling = std::count_if(
+      loops_.begin(), loops_.end(), [](const auto& loop) { return loop.second.Pulls(); });
+  auto weight = robust.weights.end() - pulling;
+  for (const auto& [pair, loop] : loops_)
+    solution.loop_edges.push_back({loop.edge.from, loop.edge.to, loop.Pulls() ? *weight++ : 0.0});
+  FillCovariance(robust.covariance, &solution);
+  return solution;
+}
+
+void PoseGraphOptimizer::FillCovariance(const std::optional<GraphCovariance>& covariance,
+                                        PoseGraph* solution) {
+  if (!covariance) ++counters_["covariance_failed"];
+  const Eigen::Vector3d unlinked(
+      params_.unlinked_sigma_m, params_.unlinked_sigma_m, params_.unlinked_sigma_yaw_rad);
+  for (std::size_t k = 0; k < solution->vertices.size(); ++k) {
+    SolvedVertex& vertex = solution->vertices[k];
+    vertex.covariance = unlinked.cwiseAbs2().asDiagonal();
+    if (!covariance) continue;
+    vertex.covariance = covariance->marginal[k];
+    vertex.covariance_with_newest = covariance->with_newest[k];
+  }
+}
+
+}  // namespace seastitch

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "common/core/grid.hpp"
+
+// GDAL stops here: rasters and vector layers as the bytes of a file.
+namespace seastitch {
+
+// WGS 84 position of the map's origin, degrees.
+struct Datum {
+  double latitude_deg = 0.0;
+  double longitude_deg = 0.0;
+};
+
+constexpr float kNoData = -9999.0f;
+
+struct RasterBand {
+  std::string description;
+  std::string unit;           // "m" or empty
+  std::vector<float> values;  // in the grid's order, kNoData where there is none
+};
+
+// A tiled, deflated float GeoTIFF, north up. Grid rows run north and columns east of the origin.
+// With a datum: azimuthal equidistant projection about it on WGS 84, x = east, y = north, metres.
+// Without: no projection, the same metres. No time stands in the file, so that the same map gives
+// the same bytes. Throws std::runtime_error with GDAL's reason.
+std::string GeoTiff(const GridGeometry& geometry,
+                    const std::vector<RasterBand>& bands,
+                    const std::optional<Datum>& datum);
+
+struct VectorField {
+  std::string name;
+  std::variant<double, std::string> value;  // a number that is not finite is written as null
+};
+
+struct VectorFeature {
+  std::vector<Eigen::Vector2d> north_east;  // corners [m]; a polygon's are not closed
+  std::vector<VectorField> fields;          // the same names in every feature of a layer
+};
+
+struct VectorLayer {
+  std::string name;
+  bool polygons = false;  // else lines
+  std::vector<VectorFeature> features;
+};
+
+// A GeoPackage with the same projection as GeoTiff(). Throws std::runtime_error.
+std::string GeoPackage(const std::vector<VectorLayer>& layers, const std::optional<Datum>& datum);
+
+}  // namespace seastitch

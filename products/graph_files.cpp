@@ -1,0 +1,71 @@
+#include "products/graph_files.hpp"
+
+#include <cstdio>
+#include <set>
+
+namespace seastitch {
+namespace {
+
+void Append(std::string* out, double value) {
+  char text[40];
+  std::snprintf(text, sizeof text, " %.17g", value);
+  *out += text;
+}
+
+void Append(std::string* out, const Pose2& pose) {
+  Append(out, pose.x);
+  Append(out, pose.y);
+  Append(out, pose.yaw);
+}
+
+void AppendEdge(std::string* out, const GraphEdge& edge) {
+  if (edge.kind == EdgeKind::kPositionFix) {
+    *out += "EDGE_PRIOR_SE2 " + std::to_string(edge.from.value);
+  } else {
+    *out += "EDGE_SE2 " + std::to_string(edge.from.value) + " " + std::to_string(edge.to.value);
+  }
+  Append(out, edge.T_from_to);
+  for (int row = 0; row < 3; ++row) {
+    for (int col = row; col < 3; ++col) Append(out, edge.information(row, col));
+  }
+  *out += '\n';
+}
+
+}  // namespace
+
+std::string PosesTxt(const Survey& survey, const std::vector<Pose2>& T_map_level) {
+  std::string out;
+  for (std::size_t i = 0; i < survey.submaps.size(); ++i) {
+    const Eigen::Isometry3d T = SubmapPose(survey.submaps[i], T_map_level[i]);
+    Eigen::Quaterniond q(T.linear());
+    q.normalize();
+    if (q.w() < 0.0) q.coeffs() = -q.coeffs();
+    out += std::to_string(survey.submaps[i].id.value);
+    for (const double v : {T.translation().x(), T.translation().y(), T.translation().z()}) {
+      Append(&out, v);
+    }
+    for (const double v : {q.x(), q.y(), q.z(), q.w()}) Append(&out, v);
+    out += '\n';
+  }
+  return out;
+}
+
+std::string GraphG2o(const Survey& survey, const std::vector<Pose2>& T_map_level) {
+  std::string out;
+  std::set<SubmapId> known;
+  for (std::size_t i = 0; i < survey.submaps.size(); ++i) {
+    const SubmapId id = survey.submaps[i].id;
+    known.insert(id);
+    out += "VERTEX_SE2 " + std::to_string(id.value);
+    Append(&out, T_map_level[i]);
+    out += '\n';
+    if (i == 0) out += "FIX " + std::to_string(id.value) + "\n";
+  }
+  for (const GraphEdge& edge : survey.edges) {
+    const bool pulls = edge.verdict == LoopVerdict::kAccepted;
+    if (pulls && known.contains(edge.from) && known.contains(edge.to)) AppendEdge(&out, edge);
+  }
+  return out;
+}
+
+}  // namespace seastitch

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <vector>
+
+#include "common/core/grid.hpp"
+#include "products/survey.hpp"
+
+// The points of a survey where its submaps stand, as rasters need them: north, east, depth.
+namespace seastitch {
+
+// The axes of the survey's map frame. Ours is North-East-Down; imported submaps may have z up, and
+// then x is taken as east and y as north.
+enum class MapAxes { kNorthEastDown, kEastNorthUp };
+
+// North, east, depth (positive down) of a point in the map frame.
+inline Eigen::Vector3d ToNorthEastDown(const Eigen::Vector3d& p_map, MapAxes axes) {
+  if (axes == MapAxes::kNorthEastDown) return p_map;
+  return {p_map.y(), p_map.x(), -p_map.z()};
+}
+inline Eigen::Vector2d ToNorthEast(const Eigen::Vector2d& p_map, MapAxes axes) {
+  if (axes == MapAxes::kNorthEastDown) return p_map;
+  return {p_map.y(), p_map.x()};
+}
+
+struct MapPoint {
+  Eigen::Vector3d p_ned = Eigen::Vector3d::Zero();  // [m]
+  double soundings = 1.0;                           // behind this point
+};
+
+// Reads the submap's file and places its points. Throws std::runtime_error naming the file.
+std::vector<MapPoint> LoadMapPoints(const SurveySubmap& submap,
+                                    const Pose2& T_map_level,
+                                    MapAxes axes);
+
+// North and east extent of the submap's points; empty (isEmpty()) without points.
+Eigen::AlignedBox2d NorthEastBox(const SurveySubmap& submap,
+                                 const Pose2& T_map_level,
+                                 MapAxes axes);
+
+// A cell of 1, 2 or 5 times a power of ten metres that holds about four points of one submap:
+// twice the median point spacing, rounded up. At least 0.05 m.
+double DefaultCell(const std::vector<SurveySubmap>& submaps);
+
+// The next larger of 1, 2, 5 times a power of ten; the value itself where it is one.
+double RoundUpOneTwoFive(double value);
+
+}  // namespace seastitch

@@ -1,0 +1,333 @@
+#include "products/report.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+namespace seastitch {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::size_t kMostLoopRows = 500;
+
+Json Measured(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+Json BeforeAfter(double before, double after) {
+  return {{"before", Measured(before)}, {"after", Measured(after)}};
+}
+
+Json ToJson(const ErrorFigures& f) {
+  return {{"rms_m", Measured(f.rms_m)},
+          {"median_m", Measured(f.median_m)},
+          {"p95_m", Measured(f.p95_m)},
+          {"cells", f.cells}};
+}
+
+Json ToJson(const ConsistencyFigures& f) {
+  return {{"point_error", ToJson(f.point)}, {"surface_error", ToJson(f.surface)}};
+}
+
+double Percent(double part, double whole) {
+  return whole > 0.0 ? 100.0 * part / whole : std::numeric_limits<double>::quiet_NaN();
+}
+
+void AddTruth(Json* report, const ProductSummary& s) {
+  const TruthComparison& t = *s.truth;
+  Json& r = *report;
+  r["position_rms_m"] = BeforeAfter(t.before.position_rms_m, t.after.position_rms_m);
+  r["position_max_m"] = BeforeAfter(t.before.position_max_m, t.after.position_max_m);
+  r["yaw_rms_deg"] = BeforeAfter(t.before.yaw_rms_deg, t.after.yaw_rms_deg);
+  r["truth"] = {{"alignment", "x, y and yaw at the frame of the first submap; nothing else"},
+                {"states", t.before.states},
+                {"unaligned_position_rms_m",
+                 BeforeAfter(t.before_unaligned.position_rms_m, t.after_unaligned.position_rms_m)},
+                {"unaligned_yaw_rms_deg",
+                 BeforeAfter(t.before_unaligned.yaw_rms_deg, t.after_unaligned.yaw_rms_deg)},
+                {"drift_percent_of_distance",
+                 {{"at_end",
+                   BeforeAfter(Percent(t.before.position_end_m, s.distance_m),
+                               Percent(t.after.position_end_m, s.distance_m))},
+                  {"largest",
+                   BeforeAfter(Percent(t.before.position_max_m, s.distance_m),
+                               Percent(t.after.position_max_m, s.distance_m))}}}};
+}
+
+void AddRun(Json* report, const RunFigures& run) {
+  const Json figures = {{"wall_s", run.wall_s},
+                        {"cpu_s", run.cpu_s},
+                        {"peak_rss_mb", run.peak_rss_mb},
+                        {"realtime_factor", run.realtime_factor}};
+  report->update(figures);
+  (*report)["run"] = figures;
+  (*report)["not_reproducible"] = {"wall_s", "cpu_s", "peak_rss_mb", "realtime_factor", "run"};
+}
+
+// Text for HTML; everything that comes from outside passes here.
+std::string Escaped(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    switch (c) {
+      case '&': out += "&amp;"; break;
+      case '<': out += "&lt;"; break;
+      case '>': out += "&gt;"; break;
+      case '"': out += "&quot;"; break;
+      default: out += c;
+    }
+  }
+  return out;
+}
+
+std::string Fixed(double value, int digits) {
+  if (!std::isfinite(value)) return "&ndash;";
+  char text[48];
+  std::snprintf(text, sizeof text, "%.*f", digits, value);
+  return text;
+}
+
+std::string Grouped(std::uint64_t value) {
+  std::string text = std::to_string(value);
+  for (std::size_t at = text.size(); at > 3;) {
+    at -= 3;
+    text.insert(at, "&#8239;");
+  }
+  return text;
+}
+
+class HtmlTable {
+ public:
+  explicit HtmlTable(const std::vector<std::string>& head) : html_("<table>\n<tr>") {
+    for (const std::string& h : head) html_ += "<th>" + h + "</th>";
+    html_ += "</tr>\n";
+  }
+  void Row(const std::vector<std::string>& cells) {
+    html_ += "<tr>";
+    for (const std::string& c : cells) html_ += "<td>" + c + "</td>";
+    html_ += "</tr>\n";
+  }
+  std::string Finish() { return html_ + "</table>\n"; }
+
+ private:
+  std::string html_;
+};
+
+const char* BannerClass(Outcome outcome) {
+  switch (outcome) {
+    case Outcome::kCorrected: return "good";
+    case Outcome::kNothingToCorrect: return "plain";
+    case Outcome::kWithheld: return "bad";
+  }
+  return "plain";
+}
+
+std::string BeforeAfterTable(const ProductSummary& s) {
+  HtmlTable table({"", "Dead reckoned", "Delivered map"});
+  const ErrorFigures &b = s.before.point, &a = s.after().point;
+  table.Row({"Consistency error, RMS", Fixed(b.rms_m, 3) + " m", Fixed(a.rms_m, 3) + " m"});
+  table.Row({"&ensp;median", Fixed(b.median_m, 3) + " m", Fixed(a.median_m, 3) + " m"});
+  table.Row({"&ensp;95 % of cells below", Fixed(b.p95_m, 3) + " m", Fixed(a.p95_m, 3) + " m"});
+  table.Row({"Surface error, RMS",
+             Fixed(s.before.surface.rms_m, 3) + " m",
+             Fixed(s.after().surface.rms_m, 3) + " m"});
+  table.Row({"Cells compared", Grouped(b.cells), Grouped(a.cells)});
+  if (s.truth) {
+    const TrackError &tb = s.truth->before, &ta = s.truth->after;
+    table.Row({"Position error against truth, RMS",
+               Fixed(tb.position_rms_m, 2) + " m",
+               Fixed(ta.position_rms_m, 2) + " m"});
+    table.Row(
+        {"&ensp;largest", Fixed(tb.position_max_m, 2) + " m", Fixed(ta.position_max_m, 2) + " m"});
+    table.Row({"&ensp;at the end, of distance",
+               Fixed(Percent(tb.position_end_m, s.distance_m), 3) + " %",
+               Fixed(Percent(ta.position_end_m, s.distance_m), 3) + " %"});
+    table.Row({"Heading error against truth, RMS",
+               Fixed(tb.yaw_rms_deg, 3) + "&deg;",
+               Fixed(ta.yaw_rms_deg, 3) + "&deg;"});
+  }
+  return table.Finish();
+}
+
+std::string SurveyTable(const ProductSummary& s, const ProductOptions& options) {
+  HtmlTable table({"Survey", ""});
+  table.Row({"Track", Fixed(s.distance_m, 0) + " m in " + Fixed(s.duration_s / 60.0, 1) + " min"});
+  table.Row({"Submaps", Grouped(s.submaps)});
+  table.Row({"Soundings read, used", Grouped(s.soundings_read) + ", " + Grouped(s.soundings_used)});
+  table.Row({"Points in the map", Grouped(s.points)});
+  table.Row({"Cell", Fixed(s.cell_m, 2) + " m, " + Grouped(s.cells_mapped) + " with depth"});
+  table.Row({"Cells seen by two or more submaps",
+             Grouped(s.before_all.point.cells) + " dead reckoned, " +
+                 Grouped(s.solved_all.point.cells) + " solved"});
+  table.Row({"Loop closures",
+             Grouped(s.loops_accepted) + " accepted, " + Grouped(s.loops_rejected) + " rejected"});
+  table.Row({"Their height offset",
+             "mean " + Fixed(s.z_offset_mean_m, 3) + " m, scatter " + Fixed(s.z_offset_sigma_m, 3) +
+                 " m, largest " + Fixed(s.z_offset_max_m, 3) + " m"});
+  table.Row({"Largest correction of a submap",
+             Fixed(s.correction_max_m, 2) + " m, " + Fixed(s.correction_max_yaw_deg, 3) + "&deg;"});
+  if (options.datum) {
+    table.Row({"Datum (WGS 84)",
+               Fixed(options.datum->latitude_deg, 7) + "&deg;, " +
+                   Fixed(options.datum->longitude_deg, 7) + "&deg;"});
+  }
+  for (const auto& [name, seed] : options.seeds) {
+    table.Row({"Seed: " + Escaped(name), std::to_string(seed)});
+  }
+  return table.Finish();
+}
+
+std::string LoopTable(const Survey& survey) {
+  const std::vector<LoopRow> rows = LoopRows(survey);
+  if (rows.empty()) return "<p>No pair of submaps was registered.</p>\n";
+  HtmlTable table({"From",
+                   "To",
+                   "Verdict",
+                   "Weight",
+                   "x (m)",
+                   "y (m)",
+                   "yaw (&deg;)",
+                   "Height offset (m)",
+                   "Fit RMS (m)",
+                   "Overlap (m&sup2;)"});
+  for (std::size_t i = 0; i < std::min(rows.size(), kMostLoopRows); ++i) {
+    const GraphEdge& e = *rows[i].edge;
+    table.Row({std::to_string(e.from.value),
+               std::to_string(e.to.value),
+               ToString(e.verdict),
+               Fixed(rows[i].weight, 2),
+               Fixed(e.T_from_to.x, 2),
+               Fixed(e.T_from_to.y, 2),
+               Fixed(Rad2Deg(e.T_from_to.yaw), 2),
+               Fixed(e.z_offset_m, 3),
+               Fixed(e.rms_m, 3),
+               Fixed(e.overlap_m2, 0)});
+  }
+  std::string html = table.Finish();
+  if (rows.size() > kMostLoopRows) {
+    html += "<p>" + Grouped(rows.size() - kMostLoopRows) +
+            " more are in survey.gpkg, layer edges.</p>\n";
+  }
+  return html;
+}
+
+std::string Figure(const char* file, const char* caption) {
+  return std::string("<figure><a href=\"") + file + "\"><img src=\"" + file + "\" alt=\"" +
+         caption + "\"></a><figcaption>" + caption + "</figcaption></figure>\n";
+}
+
+constexpr const char* kStyle = R"(
+body{font:15px/1.5 "DejaVu Sans",system-ui,sans-serif;color:#21262d;max-width:1240px;margin:2em auto;padding:0 1em}
+h1{font-size:1.6em;margin-bottom:.2em}h2{font-size:1.15em;margin-top:2em}
+table{border-collapse:collapse;margin:1em 0}th,td{padding:.25em .9em;border-bottom:1px solid #dfe3e8;text-align:left}
+th{background:#f3f5f7}td{font-variant-numeric:tabular-nums}
+.banner{padding:.8em 1em;border-left:5px solid;background:#f3f5f7;margin:1em 0}
+.good{border-color:#2f9e62}.plain{border-color:#7a8794}.bad{border-color:#c8453c}
+.pair{display:grid;grid-template-columns:repeat(auto-fit,minmax(440px,1fr));gap:1em}
+figure{margin:0}img{width:100%;border:1px solid #dfe3e8}figcaption{font-size:.9em;color:#57606a}
+.small{font-size:.9em;color:#57606a}
+)";
+
+}  // namespace
+
+std::vector<LoopRow> LoopRows(const Survey& survey) {
+  std::map<std::pair<SubmapId, SubmapId>, double> weights;
+  for (const SolvedEdge& e : survey.solution.loop_edges) weights[{e.from, e.to}] = e.weight;
+  std::vector<LoopRow> rows;
+  for (const GraphEdge& e : survey.edges) {
+    if (e.kind != EdgeKind::kLoopClosure) continue;
+    const auto it = weights.find({e.from, e.to});
+    const bool solved = e.verdict == LoopVerdict::kAccepted && it != weights.end();
+    rows.push_back({&e, solved ? it->second : std::numeric_limits<double>::quiet_NaN()});
+  }
+  return rows;
+}
+
+std::string ReportJson(const Survey& survey,
+                       const ProductSummary& s,
+                       const ProductOptions& options) {
+  Json r;
+  r["title"] = options.title;
+  r["outcome"] = ToString(s.outcome);
+  r["statement"] = s.statement;
+  r["consistency_rms_m"] = BeforeAfter(s.before.point.rms_m, s.after().point.rms_m);
+  r["surface_rms_m"] = BeforeAfter(s.before.surface.rms_m, s.after().surface.rms_m);
+  r["submaps"] = s.submaps;
+  r["loop_closures"] = {{"accepted", s.loops_accepted},
+                        {"rejected", s.loops_rejected},
+                        {"verdicts", s.loop_verdicts},
+                        {"z_offset_m",
+                         {{"mean", Measured(s.z_offset_mean_m)},
+                          {"sigma", Measured(s.z_offset_sigma_m)},
+                          {"largest", Measured(s.z_offset_max_m)}}}};
+  r["soundings"] = {{"read", s.soundings_read}, {"used", s.soundings_used}};
+  r["points"] = s.points;
+  if (s.truth) AddTruth(&r, s);
+  r["consistency"] = {
+      {"cell_m", s.cell_m},
+      {"measure", "Roman and Singh 2006; see products/consistency.hpp"},
+      {"compared_cells", {{"dead_reckoned", ToJson(s.before)}, {"solved", ToJson(s.solved)}}},
+      {"all_cells", {{"dead_reckoned", ToJson(s.before_all)}, {"solved", ToJson(s.solved_all)}}}};
+  r["map"] = {{"cell_m", s.cell_m}, {"cells", s.cells_mapped}};
+  r["track"] = {{"distance_m", s.distance_m}, {"duration_s", s.duration_s}};
+  r["correction"] = {
+      {"largest_m", s.correction_max_m},
+      {"at_end_m", s.correction_end_m},
+      {"largest_yaw_deg", s.correction_max_yaw_deg},
+      {"at_end_percent_of_distance", Measured(Percent(s.correction_end_m, s.distance_m))}};
+  if (options.datum) {
+    r["datum"] = {{"latitude_deg", options.datum->latitude_deg},
+                  {"longitude_deg", options.datum->longitude_deg}};
+  }
+  r["seeds"] = options.seeds;
+  r["refused"] = survey.counters;
+  if (options.run_figures) AddRun(&r, options.run_figures());
+  return r.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string ReportHtml(const Survey& survey,
+                       const ProductSummary& s,
+                       const ProductOptions& options) {
+  std::string html = "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>";
+  html += Escaped(options.title) + "</title><style>" + kStyle + "</style></head><body>\n";
+  html += "<h1>" + Escaped(options.title) + "</h1>\n";
+  html += std::string("<div class=\"banner ") + BannerClass(s.outcome) + "\">" +
+          Escaped(s.statement) + "</div>\n";
+  html += BeforeAfterTable(s) + SurveyTable(s, options);
+  html += "<h2>Depth</h2>\n<div class=\"pair\">\n";
+  html += Figure("depth_dead_reckoned.png", "Dead reckoned") + Figure("depth.png", "Delivered map");
+  html += "</div>\n<h2>Consistency error</h2>\n<div class=\"pair\">\n";
+  html += Figure("consistency_dead_reckoned.png", "Dead reckoned") +
+          Figure("consistency.png", "Delivered map");
+  html +=
+      "</div>\n<p class=\"small\">In every cell that two or more submaps see: the largest "
+      "distance by which the points of one submap miss those of another (Roman and Singh, "
+      "2006). The surface error measures from the points of one submap to the surface of the "
+      "other instead, which keeps the distance between neighbouring points out of it. Before and "
+      "after are compared over the cells seen twice both times. The same "
+      "colours mean the same error on both pictures.";
+  if (s.truth) {
+    html +=
+        " Errors against truth are horizontal, along the track, with the truth placed on the "
+        "frame of the first submap in x, y and yaw, and nowhere else.";
+  }
+  html +=
+      " SLAM makes a map agree with itself; it does not by itself make its absolute position "
+      "more accurate.</p>\n<h2>Loop closures</h2>\n";
+  html += LoopTable(survey);
+  if (!survey.counters.empty()) {
+    HtmlTable table({"Refused while collecting", "Count"});
+    for (const auto& [reason, count] : survey.counters)
+      table.Row({Escaped(reason), Grouped(count)});
+    html += "<h2>Refused input</h2>\n" + table.Finish();
+  }
+  html +=
+      "<p class=\"small\">Beside this page: depth.tif, depth_dead_reckoned.tif (mean depth, "
+      "spread, soundings), consistency.tif, consistency_dead_reckoned.tif, track.csv, "
+      "poses.txt, graph.g2o, survey.gpkg, submaps/, report.json (with run time and memory)."
+      "</p>\n</body></html>\n";
+  return html;
+}
+
+}  // namespace seastitch

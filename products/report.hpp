@@ -1,0 +1,30 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "products/survey.hpp"
+#include "products/write_products.hpp"
+
+namespace seastitch {
+
+// A loop closure as the report and the layers show it.
+struct LoopRow {
+  const GraphEdge* edge;
+  double weight;  // of the robust solve; NaN where the edge was not part of it
+};
+std::vector<LoopRow> LoopRows(const Survey& survey);
+
+// report.json. Times, memory and rates of the run are both flat (wall_s, ...) and under "run"; the
+// keys that differ from run to run are listed under "not_reproducible".
+std::string ReportJson(const Survey& survey,
+                       const ProductSummary& summary,
+                       const ProductOptions& options);
+
+// report.html: one page; its pictures are the PNG files beside it. Holds nothing that differs from
+// run to run.
+std::string ReportHtml(const Survey& survey,
+                       const ProductSummary& summary,
+                       const ProductOptions& options);
+
+}  // namespace seastitch

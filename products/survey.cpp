@@ -1,0 +1,58 @@
+#include "products/survey.hpp"
+
+#include <cmath>
+
+namespace seastitch {
+namespace {
+
+std::map<SubmapId, const SolvedVertex*> UsableVertices(const PoseGraph& graph) {
+  std::map<SubmapId, const SolvedVertex*> usable;
+  for (const SolvedVertex& v : graph.vertices) {
+    if (v.T_map_level.Vector().allFinite()) usable[v.id] = &v;
+  }
+  return usable;
+}
+
+}  // namespace
+
+std::vector<Pose2> DeadReckonedPoses(const Survey& survey) {
+  std::vector<Pose2> poses;
+  poses.reserve(survey.submaps.size());
+  for (const SurveySubmap& s : survey.submaps) poses.push_back(LevelPose(s.T_map_submap));
+  return poses;
+}
+
+std::vector<Pose2> SolvedPoses(const Survey& survey) {
+  const auto solved = UsableVertices(survey.solution);
+  const std::vector<Pose2> dead_reckoned = DeadReckonedPoses(survey);
+  std::vector<Pose2> poses = dead_reckoned;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const auto it = solved.find(survey.submaps[i].id);
+    if (it != solved.end()) {
+      poses[i] = it->second->T_map_level;
+    } else if (i > 0) {
+      poses[i] = poses[i - 1] * (Inverse(dead_reckoned[i - 1]) * dead_reckoned[i]);
+    }
+  }
+  return poses;
+}
+
+std::vector<std::optional<Eigen::Vector3d>> SolvedSigmas(const Survey& survey) {
+  const auto solved = UsableVertices(survey.solution);
+  std::vector<std::optional<Eigen::Vector3d>> sigmas(survey.submaps.size());
+  for (std::size_t i = 0; i < sigmas.size(); ++i) {
+    const auto it = solved.find(survey.submaps[i].id);
+    if (it == solved.end()) continue;
+    const Eigen::Vector3d variance = it->second->covariance.diagonal();
+    if (variance.allFinite() && (variance.array() >= 0.0).all()) {
+      sigmas[i] = variance.cwiseSqrt();
+    }
+  }
+  return sigmas;
+}
+
+Eigen::Isometry3d SubmapPose(const SurveySubmap& submap, const Pose2& T_map_level) {
+  return WithLevelPose(submap.T_map_submap, T_map_level);
+}
+
+}  // namespace seastitch

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/core/graph.hpp"
+#include "common/core/ids.hpp"
+#include "common/core/pose.hpp"
+#include "common/core/submap.hpp"
+#include "common/core/time.hpp"
+
+namespace seastitch {
+
+// What stays in memory of a submap; its points lie in cloud_file.
+struct SurveySubmap {
+  SubmapId id;
+  Time start;  // first and last ping
+  Time end;
+  Time frame_time;
+  Eigen::Isometry3d T_map_submap = Eigen::Isometry3d::Identity();  // dead reckoned
+  SubmapTrigger trigger = SubmapTrigger::kEnd;
+  std::uint64_t soundings_read = 0;
+  std::uint64_t soundings_used = 0;
+  std::uint64_t points = 0;
+  Footprint footprint;               // level frame
+  Footprint hull;                    // convex hull of the points, level frame
+  std::filesystem::path cloud_file;  // empty where the submap has no point
+};
+
+// Dead-reckoned vehicle state, without what no product shows.
+struct TrackState {
+  Time time;
+  Eigen::Vector3d p_map = Eigen::Vector3d::Zero();
+  Eigen::Vector3d rpy_rad = Eigen::Vector3d::Zero();
+};
+
+// A whole survey, ready to become files.
+struct Survey {
+  std::vector<SurveySubmap> submaps;  // by rising id
+  std::vector<TrackState> track;      // by rising time; empty for imported submaps
+  std::vector<GraphEdge> edges;       // in the order of the graph's versions
+  PoseGraph solution;                 // the newest; without vertices where nothing was solved
+  std::map<std::string, std::uint64_t> counters;  // what was refused while collecting, by reason
+};
+
+// Level pose of every submap, in the order of survey.submaps.
+std::vector<Pose2> DeadReckonedPoses(const Survey& survey);
+
+// The same as the graph solved them. A submap that the solution does not hold (yet) follows its
+// predecessor as dead reckoning says; without a predecessor it stays dead reckoned.
+std::vector<Pose2> SolvedPoses(const Survey& survey);
+
+// Standard deviations of x, y [m], yaw [rad] in map axes from the solution, where it has them.
+std::vector<std::optional<Eigen::Vector3d>> SolvedSigmas(const Survey& survey);
+
+// T_map_submap with its level pose replaced: z, roll and pitch are never corrected.
+Eigen::Isometry3d SubmapPose(const SurveySubmap& submap, const Pose2& T_map_level);
+
+}  // namespace seastitch

@@ -1,0 +1,142 @@
+#include "products/survey_collector.hpp"
+
+#include <boost/geometry.hpp>
+#include <boost/geometry/geometries/multi_point.hpp>
+#include <boost/geometry/geometries/point_xy.hpp>
+#include <boost/geometry/geometries/polygon.hpp>
+#include <cmath>
+#include <stdexcept>
+#include <system_error>
+#include <utility>
+
+#include "common/storage/submap_file.hpp"
+
+namespace seastitch {
+namespace {
+
+namespace bg = boost::geometry;
+
+// Corners of the convex hull of the cloud in the level frame, not closed.
+Footprint LevelHull(const PointCloud& cloud, const Eigen::Isometry3d& T_map_submap) {
+  using Point = bg::model::d2::point_xy<double>;
+  const Eigen::Matrix3d R_level_body = LevelFromBody(T_map_submap);
+  bg::model::multi_point<Point> points;
+  points.reserve(cloud.size());
+  for (const Eigen::Vector3f& p : cloud.points) {
+    const Eigen::Vector3d p_level = R_level_body * p.cast<double>();
+    points.emplace_back(p_level.x(), p_level.y());
+  }
+  bg::model::polygon<Point, true, false> hull;
+  bg::convex_hull(points, hull);
+  Footprint corners;
+  for (const Point& p : hull.outer()) corners.emplace_back(p.x(), p.y());
+  return corners;
+}
+
+PointCloud FinitePoints(const PointCloud& cloud) {
+  PointCloud finite;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const float n = i < cloud.soundings.size() ? cloud.soundings[i] : 1.0f;
+    if (cloud.points[i].allFinite()) {
+      finite.Add(cloud.points[i], std::isfinite(n) && n > 0.0f ? n : 1.0f);
+    }
+  }
+  return finite;
+}
+
+}  // namespace
+
+std::string SurveyCollectorOptions::Validate() const {
+  if (!(track_interval_s >= 0.0)) {
+    return "track_interval_s = " + std::to_string(track_interval_s) + ", must be >= 0";
+  }
+  return {};
+}
+
+SurveyCollector::SurveyCollector(std::filesystem::path dir, SurveyCollectorOptions options)
+    : submap_dir_(std::move(dir) / "submaps"), options_(std::move(options)) {
+  if (const std::string wrong = options_.Validate(); !wrong.empty()) {
+    throw std::runtime_error("survey collector: " + wrong);
+  }
+  std::error_code error;
+  std::filesystem::create_directories(submap_dir_, error);
+  if (error) throw std::runtime_error(submap_dir_.string() + ": " + error.message());
+}
+
+void SurveyCollector::Add(const Submap& submap) {
+  if (!submap.T_map_submap.matrix().allFinite()) {
+    ++counters_["submap_pose_not_finite"];
+    return;
+  }
+  if (submaps_.contains(submap.id)) {
+    ++counters_["submap_repeated"];
+    return;
+  }
+  const PointCloud cloud = FinitePoints(submap.cloud);
+  if (cloud.size() != submap.cloud.size()) {
+    counters_["submap_points_not_finite"] += submap.cloud.size() - cloud.size();
+  }
+  SurveySubmap kept;
+  kept.id = submap.id;
+  kept.start = submap.start;
+  kept.end = submap.end;
+  kept.frame_time = submap.frame_time;
+  kept.T_map_submap = submap.T_map_submap;
+  kept.trigger = submap.trigger;
+  kept.soundings_read = submap.soundings_read;
+  kept.soundings_used = submap.soundings_used;
+  kept.points = cloud.size();
+  kept.footprint = submap.footprint;
+  if (cloud.empty()) {
+    ++counters_["submap_without_points"];
+  } else {
+    kept.hull = LevelHull(cloud, submap.T_map_submap);
+    kept.cloud_file = submap_dir_ / ("submap_" + std::to_string(submap.id.value) + ".pcd");
+    WriteSubmapPcd(kept.cloud_file, cloud, submap.T_map_submap);
+  }
+  submaps_.emplace(submap.id, std::move(kept));
+}
+
+void SurveyCollector::Add(const NavState& state) {
+  if (!state.T_map_vehicle.matrix().allFinite()) {
+    ++counters_["nav_not_finite"];
+    return;
+  }
+  if (!track_.empty()) {
+    if (state.time <= track_.back().time) {
+      ++counters_["nav_out_of_order"];
+      return;
+    }
+    if (ToSeconds(state.time - track_.back().time) < options_.track_interval_s) return;
+  }
+  track_.push_back({state.time,
+                    state.T_map_vehicle.translation(),
+                    RpyFromRotation(state.T_map_vehicle.linear())});
+}
+
+void SurveyCollector::Add(const GraphUpdate& update) {
+  const bool is_new = edges_by_version_.emplace(update.version, update.edges).second;
+  if (!is_new) ++counters_["graph_update_repeated"];
+}
+
+void SurveyCollector::Add(const PoseGraph& graph) {
+  if (graph.graph_version >= solution_.graph_version) {
+    solution_ = graph;
+  } else {
+    ++counters_["pose_graph_older"];
+  }
+}
+
+Survey SurveyCollector::Finish() const {
+  Survey survey;
+  for (const auto& [id, submap] : submaps_) survey.submaps.push_back(submap);
+  survey.track = track_;
+  for (const auto& [version, edges] : edges_by_version_) {
+    survey.edges.insert(survey.edges.end(), edges.begin(), edges.end());
+  }
+  survey.solution = solution_;
+  survey.counters = counters_;
+  return survey;
+}
+
+}  // namespace seastitch

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "common/core/graph.hpp"
+#include "common/core/sensors.hpp"
+#include "common/core/submap.hpp"
+#include "products/survey.hpp"
+
+namespace seastitch {
+
+struct SurveyCollectorOptions {
+  // NAV at 50 Hz says nothing that 10 Hz does not: a state is kept this long after the one before.
+  double track_interval_s = 0.05;
+  std::string Validate() const;
+};
+
+// Gathers what the mapper and the optimizer publish. Points go to DIR/submaps/submap_ID.pcd as they
+// come; memory holds some 100 bytes a submap corner and 56 bytes a track state. What cannot be used
+// (repeated, not finite, out of order) is counted in Survey::counters and left out.
+class SurveyCollector {
+ public:
+  // Creates DIR/submaps. Throws std::runtime_error naming the folder.
+  explicit SurveyCollector(std::filesystem::path dir, SurveyCollectorOptions options = {});
+
+  void Add(const Submap& submap);  // throws std::runtime_error where the file cannot be written
+  void Add(const NavState& state);
+  void Add(const GraphUpdate& update);
+  void Add(const PoseGraph& graph);
+
+  std::size_t submaps() const { return submaps_.size(); }
+  Survey Finish() const;
+
+ private:
+  std::filesystem::path submap_dir_;
+  SurveyCollectorOptions options_;
+  std::map<SubmapId, SurveySubmap> submaps_;
+  std::vector<TrackState> track_;
+  std::map<std::int64_t, std::vector<GraphEdge>> edges_by_version_;
+  PoseGraph solution_;
+  std::map<std::string, std::uint64_t> counters_;
+};
+
+}  // namespace seastitch

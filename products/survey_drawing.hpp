@@ -1,0 +1,28 @@
+#pragma once
+
+#include <vector>
+
+#include "products/geo_files.hpp"
+#include "products/map_points.hpp"
+#include "products/picture.hpp"
+#include "products/survey.hpp"
+#include "products/track.hpp"
+
+// Track, footprints and loop closures of a survey, for pictures and for GIS layers.
+namespace seastitch {
+
+PictureLine TrackLine(const std::vector<CorrectedState>& track, bool corrected, MapAxes axes);
+
+// One line an accepted loop closure, between the frames of its submaps; fainter where the robust
+// solve believed it less.
+std::vector<PictureLine> LoopLines(const Survey& survey,
+                                   const std::vector<Pose2>& T_map_level,
+                                   MapAxes axes);
+
+// Layers "track" (corrected and dead reckoned), "footprints" and "edges" (every registration).
+std::vector<VectorLayer> SurveyLayers(const Survey& survey,
+                                      const std::vector<Pose2>& T_map_level,
+                                      const std::vector<CorrectedState>& track,
+                                      MapAxes axes);
+
+}  // namespace seastitch

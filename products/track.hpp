@@ -1,0 +1,69 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/core/pose.hpp"
+#include "common/core/time.hpp"
+#include "products/geo_files.hpp"
+#include "products/survey.hpp"
+
+namespace seastitch {
+
+// Spreads the corrections of the submap frames over the whole track. At a submap frame a pose moves
+// rigidly with its submap; between two frames the two rigid motions are blended with the weight
+// 3 u^2 - 2 u^3 of the elapsed time u, whose slope is zero at both ends. So the corrected track is
+// continuous with its first derivative, passes through every corrected frame, and turns with each
+// submap there. Before the first and after the last frame it follows that submap.
+class TrackCorrection {
+ public:
+  // One pose (and sigma) a submap of the survey; frames that share a time count once.
+  TrackCorrection(const Survey& survey,
+                  const std::vector<Pose2>& T_map_level,
+                  const std::vector<std::optional<Eigen::Vector3d>>& sigmas);
+
+  // The corrected level pose of what dead reckoning placed at T_map_level at that time.
+  Pose2 operator()(Time time, const Pose2& T_map_level) const;
+
+  // Standard deviations of x, y [m], yaw [rad], blended the same way between the solved frames; the
+  // growth of dead reckoning between two frames is not in it.
+  std::optional<Eigen::Vector3d> Sigma(Time time) const;
+
+ private:
+  struct Frame {
+    Time time;
+    Pose2 dead_reckoned;
+    Pose2 corrected;
+    std::optional<Eigen::Vector3d> sigma;
+  };
+  struct Between {
+    const Frame* before;
+    const Frame* after;  // equal to before outside of the frames
+    double weight_after;
+  };
+  Between Find(Time time) const;
+
+  std::vector<Frame> frames_;  // by rising time
+};
+
+struct CorrectedState {
+  Time time;
+  Eigen::Vector3d p_dead_reckoned = Eigen::Vector3d::Zero();  // map frame
+  Eigen::Vector3d rpy_dead_reckoned_rad = Eigen::Vector3d::Zero();
+  Pose2 corrected;  // z, roll and pitch stay
+  std::optional<Eigen::Vector3d> sigma;
+};
+
+// Every state of the track; for a survey without one (imported submaps) the submap frames.
+std::vector<CorrectedState> CorrectTrack(const Survey& survey, const TrackCorrection& correction);
+
+// Horizontal length of the dead-reckoned track [m].
+double TrackLength(const std::vector<CorrectedState>& track);
+
+// track.csv: one header line with units, then one line a state; degrees. With a datum (map frame
+// North-East-Down) the corrected latitude and longitude end the line. Empty fields: not known.
+std::string TrackCsv(const std::vector<CorrectedState>& track, const std::optional<Datum>& datum);
+
+}  // namespace seastitch

@@ -1,0 +1,431 @@
+#include "products/write_products.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <iterator>
+#include <regex>
+#include <set>
+#include <stdexcept>
+#include <system_error>
+#include <utility>
+
+#include "common/storage/submap_file.hpp"
+#include "products/atomic_file.hpp"
+#include "products/depth_map.hpp"
+#include "products/graph_files.hpp"
+#include "products/judge.hpp"
+#include "products/picture.hpp"
+#include "products/report.hpp"
+#include "products/survey_drawing.hpp"
+#include "products/track.hpp"
+
+namespace seastitch {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string Format(const char* format, double a, double b = 0.0) {
+  char text[160];
+  std::snprintf(text, sizeof text, format, a, b);
+  return text;
+}
+
+void Progress(const ProductOptions& options, const std::string& line) {
+  if (options.progress) options.progress(line);
+}
+
+// ---- where the map lies
+
+Eigen::AlignedBox2d BoxOf(const Survey& survey, const std::vector<Pose2>& poses, MapAxes axes) {
+  Eigen::AlignedBox2d box;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    box.extend(NorthEastBox(survey.submaps[i], poses[i], axes));
+  }
+  return box;
+}
+
+// A solution that scatters the submaps so far cannot be right, and would make a grid of nothing.
+bool IsWild(const Eigen::AlignedBox2d& with_solved, const Eigen::AlignedBox2d& dead_reckoned) {
+  constexpr double kGrowth = 3.0, kSlackM = 1000.0;
+  return with_solved.diagonal().norm() > kGrowth * dead_reckoned.diagonal().norm() + kSlackM;
+}
+
+double CellCount(const Eigen::AlignedBox2d& box, double cell_m) {
+  return (box.sizes().x() / cell_m + 2.0) * (box.sizes().y() / cell_m + 2.0);
+}
+
+double ChooseCell(const Survey& survey,
+                  const Eigen::AlignedBox2d& box,
+                  const ProductOptions& options) {
+  const double most = static_cast<double>(options.max_cells);
+  if (options.cell_m > 0.0) {
+    if (CellCount(box, options.cell_m) > most) {
+      throw std::runtime_error(Format("cell_m = %g: the map would have %.3g cells",
+                                      options.cell_m,
+                                      CellCount(box, options.cell_m)) +
+                               ", at most " + std::to_string(options.max_cells) + " are allowed");
+    }
+    return options.cell_m;
+  }
+  double cell_m = DefaultCell(survey.submaps);
+  while (CellCount(box, cell_m) > most) cell_m = RoundUpOneTwoFive(1.01 * cell_m);
+  return cell_m;
+}
+
+// ---- rasters
+
+struct DepthRaster {
+  std::vector<RasterBand> bands;  // mean, spread, soundings
+  std::uint64_t cells = 0;        // with depth
+  std::vector<float>& mean() { return bands[0].values; }
+};
+
+DepthRaster ToRaster(const DepthMap& map) {
+  DepthRaster raster;
+  raster.bands = {{"mean depth, positive down", "m", {}},
+                  {"standard deviation of depth within the cell", "m", {}},
+                  {"soundings", "", {}}};
+  for (RasterBand& band : raster.bands) band.values.reserve(map.cells().cells().size());
+  for (const DepthCell& cell : map.cells().cells()) {
+    const bool seen = cell.soundings > 0.0;
+    const auto add = [&](std::size_t band, double value) {
+      raster.bands[band].values.push_back(seen ? static_cast<float>(value) : kNoData);
+    };
+    add(0, cell.mean_m);
+    add(1, cell.Spread());
+    add(2, cell.soundings);
+    raster.cells += seen ? 1 : 0;
+  }
+  return raster;
+}
+
+DepthRaster ComputeDepth(const Survey& survey,
+                         const std::vector<Pose2>& poses,
+                         MapAxes axes,
+                         const GridGeometry& geometry) {
+  DepthMap map(geometry);
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    map.Add(LoadMapPoints(survey.submaps[i], poses[i], axes));
+  }
+  return ToRaster(map);
+}
+
+std::vector<float> ErrorValues(const Grid<float>& error_m) {
+  std::vector<float> values = error_m.cells();
+  std::replace(values.begin(), values.end(), kNoError, kNoData);
+  return values;
+}
+
+std::vector<RasterBand> ToBands(const ConsistencyMap& map) {
+  RasterBand seen{"submaps that see the cell", "", {}};
+  for (const std::uint16_t n : map.submaps.cells()) {
+    seen.values.push_back(n == 0 ? kNoData : static_cast<float>(n));
+  }
+  return {{"consistency error (Roman and Singh 2006)", "m", ErrorValues(map.point_error_m)},
+          {"surface error between submaps", "m", ErrorValues(map.surface_error_m)},
+          std::move(seen)};
+}
+
+// ---- pictures
+
+// The values below which the shares lo and hi of all cells lie.
+std::pair<double, double> Quantiles(const std::vector<const std::vector<float>*>& rasters,
+                                    double lo,
+                                    double hi) {
+  std::vector<float> values;
+  for (const std::vector<float>* raster : rasters) {
+    std::copy_if(raster->begin(), raster->end(), std::back_inserter(values), [](float v) {
+      return v != kNoData;
+    });
+  }
+  if (values.empty()) return {0.0, 1.0};
+  const auto at = [&](double share) {
+    const auto i = std::lround(share * static_cast<double>(values.size() - 1));
+    std::nth_element(values.begin(), values.begin() + i, values.end());
+    return static_cast<double>(values[static_cast<std::size_t>(i)]);
+  };
+  const double low = at(lo);
+  return {low, at(hi)};
+}
+
+void WidenFlatRange(std::pair<double, double>* range, double least) {
+  if (range->second - range->first >= least) return;
+  const double middle = 0.5 * (range->first + range->second);
+  *range = {middle - 0.5 * least, middle + 0.5 * least};
+}
+
+Picture DepthPicture(const GridGeometry& geometry,
+                     const std::vector<float>& values,
+                     const std::pair<double, double>& range) {
+  Picture picture;
+  picture.geometry = geometry;
+  picture.values = values;
+  picture.lowest = range.first;
+  picture.highest = range.second;
+  picture.value_label = "Depth (m)";
+  picture.deeper_is_down = true;
+  picture.hill_shade = true;
+  picture.colours = &DepthColours();
+  return picture;
+}
+
+Picture ConsistencyPicture(const GridGeometry& geometry,
+                           const std::vector<RasterBand>& bands,
+                           double highest) {
+  Picture picture;
+  picture.geometry = geometry;
+  picture.values = bands[0].values;
+  picture.underlay = bands[2].values;
+  picture.highest = highest;
+  picture.value_label = "Consistency error (m)";
+  picture.colours = &ConsistencyColours();
+  return picture;
+}
+
+const char* MapName(Outcome outcome) {
+  switch (outcome) {
+    case Outcome::kCorrected: return "corrected";
+    case Outcome::kNothingToCorrect: return "dead reckoned, nothing to correct";
+    case Outcome::kWithheld: return "dead reckoned, correction withheld";
+  }
+  return "";
+}
+
+// ---- submap files
+
+void RewriteSubmaps(const Survey& survey, const std::vector<Pose2>& poses, const fs::path& dir) {
+  std::set<std::string> ours;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const SurveySubmap& s = survey.submaps[i];
+    if (s.points == 0) continue;
+    const std::string name = "submap_" + std::to_string(s.id.value) + ".pcd";
+    ours.insert(name);
+    WriteSubmapPcd(dir / name, ReadSubmapPcd(s.cloud_file).cloud, SubmapPose(s, poses[i]));
+  }
+  // Submaps of an earlier, longer run in the same folder would be read as part of this one.
+  static const std::regex pattern("submap_-?[0-9]+\\.pcd");
+  for (const fs::directory_entry& entry : fs::directory_iterator(dir)) {
+    const std::string name = entry.path().filename().string();
+    if (std::regex_match(name, pattern) && !ours.contains(name)) fs::remove(entry.path());
+  }
+}
+
+void MakeFolder(const fs::path& dir) {
+  std::error_code error;
+  fs::create_directories(dir, error);
+  if (error) throw std::runtime_error(dir.string() + ": " + error.message());
+}
+
+// ---- everything together
+
+std::string Subtitle(const ProductSummary& s, const ConsistencyFigures& figures) {
+  std::string text = std::to_string(s.submaps) + (s.submaps == 1 ? " submap" : " submaps");
+  if (s.distance_m > 0.0) text += Format(", track %.2f km", s.distance_m / 1000.0);
+  text += Format(", cell %g m", s.cell_m);
+  if (figures.point.cells > 0) {
+    text += Format(
+        ", consistency RMS %.3f m, surface RMS %.3f m", figures.point.rms_m, figures.surface.rms_m);
+  }
+  return text;
+}
+
+// Writes the files of one survey, step by step.
+class ProductWriter {
+ public:
+  ProductWriter(const Survey& survey, const ProductOptions& options, fs::path dir)
+      : survey_(survey),
+        options_(options),
+        dir_(std::move(dir)),
+        dead_reckoned_(DeadReckonedPoses(survey)),
+        delivered_(SolvedPoses(survey)),
+        summary_(Summarise(survey, dead_reckoned_, delivered_)) {}
+
+  ProductSummary Run() {
+    ChooseMap();
+    CorrectTheTrack();
+    WriteDepth();
+    WriteConsistency();
+    Write("track.csv", TrackCsv(track_, options_.datum));
+    Write("poses.txt", PosesTxt(survey_, delivered_));
+    Write("graph.g2o", GraphG2o(survey_, delivered_));
+    Write("survey.gpkg",
+          GeoPackage(SurveyLayers(survey_, delivered_, track_, options_.axes), options_.datum));
+    RewriteSubmaps(survey_, delivered_, dir_ / "submaps");
+    Write("report.html", ReportHtml(survey_, summary_, options_));
+    // Last, so that its run figures cover all of the above.
+    Write("report.json", ReportJson(survey_, summary_, options_));
+    return std::move(summary_);
+  }
+
+ private:
+  void Write(const std::string& name, const std::string& bytes) {
+    WriteFileAtomically(dir_ / name, bytes);
+    Progress(options_, name);
+  }
+
+  // Grids both maps alike, measures both, and keeps the poses of the one to deliver.
+  void ChooseMap() {
+    const Eigen::AlignedBox2d box = BoxOf(survey_, dead_reckoned_, options_.axes);
+    const Eigen::AlignedBox2d both = box.merged(BoxOf(survey_, delivered_, options_.axes));
+    const bool wild = IsWild(both, box);
+    const Eigen::AlignedBox2d& extent = wild ? box : both;
+    summary_.cell_m = ChooseCell(survey_, extent, options_);
+    geometry_ =
+        GridGeometry::Covering(extent.min(), extent.max(), summary_.cell_m, options_.max_cells);
+    MeasureBoth(Moved(summary_) && !wild);
+    if (wild) {
+      WithholdScattered(both.diagonal().norm(), &summary_);
+    } else {
+      Judge(survey_, options_.harm_tolerance, &summary_);
+    }
+    if (summary_.outcome != Outcome::kCorrected) {
+      delivered_ = dead_reckoned_;
+      after_ = before_;
+    }
+    Progress(options_, summary_.statement);
+  }
+
+  ConsistencyMap Measure(const std::vector<Pose2>& poses, const char* which) {
+    const std::size_t n = poses.size();
+    return ComputeConsistency(survey_.submaps,
+                              poses,
+                              options_.axes,
+                              geometry_,
+                              options_.cache_points,
+                              [&](std::size_t i) {
+                                if (i % 50 == 0) {
+                                  Progress(options_,
+                                           std::string("consistency ") + which + ": submap " +
+                                               std::to_string(i + 1) + " of " + std::to_string(n));
+                                }
+                              });
+  }
+
+  void MeasureBoth(bool solved_too) {
+    before_ = Measure(dead_reckoned_, "dead reckoned");
+    after_ = solved_too ? Measure(delivered_, "solved") : before_;
+    summary_.before = FiguresWhereBoth(before_, after_);
+    summary_.solved = FiguresWhereBoth(after_, before_);
+    summary_.before_all = Figures(before_);
+    summary_.solved_all = Figures(after_);
+  }
+
+  void CorrectTheTrack() {
+    const bool corrected = summary_.outcome == Outcome::kCorrected;
+    const std::vector<std::optional<Eigen::Vector3d>> unknown(survey_.submaps.size());
+    const TrackCorrection correction(
+        survey_, delivered_, corrected ? SolvedSigmas(survey_) : unknown);
+    track_ = CorrectTrack(survey_, correction);
+    summary_.distance_m = TrackLength(track_);
+    summary_.duration_s = ToSeconds(track_.back().time - track_.front().time);
+    if (!options_.truth.empty()) {
+      summary_.truth = CompareWithTruth(track_, options_.truth, survey_.submaps.front().frame_time);
+    }
+  }
+
+  void WriteDepth() {
+    std::vector<float> before;
+    {
+      DepthRaster raster = Depth(dead_reckoned_);
+      Write("depth_dead_reckoned.tif", GeoTiff(geometry_, raster.bands, options_.datum));
+      before = std::move(raster.mean());
+    }
+    DepthRaster after = Depth(delivered_);
+    Write("depth.tif", GeoTiff(geometry_, after.bands, options_.datum));
+    summary_.cells_mapped = after.cells;
+    auto range = Quantiles({&before, &after.mean()}, 0.005, 0.995);
+    WidenFlatRange(&range, 0.1);
+    Picture picture = DepthPicture(geometry_, before, range);
+    picture.title = options_.title + ": depth, dead reckoned";
+    picture.subtitle = Subtitle(summary_, summary_.before);
+    picture.lines = {TrackLine(track_, false, options_.axes)};
+    Write("depth_dead_reckoned.png", RenderPng(picture));
+    picture = DepthPicture(geometry_, after.mean(), range);
+    picture.title = options_.title + ": depth, " + MapName(summary_.outcome);
+    picture.subtitle = Subtitle(summary_, summary_.after());
+    picture.lines = LoopLines(survey_, delivered_, options_.axes);
+    picture.lines.push_back(
+        TrackLine(track_, summary_.outcome == Outcome::kCorrected, options_.axes));
+    Write("depth.png", RenderPng(picture));
+  }
+
+  DepthRaster Depth(const std::vector<Pose2>& poses) const {
+    return ComputeDepth(survey_, poses, options_.axes, geometry_);
+  }
+
+  void WriteConsistency() {
+    const std::vector<RasterBand> before = ToBands(before_);
+    const std::vector<RasterBand> after = ToBands(after_);
+    Write("consistency_dead_reckoned.tif", GeoTiff(geometry_, before, options_.datum));
+    Write("consistency.tif", GeoTiff(geometry_, after, options_.datum));
+    std::pair<double, double> range = Quantiles({&before[0].values, &after[0].values}, 0.0, 0.98);
+    range.first = 0.0;
+    WidenFlatRange(&range, 0.01);
+    range.first = 0.0;
+    Picture picture = ConsistencyPicture(geometry_, before, range.second);
+    picture.title = options_.title + ": consistency error, dead reckoned";
+    picture.subtitle = Subtitle(summary_, summary_.before) + "; grey: seen by one submap";
+    Write("consistency_dead_reckoned.png", RenderPng(picture));
+    picture = ConsistencyPicture(geometry_, after, range.second);
+    picture.title = options_.title + ": consistency error, " + MapName(summary_.outcome);
+    picture.subtitle = Subtitle(summary_, summary_.after()) + "; grey: seen by one submap";
+    Write("consistency.png", RenderPng(picture));
+  }
+
+  const Survey& survey_;
+  const ProductOptions& options_;
+  fs::path dir_;
+  std::vector<Pose2> dead_reckoned_;
+  std::vector<Pose2> delivered_;  // the solved ones until ChooseMap() says otherwise
+  ProductSummary summary_;
+  GridGeometry geometry_;
+  ConsistencyMap before_;
+  ConsistencyMap after_;
+  std::vector<CorrectedState> track_;
+};
+
+}  // namespace
+
+std::string ProductOptions::Validate() const {
+  if (!(cell_m >= 0.0) || !std::isfinite(cell_m)) {
+    return Format("cell_m = %g, must be > 0, or 0 to choose it from the data", cell_m);
+  }
+  if (max_cells == 0) return "max_cells = 0, must be > 0";
+  if (!(harm_tolerance >= 0.0)) return Format("harm_tolerance = %g, must be >= 0", harm_tolerance);
+  if (datum && axes != MapAxes::kNorthEastDown) return "a datum needs a North-East-Down map frame";
+  if (datum &&
+      !(std::abs(datum->latitude_deg) <= 90.0 && std::abs(datum->longitude_deg) <= 180.0)) {
+    return Format("datum = %g, %g, must be degrees of latitude and longitude",
+                  datum->latitude_deg,
+                  datum->longitude_deg);
+  }
+  return {};
+}
+
+const char* ToString(Outcome outcome) {
+  switch (outcome) {
+    case Outcome::kCorrected: return "corrected";
+    case Outcome::kNothingToCorrect: return "nothing_to_correct";
+    case Outcome::kWithheld: return "withheld";
+  }
+  return "unknown";
+}
+
+ProductSummary WriteProducts(const Survey& survey,
+                             const ProductOptions& options,
+                             const fs::path& dir) {
+  if (const std::string wrong = options.Validate(); !wrong.empty()) {
+    throw std::runtime_error("products: " + wrong);
+  }
+  const bool any_point = std::any_of(survey.submaps.begin(),
+                                     survey.submaps.end(),
+                                     [](const SurveySubmap& s) { return s.points > 0; });
+  if (survey.submaps.empty()) throw std::runtime_error("no submap: there is nothing to map");
+  if (!any_point) throw std::runtime_error("no submap has a point: there is nothing to map");
+  MakeFolder(dir);
+  MakeFolder(dir / "submaps");
+  return ProductWriter(survey, options, dir).Run();
+}
+
+}  // namespace seastitch

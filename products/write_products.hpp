@@ -1,0 +1,105 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "products/consistency.hpp"
+#include "products/geo_files.hpp"
+#include "products/map_points.hpp"
+#include "products/survey.hpp"
+#include "products/truth.hpp"
+
+namespace seastitch {
+
+// What the run cost. Measured by the caller: never the same twice.
+struct RunFigures {
+  double wall_s = 0.0;
+  double cpu_s = 0.0;
+  double peak_rss_mb = 0.0;
+  double realtime_factor = 0.0;  // duration of the survey over wall_s
+};
+
+struct ProductOptions {
+  std::string title = "Survey";  // over pictures and report
+  double cell_m = 0.0;           // of every raster; 0: from the density of the points
+  MapAxes axes = MapAxes::kNorthEastDown;
+  std::optional<Datum> datum;            // only with North-East-Down: imported submaps have none
+  std::size_t max_cells = 16'000'000;    // about 0.7 GB at the peak; a default cell grows to fit
+  std::size_t cache_points = 4'000'000;  // 100 MB: a few survey lines, so that each is read once
+  // Two maps whose errors differ by less than this share count as equally consistent: the same
+  // points falling into other cells move the figures of a small survey by about as much.
+  double harm_tolerance = 0.05;
+  std::vector<TruthState> truth;               // empty: not known
+  std::map<std::string, std::uint64_t> seeds;  // for the report
+  std::function<RunFigures()> run_figures;     // asked last, so that it covers the products too
+  std::function<void(const std::string&)> progress;  // one line a step
+
+  std::string Validate() const;
+};
+
+enum class Outcome {
+  kCorrected,         // the map and poses are those of the graph
+  kNothingToCorrect,  // they are dead reckoning, since nothing contradicts it
+  kWithheld,          // they are dead reckoning, since the graph made the map worse
+};
+const char* ToString(Outcome outcome);
+
+struct ProductSummary {
+  Outcome outcome = Outcome::kNothingToCorrect;
+  std::string statement;  // why, in one or two sentences
+
+  std::size_t submaps = 0;
+  std::uint64_t soundings_read = 0;
+  std::uint64_t soundings_used = 0;
+  std::uint64_t points = 0;
+  std::uint64_t loops_accepted = 0;
+  std::uint64_t loops_rejected = 0;
+  std::map<std::string, std::uint64_t> loop_verdicts;
+  // z offset of the accepted loop closures: tide, draft or sound speed. NaN without one.
+  double z_offset_mean_m = 0.0;
+  double z_offset_sigma_m = 0.0;
+  double z_offset_max_m = 0.0;
+
+  double cell_m = 0.0;
+  std::uint64_t cells_mapped = 0;
+  // Over the cells that two or more submaps see both as dead reckoned and as solved.
+  ConsistencyFigures before;
+  ConsistencyFigures solved;
+  // Over every cell that two or more submaps see.
+  ConsistencyFigures before_all;
+  ConsistencyFigures solved_all;
+  // Of the map that was delivered; that of `before` where the correction is not used.
+  const ConsistencyFigures& after() const {
+    return outcome == Outcome::kCorrected ? solved : before;
+  }
+
+  double distance_m = 0.0;  // along the dead-reckoned track
+  double duration_s = 0.0;
+  // What the graph moved, whether or not it was used.
+  double correction_max_m = 0.0;
+  double correction_end_m = 0.0;
+  double correction_max_yaw_deg = 0.0;
+  std::optional<TruthComparison> truth;
+};
+
+// Writes every product into dir (created if need be): depth, depth_dead_reckoned, consistency,
+// consistency_dead_reckoned as .tif and .png, track.csv, poses.txt, graph.g2o, survey.gpkg,
+// submaps/submap_ID.pcd, report.json, report.html. Each file appears whole or not at all. The same
+// survey and options give the same bytes, except for the run figures in report.json.
+//
+// Do no harm: where the solved map is less consistent than dead reckoning (by either measure, see
+// harm_tolerance) over the cells that both see twice, or no longer overlaps where dead reckoning
+// does, everything is delivered as dead reckoned and `outcome` says so.
+//
+// Throws std::runtime_error with one line: no submap, no point, a file that cannot be read or
+// written, unusable options.
+ProductSummary WriteProducts(const Survey& survey,
+                             const ProductOptions& options,
+                             const std::filesystem::path& dir);
+
+}  // namespace seastitch

@@ -1,0 +1,468 @@
+#include "common/convert/convert.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <numeric>
+#include <string>
+#include <vector>
+
+namespace seastitch {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInf = std::numeric_limits<double>::infinity();
+constexpr float kNanF = std::numeric_limits<float>::quiet_NaN();
+const Time kTime = FromUtime(1'700'000'000'123'456);
+const MessageStamp kStamp{FromUtime(1'700'000'000'200'000), 42};
+
+// Through the wire: what a subscriber gets.
+template <class Msg>
+Msg Wire(const Msg& msg) {
+  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(msg.getEncodedSize()));
+  EXPECT_EQ(msg.encode(bytes.data(), 0, static_cast<int>(bytes.size())), bytes.size());
+  Msg copy{};
+  EXPECT_EQ(copy.decode(bytes.data(), 0, static_cast<int>(bytes.size())), bytes.size());
+  return copy;
+}
+
+// Every damage alone makes FromLcm refuse a message that it took before.
+template <class Msg>
+struct Damage {
+  const char* name;
+  std::function<void(Msg&)> apply;
+};
+template <class Msg>
+void ExpectEachRefused(const Msg& good, const std::vector<Damage<Msg>>& damages) {
+  ASSERT_TRUE(FromLcm(good)) << "the undamaged message";
+  for (const Damage<Msg>& damage : damages) {
+    Msg bad = good;
+    damage.apply(bad);
+    EXPECT_FALSE(FromLcm(bad)) << damage.name;
+  }
+}
+
+ImuSample Imu() {
+  ImuSample sample;
+  sample.time = kTime;
+  sample.angular_rate_radps = {0.1, -0.2, 0.3};
+  sample.specific_force_mps2 = {0.5, 0.6, -9.8};
+  sample.attitude = Attitude{Eigen::Quaterniond(0.5, 0.5, -0.5, 0.5), {0.01, 0.02, 0.03}};
+  return sample;
+}
+
+TEST(ConvertImu, GivesBackTheSample) {
+  const imu_t msg = Wire(ToLcm(Imu(), kStamp));
+  EXPECT_EQ(msg.utime, ToUtime(kTime));
+  EXPECT_EQ(msg.recv_utime, ToUtime(kStamp.recv));
+  EXPECT_EQ(msg.seq, 42);
+  const auto sample = FromLcm(msg);
+  ASSERT_TRUE(sample && sample->attitude);
+  EXPECT_EQ(sample->time, kTime);
+  EXPECT_EQ(sample->angular_rate_radps, Imu().angular_rate_radps);
+  EXPECT_EQ(sample->specific_force_mps2, Imu().specific_force_mps2);
+  EXPECT_EQ(sample->attitude->q_ned_imu.coeffs(), Imu().attitude->q_ned_imu.coeffs());
+  EXPECT_EQ(sample->attitude->sigma_rpy_rad, Imu().attitude->sigma_rpy_rad);
+}
+
+TEST(ConvertImu, WithoutAttitudeHasNone) {
+  ImuSample sample = Imu();
+  sample.attitude.reset();
+  const auto back = FromLcm(Wire(ToLcm(sample, kStamp)));
+  ASSERT_TRUE(back);
+  EXPECT_FALSE(back->attitude);
+}
+
+TEST(ConvertImu, NormalisesAQuaternionThatNearlyIsOne) {
+  imu_t msg = ToLcm(Imu(), kStamp);
+  for (double& value : msg.q_ned_imu) value *= 1.0009;
+  const auto sample = FromLcm(msg);
+  ASSERT_TRUE(sample);
+  EXPECT_NEAR(sample->attitude->q_ned_imu.norm(), 1.0, 1e-15);
+}
+
+TEST(ConvertImu, RefusesEachDamage) {
+  ExpectEachRefused<imu_t>(
+      ToLcm(Imu(), kStamp),
+      {{"rate NaN", [](imu_t& m) { m.angular_rate_radps[2] = kNan; }},
+       {"force infinite", [](imu_t& m) { m.specific_force_mps2[0] = kInf; }},
+       {"no quaternion", [](imu_t& m) { m.q_ned_imu[0] = 0.9; }},
+       {"quaternion NaN", [](imu_t& m) { m.q_ned_imu[3] = kNan; }},
+       {"sigma negative", [](imu_t& m) { m.sigma_roll_pitch_yaw_rad[1] = -0.1; }},
+       {"time before 1970", [](imu_t& m) { m.utime = -1; }},
+       {"time in the far future",
+        [](imu_t& m) { m.utime = std::numeric_limits<int64_t>::max(); }}});
+}
+
+DvlSample Dvl() {
+  DvlSample sample;
+  sample.time = kTime;
+  sample.bottom_lock = true;
+  sample.v_dvl_mps = {1.5, 0.1, -0.05};
+  sample.sigma_v_mps = {0.01, 0.01, 0.005};
+  sample.beams[2] = {true, 25.5, 0.3};
+  sample.altitude_m = 22.0;
+  return sample;
+}
+
+TEST(ConvertDvl, GivesBackTheSample) {
+  const auto sample = FromLcm(Wire(ToLcm(Dvl(), kStamp)));
+  ASSERT_TRUE(sample);
+  EXPECT_TRUE(sample->bottom_lock);
+  EXPECT_EQ(sample->v_dvl_mps, Dvl().v_dvl_mps);
+  EXPECT_EQ(sample->sigma_v_mps, Dvl().sigma_v_mps);
+  EXPECT_TRUE(sample->beams[2].valid);
+  EXPECT_EQ(sample->beams[2].range_m, 25.5);
+  EXPECT_EQ(sample->beams[2].velocity_mps, 0.3);
+  EXPECT_EQ(sample->altitude_m, 22.0);
+}
+
+TEST(ConvertDvl, WithoutLockHasNoVelocity) {
+  dvl_t msg = ToLcm(Dvl(), kStamp);
+  msg.bottom_lock = 0;  // a sender that forgot to clear what means nothing
+  msg.has_altitude = 0;
+  const auto sample = FromLcm(msg);
+  ASSERT_TRUE(sample);
+  EXPECT_TRUE(sample->v_dvl_mps.isZero());
+  EXPECT_FALSE(sample->altitude_m);
+}
+
+TEST(ConvertDvl, RefusesEachDamage) {
+  ExpectEachRefused<dvl_t>(
+      ToLcm(Dvl(), kStamp),
+      {{"velocity NaN", [](dvl_t& m) { m.v_dvl_mps[0] = kNan; }},
+       {"sigma negative", [](dvl_t& m) { m.sigma_v_mps[0] = -1.0; }},
+       {"range negative", [](dvl_t& m) { m.beam_range_m[0] = -1.0; }},
+       {"beam velocity infinite", [](dvl_t& m) { m.beam_velocity_mps[3] = -kInf; }},
+       {"altitude NaN", [](dvl_t& m) { m.altitude_m = kNan; }}});
+}
+
+TEST(ConvertDepth, GivesBackTheSampleAndRefusesEachDamage) {
+  const DepthSample depth{kTime, 1.2e5, 12.0, 0.05};
+  const auto back = FromLcm(Wire(ToLcm(depth, kStamp)));
+  ASSERT_TRUE(back);
+  EXPECT_EQ(back->depth_m, 12.0);
+  EXPECT_EQ(back->pressure_pa, 1.2e5);
+  EXPECT_EQ(back->sigma_m, 0.05);
+  ExpectEachRefused<depth_t>(ToLcm(depth, kStamp),
+                             {{"depth NaN", [](depth_t& m) { m.depth_m = kNan; }},
+                              {"pressure NaN", [](depth_t& m) { m.pressure_pa = kNan; }},
+                              {"sigma negative", [](depth_t& m) { m.sigma_m = -1; }}});
+}
+
+MbesPing Ping(int beams) {
+  MbesPing ping;
+  ping.time = kTime;
+  ping.ping_number = 4'000'000'000;
+  ping.sound_speed_mps = 1487.5;
+  for (int i = 0; i < beams; ++i)
+    ping.beams.push_back({0.04f,
+                          0.001f * static_cast<float>(i),
+                          -0.01f,
+                          1e-4f,
+                          0.002f,
+                          -31.5f,
+                          kBeamValid | kBeamPhase});
+  return ping;
+}
+
+TEST(ConvertMbes, GivesBackThePingAlsoTheLargest) {
+  for (const int beams : {0, 1, kMaxBeams}) {
+    const MbesPing ping = Ping(beams);
+    const mbes_ping_t msg = Wire(ToLcm(ping, kStamp));
+    EXPECT_LT(msg.getEncodedSize(), 60'000);
+    const auto back = FromLcm(msg);
+    ASSERT_TRUE(back);
+    EXPECT_EQ(back->ping_number, ping.ping_number);
+    EXPECT_EQ(back->sound_speed_mps, ping.sound_speed_mps);
+    ASSERT_EQ(back->beams.size(), ping.beams.size());
+    for (std::size_t i = 0; i < ping.beams.size(); ++i) {
+      EXPECT_EQ(back->beams[i].twtt_s, ping.beams[i].twtt_s);
+      EXPECT_EQ(back->beams[i].rx_angle_rad, ping.beams[i].rx_angle_rad);
+      EXPECT_EQ(back->beams[i].tx_tilt_rad, ping.beams[i].tx_tilt_rad);
+      EXPECT_EQ(back->beams[i].tx_delay_s, ping.beams[i].tx_delay_s);
+      EXPECT_EQ(back->beams[i].depth_sigma_ratio, ping.beams[i].depth_sigma_ratio);
+      EXPECT_EQ(back->beams[i].backscatter_db, ping.beams[i].backscatter_db);
+      EXPECT_EQ(back->beams[i].flags, ping.beams[i].flags);
+    }
+  }
+}
+
+TEST(ConvertMbes, RefusesEachDamage) {
+  ExpectEachRefused<mbes_ping_t>(
+      ToLcm(Ping(20), kStamp),
+      {{"too many beams", [](mbes_ping_t& m) { m = ToLcm(Ping(kMaxBeams + 1), kStamp); }},
+       {"count above the arrays", [](mbes_ping_t& m) { m.num_beams = 21; }},
+       {"count negative", [](mbes_ping_t& m) { m.num_beams = -1; }},
+       {"one array short", [](mbes_ping_t& m) { m.flags.pop_back(); }},
+       {"sound speed of air", [](mbes_ping_t& m) { m.sound_speed_mps = 340.0; }},
+       {"sound speed NaN", [](mbes_ping_t& m) { m.sound_speed_mps = kNan; }},
+       {"travel time negative", [](mbes_ping_t& m) { m.twtt_s[5] = -0.1f; }},
+       {"travel time NaN", [](mbes_ping_t& m) { m.twtt_s[5] = kNanF; }},
+       {"angle in degrees", [](mbes_ping_t& m) { m.rx_angle_rad[5] = 60.0f; }},
+       {"angle NaN", [](mbes_ping_t& m) { m.rx_angle_rad[5] = kNanF; }},
+       {"tilt NaN", [](mbes_ping_t& m) { m.tx_tilt_rad[5] = kNanF; }},
+       {"delay NaN", [](mbes_ping_t& m) { m.tx_delay_s[5] = kNanF; }},
+       {"sigma negative", [](mbes_ping_t& m) { m.depth_sigma_ratio[5] = -1.0f; }},
+       {"backscatter NaN", [](mbes_ping_t& m) { m.backscatter_db[5] = kNanF; }},
+       {"ping number negative", [](mbes_ping_t& m) { m.ping_number = -1; }},
+       {"ping number beyond 32 bit", [](mbes_ping_t& m) { m.ping_number = 1LL << 32; }}});
+}
+
+TEST(ConvertProfile, GivesBackTheProfileAndRefusesEachDamage) {
+  const SoundVelocityProfile profile{kTime, {0.0, 10.0, 50.0}, {1500.0, 1490.0, 1485.0}};
+  const auto back = FromLcm(Wire(ToLcm(profile, kStamp)));
+  ASSERT_TRUE(back);
+  EXPECT_EQ(back->depth_m, profile.depth_m);
+  EXPECT_EQ(back->speed_mps, profile.speed_mps);
+  using M = sound_velocity_profile_t;
+  ExpectEachRefused<M>(ToLcm(profile, kStamp),
+                       {{"depth twice", [](M& m) { m.depth_m[1] = 0.0; }},
+                        {"depth falling", [](M& m) { m.depth_m[2] = 5.0; }},
+                        {"depth NaN", [](M& m) { m.depth_m[1] = kNan; }},
+                        {"speed zero", [](M& m) { m.speed_mps[1] = 0.0; }},
+                        {"speed NaN", [](M& m) { m.speed_mps[1] = kNan; }},
+                        {"empty",
+                         [](M& m) {
+                           m = ToLcm(SoundVelocityProfile{kTime, {}, {}}, kStamp);
+                         }},
+                        {"array short", [](M& m) { m.speed_mps.pop_back(); }}});
+}
+
+TEST(ConvertFix, GivesBackTheFixAndRefusesEachDamage) {
+  PositionFix fix{kTime, 0.75, -1.2, Eigen::Matrix2d::Identity() * 4.0, "gps"};
+  fix.covariance_north_east_m2(0, 1) = fix.covariance_north_east_m2(1, 0) = 1.5;
+  const auto back = FromLcm(Wire(ToLcm(fix, kStamp)));
+  ASSERT_TRUE(back);
+  EXPECT_EQ(back->latitude_rad, 0.75);
+  EXPECT_EQ(back->longitude_rad, -1.2);
+  EXPECT_EQ(back->covariance_north_east_m2, fix.covariance_north_east_m2);
+  EXPECT_EQ(back->source, "gps");
+  using M = position_fix_t;
+  ExpectEachRefused<M>(ToLcm(fix, kStamp),
+                       {{"latitude in degrees", [](M& m) { m.latitude_rad = 43.0; }},
+                        {"latitude NaN", [](M& m) { m.latitude_rad = kNan; }},
+                        {"longitude in degrees", [](M& m) { m.longitude_rad = -70.0; }},
+                        {"no scatter", [](M& m) { m.variance_north_m2 = 0.0; }},
+                        {"variance NaN", [](M& m) { m.variance_east_m2 = kNan; }},
+                        {"not positive definite", [](M& m) { m.covariance_north_east_m2 = 4.1; }},
+                        {"endless source", [](M& m) { m.source = std::string(10'000, 'x'); }}});
+}
+
+NavState Nav() {
+  NavState nav;
+  nav.time = kTime;
+  nav.T_map_vehicle = MakePose({100.0, -200.0, 30.0}, RotationFromRpy(0.1, -0.05, 2.5));
+  nav.v_map_mps = {1.0, 0.5, 0.0};
+  for (int i = 0; i < 6; ++i) nav.covariance(i, i) = 0.1 * (i + 1);
+  nav.covariance(0, 5) = nav.covariance(5, 0) = 0.02;
+  nav.bottom_lock = true;
+  return nav;
+}
+
+TEST(ConvertNav, GivesBackTheState) {
+  const auto back = FromLcm(Wire(ToLcm(Nav(), 7)));
+  ASSERT_TRUE(back);
+  EXPECT_TRUE(back->T_map_vehicle.isApprox(Nav().T_map_vehicle, 1e-14));
+  EXPECT_EQ(back->v_map_mps, Nav().v_map_mps);
+  EXPECT_EQ(back->covariance, Nav().covariance);
+  EXPECT_TRUE(back->bottom_lock);
+}
+
+TEST(ConvertNav, RefusesEachDamage) {
+  using M = nav_t;
+  ExpectEachRefused<M>(
+      ToLcm(Nav(), 7),
+      {{"position NaN", [](M& m) { m.p_map_vehicle_m[1] = kNan; }},
+       {"position beyond the Earth", [](M& m) { m.p_map_vehicle_m[1] = 1e9; }},
+       {"quaternion zero", [](M& m) { std::fill_n(m.q_map_vehicle, 4, 0.0); }},
+       {"velocity NaN", [](M& m) { m.v_map_mps[1] = kNan; }},
+       {"covariance NaN", [](M& m) { m.covariance_ned_rpy[2][3] = kNan; }},
+       {"covariance not symmetric", [](M& m) { m.covariance_ned_rpy[0][5] = 0.1; }},
+       {"variance negative", [](M& m) { m.covariance_ned_rpy[3][3] = -1e-9; }}});
+}
+
+GraphUpdate Update() {
+  GraphUpdate update;
+  update.version = 3;
+  update.vertices = {{SubmapId{4}, kTime, {10.0, 20.0, 0.5}}};
+  GraphEdge loop;
+  loop.kind = EdgeKind::kLoopClosure;
+  loop.from = SubmapId{1};
+  loop.to = SubmapId{4};
+  loop.T_from_to = {1.0, -2.0, 3.0};
+  loop.information << 4.0, 1.0, 0.0, 1.0, 9.0, 0.5, 0.0, 0.5, 100.0;
+  loop.verdict = LoopVerdict::kPoorFit;
+  loop.z_offset_m = -0.1;
+  loop.rms_m = 0.05;
+  loop.overlap_m2 = 300.0;
+  GraphEdge fix;
+  fix.kind = EdgeKind::kPositionFix;
+  fix.from = fix.to = SubmapId{4};
+  update.edges = {loop, fix};
+  return update;
+}
+
+TEST(ConvertGraphUpdate, GivesBackTheUpdate) {
+  const auto back = FromLcm(Wire(ToLcm(Update(), kTime, 9)));
+  ASSERT_TRUE(back);
+  EXPECT_EQ(back->version, 3);
+  ASSERT_EQ(back->vertices.size(), 1u);
+  EXPECT_EQ(back->vertices[0].id, SubmapId{4});
+  EXPECT_EQ(back->vertices[0].dead_reckoned.Vector(), Eigen::Vector3d(10.0, 20.0, 0.5));
+  ASSERT_EQ(back->edges.size(), 2u);
+  const GraphEdge& loop = back->edges[0];
+  EXPECT_EQ(loop.kind, EdgeKind::kLoopClosure);
+  EXPECT_EQ(loop.from, SubmapId{1});
+  EXPECT_EQ(loop.to, SubmapId{4});
+  EXPECT_EQ(loop.T_from_to.Vector(), Eigen::Vector3d(1.0, -2.0, 3.0));
+  EXPECT_EQ(loop.information, Update().edges[0].information);
+  EXPECT_EQ(loop.verdict, LoopVerdict::kPoorFit);
+  EXPECT_EQ(loop.z_offset_m, -0.1);
+  EXPECT_EQ(loop.rms_m, 0.05);
+  EXPECT_EQ(loop.overlap_m2, 300.0);
+  EXPECT_EQ(back->edges[1].kind, EdgeKind::kPositionFix);
+}
+
+TEST(ConvertGraphUpdate, StaysUnderOneDatagramAtItsLargest) {
+  GraphUpdate update;
+  update.version = 1;
+  for (int i = 0; i < kMaxVerticesPerUpdate; ++i)
+    update.vertices.push_back({SubmapId{i}, kTime, {}});
+  update.edges.assign(kMaxEdgesPerUpdate, Update().edges[0]);
+  const graph_update_t msg = ToLcm(update, kTime, 0);
+  EXPECT_LT(msg.getEncodedSize(), 60'000);
+  EXPECT_TRUE(FromLcm(msg));
+}
+
+TEST(ConvertGraphUpdate, RefusesEachDamage) {
+  using M = graph_update_t;
+  ExpectEachRefused<M>(
+      ToLcm(Update(), kTime, 9),
+      {{"version zero", [](M& m) { m.version = 0; }},
+       {"kind unknown", [](M& m) { m.edges[0].kind = 3; }},
+       {"kind negative", [](M& m) { m.edges[0].kind = -1; }},
+       {"verdict unknown", [](M& m) { m.edges[0].verdict = 7; }},
+       {"id negative", [](M& m) { m.edges[0].from_id = -1; }},
+       {"vertex id negative", [](M& m) { m.vertices[0].id = -1; }},
+       {"vertex NaN", [](M& m) { m.vertices[0].dead_reckoned_yaw_rad = kNan; }},
+       {"loop on itself", [](M& m) { m.edges[0].to_id = 1; }},
+       {"fix on two", [](M& m) { m.edges[1].to_id = 1; }},
+       {"pose NaN", [](M& m) { m.edges[0].x_m = kNan; }},
+       {"information NaN", [](M& m) { m.edges[0].information[1][1] = kNan; }},
+       {"information not symmetric", [](M& m) { m.edges[0].information[0][1] = 2.0; }},
+       {"information negative", [](M& m) { m.edges[0].information[2][2] = -1.0; }},
+       {"rms NaN", [](M& m) { m.edges[0].rms_m = kNan; }},
+       {"count above the list", [](M& m) { m.num_edges = 3; }},
+       {"count negative", [](M& m) { m.num_vertices = -1; }}});
+}
+
+PoseGraph Graph(int vertices, int edges) {
+  PoseGraph graph;
+  graph.graph_version = 5;
+  for (int i = 0; i < vertices; ++i) {
+    SolvedVertex vertex;
+    vertex.id = SubmapId{i};
+    vertex.T_map_level = {1.0 * i, -2.0 * i, 0.01};
+    vertex.covariance = Eigen::Matrix3d::Identity() * (i + 1);
+    vertex.covariance_with_newest(0, 2) = 0.5;  // not symmetric, and need not be
+    graph.vertices.push_back(vertex);
+  }
+  for (int i = 0; i < edges; ++i)
+    graph.loop_edges.push_back({SubmapId{0}, SubmapId{i + 1}, 1.0 / (i + 1)});
+  return graph;
+}
+
+TEST(ConvertPoseGraph, ComesBackFromItsParts) {
+  for (const auto& [vertices, edges] : {std::pair{0, 0}, {1, 0}, {251, 10}, {600, 1700}}) {
+    const PoseGraph graph = Graph(vertices, edges);
+    const std::vector<pose_graph_t> parts = ToLcm(graph, 8, kTime, 100);
+    PoseGraphAssembler assembler;
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      EXPECT_LT(parts[i].getEncodedSize(), 60'000);
+      EXPECT_EQ(parts[i].seq, 100 + static_cast<int>(i));
+      const auto whole = assembler.Add(Wire(parts[i]));
+      ASSERT_EQ(whole.has_value(), i + 1 == parts.size());
+      if (!whole) continue;
+      EXPECT_EQ(whole->graph_version, 5);
+      ASSERT_EQ(whole->vertices.size(), graph.vertices.size());
+      for (std::size_t k = 0; k < graph.vertices.size(); ++k) {
+        EXPECT_EQ(whole->vertices[k].T_map_level.Vector(), graph.vertices[k].T_map_level.Vector());
+        EXPECT_EQ(whole->vertices[k].covariance, graph.vertices[k].covariance);
+        EXPECT_EQ(whole->vertices[k].covariance_with_newest,
+                  graph.vertices[k].covariance_with_newest);
+      }
+      ASSERT_EQ(whole->loop_edges.size(), graph.loop_edges.size());
+      for (std::size_t k = 0; k < graph.loop_edges.size(); ++k)
+        EXPECT_EQ(whole->loop_edges[k].weight, graph.loop_edges[k].weight);
+    }
+    EXPECT_EQ(assembler.malformed(), 0);
+  }
+}
+
+TEST(ConvertPoseGraph, WithAPartMissingIsNoGraphAndTheNextOneIs) {
+  const auto parts = ToLcm(Graph(600, 0), 1, kTime, 0);
+  ASSERT_EQ(parts.size(), 3u);
+  PoseGraphAssembler assembler;
+  EXPECT_FALSE(assembler.Add(parts[0]));
+  EXPECT_FALSE(assembler.Add(parts[2]));
+  EXPECT_EQ(assembler.malformed(), 1);
+  EXPECT_FALSE(assembler.Add(parts[0]));
+  const auto next = ToLcm(Graph(2, 1), 2, kTime, 3);
+  EXPECT_TRUE(assembler.Add(next[0])) << "a newer solution ends the unfinished one";
+  EXPECT_EQ(assembler.malformed(), 2);
+}
+
+TEST(ConvertPoseGraph, NeverMixesTwoSolutions) {
+  const auto first = ToLcm(Graph(300, 0), 1, kTime, 0);
+  const auto second = ToLcm(Graph(300, 0), 2, kTime, 2);
+  PoseGraphAssembler assembler;
+  EXPECT_FALSE(assembler.Add(first[0]));
+  EXPECT_FALSE(assembler.Add(second[1]));
+  EXPECT_EQ(assembler.malformed(), 1);
+}
+
+TEST(ConvertPoseGraph, RefusesEachDamage) {
+  const std::vector<Damage<pose_graph_t>> damages{
+      {"ids not rising", [](pose_graph_t& m) { m.vertices[1].id = 0; }},
+      {"id negative", [](pose_graph_t& m) { m.vertices[0].id = -1; }},
+      {"pose NaN", [](pose_graph_t& m) { m.vertices[0].yaw_rad = kNan; }},
+      {"covariance negative", [](pose_graph_t& m) { m.vertices[0].covariance[0][0] = -1; }},
+      {"cross NaN", [](pose_graph_t& m) { m.vertices[0].covariance_with_newest[2][2] = kNan; }},
+      {"weight above one", [](pose_graph_t& m) { m.loop_edges[0].weight = 1.1; }},
+      {"weight NaN", [](pose_graph_t& m) { m.loop_edges[0].weight = kNan; }},
+      {"no parts", [](pose_graph_t& m) { m.num_parts = 0; }},
+      {"endless parts", [](pose_graph_t& m) { m.num_parts = 1 << 30; }},
+      {"part negative", [](pose_graph_t& m) { m.part = -1; }}};
+  for (const auto& damage : damages) {
+    pose_graph_t msg = ToLcm(Graph(2, 1), 0, kTime, 0)[0];
+    damage.apply(msg);
+    PoseGraphAssembler assembler;
+    EXPECT_FALSE(assembler.Add(msg)) << damage.name;
+    EXPECT_EQ(assembler.malformed(), 1) << damage.name;
+  }
+}
+
+TEST(ToRawParts, CutsAndNumbersSoThatNothingIsLost) {
+  for (const std::size_t size : {0u, 1u, 50'000u, 50'001u, 170'000u}) {
+    std::vector<std::uint8_t> bytes(size);
+    std::iota(bytes.begin(), bytes.end(), std::uint8_t{0});
+    const auto parts = ToRawParts(bytes, "udp:127.0.0.1:6020", kTime, 10);
+    std::vector<std::uint8_t> together;
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      EXPECT_LT(parts[i].getEncodedSize(), 60'000);
+      EXPECT_EQ(parts[i].part, static_cast<int>(i));
+      EXPECT_EQ(parts[i].num_parts, static_cast<int>(parts.size()));
+      EXPECT_EQ(parts[i].seq, 10 + static_cast<int>(i));
+      EXPECT_EQ(parts[i].recv_utime, ToUtime(kTime));
+      together.insert(together.end(), parts[i].data.begin(), parts[i].data.end());
+    }
+    EXPECT_EQ(together, bytes);
+  }
+}
+
+}  // namespace
+}  // namespace seastitch

@@ -1,0 +1,277 @@
+// The drivers as people start them: real processes, real sockets, real LCM.
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+
+#include <array>
+#include <chrono>
+#include <cstdio>
+#include <fstream>
+#include <optional>
+#include <sstream>
+#include <thread>
+
+#include "common/runtime/bus.hpp"
+#include "drivers/imu/imu_driver.hpp"
+#include "drivers/mbes/kmall.hpp"
+#include "drivers/socket/candump.hpp"
+#include "drivers/socket/udp_socket.hpp"
+#include "seastitch/health_t.hpp"
+#include "seastitch/imu_t.hpp"
+#include "seastitch/mbes_ping_t.hpp"
+#include "seastitch/raw_bytes_t.hpp"
+#include "tests/drivers/loopback.hpp"
+#include "tests/drivers/test_data.hpp"
+#include "tests/runtime/temporary_dir.hpp"
+
+namespace seastitch {
+namespace {
+
+using testing::HasSubstr;
+
+// A driver that runs beside the test, its stderr in a file.
+class Process {
+ public:
+  Process(const std::string& name, std::vector<std::string> args, std::string stderr_file)
+      : stderr_file_(std::move(stderr_file)) {
+    args.insert(args.begin(), std::string(SEASTITCH_BIN_DIR) + "/" + name);
+    std::vector<char*> argv;
+    for (std::string& arg : args) argv.push_back(arg.data());
+    argv.push_back(nullptr);
+    pid_ = fork();
+    if (pid_ != 0) return;
+    const int log = open(stderr_file_.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0600);
+    dup2(log, STDERR_FILENO);
+    dup2(log, STDOUT_FILENO);
+    execv(argv[0], argv.data());
+    _exit(127);
+  }
+  ~Process() {
+    if (pid_ > 0) Stop(SIGKILL);
+  }
+  Process(const Process&) = delete;
+  Process& operator=(const Process&) = delete;
+
+  int Wait() {
+    int status = 0;
+    waitpid(pid_, &status, 0);
+    pid_ = -1;
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
+  }
+  int Stop(int signal = SIGTERM) {
+    kill(pid_, signal);
+    return Wait();
+  }
+  std::string Output() const {
+    std::stringstream text;
+    text << std::ifstream(stderr_file_).rdbuf();
+    return text.str();
+  }
+
+ private:
+  std::string stderr_file_;
+  pid_t pid_ = -1;
+};
+
+std::string ConfigFile(const std::string& name) {
+  return std::string(SEASTITCH_SOURCE_DIR) + "/config/" + name;
+}
+
+// A shipped configuration with its source replaced, beside copies of the DBC files.
+std::string WithSource(const TemporaryDir& dir,
+                       const std::string& file,
+                       const std::string& source) {
+  std::stringstream text;
+  text << std::ifstream(ConfigFile(file)).rdbuf();
+  std::string content = text.str();
+  const std::size_t at = content.find("source: ");
+  content.replace(at, content.find('\n', at) - at, "source: " + source);
+  for (const char* const dbc : {"sbg_ecan.dbc", "seastitch_dvl.dbc"})
+    std::filesystem::copy_file(
+        ConfigFile(dbc), dir.path() / dbc, std::filesystem::copy_options::overwrite_existing);
+  return dir.Write(file, content);
+}
+
+class DriverProcess : public testing::Test {
+ protected:
+  std::unique_ptr<Process> Start(const std::string& name, const std::string& config) {
+    return std::make_unique<Process>(
+        name,
+        std::vector<std::string>{"--config", config, "--lcm-url", lcm_url},
+        (dir.path() / (name + ".txt")).string());
+  }
+  // Opens our end of the bus; false where this machine has no multicast.
+  bool OpenBus() {
+    try {
+      bus.emplace(lcm_url);
+      bool heard = false;
+      bus->Subscribe<raw_bytes_t>("TEST_LOOPBACK", 0, [&](const raw_bytes_t&) { heard = true; });
+      bus->Publish("TEST_LOOPBACK", raw_bytes_t{});
+      return HandleUntil([&] { return heard; }, 3000);
+    } catch (const std::exception&) {
+      return false;
+    }
+  }
+  template <class Done>
+  bool HandleUntil(Done done, int timeout_ms) {
+    const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(timeout_ms);
+    while (!done()) {
+      if (std::chrono::steady_clock::now() > end) return false;
+      if (WaitReadable(bus->fd(), 100)) bus->HandleReady();
+    }
+    return true;
+  }
+
+  const TemporaryDir dir;
+  const std::string lcm_url = "udpm://239.255.76.67:" + std::to_string(FreeUdpPort()) + "?ttl=0";
+  std::optional<Bus> bus;
+};
+
+void ExpectOneLineAndFailure(Process* process, const std::string& part) {
+  EXPECT_EQ(process->Wait(), EXIT_FAILURE);
+  const std::string output = process->Output();
+  EXPECT_THAT(output, HasSubstr(part));
+  EXPECT_EQ(output.find('\n'), output.size() - 1) << output;
+}
+
+TEST_F(DriverProcess, WrongConfigurationsEndWithOneLine) {
+  const std::string misspelt = dir.Write("bad.yaml", "source: can:can0\nsauce: 1\ndbc: x.dbc\n");
+  for (const std::string name :
+       {"seastitch-imu-driver", "seastitch-dvl-driver", "seastitch-mbes-driver"}) {
+    ExpectOneLineAndFailure(Start(name, "/nowhere.yaml").get(), name + ": /nowhere.yaml: ");
+    ExpectOneLineAndFailure(Start(name, misspelt).get(), name + ": " + misspelt + ": ");
+  }
+}
+
+TEST_F(DriverProcess, MissingInterfaceMissingFileAndBusyPortEndWithOneLine) {
+  const int port = FreeUdpPort();
+  const std::string busy = "udp:127.0.0.1:" + std::to_string(port);
+  const UdpSocket occupant(busy, 65536);
+  const auto imu = WithSource(dir, "imu_driver.yaml", "can:no_such_if");
+  ExpectOneLineAndFailure(Start("seastitch-imu-driver", imu).get(), "can:no_such_if: ");
+  const auto dvl = WithSource(dir, "dvl_driver.yaml", "candump:/nowhere.log");
+  ExpectOneLineAndFailure(Start("seastitch-dvl-driver", dvl).get(), "candump:/nowhere.log: ");
+  const auto mbes = WithSource(dir, "mbes_driver.yaml", busy);
+  ExpectOneLineAndFailure(Start("seastitch-mbes-driver", mbes).get(),
+                          busy + ": cannot listen: Address already in use");
+}
+
+TEST_F(DriverProcess, ShippedConfigurationsCanBeUsed) {
+  for (const std::string device : {"imu", "dvl", "mbes"}) {
+    Process process("seastitch-" + device + "-driver",
+                    {"--config", ConfigFile(device + "_driver.yaml"), "--check-config"},
+                    (dir.path() / "out.txt").string());
+    EXPECT_EQ(process.Wait(), EXIT_SUCCESS) << process.Output();
+  }
+}
+
+TEST_F(DriverProcess, ACandumpLogIsPublishedWholeThenTheProcessEnds) {
+  if (!OpenBus()) {
+    GTEST_SKIP() << "LCM cannot open " << lcm_url;
+  }
+  const ImuDriverConfig shipped = LoadImuDriverConfig(ConfigFile("imu_driver.yaml"));
+  ImuCanEncoder encoder(shipped.can.signals, FromUtime(1'700'000'000'000'000));
+  std::string log;
+  for (int i = 0; i < 200; ++i) {
+    ImuSample sample;
+    sample.time = FromUtime(1'700'000'010'000'000 + 10'000 * i);
+    sample.attitude.emplace();
+    for (const CanFrame& frame : encoder.Encode(sample))
+      log += FormatCandumpLine({sample.time, "can0", frame}) + "\n";
+  }
+  const std::string file = dir.Write("imu.log", log);
+  std::vector<imu_t> messages;
+  bus->Subscribe<imu_t>("IMU", 0, [&](const imu_t& msg) { messages.push_back(msg); });
+  const auto process = Start("seastitch-imu-driver",
+                             WithSource(dir, "imu_driver.yaml", "candump:" + file + "?speed=4"));
+  HandleUntil([&] { return messages.size() == 200; }, 20'000);
+  EXPECT_EQ(process->Wait(), EXIT_SUCCESS) << process->Output();
+  ASSERT_EQ(messages.size(), 200u);
+  for (std::size_t i = 0; i < 200; ++i) {
+    EXPECT_EQ(messages[i].seq, static_cast<std::int64_t>(i));
+    EXPECT_EQ(messages[i].utime, 1'700'000'010'000'000 + 10'000 * static_cast<std::int64_t>(i));
+  }
+}
+
+std::string OutputOf(const std::string& command) {
+  std::string text;
+  std::FILE* const pipe = popen(command.c_str(), "r");
+  std::array<char, 4096> buffer{};
+  while (const std::size_t n = std::fread(buffer.data(), 1, buffer.size(), pipe))
+    text.append(buffer.data(), n);
+  pclose(pipe);
+  return text;
+}
+
+template <class T>
+void ExpectBeams(const nlohmann::json& beams, const char* key, const std::vector<T>& values) {
+  ASSERT_EQ(beams.size(), values.size());
+  for (std::size_t i = 0; i < beams.size(); ++i)
+    EXPECT_EQ(values[i], beams[i][key].get<T>()) << key << " of beam " << i;
+}
+
+TEST_F(DriverProcess, SixRealPingsArriveAsAnIndependentReaderReadsThem) {
+  const std::string file = Shared("data/mbes/em2040_OS01.kmall");
+  SKIP_WITHOUT(file);
+  if (!OpenBus()) {
+    GTEST_SKIP() << "LCM cannot open " << lcm_url;
+  }
+  const nlohmann::json expected =
+      nlohmann::json::parse(OutputOf("python3 " + std::string(SEASTITCH_SOURCE_DIR) +
+                                     "/tests/drivers/kmall_reference.py " + file));
+  ASSERT_EQ(expected.size(), 6u);
+
+  std::vector<mbes_ping_t> pings;
+  std::size_t raw_bytes = 0;
+  std::optional<health_t> health;
+  bus->Subscribe<mbes_ping_t>("MBES_PING", 0, [&](const mbes_ping_t& m) { pings.push_back(m); });
+  bus->Subscribe<raw_bytes_t>(
+      "RAW_MBES", 0, [&](const raw_bytes_t& m) { raw_bytes += m.data.size(); });
+  bus->Subscribe<health_t>("HEALTH", 0, [&](const health_t& m) { health = m; });
+  const int port = FreeUdpPort();
+  const auto process =
+      Start("seastitch-mbes-driver",
+            WithSource(dir, "mbes_driver.yaml", "udp:127.0.0.1:" + std::to_string(port)));
+  // Its first HEALTH says that it listens.
+  ASSERT_TRUE(HandleUntil([&] { return health.has_value(); }, 10'000)) << process->Output();
+
+  const std::vector<std::uint8_t> all = ReadBytes(file);
+  UdpSender sender(port);
+  std::size_t sent = 0;
+  for (std::size_t at = 0; at + 8 <= all.size();) {
+    const auto size = ByteReader(Bytes(all).subspan(at)).Le<std::uint32_t>();
+    const Bytes datagram = Bytes(all).subspan(at, size);
+    for (const auto& part : SplitIntoParts(datagram, datagram[5] == 'M' ? 20'000 : 65'000)) {
+      sender.Send(part);
+      sent += part.size();
+      // As a sonar does, not all at once: LCM's own buffers are small here.
+      HandleUntil([&] { return raw_bytes >= sent; }, 2000);
+    }
+    at += size;
+  }
+  EXPECT_TRUE(HandleUntil([&] { return pings.size() == 6; }, 10'000));
+  EXPECT_EQ(process->Stop(), EXIT_SUCCESS);
+  EXPECT_EQ(raw_bytes, sent);
+
+  ASSERT_EQ(pings.size(), 6u);
+  for (std::size_t i = 0; i < 6; ++i) {
+    SCOPED_TRACE(i);
+    const auto& ping = expected[i];
+    EXPECT_EQ(pings[i].seq, static_cast<std::int64_t>(i));
+    EXPECT_EQ(pings[i].utime, ping["utime"].get<std::int64_t>());
+    EXPECT_EQ(pings[i].ping_number, ping["ping_number"].get<std::int64_t>());
+    EXPECT_EQ(pings[i].sound_speed_mps, ping["sound_speed_mps"].get<double>());
+    ExpectBeams(ping["beams"], "twtt_s", pings[i].twtt_s);
+    ExpectBeams(ping["beams"], "rx_angle_rad", pings[i].rx_angle_rad);
+    ExpectBeams(ping["beams"], "tx_tilt_rad", pings[i].tx_tilt_rad);
+    ExpectBeams(ping["beams"], "tx_delay_s", pings[i].tx_delay_s);
+    ExpectBeams(ping["beams"], "depth_sigma_ratio", pings[i].depth_sigma_ratio);
+    ExpectBeams(ping["beams"], "backscatter_db", pings[i].backscatter_db);
+    ExpectBeams(ping["beams"], "flags", pings[i].flags);
+  }
+}
+
+}  // namespace
+}  // namespace seastitch

@@ -1,0 +1,266 @@
+#include <arpa/inet.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <sys/socket.h>
+
+#include <chrono>
+#include <fstream>
+#include <sstream>
+
+#include "common/runtime/config.hpp"
+#include "drivers/dvl/dvl_driver.hpp"
+#include "drivers/imu/imu_driver.hpp"
+#include "drivers/mbes/mbes_driver.hpp"
+#include "drivers/socket/candump.hpp"
+#include "drivers/socket/cannelloni.hpp"
+#include "drivers/socket/source_url.hpp"
+#include "tests/drivers/loopback.hpp"
+#include "tests/drivers/test_data.hpp"
+#include "tests/runtime/temporary_dir.hpp"
+
+namespace seastitch {
+namespace {
+
+using testing::HasSubstr;
+
+const std::vector<CanFilter> kEcan = {{0x120, false}, {0x121, false}};
+
+template <class Fn>
+std::string ErrorOf(Fn fn) {
+  try {
+    fn();
+  } catch (const std::exception& e) {
+    return e.what();
+  }
+  return "no error";
+}
+
+std::string OpenError(const std::string& url) {
+  return ErrorOf([&] { OpenCanSource(url, kEcan, 65536); });
+}
+
+// Everything that a source gives until its end, waiting for it as a loop does.
+std::vector<ReceivedFrame> ReadAll(CanSource* source) {
+  std::vector<ReceivedFrame> all;
+  while (!source->finished()) {
+    pollfd waiting{source->fd(), POLLIN, 0};
+    if (poll(&waiting, 1, 5000) <= 0) {
+      ADD_FAILURE() << "the source does not wake";
+      break;
+    }
+    for (const ReceivedFrame& frame : source->Receive()) all.push_back(frame);
+  }
+  return all;
+}
+
+TEST(CandumpSource, GivesTheFilteredFramesWithTheLogsStampsAndEnds) {
+  SKIP_WITHOUT(Shared("vectors/candump"));
+  const std::string file = Shared("vectors/candump/sample_candump.log");
+  const auto source = OpenCanSource("candump:" + file + "?speed=0", kEcan, 65536);
+  const std::vector<ReceivedFrame> frames = ReadAll(source.get());
+  // IMU_INFO, IMU_ACCEL and the one error frame.
+  ASSERT_EQ(frames.size(), 3u);
+  EXPECT_EQ(frames[0].frame.id, 0x120u);
+  EXPECT_EQ(ToUtime(frames[0].recv), 1700000000255000);
+  EXPECT_EQ(frames[1].frame.id, 0x121u);
+  EXPECT_TRUE(frames[2].frame.error);
+}
+
+TEST(CandumpSource, KeepsThePaceItIsAskedFor) {
+  const TemporaryDir dir;
+  const std::string file = dir.Write(
+      "a.log", "(100.000000) can0 120#00\n(100.400000) can0 120#01\n(101.000000) can0 120#02\n");
+  const auto started = std::chrono::steady_clock::now();
+  const auto source = OpenCanSource("candump:" + file + "?speed=20", kEcan, 65536);
+  EXPECT_EQ(ReadAll(source.get()).size(), 3u);
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - started;
+  EXPECT_GE(took.count(), 0.049);
+}
+
+TEST(CandumpSource, MalformedLinesAreCountedAndOthersIgnored) {
+  const TemporaryDir dir;
+  const std::string file =
+      dir.Write("a.log", "# note\n\n(100.000000) can0 120#0\n(100.000000) can0 120#00\n");
+  const auto source = OpenCanSource("candump:" + file + "?speed=0", kEcan, 65536);
+  EXPECT_EQ(ReadAll(source.get()).size(), 1u);
+  EXPECT_EQ(source->counters().at("candump_malformed"), 1);
+}
+
+TEST(CannelloniSource, GivesFramesOfPacketsAndCountsTheRest) {
+  const int port = FreeUdpPort();
+  const auto source = OpenCanSource("udp:127.0.0.1:" + std::to_string(port), kEcan, 1 << 20);
+  UdpSender sender(port);
+  CanFrame wanted;
+  wanted.id = 0x120;
+  CanFrame other;
+  other.id = 0x7AB;
+  const std::vector<CanFrame> frames = {wanted, other, wanted};
+  sender.Send(EncodeCannelloni(frames, 255));
+  sender.Send(EncodeCannelloni(frames, 0));
+  sender.Send({9, 9, 9});
+  sender.Send(EncodeCannelloni(frames, 3));  // 1 and 2 never came
+  std::vector<ReceivedFrame> all;
+  while (all.size() < 6) {
+    pollfd waiting{source->fd(), POLLIN, 0};
+    ASSERT_GT(poll(&waiting, 1, 5000), 0);
+    for (const ReceivedFrame& frame : source->Receive()) all.push_back(frame);
+  }
+  EXPECT_EQ(all.size(), 6u);
+  EXPECT_LT(std::abs(ToUtime(all[0].recv) - NowUtime()), 10'000'000);
+  EXPECT_EQ(source->counters().at("cannelloni_malformed"), 1);
+  EXPECT_EQ(source->counters().at("cannelloni_gaps"), 1);
+}
+
+TEST(UdpSocket, CountsWhatTheKernelDropped) {
+  const int port = FreeUdpPort();
+  UdpSocket socket("udp:127.0.0.1:" + std::to_string(port), 8192);
+  UdpSender sender(port);
+  const std::vector<std::uint8_t> kilobyte(1024);
+  for (int i = 0; i < 200; ++i) sender.Send(kilobyte);
+  Datagram datagram;
+  int received = 0;
+  while (socket.Receive(&datagram)) ++received;
+  // The count comes with the first datagram that the socket has room for again.
+  sender.Send(kilobyte);
+  ASSERT_TRUE(WaitReadable(socket.fd()));
+  while (socket.Receive(&datagram)) ++received;
+  ASSERT_LT(received, 201);
+  EXPECT_EQ(received + socket.counters().at("udp_dropped"), 201);
+  EXPECT_GT(socket.receive_buffer_bytes(), 0);
+}
+
+TEST(UdpSocket, TellsSendersApart) {
+  const int port = FreeUdpPort();
+  UdpSocket socket("udp:127.0.0.1:" + std::to_string(port), 65536);
+  UdpSender one(port);
+  UdpSender two(port);
+  Datagram a;
+  Datagram b;
+  one.Send({1});
+  ASSERT_TRUE(WaitReadable(socket.fd()));
+  ASSERT_TRUE(socket.Receive(&a));
+  two.Send({2});
+  ASSERT_TRUE(WaitReadable(socket.fd()));
+  ASSERT_TRUE(socket.Receive(&b));
+  EXPECT_NE(a.sender, b.sender);
+  EXPECT_FALSE(socket.Receive(&b));
+}
+
+TEST(UdpSocket, JoinsAMulticastGroupAndSharesItsPort) {
+  const int port = FreeUdpPort();
+  const std::string url = "udp:239.255.43.21:" + std::to_string(port) + "?interface=lo";
+  UdpSocket one(url, 65536);
+  UdpSocket two(url, 65536);
+  UdpSender sender(port, "239.255.43.21");
+  sender.Send({42});
+  if (!WaitReadable(one.fd(), 2000)) {
+    GTEST_SKIP() << "no multicast on the loopback interface";
+  }
+  Datagram datagram;
+  ASSERT_TRUE(one.Receive(&datagram));
+  EXPECT_EQ(datagram.bytes, std::vector<std::uint8_t>{42});
+  ASSERT_TRUE(WaitReadable(two.fd()));
+  EXPECT_TRUE(two.Receive(&datagram));
+}
+
+TEST(Sources, ProblemsAreOneLineThatNamesTheUrl) {
+  EXPECT_THAT(OpenError("can:no_such_if"),
+              testing::AnyOf(HasSubstr("can:no_such_if: no such interface"),
+                             HasSubstr("can:no_such_if: this kernel has no CAN")));
+  EXPECT_THAT(OpenError("candump:/nowhere.log"), HasSubstr("candump:/nowhere.log: not a file"));
+  EXPECT_THAT(OpenError("candump:/"), HasSubstr("not a file"));
+  EXPECT_THAT(OpenError("candump:/dev/null?speed=fast"), HasSubstr("speed 'fast'"));
+  EXPECT_THAT(OpenError("candump:/dev/null?speed=-1"), HasSubstr("speed '-1'"));
+  EXPECT_THAT(OpenError("candump:/dev/null?pace=1"), HasSubstr("unknown option 'pace=1'"));
+  EXPECT_THAT(OpenError("can:can0?speed=1"), HasSubstr("unknown option"));
+  EXPECT_THAT(OpenError("tcp:1.2.3.4:5"), HasSubstr("expected can:INTERFACE"));
+  EXPECT_THAT(OpenError("can0"), HasSubstr("expected can:INTERFACE"));
+  EXPECT_THAT(OpenError("udp:127.0.0.1"), HasSubstr("expected udp:HOST:PORT"));
+  EXPECT_THAT(OpenError("udp:127.0.0.1:0"), HasSubstr("'0' is not a port"));
+  EXPECT_THAT(OpenError("udp:127.0.0.1:70000"), HasSubstr("'70000' is not a port"));
+  EXPECT_THAT(OpenError("udp:239.1.2.3:5000?interface=no_such_if"), HasSubstr("no such interface"));
+  EXPECT_THAT(OpenError("udp:127.0.0.1:5000?interface=lo"), HasSubstr("multicast"));
+}
+
+TEST(Sources, ABusyPortIsSaid) {
+  const int port = FreeUdpPort();
+  const std::string url = "udp:127.0.0.1:" + std::to_string(port);
+  const UdpSocket first(url, 65536);
+  EXPECT_THAT(OpenError(url), HasSubstr(url + ": cannot listen: Address already in use"));
+}
+
+// A shipped configuration with one text replaced.
+class Config : public testing::Test {
+ protected:
+  std::string Changed(const std::string& file, const std::string& from, const std::string& to) {
+    std::stringstream text;
+    text << std::ifstream(std::string(SEASTITCH_SOURCE_DIR) + "/config/" + file).rdbuf();
+    std::string content = text.str();
+    const std::size_t at = content.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    content.replace(at, from.size(), to);
+    for (const char* const dbc : {"sbg_ecan.dbc", "seastitch_dvl.dbc"})
+      std::filesystem::copy_file(std::string(SEASTITCH_SOURCE_DIR) + "/config/" + dbc,
+                                 dir.path() / dbc,
+                                 std::filesystem::copy_options::overwrite_existing);
+    return dir.Write(file, content);
+  }
+  std::string ImuError(const std::string& from, const std::string& to) {
+    return ErrorOf([&] { LoadImuDriverConfig(Changed("imu_driver.yaml", from, to)); });
+  }
+  std::string DvlError(const std::string& from, const std::string& to) {
+    return ErrorOf([&] { LoadDvlDriverConfig(Changed("dvl_driver.yaml", from, to)); });
+  }
+  std::string MbesError(const std::string& from, const std::string& to) {
+    return ErrorOf([&] { LoadMbesDriverConfig(Changed("mbes_driver.yaml", from, to)); });
+  }
+  const TemporaryDir dir;
+};
+
+TEST_F(Config, EveryMistakeIsNamedByFileAndKey) {
+  EXPECT_THAT(ImuError("latency_s: 0.0", "latency_ms: 3"),
+              HasSubstr("imu_driver.yaml: latency_ms: unknown key"));
+  EXPECT_THAT(ImuError("clock: device", "clock: gps"), HasSubstr("clock: 'gps' is not device"));
+  EXPECT_THAT(ImuError("timeout_s: 2.0", "timeout_s: soon"), HasSubstr("timeout_s: 'soon'"));
+  EXPECT_THAT(ImuError("timeout_s: 2.0", "timeout_s: -1"), HasSubstr("timeout_s must be above 0"));
+  EXPECT_THAT(ImuError("source: can:can0", "source: ''"), HasSubstr("source: missing"));
+  EXPECT_THAT(ImuError("max_epoch_s: 0.010", "max_epoch_s: 0"), HasSubstr("max_epoch_s must be"));
+  EXPECT_THAT(ImuError("dbc: sbg_ecan.dbc", "dbc: other.dbc"),
+              HasSubstr("other.dbc:0: not a file"));
+  EXPECT_THAT(ImuError("IMU_GYRO.GYRO_X", "IMU_GYRO.GYRO_Q"),
+              HasSubstr("signals.angular_rate_x_radps: 'IMU_GYRO.GYRO_Q': no such signal"));
+  EXPECT_THAT(ImuError("  yaw_rad:", "  heading_rad:"),
+              HasSubstr("signals.heading_rad: unknown key"));
+  EXPECT_THAT(ImuError("  yaw_rad: EKF_EULER.YAW\n", ""), HasSubstr("signals.yaw_rad: missing"));
+  EXPECT_THAT(ImuError("  utc_year: UTC_1.YEAR\n", ""), HasSubstr("signals.utc_year: missing"));
+  EXPECT_THAT(DvlError("  sigma_z_mps: DVL_SIGMA.SIGMA_Z\n", ""),
+              HasSubstr("dvl_driver.yaml: signals.sigma_z_mps: missing"));
+  EXPECT_THAT(DvlError("max_ensemble_s: 0.030", "max_ensemble_s: 5"),
+              HasSubstr("max_ensemble_s must be"));
+  EXPECT_THAT(MbesError("max_parts: 32", "max_parts: 0"), HasSubstr("parts.max_parts must be 1"));
+  EXPECT_THAT(MbesError("max_parts: 32", "most_parts: 3"),
+              HasSubstr("mbes_driver.yaml: parts.most_parts: unknown key"));
+  EXPECT_THAT(MbesError("receive_buffer_bytes: 16777216", "receive_buffer_bytes: 1"),
+              HasSubstr("receive_buffer_bytes must be"));
+}
+
+TEST_F(Config, ABrokenDbcIsNamedByItsLine) {
+  const std::string yaml = Changed("imu_driver.yaml", "latency_s: 0.0", "latency_s: 0.0");
+  dir.Write("sbg_ecan.dbc", "VERSION \"\"\nBO_ 1 M: 8 X\n SG_ A : 99|8@1+ (1,0) [0|0] \"\" X\n");
+  EXPECT_THAT(ErrorOf([&] { LoadImuDriverConfig(yaml); }),
+              HasSubstr("sbg_ecan.dbc:3: signal A lies outside its message"));
+}
+
+TEST_F(Config, WithTheReceiveClockNoUtcIsNeeded) {
+  Changed("imu_driver.yaml", "  utc_time_us: UTC_0.TIME_STAMP\n", "");
+  std::stringstream text;
+  text << std::ifstream(dir.path() / "imu_driver.yaml").rdbuf();
+  std::string content = text.str();
+  content = content.substr(0, content.find("  utc_time_of_week_ms"));
+  content.replace(content.find("clock: device"), 13, "clock: receive");
+  EXPECT_NO_THROW(LoadImuDriverConfig(dir.Write("imu.yaml", content)));
+}
+
+}  // namespace
+}  // namespace seastitch

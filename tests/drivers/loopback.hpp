@@ -1,0 +1,59 @@
+#pragma once
+
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <poll.h>
+#include <sys/socket.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "drivers/socket/file_descriptor.hpp"
+
+namespace seastitch {
+
+// A UDP port of 127.0.0.1 that nobody had a moment ago.
+inline int FreeUdpPort() {
+  const FileDescriptor fd(socket(AF_INET, SOCK_DGRAM, 0));
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  bind(fd.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address);
+  socklen_t size = sizeof address;
+  getsockname(fd.get(), reinterpret_cast<sockaddr*>(&address), &size);
+  return ntohs(address.sin_port);
+}
+
+class UdpSender {
+ public:
+  explicit UdpSender(int port, const std::string& host = "127.0.0.1")
+      : fd_(socket(AF_INET, SOCK_DGRAM, 0)) {
+    to_.sin_family = AF_INET;
+    to_.sin_port = htons(static_cast<std::uint16_t>(port));
+    inet_pton(AF_INET, host.c_str(), &to_.sin_addr);
+    const in_addr loopback{htonl(INADDR_LOOPBACK)};
+    setsockopt(fd_.get(), IPPROTO_IP, IP_MULTICAST_IF, &loopback, sizeof loopback);
+  }
+  void Send(const std::vector<std::uint8_t>& bytes) const {
+    const ssize_t sent = sendto(fd_.get(),
+                                bytes.data(),
+                                bytes.size(),
+                                0,
+                                reinterpret_cast<const sockaddr*>(&to_),
+                                sizeof to_);
+    EXPECT_EQ(sent, static_cast<ssize_t>(bytes.size()));
+  }
+
+ private:
+  FileDescriptor fd_;
+  sockaddr_in to_{};
+};
+
+inline bool WaitReadable(int fd, int timeout_ms = 5000) {
+  pollfd waiting{fd, POLLIN, 0};
+  return poll(&waiting, 1, timeout_ms) > 0;
+}
+
+}  // namespace seastitch

@@ -1,0 +1,208 @@
+// The real seastitch-logger on a udpm bus of its own.
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
+#include <sys/syscall.h>
+#include <sys/un.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstring>
+#include <filesystem>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "common/runtime/bus.hpp"
+#include "common/runtime/health.hpp"
+#include "common/storage/event_log.hpp"
+#include "seastitch/raw_bytes_t.hpp"
+#include "tests/runtime/temporary_dir.hpp"
+
+namespace seastitch {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// A port of this test process alone: others run beside it.
+std::string BusUrl() {
+  return "udpm://239.255.76.67:" + std::to_string(20'000 + getpid() % 40'000) + "?ttl=0";
+}
+
+// Started and ready, as systemd sees it; killed with its owner.
+class LoggerProcess {
+ public:
+  LoggerProcess(const TemporaryDir& dir,
+                const std::string& config,
+                std::optional<rlim_t> max_file = std::nullopt) {
+    const std::string config_file = dir.Write("logger.yaml", config);
+    const std::string socket_path = (dir.path() / "notify").string();
+    std::filesystem::remove(socket_path);
+    notify_ = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    std::strncpy(address.sun_path, socket_path.c_str(), sizeof address.sun_path - 1);
+    if (bind(notify_, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0)
+      throw std::runtime_error("bind " + socket_path);
+    const std::string bus_url = BusUrl();
+    pid_ = fork();
+    if (pid_ == 0) {
+      setenv("NOTIFY_SOCKET", socket_path.c_str(), 1);
+      if (max_file) {
+        std::signal(SIGXFSZ, SIG_IGN);
+        SetMaxFile(0, *max_file);
+      }
+      execl(SEASTITCH_BIN_DIR "/seastitch-logger",
+            "seastitch-logger",
+            "--config",
+            config_file.c_str(),
+            "--lcm-url",
+            bus_url.c_str(),
+            nullptr);
+      _exit(127);
+    }
+    AwaitReady();
+  }
+  ~LoggerProcess() {
+    if (pid_ > 0) Stop(SIGKILL);
+    close(notify_);
+  }
+  LoggerProcess(const LoggerProcess&) = delete;
+  LoggerProcess& operator=(const LoggerProcess&) = delete;
+
+  // Exit status as waitpid() gives it; -1 where it did not end.
+  int Stop(int signal) {
+    kill(pid_, signal);
+    const int pidfd = static_cast<int>(syscall(SYS_pidfd_open, pid_, 0));
+    pollfd ended{pidfd, POLLIN, 0};
+    const bool in_time = poll(&ended, 1, 20'000) == 1;
+    close(pidfd);
+    if (!in_time) kill(pid_, SIGKILL);
+    int status = 0;
+    waitpid(pid_, &status, 0);
+    pid_ = -1;
+    return in_time ? status : -1;
+  }
+
+  void AllowFileSize(rlim_t bytes) const { SetMaxFile(pid_, bytes); }
+
+ private:
+  static void SetMaxFile(pid_t pid, rlim_t bytes) {
+    rlimit limit{};
+    prlimit(pid, RLIMIT_FSIZE, nullptr, &limit);
+    limit.rlim_cur = bytes;
+    prlimit(pid, RLIMIT_FSIZE, &limit, nullptr);
+  }
+
+  void AwaitReady() const {
+    pollfd ready{notify_, POLLIN, 0};
+    char message[256] = {};
+    ASSERT_EQ(poll(&ready, 1, 20'000), 1) << "seastitch-logger does not start";
+    ASSERT_GT(recv(notify_, message, sizeof message - 1, 0), 0);
+    EXPECT_THAT(message, testing::HasSubstr("READY=1"));
+  }
+
+  int notify_ = -1;
+  pid_t pid_ = -1;
+};
+
+constexpr std::size_t kPayload = 150;
+constexpr std::size_t kEventSize = 227;  // in the log: header, channel, message
+
+void PublishRaw(Bus* bus, std::int64_t seq) {
+  raw_bytes_t msg{};
+  msg.recv_utime = NowUtime();
+  msg.seq = seq;
+  msg.num_parts = 1;
+  msg.size = kPayload;
+  msg.data.assign(kPayload, static_cast<std::uint8_t>(seq));
+  bus->Publish("RAW_TEST", msg);
+}
+
+std::vector<std::int64_t> NumbersIn(const std::filesystem::path& path) {
+  EventLogReader reader(path);
+  std::vector<std::int64_t> numbers;
+  while (const auto event = reader.Next()) {
+    if (event->channel != "RAW_TEST") continue;
+    raw_bytes_t msg{};
+    EXPECT_EQ(msg.decode(event->data.data(), 0, static_cast<int>(event->data.size())),
+              event->data.size());
+    numbers.push_back(msg.seq);
+  }
+  return numbers;
+}
+
+std::vector<std::int64_t> UpTo(std::int64_t n) {
+  std::vector<std::int64_t> numbers;
+  for (std::int64_t i = 0; i < n; ++i) numbers.push_back(i);
+  return numbers;
+}
+
+class LoggerProcessTest : public testing::Test {
+ protected:
+  std::filesystem::path path() const { return dir_.path() / "a.lcmlog"; }
+  std::string Config() const { return "file: " + path().string() + "\n"; }
+  TemporaryDir dir_;
+};
+
+TEST_F(LoggerProcessTest, LosesNothingOfABurstThatIsFollowedBySigterm) {
+  LoggerProcess logger(dir_, Config());
+  Bus bus(BusUrl());
+  for (int i = 0; i < 2'000; ++i) PublishRaw(&bus, i);
+  EXPECT_EQ(logger.Stop(SIGTERM), 0);
+  EXPECT_EQ(NumbersIn(path()), UpTo(2'000));
+}
+
+TEST_F(LoggerProcessTest, HasOnDiskWhatCameAHundredMillisecondsBeforeItWasKilled) {
+  LoggerProcess logger(dir_, Config());
+  Bus bus(BusUrl());
+  for (int i = 0; i < 500; ++i) PublishRaw(&bus, i);
+  // Flushing goes by the clock, not by traffic: 100 ms, and as much for a busy machine.
+  const auto deadline = Clock::now() + std::chrono::seconds(10);
+  const auto flushed = [&] {
+    return std::filesystem::file_size(path()) >= 500 * kEventSize || Clock::now() > deadline;
+  };
+  const auto published = Clock::now();
+  while (!flushed()) usleep(1'000);
+  RecordProperty("flushed_after_ms",
+                 static_cast<int>((Clock::now() - published) / std::chrono::milliseconds(1)));
+  for (int i = 500; i < 1'000; ++i) PublishRaw(&bus, i);
+  logger.Stop(SIGKILL);
+  const std::vector<std::int64_t> numbers = NumbersIn(path());
+  ASSERT_GE(numbers.size(), 500u);
+  EXPECT_EQ(numbers, UpTo(static_cast<std::int64_t>(numbers.size())));
+
+  LoggerProcess next(dir_, Config());
+  PublishRaw(&bus, 0);
+  next.Stop(SIGTERM);
+  EXPECT_EQ(NumbersIn(dir_.path() / "a.1.lcmlog"), UpTo(1)) << "a new file, not the torn one";
+}
+
+TEST_F(LoggerProcessTest, SaysInHealthThatTheDiskIsFullAndGoesOnWhenThereIsRoom) {
+  LoggerProcess logger(dir_, Config(), 100'050);
+  Bus bus(BusUrl());
+  std::optional<health_t> health;
+  bus.Subscribe<health_t>("HEALTH", 0, [&](const health_t& msg) { health = msg; });
+  for (int i = 0; i < 2'000; ++i) PublishRaw(&bus, i);
+  const auto deadline = Clock::now() + std::chrono::seconds(10);
+  pollfd ready{bus.fd(), POLLIN, 0};
+  while ((!health || health->state != health_t::STATE_DEGRADED) && Clock::now() < deadline)
+    if (poll(&ready, 1, 100) > 0) bus.HandleReady();
+  ASSERT_TRUE(health);
+  EXPECT_EQ(health->process, "logger");
+  EXPECT_EQ(health->state, health_t::STATE_DEGRADED);
+  EXPECT_THAT(health->text, testing::HasSubstr("cannot write"));
+  EXPECT_LT(NumbersIn(path()).size(), 2'000u);
+  logger.AllowFileSize(RLIM_INFINITY);
+  EXPECT_EQ(logger.Stop(SIGTERM), 0);
+  EXPECT_EQ(NumbersIn(path()), UpTo(2'000));
+}
+
+}  // namespace
+}  // namespace seastitch

@@ -1,0 +1,252 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <csignal>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/runtime/config.hpp"
+#include "logger/gap_counter.hpp"
+#include "logger/log_file_name.hpp"
+#include "logger/log_writer.hpp"
+#include "logger/logger_config.hpp"
+#include "logger/logger_node.hpp"
+#include "seastitch/counter_t.hpp"
+#include "seastitch/health_t.hpp"
+#include "seastitch/imu_t.hpp"
+#include "seastitch/nav_t.hpp"
+#include "seastitch/raw_bytes_t.hpp"
+#include "seastitch/submap_t.hpp"
+#include "tests/runtime/temporary_dir.hpp"
+
+namespace seastitch {
+namespace {
+
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+
+template <class Msg>
+std::vector<std::uint8_t> Encoded(const Msg& msg) {
+  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(msg.getEncodedSize()));
+  msg.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  return bytes;
+}
+
+template <class Msg>
+std::vector<std::uint8_t> Numbered(std::int64_t seq) {
+  Msg msg{};
+  msg.seq = seq;
+  return Encoded(msg);
+}
+
+TEST(LoggerConfig, ShippedFileLoads) {
+  EXPECT_EQ(LoadLoggerConfig(SEASTITCH_SOURCE_DIR "/config/logger.yaml").max_queue_mb, 256);
+}
+
+TEST(LoggerConfig, TakesThePathFromTheFilesOwnDirectory) {
+  const TemporaryDir dir;
+  std::filesystem::create_directory(dir.path() / "100%Y");
+  const std::string yaml = dir.Write("100%Y/l.yaml", "file: logs/a_%Y.lcmlog");
+  EXPECT_EQ(LogFileName(LoadLoggerConfig(yaml).file, 0), dir.path() / "100%Y/logs/a_1970.lcmlog");
+  EXPECT_EQ(LoadLoggerConfig(dir.Write("l.yaml", "file: /d/a")).file, "/d/a");
+}
+
+TEST(LoggerConfig, RefusesWhatCannotWork) {
+  const TemporaryDir dir;
+  EXPECT_THAT([&] { LoadLoggerConfig(dir.Write("l.yaml", "max_queue_mb: 0")); },
+              ThrowsMessage<ConfigError>(HasSubstr("l.yaml: max_queue_mb = 0, must be 1 to")));
+  EXPECT_THAT([&] { LoadLoggerConfig(dir.Write("l.yaml", "flush_interval_ms: 0")); },
+              ThrowsMessage<ConfigError>(HasSubstr("flush_interval_ms = 0")));
+  EXPECT_THAT([&] { LoadLoggerConfig(dir.Write("l.yaml", "file: ''")); },
+              ThrowsMessage<ConfigError>(HasSubstr("file is empty")));
+  EXPECT_THAT([&] { LoadLoggerConfig(dir.Write("l.yaml", "files: a")); },
+              ThrowsMessage<ConfigError>(HasSubstr("files: unknown key")));
+}
+
+TEST(LogFileName, FillsInTheStartAndNumbersWithoutLosingTheExtension) {
+  EXPECT_EQ(LogFileName("/d/survey_%Y%m%dT%H%M%SZ.lcmlog", 1'700'000'000'000'000),
+            "/d/survey_20231114T221320Z.lcmlog");
+  EXPECT_EQ(NumberedName("/d/survey.lcmlog", 0), "/d/survey.lcmlog");
+  EXPECT_EQ(NumberedName("/d/survey.lcmlog", 2), "/d/survey.2.lcmlog");
+  EXPECT_EQ(NumberedName("survey", 1), "survey.1");
+}
+
+TEST(GapCounter, FindsTheNumberInEveryKindOfMessage) {
+  const auto lost_of = [](auto encode) {
+    GapCounter gaps;
+    gaps.Add("C", encode(5));
+    gaps.Add("C", encode(6));
+    return gaps.Add("C", encode(10));
+  };
+  EXPECT_EQ(lost_of(Numbered<imu_t>), 3);
+  EXPECT_EQ(lost_of(Numbered<nav_t>), 3);
+  EXPECT_EQ(lost_of(Numbered<raw_bytes_t>), 3);
+  EXPECT_EQ(lost_of(Numbered<submap_t>), 3);
+  EXPECT_EQ(lost_of(Numbered<health_t>), 3);
+}
+
+TEST(GapCounter, KeepsChannelsAndSendersApart) {
+  GapCounter gaps;
+  gaps.Add("IMU", Numbered<imu_t>(0));
+  gaps.Add("IMU_2", Numbered<imu_t>(100));
+  EXPECT_EQ(gaps.Add("IMU", Numbered<imu_t>(1)), 0);
+  EXPECT_EQ(gaps.Add("IMU_2", Numbered<imu_t>(103)), 2);
+  for (const std::int64_t seq : {0, 1, 2})
+    for (const char* process : {"mapper", "optimizer"}) {
+      health_t msg{};
+      msg.process = process;
+      msg.seq = seq + (process[0] == 'm' ? 0 : 50);
+      EXPECT_EQ(gaps.Add("HEALTH", Encoded(msg)), 0);
+    }
+  EXPECT_THAT(gaps.lost(), testing::ElementsAre(testing::Pair("IMU_2", 2)));
+  EXPECT_EQ(gaps.total(), 2);
+}
+
+TEST(GapCounter, IsNotFooledByForeignOrDamagedMessages) {
+  GapCounter gaps;
+  const std::vector<std::uint8_t> whole = Numbered<health_t>(7);
+  for (std::size_t size = 0; size < whole.size(); ++size)
+    EXPECT_EQ(gaps.Add("HEALTH", Bytes(whole).first(size)), 0);
+  counter_t foreign{};
+  foreign.value = 1'000'000;
+  EXPECT_EQ(gaps.Add("X", Encoded(foreign)), 0);
+  EXPECT_EQ(gaps.Add("IMU", Numbered<imu_t>(-5)), 0);
+  EXPECT_EQ(gaps.total(), 0);
+}
+
+TEST(GapCounter, IsBoundedWhateverChannelsThereAre) {
+  GapCounter gaps;
+  for (int i = 0; i < 10'000; ++i)
+    for (const std::int64_t seq : {0, 2}) gaps.Add("C" + std::to_string(i), Numbered<imu_t>(seq));
+  EXPECT_LE(gaps.lost().size(), 200u);
+}
+
+constexpr auto kInterval = std::chrono::milliseconds(1);
+
+LogEvent Event(std::int64_t utime, std::size_t size) {
+  return {utime, "C", std::vector<std::uint8_t>(size, 7)};
+}
+
+int EventsIn(const std::filesystem::path& path) {
+  EventLogReader reader(path);
+  int events = 0;
+  while (const auto event = reader.Next()) EXPECT_EQ(event->utime, events++);
+  EXPECT_EQ(reader.damaged_bytes(), 0);
+  return events;
+}
+
+TEST(LogWriter, WritesAllThatIsQueuedBeforeItEnds) {
+  const TemporaryDir dir;
+  const auto path = dir.path() / "a.lcmlog";
+  LogWriter writer(std::make_unique<EventLogWriter>(path), 100'000'000, std::chrono::hours(1));
+  for (int i = 0; i < 20'000; ++i) writer.Add(Event(i, 200));
+  writer.Finish();
+  EXPECT_EQ(EventsIn(path), 20'000);
+  EXPECT_EQ(writer.status().events_written, 20'000);
+  EXPECT_EQ(writer.status().events_dropped, 0);
+  EXPECT_EQ(writer.status().queued_bytes, 0);
+}
+
+TEST(LogWriter, CountsWhatTheQueueHasNoRoomFor) {
+  const TemporaryDir dir;
+  const auto path = dir.path() / "a.lcmlog";
+  LogWriter writer(std::make_unique<EventLogWriter>(path), 10'000, std::chrono::hours(1));
+  for (int i = 0; i < 100; ++i) writer.Add(Event(i, 1'000));
+  EXPECT_LE(writer.status().queued_bytes, 10'000);
+  const std::int64_t dropped = writer.status().events_dropped;
+  EXPECT_GT(dropped, 80);
+  writer.Finish();
+  EXPECT_EQ(EventsIn(path), 100 - dropped);
+}
+
+TEST(LogWriter, OutlastsAFullDiskWithoutLosingWhatItTook) {
+  std::signal(SIGXFSZ, SIG_IGN);
+  const TemporaryDir dir;
+  const auto path = dir.path() / "a.lcmlog";
+  rlimit unlimited{};
+  getrlimit(RLIMIT_FSIZE, &unlimited);
+  rlimit full = unlimited;
+  full.rlim_cur = 100'050;
+  LogWriter writer(std::make_unique<EventLogWriter>(path), 100'000'000, kInterval);
+  setrlimit(RLIMIT_FSIZE, &full);
+  for (int i = 0; i < 5'000; ++i) writer.Add(Event(i, 200));
+  while (writer.status().error.empty()) std::this_thread::yield();
+  EXPECT_THAT(writer.status().error, HasSubstr("a.lcmlog: "));
+  EXPECT_EQ(std::filesystem::file_size(path) % 229, 0u) << "ends with a whole event";
+  setrlimit(RLIMIT_FSIZE, &unlimited);
+  while (!writer.status().error.empty()) std::this_thread::yield();
+  writer.Finish();
+  EXPECT_EQ(EventsIn(path), 5'000);
+  EXPECT_EQ(writer.status().events_dropped, 0);
+}
+
+TEST(LogWriter, CountsWhatAFullDiskKeptToTheEnd) {
+  std::signal(SIGXFSZ, SIG_IGN);
+  const TemporaryDir dir;
+  const auto path = dir.path() / "a.lcmlog";
+  rlimit unlimited{};
+  getrlimit(RLIMIT_FSIZE, &unlimited);
+  rlimit full = unlimited;
+  full.rlim_cur = 100'050;
+  LogWriter writer(std::make_unique<EventLogWriter>(path), 100'000'000, kInterval);
+  setrlimit(RLIMIT_FSIZE, &full);
+  for (int i = 0; i < 5'000; ++i) writer.Add(Event(i, 200));
+  writer.Finish();
+  setrlimit(RLIMIT_FSIZE, &unlimited);
+  const LogWriter::Status status = writer.status();
+  EXPECT_EQ(status.events_written, EventsIn(path));
+  EXPECT_EQ(status.events_written + status.events_dropped, 5'000);
+}
+
+TEST(LoggerNode, RecordsEveryChannelAndTellsWhatWasLost) {
+  const TemporaryDir dir;
+  LoggerConfig config;
+  config.file = (dir.path() / "logs" / "a.lcmlog").string();  // the directory is made
+  Bus bus("memq://");
+  LoggerNode node(config, &bus);
+  for (const std::int64_t seq : {0, 1, 5}) {
+    imu_t msg{};
+    msg.seq = seq;
+    bus.Publish("IMU", msg);
+  }
+  bus.PublishBytes("FOREIGN", "x", 1);
+  bus.HandleAll();
+  node.UpdateHealth();
+  EXPECT_EQ(node.health().counter("lost_IMU"), 3);
+  EXPECT_EQ(node.health().state(), HealthState::kDegraded);
+  EXPECT_THAT(node.health().text(), HasSubstr("3 on the way here"));
+  for (int second = 0; second < 10; ++second) node.UpdateHealth();
+  EXPECT_EQ(node.health().state(), HealthState::kOk) << "an old loss is counted, not told for ever";
+  node.Finish();
+  EventLogReader reader(config.file);
+  std::vector<std::string> channels;
+  while (const auto event = reader.Next()) channels.push_back(event->channel);
+  EXPECT_THAT(channels, testing::ElementsAre("IMU", "IMU", "IMU", "FOREIGN"));
+}
+
+TEST(LoggerNode, NeverTouchesALogThatIsThere) {
+  const TemporaryDir dir;
+  LoggerConfig config;
+  config.file = dir.Write("a.lcmlog", "somebody's dive");
+  for (const char* name : {"a.1.lcmlog", "a.2.lcmlog"}) {
+    Bus bus("memq://");
+    LoggerNode node(config, &bus);
+    EXPECT_EQ(node.file().filename(), name);
+  }
+  EXPECT_EQ(std::filesystem::file_size(config.file), 15u);
+}
+
+TEST(LoggerNode, SaysWhereItCannotRecord) {
+  LoggerConfig config;
+  config.file = "/nonexistent/disk/a.lcmlog";
+  Bus bus("memq://");
+  EXPECT_THAT([&] { LoggerNode(config, &bus); },
+              ThrowsMessage<std::runtime_error>(
+                  HasSubstr("/nonexistent/disk/a.lcmlog: No such file or directory")));
+}
+
+}  // namespace
+}  // namespace seastitch

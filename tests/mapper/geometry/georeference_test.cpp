@@ -1,0 +1,249 @@
+#include "mapper/geometry/georeference.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "common/core/pose.hpp"
+
+namespace seastitch {
+namespace {
+
+constexpr double kSpeed = 1500.0;
+const Time kPing = FromUtime(1'700'000'000'000'000);
+
+MbesBeam Beam(double rx_angle_deg, double tx_tilt_deg, double range_m) {
+  MbesBeam beam;
+  beam.twtt_s = static_cast<float>(2.0 * range_m / kSpeed);
+  beam.rx_angle_rad = static_cast<float>(Deg2Rad(rx_angle_deg));
+  beam.tx_tilt_rad = static_cast<float>(Deg2Rad(tx_tilt_deg));
+  beam.flags = kBeamValid;
+  return beam;
+}
+
+MbesPing Ping(std::vector<MbesBeam> beams) {
+  MbesPing ping;
+  ping.time = kPing;
+  ping.sound_speed_mps = kSpeed;
+  ping.beams = std::move(beams);
+  return ping;
+}
+
+PoseLookup Standing(const Eigen::Isometry3d& T) {
+  return [T](Time) { return T; };
+}
+
+Eigen::Vector3d OnlySounding(const MbesPing& ping,
+                             const PoseLookup& lookup,
+                             const VehicleGeometry& vehicle) {
+  const auto result = Georeference(ping, lookup, vehicle, RayTracer::Constant(kSpeed));
+  EXPECT_TRUE(result);
+  EXPECT_EQ(result->soundings.size(), 1u);
+  return result->soundings.at(0).p_map;
+}
+
+void ExpectNear(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double tolerance) {
+  EXPECT_LT((a - b).norm(), tolerance) << a.transpose() << " is not " << b.transpose();
+}
+
+// Ranges of 40 m carried as a float travel time, angles as float: 5 um.
+constexpr double kFloat = 1e-5;
+
+TEST(Georeference, LooksStraightDown) {
+  const auto T = MakePose({100.0, 200.0, 30.0}, Eigen::Matrix3d::Identity());
+  ExpectNear(OnlySounding(Ping({Beam(0, 0, 40)}), Standing(T), {}), {100, 200, 70}, kFloat);
+}
+
+TEST(Georeference, PositiveReceiveAngleIsStarboardAndPositiveTiltForward) {
+  const auto north = MakePose({0, 0, 0}, Eigen::Matrix3d::Identity());
+  const double half = 20.0;
+  const double root = 40.0 * std::sqrt(0.75);
+  ExpectNear(OnlySounding(Ping({Beam(30, 0, 40)}), Standing(north), {}), {0, half, root}, kFloat);
+  ExpectNear(OnlySounding(Ping({Beam(0, 30, 40)}), Standing(north), {}), {half, 0, root}, kFloat);
+  // Heading east, starboard is south.
+  const auto east = MakePose({0, 0, 0}, RotationFromRpy(0.0, 0.0, kPi / 2.0));
+  ExpectNear(OnlySounding(Ping({Beam(30, 0, 40)}), Standing(east), {}), {-half, 0, root}, kFloat);
+  ExpectNear(OnlySounding(Ping({Beam(0, 30, 40)}), Standing(east), {}), {0, half, root}, kFloat);
+}
+
+TEST(Georeference, RollToStarboardTurnsTheBeamToPort) {
+  const auto rolled = MakePose({0, 0, 0}, RotationFromRpy(Deg2Rad(10.0), 0.0, 0.0));
+  ExpectNear(OnlySounding(Ping({Beam(0, 0, 40)}), Standing(rolled), {}),
+             {0.0, -40.0 * std::sin(Deg2Rad(10.0)), 40.0 * std::cos(Deg2Rad(10.0))},
+             kFloat);
+  // And the beam steered against it stands upright again.
+  ExpectNear(OnlySounding(Ping({Beam(10, 0, 40)}), Standing(rolled), {}), {0.0, 0.0, 40.0}, kFloat);
+}
+
+TEST(Georeference, BowUpTurnsTheBeamForward) {
+  const auto pitched = MakePose({0, 0, 0}, RotationFromRpy(0.0, Deg2Rad(10.0), 0.0));
+  ExpectNear(OnlySounding(Ping({Beam(0, 0, 40)}), Standing(pitched), {}),
+             {40.0 * std::sin(Deg2Rad(10.0)), 0.0, 40.0 * std::cos(Deg2Rad(10.0))},
+             kFloat);
+}
+
+TEST(Georeference, LeverArmTurnsWithTheVehicle) {
+  VehicleGeometry vehicle;
+  vehicle.T_vehicle_mbes.translation() = Eigen::Vector3d(2.0, 0.5, 0.25);
+  const auto east = MakePose({10, 20, 5}, RotationFromRpy(0.0, 0.0, kPi / 2.0));
+  ExpectNear(OnlySounding(Ping({Beam(0, 0, 40)}), Standing(east), vehicle),
+             {10 - 0.5, 20 + 2.0, 5 + 0.25 + 40},
+             kFloat);
+}
+
+TEST(Georeference, MountingAngleIsTakenOut) {
+  VehicleGeometry vehicle;
+  vehicle.T_vehicle_mbes.linear() = RotationFromRpy(Deg2Rad(30.0), 0.0, 0.0);
+  const auto level = MakePose({0, 0, 0}, Eigen::Matrix3d::Identity());
+  ExpectNear(OnlySounding(Ping({Beam(30, 0, 40)}), Standing(level), vehicle), {0, 0, 40}, kFloat);
+}
+
+TEST(Georeference, BothAnglesLieOnTheirCones) {
+  const auto level = MakePose({0, 0, 0}, Eigen::Matrix3d::Identity());
+  const Eigen::Vector3d p = OnlySounding(Ping({Beam(60, 10, 40)}), Standing(level), {}) / 40.0;
+  EXPECT_NEAR(p.x(), std::sin(Deg2Rad(10.0)), 1e-6);
+  EXPECT_NEAR(p.y(), std::sin(Deg2Rad(60.0)), 1e-6);
+  EXPECT_NEAR(p.norm(), 1.0, 1e-6);
+}
+
+TEST(IntersectCones, HoldsForAxesThatAreNotSquare) {
+  const Eigen::Vector3d tx = RotationFromRpy(0.1, 0.05, 0.3) * Eigen::Vector3d::UnitX();
+  const Eigen::Vector3d rx = RotationFromRpy(0.15, -0.02, 0.37) * Eigen::Vector3d::UnitY();
+  ASSERT_GT(std::abs(tx.dot(rx)), 0.01);
+  const auto d = IntersectCones(tx, 0.2, rx, -0.7);
+  ASSERT_TRUE(d);
+  EXPECT_NEAR(d->norm(), 1.0, 1e-12);
+  EXPECT_NEAR(d->dot(tx), std::sin(0.2), 1e-12);
+  EXPECT_NEAR(d->dot(rx), std::sin(-0.7), 1e-12);
+  EXPECT_GT(d->z(), 0.0);
+  EXPECT_FALSE(IntersectCones(tx, 1.2, rx, 1.2));  // they miss each other
+  EXPECT_FALSE(IntersectCones(tx, 0.1, tx, 0.1));
+}
+
+// A vehicle that moves at 3 m/s north and rolls at 20 deg/s: transmit with one roll, receive with
+// another. Only the receive array's roll steers the beam across.
+TEST(Georeference, TakesThePoseAtTransmitAndAtReceive) {
+  const auto moving = [](Time t) -> std::optional<Eigen::Isometry3d> {
+    const double s = ToSeconds(t - kPing);
+    return MakePose({3.0 * s, 0.0, 10.0}, RotationFromRpy(Deg2Rad(20.0) * s, 0.0, 0.0));
+  };
+  MbesBeam beam = Beam(0, 0, 37.5);  // 50 ms
+  beam.tx_delay_s = 0.01f;
+  const auto result = Georeference(Ping({beam}), moving, {}, RayTracer::Constant(kSpeed));
+  ASSERT_TRUE(result);
+  const double roll_rx = Deg2Rad(20.0) * 0.06;
+  const Eigen::Vector3d expected(
+      3.0 * 0.035, -37.5 * std::sin(roll_rx), 10.0 + 37.5 * std::cos(roll_rx));
+  ExpectNear(result->soundings.at(0).p_map, expected, 1e-4);
+  EXPECT_NEAR(result->speed_mps, 3.0, 1e-3);
+  ExpectNear(result->T_map_vehicle.translation(), {0.0, 0.0, 10.0}, 1e-12);
+}
+
+TEST(Georeference, PitchAtTransmitSteersAlong) {
+  const auto pitching = [](Time t) -> std::optional<Eigen::Isometry3d> {
+    const double s = ToSeconds(t - kPing);
+    return MakePose({0, 0, 0}, RotationFromRpy(0.0, Deg2Rad(5.0) - Deg2Rad(20.0) * s, 0.0));
+  };
+  const Eigen::Vector3d p = OnlySounding(Ping({Beam(0, 0, 37.5)}), pitching, {});
+  ExpectNear(p, {37.5 * std::sin(Deg2Rad(5.0)), 0.0, 37.5 * std::cos(Deg2Rad(5.0))}, 1e-4);
+}
+
+MbesPing WidePing() {
+  std::vector<MbesBeam> beams;
+  for (int i = 0; i < 101; ++i) {
+    MbesBeam beam = Beam(-65.0 + 1.3 * i, 1.0 - 0.02 * i, 30.0 + 0.2 * i);
+    beam.tx_delay_s = static_cast<float>(1e-3 * (i % 3));
+    beams.push_back(beam);
+  }
+  return Ping(std::move(beams));
+}
+
+PoseLookup Swaying(const Eigen::Isometry3d& T_map_start) {
+  return [T_map_start](Time t) -> std::optional<Eigen::Isometry3d> {
+    const double s = ToSeconds(t - kPing);
+    return T_map_start * MakePose({1.5 * s, 0.1 * s, 0.0},
+                                  RotationFromRpy(0.05 + 0.2 * s, -0.02 + 0.1 * s, 0.1 * s));
+  };
+}
+
+TEST(Georeference, MovesAndTurnsWithTheMap) {
+  SoundVelocityProfile profile;
+  profile.depth_m = {0.0, 20.0, 40.0, 60.0};
+  profile.speed_mps = {1510.0, 1505.0, 1485.0, 1484.0};
+  const auto rays = RayTracer::Make(profile);
+  const MbesPing ping = WidePing();
+  VehicleGeometry vehicle;
+  vehicle.T_vehicle_mbes = MakePose({1.0, 0.2, 0.3}, RotationFromRpy(0.02, 0.01, -0.03));
+  const auto here = MakePose({0, 0, 12}, Eigen::Matrix3d::Identity());
+  // Along the map's own plane: depth keeps its meaning in the water.
+  const auto T = MakePose({5000.0, -3000.0, 0.0}, RotationFromRpy(0.0, 0.0, 2.0));
+  const auto a = Georeference(ping, Swaying(here), vehicle, *rays);
+  const auto b = Georeference(ping, Swaying(T * here), vehicle, *rays);
+  ASSERT_TRUE(a && b);
+  ASSERT_EQ(a->soundings.size(), ping.beams.size());
+  ASSERT_EQ(b->soundings.size(), ping.beams.size());
+  for (std::size_t i = 0; i < a->soundings.size(); ++i)
+    ExpectNear(T * a->soundings[i].p_map, b->soundings[i].p_map, 1e-8);
+}
+
+TEST(Georeference, SkipsAndCountsBeamsThatTheSonarOrReasonRefuses) {
+  MbesPing ping = Ping({Beam(0, 0, 40)});
+  const auto add = [&](auto change) {
+    ping.beams.push_back(Beam(10, 0, 40));
+    change(&ping.beams.back());
+  };
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  add([](MbesBeam* b) { b->flags = kBeamAmplitude; });
+  add([&](MbesBeam* b) { b->flags = 0, b->twtt_s = nan; });
+  add([&](MbesBeam* b) { b->twtt_s = nan; });
+  add([](MbesBeam* b) { b->twtt_s = 0.0f; });
+  add([](MbesBeam* b) { b->twtt_s = 1e30f; });
+  add([&](MbesBeam* b) { b->rx_angle_rad = nan; });
+  add([&](MbesBeam* b) { b->rx_angle_rad = 1e30f; });
+  add([](MbesBeam* b) { b->tx_delay_s = -1.0f; });
+  add([&](MbesBeam* b) { b->depth_sigma_ratio = nan; });
+  add([](MbesBeam* b) { b->rx_angle_rad = 1.5f, b->tx_tilt_rad = 1.5f; });
+  add([](MbesBeam* b) { b->depth_sigma_ratio = 0.01f; });
+  const auto level = MakePose({0, 0, 0}, Eigen::Matrix3d::Identity());
+  const auto result = Georeference(ping, Standing(level), {}, RayTracer::Constant(kSpeed));
+  ASSERT_TRUE(result);
+  EXPECT_EQ(result->beams_read, 12);
+  EXPECT_EQ(result->beams_invalid, 2);
+  EXPECT_EQ(result->beams_refused, 8);
+  ASSERT_EQ(result->soundings.size(), 2u);
+  EXPECT_EQ(result->soundings[0].beam, 0);
+  EXPECT_EQ(result->soundings[0].depth_sigma_m, 0.0f);
+  EXPECT_EQ(result->soundings[1].beam, 11);
+  EXPECT_NEAR(result->soundings[1].depth_sigma_m, 0.01 * 40.0 * std::cos(Deg2Rad(10.0)), 1e-4);
+}
+
+TEST(Georeference, HasNothingWithoutAPoseUpToTheLastEcho) {
+  const auto until = [](double last_s) -> PoseLookup {
+    return [last_s](Time t) -> std::optional<Eigen::Isometry3d> {
+      if (ToSeconds(t - kPing) > last_s) return std::nullopt;
+      return Eigen::Isometry3d::Identity();
+    };
+  };
+  const MbesPing ping = Ping({Beam(0, 0, 30.0), Beam(45, 0, 37.5)});
+  const RayTracer rays = RayTracer::Constant(kSpeed);
+  EXPECT_TRUE(Georeference(ping, until(0.05), {}, rays));
+  EXPECT_FALSE(Georeference(ping, until(0.049), {}, rays));
+  EXPECT_FALSE(Georeference(ping, until(-1.0), {}, rays));
+}
+
+TEST(Georeference, TakesTheProfilesSpeedWhereThePingsCannotBe) {
+  MbesPing ping = Ping({Beam(45, 0, 40)});
+  const auto level = MakePose({0, 0, 0}, Eigen::Matrix3d::Identity());
+  const auto good = Georeference(ping, Standing(level), {}, RayTracer::Constant(kSpeed));
+  EXPECT_FALSE(good->speed_from_profile);
+  for (const double speed : {0.0, 1e30, std::numeric_limits<double>::quiet_NaN()}) {
+    ping.sound_speed_mps = speed;
+    const auto result = Georeference(ping, Standing(level), {}, RayTracer::Constant(kSpeed));
+    EXPECT_TRUE(result->speed_from_profile);
+    ExpectNear(result->soundings.at(0).p_map, good->soundings.at(0).p_map, 1e-12);
+  }
+}
+
+}  // namespace
+}  // namespace seastitch

@@ -1,0 +1,210 @@
+#include "mapper/geometry/sound_ray.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+#include <stdexcept>
+
+#include "common/core/pose.hpp"
+
+namespace seastitch {
+namespace {
+
+SoundVelocityProfile Profile(std::vector<double> depth_m, std::vector<double> speed_mps) {
+  SoundVelocityProfile profile;
+  profile.depth_m = std::move(depth_m);
+  profile.speed_mps = std::move(speed_mps);
+  return profile;
+}
+
+// Warm layer, thermocline, a sound channel and noise on top: nothing smooth about it.
+SoundVelocityProfile WildProfile() {
+  SoundVelocityProfile profile;
+  std::mt19937 random(4);
+  std::normal_distribution<double> noise(0.0, 0.3);
+  for (double z = 0.5; z < 150.0; z += 1.7) {
+    const double speed =
+        1500.0 - 25.0 * std::tanh((z - 30.0) / 8.0) + 0.08 * std::max(0.0, z - 70.0);
+    profile.depth_m.push_back(z);
+    profile.speed_mps.push_back(speed + noise(random));
+  }
+  return profile;
+}
+
+std::optional<RayEnd> TraceAngle(
+    const RayTracer& rays, double depth_m, double angle_rad, double speed_mps, double time_s) {
+  return rays.Trace(depth_m, std::sin(angle_rad), std::cos(angle_rad), speed_mps, time_s);
+}
+
+// The ray equations (Jensen et al., 3.23) by fourth-order Runge-Kutta in small steps of time, on
+// speeds looked up by a search of its own.
+RayEnd March(const SoundVelocityProfile& profile,
+             double depth_m,
+             double angle_rad,
+             double speed_at_transducer_mps,
+             double time_s,
+             int steps) {
+  const auto speed = [&](double z) {
+    if (z <= profile.depth_m.front()) return profile.speed_mps.front();
+    for (std::size_t i = 1; i < profile.depth_m.size(); ++i) {
+      if (z > profile.depth_m[i]) continue;
+      const double w = (z - profile.depth_m[i - 1]) / (profile.depth_m[i] - profile.depth_m[i - 1]);
+      return (1.0 - w) * profile.speed_mps[i - 1] + w * profile.speed_mps[i];
+    }
+    return profile.speed_mps.back();
+  };
+  const double p = std::sin(angle_rad) / speed_at_transducer_mps;
+  const double dt = time_s / steps;
+  double x = 0.0;
+  double z = depth_m;
+  for (int i = 0; i < steps; ++i) {
+    const auto slope = [&](double at_z) {
+      const double c = speed(at_z);
+      return std::pair(p * c * c, c * std::sqrt(1.0 - p * p * c * c));
+    };
+    const auto [x1, z1] = slope(z);
+    const auto [x2, z2] = slope(z + 0.5 * dt * z1);
+    const auto [x3, z3] = slope(z + 0.5 * dt * z2);
+    const auto [x4, z4] = slope(z + dt * z3);
+    x += dt / 6.0 * (x1 + 2.0 * x2 + 2.0 * x3 + x4);
+    z += dt / 6.0 * (z1 + 2.0 * z2 + 2.0 * z3 + z4);
+  }
+  return {x, z - depth_m};
+}
+
+TEST(RayTracer, ConstantSpeedIsAStraightLine) {
+  const RayTracer rays = RayTracer::Constant(1500.0);
+  for (const double degrees : {0.0, 1e-6, 10.0, 45.0, 75.0, 89.0}) {
+    const double angle = Deg2Rad(degrees);
+    const auto end = TraceAngle(rays, 12.0, angle, 1500.0, 0.05);
+    ASSERT_TRUE(end);
+    EXPECT_NEAR(end->horizontal_m, 75.0 * std::sin(angle), 1e-10);
+    EXPECT_NEAR(end->down_m, 75.0 * std::cos(angle), 1e-10);
+  }
+}
+
+TEST(RayTracer, ALayerCutInPiecesBendsAsOne) {
+  const auto whole = RayTracer::Make(Profile({0.0, 100.0}, {1500.0, 1480.0}));
+  SoundVelocityProfile cut;
+  for (int i = 0; i <= 100; ++i) {
+    cut.depth_m.push_back(i);
+    cut.speed_mps.push_back(1500.0 - 0.2 * i);
+  }
+  const auto pieces = RayTracer::Make(cut);
+  const auto a = TraceAngle(*whole, 3.3, Deg2Rad(60.0), 1499.34, 0.1);
+  const auto b = TraceAngle(*pieces, 3.3, Deg2Rad(60.0), 1499.34, 0.1);
+  EXPECT_NEAR(a->horizontal_m, b->horizontal_m, 1e-9);
+  EXPECT_NEAR(a->down_m, b->down_m, 1e-9);
+}
+
+// In a constant gradient g the ray is a circle of radius c / (g sin(angle)) about the depth where
+// the speed would vanish; travelled for t, tan(angle / 2) has grown by e^(g t).
+TEST(RayTracer, ConstantGradientIsACircularArc) {
+  for (const double gradient : {0.3, -0.3, 0.017, 1e-7, -1e-9}) {
+    const double speed_0 = 1490.0;
+    const auto rays = RayTracer::Make(Profile({0.0, 200.0}, {speed_0, speed_0 + 200.0 * gradient}));
+    ASSERT_TRUE(rays);
+    const double start_m = 20.0;
+    const double c = speed_0 + start_m * gradient;
+    const double angle = Deg2Rad(50.0);
+    const double t = 0.1;
+    const auto end = TraceAngle(*rays, start_m, angle, c, t);
+    ASSERT_TRUE(end);
+    const double end_angle = 2.0 * std::atan(std::tan(angle / 2.0) * std::exp(gradient * t));
+    if (std::abs(gradient) > 1e-3) {
+      const double radius = c / (gradient * std::sin(angle));
+      EXPECT_NEAR(end->horizontal_m, radius * (std::cos(angle) - std::cos(end_angle)), 1e-8);
+      EXPECT_NEAR(end->down_m, radius * (std::sin(end_angle) - std::sin(angle)), 1e-8);
+    } else {
+      EXPECT_NEAR(end->horizontal_m, c * t * std::sin(angle), 1e-4);
+      EXPECT_NEAR(end->down_m, c * t * std::cos(angle), 1e-4);
+    }
+  }
+}
+
+TEST(RayTracer, VerticalRayTakesTheIntegralOfSlowness) {
+  const auto rays = RayTracer::Make(Profile({0.0, 100.0}, {1450.0, 1550.0}));
+  // From 10 m to 90 m: ln(c1 / c0) / g.
+  const double t = std::log(1540.0 / 1460.0) / 1.0;
+  const auto end = rays->Trace(10.0, 0.0, 1.0, 1460.0, t);
+  EXPECT_NEAR(end->down_m, 80.0, 1e-9);
+  EXPECT_EQ(end->horizontal_m, 0.0);
+}
+
+TEST(RayTracer, FollowsAFineMarchThroughAWildProfile) {
+  const SoundVelocityProfile profile = WildProfile();
+  const auto rays = RayTracer::Make(profile);
+  ASSERT_TRUE(rays);
+  for (const double depth : {-2.0, 0.2, 5.0, 28.4, 60.0, 149.0, 160.0}) {
+    for (const double degrees : {0.0, 20.0, 45.0, 60.0, 68.0}) {
+      const double c = rays->SpeedAt(depth);
+      const auto end = TraceAngle(*rays, depth, Deg2Rad(degrees), c, 0.06);
+      const RayEnd marched = March(profile, depth, Deg2Rad(degrees), c, 0.06, 5000);
+      ASSERT_TRUE(end);
+      EXPECT_NEAR(end->horizontal_m, marched.horizontal_m, 1e-4) << depth << " " << degrees;
+      EXPECT_NEAR(end->down_m, marched.down_m, 1e-4) << depth << " " << degrees;
+    }
+  }
+}
+
+TEST(RayTracer, RefractsFromTheTransducersSpeedIntoTheProfile) {
+  const RayTracer rays = RayTracer::Constant(1500.0);
+  const auto end = TraceAngle(rays, 10.0, Deg2Rad(60.0), 1480.0, 0.04);
+  const double refracted = std::asin(std::sin(Deg2Rad(60.0)) * 1500.0 / 1480.0);
+  EXPECT_NEAR(end->horizontal_m, 60.0 * std::sin(refracted), 1e-9);
+  EXPECT_NEAR(end->down_m, 60.0 * std::cos(refracted), 1e-9);
+}
+
+TEST(RayTracer, HoldsTheSpeedBeyondBothEndsOfTheProfile) {
+  const auto rays = RayTracer::Make(Profile({10.0, 20.0}, {1500.0, 1520.0}));
+  EXPECT_EQ(rays->SpeedAt(-5.0), 1500.0);
+  EXPECT_EQ(rays->SpeedAt(10.0), 1500.0);
+  EXPECT_EQ(rays->SpeedAt(15.0), 1510.0);
+  EXPECT_EQ(rays->SpeedAt(500.0), 1520.0);
+}
+
+TEST(RayTracer, RefusesRaysThatTurnUpAndTracesThemUntilThen) {
+  // 2 /s: a ray at 80 degrees turns where the speed has grown by 1 / sin(80).
+  const auto rays = RayTracer::Make(Profile({0.0, 100.0}, {1500.0, 1700.0}));
+  const double t_turn = std::log(1.0 / std::tan(Deg2Rad(40.0))) / 2.0;
+  const auto before = TraceAngle(*rays, 0.0, Deg2Rad(80.0), 1500.0, 0.99 * t_turn);
+  ASSERT_TRUE(before);
+  EXPECT_NEAR(before->down_m, 1500.0 / 2.0 * (1.0 / std::sin(Deg2Rad(80.0)) - 1.0), 0.02);
+  EXPECT_FALSE(TraceAngle(*rays, 0.0, Deg2Rad(80.0), 1500.0, 1.01 * t_turn));
+  // Reflected at the transducer's own face.
+  EXPECT_FALSE(TraceAngle(RayTracer::Constant(1600.0), 0.0, Deg2Rad(80.0), 1500.0, 0.01));
+}
+
+TEST(RayTracer, RefusesWhatIsNoRay) {
+  const RayTracer rays = RayTracer::Constant(1500.0);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double inf = std::numeric_limits<double>::infinity();
+  EXPECT_FALSE(rays.Trace(nan, 0.5, 0.5, 1500.0, 0.1));
+  EXPECT_FALSE(rays.Trace(0.0, nan, 0.5, 1500.0, 0.1));
+  EXPECT_FALSE(rays.Trace(0.0, 0.5, nan, 1500.0, 0.1));
+  EXPECT_FALSE(rays.Trace(0.0, 0.5, 0.5, nan, 0.1));
+  EXPECT_FALSE(rays.Trace(0.0, 0.5, 0.5, 1500.0, nan));
+  EXPECT_FALSE(rays.Trace(0.0, 0.5, 0.5, 1500.0, inf));
+  EXPECT_FALSE(rays.Trace(0.0, 0.5, 0.5, 1500.0, -0.1));
+  EXPECT_FALSE(rays.Trace(0.0, 0.5, -0.5, 1500.0, 0.1));  // upward
+  EXPECT_FALSE(rays.Trace(0.0, 1.0, 0.0, 1500.0, 0.1));   // level
+  EXPECT_FALSE(rays.Trace(0.0, 0.5, 0.5, 0.0, 0.1));
+}
+
+TEST(RayTracer, RefusesProfilesThatAreNone) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(RayTracer::Make(Profile({}, {})));
+  EXPECT_FALSE(RayTracer::Make(Profile({0.0, 1.0}, {1500.0})));
+  EXPECT_FALSE(RayTracer::Make(Profile({0.0, 0.0}, {1500.0, 1500.0})));
+  EXPECT_FALSE(RayTracer::Make(Profile({1.0, 0.0}, {1500.0, 1500.0})));
+  EXPECT_FALSE(RayTracer::Make(Profile({0.0, nan}, {1500.0, 1500.0})));
+  EXPECT_FALSE(RayTracer::Make(Profile({0.0, 1.0}, {1500.0, nan})));
+  EXPECT_FALSE(RayTracer::Make(Profile({0.0, 1.0}, {1500.0, 150.0})));
+  EXPECT_TRUE(RayTracer::Make(Profile({5.0}, {1500.0})));
+  EXPECT_THROW(RayTracer::Constant(0.0), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace seastitch

@@ -1,0 +1,93 @@
+#include "mapper/mapper_config.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "common/runtime/config.hpp"
+
+namespace seastitch {
+namespace {
+
+namespace fs = std::filesystem;
+const fs::path kConfigDir = fs::path(SEASTITCH_SOURCE_DIR) / "config";
+
+// The line that LoadMapperConfig() throws for a file with this text; empty where it does not throw.
+std::string ErrorOf(const std::string& text) {
+  const fs::path dir =
+      fs::path(testing::TempDir()) / ("seastitch_mapper_config_" + std::to_string(::getpid()));
+  fs::create_directories(dir);
+  fs::copy_file(
+      kConfigDir / "vehicle.yaml", dir / "vehicle.yaml", fs::copy_options::overwrite_existing);
+  std::ofstream(dir / "mapper.yaml") << text;
+  std::string what;
+  try {
+    LoadMapperConfig((dir / "mapper.yaml").string());
+  } catch (const ConfigError& e) {
+    what = e.what();
+  }
+  fs::remove_all(dir);
+  return what;
+}
+
+TEST(MapperConfig, ShippedFileLoads) {
+  const MapperConfig config = LoadMapperConfig((kConfigDir / "mapper.yaml").string());
+  EXPECT_EQ(config.survey_dir, kConfigDir / "../survey");
+  EXPECT_NEAR(Rad2Deg(config.vehicle.datum_latitude_rad), 43.07, 1e-9);
+}
+
+// What the file documents as the value of a key that is left out is that value.
+TEST(MapperConfig, ShippedFileSaysTheDefaults) {
+  const MapperConfig shipped = LoadMapperConfig((kConfigDir / "mapper.yaml").string());
+  const MapperConfig defaults;
+  EXPECT_EQ(shipped.submap.max_length_m, defaults.submap.max_length_m);
+  EXPECT_EQ(shipped.submap.min_length_m, defaults.submap.min_length_m);
+  EXPECT_DOUBLE_EQ(shipped.submap.turn_rad, defaults.submap.turn_rad);
+  EXPECT_DOUBLE_EQ(shipped.submap.target_sigma_rad, defaults.submap.target_sigma_rad);
+  EXPECT_EQ(shipped.filter.voxel_m, defaults.filter.voxel_m);
+  EXPECT_EQ(shipped.filter.min_support_part, defaults.filter.min_support_part);
+  EXPECT_EQ(shipped.loop_closer.overlap.max_pairs, defaults.loop_closer.overlap.max_pairs);
+  EXPECT_EQ(shipped.loop_closer.z_sigma_m, defaults.loop_closer.z_sigma_m);
+  EXPECT_EQ(shipped.loop_closer.registration.window_sigma,
+            defaults.loop_closer.registration.window_sigma);
+  EXPECT_EQ(shipped.navigation.dvl_sigma_mps, defaults.navigation.dvl_sigma_mps);
+  EXPECT_DOUBLE_EQ(shipped.navigation.attitude_heading_rad.sigma,
+                   defaults.navigation.attitude_heading_rad.sigma);
+  EXPECT_EQ(shipped.max_waiting_pings, defaults.max_waiting_pings);
+  EXPECT_EQ(shipped.nav_rate_hz, defaults.nav_rate_hz);
+}
+
+TEST(MapperConfig, NeedsNothingButTheVehicle) {
+  EXPECT_EQ(ErrorOf("vehicle: vehicle.yaml\n"), "");
+  EXPECT_NE(ErrorOf("nav_rate_hz: 10\n").find("vehicle: missing"), std::string::npos);
+  EXPECT_NE(ErrorOf("vehicle: nowhere.yaml\n").find("nowhere.yaml"), std::string::npos);
+}
+
+TEST(MapperConfig, NamesTheKeyThatIsWrong) {
+  const auto names = [](const std::string& text, const std::string& key) {
+    const std::string error = ErrorOf("vehicle: vehicle.yaml\n" + text);
+    return error.find("mapper.yaml: " + key) != std::string::npos ? std::string() : "got: " + error;
+  };
+  EXPECT_EQ(names("submaps: {}\n", "submaps: unknown key"), "");
+  EXPECT_EQ(names("submap: {max_lenght_m: 5}\n", "submap.max_lenght_m: unknown key"), "");
+  EXPECT_EQ(names("submap: {max_length_m: wide}\n", "submap.max_length_m: 'wide' is not"), "");
+  EXPECT_EQ(names("submap: {max_length_m: 5}\n", "submap.max_length_m must be"), "");
+  EXPECT_EQ(names("filter: {voxel_m: .nan}\n", "filter.voxel_m must be"), "");
+  EXPECT_EQ(names("overlap: {max_pairs: 500}\n", "overlap.max_pairs must be"), "");
+  EXPECT_EQ(names("registration: {z_sigma_m: 0}\n", "registration.z_sigma_m must be"), "");
+  EXPECT_EQ(names("nav_rate_hz: 0\n", "nav_rate_hz must be"), "");
+  EXPECT_EQ(names("survey_dir: ''\n", "survey_dir must"), "");
+  EXPECT_EQ(names("navigation: {window_s: 1000}\n", "navigation.window_s must be"), "");
+  EXPECT_EQ(names("sound_velocity_profile: {depth_m: [0, 10], speed_mps: [1500]}\n",
+                  "sound_velocity_profile.speed_mps must"),
+            "");
+  EXPECT_EQ(names("sound_velocity_profile: {depth_m: [0, 10], speed_mps: [340, 340]}\n",
+                  "sound_velocity_profile.depth_m must"),
+            "");
+}
+
+}  // namespace
+}  // namespace seastitch

@@ -1,0 +1,439 @@
+#include "mapper/mapper_node.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <deque>
+#include <filesystem>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "common/convert/convert.hpp"
+
+namespace seastitch {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kSoundMps = 1500.0;
+constexpr double kDepthM = 10.0;
+constexpr double kSpeedMps = 1.5;
+constexpr double kImuStepS = 0.02;
+
+double Seabed(double x, double y) {
+  return 20.0 + 0.8 * std::sin(0.35 * x) * std::cos(0.3 * y) + 0.5 * std::sin(0.11 * x + 0.17 * y) +
+         0.6 * std::sin(0.21 * x - 0.13 * y + 1.0);
+}
+
+// Keeps jobs until it is told to run them, as a busy thread would.
+class HeldWorker : public Worker {
+ public:
+  bool Post(Job job) override {
+    jobs_.push_back(std::move(job));
+    return true;
+  }
+  std::size_t queue_depth() const override { return jobs_.size(); }
+  void RunAll() {
+    while (!jobs_.empty()) {
+      const Job job = std::move(jobs_.front());
+      jobs_.pop_front();
+      job()();
+    }
+  }
+
+ private:
+  std::deque<Job> jobs_;
+};
+
+// A vehicle with perfect sensors, whose messages go to a mapper on a bus of its own.
+class Survey {
+ public:
+  explicit Survey(Worker* worker = nullptr) : dir_(MakeDir()) {
+    MapperConfig config;
+    config.survey_dir = dir_;
+    config.max_waiting_submaps = 2;
+    node = std::make_unique<MapperNode>(config, &bus, worker == nullptr ? &inline_ : worker);
+    bus.Subscribe<nav_t>("NAV", 0, [this](const nav_t& m) { navs.push_back(m); });
+    bus.Subscribe<graph_update_t>("GRAPH_UPDATE", 0, [this](const graph_update_t& m) {
+      if (auto update = FromLcm(m)) updates.push_back(*update);
+    });
+    bus.Subscribe<submap_t>("SUBMAP", 0, [this](const submap_t& m) { assembler_.Add(m); });
+    bus.Subscribe<submap_points_t>("SUBMAP_POINTS", 0, [this](const submap_points_t& m) {
+      if (auto submap = assembler_.Add(m)) submaps.push_back(*submap);
+    });
+    bus.SubscribeBytes(".*", 0, [this](const std::string& channel, const void* data, int size) {
+      if (channel == "NAV" || channel.starts_with("SUBMAP") || channel == "GRAPH_UPDATE")
+        out +=
+            channel + std::string(static_cast<const char*>(data), static_cast<std::size_t>(size));
+    });
+  }
+  ~Survey() { fs::remove_all(dir_); }
+
+  void PublishProfile() {
+    SoundVelocityProfile profile{time, {0.0, 100.0}, {kSoundMps, kSoundMps}};
+    bus.Publish("SVP", ToLcm(profile, {time, 0}));
+    bus.HandleAll();
+  }
+  // Two lines of opposite course, 15 m apart, with the turn between them.
+  void TwoLines(double length_m) {
+    Drive(2.0, 0.0, 0.0);
+    Drive(length_m / kSpeedMps, kSpeedMps, 0.0);
+    const double turn_s = kPi * 7.5 / kSpeedMps;
+    Drive(turn_s, kSpeedMps, kPi / turn_s);
+    Drive(length_m / kSpeedMps, kSpeedMps, 0.0);
+  }
+  void Drive(double duration_s, double speed_mps, double yaw_rate_radps) {
+    for (int i = 0; i < static_cast<int>(duration_s / kImuStepS); ++i) {
+      Step(speed_mps, yaw_rate_radps);
+    }
+  }
+  void Finish() {
+    node->Finish();
+    bus.HandleAll();
+  }
+
+  Bus bus{"memq://"};
+  std::unique_ptr<MapperNode> node;
+  Time time = FromUtime(1'700'000'000'000'000);
+  std::vector<nav_t> navs;
+  std::vector<GraphUpdate> updates;
+  std::vector<Submap> submaps;
+  std::string out;  // every byte of it
+
+ private:
+  static fs::path MakeDir() {
+    static int number = 0;
+    return fs::path(testing::TempDir()) /
+           ("seastitch_mapper_" + std::to_string(::getpid()) + "_" + std::to_string(number++));
+  }
+
+  void Step(double speed_mps, double yaw_rate_radps) {
+    time += FromSeconds(kImuStepS);
+    x_ += speed_mps * kImuStepS * std::cos(yaw_ + 0.5 * yaw_rate_radps * kImuStepS);
+    y_ += speed_mps * kImuStepS * std::sin(yaw_ + 0.5 * yaw_rate_radps * kImuStepS);
+    yaw_ += yaw_rate_radps * kImuStepS;
+    ImuSample imu;
+    imu.time = time;
+    imu.angular_rate_radps = {0.0, 0.0, yaw_rate_radps};
+    imu.specific_force_mps2 = {0.0, speed_mps * yaw_rate_radps, -9.805};
+    imu.attitude = Attitude{Eigen::Quaterniond(Eigen::AngleAxisd(yaw_, Eigen::Vector3d::UnitZ())),
+                            Eigen::Vector3d(1e-3, 1e-3, 3e-3)};
+    bus.Publish("IMU", ToLcm(imu, {time, imu_seq_++}));
+    if (steps_ % 10 == 0) {
+      DvlSample dvl;
+      dvl.time = time;
+      dvl.bottom_lock = true;
+      dvl.v_dvl_mps = {speed_mps, 0.0, 0.0};
+      dvl.sigma_v_mps = {0.01, 0.01, 0.01};
+      bus.Publish("DVL", ToLcm(dvl, {time, dvl_seq_++}));
+      bus.Publish("DEPTH", ToLcm(DepthSample{time, 0.0, kDepthM, 0.01}, {time, depth_seq_++}));
+    }
+    if (steps_ % 12 == 0) bus.Publish("MBES_PING", ToLcm(Ping(), {time, ping_seq_++}));
+    ++steps_;
+    bus.HandleAll();
+  }
+
+  MbesPing Ping() const {
+    MbesPing ping;
+    ping.time = time;
+    ping.sound_speed_mps = kSoundMps;
+    for (int b = 0; b < 96; ++b) {
+      const double angle = Deg2Rad(-60.0 + 120.0 * b / 95.0);
+      double range_m = 10.0 / std::cos(angle);
+      for (int i = 0; i < 50; ++i) {  // half a step each: it settles on any slope below 1
+        const double across = range_m * std::sin(angle);
+        const double z = Seabed(x_ - across * std::sin(yaw_), y_ + across * std::cos(yaw_));
+        range_m = 0.5 * (range_m + (z - kDepthM) / std::cos(angle));
+      }
+      MbesBeam beam;
+      beam.twtt_s = static_cast<float>(2.0 * range_m / kSoundMps);
+      beam.rx_angle_rad = static_cast<float>(angle);
+      beam.flags = kBeamValid;
+      ping.beams.push_back(beam);
+    }
+    return ping;
+  }
+
+  InlineWorker inline_;
+  fs::path dir_;
+  SubmapAssembler assembler_;
+  double x_ = 0.0;
+  double y_ = 0.0;
+  double yaw_ = 0.0;
+  int steps_ = 0;
+  std::int64_t imu_seq_ = 0;
+  std::int64_t dvl_seq_ = 0;
+  std::int64_t depth_seq_ = 0;
+  std::int64_t ping_seq_ = 0;
+};
+
+Submap Import(int id, double x_m) {
+  Submap submap;
+  submap.id = SubmapId{id};
+  submap.trigger = SubmapTrigger::kImported;
+  submap.start = submap.frame_time = submap.end = FromUtime(1'000'000 * (id + 10));
+  submap.T_map_submap = MakePose({x_m, 0.0, 10.0}, Eigen::Matrix3d::Identity());
+  submap.covariance_from_previous.diagonal() << 0.25, 0.25, 1e-5;
+  for (double x = -10.0; x < 10.0; x += 0.3) {
+    for (double y = -8.0; y < 8.0; y += 0.3) {
+      submap.cloud.Add(Eigen::Vector3d(x, y, Seabed(x_m + x, y) - 10.0).cast<float>());
+    }
+  }
+  return submap;
+}
+
+TEST(MapperNode, MapsTwoLinesAndClosesTheLoopBetweenThem) {
+  Survey survey;
+  survey.PublishProfile();
+  survey.TwoLines(60.0);
+  survey.Finish();
+
+  ASSERT_GE(survey.submaps.size(), 3u);
+  double worst_m = 0.0;
+  for (const Submap& submap : survey.submaps) {
+    EXPECT_GE(submap.footprint.size(), 3u);
+    for (const Eigen::Vector3f& p : submap.cloud.points) {
+      const Eigen::Vector3d p_map = submap.T_map_submap * p.cast<double>();
+      worst_m = std::max(worst_m, std::abs(p_map.z() - Seabed(p_map.x(), p_map.y())));
+    }
+  }
+  EXPECT_LT(worst_m, 0.4);
+
+  ASSERT_EQ(survey.updates.size(), survey.submaps.size());
+  int accepted = 0;
+  for (std::size_t i = 0; i < survey.updates.size(); ++i) {
+    const GraphUpdate& update = survey.updates[i];
+    EXPECT_EQ(update.version, static_cast<std::int64_t>(i) + 1);
+    ASSERT_EQ(update.vertices.size(), 1u);
+    EXPECT_EQ(update.vertices[0].id, survey.submaps[i].id);
+    if (i > 0) {
+      ASSERT_FALSE(update.edges.empty());
+      EXPECT_EQ(update.edges[0].kind, EdgeKind::kDeadReckoning);
+      EXPECT_GT(update.edges[0].information(0, 0), 1.0);
+    }
+    for (const GraphEdge& edge : update.edges) {
+      if (edge.kind != EdgeKind::kLoopClosure || edge.verdict != LoopVerdict::kAccepted) continue;
+      ++accepted;
+      const auto level = [&](SubmapId id) {
+        return LevelPose(survey.submaps[static_cast<std::size_t>(id.value)].T_map_submap);
+      };
+      const Pose2 expected = Inverse(level(edge.from)) * level(edge.to);
+      EXPECT_LT((expected.Translation() - edge.T_from_to.Translation()).norm(), 0.3);
+    }
+  }
+  EXPECT_GE(accepted, 1);
+  EXPECT_EQ(survey.node->health().counter("loop_closures_accepted"), accepted);
+  EXPECT_EQ(survey.node->health().counter("store_saved"),
+            static_cast<std::int64_t>(survey.submaps.size()));
+  EXPECT_EQ(survey.node->health().counter("pings_without_profile"), 0);
+  EXPECT_EQ(survey.node->health().state(), HealthState::kOk) << survey.node->health().text();
+}
+
+TEST(MapperNode, PublishesNavAtItsRateByTheTimeOfTheMessages) {
+  Survey survey;
+  survey.Drive(20.0, kSpeedMps, 0.0);
+  ASSERT_GT(survey.navs.size(), 150u);
+  EXPECT_LE(survey.navs.size(), 201u);
+  for (std::size_t i = 1; i < survey.navs.size(); ++i) {
+    EXPECT_NEAR(static_cast<double>(survey.navs[i].utime - survey.navs[i - 1].utime), 1e5, 1e3);
+  }
+}
+
+TEST(MapperNode, GivesTheSameBytesTwice) {
+  Survey a;
+  Survey b;
+  for (Survey* survey : {&a, &b}) {
+    survey->TwoLines(32.0);
+    survey->Finish();
+  }
+  EXPECT_GT(a.out.size(), 100'000u);
+  EXPECT_TRUE(a.out == b.out);
+}
+
+TEST(MapperNode, SaysWhereItsSoundSpeedComesFrom) {
+  Survey survey;
+  survey.Drive(20.0, kSpeedMps, 0.0);
+  survey.Finish();
+  EXPECT_GT(survey.node->health().counter("pings_without_profile"), 0);
+  EXPECT_EQ(survey.node->health().state(), HealthState::kDegraded);
+  EXPECT_NE(survey.node->health().text().find("no profile known"), std::string::npos);
+}
+
+TEST(MapperNode, RepeatsGraphVersionsOnRequest) {
+  Survey survey;
+  for (int id = 0; id < 4; ++id) survey.node->AddSubmap(Import(id, 60.0 * id));
+  survey.bus.HandleAll();
+  ASSERT_EQ(survey.updates.size(), 4u);
+  graph_request_t request{};
+  request.from = "optimizer";
+  request.have_version = 2;
+  survey.bus.Publish("GRAPH_REQUEST", request);
+  survey.bus.HandleAll();
+  ASSERT_EQ(survey.updates.size(), 6u);
+  EXPECT_EQ(survey.updates[4].version, 3);
+  EXPECT_EQ(survey.updates[5].version, 4);
+  for (const std::int64_t have : {std::int64_t{4}, std::numeric_limits<std::int64_t>::max()}) {
+    request.have_version = have;
+    survey.bus.Publish("GRAPH_REQUEST", request);
+  }
+  request.from = "mapper";
+  request.have_version = 0;
+  survey.bus.Publish("GRAPH_REQUEST", request);
+  survey.bus.HandleAll();
+  EXPECT_EQ(survey.updates.size(), 6u);
+  request.from = "optimizer";
+  request.have_version = std::numeric_limits<std::int64_t>::min();
+  survey.bus.Publish("GRAPH_REQUEST", request);
+  survey.bus.HandleAll();
+  EXPECT_EQ(survey.updates.size(), 10u);
+}
+
+TEST(MapperNode, RegistersImportedSubmapsThatOverlap) {
+  Survey survey;
+  survey.node->AddSubmap(Import(2, 0.0));
+  survey.node->AddSubmap(Import(5, 40.0));
+  survey.node->AddSubmap(Import(6, 4.0));
+  survey.Finish();
+  ASSERT_EQ(survey.submaps.size(), 3u);
+  EXPECT_EQ(survey.submaps[2].cloud.size(), Import(6, 4.0).cloud.size());
+  ASSERT_EQ(survey.updates.size(), 3u);
+  ASSERT_EQ(survey.updates[2].edges.size(), 2u);
+  EXPECT_EQ(survey.updates[2].edges[1].from.value, 2);
+  EXPECT_EQ(survey.updates[2].edges[1].kind, EdgeKind::kLoopClosure);
+}
+
+TEST(MapperNode, RefusesSubmapsThatCannotBe) {
+  Survey survey;
+  survey.node->AddSubmap(Import(3, 0.0));
+  survey.node->AddSubmap(Import(3, 40.0));
+  Submap bad = Import(4, 0.0);
+  bad.T_map_submap.translation().x() = std::numeric_limits<double>::quiet_NaN();
+  survey.node->AddSubmap(bad);
+  survey.Finish();
+  EXPECT_EQ(survey.updates.size(), 1u);
+  EXPECT_EQ(survey.node->health().counter("submaps_refused"), 2);
+}
+
+TEST(MapperNode, KeepsTheOrderOfSubmapsAndBoundsWhatWaitsForTheWorker) {
+  HeldWorker worker;
+  Survey survey(&worker);
+  for (int id = 0; id < 5; ++id) survey.node->AddSubmap(Import(id, 2.0 * id));
+  survey.bus.HandleAll();
+  EXPECT_TRUE(survey.updates.empty());
+  EXPECT_EQ(worker.queue_depth(), 1u);
+  worker.RunAll();
+  survey.bus.HandleAll();
+  ASSERT_EQ(survey.updates.size(), 5u);
+  for (int id = 0; id < 5; ++id) {
+    EXPECT_EQ(survey.updates[static_cast<std::size_t>(id)].version, id + 1);
+    EXPECT_EQ(survey.updates[static_cast<std::size_t>(id)].vertices[0].id.value, id);
+  }
+  EXPECT_EQ(survey.node->health().counter("submaps_skipped_busy"), 3);
+  EXPECT_EQ(survey.updates[1].edges.size(), 2u);  // registered
+  EXPECT_EQ(survey.updates[4].edges.size(), 1u);  // dead reckoning alone
+}
+
+TEST(MapperNode, UsesTheSolutionAndRefusesOneOfAnotherGraph) {
+  Survey survey;
+  survey.node->AddSubmap(Import(0, 0.0));
+  survey.node->AddSubmap(Import(1, 60.0));
+  PoseGraph graph;
+  graph.graph_version = 2;
+  SolvedVertex vertex{SubmapId{0}, {}, Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero()};
+  graph.vertices = {vertex, vertex};
+  graph.vertices[1].id = SubmapId{1};
+  graph.vertices[1].T_map_level.x = 60.0;
+  for (const pose_graph_t& part : ToLcm(graph, 1, FromUtime(0), 0)) {
+    survey.bus.Publish("POSE_GRAPH", part);
+  }
+  survey.bus.HandleAll();
+  EXPECT_EQ(survey.node->health().counter("solution_version"), 2);
+  EXPECT_EQ(survey.node->health().counter("pose_graph_refused"), 0);
+  graph.graph_version = 99;
+  for (const pose_graph_t& part : ToLcm(graph, 2, FromUtime(0), 1)) {
+    survey.bus.Publish("POSE_GRAPH", part);
+  }
+  survey.bus.HandleAll();
+  EXPECT_EQ(survey.node->health().counter("pose_graph_refused"), 1);
+  EXPECT_EQ(survey.node->health().counter("solution_version"), 2);
+}
+
+TEST(MapperNode, AsksForASolutionThatItLost) {
+  Survey survey;
+  std::vector<graph_request_t> requests;
+  survey.bus.Subscribe<graph_request_t>(
+      "GRAPH_REQUEST", 0, [&](const graph_request_t& m) { requests.push_back(m); });
+  pose_graph_t part{};
+  part.num_parts = 1;
+  for (const std::int64_t seq : {0, 1, 5}) {
+    part.seq = seq;
+    survey.bus.Publish("POSE_GRAPH", part);
+  }
+  survey.bus.HandleAll();
+  ASSERT_EQ(requests.size(), 1u);
+  EXPECT_EQ(requests[0].from, "mapper");
+}
+
+TEST(MapperNode, CountsMalformedMessagesAndGapsAndGoesOn) {
+  Survey survey;
+  survey.Drive(3.0, kSpeedMps, 0.0);
+  imu_t imu{};
+  imu.seq = 1'000'000;
+  imu.angular_rate_radps[0] = std::numeric_limits<double>::quiet_NaN();
+  survey.bus.Publish("IMU", imu);
+  mbes_ping_t ping{};
+  ping.sound_speed_mps = -1.0;
+  survey.bus.Publish("MBES_PING", ping);
+  const char garbage[] = "not a message";
+  for (const char* channel :
+       {"IMU", "DVL", "DEPTH", "MBES_PING", "SVP", "POSITION_FIX", "POSE_GRAPH", "GRAPH_REQUEST"}) {
+    survey.bus.PublishBytes(channel, garbage, sizeof garbage);
+  }
+  survey.bus.HandleAll();
+  const std::size_t navs = survey.navs.size();
+  survey.Drive(3.0, kSpeedMps, 0.0);
+  Health& health = survey.node->health();
+  EXPECT_EQ(health.counter("imu_malformed"), 1);
+  EXPECT_EQ(health.counter("imu_lost"), 1'000'000 - 150);
+  EXPECT_EQ(health.counter("mbes_ping_malformed"), 1);
+  EXPECT_GE(health.counter("bus_decode_errors"), 8);
+  EXPECT_GT(survey.navs.size(), navs + 20);
+}
+
+TEST(MapperNode, BoundsThePingsThatWaitForNavigation) {
+  Survey survey;
+  MbesPing ping;
+  ping.time = survey.time;
+  ping.sound_speed_mps = kSoundMps;
+  for (int i = 0; i < 1000; ++i) {
+    ping.time += FromSeconds(0.1);
+    survey.bus.Publish("MBES_PING", ToLcm(ping, {ping.time, i}));
+    survey.bus.HandleAll();
+  }
+  EXPECT_EQ(survey.node->health().counter("pings_dropped_waiting"), 400);
+}
+
+TEST(MapperNode, IsNotHeldUpByAPingFromTheFuture) {
+  Survey survey;
+  survey.Drive(5.0, kSpeedMps, 0.0);
+  MbesPing ping;
+  ping.time = survey.time + FromSeconds(3600.0);
+  ping.sound_speed_mps = kSoundMps;
+  survey.bus.Publish("MBES_PING", ToLcm(ping, {survey.time, 0}));
+  survey.Drive(30.0, kSpeedMps, 0.0);
+  survey.Finish();
+  EXPECT_EQ(survey.node->health().counter("pings_from_the_future"), 1);
+  EXPECT_GE(survey.submaps.size(), 1u);
+}
+
+TEST(MapperNode, MakesNothingOfNothing) {
+  Survey survey;
+  survey.Finish();
+  EXPECT_TRUE(survey.submaps.empty());
+  EXPECT_TRUE(survey.updates.empty());
+}
+
+}  // namespace
+}  // namespace seastitch

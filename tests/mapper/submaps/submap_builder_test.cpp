@@ -1,0 +1,269 @@
+#include "mapper/submaps/submap_builder.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <limits>
+
+#include "mapper/submaps/footprint.hpp"
+#include "tests/mapper/submaps/synthetic_swath.hpp"
+
+namespace seastitch {
+namespace {
+
+constexpr double kStepM = 0.25;
+constexpr double kSpeedMps = 1.5;
+
+// Drives a vehicle and gathers what the builder closes.
+struct Drive {
+  explicit Drive(const SubmapParams& params = {}, const CloudFilterParams& filter = {})
+      : builder(params, filter) {}
+
+  void Straight(double length_m) {
+    for (double gone = 0.0; gone < length_m; gone += kStepM) Step(0.0);
+  }
+  void Turn(double angle_rad, double radius_m) {
+    const double steps = std::ceil(std::abs(angle_rad) * radius_m / kStepM);
+    for (int i = 0; i < static_cast<int>(steps); ++i) Step(angle_rad / steps);
+  }
+  void Wait(double seconds) { time += FromSeconds(seconds); }
+  void Step(double turn_rad) {
+    yaw += turn_rad;
+    x += kStepM * std::cos(yaw);
+    y += kStepM * std::sin(yaw);
+    time += FromSeconds(kStepM / kSpeedMps);
+    if (auto submap = builder.Add(swath.At(time, x, y, yaw))) closed.push_back(*submap);
+  }
+  void Finish() {
+    if (auto submap = builder.Finish()) closed.push_back(*submap);
+  }
+
+  SubmapBuilder builder;
+  SwathMaker swath;
+  std::vector<Submap> closed;
+  double x = 0.0;
+  double y = 0.0;
+  double yaw = 0.0;
+  Time time = FromUtime(1'700'000'000'000'000);
+};
+
+TEST(SubmapBuilder, ClosesAtTheMaximumLengthOverAFlatSeabed) {
+  Drive drive;
+  drive.Straight(230.0);
+  ASSERT_EQ(drive.closed.size(), 2u);
+  for (const Submap& submap : drive.closed) EXPECT_EQ(submap.trigger, SubmapTrigger::kLength);
+  const double length_m =
+      (drive.closed[1].T_map_submap.translation() - drive.closed[0].T_map_submap.translation())
+          .norm();
+  EXPECT_NEAR(length_m, 100.0, 1.0);
+}
+
+TEST(SubmapBuilder, ClosesEarlierWhereTheSeabedHasStructureButNotBeforeTheMinimum) {
+  Drive drive;
+  drive.swath.seabed = BumpySeabed;
+  drive.Straight(120.0);
+  ASSERT_GE(drive.closed.size(), 2u);
+  for (const Submap& submap : drive.closed) {
+    EXPECT_EQ(submap.trigger, SubmapTrigger::kInformation);
+    const double length_m = kSpeedMps * ToSeconds(submap.end - submap.start);
+    EXPECT_GE(length_m, 29.0);
+    EXPECT_LE(length_m, 60.0);
+    EXPECT_GT(submap.predicted_information(0, 0), 100.0);  // better than 0.1 m
+  }
+}
+
+TEST(SubmapBuilder, PredictsNothingOverAFlatSeabedAndARidgeOnlyAcross) {
+  Drive flat;
+  flat.Straight(60.0);
+  flat.Finish();
+  ASSERT_EQ(flat.closed.size(), 1u);
+  EXPECT_EQ(flat.closed[0].trigger, SubmapTrigger::kEnd);
+  EXPECT_LT(flat.closed[0].predicted_information.topLeftCorner(2, 2).trace(), 25.0);
+
+  Drive ridges;
+  ridges.swath.seabed = [](double x, double) { return 20.0 + 0.8 * std::sin(0.4 * x); };
+  ridges.Straight(60.0);
+  ridges.Finish();
+  ASSERT_EQ(ridges.closed.size(), 1u);
+  const Eigen::Matrix3d information = ridges.closed[0].predicted_information;
+  EXPECT_GT(information(0, 0), 1000.0);
+  EXPECT_LT(information(1, 1), 0.01 * information(0, 0));
+}
+
+TEST(SubmapBuilder, GivesATurnItsOwnSubmaps) {
+  Drive drive;
+  drive.Straight(60.0);
+  drive.Turn(kPi, 15.0);
+  drive.Straight(60.0);
+  drive.Finish();
+  ASSERT_EQ(drive.closed.size(), 3u);
+  EXPECT_EQ(drive.closed[0].trigger, SubmapTrigger::kTurn);
+  EXPECT_EQ(drive.closed[1].trigger, SubmapTrigger::kTurn);
+  EXPECT_EQ(drive.closed[2].trigger, SubmapTrigger::kEnd);
+  EXPECT_NEAR(LevelPose(drive.closed[0].T_map_submap).yaw, 0.0, 0.01);
+  EXPECT_NEAR(std::abs(LevelPose(drive.closed[2].T_map_submap).yaw), kPi, 0.01);
+}
+
+TEST(SubmapBuilder, LeavesTurnsOutWhereSoConfigured) {
+  SubmapParams params;
+  params.keep_turns = false;
+  Drive drive(params);
+  drive.Straight(60.0);
+  drive.Turn(kPi, 15.0);
+  drive.Straight(60.0);
+  drive.Finish();
+  ASSERT_EQ(drive.closed.size(), 2u);
+  EXPECT_GT(drive.builder.counters().at("pings_in_turns"), 100);
+}
+
+TEST(SubmapBuilder, IsNotTurnedByYawing) {
+  Drive drive;
+  for (int i = 0; i < 320; ++i) drive.Step((i / 4) % 2 == 0 ? 0.2 : -0.2);  // +-46 degrees, 2 m
+  drive.Finish();
+  ASSERT_EQ(drive.closed.size(), 1u);
+  EXPECT_EQ(drive.closed[0].trigger, SubmapTrigger::kEnd);
+}
+
+TEST(SubmapBuilder, ClosesOnAGap) {
+  Drive drive;
+  drive.Straight(40.0);
+  drive.Wait(20.0);
+  drive.Straight(20.0);
+  drive.Finish();
+  ASSERT_EQ(drive.closed.size(), 2u);
+  EXPECT_EQ(drive.closed[0].trigger, SubmapTrigger::kGap);
+  EXPECT_LT(drive.closed[0].end + FromSeconds(19.0), drive.closed[1].start);
+}
+
+TEST(SubmapBuilder, SharesNoSoundingBetweenSubmapsAndLosesNone) {
+  Drive drive;
+  drive.swath.seabed = BumpySeabed;
+  drive.swath.outlier_part = 0.01;
+  drive.Straight(150.0);
+  drive.Finish();
+  std::uint64_t read = 0;
+  std::uint64_t used = 0;
+  for (std::size_t i = 0; i < drive.closed.size(); ++i) {
+    const Submap& submap = drive.closed[i];
+    if (i > 0) {
+      EXPECT_GT(submap.start, drive.closed[i - 1].end);
+    }
+    EXPECT_LE(submap.start, submap.frame_time);
+    EXPECT_LE(submap.frame_time, submap.end);
+    read += submap.soundings_read;
+    used += submap.soundings_used;
+    double behind = 0.0;
+    for (const float n : submap.cloud.soundings) behind += static_cast<double>(n);
+    EXPECT_EQ(static_cast<std::uint64_t>(behind), submap.soundings_used);
+  }
+  EXPECT_EQ(read, 128u * drive.swath.is_outlier.size());
+  EXPECT_EQ(read - used,
+            static_cast<std::uint64_t>(drive.builder.counters().at("soundings_outliers")));
+}
+
+TEST(SubmapBuilder, PutsPointsOnTheSeabedInTheFrameOfTheMiddlePing) {
+  Drive drive;
+  drive.swath.seabed = BumpySeabed;
+  drive.swath.sigma_m = 0.0;
+  drive.yaw = 0.7;
+  drive.Straight(35.0);
+  drive.Finish();
+  const Submap& submap = drive.closed.at(0);
+  double sum = 0.0;
+  for (const Eigen::Vector3f& p : submap.cloud.points) {
+    const Eigen::Vector3d p_map = submap.T_map_submap * p.cast<double>();
+    const double off = p_map.z() - BumpySeabed(p_map.x(), p_map.y());
+    EXPECT_LT(std::abs(off), 0.1);  // a voxel's centroid lies off a curved seabed
+    sum += off;
+  }
+  EXPECT_NEAR(sum / static_cast<double>(submap.cloud.size()), 0.0, 0.005);
+}
+
+TEST(SubmapBuilder, DropsNearlyAllOutliersOfASwath) {
+  Drive drive;
+  drive.swath.seabed = BumpySeabed;
+  drive.swath.outlier_part = 0.01;
+  drive.Straight(150.0);
+  drive.Finish();
+  double off_seabed = 0.0;
+  double all = 0.0;
+  for (const Submap& submap : drive.closed) {
+    for (std::size_t i = 0; i < submap.cloud.size(); ++i) {
+      const Eigen::Vector3d p = submap.T_map_submap * submap.cloud.points[i].cast<double>();
+      const bool off = std::abs(p.z() - BumpySeabed(p.x(), p.y())) > 0.9;
+      off_seabed += off ? static_cast<double>(submap.cloud.soundings[i]) : 0.0;
+      all += static_cast<double>(submap.cloud.soundings[i]);
+    }
+  }
+  EXPECT_LT(off_seabed / all, 0.0001);  // of 0.01
+  EXPECT_GT(all / (128.0 * static_cast<double>(drive.swath.is_outlier.size())), 0.98);
+}
+
+TEST(SubmapBuilder, BoundsASubmapOfAVehicleThatHovers) {
+  SubmapParams params;
+  params.max_soundings = 20'000;
+  Drive drive(params);
+  for (int i = 0; i < 400; ++i) {
+    drive.time += FromSeconds(0.1);
+    if (auto s = drive.builder.Add(drive.swath.At(drive.time, 0.0, 0.0, 0.0)))
+      drive.closed.push_back(*s);
+  }
+  ASSERT_EQ(drive.closed.size(), 2u);
+  EXPECT_EQ(drive.closed[0].trigger, SubmapTrigger::kLength);
+  EXPECT_LT(drive.closed[0].soundings_read, 20'200u);
+}
+
+TEST(SubmapBuilder, RefusesPingsThatCannotBe) {
+  Drive drive;
+  drive.Straight(5.0);
+  const GeoreferencedPing again = drive.swath.At(drive.time, drive.x, drive.y, 0.0);
+  EXPECT_FALSE(drive.builder.Add(again));
+  GeoreferencedPing bad = drive.swath.At(drive.time + FromSeconds(0.1), 0.0, 0.0, 0.0);
+  bad.T_map_vehicle.translation().x() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(drive.builder.Add(bad));
+  GeoreferencedPing wild = drive.swath.At(drive.time + FromSeconds(0.2), drive.x, drive.y, 0.0);
+  for (Sounding& s : wild.soundings) s.p_map.y() = std::numeric_limits<double>::infinity();
+  EXPECT_FALSE(drive.builder.Add(wild));
+  EXPECT_EQ(drive.builder.counters().at("pings_out_of_order"), 1);
+  EXPECT_EQ(drive.builder.counters().at("pings_not_finite"), 1);
+  EXPECT_EQ(drive.builder.counters().at("soundings_not_finite"), 128);
+}
+
+TEST(SubmapBuilder, MakesNoSubmapOfNearlyNothing) {
+  Drive drive;
+  drive.swath.beams = 4;
+  drive.Straight(0.5);
+  drive.Finish();
+  EXPECT_TRUE(drive.closed.empty());
+  EXPECT_EQ(drive.builder.counters().at("submaps_too_small"), 1);
+}
+
+TEST(SubmapBuilder, GivesTheSameBytesTwice) {
+  Drive a;
+  Drive b;
+  for (Drive* drive : {&a, &b}) {
+    drive->swath.seabed = BumpySeabed;
+    drive->Straight(40.0);
+    drive->Finish();
+  }
+  ASSERT_EQ(a.closed.size(), b.closed.size());
+  for (std::size_t i = 0; i < a.closed.size(); ++i) {
+    EXPECT_EQ(a.closed[i].cloud.points, b.closed[i].cloud.points);
+    EXPECT_EQ(a.closed[i].footprint, b.closed[i].footprint);
+    EXPECT_EQ(a.closed[i].predicted_information, b.closed[i].predicted_information);
+  }
+}
+
+TEST(SubmapParams, DefaultsAreUsableAndNonsenseIsNot) {
+  EXPECT_EQ(SubmapParams{}.Validate(), "");
+  SubmapParams params;
+  params.max_length_m = params.min_length_m;
+  EXPECT_NE(params.Validate(), "");
+  params = {};
+  params.turn_rad = std::nan("");
+  EXPECT_NE(params.Validate(), "");
+}
+
+}  // namespace
+}  // namespace seastitch

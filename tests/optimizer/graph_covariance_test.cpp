@@ -1,0 +1,125 @@
+#include "optimizer/graph_covariance.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+
+#include "optimizer/pose_graph_optimizer.hpp"
+#include "tests/optimizer/survey_graph.hpp"
+
+namespace seastitch {
+namespace {
+
+struct Problem {
+  FactorGraph graph;
+  std::vector<Pose2> poses;
+  std::vector<double> weights;
+};
+
+Problem SurveyProblem(int fixed_vertex) {
+  SurveyOptions options;
+  options.vertices = 30;
+  options.per_line = 6;
+  const SurveyGraph survey = SimulateSurvey(options);
+  Problem p{{options.vertices, fixed_vertex, {}}, survey.truth, {}};
+  for (const GraphUpdate& update : survey.updates)
+    for (const GraphEdge& e : update.edges)
+      p.graph.factors.push_back(
+          {e.from.value, e.to.value, {e.T_from_to, FactorInformation(e.information)->W}, {}});
+  for (std::size_t k = 0; k < p.graph.factors.size(); ++k)
+    p.weights.push_back(p.graph.factors[k].j == p.graph.factors[k].i + 1 ? 1.0
+                        : k % 7 == 0                                     ? 0.0
+                                                                         : 0.6);
+  return p;
+}
+
+// Rows and columns of the fixed vertex are left at zero.
+Eigen::MatrixXd DenseCovariance(const Problem& p) {
+  const int size = 3 * p.graph.num_vertices;
+  Eigen::MatrixXd H = Eigen::MatrixXd::Zero(size, size);
+  for (std::size_t k = 0; k < p.graph.factors.size(); ++k) {
+    const Factor& f = p.graph.factors[k];
+    Eigen::MatrixXd J = Eigen::MatrixXd::Zero(3, size);
+    Eigen::Matrix3d J_i, J_j;
+    const Pose2 T_i = f.i == kMap ? Pose2{} : p.poses[static_cast<std::size_t>(f.i)];
+    f.cost.Evaluate(T_i, p.poses[static_cast<std::size_t>(f.j)], &J_i, &J_j);
+    if (f.i != kMap) J.middleCols<3>(3 * f.i) = J_i;
+    J.middleCols<3>(3 * f.j) = J_j;
+    H += p.weights[k] * J.transpose() * J;
+  }
+  const int fixed = p.graph.fixed_vertex;
+  if (fixed >= 0) {
+    H.middleRows<3>(3 * fixed).setZero();
+    H.middleCols<3>(3 * fixed).setZero();
+    H.block<3, 3>(3 * fixed, 3 * fixed).setIdentity();
+  }
+  Eigen::MatrixXd covariance = H.inverse();
+  if (fixed >= 0) covariance.block<3, 3>(3 * fixed, 3 * fixed).setZero();
+  return covariance;
+}
+
+void ExpectEqualsDense(const Problem& p, int newest) {
+  const auto sparse = ComputeCovariance(p.graph, p.poses, p.weights, newest);
+  ASSERT_TRUE(sparse);
+  const Eigen::MatrixXd dense = DenseCovariance(p);
+  for (int v = 0; v < p.graph.num_vertices; ++v) {
+    const Eigen::Matrix3d marginal = dense.block<3, 3>(3 * v, 3 * v);
+    const Eigen::Matrix3d cross = dense.block<3, 3>(3 * v, 3 * newest);
+    const auto k = static_cast<std::size_t>(v);
+    EXPECT_LT((sparse->marginal[k] - marginal).norm(), 1e-8 * (1e-6 + marginal.norm())) << v;
+    EXPECT_LT((sparse->with_newest[k] - cross).norm(), 1e-8 * (1e-6 + cross.norm())) << v;
+  }
+}
+
+TEST(GraphCovariance, EqualsTheDenseInverseWithAFixedVertex) {
+  ExpectEqualsDense(SurveyProblem(0), 29);
+  ExpectEqualsDense(SurveyProblem(12), 5);
+}
+
+TEST(GraphCovariance, EqualsTheDenseInverseWithAPrior) {
+  Problem p = SurveyProblem(-1);
+  p.graph.factors.push_back({kMap, 3, {p.poses[3], Eigen::Matrix3d::Identity()}, {}});
+  p.weights.push_back(1.0);
+  ExpectEqualsDense(p, 29);
+}
+
+TEST(GraphCovariance, CrossCovarianceOfTheNewestWithItselfIsItsMarginal) {
+  const Problem p = SurveyProblem(0);
+  const auto covariance = ComputeCovariance(p.graph, p.poses, p.weights, 29);
+  ASSERT_TRUE(covariance);
+  EXPECT_LT((covariance->marginal[29] - covariance->with_newest[29]).norm(), 1e-12);
+}
+
+TEST(GraphCovariance, KnowsTheOpenPartOfResidualsThatAreLeftOut) {
+  const Problem p = SurveyProblem(0);
+  const auto covariance = ComputeCovariance(p.graph, p.poses, p.weights, 29, ResidualsOf::kAll);
+  ASSERT_TRUE(covariance);
+  const Eigen::MatrixXd dense = DenseCovariance(p);
+  for (std::size_t k = 0; k < p.graph.factors.size(); ++k) {
+    const Factor& f = p.graph.factors[k];
+    Eigen::MatrixXd J = Eigen::MatrixXd::Zero(3, dense.rows());
+    Eigen::Matrix3d J_i, J_j;
+    f.cost.Evaluate(
+        p.poses[static_cast<std::size_t>(f.i)], p.poses[static_cast<std::size_t>(f.j)], &J_i, &J_j);
+    J.middleCols<3>(3 * f.i) = J_i;
+    J.middleCols<3>(3 * f.j) = J_j;
+    const Eigen::Matrix3d expected = J * dense * J.transpose();
+    EXPECT_LT((covariance->of_residual[k] - expected).norm(), 1e-7 * (1.0 + expected.norm())) << k;
+  }
+}
+
+TEST(GraphCovariance, ALoneFixedVertexIsKnown) {
+  const auto covariance = ComputeCovariance({1, 0, {}}, {Pose2{}}, {}, 0);
+  ASSERT_TRUE(covariance);
+  EXPECT_EQ(covariance->marginal[0].norm(), 0.0);
+}
+
+TEST(GraphCovariance, SaysSoWhereAVertexIsTiedToNothing) {
+  Problem p = SurveyProblem(0);
+  for (std::size_t k = 0; k < p.graph.factors.size(); ++k)
+    if (p.graph.factors[k].i == 7 || p.graph.factors[k].j == 7) p.weights[k] = 0.0;
+  EXPECT_FALSE(ComputeCovariance(p.graph, p.poses, p.weights, 29));
+}
+
+}  // namespace
+}  // namespace seastitch

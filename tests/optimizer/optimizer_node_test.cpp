@@ -1,0 +1,240 @@
+#include "optimizer/optimizer_node.hpp"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <limits>
+
+#include "common/runtime/config.hpp"
+#include "seastitch/pose_graph_t.hpp"
+#include "tests/optimizer/survey_graph.hpp"
+
+namespace seastitch {
+namespace {
+
+// What the optimizer needs of a mapper: keeps the graph, answers requests, collects solutions.
+class MapperStub {
+ public:
+  MapperStub(const std::vector<GraphUpdate>& updates, Bus* bus) : updates_(updates), bus_(bus) {
+    bus_->Subscribe<graph_request_t>("GRAPH_REQUEST", 16, [this](const graph_request_t& msg) {
+      if (msg.from != "optimizer") return;
+      requests.push_back(msg.have_version);
+      for (std::int64_t v = msg.have_version + 1; v <= published; ++v) Send(v);
+    });
+    bus_->Subscribe<pose_graph_t>("POSE_GRAPH", 0, [this](const pose_graph_t& msg) {
+      utimes.push_back(msg.utime);
+      if (auto solution = assembler_.Add(msg)) solutions.push_back(*solution);
+    });
+  }
+
+  void Send(std::int64_t version) {
+    const GraphUpdate& update = updates_[static_cast<std::size_t>(version - 1)];
+    bus_->Publish("GRAPH_UPDATE", ToLcm(update, update.vertices[0].time, seq_++));
+  }
+  // The next update, which the bus may lose.
+  void PublishNext(bool lost = false) {
+    ++published;
+    if (!lost) Send(published);
+    bus_->HandleAll();
+  }
+  void BeginAgain(const std::vector<GraphUpdate>& updates) {
+    updates_ = updates;
+    published = 0;
+  }
+  void AskForSolution(std::int64_t have_version) {
+    graph_request_t msg{};
+    msg.from = "mapper";
+    msg.have_version = have_version;
+    bus_->Publish("GRAPH_REQUEST", msg);
+    bus_->HandleAll();
+  }
+
+  std::int64_t published = 0;
+  std::vector<std::int64_t> requests;
+  std::vector<std::int64_t> utimes;
+  std::vector<PoseGraph> solutions;
+
+ private:
+  std::vector<GraphUpdate> updates_;
+  Bus* bus_;
+  PoseGraphAssembler assembler_;
+  std::int64_t seq_ = 0;
+};
+
+std::vector<GraphUpdate> SmallSurvey(unsigned seed = 3) {
+  return SimulateSurvey({.vertices = 12, .per_line = 4, .closures = 2, .seed = seed}).updates;
+}
+
+void ExpectSame(const PoseGraph& a, const PoseGraph& b) {
+  EXPECT_EQ(a.graph_version, b.graph_version);
+  ASSERT_EQ(a.vertices.size(), b.vertices.size());
+  for (std::size_t k = 0; k < a.vertices.size(); ++k)
+    EXPECT_LT((a.vertices[k].T_map_level.Vector() - b.vertices[k].T_map_level.Vector()).norm(),
+              1e-6);
+}
+
+TEST(OptimizerNode, AnswersEveryUpdateWithASolution) {
+  Bus bus("memq://");
+  MapperStub mapper(SmallSurvey(), &bus);
+  OptimizerNode node({}, &bus);
+  for (int k = 0; k < 12; ++k) mapper.PublishNext();
+  ASSERT_EQ(mapper.solutions.size(), 12u);
+  EXPECT_EQ(mapper.solutions.back().graph_version, 12);
+  EXPECT_EQ(mapper.solutions.back().vertices.size(), 12u);
+  EXPECT_FALSE(mapper.solutions.back().loop_edges.empty());
+  EXPECT_EQ(mapper.utimes.back(), ToUtime(SmallSurvey()[11].vertices[0].time));
+  EXPECT_EQ(node.health().state(), HealthState::kOk);
+  EXPECT_EQ(node.health().counter("vertices"), 12);
+}
+
+TEST(OptimizerNode, AsksOnStart) {
+  Bus bus("memq://");
+  MapperStub mapper(SmallSurvey(), &bus);
+  OptimizerNode node({}, &bus);
+  bus.HandleAll();
+  EXPECT_EQ(mapper.requests, std::vector<std::int64_t>{0});
+}
+
+TEST(OptimizerNode, AsksForALostVersionAndGoesOn) {
+  Bus bus("memq://");
+  MapperStub mapper(SmallSurvey(), &bus);
+  OptimizerNode node({}, &bus);
+  for (int k = 0; k < 12; ++k) mapper.PublishNext(k == 4 || k == 5);
+  EXPECT_EQ(mapper.requests, (std::vector<std::int64_t>{0, 4}));
+  EXPECT_EQ(mapper.solutions.back().graph_version, 12);
+  EXPECT_EQ(mapper.solutions.back().vertices.size(), 12u);
+}
+
+TEST(OptimizerNode, AsksAgainOnlyWhileSomethingIsMissing) {
+  Bus bus("memq://");
+  std::vector<std::int64_t> asked;
+  bus.Subscribe<graph_request_t>(
+      "GRAPH_REQUEST", 16, [&](const graph_request_t& msg) { asked.push_back(msg.have_version); });
+  OptimizerNode node({}, &bus);
+  const auto updates = SmallSurvey();
+  const auto send = [&](std::size_t k) {
+    bus.Publish("GRAPH_UPDATE", ToLcm(updates[k], updates[k].vertices[0].time, 0));
+    bus.HandleAll();
+  };
+  send(0);
+  node.AskAgain();
+  bus.HandleAll();
+  EXPECT_EQ(asked, std::vector<std::int64_t>{0});
+  send(2);
+  send(2);  // tells nothing new
+  EXPECT_EQ(asked, (std::vector<std::int64_t>{0, 1}));
+  node.AskAgain();  // nobody answered
+  bus.HandleAll();
+  EXPECT_EQ(asked, (std::vector<std::int64_t>{0, 1, 1}));
+}
+
+TEST(OptimizerNode, ARestartedOptimizerGetsEverythingAgain) {
+  PoseGraph before;
+  {
+    Bus bus("memq://");
+    MapperStub mapper(SmallSurvey(), &bus);
+    OptimizerNode first({}, &bus);
+    for (int k = 0; k < 12; ++k) mapper.PublishNext();
+    before = mapper.solutions.back();
+  }
+  Bus bus("memq://");
+  MapperStub mapper(SmallSurvey(), &bus);
+  mapper.published = 12;
+  OptimizerNode second({}, &bus);
+  bus.HandleAll();
+  ASSERT_FALSE(mapper.solutions.empty());
+  ExpectSame(mapper.solutions.back(), before);
+}
+
+TEST(OptimizerNode, GivesAMapperThatAsksTheLastSolution) {
+  Bus bus("memq://");
+  MapperStub mapper(SmallSurvey(), &bus);
+  OptimizerNode node({}, &bus);
+  mapper.AskForSolution(0);
+  EXPECT_TRUE(mapper.solutions.empty());
+  for (int k = 0; k < 12; ++k) mapper.PublishNext();
+  mapper.AskForSolution(12);
+  ASSERT_EQ(mapper.solutions.size(), 12u);  // it has it
+  mapper.AskForSolution(0);
+  ASSERT_EQ(mapper.solutions.size(), 13u);
+  ExpectSame(mapper.solutions[12], mapper.solutions[11]);
+}
+
+TEST(OptimizerNode, WhenAskedSolvesOnceForAllThatWait) {
+  Bus bus("memq://");
+  MapperStub mapper(SmallSurvey(), &bus);
+  OptimizerNode node({}, &bus, OptimizerNode::SolveOn::kWhenAsked);
+  for (int k = 0; k < 12; ++k) mapper.PublishNext();
+  EXPECT_TRUE(mapper.solutions.empty());
+  node.SolveWaiting();
+  node.SolveWaiting();
+  bus.HandleAll();
+  ASSERT_EQ(mapper.solutions.size(), 1u);
+  EXPECT_EQ(mapper.solutions[0].graph_version, 12);
+}
+
+TEST(OptimizerNode, BeginsAgainWhenTheMapperHasAnotherGraph) {
+  Bus bus("memq://");
+  MapperStub mapper(SmallSurvey(3), &bus);
+  OptimizerNode node({}, &bus);
+  for (int k = 0; k < 12; ++k) mapper.PublishNext();
+  mapper.BeginAgain(SmallSurvey(4));
+  for (int k = 0; k < 3; ++k) mapper.PublishNext();
+  EXPECT_EQ(mapper.solutions.back().graph_version, 3);
+  EXPECT_EQ(mapper.solutions.back().vertices.size(), 3u);
+  EXPECT_EQ(node.health().counter("graphs_started_over"), 1);
+}
+
+TEST(OptimizerNode, AMalformedUpdateHoldsUpNothing) {
+  Bus bus("memq://");
+  MapperStub mapper(SmallSurvey(), &bus);
+  OptimizerNode node({}, &bus);
+  mapper.PublishNext();
+  auto bad = ToLcm(SmallSurvey()[1], SmallSurvey()[1].vertices[0].time, 0);
+  bad.edges[0].x_m = std::numeric_limits<double>::quiet_NaN();
+  bus.Publish("GRAPH_UPDATE", bad);
+  bad.version = -5;
+  bus.Publish("GRAPH_UPDATE", bad);
+  bus.HandleAll();
+  ++mapper.published;
+  mapper.PublishNext();
+  EXPECT_EQ(node.health().counter("updates_malformed"), 2);
+  EXPECT_EQ(mapper.solutions.back().graph_version, 3);
+  EXPECT_EQ(mapper.solutions.back().vertices.size(), 2u);
+}
+
+TEST(OptimizerConfig, ShippedFileIsTheDefaults) {
+  const OptimizerConfig config = LoadOptimizerConfig(SEASTITCH_SOURCE_DIR "/config/optimizer.yaml");
+  const OptimizerParams defaults;
+  EXPECT_EQ(config.params.inlier_probability, defaults.inlier_probability);
+  EXPECT_EQ(config.params.graduation_step, defaults.graduation_step);
+  EXPECT_EQ(config.params.max_iterations, defaults.max_iterations);
+  EXPECT_EQ(config.params.start_sigma_m, defaults.start_sigma_m);
+  EXPECT_NEAR(config.params.start_sigma_yaw_rad, defaults.start_sigma_yaw_rad, 1e-12);
+  EXPECT_EQ(config.params.unlinked_sigma_m, defaults.unlinked_sigma_m);
+  EXPECT_NEAR(config.params.unlinked_sigma_yaw_rad, defaults.unlinked_sigma_yaw_rad, 1e-12);
+}
+
+class BadConfig : public ::testing::Test {
+ protected:
+  std::string Error(const std::string& yaml) {
+    const std::string path = ::testing::TempDir() + "optimizer_bad.yaml";
+    std::ofstream(path) << yaml;
+    try {
+      LoadOptimizerConfig(path);
+    } catch (const ConfigError& e) {
+      return e.what();
+    }
+    return {};
+  }
+};
+
+TEST_F(BadConfig, NamesKeyAndValue) {
+  EXPECT_NE(Error("graduation_stepp: 2\n").find("graduation_stepp: unknown key"),
+            std::string::npos);
+  EXPECT_NE(Error("start_sigma_m: -1\n").find("start_sigma_m = -1"), std::string::npos);
+  EXPECT_NE(Error("start_sigma_m: far\n").find("start_sigma_m: 'far'"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace seastitch

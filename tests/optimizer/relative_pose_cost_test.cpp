@@ -1,0 +1,124 @@
+#include "optimizer/relative_pose_cost.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "optimizer/robust_solver.hpp"
+
+namespace seastitch {
+namespace {
+
+Eigen::Matrix3d CorrelatedInformation() {
+  Eigen::Matrix3d A;
+  A << 3.0, -1.0, 4.0, 0.5, 2.0, -7.0, 0.2, 0.1, 30.0;
+  return A.transpose() * A;
+}
+
+// Known along one horizontal direction only, and not in yaw.
+Eigen::Matrix3d RidgeInformation() {
+  const Eigen::Vector3d known = Eigen::Vector3d(0.6, 0.8, 0.0) / 0.05;
+  return known * known.transpose();
+}
+
+TEST(RelativePoseCost, SquaredResidualIsTheMahalanobisDistance) {
+  const Eigen::Matrix3d information = CorrelatedInformation();
+  const auto root = FactorInformation(information);
+  ASSERT_TRUE(root);
+  EXPECT_EQ(root->rank, 3);
+  const RelativePoseCost cost{{1.0, 2.0, 0.3}, root->W};
+  const Eigen::Vector3d e(0.4, -0.7, 0.05);
+  const Pose2 T_map_i{10.0, -5.0, 2.0};
+  const Pose2 T_map_j = T_map_i * Pose2{1.4, 1.3, 0.35};
+  const double squared = cost.Evaluate(T_map_i, T_map_j, nullptr, nullptr).squaredNorm();
+  EXPECT_NEAR(squared, e.dot(information * e), 1e-9);
+
+  // The Cholesky factor the wrong way round would have passed for a diagonal matrix only.
+  const Eigen::Matrix3d L = information.llt().matrixL();
+  EXPECT_GT(std::abs((L * e).squaredNorm() - squared), 1.0);
+}
+
+TEST(RelativePoseCost, JacobiansAreTheNumericDerivatives) {
+  const RelativePoseCost cost{{1.0, 2.0, 3.1}, FactorInformation(CorrelatedInformation())->W};
+  const Pose2 T_map_i{10.0, -5.0, 2.0};
+  const Pose2 T_map_j{13.0, -9.0, -1.2};
+  Eigen::Matrix3d J_i, J_j;
+  cost.Evaluate(T_map_i, T_map_j, &J_i, &J_j);
+  constexpr double kStep = 1e-6;
+  for (int k = 0; k < 3; ++k) {
+    const auto moved = [k](const Pose2& T, double by) {
+      Eigen::Vector3d v = T.Vector();
+      v(k) += by;
+      return Pose2{v.x(), v.y(), v.z()};
+    };
+    const Eigen::Vector3d by_i =
+        (cost.Evaluate(moved(T_map_i, kStep), T_map_j, nullptr, nullptr) -
+         cost.Evaluate(moved(T_map_i, -kStep), T_map_j, nullptr, nullptr)) /
+        (2.0 * kStep);
+    const Eigen::Vector3d by_j =
+        (cost.Evaluate(T_map_i, moved(T_map_j, kStep), nullptr, nullptr) -
+         cost.Evaluate(T_map_i, moved(T_map_j, -kStep), nullptr, nullptr)) /
+        (2.0 * kStep);
+    EXPECT_LT((J_i.col(k) - by_i).norm(), 1e-6);
+    EXPECT_LT((J_j.col(k) - by_j).norm(), 1e-6);
+  }
+}
+
+TEST(RelativePoseCost, TakesYawTheShortWayRound) {
+  const RelativePoseCost cost{{0.0, 0.0, kPi - 0.01}, Eigen::Matrix3d::Identity()};
+  const Eigen::Vector3d e = cost.Evaluate({}, {0.0, 0.0, -kPi + 0.01}, nullptr, nullptr);
+  EXPECT_NEAR(e.z(), 0.02, 1e-12);
+}
+
+TEST(SqrtInformation, WorksForEveryRank) {
+  const Eigen::Vector3d yaw_only(0.0, 0.0, 1e4);
+  const struct {
+    Eigen::Matrix3d information;
+    int rank;
+  } cases[] = {{CorrelatedInformation(), 3},
+               {RidgeInformation(), 1},
+               {RidgeInformation() + Eigen::Matrix3d(yaw_only.asDiagonal()), 2},
+               {Eigen::Matrix3d::Zero(), 0}};
+  for (const auto& c : cases) {
+    const auto root = FactorInformation(c.information);
+    ASSERT_TRUE(root);
+    EXPECT_EQ(root->rank, c.rank);
+    EXPECT_LT((root->W.transpose() * root->W - c.information).norm(),
+              1e-9 * (1.0 + c.information.norm()));
+  }
+}
+
+TEST(SqrtInformation, SingularInformationLeavesTheFreeDirectionAlone) {
+  FactorGraph graph{2, 0, {}};
+  graph.factors.push_back({0, 1, {{5.0, 0.0, 0.0}, Eigen::Matrix3d::Identity()}, {}});
+  // Says that 1 is 5 m further along (0.6, 0.8) and nothing else.
+  graph.factors.push_back(
+      {0, 1, {{5.0 + 3.0, 4.0, 1.0}, FactorInformation(RidgeInformation())->W}, {}});
+  const auto solution = SolveRobust(graph, {{}, {}}, 1, {});
+  const Pose2 moved = solution.T_map_vertex[1];
+  const double along = (moved.x - 5.0) * 0.6 + moved.y * 0.8;
+  const double across = -(moved.x - 5.0) * 0.8 + moved.y * 0.6;
+  EXPECT_NEAR(along, 5.0, 0.02);  // 400 against 1
+  EXPECT_NEAR(across, 0.0, 1e-9);
+  EXPECT_NEAR(moved.yaw, 0.0, 1e-9);
+}
+
+TEST(SqrtInformation, RefusesWhatIsNoInformation) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  Eigen::Matrix3d m = Eigen::Matrix3d::Identity();
+  m(1, 2) = m(2, 1) = nan;
+  EXPECT_FALSE(FactorInformation(m));
+  m = Eigen::Matrix3d::Identity();
+  m(0, 1) = m(1, 0) = 1.001;  // indefinite with a positive diagonal
+  EXPECT_FALSE(FactorInformation(m));
+  m = Eigen::Matrix3d::Identity();
+  m(0, 1) = 0.5;  // not symmetric
+  EXPECT_FALSE(FactorInformation(m));
+  m = -Eigen::Matrix3d::Identity();
+  EXPECT_FALSE(FactorInformation(m));
+  m = 2.0 * kMaxInformation * Eigen::Matrix3d::Identity();
+  EXPECT_FALSE(FactorInformation(m));
+}
+
+}  // namespace
+}  // namespace seastitch

@@ -1,0 +1,53 @@
+#include <benchmark/benchmark.h>
+
+#include <cstdint>
+
+#include "optimizer/pose_graph_optimizer.hpp"
+#include "tests/optimizer/survey_graph.hpp"
+
+// The optimizer on lawn-mower surveys of N submaps in lines of 50, 5 loop closures each. Argument
+// 2: wrong closures in percent. Times include the covariances.
+namespace seastitch {
+namespace {
+
+SurveyGraph Survey(const benchmark::State& state) {
+  SurveyOptions options;
+  options.vertices = static_cast<int>(state.range(0));
+  options.per_line = options.vertices < 500 ? 10 : 50;
+  options.wrong_share = 0.01 * static_cast<double>(state.range(1));
+  return SimulateSurvey(options);
+}
+
+void BM_OptimizerFullSolve(benchmark::State& state) {
+  const SurveyGraph survey = Survey(state);
+  for (auto _ : state) {
+    PoseGraphOptimizer optimizer{OptimizerParams{}};
+    for (const GraphUpdate& update : survey.updates) optimizer.Add(update);
+    benchmark::DoNotOptimize(optimizer.Solve());
+  }
+}
+
+void BM_OptimizerOneMoreVertex(benchmark::State& state) {
+  const SurveyGraph survey = Survey(state);
+  for (auto _ : state) {
+    state.PauseTiming();
+    PoseGraphOptimizer optimizer{OptimizerParams{}};
+    for (std::size_t k = 0; k + 1 < survey.updates.size(); ++k) optimizer.Add(survey.updates[k]);
+    optimizer.Solve();
+    optimizer.Add(survey.updates.back());
+    state.ResumeTiming();
+    benchmark::DoNotOptimize(optimizer.Solve());
+  }
+}
+
+void Sizes(benchmark::internal::Benchmark* b) {
+  for (const std::int64_t vertices : {100, 1000, 10000})
+    for (const std::int64_t wrong_percent : {0, 10}) b->Args({vertices, wrong_percent});
+  b->ArgNames({"vertices", "wrong_percent"})->Unit(benchmark::kMillisecond);
+}
+
+BENCHMARK(BM_OptimizerFullSolve)->Apply(Sizes);
+BENCHMARK(BM_OptimizerOneMoreVertex)->Apply(Sizes);
+
+}  // namespace
+}  // namespace seastitch

@@ -1,0 +1,154 @@
+#include "products/consistency.hpp"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/products/synthetic_survey.hpp"
+
+namespace seastitch {
+namespace {
+
+using testing::SeenFrom;
+using testing::TemporaryFolder;
+
+Survey CollectAll(const TemporaryFolder& folder, const std::vector<Submap>& submaps) {
+  SurveyCollector collector(folder.path());
+  for (const Submap& s : submaps) collector.Add(s);
+  return collector.Finish();
+}
+
+ConsistencyMap MapOf(const Survey& survey, double cell_m, std::size_t cache_points = 1'000'000) {
+  const std::vector<Pose2> poses = DeadReckonedPoses(survey);
+  Eigen::AlignedBox2d box;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    box.extend(NorthEastBox(survey.submaps[i], poses[i], MapAxes::kNorthEastDown));
+  }
+  return ComputeConsistency(survey.submaps,
+                            poses,
+                            MapAxes::kNorthEastDown,
+                            GridGeometry::Covering(box.min(), box.max(), cell_m),
+                            cache_points);
+}
+
+Submap WithId(Submap submap, int id) {
+  submap.id.value = id;
+  return submap;
+}
+
+const testing::Seabed kFlat = [](double, double) { return 30.0; };
+const testing::Seabed kSlope20 = [](double north, double) {
+  return 30.0 + north * std::tan(Deg2Rad(20.0));
+};
+
+TEST(Consistency, IdenticalSubmapsHaveNoPointErrorAndTheirOwnNoiseAsSurfaceError) {
+  const TemporaryFolder folder;
+  const Submap one = SeenFrom(0, {}, {}, kFlat, 10, 10, 0.25, 0.02);
+  const ConsistencyFigures f = Figures(MapOf(CollectAll(folder, {one, WithId(one, 1)}), 1.0));
+  EXPECT_GT(f.point.cells, 60u);
+  EXPECT_EQ(f.point.rms_m, 0.0);
+  EXPECT_NEAR(f.surface.median_m, 0.02 * 0.8, 0.008);
+}
+
+TEST(Consistency, OfTwoCleanLooksAtTheSameGroundIsSpacingByPointsAndNoiseBySurface) {
+  for (const double spacing : {0.15, 0.3}) {
+    const TemporaryFolder folder;
+    const ConsistencyFigures f =
+        Figures(MapOf(CollectAll(folder,
+                                 {SeenFrom(0, {}, {}, kFlat, 8, 8, spacing, 0.02),
+                                  SeenFrom(1, {}, {}, kFlat, 8, 8, spacing, 0.02)}),
+                      1.0));
+    EXPECT_NEAR(f.point.median_m, 0.5 * spacing, 0.15 * spacing) << spacing;
+    EXPECT_NEAR(f.surface.median_m, 0.018, 0.006) << spacing;
+  }
+}
+
+TEST(Consistency, OnASlopeGrowsWithTheShiftTimesTheSineOfTheSlope) {
+  for (const double shift : {0.25, 0.5, 1.0}) {
+    const TemporaryFolder folder;
+    const Submap a = SeenFrom(0, {}, {}, kSlope20, 8, 4, 0.1, 0.0);
+    const Submap b = SeenFrom(1, {}, {shift, 0, 0}, kSlope20, 8, 4, 0.1, 0.0);
+    const ConsistencyFigures f = Figures(MapOf(CollectAll(folder, {a, b}), 1.0));
+    const double expected = shift * std::sin(Deg2Rad(20.0));
+    EXPECT_NEAR(f.surface.median_m, expected, 1e-4) << shift;
+    EXPECT_NEAR(f.point.median_m, std::hypot(expected, 0.055), 0.012) << shift;
+  }
+}
+
+TEST(Consistency, OfAVerticalOffsetOnLevelGroundIsThatOffset) {
+  const TemporaryFolder folder;
+  Submap b = SeenFrom(1, {}, {}, kFlat, 6, 6, 0.15, 0.0);
+  b.T_map_submap.translation().z() += 0.4;
+  const Submap a = SeenFrom(0, {}, {}, kFlat, 6, 6, 0.15, 0.0);
+  const ConsistencyFigures f = Figures(MapOf(CollectAll(folder, {a, b}), 1.0));
+  EXPECT_NEAR(f.surface.rms_m, 0.4, 1e-4);
+  EXPECT_NEAR(f.point.rms_m, 0.4, 0.02);
+}
+
+TEST(Consistency, IsThatOfTheWorstPairWhereThreeSubmapsMeet) {
+  const TemporaryFolder folder;
+  std::vector<Submap> submaps;
+  for (int id = 0; id < 3; ++id) {
+    submaps.push_back(WithId(SeenFrom(0, {}, {}, kFlat, 6, 6, 0.2, 0.0), id));
+    submaps.back().T_map_submap.translation().z() += id == 0 ? 0.0 : id == 1 ? 0.1 : 0.35;
+  }
+  const ConsistencyMap map = MapOf(CollectAll(folder, submaps), 1.0);
+  EXPECT_NEAR(Figures(map).point.median_m, 0.35, 1e-3);
+  EXPECT_NEAR(Figures(map).surface.median_m, 0.35, 1e-3);
+  EXPECT_EQ(*std::max_element(map.submaps.cells().begin(), map.submaps.cells().end()), 3);
+}
+
+TEST(Consistency, HasNoValueWhereOneSubmapAloneSees) {
+  const TemporaryFolder folder;
+  const Survey survey =
+      CollectAll(folder,
+                 {SeenFrom(0, {}, {}, testing::Hills, 6, 6, 0.3, 0.0),
+                  SeenFrom(1, {20, 0, 0}, {20, 0, 0}, testing::Hills, 6, 6, 0.3, 0)});
+  const ConsistencyMap map = MapOf(survey, 1.0);
+  for (const ErrorFigures& f : {Figures(map).point, Figures(map).surface}) {
+    EXPECT_EQ(f.cells, 0u);
+    EXPECT_TRUE(std::isnan(f.rms_m));
+  }
+  EXPECT_EQ(*std::max_element(map.submaps.cells().begin(), map.submaps.cells().end()), 1);
+}
+
+TEST(Consistency, SaysNothingPastTheEdgeOfASubmap) {
+  // Two swaths that share one row of cells without reaching into one another.
+  const TemporaryFolder folder;
+  const Submap south = SeenFrom(0, {-4.2, 0, 0}, {-4.2, 0, 0}, kFlat, 10, 10, 0.2, 0.0);
+  const Submap north = SeenFrom(1, {6.2, 0, 0}, {6.2, 0, 0}, kFlat, 10, 10, 0.2, 0.0);
+  const ConsistencyMap map = MapOf(CollectAll(folder, {south, north}), 2.0);
+  EXPECT_EQ(*std::max_element(map.submaps.cells().begin(), map.submaps.cells().end()), 2);
+  EXPECT_EQ(Figures(map).point.cells, 0u);
+}
+
+TEST(Consistency, IsTheSameWithACacheOfOneSubmap) {
+  const TemporaryFolder folder;
+  const testing::DriftingSurvey drifting = testing::MakeDriftingSurvey();
+  const Survey survey = CollectAll(folder, drifting.submaps);
+  const ConsistencyMap small = MapOf(survey, 1.0, 1), large = MapOf(survey, 1.0);
+  EXPECT_EQ(small.point_error_m.cells(), large.point_error_m.cells());
+  EXPECT_EQ(small.surface_error_m.cells(), large.surface_error_m.cells());
+}
+
+TEST(Consistency, FallsWhenDriftingSubmapsArePutRightOverTheSameCells) {
+  const TemporaryFolder folder;
+  const testing::DriftingSurvey drifting = testing::MakeDriftingSurvey();
+  const Survey survey = CollectAll(folder, drifting.submaps);
+  const GridGeometry geometry = GridGeometry::Covering({-40, -40}, {120, 120}, 1.0);
+  const auto map_at = [&](const std::vector<Pose2>& poses) {
+    return ComputeConsistency(survey.submaps, poses, MapAxes::kNorthEastDown, geometry, 1'000'000);
+  };
+  const ConsistencyMap before = map_at(DeadReckonedPoses(survey));
+  const ConsistencyMap after = map_at(drifting.truth);
+  const ConsistencyFigures b = FiguresWhereBoth(before, after);
+  const ConsistencyFigures a = FiguresWhereBoth(after, before);
+  EXPECT_EQ(a.point.cells, b.point.cells);
+  EXPECT_LT(a.point.cells, Figures(before).point.cells);
+  EXPECT_LT(a.point.rms_m, 0.95 * b.point.rms_m);
+  EXPECT_LT(a.surface.rms_m, 0.5 * b.surface.rms_m);
+}
+
+}  // namespace
+}  // namespace seastitch

@@ -1,0 +1,208 @@
+#include "products/survey.hpp"
+
+#include <gmock/gmock.h>
+
+#include <limits>
+#include <sstream>
+
+#include "common/storage/submap_file.hpp"
+#include "products/depth_map.hpp"
+#include "products/graph_files.hpp"
+#include "products/map_points.hpp"
+#include "products/survey_collector.hpp"
+#include "tests/products/synthetic_survey.hpp"
+
+namespace seastitch {
+namespace {
+
+using testing::LoopEdge;
+using testing::MakeDriftingSurvey;
+using testing::SeenFrom;
+using testing::SolutionAt;
+using testing::TemporaryFolder;
+
+TEST(SurveyCollector, WritesCloudsAtOnceAndKeepsOnlyTheirMetadata) {
+  const TemporaryFolder folder;
+  SurveyCollector collector(folder.path());
+  const Submap submap = SeenFrom(4, {5, 6, 1}, {5, 6, 1}, testing::Hills, 6, 6, 0.5, 0.0);
+  collector.Add(submap);
+  const SubmapPcd pcd = ReadSubmapPcd(folder / "submaps/submap_4.pcd");
+  EXPECT_EQ(pcd.cloud.size(), submap.cloud.size());
+  const Survey survey = collector.Finish();
+  ASSERT_EQ(survey.submaps.size(), 1u);
+  EXPECT_EQ(survey.submaps[0].points, submap.cloud.size());
+  EXPECT_EQ(survey.submaps[0].soundings_read, submap.soundings_read);
+  EXPECT_GE(survey.submaps[0].hull.size(), 4u);
+}
+
+TEST(SurveyCollector, CountsAndSkipsWhatItCannotUse) {
+  const TemporaryFolder folder;
+  SurveyCollector collector(folder.path());
+  Submap submap = SeenFrom(0, {}, {}, testing::Hills, 4, 4, 0.5, 0.0);
+  submap.cloud.Add({std::numeric_limits<float>::quiet_NaN(), 0, 0});
+  collector.Add(submap);
+  collector.Add(submap);
+  submap.id.value = 1;
+  submap.T_map_submap.translation().x() = std::numeric_limits<double>::infinity();
+  collector.Add(submap);
+  Submap empty;
+  empty.id.value = 2;
+  collector.Add(empty);
+  NavState state;
+  state.time = FromUtime(10'000'000);
+  collector.Add(state);
+  collector.Add(state);
+  state.T_map_vehicle.translation().y() = std::numeric_limits<double>::quiet_NaN();
+  collector.Add(state);
+  collector.Add(GraphUpdate{1, {}, {LoopEdge(0, 2)}});
+  collector.Add(GraphUpdate{1, {}, {LoopEdge(0, 2)}});
+  PoseGraph graph;
+  graph.graph_version = 5;
+  collector.Add(graph);
+  graph.graph_version = 4;
+  collector.Add(graph);
+  const Survey survey = collector.Finish();
+  EXPECT_EQ(survey.submaps.size(), 2u);
+  EXPECT_EQ(survey.track.size(), 1u);
+  EXPECT_EQ(survey.edges.size(), 1u);
+  EXPECT_EQ(survey.solution.graph_version, 5);
+  const std::map<std::string, std::uint64_t> expected = {{"graph_update_repeated", 1},
+                                                         {"nav_not_finite", 1},
+                                                         {"nav_out_of_order", 1},
+                                                         {"pose_graph_older", 1},
+                                                         {"submap_points_not_finite", 1},
+                                                         {"submap_pose_not_finite", 1},
+                                                         {"submap_repeated", 1},
+                                                         {"submap_without_points", 1}};
+  EXPECT_EQ(survey.counters, expected);
+}
+
+TEST(SurveyCollector, ThinsAFastTrack) {
+  const TemporaryFolder folder;
+  SurveyCollector collector(folder.path());
+  NavState state;
+  for (int i = 0; i < 1000; ++i) {
+    state.time = FromUtime(10'000 * i);
+    collector.Add(state);
+  }
+  EXPECT_EQ(collector.Finish().track.size(), 200u);
+}
+
+TEST(SurveyCollector, NamesTheFolderItCannotMake) {
+  EXPECT_THROW(SurveyCollector("/proc/no/such"), std::runtime_error);
+}
+
+TEST(SolvedPoses, CarryTheLastCorrectionToSubmapsThatAreNotSolvedYet) {
+  const TemporaryFolder folder;
+  const testing::DriftingSurvey drifting = MakeDriftingSurvey(1, 3);
+  PoseGraph solution = SolutionAt(drifting.truth);
+  solution.vertices.pop_back();
+  const Survey survey = Collect(drifting, folder.path(), solution, {});
+  const std::vector<Pose2> dead_reckoned = DeadReckonedPoses(survey);
+  const std::vector<Pose2> solved = SolvedPoses(survey);
+  EXPECT_EQ(solved[1].x, drifting.truth[1].x);
+  const Pose2 step = Inverse(dead_reckoned[1]) * dead_reckoned[2];
+  const Pose2 got = Inverse(solved[1]) * solved[2];
+  EXPECT_NEAR((got.Vector() - step.Vector()).norm(), 0.0, 1e-9);
+}
+
+TEST(SolvedPoses, RefuseAVertexThatIsNotFinite) {
+  const TemporaryFolder folder;
+  const testing::DriftingSurvey drifting = MakeDriftingSurvey(1, 2);
+  PoseGraph solution = SolutionAt(drifting.truth);
+  solution.vertices[1].T_map_level.x = std::numeric_limits<double>::quiet_NaN();
+  const Survey survey = Collect(drifting, folder.path(), solution, {});
+  EXPECT_TRUE(SolvedPoses(survey)[1].Vector().allFinite());
+}
+
+TEST(MapPoints, OfAZUpFrameAreTurnedToNorthEastDown) {
+  EXPECT_EQ(ToNorthEastDown({1, 2, 3}, MapAxes::kEastNorthUp), Eigen::Vector3d(2, 1, -3));
+  EXPECT_EQ(ToNorthEastDown({1, 2, 3}, MapAxes::kNorthEastDown), Eigen::Vector3d(1, 2, 3));
+}
+
+TEST(MapPoints, DefaultCellIsTwiceThePointSpacingRoundedUp) {
+  const TemporaryFolder folder;
+  const Survey survey = Collect(MakeDriftingSurvey(1, 3), folder.path(), {}, {});
+  EXPECT_EQ(DefaultCell(survey.submaps), 1.0);  // 0.5 m apart
+  EXPECT_EQ(DefaultCell({}), 1.0);
+}
+
+TEST(MapPoints, RoundUpToOneTwoFive) {
+  EXPECT_DOUBLE_EQ(RoundUpOneTwoFive(1.0), 1.0);
+  EXPECT_DOUBLE_EQ(RoundUpOneTwoFive(1.01), 2.0);
+  EXPECT_DOUBLE_EQ(RoundUpOneTwoFive(0.21), 0.5);
+  EXPECT_DOUBLE_EQ(RoundUpOneTwoFive(7.0), 10.0);
+}
+
+TEST(DepthCell, WeighsBySoundingsAndKeepsMillimetresInTheDeep) {
+  DepthCell cell;
+  cell.Add(6000.001, 3.0);
+  cell.Add(6000.005, 1.0);
+  EXPECT_NEAR(cell.mean_m, 6000.002, 1e-9);
+  EXPECT_NEAR(cell.Spread(), std::sqrt((3 * 1e-6 + 9e-6) / 4), 1e-9);
+  EXPECT_EQ(cell.soundings, 4.0);
+}
+
+TEST(PosesTxt, KeepsHeightRollAndPitchAndEveryDigit) {
+  Survey survey;
+  SurveySubmap s;
+  s.id.value = 3;
+  const Eigen::Vector3d rpy(0.1, -0.2, 0.3);
+  s.T_map_submap = MakePose({1.0 / 3.0, 2.0 / 3.0, 40.123456789012345},
+                            RotationFromRpy(rpy.x(), rpy.y(), rpy.z()));
+  survey.submaps.push_back(s);
+  const Pose2 corrected{6'500'000.0 + 1.0 / 3.0, -1e-7 / 3.0, 2.9};
+  std::istringstream in(PosesTxt(survey, {corrected}));
+  int id = 0;
+  double x = 0, y = 0, z = 0, qx = 0, qy = 0, qz = 0, qw = 0;
+  in >> id >> x >> y >> z >> qx >> qy >> qz >> qw;
+  EXPECT_EQ(id, 3);
+  EXPECT_EQ(x, corrected.x);
+  EXPECT_EQ(y, corrected.y);
+  EXPECT_EQ(z, 40.123456789012345);
+  const Eigen::Vector3d got =
+      RpyFromRotation(Eigen::Quaterniond(qw, qx, qy, qz).toRotationMatrix());
+  EXPECT_NEAR((got - Eigen::Vector3d(rpy.x(), rpy.y(), 2.9)).norm(), 0.0, 1e-12);
+}
+
+TEST(GraphG2o, HoldsVerticesTheFixedFirstAndOnlyEdgesThatPull) {
+  Survey survey;
+  for (int i = 0; i < 3; ++i) {
+    SurveySubmap s;
+    s.id.value = i;
+    survey.submaps.push_back(s);
+  }
+  GraphEdge fix = LoopEdge(1, 1);
+  fix.kind = EdgeKind::kPositionFix;
+  survey.edges = {LoopEdge(0, 2), LoopEdge(0, 1, LoopVerdict::kAmbiguous), LoopEdge(0, 9), fix};
+  std::istringstream in(GraphG2o(survey, {{0, 0, 0}, {1, 2, 3}, {4, 5, 6}}));
+  int vertices = 0, edges = 0, priors = 0;
+  std::string line;
+  while (std::getline(in, line)) {
+    std::istringstream words(line);
+    std::string tag;
+    words >> tag;
+    std::vector<double> v;
+    for (double number = 0; words >> number;) v.push_back(number);
+    if (tag == "VERTEX_SE2") {
+      EXPECT_EQ(v.size(), 4u);
+      ++vertices;
+    } else if (tag == "FIX") {
+      EXPECT_EQ(v, std::vector<double>{0});
+    } else if (tag == "EDGE_SE2") {
+      EXPECT_EQ(v, (std::vector<double>{0, 2, 1, 2, 0.1, 4, 1, 0, 5, 0, 900}));
+      ++edges;
+    } else if (tag == "EDGE_PRIOR_SE2") {
+      EXPECT_EQ(v.size(), 10u);
+      ++priors;
+    } else {
+      ADD_FAILURE() << line;
+    }
+  }
+  EXPECT_EQ(vertices, 3);
+  EXPECT_EQ(edges, 1);
+  EXPECT_EQ(priors, 1);
+}
+
+}  // namespace
+}  // namespace seastitch

@@ -1,0 +1,358 @@
+#include "products/write_products.hpp"
+
+#include <gdal_priv.h>
+#include <gmock/gmock.h>
+#include <signal.h>
+#include <sys/resource.h>
+
+#include <limits>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "common/storage/submap_file.hpp"
+#include "products/atomic_file.hpp"
+#include "tests/products/synthetic_survey.hpp"
+
+namespace seastitch {
+namespace {
+
+using testing::Collect;
+using testing::DriftingSurvey;
+using ::testing::HasSubstr;
+using testing::LoopEdge;
+using testing::MakeDriftingSurvey;
+using ::testing::Not;
+using testing::Slurp;
+using testing::SolutionAt;
+using testing::TemporaryFolder;
+namespace fs = std::filesystem;
+
+const std::vector<std::string> kFiles = {"depth.tif",
+                                         "depth_dead_reckoned.tif",
+                                         "consistency.tif",
+                                         "consistency_dead_reckoned.tif",
+                                         "depth.png",
+                                         "depth_dead_reckoned.png",
+                                         "consistency.png",
+                                         "consistency_dead_reckoned.png",
+                                         "track.csv",
+                                         "poses.txt",
+                                         "graph.g2o",
+                                         "survey.gpkg",
+                                         "report.json",
+                                         "report.html"};
+
+const DriftingSurvey& Drifting() {
+  static const DriftingSurvey survey = MakeDriftingSurvey();
+  return survey;
+}
+
+ProductOptions OptionsWithDatum() {
+  ProductOptions options;
+  options.datum = Datum{57.1, 11.2};
+  options.title = "A <test> survey";
+  options.seeds = {{"bench", 42}};
+  return options;
+}
+
+nlohmann::json Json(const fs::path& path) { return nlohmann::json::parse(Slurp(path)); }
+
+std::string ErrorOf(const Survey& survey, const ProductOptions& options, const fs::path& dir) {
+  try {
+    WriteProducts(survey, options, dir);
+  } catch (const std::exception& e) {
+    return e.what();
+  }
+  return "no error";
+}
+
+std::map<int, Eigen::Vector2d> PosesIn(const fs::path& path) {
+  std::ifstream in(path);
+  std::map<int, Eigen::Vector2d> poses;
+  int id = 0;
+  for (double x, y, skip; in >> id >> x >> y >> skip >> skip >> skip >> skip >> skip;) {
+    poses[id] = {x, y};
+  }
+  return poses;
+}
+
+TEST(WriteProducts, CorrectsTheMapAndSaysByHowMuch) {
+  const TemporaryFolder folder;
+  const Survey survey =
+      Collect(Drifting(),
+              folder.path(),
+              SolutionAt(Drifting().truth),
+              {LoopEdge(0, 5), LoopEdge(1, 4), LoopEdge(2, 3, LoopVerdict::kAmbiguous)});
+  ProductOptions options = OptionsWithDatum();
+  for (const NavState& s : Drifting().true_track) {
+    options.truth.push_back({s.time, LevelPose(s.T_map_vehicle)});
+  }
+  options.run_figures = [] { return RunFigures{10.0, 12.0, 100.0, 27.0}; };
+  const ProductSummary summary = WriteProducts(survey, options, folder.path());
+
+  EXPECT_EQ(summary.outcome, Outcome::kCorrected) << summary.statement;
+  EXPECT_LT(summary.after().point.rms_m, 0.95 * summary.before.point.rms_m);
+  EXPECT_LT(summary.after().surface.rms_m, 0.5 * summary.before.surface.rms_m);
+  EXPECT_EQ(summary.cell_m, 1.0);
+  for (const std::string& name : kFiles) EXPECT_GT(fs::file_size(folder / name), 0u) << name;
+  for (const fs::directory_entry& e : fs::recursive_directory_iterator(folder.path())) {
+    EXPECT_THAT(e.path().string(), Not(HasSubstr("partial")));
+  }
+  const auto poses = PosesIn(folder / "poses.txt");
+  ASSERT_EQ(poses.size(), 9u);
+  EXPECT_NEAR((poses.at(8) - Drifting().truth[8].Translation()).norm(), 0.0, 1e-12);
+
+  const nlohmann::json report = Json(folder / "report.json");
+  EXPECT_LT(report["consistency_rms_m"]["after"], report["consistency_rms_m"]["before"]);
+  EXPECT_EQ(report["submaps"], 9);
+  EXPECT_EQ(report["loop_closures"]["accepted"], 2);
+  EXPECT_EQ(report["loop_closures"]["rejected"], 1);
+  EXPECT_EQ(report["loop_closures"]["verdicts"]["ambiguous"], 1);
+  EXPECT_EQ(report["soundings"]["used"].get<std::uint64_t>(),
+            report["soundings"]["read"].get<std::uint64_t>() - 9 * 7);
+  EXPECT_GT(report["position_rms_m"]["before"], 0.5);
+  EXPECT_LT(report["position_rms_m"]["after"], 0.1);
+  EXPECT_LT(report["surface_rms_m"]["after"], report["surface_rms_m"]["before"]);
+  EXPECT_GT(report["position_max_m"]["before"], report["position_rms_m"]["before"]);
+  EXPECT_LT(report["yaw_rms_deg"]["after"], report["yaw_rms_deg"]["before"]);
+  for (const char* key : {"wall_s", "cpu_s", "peak_rss_mb", "realtime_factor"}) {
+    EXPECT_EQ(report[key], report["run"][key]);
+    EXPECT_THAT(report["not_reproducible"].dump(), HasSubstr(key));
+  }
+  EXPECT_EQ(report["seeds"]["bench"], 42);
+  const std::string html = Slurp(folder / "report.html");
+  EXPECT_THAT(html, HasSubstr("A &lt;test&gt; survey"));
+  EXPECT_THAT(html, HasSubstr("The map is corrected by 2 loop closures"));
+}
+
+TEST(WriteProducts, RewritesSubmapsWithTheirCorrectedFrames) {
+  const TemporaryFolder folder;
+  const Survey survey =
+      Collect(Drifting(), folder.path(), SolutionAt(Drifting().truth), {LoopEdge(0, 5)});
+  WriteProducts(survey, {}, folder.path());
+  const SubmapPcd pcd = ReadSubmapPcd(folder / "submaps/submap_8.pcd");
+  const Pose2& truth = Drifting().truth[8];
+  EXPECT_NEAR(pcd.T_map_submap.translation().x(), truth.x, 1e-4);
+  EXPECT_NEAR(pcd.T_map_submap.translation().z(),
+              Drifting().submaps[8].T_map_submap.translation().z(),
+              1e-4);
+  EXPECT_NEAR(WrapAngle(LevelPose(pcd.T_map_submap).yaw - truth.yaw), 0.0, 1e-5);
+  EXPECT_EQ(pcd.cloud.points, Drifting().submaps[8].cloud.points);
+}
+
+TEST(WriteProducts, WithoutRoomOnTheDiskGivesOneLineAndKeepsTheOldFile) {
+  const TemporaryFolder folder;
+  WriteFileAtomically(folder / "depth.tif", "the old map");
+  struct rlimit old {};
+  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &old), 0);
+  const auto old_handler = ::signal(SIGXFSZ, SIG_IGN);
+  const struct rlimit small { 1000, old.rlim_max };
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &small), 0);
+  std::string error = "no error";
+  try {
+    WriteFileAtomically(folder / "depth.tif", std::string(5000, 'x'));
+  } catch (const std::runtime_error& e) {
+    error = e.what();
+  }
+  ::setrlimit(RLIMIT_FSIZE, &old);
+  ::signal(SIGXFSZ, old_handler);
+  EXPECT_THAT(error, HasSubstr("depth.tif: cannot be written: "));
+  EXPECT_EQ(Slurp(folder / "depth.tif"), "the old map");
+  EXPECT_FALSE(fs::exists(folder / "depth.tif.partial"));
+}
+
+TEST(WriteProducts, GivesTheSameBytesTwice) {
+  const TemporaryFolder a, b;
+  for (const TemporaryFolder* folder : {&a, &b}) {
+    const Survey survey =
+        Collect(Drifting(), folder->path(), SolutionAt(Drifting().truth), {LoopEdge(0, 5)});
+    WriteProducts(survey, OptionsWithDatum(), folder->path());
+  }
+  for (const std::string& name : kFiles) EXPECT_EQ(Slurp(a / name), Slurp(b / name)) << name;
+  EXPECT_EQ(Slurp(a / "submaps/submap_3.pcd"), Slurp(b / "submaps/submap_3.pcd"));
+}
+
+TEST(WriteProducts, WithholdsACorrectionThatMakesTheMapWorse) {
+  const TemporaryFolder folder;
+  std::vector<Pose2> wrong = DeadReckonedPoses(Collect(Drifting(), folder.path(), {}, {}));
+  for (std::size_t i = 3; i < 6; ++i) wrong[i].x += 4.0;
+  const Survey survey = Collect(Drifting(), folder.path(), SolutionAt(wrong), {LoopEdge(0, 5)});
+  const ProductSummary summary = WriteProducts(survey, {}, folder.path());
+  EXPECT_EQ(summary.outcome, Outcome::kWithheld);
+  EXPECT_GT(summary.solved.surface.rms_m, summary.before.surface.rms_m);
+  EXPECT_EQ(summary.after().point.rms_m, summary.before.point.rms_m);
+  EXPECT_EQ(Slurp(folder / "depth.tif"), Slurp(folder / "depth_dead_reckoned.tif"));
+  EXPECT_EQ(Slurp(folder / "consistency.tif"), Slurp(folder / "consistency_dead_reckoned.tif"));
+  const auto poses = PosesIn(folder / "poses.txt");
+  EXPECT_EQ(poses.at(4), DeadReckonedPoses(survey)[4].Translation());
+  EXPECT_EQ(Json(folder / "report.json")["outcome"], "withheld");
+  EXPECT_THAT(Slurp(folder / "report.html"), HasSubstr("The correction was withheld"));
+}
+
+TEST(WriteProducts, WithholdsACorrectionThatTearsTheSwathsApart) {
+  const TemporaryFolder folder;
+  std::vector<Pose2> torn = Drifting().truth;
+  for (std::size_t i = 0; i < torn.size(); ++i) torn[i].y += 60.0 * static_cast<double>(i);
+  const Survey survey = Collect(Drifting(), folder.path(), SolutionAt(torn), {LoopEdge(0, 5)});
+  EXPECT_EQ(WriteProducts(survey, {}, folder.path()).outcome, Outcome::kWithheld);
+}
+
+TEST(WriteProducts, WithholdsASolutionTooWildToGrid) {
+  const TemporaryFolder folder;
+  std::vector<Pose2> wild = Drifting().truth;
+  wild.back().x = 1e12;
+  const Survey survey = Collect(Drifting(), folder.path(), SolutionAt(wild), {LoopEdge(0, 5)});
+  const ProductSummary summary = WriteProducts(survey, {}, folder.path());
+  EXPECT_EQ(summary.outcome, Outcome::kWithheld);
+  EXPECT_EQ(summary.cell_m, 1.0);
+  EXPECT_THAT(summary.statement, HasSubstr("scattered"));
+}
+
+TEST(WriteProducts, SaysPlainlyThatNothingOverlaps) {
+  const TemporaryFolder folder;
+  const DriftingSurvey line = MakeDriftingSurvey(1, 3, 0.0);
+  const Survey survey = Collect(
+      line, folder.path(), SolutionAt(DeadReckonedPoses(Collect(line, folder.path(), {}, {}))), {});
+  const ProductSummary summary = WriteProducts(survey, {}, folder.path());
+  EXPECT_EQ(summary.outcome, Outcome::kNothingToCorrect);
+  EXPECT_THAT(summary.statement, HasSubstr("no two passes of this survey overlap"));
+  EXPECT_THAT(Slurp(folder / "report.html"), HasSubstr("Nothing could be corrected"));
+}
+
+TEST(WriteProducts, SaysPlainlyThatNoRegistrationWasTrusted) {
+  const TemporaryFolder folder;
+  const Survey survey =
+      Collect(Drifting(), folder.path(), PoseGraph{}, {LoopEdge(0, 5, LoopVerdict::kDegenerate)});
+  const ProductSummary summary = WriteProducts(survey, {}, folder.path());
+  EXPECT_EQ(summary.outcome, Outcome::kNothingToCorrect);
+  EXPECT_THAT(summary.statement, HasSubstr("none of the results could be trusted"));
+}
+
+TEST(WriteProducts, MapsASingleSubmap) {
+  const TemporaryFolder folder;
+  const Survey survey = Collect(MakeDriftingSurvey(1, 1), folder.path(), {}, {});
+  const ProductSummary summary = WriteProducts(survey, OptionsWithDatum(), folder.path());
+  EXPECT_EQ(summary.before_all.point.cells, 0u);
+  EXPECT_TRUE(Json(folder / "report.json")["consistency_rms_m"]["before"].is_null());
+  for (const std::string& name : kFiles) EXPECT_TRUE(fs::exists(folder / name)) << name;
+}
+
+TEST(WriteProducts, OfNothingIsOneClearLine) {
+  const TemporaryFolder folder;
+  EXPECT_EQ(ErrorOf({}, {}, folder.path()), "no submap: there is nothing to map");
+  SurveyCollector collector(folder.path());
+  Submap empty;
+  empty.id.value = 0;
+  collector.Add(empty);
+  EXPECT_EQ(ErrorOf(collector.Finish(), {}, folder.path()),
+            "no submap has a point: there is nothing to map");
+  EXPECT_FALSE(fs::exists(folder / "depth.tif"));
+}
+
+TEST(WriteProducts, RefusesUnusableOptions) {
+  const TemporaryFolder folder;
+  const Survey survey = Collect(MakeDriftingSurvey(1, 1), folder.path(), {}, {});
+  ProductOptions options;
+  options.cell_m = -1.0;
+  EXPECT_THAT(ErrorOf(survey, options, folder.path()), HasSubstr("cell_m = -1"));
+  options.cell_m = 0.001;
+  EXPECT_THAT(ErrorOf(survey, options, folder.path()), HasSubstr("cell_m = 0.001: the map would"));
+  options = OptionsWithDatum();
+  options.axes = MapAxes::kEastNorthUp;
+  EXPECT_THAT(ErrorOf(survey, options, folder.path()), HasSubstr("a datum needs"));
+  EXPECT_THAT(ErrorOf(survey, {}, "/proc/none"), HasSubstr("/proc/none"));
+}
+
+TEST(WriteProducts, MakesADefaultCellLargerThanTheLimitAllows) {
+  const TemporaryFolder folder;
+  const Survey survey = Collect(MakeDriftingSurvey(1, 3), folder.path(), {}, {});
+  ProductOptions options;
+  options.max_cells = 400;
+  EXPECT_EQ(WriteProducts(survey, options, folder.path()).cell_m, 5.0);
+}
+
+TEST(WriteProducts, OfAZUpSurveyHasDepthsPositiveDownAndNorthUp) {
+  const TemporaryFolder folder;
+  SurveyCollector collector(folder.path());
+  Submap submap;
+  submap.id.value = 0;
+  submap.T_map_submap.translation() = Eigen::Vector3d(100.0, 200.0, -30.0);
+  for (int i = 0; i < 40; ++i) {
+    for (int j = 0; j < 20; ++j) {
+      submap.cloud.Add(Eigen::Vector3f(0.5f * static_cast<float>(i),
+                                       0.5f * static_cast<float>(j),
+                                       -5.0f - 0.1f * static_cast<float>(j)));
+    }
+  }
+  collector.Add(submap);
+  ProductOptions options;
+  options.axes = MapAxes::kEastNorthUp;
+  options.cell_m = 1.0;
+  WriteProducts(collector.Finish(), options, folder.path());
+  GDALAllRegister();
+  GDALDataset* tif =
+      static_cast<GDALDataset*>(GDALOpen((folder / "depth.tif").c_str(), GA_ReadOnly));
+  ASSERT_NE(tif, nullptr);
+  EXPECT_GT(tif->GetRasterXSize(), tif->GetRasterYSize());  // longer in x, which is east
+  float north_edge = 0, south_edge = 0;
+  ASSERT_EQ(tif->GetRasterBand(1)->RasterIO(
+                GF_Read, 5, 1, 1, 1, &north_edge, 1, 1, GDT_Float32, 0, 0, nullptr),
+            CE_None);
+  ASSERT_EQ(tif->GetRasterBand(1)->RasterIO(GF_Read,
+                                            5,
+                                            tif->GetRasterYSize() - 2,
+                                            1,
+                                            1,
+                                            &south_edge,
+                                            1,
+                                            1,
+                                            GDT_Float32,
+                                            0,
+                                            0,
+                                            nullptr),
+            CE_None);
+  EXPECT_GT(south_edge, 34.9f);
+  EXPECT_GT(north_edge, south_edge);  // deeper towards larger y
+  GDALClose(tif);
+}
+
+TEST(WriteProducts, RemovesSubmapsOfALongerRunBefore) {
+  const TemporaryFolder folder;
+  const Survey survey = Collect(MakeDriftingSurvey(1, 2), folder.path(), {}, {});
+  WriteFileAtomically(folder / "submaps/submap_77.pcd", "old");
+  WriteFileAtomically(folder / "submaps/notes.txt", "mine");
+  WriteProducts(survey, {}, folder.path());
+  EXPECT_FALSE(fs::exists(folder / "submaps/submap_77.pcd"));
+  EXPECT_TRUE(fs::exists(folder / "submaps/notes.txt"));
+  EXPECT_TRUE(fs::exists(folder / "submaps/submap_1.pcd"));
+}
+
+TEST(WriteProducts, NamesASubmapFileThatIsGone) {
+  const TemporaryFolder folder;
+  const Survey survey = Collect(MakeDriftingSurvey(1, 2), folder.path(), {}, {});
+  fs::remove(folder / "submaps/submap_1.pcd");
+  EXPECT_THAT(ErrorOf(survey, {}, folder.path()), HasSubstr("submap_1.pcd"));
+}
+
+TEST(WriteProducts, KeepsPicturesSmallOfASurveyOfAnyShape) {
+  const TemporaryFolder folder;
+  SurveyCollector collector(folder.path());
+  for (int id = 0; id < 4; ++id) {
+    const Pose2 at{0.0, 700.0 * id, 0.5 * kPi};
+    collector.Add(testing::SeenFrom(id, at, at, testing::Hills, 700, 10, 2.0, 0.02));
+  }
+  ProductOptions options;
+  options.cell_m = 1.0;
+  WriteProducts(collector.Finish(), options, folder.path());
+  GDALAllRegister();
+  GDALDataset* png =
+      static_cast<GDALDataset*>(GDALOpen((folder / "depth.png").c_str(), GA_ReadOnly));
+  ASSERT_NE(png, nullptr);
+  EXPECT_LE(png->GetRasterXSize(), 1600);
+  EXPECT_LE(png->GetRasterYSize(), 1600);
+  EXPECT_GE(png->GetRasterYSize(), 400);
+  GDALClose(png);
+}
+
+}  // namespace
+}  // namespace seastitch

@@ -1,0 +1,122 @@
+#include "common/runtime/bus.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "common/runtime/health.hpp"
+#include "seastitch/counter_t.hpp"
+#include "seastitch/graph_request_t.hpp"
+
+namespace seastitch {
+namespace {
+
+counter_t Counter(const std::string& name, std::int64_t value) {
+  counter_t msg{};
+  msg.name = name;
+  msg.value = value;
+  return msg;
+}
+
+TEST(Bus, SaysWhatItCannotOpen) {
+  EXPECT_THAT([] { Bus bus("carrierpigeon://"); },
+              testing::ThrowsMessage<std::runtime_error>(
+                  testing::StartsWith("cannot open LCM bus carrierpigeon://: ")));
+}
+
+TEST(Bus, DeliversInOrderAndAlsoWhatHandlersPublish) {
+  Bus bus("memq://");
+  std::vector<std::int64_t> got;
+  bus.Subscribe<counter_t>("PING", 0, [&](const counter_t& msg) {
+    if (msg.value < 5) bus.Publish("PING", Counter("p", msg.value + 1));
+    got.push_back(msg.value);
+  });
+  bus.Publish("PING", Counter("p", 0));
+  bus.Publish("PING", Counter("p", 3));
+  bus.HandleAll();
+  EXPECT_THAT(got, testing::ElementsAre(0, 3, 1, 4, 2, 5, 3, 4, 5));
+  EXPECT_EQ(bus.publish_errors(), 0);
+}
+
+TEST(Bus, KeepsMoreThanLcmsThirtyMessages) {
+  Bus bus("memq://");
+  int got = 0;
+  bus.Subscribe<counter_t>("PING", 0, [&](const counter_t&) { ++got; });
+  for (int i = 0; i < 1000; ++i) bus.Publish("PING", Counter("p", i));
+  bus.HandleAll();
+  EXPECT_EQ(got, 1000);
+}
+
+TEST(Bus, CountsWhatDoesNotDecodeWhole) {
+  Bus bus("memq://");
+  int got = 0;
+  bus.Subscribe<counter_t>("PING", 0, [&](const counter_t&) { ++got; });
+  const counter_t msg = Counter("name", 1);
+  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(msg.getEncodedSize()));
+  msg.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  for (std::size_t size = 0; size < bytes.size(); ++size)
+    bus.PublishBytes("PING", bytes.data(), size);
+  bytes.push_back(0);
+  bus.PublishBytes("PING", bytes.data(), bytes.size());
+  bus.Publish("PING", graph_request_t{});  // another type
+  bus.PublishBytes("PING", bytes.data(), bytes.size() - 1);
+  bus.HandleAll();
+  EXPECT_EQ(got, 1);
+  EXPECT_EQ(bus.decode_errors(), static_cast<std::int64_t>(bytes.size()) + 1);
+}
+
+TEST(Bus, GivesEveryChannelToAPattern) {
+  Bus bus("memq://");
+  std::vector<std::string> channels;
+  bus.SubscribeBytes(
+      ".*", 0, [&](const std::string& channel, const void*, int) { channels.push_back(channel); });
+  bus.Publish("A", Counter("", 1));
+  bus.Publish("B.C", Counter("", 2));
+  bus.HandleAll();
+  EXPECT_THAT(channels, testing::ElementsAre("A", "B.C"));
+}
+
+TEST(SequenceWatch, CountsWhatIsMissingAndForgivesARestart) {
+  SequenceWatch watch;
+  EXPECT_EQ(watch.Add(7), 0);  // joined late
+  EXPECT_EQ(watch.Add(8), 0);
+  EXPECT_EQ(watch.Add(11), 2);
+  EXPECT_EQ(watch.Add(0), 0);
+  EXPECT_EQ(watch.Add(1), 0);
+}
+
+TEST(Health, TellsCountersRatesAndState) {
+  Health health("mapper");
+  health.Count("bad", 2);
+  health.Count("bad");
+  health.Set("queue_depth", 9);
+  for (int i = 0; i < 20; ++i) health.Tick("imu");
+  health.SetState(HealthState::kOk, "all well");
+  const health_t first = health.Snapshot(123, 2.0);
+  EXPECT_EQ(first.utime, 123);
+  EXPECT_EQ(first.process, "mapper");
+  EXPECT_EQ(first.state, health_t::STATE_OK);
+  EXPECT_EQ(first.text, "all well");
+  ASSERT_EQ(first.num_counters, 2);
+  EXPECT_EQ(first.counters[0].name, "bad");
+  EXPECT_EQ(first.counters[0].value, 3);
+  ASSERT_EQ(first.num_rates, 1);
+  EXPECT_EQ(first.rate_hz[0], 10.0);
+  EXPECT_EQ(health.counter("bad"), 3);
+  EXPECT_EQ(health.counter("never"), 0);
+}
+
+TEST(Health, KeepsAStreamThatStoppedInTheListWithZeroHertz) {
+  Health health("mapper");
+  health.Tick("imu");
+  health.Snapshot(0, 1.0);
+  const health_t second = health.Snapshot(1, 1.0);
+  EXPECT_EQ(second.seq, 1);
+  ASSERT_EQ(second.num_rates, 1);
+  EXPECT_EQ(second.rate_hz[0], 0.0);
+}
+
+}  // namespace
+}  // namespace seastitch

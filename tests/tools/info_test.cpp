@@ -1,0 +1,68 @@
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "common/storage/event_log.hpp"
+#include "seastitch/depth_t.hpp"
+#include "tests/process/run_command.hpp"
+#include "tests/runtime/temporary_dir.hpp"
+
+namespace seastitch {
+namespace {
+
+void WriteDepth(EventLogWriter* log, std::int64_t utime, std::int64_t seq) {
+  depth_t msg{};
+  msg.utime = utime;
+  msg.seq = seq;
+  log->Write(utime, "DEPTH", msg);
+}
+
+nlohmann::json InfoOf(const std::string& log) {
+  const CommandResult result = RunCommand(Program("seastitch") + " info --json " + log);
+  EXPECT_EQ(result.exit_code, 0) << result.output;
+  return nlohmann::json::parse(result.output);
+}
+
+TEST(Info, CountsWhatTheSequenceNumbersMiss) {
+  const TemporaryDir dir;
+  const std::string path = (dir.path() / "a.lcmlog").string();
+  {
+    EventLogWriter log(path);
+    for (const std::int64_t seq : {0, 1, 2, 5, 6}) WriteDepth(&log, 1'000'000 + seq * 100'000, seq);
+  }
+  const auto info = InfoOf(path);
+  EXPECT_EQ(info["channels"]["DEPTH"]["events"], 5);
+  EXPECT_EQ(info["channels"]["DEPTH"]["lost"], 2);
+  EXPECT_EQ(info["damaged_bytes"], 0);
+}
+
+TEST(Info, RepairKeepsEveryWholeEventOfATornLog) {
+  const TemporaryDir dir;
+  const std::string path = (dir.path() / "a.lcmlog").string();
+  {
+    EventLogWriter log(path);
+    for (int seq = 0; seq < 100; ++seq) WriteDepth(&log, 1'000'000 + seq, seq);
+  }
+  std::string bytes;
+  {
+    std::ifstream in(path, std::ios::binary);
+    bytes.assign(std::istreambuf_iterator<char>(in), {});
+  }
+  const std::size_t event_size = bytes.size() / 100;
+  // One length that is wrong in the middle, half an event at the end.
+  bytes[50 * event_size + 24] = '\x7f';
+  bytes.resize(bytes.size() - event_size / 2);
+  const std::string torn = dir.Write("torn.lcmlog", bytes);
+
+  const std::string mended = (dir.path() / "mended.lcmlog").string();
+  const CommandResult repair =
+      RunCommand(Program("seastitch") + " info " + torn + " --repair " + mended);
+  EXPECT_EQ(repair.exit_code, 0) << repair.output;
+  const auto info = InfoOf(mended);
+  EXPECT_EQ(info["channels"]["DEPTH"]["events"], 98);
+  EXPECT_EQ(info["damaged_bytes"], 0);
+}
+
+}  // namespace
+}  // namespace seastitch

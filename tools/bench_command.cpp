@@ -1,0 +1,54 @@
+#include "tools/bench_command.hpp"
+
+#include <cstdio>
+
+#include "bench/log.hpp"
+#include "bench/survey_config.hpp"
+#include "common/runtime/vehicle_config.hpp"
+#include "tools/progress.hpp"
+
+namespace seastitch {
+
+bench::SurveySimulator MakeSimulator(const BenchOptions& options) {
+  bench::SurveyConfig survey = bench::LoadSurvey(options.survey.string());
+  if (!options.terrain.empty()) survey.raster.file = options.terrain.string();
+  for (const std::string& fault : options.faults) {
+    survey.faults.push_back(bench::ParseFault(fault));
+  }
+  std::fprintf(stderr,
+               "survey %s, seed %llu\n",
+               options.survey.filename().c_str(),
+               static_cast<unsigned long long>(survey.seed));
+  return bench::SurveySimulator(survey,
+                                LoadVehicle((options.config_dir / "vehicle.yaml").string()),
+                                bench::LoadDriverConfigs(options.config_dir).signals());
+}
+
+int RunBench(const BenchOptions& options) {
+  bench::SurveySimulator simulator = MakeSimulator(options);
+  ProgressLine progress("simulating", 1000, false);
+  const auto show = [&](double part) {
+    progress.Set(static_cast<std::uint64_t>(1000.0 * part));
+    return true;
+  };
+  if (options.log.empty()) {
+    const bench::LiveResult sent =
+        bench::SendLive(&simulator, options.targets, options.speed, show);
+    progress.Finish();
+    std::printf("%lld packets sent, %lld refused, at most %.3f s late\n",
+                static_cast<long long>(sent.packets),
+                static_cast<long long>(sent.refused),
+                sent.max_lag_s);
+  } else {
+    const bench::LogResult written = bench::WriteLog(
+        &simulator, bench::LoadDriverConfigs(options.config_dir), options.log, show);
+    progress.Finish();
+    std::printf("%lld events in %s\n", static_cast<long long>(written.events), options.log.c_str());
+  }
+  std::printf("%lld pings, %lld soundings\n",
+              static_cast<long long>(simulator.counts().pings),
+              static_cast<long long>(simulator.counts().soundings));
+  return EXIT_SUCCESS;
+}
+
+}  // namespace seastitch

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "bench/live.hpp"
+#include "bench/simulator.hpp"
+
+namespace seastitch {
+
+struct BenchOptions {
+  std::filesystem::path survey;   // survey YAML
+  std::filesystem::path terrain;  // GDAL raster; empty: the survey's own seabed
+  std::filesystem::path
+      config_dir;             // vehicle.yaml and the drivers' files: both sides agree on these
+  std::filesystem::path log;  // empty: device bytes are sent live
+  double speed = 1.0;
+  std::vector<std::string> faults;  // beyond the survey's own: see bench/fault.hpp
+  bench::LiveTargets targets{"127.0.0.1:20001", "127.0.0.1:20002", "127.0.0.1:6020"};
+};
+
+// The simulator that the options describe. Throws std::runtime_error or std::invalid_argument with
+// one line.
+bench::SurveySimulator MakeSimulator(const BenchOptions& options);
+
+// `seastitch bench`: a simulated survey as device bytes over UDP, or as an LCM log with the truth
+// beside it. Throws as MakeSimulator.
+int RunBench(const BenchOptions& options);
+
+}  // namespace seastitch

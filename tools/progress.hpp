@@ -1,0 +1,44 @@
+#pragma once
+
+#include <unistd.h>
+#include <chrono>
+#include <cstdint>
+#include <cstdio>
+#include <string>
+
+namespace seastitch {
+
+// One line on stderr that says how far a long step is: rewritten in place on a terminal, a new line
+// every tenth elsewhere.
+class ProgressLine {
+ public:
+  ProgressLine(std::string what, std::uint64_t total, bool quiet)
+      : what_(std::move(what)),
+        total_(total),
+        quiet_(quiet),
+        terminal_(isatty(STDERR_FILENO) != 0) {}
+
+  void Advance(std::uint64_t n) { Set(done_ + n); }
+  void Set(std::uint64_t done) {
+    done_ = done;
+    if (quiet_ || total_ == 0) return;
+    const int percent = static_cast<int>(done_ >= total_ ? 100 : 100 * done_ / total_);
+    if (percent == shown_ || (!terminal_ && percent / 10 == shown_ / 10)) return;
+    shown_ = percent;
+    std::fprintf(stderr, terminal_ ? "\r%s: %d %% " : "%s: %d %%\n", what_.c_str(), percent);
+  }
+  void Finish() {
+    Set(total_);
+    if (!quiet_ && terminal_ && shown_ >= 0) std::fprintf(stderr, "\n");
+  }
+
+ private:
+  std::string what_;
+  std::uint64_t total_;
+  std::uint64_t done_ = 0;
+  bool quiet_;
+  bool terminal_;
+  int shown_ = -1;
+};
+
+}  // namespace seastitch

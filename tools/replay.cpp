@@ -1,0 +1,231 @@
+#include "tools/replay.hpp"
+
+#include <sys/resource.h>
+
+#include <chrono>
+#include <cstdio>
+#include <set>
+#include <stdexcept>
+
+#include "common/convert/convert.hpp"
+#include "common/runtime/bus.hpp"
+#include "common/runtime/vehicle_config.hpp"
+#include "common/runtime/worker.hpp"
+#include "common/storage/event_log.hpp"
+#include "mapper/mapper_node.hpp"
+#include "optimizer/optimizer_node.hpp"
+#include "products/survey_collector.hpp"
+#include "tools/progress.hpp"
+
+namespace seastitch {
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::set<std::string> kSensorChannels{
+    "IMU", "DVL", "DEPTH", "MBES_PING", "SVP", "POSITION_FIX"};
+const std::set<std::string> kResultChannels{
+    "NAV", "SUBMAP", "SUBMAP_POINTS", "GRAPH_UPDATE", "POSE_GRAPH"};
+
+// Hands what mapper and optimizer publish to the collector.
+class CollectorNode {
+ public:
+  CollectorNode(Bus* bus, SurveyCollector* collector) : collector_(collector) {
+    bus->Subscribe<nav_t>("NAV", 0, [this](const nav_t& msg) {
+      if (const auto state = FromLcm(msg)) collector_->Add(*state);
+    });
+    bus->Subscribe<submap_t>("SUBMAP", 0, [this](const submap_t& msg) {
+      if (const auto submap = submaps_.Add(msg)) collector_->Add(*submap);
+    });
+    bus->Subscribe<submap_points_t>("SUBMAP_POINTS", 0, [this](const submap_points_t& msg) {
+      if (const auto submap = submaps_.Add(msg)) collector_->Add(*submap);
+    });
+    bus->Subscribe<graph_update_t>("GRAPH_UPDATE", 0, [this](const graph_update_t& msg) {
+      if (const auto update = FromLcm(msg)) collector_->Add(*update);
+    });
+    bus->Subscribe<pose_graph_t>("POSE_GRAPH", 0, [this](const pose_graph_t& msg) {
+      if (const auto graph = graphs_.Add(msg)) collector_->Add(*graph);
+    });
+  }
+
+ private:
+  SurveyCollector* collector_;
+  SubmapAssembler submaps_;
+  PoseGraphAssembler graphs_;
+};
+
+// A survey store that lives as long as the replay.
+class ScratchDir {
+ public:
+  explicit ScratchDir(fs::path dir) : dir_(std::move(dir)) { fs::remove_all(dir_); }
+  ~ScratchDir() {
+    std::error_code ignored;
+    fs::remove_all(dir_, ignored);
+  }
+  ScratchDir(const ScratchDir&) = delete;
+  ScratchDir& operator=(const ScratchDir&) = delete;
+  const fs::path& path() const { return dir_; }
+
+ private:
+  fs::path dir_;
+};
+
+// Mapper and optimizer on a bus of their own, one message after the other.
+class Pipeline {
+ public:
+  Pipeline(const ReplayOptions& options, const fs::path& survey_dir, Bus* bus)
+      : bus_(bus),
+        mapper_(MapperConfigFor(options, survey_dir), bus, &worker_),
+        optimizer_(LoadOptimizerConfig(options.optimizer_config.string()), bus) {
+    bus_->HandleAll();
+  }
+
+  MapperNode& mapper() { return mapper_; }
+  void Finish() {
+    mapper_.Finish();
+    bus_->HandleAll();
+  }
+
+ private:
+  static MapperConfig MapperConfigFor(const ReplayOptions& options, const fs::path& survey_dir) {
+    MapperConfig config = LoadMapperConfig(options.mapper_config.string());
+    config.survey_dir = survey_dir;
+    return config;
+  }
+
+  Bus* bus_;
+  InlineWorker worker_;
+  MapperNode mapper_;
+  OptimizerNode optimizer_;
+};
+
+void FeedLog(const fs::path& log, const std::set<std::string>& channels, Bus* bus, bool quiet) {
+  EventLogReader reader(log);
+  ProgressLine progress("reading " + log.filename().string(), fs::file_size(log), quiet);
+  std::int64_t used = 0;
+  while (const std::optional<LogEvent> event = reader.Next()) {
+    progress.Advance(event->data.size() + event->channel.size() + 28);
+    if (!channels.contains(event->channel)) continue;
+    bus->PublishBytes(event->channel, event->data.data(), event->data.size());
+    bus->HandleAll();
+    ++used;
+  }
+  progress.Finish();
+  if (reader.damaged_bytes() > 0) {
+    std::fprintf(stderr,
+                 "%s: %lld damaged bytes were skipped\n",
+                 log.c_str(),
+                 static_cast<long long>(reader.damaged_bytes()));
+  }
+  if (used == 0) {
+    throw std::runtime_error(log.string() + ": no event on " + *channels.begin() +
+                             " or any other channel that a replay reads");
+  }
+}
+
+void FeedSubmaps(SubmapDirectory directory, Pipeline* pipeline, Bus* bus, bool quiet) {
+  ProgressLine progress("registering submaps", directory.submaps.size(), quiet);
+  for (Submap& submap : directory.submaps) {
+    pipeline->mapper().AddSubmap(std::move(submap));
+    bus->HandleAll();
+    progress.Advance(1);
+  }
+  progress.Finish();
+}
+
+void UseTruth(const ReplayOptions& options, ProductOptions* products) {
+  fs::path file =
+      options.truth.value_or(fs::path(options.inputs[0]).replace_extension(".truth.csv"));
+  if (options.truth || fs::exists(file)) products->truth = ReadTruth(file);
+}
+
+double CpuSeconds() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  const auto seconds = [](const timeval& t) {
+    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+  };
+  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+}
+
+double PeakRssMb() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024.0;
+}
+
+// What the run costs from here on. Peak memory is that of the whole process.
+class Stopwatch {
+ public:
+  RunFigures Read(double survey_s) const {
+    RunFigures run;
+    run.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+    run.cpu_s = CpuSeconds() - cpu_start_s_;
+    run.peak_rss_mb = PeakRssMb();
+    run.realtime_factor = survey_s / run.wall_s;
+    return run;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  double cpu_start_s_ = CpuSeconds();
+};
+
+double DurationSeconds(const Survey& survey) {
+  return survey.track.empty() ? 0.0
+                              : ToSeconds(survey.track.back().time - survey.track.front().time);
+}
+
+}  // namespace
+
+ProductSummary RunReplay(const ReplayOptions& options) {
+  const Stopwatch stopwatch;
+  if (options.inputs.empty()) throw std::runtime_error("replay: no input");
+  for (const fs::path& input : options.inputs) {
+    if (!fs::exists(input))
+      throw std::runtime_error(input.string() + ": no such file or directory");
+  }
+  const bool from_directory = fs::is_directory(options.inputs[0]);
+  if (from_directory && options.inputs.size() > 1) {
+    throw std::runtime_error("replay: one directory of submaps at a time");
+  }
+  if (from_directory && options.as_recorded) {
+    throw std::runtime_error("replay: --as-recorded needs a log");
+  }
+
+  ProductOptions products;
+  products.title = options.inputs[0].filename().string();
+  if (!options.quiet) {
+    products.progress = [](const std::string& step) { std::fprintf(stderr, "%s\n", step.c_str()); };
+  }
+
+  Bus bus("memq://");
+  SurveyCollector collector(options.out);
+  CollectorNode collector_node(&bus, &collector);
+  if (options.as_recorded) {
+    for (const fs::path& log : options.inputs) FeedLog(log, kResultChannels, &bus, options.quiet);
+  } else {
+    const ScratchDir store(options.out / ".store");
+    Pipeline pipeline(options, store.path(), &bus);
+    if (from_directory) {
+      SubmapDirectory directory = ReadSubmapDirectory(options.inputs[0], options.drift);
+      products.axes = directory.z_up ? MapAxes::kEastNorthUp : MapAxes::kNorthEastDown;
+      FeedSubmaps(std::move(directory), &pipeline, &bus, options.quiet);
+    } else {
+      for (const fs::path& log : options.inputs) FeedLog(log, kSensorChannels, &bus, options.quiet);
+    }
+    pipeline.Finish();
+  }
+  if (!from_directory) {
+    const VehicleGeometry vehicle = LoadMapperConfig(options.mapper_config.string()).vehicle;
+    products.datum =
+        Datum{Rad2Deg(vehicle.datum_latitude_rad), Rad2Deg(vehicle.datum_longitude_rad)};
+    UseTruth(options, &products);
+  }
+
+  const Survey survey = collector.Finish();
+  products.run_figures = [&] { return stopwatch.Read(DurationSeconds(survey)); };
+  return WriteProducts(survey, products, options.out);
+}
+
+}  // namespace seastitch

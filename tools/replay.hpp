@@ -1,0 +1,30 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+#include "products/write_products.hpp"
+#include "tools/submap_directory.hpp"
+
+namespace seastitch {
+
+struct ReplayOptions {
+  std::vector<std::filesystem::path> inputs;  // LCM logs, or one directory of submaps
+  std::filesystem::path mapper_config;
+  std::filesystem::path optimizer_config;
+  std::filesystem::path out;
+  // Truth file of the bench; absent: LOG with .truth.csv in place of its extension, where there is
+  // one.
+  std::optional<std::filesystem::path> truth;
+  // Map and track as the processes made them at sea, instead of making them anew from the sensors.
+  bool as_recorded = false;
+  ImportedDrift drift;
+  bool quiet = false;
+};
+
+// `seastitch replay`: one process, one order, the same bytes out of the same input. Throws
+// std::runtime_error with one line for an input that cannot be used.
+ProductSummary RunReplay(const ReplayOptions& options);
+
+}  // namespace seastitch

@@ -1,0 +1,164 @@
+// The one command for people: demo, replay, bench, info.
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+
+#include "common/runtime/process.hpp"
+#include "tools/bench_command.hpp"
+#include "tools/demo.hpp"
+#include "tools/info.hpp"
+#include "tools/install_paths.hpp"
+#include "tools/replay.hpp"
+
+namespace seastitch {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Each Add* describes one subcommand and what it runs; `status` is the exit code.
+
+void AddDemo(CLI::App* app, int* status) {
+  auto options = std::make_shared<DemoOptions>();
+  options->out = "out";
+  CLI::App* demo = app->add_subcommand(
+      "demo", "simulated survey through the real processes, then a replay of its log");
+  demo->add_option("--survey", options->survey, "survey description (default: the shipped demo)");
+  demo->add_option("--terrain", options->terrain, "seabed from a raster that GDAL reads");
+  demo->add_option("--speed", options->speed, "simulated seconds a second")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
+  demo->add_option("--out", options->out, "folder for log, map and report")->capture_default_str();
+  demo->callback([options, status] {
+    if (options->survey.empty()) options->survey = ConfigDir() / "bench" / "demo.yaml";
+    *status = RunDemo(*options);
+  });
+}
+
+void PrintSummary(const ProductSummary& summary, const fs::path& out) {
+  std::printf(
+      "%zu submaps, %llu of %llu soundings used, %llu loop closures accepted, %llu refused\n",
+      summary.submaps,
+      static_cast<unsigned long long>(summary.soundings_used),
+      static_cast<unsigned long long>(summary.soundings_read),
+      static_cast<unsigned long long>(summary.loops_accepted),
+      static_cast<unsigned long long>(summary.loops_rejected));
+  std::printf("consistency RMS %.3f m before, %.3f m after\n",
+              summary.before.surface.rms_m,
+              summary.after().surface.rms_m);
+  if (summary.truth) {
+    std::printf(
+        "position RMS %.3f m before, %.3f m after; yaw RMS %.3f deg before, %.3f deg after\n",
+        summary.truth->before.position_rms_m,
+        summary.truth->after.position_rms_m,
+        summary.truth->before.yaw_rms_deg,
+        summary.truth->after.yaw_rms_deg);
+  }
+  std::printf("%s\nmap and report in %s\n", summary.statement.c_str(), out.c_str());
+}
+
+void AddReplay(CLI::App* app, int* status) {
+  struct Arguments {
+    ReplayOptions replay;
+    fs::path truth;
+  };
+  auto arguments = std::make_shared<Arguments>();
+  ReplayOptions& options = arguments->replay;
+  CLI::App* replay = app->add_subcommand("replay", "logs or submaps to map, track and report");
+  replay->add_option("input", options.inputs, "LCM logs, or a directory of submap PCD files")
+      ->required();
+  replay->add_option("--out", options.out, "folder for everything that is made")->required();
+  replay->add_option("--config", options.mapper_config, "mapper.yaml (default: the shipped one)");
+  replay->add_option("--optimizer-config",
+                     options.optimizer_config,
+                     "optimizer.yaml (default: beside the mapper's, else the shipped one)");
+  replay->add_option("--truth", arguments->truth, "truth of a simulated survey, to compare with");
+  replay->add_flag("--as-recorded",
+                   options.as_recorded,
+                   "map as the processes made it at sea, not anew from the sensors");
+  replay
+      ->add_option("--drift-xy-m",
+                   options.drift.sigma_xy_m,
+                   "1 sigma of the drift from one imported submap to the next")
+      ->capture_default_str();
+  replay->add_option("--drift-yaw-deg", options.drift.sigma_yaw_deg, "the same for yaw")
+      ->capture_default_str();
+  replay->add_flag("--quiet", options.quiet, "no progress");
+  replay->callback([arguments, status] {
+    ReplayOptions& chosen = arguments->replay;
+    if (!arguments->truth.empty()) chosen.truth = arguments->truth;
+    if (chosen.optimizer_config.empty()) {
+      const fs::path beside = chosen.mapper_config.parent_path() / "optimizer.yaml";
+      const bool there = !chosen.mapper_config.empty() && fs::exists(beside);
+      chosen.optimizer_config = there ? beside : ConfigDir() / "optimizer.yaml";
+    }
+    if (chosen.mapper_config.empty()) chosen.mapper_config = ConfigDir() / "mapper.yaml";
+    PrintSummary(RunReplay(chosen), chosen.out);
+    *status = EXIT_SUCCESS;
+  });
+}
+
+void AddBench(CLI::App* app, int* status) {
+  auto options = std::make_shared<BenchOptions>();
+  CLI::App* bench = app->add_subcommand("bench", "simulates a survey");
+  bench->add_option("--survey", options->survey, "survey description (default: the shipped demo)");
+  bench->add_option("--terrain", options->terrain, "seabed from a raster that GDAL reads");
+  bench->add_option("--config-dir",
+                    options->config_dir,
+                    "folder of vehicle.yaml and the drivers' files (default: the shipped one)");
+  CLI::Option* log = bench->add_option(
+      "--log", options->log, "writes an LCM log, and LOG.truth.csv beside it, instead of sending");
+  bench->add_option("--speed", options->speed, "simulated seconds a second when sending")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber)
+      ->excludes(log);
+  bench->add_option("--imu", options->targets.imu, "HOST:PORT of the imu driver, cannelloni")
+      ->capture_default_str();
+  bench->add_option("--dvl", options->targets.dvl, "HOST:PORT of the dvl driver, cannelloni")
+      ->capture_default_str();
+  bench->add_option("--mbes", options->targets.mbes, "HOST:PORT of the mbes driver, KMALL")
+      ->capture_default_str();
+  bench->add_option("--fault",
+                    options->faults,
+                    "KIND:key=value,... such as dvl_dropout:from_s=300,to_s=330; may be repeated");
+  bench->callback([options, status] {
+    if (options->survey.empty()) options->survey = ConfigDir() / "bench" / "demo.yaml";
+    if (options->config_dir.empty()) options->config_dir = ConfigDir();
+    *status = RunBench(*options);
+  });
+}
+
+void AddInfo(CLI::App* app, int* status) {
+  struct Arguments {
+    InfoOptions info;
+    fs::path repair_to;
+  };
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* info = app->add_subcommand("info", "what is in an LCM log, and what was lost");
+  info->add_option("log", arguments->info.log, "LCM log")->required();
+  info->add_flag("--json", arguments->info.json, "for programs");
+  info->add_option("--repair", arguments->repair_to, "writes every whole event to this new file");
+  info->callback([arguments, status] {
+    if (!arguments->repair_to.empty()) arguments->info.repair_to = arguments->repair_to;
+    *status = RunInfo(arguments->info);
+  });
+}
+
+}  // namespace
+}  // namespace seastitch
+
+int main(int argc, char** argv) try {
+  seastitch::SetUpLogging("seastitch");
+  int status = EXIT_FAILURE;
+  CLI::App app("Seastitch: a depth map whose swaths agree, from what the sonar saw twice");
+  app.require_subcommand(1);
+  seastitch::AddDemo(&app, &status);
+  seastitch::AddReplay(&app, &status);
+  seastitch::AddBench(&app, &status);
+  seastitch::AddInfo(&app, &status);
+  CLI11_PARSE(app, argc, argv);
+  return status;
+} catch (const std::exception& e) {
+  std::fprintf(stderr, "seastitch: %s\n", e.what());
+  return EXIT_FAILURE;
+}
