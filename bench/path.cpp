@@ -45,7 +45,7 @@ double TurnLength(double turn_rad, double radius_m) {
 
 // Way made good by a turn that begins on course 0.
 Eigen::Vector2d TurnDisplacement(double turn_rad, double radius_m) {
-  constexpr int kSteps = 64;  // Simpson
+  constexpr int kSteps = 256;  // Simpson: to 0.01 mm
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   for (int i = 0; i <= kSteps; ++i) {
     const double weight = i == 0 || i == kSteps ? 1.0 : (i % 2 == 1 ? 4.0 : 2.0);
@@ -115,7 +115,7 @@ Connection Bisect(
 }
 
 Connection Shortest(const ConnectionProblem& problem) {
-  constexpr int kCourses = 240;
+  constexpr int kCourses = 120;
   // Off the round angles, where turns vanish.
   const double first_rad = problem.from_rad + Deg2Rad(0.37);
   const double step_rad = 2.0 * kPi / kCourses;

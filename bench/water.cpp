@@ -128,6 +128,24 @@ std::optional<Water::Echo> Water::March(const Terrain& terrain,
   return echo;
 }
 
+std::optional<Water::Passage> Water::Pass(double snell_s_per_m,
+                                          double depth_m,
+                                          double dz,
+                                          int steps) const {
+  Passage passage;
+  for (int i = 0; i < steps; ++i) {
+    const double c = SpeedAt(depth_m + (i + 0.5) * dz);
+    const double sine = snell_s_per_m * c;
+    const double cosine2 = 1.0 - sine * sine;
+    if (!(cosine2 > kFlattest * kFlattest)) return std::nullopt;
+    const double path = dz / std::sqrt(cosine2);
+    passage.horizontal_m += sine * path;
+    passage.slope += c * path / cosine2;
+    passage.time_s += path / c;
+  }
+  return passage;
+}
+
 std::optional<Water::Return> Water::Back(const Eigen::Vector3d& p_seabed,
                                          const Eigen::Vector3d& p_receiver,
                                          double snell_guess_s_per_m) const {
@@ -138,36 +156,26 @@ std::optional<Water::Return> Water::Back(const Eigen::Vector3d& p_seabed,
   const int steps = std::max(1, static_cast<int>(std::ceil(down / kLayerM)));
   const double dz = down / steps;
 
+  // Newton's method, kept within what is known: rays below `low` fall short, those above `high` go
+  // too far or turn up.
+  double low = 0.0;
+  double high = 1.0 / SpeedAt(p_receiver.z());
   double snell = snell_guess_s_per_m;
-  double time_s = 0.0;
-  for (int iteration = 0; iteration < 20; ++iteration) {
-    double horizontal = 0.0;
-    double slope = 0.0;  // of the horizontal way by the slowness
-    time_s = 0.0;
-    for (int i = 0; i < steps; ++i) {
-      const double c = SpeedAt(p_receiver.z() + (i + 0.5) * dz);
-      const double sine = snell * c;
-      const double cosine2 = 1.0 - sine * sine;
-      if (!(cosine2 > kFlattest * kFlattest)) return std::nullopt;
-      const double path = dz / std::sqrt(cosine2);
-      horizontal += sine * path;
-      slope += c * path / cosine2;
-      time_s += path / c;
-    }
-    const double miss = distance - horizontal;
-    // What is left of the miss costs time as the front of the wave has it, to first order.
-    time_s += snell * miss;
-    snell += miss / slope;
-    if (std::abs(miss) < 1e-7) {
+  for (int iteration = 0; iteration < 60; ++iteration) {
+    const std::optional<Passage> passage = Pass(snell, p_receiver.z(), dz, steps);
+    const double miss = passage ? distance - passage->horizontal_m : -1.0;
+    if (passage && std::abs(miss) < 1e-7) {
       const double sine = snell * SpeedAt(p_receiver.z());
-      if (!(std::abs(sine) < 1.0)) return std::nullopt;
-      Return back;
-      back.one_way_s = time_s;
       const Eigen::Vector2d ahead =
           distance > 0.0 ? Eigen::Vector2d(way / distance) : Eigen::Vector2d(1.0, 0.0);
+      Return back;
+      back.one_way_s = passage->time_s + snell * miss;
       back.towards << sine * ahead, std::sqrt(1.0 - sine * sine);
       return back;
     }
+    (miss > 0.0 ? low : high) = snell;
+    snell = passage ? snell + miss / passage->slope : high;
+    if (!(snell >= low && snell < high)) snell = 0.5 * (low + high);
   }
   return std::nullopt;
 }

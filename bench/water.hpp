@@ -57,6 +57,14 @@ class Water {
   // False where the ray turns up first.
   bool Descend(double snell_s_per_m, double by_m, Ray* ray) const;
 
+  // Through layers of dz downwards.
+  struct Passage {
+    double horizontal_m = 0.0;
+    double time_s = 0.0;
+    double slope = 0.0;  // of the horizontal way by the slowness
+  };
+  std::optional<Passage> Pass(double snell_s_per_m, double depth_m, double dz, int steps) const;
+
   WaterParams params_;
 };
 

@@ -133,6 +133,8 @@ class RobustProblem {
     stage_ = stage;
     ceres::Solver::Summary summary;
     ceres::Solve(Options(accuracy, max_iterations), &problem_, &summary);
+    radius_ =
+        summary.iterations.empty() ? kGaussNewton : summary.iterations.back().trust_region_radius;
     return summary.termination_type == ceres::CONVERGENCE;
   }
 
@@ -178,7 +180,7 @@ class RobustProblem {
     return 1e-13;
   }
 
-  static ceres::Solver::Options Options(Accuracy accuracy, int max_iterations) {
+  ceres::Solver::Options Options(Accuracy accuracy, int max_iterations) const {
     ceres::Solver::Options options;
     options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
     // Eigen's factorisation calls no BLAS: same bytes whatever BLAS is installed, on any core
@@ -186,9 +188,8 @@ class RobustProblem {
     options.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
     options.num_threads = 1;
     options.max_num_iterations = max_iterations;
-    // Begins with the full Gauss-Newton step; the region shrinks only where that fails.
-    options.initial_trust_region_radius = 1e14;
-    options.max_trust_region_radius = 1e16;
+    options.initial_trust_region_radius = radius_;
+    options.max_trust_region_radius = kGaussNewton;
     options.function_tolerance = FunctionTolerance(accuracy);
     options.parameter_tolerance = 1e-12;
     options.gradient_tolerance = 1e-12;
@@ -196,6 +197,11 @@ class RobustProblem {
     return options;
   }
 
+  // So large that the first step is the full one of Gauss and Newton. The region shrinks only where
+  // that fails, and the next stage goes on with what the last one learnt.
+  static constexpr double kGaussNewton = 1e14;
+
+  double radius_ = kGaussNewton;
   std::vector<Block> blocks_;
   std::vector<std::unique_ptr<CeresLoss>> losses_;  // one a factor; null: plain squares
   Stage stage_;
@@ -296,8 +302,7 @@ class RobustSolver {
     using Shape = Stage::Shape;
     RobustSolution solution;
     problem_.Switch(on);
-    solution.converged =
-        problem_.Solve({Shape::kSquares}, Accuracy::kExact, params_.max_iterations);
+    problem_.Solve({Shape::kSquares}, Accuracy::kExact, params_.max_iterations);
     solution.quadratic = problem_.poses();
     const double worst = WorstRatio(graph_, on, solution.quadratic);
     for (double mu = FirstMu(worst); mu < GraduatedLoss::kFinalMu; mu *= params_.graduation_step)
@@ -306,7 +311,7 @@ class RobustSolver {
     problem_.Solve({Shape::kGraduated}, Accuracy::kSettled, kSettledIterations);
     solution.weights = Weights(graph_, problem_.poses());
     problem_.Hold(solution.weights);
-    solution.converged &= problem_.Solve({Shape::kHeld}, Accuracy::kExact, params_.max_iterations);
+    solution.converged = problem_.Solve({Shape::kHeld}, Accuracy::kExact, params_.max_iterations);
     solution.T_map_vertex = problem_.poses();
     solution.covariance =
         ComputeCovariance(graph_, solution.T_map_vertex, solution.weights, newest_);

@@ -17,7 +17,7 @@ struct RobustSolution {
   std::vector<Pose2> quadratic;     // minimum with every loss a plain square: the next warm start
   std::vector<Pose2> T_map_vertex;  // the robust minimum
   std::vector<double> weights;      // one a factor, 0 to 1
-  bool converged = false;
+  bool converged = false;           // of the last stage
   std::optional<GraphCovariance> covariance;  // nothing where it could not be found
 };
 

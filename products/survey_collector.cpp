@@ -1,9 +1,10 @@
 #include "products/survey_collector.hpp"
 
-#include <boost/geometry.hpp>
+#include <boost/geometry/algorithms/convex_hull.hpp>
 #include <boost/geometry/geometries/multi_point.hpp>
 #include <boost/geometry/geometries/point_xy.hpp>
 #include <boost/geometry/geometries/polygon.hpp>
+#include <boost/geometry/strategies/strategies.hpp>
 #include <cmath>
 #include <stdexcept>
 #include <system_error>

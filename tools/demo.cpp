@@ -232,6 +232,12 @@ void PrintTable(const ProductSummary& live, const ProductSummary& replay) {
   std::printf("  %-22s %8s %8s   %8s %8s\n", "", "before", "after", "before", "after");
   PrintRow("consistency RMS",
            "m",
+           live.before.point.rms_m,
+           live.after().point.rms_m,
+           replay.before.point.rms_m,
+           replay.after().point.rms_m);
+  PrintRow("surface error RMS",
+           "m",
            live.before.surface.rms_m,
            live.after().surface.rms_m,
            replay.before.surface.rms_m,

@@ -7,6 +7,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "bench/truth.hpp"
 #include "common/convert/convert.hpp"
 #include "common/runtime/bus.hpp"
 #include "common/runtime/vehicle_config.hpp"
@@ -134,8 +135,7 @@ void FeedSubmaps(SubmapDirectory directory, Pipeline* pipeline, Bus* bus, bool q
 }
 
 void UseTruth(const ReplayOptions& options, ProductOptions* products) {
-  fs::path file =
-      options.truth.value_or(fs::path(options.inputs[0]).replace_extension(".truth.csv"));
+  const fs::path file = options.truth.value_or(bench::TruthPathFor(options.inputs[0]));
   if (options.truth || fs::exists(file)) products->truth = ReadTruth(file);
 }
 

@@ -14,7 +14,7 @@ struct ReplayOptions {
   std::filesystem::path mapper_config;
   std::filesystem::path optimizer_config;
   std::filesystem::path out;
-  // Truth file of the bench; absent: LOG with .truth.csv in place of its extension, where there is
+  // Truth file of the bench; absent: LOG.truth.csv, where there is
   // one.
   std::optional<std::filesystem::path> truth;
   // Map and track as the processes made them at sea, instead of making them anew from the sensors.

@@ -1,10 +1,12 @@
 // The one command for people: demo, replay, bench, info.
 
+#include <spdlog/spdlog.h>
+
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
+#include <memory>
 
-#include "common/runtime/process.hpp"
 #include "tools/bench_command.hpp"
 #include "tools/demo.hpp"
 #include "tools/info.hpp"
@@ -43,7 +45,9 @@ void PrintSummary(const ProductSummary& summary, const fs::path& out) {
       static_cast<unsigned long long>(summary.soundings_read),
       static_cast<unsigned long long>(summary.loops_accepted),
       static_cast<unsigned long long>(summary.loops_rejected));
-  std::printf("consistency RMS %.3f m before, %.3f m after\n",
+  std::printf("consistency RMS %.3f m before, %.3f m after; surface error RMS %.3f m, %.3f m\n",
+              summary.before.point.rms_m,
+              summary.after().point.rms_m,
               summary.before.surface.rms_m,
               summary.after().surface.rms_m);
   if (summary.truth) {
@@ -148,7 +152,8 @@ void AddInfo(CLI::App* app, int* status) {
 }  // namespace seastitch
 
 int main(int argc, char** argv) try {
-  seastitch::SetUpLogging("seastitch");
+  // The nodes of a replay tell people what processes tell them; here the result does.
+  spdlog::set_level(spdlog::level::warn);
   int status = EXIT_FAILURE;
   CLI::App app("Seastitch: a depth map whose swaths agree, from what the sonar saw twice");
   app.require_subcommand(1);

@@ -138,13 +138,13 @@ RawLevel Coarsen(const RawLevel& fine) {
   raw.geometry =
       GridGeometry::Covering(f.Center(0, 0), f.Center(f.rows - 1, f.cols - 1), 2.0 * f.cell_m);
   raw.cells.assign(raw.geometry.size(), Moments::Zero());
-  for (int row = 0; row < f.rows; ++row) {
-    const int coarse_row = raw.geometry.Row(f.Center(row, 0).x());
-    for (int col = 0; col < f.cols; ++col) {
-      const int coarse_col = raw.geometry.Col(f.Center(0, col).y());
-      raw.cells[raw.geometry.Index(coarse_row, coarse_col)] += fine.cells[f.Index(row, col)];
-    }
-  }
+  // Corners lie on multiples of the cell, so cells pair off from an even or an odd one.
+  const int odd_row = raw.geometry.Row(f.Center(1, 0).x());
+  const int odd_col = raw.geometry.Col(f.Center(0, 1).y());
+  for (int row = 0; row < f.rows; ++row)
+    for (int col = 0; col < f.cols; ++col)
+      raw.cells[raw.geometry.Index((row + odd_row) / 2, (col + odd_col) / 2)] +=
+          fine.cells[f.Index(row, col)];
   return raw;
 }
 

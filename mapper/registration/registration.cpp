@@ -67,24 +67,27 @@ Overlap OverlapAt(const LevelPair& level, const Pose2& T_target_source) {
   return out;
 }
 
+using SmallMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 3, 3>;
+using SmallVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 3, 1>;
+
 // What is known of a placement after a fit, in prior sigma: columns of `directions` are unit
 // vectors of whitened (position of the centre, yaw), `covariance` is that of the coordinates along
 // them.
 struct Knowledge {
-  Eigen::MatrixXd directions;  // 3 x rank
-  Eigen::MatrixXd covariance;  // rank x rank
-  Eigen::MatrixXd gain;        // rank x rank: coordinates from a gradient
-  Eigen::Matrix3d whiten;      // (centre, yaw) to prior sigma
+  SmallMatrix directions;  // 3 x rank
+  SmallMatrix covariance;  // rank x rank
+  SmallMatrix gain;        // rank x 3: coordinates from a gradient
+  Eigen::Matrix3d whiten;  // (centre, yaw) to prior sigma
   int rank() const { return static_cast<int>(directions.cols()); }
-  Eigen::VectorXd Coordinates(const Eigen::Vector3d& centre_and_yaw) const {
+  SmallVector Coordinates(const Eigen::Vector3d& centre_and_yaw) const {
     return directions.transpose() * (whiten * centre_and_yaw);
   }
   // Nats that the prior gains.
   double Information() const {
     double sum = 0.0;
     if (rank() == 0) return sum;
-    const Eigen::VectorXd variances =
-        Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(covariance).eigenvalues();
+    const SmallVector variances =
+        Eigen::SelfAdjointEigenSolver<SmallMatrix>(covariance).eigenvalues();
     for (const double v : variances) sum += 0.5 * std::log1p(1.0 / std::max(v, 1e-12));
     return sum;
   }
@@ -109,11 +112,11 @@ Knowledge Learn(const GridAligner& aligner,
     if (eigen.eigenvalues()[i] > params.min_slope_significance * chance) columns.push_back(i);
   }
   known.directions = eigen.eigenvectors()(Eigen::all, columns);
-  const Eigen::MatrixXd V = known.directions;
+  const SmallMatrix V = known.directions;
   known.gain = (V.transpose() * hessian * V).inverse() * V.transpose() * L.transpose();
   known.covariance = known.gain * info.gradient_covariance * known.gain.transpose();
   const double position_variance = params.min_position_sigma_m * params.min_position_sigma_m;
-  const Eigen::MatrixXd to_position = V.transpose() * known.whiten.leftCols<2>();
+  const SmallMatrix to_position = V.transpose() * known.whiten.leftCols<2>();
   known.covariance += position_variance * to_position * to_position.transpose();
   return known;
 }
@@ -205,14 +208,31 @@ class Registrar {
     }
     if (!(Area(most_cells, search_level) >= params_.min_overlap_m2))
       return LoopVerdict::kLittleOverlap;
-    for (std::size_t level = search_level + 1; level-- > 0 && !candidates.empty();)
-      Refine(level, &candidates);
+    Refine(search_level, &candidates);
     if (candidates.empty()) return LoopVerdict::kNotConverged;
-    // The finest grid follows the most relief, and carries the most noise: the one that says most
-    // is taken, for all candidates.
-    const std::size_t level = MostInformative(Best(candidates, 0), search_level);
+    const std::size_t level = Descend(search_level, &candidates);
     return JudgeBest(Best(candidates, level), candidates, level);
   }
+
+  // A finer grid follows more relief, costs more, and carries more noise: goes down as long as it
+  // tells more.
+  std::size_t Descend(std::size_t level, std::vector<Candidate>* candidates) const {
+    double information = InformationOf(Best(*candidates, level), level);
+    while (level > 0) {
+      std::vector<Candidate> finer = *candidates;
+      Refine(level - 1, &finer);
+      if (finer.empty()) break;
+      const double finer_information = InformationOf(Best(finer, level - 1), level - 1);
+      if (!(finer_information > information + kWorthwhileNats)) break;
+      information = finer_information;
+      *candidates = std::move(finer);
+      --level;
+    }
+    return level;
+  }
+
+  // A grid that narrows sigma by less than 3 % in each direction is not worth its time.
+  static constexpr double kWorthwhileNats = 0.1;
 
   double Area(double cells, std::size_t level) const {
     const double cell = levels_[level].source->cell_m();
@@ -226,20 +246,11 @@ class Registrar {
         });
   }
 
-  std::size_t MostInformative(const Candidate& candidate, std::size_t search_level) const {
-    std::size_t best_level = 0;
-    double best = -1.0;
-    for (std::size_t level = 0; level <= search_level; ++level) {
-      const GridAligner aligner = Aligner(level, candidate.center_source);
-      const Fit& fit = candidate.fits[level];
-      const double information =
-          Learn(aligner, fit, aligner.Inform(fit), prior_, params_).Information();
-      if (information > best) {
-        best = information;
-        best_level = level;
-      }
-    }
-    return best_level;
+  // Nats that the fit on a level adds to the prior.
+  double InformationOf(const Candidate& candidate, std::size_t level) const {
+    const GridAligner aligner = Aligner(level, candidate.center_source);
+    const Fit& fit = candidate.fits[level];
+    return Learn(aligner, fit, aligner.Inform(fit), prior_, params_).Information();
   }
 
   LoopVerdict JudgeBest(const Candidate& best,
@@ -276,8 +287,8 @@ class Registrar {
   // hold the prior, which the graph has already.
   bool Polish(const GridAligner& aligner, Fit* fit, FitInformation* info, Knowledge* known) const {
     if (known->rank() == 0) return true;
-    Eigen::VectorXd step;
-    for (int i = 0; i < 4; ++i) {
+    SmallVector step;
+    for (int i = 0; i < kMaxPolishSteps; ++i) {
       step = known->gain * info->gradient;
       const Eigen::Vector3d move = known->whiten.inverse() * known->directions * step;
       if (!move.allFinite()) return false;
@@ -296,6 +307,7 @@ class Registrar {
 
   // Steps of a tenth of a sigma change nothing that matters.
   static constexpr double kPolishedChi2 = 0.01;
+  static constexpr int kMaxPolishSteps = 10;
 
   // Whether a place fits alike that differs by more than the uncertainty of both.
   bool FindRival(const Candidate& best,
@@ -310,7 +322,7 @@ class Registrar {
       const Pose2& b = other.fits[level].at.T_target_source;
       Eigen::Vector3d apart;
       apart << b * best.center_source - a * best.center_source, WrapAngle(b.yaw - a.yaw);
-      const Eigen::VectorXd d = known.Coordinates(apart);
+      const SmallVector d = known.Coordinates(apart);
       if (d.dot(known.covariance.ldlt().solve(d)) < 2.0 * params_.max_prior_chi2) continue;
       result_.runner_up_score = std::max(result_.runner_up_score, other.fits[level].Score());
       rival = rival || FitsAlike(fit, other.fits[level], 1.0);
@@ -321,9 +333,8 @@ class Registrar {
   double PriorChi2(const GridAligner& aligner, const Fit& fit, const Knowledge& known) const {
     Eigen::Vector3d d = fit.at.T_target_source.Vector() - prior_.T_target_source.Vector();
     d[2] = WrapAngle(d[2]);
-    const Eigen::VectorXd c = known.Coordinates(aligner.CenterJacobian(fit.at.T_target_source) * d);
-    const Eigen::MatrixXd both =
-        known.covariance + Eigen::MatrixXd::Identity(known.rank(), known.rank());
+    const SmallVector c = known.Coordinates(aligner.CenterJacobian(fit.at.T_target_source) * d);
+    const SmallMatrix both = known.covariance + SmallMatrix::Identity(known.rank(), known.rank());
     return c.dot(both.ldlt().solve(c));
   }
 
@@ -343,9 +354,9 @@ class Registrar {
     result_.score = fit.Score();
     result_.known_directions = known.rank();
     if (known.rank() == 0) return;
-    const Eigen::MatrixXd J = known.directions.transpose() * known.whiten *
-                              aligner.CenterJacobian(fit.at.T_target_source);
-    const Eigen::MatrixXd information = known.covariance.inverse();
+    const SmallMatrix J = known.directions.transpose() * known.whiten *
+                          aligner.CenterJacobian(fit.at.T_target_source);
+    const SmallMatrix information = known.covariance.inverse();
     const Eigen::Matrix3d full = J.transpose() * information * J;
     result_.information = 0.5 * (full + full.transpose());
   }

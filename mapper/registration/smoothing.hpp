@@ -49,9 +49,9 @@ void Smooth(int rows, int cols, std::vector<Value>* data) {
     Value* line = data->data() + static_cast<std::size_t>(row) * width;
     std::copy_n(line, width, padded.begin() + kKernelRadius);
     for (std::size_t col = 0; col < width; ++col) {
-      Value sum = padded[col] * weight(-kKernelRadius);
-      for (int t = -kKernelRadius + 1; t <= kKernelRadius; ++t)
-        sum += padded[col + kernel.Tap(t)] * weight(t);
+      const Value* middle = &padded[col + kKernelRadius];
+      Value sum = middle[0] * weight(0);
+      for (int t = 1; t <= kKernelRadius; ++t) sum += (middle[-t] + middle[t]) * weight(t);
       line[col] = sum;
     }
   }
@@ -74,9 +74,9 @@ void Smooth(int rows, int cols, std::vector<Value>* data) {
     for (int t = -kKernelRadius; t <= kKernelRadius; ++t) lines[kernel.Tap(t)] = slot(row + t);
     Value* out = data->data() + static_cast<std::size_t>(row) * width;
     for (std::size_t col = 0; col < width; ++col) {
-      Value sum = lines[0][col] * weight(-kKernelRadius);
-      for (int t = -kKernelRadius + 1; t <= kKernelRadius; ++t)
-        sum += lines[kernel.Tap(t)][col] * weight(t);
+      Value sum = lines[kKernelRadius][col] * weight(0);
+      for (int t = 1; t <= kKernelRadius; ++t)
+        sum += (lines[kernel.Tap(-t)][col] + lines[kernel.Tap(t)][col]) * weight(t);
       out[col] = sum;
     }
   }

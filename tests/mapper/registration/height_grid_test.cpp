@@ -57,7 +57,9 @@ TEST(HeightPyramid, MeasuresTheNoiseOfSoundingsOnASlope) {
 }
 
 TEST(HeightGrid, InterpolatesAQuadraticSurfaceExactly) {
-  const auto height = [](double x, double y) { return 0.3 * x * x - 0.2 * x * y + 0.1 * y * y + y; };
+  const auto height = [](double x, double y) {
+    return 0.3 * x * x - 0.2 * x * y + 0.1 * y * y + y;
+  };
   GridGeometry g;
   g.cell_m = 0.5;
   g.rows = 10;

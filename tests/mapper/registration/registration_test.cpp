@@ -209,8 +209,8 @@ TEST(Registration, ASchoolOfFishInOneSubmapMovesLittle) {
   std::normal_distribution<double> spread(0.0, 1.5);
   const Eigen::Vector3f middle = pair.target.cloud.points.front();
   for (int i = 0; i < 100; ++i)
-    pair.target.cloud.Add(middle + Eigen::Vector3d(spread(random), spread(random), -3.0)
-                                       .cast<float>());
+    pair.target.cloud.Add(middle +
+                          Eigen::Vector3d(spread(random), spread(random), -3.0).cast<float>());
   const RegistrationResult result = RegisterPair(pair, prior);
   const Eigen::Vector3d error = ErrorOf(result.T_target_source, pair.T_target_source);
   EXPECT_LT(error.head<2>().norm(), 0.2);
@@ -277,10 +277,9 @@ TEST(Registration, GivesTheSameBytesInEveryRunAndThread) {
     threads.emplace_back([&] { result = RegisterPair(pair, prior); });
   for (std::thread& thread : threads) thread.join();
   for (const RegistrationResult& result : results) {
-    EXPECT_EQ(std::memcmp(result.information.data(),
-                          results[0].information.data(),
-                          9 * sizeof(double)),
-              0);
+    EXPECT_EQ(
+        std::memcmp(result.information.data(), results[0].information.data(), 9 * sizeof(double)),
+        0);
     EXPECT_EQ(result.T_target_source.Vector(), results[0].T_target_source.Vector());
   }
 }

@@ -31,10 +31,8 @@ class SyntheticSeabed {
           min_wavelength_m * std::pow(max_wavelength_m / min_wavelength_m, unit(random));
       const double direction = 2.0 * kPi * unit(random);
       const double k = 2.0 * kPi / wavelength;
-      seabed.waves_.push_back({k * std::cos(direction),
-                               k * std::sin(direction),
-                               2.0 * kPi * unit(random),
-                               wavelength});
+      seabed.waves_.push_back(
+          {k * std::cos(direction), k * std::sin(direction), 2.0 * kPi * unit(random), wavelength});
       variance += 0.5 * wavelength * wavelength;
     }
     for (Wave& wave : seabed.waves_) wave.amplitude *= relief_sigma_m / std::sqrt(variance);
@@ -104,9 +102,8 @@ inline SyntheticSubmap SampleSubmap(const SyntheticSeabed& seabed,
   SyntheticSubmap out{{}, T_map_submap};
   const Eigen::Isometry3d T_submap_map = T_map_submap.inverse();
   for (int i = 0; i < params.points; ++i) {
-    const Eigen::Vector2d p =
-        T_map_middle *
-        Eigen::Vector2d(params.length_m * unit(*random), params.width_m * unit(*random));
+    const Eigen::Vector2d p = T_map_middle * Eigen::Vector2d(params.length_m * unit(*random),
+                                                             params.width_m * unit(*random));
     const double z = seabed.HeightAt(p.x(), p.y()) + noise(*random);
     out.cloud.Add((T_submap_map * Eigen::Vector3d(p.x(), p.y(), z)).cast<float>());
   }

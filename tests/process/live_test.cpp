@@ -1,0 +1,169 @@
+// The real processes, real LCM, and other people's programs around them.
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <list>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "common/runtime/bus.hpp"
+#include "seastitch/graph_update_t.hpp"
+#include "seastitch/health_t.hpp"
+#include "seastitch/pose_graph_t.hpp"
+#include "tests/process/run_command.hpp"
+#include "tests/runtime/temporary_dir.hpp"
+#include "tools/child_process.hpp"
+
+namespace seastitch {
+namespace {
+
+namespace fs = std::filesystem;
+using std::chrono::seconds;
+
+const std::string kConfig = SEASTITCH_SOURCE_DIR "/config/";
+
+nlohmann::json ReadJson(const fs::path& path) {
+  std::ifstream in(path);
+  return nlohmann::json::parse(in);
+}
+
+TEST(Demo, CorrectsTheMapLiveAndInReplay) {
+  const TemporaryDir dir;
+  const fs::path out = dir.path() / "out";
+  const CommandResult demo = RunCommand(Program("seastitch") + " demo --survey " + kConfig +
+                                        "bench/short.yaml --speed 12 --out " + out.string());
+  ASSERT_EQ(demo.exit_code, 0) << demo.output;
+  for (const char* run : {"live", "replay"}) {
+    const auto report = ReadJson(out / run / "report.json");
+    EXPECT_GE(report["submaps"].get<int>(), 4) << run;
+    EXPECT_GE(report["loop_closures"]["accepted"].get<int>(), 1) << run;
+    EXPECT_LT(report["position_rms_m"]["after"].get<double>(),
+              report["position_rms_m"]["before"].get<double>())
+        << run << "\n"
+        << demo.output;
+  }
+}
+
+// On a bus of its own, with a log of the bench played by Debian's lcm-logplayer.
+TEST(LogPlayer, FeedsAFreshMapperAndOptimizer) {
+  const TemporaryDir dir;
+  const std::string log = (dir.path() / "short.lcmlog").string();
+  const CommandResult made = RunCommand(Program("seastitch") + " bench --survey " + kConfig +
+                                        "bench/short.yaml --log " + log);
+  ASSERT_EQ(made.exit_code, 0) << made.output;
+
+  const std::string url = "udpm://239.255.76.67:7821?ttl=0&recv_buf_size=4194304";
+  fs::copy(kConfig, dir.path() / "config", fs::copy_options::recursive);
+  Bus bus(url);
+  std::size_t submaps = 0;
+  std::size_t solved = 0;
+  std::int64_t mapped_version = 0;
+  std::int64_t solved_version = 0;
+  std::set<std::string> alive;
+  bus.Subscribe<health_t>("HEALTH", 0, [&](const health_t& m) { alive.insert(m.process); });
+  bus.Subscribe<graph_update_t>("GRAPH_UPDATE", 0, [&](const graph_update_t& m) {
+    submaps += static_cast<std::size_t>(m.num_vertices);
+    mapped_version = m.version;
+  });
+  bus.Subscribe<pose_graph_t>("POSE_GRAPH", 0, [&](const pose_graph_t& m) {
+    solved = static_cast<std::size_t>(m.num_vertices);
+    solved_version = m.graph_version;
+  });
+  const auto listen_until = [&](const auto& done, seconds patience) {
+    const auto deadline = std::chrono::steady_clock::now() + patience;
+    while (!done() && std::chrono::steady_clock::now() < deadline) {
+      bus.HandleAll();
+      usleep(10'000);
+    }
+    return done();
+  };
+
+  const auto start = [&](const std::string& name) {
+    return ChildProcess(name,
+                        {Program("seastitch-" + name),
+                         "--config",
+                         (dir.path() / "config" / (name + ".yaml")).string(),
+                         "--lcm-url",
+                         url},
+                        dir.path() / (name + ".txt"));
+  };
+  ChildProcess optimizer = start("optimizer");
+  ChildProcess mapper = start("mapper");
+  ASSERT_TRUE(listen_until([&] { return alive.size() == 2; }, seconds(20)));
+
+  ChildProcess player("lcm-logplayer",
+                      {"/usr/bin/lcm-logplayer", "--speed=12", "--lcm-url=" + url, log},
+                      dir.path() / "player.txt");
+  ASSERT_TRUE(listen_until([&] { return player.ExitCode().has_value(); }, seconds(120)));
+  EXPECT_EQ(player.ExitCode(), 0);
+  EXPECT_EQ(mapper.Stop(seconds(30)), 0);
+  EXPECT_TRUE(listen_until([&] { return mapped_version > 0 && solved_version == mapped_version; },
+                           seconds(20)));
+  EXPECT_EQ(optimizer.Stop(seconds(20)), 0);
+  EXPECT_GE(submaps, 4u);
+  EXPECT_EQ(solved, submaps);
+}
+
+TEST(TypesJar, IsFoundByLcmSpy) {
+  if (RunCommand("which java").exit_code != 0 || !fs::exists("/usr/share/java/lcm.jar")) {
+    GTEST_SKIP() << "needs java and liblcm-java, which are not here";
+  }
+  const std::string build = fs::path(SEASTITCH_BIN_DIR).parent_path().string();
+  const CommandResult jar = RunCommand("cmake --build " + build + " --target lcmtypes_jar");
+  ASSERT_EQ(jar.exit_code, 0) << jar.output;
+  const CommandResult found = RunCommand(
+      "java -cp /usr/share/java/lcm.jar:" + build + "/share/seastitch_lcmtypes.jar " +
+      SEASTITCH_SOURCE_DIR
+      "/tests/process/SpyTypes.java imu_t dvl_t depth_t mbes_ping_t raw_bytes_t nav_t submap_t "
+      "submap_points_t graph_update_t graph_request_t pose_graph_t health_t position_fix_t "
+      "sound_velocity_profile_t");
+  EXPECT_EQ(found.exit_code, 0) << found.output;
+  EXPECT_NE(found.output.find("found 14"), std::string::npos) << found.output;
+}
+
+// Every process stops at start with one line for a configuration it cannot use.
+class BadConfig : public ::testing::TestWithParam<std::string> {};
+
+TEST_P(BadConfig, StopsAtStartWithOneLine) {
+  const TemporaryDir dir;
+  fs::copy(kConfig, dir.path() / "config", fs::copy_options::recursive);
+  std::string file = GetParam() + ".yaml";
+  std::replace(file.begin(), file.end(), '-', '_');
+  const fs::path config = dir.path() / "config" / file;
+  const std::string command = Program("seastitch-" + GetParam()) + " --check-config --config ";
+
+  EXPECT_EQ(RunCommand(command + config.string()).exit_code, 0);
+
+  const CommandResult missing = RunCommand(command + (dir.path() / "nothing.yaml").string());
+  EXPECT_EQ(missing.exit_code, 1);
+  EXPECT_NE(missing.output.find("nothing.yaml"), std::string::npos) << missing.output;
+  EXPECT_EQ(std::count(missing.output.begin(), missing.output.end(), '\n'), 1) << missing.output;
+
+  std::ofstream(config, std::ios::app) << "\nno_such_key: 1\n";
+  const CommandResult unknown = RunCommand(command + config.string());
+  EXPECT_EQ(unknown.exit_code, 1);
+  EXPECT_NE(unknown.output.find(file + ": no_such_key: unknown key"), std::string::npos)
+      << unknown.output;
+  EXPECT_EQ(std::count(unknown.output.begin(), unknown.output.end(), '\n'), 1) << unknown.output;
+
+  dir.Write("broken.yaml", "a: [1, 2\nb: }");
+  const CommandResult broken = RunCommand(command + (dir.path() / "broken.yaml").string());
+  EXPECT_EQ(broken.exit_code, 1);
+  EXPECT_NE(broken.output.find("broken.yaml"), std::string::npos) << broken.output;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Processes,
+    BadConfig,
+    ::testing::Values("imu-driver", "dvl-driver", "mbes-driver", "mapper", "optimizer", "logger"),
+    [](const auto& process) {
+      std::string name = process.param;
+      std::replace(name.begin(), name.end(), '-', '_');
+      return name;
+    });
+
+}  // namespace
+}  // namespace seastitch
