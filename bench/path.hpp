@@ -14,12 +14,12 @@ struct PlanParams {
   int lines = 6;
   double line_length_m = 160.0;
   double spacing_m = 25.0;
-  double heading_deg = 0.0;  // of the first line
-  double turn_radius_m = 10.0;
-  int crosslines = 1;        // at right angles, evenly along the lines
-  double lead_in_m = 10.0;   // straight before and after every line
-  double speed_mps = 1.5;    // over ground
-  double altitude_m = 11.0;  // above the smoothed seabed; 0: at constant depth_m
+  double heading_deg = 0.0;    // of the first line
+  double turn_radius_m = 8.0;  // lines closer than 2.6 of it are joined by loops
+  int crosslines = 1;          // at right angles, evenly along the lines
+  double lead_in_m = 10.0;     // straight before and after every line
+  double speed_mps = 1.5;      // over ground
+  double altitude_m = 11.0;    // above the smoothed seabed; 0: at constant depth_m
   double depth_m = 10.0;
   double min_depth_m = 2.0;  // never shallower
 

@@ -32,8 +32,10 @@ std::unique_ptr<Terrain> MakeTerrain(const SurveyConfig& config, const Path& pat
   ProceduralParams procedural = config.terrain;
   if (config.raster.file.empty())
     return std::make_unique<ProceduralTerrain>(procedural, config.seed);
+  std::unique_ptr<Terrain> raster = LoadRaster(config.raster, SurveyBox(config, path));
+  if (!config.raster.overlay) return raster;
   procedural.depth_m = 0.0;
-  return std::make_unique<SumTerrain>(LoadRaster(config.raster, SurveyBox(config, path)),
+  return std::make_unique<SumTerrain>(std::move(raster),
                                       std::make_unique<ProceduralTerrain>(procedural, config.seed));
 }
 

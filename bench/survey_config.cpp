@@ -17,6 +17,7 @@ void ReadTerrain(ConfigMap map, SurveyConfig* config) {
 
   ConfigMap raster = map.Child("raster");
   raster.Read("file", &config->raster.file);
+  raster.Read("overlay", &config->raster.overlay);
   raster.Read("positive_down", &config->raster.positive_down);
   raster.Read("depth_offset_m", &config->raster.depth_offset_m);
   raster.Read("fill_m", &config->raster.fill_m);

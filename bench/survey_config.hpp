@@ -18,8 +18,8 @@ namespace seastitch::bench {
 // All of a simulated survey. The same config gives the same bytes.
 struct SurveyConfig {
   std::uint64_t seed = 1;
-  // With a raster, its depths count and the procedural terrain's depth_m does not; relief, waves
-  // and pipeline come on top.
+  // Where there is a raster it is the seabed, and of the procedural terrain at most what lies on
+  // it.
   ProceduralParams terrain;
   RasterParams raster;
   PlanParams plan;

@@ -45,6 +45,8 @@ function(seastitch_test name)
     SEASTITCH_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
     SEASTITCH_BIN_DIR="${CMAKE_RUNTIME_OUTPUT_DIRECTORY}")
   target_link_libraries(${name} PRIVATE ${ARG_LINK} seastitch_warnings GTest::gmock GTest::gtest_main)
+  # What is tested is optimised; the tests themselves need not be, and compile in half the time.
+  target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES LABELS ${ARG_LABEL})
   if(ARG_LABEL STREQUAL unit)
     add_dependencies(unit_tests ${name})

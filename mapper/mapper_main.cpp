@@ -29,7 +29,7 @@ int main(int argc, char** argv) {
                       Bus bus(args.lcm_url);
                       ThreadWorker worker(kWorkerQueue);
                       MapperNode node(config, &bus, &worker);
-                      loop.Add(bus.fd(), [&] { bus.HandleAll(); });
+                      loop.Add(bus.fd(), [&] { bus.HandleAll(Bus::kBurst); });
                       loop.Add(worker.fd(), [&] { worker.Drain(); });
                       node.health().PublishEverySecond(&bus, &loop);
                       const int code = loop.Run();

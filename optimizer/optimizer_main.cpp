@@ -18,7 +18,7 @@ int main(int argc, char** argv) {
                       OptimizerNode node(config, &bus, OptimizerNode::SolveOn::kWhenAsked);
                       node.health().PublishEverySecond(&bus, &loop);
                       loop.Add(bus.fd(), [&] {
-                        bus.HandleAll();
+                        bus.HandleAll(Bus::kBurst);
                         node.SolveWaiting();
                       });
                       loop.Every(std::chrono::seconds(5), [&] { node.AskAgain(); });

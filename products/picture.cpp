@@ -14,8 +14,9 @@
 namespace seastitch {
 namespace {
 
-constexpr double kLeft = 92.0, kRight = 150.0, kTop = 78.0, kBottom = 66.0;  // margins [px]
-constexpr double kMapWidth = 1100.0, kMapHeight = 860.0;                     // at most [px]
+constexpr double kLeft = 92.0, kRight = 150.0, kTop = 78.0, kBottom = 96.0;  // margins [px]
+constexpr double kWidest = 1600.0;
+constexpr double kMapWidth = 1100.0, kMapHeight = 860.0;  // at most [px]
 constexpr double kLargestAspect = 3.0;  // a single line is shown with sea around it
 constexpr int kMostCells = 1100;        // a side, after averaging
 constexpr Rgb kInk{0.13, 0.15, 0.18};
@@ -163,8 +164,9 @@ struct View {
 View ViewOf(const GridGeometry& g) {
   View v;
   const double north = g.rows * g.cell_m, east = g.cols * g.cell_m;
-  v.north_m = std::max(north, east / kLargestAspect);
-  v.east_m = std::max(east, north / kLargestAspect);
+  const double margin = 0.02 * std::max(north, east);
+  v.north_m = std::max(north, east / kLargestAspect) + 2.0 * margin;
+  v.east_m = std::max(east, north / kLargestAspect) + 2.0 * margin;
   v.north0 = g.origin.x() - 0.5 * (v.north_m - north);
   v.east0 = g.origin.y() - 0.5 * (v.east_m - east);
   v.px_per_m = std::min(kMapWidth / v.east_m, kMapHeight / v.north_m);
@@ -281,7 +283,7 @@ void DrawGridLines(cairo_t* cr, const View& view) {
   SetFont(cr, 14);
   Text(cr, kLeft + 0.5 * view.width(), kTop + view.height() + 46, "East (m)", Align::kCentre);
   cairo_save(cr);
-  cairo_translate(cr, 22, kTop + 0.5 * view.height());
+  cairo_translate(cr, 24, kTop + 0.5 * view.height());
   cairo_rotate(cr, -0.5 * 3.14159265358979323846);
   Text(cr, 0, 0, "North (m)", Align::kCentre);
   cairo_restore(cr);
@@ -308,51 +310,43 @@ void DrawLines(cairo_t* cr, const View& view, const Picture& p) {
   cairo_restore(cr);
 }
 
-void Panel(cairo_t* cr, double x, double y, double width, double height) {
-  cairo_rectangle(cr, x, y, width, height);
-  cairo_set_source_rgba(cr, 1, 1, 1, 0.82);
-  cairo_fill(cr);
-}
+// Under the map, so that neither hides any of it: legend to the left, scale bar to the right.
+double FooterLine(const View& view) { return kTop + view.height() + 76; }
 
 void DrawScaleBar(cairo_t* cr, const View& view) {
-  const double length_m = RoundStep(view.east_m, 5.0);
+  const double length_m = RoundStep(view.east_m, 6.0);
   const double length = length_m * view.px_per_m;
-  const double x = kLeft + view.width() - length - 28, y = kTop + view.height() - 18;
-  SetFont(cr, 13, true);
-  Panel(cr, x - 14, y - 28, length + 28, 38);
+  const double x = kLeft + view.width() - length, y = FooterLine(view);
   SetColour(cr, kInk);
-  cairo_rectangle(cr, x, y - 5, length, 5);
+  cairo_rectangle(cr, x, y - 7, length, 6);
   cairo_fill(cr);
   cairo_set_source_rgb(cr, 1, 1, 1);
-  cairo_rectangle(cr, x + 0.5 * length, y - 4, 0.5 * length - 1, 3);
+  cairo_rectangle(cr, x + 0.5 * length, y - 6, 0.5 * length - 1, 4);
   cairo_fill(cr);
+  SetFont(cr, 13);
   SetColour(cr, kInk);
-  Text(cr, x + 0.5 * length, y - 11, Number(length_m, length_m) + " m", Align::kCentre);
+  Text(cr, x - 10, y, Number(length_m, length_m) + " m", Align::kEnd);
 }
 
-void DrawLegend(cairo_t* cr, const Picture& p) {
+void DrawLegend(cairo_t* cr, const View& view, const Picture& p) {
   std::vector<const PictureLine*> named;
   for (const PictureLine& line : p.lines) {
     const bool known = std::any_of(
         named.begin(), named.end(), [&](const auto* n) { return n->legend == line.legend; });
     if (!line.legend.empty() && !known) named.push_back(&line);
   }
-  if (named.empty()) return;
   SetFont(cr, 13);
-  double width = 0.0;
-  for (const PictureLine* line : named) width = std::max(width, TextWidth(cr, line->legend));
-  const double height = 20.0 * static_cast<double>(named.size()) + 10.0;
-  Panel(cr, kLeft + 12, kTop + 12, width + 56, height);
-  double y = kTop + 12 + 19;
+  double x = kLeft;
+  const double y = FooterLine(view);
   for (const PictureLine* line : named) {
     SetColour(cr, line->colour);
     cairo_set_line_width(cr, std::max(2.0, line->width_px));
-    cairo_move_to(cr, kLeft + 22, y - 4.5);
-    cairo_line_to(cr, kLeft + 50, y - 4.5);
+    cairo_move_to(cr, x, y - 4.5);
+    cairo_line_to(cr, x + 24, y - 4.5);
     cairo_stroke(cr);
     SetColour(cr, kInk);
-    Text(cr, kLeft + 58, y, line->legend);
-    y += 20;
+    Text(cr, x + 31, y, line->legend);
+    x += 31 + TextWidth(cr, line->legend) + 22;
   }
 }
 
@@ -374,6 +368,7 @@ void DrawColourBar(cairo_t* cr, const View& view, const Picture& p) {
   SetFont(cr, 13);
   const double range = p.highest - p.lowest;
   const double step = RoundStep(range, 7.0);
+  double widest = 0.0;
   for (double v = std::ceil(p.lowest / step - 1e-9) * step; v <= p.highest + 1e-9 * step;
        v += step) {
     const double y = std::round(y_of((v - p.lowest) / range)) + 0.5;
@@ -381,15 +376,26 @@ void DrawColourBar(cairo_t* cr, const View& view, const Picture& p) {
     cairo_move_to(cr, x + width, y);
     cairo_line_to(cr, x + width + 5, y);
     cairo_stroke(cr);
-    Text(cr, x + width + 9, y + 4.5, Number(v, step));
+    const std::string tick = Number(v, step);
+    Text(cr, x + width + 9, y + 4.5, tick);
+    widest = std::max(widest, TextWidth(cr, tick));
   }
   SetFont(cr, 14);
   cairo_save(cr);
-  cairo_translate(cr, x + width + 78, top + 0.5 * height);
+  cairo_translate(cr, x + width + widest + 32, top + 0.5 * height);
   cairo_rotate(cr, -0.5 * 3.14159265358979323846);
   SetColour(cr, kInk);
   Text(cr, 0, 0, p.value_label, Align::kCentre);
   cairo_restore(cr);
+}
+
+// Room for title and subtitle, found before there is a surface to draw them on.
+double TitleWidth(const Picture& p) {
+  const Cairo probe(cairo_image_surface_create(CAIRO_FORMAT_RGB24, 1, 1));
+  SetFont(probe.context, 21, true);
+  const double title = TextWidth(probe.context, p.title);
+  SetFont(probe.context, 14);
+  return std::max(title, TextWidth(probe.context, p.subtitle));
 }
 
 void DrawTitle(cairo_t* cr, const Picture& p) {
@@ -440,7 +446,8 @@ const ColourScale& ConsistencyColours() {
 
 std::string RenderPng(const Picture& picture) {
   const View view = ViewOf(picture.geometry);
-  const double width = std::max(view.width() + kLeft + kRight, 620.0);
+  const double width = std::min(
+      kWidest, std::max(view.width() + kLeft + kRight, kLeft + TitleWidth(picture) + 24.0));
   const Cairo cairo(cairo_image_surface_create(CAIRO_FORMAT_RGB24,
                                                static_cast<int>(std::ceil(width)),
                                                static_cast<int>(view.height() + kTop + kBottom)));
@@ -451,7 +458,7 @@ std::string RenderPng(const Picture& picture) {
   DrawMap(cr, view, picture);
   DrawGridLines(cr, view);
   DrawLines(cr, view, picture);
-  DrawLegend(cr, picture);
+  DrawLegend(cr, view, picture);
   DrawScaleBar(cr, view);
   DrawColourBar(cr, view, picture);
   return PngBytes(cairo.surface);

@@ -297,14 +297,15 @@ std::string ReportHtml(const Survey& survey,
   html += BeforeAfterTable(s) + SurveyTable(s, options);
   html += "<h2>Depth</h2>\n<div class=\"pair\">\n";
   html += Figure("depth_dead_reckoned.png", "Dead reckoned") + Figure("depth.png", "Delivered map");
-  html += "</div>\n<h2>Consistency error</h2>\n<div class=\"pair\">\n";
+  html += "</div>\n<h2>Consistency</h2>\n<div class=\"pair\">\n";
   html += Figure("consistency_dead_reckoned.png", "Dead reckoned") +
           Figure("consistency.png", "Delivered map");
   html +=
       "</div>\n<p class=\"small\">In every cell that two or more submaps see: the largest "
       "distance by which the points of one submap miss those of another (Roman and Singh, "
       "2006). The surface error measures from the points of one submap to the surface of the "
-      "other instead, which keeps the distance between neighbouring points out of it. Before and "
+      "other instead, which keeps the distance between neighbouring points out of it; the pictures "
+      "show that one. Before and "
       "after are compared over the cells seen twice both times. The same "
       "colours mean the same error on both pictures.";
   if (s.truth) {

@@ -170,15 +170,16 @@ Picture DepthPicture(const GridGeometry& geometry,
   return picture;
 }
 
+// Of the surface error: the point error's ground level would hide what there is to see.
 Picture ConsistencyPicture(const GridGeometry& geometry,
                            const std::vector<RasterBand>& bands,
                            double highest) {
   Picture picture;
   picture.geometry = geometry;
-  picture.values = bands[0].values;
+  picture.values = bands[1].values;
   picture.underlay = bands[2].values;
   picture.highest = highest;
-  picture.value_label = "Consistency error (m)";
+  picture.value_label = "Surface error (m)";
   picture.colours = &ConsistencyColours();
   return picture;
 }
@@ -359,16 +360,16 @@ class ProductWriter {
     const std::vector<RasterBand> after = ToBands(after_);
     Write("consistency_dead_reckoned.tif", GeoTiff(geometry_, before, options_.datum));
     Write("consistency.tif", GeoTiff(geometry_, after, options_.datum));
-    std::pair<double, double> range = Quantiles({&before[0].values, &after[0].values}, 0.0, 0.98);
+    std::pair<double, double> range = Quantiles({&before[1].values, &after[1].values}, 0.0, 0.98);
     range.first = 0.0;
     WidenFlatRange(&range, 0.01);
     range.first = 0.0;
     Picture picture = ConsistencyPicture(geometry_, before, range.second);
-    picture.title = options_.title + ": consistency error, dead reckoned";
+    picture.title = options_.title + ": consistency, dead reckoned";
     picture.subtitle = Subtitle(summary_, summary_.before) + "; grey: seen by one submap";
     Write("consistency_dead_reckoned.png", RenderPng(picture));
     picture = ConsistencyPicture(geometry_, after, range.second);
-    picture.title = options_.title + ": consistency error, " + MapName(summary_.outcome);
+    picture.title = options_.title + ": consistency, " + MapName(summary_.outcome);
     picture.subtitle = Subtitle(summary_, summary_.after()) + "; grey: seen by one submap";
     Write("consistency.png", RenderPng(picture));
   }

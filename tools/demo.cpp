@@ -93,7 +93,8 @@ class Listener {
 
   bool WaitUntil(const std::function<bool()>& done, seconds patience) {
     const auto deadline = steady_clock::now() + patience;
-    while (!done()) {
+    // What is on its way already counts: listens before it judges.
+    for (int i = 0; i < 10 || !done(); ++i) {
       if (steady_clock::now() > deadline) return false;
       bus_.HandleAll();
       usleep(10'000);
@@ -293,11 +294,17 @@ ProductSummary Replay(const fs::path& log,
 }  // namespace
 
 int RunDemo(const DemoOptions& options) {
+  const fs::path mark = options.out / ".seastitch-demo";
+  if (fs::exists(options.out) && !fs::is_empty(options.out) && !fs::exists(mark)) {
+    throw std::runtime_error("demo: " + options.out.string() +
+                             " holds something else; choose another folder with --out");
+  }
   for (const char* old :
        {"config", "log", "survey", "live", "replay", "survey.lcmlog", "survey.truth.csv"}) {
     fs::remove_all(options.out / old);
   }
   fs::create_directories(options.out);
+  std::ofstream(mark) << "made by seastitch demo; it empties this folder when it runs again\n";
 
   LiveSystem live(options.out);
   BenchOptions bench_options;

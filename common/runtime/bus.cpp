@@ -68,8 +68,8 @@ int Bus::fd() {
   return descriptor;
 }
 
-void Bus::HandleAll() {
-  while (lcm_.handleTimeout(0) > 0) {
+void Bus::HandleAll(int at_most) {
+  for (int handled = 0; handled < at_most && lcm_.handleTimeout(0) > 0; ++handled) {
   }
 }
 

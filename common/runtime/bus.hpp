@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <lcm/lcm-cpp.hpp>
+#include <limits>
 #include <list>
 #include <string>
 #include <utility>
@@ -25,8 +26,10 @@ class Bus {
   int fd();
   // Handles one waiting message; waits for it where there is none. Negative: the bus is dead.
   int HandleReady() { return lcm_.handle(); }
-  // Handles every message that waits now and every message published meanwhile (memq).
-  void HandleAll();
+  // Handles every message that waits now and every message published meanwhile (memq). A live
+  // process bounds it, so that a flood does not keep its timers and signals waiting.
+  void HandleAll(int at_most = std::numeric_limits<int>::max());
+  static constexpr int kBurst = 256;
 
   template <class Msg>
   void Publish(const std::string& channel, const Msg& msg) {
@@ -80,6 +83,7 @@ class SequenceWatch {
  public:
   std::int64_t Add(std::int64_t seq) {
     // A restart of the sender begins again at 0: not a loss.
+    if (seq < 0 || seq == std::numeric_limits<std::int64_t>::max()) return 0;  // damaged
     const std::int64_t lost = next_ < 0 || seq < next_ ? 0 : seq - next_;
     next_ = seq + 1;
     return lost;

@@ -385,7 +385,8 @@ std::optional<SoundVelocityProfile> DecodeSvp(Bytes datagram) {
   const std::size_t num_samples = info.Le<std::uint16_t>();
   info.Skip(4);
   const auto cast_time_s = info.Le<std::uint32_t>();
-  if (num_samples > kMaxProfileSamples || in.left() != num_samples * 20) return std::nullopt;
+  // Files of sonars in service have stray text behind the samples.
+  if (num_samples > kMaxProfileSamples || in.left() < num_samples * 20) return std::nullopt;
 
   SoundVelocityProfile profile;
   profile.time = cast_time_s == 0 ? ReadKmallHeader(datagram)->time()
@@ -480,7 +481,8 @@ std::optional<std::vector<std::uint8_t>> KmallReassembler::Add(Bytes part, std::
   // One public player writes the size of the whole datagram here.
   if (LastWord(part) != part.size()) ++counters_["kmall_part_tail_wrong"];
   Key key{sender, header->system_id, header->time_s, header->time_ns, num_parts, 0};
-  if (repeats_common) key.ping_and_fan = (part[26] | part[27] << 8U) << 8U | part[29];
+  if (repeats_common)
+    key.ping_and_fan = std::uint32_t{part[27]} << 16 | std::uint32_t{part[26]} << 8 | part[29];
 
   Set& set = SetFor(key, header->time());
   std::vector<std::uint8_t>& slot = set.parts[number - 1U];

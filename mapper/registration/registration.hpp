@@ -32,7 +32,7 @@ struct RegistrationParams {
   double window_sigma = 3.0;
   int max_modes = 5;
   // Cells x yaw hypotheses of one search; a window above it is searched on the next coarser level.
-  int max_search_cells = 100'000;
+  int max_search_cells = 1'000'000;
 
   // The noise of soundings is estimated from the data; never believed to be below this.
   double min_sounding_sigma_m = 0.01;

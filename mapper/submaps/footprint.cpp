@@ -22,8 +22,8 @@ using Point = bg::model::d2::point_xy<double>;
 using Polygon = bg::model::polygon<Point>;
 using Mask = Grid<std::uint8_t>;
 
-// Corners are few and an outline is drawn by eye: a swath of 50 m to 0.8 m.
-constexpr double kCellsAlong = 64.0;
+// Corners are few and an outline is drawn by eye: a swath of 50 m to 0.5 m.
+constexpr double kCellsAlong = 96.0;
 constexpr double kSoundingsPerCell = 4.0;
 // Room for closing the mask without touching its border.
 constexpr int kBorder = 3;

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "bench/terrain_raster.hpp"
+#include "tests/bench/bench_fixtures.hpp"
 
 namespace seastitch::bench {
 namespace {
@@ -179,7 +180,7 @@ class RasterFile : public ::testing::Test {
 
   std::string ReasonOfRefusal() const {
     try {
-      LoadRaster({path_.string(), false, 0.0, 0.0}, {{0.0, 0.0}, {10.0, 10.0}});
+      LoadRaster({path_.string(), false, 0.0, 0.0, false}, {{0.0, 0.0}, {10.0, 10.0}});
     } catch (const std::runtime_error& e) {
       return e.what();
     }
@@ -191,11 +192,34 @@ class RasterFile : public ::testing::Test {
 
 TEST_F(RasterFile, ElevationsBecomeDepthsWithNorthUp) {
   Write("EPSG:32619");
-  const auto terrain = LoadRaster({path_.string(), false, 5.0, 0.0}, {{0.0, 0.0}, {30.0, 50.0}});
+  const auto terrain =
+      LoadRaster({path_.string(), false, 5.0, 0.0, false}, {{0.0, 0.0}, {30.0, 50.0}});
   const Eigen::Vector2d corner = terrain->corner();
   EXPECT_NEAR(*terrain->DepthAt(corner.x() + 1.0, corner.y() + 20.0), 15.0, 1e-4);
   EXPECT_NEAR(*terrain->DepthAt(corner.x() + 21.0, corner.y() + 20.0), 16.0, 1e-4);
   EXPECT_FALSE(terrain->DepthAt(corner.x() + 39.0, corner.y() + 20.0));  // no data
+}
+
+TEST_F(RasterFile, StandsAloneUnlessAnOverlayIsAskedFor) {
+  Write("EPSG:32619");
+  SurveyConfig config = ShortSurvey();
+  config.plan.heading_deg = 0.0;
+  config.plan.line_length_m = 5.0;
+  config.plan.lead_in_m = 2.0;
+  config.raster.file = path_.string();
+  config.raster.depth_offset_m = 20.0;
+  const auto depth_at_start = [&config] {
+    const SurveySimulator simulator(config, CrookedVehicle(), ShippedDrivers().signals());
+    return *simulator.terrain().DepthAt(0.0, 0.0);
+  };
+  const double alone = depth_at_start();
+  EXPECT_GE(alone, 30.0);
+  EXPECT_LE(alone, 32.0);
+  config.terrain.pipeline = {0.5, 0.0, 0.0, 0.0};
+  EXPECT_EQ(depth_at_start(), alone);
+  config.raster.overlay = true;
+  config.terrain.relief.rms_m = 0.0;
+  EXPECT_NEAR(depth_at_start(), alone - 0.5, 1e-9);
 }
 
 TEST_F(RasterFile, RefusesDegrees) {
@@ -212,7 +236,7 @@ TEST(Raster, RealHarbourHasAWindowForTheSurvey) {
       std::string(SEASTITCH_SOURCE_DIR) + "/../shared/data/dem/sh2007_portsmouth_0p5m.tif";
   if (!std::filesystem::exists(file)) GTEST_SKIP() << "not there: " << file;
   const MapBox box{{-20.0, -20.0}, {180.0, 145.0}};
-  const auto terrain = LoadRaster({file, false, 0.0, 4.0}, box);
+  const auto terrain = LoadRaster({file, false, 0.0, 4.0, false}, box);
   int known = 0;
   int all = 0;
   for (double north = box.min.x(); north <= box.max.x(); north += 2.0) {

@@ -14,7 +14,7 @@ PlanParams Lawn() {
   PlanParams plan;
   plan.lines = 3;
   plan.line_length_m = 60.0;
-  plan.spacing_m = 18.0;  // less than two radii: the turns swing out
+  plan.spacing_m = 18.0;  // less than 2.6 radii: the turns are loops
   plan.heading_deg = 20.0;
   return plan;
 }

@@ -79,7 +79,7 @@ TEST(Water, TheWayBackIsTheWayDown) {
   ASSERT_TRUE(echo);
   const auto back = water.Back(echo->p_map, sonar, 0.5 * echo->snell_s_per_m);
   ASSERT_TRUE(back);
-  EXPECT_NEAR(back->one_way_s, echo->one_way_s, 1e-9);
+  EXPECT_NEAR(back->one_way_s, echo->one_way_s, 2e-8);  // 30 um: the steps lie elsewhere
   EXPECT_NEAR((back->towards - direction).norm(), 0.0, 1e-6);
 }
 

@@ -1,11 +1,11 @@
 #include <gtest/gtest.h>
-#include <rapidcheck.h>
 
 #include <fstream>
 
 #include "drivers/socket/candump.hpp"
 #include "drivers/socket/cannelloni.hpp"
 #include "tests/drivers/can_generators.hpp"
+#include "tests/drivers/property.hpp"
 #include "tests/drivers/test_data.hpp"
 
 namespace seastitch {

@@ -1,9 +1,9 @@
 #include "drivers/dvl/dvl_can.hpp"
 
 #include <gtest/gtest.h>
-#include <rapidcheck.h>
 
 #include "drivers/dvl/dvl_driver.hpp"
+#include "tests/drivers/property.hpp"
 #include "tests/drivers/test_data.hpp"
 
 namespace seastitch {

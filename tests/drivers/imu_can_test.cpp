@@ -1,12 +1,12 @@
 #include "drivers/imu/imu_can.hpp"
 
 #include <gtest/gtest.h>
-#include <rapidcheck.h>
 
 #include <cmath>
 
 #include "common/core/pose.hpp"
 #include "drivers/imu/imu_driver.hpp"
+#include "tests/drivers/property.hpp"
 #include "tests/drivers/test_data.hpp"
 
 namespace seastitch {

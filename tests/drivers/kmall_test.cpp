@@ -1,7 +1,6 @@
 #include "drivers/mbes/kmall.hpp"
 
 #include <gtest/gtest.h>
-#include <rapidcheck.h>
 
 #include <algorithm>
 #include <cmath>
@@ -9,6 +8,7 @@
 
 #include "common/core/pose.hpp"
 #include "drivers/mbes/mbes_decoder.hpp"
+#include "tests/drivers/property.hpp"
 #include "tests/drivers/test_data.hpp"
 
 namespace seastitch {
@@ -275,7 +275,9 @@ TEST(KmallSvp, GoldenProfileAndTheRealOne) {
   ASSERT_EQ(real.size(), 1u);
   const auto profile = DecodeSvp(real[0]);
   ASSERT_TRUE(profile);
-  EXPECT_GT(profile->depth_m.size(), 1u);
+  ASSERT_EQ(profile->depth_m.size(), 12u);
+  EXPECT_EQ(profile->depth_m.back(), 12000.0);
+  EXPECT_EQ(profile->speed_mps[3], 1498.0);
   EXPECT_TRUE(std::is_sorted(profile->depth_m.begin(), profile->depth_m.end()));
 }
 

@@ -78,8 +78,7 @@ class Survey {
   }
   // Two lines of opposite course, 15 m apart, with the turn between them.
   void TwoLines(double length_m) {
-    Drive(2.0, 0.0, 0.0);
-    Drive(length_m / kSpeedMps, kSpeedMps, 0.0);
+    Drive(2.0 + length_m / kSpeedMps, kSpeedMps, 0.0);  // no jump in speed that no IMU felt
     const double turn_s = kPi * 7.5 / kSpeedMps;
     Drive(turn_s, kSpeedMps, kPi / turn_s);
     Drive(length_m / kSpeedMps, kSpeedMps, 0.0);

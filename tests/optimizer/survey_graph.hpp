@@ -22,6 +22,9 @@ struct SurveyOptions {
   double sigma_yaw_rad = 0.003;
   // Share of all closures that are wrong, between any two submaps, and how far off they are.
   double wrong_share = 0.0;
+  // 0: between any two. Else to one of so many nearest of the lines before, as an overlap search
+  // would have it: the graph stays as sparse as the survey is flat.
+  int wrong_among = 0;
   double wrong_min_m = 3.0;
   double wrong_max_m = 15.0;
   double wrong_yaw_rad = 0.1;
@@ -54,7 +57,7 @@ class SurveySimulator {
         dead_reckoned = dead_reckoned * update.edges[0].T_from_to;
       }
       update.vertices.push_back({SubmapId{n}, Time(Duration(1'000'000 * (n + 1))), dead_reckoned});
-      const std::vector<int> neighbours = Neighbours(n);
+      const std::vector<int> neighbours = Neighbours(n, o_.closures);
       for (const int m : neighbours) update.edges.push_back(Closure(m, n, Eigen::Vector3d::Zero()));
       out_.updates.push_back(update);
       honest += neighbours.size();
@@ -69,8 +72,11 @@ class SurveySimulator {
   void AddWrong(int count) {
     while (static_cast<int>(out_.wrong.size()) < count) {
       const int n = std::uniform_int_distribution<int>(2, o_.vertices - 1)(random_);
-      const int m = std::uniform_int_distribution<int>(0, n - 2)(random_);
-      const std::vector<int> honest = Neighbours(n);
+      const std::vector<int> honest = Neighbours(n, o_.closures);
+      const std::vector<int> near = Neighbours(n, o_.wrong_among);
+      if (o_.wrong_among > 0 && near.empty()) continue;
+      const int m = near.empty() ? std::uniform_int_distribution<int>(0, n - 2)(random_)
+                                 : near[random_() % near.size()];
       const std::pair<SubmapId, SubmapId> pair{SubmapId{m}, SubmapId{n}};
       if (std::find(honest.begin(), honest.end(), m) != honest.end() || out_.wrong.contains(pair))
         continue;
@@ -104,7 +110,7 @@ class SurveySimulator {
     return edge;
   }
 
-  std::vector<int> Neighbours(int n) const {
+  std::vector<int> Neighbours(int n, int count) const {
     const int line = n / o_.per_line;
     std::vector<int> all;
     for (int m = std::max(0, (line - 2) * o_.per_line); m < line * o_.per_line; ++m)
@@ -114,7 +120,7 @@ class SurveySimulator {
     };
     std::stable_sort(
         all.begin(), all.end(), [&](int a, int b) { return distance(a) < distance(b); });
-    all.resize(std::min(all.size(), static_cast<std::size_t>(o_.closures)));
+    all.resize(std::min(all.size(), static_cast<std::size_t>(count)));
     return all;
   }
 

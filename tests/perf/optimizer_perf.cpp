@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include "optimizer/graph_covariance.hpp"
 #include "optimizer/pose_graph_optimizer.hpp"
 #include "tests/optimizer/survey_graph.hpp"
 
@@ -14,6 +15,7 @@ SurveyGraph Survey(const benchmark::State& state) {
   SurveyOptions options;
   options.vertices = static_cast<int>(state.range(0));
   options.per_line = options.vertices < 500 ? 10 : 50;
+  options.wrong_among = 3 * options.closures;
   options.wrong_share = 0.01 * static_cast<double>(state.range(1));
   return SimulateSurvey(options);
 }
@@ -40,6 +42,19 @@ void BM_OptimizerOneMoreVertex(benchmark::State& state) {
   }
 }
 
+void BM_OptimizerCovariance(benchmark::State& state) {
+  const SurveyGraph survey = Survey(state);
+  FactorGraph graph{static_cast<int>(survey.truth.size()), 0, {}};
+  for (const GraphUpdate& update : survey.updates)
+    for (const GraphEdge& e : update.edges)
+      graph.factors.push_back(
+          {e.from.value, e.to.value, {e.T_from_to, FactorInformation(e.information)->W}, {}});
+  const std::vector<double> weights(graph.factors.size(), 1.0);
+  for (auto _ : state)
+    benchmark::DoNotOptimize(
+        ComputeCovariance(graph, survey.truth, weights, graph.num_vertices - 1));
+}
+
 void Sizes(benchmark::internal::Benchmark* b) {
   for (const std::int64_t vertices : {100, 1000, 10000})
     for (const std::int64_t wrong_percent : {0, 10}) b->Args({vertices, wrong_percent});
@@ -48,6 +63,7 @@ void Sizes(benchmark::internal::Benchmark* b) {
 
 BENCHMARK(BM_OptimizerFullSolve)->Apply(Sizes);
 BENCHMARK(BM_OptimizerOneMoreVertex)->Apply(Sizes);
+BENCHMARK(BM_OptimizerCovariance)->Apply(Sizes);
 
 }  // namespace
 }  // namespace seastitch

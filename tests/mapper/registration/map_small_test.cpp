@@ -82,9 +82,9 @@ TEST_P(MapSmall, IsRegisteredFromEveryCorruptedSeed) {
 INSTANTIATE_TEST_SUITE_P(Pairs,
                          MapSmall,
                          ::testing::Values(SmallPair{1, 8}, SmallPair{3, 6}, SmallPair{4, 5}),
-                         [](const auto& info) {
-                           return std::to_string(info.param.target) + "To" +
-                                  std::to_string(info.param.source);
+                         [](const auto& pair) {
+                           return std::to_string(pair.param.target) + "To" +
+                                  std::to_string(pair.param.source);
                          });
 
 }  // namespace

@@ -37,7 +37,7 @@ Scene MakeScene(double per_m2,
     const double height = feature(x, y);
     const bool outlier = part(random) < outlier_part;
     double z = 20.0 + slope * x - height + noise(random);
-    if (outlier) z = 20.0 + slope * x + (part(random) < 0.5 ? -1.0 : 1.0) * off(random);
+    if (outlier) z += (part(random) < 0.5 ? -1.0 : 1.0) * off(random);
     scene.cloud.Add(Eigen::Vector3d(x, y, z).cast<float>());
     scene.is_outlier.push_back(outlier ? 1 : 0);
     scene.is_feature.push_back(!outlier && height > 0.05 ? 1 : 0);
@@ -97,7 +97,7 @@ INSTANTIATE_TEST_SUITE_P(Seabeds,
                                          Case{"Pipeline", Pipeline, 0.0, 60.0},
                                          Case{"WreckEdge", WreckEdge, 0.0, 60.0},
                                          Case{"Boulders", Boulders, 0.2, 60.0}),
-                         [](const auto& info) { return info.param.name; });
+                         [](const auto& seabed) { return seabed.param.name; });
 
 TEST(SeabedFilterAlone, DropsPointsThatHangInEmptySpace) {
   Scene scene = MakeScene(30.0, 0.02, Nothing, 0.0, 0.0, 5);
@@ -111,7 +111,7 @@ TEST(SeabedFilterAlone, TakesAnEmptyCloud) {
 }
 
 TEST(SeabedFilterAlone, JudgesTheSameWhereverTheCloudLies) {
-  rc::check([] {
+  EXPECT_TRUE(rc::check([] {
     const Scene scene =
         MakeScene(4.0, 0.03, Nothing, 0.1, 0.02, *rc::gen::arbitrary<std::uint64_t>());
     const auto dx = static_cast<float>(*rc::gen::inRange(-8, 8) * 64);  // whole columns
@@ -122,7 +122,7 @@ TEST(SeabedFilterAlone, JudgesTheSameWhereverTheCloudLies) {
     std::size_t differ = 0;
     for (std::size_t i = 0; i < a.size(); ++i) differ += a[i] != b[i] ? 1 : 0;
     RC_ASSERT(differ <= a.size() / 500);  // float rounding at the borders of cells
-  });
+  }));
 }
 
 TEST(SoundingGate, NamesWhatIsWrong) {

@@ -66,7 +66,7 @@ TEST(Footprint, CoversThePointsAndLittleElse) {
 }
 
 TEST(Footprint, CoversRandomBlobs) {
-  rc::check([] {
+  EXPECT_TRUE(rc::check([] {
     const int n = *rc::gen::inRange(1, 5);
     std::vector<Eigen::Vector3d> discs;
     for (int i = 0; i < n; ++i) {
@@ -89,7 +89,7 @@ TEST(Footprint, CoversRandomBlobs) {
     const Footprint outline = FootprintOf(cloud, Eigen::Matrix3d::Identity());
     RC_ASSERT(PartInside(cloud, outline) >= 0.95);
     RC_ASSERT(outline.size() <= kMaxOutlineCorners);
-  });
+  }));
 }
 
 TEST(Footprint, StandsInTheLevelFrame) {

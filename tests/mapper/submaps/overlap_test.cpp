@@ -53,7 +53,7 @@ TEST(OverlapArea, OfWhatIsNoOutlineIsZero) {
 }
 
 TEST(OverlapArea, IsTheSameFromBothSidesAndAtMostTheSmaller) {
-  rc::check([] {
+  EXPECT_TRUE(rc::check([] {
     const auto number = [](int low, int high) {
       return 0.1 * *rc::gen::inRange(10 * low, 10 * high);
     };
@@ -61,10 +61,10 @@ TEST(OverlapArea, IsTheSameFromBothSidesAndAtMostTheSmaller) {
     const Footprint b = Rectangle(number(5, 60), number(5, 20));
     const Pose2 T_a_b{number(-60, 60), number(-60, 60), number(-3, 3)};
     const double ab = OverlapArea(a, b, T_a_b);
-    RC_ASSERT(std::abs(ab - OverlapArea(b, a, Inverse(T_a_b))) < 1e-5);
+    RC_ASSERT(std::abs(ab - OverlapArea(b, a, Inverse(T_a_b))) < 1e-3);
     RC_ASSERT(ab >= 0.0);
-    RC_ASSERT(ab <= std::min(Area(a), Area(b)) + 1e-5);
-  });
+    RC_ASSERT(ab <= std::min(Area(a), Area(b)) + 1e-3);
+  }));
 }
 
 TEST(ExpectedOverlap, FindsAPairThatOnlyTheUncertaintyBringsTogether) {
