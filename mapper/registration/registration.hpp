@@ -47,11 +47,13 @@ struct RegistrationParams {
   double min_overlap_m2 = 10.0;
   // Independent patches (4 pi cells) that must overlap: a placement takes four of them.
   double min_patches = 8.0;
-  // Another place fits alike when the best's log-likelihood exceeds its by less than this a patch
-  // (0.2: the variance of the difference is less than 1.5 times the best's), and by less than the
-  // floor altogether (about what the best of a thousand chance placements reaches).
-  double ambiguity_per_patch = 0.2;
+  // Another place fits alike when the log-likelihoods, over as many patches, are no further apart
+  // than the largest of: what the best of a thousand chance placements reaches; this many sigma of
+  // the difference of two places that fit alike, sqrt(patches); this much a patch (0.2: 1.5 times
+  // the variance of the difference, which errors of the model can make).
   double ambiguity_floor = 12.0;
+  double ambiguity_sigma = 3.5;
+  double ambiguity_per_patch = 0.2;
   // Residual sigma over the scatter of soundings about the smooth seabed.
   double max_misfit = 2.0;
   // A direction is known where the two submaps' slopes agree by this many sigma of chance.

@@ -214,7 +214,8 @@ TEST_F(ToySurvey, CorruptedComesCloserThanTheReferenceEverDid) {
             .string() +
         " " + corrupted.string());
     ASSERT_EQ(made.exit_code, 0) << made.output;
-    const CommandResult result = ReplayOf(corrupted);
+    // The errors that are really in the seeds' edges: up to 1.5 m, where their README says 0.5.
+    const CommandResult result = ReplayOf(corrupted, "--drift-xy-m 1.0 --drift-yaw-deg 1.0");
     ASSERT_EQ(result.exit_code, 0) << result.output;
     const double rms = XyRms();
     std::printf("seed %d: xy RMS %.3f m\n", seed, rms);
