@@ -43,14 +43,19 @@ Eigen::Matrix3d LevelCovariance(const NavState& state) {
   return covariance;
 }
 
-const char* ToString(SoundSpeed::Source source) {
+bool IsProfile(SoundSpeed::Source source) {
+  return source == SoundSpeed::Source::kProfile || source == SoundSpeed::Source::kConfigured;
+}
+
+const char* Sentence(SoundSpeed::Source source) {
   switch (source) {
-    case SoundSpeed::Source::kProfile: return "a profile";
-    case SoundSpeed::Source::kConfigured: return "the configured profile";
-    case SoundSpeed::Source::kTransducer: return "the transducer alone: no profile known";
-    case SoundSpeed::Source::kAssumed: return "an assumption: no profile known";
+    case SoundSpeed::Source::kProfile: return "; sound speed from a profile";
+    case SoundSpeed::Source::kConfigured: return "; sound speed from the configured profile";
+    case SoundSpeed::Source::kTransducer:
+      return "; sound speed from the transducer alone: no profile known";
+    case SoundSpeed::Source::kAssumed: return "; sound speed assumed: no profile known";
   }
-  return "unknown";
+  return "";
 }
 
 }  // namespace
@@ -148,9 +153,7 @@ void MapperNode::GeoreferencePings(bool no_more_poses) {
 void MapperNode::AddToSubmap(const MbesPing& ping) {
   const SoundSpeed::Choice sound_speed = sound_speed_.For(ping);
   sound_speed_source_ = sound_speed.source;
-  if (sound_speed.source == SoundSpeed::Source::kTransducer ||
-      sound_speed.source == SoundSpeed::Source::kAssumed)
-    health_.Count("pings_without_profile");
+  if (!IsProfile(sound_speed.source)) health_.Count("pings_without_profile");
   const PoseLookup T_map_vehicle_at = [this](Time t) -> std::optional<Eigen::Isometry3d> {
     const std::optional<NavState> state = navigation_.StateAt(t);
     if (!state) return std::nullopt;
@@ -331,7 +334,7 @@ void MapperNode::PublishSubmap(const Submap& submap) {
   bus_->Publish("SUBMAP", messages.announcement);
   chunks_.assign(std::make_move_iterator(messages.chunks.begin()),
                  std::make_move_iterator(messages.chunks.end()));
-  health_.Count(std::string("submaps_by_") + seastitch::ToString(submap.trigger));
+  health_.Count(std::string("submaps_by_") + ToString(submap.trigger));
 }
 
 bool MapperNode::SendNextChunk() {
@@ -361,10 +364,9 @@ void MapperNode::ReportHealth() {
   if (!last_nav_ && graph_.empty()) return;
   const std::string figures = std::to_string(graph_.size()) + " submaps, " +
                               std::to_string(accepted_) + " loop closures accepted, " +
-                              std::to_string(rejected_) + " rejected; sound speed from " +
-                              ToString(sound_speed_source_);
-  const bool profile_missing = sound_speed_source_ == SoundSpeed::Source::kTransducer ||
-                               sound_speed_source_ == SoundSpeed::Source::kAssumed;
+                              std::to_string(rejected_) + " rejected" +
+                              (sound_speed_source_ ? Sentence(*sound_speed_source_) : "");
+  const bool profile_missing = sound_speed_source_ && !IsProfile(*sound_speed_source_);
   if (health_.counter("store_write_errors") > 0)
     health_.SetState(HealthState::kDegraded, "the survey directory cannot be written; " + figures);
   else if (last_nav_ && !bottom_lock_)

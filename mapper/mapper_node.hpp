@@ -91,8 +91,8 @@ class MapperNode {
 
   DeadReckoning navigation_;
   SoundSpeed sound_speed_;
-  SoundSpeed::Source sound_speed_source_ = SoundSpeed::Source::kProfile;
-  std::deque<MbesPing> pings_;  // waiting for navigation
+  std::optional<SoundSpeed::Source> sound_speed_source_;  // of the last ping
+  std::deque<MbesPing> pings_;                            // waiting for navigation
   SubmapBuilder builder_;
   std::optional<NavState> previous_frame_;  // of the submap closed last
   std::optional<Time> last_nav_;
