@@ -75,6 +75,7 @@ void CanDriver::UpdateHealth(const Counters& source, DeviceWatch::Clock::time_po
   SetAll(source, &health_);
   SetAll(counters_, &health_);
   SetAll(decoder_counters(), &health_);
+  SetAll(clock_figures(), &health_);
   health_.Set("lcm_publish_errors", bus_->publish_errors());
   watch_.Check(now);
 }
@@ -108,9 +109,14 @@ ClockParams ReadClockParams(ConfigMap* root) {
   ClockParams params;
   std::string clock = "device";
   root->Read("clock", &clock);
-  if (clock != "device" && clock != "receive")
-    root->Check("clock: '" + clock + "' is not device or receive");
-  params.clock = clock == "device" ? DeviceClock::kDevice : DeviceClock::kReceive;
+  if (clock == "device")
+    params.clock = DeviceClock::kDevice;
+  else if (clock == "model")
+    params.clock = DeviceClock::kModel;
+  else if (clock == "receive")
+    params.clock = DeviceClock::kReceive;
+  else
+    root->Check("clock: '" + clock + "' is not device, model or receive");
   root->Read("latency_s", &params.latency_s);
   root->Check(params.Validate());
   return params;

@@ -49,6 +49,7 @@ class CanDriver {
  protected:
   virtual void Decode(const CanFrame& frame, Time recv) = 0;
   virtual const Counters& decoder_counters() const = 0;
+  virtual Counters clock_figures() const = 0;
   // For each message published.
   void OnPublished(const std::string& stream);
 
@@ -69,7 +70,7 @@ int RunCanDriver(CanDriver* driver, CanSource* source, Bus* bus, EventLoop* loop
 
 // Keys "source", "receive_buffer_bytes" and "timeout_s" of a CAN driver's file.
 CanDriverParams ReadCanDriverParams(ConfigMap* root);
-// Keys "clock" ("device" or "receive") and "latency_s".
+// Keys "clock" ("device", "model" or "receive") and "latency_s".
 ClockParams ReadClockParams(ConfigMap* root);
 // Key "dbc", relative to the folder of the file, and the map "signals", whose keys are field_keys.
 // Throws ConfigError.

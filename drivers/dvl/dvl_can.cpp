@@ -130,7 +130,8 @@ std::string DvlCanParams::Validate() const {
 DvlCanDecoder::DvlCanDecoder(const DvlCanParams& params)
     : params_(params),
       dvl_fields_(Mapped(params.signals, kDvlVelocityX, kDvlAltitudeValid)),
-      depth_fields_(Mapped(params.signals, kDepthPressure, kDepthSigma)) {}
+      depth_fields_(Mapped(params.signals, kDepthPressure, kDepthSigma)),
+      stamper_(params.clock) {}
 
 DvlOutput DvlCanDecoder::Add(const CanFrame& frame, Time recv) {
   const std::optional<SignalMap::Reading> reading = params_.signals.Read(frame);
@@ -178,12 +179,16 @@ void DvlCanDecoder::Open(const FieldValues& values, Time recv) {
     ++counters_["dvl_time_malformed"];
     return;
   }
+  const Time device = FromUtime(static_cast<std::int64_t>(seconds) * 1'000'000 +
+                                static_cast<std::int64_t>(microseconds));
+  const std::optional<Time> time = stamper_.Stamp(device, recv);
+  if (!time) {
+    ++counters_["dvl_ensemble_unstamped"];
+    return;
+  }
   Ensemble& e = ensemble_.emplace();
   e.first_recv = recv;
-  e.time = params_.clock.clock == DeviceClock::kReceive
-               ? params_.clock.FromReceive(recv)
-               : FromUtime(static_cast<std::int64_t>(seconds) * 1'000'000 +
-                           static_cast<std::int64_t>(microseconds));
+  e.time = *time;
 }
 
 void DvlCanDecoder::Finish() {

@@ -70,8 +70,9 @@ class DvlCanDecoder {
   void Finish();
 
   // dvl_frame_malformed, dvl_frame_outside_ensemble, dvl_ensemble_incomplete,
-  // depth_ensemble_incomplete, dvl_time_malformed.
+  // depth_ensemble_incomplete, dvl_time_malformed, dvl_ensemble_unstamped.
   const Counters& counters() const { return counters_; }
+  Counters clock_figures() const { return stamper_.Figures("dvl"); }
   std::vector<CanFilter> filters() const { return params_.signals.Filters(); }
 
  private:
@@ -88,6 +89,7 @@ class DvlCanDecoder {
   std::bitset<kMaxFields> dvl_fields_;
   std::bitset<kMaxFields> depth_fields_;
   std::optional<Ensemble> ensemble_;
+  Stamper stamper_;
   Counters counters_;
 };
 

@@ -27,6 +27,7 @@ class DvlDriver : public CanDriver {
  private:
   void Decode(const CanFrame& frame, Time recv) override;
   const Counters& decoder_counters() const override { return decoder_.counters(); }
+  Counters clock_figures() const override { return decoder_.clock_figures(); }
 
   DvlCanDecoder decoder_;
   std::int64_t dvl_seq_ = 0;

@@ -114,7 +114,8 @@ ImuCanDecoder::ImuCanDecoder(const ImuCanParams& params)
     : params_(params),
       inertial_fields_(Mapped(params.signals, kAngularRateX, kSpecificForceZ)),
       attitude_fields_(Mapped(params.signals, kRoll, kYawSigma)),
-      utc_fields_(Mapped(params.signals, kUtcTimeUs, kUtcMicrosecond)) {}
+      utc_fields_(Mapped(params.signals, kUtcTimeUs, kUtcMicrosecond)),
+      stamper_(params.clock) {}
 
 std::optional<ImuSample> ImuCanDecoder::Add(const CanFrame& frame, Time recv) {
   const std::optional<SignalMap::Reading> reading = params_.signals.Read(frame);
@@ -214,8 +215,13 @@ std::optional<ImuSample> ImuCanDecoder::Give(bool with_attitude) {
 }
 
 std::optional<Time> ImuCanDecoder::TimeOfEpoch() {
-  if (params_.clock.clock == DeviceClock::kReceive)
-    return params_.clock.FromReceive(epoch_->first_recv);
+  const std::optional<Time> device = DeviceTimeOfEpoch();
+  return device ? stamper_.Stamp(*device, epoch_->first_recv) : std::nullopt;
+}
+
+std::optional<Time> ImuCanDecoder::DeviceTimeOfEpoch() {
+  if (params_.clock.clock != DeviceClock::kDevice)
+    return Time(counter_.Unwrap(epoch_->device_us, epoch_->first_recv));
   if (!anchor_) return std::nullopt;
   return anchor_->utc + Duration(Difference(epoch_->device_us, anchor_->device_us));
 }

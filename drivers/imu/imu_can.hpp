@@ -61,8 +61,8 @@ class ImuCanDecoder {
   explicit ImuCanDecoder(const ImuCanParams& params);
 
   // Adds a frame. Gives the epoch that it completed, or the one before it where it opens the next.
-  // Time: the device's, mapped to UTC through its last UTC frames (until those came, epochs are
-  // counted as imu_epoch_unstamped and not given), or the receive stamp of its first frame.
+  // Time: the device's, mapped to UTC through its last UTC frames or by a model of its clock, or
+  // the receive stamp of its first frame. Epochs without are counted as imu_epoch_unstamped.
   std::optional<ImuSample> Add(const CanFrame& frame, Time recv);
   // Ends the open epoch: at the end of a log.
   std::optional<ImuSample> Finish();
@@ -72,6 +72,7 @@ class ImuCanDecoder {
   // imu_frame_malformed, imu_frame_outside_epoch, imu_epoch_incomplete, imu_epoch_unstamped,
   // imu_epoch_without_attitude, imu_utc_malformed, imu_utc_stepped, imu_device_restarted.
   const Counters& counters() const { return counters_; }
+  Counters clock_figures() const { return stamper_.Figures("imu"); }
   std::vector<CanFilter> filters() const { return params_.signals.Filters(); }
 
  private:
@@ -90,6 +91,7 @@ class ImuCanDecoder {
   std::optional<ImuSample> Close();
   std::optional<ImuSample> Give(bool with_attitude);
   std::optional<Time> TimeOfEpoch();
+  std::optional<Time> DeviceTimeOfEpoch();
   bool Belongs(const std::bitset<kMaxFields>& fields, Time recv) const;
   void AddUtc(const FieldValues& values, Time recv);
   void SeeDeviceTime(std::uint32_t device_us);
@@ -107,6 +109,8 @@ class ImuCanDecoder {
   Time utc_recv_;
   std::optional<std::uint32_t> last_device_us_;
   std::optional<UtcAnchor> anchor_;
+  WrappingCounter counter_{1e-6};
+  Stamper stamper_;
   Time epoch_recv_;
   Counters counters_;
 };

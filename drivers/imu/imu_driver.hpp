@@ -27,6 +27,7 @@ class ImuDriver : public CanDriver {
  private:
   void Decode(const CanFrame& frame, Time recv) override;
   const Counters& decoder_counters() const override { return decoder_.counters(); }
+  Counters clock_figures() const override { return decoder_.clock_figures(); }
   void Publish(const ImuSample& sample);
 
   ImuCanDecoder decoder_;

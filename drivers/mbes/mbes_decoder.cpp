@@ -1,9 +1,19 @@
 #include "drivers/mbes/mbes_decoder.hpp"
 
+#include <algorithm>
+
 namespace seastitch {
 namespace {
 
 constexpr std::uint8_t kNewestMrz = 3;
+
+// How long after the ping's time its last echo came: no sonar can tell sooner.
+Duration LastEcho(const MbesPing& ping) {
+  double last_s = 0.0;
+  for (const MbesBeam& beam : ping.beams)
+    last_s = std::max(last_s, static_cast<double>(beam.tx_delay_s) + beam.twtt_s);
+  return FromSeconds(std::min(last_s, 30.0));  // the range of no sonar: the floats are foreign
+}
 
 }  // namespace
 
@@ -13,7 +23,7 @@ std::string MbesDecoderParams::Validate() const {
 }
 
 MbesDecoder::MbesDecoder(const MbesDecoderParams& params)
-    : params_(params), reassembler_(params.parts) {}
+    : params_(params), reassembler_(params.parts), stamper_(params.clock) {}
 
 std::optional<MbesOutput> MbesDecoder::Add(Bytes udp_payload, Time recv, std::uint64_t sender) {
   const std::optional<KmallHeader> header = ReadKmallHeader(udp_payload);
@@ -43,7 +53,12 @@ std::optional<MbesOutput> MbesDecoder::Add(Bytes udp_payload, Time recv, std::ui
     return std::nullopt;
   }
   if (unusable > 0) counters_["mbes_beam_unusable"] += unusable;
-  if (params_.clock.clock == DeviceClock::kReceive) ping->time = params_.clock.FromReceive(recv);
+  const std::optional<Time> time = stamper_.Stamp(ping->time, recv, LastEcho(*ping));
+  if (!time) {
+    ++counters_["mbes_ping_unstamped"];
+    return std::nullopt;
+  }
+  ping->time = *time;
   return ping;
 }
 

@@ -26,12 +26,14 @@ class MbesDecoder {
   std::optional<MbesOutput> Add(Bytes udp_payload, Time recv, std::uint64_t sender = 0);
 
   // kmall_malformed, kmall_ignored (other datagram types), kmall_version_unknown,
-  // mbes_beam_unusable, and those of the reassembler.
+  // mbes_beam_unusable, mbes_ping_unstamped, and those of the reassembler.
   Counters counters() const;
+  Counters clock_figures() const { return stamper_.Figures("mbes"); }
 
  private:
   MbesDecoderParams params_;
   KmallReassembler reassembler_;
+  Stamper stamper_;
   Counters counters_;
 };
 

@@ -65,6 +65,7 @@ void MbesDriver::PublishRaw(const Datagram& datagram) {
 void MbesDriver::UpdateHealth(const Counters& socket, DeviceWatch::Clock::time_point now) {
   SetAll(socket, &health_);
   SetAll(decoder_.counters(), &health_);
+  SetAll(decoder_.clock_figures(), &health_);
   health_.Set("lcm_publish_errors", bus_->publish_errors());
   watch_.Check(now);
 }
