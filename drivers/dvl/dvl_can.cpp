@@ -186,9 +186,9 @@ void DvlCanDecoder::Open(const FieldValues& values, Time recv) {
     ++counters_["dvl_ensemble_unstamped"];
     return;
   }
-  Ensemble& e = ensemble_.emplace();
-  e.first_recv = recv;
-  e.time = *time;
+  ensemble_ = Ensemble{};
+  ensemble_->first_recv = recv;
+  ensemble_->time = *time;
 }
 
 void DvlCanDecoder::Finish() {

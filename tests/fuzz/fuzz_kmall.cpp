@@ -37,7 +37,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   ByteReader in(Bytes(data, size));
   for (int i = 0; i < 64 && in.left() >= 2; ++i) {
     const std::size_t length = std::min<std::size_t>(in.Le<std::uint16_t>(), in.left());
-    const auto output = decoder.Add(Sealed(in.Take(length)), FromUtime(1));
+    const auto output = decoder.Add(Sealed(in.Take(length)), FromUtime(1'700'000'000'000'000 + i));
     if (!output) continue;
     if (const auto* ping = std::get_if<MbesPing>(&*output)) Check(*ping);
   }
