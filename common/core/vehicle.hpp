@@ -12,6 +12,9 @@ struct VehicleGeometry {
   Eigen::Isometry3d T_vehicle_imu = Eigen::Isometry3d::Identity();
   Eigen::Isometry3d T_vehicle_dvl = Eigen::Isometry3d::Identity();
   Eigen::Isometry3d T_vehicle_mbes = Eigen::Isometry3d::Identity();
+  // Transmit and receive array within the sonar, where they are not at one place or not square.
+  Eigen::Isometry3d T_mbes_tx = Eigen::Isometry3d::Identity();
+  Eigen::Isometry3d T_mbes_rx = Eigen::Isometry3d::Identity();
   Eigen::Vector3d p_vehicle_depth_m = Eigen::Vector3d::Zero();  // pressure port
 };
 

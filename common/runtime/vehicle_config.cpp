@@ -48,6 +48,8 @@ VehicleGeometry LoadVehicle(const std::string& path) {
   vehicle.T_vehicle_imu = ReadMounting(&root, "imu");
   vehicle.T_vehicle_dvl = ReadMounting(&root, "dvl");
   vehicle.T_vehicle_mbes = ReadMounting(&root, "mbes");
+  vehicle.T_mbes_tx = ReadMounting(&root, "mbes_transmitter");
+  vehicle.T_mbes_rx = ReadMounting(&root, "mbes_receiver");
   ConfigMap depth = root.Child("depth");
   vehicle.p_vehicle_depth_m = ReadVector(&depth, "position_m");
   depth.Finish();

@@ -16,6 +16,8 @@ constexpr double kKnotS = 0.01;
 constexpr int kMaxKnots = 200;
 // Roundoff of the sonar's own float angles, beyond which two cones miss each other.
 constexpr double kConeSlack = 1e-9;
+// Speed that rises on the way takes rays deeper than straight ones: by 5 % at the very most.
+constexpr double kDeeper = 1.05;
 
 bool IsUsable(const MbesBeam& beam) {
   return beam.twtt_s > 0.0f && beam.twtt_s <= kMaxTravelTimeS && beam.tx_delay_s >= 0.0f &&
@@ -24,22 +26,31 @@ bool IsUsable(const MbesBeam& beam) {
          std::isfinite(beam.depth_sigma_ratio);
 }
 
-// The sonar's place and axes in the map, at any time of one ping.
+// An array's place and its axis in the map: forward of the transmitter, starboard of the receiver.
+struct ArrayState {
+  Eigen::Vector3d p_map = Eigen::Vector3d::Zero();
+  Eigen::Vector3d axis = Eigen::Vector3d::Zero();
+};
+
+ArrayState Between(const ArrayState& a, const ArrayState& b, double w) {
+  const Eigen::Vector3d axis = a.axis + w * (b.axis - a.axis);
+  // 1 / sqrt(n) = (3 - n) / 2 near 1: knots are a few degrees apart at most.
+  return {a.p_map + w * (b.p_map - a.p_map), 0.5 * (3.0 - axis.squaredNorm()) * axis};
+}
+
+// Both arrays at any time of one ping.
 class SonarMotion {
  public:
-  struct State {
-    Eigen::Vector3d p_map;
-    Eigen::Vector3d forward;
-    Eigen::Vector3d starboard;
-  };
-
   static std::optional<SonarMotion> Make(Time start,
                                          double span_s,
                                          const PoseLookup& T_map_vehicle_at,
-                                         const Eigen::Isometry3d& T_vehicle_sonar) {
+                                         const VehicleGeometry& vehicle) {
+    const Eigen::Isometry3d T_vehicle_tx = vehicle.T_vehicle_mbes * vehicle.T_mbes_tx;
+    const Eigen::Isometry3d T_vehicle_rx = vehicle.T_vehicle_mbes * vehicle.T_mbes_rx;
     SonarMotion motion;
     const int steps = std::clamp(static_cast<int>(std::ceil(span_s / kKnotS)), 1, kMaxKnots);
     motion.step_s_ = std::max(span_s, 1e-6) / steps;
+    motion.knots_.reserve(static_cast<std::size_t>(steps) + 1);
     for (int i = 0; i <= steps; ++i) {
       // The last knot is rounded down: the caller may have poses up to the last echo and no
       // further.
@@ -48,23 +59,16 @@ class SonarMotion {
       if (!T_map_vehicle) return std::nullopt;
       if (i == 0) motion.first_ = *T_map_vehicle;
       motion.last_ = *T_map_vehicle;
-      const Eigen::Isometry3d T_map_sonar = *T_map_vehicle * T_vehicle_sonar;
-      motion.knots_.push_back(
-          {T_map_sonar.translation(), T_map_sonar.linear().col(0), T_map_sonar.linear().col(1)});
+      const Eigen::Isometry3d T_map_tx = *T_map_vehicle * T_vehicle_tx;
+      const Eigen::Isometry3d T_map_rx = *T_map_vehicle * T_vehicle_rx;
+      motion.knots_.push_back({{T_map_tx.translation(), T_map_tx.linear().col(0)},
+                               {T_map_rx.translation(), T_map_rx.linear().col(1)}});
     }
     return motion;
   }
 
-  State At(double after_start_s) const {
-    const double at = std::clamp(after_start_s / step_s_, 0.0, double(knots_.size() - 1));
-    const std::size_t i = std::min(static_cast<std::size_t>(at), knots_.size() - 2);
-    const double w = at - static_cast<double>(i);
-    const State& a = knots_[i];
-    const State& b = knots_[i + 1];
-    return {a.p_map + w * (b.p_map - a.p_map),
-            (a.forward + w * (b.forward - a.forward)).normalized(),
-            (a.starboard + w * (b.starboard - a.starboard)).normalized()};
-  }
+  ArrayState TxAt(double after_start_s) const { return At(after_start_s, &Knot::tx); }
+  ArrayState RxAt(double after_start_s) const { return At(after_start_s, &Knot::rx); }
 
   const Eigen::Isometry3d& T_map_vehicle_first() const { return first_; }
   double SpeedMps() const {
@@ -73,62 +77,83 @@ class SonarMotion {
   }
 
  private:
+  struct Knot {
+    ArrayState tx;
+    ArrayState rx;
+  };
+  ArrayState At(double after_start_s, ArrayState Knot::*array) const {
+    const double at = std::clamp(after_start_s / step_s_, 0.0, double(knots_.size() - 1));
+    const std::size_t i = std::min(static_cast<std::size_t>(at), knots_.size() - 2);
+    return Between(knots_[i].*array, knots_[i + 1].*array, at - static_cast<double>(i));
+  }
+
   double step_s_ = 0.0;
-  std::vector<State> knots_;
+  std::vector<Knot> knots_;
   Eigen::Isometry3d first_ = Eigen::Isometry3d::Identity();
   Eigen::Isometry3d last_ = Eigen::Isometry3d::Identity();
 };
 
-struct WaterColumn {
-  const RayTracer& rays;
-  double speed_at_transducer_mps;  // 0: that of the profile where the ray starts
+// What the beams of one transmit sector share.
+struct Sector {
+  float delay_s = -1.0f;
+  float tilt_rad = 0.0f;
+  ArrayState tx;
+  double sin_tilt = 0.0;
+
+  void Take(const MbesBeam& beam, const SonarMotion& sonar) {
+    if (beam.tx_delay_s == delay_s && beam.tx_tilt_rad == tilt_rad) return;
+    delay_s = beam.tx_delay_s;
+    tilt_rad = beam.tx_tilt_rad;
+    tx = sonar.TxAt(delay_s);
+    sin_tilt = std::sin(double{tilt_rad});
+  }
 };
 
-std::optional<Sounding> Place(const MbesBeam& beam,
-                              int index,
-                              const SonarMotion& sonar,
-                              const WaterColumn& water) {
-  const SonarMotion::State tx = sonar.At(beam.tx_delay_s);
-  const SonarMotion::State rx = sonar.At(double{beam.tx_delay_s} + double{beam.twtt_s});
-  const auto launch = IntersectCones(tx.forward, beam.tx_tilt_rad, rx.starboard, beam.rx_angle_rad);
-  if (!launch) return std::nullopt;
-
-  const Eigen::Vector3d start = 0.5 * (tx.p_map + rx.p_map);
-  const double sin_launch = launch->head<2>().norm();
-  const double speed = water.speed_at_transducer_mps > 0.0 ? water.speed_at_transducer_mps
-                                                           : water.rays.SpeedAt(start.z());
-  const auto end =
-      water.rays.Trace(start.z(), sin_launch, launch->z(), speed, 0.5 * double{beam.twtt_s});
-  if (!end) return std::nullopt;
-
-  Sounding sounding;
-  sounding.beam = index;
-  sounding.depth_sigma_m = static_cast<float>(double{beam.depth_sigma_ratio} * end->down_m);
-  sounding.p_map = start + Eigen::Vector3d(0.0, 0.0, end->down_m);
-  if (sin_launch > 0.0)
-    sounding.p_map.head<2>() += launch->head<2>() * (end->horizontal_m / sin_launch);
-  return sounding;
-}
+// A beam as one ray, to the echo and no further, from midway between transmitter and receiver.
+struct Launch {
+  int beam;
+  Eigen::Vector3d start;
+  Eigen::Vector3d echo;  // from the start, had the water one speed
+  double range_m;
+};
 
 }  // namespace
 
-std::optional<Eigen::Vector3d> IntersectCones(const Eigen::Vector3d& tx_axis,
-                                              double tx_tilt_rad,
-                                              const Eigen::Vector3d& rx_axis,
-                                              double rx_angle_rad) {
-  // d = a tx_axis + b rx_axis + c (tx_axis x rx_axis) with d . tx_axis = sin(tilt),
-  // d . rx_axis = sin(angle), |d| = 1.
-  const double along = std::sin(tx_tilt_rad);
-  const double across = std::sin(rx_angle_rad);
-  const double skew = tx_axis.dot(rx_axis);
+// With x from the middle to the echo, f the half baseline, a the half path and e = x . f / a, the
+// distances from transmitter and receiver are a + e and a - e. So the cones are planes,
+//   x . tx_axis = sin_tilt (a + e) - f . tx_axis,  x . rx_axis = sin_angle (a - e) + f . rx_axis,
+// and the ellipsoid is |x|^2 = a^2 - f^2 + e^2. Solved for x with e known, then for e again: each
+// time leaves |f| / a of the error before.
+std::optional<Eigen::Vector3d> EchoFromMidway(const Detection& detection) {
+  constexpr int kRounds = 3;
+  const auto& [tx, rx, sin_tilt, sin_angle, f, a] = detection;
+  const double skew = tx.dot(rx);
   const double det = 1.0 - skew * skew;
-  if (!(det > kConeSlack)) return std::nullopt;
-  const double a = (along - skew * across) / det;
-  const double b = (across - skew * along) / det;
-  const double rest = 1.0 - (a * along + b * across);
-  if (!(rest > -kConeSlack)) return std::nullopt;
-  const double c = std::sqrt(std::max(rest, 0.0) / det);
-  return (a * tx_axis + b * rx_axis + c * tx_axis.cross(rx_axis)).normalized();
+  const double a2_less_f2 = a * a - f.squaredNorm();
+  if (!(det > kConeSlack && a2_less_f2 > 0.0)) return std::nullopt;
+  Eigen::Vector3d down = tx.cross(rx);
+  if (down.z() < 0.0) down = -down;
+  const double f_tx = f.dot(tx);
+  const double f_rx = f.dot(rx);
+  const double f_down = f.dot(down);
+  const double inverse_a = 1.0 / a;
+  const double inverse_det = 1.0 / det;
+
+  double by_tx = 0.0;
+  double by_rx = 0.0;
+  double by_down = 0.0;
+  double e = 0.0;
+  for (int round = 0; round < kRounds; ++round) {
+    const double x_tx = sin_tilt * (a + e) - f_tx;
+    const double x_rx = sin_angle * (a - e) + f_rx;
+    by_tx = (x_tx - skew * x_rx) * inverse_det;
+    by_rx = (x_rx - skew * x_tx) * inverse_det;
+    const double rest = a2_less_f2 + e * e - (by_tx * x_tx + by_rx * x_rx);
+    if (!(rest > -kConeSlack * a * a)) return std::nullopt;
+    by_down = std::sqrt(std::max(rest, 0.0) * inverse_det);
+    e = (by_tx * f_tx + by_rx * f_rx + by_down * f_down) * inverse_a;
+  }
+  return by_tx * tx + by_rx * rx + by_down * down;
 }
 
 std::optional<GeoreferencedPing> Georeference(const MbesPing& ping,
@@ -139,7 +164,7 @@ std::optional<GeoreferencedPing> Georeference(const MbesPing& ping,
   for (const MbesBeam& beam : ping.beams)
     if ((beam.flags & kBeamValid) != 0 && IsUsable(beam))
       span_s = std::max(span_s, double{beam.tx_delay_s} + double{beam.twtt_s});
-  const auto sonar = SonarMotion::Make(ping.time, span_s, T_map_vehicle_at, vehicle.T_vehicle_mbes);
+  const auto sonar = SonarMotion::Make(ping.time, span_s, T_map_vehicle_at, vehicle);
   if (!sonar) return std::nullopt;
 
   GeoreferencedPing result;
@@ -149,19 +174,60 @@ std::optional<GeoreferencedPing> Georeference(const MbesPing& ping,
   result.beams_read = static_cast<int>(ping.beams.size());
   result.speed_from_profile = !(ping.sound_speed_mps >= RayTracer::kMinSpeedMps &&
                                 ping.sound_speed_mps <= RayTracer::kMaxSpeedMps);
-  const WaterColumn water{rays, result.speed_from_profile ? 0.0 : ping.sound_speed_mps};
-  result.soundings.reserve(ping.beams.size());
+  const double start_depth_m = sonar->TxAt(0.0).p_map.z();
+  const double speed_mps =
+      result.speed_from_profile ? rays.SpeedAt(start_depth_m) : ping.sound_speed_mps;
+
+  std::vector<Launch> launches;
+  launches.reserve(ping.beams.size());
+  double deepest_m = start_depth_m;
+  Sector sector;
   for (int i = 0; i < result.beams_read; ++i) {
     const MbesBeam& beam = ping.beams[static_cast<std::size_t>(i)];
     if ((beam.flags & kBeamValid) == 0) {
       ++result.beams_invalid;
       continue;
     }
-    const auto sounding = IsUsable(beam) ? Place(beam, i, *sonar, water) : std::nullopt;
-    if (sounding)
-      result.soundings.push_back(*sounding);
-    else
+    if (!IsUsable(beam)) {
       ++result.beams_refused;
+      continue;
+    }
+    sector.Take(beam, *sonar);
+    const double twtt_s{beam.twtt_s};
+    const ArrayState rx = sonar->RxAt(beam.tx_delay_s + twtt_s);
+    const Eigen::Vector3d half_baseline = 0.5 * (rx.p_map - sector.tx.p_map);
+    const auto echo = EchoFromMidway({sector.tx.axis,
+                                      rx.axis,
+                                      sector.sin_tilt,
+                                      std::sin(double{beam.rx_angle_rad}),
+                                      half_baseline,
+                                      0.5 * twtt_s * speed_mps});
+    if (!echo) {
+      ++result.beams_refused;
+      continue;
+    }
+    launches.push_back({i, sector.tx.p_map + half_baseline, *echo, echo->norm()});
+    deepest_m = std::max(deepest_m, start_depth_m + kDeeper * echo->z());
+  }
+
+  // One fan for the ping: the water is taken to heave with the sonar while it listens, by
+  // centimetres.
+  RayFan fan(rays, start_depth_m, speed_mps, deepest_m);
+  result.soundings.reserve(launches.size());
+  for (const auto& [beam, start, echo, range_m] : launches) {
+    const double straight_m = echo.head<2>().norm();
+    const auto end = fan.Trace(straight_m / range_m, echo.z() / range_m, range_m / speed_mps);
+    if (!end) {
+      ++result.beams_refused;
+      continue;
+    }
+    const double stretch = straight_m > 0.0 ? end->horizontal_m / straight_m : 0.0;
+    Sounding sounding;
+    sounding.beam = beam;
+    sounding.depth_sigma_m = static_cast<float>(
+        double{ping.beams[static_cast<std::size_t>(beam)].depth_sigma_ratio} * end->down_m);
+    sounding.p_map = start + Eigen::Vector3d(stretch * echo.x(), stretch * echo.y(), end->down_m);
+    result.soundings.push_back(sounding);
   }
   return result;
 }

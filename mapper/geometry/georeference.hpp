@@ -35,20 +35,27 @@ struct GeoreferencedPing {
 // T_map_vehicle at a time, or nothing.
 using PoseLookup = std::function<std::optional<Eigen::Isometry3d>(Time)>;
 
-// Unit vector on the intersection of the transmit cone (tilt off the plane across the transmit
-// array's axis) and the receive cone (angle off the plane across the receive array's axis), the one
-// of the two solutions towards tx_axis x rx_axis: downward for a sonar that looks down. Nothing
-// where the cones do not meet. The axes are unit vectors and need not be at right angles.
-std::optional<Eigen::Vector3d> IntersectCones(const Eigen::Vector3d& tx_axis,
-                                              double tx_tilt_rad,
-                                              const Eigen::Vector3d& rx_axis,
-                                              double rx_angle_rad);
+// One detection as geometry: what the arrays tell of it, each in its own place.
+struct Detection {
+  Eigen::Vector3d tx_axis;          // unit vector forward along the transmit array
+  Eigen::Vector3d rx_axis;          // unit vector to starboard along the receive array
+  double sin_tilt;                  // component along tx_axis of the direction from the transmitter
+  double sin_angle;                 // component along rx_axis of the direction from the receiver
+  Eigen::Vector3d half_baseline_m;  // half the way from transmitter to receiver
+  double half_path_m;               // half the way of the sound, there and back
+};
 
-// Puts every valid beam of the ping on the seabed. The transmit cone stands as the sonar did when
-// this beam's pulse left, the receive cone as it did when the echo came. The ray is traced once,
-// one-way for half the travel time, from midway between the two places: the true locus is an
-// ellipse with these as foci, which for a baseline b and range r is within b^2 / (8 r) of that
-// circle (0.01 mm for 5 cm of travel at 30 m).
+// The point that reflected, seen from midway between transmitter and receiver, in water of one
+// speed: on the transmit cone, on the receive cone and on the ellipsoid of equal travel time; of
+// the two such points the lower one (z is down). The axes need not be at right angles, and an array
+// may be mounted backwards. Nothing where cones and ellipsoid do not meet.
+std::optional<Eigen::Vector3d> EchoFromMidway(const Detection& detection);
+
+// Puts every valid beam of the ping on the seabed. The transmit cone stands where and as the
+// transmit array did when this beam's pulse left, the receive cone where and as the receive array
+// did when the echo came. The sounding lies on both, on the ellipsoid whose foci are the two
+// places. The ray is traced once, one-way, from midway between them: bending is as good as the same
+// over both ways (arrays 25 cm apart, a seabed 5 m away: better than 0.2 mm; kongsberg_test.cpp).
 //
 // Nothing where the lookup has no pose for some instant from `time` to the last echo.
 std::optional<GeoreferencedPing> Georeference(const MbesPing& ping,

@@ -20,7 +20,9 @@ double Log1pOverX(double x) {
   return std::abs(x) < 1e-5 ? 1.0 - x * (0.5 - x / 3.0) : std::log1p(x) / x;
 }
 double Expm1OverX(double x) {
-  return std::abs(x) < 1e-5 ? 1.0 + x * (0.5 + x / 6.0) : std::expm1(x) / x;
+  if (std::abs(x) > 0.01) return std::expm1(x) / x;
+  return 1.0 + x * (1.0 / 2.0 +
+                    x * (1.0 / 6.0 + x * (1.0 / 24.0 + x * (1.0 / 120.0 + x * (1.0 / 720.0)))));
 }
 
 // Depth h further down in a layer of speed c0 + g h, for a ray of Snell's constant p whose cosines
@@ -35,6 +37,19 @@ double TravelTime(double p, double g, double h, double c0, double cos0, double c
   const double angle_part = p * p * h * (2.0 * c0 + g * h) / ((cos0 + cos1) * (1.0 + cos1));
   const double k = speed_part + angle_part + g * speed_part * angle_part;
   return k * Log1pOverX(g * k);
+}
+
+// The last left_s of a ray, in a layer that does not end before. Nothing past the turning point.
+// tan(angle / 2) grows as e^(g t); q is its square.
+std::optional<RayEnd> WithinLayer(double p, double g, double left_s, double c0, double cos0) {
+  const double increase = Expm1OverX(g * left_s);
+  const double growth = 1.0 + g * left_s * increase;
+  const double q0 = (1.0 - cos0) / (1.0 + cos0);
+  const double q1 = q0 * growth * growth;
+  if (!(q1 < 1.0)) return std::nullopt;
+  const double h = c0 * left_s * increase * (1.0 - q0 * growth) / (1.0 + q1);
+  const double cos1 = (1.0 - q1) / (1.0 + q1);
+  return RayEnd{Horizontal(p, g, h, c0, cos0, cos1), h};
 }
 
 }  // namespace
@@ -76,6 +91,16 @@ double RayTracer::SpeedAt(double depth_m) const {
   return layer.speed_top_mps + layer.gradient_per_s * (depth_m - layer.top_m);
 }
 
+RayTracer::Layer RayTracer::FirstLayer(std::size_t i,
+                                       double start_depth_m,
+                                       double speed_at_transducer_mps) const {
+  const double bottom_m = layers_[i].bottom_m;
+  if (i + 1 == layers_.size()) return {start_depth_m, bottom_m, speed_at_transducer_mps, 0.0};
+  const double change_mps = layers_[i + 1].speed_top_mps - speed_at_transducer_mps;
+  return {
+      start_depth_m, bottom_m, speed_at_transducer_mps, change_mps / (bottom_m - start_depth_m)};
+}
+
 std::optional<RayEnd> RayTracer::Trace(double start_depth_m,
                                        double sin_launch,
                                        double cos_launch,
@@ -87,39 +112,138 @@ std::optional<RayEnd> RayTracer::Trace(double start_depth_m,
   if (!usable) return std::nullopt;
 
   const double p = sin_launch / speed_at_transducer_mps;
-  double depth = start_depth_m;
-  double c0 = SpeedAt(depth);
-  if (!(p * c0 < 1.0)) return std::nullopt;
-  double cos0 = std::sqrt(1.0 - p * p * c0 * c0);
+  std::size_t i = LayerAt(start_depth_m);
+  Layer layer = FirstLayer(i, start_depth_m, speed_at_transducer_mps);
+  double cos0 = std::sqrt(1.0 - sin_launch * sin_launch);
   double left_s = one_way_s;
   double horizontal = 0.0;
-  for (std::size_t i = LayerAt(depth); i < layers_.size(); ++i) {
-    const double g = layers_[i].gradient_per_s;
-    const double h = layers_[i].bottom_m - depth;
-    const double sin1 = p * (c0 + g * h);
-    if (std::isfinite(h) && sin1 < 1.0) {
-      const double cos1 = std::sqrt(1.0 - sin1 * sin1);
-      const double layer_s = TravelTime(p, g, h, c0, cos0, cos1);
-      if (layer_s < left_s) {
-        left_s -= layer_s;
-        horizontal += Horizontal(p, g, h, c0, cos0, cos1);
-        depth = layers_[i].bottom_m;
-        c0 += g * h;
-        cos0 = cos1;
-        continue;
-      }
+  for (;; layer = layers_[++i]) {
+    const double c0 = layer.speed_top_mps;
+    const double g = layer.gradient_per_s;
+    const double h = layer.bottom_m - layer.top_m;
+    const double sin1 = std::isfinite(h) ? p * (c0 + g * h) : 1.0;
+    const double cos1 = sin1 < 1.0 ? std::sqrt(1.0 - sin1 * sin1) : 0.0;
+    const double layer_s = sin1 < 1.0 ? TravelTime(p, g, h, c0, cos0, cos1) : left_s;
+    if (layer_s >= left_s) {
+      const auto end = WithinLayer(p, g, left_s, c0, cos0);
+      if (!end) return std::nullopt;
+      return RayEnd{horizontal + end->horizontal_m, layer.top_m + end->down_m - start_depth_m};
     }
-    // It ends here. tan(angle / 2) grows as e^(g t); q is its square.
-    const double growth = std::exp(g * left_s);
-    const double q0 = (1.0 - cos0) / (1.0 + cos0);
-    const double q1 = q0 * growth * growth;
-    if (!(q1 < 1.0)) return std::nullopt;  // past the turning point
-    const double end_h = c0 * left_s * Expm1OverX(g * left_s) * (1.0 - q0 * growth) / (1.0 + q1);
-    const double cos1 = (1.0 - q1) / (1.0 + q1);
-    horizontal += Horizontal(p, g, end_h, c0, cos0, cos1);
-    return RayEnd{horizontal, depth + end_h - start_depth_m};
+    left_s -= layer_s;
+    horizontal += Horizontal(p, g, h, c0, cos0, cos1);
+    cos0 = cos1;
   }
-  return std::nullopt;
+}
+
+// --- all rays of a ping ------------------------------------------------------------------------
+
+namespace {
+
+// Largest 2 tan^2(angle) (c - mean) / mean at which the terms left out stay below 3e-6 of the way.
+constexpr double kMaxExpansion = 0.2;
+
+template <class Series>
+double Dot(const Series& a, const Series& b) {
+  double sum = 0.0;
+  for (std::size_t n = 0; n < a.size(); ++n) sum += a[n] * b[n];
+  return sum;
+}
+
+}  // namespace
+
+RayFan::RayFan(const RayTracer& rays,
+               double start_depth_m,
+               double speed_at_transducer_mps,
+               double deepest_m)
+    : rays_(rays),
+      start_depth_m_(start_depth_m),
+      speed_at_transducer_mps_(speed_at_transducer_mps) {
+  if (!std::isfinite(start_depth_m) || !IsSpeed(speed_at_transducer_mps)) return;
+  std::size_t i = rays.LayerAt(start_depth_m);
+  RayTracer::Layer layer = rays.FirstLayer(i, start_depth_m, speed_at_transducer_mps);
+  for (;; layer = rays.layers_[++i]) {
+    layers_.push_back({layer.top_m - start_depth_m,
+                       layer.bottom_m - start_depth_m,
+                       layer.speed_top_mps,
+                       layer.gradient_per_s,
+                       {}});
+    if (!(layer.bottom_m < deepest_m) || i + 1 == rays.layers_.size()) break;
+  }
+  AddMoments();
+}
+
+void RayFan::AddMoments() {
+  mean_mps_ = layers_.front().speed_top_mps;
+  const double whole_m = layers_.back().top_m;
+  if (!(whole_m > 0.0)) return;
+  double sum = 0.0;
+  for (std::size_t i = 0; i + 1 < layers_.size(); ++i)
+    sum += 0.5 * (layers_[i].speed_top_mps + layers_[i + 1].speed_top_mps) *
+           (layers_[i + 1].top_m - layers_[i].top_m);
+  mean_mps_ = sum / whole_m;
+
+  const auto deviation = [this](const Layer& layer) {
+    return layer.speed_top_mps / mean_mps_ - 1.0;
+  };
+  spread_ = std::abs(deviation(layers_.front()));
+  for (std::size_t i = 1; i < layers_.size(); ++i) {
+    const double from = deviation(layers_[i - 1]);
+    const double to = deviation(layers_[i]);
+    const double h = layers_[i].top_m - layers_[i - 1].top_m;
+    spread_ = std::max(spread_, std::abs(to));
+    // Mean of x^n over from..to is (to^n + to^(n-1) from + ... + from^n) / (n + 1).
+    double sum_of_products = 1.0;
+    double power = 1.0;
+    for (std::size_t n = 0; n < kTerms; ++n) {
+      layers_[i].moments[n] =
+          layers_[i - 1].moments[n] + h * sum_of_products / static_cast<double>(n + 1);
+      power *= to;
+      sum_of_products = power + from * sum_of_products;
+    }
+  }
+}
+
+std::optional<RayEnd> RayFan::Trace(double sin_launch, double cos_launch, double one_way_s) {
+  const bool usable = !layers_.empty() && sin_launch >= 0.0 && sin_launch < 1.0 &&
+                      cos_launch > 0.0 && one_way_s >= 0.0 && std::isfinite(one_way_s);
+  if (!usable) return std::nullopt;
+  const auto exactly = [&] {
+    return rays_.Trace(start_depth_m_, sin_launch, cos_launch, speed_at_transducer_mps_, one_way_s);
+  };
+  const double p = sin_launch / speed_at_transducer_mps_;
+  const double sin_mean = p * mean_mps_;
+  const double cos2_mean = 1.0 - sin_mean * sin_mean;
+  const double tan2 = sin_mean * sin_mean / cos2_mean;
+  if (!(cos2_mean > 0.0 && 2.0 * tan2 * spread_ <= kMaxExpansion)) return exactly();
+
+  // With c = mean (1 + x): 1 / sqrt(1 - p^2 c^2) = (a0 + a1 x + a2 x^2 + ...) / cos_mean. Time goes
+  // with that over c, distance with it times p c.
+  Series time;
+  Series distance;
+  double before = 0.0;
+  double a = 1.0;
+  for (std::size_t n = 0; n < kTerms; ++n) {
+    time[n] = n == 0 ? a : a - time[n - 1];
+    distance[n] = a + before;
+    const double share = static_cast<double>(n) / static_cast<double>(n + 1);
+    const double next = tan2 * (a + share * (a + before));
+    before = a;
+    a = next;
+  }
+  const double cos_mean = std::sqrt(cos2_mean);
+  const double slant_m = one_way_s * mean_mps_ * cos_mean;
+  while (last_ > 0 && Dot(time, layers_[last_].moments) > slant_m) --last_;
+  while (last_ + 1 < layers_.size() && Dot(time, layers_[last_ + 1].moments) <= slant_m) ++last_;
+
+  const Layer& layer = layers_[last_];
+  const double left_s = (slant_m - Dot(time, layer.moments)) / (mean_mps_ * cos_mean);
+  const double sin0 = p * layer.speed_top_mps;
+  const double cos0 = std::sqrt(1.0 - sin0 * sin0);
+  const auto end = WithinLayer(p, layer.gradient_per_s, left_s, layer.speed_top_mps, cos0);
+  // Within roundoff of the layer's end is in it; beyond the last layer of the fan is not.
+  if (!end || layer.top_m + end->down_m > layer.bottom_m + 1e-6) return exactly();
+  const double to_layer_m = sin_mean / cos_mean * Dot(distance, layer.moments);
+  return RayEnd{to_layer_m + end->horizontal_m, layer.top_m + end->down_m};
 }
 
 }  // namespace seastitch

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <optional>
 #include <vector>
 
@@ -16,6 +18,11 @@ struct RayEnd {
 // Rays through a sound-speed profile, in layers of constant gradient: each piece of a ray is an arc
 // of a circle (straight where the gradient vanishes), solved in closed form; see Jensen et al.,
 // Computational Ocean Acoustics, 2nd ed., section 3.3.
+//
+// Where a ray starts, the speed is the one that the sonar measures at its own face, whatever the
+// profile says there, and from it changes evenly to that of the next sample below: a probe in the
+// water now knows better than a profile of this morning. So does Kongsberg's processing unit (found
+// in its own soundings: tests/mapper/geometry/kongsberg_test.cpp).
 //
 // Above the first and below the last sample the speed is that of the sample: a gradient measured
 // over one pair of samples, carried on, may be wrong by metres per second within tens of metres,
@@ -34,14 +41,10 @@ class RayTracer {
   double SpeedAt(double depth_m) const;
 
   // Follows a ray that leaves start_depth_m at an angle off the vertical, given as the sine and
-  // cosine of the direction (cosine positive: downward), for one_way_s.
+  // cosine of the direction (cosine positive: downward), for one_way_s, layer by layer.
   //
-  // The array forms its beams with the speed at its own face. Where that differs from the profile's
-  // at this depth, the ray is refracted from the one into the other: Snell's constant is
-  // sin / speed_at_transducer_mps, and the profile alone gives the speed along the path.
-  //
-  // Nothing where the ray starts upward, is reflected or turns up before its time is over, or
-  // where a number is not finite.
+  // Nothing where the ray starts upward, turns up before its time is over, or where a number is not
+  // finite.
   std::optional<RayEnd> Trace(double start_depth_m,
                               double sin_launch,
                               double cos_launch,
@@ -49,6 +52,7 @@ class RayTracer {
                               double one_way_s) const;
 
  private:
+  friend class RayFan;
   struct Layer {
     double top_m;
     double bottom_m;
@@ -57,8 +61,51 @@ class RayTracer {
   };
   explicit RayTracer(std::vector<Layer> layers) : layers_(std::move(layers)) {}
   std::size_t LayerAt(double depth_m) const;
+  // The part of a layer below a start in it.
+  Layer FirstLayer(std::size_t i, double start_depth_m, double speed_at_transducer_mps) const;
 
   std::vector<Layer> layers_;  // from -infinity to +infinity, without a hole
+};
+
+// The rays of one ping: all from one depth and one speed at the transducer.
+//
+// Time and distance down to a layer are integrals of a function of sound speed over depth. Expanded
+// about the mean speed they become, for every ray, a short sum over the same few moments of the
+// profile, so that no ray has to walk through the layers. What is left of a ray in its last layer
+// is solved in closed form. Differs from RayTracer::Trace by less than 0.1 mm in 50 m; rays so flat
+// that the expansion would not do are handed to it.
+class RayFan {
+ public:
+  // deepest_m: where the rays are expected to end; deeper ones cost more. Keeps a reference to
+  // rays. Traces nothing where a number is not finite or the speed is not that of sea water.
+  RayFan(const RayTracer& rays,
+         double start_depth_m,
+         double speed_at_transducer_mps,
+         double deepest_m);
+
+  // As RayTracer::Trace. Quickest when neighbouring rays follow one another.
+  std::optional<RayEnd> Trace(double sin_launch, double cos_launch, double one_way_s);
+
+ private:
+  static constexpr std::size_t kTerms = 7;
+  using Series = std::array<double, kTerms>;
+  struct Layer {
+    double top_m;  // below the start
+    double bottom_m;
+    double speed_top_mps;
+    double gradient_per_s;
+    // Integrals over depth of ((c - mean) / mean)^n from the start to the layer's top.
+    Series moments;
+  };
+  void AddMoments();
+
+  const RayTracer& rays_;
+  double start_depth_m_;
+  double speed_at_transducer_mps_;
+  double mean_mps_ = 0.0;
+  double spread_ = 0.0;  // of (c - mean) / mean: the largest
+  std::vector<Layer> layers_;
+  std::size_t last_ = 0;  // layer in which the last ray ended
 };
 
 }  // namespace seastitch

@@ -150,7 +150,18 @@ TEST_F(ConfigMapTest, PutsAProblemOfValidateBehindThePath) {
 }
 
 TEST(VehicleConfig, ShippedFileLoads) {
-  EXPECT_NO_THROW(LoadVehicle(SEASTITCH_SOURCE_DIR "/config/vehicle.yaml"));
+  const VehicleGeometry vehicle = LoadVehicle(SEASTITCH_SOURCE_DIR "/config/vehicle.yaml");
+  EXPECT_TRUE(vehicle.T_mbes_tx.isApprox(Eigen::Isometry3d::Identity()));
+}
+
+TEST_F(ConfigMapTest, VehicleMayHaveTheSonarsArraysApart) {
+  Load(
+      "{datum: {latitude_deg: 1, longitude_deg: 2}, mbes_transmitter: {position_m: [-0.5, 0, 0.1],"
+      " roll_pitch_yaw_deg: [0, 0, 180]}, mbes_receiver: {position_m: [0.1, 0, 0]}}");
+  const VehicleGeometry vehicle = LoadVehicle((dir_.path() / "m.yaml").string());
+  EXPECT_EQ(vehicle.T_mbes_tx.translation().x(), -0.5);
+  EXPECT_NEAR(vehicle.T_mbes_tx.linear()(0, 0), -1.0, 1e-12);
+  EXPECT_EQ(vehicle.T_mbes_rx.translation().x(), 0.1);
 }
 
 }  // namespace

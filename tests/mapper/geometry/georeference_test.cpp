@@ -107,22 +107,30 @@ TEST(Georeference, BothAnglesLieOnTheirCones) {
   EXPECT_NEAR(p.norm(), 1.0, 1e-6);
 }
 
-TEST(IntersectCones, HoldsForAxesThatAreNotSquare) {
+TEST(EchoFromMidway, LiesOnBothConesAlsoOfAxesThatAreNotSquare) {
   const Eigen::Vector3d tx = RotationFromRpy(0.1, 0.05, 0.3) * Eigen::Vector3d::UnitX();
   const Eigen::Vector3d rx = RotationFromRpy(0.15, -0.02, 0.37) * Eigen::Vector3d::UnitY();
   ASSERT_GT(std::abs(tx.dot(rx)), 0.01);
-  const auto d = IntersectCones(tx, 0.2, rx, -0.7);
+  const Eigen::Vector3d at_one_place = Eigen::Vector3d::Zero();
+  const auto d = EchoFromMidway({tx, rx, std::sin(0.2), std::sin(-0.7), at_one_place, 1.0});
   ASSERT_TRUE(d);
   EXPECT_NEAR(d->norm(), 1.0, 1e-12);
   EXPECT_NEAR(d->dot(tx), std::sin(0.2), 1e-12);
   EXPECT_NEAR(d->dot(rx), std::sin(-0.7), 1e-12);
   EXPECT_GT(d->z(), 0.0);
-  EXPECT_FALSE(IntersectCones(tx, 1.2, rx, 1.2));  // they miss each other
-  EXPECT_FALSE(IntersectCones(tx, 0.1, tx, 0.1));
+  // An array mounted backwards looks down all the same.
+  const auto backwards =
+      EchoFromMidway({-tx, rx, std::sin(-0.2), std::sin(-0.7), at_one_place, 1.0});
+  ASSERT_TRUE(backwards);
+  ExpectNear(*backwards, *d, 1e-12);
+  // Cones that miss each other; one and the same axis.
+  EXPECT_FALSE(EchoFromMidway({tx, rx, std::sin(1.2), std::sin(1.2), at_one_place, 1.0}));
+  EXPECT_FALSE(EchoFromMidway({tx, tx, std::sin(0.1), std::sin(0.1), at_one_place, 1.0}));
 }
 
-// A vehicle that moves at 3 m/s north and rolls at 20 deg/s: transmit with one roll, receive with
-// another. Only the receive array's roll steers the beam across.
+// A vehicle that moves at 3 m/s north and rolls at 20 deg/s: transmit in one place, receive in
+// another. Only the receive array's roll steers the beam across, and the seabed that answers lies
+// where the pulse was sent to: abreast of the place of transmission.
 TEST(Georeference, TakesThePoseAtTransmitAndAtReceive) {
   const auto moving = [](Time t) -> std::optional<Eigen::Isometry3d> {
     const double s = ToSeconds(t - kPing);
@@ -133,11 +141,51 @@ TEST(Georeference, TakesThePoseAtTransmitAndAtReceive) {
   const auto result = Georeference(Ping({beam}), moving, {}, RayTracer::Constant(kSpeed));
   ASSERT_TRUE(result);
   const double roll_rx = Deg2Rad(20.0) * 0.06;
+  // Down to it and back to 15 cm further on are 75 m.
+  const double down_m = (75.0 * 75.0 - 0.15 * 0.15) / 150.0;
   const Eigen::Vector3d expected(
-      3.0 * 0.035, -37.5 * std::sin(roll_rx), 10.0 + 37.5 * std::cos(roll_rx));
+      3.0 * 0.01, -down_m * std::sin(roll_rx), 10.0 + down_m * std::cos(roll_rx));
   ExpectNear(result->soundings.at(0).p_map, expected, 1e-4);
   EXPECT_NEAR(result->speed_mps, 3.0, 1e-3);
   ExpectNear(result->T_map_vehicle.translation(), {0.0, 0.0, 10.0}, 1e-12);
+}
+
+// Arrays apart, twisted against each other, the transmitter backwards, over a seabed a few metres
+// away: from points to angles and times in closed form, and back.
+TEST(Georeference, EachArrayHasItsOwnMounting) {
+  VehicleGeometry vehicle;
+  vehicle.T_vehicle_mbes = MakePose({0.3, 0.0, 0.5}, RotationFromRpy(0.02, 0.01, 0.0));
+  vehicle.T_mbes_tx = MakePose({-0.3, -0.1, 0.02}, RotationFromRpy(0.01, 0.015, Deg2Rad(178.0)));
+  vehicle.T_mbes_rx = MakePose({0.05, 0.03, 0.0}, RotationFromRpy(-0.01, -0.015, Deg2Rad(-2.0)));
+  const auto pose = MakePose({10, 20, 5}, RotationFromRpy(0.03, -0.04, 1.0));
+  const Eigen::Isometry3d T_map_tx = pose * vehicle.T_vehicle_mbes * vehicle.T_mbes_tx;
+  const Eigen::Isometry3d T_map_rx = pose * vehicle.T_vehicle_mbes * vehicle.T_mbes_rx;
+  MbesPing ping = Ping({});
+  std::vector<Eigen::Vector3d> seabed;
+  for (int i = -6; i <= 6; ++i) {
+    seabed.push_back(pose * Eigen::Vector3d(0.1 + 0.05 * i, 1.0 * i, 4.5 + 0.1 * i));
+    const Eigen::Vector3d from_tx = T_map_tx.inverse() * seabed.back();
+    const Eigen::Vector3d from_rx = T_map_rx.inverse() * seabed.back();
+    MbesBeam beam = Beam(0, 0, 0.5 * (from_tx.norm() + from_rx.norm()));
+    beam.tx_tilt_rad = static_cast<float>(std::asin(from_tx.normalized().x()));
+    beam.rx_angle_rad = static_cast<float>(std::asin(from_rx.normalized().y()));
+    ping.beams.push_back(beam);
+  }
+  const auto result = Georeference(ping, Standing(pose), vehicle, RayTracer::Constant(kSpeed));
+  ASSERT_TRUE(result);
+  ASSERT_EQ(result->soundings.size(), seabed.size());
+  for (std::size_t i = 0; i < seabed.size(); ++i)
+    ExpectNear(result->soundings[i].p_map, seabed[i], 2e-4);
+}
+
+TEST(Georeference, RefusesAnEchoFromBetweenTheArrays) {
+  VehicleGeometry vehicle;
+  vehicle.T_mbes_tx.translation().x() = -0.5;
+  const auto level = MakePose({0, 0, 0}, Eigen::Matrix3d::Identity());
+  const auto result =
+      Georeference(Ping({Beam(0, 0, 0.2)}), Standing(level), vehicle, RayTracer::Constant(kSpeed));
+  ASSERT_TRUE(result);
+  EXPECT_EQ(result->beams_refused, 1);
 }
 
 TEST(Georeference, PitchAtTransmitSteersAlong) {

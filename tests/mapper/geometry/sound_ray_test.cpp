@@ -149,12 +149,20 @@ TEST(RayTracer, FollowsAFineMarchThroughAWildProfile) {
   }
 }
 
-TEST(RayTracer, RefractsFromTheTransducersSpeedIntoTheProfile) {
-  const RayTracer rays = RayTracer::Constant(1500.0);
-  const auto end = TraceAngle(rays, 10.0, Deg2Rad(60.0), 1480.0, 0.04);
-  const double refracted = std::asin(std::sin(Deg2Rad(60.0)) * 1500.0 / 1480.0);
-  EXPECT_NEAR(end->horizontal_m, 60.0 * std::sin(refracted), 1e-9);
-  EXPECT_NEAR(end->down_m, 60.0 * std::cos(refracted), 1e-9);
+TEST(RayTracer, BendsFromTheSpeedAtTheTransducerToTheNextSample) {
+  const auto rays = RayTracer::Make(Profile({0.0, 20.0, 50.0}, {1500.0, 1500.0, 1510.0}));
+  const auto end = TraceAngle(*rays, 10.0, Deg2Rad(60.0), 1480.0, 0.04);
+  const RayEnd expected = March(Profile({10.0, 20.0, 50.0}, {1480.0, 1500.0, 1510.0}),
+                                10.0,
+                                Deg2Rad(60.0),
+                                1480.0,
+                                0.04,
+                                4000);
+  EXPECT_NEAR(end->horizontal_m, expected.horizontal_m, 1e-5);
+  EXPECT_NEAR(end->down_m, expected.down_m, 1e-5);
+  // Below the last sample the transducer's speed is all that is known.
+  const auto below = TraceAngle(*rays, 60.0, Deg2Rad(60.0), 1480.0, 0.04);
+  EXPECT_NEAR(below->down_m, 0.04 * 1480.0 * 0.5, 1e-9);
 }
 
 TEST(RayTracer, HoldsTheSpeedBeyondBothEndsOfTheProfile) {
@@ -173,8 +181,6 @@ TEST(RayTracer, RefusesRaysThatTurnUpAndTracesThemUntilThen) {
   ASSERT_TRUE(before);
   EXPECT_NEAR(before->down_m, 1500.0 / 2.0 * (1.0 / std::sin(Deg2Rad(80.0)) - 1.0), 0.02);
   EXPECT_FALSE(TraceAngle(*rays, 0.0, Deg2Rad(80.0), 1500.0, 1.01 * t_turn));
-  // Reflected at the transducer's own face.
-  EXPECT_FALSE(TraceAngle(RayTracer::Constant(1600.0), 0.0, Deg2Rad(80.0), 1500.0, 0.01));
 }
 
 TEST(RayTracer, RefusesWhatIsNoRay) {
@@ -191,6 +197,58 @@ TEST(RayTracer, RefusesWhatIsNoRay) {
   EXPECT_FALSE(rays.Trace(0.0, 0.5, -0.5, 1500.0, 0.1));  // upward
   EXPECT_FALSE(rays.Trace(0.0, 1.0, 0.0, 1500.0, 0.1));   // level
   EXPECT_FALSE(rays.Trace(0.0, 0.5, 0.5, 0.0, 0.1));
+}
+
+// Every ray of pings at many depths, with the transducer's speed off the profile's and the expected
+// depth right, too small and too large.
+TEST(RayFan, AgreesWithRaysTracedLayerByLayer) {
+  std::mt19937 random(9);
+  std::uniform_real_distribution<double> uniform(0.0, 1.0);
+  double worst_m = 0.0;
+  for (const SoundVelocityProfile& profile :
+       {WildProfile(),
+        Profile({0.0, 50.0, 350.0}, {1505.9, 1505.9, 1480.0}),
+        Profile({0.0, 10.0, 12.0, 80.0}, {1520.0, 1519.0, 1490.0, 1487.0}),
+        Profile({5.0}, {1500.0})}) {
+    const auto rays = RayTracer::Make(profile);
+    ASSERT_TRUE(rays);
+    for (int ping = 0; ping < 200; ++ping) {
+      const double depth = -1.0 + 120.0 * uniform(random);
+      const double speed = rays->SpeedAt(depth) + 4.0 * (uniform(random) - 0.5);
+      const double range_m = 3.0 + 50.0 * uniform(random);
+      RayFan fan(*rays, depth, speed, depth + range_m * (0.5 + uniform(random)));
+      for (double degrees = 0.0; degrees < 85.0; degrees += 2.5) {
+        const double angle = Deg2Rad(degrees);
+        const double time_s = range_m * (0.8 + 0.4 * uniform(random)) / speed;
+        const auto exact = rays->Trace(depth, std::sin(angle), std::cos(angle), speed, time_s);
+        const auto quick = fan.Trace(std::sin(angle), std::cos(angle), time_s);
+        ASSERT_EQ(exact.has_value(), quick.has_value()) << degrees;
+        if (!exact) continue;
+        worst_m = std::max({worst_m,
+                            std::abs(exact->horizontal_m - quick->horizontal_m),
+                            std::abs(exact->down_m - quick->down_m)});
+      }
+    }
+  }
+  RecordProperty("worst_m", std::to_string(worst_m));
+  EXPECT_LT(worst_m, 1e-4);
+}
+
+TEST(RayFan, RefusesWhatIsNoRay) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double inf = std::numeric_limits<double>::infinity();
+  const RayTracer rays = RayTracer::Constant(1500.0);
+  EXPECT_FALSE(RayFan(rays, nan, 1500.0, 50.0).Trace(0.5, 0.5, 0.1));
+  EXPECT_FALSE(RayFan(rays, 0.0, nan, 50.0).Trace(0.5, 0.5, 0.1));
+  EXPECT_TRUE(RayFan(rays, 0.0, 1500.0, nan).Trace(0.5, 0.5, 0.1));
+  RayFan fan(rays, 0.0, 1500.0, 50.0);
+  EXPECT_TRUE(fan.Trace(0.5, 0.5, 0.1));
+  for (const double bad : {nan, inf, -0.1}) {
+    EXPECT_FALSE(fan.Trace(bad, 0.5, 0.1));
+    EXPECT_FALSE(fan.Trace(0.5, 0.5, bad));
+  }
+  EXPECT_FALSE(fan.Trace(0.5, -0.5, 0.1));
+  EXPECT_FALSE(fan.Trace(1.0, 0.0, 0.1));
 }
 
 TEST(RayTracer, RefusesProfilesThatAreNone) {
