@@ -9,8 +9,8 @@
 
 namespace seastitch {
 
-// Tells HEALTH whether a device gives data: ok at the first, lost after a silence, ok again by
-// itself.
+// Tells HEALTH whether a device gives data: ok at the first, degraded where they come in spite of
+// trouble, lost after a silence, ok again by itself.
 class DeviceWatch {
  public:
   using Clock = std::chrono::steady_clock;
@@ -19,8 +19,9 @@ class DeviceWatch {
   DeviceWatch(std::string device, double timeout_s, Health* health);
 
   void OnData();
-  // Call it regularly.
-  void Check(Clock::time_point now);
+  // Call it regularly. trouble: what keeps data from coming, or may do so soon, for people; empty
+  // where nothing does.
+  void Check(Clock::time_point now, const std::string& trouble);
 
  private:
   std::string device_;

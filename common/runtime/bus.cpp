@@ -69,7 +69,11 @@ int Bus::fd() {
 }
 
 void Bus::HandleAll(int at_most) {
-  for (int handled = 0; handled < at_most && lcm_.handleTimeout(0) > 0; ++handled) {
+  for (int handled = 0; handled < at_most; ++handled) {
+    const int result = lcm_.handleTimeout(0);
+    if (result < 0)
+      throw std::runtime_error("LCM bus " + url_ + ": nothing comes from it any more");
+    if (result == 0) return;
   }
 }
 

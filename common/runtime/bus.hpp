@@ -27,7 +27,8 @@ class Bus {
   // Handles one waiting message; waits for it where there is none. Negative: the bus is dead.
   int HandleReady() { return lcm_.handle(); }
   // Handles every message that waits now and every message published meanwhile (memq). A live
-  // process bounds it, so that a flood does not keep its timers and signals waiting.
+  // process bounds it, so that a flood does not keep its timers and signals waiting. Throws
+  // std::runtime_error where the bus is dead, such as at the end of a file://: nothing will come.
   void HandleAll(int at_most = std::numeric_limits<int>::max());
   static constexpr int kBurst = 256;
 

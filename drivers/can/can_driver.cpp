@@ -10,8 +10,6 @@ namespace {
 
 // What one RAW_CAN message may span: replayed from it, a frame's stamp is wrong by less.
 constexpr Duration kMaxPacketSpan = std::chrono::milliseconds(1);
-// Of an error frame's id: linux/can/error.h.
-constexpr std::uint32_t kErrorBusOff = 0x40;
 
 }  // namespace
 
@@ -46,12 +44,12 @@ void CanDriver::Feed(std::span<const ReceivedFrame> frames) {
   }
   for (const ReceivedFrame& received : frames) {
     health_.Tick("can_frames");
-    if (!received.frame.error) {
+    if (received.frame.error) {
+      errors_.Add(received.frame);
+    } else {
+      errors_.SeeData();
       Decode(received.frame, received.recv);
-      continue;
     }
-    ++counters_["can_error_frames"];
-    if ((received.frame.id & kErrorBusOff) != 0) ++counters_["can_bus_off"];
   }
 }
 
@@ -71,18 +69,20 @@ void CanDriver::OnPublished(const std::string& stream) {
   watch_.OnData();
 }
 
-void CanDriver::UpdateHealth(const Counters& source, DeviceWatch::Clock::time_point now) {
+void CanDriver::UpdateHealth(const Counters& source,
+                             DeviceWatch::Clock::time_point now,
+                             const std::string& trouble) {
   SetAll(source, &health_);
-  SetAll(counters_, &health_);
+  SetAll(errors_.counters(), &health_);
   SetAll(decoder_counters(), &health_);
   SetAll(clock_figures(), &health_);
   health_.Set("lcm_publish_errors", bus_->publish_errors());
-  watch_.Check(now);
+  watch_.Check(now, trouble.empty() ? errors_.trouble() : trouble);
 }
 
 int RunCanDriver(CanDriver* driver, CanSource* source, Bus* bus, EventLoop* loop) {
   const auto update_health = [driver, source] {
-    driver->UpdateHealth(source->counters(), DeviceWatch::Clock::now());
+    driver->UpdateHealth(source->counters(), DeviceWatch::Clock::now(), source->trouble());
   };
   loop->Add(source->fd(), [driver, source, loop] {
     driver->Feed(source->Receive());

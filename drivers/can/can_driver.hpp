@@ -8,6 +8,7 @@
 #include "common/runtime/config.hpp"
 #include "common/runtime/event_loop.hpp"
 #include "common/runtime/health.hpp"
+#include "drivers/can/can_errors.hpp"
 #include "drivers/can/can_frame.hpp"
 #include "drivers/can/signal_map.hpp"
 #include "drivers/device_clock.hpp"
@@ -43,7 +44,10 @@ class CanDriver {
 
   virtual std::vector<CanFilter> filters() const = 0;
   // Copies every counter into HEALTH and says whether data still come. Call it once a second.
-  void UpdateHealth(const Counters& source, DeviceWatch::Clock::time_point now);
+  // trouble: of the source.
+  void UpdateHealth(const Counters& source,
+                    DeviceWatch::Clock::time_point now,
+                    const std::string& trouble = "");
   Health& health() { return health_; }
 
  protected:
@@ -60,7 +64,7 @@ class CanDriver {
 
   std::string raw_source_;
   std::int64_t raw_seq_ = 0;
-  Counters counters_;
+  CanErrors errors_;
   Health health_;
   DeviceWatch watch_;
 };

@@ -62,12 +62,14 @@ void MbesDriver::PublishRaw(const Datagram& datagram) {
   }
 }
 
-void MbesDriver::UpdateHealth(const Counters& socket, DeviceWatch::Clock::time_point now) {
+void MbesDriver::UpdateHealth(const Counters& socket,
+                              DeviceWatch::Clock::time_point now,
+                              const std::string& trouble) {
   SetAll(socket, &health_);
   SetAll(decoder_.counters(), &health_);
   SetAll(decoder_.clock_figures(), &health_);
   health_.Set("lcm_publish_errors", bus_->publish_errors());
-  watch_.Check(now);
+  watch_.Check(now, trouble);
 }
 
 }  // namespace seastitch

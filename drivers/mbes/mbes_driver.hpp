@@ -29,7 +29,10 @@ class MbesDriver {
 
   void Feed(const Datagram& datagram);
   // Copies every counter into HEALTH and says whether data still come. Call it once a second.
-  void UpdateHealth(const Counters& socket, DeviceWatch::Clock::time_point now);
+  // trouble: of the socket.
+  void UpdateHealth(const Counters& socket,
+                    DeviceWatch::Clock::time_point now,
+                    const std::string& trouble = "");
   Health& health() { return health_; }
 
  private:

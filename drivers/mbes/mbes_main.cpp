@@ -13,9 +13,8 @@ int Run(const MbesDriverConfig& config, const std::string& lcm_url) {
   Bus bus(lcm_url);
   MbesDriver driver(config, &bus);
   UdpSocket socket(config.source, config.receive_buffer_bytes);
-  driver.health().Set("udp_receive_buffer_bytes", socket.receive_buffer_bytes());
   const auto update_health = [&] {
-    driver.UpdateHealth(socket.counters(), DeviceWatch::Clock::now());
+    driver.UpdateHealth(socket.counters(), DeviceWatch::Clock::now(), socket.trouble());
   };
   Datagram datagram;
   loop.Add(socket.fd(), [&] {

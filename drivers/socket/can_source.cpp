@@ -39,10 +39,11 @@ class CannelloniSource : public CanSource {
     return frames;
   }
 
+  std::string trouble() const override { return socket_.trouble(); }
+
   Counters counters() const override {
     Counters all = socket_.counters();
     all.insert(counters_.begin(), counters_.end());
-    all["udp_receive_buffer_bytes"] = socket_.receive_buffer_bytes();
     return all;
   }
 

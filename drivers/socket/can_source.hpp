@@ -21,17 +21,20 @@ class CanSource {
   // Nothing will ever come again: the end of a log.
   virtual bool finished() const { return false; }
 
+  // What keeps frames from coming, for people: "no such interface". Empty where nothing does.
+  virtual std::string trouble() const { return ""; }
+
   // Such as can_frames_dropped, can_interface_down, cannelloni_malformed.
   virtual Counters counters() const = 0;
 };
 
 // Opens the source that the URL names; only frames that pass the filters will come out of it.
-//   can:can0                  SocketCAN; waits where the interface is down or unplugged
+//   can:can0                  SocketCAN; waits where the interface is missing or down
 //   candump:FILE[?speed=X]    can-utils log at X times its recorded pace (1 where not given),
 //                             0: as fast as it can be read; finished() at its end
 //   udp:HOST:PORT             cannelloni packets
-// Throws std::runtime_error of one line, "URL: reason", where the URL, the interface, the file or
-// the port cannot be used.
+// Throws std::runtime_error of one line, "URL: reason", where the URL or the file cannot be used,
+// or the kernel has no CAN. A port that is taken is waited for.
 std::unique_ptr<CanSource> OpenCanSource(const std::string& url,
                                          const std::vector<CanFilter>& filters,
                                          int receive_buffer_bytes);

@@ -1,5 +1,6 @@
 #include "drivers/socket/receive.hpp"
 
+#include <spdlog/spdlog.h>
 #include <sys/socket.h>
 
 #include <cerrno>
@@ -21,7 +22,7 @@ Time SystemNow() {
 
 }  // namespace
 
-int PrepareReceiving(int fd, int receive_buffer_bytes) {
+int PrepareReceiving(const std::string& name, int fd, int receive_buffer_bytes) {
   const int on = 1;
   setsockopt(fd, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on);
   setsockopt(fd, SOL_SOCKET, SO_RXQ_OVFL, &on, sizeof on);
@@ -31,7 +32,13 @@ int PrepareReceiving(int fd, int receive_buffer_bytes) {
   int granted = 0;
   socklen_t size = sizeof granted;
   getsockopt(fd, SOL_SOCKET, SO_RCVBUF, &granted, &size);
-  return granted / 2;  // the kernel doubles what it was asked for, for its own bookkeeping
+  granted /= 2;  // the kernel doubles what it was asked for, for its own bookkeeping
+  if (granted < receive_buffer_bytes)
+    spdlog::warn("{}: receive buffer is {} of {} bytes: raise net.core.rmem_max",
+                 name,
+                 granted,
+                 receive_buffer_bytes);
+  return granted;
 }
 
 ReceivedMessage ReceiveMessage(int fd,
@@ -57,14 +64,14 @@ ReceivedMessage ReceiveMessage(int fd,
   }
   received.size = static_cast<std::size_t>(size);
   received.truncated = (message.msg_flags & MSG_TRUNC) != 0;
-  bool stamped = false;
+  received.stamped = false;
   for (cmsghdr* c = CMSG_FIRSTHDR(&message); c != nullptr; c = CMSG_NXTHDR(&message, c)) {
     if (c->cmsg_level != SOL_SOCKET) continue;
     if (c->cmsg_type == SCM_TIMESTAMPNS) {
       timespec stamp{};
       std::memcpy(&stamp, CMSG_DATA(c), sizeof stamp);
       received.recv = ToTime(stamp);
-      stamped = true;
+      received.stamped = true;
     } else if (c->cmsg_type == SO_RXQ_OVFL) {
       std::uint32_t total = 0;
       std::memcpy(&total, CMSG_DATA(c), sizeof total);
@@ -72,7 +79,7 @@ ReceivedMessage ReceiveMessage(int fd,
       *kernel_drops = total;
     }
   }
-  if (!stamped) received.recv = SystemNow();
+  if (!received.stamped) received.recv = SystemNow();
   return received;
 }
 

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 
 #include "drivers/can/can_frame.hpp"
 
@@ -12,14 +13,15 @@
 namespace seastitch {
 
 // Asks for kernel receive stamps, for the count of drops, and for a receive buffer; gives the size
-// that was granted.
-int PrepareReceiving(int fd, int receive_buffer_bytes);
+// that was granted, and warns where it is less. name: for people.
+int PrepareReceiving(const std::string& name, int fd, int receive_buffer_bytes);
 
 struct ReceivedMessage {
   int error = 0;  // errno; EAGAIN where nothing waits. Then nothing below is set
   std::size_t size = 0;
   bool truncated = false;
-  Time recv;                  // when the kernel took it from the device
+  Time recv;                  // when the kernel took it from the device ...
+  bool stamped = true;        // ... or, where it does not say, when we did
   std::uint32_t dropped = 0;  // since the message before, for want of buffer
   sockaddr_in sender{};       // of a UDP datagram
 };

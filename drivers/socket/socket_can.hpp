@@ -1,43 +1,39 @@
 #pragma once
 
-#include <chrono>
 #include <string>
 #include <vector>
 
 #include "drivers/socket/can_source.hpp"
-#include "drivers/socket/file_descriptor.hpp"
+#include "drivers/socket/patient_socket.hpp"
 
 namespace seastitch {
 
-// A SocketCAN interface. An interface that goes down is waited for on the same socket; one that is
-// unplugged is opened again when it is back.
+// A SocketCAN interface. One that goes down is waited for on the same socket; one that is missing
+// or unplugged is opened when it comes.
 class SocketCanSource : public CanSource {
  public:
-  // Throws std::runtime_error "can:can0: reason".
+  // Throws std::runtime_error "can:can0: reason" where the kernel has no CAN.
   SocketCanSource(const std::string& interface,
                   const std::vector<CanFilter>& filters,
                   int receive_buffer_bytes);
 
-  int fd() const override { return poll_.get(); }
+  int fd() const override { return socket_.fd(); }
   std::vector<ReceivedFrame> Receive() override;
+  std::string trouble() const override;
   // can_frames_dropped (receive buffer full), can_interface_down, can_interface_gone,
-  // can_interface_back, can_receive_errors, can_receive_buffer_bytes (granted).
+  // can_interface_back, can_receive_errors, can_frames_unstamped (by the kernel),
+  // can_receive_buffer_bytes (granted).
   Counters counters() const override { return counters_; }
 
  private:
-  void Open();
-  void Close();
-  void TryOpenAgain();
+  FileDescriptor Open();
 
   std::string interface_;
   std::vector<CanFilter> filters_;
   int wanted_buffer_bytes_;
-  // An epoll: readable when the socket is, or when it is time to look for the interface again.
-  FileDescriptor poll_;
-  FileDescriptor retry_timer_;
-  FileDescriptor socket_;
   std::uint32_t kernel_drops_ = 0;
   Counters counters_;
+  PatientSocket socket_;
 };
 
 }  // namespace seastitch

@@ -11,7 +11,6 @@
 #include <stdexcept>
 
 #include "drivers/socket/receive.hpp"
-#include "drivers/socket/source_url.hpp"
 
 namespace seastitch {
 namespace {
@@ -22,8 +21,8 @@ std::runtime_error Problem(const SourceUrl& url, const std::string& reason) {
   return std::runtime_error(url.text + ": " + reason);
 }
 
-std::runtime_error SystemProblem(const SourceUrl& url, const char* what) {
-  return Problem(url, std::string(what) + ": " + std::strerror(errno));
+NotYet SystemProblem(const char* what) {
+  return NotYet(std::string(what) + ": " + std::strerror(errno));
 }
 
 sockaddr_in AddressOf(const SourceUrl& url) {
@@ -55,44 +54,62 @@ void Join(const SourceUrl& url, int fd, in_addr group) {
   request.imr_multiaddr = group;
   if (const std::string name = url.Option("interface", ""); !name.empty()) {
     request.imr_ifindex = static_cast<int>(if_nametoindex(name.c_str()));
-    if (request.imr_ifindex == 0) throw Problem(url, "no such interface: " + name);
+    if (request.imr_ifindex == 0) throw NotYet("no such interface: " + name);
   }
   const int off = 0;
   // Only our own group, not those that other processes joined on the same port.
   setsockopt(fd, IPPROTO_IP, IP_MULTICAST_ALL, &off, sizeof off);
   if (setsockopt(fd, IPPROTO_IP, IP_ADD_MEMBERSHIP, &request, sizeof request) != 0)
-    throw SystemProblem(url, "cannot join the group");
+    throw SystemProblem("cannot join the group");
+}
+
+SourceUrl UdpUrl(const std::string& text) {
+  SourceUrl url = ParseSourceUrl(text, {"interface"});
+  if (url.scheme != "udp") throw Problem(url, "expected udp:HOST:PORT");
+  return url;
+}
+
+bool IsMulticast(const sockaddr_in& address) {
+  return IN_MULTICAST(ntohl(address.sin_addr.s_addr));
 }
 
 }  // namespace
 
-UdpSocket::UdpSocket(const std::string& text, int receive_buffer_bytes)
-    : buffer_(kLargestDatagram) {
-  const SourceUrl url = ParseSourceUrl(text, {"interface"});
-  if (url.scheme != "udp") throw Problem(url, "expected udp:HOST:PORT");
-  const sockaddr_in address = AddressOf(url);
-  const bool multicast = IN_MULTICAST(ntohl(address.sin_addr.s_addr));
-  if (!multicast && url.options.contains("interface"))
-    throw Problem(url, "option interface is for multicast groups");
-  fd_ = FileDescriptor(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
-  if (!fd_) throw SystemProblem(url, "cannot open a socket");
+UdpSocket::UdpSocket(const std::string& url, int receive_buffer_bytes)
+    : url_(UdpUrl(url)),
+      address_(AddressOf(url_)),
+      wanted_buffer_bytes_(receive_buffer_bytes),
+      buffer_(kLargestDatagram),
+      socket_(url, [this] { return Open(); }) {
+  if (!IsMulticast(address_) && url_.options.contains("interface"))
+    throw Problem(url_, "option interface is for multicast groups");
+}
+
+FileDescriptor UdpSocket::Open() {
+  FileDescriptor fd(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  if (!fd) throw SystemProblem("cannot open a socket");
   const int on = 1;
-  if (multicast) setsockopt(fd_.get(), SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
-  if (bind(fd_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
-    throw SystemProblem(url, "cannot listen");
-  if (multicast) Join(url, fd_.get(), address.sin_addr);
-  receive_buffer_bytes_ = PrepareReceiving(fd_.get(), receive_buffer_bytes);
+  if (IsMulticast(address_)) setsockopt(fd.get(), SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
+  if (bind(fd.get(), reinterpret_cast<const sockaddr*>(&address_), sizeof address_) != 0)
+    throw SystemProblem("cannot listen");
+  if (IsMulticast(address_)) Join(url_, fd.get(), address_.sin_addr);
+  counters_["udp_receive_buffer_bytes"] =
+      PrepareReceiving(url_.text, fd.get(), wanted_buffer_bytes_);
+  kernel_drops_ = 0;
+  return fd;
 }
 
 bool UdpSocket::Receive(Datagram* datagram) {
-  while (true) {
-    const ReceivedMessage received = ReceiveMessage(fd_.get(), buffer_, &kernel_drops_);
+  socket_.TryToOpen();
+  while (socket_.is_open()) {
+    const ReceivedMessage received = ReceiveMessage(socket_.get(), buffer_, &kernel_drops_);
     if (received.error == EAGAIN) return false;
     if (received.error != 0) {
       ++counters_["udp_receive_errors"];
       return false;
     }
     if (received.dropped > 0) counters_["udp_dropped"] += received.dropped;
+    if (!received.stamped) ++counters_["udp_unstamped"];
     if (received.truncated) {
       ++counters_["udp_truncated"];
       continue;
@@ -104,6 +121,7 @@ bool UdpSocket::Receive(Datagram* datagram) {
                        ntohs(received.sender.sin_port);
     return true;
   }
+  return false;
 }
 
 }  // namespace seastitch

@@ -1,11 +1,14 @@
 #pragma once
 
+#include <netinet/in.h>
+
 #include <cstdint>
 #include <string>
 #include <vector>
 
 #include "drivers/can/can_frame.hpp"
-#include "drivers/socket/file_descriptor.hpp"
+#include "drivers/socket/patient_socket.hpp"
+#include "drivers/socket/source_url.hpp"
 
 namespace seastitch {
 
@@ -20,24 +23,32 @@ struct Datagram {
 class UdpSocket {
  public:
   // "udp:HOST:PORT[?interface=eth1]", the interface (name) on which to join. Throws
-  // std::runtime_error "URL: reason".
+  // std::runtime_error "URL: reason" where that is not an address. A port that is taken, or an
+  // interface that is missing, is waited for.
   UdpSocket(const std::string& url, int receive_buffer_bytes);
+  UdpSocket(const UdpSocket&) = delete;
+  UdpSocket& operator=(const UdpSocket&) = delete;
 
-  int fd() const { return fd_.get(); }
+  int fd() const { return socket_.fd(); }
   // Takes one datagram; false when none waits. Truncated ones are counted, never given.
   bool Receive(Datagram* datagram);
+  // Why nothing can come, for people; empty while it listens.
+  const std::string& trouble() const { return socket_.trouble(); }
 
-  // udp_dropped (receive buffer full), udp_truncated, udp_receive_errors.
+  // udp_dropped (receive buffer full), udp_truncated, udp_receive_errors, udp_unstamped (by the
+  // kernel), udp_receive_buffer_bytes (granted).
   const Counters& counters() const { return counters_; }
-  // What the kernel granted; net.core.rmem_max caps it without an error.
-  int receive_buffer_bytes() const { return receive_buffer_bytes_; }
 
  private:
-  FileDescriptor fd_;
-  int receive_buffer_bytes_ = 0;
+  FileDescriptor Open();
+
+  SourceUrl url_;
+  sockaddr_in address_;
+  int wanted_buffer_bytes_;
   std::uint32_t kernel_drops_ = 0;
   std::vector<std::uint8_t> buffer_;
   Counters counters_;
+  PatientSocket socket_;
 };
 
 }  // namespace seastitch

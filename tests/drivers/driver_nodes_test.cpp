@@ -143,6 +143,43 @@ TEST_F(DriverNodes, ErrorFramesAreCountedAndKept) {
   EXPECT_EQ(raw_can.messages.size(), 1u);
 }
 
+TEST_F(DriverNodes, TroubleOnTheWireDegradesWhileDataStillCome) {
+  ImuDriver driver(LoadImuDriverConfig(ConfigFile("imu_driver.yaml")), &bus);
+  ImuCanEncoder encoder(LoadImuDriverConfig(ConfigFile("imu_driver.yaml")).can.signals,
+                        FromUtime(kStart - 1'000'000));
+  DeviceWatch::Clock::time_point now{};
+  const auto feed = [&](int i) {
+    for (const CanFrame& frame : encoder.Encode(Imu(i))) driver.Feed(frame, Imu(i).time);
+    driver.UpdateHealth({}, now += std::chrono::seconds(1));
+  };
+  feed(0);
+  EXPECT_EQ(driver.health().state(), HealthState::kOk);
+  CanFrame error;
+  error.error = true;
+  error.id = 0x004;
+  error.length = 8;
+  error.bytes[1] = 0x10;  // receive counter above 127
+  driver.Feed(error, Imu(1).time);
+  feed(1);
+  EXPECT_EQ(driver.health().state(), HealthState::kDegraded);
+  EXPECT_THAT(driver.health().text(), testing::HasSubstr("error-passive"));
+  error.bytes[1] = 0x40;  // error-active again
+  driver.Feed(error, Imu(2).time);
+  feed(2);
+  EXPECT_EQ(driver.health().state(), HealthState::kOk);
+}
+
+TEST_F(DriverNodes, TheReasonOfASilenceIsSaid) {
+  DvlDriver driver(LoadDvlDriverConfig(ConfigFile("dvl_driver.yaml")), &bus);
+  const DeviceWatch::Clock::time_point t0{};
+  driver.UpdateHealth({}, t0, "no such interface");
+  EXPECT_EQ(driver.health().state(), HealthState::kStarting);
+  EXPECT_EQ(driver.health().text(), "can:can0: no such interface");
+  driver.UpdateHealth({}, t0 + std::chrono::seconds(6), "no such interface");
+  EXPECT_EQ(driver.health().state(), HealthState::kLost);
+  EXPECT_EQ(driver.health().text(), "can:can0: no usable data for 6 s: no such interface");
+}
+
 TEST_F(DriverNodes, HealthIsLostAfterSilenceAndOkAgainByItself) {
   using std::chrono::seconds;
   ImuDriverConfig config = LoadImuDriverConfig(ConfigFile("imu_driver.yaml"));
@@ -223,6 +260,84 @@ TEST_F(DriverNodes, BadDatagramsAreKeptAndCounted) {
   EXPECT_TRUE(pings.messages.empty());
   ASSERT_FALSE(raw_mbes.messages.empty());
   EXPECT_EQ(raw_mbes.messages[0].data, (std::vector<std::uint8_t>{1, 2, 3}));
+}
+
+// A sonar whose network cuts, damages, repeats and shuffles, beside another instrument on its port.
+TEST_F(DriverNodes, EveryDatagramThatGivesNoPingIsCountedWithItsCause) {
+  MbesDriver driver(LoadMbesDriverConfig(ConfigFile("mbes_driver.yaml")), &bus);
+  MbesPing ping;
+  ping.sound_speed_mps = 1500.0;
+  ping.beams.resize(100);
+  for (MbesBeam& beam : ping.beams) {
+    beam.twtt_s = 0.05f;
+    beam.flags = kBeamValid | kBeamPhase;
+  }
+  int number = 0;
+  const auto parts_of_next = [&] {
+    ping.time = FromUtime(kStart + 100'000 * ++number);
+    ping.ping_number = static_cast<std::uint32_t>(number);
+    return SplitIntoParts(EncodeMrz(ping, KmallHeader{}), 5000);
+  };
+  const auto feed = [&](const std::vector<std::uint8_t>& bytes) {
+    driver.Feed({bytes, ping.time + Duration(90'000), 7});
+  };
+  const auto good = [&] {
+    for (const auto& part : parts_of_next()) feed(part);
+  };
+  good();
+  std::vector<std::vector<std::uint8_t>> parts = parts_of_next();
+  ASSERT_GE(parts.size(), 3u);
+  for (auto part = parts.rbegin(); part != parts.rend(); ++part) feed(*part);  // last first
+  parts = parts_of_next();
+  feed(parts[0]);
+  for (const auto& part : parts) feed(part);  // the first twice
+  parts = parts_of_next();
+  parts[1].resize(parts[1].size() / 2);
+  for (const auto& part : parts) feed(part);  // one cut
+  parts = parts_of_next();
+  parts[1][0] ^= 0x40;
+  for (const auto& part : parts) feed(part);  // the length of one damaged
+  parts = parts_of_next();
+  parts.erase(parts.begin() + 1);
+  for (const auto& part : parts) feed(part);  // one never came
+  feed({'B', 'T', 'H', '0', 0, 0, 0, 16});    // an R2Sonic on the same port
+  feed(std::vector<std::uint8_t>(64, 0));
+  for (int i = 0; i < 30; ++i) good();
+  driver.UpdateHealth({}, {});
+  bus.HandleAll();
+
+  EXPECT_EQ(pings.messages.size(), 33u);
+  for (std::size_t i = 1; i < pings.messages.size(); ++i) {
+    EXPECT_EQ(pings.messages[i].seq, static_cast<std::int64_t>(i));
+    EXPECT_GT(pings.messages[i].utime, pings.messages[i - 1].utime);
+  }
+  const Health& health = driver.health();
+  EXPECT_EQ(health.counter("kmall_part_repeated"), 1);
+  EXPECT_EQ(health.counter("kmall_malformed"), 4);  // cut, damaged, two foreign
+  EXPECT_EQ(health.counter("kmall_set_incomplete"), 3);
+  EXPECT_EQ(health.state(), HealthState::kOk);
+}
+
+TEST_F(DriverNodes, ASonarThatFallsSilentIsLostAndOkAgainByItself) {
+  using std::chrono::seconds;
+  MbesDriver driver(LoadMbesDriverConfig(ConfigFile("mbes_driver.yaml")), &bus);
+  const DeviceWatch::Clock::time_point t0{};
+  const auto feed = [&](int i) {
+    MbesPing ping;
+    ping.time = FromUtime(kStart + 1'000'000 * i);
+    ping.sound_speed_mps = 1500.0;
+    ping.beams.resize(1);
+    ping.beams[0].twtt_s = 0.05f;
+    driver.Feed({EncodeMrz(ping, KmallHeader{}), ping.time, 7});
+  };
+  feed(0);
+  driver.UpdateHealth({}, t0);
+  EXPECT_EQ(driver.health().state(), HealthState::kOk);
+  driver.Feed({{1, 2, 3}, FromUtime(kStart), 7});  // bytes, but no ping
+  driver.UpdateHealth({}, t0 + seconds(5));
+  EXPECT_EQ(driver.health().state(), HealthState::kLost);
+  feed(6);
+  EXPECT_EQ(driver.health().state(), HealthState::kOk);
 }
 
 }  // namespace

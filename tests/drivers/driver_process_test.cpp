@@ -145,17 +145,30 @@ TEST_F(DriverProcess, WrongConfigurationsEndWithOneLine) {
   }
 }
 
-TEST_F(DriverProcess, MissingInterfaceMissingFileAndBusyPortEndWithOneLine) {
-  const int port = FreeUdpPort();
-  const std::string busy = "udp:127.0.0.1:" + std::to_string(port);
-  const UdpSocket occupant(busy, 65536);
-  const auto imu = WithSource(dir, "imu_driver.yaml", "can:no_such_if");
-  ExpectOneLineAndFailure(Start("seastitch-imu-driver", imu).get(), "can:no_such_if: ");
+TEST_F(DriverProcess, AFileThatIsMissingEndsItWithOneLine) {
   const auto dvl = WithSource(dir, "dvl_driver.yaml", "candump:/nowhere.log");
   ExpectOneLineAndFailure(Start("seastitch-dvl-driver", dvl).get(), "candump:/nowhere.log: ");
-  const auto mbes = WithSource(dir, "mbes_driver.yaml", busy);
-  ExpectOneLineAndFailure(Start("seastitch-mbes-driver", mbes).get(),
-                          busy + ": cannot listen: Address already in use");
+}
+
+TEST_F(DriverProcess, ABusyPortIsSaidWaitedForAndTaken) {
+  if (!OpenBus()) {
+    GTEST_SKIP() << "LCM cannot open " << lcm_url;
+  }
+  const int port = FreeUdpPort();
+  const std::string busy = "udp:127.0.0.1:" + std::to_string(port);
+  auto occupant = std::make_unique<UdpSocket>(busy, 65536);
+  std::string text;
+  std::size_t raw = 0;
+  bus->Subscribe<health_t>("HEALTH", 0, [&](const health_t& m) { text = m.text; });
+  bus->Subscribe<raw_bytes_t>("RAW_MBES", 0, [&](const raw_bytes_t&) { ++raw; });
+  const auto process = Start("seastitch-mbes-driver", WithSource(dir, "mbes_driver.yaml", busy));
+  ASSERT_TRUE(HandleUntil([&] { return !text.empty(); }, 10'000)) << process->Output();
+  EXPECT_THAT(text, HasSubstr("Address already in use"));
+  occupant.reset();
+  ASSERT_TRUE(HandleUntil([&] { return text.find("in use") == std::string::npos; }, 10'000));
+  UdpSender(port).Send({1, 2, 3});
+  EXPECT_TRUE(HandleUntil([&] { return raw == 1; }, 10'000));
+  EXPECT_EQ(process->Stop(), EXIT_SUCCESS) << process->Output();
 }
 
 TEST_F(DriverProcess, ShippedConfigurationsCanBeUsed) {

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <poll.h>
 
 #include <string>
 #include <vector>
@@ -9,6 +10,7 @@
 #include "common/runtime/health.hpp"
 #include "seastitch/counter_t.hpp"
 #include "seastitch/graph_request_t.hpp"
+#include "tests/runtime/temporary_dir.hpp"
 
 namespace seastitch {
 namespace {
@@ -38,6 +40,37 @@ TEST(Bus, DeliversInOrderAndAlsoWhatHandlersPublish) {
   bus.HandleAll();
   EXPECT_THAT(got, testing::ElementsAre(0, 3, 1, 4, 2, 5, 3, 4, 5));
   EXPECT_EQ(bus.publish_errors(), 0);
+}
+
+// A live process must end then, or it would spin on a descriptor that stays readable.
+TEST(Bus, SaysThatItIsDead) {
+  const TemporaryDir dir;
+  const std::string path = (dir.path() / "two.lcmlog").string();
+  {
+    lcm::LogFile log(path, "w");
+    counter_t msg = Counter("p", 1);
+    std::vector<std::uint8_t> bytes(static_cast<std::size_t>(msg.getEncodedSize()));
+    msg.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+    for (int i = 0; i < 2; ++i) {
+      lcm::LogEvent event{};
+      event.channel = "PING";
+      event.timestamp = 1'000'000;
+      event.data = bytes.data();
+      event.datalen = static_cast<int>(bytes.size());
+      log.writeEvent(&event);
+    }
+  }
+  Bus bus("file://" + path + "?speed=0");
+  int got = 0;
+  bus.Subscribe<counter_t>("PING", 0, [&](const counter_t&) { ++got; });
+  const auto handle_to_the_end = [&] {
+    pollfd ready{bus.fd(), POLLIN, 0};
+    while (poll(&ready, 1, 5000) > 0) bus.HandleAll(Bus::kBurst);
+  };
+  EXPECT_THAT(handle_to_the_end,
+              testing::ThrowsMessage<std::runtime_error>(
+                  testing::EndsWith("two.lcmlog?speed=0: nothing comes from it any more")));
+  EXPECT_EQ(got, 2);
 }
 
 TEST(Bus, KeepsMoreThanLcmsThirtyMessages) {

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <string>
+
+#include "drivers/can/can_frame.hpp"
+
+namespace seastitch {
+
+// What the error frames of a CAN interface say (linux/can/error.h): about the wire, and the state
+// of our controller.
+class CanErrors {
+ public:
+  // An error frame.
+  void Add(const CanFrame& error);
+  // Any other frame: a controller that is off the bus receives none.
+  void SeeData();
+
+  // For people, such as "controller is bus-off"; empty where it takes its full part.
+  std::string trouble() const;
+
+  // can_error_frames, and of those can_bus_off, can_error_passive, can_error_warning,
+  // can_restarted, can_no_ack, can_protocol_errors, can_controller_overflows.
+  const Counters& counters() const { return counters_; }
+
+ private:
+  enum class State : std::uint8_t { kActive, kWarning, kPassive, kBusOff };
+  void Controller(std::uint8_t status);
+  void Enter(State state, const char* counter);
+
+  State state_ = State::kActive;
+  Counters counters_;
+};
+
+}  // namespace seastitch
