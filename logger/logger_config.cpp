@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "common/runtime/bus.hpp"
 #include "common/runtime/config.hpp"
 
 namespace seastitch {
@@ -18,7 +19,8 @@ std::string AsPattern(const std::filesystem::path& directory) {
 
 std::string LoggerConfig::Validate() const {
   if (file.empty()) return "file is empty";
-  if (channels.empty()) return "channels is empty";
+  if (channels.empty() || !Bus::IsPattern(channels))
+    return "channels = \"" + channels + "\", must be an LCM channel pattern such as \".*\"";
   if (max_queue_mb < 1 || max_queue_mb > 65'536)
     return "max_queue_mb = " + std::to_string(max_queue_mb) + ", must be 1 to 65536";
   if (flush_interval_ms < 1 || flush_interval_ms > 60'000)

@@ -1,5 +1,3 @@
-#include <poll.h>
-
 #include <chrono>
 #include <cstdlib>
 
@@ -11,15 +9,6 @@
 
 namespace seastitch {
 namespace {
-
-// What was sent before the signal may still be on its way through the socket.
-void TakeWhatIsUnderway(Bus* bus) {
-  constexpr int kQuiet_ms = 50;
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(1);
-  pollfd ready{bus->fd(), POLLIN, 0};
-  while (std::chrono::steady_clock::now() < deadline && poll(&ready, 1, kQuiet_ms) > 0)
-    if (bus->HandleReady() < 0) return;
-}
 
 int Run(const ProcessArgs& args) {
   const LoggerConfig config = LoadLoggerConfig(args.config);
@@ -33,7 +22,7 @@ int Run(const ProcessArgs& args) {
   loop.Every(std::chrono::seconds(1), [&] { node.UpdateHealth(); });
   node.health().PublishEverySecond(&bus, &loop);
   const int code = loop.Run();
-  TakeWhatIsUnderway(&bus);
+  bus.HandleUntilQuiet();
   node.Finish();
   return code;
 }

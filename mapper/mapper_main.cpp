@@ -33,7 +33,7 @@ int main(int argc, char** argv) {
                       loop.Add(worker.fd(), [&] { worker.Drain(); });
                       node.health().PublishEverySecond(&bus, &loop);
                       const int code = loop.Run();
-                      bus.HandleAll();  // what the drivers sent before they stopped
+                      bus.HandleUntilQuiet();  // what the drivers sent before they stopped
                       node.Finish([] { std::this_thread::sleep_for(kPause); });
                       worker.Finish();
                       return code;

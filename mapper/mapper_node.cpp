@@ -213,10 +213,7 @@ void MapperNode::AddSubmap(Submap submap) {
   loop_closer_.Add(submap);
   PublishSubmap(submap);
   const bool busy = submaps_.size() >= static_cast<std::size_t>(config_.max_waiting_submaps);
-  if (busy) {
-    health_.Count("submaps_skipped_busy");
-    submap.cloud = {};
-  }
+  if (busy) health_.Count("submaps_skipped_busy");
   submaps_.push_back({std::make_shared<const Submap>(std::move(submap)), busy});
   RegisterNext();
 }
@@ -228,11 +225,10 @@ void MapperNode::RegisterNext() {
                     archive = archive_,
                     params = config_.loop_closer,
                     submap = next.submap,
-                    keep = !next.skip_registration,
                     pairs = next.skip_registration ? std::vector<LoopPair>{}
                                                    : loop_closer_.PairsFor(next.submap->id)] {
     SurveyStore& store = archive->store;
-    if (keep) store.Put(submap);
+    store.Put(submap);
     Registered registered;
     registered.loop_edges = RegisterPairs(
         *submap, pairs, [&](SubmapId id) { return store.Get(id); }, params);

@@ -1,10 +1,11 @@
 #include "tools/child_process.hpp"
 
 #include <fcntl.h>
-#include <spawn.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <csignal>
 #include <stdexcept>
 #include <system_error>
@@ -13,6 +14,33 @@
 
 namespace seastitch {
 
+namespace {
+
+std::runtime_error CannotStart(const std::string& program) {
+  return std::runtime_error("cannot start " + program + ": " +
+                            std::generic_category().message(errno));
+}
+
+// Between fork and exec: nothing that allocates or locks.
+[[noreturn]] void Become(char* const* argv, int output, pid_t parent) {
+  constexpr int kFailed = 127;
+  // However the parent ends, the child is told to end too.
+  prctl(PR_SET_PDEATHSIG, SIGTERM);
+  if (getppid() != parent) _exit(kFailed);
+  // Signals that the parent's event loop blocks must reach the child.
+  sigset_t none;
+  sigemptyset(&none);
+  sigprocmask(SIG_SETMASK, &none, nullptr);
+  const int nothing = open("/dev/null", O_RDONLY);
+  dup2(nothing, STDIN_FILENO);
+  dup2(output, STDOUT_FILENO);
+  dup2(output, STDERR_FILENO);
+  execv(argv[0], argv);
+  _exit(kFailed);
+}
+
+}  // namespace
+
 ChildProcess::ChildProcess(const std::string& name,
                            const std::vector<std::string>& command,
                            const std::filesystem::path& output)
@@ -20,29 +48,14 @@ ChildProcess::ChildProcess(const std::string& name,
   std::vector<char*> argv;
   for (const std::string& word : command) argv.push_back(const_cast<char*>(word.c_str()));
   argv.push_back(nullptr);
-
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_addopen(
-      &actions, STDOUT_FILENO, output.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
-  posix_spawn_file_actions_adddup2(&actions, STDOUT_FILENO, STDERR_FILENO);
-
-  // Signals that our own event loop blocks must reach the child.
-  posix_spawnattr_t attributes;
-  posix_spawnattr_init(&attributes);
-  sigset_t none;
-  sigemptyset(&none);
-  posix_spawnattr_setsigmask(&attributes, &none);
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK);
-
-  const int error = posix_spawn(&pid_, argv[0], &actions, &attributes, argv.data(), environ);
-  posix_spawnattr_destroy(&attributes);
-  posix_spawn_file_actions_destroy(&actions);
-  if (error != 0) {
-    throw std::runtime_error("cannot start " + command[0] + ": " +
-                             std::generic_category().message(error));
-  }
+  if (access(argv[0], X_OK) != 0) throw CannotStart(command[0]);
+  const int file = open(output.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+  if (file < 0) throw CannotStart(output.string());
+  const pid_t parent = getpid();
+  pid_ = fork();
+  if (pid_ == 0) Become(argv.data(), file, parent);
+  close(file);
+  if (pid_ < 0) throw CannotStart(command[0]);
 }
 
 ChildProcess::ChildProcess(ChildProcess&& other) noexcept

@@ -11,7 +11,7 @@
 namespace seastitch {
 
 // A program started beside us, its output in a file. Ended with SIGKILL where it is still running
-// when this object goes.
+// when this object goes, with SIGTERM where our own process goes without that.
 class ChildProcess {
  public:
   // Throws std::runtime_error where the program cannot be started.

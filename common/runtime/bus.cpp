@@ -1,8 +1,10 @@
 #include "common/runtime/bus.hpp"
 
+#include <glib.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdlib>
 #include <fstream>
 #include <stdexcept>
@@ -75,6 +77,22 @@ void Bus::HandleAll(int at_most) {
       throw std::runtime_error("LCM bus " + url_ + ": nothing comes from it any more");
     if (result == 0) return;
   }
+}
+
+void Bus::HandleUntilQuiet() {
+  constexpr int kQuiet_ms = 50;
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(1);
+  while (std::chrono::steady_clock::now() < deadline && lcm_.handleTimeout(kQuiet_ms) > 0) {
+  }
+}
+
+bool Bus::IsPattern(const std::string& channel_regex) {
+  // As LCM does it, which hides from its C++ callers that it failed.
+  GRegex* regex = g_regex_new(
+      ("^" + channel_regex + "$").c_str(), GRegexCompileFlags{}, GRegexMatchFlags{}, nullptr);
+  if (regex == nullptr) return false;
+  g_regex_unref(regex);
+  return true;
 }
 
 void Bus::PublishBytes(const std::string& channel, const void* data, std::size_t size) {

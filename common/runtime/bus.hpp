@@ -31,6 +31,9 @@ class Bus {
   // std::runtime_error where the bus is dead, such as at the end of a file://: nothing will come.
   void HandleAll(int at_most = std::numeric_limits<int>::max());
   static constexpr int kBurst = 256;
+  // Handles what others sent before they stopped and is still on its way through the socket: until
+  // nothing came for 50 ms, or for a second.
+  void HandleUntilQuiet();
 
   template <class Msg>
   void Publish(const std::string& channel, const Msg& msg) {
@@ -53,13 +56,16 @@ class Bus {
           fn(msg);
         });
   }
-  // channel_regex is an LCM channel pattern, such as ".*".
+  // channel_regex is an LCM channel pattern, such as ".*", that IsPattern().
   using BytesHandler = std::function<void(const std::string& channel, const void* data, int size)>;
   void SubscribeBytes(const std::string& channel_regex, int queue, BytesHandler fn);
   // The same with LCM's receive stamp (system clock, microseconds), for records of the bus.
   using EventHandler =
       std::function<void(const std::string& channel, const lcm::ReceiveBuffer& buffer)>;
   void SubscribeEvents(const std::string& channel_regex, int queue, EventHandler fn);
+
+  // Whether LCM can read it as a channel pattern (a Perl regular expression).
+  static bool IsPattern(const std::string& channel_regex);
 
   std::int64_t decode_errors() const { return decode_errors_; }
   std::int64_t publish_errors() const { return publish_errors_; }

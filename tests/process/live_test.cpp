@@ -1,10 +1,13 @@
 // The real processes, real LCM, and other people's programs around them.
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <functional>
+#include <iterator>
 #include <list>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -45,6 +48,38 @@ TEST(Demo, CorrectsTheMapLiveAndInReplay) {
         << run << "\n"
         << demo.output;
   }
+}
+
+// How many processes have `word` in their command line.
+std::size_t ProcessesWith(const std::string& word) {
+  std::size_t found = 0;
+  for (const fs::directory_entry& process : fs::directory_iterator("/proc")) {
+    std::ifstream file(process.path() / "cmdline");
+    const std::string command_line(std::istreambuf_iterator<char>(file), {});
+    found += command_line.find(word) != std::string::npos ? 1 : 0;
+  }
+  return found;
+}
+
+bool Eventually(const std::function<bool()>& happened, seconds patience) {
+  const auto deadline = std::chrono::steady_clock::now() + patience;
+  while (!happened() && std::chrono::steady_clock::now() < deadline) usleep(20'000);
+  return happened();
+}
+
+TEST(Demo, LeavesNoProcessBehindWhenItIsKilled) {
+  const TemporaryDir dir;
+  const std::string out = (dir.path() / "out").string();
+  constexpr std::size_t kDemoAndItsProcesses = 7;
+  {
+    const ChildProcess demo(
+        "demo",
+        {Program("seastitch"), "demo", "--survey", kConfig + "bench/short.yaml", "--out", out},
+        dir.path() / "demo.txt");
+    ASSERT_TRUE(
+        Eventually([&] { return ProcessesWith(out) == kDemoAndItsProcesses; }, seconds(20)));
+  }  // SIGKILL
+  EXPECT_TRUE(Eventually([&] { return ProcessesWith(out) == 0; }, seconds(20)));
 }
 
 // On a bus of its own, with a log of the bench played by Debian's lcm-logplayer.
@@ -122,6 +157,17 @@ TEST(TypesJar, IsFoundByLcmSpy) {
       "sound_velocity_profile_t");
   EXPECT_EQ(found.exit_code, 0) << found.output;
   EXPECT_NE(found.output.find("found 14"), std::string::npos) << found.output;
+}
+
+TEST(LoggerConfig, MustNameChannelsThatLcmCanRead) {
+  const TemporaryDir dir;
+  dir.Write("logger.yaml", "file: survey.lcmlog\nchannels: \"(IMU\"\n");
+  const CommandResult refused =
+      RunCommand(Program("seastitch-logger") + " --check-config --config " +
+                 (dir.path() / "logger.yaml").string());
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_NE(refused.output.find("logger.yaml: channels = \"(IMU\""), std::string::npos)
+      << refused.output;
 }
 
 // Every process stops at start with one line for a configuration it cannot use.

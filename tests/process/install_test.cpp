@@ -1,0 +1,49 @@
+// `cmake --install` on a machine that has Seastitch already.
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+
+#include "tests/process/run_command.hpp"
+#include "tests/runtime/temporary_dir.hpp"
+
+namespace seastitch {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string Text(const fs::path& path) {
+  std::ifstream file(path);
+  return std::string(std::istreambuf_iterator<char>(file), {});
+}
+
+TEST(Install, KeepsAnEditedConfigurationAndBringsWhatIsMissing) {
+  const TemporaryDir root;
+  const fs::path build = fs::path(SEASTITCH_BIN_DIR).parent_path();
+  const fs::path config = root.path() / "etc/seastitch";
+  const std::string install =
+      "DESTDIR=" + root.path().string() + " cmake --install " + build.string() + " --prefix /usr";
+
+  const CommandResult first = RunCommand(install);
+  ASSERT_EQ(first.exit_code, 0) << first.output;
+  EXPECT_NE(Text(config / "mapper.yaml").find("survey_dir: /var/lib/seastitch/survey"),
+            std::string::npos);
+  EXPECT_EQ(Text(config / "sbg_ecan.dbc"), Text(SEASTITCH_SOURCE_DIR "/config/sbg_ecan.dbc"));
+  EXPECT_TRUE(fs::exists(root.path() / "usr/bin/seastitch-mapper"));
+
+  std::ofstream(config / "vehicle.yaml") << "mine\n";
+  fs::remove(config / "optimizer.yaml");
+  const CommandResult second = RunCommand(install);
+  ASSERT_EQ(second.exit_code, 0) << second.output;
+  EXPECT_EQ(Text(config / "vehicle.yaml"), "mine\n");
+  EXPECT_NE(second.output.find("Kept: " + (config / "vehicle.yaml").string()), std::string::npos);
+  EXPECT_TRUE(fs::exists(config / "optimizer.yaml"));
+  EXPECT_EQ(Text(root.path() / "usr/share/seastitch/config/vehicle.yaml"),
+            Text(SEASTITCH_SOURCE_DIR "/config/vehicle.yaml"));
+}
+
+}  // namespace
+}  // namespace seastitch
