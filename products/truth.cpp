@@ -39,55 +39,81 @@ std::optional<TruthState> ParseLine(std::string_view line) {
   return TruthState{FromUtime(utime), {v[0], v[1], WrapAngle(Deg2Rad(v[5]))}};
 }
 
-// The pose at that time, linear between the two states around it.
-template <class States, class PoseOf>
-std::optional<Pose2> PoseAt(const States& states, Time time, PoseOf pose_of) {
+// The true pose at that time, linear between the two states around it.
+std::optional<Pose2> TruthAt(const std::vector<TruthState>& truth, Time time) {
   const auto after = std::lower_bound(
-      states.begin(), states.end(), time, [](const auto& s, Time t) { return s.time < t; });
-  if (after == states.end()) return std::nullopt;
-  if (after->time == time) return pose_of(*after);
-  if (after == states.begin()) return std::nullopt;
+      truth.begin(), truth.end(), time, [](const TruthState& s, Time t) { return s.time < t; });
+  if (after == truth.end()) return std::nullopt;
+  if (after->time == time) return after->T_map_level;
+  if (after == truth.begin()) return std::nullopt;
   const auto before = after - 1;
   const double gap_s = ToSeconds(after->time - before->time);
   if (gap_s > kLongestGapS) return std::nullopt;
   const double u = ToSeconds(time - before->time) / gap_s;
-  const Pose2 a = pose_of(*before);
-  const Pose2 b = pose_of(*after);
+  const Pose2& a = before->T_map_level;
+  const Pose2& b = after->T_map_level;
   return Pose2{a.x + u * (b.x - a.x),
                a.y + u * (b.y - a.y),
                WrapAngle(a.yaw + u * WrapAngle(b.yaw - a.yaw))};
 }
 
-Pose2 DeadReckoned(const CorrectedState& s) {
-  return {s.p_dead_reckoned.x(), s.p_dead_reckoned.y(), s.rpy_dead_reckoned_rad.z()};
-}
-Pose2 Corrected(const CorrectedState& s) { return s.corrected; }
-Pose2 True(const TruthState& s) { return s.T_map_level; }
+struct Matched {
+  Pose2 truth;
+  Pose2 dead_reckoned;
+  Pose2 corrected;
+};
 
-template <class PoseOf>
-TrackError ErrorOf(const std::vector<CorrectedState>& track,
-                   const std::vector<TruthState>& truth,
-                   const Pose2& T_map_truthmap,
-                   PoseOf pose_of) {
+std::vector<Matched> Match(const std::vector<CorrectedState>& track,
+                           const std::vector<TruthState>& truth) {
+  std::vector<Matched> matched;
+  for (const CorrectedState& s : track) {
+    if (const std::optional<Pose2> there = TruthAt(truth, s.time)) {
+      const Pose2 dead_reckoned{
+          s.p_dead_reckoned.x(), s.p_dead_reckoned.y(), s.rpy_dead_reckoned_rad.z()};
+      matched.push_back({*there, dead_reckoned, s.corrected});
+    }
+  }
+  return matched;
+}
+
+// The rigid motion that lays the poses best, in least squares of position, on the truth.
+Pose2 BestFit(const std::vector<Matched>& matched, Pose2 Matched::*estimate) {
+  const double n = static_cast<double>(matched.size());
+  Eigen::Vector2d truth_mean = Eigen::Vector2d::Zero();
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  for (const Matched& m : matched) {
+    truth_mean += m.truth.Translation() / n;
+    mean += (m.*estimate).Translation() / n;
+  }
+  double along = 0.0, across = 0.0;
+  for (const Matched& m : matched) {
+    const Eigen::Vector2d t = m.truth.Translation() - truth_mean;
+    const Eigen::Vector2d e = (m.*estimate).Translation() - mean;
+    along += e.dot(t);
+    across += e.x() * t.y() - e.y() * t.x();
+  }
+  const Pose2 turn{0.0, 0.0, std::atan2(across, along)};
+  const Eigen::Vector2d shift = truth_mean - turn.Rotation() * mean;
+  return {shift.x(), shift.y(), turn.yaw};
+}
+
+TrackError ErrorOf(const std::vector<Matched>& matched,
+                   Pose2 Matched::*estimate,
+                   const Pose2& T_truth_map) {
   TrackError error;
   double position2 = 0.0, yaw2 = 0.0;
-  for (const CorrectedState& s : track) {
-    const std::optional<Pose2> there = PoseAt(truth, s.time, True);
-    if (!there) continue;
-    const Pose2 expected = T_map_truthmap * *there;
-    const Pose2 got = pose_of(s);
-    const double off_m = (got.Translation() - expected.Translation()).norm();
+  for (const Matched& m : matched) {
+    const Pose2 got = T_truth_map * (m.*estimate);
+    const double off_m = (got.Translation() - m.truth.Translation()).norm();
     position2 += off_m * off_m;
     error.position_max_m = std::max(error.position_max_m, off_m);
     error.position_end_m = off_m;
-    yaw2 += std::pow(WrapAngle(got.yaw - expected.yaw), 2);
+    yaw2 += std::pow(WrapAngle(got.yaw - m.truth.yaw), 2);
     ++error.states;
   }
-  if (error.states > 0) {
-    const double n = static_cast<double>(error.states);
-    error.position_rms_m = std::sqrt(position2 / n);
-    error.yaw_rms_deg = Rad2Deg(std::sqrt(yaw2 / n));
-  }
+  const double n = static_cast<double>(error.states);
+  error.position_rms_m = std::sqrt(position2 / n);
+  error.yaw_rms_deg = Rad2Deg(std::sqrt(yaw2 / n));
   return error;
 }
 
@@ -117,18 +143,15 @@ std::vector<TruthState> ReadTruth(const std::filesystem::path& path) {
 }
 
 std::optional<TruthComparison> CompareWithTruth(const std::vector<CorrectedState>& track,
-                                                const std::vector<TruthState>& truth,
-                                                Time align_time) {
-  const std::optional<Pose2> true_pose = PoseAt(truth, align_time, True);
-  const std::optional<Pose2> dead_reckoned = PoseAt(track, align_time, DeadReckoned);
-  const std::optional<Pose2> corrected = PoseAt(track, align_time, Corrected);
-  if (!true_pose || !dead_reckoned || !corrected) return std::nullopt;
-  const Pose2 from_truth = Inverse(*true_pose);
-  const Pose2 none;
-  return TruthComparison{ErrorOf(track, truth, *dead_reckoned * from_truth, DeadReckoned),
-                         ErrorOf(track, truth, *corrected * from_truth, Corrected),
-                         ErrorOf(track, truth, none, DeadReckoned),
-                         ErrorOf(track, truth, none, Corrected)};
+                                                const std::vector<TruthState>& truth) {
+  const std::vector<Matched> matched = Match(track, truth);
+  if (matched.empty()) return std::nullopt;
+  const Pose2 as_delivered;
+  return TruthComparison{
+      ErrorOf(matched, &Matched::dead_reckoned, as_delivered),
+      ErrorOf(matched, &Matched::corrected, as_delivered),
+      ErrorOf(matched, &Matched::dead_reckoned, BestFit(matched, &Matched::dead_reckoned)),
+      ErrorOf(matched, &Matched::corrected, BestFit(matched, &Matched::corrected))};
 }
 
 }  // namespace seastitch

@@ -33,17 +33,16 @@ struct TrackError {
 struct TruthComparison {
   TrackError before;  // dead reckoning
   TrackError after;   // the track that was delivered
-  // The same without any alignment: what an absolute position would be off by.
-  TrackError before_unaligned;
-  TrackError after_unaligned;
+  // The same after the rigid motion in x, y and yaw that lays the track best on the truth: the
+  // shape of the map alone, whatever the start was off by (absolute trajectory error of Sturm et
+  // al. 2012).
+  TrackError before_aligned;
+  TrackError after_aligned;
 };
 
-// Compares at every state of the track that lies between two truth states at most 1 s apart. The
-// truth is moved, in x, y and yaw, so that it meets the track at `align_time`, the frame of the
-// first submap: the graph holds that one fixed, so where it lies cannot be known from the map.
-// Nothing else is aligned. Empty where truth and track share no time or align_time is not covered.
+// Compares at every state of the track that lies between two truth states at most 1 s apart. Empty
+// where track and truth share no time.
 std::optional<TruthComparison> CompareWithTruth(const std::vector<CorrectedState>& track,
-                                                const std::vector<TruthState>& truth,
-                                                Time align_time);
+                                                const std::vector<TruthState>& truth);
 
 }  // namespace seastitch

@@ -321,7 +321,7 @@ class ProductWriter {
     summary_.distance_m = TrackLength(track_);
     summary_.duration_s = ToSeconds(track_.back().time - track_.front().time);
     if (!options_.truth.empty()) {
-      summary_.truth = CompareWithTruth(track_, options_.truth, survey_.submaps.front().frame_time);
+      summary_.truth = CompareWithTruth(track_, options_.truth);
     }
   }
 
