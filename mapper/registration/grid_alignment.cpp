@@ -24,6 +24,8 @@ using Cell = RegistrationSubmap::Cell;
 constexpr double kHuberSigma = 2.5;
 constexpr int kMaxSteps = 40;
 constexpr double kStepToleranceCells = 1e-3;
+// Steps of a tenth of a sigma change nothing that matters.
+constexpr double kStepToleranceChi2 = 0.01;
 // x, y, yaw and height are fitted to the means of the blocks before these are compared.
 constexpr double kFittedParameters = 4.0;
 
@@ -75,17 +77,27 @@ struct Moments {
   }
 };
 
-// Newton's Hessian is that of both surfaces' slopes; where noise makes it small or negative, a
-// fifth of the one-sided one keeps the step finite.
-Eigen::Matrix4d SafeHessian(const Eigen::Matrix4d& cross, const Eigen::Matrix4d& mean) {
+// The gradient as a measurement of how far the placement is off: its mean is `cross` times that,
+// its covariance the one-sided Hessian `mean`, which holds what noise makes of the slopes too.
+// Where these agree the measurement is Newton's step; where the slopes are noise alone it weighs
+// nothing and the prior decides.
+struct Measurement {
+  Eigen::Matrix4d information;
+  Eigen::Vector4d pull;
+};
+
+Measurement Weigh(const Eigen::Matrix4d& cross,
+                  const Eigen::Matrix4d& mean,
+                  const Eigen::Vector4d& gradient) {
   const Eigen::LLT<Eigen::Matrix4d> llt(mean + 1e-12 * mean.trace() * Eigen::Matrix4d::Identity());
   const Eigen::Matrix4d half = llt.matrixL().solve(cross);
   const Eigen::Matrix4d ratio = llt.matrixL().solve(half.transpose());
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> eigen(ratio);
-  const Eigen::Vector4d clamped = eigen.eigenvalues().cwiseMax(0.2).cwiseMin(1.0);
+  const Eigen::Vector4d share = eigen.eigenvalues().cwiseMax(0.0).cwiseMin(1.0);
   const Eigen::Matrix4d L = llt.matrixL();
-  const Eigen::Matrix4d V = L * eigen.eigenvectors();
-  return V * clamped.asDiagonal() * V.transpose();
+  const Eigen::Matrix4d V = L * eigen.eigenvectors() * share.asDiagonal();
+  return {V * V.transpose(),
+          V * (eigen.eigenvectors().transpose() * llt.matrixL().solve(gradient))};
 }
 
 }  // namespace
@@ -241,8 +253,9 @@ Fit GridAligner::Align(const Placement& start) const {
     noise_scale = n.noise_scale;
 
     const Eigen::Matrix3d to_pose = CenterJacobian(at.T_target_source).inverse();
-    Eigen::Matrix4d H = SafeHessian(n.hessian_cross, n.hessian_mean) / noise_scale;
-    Eigen::Vector4d b = n.gradient / noise_scale;
+    const Measurement measured = Weigh(n.hessian_cross, n.hessian_mean, n.gradient);
+    Eigen::Matrix4d H = measured.information / noise_scale;
+    Eigen::Vector4d b = measured.pull / noise_scale;
     H.topLeftCorner<3, 3>() += to_pose.transpose() * prior_information_ * to_pose;
     b.head<3>() -= to_pose.transpose() * prior_information_ * PriorDeviation(at);
     H(3, 3) += shift_information;
@@ -255,7 +268,7 @@ Fit GridAligner::Align(const Placement& start) const {
         step.cwiseProduct(Eigen::Vector4d(1.0, 1.0, std::max(n.radius_m, cell), 0.0));
     const double length = lengths.norm();
     if (!std::isfinite(length)) return fit;
-    fit.converged = length < kStepToleranceCells * cell;
+    fit.converged = length < kStepToleranceCells * cell || step.dot(H * step) < kStepToleranceChi2;
     if (fit.converged) return fit;
     if (lengths.dot(last_lengths) < 0.0) damping = std::max(0.2, 0.7 * damping);
     last_lengths = lengths;

@@ -38,6 +38,7 @@ struct Fit {
   double Score() const { return evidence + log_prior; }
   // Patches that bear witness: a placement takes four to be fitted.
   double Witnesses() const { return std::max(0.0, patches - 4.0); }
+  double EvidenceAPatch() const { return evidence / std::max(Witnesses(), 1.0); }
 };
 
 // What a fit says about the placement, without the prior of x, y and yaw; z is eliminated under

@@ -164,19 +164,42 @@ class Registrar {
     return level;
   }
 
-  // Aligns on one level, from where the coarser one ended.
+  // Aligns on one level, from where the coarser one ended. One that does not converge bears witness
+  // against the others with what it found, but is never the best. Empty where none converges.
   void Refine(std::size_t level, std::vector<Candidate>* candidates) const {
     for (Candidate& c : *candidates) {
       c.fits[level] = Aligner(level, c.center_source).Align(c.at);
       c.at = c.fits[level].at;
     }
-    std::erase_if(*candidates, [&](const Candidate& c) { return !c.fits[level].converged; });
-    if (candidates->empty()) return;
+    if (std::none_of(candidates->begin(), candidates->end(), [&](const Candidate& c) {
+          return c.fits[level].converged;
+        })) {
+      candidates->clear();
+      return;
+    }
     // What is clearly worse already does not become better on a finer grid.
     const Fit best = Best(*candidates, level).fits[level];
     std::erase_if(*candidates, [&](const Candidate& c) {
       return c.fits[level].Score() < best.Score() && !FitsAlike(best, c.fits[level], 2.0);
     });
+    EraseRepeated(level, candidates);
+  }
+
+  // Modes that met at one place, to a tenth of a cell, are one.
+  void EraseRepeated(std::size_t level, std::vector<Candidate>* candidates) const {
+    const double cell = levels_[level].source->cell_m();
+    std::vector<Candidate> apart;
+    for (const Candidate& c : *candidates) {
+      const bool repeated = std::any_of(apart.begin(), apart.end(), [&](const Candidate& kept) {
+        const Pose2& a = kept.at.T_target_source;
+        const Pose2& b = c.at.T_target_source;
+        return kept.fits[level].converged == c.fits[level].converged &&
+               (a * c.center_source - b * c.center_source).norm() < 0.1 * cell &&
+               (a.Translation() - b.Translation()).norm() < 0.1 * cell;
+      });
+      if (!repeated) apart.push_back(c);
+    }
+    *candidates = std::move(apart);
   }
 
   // Whether another place agrees about as well as the best: patch by patch, since a larger overlap
@@ -211,7 +234,9 @@ class Registrar {
     Refine(search_level, &candidates);
     if (candidates.empty()) return LoopVerdict::kNotConverged;
     const std::size_t level = Descend(search_level, &candidates);
-    return JudgeBest(Best(candidates, level), candidates, level);
+    const Candidate best = Best(candidates, level);
+    AddRivalsNearby(best, search_level, level, &candidates);
+    return JudgeBest(best, candidates, level);
   }
 
   // A finer grid follows more relief, costs more, and carries more noise: goes down as long as it
@@ -231,6 +256,39 @@ class Registrar {
     return level;
   }
 
+  // What the search's cells smooth away they cannot tell apart. Where a patch says more on the
+  // finer level, looks around the best place there, as far as the kernel of the search reaches.
+  void AddRivalsNearby(const Candidate& best,
+                       std::size_t search_level,
+                       std::size_t level,
+                       std::vector<Candidate>* candidates) const {
+    if (best.fits[search_level].EvidenceAPatch() >= 0.5 * best.fits[level].EvidenceAPatch()) return;
+    const double cell = levels_[level].source->cell_m();
+    const double reach = kRivalReachCells * levels_[search_level].source->cell_m();
+    const GridAligner aligner = Aligner(level, best.center_source);
+    const Eigen::Matrix3d to_pose = aligner.CenterJacobian(best.at.T_target_source).inverse();
+    const double sigma = reach / params_.window_sigma;
+    const Eigen::Vector3d variances(sigma * sigma, sigma * sigma, kRivalYawVariance);
+    RegistrationPrior around = prior_;
+    around.T_target_source = best.at.T_target_source;
+    around.covariance = to_pose * variances.asDiagonal() * to_pose.transpose();
+    for (const SearchMode& mode :
+         SearchWindow(*levels_[level].target, *levels_[level].source, around, params_)) {
+      const Eigen::Vector2d apart =
+          mode.T_target_source * best.center_source - best.at.T_target_source * best.center_source;
+      if (apart.norm() < cell) continue;
+      Candidate other = best;
+      other.fits[level] = aligner.Align({mode.T_target_source, best.at.shift_m});
+      other.at = other.fits[level].at;
+      candidates->push_back(other);
+    }
+  }
+
+  // A kernel of sigma one cell leaves a tenth of a wave of three cells; such places and some
+  // beyond.
+  static constexpr double kRivalReachCells = 4.0;
+  static constexpr double kRivalYawVariance = 1e-8;  // the best place's yaw alone
+
   // A grid that narrows sigma by less than 3 % in each direction is not worth its time.
   static constexpr double kWorthwhileNats = 0.1;
 
@@ -242,6 +300,7 @@ class Registrar {
   static const Candidate& Best(const std::vector<Candidate>& candidates, std::size_t level) {
     return *std::max_element(
         candidates.begin(), candidates.end(), [&](const Candidate& a, const Candidate& b) {
+          if (a.fits[level].converged != b.fits[level].converged) return b.fits[level].converged;
           return a.fits[level].Score() < b.fits[level].Score();
         });
   }

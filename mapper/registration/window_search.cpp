@@ -129,6 +129,12 @@ Spectra Transform(Correlator* correlator, const Layers& layers) {
           correlator->Transform(layers.square)};
 }
 
+// A place of the source's centre in the window, at the yaw that fits best there.
+struct Place {
+  double score = -std::numeric_limits<double>::infinity();
+  double yaw = 0.0;
+};
+
 class Searcher {
  public:
   Searcher(const RegistrationSubmap::Level& target,
@@ -149,13 +155,14 @@ class Searcher {
   std::vector<SearchMode> Run() {
     if (window_.rows == 0 || window_.cols == 0 || shape_.radius_m == 0.0) return {};
     const Spectra target = Transform(&correlator_, TargetLayers());
-    std::vector<SearchMode> modes;
+    std::vector<Place> places(static_cast<std::size_t>(window_.rows) *
+                              static_cast<std::size_t>(window_.cols));
     for (int i = -window_.half_yaws; i <= window_.half_yaws; ++i) {
       const double yaw = center_prior_.yaw + i * window_.yaw_step;
       const Spectra source = Transform(&correlator_, SourceLayers(yaw));
-      CollectPeaks(Scores(target, source, yaw), yaw, &modes);
+      KeepBetter(Scores(target, source, yaw), yaw, &places);
     }
-    return Thin(std::move(modes));
+    return Modes(places);
   }
 
  private:
@@ -247,39 +254,82 @@ class Searcher {
     return -0.5 * d.dot(prior_information_ * d);
   }
 
-  void CollectPeaks(const std::vector<double>& scores,
-                    double yaw,
-                    std::vector<SearchMode>* modes) const {
+  std::size_t PlaceAt(int row, int col) const {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(window_.cols) +
+           static_cast<std::size_t>(col);
+  }
+
+  void KeepBetter(const std::vector<double>& scores, double yaw, std::vector<Place>* places) const {
     for (int row = 0; row < window_.rows; ++row) {
       for (int col = 0; col < window_.cols; ++col) {
+        Place& place = (*places)[PlaceAt(row, col)];
         const double score = scores[At(row, col)];
-        if (!std::isfinite(score)) continue;
-        bool peak = true;
-        for (int r = std::max(0, row - 1); r <= std::min(window_.rows - 1, row + 1); ++r)
-          for (int c = std::max(0, col - 1); c <= std::min(window_.cols - 1, col + 1); ++c)
-            peak = peak && !(scores[At(r, c)] > score);
-        if (!peak) continue;
-        const Eigen::Vector2d p =
-            CenterAt(row, col) - Eigen::Rotation2Dd(yaw).toRotationMatrix() * shape_.center;
-        modes->push_back({{p.x(), p.y(), WrapAngle(yaw)}, score});
+        if (score > place.score) place = {score, yaw};
       }
     }
   }
 
-  std::vector<SearchMode> Thin(std::vector<SearchMode> modes) const {
+  // Peaks by their prominence: how far one goes down before one comes to a higher peak, or to
+  // chance. Places along one crest of the scores are one mode, however many peaks there are on it.
+  std::vector<SearchMode> Modes(const std::vector<Place>& places) const {
+    struct Peak {
+      std::size_t place;
+      double prominence;
+    };
+    std::vector<std::size_t> falling;
+    for (std::size_t i = 0; i < places.size(); ++i)
+      if (std::isfinite(places[i].score)) falling.push_back(i);
+    std::stable_sort(falling.begin(), falling.end(), [&](std::size_t a, std::size_t b) {
+      return places[a].score > places[b].score;
+    });
+    // As the level falls, islands appear and join; each is known by its highest place.
+    constexpr std::size_t kUnderWater = std::numeric_limits<std::size_t>::max();
+    std::vector<std::size_t> parent(places.size(), kUnderWater);
+    const auto summit = [&](std::size_t i) {
+      while (parent[i] != i) i = parent[i] = parent[parent[i]];
+      return i;
+    };
+    std::vector<Peak> peaks;
+    const auto drown = [&](std::size_t top, double level) {
+      peaks.push_back({top, places[top].score - std::max(level, 0.0)});
+    };
+    for (const std::size_t i : falling) {
+      const int row = static_cast<int>(i / static_cast<std::size_t>(window_.cols));
+      const int col = static_cast<int>(i % static_cast<std::size_t>(window_.cols));
+      parent[i] = i;
+      for (int r = std::max(0, row - 1); r <= std::min(window_.rows - 1, row + 1); ++r) {
+        for (int c = std::max(0, col - 1); c <= std::min(window_.cols - 1, col + 1); ++c) {
+          if (parent[PlaceAt(r, c)] == kUnderWater) continue;
+          std::size_t higher = summit(i);
+          std::size_t lower = summit(PlaceAt(r, c));
+          if (higher == lower) continue;
+          if (places[higher].score < places[lower].score) std::swap(higher, lower);
+          if (lower != i) drown(lower, places[i].score);
+          parent[lower] = higher;
+        }
+      }
+    }
+    for (const std::size_t i : falling)
+      if (parent[i] == i) drown(i, 0.0);
+    std::stable_sort(peaks.begin(), peaks.end(), [](const Peak& a, const Peak& b) {
+      return a.prominence > b.prominence;
+    });
+    if (peaks.size() > static_cast<std::size_t>(params_.max_modes))
+      peaks.resize(static_cast<std::size_t>(params_.max_modes));
+    std::vector<SearchMode> modes;
+    for (const Peak& peak : peaks) modes.push_back(ModeAt(peak.place, places[peak.place]));
     std::stable_sort(modes.begin(), modes.end(), [](const SearchMode& a, const SearchMode& b) {
       return a.score > b.score;
     });
-    std::vector<SearchMode> out;
-    for (const SearchMode& mode : modes) {
-      if (static_cast<int>(out.size()) >= params_.max_modes) break;
-      const Eigen::Vector2d center = mode.T_target_source * shape_.center;
-      const bool apart = std::all_of(out.begin(), out.end(), [&](const SearchMode& better) {
-        return (better.T_target_source * shape_.center - center).norm() >= 2.0 * cell_m_;
-      });
-      if (apart) out.push_back(mode);
-    }
-    return out;
+    return modes;
+  }
+
+  SearchMode ModeAt(std::size_t index, const Place& place) const {
+    const auto cols = static_cast<std::size_t>(window_.cols);
+    const Eigen::Vector2d p =
+        CenterAt(static_cast<int>(index / cols), static_cast<int>(index % cols)) -
+        Eigen::Rotation2Dd(place.yaw).toRotationMatrix() * shape_.center;
+    return {{p.x(), p.y(), WrapAngle(place.yaw)}, place.score};
   }
 
   const Grid<Cell>& target_;

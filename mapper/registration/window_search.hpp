@@ -29,8 +29,8 @@ struct SearchMode {
 double AgreementScore(double patches, double relief_variance, double difference_variance);
 
 // Tries every place within the window of the prior on the cells of one level, each with the best
-// constant height offset, by correlation through the Fourier transform. Returns the best places
-// that are local maxima and at least two cells apart, best first.
+// constant height offset, by correlation through the Fourier transform. Returns the most prominent
+// maxima, the best first.
 std::vector<SearchMode> SearchWindow(const RegistrationSubmap::Level& target,
                                      const RegistrationSubmap::Level& source,
                                      const RegistrationPrior& prior,

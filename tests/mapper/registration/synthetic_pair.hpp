@@ -2,14 +2,15 @@
 
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <random>
 #include <vector>
 
 #include "common/core/pose.hpp"
 #include "common/core/submap.hpp"
 
-// Two submaps of a seabed that is a formula, seen from frames that share nothing: each is placed,
-// turned and tilted at random, so that no grid is aligned at the truth.
+// Two submaps of a seabed whose truth is known, seen from frames that share nothing: each is
+// placed, turned and tilted at random, so that no grid is aligned at the truth.
 namespace seastitch {
 
 // A sum of plane waves.
@@ -74,6 +75,7 @@ class SyntheticSeabed {
 struct SyntheticSubmap {
   PointCloud cloud;  // in the submap frame
   Eigen::Isometry3d T_map_submap;
+  Pose2 T_map_middle;  // of the rectangle that the points fill
 };
 
 struct SyntheticPair {
@@ -89,30 +91,36 @@ struct SyntheticPairParams {
   double width_m = 40.0;
   double overlap = 0.4;  // of the width; the two run side by side
   double sounding_sigma_m = 0.05;
-  double z_bias_m = 0.0;  // the source lies this much deeper than it should
+  double z_bias_m = 0.0;            // the source lies this much deeper than it should
+  Eigen::Vector2d place{0.0, 0.0};  // of the pair on the map, to within 10 m
 };
 
-inline SyntheticSubmap SampleSubmap(const SyntheticSeabed& seabed,
-                                    const Eigen::Isometry3d& T_map_submap,
-                                    const Pose2& T_map_middle,
-                                    const SyntheticPairParams& params,
-                                    std::mt19937_64* random) {
+// Seabed: HeightAt(x, y) gives the height, positive down, or nothing where none is known.
+template <class Seabed>
+SyntheticSubmap SampleSubmap(const Seabed& seabed,
+                             const Eigen::Isometry3d& T_map_submap,
+                             const Pose2& T_map_middle,
+                             const SyntheticPairParams& params,
+                             std::mt19937_64* random) {
   std::uniform_real_distribution<double> unit(-0.5, 0.5);
   std::normal_distribution<double> noise(0.0, params.sounding_sigma_m);
-  SyntheticSubmap out{{}, T_map_submap};
+  SyntheticSubmap out{{}, T_map_submap, T_map_middle};
   const Eigen::Isometry3d T_submap_map = T_map_submap.inverse();
   for (int i = 0; i < params.points; ++i) {
     const Eigen::Vector2d p = T_map_middle * Eigen::Vector2d(params.length_m * unit(*random),
                                                              params.width_m * unit(*random));
-    const double z = seabed.HeightAt(p.x(), p.y()) + noise(*random);
+    const std::optional<double> height = seabed.HeightAt(p.x(), p.y());
+    if (!height) continue;
+    const double z = *height + noise(*random);
     out.cloud.Add((T_submap_map * Eigen::Vector3d(p.x(), p.y(), z)).cast<float>());
   }
   return out;
 }
 
-inline SyntheticPair MakePair(const SyntheticSeabed& seabed,
-                              const SyntheticPairParams& params,
-                              std::uint64_t seed) {
+template <class Seabed>
+SyntheticPair MakePair(const Seabed& seabed,
+                       const SyntheticPairParams& params,
+                       std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> unit(-0.5, 0.5);
   const auto frame = [&](const Pose2& middle) {
@@ -121,7 +129,9 @@ inline SyntheticPair MakePair(const SyntheticSeabed& seabed,
     return MakePose(
         {middle.x + 5.0 * unit(random), middle.y + 5.0 * unit(random), -10.0 + unit(random)}, R);
   };
-  const Pose2 target_middle{20.0 * unit(random), 20.0 * unit(random), 2.0 * kPi * unit(random)};
+  const Pose2 target_middle{params.place.x() + 20.0 * unit(random),
+                            params.place.y() + 20.0 * unit(random),
+                            2.0 * kPi * unit(random)};
   const Pose2 beside{0.3 * params.length_m * unit(random),
                      params.width_m * (1.0 - params.overlap),
                      0.2 * unit(random) + (unit(random) < 0.0 ? kPi : 0.0)};

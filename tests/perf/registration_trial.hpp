@@ -1,0 +1,87 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bench/terrain.hpp"
+#include "mapper/registration/registration.hpp"
+#include "tests/mapper/registration/synthetic_pair.hpp"
+
+// Registrations whose right answer is known: what seastitch-bench-registration counts.
+namespace seastitch {
+
+// A piece of seabed to lay pairs on.
+struct Site {
+  std::shared_ptr<const bench::Terrain> terrain;
+  Eigen::Vector2d place{0.0, 0.0};
+  std::optional<double> HeightAt(double x, double y) const { return terrain->DepthAt(x, y); }
+};
+
+// A kind of seabed; every seed gives another piece of it.
+struct SeabedClass {
+  std::string name;
+  std::function<Site(std::uint64_t seed)> site;
+};
+
+// Flat, three degrees of fractal relief, sand waves, a pipeline.
+std::vector<SeabedClass> ProceduralClasses();
+// Pairs laid at random over the known cells of a raster (see bench::LoadRaster). Throws as that.
+SeabedClass RasterClass(const std::string& file);
+
+struct Trial {
+  SyntheticPairParams pair;
+  double offset_m = 0.0;  // of the prior, in a random direction
+  double yaw_rad = 0.0;   // of the prior, to a random side
+};
+
+// The prior's sigmas: half of its error, so that the window (3 sigma) reaches half as far again,
+// and never below half a metre and half a degree.
+Eigen::Matrix3d PriorCovariance(const Trial& trial);
+constexpr double kHeightSigmaM = 0.3;  // of the prior
+
+SyntheticPair MakeTrialPair(const Site& site, const Trial& trial, std::uint64_t seed);
+Pose2 MakeTrialPrior(const SyntheticPair& pair, const Trial& trial, std::uint64_t seed);
+
+// x, y [m], yaw [rad] of estimate less truth.
+Eigen::Vector3d PoseError(const Pose2& estimate, const Pose2& truth);
+
+struct Tolerance {
+  double position_m;
+  double yaw_rad;
+  bool Holds(const Eigen::Vector3d& error) const;
+};
+
+struct Outcome {
+  RegistrationResult result;
+  Eigen::Vector3d error;
+  double cpu_s = 0.0;  // preparation of both submaps and registration
+
+  bool Accepted() const { return result.verdict == LoopVerdict::kAccepted; }
+  // Error against its own covariance: chi-square of known_directions degrees of freedom.
+  double Nees() const { return error.dot(result.information * error); }
+  // Accepted, and off by more than one honest result in a million.
+  bool ConfidentlyWrong() const { return Accepted() && Nees() > 30.7; }
+};
+
+Outcome RunTrial(const SyntheticPair& pair,
+                 const Pose2& T_prior,
+                 const Eigen::Matrix3d& prior_covariance,
+                 const RegistrationParams& params);
+
+// Standard deviation of the heights about a plane where the two submaps overlap [m].
+double ReliefOf(const Site& site, const SyntheticPair& pair, const SyntheticPairParams& params);
+
+// The Cramer-Rao bound's chance to end within the tolerance: the least covariance that the slopes
+// of the true seabed, the density of soundings and their noise allow, height unknown but for its
+// prior. Slopes finer than the soundings are apart do not count.
+double CramerRaoRate(const Site& site,
+                     const SyntheticPair& pair,
+                     const SyntheticPairParams& params,
+                     const Tolerance& tolerance);
+
+}  // namespace seastitch
