@@ -1,17 +1,9 @@
 // The drivers as people start them: real processes, real sockets, real LCM.
-#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <signal.h>
-#include <sys/wait.h>
 
 #include <array>
-#include <chrono>
 #include <cstdio>
-#include <fstream>
-#include <optional>
-#include <sstream>
-#include <thread>
 
 #include "common/runtime/bus.hpp"
 #include "drivers/imu/imu_driver.hpp"
@@ -22,112 +14,14 @@
 #include "seastitch/imu_t.hpp"
 #include "seastitch/mbes_ping_t.hpp"
 #include "seastitch/raw_bytes_t.hpp"
+#include "tests/drivers/driver_process.hpp"
 #include "tests/drivers/loopback.hpp"
 #include "tests/drivers/test_data.hpp"
-#include "tests/runtime/temporary_dir.hpp"
 
 namespace seastitch {
 namespace {
 
 using testing::HasSubstr;
-
-// A driver that runs beside the test, its stderr in a file.
-class Process {
- public:
-  Process(const std::string& name, std::vector<std::string> args, std::string stderr_file)
-      : stderr_file_(std::move(stderr_file)) {
-    args.insert(args.begin(), std::string(SEASTITCH_BIN_DIR) + "/" + name);
-    std::vector<char*> argv;
-    for (std::string& arg : args) argv.push_back(arg.data());
-    argv.push_back(nullptr);
-    pid_ = fork();
-    if (pid_ != 0) return;
-    const int log = open(stderr_file_.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0600);
-    dup2(log, STDERR_FILENO);
-    dup2(log, STDOUT_FILENO);
-    execv(argv[0], argv.data());
-    _exit(127);
-  }
-  ~Process() {
-    if (pid_ > 0) Stop(SIGKILL);
-  }
-  Process(const Process&) = delete;
-  Process& operator=(const Process&) = delete;
-
-  int Wait() {
-    int status = 0;
-    waitpid(pid_, &status, 0);
-    pid_ = -1;
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
-  }
-  int Stop(int signal = SIGTERM) {
-    kill(pid_, signal);
-    return Wait();
-  }
-  std::string Output() const {
-    std::stringstream text;
-    text << std::ifstream(stderr_file_).rdbuf();
-    return text.str();
-  }
-
- private:
-  std::string stderr_file_;
-  pid_t pid_ = -1;
-};
-
-std::string ConfigFile(const std::string& name) {
-  return std::string(SEASTITCH_SOURCE_DIR) + "/config/" + name;
-}
-
-// A shipped configuration with its source replaced, beside copies of the DBC files.
-std::string WithSource(const TemporaryDir& dir,
-                       const std::string& file,
-                       const std::string& source) {
-  std::stringstream text;
-  text << std::ifstream(ConfigFile(file)).rdbuf();
-  std::string content = text.str();
-  const std::size_t at = content.find("source: ");
-  content.replace(at, content.find('\n', at) - at, "source: " + source);
-  for (const char* const dbc : {"sbg_ecan.dbc", "seastitch_dvl.dbc"})
-    std::filesystem::copy_file(
-        ConfigFile(dbc), dir.path() / dbc, std::filesystem::copy_options::overwrite_existing);
-  return dir.Write(file, content);
-}
-
-class DriverProcess : public testing::Test {
- protected:
-  std::unique_ptr<Process> Start(const std::string& name, const std::string& config) {
-    return std::make_unique<Process>(
-        name,
-        std::vector<std::string>{"--config", config, "--lcm-url", lcm_url},
-        (dir.path() / (name + ".txt")).string());
-  }
-  // Opens our end of the bus; false where this machine has no multicast.
-  bool OpenBus() {
-    try {
-      bus.emplace(lcm_url);
-      bool heard = false;
-      bus->Subscribe<raw_bytes_t>("TEST_LOOPBACK", 0, [&](const raw_bytes_t&) { heard = true; });
-      bus->Publish("TEST_LOOPBACK", raw_bytes_t{});
-      return HandleUntil([&] { return heard; }, 3000);
-    } catch (const std::exception&) {
-      return false;
-    }
-  }
-  template <class Done>
-  bool HandleUntil(Done done, int timeout_ms) {
-    const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(timeout_ms);
-    while (!done()) {
-      if (std::chrono::steady_clock::now() > end) return false;
-      if (WaitReadable(bus->fd(), 100)) bus->HandleReady();
-    }
-    return true;
-  }
-
-  const TemporaryDir dir;
-  const std::string lcm_url = "udpm://239.255.76.67:" + std::to_string(FreeUdpPort()) + "?ttl=0";
-  std::optional<Bus> bus;
-};
 
 void ExpectOneLineAndFailure(Process* process, const std::string& part) {
   EXPECT_EQ(process->Wait(), EXIT_FAILURE);
@@ -173,7 +67,7 @@ TEST_F(DriverProcess, ABusyPortIsSaidWaitedForAndTaken) {
 
 TEST_F(DriverProcess, ShippedConfigurationsCanBeUsed) {
   for (const std::string device : {"imu", "dvl", "mbes"}) {
-    Process process("seastitch-" + device + "-driver",
+    Process process(std::string(SEASTITCH_BIN_DIR) + "/seastitch-" + device + "-driver",
                     {"--config", ConfigFile(device + "_driver.yaml"), "--check-config"},
                     (dir.path() / "out.txt").string());
     EXPECT_EQ(process.Wait(), EXIT_SUCCESS) << process.Output();
