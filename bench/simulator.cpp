@@ -9,7 +9,7 @@
 #include "common/core/pose.hpp"
 #include "drivers/dvl/dvl_can.hpp"
 #include "drivers/imu/imu_can.hpp"
-#include "drivers/mbes/kmall.hpp"
+#include "drivers/mbes/kmall_stream.hpp"
 
 namespace seastitch::bench {
 namespace {

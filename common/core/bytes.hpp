@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <bit>
 #include <concepts>
 #include <cstddef>
@@ -87,7 +88,11 @@ class ByteWriter {
   void Be(T value) {
     Write(value, std::endian::big);
   }
-  void Append(Bytes bytes) { bytes_.insert(bytes_.end(), bytes.begin(), bytes.end()); }
+  void Append(Bytes bytes) {
+    const auto at = static_cast<std::ptrdiff_t>(bytes_.size());
+    Zeros(bytes.size());
+    std::copy(bytes.begin(), bytes.end(), bytes_.begin() + at);
+  }
   void Zeros(std::size_t n) { bytes_.resize(bytes_.size() + n); }
 
   std::size_t size() const { return bytes_.size(); }

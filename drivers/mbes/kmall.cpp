@@ -6,22 +6,20 @@
 #include <utility>
 
 #include "common/core/pose.hpp"
+#include "drivers/mbes/mbes_codec.hpp"
 
 namespace seastitch {
 namespace {
 
-constexpr std::size_t kHeaderBytes = 20;
-constexpr std::size_t kPartitionBytes = 4;
-constexpr std::size_t kTailBytes = 4;
-constexpr std::size_t kWrapBytes = kHeaderBytes + kPartitionBytes + kTailBytes;
-constexpr std::size_t kMaxUdpPayload = 65'507;
-constexpr std::uint8_t kNewestMrz = 3;
-// From this version on each part repeats the common part, and ping and fan belong to the key.
-constexpr std::uint8_t kFirstWithCommonPartRepeated = 3;
+constexpr std::size_t kHeaderBytes = kKmallHeaderBytes;
+constexpr std::size_t kPartitionBytes = kKmallPartitionBytes;
+constexpr std::size_t kTailBytes = kKmallTailBytes;
 
 constexpr std::size_t kMaxMainBeams = 1024;
 constexpr std::size_t kMaxExtraDetections = 1024;
 constexpr std::size_t kMaxProfileSamples = 2000;
+constexpr std::size_t kMaxMotionSamples = 148;
+constexpr double kNoPosition_deg = 200.0;
 
 // Sizes of the structures up to the last field that is read, by which a datagram that claims less
 // is refused; and sizes that we write, those of version 1 to 3 and of version 0.
@@ -33,6 +31,8 @@ constexpr std::size_t kSectorBytesV0 = 36;
 constexpr std::size_t kRxInfoBytes = 32;
 constexpr std::size_t kSoundingBytes = 120;
 constexpr std::size_t kSvpInfoBytes = 28;
+constexpr std::size_t kSkmInfoBytes = 12;
+constexpr std::size_t kSvtInfoBytes = 20;
 
 enum DetectionType : std::uint8_t { kNormal = 0, kExtra = 1, kRejected = 2 };
 enum DetectionMethod : std::uint8_t { kNoMethod = 0, kAmplitude = 1, kPhase = 2 };
@@ -44,11 +44,6 @@ struct Sector {
 
 std::uint32_t LastWord(Bytes datagram) {
   return ByteReader(datagram.last(kTailBytes)).Le<std::uint32_t>();
-}
-
-void PutWord(std::uint32_t value, std::size_t at, std::vector<std::uint8_t>* bytes) {
-  for (std::size_t i = 0; i < 4; ++i)
-    (*bytes)[at + i] = static_cast<std::uint8_t>(value >> (8 * i));
 }
 
 std::optional<Bytes> WholeDatagram(Bytes datagram, std::string_view type) {
@@ -127,10 +122,39 @@ std::optional<MrzLayout> ReadMrzLayout(Bytes datagram) {
   return layout;
 }
 
-bool IsFinite(const MbesBeam& b) {
-  return std::isfinite(b.twtt_s) && std::isfinite(b.rx_angle_rad) && std::isfinite(b.tx_tilt_rad) &&
-         std::isfinite(b.tx_delay_s) && std::isfinite(b.depth_sigma_ratio) &&
-         std::isfinite(b.backscatter_db);
+// Samples of one size behind an info part that says how many there are: u16 count and u16 size at
+// `at` of the info.
+struct SampleArray {
+  std::size_t count = 0;
+  std::size_t bytes_each = 0;
+  Bytes bytes;
+};
+
+std::optional<SampleArray> ReadSamples(Bytes datagram,
+                                       std::string_view type,
+                                       std::size_t least_info_bytes,
+                                       std::size_t at,
+                                       std::size_t most,
+                                       std::size_t least_bytes_each) {
+  const std::optional<Bytes> body = WholeDatagram(datagram, type);
+  if (!body) return std::nullopt;
+  ByteReader in(*body);
+  in.Skip(kHeaderBytes);
+  ByteReader info(TakeSized(&in, *body, least_info_bytes));
+  info.Skip(at);
+  SampleArray samples;
+  samples.count = info.Le<std::uint16_t>();
+  samples.bytes_each = info.Le<std::uint16_t>();
+  samples.bytes = in.Take(samples.count * samples.bytes_each);
+  const bool usable =
+      in.ok() && info.ok() && samples.count <= most && samples.bytes_each >= least_bytes_each;
+  return usable ? std::optional(samples) : std::nullopt;
+}
+
+Time ReadTime(ByteReader* in) {
+  const std::int64_t seconds = in->Le<std::uint32_t>();
+  const std::int64_t nanoseconds = in->Le<std::uint32_t>();
+  return FromUtime(seconds * 1'000'000 + (nanoseconds + 500) / 1000);
 }
 
 std::vector<Sector> ReadSectors(const MrzLayout& layout) {
@@ -175,9 +199,7 @@ ReadBeam ReadSounding(Bytes sounding, const std::vector<Sector>& sectors) {
   if (method == kAmplitude) beam.flags |= kBeamAmplitude;
   if (method == kPhase) beam.flags |= kBeamPhase;
   if (type == kNormal && beam.flags != 0) beam.flags |= kBeamValid;
-  const bool usable = IsFinite(beam) && std::abs(beam.rx_angle_rad) < kPi && beam.twtt_s >= 0.0f &&
-                      (beam.twtt_s > 0.0f || (beam.flags & kBeamValid) == 0);
-  return {type, usable ? std::optional(beam) : std::nullopt};
+  return {type, IsUsable(beam) ? std::optional(beam) : std::nullopt};
 }
 
 void WriteHeader(const KmallHeader& header, Time time, ByteWriter* out) {
@@ -188,15 +210,6 @@ void WriteHeader(const KmallHeader& header, Time time, ByteWriter* out) {
   out->Le(header.echo_sounder_id);
   out->Le(static_cast<std::uint32_t>(ToUtime(time) / 1'000'000));
   out->Le(static_cast<std::uint32_t>(ToUtime(time) % 1'000'000 * 1000));
-}
-
-std::vector<std::uint8_t> Sealed(ByteWriter* out) {
-  out->Le(std::uint32_t{0});
-  std::vector<std::uint8_t> bytes = out->Release();
-  const auto size = static_cast<std::uint32_t>(bytes.size());
-  PutWord(size, 0, &bytes);
-  PutWord(size, bytes.size() - kTailBytes, &bytes);
-  return bytes;
 }
 
 struct Sectors {
@@ -250,25 +263,6 @@ void WriteSounding(const MbesBeam& beam,
   out->Zeros(36);
 }
 
-bool RepeatsCommonPart(std::uint8_t version) { return version >= kFirstWithCommonPartRepeated; }
-
-// "numBytesCmnPart" of a datagram or part; 0 where it has none.
-std::size_t CommonSize(Bytes datagram) {
-  ByteReader in(datagram.subspan(std::min(datagram.size(), kHeaderBytes + kPartitionBytes)));
-  return in.Le<std::uint16_t>();
-}
-
-std::vector<std::uint8_t> MakePart(
-    Bytes datagram, Bytes common, Bytes slice, std::size_t num_parts, std::size_t number) {
-  ByteWriter out;
-  out.Append(datagram.first(kHeaderBytes));
-  out.Le(static_cast<std::uint16_t>(num_parts));
-  out.Le(static_cast<std::uint16_t>(number));
-  out.Append(common);
-  out.Append(slice);
-  return Sealed(&out);
-}
-
 }  // namespace
 
 Time KmallHeader::time() const {
@@ -290,6 +284,23 @@ std::optional<KmallHeader> ReadKmallHeader(Bytes datagram) {
   const bool usable = header.type[0] == '#' && header.num_bytes == datagram.size() &&
                       header.time_ns < 1'000'000'000;
   return usable ? std::optional(header) : std::nullopt;
+}
+
+bool IsWholeMrz(Bytes datagram) { return ReadMrzLayout(datagram).has_value(); }
+
+std::vector<std::uint8_t> SealKmall(ByteWriter* out) {
+  out->Le(std::uint32_t{0});
+  std::vector<std::uint8_t> bytes = out->Release();
+  for (std::size_t i = 0; i < 4; ++i)
+    bytes[i] = bytes[bytes.size() - kTailBytes + i] =
+        static_cast<std::uint8_t>(bytes.size() >> (8 * i));
+  return bytes;
+}
+
+std::size_t ReceiverOfMrz(Bytes datagram) {
+  ByteReader in(datagram);
+  in.Skip(33);
+  return in.Le<std::uint8_t>();
 }
 
 std::optional<MbesPing> DecodeMrz(Bytes datagram, int* unusable_beams) {
@@ -370,7 +381,7 @@ std::vector<std::uint8_t> EncodeMrz(const MbesPing& ping, const KmallHeader& hea
 
   for (std::size_t i = 0; i < ping.beams.size(); ++i)
     WriteSounding(ping.beams[i], static_cast<std::uint16_t>(i), sectors.of_beam[i], &out);
-  return Sealed(&out);
+  return SealKmall(&out);
 }
 
 std::optional<SoundVelocityProfile> DecodeSvp(Bytes datagram) {
@@ -425,125 +436,63 @@ std::vector<std::uint8_t> EncodeSvp(const SoundVelocityProfile& profile,
     out.Le(static_cast<float>(profile.speed_mps[i]));
     out.Zeros(12);
   }
-  return Sealed(&out);
+  return SealKmall(&out);
 }
 
-std::vector<std::vector<std::uint8_t>> SplitIntoParts(Bytes datagram, std::size_t max_bytes) {
-  if (max_bytes < 64 || max_bytes > kMaxUdpPayload)
-    throw std::invalid_argument("KMALL parts: 64 to 65507 bytes");
-  if (datagram.size() <= std::max(max_bytes, kWrapBytes))
-    return {std::vector<std::uint8_t>(datagram.begin(), datagram.end())};
-  const std::uint8_t version = datagram[8];
-  const std::size_t common_size = RepeatsCommonPart(version) ? CommonSize(datagram) : 0;
-  const Bytes body = datagram.subspan(kHeaderBytes + kPartitionBytes, datagram.size() - kWrapBytes);
-  if (common_size >= max_bytes - kWrapBytes || common_size > body.size())
-    throw std::invalid_argument("KMALL parts: common part too large");
-  // The first part's common part is its own beginning; each further one repeats it.
-  const Bytes common = body.first(common_size);
-  const Bytes rest = body.subspan(common_size);
-  const std::size_t slice_bytes = max_bytes - kWrapBytes - common_size;
-  const std::size_t num_parts = (rest.size() + slice_bytes - 1) / slice_bytes;
-  std::vector<std::vector<std::uint8_t>> parts;
-  for (std::size_t i = 0; i < num_parts; ++i) {
-    const std::size_t begin = i * slice_bytes;
-    const Bytes slice = rest.subspan(begin, std::min(slice_bytes, rest.size() - begin));
-    parts.push_back(MakePart(datagram, common, slice, num_parts, i + 1));
-  }
-  return parts;
-}
-
-std::string KmallReassemblerParams::Validate() const {
-  if (max_parts < 1 || max_parts > 64) return "max_parts must be 1 to 64";
-  if (max_open < 1 || max_open > 16) return "max_open must be 1 to 16";
-  if (!(max_age_s > 0.0 && max_age_s <= 60.0)) return "max_age_s must be above 0, at most 60";
-  return "";
-}
-
-std::optional<std::vector<std::uint8_t>> KmallReassembler::Add(Bytes part, std::uint64_t sender) {
-  const std::optional<KmallHeader> header = ReadKmallHeader(part);
-  if (!header || !header->Is("#MRZ") || part.size() < kWrapBytes) {
-    ++counters_["kmall_part_malformed"];
-    return std::nullopt;
-  }
-  ByteReader in(part);
+std::optional<KmallPosition> DecodeSpo(Bytes datagram) {
+  const std::optional<Bytes> body = WholeDatagram(datagram, "#SPO");
+  if (!body) return std::nullopt;
+  ByteReader in(*body);
   in.Skip(kHeaderBytes);
-  const auto num_parts = in.Le<std::uint16_t>();
-  const auto number = in.Le<std::uint16_t>();
-  if (num_parts == 1) return std::vector<std::uint8_t>(part.begin(), part.end());
-
-  const bool repeats_common = RepeatsCommonPart(header->version);
-  const std::size_t least =
-      kWrapBytes + (repeats_common ? std::max(kCommonBytes, CommonSize(part)) : 0);
-  if (num_parts > params_.max_parts || number < 1 || number > num_parts || part.size() <= least) {
-    ++counters_["kmall_part_malformed"];
+  TakeSized(&in, *body, 8);
+  in.Skip(12);  // time as the sensor gave it, and quality
+  const double latitude_deg = in.Le<double>();
+  const double longitude_deg = in.Le<double>();
+  in.Skip(12);
+  if (!in.ok() || !(std::abs(latitude_deg) <= 90.0) || !(std::abs(longitude_deg) < kNoPosition_deg))
     return std::nullopt;
+  return KmallPosition{
+      ReadKmallHeader(datagram)->time(), Deg2Rad(latitude_deg), Deg2Rad(longitude_deg)};
+}
+
+std::optional<std::vector<KmallMotion>> DecodeSkm(Bytes datagram) {
+  const std::optional<SampleArray> samples =
+      ReadSamples(datagram, "#SKM", kSkmInfoBytes, 6, kMaxMotionSamples, 120);
+  if (!samples) return std::nullopt;
+  std::vector<KmallMotion> motion;
+  for (std::size_t i = 0; i < samples->count; ++i) {
+    ByteReader in(samples->bytes.subspan(i * samples->bytes_each));
+    in.Skip(8);
+    KmallMotion m;
+    m.time = ReadTime(&in);
+    const auto status = in.Le<std::uint32_t>();
+    in.Skip(20);
+    m.roll_rad = Deg2Rad(in.Le<float>());
+    m.pitch_rad = Deg2Rad(in.Le<float>());
+    m.heading_rad = Deg2Rad(in.Le<float>());
+    m.heave_m = in.Le<float>();
+    constexpr std::uint32_t kRollPitchHeadingHeaveInvalid = 0b1110;
+    m.valid = (status & kRollPitchHeadingHeaveInvalid) == 0 && std::isfinite(m.roll_rad) &&
+              std::isfinite(m.pitch_rad) && std::isfinite(m.heading_rad) &&
+              std::isfinite(m.heave_m);
+    motion.push_back(m);
   }
-  // One public player writes the size of the whole datagram here.
-  if (LastWord(part) != part.size()) ++counters_["kmall_part_tail_wrong"];
-  Key key{sender, header->system_id, header->time_s, header->time_ns, num_parts, 0};
-  if (repeats_common)
-    key.ping_and_fan = std::uint32_t{part[27]} << 16 | std::uint32_t{part[26]} << 8 | part[29];
+  return motion;
+}
 
-  Set& set = SetFor(key, header->time());
-  std::vector<std::uint8_t>& slot = set.parts[number - 1U];
-  if (set.done || !slot.empty()) {
-    ++counters_["kmall_part_repeated"];
-    return std::nullopt;
+std::optional<std::vector<KmallSurfaceSoundSpeed>> DecodeSvt(Bytes datagram) {
+  const std::optional<SampleArray> samples =
+      ReadSamples(datagram, "#SVT", kSvtInfoBytes, 6, kMaxMotionSamples, 24);
+  if (!samples) return std::nullopt;
+  std::vector<KmallSurfaceSoundSpeed> speeds;
+  for (std::size_t i = 0; i < samples->count; ++i) {
+    ByteReader in(samples->bytes.subspan(i * samples->bytes_each));
+    const Time time = ReadTime(&in);
+    const double speed_mps = in.Le<float>();
+    if (!std::isfinite(speed_mps) || speed_mps <= 0.0) return std::nullopt;
+    speeds.push_back({time, speed_mps});
   }
-  slot.assign(part.begin(), part.end());
-  if (++set.received < num_parts) return std::nullopt;
-  set.done = true;
-  std::optional<std::vector<std::uint8_t>> whole = Join(set);
-  for (std::vector<std::uint8_t>& used : set.parts) used = {};
-  if (!whole) ++counters_["kmall_set_inconsistent"];
-  return whole;
-}
-
-KmallReassembler::Set& KmallReassembler::SetFor(const Key& key, Time time) {
-  for (Set& set : sets_)
-    if (set.key == key) return set;
-  DropOld(time);
-  Set& set = sets_.emplace_back();
-  set.key = key;
-  set.time = time;
-  set.parts.resize(key.num_parts);
-  return set;
-}
-
-void KmallReassembler::DropOld(Time now) {
-  const Duration max_age = FromSeconds(params_.max_age_s);
-  for (auto set = sets_.begin(); set != sets_.end();)
-    set = now - set->time > max_age ? Drop(set) : std::next(set);
-  while (sets_.size() >= static_cast<std::size_t>(params_.max_open)) Drop(sets_.begin());
-}
-
-std::deque<KmallReassembler::Set>::iterator KmallReassembler::Drop(std::deque<Set>::iterator set) {
-  if (!set->done) ++counters_["kmall_set_incomplete"];
-  return sets_.erase(set);
-}
-
-std::optional<std::vector<std::uint8_t>> KmallReassembler::Join(const Set& set) {
-  const auto join = [&set](bool skip_common) {
-    ByteWriter out;
-    for (std::size_t i = 0; i < set.parts.size(); ++i) {
-      const Bytes part(set.parts[i]);
-      const std::size_t skipped =
-          i == 0 ? 0 : kHeaderBytes + kPartitionBytes + (skip_common ? CommonSize(part) : 0);
-      if (skipped + kTailBytes > part.size()) return std::vector<std::uint8_t>();
-      out.Append(part.subspan(skipped, part.size() - skipped - kTailBytes));
-    }
-    std::vector<std::uint8_t> whole = Sealed(&out);
-    // One part, the first.
-    PutWord(1U | 1U << 16U, kHeaderBytes, &whole);
-    return whole;
-  };
-  const bool by_version = RepeatsCommonPart(set.parts.front()[8]);
-  // The newer rule rests on one public source: where it does not add up, the older one is tried.
-  for (const bool skip_common : {by_version, !by_version}) {
-    std::vector<std::uint8_t> whole = join(skip_common);
-    if (!whole.empty() && ReadMrzLayout(whole)) return whole;
-  }
-  return std::nullopt;
+  return speeds;
 }
 
 }  // namespace seastitch

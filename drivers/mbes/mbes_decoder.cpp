@@ -1,11 +1,19 @@
 #include "drivers/mbes/mbes_decoder.hpp"
 
 #include <algorithm>
+#include <functional>
+#include <stdexcept>
+#include <string_view>
+
+#include "drivers/mbes/kmall_stream.hpp"
+#include "drivers/mbes/r2sonic.hpp"
+#include "drivers/mbes/s7k.hpp"
 
 namespace seastitch {
 namespace {
 
-constexpr std::uint8_t kNewestMrz = 3;
+// Some pings in parts; a network's doubles come far sooner.
+constexpr std::size_t kRecent = 64;
 
 // How long after the ping's time its last echo came: no sonar can tell sooner.
 Duration LastEcho(const MbesPing& ping) {
@@ -15,55 +23,88 @@ Duration LastEcho(const MbesPing& ping) {
   return FromSeconds(std::min(last_s, 30.0));  // the range of no sonar: the floats are foreign
 }
 
+template <class Codec>
+std::unique_ptr<MbesCodec> Make(const MbesCodecParams& params) {
+  return std::make_unique<Codec>(params);
+}
+
+struct Format {
+  const char* name;
+  std::unique_ptr<MbesCodec> (*make)(const MbesCodecParams& params);
+};
+
+constexpr Format kFormats[] = {
+    {"kmall", Make<KmallStream>},      // Kongsberg EM
+    {"r2sonic", Make<R2SonicStream>},  // R2Sonic BTH0
+    {"s7k", Make<S7kStream>},          // Teledyne Reson SeaBat
+};
+
+const Format* FindFormat(const std::string& name) {
+  for (const Format& format : kFormats)
+    if (format.name == name) return &format;
+  return nullptr;
+}
+
+std::unique_ptr<MbesCodec> MakeCodec(const MbesDecoderParams& params) {
+  const Format* const format = FindFormat(params.format);
+  if (format == nullptr) throw std::invalid_argument(params.Validate());
+  return format->make(params.codec);
+}
+
 }  // namespace
 
+std::vector<std::string> MbesFormats() {
+  std::vector<std::string> names;
+  for (const Format& format : kFormats) names.emplace_back(format.name);
+  return names;
+}
+
 std::string MbesDecoderParams::Validate() const {
-  if (const std::string problem = parts.Validate(); !problem.empty()) return "parts." + problem;
+  if (FindFormat(format) == nullptr) {
+    std::string names;
+    for (const std::string& name : MbesFormats()) names += (names.empty() ? "" : ", ") + name;
+    return "format: '" + format + "' is none of " + names;
+  }
+  if (const std::string problem = codec.Validate(); !problem.empty()) return problem;
   return clock.Validate();
 }
 
 MbesDecoder::MbesDecoder(const MbesDecoderParams& params)
-    : params_(params), reassembler_(params.parts), stamper_(params.clock) {}
+    : codec_(MakeCodec(params)), stamper_(params.clock) {}
 
-std::optional<MbesOutput> MbesDecoder::Add(Bytes udp_payload, Time recv, std::uint64_t sender) {
-  const std::optional<KmallHeader> header = ReadKmallHeader(udp_payload);
-  if (!header) {
-    ++counters_["kmall_malformed"];
-    return std::nullopt;
+std::vector<MbesOutput> MbesDecoder::Add(Bytes payload, Time recv, std::uint64_t sender) {
+  if (IsRepeat(payload)) {
+    ++counters_["mbes_datagram_repeated"];
+    return {};
   }
-  if (header->Is("#SVP")) {
-    std::optional<SoundVelocityProfile> profile = DecodeSvp(udp_payload);
-    if (!profile) ++counters_["kmall_malformed"];
-    return profile;
-  }
-  if (!header->Is("#MRZ")) {
-    ++counters_["kmall_ignored"];
-    return std::nullopt;
-  }
-  if (header->version > kNewestMrz) {
-    ++counters_["kmall_version_unknown"];
-    return std::nullopt;
-  }
-  const std::optional<std::vector<std::uint8_t>> whole = reassembler_.Add(udp_payload, sender);
-  if (!whole) return std::nullopt;
-  int unusable = 0;
-  std::optional<MbesPing> ping = DecodeMrz(*whole, &unusable);
-  if (!ping) {
-    ++counters_["kmall_malformed"];
-    return std::nullopt;
-  }
-  if (unusable > 0) counters_["mbes_beam_unusable"] += unusable;
+  std::vector<MbesOutput> outputs = codec_->Add(payload, recv, sender);
+  std::erase_if(outputs, [&](MbesOutput& output) {
+    auto* const ping = std::get_if<MbesPing>(&output);
+    return ping != nullptr && !Stamp(recv, ping);
+  });
+  return outputs;
+}
+
+bool MbesDecoder::Stamp(Time recv, MbesPing* ping) {
   const std::optional<Time> time = stamper_.Stamp(ping->time, recv, LastEcho(*ping));
-  if (!time) {
+  if (time)
+    ping->time = *time;
+  else
     ++counters_["mbes_ping_unstamped"];
-    return std::nullopt;
-  }
-  ping->time = *time;
-  return ping;
+  return time.has_value();
+}
+
+bool MbesDecoder::IsRepeat(Bytes payload) {
+  const std::size_t hash = std::hash<std::string_view>()(
+      {reinterpret_cast<const char*>(payload.data()), payload.size()});
+  if (std::find(recent_.begin(), recent_.end(), hash) != recent_.end()) return true;
+  recent_.push_back(hash);
+  if (recent_.size() > kRecent) recent_.pop_front();
+  return false;
 }
 
 Counters MbesDecoder::counters() const {
-  Counters all = reassembler_.counters();
+  Counters all = codec_->counters();
   all.insert(counters_.begin(), counters_.end());
   return all;
 }

@@ -1,39 +1,46 @@
 #pragma once
 
-#include <optional>
-#include <variant>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <string>
+#include <vector>
 
-#include "common/core/sensors.hpp"
 #include "drivers/device_clock.hpp"
-#include "drivers/mbes/kmall.hpp"
+#include "drivers/mbes/mbes_codec.hpp"
 
 namespace seastitch {
 
 struct MbesDecoderParams {
+  std::string format = "kmall";  // one of MbesFormats()
   ClockParams clock;
-  KmallReassemblerParams parts;
+  MbesCodecParams codec;
 
   std::string Validate() const;
 };
 
-using MbesOutput = std::variant<MbesPing, SoundVelocityProfile>;
+std::vector<std::string> MbesFormats();
 
 // Datagrams of a multibeam sonar, as they come from its socket, to pings and profiles.
 class MbesDecoder {
  public:
+  // Throws std::invalid_argument for a format that does not exist.
   explicit MbesDecoder(const MbesDecoderParams& params);
 
-  std::optional<MbesOutput> Add(Bytes udp_payload, Time recv, std::uint64_t sender = 0);
+  std::vector<MbesOutput> Add(Bytes payload, Time recv, std::uint64_t sender = 0);
 
-  // kmall_malformed, kmall_ignored (other datagram types), kmall_version_unknown,
-  // mbes_beam_unusable, mbes_ping_unstamped, and those of the reassembler.
+  // mbes_datagram_repeated (the same bytes came a moment before), mbes_ping_unstamped, and those of
+  // the codec.
   Counters counters() const;
   Counters clock_figures() const { return stamper_.Figures("mbes"); }
 
  private:
-  MbesDecoderParams params_;
-  KmallReassembler reassembler_;
+  bool IsRepeat(Bytes payload);
+  bool Stamp(Time recv, MbesPing* ping);
+
+  std::unique_ptr<MbesCodec> codec_;
   Stamper stamper_;
+  std::deque<std::size_t> recent_;  // hashes of the last payloads
   Counters counters_;
 };
 

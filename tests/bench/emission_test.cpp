@@ -12,7 +12,7 @@
 #include "bench/truth.hpp"
 #include "common/runtime/config.hpp"
 #include "common/storage/event_log.hpp"
-#include "drivers/mbes/kmall.hpp"
+#include "drivers/mbes/kmall_stream.hpp"
 #include "drivers/socket/cannelloni.hpp"
 #include "drivers/socket/file_descriptor.hpp"
 #include "seastitch/imu_t.hpp"

@@ -103,9 +103,9 @@ std::vector<Residual> ResidualsOnTheSeabed(const SurveyConfig& config) {
   std::vector<Residual> residuals;
   while (const auto event = simulator.Next()) {
     if (event->device != Device::kMbes) continue;
-    const auto output = decoder.Add(event->bytes, event->recv);
-    if (!output || !std::holds_alternative<MbesPing>(*output)) continue;
-    const MbesPing& ping = std::get<MbesPing>(*output);
+    const auto outputs = decoder.Add(event->bytes, event->recv);
+    if (outputs.empty() || !std::holds_alternative<MbesPing>(outputs[0])) continue;
+    const MbesPing& ping = std::get<MbesPing>(outputs[0]);
     for (const MbesBeam& beam : ping.beams) {
       if ((beam.flags & kBeamValid) == 0) continue;
       // Poses at the very instants, not on the microsecond.

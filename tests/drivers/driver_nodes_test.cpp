@@ -4,6 +4,7 @@
 #include "common/convert/convert.hpp"
 #include "drivers/dvl/dvl_driver.hpp"
 #include "drivers/imu/imu_driver.hpp"
+#include "drivers/mbes/kmall_stream.hpp"
 #include "drivers/mbes/mbes_driver.hpp"
 #include "drivers/socket/cannelloni.hpp"
 #include "tests/drivers/test_data.hpp"

@@ -7,7 +7,7 @@
 
 #include "common/runtime/bus.hpp"
 #include "drivers/imu/imu_driver.hpp"
-#include "drivers/mbes/kmall.hpp"
+#include "drivers/mbes/kmall_stream.hpp"
 #include "drivers/socket/candump.hpp"
 #include "drivers/socket/udp_socket.hpp"
 #include "seastitch/health_t.hpp"

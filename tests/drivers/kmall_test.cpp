@@ -1,4 +1,4 @@
-#include "drivers/mbes/kmall.hpp"
+#include "drivers/mbes/kmall_stream.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 
 #include "common/core/pose.hpp"
 #include "drivers/mbes/mbes_decoder.hpp"
-#include "tests/drivers/property.hpp"
+#include "tests/drivers/mbes_pings.hpp"
 #include "tests/drivers/test_data.hpp"
 
 namespace seastitch {
@@ -310,11 +310,6 @@ TEST(KmallSvp, SamplesThatDoNotGoDeeperAreLeftOut) {
   EXPECT_FALSE(DecodeSvp(EncodeSvp(profile, KmallHeader{})));
 }
 
-std::int64_t Count(const Counters& counters, const std::string& name) {
-  const auto found = counters.find(name);
-  return found == counters.end() ? 0 : found->second;
-}
-
 std::optional<ByteVector> AddAll(KmallReassembler* reassembler,
                                  const std::vector<ByteVector>& parts) {
   std::optional<ByteVector> whole;
@@ -341,10 +336,9 @@ TEST(KmallParts, GoldenPartsJoinToTheGoldenDatagrams) {
 TEST(KmallParts, AnyOrderAnyRepeatsBothRules) {
   EXPECT_TRUE(rc::check([] {
     const auto version = *rc::gen::inRange<std::uint8_t>(0, 4);
-    const ByteVector whole =
-        EncodeMrz(Ping(*rc::gen::inRange<std::size_t>(2, 40)), Version(version));
-    const std::vector<ByteVector> parts =
-        SplitIntoParts(whole, *rc::gen::inRange<std::size_t>(400, 2000));
+    const MbesPing ping = Ping(*rc::gen::inRange<std::size_t>(2, 40));
+    const std::vector<ByteVector> parts = SplitIntoParts(EncodeMrz(ping, Version(version)),
+                                                         *rc::gen::inRange<std::size_t>(400, 2000));
     RC_PRE(parts.size() <= 32u);
     std::vector<ByteVector> sent = parts;
     const auto repeats = *rc::gen::inRange<std::size_t>(0, 4);
@@ -354,16 +348,76 @@ TEST(KmallParts, AnyOrderAnyRepeatsBothRules) {
     for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
     for (std::size_t i = order.size(); i > 1; --i)
       std::swap(order[i - 1], order[*rc::gen::inRange<std::size_t>(0, i)]);
-    KmallReassembler reassembler({});
-    std::vector<ByteVector> joined;
+    MbesDecoder decoder({});
+    std::vector<MbesOutput> outputs;
     for (const std::size_t i : order)
-      if (auto done = reassembler.Add(sent[i])) joined.push_back(*done);
-    const std::size_t times = parts.size() == 1 ? sent.size() : 1;
-    RC_ASSERT(joined == std::vector<ByteVector>(times, whole));
-    if (parts.size() > 1)
-      RC_ASSERT(Count(reassembler.counters(), "kmall_part_repeated") ==
-                static_cast<std::int64_t>(repeats));
+      for (MbesOutput& output : decoder.Add(sent[i], FromUtime(1)))
+        outputs.push_back(std::move(output));
+    RC_ASSERT(outputs.size() == 1u);
+    RC_ASSERT(std::get<MbesPing>(outputs[0]).beams.size() == ping.beams.size());
+    Counters expected;
+    if (repeats > 0) expected["mbes_datagram_repeated"] = static_cast<std::int64_t>(repeats);
+    RC_ASSERT(decoder.counters() == expected);
   }));
+}
+
+TEST(KmallParts, TwoHeadsWithoutNumbersInTheirPartsAreKeptApart) {
+  // Up to revision H two fans of one ping may have the same key.
+  MbesPing left = Ping(40);
+  MbesPing right = Ping(40);
+  for (MbesBeam& beam : right.beams) beam.twtt_s += 0.01f;
+  const auto a = SplitIntoParts(EncodeMrz(left, Version(2)), 2000);
+  const auto b = SplitIntoParts(EncodeMrz(right, Version(2)), 2000);
+  KmallReassembler reassembler({});
+  std::vector<ByteVector> whole;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    for (const ByteVector& part : {a[i], b[i]})
+      if (auto done = reassembler.Add(part)) whole.push_back(std::move(*done));
+  EXPECT_EQ(whole,
+            (std::vector<ByteVector>{EncodeMrz(left, Version(2)), EncodeMrz(right, Version(2))}));
+  EXPECT_TRUE(reassembler.counters().empty());
+}
+
+TEST(KmallParts, DualSwathAndDualHeadOfTheNewRuleInterleave) {
+  // Four fans of one ping: the same ping counter, two times, two fan numbers.
+  std::vector<std::vector<ByteVector>> fans;
+  for (int swath = 0; swath < 2; ++swath) {
+    for (std::uint8_t head = 0; head < 2; ++head) {
+      MbesPing ping = Ping(40);
+      ping.time += std::chrono::milliseconds(3 * swath);
+      ByteVector whole = EncodeMrz(ping, Version(3));
+      whole[29] = static_cast<std::uint8_t>(2 * swath + head);
+      whole[33] = head;
+      fans.push_back(SplitIntoParts(whole, 2000));
+    }
+  }
+  MbesDecoderParams params;
+  params.codec.head_roll_rad = {0.5, -0.5};
+  MbesDecoder decoder(params);
+  std::vector<MbesPing> pings;
+  for (std::size_t part = fans[0].size(); part-- > 0;)
+    for (const auto& fan : fans)
+      for (MbesOutput& output : decoder.Add(fan[part], FromUtime(1)))
+        pings.push_back(std::get<MbesPing>(std::move(output)));
+  ASSERT_EQ(pings.size(), 4u);
+  EXPECT_TRUE(decoder.counters().empty());
+  EXPECT_EQ(ToUtime(pings[2].time) - ToUtime(pings[0].time), 3000);
+  // Positive roll: the head looks to port.
+  EXPECT_NEAR(pings[0].beams[3].rx_angle_rad, Ping(40).beams[3].rx_angle_rad - 0.5f, 1e-6);
+  EXPECT_NEAR(pings[3].beams[3].rx_angle_rad, Ping(40).beams[3].rx_angle_rad + 0.5f, 1e-6);
+}
+
+TEST(KmallParts, ALatePartCostsItsOwnPingOnly) {
+  PartCollectorParams params;
+  params.max_age_s = 1.0;
+  KmallReassembler reassembler(params);
+  MbesPing ping = Ping(40);
+  const auto first = SplitIntoParts(EncodeMrz(ping, Version(3)), 2000);
+  for (std::size_t i = 1; i < first.size(); ++i) EXPECT_FALSE(reassembler.Add(first[i]));
+  ping.time += std::chrono::milliseconds(1500);
+  EXPECT_TRUE(AddAll(&reassembler, SplitIntoParts(EncodeMrz(ping, Version(3)), 2000)));
+  EXPECT_FALSE(reassembler.Add(first[0]));
+  EXPECT_EQ(Count(reassembler.counters(), "kmall_set_incomplete"), 1);
 }
 
 TEST(KmallParts, NewVersionSplitByTheOldRuleIsJoinedAllTheSame) {
@@ -383,7 +437,7 @@ TEST(KmallParts, NewVersionSplitByTheOldRuleIsJoinedAllTheSame) {
 }
 
 TEST(KmallParts, AMissingPartCostsItsPingOnlyAfterItsTime) {
-  KmallReassemblerParams params;
+  PartCollectorParams params;
   params.max_age_s = 1.0;
   KmallReassembler reassembler(params);
   MbesPing ping = Ping(40);
@@ -424,7 +478,7 @@ TEST(KmallParts, AFloodOfFirstPartsStaysBounded) {
     reassembler.Add(SplitIntoParts(EncodeMrz(ping, Version(3)), 2000)[0]);
   }
   EXPECT_EQ(Count(reassembler.counters(), "kmall_set_incomplete"),
-            flood - KmallReassemblerParams{}.max_open);
+            flood - PartCollectorParams{}.max_open);
 }
 
 TEST(KmallParts, ImpossiblePartsAreCounted) {
@@ -472,15 +526,55 @@ TEST(KmallParts, SplitRefusesImpossibleSizes) {
   EXPECT_EQ(SplitIntoParts(whole), std::vector<ByteVector>{whole});
 }
 
+TEST(KmallSensors, GoldenDatagramsAreReadAndEveryTruncationRefused) {
+  SKIP_WITHOUT(Shared("vectors/kmall"));
+  const auto golden = [](const std::string& name) {
+    return ReadJson(Shared("vectors/kmall/" + name + ".json"));
+  };
+  const ByteVector spo = ReadBytes(Shared("vectors/kmall/spo.bin"));
+  const auto position = DecodeSpo(spo);
+  ASSERT_TRUE(position);
+  EXPECT_NEAR(position->latitude_rad,
+              Deg2Rad(golden("spo")["sensorData"]["correctedLat_deg"].get<double>()),
+              1e-12);
+  EXPECT_NEAR(position->longitude_rad,
+              Deg2Rad(golden("spo")["sensorData"]["correctedLong_deg"].get<double>()),
+              1e-12);
+
+  const ByteVector skm = ReadBytes(Shared("vectors/kmall/skm.bin"));
+  const auto motion = DecodeSkm(skm);
+  const nlohmann::json samples = golden("skm")["sample"];
+  ASSERT_TRUE(motion);
+  ASSERT_EQ(motion->size(), samples.size());
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const auto& kmb = samples[i]["KMdefault"];
+    EXPECT_NEAR((*motion)[i].roll_rad, Deg2Rad(kmb["roll_deg"].get<double>()), 1e-9);
+    EXPECT_NEAR((*motion)[i].pitch_rad, Deg2Rad(kmb["pitch_deg"].get<double>()), 1e-9);
+    EXPECT_NEAR((*motion)[i].heading_rad, Deg2Rad(kmb["heading_deg"].get<double>()), 1e-9);
+    EXPECT_EQ((*motion)[i].heave_m, kmb["heave_m"].get<float>());
+    EXPECT_EQ((*motion)[i].valid, (kmb["status"].get<unsigned>() & 0xE) == 0);
+  }
+
+  const ByteVector svt = ReadBytes(Shared("vectors/kmall/svt.bin"));
+  const auto speeds = DecodeSvt(svt);
+  ASSERT_TRUE(speeds);
+  ASSERT_EQ(speeds->size(), 1u);
+  EXPECT_EQ((*speeds)[0].speed_mps,
+            golden("svt")["sensorData"][0]["soundVelocity_mPerSec"].get<float>());
+
+  for (std::size_t n = 0; n < spo.size(); ++n) EXPECT_FALSE(DecodeSpo(Bytes(spo).first(n)));
+  for (std::size_t n = 0; n < skm.size(); ++n) EXPECT_FALSE(DecodeSkm(Bytes(skm).first(n)));
+  for (std::size_t n = 0; n < svt.size(); ++n) EXPECT_FALSE(DecodeSvt(Bytes(svt).first(n)));
+}
+
 TEST(MbesDecoder, GivesPingsAndProfilesAndCountsTheRest) {
   SKIP_WITHOUT(Shared("data/mbes/em2040_OS01.kmall"));
   MbesDecoder decoder({});
   int pings = 0;
   int profiles = 0;
   const auto add = [&](const ByteVector& payload) {
-    const auto output = decoder.Add(payload, FromUtime(1));
-    if (!output) return;
-    (std::holds_alternative<MbesPing>(*output) ? pings : profiles) += 1;
+    for (const MbesOutput& output : decoder.Add(payload, FromUtime(1)))
+      (std::holds_alternative<MbesPing>(output) ? pings : profiles) += 1;
   };
   for (const char* const type : {"#SVP", "#SPO", "#SKM", "#IIP"})
     for (const auto& d : DatagramsOf(Shared("data/mbes/em2040_OS01.kmall"), type)) add(d);
@@ -488,33 +582,44 @@ TEST(MbesDecoder, GivesPingsAndProfilesAndCountsTheRest) {
     for (const auto& part : SplitIntoParts(datagram, 9000)) add(part);
   EXPECT_EQ(pings, 6);
   EXPECT_EQ(profiles, 1);
-  EXPECT_EQ(Count(decoder.counters(), "kmall_ignored"), 6);
-  EXPECT_EQ(decoder.counters().size(), 1u);
+  EXPECT_EQ(Count(decoder.counters(), "kmall_ignored"), 1);  // #IIP
+  EXPECT_EQ(Count(decoder.counters(), "kmall_malformed"), 0);
+  EXPECT_GT(Count(decoder.counters(), "kmall_positions"), 0);
+  EXPECT_GT(Count(decoder.counters(), "kmall_motion_samples"), 0);
 }
 
 TEST(MbesDecoder, CountsWhatItCannotUse) {
   MbesDecoder decoder({});
-  ByteVector unknown = EncodeMrz(Ping(), Version(4));
-  EXPECT_FALSE(decoder.Add(unknown, FromUtime(1)));
-  EXPECT_FALSE(decoder.Add({}, FromUtime(1)));
+  const auto add = [&](const ByteVector& bytes) { return decoder.Add(bytes, FromUtime(1)).size(); };
+  EXPECT_EQ(add(EncodeMrz(Ping(), Version(4))), 0u);
+  EXPECT_EQ(add({}), 0u);
   ByteVector wrong = EncodeMrz(Ping(), Version(3));
   wrong.back() ^= 1;  // the tail of a whole datagram
-  EXPECT_FALSE(decoder.Add(wrong, FromUtime(1)));
+  EXPECT_EQ(add(wrong), 0u);
   MbesPing ping = Ping();
   ping.beams[2].twtt_s = -1.0f;
-  EXPECT_TRUE(decoder.Add(EncodeMrz(ping, Version(3)), FromUtime(1)));
+  EXPECT_EQ(add(EncodeMrz(ping, Version(3))), 1u);
+  EXPECT_EQ(add(EncodeMrz(ping, Version(3))), 0u);  // the same once more
   EXPECT_EQ(Count(decoder.counters(), "kmall_version_unknown"), 1);
   EXPECT_EQ(Count(decoder.counters(), "kmall_malformed"), 2);
   EXPECT_EQ(Count(decoder.counters(), "mbes_beam_unusable"), 1);
+  EXPECT_EQ(Count(decoder.counters(), "mbes_datagram_repeated"), 1);
 }
 
 TEST(MbesDecoder, ReceiveClockIsLessTheLatency) {
   MbesDecoderParams params;
   params.clock = {DeviceClock::kReceive, 0.25};
   MbesDecoder decoder(params);
-  const auto output = decoder.Add(EncodeMrz(Ping(), Version(3)), FromUtime(9'000'000));
-  ASSERT_TRUE(output);
-  EXPECT_EQ(ToUtime(std::get<MbesPing>(*output).time), 8'750'000);
+  const auto outputs = decoder.Add(EncodeMrz(Ping(), Version(3)), FromUtime(9'000'000));
+  ASSERT_EQ(outputs.size(), 1u);
+  EXPECT_EQ(ToUtime(std::get<MbesPing>(outputs[0]).time), 8'750'000);
+}
+
+TEST(MbesDecoder, RefusesFormatsThatDoNotExist) {
+  MbesDecoderParams params;
+  params.format = "sidescan";
+  EXPECT_EQ(params.Validate().rfind("format: 'sidescan' is none of kmall", 0), 0u);
+  EXPECT_THROW(MbesDecoder{params}, std::invalid_argument);
 }
 
 }  // namespace
