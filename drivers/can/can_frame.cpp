@@ -19,8 +19,10 @@ void CanFrame::SetData(Bytes data) {
 
 bool Passes(const std::vector<CanFilter>& filters, const CanFrame& frame) {
   if (frame.error) return true;
-  const CanFilter own{frame.id, frame.extended};
-  return !frame.remote && std::find(filters.begin(), filters.end(), own) != filters.end();
+  if (frame.remote) return false;
+  return std::any_of(filters.begin(), filters.end(), [&frame](const CanFilter& filter) {
+    return filter.extended == frame.extended && ((frame.id ^ filter.id) & filter.mask) == 0;
+  });
 }
 
 std::uint32_t IdWord(const CanFrame& frame) {

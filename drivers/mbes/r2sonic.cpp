@@ -56,8 +56,8 @@ std::optional<Sections> ReadSections(Bytes datagram) {
 
 // A scale and one step a beam.
 bool ReadScaled(ByteReader* in, std::vector<float>* values) {
-  const float scale = in->Be<float>();
-  for (float& value : *values) value = scale * static_cast<float>(in->Be<std::uint16_t>());
+  const double scale = in->Be<float>();
+  for (float& value : *values) value = static_cast<float>(scale * in->Be<std::uint16_t>());
   return in->ok();
 }
 

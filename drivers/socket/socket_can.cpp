@@ -26,9 +26,9 @@ std::runtime_error Problem(const std::string& interface, const std::string& reas
 std::vector<can_filter> KernelFilters(const std::vector<CanFilter>& filters) {
   std::vector<can_filter> kernel;
   for (const CanFilter& filter : filters)
-    kernel.push_back(
-        {filter.id | (filter.extended ? CAN_EFF_FLAG : 0U),
-         (filter.extended ? CAN_EFF_MASK : CAN_SFF_MASK) | CAN_EFF_FLAG | CAN_RTR_FLAG});
+    kernel.push_back({filter.id | (filter.extended ? CAN_EFF_FLAG : 0U),
+                      (filter.mask & (filter.extended ? CAN_EFF_MASK : CAN_SFF_MASK)) |
+                          CAN_EFF_FLAG | CAN_RTR_FLAG});
   return kernel;
 }
 

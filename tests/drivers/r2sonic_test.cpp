@@ -32,7 +32,7 @@ void ExpectGolden(const std::string& stem) {
   for (std::size_t i = 0; i < ping->beams.size(); ++i) {
     const MbesBeam& beam = ping->beams[i];
     const int quality = golden["Q0"]["flags"][i];
-    EXPECT_NEAR(beam.twtt_s, golden["R0"]["twtt_s"][i].get<double>(), 1e-9);
+    EXPECT_EQ(beam.twtt_s, golden["R0"]["twtt_s"][i].get<float>());
     EXPECT_NEAR(beam.rx_angle_rad, golden["angle_rad"][i].get<double>(), 2e-7);
     EXPECT_EQ(beam.tx_tilt_rad, h0["txSteeringVert_rad"].get<float>());
     EXPECT_NEAR(beam.backscatter_db,
