@@ -313,7 +313,7 @@ TEST_F(DriverNodes, EveryDatagramThatGivesNoPingIsCountedWithItsCause) {
     EXPECT_GT(pings.messages[i].utime, pings.messages[i - 1].utime);
   }
   const Health& health = driver.health();
-  EXPECT_EQ(health.counter("kmall_part_repeated"), 1);
+  EXPECT_EQ(health.counter("mbes_datagram_repeated"), 1);
   EXPECT_EQ(health.counter("kmall_malformed"), 4);  // cut, damaged, two foreign
   EXPECT_EQ(health.counter("kmall_set_incomplete"), 3);
   EXPECT_EQ(health.state(), HealthState::kOk);
