@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <stdexcept>
@@ -31,10 +32,18 @@ struct GridGeometry {
     return static_cast<std::size_t>(row) * static_cast<std::size_t>(cols) +
            static_cast<std::size_t>(col);
   }
-  int Row(double x) const { return static_cast<int>(std::floor((x - origin.x()) / cell_m)); }
-  int Col(double y) const { return static_cast<int>(std::floor((y - origin.y()) / cell_m)); }
+  // Of any place, also a wild one: what lies outside, or is no number, is in no cell of the grid.
+  int Row(double x) const { return ToCell((x - origin.x()) / cell_m); }
+  int Col(double y) const { return ToCell((y - origin.y()) / cell_m); }
   Eigen::Vector2d Center(int row, int col) const {
     return origin + cell_m * Eigen::Vector2d(row + 0.5, col + 0.5);
+  }
+
+ private:
+  static int ToCell(double cells) {
+    constexpr double kFar = 2e9;  // beyond any grid; within int, with room for neighbours
+    // In this order a NaN becomes kFar.
+    return static_cast<int>(std::max(-kFar, std::min(kFar, std::floor(cells))));
   }
 };
 

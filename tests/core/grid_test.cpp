@@ -30,6 +30,23 @@ TEST(GridGeometry, FindsEveryCellByItsCenter) {
     }
 }
 
+TEST(GridGeometry, WildPlacesAreInNoCell) {
+  const GridGeometry g = GridGeometry::Covering({0.0, 0.0}, {9.5, 9.5}, 1.0);
+  constexpr double kInf = std::numeric_limits<double>::infinity();
+  for (const double wild : {std::numeric_limits<double>::quiet_NaN(),
+                            kInf,
+                            -kInf,
+                            1e300,
+                            -1e300,
+                            3e9,
+                            -3e9,
+                            10.0,
+                            -0.001}) {
+    EXPECT_FALSE(g.Contains(g.Row(wild), 0)) << wild;
+    EXPECT_FALSE(g.Contains(0, g.Col(wild))) << wild;
+  }
+}
+
 TEST(GridGeometry, CoversASinglePointWithOneCell) {
   EXPECT_EQ(GridGeometry::Covering({2.0, 3.0}, {2.0, 3.0}, 1.0).size(), 1u);
 }
