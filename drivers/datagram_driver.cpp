@@ -63,6 +63,7 @@ int RunDatagramDriver(DatagramDriver* driver,
                       EventLoop* loop) {
   UdpSocket socket(params.source, params.receive_buffer_bytes);
   const auto update_health = [driver, &socket] {
+    socket.CheckInterface();
     driver->UpdateHealth(socket.counters(), DeviceWatch::Clock::now(), socket.trouble());
   };
   Datagram datagram;

@@ -49,13 +49,11 @@ sockaddr_in AddressOf(const SourceUrl& url) {
   return address;
 }
 
-void Join(const SourceUrl& url, int fd, in_addr group) {
+// interface: its index; 0: the kernel chooses.
+void Join(int fd, in_addr group, unsigned interface) {
   ip_mreqn request{};
   request.imr_multiaddr = group;
-  if (const std::string name = url.Option("interface", ""); !name.empty()) {
-    request.imr_ifindex = static_cast<int>(if_nametoindex(name.c_str()));
-    if (request.imr_ifindex == 0) throw NotYet("no such interface: " + name);
-  }
+  request.imr_ifindex = static_cast<int>(interface);
   const int off = 0;
   // Only our own group, not those that other processes joined on the same port.
   setsockopt(fd, IPPROTO_IP, IP_MULTICAST_ALL, &off, sizeof off);
@@ -86,17 +84,27 @@ UdpSocket::UdpSocket(const std::string& url, int receive_buffer_bytes)
 }
 
 FileDescriptor UdpSocket::Open() {
+  const std::string interface = url_.Option("interface", "");
+  joined_index_ = if_nametoindex(interface.c_str());
+  if (!interface.empty() && joined_index_ == 0) throw NotYet("no such interface: " + interface);
   FileDescriptor fd(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   if (!fd) throw SystemProblem("cannot open a socket");
   const int on = 1;
   if (IsMulticast(address_)) setsockopt(fd.get(), SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
   if (bind(fd.get(), reinterpret_cast<const sockaddr*>(&address_), sizeof address_) != 0)
     throw SystemProblem("cannot listen");
-  if (IsMulticast(address_)) Join(url_, fd.get(), address_.sin_addr);
+  if (IsMulticast(address_)) Join(fd.get(), address_.sin_addr, joined_index_);
   counters_["udp_receive_buffer_bytes"] =
       PrepareReceiving(url_.text, fd.get(), wanted_buffer_bytes_);
   kernel_drops_ = 0;
   return fd;
+}
+
+void UdpSocket::CheckInterface() {
+  const std::string interface = url_.Option("interface", "");
+  if (!socket_.is_open() || if_nametoindex(interface.c_str()) == joined_index_) return;
+  ++counters_["udp_interface_gone"];
+  socket_.Lose("interface is gone: " + interface);
 }
 
 bool UdpSocket::Receive(Datagram* datagram) {

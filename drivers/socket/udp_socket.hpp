@@ -32,11 +32,14 @@ class UdpSocket {
   int fd() const { return socket_.fd(); }
   // Takes one datagram; false when none waits. Truncated ones are counted, never given.
   bool Receive(Datagram* datagram);
+  // An interface that was pulled and put back has forgotten the group: joins it again. Call it
+  // regularly.
+  void CheckInterface();
   // Why nothing can come, for people; empty while it listens.
   const std::string& trouble() const { return socket_.trouble(); }
 
-  // udp_dropped (receive buffer full), udp_truncated, udp_receive_errors, udp_unstamped (by the
-  // kernel), udp_receive_buffer_bytes (granted).
+  // udp_interface_gone, udp_dropped (receive buffer full), udp_truncated, udp_receive_errors,
+  // udp_unstamped (by the kernel), udp_receive_buffer_bytes (granted).
   const Counters& counters() const { return counters_; }
 
  private:
@@ -45,6 +48,7 @@ class UdpSocket {
   SourceUrl url_;
   sockaddr_in address_;
   int wanted_buffer_bytes_;
+  unsigned joined_index_ = 0;  // of the interface that the URL names
   std::uint32_t kernel_drops_ = 0;
   std::vector<std::uint8_t> buffer_;
   Counters counters_;

@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "drivers/imu/imu_driver.hpp"
+#include "drivers/mbes/kmall.hpp"
+#include "drivers/mbes/mbes_decoder.hpp"
 
 namespace seastitch {
 namespace {
@@ -244,6 +246,32 @@ TEST(Stamper, AnInertialUnitWithoutUtcIsStampedByTheModel) {
   EXPECT_EQ(given, 6000);
   EXPECT_GE(good, 0.95 * 6000);
   EXPECT_EQ(decoder.clock_figures().at("imu_clock_steps"), 0);
+}
+
+// Deep water delays a ping's datagrams by far more than its clock may be off: that part is known.
+TEST(Stamper, ASonarWithoutDisciplineIsStampedByTheModelWhateverTheDepth) {
+  MbesDecoderParams params;
+  params.clock = {DeviceClock::kModel, 0.010};
+  MbesDecoder decoder(params);
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> processing_s(0.010, 0.030);
+  std::vector<double> errors;
+  for (int i = 0; i < 1000; ++i) {
+    const Time truth = kStart + std::chrono::milliseconds(200 * i);
+    MbesPing ping;
+    ping.time = truth - std::chrono::seconds(3600) + FromSeconds(0.2 * i * 20e-6);  // its own clock
+    ping.sound_speed_mps = 1500.0;
+    const double last_echo_s = 0.1 + 0.08 * std::sin(0.01 * i);
+    ping.beams.resize(2);
+    ping.beams[0].twtt_s = static_cast<float>(0.5 * last_echo_s);
+    ping.beams[1].twtt_s = static_cast<float>(last_echo_s);
+    const Time recv = truth + FromSeconds(last_echo_s + processing_s(random));
+    const auto output = decoder.Add(EncodeMrz(ping, KmallHeader{}), recv);
+    ASSERT_EQ(output.size(), 1u);
+    if (i >= 150) errors.push_back(std::abs(ToSeconds(std::get<MbesPing>(output[0]).time - truth)));
+  }
+  std::sort(errors.begin(), errors.end());
+  EXPECT_LT(errors[errors.size() * 95 / 100], 0.001);
 }
 
 }  // namespace

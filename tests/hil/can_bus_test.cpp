@@ -457,6 +457,42 @@ TEST_F(CanBus, TroubleOfTheControllerIsSaidUntilItIsOver) {
   EXPECT_EQ(driver->Stop(), EXIT_SUCCESS) << driver->Output();
 }
 
+TEST_F(CanBus, ASonarsInterfaceMayComeLateAndBePulled) {
+  const std::string source = "udp:239.255.43.21:6020?interface=sonar0";
+  const auto driver = Start("seastitch-mbes-driver", WithSource(dir, "mbes_driver.yaml", source));
+  std::uint8_t heard = 0;  // the last datagram
+  bus->Subscribe<raw_bytes_t>(
+      "RAW_MBES", 0, [&](const raw_bytes_t& m) { heard = m.data.empty() ? 0 : m.data[0]; });
+  const auto sonar_is_heard = [&](std::uint8_t says) {
+    Shell(
+        "ip link add sonar0 type dummy && ip addr add 192.168.9.1/24 dev sonar0 && ip link set "
+        "sonar0 up");
+    const FileDescriptor sonar(socket(AF_INET, SOCK_DGRAM, 0));
+    ip_mreqn from{};
+    from.imr_ifindex = static_cast<int>(if_nametoindex("sonar0"));
+    setsockopt(sonar.get(), IPPROTO_IP, IP_MULTICAST_IF, &from, sizeof from);
+    sockaddr_in group{};
+    group.sin_family = AF_INET;
+    group.sin_port = htons(6020);
+    inet_pton(AF_INET, "239.255.43.21", &group.sin_addr);
+    return HandleUntil(
+        [&] {
+          sendto(sonar.get(), &says, 1, 0, reinterpret_cast<const sockaddr*>(&group), sizeof group);
+          return heard == says;
+        },
+        15'000);
+  };
+  EXPECT_TRUE(UntilText("mbes-driver", "no such interface: sonar0"));
+  EXPECT_TRUE(sonar_is_heard(1));
+  Shell("ip link del sonar0");
+  EXPECT_TRUE(sonar_is_heard(2));
+  Shell("ip link del sonar0");
+  EXPECT_TRUE(UntilText("mbes-driver", "no such interface: sonar0"));
+  EXPECT_TRUE(sonar_is_heard(3));
+  EXPECT_EQ(Count("mbes-driver", "udp_interface_gone"), 2);
+  EXPECT_EQ(driver->Stop(), EXIT_SUCCESS) << driver->Output();
+}
+
 TEST_F(CanBus, WithoutItsLcmNetworkADriverRunsOnAndCounts) {
   Shell("ip link add vcan4 type vcan && ip link set vcan4 up");
   const auto driver = StartImu("can:vcan4");

@@ -10,7 +10,8 @@ mount -t tmpfs tmpfs /run
 mkdir /run/work && mount -t hostfs -o "$seastitch_work" hostfs /run/work
 
 modules=/usr/lib/uml/modules/$(uname -r)/kernel
-for module in net/can/can net/can/can-raw drivers/net/can/dev/can-dev drivers/net/can/vcan drivers/net/can/slcan/slcan; do
+for module in net/can/can net/can/can-raw drivers/net/can/dev/can-dev drivers/net/can/vcan drivers/net/can/slcan/slcan \
+  drivers/net/dummy; do
   busybox insmod "$modules/$module.ko"
 done
 ip link set lo up
