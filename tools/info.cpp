@@ -39,6 +39,18 @@ struct Channel {
   std::map<std::string, SequenceWatch> senders;
 };
 
+// Of numbers that a damaged log may hold: what does not fit is the largest or the smallest.
+std::int64_t Difference(std::int64_t a, std::int64_t b) {
+  std::int64_t difference = 0;
+  if (!__builtin_sub_overflow(a, b, &difference)) return difference;
+  return b < 0 ? INT64_MAX : INT64_MIN;
+}
+std::int64_t Sum(std::int64_t a, std::int64_t b) {
+  std::int64_t sum = 0;
+  if (!__builtin_add_overflow(a, b, &sum)) return sum;
+  return b < 0 ? INT64_MIN : INT64_MAX;
+}
+
 template <class Msg>
 std::string Sender(const Msg& msg) {
   if constexpr (requires { msg.process; }) return msg.process;
@@ -57,7 +69,7 @@ void CountSequence(const LogEvent& event, Channel* channel) {
     ++channel->undecodable;
     return;
   }
-  channel->lost += channel->senders[Sender(msg)].Add(msg.seq);
+  channel->lost = Sum(channel->lost, channel->senders[Sender(msg)].Add(msg.seq));
 }
 
 using Counter = void (*)(const LogEvent&, Channel*);
@@ -85,7 +97,7 @@ const std::map<std::string, Counter>& KnownChannels() {
 void Count(const LogEvent& event, Channel* channel) {
   if (channel->events == 0) channel->first_utime = event.utime;
   if (channel->events > 0) {
-    const std::int64_t gap = event.utime - channel->last_utime;
+    const std::int64_t gap = Difference(event.utime, channel->last_utime);
     channel->longest_gap_us = std::max(channel->longest_gap_us, gap);
     if (gap < 0) ++channel->clock_steps_back;
   }
@@ -98,7 +110,7 @@ void Count(const LogEvent& event, Channel* channel) {
 }
 
 double RateHz(const Channel& c) {
-  const double span_s = static_cast<double>(c.last_utime - c.first_utime) * 1e-6;
+  const double span_s = static_cast<double>(Difference(c.last_utime, c.first_utime)) * 1e-6;
   return span_s > 0.0 ? static_cast<double>(c.events - 1) / span_s : 0.0;
 }
 
@@ -128,7 +140,7 @@ void PrintText(const std::map<std::string, Channel>& channels, std::int64_t dama
     steps += c.clock_steps_back;
   }
   std::printf("duration %.3f s, clock steps back %lld, damaged bytes %lld\n",
-              static_cast<double>(last - first) * 1e-6,
+              static_cast<double>(Difference(last, first)) * 1e-6,
               static_cast<long long>(steps),
               static_cast<long long>(damaged_bytes));
 }

@@ -37,6 +37,23 @@ TEST(Info, CountsWhatTheSequenceNumbersMiss) {
   EXPECT_EQ(info["damaged_bytes"], 0);
 }
 
+TEST(Info, NumbersOfADamagedLogDoNotWrapAround) {
+  const TemporaryDir dir;
+  const std::string path = (dir.path() / "a.lcmlog").string();
+  {
+    EventLogWriter log(path);
+    WriteDepth(&log, INT64_MIN, 0);
+    WriteDepth(&log, INT64_MAX, INT64_MAX - 1);
+    WriteDepth(&log, INT64_MIN + 1, 0);
+    WriteDepth(&log, INT64_MAX, INT64_MAX - 1);
+  }
+  const auto depth = InfoOf(path)["channels"]["DEPTH"];
+  EXPECT_EQ(depth["events"], 4);
+  EXPECT_EQ(depth["lost"], INT64_MAX);
+  EXPECT_EQ(depth["clock_steps_back"], 1);
+  EXPECT_GT(depth["longest_gap_s"].get<double>(), 9e12);
+}
+
 TEST(Info, RepairKeepsEveryWholeEventOfATornLog) {
   const TemporaryDir dir;
   const std::string path = (dir.path() / "a.lcmlog").string();
