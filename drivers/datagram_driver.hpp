@@ -44,11 +44,11 @@ class DatagramDriver {
                     DeviceWatch::Clock::time_point now,
                     const std::string& trouble = "");
   Health& health() { return health_; }
+  virtual Counters decoder_counters() const = 0;
+  virtual Counters clock_figures() const = 0;
 
  protected:
   virtual void Decode(const Datagram& datagram) = 0;
-  virtual Counters decoder_counters() const = 0;
-  virtual Counters clock_figures() const = 0;
   // For each message published.
   void OnPublished(const std::string& stream);
   // The same, for one that does not show that the device is alive.

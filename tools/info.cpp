@@ -82,6 +82,7 @@ const std::map<std::string, Counter>& KnownChannels() {
       {"SVP", CountSequence<sound_velocity_profile_t>},
       {"POSITION_FIX", CountSequence<position_fix_t>},
       {"RAW_CAN", CountSequence<raw_bytes_t>},
+      {"RAW_DVL", CountSequence<raw_bytes_t>},
       {"RAW_MBES", CountSequence<raw_bytes_t>},
       {"NAV", CountSequence<nav_t>},
       {"SUBMAP", CountSequence<submap_t>},

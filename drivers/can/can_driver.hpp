@@ -49,11 +49,11 @@ class CanDriver {
                     DeviceWatch::Clock::time_point now,
                     const std::string& trouble = "");
   Health& health() { return health_; }
+  virtual Counters decoder_counters() const = 0;
+  virtual Counters clock_figures() const = 0;
 
  protected:
   virtual void Decode(const CanFrame& frame, Time recv) = 0;
-  virtual const Counters& decoder_counters() const = 0;
-  virtual Counters clock_figures() const = 0;
   // For each message published.
   void OnPublished(const std::string& stream);
 

@@ -10,10 +10,13 @@
 namespace seastitch {
 namespace {
 
+constexpr char kExpected[] = "expected MESSAGE.SIGNAL or MESSAGE.SIGNAL * FACTOR [+ OFFSET]";
+
 struct SignalText {
   std::string message;
   std::string signal;
   double scale = 1.0;
+  double offset = 0.0;
 };
 
 std::string_view Trimmed(std::string_view text) {
@@ -26,25 +29,29 @@ std::runtime_error Problem(const std::string& text, const char* reason) {
   return std::runtime_error("'" + text + "': " + reason);
 }
 
-double ParseScale(const std::string& text, std::string_view number) {
-  double scale = 0.0;
-  const auto [stop, error] = std::from_chars(number.data(), number.data() + number.size(), scale);
-  const bool usable = error == std::errc() && stop == number.data() + number.size() &&
-                      std::isfinite(scale) && scale != 0.0;
-  if (!usable) throw Problem(text, "expected MESSAGE.SIGNAL or MESSAGE.SIGNAL * FACTOR");
-  return scale;
+double ParseNumber(const std::string& text, std::string_view number) {
+  double value = 0.0;
+  const auto [stop, error] = std::from_chars(number.data(), number.data() + number.size(), value);
+  if (error != std::errc() || stop != number.data() + number.size() || !std::isfinite(value))
+    throw Problem(text, kExpected);
+  return value;
 }
 
 SignalText ParseSignalText(const std::string& text) {
   SignalText parsed;
   std::string_view name = Trimmed(text);
   if (const std::size_t star = name.find('*'); star != std::string_view::npos) {
-    parsed.scale = ParseScale(text, Trimmed(name.substr(star + 1)));
+    std::string_view factor = Trimmed(name.substr(star + 1));
     name = Trimmed(name.substr(0, star));
+    if (const std::size_t plus = factor.find(" + "); plus != std::string_view::npos) {
+      parsed.offset = ParseNumber(text, Trimmed(factor.substr(plus + 3)));
+      factor = Trimmed(factor.substr(0, plus));
+    }
+    parsed.scale = ParseNumber(text, factor);
+    if (parsed.scale == 0.0) throw Problem(text, kExpected);
   }
   const std::size_t dot = name.find('.');
-  if (dot == std::string_view::npos)
-    throw Problem(text, "expected MESSAGE.SIGNAL or MESSAGE.SIGNAL * FACTOR");
+  if (dot == std::string_view::npos) throw Problem(text, kExpected);
   parsed.message = name.substr(0, dot);
   parsed.signal = name.substr(dot + 1);
   return parsed;
@@ -66,7 +73,7 @@ void SignalMap::Assign(const Dbc& dbc, std::size_t field, const std::string& tex
       });
   if (at == messages_.end() || FilterOf(at->layout) != FilterOf(*layout))
     at = messages_.insert(at, Message{*layout, {}});
-  at->bindings.push_back({field, *signal, wanted.scale});
+  at->bindings.push_back({field, *signal, wanted.scale, wanted.offset});
   assigned_.set(field);
 }
 
@@ -102,7 +109,8 @@ std::optional<SignalMap::Reading> SignalMap::Read(const CanFrame& frame) const {
     const bool switched = binding.signal.multiplex == DbcSignal::Multiplex::kSwitched;
     if (switched && mode != binding.signal.multiplex_value) continue;
     const std::optional<std::uint64_t> bits = binding.signal.Bits(frame.data());
-    const double value = bits ? binding.signal.Physical(*bits) * binding.scale : NAN;
+    const double value =
+        bits ? binding.signal.Physical(*bits) * binding.scale + binding.offset : NAN;
     if (std::isfinite(value))
       reading.values.Set(binding.field, value);
     else
@@ -133,7 +141,7 @@ std::vector<CanFrame> SignalMap::Write(const FieldValues& values) const {
         const bool switched = binding.signal.multiplex == DbcSignal::Multiplex::kSwitched;
         if (!values.present.test(binding.field)) continue;
         if (switched && binding.signal.multiplex_value != mode) continue;
-        const double physical = values.value[binding.field] / binding.scale;
+        const double physical = (values.value[binding.field] - binding.offset) / binding.scale;
         binding.signal.Put(binding.signal.SaturatedBits(physical), &frame);
       }
       frames.push_back(frame);

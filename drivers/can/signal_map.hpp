@@ -27,7 +27,8 @@ struct FieldValues {
 // Which signal of which CAN message fills which field. One signal a field.
 class SignalMap {
  public:
-  // `text` is "MESSAGE.SIGNAL" or, to turn an axis or a unit, "MESSAGE.SIGNAL * FACTOR". Throws
+  // `text` is "MESSAGE.SIGNAL" or, to turn an axis or a unit, "MESSAGE.SIGNAL * FACTOR" or
+  // "MESSAGE.SIGNAL * FACTOR + OFFSET". Throws
   // std::runtime_error "'IMU_GYRO.GYRO_Q': no such signal in the DBC file".
   void Assign(const Dbc& dbc, std::size_t field, const std::string& text);
 
@@ -52,7 +53,8 @@ class SignalMap {
   struct Binding {
     std::size_t field;
     DbcSignal signal;
-    double scale;  // field = physical * scale
+    double scale;  // field = physical * scale + offset
+    double offset;
   };
   struct Message {
     DbcMessage layout;

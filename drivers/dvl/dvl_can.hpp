@@ -7,6 +7,7 @@
 #include "common/core/sensors.hpp"
 #include "drivers/can/signal_map.hpp"
 #include "drivers/device_clock.hpp"
+#include "drivers/dvl/dvl_codec.hpp"
 
 // A Doppler log behind a CAN gateway: docs/dvl_can.md, or anything like it.
 namespace seastitch {
@@ -54,26 +55,20 @@ struct DvlCanParams {
   std::string Validate() const;
 };
 
-struct DvlOutput {
-  std::optional<DvlSample> dvl;
-  std::optional<DepthSample> depth;
-};
-
 // Puts ensembles together. An ensemble has a velocity part, a depth part, or both; each part is
 // given by the frame that completes it, with the time of the ensemble.
-class DvlCanDecoder {
+class DvlCanDecoder : public DvlCodec {
  public:
   explicit DvlCanDecoder(const DvlCanParams& params);
 
-  DvlOutput Add(const CanFrame& frame, Time recv);
-  // Counts what is still unfinished: at the end of a log.
-  void Finish();
+  DvlOutput Add(const CanFrame& frame, Time recv) override;
+  void Finish() override;
 
   // dvl_frame_malformed, dvl_frame_outside_ensemble, dvl_ensemble_incomplete,
   // depth_ensemble_incomplete, dvl_time_malformed, dvl_ensemble_unstamped.
-  const Counters& counters() const { return counters_; }
-  Counters clock_figures() const { return stamper_.Figures("dvl"); }
-  std::vector<CanFilter> filters() const { return params_.signals.Filters(); }
+  Counters counters() const override { return counters_; }
+  Counters clock_figures() const override { return stamper_.Figures("dvl"); }
+  std::vector<CanFilter> filters() const override { return params_.signals.Filters(); }
 
  private:
   struct Ensemble {

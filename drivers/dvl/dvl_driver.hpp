@@ -1,16 +1,21 @@
 #pragma once
 
+#include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "drivers/can/can_driver.hpp"
 #include "drivers/dvl/dvl_can.hpp"
+#include "drivers/dvl/dvl_nmea2000.hpp"
 
 namespace seastitch {
 
 struct DvlDriverConfig {
+  std::string device = "signals";  // a line of the table in dvl_driver.cpp
   CanDriverParams driver;
-  DvlCanParams can;
+  DvlCanParams can;       // of "signals"
+  DvlN2kParams nmea2000;  // of "nmea2000"
 };
 
 // Throws ConfigError.
@@ -21,15 +26,15 @@ class DvlDriver : public CanDriver {
  public:
   DvlDriver(const DvlDriverConfig& config, Bus* bus);
 
-  void Finish() override { decoder_.Finish(); }
-  std::vector<CanFilter> filters() const override { return decoder_.filters(); }
+  void Finish() override { codec_->Finish(); }
+  std::vector<CanFilter> filters() const override { return codec_->filters(); }
+  Counters decoder_counters() const override { return codec_->counters(); }
+  Counters clock_figures() const override { return codec_->clock_figures(); }
 
  private:
   void Decode(const CanFrame& frame, Time recv) override;
-  const Counters& decoder_counters() const override { return decoder_.counters(); }
-  Counters clock_figures() const override { return decoder_.clock_figures(); }
 
-  DvlCanDecoder decoder_;
+  std::unique_ptr<DvlCodec> codec_;
   std::int64_t dvl_seq_ = 0;
   std::int64_t depth_seq_ = 0;
 };

@@ -2,22 +2,43 @@
 
 #include "common/runtime/process.hpp"
 #include "drivers/dvl/dvl_driver.hpp"
+#include "drivers/dvl/pd0_driver.hpp"
+
+namespace {
+
+using namespace seastitch;
+
+int RunPd0(const ProcessArgs& args) {
+  const Pd0DriverConfig config = LoadPd0DriverConfig(args.config);
+  if (args.check_config) return EXIT_SUCCESS;
+  EventLoop loop;
+  Bus bus(args.lcm_url);
+  Pd0Driver driver(config, &bus);
+  return RunDatagramDriver(&driver, config.driver, &bus, &loop);
+}
+
+int RunCan(const ProcessArgs& args) {
+  const DvlDriverConfig config = LoadDvlDriverConfig(args.config);
+  if (args.check_config) return EXIT_SUCCESS;
+  EventLoop loop;
+  Bus bus(args.lcm_url);
+  DvlDriver driver(config, &bus);
+  const auto source =
+      OpenCanSource(config.driver.source, driver.filters(), config.driver.receive_buffer_bytes);
+  return RunCanDriver(&driver, source.get(), &bus, &loop);
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
-  using namespace seastitch;
-  return RunProcess(argc,
-                    argv,
-                    "seastitch-dvl-driver",
-                    "Doppler log and pressure sensor on a CAN bus to DVL, DEPTH and RAW_CAN",
-                    [](const ProcessArgs& args) {
-                      const DvlDriverConfig config = LoadDvlDriverConfig(args.config);
-                      if (args.check_config) return EXIT_SUCCESS;
-                      EventLoop loop;
-                      Bus bus(args.lcm_url);
-                      DvlDriver driver(config, &bus);
-                      const auto source = OpenCanSource(config.driver.source,
-                                                        driver.filters(),
-                                                        config.driver.receive_buffer_bytes);
-                      return RunCanDriver(&driver, source.get(), &bus, &loop);
-                    });
+  return RunProcess(
+      argc,
+      argv,
+      "seastitch-dvl-driver",
+      "Doppler log to DVL: on a CAN bus, with DEPTH and RAW_CAN, or over UDP, with RAW_DVL",
+      [](const ProcessArgs& args) {
+        std::string device;
+        ConfigMap::Load(args.config).Read("device", &device);
+        return device == "pd0" ? RunPd0(args) : RunCan(args);
+      });
 }

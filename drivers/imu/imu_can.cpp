@@ -53,6 +53,20 @@ std::optional<Time> UtcOf(const FieldValues& v) {
               std::chrono::seconds(whole(kUtcSecond)) + Duration(whole(kUtcMicrosecond)));
 }
 
+void SetCalendar(Time time, FieldValues* v) {
+  const std::chrono::sys_time<Duration> instant(time.time_since_epoch());
+  const auto day = std::chrono::floor<std::chrono::days>(instant);
+  const std::chrono::year_month_day date(day);
+  const std::chrono::hh_mm_ss clock(instant - day);
+  v->Set(kUtcYear, static_cast<int>(date.year()));
+  v->Set(kUtcMonth, static_cast<unsigned>(date.month()));
+  v->Set(kUtcDay, static_cast<unsigned>(date.day()));
+  v->Set(kUtcHour, static_cast<double>(clock.hours().count()));
+  v->Set(kUtcMinute, static_cast<double>(clock.minutes().count()));
+  v->Set(kUtcSecond, static_cast<double>(clock.seconds().count()));
+  v->Set(kUtcMicrosecond, static_cast<double>(clock.subseconds().count()));
+}
+
 // GPS time and UTC differ by whole seconds: unequal parts of a second are those of two instants.
 bool SamePartOfSecond(Time utc, double time_of_week_ms) {
   const std::int64_t gps_us = static_cast<std::int64_t>(time_of_week_ms) * 1000;
@@ -88,7 +102,8 @@ const std::vector<std::string> kImuFieldKeys = {"imu_time_us",
                                                 "utc_hour",
                                                 "utc_minute",
                                                 "utc_second",
-                                                "utc_microsecond"};
+                                                "utc_microsecond",
+                                                "group_counter"};
 
 std::string ImuCanParams::Validate() const {
   const auto missing = [this](std::size_t first, std::size_t last) -> std::string {
@@ -99,13 +114,17 @@ std::string ImuCanParams::Validate() const {
   if (!signals.Has(kImuTimeUs)) return missing(kImuTimeUs, kImuTimeUs);
   if (const std::string problem = missing(kAngularRateX, kSpecificForceZ); !problem.empty())
     return problem;
-  if (Mapped(signals, kRoll, kYawSigma).any())
-    if (const std::string problem = missing(kRoll, kYawSigma); !problem.empty()) return problem;
-  if (clock.clock == DeviceClock::kDevice) {
-    if (!signals.Has(kUtcTimeUs)) return missing(kUtcTimeUs, kUtcTimeUs);
+  if (Mapped(signals, kRoll, kYawSigma).any()) {
+    const bool sigmas = Mapped(signals, kRollSigma, kYawSigma).any();
+    if (const std::string problem = missing(kRoll, sigmas ? kYawSigma : kYaw); !problem.empty())
+      return problem;
+    const bool stated = attitude_sigma_rad.minCoeff() > 0.0 && attitude_sigma_rad.maxCoeff() <= kPi;
+    if (!sigmas && !stated)
+      return "attitude_sigma_deg: the unit gives none; each must be above 0, at most 180";
+  }
+  if (clock.clock == DeviceClock::kDevice)
     if (const std::string problem = missing(kUtcYear, kUtcMicrosecond); !problem.empty())
       return problem;
-  }
   if (!(max_epoch_s > 0.0 && max_epoch_s <= 1.0)) return "max_epoch_s must be above 0, at most 1";
   return clock.Validate();
 }
@@ -115,7 +134,9 @@ ImuCanDecoder::ImuCanDecoder(const ImuCanParams& params)
       inertial_fields_(Mapped(params.signals, kAngularRateX, kSpecificForceZ)),
       attitude_fields_(Mapped(params.signals, kRoll, kYawSigma)),
       utc_fields_(Mapped(params.signals, kUtcTimeUs, kUtcMicrosecond)),
-      stamper_(params.clock) {}
+      stamper_(params.clock) {
+  utc_fields_.set(kUtcTimeUs, utc_fields_.any());
+}
 
 std::optional<ImuSample> ImuCanDecoder::Add(const CanFrame& frame, Time recv) {
   const std::optional<SignalMap::Reading> reading = params_.signals.Read(frame);
@@ -125,30 +146,56 @@ std::optional<ImuSample> ImuCanDecoder::Add(const CanFrame& frame, Time recv) {
     return std::nullopt;
   }
   const FieldValues& values = reading->values;
-  if ((values.present & utc_fields_).any()) AddUtc(values, recv);
   std::optional<ImuSample> before;
   if (values.present.test(kImuTimeUs))
-    before = Open(Part::kInertial, ToDeviceUs(values.value[kImuTimeUs]), recv);
+    before = Open({Part::kInertial, ToDeviceUs(values.value[kImuTimeUs]), std::nullopt}, recv);
   if (values.present.test(kAttitudeTimeUs))
-    before = Open(Part::kAttitude, ToDeviceUs(values.value[kAttitudeTimeUs]), recv);
+    before = Open({Part::kAttitude, ToDeviceUs(values.value[kAttitudeTimeUs]), std::nullopt}, recv);
+  if (values.present.test(kImuGroupCounter)) {
+    const auto group = static_cast<std::uint16_t>(values.value[kImuGroupCounter]);
+    before = Open({Part::kInertial, std::nullopt, group}, recv);
+  }
+  if ((values.present & utc_fields_).any()) AddUtc(values, recv);
   const std::optional<ImuSample> now = Collect(values, recv);
   return now ? now : before;
 }
 
 std::optional<ImuSample> ImuCanDecoder::Finish() { return Close(); }
 
-std::optional<ImuSample> ImuCanDecoder::Open(Part part, std::uint32_t device_us, Time recv) {
-  SeeDeviceTime(device_us);
-  if (epoch_ && epoch_->device_us == device_us) {
-    epoch_->part = part;
-    return std::nullopt;
+std::optional<ImuSample> ImuCanDecoder::Open(const Opening& opening, Time recv) {
+  if (opening.device_us) SeeDeviceTime(*opening.device_us);
+  if (opening.group) SeeGroup(*opening.group);
+  std::optional<ImuSample> before;
+  if (!IsOfOpenEpoch(opening, recv)) {
+    before = Close();
+    epoch_ = Epoch{};
+    epoch_->first_recv = epoch_->last_recv = recv;
   }
-  std::optional<ImuSample> before = Close();
-  epoch_ = Epoch{};
-  epoch_->device_us = device_us;
-  epoch_->first_recv = epoch_->last_recv = recv;
-  epoch_->part = part;
-  return before;
+  epoch_->part = opening.part;
+  if (opening.device_us) epoch_->device_us = opening.device_us;
+  if (opening.group) epoch_->group = opening.group;
+  // The last frame of an epoch may be the second of its opening ones.
+  return IsComplete() ? Give(attitude_fields_.any()) : before;
+}
+
+bool ImuCanDecoder::IsOfOpenEpoch(const Opening& opening, Time recv) const {
+  if (!epoch_) return false;
+  // What the epoch does not have yet can only be of it in time.
+  const bool adds = (opening.device_us && !epoch_->device_us) || (opening.group && !epoch_->group);
+  if (adds)
+    return !epoch_->given && std::abs(ToSeconds(recv - epoch_->first_recv)) <= params_.max_epoch_s;
+  return (!opening.device_us || opening.device_us == epoch_->device_us) &&
+         (!opening.group || opening.group == epoch_->group);
+}
+
+bool ImuCanDecoder::HasInertial() const {
+  return epoch_->device_us && (epoch_->group || !params_.signals.Has(kImuGroupCounter)) &&
+         (epoch_->values.present & inertial_fields_) == inertial_fields_;
+}
+
+bool ImuCanDecoder::IsComplete() const {
+  return !epoch_->given && HasInertial() &&
+         epoch_->values.present == (inertial_fields_ | attitude_fields_);
 }
 
 bool ImuCanDecoder::Belongs(const std::bitset<kMaxFields>& fields, Time recv) const {
@@ -173,13 +220,12 @@ std::optional<ImuSample> ImuCanDecoder::Collect(const FieldValues& values, Time 
   for (std::size_t field = 0; field < kMaxFields; ++field)
     if (fields.test(field)) epoch_->values.Set(field, values.value[field]);
   epoch_->last_recv = recv;
-  const bool complete = epoch_->values.present == (inertial_fields_ | attitude_fields_);
-  return complete ? Give(attitude_fields_.any()) : std::nullopt;
+  return IsComplete() ? Give(attitude_fields_.any()) : std::nullopt;
 }
 
 std::optional<ImuSample> ImuCanDecoder::Close() {
   if (!epoch_ || epoch_->given) return std::nullopt;
-  if ((epoch_->values.present & inertial_fields_) != inertial_fields_) {
+  if (!HasInertial()) {
     ++counters_["imu_epoch_incomplete"];
     epoch_->given = true;
     return std::nullopt;
@@ -204,10 +250,12 @@ std::optional<ImuSample> ImuCanDecoder::Give(bool with_attitude) {
     Attitude& attitude = sample.attitude.emplace();
     attitude.q_ned_imu = RotationFromRpy(v.value[kRoll], v.value[kPitch], v.value[kYaw]);
     for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto i = static_cast<Eigen::Index>(axis);
       // A sigma of 0 says "below my step", not "without error".
       const double least = 0.5 * params_.signals.Resolution(kRollSigma + axis);
-      attitude.sigma_rpy_rad[static_cast<Eigen::Index>(axis)] =
-          std::max(v.value[kRollSigma + axis], least);
+      attitude.sigma_rpy_rad[i] = params_.signals.Has(kRollSigma + axis)
+                                      ? std::max(v.value[kRollSigma + axis], least)
+                                      : params_.attitude_sigma_rad[i];
     }
   }
   epoch_recv_ = epoch_->last_recv;
@@ -221,9 +269,9 @@ std::optional<Time> ImuCanDecoder::TimeOfEpoch() {
 
 std::optional<Time> ImuCanDecoder::DeviceTimeOfEpoch() {
   if (params_.clock.clock != DeviceClock::kDevice)
-    return Time(counter_.Unwrap(epoch_->device_us, epoch_->first_recv));
+    return Time(counter_.Unwrap(*epoch_->device_us, epoch_->first_recv));
   if (!anchor_) return std::nullopt;
-  return anchor_->utc + Duration(Difference(epoch_->device_us, anchor_->device_us));
+  return anchor_->utc + Duration(Difference(*epoch_->device_us, anchor_->device_us));
 }
 
 void ImuCanDecoder::AddUtc(const FieldValues& values, Time recv) {
@@ -231,6 +279,10 @@ void ImuCanDecoder::AddUtc(const FieldValues& values, Time recv) {
     utc_ = FieldValues{};
     utc_recv_ = recv;
     SeeDeviceTime(ToDeviceUs(values.value[kUtcTimeUs]));
+  } else if (!params_.signals.Has(kUtcTimeUs) && epoch_ && epoch_->device_us) {
+    utc_ = FieldValues{};
+    utc_.Set(kUtcTimeUs, *epoch_->device_us);
+    utc_recv_ = epoch_->first_recv;
   }
   for (std::size_t field = kUtcTimeUs; field <= kUtcMicrosecond; ++field)
     if (values.present.test(field)) utc_.Set(field, values.value[field]);
@@ -267,6 +319,13 @@ void ImuCanDecoder::SeeDeviceTime(std::uint32_t device_us) {
     anchor_ = UtcAnchor{device_us, anchor_->utc + Duration(since_anchor)};
 }
 
+void ImuCanDecoder::SeeGroup(std::uint16_t group) {
+  const auto step = static_cast<std::uint16_t>(group - last_group_.value_or(group));
+  last_group_ = group;
+  // A larger one is a unit that was restarted.
+  if (step > 1 && step < 10'000) counters_["imu_groups_lost"] += step - 1;
+}
+
 ImuCanEncoder::ImuCanEncoder(const SignalMap& signals, Time device_zero)
     : signals_(signals), device_zero_(device_zero) {}
 
@@ -280,6 +339,8 @@ std::vector<CanFrame> ImuCanEncoder::Encode(const ImuSample& sample) {
   }
   FieldValues v;
   v.Set(kImuTimeUs, DeviceUs(sample.time));
+  v.Set(kImuGroupCounter, group_++);
+  if (!signals_.Has(kUtcTimeUs)) SetCalendar(sample.time, &v);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto i = static_cast<Eigen::Index>(axis);
     v.Set(kAngularRateX + axis, sample.angular_rate_radps[i]);
@@ -301,21 +362,11 @@ std::vector<CanFrame> ImuCanEncoder::Encode(const ImuSample& sample) {
 
 std::vector<CanFrame> ImuCanEncoder::EncodeUtc(Time whole_second) const {
   const std::int64_t utc_s = ToUtime(whole_second) / 1'000'000;
-  const std::chrono::sys_seconds instant{std::chrono::seconds(utc_s)};
-  const auto day = std::chrono::floor<std::chrono::days>(instant);
-  const std::chrono::year_month_day date(day);
-  const std::chrono::hh_mm_ss clock(instant - day);
   const std::int64_t week_s = (utc_s - kGpsEpochS + kGpsMinusUtcS) % kSecondsAWeek;
   FieldValues v;
   v.Set(kUtcTimeUs, DeviceUs(whole_second));
   v.Set(kUtcTimeOfWeekMs, static_cast<double>(week_s * 1000));
-  v.Set(kUtcYear, static_cast<int>(date.year()));
-  v.Set(kUtcMonth, static_cast<unsigned>(date.month()));
-  v.Set(kUtcDay, static_cast<unsigned>(date.day()));
-  v.Set(kUtcHour, static_cast<double>(clock.hours().count()));
-  v.Set(kUtcMinute, static_cast<double>(clock.minutes().count()));
-  v.Set(kUtcSecond, static_cast<double>(clock.seconds().count()));
-  v.Set(kUtcMicrosecond, 0.0);
+  SetCalendar(whole_second, &v);
   return signals_.Write(v);
 }
 

@@ -8,9 +8,10 @@
 #include "common/core/sensors.hpp"
 #include "drivers/can/signal_map.hpp"
 #include "drivers/device_clock.hpp"
+#include "drivers/imu/imu_codec.hpp"
 
-// An inertial unit that spreads one epoch over several CAN frames: SBG Systems' ECAN, or anything
-// like it. The signal map says which frame carries what.
+// An inertial unit that spreads one epoch over several CAN frames: SBG Systems' ECAN, the Xsens
+// MTi-600 series, or anything like them. The signal map says which frame carries what.
 namespace seastitch {
 
 enum ImuField : std::size_t {
@@ -28,7 +29,8 @@ enum ImuField : std::size_t {
   kRollSigma,
   kPitchSigma,
   kYawSigma,
-  kUtcTimeUs,  // device clock at the instant that the calendar below names; its frame comes first
+  kUtcTimeUs,  // device clock at the instant that the calendar below names; its frame comes first.
+               // Not mapped: the calendar is that of the epoch in which it comes
   kUtcTimeOfWeekMs,
   kUtcYear,
   kUtcMonth,
@@ -37,6 +39,7 @@ enum ImuField : std::size_t {
   kUtcMinute,
   kUtcSecond,
   kUtcMicrosecond,
+  kImuGroupCounter,  // number of the epoch, 16 bits; its frame opens the epoch as kImuTimeUs' does
   kNumImuFields,
 };
 
@@ -49,36 +52,44 @@ struct ImuCanParams {
   // Frames this long after the first of their epoch belong to another one. Above the time that a
   // burst takes on the wire (1 ms at 1 Mbit/s), not above half the period.
   double max_epoch_s = 0.010;
+  // Roll, pitch, yaw: where the unit gives an attitude without sigmas.
+  Eigen::Vector3d attitude_sigma_rad = Eigen::Vector3d::Zero();
 
   std::string Validate() const;
 };
 
 // Puts epochs together. An epoch is the frames that follow an opening frame; two opening frames
-// with the same device time are one epoch. A missing or late frame costs its own epoch only and
+// that agree on time and group are one epoch. A missing or late frame costs its own epoch only and
 // never mixes two. An epoch whose attitude is missing is given without it.
-class ImuCanDecoder {
+class ImuCanDecoder : public ImuCodec {
  public:
   explicit ImuCanDecoder(const ImuCanParams& params);
 
   // Adds a frame. Gives the epoch that it completed, or the one before it where it opens the next.
   // Time: the device's, mapped to UTC through its last UTC frames or by a model of its clock, or
   // the receive stamp of its first frame. Epochs without are counted as imu_epoch_unstamped.
-  std::optional<ImuSample> Add(const CanFrame& frame, Time recv);
-  // Ends the open epoch: at the end of a log.
-  std::optional<ImuSample> Finish();
-  // Receive stamp of the last frame of the epoch that was given last.
-  Time epoch_recv() const { return epoch_recv_; }
+  std::optional<ImuSample> Add(const CanFrame& frame, Time recv) override;
+  std::optional<ImuSample> Finish() override;
+  Time epoch_recv() const override { return epoch_recv_; }
 
   // imu_frame_malformed, imu_frame_outside_epoch, imu_epoch_incomplete, imu_epoch_unstamped,
-  // imu_epoch_without_attitude, imu_utc_malformed, imu_utc_stepped, imu_device_restarted.
-  const Counters& counters() const { return counters_; }
-  Counters clock_figures() const { return stamper_.Figures("imu"); }
-  std::vector<CanFilter> filters() const { return params_.signals.Filters(); }
+  // imu_epoch_without_attitude, imu_utc_malformed, imu_utc_stepped, imu_device_restarted,
+  // imu_groups_lost (by the group counter).
+  Counters counters() const override { return counters_; }
+  Counters clock_figures() const override { return stamper_.Figures("imu"); }
+  std::vector<CanFilter> filters() const override { return params_.signals.Filters(); }
 
  private:
   enum class Part : std::uint8_t { kNone, kInertial, kAttitude };
+  // What an opening frame says.
+  struct Opening {
+    Part part = Part::kInertial;
+    std::optional<std::uint32_t> device_us;
+    std::optional<std::uint16_t> group;
+  };
   struct Epoch {
-    std::uint32_t device_us = 0;
+    std::optional<std::uint32_t> device_us;
+    std::optional<std::uint16_t> group;
     Time first_recv;
     Time last_recv;
     Part part = Part::kNone;  // whose frames may follow
@@ -86,15 +97,19 @@ class ImuCanDecoder {
     FieldValues values;
   };
 
-  std::optional<ImuSample> Open(Part part, std::uint32_t device_us, Time recv);
+  std::optional<ImuSample> Open(const Opening& opening, Time recv);
+  bool IsOfOpenEpoch(const Opening& opening, Time recv) const;
   std::optional<ImuSample> Collect(const FieldValues& values, Time recv);
   std::optional<ImuSample> Close();
+  bool IsComplete() const;
+  bool HasInertial() const;
   std::optional<ImuSample> Give(bool with_attitude);
   std::optional<Time> TimeOfEpoch();
   std::optional<Time> DeviceTimeOfEpoch();
   bool Belongs(const std::bitset<kMaxFields>& fields, Time recv) const;
   void AddUtc(const FieldValues& values, Time recv);
   void SeeDeviceTime(std::uint32_t device_us);
+  void SeeGroup(std::uint16_t group);
 
   ImuCanParams params_;
   std::bitset<kMaxFields> inertial_fields_;
@@ -108,6 +123,7 @@ class ImuCanDecoder {
   FieldValues utc_;
   Time utc_recv_;
   std::optional<std::uint32_t> last_device_us_;
+  std::optional<std::uint16_t> last_group_;
   std::optional<UtcAnchor> anchor_;
   WrappingCounter counter_{1e-6};
   Stamper stamper_;
@@ -130,6 +146,7 @@ class ImuCanEncoder {
   SignalMap signals_;
   Time device_zero_;
   std::optional<std::int64_t> utc_sent_s_;
+  std::uint16_t group_ = 0;
 };
 
 }  // namespace seastitch

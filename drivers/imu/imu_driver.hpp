@@ -1,16 +1,21 @@
 #pragma once
 
+#include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "drivers/can/can_driver.hpp"
 #include "drivers/imu/imu_can.hpp"
+#include "drivers/imu/imu_nmea2000.hpp"
 
 namespace seastitch {
 
 struct ImuDriverConfig {
+  std::string device = "signals";  // a line of the table in imu_driver.cpp
   CanDriverParams driver;
-  ImuCanParams can;
+  ImuCanParams can;       // of "signals"
+  ImuN2kParams nmea2000;  // of "nmea2000"
 };
 
 // Throws ConfigError.
@@ -22,15 +27,15 @@ class ImuDriver : public CanDriver {
   ImuDriver(const ImuDriverConfig& config, Bus* bus);
 
   void Finish() override;
-  std::vector<CanFilter> filters() const override { return decoder_.filters(); }
+  std::vector<CanFilter> filters() const override { return codec_->filters(); }
+  Counters decoder_counters() const override { return codec_->counters(); }
+  Counters clock_figures() const override { return codec_->clock_figures(); }
 
  private:
   void Decode(const CanFrame& frame, Time recv) override;
-  const Counters& decoder_counters() const override { return decoder_.counters(); }
-  Counters clock_figures() const override { return decoder_.clock_figures(); }
   void Publish(const ImuSample& sample);
 
-  ImuCanDecoder decoder_;
+  std::unique_ptr<ImuCodec> codec_;
   std::int64_t seq_ = 0;
 };
 

@@ -8,6 +8,7 @@
 #include "drivers/mbes/kmall_stream.hpp"
 #include "drivers/mbes/r2sonic.hpp"
 #include "drivers/mbes/s7k.hpp"
+#include "drivers/registry.hpp"
 
 namespace seastitch {
 namespace {
@@ -39,32 +40,17 @@ constexpr Format kFormats[] = {
     {"s7k", Make<S7kStream>},          // Teledyne Reson SeaBat
 };
 
-const Format* FindFormat(const std::string& name) {
-  for (const Format& format : kFormats)
-    if (format.name == name) return &format;
-  return nullptr;
-}
-
 std::unique_ptr<MbesCodec> MakeCodec(const MbesDecoderParams& params) {
-  const Format* const format = FindFormat(params.format);
+  const Format* const format = FindEntry(kFormats, params.format);
   if (format == nullptr) throw std::invalid_argument(params.Validate());
   return format->make(params.codec);
 }
 
 }  // namespace
 
-std::vector<std::string> MbesFormats() {
-  std::vector<std::string> names;
-  for (const Format& format : kFormats) names.emplace_back(format.name);
-  return names;
-}
-
 std::string MbesDecoderParams::Validate() const {
-  if (FindFormat(format) == nullptr) {
-    std::string names;
-    for (const std::string& name : MbesFormats()) names += (names.empty() ? "" : ", ") + name;
-    return "format: '" + format + "' is none of " + names;
-  }
+  if (const std::string problem = ProblemWithName(kFormats, format); !problem.empty())
+    return "format: " + problem;
   if (const std::string problem = codec.Validate(); !problem.empty()) return problem;
   return clock.Validate();
 }

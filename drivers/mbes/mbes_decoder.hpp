@@ -12,14 +12,12 @@
 namespace seastitch {
 
 struct MbesDecoderParams {
-  std::string format = "kmall";  // one of MbesFormats()
+  std::string format = "kmall";  // a line of the table in mbes_decoder.cpp
   ClockParams clock;
   MbesCodecParams codec;
 
   std::string Validate() const;
 };
-
-std::vector<std::string> MbesFormats();
 
 // Datagrams of a multibeam sonar, as they come from its socket, to pings and profiles.
 class MbesDecoder {

@@ -21,10 +21,11 @@ class MbesDriver : public DatagramDriver {
  public:
   MbesDriver(const MbesDriverConfig& config, Bus* bus);
 
- private:
-  void Decode(const Datagram& datagram) override;
   Counters decoder_counters() const override { return decoder_.counters(); }
   Counters clock_figures() const override { return decoder_.clock_figures(); }
+
+ private:
+  void Decode(const Datagram& datagram) override;
 
   MbesDecoder decoder_;
   std::int64_t ping_seq_ = 0;

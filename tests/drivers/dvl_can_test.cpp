@@ -70,8 +70,9 @@ class DvlCan : public testing::Test {
     return all;
   }
   std::int64_t Count(const std::string& name) {
-    const auto found = decoder.counters().find(name);
-    return found == decoder.counters().end() ? 0 : found->second;
+    const Counters counters = decoder.counters();
+    const auto found = counters.find(name);
+    return found == counters.end() ? 0 : found->second;
   }
 
   const DvlCanParams params = Shipped();

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "common/core/pose.hpp"
 #include "drivers/imu/imu_driver.hpp"
@@ -58,8 +60,9 @@ class ImuCan : public testing::Test {
     return Feed(encoder.Encode(sample), sample.time + Duration(2000));
   }
   std::int64_t Count(const std::string& name) {
-    const auto found = decoder.counters().find(name);
-    return found == decoder.counters().end() ? 0 : found->second;
+    const Counters counters = decoder.counters();
+    const auto found = counters.find(name);
+    return found == counters.end() ? 0 : found->second;
   }
 
   const ImuCanParams params = Shipped();
@@ -292,6 +295,148 @@ TEST_F(ImuCan, FinishGivesTheLastEpochWithoutItsAttitude) {
   ASSERT_TRUE(last);
   EXPECT_FALSE(last->attitude);
   EXPECT_FALSE(decoder.Finish());
+}
+
+// The Xsens MTi-600: a group of frames that a counter numbers, big-endian, other axes.
+ImuCanParams Xsens(DeviceClock clock) {
+  ImuCanParams params =
+      LoadImuDriverConfig(std::string(SEASTITCH_SOURCE_DIR) + "/config/imu_xsens_mti600.yaml").can;
+  params.clock.clock = clock;
+  return params;
+}
+
+// Within half a step of the wire of Sample(i), whose sigmas the unit does not send.
+bool IsXsensSample(const ImuSample& sample, int i) {
+  const ImuSample sent = Sample(i);
+  return std::abs(ToUtime(sample.time) - ToUtime(sent.time)) <= 100 &&
+         (sample.angular_rate_radps - sent.angular_rate_radps).cwiseAbs().maxCoeff() <= 0.001 &&
+         (sample.specific_force_mps2 - sent.specific_force_mps2).cwiseAbs().maxCoeff() <= 0.002 &&
+         sample.attitude &&
+         sample.attitude->q_ned_imu.angularDistance(sent.attitude->q_ned_imu) < 2e-4;
+}
+
+TEST(XsensCan, GoldenFramesInOurAxes) {
+  SKIP_WITHOUT(Shared("vectors/can"));
+  std::map<std::string, nlohmann::json> golden;
+  ImuCanDecoder decoder(Xsens(DeviceClock::kReceive));
+  std::optional<ImuSample> sample;
+  for (const auto& vector : ReadJson(Shared("vectors/can/xsens_mti600_vectors.json"))) {
+    golden[vector["name"]] = vector;
+    CanFrame frame;
+    frame.id =
+        static_cast<std::uint32_t>(std::stoul(vector["can_id"].get<std::string>(), nullptr, 16));
+    frame.SetData(FromHex(vector["data"]));
+    if (const auto given = decoder.Add(frame, FromUtime(kStart))) sample = given;
+  }
+  ASSERT_TRUE(sample);
+  // Big-endian i16 of the frames themselves, by the factors of the maker's table.
+  const auto raw = [&golden](const std::string& name, std::size_t i) {
+    const auto bytes = FromHex(golden.at(name)["data"]);
+    return static_cast<double>(ByteReader(Bytes(bytes).subspan(2 * i)).Be<std::int16_t>());
+  };
+  for (const Eigen::Index i : {0, 1, 2}) {
+    const double sign = i == 0 ? 1.0 : -1.0;
+    const auto k = static_cast<std::size_t>(i);
+    EXPECT_NEAR(sample->angular_rate_radps[i], sign * raw("RateOfTurn", k) / 512.0, 1e-12);
+    EXPECT_NEAR(sample->specific_force_mps2[i], sign * raw("Acceleration", k) / 256.0, 1e-12);
+  }
+  const auto euler = [&raw](std::size_t i) { return Deg2Rad(raw("EulerAngles", i) / 128.0); };
+  const Eigen::Quaterniond q(RotationFromRpy(euler(0), -euler(1), kPi / 2.0 - euler(2)));
+  ASSERT_TRUE(sample->attitude);
+  EXPECT_LT(sample->attitude->q_ned_imu.angularDistance(q), 1e-9);
+  EXPECT_NEAR(sample->attitude->sigma_rpy_rad.z(), Deg2Rad(1.0), 1e-12);
+}
+
+TEST(XsensCan, OurDbcReadsEveryGoldenFrameAsTheTableSays) {
+  SKIP_WITHOUT(Shared("vectors/can"));
+  const Dbc dbc = Dbc::Load(std::string(SEASTITCH_SOURCE_DIR) + "/config/xsens_mti600.dbc");
+  int compared = 0;
+  for (const auto& vector : ReadJson(Shared("vectors/can/xsens_mti600_vectors.json"))) {
+    CanFrame frame;
+    frame.id =
+        static_cast<std::uint32_t>(std::stoul(vector["can_id"].get<std::string>(), nullptr, 16));
+    frame.SetData(FromHex(vector["data"]));
+    const auto decoded = dbc.Decode(frame);
+    if (!decoded || decoded->values.size() != vector["signals"].size()) continue;
+    EXPECT_EQ(decoded->message->name, vector["name"]);
+    std::vector<double> expected;
+    for (const auto& [name, value] : vector["signals"].items()) expected.push_back(value);
+    std::vector<double> values;
+    for (const Dbc::Value& value : decoded->values) values.push_back(value.physical);
+    if (vector["name"] == "UTC") continue;  // years and 0.1 ms in other units there
+    // The names are ours; the values are theirs, in whatever order the file has them.
+    std::sort(expected.begin(), expected.end());
+    std::sort(values.begin(), values.end());
+    for (std::size_t i = 0; i < values.size(); ++i)
+      EXPECT_NEAR(values[i], expected[i], 1e-9 * std::max(1.0, std::abs(expected[i])))
+          << vector["name"];
+    compared += static_cast<int>(values.size());
+  }
+  EXPECT_GT(compared, 25);
+}
+
+TEST(XsensCan, EpochsComeBackByTheUnitsUtc) {
+  const ImuCanParams params = Xsens(DeviceClock::kDevice);
+  ImuCanDecoder decoder(params);
+  ImuCanEncoder encoder(params.signals, FromUtime(kStart - 5'000'000));
+  for (int i = 0; i < 100; ++i) {
+    std::optional<ImuSample> sample;
+    for (const CanFrame& frame : encoder.Encode(Sample(i)))
+      if (const auto given = decoder.Add(frame, Sample(i).time + Duration(3000))) sample = given;
+    ASSERT_TRUE(sample) << i;
+    EXPECT_TRUE(IsXsensSample(*sample, i)) << i;
+  }
+  EXPECT_TRUE(decoder.counters().empty());
+}
+
+TEST(XsensCan, LostFramesInAnyOrderOfAGroupNeverMixEpochs) {
+  EXPECT_TRUE(rc::check([] {
+    const ImuCanParams params = Xsens(DeviceClock::kDevice);
+    ImuCanDecoder decoder(params);
+    ImuCanEncoder encoder(params.signals, FromUtime(kStart - 5'000'000));
+    int given = 0;
+    int whole = 0;
+    for (int i = 0; i < 60; ++i) {
+      std::vector<CanFrame> frames = encoder.Encode(Sample(i));
+      // Either opening frame may come first.
+      if (*rc::gen::arbitrary<bool>()) std::swap(frames[0], frames[1]);
+      bool lost = false;
+      for (std::size_t k = 0; k < frames.size(); ++k) {
+        if (*rc::gen::weightedElement<bool>({{14, false}, {1, true}})) {
+          lost = true;
+          continue;
+        }
+        const Time recv = Sample(i).time + Duration(3000 + 500 * static_cast<int>(k));
+        const auto sample = decoder.Add(frames[k], recv);
+        if (!sample) continue;
+        ++given;
+        // Whichever epoch its time names, all of it is of that one.
+        const auto of = static_cast<int>(
+            std::llround(static_cast<double>(ToUtime(sample->time) - kStart) / 10'000.0));
+        RC_ASSERT(of >= 0);
+        RC_ASSERT(of <= i);
+        ImuSample filled = *sample;
+        if (!filled.attitude) filled.attitude = Sample(of).attitude;
+        RC_ASSERT(IsXsensSample(filled, of));
+      }
+      whole += lost ? 0 : 1;
+    }
+    RC_ASSERT(given >= whole - 1);  // the first has no UTC before its own
+  }));
+}
+
+TEST(XsensCan, ATickOfAHundredMicrosecondsIsAFactor) {
+  const Dbc dbc = Dbc::Load(std::string(SEASTITCH_SOURCE_DIR) + "/config/xsens_mti600.dbc");
+  SignalMap map;
+  map.Assign(dbc, kImuTimeUs, "SampleTime.Ticks * 100");
+  CanFrame frame = dbc.Encode("SampleTime", {{"Ticks", 12345.0}});
+  EXPECT_EQ(map.Read(frame)->values.value[kImuTimeUs], 1'234'500.0);
+  map.Assign(dbc, kYaw, "EulerAngles.Yaw * -2 + 10");
+  FieldValues values;
+  values.Set(kYaw, 5.0);
+  EXPECT_EQ(map.Read(map.Write(values)[0])->values.value[kYaw], 5.0);
+  EXPECT_THROW(map.Assign(dbc, kYaw, "EulerAngles.Yaw * 2 + x"), std::runtime_error);
+  EXPECT_THROW(map.Assign(dbc, kYaw, "EulerAngles.Yaw * 0"), std::runtime_error);
 }
 
 }  // namespace

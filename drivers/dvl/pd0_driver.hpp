@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "drivers/datagram_driver.hpp"
+#include "drivers/dvl/pd0.hpp"
+
+namespace seastitch {
+
+struct Pd0DriverConfig {
+  DatagramDriverParams driver;
+  Pd0Params pd0;
+};
+
+// Throws ConfigError.
+Pd0DriverConfig LoadPd0DriverConfig(const std::string& path);
+
+// PD0 ensembles over UDP to DVL and RAW_DVL.
+class Pd0Driver : public DatagramDriver {
+ public:
+  Pd0Driver(const Pd0DriverConfig& config, Bus* bus);
+
+  Counters decoder_counters() const override { return decoder_.counters(); }
+  Counters clock_figures() const override { return decoder_.clock_figures(); }
+
+ private:
+  void Decode(const Datagram& datagram) override;
+
+  Pd0Decoder decoder_;
+  std::int64_t seq_ = 0;
+};
+
+}  // namespace seastitch
