@@ -116,7 +116,7 @@ bool PoseGraphOptimizer::Contradicts(const GraphUpdate& update) const {
 void PoseGraphOptimizer::AddVertex(const GraphVertex& vertex) {
   if (vertex.id.value < 0 || !IsUsable(vertex.dead_reckoned))
     ++counters_["vertices_malformed"];
-  else if (!vertices_.try_emplace(vertex.id, Vertex{vertex.dead_reckoned, std::nullopt}).second)
+  else if (!vertices_.try_emplace(vertex.id, Vertex{vertex.dead_reckoned, {}}).second)
     ++counters_["vertices_duplicate"];
 }
 
@@ -133,7 +133,7 @@ void PoseGraphOptimizer::AddEdge(const GraphEdge& edge) {
     ++counters_[reason];
     return;
   }
-  Edge checked{edge, {}};
+  Edge checked{edge, {}, {}};
   if (checked.Pulls()) {
     const auto root = FactorInformation(edge.information);
     if (!root || root->rank == 0) {
@@ -191,39 +191,46 @@ void PoseGraphOptimizer::AddDeadReckoning(const std::map<SubmapId, int>& number,
   }
 }
 
-FactorGraph PoseGraphOptimizer::MakeFactorGraph(const std::map<SubmapId, int>& number) const {
+std::vector<PoseGraphOptimizer::Edge*> PoseGraphOptimizer::RobustEdges() {
+  std::vector<Edge*> edges;
+  for (Edge& fix : fixes_)
+    if (fix.Pulls()) edges.push_back(&fix);
+  for (auto& [pair, loop] : loops_)
+    if (loop.Pulls()) edges.push_back(&loop);
+  return edges;
+}
+
+FactorGraph PoseGraphOptimizer::MakeFactorGraph(const std::map<SubmapId, int>& number,
+                                                const std::vector<Edge*>& robust) const {
   FactorGraph graph;
   graph.num_vertices = static_cast<int>(number.size());
   AddAnchor(&graph);
   AddDeadReckoning(number, &graph);
-  for (const Edge& fix : fixes_)
-    if (fix.Pulls())
-      graph.factors.push_back({kMap,
-                               number.at(fix.edge.to),
-                               {fix.edge.T_from_to, fix.root.W},
-                               {threshold_[fix.root.rank]}});
-  for (const auto& [pair, loop] : loops_)
-    if (loop.Pulls())
-      graph.factors.push_back({number.at(loop.edge.from),
-                               number.at(loop.edge.to),
-                               {loop.edge.T_from_to, loop.root.W},
-                               {threshold_[loop.root.rank]}});
+  for (const Edge* edge : robust) {
+    const GraphEdge& e = edge->edge;
+    graph.factors.push_back({e.kind == EdgeKind::kPositionFix ? kMap : number.at(e.from),
+                             number.at(e.to),
+                             {e.T_from_to, edge->root.W},
+                             {threshold_[edge->root.rank]}});
+  }
   return graph;
 }
 
-// The last solution; a new vertex where dead reckoning puts it from its predecessor.
-std::vector<Pose2> PoseGraphOptimizer::Start() const {
-  std::vector<Pose2> start;
+SolverStart PoseGraphOptimizer::Start(std::size_t num_factors,
+                                      const std::vector<Edge*>& robust) const {
+  SolverStart start;
+  for (const auto& [id, vertex] : vertices_) start.dead_reckoned.push_back(vertex.dead_reckoned);
+  if (!vertices_.begin()->second.solved) return start;
   const Vertex* before = nullptr;
   for (const auto& [id, vertex] : vertices_) {
-    if (before == nullptr)
-      start.push_back(HasFixes() && vertex.quadratic ? *vertex.quadratic : vertex.dead_reckoned);
-    else if (vertex.quadratic)
-      start.push_back(*vertex.quadratic);
-    else
-      start.push_back(start.back() * (Inverse(before->dead_reckoned) * vertex.dead_reckoned));
+    start.T_map_vertex.push_back(vertex.solved
+                                     ? *vertex.solved
+                                     : start.T_map_vertex.back() *
+                                           (Inverse(before->dead_reckoned) * vertex.dead_reckoned));
     before = &vertex;
   }
+  start.weights.resize(num_factors - robust.size(), 1.0);
+  for (const Edge* edge : robust) start.weights.push_back(edge->weight);
   return start;
 }
 
@@ -231,29 +238,30 @@ PoseGraph PoseGraphOptimizer::Solve() {
   PoseGraph solution;
   solution.graph_version = version();
   if (vertices_.empty()) return solution;
-  const std::map<SubmapId, int> number = Numbering();
-  const FactorGraph graph = MakeFactorGraph(number);
-  const RobustSolution robust = SolveRobust(
-      graph, Start(), graph.num_vertices - 1, {params_.graduation_step, params_.max_iterations});
+  const std::vector<Edge*> edges = RobustEdges();
+  const FactorGraph graph = MakeFactorGraph(Numbering(), edges);
+  const RobustSolution robust = SolveRobust(graph,
+                                            Start(graph.factors.size(), edges),
+                                            graph.num_vertices - 1,
+                                            {params_.graduation_step, params_.max_iterations});
   if (!robust.converged) ++counters_["solves_not_converged"];
-
-  auto quadratic = robust.quadratic.begin();
-  auto pose = robust.T_map_vertex.begin();
-  for (auto& [id, vertex] : vertices_) {
-    vertex.quadratic = *quadratic++;
+  Keep(robust, edges);
+  for (const auto& [id, vertex] : vertices_) {
     SolvedVertex& solved = solution.vertices.emplace_back();
     solved.id = id;
-    solved.T_map_level = {pose->x, pose->y, WrapAngle(pose->yaw)};
-    ++pose;
+    solved.T_map_level = {vertex.solved->x, vertex.solved->y, WrapAngle(vertex.solved->yaw)};
   }
-  // The loops came last into the graph, those that pull in this order.
-  const auto pulling = std::count_if(
-      loops_.begin(), loops_.end(), [](const auto& loop) { return loop.second.Pulls(); });
-  auto weight = robust.weights.end() - pulling;
   for (const auto& [pair, loop] : loops_)
-    solution.loop_edges.push_back({loop.edge.from, loop.edge.to, loop.Pulls() ? *weight++ : 0.0});
+    solution.loop_edges.push_back({loop.edge.from, loop.edge.to, loop.weight.value_or(0.0)});
   FillCovariance(robust.covariance, &solution);
   return solution;
+}
+
+void PoseGraphOptimizer::Keep(const RobustSolution& solution, const std::vector<Edge*>& robust) {
+  std::size_t k = 0;
+  for (auto& [id, vertex] : vertices_) vertex.solved = solution.T_map_vertex[k++];
+  k = solution.weights.size() - robust.size();
+  for (Edge* edge : robust) edge->weight = solution.weights[k++];
 }
 
 void PoseGraphOptimizer::FillCovariance(const std::optional<GraphCovariance>& covariance,

@@ -14,6 +14,8 @@ namespace seastitch {
 
 struct FactorGraph;
 struct GraphCovariance;
+struct RobustSolution;
+struct SolverStart;
 
 struct OptimizerParams {
   // A loop closure or position fix whose squared Mahalanobis distance from the solution is below
@@ -23,7 +25,7 @@ struct OptimizerParams {
   // Factor between two stages of the graduation. The literature has 1.4; on simulated surveys with
   // up to 70 % wrong closures 2, 4 and 10 gave the same answer, so this is the quick one.
   double graduation_step = 4.0;
-  // Of a Ceres solve; a chain with closures takes 3 to 10.
+  // Of Newton's method, each with a factorisation of its own; a survey takes 2 to 10.
   int max_iterations = 100;
   // Where position fixes exist, the first submap is no longer fixed but known as well as this:
   // a GPS position at the start of the dive, and the compass.
@@ -43,7 +45,8 @@ struct OptimizerParams {
 // their weight in every solution anew, so that one refused earlier comes back when later evidence
 // speaks for it.
 //
-// The solution depends on the graph alone, not on when its parts came.
+// The solution depends on the graph alone, as far as its robust minimum is found whatever the way:
+// batch and incremental give the same answer, though incremental goes on from the last one.
 class PoseGraphOptimizer {
  public:
   explicit PoseGraphOptimizer(const OptimizerParams& params);
@@ -68,11 +71,12 @@ class PoseGraphOptimizer {
  private:
   struct Vertex {
     Pose2 dead_reckoned;
-    std::optional<Pose2> quadratic;  // of the last solution's first stage: where to begin
+    std::optional<Pose2> solved;  // in the last solution
   };
   struct Edge {
     GraphEdge edge;
     SqrtInformation root;
+    std::optional<double> weight;  // in the last solution
     bool Pulls() const { return edge.verdict == LoopVerdict::kAccepted; }
   };
   using Pair = std::pair<SubmapId, SubmapId>;  // smaller id first
@@ -83,10 +87,14 @@ class PoseGraphOptimizer {
   bool HasFixes() const { return !fixes_.empty(); }
 
   std::map<SubmapId, int> Numbering() const;
-  FactorGraph MakeFactorGraph(const std::map<SubmapId, int>& number) const;
+  // Position fixes and loop closures that pull, in the order of their factors, which come last.
+  std::vector<Edge*> RobustEdges();
+  FactorGraph MakeFactorGraph(const std::map<SubmapId, int>& number,
+                              const std::vector<Edge*>& robust) const;
   void AddAnchor(FactorGraph* graph) const;
   void AddDeadReckoning(const std::map<SubmapId, int>& number, FactorGraph* graph) const;
-  std::vector<Pose2> Start() const;
+  SolverStart Start(std::size_t num_factors, const std::vector<Edge*>& robust) const;
+  void Keep(const RobustSolution& solution, const std::vector<Edge*>& robust);
   void FillCovariance(const std::optional<GraphCovariance>& covariance, PoseGraph* solution);
 
   OptimizerParams params_;

@@ -1,242 +1,183 @@
 #include "optimizer/robust_solver.hpp"
 
-#include <ceres/loss_function.h>
-#include <ceres/problem.h>
-#include <ceres/sized_cost_function.h>
-#include <ceres/solver.h>
-
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <memory>
+#include <limits>
 
 namespace seastitch {
 namespace {
 
-using RowMajor3d = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-using Block = std::array<double, 3>;
-
-Pose2 ToPose(const double* block) { return {block[0], block[1], block[2]}; }
-
-void Store(const Eigen::Matrix3d& J, double* out) {
-  if (out == nullptr) return;
-  Eigen::Map<RowMajor3d> rows(out);
-  rows = J;
-}
-
-class BetweenCost final : public ceres::SizedCostFunction<3, 3, 3> {
- public:
-  explicit BetweenCost(const RelativePoseCost& cost) : cost_(cost) {}
-  bool Evaluate(const double* const* blocks, double* residual, double** jacobians) const override {
-    Eigen::Matrix3d J_i, J_j;
-    Eigen::Map<Eigen::Vector3d> r(residual);
-    const bool wanted = jacobians != nullptr;
-    r = cost_.Evaluate(
-        ToPose(blocks[0]), ToPose(blocks[1]), wanted ? &J_i : nullptr, wanted ? &J_j : nullptr);
-    if (wanted) Store(J_i, jacobians[0]);
-    if (wanted) Store(J_j, jacobians[1]);
-    return true;
-  }
-
- private:
-  const RelativePoseCost& cost_;
-};
-
-class InMapCost final : public ceres::SizedCostFunction<3, 3> {
- public:
-  explicit InMapCost(const RelativePoseCost& cost) : cost_(cost) {}
-  bool Evaluate(const double* const* blocks, double* residual, double** jacobians) const override {
-    Eigen::Matrix3d J_j;
-    Eigen::Map<Eigen::Vector3d> r(residual);
-    r = cost_.Evaluate(Pose2{}, ToPose(blocks[0]), nullptr, &J_j);
-    if (jacobians != nullptr) Store(J_j, jacobians[0]);
-    return true;
-  }
-
- private:
-  const RelativePoseCost& cost_;
-};
-
-// What the robust losses, all together, are at the moment.
-struct Stage {
-  enum class Shape {
-    kSquares,    // s
-    kGraduated,  // GraduatedLoss at mu
-    kHeld,       // s times a weight of the factor's own
-  };
-  Shape shape = Shape::kSquares;
-  double mu = GraduatedLoss::kFinalMu;
-};
-
-enum class Accuracy {
-  kRough,    // enough to go on to the next stage from
-  kSettled,  // enough to read weights from
-  kExact,    // to the last digits
-};
-
-class CeresLoss final : public ceres::LossFunction {
- public:
-  CeresLoss(const GraduatedLoss& loss, const Stage* stage) : loss_(loss), stage_(stage) {}
-  void Hold(double weight) { held_ = weight; }
-  void Switch(bool on) { on_ = on; }
-
-  void Evaluate(double s, double rho[3]) const override {
-    rho[0] = on_ ? Value(s) : 0.0;
-    rho[1] = on_ ? Weight(s) : 0.0;
-    rho[2] = 0.0;  // re-weighted least squares: Ceres ignores a negative second derivative anyway
-  }
-
- private:
-  double Value(double s) const {
-    switch (stage_->shape) {
-      case Stage::Shape::kSquares: return s;
-      case Stage::Shape::kGraduated: return loss_.Value(s, stage_->mu);
-      case Stage::Shape::kHeld: break;
-    }
-    return held_ * s;
-  }
-  double Weight(double s) const {
-    switch (stage_->shape) {
-      case Stage::Shape::kSquares: return 1.0;
-      case Stage::Shape::kGraduated: return loss_.Weight(s, stage_->mu);
-      case Stage::Shape::kHeld: break;
-    }
-    return held_;
-  }
-
-  const GraduatedLoss loss_;
-  const Stage* stage_;
-  double held_ = 1.0;
-  bool on_ = true;
-};
-
-ceres::Problem::Options BorrowedLosses() {
-  ceres::Problem::Options options;
-  options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  options.disable_all_safety_checks = true;
-  return options;
-}
-
-// The Ceres problem of a graph, kept through all stages.
-class RobustProblem {
- public:
-  RobustProblem(const FactorGraph& graph, const std::vector<Pose2>& start)
-      : problem_(BorrowedLosses()) {
-    for (const Pose2& pose : start) blocks_.push_back({pose.x, pose.y, pose.yaw});
-    for (Block& block : blocks_) problem_.AddParameterBlock(block.data(), 3);
-    if (graph.fixed_vertex >= 0) problem_.SetParameterBlockConstant(BlockOf(graph.fixed_vertex));
-    for (const Factor& factor : graph.factors) AddFactor(factor);
-  }
-
-  bool Solve(const Stage& stage, Accuracy accuracy, int max_iterations) {
-    stage_ = stage;
-    ceres::Solver::Summary summary;
-    ceres::Solve(Options(accuracy, max_iterations), &problem_, &summary);
-    radius_ =
-        summary.iterations.empty() ? kGaussNewton : summary.iterations.back().trust_region_radius;
-    return summary.termination_type == ceres::CONVERGENCE;
-  }
-
-  // weights: one a factor of the graph; counts in Stage::Shape::kHeld.
-  void Hold(const std::vector<double>& weights) {
-    for (std::size_t k = 0; k < weights.size(); ++k)
-      if (losses_[k]) losses_[k]->Hold(weights[k]);
-  }
-
-  // Switches robust factors on and off; plain squares always pull.
-  void Switch(const std::vector<bool>& on) {
-    for (std::size_t k = 0; k < on.size(); ++k)
-      if (losses_[k]) losses_[k]->Switch(on[k]);
-  }
-
-  std::vector<Pose2> poses() const {
-    std::vector<Pose2> poses;
-    for (const Block& block : blocks_) poses.push_back(ToPose(block.data()));
-    return poses;
-  }
-
- private:
-  double* BlockOf(int vertex) { return blocks_[static_cast<std::size_t>(vertex)].data(); }
-
-  void AddFactor(const Factor& factor) {
-    losses_.push_back(std::isfinite(factor.loss.c2)
-                          ? std::make_unique<CeresLoss>(factor.loss, &stage_)
-                          : nullptr);
-    CeresLoss* loss = losses_.back().get();
-    if (factor.i == kMap)
-      problem_.AddResidualBlock(new InMapCost(factor.cost), loss, BlockOf(factor.j));
-    else
-      problem_.AddResidualBlock(
-          new BetweenCost(factor.cost), loss, BlockOf(factor.i), BlockOf(factor.j));
-  }
-
-  static double FunctionTolerance(Accuracy accuracy) {
-    switch (accuracy) {
-      case Accuracy::kRough: return 1e-3;
-      case Accuracy::kSettled: return 1e-6;
-      case Accuracy::kExact: break;
-    }
-    return 1e-13;
-  }
-
-  ceres::Solver::Options Options(Accuracy accuracy, int max_iterations) const {
-    ceres::Solver::Options options;
-    options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-    // Eigen's factorisation calls no BLAS: same bytes whatever BLAS is installed, on any core
-    // count.
-    options.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
-    options.num_threads = 1;
-    options.max_num_iterations = max_iterations;
-    options.initial_trust_region_radius = radius_;
-    options.max_trust_region_radius = kGaussNewton;
-    options.function_tolerance = FunctionTolerance(accuracy);
-    options.parameter_tolerance = 1e-12;
-    options.gradient_tolerance = 1e-12;
-    options.logging_type = ceres::SILENT;
-    return options;
-  }
-
-  // So large that the first step is the full one of Gauss and Newton. The region shrinks only where
-  // that fails, and the next stage goes on with what the last one learnt.
-  static constexpr double kGaussNewton = 1e14;
-
-  double radius_ = kGaussNewton;
-  std::vector<Block> blocks_;
-  std::vector<std::unique_ptr<CeresLoss>> losses_;  // one a factor; null: plain squares
-  Stage stage_;
-  ceres::Problem problem_;
-};
+bool IsRobust(const Factor& factor) { return std::isfinite(factor.loss.c2); }
 
 double SquaredResidual(const Factor& factor, const std::vector<Pose2>& poses) {
   return Residual(factor, poses).squaredNorm();
 }
 
-// The largest squared residual in units of its threshold, of the factors that are on.
-double WorstRatio(const FactorGraph& graph,
-                  const std::vector<bool>& on,
-                  const std::vector<Pose2>& poses) {
-  double worst = 0.0;
-  for (std::size_t k = 0; k < on.size(); ++k)
-    if (on[k])
-      worst = std::max(worst, SquaredResidual(graph.factors[k], poses) / graph.factors[k].loss.c2);
-  return worst;
-}
+// What the robust losses, all together, are at the moment. Plain squares stay what they are.
+struct Stage {
+  enum class Shape {
+    kSquares,    // s
+    kGraduated,  // GraduatedLoss at mu
+  };
+  Shape shape = Shape::kSquares;
+  double mu = GraduatedLoss::kFinalMu;
+  std::vector<bool> on;  // one a factor; off: nothing
 
-std::vector<double> Weights(const FactorGraph& graph, const std::vector<Pose2>& poses) {
-  std::vector<double> weights;
-  for (const Factor& f : graph.factors)
-    weights.push_back(f.loss.Weight(SquaredResidual(f, poses), GraduatedLoss::kFinalMu));
-  return weights;
-}
+  double Value(const Factor& factor, std::size_t k, double s) const {
+    if (!IsRobust(factor)) return s;
+    if (!on[k]) return 0.0;
+    return shape == Shape::kGraduated ? factor.loss.Value(s, mu) : s;
+  }
+  double Weight(const Factor& factor, std::size_t k, double s) const {
+    if (!IsRobust(factor)) return 1.0;
+    if (!on[k]) return 0.0;
+    return shape == Shape::kGraduated ? factor.loss.Weight(s, mu) : 1.0;
+  }
+  double Bend(const Factor& factor, std::size_t k, double s) const {
+    const bool bends = IsRobust(factor) && on[k] && shape == Shape::kGraduated;
+    return bends ? factor.loss.Bend(s, mu) : 0.0;
+  }
+};
 
-// What the robust minimum is the minimum of.
-double Cost(const FactorGraph& graph, const std::vector<Pose2>& poses) {
-  double cost = 0.0;
-  for (const Factor& f : graph.factors)
-    cost += f.loss.Value(SquaredResidual(f, poses), GraduatedLoss::kFinalMu);
-  return cost;
-}
+// Newton's method on the poses of a graph, under one stage after another. A factor of H costs as
+// much as twenty steps with it, so that each is used for several.
+class Minimiser {
+ public:
+  explicit Minimiser(const FactorGraph& graph) : graph_(graph), equations_(graph) {}
+
+  void StartFrom(const std::vector<Pose2>& poses) {
+    poses_ = poses;
+    equations_.Linearise(poses_);
+  }
+
+  // So many steps of re-weighted least squares with one factor of H, as far as they lead down.
+  void Descend(const Stage& stage, int steps) {
+    ReweightedStep(stage);
+    for (int n = 1; n < steps; ++n)
+      if (!Try(stage, equations_.Step(Weights(stage)))) return;
+  }
+
+  // One step at the weights given, with the bends of the stage where they are below 1; false where
+  // none is possible. Leaves H for what follows.
+  bool Step(const Stage& stage, const std::vector<double>& weights) {
+    std::vector<double> bends = Bends(stage);
+    for (std::size_t k = 0; k < bends.size(); ++k)
+      if (weights[k] == 1.0) bends[k] = 0.0;
+    if (!equations_.FactorizeNewton(weights, bends)) return false;
+    Move(equations_.Step(weights));
+    return true;
+  }
+
+  // Until the poses stand still, first with the H that there is. False where so many factors of H
+  // are not enough.
+  bool GoOn(const Stage& stage, int max_factors) {
+    return Settles(stage, std::numeric_limits<double>::infinity()) || Minimise(stage, max_factors);
+  }
+  bool Minimise(const Stage& stage, int max_factors) {
+    for (int n = 0; n < max_factors; ++n)
+      if (Settles(stage, FreshStep(stage))) return true;
+    return false;
+  }
+
+  // Of the poses, each factor at its weight. Nothing where some vertex is tied to nothing.
+  std::optional<GraphCovariance> Covariance(const std::vector<double>& weights, int newest) {
+    if (!equations_.Factorize(weights)) return std::nullopt;
+    return equations_.Covariance(newest);
+  }
+
+  std::vector<double> Weights(const Stage& stage) const {
+    std::vector<double> weights;
+    for (std::size_t k = 0; k < graph_.factors.size(); ++k)
+      weights.push_back(stage.Weight(graph_.factors[k], k, equations_.SquaredResidual(k)));
+    return weights;
+  }
+
+  double Cost(const Stage& stage) const {
+    double cost = 0.0;
+    for (std::size_t k = 0; k < graph_.factors.size(); ++k)
+      cost += stage.Value(graph_.factors[k], k, equations_.SquaredResidual(k));
+    return cost;
+  }
+
+  // The largest squared residual of those that are on, in units of its threshold.
+  double WorstRatio(const Stage& stage) const {
+    double worst = 0.0;
+    for (std::size_t k = 0; k < graph_.factors.size(); ++k)
+      if (stage.on[k])
+        worst = std::max(worst, equations_.SquaredResidual(k) / graph_.factors[k].loss.c2);
+    return worst;
+  }
+
+  const std::vector<Pose2>& poses() const { return poses_; }
+
+ private:
+  // Steps below the first [standard deviations] are rounding; below the second they may be, where
+  // they shrink no more.
+  static constexpr double kStill = 1e-8;
+  static constexpr double kStiff = 1e-5;
+  static constexpr double kShrinks = 0.5;
+
+  std::vector<double> Bends(const Stage& stage) const {
+    std::vector<double> bends;
+    for (std::size_t k = 0; k < graph_.factors.size(); ++k)
+      bends.push_back(stage.Bend(graph_.factors[k], k, equations_.SquaredResidual(k)));
+    return bends;
+  }
+
+  void Move(const NewtonStep& step) {
+    for (std::size_t v = 0; v < poses_.size(); ++v) {
+      const auto d = step.by.segment<3>(3 * static_cast<Eigen::Index>(v));
+      poses_[v] = {poses_[v].x + d.x(), poses_[v].y + d.y(), poses_[v].yaw + d.z()};
+    }
+    equations_.Linearise(poses_);
+  }
+
+  // False, and nothing moved, where the step leads up.
+  bool Try(const Stage& stage, const NewtonStep& step) {
+    const std::vector<Pose2> before = poses_;
+    const double cost = Cost(stage);
+    Move(step);
+    if (step.sigmas < kStiff || Cost(stage) <= cost) return true;
+    StartFrom(before);
+    return false;
+  }
+
+  // One step with H of here. Gives its length in standard deviations; 0 where none leads down.
+  double FreshStep(const Stage& stage) {
+    const std::vector<double> weights = Weights(stage);
+    if (stage.shape == Stage::Shape::kGraduated &&
+        equations_.FactorizeNewton(weights, Bends(stage)))
+      if (const NewtonStep step = equations_.Step(weights); Try(stage, step)) return step.sigmas;
+    return ReweightedStep(stage);
+  }
+
+  // The same without the bends, which always leads down in the end: damped after Levenberg and
+  // Marquardt where the plain step does not.
+  double ReweightedStep(const Stage& stage) {
+    const std::vector<double> weights = Weights(stage);
+    for (double damping = 0.0; damping<1e6; damping = damping> 0.0 ? 10.0 * damping : 1e-3) {
+      if (!equations_.Factorize(weights, damping)) continue;
+      if (const NewtonStep step = equations_.Step(weights); Try(stage, step)) return step.sigmas;
+    }
+    return 0.0;
+  }
+
+  // Further steps with the same H while they shrink. True at the minimum.
+  bool Settles(const Stage& stage, double last) {
+    while (last >= kStill) {
+      const NewtonStep step = equations_.Step(Weights(stage));
+      if (!(step.sigmas < kShrinks * last)) return last < kStiff;
+      Move(step);
+      last = step.sigmas;
+    }
+    return true;
+  }
+
+  const FactorGraph& graph_;
+  NormalEquations equations_;
+  std::vector<Pose2> poses_;
+};
 
 // Where every weight is still above zero: the paper's remark 5.
 double FirstMu(double worst_ratio) {
@@ -270,76 +211,127 @@ double InnovationSquared(const FactorGraph& graph, std::size_t k, const RobustSo
 // Twice the threshold: one honest factor in millions, so that a large sound graph is solved once.
 bool BelievesAgainstAllElse(const FactorGraph& graph, const RobustSolution& solution) {
   if (!solution.covariance) return false;
+  for (std::size_t k = 0; k < graph.factors.size(); ++k) {
+    if (!IsRobust(graph.factors[k]) || solution.weights[k] <= 0.0) continue;
+    const double limit = 2.0 * graph.factors[k].loss.c2;
+    // Most pass by a bound on the innovation: no eigenvalue of A exceeds its trace.
+    const double redundancy = 1.0 - solution.covariance->of_residual[k].trace();
+    const double s = SquaredResidual(graph.factors[k], solution.T_map_vertex);
+    if (redundancy > 0.0 && s <= limit * redundancy * redundancy) continue;
+    if (InnovationSquared(graph, k, solution) > limit) return true;
+  }
+  return false;
+}
+
+// Whether one that has no weight lies within its gate of what the others say.
+bool RefusesWhatWouldFit(const FactorGraph& graph, const RobustSolution& solution) {
+  if (!solution.covariance) return false;
   for (std::size_t k = 0; k < graph.factors.size(); ++k)
-    if (solution.weights[k] > 0.0 && std::isfinite(graph.factors[k].loss.c2) &&
-        InnovationSquared(graph, k, solution) > 2.0 * graph.factors[k].loss.c2)
+    if (solution.weights[k] <= 0.0 &&
+        InnovationSquared(graph, k, solution) < graph.factors[k].loss.c2)
       return true;
   return false;
 }
 
 class RobustSolver {
  public:
-  RobustSolver(const FactorGraph& graph,
-               const std::vector<Pose2>& start,
-               int newest,
-               const SolverParams& params)
-      : graph_(graph), problem_(graph, start), newest_(newest), params_(params) {}
+  RobustSolver(const FactorGraph& graph, int newest, const SolverParams& params)
+      : graph_(graph),
+        minimiser_(graph),
+        all_(graph.factors.size(), true),
+        newest_(newest),
+        params_(params) {}
 
-  RobustSolution Solve() {
-    RobustSolution solution = Graduate(std::vector<bool>(graph_.factors.size(), true));
+  RobustSolution Solve(const SolverStart& start) {
+    if (auto solution = GoOn(start)) return *std::move(solution);
+    RobustSolution solution = Graduate(start.dead_reckoned, all_);
     if (!BelievesAgainstAllElse(graph_, solution)) return solution;
-    RobustSolution other = Graduate(NearDeadReckoning());
-    if (Cost(graph_, other.T_map_vertex) >= Cost(graph_, solution.T_map_vertex)) return solution;
-    other.quadratic = solution.quadratic;
-    return other;
+    RobustSolution other = Graduate(start.dead_reckoned, NearDeadReckoning(start.dead_reckoned));
+    return other.cost < solution.cost ? other : solution;
   }
 
  private:
-  // From the minimum of the squares of those that are on to the robust minimum of all.
-  RobustSolution Graduate(const std::vector<bool>& on) {
-    constexpr int kRoughIterations = 3;
-    constexpr int kSettledIterations = 10;
-    using Shape = Stage::Shape;
-    RobustSolution solution;
-    problem_.Switch(on);
-    problem_.Solve({Shape::kSquares}, Accuracy::kExact, params_.max_iterations);
-    solution.quadratic = problem_.poses();
-    const double worst = WorstRatio(graph_, on, solution.quadratic);
-    for (double mu = FirstMu(worst); mu < GraduatedLoss::kFinalMu; mu *= params_.graduation_step)
-      problem_.Solve({Shape::kGraduated, mu}, Accuracy::kRough, kRoughIterations);
-    problem_.Switch(std::vector<bool>(on.size(), true));
-    problem_.Solve({Shape::kGraduated}, Accuracy::kSettled, kSettledIterations);
-    solution.weights = Weights(graph_, problem_.poses());
-    problem_.Hold(solution.weights);
-    solution.converged = problem_.Solve({Shape::kHeld}, Accuracy::kExact, params_.max_iterations);
-    solution.T_map_vertex = problem_.poses();
-    solution.covariance =
-        ComputeCovariance(graph_, solution.T_map_vertex, solution.weights, newest_);
+  // On from the last solution, where what is new contradicts nothing: every new robust factor is
+  // believed, every old one weighs what it did, none is believed against all else, and none that
+  // was refused would now fit.
+  std::optional<RobustSolution> GoOn(const SolverStart& start) {
+    if (start.T_map_vertex.empty()) return std::nullopt;
+    std::vector<double> weights;
+    for (const std::optional<double>& weight : start.weights)
+      weights.push_back(weight.value_or(1.0));
+    minimiser_.StartFrom(start.T_map_vertex);
+    if (!minimiser_.Step(last_stage(), weights) ||
+        !AreAlike(weights, minimiser_.Weights(last_stage())) ||
+        !minimiser_.GoOn(last_stage(), params_.max_iterations))
+      return std::nullopt;
+    RobustSolution solution = Solution();
+    solution.converged = true;
+    FindCovariance(&solution);
+    if (!AreAlike(weights, solution.weights) || BelievesAgainstAllElse(graph_, solution) ||
+        RefusesWhatWouldFit(graph_, solution))
+      return std::nullopt;
     return solution;
   }
 
+  static bool AreAlike(const std::vector<double>& a, const std::vector<double>& b) {
+    constexpr double kSameWeight = 0.2;  // what a verdict may move without being another one
+    return std::equal(a.begin(), a.end(), b.begin(), [](double x, double y) {
+      return std::abs(x - y) < kSameWeight;
+    });
+  }
+
+  // From dead reckoning to near the minimum of the squares of those that are on, and on to the
+  // robust minimum of all.
+  RobustSolution Graduate(const std::vector<Pose2>& dead_reckoned, const std::vector<bool>& on) {
+    minimiser_.StartFrom(dead_reckoned);
+    const Stage squares{Stage::Shape::kSquares, 0.0, on};
+    for (int n = 0; n < kFactorsForSquares; ++n) minimiser_.Descend(squares, kStepsAFactor);
+    for (double mu = FirstMu(minimiser_.WorstRatio(squares)); mu < GraduatedLoss::kFinalMu;
+         mu *= params_.graduation_step)
+      minimiser_.Descend({Stage::Shape::kGraduated, mu, on}, kStepsAFactor);
+    minimiser_.Descend(last_stage(), kStepsAFactor);
+    const bool converged = minimiser_.Minimise(last_stage(), params_.max_iterations);
+    RobustSolution solution = Solution();
+    solution.converged = converged;
+    FindCovariance(&solution);
+    return solution;
+  }
+
+  // Where the minimiser stands.
+  RobustSolution Solution() const {
+    RobustSolution solution;
+    solution.T_map_vertex = minimiser_.poses();
+    solution.weights = minimiser_.Weights(last_stage());
+    solution.cost = minimiser_.Cost(last_stage());
+    return solution;
+  }
+
+  void FindCovariance(RobustSolution* solution) {
+    solution->covariance = minimiser_.Covariance(solution->weights, newest_);
+  }
+
   // The factors that lie within the chi-square gate of dead reckoning alone.
-  std::vector<bool> NearDeadReckoning() {
-    RobustSolution dead_reckoned;
-    std::vector<bool> plain;
-    for (const Factor& f : graph_.factors) {
-      plain.push_back(!std::isfinite(f.loss.c2));
-      dead_reckoned.weights.push_back(plain.back() ? 1.0 : 0.0);
-    }
-    problem_.Switch(plain);
-    problem_.Solve({Stage::Shape::kSquares}, Accuracy::kExact, params_.max_iterations);
-    dead_reckoned.T_map_vertex = problem_.poses();
-    dead_reckoned.covariance = ComputeCovariance(
-        graph_, dead_reckoned.T_map_vertex, dead_reckoned.weights, newest_, ResidualsOf::kAll);
-    std::vector<bool> near = plain;
-    if (!dead_reckoned.covariance) return near;
+  std::vector<bool> NearDeadReckoning(const std::vector<Pose2>& dead_reckoned) {
+    const Stage alone{Stage::Shape::kSquares, 0.0, std::vector<bool>(all_.size(), false)};
+    minimiser_.StartFrom(dead_reckoned);
+    RobustSolution solution = Solution();
+    solution.weights = minimiser_.Weights(alone);
+    FindCovariance(&solution);
+    std::vector<bool> near(all_.size(), false);
+    if (!solution.covariance) return near;
     for (std::size_t k = 0; k < near.size(); ++k)
-      near[k] = near[k] || InnovationSquared(graph_, k, dead_reckoned) < graph_.factors[k].loss.c2;
+      near[k] = InnovationSquared(graph_, k, solution) < graph_.factors[k].loss.c2;
     return near;
   }
 
+  Stage last_stage() const { return {Stage::Shape::kGraduated, GraduatedLoss::kFinalMu, all_}; }
+
+  static constexpr int kFactorsForSquares = 3;
+  static constexpr int kStepsAFactor = 2;
+
   const FactorGraph& graph_;
-  RobustProblem problem_;
+  Minimiser minimiser_;
+  const std::vector<bool> all_;
   const int newest_;
   const SolverParams params_;
 };
@@ -347,10 +339,10 @@ class RobustSolver {
 }  // namespace
 
 RobustSolution SolveRobust(const FactorGraph& graph,
-                           const std::vector<Pose2>& start,
+                           const SolverStart& start,
                            int newest,
                            const SolverParams& params) {
-  return RobustSolver(graph, start, newest, params).Solve();
+  return RobustSolver(graph, newest, params).Solve(start);
 }
 
 }  // namespace seastitch

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "optimizer/factor_graph.hpp"
-#include "optimizer/graph_covariance.hpp"
+#include "optimizer/normal_equations.hpp"
 
 namespace seastitch {
 
@@ -13,26 +13,38 @@ struct SolverParams {
   int max_iterations = 100;
 };
 
+// Poses: one a vertex.
+struct SolverStart {
+  std::vector<Pose2> dead_reckoned;
+  // The last solution, new vertices where dead reckoning puts them, and what it made of each factor
+  // (nothing of a new one). Empty: there is none.
+  std::vector<Pose2> T_map_vertex;
+  std::vector<std::optional<double>> weights;
+};
+
 struct RobustSolution {
-  std::vector<Pose2> quadratic;     // minimum with every loss a plain square: the next warm start
-  std::vector<Pose2> T_map_vertex;  // the robust minimum
-  std::vector<double> weights;      // one a factor, 0 to 1
-  bool converged = false;           // of the last stage
+  std::vector<Pose2> T_map_vertex;
+  std::vector<double> weights;  // one a factor, 0 to 1
+  double cost = 0.0;
+  bool converged = false;
   std::optional<GraphCovariance> covariance;  // nothing where it could not be found
 };
 
-// Minimises sum loss(|W e|^2) with Ceres (Gauss-Newton steps in a trust region, sparse Cholesky,
-// one thread) by graduated non-convexity: from the minimum of the plain squares, which `start` only
-// makes quicker to find, the losses are sharpened step by step; then the weights are held and the
-// answer is found to the last digits. The same graph gives the same answer whatever it was before.
+// Minimises sum loss(|W e|^2) by graduated non-convexity: from dead reckoning to near the minimum
+// of the plain squares; from there the losses are sharpened step by step; then Newton's method
+// finds the answer to the last digits.
 //
 // That way nothing is refused that nothing contradicts: a lone wrong closure bends dead reckoning
 // until its own residual is small. So every believed factor is then tested against the graph
 // without it (Baarda's test: the leave-one-out innovation). Where one fails badly, a second minimum
 // is sought from dead reckoning alone with what lies within its chi-square gate, and the lower of
 // the two is the answer.
+//
+// All that is left out while new evidence contradicts nothing: where the minimum next to the last
+// solution believes every new factor, revises no verdict, passes the test, and leaves no refused
+// factor within its chi-square gate, it is the answer.
 RobustSolution SolveRobust(const FactorGraph& graph,
-                           const std::vector<Pose2>& start,
+                           const SolverStart& start,
                            int newest,
                            const SolverParams& params);
 

@@ -5,6 +5,7 @@
 namespace seastitch {
 
 double WrapAngle(double rad) {
+  if (rad >= -kPi && rad < kPi) return rad;
   const double wrapped = std::remainder(rad, 2.0 * kPi);
   return wrapped >= kPi ? -kPi : wrapped;
 }

@@ -204,7 +204,7 @@ TEST_P(BatchAndIncremental, GiveTheSameAnswer) {
   EXPECT_LT((last.vertices[20].covariance - batch.vertices[20].covariance).norm(), 1e-6);
 }
 
-INSTANTIATE_TEST_SUITE_P(WrongShare, BatchAndIncremental, ::testing::Values(0.0, 0.2));
+INSTANTIATE_TEST_SUITE_P(WrongShare, BatchAndIncremental, ::testing::Values(0.0, 0.05, 0.2, 0.4));
 
 TEST(PoseGraphOptimizer, TheSameGraphGivesTheSameBytes) {
   const SurveyGraph survey =

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "optimizer/graph_covariance.hpp"
+#include "optimizer/normal_equations.hpp"
 #include "optimizer/pose_graph_optimizer.hpp"
 #include "tests/optimizer/survey_graph.hpp"
 
@@ -50,9 +50,12 @@ void BM_OptimizerCovariance(benchmark::State& state) {
       graph.factors.push_back(
           {e.from.value, e.to.value, {e.T_from_to, FactorInformation(e.information)->W}, {}});
   const std::vector<double> weights(graph.factors.size(), 1.0);
-  for (auto _ : state)
-    benchmark::DoNotOptimize(
-        ComputeCovariance(graph, survey.truth, weights, graph.num_vertices - 1));
+  for (auto _ : state) {
+    NormalEquations equations(graph);
+    equations.Linearise(survey.truth);
+    equations.Factorize(weights);
+    benchmark::DoNotOptimize(equations.Covariance(graph.num_vertices - 1));
+  }
 }
 
 void Sizes(benchmark::internal::Benchmark* b) {

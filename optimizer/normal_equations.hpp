@@ -1,0 +1,66 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "optimizer/block_cholesky.hpp"
+#include "optimizer/factor_graph.hpp"
+
+namespace seastitch {
+
+// Covariances of (x, y [m], yaw [rad]) in map axes, one a vertex; zero for the fixed vertex.
+struct GraphCovariance {
+  std::vector<Eigen::Matrix3d> marginal;
+  std::vector<Eigen::Matrix3d> with_newest;  // rows: the vertex; columns: vertex `newest`
+  // One a factor: what the graph leaves open of its residual, W J covariance J^T W^T. Identity is
+  // as much as the factor's own noise.
+  std::vector<Eigen::Matrix3d> of_residual;
+};
+
+struct NewtonStep {
+  Eigen::VectorXd by;   // x, y [m], yaw [rad] of each vertex
+  double sigmas = 0.0;  // its length in standard deviations: the Newton decrement
+};
+
+// The weighted Gauss-Newton system of a graph: H = sum w J^T J, g = sum w J^T r over the factors'
+// residuals r = W e and their derivatives J. Its structure is found once; the graph must outlive
+// it. Weights: one a factor, 0 leaves it out.
+class NormalEquations {
+ public:
+  explicit NormalEquations(const FactorGraph& graph);
+
+  void Linearise(const std::vector<Pose2>& T_map_vertex);
+  double SquaredResidual(std::size_t factor) const {
+    return factors_[factor].residual.squaredNorm();
+  }
+
+  // H of the last linearisation, its diagonal times 1 + damping. False where that is not positive
+  // definite: some vertex is tied to nothing.
+  bool Factorize(const std::vector<double>& weights, double damping = 0.0);
+  // H of Newton for losses whose weight is their first derivative by |r|^2 and whose second one is
+  // bends (Triggs et al., "Bundle adjustment - a modern synthesis", 2000, section 4.3). Where
+  // losses bend down too far it is not positive definite: false.
+  bool FactorizeNewton(const std::vector<double>& weights, const std::vector<double>& bends);
+
+  // -H^-1 g: g of the last linearisation, H of the last factorisation.
+  NewtonStep Step(const std::vector<double>& weights) const;
+
+  // From H of the last factorisation, undamped, and J of the last linearisation.
+  GraphCovariance Covariance(int newest) const;
+
+ private:
+  struct Linearised {
+    Eigen::Vector3d residual;
+    Eigen::Matrix3d J_i;  // zero for the map and for the fixed vertex
+    Eigen::Matrix3d J_j;
+  };
+  bool IsFree(int vertex) const { return vertex != kMap && vertex != graph_.fixed_vertex; }
+  BlockMatrix Hessian(const std::vector<double>& weights) const;
+  void AddBends(const std::vector<double>& bends, BlockMatrix* H) const;
+
+  const FactorGraph& graph_;
+  BlockCholesky cholesky_;
+  std::vector<Linearised> factors_;
+};
+
+}  // namespace seastitch
