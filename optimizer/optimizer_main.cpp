@@ -15,7 +15,9 @@ int main(int argc, char** argv) {
                       if (args.check_config) return EXIT_SUCCESS;
                       EventLoop loop;
                       Bus bus(args.lcm_url);
-                      OptimizerNode node(config, &bus, OptimizerNode::SolveOn::kWhenAsked);
+                      ThreadWorker worker(1);
+                      OptimizerNode node(config, &bus, &worker, OptimizerNode::SolveOn::kWhenAsked);
+                      loop.Add(worker.fd(), [&] { worker.Drain(); });
                       node.health().PublishEverySecond(&bus, &loop);
                       loop.Add(bus.fd(), [&] {
                         bus.HandleAll(Bus::kBurst);

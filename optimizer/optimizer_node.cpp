@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <string>
+#include <utility>
 
 namespace seastitch {
 namespace {
@@ -12,8 +13,12 @@ constexpr int kRequestQueue = 16;
 
 }  // namespace
 
-OptimizerNode::OptimizerNode(const OptimizerConfig& config, Bus* bus, SolveOn when)
-    : config_(config), when_(when), bus_(bus), optimizer_(config.params) {
+OptimizerNode::OptimizerNode(const OptimizerConfig& config, Bus* bus, Worker* worker, SolveOn when)
+    : config_(config),
+      when_(when),
+      bus_(bus),
+      worker_(worker),
+      optimizer_(std::make_shared<PoseGraphOptimizer>(config.params)) {
   bus_->Subscribe<graph_update_t>(
       "GRAPH_UPDATE", kUnlimited, [this](const graph_update_t& msg) { OnUpdate(msg); });
   bus_->Subscribe<graph_request_t>(
@@ -24,11 +29,18 @@ OptimizerNode::OptimizerNode(const OptimizerConfig& config, Bus* bus, SolveOn wh
 
 void OptimizerNode::OnUpdate(const graph_update_t& msg) {
   health_.Tick("graph_update");
+  if (solving_)
+    updates_.push_back(msg);
+  else
+    Take(msg);
+}
+
+void OptimizerNode::Take(const graph_update_t& msg) {
   const std::optional<GraphUpdate> update = Checked(msg);
   if (!update) return;
-  if (optimizer_.Contradicts(*update)) StartOver();
-  const bool new_to_us = update->version > optimizer_.version();
-  if (optimizer_.Add(*update)) {
+  if (optimizer_->Contradicts(*update)) StartOver();
+  const bool new_to_us = update->version > optimizer_->version();
+  if (optimizer_->Add(*update)) {
     if (!new_to_us) return;
     update_utime_ = msg.utime;
     waiting_ = true;
@@ -48,13 +60,13 @@ std::optional<GraphUpdate> OptimizerNode::Checked(const graph_update_t& msg) {
   health_.Count("updates_malformed");
   // The next version counts as empty: what follows must not wait for ever for a step that will come
   // no better when it comes again.
-  if (msg.version == optimizer_.version() + 1) return GraphUpdate{msg.version, {}, {}};
+  if (msg.version == optimizer_->version() + 1) return GraphUpdate{msg.version, {}, {}};
   return std::nullopt;
 }
 
 void OptimizerNode::StartOver() {
   health_.Count("graphs_started_over");
-  optimizer_ = PoseGraphOptimizer(config_.params);
+  optimizer_ = std::make_shared<PoseGraphOptimizer>(config_.params);
   solution_ = {};
   newest_version_ = 0;
 }
@@ -70,22 +82,42 @@ void OptimizerNode::Ask() {
   msg.utime = update_utime_;
   msg.seq = request_seq_++;
   msg.from = "optimizer";
-  msg.have_version = optimizer_.version();
+  msg.have_version = optimizer_->version();
   bus_->Publish("GRAPH_REQUEST", msg);
   health_.Count("requests");
 }
 
 void OptimizerNode::AskAgain() {
-  if (newest_version_ > optimizer_.version()) Ask();
+  if (!solving_ && newest_version_ > optimizer_->version()) Ask();
 }
 
 void OptimizerNode::SolveWaiting() {
-  if (!waiting_) return;
+  if (!waiting_ || solving_) return;
+  solving_ = true;
   waiting_ = false;
-  const auto begin = std::chrono::steady_clock::now();  // for HEALTH alone
-  solution_ = optimizer_.Solve();
+  const bool posted = worker_->Post([this, optimizer = optimizer_] {
+    const auto begin = std::chrono::steady_clock::now();  // for HEALTH alone
+    PoseGraph solution = optimizer->Solve();
+    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+    return [this, solution = std::move(solution), took] { OnSolved(solution, took.count()); };
+  });
+  if (posted) return;
+  solving_ = false;
+  waiting_ = true;
+  health_.Count("worker_refused");
+}
+
+void OptimizerNode::OnSolved(PoseGraph solution, double solve_s) {
+  solving_ = false;
+  solution_ = std::move(solution);
   PublishSolution();
-  Report(std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+  Report(solve_s);
+  while (!updates_.empty() && !solving_) {
+    const graph_update_t msg = std::move(updates_.front());
+    updates_.pop_front();
+    Take(msg);
+  }
+  if (when_ == SolveOn::kWhenAsked) SolveWaiting();
 }
 
 void OptimizerNode::PublishSolution() {
@@ -100,14 +132,14 @@ void OptimizerNode::Report(double solve_s) {
                                       solution_.loop_edges.end(),
                                       [](const SolvedEdge& edge) { return edge.weight > 0.5; });
   health_.Set("solve_ms", static_cast<std::int64_t>(1e3 * solve_s));
-  health_.Set("graph_version", optimizer_.version());
+  health_.Set("graph_version", optimizer_->version());
   health_.Set("vertices", static_cast<std::int64_t>(solution_.vertices.size()));
   health_.Set("loop_closures", static_cast<std::int64_t>(solution_.loop_edges.size()));
   health_.Set("loop_closures_believed", believed);
-  for (const auto& [name, count] : optimizer_.counters()) health_.Set(name, count);
-  const bool missing = newest_version_ > optimizer_.version();
+  for (const auto& [name, count] : optimizer_->counters()) health_.Set(name, count);
+  const bool missing = newest_version_ > optimizer_->version();
   health_.SetState(missing ? HealthState::kDegraded : HealthState::kOk,
-                   "version " + std::to_string(optimizer_.version()) + ", " +
+                   "version " + std::to_string(optimizer_->version()) + ", " +
                        std::to_string(solution_.vertices.size()) + " submaps, " +
                        std::to_string(believed) + " of " +
                        std::to_string(solution_.loop_edges.size()) + " loop closures believed" +

@@ -1,11 +1,14 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
+#include <memory>
 #include <optional>
 
 #include "common/convert/convert.hpp"
 #include "common/runtime/bus.hpp"
 #include "common/runtime/health.hpp"
+#include "common/runtime/worker.hpp"
 #include "optimizer/optimizer_config.hpp"
 #include "optimizer/pose_graph_optimizer.hpp"
 #include "seastitch/graph_request_t.hpp"
@@ -15,16 +18,21 @@ namespace seastitch {
 
 // GRAPH_UPDATE in, POSE_GRAPH out; see "Graph protocol" in docs/channels.md. Asks the mapper for
 // the whole graph when it is made, and for what it lacks when a version is missing; gives a mapper
-// that asks the last solution again. Keeps nothing on disk.
+// that asks the last solution again. Keeps nothing on disk. Solves on the worker; what comes in
+// meanwhile waits, so that HEALTH and requests do not.
 class OptimizerNode {
  public:
   // kEachUpdate: in replay, so that the same log gives the same solutions. kWhenAsked: live; a
   // solution that takes longer than the next update is then made once for all that wait.
   enum class SolveOn { kEachUpdate, kWhenAsked };
 
-  OptimizerNode(const OptimizerConfig& config, Bus* bus, SolveOn when = SolveOn::kEachUpdate);
+  OptimizerNode(const OptimizerConfig& config,
+                Bus* bus,
+                Worker* worker,
+                SolveOn when = SolveOn::kEachUpdate);
 
-  // Solves and publishes, if updates came since the last time.
+  // Has the worker solve, if updates came since the last time and it is not at work; publishes what
+  // comes of it.
   void SolveWaiting();
   // Asks once more if a version is known to be missing: the request or its answer may be lost.
   // Live, every few seconds.
@@ -34,6 +42,8 @@ class OptimizerNode {
 
  private:
   void OnUpdate(const graph_update_t& msg);
+  void Take(const graph_update_t& msg);
+  void OnSolved(PoseGraph solution, double solve_s);
   void OnRequest(const graph_request_t& msg);
   std::optional<GraphUpdate> Checked(const graph_update_t& msg);
   void StartOver();
@@ -43,9 +53,12 @@ class OptimizerNode {
 
   const OptimizerConfig config_;
   const SolveOn when_;
-  Bus* bus_;
+  Bus* const bus_;
+  Worker* const worker_;
   Health health_{"optimizer"};
-  PoseGraphOptimizer optimizer_;
+  std::shared_ptr<PoseGraphOptimizer> optimizer_;  // the worker's alone while solving_
+  bool solving_ = false;
+  std::deque<graph_update_t> updates_;  // that came meanwhile
   PoseGraph solution_;
   std::int64_t newest_version_ = 0;  // that the mapper is known to have
   std::int64_t update_utime_ = 0;    // of the newest update taken

@@ -77,7 +77,7 @@ class Pipeline {
   Pipeline(const ReplayOptions& options, const fs::path& survey_dir, Bus* bus)
       : bus_(bus),
         mapper_(MapperConfigFor(options, survey_dir), bus, &worker_),
-        optimizer_(LoadOptimizerConfig(options.optimizer_config.string()), bus) {
+        optimizer_(LoadOptimizerConfig(options.optimizer_config.string()), bus, &worker_) {
     bus_->HandleAll();
   }
 

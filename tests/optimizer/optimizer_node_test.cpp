@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <deque>
 #include <fstream>
 #include <limits>
+#include <utility>
 
 #include "common/runtime/config.hpp"
 #include "seastitch/pose_graph_t.hpp"
@@ -75,8 +77,9 @@ void ExpectSame(const PoseGraph& a, const PoseGraph& b) {
 
 TEST(OptimizerNode, AnswersEveryUpdateWithASolution) {
   Bus bus("memq://");
+  InlineWorker worker;
   MapperStub mapper(SmallSurvey(), &bus);
-  OptimizerNode node({}, &bus);
+  OptimizerNode node({}, &bus, &worker);
   for (int k = 0; k < 12; ++k) mapper.PublishNext();
   ASSERT_EQ(mapper.solutions.size(), 12u);
   EXPECT_EQ(mapper.solutions.back().graph_version, 12);
@@ -89,16 +92,18 @@ TEST(OptimizerNode, AnswersEveryUpdateWithASolution) {
 
 TEST(OptimizerNode, AsksOnStart) {
   Bus bus("memq://");
+  InlineWorker worker;
   MapperStub mapper(SmallSurvey(), &bus);
-  OptimizerNode node({}, &bus);
+  OptimizerNode node({}, &bus, &worker);
   bus.HandleAll();
   EXPECT_EQ(mapper.requests, std::vector<std::int64_t>{0});
 }
 
 TEST(OptimizerNode, AsksForALostVersionAndGoesOn) {
   Bus bus("memq://");
+  InlineWorker worker;
   MapperStub mapper(SmallSurvey(), &bus);
-  OptimizerNode node({}, &bus);
+  OptimizerNode node({}, &bus, &worker);
   for (int k = 0; k < 12; ++k) mapper.PublishNext(k == 4 || k == 5);
   EXPECT_EQ(mapper.requests, (std::vector<std::int64_t>{0, 4}));
   EXPECT_EQ(mapper.solutions.back().graph_version, 12);
@@ -107,10 +112,11 @@ TEST(OptimizerNode, AsksForALostVersionAndGoesOn) {
 
 TEST(OptimizerNode, AsksAgainOnlyWhileSomethingIsMissing) {
   Bus bus("memq://");
+  InlineWorker worker;
   std::vector<std::int64_t> asked;
   bus.Subscribe<graph_request_t>(
       "GRAPH_REQUEST", 16, [&](const graph_request_t& msg) { asked.push_back(msg.have_version); });
-  OptimizerNode node({}, &bus);
+  OptimizerNode node({}, &bus, &worker);
   const auto updates = SmallSurvey();
   const auto send = [&](std::size_t k) {
     bus.Publish("GRAPH_UPDATE", ToLcm(updates[k], updates[k].vertices[0].time, 0));
@@ -132,15 +138,17 @@ TEST(OptimizerNode, ARestartedOptimizerGetsEverythingAgain) {
   PoseGraph before;
   {
     Bus bus("memq://");
+    InlineWorker worker;
     MapperStub mapper(SmallSurvey(), &bus);
-    OptimizerNode first({}, &bus);
+    OptimizerNode first({}, &bus, &worker);
     for (int k = 0; k < 12; ++k) mapper.PublishNext();
     before = mapper.solutions.back();
   }
   Bus bus("memq://");
+  InlineWorker worker;
   MapperStub mapper(SmallSurvey(), &bus);
   mapper.published = 12;
-  OptimizerNode second({}, &bus);
+  OptimizerNode second({}, &bus, &worker);
   bus.HandleAll();
   ASSERT_FALSE(mapper.solutions.empty());
   ExpectSame(mapper.solutions.back(), before);
@@ -148,8 +156,9 @@ TEST(OptimizerNode, ARestartedOptimizerGetsEverythingAgain) {
 
 TEST(OptimizerNode, GivesAMapperThatAsksTheLastSolution) {
   Bus bus("memq://");
+  InlineWorker worker;
   MapperStub mapper(SmallSurvey(), &bus);
-  OptimizerNode node({}, &bus);
+  OptimizerNode node({}, &bus, &worker);
   mapper.AskForSolution(0);
   EXPECT_TRUE(mapper.solutions.empty());
   for (int k = 0; k < 12; ++k) mapper.PublishNext();
@@ -162,8 +171,9 @@ TEST(OptimizerNode, GivesAMapperThatAsksTheLastSolution) {
 
 TEST(OptimizerNode, WhenAskedSolvesOnceForAllThatWait) {
   Bus bus("memq://");
+  InlineWorker worker;
   MapperStub mapper(SmallSurvey(), &bus);
-  OptimizerNode node({}, &bus, OptimizerNode::SolveOn::kWhenAsked);
+  OptimizerNode node({}, &bus, &worker, OptimizerNode::SolveOn::kWhenAsked);
   for (int k = 0; k < 12; ++k) mapper.PublishNext();
   EXPECT_TRUE(mapper.solutions.empty());
   node.SolveWaiting();
@@ -173,10 +183,51 @@ TEST(OptimizerNode, WhenAskedSolvesOnceForAllThatWait) {
   EXPECT_EQ(mapper.solutions[0].graph_version, 12);
 }
 
+TEST(OptimizerNode, AnswersRequestsAndKeepsUpdatesWhileTheWorkerSolves) {
+  // Runs a job when told to.
+  struct SlowWorker : Worker {
+    std::deque<Job> jobs;
+    bool Post(Job job) override {
+      jobs.push_back(std::move(job));
+      return true;
+    }
+    std::size_t queue_depth() const override { return jobs.size(); }
+    void Run() {
+      const Job job = std::move(jobs.front());
+      jobs.pop_front();
+      job()();
+    }
+  };
+  Bus bus("memq://");
+  SlowWorker worker;
+  MapperStub mapper(SmallSurvey(), &bus);
+  OptimizerNode node({}, &bus, &worker, OptimizerNode::SolveOn::kWhenAsked);
+  const auto next = [&] {
+    mapper.PublishNext();
+    node.SolveWaiting();
+  };
+  next();
+  next();
+  next();
+  EXPECT_EQ(worker.queue_depth(), 1u);
+  worker.Run();
+  bus.HandleAll();
+  ASSERT_EQ(mapper.solutions.size(), 1u);
+  EXPECT_EQ(mapper.solutions[0].graph_version, 1);
+  EXPECT_EQ(worker.queue_depth(), 1u);  // for both that waited
+  mapper.AskForSolution(0);
+  EXPECT_EQ(mapper.solutions.size(), 2u);
+  worker.Run();
+  bus.HandleAll();
+  ASSERT_EQ(mapper.solutions.size(), 3u);
+  EXPECT_EQ(mapper.solutions[2].graph_version, 3);
+}
+
 TEST(OptimizerNode, BeginsAgainWhenTheMapperHasAnotherGraph) {
   Bus bus("memq://");
+  InlineWorker worker;
   MapperStub mapper(SmallSurvey(3), &bus);
-  OptimizerNode node({}, &bus);
+  OptimizerNode node({}, &bus, &worker);
   for (int k = 0; k < 12; ++k) mapper.PublishNext();
   mapper.BeginAgain(SmallSurvey(4));
   for (int k = 0; k < 3; ++k) mapper.PublishNext();
@@ -187,8 +238,9 @@ TEST(OptimizerNode, BeginsAgainWhenTheMapperHasAnotherGraph) {
 
 TEST(OptimizerNode, AMalformedUpdateHoldsUpNothing) {
   Bus bus("memq://");
+  InlineWorker worker;
   MapperStub mapper(SmallSurvey(), &bus);
-  OptimizerNode node({}, &bus);
+  OptimizerNode node({}, &bus, &worker);
   mapper.PublishNext();
   auto bad = ToLcm(SmallSurvey()[1], SmallSurvey()[1].vertices[0].time, 0);
   bad.edges[0].x_m = std::numeric_limits<double>::quiet_NaN();
