@@ -50,6 +50,9 @@ void ReadNavigation(ConfigMap map, NavigationParams* p) {
   map.Read("attitude_roll_pitch_tau_s", &p->attitude_roll_pitch_rad.tau_s);
   ReadDegrees(&map, "attitude_heading_deg", &p->attitude_heading_rad.sigma);
   map.Read("attitude_heading_tau_s", &p->attitude_heading_rad.tau_s);
+  ReadDegrees(&map, "attitude_heading_wander_deg", &p->attitude_heading_wander_rad.sigma);
+  map.Read("attitude_heading_wander_tau_s", &p->attitude_heading_wander_rad.tau_s);
+  ReadDegrees(&map, "attitude_deviation_deg", &p->attitude_deviation_rad);
   ReadDegrees(&map, "attitude_white_deg", &p->attitude_white_rad);
   map.Read("attitude_interval_s", &p->attitude_interval_s);
   map.Read("dvl_sigma_mps", &p->dvl_sigma_mps);
@@ -58,9 +61,12 @@ void ReadNavigation(ConfigMap map, NavigationParams* p) {
   map.Read("dvl_scale_tau_s", &p->dvl_scale.tau_s);
   ReadDegrees(&map, "dvl_mounting_deg", &p->dvl_mounting_rad.sigma);
   map.Read("dvl_mounting_tau_s", &p->dvl_mounting_rad.tau_s);
+  map.Read("dvl_sound_speed_mps", &p->dvl_sound_speed_mps);
   map.Read("bottom_lock_timeout_s", &p->bottom_lock_timeout_s);
   map.Read("depth_sigma_m", &p->depth_sigma_m);
   map.Read("depth_sigma_floor_m", &p->depth_sigma_floor_m);
+  map.Read("depth_bias_m", &p->depth_bias_m.sigma);
+  map.Read("depth_bias_tau_s", &p->depth_bias_m.tau_s);
   map.Read("gate_sigma", &p->gate_sigma);
   map.Read("gate_reset_s", &p->gate_reset_s);
   map.Read("start_at_first_fix", &p->start_at_first_fix);

@@ -6,6 +6,7 @@
 
 #include "mapper/geometry/georeference.hpp"
 #include "mapper/submaps/footprint.hpp"
+#include "mapper/submaps/rejection.hpp"
 #include "mapper/submaps/terrain_information.hpp"
 
 namespace seastitch {
@@ -118,6 +119,7 @@ void MapperNode::OnPing(const MbesPing& ping) {
     pings_.pop_front();
     health_.Count("pings_dropped_waiting");
   }
+  navigation_.AddSoundSpeed(ping.time, ping.sound_speed_mps);
   pings_.push_back(ping);
   GeoreferencePings(false);
 }
@@ -349,6 +351,13 @@ void MapperNode::Finish(const std::function<void()>& pause) {
   ReportHealth();
 }
 
+std::string MapperNode::RejectionText() const {
+  std::map<std::string, std::int64_t> counters = builder_.counters();
+  counters["beams_refused"] = health_.counter("beams_refused");
+  return RejectionOf(health_.counter("beams_read") - health_.counter("beams_invalid"), counters)
+      .Text();
+}
+
 void MapperNode::ReportHealth() {
   for (const auto& [name, count] : navigation_.counters()) health_.Set("nav_" + name, count);
   for (const auto& [name, count] : builder_.counters()) health_.Set(name, count);
@@ -360,7 +369,7 @@ void MapperNode::ReportHealth() {
   if (!last_nav_ && graph_.empty()) return;
   const std::string figures = std::to_string(graph_.size()) + " submaps, " +
                               std::to_string(accepted_) + " loop closures accepted, " +
-                              std::to_string(rejected_) + " rejected" +
+                              std::to_string(rejected_) + " rejected, " + RejectionText() +
                               (sound_speed_source_ ? Sentence(*sound_speed_source_) : "");
   const bool profile_missing = sound_speed_source_ && !IsProfile(*sound_speed_source_);
   if (health_.counter("store_write_errors") > 0)

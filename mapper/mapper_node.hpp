@@ -82,6 +82,7 @@ class MapperNode {
   void RegisterNext();
   void OnRegistered(const Submap& submap, const Registered& registered);
   void PublishUpdate(std::size_t index);
+  std::string RejectionText() const;
   void ReportHealth();
 
   const MapperConfig config_;

@@ -24,6 +24,8 @@ constexpr double kMaxSpeedSigmaMps = 10.0;
 constexpr double kMinDepthM = -20.0;
 constexpr double kMaxDepthM = 12000.0;
 constexpr double kMaxDepthSigmaM = 1000.0;
+constexpr double kMinSoundSpeedMps = 1300.0;
+constexpr double kMaxSoundSpeedMps = 1800.0;
 constexpr double kMaxFixVarianceM2 = 1e8;
 constexpr double kMaxFixDistanceM = 100e3;  // from the datum: the map is flat
 // A sensor may be this far ahead of the inertial unit.
@@ -44,6 +46,9 @@ struct ImuEvent {
   InertialRates rates;
   std::optional<Attitude> attitude;
 };
+struct SoundSpeedEvent {
+  double speed_mps;
+};
 struct DvlEvent {
   bool bottom_lock;
   Eigen::Vector3d v_dvl_mps;
@@ -58,8 +63,9 @@ struct FixEvent {
   Eigen::Matrix2d covariance_m2;
 };
 
-// At one instant aiding comes before inertial data, which carry the state beyond it.
-using Measurement = std::variant<DvlEvent, DepthEvent, FixEvent, ImuEvent>;
+// At one instant sound speed comes before the DVL that it corrects, and aiding before inertial
+// data, which carry the state beyond it.
+using Measurement = std::variant<SoundSpeedEvent, DvlEvent, DepthEvent, FixEvent, ImuEvent>;
 
 struct Event {
   Time time;
@@ -120,6 +126,7 @@ class DeadReckoning::Impl {
   void Add(const DvlSample& sample);
   void Add(const DepthSample& sample);
   void Add(const PositionFix& fix);
+  void AddSoundSpeed(Time t, double speed_mps);
   void Finish();
 
   const NavTrack& track() const { return track_; }
@@ -141,6 +148,8 @@ class DeadReckoning::Impl {
   void Advance(Time t, const ImuEvent& imu);
   void Use(Time t, const Measurement& measurement);
   void UseAttitude(Time t, const Attitude& attitude);
+  void UseSoundSpeed(const SoundSpeedEvent& water);
+  DvlEvent Corrected(const DvlEvent& dvl) const;
   void UseDvl(Time t, const DvlEvent& dvl);
   void UseDepth(Time t, const DepthEvent& depth);
   void UseFix(const FixEvent& fix);
@@ -156,7 +165,8 @@ class DeadReckoning::Impl {
   std::deque<Event> waiting_;
   std::optional<Time> settled_;
   std::optional<Time> newest_imu_;
-  std::optional<Time> leap_;  // last of a run of stamps beyond clock_jump_s
+  double dvl_correction_ = 1.0;  // of its velocity, for the speed of sound
+  std::optional<Time> leap_;     // last of a run of stamps beyond clock_jump_s
   int leap_samples_ = 0;
 
   // Before the start.
@@ -269,6 +279,13 @@ void DeadReckoning::Impl::Add(const PositionFix& fix) {
   AddAiding("fix", fix.time, FixEvent{north_east, C});
 }
 
+void DeadReckoning::Impl::AddSoundSpeed(Time t, double speed_mps) {
+  if (params_.dvl_sound_speed_mps == 0.0) return;
+  if (!(speed_mps >= kMinSoundSpeedMps && speed_mps <= kMaxSoundSpeedMps))
+    return Count("sound_speed_refused");
+  AddAiding("sound_speed", t, SoundSpeedEvent{speed_mps});
+}
+
 void DeadReckoning::Impl::AddAiding(const std::string& sensor, Time t, Measurement measurement) {
   if (!newest_imu_) return Count(sensor + "_before_imu");
   if (settled_ && t <= *settled_) return Count(sensor + "_late");
@@ -318,8 +335,10 @@ void DeadReckoning::Impl::Handle(const Event& event) {
 }
 
 void DeadReckoning::Impl::RememberForStart(const Event& event) {
-  if (const auto* dvl = std::get_if<DvlEvent>(&event.measurement))
-    last_dvl_ = {event.time, *dvl};
+  if (const auto* water = std::get_if<SoundSpeedEvent>(&event.measurement))
+    UseSoundSpeed(*water);
+  else if (const auto* dvl = std::get_if<DvlEvent>(&event.measurement))
+    last_dvl_ = {event.time, Corrected(*dvl)};
   else if (const auto* depth = std::get_if<DepthEvent>(&event.measurement))
     last_depth_ = {event.time, *depth};
   else if (const auto* fix = std::get_if<FixEvent>(&event.measurement))
@@ -361,10 +380,9 @@ void DeadReckoning::Impl::Start(Time t, const ImuEvent& imu) {
     start.sigma_p_m.head<2>() = (variance.array() + moved_m * moved_m).sqrt();
   }
   start.p_map_imu = p_map_vehicle - R * mounting_.T_imu_vehicle.translation();
-  start.sigma_p_m.z() = params_.start_depth_sigma_m;
+  start.sigma_p_m.z() = params_.start_depth_sigma_m;  // until the first depth after the start
   if (fresh(last_depth_)) {
     start.p_map_imu.z() = last_depth_->value.depth_m - (R * mounting_.p_imu_depth).z();
-    start.sigma_p_m.z() = std::max(last_depth_->value.sigma_m, params_.depth_sigma_m);
   }
   start.sigma_v_mps = params_.start_speed_sigma_mps;
   if (fresh(last_dvl_)) {
@@ -423,8 +441,10 @@ void DeadReckoning::Impl::Advance(Time t, const ImuEvent& imu) {
 }
 
 void DeadReckoning::Impl::Use(Time t, const Measurement& measurement) {
-  if (const auto* dvl = std::get_if<DvlEvent>(&measurement))
-    UseDvl(t, *dvl);
+  if (const auto* water = std::get_if<SoundSpeedEvent>(&measurement))
+    UseSoundSpeed(*water);
+  else if (const auto* dvl = std::get_if<DvlEvent>(&measurement))
+    UseDvl(t, Corrected(*dvl));
   else if (const auto* depth = std::get_if<DepthEvent>(&measurement))
     UseDepth(t, *depth);
   else if (const auto* fix = std::get_if<FixEvent>(&measurement))
@@ -439,6 +459,14 @@ void DeadReckoning::Impl::UseAttitude(Time t, const Attitude& attitude) {
   if (!attitude_refused_.Refused(t, params_.gate_reset_s)) return;
   Count("attitude_reset");
   filter_.OpenAttitudeBias();
+}
+
+void DeadReckoning::Impl::UseSoundSpeed(const SoundSpeedEvent& water) {
+  dvl_correction_ = water.speed_mps / params_.dvl_sound_speed_mps;
+}
+
+DvlEvent DeadReckoning::Impl::Corrected(const DvlEvent& dvl) const {
+  return {dvl.bottom_lock, dvl_correction_ * dvl.v_dvl_mps, dvl.sigma_mps};
 }
 
 void DeadReckoning::Impl::UseDvl(Time t, const DvlEvent& dvl) {
@@ -478,6 +506,7 @@ void DeadReckoning::Add(const ImuSample& sample) { impl_->Add(sample); }
 void DeadReckoning::Add(const DvlSample& sample) { impl_->Add(sample); }
 void DeadReckoning::Add(const DepthSample& sample) { impl_->Add(sample); }
 void DeadReckoning::Add(const PositionFix& fix) { impl_->Add(fix); }
+void DeadReckoning::AddSoundSpeed(Time t, double speed_mps) { impl_->AddSoundSpeed(t, speed_mps); }
 void DeadReckoning::Finish() { impl_->Finish(); }
 
 std::optional<Time> DeadReckoning::latest() const { return impl_->track().latest(); }

@@ -22,6 +22,8 @@ struct InnovationSummary {
   std::int64_t used = 0;
   std::int64_t gated = 0;  // further off than gate_sigma
   double mean_nis = 0.0;   // mean of innovation^2 / variance of those used
+  // Correlation of a component's innovation with its last one: of an honest filter near 0.
+  double lag_one = 0.0;
 };
 
 // Dead reckoning: strapdown inertial navigation corrected by an error-state Kalman filter with the
@@ -45,6 +47,9 @@ class DeadReckoning {
   void Add(const DvlSample& sample);
   void Add(const DepthSample& sample);
   void Add(const PositionFix& fix);
+  // Sound speed in the water that the DVL is in: scales what it says from then on, where
+  // params.dvl_sound_speed_mps tells which speed it reckons with.
+  void AddSoundSpeed(Time t, double speed_mps);
   // Uses what still waits in the reorder window: at the end of a log.
   void Finish();
 

@@ -61,13 +61,37 @@ ErrorStateFilter::ErrorStateFilter(const NavigationParams& params,
   set(kDvlMounting, 3, params.dvl_mounting_rad.sigma, params.dvl_mounting_rad.tau_s);
   set(kAttitudeBias, 2, 0.0, params.attitude_roll_pitch_rad.tau_s);
   set(kAttitudeBias + 2, 1, 0.0, params.attitude_heading_rad.tau_s);
+  set(kHeadingWander,
+      1,
+      params.attitude_heading_wander_rad.sigma,
+      params.attitude_heading_wander_rad.tau_s);
+  bias_sigma_.segment<2>(kDeviation).setConstant(params.attitude_deviation_rad);
+  set(kDepthBias, 1, params.depth_bias_m.sigma, params.depth_bias_m.tau_s);
   SetAttitudeBiasSigma(Eigen::Vector3d::Zero());
 }
 
+// The device states one sigma for all that is wrong with its heading: what exceeds the other parts
+// is taken as the part that stays.
 void ErrorStateFilter::SetAttitudeBiasSigma(const Eigen::Vector3d& sigma_rpy_rad) {
   Eigen::Vector3d floor;
   floor << params_.attitude_roll_pitch_rad.sigma, params_.attitude_heading_rad.sigma;
-  bias_sigma_.segment<3>(kAttitudeBias) = sigma_rpy_rad.cwiseMax(floor);
+  const double wander = params_.attitude_heading_wander_rad.sigma;
+  const double deviation = params_.attitude_deviation_rad;
+  const double stated = sigma_rpy_rad.z();
+  const double stays2 = stated * stated - wander * wander - deviation * deviation;
+  const Eigen::Vector3d sigma(
+      sigma_rpy_rad.x(), sigma_rpy_rad.y(), std::sqrt(std::max(stays2, 0.0)));
+  bias_sigma_.segment<3>(kAttitudeBias) = sigma.cwiseMax(floor);
+}
+
+AttitudeRows ErrorStateFilter::DeviceErrorRows() const {
+  const double yaw = RpyFromRotation(state_.q_map_imu.toRotationMatrix()).z();
+  AttitudeRows rows = AttitudeRows::Zero();
+  rows.middleCols<3>(kAttitudeBias).setIdentity();
+  rows(2, kHeadingWander) = 1.0;
+  rows(2, kDeviation) = std::sin(yaw);
+  rows(2, kDeviation + 1) = std::cos(yaw);
+  return rows;
 }
 
 void ErrorStateFilter::Initialise(const Start& start,
@@ -91,8 +115,7 @@ void ErrorStateFilter::Initialise(const Start& start,
 void ErrorStateFilter::AlignWithDevice() {
   const Eigen::Matrix3d axes = EulerAxes(state_.q_map_imu.toRotationMatrix());
   ErrorMatrix M = ErrorMatrix::Identity();
-  M.middleRows<3>(kTilt).setZero();
-  M.block<3, 3>(kTilt, kAttitudeBias) = -axes;
+  M.middleRows<3>(kTilt) = -axes * DeviceErrorRows();
   Apply(M);
   P_.block<3, 3>(kTilt, kTilt) +=
       axes * params_.attitude_white_rad.cwiseAbs2().asDiagonal() * axes.transpose();
@@ -182,7 +205,7 @@ void ErrorStateFilter::Coast(double dt_s,
   const double sigma = params_.coast_speed_sigma_mps;
   state_.p_map += dt_s * state_.v_map_mps;
   const Eigen::Quaterniond attitude_error = QuaternionFromRotationVector(
-      -(EulerAxes(state_.q_map_imu.toRotationMatrix()) * biases_.segment<3>(kAttitudeBias)));
+      -(EulerAxes(state_.q_map_imu.toRotationMatrix()) * (DeviceErrorRows() * biases_)));
   state_.q_map_imu = (attitude_error * q_map_imu).normalized();
   rates_ = now;
 
@@ -201,11 +224,10 @@ void ErrorStateFilter::Coast(double dt_s,
   AlignWithDevice();
 }
 
-bool ErrorStateFilter::Offer(NavSensor sensor,
-                             const ErrorRow& H,
-                             double residual,
-                             double variance) {
-  InnovationSummary& summary = innovations_[static_cast<std::size_t>(sensor)];
+bool ErrorStateFilter::Offer(
+    NavSensor sensor, int component, const ErrorRow& H, double residual, double variance) {
+  Innovations& of_sensor = innovations_[static_cast<std::size_t>(sensor)];
+  InnovationSummary& summary = of_sensor.summary;
   const double innovation = residual - H * correction_;
   const ErrorVector PH = P_ * H.transpose();
   const double S = H * PH + variance;
@@ -215,7 +237,12 @@ bool ErrorStateFilter::Offer(NavSensor sensor,
     return false;
   }
   ++summary.used;
-  summary.mean_nis += (nis - summary.mean_nis) / static_cast<double>(summary.used);
+  const auto used = static_cast<double>(summary.used);
+  summary.mean_nis += (nis - summary.mean_nis) / used;
+  double& last = of_sensor.last_by_sigma[static_cast<std::size_t>(component)];
+  const double by_sigma = innovation / std::sqrt(S);
+  of_sensor.mean_product += (by_sigma * last - of_sensor.mean_product) / used;
+  last = by_sigma;
   const ErrorVector K = PH / S;
   correction_ += K * innovation;
   P_.noalias() -= K * PH.transpose();
@@ -244,14 +271,14 @@ int ErrorStateFilter::UpdateAttitude(const Eigen::Quaterniond& q_map_imu,
   const Eigen::Matrix3d to_rpy = EulerAxes(state_.q_map_imu.toRotationMatrix()).inverse();
   const Eigen::Vector3d difference =
       RotationVectorFromQuaternion(q_map_imu * state_.q_map_imu.conjugate());
-  const Eigen::Vector3d residual = to_rpy * difference - biases_.segment<3>(kAttitudeBias);
+  const AttitudeRows device = DeviceErrorRows();
+  const Eigen::Vector3d residual = to_rpy * difference - device * biases_;
   int refused = 0;
   for (int i = 0; i < 3; ++i) {
-    ErrorRow H = ErrorRow::Zero();
+    ErrorRow H = device.row(i);
     H.segment<3>(kTilt) = to_rpy.row(i);
-    H(kAttitudeBias + i) = 1.0;
     const double sigma = params_.attitude_white_rad(i);
-    if (!Offer(NavSensor::kAttitude, H, residual(i), sigma * sigma)) ++refused;
+    if (!Offer(NavSensor::kAttitude, i, H, residual(i), sigma * sigma)) ++refused;
   }
   Inject();
   return refused;
@@ -282,7 +309,7 @@ int ErrorStateFilter::UpdateDvl(const Eigen::Vector3d& v_dvl_mps,
   int refused = 0;
   for (int i = 0; i < 3; ++i) {
     const double variance = sigma_mps(i) * sigma_mps(i);
-    if (!Offer(NavSensor::kDvl, H.row(i), v_dvl_mps(i) - expected(i), variance)) ++refused;
+    if (!Offer(NavSensor::kDvl, i, H.row(i), v_dvl_mps(i) - expected(i), variance)) ++refused;
   }
   Inject();
   return refused;
@@ -294,8 +321,9 @@ int ErrorStateFilter::UpdateDepth(double depth_m, double sigma_m) {
   ErrorRow H = ErrorRow::Zero();
   H(kPosition + 2) = 1.0;
   H.segment<3>(kTilt) = -Skew(lever).row(2);
-  const double residual = depth_m - (state_.p_map.z() + lever.z());
-  const bool used = Offer(NavSensor::kDepth, H, residual, sigma_m * sigma_m);
+  H(kDepthBias) = 1.0;
+  const double residual = depth_m - (state_.p_map.z() + lever.z()) - biases_(kDepthBias);
+  const bool used = Offer(NavSensor::kDepth, 0, H, residual, sigma_m * sigma_m);
   Inject();
   return used ? 0 : 1;
 }
@@ -308,9 +336,8 @@ int ErrorStateFilter::UpdatePosition(const Eigen::Vector2d& north_east_m,
   // Both at once at the gate, then one after the other with the noise made independent.
   const Eigen::Matrix2d S = H * P_ * H.transpose() + covariance_m2;
   const double nis = residual.dot(S.llt().solve(residual));
-  InnovationSummary& summary = innovations_[static_cast<std::size_t>(NavSensor::kPositionFix)];
   if (!(nis <= 2.0 * params_.gate_sigma * params_.gate_sigma)) {
-    summary.gated += 2;
+    innovations_[static_cast<std::size_t>(NavSensor::kPositionFix)].summary.gated += 2;
     return 2;
   }
   const Eigen::Matrix2d L = covariance_m2.llt().matrixL();
@@ -319,7 +346,7 @@ int ErrorStateFilter::UpdatePosition(const Eigen::Vector2d& north_east_m,
   const Eigen::Matrix<double, 2, kErrorSize> white_H = whiten * H;
   int refused = 0;
   for (int i = 0; i < 2; ++i)
-    if (!Offer(NavSensor::kPositionFix, white_H.row(i), white_residual(i), 1.0)) ++refused;
+    if (!Offer(NavSensor::kPositionFix, i, white_H.row(i), white_residual(i), 1.0)) ++refused;
   Inject();
   return refused;
 }
@@ -360,6 +387,13 @@ Eigen::Matrix<double, 8, kErrorSize> ErrorStateFilter::VehicleJacobian() const {
   J.block<2, 2>(6, kVelocity).setIdentity();
   J.block<2, 3>(6, kTilt) = -Skew(state_.v_map_mps).topRows<2>();
   return J;
+}
+
+InnovationSummary ErrorStateFilter::innovations(NavSensor sensor) const {
+  const Innovations& of_sensor = innovations_[static_cast<std::size_t>(sensor)];
+  InnovationSummary summary = of_sensor.summary;
+  if (summary.mean_nis > 0.0) summary.lag_one = of_sensor.mean_product / summary.mean_nis;
+  return summary;
 }
 
 const ErrorMatrix& ErrorStateFilter::covariance() {

@@ -17,20 +17,24 @@ namespace seastitch {
 // form: Barrau and Bonnabel, IEEE Trans. Automatic Control 62(4), 2017) a DVL's component does not
 // depend on heading at all, and the filter cannot talk itself into knowing heading from it.
 enum ErrorIndex : int {
-  kPosition = 0,       // m, map
-  kVelocity = 3,       // m/s, map
-  kTilt = 6,           // rad, map: attitude
-  kGyroBias = 9,       // rad/s, imu
-  kAccelBias = 12,     // m/s2, imu
-  kDvlScale = 15,      // measured = (1 + scale) * true
-  kDvlMounting = 16,   // rad, dvl: measured = Exp(mounting) true
-  kAttitudeBias = 19,  // rad: what the device adds to roll, pitch, yaw
-  kErrorSize = 22,
+  kPosition = 0,        // m, map
+  kVelocity = 3,        // m/s, map
+  kTilt = 6,            // rad, map: attitude
+  kGyroBias = 9,        // rad/s, imu
+  kAccelBias = 12,      // m/s2, imu
+  kDvlScale = 15,       // measured = (1 + scale) * true
+  kDvlMounting = 16,    // rad, dvl: measured = Exp(mounting) true
+  kAttitudeBias = 19,   // rad: what the device adds to roll, pitch, yaw, for long
+  kHeadingWander = 22,  // rad: and to yaw, for minutes
+  kDeviation = 23,      // rad: and to yaw, times its sine and its cosine
+  kDepthBias = 25,      // m: what the pressure sensor adds to depth
+  kErrorSize = 26,
 };
 
 using ErrorVector = Eigen::Matrix<double, kErrorSize, 1>;
 using ErrorMatrix = Eigen::Matrix<double, kErrorSize, kErrorSize>;
 using ErrorRow = Eigen::Matrix<double, 1, kErrorSize>;
+using AttitudeRows = Eigen::Matrix<double, 3, kErrorSize>;
 
 // Error-state Kalman filter of the inertial unit's motion; the error model is that of Groves,
 // Principles of GNSS, Inertial, and Multisensor Integrated Navigation Systems, 2nd ed., 14.2.3,
@@ -95,18 +99,19 @@ class ErrorStateFilter {
   // The transition since the last call (or the start).
   ErrorMatrix TakeTransition();
 
-  const InnovationSummary& innovations(NavSensor sensor) const {
-    return innovations_[static_cast<std::size_t>(sensor)];
-  }
+  InnovationSummary innovations(NavSensor sensor) const;
 
  private:
   InertialRates Corrected(const InertialRates& measured) const;
   void PropagateCovariance();
+  // What the device adds to roll, pitch, yaw, by error state.
+  AttitudeRows DeviceErrorRows() const;
   void AlignWithDevice();
   void Apply(const ErrorMatrix& M);
   void SetAttitudeBiasSigma(const Eigen::Vector3d& sigma_rpy_rad);
-  // Offers the scalar `residual` = H error + noise. False: beyond the gate.
-  bool Offer(NavSensor sensor, const ErrorRow& H, double residual, double variance);
+  // Offers the scalar `residual` = H error + noise, one of the sensor's up to three components.
+  // False: beyond the gate.
+  bool Offer(NavSensor sensor, int component, const ErrorRow& H, double residual, double variance);
   void Inject();
 
   const NavigationParams params_;
@@ -130,7 +135,12 @@ class ErrorStateFilter {
   Eigen::Matrix3d pending_R_ = Eigen::Matrix3d::Zero();     // integral of R_map_imu
   Eigen::Vector3d pending_move_ = Eigen::Vector3d::Zero();  // integral of v_map
 
-  std::array<InnovationSummary, 4> innovations_{};
+  struct Innovations {
+    InnovationSummary summary;
+    double mean_product = 0.0;  // of a component's innovation over sigma with its last
+    std::array<double, 3> last_by_sigma{};
+  };
+  std::array<Innovations, 4> innovations_{};
 };
 
 }  // namespace seastitch

@@ -28,6 +28,7 @@ std::string NavigationParams::Validate() const {
       {"attitude_roll_pitch_rad.tau_s", attitude_roll_pitch_rad.tau_s},
       {"attitude_heading_rad.sigma", attitude_heading_rad.sigma},
       {"attitude_heading_rad.tau_s", attitude_heading_rad.tau_s},
+      {"attitude_heading_wander_rad.tau_s", attitude_heading_wander_rad.tau_s},
       {"attitude_white_rad", attitude_white_rad.minCoeff()},
       {"attitude_interval_s", attitude_interval_s},
       {"dvl_sigma_mps", dvl_sigma_mps},
@@ -39,6 +40,7 @@ std::string NavigationParams::Validate() const {
       {"bottom_lock_timeout_s", bottom_lock_timeout_s},
       {"depth_sigma_m", depth_sigma_m},
       {"depth_sigma_floor_m", depth_sigma_floor_m},
+      {"depth_bias_m.tau_s", depth_bias_m.tau_s},
       {"gate_sigma", gate_sigma},
       {"gate_reset_s", gate_reset_s},
       {"start_sigma_m", start_sigma_m},
@@ -56,12 +58,18 @@ std::string NavigationParams::Validate() const {
   const std::vector<std::pair<const char*, double>> not_negative = {
       {"gyro_step_radps", gyro_step_radps},
       {"accel_step_mps2", accel_step_mps2},
+      {"attitude_heading_wander_rad.sigma", attitude_heading_wander_rad.sigma},
+      {"attitude_deviation_rad", attitude_deviation_rad},
+      {"depth_bias_m.sigma", depth_bias_m.sigma},
       {"step_correlation_s", step_correlation_s},
       {"reorder_window_s", reorder_window_s},
   };
   for (const auto& [name, value] : not_negative)
     if (!(value >= 0.0) || !std::isfinite(value)) return Problem(name, value, "0 or more");
 
+  if (dvl_sound_speed_mps != 0.0 &&
+      !(dvl_sound_speed_mps >= 1300.0 && dvl_sound_speed_mps <= 1800.0))
+    return Problem("dvl_sound_speed_mps", dvl_sound_speed_mps, "0 or within 1300 and 1800");
   if (!std::isfinite(start_north_m)) return Problem("start_north_m", start_north_m, "finite");
   if (!std::isfinite(start_east_m)) return Problem("start_east_m", start_east_m, "finite");
   if (!(imu_gap_s <= 1.0)) return Problem("imu_gap_s", imu_gap_s, "at most 1");

@@ -34,6 +34,10 @@ struct NavigationParams {
   // the device states a larger sigma than this, the device's holds.
   GaussMarkov<Eigen::Vector2d> attitude_roll_pitch_rad{{Deg2Rad(0.05), Deg2Rad(0.05)}, 1800.0};
   GaussMarkov<double> attitude_heading_rad{Deg2Rad(0.4), 3600.0};
+  // What a magnetic heading does beside that (0: none): it wanders over minutes, and it deviates by
+  // the sine and the cosine of the heading, as what is left of the vehicle's own magnetism does.
+  GaussMarkov<double> attitude_heading_wander_rad{0.0, 300.0};
+  double attitude_deviation_rad = 0.0;  // sigma of either
   Eigen::Vector3d attitude_white_rad{Deg2Rad(0.02), Deg2Rad(0.02), Deg2Rad(0.05)};  // a sample
   double attitude_interval_s = 0.1;  // used no more often: its noise is not white above 10 Hz
 
@@ -43,10 +47,15 @@ struct NavigationParams {
   double dvl_sigma_floor_mps = 0.005;  // nobody is better
   GaussMarkov<double> dvl_scale{3e-3, 36000.0};
   GaussMarkov<double> dvl_mounting_rad{Deg2Rad(0.2), 360000.0};
+  // The speed of sound that the instrument reckons with: its velocities are true to the speed that
+  // the sonar measures over this one. 0: it knows the speed by itself, or its beams are formed by a
+  // flat phased array, for which horizontal velocity does not depend on it.
+  double dvl_sound_speed_mps = 0.0;
   double bottom_lock_timeout_s = 2.0;  // without an accepted ensemble for so long, lock is lost
 
-  double depth_sigma_m = 0.02;        // where the sample states none
-  double depth_sigma_floor_m = 0.01;  // waves and the port's own flow noise
+  double depth_sigma_m = 0.02;                      // where the sample states none
+  double depth_sigma_floor_m = 0.01;                // waves and the port's own flow noise
+  GaussMarkov<double> depth_bias_m{0.02, 36000.0};  // the sensor's own, and the air's pressure
 
   // A component further off than this many of its own sigmas is refused. 4: one in 16,000 good
   // ones.
@@ -79,7 +88,7 @@ struct NavigationParams {
 
   // What is kept: poses at the rate of the inertial unit for the pings that wait, at
   // epoch_interval_s for anyone else, and the transition of the error at key_interval_s for
-  // RelativeCovariance(). 40 minutes are two of the longest submaps; 6 kB a second of memory.
+  // RelativeCovariance(). 40 minutes are two of the longest submaps; 8 kB a second of memory.
   double pose_window_s = 120.0;
   double window_s = 2400.0;
   double epoch_interval_s = 0.1;

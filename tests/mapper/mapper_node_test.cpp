@@ -228,6 +228,8 @@ TEST(MapperNode, MapsTwoLinesAndClosesTheLoopBetweenThem) {
             static_cast<std::int64_t>(survey.submaps.size()));
   EXPECT_EQ(survey.node->health().counter("pings_without_profile"), 0);
   EXPECT_EQ(survey.node->health().state(), HealthState::kOk) << survey.node->health().text();
+  EXPECT_NE(survey.node->health().text().find("0.0 % of soundings rejected"), std::string::npos)
+      << survey.node->health().text();
 }
 
 TEST(MapperNode, PublishesNavAtItsRateByTheTimeOfTheMessages) {

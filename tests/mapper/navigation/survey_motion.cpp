@@ -124,6 +124,7 @@ Sensors::Sensors(const NavigationParams& params, double imu_hz, std::uint32_t se
   attitude_bias_rad << params.attitude_roll_pitch_rad.sigma.x() * Normal(),
       params.attitude_roll_pitch_rad.sigma.y() * Normal(),
       params.attitude_heading_rad.sigma * Normal();
+  depth_bias_m_ = params.depth_bias_m.sigma * Normal();
 }
 
 void Sensors::Wander(double dt_s) {
@@ -175,7 +176,7 @@ DvlSample Sensors::Dvl(const TruthState& truth) {
 DepthSample Sensors::Depth(const TruthState& truth) {
   DepthSample depth;
   depth.time = At(truth.t);
-  depth.depth_m = truth.port_depth_m + params_.depth_sigma_m * Normal();
+  depth.depth_m = truth.port_depth_m + depth_bias_m_ + params_.depth_sigma_m * Normal();
   depth.sigma_m = params_.depth_sigma_m;
   return depth;
 }

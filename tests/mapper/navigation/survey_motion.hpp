@@ -95,6 +95,7 @@ class Sensors {
   std::normal_distribution<double> normal_;
   Eigen::Vector3d gyro_bias_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d accel_bias_ = Eigen::Vector3d::Zero();
+  double depth_bias_m_ = 0.0;
 };
 
 // Feeds a whole run: IMU at each truth state, DVL every dvl_every-th, depth every depth_every-th.

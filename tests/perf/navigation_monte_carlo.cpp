@@ -1,0 +1,79 @@
+// Honesty and drift of dead reckoning, by Monte Carlo on the bench's truth. Usage:
+//   seastitch-bench-navigation [RUNS [FIRST_SEED]]        50 runs from seed 1 where not given
+
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <string>
+#include <utility>
+
+#include "tests/mapper/navigation/monte_carlo.hpp"
+
+namespace seastitch::test {
+namespace {
+
+// An asterisk marks what lies outside the 95 % band: one in twenty does by chance.
+void PrintNees(double sum, int runs) {
+  const double dof = 3.0 * runs;
+  const Band band = Band95(dof);
+  const double ratio = sum / dof;
+  std::printf("  %5.2f%c", ratio, ratio < band.low || ratio > band.high ? '*' : ' ');
+}
+
+void Print(
+    const char* pattern, const char* name, const MonteCarloCase& c, int runs, std::uint64_t seed) {
+  const MonteCarloResult result = RunMonteCarlo(c, runs, seed);
+  std::printf("%-22s  %-12s  %6.0f", pattern, name, result.distance_m);
+  PrintNees(result.position_nees, runs);
+  PrintNees(result.attitude_nees, runs);
+  for (const double sum : result.relative_nees) PrintNees(sum, runs);
+  std::printf(
+      "  %7.3f  %7.3f  %5.2f\n", result.drift_percent, result.stated_drift_percent, result.dvl_nis);
+  std::fflush(stdout);
+}
+
+void Main(int runs, std::uint64_t seed) {
+  const Band band = Band95(3.0 * runs);
+  std::printf(
+      "%d runs each, seeds %llu to %llu; NEES by degree of freedom, 95 %% band %.2f to %.2f\n",
+      runs,
+      static_cast<unsigned long long>(seed),
+      static_cast<unsigned long long>(seed) + static_cast<unsigned long long>(runs) - 1,
+      band.low,
+      band.high);
+  std::printf("%-22s  %-12s  %6s  %6s  %6s  %-30s  %7s  %7s  %5s\n",
+              "pattern",
+              "sensors",
+              "m",
+              "posit.",
+              "attit.",
+              "relative pose by pair",
+              "drift %",
+              "stated",
+              "NIS");
+  for (const char* const name : {"ins_tactical", "mems"}) {
+    MonteCarloCase c;
+    c.errors = bench::SensorErrors::OfClass(name);
+    c.params = ParamsOf(c.errors);
+    // Neighbours, a quarter, a half and nearly all of the dive apart.
+    c.pairs = {{0.20, 0.26}, {0.40, 0.65}, {0.10, 0.60}, {0.02, 0.98}};
+    c.plan = LawnMowerPlan(1000.0, 4);
+    Print("lawn-mower, 1 km", name, c, runs, seed);
+    c.plan = StraightPlan(2000.0);
+    Print("straight, 2 km", name, c, runs, seed);
+  }
+}
+
+}  // namespace
+}  // namespace seastitch::test
+
+int main(int argc, char** argv) try {
+  const int runs = argc > 1 ? std::stoi(argv[1]) : 50;
+  const auto seed = static_cast<std::uint64_t>(argc > 2 ? std::stoll(argv[2]) : 1);
+  if (runs < 1) throw std::invalid_argument("RUNS must be 1 or more");
+  seastitch::test::Main(runs, seed);
+  return EXIT_SUCCESS;
+} catch (const std::exception& e) {
+  std::fprintf(stderr, "seastitch-bench-navigation: %s\n", e.what());
+  return EXIT_FAILURE;
+}
