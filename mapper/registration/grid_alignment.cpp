@@ -29,10 +29,7 @@ constexpr double kStepToleranceChi2 = 0.01;
 // x, y, yaw and height are fitted to the means of the blocks before these are compared.
 constexpr double kFittedParameters = 4.0;
 
-double PatchCells() {
-  static const double cells = SmoothingKernel().PatchCells();
-  return cells;
-}
+const double kPatchCells = SmoothingKernel().PatchCells();
 
 Eigen::Vector4d Row(const Eigen::Vector2d& slope, const Eigen::Vector2d& arm) {
   // Residual = source height + shift - target height; turning by dyaw moves arm by dyaw x arm.
@@ -48,15 +45,15 @@ struct CellPair {
   Eigen::Vector2d slope_target;
   Eigen::Vector2d slope_source;  // in the target's axes
   double height_target;
-  double height_source;  // shifted
-  double support_source;
-  double support_both;       // 1 / (1 / source + 1 / target)
+  double height_source;      // shifted
+  double variance_source;    // from soundings of unit variance
+  double variance_both;      // of the residual, from the same
   double residual;           // [m]
   double expected_variance;  // of the residual [m2]
 
   Eigen::Vector2d MeanSlope() const { return 0.5 * (slope_target + slope_source); }
   // Inverse variance of an independent cell's share.
-  double Weight() const { return 1.0 / (PatchCells() * expected_variance); }
+  double Weight() const { return 1.0 / (kPatchCells * expected_variance); }
   double RobustWeight(double noise_scale) const {
     const double u = std::abs(residual) / std::sqrt(expected_variance * noise_scale);
     return u <= kHuberSigma ? 1.0 : kHuberSigma / u;
@@ -100,6 +97,30 @@ Measurement Weigh(const Eigen::Matrix4d& cross,
           V * (eigen.eigenvectors().transpose() * llt.matrixL().solve(gradient))};
 }
 
+// The columns, of `cols` that begin at `start` and lie `step` apart, that come to lie on a grid,
+// and at most one more on either side.
+std::pair<int, int> ColumnsOver(const GridGeometry& g,
+                                const Eigen::Vector2d& start,
+                                const Eigen::Vector2d& step,
+                                int cols) {
+  const Eigen::Vector2d size = g.cell_m * Eigen::Vector2d(g.rows, g.cols);
+  double first = 0.0;
+  double last = cols - 1.0;
+  for (int axis = 0; axis < 2; ++axis) {
+    const double low = g.origin[axis] - start[axis];
+    const double high = low + size[axis];
+    if (std::abs(step[axis]) < 1e-9 * g.cell_m) {
+      if (low > 0.0 || high < 0.0) return {0, -1};
+      continue;
+    }
+    const auto [near, far] = std::minmax({low / step[axis], high / step[axis]});
+    first = std::max(first, std::floor(near));
+    last = std::min(last, std::ceil(far));
+  }
+  if (!(first <= last)) return {0, -1};
+  return {static_cast<int>(first), static_cast<int>(last)};
+}
+
 }  // namespace
 
 struct GridAligner::Normal {
@@ -138,21 +159,24 @@ void GridAligner::ForEachCell(const Placement& at, Visit visit) const {
   const double shift = prior_.source_shift_m + at.shift_m;
   HeightSample sample;
   CellPair pair;
+  const Eigen::Vector2d along_row = R.col(1) * g.cell_m;
   for (pair.row = 0; pair.row < g.rows; ++pair.row) {
-    for (pair.col = 0; pair.col < g.cols; ++pair.col) {
+    const Eigen::Vector2d row_start = center_target + R * (g.Center(pair.row, 0) - center_source_);
+    const auto [first, last] = ColumnsOver(target_.grid.geometry(), row_start, along_row, g.cols);
+    for (pair.col = first; pair.col <= last; ++pair.col) {
       const Cell& cell = source_.grid(pair.row, pair.col);
-      if (!(cell.support > 0.0f)) continue;
+      if (!(cell.variance > 0.0f)) continue;
       pair.arm = R * (g.Center(pair.row, pair.col) - center_source_);
       if (!Interpolate(target_.grid, center_target + pair.arm, &pair.around, &sample)) continue;
       pair.slope_target = sample.slope;
       pair.slope_source = R * Eigen::Vector2d(cell.slope_x, cell.slope_y);
       pair.height_target = sample.height_m;
       pair.height_source = cell.height_m + shift;
-      pair.support_source = cell.support;
-      pair.support_both = 1.0 / (1.0 / cell.support + 1.0 / sample.support);
+      pair.variance_source = cell.variance;
+      pair.variance_both = cell.variance + sample.variance;
       pair.residual = pair.height_source - pair.height_target;
       pair.expected_variance =
-          sounding_variance_ / (pair.support_both * PatchCells()) + shared_variance_;
+          sounding_variance_ / kPatchCells * pair.variance_both + shared_variance_;
       visit(pair);
     }
   }
@@ -187,7 +211,7 @@ GridAligner::Normal GridAligner::Linearize(const Placement& at, double noise_sca
   n.hessian_cross = (0.5 * (n.hessian_cross + n.hessian_cross.transpose())).eval();
   n.radius_m = std::sqrt(arms / n.cells);
   n.noise_scale = std::max(misfit / robust, 0.01);
-  n.expected_variance = n.cells / (PatchCells() * weights);
+  n.expected_variance = n.cells / (kPatchCells * weights);
   return n;
 }
 
@@ -220,7 +244,7 @@ Fit GridAligner::Summary(const Placement& at, const Normal& n) const {
   Fit fit;
   fit.at = at;
   fit.cells = n.cells;
-  fit.patches = n.cells / PatchCells();
+  fit.patches = n.cells / kPatchCells;
   if (n.cells == 0.0) return fit;
   fit.noise_scale = n.noise_scale;
   fit.relief_variance = n.target.Variance() + n.source.Variance();
@@ -229,7 +253,7 @@ Fit GridAligner::Summary(const Placement& at, const Normal& n) const {
   const Eigen::Vector3d deviation = PriorDeviation(at);
   const double shift = at.shift_m / prior_.source_shift_sigma_m;
   fit.log_prior = -0.5 * (deviation.dot(prior_information_ * deviation) + shift * shift);
-  const double floor = params_.min_sounding_sigma_m * params_.min_sounding_sigma_m / PatchCells();
+  const double floor = params_.min_sounding_sigma_m * params_.min_sounding_sigma_m / kPatchCells;
   fit.evidence =
       AgreementScore(fit.Witnesses(), fit.relief_variance + floor, fit.difference_variance + floor);
   return fit;
@@ -325,7 +349,7 @@ Eigen::Matrix4d Spread(const Grid<Cell>& grid,
 // The cells of one block of the overlap, within which errors are shared.
 struct Block {
   Eigen::Vector4d pull = Eigen::Vector4d::Zero();  // sum of weighted rows
-  Moments residuals;                               // by support
+  Moments residuals;                               // by inverse variance
   double cells = 0.0;
 };
 
@@ -341,12 +365,14 @@ Eigen::Matrix4d GridAligner::SoundingNoise(const Fit& fit, double variance) cons
   ForEachCell(fit.at, [&](const CellPair& p) {
     const double w = p.Weight() * p.RobustWeight(fit.noise_scale);
     const Eigen::Array4f share = (w * Row(p.MeanSlope(), p.arm)).cast<float>().array();
-    source_shares.emplace_back(s.Index(p.row, p.col), share / static_cast<float>(p.support_source));
+    source_shares.emplace_back(s.Index(p.row, p.col),
+                               share * static_cast<float>(p.variance_source));
     for (int i = 0; i < 2; ++i) {
       for (int j = 0; j < 2; ++j) {
         const int row = p.around.row + i;
         const int col = p.around.col + j;
-        const float part = static_cast<float>(p.around.Part(i, j)) / target_.grid(row, col).support;
+        const float part =
+            static_cast<float>(p.around.Part(i, j)) * target_.grid(row, col).variance;
         target_shares.emplace_back(t.Index(row, col), share * part);
       }
     }
@@ -356,7 +382,7 @@ Eigen::Matrix4d GridAligner::SoundingNoise(const Fit& fit, double variance) cons
 
 FitInformation GridAligner::Inform(const Fit& fit) const {
   const double block_m =
-      std::max(params_.shared_error_length_m, 3.0 * std::sqrt(PatchCells()) * source_.cell_m());
+      std::max(params_.shared_error_length_m, 3.0 * std::sqrt(kPatchCells) * source_.cell_m());
   std::map<std::pair<int, int>, Block> blocks;
   Eigen::Matrix4d cross = Eigen::Matrix4d::Zero();
   Eigen::Matrix4d noise = Eigen::Matrix4d::Zero();
@@ -374,7 +400,7 @@ FitInformation GridAligner::Inform(const Fit& fit) const {
     Block& block = blocks[{static_cast<int>(std::floor(p.arm.x() / block_m)),
                            static_cast<int>(std::floor(p.arm.y() / block_m))}];
     block.pull += pull;
-    block.residuals.Add(psi * p.support_both, p.residual);
+    block.residuals.Add(psi / p.variance_both, p.residual);
     block.cells += 1.0;
   });
   cross = (0.5 * (cross + cross.transpose())).eval();
@@ -384,9 +410,9 @@ FitInformation GridAligner::Inform(const Fit& fit) const {
   double within = 0.0;
   double degrees = 0.0;
   for (const auto& [key, block] : blocks) {
-    if (block.cells < 2.0 * PatchCells()) continue;
+    if (block.cells < 2.0 * kPatchCells) continue;
     within += block.residuals.weight * block.residuals.Variance();
-    degrees += (block.cells - PatchCells()) / PatchCells();
+    degrees += (block.cells - kPatchCells) / kPatchCells;
   }
   // Ten patches' worth of belief in the scatter of the soundings themselves.
   constexpr double kBelief = 10.0;
@@ -397,7 +423,7 @@ FitInformation GridAligner::Inform(const Fit& fit) const {
   double weight = 0.0;
   double count = 0.0;
   for (const auto& [key, block] : blocks) {
-    if (block.cells < 2.0 * PatchCells()) continue;
+    if (block.cells < 2.0 * kPatchCells) continue;
     const double mean = block.residuals.sum / block.residuals.weight;
     excess += block.residuals.weight * mean * mean - sounding_variance;
     weight += block.residuals.weight;

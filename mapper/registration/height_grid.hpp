@@ -12,7 +12,7 @@ namespace seastitch {
 struct HeightSample {
   double height_m = 0.0;
   Eigen::Vector2d slope = Eigen::Vector2d::Zero();
-  double support = 0.0;  // soundings a cell; its inverse is interpolated, as variances are
+  double variance = 0.0;  // of the height, from soundings of unit variance
 };
 
 // The four cells around a place, and how near each is (sum 1).
@@ -48,16 +48,15 @@ inline bool Interpolate(const Grid<RegistrationSubmap::Cell>& grid,
   for (int i = 0; i < 2; ++i) {
     for (int j = 0; j < 2; ++j) {
       const RegistrationSubmap::Cell& cell = grid(around->row + i, around->col + j);
-      if (!(cell.support > 0.0f)) return false;
+      if (!(cell.variance > 0.0f)) return false;
       const double part = around->Part(i, j);
       out->height_m += part * (cell.height_m + half_cell * (cell.slope_x * (around->row_part - i) +
                                                             cell.slope_y * (around->col_part - j)));
       out->slope.x() += part * cell.slope_x;
       out->slope.y() += part * cell.slope_y;
-      out->support += part / cell.support;
+      out->variance += part * cell.variance;
     }
   }
-  out->support = 1.0 / out->support;
   return true;
 }
 

@@ -152,41 +152,39 @@ RawLevel Coarsen(const RawLevel& fine) {
 struct PlaneFit {
   double height;
   Eigen::Vector2d slope;
-  double support;
+  double variance;           // of the height, from soundings of unit variance
   double residual_variance;  // unbiased, of a single sounding
 };
 
 std::optional<PlaneFit> FitPlane(const Moments& m,
                                  const Eigen::Vector2d& p,
                                  double cell,
-                                 const SmoothingKernel& kernel) {
+                                 double peak) {
   // kPoints counts the points under a kernel of unit sum; over the peak, of unit peak.
-  const double points = m[kPoints] / kernel.Peak();
-  if (!(points >= kMinPoints)) return std::nullopt;
-  const double n = m[kN];
-  const Eigen::Vector2d mean(m[kX] / n, m[kY] / n);
-  const double mean_z = m[kZ] / n;
-  Eigen::Matrix2d spread;
-  spread << m[kXX] / n - mean.x() * mean.x(), m[kXY] / n - mean.x() * mean.y(), 0.0,
-      m[kYY] / n - mean.y() * mean.y();
-  spread(1, 0) = spread(0, 1);
-  const double min_spread = kMinSpreadCells * cell;
-  const double half_trace = 0.5 * spread.trace();
-  const double determinant = spread.determinant();
-  const double least = half_trace - std::sqrt(std::max(0.0, half_trace * half_trace - determinant));
-  if (!(least >= min_spread * min_spread)) return std::nullopt;
-  const Eigen::Vector2d with_z(m[kXZ] / n - mean.x() * mean_z, m[kYZ] / n - mean.y() * mean_z);
-  const Eigen::Matrix2d inverse = spread.inverse();
+  if (!(m[kPoints] >= kMinPoints * peak)) return std::nullopt;
+  const double inverse_n = 1.0 / m[kN];
+  const Moments mean = m * inverse_n;
+  const double xx = mean[kXX] - mean[kX] * mean[kX];
+  const double xy = mean[kXY] - mean[kX] * mean[kY];
+  const double yy = mean[kYY] - mean[kY] * mean[kY];
+  // The spread in every direction is at least that: its smaller eigenvalue.
+  const double least = (kMinSpreadCells * cell) * (kMinSpreadCells * cell);
+  if (!(xx >= least && (xx - least) * (yy - least) >= xy * xy)) return std::nullopt;
+  const double xz = mean[kXZ] - mean[kX] * mean[kZ];
+  const double yz = mean[kYZ] - mean[kY] * mean[kZ];
+  const double inverse_determinant = 1.0 / (xx * yy - xy * xy);
+  const Eigen::Vector2d lever(p.x() - mean[kX], p.y() - mean[kY]);
   PlaneFit fit;
-  fit.slope = inverse * with_z;
-  const Eigen::Vector2d lever = p - mean;
-  fit.height = mean_z + fit.slope.dot(lever);
-  fit.support = n / (1.0 + lever.dot(inverse * lever));
-  // The fit takes one of the `points` from the residual: for a Gaussian, K^2 has half the area and
+  fit.slope = inverse_determinant * Eigen::Vector2d(yy * xz - xy * yz, xx * yz - xy * xz);
+  fit.height = mean[kZ] + fit.slope.dot(lever);
+  const double leverage =
+      (yy * lever.x() * lever.x() - 2.0 * xy * lever.x() * lever.y() + xx * lever.y() * lever.y()) *
+      inverse_determinant;
+  fit.variance = (1.0 + leverage) * inverse_n;
+  // The fit takes one of the points from the residual: for a Gaussian, K^2 has half the area and
   // half the spread of K, and 1/2 + 1/4 + 1/4 = 1.
-  const double variance = m[kZZ] / n - mean_z * mean_z - fit.slope.dot(with_z);
-  const double soundings_a_point = n / m[kPoints];
-  fit.residual_variance = std::max(0.0, variance) * soundings_a_point * points / (points - 1.0);
+  const double variance = mean[kZZ] - mean[kZ] * mean[kZ] - fit.slope.x() * xz - fit.slope.y() * yz;
+  fit.residual_variance = std::max(0.0, variance) * m[kN] / (m[kPoints] - peak);
   return fit;
 }
 
@@ -194,7 +192,7 @@ RegistrationSubmap::Level SmoothLevel(int number,
                                       RawLevel raw,
                                       std::vector<double>* residual_variances) {
   const GridGeometry& g = raw.geometry;
-  const SmoothingKernel kernel;
+  const double peak = SmoothingKernel().Peak();
   RegistrationSubmap::Level level{number, Grid<RegistrationSubmap::Cell>(g)};
   for (std::size_t i = 0; i < raw.cells.size(); ++i)
     level.grid.cells()[i].soundings = static_cast<float>(raw.cells[i][kN]);
@@ -202,13 +200,13 @@ RegistrationSubmap::Level SmoothLevel(int number,
   for (int row = 0; row < g.rows; ++row) {
     for (int col = 0; col < g.cols; ++col) {
       const auto fit =
-          FitPlane(raw.cells[g.Index(row, col)], g.Center(row, col) - raw.middle, g.cell_m, kernel);
+          FitPlane(raw.cells[g.Index(row, col)], g.Center(row, col) - raw.middle, g.cell_m, peak);
       if (!fit) continue;
       RegistrationSubmap::Cell& cell = level.grid(row, col);
       cell.height_m = static_cast<float>(fit->height);
       cell.slope_x = static_cast<float>(fit->slope.x());
       cell.slope_y = static_cast<float>(fit->slope.y());
-      cell.support = static_cast<float>(fit->support);
+      cell.variance = static_cast<float>(fit->variance);
       if (residual_variances) residual_variances->push_back(fit->residual_variance);
     }
   }
@@ -233,11 +231,12 @@ RegistrationSubmap RegistrationSubmap::Prepare(const PointCloud& cloud,
   const auto count = static_cast<double>(soundings.size());
   Box box = BoundingBox(soundings);
   // Ten cells a point and more are mostly empty: something lies far from everything else.
-  if (CellsOf(box, std::max(PointSpacing(soundings, box), params.min_cell_m)) >
-      std::min(max_cells, 10.0 * count))
+  double spacing = PointSpacing(soundings, box);
+  if (CellsOf(box, std::max(spacing, params.min_cell_m)) > std::min(max_cells, 10.0 * count)) {
     box = CoreBox(soundings);
-  int finest = LevelAtLeast(
-      std::max(params.cell_per_spacing * PointSpacing(soundings, box), params.min_cell_m));
+    spacing = PointSpacing(soundings, box);
+  }
+  int finest = LevelAtLeast(std::max(params.cell_per_spacing * spacing, params.min_cell_m));
   while (CellsOf(box, CellOf(finest)) > max_cells) ++finest;
 
   double sum_z = 0.0;

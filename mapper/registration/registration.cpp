@@ -56,7 +56,7 @@ Overlap OverlapAt(const LevelPair& level, const Pose2& T_target_source) {
   HeightSample sample;
   for (int row = 0; row < g.rows; ++row) {
     for (int col = 0; col < g.cols; ++col) {
-      if (!(level.source->grid(row, col).support > 0.0f)) continue;
+      if (!(level.source->grid(row, col).variance > 0.0f)) continue;
       const Eigen::Vector2d p = g.Center(row, col);
       if (!Interpolate(level.target->grid, T_target_source * p, &around, &sample)) continue;
       out.center_source += p;
@@ -233,23 +233,36 @@ class Registrar {
       return LoopVerdict::kLittleOverlap;
     Refine(search_level, &candidates);
     if (candidates.empty()) return LoopVerdict::kNotConverged;
-    const std::size_t level = Descend(search_level, &candidates);
+    Lesson lesson = LessonOf(Best(candidates, search_level), search_level);
+    const std::size_t level = Descend(search_level, &candidates, &lesson);
     const Candidate best = Best(candidates, level);
     AddRivalsNearby(best, search_level, level, &candidates);
-    return JudgeBest(best, candidates, level);
+    return JudgeBest(best, candidates, level, lesson);
+  }
+
+  // What the fit of a candidate on a level says.
+  struct Lesson {
+    FitInformation info;
+    Knowledge known;
+  };
+
+  Lesson LessonOf(const Candidate& candidate, std::size_t level) const {
+    const GridAligner aligner = Aligner(level, candidate.center_source);
+    const Fit& fit = candidate.fits[level];
+    const FitInformation info = aligner.Inform(fit);
+    return {info, Learn(aligner, fit, info, prior_, params_)};
   }
 
   // A finer grid follows more relief, costs more, and carries more noise: goes down as long as it
-  // tells more.
-  std::size_t Descend(std::size_t level, std::vector<Candidate>* candidates) const {
-    double information = InformationOf(Best(*candidates, level), level);
+  // tells more. `lesson`: of the best candidate, there and where it ends.
+  std::size_t Descend(std::size_t level, std::vector<Candidate>* candidates, Lesson* lesson) const {
     while (level > 0) {
       std::vector<Candidate> finer = *candidates;
       Refine(level - 1, &finer);
       if (finer.empty()) break;
-      const double finer_information = InformationOf(Best(finer, level - 1), level - 1);
-      if (!(finer_information > information + kWorthwhileNats)) break;
-      information = finer_information;
+      Lesson next = LessonOf(Best(finer, level - 1), level - 1);
+      if (!(next.known.Information() > lesson->known.Information() + kWorthwhileNats)) break;
+      *lesson = std::move(next);
       *candidates = std::move(finer);
       --level;
     }
@@ -305,20 +318,13 @@ class Registrar {
         });
   }
 
-  // Nats that the fit on a level adds to the prior.
-  double InformationOf(const Candidate& candidate, std::size_t level) const {
-    const GridAligner aligner = Aligner(level, candidate.center_source);
-    const Fit& fit = candidate.fits[level];
-    return Learn(aligner, fit, aligner.Inform(fit), prior_, params_).Information();
-  }
-
   LoopVerdict JudgeBest(const Candidate& best,
                         const std::vector<Candidate>& candidates,
-                        std::size_t level) {
+                        std::size_t level,
+                        const Lesson& lesson) {
     const GridAligner aligner = Aligner(level, best.center_source);
     Fit fit = best.fits[level];
-    FitInformation info = aligner.Inform(fit);
-    Knowledge known = Learn(aligner, fit, info, prior_, params_);
+    auto [info, known] = lesson;
     const bool polished = Polish(aligner, &fit, &info, &known);
     Report(aligner, fit, info, known, level);
     const bool rival = FindRival(best, candidates, level, known);
@@ -345,10 +351,10 @@ class Registrar {
   // Newton steps without the prior, along the known directions alone: what is published must not
   // hold the prior, which the graph has already.
   bool Polish(const GridAligner& aligner, Fit* fit, FitInformation* info, Knowledge* known) const {
-    if (known->rank() == 0) return true;
-    SmallVector step;
-    for (int i = 0; i < kMaxPolishSteps; ++i) {
-      step = known->gain * info->gradient;
+    for (int i = 0; i <= kMaxPolishSteps; ++i) {
+      if (known->rank() == 0) return true;
+      const SmallVector step = known->gain * info->gradient;
+      if (step.dot(known->covariance.ldlt().solve(step)) < kPolishedChi2) return true;
       const Eigen::Vector3d move = known->whiten.inverse() * known->directions * step;
       if (!move.allFinite()) return false;
       const Placement at = aligner.Moved(fit->at, {move.x(), move.y(), move.z(), 0.0});
@@ -356,10 +362,6 @@ class Registrar {
       if (!(fit->patches >= 1.0)) return false;
       *info = aligner.Inform(*fit);
       *known = Learn(aligner, *fit, *info, prior_, params_);
-      if (known->rank() == 0) return true;
-      if (step.size() == known->rank() &&
-          step.dot(known->covariance.ldlt().solve(step)) < kPolishedChi2)
-        return true;
     }
     return false;
   }
@@ -472,11 +474,17 @@ RegistrationResult Register(const RegistrationSubmap& target,
                             double z_prior_m,
                             double z_sigma_m,
                             const RegistrationParams& params) {
-  const RegistrationPrior prior{T_prior,
-                                prior_covariance,
-                                z_prior_m + source.height_datum_m() - target.height_datum_m(),
-                                z_sigma_m};
+  RegistrationPrior prior{T_prior,
+                          prior_covariance,
+                          z_prior_m + source.height_datum_m() - target.height_datum_m(),
+                          z_sigma_m};
   if (!Usable(prior)) return {};
+  const RegistrationResult result = Registrar(target, source, prior, params).Run();
+  if (result.verdict != LoopVerdict::kOutsideWindow || !(result.score >= params.ambiguity_floor))
+    return result;
+  // The seabed says that navigation is off by more than it claims, and chance does not say such
+  // things: the claim is doubted, and the judgement made in a window of twice the width.
+  prior.covariance *= 4.0;
   return Registrar(target, source, prior, params).Run();
 }
 

@@ -32,7 +32,7 @@ struct RegistrationParams {
   double window_sigma = 3.0;
   int max_modes = 5;
   // Cells x yaw hypotheses of one search; a window above it is searched on the next coarser level.
-  int max_search_cells = 1'000'000;
+  int max_search_cells = 100'000;
 
   // The noise of soundings is estimated from the data; never believed to be below this.
   double min_sounding_sigma_m = 0.01;
@@ -73,7 +73,7 @@ class RegistrationSubmap {
     float height_m = 0.0f;  // above `height_datum_m`; positive down
     float slope_x = 0.0f;
     float slope_y = 0.0f;
-    float support = 0.0f;    // soundings a cell that the height rests on; 0: nothing known here
+    float variance = 0.0f;   // of the height, from soundings of unit variance; 0: nothing known
     float soundings = 0.0f;  // in this very cell
   };
   struct Level {

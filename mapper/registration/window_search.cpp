@@ -17,31 +17,7 @@ namespace {
 
 using Cell = RegistrationSubmap::Cell;
 
-// Where the source lies about the centre of its cells: yaw is tried about it, since there it moves
-// them least.
-struct SourceShape {
-  Eigen::Vector2d center = Eigen::Vector2d::Zero();
-  double radius_m = 0.0;
-};
-
-SourceShape ShapeOf(const Grid<Cell>& grid) {
-  const GridGeometry& g = grid.geometry();
-  SourceShape shape;
-  double count = 0.0;
-  for (int row = 0; row < g.rows; ++row)
-    for (int col = 0; col < g.cols; ++col)
-      if (grid(row, col).support > 0.0f) {
-        shape.center += g.Center(row, col);
-        count += 1.0;
-      }
-  if (count == 0.0) return shape;
-  shape.center /= count;
-  for (int row = 0; row < g.rows; ++row)
-    for (int col = 0; col < g.cols; ++col)
-      if (grid(row, col).support > 0.0f)
-        shape.radius_m = std::max(shape.radius_m, (g.Center(row, col) - shape.center).norm());
-  return shape;
-}
+constexpr double kEverywhereM = 1e9;
 
 // The prior of (target position of the source's centre, yaw).
 struct CenterPrior {
@@ -60,18 +36,80 @@ CenterPrior AboutCenter(const RegistrationPrior& prior, const Eigen::Vector2d& c
           J * prior.covariance * J.transpose()};
 }
 
+// The cells of the source that the window can bring onto the target. Yaw is tried about their
+// centre, since there it moves them least.
+struct SourceShape {
+  Eigen::Vector2d center = Eigen::Vector2d::Zero();
+  double radius_m = 0.0;
+  Eigen::Vector2d half_size_m = Eigen::Vector2d::Zero();  // along the target's axes, at any yaw
+};
+
+// Calls visit(p) with the centre of every cell of the source that the prior, moved by up to
+// `reach`, lays on the target.
+template <class Visit>
+void ForEachCellWithin(const Grid<Cell>& source,
+                       const GridGeometry& target,
+                       const Pose2& T_target_source,
+                       const Eigen::Vector2d& reach,
+                       Visit visit) {
+  const GridGeometry& g = source.geometry();
+  const Eigen::Vector2d low = target.origin - reach;
+  const Eigen::Vector2d high =
+      target.origin + target.cell_m * Eigen::Vector2d(target.rows, target.cols) + reach;
+  for (int row = 0; row < g.rows; ++row) {
+    for (int col = 0; col < g.cols; ++col) {
+      if (!(source(row, col).variance > 0.0f)) continue;
+      const Eigen::Vector2d p = g.Center(row, col);
+      const Eigen::Vector2d q = T_target_source * p;
+      if ((q.array() >= low.array()).all() && (q.array() <= high.array()).all()) visit(p);
+    }
+  }
+}
+
+SourceShape ShapeOf(const Grid<Cell>& source,
+                    const GridGeometry& target,
+                    const RegistrationPrior& prior,
+                    const RegistrationParams& params) {
+  const double yaw_reach = std::min(kPi, params.window_sigma * std::sqrt(prior.covariance(2, 2)));
+  const auto shape_within = [&](const Eigen::Vector2d& reach) {
+    SourceShape shape;
+    double count = 0.0;
+    ForEachCellWithin(source, target, prior.T_target_source, reach, [&](const Eigen::Vector2d& p) {
+      shape.center += p;
+      count += 1.0;
+    });
+    if (count == 0.0) return shape;
+    shape.center /= count;
+    const Eigen::Matrix2d R = prior.T_target_source.Rotation();
+    ForEachCellWithin(source, target, prior.T_target_source, reach, [&](const Eigen::Vector2d& p) {
+      const Eigen::Vector2d arm = R * (p - shape.center);
+      shape.radius_m = std::max(shape.radius_m, arm.norm());
+      shape.half_size_m = shape.half_size_m.cwiseMax(arm.cwiseAbs());
+    });
+    shape.half_size_m =
+        (shape.half_size_m.array() + shape.radius_m * std::min(yaw_reach, 1.0)).min(shape.radius_m);
+    return shape;
+  };
+  const SourceShape all = shape_within(Eigen::Vector2d::Constant(kEverywhereM));
+  const Eigen::Matrix3d C = AboutCenter(prior, all.center).covariance;
+  const Eigen::Vector2d reach(params.window_sigma * std::sqrt(C(0, 0)),
+                              params.window_sigma * std::sqrt(C(1, 1)));
+  return shape_within((reach.array() + all.radius_m * yaw_reach).matrix());
+}
+
 // Cells of the target that the source's centre is tried on, and yaws.
 struct Window {
   int first_row;
   int first_col;
   int rows;  // 0: nowhere in the window do the two meet
   int cols;
-  int source_half;  // of the square that holds the turned source, in cells
+  int half_rows;  // of the box that holds the source at every yaw
+  int half_cols;
   int half_yaws;
   double yaw_step;
 
-  int ImageRows() const { return rows + 2 * source_half; }
-  int ImageCols() const { return cols + 2 * source_half; }
+  int ImageRows() const { return rows + 2 * half_rows; }
+  int ImageCols() const { return cols + 2 * half_cols; }
 };
 
 // Cells first to last of one axis within `reach` of `middle`, where the source can still touch the
@@ -94,9 +132,10 @@ Window WindowOf(const GridGeometry& target,
   const Eigen::Vector2d middle =
       (prior.center_target - target.origin) / cell - Eigen::Vector2d(0.5, 0.5);
   Window w;
-  w.source_half = static_cast<int>(std::ceil(shape.radius_m / cell)) + 1;
-  std::tie(w.first_row, w.rows) = Range(middle.x(), reach(0) / cell, target.rows, w.source_half);
-  std::tie(w.first_col, w.cols) = Range(middle.y(), reach(1) / cell, target.cols, w.source_half);
+  w.half_rows = static_cast<int>(std::ceil(shape.half_size_m.x() / cell)) + 1;
+  w.half_cols = static_cast<int>(std::ceil(shape.half_size_m.y() / cell)) + 1;
+  std::tie(w.first_row, w.rows) = Range(middle.x(), reach(0) / cell, target.rows, w.half_rows);
+  std::tie(w.first_col, w.cols) = Range(middle.y(), reach(1) / cell, target.cols, w.half_cols);
   // Between two hypotheses the rim is 3/4 of a kernel off, most of the area less.
   w.yaw_step = 1.5 * cell / std::max(shape.radius_m, cell);
   w.half_yaws =
@@ -144,7 +183,7 @@ class Searcher {
       : target_(target.grid),
         source_(source.grid),
         cell_m_(target.cell_m()),
-        shape_(ShapeOf(source_)),
+        shape_(ShapeOf(source_, target_.geometry(), prior, params)),
         prior_(prior),
         center_prior_(AboutCenter(prior, shape_.center)),
         prior_information_(center_prior_.covariance.inverse()),
@@ -160,7 +199,7 @@ class Searcher {
     for (int i = -window_.half_yaws; i <= window_.half_yaws; ++i) {
       const double yaw = center_prior_.yaw + i * window_.yaw_step;
       const Spectra source = Transform(&correlator_, SourceLayers(yaw));
-      KeepBetter(Scores(target, source, yaw), yaw, &places);
+      KeepBetter(target, source, yaw, &places);
     }
     return Modes(places);
   }
@@ -175,14 +214,14 @@ class Searcher {
   Layers TargetLayers() const {
     Layers out(At(correlator_.rows(), 0));
     const GridGeometry& g = target_.geometry();
-    const int first_row = window_.first_row - window_.source_half;
-    const int first_col = window_.first_col - window_.source_half;
+    const int first_row = window_.first_row - window_.half_rows;
+    const int first_col = window_.first_col - window_.half_cols;
     const int rows = std::min(window_.ImageRows(), g.rows - first_row);
     const int cols = std::min(window_.ImageCols(), g.cols - first_col);
     for (int row = std::max(0, -first_row); row < rows; ++row) {
       for (int col = std::max(0, -first_col); col < cols; ++col) {
         const Cell& cell = target_(first_row + row, first_col + col);
-        if (cell.support > 0.0f) out.Set(At(row, col), cell.height_m);
+        if (cell.variance > 0.0f) out.Set(At(row, col), cell.height_m);
       }
     }
     return out;
@@ -192,12 +231,11 @@ class Searcher {
   Layers SourceLayers(double yaw) const {
     Layers out(At(correlator_.rows(), 0));
     const Eigen::Matrix2d R_source_target = Eigen::Rotation2Dd(-yaw).toRotationMatrix();
-    const int size = 2 * window_.source_half + 1;
     CellsAround around;
     HeightSample sample;
-    for (int row = 0; row < size; ++row) {
-      for (int col = 0; col < size; ++col) {
-        const Eigen::Vector2d q(row - window_.source_half, col - window_.source_half);
+    for (int row = 0; row <= 2 * window_.half_rows; ++row) {
+      for (int col = 0; col <= 2 * window_.half_cols; ++col) {
+        const Eigen::Vector2d q(row - window_.half_rows, col - window_.half_cols);
         const Eigen::Vector2d p = shape_.center + R_source_target * (cell_m_ * q);
         if (Interpolate(source_, p, &around, &sample))
           out.Set(At(row, col), sample.height_m + prior_.source_shift_m);
@@ -206,42 +244,46 @@ class Searcher {
     return out;
   }
 
-  // Of every lag; minus infinity where too little overlaps.
-  std::vector<double> Scores(const Spectra& target, const Spectra& source, double yaw) {
+  // Scores every lag where enough overlaps, and keeps those better than what `places` has.
+  void KeepBetter(const Spectra& target,
+                  const Spectra& source,
+                  double yaw,
+                  std::vector<Place>* places) {
     const std::size_t size = At(correlator_.rows(), 0);
-    const auto copy = [&](const double* values) {
-      return std::vector<double>(values, values + size);
+    const auto keep = [size](const double* values, std::vector<double>* out) {
+      out->assign(values, values + size);
     };
-    const auto count = copy(correlator_.Correlate(source.known, target.known));
-    const auto sum_target = copy(correlator_.Correlate(source.known, target.height));
-    const auto sum_source = copy(correlator_.Correlate(source.height, target.known));
-    const auto squares =
-        copy(correlator_.Correlate(source.known, target.square, source.square, target.known));
+    keep(correlator_.Correlate(source.known, target.known), &count_);
+    keep(correlator_.Correlate(source.known, target.height), &sum_target_);
+    keep(correlator_.Correlate(source.height, target.known), &sum_source_);
+    keep(correlator_.Correlate(source.known, target.square, source.square, target.known),
+         &squares_);
     const double* products = correlator_.Correlate(source.height, target.height);
 
-    std::vector<double> scores(size, -std::numeric_limits<double>::infinity());
     const SmoothingKernel kernel;
-    const double min_cells = std::max(0.5 * params_.min_patches * kernel.PatchCells(),
+    const double patch_cells = kernel.PatchCells();
+    const double min_cells = std::max(0.5 * params_.min_patches * patch_cells,
                                       0.5 * params_.min_overlap_m2 / (cell_m_ * cell_m_));
     const double floor = params_.min_sounding_sigma_m * params_.min_sounding_sigma_m;
     for (int row = 0; row < window_.rows; ++row) {
       for (int col = 0; col < window_.cols; ++col) {
         const std::size_t i = At(row, col);
-        const double n = count[i];
+        const double n = count_[i];
         if (!(n >= min_cells)) continue;
-        const double mean_target = sum_target[i] / n;
-        const double mean_source = sum_source[i] / n;
+        const double mean_target = sum_target_[i] / n;
+        const double mean_source = sum_source_[i] / n;
         const double relief =
-            squares[i] / n - mean_target * mean_target - mean_source * mean_source;
+            squares_[i] / n - mean_target * mean_target - mean_source * mean_source;
         const double covariance = products[i] / n - mean_target * mean_source;
         const double shift = (mean_target - mean_source) / prior_.source_shift_sigma_m;
-        scores[i] = AgreementScore(n / kernel.PatchCells(),
-                                   std::max(relief, 0.0) + floor,
-                                   std::max(relief - 2.0 * covariance, 0.0) + floor) -
-                    0.5 * shift * shift + LogPrior(CenterAt(row, col), yaw);
+        const double score = AgreementScore(n / patch_cells,
+                                            std::max(relief, 0.0) + floor,
+                                            std::max(relief - 2.0 * covariance, 0.0) + floor) -
+                             0.5 * shift * shift + LogPrior(CenterAt(row, col), yaw);
+        Place& place = (*places)[PlaceAt(row, col)];
+        if (score > place.score) place = {score, yaw};
       }
     }
-    return scores;
   }
 
   Eigen::Vector2d CenterAt(int row, int col) const {
@@ -257,16 +299,6 @@ class Searcher {
   std::size_t PlaceAt(int row, int col) const {
     return static_cast<std::size_t>(row) * static_cast<std::size_t>(window_.cols) +
            static_cast<std::size_t>(col);
-  }
-
-  void KeepBetter(const std::vector<double>& scores, double yaw, std::vector<Place>* places) const {
-    for (int row = 0; row < window_.rows; ++row) {
-      for (int col = 0; col < window_.cols; ++col) {
-        Place& place = (*places)[PlaceAt(row, col)];
-        const double score = scores[At(row, col)];
-        if (score > place.score) place = {score, yaw};
-      }
-    }
   }
 
   // Peaks by their prominence: how far one goes down before one comes to a higher peak, or to
@@ -342,6 +374,11 @@ class Searcher {
   const RegistrationParams& params_;
   Window window_;
   Correlator correlator_;
+  // Of every lag, at one yaw.
+  std::vector<double> count_;
+  std::vector<double> sum_target_;
+  std::vector<double> sum_source_;
+  std::vector<double> squares_;
 };
 
 }  // namespace
@@ -354,7 +391,7 @@ double SearchCost(const RegistrationSubmap::Level& target,
                   const RegistrationSubmap::Level& source,
                   const RegistrationPrior& prior,
                   const RegistrationParams& params) {
-  const SourceShape shape = ShapeOf(source.grid);
+  const SourceShape shape = ShapeOf(source.grid, target.grid.geometry(), prior, params);
   const Window w =
       WindowOf(target.grid.geometry(), shape, AboutCenter(prior, shape.center), params);
   return 1.0 * w.ImageRows() * w.ImageCols() * (2.0 * w.half_yaws + 1.0);

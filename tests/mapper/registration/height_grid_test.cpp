@@ -35,7 +35,7 @@ TEST(HeightPyramid, FollowsATiltedPlaneOnEveryLevelUpToItsRim) {
     for (int row = 0; row < g.rows; ++row) {
       for (int col = 0; col < g.cols; ++col) {
         const RegistrationSubmap::Cell& cell = level.grid(row, col);
-        if (cell.support == 0.0f) continue;
+        if (cell.variance == 0.0f) continue;
         const Eigen::Vector2d p = g.Center(row, col);
         EXPECT_NEAR(cell.height_m + submap.height_datum_m(), plane(p.x(), p.y()), 1e-4);
         EXPECT_NEAR(cell.slope_x, 0.2, 1e-4);
@@ -83,9 +83,9 @@ TEST(HeightGrid, InterpolatesAQuadraticSurfaceExactly) {
     ASSERT_TRUE(Interpolate(grid, p, &around, &sample));
     EXPECT_NEAR(sample.height_m, height(p.x(), p.y()), 1e-5);
     EXPECT_NEAR(sample.slope.x(), 0.6 * p.x() - 0.2 * p.y(), 1e-5);
-    EXPECT_NEAR(sample.support, 2.0, 1e-6);
+    EXPECT_NEAR(sample.variance, 2.0, 1e-6);
   }
-  grid(4, 4).support = 0.0f;
+  grid(4, 4).variance = 0.0f;
   EXPECT_FALSE(Interpolate(grid, g.Center(4, 4) + Eigen::Vector2d(0.1, 0.1), &around, &sample));
   EXPECT_FALSE(Interpolate(grid, {0.2, 2.0}, &around, &sample));
   EXPECT_FALSE(Interpolate(grid, {std::nan(""), 2.0}, &around, &sample));

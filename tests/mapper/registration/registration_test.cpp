@@ -105,6 +105,19 @@ TEST(Registration, RidgesInformOnlyAcrossThem) {
   }
 }
 
+// 4.5 sigma off: navigation is worse than it claims, and the seabed says so beyond doubt.
+TEST(Registration, BelievesAClearSeabedBeforeANavigationThatClaimsTooMuch) {
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    const SyntheticPair pair = MakePair(SyntheticSeabed::Fractal(seed, 0.6), {}, seed);
+    Prior prior = PriorAround(pair.T_target_source, 4.5, 0.0, static_cast<double>(seed));
+    prior.covariance.topLeftCorner<2, 2>() = Eigen::Matrix2d::Identity();
+    const RegistrationResult result = RegisterPair(pair, prior);
+    EXPECT_EQ(result.verdict, LoopVerdict::kAccepted) << ToString(result.verdict) << seed;
+    const Eigen::Vector3d error = ErrorOf(result.T_target_source, pair.T_target_source);
+    EXPECT_LT(error.head<2>().norm(), 0.15) << seed;
+  }
+}
+
 TEST(Registration, RefusesASeabedThatRepeatsItself) {
   int ambiguous = 0;
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
