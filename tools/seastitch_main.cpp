@@ -1,4 +1,4 @@
-// The one command for people: demo, replay, bench, info.
+// The one command for people: demo, replay, bench, import, info.
 
 #include <spdlog/spdlog.h>
 
@@ -9,6 +9,7 @@
 
 #include "tools/bench_command.hpp"
 #include "tools/demo.hpp"
+#include "tools/import.hpp"
 #include "tools/info.hpp"
 #include "tools/install_paths.hpp"
 #include "tools/replay.hpp"
@@ -132,6 +133,26 @@ void AddBench(CLI::App* app, int* status) {
   });
 }
 
+void AddImport(CLI::App* app, int* status) {
+  auto options = std::make_shared<ImportOptions>();
+  CLI::App* import = app->add_subcommand(
+      "import", "other people's recordings to an LCM log, by the same decoders");
+  import->add_option("file", options->files, ".kmall files and candump logs")
+      ->required()
+      ->check(CLI::ExistingFile);
+  import->add_option("--log", options->log, "LCM log to write; must not exist")->required();
+  import->add_option("--imu-config",
+                     options->imu_config,
+                     "imu_driver.yaml, for candump logs (default: the shipped one)");
+  import->add_option("--dvl-config", options->dvl_config, "dvl_driver.yaml, likewise");
+  import->add_flag("--quiet", options->quiet, "no progress");
+  import->callback([options, status] {
+    if (options->imu_config.empty()) options->imu_config = ConfigDir() / "imu_driver.yaml";
+  if (options->dvl_config.empty()) options->dvl_config = ConfigDir() / "dvl_driver.yaml";
+  *status = RunImport(*options);
+});
+}  // namespace
+
 void AddInfo(CLI::App* app, int* status) {
   struct Arguments {
     InfoOptions info;
@@ -148,7 +169,7 @@ void AddInfo(CLI::App* app, int* status) {
   });
 }
 
-}  // namespace
+}  // namespace seastitch
 }  // namespace seastitch
 
 int main(int argc, char** argv) try {
@@ -160,6 +181,7 @@ int main(int argc, char** argv) try {
   seastitch::AddDemo(&app, &status);
   seastitch::AddReplay(&app, &status);
   seastitch::AddBench(&app, &status);
+  seastitch::AddImport(&app, &status);
   seastitch::AddInfo(&app, &status);
   CLI11_PARSE(app, argc, argv);
   return status;

@@ -1,0 +1,256 @@
+#include "tools/import.hpp"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string_view>
+
+#include "common/runtime/bus.hpp"
+#include "common/storage/event_log.hpp"
+#include "drivers/dvl/dvl_driver.hpp"
+#include "drivers/imu/imu_driver.hpp"
+#include "drivers/mbes/kmall.hpp"
+#include "drivers/mbes/mbes_driver.hpp"
+#include "drivers/socket/candump.hpp"
+#include "tools/progress.hpp"
+
+namespace seastitch {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMaxKmallDatagram = 16 * 1024 * 1024;
+// Frames of one burst are one RAW_CAN, as they are when a driver reads them from a socket.
+constexpr Duration kBurst = std::chrono::milliseconds(1);
+
+// A file to be imported, piece by piece in the order in which it was recorded.
+class Source {
+ public:
+  virtual ~Source() = default;
+  // Stamp of the next piece; nothing at the end.
+  virtual std::optional<Time> next() const = 0;
+  // Hands the next piece to its drivers.
+  virtual void Feed() = 0;
+  virtual std::uint64_t bytes_read() const = 0;
+  virtual Counters counters() const = 0;
+};
+
+class KmallFile : public Source {
+ public:
+  // number: tells it from other files.
+  KmallFile(const fs::path& path, std::uint64_t number, MbesDriver* driver)
+      : driver_(driver), number_(number), in_(path, std::ios::binary), size_(fs::file_size(path)) {
+    ReadNext();
+  }
+
+  std::optional<Time> next() const override { return next_; }
+  void Feed() override {
+    driver_->Feed(Datagram{datagram_, *next_, number_});
+    ReadNext();
+  }
+  std::uint64_t bytes_read() const override { return at_; }
+  Counters counters() const override {
+    return damaged_bytes_ == 0 ? Counters{}
+                               : Counters{{"kmall_file_damaged_bytes", damaged_bytes_}};
+  }
+
+ private:
+  // What is no datagram is skipped byte by byte.
+  void ReadNext() {
+    next_.reset();
+    for (; at_ + 8 <= size_ && !ReadAt(); ++at_) ++damaged_bytes_;
+    if (!next_) damaged_bytes_ += static_cast<std::int64_t>(size_ - at_);
+    if (!next_) at_ = size_;
+  }
+  bool ReadAt() {
+    std::array<std::uint8_t, 8> head{};
+    Read(head.data(), head.size());
+    const std::size_t size = ByteReader(head).Le<std::uint32_t>();
+    if (head[4] != '#' || size < head.size() || size > std::min(kMaxKmallDatagram, size_ - at_))
+      return false;
+    datagram_.resize(size);
+    Read(datagram_.data(), size);
+    const std::optional<KmallHeader> header = ReadKmallHeader(datagram_);
+    if (!header) return false;
+    next_ = header->time();
+    at_ += size;
+    return true;
+  }
+  void Read(std::uint8_t* to, std::size_t size) {
+    in_.seekg(static_cast<std::streamoff>(at_));
+    in_.read(reinterpret_cast<char*>(to), static_cast<std::streamsize>(size));
+  }
+
+  MbesDriver* driver_;
+  std::uint64_t number_;
+  std::ifstream in_;
+  std::uint64_t size_;
+  std::uint64_t at_ = 0;  // behind the next datagram
+  std::int64_t damaged_bytes_ = 0;
+  std::vector<std::uint8_t> datagram_;
+  std::optional<Time> next_;
+};
+
+class CandumpFile : public Source {
+ public:
+  CandumpFile(const fs::path& path, std::vector<CanDriver*> drivers)
+      : drivers_(std::move(drivers)), in_(path) {
+    ReadNext();
+  }
+
+  std::optional<Time> next() const override {
+    return frame_ ? std::optional(frame_->recv) : std::nullopt;
+  }
+  void Feed() override {
+    std::vector<ReceivedFrame> burst;
+    const Time begin = frame_->recv;
+    for (; frame_ && std::chrono::abs(frame_->recv - begin) <= kBurst; ReadNext())
+      burst.push_back(*frame_);
+    for (CanDriver* const driver : drivers_) {
+      const std::vector<CanFilter> filters = driver->filters();
+      std::vector<ReceivedFrame> wanted;
+      std::copy_if(burst.begin(), burst.end(), std::back_inserter(wanted), [&](const auto& r) {
+        return Passes(filters, r.frame);
+      });
+      if (!wanted.empty()) driver->Feed(wanted);
+    }
+  }
+  std::uint64_t bytes_read() const override { return bytes_; }
+  Counters counters() const override {
+    return malformed_ == 0 ? Counters{} : Counters{{"candump_malformed", malformed_}};
+  }
+
+ private:
+  void ReadNext() {
+    frame_.reset();
+    for (std::string line; !frame_ && std::getline(in_, line);) {
+      bytes_ += line.size() + 1;
+      if (const std::optional<CandumpLine> parsed = ParseCandumpLine(line))
+        frame_ = ReceivedFrame{parsed->frame, parsed->time};
+      else if (line.starts_with('('))
+        ++malformed_;
+    }
+  }
+
+  std::vector<CanDriver*> drivers_;
+  std::ifstream in_;
+  std::uint64_t bytes_ = 0;
+  std::int64_t malformed_ = 0;
+  std::optional<ReceivedFrame> frame_;
+};
+
+enum class Kind { kKmall, kCandump };
+
+Kind KindOf(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::array<char, 64> head{};
+  if (fs::is_directory(path) || !in.read(head.data(), head.size()).gcount())
+    throw std::runtime_error(path.string() + ": not a file that can be read");
+  if (head[4] == '#') return Kind::kKmall;
+  if (std::string_view(head.data(), head.size()).find_first_of('(') == 0) return Kind::kCandump;
+  throw std::runtime_error(path.string() + ": neither a .kmall file nor a candump log");
+}
+
+// The drivers that the files need, and what they publish.
+class Importer {
+ public:
+  explicit Importer(const ImportOptions& options)
+      : writer_(options.log, IfExists::kRefuse), bus_("memq://") {
+    bus_.SubscribeBytes(".*", 0, [this](const std::string& channel, const void* data, int size) {
+      writer_.Write(ToUtime(now_), channel, data, static_cast<std::size_t>(size));
+      ++result_.channels[channel];
+    });
+    for (const fs::path& file : options.files) {
+      total_bytes_ += fs::file_size(file);
+      if (KindOf(file) == Kind::kKmall)
+        sources_.push_back(std::make_unique<KmallFile>(file, sources_.size(), Sonar()));
+      else
+        sources_.push_back(std::make_unique<CandumpFile>(file, CanDrivers(options)));
+    }
+  }
+
+  ImportResult Run(bool quiet) {
+    ProgressLine progress("importing", total_bytes_, quiet);
+    while (Source* const source = Earliest()) {
+      now_ = std::max(now_, *source->next());  // a log's stamps never fall
+      source->Feed();
+      bus_.HandleAll();
+      std::uint64_t done = 0;
+      for (const auto& s : sources_) done += s->bytes_read();
+      progress.Set(done);
+    }
+    for (const auto& driver : can_drivers_) driver->Finish();
+    bus_.HandleAll();
+    writer_.Flush();
+    progress.Finish();
+    for (const auto& source : sources_) Count(source->counters());
+    for (const auto& driver : can_drivers_) Count(driver->decoder_counters());
+    if (sonar_) Count(sonar_->decoder_counters());
+    return result_;
+  }
+
+ private:
+  void Count(const Counters& counters) {
+    for (const auto& [name, value] : counters)
+      if (value != 0) result_.counters[name] += value;
+  }
+
+  Source* Earliest() {
+    Source* earliest = nullptr;
+    for (const auto& source : sources_)
+      if (source->next() && (earliest == nullptr || *source->next() < *earliest->next()))
+        earliest = source.get();
+    return earliest;
+  }
+
+  MbesDriver* Sonar() {
+    if (!sonar_) {
+      MbesDriverConfig config;  // KMALL, by its own stamps: a file has no other
+      config.driver.source = "import";
+      sonar_ = std::make_unique<MbesDriver>(config, &bus_);
+    }
+    return sonar_.get();
+  }
+
+  std::vector<CanDriver*> CanDrivers(const ImportOptions& options) {
+    if (can_drivers_.empty()) {
+      can_drivers_.push_back(
+          std::make_unique<ImuDriver>(LoadImuDriverConfig(options.imu_config.string()), &bus_));
+      can_drivers_.push_back(
+          std::make_unique<DvlDriver>(LoadDvlDriverConfig(options.dvl_config.string()), &bus_));
+    }
+    std::vector<CanDriver*> drivers;
+    for (const auto& driver : can_drivers_) drivers.push_back(driver.get());
+    return drivers;
+  }
+
+  EventLogWriter writer_;
+  Bus bus_;
+  Time now_;
+  std::unique_ptr<MbesDriver> sonar_;
+  std::vector<std::unique_ptr<CanDriver>> can_drivers_;
+  std::vector<std::unique_ptr<Source>> sources_;
+  std::uint64_t total_bytes_ = 0;
+  ImportResult result_;
+};
+
+}  // namespace
+
+ImportResult Import(const ImportOptions& options) { return Importer(options).Run(options.quiet); }
+
+int RunImport(const ImportOptions& options) {
+  const ImportResult result = Import(options);
+  for (const auto& [channel, events] : result.channels)
+    std::printf("%-12s %10lld events\n", channel.c_str(), static_cast<long long>(events));
+  for (const auto& [name, value] : result.counters)
+    std::printf("%s: %lld\n", name.c_str(), static_cast<long long>(value));
+  return EXIT_SUCCESS;
+}
+
+}  // namespace seastitch
