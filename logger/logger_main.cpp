@@ -16,9 +16,7 @@ int Run(const ProcessArgs& args) {
   EventLoop loop;
   Bus bus(args.lcm_url);
   LoggerNode node(config, &bus);
-  loop.Add(bus.fd(), [&] {
-    if (bus.HandleReady() < 0) loop.Stop();
-  });
+  loop.Add(bus.fd(), [&] { bus.HandleAll(Bus::kBurst); });
   loop.Every(std::chrono::seconds(1), [&] { node.UpdateHealth(); });
   node.health().PublishEverySecond(&bus, &loop);
   const int code = loop.Run();

@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "mapper/geometry/georeference.hpp"
@@ -24,15 +25,10 @@ constexpr int kRequestQueue = 16;
 
 // A ping so far ahead of navigation has a wrong clock, and must not hold up those behind it.
 constexpr double kMaxAheadS = 30.0;
-constexpr std::size_t kHeadingOfCovariance = 5;
-
-Time LastEcho(const MbesPing& ping) {
-  double last_s = 0.0;
-  for (const MbesBeam& beam : ping.beams) {
-    last_s = std::max(last_s, static_cast<double>(beam.tx_delay_s + beam.twtt_s));
-  }
-  return ping.time + FromSeconds(last_s);
-}
+// Submaps that wait to be stored without registration, in max_waiting_submaps: their points are in
+// memory until those before them are registered.
+constexpr std::size_t kUnregisteredPerRegistered = 4;
+constexpr Eigen::Index kHeadingOfCovariance = 5;
 
 // Of x, y, yaw.
 Eigen::Matrix3d LevelCovariance(const NavState& state) {
@@ -42,6 +38,10 @@ Eigen::Matrix3d LevelCovariance(const NavState& state) {
     for (Eigen::Index c = 0; c < 3; ++c) covariance(r, c) = state.covariance(kAxes[r], kAxes[c]);
   }
   return covariance;
+}
+
+double HeadingSigma(const NavState& state) {
+  return std::sqrt(state.covariance(kHeadingOfCovariance, kHeadingOfCovariance));
 }
 
 bool IsProfile(SoundSpeed::Source source) {
@@ -141,8 +141,9 @@ void MapperNode::GeoreferencePings(bool no_more_poses) {
   while (!pings_.empty()) {
     const MbesPing& ping = pings_.front();
     const std::optional<Time> latest = navigation_.latest();
-    const bool ready = no_more_poses || (latest && LastEcho(ping) <= *latest);
-    const bool never = latest && ToSeconds(ping.time - *latest) > kMaxAheadS;
+    const Time last_echo = LastEcho(ping);
+    const bool ready = no_more_poses || (latest && last_echo <= *latest);
+    const bool never = latest && ToSeconds(last_echo - *latest) > kMaxAheadS;
     if (!ready && !never) return;
     if (never)
       health_.Count("pings_from_the_future");
@@ -177,6 +178,7 @@ void MapperNode::AddToSubmap(const MbesPing& ping) {
 void MapperNode::OnClosed(Submap submap) {
   submap.covariance_from_previous = CovarianceFromPrevious(submap);
   previous_frame_ = navigation_.StateAt(submap.frame_time);
+  if (previous_frame_) submap.heading_sigma_rad = HeadingSigma(*previous_frame_);
   AddSubmap(std::move(submap));
 }
 
@@ -199,7 +201,7 @@ Eigen::Matrix3d MapperNode::CovarianceFromPrevious(const Submap& submap) {
 void MapperNode::AddSubmap(Submap submap) {
   if (submap.id.value < 0) submap.id.value = next_id_;
   if (submap.id.value < next_id_ || !submap.T_map_submap.matrix().allFinite() ||
-      !submap.covariance_from_previous.allFinite()) {
+      !submap.covariance_from_previous.allFinite() || !std::isfinite(submap.heading_sigma_rad)) {
     health_.Count("submaps_refused");
     return;
   }
@@ -214,8 +216,13 @@ void MapperNode::AddSubmap(Submap submap) {
   }
   loop_closer_.Add(submap);
   PublishSubmap(submap);
-  const bool busy = submaps_.size() >= static_cast<std::size_t>(config_.max_waiting_submaps);
+  const auto most = static_cast<std::size_t>(config_.max_waiting_submaps);
+  const bool busy = submaps_.size() >= most;
   if (busy) health_.Count("submaps_skipped_busy");
+  if (submaps_.size() >= kUnregisteredPerRegistered * most) {
+    health_.Count("submaps_not_stored");
+    submap.cloud = {};
+  }
   submaps_.push_back({std::make_shared<const Submap>(std::move(submap)), busy});
   RegisterNext();
 }
@@ -230,7 +237,7 @@ void MapperNode::RegisterNext() {
                     pairs = next.skip_registration ? std::vector<LoopPair>{}
                                                    : loop_closer_.PairsFor(next.submap->id)] {
     SurveyStore& store = archive->store;
-    store.Put(submap);
+    if (!submap->cloud.empty()) store.Put(submap);
     Registered registered;
     registered.loop_edges = RegisterPairs(
         *submap, pairs, [&](SubmapId id) { return store.Get(id); }, params);
@@ -251,7 +258,8 @@ void MapperNode::OnRegistered(const Submap& submap, const Registered& registered
   Step step;
   step.submap_time = submap.frame_time;
   step.update.version = static_cast<std::int64_t>(graph_.size()) + 1;
-  step.update.vertices = {{submap.id, submap.frame_time, LevelPose(submap.T_map_submap)}};
+  step.update.vertices = {
+      {submap.id, submap.frame_time, LevelPose(submap.T_map_submap), submap.heading_sigma_rad}};
   step.update.edges = loop_closer_.DeadReckoningEdge(submap.id);
   for (const GraphEdge& edge : registered.loop_edges) {
     ++(edge.verdict == LoopVerdict::kAccepted ? accepted_ : rejected_);

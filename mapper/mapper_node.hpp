@@ -53,7 +53,7 @@ class MapperNode {
   };
   struct Waiting {
     std::shared_ptr<const Submap> submap;
-    bool skip_registration = false;  // stored alone, in milliseconds: such do not pile up
+    bool skip_registration = false;
   };
   struct Registered {
     std::vector<GraphEdge> loop_edges;

@@ -19,6 +19,9 @@ bool IsUsable(const Pose2& pose) {
          std::abs(pose.yaw) <= kMaxCoordinateM;  // this way round NaN is refused
 }
 
+// Where the position of the first submap is what the map is laid out from.
+constexpr double kHeld_m = 1e-3;
+
 Eigen::Matrix3d InverseSigmas(double sigma_m, double sigma_yaw_rad) {
   return Eigen::Vector3d(1.0 / sigma_m, 1.0 / sigma_m, 1.0 / sigma_yaw_rad).asDiagonal();
 }
@@ -49,6 +52,7 @@ std::uint64_t FingerprintOf(const GraphUpdate& update) {
     print.Add(std::int64_t{vertex.id.value});
     print.Add(ToUtime(vertex.time));
     print.Add(vertex.dead_reckoned);
+    print.Add(vertex.heading_sigma_rad);
   }
   for (const GraphEdge& edge : update.edges) {
     print.Add(std::int64_t{edge.from.value});
@@ -59,6 +63,18 @@ std::uint64_t FingerprintOf(const GraphUpdate& update) {
     for (const double value : edge.information.reshaped()) print.Add(value);
   }
   return print.hash();
+}
+
+// The part of its heading error that dead reckoning forgets from one vertex to the next, by what
+// the filter says of both and of the step between: with e_to = (1 - forgotten) e_from + new, the
+// step's variance is v = P_from + P_to - 2 (1 - forgotten) P_from. A free gyro forgets nothing (v =
+// P_to - P_from). 0 where a heading is not known.
+double Forgotten(double sigma_from_rad, double sigma_to_rad, const Eigen::Matrix3d& information) {
+  if (!(sigma_from_rad > 0.0 && sigma_to_rad > 0.0)) return 0.0;
+  const double step_variance = information.inverse()(2, 2);
+  const double P_from = sigma_from_rad * sigma_from_rad;
+  const double P_to = sigma_to_rad * sigma_to_rad;
+  return std::clamp((P_from - P_to + step_variance) / (2.0 * P_from), 0.0, 1.0);
 }
 
 std::string MustBePositive(const char* key, double value) {
@@ -116,7 +132,9 @@ bool PoseGraphOptimizer::Contradicts(const GraphUpdate& update) const {
 void PoseGraphOptimizer::AddVertex(const GraphVertex& vertex) {
   if (vertex.id.value < 0 || !IsUsable(vertex.dead_reckoned))
     ++counters_["vertices_malformed"];
-  else if (!vertices_.try_emplace(vertex.id, Vertex{vertex.dead_reckoned, {}}).second)
+  else if (!vertices_
+                .try_emplace(vertex.id, Vertex{vertex.dead_reckoned, vertex.heading_sigma_rad, {}})
+                .second)
     ++counters_["vertices_duplicate"];
 }
 
@@ -158,15 +176,17 @@ std::map<SubmapId, int> PoseGraphOptimizer::Numbering() const {
 }
 
 void PoseGraphOptimizer::AddAnchor(FactorGraph* graph) const {
-  if (!HasFixes()) {
+  const Vertex& first = vertices_.begin()->second;
+  const bool heading_known = first.heading_sigma_rad > 0.0;
+  if (!HasFixes() && !heading_known) {
     graph->fixed_vertex = 0;
     return;
   }
-  graph->factors.push_back({kMap,
-                            0,
-                            {vertices_.begin()->second.dead_reckoned,
-                             InverseSigmas(params_.start_sigma_m, params_.start_sigma_yaw_rad)},
-                            {}});
+  const double sigma_m = HasFixes() ? params_.start_sigma_m : kHeld_m;
+  const double sigma_yaw_rad =
+      heading_known ? first.heading_sigma_rad : params_.start_sigma_yaw_rad;
+  graph->factors.push_back(
+      {kMap, 0, {first.dead_reckoned, InverseSigmas(sigma_m, sigma_yaw_rad)}, {}});
 }
 
 void PoseGraphOptimizer::AddDeadReckoning(const std::map<SubmapId, int>& number,
@@ -175,7 +195,14 @@ void PoseGraphOptimizer::AddDeadReckoning(const std::map<SubmapId, int>& number,
   for (const auto& [pair, edge] : dead_reckoning_) {
     const GraphEdge& e = edge.edge;
     if (!edge.Pulls()) continue;
-    graph->factors.push_back({number.at(e.from), number.at(e.to), {e.T_from_to, edge.root.W}, {}});
+    RelativePoseCost cost{e.T_from_to, edge.root.W};
+    if (edge.root.rank == 3) {
+      const Vertex& from = vertices_.at(e.from);
+      cost.forgotten =
+          Forgotten(from.heading_sigma_rad, vertices_.at(e.to).heading_sigma_rad, e.information);
+      cost.heading_i_rad = from.dead_reckoned.yaw;
+    }
+    graph->factors.push_back({number.at(e.from), number.at(e.to), cost, {}});
     if (edge.root.rank == 3) linked[static_cast<std::size_t>(number.at(pair.second))] = true;
   }
   int k = 1;

@@ -28,7 +28,8 @@ struct OptimizerParams {
   // Of Newton's method, each with a factorisation of its own; a survey takes 2 to 10.
   int max_iterations = 100;
   // Where position fixes exist, the first submap is no longer fixed but known as well as this:
-  // a GPS position at the start of the dive, and the compass.
+  // a GPS position at the start of the dive, and the compass. The yaw only where the graph does not
+  // say how well its headings are known.
   double start_sigma_m = 10.0;
   double start_sigma_yaw_rad = Deg2Rad(2.0);
   // A submap that comes without a usable dead-reckoning edge is tied to its predecessor by the
@@ -71,6 +72,7 @@ class PoseGraphOptimizer {
  private:
   struct Vertex {
     Pose2 dead_reckoned;
+    double heading_sigma_rad;     // 0: not known
     std::optional<Pose2> solved;  // in the last solution
   };
   struct Edge {

@@ -57,6 +57,7 @@ Eigen::Vector3d RelativePoseCost::Evaluate(const Pose2& T_map_i,
     J.topLeftCorner<2, 2>() = -R_i_map;
     J(0, 2) = p_i.y();  // d(R^T p)/dyaw = (y, -x) of R^T p
     J(1, 2) = -p_i.x();
+    J(2, 2) += forgotten;
     *J_i = W * J;
   }
   if (J_j != nullptr) {
@@ -65,7 +66,8 @@ Eigen::Vector3d RelativePoseCost::Evaluate(const Pose2& T_map_i,
     *J_j = W * J;
   }
   Eigen::Vector3d e;
-  e << p_i - T_i_j.Translation(), WrapAngle(T_map_j.yaw - T_map_i.yaw - T_i_j.yaw);
+  e << p_i - T_i_j.Translation(), WrapAngle(T_map_j.yaw - T_map_i.yaw - T_i_j.yaw) +
+                                      forgotten * WrapAngle(T_map_i.yaw - heading_i_rad);
   return W * e;
 }
 

@@ -33,13 +33,15 @@ graph_vertex_t ToLcm(const GraphVertex& vertex) {
   msg.dead_reckoned_x_m = vertex.dead_reckoned.x;
   msg.dead_reckoned_y_m = vertex.dead_reckoned.y;
   msg.dead_reckoned_yaw_rad = vertex.dead_reckoned.yaw;
+  msg.heading_sigma_rad = vertex.heading_sigma_rad;
   return msg;
 }
 
 std::optional<GraphVertex> FromLcm(const graph_vertex_t& msg) {
   const Pose2 pose{msg.dead_reckoned_x_m, msg.dead_reckoned_y_m, msg.dead_reckoned_yaw_rad};
-  if (!IsTime(msg.utime) || msg.id < 0 || !IsPose2(pose)) return std::nullopt;
-  return GraphVertex{SubmapId{msg.id}, FromUtime(msg.utime), pose};
+  if (!IsTime(msg.utime) || msg.id < 0 || !IsPose2(pose) || !AreSigmas(&msg.heading_sigma_rad, 1))
+    return std::nullopt;
+  return GraphVertex{SubmapId{msg.id}, FromUtime(msg.utime), pose, msg.heading_sigma_rad};
 }
 
 graph_edge_t ToLcm(const GraphEdge& edge) {

@@ -12,17 +12,8 @@ using namespace convert;  // the checks
 constexpr std::size_t kMaxSourceLength = 256;
 constexpr double kMinSoundSpeed_mps = 1000.0;
 constexpr double kMaxSoundSpeed_mps = 2000.0;
-constexpr double kMaxBeamAngle_rad = kPi;
 
 bool IsSoundSpeed(double mps) { return mps >= kMinSoundSpeed_mps && mps <= kMaxSoundSpeed_mps; }
-
-bool IsBeam(const MbesBeam& beam) {
-  return beam.twtt_s >= 0.0f && std::isfinite(beam.twtt_s) &&
-         std::abs(beam.rx_angle_rad) <= kMaxBeamAngle_rad &&
-         std::abs(beam.tx_tilt_rad) <= kMaxBeamAngle_rad && std::isfinite(beam.tx_delay_s) &&
-         beam.depth_sigma_ratio >= 0.0f && std::isfinite(beam.depth_sigma_ratio) &&
-         std::isfinite(beam.backscatter_db);
-}
 
 bool HasEveryBeam(const mbes_ping_t& msg) {
   if (msg.num_beams < 0 || msg.num_beams > kMaxBeams) return false;
@@ -150,7 +141,7 @@ mbes_ping_t ToLcm(const MbesPing& ping, const MessageStamp& stamp) {
 
 std::optional<MbesPing> FromLcm(const mbes_ping_t& msg) {
   if (!IsTime(msg.utime) || msg.ping_number < 0 || msg.ping_number > UINT32_MAX ||
-      !IsSoundSpeed(msg.sound_speed_mps) || !HasEveryBeam(msg))
+      !(msg.sound_speed_mps >= 0.0) || !std::isfinite(msg.sound_speed_mps) || !HasEveryBeam(msg))
     return std::nullopt;
   MbesPing ping;
   ping.time = FromUtime(msg.utime);
@@ -165,7 +156,7 @@ std::optional<MbesPing> FromLcm(const mbes_ping_t& msg) {
                      msg.depth_sigma_ratio[i],
                      msg.backscatter_db[i],
                      msg.flags[i]};
-    if (!IsBeam(ping.beams[i])) return std::nullopt;
+    if (!IsPlausible(ping.beams[i])) return std::nullopt;
   }
   return ping;
 }

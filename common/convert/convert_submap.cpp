@@ -81,7 +81,7 @@ std::optional<Submap> FromLcm(const submap_t& msg) {
   const auto covariance = SymmetricFrom<3>(msg.covariance_from_previous);
   const auto information = SymmetricFrom<3>(msg.predicted_information);
   if (!HasPlausibleTimes(msg) || !HasPlausibleCounts(msg) || !pose || !covariance || !information ||
-      !IsFiniteArray(msg.footprint_x_m, msg.num_corners) ||
+      !AreSigmas(&msg.heading_sigma_rad, 1) || !IsFiniteArray(msg.footprint_x_m, msg.num_corners) ||
       !IsFiniteArray(msg.footprint_y_m, msg.num_corners))
     return std::nullopt;
   Submap submap;
@@ -91,6 +91,7 @@ std::optional<Submap> FromLcm(const submap_t& msg) {
   submap.frame_time = FromUtime(msg.frame_utime);
   submap.T_map_submap = *pose;
   submap.covariance_from_previous = *covariance;
+  submap.heading_sigma_rad = msg.heading_sigma_rad;
   submap.trigger = static_cast<SubmapTrigger>(msg.trigger);
   submap.predicted_information = *information;
   submap.soundings_read = static_cast<std::uint64_t>(msg.soundings_read);
@@ -122,6 +123,7 @@ SubmapMessages ToLcm(const Submap& submap,
   msg.id = submap.id.value;
   PoseTo(submap.T_map_submap, msg.p_map_submap_m, msg.q_map_submap);
   MatrixTo<3>(submap.covariance_from_previous, msg.covariance_from_previous);
+  msg.heading_sigma_rad = submap.heading_sigma_rad;
   MatrixTo<3>(submap.predicted_information, msg.predicted_information);
   msg.trigger = static_cast<std::int8_t>(submap.trigger);
   msg.soundings_read = static_cast<std::int64_t>(submap.soundings_read);

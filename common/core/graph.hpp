@@ -15,6 +15,8 @@ struct GraphVertex {
   SubmapId id;
   Time time;
   Pose2 dead_reckoned;  // T_map_level
+  // Of dead_reckoned.yaw against north, 1 sigma; 0: not known.
+  double heading_sigma_rad = 0.0;
 };
 
 enum class EdgeKind : std::uint8_t { kDeadReckoning, kLoopClosure, kPositionFix };

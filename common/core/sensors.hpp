@@ -64,12 +64,22 @@ struct MbesBeam {
   std::uint8_t flags = 0;  // BeamFlag
 };
 
+// Longer than the echo of any seabed takes: 15 km of water.
+constexpr float kMaxTravelTime_s = 20.0f;
+
+// Every figure is finite and no time or angle is beyond what there is, so that it can be reckoned
+// with. That says nothing about whether the beam found the bottom.
+bool IsPlausible(const MbesBeam& beam);
+
 struct MbesPing {
   Time time;                      // first transmit pulse
   std::uint32_t ping_number = 0;  // the device's counter
   double sound_speed_mps = 0.0;   // at the transducer
   std::vector<MbesBeam> beams;
 };
+
+// When the last bottom echo came, by the beams that are valid and plausible.
+Time LastEcho(const MbesPing& ping);
 
 // Depths strictly rising.
 struct SoundVelocityProfile {

@@ -49,6 +49,8 @@ struct Submap {
   // Covariance of x, y, yaw of T_map_submap relative to the previous submap's frame, in the
   // previous submap's level axes (Sigma of III-B-1). Zero for the first.
   Eigen::Matrix3d covariance_from_previous = Eigen::Matrix3d::Zero();
+  // Of the yaw of T_map_submap against north, 1 sigma; 0: not known.
+  double heading_sigma_rad = 0.0;
   SubmapTrigger trigger = SubmapTrigger::kEnd;
   // Information (x, y, yaw; level axes) that registering this terrain is predicted to give.
   Eigen::Matrix3d predicted_information = Eigen::Matrix3d::Zero();

@@ -21,11 +21,7 @@ void TurnFromHead(std::size_t head, const std::vector<double>& head_roll_rad, Mb
 }
 
 bool IsUsable(const MbesBeam& b) {
-  const bool finite = std::isfinite(b.twtt_s) && std::isfinite(b.rx_angle_rad) &&
-                      std::isfinite(b.tx_tilt_rad) && std::isfinite(b.tx_delay_s) &&
-                      std::isfinite(b.depth_sigma_ratio) && std::isfinite(b.backscatter_db);
-  return finite && std::abs(b.rx_angle_rad) < kPi && b.twtt_s >= 0.0f &&
-         (b.twtt_s > 0.0f || (b.flags & kBeamValid) == 0);
+  return IsPlausible(b) && (b.twtt_s > 0.0f || (b.flags & kBeamValid) == 0);
 }
 
 }  // namespace seastitch

@@ -16,14 +16,6 @@ namespace {
 // Some pings in parts; a network's doubles come far sooner.
 constexpr std::size_t kRecent = 64;
 
-// How long after the ping's time its last echo came: no sonar can tell sooner.
-Duration LastEcho(const MbesPing& ping) {
-  double last_s = 0.0;
-  for (const MbesBeam& beam : ping.beams)
-    last_s = std::max(last_s, static_cast<double>(beam.tx_delay_s) + beam.twtt_s);
-  return FromSeconds(std::min(last_s, 30.0));  // the range of no sonar: the floats are foreign
-}
-
 template <class Codec>
 std::unique_ptr<MbesCodec> Make(const MbesCodecParams& params) {
   return std::make_unique<Codec>(params);
@@ -72,7 +64,7 @@ std::vector<MbesOutput> MbesDecoder::Add(Bytes payload, Time recv, std::uint64_t
 }
 
 bool MbesDecoder::Stamp(Time recv, MbesPing* ping) {
-  const std::optional<Time> time = stamper_.Stamp(ping->time, recv, LastEcho(*ping));
+  const std::optional<Time> time = stamper_.Stamp(ping->time, recv, LastEcho(*ping) - ping->time);
   if (time)
     ping->time = *time;
   else

@@ -9,7 +9,6 @@ namespace seastitch {
 namespace {
 
 // No echo sounder listens longer: 15 km of range.
-constexpr double kMaxTravelTimeS = 20.0;
 // Between knots so far apart the sonar's motion is taken as even: the sharpest roll a vehicle does
 // (100 deg/s2) strays from that by a thousandth of a degree.
 constexpr double kKnotS = 0.01;
@@ -20,10 +19,8 @@ constexpr double kConeSlack = 1e-9;
 constexpr double kDeeper = 1.05;
 
 bool IsUsable(const MbesBeam& beam) {
-  return beam.twtt_s > 0.0f && beam.twtt_s <= kMaxTravelTimeS && beam.tx_delay_s >= 0.0f &&
-         beam.tx_delay_s <= kMaxTravelTimeS && std::abs(beam.rx_angle_rad) < kPi / 2.0 &&
-         std::abs(beam.tx_tilt_rad) < kPi / 2.0 && beam.depth_sigma_ratio >= 0.0f &&
-         std::isfinite(beam.depth_sigma_ratio);
+  return IsPlausible(beam) && beam.twtt_s > 0.0f && std::abs(beam.rx_angle_rad) < kPi / 2.0 &&
+         std::abs(beam.tx_tilt_rad) < kPi / 2.0;
 }
 
 // An array's place and its axis in the map: forward of the transmitter, starboard of the receiver.

@@ -60,7 +60,7 @@ class SubmapBuilder {
   SubmapBuilder(const SubmapParams& params, const CloudFilterParams& filter);
 
   // Adds a ping and gives the submap that it closed, if it closed one. A gap or a turn closes the
-  // submap before the ping. Left to the caller: id and covariance_from_previous.
+  // submap before the ping. Left to the caller: id, covariance_from_previous, heading_sigma_rad.
   std::optional<Submap> Add(const GeoreferencedPing& ping);
   // Closes what is open.
   std::optional<Submap> Finish();

@@ -54,6 +54,7 @@ std::string IndexLine(const Submap& submap, const std::string& file) {
       {"p_map_submap_m", ByRows(submap.T_map_submap.translation())},
       {"q_map_submap_wxyz", {q.w(), q.x(), q.y(), q.z()}},
       {"covariance_from_previous", ByRows(submap.covariance_from_previous)},
+      {"heading_sigma_rad", submap.heading_sigma_rad},
       {"trigger", ToString(submap.trigger)},
       {"predicted_information", ByRows(submap.predicted_information)},
       {"soundings_read", submap.soundings_read},

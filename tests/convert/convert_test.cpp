@@ -198,10 +198,12 @@ TEST(ConvertMbes, RefusesEachDamage) {
        {"count above the arrays", [](mbes_ping_t& m) { m.num_beams = 21; }},
        {"count negative", [](mbes_ping_t& m) { m.num_beams = -1; }},
        {"one array short", [](mbes_ping_t& m) { m.flags.pop_back(); }},
-       {"sound speed of air", [](mbes_ping_t& m) { m.sound_speed_mps = 340.0; }},
+       {"sound speed negative", [](mbes_ping_t& m) { m.sound_speed_mps = -1.0; }},
        {"sound speed NaN", [](mbes_ping_t& m) { m.sound_speed_mps = kNan; }},
        {"travel time negative", [](mbes_ping_t& m) { m.twtt_s[5] = -0.1f; }},
        {"travel time NaN", [](mbes_ping_t& m) { m.twtt_s[5] = kNanF; }},
+       {"travel time beyond any sea", [](mbes_ping_t& m) { m.twtt_s[5] = 21.0f; }},
+       {"delay negative", [](mbes_ping_t& m) { m.tx_delay_s[5] = -0.1f; }},
        {"angle in degrees", [](mbes_ping_t& m) { m.rx_angle_rad[5] = 60.0f; }},
        {"angle NaN", [](mbes_ping_t& m) { m.rx_angle_rad[5] = kNanF; }},
        {"tilt NaN", [](mbes_ping_t& m) { m.tx_tilt_rad[5] = kNanF; }},
@@ -210,6 +212,14 @@ TEST(ConvertMbes, RefusesEachDamage) {
        {"backscatter NaN", [](mbes_ping_t& m) { m.backscatter_db[5] = kNanF; }},
        {"ping number negative", [](mbes_ping_t& m) { m.ping_number = -1; }},
        {"ping number beyond 32 bit", [](mbes_ping_t& m) { m.ping_number = 1LL << 32; }}});
+}
+
+TEST(ConvertPing, LetsASoundSpeedThroughThatThereIsNoSeaFor) {
+  MbesPing ping = Ping(20);
+  ping.sound_speed_mps = 340.0;  // a probe in air: geo-referencing takes the profile instead
+  const auto back = FromLcm(ToLcm(ping, kStamp));
+  ASSERT_TRUE(back);
+  EXPECT_EQ(back->sound_speed_mps, 340.0);
 }
 
 TEST(ConvertProfile, GivesBackTheProfileAndRefusesEachDamage) {
@@ -288,7 +298,7 @@ TEST(ConvertNav, RefusesEachDamage) {
 GraphUpdate Update() {
   GraphUpdate update;
   update.version = 3;
-  update.vertices = {{SubmapId{4}, kTime, {10.0, 20.0, 0.5}}};
+  update.vertices = {{SubmapId{4}, kTime, {10.0, 20.0, 0.5}, 0.02}};
   GraphEdge loop;
   loop.kind = EdgeKind::kLoopClosure;
   loop.from = SubmapId{1};
@@ -313,6 +323,7 @@ TEST(ConvertGraphUpdate, GivesBackTheUpdate) {
   ASSERT_EQ(back->vertices.size(), 1u);
   EXPECT_EQ(back->vertices[0].id, SubmapId{4});
   EXPECT_EQ(back->vertices[0].dead_reckoned.Vector(), Eigen::Vector3d(10.0, 20.0, 0.5));
+  EXPECT_EQ(back->vertices[0].heading_sigma_rad, 0.02);
   ASSERT_EQ(back->edges.size(), 2u);
   const GraphEdge& loop = back->edges[0];
   EXPECT_EQ(loop.kind, EdgeKind::kLoopClosure);
@@ -331,7 +342,7 @@ TEST(ConvertGraphUpdate, StaysUnderOneDatagramAtItsLargest) {
   GraphUpdate update;
   update.version = 1;
   for (int i = 0; i < kMaxVerticesPerUpdate; ++i)
-    update.vertices.push_back({SubmapId{i}, kTime, {}});
+    update.vertices.push_back({SubmapId{i}, kTime, {}, 0.0});
   update.edges.assign(kMaxEdgesPerUpdate, Update().edges[0]);
   const graph_update_t msg = ToLcm(update, kTime, 0);
   EXPECT_LT(msg.getEncodedSize(), 60'000);
@@ -349,6 +360,7 @@ TEST(ConvertGraphUpdate, RefusesEachDamage) {
        {"id negative", [](M& m) { m.edges[0].from_id = -1; }},
        {"vertex id negative", [](M& m) { m.vertices[0].id = -1; }},
        {"vertex NaN", [](M& m) { m.vertices[0].dead_reckoned_yaw_rad = kNan; }},
+       {"heading sigma negative", [](M& m) { m.vertices[0].heading_sigma_rad = -1e-9; }},
        {"loop on itself", [](M& m) { m.edges[0].to_id = 1; }},
        {"fix on two", [](M& m) { m.edges[1].to_id = 1; }},
        {"pose NaN", [](M& m) { m.edges[0].x_m = kNan; }},

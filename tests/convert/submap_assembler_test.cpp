@@ -18,6 +18,7 @@ Submap MakeSubmap(int points) {
   submap.end = submap.start + Duration(9);
   submap.T_map_submap = MakePose({10.0, 20.0, 30.0}, RotationFromRpy(0.02, -0.03, 1.0));
   submap.covariance_from_previous = Eigen::Vector3d(1.0, 2.0, 0.1).asDiagonal();
+  submap.heading_sigma_rad = 0.02;
   submap.predicted_information = Eigen::Vector3d(50.0, 60.0, 9000.0).asDiagonal();
   submap.trigger = SubmapTrigger::kTurn;
   submap.soundings_read = 100'000;
@@ -51,6 +52,7 @@ TEST(SubmapAssembler, GivesBackTheSubmapWhateverItsSize) {
     EXPECT_EQ(back->end, submap.end);
     EXPECT_TRUE(back->T_map_submap.isApprox(submap.T_map_submap, 1e-14));
     EXPECT_EQ(back->covariance_from_previous, submap.covariance_from_previous);
+    EXPECT_EQ(back->heading_sigma_rad, submap.heading_sigma_rad);
     EXPECT_EQ(back->predicted_information, submap.predicted_information);
     EXPECT_EQ(back->trigger, submap.trigger);
     EXPECT_EQ(back->soundings_read, submap.soundings_read);
@@ -134,6 +136,7 @@ TEST(SubmapAssembler, RefusesEachDamagedAnnouncement) {
       {"frame outside", [](submap_t& m) { m.frame_utime = m.end_utime + 1; }},
       {"pose NaN", [](submap_t& m) { m.p_map_submap_m[0] = kNan; }},
       {"quaternion off", [](submap_t& m) { m.q_map_submap[0] += 0.1; }},
+      {"heading sigma NaN", [](submap_t& m) { m.heading_sigma_rad = kNan; }},
       {"covariance NaN", [](submap_t& m) { m.covariance_from_previous[0][1] = kNan; }},
       {"information negative", [](submap_t& m) { m.predicted_information[1][1] = -1.0; }},
       {"footprint NaN", [](submap_t& m) { m.footprint_x_m[1] = kNan; }},

@@ -1,7 +1,7 @@
 #include "common/core/bytes.hpp"
+#include "tests/property.hpp"
 
 #include <gtest/gtest.h>
-#include <rapidcheck.h>
 
 #include <cstring>
 

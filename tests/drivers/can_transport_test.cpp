@@ -5,8 +5,8 @@
 #include "drivers/socket/candump.hpp"
 #include "drivers/socket/cannelloni.hpp"
 #include "tests/drivers/can_generators.hpp"
-#include "tests/drivers/property.hpp"
 #include "tests/drivers/test_data.hpp"
+#include "tests/property.hpp"
 
 namespace seastitch {
 namespace {

@@ -8,8 +8,8 @@
 #include <sstream>
 
 #include "drivers/can/signal_map.hpp"
-#include "tests/drivers/property.hpp"
 #include "tests/drivers/test_data.hpp"
+#include "tests/property.hpp"
 
 namespace seastitch {
 namespace {

@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "drivers/dvl/dvl_driver.hpp"
-#include "tests/drivers/property.hpp"
 #include "tests/drivers/test_data.hpp"
+#include "tests/property.hpp"
 
 namespace seastitch {
 namespace {

@@ -8,8 +8,8 @@
 
 #include "common/core/pose.hpp"
 #include "drivers/imu/imu_driver.hpp"
-#include "tests/drivers/property.hpp"
 #include "tests/drivers/test_data.hpp"
+#include "tests/property.hpp"
 
 namespace seastitch {
 namespace {

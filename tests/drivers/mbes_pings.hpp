@@ -8,7 +8,7 @@
 
 #include "common/core/sensors.hpp"
 #include "drivers/can/can_frame.hpp"
-#include "tests/drivers/property.hpp"
+#include "tests/property.hpp"
 
 namespace seastitch {
 

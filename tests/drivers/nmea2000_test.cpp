@@ -9,8 +9,8 @@
 #include "drivers/dvl/dvl_nmea2000.hpp"
 #include "drivers/imu/imu_nmea2000.hpp"
 #include "drivers/socket/candump.hpp"
-#include "tests/drivers/property.hpp"
 #include "tests/drivers/test_data.hpp"
+#include "tests/property.hpp"
 
 namespace seastitch {
 namespace {

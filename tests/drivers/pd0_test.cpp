@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "common/core/pose.hpp"
-#include "tests/drivers/property.hpp"
 #include "tests/drivers/test_data.hpp"
+#include "tests/property.hpp"
 
 namespace seastitch {
 namespace {

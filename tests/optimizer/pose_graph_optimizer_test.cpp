@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <functional>
 #include <limits>
+#include <random>
 
 #include "tests/optimizer/survey_graph.hpp"
 
@@ -99,6 +102,74 @@ TEST(PoseGraphOptimizer, WithoutClosuresTheSolutionIsDeadReckoning) {
         Inverse(survey.updates[k].vertices[0].dead_reckoned) * solution.vertices[k].T_map_level;
     EXPECT_LT(difference.Vector().norm(), 1e-9);
   }
+}
+
+// A straight line of 30 submaps whose shape closures hold to 1 mrad, so that only the way it is
+// turned is open; the heading errors are given, and what the filter says of them.
+double TurnOfTheMap(const std::vector<double>& errors_rad,
+                    const std::function<double(int)>& heading_sigma_rad,
+                    double step_sigma_rad) {
+  std::vector<GraphUpdate> updates;
+  for (int k = 0; k < static_cast<int>(errors_rad.size()); ++k) {
+    const double error = errors_rad[static_cast<std::size_t>(k)];
+    GraphUpdate update{
+        k + 1, {{SubmapId{k}, {}, {10.0 * k, 0.0, error}, heading_sigma_rad(k)}}, {}};
+    if (k > 0) {
+      const double before = errors_rad[static_cast<std::size_t>(k - 1)];
+      update.edges = {Edge(EdgeKind::kDeadReckoning,
+                           k - 1,
+                           k,
+                           {10.0, 0.0, error - before},
+                           100.0,
+                           step_sigma_rad),
+                      Edge(EdgeKind::kLoopClosure, k - 1, k, {10.0, 0.0, 0.0}, 0.01, 0.001)};
+    }
+    updates.push_back(update);
+  }
+  const std::vector<SolvedVertex> solved = SolveAll(updates).vertices;
+  double mean = 0.0;
+  for (const SolvedVertex& vertex : solved) mean += vertex.T_map_level.yaw;
+  return mean / static_cast<double>(solved.size());
+}
+
+// First-order Gauss-Markov, as of a compass.
+std::vector<double> WanderingHeading(double sigma_rad, double kept, std::mt19937_64* random) {
+  std::normal_distribution<double> normal(0.0, sigma_rad);
+  std::vector<double> errors = {normal(*random)};
+  while (errors.size() < 30)
+    errors.push_back(kept * errors.back() + std::sqrt(1.0 - kept * kept) * normal(*random));
+  return errors;
+}
+
+TEST(PoseGraphOptimizer, AllHeadingsTogetherSayWhichWayTheMapIsTurned) {
+  constexpr double kSigma = 0.02;
+  constexpr double kKept = 0.8;
+  const double step_sigma = kSigma * std::sqrt(2.0 * (1.0 - kKept));
+  std::mt19937_64 random(5);
+  double first_alone = 0.0, all = 0.0;
+  constexpr int kRuns = 50;
+  for (int run = 0; run < kRuns; ++run) {
+    const std::vector<double> errors = WanderingHeading(kSigma, kKept, &random);
+    first_alone += std::pow(TurnOfTheMap(
+                                errors, [](int) { return 0.0; }, step_sigma),
+                            2);
+    all += std::pow(TurnOfTheMap(
+                        errors, [](int) { return kSigma; }, step_sigma),
+                    2);
+  }
+  EXPECT_NEAR(std::sqrt(first_alone / kRuns), kSigma, 0.25 * kSigma);
+  // The variance of the best estimate from n samples: sigma^2 (1 + kept) / (n (1 - kept) + 2 kept).
+  const double best = kSigma * std::sqrt((1.0 + kKept) / (30.0 * (1.0 - kKept) + 2.0 * kKept));
+  EXPECT_NEAR(std::sqrt(all / kRuns), best, 0.25 * best);
+}
+
+TEST(PoseGraphOptimizer, HeadingsOfAFreeGyroSayNothingBeyondTheFirst) {
+  std::mt19937_64 random(6);
+  std::normal_distribution<double> normal(0.0, 0.01);
+  std::vector<double> errors = {0.03};
+  while (errors.size() < 30) errors.push_back(errors.back() + normal(random));
+  const auto sigma_rad = [](int k) { return std::sqrt(0.02 * 0.02 + k * 0.01 * 0.01); };
+  EXPECT_NEAR(TurnOfTheMap(errors, sigma_rad, 0.01), 0.03, 1e-3);
 }
 
 TEST(PoseGraphOptimizer, HonestClosuresKeepTheirWeight) {
@@ -324,8 +395,8 @@ TEST(PoseGraphOptimizer, MalformedPartsAreCountedAndTheRestIsTaken) {
   std::vector<GraphUpdate> updates = DriftingSquare();
   const PoseGraph good = SolveAll(updates);
   GraphUpdate& last = updates[4];
-  last.vertices.push_back({SubmapId{3}, {}, {}});
-  last.vertices.push_back({SubmapId{9}, {}, {nan, 0.0, 0.0}});
+  last.vertices.push_back({SubmapId{3}, {}, {}, 0.0});
+  last.vertices.push_back({SubmapId{9}, {}, {nan, 0.0, 0.0}, 0.0});
   last.edges.push_back(Edge(EdgeKind::kLoopClosure, 0, 77, {}, 1.0, 1.0));
   last.edges.push_back(Edge(EdgeKind::kLoopClosure, 2, 2, {}, 1.0, 1.0));
   last.edges.push_back(Edge(EdgeKind::kLoopClosure, 0, 2, {0.0, nan, 0.0}, 1.0, 1.0));

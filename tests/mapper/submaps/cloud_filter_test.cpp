@@ -1,7 +1,7 @@
 #include "mapper/submaps/cloud_filter.hpp"
+#include "tests/property.hpp"
 
 #include <gtest/gtest.h>
-#include <rapidcheck.h>
 
 #include <cmath>
 #include <limits>

@@ -1,7 +1,6 @@
 #include "mapper/submaps/footprint.hpp"
 
 #include <gtest/gtest.h>
-#include <rapidcheck.h>
 
 #include <cmath>
 #include <functional>
@@ -9,6 +8,7 @@
 #include <random>
 
 #include "common/core/pose.hpp"
+#include "tests/property.hpp"
 
 namespace seastitch {
 namespace {

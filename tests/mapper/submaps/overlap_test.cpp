@@ -1,11 +1,11 @@
 #include "mapper/submaps/overlap.hpp"
 
 #include <gtest/gtest.h>
-#include <rapidcheck.h>
 
 #include <cmath>
 
 #include "mapper/submaps/footprint.hpp"
+#include "tests/property.hpp"
 
 namespace seastitch {
 namespace {
