@@ -267,10 +267,12 @@ std::vector<std::vector<std::uint8_t>> FrameS7k(Bytes record,
 S7kStream::S7kStream(const MbesCodecParams& params)
     : head_roll_rad_(params.head_roll_rad),
       max_packets_(static_cast<std::size_t>(params.parts.max_parts)),
+      max_age_(FromSeconds(params.parts.max_age_s)),
       collector_(params.parts) {}
 
 std::vector<MbesOutput> S7kStream::Add(Bytes payload, Time recv, std::uint64_t sender) {
   const std::optional<std::vector<std::uint8_t>> records = Join(payload, recv, sender);
+  GiveUpOld(recv);
   std::vector<MbesOutput> out;
   for (Bytes left = records ? Bytes(*records) : Bytes(); !left.empty();) {
     const std::optional<S7kRecord> record = ReadS7kRecord(left);
@@ -278,7 +280,7 @@ std::vector<MbesOutput> S7kStream::Add(Bytes payload, Time recv, std::uint64_t s
       ++counters_["s7k_malformed"];
       break;
     }
-    ReadRecord(*record, sender, &out);
+    ReadRecord(*record, recv, sender, &out);
     left = left.subspan(record->size);
   }
   return out;
@@ -317,19 +319,20 @@ std::optional<std::vector<std::uint8_t>> S7kStream::Join(Bytes packet,
 }
 
 void S7kStream::ReadRecord(const S7kRecord& record,
+                           Time recv,
                            std::uint64_t sender,
                            std::vector<MbesOutput>* out) {
   HalfPing* ping = nullptr;
   if (record.type == kSettings) {
     if (const std::optional<S7kSettings> settings = DecodeS7k7000(record)) {
-      ping = &HalfPingFor(sender, settings->id);
+      ping = &HalfPingFor(sender, settings->id, recv);
       ping->sound_speed_mps = settings->sound_speed_mps;
     }
   } else if (record.type == kDetections) {
     int unusable = 0;
     if (std::optional<S7kDetections> detections = DecodeS7k7027(record, &unusable)) {
       if (unusable > 0) counters_["mbes_beam_unusable"] += unusable;
-      ping = &HalfPingFor(sender, detections->id);
+      ping = &HalfPingFor(sender, detections->id, recv);
       ping->detections = std::move(detections->ping);
     }
   } else {
@@ -347,15 +350,22 @@ void S7kStream::ReadRecord(const S7kRecord& record,
   std::erase_if(half_pings_, [ping](const HalfPing& p) { return &p == ping; });
 }
 
-S7kStream::HalfPing& S7kStream::HalfPingFor(std::uint64_t sender, const S7kPingId& id) {
+void S7kStream::GiveUpFirst() {
+  const bool settings = half_pings_.front().sound_speed_mps.has_value();
+  ++counters_[settings ? "s7k_ping_without_detections" : "s7k_ping_without_settings"];
+  half_pings_.pop_front();
+}
+
+// After a restart the sonar counts from the same numbers: an old half must not meet a new one.
+void S7kStream::GiveUpOld(Time recv) {
+  while (!half_pings_.empty() && recv - half_pings_.front().since > max_age_) GiveUpFirst();
+}
+
+S7kStream::HalfPing& S7kStream::HalfPingFor(std::uint64_t sender, const S7kPingId& id, Time recv) {
   for (HalfPing& ping : half_pings_)
     if (ping.sender == sender && ping.id == id) return ping;
-  if (half_pings_.size() >= kMaxHalfPings) {
-    const bool settings = half_pings_.front().sound_speed_mps.has_value();
-    ++counters_[settings ? "s7k_ping_without_detections" : "s7k_ping_without_settings"];
-    half_pings_.pop_front();
-  }
-  return half_pings_.emplace_back(HalfPing{sender, id, std::nullopt, std::nullopt});
+  if (half_pings_.size() >= kMaxHalfPings) GiveUpFirst();
+  return half_pings_.emplace_back(HalfPing{sender, id, recv, std::nullopt, std::nullopt});
 }
 
 Counters S7kStream::counters() const {

@@ -78,16 +78,23 @@ class S7kStream : public MbesCodec {
   struct HalfPing {
     std::uint64_t sender;
     S7kPingId id;
+    Time since;
     std::optional<double> sound_speed_mps;
     std::optional<MbesPing> detections;
   };
 
   std::optional<std::vector<std::uint8_t>> Join(Bytes packet, Time recv, std::uint64_t sender);
-  void ReadRecord(const S7kRecord& record, std::uint64_t sender, std::vector<MbesOutput>* out);
-  HalfPing& HalfPingFor(std::uint64_t sender, const S7kPingId& id);
+  void ReadRecord(const S7kRecord& record,
+                  Time recv,
+                  std::uint64_t sender,
+                  std::vector<MbesOutput>* out);
+  HalfPing& HalfPingFor(std::uint64_t sender, const S7kPingId& id, Time recv);
+  void GiveUpFirst();
+  void GiveUpOld(Time recv);
 
   std::vector<double> head_roll_rad_;
   std::size_t max_packets_;
+  Duration max_age_;
   PartCollector<Transmission> collector_;
   std::deque<HalfPing> half_pings_;  // oldest first
   Counters counters_;

@@ -58,8 +58,9 @@ SocketCanSource::SocketCanSource(const std::string& interface,
 
 FileDescriptor SocketCanSource::Open() {
   FileDescriptor fd(socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC | SOCK_NONBLOCK, CAN_RAW));
-  if (!fd)
+  if (!fd && (errno == EAFNOSUPPORT || errno == EPROTONOSUPPORT))
     throw Problem(interface_, std::string("this kernel has no CAN: ") + std::strerror(errno));
+  if (!fd) throw NotYet(std::string("no socket: ") + std::strerror(errno));
   const unsigned index = if_nametoindex(interface_.c_str());
   if (index == 0) throw NotYet("no such interface");
   // Before bind(), so that nothing that is not wanted ever waits in the buffer.

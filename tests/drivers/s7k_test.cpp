@@ -25,10 +25,12 @@ MbesDecoder Decoder() {
   return MbesDecoder(params);
 }
 
-std::vector<MbesPing> AddAll(MbesDecoder* decoder, const std::vector<ByteVector>& packets) {
+std::vector<MbesPing> AddAll(MbesDecoder* decoder,
+                             const std::vector<ByteVector>& packets,
+                             Time recv = FromUtime(1'000'000)) {
   std::vector<MbesPing> pings;
   for (const ByteVector& packet : packets)
-    for (MbesOutput& output : decoder->Add(packet, FromUtime(1'000'000)))
+    for (MbesOutput& output : decoder->Add(packet, recv))
       pings.push_back(std::get<MbesPing>(std::move(output)));
   return pings;
 }
@@ -190,6 +192,24 @@ TEST(S7k, ALostRecordCostsItsPingOnlyAndIsCounted) {
   }
   EXPECT_EQ(Count(decoder.counters(), "s7k_ping_without_settings"), 1);
   EXPECT_EQ(Count(decoder.counters(), "s7k_ping_without_detections"), 1);
+}
+
+// The sonar restarts and counts its pings from 0 again.
+TEST(S7k, AnOldHalfOfAPingNeverMeetsANewOne) {
+  MbesDecoder decoder = Decoder();
+  const auto record = [](const ByteVector& bytes, std::uint16_t transmission) {
+    return FrameS7k(bytes, transmission);
+  };
+  const Time before = FromUtime(1'000'000);
+  const Time after = before + FromSeconds(60.0);
+  EXPECT_TRUE(AddAll(&decoder, record(EncodeS7k7027({}, SmallPing(0)), 0), before).empty());
+  EXPECT_TRUE(
+      AddAll(&decoder, record(EncodeS7k7000({}, SmallPing(500).time, 1490.0), 1), after).empty());
+  EXPECT_EQ(Count(decoder.counters(), "s7k_ping_without_settings"), 1);
+  const std::vector<MbesPing> pings =
+      AddAll(&decoder, record(EncodeS7k7027({}, SmallPing(500)), 2), after);
+  ASSERT_EQ(pings.size(), 1u);
+  EXPECT_EQ(pings[0].time, SmallPing(500).time);
 }
 
 TEST(S7k, APacketThatNeverComesIsCountedByReceiveTime) {
