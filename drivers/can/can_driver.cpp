@@ -11,6 +11,14 @@ namespace {
 // What one RAW_CAN message may span: replayed from it, a frame's stamp is wrong by less.
 constexpr Duration kMaxPacketSpan = std::chrono::milliseconds(1);
 
+// How often the interface went, by what its source counts.
+std::int64_t OutagesIn(const Counters& source) {
+  std::int64_t outages = 0;
+  for (const char* name : {"can_interface_down", "can_interface_gone"})
+    if (const auto counter = source.find(name); counter != source.end()) outages += counter->second;
+  return outages;
+}
+
 }  // namespace
 
 std::string CanDriverParams::Validate() const {
@@ -72,6 +80,10 @@ void CanDriver::OnPublished(const std::string& stream) {
 void CanDriver::UpdateHealth(const Counters& source,
                              DeviceWatch::Clock::time_point now,
                              const std::string& trouble) {
+  if (const std::int64_t outages = OutagesIn(source); outages != outages_) {
+    errors_.BeginAnew();
+    outages_ = outages;
+  }
   SetAll(source, &health_);
   SetAll(errors_.counters(), &health_);
   SetAll(decoder_counters(), &health_);

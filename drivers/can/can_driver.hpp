@@ -65,6 +65,7 @@ class CanDriver {
   std::string raw_source_;
   std::int64_t raw_seq_ = 0;
   CanErrors errors_;
+  std::int64_t outages_ = 0;  // of the interface
   Health health_;
   DeviceWatch watch_;
 };

@@ -15,6 +15,9 @@ class CanErrors {
   // Any other frame: a controller that is off the bus receives none.
   void SeeData();
 
+  // The interface was down or gone: its controller begins anew, and sends no frame to say so.
+  void BeginAnew() { state_ = State::kActive; }
+
   // For people, such as "controller is bus-off"; empty where it takes its full part.
   std::string trouble() const;
 

@@ -170,6 +170,23 @@ TEST_F(DriverNodes, TroubleOnTheWireDegradesWhileDataStillCome) {
   EXPECT_EQ(driver.health().state(), HealthState::kOk);
 }
 
+TEST_F(DriverNodes, AControllerThatWasDownIsErrorPassiveNoMore) {
+  ImuDriver driver(LoadImuDriverConfig(ConfigFile("imu_driver.yaml")), &bus);
+  CanFrame passive;
+  passive.error = true;
+  passive.id = 0x004;
+  passive.length = 8;
+  passive.bytes[1] = 0x10;
+  driver.Feed(passive, Imu(0).time);
+  driver.UpdateHealth({}, {});
+  EXPECT_THAT(driver.health().text(), testing::HasSubstr("error-passive"));
+  driver.UpdateHealth({{"can_interface_down", 1}}, {});
+  EXPECT_THAT(driver.health().text(), testing::Not(testing::HasSubstr("error-passive")));
+  driver.Feed(passive, Imu(1).time);
+  driver.UpdateHealth({{"can_interface_down", 1}}, {});
+  EXPECT_THAT(driver.health().text(), testing::HasSubstr("error-passive"));
+}
+
 TEST_F(DriverNodes, TheReasonOfASilenceIsSaid) {
   DvlDriver driver(LoadDvlDriverConfig(ConfigFile("dvl_driver.yaml")), &bus);
   const DeviceWatch::Clock::time_point t0{};
