@@ -265,7 +265,7 @@ TEST(Stamper, ASonarWithoutDisciplineIsStampedByTheModelWhateverTheDepth) {
     ping.beams.resize(2);
     ping.beams[0].twtt_s = static_cast<float>(0.5 * last_echo_s);
     ping.beams[1].twtt_s = static_cast<float>(last_echo_s);
-    ping.beams[1].flags = kBeamValid;
+    ping.beams[1].flags = kBeamValid | kBeamAmplitude;
     const Time recv = truth + FromSeconds(last_echo_s + processing_s(random));
     const auto output = decoder.Add(EncodeMrz(ping, KmallHeader{}), recv);
     ASSERT_EQ(output.size(), 1u);
