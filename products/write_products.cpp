@@ -1,12 +1,13 @@
 #include "products/write_products.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <iterator>
-#include <regex>
 #include <set>
 #include <stdexcept>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -195,6 +196,17 @@ const char* MapName(Outcome outcome) {
 
 // ---- submap files
 
+// submap_ID.pcd
+bool IsSubmapFile(std::string_view name) {
+  constexpr std::string_view kHead = "submap_";
+  constexpr std::string_view kTail = ".pcd";
+  if (!name.starts_with(kHead) || !name.ends_with(kTail)) return false;
+  const char* const end = name.data() + name.size() - kTail.size();
+  std::int32_t id = 0;
+  const auto [rest, error] = std::from_chars(name.data() + kHead.size(), end, id);
+  return error == std::errc() && rest == end;
+}
+
 void RewriteSubmaps(const Survey& survey, const std::vector<Pose2>& poses, const fs::path& dir) {
   std::set<std::string> ours;
   for (std::size_t i = 0; i < poses.size(); ++i) {
@@ -205,10 +217,9 @@ void RewriteSubmaps(const Survey& survey, const std::vector<Pose2>& poses, const
     WriteSubmapPcd(dir / name, ReadSubmapPcd(s.cloud_file).cloud, SubmapPose(s, poses[i]));
   }
   // Submaps of an earlier, longer run in the same folder would be read as part of this one.
-  static const std::regex pattern("submap_-?[0-9]+\\.pcd");
   for (const fs::directory_entry& entry : fs::directory_iterator(dir)) {
     const std::string name = entry.path().filename().string();
-    if (std::regex_match(name, pattern) && !ours.contains(name)) fs::remove(entry.path());
+    if (IsSubmapFile(name) && !ours.contains(name)) fs::remove(entry.path());
   }
 }
 
