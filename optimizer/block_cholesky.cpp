@@ -283,7 +283,7 @@ Eigen::MatrixXd BlockCholesky::InverseOfFront(int s,
 
   const auto L_columns = At(L_, s).topRows(columns).triangularView<Eigen::Lower>();
   Eigen::MatrixXd Y = At(L_, s).bottomRows(rows);
-  L_columns.solveInPlace<Eigen::OnTheRight>(Y);
+  if (rows > 0) L_columns.solveInPlace<Eigen::OnTheRight>(Y);
   Eigen::MatrixXd inverse_L = Eigen::MatrixXd::Identity(columns, columns);
   L_columns.solveInPlace(inverse_L);
   Z.bottomLeftCorner(rows, columns).noalias() = -(Z.bottomRightCorner(rows, rows) * Y);
