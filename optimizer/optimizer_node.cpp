@@ -10,6 +10,8 @@ namespace {
 
 constexpr int kUnlimited = 0;
 constexpr int kRequestQueue = 16;
+// Kept while the worker solves, 36 kB each at most; the mapper has the others still.
+constexpr std::size_t kMaxUpdates = 1000;
 
 }  // namespace
 
@@ -29,10 +31,14 @@ OptimizerNode::OptimizerNode(const OptimizerConfig& config, Bus* bus, Worker* wo
 
 void OptimizerNode::OnUpdate(const graph_update_t& msg) {
   health_.Tick("graph_update");
-  if (solving_)
-    updates_.push_back(msg);
-  else
+  if (!solving_) {
     Take(msg);
+  } else if (updates_.size() < kMaxUpdates) {
+    updates_.push_back(msg);
+  } else {
+    health_.Count("updates_dropped_busy");
+    newest_version_ = std::max(newest_version_, msg.version);  // asked for again
+  }
 }
 
 void OptimizerNode::Take(const graph_update_t& msg) {

@@ -65,6 +65,11 @@ std::uint64_t FingerprintOf(const GraphUpdate& update) {
   return print.hash();
 }
 
+// Within what an information may hold; beyond half a circle nothing is known.
+bool IsHeadingSigma(double rad) {
+  return rad > 0.0 && rad * rad * kMaxInformation >= 1.0 && rad <= kPi;
+}
+
 // The part of its heading error that dead reckoning forgets from one vertex to the next, by what
 // the filter says of both and of the step between: with e_to = (1 - forgotten) e_from + new, the
 // step's variance is v = P_from + P_to - 2 (1 - forgotten) P_from. A free gyro forgets nothing (v =
@@ -130,12 +135,15 @@ bool PoseGraphOptimizer::Contradicts(const GraphUpdate& update) const {
 }
 
 void PoseGraphOptimizer::AddVertex(const GraphVertex& vertex) {
-  if (vertex.id.value < 0 || !IsUsable(vertex.dead_reckoned))
+  if (vertex.id.value < 0 || !IsUsable(vertex.dead_reckoned)) {
     ++counters_["vertices_malformed"];
-  else if (!vertices_
-                .try_emplace(vertex.id, Vertex{vertex.dead_reckoned, vertex.heading_sigma_rad, {}})
-                .second)
-    ++counters_["vertices_duplicate"];
+    return;
+  }
+  const bool known = vertex.heading_sigma_rad != 0.0;
+  const bool usable = known && IsHeadingSigma(vertex.heading_sigma_rad);
+  if (known && !usable) ++counters_["headings_unusable"];
+  const Vertex added{vertex.dead_reckoned, usable ? vertex.heading_sigma_rad : 0.0, {}};
+  if (!vertices_.try_emplace(vertex.id, added).second) ++counters_["vertices_duplicate"];
 }
 
 const char* PoseGraphOptimizer::WhyUnusable(const GraphEdge& edge) const {

@@ -183,21 +183,47 @@ TEST(OptimizerNode, WhenAskedSolvesOnceForAllThatWait) {
   EXPECT_EQ(mapper.solutions[0].graph_version, 12);
 }
 
-TEST(OptimizerNode, AnswersRequestsAndKeepsUpdatesWhileTheWorkerSolves) {
-  // Runs a job when told to.
-  struct SlowWorker : Worker {
-    std::deque<Job> jobs;
-    bool Post(Job job) override {
-      jobs.push_back(std::move(job));
-      return true;
-    }
-    std::size_t queue_depth() const override { return jobs.size(); }
-    void Run() {
-      const Job job = std::move(jobs.front());
-      jobs.pop_front();
-      job()();
-    }
+// Runs a job when told to.
+struct SlowWorker : Worker {
+  std::deque<Job> jobs;
+  bool Post(Job job) override {
+    jobs.push_back(std::move(job));
+    return true;
+  }
+  std::size_t queue_depth() const override { return jobs.size(); }
+  void Run() {
+    const Job job = std::move(jobs.front());
+    jobs.pop_front();
+    job()();
+  }
+};
+
+TEST(OptimizerNode, AFloodWhileTheWorkerSolvesIsBoundedAndAskedForAgain) {
+  Bus bus("memq://");
+  SlowWorker worker;
+  OptimizerNode node({}, &bus, &worker, OptimizerNode::SolveOn::kWhenAsked);
+  std::vector<std::int64_t> asked;
+  bus.Subscribe<graph_request_t>(
+      "GRAPH_REQUEST", 0, [&](const graph_request_t& msg) { asked.push_back(msg.have_version); });
+  const auto send = [&](std::int64_t version) {
+    graph_update_t msg{};
+    msg.version = version;
+    bus.Publish("GRAPH_UPDATE", msg);
+    bus.HandleAll();
   };
+  send(1);
+  node.SolveWaiting();
+  for (std::int64_t version = 2; version <= 1003; ++version) send(version);
+  EXPECT_EQ(node.health().counter("updates_dropped_busy"), 2);
+  worker.Run();
+  worker.Run();  // what waited
+  node.AskAgain();
+  bus.HandleAll();
+  ASSERT_FALSE(asked.empty());
+  EXPECT_EQ(asked.back(), 1001);
+}
+
+TEST(OptimizerNode, AnswersRequestsAndKeepsUpdatesWhileTheWorkerSolves) {
   Bus bus("memq://");
   SlowWorker worker;
   MapperStub mapper(SmallSurvey(), &bus);

@@ -172,6 +172,20 @@ TEST(PoseGraphOptimizer, HeadingsOfAFreeGyroSayNothingBeyondTheFirst) {
   EXPECT_NEAR(TurnOfTheMap(errors, sigma_rad, 0.01), 0.03, 1e-3);
 }
 
+TEST(PoseGraphOptimizer, AHeadingSigmaThatCannotBeCountsAsNotKnown) {
+  std::vector<GraphUpdate> updates = DriftingSquare();
+  updates[4].edges.push_back(SquareClosure());
+  const PoseGraph without = SolveAll(updates);
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  for (const double sigma : {-1.0, 1e-300, 1e-9, 100.0, 1e300, kInfinity, std::nan("")}) {
+    for (GraphUpdate& update : updates) update.vertices[0].heading_sigma_rad = sigma;
+    PoseGraphOptimizer optimizer{OptimizerParams{}};
+    for (const GraphUpdate& update : updates) EXPECT_TRUE(optimizer.Add(update));
+    EXPECT_EQ(LargestDifference(optimizer.Solve(), without), 0.0) << sigma;
+    EXPECT_EQ(optimizer.counters().at("headings_unusable"), 5) << sigma;
+  }
+}
+
 TEST(PoseGraphOptimizer, HonestClosuresKeepTheirWeight) {
   int closures = 0, kept = 0;
   for (unsigned seed = 1; seed <= 3; ++seed) {
