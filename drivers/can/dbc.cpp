@@ -16,6 +16,7 @@ namespace {
 
 constexpr std::uint32_t kNoMessageId = 0xC0000000;  // holds signals that belong to no message
 constexpr int kMaxMessageBytes = 64;
+constexpr int kMaxNesting = 16;  // of switches
 
 // Where the walk from the first to the last bit of a signal stands; see the note on numbering at
 // DbcSignal::start_bit. Intel walks from the least significant bit, Motorola from the most.
@@ -65,6 +66,50 @@ std::uint64_t FloatBits(const DbcSignal& signal, double raw) {
 
 bool IsFloat(const DbcSignal& signal) {
   return signal.kind == DbcSignal::Kind::kFloat32 || signal.kind == DbcSignal::Kind::kFloat64;
+}
+
+bool IsUtf8(std::string_view text) {
+  std::size_t following = 0;
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (following > 0) {
+      if ((byte & 0xC0) != 0x80) return false;
+      --following;
+    } else if (byte >= 0x80) {
+      following = byte >= 0xF0 ? 3 : byte >= 0xE0 ? 2 : 1;
+      if (byte < 0xC2 || byte > 0xF4) return false;
+    }
+  }
+  return following == 0;
+}
+
+void AppendUtf8(char32_t point, std::string* out) {
+  if (point < 0x800) {
+    *out += static_cast<char>(0xC0 | (point >> 6));
+  } else {
+    *out += static_cast<char>(0xE0 | (point >> 12));
+    *out += static_cast<char>(0x80 | ((point >> 6) & 0x3F));
+  }
+  *out += static_cast<char>(0x80 | (point & 0x3F));
+}
+
+// Of Windows-1252, unless it is UTF-8 already.
+std::string ToUtf8(std::string_view text) {
+  if (IsUtf8(text)) return std::string(text);
+  // 0x80 to 0x9F, which differ from Latin-1; those without a meaning are U+FFFD.
+  constexpr char32_t kWindows[32] = {
+      0x20AC, 0xFFFD, 0x201A, 0x0192, 0x201E, 0x2026, 0x2020, 0x2021, 0x02C6, 0x2030, 0x0160,
+      0x2039, 0x0152, 0xFFFD, 0x017D, 0xFFFD, 0xFFFD, 0x2018, 0x2019, 0x201C, 0x201D, 0x2022,
+      0x2013, 0x2014, 0x02DC, 0x2122, 0x0161, 0x203A, 0x0153, 0xFFFD, 0x017E, 0x0178};
+  std::string out;
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte < 0x80)
+      out += c;
+    else
+      AppendUtf8(byte < 0xA0 ? kWindows[byte - 0x80] : byte, &out);
+  }
+  return out;
 }
 
 struct Token {
@@ -165,8 +210,10 @@ class Parser {
 
   std::vector<DbcMessage> Parse() {
     while (token_.kind != Token::Kind::kEnd) Statement();
-    for (const auto& [line, message, signal] : not_simple_) Remove(line, message, signal);
-    for (const DbcMessage& message : messages_) CheckLengths(message);
+    for (DbcMessage& message : messages_) {
+      CheckLengths(message);
+      FindSwitches(&message);
+    }
     return std::move(messages_);
   }
 
@@ -187,8 +234,16 @@ class Parser {
     } else if (keyword.text == "SIG_VALTYPE_") {
       ValueType();
     } else if (keyword.text == "SG_MUL_VAL_") {
-      not_simple_.push_back(NameOfSignal());
-      SkipStatement(keyword.line);
+      SwitchRanges();
+    } else if (keyword.text == "VAL_") {
+      // Of a signal; those of environment variables begin with a name.
+      if (token_.kind == Token::Kind::kNumber)
+        ValueTexts();
+      else
+        SkipStatement(keyword.line);
+    } else if (keyword.text == "VAL_TABLE_") {
+      Word("the table's name");
+      ReadTexts();
     } else if (keyword.text == "NS_" || keyword.text == "BS_" || keyword.text == "BU_" ||
                keyword.text == "VERSION") {
       while (token_.kind != Token::Kind::kEnd && !token_.begins_line) Advance();
@@ -225,7 +280,7 @@ class Parser {
     const int line = token_.line;
     DbcSignal signal;
     signal.name = Word("the signal's name");
-    const bool simple = Multiplexing(&signal);
+    Multiplexing(&signal);
     Expect(":");
     Layout(&signal);
     Expect("(");
@@ -240,7 +295,7 @@ class Parser {
     Number("the greatest value");
     Expect("]");
     if (token_.kind != Token::Kind::kText) Fail("expected the unit");
-    signal.unit = std::string(Take().text);
+    signal.unit = ToUtf8(Take().text);
     Word("a receiver");
     while (token_.text == ",") {
       Advance();
@@ -248,28 +303,23 @@ class Parser {
     }
     if (message->Find(signal.name) != nullptr)
       lexer_.Fail(line, "signal " + signal.name + " stands twice");
-    if (signal.multiplex == DbcSignal::Multiplex::kSwitch && message->multiplex_switch() != nullptr)
-      lexer_.Fail(line, "message " + message->name + " has two switches");
     lines_[message->name + "." + signal.name] = line;
-    if (simple) message->signals.push_back(std::move(signal));
+    message->signals.push_back(std::move(signal));
   }
 
-  // False for a switch that is itself switched.
-  bool Multiplexing(DbcSignal* signal) {
-    if (token_.kind != Token::Kind::kWord) return true;
+  // M: a switch. m<k>: there while the switch is k. m<k>M: both.
+  void Multiplexing(DbcSignal* signal) {
+    if (token_.kind != Token::Kind::kWord) return;
     std::string_view mark = Take().text;
-    if (mark == "M") {
-      signal->multiplex = DbcSignal::Multiplex::kSwitch;
-      return true;
-    }
-    const bool nested = mark.ends_with('M');
-    if (nested) mark.remove_suffix(1);
+    signal->is_switch = mark.ends_with('M');
+    if (mark == "M") return;
+    if (signal->is_switch) mark.remove_suffix(1);
     const char* const end = mark.data() + mark.size();
-    const auto [stop, error] = std::from_chars(mark.data() + 1, end, signal->multiplex_value);
+    std::uint64_t value = 0;
+    const auto [stop, error] = std::from_chars(mark.data() + 1, end, value);
     if (mark.front() != 'm' || error != std::errc() || stop != end)
       Fail("expected M, m<number> or ':'");
-    signal->multiplex = DbcSignal::Multiplex::kSwitched;
-    return !nested;
+    signal->switch_ranges = {{value, value}};
   }
 
   void Layout(DbcSignal* signal) {
@@ -289,11 +339,57 @@ class Parser {
     const std::uint64_t type = Whole("the value type", 2);
     Expect(";");
     DbcSignal* const signal = FindSignal(name);
-    if (signal == nullptr) lexer_.Fail(name.line, "no such signal: " + name.signal);
-    if (type == 0) return;
+    if (signal == nullptr || type == 0) return;
     signal->kind = type == 1 ? DbcSignal::Kind::kFloat32 : DbcSignal::Kind::kFloat64;
     if (signal->length != (type == 1 ? 32 : 64))
       lexer_.Fail(name.line, "the length of float signal " + name.signal + " is wrong");
+  }
+
+  // SG_MUL_VAL_ id signal switch a-b, c-d;
+  void SwitchRanges() {
+    const SignalName name = NameOfSignal();
+    const std::string switched_by = Word("the switch's name");
+    std::vector<DbcSignal::Range> ranges;
+    do {
+      if (!ranges.empty()) Expect(",");
+      const std::uint64_t first = Whole("the first value of a range", ~0ULL);
+      ranges.push_back({first, EndOfRange()});
+      if (ranges.back().last < first) lexer_.Fail(name.line, "a range that ends before it begins");
+    } while (token_.text == ",");
+    Expect(";");
+    if (DbcSignal* const signal = FindSignal(name)) {
+      signal->switched_by = switched_by;
+      signal->switch_ranges = std::move(ranges);
+    }
+  }
+
+  // "-5" in one piece, or the sign by itself.
+  std::uint64_t EndOfRange() {
+    if (token_.kind == Token::Kind::kNumber && token_.text.starts_with('-'))
+      token_.text.remove_prefix(1);
+    else
+      Expect("-");
+    return Whole("the last value of a range", ~0ULL);
+  }
+
+  void ValueTexts() {
+    const SignalName name = NameOfSignal();
+    std::map<std::int64_t, std::string> texts = ReadTexts();
+    if (DbcSignal* const signal = FindSignal(name)) signal->value_texts = std::move(texts);
+  }
+
+  // A value and its text, again and again, to the end of the statement.
+  std::map<std::int64_t, std::string> ReadTexts() {
+    std::map<std::int64_t, std::string> texts;
+    while (token_.kind == Token::Kind::kNumber) {
+      const double value = Number("a value");
+      if (token_.kind != Token::Kind::kText) Fail("expected the text of the value");
+      // Beyond 2^63 no text is of use.
+      if (std::abs(value) < 9.2e18) texts[static_cast<std::int64_t>(value)] = ToUtf8(token_.text);
+      Advance();
+    }
+    Expect(";");
+    return texts;
   }
 
   SignalName NameOfSignal() {
@@ -302,25 +398,14 @@ class Parser {
     return {line, message, Word("the signal's name")};
   }
 
-  DbcMessage* FindMessage(std::uint32_t id_word) {
-    for (DbcMessage& message : messages_)
-      if ((message.id | (message.extended ? kCanExtended : 0)) == id_word) return &message;
-    return nullptr;
-  }
-
+  // Null for signals that belong to no message.
   DbcSignal* FindSignal(const SignalName& name) {
-    DbcMessage* const message = FindMessage(name.message);
-    if (message == nullptr) return nullptr;
-    for (DbcSignal& signal : message->signals)
-      if (signal.name == name.signal) return &signal;
-    return nullptr;
-  }
-
-  // Signals under ranges of a switch are not read as if they had one value.
-  void Remove(int line, std::uint32_t id_word, const std::string& signal) {
-    DbcMessage* const message = FindMessage(id_word);
-    if (message == nullptr) lexer_.Fail(line, "no such message: " + std::to_string(id_word));
-    std::erase_if(message->signals, [&](const DbcSignal& s) { return s.name == signal; });
+    if (name.message == kNoMessageId) return nullptr;
+    for (DbcMessage& message : messages_)
+      if ((message.id | (message.extended ? kCanExtended : 0)) == name.message)
+        for (DbcSignal& signal : message.signals)
+          if (signal.name == name.signal) return &signal;
+    lexer_.Fail(name.line, "no such signal: " + name.signal);
   }
 
   void CheckLengths(const DbcMessage& message) {
@@ -328,9 +413,34 @@ class Parser {
       const int line = lines_[message.name + "." + signal.name];
       if (BytesNeeded(signal) > message.length)
         lexer_.Fail(line, "signal " + signal.name + " lies outside its message");
-      if (signal.multiplex == DbcSignal::Multiplex::kSwitched &&
-          message.multiplex_switch() == nullptr)
-        lexer_.Fail(line, "signal " + signal.name + " has no switch");
+    }
+  }
+
+  // Names the switch of every switched signal: where the file does not, the message has but one
+  // that is not itself switched.
+  void FindSwitches(DbcMessage* message) {
+    std::vector<std::string> roots;
+    for (const DbcSignal& signal : message->signals)
+      if (signal.is_switch && signal.switch_ranges.empty()) roots.push_back(signal.name);
+    for (DbcSignal& signal : message->signals) {
+      if (signal.switch_ranges.empty()) continue;
+      const int line = lines_[message->name + "." + signal.name];
+      if (signal.switched_by.empty()) {
+        if (roots.empty()) lexer_.Fail(line, "signal " + signal.name + " has no switch");
+        if (roots.size() > 1) lexer_.Fail(line, "message " + message->name + " has two switches");
+        signal.switched_by = roots.front();
+      }
+      const DbcSignal* const by = message->Find(signal.switched_by);
+      if (by == nullptr || !by->is_switch)
+        lexer_.Fail(line, "signal " + signal.name + ": no such switch: " + signal.switched_by);
+    }
+    for (const DbcSignal& signal : message->signals) {
+      int depth = 0;
+      for (const DbcSignal* s = &signal; !s->switched_by.empty(); s = message->Find(s->switched_by))
+        if (++depth > kMaxNesting)
+          lexer_.Fail(lines_[message->name + "." + signal.name],
+                      "signal " + signal.name + " is switched by itself, or through more than " +
+                          std::to_string(kMaxNesting) + " switches");
     }
   }
 
@@ -400,14 +510,7 @@ class Parser {
   std::set<std::uint32_t> ids_;
   std::set<std::string> names_;
   std::map<std::string, int> lines_;  // of each MESSAGE.SIGNAL
-  std::vector<SignalName> not_simple_;
 };
-
-bool IsThere(const DbcMessage& message, const DbcSignal& signal, Bytes data) {
-  if (signal.multiplex != DbcSignal::Multiplex::kSwitched) return true;
-  const std::optional<std::uint64_t> mode = message.multiplex_switch()->Bits(data);
-  return mode && *mode == signal.multiplex_value;
-}
 
 }  // namespace
 
@@ -442,6 +545,13 @@ double DbcSignal::Physical(std::uint64_t bits) const {
   return raw * factor + offset;
 }
 
+std::string DbcSignal::ValueText(std::uint64_t bits) const {
+  const std::int64_t raw =
+      kind == Kind::kSigned ? SignExtend(bits, length) : static_cast<std::int64_t>(bits);
+  const auto found = value_texts.find(raw);
+  return found == value_texts.end() ? "" : found->second;
+}
+
 std::optional<std::uint64_t> DbcSignal::RawBits(double physical) const {
   const double raw = (physical - offset) / factor;
   if (IsFloat(*this)) return FloatBits(*this, raw);
@@ -465,10 +575,24 @@ const DbcSignal* DbcMessage::Find(std::string_view signal) const {
   return nullptr;
 }
 
-const DbcSignal* DbcMessage::multiplex_switch() const {
-  for (const DbcSignal& candidate : signals)
-    if (candidate.multiplex == DbcSignal::Multiplex::kSwitch) return &candidate;
-  return nullptr;
+std::optional<bool> DbcMessage::IsThere(const DbcSignal& signal, Bytes data) const {
+  if (signal.switched_by.empty()) return true;
+  const DbcSignal& by = *Find(signal.switched_by);
+  const std::optional<bool> switch_is_there = IsThere(by, data);
+  if (switch_is_there != true) return switch_is_there;
+  const std::optional<std::uint64_t> value = by.Bits(data);
+  if (!value) return std::nullopt;
+  return std::any_of(
+      signal.switch_ranges.begin(), signal.switch_ranges.end(), [&value](const auto& range) {
+        return range.first <= *value && *value <= range.last;
+      });
+}
+
+SwitchPositions DbcMessage::SwitchesFor(const DbcSignal& signal) const {
+  SwitchPositions positions;
+  for (const DbcSignal* s = &signal; !s->switched_by.empty(); s = Find(s->switched_by))
+    positions[s->switched_by] = s->switch_ranges.front().first;
+  return positions;
 }
 
 CanFrame DbcMessage::MakeFrame() const {
@@ -502,8 +626,10 @@ std::optional<Dbc::Decoded> Dbc::Decode(const CanFrame& frame) const {
   if (message == nullptr) return std::nullopt;
   Decoded decoded{message, {}, {}};
   for (const DbcSignal& signal : message->signals) {
-    if (!IsThere(*message, signal, frame.data())) continue;
-    if (const std::optional<std::uint64_t> bits = signal.Bits(frame.data()))
+    const std::optional<bool> there = message->IsThere(signal, frame.data());
+    if (there == false) continue;
+    const std::optional<std::uint64_t> bits = there ? signal.Bits(frame.data()) : std::nullopt;
+    if (bits)
       decoded.values.push_back({&signal, signal.Physical(*bits)});
     else
       decoded.missing.push_back(&signal);
@@ -523,8 +649,8 @@ CanFrame Dbc::Encode(const std::string& name, const std::map<std::string, double
       throw std::runtime_error(name + "." + signal_name + " cannot hold " +
                                std::to_string(physical));
     signal->Put(*bits, &frame);
-    if (signal->multiplex == DbcSignal::Multiplex::kSwitched)
-      message->multiplex_switch()->Put(signal->multiplex_value, &frame);
+    for (const auto& [name_of_switch, value] : message->SwitchesFor(*signal))
+      if (!values.contains(name_of_switch)) message->Find(name_of_switch)->Put(value, &frame);
   }
   return frame;
 }

@@ -6,6 +6,7 @@
 #include <set>
 #include <stdexcept>
 #include <string_view>
+#include <utility>
 
 namespace seastitch {
 namespace {
@@ -65,52 +66,49 @@ void SignalMap::Assign(const Dbc& dbc, std::size_t field, const std::string& tex
   const SignalText wanted = ParseSignalText(text);
   const DbcMessage* const layout = dbc.Find(wanted.message);
   if (layout == nullptr) throw Problem(text, "no such message in the DBC file");
-  const DbcSignal* const signal = layout->Find(wanted.signal);
-  if (signal == nullptr) throw Problem(text, "no such signal in the DBC file");
+  if (layout->Find(wanted.signal) == nullptr) throw Problem(text, "no such signal in the DBC file");
   auto at = std::lower_bound(
       messages_.begin(), messages_.end(), FilterOf(*layout), [](const Message& m, CanFilter id) {
-        return FilterOf(m.layout) < id;
+        return FilterOf(*m.layout) < id;
       });
-  if (at == messages_.end() || FilterOf(at->layout) != FilterOf(*layout))
-    at = messages_.insert(at, Message{*layout, {}});
-  at->bindings.push_back({field, *signal, wanted.scale, wanted.offset});
+  if (at == messages_.end() || FilterOf(*at->layout) != FilterOf(*layout))
+    at = messages_.insert(at, Message{std::make_shared<const DbcMessage>(*layout), {}});
+  at->bindings.push_back({field, at->layout->Find(wanted.signal), wanted.scale, wanted.offset});
   assigned_.set(field);
 }
 
 double SignalMap::Resolution(std::size_t field) const {
   for (const Message& message : messages_)
     for (const Binding& binding : message.bindings)
-      if (binding.field == field) return std::abs(binding.signal.factor * binding.scale);
+      if (binding.field == field) return std::abs(binding.signal->factor * binding.scale);
   return 0.0;
 }
 
 std::vector<CanFilter> SignalMap::Filters() const {
   std::vector<CanFilter> filters;
-  for (const Message& message : messages_) filters.push_back(FilterOf(message.layout));
+  for (const Message& message : messages_) filters.push_back(FilterOf(*message.layout));
   return filters;
 }
 
 const SignalMap::Message* SignalMap::Find(const CanFrame& frame) const {
   if (frame.remote || frame.error) return nullptr;
   for (const Message& message : messages_)
-    if (message.layout.id == frame.id && message.layout.extended == frame.extended) return &message;
+    if (message.layout->id == frame.id && message.layout->extended == frame.extended)
+      return &message;
   return nullptr;
 }
 
 std::optional<SignalMap::Reading> SignalMap::Read(const CanFrame& frame) const {
   const Message* const message = Find(frame);
   if (message == nullptr) return std::nullopt;
-  const DbcSignal* const mode_switch = message->layout.multiplex_switch();
-  const std::optional<std::uint64_t> mode =
-      mode_switch == nullptr ? std::nullopt : mode_switch->Bits(frame.data());
   Reading reading;
-  if (mode_switch != nullptr && !mode) reading.complete = false;
   for (const Binding& binding : message->bindings) {
-    const bool switched = binding.signal.multiplex == DbcSignal::Multiplex::kSwitched;
-    if (switched && mode != binding.signal.multiplex_value) continue;
-    const std::optional<std::uint64_t> bits = binding.signal.Bits(frame.data());
+    const std::optional<bool> there = message->layout->IsThere(*binding.signal, frame.data());
+    if (there == false) continue;
+    const std::optional<std::uint64_t> bits =
+        there ? binding.signal->Bits(frame.data()) : std::nullopt;
     const double value =
-        bits ? binding.signal.Physical(*bits) * binding.scale + binding.offset : NAN;
+        bits ? binding.signal->Physical(*bits) * binding.scale + binding.offset : NAN;
     if (std::isfinite(value))
       reading.values.Set(binding.field, value);
     else
@@ -122,27 +120,25 @@ std::optional<SignalMap::Reading> SignalMap::Read(const CanFrame& frame) const {
 std::vector<CanFrame> SignalMap::Write(const FieldValues& values) const {
   std::vector<CanFrame> frames;
   for (const Message& message : messages_) {
-    const DbcSignal* const mode_switch = message.layout.multiplex_switch();
-    // Values under different positions of the switch need a frame each.
-    std::set<std::uint64_t> modes;
+    // Values under different positions of the switches need a frame each.
+    std::set<SwitchPositions> positions;
     bool any = false;
     for (const Binding& binding : message.bindings) {
       if (!values.present.test(binding.field)) continue;
       any = true;
-      if (binding.signal.multiplex == DbcSignal::Multiplex::kSwitched)
-        modes.insert(binding.signal.multiplex_value);
+      SwitchPositions switches = message.layout->SwitchesFor(*binding.signal);
+      if (!switches.empty()) positions.insert(std::move(switches));
     }
     if (!any) continue;
-    if (modes.empty()) modes.insert(0);
-    for (const std::uint64_t mode : modes) {
-      CanFrame frame = message.layout.MakeFrame();
-      if (mode_switch != nullptr) mode_switch->Put(mode, &frame);
+    if (positions.empty()) positions.insert(SwitchPositions());
+    for (const SwitchPositions& switches : positions) {
+      CanFrame frame = message.layout->MakeFrame();
+      for (const auto& [name, value] : switches) message.layout->Find(name)->Put(value, &frame);
       for (const Binding& binding : message.bindings) {
-        const bool switched = binding.signal.multiplex == DbcSignal::Multiplex::kSwitched;
         if (!values.present.test(binding.field)) continue;
-        if (switched && binding.signal.multiplex_value != mode) continue;
+        if (message.layout->IsThere(*binding.signal, frame.data()) != true) continue;
         const double physical = (values.value[binding.field] - binding.offset) / binding.scale;
-        binding.signal.Put(binding.signal.SaturatedBits(physical), &frame);
+        binding.signal->Put(binding.signal->SaturatedBits(physical), &frame);
       }
       frames.push_back(frame);
     }

@@ -3,6 +3,7 @@
 #include <array>
 #include <bitset>
 #include <cstddef>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -52,12 +53,12 @@ class SignalMap {
  private:
   struct Binding {
     std::size_t field;
-    DbcSignal signal;
-    double scale;  // field = physical * scale + offset
+    const DbcSignal* signal;  // of the message's layout
+    double scale;             // field = physical * scale + offset
     double offset;
   };
   struct Message {
-    DbcMessage layout;
+    std::shared_ptr<const DbcMessage> layout;  // shared by copies of the map
     std::vector<Binding> bindings;
   };
   const Message* Find(const CanFrame& frame) const;

@@ -200,14 +200,89 @@ TEST(Dbc, EveryTruncationOfAFileIsReadOrRefusedWithoutHarm) {
   EXPECT_GT(refused, 100);
 }
 
-TEST(Dbc, SignalsOfNestedMultiplexingAreLeftOut) {
+// S switches T (a switch itself) at 0 and U at 1 and 5 to 7; T switches V at 2 and W at 3 to 4.
+constexpr char kNested[] =
+    "BO_ 1 M: 8 X\n SG_ S M : 0|8@1+ (1,0) [0|0] \"\" X\n"
+    " SG_ T m0M : 8|8@1+ (1,0) [0|0] \"\" X\n SG_ U m1 : 16|8@1+ (1,0) [0|0] \"\" X\n"
+    " SG_ V m2 : 24|8@1+ (1,0) [0|0] \"\" X\n SG_ W m3 : 32|8@1+ (1,0) [0|0] \"\" X\n"
+    " SG_ A : 40|8@1+ (1,0) [0|0] \"\" X\n"
+    "SG_MUL_VAL_ 1 T S 0-0;\nSG_MUL_VAL_ 1 U S 1-1, 5-7;\n"
+    "SG_MUL_VAL_ 1 V T 2-2;\nSG_MUL_VAL_ 1 W T 3 - 4;\n";
+
+// Expected: what Debian's canmatrix finds in these frames by this file.
+TEST(Dbc, NestedAndRangedMultiplexing) {
+  const Dbc dbc = Dbc::Parse(kNested, "t.dbc");
+  const auto names_in = [&dbc](const std::string& data) {
+    std::string names;
+    for (const auto& [name, value] : Values(*dbc.Decode(Frame("1", false, data)))) names += name;
+    return names;
+  };
+  EXPECT_EQ(names_in("0000112233445566"), "AST");
+  EXPECT_EQ(names_in("0002112233445566"), "ASTV");
+  EXPECT_EQ(names_in("0004112233445566"), "ASTW");
+  EXPECT_EQ(names_in("0102112233445566"), "ASU");
+  EXPECT_EQ(names_in("0602112233445566"), "ASU");
+  EXPECT_EQ(names_in("0802112233445566"), "AS");
+  // Where a switch is beyond the received bytes, what it switches is missing.
+  const auto cut = dbc.Decode(Frame("1", false, "00"));
+  EXPECT_EQ(cut->values.size(), 1u);
+  EXPECT_EQ(cut->missing.size(), 4u);  // T, V, W, A; U is not there
+}
+
+TEST(Dbc, EncodingANestedSignalSetsTheSwitchesThatAreNotNamed) {
+  const Dbc dbc = Dbc::Parse(kNested, "t.dbc");
+  const auto bytes = [&dbc](const std::map<std::string, double>& values) {
+    const CanFrame frame = dbc.Encode("M", values);
+    return std::vector<std::uint8_t>(frame.bytes.begin(), frame.bytes.begin() + 5);
+  };
+  EXPECT_EQ(bytes({{"W", 9.0}}), (std::vector<std::uint8_t>{0, 3, 0, 0, 9}));
+  EXPECT_EQ(bytes({{"W", 9.0}, {"T", 4.0}}), (std::vector<std::uint8_t>{0, 4, 0, 0, 9}));
+  EXPECT_EQ(bytes({{"U", 9.0}}), (std::vector<std::uint8_t>{1, 0, 9, 0, 0}));
+  EXPECT_EQ(bytes({{"U", 9.0}, {"S", 7.0}}), (std::vector<std::uint8_t>{7, 0, 9, 0, 0}));
+}
+
+TEST(Dbc, ErrorsOfSwitchesNameLineAndReason) {
+  const std::string head = "BO_ 1 M: 8 X\n SG_ S M : 0|8@1+ (1,0) [0|0] \"\" X\n";
+  const auto signal = [](const std::string& name_and_mark) {
+    return " SG_ " + name_and_mark + " : 8|8@1+ (1,0) [0|0] \"\" X\n";
+  };
+  EXPECT_THAT(ErrorOf(head + signal("T M") + signal("U m1")),
+              HasSubstr("bad.dbc:4: message M has two switches"));
+  EXPECT_THAT(ErrorOf(head + signal("U m1") + "SG_MUL_VAL_ 1 U Q 1-1;\n"),
+              HasSubstr("bad.dbc:3: signal U: no such switch: Q"));
+  EXPECT_THAT(ErrorOf(head + signal("U m1M") + "SG_MUL_VAL_ 1 U U 1-1;\n"),
+              HasSubstr("bad.dbc:3: signal U is switched by itself"));
+  EXPECT_THAT(ErrorOf(head + "SG_MUL_VAL_ 1 Z S 1-1;\n"), HasSubstr("no such signal: Z"));
+  EXPECT_THAT(ErrorOf(head + "SG_MUL_VAL_ 1 S S 1;\n"), HasSubstr("expected '-'"));
+  EXPECT_THAT(ErrorOf(head + "SG_MUL_VAL_ 1 S S 2-1;\n"),
+              HasSubstr("bad.dbc:3: a range that ends before it begins"));
+  EXPECT_THAT(ErrorOf(head + signal("U x1")), HasSubstr("expected M, m<number> or ':'"));
+}
+
+TEST(Dbc, ValueTextsAndUnitsOfWindowsFiles) {
   const Dbc dbc = Dbc::Parse(
-      "BO_ 1 M: 8 X\n SG_ S M : 0|8@1+ (1,0) [0|0] \"\" X\n"
-      " SG_ T m0M : 8|8@1+ (1,0) [0|0] \"\" X\n SG_ U m1 : 16|8@1+ (1,0) [0|0] \"\" X\n"
-      "SG_MUL_VAL_ 1 U S 1-1, 5-7;\n",
+      "BO_ 1 M: 8 X\n SG_ S : 0|8@1- (0.5,0) [0|0] \"\xB0/s\" X\n"
+      "VAL_TABLE_ Modes 0 \"off\" 1 \"on\" ;\n"
+      "VAL_ 1 S 0 \"off\" -1 \"20 \x80 \xB5\" 3 \"\xC3\xA4 is UTF-8\" ;\n"
+      "VAL_ Environment 0 \"nothing\" ;\n",
       "t.dbc");
-  ASSERT_EQ(dbc.messages().size(), 1u);
-  EXPECT_EQ(dbc.messages()[0].signals.size(), 1u);
+  const DbcSignal& signal = dbc.messages()[0].signals[0];
+  EXPECT_EQ(signal.unit, "\u00B0/s");
+  EXPECT_EQ(signal.ValueText(0), "off");
+  EXPECT_EQ(signal.ValueText(0xFF), "20 \u20AC \u00B5");
+  EXPECT_EQ(signal.ValueText(3), "\u00E4 is UTF-8");
+  EXPECT_EQ(signal.ValueText(4), "");
+  const std::string head = "BO_ 1 M: 8 X\n SG_ S : 0|8@1- (1,0) [0|0] \"\" X\n";
+  EXPECT_THAT(ErrorOf(head + "VAL_ 1 T 0 \"a\" ;\n"), HasSubstr("bad.dbc:3: no such signal: T"));
+  EXPECT_THAT(ErrorOf(head + "VAL_ 1 S 0 1 ;\n"),
+              HasSubstr("bad.dbc:3: expected the text of the value"));
+  EXPECT_THAT(ErrorOf(head + "VAL_TABLE_ T 0 \"a\"\nBO_ 2 N: 8 X\n"), HasSubstr("expected ';'"));
+}
+
+TEST(Dbc, ValueTextsOfTheGoldenFile) {
+  SKIP_WITHOUT(Shared("vectors/can"));
+  const Dbc dbc = Dbc::Load(Shared("vectors/can/test_signals.dbc"));
+  EXPECT_EQ(dbc.Find("Muxed")->Find("Mode")->ValueText(1), "pressure");
 }
 
 TEST(Dbc, EncodeRefusesWhatASignalCannotHold) {

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <algorithm>
+#include <string>
 #include <vector>
 
-#include "drivers/can/can_frame.hpp"
+#include "drivers/can/signal_map.hpp"
+#include "drivers/device_clock.hpp"
 
 namespace seastitch {
 
@@ -26,6 +28,31 @@ inline std::vector<ReceivedFrame> FramesOf(Bytes input, const std::vector<CanFil
     received.frame.SetData(in.Take(length));
   }
   return frames;
+}
+
+// A device as it is shipped: a DBC file of config/, and its signals in the order of the fields.
+template <class Params>
+Params ShippedParams(const std::string& dbc_file,
+                     const std::vector<std::string>& signals,
+                     DeviceClock clock) {
+  const Dbc dbc = Dbc::Load(std::string(SEASTITCH_SOURCE_DIR) + "/config/" + dbc_file);
+  Params params;
+  for (std::size_t field = 0; field < signals.size(); ++field)
+    params.signals.Assign(dbc, field, signals[field]);
+  params.clock.clock = clock;
+  return params;
+}
+
+// Runs a decoder on a fuzzer's bytes: the first chooses the clock, the others are frames. `check`
+// aborts where what the decoder gave makes no sense.
+template <class Decoder, class Params, class Check>
+void DecodeFrames(Bytes input, const Params& device, const Params& model, Check check) {
+  if (input.empty()) return;
+  Decoder decoder(input[0] % 2 == 0 ? device : model);
+  const std::vector<CanFilter> ids = decoder.filters();
+  for (const ReceivedFrame& received : FramesOf(input.subspan(1), ids))
+    check(decoder.Add(received.frame, received.recv));
+  decoder.Finish();
 }
 
 }  // namespace seastitch

@@ -1,7 +1,8 @@
+#include <cstdlib>
 #include <initializer_list>
 #include <stdexcept>
 
-#include "drivers/can/dbc.hpp"
+#include "drivers/can/signal_map.hpp"
 
 // A file that is read can decode frames of each of its messages, also too short ones.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -14,7 +15,16 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         frame.length = length;
         dbc.Decode(frame);
       }
-      for (const DbcSignal& signal : message.signals) signal.Put(signal.SaturatedBits(1.0), &frame);
+      for (const DbcSignal& signal : message.signals) {
+        signal.ValueText(signal.SaturatedBits(1.0));
+        SignalMap map;
+        map.Assign(dbc, 0, message.name + "." + signal.name);
+        FieldValues values;
+        values.Set(0, 1.0);
+        // What was written is there when it is read.
+        for (const CanFrame& written : map.Write(values))
+          if (!map.Read(written)) std::abort();
+      }
     }
   } catch (const std::runtime_error&) {  // refused with file, line and reason
   }
