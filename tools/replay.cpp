@@ -202,6 +202,7 @@ ProductSummary RunReplay(const ReplayOptions& options) {
   Bus bus("memq://");
   SurveyCollector collector(options.out);
   CollectorNode collector_node(&bus, &collector);
+  if (options.listen) options.listen(&bus);
   if (options.as_recorded) {
     for (const fs::path& log : options.inputs) FeedLog(log, kResultChannels, &bus, options.quiet);
   } else {

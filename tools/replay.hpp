@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -9,18 +10,22 @@
 
 namespace seastitch {
 
+class Bus;
+
 struct ReplayOptions {
   std::vector<std::filesystem::path> inputs;  // LCM logs, or one directory of submaps
   std::filesystem::path mapper_config;
   std::filesystem::path optimizer_config;
   std::filesystem::path out;
-  // Truth file of the bench; absent: LOG.truth.csv, where there is
-  // one.
+  // Truth file of the bench; absent: LOG.truth.csv, where there is one.
   std::optional<std::filesystem::path> truth;
   // Map and track as the processes made them at sea, instead of making them anew from the sensors.
   bool as_recorded = false;
   ImportedDrift drift;
   bool quiet = false;
+  // For who wants to see what mapper and optimizer tell each other: called once, before the first
+  // message.
+  std::function<void(Bus*)> listen;
 };
 
 // `seastitch replay`: one process, one order, the same bytes out of the same input. Throws
