@@ -114,6 +114,70 @@ struct Launch {
   double range_m;
 };
 
+// From the first pulse to the last echo.
+double ListeningTime(const MbesPing& ping) {
+  double span_s = 0.0;
+  for (const MbesBeam& beam : ping.beams)
+    if ((beam.flags & kBeamValid) != 0 && IsUsable(beam))
+      span_s = std::max(span_s, double{beam.tx_delay_s} + double{beam.twtt_s});
+  return span_s;
+}
+
+// Nothing where the beam's cones and its travel time do not meet.
+std::optional<Launch> LaunchOf(const MbesBeam& beam,
+                               int number,
+                               const Sector& sector,
+                               const SonarMotion& sonar,
+                               double speed_mps) {
+  const double twtt_s{beam.twtt_s};
+  const ArrayState rx = sonar.RxAt(beam.tx_delay_s + twtt_s);
+  const Eigen::Vector3d half_baseline = 0.5 * (rx.p_map - sector.tx.p_map);
+  const auto echo = EchoFromMidway({sector.tx.axis,
+                                    rx.axis,
+                                    sector.sin_tilt,
+                                    double{std::sin(beam.rx_angle_rad)},
+                                    half_baseline,
+                                    0.5 * twtt_s * speed_mps});
+  if (!echo) return std::nullopt;
+  return Launch{number, sector.tx.p_map + half_baseline, *echo, echo->norm()};
+}
+
+// Every beam that can be one, as a ray; the others are counted.
+std::vector<Launch> LaunchesOf(const MbesPing& ping,
+                               const SonarMotion& sonar,
+                               double speed_mps,
+                               GeoreferencedPing* result) {
+  std::vector<Launch> launches;
+  launches.reserve(ping.beams.size());
+  Sector sector;
+  for (int i = 0; i < result->beams_read; ++i) {
+    const MbesBeam& beam = ping.beams[static_cast<std::size_t>(i)];
+    if ((beam.flags & kBeamValid) == 0) {
+      ++result->beams_invalid;
+      continue;
+    }
+    if (IsUsable(beam)) {
+      sector.Take(beam, sonar);
+      if (const auto launch = LaunchOf(beam, i, sector, sonar, speed_mps)) {
+        launches.push_back(*launch);
+        continue;
+      }
+    }
+    ++result->beams_refused;
+  }
+  return launches;
+}
+
+// Where the ray meets the seabed. Nothing where it turns up before.
+std::optional<Eigen::Vector3d> Follow(const Launch& launch, double speed_mps, RayFan* fan) {
+  const auto& [beam, start, echo, range_m] = launch;
+  const double straight_m = echo.head<2>().norm();
+  const auto end = fan->Trace(straight_m / range_m, echo.z() / range_m, range_m / speed_mps);
+  if (!end) return std::nullopt;
+  const double stretch = straight_m > 0.0 ? end->horizontal_m / straight_m : 0.0;
+  return start + Eigen::Vector3d(stretch * echo.x(), stretch * echo.y(), end->down_m);
+}
+
 }  // namespace
 
 // With x from the middle to the echo, f the half baseline, a the half path and e = x . f / a, the
@@ -157,11 +221,7 @@ std::optional<GeoreferencedPing> Georeference(const MbesPing& ping,
                                               const PoseLookup& T_map_vehicle_at,
                                               const VehicleGeometry& vehicle,
                                               const RayTracer& rays) {
-  double span_s = 0.0;
-  for (const MbesBeam& beam : ping.beams)
-    if ((beam.flags & kBeamValid) != 0 && IsUsable(beam))
-      span_s = std::max(span_s, double{beam.tx_delay_s} + double{beam.twtt_s});
-  const auto sonar = SonarMotion::Make(ping.time, span_s, T_map_vehicle_at, vehicle);
+  const auto sonar = SonarMotion::Make(ping.time, ListeningTime(ping), T_map_vehicle_at, vehicle);
   if (!sonar) return std::nullopt;
 
   GeoreferencedPing result;
@@ -175,56 +235,24 @@ std::optional<GeoreferencedPing> Georeference(const MbesPing& ping,
   const double speed_mps =
       result.speed_from_profile ? rays.SpeedAt(start_depth_m) : ping.sound_speed_mps;
 
-  std::vector<Launch> launches;
-  launches.reserve(ping.beams.size());
+  const std::vector<Launch> launches = LaunchesOf(ping, *sonar, speed_mps, &result);
   double deepest_m = start_depth_m;
-  Sector sector;
-  for (int i = 0; i < result.beams_read; ++i) {
-    const MbesBeam& beam = ping.beams[static_cast<std::size_t>(i)];
-    if ((beam.flags & kBeamValid) == 0) {
-      ++result.beams_invalid;
-      continue;
-    }
-    if (!IsUsable(beam)) {
-      ++result.beams_refused;
-      continue;
-    }
-    sector.Take(beam, *sonar);
-    const double twtt_s{beam.twtt_s};
-    const ArrayState rx = sonar->RxAt(beam.tx_delay_s + twtt_s);
-    const Eigen::Vector3d half_baseline = 0.5 * (rx.p_map - sector.tx.p_map);
-    const auto echo = EchoFromMidway({sector.tx.axis,
-                                      rx.axis,
-                                      sector.sin_tilt,
-                                      std::sin(double{beam.rx_angle_rad}),
-                                      half_baseline,
-                                      0.5 * twtt_s * speed_mps});
-    if (!echo) {
-      ++result.beams_refused;
-      continue;
-    }
-    launches.push_back({i, sector.tx.p_map + half_baseline, *echo, echo->norm()});
-    deepest_m = std::max(deepest_m, start_depth_m + kDeeper * echo->z());
-  }
-
+  for (const Launch& launch : launches)
+    deepest_m = std::max(deepest_m, start_depth_m + kDeeper * launch.echo.z());
   // One fan for the ping: the water is taken to heave with the sonar while it listens, by
   // centimetres.
   RayFan fan(rays, start_depth_m, speed_mps, deepest_m);
   result.soundings.reserve(launches.size());
-  for (const auto& [beam, start, echo, range_m] : launches) {
-    const double straight_m = echo.head<2>().norm();
-    const auto end = fan.Trace(straight_m / range_m, echo.z() / range_m, range_m / speed_mps);
-    if (!end) {
+  for (const Launch& launch : launches) {
+    const auto p_map = Follow(launch, speed_mps, &fan);
+    if (!p_map) {
       ++result.beams_refused;
       continue;
     }
-    const double stretch = straight_m > 0.0 ? end->horizontal_m / straight_m : 0.0;
-    Sounding sounding;
-    sounding.beam = beam;
-    sounding.depth_sigma_m = static_cast<float>(
-        double{ping.beams[static_cast<std::size_t>(beam)].depth_sigma_ratio} * end->down_m);
-    sounding.p_map = start + Eigen::Vector3d(stretch * echo.x(), stretch * echo.y(), end->down_m);
-    result.soundings.push_back(sounding);
+    const double down_m = p_map->z() - launch.start.z();
+    const float sigma_ratio = ping.beams[static_cast<std::size_t>(launch.beam)].depth_sigma_ratio;
+    result.soundings.push_back(
+        {*p_map, launch.beam, static_cast<float>(double{sigma_ratio} * down_m)});
   }
   return result;
 }

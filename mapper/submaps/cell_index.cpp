@@ -1,5 +1,7 @@
 #include "mapper/submaps/cell_index.hpp"
 
+#include <utility>
+
 namespace seastitch {
 
 double CellForDensity(const std::vector<Eigen::Vector3f>& points,
@@ -8,15 +10,19 @@ double CellForDensity(const std::vector<Eigen::Vector3f>& points,
                       double soundings_per_column) {
   double total = 0.0;
   for (const float n : soundings) total += static_cast<double>(n);
+  CellIndex columns;
+  for (const Eigen::Vector3f& p : points) {
+    columns.FindOrAdd({CellOf(static_cast<double>(p.x()), cell_m),
+                       CellOf(static_cast<double>(p.y()), cell_m),
+                       0});
+  }
   // Ten doublings reach a thousand times the first cell: beyond it nothing is dense.
   for (int doubling = 0; doubling < 10; ++doubling, cell_m *= 2.0) {
-    CellIndex columns;
-    for (const Eigen::Vector3f& p : points) {
-      columns.FindOrAdd({CellOf(static_cast<double>(p.x()), cell_m),
-                         CellOf(static_cast<double>(p.y()), cell_m),
-                         0});
-    }
     if (total >= soundings_per_column * static_cast<double>(columns.size())) break;
+    CellIndex of_twice_the_size;
+    for (const CellKey& key : columns.keys())
+      of_twice_the_size.FindOrAdd({key.x >> 1, key.y >> 1, 0});
+    columns = std::move(of_twice_the_size);
   }
   return cell_m;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -25,38 +26,49 @@ inline std::int32_t CellOf(double coordinate_m, double cell_m) {
 }
 
 // Numbers cells from 0 in the order in which they are first seen, so that whatever is kept a cell
-// lies in a plain vector and has an order that no hash decides. Open addressing, linear probing.
+// lies in a plain vector and has an order that no hash decides. Cells lie in flat tiles, as the
+// seabed does; a hash (open addressing, linear probing) finds the tile, and mostly need not, for
+// soundings come side by side.
 class CellIndex {
  public:
   static constexpr std::size_t kNone = static_cast<std::size_t>(-1);
 
   std::size_t FindOrAdd(const CellKey& key) {
-    if (2 * (keys_.size() + 1) > slots_.size()) Grow();
-    std::size_t slot = Hash(key) & mask_;
-    while (slots_[slot] != kEmpty) {
-      if (keys_[slots_[slot]] == key) return slots_[slot];
-      slot = (slot + 1) & mask_;
+    const CellKey tile_key = TileOf(key);
+    if (tiles_.empty() || tiles_[last_].key != tile_key) last_ = FindOrAddTile(tile_key);
+    std::uint32_t& cell = tiles_[last_].cells[InTile(key)];
+    if (cell == kEmpty) {
+      cell = static_cast<std::uint32_t>(keys_.size());
+      keys_.push_back(key);
     }
-    slots_[slot] = static_cast<std::uint32_t>(keys_.size());
-    keys_.push_back(key);
-    return keys_.size() - 1;
+    return cell;
   }
 
   std::size_t Find(const CellKey& key) const {
     if (slots_.empty()) return kNone;
-    std::size_t slot = Hash(key) & mask_;
-    while (slots_[slot] != kEmpty) {
-      if (keys_[slots_[slot]] == key) return slots_[slot];
-      slot = (slot + 1) & mask_;
-    }
-    return kNone;
+    const std::uint32_t tile = slots_[SlotOf(TileOf(key))];
+    const std::uint32_t cell = tile == kEmpty ? kEmpty : tiles_[tile].cells[InTile(key)];
+    return cell == kEmpty ? kNone : cell;
   }
 
   const std::vector<CellKey>& keys() const { return keys_; }
   std::size_t size() const { return keys_.size(); }
 
  private:
+  static constexpr int kSideBits = 3;
+  static constexpr int kSide = 1 << kSideBits;
   static constexpr std::uint32_t kEmpty = 0xffffffff;
+  struct Tile {
+    CellKey key;
+    std::array<std::uint32_t, kSide * kSide> cells;
+  };
+
+  static CellKey TileOf(const CellKey& key) {
+    return {key.x >> kSideBits, key.y >> kSideBits, key.z};
+  }
+  static std::size_t InTile(const CellKey& key) {
+    return static_cast<std::size_t>((key.x & (kSide - 1)) * kSide + (key.y & (kSide - 1)));
+  }
 
   static std::size_t Hash(const CellKey& key) {
     // Odd multipliers near 2^64 / phi and its like, then the high bits folded down: neighbours
@@ -67,19 +79,35 @@ class CellIndex {
     return static_cast<std::size_t>(h ^ (h >> 29) ^ (h >> 43));
   }
 
-  void Grow() {
-    slots_.assign(slots_.empty() ? 1024 : 2 * slots_.size(), kEmpty);
-    mask_ = slots_.size() - 1;
-    for (std::size_t i = 0; i < keys_.size(); ++i) {
-      std::size_t slot = Hash(keys_[i]) & mask_;
-      while (slots_[slot] != kEmpty) slot = (slot + 1) & mask_;
-      slots_[slot] = static_cast<std::uint32_t>(i);
+  // Where the tile is, or would be.
+  std::size_t SlotOf(const CellKey& tile_key) const {
+    std::size_t slot = Hash(tile_key) & (slots_.size() - 1);
+    while (slots_[slot] != kEmpty && tiles_[slots_[slot]].key != tile_key)
+      slot = (slot + 1) & (slots_.size() - 1);
+    return slot;
+  }
+
+  std::uint32_t FindOrAddTile(const CellKey& tile_key) {
+    if (2 * (tiles_.size() + 1) > slots_.size()) Grow();
+    std::uint32_t& slot = slots_[SlotOf(tile_key)];
+    if (slot == kEmpty) {
+      slot = static_cast<std::uint32_t>(tiles_.size());
+      tiles_.push_back({tile_key, {}});
+      tiles_.back().cells.fill(kEmpty);
     }
+    return slot;
+  }
+
+  void Grow() {
+    slots_.assign(slots_.empty() ? 64 : 2 * slots_.size(), kEmpty);
+    for (std::size_t i = 0; i < tiles_.size(); ++i)
+      slots_[SlotOf(tiles_[i].key)] = static_cast<std::uint32_t>(i);
   }
 
   std::vector<CellKey> keys_;
-  std::vector<std::uint32_t> slots_;
-  std::size_t mask_ = 0;
+  std::vector<Tile> tiles_;
+  std::vector<std::uint32_t> slots_;  // a power of two, at most half full
+  std::uint32_t last_ = 0;            // tile of the last cell asked for
 };
 
 // The smallest of cell_m, 2 cell_m, 4 cell_m, ... whose occupied columns hold at least

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "mapper/submaps/cell_index.hpp"
 
@@ -14,14 +15,34 @@ constexpr int kReach = 2;
 constexpr int kSide = 2 * kReach + 1;
 constexpr std::size_t kWindow = kSide * kSide;
 
-// Median of the first n values, which are reordered.
-template <class Array>
-float Median(Array& values, std::size_t n) {
-  const auto begin = values.begin();
-  const auto middle = begin + static_cast<std::ptrdiff_t>(n / 2);
-  std::nth_element(begin, middle, begin + static_cast<std::ptrdiff_t>(n));
-  return *middle;
-}
+// Up to a window of heights.
+class Heights {
+ public:
+  Heights() { values_.fill(std::numeric_limits<float>::infinity()); }
+  void Add(float height) { values_[size_++] = height; }
+  const float* begin() const { return values_.data(); }
+  const float* end() const { return values_.data() + size_; }
+
+  // Of an even number the upper one; of none 0. The largest that at most half of the others are
+  // below: so few are counted without branches in less time than a selection takes to guess.
+  float Median() const {
+    constexpr float kNever = -std::numeric_limits<float>::infinity();
+    const auto half = static_cast<int>(size_ / 2);
+    float median = kNever;
+    for (const float value : *this) {
+      int below = 0;
+      for (const float other : values_) below += other < value ? 1 : 0;
+      median = std::max(median, below <= half ? value : kNever);
+    }
+    return size_ == 0 ? 0.0f : median;
+  }
+
+ private:
+  static constexpr std::size_t kPadded = 28;  // a window in whole vectors of four
+  static_assert(kPadded >= kWindow);
+  std::array<float, kPadded> values_;
+  std::size_t size_ = 0;
+};
 
 // The points of a cloud by column, and each column's height.
 class Columns {
@@ -117,37 +138,36 @@ struct LocalSeabed {
 
 // Median of the height steps between columns that are neighbours along x (or along y).
 float MedianStep(const Columns& columns, const Window& window, int along_x) {
-  std::array<float, kWindow> steps;
-  std::size_t n = 0;
+  Heights steps;
   for (int dx = -kReach; dx <= kReach - along_x; ++dx) {
     for (int dy = -kReach; dy <= kReach - (1 - along_x); ++dy) {
       const std::size_t a = window.at(dx, dy);
       const std::size_t b = window.at(dx + along_x, dy + 1 - along_x);
       if (a == CellIndex::kNone || b == CellIndex::kNone) continue;
-      steps[n++] = columns.height(b) - columns.height(a);
+      steps.Add(columns.height(b) - columns.height(a));
     }
   }
-  return n == 0 ? 0.0f : Median(steps, n);
+  return steps.Median();
 }
 
 LocalSeabed Fit(const Columns& columns, const Window& window) {
   LocalSeabed seabed;
   seabed.slope_x = MedianStep(columns, window, 1);
   seabed.slope_y = MedianStep(columns, window, 0);
-  std::array<float, kWindow> levelled;
-  std::size_t n = 0;
+  Heights levelled;
   for (int dx = -kReach; dx <= kReach; ++dx) {
     for (int dy = -kReach; dy <= kReach; ++dy) {
       const std::size_t c = window.at(dx, dy);
       if (c == CellIndex::kNone) continue;
-      levelled[n++] = columns.height(c) - seabed.slope_x * static_cast<float>(dx) -
-                      seabed.slope_y * static_cast<float>(dy);
+      levelled.Add(columns.height(c) - seabed.slope_x * static_cast<float>(dx) -
+                   seabed.slope_y * static_cast<float>(dy));
     }
   }
-  seabed.height = Median(levelled, n);
-  for (std::size_t i = 0; i < n; ++i) levelled[i] = std::abs(levelled[i] - seabed.height);
+  seabed.height = levelled.Median();
+  Heights deviations;
+  for (const float height : levelled) deviations.Add(std::abs(height - seabed.height));
   constexpr float kSigmaOfMedianDeviation = 1.4826f;  // of a Gaussian
-  seabed.sigma = kSigmaOfMedianDeviation * Median(levelled, n);
+  seabed.sigma = kSigmaOfMedianDeviation * deviations.Median();
   return seabed;
 }
 
