@@ -27,11 +27,9 @@ int NextBit(int bit, bool motorola) {
 
 // The byte after the last one that the signal touches.
 int BytesNeeded(const DbcSignal& signal) {
-  int last = 0;
-  int bit = signal.start_bit;
-  for (int i = 0; i < signal.length; ++i, bit = NextBit(bit, signal.motorola))
-    last = std::max(last, bit / 8);
-  return last + 1;
+  if (!signal.motorola) return (signal.start_bit + signal.length + 7) / 8;
+  const int beyond_first_byte = signal.length - (signal.start_bit % 8 + 1);
+  return signal.start_bit / 8 + 1 + (std::max(beyond_first_byte, 0) + 7) / 8;
 }
 
 std::uint64_t Mask(int length) { return length >= 64 ? ~0ULL : (1ULL << length) - 1; }

@@ -3,13 +3,18 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
 #include <cstdio>
 
 #include "common/runtime/bus.hpp"
+#include "drivers/dvl/dvl_nmea2000.hpp"
+#include "drivers/dvl/pd0.hpp"
 #include "drivers/imu/imu_driver.hpp"
 #include "drivers/mbes/kmall_stream.hpp"
 #include "drivers/socket/candump.hpp"
+#include "drivers/socket/cannelloni.hpp"
 #include "drivers/socket/udp_socket.hpp"
+#include "seastitch/dvl_t.hpp"
 #include "seastitch/health_t.hpp"
 #include "seastitch/imu_t.hpp"
 #include "seastitch/mbes_ping_t.hpp"
@@ -100,6 +105,75 @@ TEST_F(DriverProcess, ACandumpLogIsPublishedWholeThenTheProcessEnds) {
     EXPECT_EQ(messages[i].seq, static_cast<std::int64_t>(i));
     EXPECT_EQ(messages[i].utime, 1'700'000'010'000'000 + 10'000 * static_cast<std::int64_t>(i));
   }
+}
+
+DvlSample Velocity(int i) {
+  DvlSample sample;
+  sample.time = FromUtime(1'700'000'000'000'000 + 200'000 * i);
+  sample.bottom_lock = true;
+  sample.v_dvl_mps = {1.0 + 0.1 * i, -0.2, 0.0};
+  for (DvlBeam& beam : sample.beams) beam = {true, 20.0, 0.0};
+  sample.altitude_m = 20.0;
+  return sample;
+}
+
+// A Doppler log over UDP through the real process: datagrams in, DVL and the bytes out.
+class DopplerLogOverUdp : public DriverProcess {
+ protected:
+  void Run(const std::string& config,
+           const std::string& raw_channel,
+           const std::vector<std::vector<std::uint8_t>>& datagrams) {
+    std::size_t raw_messages = 0;
+    bool listens = false;
+    bus->Subscribe<dvl_t>("DVL", 0, [this](const dvl_t& m) { messages.push_back(m); });
+    bus->Subscribe<raw_bytes_t>(raw_channel, 0, [&](const raw_bytes_t&) { ++raw_messages; });
+    bus->Subscribe<health_t>("HEALTH", 0, [&](const health_t&) { listens = true; });
+    const int port = FreeUdpPort();
+    const auto process = Start("seastitch-dvl-driver",
+                               WithSource(dir, config, "udp:127.0.0.1:" + std::to_string(port)));
+    ASSERT_TRUE(HandleUntil([&] { return listens; }, 10'000)) << process->Output();
+    UdpSender sender(port);
+    for (const std::vector<std::uint8_t>& datagram : datagrams) sender.Send(datagram);
+    EXPECT_TRUE(HandleUntil([&] { return messages.size() == datagrams.size(); }, 10'000));
+    EXPECT_EQ(process->Stop(), EXIT_SUCCESS) << process->Output();
+    EXPECT_GE(raw_messages, 1u);
+  }
+  void ExpectVelocities(double altitude_m) const {
+    for (std::size_t i = 0; i < messages.size(); ++i) {
+      EXPECT_EQ(messages[i].seq, static_cast<std::int64_t>(i));
+      EXPECT_TRUE(messages[i].bottom_lock);
+      EXPECT_NEAR(messages[i].v_dvl_mps[0], 1.0 + 0.1 * static_cast<double>(i), 0.001);
+      EXPECT_NEAR(messages[i].v_dvl_mps[1], -0.2, 0.001);
+      EXPECT_NEAR(messages[i].altitude_m, altitude_m, 0.01);
+    }
+  }
+  std::vector<dvl_t> messages;
+};
+
+TEST_F(DopplerLogOverUdp, Pd0EnsemblesArrive) {
+  if (!OpenBus()) {
+    GTEST_SKIP() << "LCM cannot open " << lcm_url;
+  }
+  std::vector<std::vector<std::uint8_t>> datagrams;
+  for (int i = 0; i < 10; ++i) {
+    Pd0Ensemble ensemble = ToPd0Ensemble(Velocity(i), {});
+    ensemble.number = static_cast<std::uint16_t>(i + 1);
+    datagrams.push_back(EncodePd0(ensemble));
+  }
+  Run("dvl_pd0.yaml", "RAW_DVL", datagrams);
+  ExpectVelocities(20.0 * std::cos(Pd0Params{}.beam_angle_rad));  // 20 m along its beams
+}
+
+TEST_F(DopplerLogOverUdp, Nmea2000GroupsArrive) {
+  if (!OpenBus()) {
+    GTEST_SKIP() << "LCM cannot open " << lcm_url;
+  }
+  std::vector<std::vector<std::uint8_t>> datagrams;
+  for (int i = 0; i < 10; ++i)
+    datagrams.push_back(
+        EncodeCannelloni(EncodeDvlN2k(Velocity(i), 35, i), static_cast<std::uint8_t>(i)));
+  Run("dvl_nmea2000.yaml", "RAW_CAN", datagrams);
+  ExpectVelocities(20.0);
 }
 
 std::string OutputOf(const std::string& command) {
