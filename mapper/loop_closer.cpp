@@ -1,7 +1,10 @@
 #include "mapper/loop_closer.hpp"
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <utility>
 
 namespace seastitch {
@@ -15,6 +18,25 @@ Eigen::Matrix3d WithFloor(const Eigen::Matrix3d& covariance) {
   Eigen::Matrix3d floored = 0.5 * (covariance + covariance.transpose());
   floored.diagonal() += kSmallestVariance;
   return floored;
+}
+
+bool IsAccepted(const GraphEdge& edge) { return edge.verdict == LoopVerdict::kAccepted; }
+
+// See kNewsNats. Covariances above kSmallestVariance.
+double News(const RelativePose& before, const RelativePose& now) {
+  Eigen::Vector3d moved = now.T_a_b.Vector() - before.T_a_b.Vector();
+  moved[2] = WrapAngle(moved[2]);
+  const double narrowed = std::log(before.covariance.determinant() / now.covariance.determinant());
+  return 0.5 * (narrowed + moved.dot(before.covariance.ldlt().solve(moved)));
+}
+
+// Of a closure that leaves no direction open.
+std::optional<RelativePose> MeasuredBy(const GraphEdge& edge) {
+  const Eigen::LLT<Eigen::Matrix3d> information(edge.information);
+  if (information.info() != Eigen::Success) return std::nullopt;
+  const Eigen::Matrix3d covariance = information.solve(Eigen::Matrix3d::Identity());
+  if (!covariance.allFinite()) return std::nullopt;
+  return RelativePose{edge.T_from_to, covariance};
 }
 
 bool IsUsable(const SolvedVertex& v) {
@@ -33,7 +55,8 @@ void LoopCloser::Add(const Submap& submap) {
   entries_.push_back({OutlineOf(submap),
                       LevelPose(submap.T_map_submap),
                       submap.T_map_submap.translation().z(),
-                      submap.covariance_from_previous});
+                      submap.covariance_from_previous,
+                      std::nullopt});
 }
 
 bool LoopCloser::SetSolution(const PoseGraph& graph) {
@@ -43,7 +66,30 @@ bool LoopCloser::SetSolution(const PoseGraph& graph) {
     if (vertex.id != entries_[i].outline.id || !IsUsable(vertex)) return false;
   }
   solved_ = graph.vertices;
+  for (const SolvedEdge& edge : graph.loop_edges) {
+    const auto found = tried_.find({edge.from, edge.to});
+    if (found == tried_.end()) continue;
+    Tried& tried = found->second;
+    tried.believed = tried.edge && IsAccepted(*tried.edge) && edge.weight >= 0.5;
+  }
+  FindMoved();
   return true;
+}
+
+void LoopCloser::FindMoved() {
+  std::vector<std::pair<double, std::size_t>> news;
+  for (std::size_t i = 0; i < solved_.size(); ++i) {
+    const RelativePose now{solved_[i].T_map_level, WithFloor(solved_[i].covariance)};
+    const std::optional<RelativePose>& before = entries_[i].looked_at;
+    // A small part of what a pair has to learn: its submaps may have learned most of it together.
+    const double nats = before ? News(*before, now) : std::numeric_limits<double>::infinity();
+    if (nats >= 0.05 * kNewsNats) news.push_back({nats, i});
+  }
+  const std::size_t most = std::min(news.size(), kMaxMoved);
+  std::partial_sort(
+      news.begin(), news.begin() + static_cast<std::ptrdiff_t>(most), news.end(), std::greater<>());
+  moved_.clear();
+  for (std::size_t k = most; k > 0; --k) moved_.push_back(news[k - 1].second);
 }
 
 std::vector<LoopPair> LoopCloser::PairsFor(SubmapId source) const {
@@ -55,12 +101,56 @@ std::vector<LoopPair> LoopCloser::PairsFor(SubmapId source) const {
     candidates.push_back(
         JudgePair(entries_[i].outline, entries_[n].outline, priors[i], params_.expected_overlap));
   }
+  return Choose(n, std::move(candidates));
+}
+
+std::vector<LoopPair> LoopCloser::PairsOfMoved(int most) {
+  const std::size_t n = moved_.back();
+  moved_.pop_back();
+  entries_[n].looked_at = RelativePose{solved_[n].T_map_level, WithFloor(solved_[n].covariance)};
+  const std::vector<RelativePose> priors = PriorsWithin(n);
+  std::vector<OverlapCandidate> candidates;
+  for (std::size_t i = 0; i < n; ++i) {
+    const OverlapCandidate candidate =
+        JudgePair(entries_[i].outline, entries_[n].outline, priors[i], params_.expected_overlap);
+    if (IsWorthAnother(candidate, entries_[n].outline.id)) candidates.push_back(candidate);
+  }
+  std::vector<LoopPair> pairs = Choose(n, std::move(candidates));
+  if (pairs.size() > static_cast<std::size_t>(most)) pairs.erase(pairs.begin() + most, pairs.end());
+  return pairs;
+}
+
+bool LoopCloser::IsWorthAnother(const OverlapCandidate& candidate, SubmapId source) const {
+  if (candidate.gain_nats < kNewsNats) return false;
+  const auto found = tried_.find({candidate.target, source});
+  if (found == tried_.end()) return true;
+  const Tried& tried = found->second;
+  return !tried.believed && News(tried.prior, candidate.prior) >= kNewsNats;
+}
+
+std::vector<LoopPair> LoopCloser::Choose(std::size_t n,
+                                         std::vector<OverlapCandidate> candidates) const {
   std::vector<LoopPair> pairs;
   for (const OverlapCandidate& c : ChoosePairs(std::move(candidates), params_.overlap)) {
     const double z_prior_m = entries_[n].z_m - entries_[IndexOf(c.target)].z_m;
-    pairs.push_back({c.target, source, c.prior, z_prior_m});
+    pairs.push_back({c.target, entries_[n].outline.id, c.prior, z_prior_m});
   }
   return pairs;
+}
+
+std::vector<GraphEdge> LoopCloser::Record(const std::vector<LoopPair>& pairs,
+                                          const std::vector<GraphEdge>& edges) {
+  for (const LoopPair& pair : pairs) tried_[{pair.target, pair.source}].prior = pair.prior;
+  std::vector<GraphEdge> news;
+  for (const GraphEdge& edge : edges) {
+    Tried& tried = tried_[{edge.from, edge.to}];
+    if (IsAccepted(edge) || !tried.edge || tried.edge->verdict != edge.verdict)
+      news.push_back(edge);
+    accepted_ += IsAccepted(edge) - (tried.edge && IsAccepted(*tried.edge));
+    tried.edge = edge;
+    tried.believed = IsAccepted(edge);
+  }
+  return news;
 }
 
 std::vector<GraphEdge> LoopCloser::DeadReckoningEdge(SubmapId to) const {
@@ -122,6 +212,30 @@ std::vector<RelativePose> LoopCloser::Priors(std::size_t n) const {
   }
   for (RelativePose& prior : priors) prior.covariance = WithFloor(prior.covariance);
   return priors;
+}
+
+std::vector<RelativePose> LoopCloser::PriorsWithin(std::size_t n) const {
+  const std::vector<std::optional<RelativePose>> chains =
+      ChainsTo(n, solved_.size(), BelievedLinks(), entries_[n].outline.radius_m);
+  std::vector<RelativePose> priors(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    priors[i] = {Inverse(solved_[i].T_map_level) * solved_[n].T_map_level,
+                 WithFloor(chains[i]->covariance)};
+  }
+  return priors;
+}
+
+std::vector<PoseLink> LoopCloser::BelievedLinks() const {
+  std::vector<PoseLink> links;
+  for (std::size_t i = 1; i < solved_.size(); ++i) links.push_back({i - 1, i, FromPrevious(i)});
+  for (const auto& [key, tried] : tried_) {
+    if (!tried.believed) continue;
+    const std::size_t from = IndexOf(key.first);
+    const std::size_t to = IndexOf(key.second);
+    if (from >= solved_.size() || to >= solved_.size()) continue;
+    if (const auto measured = MeasuredBy(*tried.edge)) links.push_back({from, to, *measured});
+  }
+  return links;
 }
 
 std::vector<GraphEdge> RegisterPairs(const Submap& source,

@@ -2,15 +2,20 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/core/graph.hpp"
 #include "common/core/submap.hpp"
 #include "mapper/registration/registration.hpp"
 #include "mapper/submaps/overlap.hpp"
+#include "mapper/submaps/pose_chain.hpp"
 #include "mapper/submaps/relative_pose.hpp"
 
 namespace seastitch {
@@ -36,7 +41,7 @@ struct LoopPair {
 };
 
 // Knows where all submaps lie and how well, and from that which pairs are worth a registration
-// (III-A-3). Holds outlines, never clouds. Pure.
+// (III-A-3), once or again. Holds outlines, never clouds. Pure.
 class LoopCloser {
  public:
   explicit LoopCloser(const LoopCloserParams& params) : params_(params) {}
@@ -51,13 +56,37 @@ class LoopCloser {
   // solution where it reaches, on by dead reckoning from its newest submap.
   std::vector<LoopPair> PairsFor(SubmapId source) const;
 
+  // What registering these pairs gave: of the edges, those that say something new to the graph. A
+  // pair without an edge could not be loaded.
+  std::vector<GraphEdge> Record(const std::vector<LoopPair>& pairs,
+                                const std::vector<GraphEdge>& edges);
+
+  // The last solution moved submaps or knows them better: whether some are still to be looked at
+  // again.
+  bool HasMoved() const { return !moved_.empty(); }
+  // Takes the one of which it learned most, and gives those of its pairs with older submaps that
+  // are worth a registration now: never tried, or tried, not believed since, and under a prior that
+  // differs by kNewsNats. At most `most`, possibly none. What a pair was made to say itself is no
+  // part of its prior.
+  std::vector<LoopPair> PairsOfMoved(int most);
+
   // The dead-reckoning edge from the previous submap. Nothing for the first.
   std::vector<GraphEdge> DeadReckoningEdge(SubmapId to) const;
 
+  // Pairs registered, by the last verdict of each.
+  std::int64_t accepted() const { return accepted_; }
+  std::int64_t rejected() const { return static_cast<std::int64_t>(tried_.size()) - accepted_; }
   std::size_t size() const { return entries_.size(); }
   bool Has(SubmapId id) const;
   // Newest submap of the solution in use; -1 before the first.
   SubmapId newest_solved() const;
+
+  // News: the logarithm of the ratio of the densities that a new prior and the old one give to
+  // where the new one puts a submap. Half a nat is a sigma of movement, or one direction known 1.6
+  // times better.
+  static constexpr double kNewsNats = 0.5;
+  // So many submaps are looked at again after a solution, where it has news of more.
+  static constexpr std::size_t kMaxMoved = 16;
 
  private:
   struct Entry {
@@ -65,16 +94,33 @@ class LoopCloser {
     Pose2 T_map_level;  // dead-reckoned
     double z_m;
     Eigen::Matrix3d covariance_from_previous;
+    // In the map, when its pairs were last looked at in the light of a solution.
+    std::optional<RelativePose> looked_at;
   };
+  struct Tried {
+    RelativePose prior;
+    std::optional<GraphEdge> edge;
+    bool believed = false;  // by registration and by the last solution
+  };
+  using PairKey = std::pair<SubmapId, SubmapId>;  // target, source
 
   std::size_t IndexOf(SubmapId id) const;
   RelativePose FromPrevious(std::size_t i) const;
   // T_i_n for every i < n.
   std::vector<RelativePose> Priors(std::size_t n) const;
+  // The same for a submap of the solution, without what pairs that are not believed say.
+  std::vector<RelativePose> PriorsWithin(std::size_t n) const;
+  std::vector<PoseLink> BelievedLinks() const;
+  std::vector<LoopPair> Choose(std::size_t n, std::vector<OverlapCandidate> candidates) const;
+  bool IsWorthAnother(const OverlapCandidate& candidate, SubmapId source) const;
+  void FindMoved();
 
   const LoopCloserParams params_;
   std::vector<Entry> entries_;        // by rising id
   std::vector<SolvedVertex> solved_;  // of entries_[0 .. size)
+  std::map<PairKey, Tried> tried_;
+  std::int64_t accepted_ = 0;       // of tried_
+  std::vector<std::size_t> moved_;  // least news first
 };
 
 using LoadSubmap = std::function<std::shared_ptr<const Submap>(SubmapId)>;

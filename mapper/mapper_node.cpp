@@ -28,6 +28,8 @@ constexpr double kMaxAheadS = 30.0;
 // Submaps that wait to be stored without registration, in max_waiting_submaps: their points are in
 // memory until those before them are registered.
 constexpr std::size_t kUnregisteredPerRegistered = 4;
+// Graph updates that answer a request at once: some 20 kB. Who still lacks some asks again.
+constexpr int kUpdatesAtOnce = 16;
 constexpr Eigen::Index kHeadingOfCovariance = 5;
 
 // Of x, y, yaw.
@@ -134,7 +136,9 @@ void MapperNode::Advance() {
   // A submap's points leave one by one between the messages that come in: sent at once, a megabyte
   // would overrun the receivers' buffers.
   SendNextChunk();
+  SendNextUpdate();
   RegisterNext();
+  LookAgain();
 }
 
 void MapperNode::GeoreferencePings(bool no_more_poses) {
@@ -206,6 +210,7 @@ void MapperNode::AddSubmap(Submap submap) {
     return;
   }
   next_id_ = submap.id.value + 1;
+  registrations_left_ += config_.loop_closer.overlap.max_pairs;
   const Eigen::Matrix3d R_level_submap = LevelFromBody(submap.T_map_submap);
   if (submap.footprint.empty()) submap.footprint = FootprintOf(submap.cloud, R_level_submap);
   if (submap.predicted_information.isZero(0.0)) {
@@ -230,47 +235,71 @@ void MapperNode::AddSubmap(Submap submap) {
 void MapperNode::RegisterNext() {
   if (worker_busy_ || submaps_.empty()) return;
   const Waiting& next = submaps_.front();
+  Register(
+      next.submap,
+      next.skip_registration ? std::vector<LoopPair>{} : loop_closer_.PairsFor(next.submap->id));
+}
+
+bool MapperNode::LookAgain() {
+  if (worker_busy_ || !submaps_.empty() || !loop_closer_.HasMoved()) return false;
+  const std::int64_t most =
+      std::min<std::int64_t>(registrations_left_, config_.loop_closer.overlap.max_pairs);
+  if (most < 1) return false;
+  std::vector<LoopPair> pairs = loop_closer_.PairsOfMoved(static_cast<int>(most));
+  if (!pairs.empty()) Register(nullptr, std::move(pairs));
+  return true;
+}
+
+void MapperNode::Register(std::shared_ptr<const Submap> closed, std::vector<LoopPair> pairs) {
+  const auto num_pairs = static_cast<std::int64_t>(pairs.size());
   const auto job = [this,
                     archive = archive_,
                     params = config_.loop_closer,
-                    submap = next.submap,
-                    pairs = next.skip_registration ? std::vector<LoopPair>{}
-                                                   : loop_closer_.PairsFor(next.submap->id)] {
+                    closed = std::move(closed),
+                    pairs = std::move(pairs)] {
     SurveyStore& store = archive->store;
-    if (!submap->cloud.empty()) store.Put(submap);
-    Registered registered;
-    registered.loop_edges = RegisterPairs(
-        *submap, pairs, [&](SubmapId id) { return store.Get(id); }, params);
-    registered.pairs = pairs.size();
+    if (closed && !closed->cloud.empty()) store.Put(closed);
+    const LoadSubmap load = [&](SubmapId id) { return store.Get(id); };
+    const auto source = closed || pairs.empty() ? closed : load(pairs.front().source);
+    Registered registered{closed, pairs, {}, {}};
+    if (source) registered.edges = RegisterPairs(*source, pairs, load, params);
     registered.store = store.counters();
-    return std::function<void()>([this, submap, registered] { OnRegistered(*submap, registered); });
+    return std::function<void()>([this, registered] { OnRegistered(registered); });
   };
   worker_busy_ = true;
+  registrations_left_ -= num_pairs;
   if (worker_->Post(job)) return;
-  worker_busy_ = false;  // tried again with the next message
+  worker_busy_ = false;  // a closed submap is tried again with the next message
+  registrations_left_ += num_pairs;
   health_.Count("worker_refused");
 }
 
-void MapperNode::OnRegistered(const Submap& submap, const Registered& registered) {
+void MapperNode::OnRegistered(const Registered& registered) {
   worker_busy_ = false;
-  submaps_.pop_front();
-
   Step step;
-  step.submap_time = submap.frame_time;
   step.update.version = static_cast<std::int64_t>(graph_.size()) + 1;
-  step.update.vertices = {
-      {submap.id, submap.frame_time, LevelPose(submap.T_map_submap), submap.heading_sigma_rad}};
-  step.update.edges = loop_closer_.DeadReckoningEdge(submap.id);
-  for (const GraphEdge& edge : registered.loop_edges) {
-    ++(edge.verdict == LoopVerdict::kAccepted ? accepted_ : rejected_);
-    step.update.edges.push_back(edge);
+  if (const Submap* submap = registered.closed.get()) {
+    submaps_.pop_front();
+    step.submap_time = submap->frame_time;
+    step.update.vertices.push_back({submap->id,
+                                    submap->frame_time,
+                                    LevelPose(submap->T_map_submap),
+                                    submap->heading_sigma_rad});
+    step.update.edges = loop_closer_.DeadReckoningEdge(submap->id);
+  } else {
+    step.submap_time = graph_.back().submap_time;
+    health_.Count("pairs_looked_at_again", static_cast<std::int64_t>(registered.pairs.size()));
   }
-  graph_.push_back(std::move(step));
-  PublishUpdate(graph_.size() - 1);
+  for (const GraphEdge& edge : loop_closer_.Record(registered.pairs, registered.edges))
+    step.update.edges.push_back(edge);
+  if (registered.closed || !step.update.edges.empty()) {
+    graph_.push_back(std::move(step));
+    SendNextUpdate();
+  }
 
-  health_.Count("registrations", static_cast<std::int64_t>(registered.loop_edges.size()));
+  health_.Count("registrations", static_cast<std::int64_t>(registered.edges.size()));
   health_.Count("registrations_without_target",
-                static_cast<std::int64_t>(registered.pairs - registered.loop_edges.size()));
+                static_cast<std::int64_t>(registered.pairs.size() - registered.edges.size()));
   health_.Set("store_saved", registered.store.saved);
   health_.Set("store_write_errors", registered.store.write_errors);
   health_.Set("store_read_errors", registered.store.read_errors);
@@ -280,16 +309,22 @@ void MapperNode::OnRegistered(const Submap& submap, const Registered& registered
   RegisterNext();
 }
 
-void MapperNode::PublishUpdate(std::size_t index) {
-  const Step& step = graph_[index];
+// One after the other, so that what was asked for again never overtakes what is new.
+bool MapperNode::SendNextUpdate() {
+  if (updates_sent_ == graph_.size()) return false;
+  const Step& step = graph_[updates_sent_++];
   bus_->Publish("GRAPH_UPDATE", ToLcm(step.update, step.submap_time, update_seq_++));
+  return true;
 }
 
 void MapperNode::OnGraphRequest(const graph_request_t& msg) {
   if (msg.from == "mapper") return;  // our own
   health_.Count("graph_requests");
   const auto have = static_cast<std::size_t>(std::max<std::int64_t>(0, msg.have_version));
-  for (std::size_t i = have; i < graph_.size(); ++i) PublishUpdate(i);
+  updates_sent_ = std::min(updates_sent_, have);
+  // Some at once; the rest one by one between the messages that come in, as a submap's points.
+  for (int i = 0; i < kUpdatesAtOnce && SendNextUpdate(); ++i) {
+  }
 }
 
 void MapperNode::OnPoseGraph(const pose_graph_t& msg) {
@@ -356,6 +391,7 @@ void MapperNode::Finish(const std::function<void()>& pause) {
   GeoreferencePings(true);
   if (std::optional<Submap> last = builder_.Finish()) OnClosed(std::move(*last));
   while (SendNextChunk()) pause();
+  while (SendNextUpdate()) pause();
   ReportHealth();
 }
 
@@ -372,13 +408,13 @@ void MapperNode::ReportHealth() {
   health_.Set("bus_decode_errors", bus_->decode_errors());
   health_.Set("bus_publish_errors", bus_->publish_errors());
   health_.Set("submaps_waiting", static_cast<std::int64_t>(submaps_.size()));
-  health_.Set("loop_closures_accepted", accepted_);
-  health_.Set("loop_closures_rejected", rejected_);
+  health_.Set("loop_closures_accepted", loop_closer_.accepted());
+  health_.Set("loop_closures_rejected", loop_closer_.rejected());
   if (!last_nav_ && graph_.empty()) return;
-  const std::string figures = std::to_string(graph_.size()) + " submaps, " +
-                              std::to_string(accepted_) + " loop closures accepted, " +
-                              std::to_string(rejected_) + " rejected, " + RejectionText() +
-                              (sound_speed_source_ ? Sentence(*sound_speed_source_) : "");
+  const std::string figures =
+      std::to_string(loop_closer_.size()) + " submaps, " + std::to_string(loop_closer_.accepted()) +
+      " loop closures accepted, " + std::to_string(loop_closer_.rejected()) + " rejected, " +
+      RejectionText() + (sound_speed_source_ ? Sentence(*sound_speed_source_) : "");
   const bool profile_missing = sound_speed_source_ && !IsProfile(*sound_speed_source_);
   if (health_.counter("store_write_errors") > 0)
     health_.SetState(HealthState::kDegraded, "the survey directory cannot be written; " + figures);

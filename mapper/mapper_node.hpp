@@ -27,7 +27,7 @@ namespace seastitch {
 // Sensor messages in; NAV, SUBMAP, SUBMAP_POINTS and GRAPH_UPDATE out. Everything on the loop
 // thread but one job a closed submap: store it, register it on its candidates. Jobs run one at a
 // time and in the order of the submaps, so graph versions follow the submap ids whatever the worker
-// does.
+// does. Where no submap waits, the worker looks again at pairs of which a solution brought news.
 class MapperNode {
  public:
   // Throws std::runtime_error where the survey directory cannot be made.
@@ -43,6 +43,11 @@ class MapperNode {
   // ThreadWorker, its Finish() then brings the last registrations.
   void Finish(const std::function<void()>& pause = [] {});
 
+  // Looks at one submap again of which the last solution brought news, as it also does with every
+  // message of navigation: some of its pairs may be registered for the first time, or once more.
+  // False where nothing is left to be done now.
+  bool LookAgain();
+
   Health& health() { return health_; }
 
  private:
@@ -56,8 +61,9 @@ class MapperNode {
     bool skip_registration = false;
   };
   struct Registered {
-    std::vector<GraphEdge> loop_edges;
-    std::size_t pairs = 0;
+    std::shared_ptr<const Submap> closed;  // that joins the graph with it; null: looked at again
+    std::vector<LoopPair> pairs;
+    std::vector<GraphEdge> edges;
     SurveyStoreCounters store;
   };
 
@@ -80,8 +86,9 @@ class MapperNode {
   void PublishSubmap(const Submap& submap);
   bool SendNextChunk();
   void RegisterNext();
-  void OnRegistered(const Submap& submap, const Registered& registered);
-  void PublishUpdate(std::size_t index);
+  void Register(std::shared_ptr<const Submap> closed, std::vector<LoopPair> pairs);
+  void OnRegistered(const Registered& registered);
+  bool SendNextUpdate();
   std::string RejectionText() const;
   void ReportHealth();
 
@@ -106,14 +113,16 @@ class MapperNode {
   std::int32_t next_id_ = 0;
   std::deque<Waiting> submaps_;  // waiting for the worker; the first may be with it
   bool worker_busy_ = false;
+  // max_pairs for every submap, less those made: what lines without a neighbour leave is there for
+  // looking again.
+  std::int64_t registrations_left_ = 0;
 
   struct Step {
     GraphUpdate update;
     Time submap_time;
   };
-  std::vector<Step> graph_;  // version n at n - 1
-  std::int64_t accepted_ = 0;
-  std::int64_t rejected_ = 0;
+  std::vector<Step> graph_;             // version n at n - 1
+  std::size_t updates_sent_ = 0;        // the first of graph_
   std::deque<submap_points_t> chunks_;  // to be sent
 
   std::int64_t nav_seq_ = 0;

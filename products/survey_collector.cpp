@@ -6,6 +6,7 @@
 #include <boost/geometry/geometries/polygon.hpp>
 #include <boost/geometry/strategies/strategies.hpp>
 #include <cmath>
+#include <map>
 #include <stdexcept>
 #include <system_error>
 #include <utility>
@@ -132,8 +133,18 @@ Survey SurveyCollector::Finish() const {
   Survey survey;
   for (const auto& [id, submap] : submaps_) survey.submaps.push_back(submap);
   survey.track = track_;
+  // A pair that was registered again counts with its last verdict.
+  std::map<std::pair<SubmapId, SubmapId>, std::size_t> place_of_closure;
   for (const auto& [version, edges] : edges_by_version_) {
-    survey.edges.insert(survey.edges.end(), edges.begin(), edges.end());
+    for (const GraphEdge& edge : edges) {
+      const std::size_t next = survey.edges.size();
+      const std::size_t place =
+          edge.kind == EdgeKind::kLoopClosure
+              ? place_of_closure.try_emplace({edge.from, edge.to}, next).first->second
+              : next;
+      if (place == next) survey.edges.emplace_back();
+      survey.edges[place] = edge;
+    }
   }
   survey.solution = solution_;
   survey.counters = counters_;

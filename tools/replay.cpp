@@ -82,9 +82,14 @@ class Pipeline {
   }
 
   MapperNode& mapper() { return mapper_; }
+  // Until every message is answered and no pair is left to be looked at again.
+  void Settle() {
+    bus_->HandleAll();
+    while (mapper_.LookAgain()) bus_->HandleAll();
+  }
   void Finish() {
     mapper_.Finish();
-    bus_->HandleAll();
+    Settle();
   }
 
  private:
@@ -124,11 +129,11 @@ void FeedLog(const fs::path& log, const std::set<std::string>& channels, Bus* bu
   }
 }
 
-void FeedSubmaps(SubmapDirectory directory, Pipeline* pipeline, Bus* bus, bool quiet) {
+void FeedSubmaps(SubmapDirectory directory, Pipeline* pipeline, bool quiet) {
   ProgressLine progress("registering submaps", directory.submaps.size(), quiet);
   for (Submap& submap : directory.submaps) {
     pipeline->mapper().AddSubmap(std::move(submap));
-    bus->HandleAll();
+    pipeline->Settle();
     progress.Advance(1);
   }
   progress.Finish();
@@ -211,7 +216,7 @@ ProductSummary RunReplay(const ReplayOptions& options) {
     if (from_directory) {
       SubmapDirectory directory = ReadSubmapDirectory(options.inputs[0], options.drift);
       products.axes = directory.z_up ? MapAxes::kEastNorthUp : MapAxes::kNorthEastDown;
-      FeedSubmaps(std::move(directory), &pipeline, &bus, options.quiet);
+      FeedSubmaps(std::move(directory), &pipeline, options.quiet);
     } else {
       for (const fs::path& log : options.inputs) FeedLog(log, kSensorChannels, &bus, options.quiet);
     }

@@ -44,6 +44,15 @@ Submap At(int id, double x, double y, double yaw = 0.0) {
   return Make(id, {x, y, yaw}, {x, y, yaw});
 }
 
+// An outline alone.
+Submap OutlineAt(int id, double x_m) {
+  Submap submap;
+  submap.id = SubmapId{id};
+  submap.T_map_submap = MakePose({x_m, 0.0, 10.0}, Eigen::Matrix3d::Identity());
+  submap.footprint = {{-30.0, -12.0}, {30.0, -12.0}, {30.0, 12.0}, {-30.0, 12.0}};
+  return submap;
+}
+
 TEST(LoopCloser, ChainsDeadReckoningBeforeTheFirstSolution) {
   LoopCloser closer(LoopCloserParams{});
   closer.Add(At(0, 0.0, 0.0));
@@ -127,6 +136,133 @@ TEST(LoopCloser, TiesEachSubmapToTheOneBefore) {
   EXPECT_NEAR(edges[0].T_from_to.Translation().norm(), 50.0, 1e-9);
   EXPECT_NEAR(edges[0].T_from_to.yaw, 0.4, 1e-12);
   EXPECT_NEAR(edges[0].information(0, 0), 4.0, 0.01);
+}
+
+// Three swaths: 0 and 2 side by side, 1 far ahead. A solution of them as the optimizer gives it.
+class LooksAgain : public ::testing::Test {
+ protected:
+  LooksAgain() {
+    closer.Add(At(0, 0.0, 0.0));
+    closer.Add(At(1, 100.0, 0.0));
+    closer.Add(At(2, 0.0, dead_reckoned_y));
+  }
+
+  // What the solution makes of submap 2; the others stay.
+  void Solve(double y, double sigma_m, double weight_of_0_2 = 0.0) {
+    PoseGraph graph;
+    graph.vertices = {
+        Vertex(0, 0.0, 0.0, 0.0), Vertex(1, 100.0, 0.0, 0.5), Vertex(2, 0.0, y, sigma_m)};
+    if (weight_of_0_2 > 0.0) graph.loop_edges = {{SubmapId{0}, SubmapId{2}, weight_of_0_2}};
+    ASSERT_TRUE(closer.SetSolution(graph));
+  }
+  static SolvedVertex Vertex(int id, double x, double y, double sigma_m) {
+    SolvedVertex vertex{
+        SubmapId{id}, {x, y, 0.0}, Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero()};
+    vertex.covariance.diagonal() << sigma_m * sigma_m, sigma_m * sigma_m, 1e-6;
+    return vertex;
+  }
+  // Every pair of every submap that moved.
+  std::vector<LoopPair> Again(int most = 6) {
+    std::vector<LoopPair> all;
+    while (closer.HasMoved()) {
+      for (const LoopPair& pair : closer.PairsOfMoved(most)) all.push_back(pair);
+    }
+    return all;
+  }
+  static GraphEdge Edge(const LoopPair& pair, LoopVerdict verdict) {
+    GraphEdge edge;
+    edge.kind = EdgeKind::kLoopClosure;
+    edge.from = pair.target;
+    edge.to = pair.source;
+    edge.T_from_to = pair.prior.T_a_b;
+    edge.verdict = verdict;
+    if (verdict == LoopVerdict::kAccepted) edge.information.diagonal() << 1e4, 1e4, 1e6;
+    return edge;
+  }
+  std::vector<GraphEdge> Record(const LoopPair& pair, LoopVerdict verdict) {
+    return closer.Record({pair}, {Edge(pair, verdict)});
+  }
+
+  const double dead_reckoned_y = 40.0;  // too far off, by dead reckoning, to meet submap 0
+  LoopCloser closer{LoopCloserParams{}};
+};
+
+TEST_F(LooksAgain, AtAPairThatOnlyTheSolutionBroughtTogether) {
+  EXPECT_TRUE(closer.PairsFor(SubmapId{2}).empty());
+  Solve(12.0, 0.5);
+  const std::vector<LoopPair> pairs = Again();
+  ASSERT_EQ(pairs.size(), 1u);
+  EXPECT_EQ(pairs[0].target.value, 0);
+  EXPECT_EQ(pairs[0].source.value, 2);
+  EXPECT_NEAR(pairs[0].prior.T_a_b.y, 12.0, 1e-9);
+  // By the way that dead reckoning went: never surer than the graph's links.
+  EXPECT_NEAR(pairs[0].prior.covariance(0, 0), 0.5, 0.02);
+  EXPECT_FALSE(closer.HasMoved());
+}
+
+TEST_F(LooksAgain, AtARefusedPairOnlyWhereItsPriorHasNews) {
+  Solve(12.0, 0.5);
+  const LoopPair pair = Again().at(0);
+  EXPECT_EQ(Record(pair, LoopVerdict::kAmbiguous).size(), 1u);
+  EXPECT_EQ(closer.rejected(), 1);
+  Solve(12.0, 0.5);
+  EXPECT_TRUE(Again().empty()) << "nothing has changed";
+  Solve(12.2, 0.5);
+  EXPECT_TRUE(Again().empty()) << "moved by a quarter of its sigma";
+  Solve(13.5, 0.5);
+  ASSERT_EQ(Again().size(), 1u) << "moved by two sigma";
+  EXPECT_TRUE(Record(pair, LoopVerdict::kAmbiguous).empty()) << "the graph knows";
+  EXPECT_EQ(Record(pair, LoopVerdict::kAccepted).size(), 1u);
+  EXPECT_EQ(closer.rejected(), 0);
+  EXPECT_EQ(closer.accepted(), 1);
+}
+
+TEST_F(LooksAgain, AtARefusedPairThatAnotherClosureNarrowed) {
+  Solve(12.0, 0.5);
+  const LoopPair pair = Again().at(0);
+  Record(pair, LoopVerdict::kAmbiguous);
+  LoopPair others{SubmapId{0}, SubmapId{1}, {}, 0.0};
+  others.prior.T_a_b.x = 100.0;
+  Record(others, LoopVerdict::kAccepted);
+  Solve(12.0, 0.3);
+  const std::vector<LoopPair> again = Again();
+  ASSERT_EQ(again.size(), 1u);
+  EXPECT_NEAR(again[0].prior.covariance(0, 0), 0.25, 0.01);  // of the step 1 to 2 alone
+}
+
+TEST_F(LooksAgain, AtAnAcceptedPairWhereTheSolutionDoesNotBelieveItAndItHasMoved) {
+  Solve(12.0, 0.5);
+  const LoopPair pair = Again().at(0);
+  Record(pair, LoopVerdict::kAccepted);
+  Solve(12.0, 0.01, 1.0);
+  EXPECT_TRUE(Again().empty()) << "believed: its own narrowing is no news";
+  Solve(15.0, 0.5, 0.1);
+  const std::vector<LoopPair> again = Again();
+  ASSERT_EQ(again.size(), 1u);
+  // Its own pull is not its proof: as uncertain as without it.
+  EXPECT_NEAR(again[0].prior.covariance(0, 0), 0.5, 0.02);
+  EXPECT_EQ(Record(again[0], LoopVerdict::kOutsideWindow).size(), 1u);
+  EXPECT_EQ(closer.accepted(), 0);
+}
+
+TEST_F(LooksAgain, WithinTheBudget) {
+  Solve(12.0, 0.5);
+  EXPECT_TRUE(Again(0).empty());
+}
+
+TEST(LoopCloser, LooksAtABoundedNumberOfSubmapsASolution) {
+  LoopCloser closer(LoopCloserParams{});
+  PoseGraph graph;
+  for (int id = 0; id < 40; ++id) {
+    Submap submap = OutlineAt(id, 200.0 * id);
+    closer.Add(submap);
+    graph.vertices.push_back(
+        {submap.id, {200.0 * id, 0.0, 0.0}, Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero()});
+  }
+  ASSERT_TRUE(closer.SetSolution(graph));
+  std::size_t looked_at = 0;
+  for (; closer.HasMoved(); ++looked_at) EXPECT_TRUE(closer.PairsOfMoved(6).empty());
+  EXPECT_EQ(looked_at, LoopCloser::kMaxMoved);
 }
 
 TEST(RegisterPairs, FindsWhereTheNewerSubmapLies) {

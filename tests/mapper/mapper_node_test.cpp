@@ -7,7 +7,9 @@
 #include <deque>
 #include <filesystem>
 #include <limits>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/convert/convert.hpp"
@@ -364,6 +366,65 @@ TEST(MapperNode, UsesTheSolutionAndRefusesOneOfAnotherGraph) {
   survey.bus.HandleAll();
   EXPECT_EQ(survey.node->health().counter("pose_graph_refused"), 1);
   EXPECT_EQ(survey.node->health().counter("solution_version"), 2);
+}
+
+// What an optimizer says where no closure pulls: dead reckoning, and no doubt of it.
+PoseGraph AsDeadReckoned(const std::vector<GraphUpdate>& updates) {
+  PoseGraph graph;
+  for (const GraphUpdate& update : updates) {
+    graph.graph_version = update.version;
+    for (const GraphVertex& v : update.vertices)
+      graph.vertices.push_back(
+          {v.id, v.dead_reckoned, Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero()});
+  }
+  return graph;
+}
+
+TEST(MapperNode, RegistersLaterWhatJoinedTheGraphUnregistered) {
+  HeldWorker worker;
+  Survey survey(&worker);
+  constexpr int kSubmaps = 5;
+  for (int id = 0; id < kSubmaps; ++id) survey.node->AddSubmap(Import(id, 2.0 * id));
+  worker.RunAll();
+  survey.bus.HandleAll();
+  ASSERT_EQ(survey.updates.size(), kSubmaps);
+  ASSERT_EQ(survey.updates[4].edges.size(), 1u);  // two may wait: dead reckoning alone
+  EXPECT_FALSE(survey.node->LookAgain()) << "no solution yet";
+  for (const pose_graph_t& part : ToLcm(AsDeadReckoned(survey.updates), 1, FromUtime(0), 0))
+    survey.bus.Publish("POSE_GRAPH", part);
+  survey.bus.HandleAll();
+  while (survey.node->LookAgain()) worker.RunAll();
+  survey.bus.HandleAll();
+  std::set<std::pair<int, int>> pairs;
+  for (const GraphUpdate& update : survey.updates) {
+    for (const GraphEdge& edge : update.edges) {
+      if (edge.kind != EdgeKind::kLoopClosure) continue;
+      EXPECT_TRUE(pairs.insert({edge.from.value, edge.to.value}).second) << "once each";
+    }
+  }
+  EXPECT_EQ(pairs.size(), kSubmaps * (kSubmaps - 1) / 2);
+  EXPECT_EQ(survey.updates.back().version, static_cast<std::int64_t>(survey.updates.size()));
+  EXPECT_TRUE(survey.updates.back().vertices.empty());
+  EXPECT_FALSE(survey.node->LookAgain());
+}
+
+TEST(MapperNode, SendsAWholeGraphInOrderButNotAtOnce) {
+  Survey survey;
+  constexpr int kSubmaps = 40;
+  for (int id = 0; id < kSubmaps; ++id) survey.node->AddSubmap(Import(id, 60.0 * id));
+  survey.bus.HandleAll();
+  survey.updates.clear();
+  graph_request_t request{};
+  request.from = "optimizer";
+  survey.bus.Publish("GRAPH_REQUEST", request);
+  survey.bus.HandleAll();
+  EXPECT_GE(survey.updates.size(), 1u);
+  EXPECT_LT(survey.updates.size(), 20u);
+  survey.node->AddSubmap(Import(kSubmaps, 60.0 * kSubmaps));
+  survey.Drive(1.0, kSpeedMps, 0.0);
+  ASSERT_EQ(survey.updates.size(), kSubmaps + 1);
+  for (int i = 0; i <= kSubmaps; ++i)
+    EXPECT_EQ(survey.updates[static_cast<std::size_t>(i)].version, i + 1);
 }
 
 TEST(MapperNode, AsksForASolutionThatItLost) {

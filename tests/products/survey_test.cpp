@@ -77,6 +77,22 @@ TEST(SurveyCollector, CountsAndSkipsWhatItCannotUse) {
   EXPECT_EQ(survey.counters, expected);
 }
 
+TEST(SurveyCollector, CountsAPairThatWasRegisteredAgainWithItsLastVerdict) {
+  const TemporaryFolder folder;
+  SurveyCollector collector(folder.path());
+  GraphEdge refused = LoopEdge(0, 2);
+  refused.verdict = LoopVerdict::kAmbiguous;
+  GraphEdge dead_reckoned = LoopEdge(0, 2);
+  dead_reckoned.kind = EdgeKind::kDeadReckoning;
+  collector.Add(GraphUpdate{1, {}, {dead_reckoned, refused, LoopEdge(1, 2)}});
+  collector.Add(GraphUpdate{2, {}, {LoopEdge(0, 2)}});
+  const Survey survey = collector.Finish();
+  ASSERT_EQ(survey.edges.size(), 3u);
+  EXPECT_EQ(survey.edges[0].kind, EdgeKind::kDeadReckoning);
+  EXPECT_EQ(survey.edges[1].from.value, 0);
+  EXPECT_EQ(survey.edges[1].verdict, LoopVerdict::kAccepted);
+}
+
 TEST(SurveyCollector, ThinsAFastTrack) {
   const TemporaryFolder folder;
   SurveyCollector collector(folder.path());
