@@ -50,13 +50,27 @@ struct CellPair {
   double variance_both;      // of the residual, from the same
   double residual;           // [m]
   double expected_variance;  // of the residual [m2]
+  Eigen::Vector2d chance;    // mean of residual times slope that the noise of soundings makes [m]
 
   Eigen::Vector2d MeanSlope() const { return 0.5 * (slope_target + slope_source); }
+  // The residual's part of the gradient, per weight. Where the soundings lie to one side of a cell,
+  // at the rim of a submap, the errors of its height and of its slope are one error: left in, it
+  // would pull every pair closer together.
+  Eigen::Vector4d Pull() const {
+    const Eigen::Vector4d by_chance(
+        -chance.x(), -chance.y(), chance.x() * arm.y() - chance.y() * arm.x(), 0.0);
+    return by_chance - residual * Row(MeanSlope(), arm);
+  }
+  // Row of the target less that of the source.
+  Eigen::Vector4d RowsApart() const {
+    const Eigen::Vector2d slope = slope_target - slope_source;
+    return {-slope.x(), -slope.y(), slope.x() * arm.y() - slope.y() * arm.x(), 0.0};
+  }
   // Inverse variance of an independent cell's share.
   double Weight() const { return 1.0 / (kPatchCells * expected_variance); }
   double RobustWeight(double noise_scale) const {
-    const double u = std::abs(residual) / std::sqrt(expected_variance * noise_scale);
-    return u <= kHuberSigma ? 1.0 : kHuberSigma / u;
+    const double bound = kHuberSigma * kHuberSigma * expected_variance * noise_scale;
+    return residual * residual <= bound ? 1.0 : std::sqrt(bound) / std::abs(residual);
   }
 };
 
@@ -125,7 +139,7 @@ std::pair<int, int> ColumnsOver(const GridGeometry& g,
 
 struct GridAligner::Normal {
   Eigen::Matrix4d hessian_mean = Eigen::Matrix4d::Zero();
-  Eigen::Matrix4d hessian_cross = Eigen::Matrix4d::Zero();
+  Eigen::Matrix4d hessian_apart = Eigen::Matrix4d::Zero();
   Eigen::Vector4d gradient = Eigen::Vector4d::Zero();
   double cells = 0.0;
   double radius_m = 0.0;  // root mean square of the arms
@@ -134,6 +148,9 @@ struct GridAligner::Normal {
   Moments target;
   Moments source;
   Moments difference;
+
+  // Symmetric part of the rows of one surface times those of the other.
+  Eigen::Matrix4d HessianCross() const { return hessian_mean - 0.25 * hessian_apart; }
 };
 
 GridAligner::GridAligner(const RegistrationSubmap::Level& target,
@@ -177,6 +194,8 @@ void GridAligner::ForEachCell(const Placement& at, Visit visit) const {
       pair.residual = pair.height_source - pair.height_target;
       pair.expected_variance =
           sounding_variance_ / kPatchCells * pair.variance_both + shared_variance_;
+      pair.chance = 0.5 * sounding_variance_ / kPatchCells *
+                    (R * Eigen::Vector2d(cell.covariance_x, cell.covariance_y) - sample.covariance);
       visit(pair);
     }
   }
@@ -192,12 +211,12 @@ GridAligner::Normal GridAligner::Linearize(const Placement& at, double noise_sca
     const double psi = p.RobustWeight(noise_scale);
     const double weight = p.Weight();
     const Eigen::Vector4d J = Row(p.MeanSlope(), p.arm);
-    const Eigen::Vector4d J_target = Row(p.slope_target, p.arm);
-    const Eigen::Vector4d J_source = Row(p.slope_source, p.arm);
+    const Eigen::Vector4d apart = p.RowsApart();
     const double w = weight * psi;
-    n.hessian_mean.noalias() += w * J * J.transpose();
-    n.hessian_cross.noalias() += w * J_target * J_source.transpose();
-    n.gradient -= w * p.residual * J;
+    const Eigen::Vector4d pull = w * J;
+    n.hessian_mean.noalias() += pull * J.transpose();
+    n.hessian_apart.noalias() += (w * apart) * apart.transpose();
+    n.gradient += w * p.Pull();
     arms += p.arm.squaredNorm();
     misfit += psi * p.residual * p.residual / p.expected_variance;
     robust += psi;
@@ -208,7 +227,6 @@ GridAligner::Normal GridAligner::Linearize(const Placement& at, double noise_sca
     n.difference.Add(w, p.residual);
   });
   if (n.cells == 0.0) return n;
-  n.hessian_cross = (0.5 * (n.hessian_cross + n.hessian_cross.transpose())).eval();
   n.radius_m = std::sqrt(arms / n.cells);
   n.noise_scale = std::max(misfit / robust, 0.01);
   n.expected_variance = n.cells / (kPatchCells * weights);
@@ -277,7 +295,7 @@ Fit GridAligner::Align(const Placement& start) const {
     noise_scale = n.noise_scale;
 
     const Eigen::Matrix3d to_pose = CenterJacobian(at.T_target_source).inverse();
-    const Measurement measured = Weigh(n.hessian_cross, n.hessian_mean, n.gradient);
+    const Measurement measured = Weigh(n.HessianCross(), n.hessian_mean, n.gradient);
     Eigen::Matrix4d H = measured.information / noise_scale;
     Eigen::Vector4d b = measured.pull / noise_scale;
     H.topLeftCorner<3, 3>() += to_pose.transpose() * prior_information_ * to_pose;
@@ -303,48 +321,48 @@ Fit GridAligner::Align(const Placement& start) const {
 
 namespace {
 
-// Sum over soundings of n u u^T, where u is what a sounding of unit error in a cell adds to the
-// gradient: the weights of the cells, smoothed as the heights were.
-Eigen::Matrix4d Spread(const Grid<Cell>& grid,
-                       const std::vector<std::pair<std::size_t, Eigen::Array4f>>& shares) {
-  const GridGeometry& g = grid.geometry();
-  const auto cols = static_cast<std::size_t>(g.cols);
-  int first_row = g.rows;
-  int first_col = g.cols;
-  int last_row = 0;
-  int last_col = 0;
-  for (const auto& [index, share] : shares) {
-    const int row = static_cast<int>(index / cols);
-    const int col = static_cast<int>(index % cols);
-    first_row = std::min(first_row, row);
-    last_row = std::max(last_row, row);
-    first_col = std::min(first_col, col);
-    last_col = std::max(last_col, col);
+// What a unit error of each cell's height adds to the gradient, over one of the two submaps.
+class Shares {
+ public:
+  explicit Shares(const Grid<Cell>& grid)
+      : grid_(grid), shares_(grid.geometry().size(), Share::Zero()) {
+    columns_.resize(static_cast<std::size_t>(grid.geometry().rows));
   }
-  first_row = std::max(0, first_row - kKernelRadius);
-  first_col = std::max(0, first_col - kKernelRadius);
-  const int rows = std::min(g.rows - 1, last_row + kKernelRadius) - first_row + 1;
-  const int width = std::min(g.cols - 1, last_col + kKernelRadius) - first_col + 1;
-  const auto at = [&](int row, int col) {
-    return static_cast<std::size_t>(row) * static_cast<std::size_t>(width) +
-           static_cast<std::size_t>(col);
-  };
-  std::vector<Eigen::Array4f> weights(at(rows, 0), Eigen::Array4f::Zero());
-  for (const auto& [index, share] : shares)
-    weights[at(static_cast<int>(index / cols) - first_row,
-               static_cast<int>(index % cols) - first_col)] += share;
-  Smooth(rows, width, &weights);
-  Eigen::Matrix4d sum = Eigen::Matrix4d::Zero();
-  for (int row = 0; row < rows; ++row) {
-    for (int col = 0; col < width; ++col) {
-      const float n = grid(first_row + row, first_col + col).soundings;
-      if (n == 0.0f) continue;
-      const Eigen::Vector4d u = weights[at(row, col)].matrix().cast<double>();
-      sum.noalias() += static_cast<double>(n) * u * u.transpose();
-    }
+
+  void Add(int row, int col, const Eigen::Array4f& share) {
+    shares_[grid_.geometry().Index(row, col)] += share;
+    ColumnSpan& columns = columns_[static_cast<std::size_t>(row)];
+    columns = columns.Union({col, col + 1});
   }
-  return sum;
-}
+
+  // Sum over soundings of n u u^T, where u is what a sounding of unit error in a cell adds to the
+  // gradient: the shares of the cells, smoothed as the heights were.
+  Eigen::Matrix4d OfSoundings() const {
+    const GridGeometry& g = grid_.geometry();
+    Eigen::Matrix4d sum = Eigen::Matrix4d::Zero();
+    const auto load = [&](int row, Share* line) {
+      const ColumnSpan columns = columns_[static_cast<std::size_t>(row)];
+      for (int col = columns.first; col < columns.last; ++col)
+        line[col] = shares_[g.Index(row, col)];
+      return columns;
+    };
+    SmoothRows<Share>(g.rows, g.cols, load, [&](int row, ColumnSpan columns, const Share* line) {
+      for (int col = columns.first; col < columns.last; ++col) {
+        const float n = grid_(row, col).soundings;
+        if (n == 0.0f) continue;
+        const Eigen::Vector4d u = line[col].matrix().cast<double>();
+        sum.noalias() += (static_cast<double>(n) * u) * u.transpose();
+      }
+    });
+    return sum;
+  }
+
+ private:
+  using Share = Eigen::Array4f;
+  const Grid<Cell>& grid_;
+  std::vector<Share> shares_;
+  std::vector<ColumnSpan> columns_;
+};
 
 // The cells of one block of the overlap, within which errors are shared.
 struct Block {
@@ -355,55 +373,40 @@ struct Block {
 
 }  // namespace
 
-Eigen::Matrix4d GridAligner::SoundingNoise(const Fit& fit, double variance) const {
-  std::vector<std::pair<std::size_t, Eigen::Array4f>> source_shares;
-  std::vector<std::pair<std::size_t, Eigen::Array4f>> target_shares;
-  source_shares.reserve(static_cast<std::size_t>(fit.cells));
-  target_shares.reserve(4 * static_cast<std::size_t>(fit.cells));
-  const GridGeometry& s = source_.grid.geometry();
-  const GridGeometry& t = target_.grid.geometry();
-  ForEachCell(fit.at, [&](const CellPair& p) {
-    const double w = p.Weight() * p.RobustWeight(fit.noise_scale);
-    const Eigen::Array4f share = (w * Row(p.MeanSlope(), p.arm)).cast<float>().array();
-    source_shares.emplace_back(s.Index(p.row, p.col),
-                               share * static_cast<float>(p.variance_source));
-    for (int i = 0; i < 2; ++i) {
-      for (int j = 0; j < 2; ++j) {
-        const int row = p.around.row + i;
-        const int col = p.around.col + j;
-        const float part =
-            static_cast<float>(p.around.Part(i, j)) * target_.grid(row, col).variance;
-        target_shares.emplace_back(t.Index(row, col), share * part);
-      }
-    }
-  });
-  return variance * (Spread(source_.grid, source_shares) + Spread(target_.grid, target_shares));
-}
-
 FitInformation GridAligner::Inform(const Fit& fit) const {
   const double block_m =
       std::max(params_.shared_error_length_m, 3.0 * std::sqrt(kPatchCells) * source_.cell_m());
   std::map<std::pair<int, int>, Block> blocks;
-  Eigen::Matrix4d cross = Eigen::Matrix4d::Zero();
-  Eigen::Matrix4d noise = Eigen::Matrix4d::Zero();
+  Eigen::Matrix4d hessian_mean = Eigen::Matrix4d::Zero();
+  Eigen::Matrix4d hessian_apart = Eigen::Matrix4d::Zero();
   Eigen::Vector4d gradient = Eigen::Vector4d::Zero();
+  Shares source_shares(source_.grid);
+  Shares target_shares(target_.grid);
   ForEachCell(fit.at, [&](const CellPair& p) {
     const double psi = p.RobustWeight(fit.noise_scale);
     const double w = p.Weight() * psi;
-    const Eigen::Vector4d J_target = Row(p.slope_target, p.arm);
-    const Eigen::Vector4d J_source = Row(p.slope_source, p.arm);
-    const Eigen::Vector4d apart = J_target - J_source;
-    cross.noalias() += w * J_target * J_source.transpose();
-    noise.noalias() += 0.5 * w * apart * apart.transpose();
-    const Eigen::Vector4d pull = w * Row(p.MeanSlope(), p.arm);
-    gradient -= p.residual * pull;
+    const Eigen::Vector4d J = Row(p.MeanSlope(), p.arm);
+    const Eigen::Vector4d d = p.RowsApart();
+    const Eigen::Vector4d pull = w * J;
+    hessian_mean.noalias() += pull * J.transpose();
+    hessian_apart.noalias() += (w * d) * d.transpose();
+    gradient += w * p.Pull();
     Block& block = blocks[{static_cast<int>(std::floor(p.arm.x() / block_m)),
                            static_cast<int>(std::floor(p.arm.y() / block_m))}];
     block.pull += pull;
     block.residuals.Add(psi / p.variance_both, p.residual);
     block.cells += 1.0;
+    const Eigen::Array4f share = pull.cast<float>().array();
+    source_shares.Add(p.row, p.col, share * static_cast<float>(p.variance_source));
+    for (int i = 0; i < 2; ++i) {
+      for (int j = 0; j < 2; ++j) {
+        const int row = p.around.row + i;
+        const int col = p.around.col + j;
+        const auto part = static_cast<float>(p.around.Part(i, j));
+        target_shares.Add(row, col, share * (part * target_.grid(row, col).variance));
+      }
+    }
   });
-  cross = (0.5 * (cross + cross.transpose())).eval();
 
   // Noise of soundings: what is left within the blocks. Shared errors: how their means differ by
   // more than that.
@@ -434,12 +437,14 @@ FitInformation GridAligner::Inform(const Fit& fit) const {
     shared_variance =
         std::max(shared_variance, excess / weight * count / (count - kFittedParameters));
 
-  Eigen::Matrix4d B = SoundingNoise(fit, sounding_variance);
+  Eigen::Matrix4d B =
+      sounding_variance * (source_shares.OfSoundings() + target_shares.OfSoundings());
   for (const auto& [key, block] : blocks)
     B.noalias() += shared_variance * block.pull * block.pull.transpose();
   const double shift_information =
       1.0 / (prior_.source_shift_sigma_m * prior_.source_shift_sigma_m);
   B(3, 3) += shift_information;
+  Eigen::Matrix4d cross = hessian_mean - 0.25 * hessian_apart;
   cross(3, 3) += shift_information;
   gradient[3] -= shift_information * fit.at.shift_m;
 
@@ -447,7 +452,7 @@ FitInformation GridAligner::Inform(const Fit& fit) const {
   eliminate.col(3) = -cross.topRightCorner<3, 1>() / cross(3, 3);
   FitInformation out;
   out.hessian = (eliminate * cross).leftCols<3>();
-  out.noise_hessian = noise.topLeftCorner<3, 3>();
+  out.noise_hessian = 0.5 * hessian_apart.topLeftCorner<3, 3>();
   out.gradient = eliminate * gradient;
   out.gradient_covariance = eliminate * B * eliminate.transpose();
   out.sounding_sigma_m = std::sqrt(sounding_variance);

@@ -82,7 +82,6 @@ class GridAligner {
   Normal Linearize(const Placement& at, double noise_scale) const;
   Fit Summary(const Placement& at, const Normal& normal) const;
   Eigen::Vector3d PriorDeviation(const Placement& at) const;
-  Eigen::Matrix4d SoundingNoise(const Fit& fit, double variance) const;
 
   const RegistrationSubmap::Level& target_;
   const RegistrationSubmap::Level& source_;

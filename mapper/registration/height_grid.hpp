@@ -13,6 +13,7 @@ struct HeightSample {
   double height_m = 0.0;
   Eigen::Vector2d slope = Eigen::Vector2d::Zero();
   double variance = 0.0;  // of the height, from soundings of unit variance
+  Eigen::Vector2d covariance = Eigen::Vector2d::Zero();  // of height and slope, from the same
 };
 
 // The four cells around a place, and how near each is (sum 1).
@@ -55,6 +56,8 @@ inline bool Interpolate(const Grid<RegistrationSubmap::Cell>& grid,
       out->slope.x() += part * cell.slope_x;
       out->slope.y() += part * cell.slope_y;
       out->variance += part * cell.variance;
+      out->covariance.x() += part * cell.covariance_x;
+      out->covariance.y() += part * cell.covariance_y;
     }
   }
   return true;

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "mapper/registration/registration.hpp"
 #include "mapper/registration/smoothing.hpp"
@@ -17,23 +18,28 @@ using Moments = Eigen::Array<double, kNumMoments, 1>;
 constexpr double kMinPoints = 2.0;
 // Least spread of the soundings under a kernel in any direction, in cells (1 where they are even).
 constexpr double kMinSpreadCells = 0.4;
+// Furthest that the middle of these may lie from the cell's, in cells: 0.8 on a straight rim of
+// even soundings, 1.1 in a corner. Beyond, nothing is seen and the plane is extrapolated.
+constexpr double kMaxLeverCells = 1.0;
 
+// In the level frame; a float holds it as well as the cloud did.
 struct Sounding {
-  Eigen::Vector3d p;
-  double n;
+  Eigen::Vector3f p;
+  float n;
 };
 
 std::vector<Sounding> UsableSoundings(const PointCloud& cloud, const Eigen::Matrix3d& R) {
   std::vector<Sounding> out;
   if (!R.allFinite()) return out;
-  out.reserve(cloud.size());
   const std::size_t size = std::min(cloud.points.size(), cloud.soundings.size());
+  out.reserve(size);
   for (std::size_t i = 0; i < size; ++i) {
     const Eigen::Vector3f& p = cloud.points[i];
     const float n = cloud.soundings[i];
-    // A float of 1e9 m is no sounding, and its square would drown the others.
-    if (!(p.allFinite() && p.cwiseAbs().maxCoeff() < 1e6f && n > 0.0f && n < 1e9f)) continue;
-    out.push_back({R * p.cast<double>(), n});
+    // A float of 1e9 m is no sounding, and its square would drown the others. Nor is one that is no
+    // number.
+    if (!((p.array().abs() < 1e6f).all() && n > 0.0f && n < 1e9f)) continue;
+    out.push_back({(R * p.cast<double>()).cast<float>(), n});
   }
   return out;
 }
@@ -42,18 +48,19 @@ struct Box {
   Eigen::Vector2d min;
   Eigen::Vector2d max;
   Eigen::Vector2d Size() const { return max - min; }
-  bool Contains(const Eigen::Vector3d& p) const {
-    return (p.head<2>().array() >= min.array()).all() && (p.head<2>().array() <= max.array()).all();
+  bool Contains(const Sounding& s) const {
+    return s.p.x() >= min.x() && s.p.x() <= max.x() && s.p.y() >= min.y() && s.p.y() <= max.y();
   }
 };
 
 Box BoundingBox(const std::vector<Sounding>& soundings) {
-  Box box{soundings.front().p.head<2>(), soundings.front().p.head<2>()};
+  Eigen::Vector2f min = soundings.front().p.head<2>();
+  Eigen::Vector2f max = min;
   for (const Sounding& s : soundings) {
-    box.min = box.min.cwiseMin(s.p.head<2>());
-    box.max = box.max.cwiseMax(s.p.head<2>());
+    min = min.cwiseMin(s.p.head<2>());
+    max = max.cwiseMax(s.p.head<2>());
   }
-  return box;
+  return {min.cast<double>(), max.cast<double>()};
 }
 
 // Where all but the outermost 0.5 % on every side lie, with as much again as a margin of a fifth.
@@ -82,6 +89,14 @@ double CellsOf(const Box& box, double cell_m) {
   return (box.Size().x() / cell_m + 2.0) * (box.Size().y() / cell_m + 2.0);
 }
 
+// As GridGeometry::Row and Col, of places that lie in the grid.
+int RowInside(const GridGeometry& g, const Sounding& s) {
+  return static_cast<int>((s.p.x() - g.origin.x()) / g.cell_m);
+}
+int ColInside(const GridGeometry& g, const Sounding& s) {
+  return static_cast<int>((s.p.y() - g.origin.y()) / g.cell_m);
+}
+
 // Mean distance of neighbouring points: from the area of the cells of a trial grid that hold any.
 double PointSpacing(const std::vector<Sounding>& soundings, const Box& box) {
   const double count = static_cast<double>(soundings.size());
@@ -92,8 +107,8 @@ double PointSpacing(const std::vector<Sounding>& soundings, const Box& box) {
   std::vector<char> occupied(g.size(), 0);
   std::size_t inside = 0;
   for (const Sounding& s : soundings) {
-    if (!box.Contains(s.p)) continue;
-    occupied[g.Index(g.Row(s.p.x()), g.Col(s.p.y()))] = 1;
+    if (!box.Contains(s)) continue;
+    occupied[g.Index(RowInside(g, s), ColInside(g, s))] = 1;
     ++inside;
   }
   const auto cells = std::count(occupied.begin(), occupied.end(), 1);
@@ -104,56 +119,98 @@ double PointSpacing(const std::vector<Sounding>& soundings, const Box& box) {
 int LevelAtLeast(double cell_m) { return static_cast<int>(std::ceil(std::log2(cell_m) - 1e-9)); }
 double CellOf(int level) { return std::exp2(level); }
 
-struct RawLevel {
-  GridGeometry geometry;
-  Eigen::Vector2d middle;  // of the cloud: where kX, kY count from
-  std::vector<Moments> cells;
+// Soundings in the order of the rows of a grid, so that whoever goes through them stays in one row.
+struct SoundingRows {
+  std::vector<Sounding> soundings;
+  std::vector<std::size_t> ends;  // of every row
 };
 
-RawLevel Bin(const std::vector<Sounding>& soundings, const Box& box, double cell, double datum) {
-  RawLevel raw;
-  raw.geometry = GridGeometry::Covering(box.min, box.max, cell);
-  raw.middle = 0.5 * (box.min + box.max);
-  raw.cells.assign(raw.geometry.size(), Moments::Zero());
+SoundingRows SortIntoRows(const std::vector<Sounding>& soundings,
+                          const Box& box,
+                          const GridGeometry& g) {
+  SoundingRows out;
+  std::vector<int> rows;
+  rows.reserve(soundings.size());
+  out.ends.assign(static_cast<std::size_t>(g.rows) + 1, 0);
   for (const Sounding& s : soundings) {
-    if (!box.Contains(s.p)) continue;
-    const double x = s.p.x() - raw.middle.x();
-    const double y = s.p.y() - raw.middle.y();
+    rows.push_back(box.Contains(s) ? RowInside(g, s) : g.rows);
+    ++out.ends[static_cast<std::size_t>(rows.back())];
+  }
+  std::size_t start = 0;
+  for (std::size_t& end : out.ends) start += std::exchange(end, start);
+  out.soundings.resize(soundings.size());
+  for (std::size_t i = 0; i < soundings.size(); ++i)
+    out.soundings[out.ends[static_cast<std::size_t>(rows[i])]++] = soundings[i];
+  return out;
+}
+
+// Sums of every cell of a level. x and y count from `middle`.
+struct RawLevel {
+  GridGeometry geometry;
+  Eigen::Vector2d middle;
+  std::vector<Moments> cells;
+  std::vector<ColumnSpan> columns;  // of every row: the cells that hold any
+
+  Moments* Row(int row) { return cells.data() + geometry.Index(row, 0); }
+
+  // With cells of twice the size, empty. Corners lie on multiples of the cell, so cells pair off
+  // from an even or an odd one.
+  RawLevel Coarser() const {
+    const GridGeometry& g = geometry;
+    RawLevel out;
+    out.middle = middle;
+    out.geometry =
+        GridGeometry::Covering(g.Center(0, 0), g.Center(g.rows - 1, g.cols - 1), 2.0 * g.cell_m);
+    out.cells.assign(out.geometry.size(), Moments::Zero());
+    out.columns.resize(static_cast<std::size_t>(out.geometry.rows));
+    return out;
+  }
+
+  // Adds a row of a level with cells of half the size.
+  void AddFiner(const GridGeometry& fine, int fine_row, ColumnSpan span, const Moments* line) {
+    if (span.empty()) return;
+    const int odd_row = geometry.Row(fine.Center(1, 0).x());
+    const int odd_col = geometry.Col(fine.Center(0, 1).y());
+    const int row = (fine_row + odd_row) / 2;
+    Moments* out = Row(row);
+    for (int col = span.first; col < span.last; ++col) out[(col + odd_col) / 2] += line[col];
+    ColumnSpan& filled = columns[static_cast<std::size_t>(row)];
+    filled = filled.Union({(span.first + odd_col) / 2, (span.last - 1 + odd_col) / 2 + 1});
+  }
+};
+
+// Sums the soundings of a row of the finest level.
+ColumnSpan Bin(const SoundingRows& sorted,
+               const GridGeometry& g,
+               const Eigen::Vector2d& middle,
+               double datum,
+               int row,
+               Moments* line) {
+  const auto r = static_cast<std::size_t>(row);
+  ColumnSpan columns;
+  for (std::size_t i = r == 0 ? 0 : sorted.ends[r - 1]; i < sorted.ends[r]; ++i) {
+    const Sounding& s = sorted.soundings[i];
+    const double x = s.p.x() - middle.x();
+    const double y = s.p.y() - middle.y();
     const double z = s.p.z() - datum;
     Moments m;
     m << 1.0, x, y, x * x, x * y, y * y, z, x * z, y * z, z * z, 0.0, 0.0;
-    m *= s.n;
+    m *= static_cast<double>(s.n);
     m[kPoints] = 1.0;
-    const GridGeometry& g = raw.geometry;
-    raw.cells[g.Index(g.Row(s.p.x()), g.Col(s.p.y()))] += m;
+    const int col = ColInside(g, s);
+    line[col] += m;
+    columns = columns.Union({col, col + 1});
   }
-  return raw;
-}
-
-// The same sums in cells of twice the size.
-RawLevel Coarsen(const RawLevel& fine) {
-  const GridGeometry& f = fine.geometry;
-  RawLevel raw;
-  raw.middle = fine.middle;
-  raw.geometry =
-      GridGeometry::Covering(f.Center(0, 0), f.Center(f.rows - 1, f.cols - 1), 2.0 * f.cell_m);
-  raw.cells.assign(raw.geometry.size(), Moments::Zero());
-  // Corners lie on multiples of the cell, so cells pair off from an even or an odd one.
-  const int odd_row = raw.geometry.Row(f.Center(1, 0).x());
-  const int odd_col = raw.geometry.Col(f.Center(0, 1).y());
-  for (int row = 0; row < f.rows; ++row)
-    for (int col = 0; col < f.cols; ++col)
-      raw.cells[raw.geometry.Index((row + odd_row) / 2, (col + odd_col) / 2)] +=
-          fine.cells[f.Index(row, col)];
-  return raw;
+  return columns;
 }
 
 // Plane under a kernel: height and slope at p, by weighted least squares.
 struct PlaneFit {
   double height;
   Eigen::Vector2d slope;
-  double variance;           // of the height, from soundings of unit variance
-  double residual_variance;  // unbiased, of a single sounding
+  double variance;             // of the height, from soundings of unit variance
+  Eigen::Vector2d covariance;  // of height and slope, from the same
+  double residual_variance;    // unbiased, of a single sounding
 };
 
 std::optional<PlaneFit> FitPlane(const Moments& m,
@@ -174,13 +231,15 @@ std::optional<PlaneFit> FitPlane(const Moments& m,
   const double yz = mean[kYZ] - mean[kY] * mean[kZ];
   const double inverse_determinant = 1.0 / (xx * yy - xy * xy);
   const Eigen::Vector2d lever(p.x() - mean[kX], p.y() - mean[kY]);
+  if (lever.squaredNorm() > (kMaxLeverCells * cell) * (kMaxLeverCells * cell)) return std::nullopt;
   PlaneFit fit;
   fit.slope = inverse_determinant * Eigen::Vector2d(yy * xz - xy * yz, xx * yz - xy * xz);
   fit.height = mean[kZ] + fit.slope.dot(lever);
-  const double leverage =
-      (yy * lever.x() * lever.x() - 2.0 * xy * lever.x() * lever.y() + xx * lever.y() * lever.y()) *
-      inverse_determinant;
-  fit.variance = (1.0 + leverage) * inverse_n;
+  const Eigen::Vector2d slope_by_height =
+      inverse_determinant *
+      Eigen::Vector2d(yy * lever.x() - xy * lever.y(), xx * lever.y() - xy * lever.x());
+  fit.covariance = inverse_n * slope_by_height;
+  fit.variance = inverse_n * (1.0 + slope_by_height.dot(lever));
   // The fit takes one of the points from the residual: for a Gaussian, K^2 has half the area and
   // half the spread of K, and 1/2 + 1/4 + 1/4 = 1.
   const double variance = mean[kZZ] - mean[kZ] * mean[kZ] - fit.slope.x() * xz - fit.slope.y() * yz;
@@ -188,28 +247,36 @@ std::optional<PlaneFit> FitPlane(const Moments& m,
   return fit;
 }
 
-RegistrationSubmap::Level SmoothLevel(int number,
-                                      RawLevel raw,
-                                      std::vector<double>* residual_variances) {
-  const GridGeometry& g = raw.geometry;
+// Fits a plane in every cell of a level. load: see SmoothRows.
+template <class Load>
+RegistrationSubmap::Level FitLevel(int number,
+                                   const GridGeometry& g,
+                                   const Eigen::Vector2d& middle,
+                                   Load load,
+                                   std::vector<double>* residual_variances) {
   const double peak = SmoothingKernel().Peak();
   RegistrationSubmap::Level level{number, Grid<RegistrationSubmap::Cell>(g)};
-  for (std::size_t i = 0; i < raw.cells.size(); ++i)
-    level.grid.cells()[i].soundings = static_cast<float>(raw.cells[i][kN]);
-  Smooth(g.rows, g.cols, &raw.cells);
-  for (int row = 0; row < g.rows; ++row) {
-    for (int col = 0; col < g.cols; ++col) {
-      const auto fit =
-          FitPlane(raw.cells[g.Index(row, col)], g.Center(row, col) - raw.middle, g.cell_m, peak);
-      if (!fit) continue;
-      RegistrationSubmap::Cell& cell = level.grid(row, col);
-      cell.height_m = static_cast<float>(fit->height);
-      cell.slope_x = static_cast<float>(fit->slope.x());
-      cell.slope_y = static_cast<float>(fit->slope.y());
-      cell.variance = static_cast<float>(fit->variance);
-      if (residual_variances) residual_variances->push_back(fit->residual_variance);
-    }
-  }
+  const auto load_and_count = [&](int row, Moments* line) {
+    const ColumnSpan columns = load(row, line);
+    for (int col = columns.first; col < columns.last; ++col)
+      level.grid(row, col).soundings = static_cast<float>(line[col][kN]);
+    return columns;
+  };
+  SmoothRows<Moments>(
+      g.rows, g.cols, load_and_count, [&](int row, ColumnSpan columns, const Moments* line) {
+        for (int col = columns.first; col < columns.last; ++col) {
+          const auto fit = FitPlane(line[col], g.Center(row, col) - middle, g.cell_m, peak);
+          if (!fit) continue;
+          RegistrationSubmap::Cell& cell = level.grid(row, col);
+          cell.height_m = static_cast<float>(fit->height);
+          cell.slope_x = static_cast<float>(fit->slope.x());
+          cell.slope_y = static_cast<float>(fit->slope.y());
+          cell.variance = static_cast<float>(fit->variance);
+          cell.covariance_x = static_cast<float>(fit->covariance.x());
+          cell.covariance_y = static_cast<float>(fit->covariance.y());
+          if (residual_variances) residual_variances->push_back(fit->residual_variance);
+        }
+      });
   return level;
 }
 
@@ -242,17 +309,43 @@ RegistrationSubmap RegistrationSubmap::Prepare(const PointCloud& cloud,
   double sum_z = 0.0;
   double sum_n = 0.0;
   for (const Sounding& s : soundings) {
-    if (!box.Contains(s.p)) continue;
-    sum_z += s.n * s.p.z();
+    if (!box.Contains(s)) continue;
+    sum_z += static_cast<double>(s.n) * s.p.z();
     sum_n += s.n;
   }
   out.height_datum_m_ = sum_z / sum_n;
 
+  // The finest level is summed row by row, and every level, while it is fitted, adds itself up to
+  // the next.
+  const GridGeometry finest_grid = GridGeometry::Covering(box.min, box.max, CellOf(finest));
+  const Eigen::Vector2d middle = 0.5 * (box.min + box.max);
+  const SoundingRows sorted = SortIntoRows(soundings, box, finest_grid);
   std::vector<double> residual_variances;
-  RawLevel raw = Bin(soundings, box, CellOf(finest), out.height_datum_m_);
-  for (int i = 0; i < params.num_levels; ++i) {
-    if (i > 0) raw = Coarsen(raw);
-    out.levels_.push_back(SmoothLevel(finest + i, raw, i == 0 ? &residual_variances : nullptr));
+  RawLevel next = RawLevel{finest_grid, middle, {}, {}}.Coarser();
+  out.levels_.push_back(FitLevel(
+      finest,
+      finest_grid,
+      middle,
+      [&](int row, Moments* line) {
+        const ColumnSpan columns = Bin(sorted, finest_grid, middle, out.height_datum_m_, row, line);
+        next.AddFiner(finest_grid, row, columns, line);
+        return columns;
+      },
+      &residual_variances));
+  for (int i = 1; i < params.num_levels; ++i) {
+    RawLevel raw = std::exchange(next, next.Coarser());
+    out.levels_.push_back(FitLevel(
+        finest + i,
+        raw.geometry,
+        middle,
+        [&](int row, Moments* line) {
+          const ColumnSpan columns = raw.columns[static_cast<std::size_t>(row)];
+          std::copy(
+              raw.Row(row) + columns.first, raw.Row(row) + columns.last, line + columns.first);
+          next.AddFiner(raw.geometry, row, columns, line);
+          return columns;
+        },
+        nullptr));
   }
   if (residual_variances.empty()) return RegistrationSubmap();
   out.sounding_sigma_m_ =

@@ -51,6 +51,7 @@ struct Overlap {
 
 Overlap OverlapAt(const LevelPair& level, const Pose2& T_target_source) {
   const GridGeometry& g = level.source->grid.geometry();
+  const Eigen::Matrix2d R = T_target_source.Rotation();
   Overlap out;
   CellsAround around;
   HeightSample sample;
@@ -58,7 +59,8 @@ Overlap OverlapAt(const LevelPair& level, const Pose2& T_target_source) {
     for (int col = 0; col < g.cols; ++col) {
       if (!(level.source->grid(row, col).variance > 0.0f)) continue;
       const Eigen::Vector2d p = g.Center(row, col);
-      if (!Interpolate(level.target->grid, T_target_source * p, &around, &sample)) continue;
+      if (!Interpolate(level.target->grid, R * p + T_target_source.Translation(), &around, &sample))
+        continue;
       out.center_source += p;
       out.cells += 1.0;
     }

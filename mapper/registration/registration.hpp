@@ -65,7 +65,7 @@ struct RegistrationParams {
 };
 
 // What registration keeps of a submap: heights, slopes and densities on a pyramid of grids in its
-// level frame. Made once; about 24 B a cell.
+// level frame. Made once; about 28 B a cell.
 class RegistrationSubmap {
  public:
   // Smoothed seabed at the centre of a cell: a plane fitted under a Gaussian kernel of one cell.
@@ -75,6 +75,9 @@ class RegistrationSubmap {
     float slope_y = 0.0f;
     float variance = 0.0f;   // of the height, from soundings of unit variance; 0: nothing known
     float soundings = 0.0f;  // in this very cell
+    // Covariance of height and slope, from the same: where the soundings lie to one side.
+    float covariance_x = 0.0f;
+    float covariance_y = 0.0f;
   };
   struct Level {
     int number = 0;  // cells of 2^number m

@@ -34,51 +34,71 @@ struct SmoothingKernel {
   static constexpr std::size_t Tap(int t) { return static_cast<std::size_t>(t + kKernelRadius); }
 };
 
-// Smooths rows x cols values in place, row by row in `data`; outside is zero. Value: an Eigen array
-// of fixed size.
-template <class Value>
-void Smooth(int rows, int cols, std::vector<Value>* data) {
+// Columns [first, last) of a row.
+struct ColumnSpan {
+  int first = 0;
+  int last = 0;
+  bool empty() const { return first >= last; }
+  ColumnSpan Union(const ColumnSpan& other) const {
+    if (empty()) return other;
+    if (other.empty()) return *this;
+    return {std::min(first, other.first), std::max(last, other.last)};
+  }
+};
+
+// Smooths rows x cols values row by row, so that no more than seven rows are held; outside is zero.
+// load(row, line) writes the values of a row into a line of zeros and returns the columns that it
+// wrote; visit(row, columns, line) gets the row smoothed, which is zero but on `columns`. Each row
+// is loaded once, in order, before it is visited. Value: an Eigen array of fixed size.
+template <class Value, class Load, class Visit>
+void SmoothRows(int rows, int cols, Load load, Visit visit) {
   using Scalar = typename Value::Scalar;
+  constexpr int kSlots = 2 * kKernelRadius + 1;
   const SmoothingKernel kernel;
   const Value zero = Value::Zero();
   const auto width = static_cast<std::size_t>(cols);
   const auto weight = [&](int t) { return static_cast<Scalar>(kernel.weight[kernel.Tap(t)]); };
 
+  // Lines smoothed along themselves, the last seven of them.
+  std::vector<Value> ring(kSlots * width, zero);
+  std::array<ColumnSpan, kSlots> spans;
+  const auto slot = [](int row) { return static_cast<std::size_t>((row + kSlots) % kSlots); };
   std::vector<Value> padded(width + 2 * kKernelRadius, zero);
-  for (int row = 0; row < rows; ++row) {
-    Value* line = data->data() + static_cast<std::size_t>(row) * width;
-    std::copy_n(line, width, padded.begin() + kKernelRadius);
-    for (std::size_t col = 0; col < width; ++col) {
-      const Value* middle = &padded[col + kKernelRadius];
+  const auto push = [&](int row) {
+    Value* line = ring.data() + slot(row) * width;
+    std::fill_n(line, width, zero);
+    spans[slot(row)] = {};
+    if (row >= rows) return;
+    std::fill(padded.begin(), padded.end(), zero);
+    const ColumnSpan loaded = load(row, padded.data() + kKernelRadius);
+    if (loaded.empty()) return;
+    spans[slot(row)] = {std::max(0, loaded.first - kKernelRadius),
+                        std::min(cols, loaded.last + kKernelRadius)};
+    for (int col = spans[slot(row)].first; col < spans[slot(row)].last; ++col) {
+      const Value* middle = padded.data() + col + kKernelRadius;
       Value sum = middle[0] * weight(0);
       for (int t = 1; t <= kKernelRadius; ++t) sum += (middle[-t] + middle[t]) * weight(t);
       line[col] = sum;
     }
-  }
-  // Down the rows: a ring keeps the lines above as they were.
-  std::vector<Value> ring((2 * kKernelRadius + 1) * width, zero);
-  const auto slot = [&](int row) {
-    constexpr int kSlots = 2 * kKernelRadius + 1;
-    return ring.data() + static_cast<std::size_t>((row + kSlots) % kSlots) * width;
   };
-  const auto load = [&](int row) {
-    if (row < rows)
-      std::copy_n(data->data() + static_cast<std::size_t>(row) * width, width, slot(row));
-    else
-      std::fill_n(slot(row), width, zero);
-  };
-  for (int row = 0; row < kKernelRadius; ++row) load(row);
+
+  std::vector<Value> smoothed(width, zero);
+  for (int row = 0; row < kKernelRadius; ++row) push(row);
   for (int row = 0; row < rows; ++row) {
-    load(row + kKernelRadius);
-    std::array<const Value*, 2 * kKernelRadius + 1> lines;
-    for (int t = -kKernelRadius; t <= kKernelRadius; ++t) lines[kernel.Tap(t)] = slot(row + t);
-    Value* out = data->data() + static_cast<std::size_t>(row) * width;
-    for (std::size_t col = 0; col < width; ++col) {
+    push(row + kKernelRadius);
+    std::array<const Value*, kSlots> lines;
+    ColumnSpan span;
+    for (int t = -kKernelRadius; t <= kKernelRadius; ++t) {
+      lines[kernel.Tap(t)] = ring.data() + slot(row + t) * width;
+      span = span.Union(spans[slot(row + t)]);
+    }
+    for (int col = span.first; col < span.last; ++col) {
       Value sum = lines[kKernelRadius][col] * weight(0);
       for (int t = 1; t <= kKernelRadius; ++t)
         sum += (lines[kernel.Tap(-t)][col] + lines[kernel.Tap(t)][col]) * weight(t);
-      out[col] = sum;
+      smoothed[static_cast<std::size_t>(col)] = sum;
     }
+    visit(row, span, smoothed.data());
   }
 }
 

@@ -53,6 +53,7 @@ void ForEachCellWithin(const Grid<Cell>& source,
                        const Eigen::Vector2d& reach,
                        Visit visit) {
   const GridGeometry& g = source.geometry();
+  const Eigen::Matrix2d R = T_target_source.Rotation();
   const Eigen::Vector2d low = target.origin - reach;
   const Eigen::Vector2d high =
       target.origin + target.cell_m * Eigen::Vector2d(target.rows, target.cols) + reach;
@@ -60,7 +61,7 @@ void ForEachCellWithin(const Grid<Cell>& source,
     for (int col = 0; col < g.cols; ++col) {
       if (!(source(row, col).variance > 0.0f)) continue;
       const Eigen::Vector2d p = g.Center(row, col);
-      const Eigen::Vector2d q = T_target_source * p;
+      const Eigen::Vector2d q = R * p + T_target_source.Translation();
       if ((q.array() >= low.array()).all() && (q.array() <= high.array()).all()) visit(p);
     }
   }
