@@ -11,7 +11,9 @@ enum class FaultKind : std::uint8_t {
   kPacketLoss,  // packets between device and driver are lost
 };
 
-enum class Device : std::uint8_t { kImu, kDvl, kMbes };
+// What sends something. Position fixes come from GPS or USBL, straight to LCM: no bytes, no faults
+// of transport, and not in a live simulation.
+enum class Device : std::uint8_t { kImu, kDvl, kMbes, kFix };
 
 // Something that goes wrong during a part of the survey, beyond what the sensors' errors are.
 struct Fault {

@@ -54,6 +54,7 @@ class LiveSender {
       case Device::kImu: Send(imu_, EncodeCannelloni(event.frames, imu_seq_++)); break;
       case Device::kDvl: Send(dvl_, EncodeCannelloni(event.frames, dvl_seq_++)); break;
       case Device::kMbes: Send(mbes_, event.bytes); break;
+      case Device::kFix: break;
     }
   }
 

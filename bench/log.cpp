@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "bench/truth.hpp"
+#include "common/convert/convert.hpp"
 #include "common/runtime/bus.hpp"
 #include "common/storage/event_log.hpp"
 
@@ -43,12 +44,14 @@ LogResult WriteLog(SurveySimulator* simulator,
 
   const double total_s = ToSeconds(simulator->total());
   Time next_progress = kSurveyStart;
+  std::int64_t num_fixes = 0;
   while (const std::optional<BenchEvent> event = simulator->Next()) {
     now = event->recv;
     switch (event->device) {
       case Device::kImu: imu.Feed(Received(event->frames, now)); break;
       case Device::kDvl: dvl.Feed(Received(event->frames, now)); break;
       case Device::kMbes: mbes.Feed(Datagram{event->bytes, now}); break;
+      case Device::kFix: bus.Publish("POSITION_FIX", ToLcm(*event->fix, {now, num_fixes++})); break;
     }
     bus.HandleAll();
     if (progress && now >= next_progress) {

@@ -1,6 +1,7 @@
 #include "bench/sensor_models.hpp"
 
 #include <Eigen/QR>
+#include <GeographicLib/LocalCartesian.hpp>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -343,6 +344,38 @@ MbesModel::Ping MbesModel::PingAt(double t_s) {
                            ? 1.0 / params_.ping_rate_hz
                            : std::max(1.0 / params_.max_ping_rate_hz, kGuard * result.last_echo_s);
   return result;
+}
+
+std::string FixParams::Validate() const {
+  if (!(interval_s == 0.0 || interval_s >= 0.1)) return "interval_s must be 0 or at least 0.1";
+  if (!(sigma_m > 0.0)) return "sigma_m must be > 0";
+  if (!(wrong_rate >= 0.0 && wrong_rate <= 1.0)) return "wrong_rate must be 0 to 1";
+  if (!std::isfinite(wrong_m)) return "wrong_m must be finite";
+  return "";
+}
+
+PositionFix FixModel::FixAt(double t_s) {
+  const Eigen::Vector3d p_map = scene_.trajectory.StateAt(t_s).T_map_vehicle.translation();
+  double north_m = p_map.x() + params_.sigma_m * random_.Normal();
+  double east_m = p_map.y() + params_.sigma_m * random_.Normal();
+  const double direction_rad = 2.0 * kPi * random_.Uniform();
+  if (random_.Chance(params_.wrong_rate)) {
+    north_m += params_.wrong_m * std::cos(direction_rad);
+    east_m += params_.wrong_m * std::sin(direction_rad);
+  }
+  const VehicleGeometry& vehicle = scene_.vehicle;
+  const GeographicLib::LocalCartesian map(
+      Rad2Deg(vehicle.datum_latitude_rad), Rad2Deg(vehicle.datum_longitude_rad), 0.0);
+  double latitude_deg = 0.0;
+  double longitude_deg = 0.0;
+  double height_m = 0.0;
+  map.Reverse(east_m, north_m, 0.0, latitude_deg, longitude_deg, height_m);
+  PositionFix fix;
+  fix.latitude_rad = Deg2Rad(latitude_deg);
+  fix.longitude_rad = Deg2Rad(longitude_deg);
+  fix.covariance_north_east_m2 = params_.sigma_m * params_.sigma_m * Eigen::Matrix2d::Identity();
+  fix.source = "usbl";
+  return fix;
 }
 
 }  // namespace seastitch::bench

@@ -153,4 +153,26 @@ class MbesModel {
   Random blunder_;
 };
 
+// GPS or USBL.
+struct FixParams {
+  double interval_s = 0.0;  // 0: none
+  double sigma_m = 2.0;     // north and east, new in each fix; stated as it is
+  double wrong_rate = 0.0;  // of fixes that are off by wrong_m in some direction, and do not say so
+  double wrong_m = 100.0;
+
+  std::string Validate() const;
+};
+
+class FixModel {
+ public:
+  FixModel(const FixParams& params, const Scene& scene, std::uint64_t seed)
+      : params_(params), scene_(scene), random_(seed, "position fixes") {}
+  PositionFix FixAt(double t_s);
+
+ private:
+  FixParams params_;
+  Scene scene_;
+  Random random_;
+};
+
 }  // namespace seastitch::bench

@@ -61,6 +61,7 @@ class SurveySimulator::Impl {
         imu_(config.imu, config.errors, scene_, config.seed),
         dvl_(config.dvl, config.errors, scene_, config.seed),
         mbes_(config.mbes, scene_, config.seed),
+        fixes_(config.fixes, scene_, config.seed),
         imu_encoder_(signals.imu, kSurveyStart),
         dvl_encoder_(signals.dvl),
         loss_(config.seed, "packet loss") {
@@ -72,8 +73,9 @@ class SurveySimulator::Impl {
       if (imu_queue_.empty()) RunImu();
       if (dvl_queue_.empty()) RunDvl();
       if (mbes_queue_.empty()) RunMbes();
+      if (fix_queue_.empty()) RunFixes();
       std::deque<BenchEvent>* first = nullptr;
-      for (std::deque<BenchEvent>* queue : {&mbes_queue_, &dvl_queue_, &imu_queue_})
+      for (std::deque<BenchEvent>* queue : {&mbes_queue_, &dvl_queue_, &imu_queue_, &fix_queue_})
         if (!queue->empty() && (first == nullptr || queue->front().recv < first->front().recv))
           first = queue;
       if (first == nullptr) return std::nullopt;
@@ -132,6 +134,15 @@ class SurveySimulator::Impl {
     next_ping_s_ = std::round((t + result.next_ping_s) * 1e6) * 1e-6;
   }
 
+  void RunFixes() {
+    if (config_.fixes.interval_s == 0.0) return;
+    const double t = static_cast<double>(++num_fixes_) * config_.fixes.interval_s;
+    if (t > trajectory_.duration_s()) return;
+    PositionFix fix = fixes_.FixAt(t);
+    fix.time = StampOf(t);
+    fix_queue_.push_back({fix.time, Device::kFix, {}, {}, fix});
+  }
+
   void PushProfile() {
     SoundVelocityProfile profile;
     profile.time = kSurveyStart;
@@ -167,14 +178,17 @@ class SurveySimulator::Impl {
   ImuModel imu_;
   DvlModel dvl_;
   MbesModel mbes_;
+  FixModel fixes_;
   ImuCanEncoder imu_encoder_;
   DvlCanEncoder dvl_encoder_;
   Random loss_;
   std::deque<BenchEvent> imu_queue_;
   std::deque<BenchEvent> dvl_queue_;
   std::deque<BenchEvent> mbes_queue_;
+  std::deque<BenchEvent> fix_queue_;
   std::int64_t imu_samples_ = 0;
   std::int64_t dvl_samples_ = 0;
+  std::int64_t num_fixes_ = 0;
   double next_ping_s_ = 0.0;
   Counts counts_;
 };

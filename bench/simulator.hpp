@@ -7,6 +7,7 @@
 
 #include "bench/survey_config.hpp"
 #include "bench/trajectory.hpp"
+#include "common/core/sensors.hpp"
 #include "common/core/time.hpp"
 #include "common/core/vehicle.hpp"
 #include "drivers/can/can_frame.hpp"
@@ -27,8 +28,9 @@ struct DeviceSignals {
 struct BenchEvent {
   Time recv;  // simulated
   Device device = Device::kImu;
-  std::vector<CanFrame> frames;     // kImu: one epoch; kDvl: one ensemble with depth
-  std::vector<std::uint8_t> bytes;  // kMbes: one KMALL datagram or part
+  std::vector<CanFrame> frames;      // kImu: one epoch; kDvl: one ensemble with depth
+  std::vector<std::uint8_t> bytes;   // kMbes: one KMALL datagram or part
+  std::optional<PositionFix> fix{};  // kFix
 };
 
 // A survey as the bytes that its devices send. Pure: the same config and vehicle give the same

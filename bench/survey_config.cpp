@@ -154,6 +154,15 @@ void ReadMbes(ConfigMap map, MbesParams* p) {
   map.Check(p->Validate());
 }
 
+void ReadFixes(ConfigMap map, FixParams* p) {
+  map.Read("interval_s", &p->interval_s);
+  map.Read("sigma_m", &p->sigma_m);
+  map.Read("wrong_rate", &p->wrong_rate);
+  map.Read("wrong_m", &p->wrong_m);
+  map.Finish();
+  map.Check(p->Validate());
+}
+
 Fault ReadFault(ConfigMap map) {
   Fault fault;
   std::string kind;
@@ -185,7 +194,8 @@ std::string SurveyConfig::Validate() const {
                                      errors.Validate(),
                                      imu.Validate(),
                                      dvl.Validate(),
-                                     mbes.Validate()})
+                                     mbes.Validate(),
+                                     fixes.Validate()})
     if (!problem.empty()) return problem;
   for (const Fault& fault : faults)
     if (const std::string problem = fault.Validate(); !problem.empty()) return problem;
@@ -204,6 +214,7 @@ SurveyConfig LoadSurvey(const std::string& path) {
   ReadErrors(root.Child("errors"), &config);
   ReadDevices(&root, &config);
   ReadMbes(root.Child("mbes"), &config.mbes);
+  ReadFixes(root.Child("position_fixes"), &config.fixes);
   for (const ConfigMap& fault : root.Children("faults")) config.faults.push_back(ReadFault(fault));
   root.Finish();
   root.Check(config.Validate());

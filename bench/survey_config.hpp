@@ -32,6 +32,7 @@ struct SurveyConfig {
   ImuParams imu;
   DvlParams dvl;
   MbesParams mbes;
+  FixParams fixes;
   std::vector<Fault> faults;
 
   std::string Validate() const;

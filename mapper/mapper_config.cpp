@@ -74,6 +74,7 @@ void ReadNavigation(ConfigMap map, NavigationParams* p) {
   map.Read("start_east_m", &p->start_east_m);
   map.Read("start_sigma_m", &p->start_sigma_m);
   map.Read("fuse_position_fixes", &p->fuse_position_fixes);
+  map.Read("fix_interval_s", &p->fix_interval_s);
   map.Read("start_wait_s", &p->start_wait_s);
   map.Read("start_speed_sigma_mps", &p->start_speed_sigma_mps);
   map.Read("start_depth_sigma_m", &p->start_depth_sigma_m);

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "mapper/geometry/georeference.hpp"
+#include "mapper/position_edges.hpp"
 #include "mapper/submaps/footprint.hpp"
 #include "mapper/submaps/rejection.hpp"
 #include "mapper/submaps/terrain_information.hpp"
@@ -181,28 +182,71 @@ void MapperNode::AddToSubmap(const MbesPing& ping) {
 
 void MapperNode::OnClosed(Submap submap) {
   submap.covariance_from_previous = CovarianceFromPrevious(submap);
-  previous_frame_ = navigation_.StateAt(submap.frame_time);
-  if (previous_frame_) submap.heading_sigma_rad = HeadingSigma(*previous_frame_);
-  AddSubmap(std::move(submap));
+  std::vector<Frame> frames;
+  if (previous_frame_) frames.push_back(*previous_frame_);
+  const bool first = !previous_frame_ && next_id_ == 0;
+  previous_frame_.reset();
+  std::vector<GraphEdge> position_edges;
+  if (const std::optional<NavState> state = navigation_.StateAt(submap.frame_time)) {
+    submap.heading_sigma_rad = HeadingSigma(*state);
+    previous_frame_ = Frame{SubmapId{next_id_}, *state};
+    frames.push_back(*previous_frame_);
+    position_edges = FixEdges(submap.end, frames);
+    if (first) position_edges.push_back(StartEdge(previous_frame_->id, *state));
+  }
+  AddSubmap(std::move(submap), std::move(position_edges));
+}
+
+// Each fix on the frame that is nearest in time.
+std::vector<GraphEdge> MapperNode::FixEdges(Time until, const std::vector<Frame>& frames) {
+  std::vector<GraphEdge> edges;
+  for (const MapFix& fix : navigation_.TakeFixes(until)) {
+    const auto apart = [&fix](const Frame& f) {
+      return std::abs(ToSeconds(f.state.time - fix.time));
+    };
+    const Frame& nearest =
+        *std::min_element(frames.begin(), frames.end(), [&](const Frame& a, const Frame& b) {
+          return apart(a) < apart(b);
+        });
+    const auto at_fix = navigation_.StateAt(fix.time);
+    const auto covariance = navigation_.RelativeCovariance(nearest.state.time, fix.time);
+    if (!at_fix || !covariance) {
+      health_.Count("position_fixes_too_far");
+      continue;
+    }
+    edges.push_back(FixEdge(nearest.id, nearest.state, fix, *at_fix, *covariance));
+  }
+  health_.Count("position_fixes_in_graph", static_cast<std::int64_t>(edges.size()));
+  return edges;
+}
+
+// At the end of the dive, after the last submap is in the graph: no further one will bring them.
+void MapperNode::AddLastFixes() {
+  if (!finishing_ || !submaps_.empty() || !previous_frame_) return;
+  GraphUpdate update;
+  update.edges = FixEdges(*navigation_.latest(), {*previous_frame_});
+  if (!update.edges.empty()) AddStep(std::move(update), previous_frame_->state.time);
 }
 
 Eigen::Matrix3d MapperNode::CovarianceFromPrevious(const Submap& submap) {
   if (!previous_frame_) return Eigen::Matrix3d::Zero();
-  const auto relative = navigation_.RelativeCovariance(previous_frame_->time, submap.frame_time);
+  const auto relative =
+      navigation_.RelativeCovariance(previous_frame_->state.time, submap.frame_time);
   if (relative) return *relative;
   // The previous submap is further back than navigation remembers. As if the two were independent,
   // which is never too sure.
   health_.Count("relative_covariances_missing");
   const std::optional<NavState> state = navigation_.StateAt(submap.frame_time);
-  const Eigen::Matrix3d own = LevelCovariance(state ? *state : *previous_frame_);
-  return RelativeCovariance(LevelPose(previous_frame_->T_map_vehicle),
+  const NavState& previous = previous_frame_->state;
+  const Eigen::Matrix3d own = LevelCovariance(state ? *state : previous);
+  return RelativeCovariance(LevelPose(previous.T_map_vehicle),
                             LevelPose(submap.T_map_submap),
-                            LevelCovariance(*previous_frame_),
+                            LevelCovariance(previous),
                             own,
                             Eigen::Matrix3d::Zero());
 }
 
-void MapperNode::AddSubmap(Submap submap) {
+void MapperNode::AddSubmap(Submap submap, std::vector<GraphEdge> position_edges) {
   if (submap.id.value < 0) submap.id.value = next_id_;
   if (submap.id.value < next_id_ || !submap.T_map_submap.matrix().allFinite() ||
       !submap.covariance_from_previous.allFinite() || !std::isfinite(submap.heading_sigma_rad)) {
@@ -228,7 +272,8 @@ void MapperNode::AddSubmap(Submap submap) {
     health_.Count("submaps_not_stored");
     submap.cloud = {};
   }
-  submaps_.push_back({std::make_shared<const Submap>(std::move(submap)), busy});
+  submaps_.push_back(
+      {std::make_shared<const Submap>(std::move(submap)), std::move(position_edges), busy});
   RegisterNext();
 }
 
@@ -276,26 +321,25 @@ void MapperNode::Register(std::shared_ptr<const Submap> closed, std::vector<Loop
 
 void MapperNode::OnRegistered(const Registered& registered) {
   worker_busy_ = false;
-  Step step;
-  step.update.version = static_cast<std::int64_t>(graph_.size()) + 1;
+  GraphUpdate update;
+  Time submap_time;
   if (const Submap* submap = registered.closed.get()) {
+    const std::vector<GraphEdge> position_edges = std::move(submaps_.front().position_edges);
     submaps_.pop_front();
-    step.submap_time = submap->frame_time;
-    step.update.vertices.push_back({submap->id,
-                                    submap->frame_time,
-                                    LevelPose(submap->T_map_submap),
-                                    submap->heading_sigma_rad});
-    step.update.edges = loop_closer_.DeadReckoningEdge(submap->id);
+    submap_time = submap->frame_time;
+    update.vertices.push_back({submap->id,
+                               submap->frame_time,
+                               LevelPose(submap->T_map_submap),
+                               submap->heading_sigma_rad});
+    update.edges = loop_closer_.DeadReckoningEdge(submap->id);
+    update.edges.insert(update.edges.end(), position_edges.begin(), position_edges.end());
   } else {
-    step.submap_time = graph_.back().submap_time;
+    submap_time = graph_.back().submap_time;
     health_.Count("pairs_looked_at_again", static_cast<std::int64_t>(registered.pairs.size()));
   }
   for (const GraphEdge& edge : loop_closer_.Record(registered.pairs, registered.edges))
-    step.update.edges.push_back(edge);
-  if (registered.closed || !step.update.edges.empty()) {
-    graph_.push_back(std::move(step));
-    SendNextUpdate();
-  }
+    update.edges.push_back(edge);
+  if (registered.closed || !update.edges.empty()) AddStep(std::move(update), submap_time);
 
   health_.Count("registrations", static_cast<std::int64_t>(registered.edges.size()));
   health_.Count("registrations_without_target",
@@ -307,6 +351,13 @@ void MapperNode::OnRegistered(const Registered& registered) {
   health_.Set("store_cached_kb", registered.store.cached_bytes / 1000);
   ReportHealth();
   RegisterNext();
+  AddLastFixes();
+}
+
+void MapperNode::AddStep(GraphUpdate update, Time submap_time) {
+  update.version = static_cast<std::int64_t>(graph_.size()) + 1;
+  graph_.push_back({std::move(update), submap_time});
+  SendNextUpdate();
 }
 
 // One after the other, so that what was asked for again never overtakes what is new.
@@ -390,6 +441,8 @@ void MapperNode::Finish(const std::function<void()>& pause) {
   navigation_.Finish();
   GeoreferencePings(true);
   if (std::optional<Submap> last = builder_.Finish()) OnClosed(std::move(*last));
+  finishing_ = true;
+  AddLastFixes();
   while (SendNextChunk()) pause();
   while (SendNextUpdate()) pause();
   ReportHealth();

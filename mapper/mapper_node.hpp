@@ -36,7 +36,8 @@ class MapperNode {
   // The entry of every finished submap, closed here or imported: publishes it, registers it, adds
   // it to the graph. An id below 0 is given the next number; one that is not above all before it is
   // refused and counted. Footprint and predicted information are added where they are missing.
-  void AddSubmap(Submap submap);
+  // position_edges: what is known of its place in the map, or of an earlier one's.
+  void AddSubmap(Submap submap, std::vector<GraphEdge> position_edges = {});
 
   // No more messages come: georeferences what waits, closes the last submap, publishes what is
   // still to be sent, calling pause() after every message so that a receiver can follow. With a
@@ -58,7 +59,12 @@ class MapperNode {
   };
   struct Waiting {
     std::shared_ptr<const Submap> submap;
+    std::vector<GraphEdge> position_edges;
     bool skip_registration = false;
+  };
+  struct Frame {
+    SubmapId id;
+    NavState state;
   };
   struct Registered {
     std::shared_ptr<const Submap> closed;  // that joins the graph with it; null: looked at again
@@ -82,12 +88,15 @@ class MapperNode {
   void AddToSubmap(const MbesPing& ping);
   void OnClosed(Submap submap);
   Eigen::Matrix3d CovarianceFromPrevious(const Submap& submap);
+  std::vector<GraphEdge> FixEdges(Time until, const std::vector<Frame>& frames);
+  void AddLastFixes();
   void PublishNav();
   void PublishSubmap(const Submap& submap);
   bool SendNextChunk();
   void RegisterNext();
   void Register(std::shared_ptr<const Submap> closed, std::vector<LoopPair> pairs);
   void OnRegistered(const Registered& registered);
+  void AddStep(GraphUpdate update, Time submap_time);
   bool SendNextUpdate();
   std::string RejectionText() const;
   void ReportHealth();
@@ -102,7 +111,7 @@ class MapperNode {
   std::optional<SoundSpeed::Source> sound_speed_source_;  // of the last ping
   std::deque<MbesPing> pings_;                            // waiting for navigation
   SubmapBuilder builder_;
-  std::optional<NavState> previous_frame_;  // of the submap closed last
+  std::optional<Frame> previous_frame_;  // of the submap closed last
   std::optional<Time> last_nav_;
   bool bottom_lock_ = false;
 
@@ -116,6 +125,7 @@ class MapperNode {
   // max_pairs for every submap, less those made: what lines without a neighbour leave is there for
   // looking again.
   std::int64_t registrations_left_ = 0;
+  bool finishing_ = false;
 
   struct Step {
     GraphUpdate update;

@@ -20,8 +20,6 @@ OptimizerConfig LoadOptimizerConfig(const std::string& path) {
   root.Read("inlier_probability", &p.inlier_probability);
   root.Read("graduation_step", &p.graduation_step);
   root.Read("max_iterations", &p.max_iterations);
-  root.Read("start_sigma_m", &p.start_sigma_m);
-  ReadDegrees(&root, "start_sigma_yaw_deg", &p.start_sigma_yaw_rad);
   root.Read("unlinked_sigma_m", &p.unlinked_sigma_m);
   ReadDegrees(&root, "unlinked_sigma_yaw_deg", &p.unlinked_sigma_yaw_rad);
   root.Finish();

@@ -142,6 +142,8 @@ void OptimizerNode::Report(double solve_s) {
   health_.Set("vertices", static_cast<std::int64_t>(solution_.vertices.size()));
   health_.Set("loop_closures", static_cast<std::int64_t>(solution_.loop_edges.size()));
   health_.Set("loop_closures_believed", believed);
+  health_.Set("position_fixes", optimizer_->position_fixes());
+  health_.Set("position_fixes_believed", optimizer_->position_fixes_believed());
   for (const auto& [name, count] : optimizer_->counters()) health_.Set(name, count);
   const bool missing = newest_version_ > optimizer_->version();
   health_.SetState(missing ? HealthState::kDegraded : HealthState::kOk,

@@ -98,10 +98,7 @@ std::string OptimizerParams::Validate() const {
   if (max_iterations < 1)
     return "max_iterations = " + std::to_string(max_iterations) + ", must be at least 1";
   const std::pair<const char*, double> sigmas[] = {
-      {"start_sigma_m", start_sigma_m},
-      {"start_sigma_yaw_deg", start_sigma_yaw_rad},
-      {"unlinked_sigma_m", unlinked_sigma_m},
-      {"unlinked_sigma_yaw_deg", unlinked_sigma_yaw_rad}};
+      {"unlinked_sigma_m", unlinked_sigma_m}, {"unlinked_sigma_yaw_deg", unlinked_sigma_yaw_rad}};
   for (const auto& [key, value] : sigmas)
     if (std::string problem = MustBePositive(key, value); !problem.empty()) return problem;
   return {};
@@ -149,7 +146,10 @@ void PoseGraphOptimizer::AddVertex(const GraphVertex& vertex) {
 const char* PoseGraphOptimizer::WhyUnusable(const GraphEdge& edge) const {
   if (!vertices_.contains(edge.from) || !vertices_.contains(edge.to)) return "edges_unknown_vertex";
   const bool to_itself = edge.from == edge.to;
-  if (to_itself != (edge.kind == EdgeKind::kPositionFix)) return "edges_self_loop";
+  if (edge.kind == (to_itself ? EdgeKind::kLoopClosure : EdgeKind::kPositionFix))
+    return "edges_self_loop";
+  if (to_itself && edge.kind == EdgeKind::kDeadReckoning && edge.from != vertices_.begin()->first)
+    return "edges_start_not_first";
   if (!IsUsable(edge.T_from_to)) return "edges_malformed";
   return nullptr;
 }
@@ -170,7 +170,12 @@ void PoseGraphOptimizer::AddEdge(const GraphEdge& edge) {
   }
   const Pair pair = std::minmax(edge.from, edge.to);
   switch (edge.kind) {
-    case EdgeKind::kDeadReckoning: dead_reckoning_.insert_or_assign(pair, checked); break;
+    case EdgeKind::kDeadReckoning:
+      if (edge.from == edge.to)
+        start_ = checked;
+      else
+        dead_reckoning_.insert_or_assign(pair, checked);
+      break;
     case EdgeKind::kLoopClosure: loops_.insert_or_assign(pair, checked); break;
     case EdgeKind::kPositionFix: fixes_.push_back(checked); break;
   }
@@ -186,13 +191,17 @@ std::map<SubmapId, int> PoseGraphOptimizer::Numbering() const {
 void PoseGraphOptimizer::AddAnchor(FactorGraph* graph) const {
   const Vertex& first = vertices_.begin()->second;
   const bool heading_known = first.heading_sigma_rad > 0.0;
-  if (!HasFixes() && !heading_known) {
+  if (fixes_.empty() && !heading_known) {
     graph->fixed_vertex = 0;
     return;
   }
-  const double sigma_m = HasFixes() ? params_.start_sigma_m : kHeld_m;
+  double sigma_m = fixes_.empty() ? kHeld_m : params_.unlinked_sigma_m;
+  if (start_) {
+    graph->factors.push_back({kMap, 0, {start_->edge.T_from_to, start_->root.W}, {}});
+    sigma_m = std::numeric_limits<double>::infinity();
+  }
   const double sigma_yaw_rad =
-      heading_known ? first.heading_sigma_rad : params_.start_sigma_yaw_rad;
+      heading_known ? first.heading_sigma_rad : params_.unlinked_sigma_yaw_rad;
   graph->factors.push_back(
       {kMap, 0, {first.dead_reckoned, InverseSigmas(sigma_m, sigma_yaw_rad)}, {}});
 }
@@ -267,6 +276,15 @@ SolverStart PoseGraphOptimizer::Start(std::size_t num_factors,
   start.weights.resize(num_factors - robust.size(), 1.0);
   for (const Edge* edge : robust) start.weights.push_back(edge->weight);
   return start;
+}
+
+std::int64_t PoseGraphOptimizer::position_fixes() const {
+  return std::count_if(fixes_.begin(), fixes_.end(), [](const Edge& fix) { return fix.Pulls(); });
+}
+
+std::int64_t PoseGraphOptimizer::position_fixes_believed() const {
+  return std::count_if(
+      fixes_.begin(), fixes_.end(), [](const Edge& fix) { return fix.weight.value_or(0.0) > 0.5; });
 }
 
 PoseGraph PoseGraphOptimizer::Solve() {

@@ -27,13 +27,9 @@ struct OptimizerParams {
   double graduation_step = 4.0;
   // Of Newton's method, each with a factorisation of its own; a survey takes 2 to 10.
   int max_iterations = 100;
-  // Where position fixes exist, the first submap is no longer fixed but known as well as this:
-  // a GPS position at the start of the dive, and the compass. The yaw only where the graph does not
-  // say how well its headings are known.
-  double start_sigma_m = 10.0;
-  double start_sigma_yaw_rad = Deg2Rad(2.0);
   // A submap that comes without a usable dead-reckoning edge is tied to its predecessor by the
-  // dead-reckoned poses with these: it may be anywhere near, but not nowhere.
+  // dead-reckoned poses with these: it may be anywhere near, but not nowhere. So is the first to
+  // the map, where there are position fixes and nothing says how well the start is known.
   double unlinked_sigma_m = 100.0;
   double unlinked_sigma_yaw_rad = Deg2Rad(30.0);
 
@@ -65,6 +61,10 @@ class PoseGraphOptimizer {
   // registration itself refused it.
   PoseGraph Solve();
 
+  // Those that pull, and those of them that the last solution believes.
+  std::int64_t position_fixes() const;
+  std::int64_t position_fixes_believed() const;
+
   std::int64_t version() const { return static_cast<std::int64_t>(fingerprints_.size()); }
   // Of everything refused or repeated, by reason; appears with the first count.
   const std::map<std::string, std::int64_t>& counters() const { return counters_; }
@@ -86,7 +86,6 @@ class PoseGraphOptimizer {
   void AddVertex(const GraphVertex& vertex);
   void AddEdge(const GraphEdge& edge);
   const char* WhyUnusable(const GraphEdge& edge) const;
-  bool HasFixes() const { return !fixes_.empty(); }
 
   std::map<SubmapId, int> Numbering() const;
   // Position fixes and loop closures that pull, in the order of their factors, which come last.
@@ -105,6 +104,7 @@ class PoseGraphOptimizer {
   std::map<SubmapId, Vertex> vertices_;
   std::map<Pair, Edge> dead_reckoning_;
   std::map<Pair, Edge> loops_;
+  std::optional<Edge> start_;
   std::vector<Edge> fixes_;
   std::map<std::string, std::int64_t> counters_;
 };

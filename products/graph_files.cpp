@@ -19,7 +19,7 @@ void Append(std::string* out, const Pose2& pose) {
 }
 
 void AppendEdge(std::string* out, const GraphEdge& edge) {
-  if (edge.kind == EdgeKind::kPositionFix) {
+  if (edge.from == edge.to) {
     *out += "EDGE_PRIOR_SE2 " + std::to_string(edge.from.value);
   } else {
     *out += "EDGE_SE2 " + std::to_string(edge.from.value) + " " + std::to_string(edge.to.value);

@@ -66,9 +66,9 @@ std::optional<GraphEdge> FromLcm(const graph_edge_t& msg) {
                            msg.verdict >= graph_edge_t::VERDICT_ACCEPTED &&
                            msg.verdict <= graph_edge_t::VERDICT_NOT_CONVERGED;
   const bool on_one_vertex = msg.from_id == msg.to_id;
-  const bool should_be_on_one = msg.kind == graph_edge_t::KIND_POSITION_FIX;
-  if (!known_enums || msg.from_id < 0 || msg.to_id < 0 || on_one_vertex != should_be_on_one)
-    return std::nullopt;
+  const bool right_ends = on_one_vertex ? msg.kind != graph_edge_t::KIND_LOOP_CLOSURE
+                                        : msg.kind != graph_edge_t::KIND_POSITION_FIX;
+  if (!known_enums || msg.from_id < 0 || msg.to_id < 0 || !right_ends) return std::nullopt;
   GraphEdge edge;
   edge.kind = static_cast<EdgeKind>(msg.kind);
   edge.from = SubmapId{msg.from_id};

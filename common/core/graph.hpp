@@ -36,7 +36,7 @@ const char* ToString(LoopVerdict verdict);
 
 struct GraphEdge {
   EdgeKind kind = EdgeKind::kDeadReckoning;
-  SubmapId from;  // kPositionFix: from == to, and the measurement is T_map_level of that vertex
+  SubmapId from;  // == to: of T_map_level itself. A position fix, or where dead reckoning starts
   SubmapId to;
   Pose2 T_from_to;  // level frames
   // Inverse covariance of (x, y [m], yaw [rad]) in the axes of `from`; may be singular: a

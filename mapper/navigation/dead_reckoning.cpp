@@ -128,6 +128,7 @@ class DeadReckoning::Impl {
   void Add(const PositionFix& fix);
   void AddSoundSpeed(Time t, double speed_mps);
   void Finish();
+  std::vector<MapFix> TakeFixes(Time until);
 
   const NavTrack& track() const { return track_; }
   const ErrorStateFilter& filter() const { return filter_; }
@@ -152,7 +153,8 @@ class DeadReckoning::Impl {
   DvlEvent Corrected(const DvlEvent& dvl) const;
   void UseDvl(Time t, const DvlEvent& dvl);
   void UseDepth(Time t, const DepthEvent& depth);
-  void UseFix(const FixEvent& fix);
+  void UseFix(Time t, const FixEvent& fix);
+  void KeepFix(const MapFix& fix);
 
   const NavigationParams params_;
   const ErrorStateFilter::Mounting mounting_;
@@ -183,6 +185,8 @@ class DeadReckoning::Impl {
   std::vector<Event> between_;  // aiding since now_
   Time attitude_used_;
   std::optional<Time> dvl_used_;
+  std::optional<Time> fix_used_;
+  std::deque<MapFix> fixes_;  // for TakeFixes()
   RefusalClock attitude_refused_;
   RefusalClock dvl_refused_;
   RefusalClock depth_refused_;
@@ -448,7 +452,7 @@ void DeadReckoning::Impl::Use(Time t, const Measurement& measurement) {
   else if (const auto* depth = std::get_if<DepthEvent>(&measurement))
     UseDepth(t, *depth);
   else if (const auto* fix = std::get_if<FixEvent>(&measurement))
-    UseFix(*fix);
+    UseFix(t, *fix);
 }
 
 void DeadReckoning::Impl::UseAttitude(Time t, const Attitude& attitude) {
@@ -489,9 +493,26 @@ void DeadReckoning::Impl::UseDepth(Time t, const DepthEvent& depth) {
   filter_.OpenDepth();
 }
 
-void DeadReckoning::Impl::UseFix(const FixEvent& fix) {
-  if (!params_.fuse_position_fixes) return Count("fix_not_fused");
+void DeadReckoning::Impl::UseFix(Time t, const FixEvent& fix) {
+  if (fix_used_ && ToSeconds(t - *fix_used_) < params_.fix_interval_s) return;
+  fix_used_ = t;
+  if (!params_.fuse_position_fixes) return KeepFix({t, fix.north_east_m, fix.covariance_m2});
   if (filter_.UpdatePosition(fix.north_east_m, fix.covariance_m2) > 0) Count("fix_gated");
+}
+
+void DeadReckoning::Impl::KeepFix(const MapFix& fix) {
+  fixes_.push_back(fix);
+  if (ToSeconds(fix.time - fixes_.front().time) <= params_.window_s) return;
+  fixes_.pop_front();
+  Count("fix_never_taken");
+}
+
+std::vector<MapFix> DeadReckoning::Impl::TakeFixes(Time until) {
+  const auto end = std::find_if(
+      fixes_.begin(), fixes_.end(), [until](const MapFix& fix) { return fix.time > until; });
+  std::vector<MapFix> taken(fixes_.begin(), end);
+  fixes_.erase(fixes_.begin(), end);
+  return taken;
 }
 
 // --- the public face ---------------------------------------------------------------------------
@@ -514,6 +535,7 @@ std::optional<NavState> DeadReckoning::StateAt(Time t) const { return impl_->tra
 std::optional<Eigen::Matrix3d> DeadReckoning::RelativeCovariance(Time a, Time b) const {
   return impl_->track().RelativeCovariance(a, b);
 }
+std::vector<MapFix> DeadReckoning::TakeFixes(Time until) { return impl_->TakeFixes(until); }
 const std::map<std::string, std::int64_t>& DeadReckoning::counters() const {
   return impl_->counters();
 }

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "common/core/sensors.hpp"
 #include "common/core/time.hpp"
@@ -24,6 +25,13 @@ struct InnovationSummary {
   double mean_nis = 0.0;   // mean of innovation^2 / variance of those used
   // Correlation of a component's innovation with its last one: of an honest filter near 0.
   double lag_one = 0.0;
+};
+
+// Where a position fix puts the vehicle in the map.
+struct MapFix {
+  Time time;
+  Eigen::Vector2d north_east_m;
+  Eigen::Matrix2d covariance_m2;
 };
 
 // Dead reckoning: strapdown inertial navigation corrected by an error-state Kalman filter with the
@@ -60,6 +68,10 @@ class DeadReckoning {
   // Covariance of (x, y [m], yaw [rad]) of Inverse(level a) * level b, in the level axes of a, for
   // the vehicle frames at a and b (either order). Nothing outside the window of window_s.
   std::optional<Eigen::Matrix3d> RelativeCovariance(Time a, Time b) const;
+
+  // Fixes after the start and up to `until` that the filter does not take, in order of time; each
+  // is given once, and kept for window_s until then.
+  std::vector<MapFix> TakeFixes(Time until);
 
   // Everything refused, reset or coasted, by name, such as "dvl_not_finite".
   const std::map<std::string, std::int64_t>& counters() const;

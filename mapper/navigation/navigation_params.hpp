@@ -69,7 +69,9 @@ struct NavigationParams {
   double start_north_m = 0.0;  // in the map
   double start_east_m = 0.0;
   double start_sigma_m = 1.0;
-  bool fuse_position_fixes = true;  // after the start
+  // After the start: true, the filter takes them; false, DeadReckoning::TakeFixes() gives them.
+  bool fuse_position_fixes = false;
+  double fix_interval_s = 10.0;  // used no more often: their errors are not white
   // Attitude, depth and bottom lock are waited for so long; then the start is made without depth
   // or velocity, and says so in its covariance. Attitude is always needed.
   double start_wait_s = 10.0;

@@ -185,6 +185,51 @@ Submap Import(int id, double x_m) {
   return submap;
 }
 
+std::vector<GraphEdge> EdgesOnOne(const std::vector<GraphUpdate>& updates, EdgeKind kind) {
+  std::vector<GraphEdge> edges;
+  for (const GraphUpdate& update : updates)
+    for (const GraphEdge& edge : update.edges)
+      if (edge.kind == kind && edge.from == edge.to) edges.push_back(edge);
+  return edges;
+}
+
+TEST(MapperNode, TellsTheGraphOfItsStartAndOfEveryFixOnce) {
+  Survey survey;
+  survey.PublishProfile();
+  for (int n = 0; n < 6; ++n) {
+    survey.Drive(20.0, kSpeedMps, 0.0);
+    PositionFix fix;
+    fix.time = survey.time;
+    fix.latitude_rad = 1e-6 * n;
+    survey.bus.Publish("POSITION_FIX", ToLcm(fix, {survey.time, n}));
+    fix.time += FromSeconds(1.0);  // so soon after says little more
+    survey.bus.Publish("POSITION_FIX", ToLcm(fix, {survey.time, n}));
+  }
+  survey.bus.HandleAll();  // the last fix is later than the last ping
+  survey.Finish();
+  const auto starts = EdgesOnOne(survey.updates, EdgeKind::kDeadReckoning);
+  ASSERT_EQ(starts.size(), 1u);
+  EXPECT_EQ(starts[0].from, survey.updates[0].vertices[0].id);
+  const auto fixes = EdgesOnOne(survey.updates, EdgeKind::kPositionFix);
+  ASSERT_EQ(fixes.size(), 6u);
+  EXPECT_EQ(survey.node->health().counter("position_fixes_in_graph"), 6);
+  for (std::size_t n = 0; n < fixes.size(); ++n) {
+    // Each on the submap that is nearest in time, in an update that has that submap.
+    const double t_s = 20.0 * static_cast<double>(n + 1);
+    SubmapId nearest;
+    double apart_s = 1e9;
+    for (const Submap& submap : survey.submaps) {
+      const double s =
+          std::abs(ToSeconds(submap.frame_time - FromUtime(1'700'000'000'000'000)) - t_s);
+      if (s < apart_s) {
+        apart_s = s;
+        nearest = submap.id;
+      }
+    }
+    EXPECT_EQ(fixes[n].from, nearest) << n;
+  }
+}
+
 TEST(MapperNode, MapsTwoLinesAndClosesTheLoopBetweenThem) {
   Survey survey;
   survey.PublishProfile();

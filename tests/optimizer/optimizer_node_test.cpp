@@ -287,8 +287,6 @@ TEST(OptimizerConfig, ShippedFileIsTheDefaults) {
   EXPECT_EQ(config.params.inlier_probability, defaults.inlier_probability);
   EXPECT_EQ(config.params.graduation_step, defaults.graduation_step);
   EXPECT_EQ(config.params.max_iterations, defaults.max_iterations);
-  EXPECT_EQ(config.params.start_sigma_m, defaults.start_sigma_m);
-  EXPECT_NEAR(config.params.start_sigma_yaw_rad, defaults.start_sigma_yaw_rad, 1e-12);
   EXPECT_EQ(config.params.unlinked_sigma_m, defaults.unlinked_sigma_m);
   EXPECT_NEAR(config.params.unlinked_sigma_yaw_rad, defaults.unlinked_sigma_yaw_rad, 1e-12);
 }
@@ -310,8 +308,8 @@ class BadConfig : public ::testing::Test {
 TEST_F(BadConfig, NamesKeyAndValue) {
   EXPECT_NE(Error("graduation_stepp: 2\n").find("graduation_stepp: unknown key"),
             std::string::npos);
-  EXPECT_NE(Error("start_sigma_m: -1\n").find("start_sigma_m = -1"), std::string::npos);
-  EXPECT_NE(Error("start_sigma_m: far\n").find("start_sigma_m: 'far'"), std::string::npos);
+  EXPECT_NE(Error("unlinked_sigma_m: -1\n").find("unlinked_sigma_m = -1"), std::string::npos);
+  EXPECT_NE(Error("unlinked_sigma_m: far\n").find("unlinked_sigma_m: 'far'"), std::string::npos);
 }
 
 }  // namespace

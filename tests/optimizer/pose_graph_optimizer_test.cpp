@@ -353,7 +353,53 @@ TEST(PoseGraphOptimizer, OneWrongPositionFixIsRefused) {
     const double error = k == 3 ? 300.0 : 0.0;
     updates[k].edges.push_back(Fix(static_cast<int>(k), pose.x + error, pose.y, 1.0));
   }
-  EXPECT_LT(LargestDifference(SolveAll(updates), before), 0.01);
+  PoseGraphOptimizer optimizer{OptimizerParams{}};
+  for (const GraphUpdate& update : updates) ASSERT_TRUE(optimizer.Add(update));
+  EXPECT_LT(LargestDifference(optimizer.Solve(), before), 0.01);
+  EXPECT_EQ(optimizer.position_fixes(), 5);
+  EXPECT_EQ(optimizer.position_fixes_believed(), 4);
+}
+
+// Where the dive starts, and how well that is known.
+GraphEdge Start(double sigma_m) {
+  GraphEdge start = Edge(EdgeKind::kDeadReckoning, 0, 0, {100.0, 50.0, 0.3}, sigma_m, 1.0);
+  start.information(2, 2) = 0.0;
+  return start;
+}
+
+TEST(PoseGraphOptimizer, TheStartIsAsUncertainAsDeadReckoningSays) {
+  std::vector<GraphUpdate> updates = DriftingSquare();
+  updates[0].vertices[0].heading_sigma_rad = 0.02;
+  updates[0].edges = {Start(2.0)};
+  const SolvedVertex first = SolveAll(updates).vertices[0];
+  EXPECT_NEAR(first.T_map_level.x, 100.0, 1e-9);
+  EXPECT_NEAR(first.covariance(0, 0), 4.0, 1e-6);
+  EXPECT_NEAR(first.covariance(2, 2), 4e-4, 1e-9);
+}
+
+TEST(PoseGraphOptimizer, ALoneFixIsWeighedAgainstTheStart) {
+  for (const double off_m : {2.0, 30.0}) {
+    std::vector<GraphUpdate> updates = DriftingSquare();
+    updates[0].vertices[0].heading_sigma_rad = 0.02;
+    updates[0].edges = {Start(2.0)};
+    const PoseGraph before = SolveAll(updates);
+    const Pose2 last = before.vertices[4].T_map_level;
+    updates[4].edges.push_back(Fix(4, last.x + off_m, last.y, 1.0));
+    const double moved = SolveAll(updates).vertices[4].T_map_level.x - last.x;
+    if (off_m < 10.0)
+      EXPECT_NEAR(moved, off_m * 4.0 / (4.0 + 1.0), 0.1);
+    else
+      EXPECT_NEAR(moved, 0.0, 1e-6);
+  }
+}
+
+TEST(PoseGraphOptimizer, OnlyTheFirstSubmapHasAStart) {
+  std::vector<GraphUpdate> updates = DriftingSquare();
+  updates[2].edges.push_back(Start(1.0));
+  updates[2].edges.back().from = updates[2].edges.back().to = SubmapId{2};
+  PoseGraphOptimizer optimizer{OptimizerParams{}};
+  for (const GraphUpdate& update : updates) ASSERT_TRUE(optimizer.Add(update));
+  EXPECT_EQ(optimizer.counters().at("edges_start_not_first"), 1);
 }
 
 TEST(PoseGraphOptimizer, OnlyAcceptedEdgesPull) {
@@ -475,8 +521,8 @@ TEST(OptimizerParams, SaysWhatIsWrong) {
   p.max_iterations = 0;
   EXPECT_NE(p.Validate().find("max_iterations"), std::string::npos);
   p = {};
-  p.start_sigma_m = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_NE(p.Validate().find("start_sigma_m"), std::string::npos);
+  p.unlinked_sigma_m = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_NE(p.Validate().find("unlinked_sigma_m"), std::string::npos);
 }
 
 }  // namespace

@@ -149,6 +149,48 @@ TEST_F(Replay, OfTheSameLogGivesTheSameBytes) {
   EXPECT_GT(compared, 12);
 }
 
+// Over a flat seabed nothing but fixes can correct the drift.
+class ReplayWithFixes : public Replay {
+ protected:
+  struct PositionRms {
+    double before_m;
+    double after_m;
+  };
+  PositionRms After(const std::string& position_fixes) {
+    std::ofstream(dir_.path() / "survey.yaml")
+        << "seed: 3\n"
+           "terrain: {depth_m: 22.0, relief: {rms_m: 0.01, longest_m: 60.0, shortest_m: 2.0}}\n"
+           "plan: {lines: 4, line_length_m: 120.0, spacing_m: 25.0, crosslines: 1}\n"
+           "errors: {class: mems}\n"
+           "mbes: {beams: 32, ping_rate_hz: 3.0}\n"
+           "position_fixes: " +
+               position_fixes + "\n";
+    const fs::path log = dir_.path() / "survey.lcmlog";
+    const CommandResult made = RunCommand(Seastitch(
+        "bench --survey " + (dir_.path() / "survey.yaml").string() + " --log " + log.string()));
+    EXPECT_EQ(made.exit_code, 0) << made.output;
+    const CommandResult result = ReplayOf(log);
+    EXPECT_EQ(result.exit_code, 0) << result.output;
+    const auto rms = nlohmann::json::parse(ReadFile(Out("report.json"))).at("position_rms_m");
+    return {rms.at("before"), rms.at("after")};
+  }
+};
+
+TEST_F(ReplayWithFixes, RightOnesBoundTheDriftAndWrongOnesAmongThemDoNotMatter) {
+  const PositionRms right = After("{interval_s: 20.0, sigma_m: 1.0}");
+  EXPECT_GT(right.before_m, 4.0);
+  EXPECT_LT(right.after_m, 1.0);
+  const PositionRms mixed =
+      After("{interval_s: 20.0, sigma_m: 1.0, wrong_rate: 0.3, wrong_m: 15.0}");
+  EXPECT_LT(mixed.after_m, 1.25 * right.after_m);
+}
+
+TEST_F(ReplayWithFixes, NothingButWrongOnesDoNoHarm) {
+  const PositionRms wrong =
+      After("{interval_s: 200.0, sigma_m: 1.0, wrong_rate: 1.0, wrong_m: 60.0}");
+  EXPECT_LE(wrong.after_m, 1.02 * wrong.before_m);
+}
+
 TEST_F(Replay, OfASurveyWithoutOverlapGivesAMapAndSaysThatNothingCouldBeCorrected) {
   const fs::path log = dir_.path() / "single.lcmlog";
   const CommandResult made = RunCommand(

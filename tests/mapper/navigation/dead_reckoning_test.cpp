@@ -719,6 +719,7 @@ TEST(DeadReckoning, StartsAtTheFirstFixWhenToldTo) {
 TEST(DeadReckoning, AFixPullsAndAWildOneIsGated) {
   NavigationParams params;
   params.start_sigma_m = 10.0;
+  params.fuse_position_fixes = true;
   const auto truth = Truth(Motion{}, TestVehicle(), 60.0, kImuHz);
   const Eigen::Vector3d p = truth[Index(40.0)].T_map_vehicle.translation();
   const Stream stream = MakeStream(60.0, params);

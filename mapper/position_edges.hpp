@@ -1,0 +1,29 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "common/core/graph.hpp"
+#include "common/core/sensors.hpp"
+#include "mapper/navigation/dead_reckoning.hpp"
+
+// What the graph is told of the place of a submap in the map itself. `frame` is the vehicle at the
+// submap's frame, by dead reckoning.
+namespace seastitch {
+
+// Of the first submap: how well x, y are known there. Its yaw is the vertex's own business
+// (GraphVertex::heading_sigma_rad).
+GraphEdge StartEdge(SubmapId submap, const NavState& frame);
+
+// A fix at another time, carried to the submap by dead reckoning: with l the vehicle's place at the
+// fix in the axes of the submap,
+//   fix = p_submap + R(yaw_submap) l
+// which informs two directions of (x, y, yaw): the further the fix, the more it says of yaw.
+// covariance_frame_fix: of (x, y, yaw) of the vehicle at the fix relative to the submap, in its
+// axes (DeadReckoning::RelativeCovariance).
+GraphEdge FixEdge(SubmapId submap,
+                  const NavState& frame,
+                  const MapFix& fix,
+                  const NavState& at_fix,
+                  const Eigen::Matrix3d& covariance_frame_fix);
+
+}  // namespace seastitch
