@@ -182,9 +182,9 @@ void SubmapBuilder::AddSoundings(const GeoreferencedPing& ping) {
       ++counters_[NameOf(gate)];
       continue;
     }
-    open_->voxels.Add(sounding.p_map);
     const double sigma_m =
         std::max(params_.sounding_sigma_m, static_cast<double>(sounding.depth_sigma_m));
+    open_->voxels.Add(sounding.p_map, 1.0 / (sigma_m * sigma_m));
     open_->sum_variance_m2 += sigma_m * sigma_m;
     group[grouped++] = &sounding;
     if (grouped < kBeamsPerMedian) continue;

@@ -7,8 +7,7 @@ PointCloud VoxelGrid::Centroids() const {
   cloud.points.reserve(voxels_.size());
   cloud.soundings.reserve(voxels_.size());
   for (const Voxel& voxel : voxels_) {
-    const auto n = static_cast<double>(voxel.soundings);
-    cloud.Add((voxel.sum / n).cast<float>(), static_cast<float>(n));
+    cloud.Add((voxel.sum / voxel.weight).cast<float>(), static_cast<float>(voxel.soundings));
   }
   return cloud;
 }

@@ -9,7 +9,8 @@
 
 namespace seastitch {
 
-// Thins soundings as they come: one centroid a voxel, with the number of soundings behind it.
+// Thins soundings as they come: one weighted centroid a voxel, with the number of soundings behind
+// it.
 // Memory follows the seabed seen, not the soundings read. Axes: those of the map.
 class VoxelGrid {
  public:
@@ -18,12 +19,14 @@ class VoxelGrid {
   VoxelGrid(const Eigen::Vector3d& p_map_origin, double voxel_m)
       : p_map_origin_(p_map_origin), voxel_m_(voxel_m) {}
 
-  void Add(const Eigen::Vector3d& p_map) {
+  // weight: above 0, such as the inverse of the sounding's variance.
+  void Add(const Eigen::Vector3d& p_map, double weight) {
     const Eigen::Vector3d p = p_map - p_map_origin_;
     const std::size_t i = cells_.FindOrAdd(
         {CellOf(p.x(), voxel_m_), CellOf(p.y(), voxel_m_), CellOf(p.z(), voxel_m_)});
     if (i == voxels_.size()) voxels_.emplace_back();
-    voxels_[i].sum += p;
+    voxels_[i].sum += weight * p;
+    voxels_[i].weight += weight;
     ++voxels_[i].soundings;
     ++soundings_;
   }
@@ -38,6 +41,7 @@ class VoxelGrid {
  private:
   struct Voxel {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    double weight = 0.0;
     std::size_t soundings = 0;
   };
 

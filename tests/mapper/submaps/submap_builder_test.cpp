@@ -3,8 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string>
+#include <vector>
 
 #include "mapper/submaps/footprint.hpp"
 #include "tests/mapper/submaps/synthetic_swath.hpp"
@@ -198,6 +201,101 @@ TEST(SubmapBuilder, DropsNearlyAllOutliersOfASwath) {
   }
   EXPECT_LT(off_seabed / all, 0.0001);  // of 0.01
   EXPECT_GT(all / (128.0 * static_cast<double>(drive.swath.is_outlier.size())), 0.98);
+}
+
+// What stands on a flat seabed, by height above it; 0: nothing.
+struct Feature {
+  const char* name;
+  double (*height)(double x_m, double y_m);
+};
+class FeatureOnTheSeabed : public testing::TestWithParam<Feature> {};
+
+TEST_P(FeatureOnTheSeabed, IsKeptWhileOutliersGo) {
+  const auto height = GetParam().height;
+  SubmapBuilder builder({}, {});
+  SwathMaker swath;
+  swath.beams = 256;
+  swath.sigma_m = 0.03;
+  swath.outlier_part = 0.01;
+  swath.seabed = [&](double x, double y) { return 20.0 - height(x, y); };
+  std::vector<Submap> submaps;
+  double outliers = 0.0;
+  double on_feature = 0.0;
+  for (int i = 0; i < 500; ++i) {
+    const double x = 0.15 * i;
+    const GeoreferencedPing ping =
+        swath.At(FromUtime(1'700'000'000'000'000) + FromSeconds(0.1 * i), x, 0.0, 0.0);
+    for (const Sounding& s : ping.soundings) {
+      const bool outlier = swath.is_outlier.back()[static_cast<std::size_t>(s.beam)] != 0;
+      outliers += outlier ? 1.0 : 0.0;
+      on_feature += !outlier && height(s.p_map.x(), s.p_map.y()) > 0.1 ? 1.0 : 0.0;
+    }
+    if (auto submap = builder.Add(ping)) submaps.push_back(*submap);
+  }
+  if (auto submap = builder.Finish()) submaps.push_back(*submap);
+
+  double outliers_kept = 0.0;
+  double feature_kept = 0.0;
+  for (const Submap& submap : submaps) {
+    for (std::size_t i = 0; i < submap.cloud.size(); ++i) {
+      const Eigen::Vector3d p = submap.T_map_submap * submap.cloud.points[i].cast<double>();
+      const double n = submap.cloud.soundings[i];
+      double off = 1e9;  // from the surface within a voxel
+      for (const double dx : {-0.25, 0.0, 0.25})
+        for (const double dy : {-0.25, 0.0, 0.25})
+          off = std::min(off, std::abs(p.z() - swath.seabed(p.x() + dx, p.y() + dy)));
+      if (off > 0.8)
+        outliers_kept += n;
+      else if (p.z() < 19.9)
+        feature_kept += n;
+    }
+  }
+  RecordProperty("outliers_kept_percent", std::to_string(100.0 * outliers_kept / outliers));
+  RecordProperty("feature_kept_percent", std::to_string(100.0 * feature_kept / on_feature));
+  ASSERT_GT(on_feature, 200.0);
+  EXPECT_LE(outliers_kept, 0.01 * outliers);
+  EXPECT_GE(feature_kept, 0.95 * on_feature);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    SubmapBuilder,
+    FeatureOnTheSeabed,
+    testing::Values(Feature{"PipelineAlong",
+                            [](double, double y) {
+                              const double off = std::abs(y - 4.1);
+                              return off < 0.25 ? 0.25 + std::sqrt(0.0625 - off * off) : 0.0;
+                            }},
+                    Feature{"PipelineAcross",
+                            [](double x, double) {
+                              const double off = std::abs(x - 31.7);
+                              return off < 0.25 ? 0.25 + std::sqrt(0.0625 - off * off) : 0.0;
+                            }},
+                    Feature{"WreckEdge", [](double x, double) { return x > 40.0 ? 4.0 : 0.0; }},
+                    Feature{"Boulders",
+                            [](double x, double y) {
+                              const double r =
+                                  std::hypot(std::remainder(x, 6.0), std::remainder(y, 6.0));
+                              return r < 0.5 ? std::sqrt(0.25 - r * r) + 0.2 : 0.0;
+                            }}),
+    [](const auto& test) { return test.param.name; });
+
+TEST(SubmapBuilder, WeighsSoundingsByWhatTheSonarSaysOfThem) {
+  GeoreferencedPing ping;
+  ping.time = FromUtime(1'700'000'000'000'000);
+  ping.T_map_vehicle = MakePose({0.0, 0.0, 10.0}, Eigen::Matrix3d::Identity());
+  for (int i = 0; i < 100; ++i) {  // two soundings a voxel, the upper one twice as unsure
+    const double x = 0.125 + 0.25 * (i % 10);
+    const double y = 0.125 + 0.25 * (i / 10);
+    ping.soundings.push_back({{x, y, 20.05}, 2 * i, 0.2f});
+    ping.soundings.push_back({{x, y, 20.20}, 2 * i + 1, 0.1f});
+  }
+  SubmapBuilder builder({}, {});
+  builder.Add(ping);
+  const auto submap = builder.Finish();
+  ASSERT_TRUE(submap);
+  ASSERT_EQ(submap->cloud.size(), 100u);
+  for (const Eigen::Vector3f& p : submap->cloud.points) EXPECT_NEAR(p.z(), 10.17f, 1e-5f);
+  EXPECT_EQ(submap->soundings_used, 200u);
 }
 
 TEST(SubmapBuilder, BoundsASubmapOfAVehicleThatHovers) {
