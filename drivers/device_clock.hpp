@@ -6,7 +6,7 @@
 #include <string>
 
 #include "common/core/time.hpp"
-#include "drivers/can/can_frame.hpp"
+#include "drivers/counters.hpp"
 
 namespace seastitch {
 

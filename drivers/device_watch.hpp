@@ -5,7 +5,7 @@
 #include <string>
 
 #include "common/runtime/health.hpp"
-#include "drivers/can/can_frame.hpp"
+#include "drivers/counters.hpp"
 
 namespace seastitch {
 

@@ -2,7 +2,6 @@
 
 #include <filesystem>
 
-#include "common/convert/convert.hpp"
 #include "drivers/socket/cannelloni.hpp"
 
 namespace seastitch {
@@ -21,20 +20,9 @@ std::int64_t OutagesIn(const Counters& source) {
 
 }  // namespace
 
-std::string CanDriverParams::Validate() const {
-  if (source.empty()) return "source: missing";
-  if (receive_buffer_bytes < 4096 || receive_buffer_bytes > 256 * 1024 * 1024)
-    return "receive_buffer_bytes must be 4096 to 268435456";
-  if (!(timeout_s > 0.0 && timeout_s <= 3600.0)) return "timeout_s must be above 0, at most 3600";
-  return "";
-}
-
-CanDriver::CanDriver(const std::string& name, const CanDriverParams& params, Bus* bus)
-    : bus_(bus),
-      // Two drivers on one bus write RAW_CAN, each with a sequence of its own.
-      raw_source_(params.source + "#" + name),
-      health_(name),
-      watch_(params.source, params.timeout_s, &health_) {}
+// Two drivers on one bus write RAW_CAN, each with a sequence of its own.
+CanDriver::CanDriver(const std::string& name, const DriverParams& params, Bus* bus)
+    : DeviceDriver(name, "RAW_CAN", params.source + "#" + name, params, bus) {}
 
 void CanDriver::Feed(const CanFrame& frame, Time recv) {
   const ReceivedFrame one{frame, recv};
@@ -47,11 +35,11 @@ void CanDriver::Feed(std::span<const ReceivedFrame> frames) {
     while (end < frames.size() &&
            std::chrono::abs(frames[end].recv - frames[begin].recv) <= kMaxPacketSpan)
       ++end;
-    PublishRaw(frames.subspan(begin, end - begin));
+    PublishPacket(frames.subspan(begin, end - begin));
     begin = end;
   }
   for (const ReceivedFrame& received : frames) {
-    health_.Tick("can_frames");
+    health().Tick("can_frames");
     if (received.frame.error) {
       errors_.Add(received.frame);
     } else {
@@ -61,20 +49,10 @@ void CanDriver::Feed(std::span<const ReceivedFrame> frames) {
   }
 }
 
-void CanDriver::PublishRaw(std::span<const ReceivedFrame> frames) {
+void CanDriver::PublishPacket(std::span<const ReceivedFrame> frames) {
   std::vector<CanFrame> packet;
   for (const ReceivedFrame& received : frames) packet.push_back(received.frame);
-  const std::vector<std::uint8_t> bytes =
-      EncodeCannelloni(packet, static_cast<std::uint8_t>(raw_seq_));
-  for (const raw_bytes_t& part : ToRawParts(bytes, raw_source_, frames.back().recv, raw_seq_)) {
-    bus_->Publish("RAW_CAN", part);
-    ++raw_seq_;
-  }
-}
-
-void CanDriver::OnPublished(const std::string& stream) {
-  health_.Tick(stream);
-  watch_.OnData();
+  PublishRaw(EncodeCannelloni(packet, static_cast<std::uint8_t>(raw_seq())), frames.back().recv);
 }
 
 void CanDriver::UpdateHealth(const Counters& source,
@@ -84,54 +62,22 @@ void CanDriver::UpdateHealth(const Counters& source,
     errors_.BeginAnew();
     outages_ = outages;
   }
-  SetAll(source, &health_);
-  SetAll(errors_.counters(), &health_);
-  SetAll(decoder_counters(), &health_);
-  SetAll(clock_figures(), &health_);
-  health_.Set("lcm_publish_errors", bus_->publish_errors());
-  watch_.Check(now, trouble.empty() ? errors_.trouble() : trouble);
+  SetAll(errors_.counters(), &health());
+  DeviceDriver::UpdateHealth(source, now, trouble.empty() ? errors_.trouble() : trouble);
 }
 
-int RunCanDriver(CanDriver* driver, CanSource* source, Bus* bus, EventLoop* loop) {
-  const auto update_health = [driver, source] {
-    driver->UpdateHealth(source->counters(), DeviceWatch::Clock::now(), source->trouble());
-  };
-  loop->Add(source->fd(), [driver, source, loop] {
+int RunCanDriver(CanDriver* driver, const DriverParams& params, EventLoop* loop) {
+  const auto source = OpenCanSource(params.source, driver->filters(), params.receive_buffer_bytes);
+  const auto feed = [driver, &source, loop] {
     driver->Feed(source->Receive());
     if (source->finished()) loop->Stop();
-  });
-  update_health();
-  loop->Every(std::chrono::seconds(1), update_health);
-  driver->health().PublishEverySecond(bus, loop);
-  const int code = loop->Run();
+  };
+  const auto update_health = [driver, &source] {
+    driver->UpdateHealth(source->counters(), DeviceWatch::Clock::now(), source->trouble());
+  };
+  const int code = driver->Run(source->fd(), feed, update_health, loop);
   driver->Finish();
   return code;
-}
-
-CanDriverParams ReadCanDriverParams(ConfigMap* root) {
-  CanDriverParams params;
-  root->Require("source", &params.source);
-  root->Read("receive_buffer_bytes", &params.receive_buffer_bytes);
-  root->Read("timeout_s", &params.timeout_s);
-  root->Check(params.Validate());
-  return params;
-}
-
-ClockParams ReadClockParams(ConfigMap* root) {
-  ClockParams params;
-  std::string clock = "device";
-  root->Read("clock", &clock);
-  if (clock == "device")
-    params.clock = DeviceClock::kDevice;
-  else if (clock == "model")
-    params.clock = DeviceClock::kModel;
-  else if (clock == "receive")
-    params.clock = DeviceClock::kReceive;
-  else
-    root->Check("clock: '" + clock + "' is not device, model or receive");
-  root->Read("latency_s", &params.latency_s);
-  root->Check(params.Validate());
-  return params;
 }
 
 SignalMap ReadSignalMap(ConfigMap* root, const std::vector<std::string>& field_keys) {

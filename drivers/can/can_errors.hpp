@@ -3,6 +3,7 @@
 #include <string>
 
 #include "drivers/can/can_frame.hpp"
+#include "drivers/counters.hpp"
 
 namespace seastitch {
 

@@ -3,17 +3,12 @@
 #include <array>
 #include <compare>
 #include <cstdint>
-#include <map>
-#include <string>
 #include <vector>
 
 #include "common/core/bytes.hpp"
 #include "common/core/time.hpp"
 
 namespace seastitch {
-
-// What was refused or lost, by cause. Every part of a driver keeps its own; HEALTH shows them all.
-using Counters = std::map<std::string, std::int64_t>;
 
 // One frame of a CAN or CAN FD bus.
 struct CanFrame {

@@ -5,6 +5,7 @@
 
 #include "common/core/sensors.hpp"
 #include "drivers/can/can_frame.hpp"
+#include "drivers/counters.hpp"
 
 namespace seastitch {
 

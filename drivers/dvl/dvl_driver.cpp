@@ -49,7 +49,7 @@ DvlDriverConfig LoadDvlDriverConfig(const std::string& path) {
   root.Read("device", &config.device);
   if (const std::string problem = ProblemWithName(kDevices, config.device); !problem.empty())
     root.Check("device: " + problem + ", pd0");
-  config.driver = ReadCanDriverParams(&root);
+  config.driver = ReadDriverParams(&root);
   FindEntry(kDevices, config.device)->read(&root, &config);
   root.Finish();
   return config;

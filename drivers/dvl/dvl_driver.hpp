@@ -13,7 +13,7 @@ namespace seastitch {
 
 struct DvlDriverConfig {
   std::string device = "signals";  // a line of the table in dvl_driver.cpp
-  CanDriverParams driver;
+  DriverParams driver;
   DvlCanParams can;       // of "signals"
   DvlN2kParams nmea2000;  // of "nmea2000"
 };

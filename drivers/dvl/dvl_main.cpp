@@ -14,7 +14,7 @@ int RunPd0(const ProcessArgs& args) {
   EventLoop loop;
   Bus bus(args.lcm_url);
   Pd0Driver driver(config, &bus);
-  return RunDatagramDriver(&driver, config.driver, &bus, &loop);
+  return RunDatagramDriver(&driver, config.driver, &loop);
 }
 
 int RunCan(const ProcessArgs& args) {
@@ -23,9 +23,7 @@ int RunCan(const ProcessArgs& args) {
   EventLoop loop;
   Bus bus(args.lcm_url);
   DvlDriver driver(config, &bus);
-  const auto source =
-      OpenCanSource(config.driver.source, driver.filters(), config.driver.receive_buffer_bytes);
-  return RunCanDriver(&driver, source.get(), &bus, &loop);
+  return RunCanDriver(&driver, config.driver, &loop);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "common/core/bytes.hpp"
 #include "common/core/sensors.hpp"
 #include "drivers/device_clock.hpp"
 

@@ -2,7 +2,6 @@
 
 #include "common/convert/convert.hpp"
 #include "common/core/pose.hpp"
-#include "drivers/can/can_driver.hpp"
 
 namespace seastitch {
 
@@ -11,7 +10,7 @@ Pd0DriverConfig LoadPd0DriverConfig(const std::string& path) {
   Pd0DriverConfig config;
   std::string device;
   root.Read("device", &device);
-  config.driver = ReadDatagramDriverParams(&root);
+  config.driver = ReadDriverParams(&root);
   config.pd0.clock = ReadClockParams(&root);
   double beam_angle_deg = Rad2Deg(config.pd0.beam_angle_rad);
   root.Read("beam_angle_deg", &beam_angle_deg);

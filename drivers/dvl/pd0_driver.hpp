@@ -9,7 +9,7 @@
 namespace seastitch {
 
 struct Pd0DriverConfig {
-  DatagramDriverParams driver;
+  DriverParams driver;
   Pd0Params pd0;
 };
 

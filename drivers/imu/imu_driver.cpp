@@ -59,7 +59,7 @@ ImuDriverConfig LoadImuDriverConfig(const std::string& path) {
   root.Read("device", &config.device);
   if (const std::string problem = ProblemWithName(kDevices, config.device); !problem.empty())
     root.Check("device: " + problem);
-  config.driver = ReadCanDriverParams(&root);
+  config.driver = ReadDriverParams(&root);
   FindEntry(kDevices, config.device)->read(&root, &config);
   root.Finish();
   return config;

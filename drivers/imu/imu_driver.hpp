@@ -13,7 +13,7 @@ namespace seastitch {
 
 struct ImuDriverConfig {
   std::string device = "signals";  // a line of the table in imu_driver.cpp
-  CanDriverParams driver;
+  DriverParams driver;
   ImuCanParams can;       // of "signals"
   ImuN2kParams nmea2000;  // of "nmea2000"
 };

@@ -15,9 +15,6 @@ int main(int argc, char** argv) {
                       EventLoop loop;
                       Bus bus(args.lcm_url);
                       ImuDriver driver(config, &bus);
-                      const auto source = OpenCanSource(config.driver.source,
-                                                        driver.filters(),
-                                                        config.driver.receive_buffer_bytes);
-                      return RunCanDriver(&driver, source.get(), &bus, &loop);
+                      return RunCanDriver(&driver, config.driver, &loop);
                     });
 }

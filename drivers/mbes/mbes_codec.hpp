@@ -7,7 +7,7 @@
 
 #include "common/core/bytes.hpp"
 #include "common/core/sensors.hpp"
-#include "drivers/can/can_frame.hpp"
+#include "drivers/counters.hpp"
 #include "drivers/mbes/part_collector.hpp"
 
 namespace seastitch {

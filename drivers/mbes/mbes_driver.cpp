@@ -2,14 +2,13 @@
 
 #include "common/convert/convert.hpp"
 #include "common/core/pose.hpp"
-#include "drivers/can/can_driver.hpp"
 
 namespace seastitch {
 
 MbesDriverConfig LoadMbesDriverConfig(const std::string& path) {
   ConfigMap root = ConfigMap::Load(path);
   MbesDriverConfig config;
-  config.driver = ReadDatagramDriverParams(&root);
+  config.driver = ReadDriverParams(&root);
   root.Read("format", &config.decoder.format);
   config.decoder.clock = ReadClockParams(&root);
   std::vector<double> head_roll_deg;

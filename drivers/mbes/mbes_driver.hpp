@@ -9,7 +9,7 @@
 namespace seastitch {
 
 struct MbesDriverConfig {
-  DatagramDriverParams driver;
+  DriverParams driver;
   MbesDecoderParams decoder;
 };
 

@@ -15,6 +15,6 @@ int main(int argc, char** argv) {
                       EventLoop loop;
                       Bus bus(args.lcm_url);
                       MbesDriver driver(config, &bus);
-                      return RunDatagramDriver(&driver, config.driver, &bus, &loop);
+                      return RunDatagramDriver(&driver, config.driver, &loop);
                     });
 }

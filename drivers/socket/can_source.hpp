@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "drivers/can/can_frame.hpp"
+#include "drivers/counters.hpp"
 
 namespace seastitch {
 

@@ -7,7 +7,7 @@
 #include <span>
 #include <string>
 
-#include "drivers/can/can_frame.hpp"
+#include "common/core/time.hpp"
 
 // What the CAN and the UDP socket have in common: the kernel stamps, counts and buffers.
 namespace seastitch {

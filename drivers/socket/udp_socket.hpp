@@ -6,7 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "drivers/can/can_frame.hpp"
+#include "common/core/time.hpp"
+#include "drivers/counters.hpp"
 #include "drivers/socket/patient_socket.hpp"
 #include "drivers/socket/source_url.hpp"
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "common/core/sensors.hpp"
-#include "drivers/can/can_frame.hpp"
+#include "drivers/counters.hpp"
 #include "tests/property.hpp"
 
 namespace seastitch {

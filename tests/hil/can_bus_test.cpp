@@ -294,9 +294,10 @@ TEST_F(CanBus, CandumpAndLcmAgreeFrameByFrameAndNothingIsLost) {
     EXPECT_EQ(Count(process, "can_receive_buffer_bytes"), 8'388'608);
   }
   EXPECT_GE(writer.sent(), 4000 * Seconds());
-  std::printf("%d frames in %.1f s; %zu of %d IMU and %zu of %d DVL in time\n",
+  std::printf("%d frames in %.1f s, %.0f/s; %zu of %d IMU and %zu of %d DVL in time\n",
               writer.sent(),
               took_s,
+              writer.sent() / took_s,
               imu.size(),
               400 * Seconds(),
               dvl.size(),
