@@ -25,13 +25,28 @@ NormalEquations::NormalEquations(const FactorGraph& graph)
       cholesky_(graph.num_vertices, PatternOf(graph)),
       factors_(graph.factors.size()) {}
 
-void NormalEquations::Linearise(const std::vector<Pose2>& T_map_vertex) {
+void NormalEquations::Linearise(const std::vector<Pose2>& T_map_vertex, Unknowns unknowns) {
+  held_ = {1.0, 1.0, 1.0};
+  if (unknowns != Unknowns::kPositions) held_.z() = 0.0;
+  if (unknowns != Unknowns::kHeadings) held_.head<2>().setZero();
   for (std::size_t k = 0; k < factors_.size(); ++k) {
     const Factor& f = graph_.factors[k];
     Linearised& at = factors_[k];
     const Pose2 T_map_i = f.i == kMap ? Pose2{} : T_map_vertex[static_cast<std::size_t>(f.i)];
     at.residual =
         f.cost.Evaluate(T_map_i, T_map_vertex[static_cast<std::size_t>(f.j)], &at.J_i, &at.J_j);
+    if (unknowns == Unknowns::kHeadings) {
+      const Pose2& T_map_j = T_map_vertex[static_cast<std::size_t>(f.j)];
+      const Eigen::Vector3d by_yaw = f.cost.W.col(2);
+      at.residual = f.cost.Error(T_map_i, T_map_j).z() * by_yaw;
+      at.J_i.col(2) = (f.cost.forgotten - 1.0) * by_yaw;
+      at.J_j.col(2) = by_yaw;
+    }
+    for (int c = 0; c < 3; ++c) {
+      if (held_(c) == 0.0) continue;
+      at.J_i.col(c).setZero();
+      at.J_j.col(c).setZero();
+    }
     if (!IsFree(f.i)) at.J_i.setZero();
     if (!IsFree(f.j)) at.J_j.setZero();
   }
@@ -42,6 +57,7 @@ BlockMatrix NormalEquations::Hessian(const std::vector<double>& weights) const {
   BlockMatrix H{std::vector<Eigen::Matrix3d>(static_cast<std::size_t>(graph_.num_vertices),
                                              Eigen::Matrix3d::Zero()),
                 std::vector<Eigen::Matrix3d>(factors_.size(), Eigen::Matrix3d::Zero())};
+  for (Eigen::Matrix3d& block : H.diagonal) block.diagonal() = held_;
   if (graph_.fixed_vertex >= 0) At(H.diagonal, graph_.fixed_vertex).setIdentity();
   for (std::size_t k = 0; k < factors_.size(); ++k) {
     if (weights[k] <= 0.0) continue;
@@ -81,7 +97,7 @@ bool NormalEquations::FactorizeNewton(const std::vector<double>& weights,
   return cholesky_.Factorize(H);
 }
 
-NewtonStep NormalEquations::Step(const std::vector<double>& weights) const {
+Eigen::VectorXd NormalEquations::Gradient(const std::vector<double>& weights) const {
   Eigen::VectorXd g = Eigen::VectorXd::Zero(3 * graph_.num_vertices);
   for (std::size_t k = 0; k < factors_.size(); ++k) {
     if (weights[k] <= 0.0) continue;
@@ -91,7 +107,62 @@ NewtonStep NormalEquations::Step(const std::vector<double>& weights) const {
     g.segment<3>(3 * f.j) += at.J_j.transpose() * r;
     if (f.i != kMap) g.segment<3>(3 * f.i) += at.J_i.transpose() * r;
   }
-  NewtonStep step{-cholesky_.Solve(g), 0.0};
+  return g;
+}
+
+Eigen::VectorXd NormalEquations::Multiply(const std::vector<double>& weights,
+                                          const std::vector<double>& bends,
+                                          const Eigen::VectorXd& x) const {
+  Eigen::VectorXd y = held_.replicate(graph_.num_vertices, 1).cwiseProduct(x);
+  if (graph_.fixed_vertex >= 0)
+    y.segment<3>(3 * graph_.fixed_vertex) = x.segment<3>(3 * graph_.fixed_vertex);
+  for (std::size_t k = 0; k < factors_.size(); ++k) {
+    if (weights[k] <= 0.0) continue;
+    const Factor& f = graph_.factors[k];
+    const Linearised& at = factors_[k];
+    Eigen::Vector3d u = at.J_j * x.segment<3>(3 * f.j);
+    if (f.i != kMap) u += at.J_i * x.segment<3>(3 * f.i);
+    const Eigen::Vector3d v = weights[k] * u + 2.0 * bends[k] * at.residual.dot(u) * at.residual;
+    y.segment<3>(3 * f.j) += at.J_j.transpose() * v;
+    if (f.i != kMap) y.segment<3>(3 * f.i) += at.J_i.transpose() * v;
+  }
+  return y;
+}
+
+NewtonStep NormalEquations::Step(const std::vector<double>& weights) const {
+  const Eigen::VectorXd g = Gradient(weights);
+  NewtonStep step{-cholesky_.Solve(g)};
+  step.sigmas = std::sqrt(std::max(0.0, -g.dot(step.by)));
+  return step;
+}
+
+// Hestenes and Stiefel, preconditioned.
+std::optional<NewtonStep> NormalEquations::IteratedStep(const std::vector<double>& weights,
+                                                        const std::vector<double>& bends,
+                                                        int max_iterations) const {
+  constexpr double kRelativeError = 1e-2;  // of the step, in standard deviations
+  const Eigen::VectorXd g = Gradient(weights);
+  NewtonStep step{Eigen::VectorXd::Zero(g.size()), 0.0, false};
+  Eigen::VectorXd r = -g;
+  Eigen::VectorXd z = cholesky_.Solve(r);
+  Eigen::VectorXd p = z;
+  double rz = r.dot(z);
+  const double enough = kRelativeError * kRelativeError * rz;
+  for (int n = 0; n < max_iterations && !step.exact; ++n) {
+    const Eigen::VectorXd Hp = Multiply(weights, bends, p);
+    const double curvature = p.dot(Hp);
+    if (!(curvature > 0.0)) {
+      if (rz == 0.0) break;
+      return std::nullopt;
+    }
+    step.by += rz / curvature * p;
+    r -= rz / curvature * Hp;
+    z = cholesky_.Solve(r);
+    const double rz_before = rz;
+    rz = r.dot(z);
+    step.exact = rz <= enough;
+    p = z + rz / rz_before * p;
+  }
   step.sigmas = std::sqrt(std::max(0.0, -g.dot(step.by)));
   return step;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "optimizer/block_cholesky.hpp"
@@ -20,6 +21,7 @@ struct GraphCovariance {
 struct NewtonStep {
   Eigen::VectorXd by;   // x, y [m], yaw [rad] of each vertex
   double sigmas = 0.0;  // its length in standard deviations: the Newton decrement
+  bool exact = true;    // false: of a system solved only as far as the iterations allowed
 };
 
 // The weighted Gauss-Newton system of a graph: H = sum w J^T J, g = sum w J^T r over the factors'
@@ -29,7 +31,11 @@ class NormalEquations {
  public:
   explicit NormalEquations(const FactorGraph& graph);
 
-  void Linearise(const std::vector<Pose2>& T_map_vertex);
+  // kHeadings: of the factors' yaw alone, as if their positions agreed. kPositions: headings held.
+  // Either is a linear problem (Carlone et al., "A linear approximation for graph-based
+  // simultaneous localization and mapping", RSS 2011).
+  enum class Unknowns { kAll, kHeadings, kPositions };
+  void Linearise(const std::vector<Pose2>& T_map_vertex, Unknowns unknowns = Unknowns::kAll);
   double SquaredResidual(std::size_t factor) const {
     return factors_[factor].residual.squaredNorm();
   }
@@ -44,6 +50,12 @@ class NormalEquations {
 
   // -H^-1 g: g of the last linearisation, H of the last factorisation.
   NewtonStep Step(const std::vector<double>& weights) const;
+  // -H^-1 g, both of the last linearisation, by conjugate gradients that the last factorisation
+  // preconditions: the nearer its H, the fewer iterations, each as much as a Step(). Nothing where
+  // H is not positive definite.
+  std::optional<NewtonStep> IteratedStep(const std::vector<double>& weights,
+                                         const std::vector<double>& bends,
+                                         int max_iterations) const;
 
   // From H of the last factorisation, undamped, and J of the last linearisation.
   GraphCovariance Covariance(int newest) const;
@@ -56,11 +68,17 @@ class NormalEquations {
   };
   bool IsFree(int vertex) const { return vertex != kMap && vertex != graph_.fixed_vertex; }
   BlockMatrix Hessian(const std::vector<double>& weights) const;
+  Eigen::VectorXd Gradient(const std::vector<double>& weights) const;
+  // H x of the last linearisation.
+  Eigen::VectorXd Multiply(const std::vector<double>& weights,
+                           const std::vector<double>& bends,
+                           const Eigen::VectorXd& x) const;
   void AddBends(const std::vector<double>& bends, BlockMatrix* H) const;
 
   const FactorGraph& graph_;
   BlockCholesky cholesky_;
   std::vector<Linearised> factors_;
+  Eigen::Vector3d held_ = Eigen::Vector3d::Zero();  // 1 for x, y, yaw that are no unknowns
 };
 
 }  // namespace seastitch

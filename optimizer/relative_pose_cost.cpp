@@ -46,6 +46,15 @@ std::optional<SqrtInformation> FactorInformation(const Eigen::Matrix3d& informat
   return root;
 }
 
+Eigen::Vector3d RelativePoseCost::Error(const Pose2& T_map_i, const Pose2& T_map_j) const {
+  const Eigen::Vector2d p_i =
+      T_map_i.Rotation().transpose() * (T_map_j.Translation() - T_map_i.Translation());
+  Eigen::Vector3d e;
+  e << p_i - T_i_j.Translation(), WrapAngle(T_map_j.yaw - T_map_i.yaw - T_i_j.yaw) +
+                                      forgotten * WrapAngle(T_map_i.yaw - heading_i_rad);
+  return e;
+}
+
 Eigen::Vector3d RelativePoseCost::Evaluate(const Pose2& T_map_i,
                                            const Pose2& T_map_j,
                                            Eigen::Matrix3d* J_i,
@@ -65,10 +74,7 @@ Eigen::Vector3d RelativePoseCost::Evaluate(const Pose2& T_map_i,
     J.topLeftCorner<2, 2>() = R_i_map;
     *J_j = W * J;
   }
-  Eigen::Vector3d e;
-  e << p_i - T_i_j.Translation(), WrapAngle(T_map_j.yaw - T_map_i.yaw - T_i_j.yaw) +
-                                      forgotten * WrapAngle(T_map_i.yaw - heading_i_rad);
-  return W * e;
+  return W * Error(T_map_i, T_map_j);
 }
 
 }  // namespace seastitch

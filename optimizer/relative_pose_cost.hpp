@@ -37,6 +37,8 @@ struct RelativePoseCost {
   double forgotten = 0.0;      // part of the heading error of i that j does not share
   double heading_i_rad = 0.0;  // dead-reckoned yaw of i
 
+  // e, before it is weighted.
+  Eigen::Vector3d Error(const Pose2& T_map_i, const Pose2& T_map_j) const;
   // The residual. J_i, J_j (each may be null): its derivatives by (x, y, yaw) of i and of j.
   Eigen::Vector3d Evaluate(const Pose2& T_map_i,
                            const Pose2& T_map_j,

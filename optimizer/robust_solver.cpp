@@ -41,7 +41,8 @@ struct Stage {
 };
 
 // Newton's method on the poses of a graph, under one stage after another. A factor of H costs as
-// much as twenty steps with it, so that each is used for several.
+// much as twenty solves with it, so that it is kept, and preconditions conjugate gradients, until
+// they take too many iterations.
 class Minimiser {
  public:
   explicit Minimiser(const FactorGraph& graph) : graph_(graph), equations_(graph) {}
@@ -51,38 +52,54 @@ class Minimiser {
     equations_.Linearise(poses_);
   }
 
-  // So many steps of re-weighted least squares with one factor of H, as far as they lead down.
+  // Near the minimum of the squares of those that are on, from anywhere: first the headings, which
+  // alone make the problem non-linear, then the positions. Stays where it is where some vertex is
+  // tied to nothing.
+  void StartFromHeadings(const Stage& squares, const std::vector<Pose2>& poses) {
+    StartFrom(poses);
+    const std::vector<double> weights = Weights(squares);
+    for (const auto unknowns :
+         {NormalEquations::Unknowns::kHeadings, NormalEquations::Unknowns::kPositions}) {
+      equations_.Linearise(poses_, unknowns);
+      if (!equations_.Factorize(weights)) break;
+      Move(equations_.Step(weights));
+    }
+    has_factor_ = false;
+    equations_.Linearise(poses_);
+  }
+
+  // So many steps of re-weighted least squares, as far as they lead down.
   void Descend(const Stage& stage, int steps) {
-    ReweightedStep(stage);
-    for (int n = 1; n < steps; ++n)
-      if (!Try(stage, equations_.Step(Weights(stage)))) return;
+    for (int n = 0; n < steps; ++n)
+      if (ReweightedStep(stage) == 0.0) return;
   }
 
   // One step at the weights given, with the bends of the stage where they are below 1; false where
-  // none is possible. Leaves H for what follows.
+  // none is possible.
   bool Step(const Stage& stage, const std::vector<double>& weights) {
     std::vector<double> bends = Bends(stage);
     for (std::size_t k = 0; k < bends.size(); ++k)
       if (weights[k] == 1.0) bends[k] = 0.0;
-    if (!equations_.FactorizeNewton(weights, bends)) return false;
-    Move(equations_.Step(weights));
-    return true;
+    const std::optional<NewtonStep> step = Direction(weights, bends);
+    if (step) Move(*step);
+    return step.has_value();
   }
 
-  // Until the poses stand still, first with the H that there is. False where so many factors of H
-  // are not enough.
-  bool GoOn(const Stage& stage, int max_factors) {
-    return Settles(stage, std::numeric_limits<double>::infinity()) || Minimise(stage, max_factors);
-  }
-  bool Minimise(const Stage& stage, int max_factors) {
-    for (int n = 0; n < max_factors; ++n)
-      if (Settles(stage, FreshStep(stage))) return true;
+  // Until the poses stand still. False where so many steps are not enough.
+  bool Minimise(const Stage& stage, int max_steps) {
+    double last = std::numeric_limits<double>::infinity();
+    for (int n = 0; n < max_steps; ++n) {
+      const double sigmas = BestStep(stage);
+      if (sigmas < kStill || (sigmas < kStiff && sigmas > kShrinks * last)) return true;
+      last = sigmas;
+    }
     return false;
   }
 
   // Of the poses, each factor at its weight. Nothing where some vertex is tied to nothing.
   std::optional<GraphCovariance> Covariance(const std::vector<double>& weights, int newest) {
-    if (!equations_.Factorize(weights)) return std::nullopt;
+    has_factor_ = equations_.Factorize(weights);
+    if (!has_factor_) return std::nullopt;
     return equations_.Covariance(newest);
   }
 
@@ -114,9 +131,11 @@ class Minimiser {
  private:
   // Steps below the first [standard deviations] are rounding; below the second they may be, where
   // they shrink no more.
-  static constexpr double kStill = 1e-8;
+  static constexpr double kStill = 1e-6;
   static constexpr double kStiff = 1e-5;
   static constexpr double kShrinks = 0.5;
+  static constexpr int kMaxDoublings = 10;
+  static constexpr int kMaxIterations = 12;  // of conjugate gradients; beyond, a new factor pays
 
   std::vector<double> Bends(const Stage& stage) const {
     std::vector<double> bends;
@@ -143,39 +162,59 @@ class Minimiser {
     return false;
   }
 
-  // One step with H of here. Gives its length in standard deviations; 0 where none leads down.
-  double FreshStep(const Stage& stage) {
-    const std::vector<double> weights = Weights(stage);
-    if (stage.shape == Stage::Shape::kGraduated &&
-        equations_.FactorizeNewton(weights, Bends(stage)))
-      if (const NewtonStep step = equations_.Step(weights); Try(stage, step)) return step.sigmas;
-    return ReweightedStep(stage);
+  // -H^-1 g. What conjugate gradients have when they run out of iterations leads down all the same.
+  std::optional<NewtonStep> Direction(const std::vector<double>& weights,
+                                      const std::vector<double>& bends) {
+    if (has_factor_) {
+      std::optional<NewtonStep> step = equations_.IteratedStep(weights, bends, kMaxIterations);
+      has_factor_ = !step || step->exact;
+      return step;
+    }
+    has_factor_ = equations_.FactorizeNewton(weights, bends);
+    if (!has_factor_) return std::nullopt;
+    return equations_.Step(weights);
   }
 
-  // The same without the bends, which always leads down in the end: damped after Levenberg and
-  // Marquardt where the plain step does not.
+  // With the bends, where that leads down. Gives the length in standard deviations; 0 where none
+  // leads down.
+  double BestStep(const Stage& stage) {
+    const auto step = Direction(Weights(stage), Bends(stage));
+    if (step && Try(stage, *step)) return step->sigmas;
+    const std::vector<Pose2> before = poses_;
+    const double sigmas = ReweightedStep(stage);
+    GoFurther(stage, before);
+    return sigmas;
+  }
+
+  // Where losses bend down, as between believing and refusing a closure, a re-weighted step is far
+  // too short: on in its direction, by as much, twice as much and so on, while that leads down.
+  void GoFurther(const Stage& stage, const std::vector<Pose2>& before) {
+    NewtonStep more{Eigen::VectorXd(3 * static_cast<Eigen::Index>(poses_.size()))};
+    more.sigmas = std::numeric_limits<double>::infinity();
+    for (std::size_t v = 0; v < poses_.size(); ++v)
+      more.by.segment<3>(3 * static_cast<Eigen::Index>(v)) =
+          poses_[v].Vector() - before[v].Vector();
+    for (int n = 0; n < kMaxDoublings && Try(stage, more); ++n) more.by *= 2.0;
+  }
+
+  // Without the bends, which always leads down in the end: damped after Levenberg and Marquardt
+  // where the plain step does not.
   double ReweightedStep(const Stage& stage) {
     const std::vector<double> weights = Weights(stage);
-    for (double damping = 0.0; damping<1e6; damping = damping> 0.0 ? 10.0 * damping : 1e-3) {
+    const auto step = Direction(weights, std::vector<double>(weights.size(), 0.0));
+    if (step && Try(stage, *step)) return step->sigmas;
+    has_factor_ = false;
+    for (double damping = 1e-3; damping < 1e6; damping *= 10.0) {
       if (!equations_.Factorize(weights, damping)) continue;
-      if (const NewtonStep step = equations_.Step(weights); Try(stage, step)) return step.sigmas;
+      if (const NewtonStep damped = equations_.Step(weights); Try(stage, damped))
+        return damped.sigmas;
     }
     return 0.0;
   }
 
-  // Further steps with the same H while they shrink. True at the minimum.
-  bool Settles(const Stage& stage, double last) {
-    while (last >= kStill) {
-      const NewtonStep step = equations_.Step(Weights(stage));
-      if (!(step.sigmas < kShrinks * last)) return last < kStiff;
-      Move(step);
-      last = step.sigmas;
-    }
-    return true;
-  }
-
   const FactorGraph& graph_;
   NormalEquations equations_;
+  bool has_factor_ = false;
   std::vector<Pose2> poses_;
 };
 
@@ -262,7 +301,7 @@ class RobustSolver {
     minimiser_.StartFrom(start.T_map_vertex);
     if (!minimiser_.Step(last_stage(), weights) ||
         !AreAlike(weights, minimiser_.Weights(last_stage())) ||
-        !minimiser_.GoOn(last_stage(), params_.max_iterations))
+        !minimiser_.Minimise(last_stage(), params_.max_iterations))
       return std::nullopt;
     RobustSolution solution = Solution();
     solution.converged = true;
@@ -283,13 +322,13 @@ class RobustSolver {
   // From dead reckoning to near the minimum of the squares of those that are on, and on to the
   // robust minimum of all.
   RobustSolution Graduate(const std::vector<Pose2>& dead_reckoned, const std::vector<bool>& on) {
-    minimiser_.StartFrom(dead_reckoned);
     const Stage squares{Stage::Shape::kSquares, 0.0, on};
-    for (int n = 0; n < kFactorsForSquares; ++n) minimiser_.Descend(squares, kStepsAFactor);
+    minimiser_.StartFromHeadings(squares, dead_reckoned);
+    minimiser_.Descend(squares, kStepsForSquares);
     for (double mu = FirstMu(minimiser_.WorstRatio(squares)); mu < GraduatedLoss::kFinalMu;
          mu *= params_.graduation_step)
-      minimiser_.Descend({Stage::Shape::kGraduated, mu, on}, kStepsAFactor);
-    minimiser_.Descend(last_stage(), kStepsAFactor);
+      minimiser_.Descend({Stage::Shape::kGraduated, mu, on}, kStepsAStage);
+    minimiser_.Descend(last_stage(), kStepsAStage);
     const bool converged = minimiser_.Minimise(last_stage(), params_.max_iterations);
     RobustSolution solution = Solution();
     solution.converged = converged;
@@ -326,8 +365,8 @@ class RobustSolver {
 
   Stage last_stage() const { return {Stage::Shape::kGraduated, GraduatedLoss::kFinalMu, all_}; }
 
-  static constexpr int kFactorsForSquares = 3;
-  static constexpr int kStepsAFactor = 2;
+  static constexpr int kStepsForSquares = 3;
+  static constexpr int kStepsAStage = 2;
 
   const FactorGraph& graph_;
   Minimiser minimiser_;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
+#include <cmath>
 #include <optional>
 
 #include "optimizer/pose_graph_optimizer.hpp"
@@ -127,6 +128,59 @@ TEST(NormalEquations, SaysSoWhereAVertexIsTiedToNothing) {
   for (std::size_t k = 0; k < p.graph.factors.size(); ++k)
     if (p.graph.factors[k].i == 7 || p.graph.factors[k].j == 7) p.weights[k] = 0.0;
   EXPECT_FALSE(ComputeCovariance(p, 29));
+}
+
+void MoveBy(const Eigen::VectorXd& by, std::vector<Pose2>* poses) {
+  for (std::size_t v = 0; v < poses->size(); ++v) {
+    const auto d = by.segment<3>(3 * static_cast<Eigen::Index>(v));
+    (*poses)[v] = {(*poses)[v].x + d.x(), (*poses)[v].y + d.y(), (*poses)[v].yaw + d.z()};
+  }
+}
+
+TEST(NormalEquations, IteratedStepIsThatOfAFactorOfItsOwn) {
+  const Problem p = SurveyProblem(0);
+  NormalEquations equations(p.graph);
+  equations.Linearise(p.poses);
+  ASSERT_TRUE(equations.Factorize(std::vector<double>(p.weights.size(), 1.0)));
+  std::vector<Pose2> elsewhere = p.poses;
+  for (std::size_t v = 1; v < elsewhere.size(); ++v) elsewhere[v].yaw += v % 2 == 0 ? 0.05 : -0.05;
+  equations.Linearise(elsewhere);
+  const std::vector<double> no_bends(p.weights.size(), 0.0);
+  const auto few = equations.IteratedStep(p.weights, no_bends, 1);
+  const auto iterated = equations.IteratedStep(p.weights, no_bends, 50);
+  ASSERT_TRUE(few && iterated);
+  ASSERT_TRUE(equations.Factorize(p.weights));
+  const NewtonStep exact = equations.Step(p.weights);
+  EXPECT_FALSE(few->exact);
+  EXPECT_TRUE(iterated->exact);
+  // Of conjugate gradients, the square of the error in standard deviations.
+  const double squared_error = std::pow(exact.sigmas, 2) - std::pow(iterated->sigmas, 2);
+  EXPECT_GE(squared_error, 0.0);
+  EXPECT_LT(squared_error, std::pow(0.02 * exact.sigmas, 2));
+}
+
+TEST(NormalEquations, HeadingsThenPositionsFindTheGraphFromAnywhere) {
+  Problem p = SurveyProblem(0);
+  for (Factor& f : p.graph.factors)
+    f.cost.T_i_j =
+        Inverse(p.poses[static_cast<std::size_t>(f.i)]) * p.poses[static_cast<std::size_t>(f.j)];
+  std::vector<Pose2> poses = p.poses;
+  for (std::size_t v = 1; v < poses.size(); ++v)
+    poses[v] = {100.0 * std::sin(3.0 * static_cast<double>(v)),
+                -50.0,
+                poses[v].yaw + 0.05 * static_cast<double>(v)};
+  NormalEquations equations(p.graph);
+  for (const auto unknowns :
+       {NormalEquations::Unknowns::kHeadings, NormalEquations::Unknowns::kPositions}) {
+    equations.Linearise(poses, unknowns);
+    ASSERT_TRUE(equations.Factorize(p.weights));
+    MoveBy(equations.Step(p.weights).by, &poses);
+  }
+  for (std::size_t v = 0; v < poses.size(); ++v) {
+    EXPECT_NEAR(poses[v].x, p.poses[v].x, 1e-6) << v;
+    EXPECT_NEAR(poses[v].y, p.poses[v].y, 1e-6) << v;
+    EXPECT_NEAR(WrapAngle(poses[v].yaw - p.poses[v].yaw), 0.0, 1e-9) << v;
+  }
 }
 
 }  // namespace

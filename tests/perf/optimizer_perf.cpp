@@ -4,6 +4,8 @@
 
 #include "optimizer/normal_equations.hpp"
 #include "optimizer/pose_graph_optimizer.hpp"
+#include "optimizer/robust_solver.hpp"
+#include "tests/optimizer/ceres_solver.hpp"
 #include "tests/optimizer/survey_graph.hpp"
 
 // The optimizer on lawn-mower surveys of N submaps in lines of 50, 5 loop closures each. Argument
@@ -58,6 +60,42 @@ void BM_OptimizerCovariance(benchmark::State& state) {
   }
 }
 
+// The same problem for both: plain squares from dead reckoning, for Ceres knows no graduation.
+struct SquaresProblem {
+  FactorGraph graph;
+  SolverStart start;
+};
+SquaresProblem Squares(const SurveyGraph& survey) {
+  SquaresProblem problem{{static_cast<int>(survey.truth.size()), 0, {}}, {}};
+  for (const GraphUpdate& update : survey.updates) {
+    problem.start.dead_reckoned.push_back(update.vertices[0].dead_reckoned);
+    for (const GraphEdge& e : update.edges)
+      problem.graph.factors.push_back(
+          {e.from.value, e.to.value, {e.T_from_to, FactorInformation(e.information)->W}, {}});
+  }
+  return problem;
+}
+
+// Poses and covariances.
+void BM_OptimizerSquares(benchmark::State& state) {
+  const SquaresProblem problem = Squares(Survey(state));
+  for (auto _ : state)
+    benchmark::DoNotOptimize(
+        SolveRobust(problem.graph, problem.start, problem.graph.num_vertices - 1, {}));
+}
+
+// Poses alone.
+void BM_CeresSquares(benchmark::State& state) {
+  const SquaresProblem problem = Squares(Survey(state));
+  for (auto _ : state)
+    benchmark::DoNotOptimize(SolveWithCeres(problem.graph, problem.start.dead_reckoned, 1e-8));
+}
+
+void SizesWithoutWrong(benchmark::internal::Benchmark* b) {
+  for (const std::int64_t vertices : {100, 1000, 10000}) b->Args({vertices, 0});
+  b->ArgNames({"vertices", "wrong_percent"})->Unit(benchmark::kMillisecond);
+}
+
 void Sizes(benchmark::internal::Benchmark* b) {
   for (const std::int64_t vertices : {100, 1000, 10000})
     for (const std::int64_t wrong_percent : {0, 10}) b->Args({vertices, wrong_percent});
@@ -67,6 +105,8 @@ void Sizes(benchmark::internal::Benchmark* b) {
 BENCHMARK(BM_OptimizerFullSolve)->Apply(Sizes);
 BENCHMARK(BM_OptimizerOneMoreVertex)->Apply(Sizes);
 BENCHMARK(BM_OptimizerCovariance)->Apply(Sizes);
+BENCHMARK(BM_OptimizerSquares)->Apply(SizesWithoutWrong);
+BENCHMARK(BM_CeresSquares)->Apply(SizesWithoutWrong);
 
 }  // namespace
 }  // namespace seastitch
