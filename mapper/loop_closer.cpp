@@ -242,26 +242,48 @@ std::vector<GraphEdge> RegisterPairs(const Submap& source,
                                      const std::vector<LoopPair>& pairs,
                                      const LoadSubmap& load,
                                      const LoopCloserParams& params) {
-  std::vector<GraphEdge> edges;
-  if (pairs.empty()) return edges;
-  const auto prepare = [&](const Submap& submap) {
-    return RegistrationSubmap::Prepare(
-        submap.cloud, LevelFromBody(submap.T_map_submap), params.registration);
+  // Prepares the source once and each target in turn.
+  const auto register_all = [&](const auto& prepare, const auto& register_one) {
+    std::vector<GraphEdge> edges;
+    if (pairs.empty()) return edges;
+    const auto prepared_source = prepare(source);
+    for (const LoopPair& pair : pairs) {
+      const std::shared_ptr<const Submap> target = load(pair.target);
+      if (target == nullptr) continue;
+      edges.push_back(ToEdge(pair, register_one(prepare(*target), prepared_source, pair)));
+    }
+    return edges;
   };
-  const RegistrationSubmap prepared_source = prepare(source);
-  for (const LoopPair& pair : pairs) {
-    const std::shared_ptr<const Submap> target = load(pair.target);
-    if (target == nullptr) continue;
-    edges.push_back(ToEdge(pair,
-                           Register(prepare(*target),
-                                    prepared_source,
-                                    pair.prior.T_a_b,
-                                    pair.prior.covariance,
-                                    pair.z_prior_m,
-                                    params.z_sigma_m,
-                                    params.registration)));
+  if (params.method == RegistrationMethod::kGicp) {
+    return register_all(
+        [&](const Submap& submap) {
+          return GicpSubmap(submap.cloud, LevelFromBody(submap.T_map_submap), params.gicp);
+        },
+        [&](const GicpSubmap& on, const GicpSubmap& laid, const LoopPair& pair) {
+          const RelativePose& prior = pair.prior;
+          return RegisterGicp(on,
+                              laid,
+                              prior.T_a_b,
+                              prior.covariance,
+                              pair.z_prior_m,
+                              params.gicp,
+                              params.registration);
+        });
   }
-  return edges;
+  return register_all(
+      [&](const Submap& submap) {
+        return RegistrationSubmap::Prepare(
+            submap.cloud, LevelFromBody(submap.T_map_submap), params.registration);
+      },
+      [&](const RegistrationSubmap& on, const RegistrationSubmap& laid, const LoopPair& pair) {
+        return Register(on,
+                        laid,
+                        pair.prior.T_a_b,
+                        pair.prior.covariance,
+                        pair.z_prior_m,
+                        params.z_sigma_m,
+                        params.registration);
+      });
 }
 
 GraphEdge ToEdge(const LoopPair& pair, const RegistrationResult& result) {

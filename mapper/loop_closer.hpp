@@ -13,6 +13,7 @@
 
 #include "common/core/graph.hpp"
 #include "common/core/submap.hpp"
+#include "mapper/registration/gicp.hpp"
 #include "mapper/registration/registration.hpp"
 #include "mapper/submaps/overlap.hpp"
 #include "mapper/submaps/pose_chain.hpp"
@@ -20,9 +21,16 @@
 
 namespace seastitch {
 
+enum class RegistrationMethod {
+  kGrid,  // Register()
+  kGicp,  // RegisterGicp(): the paper's, as a baseline
+};
+
 struct LoopCloserParams {
   OverlapParams overlap;
+  RegistrationMethod method = RegistrationMethod::kGrid;
   RegistrationParams registration;
+  GicpParams gicp;
   // The overlap that Submap::predicted_information counts with.
   double expected_overlap = 0.25;
   // Of the height between two submaps: tide, draft and sound speed between two passes, which the

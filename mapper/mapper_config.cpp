@@ -135,6 +135,12 @@ void ReadOverlap(ConfigMap map, OverlapParams* p) {
 
 void ReadRegistration(ConfigMap map, LoopCloserParams* params) {
   RegistrationParams* p = &params->registration;
+  std::string method = "grid";
+  map.Read("method", &method);
+  if (method != "grid" && method != "gicp")
+    map.Check("method = " + method + ", must be grid or gicp");
+  params->method = method == "gicp" ? RegistrationMethod::kGicp : RegistrationMethod::kGrid;
+  map.Read("gicp_voxel_m", &params->gicp.voxel_m);
   map.Read("z_sigma_m", &params->z_sigma_m);
   map.Read("min_cell_m", &p->min_cell_m);
   map.Read("cell_per_spacing", &p->cell_per_spacing);
@@ -156,6 +162,7 @@ void ReadRegistration(ConfigMap map, LoopCloserParams* params) {
   map.Read("max_prior_chi2", &p->max_prior_chi2);
   map.Finish();
   map.Check(p->Validate());
+  map.Check(params->gicp.Validate());
   map.Check(params->Validate());
 }
 

@@ -287,6 +287,25 @@ TEST(RegisterPairs, FindsWhereTheNewerSubmapLies) {
   EXPECT_NEAR(edges[0].T_from_to.y, 12.0, 0.1);
 }
 
+TEST(RegisterPairs, GoThroughTheSameChainByThePapersMethod) {
+  LoopCloserParams params;
+  params.method = RegistrationMethod::kGicp;
+  const Submap target = At(0, 0.0, 0.0);
+  const Submap source = Make(1, {10.0, 12.0, 0.0}, {10.7, 11.5, 0.0});
+  LoopCloser closer(params);
+  closer.Add(target);
+  closer.Add(source);
+  const auto edges = RegisterPairs(
+      source,
+      closer.PairsFor(SubmapId{1}),
+      [&](SubmapId) { return std::make_shared<const Submap>(target); },
+      params);
+  ASSERT_EQ(edges.size(), 1u);
+  EXPECT_EQ(edges[0].verdict, LoopVerdict::kAccepted) << ToString(edges[0].verdict);
+  EXPECT_NEAR(edges[0].T_from_to.x, 10.0, 0.1);
+  EXPECT_NEAR(edges[0].T_from_to.y, 12.0, 0.1);
+}
+
 TEST(RegisterPairs, LeavesOutWhatCannotBeLoaded) {
   const LoopPair pair{SubmapId{0}, SubmapId{1}, {}, 0.0};
   EXPECT_TRUE(RegisterPairs(

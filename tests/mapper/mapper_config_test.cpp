@@ -77,6 +77,8 @@ TEST(MapperConfig, NamesTheKeyThatIsWrong) {
   EXPECT_EQ(names("submap: {max_length_m: 5}\n", "submap.max_length_m must be"), "");
   EXPECT_EQ(names("filter: {voxel_m: .nan}\n", "filter.voxel_m: '.nan' is not a number"), "");
   EXPECT_EQ(names("overlap: {max_pairs: 500}\n", "overlap.max_pairs must be"), "");
+  EXPECT_EQ(names("registration: {method: icp}\n", "registration.method = icp, must be grid"), "");
+  EXPECT_EQ(names("registration: {gicp_voxel_m: 0}\n", "registration.gicp_voxel_m must be"), "");
   EXPECT_EQ(names("registration: {z_sigma_m: 0}\n", "registration.z_sigma_m must be"), "");
   EXPECT_EQ(names("nav_rate_hz: 0\n", "nav_rate_hz must be"), "");
   EXPECT_EQ(names("survey_dir: ''\n", "survey_dir must"), "");
