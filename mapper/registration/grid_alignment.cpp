@@ -22,6 +22,9 @@ using Cell = RegistrationSubmap::Cell;
 // Huber's bound in sigma: 1 % of Gaussian residuals are bounded, the pull of a wreck or a shoal of
 // fish that only one submap saw no longer grows with its height.
 constexpr double kHuberSigma = 2.5;
+// Soundings of a cell that scatter by so many times the variance of the others do so because the
+// seabed there is finer than the cell, a pipe or a wreck, and not by chance.
+constexpr double kClearScatter = 4.0;
 constexpr int kMaxSteps = 40;
 constexpr double kStepToleranceCells = 1e-3;
 // Steps of a tenth of a sigma change nothing that matters.
@@ -335,9 +338,10 @@ class Shares {
     columns = columns.Union({col, col + 1});
   }
 
-  // Sum over soundings of n u u^T, where u is what a sounding of unit error in a cell adds to the
-  // gradient: the shares of the cells, smoothed as the heights were.
-  Eigen::Matrix4d OfSoundings() const {
+  // Sum over soundings of n variance u u^T, where u is what a sounding of unit error in a cell adds
+  // to the gradient: the shares of the cells, smoothed as the heights were. The variance is
+  // `variance`, or what the cell shows where that is clearly more.
+  Eigen::Matrix4d OfSoundings(double variance) const {
     const GridGeometry& g = grid_.geometry();
     Eigen::Matrix4d sum = Eigen::Matrix4d::Zero();
     const auto load = [&](int row, Share* line) {
@@ -348,10 +352,12 @@ class Shares {
     };
     SmoothRows<Share>(g.rows, g.cols, load, [&](int row, ColumnSpan columns, const Share* line) {
       for (int col = columns.first; col < columns.last; ++col) {
-        const float n = grid_(row, col).soundings;
-        if (n == 0.0f) continue;
+        const Cell& cell = grid_(row, col);
+        if (cell.soundings == 0.0f) continue;
+        const double shown = static_cast<double>(cell.scatter);
+        const double sounding_variance = shown > kClearScatter * variance ? shown : variance;
         const Eigen::Vector4d u = line[col].matrix().cast<double>();
-        sum.noalias() += (static_cast<double>(n) * u) * u.transpose();
+        sum.noalias() += (cell.soundings * sounding_variance * u) * u.transpose();
       }
     });
     return sum;
@@ -438,7 +444,7 @@ FitInformation GridAligner::Inform(const Fit& fit) const {
         std::max(shared_variance, excess / weight * count / (count - kFittedParameters));
 
   Eigen::Matrix4d B =
-      sounding_variance * (source_shares.OfSoundings() + target_shares.OfSoundings());
+      source_shares.OfSoundings(sounding_variance) + target_shares.OfSoundings(sounding_variance);
   for (const auto& [key, block] : blocks)
     B.noalias() += shared_variance * block.pull * block.pull.transpose();
   const double shift_information =

@@ -274,6 +274,7 @@ RegistrationSubmap::Level FitLevel(int number,
           cell.variance = static_cast<float>(fit->variance);
           cell.covariance_x = static_cast<float>(fit->covariance.x());
           cell.covariance_y = static_cast<float>(fit->covariance.y());
+          cell.scatter = static_cast<float>(fit->residual_variance);
           if (residual_variances) residual_variances->push_back(fit->residual_variance);
         }
       });

@@ -65,7 +65,7 @@ struct RegistrationParams {
 };
 
 // What registration keeps of a submap: heights, slopes and densities on a pyramid of grids in its
-// level frame. Made once; about 28 B a cell.
+// level frame. Made once; about 32 B a cell.
 class RegistrationSubmap {
  public:
   // Smoothed seabed at the centre of a cell: a plane fitted under a Gaussian kernel of one cell.
@@ -78,6 +78,7 @@ class RegistrationSubmap {
     // Covariance of height and slope, from the same: where the soundings lie to one side.
     float covariance_x = 0.0f;
     float covariance_y = 0.0f;
+    float scatter = 0.0f;  // variance of single soundings about the plane [m2]
   };
   struct Level {
     int number = 0;  // cells of 2^number m
