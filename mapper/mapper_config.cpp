@@ -95,6 +95,7 @@ void ReadSubmap(ConfigMap map, SubmapParams* p) {
   map.Read("min_length_m", &p->min_length_m);
   map.Read("max_length_m", &p->max_length_m);
   map.Read("max_duration_s", &p->max_duration_s);
+  map.Read("max_drift_m", &p->max_drift_m);
   map.Read("max_soundings", &p->max_soundings);
   map.Read("min_points", &p->min_points);
   map.Read("expected_overlap", &p->expected_overlap);

@@ -70,7 +70,9 @@ MapperNode::MapperNode(const MapperConfig& config, Bus* bus, Worker* worker)
       worker_(worker),
       navigation_(config.navigation, config.vehicle),
       sound_speed_(config.sound_velocity_profile),
-      builder_(config.submap, config.filter),
+      builder_(config.submap,
+               config.filter,
+               [this](Time from, Time to) { return DriftBetween(from, to); }),
       archive_(std::make_shared<Archive>(
           SurveyStoreParams{config.survey_dir, config.max_cached_mb, config.max_unsaved_mb})),
       loop_closer_(config.loop_closer) {
@@ -226,6 +228,12 @@ void MapperNode::AddLastFixes() {
   GraphUpdate update;
   update.edges = FixEdges(*navigation_.latest(), {*previous_frame_});
   if (!update.edges.empty()) AddStep(std::move(update), previous_frame_->state.time);
+}
+
+double MapperNode::DriftBetween(Time from, Time to) const {
+  const std::optional<Eigen::Matrix3d> covariance = navigation_.RelativeCovariance(from, to);
+  // A submap is never longer than the window of navigation.
+  return covariance ? WorstSigma(covariance->topLeftCorner<2, 2>()) : 0.0;
 }
 
 Eigen::Matrix3d MapperNode::CovarianceFromPrevious(const Submap& submap) {

@@ -50,7 +50,7 @@ DepthSample ToDepth(const FieldValues& v, const SignalMap& signals, Time time) {
   sample.time = time;
   sample.pressure_pa = v.value[kDepthPressure];
   sample.depth_m = v.value[kDepthDepth];
-  sample.sigma_m = Sigma(v, signals, kDepthSigma);
+  if (signals.Has(kDepthSigma)) sample.sigma_m = Sigma(v, signals, kDepthSigma);
   return sample;
 }
 
@@ -120,7 +120,7 @@ std::string DvlCanParams::Validate() const {
     if (const std::string problem = missing(kDvlAltitude, kDvlAltitudeValid); !problem.empty())
       return problem;
   if (Mapped(signals, kDepthPressure, kDepthSigma).any())
-    if (const std::string problem = missing(kDepthDepth, kDepthSigma); !problem.empty())
+    if (const std::string problem = missing(kDepthDepth, kDepthDepth); !problem.empty())
       return problem;
   if (!(max_ensemble_s > 0.0 && max_ensemble_s <= 1.0))
     return "max_ensemble_s must be above 0, at most 1";

@@ -1,6 +1,13 @@
 #include "mapper/submaps/relative_pose.hpp"
 
+#include <Eigen/Eigenvalues>
+#include <cmath>
+
 namespace seastitch {
+
+double WorstSigma(const Eigen::Matrix2d& covariance) {
+  return std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(covariance).eigenvalues()(1));
+}
 
 RelativePose Compose(const RelativePose& a_b, const RelativePose& b_c) {
   // p_ac = p_ab + R_ab p_bc, yaw_ac = yaw_ab + yaw_bc.

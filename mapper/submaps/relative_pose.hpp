@@ -13,6 +13,9 @@ struct RelativePose {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
 };
 
+// One sigma in the direction in which it is largest.
+double WorstSigma(const Eigen::Matrix2d& covariance);
+
 // T_a_c of two independent relative poses, to first order.
 RelativePose Compose(const RelativePose& a_b, const RelativePose& b_c);
 

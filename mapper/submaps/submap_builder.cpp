@@ -1,7 +1,6 @@
 #include "mapper/submaps/submap_builder.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
@@ -9,11 +8,12 @@
 #include <utility>
 
 #include "mapper/submaps/footprint.hpp"
+#include "mapper/submaps/relative_pose.hpp"
 
 namespace seastitch {
 namespace {
 
-// How often the information is looked at: each look costs a pass over some thousand cells.
+// How often drift and information are looked at: each look costs a pass over some thousand cells.
 constexpr double kCheckEveryM = 5.0;
 // Slopes are taken over cells of this part of the altitude: several beams and pings each.
 constexpr double kCellPerAltitude = 0.05;
@@ -52,6 +52,7 @@ std::string SubmapParams::Validate() const {
   if (!(min_length_m >= 0.0)) return "min_length_m must be >= 0";
   if (!(max_length_m > min_length_m)) return "max_length_m must be above min_length_m";
   if (!(max_duration_s > 0.0)) return "max_duration_s must be > 0";
+  if (!(max_drift_m > 0.0)) return "max_drift_m must be > 0";
   if (max_soundings < 1000) return "max_soundings must be >= 1000";
   if (min_points < 3) return "min_points must be >= 3";
   if (!(expected_overlap > 0.0 && expected_overlap <= 1.0))
@@ -74,8 +75,10 @@ SubmapBuilder::Open::Open(const GeoreferencedPing& first,
       voxels(first.T_map_vehicle.translation(), filter.voxel_m),
       terrain(cell_m) {}
 
-SubmapBuilder::SubmapBuilder(const SubmapParams& params, const CloudFilterParams& filter)
-    : params_(params), filter_(filter) {}
+SubmapBuilder::SubmapBuilder(const SubmapParams& params,
+                             const CloudFilterParams& filter,
+                             Drift drift)
+    : params_(params), filter_(filter), drift_(std::move(drift)) {}
 
 std::optional<Submap> SubmapBuilder::Add(const GeoreferencedPing& ping) {
   if (!Accept(ping)) return std::nullopt;
@@ -208,9 +211,15 @@ std::optional<SubmapTrigger> SubmapBuilder::Full() {
     return SubmapTrigger::kLength;
   if (open_->length_m >= open_->next_check_m) {
     open_->next_check_m = open_->length_m + kCheckEveryM;
+    if (HasDrifted()) return SubmapTrigger::kLength;
     if (HoldsEnoughStructure()) return SubmapTrigger::kInformation;
   }
   return std::nullopt;
+}
+
+bool SubmapBuilder::HasDrifted() const {
+  return drift_ &&
+         drift_(open_->track.front().time, open_->track.back().time) > params_.max_drift_m;
 }
 
 bool SubmapBuilder::HoldsEnoughStructure() {
@@ -222,9 +231,7 @@ bool SubmapBuilder::HoldsEnoughStructure() {
   const Eigen::LLT<Eigen::Matrix3d> factor(information);
   if (factor.info() != Eigen::Success) return false;
   const Eigen::Matrix3d covariance = factor.solve(Eigen::Matrix3d::Identity());
-  const Eigen::Matrix2d xy = covariance.topLeftCorner<2, 2>();
-  const double worst_m2 = Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(xy).eigenvalues()(1);
-  return worst_m2 <= params_.target_sigma_m * params_.target_sigma_m &&
+  return WorstSigma(covariance.topLeftCorner<2, 2>()) <= params_.target_sigma_m &&
          covariance(2, 2) <= params_.target_sigma_rad * params_.target_sigma_rad;
 }
 

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -23,6 +24,9 @@ struct SubmapParams {
   double max_length_m = 100.0;
   // Of a vehicle that hovers: twice this must fit the window of the navigation's covariances.
   double max_duration_s = 900.0;
+  // What dead reckoning may lose from a submap's first ping to its last, one sigma in the worst
+  // direction: with bottom lock that takes more than max_length_m, without it some seconds.
+  double max_drift_m = 0.5;
   // Bounds memory and work whatever the sonar sends.
   int max_soundings = 5'000'000;
   // Fewer points after the filter are no submap.
@@ -57,7 +61,11 @@ struct SubmapParams {
 // sounding is in two of them. Pure.
 class SubmapBuilder {
  public:
-  SubmapBuilder(const SubmapParams& params, const CloudFilterParams& filter);
+  // One sigma [m], in the worst horizontal direction, of the vehicle's way between two pings.
+  using Drift = std::function<double(Time from, Time to)>;
+
+  // Without `drift` dead reckoning is taken to hold for max_length_m.
+  SubmapBuilder(const SubmapParams& params, const CloudFilterParams& filter, Drift drift = {});
 
   // Adds a ping and gives the submap that it closed, if it closed one. A gap or a turn closes the
   // submap before the ping. Left to the caller: id, covariance_from_previous, heading_sigma_rad.
@@ -79,7 +87,7 @@ class SubmapBuilder {
 
     std::vector<Pose> track;
     double length_m = 0.0;
-    double next_check_m = 0.0;  // of the information
+    double next_check_m = 0.0;  // of drift and information
     double first_yaw_rad = 0.0;
     double turned_since_m = -1.0;  // length at which the heading left; negative: it has not
     std::uint64_t soundings_read = 0;
@@ -98,11 +106,13 @@ class SubmapBuilder {
   bool HeadingSettled(double yaw_rad, double along_m);
   void AddSoundings(const GeoreferencedPing& ping);
   std::optional<SubmapTrigger> Full();
+  bool HasDrifted() const;
   bool HoldsEnoughStructure();
   std::optional<Submap> Close(SubmapTrigger trigger);
 
   const SubmapParams params_;
   const CloudFilterParams filter_;
+  const Drift drift_;
   std::optional<Open> open_;
   std::optional<Pose> last_;
   double along_m_ = 0.0;  // of the whole track

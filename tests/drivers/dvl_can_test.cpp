@@ -2,9 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <fstream>
+
 #include "drivers/dvl/dvl_driver.hpp"
 #include "tests/drivers/test_data.hpp"
 #include "tests/property.hpp"
+#include "tests/runtime/temporary_dir.hpp"
 
 namespace seastitch {
 namespace {
@@ -130,6 +134,29 @@ TEST_F(DvlCan, EitherPartMayComeAlone) {
   decoder.Finish();
   EXPECT_TRUE(decoder.counters().empty());
   EXPECT_TRUE(encoder.Encode(std::nullopt, std::nullopt).empty());
+}
+
+TEST_F(DvlCan, PressureAloneIsDepthByDensityAndGravity) {
+  constexpr double kDensity = 1027.0, kGravity = 9.81;
+  TemporaryDir dir;
+  std::ifstream shipped(std::string(SEASTITCH_SOURCE_DIR) + "/config/dvl_driver.yaml");
+  std::string config(std::istreambuf_iterator<char>(shipped), {});
+  const std::size_t depth = config.find("  depth_m:");
+  config.erase(depth);
+  config += "  depth_m: DEPTH_PRESSURE.PRESSURE * 9.9257e-5\n";
+  std::filesystem::copy(std::string(SEASTITCH_SOURCE_DIR) + "/config/seastitch_dvl.dbc",
+                        dir.path() / "seastitch_dvl.dbc");
+  const DvlCanParams pressure_alone = LoadDvlDriverConfig(dir.Write("dvl_driver.yaml", config)).can;
+  ASSERT_EQ(pressure_alone.Validate(), "");
+  DvlCanDecoder of_pressure(pressure_alone);
+  std::optional<DepthSample> got;
+  for (const CanFrame& frame : encoder.Encode({}, Depth(0))) {
+    if (const auto sample = of_pressure.Add(frame, Depth(0).time).depth) got = sample;
+  }
+  ASSERT_TRUE(got);
+  EXPECT_NEAR(got->depth_m, Depth(0).pressure_pa / (kDensity * kGravity), 1e-3);
+  EXPECT_EQ(got->pressure_pa, Depth(0).pressure_pa);
+  EXPECT_EQ(got->sigma_m, 0.0);
 }
 
 TEST_F(DvlCan, WithoutLockVelocityAndSigmaAreZero) {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "mapper/submaps/footprint.hpp"
@@ -20,8 +21,10 @@ constexpr double kSpeedMps = 1.5;
 
 // Drives a vehicle and gathers what the builder closes.
 struct Drive {
-  explicit Drive(const SubmapParams& params = {}, const CloudFilterParams& filter = {})
-      : builder(params, filter) {}
+  explicit Drive(const SubmapParams& params = {},
+                 const CloudFilterParams& filter = {},
+                 SubmapBuilder::Drift drift = {})
+      : builder(params, filter, std::move(drift)) {}
 
   void Straight(double length_m) {
     for (double gone = 0.0; gone < length_m; gone += kStepM) Step(0.0);
@@ -60,6 +63,22 @@ TEST(SubmapBuilder, ClosesAtTheMaximumLengthOverAFlatSeabed) {
       (drive.closed[1].T_map_submap.translation() - drive.closed[0].T_map_submap.translation())
           .norm();
   EXPECT_NEAR(length_m, 100.0, 1.0);
+}
+
+TEST(SubmapBuilder, ClosesWhereDeadReckoningHasLostTooMuchButNotBeforeTheMinimum) {
+  for (const auto &[drift_mps, expected_m] : {std::pair{0.0125, 60.0}, std::pair{1.0, 30.0}}) {
+    SubmapParams params;
+    params.max_drift_m = 0.5;
+    Drive drive(params, {}, [drift_mps = drift_mps](Time from, Time to) {
+      return drift_mps * ToSeconds(to - from);
+    });
+    drive.Straight(150.0);
+    ASSERT_GE(drive.closed.size(), 2u);
+    for (const Submap& submap : drive.closed) {
+      EXPECT_EQ(submap.trigger, SubmapTrigger::kLength);
+      EXPECT_NEAR(kSpeedMps * ToSeconds(submap.end - submap.start), expected_m, 5.5);
+    }
+  }
 }
 
 TEST(SubmapBuilder, ClosesEarlierWhereTheSeabedHasStructureButNotBeforeTheMinimum) {
