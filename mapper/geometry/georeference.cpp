@@ -8,11 +8,10 @@
 namespace seastitch {
 namespace {
 
-// No echo sounder listens longer: 15 km of range.
 // Between knots so far apart the sonar's motion is taken as even: the sharpest roll a vehicle does
 // (100 deg/s2) strays from that by a thousandth of a degree.
 constexpr double kKnotS = 0.01;
-constexpr int kMaxKnots = 200;
+constexpr int kMaxKnots = 200;  // whatever time an echo claims
 // Roundoff of the sonar's own float angles, beyond which two cones miss each other.
 constexpr double kConeSlack = 1e-9;
 // Speed that rises on the way takes rays deeper than straight ones: by 5 % at the very most.

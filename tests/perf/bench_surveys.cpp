@@ -14,6 +14,7 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "bench/log.hpp"
@@ -188,14 +189,16 @@ PoseGraph Solve(const std::vector<GraphUpdate>& updates) {
 
 // ---- wrong loop closures
 
+// Each pair once: as it was registered last.
 std::vector<GraphEdge*> AcceptedClosures(std::vector<GraphUpdate>* updates) {
-  std::vector<GraphEdge*> closures;
+  std::map<std::pair<SubmapId, SubmapId>, GraphEdge*> last;
   for (GraphUpdate& update : *updates) {
-    for (GraphEdge& e : update.edges) {
-      if (e.kind == EdgeKind::kLoopClosure && e.verdict == LoopVerdict::kAccepted)
-        closures.push_back(&e);
-    }
+    for (GraphEdge& e : update.edges)
+      if (e.kind == EdgeKind::kLoopClosure) last[{e.to, e.from}] = &e;
   }
+  std::vector<GraphEdge*> closures;
+  for (const auto& [pair, edge] : last)
+    if (edge->verdict == LoopVerdict::kAccepted) closures.push_back(edge);
   return closures;
 }
 
@@ -211,12 +214,19 @@ std::vector<GraphUpdate> WithExactClosures(const Run& run) {
   return updates;
 }
 
-// Replaces that share of the accepted closures by others 2 to 16 m away. `alike` of them in a row
-// are wrong by the same vector of the map, as where the seabed repeats itself, and so agree.
-std::vector<GraphUpdate> WithWrongClosures(std::vector<GraphUpdate> updates,
-                                           double share,
-                                           std::size_t alike,
-                                           std::uint64_t seed) {
+// What becomes of some of the accepted closures.
+enum class Fate {
+  kWrong,  // 2 to 16 m off
+  kGone,   // refused: what is lost without them, whoever refuses them
+};
+
+// That share of the accepted closures, drawn by the seed. `alike` of them in a row are wrong by the
+// same vector of the map, as where the seabed repeats itself, and so agree.
+std::vector<GraphUpdate> WithFate(Fate fate,
+                                  std::vector<GraphUpdate> updates,
+                                  double share,
+                                  std::size_t alike,
+                                  std::uint64_t seed) {
   bench::Random random(seed, "wrong closures");
   const std::vector<GraphEdge*> closures = AcceptedClosures(&updates);
   std::vector<std::size_t> groups((closures.size() + alike - 1) / alike);
@@ -234,6 +244,10 @@ std::vector<GraphUpdate> WithWrongClosures(std::vector<GraphUpdate> updates,
         length_m * Eigen::Vector2d(std::cos(direction), std::sin(direction));
     for (std::size_t i = group * alike; i < std::min(closures.size(), (group + 1) * alike); ++i) {
       GraphEdge& e = *closures[i];
+      if (fate == Fate::kGone) {
+        e.verdict = LoopVerdict::kAmbiguous;
+        continue;
+      }
       const Eigen::Vector2d in_from = dead_reckoned.at(e.from).Rotation().transpose() * offset;
       e.T_from_to.x += in_from.x();
       e.T_from_to.y += in_from.y();
@@ -323,7 +337,8 @@ void WrongClosureTable(std::vector<Judged>& surveys) {
       "\n## The same graphs with wrong loop closures\n\n"
       "Share of the accepted closures replaced by others 2 to 16 m off; alone, or five in a row "
       "off by the same vector.\nRMS error of the submap frames over that of the graph as it is: "
-      "position as delivered / shape.\n\n"
+      "position as delivered / shape; and the shape where\nthe same closures are not wrong but "
+      "gone.\n\n"
       "| seabed | cross | seed | closures | as it is m | 10 %% | 30 %% | 50 %% | five alike: 10 %% "
       "| 30 %% | 50 %% |\n|---|---|---|---|---|---|---|---|---|---|---|\n");
   for (Judged& judged : surveys) {
@@ -339,10 +354,15 @@ void WrongClosureTable(std::vector<Judged>& surveys) {
                 clean.shape_m);
     for (const std::size_t alike : {1, 5}) {
       for (const double share : {0.1, 0.3, 0.5}) {
-        const FrameError wrong = FrameErrorOf(
-            judged.run, WithWrongClosures(judged.run.updates, share, alike, judged.plan.seed));
-        std::printf(
-            " %.2f / %.2f |", wrong.position_m / clean.position_m, wrong.shape_m / clean.shape_m);
+        const auto error = [&](Fate fate) {
+          return FrameErrorOf(judged.run,
+                              WithFate(fate, judged.run.updates, share, alike, judged.plan.seed));
+        };
+        const FrameError wrong = error(Fate::kWrong);
+        std::printf(" %.2f / %.2f, %.2f |",
+                    wrong.position_m / clean.position_m,
+                    wrong.shape_m / clean.shape_m,
+                    error(Fate::kGone).shape_m / clean.shape_m);
       }
     }
     std::printf("\n");
