@@ -66,7 +66,7 @@ TEST(SubmapBuilder, ClosesAtTheMaximumLengthOverAFlatSeabed) {
 }
 
 TEST(SubmapBuilder, ClosesWhereDeadReckoningHasLostTooMuchButNotBeforeTheMinimum) {
-  for (const auto &[drift_mps, expected_m] : {std::pair{0.0125, 60.0}, std::pair{1.0, 30.0}}) {
+  for (const auto& [drift_mps, expected_m] : {std::pair{0.0125, 60.0}, std::pair{1.0, 30.0}}) {
     SubmapParams params;
     params.max_drift_m = 0.5;
     Drive drive(params, {}, [drift_mps = drift_mps](Time from, Time to) {
