@@ -13,6 +13,7 @@
 #include <exception>
 #include <filesystem>
 #include <map>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -142,41 +143,44 @@ std::vector<CorrectedState> Frames(const Run& run, const PoseGraph& solution) {
   return frames;
 }
 
+// Every two submaps that were tried as a loop closure and do not follow each other, once.
+std::set<std::pair<SubmapId, SubmapId>> PairsOfLines(const Run& run) {
+  std::set<std::pair<SubmapId, SubmapId>> pairs;
+  for (const GraphUpdate& update : run.updates) {
+    for (const GraphEdge& e : update.edges)
+      if (e.kind == EdgeKind::kLoopClosure && e.to.value - e.from.value >= 2)
+        pairs.insert({e.from, e.to});
+  }
+  return pairs;
+}
+
 // By how much two passes put the same piece of seabed, half-way between their frames, at different
-// places: RMS over all pairs that were tried as loop closures, before and after.
+// places: RMS over the pairs of lines, before and after.
 struct LineOffset {
   double before_m = 0.0;
   double after_m = 0.0;
 };
 
 LineOffset LineToLine(const Run& run, const std::vector<CorrectedState>& frames) {
+  const auto dead_reckoned = [&](std::size_t i) {
+    const CorrectedState& s = frames[i];
+    return Pose2{s.p_dead_reckoned.x(), s.p_dead_reckoned.y(), s.rpy_dead_reckoned_rad.z()};
+  };
   LineOffset squares;
-  int pairs = 0;
-  const auto seen_from =
-      [](const Pose2& T_map_frame, const Pose2& truth, const Eigen::Vector2d& p) {
-        return Eigen::Vector2d(T_map_frame * (Inverse(truth) * p));
-      };
-  for (const GraphUpdate& update : run.updates) {
-    for (const GraphEdge& e : update.edges) {
-      if (e.kind != EdgeKind::kLoopClosure || e.to.value - e.from.value < 2) continue;
-      const auto from = static_cast<std::size_t>(e.from.value);
-      const auto to = static_cast<std::size_t>(e.to.value);
-      const Pose2& true_from = run.truth.at(from).T_map_level;
-      const Pose2& true_to = run.truth.at(to).T_map_level;
-      const Eigen::Vector2d p = 0.5 * (true_from.Translation() + true_to.Translation());
-      const auto offset2 = [&](const Pose2& a, const Pose2& b) {
-        return (seen_from(a, true_from, p) - seen_from(b, true_to, p)).squaredNorm();
-      };
-      const auto dead_reckoned = [&](std::size_t i) {
-        const CorrectedState& s = frames[i];
-        return Pose2{s.p_dead_reckoned.x(), s.p_dead_reckoned.y(), s.rpy_dead_reckoned_rad.z()};
-      };
-      squares.before_m += offset2(dead_reckoned(from), dead_reckoned(to));
-      squares.after_m += offset2(frames[from].corrected, frames[to].corrected);
-      ++pairs;
-    }
+  const std::set<std::pair<SubmapId, SubmapId>> pairs = PairsOfLines(run);
+  for (const auto& [from_id, to_id] : pairs) {
+    const auto from = static_cast<std::size_t>(from_id.value);
+    const auto to = static_cast<std::size_t>(to_id.value);
+    const Pose2& true_from = run.truth.at(from).T_map_level;
+    const Pose2& true_to = run.truth.at(to).T_map_level;
+    const Eigen::Vector2d p = 0.5 * (true_from.Translation() + true_to.Translation());
+    const Eigen::Vector2d p_from = Inverse(true_from) * p;
+    const Eigen::Vector2d p_to = Inverse(true_to) * p;
+    squares.before_m += (dead_reckoned(from) * p_from - dead_reckoned(to) * p_to).squaredNorm();
+    squares.after_m +=
+        (frames[from].corrected * p_from - frames[to].corrected * p_to).squaredNorm();
   }
-  const double n = std::max(pairs, 1);
+  const double n = std::max<double>(1.0, static_cast<double>(pairs.size()));
   return {std::sqrt(squares.before_m / n), std::sqrt(squares.after_m / n)};
 }
 
