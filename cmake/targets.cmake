@@ -20,13 +20,15 @@ function(seastitch_library name)
   target_compile_features(${name} PUBLIC cxx_std_20)
 endfunction()
 
-# seastitch_executable(NAME SOURCES... LINK TARGETS...), into bin/
+# seastitch_executable(NAME SOURCES... LINK TARGETS...), into bin/; `programs` builds them all
+add_custom_target(programs)
 function(seastitch_executable name)
   cmake_parse_arguments(ARG "" "" "LINK" ${ARGN})
   add_executable(${name} ${ARG_UNPARSED_ARGUMENTS})
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
   target_link_libraries(${name} PRIVATE ${ARG_LINK} seastitch_warnings)
   install(TARGETS ${name} RUNTIME DESTINATION bin)
+  add_dependencies(programs ${name})
 endfunction()
 
 # seastitch_test(NAME SOURCES... LINK TARGETS... [LABEL unit|process]): one GoogleTest binary a unit,
@@ -45,8 +47,9 @@ function(seastitch_test name)
     SEASTITCH_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
     SEASTITCH_BIN_DIR="${CMAKE_RUNTIME_OUTPUT_DIRECTORY}")
   target_link_libraries(${name} PRIVATE ${ARG_LINK} seastitch_warnings GTest::gmock GTest::gtest_main)
-  # What is tested is optimised; the tests themselves need not be, and compile in half the time.
-  target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
+  # What is tested is optimised and sanitised in full; the tests' own sources need not be, and compile
+  # in half the time.
+  target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1> ${SEASTITCH_TEST_OPTIONS})
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES LABELS ${ARG_LABEL})
   if(ARG_LABEL STREQUAL unit)
     add_dependencies(unit_tests ${name})
