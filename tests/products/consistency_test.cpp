@@ -11,9 +11,8 @@ namespace seastitch {
 namespace {
 
 using testing::SeenFrom;
-using testing::TemporaryFolder;
 
-Survey CollectAll(const TemporaryFolder& folder, const std::vector<Submap>& submaps) {
+Survey CollectAll(const TemporaryDir& folder, const std::vector<Submap>& submaps) {
   SurveyCollector collector(folder.path());
   for (const Submap& s : submaps) collector.Add(s);
   return collector.Finish();
@@ -43,7 +42,7 @@ const testing::Seabed kSlope20 = [](double north, double) {
 };
 
 TEST(Consistency, IdenticalSubmapsHaveNoPointErrorAndTheirOwnNoiseAsSurfaceError) {
-  const TemporaryFolder folder;
+  const TemporaryDir folder;
   const Submap one = SeenFrom(0, {}, {}, kFlat, 10, 10, 0.25, 0.02);
   const ConsistencyFigures f = Figures(MapOf(CollectAll(folder, {one, WithId(one, 1)}), 1.0));
   EXPECT_GT(f.point.cells, 60u);
@@ -53,7 +52,7 @@ TEST(Consistency, IdenticalSubmapsHaveNoPointErrorAndTheirOwnNoiseAsSurfaceError
 
 TEST(Consistency, OfTwoCleanLooksAtTheSameGroundIsSpacingByPointsAndNoiseBySurface) {
   for (const double spacing : {0.15, 0.3}) {
-    const TemporaryFolder folder;
+    const TemporaryDir folder;
     const ConsistencyFigures f =
         Figures(MapOf(CollectAll(folder,
                                  {SeenFrom(0, {}, {}, kFlat, 8, 8, spacing, 0.02),
@@ -66,7 +65,7 @@ TEST(Consistency, OfTwoCleanLooksAtTheSameGroundIsSpacingByPointsAndNoiseBySurfa
 
 TEST(Consistency, OnASlopeGrowsWithTheShiftTimesTheSineOfTheSlope) {
   for (const double shift : {0.25, 0.5, 1.0}) {
-    const TemporaryFolder folder;
+    const TemporaryDir folder;
     const Submap a = SeenFrom(0, {}, {}, kSlope20, 8, 4, 0.1, 0.0);
     const Submap b = SeenFrom(1, {}, {shift, 0, 0}, kSlope20, 8, 4, 0.1, 0.0);
     const ConsistencyFigures f = Figures(MapOf(CollectAll(folder, {a, b}), 1.0));
@@ -77,7 +76,7 @@ TEST(Consistency, OnASlopeGrowsWithTheShiftTimesTheSineOfTheSlope) {
 }
 
 TEST(Consistency, OfAVerticalOffsetOnLevelGroundIsThatOffset) {
-  const TemporaryFolder folder;
+  const TemporaryDir folder;
   Submap b = SeenFrom(1, {}, {}, kFlat, 6, 6, 0.15, 0.0);
   b.T_map_submap.translation().z() += 0.4;
   const Submap a = SeenFrom(0, {}, {}, kFlat, 6, 6, 0.15, 0.0);
@@ -87,7 +86,7 @@ TEST(Consistency, OfAVerticalOffsetOnLevelGroundIsThatOffset) {
 }
 
 TEST(Consistency, IsThatOfTheWorstPairWhereThreeSubmapsMeet) {
-  const TemporaryFolder folder;
+  const TemporaryDir folder;
   std::vector<Submap> submaps;
   for (int id = 0; id < 3; ++id) {
     submaps.push_back(WithId(SeenFrom(0, {}, {}, kFlat, 6, 6, 0.2, 0.0), id));
@@ -100,7 +99,7 @@ TEST(Consistency, IsThatOfTheWorstPairWhereThreeSubmapsMeet) {
 }
 
 TEST(Consistency, HasNoValueWhereOneSubmapAloneSees) {
-  const TemporaryFolder folder;
+  const TemporaryDir folder;
   const Survey survey =
       CollectAll(folder,
                  {SeenFrom(0, {}, {}, testing::Hills, 6, 6, 0.3, 0.0),
@@ -115,7 +114,7 @@ TEST(Consistency, HasNoValueWhereOneSubmapAloneSees) {
 
 TEST(Consistency, SaysNothingPastTheEdgeOfASubmap) {
   // Two swaths that share one row of cells without reaching into one another.
-  const TemporaryFolder folder;
+  const TemporaryDir folder;
   const Submap south = SeenFrom(0, {-4.2, 0, 0}, {-4.2, 0, 0}, kFlat, 10, 10, 0.2, 0.0);
   const Submap north = SeenFrom(1, {6.2, 0, 0}, {6.2, 0, 0}, kFlat, 10, 10, 0.2, 0.0);
   const ConsistencyMap map = MapOf(CollectAll(folder, {south, north}), 2.0);
@@ -124,7 +123,7 @@ TEST(Consistency, SaysNothingPastTheEdgeOfASubmap) {
 }
 
 TEST(Consistency, IsTheSameWithACacheOfOneSubmap) {
-  const TemporaryFolder folder;
+  const TemporaryDir folder;
   const testing::DriftingSurvey drifting = testing::MakeDriftingSurvey();
   const Survey survey = CollectAll(folder, drifting.submaps);
   const ConsistencyMap small = MapOf(survey, 1.0, 1), large = MapOf(survey, 1.0);
@@ -133,7 +132,7 @@ TEST(Consistency, IsTheSameWithACacheOfOneSubmap) {
 }
 
 TEST(Consistency, FallsWhenDriftingSubmapsArePutRightOverTheSameCells) {
-  const TemporaryFolder folder;
+  const TemporaryDir folder;
   const testing::DriftingSurvey drifting = testing::MakeDriftingSurvey();
   const Survey survey = CollectAll(folder, drifting.submaps);
   const GridGeometry geometry = GridGeometry::Covering({-40, -40}, {120, 120}, 1.0);

@@ -17,7 +17,6 @@ namespace {
 
 using ::testing::HasSubstr;
 using ::testing::Not;
-using testing::TemporaryFolder;
 
 constexpr Datum kDatum{57.1234, 11.5678};
 
@@ -49,7 +48,7 @@ float Pixel(GDALRasterBand* band, int x, int y) {
 }
 
 TEST(GeoTiff, PutsAKnownLatitudeAndLongitudeIntoTheRightCell) {
-  const TemporaryFolder folder;
+  const TemporaryDir folder;
   const GridGeometry g = SmallGrid();
   WriteFileAtomically(folder / "a.tif", GeoTiff(g, {Ramp(g)}, kDatum));
   const Dataset tif = Open(folder / "a.tif", GDAL_OF_RASTER);
@@ -81,7 +80,7 @@ TEST(GeoTiff, PutsAKnownLatitudeAndLongitudeIntoTheRightCell) {
 }
 
 TEST(GeoTiff, IsTiledDeflatedFloatWithNamedBandsAndNoData) {
-  const TemporaryFolder folder;
+  const TemporaryDir folder;
   const GridGeometry g = SmallGrid();
   RasterBand second = Ramp(g);
   second.description = "spread";
@@ -104,7 +103,7 @@ TEST(GeoTiff, IsTiledDeflatedFloatWithNamedBandsAndNoData) {
 }
 
 TEST(GeoTiff, HasLocalMetresButNoProjectionWithoutADatum) {
-  const TemporaryFolder folder;
+  const TemporaryDir folder;
   const GridGeometry g = SmallGrid();
   WriteFileAtomically(folder / "a.tif", GeoTiff(g, {Ramp(g)}, std::nullopt));
   const Dataset tif = Open(folder / "a.tif", GDAL_OF_RASTER);
@@ -121,7 +120,7 @@ TEST(GeoTiff, IsTheSameBytesEveryTimeAndHoldsNoTime) {
   const GridGeometry g = SmallGrid();
   const std::string bytes = GeoTiff(g, {Ramp(g)}, kDatum);
   EXPECT_EQ(bytes, GeoTiff(g, {Ramp(g)}, kDatum));
-  const TemporaryFolder folder;
+  const TemporaryDir folder;
   WriteFileAtomically(folder / "a.tif", bytes);
   const Dataset tif = Open(folder / "a.tif", GDAL_OF_RASTER);
   ASSERT_NE(tif, nullptr);
@@ -129,7 +128,7 @@ TEST(GeoTiff, IsTheSameBytesEveryTimeAndHoldsNoTime) {
 }
 
 TEST(GeoPackage, HoldsEveryLayerAndFieldAndTheSameBytesEveryTime) {
-  const TemporaryFolder folder;
+  const TemporaryDir folder;
   VectorLayer areas{"footprints", true, {}};
   areas.features.push_back(
       {{{0, 0}, {0, 4}, {3, 4}, {3, 0}}, {{"submap", 7.0}, {"closed_by", std::string("turn")}}});

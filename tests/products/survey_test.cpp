@@ -19,10 +19,9 @@ using testing::LoopEdge;
 using testing::MakeDriftingSurvey;
 using testing::SeenFrom;
 using testing::SolutionAt;
-using testing::TemporaryFolder;
 
 TEST(SurveyCollector, WritesCloudsAtOnceAndKeepsOnlyTheirMetadata) {
-  const TemporaryFolder folder;
+  const TemporaryDir folder;
   SurveyCollector collector(folder.path());
   const Submap submap = SeenFrom(4, {5, 6, 1}, {5, 6, 1}, testing::Hills, 6, 6, 0.5, 0.0);
   collector.Add(submap);
@@ -36,7 +35,7 @@ TEST(SurveyCollector, WritesCloudsAtOnceAndKeepsOnlyTheirMetadata) {
 }
 
 TEST(SurveyCollector, CountsAndSkipsWhatItCannotUse) {
-  const TemporaryFolder folder;
+  const TemporaryDir folder;
   SurveyCollector collector(folder.path());
   Submap submap = SeenFrom(0, {}, {}, testing::Hills, 4, 4, 0.5, 0.0);
   submap.cloud.Add({std::numeric_limits<float>::quiet_NaN(), 0, 0});
@@ -78,7 +77,7 @@ TEST(SurveyCollector, CountsAndSkipsWhatItCannotUse) {
 }
 
 TEST(SurveyCollector, CountsAPairThatWasRegisteredAgainWithItsLastVerdict) {
-  const TemporaryFolder folder;
+  const TemporaryDir folder;
   SurveyCollector collector(folder.path());
   GraphEdge refused = LoopEdge(0, 2);
   refused.verdict = LoopVerdict::kAmbiguous;
@@ -94,7 +93,7 @@ TEST(SurveyCollector, CountsAPairThatWasRegisteredAgainWithItsLastVerdict) {
 }
 
 TEST(SurveyCollector, ThinsAFastTrack) {
-  const TemporaryFolder folder;
+  const TemporaryDir folder;
   SurveyCollector collector(folder.path());
   NavState state;
   for (int i = 0; i < 1000; ++i) {
@@ -109,7 +108,7 @@ TEST(SurveyCollector, NamesTheFolderItCannotMake) {
 }
 
 TEST(SolvedPoses, CarryTheLastCorrectionToSubmapsThatAreNotSolvedYet) {
-  const TemporaryFolder folder;
+  const TemporaryDir folder;
   const testing::DriftingSurvey drifting = MakeDriftingSurvey(1, 3);
   PoseGraph solution = SolutionAt(drifting.truth);
   solution.vertices.pop_back();
@@ -123,7 +122,7 @@ TEST(SolvedPoses, CarryTheLastCorrectionToSubmapsThatAreNotSolvedYet) {
 }
 
 TEST(SolvedPoses, RefuseAVertexThatIsNotFinite) {
-  const TemporaryFolder folder;
+  const TemporaryDir folder;
   const testing::DriftingSurvey drifting = MakeDriftingSurvey(1, 2);
   PoseGraph solution = SolutionAt(drifting.truth);
   solution.vertices[1].T_map_level.x = std::numeric_limits<double>::quiet_NaN();
@@ -137,7 +136,7 @@ TEST(MapPoints, OfAZUpFrameAreTurnedToNorthEastDown) {
 }
 
 TEST(MapPoints, DefaultCellIsTwiceThePointSpacingRoundedUp) {
-  const TemporaryFolder folder;
+  const TemporaryDir folder;
   const Survey survey = Collect(MakeDriftingSurvey(1, 3), folder.path(), {}, {});
   EXPECT_EQ(DefaultCell(survey.submaps), 1.0);  // 0.5 m apart
   EXPECT_EQ(DefaultCell({}), 1.0);

@@ -11,12 +11,11 @@ namespace {
 
 using ::testing::EndsWith;
 using ::testing::HasSubstr;
-using testing::TemporaryFolder;
 
 constexpr const char* kHead = "utime_us,x_m,y_m,z_m,roll_deg,pitch_deg,yaw_deg\n";
 
 std::string ErrorOf(const std::string& text) {
-  const TemporaryFolder folder;
+  const TemporaryDir folder;
   std::ofstream(folder / "truth.csv") << text;
   try {
     ReadTruth(folder / "truth.csv");
@@ -27,7 +26,7 @@ std::string ErrorOf(const std::string& text) {
 }
 
 TEST(Truth, IsReadInMetresAndRadians) {
-  const TemporaryFolder folder;
+  const TemporaryDir folder;
   std::ofstream(folder / "truth.csv") << kHead << "100,1.5,-2,30,1,2,90\n200,2,3,30,1,2,-90\r\n";
   const std::vector<TruthState> truth = ReadTruth(folder / "truth.csv");
   ASSERT_EQ(truth.size(), 2u);

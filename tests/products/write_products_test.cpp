@@ -24,7 +24,6 @@ using testing::MakeDriftingSurvey;
 using ::testing::Not;
 using testing::Slurp;
 using testing::SolutionAt;
-using testing::TemporaryFolder;
 namespace fs = std::filesystem;
 
 const std::vector<std::string> kFiles = {"depth.tif",
@@ -77,7 +76,7 @@ std::map<int, Eigen::Vector2d> PosesIn(const fs::path& path) {
 }
 
 TEST(WriteProducts, CorrectsTheMapAndSaysByHowMuch) {
-  const TemporaryFolder folder;
+  const TemporaryDir folder;
   const Survey survey =
       Collect(Drifting(),
               folder.path(),
@@ -126,7 +125,7 @@ TEST(WriteProducts, CorrectsTheMapAndSaysByHowMuch) {
 }
 
 TEST(WriteProducts, RewritesSubmapsWithTheirCorrectedFrames) {
-  const TemporaryFolder folder;
+  const TemporaryDir folder;
   const Survey survey =
       Collect(Drifting(), folder.path(), SolutionAt(Drifting().truth), {LoopEdge(0, 5)});
   WriteProducts(survey, {}, folder.path());
@@ -141,7 +140,7 @@ TEST(WriteProducts, RewritesSubmapsWithTheirCorrectedFrames) {
 }
 
 TEST(WriteProducts, WithoutRoomOnTheDiskGivesOneLineAndKeepsTheOldFile) {
-  const TemporaryFolder folder;
+  const TemporaryDir folder;
   WriteFileAtomically(folder / "depth.tif", "the old map");
   struct rlimit old {};
   ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &old), 0);
@@ -162,8 +161,8 @@ TEST(WriteProducts, WithoutRoomOnTheDiskGivesOneLineAndKeepsTheOldFile) {
 }
 
 TEST(WriteProducts, GivesTheSameBytesTwice) {
-  const TemporaryFolder a, b;
-  for (const TemporaryFolder* folder : {&a, &b}) {
+  const TemporaryDir a, b;
+  for (const TemporaryDir* folder : {&a, &b}) {
     const Survey survey =
         Collect(Drifting(), folder->path(), SolutionAt(Drifting().truth), {LoopEdge(0, 5)});
     WriteProducts(survey, OptionsWithDatum(), folder->path());
@@ -173,7 +172,7 @@ TEST(WriteProducts, GivesTheSameBytesTwice) {
 }
 
 TEST(WriteProducts, WithholdsACorrectionThatMakesTheMapWorse) {
-  const TemporaryFolder folder;
+  const TemporaryDir folder;
   std::vector<Pose2> wrong = DeadReckonedPoses(Collect(Drifting(), folder.path(), {}, {}));
   for (std::size_t i = 3; i < 6; ++i) wrong[i].x += 4.0;
   const Survey survey = Collect(Drifting(), folder.path(), SolutionAt(wrong), {LoopEdge(0, 5)});
@@ -190,7 +189,7 @@ TEST(WriteProducts, WithholdsACorrectionThatMakesTheMapWorse) {
 }
 
 TEST(WriteProducts, WithholdsACorrectionThatTearsTheSwathsApart) {
-  const TemporaryFolder folder;
+  const TemporaryDir folder;
   std::vector<Pose2> torn = Drifting().truth;
   for (std::size_t i = 0; i < torn.size(); ++i) torn[i].y += 60.0 * static_cast<double>(i);
   const Survey survey = Collect(Drifting(), folder.path(), SolutionAt(torn), {LoopEdge(0, 5)});
@@ -198,7 +197,7 @@ TEST(WriteProducts, WithholdsACorrectionThatTearsTheSwathsApart) {
 }
 
 TEST(WriteProducts, WithholdsASolutionTooWildToGrid) {
-  const TemporaryFolder folder;
+  const TemporaryDir folder;
   std::vector<Pose2> wild = Drifting().truth;
   wild.back().x = 1e12;
   const Survey survey = Collect(Drifting(), folder.path(), SolutionAt(wild), {LoopEdge(0, 5)});
@@ -209,7 +208,7 @@ TEST(WriteProducts, WithholdsASolutionTooWildToGrid) {
 }
 
 TEST(WriteProducts, SaysPlainlyThatNothingOverlaps) {
-  const TemporaryFolder folder;
+  const TemporaryDir folder;
   const DriftingSurvey line = MakeDriftingSurvey(1, 3, 0.0);
   const Survey survey = Collect(
       line, folder.path(), SolutionAt(DeadReckonedPoses(Collect(line, folder.path(), {}, {}))), {});
@@ -220,7 +219,7 @@ TEST(WriteProducts, SaysPlainlyThatNothingOverlaps) {
 }
 
 TEST(WriteProducts, SaysPlainlyThatNoRegistrationWasTrusted) {
-  const TemporaryFolder folder;
+  const TemporaryDir folder;
   const Survey survey =
       Collect(Drifting(), folder.path(), PoseGraph{}, {LoopEdge(0, 5, LoopVerdict::kDegenerate)});
   const ProductSummary summary = WriteProducts(survey, {}, folder.path());
@@ -229,7 +228,7 @@ TEST(WriteProducts, SaysPlainlyThatNoRegistrationWasTrusted) {
 }
 
 TEST(WriteProducts, MapsASingleSubmap) {
-  const TemporaryFolder folder;
+  const TemporaryDir folder;
   const Survey survey = Collect(MakeDriftingSurvey(1, 1), folder.path(), {}, {});
   const ProductSummary summary = WriteProducts(survey, OptionsWithDatum(), folder.path());
   EXPECT_EQ(summary.before_all.point.cells, 0u);
@@ -238,7 +237,7 @@ TEST(WriteProducts, MapsASingleSubmap) {
 }
 
 TEST(WriteProducts, OfNothingIsOneClearLine) {
-  const TemporaryFolder folder;
+  const TemporaryDir folder;
   EXPECT_EQ(ErrorOf({}, {}, folder.path()), "no submap: there is nothing to map");
   SurveyCollector collector(folder.path());
   Submap empty;
@@ -250,7 +249,7 @@ TEST(WriteProducts, OfNothingIsOneClearLine) {
 }
 
 TEST(WriteProducts, RefusesUnusableOptions) {
-  const TemporaryFolder folder;
+  const TemporaryDir folder;
   const Survey survey = Collect(MakeDriftingSurvey(1, 1), folder.path(), {}, {});
   ProductOptions options;
   options.cell_m = -1.0;
@@ -264,7 +263,7 @@ TEST(WriteProducts, RefusesUnusableOptions) {
 }
 
 TEST(WriteProducts, MakesADefaultCellLargerThanTheLimitAllows) {
-  const TemporaryFolder folder;
+  const TemporaryDir folder;
   const Survey survey = Collect(MakeDriftingSurvey(1, 3), folder.path(), {}, {});
   ProductOptions options;
   options.max_cells = 400;
@@ -272,7 +271,7 @@ TEST(WriteProducts, MakesADefaultCellLargerThanTheLimitAllows) {
 }
 
 TEST(WriteProducts, OfAZUpSurveyHasDepthsPositiveDownAndNorthUp) {
-  const TemporaryFolder folder;
+  const TemporaryDir folder;
   SurveyCollector collector(folder.path());
   Submap submap;
   submap.id.value = 0;
@@ -317,7 +316,7 @@ TEST(WriteProducts, OfAZUpSurveyHasDepthsPositiveDownAndNorthUp) {
 }
 
 TEST(WriteProducts, RemovesSubmapsOfALongerRunBefore) {
-  const TemporaryFolder folder;
+  const TemporaryDir folder;
   const Survey survey = Collect(MakeDriftingSurvey(1, 2), folder.path(), {}, {});
   WriteFileAtomically(folder / "submaps/submap_77.pcd", "old");
   WriteFileAtomically(folder / "submaps/notes.txt", "mine");
@@ -328,14 +327,14 @@ TEST(WriteProducts, RemovesSubmapsOfALongerRunBefore) {
 }
 
 TEST(WriteProducts, NamesASubmapFileThatIsGone) {
-  const TemporaryFolder folder;
+  const TemporaryDir folder;
   const Survey survey = Collect(MakeDriftingSurvey(1, 2), folder.path(), {}, {});
   fs::remove(folder / "submaps/submap_1.pcd");
   EXPECT_THAT(ErrorOf(survey, {}, folder.path()), HasSubstr("submap_1.pcd"));
 }
 
 TEST(WriteProducts, KeepsPicturesSmallOfASurveyOfAnyShape) {
-  const TemporaryFolder folder;
+  const TemporaryDir folder;
   SurveyCollector collector(folder.path());
   for (int id = 0; id < 4; ++id) {
     const Pose2 at{0.0, 700.0 * id, 0.5 * kPi};

@@ -25,6 +25,7 @@ class TemporaryDir {
   TemporaryDir& operator=(const TemporaryDir&) = delete;
 
   const std::filesystem::path& path() const { return path_; }
+  std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
   // Writes a file and gives its path.
   std::string Write(const std::string& name, const std::string& content) const {
     std::ofstream(path_ / name, std::ios::binary) << content;
