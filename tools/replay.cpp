@@ -91,6 +91,16 @@ class Pipeline {
     mapper_.Finish();
     Settle();
   }
+  // What the mapper says of itself, with every counter that is not zero.
+  std::string Statement() {
+    const health_t health = mapper_.health().Snapshot(0, 1.0);
+    std::string statement = health.text;
+    for (const counter_t& counter : health.counters) {
+      if (counter.value != 0)
+        statement += ", " + counter.name + " " + std::to_string(counter.value);
+    }
+    return statement;
+  }
 
  private:
   static MapperConfig MapperConfigFor(const ReplayOptions& options, const fs::path& survey_dir) {
@@ -221,6 +231,7 @@ ProductSummary RunReplay(const ReplayOptions& options) {
       for (const fs::path& log : options.inputs) FeedLog(log, kSensorChannels, &bus, options.quiet);
     }
     pipeline.Finish();
+    if (collector.submaps() == 0) throw std::runtime_error("no submap: " + pipeline.Statement());
   }
   if (!from_directory) {
     const VehicleGeometry vehicle = LoadMapperConfig(options.mapper_config.string()).vehicle;

@@ -10,6 +10,7 @@
 #include <sstream>
 #include <string>
 
+#include "common/storage/event_log.hpp"
 #include "tests/process/run_command.hpp"
 #include "tests/runtime/temporary_dir.hpp"
 
@@ -71,6 +72,19 @@ TEST_F(Replay, OfAnEmptyLogSaysSo) {
 
 TEST_F(Replay, OfSomethingThatIsNoLogSaysSo) {
   ExpectOneClearLine(ReplayOf(dir_.Write("noise.lcmlog", std::string(5000, 'x'))), "noise.lcmlog");
+}
+
+TEST_F(Replay, OfPingsWithoutNavigationSaysWhatIsMissing) {
+  const fs::path pings = dir_.path() / "pings.lcmlog";
+  EventLogReader all(ShortLog());
+  EventLogWriter some(pings);
+  while (const std::optional<LogEvent> event = all.Next()) {
+    if (event->channel == "MBES_PING") {
+      some.Write(event->utime, event->channel, event->data.data(), event->data.size());
+    }
+  }
+  some.Flush();
+  ExpectOneClearLine(ReplayOf(pings), "waiting for navigation, ");
 }
 
 TEST_F(Replay, OfADirectoryWithoutSubmapsSaysSo) {
