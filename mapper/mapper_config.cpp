@@ -99,8 +99,6 @@ void ReadSubmap(ConfigMap map, SubmapParams* p) {
   map.Read("max_soundings", &p->max_soundings);
   map.Read("min_points", &p->min_points);
   map.Read("expected_overlap", &p->expected_overlap);
-  map.Read("target_sigma_m", &p->target_sigma_m);
-  ReadDegrees(&map, "target_sigma_deg", &p->target_sigma_rad);
   map.Read("sounding_sigma_m", &p->sounding_sigma_m);
   ReadDegrees(&map, "turn_deg", &p->turn_rad);
   map.Read("turn_sustain_m", &p->turn_sustain_m);

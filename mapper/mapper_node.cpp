@@ -70,9 +70,7 @@ MapperNode::MapperNode(const MapperConfig& config, Bus* bus, Worker* worker)
       worker_(worker),
       navigation_(config.navigation, config.vehicle),
       sound_speed_(config.sound_velocity_profile),
-      builder_(config.submap,
-               config.filter,
-               [this](Time from, Time to) { return DriftBetween(from, to); }),
+      builder_(config.submap, config.filter, [this](Time a, Time b) { return DriftBetween(a, b); }),
       archive_(std::make_shared<Archive>(
           SurveyStoreParams{config.survey_dir, config.max_cached_mb, config.max_unsaved_mb})),
       loop_closer_(config.loop_closer) {
@@ -230,10 +228,12 @@ void MapperNode::AddLastFixes() {
   if (!update.edges.empty()) AddStep(std::move(update), previous_frame_->state.time);
 }
 
-double MapperNode::DriftBetween(Time from, Time to) const {
-  const std::optional<Eigen::Matrix3d> covariance = navigation_.RelativeCovariance(from, to);
-  // A submap is never longer than the window of navigation.
-  return covariance ? WorstSigma(covariance->topLeftCorner<2, 2>()) : 0.0;
+Eigen::Matrix3d MapperNode::DriftBetween(Time a, Time b) const {
+  // Of what is further back than navigation remembers, what it lost since then.
+  const NavigationParams& p = config_.navigation;
+  const Time oldest = *navigation_.latest() - FromSeconds(p.window_s - p.key_interval_s);
+  const auto covariance = navigation_.RelativeCovariance(std::max(a, oldest), std::max(b, oldest));
+  return covariance.value_or(Eigen::Matrix3d::Zero());
 }
 
 Eigen::Matrix3d MapperNode::CovarianceFromPrevious(const Submap& submap) {

@@ -87,7 +87,7 @@ class MapperNode {
   void GeoreferencePings(bool no_more_poses);
   void AddToSubmap(const MbesPing& ping);
   void OnClosed(Submap submap);
-  double DriftBetween(Time from, Time to) const;
+  Eigen::Matrix3d DriftBetween(Time a, Time b) const;
   Eigen::Matrix3d CovarianceFromPrevious(const Submap& submap);
   std::vector<GraphEdge> FixEdges(Time until, const std::vector<Frame>& frames);
   void AddLastFixes();

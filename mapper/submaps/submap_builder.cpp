@@ -1,7 +1,7 @@
 #include "mapper/submaps/submap_builder.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/LU>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -46,6 +46,13 @@ double HorizontalStep(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
   return (b.translation() - a.translation()).head<2>().norm();
 }
 
+// In every horizontal direction and in yaw.
+bool IsBetter(const Eigen::Matrix3d& covariance, const Eigen::Matrix3d& than) {
+  const Eigen::Matrix3d gained = than - covariance;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> horizontal(gained.topLeftCorner<2, 2>());
+  return horizontal.eigenvalues()(0) > 0.0 && gained(2, 2) > 0.0;
+}
+
 }  // namespace
 
 std::string SubmapParams::Validate() const {
@@ -57,8 +64,6 @@ std::string SubmapParams::Validate() const {
   if (min_points < 3) return "min_points must be >= 3";
   if (!(expected_overlap > 0.0 && expected_overlap <= 1.0))
     return "expected_overlap must be above 0 and at most 1";
-  if (!(target_sigma_m > 0.0)) return "target_sigma_m must be > 0";
-  if (!(target_sigma_rad > 0.0)) return "target_sigma must be > 0";
   if (!(sounding_sigma_m > 0.0)) return "sounding_sigma_m must be > 0";
   if (!(turn_rad > 0.0 && turn_rad < kPi)) return "turn must be within 0 and 180 degrees";
   if (!(turn_sustain_m >= 0.0)) return "turn_sustain_m must be >= 0";
@@ -218,21 +223,35 @@ std::optional<SubmapTrigger> SubmapBuilder::Full() {
 }
 
 bool SubmapBuilder::HasDrifted() const {
-  return drift_ &&
-         drift_(open_->track.front().time, open_->track.back().time) > params_.max_drift_m;
+  const Eigen::Matrix3d lost = drift_(open_->track.front().time, open_->track.back().time);
+  return WorstSigma(lost.topLeftCorner<2, 2>()) > params_.max_drift_m;
 }
 
-bool SubmapBuilder::HoldsEnoughStructure() {
-  const Eigen::Isometry3d& T_map_middle = open_->track[open_->track.size() / 2].T_map_vehicle;
-  Pose2 frame = LevelPose(T_map_middle);
+bool SubmapBuilder::HoldsEnoughStructure() const {
+  const Pose& middle = open_->track[open_->track.size() / 2];
+  Pose2 frame = LevelPose(middle.T_map_vehicle);
+  const Time neighbour = NearestOnEarlierLine(frame.Translation());
   frame.x -= open_->voxels.p_map_origin().x();
   frame.y -= open_->voxels.p_map_origin().y();
   const Eigen::Matrix3d information = params_.expected_overlap * open_->terrain.Evaluate(frame);
   const Eigen::LLT<Eigen::Matrix3d> factor(information);
   if (factor.info() != Eigen::Success) return false;
-  const Eigen::Matrix3d covariance = factor.solve(Eigen::Matrix3d::Identity());
-  return WorstSigma(covariance.topLeftCorner<2, 2>()) <= params_.target_sigma_m &&
-         covariance(2, 2) <= params_.target_sigma_rad * params_.target_sigma_rad;
+  const Eigen::Matrix3d registered = factor.solve(Eigen::Matrix3d::Identity());
+  return IsBetter(registered, drift_(middle.time, neighbour));
+}
+
+// Where all is one line so far, the start: as if the neighbour to come were as far from here.
+Time SubmapBuilder::NearestOnEarlierLine(const Eigen::Vector2d& p_map) const {
+  if (frames_.empty()) return open_->track.front().time;
+  if (on_earlier_lines_ == 0) return frames_.front().time;
+  const auto end = frames_.begin() + static_cast<std::ptrdiff_t>(on_earlier_lines_);
+  return std::min_element(frames_.begin(),
+                          end,
+                          [&](const Frame& a, const Frame& b) {
+                            return (a.p_map - p_map).squaredNorm() <
+                                   (b.p_map - p_map).squaredNorm();
+                          })
+      ->time;
 }
 
 std::optional<Submap> SubmapBuilder::Close(SubmapTrigger trigger) {
@@ -266,6 +285,8 @@ std::optional<Submap> SubmapBuilder::Close(SubmapTrigger trigger) {
     ++counters_["submaps_too_small"];
     return std::nullopt;
   }
+  frames_.push_back({middle.time, middle.T_map_vehicle.translation().head<2>()});
+  if (trigger == SubmapTrigger::kTurn) on_earlier_lines_ = frames_.size();
   const Eigen::Matrix3d R_level_submap = LevelFromBody(submap.T_map_submap);
   const double sigma_m =
       std::sqrt(open.sum_variance_m2 / static_cast<double>(open.voxels.soundings()));

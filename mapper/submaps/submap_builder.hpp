@@ -32,11 +32,9 @@ struct SubmapParams {
   // Fewer points after the filter are no submap.
   int min_points = 50;
 
-  // A submap is done when a registration of this part of it would fix its place this well: a part
-  // of what dead reckoning loses from line to line, and no better than what any registration keeps.
+  // A submap is done when a registration of this part of it would know its place better than dead
+  // reckoning does, seen from the nearest submap of an earlier line.
   double expected_overlap = 0.25;
-  double target_sigma_m = 0.1;
-  double target_sigma_rad = Deg2Rad(0.2);
   // Of a sounding: noise, where the sonar states none or less, and relief finer than a cell.
   double sounding_sigma_m = 0.05;
 
@@ -61,11 +59,11 @@ struct SubmapParams {
 // sounding is in two of them. Pure.
 class SubmapBuilder {
  public:
-  // One sigma [m], in the worst horizontal direction, of the vehicle's way between two pings.
-  using Drift = std::function<double(Time from, Time to)>;
+  // What dead reckoning loses between two pings: covariance of (x, y [m], yaw [rad]) of the vehicle
+  // at `b` seen from the vehicle at `a`, in the level axes of `a`. Zero: nothing is known of it.
+  using Drift = std::function<Eigen::Matrix3d(Time a, Time b)>;
 
-  // Without `drift` dead reckoning is taken to hold for max_length_m.
-  SubmapBuilder(const SubmapParams& params, const CloudFilterParams& filter, Drift drift = {});
+  SubmapBuilder(const SubmapParams& params, const CloudFilterParams& filter, Drift drift);
 
   // Adds a ping and gives the submap that it closed, if it closed one. A gap or a turn closes the
   // submap before the ping. Left to the caller: id, covariance_from_previous, heading_sigma_rad.
@@ -95,6 +93,10 @@ class SubmapBuilder {
     VoxelGrid voxels;
     TerrainInformation terrain;  // about the first ping, map axes
   };
+  struct Frame {
+    Time time;
+    Eigen::Vector2d p_map;
+  };
   struct Heading {
     double along_m;
     double yaw_rad;
@@ -107,7 +109,8 @@ class SubmapBuilder {
   void AddSoundings(const GeoreferencedPing& ping);
   std::optional<SubmapTrigger> Full();
   bool HasDrifted() const;
-  bool HoldsEnoughStructure();
+  bool HoldsEnoughStructure() const;
+  Time NearestOnEarlierLine(const Eigen::Vector2d& p_map) const;
   std::optional<Submap> Close(SubmapTrigger trigger);
 
   const SubmapParams params_;
@@ -115,7 +118,9 @@ class SubmapBuilder {
   const Drift drift_;
   std::optional<Open> open_;
   std::optional<Pose> last_;
-  double along_m_ = 0.0;  // of the whole track
+  double along_m_ = 0.0;              // of the whole track
+  std::vector<Frame> frames_;         // of the submaps closed
+  std::size_t on_earlier_lines_ = 0;  // of frames_, the first
   bool turning_ = false;
   std::deque<Heading> headings_;  // of the last turn_settle_m, while turning
   std::map<std::string, std::int64_t> counters_;

@@ -46,7 +46,7 @@ TEST(MapperConfig, ShippedFileSaysTheDefaults) {
   EXPECT_EQ(shipped.submap.max_length_m, defaults.submap.max_length_m);
   EXPECT_EQ(shipped.submap.min_length_m, defaults.submap.min_length_m);
   EXPECT_DOUBLE_EQ(shipped.submap.turn_rad, defaults.submap.turn_rad);
-  EXPECT_DOUBLE_EQ(shipped.submap.target_sigma_rad, defaults.submap.target_sigma_rad);
+  EXPECT_EQ(shipped.submap.expected_overlap, defaults.submap.expected_overlap);
   EXPECT_EQ(shipped.filter.voxel_m, defaults.filter.voxel_m);
   EXPECT_EQ(shipped.filter.min_support_part, defaults.filter.min_support_part);
   EXPECT_EQ(shipped.loop_closer.overlap.max_pairs, defaults.loop_closer.overlap.max_pairs);

@@ -5,6 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <string>
 #include <utility>
@@ -19,11 +20,18 @@ namespace {
 constexpr double kStepM = 0.25;
 constexpr double kSpeedMps = 1.5;
 
+// The same between any two pings.
+SubmapBuilder::Drift Loses(double x_m, double y_m, double yaw_rad) {
+  return [=](Time, Time) -> Eigen::Matrix3d {
+    return Eigen::Vector3d(x_m * x_m, y_m * y_m, yaw_rad * yaw_rad).asDiagonal();
+  };
+}
+
 // Drives a vehicle and gathers what the builder closes.
 struct Drive {
   explicit Drive(const SubmapParams& params = {},
                  const CloudFilterParams& filter = {},
-                 SubmapBuilder::Drift drift = {})
+                 SubmapBuilder::Drift drift = Loses(0.1, 0.1, Deg2Rad(0.2)))
       : builder(params, filter, std::move(drift)) {}
 
   void Straight(double length_m) {
@@ -69,8 +77,9 @@ TEST(SubmapBuilder, ClosesWhereDeadReckoningHasLostTooMuchButNotBeforeTheMinimum
   for (const auto& [drift_mps, expected_m] : {std::pair{0.0125, 60.0}, std::pair{1.0, 30.0}}) {
     SubmapParams params;
     params.max_drift_m = 0.5;
-    Drive drive(params, {}, [drift_mps = drift_mps](Time from, Time to) {
-      return drift_mps * ToSeconds(to - from);
+    Drive drive(params, {}, [drift_mps = drift_mps](Time from, Time to) -> Eigen::Matrix3d {
+      const double lost_m = drift_mps * ToSeconds(to - from);
+      return Eigen::Vector3d(0.0, lost_m * lost_m, 0.0).asDiagonal();
     });
     drive.Straight(150.0);
     ASSERT_GE(drive.closed.size(), 2u);
@@ -93,6 +102,65 @@ TEST(SubmapBuilder, ClosesEarlierWhereTheSeabedHasStructureButNotBeforeTheMinimu
     EXPECT_LE(length_m, 60.0);
     EXPECT_GT(submap.predicted_information(0, 0), 100.0);  // better than 0.1 m
   }
+}
+
+// A millimetre is what no registration beats.
+TEST(SubmapBuilder, ClosesForItsStructureOnlyWhereThisBeatsDeadReckoningInEveryDirection) {
+  const double yaw = Deg2Rad(0.5);
+  for (const auto& [drift, trigger] : {std::pair{Loses(0.5, 0.5, yaw), SubmapTrigger::kInformation},
+                                       std::pair{Loses(0.001, 0.5, yaw), SubmapTrigger::kLength},
+                                       std::pair{Loses(0.5, 0.001, yaw), SubmapTrigger::kLength},
+                                       std::pair{Loses(0.5, 0.5, 0.0), SubmapTrigger::kLength},
+                                       std::pair{Loses(0.0, 0.0, 0.0), SubmapTrigger::kLength}}) {
+    Drive drive({}, {}, drift);
+    drive.swath.seabed = BumpySeabed;
+    drive.Straight(120.0);
+    ASSERT_GE(drive.closed.size(), 1u);
+    EXPECT_EQ(drive.closed[0].trigger, trigger);
+  }
+}
+
+// Two lines of 90 m side by side: what has to be beaten is what was lost since the vehicle came by
+// here, which is little where it has just turned and much at the other end.
+TEST(SubmapBuilder, HasToBeatWhatWasLostSinceTheNearestSubmapOfAnEarlierLine) {
+  struct Asked {
+    Time a, b;
+  };
+  std::vector<Asked> asked;
+  std::vector<std::pair<Time, Eigen::Vector2d>> track;
+  Drive drive({}, {}, [&](Time a, Time b) -> Eigen::Matrix3d {
+    asked.push_back({a, b});
+    return Eigen::Vector3d(0.01, 0.01, 1e-5).asDiagonal();
+  });
+  drive.swath.seabed = BumpySeabed;
+  const auto follow = [&](const std::function<void()>& step, int steps) {
+    for (int i = 0; i < steps; ++i) {
+      step();
+      track.push_back({drive.time, {drive.x, drive.y}});
+    }
+  };
+  const auto straight = [&] { drive.Step(0.0); };
+  const auto turn = [&] { drive.Step(kPi / 160.0); };  // radius 12.7 m
+  follow(straight, 360);
+  const Time first_line_ends = drive.time;
+  follow(turn, 160);
+  asked.clear();
+  follow(straight, 360);
+
+  const auto at = [&](Time time) {
+    const auto found = std::find_if(
+        track.begin(), track.end(), [&](const auto& step) { return step.first == time; });
+    return found == track.end() ? Eigen::Vector2d(1e9, 1e9) : found->second;
+  };
+  int on_first_line = 0;
+  for (const Asked& q : asked) {
+    if (q.b > first_line_ends) continue;  // within the submap, or since the turn
+    ++on_first_line;
+    // Across: twice the radius. Along: not further than the next submap's middle.
+    EXPECT_LT((at(q.a) - at(q.b)).norm(), 45.0);
+    EXPECT_NEAR(std::abs(at(q.a).y() - at(q.b).y()), 25.5, 2.0);
+  }
+  EXPECT_GE(on_first_line, 3);  // once a submap at least
 }
 
 TEST(SubmapBuilder, PredictsNothingOverAFlatSeabedAndARidgeOnlyAcross) {
@@ -231,7 +299,7 @@ class FeatureOnTheSeabed : public testing::TestWithParam<Feature> {};
 
 TEST_P(FeatureOnTheSeabed, IsKeptWhileOutliersGo) {
   const auto height = GetParam().height;
-  SubmapBuilder builder({}, {});
+  SubmapBuilder builder({}, {}, Loses(0.1, 0.1, Deg2Rad(0.2)));
   SwathMaker swath;
   swath.beams = 256;
   swath.sigma_m = 0.03;
@@ -308,7 +376,7 @@ TEST(SubmapBuilder, WeighsSoundingsByWhatTheSonarSaysOfThem) {
     ping.soundings.push_back({{x, y, 20.05}, 2 * i, 0.2f});
     ping.soundings.push_back({{x, y, 20.20}, 2 * i + 1, 0.1f});
   }
-  SubmapBuilder builder({}, {});
+  SubmapBuilder builder({}, {}, Loses(0.1, 0.1, Deg2Rad(0.2)));
   builder.Add(ping);
   const auto submap = builder.Finish();
   ASSERT_TRUE(submap);
