@@ -97,7 +97,8 @@ int ColInside(const GridGeometry& g, const Sounding& s) {
   return static_cast<int>((s.p.y() - g.origin.y()) / g.cell_m);
 }
 
-// Mean distance of neighbouring points: from the area of the cells of a trial grid that hold any.
+// Mean distance of neighbouring points of a box that holds all: from the area of the cells of a
+// trial grid that hold any.
 double PointSpacing(const std::vector<Sounding>& soundings, const Box& box) {
   const double count = static_cast<double>(soundings.size());
   const Eigen::Vector2d size = box.Size();
@@ -105,14 +106,9 @@ double PointSpacing(const std::vector<Sounding>& soundings, const Box& box) {
       std::max({3.0 * std::sqrt(size.x() * size.y() / count), size.maxCoeff() / 2000.0, 1e-3});
   const GridGeometry g = GridGeometry::Covering(box.min, box.max, trial_cell);
   std::vector<char> occupied(g.size(), 0);
-  std::size_t inside = 0;
-  for (const Sounding& s : soundings) {
-    if (!box.Contains(s)) continue;
-    occupied[g.Index(RowInside(g, s), ColInside(g, s))] = 1;
-    ++inside;
-  }
+  for (const Sounding& s : soundings) occupied[g.Index(RowInside(g, s), ColInside(g, s))] = 1;
   const auto cells = std::count(occupied.begin(), occupied.end(), 1);
-  return trial_cell * std::sqrt(static_cast<double>(cells) / static_cast<double>(inside));
+  return trial_cell * std::sqrt(static_cast<double>(cells) / count);
 }
 
 // The finest level whose cells are at least so large.
@@ -125,22 +121,15 @@ struct SoundingRows {
   std::vector<std::size_t> ends;  // of every row
 };
 
-SoundingRows SortIntoRows(const std::vector<Sounding>& soundings,
-                          const Box& box,
-                          const GridGeometry& g) {
+SoundingRows SortIntoRows(const std::vector<Sounding>& soundings, const GridGeometry& g) {
   SoundingRows out;
-  std::vector<int> rows;
-  rows.reserve(soundings.size());
-  out.ends.assign(static_cast<std::size_t>(g.rows) + 1, 0);
-  for (const Sounding& s : soundings) {
-    rows.push_back(box.Contains(s) ? RowInside(g, s) : g.rows);
-    ++out.ends[static_cast<std::size_t>(rows.back())];
-  }
+  const auto row_of = [&](const Sounding& s) { return static_cast<std::size_t>(RowInside(g, s)); };
+  out.ends.assign(static_cast<std::size_t>(g.rows), 0);
+  for (const Sounding& s : soundings) ++out.ends[row_of(s)];
   std::size_t start = 0;
   for (std::size_t& end : out.ends) start += std::exchange(end, start);
   out.soundings.resize(soundings.size());
-  for (std::size_t i = 0; i < soundings.size(); ++i)
-    out.soundings[out.ends[static_cast<std::size_t>(rows[i])]++] = soundings[i];
+  for (const Sounding& s : soundings) out.soundings[out.ends[row_of(s)]++] = s;
   return out;
 }
 
@@ -179,6 +168,21 @@ struct RawLevel {
   }
 };
 
+void AddSounding(double n, double x, double y, double z, Moments* sums) {
+  Moments& m = *sums;
+  m[kN] += n;
+  m[kX] += n * x;
+  m[kY] += n * y;
+  m[kXX] += n * (x * x);
+  m[kXY] += n * (x * y);
+  m[kYY] += n * (y * y);
+  m[kZ] += n * z;
+  m[kXZ] += n * (x * z);
+  m[kYZ] += n * (y * z);
+  m[kZZ] += n * (z * z);
+  m[kPoints] += 1.0;
+}
+
 // Sums the soundings of a row of the finest level.
 ColumnSpan Bin(const SoundingRows& sorted,
                const GridGeometry& g,
@@ -190,61 +194,54 @@ ColumnSpan Bin(const SoundingRows& sorted,
   ColumnSpan columns;
   for (std::size_t i = r == 0 ? 0 : sorted.ends[r - 1]; i < sorted.ends[r]; ++i) {
     const Sounding& s = sorted.soundings[i];
-    const double x = s.p.x() - middle.x();
-    const double y = s.p.y() - middle.y();
-    const double z = s.p.z() - datum;
-    Moments m;
-    m << 1.0, x, y, x * x, x * y, y * y, z, x * z, y * z, z * z, 0.0, 0.0;
-    m *= static_cast<double>(s.n);
-    m[kPoints] = 1.0;
     const int col = ColInside(g, s);
-    line[col] += m;
+    AddSounding(s.n, s.p.x() - middle.x(), s.p.y() - middle.y(), s.p.z() - datum, &line[col]);
     columns = columns.Union({col, col + 1});
   }
   return columns;
 }
 
-// Plane under a kernel: height and slope at p, by weighted least squares.
-struct PlaneFit {
-  double height;
-  Eigen::Vector2d slope;
-  double variance;             // of the height, from soundings of unit variance
-  Eigen::Vector2d covariance;  // of height and slope, from the same
-  double residual_variance;    // unbiased, of a single sounding
-};
-
-std::optional<PlaneFit> FitPlane(const Moments& m,
-                                 const Eigen::Vector2d& p,
-                                 double cell,
-                                 double peak) {
+// Plane under a kernel, by weighted least squares: height and slope at p. Where too little is seen
+// the cell stays as it is.
+void FitPlane(const Moments& m,
+              const Eigen::Vector2d& p,
+              double cell_m,
+              double peak,
+              RegistrationSubmap::Cell* out) {
   // kPoints counts the points under a kernel of unit sum; over the peak, of unit peak.
-  if (!(m[kPoints] >= kMinPoints * peak)) return std::nullopt;
+  if (!(m[kPoints] >= kMinPoints * peak)) return;
   const double inverse_n = 1.0 / m[kN];
   const Moments mean = m * inverse_n;
   const double xx = mean[kXX] - mean[kX] * mean[kX];
   const double xy = mean[kXY] - mean[kX] * mean[kY];
   const double yy = mean[kYY] - mean[kY] * mean[kY];
   // The spread in every direction is at least that: its smaller eigenvalue.
-  const double least = (kMinSpreadCells * cell) * (kMinSpreadCells * cell);
-  if (!(xx >= least && (xx - least) * (yy - least) >= xy * xy)) return std::nullopt;
+  const double least = (kMinSpreadCells * cell_m) * (kMinSpreadCells * cell_m);
+  if (!(xx >= least && (xx - least) * (yy - least) >= xy * xy)) return;
+  const double lever_x = p.x() - mean[kX];
+  const double lever_y = p.y() - mean[kY];
+  if (lever_x * lever_x + lever_y * lever_y > (kMaxLeverCells * cell_m) * (kMaxLeverCells * cell_m))
+    return;
+  const double inverse_determinant = 1.0 / (xx * yy - xy * xy);
   const double xz = mean[kXZ] - mean[kX] * mean[kZ];
   const double yz = mean[kYZ] - mean[kY] * mean[kZ];
-  const double inverse_determinant = 1.0 / (xx * yy - xy * xy);
-  const Eigen::Vector2d lever(p.x() - mean[kX], p.y() - mean[kY]);
-  if (lever.squaredNorm() > (kMaxLeverCells * cell) * (kMaxLeverCells * cell)) return std::nullopt;
-  PlaneFit fit;
-  fit.slope = inverse_determinant * Eigen::Vector2d(yy * xz - xy * yz, xx * yz - xy * xz);
-  fit.height = mean[kZ] + fit.slope.dot(lever);
-  const Eigen::Vector2d slope_by_height =
-      inverse_determinant *
-      Eigen::Vector2d(yy * lever.x() - xy * lever.y(), xx * lever.y() - xy * lever.x());
-  fit.covariance = inverse_n * slope_by_height;
-  fit.variance = inverse_n * (1.0 + slope_by_height.dot(lever));
+  const double slope_x = inverse_determinant * (yy * xz - xy * yz);
+  const double slope_y = inverse_determinant * (xx * yz - xy * xz);
+  // Covariance of height and slope, over the variance of a mean of so many soundings.
+  const double with_slope_x = inverse_determinant * (yy * lever_x - xy * lever_y);
+  const double with_slope_y = inverse_determinant * (xx * lever_y - xy * lever_x);
   // The fit takes one of the points from the residual: for a Gaussian, K^2 has half the area and
   // half the spread of K, and 1/2 + 1/4 + 1/4 = 1.
-  const double variance = mean[kZZ] - mean[kZ] * mean[kZ] - fit.slope.x() * xz - fit.slope.y() * yz;
-  fit.residual_variance = std::max(0.0, variance) * m[kN] / (m[kPoints] - peak);
-  return fit;
+  const double residual = mean[kZZ] - mean[kZ] * mean[kZ] - slope_x * xz - slope_y * yz;
+  const double scatter = std::max(0.0, residual) * m[kN] / (m[kPoints] - peak);
+  out->height_m = static_cast<float>(mean[kZ] + slope_x * lever_x + slope_y * lever_y);
+  out->slope_x = static_cast<float>(slope_x);
+  out->slope_y = static_cast<float>(slope_y);
+  out->variance =
+      static_cast<float>(inverse_n * (1.0 + with_slope_x * lever_x + with_slope_y * lever_y));
+  out->covariance_x = static_cast<float>(inverse_n * with_slope_x);
+  out->covariance_y = static_cast<float>(inverse_n * with_slope_y);
+  out->scatter = static_cast<float>(scatter);
 }
 
 // Fits a plane in every cell of a level. load: see SmoothRows.
@@ -252,8 +249,7 @@ template <class Load>
 RegistrationSubmap::Level FitLevel(int number,
                                    const GridGeometry& g,
                                    const Eigen::Vector2d& middle,
-                                   Load load,
-                                   std::vector<double>* residual_variances) {
+                                   Load load) {
   const double peak = SmoothingKernel().Peak();
   RegistrationSubmap::Level level{number, Grid<RegistrationSubmap::Cell>(g)};
   const auto load_and_count = [&](int row, Moments* line) {
@@ -265,25 +261,22 @@ RegistrationSubmap::Level FitLevel(int number,
   SmoothRows<Moments>(
       g.rows, g.cols, load_and_count, [&](int row, ColumnSpan columns, const Moments* line) {
         for (int col = columns.first; col < columns.last; ++col) {
-          const auto fit = FitPlane(line[col], g.Center(row, col) - middle, g.cell_m, peak);
-          if (!fit) continue;
-          RegistrationSubmap::Cell& cell = level.grid(row, col);
-          cell.height_m = static_cast<float>(fit->height);
-          cell.slope_x = static_cast<float>(fit->slope.x());
-          cell.slope_y = static_cast<float>(fit->slope.y());
-          cell.variance = static_cast<float>(fit->variance);
-          cell.covariance_x = static_cast<float>(fit->covariance.x());
-          cell.covariance_y = static_cast<float>(fit->covariance.y());
-          cell.scatter = static_cast<float>(fit->residual_variance);
-          if (residual_variances) residual_variances->push_back(fit->residual_variance);
+          const Eigen::Vector2d p = g.Center(row, col) - middle;
+          FitPlane(line[col], p, g.cell_m, peak, &level.grid(row, col));
         }
       });
   return level;
 }
 
-double Median(std::vector<double>* values) {
-  const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
-  std::nth_element(values->begin(), middle, values->end());
+// Median of the scatter of the cells that are known; nothing where none is.
+std::optional<float> MedianScatter(const RegistrationSubmap::Level& level) {
+  std::vector<float> scatters;
+  scatters.reserve(level.grid.cells().size());
+  for (const RegistrationSubmap::Cell& cell : level.grid.cells())
+    if (cell.variance > 0.0f) scatters.push_back(cell.scatter);
+  if (scatters.empty()) return std::nullopt;
+  const auto middle = scatters.begin() + static_cast<std::ptrdiff_t>(scatters.size() / 2);
+  std::nth_element(scatters.begin(), middle, scatters.end());
   return *middle;
 }
 
@@ -293,7 +286,7 @@ RegistrationSubmap RegistrationSubmap::Prepare(const PointCloud& cloud,
                                                const Eigen::Matrix3d& R_level_submap,
                                                const RegistrationParams& params) {
   RegistrationSubmap out;
-  const std::vector<Sounding> soundings = UsableSoundings(cloud, R_level_submap);
+  std::vector<Sounding> soundings = UsableSoundings(cloud, R_level_submap);
   if (soundings.size() < 16) return out;
   const auto max_cells = static_cast<double>(params.max_cells);
   const auto count = static_cast<double>(soundings.size());
@@ -302,6 +295,7 @@ RegistrationSubmap RegistrationSubmap::Prepare(const PointCloud& cloud,
   double spacing = PointSpacing(soundings, box);
   if (CellsOf(box, std::max(spacing, params.min_cell_m)) > std::min(max_cells, 10.0 * count)) {
     box = CoreBox(soundings);
+    std::erase_if(soundings, [&](const Sounding& s) { return !box.Contains(s); });
     spacing = PointSpacing(soundings, box);
   }
   int finest = LevelAtLeast(std::max(params.cell_per_spacing * spacing, params.min_cell_m));
@@ -310,7 +304,6 @@ RegistrationSubmap RegistrationSubmap::Prepare(const PointCloud& cloud,
   double sum_z = 0.0;
   double sum_n = 0.0;
   for (const Sounding& s : soundings) {
-    if (!box.Contains(s)) continue;
     sum_z += static_cast<double>(s.n) * s.p.z();
     sum_n += s.n;
   }
@@ -320,37 +313,26 @@ RegistrationSubmap RegistrationSubmap::Prepare(const PointCloud& cloud,
   // the next.
   const GridGeometry finest_grid = GridGeometry::Covering(box.min, box.max, CellOf(finest));
   const Eigen::Vector2d middle = 0.5 * (box.min + box.max);
-  const SoundingRows sorted = SortIntoRows(soundings, box, finest_grid);
-  std::vector<double> residual_variances;
+  const SoundingRows sorted = SortIntoRows(soundings, finest_grid);
   RawLevel next = RawLevel{finest_grid, middle, {}, {}}.Coarser();
-  out.levels_.push_back(FitLevel(
-      finest,
-      finest_grid,
-      middle,
-      [&](int row, Moments* line) {
-        const ColumnSpan columns = Bin(sorted, finest_grid, middle, out.height_datum_m_, row, line);
-        next.AddFiner(finest_grid, row, columns, line);
-        return columns;
-      },
-      &residual_variances));
+  out.levels_.push_back(FitLevel(finest, finest_grid, middle, [&](int row, Moments* line) {
+    const ColumnSpan columns = Bin(sorted, finest_grid, middle, out.height_datum_m_, row, line);
+    next.AddFiner(finest_grid, row, columns, line);
+    return columns;
+  }));
   for (int i = 1; i < params.num_levels; ++i) {
     RawLevel raw = std::exchange(next, next.Coarser());
-    out.levels_.push_back(FitLevel(
-        finest + i,
-        raw.geometry,
-        middle,
-        [&](int row, Moments* line) {
-          const ColumnSpan columns = raw.columns[static_cast<std::size_t>(row)];
-          std::copy(
-              raw.Row(row) + columns.first, raw.Row(row) + columns.last, line + columns.first);
-          next.AddFiner(raw.geometry, row, columns, line);
-          return columns;
-        },
-        nullptr));
+    out.levels_.push_back(FitLevel(finest + i, raw.geometry, middle, [&](int row, Moments* line) {
+      const ColumnSpan columns = raw.columns[static_cast<std::size_t>(row)];
+      std::copy(raw.Row(row) + columns.first, raw.Row(row) + columns.last, line + columns.first);
+      next.AddFiner(raw.geometry, row, columns, line);
+      return columns;
+    }));
   }
-  if (residual_variances.empty()) return RegistrationSubmap();
+  const std::optional<float> scatter = MedianScatter(out.levels_.front());
+  if (!scatter) return RegistrationSubmap();
   out.sounding_sigma_m_ =
-      std::max(std::sqrt(Median(&residual_variances)), params.min_sounding_sigma_m);
+      std::max(std::sqrt(static_cast<double>(*scatter)), params.min_sounding_sigma_m);
   return out;
 }
 
