@@ -9,13 +9,12 @@
 namespace seastitch {
 namespace {
 
+// 4, 5 or 6 times a power of two: sizes that transform fast, and few of them, since FFTW makes its
+// first plan for a size longer than it transforms, and remembers it.
 int FastSize(int at_least) {
-  for (int n = std::max(at_least, 1);; ++n) {
-    int rest = n;
-    for (const int factor : {2, 3, 5, 7})
-      while (rest % factor == 0) rest /= factor;
-    if (rest == 1) return n;
-  }
+  for (int power = 2;; power *= 2)
+    for (const int factor : {4, 5, 6})
+      if (factor * power >= at_least) return factor * power;
 }
 
 // FFTW's planner keeps tables of its own and is the one part of it that threads must not share.

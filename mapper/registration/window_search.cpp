@@ -250,7 +250,7 @@ class Searcher {
                   const Spectra& source,
                   double yaw,
                   std::vector<Place>* places) {
-    const std::size_t size = At(correlator_.rows(), 0);
+    const std::size_t size = At(window_.rows, 0);
     const auto keep = [size](const double* values, std::vector<double>* out) {
       out->assign(values, values + size);
     };
