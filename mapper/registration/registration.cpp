@@ -108,15 +108,25 @@ Knowledge Learn(const GridAligner& aligner,
   const Eigen::Matrix3d noise = L.transpose() * info.noise_hessian * L;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(hessian);
   std::vector<int> columns;
+  double open_slopes = 0.0;  // one-sided Hessian along the open directions
   for (int i = 0; i < 3; ++i) {
     const Eigen::Vector3d v = eigen.eigenvectors().col(i);
-    const double chance = v.dot(noise * v) / std::sqrt(fit.patches);
-    if (eigen.eigenvalues()[i] > params.min_slope_significance * chance) columns.push_back(i);
+    const double along = v.dot(noise * v);
+    if (eigen.eigenvalues()[i] > params.min_slope_significance * along / std::sqrt(fit.patches))
+      columns.push_back(i);
+    else
+      open_slopes += eigen.eigenvalues()[i] + along;
   }
   known.directions = eigen.eigenvectors()(Eigen::all, columns);
   const SmallMatrix V = known.directions;
-  known.gain = (V.transpose() * hessian * V).inverse() * V.transpose() * L.transpose();
+  const SmallMatrix uncoupled = (V.transpose() * hessian * V).inverse();
+  known.gain = uncoupled * V.transpose() * L.transpose();
   known.covariance = known.gain * info.gradient_covariance * known.gain.transpose();
+  // A pipe may lie a prior sigma further along itself, and its direction is not known exactly:
+  // slopes along it, which differ from patch to patch by chance, couple the open directions to the
+  // known ones. The coupling's covariance is V^T H V open_slopes / patches; what is open moves by
+  // one prior sigma.
+  known.covariance += uncoupled * (open_slopes / fit.patches);
   const double position_variance = params.min_position_sigma_m * params.min_position_sigma_m;
   const SmallMatrix to_position = V.transpose() * known.whiten.leftCols<2>();
   known.covariance += position_variance * to_position * to_position.transpose();

@@ -10,6 +10,7 @@
 #include <random>
 #include <thread>
 
+#include "bench/terrain.hpp"
 #include "tests/mapper/registration/synthetic_pair.hpp"
 
 namespace seastitch {
@@ -134,6 +135,34 @@ TEST(Registration, RidgesInformOnlyAcrossThem) {
     const Eigen::Vector3d error = ErrorOf(result.T_target_source, pair.T_target_source);
     EXPECT_LT(error.dot(result.information * error), 25.0) << seed;
   }
+}
+
+struct BenchSeabed {
+  bench::ProceduralTerrain terrain;
+  std::optional<double> HeightAt(double x, double y) const { return terrain.DepthAt(x, y); }
+};
+
+// Where a pipe lies along itself is open by tens of metres, and its direction is known to a degree
+// or so: what is said across it has to hold at its other end as well.
+TEST(Registration, APipeFarAlongItselfDoesNotContradictTheTruth) {
+  bench::ProceduralParams params;
+  params.depth_m = 15.0;
+  params.relief.rms_m = 0.02;
+  params.pipeline.diameter_m = 0.5;
+  params.pipeline.heading_deg = 60.0;
+  int accepted = 0;
+  for (std::uint64_t seed = 50; seed < 60; ++seed) {
+    const BenchSeabed seabed{bench::ProceduralTerrain(params, seed)};
+    const SyntheticPair pair = MakePair(seabed, {}, seed);
+    const Prior prior =
+        PriorAround(pair.T_target_source, 16.0, Deg2Rad(5.0), static_cast<double>(seed));
+    const RegistrationResult result = RegisterPair(pair, prior);
+    if (result.verdict != LoopVerdict::kAccepted) continue;
+    ++accepted;
+    const Eigen::Vector3d error = ErrorOf(result.T_target_source, pair.T_target_source);
+    EXPECT_LT(error.dot(result.information * error), 30.7) << seed;
+  }
+  EXPECT_GE(accepted, 5);
 }
 
 // 4.5 sigma off: navigation is worse than it claims, and the seabed says so beyond doubt.
