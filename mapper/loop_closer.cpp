@@ -39,7 +39,7 @@ std::optional<RelativePose> MeasuredBy(const GraphEdge& edge) {
   return RelativePose{edge.T_from_to, covariance};
 }
 
-bool IsUsable(const SolvedVertex& v) {
+bool IsFinite(const SolvedVertex& v) {
   return v.T_map_level.Vector().allFinite() && v.covariance.allFinite() &&
          v.covariance_with_newest.allFinite();
 }
@@ -59,12 +59,17 @@ void LoopCloser::Add(const Submap& submap) {
                       std::nullopt});
 }
 
-bool LoopCloser::SetSolution(const PoseGraph& graph) {
+bool LoopCloser::IsUsable(const PoseGraph& graph) const {
   if (graph.vertices.size() > entries_.size()) return false;
   for (std::size_t i = 0; i < graph.vertices.size(); ++i) {
     const SolvedVertex& vertex = graph.vertices[i];
-    if (vertex.id != entries_[i].outline.id || !IsUsable(vertex)) return false;
+    if (vertex.id != entries_[i].outline.id || !IsFinite(vertex)) return false;
   }
+  return true;
+}
+
+bool LoopCloser::SetSolution(const PoseGraph& graph) {
+  if (!IsUsable(graph)) return false;
   solved_ = graph.vertices;
   for (const SolvedEdge& edge : graph.loop_edges) {
     const auto found = tried_.find({edge.from, edge.to});

@@ -56,8 +56,10 @@ class LoopCloser {
 
   // The next submap. Ids must rise.
   void Add(const Submap& submap);
-  // The optimizer's newest solution. False where it names submaps that are not here, is not in
-  // order or not finite: nothing is taken.
+  // Whether a solution can be used at all: it names the submaps that are here, in their order, and
+  // is finite.
+  bool IsUsable(const PoseGraph& graph) const;
+  // The optimizer's newest solution. False where it is not usable: nothing is taken.
   bool SetSolution(const PoseGraph& graph);
 
   // The pairs of a submap with those before it, most telling first, with their priors: from the

@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <utility>
 
 #include "mapper/geometry/georeference.hpp"
@@ -60,6 +61,19 @@ const char* Sentence(SoundSpeed::Source source) {
     case SoundSpeed::Source::kAssumed: return "; sound speed assumed: no profile known";
   }
   return "";
+}
+
+std::string Sentence(const Judgement& harm) {
+  char text[240];
+  std::snprintf(text,
+                sizeof text,
+                "the last solution is not used: it would make the map less consistent than dead "
+                "reckoning (%.3f m in place of %.3f m, %zu cells seen twice in place of %zu); ",
+                harm.solved_m,
+                harm.dead_reckoned_m,
+                harm.cells_solved,
+                harm.cells_dead_reckoned);
+  return text;
 }
 
 }  // namespace
@@ -314,10 +328,13 @@ void MapperNode::Register(std::shared_ptr<const Submap> closed, std::vector<Loop
     if (closed && !closed->cloud.empty()) store.Put(closed);
     const LoadSubmap load = [&](SubmapId id) { return store.Get(id); };
     const auto source = closed || pairs.empty() ? closed : load(pairs.front().source);
-    Registered registered{closed, pairs, {}, {}};
+    Registered registered{closed, pairs, {}, {}, {}};
+    if (closed) registered.surface = SolutionJudge::Surface(*closed);
     if (source) registered.edges = RegisterPairs(*source, pairs, load, params);
     registered.store = store.counters();
-    return std::function<void()>([this, registered] { OnRegistered(registered); });
+    return std::function<void()>([this, registered = std::move(registered)]() mutable {
+      OnRegistered(std::move(registered));
+    });
   };
   worker_busy_ = true;
   registrations_left_ -= num_pairs;
@@ -327,7 +344,7 @@ void MapperNode::Register(std::shared_ptr<const Submap> closed, std::vector<Loop
   health_.Count("worker_refused");
 }
 
-void MapperNode::OnRegistered(const Registered& registered) {
+void MapperNode::OnRegistered(Registered registered) {
   worker_busy_ = false;
   GraphUpdate update;
   Time submap_time;
@@ -341,10 +358,12 @@ void MapperNode::OnRegistered(const Registered& registered) {
                                submap->heading_sigma_rad});
     update.edges = loop_closer_.DeadReckoningEdge(submap->id);
     update.edges.insert(update.edges.end(), position_edges.begin(), position_edges.end());
+    judge_.AddSubmap(*submap, std::move(registered.surface));
   } else {
     submap_time = graph_.back().submap_time;
     health_.Count("pairs_looked_at_again", static_cast<std::int64_t>(registered.pairs.size()));
   }
+  for (const LoopPair& pair : registered.pairs) judge_.AddPair(pair.target, pair.source);
   for (const GraphEdge& edge : loop_closer_.Record(registered.pairs, registered.edges))
     update.edges.push_back(edge);
   if (registered.closed || !update.edges.empty()) AddStep(std::move(update), submap_time);
@@ -392,12 +411,21 @@ void MapperNode::OnPoseGraph(const pose_graph_t& msg) {
   health_.Set("pose_graph_malformed", pose_graph_.malformed());
   if (!graph) return;
   if (graph->graph_version > static_cast<std::int64_t>(graph_.size()) ||
-      !loop_closer_.SetSolution(*graph)) {
+      !loop_closer_.IsUsable(*graph)) {
     health_.Count("pose_graph_refused");
     return;
   }
   solution_version_ = graph->graph_version;
   health_.Set("solution_version", solution_version_);
+  const Judgement judgement = judge_.Judge(*graph);
+  harm_.reset();
+  if (judgement.harmful) {
+    harm_ = judgement;
+    health_.Count("solutions_withheld");
+  } else {
+    loop_closer_.SetSolution(*graph);
+  }
+  ReportHealth();
 }
 
 void MapperNode::RequestSolution() {
@@ -479,6 +507,8 @@ void MapperNode::ReportHealth() {
   const bool profile_missing = sound_speed_source_ && !IsProfile(*sound_speed_source_);
   if (health_.counter("store_write_errors") > 0)
     health_.SetState(HealthState::kDegraded, "the survey directory cannot be written; " + figures);
+  else if (harm_)
+    health_.SetState(HealthState::kDegraded, Sentence(*harm_) + figures);
   else if (last_nav_ && !bottom_lock_)
     health_.SetState(HealthState::kDegraded, "no bottom lock; " + figures);
   else

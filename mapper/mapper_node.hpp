@@ -17,6 +17,7 @@
 #include "mapper/loop_closer.hpp"
 #include "mapper/mapper_config.hpp"
 #include "mapper/navigation/dead_reckoning.hpp"
+#include "mapper/solution_judge.hpp"
 #include "mapper/sound_speed.hpp"
 #include "mapper/submaps/submap_builder.hpp"
 #include "mapper/submaps/survey_store.hpp"
@@ -70,6 +71,7 @@ class MapperNode {
     std::shared_ptr<const Submap> closed;  // that joins the graph with it; null: looked at again
     std::vector<LoopPair> pairs;
     std::vector<GraphEdge> edges;
+    RegistrationSubmap surface;  // of `closed`
     SurveyStoreCounters store;
   };
 
@@ -96,7 +98,7 @@ class MapperNode {
   bool SendNextChunk();
   void RegisterNext();
   void Register(std::shared_ptr<const Submap> closed, std::vector<LoopPair> pairs);
-  void OnRegistered(const Registered& registered);
+  void OnRegistered(Registered registered);
   void AddStep(GraphUpdate update, Time submap_time);
   bool SendNextUpdate();
   std::string RejectionText() const;
@@ -118,6 +120,8 @@ class MapperNode {
 
   std::shared_ptr<Archive> archive_;
   LoopCloser loop_closer_;
+  SolutionJudge judge_;
+  std::optional<Judgement> harm_;  // of the last solution, where it was withheld
   PoseGraphAssembler pose_graph_;
   std::int64_t solution_version_ = 0;
   std::int32_t next_id_ = 0;

@@ -425,6 +425,38 @@ PoseGraph AsDeadReckoned(const std::vector<GraphUpdate>& updates) {
   return graph;
 }
 
+// Submaps where they are, and a solution that throws every second one off by two metres.
+TEST(MapperNode, WithholdsASolutionThatDoesHarmSaysSoAndGoesOnWithTheNextGoodOne) {
+  Survey survey;
+  for (int id = 0; id < 8; ++id) survey.node->AddSubmap(Import(id, 3.0 * id));
+  survey.bus.HandleAll();
+  const PoseGraph good = AsDeadReckoned(survey.updates);
+  PoseGraph bad = good;
+  for (std::size_t i = 1; i < bad.vertices.size(); i += 2) bad.vertices[i].T_map_level.y += 2.0;
+  std::int64_t number = 0;
+  const auto solve = [&](const PoseGraph& graph) {
+    ++number;
+    for (const pose_graph_t& part : ToLcm(graph, number, FromUtime(0), number - 1))
+      survey.bus.Publish("POSE_GRAPH", part);
+    survey.bus.HandleAll();
+    return survey.node->health().Snapshot(0, 1.0);
+  };
+
+  const health_t withheld = solve(bad);
+  EXPECT_EQ(survey.node->health().counter("solutions_withheld"), 1);
+  EXPECT_EQ(withheld.state, health_t::STATE_DEGRADED);
+  EXPECT_NE(withheld.text.find("not used"), std::string::npos) << withheld.text;
+  EXPECT_FALSE(survey.node->LookAgain());  // nothing has moved
+  // It is not asked for again.
+  EXPECT_EQ(survey.node->health().counter("solution_version"), 8);
+
+  const health_t recovered = solve(good);
+  EXPECT_EQ(survey.node->health().counter("solutions_withheld"), 1);
+  EXPECT_EQ(recovered.text.find("not used"), std::string::npos) << recovered.text;
+  EXPECT_EQ(recovered.state, health_t::STATE_OK);
+  EXPECT_TRUE(survey.node->LookAgain());
+}
+
 TEST(MapperNode, RegistersLaterWhatJoinedTheGraphUnregistered) {
   HeldWorker worker;
   Survey survey(&worker);

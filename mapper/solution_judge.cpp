@@ -1,0 +1,168 @@
+#include "mapper/solution_judge.hpp"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "mapper/registration/height_grid.hpp"
+
+namespace seastitch {
+namespace {
+
+using Cells = Grid<RegistrationSubmap::Cell>;
+
+constexpr int kPatchCells = 8;
+// Of the rows and columns: heights of neighbouring cells are smoothed over the same soundings.
+constexpr int kEvery = 2;
+// Fewer shared cells have no mean worth the name, nor a mean square.
+constexpr std::size_t kMinCellsOfPair = 8;
+constexpr int kMinCellsOfPatch = 4;
+// Of an overlap that a solution may be blamed for having torn apart.
+constexpr std::size_t kMinCellsTorn = 64;
+
+struct Patch {
+  int cells = 0;
+  double dead_reckoned_m2 = 0.0;  // sums over the cells
+  double solved_m2 = 0.0;
+};
+
+// Where the solution puts one submap in another.
+std::optional<Pose2> Relative(const PoseGraph& graph, SubmapId a, SubmapId b) {
+  const auto find = [&](SubmapId id) -> const SolvedVertex* {
+    const auto found = std::lower_bound(
+        graph.vertices.begin(),
+        graph.vertices.end(),
+        id,
+        [](const SolvedVertex& vertex, SubmapId wanted) { return vertex.id < wanted; });
+    return found != graph.vertices.end() && found->id == id ? &*found : nullptr;
+  };
+  const SolvedVertex* const from = find(a);
+  const SolvedVertex* const to = find(b);
+  if (from == nullptr || to == nullptr) return std::nullopt;
+  return Inverse(from->T_map_level) * to->T_map_level;
+}
+
+// A pair, cell by cell of the source. Differences: source less target, by both placements.
+class Comparison {
+ public:
+  Comparison(const Cells& target,
+             const Cells& source,
+             const Pose2& dead_reckoned,
+             const Pose2& solved) {
+    const GridGeometry& g = source.geometry();
+    patch_cols_ = (g.cols + kPatchCells - 1) / kPatchCells;
+    patch_rows_ = (g.rows + kPatchCells - 1) / kPatchCells;
+    for (int row = 0; row < g.rows; row += kEvery) {
+      for (int col = 0; col < g.cols; col += kEvery) {
+        const RegistrationSubmap::Cell& cell = source(row, col);
+        if (!(cell.variance > 0.0f)) continue;
+        const Eigen::Vector2d p = g.Center(row, col);
+        CellsAround around;
+        HeightSample before;
+        HeightSample after;
+        const bool seen_before = Interpolate(target, dead_reckoned * p, &around, &before);
+        const bool seen_after = Interpolate(target, solved * p, &around, &after);
+        cells_dead_reckoned += seen_before ? 1 : 0;
+        cells_solved += seen_after ? 1 : 0;
+        if (!seen_before || !seen_after) continue;
+        differences_.push_back({row / kPatchCells * patch_cols_ + col / kPatchCells,
+                                {cell.height_m - before.height_m, cell.height_m - after.height_m}});
+      }
+    }
+  }
+
+  std::vector<Patch> Patches() const {
+    if (differences_.size() < kMinCellsOfPair) return {};
+    Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+    for (const Difference& d : differences_) mean += d.height_m;
+    mean /= static_cast<double>(differences_.size());
+    std::vector<Patch> patches(static_cast<std::size_t>(patch_rows_ * patch_cols_));
+    for (const Difference& d : differences_) {
+      const Eigen::Vector2d squares = (d.height_m - mean).cwiseAbs2();
+      Patch& patch = patches[static_cast<std::size_t>(d.patch)];
+      ++patch.cells;
+      patch.dead_reckoned_m2 += squares.x();
+      patch.solved_m2 += squares.y();
+    }
+    return patches;
+  }
+
+  std::size_t cells_dead_reckoned = 0;  // seen twice
+  std::size_t cells_solved = 0;
+
+ private:
+  struct Difference {
+    int patch;
+    Eigen::Vector2d height_m;  // dead-reckoned, solved
+  };
+  int patch_rows_ = 0;
+  int patch_cols_ = 0;
+  std::vector<Difference> differences_;
+};
+
+}  // namespace
+
+RegistrationSubmap SolutionJudge::Surface(const Submap& submap) {
+  RegistrationParams params;
+  params.num_levels = 1;
+  params.max_cells = kMaxCells;
+  return RegistrationSubmap::Prepare(submap.cloud, LevelFromBody(submap.T_map_submap), params);
+}
+
+void SolutionJudge::AddSubmap(const Submap& submap, RegistrationSubmap surface) {
+  if (surface.empty()) return;
+  views_[submap.id] = {LevelPose(submap.T_map_submap), std::move(surface)};
+  if (views_.size() <= kMaxSubmaps) return;
+  const SubmapId oldest = views_.begin()->first;
+  views_.erase(views_.begin());
+  std::erase_if(pairs_, [oldest](const auto& pair) { return pair.second == oldest; });
+}
+
+void SolutionJudge::AddPair(SubmapId target, SubmapId source) {
+  if (views_.count(target) > 0 && views_.count(source) > 0) pairs_.insert({source, target});
+}
+
+Judgement SolutionJudge::Judge(const PoseGraph& graph) const {
+  Judgement out;
+  double gain = 0.0;  // of dead reckoning over the solution
+  double squared_gain = 0.0;
+  double dead_reckoned_m2 = 0.0;
+  double solved_m2 = 0.0;
+  for (const auto& [source, target] : pairs_) {
+    const std::optional<Pose2> solved = Relative(graph, target, source);
+    if (!solved) continue;
+    const View& on = views_.at(target);
+    const View& laid = views_.at(source);
+    const Comparison pair(on.surface.levels().front().grid,
+                          laid.surface.levels().front().grid,
+                          Inverse(on.T_map_level) * laid.T_map_level,
+                          *solved);
+    out.cells_dead_reckoned += pair.cells_dead_reckoned;
+    out.cells_solved += pair.cells_solved;
+    for (const Patch& patch : pair.Patches()) {
+      if (patch.cells < kMinCellsOfPatch) continue;
+      const double d = (patch.solved_m2 - patch.dead_reckoned_m2) / patch.cells;
+      gain += d;
+      squared_gain += d * d;
+      dead_reckoned_m2 += patch.dead_reckoned_m2 / patch.cells;
+      solved_m2 += patch.solved_m2 / patch.cells;
+      ++out.patches;
+    }
+  }
+  const bool worse =
+      gain > kSigmas * std::sqrt(squared_gain) && solved_m2 > kTolerance * dead_reckoned_m2;
+  const bool torn = out.cells_dead_reckoned >= kMinCellsTorn &&
+                    static_cast<double>(out.cells_solved) <
+                        kOverlapKept * static_cast<double>(out.cells_dead_reckoned);
+  out.harmful = worse || torn;
+  if (out.patches > 0) {
+    out.dead_reckoned_m = std::sqrt(dead_reckoned_m2 / out.patches);
+    out.solved_m = std::sqrt(solved_m2 / out.patches);
+  }
+  return out;
+}
+
+}  // namespace seastitch

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "common/core/graph.hpp"
+#include "common/core/ids.hpp"
+#include "common/core/submap.hpp"
+#include "mapper/registration/registration.hpp"
+
+namespace seastitch {
+
+// How the seabed that was seen twice lies on itself, by dead reckoning and by a solution.
+struct Judgement {
+  bool harmful = false;
+  int patches = 0;               // compared, of 8 x 8 cells
+  double dead_reckoned_m = 0.0;  // RMS of the differences of height
+  double solved_m = 0.0;
+  std::size_t cells_dead_reckoned = 0;  // seen twice
+  std::size_t cells_solved = 0;
+};
+
+// Do no harm: compares a solution with dead reckoning where both lay two submaps on each other, by
+// heights alone and whatever registration thought of the pair. Of each pair the mean difference of
+// height is left out: tide and sound speed are not the solution's. Knows the newest kMaxSubmaps
+// submaps and the pairs of them that were registered, on grids of at most kMaxCells: so memory
+// (32 B a cell) and work are bounded. Pure.
+//
+// With d the squared difference of height by the solution less that by dead reckoning, as a mean
+// over a patch, a solution is harmful
+//   where sum(d) > kSigmas sqrt(sum(d^2)) and the squares are larger by kTolerance, or
+//   where less than kOverlapKept of what dead reckoning sees twice is still seen twice.
+// Noise alone makes d as good as symmetric about zero and independent from patch to patch, and then
+// the first is exceeded with a probability below exp(-kSigmas^2 / 2), 3 in 10,000, however the
+// noise is distributed. Less than kSigmas^2 patches tell nothing.
+class SolutionJudge {
+ public:
+  static constexpr std::size_t kMaxSubmaps = 128;
+  static constexpr int kMaxCells = 1024;
+  static constexpr double kSigmas = 4.0;
+  static constexpr double kTolerance = 1.04;  // 2 % of RMS
+  static constexpr double kOverlapKept = 0.2;
+
+  // What is kept of a submap's cloud.
+  static RegistrationSubmap Surface(const Submap& submap);
+
+  // Ids rise.
+  void AddSubmap(const Submap& submap, RegistrationSubmap surface);
+  // That two submaps may show the same seabed. One that is not here is not compared.
+  void AddPair(SubmapId target, SubmapId source);
+
+  Judgement Judge(const PoseGraph& graph) const;
+
+ private:
+  struct View {
+    Pose2 T_map_level;  // dead-reckoned
+    RegistrationSubmap surface;
+  };
+
+  std::map<SubmapId, View> views_;
+  std::set<std::pair<SubmapId, SubmapId>> pairs_;  // source, target: of views_
+};
+
+}  // namespace seastitch
