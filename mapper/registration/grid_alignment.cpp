@@ -49,30 +49,28 @@ struct CellPair {
   Eigen::Vector2d slope_source;  // in the target's axes
   double height_target;
   double height_source;      // shifted
-  double variance_source;    // from soundings of unit variance
-  double variance_both;      // of the residual, from the same
+  double variance_both;      // of the residual, from soundings of unit variance
   double residual;           // [m]
   double expected_variance;  // of the residual [m2]
+  double weight;             // inverse variance of an independent cell's share
   Eigen::Vector2d chance;    // mean of residual times slope that the noise of soundings makes [m]
 
   Eigen::Vector2d MeanSlope() const { return 0.5 * (slope_target + slope_source); }
   // The residual's part of the gradient, per weight. Where the soundings lie to one side of a cell,
   // at the rim of a submap, the errors of its height and of its slope are one error: left in, it
-  // would pull every pair closer together.
-  Eigen::Vector4d Pull() const {
+  // would pull every pair closer together. J: Row() of the mean slope.
+  Eigen::Vector4d Pull(const Eigen::Vector4d& J) const {
     const Eigen::Vector4d by_chance(
         -chance.x(), -chance.y(), chance.x() * arm.y() - chance.y() * arm.x(), 0.0);
-    return by_chance - residual * Row(MeanSlope(), arm);
+    return by_chance - residual * J;
   }
-  // Row of the target less that of the source.
-  Eigen::Vector4d RowsApart() const {
+  // Row of the target less that of the source: of x, y and yaw, since they agree on the height.
+  Eigen::Vector3d RowsApart() const {
     const Eigen::Vector2d slope = slope_target - slope_source;
-    return {-slope.x(), -slope.y(), slope.x() * arm.y() - slope.y() * arm.x(), 0.0};
+    return {-slope.x(), -slope.y(), slope.x() * arm.y() - slope.y() * arm.x()};
   }
-  // Inverse variance of an independent cell's share.
-  double Weight() const { return 1.0 / (kPatchCells * expected_variance); }
   double RobustWeight(double noise_scale) const {
-    const double bound = kHuberSigma * kHuberSigma * expected_variance * noise_scale;
+    const double bound = kHuberSigma * kHuberSigma * noise_scale * expected_variance;
     return residual * residual <= bound ? 1.0 : std::sqrt(bound) / std::abs(residual);
   }
 };
@@ -142,7 +140,7 @@ std::pair<int, int> ColumnsOver(const GridGeometry& g,
 
 struct GridAligner::Normal {
   Eigen::Matrix4d hessian_mean = Eigen::Matrix4d::Zero();
-  Eigen::Matrix4d hessian_apart = Eigen::Matrix4d::Zero();
+  Eigen::Matrix3d hessian_apart = Eigen::Matrix3d::Zero();
   Eigen::Vector4d gradient = Eigen::Vector4d::Zero();
   double cells = 0.0;
   double radius_m = 0.0;  // root mean square of the arms
@@ -153,7 +151,11 @@ struct GridAligner::Normal {
   Moments difference;
 
   // Symmetric part of the rows of one surface times those of the other.
-  Eigen::Matrix4d HessianCross() const { return hessian_mean - 0.25 * hessian_apart; }
+  Eigen::Matrix4d HessianCross() const {
+    Eigen::Matrix4d cross = hessian_mean;
+    cross.topLeftCorner<3, 3>() -= 0.25 * hessian_apart;
+    return cross;
+  }
 };
 
 GridAligner::GridAligner(const RegistrationSubmap::Level& target,
@@ -177,28 +179,30 @@ void GridAligner::ForEachCell(const Placement& at, Visit visit) const {
   const Eigen::Matrix2d R = at.T_target_source.Rotation();
   const Eigen::Vector2d center_target = at.T_target_source * center_source_;
   const double shift = prior_.source_shift_m + at.shift_m;
+  const double patch_variance = sounding_variance_ / kPatchCells;
   HeightSample sample;
   CellPair pair;
   const Eigen::Vector2d along_row = R.col(1) * g.cell_m;
   for (pair.row = 0; pair.row < g.rows; ++pair.row) {
-    const Eigen::Vector2d row_start = center_target + R * (g.Center(pair.row, 0) - center_source_);
-    const auto [first, last] = ColumnsOver(target_.grid.geometry(), row_start, along_row, g.cols);
+    const Eigen::Vector2d first_arm = R * (g.Center(pair.row, 0) - center_source_);
+    const auto [first, last] =
+        ColumnsOver(target_.grid.geometry(), center_target + first_arm, along_row, g.cols);
     for (pair.col = first; pair.col <= last; ++pair.col) {
       const Cell& cell = source_.grid(pair.row, pair.col);
       if (!(cell.variance > 0.0f)) continue;
-      pair.arm = R * (g.Center(pair.row, pair.col) - center_source_);
+      pair.arm = first_arm + pair.col * along_row;
       if (!Interpolate(target_.grid, center_target + pair.arm, &pair.around, &sample)) continue;
       pair.slope_target = sample.slope;
-      pair.slope_source = R * Eigen::Vector2d(cell.slope_x, cell.slope_y);
+      pair.slope_source = R.col(0) * cell.slope_x + R.col(1) * cell.slope_y;
       pair.height_target = sample.height_m;
       pair.height_source = cell.height_m + shift;
-      pair.variance_source = cell.variance;
       pair.variance_both = cell.variance + sample.variance;
       pair.residual = pair.height_source - pair.height_target;
-      pair.expected_variance =
-          sounding_variance_ / kPatchCells * pair.variance_both + shared_variance_;
-      pair.chance = 0.5 * sounding_variance_ / kPatchCells *
-                    (R * Eigen::Vector2d(cell.covariance_x, cell.covariance_y) - sample.covariance);
+      pair.expected_variance = patch_variance * pair.variance_both + shared_variance_;
+      pair.weight = 1.0 / (kPatchCells * pair.expected_variance);
+      pair.chance =
+          0.5 * patch_variance *
+          (R.col(0) * cell.covariance_x + R.col(1) * cell.covariance_y - sample.covariance);
       visit(pair);
     }
   }
@@ -207,32 +211,26 @@ void GridAligner::ForEachCell(const Placement& at, Visit visit) const {
 GridAligner::Normal GridAligner::Linearize(const Placement& at, double noise_scale) const {
   Normal n;
   double arms = 0.0;
-  double misfit = 0.0;
   double robust = 0.0;
-  double weights = 0.0;
   ForEachCell(at, [&](const CellPair& p) {
     const double psi = p.RobustWeight(noise_scale);
-    const double weight = p.Weight();
+    const double w = p.weight * psi;
     const Eigen::Vector4d J = Row(p.MeanSlope(), p.arm);
-    const Eigen::Vector4d apart = p.RowsApart();
-    const double w = weight * psi;
-    const Eigen::Vector4d pull = w * J;
-    n.hessian_mean.noalias() += pull * J.transpose();
+    const Eigen::Vector3d apart = p.RowsApart();
+    n.hessian_mean.noalias() += (w * J) * J.transpose();
     n.hessian_apart.noalias() += (w * apart) * apart.transpose();
-    n.gradient += w * p.Pull();
+    n.gradient += w * p.Pull(J);
     arms += p.arm.squaredNorm();
-    misfit += psi * p.residual * p.residual / p.expected_variance;
     robust += psi;
-    weights += weight;
     n.cells += 1.0;
-    n.target.Add(weight, p.height_target);
-    n.source.Add(weight, p.height_source);
+    n.target.Add(p.weight, p.height_target);
+    n.source.Add(p.weight, p.height_source);
     n.difference.Add(w, p.residual);
   });
   if (n.cells == 0.0) return n;
   n.radius_m = std::sqrt(arms / n.cells);
-  n.noise_scale = std::max(misfit / robust, 0.01);
-  n.expected_variance = n.cells / (kPatchCells * weights);
+  n.noise_scale = std::max(kPatchCells * n.difference.square / robust, 0.01);
+  n.expected_variance = n.cells / (kPatchCells * n.target.weight);
   return n;
 }
 
@@ -332,8 +330,10 @@ class Shares {
     columns_.resize(static_cast<std::size_t>(grid.geometry().rows));
   }
 
+  // share: what an error of unit variance would add.
   void Add(int row, int col, const Eigen::Array4f& share) {
-    shares_[grid_.geometry().Index(row, col)] += share;
+    const std::size_t i = grid_.geometry().Index(row, col);
+    shares_[i] += share * grid_.cells()[i].variance;
     ColumnSpan& columns = columns_[static_cast<std::size_t>(row)];
     columns = columns.Union({col, col + 1});
   }
@@ -383,35 +383,34 @@ FitInformation GridAligner::Inform(const Fit& fit) const {
   const double block_m =
       std::max(params_.shared_error_length_m, 3.0 * std::sqrt(kPatchCells) * source_.cell_m());
   std::map<std::pair<int, int>, Block> blocks;
+  std::pair<int, int> last_key;
+  Block* last = nullptr;  // of `last_key`: most cells lie in the block of the one before
   Eigen::Matrix4d hessian_mean = Eigen::Matrix4d::Zero();
-  Eigen::Matrix4d hessian_apart = Eigen::Matrix4d::Zero();
+  Eigen::Matrix3d hessian_apart = Eigen::Matrix3d::Zero();
   Eigen::Vector4d gradient = Eigen::Vector4d::Zero();
   Shares source_shares(source_.grid);
   Shares target_shares(target_.grid);
   ForEachCell(fit.at, [&](const CellPair& p) {
     const double psi = p.RobustWeight(fit.noise_scale);
-    const double w = p.Weight() * psi;
+    const double w = p.weight * psi;
     const Eigen::Vector4d J = Row(p.MeanSlope(), p.arm);
-    const Eigen::Vector4d d = p.RowsApart();
+    const Eigen::Vector3d apart = p.RowsApart();
     const Eigen::Vector4d pull = w * J;
     hessian_mean.noalias() += pull * J.transpose();
-    hessian_apart.noalias() += (w * d) * d.transpose();
-    gradient += w * p.Pull();
-    Block& block = blocks[{static_cast<int>(std::floor(p.arm.x() / block_m)),
-                           static_cast<int>(std::floor(p.arm.y() / block_m))}];
-    block.pull += pull;
-    block.residuals.Add(psi / p.variance_both, p.residual);
-    block.cells += 1.0;
+    hessian_apart.noalias() += (w * apart) * apart.transpose();
+    gradient += w * p.Pull(J);
+    const std::pair<int, int> here{static_cast<int>(std::floor(p.arm.x() / block_m)),
+                                   static_cast<int>(std::floor(p.arm.y() / block_m))};
+    if (last == nullptr || here != last_key) last = &blocks[last_key = here];
+    last->pull += pull;
+    last->residuals.Add(psi / p.variance_both, p.residual);
+    last->cells += 1.0;
     const Eigen::Array4f share = pull.cast<float>().array();
-    source_shares.Add(p.row, p.col, share * static_cast<float>(p.variance_source));
-    for (int i = 0; i < 2; ++i) {
-      for (int j = 0; j < 2; ++j) {
-        const int row = p.around.row + i;
-        const int col = p.around.col + j;
-        const auto part = static_cast<float>(p.around.Part(i, j));
-        target_shares.Add(row, col, share * (part * target_.grid(row, col).variance));
-      }
-    }
+    source_shares.Add(p.row, p.col, share);
+    for (int i = 0; i < 2; ++i)
+      for (int j = 0; j < 2; ++j)
+        target_shares.Add(
+            p.around.row + i, p.around.col + j, share * static_cast<float>(p.around.Part(i, j)));
   });
 
   // Noise of soundings: what is left within the blocks. Shared errors: how their means differ by
@@ -450,7 +449,8 @@ FitInformation GridAligner::Inform(const Fit& fit) const {
   const double shift_information =
       1.0 / (prior_.source_shift_sigma_m * prior_.source_shift_sigma_m);
   B(3, 3) += shift_information;
-  Eigen::Matrix4d cross = hessian_mean - 0.25 * hessian_apart;
+  Eigen::Matrix4d cross = hessian_mean;
+  cross.topLeftCorner<3, 3>() -= 0.25 * hessian_apart;
   cross(3, 3) += shift_information;
   gradient[3] -= shift_information * fit.at.shift_m;
 
@@ -458,7 +458,7 @@ FitInformation GridAligner::Inform(const Fit& fit) const {
   eliminate.col(3) = -cross.topRightCorner<3, 1>() / cross(3, 3);
   FitInformation out;
   out.hessian = (eliminate * cross).leftCols<3>();
-  out.noise_hessian = 0.5 * hessian_apart.topLeftCorner<3, 3>();
+  out.noise_hessian = 0.5 * hessian_apart;
   out.gradient = eliminate * gradient;
   out.gradient_covariance = eliminate * B * eliminate.transpose();
   out.sounding_sigma_m = std::sqrt(sounding_variance);

@@ -41,25 +41,28 @@ inline bool Interpolate(const Grid<RegistrationSubmap::Cell>& grid,
                         const Eigen::Vector2d& p,
                         CellsAround* around,
                         HeightSample* out) {
+  using Cell = RegistrationSubmap::Cell;
   const auto found = FindCells(grid.geometry(), p);
   if (!found) return false;
   *around = *found;
-  const double half_cell = 0.5 * grid.geometry().cell_m;
-  *out = HeightSample{};
-  for (int i = 0; i < 2; ++i) {
-    for (int j = 0; j < 2; ++j) {
-      const RegistrationSubmap::Cell& cell = grid(around->row + i, around->col + j);
-      if (!(cell.variance > 0.0f)) return false;
-      const double part = around->Part(i, j);
-      out->height_m += part * (cell.height_m + half_cell * (cell.slope_x * (around->row_part - i) +
-                                                            cell.slope_y * (around->col_part - j)));
-      out->slope.x() += part * cell.slope_x;
-      out->slope.y() += part * cell.slope_y;
-      out->variance += part * cell.variance;
-      out->covariance.x() += part * cell.covariance_x;
-      out->covariance.y() += part * cell.covariance_y;
-    }
-  }
+  const Cell* first = &grid(around->row, around->col);
+  const Cell* second = first + grid.geometry().cols;
+  const Cell &c00 = first[0], &c01 = first[1], &c10 = second[0], &c11 = second[1];
+  if (!(c00.variance > 0.0f && c01.variance > 0.0f && c10.variance > 0.0f && c11.variance > 0.0f))
+    return false;
+  const double w00 = around->Part(0, 0);
+  const double w01 = around->Part(0, 1);
+  const double w10 = around->Part(1, 0);
+  const double w11 = around->Part(1, 1);
+  const auto mean = [&](float Cell::*value) {
+    return (w00 * c00.*value + w01 * c01.*value) + (w10 * c10.*value + w11 * c11.*value);
+  };
+  out->slope = {mean(&Cell::slope_x), mean(&Cell::slope_y)};
+  const double rise_x = around->row_part * out->slope.x() - (w10 * c10.slope_x + w11 * c11.slope_x);
+  const double rise_y = around->col_part * out->slope.y() - (w01 * c01.slope_y + w11 * c11.slope_y);
+  out->height_m = mean(&Cell::height_m) + 0.5 * grid.geometry().cell_m * (rise_x + rise_y);
+  out->variance = mean(&Cell::variance);
+  out->covariance = {mean(&Cell::covariance_x), mean(&Cell::covariance_y)};
   return true;
 }
 

@@ -58,6 +58,8 @@ void SmoothRows(int rows, int cols, Load load, Visit visit) {
   const Value zero = Value::Zero();
   const auto width = static_cast<std::size_t>(cols);
   const auto weight = [&](int t) { return static_cast<Scalar>(kernel.weight[kernel.Tap(t)]); };
+  static_assert(kKernelRadius == 3);
+  const Scalar w0 = weight(0), w1 = weight(1), w2 = weight(2), w3 = weight(3);
 
   // Lines smoothed along themselves, the last seven of them.
   std::vector<Value> ring(kSlots * width, zero);
@@ -75,9 +77,9 @@ void SmoothRows(int rows, int cols, Load load, Visit visit) {
     spans[slot(row)] = {std::max(0, loaded.first - kKernelRadius),
                         std::min(cols, loaded.last + kKernelRadius)};
     for (int col = spans[slot(row)].first; col < spans[slot(row)].last; ++col) {
-      const Value* middle = padded.data() + col + kKernelRadius;
-      Value sum = middle[0] * weight(0);
-      for (int t = 1; t <= kKernelRadius; ++t) sum += (middle[-t] + middle[t]) * weight(t);
+      const Value* m = padded.data() + col + kKernelRadius;
+      Value sum = m[0] * w0 + (m[-1] + m[1]) * w1 + (m[-2] + m[2]) * w2;
+      sum += (m[-3] + m[3]) * w3;
       line[col] = sum;
     }
   };
@@ -86,16 +88,14 @@ void SmoothRows(int rows, int cols, Load load, Visit visit) {
   for (int row = 0; row < kKernelRadius; ++row) push(row);
   for (int row = 0; row < rows; ++row) {
     push(row + kKernelRadius);
-    std::array<const Value*, kSlots> lines;
     ColumnSpan span;
-    for (int t = -kKernelRadius; t <= kKernelRadius; ++t) {
-      lines[kernel.Tap(t)] = ring.data() + slot(row + t) * width;
-      span = span.Union(spans[slot(row + t)]);
-    }
+    for (const ColumnSpan& s : spans) span = span.Union(s);
+    std::array<const Value*, kSlots> m;
+    for (int t = -kKernelRadius; t <= kKernelRadius; ++t)
+      m[kernel.Tap(t)] = ring.data() + slot(row + t) * width;
     for (int col = span.first; col < span.last; ++col) {
-      Value sum = lines[kKernelRadius][col] * weight(0);
-      for (int t = 1; t <= kKernelRadius; ++t)
-        sum += (lines[kernel.Tap(-t)][col] + lines[kernel.Tap(t)][col]) * weight(t);
+      Value sum = m[3][col] * w0 + (m[2][col] + m[4][col]) * w1 + (m[1][col] + m[5][col]) * w2;
+      sum += (m[0][col] + m[6][col]) * w3;
       smoothed[static_cast<std::size_t>(col)] = sum;
     }
     visit(row, span, smoothed.data());
