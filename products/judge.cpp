@@ -85,9 +85,24 @@ std::string NothingMovedStatement(const ProductSummary& s, const Survey& survey)
          "reckoning.";
 }
 
-std::string CorrectedStatement(const ProductSummary& s) {
-  std::string text = "The map is corrected by " + std::to_string(s.loops_accepted) +
-                     (s.loops_accepted == 1 ? " loop closure" : " loop closures");
+std::string Counted(std::uint64_t count, const char* one, const char* many) {
+  return std::to_string(count) + " " + (count == 1 ? one : many);
+}
+
+// What pulls at the graph beside dead reckoning.
+std::string Corrections(const ProductSummary& s, const Survey& survey) {
+  const auto fixes = static_cast<std::uint64_t>(
+      std::count_if(survey.edges.begin(), survey.edges.end(), [](const GraphEdge& edge) {
+        return edge.kind == EdgeKind::kPositionFix;
+      }));
+  const std::string of_loops = Counted(s.loops_accepted, "loop closure", "loop closures");
+  const std::string of_fixes = Counted(fixes, "position fix", "position fixes");
+  if (fixes == 0) return of_loops;
+  return s.loops_accepted == 0 ? of_fixes : of_loops + " and " + of_fixes;
+}
+
+std::string CorrectedStatement(const ProductSummary& s, const Survey& survey) {
+  std::string text = "The map is corrected by " + Corrections(s, survey);
   const ErrorFigures &before = s.before.point, &after = s.solved.point;
   if (before.cells == 0) return text + "; no cell is seen twice both before and after.";
   return text +
@@ -149,7 +164,7 @@ void Judge(const Survey& survey, double harm_tolerance, ProductSummary* s) {
     return;
   }
   s->outcome = Outcome::kCorrected;
-  s->statement = CorrectedStatement(*s);
+  s->statement = CorrectedStatement(*s, survey);
 }
 
 void WithholdScattered(double extent_m, ProductSummary* s) {

@@ -124,6 +124,22 @@ TEST(WriteProducts, CorrectsTheMapAndSaysByHowMuch) {
   EXPECT_THAT(html, HasSubstr("The map is corrected by 2 loop closures"));
 }
 
+TEST(WriteProducts, NamesThePositionFixesThatCorrected) {
+  GraphEdge fix;
+  fix.kind = EdgeKind::kPositionFix;
+  fix.from = fix.to = SubmapId{8};
+  fix.T_from_to = Drifting().truth[8];
+  fix.information.topLeftCorner<2, 2>().setIdentity();
+  const auto statement = [&](const std::vector<GraphEdge>& edges) {
+    const TemporaryDir folder;
+    const Survey survey = Collect(Drifting(), folder.path(), SolutionAt(Drifting().truth), edges);
+    return WriteProducts(survey, {}, folder.path()).statement;
+  };
+  EXPECT_THAT(statement({fix}), HasSubstr("corrected by 1 position fix:"));
+  EXPECT_THAT(statement({LoopEdge(0, 5), fix}),
+              HasSubstr("corrected by 1 loop closure and 1 position fix:"));
+}
+
 TEST(WriteProducts, RewritesSubmapsWithTheirCorrectedFrames) {
   const TemporaryDir folder;
   const Survey survey =
