@@ -1,11 +1,13 @@
 // Honesty and drift of dead reckoning, by Monte Carlo on the bench's truth. Usage:
-//   seastitch-bench-navigation [RUNS [FIRST_SEED]]        50 runs from seed 1 where not given
+//   seastitch-bench-navigation [RUNS [FIRST_SEED [SENSORS [PATTERN]]]]
+// 50 runs from seed 1, of ins_tactical and mems, lawn-mower and straight, where not given.
 
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <stdexcept>
 #include <string>
-#include <utility>
+#include <vector>
 
 #include "tests/mapper/navigation/monte_carlo.hpp"
 
@@ -20,19 +22,42 @@ void PrintNees(double sum, int runs) {
   std::printf("  %5.2f%c", ratio, ratio < band.low || ratio > band.high ? '*' : ' ');
 }
 
-void Print(
-    const char* pattern, const char* name, const MonteCarloCase& c, int runs, std::uint64_t seed) {
+void Print(const std::string& pattern,
+           const std::string& name,
+           const MonteCarloCase& c,
+           int runs,
+           std::uint64_t seed) {
   const MonteCarloResult result = RunMonteCarlo(c, runs, seed);
-  std::printf("%-22s  %-12s  %6.0f", pattern, name, result.distance_m);
+  std::printf("%-12s  %-12s  %6.0f", pattern.c_str(), name.c_str(), result.distance_m);
   PrintNees(result.position_nees, runs);
   PrintNees(result.attitude_nees, runs);
   for (const double sum : result.relative_nees) PrintNees(sum, runs);
   std::printf(
       "  %7.3f  %7.3f  %5.2f\n", result.drift_percent, result.stated_drift_percent, result.dvl_nis);
+  const Eigen::Vector3d& mean = result.mean_by_sigma;
+  const Eigen::Vector3d& square = result.mean_square_by_sigma;
+  std::printf(
+      "%-12s  by sigma along, across, down: mean %.2f %.2f %.2f, of squares %.2f %.2f %.2f\n",
+      "",
+      mean.x(),
+      mean.y(),
+      mean.z(),
+      square.x(),
+      square.y(),
+      square.z());
   std::fflush(stdout);
 }
 
-void Main(int runs, std::uint64_t seed) {
+bench::PlanParams PlanOf(const std::string& pattern) {
+  if (pattern == "lawn-mower") return LawnMowerPlan(1000.0, 4);
+  if (pattern == "straight") return StraightPlan(2000.0);
+  throw std::invalid_argument("PATTERN must be lawn-mower or straight");
+}
+
+void Main(int runs,
+          std::uint64_t seed,
+          const std::vector<std::string>& sensors,
+          const std::vector<std::string>& patterns) {
   const Band band = Band95(3.0 * runs);
   std::printf(
       "%d runs each, seeds %llu to %llu; NEES by degree of freedom, 95 %% band %.2f to %.2f\n",
@@ -41,7 +66,7 @@ void Main(int runs, std::uint64_t seed) {
       static_cast<unsigned long long>(seed) + static_cast<unsigned long long>(runs) - 1,
       band.low,
       band.high);
-  std::printf("%-22s  %-12s  %6s  %6s  %6s  %-30s  %7s  %7s  %5s\n",
+  std::printf("%-12s  %-12s  %6s  %6s  %6s  %-30s  %7s  %7s  %5s\n",
               "pattern",
               "sensors",
               "m",
@@ -51,16 +76,16 @@ void Main(int runs, std::uint64_t seed) {
               "drift %",
               "stated",
               "NIS");
-  for (const char* const name : {"ins_tactical", "mems"}) {
+  for (const std::string& name : sensors) {
     MonteCarloCase c;
     c.errors = bench::SensorErrors::OfClass(name);
     c.params = ParamsOf(c.errors);
     // Neighbours, a quarter, a half and nearly all of the dive apart.
     c.pairs = {{0.20, 0.26}, {0.40, 0.65}, {0.10, 0.60}, {0.02, 0.98}};
-    c.plan = LawnMowerPlan(1000.0, 4);
-    Print("lawn-mower, 1 km", name, c, runs, seed);
-    c.plan = StraightPlan(2000.0);
-    Print("straight, 2 km", name, c, runs, seed);
+    for (const std::string& pattern : patterns) {
+      c.plan = PlanOf(pattern);
+      Print(pattern, name, c, runs, seed);
+    }
   }
 }
 
@@ -71,7 +96,11 @@ int main(int argc, char** argv) try {
   const int runs = argc > 1 ? std::stoi(argv[1]) : 50;
   const auto seed = static_cast<std::uint64_t>(argc > 2 ? std::stoll(argv[2]) : 1);
   if (runs < 1) throw std::invalid_argument("RUNS must be 1 or more");
-  seastitch::test::Main(runs, seed);
+  std::vector<std::string> sensors{"ins_tactical", "mems"};
+  std::vector<std::string> patterns{"lawn-mower", "straight"};
+  if (argc > 3) sensors = {argv[3]};
+  if (argc > 4) patterns = {argv[4]};
+  seastitch::test::Main(runs, seed, sensors, patterns);
   return EXIT_SUCCESS;
 } catch (const std::exception& e) {
   std::fprintf(stderr, "seastitch-bench-navigation: %s\n", e.what());

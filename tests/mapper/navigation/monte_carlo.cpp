@@ -159,6 +159,8 @@ bench::PlanParams LawnMowerPlan(double length_m, int lines) {
 }
 
 MonteCarloResult RunMonteCarlo(const MonteCarloCase& c, int runs, std::uint64_t first_seed) {
+  const Eigen::Matrix3d R_line_map =
+      RotationFromRpy(0.0, 0.0, Deg2Rad(c.plan.heading_deg)).transpose();
   MonteCarloResult result;
   result.runs = runs;
   result.relative_nees.resize(c.pairs.size());
@@ -168,7 +170,14 @@ MonteCarloResult RunMonteCarlo(const MonteCarloCase& c, int runs, std::uint64_t 
     const Run run(c, first_seed + static_cast<std::uint64_t>(i));
     const NavState end = *run.navigation.StateAt(At(run.end_s));
     const Eigen::Vector3d p_error = run.PositionError(run.end_s);
-    result.position_nees += Nees(p_error, end.covariance.topLeftCorner<3, 3>());
+    const Eigen::Matrix3d p_covariance = end.covariance.topLeftCorner<3, 3>();
+    result.position_nees += Nees(p_error, p_covariance);
+    const Eigen::Vector3d by_sigma =
+        (R_line_map * p_error)
+            .cwiseQuotient(
+                (R_line_map * p_covariance * R_line_map.transpose()).diagonal().cwiseSqrt());
+    result.mean_by_sigma += by_sigma / runs;
+    result.mean_square_by_sigma += by_sigma.cwiseAbs2() / runs;
     result.attitude_nees += Nees(RpyError(end.T_map_vehicle, run.trajectory.PoseAt(run.end_s)),
                                  end.covariance.bottomRightCorner<3, 3>());
     for (std::size_t k = 0; k < c.pairs.size(); ++k)

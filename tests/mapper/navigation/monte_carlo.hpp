@@ -33,8 +33,12 @@ bench::PlanParams LawnMowerPlan(double length_m, int lines);
 // the covariance is honest.
 struct MonteCarloResult {
   int runs = 0;
-  double distance_m = 0.0;            // through the water, each run
-  double position_nees = 0.0;         // north, east, down, at the end
+  double distance_m = 0.0;     // through the water, each run
+  double position_nees = 0.0;  // north, east, down, at the end
+  // The same error along the first line, across it and down, each over its sigma: mean over runs of
+  // it and of its square. Honest and without bias: 0 and 1.
+  Eigen::Vector3d mean_by_sigma = Eigen::Vector3d::Zero();
+  Eigen::Vector3d mean_square_by_sigma = Eigen::Vector3d::Zero();
   double attitude_nees = 0.0;         // roll, pitch, yaw, at the end
   std::vector<double> relative_nees;  // x, y, yaw, by pair
   // RMS of the horizontal error at the end, in % of the distance travelled; the start's own error
