@@ -246,7 +246,8 @@ std::vector<PoseLink> LoopCloser::BelievedLinks() const {
 std::vector<GraphEdge> RegisterPairs(const Submap& source,
                                      const std::vector<LoopPair>& pairs,
                                      const LoadSubmap& load,
-                                     const LoopCloserParams& params) {
+                                     const LoopCloserParams& params,
+                                     PreparedSubmaps* prepared) {
   // Prepares the source once and each target in turn.
   const auto register_all = [&](const auto& prepare, const auto& register_one) {
     std::vector<GraphEdge> edges;
@@ -275,20 +276,16 @@ std::vector<GraphEdge> RegisterPairs(const Submap& source,
                               params.registration);
         });
   }
-  return register_all(
-      [&](const Submap& submap) {
-        return RegistrationSubmap::Prepare(
-            submap.cloud, LevelFromBody(submap.T_map_submap), params.registration);
-      },
-      [&](const RegistrationSubmap& on, const RegistrationSubmap& laid, const LoopPair& pair) {
-        return Register(on,
-                        laid,
-                        pair.prior.T_a_b,
-                        pair.prior.covariance,
-                        pair.z_prior_m,
-                        params.z_sigma_m,
-                        params.registration);
-      });
+  return register_all([&](const Submap& submap) { return prepared->Get(submap); },
+                      [&](const auto& on, const auto& laid, const LoopPair& pair) {
+                        return Register(*on,
+                                        *laid,
+                                        pair.prior.T_a_b,
+                                        pair.prior.covariance,
+                                        pair.z_prior_m,
+                                        params.z_sigma_m,
+                                        params.registration);
+                      });
 }
 
 GraphEdge ToEdge(const LoopPair& pair, const RegistrationResult& result) {

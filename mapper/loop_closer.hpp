@@ -14,6 +14,7 @@
 #include "common/core/graph.hpp"
 #include "common/core/submap.hpp"
 #include "mapper/registration/gicp.hpp"
+#include "mapper/registration/prepared_submaps.hpp"
 #include "mapper/registration/registration.hpp"
 #include "mapper/submaps/overlap.hpp"
 #include "mapper/submaps/pose_chain.hpp"
@@ -136,11 +137,12 @@ class LoopCloser {
 using LoadSubmap = std::function<std::shared_ptr<const Submap>(SubmapId)>;
 
 // Registers the source on each of its targets; edges in the order of the pairs, each with its
-// verdict. A target that cannot be loaded gives no edge.
+// verdict. A target that cannot be loaded gives no edge. prepared: of params.registration.
 std::vector<GraphEdge> RegisterPairs(const Submap& source,
                                      const std::vector<LoopPair>& pairs,
                                      const LoadSubmap& load,
-                                     const LoopCloserParams& params);
+                                     const LoopCloserParams& params,
+                                     PreparedSubmaps* prepared);
 
 // What a registration says to the graph.
 GraphEdge ToEdge(const LoopPair& pair, const RegistrationResult& result);

@@ -86,7 +86,8 @@ MapperNode::MapperNode(const MapperConfig& config, Bus* bus, Worker* worker)
       sound_speed_(config.sound_velocity_profile),
       builder_(config.submap, config.filter, [this](Time a, Time b) { return DriftBetween(a, b); }),
       archive_(std::make_shared<Archive>(
-          SurveyStoreParams{config.survey_dir, config.max_cached_mb, config.max_unsaved_mb})),
+          SurveyStoreParams{config.survey_dir, config.max_cached_mb, config.max_unsaved_mb},
+          config.loop_closer.registration)),
       loop_closer_(config.loop_closer) {
   const auto navigate = [this](const auto& sample) { OnNavigation(sample); };
   Subscribe<imu_t>("IMU", kImuQueue, "imu", navigate);
@@ -330,7 +331,7 @@ void MapperNode::Register(std::shared_ptr<const Submap> closed, std::vector<Loop
     const auto source = closed || pairs.empty() ? closed : load(pairs.front().source);
     Registered registered{closed, pairs, {}, {}, {}};
     if (closed) registered.surface = SolutionJudge::Surface(*closed);
-    if (source) registered.edges = RegisterPairs(*source, pairs, load, params);
+    if (source) registered.edges = RegisterPairs(*source, pairs, load, params, &archive->prepared);
     registered.store = store.counters();
     return std::function<void()>([this, registered = std::move(registered)]() mutable {
       OnRegistered(std::move(registered));

@@ -55,8 +55,10 @@ class MapperNode {
  private:
   // What jobs use and nobody else: they run one at a time.
   struct Archive {
-    explicit Archive(const SurveyStoreParams& params) : store(params) {}
+    Archive(const SurveyStoreParams& params, const RegistrationParams& registration)
+        : store(params), prepared(registration) {}
     SurveyStore store;
+    PreparedSubmaps prepared;
   };
   struct Waiting {
     std::shared_ptr<const Submap> submap;

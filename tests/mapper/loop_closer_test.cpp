@@ -274,11 +274,13 @@ TEST(RegisterPairs, FindsWhereTheNewerSubmapLies) {
   closer.Add(source);
   const std::vector<LoopPair> pairs = closer.PairsFor(SubmapId{1});
   ASSERT_EQ(pairs.size(), 1u);
+  PreparedSubmaps prepared({});
   const auto edges = RegisterPairs(
       source,
       pairs,
       [&](SubmapId) { return std::make_shared<const Submap>(target); },
-      LoopCloserParams{});
+      LoopCloserParams{},
+      &prepared);
   ASSERT_EQ(edges.size(), 1u);
   EXPECT_EQ(edges[0].verdict, LoopVerdict::kAccepted) << ToString(edges[0].verdict);
   EXPECT_EQ(edges[0].from.value, 0);
@@ -295,11 +297,13 @@ TEST(RegisterPairs, GoThroughTheSameChainByThePapersMethod) {
   LoopCloser closer(params);
   closer.Add(target);
   closer.Add(source);
+  PreparedSubmaps prepared({});
   const auto edges = RegisterPairs(
       source,
       closer.PairsFor(SubmapId{1}),
       [&](SubmapId) { return std::make_shared<const Submap>(target); },
-      params);
+      params,
+      &prepared);
   ASSERT_EQ(edges.size(), 1u);
   EXPECT_EQ(edges[0].verdict, LoopVerdict::kAccepted) << ToString(edges[0].verdict);
   EXPECT_NEAR(edges[0].T_from_to.x, 10.0, 0.1);
@@ -308,9 +312,25 @@ TEST(RegisterPairs, GoThroughTheSameChainByThePapersMethod) {
 
 TEST(RegisterPairs, LeavesOutWhatCannotBeLoaded) {
   const LoopPair pair{SubmapId{0}, SubmapId{1}, {}, 0.0};
-  EXPECT_TRUE(RegisterPairs(
-                  At(1, 0.0, 0.0), {pair}, [](SubmapId) { return nullptr; }, LoopCloserParams{})
-                  .empty());
+  PreparedSubmaps prepared({});
+  EXPECT_TRUE(
+      RegisterPairs(
+          At(1, 0.0, 0.0), {pair}, [](SubmapId) { return nullptr; }, LoopCloserParams{}, &prepared)
+          .empty());
+}
+
+TEST(PreparedSubmaps, PrepareASubmapOnceAndKeepNoMoreThanTheyMay) {
+  const Submap first = At(0, 0.0, 0.0);
+  const Submap second = At(1, 10.0, 0.0);
+  PreparedSubmaps both({});
+  const auto prepared = both.Get(first);
+  both.Get(second);
+  EXPECT_EQ(both.Get(first), prepared);
+
+  PreparedSubmaps none({}, 0);
+  const std::weak_ptr<const RegistrationSubmap> kept = none.Get(first);
+  EXPECT_TRUE(kept.expired());
+  EXPECT_FALSE(none.Get(first)->empty());
 }
 
 }  // namespace
