@@ -50,7 +50,6 @@ struct SoundSpeedEvent {
   double speed_mps;
 };
 struct DvlEvent {
-  bool bottom_lock;
   Eigen::Vector3d v_dvl_mps;
   Eigen::Vector3d sigma_mps;
 };
@@ -147,6 +146,7 @@ class DeadReckoning::Impl {
   bool AttitudeIsSteady(Time t, const ImuEvent& imu);
   void RememberForStart(const Event& event);
   void Advance(Time t, const ImuEvent& imu);
+  void IntegrateTo(Time t, const InertialRates& rates);
   void Use(Time t, const Measurement& measurement);
   void UseAttitude(Time t, const Attitude& attitude);
   void UseSoundSpeed(const SoundSpeedEvent& water);
@@ -243,18 +243,14 @@ bool DeadReckoning::Impl::TakesTime(Time t) {
 }
 
 void DeadReckoning::Impl::Add(const DvlSample& sample) {
-  DvlEvent dvl{sample.bottom_lock, sample.v_dvl_mps, sample.sigma_v_mps};
-  if (dvl.bottom_lock) {
-    const bool possible = Within(dvl.v_dvl_mps, kMaxSpeedMps) &&
-                          Within(dvl.sigma_mps, kMaxSpeedSigmaMps) &&
-                          (dvl.sigma_mps.array() >= 0.0).all();
-    if (!possible) return Count("dvl_refused");
-    for (double& sigma : dvl.sigma_mps)
-      sigma = sigma > 0.0 ? std::max(sigma, params_.dvl_sigma_floor_mps) : params_.dvl_sigma_mps;
-  } else {
-    Count("dvl_without_bottom_lock");
-    return;
-  }
+  if (!sample.bottom_lock) return Count("dvl_without_bottom_lock");
+  const bool possible = Within(sample.v_dvl_mps, kMaxSpeedMps) &&
+                        Within(sample.sigma_v_mps, kMaxSpeedSigmaMps) &&
+                        (sample.sigma_v_mps.array() >= 0.0).all();
+  if (!possible) return Count("dvl_refused");
+  DvlEvent dvl{sample.v_dvl_mps, sample.sigma_v_mps};
+  for (double& sigma : dvl.sigma_mps)
+    sigma = sigma > 0.0 ? std::max(sigma, params_.dvl_sigma_floor_mps) : params_.dvl_sigma_mps;
   AddAiding("dvl", sample.time, dvl);
 }
 
@@ -416,24 +412,7 @@ void DeadReckoning::Impl::Advance(Time t, const ImuEvent& imu) {
     filter_.Coast(ToSeconds(t - now_), imu.attitude->q_ned_imu, imu.rates);
     attitude_used_ = t;
   } else {
-    const double span_s = ToSeconds(t - now_);
-    Time at = now_;
-    InertialRates from = rates_;
-    const auto carry_to = [&](Time to_time) {
-      if (to_time <= at) return;
-      const double w = ToSeconds(to_time - now_) / span_s;
-      const InertialRates to{
-          (1.0 - w) * rates_.angular_rate_radps + w * imu.rates.angular_rate_radps,
-          (1.0 - w) * rates_.specific_force_mps2 + w * imu.rates.specific_force_mps2};
-      filter_.Propagate(from, to, ToSeconds(to_time - at));
-      at = to_time;
-      from = to;
-    };
-    for (const Event& event : between_) {
-      carry_to(event.time);
-      Use(event.time, event.measurement);
-    }
-    carry_to(t);
+    IntegrateTo(t, imu.rates);
     const bool due = ToSeconds(t - attitude_used_) >= params_.attitude_interval_s - 1e-6;
     if (imu.attitude && due) UseAttitude(t, *imu.attitude);
   }
@@ -442,6 +421,28 @@ void DeadReckoning::Impl::Advance(Time t, const ImuEvent& imu) {
   rates_ = imu.rates;
   const bool lock = dvl_used_ && ToSeconds(t - *dvl_used_) <= params_.bottom_lock_timeout_s;
   track_.Add(t, &filter_, lock);
+}
+
+// From now_ to t with a stop at each aiding sample on the way: rates change evenly between the two
+// inertial samples.
+void DeadReckoning::Impl::IntegrateTo(Time t, const InertialRates& rates) {
+  const double span_s = ToSeconds(t - now_);
+  Time at = now_;
+  InertialRates from = rates_;
+  const auto carry_to = [&](Time stop) {
+    if (stop <= at) return;
+    const double w = ToSeconds(stop - now_) / span_s;
+    const InertialRates to{(1.0 - w) * rates_.angular_rate_radps + w * rates.angular_rate_radps,
+                           (1.0 - w) * rates_.specific_force_mps2 + w * rates.specific_force_mps2};
+    filter_.Propagate(from, to, ToSeconds(stop - at));
+    at = stop;
+    from = to;
+  };
+  for (const Event& event : between_) {
+    carry_to(event.time);
+    Use(event.time, event.measurement);
+  }
+  carry_to(t);
 }
 
 void DeadReckoning::Impl::Use(Time t, const Measurement& measurement) {
@@ -470,7 +471,7 @@ void DeadReckoning::Impl::UseSoundSpeed(const SoundSpeedEvent& water) {
 }
 
 DvlEvent DeadReckoning::Impl::Corrected(const DvlEvent& dvl) const {
-  return {dvl.bottom_lock, dvl_correction_ * dvl.v_dvl_mps, dvl.sigma_mps};
+  return {dvl_correction_ * dvl.v_dvl_mps, dvl.sigma_mps};
 }
 
 void DeadReckoning::Impl::UseDvl(Time t, const DvlEvent& dvl) {
