@@ -139,7 +139,7 @@ TEST(SolutionJudge, FindsNothingInWhatIsNotThere) {
 // Where there is no relief no solution does harm, and noise must not say that it does: 20 surveys
 // of 45 submaps, 100 solutions each that are as wrong as dead reckoning. Below 1 in 1,000 with 86 %
 // confidence if there is none in 2,000 and these are taken as independent.
-TEST(SolutionJudge, IsNotTrippedByNoiseOnAFlatSeabed) {
+TEST(SolutionJudgeMonteCarlo, IsNotTrippedByNoiseOnAFlatSeabed) {
   int harmful = 0;
   int compared = 0;
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
