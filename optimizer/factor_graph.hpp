@@ -15,6 +15,7 @@ struct Factor {
   int j = 0;
   RelativePoseCost cost;
   GraduatedLoss loss;
+  int cluster_size = 1;  // how many, this one included, are so near that they may share one error
 };
 
 // Vertices are numbered from 0.

@@ -82,6 +82,24 @@ double Forgotten(double sigma_from_rad, double sigma_to_rad, const Eigen::Matrix
   return std::clamp((P_from - P_to + step_variance) / (2.0 * P_from), 0.0, 1.0);
 }
 
+// Of loop closures by the numbers of their vertices, smaller first, rising: how many, itself
+// included, have both ends at most one submap from those of each. They see the same seabed in the
+// same places and may be wrong alike.
+std::vector<int> ClusterSizes(const std::vector<std::pair<int, int>>& closures) {
+  std::vector<int> sizes(closures.size(), 0);
+  for (const int step : {-1, 0, 1}) {
+    auto begin = closures.begin();
+    auto end = closures.begin();
+    for (std::size_t k = 0; k < closures.size(); ++k) {
+      const auto& [a, b] = closures[k];
+      while (begin != closures.end() && *begin < std::pair{a + step, b - 1}) ++begin;
+      while (end != closures.end() && *end <= std::pair{a + step, b + 1}) ++end;
+      sizes[k] += static_cast<int>(end - begin);
+    }
+  }
+  return sizes;
+}
+
 std::string MustBePositive(const char* key, double value) {
   if (value > 0.0 && std::isfinite(value)) return {};
   return std::string(key) + " = " + std::to_string(value) + ", must be > 0";
@@ -250,12 +268,19 @@ FactorGraph PoseGraphOptimizer::MakeFactorGraph(const std::map<SubmapId, int>& n
   graph.num_vertices = static_cast<int>(number.size());
   AddAnchor(&graph);
   AddDeadReckoning(number, &graph);
+  std::vector<std::pair<int, int>> closures;
+  for (const Edge* edge : robust)
+    if (edge->edge.kind == EdgeKind::kLoopClosure)
+      closures.push_back(std::minmax({number.at(edge->edge.from), number.at(edge->edge.to)}));
+  const std::vector<int> cluster_sizes = ClusterSizes(closures);
+  auto cluster_size = cluster_sizes.begin();
   for (const Edge* edge : robust) {
     const GraphEdge& e = edge->edge;
     graph.factors.push_back({e.kind == EdgeKind::kPositionFix ? kMap : number.at(e.from),
                              number.at(e.to),
                              {e.T_from_to, edge->root.W},
-                             {threshold_[edge->root.rank]}});
+                             {threshold_[edge->root.rank]},
+                             e.kind == EdgeKind::kPositionFix ? 1 : *cluster_size++});
   }
   return graph;
 }

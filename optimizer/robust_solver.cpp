@@ -23,20 +23,27 @@ struct Stage {
   Shape shape = Shape::kSquares;
   double mu = GraduatedLoss::kFinalMu;
   std::vector<bool> on;  // one a factor; off: nothing
+  // As how many, at most, those count together that may share one error.
+  double cluster_counts = kEachForItself;
 
+  static constexpr double kEachForItself = std::numeric_limits<double>::infinity();
+
+  double Share(const Factor& factor) const {
+    return std::min(1.0, cluster_counts / factor.cluster_size);
+  }
   double Value(const Factor& factor, std::size_t k, double s) const {
     if (!IsRobust(factor)) return s;
     if (!on[k]) return 0.0;
-    return shape == Shape::kGraduated ? factor.loss.Value(s, mu) : s;
+    return Share(factor) * (shape == Shape::kGraduated ? factor.loss.Value(s, mu) : s);
   }
   double Weight(const Factor& factor, std::size_t k, double s) const {
     if (!IsRobust(factor)) return 1.0;
     if (!on[k]) return 0.0;
-    return shape == Shape::kGraduated ? factor.loss.Weight(s, mu) : 1.0;
+    return Share(factor) * (shape == Shape::kGraduated ? factor.loss.Weight(s, mu) : 1.0);
   }
   double Bend(const Factor& factor, std::size_t k, double s) const {
     const bool bends = IsRobust(factor) && on[k] && shape == Shape::kGraduated;
-    return bends ? factor.loss.Bend(s, mu) : 0.0;
+    return bends ? Share(factor) * factor.loss.Bend(s, mu) : 0.0;
   }
 };
 
@@ -247,19 +254,45 @@ double InnovationSquared(const FactorGraph& graph, std::size_t k, const RobustSo
                            solution.weights[k]);
 }
 
-// Twice the threshold: one honest factor in millions, so that a large sound graph is solved once.
+// By how much dead reckoning's squared errors exceed what it says of them: the median of its
+// innovations, so that the few that wrong closures spoil do not count; at least 1.
+double DeadReckoningScale(const FactorGraph& graph, const RobustSolution& solution) {
+  constexpr double kMedian = 2.366;    // of chi-square, 3 degrees of freedom
+  constexpr double kUnchecked = 1e-3;  // below, no closure speaks of the step
+  std::vector<double> squared;
+  for (std::size_t k = 0; solution.covariance && k < graph.factors.size(); ++k) {
+    if (IsRobust(graph.factors[k]) || graph.factors[k].i == kMap) continue;
+    const double s = InnovationSquared(graph, k, solution);
+    if (s > kUnchecked) squared.push_back(s);
+  }
+  if (squared.empty()) return 1.0;
+  const auto middle = squared.begin() + static_cast<std::ptrdiff_t>(squared.size() / 2);
+  std::nth_element(squared.begin(), middle, squared.end());
+  return std::max(1.0, *middle / kMedian);
+}
+
+// Whether a closure is believed, or dead reckoning strained, beyond twice the threshold: one honest
+// factor in millions, so that a large sound graph is solved once.
 bool BelievesAgainstAllElse(const FactorGraph& graph, const RobustSolution& solution) {
+  constexpr double kStrained = 16.27;  // 0.999 of chi-square, 3 degrees of freedom
   if (!solution.covariance) return false;
+  const double scale = DeadReckoningScale(graph, solution);
   for (std::size_t k = 0; k < graph.factors.size(); ++k) {
-    if (!IsRobust(graph.factors[k]) || solution.weights[k] <= 0.0) continue;
-    const double limit = 2.0 * graph.factors[k].loss.c2;
+    const Factor& factor = graph.factors[k];
+    if (solution.weights[k] <= 0.0) continue;
+    const double limit = 2.0 * (IsRobust(factor) ? factor.loss.c2 : kStrained * scale);
     // Most pass by a bound on the innovation: no eigenvalue of A exceeds its trace.
     const double redundancy = 1.0 - solution.covariance->of_residual[k].trace();
-    const double s = SquaredResidual(graph.factors[k], solution.T_map_vertex);
+    const double s = SquaredResidual(factor, solution.T_map_vertex);
     if (redundancy > 0.0 && s <= limit * redundancy * redundancy) continue;
     if (InnovationSquared(graph, k, solution) > limit) return true;
   }
   return false;
+}
+
+bool RefusesSomething(const RobustSolution& solution) {
+  return std::any_of(
+      solution.weights.begin(), solution.weights.end(), [](double w) { return w <= 0.0; });
 }
 
 // Whether one that has no weight lies within its gate of what the others say.
@@ -283,10 +316,12 @@ class RobustSolver {
 
   RobustSolution Solve(const SolverStart& start) {
     if (auto solution = GoOn(start)) return *std::move(solution);
-    RobustSolution solution = Graduate(start.dead_reckoned, all_);
-    if (!BelievesAgainstAllElse(graph_, solution)) return solution;
-    RobustSolution other = Graduate(start.dead_reckoned, NearDeadReckoning(start.dead_reckoned));
-    return other.cost < solution.cost ? other : solution;
+    RobustSolution solution = Graduate(start.dead_reckoned, all_, Stage::kEachForItself);
+    if (!RefusesSomething(solution) && !BelievesAgainstAllElse(graph_, solution)) return solution;
+    const double cluster_counts = kClusterCounts * DeadReckoningScale(graph_, solution);
+    RobustSolution other =
+        Graduate(start.dead_reckoned, NearDeadReckoning(start.dead_reckoned), cluster_counts);
+    return Cost(other, cluster_counts) < Cost(solution, cluster_counts) ? other : solution;
   }
 
  private:
@@ -320,15 +355,17 @@ class RobustSolver {
   }
 
   // From dead reckoning to near the minimum of the squares of those that are on, and on to the
-  // robust minimum of all.
-  RobustSolution Graduate(const std::vector<Pose2>& dead_reckoned, const std::vector<bool>& on) {
-    const Stage squares{Stage::Shape::kSquares, 0.0, on};
+  // robust minimum of all, each for itself: how clusters count is for finding it alone.
+  RobustSolution Graduate(const std::vector<Pose2>& dead_reckoned,
+                          const std::vector<bool>& on,
+                          double cluster_counts) {
+    const Stage squares{Stage::Shape::kSquares, 0.0, on, cluster_counts};
     minimiser_.StartFromHeadings(squares, dead_reckoned);
     minimiser_.Descend(squares, kStepsForSquares);
     for (double mu = FirstMu(minimiser_.WorstRatio(squares)); mu < GraduatedLoss::kFinalMu;
          mu *= params_.graduation_step)
-      minimiser_.Descend({Stage::Shape::kGraduated, mu, on}, kStepsAStage);
-    minimiser_.Descend(last_stage(), kStepsAStage);
+      minimiser_.Descend({Stage::Shape::kGraduated, mu, on, cluster_counts}, kStepsAStage);
+    minimiser_.Descend(last_stage(cluster_counts), kStepsAStage);
     const bool converged = minimiser_.Minimise(last_stage(), params_.max_iterations);
     RobustSolution solution = Solution();
     solution.converged = converged;
@@ -341,8 +378,20 @@ class RobustSolver {
     RobustSolution solution;
     solution.T_map_vertex = minimiser_.poses();
     solution.weights = minimiser_.Weights(last_stage());
-    solution.cost = minimiser_.Cost(last_stage());
     return solution;
+  }
+
+  // For the choice between two: a step of dead reckoning that many clusters contradict is at fault,
+  // however far off.
+  double Cost(const RobustSolution& solution, double cluster_counts) {
+    const Stage stage = last_stage(cluster_counts);
+    double cost = 0.0;
+    for (std::size_t k = 0; k < graph_.factors.size(); ++k) {
+      const double s = SquaredResidual(graph_.factors[k], solution.T_map_vertex);
+      cost +=
+          IsRobust(graph_.factors[k]) ? stage.Value(graph_.factors[k], k, s) : std::min(s, kFault);
+    }
+    return cost;
   }
 
   void FindCovariance(RobustSolution* solution) {
@@ -363,8 +412,12 @@ class RobustSolver {
     return near;
   }
 
-  Stage last_stage() const { return {Stage::Shape::kGraduated, GraduatedLoss::kFinalMu, all_}; }
+  Stage last_stage(double cluster_counts = Stage::kEachForItself) const {
+    return {Stage::Shape::kGraduated, GraduatedLoss::kFinalMu, all_, cluster_counts};
+  }
 
+  static constexpr double kClusterCounts = 2.0;  // where dead reckoning is as good as it says
+  static constexpr double kFault = 80.0;         // as much as two and a half clusters
   static constexpr int kStepsForSquares = 3;
   static constexpr int kStepsAStage = 2;
 

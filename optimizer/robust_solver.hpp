@@ -25,7 +25,6 @@ struct SolverStart {
 struct RobustSolution {
   std::vector<Pose2> T_map_vertex;
   std::vector<double> weights;  // one a factor, 0 to 1
-  double cost = 0.0;
   bool converged = false;
   std::optional<GraphCovariance> covariance;  // nothing where it could not be found
 };
@@ -35,10 +34,12 @@ struct RobustSolution {
 // finds the answer to the last digits.
 //
 // That way nothing is refused that nothing contradicts: a lone wrong closure bends dead reckoning
-// until its own residual is small. So every believed factor is then tested against the graph
-// without it (Baarda's test: the leave-one-out innovation). Where one fails badly, a second minimum
-// is sought from dead reckoning alone with what lies within its chi-square gate, and the lower of
-// the two is the answer.
+// until its own residual is small, and a few that share one error outvote it. So every factor,
+// dead reckoning too, is then tested against the graph without it (Baarda's test: the leave-one-out
+// innovation). Where one fails badly, or anything is refused, a second minimum is sought from dead
+// reckoning alone with what lies within its chi-square gate, and closures that are neighbours at
+// both ends, however many, count as two: what they share they pay for once. Where dead reckoning is
+// worse than it says, they count for more. The lower of the two by that count is the answer.
 //
 // All that is left out while new evidence contradicts nothing: where the minimum next to the last
 // solution believes every new factor, revises no verdict, passes the test, and leaves no refused
