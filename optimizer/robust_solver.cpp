@@ -290,9 +290,12 @@ bool BelievesAgainstAllElse(const FactorGraph& graph, const RobustSolution& solu
   return false;
 }
 
-bool RefusesSomething(const RobustSolution& solution) {
-  return std::any_of(
-      solution.weights.begin(), solution.weights.end(), [](double w) { return w <= 0.0; });
+// The thresholds refuse one honest closure in a thousand.
+bool RefusesMoreThanChance(const FactorGraph& graph, const RobustSolution& solution) {
+  constexpr double kByChance = 2e-3;
+  const auto refused = std::count(solution.weights.begin(), solution.weights.end(), 0.0);
+  const auto robust = std::count_if(graph.factors.begin(), graph.factors.end(), IsRobust);
+  return static_cast<double>(refused) > kByChance * static_cast<double>(robust);
 }
 
 // Whether one that has no weight lies within its gate of what the others say.
@@ -317,7 +320,8 @@ class RobustSolver {
   RobustSolution Solve(const SolverStart& start) {
     if (auto solution = GoOn(start)) return *std::move(solution);
     RobustSolution solution = Graduate(start.dead_reckoned, all_, Stage::kEachForItself);
-    if (!RefusesSomething(solution) && !BelievesAgainstAllElse(graph_, solution)) return solution;
+    if (!RefusesMoreThanChance(graph_, solution) && !BelievesAgainstAllElse(graph_, solution))
+      return solution;
     const double cluster_counts = kClusterCounts * DeadReckoningScale(graph_, solution);
     RobustSolution other =
         Graduate(start.dead_reckoned, NearDeadReckoning(start.dead_reckoned), cluster_counts);

@@ -36,10 +36,11 @@ struct RobustSolution {
 // That way nothing is refused that nothing contradicts: a lone wrong closure bends dead reckoning
 // until its own residual is small, and a few that share one error outvote it. So every factor,
 // dead reckoning too, is then tested against the graph without it (Baarda's test: the leave-one-out
-// innovation). Where one fails badly, or anything is refused, a second minimum is sought from dead
-// reckoning alone with what lies within its chi-square gate, and closures that are neighbours at
-// both ends, however many, count as two: what they share they pay for once. Where dead reckoning is
-// worse than it says, they count for more. The lower of the two by that count is the answer.
+// innovation). Where one fails badly, or more is refused than chance does, a second minimum is
+// sought from dead reckoning alone with what lies within its chi-square gate, and closures that are
+// neighbours at both ends, however many, count as two: what they share they pay for once. Where
+// dead reckoning is worse than it says, they count for more. The lower of the two by that count is
+// the answer.
 //
 // All that is left out while new evidence contradicts nothing: where the minimum next to the last
 // solution believes every new factor, revises no verdict, passes the test, and leaves no refused
