@@ -349,7 +349,7 @@ class Registrar {
     if (rival) return LoopVerdict::kAmbiguous;
     const double misfit = fit.difference_variance / fit.expected_variance;
     if (!(misfit <= params_.max_misfit * params_.max_misfit ||
-          fit.relief_variance >= kClearRelief * fit.difference_variance))
+          (known.rank() == 3 && fit.relief_variance >= kClearRelief * fit.difference_variance)))
       return LoopVerdict::kPoorFit;
     if (!(PriorChi2(aligner, fit, known) <= params_.max_prior_chi2))
       return LoopVerdict::kOutsideWindow;
@@ -357,7 +357,8 @@ class Registrar {
   }
 
   // Where the surfaces explain this many times what is left between them, a fit is not called poor
-  // for being worse than the noise: the error is shared, and counted as such.
+  // for being worse than the noise: the error is shared, and counted as such. Not where a direction
+  // is open: crests that bend fit poorly, but clearly, further along.
   static constexpr double kClearRelief = 10.0;
 
   // Newton steps without the prior, along the known directions alone: what is published must not
