@@ -41,6 +41,7 @@ struct Options {
   std::vector<std::string> seabeds;  // empty: all
   int lines = 8;
   int runs = 1;
+  int injections = 10;  // of wrong closures, a graph and share
   std::uint64_t first_seed = 1;
 };
 
@@ -374,6 +375,53 @@ void WrongClosureTable(std::vector<Judged>& surveys) {
   }
 }
 
+// Many draws of the same, for one a graph tells little of what is rare.
+void MisledTable(std::vector<Judged>& surveys, int injections) {
+  constexpr double kMisled = 1.5;
+  std::printf(
+      "\n## The same with %d draws a graph\n\n"
+      "Misled: a shape error above %.1f times that of the graph as it is and of that without the "
+      "wrong closures.\n\n"
+      "| wrong | share %% | graphs drawn | misled | worst | mean error, gone |\n"
+      "|---|---|---|---|---|---|\n",
+      injections,
+      kMisled);
+  for (const std::size_t alike : {1, 5}) {
+    for (const double share : {0.1, 0.3, 0.5}) {
+      int drawn = 0, misled = 0;
+      double worst = 0.0, log_wrong = 0.0, log_gone = 0.0;
+      for (Judged& judged : surveys) {
+        if (AcceptedClosures(&judged.run.updates).size() < 10) continue;
+        const double clean_m = FrameErrorOf(judged.run, judged.run.updates).shape_m;
+        for (int seed = 1; seed <= injections; ++seed, ++drawn) {
+          const auto error_m = [&](Fate fate) {
+            const auto drawn_by = static_cast<std::uint64_t>(seed);
+            return FrameErrorOf(judged.run,
+                                WithFate(fate, judged.run.updates, share, alike, drawn_by))
+                .shape_m;
+          };
+          const double wrong_m = error_m(Fate::kWrong);
+          const double gone_m = error_m(Fate::kGone);
+          const double ratio = wrong_m / std::max(gone_m, clean_m);
+          misled += ratio > kMisled ? 1 : 0;
+          worst = std::max(worst, ratio);
+          log_wrong += std::log(wrong_m / clean_m);
+          log_gone += std::log(gone_m / clean_m);
+        }
+      }
+      if (drawn == 0) return;
+      std::printf("| %s | %.0f | %d | %d | %.1f | %.2f, %.2f |\n",
+                  alike == 1 ? "alone" : "five alike",
+                  100.0 * share,
+                  drawn,
+                  misled,
+                  worst,
+                  std::exp(log_wrong / drawn),
+                  std::exp(log_gone / drawn));
+    }
+  }
+}
+
 void RunAll(const Options& options) {
   const std::vector<Seabed> seabeds = Seabeds(options);
   std::printf("# Whole surveys, seeds %llu to %llu\n",
@@ -381,6 +429,7 @@ void RunAll(const Options& options) {
               static_cast<unsigned long long>(options.first_seed + options.runs - 1));
   std::vector<Judged> surveys = SurveyTable(seabeds, options);
   WrongClosureTable(surveys);
+  MisledTable(surveys, options.injections);
 }
 
 }  // namespace
@@ -403,6 +452,8 @@ int main(int argc, char** argv) {
       "--errors", options.errors, "class of sensors in place of the survey's: mems, ins_tactical");
   app.add_option("--lines", options.lines, "survey lines; 20 make 10 km")->capture_default_str();
   app.add_option("--runs", options.runs, "seeds a seabed")->capture_default_str();
+  app.add_option("--injections", options.injections, "draws of wrong closures a graph and share")
+      ->capture_default_str();
   app.add_option("--seed", options.first_seed, "the first of them")->capture_default_str();
   CLI11_PARSE(app, argc, argv);
   spdlog::set_level(spdlog::level::warn);
