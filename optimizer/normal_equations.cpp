@@ -39,7 +39,7 @@ void NormalEquations::Linearise(const std::vector<Pose2>& T_map_vertex, Unknowns
       const Pose2& T_map_j = T_map_vertex[static_cast<std::size_t>(f.j)];
       const Eigen::Vector3d by_yaw = f.cost.W.col(2);
       at.residual = f.cost.Error(T_map_i, T_map_j).z() * by_yaw;
-      at.J_i.col(2) = (f.cost.forgotten - 1.0) * by_yaw;
+      at.J_i.col(2) = -by_yaw;
       at.J_j.col(2) = by_yaw;
     }
     for (int c = 0; c < 3; ++c) {

@@ -70,18 +70,6 @@ bool IsHeadingSigma(double rad) {
   return rad > 0.0 && rad * rad * kMaxInformation >= 1.0 && rad <= kPi;
 }
 
-// The part of its heading error that dead reckoning forgets from one vertex to the next, by what
-// the filter says of both and of the step between: with e_to = (1 - forgotten) e_from + new, the
-// step's variance is v = P_from + P_to - 2 (1 - forgotten) P_from. A free gyro forgets nothing (v =
-// P_to - P_from). 0 where a heading is not known.
-double Forgotten(double sigma_from_rad, double sigma_to_rad, const Eigen::Matrix3d& information) {
-  if (!(sigma_from_rad > 0.0 && sigma_to_rad > 0.0)) return 0.0;
-  const double step_variance = information.inverse()(2, 2);
-  const double P_from = sigma_from_rad * sigma_from_rad;
-  const double P_to = sigma_to_rad * sigma_to_rad;
-  return std::clamp((P_from - P_to + step_variance) / (2.0 * P_from), 0.0, 1.0);
-}
-
 // Of loop closures by the numbers of their vertices, smaller first, rising: how many, itself
 // included, have both ends at most one submap from those of each. They see the same seabed in the
 // same places and may be wrong alike.
@@ -206,7 +194,7 @@ std::map<SubmapId, int> PoseGraphOptimizer::Numbering() const {
   return number;
 }
 
-void PoseGraphOptimizer::AddAnchor(FactorGraph* graph) const {
+void PoseGraphOptimizer::AddAnchor(const HeadingInformation& headings, FactorGraph* graph) const {
   const Vertex& first = vertices_.begin()->second;
   const bool heading_known = first.heading_sigma_rad > 0.0;
   if (fixes_.empty() && !heading_known) {
@@ -219,7 +207,7 @@ void PoseGraphOptimizer::AddAnchor(FactorGraph* graph) const {
     sigma_m = std::numeric_limits<double>::infinity();
   }
   const double sigma_yaw_rad =
-      heading_known ? first.heading_sigma_rad : params_.unlinked_sigma_yaw_rad;
+      heading_known ? 1.0 / std::sqrt(headings.first) : params_.unlinked_sigma_yaw_rad;
   graph->factors.push_back(
       {kMap, 0, {first.dead_reckoned, InverseSigmas(sigma_m, sigma_yaw_rad)}, {}});
 }
@@ -230,14 +218,7 @@ void PoseGraphOptimizer::AddDeadReckoning(const std::map<SubmapId, int>& number,
   for (const auto& [pair, edge] : dead_reckoning_) {
     const GraphEdge& e = edge.edge;
     if (!edge.Pulls()) continue;
-    RelativePoseCost cost{e.T_from_to, edge.root.W};
-    if (edge.root.rank == 3) {
-      const Vertex& from = vertices_.at(e.from);
-      cost.forgotten =
-          Forgotten(from.heading_sigma_rad, vertices_.at(e.to).heading_sigma_rad, e.information);
-      cost.heading_i_rad = from.dead_reckoned.yaw;
-    }
-    graph->factors.push_back({number.at(e.from), number.at(e.to), cost, {}});
+    graph->factors.push_back({number.at(e.from), number.at(e.to), {e.T_from_to, edge.root.W}, {}});
     if (edge.root.rank == 3) linked[static_cast<std::size_t>(number.at(pair.second))] = true;
   }
   int k = 1;
@@ -250,6 +231,37 @@ void PoseGraphOptimizer::AddDeadReckoning(const std::map<SubmapId, int>& number,
          k,
          {T_before_it, InverseSigmas(params_.unlinked_sigma_m, params_.unlinked_sigma_yaw_rad)},
          {}});
+  }
+}
+
+HeadingInformation PoseGraphOptimizer::Headings() const {
+  const double sigma_first_rad = vertices_.begin()->second.heading_sigma_rad;
+  if (sigma_first_rad == 0.0) return {};
+  std::vector<HeadingStep> steps;
+  for (const auto& [pair, edge] : dead_reckoning_) {
+    const double sigma_from_rad = vertices_.at(edge.edge.from).heading_sigma_rad;
+    const double sigma_to_rad = vertices_.at(edge.edge.to).heading_sigma_rad;
+    if (!edge.Pulls() || edge.root.rank < 3 || sigma_from_rad == 0.0 || sigma_to_rad == 0.0)
+      continue;
+    steps.push_back({sigma_from_rad * sigma_from_rad,
+                     sigma_to_rad * sigma_to_rad,
+                     edge.edge.information.inverse()(2, 2)});
+  }
+  return InformationOfHeadings(sigma_first_rad * sigma_first_rad, steps);
+}
+
+// Of all but the first, whose heading is the anchor's.
+void PoseGraphOptimizer::AddHeadings(const HeadingInformation& headings, FactorGraph* graph) const {
+  int k = 0;
+  for (const auto& [id, vertex] : vertices_) {
+    const bool last = k == graph->num_vertices - 1;
+    const double information = last ? headings.last : headings.between;
+    if (k > 0 && vertex.heading_sigma_rad > 0.0 && information > 0.0) {
+      Eigen::Matrix3d W = Eigen::Matrix3d::Zero();
+      W(2, 2) = std::sqrt(information);
+      graph->factors.push_back({kMap, k, {vertex.dead_reckoned, W}, {}});
+    }
+    ++k;
   }
 }
 
@@ -266,8 +278,10 @@ FactorGraph PoseGraphOptimizer::MakeFactorGraph(const std::map<SubmapId, int>& n
                                                 const std::vector<Edge*>& robust) const {
   FactorGraph graph;
   graph.num_vertices = static_cast<int>(number.size());
-  AddAnchor(&graph);
+  const HeadingInformation headings = Headings();
+  AddAnchor(headings, &graph);
   AddDeadReckoning(number, &graph);
+  AddHeadings(headings, &graph);
   std::vector<std::pair<int, int>> closures;
   for (const Edge* edge : robust)
     if (edge->edge.kind == EdgeKind::kLoopClosure)

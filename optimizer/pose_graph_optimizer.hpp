@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/core/graph.hpp"
+#include "optimizer/heading_chain.hpp"
 #include "optimizer/relative_pose_cost.hpp"
 
 namespace seastitch {
@@ -92,8 +93,10 @@ class PoseGraphOptimizer {
   std::vector<Edge*> RobustEdges();
   FactorGraph MakeFactorGraph(const std::map<SubmapId, int>& number,
                               const std::vector<Edge*>& robust) const;
-  void AddAnchor(FactorGraph* graph) const;
+  void AddAnchor(const HeadingInformation& headings, FactorGraph* graph) const;
   void AddDeadReckoning(const std::map<SubmapId, int>& number, FactorGraph* graph) const;
+  HeadingInformation Headings() const;
+  void AddHeadings(const HeadingInformation& headings, FactorGraph* graph) const;
   SolverStart Start(std::size_t num_factors, const std::vector<Edge*>& robust) const;
   void Keep(const RobustSolution& solution, const std::vector<Edge*>& robust);
   void FillCovariance(const std::optional<GraphCovariance>& covariance, PoseGraph* solution);

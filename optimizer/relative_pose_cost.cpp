@@ -50,8 +50,7 @@ Eigen::Vector3d RelativePoseCost::Error(const Pose2& T_map_i, const Pose2& T_map
   const Eigen::Vector2d p_i =
       T_map_i.Rotation().transpose() * (T_map_j.Translation() - T_map_i.Translation());
   Eigen::Vector3d e;
-  e << p_i - T_i_j.Translation(), WrapAngle(T_map_j.yaw - T_map_i.yaw - T_i_j.yaw) +
-                                      forgotten * WrapAngle(T_map_i.yaw - heading_i_rad);
+  e << p_i - T_i_j.Translation(), WrapAngle(T_map_j.yaw - T_map_i.yaw - T_i_j.yaw);
   return e;
 }
 
@@ -66,7 +65,6 @@ Eigen::Vector3d RelativePoseCost::Evaluate(const Pose2& T_map_i,
     J.topLeftCorner<2, 2>() = -R_i_map;
     J(0, 2) = p_i.y();  // d(R^T p)/dyaw = (y, -x) of R^T p
     J(1, 2) = -p_i.x();
-    J(2, 2) += forgotten;
     *J_i = W * J;
   }
   if (J_j != nullptr) {

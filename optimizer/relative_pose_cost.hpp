@@ -27,15 +27,9 @@ constexpr double kMaxInformation = 1e10;
 //   e = [ R_i^T (p_j - p_i) - p_ij ;  wrap(yaw_j - yaw_i - yaw_ij) ]   [m, m, rad], axes of i
 // Residual: W e. With T_map_i = identity it is a statement on the pose of j in the map alone, in
 // the axes of the map: a position fix, a prior.
-//
-// Dead reckoning whose heading comes from a compass or gyrocompass forgets its error: what i is off
-// by, j is off by only in part. The yaw of e is then
-//   (yaw_j - heading_j) - (1 - forgotten) (yaw_i - heading_i),  yaw_ij = heading_j - heading_i
 struct RelativePoseCost {
   Pose2 T_i_j;
   Eigen::Matrix3d W = Eigen::Matrix3d::Zero();
-  double forgotten = 0.0;      // part of the heading error of i that j does not share
-  double heading_i_rad = 0.0;  // dead-reckoned yaw of i
 
   // e, before it is weighted.
   Eigen::Vector3d Error(const Pose2& T_map_i, const Pose2& T_map_j) const;

@@ -39,8 +39,7 @@ TEST(RelativePoseCost, SquaredResidualIsTheMahalanobisDistance) {
 }
 
 TEST(RelativePoseCost, JacobiansAreTheNumericDerivatives) {
-  const RelativePoseCost cost{
-      {1.0, 2.0, 3.1}, FactorInformation(CorrelatedInformation())->W, 0.3, 1.9};
+  const RelativePoseCost cost{{1.0, 2.0, 3.1}, FactorInformation(CorrelatedInformation())->W};
   const Pose2 T_map_i{10.0, -5.0, 2.0};
   const Pose2 T_map_j{13.0, -9.0, -1.2};
   Eigen::Matrix3d J_i, J_j;
@@ -63,18 +62,6 @@ TEST(RelativePoseCost, JacobiansAreTheNumericDerivatives) {
     EXPECT_LT((J_i.col(k) - by_i).norm(), 1e-6);
     EXPECT_LT((J_j.col(k) - by_j).norm(), 1e-6);
   }
-}
-
-TEST(RelativePoseCost, ForgetsAPartOfTheHeadingErrorBeforeIt) {
-  RelativePoseCost cost{{0.0, 0.0, 0.5}, Eigen::Matrix3d::Identity()};
-  cost.heading_i_rad = 1.0;
-  const auto yaw_residual = [&](double forgotten, double error_i, double error_j) {
-    cost.forgotten = forgotten;
-    return cost.Evaluate({0, 0, 1.0 + error_i}, {0, 0, 1.5 + error_j}, nullptr, nullptr).z();
-  };
-  EXPECT_NEAR(yaw_residual(0.0, 0.1, 0.1), 0.0, 1e-12);
-  EXPECT_NEAR(yaw_residual(0.25, 0.1, 0.075), 0.0, 1e-12);
-  EXPECT_NEAR(yaw_residual(1.0, 0.1, 0.02), 0.02, 1e-12);
 }
 
 TEST(RelativePoseCost, TakesYawTheShortWayRound) {
