@@ -19,6 +19,7 @@ namespace {
 struct Options {
   std::vector<std::string> rasters;
   std::vector<std::string> flat_rasters;
+  std::vector<std::string> tables;
   bool full = false;
   std::uint64_t first_seed = 1;
 };
@@ -292,11 +293,15 @@ void Run(const Options& options) {
   for (const std::string& file : options.rasters) classes.push_back(RasterClass(file));
   for (const std::string& file : options.flat_rasters) flat.push_back(RasterClass(file));
   std::printf("# Registration, %s run\n", options.full ? "full" : "quick");
-  SuccessTable(classes, options);
-  CovarianceTable(classes, options);
-  FlatTable(flat, options);
-  HeightBiasTable(classes, options);
-  TimeTable(medium, options);
+  const auto wanted = [&](const std::string& table) {
+    return options.tables.empty() ||
+           std::count(options.tables.begin(), options.tables.end(), table);
+  };
+  if (wanted("success")) SuccessTable(classes, options);
+  if (wanted("covariance")) CovarianceTable(classes, options);
+  if (wanted("flat")) FlatTable(flat, options);
+  if (wanted("bias")) HeightBiasTable(classes, options);
+  if (wanted("time")) TimeTable(medium, options);
 }
 
 }  // namespace
@@ -311,6 +316,8 @@ int main(int argc, char** argv) {
       ->check(CLI::ExistingFile);
   app.add_option("--flat-raster", options.flat_rasters, "a seabed without: nothing may be closed")
       ->check(CLI::ExistingFile);
+  app.add_option("--table", options.tables, "only these")
+      ->check(CLI::IsMember({"success", "covariance", "flat", "bias", "time"}));
   app.add_flag("--full", options.full, "many pairs and every start, not a quick look");
   app.add_option("--seed", options.first_seed, "of the first pair of every table");
   CLI11_PARSE(app, argc, argv);
