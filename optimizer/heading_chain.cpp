@@ -11,7 +11,7 @@ constexpr double kRounding = 1e-9;
 }  // namespace
 
 HeadingInformation InformationOfHeadings(double P_first, const std::vector<HeadingStep>& steps) {
-  HeadingInformation headings{1.0 / P_first, 0.0, 0.0};
+  HeadingInformation headings{0.0, 1.0 / P_first};
   HeadingStep mean{0.0, 0.0, 0.0};
   double P_least = P_first;
   const auto n = static_cast<double>(steps.size());
@@ -28,9 +28,10 @@ HeadingInformation InformationOfHeadings(double P_first, const std::vector<Headi
   if (1.0 - k < kRounding) return headings;
   // Where the variances fall, as after the start, less than nothing would be new.
   const double P_new = std::max(mean.P_to - k * k * mean.P_from, (1.0 - k * k) * P_least);
-  headings.first = std::max(0.0, headings.first - k * (1.0 - k) / P_new);
-  headings.between = (1.0 - k) * (1.0 - k) / P_new;
-  headings.last = (1.0 - k) / P_new;
+  const double between = (1.0 - k) * (1.0 - k) / P_new;
+  const double last = (1.0 - k) / P_new;
+  headings.each = ((n - 1.0) * between + 2.0 * last) / (n + 1.0);
+  headings.first = std::max(0.0, headings.first - k * last - last);
   return headings;
 }
 

@@ -12,12 +12,10 @@ struct HeadingStep {
   double P_step;
 };
 
-// What the headings of a chain of submaps say against north, each by itself: information [1/rad^2]
-// of the first, of each in between, of the last.
+// What the headings of a chain of submaps say against north, each by itself: information [1/rad^2].
 struct HeadingInformation {
-  double first = 0.0;
-  double between = 0.0;
-  double last = 0.0;
+  double each = 0.0;   // of every one
+  double first = 0.0;  // of the first beyond that
 };
 
 // A heading error is taken for a first-order Gauss-Markov process, e_to = k e_from + new, whose
@@ -26,7 +24,9 @@ struct HeadingInformation {
 // the first. A free gyro (k = 1) leaves all to the first; a compass lets many say more than one.
 //
 // k and Var(new) are those of all steps together: in a turn a compass's deviation changes, and with
-// a k of their own the few submaps there would speak for all lines.
+// a k of their own the few submaps there would speak for all lines. For the like reason what the
+// two ends have in common is shared out among all, which is as good where the model holds (the mean
+// of such a process is nearly its best estimate) and better where it does not.
 HeadingInformation InformationOfHeadings(double P_first, const std::vector<HeadingStep>& steps);
 
 }  // namespace seastitch

@@ -206,8 +206,8 @@ void PoseGraphOptimizer::AddAnchor(const HeadingInformation& headings, FactorGra
     graph->factors.push_back({kMap, 0, {start_->edge.T_from_to, start_->root.W}, {}});
     sigma_m = std::numeric_limits<double>::infinity();
   }
-  const double sigma_yaw_rad =
-      heading_known ? 1.0 / std::sqrt(headings.first) : params_.unlinked_sigma_yaw_rad;
+  const double sigma_yaw_rad = heading_known ? 1.0 / std::sqrt(headings.first + headings.each)
+                                             : params_.unlinked_sigma_yaw_rad;
   graph->factors.push_back(
       {kMap, 0, {first.dead_reckoned, InverseSigmas(sigma_m, sigma_yaw_rad)}, {}});
 }
@@ -252,16 +252,13 @@ HeadingInformation PoseGraphOptimizer::Headings() const {
 
 // Of all but the first, whose heading is the anchor's.
 void PoseGraphOptimizer::AddHeadings(const HeadingInformation& headings, FactorGraph* graph) const {
-  int k = 0;
-  for (const auto& [id, vertex] : vertices_) {
-    const bool last = k == graph->num_vertices - 1;
-    const double information = last ? headings.last : headings.between;
-    if (k > 0 && vertex.heading_sigma_rad > 0.0 && information > 0.0) {
-      Eigen::Matrix3d W = Eigen::Matrix3d::Zero();
-      W(2, 2) = std::sqrt(information);
-      graph->factors.push_back({kMap, k, {vertex.dead_reckoned, W}, {}});
-    }
-    ++k;
+  if (headings.each == 0.0) return;
+  Eigen::Matrix3d W = Eigen::Matrix3d::Zero();
+  W(2, 2) = std::sqrt(headings.each);
+  int k = 1;
+  for (auto it = std::next(vertices_.begin()); it != vertices_.end(); ++it, ++k) {
+    if (it->second.heading_sigma_rad > 0.0)
+      graph->factors.push_back({kMap, k, {it->second.dead_reckoned, W}, {}});
   }
 }
 

@@ -20,7 +20,7 @@ double Exact(int n, double P, double k) {
 }
 
 double Total(const HeadingInformation& headings, int n) {
-  return headings.first + (n - 2) * headings.between + headings.last;
+  return headings.first + n * headings.each;
 }
 
 TEST(HeadingChain, OfACompassHoldsWhatTheJointCovarianceHolds) {
@@ -31,7 +31,7 @@ TEST(HeadingChain, OfACompassHoldsWhatTheJointCovarianceHolds) {
                                            {kP, kP, 2.0 * (1.0 - k) * kP});
       const HeadingInformation headings = InformationOfHeadings(kP, steps);
       EXPECT_NEAR(Total(headings, n) / Exact(n, kP, k), 1.0, 1e-9) << k << ", " << n;
-      EXPECT_NEAR(headings.first / headings.last, 1.0, 1e-9);
+      EXPECT_NEAR(headings.first * kP, 0.0, 1e-9);
     }
   }
 }
@@ -40,8 +40,7 @@ TEST(HeadingChain, OfAFreeGyroKnowsTheFirstAlone) {
   const HeadingInformation headings =
       InformationOfHeadings(4e-4, {{4e-4, 5e-4, 1e-4}, {5e-4, 6e-4, 1e-4}});
   EXPECT_DOUBLE_EQ(headings.first, 1.0 / 4e-4);
-  EXPECT_EQ(headings.between, 0.0);
-  EXPECT_EQ(headings.last, 0.0);
+  EXPECT_EQ(headings.each, 0.0);
 }
 
 TEST(HeadingChain, OfOneSubmapIsItsOwn) {
@@ -53,8 +52,8 @@ TEST(HeadingChain, ATurnDoesNotSpeakForTheLines) {
   std::vector<HeadingStep> steps(20, {4e-4, 4e-4, 1e-5});
   steps[10].P_step = 7e-4;
   const HeadingInformation headings = InformationOfHeadings(4e-4, steps);
-  EXPECT_LT(headings.between, headings.first);
-  EXPECT_GT(19 * headings.between, 0.5 / 4e-4);
+  EXPECT_NEAR(headings.first, 0.0, 1e-6);
+  EXPECT_GT(21 * headings.each, 1.5 / 4e-4);
 }
 
 // Right after the start the filter's variance falls.
