@@ -47,8 +47,8 @@ function(seastitch_test name)
     SEASTITCH_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
     SEASTITCH_BIN_DIR="${CMAKE_RUNTIME_OUTPUT_DIRECTORY}")
   target_link_libraries(${name} PRIVATE ${ARG_LINK} seastitch_warnings GTest::gmock GTest::gtest_main)
-  # What is tested is optimised and sanitised in full; the tests' own sources need not be, and compile
-  # in half the time.
+  # What is tested is optimised and sanitised in full, but for what of its headers is compiled here; the
+  # tests' own sources need not be, and compile in half the time.
   target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1> ${SEASTITCH_TEST_OPTIONS})
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES LABELS ${ARG_LABEL})
   if(ARG_LABEL STREQUAL unit)

@@ -89,14 +89,15 @@ std::string Counted(std::uint64_t count, const char* one, const char* many) {
   return std::to_string(count) + " " + (count == 1 ? one : many);
 }
 
-// What pulls at the graph beside dead reckoning.
+// What pulls at the graph beside dead reckoning. How many of the fixes are believed it does not
+// say.
 std::string Corrections(const ProductSummary& s, const Survey& survey) {
   const auto fixes = static_cast<std::uint64_t>(
       std::count_if(survey.edges.begin(), survey.edges.end(), [](const GraphEdge& edge) {
         return edge.kind == EdgeKind::kPositionFix;
       }));
   const std::string of_loops = Counted(s.loops_accepted, "loop closure", "loop closures");
-  const std::string of_fixes = Counted(fixes, "position fix", "position fixes");
+  const std::string of_fixes = "position fixes (" + std::to_string(fixes) + " given)";
   if (fixes == 0) return of_loops;
   return s.loops_accepted == 0 ? of_fixes : of_loops + " and " + of_fixes;
 }

@@ -135,9 +135,9 @@ TEST(WriteProducts, NamesThePositionFixesThatCorrected) {
     const Survey survey = Collect(Drifting(), folder.path(), SolutionAt(Drifting().truth), edges);
     return WriteProducts(survey, {}, folder.path()).statement;
   };
-  EXPECT_THAT(statement({fix}), HasSubstr("corrected by 1 position fix:"));
+  EXPECT_THAT(statement({fix}), HasSubstr("corrected by position fixes (1 given):"));
   EXPECT_THAT(statement({LoopEdge(0, 5), fix}),
-              HasSubstr("corrected by 1 loop closure and 1 position fix:"));
+              HasSubstr("corrected by 1 loop closure and position fixes (1 given):"));
 }
 
 TEST(WriteProducts, RewritesSubmapsWithTheirCorrectedFrames) {
