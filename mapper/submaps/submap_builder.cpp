@@ -76,9 +76,7 @@ std::string SubmapParams::Validate() const {
 SubmapBuilder::Open::Open(const GeoreferencedPing& first,
                           const CloudFilterParams& filter,
                           double cell_m)
-    : first_yaw_rad(LevelPose(first.T_map_vehicle).yaw),
-      voxels(first.T_map_vehicle.translation(), filter.voxel_m),
-      terrain(cell_m) {}
+    : voxels(first.T_map_vehicle.translation(), filter.voxel_m), terrain(cell_m) {}
 
 SubmapBuilder::SubmapBuilder(const SubmapParams& params,
                              const CloudFilterParams& filter,
@@ -90,6 +88,7 @@ std::optional<Submap> SubmapBuilder::Add(const GeoreferencedPing& ping) {
   std::optional<Submap> closed;
   if (const auto trigger = Break(ping)) {
     closed = Close(*trigger);
+    if (HasLeftHeading(ping)) EndLine();
     turning_ = false;
     headings_.clear();
   } else {
@@ -98,7 +97,10 @@ std::optional<Submap> SubmapBuilder::Add(const GeoreferencedPing& ping) {
       along_m_ += step_m;
       if (open_) open_->length_m += step_m;
     }
-    if (const auto turn = TurnBefore(ping)) closed = Close(*turn);
+    if (TurnBefore(ping)) {
+      closed = Close(SubmapTrigger::kTurn);
+      EndLine();
+    }
   }
   last_ = Pose{ping.time, ping.T_map_vehicle};
   if (turning_ && !params_.keep_turns) {
@@ -133,23 +135,25 @@ std::optional<SubmapTrigger> SubmapBuilder::Break(const GeoreferencedPing& ping)
   return late || far ? std::optional(SubmapTrigger::kGap) : std::nullopt;
 }
 
-std::optional<SubmapTrigger> SubmapBuilder::TurnBefore(const GeoreferencedPing& ping) {
-  const double yaw_rad = LevelPose(ping.T_map_vehicle).yaw;
+bool SubmapBuilder::TurnBefore(const GeoreferencedPing& ping) {
   if (turning_) {
-    if (!HeadingSettled(yaw_rad, along_m_)) return std::nullopt;
+    if (!HeadingSettled(LevelPose(ping.T_map_vehicle).yaw, along_m_)) return false;
     turning_ = false;
     headings_.clear();
-    return SubmapTrigger::kTurn;
+    return true;
   }
-  if (!open_) return std::nullopt;
-  if (std::abs(WrapAngle(yaw_rad - open_->first_yaw_rad)) <= params_.turn_rad) {
+  if (!open_) return false;
+  if (!HasLeftHeading(ping)) {
     open_->turned_since_m = -1.0;
-    return std::nullopt;
+    return false;
   }
   if (open_->turned_since_m < 0.0) open_->turned_since_m = open_->length_m;
-  if (open_->length_m - open_->turned_since_m < params_.turn_sustain_m) return std::nullopt;
-  turning_ = true;
-  return SubmapTrigger::kTurn;
+  turning_ = open_->length_m - open_->turned_since_m >= params_.turn_sustain_m;
+  return turning_;
+}
+
+bool SubmapBuilder::HasLeftHeading(const GeoreferencedPing& ping) const {
+  return std::abs(WrapAngle(LevelPose(ping.T_map_vehicle).yaw - first_yaw_rad_)) > params_.turn_rad;
 }
 
 bool SubmapBuilder::HeadingSettled(double yaw_rad, double along_m) {
@@ -177,6 +181,7 @@ void SubmapBuilder::AddSoundings(const GeoreferencedPing& ping) {
     const double cell_m = std::isfinite(altitude_m) ? kCellPerAltitude * altitude_m : 0.0;
     open_.emplace(ping, filter_, std::max(cell_m, 2.0 * filter_.voxel_m));
     open_->next_check_m = params_.min_length_m;
+    first_yaw_rad_ = LevelPose(ping.T_map_vehicle).yaw;
   }
   open_->track.push_back({ping.time, ping.T_map_vehicle});
   open_->soundings_read += static_cast<std::uint64_t>(std::max(0, ping.beams_read));
@@ -286,7 +291,6 @@ std::optional<Submap> SubmapBuilder::Close(SubmapTrigger trigger) {
     return std::nullopt;
   }
   frames_.push_back({middle.time, middle.T_map_vehicle.translation().head<2>()});
-  if (trigger == SubmapTrigger::kTurn) on_earlier_lines_ = frames_.size();
   const Eigen::Matrix3d R_level_submap = LevelFromBody(submap.T_map_submap);
   const double sigma_m =
       std::sqrt(open.sum_variance_m2 / static_cast<double>(open.voxels.soundings()));

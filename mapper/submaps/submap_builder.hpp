@@ -39,7 +39,8 @@ struct SubmapParams {
   double sounding_sigma_m = 0.05;
 
   // The line ends where the heading leaves that of the submap's first ping by turn_rad for longer
-  // than turn_sustain_m of track; the next begins where it has settled for turn_settle_m.
+  // than turn_sustain_m of track, or over a gap; the next begins where it has settled for
+  // turn_settle_m, or after the gap.
   double turn_rad = Deg2Rad(25.0);
   double turn_sustain_m = 4.0;
   double turn_settle_m = 8.0;
@@ -85,8 +86,7 @@ class SubmapBuilder {
 
     std::vector<Pose> track;
     double length_m = 0.0;
-    double next_check_m = 0.0;  // of drift and information
-    double first_yaw_rad = 0.0;
+    double next_check_m = 0.0;     // of drift and information
     double turned_since_m = -1.0;  // length at which the heading left; negative: it has not
     std::uint64_t soundings_read = 0;
     double sum_variance_m2 = 0.0;
@@ -104,7 +104,9 @@ class SubmapBuilder {
 
   bool Accept(const GeoreferencedPing& ping);
   std::optional<SubmapTrigger> Break(const GeoreferencedPing& ping) const;
-  std::optional<SubmapTrigger> TurnBefore(const GeoreferencedPing& ping);
+  bool TurnBefore(const GeoreferencedPing& ping);  // one begins or ends
+  bool HasLeftHeading(const GeoreferencedPing& ping) const;
+  void EndLine() { on_earlier_lines_ = frames_.size(); }
   bool HeadingSettled(double yaw_rad, double along_m);
   void AddSoundings(const GeoreferencedPing& ping);
   std::optional<SubmapTrigger> Full();
@@ -119,6 +121,7 @@ class SubmapBuilder {
   std::optional<Open> open_;
   std::optional<Pose> last_;
   double along_m_ = 0.0;              // of the whole track
+  double first_yaw_rad_ = 0.0;        // of the submap opened last
   std::vector<Frame> frames_;         // of the submaps closed
   std::size_t on_earlier_lines_ = 0;  // of frames_, the first
   bool turning_ = false;

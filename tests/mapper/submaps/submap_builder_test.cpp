@@ -7,6 +7,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -47,6 +48,7 @@ struct Drive {
     x += kStepM * std::cos(yaw);
     y += kStepM * std::sin(yaw);
     time += FromSeconds(kStepM / kSpeedMps);
+    if (!sonar_on) return;
     if (auto submap = builder.Add(swath.At(time, x, y, yaw))) closed.push_back(*submap);
   }
   void Finish() {
@@ -59,6 +61,7 @@ struct Drive {
   double x = 0.0;
   double y = 0.0;
   double yaw = 0.0;
+  bool sonar_on = true;
   Time time = FromUtime(1'700'000'000'000'000);
 };
 
@@ -120,48 +123,63 @@ TEST(SubmapBuilder, ClosesForItsStructureOnlyWhereThisBeatsDeadReckoningInEveryD
   }
 }
 
-// Two lines of 90 m side by side: what has to be beaten is what was lost since the vehicle came by
-// here, which is little where it has just turned and much at the other end.
-TEST(SubmapBuilder, HasToBeatWhatWasLostSinceTheNearestSubmapOfAnEarlierLine) {
+// Three lines of 90 m side by side: what has to be beaten is what was lost since the vehicle came
+// by here on the line before, which is little where it has just turned and much at the other end.
+struct Turning {
+  const char* name;
+  bool sonar_on;   // in turns
+  int min_points;  // of a submap
+};
+class EarlierLine : public testing::TestWithParam<Turning> {};
+
+TEST_P(EarlierLine, HasToBeatWhatWasLostSinceItsNearestSubmap) {
   struct Asked {
     Time a, b;
   };
   std::vector<Asked> asked;
-  std::vector<std::pair<Time, Eigen::Vector2d>> track;
-  Drive drive({}, {}, [&](Time a, Time b) -> Eigen::Matrix3d {
+  SubmapParams params;
+  params.min_points = GetParam().min_points;
+  Drive drive(params, {}, [&](Time a, Time b) -> Eigen::Matrix3d {
     asked.push_back({a, b});
     return Eigen::Vector3d(0.01, 0.01, 1e-5).asDiagonal();
   });
   drive.swath.seabed = BumpySeabed;
-  const auto follow = [&](const std::function<void()>& step, int steps) {
-    for (int i = 0; i < steps; ++i) {
-      step();
-      track.push_back({drive.time, {drive.x, drive.y}});
+  std::map<Time, std::pair<int, Eigen::Vector2d>> track;  // line, place
+  for (int line = 0; line < 3; ++line) {
+    for (int i = 0; i < 360; ++i) {
+      drive.Step(0.0);
+      track[drive.time] = {line, {drive.x, drive.y}};
     }
-  };
-  const auto straight = [&] { drive.Step(0.0); };
-  const auto turn = [&] { drive.Step(kPi / 160.0); };  // radius 12.7 m
-  follow(straight, 360);
-  const Time first_line_ends = drive.time;
-  follow(turn, 160);
-  asked.clear();
-  follow(straight, 360);
-
-  const auto at = [&](Time time) {
-    const auto found = std::find_if(
-        track.begin(), track.end(), [&](const auto& step) { return step.first == time; });
-    return found == track.end() ? Eigen::Vector2d(1e9, 1e9) : found->second;
-  };
-  int on_first_line = 0;
-  for (const Asked& q : asked) {
-    if (q.b > first_line_ends) continue;  // within the submap, or since the turn
-    ++on_first_line;
-    // Across: twice the radius. Along: not further than the next submap's middle.
-    EXPECT_LT((at(q.a) - at(q.b)).norm(), 45.0);
-    EXPECT_NEAR(std::abs(at(q.a).y() - at(q.b).y()), 25.5, 2.0);
+    drive.sonar_on = GetParam().sonar_on;
+    for (int i = 0; i < 160; ++i) drive.Step((line == 0 ? kPi : -kPi) / 160.0);  // radius 12.7 m
+    drive.sonar_on = true;
   }
-  EXPECT_GE(on_first_line, 3);  // once a submap at least
+  std::vector<int> on_line_before(3, 0);
+  for (const Asked& q : asked) {
+    const auto here = track.find(q.a);
+    const auto there = track.find(q.b);
+    if (here == track.end() || there == track.end()) continue;  // in a turn
+    const auto& [line, place] = here->second;
+    const auto& [earlier, neighbour] = there->second;
+    if (line == earlier) continue;  // drift within a submap
+    ASSERT_EQ(earlier, line - 1);
+    ++on_line_before[static_cast<std::size_t>(line)];
+    // Across: twice the radius. Along: not further than the next submap's middle.
+    EXPECT_LT((place - neighbour).norm(), 45.0);
+    EXPECT_NEAR(std::abs(place.y() - neighbour.y()), 25.5, 2.0);
+  }
+  EXPECT_GE(on_line_before[1], 3);  // once a submap at least
+  EXPECT_GE(on_line_before[2], 3);
+  EXPECT_EQ(drive.builder.counters().count("submaps_too_small") > 0, params.min_points > 50);
 }
+
+INSTANTIATE_TEST_SUITE_P(SubmapBuilder,
+                         EarlierLine,
+                         testing::Values(Turning{"SonarOnInTurns", true, 50},
+                                         Turning{"SonarOffInTurns", false, 50},
+                                         Turning{"LastPieceTooSmallSonarOn", true, 4000},
+                                         Turning{"LastPieceTooSmallSonarOff", false, 4000}),
+                         [](const auto& test) { return test.param.name; });
 
 TEST(SubmapBuilder, PredictsNothingOverAFlatSeabedAndARidgeOnlyAcross) {
   Drive flat;
