@@ -248,24 +248,27 @@ std::vector<GraphEdge> RegisterPairs(const Submap& source,
                                      const LoadSubmap& load,
                                      const LoopCloserParams& params,
                                      PreparedSubmaps* prepared) {
-  // Prepares the source once and each target in turn.
+  if (pairs.empty()) return {};
+  // Targets in turn: prepare gives null where one cannot be loaded.
   const auto register_all = [&](const auto& prepare, const auto& register_one) {
     std::vector<GraphEdge> edges;
-    if (pairs.empty()) return edges;
-    const auto prepared_source = prepare(source);
     for (const LoopPair& pair : pairs) {
-      const std::shared_ptr<const Submap> target = load(pair.target);
-      if (target == nullptr) continue;
-      edges.push_back(ToEdge(pair, register_one(prepare(*target), prepared_source, pair)));
+      const auto on = prepare(pair.target);
+      if (on) edges.push_back(ToEdge(pair, register_one(*on, pair)));
     }
     return edges;
   };
   if (params.method == RegistrationMethod::kGicp) {
+    const auto for_gicp = [&](const Submap& submap) {
+      return GicpSubmap(submap.cloud, LevelFromBody(submap.T_map_submap), params.gicp);
+    };
+    const GicpSubmap laid = for_gicp(source);
     return register_all(
-        [&](const Submap& submap) {
-          return GicpSubmap(submap.cloud, LevelFromBody(submap.T_map_submap), params.gicp);
+        [&](SubmapId id) {
+          const std::shared_ptr<const Submap> target = load(id);
+          return target ? std::optional(for_gicp(*target)) : std::nullopt;
         },
-        [&](const GicpSubmap& on, const GicpSubmap& laid, const LoopPair& pair) {
+        [&](const GicpSubmap& on, const LoopPair& pair) {
           const RelativePose& prior = pair.prior;
           return RegisterGicp(on,
                               laid,
@@ -276,16 +279,22 @@ std::vector<GraphEdge> RegisterPairs(const Submap& source,
                               params.registration);
         });
   }
-  return register_all([&](const Submap& submap) { return prepared->Get(submap); },
-                      [&](const auto& on, const auto& laid, const LoopPair& pair) {
-                        return Register(*on,
-                                        *laid,
-                                        pair.prior.T_a_b,
-                                        pair.prior.covariance,
-                                        pair.z_prior_m,
-                                        params.z_sigma_m,
-                                        params.registration);
-                      });
+  const std::shared_ptr<const RegistrationSubmap> laid = prepared->Get(source);
+  return register_all(
+      [&](SubmapId id) {
+        if (auto kept = prepared->Find(id)) return kept;
+        const std::shared_ptr<const Submap> target = load(id);
+        return target ? prepared->Get(*target) : nullptr;
+      },
+      [&](const RegistrationSubmap& on, const LoopPair& pair) {
+        return Register(on,
+                        *laid,
+                        pair.prior.T_a_b,
+                        pair.prior.covariance,
+                        pair.z_prior_m,
+                        params.z_sigma_m,
+                        params.registration);
+      });
 }
 
 GraphEdge ToEdge(const LoopPair& pair, const RegistrationResult& result) {

@@ -137,7 +137,8 @@ class LoopCloser {
 using LoadSubmap = std::function<std::shared_ptr<const Submap>(SubmapId)>;
 
 // Registers the source on each of its targets; edges in the order of the pairs, each with its
-// verdict. A target that cannot be loaded gives no edge. prepared: of params.registration.
+// verdict. A target that is prepared is not loaded; one that cannot be gives no edge. prepared: of
+// params.registration.
 std::vector<GraphEdge> RegisterPairs(const Submap& source,
                                      const std::vector<LoopPair>& pairs,
                                      const LoadSubmap& load,

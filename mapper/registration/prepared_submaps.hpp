@@ -20,11 +20,15 @@ class PreparedSubmaps {
 
   // A submap's points never change: what its id was prepared from is not looked at again.
   std::shared_ptr<const RegistrationSubmap> Get(const Submap& submap);
+  // Null where it is not kept.
+  std::shared_ptr<const RegistrationSubmap> Find(SubmapId id);
 
  private:
   struct Prepared {
     SubmapId id;
     std::shared_ptr<const RegistrationSubmap> submap;
+
+    std::size_t Bytes() const;
   };
 
   const RegistrationParams params_;

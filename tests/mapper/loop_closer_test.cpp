@@ -319,6 +319,22 @@ TEST(RegisterPairs, LeavesOutWhatCannotBeLoaded) {
           .empty());
 }
 
+TEST(RegisterPairs, LoadsOnlyWhatIsNotPrepared) {
+  const Submap target = At(0, 0.0, 0.0);
+  const LoopPair pair{SubmapId{0}, SubmapId{1}, {}, 0.0};
+  PreparedSubmaps prepared({});
+  int loaded = 0;
+  const auto load = [&](SubmapId) {
+    ++loaded;
+    return std::make_shared<const Submap>(target);
+  };
+  for (const int id : {1, 2}) {
+    const auto edges = RegisterPairs(At(id, 0.0, 0.0), {pair}, load, LoopCloserParams{}, &prepared);
+    EXPECT_EQ(edges.size(), 1u);
+    EXPECT_EQ(loaded, 1);
+  }
+}
+
 TEST(PreparedSubmaps, PrepareASubmapOnceAndKeepNoMoreThanTheyMay) {
   const Submap first = At(0, 0.0, 0.0);
   const Submap second = At(1, 10.0, 0.0);
@@ -331,6 +347,9 @@ TEST(PreparedSubmaps, PrepareASubmapOnceAndKeepNoMoreThanTheyMay) {
   const std::weak_ptr<const RegistrationSubmap> kept = none.Get(first);
   EXPECT_TRUE(kept.expired());
   EXPECT_FALSE(none.Get(first)->empty());
+  EXPECT_EQ(none.Find(first.id), nullptr);
+  none.Get(Submap{});
+  EXPECT_EQ(none.Find(Submap{}.id), nullptr) << "without points, but not for nothing";
 }
 
 }  // namespace
