@@ -64,15 +64,21 @@ const char* Sentence(SoundSpeed::Source source) {
 }
 
 std::string Sentence(const Judgement& harm) {
-  char text[240];
-  std::snprintf(text,
-                sizeof text,
-                "the last solution is not used: it would make the map less consistent than dead "
-                "reckoning (%.3f m in place of %.3f m, %zu cells seen twice in place of %zu); ",
-                harm.solved_m,
-                harm.dead_reckoned_m,
-                harm.cells_solved,
-                harm.cells_dead_reckoned);
+  char text[200];
+  if (harm.torn)
+    std::snprintf(text,
+                  sizeof text,
+                  "the last solution is not used: it would tear the map apart (%zu cells seen "
+                  "twice in place of %zu by dead reckoning); ",
+                  harm.cells_solved,
+                  harm.cells_dead_reckoned);
+  else
+    std::snprintf(text,
+                  sizeof text,
+                  "the last solution is not used: it would make the map less consistent than dead "
+                  "reckoning (%.3f m in place of %.3f m); ",
+                  harm.solved_m,
+                  harm.dead_reckoned_m);
   return text;
 }
 
@@ -505,15 +511,14 @@ void MapperNode::ReportHealth() {
       std::to_string(loop_closer_.size()) + " submaps, " + std::to_string(loop_closer_.accepted()) +
       " loop closures accepted, " + std::to_string(loop_closer_.rejected()) + " rejected, " +
       RejectionText() + (sound_speed_source_ ? Sentence(*sound_speed_source_) : "");
-  const bool profile_missing = sound_speed_source_ && !IsProfile(*sound_speed_source_);
+  std::string trouble;
   if (health_.counter("store_write_errors") > 0)
-    health_.SetState(HealthState::kDegraded, "the survey directory cannot be written; " + figures);
-  else if (harm_)
-    health_.SetState(HealthState::kDegraded, Sentence(*harm_) + figures);
-  else if (last_nav_ && !bottom_lock_)
-    health_.SetState(HealthState::kDegraded, "no bottom lock; " + figures);
-  else
-    health_.SetState(profile_missing ? HealthState::kDegraded : HealthState::kOk, figures);
+    trouble += "the survey directory cannot be written; ";
+  if (harm_) trouble += Sentence(*harm_);
+  if (last_nav_ && !bottom_lock_) trouble += "no bottom lock; ";
+  const bool profile_missing = sound_speed_source_ && !IsProfile(*sound_speed_source_);
+  const bool well = trouble.empty() && !profile_missing;
+  health_.SetState(well ? HealthState::kOk : HealthState::kDegraded, trouble + figures);
 }
 
 }  // namespace seastitch

@@ -154,10 +154,10 @@ Judgement SolutionJudge::Judge(const PoseGraph& graph) const {
   }
   const bool worse =
       gain > kSigmas * std::sqrt(squared_gain) && solved_m2 > kTolerance * dead_reckoned_m2;
-  const bool torn = out.cells_dead_reckoned >= kMinCellsTorn &&
-                    static_cast<double>(out.cells_solved) <
-                        kOverlapKept * static_cast<double>(out.cells_dead_reckoned);
-  out.harmful = worse || torn;
+  out.torn = out.cells_dead_reckoned >= kMinCellsTorn &&
+             static_cast<double>(out.cells_solved) <
+                 kOverlapKept * static_cast<double>(out.cells_dead_reckoned);
+  out.harmful = worse || out.torn;
   if (out.patches > 0) {
     out.dead_reckoned_m = std::sqrt(dead_reckoned_m2 / out.patches);
     out.solved_m = std::sqrt(solved_m2 / out.patches);

@@ -15,6 +15,7 @@ namespace seastitch {
 // How the seabed that was seen twice lies on itself, by dead reckoning and by a solution.
 struct Judgement {
   bool harmful = false;
+  bool torn = false;             // harmful since too little is still seen twice
   int patches = 0;               // compared, of 8 x 8 cells
   double dead_reckoned_m = 0.0;  // RMS of the differences of height
   double solved_m = 0.0;

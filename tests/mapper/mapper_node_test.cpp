@@ -6,6 +6,7 @@
 #include <cmath>
 #include <deque>
 #include <filesystem>
+#include <fstream>
 #include <limits>
 #include <set>
 #include <string>
@@ -94,6 +95,19 @@ class Survey {
     node->Finish();
     bus.HandleAll();
   }
+  // Health after a solution.
+  health_t Solve(const PoseGraph& graph) {
+    for (const pose_graph_t& part : ToLcm(graph, solutions_ + 1, FromUtime(0), solutions_))
+      bus.Publish("POSE_GRAPH", part);
+    ++solutions_;
+    bus.HandleAll();
+    return node->health().Snapshot(0, 1.0);
+  }
+  // A file where the survey directory was: every write fails.
+  void BreakDisk() {
+    fs::remove_all(dir_);
+    std::ofstream(dir_) << "in the way";
+  }
 
   Bus bus{"memq://"};
   std::unique_ptr<MapperNode> node;
@@ -168,6 +182,7 @@ class Survey {
   std::int64_t dvl_seq_ = 0;
   std::int64_t depth_seq_ = 0;
   std::int64_t ping_seq_ = 0;
+  std::int64_t solutions_ = 0;
 };
 
 Submap Import(int id, double x_m) {
@@ -433,28 +448,36 @@ TEST(MapperNode, WithholdsASolutionThatDoesHarmSaysSoAndGoesOnWithTheNextGoodOne
   const PoseGraph good = AsDeadReckoned(survey.updates);
   PoseGraph bad = good;
   for (std::size_t i = 1; i < bad.vertices.size(); i += 2) bad.vertices[i].T_map_level.y += 2.0;
-  std::int64_t number = 0;
-  const auto solve = [&](const PoseGraph& graph) {
-    ++number;
-    for (const pose_graph_t& part : ToLcm(graph, number, FromUtime(0), number - 1))
-      survey.bus.Publish("POSE_GRAPH", part);
-    survey.bus.HandleAll();
-    return survey.node->health().Snapshot(0, 1.0);
-  };
 
-  const health_t withheld = solve(bad);
+  const health_t withheld = survey.Solve(bad);
   EXPECT_EQ(survey.node->health().counter("solutions_withheld"), 1);
   EXPECT_EQ(withheld.state, health_t::STATE_DEGRADED);
   EXPECT_NE(withheld.text.find("not used"), std::string::npos) << withheld.text;
+  EXPECT_NE(withheld.text.find("less consistent"), std::string::npos) << withheld.text;
   EXPECT_FALSE(survey.node->LookAgain());  // nothing has moved
   // It is not asked for again.
   EXPECT_EQ(survey.node->health().counter("solution_version"), 8);
 
-  const health_t recovered = solve(good);
+  const health_t recovered = survey.Solve(good);
   EXPECT_EQ(survey.node->health().counter("solutions_withheld"), 1);
   EXPECT_EQ(recovered.text.find("not used"), std::string::npos) << recovered.text;
   EXPECT_EQ(recovered.state, health_t::STATE_OK);
   EXPECT_TRUE(survey.node->LookAgain());
+}
+
+TEST(MapperNode, SaysThatASolutionTearsTheMapApartThoughTheDiskTakesNothing) {
+  Survey survey;
+  survey.BreakDisk();
+  for (int id = 0; id < 8; ++id) survey.node->AddSubmap(Import(id, 3.0 * id));
+  survey.bus.HandleAll();
+  PoseGraph torn = AsDeadReckoned(survey.updates);
+  for (std::size_t i = 0; i < torn.vertices.size(); ++i)
+    torn.vertices[i].T_map_level.y += 500.0 * static_cast<double>(i);
+  const health_t health = survey.Solve(torn);
+  EXPECT_EQ(health.state, health_t::STATE_DEGRADED);
+  EXPECT_NE(health.text.find("cannot be written"), std::string::npos) << health.text;
+  EXPECT_NE(health.text.find("tear the map apart (0 cells"), std::string::npos) << health.text;
+  EXPECT_EQ(health.text.find("less consistent"), std::string::npos) << health.text;
 }
 
 TEST(MapperNode, RegistersLaterWhatJoinedTheGraphUnregistered) {

@@ -98,6 +98,7 @@ TEST(SolutionJudge, WithholdsASolutionThatBendsAGoodMap) {
     Survey survey(Bumps, 4, 0.02, 2);
     const Judgement judgement = survey.judge.Judge(survey.Solution(survey.truth, error_m));
     EXPECT_TRUE(judgement.harmful) << error_m;
+    EXPECT_FALSE(judgement.torn) << error_m;
     EXPECT_GT(judgement.solved_m, 1.2 * judgement.dead_reckoned_m) << error_m;
   }
 }
@@ -123,6 +124,7 @@ TEST(SolutionJudge, WithholdsASolutionThatTearsOverlapsApart) {
   for (std::size_t i = 0; i < poses.size(); ++i) poses[i].y += 500.0 * static_cast<double>(i);
   const Judgement judgement = survey.judge.Judge(survey.Solution(poses, 0.0));
   EXPECT_TRUE(judgement.harmful);
+  EXPECT_TRUE(judgement.torn);
   EXPECT_EQ(judgement.cells_solved, 0u);
 }
 
