@@ -42,7 +42,7 @@ MbesPing PingAt(const test::TruthState& truth, const VehicleGeometry& vehicle) {
 
 // Largest error of depth over the pings of a vehicle that rolls, pitches and heaves slowly, whose
 // pressure port is taken to be at p_vehicle_depth_m. Sensors without errors.
-double WorstDepthError(const Eigen::Vector3d& p_vehicle_depth_m) {
+void FindWorstDepthError(const Eigen::Vector3d& p_vehicle_depth_m, double* worst_m) {
   VehicleGeometry vehicle = test::TestVehicle();
   vehicle.p_vehicle_depth_m = {1.5, 0.4, -0.3};
   vehicle.T_vehicle_mbes = MakePose({-1.0, -0.3, 0.5}, RotationFromRpy(0.03, -0.02, 0.05));
@@ -58,25 +58,32 @@ double WorstDepthError(const Eigen::Vector3d& p_vehicle_depth_m) {
   DeadReckoning navigation(params, believed);
   test::Feed(truth, {}, &perfect, &navigation);
 
-  double worst_m = 0.0;
+  *worst_m = 0.0;
   for (const test::TruthState& state : truth) {
     if (state.t < kFirstPingS || state.t > kLastPingS) continue;
     // While it listens the vehicle stands as navigation has it at the ping.
     const auto nav = navigation.StateAt(test::At(state.t));
+    ASSERT_TRUE(nav) << "at " << state.t << " s";
     const auto pose = [&](Time) { return nav->T_map_vehicle; };
     const auto soundings =
         Georeference(PingAt(state, vehicle), pose, vehicle, RayTracer::Constant(kSpeedMps));
-    for (const Sounding& s : soundings->soundings)
-      worst_m = std::max(worst_m, std::abs(s.p_map.z() - kSeabedM));
+    ASSERT_TRUE(soundings) << "at " << state.t << " s";
+    ASSERT_EQ(soundings->soundings.size(), 3u) << "at " << state.t << " s";
+    for (const Sounding& s : soundings->soundings) {
+      ASSERT_TRUE(s.p_map.allFinite()) << "at " << state.t << " s";
+      *worst_m = std::max(*worst_m, std::abs(s.p_map.z() - kSeabedM));
+    }
   }
-  return worst_m;
 }
 
 // Pressure counts from the water line, so a sounding's depth does too: neither draft nor height
 // of the vehicle's reference point enters, only where port and sonar are in it.
 TEST(SoundingDepth, IsBelowTheWaterLineWhateverRollAndPitchDoToPortAndSonar) {
-  EXPECT_LT(WorstDepthError({1.5, 0.4, -0.3}), 0.02);
-  EXPECT_GT(WorstDepthError({0.0, 0.0, 0.0}), 0.3);
+  double worst_m = 0.0;
+  ASSERT_NO_FATAL_FAILURE(FindWorstDepthError({1.5, 0.4, -0.3}, &worst_m));
+  EXPECT_LT(worst_m, 0.02);
+  ASSERT_NO_FATAL_FAILURE(FindWorstDepthError({0.0, 0.0, 0.0}, &worst_m));
+  EXPECT_GT(worst_m, 0.3);
 }
 
 }  // namespace

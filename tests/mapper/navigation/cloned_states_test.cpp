@@ -404,12 +404,13 @@ TEST(ClonedStates, BetweenWholeSecondsAgreeWithinATenthOfTheVariance) {
 }
 
 // A track that mended its past would be surer of it: that is not what submaps were built upon.
+// By 2.2 % of the variance at least: half of that here, twenty times what the same may differ by.
 TEST(ClonedStates, CorrectedAfterwardsWouldClaimMore) {
   const ClonedDive& dive = DiveWithFramesOnWholeSeconds();
   for (std::size_t b = 1; b < kWholeSeconds.size(); ++b)
     for (std::size_t a = 0; a < b; ++a) {
       const VarianceRatio ratio = Compare(dive.Kept(a, b), dive.Cloned(Clones::kCorrected, a, b));
-      EXPECT_GT(ratio.least, 1.0) << "frames " << a << " and " << b;
+      EXPECT_GT(ratio.least, 1.01) << "frames " << a << " and " << b;
       EXPECT_GT(ratio.most, 1.05) << "frames " << a << " and " << b;
     }
 }
