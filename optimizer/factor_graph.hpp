@@ -16,6 +16,7 @@ struct Factor {
   RelativePoseCost cost;
   GraduatedLoss loss;
   int cluster_size = 1;  // how many, this one included, are so near that they may share one error
+  bool is_step = false;  // of dead reckoning, x, y and yaw
 };
 
 // Vertices are numbered from 0.

@@ -12,6 +12,7 @@ constexpr double kRounding = 1e-9;
 
 HeadingInformation InformationOfHeadings(double P_first, const std::vector<HeadingStep>& steps) {
   HeadingInformation headings{0.0, 1.0 / P_first};
+  if (steps.empty()) return headings;
   HeadingStep mean{0.0, 0.0, 0.0};
   double P_least = P_first;
   const auto n = static_cast<double>(steps.size());
@@ -21,7 +22,6 @@ HeadingInformation InformationOfHeadings(double P_first, const std::vector<Headi
     mean.P_step += step.P_step / n;
     P_least = std::min({P_least, step.P_from, step.P_to});
   }
-  if (steps.empty()) return headings;
   // P_step = P_from + P_to - 2 k P_from.
   const double k =
       1.0 - std::clamp((mean.P_from - mean.P_to + mean.P_step) / (2.0 * mean.P_from), 0.0, 1.0);

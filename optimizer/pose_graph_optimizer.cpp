@@ -71,8 +71,8 @@ bool IsHeadingSigma(double rad) {
 }
 
 // Of loop closures by the numbers of their vertices, smaller first, rising: how many, itself
-// included, have both ends at most one submap from those of each. They see the same seabed in the
-// same places and may be wrong alike.
+// included, have both ends at most one submap from those of each (not from one another's: a chain
+// of neighbours is no cluster). They see the same seabed in the same places and may be wrong alike.
 std::vector<int> ClusterSizes(const std::vector<std::pair<int, int>>& closures) {
   std::vector<int> sizes(closures.size(), 0);
   for (const int step : {-1, 0, 1}) {
@@ -146,7 +146,9 @@ void PoseGraphOptimizer::AddVertex(const GraphVertex& vertex) {
   const bool usable = known && IsHeadingSigma(vertex.heading_sigma_rad);
   if (known && !usable) ++counters_["headings_unusable"];
   const Vertex added{vertex.dead_reckoned, usable ? vertex.heading_sigma_rad : 0.0, {}};
-  if (!vertices_.try_emplace(vertex.id, added).second) ++counters_["vertices_duplicate"];
+  const auto [it, is_new] = vertices_.try_emplace(vertex.id, added);
+  if (!is_new) ++counters_["vertices_duplicate"];
+  if (is_new && std::next(it) != vertices_.end()) strained_.clear();  // others' numbers change
 }
 
 const char* PoseGraphOptimizer::WhyUnusable(const GraphEdge& edge) const {
@@ -179,8 +181,8 @@ void PoseGraphOptimizer::AddEdge(const GraphEdge& edge) {
     case EdgeKind::kDeadReckoning:
       if (edge.from == edge.to)
         start_ = checked;
-      else
-        dead_reckoning_.insert_or_assign(pair, checked);
+      else if (!dead_reckoning_.insert_or_assign(pair, checked).second)
+        strained_.clear();
       break;
     case EdgeKind::kLoopClosure: loops_.insert_or_assign(pair, checked); break;
     case EdgeKind::kPositionFix: fixes_.push_back(checked); break;
@@ -218,8 +220,10 @@ void PoseGraphOptimizer::AddDeadReckoning(const std::map<SubmapId, int>& number,
   for (const auto& [pair, edge] : dead_reckoning_) {
     const GraphEdge& e = edge.edge;
     if (!edge.Pulls()) continue;
-    graph->factors.push_back({number.at(e.from), number.at(e.to), {e.T_from_to, edge.root.W}, {}});
-    if (edge.root.rank == 3) linked[static_cast<std::size_t>(number.at(pair.second))] = true;
+    const bool is_step = edge.root.rank == 3;
+    graph->factors.push_back(
+        {number.at(e.from), number.at(e.to), {e.T_from_to, edge.root.W}, {}, 1, is_step});
+    if (is_step) linked[static_cast<std::size_t>(number.at(pair.second))] = true;
   }
   int k = 1;
   for (auto before = vertices_.begin(), it = std::next(before); it != vertices_.end();
@@ -296,7 +300,7 @@ FactorGraph PoseGraphOptimizer::MakeFactorGraph(const std::map<SubmapId, int>& n
   return graph;
 }
 
-SolverStart PoseGraphOptimizer::Start(std::size_t num_factors,
+SolverStart PoseGraphOptimizer::Start(const FactorGraph& graph,
                                       const std::vector<Edge*>& robust) const {
   SolverStart start;
   for (const auto& [id, vertex] : vertices_) start.dead_reckoned.push_back(vertex.dead_reckoned);
@@ -309,7 +313,9 @@ SolverStart PoseGraphOptimizer::Start(std::size_t num_factors,
                                            (Inverse(before->dead_reckoned) * vertex.dead_reckoned));
     before = &vertex;
   }
-  start.weights.resize(num_factors - robust.size(), 1.0);
+  start.weights.resize(graph.factors.size() - robust.size(), 1.0);
+  for (std::size_t k = 0; k < start.weights.size(); ++k)
+    start.strained.push_back(strained_.contains({graph.factors[k].i, graph.factors[k].j}));
   for (const Edge* edge : robust) start.weights.push_back(edge->weight);
   return start;
 }
@@ -329,12 +335,13 @@ PoseGraph PoseGraphOptimizer::Solve() {
   if (vertices_.empty()) return solution;
   const std::vector<Edge*> edges = RobustEdges();
   const FactorGraph graph = MakeFactorGraph(Numbering(), edges);
-  const RobustSolution robust = SolveRobust(graph,
-                                            Start(graph.factors.size(), edges),
-                                            graph.num_vertices - 1,
-                                            {params_.graduation_step, params_.max_iterations});
+  const RobustSolution robust =
+      SolveRobust(graph,
+                  Start(graph, edges),
+                  graph.num_vertices - 1,
+                  {params_.graduation_step, params_.max_iterations, params_.inlier_probability});
   if (!robust.converged) ++counters_["solves_not_converged"];
-  Keep(robust, edges);
+  Keep(robust, graph, edges);
   for (const auto& [id, vertex] : vertices_) {
     SolvedVertex& solved = solution.vertices.emplace_back();
     solved.id = id;
@@ -346,10 +353,15 @@ PoseGraph PoseGraphOptimizer::Solve() {
   return solution;
 }
 
-void PoseGraphOptimizer::Keep(const RobustSolution& solution, const std::vector<Edge*>& robust) {
+void PoseGraphOptimizer::Keep(const RobustSolution& solution,
+                              const FactorGraph& graph,
+                              const std::vector<Edge*>& robust) {
   std::size_t k = 0;
   for (auto& [id, vertex] : vertices_) vertex.solved = solution.T_map_vertex[k++];
-  k = solution.weights.size() - robust.size();
+  strained_.clear();
+  const std::size_t num_plain = graph.factors.size() - robust.size();
+  for (k = 0; k < num_plain; ++k)
+    if (solution.strained[k]) strained_.insert({graph.factors[k].i, graph.factors[k].j});
   for (Edge* edge : robust) edge->weight = solution.weights[k++];
 }
 

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -97,8 +98,10 @@ class PoseGraphOptimizer {
   void AddDeadReckoning(const std::map<SubmapId, int>& number, FactorGraph* graph) const;
   HeadingInformation Headings() const;
   void AddHeadings(const HeadingInformation& headings, FactorGraph* graph) const;
-  SolverStart Start(std::size_t num_factors, const std::vector<Edge*>& robust) const;
-  void Keep(const RobustSolution& solution, const std::vector<Edge*>& robust);
+  SolverStart Start(const FactorGraph& graph, const std::vector<Edge*>& robust) const;
+  void Keep(const RobustSolution& solution,
+            const FactorGraph& graph,
+            const std::vector<Edge*>& robust);
   void FillCovariance(const std::optional<GraphCovariance>& covariance, PoseGraph* solution);
 
   OptimizerParams params_;
@@ -109,6 +112,7 @@ class PoseGraphOptimizer {
   std::map<Pair, Edge> loops_;
   std::optional<Edge> start_;
   std::vector<Edge> fixes_;
+  std::set<std::pair<int, int>> strained_;  // plain factors in the last solution, by vertex numbers
   std::map<std::string, std::int64_t> counters_;
 };
 

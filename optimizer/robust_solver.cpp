@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 namespace seastitch {
@@ -254,48 +255,64 @@ double InnovationSquared(const FactorGraph& graph, std::size_t k, const RobustSo
                            solution.weights[k]);
 }
 
+// 0.999 of chi-square, 3 degrees of freedom.
+constexpr double kThreshold = 16.27;
+
 // By how much dead reckoning's squared errors exceed what it says of them: the median of its
-// innovations, so that the few that wrong closures spoil do not count; at least 1.
+// innovations, so that the few that wrong closures spoil do not count. Around one loop all are the
+// same, right or wrong: of few nothing is concluded, and of many no more than surveys have shown.
 double DeadReckoningScale(const FactorGraph& graph, const RobustSolution& solution) {
   constexpr double kMedian = 2.366;    // of chi-square, 3 degrees of freedom
   constexpr double kUnchecked = 1e-3;  // below, no closure speaks of the step
+  constexpr std::size_t kFew = 10;
+  constexpr double kMaxScale = 4.0;
+  if (!solution.covariance) return 1.0;
   std::vector<double> squared;
-  for (std::size_t k = 0; solution.covariance && k < graph.factors.size(); ++k) {
-    if (IsRobust(graph.factors[k]) || graph.factors[k].i == kMap) continue;
+  for (std::size_t k = 0; k < graph.factors.size(); ++k) {
+    if (!graph.factors[k].is_step) continue;
     const double s = InnovationSquared(graph, k, solution);
     if (s > kUnchecked) squared.push_back(s);
   }
-  if (squared.empty()) return 1.0;
+  if (squared.size() < kFew) return 1.0;
   const auto middle = squared.begin() + static_cast<std::ptrdiff_t>(squared.size() / 2);
   std::nth_element(squared.begin(), middle, squared.end());
-  return std::max(1.0, *middle / kMedian);
+  return std::clamp(*middle / kMedian, 1.0, kMaxScale);
 }
 
-// Whether a closure is believed, or dead reckoning strained, beyond twice the threshold: one honest
-// factor in millions, so that a large sound graph is solved once.
-bool BelievesAgainstAllElse(const FactorGraph& graph, const RobustSolution& solution) {
-  constexpr double kStrained = 16.27;  // 0.999 of chi-square, 3 degrees of freedom
-  if (!solution.covariance) return false;
-  const double scale = DeadReckoningScale(graph, solution);
-  for (std::size_t k = 0; k < graph.factors.size(); ++k) {
-    const Factor& factor = graph.factors[k];
-    if (solution.weights[k] <= 0.0) continue;
-    const double limit = 2.0 * (IsRobust(factor) ? factor.loss.c2 : kStrained * scale);
-    // Most pass by a bound on the innovation: no eigenvalue of A exceeds its trace.
-    const double redundancy = 1.0 - solution.covariance->of_residual[k].trace();
-    const double s = SquaredResidual(factor, solution.T_map_vertex);
-    if (redundancy > 0.0 && s <= limit * redundancy * redundancy) continue;
-    if (InnovationSquared(graph, k, solution) > limit) return true;
-  }
-  return false;
+// Whether a factor that is believed lies beyond twice its threshold from all else: one honest one
+// in millions, so that a large sound graph is solved once.
+bool IsStrained(const FactorGraph& graph, std::size_t k, const RobustSolution& solution) {
+  if (!solution.covariance || solution.weights[k] <= 0.0) return false;
+  const Factor& factor = graph.factors[k];
+  const double threshold =
+      IsRobust(factor) ? factor.loss.c2 : kThreshold * solution.dead_reckoning_scale;
+  const double limit = 2.0 * threshold;
+  // Most pass by a bound on the innovation: no eigenvalue of A exceeds its trace.
+  const double redundancy = 1.0 - solution.covariance->of_residual[k].trace();
+  const double s = SquaredResidual(factor, solution.T_map_vertex);
+  if (redundancy > 0.0 && s <= limit * redundancy * redundancy) return false;
+  return InnovationSquared(graph, k, solution) > limit;
 }
 
-// The thresholds refuse one honest closure in a thousand.
-bool RefusesMoreThanChance(const FactorGraph& graph, const RobustSolution& solution) {
-  constexpr double kByChance = 2e-3;
+std::vector<bool> StrainedFactors(const FactorGraph& graph, const RobustSolution& solution) {
+  std::vector<bool> strained;
+  for (std::size_t k = 0; k < graph.factors.size(); ++k)
+    strained.push_back(IsStrained(graph, k, solution));
+  return strained;
+}
+
+bool Any(const std::vector<bool>& flags) {
+  return std::find(flags.begin(), flags.end(), true) != flags.end();
+}
+
+// The thresholds pass over so many honest ones by chance; with no weight at all are fewer still.
+bool RefusesMoreThanChance(const FactorGraph& graph,
+                           const RobustSolution& solution,
+                           double inlier_probability) {
+  const double by_chance = 2.0 * (1.0 - inlier_probability);
   const auto refused = std::count(solution.weights.begin(), solution.weights.end(), 0.0);
   const auto robust = std::count_if(graph.factors.begin(), graph.factors.end(), IsRobust);
-  return static_cast<double>(refused) > kByChance * static_cast<double>(robust);
+  return static_cast<double>(refused) > by_chance * static_cast<double>(robust);
 }
 
 // Whether one that has no weight lies within its gate of what the others say.
@@ -320,18 +337,21 @@ class RobustSolver {
   RobustSolution Solve(const SolverStart& start) {
     if (auto solution = GoOn(start)) return *std::move(solution);
     RobustSolution solution = Graduate(start.dead_reckoned, all_, Stage::kEachForItself);
-    if (!RefusesMoreThanChance(graph_, solution) && !BelievesAgainstAllElse(graph_, solution))
+    if (!RefusesMoreThanChance(graph_, solution, params_.inlier_probability) &&
+        !Any(solution.strained))
       return solution;
-    const double cluster_counts = kClusterCounts * DeadReckoningScale(graph_, solution);
+    const double cluster_counts = kClusterCounts * solution.dead_reckoning_scale;
     RobustSolution other =
         Graduate(start.dead_reckoned, NearDeadReckoning(start.dead_reckoned), cluster_counts);
-    return Cost(other, cluster_counts) < Cost(solution, cluster_counts) ? other : solution;
+    return CostByClusters(other, cluster_counts) < CostByClusters(solution, cluster_counts)
+               ? other
+               : solution;
   }
 
  private:
   // On from the last solution, where what is new contradicts nothing: every new robust factor is
-  // believed, every old one weighs what it did, none is believed against all else, and none that
-  // was refused would now fit.
+  // believed, every old one weighs what it did, none is strained that was not before, and none
+  // that was refused would now fit.
   std::optional<RobustSolution> GoOn(const SolverStart& start) {
     if (start.T_map_vertex.empty()) return std::nullopt;
     std::vector<double> weights;
@@ -342,10 +362,8 @@ class RobustSolver {
         !AreAlike(weights, minimiser_.Weights(last_stage())) ||
         !minimiser_.Minimise(last_stage(), params_.max_iterations))
       return std::nullopt;
-    RobustSolution solution = Solution();
-    solution.converged = true;
-    FindCovariance(&solution);
-    if (!AreAlike(weights, solution.weights) || BelievesAgainstAllElse(graph_, solution) ||
+    RobustSolution solution = JudgedSolution(true);
+    if (!AreAlike(weights, solution.weights) || IsNew(solution.strained, start.strained) ||
         RefusesWhatWouldFit(graph_, solution))
       return std::nullopt;
     return solution;
@@ -356,6 +374,12 @@ class RobustSolver {
     return std::equal(a.begin(), a.end(), b.begin(), [](double x, double y) {
       return std::abs(x - y) < kSameWeight;
     });
+  }
+
+  // Whether any is set that was not.
+  static bool IsNew(std::vector<bool> flags, const std::vector<bool>& before) {
+    std::transform(before.begin(), before.end(), flags.begin(), flags.begin(), std::less<>());
+    return Any(flags);
   }
 
   // From dead reckoning to near the minimum of the squares of those that are on, and on to the
@@ -371,9 +395,16 @@ class RobustSolver {
       minimiser_.Descend({Stage::Shape::kGraduated, mu, on, cluster_counts}, kStepsAStage);
     minimiser_.Descend(last_stage(cluster_counts), kStepsAStage);
     const bool converged = minimiser_.Minimise(last_stage(), params_.max_iterations);
+    return JudgedSolution(converged);
+  }
+
+  // Where the minimiser stands, and how well that holds together.
+  RobustSolution JudgedSolution(bool converged) {
     RobustSolution solution = Solution();
     solution.converged = converged;
     FindCovariance(&solution);
+    solution.dead_reckoning_scale = DeadReckoningScale(graph_, solution);
+    solution.strained = StrainedFactors(graph_, solution);
     return solution;
   }
 
@@ -387,13 +418,14 @@ class RobustSolver {
 
   // For the choice between two: a step of dead reckoning that many clusters contradict is at fault,
   // however far off.
-  double Cost(const RobustSolution& solution, double cluster_counts) {
+  double CostByClusters(const RobustSolution& solution, double cluster_counts) {
     const Stage stage = last_stage(cluster_counts);
     double cost = 0.0;
     for (std::size_t k = 0; k < graph_.factors.size(); ++k) {
-      const double s = SquaredResidual(graph_.factors[k], solution.T_map_vertex);
-      cost +=
-          IsRobust(graph_.factors[k]) ? stage.Value(graph_.factors[k], k, s) : std::min(s, kFault);
+      const Factor& factor = graph_.factors[k];
+      const double value = stage.Value(factor, k, SquaredResidual(factor, solution.T_map_vertex));
+      const bool is_plain_step = factor.i != kMap && !IsRobust(factor);
+      cost += is_plain_step ? std::min(value, kFault) : value;
     }
     return cost;
   }
@@ -421,7 +453,7 @@ class RobustSolver {
   }
 
   static constexpr double kClusterCounts = 2.0;  // where dead reckoning is as good as it says
-  static constexpr double kFault = 80.0;         // as much as two and a half clusters
+  static constexpr double kFault = 80.0;  // two and a half clusters, where these count as two
   static constexpr int kStepsForSquares = 3;
   static constexpr int kStepsAStage = 2;
 

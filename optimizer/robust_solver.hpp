@@ -11,6 +11,7 @@ namespace seastitch {
 struct SolverParams {
   double graduation_step = 4.0;
   int max_iterations = 100;
+  double inlier_probability = 0.999;  // of an honest robust factor, to lie within its threshold
 };
 
 // Poses: one a vertex.
@@ -20,6 +21,7 @@ struct SolverStart {
   // (nothing of a new one). Empty: there is none.
   std::vector<Pose2> T_map_vertex;
   std::vector<std::optional<double>> weights;
+  std::vector<bool> strained;  // of the factors that are not robust, which come first
 };
 
 struct RobustSolution {
@@ -27,6 +29,9 @@ struct RobustSolution {
   std::vector<double> weights;  // one a factor, 0 to 1
   bool converged = false;
   std::optional<GraphCovariance> covariance;  // nothing where it could not be found
+  // By how much dead reckoning's squared errors exceed what it says of them; at least 1.
+  double dead_reckoning_scale = 1.0;
+  std::vector<bool> strained;  // one a factor: believed, far from what all others say
 };
 
 // Minimises sum loss(|W e|^2) by graduated non-convexity: from dead reckoning to near the minimum
@@ -37,14 +42,14 @@ struct RobustSolution {
 // until its own residual is small, and a few that share one error outvote it. So every factor,
 // dead reckoning too, is then tested against the graph without it (Baarda's test: the leave-one-out
 // innovation). Where one fails badly, or more is refused than chance does, a second minimum is
-// sought from dead reckoning alone with what lies within its chi-square gate, and closures that are
-// neighbours at both ends, however many, count as two: what they share they pay for once. Where
-// dead reckoning is worse than it says, they count for more. The lower of the two by that count is
-// the answer.
+// sought from dead reckoning alone with what lies within its chi-square gate, and a closure shares
+// two votes with its neighbours at both ends: what they have in common they pay for about once.
+// Where dead reckoning is worse than it says, the votes are more. The lower of the two by that
+// count is the answer.
 //
 // All that is left out while new evidence contradicts nothing: where the minimum next to the last
-// solution believes every new factor, revises no verdict, passes the test, and leaves no refused
-// factor within its chi-square gate, it is the answer.
+// solution believes every new factor, revises no verdict, fails no test that the last one passed,
+// and leaves no refused factor within its chi-square gate, it is the answer.
 RobustSolution SolveRobust(const FactorGraph& graph,
                            const SolverStart& start,
                            int newest,

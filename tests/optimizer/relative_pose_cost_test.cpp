@@ -94,7 +94,7 @@ TEST(SqrtInformation, SingularInformationLeavesTheFreeDirectionAlone) {
   // Says that 1 is 5 m further along (0.6, 0.8) and nothing else.
   graph.factors.push_back(
       {0, 1, {{5.0 + 3.0, 4.0, 1.0}, FactorInformation(RidgeInformation())->W}, {}});
-  const auto solution = SolveRobust(graph, {{{}, {}}, {}, {}}, 1, {});
+  const auto solution = SolveRobust(graph, {{{}, {}}, {}, {}, {}}, 1, {});
   const Pose2 moved = solution.T_map_vertex[1];
   const double along = (moved.x - 5.0) * 0.6 + moved.y * 0.8;
   const double across = -(moved.x - 5.0) * 0.8 + moved.y * 0.6;
