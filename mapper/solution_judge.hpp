@@ -33,9 +33,10 @@ struct Judgement {
 // over a patch, a solution is harmful
 //   where sum(d) > kSigmas sqrt(sum(d^2)) and the squares are larger by kTolerance, or
 //   where less than kOverlapKept of what dead reckoning sees twice is still seen twice.
-// Noise alone makes d as good as symmetric about zero and independent from patch to patch, and then
-// the first is exceeded with a probability below exp(-kSigmas^2 / 2), 3 in 10,000, however the
-// noise is distributed. Less than kSigmas^2 patches tell nothing.
+// Noise alone makes d as good as symmetric about zero. Were it independent from patch to patch, the
+// first would be exceeded with a probability below exp(-kSigmas^2 / 2), 3 in 10,000, however the
+// noise is distributed; a patch that meets several targets brings its noise to each, so that this
+// is a measure and no bound. Less than kSigmas^2 patches tell nothing.
 class SolutionJudge {
  public:
   static constexpr std::size_t kMaxSubmaps = 128;

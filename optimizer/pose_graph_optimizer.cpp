@@ -247,9 +247,12 @@ HeadingInformation PoseGraphOptimizer::Headings() const {
     const double sigma_to_rad = vertices_.at(edge.edge.to).heading_sigma_rad;
     if (!edge.Pulls() || edge.root.rank < 3 || sigma_from_rad == 0.0 || sigma_to_rad == 0.0)
       continue;
+    // Two errors of these sigmas are no further apart, whatever the inverse makes of an information
+    // next to nothing.
+    const double most = std::pow(sigma_from_rad + sigma_to_rad, 2);
     steps.push_back({sigma_from_rad * sigma_from_rad,
                      sigma_to_rad * sigma_to_rad,
-                     edge.edge.information.inverse()(2, 2)});
+                     std::min(most, edge.edge.information.inverse()(2, 2))});
   }
   return InformationOfHeadings(sigma_first_rad * sigma_first_rad, steps);
 }

@@ -42,6 +42,7 @@ void AddTruth(Json* report, const ProductSummary& s) {
   r["position_max_m"] = BeforeAfter(t.before.position_max_m, t.after.position_max_m);
   r["yaw_rms_deg"] = BeforeAfter(t.before.yaw_rms_deg, t.after.yaw_rms_deg);
   r["truth"] = {{"states", t.before.states},
+                {"yaw_mean_deg", BeforeAfter(t.before.yaw_mean_deg, t.after.yaw_mean_deg)},
                 {"aligned_position_rms_m",
                  BeforeAfter(t.before_aligned.position_rms_m, t.after_aligned.position_rms_m)},
                 {"aligned_yaw_rms_deg",
@@ -148,6 +149,9 @@ std::string BeforeAfterTable(const ProductSummary& s) {
     table.Row({"Heading error against truth, RMS",
                Fixed(tb.yaw_rms_deg, 3) + "&deg;",
                Fixed(ta.yaw_rms_deg, 3) + "&deg;"});
+    table.Row({"&ensp;in the mean, which way the map is turned",
+               Fixed(tb.yaw_mean_deg, 3) + "&deg;",
+               Fixed(ta.yaw_mean_deg, 3) + "&deg;"});
   }
   return table.Finish();
 }

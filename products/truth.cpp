@@ -101,19 +101,22 @@ TrackError ErrorOf(const std::vector<Matched>& matched,
                    Pose2 Matched::*estimate,
                    const Pose2& T_truth_map) {
   TrackError error;
-  double position2 = 0.0, yaw2 = 0.0;
+  double position2 = 0.0, yaw = 0.0, yaw2 = 0.0;
   for (const Matched& m : matched) {
     const Pose2 got = T_truth_map * (m.*estimate);
     const double off_m = (got.Translation() - m.truth.Translation()).norm();
     position2 += off_m * off_m;
     error.position_max_m = std::max(error.position_max_m, off_m);
     error.position_end_m = off_m;
-    yaw2 += std::pow(WrapAngle(got.yaw - m.truth.yaw), 2);
+    const double off_rad = WrapAngle(got.yaw - m.truth.yaw);
+    yaw += off_rad;
+    yaw2 += off_rad * off_rad;
     ++error.states;
   }
   const double n = static_cast<double>(error.states);
   error.position_rms_m = std::sqrt(position2 / n);
   error.yaw_rms_deg = Rad2Deg(std::sqrt(yaw2 / n));
+  error.yaw_mean_deg = Rad2Deg(yaw / n);
   return error;
 }
 

@@ -27,6 +27,7 @@ struct TrackError {
   double position_max_m = 0.0;
   double position_end_m = 0.0;  // at the last state compared
   double yaw_rms_deg = 0.0;
+  double yaw_mean_deg = 0.0;  // positive clockwise: which way all of it is turned
   std::uint64_t states = 0;
 };
 

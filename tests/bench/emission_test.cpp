@@ -200,10 +200,14 @@ TEST_P(ShippedSurvey, LoadsAndMakesASurvey) {
   EXPECT_GT(simulator.counts().soundings, 0);
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Files,
-    ShippedSurvey,
-    ::testing::Values("demo.yaml", "large.yaml", "flat.yaml", "sand_waves.yaml"));
+INSTANTIATE_TEST_SUITE_P(Files,
+                         ShippedSurvey,
+                         ::testing::Values("demo.yaml",
+                                           "large.yaml",
+                                           "flat.yaml",
+                                           "sand_waves.yaml",
+                                           "high_above.yaml",
+                                           "close_above.yaml"));
 
 TEST_F(SurveyFiles, UnknownKeysStop) {
   const auto reason = [this](const std::string& text) {

@@ -188,6 +188,20 @@ TEST(PoseGraphOptimizer, AHeadingSigmaThatCannotBeCountsAsNotKnown) {
   }
 }
 
+// What no inverse holds in a double must not reach the headings of the others.
+TEST(PoseGraphOptimizer, AStepOfWhichNextToNothingIsKnownLeavesTheSolutionFinite) {
+  for (const double information : {1e-12, 1e-60, 1e-120, 1e-300}) {
+    std::vector<GraphUpdate> updates = DriftingSquare();
+    updates[4].edges.push_back(SquareClosure());
+    for (GraphUpdate& update : updates) update.vertices[0].heading_sigma_rad = 0.02;
+    updates[2].edges[0].information = information * Eigen::Matrix3d::Identity();
+    for (const SolvedVertex& vertex : SolveAll(updates).vertices) {
+      EXPECT_TRUE(vertex.T_map_level.Vector().allFinite()) << information;
+      EXPECT_TRUE(vertex.covariance.allFinite()) << information;
+    }
+  }
+}
+
 TEST(PoseGraphOptimizer, HonestClosuresKeepTheirWeight) {
   int closures = 0, kept = 0;
   for (unsigned seed = 1; seed <= 3; ++seed) {

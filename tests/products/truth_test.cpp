@@ -74,6 +74,7 @@ TEST(Truth, IsComparedAsDeliveredAndForTheShapeAlone) {
   EXPECT_NEAR(result->before.position_end_m, result->before.position_max_m, 1e-9);
   EXPECT_NEAR(result->before.yaw_rms_deg, 0.0, 1e-9);
   EXPECT_NEAR(result->after.yaw_rms_deg, 90.0, 1e-9);
+  EXPECT_NEAR(result->after.yaw_mean_deg, -90.0, 1e-9);
   EXPECT_GT(result->after.position_rms_m, 50.0);
   EXPECT_NEAR(result->after_aligned.position_max_m, 0.0, 1e-9);
   EXPECT_NEAR(result->after_aligned.yaw_rms_deg, 0.0, 1e-9);
