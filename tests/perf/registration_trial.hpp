@@ -76,12 +76,18 @@ Outcome RunTrial(const SyntheticPair& pair,
 // Standard deviation of the heights about a plane where the two submaps overlap [m].
 double ReliefOf(const Site& site, const SyntheticPair& pair, const SyntheticPairParams& params);
 
-// The Cramer-Rao bound's chance to end within the tolerance: the least covariance that the slopes
-// of the true seabed, the density of soundings and their noise allow, height unknown but for its
-// prior. Slopes finer than the soundings are apart do not count.
-double CramerRaoRate(const Site& site,
-                     const SyntheticPair& pair,
-                     const SyntheticPairParams& params,
-                     const Tolerance& tolerance);
+// What the best method could know of x, y, yaw of T_target_source, pair by pair (sites[i] is that
+// of pairs[i]; all of one kind of seabed): inverse of the least covariance, by Cramer and Rao,
+// where neither survey knows the seabed, only the mean power S of its waves. Of a known seabed a
+// wave k says k^2 S / 2 N about the shift of two surveys with a noise of power N each, of an
+// unknown one k^2 S^2 / (N (2 S + N)) (delay of one random signal in two noises: Knapp and Carter,
+// 1976). So the true slopes count, wave by wave, for S / (S + N / 2). Heights are unknown but for
+// their prior; waves finer than the soundings are apart do not count.
+std::vector<Eigen::Matrix3d> FisherInformation(const std::vector<Site>& sites,
+                                               const std::vector<SyntheticPair>& pairs,
+                                               const SyntheticPairParams& params);
+
+// Chance to end within the tolerance with errors of the least covariance.
+double CramerRaoRate(const Eigen::Matrix3d& information, const Tolerance& tolerance);
 
 }  // namespace seastitch
