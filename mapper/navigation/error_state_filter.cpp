@@ -40,6 +40,19 @@ Eigen::Matrix3d EulerAxes(const Eigen::Matrix3d& R_map_body) {
   return axes;
 }
 
+// F differs from the identity in the first nine rows and on the diagonal of the biases only.
+using NavRows = Eigen::Matrix<double, kNavSize, kDrivenBy>;
+using BiasDecay = Eigen::Matrix<double, kBiasSize, 1>;
+
+// P becomes F P F^T.
+void Carry(const NavRows& F, const BiasDecay& decay, ErrorMatrix* P) {
+  const Eigen::Matrix<double, kNavSize, kErrorSize> FP = F * P->topRows<kDrivenBy>();
+  P->topLeftCorner<kNavSize, kNavSize>() = FP.leftCols<kDrivenBy>() * F.transpose();
+  P->topRightCorner<kNavSize, kBiasSize>() = FP.rightCols<kBiasSize>() * decay.asDiagonal();
+  P->bottomLeftCorner<kBiasSize, kNavSize>() = P->topRightCorner<kNavSize, kBiasSize>().transpose();
+  P->bottomRightCorner<kBiasSize, kBiasSize>().array() *= (decay * decay.transpose()).array();
+}
+
 }  // namespace
 
 ErrorStateFilter::ErrorStateFilter(const NavigationParams& params,
@@ -105,6 +118,7 @@ void ErrorStateFilter::Initialise(const Start& start,
   P_.diagonal().segment<3>(kPosition) = start.sigma_p_m.cwiseAbs2();
   P_.diagonal().segment<3>(kVelocity).setConstant(start.sigma_v_mps * start.sigma_v_mps);
   AlignWithDevice();
+  P0_by_dvl_.setZero();
   A_.setIdentity();
   pending_s_ = 0.0;
   pending_R_.setZero();
@@ -123,6 +137,7 @@ void ErrorStateFilter::AlignWithDevice() {
 
 void ErrorStateFilter::Apply(const ErrorMatrix& M) {
   P_ = (M * P_ * M.transpose()).eval();
+  P0_by_dvl_ = (M * P0_by_dvl_ * M.transpose()).eval();
   A_ = (M * A_).eval();
 }
 
@@ -141,7 +156,6 @@ void ErrorStateFilter::Propagate(const InertialRates& from, const InertialRates&
   if (pending_s_ >= kCovarianceStepS) PropagateCovariance();
 }
 
-// F differs from the identity in the first nine rows and on the diagonal of the biases only.
 void ErrorStateFilter::PropagateCovariance() {
   if (pending_s_ <= 0.0) return;
   const double dt = pending_s_;
@@ -153,7 +167,7 @@ void ErrorStateFilter::PropagateCovariance() {
   // d position = velocity - v x tilt
   // d velocity = -2 earth x velocity + (g + v x earth) x tilt - v x R gyro_bias - R accel_bias
   // d tilt = -earth x tilt - R gyro_bias
-  Eigen::Matrix<double, kNavSize, kDrivenBy> F;
+  NavRows F;
   F.setZero();
   F.leftCols<kNavSize>().setIdentity();
   F.block<3, 3>(kPosition, kVelocity).diagonal().setConstant(dt);
@@ -165,15 +179,10 @@ void ErrorStateFilter::PropagateCovariance() {
   F.block<3, 3>(kVelocity, kAccelBias) = -dt * R;
   F.block<3, 3>(kTilt, kTilt) -= dt * earth;
   F.block<3, 3>(kTilt, kGyroBias) = -dt * R;
-  const Eigen::Matrix<double, kBiasSize, 1> decay =
-      (-dt * bias_rate_.tail<kBiasSize>()).array().exp();
+  const BiasDecay decay = (-dt * bias_rate_.tail<kBiasSize>()).array().exp();
 
-  const Eigen::Matrix<double, kNavSize, kErrorSize> FP = F * P_.topRows<kDrivenBy>();
-  P_.topLeftCorner<kNavSize, kNavSize>() = FP.leftCols<kDrivenBy>() * F.transpose();
-  P_.topRightCorner<kNavSize, kBiasSize>() = FP.rightCols<kBiasSize>() * decay.asDiagonal();
-  P_.bottomLeftCorner<kBiasSize, kNavSize>() = P_.topRightCorner<kNavSize, kBiasSize>().transpose();
-  P_.bottomRightCorner<kBiasSize, kBiasSize>().array() *= (decay * decay.transpose()).array();
-
+  Carry(F, decay, &P_);
+  Carry(F, decay, &P0_by_dvl_);
   const Eigen::Matrix<double, kNavSize, kErrorSize> FA = F * A_.topRows<kDrivenBy>();
   A_.topRows<kNavSize>() = FA;
   A_.bottomRows<kBiasSize>() = decay.asDiagonal() * A_.bottomRows<kBiasSize>();
@@ -243,12 +252,45 @@ bool ErrorStateFilter::Offer(
   const double by_sigma = innovation / std::sqrt(S);
   of_sensor.mean_product += (by_sigma * last - of_sensor.mean_product) / used;
   last = by_sigma;
+  TakeNoiseOffScale(sensor, H, PH, innovation, variance);
   const ErrorVector K = PH / S;
   correction_ += K * innovation;
   P_.noalias() -= K * PH.transpose();
   const ErrorRow HA = H * A_;
   A_.noalias() -= K * HA;
   return true;
+}
+
+// Marked 0: of the filter that knew the scale; error = error0 + by_scale * (error of scale). A DVL
+// that reads longer is one with less noise, so S0 depends on the scale: d S0 / d scale is
+// -2 H P0_by_dvl_ H^T, and at the DVL 2 H P0 H^T more. The scale that fits a motion best minimises
+// the sum of innovation^2 / S0. The Kalman gain sees how it changes the innovation, not how it
+// changes S0. This adds the other part, whose mean is minus that of the noise in the velocity that
+// shows the scale times the noise in the innovation. Derived in docs/navigation.md.
+void ErrorStateFilter::TakeNoiseOffScale(NavSensor sensor,
+                                         const ErrorRow& H,
+                                         const ErrorVector& PH,
+                                         double innovation,
+                                         double variance) {
+  const double scale_variance = P_(kDvlScale, kDvlScale);
+  if (scale_variance == 0.0) return;
+  const bool is_dvl = sensor == NavSensor::kDvl;
+  const ErrorVector by_scale = P_.col(kDvlScale) / scale_variance;
+  const double innovation_by_scale = PH(kDvlScale) / scale_variance;
+  const double S = H * PH + variance;
+  const double S0 = S - innovation_by_scale * PH(kDvlScale);
+  const ErrorVector K0 = (PH - by_scale * PH(kDvlScale)) / S0;
+  const ErrorVector PH0_by_dvl = P0_by_dvl_ * H.transpose();
+  const double HPH0_by_dvl = H * PH0_by_dvl;
+
+  const double half_dS0 = (is_dvl ? S0 - variance : 0.0) - HPH0_by_dvl;
+  const double scale_step = scale_variance * half_dS0 * innovation * innovation / (S * S);
+  correction_ += (by_scale - K0 * innovation_by_scale) * scale_step;
+
+  // (I - K0 H) P0_by_dvl_ (I - K0 H)^T, and at the DVL K0 variance K0^T.
+  const ErrorVector less = PH0_by_dvl - 0.5 * (HPH0_by_dvl + (is_dvl ? variance : 0.0)) * K0;
+  P0_by_dvl_.noalias() -= K0 * less.transpose();
+  P0_by_dvl_.noalias() -= less * K0.transpose();
 }
 
 void ErrorStateFilter::Inject() {

@@ -112,6 +112,13 @@ class ErrorStateFilter {
   // Offers the scalar `residual` = H error + noise, one of the sensor's up to three components.
   // False: beyond the gate.
   bool Offer(NavSensor sensor, int component, const ErrorRow& H, double residual, double variance);
+  // Before the update by such a scalar, with PH = P_ H^T: takes from the correction what noise
+  // times noise would teach of the DVL's scale.
+  void TakeNoiseOffScale(NavSensor sensor,
+                         const ErrorRow& H,
+                         const ErrorVector& PH,
+                         double innovation,
+                         double variance);
   void Inject();
 
   const NavigationParams params_;
@@ -124,6 +131,8 @@ class ErrorStateFilter {
   ErrorVector biases_ = ErrorVector::Zero();
   InertialRates rates_;  // as measured, at the state's time
   ErrorMatrix P_ = ErrorMatrix::Zero();
+  // Covariance of that part of the error that the DVL's noise has caused, were its scale known.
+  ErrorMatrix P0_by_dvl_ = ErrorMatrix::Zero();
   ErrorMatrix A_ = ErrorMatrix::Identity();
   ErrorVector correction_ = ErrorVector::Zero();
   // Of each bias: sigma when left alone, and how fast it forgets.
