@@ -137,30 +137,32 @@ NewtonStep NormalEquations::Step(const std::vector<double>& weights) const {
 }
 
 // Hestenes and Stiefel, preconditioned.
-std::optional<NewtonStep> NormalEquations::IteratedStep(const std::vector<double>& weights,
-                                                        const std::vector<double>& bends,
-                                                        int max_iterations) const {
+NewtonStep NormalEquations::IteratedStep(const std::vector<double>& weights,
+                                         const std::vector<double>& bends,
+                                         int max_iterations) const {
   constexpr double kRelativeError = 1e-2;  // of the step, in standard deviations
   const Eigen::VectorXd g = Gradient(weights);
-  NewtonStep step{Eigen::VectorXd::Zero(g.size()), 0.0, false};
+  NewtonStep step{Eigen::VectorXd::Zero(g.size())};
   Eigen::VectorXd r = -g;
   Eigen::VectorXd z = cholesky_.Solve(r);
   Eigen::VectorXd p = z;
   double rz = r.dot(z);
   const double enough = kRelativeError * kRelativeError * rz;
-  for (int n = 0; n < max_iterations && !step.exact; ++n) {
+  while (rz > enough && step.iterations < max_iterations) {
+    ++step.iterations;
     const Eigen::VectorXd Hp = Multiply(weights, bends, p);
     const double curvature = p.dot(Hp);
     if (!(curvature > 0.0)) {
-      if (rz == 0.0) break;
-      return std::nullopt;
+      const std::vector<double> none(bends.size(), 0.0);
+      step.by += rz / p.dot(Multiply(weights, none, p)) * p;
+      step.bends_down = true;
+      break;
     }
     step.by += rz / curvature * p;
     r -= rz / curvature * Hp;
     z = cholesky_.Solve(r);
     const double rz_before = rz;
     rz = r.dot(z);
-    step.exact = rz <= enough;
     p = z + rz / rz_before * p;
   }
   step.sigmas = std::sqrt(std::max(0.0, -g.dot(step.by)));

@@ -19,9 +19,10 @@ struct GraphCovariance {
 };
 
 struct NewtonStep {
-  Eigen::VectorXd by;   // x, y [m], yaw [rad] of each vertex
-  double sigmas = 0.0;  // its length in standard deviations: the Newton decrement
-  bool exact = true;    // false: of a system solved only as far as the iterations allowed
+  Eigen::VectorXd by;       // x, y [m], yaw [rad] of each vertex
+  double sigmas = 0.0;      // its length in standard deviations: the Newton decrement
+  int iterations = 0;       // of conjugate gradients
+  bool bends_down = false;  // they met no minimum; as far as there would be one without the bends
 };
 
 // The weighted Gauss-Newton system of a graph: H = sum w J^T J, g = sum w J^T r over the factors'
@@ -51,11 +52,12 @@ class NormalEquations {
   // -H^-1 g: g of the last linearisation, H of the last factorisation.
   NewtonStep Step(const std::vector<double>& weights) const;
   // -H^-1 g, both of the last linearisation, by conjugate gradients that the last factorisation
-  // preconditions: the nearer its H, the fewer iterations, each as much as a Step(). Nothing where
-  // H is not positive definite.
-  std::optional<NewtonStep> IteratedStep(const std::vector<double>& weights,
-                                         const std::vector<double>& bends,
-                                         int max_iterations) const;
+  // preconditions: the nearer its H, the fewer iterations, each as much as a Step(). They end where
+  // H turns out not to be positive definite (Steihaug, "The conjugate gradient method and trust
+  // regions in large scale optimization", SIAM J. Numer. Anal. 1983).
+  NewtonStep IteratedStep(const std::vector<double>& weights,
+                          const std::vector<double>& bends,
+                          int max_iterations) const;
 
   // From H of the last factorisation, undamped, and J of the last linearisation.
   GraphCovariance Covariance(int newest) const;

@@ -148,7 +148,7 @@ void PoseGraphOptimizer::AddVertex(const GraphVertex& vertex) {
   const Vertex added{vertex.dead_reckoned, usable ? vertex.heading_sigma_rad : 0.0, {}};
   const auto [it, is_new] = vertices_.try_emplace(vertex.id, added);
   if (!is_new) ++counters_["vertices_duplicate"];
-  if (is_new && std::next(it) != vertices_.end()) strained_.clear();  // others' numbers change
+  if (is_new && std::next(it) != vertices_.end()) doubts_.clear();  // others' numbers change
 }
 
 const char* PoseGraphOptimizer::WhyUnusable(const GraphEdge& edge) const {
@@ -182,7 +182,7 @@ void PoseGraphOptimizer::AddEdge(const GraphEdge& edge) {
       if (edge.from == edge.to)
         start_ = checked;
       else if (!dead_reckoning_.insert_or_assign(pair, checked).second)
-        strained_.clear();
+        doubts_.clear();
       break;
     case EdgeKind::kLoopClosure: loops_.insert_or_assign(pair, checked); break;
     case EdgeKind::kPositionFix: fixes_.push_back(checked); break;
@@ -317,9 +317,15 @@ SolverStart PoseGraphOptimizer::Start(const FactorGraph& graph,
     before = &vertex;
   }
   start.weights.resize(graph.factors.size() - robust.size(), 1.0);
-  for (std::size_t k = 0; k < start.weights.size(); ++k)
-    start.strained.push_back(strained_.contains({graph.factors[k].i, graph.factors[k].j}));
-  for (const Edge* edge : robust) start.weights.push_back(edge->weight);
+  for (std::size_t k = 0; k < start.weights.size(); ++k) {
+    const auto doubt = doubts_.find({graph.factors[k].i, graph.factors[k].j});
+    start.doubts.push_back(doubt == doubts_.end() ? 0.0 : doubt->second);
+  }
+  for (const Edge* edge : robust) {
+    start.weights.push_back(edge->weight);
+    start.doubts.push_back(edge->doubt);
+  }
+  start.scale_when_chosen = scale_when_chosen_;
   return start;
 }
 
@@ -361,11 +367,16 @@ void PoseGraphOptimizer::Keep(const RobustSolution& solution,
                               const std::vector<Edge*>& robust) {
   std::size_t k = 0;
   for (auto& [id, vertex] : vertices_) vertex.solved = solution.T_map_vertex[k++];
-  strained_.clear();
+  doubts_.clear();
   const std::size_t num_plain = graph.factors.size() - robust.size();
   for (k = 0; k < num_plain; ++k)
-    if (solution.strained[k]) strained_.insert({graph.factors[k].i, graph.factors[k].j});
-  for (Edge* edge : robust) edge->weight = solution.weights[k++];
+    if (solution.doubts[k] > 0.0)
+      doubts_[{graph.factors[k].i, graph.factors[k].j}] = solution.doubts[k];
+  for (Edge* edge : robust) {
+    edge->weight = solution.weights[k];
+    edge->doubt = solution.doubts[k++];
+  }
+  scale_when_chosen_ = solution.scale_when_chosen;
 }
 
 void PoseGraphOptimizer::FillCovariance(const std::optional<GraphCovariance>& covariance,

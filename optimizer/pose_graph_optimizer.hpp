@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <map>
 #include <optional>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -81,6 +80,7 @@ class PoseGraphOptimizer {
     GraphEdge edge;
     SqrtInformation root;
     std::optional<double> weight;  // in the last solution
+    double doubt = 0.0;            // there
     bool Pulls() const { return edge.verdict == LoopVerdict::kAccepted; }
   };
   using Pair = std::pair<SubmapId, SubmapId>;  // smaller id first
@@ -112,7 +112,9 @@ class PoseGraphOptimizer {
   std::map<Pair, Edge> loops_;
   std::optional<Edge> start_;
   std::vector<Edge> fixes_;
-  std::set<std::pair<int, int>> strained_;  // plain factors in the last solution, by vertex numbers
+  // In the last solution, of plain factors by their vertex numbers: those in doubt.
+  std::map<std::pair<int, int>, double> doubts_;
+  double scale_when_chosen_ = 1.0;
   std::map<std::string, std::int64_t> counters_;
 };
 

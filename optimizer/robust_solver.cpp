@@ -3,7 +3,6 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
 
 namespace seastitch {
@@ -55,8 +54,8 @@ class Minimiser {
  public:
   explicit Minimiser(const FactorGraph& graph) : graph_(graph), equations_(graph) {}
 
-  void StartFrom(const std::vector<Pose2>& poses) {
-    poses_ = poses;
+  void StartFrom(std::vector<Pose2> poses) {
+    poses_ = std::move(poses);
     equations_.Linearise(poses_);
   }
 
@@ -70,7 +69,7 @@ class Minimiser {
          {NormalEquations::Unknowns::kHeadings, NormalEquations::Unknowns::kPositions}) {
       equations_.Linearise(poses_, unknowns);
       if (!equations_.Factorize(weights)) break;
-      Move(equations_.Step(weights));
+      poses_ = PosesAfter(equations_.Step(weights).by);
     }
     has_factor_ = false;
     equations_.Linearise(poses_);
@@ -89,7 +88,7 @@ class Minimiser {
     for (std::size_t k = 0; k < bends.size(); ++k)
       if (weights[k] == 1.0) bends[k] = 0.0;
     const std::optional<NewtonStep> step = Direction(weights, bends);
-    if (step) Move(*step);
+    if (step) StartFrom(PosesAfter(step->by));
     return step.has_value();
   }
 
@@ -118,13 +117,6 @@ class Minimiser {
     return weights;
   }
 
-  double Cost(const Stage& stage) const {
-    double cost = 0.0;
-    for (std::size_t k = 0; k < graph_.factors.size(); ++k)
-      cost += stage.Value(graph_.factors[k], k, equations_.SquaredResidual(k));
-    return cost;
-  }
-
   // The largest squared residual of those that are on, in units of its threshold.
   double WorstRatio(const Stage& stage) const {
     double worst = 0.0;
@@ -142,8 +134,10 @@ class Minimiser {
   static constexpr double kStill = 1e-6;
   static constexpr double kStiff = 1e-5;
   static constexpr double kShrinks = 0.5;
+  static constexpr int kMaxHalvings = 4;
   static constexpr int kMaxDoublings = 10;
-  static constexpr int kMaxIterations = 12;  // of conjugate gradients; beyond, a new factor pays
+  static constexpr int kMaxIterations = 12;  // of conjugate gradients
+  static constexpr int kManyIterations = 7;  // from here on a new factor pays
 
   std::vector<double> Bends(const Stage& stage) const {
     std::vector<double> bends;
@@ -152,30 +146,41 @@ class Minimiser {
     return bends;
   }
 
-  void Move(const NewtonStep& step) {
-    for (std::size_t v = 0; v < poses_.size(); ++v) {
-      const auto d = step.by.segment<3>(3 * static_cast<Eigen::Index>(v));
-      poses_[v] = {poses_[v].x + d.x(), poses_[v].y + d.y(), poses_[v].yaw + d.z()};
+  // Of the cost, from here to there. Summed as differences: of the costs of a large graph too few
+  // digits are left.
+  double Change(const Stage& stage, const std::vector<Pose2>& there) const {
+    double change = 0.0;
+    for (std::size_t k = 0; k < graph_.factors.size(); ++k) {
+      const Factor& factor = graph_.factors[k];
+      change += stage.Value(factor, k, SquaredResidual(factor, there)) -
+                stage.Value(factor, k, equations_.SquaredResidual(k));
     }
-    equations_.Linearise(poses_);
+    return change;
+  }
+
+  std::vector<Pose2> PosesAfter(const Eigen::VectorXd& by) const {
+    std::vector<Pose2> poses = poses_;
+    for (std::size_t v = 0; v < poses.size(); ++v) {
+      const auto d = by.segment<3>(3 * static_cast<Eigen::Index>(v));
+      poses[v] = {poses[v].x + d.x(), poses[v].y + d.y(), poses[v].yaw + d.z()};
+    }
+    return poses;
   }
 
   // False, and nothing moved, where the step leads up.
   bool Try(const Stage& stage, const NewtonStep& step) {
-    const std::vector<Pose2> before = poses_;
-    const double cost = Cost(stage);
-    Move(step);
-    if (step.sigmas < kStiff || Cost(stage) <= cost) return true;
-    StartFrom(before);
-    return false;
+    std::vector<Pose2> there = PosesAfter(step.by);
+    const bool leads_down = step.sigmas < kStiff || Change(stage, there) <= 0.0;
+    if (leads_down) StartFrom(std::move(there));
+    return leads_down;
   }
 
   // -H^-1 g. What conjugate gradients have when they run out of iterations leads down all the same.
   std::optional<NewtonStep> Direction(const std::vector<double>& weights,
                                       const std::vector<double>& bends) {
     if (has_factor_) {
-      std::optional<NewtonStep> step = equations_.IteratedStep(weights, bends, kMaxIterations);
-      has_factor_ = !step || step->exact;
+      NewtonStep step = equations_.IteratedStep(weights, bends, kMaxIterations);
+      has_factor_ = step.iterations < kManyIterations;
       return step;
     }
     has_factor_ = equations_.FactorizeNewton(weights, bends);
@@ -183,26 +188,25 @@ class Minimiser {
     return equations_.Step(weights);
   }
 
-  // With the bends, where that leads down. Gives the length in standard deviations; 0 where none
-  // leads down.
+  // With the bends, or half of it and so on where that leads up. Gives the length of the whole step
+  // in standard deviations; 0 where none leads down.
   double BestStep(const Stage& stage) {
-    const auto step = Direction(Weights(stage), Bends(stage));
-    if (step && Try(stage, *step)) return step->sigmas;
-    const std::vector<Pose2> before = poses_;
-    const double sigmas = ReweightedStep(stage);
-    GoFurther(stage, before);
-    return sigmas;
+    std::optional<NewtonStep> step = Direction(Weights(stage), Bends(stage));
+    for (int n = 0; step && n < kMaxHalvings; ++n) {
+      if (Try(stage, *step)) {
+        if (n == 0 && step->bends_down) GoFurther(stage, *step);
+        return step->sigmas;
+      }
+      step->by *= 0.5;
+    }
+    return ReweightedStep(stage);
   }
 
-  // Where losses bend down, as between believing and refusing a closure, a re-weighted step is far
-  // too short: on in its direction, by as much, twice as much and so on, while that leads down.
-  void GoFurther(const Stage& stage, const std::vector<Pose2>& before) {
-    NewtonStep more{Eigen::VectorXd(3 * static_cast<Eigen::Index>(poses_.size()))};
-    more.sigmas = std::numeric_limits<double>::infinity();
-    for (std::size_t v = 0; v < poses_.size(); ++v)
-      more.by.segment<3>(3 * static_cast<Eigen::Index>(v)) =
-          poses_[v].Vector() - before[v].Vector();
-    for (int n = 0; n < kMaxDoublings && Try(stage, more); ++n) more.by *= 2.0;
+  // Where losses bend down, as between believing and refusing a closure, the step is far too short:
+  // on in its direction, by as much, twice as much and so on, while that leads down.
+  void GoFurther(const Stage& stage, NewtonStep step) {
+    step.sigmas = std::numeric_limits<double>::infinity();
+    for (int n = 0; n < kMaxDoublings && Try(stage, step); ++n) step.by *= 2.0;
   }
 
   // Without the bends, which always leads down in the end: damped after Levenberg and Marquardt
@@ -279,10 +283,9 @@ double DeadReckoningScale(const FactorGraph& graph, const RobustSolution& soluti
   return std::clamp(*middle / kMedian, 1.0, kMaxScale);
 }
 
-// Whether a factor that is believed lies beyond twice its threshold from all else: one honest one
-// in millions, so that a large sound graph is solved once.
-bool IsStrained(const FactorGraph& graph, std::size_t k, const RobustSolution& solution) {
-  if (!solution.covariance || solution.weights[k] <= 0.0) return false;
+// Of a factor that is believed: how far it lies from all else, in units of twice its threshold:
+// beyond 1 goes one honest one in millions, so that a large sound graph is solved once. 0 up to 1.
+double Strain(const FactorGraph& graph, std::size_t k, const RobustSolution& solution) {
   const Factor& factor = graph.factors[k];
   const double threshold =
       IsRobust(factor) ? factor.loss.c2 : kThreshold * solution.dead_reckoning_scale;
@@ -290,19 +293,30 @@ bool IsStrained(const FactorGraph& graph, std::size_t k, const RobustSolution& s
   // Most pass by a bound on the innovation: no eigenvalue of A exceeds its trace.
   const double redundancy = 1.0 - solution.covariance->of_residual[k].trace();
   const double s = SquaredResidual(factor, solution.T_map_vertex);
-  if (redundancy > 0.0 && s <= limit * redundancy * redundancy) return false;
-  return InnovationSquared(graph, k, solution) > limit;
+  if (redundancy > 0.0 && s <= limit * redundancy * redundancy) return 0.0;
+  const double strain = InnovationSquared(graph, k, solution) / limit;
+  return strain > 1.0 ? strain : 0.0;
 }
 
-std::vector<bool> StrainedFactors(const FactorGraph& graph, const RobustSolution& solution) {
-  std::vector<bool> strained;
-  for (std::size_t k = 0; k < graph.factors.size(); ++k)
-    strained.push_back(IsStrained(graph, k, solution));
-  return strained;
+// Of a factor that is refused: by how much it would fit what the others say, its threshold over its
+// distance. 0 up to 1.
+double Fit(const FactorGraph& graph, std::size_t k, const RobustSolution& solution) {
+  const double fit = graph.factors[k].loss.c2 / InnovationSquared(graph, k, solution);
+  return fit > 1.0 ? fit : 0.0;
 }
 
-bool Any(const std::vector<bool>& flags) {
-  return std::find(flags.begin(), flags.end(), true) != flags.end();
+std::vector<double> Doubts(const FactorGraph& graph, const RobustSolution& solution) {
+  std::vector<double> doubts(graph.factors.size(), 0.0);
+  if (!solution.covariance) return doubts;
+  for (std::size_t k = 0; k < doubts.size(); ++k)
+    doubts[k] = solution.weights[k] > 0.0 ? Strain(graph, k, solution) : Fit(graph, k, solution);
+  return doubts;
+}
+
+bool IsAnyStrained(const RobustSolution& solution) {
+  for (std::size_t k = 0; k < solution.weights.size(); ++k)
+    if (solution.weights[k] > 0.0 && solution.doubts[k] > 0.0) return true;
+  return false;
 }
 
 // The thresholds pass over so many honest ones by chance; with no weight at all are fewer still.
@@ -313,16 +327,6 @@ bool RefusesMoreThanChance(const FactorGraph& graph,
   const auto refused = std::count(solution.weights.begin(), solution.weights.end(), 0.0);
   const auto robust = std::count_if(graph.factors.begin(), graph.factors.end(), IsRobust);
   return static_cast<double>(refused) > by_chance * static_cast<double>(robust);
-}
-
-// Whether one that has no weight lies within its gate of what the others say.
-bool RefusesWhatWouldFit(const FactorGraph& graph, const RobustSolution& solution) {
-  if (!solution.covariance) return false;
-  for (std::size_t k = 0; k < graph.factors.size(); ++k)
-    if (solution.weights[k] <= 0.0 &&
-        InnovationSquared(graph, k, solution) < graph.factors[k].loss.c2)
-      return true;
-  return false;
 }
 
 class RobustSolver {
@@ -336,22 +340,31 @@ class RobustSolver {
 
   RobustSolution Solve(const SolverStart& start) {
     if (auto solution = GoOn(start)) return *std::move(solution);
-    RobustSolution solution = Graduate(start.dead_reckoned, all_, Stage::kEachForItself);
-    if (!RefusesMoreThanChance(graph_, solution, params_.inlier_probability) &&
-        !Any(solution.strained))
-      return solution;
+    RobustSolution solution = FromDeadReckoning(start.dead_reckoned);
+    solution.scale_when_chosen = solution.dead_reckoning_scale;
+    return solution;
+  }
+
+ private:
+  RobustSolution FromDeadReckoning(const std::vector<Pose2>& dead_reckoned) {
+    RobustSolution solution = Graduate(dead_reckoned, all_, Stage::kEachForItself);
+    if (!CallsForASecond(solution)) return solution;
     const double cluster_counts = kClusterCounts * solution.dead_reckoning_scale;
     RobustSolution other =
-        Graduate(start.dead_reckoned, NearDeadReckoning(start.dead_reckoned), cluster_counts);
+        Graduate(dead_reckoned, NearDeadReckoning(dead_reckoned), cluster_counts);
     return CostByClusters(other, cluster_counts) < CostByClusters(solution, cluster_counts)
                ? other
                : solution;
   }
 
- private:
+  bool CallsForASecond(const RobustSolution& solution) const {
+    return RefusesMoreThanChance(graph_, solution, params_.inlier_probability) ||
+           IsAnyStrained(solution);
+  }
+
   // On from the last solution, where what is new contradicts nothing: every new robust factor is
-  // believed, every old one weighs what it did, none is strained that was not before, and none
-  // that was refused would now fit.
+  // believed, every old one weighs what it did, none is more in doubt than when the graph was
+  // last solved from dead reckoning, and the votes would be as many as then.
   std::optional<RobustSolution> GoOn(const SolverStart& start) {
     if (start.T_map_vertex.empty()) return std::nullopt;
     std::vector<double> weights;
@@ -363,10 +376,17 @@ class RobustSolver {
         !minimiser_.Minimise(last_stage(), params_.max_iterations))
       return std::nullopt;
     RobustSolution solution = JudgedSolution(true);
-    if (!AreAlike(weights, solution.weights) || IsNew(solution.strained, start.strained) ||
-        RefusesWhatWouldFit(graph_, solution))
+    if (!AreAlike(weights, solution.weights) || HasAnyChanged(start.doubts, solution.doubts) ||
+        (CallsForASecond(solution) &&
+         HasChanged(start.scale_when_chosen, solution.dead_reckoning_scale)))
       return std::nullopt;
+    solution.doubts = start.doubts;
+    solution.scale_when_chosen = start.scale_when_chosen;
     return solution;
+  }
+
+  static bool HasChanged(double before, double now) {
+    return now > kSame * before || before > kSame * now;
   }
 
   static bool AreAlike(const std::vector<double>& a, const std::vector<double>& b) {
@@ -376,10 +396,10 @@ class RobustSolver {
     });
   }
 
-  // Whether any is set that was not.
-  static bool IsNew(std::vector<bool> flags, const std::vector<bool>& before) {
-    std::transform(before.begin(), before.end(), flags.begin(), flags.begin(), std::less<>());
-    return Any(flags);
+  static bool HasAnyChanged(const std::vector<double>& before, const std::vector<double>& now) {
+    return !std::equal(before.begin(), before.end(), now.begin(), [](double x, double y) {
+      return !HasChanged(x, y);
+    });
   }
 
   // From dead reckoning to near the minimum of the squares of those that are on, and on to the
@@ -404,7 +424,7 @@ class RobustSolver {
     solution.converged = converged;
     FindCovariance(&solution);
     solution.dead_reckoning_scale = DeadReckoningScale(graph_, solution);
-    solution.strained = StrainedFactors(graph_, solution);
+    solution.doubts = Doubts(graph_, solution);
     return solution;
   }
 
@@ -454,6 +474,7 @@ class RobustSolver {
 
   static constexpr double kClusterCounts = 2.0;  // where dead reckoning is as good as it says
   static constexpr double kFault = 80.0;  // two and a half clusters, where these count as two
+  static constexpr double kSame = 1.02;   // doubts and votes up to so many times each other
   static constexpr int kStepsForSquares = 3;
   static constexpr int kStepsAStage = 2;
 

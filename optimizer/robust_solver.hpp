@@ -18,10 +18,12 @@ struct SolverParams {
 struct SolverStart {
   std::vector<Pose2> dead_reckoned;
   // The last solution, new vertices where dead reckoning puts them, and what it made of each factor
-  // (nothing of a new one). Empty: there is none.
+  // (no weight of a new one). Empty: there is none.
   std::vector<Pose2> T_map_vertex;
   std::vector<std::optional<double>> weights;
-  std::vector<bool> strained;  // of the factors that are not robust, which come first
+  // Of that and each before it back to the last that was found from dead reckoning: see below.
+  std::vector<double> doubts;
+  double scale_when_chosen = 1.0;
 };
 
 struct RobustSolution {
@@ -31,7 +33,10 @@ struct RobustSolution {
   std::optional<GraphCovariance> covariance;  // nothing where it could not be found
   // By how much dead reckoning's squared errors exceed what it says of them; at least 1.
   double dead_reckoning_scale = 1.0;
-  std::vector<bool> strained;  // one a factor: believed, far from what all others say
+  double scale_when_chosen = 1.0;  // the same, when the graph was last solved from dead reckoning
+  // One a factor, 0 or above 1: how far a believed one lies beyond what would strain it, and how
+  // well a refused one would fit all others.
+  std::vector<double> doubts;
 };
 
 // Minimises sum loss(|W e|^2) by graduated non-convexity: from dead reckoning to near the minimum
@@ -48,8 +53,8 @@ struct RobustSolution {
 // count is the answer.
 //
 // All that is left out while new evidence contradicts nothing: where the minimum next to the last
-// solution believes every new factor, revises no verdict, fails no test that the last one passed,
-// and leaves no refused factor within its chi-square gate, it is the answer.
+// solution believes every new factor, revises no verdict, leaves none in more doubt than it was,
+// and dead reckoning looks as good as it did, it is the answer.
 RobustSolution SolveRobust(const FactorGraph& graph,
                            const SolverStart& start,
                            int newest,

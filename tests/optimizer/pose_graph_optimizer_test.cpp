@@ -285,6 +285,32 @@ TEST(PoseGraphOptimizer, ClosuresWrongAlikeSeldomOutvoteDeadReckoning) {
   EXPECT_LE(SurveysMisled(5.0), 7);  // each for itself: 16
 }
 
+// A compass says which way the map is turned, of all submaps a little: it neither hides which
+// closures are wrong alike nor makes others look so.
+TEST(PoseGraphOptimizer, HeadingsThatAreKnownChangeNoVerdictOnClosuresWrongAlike) {
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    LastTwoOff survey = SurveyWithLastTwoOff(seed, 12.0);
+    const PoseGraph unknown = SolveAll(survey.updates);
+    for (GraphUpdate& update : survey.updates) update.vertices[0].heading_sigma_rad = 0.02;
+    PoseGraphOptimizer incremental{OptimizerParams{}};
+    PoseGraph last;
+    for (const GraphUpdate& update : survey.updates) {
+      ASSERT_TRUE(incremental.Add(update));
+      last = incremental.Solve();
+    }
+    const PoseGraph known = SolveAll(survey.updates);
+    for (std::size_t k = 0; k < known.loop_edges.size(); ++k) {
+      const SolvedEdge& edge = known.loop_edges[k];
+      EXPECT_NEAR(edge.weight, unknown.loop_edges[k].weight, 0.2) << seed;
+      if (survey.wrong.contains({edge.from, edge.to})) {
+        EXPECT_EQ(edge.weight, 0.0) << seed;
+      }
+    }
+    EXPECT_LT(LargestDifference(known, last), 1e-6) << seed;
+    EXPECT_GT(known.vertices[0].covariance(2, 2), 0.0) << seed;
+  }
+}
+
 class OneLoop : public ::testing::TestWithParam<int> {};
 
 // Of steps alike, 0.2 m each, and five closures at its end that share an error of 20 sigma of the
