@@ -3,6 +3,7 @@
 #include <thread>
 
 #include "common/runtime/event_loop.hpp"
+#include "common/runtime/freed_memory.hpp"
 #include "common/runtime/process.hpp"
 #include "mapper/mapper_node.hpp"
 
@@ -17,6 +18,7 @@ constexpr std::chrono::milliseconds kPause(2);
 
 int main(int argc, char** argv) {
   using namespace seastitch;
+  KeepFreedMemory();
   return RunProcess(argc,
                     argv,
                     "seastitch-mapper",

@@ -7,6 +7,7 @@
 #include <exception>
 #include <memory>
 
+#include "common/runtime/freed_memory.hpp"
 #include "tools/bench_command.hpp"
 #include "tools/demo.hpp"
 #include "tools/import.hpp"
@@ -173,6 +174,7 @@ void AddInfo(CLI::App* app, int* status) {
 }  // namespace seastitch
 
 int main(int argc, char** argv) try {
+  seastitch::KeepFreedMemory();
   // The nodes of a replay tell people what processes tell them; here the result does.
   spdlog::set_level(spdlog::level::warn);
   int status = EXIT_FAILURE;

@@ -26,7 +26,7 @@ std::mutex& PlannerMutex() {
 }  // namespace
 
 struct Correlator::Plans {
-  Plans(int rows, int cols)
+  Plans(int rows, int cols, int lag_rows)
       : real_size(static_cast<std::size_t>(rows) * static_cast<std::size_t>(cols)),
         spectrum_size(static_cast<std::size_t>(rows) * static_cast<std::size_t>(cols / 2 + 1)),
         real(fftw_alloc_real(real_size)),
@@ -34,12 +34,29 @@ struct Correlator::Plans {
     const std::lock_guard lock(PlannerMutex());
     // FFTW_ESTIMATE measures no times: the same plan, hence the same bits, in every run.
     forward = fftw_plan_dft_r2c_2d(rows, cols, real, spectrum, FFTW_ESTIMATE);
-    backward = fftw_plan_dft_c2r_2d(rows, cols, spectrum, real, FFTW_ESTIMATE);
+    // Back by columns, then by those rows alone that are wanted.
+    const int bins = cols / 2 + 1;
+    columns_back = fftw_plan_many_dft(1,
+                                      &rows,
+                                      bins,
+                                      spectrum,
+                                      nullptr,
+                                      bins,
+                                      1,
+                                      spectrum,
+                                      nullptr,
+                                      bins,
+                                      1,
+                                      FFTW_BACKWARD,
+                                      FFTW_ESTIMATE);
+    rows_back = fftw_plan_many_dft_c2r(
+        1, &cols, lag_rows, spectrum, nullptr, 1, bins, real, nullptr, 1, cols, FFTW_ESTIMATE);
   }
   ~Plans() {
     const std::lock_guard lock(PlannerMutex());
     fftw_destroy_plan(forward);
-    fftw_destroy_plan(backward);
+    fftw_destroy_plan(columns_back);
+    fftw_destroy_plan(rows_back);
     fftw_free(spectrum);
     fftw_free(real);
   }
@@ -51,13 +68,14 @@ struct Correlator::Plans {
   double* real;
   fftw_complex* spectrum;
   fftw_plan forward;
-  fftw_plan backward;
+  fftw_plan columns_back;
+  fftw_plan rows_back;
 };
 
-Correlator::Correlator(int min_rows, int min_cols)
+Correlator::Correlator(int min_rows, int min_cols, int lag_rows)
     : rows_(FastSize(min_rows)),
       cols_(FastSize(min_cols)),
-      plans_(std::make_unique<Plans>(rows_, cols_)) {}
+      plans_(std::make_unique<Plans>(rows_, cols_, std::min(lag_rows, rows_))) {}
 
 Correlator::~Correlator() = default;
 
@@ -80,7 +98,8 @@ void Correlator::Multiply(const Spectrum& a, const Spectrum& b, bool add) {
 }
 
 const double* Correlator::Invert() {
-  fftw_execute(plans_->backward);
+  fftw_execute(plans_->columns_back);
+  fftw_execute(plans_->rows_back);
   return plans_->real;
 }
 

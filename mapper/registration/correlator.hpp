@@ -1,6 +1,7 @@
 #pragma once
 
 #include <complex>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -11,8 +12,9 @@ class Correlator {
  public:
   using Spectrum = std::vector<std::complex<double>>;
 
-  // Rounds rows and cols up to sizes that transform fast.
-  Correlator(int min_rows, int min_cols);
+  // Rounds rows and cols up to sizes that transform fast. Lags are wanted of the first lag_rows
+  // rows, or of all.
+  Correlator(int min_rows, int min_cols, int lag_rows = std::numeric_limits<int>::max());
   ~Correlator();
   Correlator(const Correlator&) = delete;
   Correlator& operator=(const Correlator&) = delete;
@@ -22,8 +24,8 @@ class Correlator {
 
   // image: rows() x cols(), row by row.
   Spectrum Transform(const std::vector<double>& image);
-  // sum over p of a(p) b(p + lag), for lags from 0 up, row by row; a and b wrap around. Valid until
-  // the next call.
+  // sum over p of a(p) b(p + lag), for lags from 0 up: lag_rows x cols(), row by row; a and b wrap
+  // around. Valid until the next call.
   const double* Correlate(const Spectrum& a, const Spectrum& b);
   // The same of several pairs, added up.
   const double* Correlate(const Spectrum& a1,

@@ -82,11 +82,13 @@ SourceShape ShapeOf(const Grid<Cell>& source,
     if (count == 0.0) return shape;
     shape.center /= count;
     const Eigen::Matrix2d R = prior.T_target_source.Rotation();
+    double squared_radius = 0.0;
     ForEachCellWithin(source, target, prior.T_target_source, reach, [&](const Eigen::Vector2d& p) {
       const Eigen::Vector2d arm = R * (p - shape.center);
-      shape.radius_m = std::max(shape.radius_m, arm.norm());
+      squared_radius = std::max(squared_radius, arm.squaredNorm());
       shape.half_size_m = shape.half_size_m.cwiseMax(arm.cwiseAbs());
     });
+    shape.radius_m = std::sqrt(squared_radius);
     shape.half_size_m =
         (shape.half_size_m.array() + shape.radius_m * std::min(yaw_reach, 1.0)).min(shape.radius_m);
     return shape;
@@ -190,7 +192,7 @@ class Searcher {
         prior_information_(center_prior_.covariance.inverse()),
         params_(params),
         window_(WindowOf(target_.geometry(), shape_, center_prior_, params)),
-        correlator_(window_.ImageRows(), window_.ImageCols()) {}
+        correlator_(window_.ImageRows(), window_.ImageCols(), std::max(1, window_.rows)) {}
 
   std::vector<SearchMode> Run() {
     if (window_.rows == 0 || window_.cols == 0 || shape_.radius_m == 0.0) return {};

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "common/runtime/freed_memory.hpp"
 #include "tests/perf/pcl_gicp.hpp"
 #include "tests/perf/registration_trial.hpp"
 
@@ -327,6 +328,7 @@ void Run(const Options& options) {
 }  // namespace seastitch
 
 int main(int argc, char** argv) {
+  seastitch::KeepFreedMemory();  // as the mapper
   seastitch::Options options;
   CLI::App app(
       "Tables of the registration's success, honesty and time, over seabeds that are "

@@ -6,6 +6,7 @@
 #include <Eigen/LU>
 #include <cmath>
 
+#include "common/runtime/freed_memory.hpp"
 #include "mapper/registration/registration.hpp"
 #include "tests/mapper/registration/synthetic_pair.hpp"
 #include "tests/perf/pcl_gicp.hpp"
@@ -16,6 +17,7 @@ namespace {
 constexpr double kYawOffsetRad = Deg2Rad(2.0);
 
 SyntheticPair PairOf(std::int64_t points) {
+  KeepFreedMemory();  // as the mapper
   SyntheticPairParams params;
   params.points = static_cast<int>(points);
   return MakePair(SyntheticSeabed::Fractal(11, 0.5), params, 11);

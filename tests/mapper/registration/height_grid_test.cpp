@@ -92,25 +92,28 @@ TEST(HeightGrid, InterpolatesAQuadraticSurfaceExactly) {
 }
 
 TEST(Correlator, EqualsTheSumItStandsFor) {
-  Correlator correlator(6, 10);
-  const auto rows = static_cast<std::size_t>(correlator.rows());
-  const auto cols = static_cast<std::size_t>(correlator.cols());
-  std::mt19937_64 random(3);
-  std::uniform_real_distribution<double> unit(-1.0, 1.0);
-  std::vector<double> a(rows * cols);
-  std::vector<double> b(rows * cols);
-  for (double& v : a) v = unit(random);
-  for (double& v : b) v = unit(random);
-  const auto spectrum_a = correlator.Transform(a);
-  const auto spectrum_b = correlator.Transform(b);
-  const double* lags = correlator.Correlate(spectrum_a, spectrum_b);
-  for (std::size_t i = 0; i < rows; ++i) {
-    for (std::size_t j = 0; j < cols; ++j) {
-      double sum = 0.0;
-      for (std::size_t r = 0; r < rows; ++r)
-        for (std::size_t c = 0; c < cols; ++c)
-          sum += a[r * cols + c] * b[(r + i) % rows * cols + (c + j) % cols];
-      EXPECT_NEAR(lags[i * cols + j], sum, 1e-12);
+  for (const int lag_rows : {1, 3, 8}) {
+    Correlator correlator(6, 10, lag_rows);
+    const auto rows = static_cast<std::size_t>(correlator.rows());
+    const auto cols = static_cast<std::size_t>(correlator.cols());
+    ASSERT_EQ(rows, 8u);
+    std::mt19937_64 random(3);
+    std::uniform_real_distribution<double> unit(-1.0, 1.0);
+    std::vector<double> a(rows * cols);
+    std::vector<double> b(rows * cols);
+    for (double& v : a) v = unit(random);
+    for (double& v : b) v = unit(random);
+    const auto spectrum_a = correlator.Transform(a);
+    const auto spectrum_b = correlator.Transform(b);
+    const double* lags = correlator.Correlate(spectrum_a, spectrum_b);
+    for (std::size_t i = 0; i < static_cast<std::size_t>(lag_rows); ++i) {
+      for (std::size_t j = 0; j < cols; ++j) {
+        double sum = 0.0;
+        for (std::size_t r = 0; r < rows; ++r)
+          for (std::size_t c = 0; c < cols; ++c)
+            sum += a[r * cols + c] * b[(r + i) % rows * cols + (c + j) % cols];
+        EXPECT_NEAR(lags[i * cols + j], sum, 1e-12);
+      }
     }
   }
 }
