@@ -90,7 +90,13 @@ MapperNode::MapperNode(const MapperConfig& config, Bus* bus, Worker* worker)
       worker_(worker),
       navigation_(config.navigation, config.vehicle),
       sound_speed_(config.sound_velocity_profile),
-      builder_(config.submap, config.filter, [this](Time a, Time b) { return DriftBetween(a, b); }),
+      builder_(
+          config.submap,
+          config.filter,
+          [this](Time a, Time b) { return DriftBetween(a, b); },
+          [this](Time anchor, Time t) {
+            return navigation_.Hindsight(anchor, t).value_or(Pose2{});
+          }),
       archive_(std::make_shared<Archive>(
           SurveyStoreParams{config.survey_dir, config.max_cached_mb, config.max_unsaved_mb},
           config.loop_closer.registration)),

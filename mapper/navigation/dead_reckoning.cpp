@@ -536,6 +536,9 @@ std::optional<NavState> DeadReckoning::StateAt(Time t) const { return impl_->tra
 std::optional<Eigen::Matrix3d> DeadReckoning::RelativeCovariance(Time a, Time b) const {
   return impl_->track().RelativeCovariance(a, b);
 }
+std::optional<Pose2> DeadReckoning::Hindsight(Time anchor, Time t) const {
+  return impl_->track().Hindsight(anchor, t);
+}
 std::vector<MapFix> DeadReckoning::TakeFixes(Time until) { return impl_->TakeFixes(until); }
 const std::map<std::string, std::int64_t>& DeadReckoning::counters() const {
   return impl_->counters();

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "common/core/pose.hpp"
 #include "common/core/sensors.hpp"
 #include "common/core/time.hpp"
 #include "common/core/vehicle.hpp"
@@ -68,6 +69,11 @@ class DeadReckoning {
   // Covariance of (x, y [m], yaw [rad]) of Inverse(level a) * level b, in the level axes of a, for
   // the vehicle frames at a and b (either order). Nothing outside the window of window_s.
   std::optional<Eigen::Matrix3d> RelativeCovariance(Time a, Time b) const;
+  // States are frozen, so the track bends wherever heading or position is learned. T_anchored_map,
+  // level, takes places in the map as of `t` to a map in which the vehicle at `anchor`, as its pose
+  // is known at `t`, stands where it was frozen: in that map the track from anchor to t is as
+  // straight as the sensors say that it was. anchor <= t; nothing outside the window of window_s.
+  std::optional<Pose2> Hindsight(Time anchor, Time t) const;
 
   // Fixes after the start and up to `until` that the filter does not take, in order of time; each
   // is given once, and kept for window_s until then.

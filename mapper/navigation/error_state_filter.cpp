@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "common/core/pose.hpp"
 
@@ -119,7 +120,7 @@ void ErrorStateFilter::Initialise(const Start& start,
   P_.diagonal().segment<3>(kVelocity).setConstant(start.sigma_v_mps * start.sigma_v_mps);
   AlignWithDevice();
   P0_by_dvl_.setZero();
-  A_.setIdentity();
+  since_ = {ErrorMatrix::Identity(), ErrorVector::Zero()};
   pending_s_ = 0.0;
   pending_R_.setZero();
   pending_move_.setZero();
@@ -138,7 +139,7 @@ void ErrorStateFilter::AlignWithDevice() {
 void ErrorStateFilter::Apply(const ErrorMatrix& M) {
   P_ = (M * P_ * M.transpose()).eval();
   P0_by_dvl_ = (M * P0_by_dvl_ * M.transpose()).eval();
-  A_ = (M * A_).eval();
+  since_.A = (M * since_.A).eval();
 }
 
 InertialRates ErrorStateFilter::Corrected(const InertialRates& measured) const {
@@ -183,9 +184,10 @@ void ErrorStateFilter::PropagateCovariance() {
 
   Carry(F, decay, &P_);
   Carry(F, decay, &P0_by_dvl_);
-  const Eigen::Matrix<double, kNavSize, kErrorSize> FA = F * A_.topRows<kDrivenBy>();
-  A_.topRows<kNavSize>() = FA;
-  A_.bottomRows<kBiasSize>() = decay.asDiagonal() * A_.bottomRows<kBiasSize>();
+  ErrorMatrix& A = since_.A;
+  const Eigen::Matrix<double, kNavSize, kErrorSize> FA = F * A.topRows<kDrivenBy>();
+  A.topRows<kNavSize>() = FA;
+  A.bottomRows<kBiasSize>() = decay.asDiagonal() * A.bottomRows<kBiasSize>();
   biases_.tail<kBiasSize>().array() *= decay.array();
 
   for (int i = 0; i < 3; ++i) {
@@ -256,8 +258,9 @@ bool ErrorStateFilter::Offer(
   const ErrorVector K = PH / S;
   correction_ += K * innovation;
   P_.noalias() -= K * PH.transpose();
-  const ErrorRow HA = H * A_;
-  A_.noalias() -= K * HA;
+  const ErrorRow HA = H * since_.A;
+  since_.news += HA.transpose() * (innovation / S);
+  since_.A.noalias() -= K * HA;
   return true;
 }
 
@@ -443,11 +446,9 @@ const ErrorMatrix& ErrorStateFilter::covariance() {
   return P_;
 }
 
-ErrorMatrix ErrorStateFilter::TakeTransition() {
+ErrorStateFilter::Transition ErrorStateFilter::TakeTransition() {
   PropagateCovariance();
-  const ErrorMatrix taken = A_;
-  A_.setIdentity();
-  return taken;
+  return std::exchange(since_, {ErrorMatrix::Identity(), ErrorVector::Zero()});
 }
 
 }  // namespace seastitch

@@ -44,6 +44,9 @@ using AttitudeRows = Eigen::Matrix<double, 3, kErrorSize>;
 // Beside state and covariance it keeps the transition of the error since TakeTransition(): the
 // product A of every (I - K H) and F on the way, so that of two frozen estimates
 // Cov(error(b), error(a)) = A(a to b) Cov(error(a)).
+// And what the measurements on the way told of the error at its start: Cov(error(a)) times that
+// news is what hindsight at b corrects in the estimate frozen at a (Bierman, Factorization Methods
+// for Discrete Sequential Estimation, 1977, ch. X: the modified Bryson-Frazier smoother).
 class ErrorStateFilter {
  public:
   // Lever arms and mountings from the inertial unit's point of view.
@@ -96,8 +99,13 @@ class ErrorStateFilter {
   const ErrorVector& biases() const { return biases_; }  // nine zeros, then as ErrorIndex
   // Brings the covariance up to the state, and returns it.
   const ErrorMatrix& covariance();
-  // The transition since the last call (or the start).
-  ErrorMatrix TakeTransition();
+  struct Transition {
+    ErrorMatrix A;
+    ErrorVector news;  // sum of A^T H^T innovation / its variance, A up to each measurement
+  };
+  // Since the last call (or the start).
+  Transition TakeTransition();
+  const ErrorVector& news() const { return since_.news; }
 
   InnovationSummary innovations(NavSensor sensor) const;
 
@@ -133,7 +141,7 @@ class ErrorStateFilter {
   ErrorMatrix P_ = ErrorMatrix::Zero();
   // Covariance of that part of the error that the DVL's noise has caused, were its scale known.
   ErrorMatrix P0_by_dvl_ = ErrorMatrix::Zero();
-  ErrorMatrix A_ = ErrorMatrix::Identity();
+  Transition since_{ErrorMatrix::Identity(), ErrorVector::Zero()};
   ErrorVector correction_ = ErrorVector::Zero();
   // Of each bias: sigma when left alone, and how fast it forgets.
   ErrorVector bias_sigma_ = ErrorVector::Zero();

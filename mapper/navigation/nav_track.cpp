@@ -60,16 +60,17 @@ void NavTrack::Add(Time t, ErrorStateFilter* filter, bool bottom_lock) {
   if (!epoch && !key) return;
   const Eigen::Matrix<double, 8, kErrorSize> J = filter->VehicleJacobian();
   const ErrorMatrix& P = filter->covariance();
-  if (epoch) AddEpoch(pose, J, P, bottom_lock);
   if (key) AddKey(pose, J, P, filter->TakeTransition());
+  if (epoch) AddEpoch(pose, J, P, filter->news(), bottom_lock);
 }
 
 void NavTrack::AddEpoch(const TrackPose& pose,
                         const Eigen::Matrix<double, 8, kErrorSize>& J,
                         const ErrorMatrix& P,
+                        const ErrorVector& news,
                         bool bottom_lock) {
   const Eigen::Matrix<double, 6, 6> covariance = J.topRows<6>() * P * J.topRows<6>().transpose();
-  epochs_.push_back({pose.time, covariance.cast<float>(), bottom_lock});
+  epochs_.push_back({pose.time, covariance.cast<float>(), bottom_lock, news.cast<float>()});
   coarse_.push_back(pose);
   const Time oldest = pose.time - FromSeconds(params_.window_s);
   DropBefore(oldest, &epochs_);
@@ -79,7 +80,7 @@ void NavTrack::AddEpoch(const TrackPose& pose,
 void NavTrack::AddKey(const TrackPose& pose,
                       const Eigen::Matrix<double, 8, kErrorSize>& J,
                       const ErrorMatrix& P,
-                      const ErrorMatrix& A) {
+                      const ErrorStateFilter::Transition& from_last) {
   Key key;
   key.time = pose.time;
   key.level = LevelPose(MakePose(pose.p_map, pose.q_map_vehicle.toRotationMatrix()));
@@ -87,7 +88,7 @@ void NavTrack::AddKey(const TrackPose& pose,
   key.J.topRows<2>() = J.topRows<2>();
   key.J.bottomRows<3>() = J.bottomRows<3>();  // yaw, v north, v east
   key.PJ = P * key.J.transpose();
-  key.A = A;
+  key.from_last = from_last;
   keys_.push_back(key);
   DropBefore(pose.time - FromSeconds(params_.window_s), &keys_);
 }
@@ -137,7 +138,7 @@ std::optional<Eigen::Matrix3d> NavTrack::RelativeCovariance(Time a, Time b) cons
   const std::size_t last = std::max(*key_a, *key_b);
   // J_last A(first to last) P(first) J_first^T, from the left: five rows at a time.
   Eigen::Matrix<double, kKeyRows, kErrorSize> rows = keys_[last].J;
-  for (std::size_t i = last; i > first; --i) rows = (rows * keys_[i].A).eval();
+  for (std::size_t i = last; i > first; --i) rows = (rows * keys_[i].from_last.A).eval();
   const Eigen::Matrix<double, kKeyRows, kKeyRows> last_by_first = rows * keys_[first].PJ;
 
   // Within the half second to its key a pose's error moves with the error in velocity.
@@ -157,6 +158,27 @@ std::optional<Eigen::Matrix3d> NavTrack::RelativeCovariance(Time a, Time b) cons
   const Eigen::Matrix3d relative = seastitch::RelativeCovariance(
       LevelAt(keys_[*key_a], a), LevelAt(keys_[*key_b], b), cov_a, cov_b, cov_a_b);
   return 0.5 * (relative + relative.transpose());
+}
+
+// What was measured since tells of the anchor's own pose too: a compass that moved by half a degree
+// was as likely off before as it is now.
+std::optional<Pose2> NavTrack::Hindsight(Time anchor, Time t) const {
+  if (keys_.empty() || anchor < keys_.front().time || t < anchor || t > *latest())
+    return std::nullopt;
+  const std::size_t first = LastAtOrBefore(anchor, keys_).value_or(keys_.size() - 1);
+  const Epoch& now = epochs_[LastAtOrBefore(t, epochs_).value_or(epochs_.size() - 1)];
+  // Covariance of x, y, yaw at the anchor with the error state, carried along.
+  Eigen::Matrix<double, 3, kErrorSize> anchor_by_error = keys_[first].PJ.leftCols<3>().transpose();
+  Eigen::Vector3d correction = Eigen::Vector3d::Zero();
+  for (std::size_t i = first + 1; i < keys_.size() && keys_[i].time <= now.time; ++i) {
+    correction += anchor_by_error * keys_[i].from_last.news;
+    anchor_by_error = (anchor_by_error * keys_[i].from_last.A.transpose()).eval();
+  }
+  if (now.time >= keys_[first].time) correction += anchor_by_error * now.news.cast<double>();
+  const Pose2& frozen = keys_[first].level;
+  const Pose2 known_at_t{
+      frozen.x + correction.x(), frozen.y + correction.y(), WrapAngle(frozen.yaw + correction.z())};
+  return frozen * Inverse(known_at_t);
 }
 
 }  // namespace seastitch

@@ -32,12 +32,14 @@ class NavTrack {
   std::optional<Time> latest() const;
   std::optional<NavState> StateAt(Time t) const;
   std::optional<Eigen::Matrix3d> RelativeCovariance(Time a, Time b) const;
+  std::optional<Pose2> Hindsight(Time anchor, Time t) const;
 
  private:
   struct Epoch {
     Time time;
     Eigen::Matrix<float, 6, 6> covariance;  // for publication: 7 digits of it are enough
     bool bottom_lock;
+    Eigen::Matrix<float, kErrorSize, 1> news;  // since the key at or before
   };
   // x, y, yaw and horizontal velocity: enough to carry the error from the key to a time near it.
   static constexpr int kKeyRows = 5;
@@ -47,17 +49,18 @@ class NavTrack {
     Eigen::Vector2d v_map_mps;
     Eigen::Matrix<double, kKeyRows, kErrorSize> J;   // level pose and velocity by error state
     Eigen::Matrix<double, kErrorSize, kKeyRows> PJ;  // covariance times J transposed
-    ErrorMatrix A;                                   // transition from the key before
+    ErrorStateFilter::Transition from_last;          // from the key before
   };
 
   void AddEpoch(const TrackPose& pose,
                 const Eigen::Matrix<double, 8, kErrorSize>& J,
                 const ErrorMatrix& P,
+                const ErrorVector& news,
                 bool bottom_lock);
   void AddKey(const TrackPose& pose,
               const Eigen::Matrix<double, 8, kErrorSize>& J,
               const ErrorMatrix& P,
-              const ErrorMatrix& A);
+              const ErrorStateFilter::Transition& from_last);
   std::optional<TrackPose> PoseAt(Time t) const;
   std::optional<std::size_t> NearestKey(Time t) const;
   Pose2 LevelAt(const Key& key, Time t) const;

@@ -80,8 +80,12 @@ SubmapBuilder::Open::Open(const GeoreferencedPing& first,
 
 SubmapBuilder::SubmapBuilder(const SubmapParams& params,
                              const CloudFilterParams& filter,
-                             Drift drift)
-    : params_(params), filter_(filter), drift_(std::move(drift)) {}
+                             Drift drift,
+                             Hindsight hindsight)
+    : params_(params),
+      filter_(filter),
+      drift_(std::move(drift)),
+      hindsight_(std::move(hindsight)) {}
 
 std::optional<Submap> SubmapBuilder::Add(const GeoreferencedPing& ping) {
   if (!Accept(ping)) return std::nullopt;
@@ -102,7 +106,7 @@ std::optional<Submap> SubmapBuilder::Add(const GeoreferencedPing& ping) {
       EndLine();
     }
   }
-  last_ = Pose{ping.time, ping.T_map_vehicle};
+  last_ = Pose{ping.time, ping.T_map_vehicle, ping.T_map_vehicle};
   if (turning_ && !params_.keep_turns) {
     ++counters_["pings_in_turns"];
     return closed;
@@ -183,10 +187,14 @@ void SubmapBuilder::AddSoundings(const GeoreferencedPing& ping) {
     open_->next_check_m = params_.min_length_m;
     first_yaw_rad_ = LevelPose(ping.T_map_vehicle).yaw;
   }
-  open_->track.push_back({ping.time, ping.T_map_vehicle});
+  const Time anchor = open_->track.empty() ? ping.time : open_->track.front().time;
+  const Pose2 level = hindsight_(anchor, ping.time);
+  const Eigen::Isometry3d T_anchored_map =
+      MakePose({level.x, level.y, 0.0}, RotationFromRpy(0.0, 0.0, level.yaw));
+  open_->track.push_back({ping.time, ping.T_map_vehicle, T_anchored_map * ping.T_map_vehicle});
   open_->soundings_read += static_cast<std::uint64_t>(std::max(0, ping.beams_read));
 
-  std::array<const Sounding*, kBeamsPerMedian> group;
+  std::array<Eigen::Vector3d, kBeamsPerMedian> group;
   std::size_t grouped = 0;
   const Eigen::Vector3d p_map_vehicle = ping.T_map_vehicle.translation();
   for (const Sounding& sounding : ping.soundings) {
@@ -197,17 +205,18 @@ void SubmapBuilder::AddSoundings(const GeoreferencedPing& ping) {
     }
     const double sigma_m =
         std::max(params_.sounding_sigma_m, static_cast<double>(sounding.depth_sigma_m));
-    open_->voxels.Add(sounding.p_map, 1.0 / (sigma_m * sigma_m));
+    const Eigen::Vector3d p_anchored = T_anchored_map * sounding.p_map;
+    open_->voxels.Add(p_anchored, 1.0 / (sigma_m * sigma_m));
     open_->sum_variance_m2 += sigma_m * sigma_m;
-    group[grouped++] = &sounding;
+    group[grouped++] = p_anchored;
     if (grouped < kBeamsPerMedian) continue;
     grouped = 0;
     std::nth_element(
         group.begin(),
         group.begin() + kBeamsPerMedian / 2,
         group.end(),
-        [](const Sounding* a, const Sounding* b) { return a->p_map.z() < b->p_map.z(); });
-    open_->terrain.Add(group[kBeamsPerMedian / 2]->p_map - open_->voxels.p_map_origin(),
+        [](const Eigen::Vector3d& a, const Eigen::Vector3d& b) { return a.z() < b.z(); });
+    open_->terrain.Add(group[kBeamsPerMedian / 2] - open_->voxels.p_map_origin(),
                        static_cast<double>(kBeamsPerMedian),
                        kMedianVariance * sigma_m * sigma_m);
   }
@@ -276,7 +285,7 @@ std::optional<Submap> SubmapBuilder::Close(SubmapTrigger trigger) {
   const PointCloud all = open.voxels.Centroids();
   const std::vector<std::uint8_t> seabed = FindSeabed(all, filter_);
   const Eigen::Isometry3d T_submap_voxels =
-      submap.T_map_submap.inverse() * Eigen::Translation3d(open.voxels.p_map_origin());
+      middle.T_anchored_vehicle.inverse() * Eigen::Translation3d(open.voxels.p_map_origin());
   for (std::size_t i = 0; i < all.size(); ++i) {
     if (seabed[i] == 0) {
       counters_["soundings_outliers"] += static_cast<std::int64_t>(all.soundings[i]);

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "common/core/pose.hpp"
 #include "common/core/submap.hpp"
 #include "common/core/time.hpp"
 #include "mapper/geometry/georeference.hpp"
@@ -64,7 +65,15 @@ class SubmapBuilder {
   // at `b` seen from the vehicle at `a`, in the level axes of `a`. Zero: nothing is known of it.
   using Drift = std::function<Eigen::Matrix3d(Time a, Time b)>;
 
-  SubmapBuilder(const SubmapParams& params, const CloudFilterParams& filter, Drift drift);
+  // T_anchored_map, level: takes places in the map as dead reckoning has it at `t` to a map in
+  // which the vehicle at `anchor` stands where it stood, so that no submap bends where heading or
+  // position is learned (DeadReckoning::Hindsight).
+  using Hindsight = std::function<Pose2(Time anchor, Time t)>;
+
+  SubmapBuilder(const SubmapParams& params,
+                const CloudFilterParams& filter,
+                Drift drift,
+                Hindsight hindsight);
 
   // Adds a ping and gives the submap that it closed, if it closed one. A gap or a turn closes the
   // submap before the ping. Left to the caller: id, covariance_from_previous, heading_sigma_rad.
@@ -79,6 +88,7 @@ class SubmapBuilder {
   struct Pose {
     Time time;
     Eigen::Isometry3d T_map_vehicle;
+    Eigen::Isometry3d T_anchored_vehicle;  // in the map anchored at the first ping
   };
   // One submap that grows.
   struct Open {
@@ -118,6 +128,7 @@ class SubmapBuilder {
   const SubmapParams params_;
   const CloudFilterParams filter_;
   const Drift drift_;
+  const Hindsight hindsight_;
   std::optional<Open> open_;
   std::optional<Pose> last_;
   double along_m_ = 0.0;              // of the whole track

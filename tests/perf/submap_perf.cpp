@@ -63,9 +63,10 @@ void BM_PingsToSubmaps(benchmark::State& state) {
   const RayTracer rays = *RayTracer::Make(profile);
   std::size_t submaps = 0;
   for (auto _ : state) {
-    SubmapBuilder builder({}, {}, [](Time, Time) -> Eigen::Matrix3d {
+    const auto drift = [](Time, Time) -> Eigen::Matrix3d {
       return Eigen::Vector3d(0.01, 0.01, 1e-5).asDiagonal();
-    });
+    };
+    SubmapBuilder builder({}, {}, drift, [](Time, Time) { return Pose2{}; });
     for (const MbesPing& ping : line)
       if (builder.Add(*Georeference(ping, PoseAt, {}, rays))) ++submaps;
     if (builder.Finish()) ++submaps;

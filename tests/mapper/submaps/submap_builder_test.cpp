@@ -28,12 +28,15 @@ SubmapBuilder::Drift Loses(double x_m, double y_m, double yaw_rad) {
   };
 }
 
+// Dead reckoning learns nothing on the way.
+Pose2 NothingLearned(Time, Time) { return {}; }
+
 // Drives a vehicle and gathers what the builder closes.
 struct Drive {
   explicit Drive(const SubmapParams& params = {},
                  const CloudFilterParams& filter = {},
                  SubmapBuilder::Drift drift = Loses(0.1, 0.1, Deg2Rad(0.2)))
-      : builder(params, filter, std::move(drift)) {}
+      : builder(params, filter, std::move(drift), NothingLearned) {}
 
   void Straight(double length_m) {
     for (double gone = 0.0; gone < length_m; gone += kStepM) Step(0.0);
@@ -308,6 +311,60 @@ TEST(SubmapBuilder, DropsNearlyAllOutliersOfASwath) {
   EXPECT_GT(all / (128.0 * static_cast<double>(drive.swath.is_outlier.size())), 0.98);
 }
 
+// A map that turns and slides as heading and position are learned: where dead reckoning, at `t`,
+// believes what stands at the same place of the true map.
+Pose2 LearnedAt(Time t) {
+  const double s = ToSeconds(t.time_since_epoch()) - 1.7e9;
+  return {0.1 * s, -0.15 * s, Deg2Rad(0.2) * s};
+}
+GeoreferencedPing AsBelieved(GeoreferencedPing ping) {
+  const Pose2 T = LearnedAt(ping.time);
+  const Eigen::Isometry3d T_believed_map =
+      MakePose({T.x, T.y, 0.0}, RotationFromRpy(0.0, 0.0, T.yaw));
+  ping.T_map_vehicle = T_believed_map * ping.T_map_vehicle;
+  for (Sounding& s : ping.soundings) s.p_map = T_believed_map * s.p_map;
+  return ping;
+}
+
+TEST(SubmapBuilder, DoesNotBendWhereDeadReckoningLearns) {
+  const auto Drive = [](const auto& see, SubmapBuilder::Hindsight hindsight) {
+    SubmapBuilder builder({}, {}, Loses(0.1, 0.1, Deg2Rad(0.2)), std::move(hindsight));
+    SwathMaker swath;
+    swath.sigma_m = 0.0;
+    swath.seabed = [](double x, double y) { return 20.0 + std::sin(0.3 * x) * std::cos(0.2 * y); };
+    for (int i = 0; i < 100; ++i)
+      builder.Add(see(swath.At(FromUtime(1'700'000'000'000'000 + 200'000 * i), 0.3 * i, 0.0, 0.0)));
+    return *builder.Finish();
+  };
+  const Submap straight = Drive([](const auto& ping) { return ping; }, NothingLearned);
+  const Submap learned = Drive(
+      AsBelieved, [](Time anchor, Time t) { return LearnedAt(anchor) * Inverse(LearnedAt(t)); });
+  const Submap bent = Drive(AsBelieved, NothingLearned);
+
+  // Bins move with the frame: every point of one has some of the other near it, and at its height.
+  const auto height_apart = [&](const Submap& other) {
+    double worst = 0.0;
+    for (std::size_t i = 0; i < straight.cloud.size(); i += 50) {
+      const Eigen::Vector3f& p = straight.cloud.points[i];
+      double nearest = 1e9;
+      double apart = 0.0;
+      for (const Eigen::Vector3f& q : other.cloud.points) {
+        const double d = (q - p).head<2>().norm();
+        if (d < nearest) {
+          nearest = d;
+          apart = std::abs(q.z() - p.z());
+        }
+      }
+      worst = std::max(worst, apart);
+    }
+    return worst;
+  };
+  EXPECT_LT(height_apart(learned), 0.06);
+  EXPECT_GT(height_apart(bent), 0.3);
+  // The frame stays where dead reckoning put it.
+  EXPECT_TRUE(learned.T_map_submap.isApprox(bent.T_map_submap));
+}
+
 // What stands on a flat seabed, by height above it; 0: nothing.
 struct Feature {
   const char* name;
@@ -317,7 +374,7 @@ class FeatureOnTheSeabed : public testing::TestWithParam<Feature> {};
 
 TEST_P(FeatureOnTheSeabed, IsKeptWhileOutliersGo) {
   const auto height = GetParam().height;
-  SubmapBuilder builder({}, {}, Loses(0.1, 0.1, Deg2Rad(0.2)));
+  SubmapBuilder builder({}, {}, Loses(0.1, 0.1, Deg2Rad(0.2)), NothingLearned);
   SwathMaker swath;
   swath.beams = 256;
   swath.sigma_m = 0.03;
@@ -394,7 +451,7 @@ TEST(SubmapBuilder, WeighsSoundingsByWhatTheSonarSaysOfThem) {
     ping.soundings.push_back({{x, y, 20.05}, 2 * i, 0.2f});
     ping.soundings.push_back({{x, y, 20.20}, 2 * i + 1, 0.1f});
   }
-  SubmapBuilder builder({}, {}, Loses(0.1, 0.1, Deg2Rad(0.2)));
+  SubmapBuilder builder({}, {}, Loses(0.1, 0.1, Deg2Rad(0.2)), NothingLearned);
   builder.Add(ping);
   const auto submap = builder.Finish();
   ASSERT_TRUE(submap);
