@@ -9,6 +9,12 @@
 
 namespace seastitch {
 
+std::filesystem::path MapperConfigFor(const std::string& error_class,
+                                      const std::filesystem::path& config_dir) {
+  const std::filesystem::path of_class = config_dir / ("mapper_" + error_class + ".yaml");
+  return std::filesystem::exists(of_class) ? of_class : config_dir / "mapper.yaml";
+}
+
 bench::SurveySimulator MakeSimulator(const BenchOptions& options) {
   bench::SurveyConfig survey = bench::LoadSurvey(options.survey.string());
   if (!options.terrain.empty()) survey.raster.file = options.terrain.string();
@@ -43,7 +49,11 @@ int RunBench(const BenchOptions& options) {
     const bench::LogResult written = bench::WriteLog(
         &simulator, bench::LoadDriverConfigs(options.config_dir), options.log, show);
     progress.Finish();
-    std::printf("%lld events in %s\n", static_cast<long long>(written.events), options.log.c_str());
+    const std::string error_class = bench::LoadSurvey(options.survey.string()).error_class;
+    std::printf("%lld events in %s; the data sheets of its sensors are in %s\n",
+                static_cast<long long>(written.events),
+                options.log.c_str(),
+                MapperConfigFor(error_class, options.config_dir).c_str());
   }
   std::printf("%lld pings, %lld soundings\n",
               static_cast<long long>(simulator.counts().pings),

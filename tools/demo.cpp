@@ -18,6 +18,7 @@
 
 #include "bench/live.hpp"
 #include "bench/simulator.hpp"
+#include "bench/survey_config.hpp"
 #include "bench/truth.hpp"
 #include "common/convert/convert.hpp"
 #include "common/runtime/bus.hpp"
@@ -115,7 +116,7 @@ class Listener {
 // The real processes on a private LCM URL and loopback ports.
 class LiveSystem {
  public:
-  explicit LiveSystem(const fs::path& out)
+  LiveSystem(const fs::path& out, const std::string& error_class)
       : out_(out),
         config_(out / "config"),
         ports_(FreeUdpPorts(4)),
@@ -124,6 +125,8 @@ class LiveSystem {
         listener_(lcm_url_) {
     fs::create_directories(out_ / "log");
     fs::copy(ConfigDir(), config_, fs::copy_options::recursive);
+    const fs::path mapper = MapperConfigFor(error_class, config_);
+    if (mapper != config_ / "mapper.yaml") fs::rename(mapper, config_ / "mapper.yaml");
     CopyConfig(config_, "imu_driver.yaml", "source", "udp:" + targets_.imu);
     CopyConfig(config_, "dvl_driver.yaml", "source", "udp:" + targets_.dvl);
     CopyConfig(config_, "mbes_driver.yaml", "source", "udp:" + targets_.mbes);
@@ -258,6 +261,12 @@ void PrintTable(const ProductSummary& live, const ProductSummary& replay) {
              a.after.position_max_m,
              b.before.position_max_m,
              b.after.position_max_m);
+    PrintRow("shape of the track RMS",
+             "m",
+             a.before_aligned.position_rms_m,
+             a.after_aligned.position_rms_m,
+             b.before_aligned.position_rms_m,
+             b.after_aligned.position_rms_m);
     PrintRow("yaw error RMS",
              "deg",
              a.before.yaw_rms_deg,
@@ -306,7 +315,7 @@ int RunDemo(const DemoOptions& options) {
   fs::create_directories(options.out);
   std::ofstream(mark) << "made by seastitch demo; it empties this folder when it runs again\n";
 
-  LiveSystem live(options.out);
+  LiveSystem live(options.out, bench::LoadSurvey(options.survey.string()).error_class);
   BenchOptions bench_options;
   bench_options.survey = options.survey;
   bench_options.terrain = options.terrain;

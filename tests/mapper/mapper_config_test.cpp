@@ -7,6 +7,7 @@
 #include <fstream>
 #include <string>
 
+#include "bench/sensor_errors.hpp"
 #include "common/runtime/config.hpp"
 
 namespace seastitch {
@@ -58,6 +59,26 @@ TEST(MapperConfig, ShippedFileSaysTheDefaults) {
                    defaults.navigation.attitude_heading_rad.sigma);
   EXPECT_EQ(shipped.max_waiting_pings, defaults.max_waiting_pings);
   EXPECT_EQ(shipped.nav_rate_hz, defaults.nav_rate_hz);
+}
+
+TEST(MapperConfig, FileForMemsSaysWhatTheBenchSimulates) {
+  const NavigationParams p =
+      LoadMapperConfig((kConfigDir / "mapper_mems.yaml").string()).navigation;
+  const auto errors = bench::SensorErrors::OfClass("mems");
+  EXPECT_DOUBLE_EQ(p.gyro_noise_radps_rthz, errors.gyro_noise_radps_rthz);
+  EXPECT_DOUBLE_EQ(p.gyro_bias_radps.sigma, errors.gyro_bias_radps);
+  EXPECT_DOUBLE_EQ(p.accel_noise_mps2_rthz, errors.accel_noise_mps2_rthz);
+  EXPECT_DOUBLE_EQ(p.accel_bias_mps2.sigma, errors.accel_bias_mps2);
+  EXPECT_NEAR(Rad2Deg(p.attitude_roll_pitch_rad.sigma.x()), errors.roll_pitch_wander_deg, 1e-12);
+  EXPECT_EQ(p.attitude_roll_pitch_rad.tau_s, errors.roll_pitch_wander_tau_s);
+  EXPECT_NEAR(Rad2Deg(p.attitude_heading_rad.sigma), errors.heading_bias_deg, 1e-12);
+  EXPECT_NEAR(Rad2Deg(p.attitude_heading_wander_rad.sigma), errors.heading_wander_deg, 1e-12);
+  EXPECT_EQ(p.attitude_heading_wander_rad.tau_s, errors.heading_wander_tau_s);
+  EXPECT_NEAR(Rad2Deg(p.attitude_deviation_rad), errors.heading_deviation_deg, 1e-12);
+  EXPECT_DOUBLE_EQ(p.dvl_sigma_mps, errors.dvl_noise_mps);
+  EXPECT_DOUBLE_EQ(p.dvl_scale.sigma, errors.dvl_scale);
+  EXPECT_NEAR(Rad2Deg(p.dvl_mounting_rad.sigma), errors.dvl_misalignment_deg, 1e-12);
+  EXPECT_DOUBLE_EQ(p.depth_bias_m.sigma, errors.depth_bias_m);
 }
 
 TEST(MapperConfig, NeedsNothingButTheVehicle) {
