@@ -93,6 +93,18 @@ std::string MustBePositive(const char* key, double value) {
   return std::string(key) + " = " + std::to_string(value) + ", must be > 0";
 }
 
+// A plain factor by its vertices, and which it is of those between the same two.
+using PlainKey = std::tuple<int, int, int>;
+std::vector<PlainKey> PlainKeys(const FactorGraph& graph, std::size_t num_plain) {
+  std::map<std::pair<int, int>, int> before;
+  std::vector<PlainKey> keys;
+  for (std::size_t k = 0; k < num_plain; ++k) {
+    const Factor& f = graph.factors[k];
+    keys.emplace_back(f.i, f.j, before[{f.i, f.j}]++);
+  }
+  return keys;
+}
+
 }  // namespace
 
 std::string OptimizerParams::Validate() const {
@@ -317,8 +329,8 @@ SolverStart PoseGraphOptimizer::Start(const FactorGraph& graph,
     before = &vertex;
   }
   start.weights.resize(graph.factors.size() - robust.size(), 1.0);
-  for (std::size_t k = 0; k < start.weights.size(); ++k) {
-    const auto doubt = doubts_.find({graph.factors[k].i, graph.factors[k].j});
+  for (const PlainKey& key : PlainKeys(graph, start.weights.size())) {
+    const auto doubt = doubts_.find(key);
     start.doubts.push_back(doubt == doubts_.end() ? 0.0 : doubt->second);
   }
   for (const Edge* edge : robust) {
@@ -369,9 +381,9 @@ void PoseGraphOptimizer::Keep(const RobustSolution& solution,
   for (auto& [id, vertex] : vertices_) vertex.solved = solution.T_map_vertex[k++];
   doubts_.clear();
   const std::size_t num_plain = graph.factors.size() - robust.size();
+  const std::vector<PlainKey> keys = PlainKeys(graph, num_plain);
   for (k = 0; k < num_plain; ++k)
-    if (solution.doubts[k] > 0.0)
-      doubts_[{graph.factors[k].i, graph.factors[k].j}] = solution.doubts[k];
+    if (solution.doubts[k] > 0.0) doubts_[keys[k]] = solution.doubts[k];
   for (Edge* edge : robust) {
     edge->weight = solution.weights[k];
     edge->doubt = solution.doubts[k++];

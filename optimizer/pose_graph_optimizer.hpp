@@ -4,6 +4,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -112,8 +113,8 @@ class PoseGraphOptimizer {
   std::map<Pair, Edge> loops_;
   std::optional<Edge> start_;
   std::vector<Edge> fixes_;
-  // In the last solution, of plain factors by their vertex numbers: those in doubt.
-  std::map<std::pair<int, int>, double> doubts_;
+  // In the last solution, of plain factors by PlainKeys(): those in doubt.
+  std::map<std::tuple<int, int, int>, double> doubts_;
   double scale_when_chosen_ = 1.0;
   std::map<std::string, std::int64_t> counters_;
 };

@@ -53,8 +53,8 @@ struct RobustSolution {
 // count is the answer.
 //
 // All that is left out while new evidence contradicts nothing: where the minimum next to the last
-// solution believes every new factor, revises no verdict, leaves none in more doubt than it was,
-// and dead reckoning looks as good as it did, it is the answer.
+// solution believes every new factor, revises no verdict, leaves each as much in doubt as at the
+// last full solve (to 2 %), and dead reckoning looks as good as it did, it is the answer.
 RobustSolution SolveRobust(const FactorGraph& graph,
                            const SolverStart& start,
                            int newest,

@@ -50,7 +50,7 @@ int RunBench(const BenchOptions& options) {
         &simulator, bench::LoadDriverConfigs(options.config_dir), options.log, show);
     progress.Finish();
     const std::string error_class = bench::LoadSurvey(options.survey.string()).error_class;
-    std::printf("%lld events in %s; the data sheets of its sensors are in %s\n",
+    std::printf("%lld events in %s; replay it with --config %s\n",
                 static_cast<long long>(written.events),
                 options.log.c_str(),
                 MapperConfigFor(error_class, options.config_dir).c_str());

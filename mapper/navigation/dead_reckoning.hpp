@@ -72,7 +72,9 @@ class DeadReckoning {
   // States are frozen, so the track bends wherever heading or position is learned. T_anchored_map,
   // level, takes places in the map as of `t` to a map in which the vehicle at `anchor`, as its pose
   // is known at `t`, stands where it was frozen: in that map the track from anchor to t is as
-  // straight as the sensors say that it was. anchor <= t; nothing outside the window of window_s.
+  // straight as the sensors say that it was. What stands is the track's last key before the anchor,
+  // up to key_interval_s; `t` counts from its last epoch, up to epoch_interval_s before. anchor <=
+  // t; nothing outside the window of window_s.
   std::optional<Pose2> Hindsight(Time anchor, Time t) const;
 
   // Fixes after the start and up to `until` that the filter does not take, in order of time; each

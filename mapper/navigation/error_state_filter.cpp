@@ -254,13 +254,16 @@ bool ErrorStateFilter::Offer(
   const double by_sigma = innovation / std::sqrt(S);
   of_sensor.mean_product += (by_sigma * last - of_sensor.mean_product) / used;
   last = by_sigma;
-  TakeNoiseOffScale(sensor, H, PH, innovation, variance);
+  const double scale_step = TakeNoiseOffScale(sensor, H, PH, innovation, variance);
   const ErrorVector K = PH / S;
   correction_ += K * innovation;
   P_.noalias() -= K * PH.transpose();
   const ErrorRow HA = H * since_.A;
   since_.news += HA.transpose() * (innovation / S);
   since_.A.noalias() -= K * HA;
+  // What moves the scale alone moves all else by its covariance with the scale.
+  if (scale_step != 0.0)
+    since_.news += since_.A.row(kDvlScale).transpose() * (scale_step / P_(kDvlScale, kDvlScale));
   return true;
 }
 
@@ -270,13 +273,13 @@ bool ErrorStateFilter::Offer(
 // the sum of innovation^2 / S0. The Kalman gain sees how it changes the innovation, not how it
 // changes S0. This adds the other part, whose mean is minus that of the noise in the velocity that
 // shows the scale times the noise in the innovation. Derived in docs/navigation.md.
-void ErrorStateFilter::TakeNoiseOffScale(NavSensor sensor,
-                                         const ErrorRow& H,
-                                         const ErrorVector& PH,
-                                         double innovation,
-                                         double variance) {
+double ErrorStateFilter::TakeNoiseOffScale(NavSensor sensor,
+                                           const ErrorRow& H,
+                                           const ErrorVector& PH,
+                                           double innovation,
+                                           double variance) {
   const double scale_variance = P_(kDvlScale, kDvlScale);
-  if (scale_variance == 0.0) return;
+  if (scale_variance == 0.0) return 0.0;
   const bool is_dvl = sensor == NavSensor::kDvl;
   const ErrorVector by_scale = P_.col(kDvlScale) / scale_variance;
   const double innovation_by_scale = PH(kDvlScale) / scale_variance;
@@ -294,6 +297,7 @@ void ErrorStateFilter::TakeNoiseOffScale(NavSensor sensor,
   const ErrorVector less = PH0_by_dvl - 0.5 * (HPH0_by_dvl + (is_dvl ? variance : 0.0)) * K0;
   P0_by_dvl_.noalias() -= K0 * less.transpose();
   P0_by_dvl_.noalias() -= less * K0.transpose();
+  return scale_step;
 }
 
 void ErrorStateFilter::Inject() {

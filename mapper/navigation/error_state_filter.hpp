@@ -122,11 +122,11 @@ class ErrorStateFilter {
   bool Offer(NavSensor sensor, int component, const ErrorRow& H, double residual, double variance);
   // Before the update by such a scalar, with PH = P_ H^T: takes from the correction what noise
   // times noise would teach of the DVL's scale.
-  void TakeNoiseOffScale(NavSensor sensor,
-                         const ErrorRow& H,
-                         const ErrorVector& PH,
-                         double innovation,
-                         double variance);
+  double TakeNoiseOffScale(NavSensor sensor,
+                           const ErrorRow& H,
+                           const ErrorVector& PH,
+                           double innovation,
+                           double variance);
   void Inject();
 
   const NavigationParams params_;

@@ -163,7 +163,8 @@ std::optional<Eigen::Matrix3d> NavTrack::RelativeCovariance(Time a, Time b) cons
 // What was measured since tells of the anchor's own pose too: a compass that moved by half a degree
 // was as likely off before as it is now.
 std::optional<Pose2> NavTrack::Hindsight(Time anchor, Time t) const {
-  if (keys_.empty() || anchor < keys_.front().time || t < anchor || t > *latest())
+  if (keys_.empty() || anchor < keys_.front().time || t < anchor || t < epochs_.front().time ||
+      t > *latest())
     return std::nullopt;
   const std::size_t first = LastAtOrBefore(anchor, keys_).value_or(keys_.size() - 1);
   const Epoch& now = epochs_[LastAtOrBefore(t, epochs_).value_or(epochs_.size() - 1)];

@@ -90,7 +90,7 @@ struct NavigationParams {
 
   // What is kept: poses at the rate of the inertial unit for the pings that wait, at
   // epoch_interval_s for anyone else, and the transition of the error at key_interval_s for
-  // RelativeCovariance(). 40 minutes are two of the longest submaps; 8 kB a second of memory.
+  // RelativeCovariance(). 40 minutes are two of the longest submaps; 11 kB a second of memory.
   double pose_window_s = 120.0;
   double window_s = 2400.0;
   double epoch_interval_s = 0.1;

@@ -106,7 +106,7 @@ std::optional<Submap> SubmapBuilder::Add(const GeoreferencedPing& ping) {
       EndLine();
     }
   }
-  last_ = Pose{ping.time, ping.T_map_vehicle, ping.T_map_vehicle};
+  last_ = Pose{ping.time, ping.T_map_vehicle};
   if (turning_ && !params_.keep_turns) {
     ++counters_["pings_in_turns"];
     return closed;
@@ -191,7 +191,7 @@ void SubmapBuilder::AddSoundings(const GeoreferencedPing& ping) {
   const Pose2 level = hindsight_(anchor, ping.time);
   const Eigen::Isometry3d T_anchored_map =
       MakePose({level.x, level.y, 0.0}, RotationFromRpy(0.0, 0.0, level.yaw));
-  open_->track.push_back({ping.time, ping.T_map_vehicle, T_anchored_map * ping.T_map_vehicle});
+  open_->track.push_back({{ping.time, ping.T_map_vehicle}, T_anchored_map * ping.T_map_vehicle});
   open_->soundings_read += static_cast<std::uint64_t>(std::max(0, ping.beams_read));
 
   std::array<Eigen::Vector3d, kBeamsPerMedian> group;
@@ -242,9 +242,9 @@ bool SubmapBuilder::HasDrifted() const {
 }
 
 bool SubmapBuilder::HoldsEnoughStructure() const {
-  const Pose& middle = open_->track[open_->track.size() / 2];
-  Pose2 frame = LevelPose(middle.T_map_vehicle);
-  const Time neighbour = NearestOnEarlierLine(frame.Translation());
+  const AnchoredPose& middle = open_->track[open_->track.size() / 2];
+  const Time neighbour = NearestOnEarlierLine(middle.T_map_vehicle.translation().head<2>());
+  Pose2 frame = LevelPose(middle.T_anchored_vehicle);
   frame.x -= open_->voxels.p_map_origin().x();
   frame.y -= open_->voxels.p_map_origin().y();
   const Eigen::Matrix3d information = params_.expected_overlap * open_->terrain.Evaluate(frame);
@@ -274,7 +274,7 @@ std::optional<Submap> SubmapBuilder::Close(SubmapTrigger trigger) {
   open_.reset();
 
   Submap submap;
-  const Pose& middle = open.track[open.track.size() / 2];
+  const AnchoredPose& middle = open.track[open.track.size() / 2];
   submap.start = open.track.front().time;
   submap.end = open.track.back().time;
   submap.frame_time = middle.time;

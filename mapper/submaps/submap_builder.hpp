@@ -88,13 +88,15 @@ class SubmapBuilder {
   struct Pose {
     Time time;
     Eigen::Isometry3d T_map_vehicle;
-    Eigen::Isometry3d T_anchored_vehicle;  // in the map anchored at the first ping
+  };
+  struct AnchoredPose : Pose {
+    Eigen::Isometry3d T_anchored_vehicle;  // in the map anchored at the submap's first ping
   };
   // One submap that grows.
   struct Open {
     Open(const GeoreferencedPing& first, const CloudFilterParams& filter, double cell_m);
 
-    std::vector<Pose> track;
+    std::vector<AnchoredPose> track;
     double length_m = 0.0;
     double next_check_m = 0.0;     // of drift and information
     double turned_since_m = -1.0;  // length at which the heading left; negative: it has not
