@@ -236,12 +236,15 @@ ErrorFigures FiguresOf(std::vector<float> errors) {
   return f;
 }
 
-std::vector<float> WhereBoth(const Grid<float>& mine, const Grid<float>& theirs) {
+std::vector<float> WhereAlike(const ConsistencyMap& map,
+                              const ConsistencyMap& other,
+                              Grid<float> ConsistencyMap::*measure) {
+  const std::vector<float>& mine = (map.*measure).cells();
+  const std::vector<float>& theirs = (other.*measure).cells();
   std::vector<float> errors;
-  for (std::size_t i = 0; i < mine.cells().size(); ++i) {
-    if (mine.cells()[i] != kNoError && theirs.cells()[i] != kNoError) {
-      errors.push_back(mine.cells()[i]);
-    }
+  for (std::size_t i = 0; i < mine.size(); ++i) {
+    const bool as_many = map.submaps.cells()[i] == other.submaps.cells()[i];
+    if (as_many && mine[i] != kNoError && theirs[i] != kNoError) errors.push_back(mine[i]);
   }
   return errors;
 }
@@ -285,11 +288,11 @@ ConsistencyMap ComputeConsistency(const std::vector<SurveySubmap>& submaps,
   return map;
 }
 
-ConsistencyFigures Figures(const ConsistencyMap& map) { return FiguresWhereBoth(map, map); }
+ConsistencyFigures Figures(const ConsistencyMap& map) { return FiguresWhereAlike(map, map); }
 
-ConsistencyFigures FiguresWhereBoth(const ConsistencyMap& map, const ConsistencyMap& other) {
-  return {FiguresOf(WhereBoth(map.point_error_m, other.point_error_m)),
-          FiguresOf(WhereBoth(map.surface_error_m, other.surface_error_m))};
+ConsistencyFigures FiguresWhereAlike(const ConsistencyMap& map, const ConsistencyMap& other) {
+  return {FiguresOf(WhereAlike(map, other, &ConsistencyMap::point_error_m)),
+          FiguresOf(WhereAlike(map, other, &ConsistencyMap::surface_error_m))};
 }
 
 }  // namespace seastitch

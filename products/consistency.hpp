@@ -65,8 +65,9 @@ struct ConsistencyFigures {
 
 ConsistencyFigures Figures(const ConsistencyMap& map);
 
-// Over the cells that have a value in `other` too (same geometry): what two solutions can be
-// compared by, since a solution also changes which cells are seen twice.
-ConsistencyFigures FiguresWhereBoth(const ConsistencyMap& map, const ConsistencyMap& other);
+// Over the cells that have a value in `other` too (same geometry) and are seen by as many submaps
+// there: what two solutions can be compared by, since a solution also changes which cells are seen
+// twice, and the largest of three errors is larger than the largest of two.
+ConsistencyFigures FiguresWhereAlike(const ConsistencyMap& map, const ConsistencyMap& other);
 
 }  // namespace seastitch

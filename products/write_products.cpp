@@ -317,8 +317,8 @@ class ProductWriter {
   void MeasureBoth(bool solved_too) {
     before_ = Measure(dead_reckoned_, "dead reckoned");
     after_ = solved_too ? Measure(delivered_, "solved") : before_;
-    summary_.before = FiguresWhereBoth(before_, after_);
-    summary_.solved = FiguresWhereBoth(after_, before_);
+    summary_.before = FiguresWhereAlike(before_, after_);
+    summary_.solved = FiguresWhereAlike(after_, before_);
     summary_.before_all = Figures(before_);
     summary_.solved_all = Figures(after_);
   }

@@ -141,12 +141,33 @@ TEST(Consistency, FallsWhenDriftingSubmapsArePutRightOverTheSameCells) {
   };
   const ConsistencyMap before = map_at(DeadReckonedPoses(survey));
   const ConsistencyMap after = map_at(drifting.truth);
-  const ConsistencyFigures b = FiguresWhereBoth(before, after);
-  const ConsistencyFigures a = FiguresWhereBoth(after, before);
+  const ConsistencyFigures b = FiguresWhereAlike(before, after);
+  const ConsistencyFigures a = FiguresWhereAlike(after, before);
   EXPECT_EQ(a.point.cells, b.point.cells);
   EXPECT_LT(a.point.cells, Figures(before).point.cells);
   EXPECT_LT(a.point.rms_m, 0.95 * b.point.rms_m);
   EXPECT_LT(a.surface.rms_m, 0.5 * b.surface.rms_m);
+}
+
+// One map sees some cells twice and the other three times, with the same errors a pair: what the
+// third adds to the largest is no difference between the maps.
+TEST(Consistency, ComparesCellsThatAsManySubmapsSee) {
+  const GridGeometry geometry = GridGeometry::Covering({0, 0}, {9, 9}, 1.0);
+  const auto map_seen_by = [&](std::uint16_t submaps, float error_m) {
+    ConsistencyMap map{Grid<float>(geometry, error_m),
+                       Grid<float>(geometry, error_m),
+                       Grid<std::uint16_t>(geometry, 2)};
+    map.submaps(0, 0) = submaps;
+    map.surface_error_m(0, 0) = 10.0f * error_m;
+    return map;
+  };
+  const ConsistencyMap twice = map_seen_by(2, 0.1f);
+  const ConsistencyMap thrice = map_seen_by(3, 0.1f);
+  const std::uint64_t cells = geometry.size();
+  EXPECT_EQ(FiguresWhereAlike(thrice, thrice).surface.cells, cells);
+  EXPECT_EQ(FiguresWhereAlike(thrice, twice).surface.cells, cells - 1);
+  EXPECT_NEAR(FiguresWhereAlike(thrice, twice).surface.rms_m, 0.1, 1e-6);
+  EXPECT_GT(FiguresWhereAlike(twice, twice).surface.rms_m, 0.13);
 }
 
 }  // namespace
