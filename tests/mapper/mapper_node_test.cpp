@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <limits>
+#include <map>
 #include <set>
 #include <string>
 #include <utility>
@@ -50,11 +51,14 @@ class HeldWorker : public Worker {
   std::deque<Job> jobs_;
 };
 
-// A vehicle with perfect sensors, whose messages go to a mapper on a bus of its own.
+// A vehicle with perfect sensors (but what is asked of its compass), whose messages go to a mapper
+// on a bus of its own.
 class Survey {
  public:
-  explicit Survey(Worker* worker = nullptr) : dir_(MakeDir()) {
+  explicit Survey(Worker* worker = nullptr, const NavigationParams& navigation = {})
+      : dir_(MakeDir()) {
     MapperConfig config;
+    config.navigation = navigation;
     config.survey_dir = dir_;
     config.max_waiting_submaps = 2;
     node = std::make_unique<MapperNode>(config, &bus, worker == nullptr ? &inline_ : worker);
@@ -109,8 +113,12 @@ class Survey {
     std::ofstream(dir_) << "in the way";
   }
 
+  // The vehicle's true pose at the time of a step.
+  Eigen::Isometry3d TrueAt(Time t) const { return truth_.at(t); }
+
   Bus bus{"memq://"};
   std::unique_ptr<MapperNode> node;
+  double compass_rate_radps = 0.0;  // by which the compass's error grows
   Time time = FromUtime(1'700'000'000'000'000);
   std::vector<nav_t> navs;
   std::vector<GraphUpdate> updates;
@@ -129,12 +137,15 @@ class Survey {
     x_ += speed_mps * kImuStepS * std::cos(yaw_ + 0.5 * yaw_rate_radps * kImuStepS);
     y_ += speed_mps * kImuStepS * std::sin(yaw_ + 0.5 * yaw_rate_radps * kImuStepS);
     yaw_ += yaw_rate_radps * kImuStepS;
+    truth_[time] = MakePose({x_, y_, kDepthM}, RotationFromRpy(0.0, 0.0, yaw_));
+    compass_error_rad_ += compass_rate_radps * kImuStepS;
     ImuSample imu;
     imu.time = time;
     imu.angular_rate_radps = {0.0, 0.0, yaw_rate_radps};
     imu.specific_force_mps2 = {0.0, speed_mps * yaw_rate_radps, -9.805};
-    imu.attitude = Attitude{Eigen::Quaterniond(Eigen::AngleAxisd(yaw_, Eigen::Vector3d::UnitZ())),
-                            Eigen::Vector3d(1e-3, 1e-3, 3e-3)};
+    imu.attitude =
+        Attitude{Eigen::Quaterniond(RotationFromRpy(0.0, 0.0, yaw_ + compass_error_rad_)),
+                 Eigen::Vector3d(1e-3, 1e-3, 3e-3)};
     bus.Publish("IMU", ToLcm(imu, {time, imu_seq_++}));
     if (steps_ % 10 == 0) {
       DvlSample dvl;
@@ -177,6 +188,8 @@ class Survey {
   double x_ = 0.0;
   double y_ = 0.0;
   double yaw_ = 0.0;
+  double compass_error_rad_ = 0.0;
+  std::map<Time, Eigen::Isometry3d> truth_;
   int steps_ = 0;
   std::int64_t imu_seq_ = 0;
   std::int64_t dvl_seq_ = 0;
@@ -293,6 +306,32 @@ TEST(MapperNode, MapsTwoLinesAndClosesTheLoopBetweenThem) {
   EXPECT_EQ(survey.node->health().state(), HealthState::kOk) << survey.node->health().text();
   EXPECT_NE(survey.node->health().text().find("0.0 % of soundings rejected"), std::string::npos)
       << survey.node->health().text();
+}
+
+// The published heading follows half of what the compass moves by; the submap stays as it is.
+TEST(MapperNode, DoesNotBendASubmapWhereTheCompassWanders) {
+  NavigationParams navigation;
+  navigation.gyro_bias_radps.sigma = 1e-6;
+  navigation.gyro_noise_radps_rthz = 1e-5;
+  navigation.attitude_heading_wander_rad = {Deg2Rad(2.0), 60.0};
+  Survey survey(nullptr, navigation);
+  survey.PublishProfile();
+  survey.Drive(20.0, kSpeedMps, 0.0);
+  survey.compass_rate_radps = Deg2Rad(6.0) / 20.0;
+  survey.Drive(20.0, kSpeedMps, 0.0);
+  survey.Finish();
+  ASSERT_FALSE(survey.submaps.empty());
+  double squares = 0.0;
+  double points = 0.0;
+  for (const Submap& submap : survey.submaps) {
+    const Eigen::Isometry3d T_map_submap = survey.TrueAt(submap.frame_time);
+    for (const Eigen::Vector3f& p : submap.cloud.points) {
+      const Eigen::Vector3d p_map = T_map_submap * p.cast<double>();
+      squares += std::pow(p_map.z() - Seabed(p_map.x(), p_map.y()), 2);
+      points += 1.0;
+    }
+  }
+  EXPECT_LT(std::sqrt(squares / points), 0.02);  // bent: 0.066
 }
 
 TEST(MapperNode, PublishesNavAtItsRateByTheTimeOfTheMessages) {

@@ -31,6 +31,8 @@ TEST(Install, KeepsAnEditedConfigurationAndBringsWhatIsMissing) {
   ASSERT_EQ(first.exit_code, 0) << first.output;
   EXPECT_NE(Text(config / "mapper.yaml").find("survey_dir: /var/lib/seastitch/survey"),
             std::string::npos);
+  EXPECT_NE(Text(config / "mapper_mems.yaml").find("survey_dir: /var/lib/seastitch/survey"),
+            std::string::npos);
   EXPECT_EQ(Text(config / "sbg_ecan.dbc"), Text(SEASTITCH_SOURCE_DIR "/config/sbg_ecan.dbc"));
   EXPECT_TRUE(fs::exists(root.path() / "usr/bin/seastitch-mapper"));
 
