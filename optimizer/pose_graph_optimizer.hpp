@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/core/graph.hpp"
+#include "common/core/information.hpp"
 #include "optimizer/heading_chain.hpp"
 #include "optimizer/relative_pose_cost.hpp"
 

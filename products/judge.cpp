@@ -6,8 +6,6 @@
 #include <limits>
 #include <string>
 
-#include "products/report.hpp"
-
 namespace seastitch {
 namespace {
 

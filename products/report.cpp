@@ -56,6 +56,13 @@ void AddTruth(Json* report, const ProductSummary& s) {
                                Percent(t.after.position_max_m, s.distance_m))}}}};
 }
 
+void AddClosuresAgainstTruth(Json* report, const ClosureErrors& e) {
+  (*report)["truth"]["loop_closures"] = {{"believed", e.closures},
+                                         {"degrees_of_freedom", e.degrees_of_freedom},
+                                         {"chi2", e.chi2},
+                                         {"worst_chi2", e.worst_chi2}};
+}
+
 void AddRun(Json* report, const RunFigures& run) {
   const Json figures = {{"wall_s", run.wall_s},
                         {"cpu_s", run.cpu_s},
@@ -184,6 +191,14 @@ std::string SurveyTable(const ProductSummary& s, const ProductOptions& options) 
   return table.Finish();
 }
 
+std::string ClosuresAgainstTruth(const ClosureErrors& e) {
+  return "<p>Against the truth, the squared errors of the " + Grouped(e.closures) +
+         " closures believed, over what their covariances say, are " + Fixed(e.chi2, 1) + " of " +
+         Grouped(e.degrees_of_freedom) + " degrees of freedom, the worst " +
+         Fixed(e.worst_chi2, 1) + ": honest covariances make the first about as large as the " +
+         "second, and one in a thousand above 16.</p>\n";
+}
+
 std::string LoopTable(const Survey& survey) {
   const std::vector<LoopRow> rows = LoopRows(survey);
   if (rows.empty()) return "<p>No pair of submaps was registered.</p>\n";
@@ -237,19 +252,6 @@ figure{margin:0}img{width:100%;border:1px solid #dfe3e8}figcaption{font-size:.9e
 
 }  // namespace
 
-std::vector<LoopRow> LoopRows(const Survey& survey) {
-  std::map<std::pair<SubmapId, SubmapId>, double> weights;
-  for (const SolvedEdge& e : survey.solution.loop_edges) weights[{e.from, e.to}] = e.weight;
-  std::vector<LoopRow> rows;
-  for (const GraphEdge& e : survey.edges) {
-    if (e.kind != EdgeKind::kLoopClosure) continue;
-    const auto it = weights.find({e.from, e.to});
-    const bool solved = e.verdict == LoopVerdict::kAccepted && it != weights.end();
-    rows.push_back({&e, solved ? it->second : std::numeric_limits<double>::quiet_NaN()});
-  }
-  return rows;
-}
-
 std::string ReportJson(const Survey& survey,
                        const ProductSummary& s,
                        const ProductOptions& options) {
@@ -270,6 +272,7 @@ std::string ReportJson(const Survey& survey,
   r["soundings"] = {{"read", s.soundings_read}, {"used", s.soundings_used}};
   r["points"] = s.points;
   if (s.truth) AddTruth(&r, s);
+  if (s.closures_against_truth) AddClosuresAgainstTruth(&r, *s.closures_against_truth);
   r["consistency"] = {
       {"cell_m", s.cell_m},
       {"measure", "Roman and Singh 2006; see products/consistency.hpp"},
@@ -323,6 +326,7 @@ std::string ReportHtml(const Survey& survey,
   html +=
       " SLAM makes a map agree with itself; it does not by itself make its absolute position "
       "more accurate.</p>\n<h2>Loop closures</h2>\n";
+  if (s.closures_against_truth) html += ClosuresAgainstTruth(*s.closures_against_truth);
   html += LoopTable(survey);
   if (!survey.counters.empty()) {
     HtmlTable table({"Refused while collecting", "Count"});

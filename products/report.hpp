@@ -8,13 +8,6 @@
 
 namespace seastitch {
 
-// A loop closure as the report and the layers show it.
-struct LoopRow {
-  const GraphEdge* edge;
-  double weight;  // of the robust solve; NaN where the edge was not part of it
-};
-std::vector<LoopRow> LoopRows(const Survey& survey);
-
 // report.json. Times, memory and rates of the run are both flat (wall_s, ...) and under "run"; the
 // keys that differ from run to run are listed under "not_reproducible".
 std::string ReportJson(const Survey& survey,

@@ -1,6 +1,8 @@
 #include "products/survey.hpp"
 
 #include <cmath>
+#include <limits>
+#include <utility>
 
 namespace seastitch {
 namespace {
@@ -49,6 +51,19 @@ std::vector<std::optional<Eigen::Vector3d>> SolvedSigmas(const Survey& survey) {
     }
   }
   return sigmas;
+}
+
+std::vector<LoopRow> LoopRows(const Survey& survey) {
+  std::map<std::pair<SubmapId, SubmapId>, double> weights;
+  for (const SolvedEdge& e : survey.solution.loop_edges) weights[{e.from, e.to}] = e.weight;
+  std::vector<LoopRow> rows;
+  for (const GraphEdge& e : survey.edges) {
+    if (e.kind != EdgeKind::kLoopClosure) continue;
+    const auto it = weights.find({e.from, e.to});
+    const bool solved = e.verdict == LoopVerdict::kAccepted && it != weights.end();
+    rows.push_back({&e, solved ? it->second : std::numeric_limits<double>::quiet_NaN()});
+  }
+  return rows;
 }
 
 Eigen::Isometry3d SubmapPose(const SurveySubmap& submap, const Pose2& T_map_level) {

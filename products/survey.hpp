@@ -59,6 +59,13 @@ std::vector<Pose2> SolvedPoses(const Survey& survey);
 // Standard deviations of x, y [m], yaw [rad] in map axes from the solution, where it has them.
 std::vector<std::optional<Eigen::Vector3d>> SolvedSigmas(const Survey& survey);
 
+// A loop closure as the report and the layers show it.
+struct LoopRow {
+  const GraphEdge* edge;
+  double weight;  // of the robust solve; NaN where the edge was not part of it
+};
+std::vector<LoopRow> LoopRows(const Survey& survey);
+
 // T_map_submap with its level pose replaced: z, roll and pitch are never corrected.
 Eigen::Isometry3d SubmapPose(const SurveySubmap& submap, const Pose2& T_map_level);
 

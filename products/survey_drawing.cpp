@@ -6,8 +6,6 @@
 #include <string>
 #include <utility>
 
-#include "products/report.hpp"
-
 namespace seastitch {
 namespace {
 

@@ -5,15 +5,19 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
+#include <map>
 #include <stdexcept>
 #include <string>
 #include <string_view>
+
+#include "common/core/information.hpp"
 
 namespace seastitch {
 namespace {
 
 constexpr const char* kHeader = "utime_us,x_m,y_m,z_m,roll_deg,pitch_deg,yaw_deg";
 constexpr double kLongestGapS = 1.0;
+constexpr double kBelieved = 0.5;  // weight of a closure, from here on
 
 template <class T>
 bool ParseField(std::string_view field, T* value) {
@@ -155,6 +159,31 @@ std::optional<TruthComparison> CompareWithTruth(const std::vector<CorrectedState
       ErrorOf(matched, &Matched::corrected, as_delivered),
       ErrorOf(matched, &Matched::dead_reckoned, BestFit(matched, &Matched::dead_reckoned)),
       ErrorOf(matched, &Matched::corrected, BestFit(matched, &Matched::corrected))};
+}
+
+std::optional<ClosureErrors> CompareClosuresWithTruth(const Survey& survey,
+                                                      const std::vector<TruthState>& truth) {
+  std::map<SubmapId, std::optional<Pose2>> true_frames;
+  for (const SurveySubmap& submap : survey.submaps)
+    true_frames[submap.id] = TruthAt(truth, submap.frame_time);
+  ClosureErrors errors;
+  for (const LoopRow& row : LoopRows(survey)) {
+    if (!(row.weight >= kBelieved)) continue;
+    const GraphEdge& edge = *row.edge;
+    const std::optional<Pose2>& from = true_frames[edge.from];
+    const std::optional<Pose2>& to = true_frames[edge.to];
+    const std::optional<SqrtInformation> root = FactorInformation(edge.information);
+    if (!from || !to || !root) continue;
+    Eigen::Vector3d error = edge.T_from_to.Vector() - (Inverse(*from) * *to).Vector();
+    error.z() = WrapAngle(error.z());
+    const double chi2 = (root->W * error).squaredNorm();
+    ++errors.closures;
+    errors.degrees_of_freedom += static_cast<std::uint64_t>(root->rank);
+    errors.chi2 += chi2;
+    errors.worst_chi2 = std::max(errors.worst_chi2, chi2);
+  }
+  if (errors.closures == 0) return std::nullopt;
+  return errors;
 }
 
 }  // namespace seastitch

@@ -7,6 +7,7 @@
 
 #include "common/core/pose.hpp"
 #include "common/core/time.hpp"
+#include "products/survey.hpp"
 #include "products/track.hpp"
 
 namespace seastitch {
@@ -41,9 +42,22 @@ struct TruthComparison {
   TrackError after_aligned;
 };
 
+// How far loop closures are from the truth: squared errors over what their information says of
+// them.
+struct ClosureErrors {
+  std::uint64_t closures = 0;
+  std::uint64_t degrees_of_freedom = 0;  // directions that they know, together
+  double chi2 = 0.0;                     // honest ones: about as many
+  double worst_chi2 = 0.0;               // of one; beyond 16 goes one honest one in a thousand
+};
+
 // Compares at every state of the track that lies between two truth states at most 1 s apart. Empty
 // where track and truth share no time.
 std::optional<TruthComparison> CompareWithTruth(const std::vector<CorrectedState>& track,
                                                 const std::vector<TruthState>& truth);
+
+// Of what the solution believes. Empty where no closure has the truth at both of its frames.
+std::optional<ClosureErrors> CompareClosuresWithTruth(const Survey& survey,
+                                                      const std::vector<TruthState>& truth);
 
 }  // namespace seastitch

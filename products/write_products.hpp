@@ -85,6 +85,7 @@ struct ProductSummary {
   double correction_end_m = 0.0;
   double correction_max_yaw_deg = 0.0;
   std::optional<TruthComparison> truth;
+  std::optional<ClosureErrors> closures_against_truth;
 };
 
 // Writes every product into dir (created if need be): depth, depth_dead_reckoned, consistency,

@@ -43,7 +43,7 @@ struct GraphEdge {
   // direction without information is left free.
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
   LoopVerdict verdict = LoopVerdict::kAccepted;  // only accepted edges pull
-  // Of a loop closure: height of `to` above where `from` puts it, positive down, and the fit.
+  // Of a loop closure: by how much the seabed of `to` lies below that of `from`, and the fit.
   double z_offset_m = 0.0;
   double rms_m = 0.0;
   double overlap_m2 = 0.0;

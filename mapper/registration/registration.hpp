@@ -115,7 +115,7 @@ struct RegistrationResult {
   // of the registration alone, without the prior. Singular where the seabed leaves a direction
   // open: an accepted edge informs the others. Zero unless accepted.
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
-  // Source below where the target has the seabed, positive down: tide, draft, sound speed.
+  // By how much the seabed of the source lies below that of the target: tide, draft, sound speed.
   double z_offset_m = 0.0;
   double z_offset_sigma_m = 0.0;
   double rms_m = 0.0;  // of the height differences of smoothed cells, z_offset_m taken out

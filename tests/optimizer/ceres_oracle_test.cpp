@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "common/core/information.hpp"
 #include "optimizer/robust_solver.hpp"
 #include "tests/optimizer/ceres_solver.hpp"
 #include "tests/optimizer/survey_graph.hpp"

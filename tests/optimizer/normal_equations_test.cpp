@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 
+#include "common/core/information.hpp"
 #include "optimizer/pose_graph_optimizer.hpp"
 #include "tests/optimizer/survey_graph.hpp"
 

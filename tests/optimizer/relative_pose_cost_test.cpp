@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <limits>
-
+#include "common/core/information.hpp"
 #include "optimizer/robust_solver.hpp"
 
 namespace seastitch {
@@ -70,25 +69,7 @@ TEST(RelativePoseCost, TakesYawTheShortWayRound) {
   EXPECT_NEAR(e.z(), 0.02, 1e-12);
 }
 
-TEST(SqrtInformation, WorksForEveryRank) {
-  const Eigen::Vector3d yaw_only(0.0, 0.0, 1e4);
-  const struct {
-    Eigen::Matrix3d information;
-    int rank;
-  } cases[] = {{CorrelatedInformation(), 3},
-               {RidgeInformation(), 1},
-               {RidgeInformation() + Eigen::Matrix3d(yaw_only.asDiagonal()), 2},
-               {Eigen::Matrix3d::Zero(), 0}};
-  for (const auto& c : cases) {
-    const auto root = FactorInformation(c.information);
-    ASSERT_TRUE(root);
-    EXPECT_EQ(root->rank, c.rank);
-    EXPECT_LT((root->W.transpose() * root->W - c.information).norm(),
-              1e-9 * (1.0 + c.information.norm()));
-  }
-}
-
-TEST(SqrtInformation, SingularInformationLeavesTheFreeDirectionAlone) {
+TEST(RelativePoseCost, SingularInformationLeavesTheFreeDirectionAlone) {
   FactorGraph graph{2, 0, {}};
   graph.factors.push_back({0, 1, {{5.0, 0.0, 0.0}, Eigen::Matrix3d::Identity()}, {}});
   // Says that 1 is 5 m further along (0.6, 0.8) and nothing else.
@@ -101,23 +82,6 @@ TEST(SqrtInformation, SingularInformationLeavesTheFreeDirectionAlone) {
   EXPECT_NEAR(along, 5.0, 0.02);  // 400 against 1
   EXPECT_NEAR(across, 0.0, 1e-9);
   EXPECT_NEAR(moved.yaw, 0.0, 1e-9);
-}
-
-TEST(SqrtInformation, RefusesWhatIsNoInformation) {
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  Eigen::Matrix3d m = Eigen::Matrix3d::Identity();
-  m(1, 2) = m(2, 1) = nan;
-  EXPECT_FALSE(FactorInformation(m));
-  m = Eigen::Matrix3d::Identity();
-  m(0, 1) = m(1, 0) = 1.001;  // indefinite with a positive diagonal
-  EXPECT_FALSE(FactorInformation(m));
-  m = Eigen::Matrix3d::Identity();
-  m(0, 1) = 0.5;  // not symmetric
-  EXPECT_FALSE(FactorInformation(m));
-  m = -Eigen::Matrix3d::Identity();
-  EXPECT_FALSE(FactorInformation(m));
-  m = 2.0 * kMaxInformation * Eigen::Matrix3d::Identity();
-  EXPECT_FALSE(FactorInformation(m));
 }
 
 }  // namespace

@@ -26,6 +26,7 @@
 #include "optimizer/optimizer_config.hpp"
 #include "optimizer/pose_graph_optimizer.hpp"
 #include "tests/runtime/temporary_dir.hpp"
+#include "tools/bench_command.hpp"
 #include "tools/install_paths.hpp"
 #include "tools/replay.hpp"
 
@@ -111,7 +112,7 @@ Run RunSurvey(const Plan& plan, const Options& options) {
   Run run;
   ReplayOptions replay;
   replay.inputs = {log};
-  replay.mapper_config = ConfigDir() / "mapper.yaml";
+  replay.mapper_config = MapperConfigFor(options.errors, ConfigDir());
   replay.optimizer_config = ConfigDir() / "optimizer.yaml";
   replay.out = scratch.path() / "out";
   replay.quiet = true;

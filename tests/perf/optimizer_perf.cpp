@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include "common/core/information.hpp"
 #include "optimizer/normal_equations.hpp"
 #include "optimizer/pose_graph_optimizer.hpp"
 #include "optimizer/robust_solver.hpp"

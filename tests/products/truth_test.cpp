@@ -98,5 +98,58 @@ TEST(Truth, OfAnotherTimeGivesNoComparison) {
   EXPECT_FALSE(CompareWithTruth(track, truth));
 }
 
+// Frames a second apart at the true poses, and what the solution makes of the closures.
+struct SolvedClosures {
+  Survey survey;
+  std::vector<TruthState> truth;
+
+  explicit SolvedClosures(const std::vector<Pose2>& true_frames) {
+    for (std::size_t i = 0; i < true_frames.size(); ++i) {
+      SurveySubmap& submap = survey.submaps.emplace_back();
+      submap.id.value = static_cast<int>(i);
+      submap.frame_time = FromUtime(0) + FromSeconds(static_cast<double>(i));
+      truth.push_back({submap.frame_time, true_frames[i]});
+    }
+  }
+  GraphEdge& Add(int from, int to, const Eigen::Matrix3d& information, double weight) {
+    GraphEdge edge;
+    edge.kind = EdgeKind::kLoopClosure;
+    edge.from.value = from;
+    edge.to.value = to;
+    edge.information = information;
+    const auto at = [this](int id) { return truth.at(static_cast<std::size_t>(id)).T_map_level; };
+    edge.T_from_to = Inverse(at(from)) * at(to);
+    survey.solution.loop_edges.push_back({edge.from, edge.to, weight});
+    return survey.edges.emplace_back(edge);
+  }
+};
+
+TEST(Truth, JudgesTheClosuresThatAreBelieved) {
+  SolvedClosures solved({{0, 0, 0.0}, {10, 0, 1.5}, {10, 20, 3.0}});
+  const Eigen::Matrix3d known = Eigen::Vector3d(100.0, 400.0, 1e4).asDiagonal();
+  GraphEdge& off = solved.Add(0, 1, known, 1.0);
+  off.T_from_to.x += 0.2;  // 2 sigma
+  off.T_from_to.yaw = WrapAngle(off.T_from_to.yaw + 0.01);
+  // Known across alone, and wrong along.
+  const Eigen::Matrix3d across = Eigen::Vector3d(0.0, 25.0, 0.0).asDiagonal();
+  GraphEdge& ridge = solved.Add(1, 2, across, 0.9);
+  ridge.T_from_to.x += 5.0;
+  ridge.T_from_to.y -= 0.6;  // 3 sigma
+  solved.Add(0, 2, known, 0.0).T_from_to.x += 50.0;
+  const auto errors = CompareClosuresWithTruth(solved.survey, solved.truth);
+  ASSERT_TRUE(errors);
+  EXPECT_EQ(errors->closures, 2u);
+  EXPECT_EQ(errors->degrees_of_freedom, 4u);
+  EXPECT_NEAR(errors->chi2, 4.0 + 1.0 + 9.0, 1e-9);
+  EXPECT_NEAR(errors->worst_chi2, 9.0, 1e-9);
+}
+
+TEST(Truth, SaysNothingOfClosuresThatItDoesNotCover) {
+  SolvedClosures solved({{0, 0, 0}, {10, 0, 0}});
+  solved.Add(0, 1, Eigen::Matrix3d::Identity(), 1.0);
+  solved.truth.pop_back();
+  EXPECT_FALSE(CompareClosuresWithTruth(solved.survey, solved.truth));
+}
+
 }  // namespace
 }  // namespace seastitch

@@ -77,11 +77,11 @@ std::map<int, Eigen::Vector2d> PosesIn(const fs::path& path) {
 
 TEST(WriteProducts, CorrectsTheMapAndSaysByHowMuch) {
   const TemporaryDir folder;
-  const Survey survey =
-      Collect(Drifting(),
-              folder.path(),
-              SolutionAt(Drifting().truth),
-              {LoopEdge(0, 5), LoopEdge(1, 4), LoopEdge(2, 3, LoopVerdict::kAmbiguous)});
+  const std::vector<GraphEdge> edges = {
+      LoopEdge(0, 5), LoopEdge(1, 4), LoopEdge(2, 3, LoopVerdict::kAmbiguous)};
+  PoseGraph solution = SolutionAt(Drifting().truth);
+  for (const GraphEdge& e : edges) solution.loop_edges.push_back({e.from, e.to, 1.0});
+  const Survey survey = Collect(Drifting(), folder.path(), solution, edges);
   ProductOptions options = OptionsWithDatum();
   for (const NavState& s : Drifting().true_track) {
     options.truth.push_back({s.time, LevelPose(s.T_map_vehicle)});
@@ -118,10 +118,13 @@ TEST(WriteProducts, CorrectsTheMapAndSaysByHowMuch) {
     EXPECT_EQ(report[key], report["run"][key]);
     EXPECT_THAT(report["not_reproducible"].dump(), HasSubstr(key));
   }
+  EXPECT_EQ(report["truth"]["loop_closures"]["believed"], 2);
+  EXPECT_EQ(report["truth"]["loop_closures"]["degrees_of_freedom"], 6);
   EXPECT_EQ(report["seeds"]["bench"], 42);
   const std::string html = Slurp(folder / "report.html");
   EXPECT_THAT(html, HasSubstr("A &lt;test&gt; survey"));
   EXPECT_THAT(html, HasSubstr("The map is corrected by 2 loop closures"));
+  EXPECT_THAT(html, HasSubstr("of the 2 closures believed"));
 }
 
 TEST(WriteProducts, NamesThePositionFixesThatCorrected) {
