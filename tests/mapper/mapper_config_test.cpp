@@ -61,10 +61,11 @@ TEST(MapperConfig, ShippedFileSaysTheDefaults) {
   EXPECT_EQ(shipped.nav_rate_hz, defaults.nav_rate_hz);
 }
 
-TEST(MapperConfig, FileForMemsSaysWhatTheBenchSimulates) {
+void ExpectTheFileOfAClassToSayWhatTheBenchSimulates(const std::string& name) {
+  SCOPED_TRACE(name);
   const NavigationParams p =
-      LoadMapperConfig((kConfigDir / "mapper_mems.yaml").string()).navigation;
-  const auto errors = bench::SensorErrors::OfClass("mems");
+      LoadMapperConfig((kConfigDir / ("mapper_" + name + ".yaml")).string()).navigation;
+  const auto errors = bench::SensorErrors::OfClass(name);
   EXPECT_DOUBLE_EQ(p.gyro_noise_radps_rthz, errors.gyro_noise_radps_rthz);
   EXPECT_DOUBLE_EQ(p.gyro_bias_radps.sigma, errors.gyro_bias_radps);
   EXPECT_DOUBLE_EQ(p.accel_noise_mps2_rthz, errors.accel_noise_mps2_rthz);
@@ -79,6 +80,11 @@ TEST(MapperConfig, FileForMemsSaysWhatTheBenchSimulates) {
   EXPECT_DOUBLE_EQ(p.dvl_scale.sigma, errors.dvl_scale);
   EXPECT_NEAR(Rad2Deg(p.dvl_mounting_rad.sigma), errors.dvl_misalignment_deg, 1e-12);
   EXPECT_DOUBLE_EQ(p.depth_bias_m.sigma, errors.depth_bias_m);
+}
+
+TEST(MapperConfig, FilesOfAClassSayWhatTheBenchSimulates) {
+  for (const char* name : {"mems", "ins_tactical"})
+    ExpectTheFileOfAClassToSayWhatTheBenchSimulates(name);
 }
 
 TEST(MapperConfig, NeedsNothingButTheVehicle) {

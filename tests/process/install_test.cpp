@@ -29,10 +29,10 @@ TEST(Install, KeepsAnEditedConfigurationAndBringsWhatIsMissing) {
 
   const CommandResult first = RunCommand(install);
   ASSERT_EQ(first.exit_code, 0) << first.output;
-  EXPECT_NE(Text(config / "mapper.yaml").find("survey_dir: /var/lib/seastitch/survey"),
-            std::string::npos);
-  EXPECT_NE(Text(config / "mapper_mems.yaml").find("survey_dir: /var/lib/seastitch/survey"),
-            std::string::npos);
+  for (const char* mapper : {"mapper.yaml", "mapper_mems.yaml", "mapper_ins_tactical.yaml"})
+    EXPECT_NE(Text(config / mapper).find("survey_dir: /var/lib/seastitch/survey"),
+              std::string::npos)
+        << mapper;
   EXPECT_EQ(Text(config / "sbg_ecan.dbc"), Text(SEASTITCH_SOURCE_DIR "/config/sbg_ecan.dbc"));
   EXPECT_TRUE(fs::exists(root.path() / "usr/bin/seastitch-mapper"));
 
