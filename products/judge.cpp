@@ -67,6 +67,10 @@ void MeasureCorrection(const std::vector<Pose2>& from,
   }
 }
 
+std::string Counted(std::uint64_t count, const char* one, const char* many) {
+  return std::to_string(count) + " " + (count == 1 ? one : many);
+}
+
 std::string NothingMovedStatement(const ProductSummary& s, const Survey& survey) {
   if (s.loops_accepted > 0 && survey.solution.vertices.empty()) {
     return "Loop closures were found, but the graph was not solved: the map is dead reckoning.";
@@ -75,16 +79,12 @@ std::string NothingMovedStatement(const ProductSummary& s, const Survey& survey)
     return "The loop closures agree with dead reckoning: nothing had to be corrected.";
   }
   if (s.loops_rejected > 0) {
-    return "Nothing could be corrected: " + std::to_string(s.loops_rejected) +
-           " pairs of submaps were registered and none of the results could be trusted. The map is "
-           "dead reckoning.";
+    return "Nothing could be corrected: " +
+           Counted(s.loops_rejected, "pair of submaps was", "pairs of submaps were") +
+           " registered and no result could be trusted. The map is dead reckoning.";
   }
   return "Nothing could be corrected: no two passes of this survey overlap. The map is dead "
          "reckoning.";
-}
-
-std::string Counted(std::uint64_t count, const char* one, const char* many) {
-  return std::to_string(count) + " " + (count == 1 ? one : many);
 }
 
 // What pulls at the graph beside dead reckoning. How many of the fixes are believed it does not
@@ -102,15 +102,20 @@ std::string Corrections(const ProductSummary& s, const Survey& survey) {
 
 std::string CorrectedStatement(const ProductSummary& s, const Survey& survey) {
   std::string text = "The map is corrected by " + Corrections(s, survey);
-  const ErrorFigures &before = s.before.point, &after = s.solved.point;
+  const ErrorFigures &before = s.before.surface, &after = s.solved.surface;
   if (before.cells == 0) return text + "; no cell is seen twice both before and after.";
-  return text +
-         Format(": consistency error %.3f m before, %.3f m after.", before.rms_m, after.rms_m);
+  return text + Format(
+                    ": where swaths overlap, 95 %% of all cells agree within %.3f m before, %.3f m "
+                    "after.",
+                    before.p95_m,
+                    after.p95_m);
 }
 
-// False without a cell to compare.
+// The RMS alone is ruled by the few cells with a wrong sounding, which no solution can mend. False
+// without a cell to compare.
 bool Worse(const ErrorFigures& solved, const ErrorFigures& before, double tolerance) {
-  return solved.rms_m > (1.0 + tolerance) * before.rms_m;
+  return solved.rms_m > (1.0 + tolerance) * before.rms_m &&
+         solved.p95_m > (1.0 + tolerance) * before.p95_m;
 }
 
 std::string WorseStatement(const char* measure, double solved_m, double before_m) {

@@ -11,6 +11,7 @@
 
 #include "common/storage/submap_file.hpp"
 #include "products/atomic_file.hpp"
+#include "products/judge.hpp"
 #include "tests/products/synthetic_survey.hpp"
 
 namespace seastitch {
@@ -207,6 +208,20 @@ TEST(WriteProducts, WithholdsACorrectionThatMakesTheMapWorse) {
   EXPECT_THAT(Slurp(folder / "report.html"), HasSubstr("The correction was withheld"));
 }
 
+TEST(Judge, IsNotRuledByTheFewCellsWithAWrongSounding) {
+  const auto outcome = [](const ErrorFigures& before, const ErrorFigures& solved) {
+    ProductSummary summary;
+    summary.correction_max_m = 1.0;
+    summary.before = {before, before};
+    summary.solved = {solved, solved};
+    Judge({}, 0.05, &summary);
+    return summary.outcome;
+  };
+  const ErrorFigures before{0.203, 0.034, 0.134, 10'000};
+  EXPECT_EQ(outcome(before, {0.216, 0.028, 0.100, 10'000}), Outcome::kCorrected);
+  EXPECT_EQ(outcome(before, {0.216, 0.034, 0.150, 10'000}), Outcome::kWithheld);
+}
+
 TEST(WriteProducts, WithholdsACorrectionThatTearsTheSwathsApart) {
   const TemporaryDir folder;
   std::vector<Pose2> torn = Drifting().truth;
@@ -243,7 +258,7 @@ TEST(WriteProducts, SaysPlainlyThatNoRegistrationWasTrusted) {
       Collect(Drifting(), folder.path(), PoseGraph{}, {LoopEdge(0, 5, LoopVerdict::kDegenerate)});
   const ProductSummary summary = WriteProducts(survey, {}, folder.path());
   EXPECT_EQ(summary.outcome, Outcome::kNothingToCorrect);
-  EXPECT_THAT(summary.statement, HasSubstr("none of the results could be trusted"));
+  EXPECT_THAT(summary.statement, HasSubstr("no result could be trusted"));
 }
 
 TEST(WriteProducts, MapsASingleSubmap) {
