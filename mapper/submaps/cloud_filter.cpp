@@ -174,8 +174,11 @@ LocalSeabed Fit(const Columns& columns, const Window& window) {
 // Judges the points of one column against the seabed about it.
 class ColumnJudge {
  public:
-  ColumnJudge(const Columns& columns, std::size_t column, const CloudFilterParams& params)
-      : columns_(columns), params_(params), key_(columns.key(column)) {
+  ColumnJudge(const Columns& columns,
+              const std::vector<PingSpan>& pings,
+              std::size_t column,
+              const CloudFilterParams& params)
+      : columns_(columns), pings_(pings), params_(params), key_(columns.key(column)) {
     window_ = Around(columns, column);
     seabed_ = Fit(columns, window_);
     tolerance_ = std::max(static_cast<float>(params.min_spike_m),
@@ -198,26 +201,32 @@ class ColumnJudge {
     return p.z() - seabed_.height - seabed_.slope_x * dx - seabed_.slope_y * dy;
   }
 
-  // Counts the soundings at the same height in the columns next to this one.
+  // Counts the soundings at the same height in the columns next to this one, and looks at whose
+  // they are.
   bool IsSupported(float off) const {
     const auto same = static_cast<float>(params_.min_spike_m);
     float support = -1.0f;  // one sounding does not support itself
     float total = -1.0f;
+    PingSpan seen{std::numeric_limits<std::uint32_t>::max(), 0};
     for (int dx = -1; dx <= 1; ++dx) {
       for (int dy = -1; dy <= 1; ++dy) {
         const std::size_t c = window_.at(dx, dy);
         if (c == CellIndex::kNone) continue;
         total += columns_.soundings(c);
         for (const std::uint32_t* j = columns_.begin(c); j != columns_.end(c); ++j) {
-          if (std::abs(HeightOff(*j) - off) <= same) support += columns_.cloud().soundings[*j];
+          if (std::abs(HeightOff(*j) - off) > same) continue;
+          support += columns_.cloud().soundings[*j];
+          seen.first = std::min(seen.first, pings_[*j].first);
+          seen.last = std::max(seen.last, pings_[*j].last);
         }
       }
     }
-    return support >= static_cast<float>(params_.min_support) &&
+    return seen.first < seen.last && support >= static_cast<float>(params_.min_support) &&
            support >= static_cast<float>(params_.min_support_part) * total;
   }
 
   const Columns& columns_;
+  const std::vector<PingSpan>& pings_;
   const CloudFilterParams& params_;
   CellKey key_;
   Window window_;
@@ -255,13 +264,14 @@ SoundingGate CheckSounding(const Eigen::Vector3d& p_map,
 }
 
 std::vector<std::uint8_t> FindSeabed(const PointCloud& cloud_level,
+                                     const std::vector<PingSpan>& pings,
                                      const CloudFilterParams& params) {
   std::vector<std::uint8_t> seabed(cloud_level.size(), 0);
   const double cell_m = CellForDensity(
       cloud_level.points, cloud_level.soundings, params.voxel_m, params.soundings_per_column);
   const Columns columns(cloud_level, cell_m);
   for (std::size_t c = 0; c < columns.size(); ++c) {
-    const ColumnJudge judge(columns, c, params);
+    const ColumnJudge judge(columns, pings, c, params);
     for (const std::uint32_t* i = columns.begin(c); i != columns.end(c); ++i) {
       seabed[*i] = judge.IsSeabed(*i) ? 1 : 0;
     }

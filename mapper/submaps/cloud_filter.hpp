@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/core/submap.hpp"
+#include "mapper/submaps/voxel_grid.hpp"
 
 // Which soundings are seabed. A gate that needs nothing but the vehicle drops what no sonar can
 // have seen, sounding by sounding; the outlier filter looks at the finished, voxelled submap.
@@ -26,7 +27,8 @@ struct CloudFilterParams {
   double min_spike_m = 0.3;
   double spike_sigmas = 5.0;
   // Not alone, so a pipeline, a boulder or the edge of a wreck: at least so many other soundings,
-  // and so large a part of all soundings around, lie at the same height.
+  // and so large a part of all soundings around, lie at the same height, seen by more than one ping
+  // (a ping may miss by the same range over a whole run of beams).
   int min_support = 3;
   double min_support_part = 0.04;
   // Fewer other soundings than this around a point: it hangs in empty space.
@@ -45,9 +47,10 @@ SoundingGate CheckSounding(const Eigen::Vector3d& p_map,
                            const CloudFilterParams& params);
 
 // For each point whether it stays (1) or is an outlier (0). Points in gravity-levelled axes; each
-// must be finite. Around each column of the cloud a plane through robust column heights is the
-// local seabed, so that a slope is not taken for spikes.
+// must be finite. pings: behind each point. Around each column of the cloud a plane through robust
+// column heights is the local seabed, so that a slope is not taken for spikes.
 std::vector<std::uint8_t> FindSeabed(const PointCloud& cloud_level,
+                                     const std::vector<PingSpan>& pings,
                                      const CloudFilterParams& params);
 
 }  // namespace seastitch

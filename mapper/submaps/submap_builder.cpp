@@ -194,6 +194,7 @@ void SubmapBuilder::AddSoundings(const GeoreferencedPing& ping) {
   open_->track.push_back({{ping.time, ping.T_map_vehicle}, T_anchored_map * ping.T_map_vehicle});
   open_->soundings_read += static_cast<std::uint64_t>(std::max(0, ping.beams_read));
 
+  const auto ping_number = static_cast<std::uint32_t>(open_->track.size());
   std::array<Eigen::Vector3d, kBeamsPerMedian> group;
   std::size_t grouped = 0;
   const Eigen::Vector3d p_map_vehicle = ping.T_map_vehicle.translation();
@@ -206,7 +207,7 @@ void SubmapBuilder::AddSoundings(const GeoreferencedPing& ping) {
     const double sigma_m =
         std::max(params_.sounding_sigma_m, static_cast<double>(sounding.depth_sigma_m));
     const Eigen::Vector3d p_anchored = T_anchored_map * sounding.p_map;
-    open_->voxels.Add(p_anchored, 1.0 / (sigma_m * sigma_m));
+    open_->voxels.Add(p_anchored, 1.0 / (sigma_m * sigma_m), ping_number);
     open_->sum_variance_m2 += sigma_m * sigma_m;
     group[grouped++] = p_anchored;
     if (grouped < kBeamsPerMedian) continue;
@@ -283,7 +284,7 @@ std::optional<Submap> SubmapBuilder::Close(SubmapTrigger trigger) {
   submap.soundings_read = open.soundings_read;
 
   const PointCloud all = open.voxels.Centroids();
-  const std::vector<std::uint8_t> seabed = FindSeabed(all, filter_);
+  const std::vector<std::uint8_t> seabed = FindSeabed(all, open.voxels.Pings(), filter_);
   const Eigen::Isometry3d T_submap_voxels =
       middle.T_anchored_vehicle.inverse() * Eigen::Translation3d(open.voxels.p_map_origin());
   for (std::size_t i = 0; i < all.size(); ++i) {

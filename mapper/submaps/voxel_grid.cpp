@@ -12,4 +12,11 @@ PointCloud VoxelGrid::Centroids() const {
   return cloud;
 }
 
+std::vector<PingSpan> VoxelGrid::Pings() const {
+  std::vector<PingSpan> pings;
+  pings.reserve(voxels_.size());
+  for (const Voxel& voxel : voxels_) pings.push_back(voxel.pings);
+  return pings;
+}
+
 }  // namespace seastitch

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "common/core/submap.hpp"
@@ -9,8 +10,14 @@
 
 namespace seastitch {
 
-// Thins soundings as they come: one weighted centroid a voxel, with the number of soundings behind
-// it.
+// First and last ping behind a point, counted from any.
+struct PingSpan {
+  std::uint32_t first = 0;
+  std::uint32_t last = 0;
+};
+
+// Thins soundings as they come: one weighted centroid a voxel, with the number of soundings and the
+// pings behind it.
 // Memory follows the seabed seen, not the soundings read. Axes: those of the map.
 class VoxelGrid {
  public:
@@ -19,20 +26,23 @@ class VoxelGrid {
   VoxelGrid(const Eigen::Vector3d& p_map_origin, double voxel_m)
       : p_map_origin_(p_map_origin), voxel_m_(voxel_m) {}
 
-  // weight: above 0, such as the inverse of the sounding's variance.
-  void Add(const Eigen::Vector3d& p_map, double weight) {
+  // weight: above 0, such as the inverse of the sounding's variance. ping: never falls.
+  void Add(const Eigen::Vector3d& p_map, double weight, std::uint32_t ping) {
     const Eigen::Vector3d p = p_map - p_map_origin_;
     const std::size_t i = cells_.FindOrAdd(
         {CellOf(p.x(), voxel_m_), CellOf(p.y(), voxel_m_), CellOf(p.z(), voxel_m_)});
-    if (i == voxels_.size()) voxels_.emplace_back();
+    if (i == voxels_.size()) voxels_.emplace_back().pings.first = ping;
     voxels_[i].sum += weight * p;
     voxels_[i].weight += weight;
     ++voxels_[i].soundings;
+    voxels_[i].pings.last = ping;
     ++soundings_;
   }
 
   // Centroids, relative to the origin, in the order in which the voxels were first hit.
   PointCloud Centroids() const;
+  // Of each centroid.
+  std::vector<PingSpan> Pings() const;
 
   std::size_t size() const { return voxels_.size(); }
   std::size_t soundings() const { return soundings_; }
@@ -43,6 +53,7 @@ class VoxelGrid {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     double weight = 0.0;
     std::size_t soundings = 0;
+    PingSpan pings;
   };
 
   Eigen::Vector3d p_map_origin_;

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -13,9 +14,16 @@ namespace {
 // Soundings scattered over 30 x 30 m, with a feature and with outliers, as a filter meets them.
 struct Scene {
   PointCloud cloud;
+  std::vector<PingSpan> pings;
   std::vector<std::uint8_t> is_outlier;
   std::vector<std::uint8_t> is_feature;
 };
+
+// One every 0.3 m along x.
+PingSpan PingAt(double x) {
+  const auto ping = static_cast<std::uint32_t>(x / 0.3);
+  return {ping, ping};
+}
 
 using Height = std::function<double(double, double)>;  // above the seabed; 0: none
 
@@ -39,6 +47,7 @@ Scene MakeScene(double per_m2,
     double z = 20.0 + slope * x - height + noise(random);
     if (outlier) z += (part(random) < 0.5 ? -1.0 : 1.0) * off(random);
     scene.cloud.Add(Eigen::Vector3d(x, y, z).cast<float>());
+    scene.pings.push_back(PingAt(x));
     scene.is_outlier.push_back(outlier ? 1 : 0);
     scene.is_feature.push_back(!outlier && height > 0.05 ? 1 : 0);
   }
@@ -79,7 +88,7 @@ class SeabedFilter : public testing::TestWithParam<Case> {};
 TEST_P(SeabedFilter, DropsOutliersAndKeepsTheFeature) {
   const Case& c = GetParam();
   const Scene scene = MakeScene(c.per_m2, 0.03, c.feature, c.slope, 0.01, 3);
-  const std::vector<std::uint8_t> kept = FindSeabed(scene.cloud, CloudFilterParams{});
+  const std::vector<std::uint8_t> kept = FindSeabed(scene.cloud, scene.pings, {});
   std::vector<std::uint8_t> good = scene.is_outlier;
   for (std::uint8_t& g : good) g = g == 0 ? 1 : 0;
   EXPECT_LE(PartKept(kept, scene.is_outlier), 0.01);
@@ -102,13 +111,27 @@ INSTANTIATE_TEST_SUITE_P(Seabeds,
 TEST(SeabedFilterAlone, DropsPointsThatHangInEmptySpace) {
   Scene scene = MakeScene(30.0, 0.02, Nothing, 0.0, 0.0, 5);
   scene.cloud.Add({200.0f, 0.0f, 20.0f});
-  const std::vector<std::uint8_t> kept = FindSeabed(scene.cloud, CloudFilterParams{});
-  EXPECT_EQ(kept.back(), 0);
+  scene.pings.push_back(PingAt(200.0));
+  EXPECT_EQ(FindSeabed(scene.cloud, scene.pings, {}).back(), 0);
 }
 
-TEST(SeabedFilterAlone, TakesAnEmptyCloud) {
-  EXPECT_TRUE(FindSeabed(PointCloud{}, CloudFilterParams{}).empty());
+// Eight beams of one ping that find the same range above the seabed, and the same of two pings.
+TEST(SeabedFilterAlone, DropsARunOfBeamsThatNoOtherPingConfirms) {
+  for (const int pings : {1, 2}) {
+    Scene scene = MakeScene(6.0, 0.03, Nothing, 0.0, 0.0, 7);
+    const std::size_t seabed = scene.cloud.size();
+    for (int beam = 0; beam < 8; ++beam) {
+      const double x = 15.0 + 0.3 * (beam % pings);
+      scene.cloud.Add(Eigen::Vector3d(x, 10.0 + 0.2 * beam, 14.0).cast<float>());
+      scene.pings.push_back(PingAt(x));
+    }
+    const std::vector<std::uint8_t> kept = FindSeabed(scene.cloud, scene.pings, {});
+    const auto run = std::count(kept.begin() + static_cast<std::ptrdiff_t>(seabed), kept.end(), 1);
+    EXPECT_EQ(run, pings == 1 ? 0 : 8);
+  }
 }
+
+TEST(SeabedFilterAlone, TakesAnEmptyCloud) { EXPECT_TRUE(FindSeabed({}, {}, {}).empty()); }
 
 TEST(SeabedFilterAlone, JudgesTheSameWhereverTheCloudLies) {
   EXPECT_TRUE(rc::check([] {
@@ -117,8 +140,8 @@ TEST(SeabedFilterAlone, JudgesTheSameWhereverTheCloudLies) {
     const auto dx = static_cast<float>(*rc::gen::inRange(-8, 8) * 64);  // whole columns
     PointCloud moved;
     for (const Eigen::Vector3f& p : scene.cloud.points) moved.Add({p.x() + dx, p.y(), p.z()});
-    const auto a = FindSeabed(scene.cloud, CloudFilterParams{});
-    const auto b = FindSeabed(moved, CloudFilterParams{});
+    const auto a = FindSeabed(scene.cloud, scene.pings, {});
+    const auto b = FindSeabed(moved, scene.pings, {});
     std::size_t differ = 0;
     for (std::size_t i = 0; i < a.size(); ++i) differ += a[i] != b[i] ? 1 : 0;
     RC_ASSERT(differ <= a.size() / 500);  // float rounding at the borders of cells
