@@ -1,4 +1,4 @@
-# Three functions make every target of the project, so that each has the same warnings and the same
+# Functions that make every target of the project, so that each has the same warnings and the same
 # include root (the top of the tree: `#include "common/core/pose.hpp"`).
 
 add_library(seastitch_warnings INTERFACE)
@@ -13,7 +13,7 @@ target_compile_options(seastitch_warnings INTERFACE
 
 # Most of the time of compiling one of our files goes into reading Eigen and GoogleTest. They are read
 # once, for the tests everywhere and for the libraries where SEASTITCH_PRECOMPILED_HEADERS asks for it:
-# not in a release build, where each file proves that it includes what it uses.
+# not in a release build, where each file of a library proves that it includes what it uses.
 set(SEASTITCH_READ_ONCE
   <Eigen/Dense> <algorithm> <array> <cmath> <deque> <filesystem> <fstream> <functional> <map> <memory>
   <optional> <random> <set> <sstream> <stdexcept> <string> <variant> <vector>)
@@ -37,7 +37,7 @@ if(BUILD_TESTING)
   # tests; the tests' own sources need not be, and compile in half the time.
   set(SEASTITCH_ALL_TEST_OPTIONS $<$<CONFIG:Release>:-O1> ${SEASTITCH_TEST_OPTIONS}
     # At -O1 GCC 12 sees strings run over that do not (its bug 105329).
-    $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds -Wno-stringop-overflow>)
+    "$<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds;-Wno-stringop-overflow>")
   seastitch_read_once(seastitch_read_once_by_tests
     OPTIONS ${SEASTITCH_ALL_TEST_OPTIONS} HEADERS <gmock/gmock.h> <gtest/gtest.h> LINK GTest::gmock)
 endif()

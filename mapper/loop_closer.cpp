@@ -75,7 +75,7 @@ bool LoopCloser::SetSolution(const PoseGraph& graph) {
     const auto found = tried_.find({edge.from, edge.to});
     if (found == tried_.end()) continue;
     Tried& tried = found->second;
-    tried.believed = tried.edge && IsAccepted(*tried.edge) && edge.weight >= 0.5;
+    tried.believed = tried.edge && IsAccepted(*tried.edge) && edge.weight >= kBelievedWeight;
   }
   FindMoved();
   return true;

@@ -102,18 +102,23 @@ std::string Corrections(const ProductSummary& s, const Survey& survey) {
 
 std::string CorrectedStatement(const ProductSummary& s, const Survey& survey) {
   std::string text = "The map is corrected by " + Corrections(s, survey);
+  if (s.before.point.cells == 0) return text + "; no cell is seen twice both before and after.";
   const ErrorFigures &before = s.before.surface, &after = s.solved.surface;
-  if (before.cells == 0) return text + "; no cell is seen twice both before and after.";
+  if (before.cells == 0) return text + "; too few points are seen twice for more than that.";
   return text + Format(
-                    ": where swaths overlap, 95 %% of all cells agree within %.3f m before, %.3f m "
+                    ": where swaths overlap, 95 %% of the cells compared agree within %.3f m "
+                    "before, %.3f m "
                     "after.",
                     before.p95_m,
                     after.p95_m);
 }
 
-// The RMS alone is ruled by the few cells with a wrong sounding, which no solution can mend. False
-// without a cell to compare.
+// A small rise of the RMS alone is the doing of a few cells with a wrong sounding, which no
+// solution can mend; a large one is of a few submaps that are thrown off. False without a cell to
+// compare.
 bool Worse(const ErrorFigures& solved, const ErrorFigures& before, double tolerance) {
+  constexpr double kThrownOff = 1.5;
+  if (solved.rms_m > kThrownOff * before.rms_m) return true;
   return solved.rms_m > (1.0 + tolerance) * before.rms_m &&
          solved.p95_m > (1.0 + tolerance) * before.p95_m;
 }

@@ -139,6 +139,9 @@ std::string BeforeAfterTable(const ProductSummary& s) {
   table.Row({"Surface error, RMS",
              Fixed(s.before.surface.rms_m, 3) + " m",
              Fixed(s.after().surface.rms_m, 3) + " m"});
+  table.Row({"&ensp;95 % of cells below",
+             Fixed(s.before.surface.p95_m, 3) + " m",
+             Fixed(s.after().surface.p95_m, 3) + " m"});
   table.Row({"Cells compared", Grouped(b.cells), Grouped(a.cells)});
   if (s.truth) {
     const TrackError &tb = s.truth->before, &ta = s.truth->after;
@@ -196,7 +199,8 @@ std::string ClosuresAgainstTruth(const ClosureErrors& e) {
          " closures believed, over what their covariances say, are " + Fixed(e.chi2, 1) + " of " +
          Grouped(e.degrees_of_freedom) + " degrees of freedom, the worst " +
          Fixed(e.worst_chi2, 1) + ": honest covariances make the first about as large as the " +
-         "second, and one in a thousand above 16.</p>\n";
+         "second; one closure in a thousand that is known in all three directions is above "
+         "16.</p>\n";
 }
 
 std::string LoopTable(const Survey& survey) {

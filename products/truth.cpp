@@ -17,7 +17,6 @@ namespace {
 
 constexpr const char* kHeader = "utime_us,x_m,y_m,z_m,roll_deg,pitch_deg,yaw_deg";
 constexpr double kLongestGapS = 1.0;
-constexpr double kBelieved = 0.5;  // weight of a closure, from here on
 
 template <class T>
 bool ParseField(std::string_view field, T* value) {
@@ -168,7 +167,7 @@ std::optional<ClosureErrors> CompareClosuresWithTruth(const Survey& survey,
     true_frames[submap.id] = TruthAt(truth, submap.frame_time);
   ClosureErrors errors;
   for (const LoopRow& row : LoopRows(survey)) {
-    if (!(row.weight >= kBelieved)) continue;
+    if (!(row.weight >= kBelievedWeight)) continue;
     const GraphEdge& edge = *row.edge;
     const std::optional<Pose2>& from = true_frames[edge.from];
     const std::optional<Pose2>& to = true_frames[edge.to];

@@ -48,7 +48,7 @@ struct ClosureErrors {
   std::uint64_t closures = 0;
   std::uint64_t degrees_of_freedom = 0;  // directions that they know, together
   double chi2 = 0.0;                     // honest ones: about as many
-  double worst_chi2 = 0.0;               // of one; beyond 16 goes one honest one in a thousand
+  double worst_chi2 = 0.0;  // of one; beyond 16 goes one honest one of three directions in 1000
 };
 
 // Compares at every state of the track that lies between two truth states at most 1 s apart. Empty

@@ -93,9 +93,10 @@ struct ProductSummary {
 // submaps/submap_ID.pcd, report.json, report.html. Each file appears whole or not at all. The same
 // survey and options give the same bytes, except for the run figures in report.json.
 //
-// Do no harm: where the solved map is less consistent than dead reckoning (by either measure, see
-// harm_tolerance) over the cells that both see, as often, or no longer overlaps where dead
-// reckoning does, everything is delivered as dead reckoned and `outcome` says so.
+// Do no harm: where the solved map is less consistent than dead reckoning (by either measure: its
+// RMS and its 95 % quantile by more than harm_tolerance, or its RMS by half) over the cells that
+// both see, as often, or no longer overlaps where dead reckoning does, everything is delivered as
+// dead reckoned and `outcome` says so.
 //
 // Throws std::runtime_error with one line: no submap, no point, a file that cannot be read or
 // written, unusable options.

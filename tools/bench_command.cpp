@@ -9,10 +9,12 @@
 
 namespace seastitch {
 
-std::filesystem::path MapperConfigFor(const std::string& error_class,
+std::filesystem::path MapperConfigFor(const bench::SurveyConfig& survey,
                                       const std::filesystem::path& config_dir) {
-  const std::filesystem::path of_class = config_dir / ("mapper_" + error_class + ".yaml");
-  return std::filesystem::exists(of_class) ? of_class : config_dir / "mapper.yaml";
+  const std::filesystem::path of_class = config_dir / ("mapper_" + survey.error_class + ".yaml");
+  const bool fits = survey.errors == bench::SensorErrors::OfClass(survey.error_class) &&
+                    std::filesystem::exists(of_class);
+  return fits ? of_class : config_dir / "mapper.yaml";
 }
 
 bench::SurveySimulator MakeSimulator(const BenchOptions& options) {
@@ -49,11 +51,11 @@ int RunBench(const BenchOptions& options) {
     const bench::LogResult written = bench::WriteLog(
         &simulator, bench::LoadDriverConfigs(options.config_dir), options.log, show);
     progress.Finish();
-    const std::string error_class = bench::LoadSurvey(options.survey.string()).error_class;
+    const bench::SurveyConfig survey = bench::LoadSurvey(options.survey.string());
     std::printf("%lld events in %s; replay it with --config %s\n",
                 static_cast<long long>(written.events),
                 options.log.c_str(),
-                MapperConfigFor(error_class, options.config_dir).c_str());
+                MapperConfigFor(survey, options.config_dir).c_str());
   }
   std::printf("%lld pings, %lld soundings\n",
               static_cast<long long>(simulator.counts().pings),

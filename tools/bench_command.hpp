@@ -20,9 +20,9 @@ struct BenchOptions {
   bench::LiveTargets targets{"127.0.0.1:20001", "127.0.0.1:20002", "127.0.0.1:6020"};
 };
 
-// mapper_CLASS.yaml of a directory, with the data sheet of a class of sensor errors; mapper.yaml
-// where there is none.
-std::filesystem::path MapperConfigFor(const std::string& error_class,
+// mapper_CLASS.yaml of a directory, with the data sheet of the survey's class of sensor errors;
+// mapper.yaml where there is none, or where the survey has figures of its own.
+std::filesystem::path MapperConfigFor(const bench::SurveyConfig& survey,
                                       const std::filesystem::path& config_dir);
 
 // The simulator that the options describe. Throws std::runtime_error or std::invalid_argument with

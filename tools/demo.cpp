@@ -116,7 +116,7 @@ class Listener {
 // The real processes on a private LCM URL and loopback ports.
 class LiveSystem {
  public:
-  LiveSystem(const fs::path& out, const std::string& error_class)
+  LiveSystem(const fs::path& out, const bench::SurveyConfig& survey)
       : out_(out),
         config_(out / "config"),
         ports_(FreeUdpPorts(4)),
@@ -125,7 +125,7 @@ class LiveSystem {
         listener_(lcm_url_) {
     fs::create_directories(out_ / "log");
     fs::copy(ConfigDir(), config_, fs::copy_options::recursive);
-    const fs::path mapper = MapperConfigFor(error_class, config_);
+    const fs::path mapper = MapperConfigFor(survey, config_);
     if (mapper != config_ / "mapper.yaml") fs::rename(mapper, config_ / "mapper.yaml");
     CopyConfig(config_, "imu_driver.yaml", "source", "udp:" + targets_.imu);
     CopyConfig(config_, "dvl_driver.yaml", "source", "udp:" + targets_.dvl);
@@ -315,7 +315,7 @@ int RunDemo(const DemoOptions& options) {
   fs::create_directories(options.out);
   std::ofstream(mark) << "made by seastitch demo; it empties this folder when it runs again\n";
 
-  LiveSystem live(options.out, bench::LoadSurvey(options.survey.string()).error_class);
+  LiveSystem live(options.out, bench::LoadSurvey(options.survey.string()));
   BenchOptions bench_options;
   bench_options.survey = options.survey;
   bench_options.terrain = options.terrain;

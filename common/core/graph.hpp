@@ -66,6 +66,9 @@ struct SolvedVertex {
   Eigen::Matrix3d covariance_with_newest = Eigen::Matrix3d::Zero();
 };
 
+// Of the weight of a loop closure in a solution: from here on it counts as believed.
+constexpr double kBelievedWeight = 0.5;
+
 struct SolvedEdge {
   SubmapId from;
   SubmapId to;

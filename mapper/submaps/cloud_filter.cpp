@@ -201,27 +201,27 @@ class ColumnJudge {
     return p.z() - seabed_.height - seabed_.slope_x * dx - seabed_.slope_y * dy;
   }
 
-  // Counts the soundings at the same height in the columns next to this one, and looks at whose
-  // they are.
+  // Counts the soundings at the same height in the columns next to this one, and looks whether a
+  // second ping, where one came there, confirms them.
   bool IsSupported(float off) const {
     const auto same = static_cast<float>(params_.min_spike_m);
     float support = -1.0f;  // one sounding does not support itself
     float total = -1.0f;
-    PingSpan seen{std::numeric_limits<std::uint32_t>::max(), 0};
+    PingSpan came, saw;
     for (int dx = -1; dx <= 1; ++dx) {
       for (int dy = -1; dy <= 1; ++dy) {
         const std::size_t c = window_.at(dx, dy);
         if (c == CellIndex::kNone) continue;
         total += columns_.soundings(c);
         for (const std::uint32_t* j = columns_.begin(c); j != columns_.end(c); ++j) {
+          came.Add(pings_[*j]);
           if (std::abs(HeightOff(*j) - off) > same) continue;
+          saw.Add(pings_[*j]);
           support += columns_.cloud().soundings[*j];
-          seen.first = std::min(seen.first, pings_[*j].first);
-          seen.last = std::max(seen.last, pings_[*j].last);
         }
       }
     }
-    return seen.first < seen.last && support >= static_cast<float>(params_.min_support) &&
+    return (saw.HasTwo() || !came.HasTwo()) && support >= static_cast<float>(params_.min_support) &&
            support >= static_cast<float>(params_.min_support_part) * total;
   }
 

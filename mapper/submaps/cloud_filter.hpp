@@ -27,8 +27,8 @@ struct CloudFilterParams {
   double min_spike_m = 0.3;
   double spike_sigmas = 5.0;
   // Not alone, so a pipeline, a boulder or the edge of a wreck: at least so many other soundings,
-  // and so large a part of all soundings around, lie at the same height, seen by more than one ping
-  // (a ping may miss by the same range over a whole run of beams).
+  // and so large a part of all soundings around, lie at the same height; not all from one ping,
+  // where two came there (one may miss by the same range over a whole run of beams).
   int min_support = 3;
   double min_support_part = 0.04;
   // Fewer other soundings than this around a point: it hangs in empty space.

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "common/core/submap.hpp"
@@ -10,10 +12,16 @@
 
 namespace seastitch {
 
-// First and last ping behind a point, counted from any.
+// First and last of the pings behind some points, counted from any. Empty to begin with.
 struct PingSpan {
-  std::uint32_t first = 0;
+  std::uint32_t first = std::numeric_limits<std::uint32_t>::max();
   std::uint32_t last = 0;
+
+  void Add(const PingSpan& other) {
+    first = std::min(first, other.first);
+    last = std::max(last, other.last);
+  }
+  bool HasTwo() const { return first < last; }
 };
 
 // Thins soundings as they come: one weighted centroid a voxel, with the number of soundings and the
@@ -26,16 +34,16 @@ class VoxelGrid {
   VoxelGrid(const Eigen::Vector3d& p_map_origin, double voxel_m)
       : p_map_origin_(p_map_origin), voxel_m_(voxel_m) {}
 
-  // weight: above 0, such as the inverse of the sounding's variance. ping: never falls.
+  // weight: above 0, such as the inverse of the sounding's variance.
   void Add(const Eigen::Vector3d& p_map, double weight, std::uint32_t ping) {
     const Eigen::Vector3d p = p_map - p_map_origin_;
     const std::size_t i = cells_.FindOrAdd(
         {CellOf(p.x(), voxel_m_), CellOf(p.y(), voxel_m_), CellOf(p.z(), voxel_m_)});
-    if (i == voxels_.size()) voxels_.emplace_back().pings.first = ping;
+    if (i == voxels_.size()) voxels_.emplace_back();
     voxels_[i].sum += weight * p;
     voxels_[i].weight += weight;
     ++voxels_[i].soundings;
-    voxels_[i].pings.last = ping;
+    voxels_[i].pings.Add({ping, ping});
     ++soundings_;
   }
 

@@ -86,7 +86,10 @@ bench::SurveyConfig ConfigFor(const Plan& plan, const Options& options) {
   config.seed = plan.seed;
   config.terrain = plan.seabed->terrain;
   config.raster.file = plan.seabed->raster;
-  if (!options.errors.empty()) config.errors = bench::SensorErrors::OfClass(options.errors);
+  if (!options.errors.empty()) {
+    config.error_class = options.errors;
+    config.errors = bench::SensorErrors::OfClass(options.errors);
+  }
   config.plan.lines = options.lines;
   config.plan.crosslines = plan.crosslines;
   return config;
@@ -104,15 +107,15 @@ Run RunSurvey(const Plan& plan, const Options& options) {
   const TemporaryDir scratch;
   const fs::path log = scratch.path() / "survey.lcmlog";
   const bench::DriverConfigs drivers = bench::LoadDriverConfigs(ConfigDir());
-  bench::SurveySimulator simulator(ConfigFor(plan, options),
-                                   LoadVehicle((ConfigDir() / "vehicle.yaml").string()),
-                                   drivers.signals());
+  const bench::SurveyConfig config = ConfigFor(plan, options);
+  bench::SurveySimulator simulator(
+      config, LoadVehicle((ConfigDir() / "vehicle.yaml").string()), drivers.signals());
   bench::WriteLog(&simulator, drivers, log, [](double) { return true; });
 
   Run run;
   ReplayOptions replay;
   replay.inputs = {log};
-  replay.mapper_config = MapperConfigFor(options.errors, ConfigDir());
+  replay.mapper_config = MapperConfigFor(config, ConfigDir());
   replay.optimizer_config = ConfigDir() / "optimizer.yaml";
   replay.out = scratch.path() / "out";
   replay.quiet = true;

@@ -127,15 +127,18 @@ struct SolvedClosures {
 TEST(Truth, JudgesTheClosuresThatAreBelieved) {
   SolvedClosures solved({{0, 0, 0.0}, {10, 0, 1.5}, {10, 20, 3.0}});
   const Eigen::Matrix3d known = Eigen::Vector3d(100.0, 400.0, 1e4).asDiagonal();
-  GraphEdge& off = solved.Add(0, 1, known, 1.0);
+  GraphEdge& off = solved.Add(0, 2, known, 1.0);
   off.T_from_to.x += 0.2;  // 2 sigma
-  off.T_from_to.yaw = WrapAngle(off.T_from_to.yaw + 0.01);
+  off.T_from_to.yaw += 0.01 - 2.0 * kPi;
   // Known across alone, and wrong along.
   const Eigen::Matrix3d across = Eigen::Vector3d(0.0, 25.0, 0.0).asDiagonal();
   GraphEdge& ridge = solved.Add(1, 2, across, 0.9);
   ridge.T_from_to.x += 5.0;
   ridge.T_from_to.y -= 0.6;  // 3 sigma
-  solved.Add(0, 2, known, 0.0).T_from_to.x += 50.0;
+  solved.Add(0, 1, known, 0.0).T_from_to.x += 50.0;
+  solved.Add(0, 1, known, 1.0);
+  solved.survey.edges.back().to.value = 7;  // not there
+  solved.survey.solution.loop_edges.back().to.value = 7;
   const auto errors = CompareClosuresWithTruth(solved.survey, solved.truth);
   ASSERT_TRUE(errors);
   EXPECT_EQ(errors->closures, 2u);

@@ -219,7 +219,10 @@ TEST(Judge, IsNotRuledByTheFewCellsWithAWrongSounding) {
   };
   const ErrorFigures before{0.203, 0.034, 0.134, 10'000};
   EXPECT_EQ(outcome(before, {0.216, 0.028, 0.100, 10'000}), Outcome::kCorrected);
+  EXPECT_EQ(outcome(before, {0.190, 0.034, 0.150, 10'000}), Outcome::kCorrected);
   EXPECT_EQ(outcome(before, {0.216, 0.034, 0.150, 10'000}), Outcome::kWithheld);
+  // Three submaps of a hundred, thrown off.
+  EXPECT_EQ(outcome(before, {1.015, 0.034, 0.134, 10'000}), Outcome::kWithheld);
 }
 
 TEST(WriteProducts, WithholdsACorrectionThatTearsTheSwathsApart) {

@@ -116,7 +116,7 @@ TEST(SeabedFilterAlone, DropsPointsThatHangInEmptySpace) {
 }
 
 // Eight beams of one ping that find the same range above the seabed, and the same of two pings.
-TEST(SeabedFilterAlone, DropsARunOfBeamsThatNoOtherPingConfirms) {
+TEST(SeabedFilterAlone, DropsARunOfBeamsThatTheNextPingDoesNotConfirm) {
   for (const int pings : {1, 2}) {
     Scene scene = MakeScene(6.0, 0.03, Nothing, 0.0, 0.0, 7);
     const std::size_t seabed = scene.cloud.size();
@@ -128,6 +128,10 @@ TEST(SeabedFilterAlone, DropsARunOfBeamsThatNoOtherPingConfirms) {
     const std::vector<std::uint8_t> kept = FindSeabed(scene.cloud, scene.pings, {});
     const auto run = std::count(kept.begin() + static_cast<std::ptrdiff_t>(seabed), kept.end(), 1);
     EXPECT_EQ(run, pings == 1 ? 0 : 8);
+    // Where no second ping came, nothing speaks against it.
+    scene.pings.assign(scene.pings.size(), {5, 5});
+    const std::vector<std::uint8_t> alone = FindSeabed(scene.cloud, scene.pings, {});
+    EXPECT_EQ(std::count(alone.begin() + static_cast<std::ptrdiff_t>(seabed), alone.end(), 1), 8);
   }
 }
 

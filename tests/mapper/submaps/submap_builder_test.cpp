@@ -441,6 +441,22 @@ INSTANTIATE_TEST_SUITE_P(
                             }}),
     [](const auto& test) { return test.param.name; });
 
+TEST(SubmapBuilder, DropsARunOfBeamsOfOnePing) {
+  SubmapBuilder builder({}, {}, Loses(0.1, 0.1, Deg2Rad(0.2)), NothingLearned);
+  SwathMaker swath;
+  for (int i = 0; i < 100; ++i) {
+    GeoreferencedPing ping =
+        swath.At(FromUtime(1'700'000'000'000'000) + FromSeconds(0.1 * i), 0.3 * i, 0.0, 0.0);
+    if (i % 10 == 5)
+      for (std::size_t beam = 60; beam < 68; ++beam) ping.soundings[beam].p_map.z() -= 6.0;
+    EXPECT_FALSE(builder.Add(ping));
+  }
+  const auto submap = builder.Finish();
+  ASSERT_TRUE(submap);
+  for (const Eigen::Vector3f& p : submap->cloud.points)
+    EXPECT_GT((submap->T_map_submap * p.cast<double>()).z(), 19.0);
+}
+
 TEST(SubmapBuilder, WeighsSoundingsByWhatTheSonarSaysOfThem) {
   GeoreferencedPing ping;
   ping.time = FromUtime(1'700'000'000'000'000);
