@@ -134,9 +134,10 @@ void OptimizerNode::PublishSolution() {
 }
 
 void OptimizerNode::Report(double solve_s) {
-  const auto believed = std::count_if(solution_.loop_edges.begin(),
-                                      solution_.loop_edges.end(),
-                                      [](const SolvedEdge& edge) { return edge.weight > 0.5; });
+  const auto believed = std::count_if(
+      solution_.loop_edges.begin(), solution_.loop_edges.end(), [](const SolvedEdge& edge) {
+        return edge.weight >= kBelievedWeight;
+      });
   health_.Set("solve_ms", static_cast<std::int64_t>(1e3 * solve_s));
   health_.Set("graph_version", optimizer_->version());
   health_.Set("vertices", static_cast<std::int64_t>(solution_.vertices.size()));

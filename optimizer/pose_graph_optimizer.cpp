@@ -346,8 +346,9 @@ std::int64_t PoseGraphOptimizer::position_fixes() const {
 }
 
 std::int64_t PoseGraphOptimizer::position_fixes_believed() const {
-  return std::count_if(
-      fixes_.begin(), fixes_.end(), [](const Edge& fix) { return fix.weight.value_or(0.0) > 0.5; });
+  return std::count_if(fixes_.begin(), fixes_.end(), [](const Edge& fix) {
+    return fix.weight.value_or(0.0) >= kBelievedWeight;
+  });
 }
 
 PoseGraph PoseGraphOptimizer::Solve() {

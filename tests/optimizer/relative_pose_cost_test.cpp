@@ -4,21 +4,10 @@
 
 #include "common/core/information.hpp"
 #include "optimizer/robust_solver.hpp"
+#include "tests/core/example_information.hpp"
 
 namespace seastitch {
 namespace {
-
-Eigen::Matrix3d CorrelatedInformation() {
-  Eigen::Matrix3d A;
-  A << 3.0, -1.0, 4.0, 0.5, 2.0, -7.0, 0.2, 0.1, 30.0;
-  return A.transpose() * A;
-}
-
-// Known along one horizontal direction only, and not in yaw.
-Eigen::Matrix3d RidgeInformation() {
-  const Eigen::Vector3d known = Eigen::Vector3d(0.6, 0.8, 0.0) / 0.05;
-  return known * known.transpose();
-}
 
 TEST(RelativePoseCost, SquaredResidualIsTheMahalanobisDistance) {
   const Eigen::Matrix3d information = CorrelatedInformation();
