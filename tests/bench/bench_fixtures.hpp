@@ -5,6 +5,7 @@
 #include "bench/log.hpp"
 #include "bench/simulator.hpp"
 #include "common/core/pose.hpp"
+#include "tests/paths.hpp"
 
 namespace seastitch::bench {
 
@@ -23,9 +24,7 @@ inline VehicleGeometry CrookedVehicle() {
   return vehicle;
 }
 
-inline DriverConfigs ShippedDrivers() {
-  return LoadDriverConfigs(std::string(SEASTITCH_SOURCE_DIR) + "/config");
-}
+inline DriverConfigs ShippedDrivers() { return LoadDriverConfigs(SourceDir() / "config"); }
 
 // One short line over relief, without any error.
 inline SurveyConfig ShortSurvey() {

@@ -17,6 +17,7 @@
 #include "drivers/socket/file_descriptor.hpp"
 #include "seastitch/imu_t.hpp"
 #include "tests/bench/bench_fixtures.hpp"
+#include "tests/paths.hpp"
 
 namespace seastitch::bench {
 namespace {
@@ -192,8 +193,7 @@ TEST(Live, RefusesATargetThatIsNone) {
 class ShippedSurvey : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(ShippedSurvey, LoadsAndMakesASurvey) {
-  const SurveyConfig config =
-      LoadSurvey(std::string(SEASTITCH_SOURCE_DIR) + "/config/bench/" + GetParam());
+  const SurveyConfig config = LoadSurvey(ConfigFile(std::string("bench/") + GetParam()));
   SurveySimulator simulator(config, CrookedVehicle(), ShippedDrivers().signals());
   EXPECT_GT(ToSeconds(simulator.total()), 300.0);
   for (int i = 0; i < 500; ++i) ASSERT_TRUE(simulator.Next());

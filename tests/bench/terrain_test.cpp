@@ -12,6 +12,7 @@
 
 #include "bench/terrain_raster.hpp"
 #include "tests/bench/bench_fixtures.hpp"
+#include "tests/paths.hpp"
 
 namespace seastitch::bench {
 namespace {
@@ -232,8 +233,7 @@ TEST_F(RasterFile, NamesAMissingFile) {
 }
 
 TEST(Raster, RealHarbourHasAWindowForTheSurvey) {
-  const std::string file =
-      std::string(SEASTITCH_SOURCE_DIR) + "/../shared/data/dem/sh2007_portsmouth_0p5m.tif";
+  const std::string file = Shared("data/dem/sh2007_portsmouth_0p5m.tif");
   if (!std::filesystem::exists(file)) GTEST_SKIP() << "not there: " << file;
   const MapBox box{{-20.0, -20.0}, {180.0, 145.0}};
   const auto terrain = LoadRaster({file, false, 0.0, 4.0, false}, box);

@@ -6,6 +6,7 @@
 #include "drivers/socket/cannelloni.hpp"
 #include "tests/drivers/can_generators.hpp"
 #include "tests/drivers/test_data.hpp"
+#include "tests/paths.hpp"
 #include "tests/property.hpp"
 
 namespace seastitch {

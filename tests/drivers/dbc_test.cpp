@@ -9,16 +9,13 @@
 
 #include "drivers/can/signal_map.hpp"
 #include "tests/drivers/test_data.hpp"
+#include "tests/paths.hpp"
 #include "tests/property.hpp"
 
 namespace seastitch {
 namespace {
 
 using testing::HasSubstr;
-
-std::string ConfigFile(const std::string& name) {
-  return std::string(SEASTITCH_SOURCE_DIR) + "/config/" + name;
-}
 
 CanFrame Frame(const std::string& id_hex, bool extended, const std::string& data_hex) {
   CanFrame frame;

@@ -11,6 +11,7 @@
 #include "drivers/imu/imu_driver.hpp"
 #include "drivers/mbes/kmall.hpp"
 #include "drivers/mbes/mbes_decoder.hpp"
+#include "tests/paths.hpp"
 
 namespace seastitch {
 namespace {
@@ -219,8 +220,7 @@ TEST(Stamper, FiguresTellHowADisciplinedClockStandsToOurs) {
 
 // The whole way: frames of an inertial unit without UTC, over a wire that delays.
 TEST(Stamper, AnInertialUnitWithoutUtcIsStampedByTheModel) {
-  ImuCanParams params =
-      LoadImuDriverConfig(std::string(SEASTITCH_SOURCE_DIR) + "/config/imu_driver.yaml").can;
+  ImuCanParams params = LoadImuDriverConfig(ConfigFile("imu_driver.yaml")).can;
   params.clock.clock = DeviceClock::kModel;
   ImuCanDecoder decoder(params);
   // Its counter wraps 45 s after the start.

@@ -8,6 +8,7 @@
 #include "drivers/dvl/dvl_driver.hpp"
 #include "drivers/dvl/pd0_driver.hpp"
 #include "drivers/imu/imu_driver.hpp"
+#include "tests/paths.hpp"
 #include "tests/runtime/temporary_dir.hpp"
 
 namespace seastitch {
@@ -15,18 +16,14 @@ namespace {
 
 constexpr std::int64_t kStart = 1'700'000'000'000'000;
 
-std::string Shipped(const std::string& name) {
-  return std::string(SEASTITCH_SOURCE_DIR) + "/config/" + name;
-}
-
 TEST(DeviceConfigs, ShippedOnesLoad) {
   for (const char* const name : {"imu_driver.yaml", "imu_xsens_mti600.yaml", "imu_nmea2000.yaml"}) {
     Bus bus("memq://");
-    EXPECT_NO_THROW(ImuDriver(LoadImuDriverConfig(Shipped(name)), &bus)) << name;
+    EXPECT_NO_THROW(ImuDriver(LoadImuDriverConfig(ConfigFile(name)), &bus)) << name;
   }
   for (const char* const name : {"dvl_driver.yaml", "dvl_nmea2000.yaml"}) {
     Bus bus("memq://");
-    EXPECT_NO_THROW(DvlDriver(LoadDvlDriverConfig(Shipped(name)), &bus)) << name;
+    EXPECT_NO_THROW(DvlDriver(LoadDvlDriverConfig(ConfigFile(name)), &bus)) << name;
   }
 }
 
@@ -55,7 +52,7 @@ TEST(DeviceConfigs, Pd0EnsemblesBecomeDvlAndRaw) {
   std::vector<raw_bytes_t> raw;
   bus.Subscribe<dvl_t>("DVL", 0, [&](const dvl_t& msg) { velocities.push_back(msg); });
   bus.Subscribe<raw_bytes_t>("RAW_DVL", 0, [&](const raw_bytes_t& msg) { raw.push_back(msg); });
-  Pd0DriverConfig config = LoadPd0DriverConfig(Shipped("dvl_pd0.yaml"));
+  Pd0DriverConfig config = LoadPd0DriverConfig(ConfigFile("dvl_pd0.yaml"));
   config.pd0.clock.clock = DeviceClock::kDevice;
   Pd0Driver driver(config, &bus);
   std::vector<std::vector<std::uint8_t>> sent;

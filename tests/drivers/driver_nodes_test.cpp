@@ -8,15 +8,12 @@
 #include "drivers/mbes/mbes_driver.hpp"
 #include "drivers/socket/cannelloni.hpp"
 #include "tests/drivers/test_data.hpp"
+#include "tests/paths.hpp"
 
 namespace seastitch {
 namespace {
 
 constexpr std::int64_t kStart = 1'700'000'000'000'000;
-
-std::string ConfigFile(const std::string& name) {
-  return std::string(SEASTITCH_SOURCE_DIR) + "/config/" + name;
-}
 
 ImuSample Imu(int i) {
   ImuSample sample;

@@ -18,6 +18,7 @@
 #include "common/runtime/bus.hpp"
 #include "seastitch/raw_bytes_t.hpp"
 #include "tests/drivers/loopback.hpp"
+#include "tests/paths.hpp"
 #include "tests/runtime/temporary_dir.hpp"
 
 namespace seastitch {
@@ -68,10 +69,6 @@ class Process {
   pid_t pid_ = -1;
 };
 
-inline std::string ConfigFile(const std::string& name) {
-  return std::string(SEASTITCH_SOURCE_DIR) + "/config/" + name;
-}
-
 // A shipped configuration with its source replaced, beside copies of the DBC files.
 inline std::string WithSource(const TemporaryDir& dir,
                               const std::string& file,
@@ -92,7 +89,7 @@ class DriverProcess : public testing::Test {
  protected:
   std::unique_ptr<Process> Start(const std::string& name, const std::string& config) {
     return std::make_unique<Process>(
-        std::string(SEASTITCH_BIN_DIR) + "/" + name,
+        Program(name),
         std::vector<std::string>{"--config", config, "--lcm-url", lcm_url},
         (dir.path() / (name + ".txt")).string());
   }

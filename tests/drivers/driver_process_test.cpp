@@ -22,6 +22,7 @@
 #include "tests/drivers/driver_process.hpp"
 #include "tests/drivers/loopback.hpp"
 #include "tests/drivers/test_data.hpp"
+#include "tests/paths.hpp"
 
 namespace seastitch {
 namespace {
@@ -72,7 +73,7 @@ TEST_F(DriverProcess, ABusyPortIsSaidWaitedForAndTaken) {
 
 TEST_F(DriverProcess, ShippedConfigurationsCanBeUsed) {
   for (const std::string device : {"imu", "dvl", "mbes"}) {
-    Process process(std::string(SEASTITCH_BIN_DIR) + "/seastitch-" + device + "-driver",
+    Process process(Program("seastitch-" + device + "-driver"),
                     {"--config", ConfigFile(device + "_driver.yaml"), "--check-config"},
                     (dir.path() / "out.txt").string());
     EXPECT_EQ(process.Wait(), EXIT_SUCCESS) << process.Output();
@@ -199,9 +200,8 @@ TEST_F(DriverProcess, SixRealPingsArriveAsAnIndependentReaderReadsThem) {
   if (!OpenBus()) {
     GTEST_SKIP() << "LCM cannot open " << lcm_url;
   }
-  const nlohmann::json expected =
-      nlohmann::json::parse(OutputOf("python3 " + std::string(SEASTITCH_SOURCE_DIR) +
-                                     "/tests/drivers/kmall_reference.py " + file));
+  const nlohmann::json expected = nlohmann::json::parse(OutputOf(
+      "python3 " + (SourceDir() / "tests/drivers/kmall_reference.py").string() + " " + file));
   ASSERT_EQ(expected.size(), 6u);
 
   std::vector<mbes_ping_t> pings;

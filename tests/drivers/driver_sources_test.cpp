@@ -17,6 +17,7 @@
 #include "drivers/socket/source_url.hpp"
 #include "tests/drivers/loopback.hpp"
 #include "tests/drivers/test_data.hpp"
+#include "tests/paths.hpp"
 #include "tests/runtime/temporary_dir.hpp"
 
 namespace seastitch {
@@ -212,15 +213,14 @@ class Config : public testing::Test {
  protected:
   std::string Changed(const std::string& file, const std::string& from, const std::string& to) {
     std::stringstream text;
-    text << std::ifstream(std::string(SEASTITCH_SOURCE_DIR) + "/config/" + file).rdbuf();
+    text << std::ifstream(ConfigFile(file)).rdbuf();
     std::string content = text.str();
     const std::size_t at = content.find(from);
     EXPECT_NE(at, std::string::npos) << from;
     content.replace(at, from.size(), to);
     for (const char* const dbc : {"sbg_ecan.dbc", "seastitch_dvl.dbc"})
-      std::filesystem::copy_file(std::string(SEASTITCH_SOURCE_DIR) + "/config/" + dbc,
-                                 dir.path() / dbc,
-                                 std::filesystem::copy_options::overwrite_existing);
+      std::filesystem::copy_file(
+          ConfigFile(dbc), dir.path() / dbc, std::filesystem::copy_options::overwrite_existing);
     return dir.Write(file, content);
   }
   std::string ImuError(const std::string& from, const std::string& to) {

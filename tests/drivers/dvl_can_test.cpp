@@ -7,6 +7,7 @@
 
 #include "drivers/dvl/dvl_driver.hpp"
 #include "tests/drivers/test_data.hpp"
+#include "tests/paths.hpp"
 #include "tests/property.hpp"
 #include "tests/runtime/temporary_dir.hpp"
 
@@ -15,9 +16,7 @@ namespace {
 
 constexpr std::int64_t kStart = 1'700'000'000'123'456;
 
-DvlCanParams Shipped() {
-  return LoadDvlDriverConfig(std::string(SEASTITCH_SOURCE_DIR) + "/config/dvl_driver.yaml").can;
-}
+DvlCanParams Shipped() { return LoadDvlDriverConfig(ConfigFile("dvl_driver.yaml")).can; }
 
 DvlSample Dvl(int i) {
   DvlSample sample;
@@ -139,13 +138,12 @@ TEST_F(DvlCan, EitherPartMayComeAlone) {
 TEST_F(DvlCan, PressureAloneIsDepthByDensityAndGravity) {
   constexpr double kDensity = 1027.0, kGravity = 9.81;
   TemporaryDir dir;
-  std::ifstream shipped(std::string(SEASTITCH_SOURCE_DIR) + "/config/dvl_driver.yaml");
+  std::ifstream shipped(ConfigFile("dvl_driver.yaml"));
   std::string config(std::istreambuf_iterator<char>(shipped), {});
   const std::size_t depth = config.find("  depth_m:");
   config.erase(depth);
   config += "  depth_m: DEPTH_PRESSURE.PRESSURE * 9.9257e-5\n";
-  std::filesystem::copy(std::string(SEASTITCH_SOURCE_DIR) + "/config/seastitch_dvl.dbc",
-                        dir.path() / "seastitch_dvl.dbc");
+  std::filesystem::copy(ConfigFile("seastitch_dvl.dbc"), dir.path() / "seastitch_dvl.dbc");
   const DvlCanParams pressure_alone = LoadDvlDriverConfig(dir.Write("dvl_driver.yaml", config)).can;
   ASSERT_EQ(pressure_alone.Validate(), "");
   DvlCanDecoder of_pressure(pressure_alone);

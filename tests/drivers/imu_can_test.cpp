@@ -9,6 +9,7 @@
 #include "common/core/pose.hpp"
 #include "drivers/imu/imu_driver.hpp"
 #include "tests/drivers/test_data.hpp"
+#include "tests/paths.hpp"
 #include "tests/property.hpp"
 
 namespace seastitch {
@@ -17,9 +18,7 @@ namespace {
 constexpr std::int64_t kStart = 1'700'000'000'250'000;
 constexpr Duration kPeriod = std::chrono::milliseconds(10);
 
-ImuCanParams Shipped() {
-  return LoadImuDriverConfig(std::string(SEASTITCH_SOURCE_DIR) + "/config/imu_driver.yaml").can;
-}
+ImuCanParams Shipped() { return LoadImuDriverConfig(ConfigFile("imu_driver.yaml")).can; }
 
 // On the steps of the wire, so that it comes back exactly but for rounding.
 ImuSample Sample(int i) {
@@ -261,7 +260,7 @@ TEST_F(ImuCan, ShortFramesAreCountedAndForeignOnesIgnored) {
 TEST_F(ImuCan, WithoutAttitudeMappedEpochsNeedNone) {
   ImuCanParams bare = params;
   bare.signals = SignalMap();
-  const Dbc dbc = Dbc::Load(std::string(SEASTITCH_SOURCE_DIR) + "/config/sbg_ecan.dbc");
+  const Dbc dbc = Dbc::Load(ConfigFile("sbg_ecan.dbc"));
   bare.clock.clock = DeviceClock::kReceive;
   bare.signals.Assign(dbc, kImuTimeUs, "IMU_INFO.TIME_STAMP");
   for (int axis = 0; axis < 3; ++axis) {
@@ -299,8 +298,7 @@ TEST_F(ImuCan, FinishGivesTheLastEpochWithoutItsAttitude) {
 
 // The Xsens MTi-600: a group of frames that a counter numbers, big-endian, other axes.
 ImuCanParams Xsens(DeviceClock clock) {
-  ImuCanParams params =
-      LoadImuDriverConfig(std::string(SEASTITCH_SOURCE_DIR) + "/config/imu_xsens_mti600.yaml").can;
+  ImuCanParams params = LoadImuDriverConfig(ConfigFile("imu_xsens_mti600.yaml")).can;
   params.clock.clock = clock;
   return params;
 }
@@ -349,7 +347,7 @@ TEST(XsensCan, GoldenFramesInOurAxes) {
 
 TEST(XsensCan, OurDbcReadsEveryGoldenFrameAsTheTableSays) {
   SKIP_WITHOUT(Shared("vectors/can"));
-  const Dbc dbc = Dbc::Load(std::string(SEASTITCH_SOURCE_DIR) + "/config/xsens_mti600.dbc");
+  const Dbc dbc = Dbc::Load(ConfigFile("xsens_mti600.dbc"));
   int compared = 0;
   for (const auto& vector : ReadJson(Shared("vectors/can/xsens_mti600_vectors.json"))) {
     CanFrame frame;
@@ -426,7 +424,7 @@ TEST(XsensCan, LostFramesInAnyOrderOfAGroupNeverMixEpochs) {
 }
 
 TEST(XsensCan, ATickOfAHundredMicrosecondsIsAFactor) {
-  const Dbc dbc = Dbc::Load(std::string(SEASTITCH_SOURCE_DIR) + "/config/xsens_mti600.dbc");
+  const Dbc dbc = Dbc::Load(ConfigFile("xsens_mti600.dbc"));
   SignalMap map;
   map.Assign(dbc, kImuTimeUs, "SampleTime.Ticks * 100");
   CanFrame frame = dbc.Encode("SampleTime", {{"Ticks", 12345.0}});

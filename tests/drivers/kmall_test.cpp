@@ -10,6 +10,7 @@
 #include "drivers/mbes/mbes_decoder.hpp"
 #include "tests/drivers/mbes_pings.hpp"
 #include "tests/drivers/test_data.hpp"
+#include "tests/paths.hpp"
 
 namespace seastitch {
 namespace {

@@ -10,6 +10,7 @@
 #include "drivers/imu/imu_nmea2000.hpp"
 #include "drivers/socket/candump.hpp"
 #include "tests/drivers/test_data.hpp"
+#include "tests/paths.hpp"
 #include "tests/property.hpp"
 
 namespace seastitch {

@@ -6,6 +6,7 @@
 
 #include "common/core/pose.hpp"
 #include "tests/drivers/test_data.hpp"
+#include "tests/paths.hpp"
 #include "tests/property.hpp"
 
 namespace seastitch {

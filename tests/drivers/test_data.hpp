@@ -12,11 +12,6 @@
 
 namespace seastitch {
 
-// Golden vectors and real data lie beside the project, not in it.
-inline std::filesystem::path Shared(const std::string& name) {
-  return std::filesystem::path(SEASTITCH_SOURCE_DIR) / "../shared" / name;
-}
-
 #define SKIP_WITHOUT(path)                  \
   if (!std::filesystem::exists(path)) {     \
     GTEST_SKIP() << path << " is not here"; \

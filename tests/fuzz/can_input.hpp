@@ -6,6 +6,7 @@
 
 #include "drivers/can/signal_map.hpp"
 #include "drivers/device_clock.hpp"
+#include "tests/paths.hpp"
 
 namespace seastitch {
 
@@ -35,7 +36,7 @@ template <class Params>
 Params ShippedParams(const std::string& dbc_file,
                      const std::vector<std::string>& signals,
                      DeviceClock clock) {
-  const Dbc dbc = Dbc::Load(std::string(SEASTITCH_SOURCE_DIR) + "/config/" + dbc_file);
+  const Dbc dbc = Dbc::Load(ConfigFile(dbc_file));
   Params params;
   for (std::size_t field = 0; field < signals.size(); ++field)
     params.signals.Assign(dbc, field, signals[field]);

@@ -26,6 +26,7 @@
 #include "seastitch/health_t.hpp"
 #include "seastitch/imu_t.hpp"
 #include "tests/drivers/driver_process.hpp"
+#include "tests/paths.hpp"
 
 namespace seastitch {
 namespace {

@@ -23,6 +23,7 @@
 #include "common/runtime/health.hpp"
 #include "common/storage/event_log.hpp"
 #include "seastitch/raw_bytes_t.hpp"
+#include "tests/paths.hpp"
 #include "tests/runtime/temporary_dir.hpp"
 
 namespace seastitch {
@@ -51,6 +52,7 @@ class LoggerProcess {
     if (bind(notify_, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0)
       throw std::runtime_error("bind " + socket_path);
     const std::string bus_url = BusUrl();
+    const std::string logger = Program("seastitch-logger");
     pid_ = fork();
     if (pid_ == 0) {
       setenv("NOTIFY_SOCKET", socket_path.c_str(), 1);
@@ -58,7 +60,7 @@ class LoggerProcess {
         std::signal(SIGXFSZ, SIG_IGN);
         SetMaxFile(0, *max_file);
       }
-      execl(SEASTITCH_BIN_DIR "/seastitch-logger",
+      execl(logger.c_str(),
             "seastitch-logger",
             "--config",
             config_file.c_str(),

@@ -21,6 +21,7 @@
 #include "seastitch/nav_t.hpp"
 #include "seastitch/raw_bytes_t.hpp"
 #include "seastitch/submap_t.hpp"
+#include "tests/paths.hpp"
 #include "tests/runtime/temporary_dir.hpp"
 
 namespace seastitch {
@@ -44,7 +45,7 @@ std::vector<std::uint8_t> Numbered(std::int64_t seq) {
 }
 
 TEST(LoggerConfig, ShippedFileLoads) {
-  EXPECT_EQ(LoadLoggerConfig(SEASTITCH_SOURCE_DIR "/config/logger.yaml").max_queue_mb, 256);
+  EXPECT_EQ(LoadLoggerConfig(ConfigFile("logger.yaml")).max_queue_mb, 256);
 }
 
 TEST(LoggerConfig, TakesThePathFromTheFilesOwnDirectory) {

@@ -9,12 +9,13 @@
 
 #include "bench/sensor_errors.hpp"
 #include "common/runtime/config.hpp"
+#include "tests/paths.hpp"
 
 namespace seastitch {
 namespace {
 
 namespace fs = std::filesystem;
-const fs::path kConfigDir = fs::path(SEASTITCH_SOURCE_DIR) / "config";
+const fs::path kConfigDir = SourceDir() / "config";
 
 // The line that LoadMapperConfig() throws for a file with this text; empty where it does not throw.
 std::string ErrorOf(const std::string& text) {

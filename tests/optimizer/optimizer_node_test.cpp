@@ -10,6 +10,7 @@
 #include "common/runtime/config.hpp"
 #include "seastitch/pose_graph_t.hpp"
 #include "tests/optimizer/survey_graph.hpp"
+#include "tests/paths.hpp"
 
 namespace seastitch {
 namespace {
@@ -282,7 +283,7 @@ TEST(OptimizerNode, AMalformedUpdateHoldsUpNothing) {
 }
 
 TEST(OptimizerConfig, ShippedFileIsTheDefaults) {
-  const OptimizerConfig config = LoadOptimizerConfig(SEASTITCH_SOURCE_DIR "/config/optimizer.yaml");
+  const OptimizerConfig config = LoadOptimizerConfig(ConfigFile("optimizer.yaml"));
   const OptimizerParams defaults;
   EXPECT_EQ(config.params.inlier_probability, defaults.inlier_probability);
   EXPECT_EQ(config.params.graduation_step, defaults.graduation_step);

@@ -7,6 +7,7 @@
 #include <iterator>
 #include <string>
 
+#include "tests/paths.hpp"
 #include "tests/process/run_command.hpp"
 #include "tests/runtime/temporary_dir.hpp"
 
@@ -22,7 +23,7 @@ std::string Text(const fs::path& path) {
 
 TEST(Install, KeepsAnEditedConfigurationAndBringsWhatIsMissing) {
   const TemporaryDir root;
-  const fs::path build = fs::path(SEASTITCH_BIN_DIR).parent_path();
+  const fs::path build = BuildDir();
   const fs::path config = root.path() / "etc/seastitch";
   const std::string install =
       "DESTDIR=" + root.path().string() + " cmake --install " + build.string() + " --prefix /usr";
@@ -33,7 +34,7 @@ TEST(Install, KeepsAnEditedConfigurationAndBringsWhatIsMissing) {
     EXPECT_NE(Text(config / mapper).find("survey_dir: /var/lib/seastitch/survey"),
               std::string::npos)
         << mapper;
-  EXPECT_EQ(Text(config / "sbg_ecan.dbc"), Text(SEASTITCH_SOURCE_DIR "/config/sbg_ecan.dbc"));
+  EXPECT_EQ(Text(config / "sbg_ecan.dbc"), Text(ConfigFile("sbg_ecan.dbc")));
   EXPECT_TRUE(fs::exists(root.path() / "usr/bin/seastitch-mapper"));
 
   std::ofstream(config / "vehicle.yaml") << "mine\n";
@@ -44,7 +45,7 @@ TEST(Install, KeepsAnEditedConfigurationAndBringsWhatIsMissing) {
   EXPECT_NE(second.output.find("Kept: " + (config / "vehicle.yaml").string()), std::string::npos);
   EXPECT_TRUE(fs::exists(config / "optimizer.yaml"));
   EXPECT_EQ(Text(root.path() / "usr/share/seastitch/config/vehicle.yaml"),
-            Text(SEASTITCH_SOURCE_DIR "/config/vehicle.yaml"));
+            Text(ConfigFile("vehicle.yaml")));
 }
 
 }  // namespace

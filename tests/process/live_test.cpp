@@ -16,6 +16,7 @@
 #include "seastitch/graph_update_t.hpp"
 #include "seastitch/health_t.hpp"
 #include "seastitch/pose_graph_t.hpp"
+#include "tests/paths.hpp"
 #include "tests/process/run_command.hpp"
 #include "tests/runtime/temporary_dir.hpp"
 #include "tools/child_process.hpp"
@@ -26,7 +27,7 @@ namespace {
 namespace fs = std::filesystem;
 using std::chrono::seconds;
 
-const std::string kConfig = SEASTITCH_SOURCE_DIR "/config/";
+const std::string kConfig = ConfigFile("");
 
 nlohmann::json ReadJson(const fs::path& path) {
   std::ifstream in(path);
@@ -146,13 +147,13 @@ TEST(TypesJar, IsFoundByLcmSpy) {
   if (RunCommand("which java").exit_code != 0 || !fs::exists("/usr/share/java/lcm.jar")) {
     GTEST_SKIP() << "needs java and liblcm-java, which are not here";
   }
-  const std::string build = fs::path(SEASTITCH_BIN_DIR).parent_path().string();
+  const std::string build = BuildDir().string();
   const CommandResult jar = RunCommand("cmake --build " + build + " --target lcmtypes_jar");
   ASSERT_EQ(jar.exit_code, 0) << jar.output;
   const CommandResult found = RunCommand(
       "java -cp /usr/share/java/lcm.jar:" + build + "/share/seastitch_lcmtypes.jar " +
-      SEASTITCH_SOURCE_DIR
-      "/tests/process/SpyTypes.java imu_t dvl_t depth_t mbes_ping_t raw_bytes_t nav_t submap_t "
+      (SourceDir() / "tests/process/SpyTypes.java").string() +
+      " imu_t dvl_t depth_t mbes_ping_t raw_bytes_t nav_t submap_t "
       "submap_points_t graph_update_t graph_request_t pose_graph_t health_t position_fix_t "
       "sound_velocity_profile_t");
   EXPECT_EQ(found.exit_code, 0) << found.output;

@@ -28,12 +28,4 @@ inline CommandResult RunCommand(const std::string& command) {
   return result;
 }
 
-inline std::string Program(const std::string& name) {
-  return std::string(SEASTITCH_BIN_DIR) + "/" + name;
-}
-
-inline std::filesystem::path SharedDir() {
-  return std::filesystem::path(SEASTITCH_SOURCE_DIR) / "../shared";
-}
-
 }  // namespace seastitch

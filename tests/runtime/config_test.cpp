@@ -6,6 +6,7 @@
 #include <functional>
 
 #include "common/runtime/vehicle_config.hpp"
+#include "tests/paths.hpp"
 #include "tests/runtime/temporary_dir.hpp"
 
 namespace seastitch {
@@ -150,7 +151,7 @@ TEST_F(ConfigMapTest, PutsAProblemOfValidateBehindThePath) {
 }
 
 TEST(VehicleConfig, ShippedFileLoads) {
-  const VehicleGeometry vehicle = LoadVehicle(SEASTITCH_SOURCE_DIR "/config/vehicle.yaml");
+  const VehicleGeometry vehicle = LoadVehicle(ConfigFile("vehicle.yaml"));
   EXPECT_TRUE(vehicle.T_mbes_tx.isApprox(Eigen::Isometry3d::Identity()));
 }
 

@@ -14,6 +14,7 @@
 #include <sstream>
 #include <string>
 
+#include "tests/paths.hpp"
 #include "tests/runtime/temporary_dir.hpp"
 
 namespace seastitch {
@@ -124,8 +125,7 @@ TEST_F(SubmapFileTest, ReadsEveryKindThatPclWrites) {
 }
 
 TEST_F(SubmapFileTest, ReadsTheFilesOfTheReferenceImplementation) {
-  const std::filesystem::path file =
-      SEASTITCH_SOURCE_DIR "/../shared/data/submaps/map_small/submap_0_frame.pdc";
+  const std::filesystem::path file = Shared("data/submaps/map_small/submap_0_frame.pdc");
   if (!std::filesystem::exists(file)) GTEST_SKIP() << "no " << file << " on this machine";
   const SubmapPcd pcd = ReadSubmapPcd(file);
   EXPECT_EQ(pcd.cloud.size(), 4154u);

@@ -12,6 +12,8 @@
 #include <utility>
 #include <vector>
 
+#include "tests/paths.hpp"
+
 namespace seastitch {
 namespace {
 
@@ -91,7 +93,7 @@ std::vector<std::string> ClocksAndThreads(const fs::path& file) {
 }
 
 TEST(Includes, StayWithinWhatEachFolderMayKnow) {
-  const fs::path root = SEASTITCH_SOURCE_DIR;
+  const fs::path root = SourceDir();
   for (const auto& [folder, allowed] : kMayInclude) {
     const std::vector<fs::path> files = Sources(root / folder);
     EXPECT_FALSE(files.empty()) << folder;
@@ -107,7 +109,7 @@ TEST(Includes, StayWithinWhatEachFolderMayKnow) {
 }
 
 TEST(Includes, PurePartsKnowNoMessageNoProcessAndNoClock) {
-  const fs::path root = SEASTITCH_SOURCE_DIR;
+  const fs::path root = SourceDir();
   int pure = 0;
   for (const std::string& folder : kPure) {
     for (const fs::path& file : Sources(root / folder)) {
@@ -126,7 +128,7 @@ TEST(Includes, PurePartsKnowNoMessageNoProcessAndNoClock) {
 }
 
 TEST(Includes, LibrariesFromOutsideStayBehindTheirDoors) {
-  const fs::path root = SEASTITCH_SOURCE_DIR;
+  const fs::path root = SourceDir();
   for (const char* folder :
        {"common", "drivers", "mapper", "optimizer", "logger", "products", "bench", "tools"}) {
     for (const fs::path& file : Sources(root / folder)) {

@@ -1,4 +1,5 @@
 #include "tools/import.hpp"
+#include "tests/paths.hpp"
 
 #include <gtest/gtest.h>
 
@@ -20,10 +21,6 @@ namespace seastitch {
 namespace {
 
 constexpr std::int64_t kStart = 1'700'000'000'000'000;
-
-std::string ConfigFile(const std::string& name) {
-  return std::string(SEASTITCH_SOURCE_DIR) + "/config/" + name;
-}
 
 ImportOptions Options(const TemporaryDir& dir, std::vector<std::filesystem::path> files) {
   ImportOptions options;

@@ -5,6 +5,7 @@
 
 #include "common/storage/event_log.hpp"
 #include "seastitch/depth_t.hpp"
+#include "tests/paths.hpp"
 #include "tests/process/run_command.hpp"
 #include "tests/runtime/temporary_dir.hpp"
 

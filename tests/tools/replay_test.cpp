@@ -11,6 +11,7 @@
 #include <string>
 
 #include "common/storage/event_log.hpp"
+#include "tests/paths.hpp"
 #include "tests/process/run_command.hpp"
 #include "tests/runtime/temporary_dir.hpp"
 
@@ -44,9 +45,9 @@ class Replay : public ::testing::Test {
     static const TemporaryDir dir;
     static const fs::path log = [] {
       fs::path path = dir.path() / "short.lcmlog";
-      const CommandResult made = RunCommand(
-          Seastitch("bench --survey " SEASTITCH_SOURCE_DIR "/config/bench/short.yaml --log ") +
-          path.string());
+      const CommandResult made =
+          RunCommand(Seastitch("bench --survey " + ConfigFile("bench/short.yaml") + " --log ") +
+                     path.string());
       EXPECT_EQ(made.exit_code, 0) << made.output;
       return path;
     }();
@@ -99,7 +100,7 @@ TEST_F(Replay, OfADamagedSubmapNamesTheFile) {
 }
 
 TEST_F(Replay, WithAnUnknownKeyNamesFileAndKey) {
-  fs::copy(SEASTITCH_SOURCE_DIR "/config", dir_.path() / "config", fs::copy_options::recursive);
+  fs::copy(SourceDir() / "config", dir_.path() / "config", fs::copy_options::recursive);
   std::ofstream(dir_.path() / "config/mapper.yaml", std::ios::app) << "\nvoxels: 3\n";
   const CommandResult result =
       ReplayOf(ShortLog(), "--config " + (dir_.path() / "config/mapper.yaml").string());
@@ -207,9 +208,9 @@ TEST_F(ReplayWithFixes, NothingButWrongOnesDoNoHarm) {
 
 TEST_F(Replay, OfASurveyWithoutOverlapGivesAMapAndSaysThatNothingCouldBeCorrected) {
   const fs::path log = dir_.path() / "single.lcmlog";
-  const CommandResult made = RunCommand(
-      Seastitch("bench --survey " SEASTITCH_SOURCE_DIR "/config/bench/single_line.yaml --log ") +
-      log.string());
+  const CommandResult made =
+      RunCommand(Seastitch("bench --survey " + ConfigFile("bench/single_line.yaml") + " --log ") +
+                 log.string());
   ASSERT_EQ(made.exit_code, 0) << made.output;
   const CommandResult result = ReplayOf(log);
   EXPECT_EQ(result.exit_code, 0) << result.output;
@@ -221,7 +222,7 @@ TEST_F(Replay, OfASurveyWithoutOverlapGivesAMapAndSaysThatNothingCouldBeCorrecte
 class ToySurvey : public Replay {
  protected:
   void SetUp() override {
-    if (!fs::exists(SharedDir() / "data/submaps/map_small")) {
+    if (!fs::exists(Shared("data/submaps/map_small"))) {
       GTEST_SKIP() << "needs ../shared/data/submaps, which is not here";
     }
   }
@@ -240,7 +241,7 @@ class ToySurvey : public Replay {
         if (line.rfind('#', 0) != 0 && words >> id >> x >> y) use(id, x, y);
       }
     };
-    read(SharedDir() / "data/submaps/map_small_truth.txt", [&](int id, double x, double y) {
+    read(Shared("data/submaps/map_small_truth.txt"), [&](int id, double x, double y) {
       truth[id] = {x, y};
     });
     read(Out("poses.txt"), [&](int id, double x, double y) {
@@ -253,7 +254,7 @@ class ToySurvey : public Replay {
 };
 
 TEST_F(ToySurvey, AsPublishedIsLeftWithinItsOwnError) {
-  const CommandResult result = ReplayOf(SharedDir() / "data/submaps/map_small");
+  const CommandResult result = ReplayOf(Shared("data/submaps/map_small"));
   ASSERT_EQ(result.exit_code, 0) << result.output;
   // The published frames of the second leg fit the first only after 0.25 m: no better can be asked.
   EXPECT_LT(XyRms(), 0.5);
@@ -264,11 +265,10 @@ TEST_F(ToySurvey, CorruptedComesCloserThanTheReferenceEverDid) {
   for (int seed = 1; seed <= 5; ++seed) {
     const fs::path corrupted = dir_.path() / ("seed" + std::to_string(seed));
     const CommandResult made = RunCommand(
-        "python3 " + (SharedDir() / "tools/set_submap_frames.py").string() + " " +
-        (SharedDir() / "data/submaps/map_small").string() + " " +
-        (SharedDir() / ("data/submaps/map_small_seeds/seed" + std::to_string(seed) + ".txt"))
-            .string() +
-        " " + corrupted.string());
+        "python3 " + Shared("tools/set_submap_frames.py").string() + " " +
+        Shared("data/submaps/map_small").string() + " " +
+        Shared("data/submaps/map_small_seeds/seed" + std::to_string(seed) + ".txt").string() + " " +
+        corrupted.string());
     ASSERT_EQ(made.exit_code, 0) << made.output;
     // The errors that are really in the seeds' edges: up to 1.5 m, where their README says 0.5.
     const CommandResult result = ReplayOf(corrupted, "--drift-xy-m 1.0 --drift-yaw-deg 1.0");

@@ -18,6 +18,7 @@
 #include "drivers/mbes/kmall.hpp"
 #include "mapper/geometry/georeference.hpp"
 #include "tests/drivers/test_data.hpp"
+#include "tests/paths.hpp"
 
 namespace seastitch {
 namespace {

@@ -10,6 +10,7 @@
 
 #include "common/core/pose.hpp"
 #include "mapper/navigation/dead_reckoning.hpp"
+#include "tests/paths.hpp"
 
 // A real dive: a LAUV 3 m under a harbour, 112 s and 141 m, AHRS at 100 Hz, DVL at 4.4 Hz, depth at
 // 10 Hz, and what the vehicle itself made of it.
@@ -42,7 +43,7 @@ Time TimeOf(const Row& row) { return FromUtime(std::llround(row[0] * 1e6)); }
 class LauvLog : public testing::Test {
  protected:
   void SetUp() override {
-    const std::string folder = SEASTITCH_SOURCE_DIR "/../shared/data/log/lauv/";
+    const std::string folder = Shared("data/log/lauv/");
     if (!std::filesystem::exists(folder)) GTEST_SKIP() << "the LAUV log is not at " << folder;
     ahrs_ = ReadCsvGz(folder + "ahrs_100hz.csv.gz");
     dvl_ = ReadCsvGz(folder + "dvl.csv.gz");

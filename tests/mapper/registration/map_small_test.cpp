@@ -9,13 +9,14 @@
 
 #include "common/storage/submap_file.hpp"
 #include "mapper/registration/registration.hpp"
+#include "tests/paths.hpp"
 
 // The published toy survey: two legs of a simulated AUV, 0.03 to 0.14 m of relief, beam noise of
 // 2 cm. Leg 2 fits leg 1 only 0.25 m off its published frames, along the track.
 namespace seastitch {
 namespace {
 
-const std::filesystem::path kSubmaps = SEASTITCH_SOURCE_DIR "/../shared/data/submaps";
+const std::filesystem::path kSubmaps = Shared("data/submaps");
 
 std::vector<Pose2> ReadFrames(const std::filesystem::path& path) {
   std::ifstream in(path);
