@@ -39,6 +39,10 @@ std::optional<RelativePose> MeasuredBy(const GraphEdge& edge) {
   return RelativePose{edge.T_from_to, covariance};
 }
 
+bool IsFinite(const MountingErrors& errors) {
+  return errors.Vector().allFinite() && errors.covariance.allFinite();
+}
+
 bool IsFinite(const SolvedVertex& v) {
   return v.T_map_level.Vector().allFinite() && v.covariance.allFinite() &&
          v.covariance_with_newest.allFinite();
@@ -60,7 +64,7 @@ void LoopCloser::Add(const Submap& submap) {
 }
 
 bool LoopCloser::IsUsable(const PoseGraph& graph) const {
-  if (graph.vertices.size() > entries_.size()) return false;
+  if (graph.vertices.size() > entries_.size() || !IsFinite(graph.mounting)) return false;
   for (std::size_t i = 0; i < graph.vertices.size(); ++i) {
     const SolvedVertex& vertex = graph.vertices[i];
     if (vertex.id != entries_[i].outline.id || !IsFinite(vertex)) return false;
@@ -71,6 +75,7 @@ bool LoopCloser::IsUsable(const PoseGraph& graph) const {
 bool LoopCloser::SetSolution(const PoseGraph& graph) {
   if (!IsUsable(graph)) return false;
   solved_ = graph.vertices;
+  mounting_ = graph.mounting;
   for (const SolvedEdge& edge : graph.loop_edges) {
     const auto found = tried_.find({edge.from, edge.to});
     if (found == tried_.end()) continue;
@@ -161,7 +166,7 @@ std::vector<GraphEdge> LoopCloser::Record(const std::vector<LoopPair>& pairs,
 std::vector<GraphEdge> LoopCloser::DeadReckoningEdge(SubmapId to) const {
   const std::size_t n = IndexOf(to);
   if (n == 0 || n == entries_.size()) return {};
-  const RelativePose relative = FromPrevious(n);
+  const RelativePose relative = ToldFromPrevious(n);
   GraphEdge edge;
   edge.kind = EdgeKind::kDeadReckoning;
   edge.from = entries_[n - 1].outline.id;
@@ -187,6 +192,14 @@ std::size_t LoopCloser::IndexOf(SubmapId id) const {
 }
 
 RelativePose LoopCloser::FromPrevious(std::size_t i) const {
+  const RelativePose told = ToldFromPrevious(i);
+  const Eigen::Matrix3d by = DeadReckoningByMounting(told.T_a_b);
+  const Eigen::Vector3d mean = told.T_a_b.Vector() + by * mounting_.Vector();
+  return {{mean.x(), mean.y(), mean.z()},
+          told.covariance + by * mounting_.covariance * by.transpose()};
+}
+
+RelativePose LoopCloser::ToldFromPrevious(std::size_t i) const {
   return {Inverse(entries_[i - 1].T_map_level) * entries_[i].T_map_level,
           entries_[i].covariance_from_previous};
 }
@@ -308,6 +321,7 @@ GraphEdge ToEdge(const LoopPair& pair, const RegistrationResult& result) {
   edge.z_offset_m = result.z_offset_m;
   edge.rms_m = result.rms_m;
   edge.overlap_m2 = result.overlap_m2;
+  edge.overlap_center_m = result.overlap_center_m;
   return edge;
 }
 

@@ -116,6 +116,8 @@ class LoopCloser {
   using PairKey = std::pair<SubmapId, SubmapId>;  // target, source
 
   std::size_t IndexOf(SubmapId id) const;
+  // As dead reckoning says it; and with what the last solution says of the mounting.
+  RelativePose ToldFromPrevious(std::size_t i) const;
   RelativePose FromPrevious(std::size_t i) const;
   // T_i_n for every i < n.
   std::vector<RelativePose> Priors(std::size_t n) const;
@@ -129,6 +131,7 @@ class LoopCloser {
   const LoopCloserParams params_;
   std::vector<Entry> entries_;        // by rising id
   std::vector<SolvedVertex> solved_;  // of entries_[0 .. size)
+  MountingErrors mounting_;           // in that solution
   std::map<PairKey, Tried> tried_;
   std::int64_t accepted_ = 0;       // of tried_
   std::vector<std::size_t> moved_;  // least news first

@@ -202,6 +202,13 @@ MapperConfig LoadMapperConfig(const std::string& path) {
   root.Read("max_waiting_submaps", &config.max_waiting_submaps);
   if (config.max_waiting_submaps < 1 || config.max_waiting_submaps > 1000)
     root.Check("max_waiting_submaps must be within 1 and 1000");
+  root.Read("sonar_mounting_m", &config.mounting.sonar_m);
+  if (!(config.mounting.sonar_m >= 0.0 && std::isfinite(config.mounting.sonar_m)))
+    root.Check("sonar_mounting_m must be >= 0");
+  double sonar_mounting_rad = Deg2Rad(0.1);
+  ReadDegrees(&root, "sonar_mounting_deg", &sonar_mounting_rad);
+  if (!(sonar_mounting_rad >= 0.0 && sonar_mounting_rad < kPi))
+    root.Check("sonar_mounting_deg must be 0 to 180");
   ReadNavigation(root.Child("navigation"), &config.navigation);
   ReadSubmap(root.Child("submap"), &config.submap);
   ReadFilter(root.Child("filter"), &config.filter);
@@ -211,6 +218,8 @@ MapperConfig LoadMapperConfig(const std::string& path) {
   root.Finish();
   if (config.navigation.window_s < 2.0 * config.submap.max_duration_s)
     root.Check("navigation.window_s must be at least 2 x submap.max_duration_s");
+  config.mounting.dvl_yaw_rad =
+      std::hypot(config.navigation.dvl_mounting_rad.sigma, sonar_mounting_rad);
   config.loop_closer.expected_overlap = config.submap.expected_overlap;
   return config;
 }

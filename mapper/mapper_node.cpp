@@ -396,6 +396,7 @@ void MapperNode::OnRegistered(Registered registered) {
 
 void MapperNode::AddStep(GraphUpdate update, Time submap_time) {
   update.version = static_cast<std::int64_t>(graph_.size()) + 1;
+  update.mounting = config_.mounting;
   graph_.push_back({std::move(update), submap_time});
   SendNextUpdate();
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -27,6 +28,8 @@ struct BlockMatrix {
 class BlockCholesky {
  public:
   BlockCholesky(int num_blocks, BlockPattern pattern);
+
+  std::size_t num_off_diagonal() const { return pattern_.size(); }
 
   // False where the matrix is not positive definite: there is then no factor to use.
   bool Factorize(const BlockMatrix& matrix);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace seastitch {
 namespace {
@@ -11,18 +12,39 @@ T& At(std::vector<T>& v, int i) {
   return v[static_cast<std::size_t>(i)];
 }
 
-// A factor that ties a vertex to the map ties no two unknowns.
-BlockPattern PatternOf(const FactorGraph& graph) {
-  BlockPattern pattern;
-  for (const Factor& f : graph.factors) pattern.emplace_back(f.i == kMap ? f.j : f.i, f.j);
-  return pattern;
-}
+// Two ends of a factor.
+constexpr std::array<std::pair<std::size_t, std::size_t>, 3> kPairs{{{0, 1}, {0, 2}, {1, 2}}};
 
 }  // namespace
 
+std::vector<NormalEquations::Ends> NormalEquations::EndsOf(const FactorGraph& graph) {
+  std::vector<Ends> all;
+  int blocks = 0;
+  for (const Factor& f : graph.factors) {
+    const int mounting = f.by_mounting.isZero() ? kMap : graph.mounting_vertex;
+    Ends ends{{f.i, f.j, mounting}, {}};
+    for (std::size_t p = 0; p < kPairs.size(); ++p) {
+      const auto [a, b] = kPairs[p];
+      ends.block[p] = ends.vertex[a] == kMap || ends.vertex[b] == kMap ? -1 : blocks++;
+    }
+    all.push_back(ends);
+  }
+  return all;
+}
+
+BlockPattern NormalEquations::PatternOf(const std::vector<Ends>& all) {
+  BlockPattern pattern;
+  for (const Ends& ends : all)
+    for (std::size_t p = 0; p < kPairs.size(); ++p)
+      if (ends.block[p] >= 0)
+        pattern.emplace_back(ends.vertex[kPairs[p].first], ends.vertex[kPairs[p].second]);
+  return pattern;
+}
+
 NormalEquations::NormalEquations(const FactorGraph& graph)
     : graph_(graph),
-      cholesky_(graph.num_vertices, PatternOf(graph)),
+      ends_(EndsOf(graph)),
+      cholesky_(graph.num_vertices, PatternOf(ends_)),
       factors_(graph.factors.size()) {}
 
 void NormalEquations::Linearise(const std::vector<Pose2>& T_map_vertex, Unknowns unknowns) {
@@ -31,81 +53,72 @@ void NormalEquations::Linearise(const std::vector<Pose2>& T_map_vertex, Unknowns
   if (unknowns != Unknowns::kHeadings) held_.head<2>().setZero();
   for (std::size_t k = 0; k < factors_.size(); ++k) {
     const Factor& f = graph_.factors[k];
-    Linearised& at = factors_[k];
+    auto& [residual, J] = factors_[k];
     const Pose2 T_map_i = f.i == kMap ? Pose2{} : T_map_vertex[static_cast<std::size_t>(f.i)];
-    at.residual =
-        f.cost.Evaluate(T_map_i, T_map_vertex[static_cast<std::size_t>(f.j)], &at.J_i, &at.J_j);
+    const Pose2& T_map_j = T_map_vertex[static_cast<std::size_t>(f.j)];
+    f.cost.Evaluate(T_map_i, T_map_j, &J[0], &J[1]);
+    residual = Residual(graph_, k, T_map_vertex);
+    J[2] = -f.cost.W * f.by_mounting;
     if (unknowns == Unknowns::kHeadings) {
-      const Pose2& T_map_j = T_map_vertex[static_cast<std::size_t>(f.j)];
       const Eigen::Vector3d by_yaw = f.cost.W.col(2);
-      at.residual = f.cost.Error(T_map_i, T_map_j).z() * by_yaw;
-      at.J_i.col(2) = -by_yaw;
-      at.J_j.col(2) = by_yaw;
+      residual = f.cost.Error(T_map_i, T_map_j).z() * by_yaw;
+      J[0].col(2) = -by_yaw;
+      J[1].col(2) = by_yaw;
+      J[2].setZero();
     }
-    for (int c = 0; c < 3; ++c) {
-      if (held_(c) == 0.0) continue;
-      at.J_i.col(c).setZero();
-      at.J_j.col(c).setZero();
-    }
-    if (!IsFree(f.i)) at.J_i.setZero();
-    if (!IsFree(f.j)) at.J_j.setZero();
+    for (int c = 0; c < 3; ++c)
+      if (held_(c) != 0.0)
+        for (Eigen::Matrix3d& by : J) by.col(c).setZero();
+    for (std::size_t e = 0; e < J.size(); ++e)
+      if (!IsFree(ends_[k].vertex[e])) J[e].setZero();
   }
 }
 
 // The fixed vertex keeps its place, as an unknown that nothing moves.
-BlockMatrix NormalEquations::Hessian(const std::vector<double>& weights) const {
-  BlockMatrix H{std::vector<Eigen::Matrix3d>(static_cast<std::size_t>(graph_.num_vertices),
-                                             Eigen::Matrix3d::Zero()),
-                std::vector<Eigen::Matrix3d>(factors_.size(), Eigen::Matrix3d::Zero())};
+BlockMatrix NormalEquations::Hessian(const std::vector<double>& weights,
+                                     const std::vector<double>& bends) const {
+  const auto blocks = [](std::size_t n) {
+    return std::vector<Eigen::Matrix3d>(n, Eigen::Matrix3d::Zero());
+  };
+  BlockMatrix H{blocks(static_cast<std::size_t>(graph_.num_vertices)),
+                blocks(cholesky_.num_off_diagonal())};
   for (Eigen::Matrix3d& block : H.diagonal) block.diagonal() = held_;
   if (graph_.fixed_vertex >= 0) At(H.diagonal, graph_.fixed_vertex).setIdentity();
   for (std::size_t k = 0; k < factors_.size(); ++k) {
     if (weights[k] <= 0.0) continue;
-    const Factor& f = graph_.factors[k];
-    const Linearised& at = factors_[k];
-    At(H.diagonal, f.j) += weights[k] * at.J_j.transpose() * at.J_j;
-    if (f.i == kMap) continue;
-    At(H.diagonal, f.i) += weights[k] * at.J_i.transpose() * at.J_i;
-    H.off_diagonal[k] = weights[k] * at.J_i.transpose() * at.J_j;
+    const auto& [residual, J] = factors_[k];
+    Eigen::Matrix3d curvature = weights[k] * Eigen::Matrix3d::Identity();
+    if (bends[k] != 0.0) curvature += 2.0 * bends[k] * residual * residual.transpose();
+    for (std::size_t e = 0; e < J.size(); ++e)
+      if (ends_[k].vertex[e] != kMap)
+        At(H.diagonal, ends_[k].vertex[e]) += J[e].transpose() * curvature * J[e];
+    for (std::size_t p = 0; p < kPairs.size(); ++p)
+      if (ends_[k].block[p] >= 0)
+        At(H.off_diagonal, ends_[k].block[p]) =
+            J[kPairs[p].first].transpose() * curvature * J[kPairs[p].second];
   }
   return H;
 }
 
 bool NormalEquations::Factorize(const std::vector<double>& weights, double damping) {
-  BlockMatrix H = Hessian(weights);
+  BlockMatrix H = Hessian(weights, std::vector<double>(weights.size(), 0.0));
   for (Eigen::Matrix3d& block : H.diagonal) block.diagonal() *= 1.0 + damping;
   return cholesky_.Factorize(H);
 }
 
-void NormalEquations::AddBends(const std::vector<double>& bends, BlockMatrix* H) const {
-  for (std::size_t k = 0; k < factors_.size(); ++k) {
-    if (bends[k] == 0.0) continue;
-    const Factor& f = graph_.factors[k];
-    const Eigen::Vector3d g_i = factors_[k].J_i.transpose() * factors_[k].residual;
-    const Eigen::Vector3d g_j = factors_[k].J_j.transpose() * factors_[k].residual;
-    At(H->diagonal, f.j) += 2.0 * bends[k] * g_j * g_j.transpose();
-    if (f.i == kMap) continue;
-    At(H->diagonal, f.i) += 2.0 * bends[k] * g_i * g_i.transpose();
-    H->off_diagonal[k] += 2.0 * bends[k] * g_i * g_j.transpose();
-  }
-}
-
 bool NormalEquations::FactorizeNewton(const std::vector<double>& weights,
                                       const std::vector<double>& bends) {
-  BlockMatrix H = Hessian(weights);
-  AddBends(bends, &H);
-  return cholesky_.Factorize(H);
+  return cholesky_.Factorize(Hessian(weights, bends));
 }
 
 Eigen::VectorXd NormalEquations::Gradient(const std::vector<double>& weights) const {
   Eigen::VectorXd g = Eigen::VectorXd::Zero(3 * graph_.num_vertices);
   for (std::size_t k = 0; k < factors_.size(); ++k) {
     if (weights[k] <= 0.0) continue;
-    const Factor& f = graph_.factors[k];
-    const Linearised& at = factors_[k];
-    const Eigen::Vector3d r = weights[k] * at.residual;
-    g.segment<3>(3 * f.j) += at.J_j.transpose() * r;
-    if (f.i != kMap) g.segment<3>(3 * f.i) += at.J_i.transpose() * r;
+    const auto& [residual, J] = factors_[k];
+    for (std::size_t e = 0; e < J.size(); ++e)
+      if (const int v = ends_[k].vertex[e]; v != kMap)
+        g.segment<3>(3 * v) += J[e].transpose() * (weights[k] * residual);
   }
   return g;
 }
@@ -118,13 +131,13 @@ Eigen::VectorXd NormalEquations::Multiply(const std::vector<double>& weights,
     y.segment<3>(3 * graph_.fixed_vertex) = x.segment<3>(3 * graph_.fixed_vertex);
   for (std::size_t k = 0; k < factors_.size(); ++k) {
     if (weights[k] <= 0.0) continue;
-    const Factor& f = graph_.factors[k];
-    const Linearised& at = factors_[k];
-    Eigen::Vector3d u = at.J_j * x.segment<3>(3 * f.j);
-    if (f.i != kMap) u += at.J_i * x.segment<3>(3 * f.i);
-    const Eigen::Vector3d v = weights[k] * u + 2.0 * bends[k] * at.residual.dot(u) * at.residual;
-    y.segment<3>(3 * f.j) += at.J_j.transpose() * v;
-    if (f.i != kMap) y.segment<3>(3 * f.i) += at.J_i.transpose() * v;
+    const auto& [residual, J] = factors_[k];
+    Eigen::Vector3d u = Eigen::Vector3d::Zero();
+    for (std::size_t e = 0; e < J.size(); ++e)
+      if (const int v = ends_[k].vertex[e]; v != kMap) u += J[e] * x.segment<3>(3 * v);
+    const Eigen::Vector3d Hu = weights[k] * u + 2.0 * bends[k] * residual.dot(u) * residual;
+    for (std::size_t e = 0; e < J.size(); ++e)
+      if (const int v = ends_[k].vertex[e]; v != kMap) y.segment<3>(3 * v) += J[e].transpose() * Hu;
   }
   return y;
 }
@@ -180,13 +193,18 @@ GraphCovariance NormalEquations::Covariance(int newest) const {
   for (int v = 0; v < graph_.num_vertices; ++v)
     out.with_newest.emplace_back(columns.middleRows<3>(3 * v));
   for (std::size_t k = 0; k < factors_.size(); ++k) {
-    const Factor& f = graph_.factors[k];
-    const Linearised& at = factors_[k];
-    Eigen::Matrix3d& open =
-        out.of_residual.emplace_back(at.J_j * At(out.marginal, f.j) * at.J_j.transpose());
-    if (f.i == kMap) continue;
-    const Eigen::Matrix3d cross = at.J_i * inverse.off_diagonal[k] * at.J_j.transpose();
-    open += at.J_i * At(out.marginal, f.i) * at.J_i.transpose() + cross + cross.transpose();
+    const auto& J = factors_[k].J;
+    Eigen::Matrix3d& open = out.of_residual.emplace_back(Eigen::Matrix3d::Zero());
+    for (std::size_t e = 0; e < J.size(); ++e)
+      if (const int v = ends_[k].vertex[e]; v != kMap)
+        open += J[e] * At(out.marginal, v) * J[e].transpose();
+    for (std::size_t p = 0; p < kPairs.size(); ++p) {
+      if (ends_[k].block[p] < 0) continue;
+      const Eigen::Matrix3d cross = J[kPairs[p].first] *
+                                    At(inverse.off_diagonal, ends_[k].block[p]) *
+                                    J[kPairs[p].second].transpose();
+      open += cross + cross.transpose();
+    }
   }
   return out;
 }

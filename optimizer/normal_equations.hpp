@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <optional>
 #include <vector>
 
@@ -65,19 +66,26 @@ class NormalEquations {
  private:
   struct Linearised {
     Eigen::Vector3d residual;
-    Eigen::Matrix3d J_i;  // zero for the map and for the fixed vertex
-    Eigen::Matrix3d J_j;
+    std::array<Eigen::Matrix3d, 3> J;  // one an end; zero for the fixed vertex
   };
+  // The vertices that a factor ties together: i, j, mounting; kMap: not there. And where the blocks
+  // of H of two of them, (0, 1), (0, 2), (1, 2), stand off its diagonal; -1: nowhere.
+  struct Ends {
+    std::array<int, 3> vertex;
+    std::array<int, 3> block;
+  };
+  static std::vector<Ends> EndsOf(const FactorGraph& graph);
+  static BlockPattern PatternOf(const std::vector<Ends>& ends);
   bool IsFree(int vertex) const { return vertex != kMap && vertex != graph_.fixed_vertex; }
-  BlockMatrix Hessian(const std::vector<double>& weights) const;
+  BlockMatrix Hessian(const std::vector<double>& weights, const std::vector<double>& bends) const;
   Eigen::VectorXd Gradient(const std::vector<double>& weights) const;
   // H x of the last linearisation.
   Eigen::VectorXd Multiply(const std::vector<double>& weights,
                            const std::vector<double>& bends,
                            const Eigen::VectorXd& x) const;
-  void AddBends(const std::vector<double>& bends, BlockMatrix* H) const;
 
   const FactorGraph& graph_;
+  const std::vector<Ends> ends_;  // one a factor
   BlockCholesky cholesky_;
   std::vector<Linearised> factors_;
   Eigen::Vector3d held_ = Eigen::Vector3d::Zero();  // 1 for x, y, yaw that are no unknowns

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <string>
 #include <utility>
 
@@ -145,6 +146,10 @@ void OptimizerNode::Report(double solve_s) {
   health_.Set("loop_closures_believed", believed);
   health_.Set("position_fixes", optimizer_->position_fixes());
   health_.Set("position_fixes_believed", optimizer_->position_fixes_believed());
+  const MountingErrors& mounting = solution_.mounting;
+  health_.Set("sonar_forward_mm", std::lround(1e3 * mounting.sonar_m.x()));
+  health_.Set("sonar_starboard_mm", std::lround(1e3 * mounting.sonar_m.y()));
+  health_.Set("dvl_yaw_mdeg", std::lround(1e3 * Rad2Deg(mounting.dvl_yaw_rad)));
   for (const auto& [name, count] : optimizer_->counters()) health_.Set(name, count);
   const bool missing = newest_version_ > optimizer_->version();
   health_.SetState(missing ? HealthState::kDegraded : HealthState::kOk,

@@ -61,7 +61,10 @@ std::uint64_t FingerprintOf(const GraphUpdate& update) {
     print.Add(static_cast<std::int64_t>(edge.verdict));
     print.Add(edge.T_from_to);
     for (const double value : edge.information.reshaped()) print.Add(value);
+    for (const double value : edge.overlap_center_m) print.Add(value);
   }
+  print.Add(update.mounting.sonar_m);
+  print.Add(update.mounting.dvl_yaw_rad);
   return print.hash();
 }
 
@@ -93,14 +96,28 @@ std::string MustBePositive(const char* key, double value) {
   return std::string(key) + " = " + std::to_string(value) + ", must be > 0";
 }
 
-// A plain factor by its vertices, and which it is of those between the same two.
+// True less stated, of an edge, by the errors of mounting.
+Eigen::Matrix3d ByMounting(const GraphEdge& edge) {
+  if (edge.from == edge.to) return PositionByMounting(edge.T_from_to.yaw);
+  return edge.kind == EdgeKind::kLoopClosure
+             ? LoopClosureByMounting(edge.T_from_to, edge.overlap_center_m)
+             : DeadReckoningByMounting(edge.T_from_to);
+}
+
+// 0: next to nothing, which has an inverse.
+double InformationOf(double sigma) { return std::min(1.0 / (sigma * sigma), kMaxInformation); }
+
+// A plain factor by its vertices, and which it is of those between the same two. The errors of
+// mounting have another number in every graph.
+constexpr int kMounting = -2;
 using PlainKey = std::tuple<int, int, int>;
 std::vector<PlainKey> PlainKeys(const FactorGraph& graph, std::size_t num_plain) {
   std::map<std::pair<int, int>, int> before;
   std::vector<PlainKey> keys;
   for (std::size_t k = 0; k < num_plain; ++k) {
     const Factor& f = graph.factors[k];
-    keys.emplace_back(f.i, f.j, before[{f.i, f.j}]++);
+    const int j = f.j == graph.mounting_vertex ? kMounting : f.j;
+    keys.emplace_back(f.i, j, before[{f.i, j}]++);
   }
   return keys;
 }
@@ -140,6 +157,7 @@ bool PoseGraphOptimizer::Add(const GraphUpdate& update) {
   }
   for (const GraphVertex& vertex : update.vertices) AddVertex(vertex);
   for (const GraphEdge& edge : update.edges) AddEdge(edge);
+  if (!update.mounting.AreAllZero()) mounting_ = update.mounting;
   fingerprints_.push_back(FingerprintOf(update));
   return true;
 }
@@ -210,6 +228,7 @@ std::map<SubmapId, int> PoseGraphOptimizer::Numbering() const {
 
 void PoseGraphOptimizer::AddAnchor(const HeadingInformation& headings, FactorGraph* graph) const {
   const Vertex& first = vertices_.begin()->second;
+  const Eigen::Matrix3d by_mounting = PositionByMounting(first.dead_reckoned.yaw);
   const bool heading_known = first.heading_sigma_rad > 0.0;
   if (fixes_.empty() && !heading_known) {
     graph->fixed_vertex = 0;
@@ -217,13 +236,29 @@ void PoseGraphOptimizer::AddAnchor(const HeadingInformation& headings, FactorGra
   }
   double sigma_m = fixes_.empty() ? kHeld_m : params_.unlinked_sigma_m;
   if (start_) {
-    graph->factors.push_back({kMap, 0, {start_->edge.T_from_to, start_->root.W}, {}});
+    graph->factors.push_back(
+        {kMap, 0, {start_->edge.T_from_to, start_->root.W}, {}, 1, false, by_mounting});
     sigma_m = std::numeric_limits<double>::infinity();
   }
   const double sigma_yaw_rad = heading_known ? 1.0 / std::sqrt(headings.first + headings.each)
                                              : params_.unlinked_sigma_yaw_rad;
+  graph->factors.push_back({kMap,
+                            0,
+                            {first.dead_reckoned, InverseSigmas(sigma_m, sigma_yaw_rad)},
+                            {},
+                            1,
+                            false,
+                            by_mounting});
+}
+
+void PoseGraphOptimizer::AddMounting(FactorGraph* graph) const {
+  if (!SeeksMounting()) return;
+  graph->mounting_vertex = graph->num_vertices++;
+  const Eigen::Vector3d information(InformationOf(mounting_.sonar_m),
+                                    InformationOf(mounting_.sonar_m),
+                                    InformationOf(mounting_.dvl_yaw_rad));
   graph->factors.push_back(
-      {kMap, 0, {first.dead_reckoned, InverseSigmas(sigma_m, sigma_yaw_rad)}, {}});
+      {kMap, graph->mounting_vertex, {{}, information.cwiseSqrt().asDiagonal()}, {}});
 }
 
 void PoseGraphOptimizer::AddDeadReckoning(const std::map<SubmapId, int>& number,
@@ -233,8 +268,13 @@ void PoseGraphOptimizer::AddDeadReckoning(const std::map<SubmapId, int>& number,
     const GraphEdge& e = edge.edge;
     if (!edge.Pulls()) continue;
     const bool is_step = edge.root.rank == 3;
-    graph->factors.push_back(
-        {number.at(e.from), number.at(e.to), {e.T_from_to, edge.root.W}, {}, 1, is_step});
+    graph->factors.push_back({number.at(e.from),
+                              number.at(e.to),
+                              {e.T_from_to, edge.root.W},
+                              {},
+                              1,
+                              is_step,
+                              ByMounting(e)});
     if (is_step) linked[static_cast<std::size_t>(number.at(pair.second))] = true;
   }
   int k = 1;
@@ -246,7 +286,10 @@ void PoseGraphOptimizer::AddDeadReckoning(const std::map<SubmapId, int>& number,
         {k - 1,
          k,
          {T_before_it, InverseSigmas(params_.unlinked_sigma_m, params_.unlinked_sigma_yaw_rad)},
-         {}});
+         {},
+         1,
+         false,
+         DeadReckoningByMounting(T_before_it)});
   }
 }
 
@@ -295,6 +338,7 @@ FactorGraph PoseGraphOptimizer::MakeFactorGraph(const std::map<SubmapId, int>& n
   FactorGraph graph;
   graph.num_vertices = static_cast<int>(number.size());
   const HeadingInformation headings = Headings();
+  AddMounting(&graph);
   AddAnchor(headings, &graph);
   AddDeadReckoning(number, &graph);
   AddHeadings(headings, &graph);
@@ -310,7 +354,9 @@ FactorGraph PoseGraphOptimizer::MakeFactorGraph(const std::map<SubmapId, int>& n
                              number.at(e.to),
                              {e.T_from_to, edge->root.W},
                              {threshold_[edge->root.rank]},
-                             e.kind == EdgeKind::kPositionFix ? 1 : *cluster_size++});
+                             e.kind == EdgeKind::kPositionFix ? 1 : *cluster_size++,
+                             false,
+                             ByMounting(e)});
   }
   return graph;
 }
@@ -319,6 +365,7 @@ SolverStart PoseGraphOptimizer::Start(const FactorGraph& graph,
                                       const std::vector<Edge*>& robust) const {
   SolverStart start;
   for (const auto& [id, vertex] : vertices_) start.dead_reckoned.push_back(vertex.dead_reckoned);
+  if (SeeksMounting()) start.dead_reckoned.emplace_back();
   if (!vertices_.begin()->second.solved) return start;
   const Vertex* before = nullptr;
   for (const auto& [id, vertex] : vertices_) {
@@ -328,6 +375,7 @@ SolverStart PoseGraphOptimizer::Start(const FactorGraph& graph,
                                            (Inverse(before->dead_reckoned) * vertex.dead_reckoned));
     before = &vertex;
   }
+  if (SeeksMounting()) start.T_map_vertex.push_back(solved_mounting_);
   start.weights.resize(graph.factors.size() - robust.size(), 1.0);
   for (const PlainKey& key : PlainKeys(graph, start.weights.size())) {
     const auto doubt = doubts_.find(key);
@@ -360,7 +408,7 @@ PoseGraph PoseGraphOptimizer::Solve() {
   const RobustSolution robust =
       SolveRobust(graph,
                   Start(graph, edges),
-                  graph.num_vertices - 1,
+                  static_cast<int>(vertices_.size()) - 1,
                   {params_.graduation_step, params_.max_iterations, params_.inlier_probability});
   if (!robust.converged) ++counters_["solves_not_converged"];
   Keep(robust, graph, edges);
@@ -380,6 +428,7 @@ void PoseGraphOptimizer::Keep(const RobustSolution& solution,
                               const std::vector<Edge*>& robust) {
   std::size_t k = 0;
   for (auto& [id, vertex] : vertices_) vertex.solved = solution.T_map_vertex[k++];
+  if (SeeksMounting()) solved_mounting_ = solution.T_map_vertex[k];
   doubts_.clear();
   const std::size_t num_plain = graph.factors.size() - robust.size();
   const std::vector<PlainKey> keys = PlainKeys(graph, num_plain);
@@ -404,6 +453,12 @@ void PoseGraphOptimizer::FillCovariance(const std::optional<GraphCovariance>& co
     vertex.covariance = covariance->marginal[k];
     vertex.covariance_with_newest = covariance->with_newest[k];
   }
+  if (!SeeksMounting()) return;
+  solution->mounting.sonar_m = solved_mounting_.Translation();
+  solution->mounting.dvl_yaw_rad = solved_mounting_.yaw;
+  const Eigen::Vector3d sigmas(mounting_.sonar_m, mounting_.sonar_m, mounting_.dvl_yaw_rad);
+  solution->mounting.covariance = covariance ? covariance->marginal[solution->vertices.size()]
+                                             : Eigen::Matrix3d(sigmas.cwiseAbs2().asDiagonal());
 }
 
 }  // namespace seastitch

@@ -39,11 +39,11 @@ struct OptimizerParams {
   std::string Validate() const;
 };
 
-// The most probable x, y, yaw of all submap frames, given dead reckoning, loop closures and
-// position fixes (section III-B of the paper, with a robust loss), their covariances, and what it
-// thinks of each closure. Dead reckoning is believed (quadratic); closures and fixes must earn
-// their weight in every solution anew, so that one refused earlier comes back when later evidence
-// speaks for it.
+// The most probable x, y, yaw of all submap frames and errors of mounting, given dead reckoning,
+// loop closures and position fixes (section III-B of the paper, with a robust loss), their
+// covariances, and what it thinks of each closure. Dead reckoning is believed (quadratic); closures
+// and fixes must earn their weight in every solution anew, so that one refused earlier comes back
+// when later evidence speaks for it.
 //
 // The solution depends on the graph alone, as far as its robust minimum is found whatever the way:
 // batch and incremental give the same answer, though incremental goes on from the last one.
@@ -91,12 +91,15 @@ class PoseGraphOptimizer {
   void AddEdge(const GraphEdge& edge);
   const char* WhyUnusable(const GraphEdge& edge) const;
 
+  bool SeeksMounting() const { return !mounting_.AreAllZero(); }
+  // Of the submaps; the errors of mounting, where they are sought, come last.
   std::map<SubmapId, int> Numbering() const;
   // Position fixes and loop closures that pull, in the order of their factors, which come last.
   std::vector<Edge*> RobustEdges();
   FactorGraph MakeFactorGraph(const std::map<SubmapId, int>& number,
                               const std::vector<Edge*>& robust) const;
   void AddAnchor(const HeadingInformation& headings, FactorGraph* graph) const;
+  void AddMounting(FactorGraph* graph) const;
   void AddDeadReckoning(const std::map<SubmapId, int>& number, FactorGraph* graph) const;
   HeadingInformation Headings() const;
   void AddHeadings(const HeadingInformation& headings, FactorGraph* graph) const;
@@ -114,6 +117,8 @@ class PoseGraphOptimizer {
   std::map<Pair, Edge> loops_;
   std::optional<Edge> start_;
   std::vector<Edge> fixes_;
+  MountingSigmas mounting_;
+  Pose2 solved_mounting_;  // in the last solution
   // In the last solution, of plain factors by PlainKeys(): those in doubt.
   std::map<std::tuple<int, int, int>, double> doubts_;
   double scale_when_chosen_ = 1.0;

@@ -10,8 +10,8 @@ namespace {
 
 bool IsRobust(const Factor& factor) { return std::isfinite(factor.loss.c2); }
 
-double SquaredResidual(const Factor& factor, const std::vector<Pose2>& poses) {
-  return Residual(factor, poses).squaredNorm();
+double SquaredResidual(const FactorGraph& graph, std::size_t k, const std::vector<Pose2>& poses) {
+  return Residual(graph, k, poses).squaredNorm();
 }
 
 // What the robust losses, all together, are at the moment. Plain squares stay what they are.
@@ -152,7 +152,7 @@ class Minimiser {
     double change = 0.0;
     for (std::size_t k = 0; k < graph_.factors.size(); ++k) {
       const Factor& factor = graph_.factors[k];
-      change += stage.Value(factor, k, SquaredResidual(factor, there)) -
+      change += stage.Value(factor, k, SquaredResidual(graph_, k, there)) -
                 stage.Value(factor, k, equations_.SquaredResidual(k));
     }
     return change;
@@ -254,7 +254,7 @@ double InnovationSquared(const Eigen::Vector3d& r, const Eigen::Matrix3d& A, dou
 }
 
 double InnovationSquared(const FactorGraph& graph, std::size_t k, const RobustSolution& solution) {
-  return InnovationSquared(Residual(graph.factors[k], solution.T_map_vertex),
+  return InnovationSquared(Residual(graph, k, solution.T_map_vertex),
                            solution.covariance->of_residual[k],
                            solution.weights[k]);
 }
@@ -292,7 +292,7 @@ double Strain(const FactorGraph& graph, std::size_t k, const RobustSolution& sol
   const double limit = 2.0 * threshold;
   // Most pass by a bound on the innovation: no eigenvalue of A exceeds its trace.
   const double redundancy = 1.0 - solution.covariance->of_residual[k].trace();
-  const double s = SquaredResidual(factor, solution.T_map_vertex);
+  const double s = SquaredResidual(graph, k, solution.T_map_vertex);
   if (redundancy > 0.0 && s <= limit * redundancy * redundancy) return 0.0;
   const double strain = InnovationSquared(graph, k, solution) / limit;
   return strain > 1.0 ? strain : 0.0;
@@ -443,7 +443,8 @@ class RobustSolver {
     double cost = 0.0;
     for (std::size_t k = 0; k < graph_.factors.size(); ++k) {
       const Factor& factor = graph_.factors[k];
-      const double value = stage.Value(factor, k, SquaredResidual(factor, solution.T_map_vertex));
+      const double value =
+          stage.Value(factor, k, SquaredResidual(graph_, k, solution.T_map_vertex));
       const bool is_plain_step = factor.i != kMap && !IsRobust(factor);
       cost += is_plain_step ? std::min(value, kFault) : value;
     }

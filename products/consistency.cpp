@@ -252,7 +252,7 @@ std::vector<float> WhereAlike(const ConsistencyMap& map,
 }  // namespace
 
 ConsistencyMap ComputeConsistency(const std::vector<SurveySubmap>& submaps,
-                                  const std::vector<Pose2>& T_map_level,
+                                  const SurveyPoses& poses,
                                   MapAxes axes,
                                   const GridGeometry& geometry,
                                   std::size_t cache_points,
@@ -262,12 +262,11 @@ ConsistencyMap ComputeConsistency(const std::vector<SurveySubmap>& submaps,
                      Grid<std::uint16_t>(geometry, 0)};
   std::vector<Eigen::AlignedBox2d> boxes;
   for (std::size_t i = 0; i < submaps.size(); ++i) {
-    boxes.push_back(NorthEastBox(submaps[i], T_map_level[i], axes));
+    boxes.push_back(NorthEastBox(submaps, poses, i, axes));
   }
   CloudCache clouds(
       [&](std::size_t i) {
-        return std::make_shared<const CellCloud>(LoadMapPoints(submaps[i], T_map_level[i], axes),
-                                                 geometry);
+        return std::make_shared<const CellCloud>(LoadMapPoints(submaps, poses, i, axes), geometry);
       },
       cache_points);
   for (std::size_t m = 0; m < submaps.size(); ++m) {

@@ -41,10 +41,10 @@ struct ConsistencyMap {
   Grid<std::uint16_t> submaps;  // how many see the cell
 };
 
-// T_map_level: one a submap. Memory: the grid, and at most cache_points points of the submaps
+// Memory: the grid, and at most cache_points points of the submaps
 // (24 bytes each) beside the two at work. on_submap(i) is called before each.
 ConsistencyMap ComputeConsistency(const std::vector<SurveySubmap>& submaps,
-                                  const std::vector<Pose2>& T_map_level,
+                                  const SurveyPoses& poses,
                                   MapAxes axes,
                                   const GridGeometry& geometry,
                                   std::size_t cache_points,

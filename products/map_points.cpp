@@ -22,29 +22,45 @@ double Area(const Footprint& corners) {
 
 }  // namespace
 
-std::vector<MapPoint> LoadMapPoints(const SurveySubmap& submap,
-                                    const Pose2& T_map_level,
+PointCloud LoadCloud(const SurveySubmap& submap, const MountingErrors& mounting) {
+  if (submap.points == 0) return {};
+  PointCloud cloud = ReadSubmapPcd(submap.cloud_file).cloud;
+  if (mounting.dvl_yaw_rad == 0.0) return cloud;
+  const Eigen::Matrix3d R_level_submap = LevelFromBody(submap.T_map_submap);
+  for (Eigen::Vector3f& point : cloud.points) {
+    Eigen::Vector3d p_level = R_level_submap * point.cast<double>();
+    p_level.head<2>() += Shear(p_level.head<2>(), mounting);
+    point = (R_level_submap.transpose() * p_level).cast<float>();
+  }
+  return cloud;
+}
+
+std::vector<MapPoint> LoadMapPoints(const std::vector<SurveySubmap>& submaps,
+                                    const SurveyPoses& poses,
+                                    std::size_t i,
                                     MapAxes axes) {
+  const PointCloud cloud = LoadCloud(submaps[i], poses.mounting);
+  const Eigen::Isometry3d T_map_submap = SubmapPose(submaps[i], poses.T_map_level[i]);
   std::vector<MapPoint> points;
-  if (submap.points == 0) return points;
-  const PointCloud cloud = ReadSubmapPcd(submap.cloud_file).cloud;
-  const Eigen::Isometry3d T_map_submap = SubmapPose(submap, T_map_level);
   points.reserve(cloud.size());
-  for (std::size_t i = 0; i < cloud.size(); ++i) {
-    const Eigen::Vector3d p_map = T_map_submap * cloud.points[i].cast<double>();
-    points.push_back({ToNorthEastDown(p_map, axes), static_cast<double>(cloud.soundings[i])});
+  for (std::size_t k = 0; k < cloud.size(); ++k) {
+    const Eigen::Vector3d p_map = T_map_submap * cloud.points[k].cast<double>();
+    points.push_back({ToNorthEastDown(p_map, axes), static_cast<double>(cloud.soundings[k])});
   }
   return points;
 }
 
-Eigen::AlignedBox2d NorthEastBox(const SurveySubmap& submap,
-                                 const Pose2& T_map_level,
+Eigen::AlignedBox2d NorthEastBox(const std::vector<SurveySubmap>& submaps,
+                                 const SurveyPoses& poses,
+                                 std::size_t i,
                                  MapAxes axes) {
-  // The hull was made from the same points in double; this covers the rounding between the two.
-  constexpr double kSlackM = 1e-6;
+  // The hull was made from the same points in double; this covers the rounding of shearing and
+  // placing them in float.
+  constexpr double kSlackM = 1e-3;
   Eigen::AlignedBox2d box;
-  for (const Eigen::Vector2d& corner : submap.hull) {
-    box.extend(ToNorthEast(T_map_level * corner, axes));
+  for (const Eigen::Vector2d& corner : submaps[i].hull) {
+    const Eigen::Vector2d sheared = corner + Shear(corner, poses.mounting);
+    box.extend(ToNorthEast(poses.T_map_level[i] * sheared, axes));
   }
   if (!box.isEmpty()) {
     box.min().array() -= kSlackM;

@@ -29,14 +29,20 @@ struct MapPoint {
   double soundings = 1.0;                           // behind this point
 };
 
-// Reads the submap's file and places its points. Throws std::runtime_error naming the file.
-std::vector<MapPoint> LoadMapPoints(const SurveySubmap& submap,
-                                    const Pose2& T_map_level,
+// Reads the submap's file, if it has points; the cloud sheared by what is wrong with the mounting.
+// Throws std::runtime_error naming the file.
+PointCloud LoadCloud(const SurveySubmap& submap, const MountingErrors& mounting);
+
+// The same of submap i, its points placed.
+std::vector<MapPoint> LoadMapPoints(const std::vector<SurveySubmap>& submaps,
+                                    const SurveyPoses& poses,
+                                    std::size_t i,
                                     MapAxes axes);
 
-// North and east extent of the submap's points; empty (isEmpty()) without points.
-Eigen::AlignedBox2d NorthEastBox(const SurveySubmap& submap,
-                                 const Pose2& T_map_level,
+// North and east extent of the points of submap i; empty (isEmpty()) without points.
+Eigen::AlignedBox2d NorthEastBox(const std::vector<SurveySubmap>& submaps,
+                                 const SurveyPoses& poses,
+                                 std::size_t i,
                                  MapAxes axes);
 
 // A cell of 1, 2 or 5 times a power of ten metres that holds about four points of one submap:

@@ -73,6 +73,34 @@ void AddRun(Json* report, const RunFigures& run) {
   (*report)["not_reproducible"] = {"wall_s", "cpu_s", "peak_rss_mb", "realtime_factor", "run"};
 }
 
+struct MountingRow {
+  const char* name;  // in report.json
+  const char* label;
+  double value;
+  double sigma;
+  const char* unit;
+};
+
+// What the closures say of the mounting; nothing where it was not looked for.
+std::vector<MountingRow> MountingRows(const MountingErrors& m) {
+  if (m.covariance.isZero()) return {};
+  const Eigen::Vector3d sigma = m.covariance.diagonal().cwiseSqrt();
+  return {{"sonar_forward_m", "Sonar stands forward by", m.sonar_m.x(), sigma.x(), " m"},
+          {"sonar_starboard_m", "Sonar stands to starboard by", m.sonar_m.y(), sigma.y(), " m"},
+          {"dvl_yaw_deg",
+           "DVL is turned clockwise against the sonar by",
+           Rad2Deg(m.dvl_yaw_rad),
+           Rad2Deg(sigma.z()),
+           "&deg;"}};
+}
+
+Json MountingJson(const MountingErrors& mounting) {
+  Json json;
+  for (const MountingRow& row : MountingRows(mounting))
+    json[row.name] = {{"value", row.value}, {"sigma", row.sigma}};
+  return json;
+}
+
 // Text for HTML; everything that comes from outside passes here.
 std::string Escaped(const std::string& text) {
   std::string out;
@@ -203,6 +231,24 @@ std::string ClosuresAgainstTruth(const ClosureErrors& e) {
          "16.</p>\n";
 }
 
+std::string MountingTable(const MountingErrors& mounting) {
+  const std::vector<MountingRow> rows = MountingRows(mounting);
+  if (rows.empty()) return {};
+  HtmlTable table({"Against vehicle.yaml", "Found", "1 sigma"});
+  for (const MountingRow& row : rows)
+    table.Row({row.label, Fixed(row.value, 3) + row.unit, Fixed(row.sigma, 3) + row.unit});
+  return "<h2>Mounting</h2>\n<p class=\"small\">Errors that all submaps share, by which no closure "
+         "can be "
+         "met: the graph finds them beside the submaps, and a corrected map is without them. "
+         "Latency "
+         "times speed and a pitch angle times altitude shift the sonar forward or back; a heading "
+         "that "
+         "is off and a sonar that is turned turn the DVL. Where one is many sigma off, "
+         "vehicle.yaml "
+         "wants mending.</p>\n" +
+         table.Finish();
+}
+
 std::string LoopTable(const Survey& survey) {
   const std::vector<LoopRow> rows = LoopRows(survey);
   if (rows.empty()) return "<p>No pair of submaps was registered.</p>\n";
@@ -273,6 +319,7 @@ std::string ReportJson(const Survey& survey,
                          {{"mean", Measured(s.z_offset_mean_m)},
                           {"sigma", Measured(s.z_offset_sigma_m)},
                           {"largest", Measured(s.z_offset_max_m)}}}};
+  r["mounting"] = MountingJson(survey.solution.mounting);
   r["soundings"] = {{"read", s.soundings_read}, {"used", s.soundings_used}};
   r["points"] = s.points;
   if (s.truth) AddTruth(&r, s);
@@ -331,7 +378,7 @@ std::string ReportHtml(const Survey& survey,
       " SLAM makes a map agree with itself; it does not by itself make its absolute position "
       "more accurate.</p>\n<h2>Loop closures</h2>\n";
   if (s.closures_against_truth) html += ClosuresAgainstTruth(*s.closures_against_truth);
-  html += LoopTable(survey);
+  html += LoopTable(survey) + MountingTable(survey.solution.mounting);
   if (!survey.counters.empty()) {
     HtmlTable table({"Refused while collecting", "Count"});
     for (const auto& [reason, count] : survey.counters)

@@ -17,16 +17,16 @@ std::map<SubmapId, const SolvedVertex*> UsableVertices(const PoseGraph& graph) {
 
 }  // namespace
 
-std::vector<Pose2> DeadReckonedPoses(const Survey& survey) {
-  std::vector<Pose2> poses;
-  poses.reserve(survey.submaps.size());
-  for (const SurveySubmap& s : survey.submaps) poses.push_back(LevelPose(s.T_map_submap));
+SurveyPoses DeadReckonedPoses(const Survey& survey) {
+  SurveyPoses poses;
+  for (const SurveySubmap& s : survey.submaps)
+    poses.T_map_level.push_back(LevelPose(s.T_map_submap));
   return poses;
 }
 
-std::vector<Pose2> SolvedPoses(const Survey& survey) {
+SurveyPoses SolvedPoses(const Survey& survey) {
   const auto solved = UsableVertices(survey.solution);
-  const std::vector<Pose2> dead_reckoned = DeadReckonedPoses(survey);
+  const std::vector<Pose2> dead_reckoned = DeadReckonedPoses(survey).T_map_level;
   std::vector<Pose2> poses = dead_reckoned;
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const auto it = solved.find(survey.submaps[i].id);
@@ -36,7 +36,7 @@ std::vector<Pose2> SolvedPoses(const Survey& survey) {
       poses[i] = poses[i - 1] * (Inverse(dead_reckoned[i - 1]) * dead_reckoned[i]);
     }
   }
-  return poses;
+  return {std::move(poses), survey.solution.mounting};
 }
 
 std::vector<std::optional<Eigen::Vector3d>> SolvedSigmas(const Survey& survey) {

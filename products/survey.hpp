@@ -49,12 +49,17 @@ struct Survey {
   std::map<std::string, std::uint64_t> counters;  // what was refused while collecting, by reason
 };
 
-// Level pose of every submap, in the order of survey.submaps.
-std::vector<Pose2> DeadReckonedPoses(const Survey& survey);
+// Where the soundings of all submaps lie.
+struct SurveyPoses {
+  std::vector<Pose2> T_map_level;  // in the order of survey.submaps
+  MountingErrors mounting{};       // by which they are sheared, and away from the vehicle
+};
+
+SurveyPoses DeadReckonedPoses(const Survey& survey);
 
 // The same as the graph solved them. A submap that the solution does not hold (yet) follows its
 // predecessor as dead reckoning says; without a predecessor it stays dead reckoned.
-std::vector<Pose2> SolvedPoses(const Survey& survey);
+SurveyPoses SolvedPoses(const Survey& survey);
 
 // Standard deviations of x, y [m], yaw [rad] in map axes from the solution, where it has them.
 std::vector<std::optional<Eigen::Vector3d>> SolvedSigmas(const Survey& survey);

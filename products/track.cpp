@@ -19,11 +19,15 @@ void AppendNumber(std::string* out, const char* format, double value) {
 }  // namespace
 
 TrackCorrection::TrackCorrection(const Survey& survey,
-                                 const std::vector<Pose2>& T_map_level,
-                                 const std::vector<std::optional<Eigen::Vector3d>>& sigmas) {
+                                 const SurveyPoses& poses,
+                                 const std::vector<std::optional<Eigen::Vector3d>>& sigmas)
+    : mounting_(poses.mounting) {
   for (std::size_t i = 0; i < survey.submaps.size(); ++i) {
     const SurveySubmap& s = survey.submaps[i];
-    frames_.push_back({s.frame_time, LevelPose(s.T_map_submap), T_map_level[i], sigmas[i]});
+    frames_.push_back({s.frame_time,
+                       LevelPose(s.T_map_submap),
+                       VehiclePose(poses.T_map_level[i], poses.mounting),
+                       sigmas[i]});
   }
   const auto earlier = [](const Frame& a, const Frame& b) { return a.time < b.time; };
   const auto same = [](const Frame& a, const Frame& b) { return a.time == b.time; };
@@ -45,7 +49,7 @@ Pose2 TrackCorrection::operator()(Time time, const Pose2& T_map_level) const {
   if (frames_.empty()) return T_map_level;
   const Between at = Find(time);
   const auto moved_with = [&](const Frame& f) {
-    return f.corrected * (Inverse(f.dead_reckoned) * T_map_level);
+    return f.corrected * TravelledPose(Inverse(f.dead_reckoned) * T_map_level, mounting_);
   };
   const Pose2 a = moved_with(*at.before);
   if (at.before == at.after) return a;

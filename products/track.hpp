@@ -21,7 +21,7 @@ class TrackCorrection {
  public:
   // One pose (and sigma) a submap of the survey; frames that share a time count once.
   TrackCorrection(const Survey& survey,
-                  const std::vector<Pose2>& T_map_level,
+                  const SurveyPoses& poses,
                   const std::vector<std::optional<Eigen::Vector3d>>& sigmas);
 
   // The corrected level pose of what dead reckoning placed at T_map_level at that time.
@@ -45,6 +45,7 @@ class TrackCorrection {
   };
   Between Find(Time time) const;
 
+  MountingErrors mounting_;
   std::vector<Frame> frames_;  // by rising time
 };
 

@@ -173,7 +173,12 @@ std::optional<ClosureErrors> CompareClosuresWithTruth(const Survey& survey,
     const std::optional<Pose2>& to = true_frames[edge.to];
     const std::optional<SqrtInformation> root = FactorInformation(edge.information);
     if (!from || !to || !root) continue;
-    Eigen::Vector3d error = edge.T_from_to.Vector() - (Inverse(*from) * *to).Vector();
+    const MountingErrors& mounting = survey.solution.mounting;
+    const Pose2 true_from_to = Inverse(SoundingPose(*from, mounting)) * SoundingPose(*to, mounting);
+    Eigen::Vector3d error =
+        edge.T_from_to.Vector() +
+        LoopClosureByMounting(edge.T_from_to, edge.overlap_center_m) * mounting.Vector() -
+        true_from_to.Vector();
     error.z() = WrapAngle(error.z());
     const double chi2 = (root->W * error).squaredNorm();
     ++errors.closures;

@@ -38,10 +38,10 @@ void Progress(const ProductOptions& options, const std::string& line) {
 
 // ---- where the map lies
 
-Eigen::AlignedBox2d BoxOf(const Survey& survey, const std::vector<Pose2>& poses, MapAxes axes) {
+Eigen::AlignedBox2d BoxOf(const Survey& survey, const SurveyPoses& poses, MapAxes axes) {
   Eigen::AlignedBox2d box;
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    box.extend(NorthEastBox(survey.submaps[i], poses[i], axes));
+  for (std::size_t i = 0; i < survey.submaps.size(); ++i) {
+    box.extend(NorthEastBox(survey.submaps, poses, i, axes));
   }
   return box;
 }
@@ -102,12 +102,12 @@ DepthRaster ToRaster(const DepthMap& map) {
 }
 
 DepthRaster ComputeDepth(const Survey& survey,
-                         const std::vector<Pose2>& poses,
+                         const SurveyPoses& poses,
                          MapAxes axes,
                          const GridGeometry& geometry) {
   DepthMap map(geometry);
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    map.Add(LoadMapPoints(survey.submaps[i], poses[i], axes));
+  for (std::size_t i = 0; i < survey.submaps.size(); ++i) {
+    map.Add(LoadMapPoints(survey.submaps, poses, i, axes));
   }
   return ToRaster(map);
 }
@@ -207,14 +207,14 @@ bool IsSubmapFile(std::string_view name) {
   return error == std::errc() && rest == end;
 }
 
-void RewriteSubmaps(const Survey& survey, const std::vector<Pose2>& poses, const fs::path& dir) {
+void RewriteSubmaps(const Survey& survey, const SurveyPoses& poses, const fs::path& dir) {
   std::set<std::string> ours;
-  for (std::size_t i = 0; i < poses.size(); ++i) {
+  for (std::size_t i = 0; i < survey.submaps.size(); ++i) {
     const SurveySubmap& s = survey.submaps[i];
     if (s.points == 0) continue;
     const std::string name = "submap_" + std::to_string(s.id.value) + ".pcd";
     ours.insert(name);
-    WriteSubmapPcd(dir / name, ReadSubmapPcd(s.cloud_file).cloud, SubmapPose(s, poses[i]));
+    WriteSubmapPcd(dir / name, LoadCloud(s, poses.mounting), SubmapPose(s, poses.T_map_level[i]));
   }
   // Submaps of an earlier, longer run in the same folder would be read as part of this one.
   for (const fs::directory_entry& entry : fs::directory_iterator(dir)) {
@@ -251,7 +251,7 @@ class ProductWriter {
         dir_(std::move(dir)),
         dead_reckoned_(DeadReckonedPoses(survey)),
         delivered_(SolvedPoses(survey)),
-        summary_(Summarise(survey, dead_reckoned_, delivered_)) {}
+        summary_(Summarise(survey, dead_reckoned_.T_map_level, delivered_.T_map_level)) {}
 
   ProductSummary Run() {
     ChooseMap();
@@ -259,10 +259,11 @@ class ProductWriter {
     WriteDepth();
     WriteConsistency();
     Write("track.csv", TrackCsv(track_, options_.datum));
-    Write("poses.txt", PosesTxt(survey_, delivered_));
-    Write("graph.g2o", GraphG2o(survey_, delivered_));
+    Write("poses.txt", PosesTxt(survey_, delivered_.T_map_level));
+    Write("graph.g2o", GraphG2o(survey_, delivered_.T_map_level));
     Write("survey.gpkg",
-          GeoPackage(SurveyLayers(survey_, delivered_, track_, options_.axes), options_.datum));
+          GeoPackage(SurveyLayers(survey_, delivered_.T_map_level, track_, options_.axes),
+                     options_.datum));
     RewriteSubmaps(survey_, delivered_, dir_ / "submaps");
     Write("report.html", ReportHtml(survey_, summary_, options_));
     // Last, so that its run figures cover all of the above.
@@ -298,8 +299,8 @@ class ProductWriter {
     Progress(options_, summary_.statement);
   }
 
-  ConsistencyMap Measure(const std::vector<Pose2>& poses, const char* which) {
-    const std::size_t n = poses.size();
+  ConsistencyMap Measure(const SurveyPoses& poses, const char* which) {
+    const std::size_t n = survey_.submaps.size();
     return ComputeConsistency(survey_.submaps,
                               poses,
                               options_.axes,
@@ -357,13 +358,13 @@ class ProductWriter {
     picture = DepthPicture(geometry_, after.mean(), range);
     picture.title = options_.title + ": depth, " + MapName(summary_.outcome);
     picture.subtitle = Subtitle(summary_, summary_.after());
-    picture.lines = LoopLines(survey_, delivered_, options_.axes);
+    picture.lines = LoopLines(survey_, delivered_.T_map_level, options_.axes);
     picture.lines.push_back(
         TrackLine(track_, summary_.outcome == Outcome::kCorrected, options_.axes));
     Write("depth.png", RenderPng(picture));
   }
 
-  DepthRaster Depth(const std::vector<Pose2>& poses) const {
+  DepthRaster Depth(const SurveyPoses& poses) const {
     return ComputeDepth(survey_, poses, options_.axes, geometry_);
   }
 
@@ -389,8 +390,8 @@ class ProductWriter {
   const Survey& survey_;
   const ProductOptions& options_;
   fs::path dir_;
-  std::vector<Pose2> dead_reckoned_;
-  std::vector<Pose2> delivered_;  // the solved ones until ChooseMap() says otherwise
+  SurveyPoses dead_reckoned_;
+  SurveyPoses delivered_;  // the solved ones until ChooseMap() says otherwise
   ProductSummary summary_;
   GridGeometry geometry_;
   ConsistencyMap before_;

@@ -74,9 +74,9 @@ class ScratchDir {
 // Mapper and optimizer on a bus of their own, one message after the other.
 class Pipeline {
  public:
-  Pipeline(const ReplayOptions& options, const fs::path& survey_dir, Bus* bus)
+  Pipeline(const ReplayOptions& options, const fs::path& survey_dir, bool imported, Bus* bus)
       : bus_(bus),
-        mapper_(MapperConfigFor(options, survey_dir), bus, &worker_),
+        mapper_(MapperConfigFor(options, survey_dir, imported), bus, &worker_),
         optimizer_(LoadOptimizerConfig(options.optimizer_config.string()), bus, &worker_) {
     bus_->HandleAll();
   }
@@ -103,9 +103,12 @@ class Pipeline {
   }
 
  private:
-  static MapperConfig MapperConfigFor(const ReplayOptions& options, const fs::path& survey_dir) {
+  static MapperConfig MapperConfigFor(const ReplayOptions& options,
+                                      const fs::path& survey_dir,
+                                      bool imported) {
     MapperConfig config = LoadMapperConfig(options.mapper_config.string());
     config.survey_dir = survey_dir;
+    if (imported) config.mounting = {};  // whose frames stand anywhere on whatever vehicle
     return config;
   }
 
@@ -222,7 +225,7 @@ ProductSummary RunReplay(const ReplayOptions& options) {
     for (const fs::path& log : options.inputs) FeedLog(log, kResultChannels, &bus, options.quiet);
   } else {
     const ScratchDir store(options.out / ".store");
-    Pipeline pipeline(options, store.path(), &bus);
+    Pipeline pipeline(options, store.path(), from_directory, &bus);
     if (from_directory) {
       SubmapDirectory directory = ReadSubmapDirectory(options.inputs[0], options.drift);
       products.axes = directory.z_up ? MapAxes::kEastNorthUp : MapAxes::kNorthEastDown;

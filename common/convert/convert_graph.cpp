@@ -57,6 +57,8 @@ graph_edge_t ToLcm(const GraphEdge& edge) {
   msg.z_offset_m = edge.z_offset_m;
   msg.rms_m = edge.rms_m;
   msg.overlap_m2 = edge.overlap_m2;
+  msg.overlap_center_x_m = edge.overlap_center_m.x();
+  msg.overlap_center_y_m = edge.overlap_center_m.y();
   return msg;
 }
 
@@ -76,13 +78,15 @@ std::optional<GraphEdge> FromLcm(const graph_edge_t& msg) {
   edge.T_from_to = {msg.x_m, msg.y_m, msg.yaw_rad};
   const auto information = SymmetricFrom<3>(msg.information);
   if (!information || !IsPose2(edge.T_from_to) || !std::isfinite(msg.z_offset_m) ||
-      !AreSigmas(&msg.rms_m, 1) || !AreSigmas(&msg.overlap_m2, 1))
+      !AreSigmas(&msg.rms_m, 1) || !AreSigmas(&msg.overlap_m2, 1) ||
+      !IsPose2({msg.overlap_center_x_m, msg.overlap_center_y_m, 0.0}))
     return std::nullopt;
   edge.information = *information;
   edge.verdict = static_cast<LoopVerdict>(msg.verdict);
   edge.z_offset_m = msg.z_offset_m;
   edge.rms_m = msg.rms_m;
   edge.overlap_m2 = msg.overlap_m2;
+  edge.overlap_center_m = {msg.overlap_center_x_m, msg.overlap_center_y_m};
   return edge;
 }
 
@@ -150,6 +154,13 @@ bool HasRisingIds(const std::vector<SolvedVertex>& vertices) {
              }) == vertices.end();
 }
 
+std::optional<MountingErrors> MountingFrom(const pose_graph_t& msg) {
+  const auto covariance = SymmetricFrom<3>(msg.mounting_covariance);
+  if (!covariance || !IsPose2({msg.sonar_forward_m, msg.sonar_starboard_m, msg.dvl_yaw_rad}))
+    return std::nullopt;
+  return MountingErrors{{msg.sonar_forward_m, msg.sonar_starboard_m}, msg.dvl_yaw_rad, *covariance};
+}
+
 bool HasPlausibleParts(const pose_graph_t& msg) {
   return msg.graph_version >= 0 && msg.solution_number >= 0 && msg.num_parts >= 1 &&
          msg.num_parts <= kMaxParts && msg.part >= 0 && msg.part < msg.num_parts;
@@ -162,6 +173,8 @@ graph_update_t ToLcm(const GraphUpdate& update, Time newest_submap, std::int64_t
   msg.utime = ToUtime(newest_submap);
   msg.seq = seq;
   msg.version = update.version;
+  msg.sonar_sigma_m = update.mounting.sonar_m;
+  msg.dvl_yaw_sigma_rad = update.mounting.dvl_yaw_rad;
   msg.num_vertices = static_cast<std::int32_t>(update.vertices.size());
   msg.num_edges = static_cast<std::int32_t>(update.edges.size());
   msg.vertices = ListToLcm(update.vertices);
@@ -171,10 +184,12 @@ graph_update_t ToLcm(const GraphUpdate& update, Time newest_submap, std::int64_t
 
 std::optional<GraphUpdate> FromLcm(const graph_update_t& msg) {
   if (!IsTime(msg.utime) || msg.version < 1 || msg.num_vertices > kMaxVerticesPerUpdate ||
-      msg.num_edges > kMaxEdgesPerUpdate)
+      msg.num_edges > kMaxEdgesPerUpdate || !AreSigmas(&msg.sonar_sigma_m, 1) ||
+      !AreSigmas(&msg.dvl_yaw_sigma_rad, 1))
     return std::nullopt;
   GraphUpdate update;
   update.version = msg.version;
+  update.mounting = {msg.sonar_sigma_m, msg.dvl_yaw_sigma_rad};
   if (!AppendFromLcm(msg.vertices, msg.num_vertices, &update.vertices) ||
       !AppendFromLcm(msg.edges, msg.num_edges, &update.edges))
     return std::nullopt;
@@ -197,6 +212,10 @@ std::vector<pose_graph_t> ToLcm(const PoseGraph& graph,
     msg.solution_number = solution_number;
     msg.part = static_cast<std::int32_t>(part);
     msg.num_parts = static_cast<std::int32_t>(num_parts);
+    msg.sonar_forward_m = graph.mounting.sonar_m.x();
+    msg.sonar_starboard_m = graph.mounting.sonar_m.y();
+    msg.dvl_yaw_rad = graph.mounting.dvl_yaw_rad;
+    MatrixTo<3>(graph.mounting.covariance, msg.mounting_covariance);
     msg.vertices = ListToLcm(PartOf(graph.vertices, part, kVerticesPerPart));
     msg.loop_edges = ListToLcm(PartOf(graph.loop_edges, part, kEdgesPerPart));
     msg.num_vertices = static_cast<std::int32_t>(msg.vertices.size());
@@ -212,13 +231,13 @@ std::optional<PoseGraph> PoseGraphAssembler::Add(const pose_graph_t& msg) {
                          msg.graph_version == open_->graph_version && msg.num_parts == num_parts_ &&
                          msg.part == next_part_;
   if (begins && open_) ++malformed_;  // the one before lacks its end
-  if (!HasPlausibleParts(msg) || !(begins || continues)) {
+  if (!HasPlausibleParts(msg) || !MountingFrom(msg) || !(begins || continues)) {
     ++malformed_;
     open_.reset();
     return std::nullopt;
   }
   if (begins) {
-    open_ = PoseGraph{msg.graph_version, {}, {}};
+    open_ = PoseGraph{msg.graph_version, {}, {}, *MountingFrom(msg)};
     solution_number_ = msg.solution_number;
     num_parts_ = msg.num_parts;
   }

@@ -5,10 +5,13 @@
 #include <vector>
 
 #include "common/core/ids.hpp"
+#include "common/core/mounting.hpp"
 #include "common/core/pose.hpp"
 #include "common/core/time.hpp"
 
 // What mapper and optimizer tell each other. A vertex is the level frame of a submap: x, y, yaw.
+// Solved, it is where its soundings belong, which is not quite where the vehicle was
+// (MountingErrors).
 namespace seastitch {
 
 struct GraphVertex {
@@ -47,6 +50,7 @@ struct GraphEdge {
   double z_offset_m = 0.0;
   double rms_m = 0.0;
   double overlap_m2 = 0.0;
+  Eigen::Vector2d overlap_center_m = Eigen::Vector2d::Zero();  // axes of `from`
 };
 
 // One step of the mapper's graph. Versions count up from 1 without a hole: update n holds what
@@ -55,6 +59,7 @@ struct GraphUpdate {
   std::int64_t version = 0;
   std::vector<GraphVertex> vertices;
   std::vector<GraphEdge> edges;
+  MountingSigmas mounting{};
 };
 
 struct SolvedVertex {
@@ -80,6 +85,7 @@ struct PoseGraph {
   std::int64_t graph_version = 0;
   std::vector<SolvedVertex> vertices;  // by rising id
   std::vector<SolvedEdge> loop_edges;
+  MountingErrors mounting{};
 };
 
 }  // namespace seastitch

@@ -90,6 +90,7 @@ struct Linearised {
   Eigen::Matrix3d H = Eigen::Matrix3d::Zero();  // of x, y, yaw
   Eigen::Vector3d g = Eigen::Vector3d::Zero();
   Eigen::Matrix3d covariance_sum = Eigen::Matrix3d::Zero();
+  Eigen::Vector2d place_sum_m = Eigen::Vector2d::Zero();
   double dz_sum_m = 0.0;
   double dz_squared_sum_m2 = 0.0;
   int partners = 0;
@@ -163,6 +164,7 @@ class Gicp {
       out.H += J.transpose() * MJ;
       out.g -= MJ.transpose() * d;
       out.covariance_sum += C;
+      out.place_sum_m += (turned + t).head<2>();
       out.dz_sum_m += d.z();
       out.dz_squared_sum_m2 += d.z() * d.z();
       ++out.partners;
@@ -217,6 +219,7 @@ RegistrationResult RegisterGicp(const GicpSubmap& target,
   result.cell_m = gicp.voxel_m;
   result.overlap_m2 = at.partners * gicp.voxel_m * gicp.voxel_m;
   if (at.partners < kMinPartners || !(result.overlap_m2 >= params.min_overlap_m2)) return result;
+  result.overlap_center_m = at.place_sum_m / at.partners;
   const double dz_m = at.dz_sum_m / at.partners;
   result.z_offset_m = -dz_m;
   result.rms_m = std::sqrt(std::max(0.0, at.dz_squared_sum_m2 / at.partners - dz_m * dz_m));

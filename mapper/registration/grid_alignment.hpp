@@ -70,6 +70,10 @@ class GridAligner {
   Fit Describe(const Placement& at, double noise_scale) const;
   FitInformation Inform(const Fit& fit) const;
 
+  // Middle of the overlap, axes of the target.
+  Eigen::Vector2d Center(const Pose2& T_target_source) const {
+    return T_target_source * center_source_;
+  }
   // Jacobian of (position of the centre, yaw) with respect to (x, y, yaw) of T_target_source.
   Eigen::Matrix3d CenterJacobian(const Pose2& T_target_source) const;
   // Moves the centre and turns about it.

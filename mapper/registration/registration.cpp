@@ -422,6 +422,7 @@ class Registrar {
     result_.z_offset_sigma_m = info.shift_sigma_m;
     result_.rms_m = std::sqrt(fit.difference_variance);
     result_.overlap_m2 = Area(fit.cells, level);
+    result_.overlap_center_m = aligner.Center(fit.at.T_target_source);
     result_.sounding_sigma_m = info.sounding_sigma_m;
     result_.shared_sigma_m = info.shared_sigma_m;
     result_.cell_m = levels_[level].source->cell_m();

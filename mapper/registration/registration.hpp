@@ -120,6 +120,7 @@ struct RegistrationResult {
   double z_offset_sigma_m = 0.0;
   double rms_m = 0.0;  // of the height differences of smoothed cells, z_offset_m taken out
   double overlap_m2 = 0.0;
+  Eigen::Vector2d overlap_center_m = Eigen::Vector2d::Zero();  // axes of the target's level frame
   double sounding_sigma_m = 0.0;  // noise of a sounding that the residuals show
   double shared_sigma_m = 0.0;    // of errors that neighbouring soundings share
   double cell_m = 0.0;            // of the level that said most

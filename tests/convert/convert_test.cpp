@@ -309,10 +309,12 @@ GraphUpdate Update() {
   loop.z_offset_m = -0.1;
   loop.rms_m = 0.05;
   loop.overlap_m2 = 300.0;
+  loop.overlap_center_m = {12.0, -7.0};
   GraphEdge fix;
   fix.kind = EdgeKind::kPositionFix;
   fix.from = fix.to = SubmapId{4};
   update.edges = {loop, fix};
+  update.mounting = {0.25, 0.004};
   return update;
 }
 
@@ -335,6 +337,9 @@ TEST(ConvertGraphUpdate, GivesBackTheUpdate) {
   EXPECT_EQ(loop.z_offset_m, -0.1);
   EXPECT_EQ(loop.rms_m, 0.05);
   EXPECT_EQ(loop.overlap_m2, 300.0);
+  EXPECT_EQ(loop.overlap_center_m, Eigen::Vector2d(12.0, -7.0));
+  EXPECT_EQ(back->mounting.sonar_m, 0.25);
+  EXPECT_EQ(back->mounting.dvl_yaw_rad, 0.004);
   EXPECT_EQ(back->edges[1].kind, EdgeKind::kPositionFix);
 }
 
@@ -368,6 +373,9 @@ TEST(ConvertGraphUpdate, RefusesEachDamage) {
        {"information not symmetric", [](M& m) { m.edges[0].information[0][1] = 2.0; }},
        {"information negative", [](M& m) { m.edges[0].information[2][2] = -1.0; }},
        {"rms NaN", [](M& m) { m.edges[0].rms_m = kNan; }},
+       {"overlap nowhere", [](M& m) { m.edges[0].overlap_center_y_m = kNan; }},
+       {"sonar sigma negative", [](M& m) { m.sonar_sigma_m = -0.1; }},
+       {"DVL sigma NaN", [](M& m) { m.dvl_yaw_sigma_rad = kNan; }},
        {"count above the list", [](M& m) { m.num_edges = 3; }},
        {"count negative", [](M& m) { m.num_vertices = -1; }}});
 }
@@ -375,6 +383,7 @@ TEST(ConvertGraphUpdate, RefusesEachDamage) {
 PoseGraph Graph(int vertices, int edges) {
   PoseGraph graph;
   graph.graph_version = 5;
+  graph.mounting = {{0.3, -0.1}, 0.002, Eigen::Matrix3d::Identity() * 0.01};
   for (int i = 0; i < vertices; ++i) {
     SolvedVertex vertex;
     vertex.id = SubmapId{i};
@@ -400,6 +409,8 @@ TEST(ConvertPoseGraph, ComesBackFromItsParts) {
       ASSERT_EQ(whole.has_value(), i + 1 == parts.size());
       if (!whole) continue;
       EXPECT_EQ(whole->graph_version, 5);
+      EXPECT_EQ(whole->mounting.Vector(), Eigen::Vector3d(0.3, -0.1, 0.002));
+      EXPECT_EQ(whole->mounting.covariance, graph.mounting.covariance);
       ASSERT_EQ(whole->vertices.size(), graph.vertices.size());
       for (std::size_t k = 0; k < graph.vertices.size(); ++k) {
         EXPECT_EQ(whole->vertices[k].T_map_level.Vector(), graph.vertices[k].T_map_level.Vector());
@@ -446,6 +457,10 @@ TEST(ConvertPoseGraph, RefusesEachDamage) {
       {"cross NaN", [](pose_graph_t& m) { m.vertices[0].covariance_with_newest[2][2] = kNan; }},
       {"weight above one", [](pose_graph_t& m) { m.loop_edges[0].weight = 1.1; }},
       {"weight NaN", [](pose_graph_t& m) { m.loop_edges[0].weight = kNan; }},
+      {"sonar nowhere", [](pose_graph_t& m) { m.sonar_forward_m = kNan; }},
+      {"DVL turned by NaN", [](pose_graph_t& m) { m.dvl_yaw_rad = kNan; }},
+      {"covariance of mounting not symmetric",
+       [](pose_graph_t& m) { m.mounting_covariance[0][1] = 1.0; }},
       {"no parts", [](pose_graph_t& m) { m.num_parts = 0; }},
       {"endless parts", [](pose_graph_t& m) { m.num_parts = 1 << 30; }},
       {"part negative", [](pose_graph_t& m) { m.part = -1; }}};

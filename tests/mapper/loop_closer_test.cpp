@@ -89,6 +89,26 @@ TEST(LoopCloser, TakesThePriorFromTheSolutionAndGoesOnByDeadReckoning) {
   EXPECT_NEAR(pairs[0].prior.covariance(0, 0), 0.01 + 0.25, 0.01);
 }
 
+TEST(LoopCloser, ExpectsTheNextLineWhereTheMountingThatWasFoundPutsIt) {
+  LoopCloser closer(LoopCloserParams{});
+  closer.Add(At(0, 0.0, 0.0));
+  PoseGraph graph;
+  graph.vertices = {{SubmapId{0}, {}, Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero()}};
+  graph.mounting.sonar_m = {0.6, -0.2};
+  graph.mounting.covariance = Eigen::Vector3d(0.01, 0.04, 0.0).asDiagonal();
+  ASSERT_TRUE(closer.SetSolution(graph));
+  closer.Add(At(1, 4.0, 10.0, kPi));  // the other way
+  const std::vector<LoopPair> pairs = closer.PairsFor(SubmapId{1});
+  ASSERT_EQ(pairs.size(), 1u);
+  EXPECT_NEAR(pairs[0].prior.T_a_b.x, 4.0 - 1.2, 1e-9);
+  EXPECT_NEAR(pairs[0].prior.T_a_b.y, 10.0 + 0.4, 1e-9);
+  EXPECT_NEAR(pairs[0].prior.covariance(0, 0), 0.25 + 4.0 * 0.01, 0.01);
+  EXPECT_NEAR(pairs[0].prior.covariance(1, 1), 0.25 + 4.0 * 0.04, 0.01);
+  EXPECT_NEAR(closer.DeadReckoningEdge(SubmapId{1})[0].T_from_to.x, 4.0, 1e-9);  // as it was told
+  graph.mounting.sonar_m.x() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(closer.SetSolution(graph));
+}
+
 TEST(LoopCloser, RefusesASolutionOfAnotherGraph) {
   LoopCloser closer(LoopCloserParams{});
   closer.Add(At(4, 0.0, 0.0));

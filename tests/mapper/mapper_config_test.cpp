@@ -60,6 +60,12 @@ TEST(MapperConfig, ShippedFileSaysTheDefaults) {
                    defaults.navigation.attitude_heading_rad.sigma);
   EXPECT_EQ(shipped.max_waiting_pings, defaults.max_waiting_pings);
   EXPECT_EQ(shipped.nav_rate_hz, defaults.nav_rate_hz);
+  EXPECT_EQ(shipped.mounting.sonar_m, defaults.mounting.sonar_m);
+}
+
+TEST(MapperConfig, TurnsOfDvlAndSonarAddUpAsTheirSquares) {
+  const MapperConfig shipped = LoadMapperConfig((kConfigDir / "mapper.yaml").string());
+  EXPECT_NEAR(Rad2Deg(shipped.mounting.dvl_yaw_rad), std::sqrt(0.2 * 0.2 + 0.1 * 0.1), 1e-9);
 }
 
 void ExpectTheFileOfAClassToSayWhatTheBenchSimulates(const std::string& name) {
@@ -109,6 +115,8 @@ TEST(MapperConfig, NamesTheKeyThatIsWrong) {
   EXPECT_EQ(names("registration: {gicp_voxel_m: 0}\n", "registration.gicp_voxel_m must be"), "");
   EXPECT_EQ(names("registration: {z_sigma_m: 0}\n", "registration.z_sigma_m must be"), "");
   EXPECT_EQ(names("nav_rate_hz: 0\n", "nav_rate_hz must be"), "");
+  EXPECT_EQ(names("sonar_mounting_m: -0.1\n", "sonar_mounting_m must be"), "");
+  EXPECT_EQ(names("sonar_mounting_deg: 400\n", "sonar_mounting_deg must be"), "");
   EXPECT_EQ(names("survey_dir: ''\n", "survey_dir must"), "");
   EXPECT_EQ(names("navigation: {window_s: 1000}\n", "navigation.window_s must be"), "");
   EXPECT_EQ(names("sound_velocity_profile: {depth_m: [0, 10], speed_mps: [1500]}\n",

@@ -5,6 +5,7 @@
 #include <Eigen/Dense>
 #include <cmath>
 #include <optional>
+#include <random>
 
 #include "common/core/information.hpp"
 #include "optimizer/pose_graph_optimizer.hpp"
@@ -34,6 +35,45 @@ Problem SurveyProblem(int fixed_vertex) {
                         : k % 7 == 0                                     ? 0.0
                                                                          : 0.6);
   return p;
+}
+
+// The same with errors of mounting, each factor by its own.
+Problem SurveyProblemWithMounting() {
+  Problem p = SurveyProblem(0);
+  p.graph.mounting_vertex = p.graph.num_vertices++;
+  p.poses.push_back({0.3, -0.2, 0.004});
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> within(-20.0, 20.0);
+  for (std::size_t k = 0; k < p.graph.factors.size(); ++k) {
+    if (k % 5 == 0) continue;
+    for (double& by : p.graph.factors[k].by_mounting.topRows<2>().reshaped()) by = within(random);
+  }
+  const Eigen::Matrix3d W = Eigen::Vector3d(5.0, 5.0, 200.0).asDiagonal();
+  p.graph.factors.push_back({kMap, p.graph.mounting_vertex, {{}, W}, {}});
+  p.weights.push_back(1.0);
+  p.graph.factors.push_back({kMap, 4, {p.poses[4], W}, {}, 1, false, Eigen::Matrix3d::Zero()});
+  p.graph.factors.back().by_mounting.topLeftCorner<2, 2>() = p.poses[4].Rotation();
+  p.weights.push_back(1.0);
+  return p;
+}
+
+// Of the residual of one factor by all unknowns, by differences.
+Eigen::MatrixXd DenseJacobian(const Problem& p, std::size_t k) {
+  constexpr double kStep = 1e-5;
+  Eigen::MatrixXd J(3, 3 * p.graph.num_vertices);
+  for (int v = 0; v < p.graph.num_vertices; ++v) {
+    for (int c = 0; c < 3; ++c) {
+      const auto moved = [&](double by) {
+        std::vector<Pose2> poses = p.poses;
+        Pose2& pose = poses[static_cast<std::size_t>(v)];
+        (c == 0 ? pose.x : c == 1 ? pose.y : pose.yaw) += by;
+        return Residual(p.graph, k, poses);
+      };
+      J.col(3 * v + c) = (moved(kStep) - moved(-kStep)) / (2.0 * kStep);
+    }
+  }
+  if (p.graph.fixed_vertex >= 0) J.middleCols<3>(3 * p.graph.fixed_vertex).setZero();
+  return J;
 }
 
 // Rows and columns of the fixed vertex are left at zero.
@@ -115,6 +155,42 @@ TEST(NormalEquations, KnowsTheOpenPartOfResidualsThatAreLeftOut) {
     J.middleCols<3>(3 * f.j) = J_j;
     const Eigen::Matrix3d expected = J * dense * J.transpose();
     EXPECT_LT((covariance->of_residual[k] - expected).norm(), 1e-7 * (1.0 + expected.norm())) << k;
+  }
+}
+
+TEST(NormalEquations, ErrorsOfMountingAreUnknownsOfAllTheirFactors) {
+  const Problem p = SurveyProblemWithMounting();
+  NormalEquations equations(p.graph);
+  equations.Linearise(p.poses);
+  ASSERT_TRUE(equations.Factorize(p.weights));
+  const int size = 3 * p.graph.num_vertices;
+  Eigen::MatrixXd H = Eigen::MatrixXd::Zero(size, size);
+  Eigen::VectorXd g = Eigen::VectorXd::Zero(size);
+  H.topLeftCorner<3, 3>().setIdentity();  // the fixed vertex
+  for (std::size_t k = 0; k < p.graph.factors.size(); ++k) {
+    const Eigen::MatrixXd J = DenseJacobian(p, k);
+    H += p.weights[k] * J.transpose() * J;
+    g += p.weights[k] * J.transpose() * Residual(p.graph, k, p.poses);
+  }
+  const Eigen::VectorXd step = -H.ldlt().solve(g);
+  EXPECT_LT((equations.Step(p.weights).by - step).norm(), 1e-6 * step.norm());
+  const std::vector<double> no_bends(p.weights.size(), 0.0);
+  const NewtonStep iterated = equations.IteratedStep(p.weights, no_bends, 3);
+  EXPECT_LT((iterated.by - step).norm(), 1e-6 * step.norm());
+
+  Eigen::MatrixXd covariance = H.inverse();
+  covariance.topLeftCorner<3, 3>().setZero();
+  const GraphCovariance sparse = equations.Covariance(29);
+  for (int v = 0; v < p.graph.num_vertices; ++v) {
+    const Eigen::Matrix3d expected = covariance.block<3, 3>(3 * v, 3 * v);
+    EXPECT_LT((sparse.marginal[static_cast<std::size_t>(v)] - expected).norm(),
+              1e-6 * (1e-6 + expected.norm()))
+        << v;
+  }
+  for (std::size_t k = 0; k < p.graph.factors.size(); ++k) {
+    const Eigen::MatrixXd J = DenseJacobian(p, k);
+    const Eigen::Matrix3d expected = J * covariance * J.transpose();
+    EXPECT_LT((sparse.of_residual[k] - expected).norm(), 1e-6 * (1.0 + expected.norm())) << k;
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -490,6 +491,113 @@ GraphEdge Fix(int vertex, double x, double y, double sigma_m) {
   GraphEdge fix = Edge(EdgeKind::kPositionFix, vertex, vertex, {x, y, 0.0}, sigma_m, 1.0);
   fix.information(2, 2) = 0.0;  // GPS knows no heading
   return fix;
+}
+
+MountingErrors WrongMounting() {
+  MountingErrors errors;
+  errors.sonar_m = {-0.6, 0.3};
+  errors.dvl_yaw_rad = Deg2Rad(0.5);
+  return errors;
+}
+
+// A survey as it looks with sensors that are not mounted as told.
+std::vector<GraphUpdate> SeenWrong(const SurveyGraph& survey, const MountingSigmas& sigmas) {
+  const MountingErrors errors = WrongMounting();
+  std::vector<GraphUpdate> updates = survey.updates;
+  for (GraphUpdate& update : updates) {
+    update.mounting = sigmas;
+    for (GraphEdge& edge : update.edges) {
+      const Pose2 T = edge.T_from_to;
+      if (edge.kind == EdgeKind::kDeadReckoning) {
+        const Eigen::Vector2d t = Pose2{0.0, 0.0, -errors.dvl_yaw_rad}.Rotation() * T.Translation();
+        edge.T_from_to = {t.x(), t.y(), T.yaw};
+      } else {
+        edge.overlap_center_m = 0.5 * T.Translation();
+        const Pose2 measured = Inverse(SoundingPose({}, errors)) * SoundingPose(T, errors);
+        const Eigen::Vector3d told =
+            measured.Vector() -
+            LoopClosureByMounting(measured, edge.overlap_center_m) * errors.Vector();
+        edge.T_from_to = {told.x(), told.y(), told.z()};
+      }
+    }
+  }
+  return updates;
+}
+
+// Of where the vehicle was, after the rigid motion that lays it best on the truth.
+double ShapeRms(const PoseGraph& solution, const std::vector<Pose2>& truth) {
+  const auto n = static_cast<Eigen::Index>(truth.size());
+  Eigen::Matrix2Xd found(2, n), expected(2, n);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const Pose2& T = solution.vertices[static_cast<std::size_t>(k)].T_map_level;
+    found.col(k) = VehiclePose(T, solution.mounting).Translation();
+    expected.col(k) = truth[static_cast<std::size_t>(k)].Translation();
+  }
+  const Eigen::Matrix3d fit = Eigen::umeyama(found, expected, false);
+  const Eigen::Matrix2Xd fitted =
+      (fit.topLeftCorner<2, 2>() * found).colwise() + Eigen::Vector2d(fit.topRightCorner<2, 1>());
+  return (fitted - expected).norm() / std::sqrt(static_cast<double>(n));
+}
+
+// The shape that can be had of a survey whose mounting is known to this covariance: an angle off by
+// its sigma leaves lines of opposite heading in a fishbone.
+double ShapeToBeHad(double where_mounting_is_known_m,
+                    const MountingErrors& mounting,
+                    double line_m) {
+  const double fishbone_m = line_m / std::sqrt(12.0) * std::sqrt(mounting.covariance(2, 2));
+  return std::hypot(where_mounting_is_known_m, fishbone_m);
+}
+
+TEST(PoseGraphOptimizer, FindsErrorsOfMountingThatAllSubmapsShare) {
+  const SurveyGraph survey =
+      SimulateSurvey({.vertices = 300, .per_line = 20, .sigma_m = 0.1, .seed = 5});
+  const MountingErrors wrong = WrongMounting();
+  const PoseGraph right = SolveAll(survey.updates);
+  const PoseGraph blind = SolveAll(SeenWrong(survey, {}));
+  const PoseGraph found = SolveAll(SeenWrong(survey, {0.5, Deg2Rad(0.5)}));
+  const Eigen::Vector3d error = found.mounting.Vector() - wrong.Vector();
+  const Eigen::Vector3d sigma = found.mounting.covariance.diagonal().cwiseSqrt();
+  EXPECT_LT(error.cwiseQuotient(sigma).cwiseAbs().maxCoeff(), 3.0);
+  EXPECT_LT(sigma.cwiseQuotient(wrong.Vector().cwiseAbs()).maxCoeff(), 0.25);
+  EXPECT_LT(ShapeRms(found, survey.truth),
+            ShapeToBeHad(ShapeRms(right, survey.truth), found.mounting, 800.0));
+  EXPECT_GT(ShapeRms(blind, survey.truth), 3.0 * ShapeRms(found, survey.truth));
+  EXPECT_EQ(blind.mounting.Vector(), Eigen::Vector3d::Zero());
+  EXPECT_EQ(blind.mounting.covariance, Eigen::Matrix3d::Zero());
+}
+
+TEST(PoseGraphOptimizer, FindsNoErrorsOfMountingWhereThereAreNone) {
+  const SurveyGraph survey = SimulateSurvey({.vertices = 120, .per_line = 10, .seed = 6});
+  std::vector<GraphUpdate> updates = survey.updates;
+  for (GraphUpdate& update : updates) update.mounting = {0.1, Deg2Rad(0.1)};
+  const PoseGraph sought = SolveAll(updates);
+  const Eigen::Vector3d sigma = sought.mounting.covariance.diagonal().cwiseSqrt();
+  EXPECT_LT(sought.mounting.Vector().cwiseQuotient(sigma).cwiseAbs().maxCoeff(), 3.0);
+  const double where_known_m = ShapeRms(SolveAll(survey.updates), survey.truth);
+  EXPECT_LT(ShapeRms(sought, survey.truth), ShapeToBeHad(where_known_m, sought.mounting, 400.0));
+}
+
+TEST(PoseGraphOptimizer, ErrorsOfMountingAreThoseKnownBeforehandWhereNoClosureTells) {
+  SurveyGraph survey = SimulateSurvey({.vertices = 10, .per_line = 10, .closures = 0});
+  const PoseGraph solution = SolveAll(SeenWrong(survey, {0.2, 0.0}));
+  EXPECT_LT(solution.mounting.Vector().norm(), 1e-9);
+  EXPECT_NEAR(std::sqrt(solution.mounting.covariance(0, 0)), 0.2, 1e-9);
+  EXPECT_NEAR(std::sqrt(solution.mounting.covariance(1, 1)), 0.2, 1e-9);
+  EXPECT_LT(std::sqrt(solution.mounting.covariance(2, 2)), 1.1e-5);  // none
+}
+
+TEST(PoseGraphOptimizer, ErrorsOfMountingAreTheSameInBatchAndIncremental) {
+  const SurveyGraph survey = SimulateSurvey({.vertices = 60, .per_line = 10, .seed = 8});
+  const std::vector<GraphUpdate> updates = SeenWrong(survey, {0.5, Deg2Rad(0.5)});
+  PoseGraphOptimizer incremental{OptimizerParams{}};
+  PoseGraph last;
+  for (const GraphUpdate& update : updates) {
+    ASSERT_TRUE(incremental.Add(update));
+    last = incremental.Solve();
+  }
+  const PoseGraph batch = SolveAll(updates);
+  EXPECT_LT((last.mounting.Vector() - batch.mounting.Vector()).norm(), 1e-6);
+  EXPECT_LT(LargestDifference(last, batch), 1e-5);
 }
 
 TEST(PoseGraphOptimizer, PositionFixesMoveTheWholeSurvey) {

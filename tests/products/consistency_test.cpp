@@ -19,10 +19,10 @@ Survey CollectAll(const TemporaryDir& folder, const std::vector<Submap>& submaps
 }
 
 ConsistencyMap MapOf(const Survey& survey, double cell_m, std::size_t cache_points = 1'000'000) {
-  const std::vector<Pose2> poses = DeadReckonedPoses(survey);
+  const SurveyPoses poses = DeadReckonedPoses(survey);
   Eigen::AlignedBox2d box;
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    box.extend(NorthEastBox(survey.submaps[i], poses[i], MapAxes::kNorthEastDown));
+  for (std::size_t i = 0; i < survey.submaps.size(); ++i) {
+    box.extend(NorthEastBox(survey.submaps, poses, i, MapAxes::kNorthEastDown));
   }
   return ComputeConsistency(survey.submaps,
                             poses,
@@ -136,11 +136,11 @@ TEST(Consistency, FallsWhenDriftingSubmapsArePutRightOverTheSameCells) {
   const testing::DriftingSurvey drifting = testing::MakeDriftingSurvey();
   const Survey survey = CollectAll(folder, drifting.submaps);
   const GridGeometry geometry = GridGeometry::Covering({-40, -40}, {120, 120}, 1.0);
-  const auto map_at = [&](const std::vector<Pose2>& poses) {
+  const auto map_at = [&](const SurveyPoses& poses) {
     return ComputeConsistency(survey.submaps, poses, MapAxes::kNorthEastDown, geometry, 1'000'000);
   };
   const ConsistencyMap before = map_at(DeadReckonedPoses(survey));
-  const ConsistencyMap after = map_at(drifting.truth);
+  const ConsistencyMap after = map_at({drifting.truth, {}});
   const ConsistencyFigures b = FiguresWhereAlike(before, after);
   const ConsistencyFigures a = FiguresWhereAlike(after, before);
   EXPECT_EQ(a.point.cells, b.point.cells);

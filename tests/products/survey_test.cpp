@@ -113,8 +113,8 @@ TEST(SolvedPoses, CarryTheLastCorrectionToSubmapsThatAreNotSolvedYet) {
   PoseGraph solution = SolutionAt(drifting.truth);
   solution.vertices.pop_back();
   const Survey survey = Collect(drifting, folder.path(), solution, {});
-  const std::vector<Pose2> dead_reckoned = DeadReckonedPoses(survey);
-  const std::vector<Pose2> solved = SolvedPoses(survey);
+  const std::vector<Pose2> dead_reckoned = DeadReckonedPoses(survey).T_map_level;
+  const std::vector<Pose2> solved = SolvedPoses(survey).T_map_level;
   EXPECT_EQ(solved[1].x, drifting.truth[1].x);
   const Pose2 step = Inverse(dead_reckoned[1]) * dead_reckoned[2];
   const Pose2 got = Inverse(solved[1]) * solved[2];
@@ -127,12 +127,38 @@ TEST(SolvedPoses, RefuseAVertexThatIsNotFinite) {
   PoseGraph solution = SolutionAt(drifting.truth);
   solution.vertices[1].T_map_level.x = std::numeric_limits<double>::quiet_NaN();
   const Survey survey = Collect(drifting, folder.path(), solution, {});
-  EXPECT_TRUE(SolvedPoses(survey)[1].Vector().allFinite());
+  EXPECT_TRUE(SolvedPoses(survey).T_map_level[1].Vector().allFinite());
 }
 
 TEST(MapPoints, OfAZUpFrameAreTurnedToNorthEastDown) {
   EXPECT_EQ(ToNorthEastDown({1, 2, 3}, MapAxes::kEastNorthUp), Eigen::Vector3d(2, 1, -3));
   EXPECT_EQ(ToNorthEastDown({1, 2, 3}, MapAxes::kNorthEastDown), Eigen::Vector3d(1, 2, 3));
+}
+
+TEST(MapPoints, AreShearedInTheirLevelFrameByADvlThatIsTurned) {
+  const TemporaryDir folder;
+  Submap tilted = MakeDriftingSurvey(1, 2).submaps[0];
+  tilted.T_map_submap.linear() = RotationFromRpy(0.1, -0.2, 0.7);
+  SurveyCollector collector(folder.path());
+  collector.Add(tilted);
+  const Survey survey = collector.Finish();
+  MountingErrors mounting;
+  mounting.dvl_yaw_rad = 0.01;
+  const PointCloud told = LoadCloud(survey.submaps[0], {});
+  const PointCloud sheared = LoadCloud(survey.submaps[0], mounting);
+  ASSERT_GT(told.size(), 100u);
+  ASSERT_EQ(sheared.size(), told.size());
+  EXPECT_EQ(sheared.soundings, told.soundings);
+  const Eigen::Matrix3d R_level_submap = RotationFromRpy(0.1, -0.2, 0.0);
+  for (std::size_t i = 0; i < told.size(); ++i) {
+    const Eigen::Vector3d before = R_level_submap * told.points[i].cast<double>();
+    const Eigen::Vector3d after = R_level_submap * sheared.points[i].cast<double>();
+    EXPECT_LT((after - before - Eigen::Vector3d(0.0, 0.01 * before.x(), 0.0)).norm(), 1e-5);
+  }
+  const SurveyPoses poses{{{5.0, -3.0, 0.4}}, mounting};
+  const Eigen::AlignedBox2d box = NorthEastBox(survey.submaps, poses, 0, MapAxes::kNorthEastDown);
+  for (const MapPoint& point : LoadMapPoints(survey.submaps, poses, 0, MapAxes::kNorthEastDown))
+    EXPECT_TRUE(box.contains(point.p_ned.head<2>()));
 }
 
 TEST(MapPoints, DefaultCellIsTwiceThePointSpacingRoundedUp) {

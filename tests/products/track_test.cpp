@@ -41,7 +41,7 @@ struct Bent {
       sigmas.push_back(Eigen::Vector3d(0.1 * static_cast<double>(i), 0.2, 0.001));
     }
   }
-  TrackCorrection Correction() const { return {survey, corrected, sigmas}; }
+  TrackCorrection Correction() const { return {survey, {corrected, {}}, sigmas}; }
 };
 
 TEST(TrackCorrection, PassesThroughEveryCorrectedFrame) {
@@ -53,6 +53,25 @@ TEST(TrackCorrection, PassesThroughEveryCorrectedFrame) {
     EXPECT_NEAR(got.y, bent.corrected[i].y, 1e-9);
     EXPECT_NEAR(WrapAngle(got.yaw - bent.corrected[i].yaw), 0.0, 1e-12);
   }
+}
+
+TEST(TrackCorrection, IsOfTheVehicleAndNotOfItsSoundings) {
+  const Bent bent;
+  MountingErrors mounting;
+  mounting.sonar_m = {0.5, -0.2};
+  mounting.dvl_yaw_rad = 0.01;
+  const TrackCorrection correction(bent.survey, {bent.corrected, mounting}, bent.sigmas);
+  const Pose2 at_frame = correction(At(kFrameTimes[0]), PathAt(kFrameTimes[0]));
+  const Pose2& soundings = bent.corrected[0];
+  const Eigen::Vector2d sonar = at_frame * mounting.sonar_m;
+  EXPECT_LT((sonar - soundings.Translation()).norm(), 1e-9);
+  // Before the first frame by dead reckoning alone, along what the DVL measured turned with it.
+  const Pose2 before = correction(At(0.0), PathAt(0.0));
+  const Pose2 told = Inverse(PathAt(kFrameTimes[0])) * PathAt(0.0);
+  const Pose2 went = Inverse(at_frame) * before;
+  EXPECT_NEAR(std::atan2(went.y, went.x) - std::atan2(told.y, told.x), 0.01, 1e-9);
+  EXPECT_NEAR(went.Translation().norm(), told.Translation().norm(), 1e-9);
+  EXPECT_NEAR(went.yaw, told.yaw, 1e-9);
 }
 
 TEST(TrackCorrection, KeepsPositionAndVelocityContinuousAtFrames) {
@@ -112,7 +131,7 @@ TEST(TrackCorrection, BlendsHeadingTheShortWayRound) {
     survey.submaps.push_back(s);
     corrected.push_back({0, 0, i == 0 ? 3.13 : -3.13});
   }
-  const TrackCorrection correction(survey, corrected, {std::nullopt, std::nullopt});
+  const TrackCorrection correction(survey, {corrected, {}}, {std::nullopt, std::nullopt});
   EXPECT_NEAR(std::abs(correction(At(5), {0, 0, 3.13}).yaw), kPi, 1e-9);
 }
 

@@ -147,6 +147,16 @@ TEST(Truth, JudgesTheClosuresThatAreBelieved) {
   EXPECT_NEAR(errors->worst_chi2, 9.0, 1e-9);
 }
 
+TEST(Truth, LeavesErrorsOfMountingThatWereFoundOutOfTheClosures) {
+  SolvedClosures solved({{0, 0, 0.0}, {10, 4, kPi}});
+  const Eigen::Matrix3d known = Eigen::Vector3d(100.0, 400.0, 1e4).asDiagonal();
+  // Lines of opposite heading; the sonar stands 0.3 m further back than it was told.
+  solved.Add(0, 1, known, 1.0).T_from_to.x += 0.6;
+  EXPECT_NEAR(CompareClosuresWithTruth(solved.survey, solved.truth)->chi2, 36.0, 1e-9);
+  solved.survey.solution.mounting.sonar_m = {-0.3, 0.0};
+  EXPECT_NEAR(CompareClosuresWithTruth(solved.survey, solved.truth)->chi2, 0.0, 1e-9);
+}
+
 TEST(Truth, SaysNothingOfClosuresThatItDoesNotCover) {
   SolvedClosures solved({{0, 0, 0}, {10, 0, 0}});
   solved.Add(0, 1, Eigen::Matrix3d::Identity(), 1.0);

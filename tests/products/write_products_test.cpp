@@ -191,9 +191,31 @@ TEST(WriteProducts, GivesTheSameBytesTwice) {
   EXPECT_EQ(Slurp(a / "submaps/submap_3.pcd"), Slurp(b / "submaps/submap_3.pcd"));
 }
 
+TEST(WriteProducts, SaysWhatTheGraphFoundOfTheMounting) {
+  const TemporaryDir folder;
+  PoseGraph solution = SolutionAt(Drifting().truth);
+  solution.mounting.sonar_m = {-0.25, 0.125};
+  solution.mounting.dvl_yaw_rad = Deg2Rad(0.5);
+  solution.mounting.covariance = Eigen::Vector3d(0.01, 0.04, 1e-6).asDiagonal();
+  WriteProducts(Collect(Drifting(), folder.path(), solution, {LoopEdge(0, 5)}), {}, folder.path());
+  const nlohmann::json mounting = Json(folder / "report.json")["mounting"];
+  EXPECT_DOUBLE_EQ(mounting["sonar_forward_m"]["value"], -0.25);
+  EXPECT_DOUBLE_EQ(mounting["sonar_forward_m"]["sigma"], 0.1);
+  EXPECT_DOUBLE_EQ(mounting["sonar_starboard_m"]["value"], 0.125);
+  EXPECT_DOUBLE_EQ(mounting["dvl_yaw_deg"]["value"], 0.5);
+  EXPECT_THAT(Slurp(folder / "report.html"), HasSubstr("-0.250 m"));
+
+  WriteProducts(Collect(Drifting(), folder.path(), SolutionAt(Drifting().truth), {LoopEdge(0, 5)}),
+                {},
+                folder.path());
+  EXPECT_TRUE(Json(folder / "report.json")["mounting"].is_null());
+  EXPECT_THAT(Slurp(folder / "report.html"), Not(HasSubstr("Mounting")));
+}
+
 TEST(WriteProducts, WithholdsACorrectionThatMakesTheMapWorse) {
   const TemporaryDir folder;
-  std::vector<Pose2> wrong = DeadReckonedPoses(Collect(Drifting(), folder.path(), {}, {}));
+  std::vector<Pose2> wrong =
+      DeadReckonedPoses(Collect(Drifting(), folder.path(), {}, {})).T_map_level;
   for (std::size_t i = 3; i < 6; ++i) wrong[i].x += 4.0;
   const Survey survey = Collect(Drifting(), folder.path(), SolutionAt(wrong), {LoopEdge(0, 5)});
   const ProductSummary summary = WriteProducts(survey, {}, folder.path());
@@ -203,7 +225,7 @@ TEST(WriteProducts, WithholdsACorrectionThatMakesTheMapWorse) {
   EXPECT_EQ(Slurp(folder / "depth.tif"), Slurp(folder / "depth_dead_reckoned.tif"));
   EXPECT_EQ(Slurp(folder / "consistency.tif"), Slurp(folder / "consistency_dead_reckoned.tif"));
   const auto poses = PosesIn(folder / "poses.txt");
-  EXPECT_EQ(poses.at(4), DeadReckonedPoses(survey)[4].Translation());
+  EXPECT_EQ(poses.at(4), DeadReckonedPoses(survey).T_map_level[4].Translation());
   EXPECT_EQ(Json(folder / "report.json")["outcome"], "withheld");
   EXPECT_THAT(Slurp(folder / "report.html"), HasSubstr("The correction was withheld"));
 }
@@ -247,8 +269,11 @@ TEST(WriteProducts, WithholdsASolutionTooWildToGrid) {
 TEST(WriteProducts, SaysPlainlyThatNothingOverlaps) {
   const TemporaryDir folder;
   const DriftingSurvey line = MakeDriftingSurvey(1, 3, 0.0);
-  const Survey survey = Collect(
-      line, folder.path(), SolutionAt(DeadReckonedPoses(Collect(line, folder.path(), {}, {}))), {});
+  const Survey survey =
+      Collect(line,
+              folder.path(),
+              SolutionAt(DeadReckonedPoses(Collect(line, folder.path(), {}, {})).T_map_level),
+              {});
   const ProductSummary summary = WriteProducts(survey, {}, folder.path());
   EXPECT_EQ(summary.outcome, Outcome::kNothingToCorrect);
   EXPECT_THAT(summary.statement, HasSubstr("no two passes of this survey overlap"));

@@ -44,6 +44,7 @@ TEST(Gicp, FindsTheSourceNearItsPrior) {
     EXPECT_LT(std::abs(WrapAngle(error.yaw)), 0.005) << seed;
     EXPECT_LT(std::abs(result.z_offset_m), 0.02) << seed;
     EXPECT_GT(result.overlap_m2, 300.0);
+    EXPECT_LT((result.overlap_center_m - OverlapCenter(pair)).norm(), 2.0) << seed;
   }
 }
 

@@ -71,6 +71,7 @@ TEST(Registration, FindsTheSourceAcrossShiftTurnAndHeightBias) {
     EXPECT_LT(error.head<2>().norm(), 0.15) << seed;
     EXPECT_LT(std::abs(error[2]), Deg2Rad(0.4)) << seed;
     EXPECT_NEAR(result.z_offset_m, 0.3, 0.03) << seed;
+    EXPECT_LT((result.overlap_center_m - OverlapCenter(pair)).norm(), 2.0) << seed;
   }
 }
 

@@ -146,4 +146,11 @@ SyntheticPair MakePair(const Seabed& seabed,
   return pair;
 }
 
+// Axes of the target's level frame.
+inline Eigen::Vector2d OverlapCenter(const SyntheticPair& pair) {
+  const Eigen::Vector2d between =
+      0.5 * (pair.target.T_map_middle.Translation() + pair.source.T_map_middle.Translation());
+  return Inverse(LevelPose(pair.target.T_map_submap)) * between;
+}
+
 }  // namespace seastitch

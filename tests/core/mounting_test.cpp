@@ -1,0 +1,117 @@
+#include "common/core/mounting.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace seastitch {
+namespace {
+
+// First order in angles of a mrad at distances of 100 m.
+constexpr double kSecondOrder_m = 3e-4;
+
+Pose2 Turned(double rad) { return {0.0, 0.0, rad}; }
+
+MountingErrors Wrong() {
+  MountingErrors errors;
+  errors.sonar_m = {0.6, -0.25};
+  errors.dvl_yaw_rad = 1.2e-3;
+  return errors;
+}
+
+// A vehicle on a straight line that knows its heading, told wrong how its sensors are mounted.
+class Line {
+ public:
+  Line(const Pose2& T_map_frame, const MountingErrors& errors)
+      : T_map_frame_(T_map_frame), errors_(errors) {}
+
+  // A sounding at `place`, which the vehicle saw abeam of its sonar: where it was told to be in the
+  // level frame of the submap.
+  Eigen::Vector2d Told(const Eigen::Vector2d& place) const {
+    const Eigen::Vector2d from_frame = Inverse(T_map_frame_) * place;
+    const Eigen::Vector2d travelled(from_frame.x() - errors_.sonar_m.x(), 0.0);
+    const Eigen::Vector2d from_vehicle = from_frame - travelled;
+    const Eigen::Vector2d told_travelled = Turned(-errors_.dvl_yaw_rad) * travelled;
+    return told_travelled + from_vehicle - errors_.sonar_m;
+  }
+
+ private:
+  Pose2 T_map_frame_;
+  MountingErrors errors_;
+};
+
+struct Draw {
+  std::mt19937 random{7};
+
+  double Within(double most) { return std::uniform_real_distribution<double>(-most, most)(random); }
+  Pose2 Pose() { return {Within(1000.0), Within(1000.0), Within(kPi)}; }
+  // Within reach of a submap there.
+  Eigen::Vector2d Near(const Pose2& T) { return T * Eigen::Vector2d(Within(50.0), Within(40.0)); }
+};
+
+TEST(Mounting, SoundingsBelongWhereTheyWereOnceTheyAreShearedAndTheirFrameIsShifted) {
+  Draw draw;
+  const MountingErrors errors = Wrong();
+  for (int i = 0; i < 100; ++i) {
+    const Pose2 T_map_vehicle = draw.Pose();
+    const Eigen::Vector2d place = draw.Near(T_map_vehicle);
+    const Eigen::Vector2d told = Line(T_map_vehicle, errors).Told(place);
+    const Eigen::Vector2d put = SoundingPose(T_map_vehicle, errors) * (told + Shear(told, errors));
+    EXPECT_LT((put - place).norm(), 1e-3);  // what is left of the shear along the sonar's own shift
+    EXPECT_GT((T_map_vehicle * told - place).norm(), 0.5);
+  }
+}
+
+TEST(Mounting, ALoopClosureMeasuresWhereTheSoundingsOfBothBelong) {
+  Draw draw;
+  const MountingErrors errors = Wrong();
+  for (int i = 0; i < 100; ++i) {
+    const Pose2 from = draw.Pose();
+    const Eigen::Vector2d place = draw.Near(from);
+    const Pose2 to{place.x() + draw.Within(40.0), place.y() + draw.Within(40.0), draw.Within(kPi)};
+    const double yaw = WrapAngle(to.yaw - from.yaw);
+    const Eigen::Vector2d in_from = Line(from, errors).Told(place);
+    const Eigen::Vector2d t = in_from - Turned(yaw) * Line(to, errors).Told(place);
+    const Pose2 measured{t.x(), t.y(), yaw};
+    const Eigen::Vector3d expected =
+        (Inverse(SoundingPose(from, errors)) * SoundingPose(to, errors)).Vector();
+    const Eigen::Vector3d corrected =
+        measured.Vector() + LoopClosureByMounting(measured, in_from) * errors.Vector();
+    EXPECT_LT((corrected - expected).head<2>().norm(), 2e-3);
+    EXPECT_NEAR(WrapAngle(corrected.z() - expected.z()), 0.0, 1e-12);
+  }
+}
+
+TEST(Mounting, ADeadReckonedStepIsTurnedWithTheDvl) {
+  Draw draw;
+  const MountingErrors errors = Wrong();
+  for (int i = 0; i < 100; ++i) {
+    const Pose2 from = draw.Pose();
+    const Pose2 step{draw.Within(100.0), draw.Within(100.0), draw.Within(kPi)};
+    const Pose2 to = from * step;
+    const Eigen::Vector2d t = Turned(-errors.dvl_yaw_rad) * step.Translation();
+    const Pose2 told{t.x(), t.y(), step.yaw};
+    const Pose2 travelled = TravelledPose(told, errors);
+    EXPECT_LT((travelled.Vector() - step.Vector()).norm(), 1e-9);
+    const Eigen::Vector3d expected =
+        (Inverse(SoundingPose(from, errors)) * SoundingPose(to, errors)).Vector();
+    const Eigen::Vector3d corrected =
+        told.Vector() + DeadReckoningByMounting(told) * errors.Vector();
+    EXPECT_LT((corrected - expected).head<2>().norm(), kSecondOrder_m);
+    EXPECT_NEAR(WrapAngle(corrected.z() - expected.z()), 0.0, 1e-9);
+  }
+}
+
+TEST(Mounting, APositionIsThatOfTheVehicle) {
+  Draw draw;
+  const MountingErrors errors = Wrong();
+  const Pose2 vehicle = draw.Pose();
+  const Eigen::Vector3d corrected =
+      vehicle.Vector() + PositionByMounting(vehicle.yaw) * errors.Vector();
+  EXPECT_LT((corrected - SoundingPose(vehicle, errors).Vector()).norm(), 1e-9);
+  const Pose2 back = VehiclePose(SoundingPose(vehicle, errors), errors);
+  EXPECT_LT((back.Vector() - vehicle.Vector()).norm(), 1e-9);
+}
+
+}  // namespace
+}  // namespace seastitch
