@@ -7,6 +7,8 @@
 #include <limits>
 #include <utility>
 
+#include "common/core/information.hpp"
+
 namespace seastitch {
 namespace {
 
@@ -59,6 +61,7 @@ void LoopCloser::Add(const Submap& submap) {
   entries_.push_back({OutlineOf(submap),
                       LevelPose(submap.T_map_submap),
                       submap.T_map_submap.translation().z(),
+                      submap.heading_spread,
                       submap.covariance_from_previous,
                       std::nullopt});
 }
@@ -152,7 +155,8 @@ std::vector<GraphEdge> LoopCloser::Record(const std::vector<LoopPair>& pairs,
                                           const std::vector<GraphEdge>& edges) {
   for (const LoopPair& pair : pairs) tried_[{pair.target, pair.source}].prior = pair.prior;
   std::vector<GraphEdge> news;
-  for (const GraphEdge& edge : edges) {
+  for (GraphEdge edge : edges) {
+    edge.information = InformationDespiteBends(edge);
     Tried& tried = tried_[{edge.from, edge.to}];
     if (IsAccepted(edge) || !tried.edge || tried.edge->verdict != edge.verdict)
       news.push_back(edge);
@@ -161,6 +165,21 @@ std::vector<GraphEdge> LoopCloser::Record(const std::vector<LoopPair>& pairs,
     tried.believed = IsAccepted(edge);
   }
   return news;
+}
+
+Eigen::Matrix3d LoopCloser::InformationDespiteBends(const GraphEdge& edge) const {
+  const double offset_m2 =
+      0.5 * (mounting_.sonar_m.squaredNorm() + mounting_.covariance.topLeftCorner<2, 2>().trace());
+  const double spread2 = std::pow(entries_[IndexOf(edge.from)].heading_spread, 2) +
+                         std::pow(entries_[IndexOf(edge.to)].heading_spread, 2);
+  const std::optional<SqrtInformation> root = FactorInformation(edge.information);
+  if (offset_m2 * spread2 == 0.0 || !root) return edge.information;
+  // Both covariances together, where the information may be singular.
+  const Eigen::Matrix<double, 3, 2> W = root->W.leftCols<2>();
+  const Eigen::Matrix3d both =
+      Eigen::Matrix3d::Identity() + offset_m2 * spread2 * W * W.transpose();
+  const Eigen::Matrix3d information = root->W.transpose() * both.inverse() * root->W;
+  return 0.5 * (information + information.transpose());
 }
 
 std::vector<GraphEdge> LoopCloser::DeadReckoningEdge(SubmapId to) const {

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "common/core/graph.hpp"
+#include "common/core/mounting.hpp"
 #include "common/core/submap.hpp"
 #include "mapper/registration/gicp.hpp"
 #include "mapper/registration/prepared_submaps.hpp"
@@ -67,8 +68,8 @@ class LoopCloser {
   // solution where it reaches, on by dead reckoning from its newest submap.
   std::vector<LoopPair> PairsFor(SubmapId source) const;
 
-  // What registering these pairs gave: of the edges, those that say something new to the graph. A
-  // pair without an edge could not be loaded.
+  // What registering these pairs gave: of the edges, those that say something new to the graph,
+  // less sure where submaps turn. A pair without an edge could not be loaded.
   std::vector<GraphEdge> Record(const std::vector<LoopPair>& pairs,
                                 const std::vector<GraphEdge>& edges);
 
@@ -104,6 +105,7 @@ class LoopCloser {
     SubmapOutline outline;
     Pose2 T_map_level;  // dead-reckoned
     double z_m;
+    double heading_spread;
     Eigen::Matrix3d covariance_from_previous;
     // In the map, when its pairs were last looked at in the light of a solution.
     std::optional<RelativePose> looked_at;
@@ -116,6 +118,9 @@ class LoopCloser {
   using PairKey = std::pair<SubmapId, SubmapId>;  // target, source
 
   std::size_t IndexOf(SubmapId id) const;
+  // Of a closure whose submaps an offset of the sonar bends, as large as the last solution holds it
+  // possible.
+  Eigen::Matrix3d InformationDespiteBends(const GraphEdge& edge) const;
   // As dead reckoning says it; and with what the last solution says of the mounting.
   RelativePose ToldFromPrevious(std::size_t i) const;
   RelativePose FromPrevious(std::size_t i) const;

@@ -1,5 +1,6 @@
 #include "mapper/mapper_config.hpp"
 
+#include <cmath>
 #include <vector>
 
 #include "common/runtime/config.hpp"
@@ -203,8 +204,7 @@ MapperConfig LoadMapperConfig(const std::string& path) {
   if (config.max_waiting_submaps < 1 || config.max_waiting_submaps > 1000)
     root.Check("max_waiting_submaps must be within 1 and 1000");
   root.Read("sonar_mounting_m", &config.mounting.sonar_m);
-  if (!(config.mounting.sonar_m >= 0.0 && std::isfinite(config.mounting.sonar_m)))
-    root.Check("sonar_mounting_m must be >= 0");
+  if (!config.mounting.AreUsable()) root.Check("sonar_mounting_m must be 0 to 10");
   double sonar_mounting_rad = Deg2Rad(0.1);
   ReadDegrees(&root, "sonar_mounting_deg", &sonar_mounting_rad);
   if (!(sonar_mounting_rad >= 0.0 && sonar_mounting_rad < kPi))

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "common/core/mounting.hpp"
 #include "common/core/sensors.hpp"
 #include "common/core/vehicle.hpp"
 #include "mapper/loop_closer.hpp"

@@ -32,6 +32,9 @@ struct FactorGraph {
   int mounting_vertex = -1;
 };
 
+// (sonar_m, dvl_yaw_rad); zero where none is sought.
+Eigen::Vector3d MountingIn(const FactorGraph& graph, const std::vector<Pose2>& T_map_vertex);
+
 // W e of one factor, the errors of mounting taken off.
 Eigen::Vector3d Residual(const FactorGraph& graph,
                          std::size_t factor,

@@ -51,14 +51,14 @@ void NormalEquations::Linearise(const std::vector<Pose2>& T_map_vertex, Unknowns
   held_ = {1.0, 1.0, 1.0};
   if (unknowns != Unknowns::kPositions) held_.z() = 0.0;
   if (unknowns != Unknowns::kHeadings) held_.head<2>().setZero();
+  const Eigen::Vector3d mounting = MountingIn(graph_, T_map_vertex);
   for (std::size_t k = 0; k < factors_.size(); ++k) {
     const Factor& f = graph_.factors[k];
     auto& [residual, J] = factors_[k];
     const Pose2 T_map_i = f.i == kMap ? Pose2{} : T_map_vertex[static_cast<std::size_t>(f.i)];
     const Pose2& T_map_j = T_map_vertex[static_cast<std::size_t>(f.j)];
-    f.cost.Evaluate(T_map_i, T_map_j, &J[0], &J[1]);
-    residual = Residual(graph_, k, T_map_vertex);
     J[2] = -f.cost.W * f.by_mounting;
+    residual = f.cost.Evaluate(T_map_i, T_map_j, &J[0], &J[1]) + J[2] * mounting;
     if (unknowns == Unknowns::kHeadings) {
       const Eigen::Vector3d by_yaw = f.cost.W.col(2);
       residual = f.cost.Error(T_map_i, T_map_j).z() * by_yaw;

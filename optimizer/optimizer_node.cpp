@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kUnlimited = 0;
 constexpr int kRequestQueue = 16;
-// Kept while the worker solves, 36 kB each at most; the mapper has the others still.
+// Kept while the worker solves, 38 kB each at most; the mapper has the others still.
 constexpr std::size_t kMaxUpdates = 1000;
 
 }  // namespace

@@ -21,6 +21,7 @@ bool IsUsable(const Pose2& pose) {
 
 // Where the position of the first submap is what the map is laid out from.
 constexpr double kHeld_m = 1e-3;
+constexpr double kHeld_rad = 1e-5;
 
 Eigen::Matrix3d InverseSigmas(double sigma_m, double sigma_yaw_rad) {
   return Eigen::Vector3d(1.0 / sigma_m, 1.0 / sigma_m, 1.0 / sigma_yaw_rad).asDiagonal();
@@ -96,28 +97,14 @@ std::string MustBePositive(const char* key, double value) {
   return std::string(key) + " = " + std::to_string(value) + ", must be > 0";
 }
 
-// True less stated, of an edge, by the errors of mounting.
-Eigen::Matrix3d ByMounting(const GraphEdge& edge) {
-  if (edge.from == edge.to) return PositionByMounting(edge.T_from_to.yaw);
-  return edge.kind == EdgeKind::kLoopClosure
-             ? LoopClosureByMounting(edge.T_from_to, edge.overlap_center_m)
-             : DeadReckoningByMounting(edge.T_from_to);
-}
-
-// 0: next to nothing, which has an inverse.
-double InformationOf(double sigma) { return std::min(1.0 / (sigma * sigma), kMaxInformation); }
-
-// A plain factor by its vertices, and which it is of those between the same two. The errors of
-// mounting have another number in every graph.
-constexpr int kMounting = -2;
+// A plain factor by its vertices, and which it is of those between the same two.
 using PlainKey = std::tuple<int, int, int>;
 std::vector<PlainKey> PlainKeys(const FactorGraph& graph, std::size_t num_plain) {
   std::map<std::pair<int, int>, int> before;
   std::vector<PlainKey> keys;
   for (std::size_t k = 0; k < num_plain; ++k) {
     const Factor& f = graph.factors[k];
-    const int j = f.j == graph.mounting_vertex ? kMounting : f.j;
-    keys.emplace_back(f.i, j, before[{f.i, j}]++);
+    keys.emplace_back(f.i, f.j, before[{f.i, f.j}]++);
   }
   return keys;
 }
@@ -157,9 +144,17 @@ bool PoseGraphOptimizer::Add(const GraphUpdate& update) {
   }
   for (const GraphVertex& vertex : update.vertices) AddVertex(vertex);
   for (const GraphEdge& edge : update.edges) AddEdge(edge);
-  if (!update.mounting.AreAllZero()) mounting_ = update.mounting;
+  SetMounting(update.mounting);
   fingerprints_.push_back(FingerprintOf(update));
   return true;
+}
+
+// The newest that says anything: an update that came damaged is taken as an empty one.
+void PoseGraphOptimizer::SetMounting(const MountingSigmas& sigmas) {
+  if (!sigmas.AreUsable())
+    ++counters_["mounting_unusable"];
+  else if (!sigmas.AreAllZero())
+    mounting_ = sigmas;
 }
 
 bool PoseGraphOptimizer::Contradicts(const GraphUpdate& update) const {
@@ -226,11 +221,15 @@ std::map<SubmapId, int> PoseGraphOptimizer::Numbering() const {
   return number;
 }
 
+Eigen::Matrix3d PoseGraphOptimizer::OfThoseSought(const Eigen::Matrix3d& by_mounting) const {
+  return by_mounting * (mounting_.Vector().array() > 0.0).cast<double>().matrix().asDiagonal();
+}
+
 void PoseGraphOptimizer::AddAnchor(const HeadingInformation& headings, FactorGraph* graph) const {
   const Vertex& first = vertices_.begin()->second;
-  const Eigen::Matrix3d by_mounting = PositionByMounting(first.dead_reckoned.yaw);
+  const Eigen::Matrix3d by_mounting = OfThoseSought(PositionByMounting(first.dead_reckoned.yaw));
   const bool heading_known = first.heading_sigma_rad > 0.0;
-  if (fixes_.empty() && !heading_known) {
+  if (fixes_.empty() && !heading_known && !SeeksMounting()) {
     graph->fixed_vertex = 0;
     return;
   }
@@ -240,8 +239,9 @@ void PoseGraphOptimizer::AddAnchor(const HeadingInformation& headings, FactorGra
         {kMap, 0, {start_->edge.T_from_to, start_->root.W}, {}, 1, false, by_mounting});
     sigma_m = std::numeric_limits<double>::infinity();
   }
-  const double sigma_yaw_rad = heading_known ? 1.0 / std::sqrt(headings.first + headings.each)
-                                             : params_.unlinked_sigma_yaw_rad;
+  const double sigma_yaw_rad = heading_known    ? 1.0 / std::sqrt(headings.first + headings.each)
+                               : fixes_.empty() ? kHeld_rad
+                                                : params_.unlinked_sigma_yaw_rad;
   graph->factors.push_back({kMap,
                             0,
                             {first.dead_reckoned, InverseSigmas(sigma_m, sigma_yaw_rad)},
@@ -254,11 +254,11 @@ void PoseGraphOptimizer::AddAnchor(const HeadingInformation& headings, FactorGra
 void PoseGraphOptimizer::AddMounting(FactorGraph* graph) const {
   if (!SeeksMounting()) return;
   graph->mounting_vertex = graph->num_vertices++;
-  const Eigen::Vector3d information(InformationOf(mounting_.sonar_m),
-                                    InformationOf(mounting_.sonar_m),
-                                    InformationOf(mounting_.dvl_yaw_rad));
-  graph->factors.push_back(
-      {kMap, graph->mounting_vertex, {{}, information.cwiseSqrt().asDiagonal()}, {}});
+  Eigen::Matrix3d W =
+      Eigen::Matrix3d::Identity();  // what is not sought stays zero whatever this is
+  for (int k = 0; k < 3; ++k)
+    if (const double sigma = mounting_.Vector()(k); sigma > 0.0) W(k, k) = 1.0 / sigma;
+  graph->factors.push_back({kMap, graph->mounting_vertex, {{}, W}, {}});
 }
 
 void PoseGraphOptimizer::AddDeadReckoning(const std::map<SubmapId, int>& number,
@@ -274,7 +274,7 @@ void PoseGraphOptimizer::AddDeadReckoning(const std::map<SubmapId, int>& number,
                               {},
                               1,
                               is_step,
-                              ByMounting(e)});
+                              OfThoseSought(ByMounting(e))});
     if (is_step) linked[static_cast<std::size_t>(number.at(pair.second))] = true;
   }
   int k = 1;
@@ -289,7 +289,7 @@ void PoseGraphOptimizer::AddDeadReckoning(const std::map<SubmapId, int>& number,
          {},
          1,
          false,
-         DeadReckoningByMounting(T_before_it)});
+         OfThoseSought(DeadReckoningByMounting(T_before_it))});
   }
 }
 
@@ -356,7 +356,7 @@ FactorGraph PoseGraphOptimizer::MakeFactorGraph(const std::map<SubmapId, int>& n
                              {threshold_[edge->root.rank]},
                              e.kind == EdgeKind::kPositionFix ? 1 : *cluster_size++,
                              false,
-                             ByMounting(e)});
+                             OfThoseSought(ByMounting(e))});
   }
   return graph;
 }
@@ -456,9 +456,10 @@ void PoseGraphOptimizer::FillCovariance(const std::optional<GraphCovariance>& co
   if (!SeeksMounting()) return;
   solution->mounting.sonar_m = solved_mounting_.Translation();
   solution->mounting.dvl_yaw_rad = solved_mounting_.yaw;
-  const Eigen::Vector3d sigmas(mounting_.sonar_m, mounting_.sonar_m, mounting_.dvl_yaw_rad);
-  solution->mounting.covariance = covariance ? covariance->marginal[solution->vertices.size()]
-                                             : Eigen::Matrix3d(sigmas.cwiseAbs2().asDiagonal());
+  const Eigen::Matrix3d before = mounting_.Vector().cwiseAbs2().asDiagonal();
+  const Eigen::Matrix3d after =
+      covariance ? covariance->marginal[solution->vertices.size()] : before;
+  solution->mounting.covariance = OfThoseSought(OfThoseSought(after).transpose());
 }
 
 }  // namespace seastitch

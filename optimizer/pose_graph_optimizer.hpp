@@ -91,6 +91,7 @@ class PoseGraphOptimizer {
   void AddEdge(const GraphEdge& edge);
   const char* WhyUnusable(const GraphEdge& edge) const;
 
+  void SetMounting(const MountingSigmas& sigmas);
   bool SeeksMounting() const { return !mounting_.AreAllZero(); }
   // Of the submaps; the errors of mounting, where they are sought, come last.
   std::map<SubmapId, int> Numbering() const;
@@ -100,6 +101,8 @@ class PoseGraphOptimizer {
                               const std::vector<Edge*>& robust) const;
   void AddAnchor(const HeadingInformation& headings, FactorGraph* graph) const;
   void AddMounting(FactorGraph* graph) const;
+  // The columns of errors of mounting that cannot be are zero.
+  Eigen::Matrix3d OfThoseSought(const Eigen::Matrix3d& by_mounting) const;
   void AddDeadReckoning(const std::map<SubmapId, int>& number, FactorGraph* graph) const;
   HeadingInformation Headings() const;
   void AddHeadings(const HeadingInformation& headings, FactorGraph* graph) const;

@@ -308,8 +308,11 @@ double Fit(const FactorGraph& graph, std::size_t k, const RobustSolution& soluti
 std::vector<double> Doubts(const FactorGraph& graph, const RobustSolution& solution) {
   std::vector<double> doubts(graph.factors.size(), 0.0);
   if (!solution.covariance) return doubts;
-  for (std::size_t k = 0; k < doubts.size(); ++k)
+  for (std::size_t k = 0; k < doubts.size(); ++k) {
+    // A mounting further off than was thought is what is sought.
+    if (graph.factors[k].j == graph.mounting_vertex) continue;
     doubts[k] = solution.weights[k] > 0.0 ? Strain(graph, k, solution) : Fit(graph, k, solution);
+  }
   return doubts;
 }
 

@@ -18,13 +18,15 @@ void Append(std::string* out, const Pose2& pose) {
   Append(out, pose.yaw);
 }
 
-void AppendEdge(std::string* out, const GraphEdge& edge) {
+// Without what is wrong with the mounting, so that the file agrees with itself.
+void AppendEdge(std::string* out, const GraphEdge& edge, const MountingErrors& mounting) {
   if (edge.from == edge.to) {
     *out += "EDGE_PRIOR_SE2 " + std::to_string(edge.from.value);
   } else {
     *out += "EDGE_SE2 " + std::to_string(edge.from.value) + " " + std::to_string(edge.to.value);
   }
-  Append(out, edge.T_from_to);
+  const Eigen::Vector3d T = edge.T_from_to.Vector() + ByMounting(edge) * mounting.Vector();
+  Append(out, Pose2{T.x(), T.y(), T.z()});
   for (int row = 0; row < 3; ++row) {
     for (int col = row; col < 3; ++col) Append(out, edge.information(row, col));
   }
@@ -50,20 +52,21 @@ std::string PosesTxt(const Survey& survey, const std::vector<Pose2>& T_map_level
   return out;
 }
 
-std::string GraphG2o(const Survey& survey, const std::vector<Pose2>& T_map_level) {
+std::string GraphG2o(const Survey& survey, const SurveyPoses& poses) {
   std::string out;
   std::set<SubmapId> known;
   for (std::size_t i = 0; i < survey.submaps.size(); ++i) {
     const SubmapId id = survey.submaps[i].id;
     known.insert(id);
     out += "VERTEX_SE2 " + std::to_string(id.value);
-    Append(&out, T_map_level[i]);
+    Append(&out, poses.T_map_level[i]);
     out += '\n';
     if (i == 0) out += "FIX " + std::to_string(id.value) + "\n";
   }
   for (const GraphEdge& edge : survey.edges) {
     const bool pulls = edge.verdict == LoopVerdict::kAccepted;
-    if (pulls && known.contains(edge.from) && known.contains(edge.to)) AppendEdge(&out, edge);
+    if (pulls && known.contains(edge.from) && known.contains(edge.to))
+      AppendEdge(&out, edge, poses.mounting);
   }
   return out;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/core/mounting.hpp"
 #include "common/storage/submap_file.hpp"
 
 namespace seastitch {

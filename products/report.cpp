@@ -81,17 +81,19 @@ struct MountingRow {
   const char* unit;
 };
 
-// What the closures say of the mounting; nothing where it was not looked for.
+// What the closures say of the mounting, as far as it was looked for.
 std::vector<MountingRow> MountingRows(const MountingErrors& m) {
-  if (m.covariance.isZero()) return {};
   const Eigen::Vector3d sigma = m.covariance.diagonal().cwiseSqrt();
-  return {{"sonar_forward_m", "Sonar stands forward by", m.sonar_m.x(), sigma.x(), " m"},
-          {"sonar_starboard_m", "Sonar stands to starboard by", m.sonar_m.y(), sigma.y(), " m"},
-          {"dvl_yaw_deg",
-           "DVL is turned clockwise against the sonar by",
-           Rad2Deg(m.dvl_yaw_rad),
-           Rad2Deg(sigma.z()),
-           "&deg;"}};
+  std::vector<MountingRow> rows{
+      {"sonar_forward_m", "Sonar stands forward by", m.sonar_m.x(), sigma.x(), " m"},
+      {"sonar_starboard_m", "Sonar stands to starboard by", m.sonar_m.y(), sigma.y(), " m"},
+      {"dvl_yaw_deg",
+       "DVL is turned clockwise against the sonar by",
+       Rad2Deg(m.dvl_yaw_rad),
+       Rad2Deg(sigma.z()),
+       "&deg;"}};
+  std::erase_if(rows, [](const MountingRow& row) { return row.sigma == 0.0; });
+  return rows;
 }
 
 Json MountingJson(const MountingErrors& mounting) {
@@ -237,15 +239,11 @@ std::string MountingTable(const MountingErrors& mounting) {
   HtmlTable table({"Against vehicle.yaml", "Found", "1 sigma"});
   for (const MountingRow& row : rows)
     table.Row({row.label, Fixed(row.value, 3) + row.unit, Fixed(row.sigma, 3) + row.unit});
-  return "<h2>Mounting</h2>\n<p class=\"small\">Errors that all submaps share, by which no closure "
-         "can be "
-         "met: the graph finds them beside the submaps, and a corrected map is without them. "
-         "Latency "
-         "times speed and a pitch angle times altitude shift the sonar forward or back; a heading "
-         "that "
-         "is off and a sonar that is turned turn the DVL. Where one is many sigma off, "
-         "vehicle.yaml "
-         "wants mending.</p>\n" +
+  return "<h2>Mounting</h2>\n<p class=\"small\">Errors that all submaps share, so that no closure "
+         "can be met by moving them: the graph finds them beside the submaps, and this map is "
+         "without them. Latency times speed and a pitch angle times altitude show as a sonar "
+         "further forward or back, a sonar turned about the vertical as a DVL turned the other "
+         "way. Where one is many sigma from zero, vehicle.yaml wants mending.</p>\n" +
          table.Finish();
 }
 
@@ -376,9 +374,11 @@ std::string ReportHtml(const Survey& survey,
   }
   html +=
       " SLAM makes a map agree with itself; it does not by itself make its absolute position "
-      "more accurate.</p>\n<h2>Loop closures</h2>\n";
+      "more accurate.</p>\n";
+  if (s.outcome == Outcome::kCorrected) html += MountingTable(survey.solution.mounting);
+  html += "<h2>Loop closures</h2>\n";
   if (s.closures_against_truth) html += ClosuresAgainstTruth(*s.closures_against_truth);
-  html += LoopTable(survey) + MountingTable(survey.solution.mounting);
+  html += LoopTable(survey);
   if (!survey.counters.empty()) {
     HtmlTable table({"Refused while collecting", "Count"});
     for (const auto& [reason, count] : survey.counters)

@@ -27,16 +27,20 @@ SurveyPoses DeadReckonedPoses(const Survey& survey) {
 SurveyPoses SolvedPoses(const Survey& survey) {
   const auto solved = UsableVertices(survey.solution);
   const std::vector<Pose2> dead_reckoned = DeadReckonedPoses(survey).T_map_level;
+  const MountingErrors& mounting = survey.solution.mounting;
   std::vector<Pose2> poses = dead_reckoned;
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const auto it = solved.find(survey.submaps[i].id);
     if (it != solved.end()) {
       poses[i] = it->second->T_map_level;
     } else if (i > 0) {
-      poses[i] = poses[i - 1] * (Inverse(dead_reckoned[i - 1]) * dead_reckoned[i]);
+      const Pose2 step = TravelledPose(Inverse(dead_reckoned[i - 1]) * dead_reckoned[i], mounting);
+      poses[i] = SoundingPose(VehiclePose(poses[i - 1], mounting) * step, mounting);
+    } else {
+      poses[i] = SoundingPose(poses[i], mounting);
     }
   }
-  return {std::move(poses), survey.solution.mounting};
+  return {std::move(poses), mounting};
 }
 
 std::vector<std::optional<Eigen::Vector3d>> SolvedSigmas(const Survey& survey) {

@@ -61,7 +61,8 @@ SurveyPoses DeadReckonedPoses(const Survey& survey);
 // predecessor as dead reckoning says; without a predecessor it stays dead reckoned.
 SurveyPoses SolvedPoses(const Survey& survey);
 
-// Standard deviations of x, y [m], yaw [rad] in map axes from the solution, where it has them.
+// Standard deviations of x, y [m], yaw [rad] in map axes from the solution, where it has them: of
+// where soundings lie, in which the uncertain place of the sonar is.
 std::vector<std::optional<Eigen::Vector3d>> SolvedSigmas(const Survey& survey);
 
 // A loop closure as the report and the layers show it.

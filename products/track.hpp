@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "common/core/mounting.hpp"
 #include "common/core/pose.hpp"
 #include "common/core/time.hpp"
 #include "products/geo_files.hpp"

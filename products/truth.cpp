@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "common/core/information.hpp"
+#include "common/core/mounting.hpp"
 
 namespace seastitch {
 namespace {
@@ -176,9 +177,7 @@ std::optional<ClosureErrors> CompareClosuresWithTruth(const Survey& survey,
     const MountingErrors& mounting = survey.solution.mounting;
     const Pose2 true_from_to = Inverse(SoundingPose(*from, mounting)) * SoundingPose(*to, mounting);
     Eigen::Vector3d error =
-        edge.T_from_to.Vector() +
-        LoopClosureByMounting(edge.T_from_to, edge.overlap_center_m) * mounting.Vector() -
-        true_from_to.Vector();
+        edge.T_from_to.Vector() + ByMounting(edge) * mounting.Vector() - true_from_to.Vector();
     error.z() = WrapAngle(error.z());
     const double chi2 = (root->W * error).squaredNorm();
     ++errors.closures;

@@ -260,7 +260,7 @@ class ProductWriter {
     WriteConsistency();
     Write("track.csv", TrackCsv(track_, options_.datum));
     Write("poses.txt", PosesTxt(survey_, delivered_.T_map_level));
-    Write("graph.g2o", GraphG2o(survey_, delivered_.T_map_level));
+    Write("graph.g2o", GraphG2o(survey_, delivered_));
     Write("survey.gpkg",
           GeoPackage(SurveyLayers(survey_, delivered_.T_map_level, track_, options_.axes),
                      options_.datum));

@@ -7,10 +7,11 @@
 
 namespace seastitch {
 
-// What the maker of imported submaps knew of his dead reckoning, between consecutive submaps.
+// What the maker of imported submaps knew of his dead reckoning, between consecutive submaps. Where
+// nobody says it, rather too much: a window that does not hold the truth loses the closure.
 struct ImportedDrift {
-  double sigma_xy_m = 0.5;  // a direction: 1 to 3 % of some 20 m, the class of AHRS and DVL
-  double sigma_yaw_deg = 0.6;
+  double sigma_xy_m = 1.0;  // a direction: 5 % of some 20 m
+  double sigma_yaw_deg = 1.0;
 };
 
 struct SubmapDirectory {

@@ -14,6 +14,9 @@ constexpr std::size_t kVerticesPerPart = 250;
 constexpr std::size_t kEdgesPerPart = 500;
 constexpr int kMaxParts = 1000;
 
+// No submap reaches further from its frame.
+constexpr double kMaxSubmap_m = 1e4;
+
 std::size_t PartsFor(std::size_t count, std::size_t per_part) {
   return (count + per_part - 1) / per_part;
 }
@@ -79,7 +82,7 @@ std::optional<GraphEdge> FromLcm(const graph_edge_t& msg) {
   const auto information = SymmetricFrom<3>(msg.information);
   if (!information || !IsPose2(edge.T_from_to) || !std::isfinite(msg.z_offset_m) ||
       !AreSigmas(&msg.rms_m, 1) || !AreSigmas(&msg.overlap_m2, 1) ||
-      !IsPose2({msg.overlap_center_x_m, msg.overlap_center_y_m, 0.0}))
+      !(std::hypot(msg.overlap_center_x_m, msg.overlap_center_y_m) <= kMaxSubmap_m))
     return std::nullopt;
   edge.information = *information;
   edge.verdict = static_cast<LoopVerdict>(msg.verdict);
@@ -184,12 +187,12 @@ graph_update_t ToLcm(const GraphUpdate& update, Time newest_submap, std::int64_t
 
 std::optional<GraphUpdate> FromLcm(const graph_update_t& msg) {
   if (!IsTime(msg.utime) || msg.version < 1 || msg.num_vertices > kMaxVerticesPerUpdate ||
-      msg.num_edges > kMaxEdgesPerUpdate || !AreSigmas(&msg.sonar_sigma_m, 1) ||
-      !AreSigmas(&msg.dvl_yaw_sigma_rad, 1))
+      msg.num_edges > kMaxEdgesPerUpdate)
     return std::nullopt;
   GraphUpdate update;
   update.version = msg.version;
   update.mounting = {msg.sonar_sigma_m, msg.dvl_yaw_sigma_rad};
+  if (!update.mounting.AreUsable()) return std::nullopt;
   if (!AppendFromLcm(msg.vertices, msg.num_vertices, &update.vertices) ||
       !AppendFromLcm(msg.edges, msg.num_edges, &update.edges))
     return std::nullopt;
@@ -231,13 +234,14 @@ std::optional<PoseGraph> PoseGraphAssembler::Add(const pose_graph_t& msg) {
                          msg.graph_version == open_->graph_version && msg.num_parts == num_parts_ &&
                          msg.part == next_part_;
   if (begins && open_) ++malformed_;  // the one before lacks its end
-  if (!HasPlausibleParts(msg) || !MountingFrom(msg) || !(begins || continues)) {
+  const std::optional<MountingErrors> mounting = MountingFrom(msg);
+  if (!HasPlausibleParts(msg) || !mounting || !(begins || continues)) {
     ++malformed_;
     open_.reset();
     return std::nullopt;
   }
   if (begins) {
-    open_ = PoseGraph{msg.graph_version, {}, {}, *MountingFrom(msg)};
+    open_ = PoseGraph{msg.graph_version, {}, {}, *mounting};
     solution_number_ = msg.solution_number;
     num_parts_ = msg.num_parts;
   }

@@ -24,4 +24,11 @@ const char* ToString(LoopVerdict verdict) {
   return "unknown";
 }
 
+Eigen::Matrix3d ByMounting(const GraphEdge& edge) {
+  if (edge.from == edge.to) return PositionByMounting(edge.T_from_to.yaw);
+  return edge.kind == EdgeKind::kLoopClosure
+             ? LoopClosureByMounting(edge.T_from_to, edge.overlap_center_m)
+             : DeadReckoningByMounting(edge.T_from_to);
+}
+
 }  // namespace seastitch

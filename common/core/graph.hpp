@@ -41,7 +41,7 @@ struct GraphEdge {
   EdgeKind kind = EdgeKind::kDeadReckoning;
   SubmapId from;  // == to: of T_map_level itself. A position fix, or where dead reckoning starts
   SubmapId to;
-  Pose2 T_from_to;  // level frames
+  Pose2 T_from_to;  // level frames, as measured: see ByMounting()
   // Inverse covariance of (x, y [m], yaw [rad]) in the axes of `from`; may be singular: a
   // direction without information is left free.
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
@@ -52,6 +52,10 @@ struct GraphEdge {
   double overlap_m2 = 0.0;
   Eigen::Vector2d overlap_center_m = Eigen::Vector2d::Zero();  // axes of `from`
 };
+
+// True less stated, by (sonar_m, dvl_yaw_rad) of MountingErrors: dead reckoning and fixes speak of
+// the vehicle, closures of sheared soundings, and vertices stand where soundings belong.
+Eigen::Matrix3d ByMounting(const GraphEdge& edge);
 
 // One step of the mapper's graph. Versions count up from 1 without a hole: update n holds what
 // version n has beyond n - 1, so whoever has 1..n has all of it.

@@ -8,6 +8,10 @@ Eigen::Vector2d ShearOf(double x_m) { return {0.0, x_m}; }
 
 }  // namespace
 
+bool MountingSigmas::AreUsable() const {
+  return sonar_m >= 0.0 && sonar_m <= 10.0 && dvl_yaw_rad >= 0.0 && dvl_yaw_rad <= kPi;
+}
+
 Pose2 SoundingPose(const Pose2& T_map_vehicle, const MountingErrors& errors) {
   return T_map_vehicle * Pose2{errors.sonar_m.x(), errors.sonar_m.y(), 0.0};
 }

@@ -51,6 +51,9 @@ struct Submap {
   Eigen::Matrix3d covariance_from_previous = Eigen::Matrix3d::Zero();
   // Of the yaw of T_map_submap against north, 1 sigma; 0: not known.
   double heading_sigma_rad = 0.0;
+  // By what part of itself an offset of the sonar that nobody told bends the submap, RMS over its
+  // pings: twice the sine of half the heading off the frame's. 0 on a straight line.
+  double heading_spread = 0.0;
   SubmapTrigger trigger = SubmapTrigger::kEnd;
   // Information (x, y, yaw; level axes) that registering this terrain is predicted to give.
   Eigen::Matrix3d predicted_information = Eigen::Matrix3d::Zero();

@@ -269,6 +269,15 @@ Time SubmapBuilder::NearestOnEarlierLine(const Eigen::Vector2d& p_map) const {
       ->time;
 }
 
+double SubmapBuilder::HeadingSpread(const std::vector<AnchoredPose>& track, double frame_yaw_rad) {
+  double sum = 0.0;
+  for (const AnchoredPose& pose : track) {
+    const double half = 0.5 * (LevelPose(pose.T_map_vehicle).yaw - frame_yaw_rad);
+    sum += 4.0 * std::sin(half) * std::sin(half);
+  }
+  return std::sqrt(sum / static_cast<double>(track.size()));
+}
+
 std::optional<Submap> SubmapBuilder::Close(SubmapTrigger trigger) {
   if (!open_) return std::nullopt;
   const Open open = std::move(*open_);
@@ -280,6 +289,7 @@ std::optional<Submap> SubmapBuilder::Close(SubmapTrigger trigger) {
   submap.end = open.track.back().time;
   submap.frame_time = middle.time;
   submap.T_map_submap = middle.T_map_vehicle;
+  submap.heading_spread = HeadingSpread(open.track, LevelPose(middle.T_map_vehicle).yaw);
   submap.trigger = trigger;
   submap.soundings_read = open.soundings_read;
 

@@ -126,6 +126,8 @@ class SubmapBuilder {
   bool HoldsEnoughStructure() const;
   Time NearestOnEarlierLine(const Eigen::Vector2d& p_map) const;
   std::optional<Submap> Close(SubmapTrigger trigger);
+  // See Submap::heading_spread.
+  static double HeadingSpread(const std::vector<AnchoredPose>& track, double frame_yaw_rad);
 
   const SubmapParams params_;
   const CloudFilterParams filter_;

@@ -207,6 +207,32 @@ class LooksAgain : public ::testing::Test {
   LoopCloser closer{LoopCloserParams{}};
 };
 
+TEST(LoopCloser, IsLessSureOfClosuresWhereAnOffsetOfTheSonarBendsASubmap) {
+  LoopCloser closer(LoopCloserParams{});
+  closer.Add(At(0, 0.0, 0.0));
+  Submap turning = At(1, 0.0, 12.0);
+  turning.heading_spread = 0.8;
+  closer.Add(turning);
+  PoseGraph graph;
+  graph.vertices = {{SubmapId{0}, {}, Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero()}};
+  GraphEdge edge;
+  edge.kind = EdgeKind::kLoopClosure;
+  edge.from = SubmapId{0};
+  edge.to = SubmapId{1};
+  edge.information.diagonal() << 100.0, 0.0, 1e6;  // nothing along y
+  const LoopPair pair{edge.from, edge.to, {}, 0.0};
+  ASSERT_TRUE(closer.SetSolution(graph));
+  EXPECT_EQ(closer.Record({pair}, {edge})[0].information, edge.information);
+  graph.mounting.sonar_m = {0.3, 0.4};
+  graph.mounting.covariance = Eigen::Vector3d(0.01, 0.03, 0.0).asDiagonal();
+  ASSERT_TRUE(closer.SetSolution(graph));
+  const Eigen::Matrix3d information = closer.Record({pair}, {edge})[0].information;
+  const double bend_m2 = 0.8 * 0.8 * 0.5 * (0.25 + 0.04);
+  EXPECT_NEAR(information(0, 0), 1.0 / (1.0 / 100.0 + bend_m2), 1e-9);
+  EXPECT_EQ(information(1, 1), 0.0);
+  EXPECT_NEAR(information(2, 2), 1e6, 1e-3);
+}
+
 TEST_F(LooksAgain, AtAPairThatOnlyTheSolutionBroughtTogether) {
   EXPECT_TRUE(closer.PairsFor(SubmapId{2}).empty());
   Solve(12.0, 0.5);

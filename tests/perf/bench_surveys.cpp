@@ -141,7 +141,8 @@ std::vector<CorrectedState> Frames(const Run& run, const PoseGraph& solution) {
   for (const GraphUpdate& update : run.updates) {
     for (const GraphVertex& v : update.vertices) {
       const Pose2& d = v.dead_reckoned;
-      const Pose2& solved = solution.vertices.at(frames.size()).T_map_level;
+      const Pose2 solved =
+          VehiclePose(solution.vertices.at(frames.size()).T_map_level, solution.mounting);
       frames.push_back({v.time, {d.x, d.y, 0.0}, {0.0, 0.0, d.yaw}, solved, {}});
     }
   }
@@ -214,6 +215,7 @@ std::vector<GraphEdge*> AcceptedClosures(std::vector<GraphUpdate>* updates) {
 // What no registration can be better than: every accepted closure says the truth.
 std::vector<GraphUpdate> WithExactClosures(const Run& run) {
   std::vector<GraphUpdate> updates = run.updates;
+  for (GraphUpdate& update : updates) update.mounting = {};  // exact closures are not sheared
   for (GraphEdge* e : AcceptedClosures(&updates)) {
     const auto true_pose = [&](SubmapId id) {
       return run.truth.at(static_cast<std::size_t>(id.value)).T_map_level;

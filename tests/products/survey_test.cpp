@@ -121,6 +121,19 @@ TEST(SolvedPoses, CarryTheLastCorrectionToSubmapsThatAreNotSolvedYet) {
   EXPECT_NEAR((got.Vector() - step.Vector()).norm(), 0.0, 1e-9);
 }
 
+TEST(SolvedPoses, CarryTheVehicleAndNotItsSoundingsOn) {
+  const TemporaryDir folder;
+  testing::DriftingSurvey drifting = MakeDriftingSurvey(1, 2);
+  drifting.submaps[1].T_map_submap = MakePose({20.0, 10.0, 5.0}, RotationFromRpy(0.0, 0.0, kPi));
+  drifting.submaps[0].T_map_submap = MakePose({0.0, 0.0, 5.0}, Eigen::Matrix3d::Identity());
+  PoseGraph solution = SolutionAt({{0.6, 0.2, 0.0}});
+  solution.mounting.sonar_m = {0.6, 0.2};
+  const Survey survey = Collect(drifting, folder.path(), solution, {});
+  const SurveyPoses solved = SolvedPoses(survey);
+  EXPECT_NEAR(solved.T_map_level[1].x, 20.0 - 0.6, 1e-9);
+  EXPECT_NEAR(solved.T_map_level[1].y, 10.0 - 0.2, 1e-9);
+}
+
 TEST(SolvedPoses, RefuseAVertexThatIsNotFinite) {
   const TemporaryDir folder;
   const testing::DriftingSurvey drifting = MakeDriftingSurvey(1, 2);
@@ -206,6 +219,29 @@ TEST(PosesTxt, KeepsHeightRollAndPitchAndEveryDigit) {
   EXPECT_NEAR((got - Eigen::Vector3d(rpy.x(), rpy.y(), 2.9)).norm(), 0.0, 1e-12);
 }
 
+TEST(GraphG2o, IsWithoutTheErrorsOfMountingThatItsVerticesAreWithout) {
+  const TemporaryDir folder;
+  GraphEdge step;
+  step.kind = EdgeKind::kDeadReckoning;
+  step.from.value = 0;
+  step.to.value = 1;
+  step.T_from_to = {0.0, 20.0, kPi};
+  step.information.setIdentity();
+  const Survey survey = Collect(MakeDriftingSurvey(1, 2), folder.path(), {}, {step});
+  SurveyPoses poses{{{0.0, 0.0, 0.0}, {-1.0, 20.0, kPi}}, {}};
+  poses.mounting.sonar_m = {0.5, 0.0};
+  std::istringstream in(GraphG2o(survey, poses));
+  std::string line;
+  while (std::getline(in, line) && line.rfind("EDGE_SE2", 0) != 0) {
+  }
+  std::string word;
+  int from = 0, to = 0;
+  double x = 0.0, y = 0.0;
+  std::istringstream(line) >> word >> from >> to >> x >> y;
+  EXPECT_NEAR(x, -1.0, 1e-9);
+  EXPECT_NEAR(y, 20.0, 1e-9);
+}
+
 TEST(GraphG2o, HoldsVerticesTheFixedFirstAndOnlyEdgesThatPull) {
   Survey survey;
   for (int i = 0; i < 3; ++i) {
@@ -216,7 +252,7 @@ TEST(GraphG2o, HoldsVerticesTheFixedFirstAndOnlyEdgesThatPull) {
   GraphEdge fix = LoopEdge(1, 1);
   fix.kind = EdgeKind::kPositionFix;
   survey.edges = {LoopEdge(0, 2), LoopEdge(0, 1, LoopVerdict::kAmbiguous), LoopEdge(0, 9), fix};
-  std::istringstream in(GraphG2o(survey, {{0, 0, 0}, {1, 2, 3}, {4, 5, 6}}));
+  std::istringstream in(GraphG2o(survey, {{{0, 0, 0}, {1, 2, 3}, {4, 5, 6}}, {}}));
   int vertices = 0, edges = 0, priors = 0;
   std::string line;
   while (std::getline(in, line)) {

@@ -214,6 +214,10 @@ TEST(SubmapBuilder, GivesATurnItsOwnSubmaps) {
   EXPECT_EQ(drive.closed[2].trigger, SubmapTrigger::kEnd);
   EXPECT_NEAR(LevelPose(drive.closed[0].T_map_submap).yaw, 0.0, 0.01);
   EXPECT_NEAR(std::abs(LevelPose(drive.closed[2].T_map_submap).yaw), kPi, 0.01);
+  EXPECT_LT(drive.closed[0].heading_spread, 0.2);
+  // Of headings spread evenly over half a circle.
+  EXPECT_NEAR(drive.closed[1].heading_spread, std::sqrt(2.0 - 4.0 / kPi), 0.15);
+  EXPECT_LT(drive.closed[2].heading_spread, 0.2);
 }
 
 TEST(SubmapBuilder, LeavesTurnsOutWhereSoConfigured) {
