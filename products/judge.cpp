@@ -27,6 +27,7 @@ void CountLoops(const Survey& survey, ProductSummary* s) {
     ++s->loop_verdicts[ToString(row.edge->verdict)];
     if (row.edge->verdict == LoopVerdict::kAccepted) {
       ++s->loops_accepted;
+      if (row.weight < kBelievedWeight) ++s->loops_refused;
       offsets.push_back(row.edge->z_offset_m);
     } else {
       ++s->loops_rejected;
@@ -75,6 +76,12 @@ std::string NothingMovedStatement(const ProductSummary& s, const Survey& survey)
   if (s.loops_accepted > 0 && survey.solution.vertices.empty()) {
     return "Loop closures were found, but the graph was not solved: the map is dead reckoning.";
   }
+  if (s.loops_accepted > 0 && s.loops_refused == s.loops_accepted) {
+    return "Nothing could be corrected: of " +
+           Counted(s.loops_accepted, "loop closure", "loop closures") +
+           " the graph believes none, since they contradict dead reckoning. The map is dead "
+           "reckoning. Is vehicle.yaml right, and sonar_mounting_m as large as it may be wrong?";
+  }
   if (s.loops_accepted > 0) {
     return "The loop closures agree with dead reckoning: nothing had to be corrected.";
   }
@@ -94,7 +101,9 @@ std::string Corrections(const ProductSummary& s, const Survey& survey) {
       std::count_if(survey.edges.begin(), survey.edges.end(), [](const GraphEdge& edge) {
         return edge.kind == EdgeKind::kPositionFix;
       }));
-  const std::string of_loops = Counted(s.loops_accepted, "loop closure", "loop closures");
+  std::string of_loops = Counted(s.loops_accepted, "loop closure", "loop closures");
+  if (s.loops_refused > 0)
+    of_loops = std::to_string(s.loops_accepted - s.loops_refused) + " of " + of_loops;
   const std::string of_fixes = "position fixes (" + std::to_string(fixes) + " given)";
   if (fixes == 0) return of_loops;
   return s.loops_accepted == 0 ? of_fixes : of_loops + " and " + of_fixes;

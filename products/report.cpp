@@ -82,13 +82,15 @@ struct MountingRow {
 };
 
 // What the closures say of the mounting, as far as it was looked for.
-std::vector<MountingRow> MountingRows(const MountingErrors& m) {
+std::vector<MountingRow> MountingRows(const Survey& survey, const ProductSummary& s) {
+  if (s.loops_refused == s.loops_accepted) return {};
+  const MountingErrors& m = survey.solution.mounting;
   const Eigen::Vector3d sigma = m.covariance.diagonal().cwiseSqrt();
   std::vector<MountingRow> rows{
       {"sonar_forward_m", "Sonar stands forward by", m.sonar_m.x(), sigma.x(), " m"},
       {"sonar_starboard_m", "Sonar stands to starboard by", m.sonar_m.y(), sigma.y(), " m"},
       {"dvl_yaw_deg",
-       "DVL is turned clockwise against the sonar by",
+       "DVL is turned clockwise against the sonar, beyond what navigation learned, by",
        Rad2Deg(m.dvl_yaw_rad),
        Rad2Deg(sigma.z()),
        "&deg;"}};
@@ -96,9 +98,9 @@ std::vector<MountingRow> MountingRows(const MountingErrors& m) {
   return rows;
 }
 
-Json MountingJson(const MountingErrors& mounting) {
-  Json json;
-  for (const MountingRow& row : MountingRows(mounting))
+Json MountingJson(const Survey& survey, const ProductSummary& s) {
+  Json json = Json::object();
+  for (const MountingRow& row : MountingRows(survey, s))
     json[row.name] = {{"value", row.value}, {"sigma", row.sigma}};
   return json;
 }
@@ -189,7 +191,7 @@ std::string BeforeAfterTable(const ProductSummary& s) {
     table.Row({"Heading error against truth, RMS",
                Fixed(tb.yaw_rms_deg, 3) + "&deg;",
                Fixed(ta.yaw_rms_deg, 3) + "&deg;"});
-    table.Row({"&ensp;in the mean, which way the map is turned",
+    table.Row({"&ensp;in the mean",
                Fixed(tb.yaw_mean_deg, 3) + "&deg;",
                Fixed(ta.yaw_mean_deg, 3) + "&deg;"});
   }
@@ -207,7 +209,8 @@ std::string SurveyTable(const ProductSummary& s, const ProductOptions& options) 
              Grouped(s.before_all.point.cells) + " dead reckoned, " +
                  Grouped(s.solved_all.point.cells) + " solved"});
   table.Row({"Loop closures",
-             Grouped(s.loops_accepted) + " accepted, " + Grouped(s.loops_rejected) + " rejected"});
+             Grouped(s.loops_accepted) + " accepted, " + Grouped(s.loops_refused) +
+                 " of them refused by the graph, " + Grouped(s.loops_rejected) + " rejected"});
   table.Row({"Their height offset",
              "mean " + Fixed(s.z_offset_mean_m, 3) + " m, scatter " + Fixed(s.z_offset_sigma_m, 3) +
                  " m, largest " + Fixed(s.z_offset_max_m, 3) + " m"});
@@ -233,17 +236,20 @@ std::string ClosuresAgainstTruth(const ClosureErrors& e) {
          "16.</p>\n";
 }
 
-std::string MountingTable(const MountingErrors& mounting) {
-  const std::vector<MountingRow> rows = MountingRows(mounting);
+std::string MountingTable(const Survey& survey, const ProductSummary& s) {
+  const std::vector<MountingRow> rows = MountingRows(survey, s);
   if (rows.empty()) return {};
   HtmlTable table({"Against vehicle.yaml", "Found", "1 sigma"});
   for (const MountingRow& row : rows)
     table.Row({row.label, Fixed(row.value, 3) + row.unit, Fixed(row.sigma, 3) + row.unit});
   return "<h2>Mounting</h2>\n<p class=\"small\">Errors that all submaps share, so that no closure "
          "can be met by moving them: the graph finds them beside the submaps, and this map is "
-         "without them. Latency times speed and a pitch angle times altitude show as a sonar "
-         "further forward or back, a sonar turned about the vertical as a DVL turned the other "
-         "way. Where one is many sigma from zero, vehicle.yaml wants mending.</p>\n" +
+         "without them. To mend vehicle.yaml, add the first two to position_m of mbes, or, where a "
+         "patch test says so, see to the sonar's latency (times speed) or pitch (times altitude), "
+         "which shift it forward or back alike; take the angle from the yaw of mbes, or, where the "
+         "DVL is known to be the one that is turned, add it to that of dvl. Then replay: near the "
+         "limits of sonar_mounting_m less than the whole error is found, and what is several times "
+         "as large is not found at all until that key is raised.</p>\n" +
          table.Finish();
 }
 
@@ -311,13 +317,14 @@ std::string ReportJson(const Survey& survey,
   r["surface_rms_m"] = BeforeAfter(s.before.surface.rms_m, s.after().surface.rms_m);
   r["submaps"] = s.submaps;
   r["loop_closures"] = {{"accepted", s.loops_accepted},
+                        {"refused_by_graph", s.loops_refused},
                         {"rejected", s.loops_rejected},
                         {"verdicts", s.loop_verdicts},
                         {"z_offset_m",
                          {{"mean", Measured(s.z_offset_mean_m)},
                           {"sigma", Measured(s.z_offset_sigma_m)},
                           {"largest", Measured(s.z_offset_max_m)}}}};
-  r["mounting"] = MountingJson(survey.solution.mounting);
+  r["mounting"] = MountingJson(survey, s);
   r["soundings"] = {{"read", s.soundings_read}, {"used", s.soundings_used}};
   r["points"] = s.points;
   if (s.truth) AddTruth(&r, s);
@@ -375,7 +382,7 @@ std::string ReportHtml(const Survey& survey,
   html +=
       " SLAM makes a map agree with itself; it does not by itself make its absolute position "
       "more accurate.</p>\n";
-  if (s.outcome == Outcome::kCorrected) html += MountingTable(survey.solution.mounting);
+  if (s.outcome == Outcome::kCorrected) html += MountingTable(survey, s);
   html += "<h2>Loop closures</h2>\n";
   if (s.closures_against_truth) html += ClosuresAgainstTruth(*s.closures_against_truth);
   html += LoopTable(survey);

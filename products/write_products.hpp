@@ -57,7 +57,8 @@ struct ProductSummary {
   std::uint64_t soundings_read = 0;
   std::uint64_t soundings_used = 0;
   std::uint64_t points = 0;
-  std::uint64_t loops_accepted = 0;
+  std::uint64_t loops_accepted = 0;  // by registration
+  std::uint64_t loops_refused = 0;   // of these, by the graph
   std::uint64_t loops_rejected = 0;
   std::map<std::string, std::uint64_t> loop_verdicts;
   // z offset of the accepted loop closures: tide, draft or sound speed. NaN without one.

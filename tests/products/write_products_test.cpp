@@ -191,6 +191,22 @@ TEST(WriteProducts, GivesTheSameBytesTwice) {
   EXPECT_EQ(Slurp(a / "submaps/submap_3.pcd"), Slurp(b / "submaps/submap_3.pcd"));
 }
 
+TEST(WriteProducts, SaysPlainlyThatTheGraphBelievesNoClosure) {
+  const TemporaryDir folder;
+  const DriftingSurvey& drifting = Drifting();
+  PoseGraph solution =
+      SolutionAt(DeadReckonedPoses(Collect(drifting, folder.path(), {}, {})).T_map_level);
+  solution.loop_edges = {{SubmapId{0}, SubmapId{5}, 0.0}};
+  solution.mounting.covariance.setIdentity();
+  const Survey survey = Collect(drifting, folder.path(), solution, {LoopEdge(0, 5)});
+  const ProductSummary summary = WriteProducts(survey, {}, folder.path());
+  EXPECT_EQ(summary.outcome, Outcome::kNothingToCorrect);
+  EXPECT_THAT(summary.statement, HasSubstr("the graph believes none"));
+  const nlohmann::json report = Json(folder / "report.json");
+  EXPECT_EQ(report["loop_closures"]["refused_by_graph"], 1);
+  EXPECT_TRUE(report["mounting"].empty());  // nothing was learned of it
+}
+
 TEST(WriteProducts, SaysWhatTheGraphFoundOfTheMounting) {
   const TemporaryDir folder;
   PoseGraph solution = SolutionAt(Drifting().truth);
@@ -208,7 +224,7 @@ TEST(WriteProducts, SaysWhatTheGraphFoundOfTheMounting) {
   WriteProducts(Collect(Drifting(), folder.path(), SolutionAt(Drifting().truth), {LoopEdge(0, 5)}),
                 {},
                 folder.path());
-  EXPECT_TRUE(Json(folder / "report.json")["mounting"].is_null());
+  EXPECT_TRUE(Json(folder / "report.json")["mounting"].empty());
   EXPECT_THAT(Slurp(folder / "report.html"), Not(HasSubstr("Mounting")));
 }
 
