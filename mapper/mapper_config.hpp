@@ -26,7 +26,7 @@ struct MapperConfig {
   std::int64_t max_cached_mb = 64;
   std::int64_t max_unsaved_mb = 128;
   double nav_rate_hz = 10.0;
-  MountingSigmas mounting{0.1, 0.0};  // dvl_yaw_rad: from the file
+  MountingSigmas mounting{0.3, 0.0};  // dvl_yaw_rad: from the file
   // Pings that wait for navigation to reach their last echo; the oldest are dropped beyond.
   int max_waiting_pings = 600;
   // Submaps that wait for the worker; beyond, they go into the graph without being registered.
