@@ -14,8 +14,8 @@ constexpr int kMap = -1;
 struct Factor {
   int i = kMap;
   int j = 0;
-  RelativePoseCost cost;
-  GraduatedLoss loss;
+  RelativePoseCost cost{};
+  GraduatedLoss loss{};
   int cluster_size = 1;  // how many, this one included, are so near that they may share one error
   bool is_step = false;  // of dead reckoning, x, y and yaw
   // What is stated is true less by_mounting (sonar_m, dvl_yaw_rad): see MountingErrors. Its third

@@ -236,29 +236,25 @@ void PoseGraphOptimizer::AddAnchor(const HeadingInformation& headings, FactorGra
   double sigma_m = fixes_.empty() ? kHeld_m : params_.unlinked_sigma_m;
   if (start_) {
     graph->factors.push_back(
-        {kMap, 0, {start_->edge.T_from_to, start_->root.W}, {}, 1, false, by_mounting});
+        {.j = 0, .cost = {start_->edge.T_from_to, start_->root.W}, .by_mounting = by_mounting});
     sigma_m = std::numeric_limits<double>::infinity();
   }
   const double sigma_yaw_rad = heading_known    ? 1.0 / std::sqrt(headings.first + headings.each)
                                : fixes_.empty() ? kHeld_rad
                                                 : params_.unlinked_sigma_yaw_rad;
-  graph->factors.push_back({kMap,
-                            0,
-                            {first.dead_reckoned, InverseSigmas(sigma_m, sigma_yaw_rad)},
-                            {},
-                            1,
-                            false,
-                            by_mounting});
+  graph->factors.push_back({.j = 0,
+                            .cost = {first.dead_reckoned, InverseSigmas(sigma_m, sigma_yaw_rad)},
+                            .by_mounting = by_mounting});
 }
 
 void PoseGraphOptimizer::AddMounting(FactorGraph* graph) const {
   if (!SeeksMounting()) return;
   graph->mounting_vertex = graph->num_vertices++;
-  Eigen::Matrix3d W =
-      Eigen::Matrix3d::Identity();  // what is not sought stays zero whatever this is
+  // Of what is not sought any weight will do: it stays zero.
+  Eigen::Matrix3d W = Eigen::Matrix3d::Identity();
   for (int k = 0; k < 3; ++k)
     if (const double sigma = mounting_.Vector()(k); sigma > 0.0) W(k, k) = 1.0 / sigma;
-  graph->factors.push_back({kMap, graph->mounting_vertex, {{}, W}, {}});
+  graph->factors.push_back({.j = graph->mounting_vertex, .cost = {{}, W}});
 }
 
 void PoseGraphOptimizer::AddDeadReckoning(const std::map<SubmapId, int>& number,
@@ -268,13 +264,11 @@ void PoseGraphOptimizer::AddDeadReckoning(const std::map<SubmapId, int>& number,
     const GraphEdge& e = edge.edge;
     if (!edge.Pulls()) continue;
     const bool is_step = edge.root.rank == 3;
-    graph->factors.push_back({number.at(e.from),
-                              number.at(e.to),
-                              {e.T_from_to, edge.root.W},
-                              {},
-                              1,
-                              is_step,
-                              OfThoseSought(ByMounting(e))});
+    graph->factors.push_back({.i = number.at(e.from),
+                              .j = number.at(e.to),
+                              .cost = {e.T_from_to, edge.root.W},
+                              .is_step = is_step,
+                              .by_mounting = OfThoseSought(ByMounting(e))});
     if (is_step) linked[static_cast<std::size_t>(number.at(pair.second))] = true;
   }
   int k = 1;
@@ -283,13 +277,11 @@ void PoseGraphOptimizer::AddDeadReckoning(const std::map<SubmapId, int>& number,
     if (linked[static_cast<std::size_t>(k)]) continue;
     const Pose2 T_before_it = Inverse(before->second.dead_reckoned) * it->second.dead_reckoned;
     graph->factors.push_back(
-        {k - 1,
-         k,
-         {T_before_it, InverseSigmas(params_.unlinked_sigma_m, params_.unlinked_sigma_yaw_rad)},
-         {},
-         1,
-         false,
-         OfThoseSought(DeadReckoningByMounting(T_before_it))});
+        {.i = k - 1,
+         .j = k,
+         .cost = {T_before_it,
+                  InverseSigmas(params_.unlinked_sigma_m, params_.unlinked_sigma_yaw_rad)},
+         .by_mounting = OfThoseSought(DeadReckoningByMounting(T_before_it))});
   }
 }
 
@@ -350,13 +342,13 @@ FactorGraph PoseGraphOptimizer::MakeFactorGraph(const std::map<SubmapId, int>& n
   auto cluster_size = cluster_sizes.begin();
   for (const Edge* edge : robust) {
     const GraphEdge& e = edge->edge;
-    graph.factors.push_back({e.kind == EdgeKind::kPositionFix ? kMap : number.at(e.from),
-                             number.at(e.to),
-                             {e.T_from_to, edge->root.W},
-                             {threshold_[edge->root.rank]},
-                             e.kind == EdgeKind::kPositionFix ? 1 : *cluster_size++,
-                             false,
-                             OfThoseSought(ByMounting(e))});
+    const bool is_fix = e.kind == EdgeKind::kPositionFix;
+    graph.factors.push_back({.i = is_fix ? kMap : number.at(e.from),
+                             .j = number.at(e.to),
+                             .cost = {e.T_from_to, edge->root.W},
+                             .loss = {threshold_[edge->root.rank]},
+                             .cluster_size = is_fix ? 1 : *cluster_size++,
+                             .by_mounting = OfThoseSought(ByMounting(e))});
   }
   return graph;
 }

@@ -41,8 +41,8 @@ struct ConsistencyMap {
   Grid<std::uint16_t> submaps;  // how many see the cell
 };
 
-// Memory: the grid, and at most cache_points points of the submaps
-// (24 bytes each) beside the two at work. on_submap(i) is called before each.
+// Memory: the grid, and at most cache_points points of the submaps (24 bytes each) beside the two
+// at work. on_submap(i) is called before each.
 ConsistencyMap ComputeConsistency(const std::vector<SurveySubmap>& submaps,
                                   const SurveyPoses& poses,
                                   MapAxes axes,
