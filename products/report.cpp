@@ -242,14 +242,15 @@ std::string MountingTable(const Survey& survey, const ProductSummary& s) {
   HtmlTable table({"Against vehicle.yaml", "Found", "1 sigma"});
   for (const MountingRow& row : rows)
     table.Row({row.label, Fixed(row.value, 3) + row.unit, Fixed(row.sigma, 3) + row.unit});
-  return "<h2>Mounting</h2>\n<p class=\"small\">Errors that all submaps share, so that no closure "
-         "can be met by moving them: the graph finds them beside the submaps, and this map is "
-         "without them. To mend vehicle.yaml, add the first two to position_m of mbes, or, where a "
-         "patch test says so, see to the sonar's latency (times speed) or pitch (times altitude), "
-         "which shift it forward or back alike; take the angle from the yaw of mbes, or, where the "
-         "DVL is known to be the one that is turned, add it to that of dvl. Then replay: near the "
-         "limits of sonar_mounting_m less than the whole error is found, and what is several times "
-         "as large is not found at all until that key is raised.</p>\n" +
+  return "<h2>Mounting</h2>\n<p class=\"small\">Errors that all submaps share, so that no "
+         "closure can be met by moving them: the graph finds them beside the submaps, and "
+         "this map is without them. Where one is many sigma from zero, mend vehicle.yaml: add "
+         "the first two to position_m of mbes, or, where a patch test says so, see to the "
+         "sonar's latency (times speed) or pitch (times altitude), which shift it forward or "
+         "back alike; take the angle from the yaw of mbes, or, where the DVL is known to be "
+         "the one that is turned, add it to that of dvl. Then replay: near the limits of "
+         "sonar_mounting_m less than the whole error is found, and what is several times as "
+         "large is not found at all until that key is raised.</p>\n" +
          table.Finish();
 }
 

@@ -41,7 +41,7 @@ void AddDemo(CLI::App* app, int* status) {
 
 void PrintSummary(const ProductSummary& summary, const fs::path& out) {
   std::printf(
-      "%zu submaps, %llu of %llu soundings used, %llu loop closures accepted, %llu refused\n",
+      "%zu submaps, %llu of %llu soundings used, %llu loop closures accepted, %llu rejected\n",
       summary.submaps,
       static_cast<unsigned long long>(summary.soundings_used),
       static_cast<unsigned long long>(summary.soundings_read),
