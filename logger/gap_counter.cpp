@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <optional>
 
+#include "seastitch/covariance_request_t.hpp"
+#include "seastitch/covariances_t.hpp"
 #include "seastitch/depth_t.hpp"
 #include "seastitch/dvl_t.hpp"
 #include "seastitch/graph_request_t.hpp"
@@ -46,6 +48,8 @@ std::optional<SeqPlace> PlaceOf(std::int64_t fingerprint) {
       {pose_graph_t::getHash(), {1}},
       {raw_bytes_t::getHash(), {1}},
       {graph_request_t::getHash(), {1, true}},
+      {covariance_request_t::getHash(), {1, true}},
+      {covariances_t::getHash(), {1}},
       {health_t::getHash(), {1, true}},
   };
   const auto found = places.find(fingerprint);

@@ -32,15 +32,6 @@ double News(const RelativePose& before, const RelativePose& now) {
   return 0.5 * (narrowed + moved.dot(before.covariance.ldlt().solve(moved)));
 }
 
-// Of a closure that leaves no direction open.
-std::optional<RelativePose> MeasuredBy(const GraphEdge& edge) {
-  const Eigen::LLT<Eigen::Matrix3d> information(edge.information);
-  if (information.info() != Eigen::Success) return std::nullopt;
-  const Eigen::Matrix3d covariance = information.solve(Eigen::Matrix3d::Identity());
-  if (!covariance.allFinite()) return std::nullopt;
-  return RelativePose{edge.T_from_to, covariance};
-}
-
 bool IsFinite(const MountingErrors& errors) {
   return errors.Vector().allFinite() && errors.covariance.allFinite();
 }
@@ -77,6 +68,7 @@ bool LoopCloser::IsUsable(const PoseGraph& graph) const {
 
 bool LoopCloser::SetSolution(const PoseGraph& graph) {
   if (!IsUsable(graph)) return false;
+  solution_version_ = graph.graph_version;
   solved_ = graph.vertices;
   mounting_ = graph.mounting;
   for (const SolvedEdge& edge : graph.loop_edges) {
@@ -102,7 +94,39 @@ void LoopCloser::FindMoved() {
   std::partial_sort(
       news.begin(), news.begin() + static_cast<std::ptrdiff_t>(most), news.end(), std::greater<>());
   moved_.clear();
-  for (std::size_t k = most; k > 0; --k) moved_.push_back(news[k - 1].second);
+  to_ask_ = {{}, solution_version_, {}};
+  covariances_.clear();
+  for (std::size_t k = most; k > 0; --k) {
+    const std::size_t n = news[k - 1].second;
+    moved_.push_back(n);
+    for (const std::size_t i : WithinReach(n))
+      to_ask_.pairs.emplace_back(entries_[i].outline.id, entries_[n].outline.id);
+  }
+}
+
+std::vector<std::size_t> LoopCloser::WithinReach(std::size_t n) const {
+  const auto spread_m = [this](std::size_t i) {
+    return 3.0 * WorstSigma(solved_[i].covariance.topLeftCorner<2, 2>());
+  };
+  std::vector<std::pair<double, std::size_t>> near;
+  for (std::size_t i = 0; i < n; ++i) {
+    const auto found = tried_.find({entries_[i].outline.id, entries_[n].outline.id});
+    if (found != tried_.end() && found->second.believed) continue;
+    const double apart_m =
+        (solved_[i].T_map_level.Translation() - solved_[n].T_map_level.Translation()).norm() -
+        entries_[i].outline.radius_m - entries_[n].outline.radius_m;
+    // No relative pose is known less well than two that have nothing in common.
+    if (apart_m <= spread_m(i) + spread_m(n)) near.push_back({apart_m, i});
+  }
+  std::sort(near.begin(), near.end());
+  near.resize(std::min(near.size(), kMaxPairsOfMoved));
+  std::vector<std::size_t> within;
+  for (const auto& [apart_m, i] : near) within.push_back(i);
+  return within;
+}
+
+void LoopCloser::SetCovariances(const PairCovariances& answer) {
+  if (answer.graph_version == solution_version_) covariances_ = answer.pairs;
 }
 
 std::vector<LoopPair> LoopCloser::PairsFor(SubmapId source) const {
@@ -121,11 +145,15 @@ std::vector<LoopPair> LoopCloser::PairsOfMoved(int most) {
   const std::size_t n = moved_.back();
   moved_.pop_back();
   entries_[n].looked_at = RelativePose{solved_[n].T_map_level, WithFloor(solved_[n].covariance)};
-  const std::vector<RelativePose> priors = PriorsWithin(n);
   std::vector<OverlapCandidate> candidates;
-  for (std::size_t i = 0; i < n; ++i) {
+  for (const PairCovariance& pair : covariances_) {
+    const std::size_t i = IndexOf(pair.a);
+    if (pair.b != entries_[n].outline.id || i >= n) continue;
+    const RelativePose prior{Inverse(solved_[i].T_map_level) * solved_[n].T_map_level,
+                             WithFloor(pair.covariance)};
+    if (Eigen::LLT<Eigen::Matrix3d>(prior.covariance).info() != Eigen::Success) continue;
     const OverlapCandidate candidate =
-        JudgePair(entries_[i].outline, entries_[n].outline, priors[i], params_.expected_overlap);
+        JudgePair(entries_[i].outline, entries_[n].outline, prior, params_.expected_overlap);
     if (IsWorthAnother(candidate, entries_[n].outline.id)) candidates.push_back(candidate);
   }
   std::vector<LoopPair> pairs = Choose(n, std::move(candidates));
@@ -249,30 +277,6 @@ std::vector<RelativePose> LoopCloser::Priors(std::size_t n) const {
   }
   for (RelativePose& prior : priors) prior.covariance = WithFloor(prior.covariance);
   return priors;
-}
-
-std::vector<RelativePose> LoopCloser::PriorsWithin(std::size_t n) const {
-  const std::vector<std::optional<RelativePose>> chains =
-      ChainsTo(n, solved_.size(), BelievedLinks(), entries_[n].outline.radius_m);
-  std::vector<RelativePose> priors(n);
-  for (std::size_t i = 0; i < n; ++i) {
-    priors[i] = {Inverse(solved_[i].T_map_level) * solved_[n].T_map_level,
-                 WithFloor(chains[i]->covariance)};
-  }
-  return priors;
-}
-
-std::vector<PoseLink> LoopCloser::BelievedLinks() const {
-  std::vector<PoseLink> links;
-  for (std::size_t i = 1; i < solved_.size(); ++i) links.push_back({i - 1, i, FromPrevious(i)});
-  for (const auto& [key, tried] : tried_) {
-    if (!tried.believed) continue;
-    const std::size_t from = IndexOf(key.first);
-    const std::size_t to = IndexOf(key.second);
-    if (from >= solved_.size() || to >= solved_.size()) continue;
-    if (const auto measured = MeasuredBy(*tried.edge)) links.push_back({from, to, *measured});
-  }
-  return links;
 }
 
 std::vector<GraphEdge> RegisterPairs(const Submap& source,

@@ -18,7 +18,6 @@
 #include "mapper/registration/prepared_submaps.hpp"
 #include "mapper/registration/registration.hpp"
 #include "mapper/submaps/overlap.hpp"
-#include "mapper/submaps/pose_chain.hpp"
 #include "mapper/submaps/relative_pose.hpp"
 
 namespace seastitch {
@@ -73,13 +72,17 @@ class LoopCloser {
   std::vector<GraphEdge> Record(const std::vector<LoopPair>& pairs,
                                 const std::vector<GraphEdge>& edges);
 
-  // The last solution moved submaps or knows them better: whether some are still to be looked at
-  // again.
-  bool HasMoved() const { return !moved_.empty(); }
-  // Takes the one of which it learned most, and gives those of its pairs with older submaps that
-  // are worth a registration now: never tried, or tried, not believed since, and under a prior that
-  // differs by kNewsNats. At most `most`, possibly none. What a pair was made to say itself is no
-  // part of its prior.
+  // The last solution moved submaps or knows them better: what is to be asked of it about the pairs
+  // of those that may meet. Once a solution, then no pair; at most kMaxPairsAsked.
+  CovarianceRequest TakeRequest() { return std::exchange(to_ask_, {}); }
+  // The answer. One of another solution is left out.
+  void SetCovariances(const PairCovariances& answer);
+  // Whether submaps that moved are still to be looked at again, with the answer at hand.
+  bool HasMoved() const { return !moved_.empty() && !covariances_.empty(); }
+  // Takes the one of which the solution learned most, and gives those of its pairs with older
+  // submaps that are worth a registration now: never tried, or tried, not believed since, and under
+  // a prior that differs by kNewsNats. At most `most`, possibly none. What a pair was made to say
+  // itself is no part of its prior: what is not believed has no weight in the graph.
   std::vector<LoopPair> PairsOfMoved(int most);
 
   // The dead-reckoning edge from the previous submap. Nothing for the first.
@@ -99,6 +102,9 @@ class LoopCloser {
   static constexpr double kNewsNats = 0.5;
   // So many submaps are looked at again after a solution, where it has news of more.
   static constexpr std::size_t kMaxMoved = 16;
+  // And of each so many pairs, the nearest.
+  static constexpr std::size_t kMaxPairsOfMoved = 31;
+  static constexpr std::size_t kMaxPairsAsked = kMaxMoved * kMaxPairsOfMoved;
 
  private:
   struct Entry {
@@ -126,20 +132,22 @@ class LoopCloser {
   RelativePose FromPrevious(std::size_t i) const;
   // T_i_n for every i < n.
   std::vector<RelativePose> Priors(std::size_t n) const;
-  // The same for a submap of the solution, without what pairs that are not believed say.
-  std::vector<RelativePose> PriorsWithin(std::size_t n) const;
-  std::vector<PoseLink> BelievedLinks() const;
+  // Older submaps of the solution whose pair with n may meet and is not believed, nearest first.
+  std::vector<std::size_t> WithinReach(std::size_t n) const;
   std::vector<LoopPair> Choose(std::size_t n, std::vector<OverlapCandidate> candidates) const;
   bool IsWorthAnother(const OverlapCandidate& candidate, SubmapId source) const;
   void FindMoved();
 
   const LoopCloserParams params_;
-  std::vector<Entry> entries_;        // by rising id
+  std::vector<Entry> entries_;  // by rising id
+  std::int64_t solution_version_ = 0;
   std::vector<SolvedVertex> solved_;  // of entries_[0 .. size)
   MountingErrors mounting_;           // in that solution
   std::map<PairKey, Tried> tried_;
   std::int64_t accepted_ = 0;       // of tried_
   std::vector<std::size_t> moved_;  // least news first
+  CovarianceRequest to_ask_;
+  std::vector<PairCovariance> covariances_;  // of pairs of moved_
 };
 
 using LoadSubmap = std::function<std::shared_ptr<const Submap>(SubmapId)>;

@@ -22,6 +22,7 @@ constexpr int kDepthQueue = 200;
 constexpr int kPingQueue = 300;  // 26 kB each
 constexpr int kProfileQueue = 10;
 constexpr int kFixQueue = 100;
+constexpr char kName[] = "mapper";
 constexpr int kPoseGraphQueue = 200;
 constexpr int kRequestQueue = 16;
 
@@ -118,6 +119,8 @@ MapperNode::MapperNode(const MapperConfig& config, Bus* bus, Worker* worker)
                                 });
   bus_->Subscribe<graph_request_t>(
       "GRAPH_REQUEST", kRequestQueue, [this](const graph_request_t& msg) { OnGraphRequest(msg); });
+  bus_->Subscribe<covariances_t>(
+      "COVARIANCES", kRequestQueue, [this](const covariances_t& msg) { OnCovariances(msg); });
   health_.SetState(HealthState::kStarting, "waiting for navigation");
 }
 
@@ -321,13 +324,36 @@ void MapperNode::RegisterNext() {
 }
 
 bool MapperNode::LookAgain() {
-  if (worker_busy_ || !submaps_.empty() || !loop_closer_.HasMoved()) return false;
+  if (worker_busy_ || !submaps_.empty()) return false;
   const std::int64_t most =
       std::min<std::int64_t>(registrations_left_, config_.loop_closer.overlap.max_pairs);
   if (most < 1) return false;
+  if (AskForCovariances()) return true;
+  if (!loop_closer_.HasMoved()) return false;
   std::vector<LoopPair> pairs = loop_closer_.PairsOfMoved(static_cast<int>(most));
   if (!pairs.empty()) Register(nullptr, std::move(pairs));
   return true;
+}
+
+bool MapperNode::AskForCovariances() {
+  CovarianceRequest request = loop_closer_.TakeRequest();
+  if (request.pairs.empty()) return false;
+  request.from = kName;
+  bus_->Publish("COVARIANCE_REQUEST",
+                ToLcm(request, graph_.back().submap_time, covariance_request_seq_++));
+  health_.Count("covariances_asked", static_cast<std::int64_t>(request.pairs.size()));
+  return true;
+}
+
+void MapperNode::OnCovariances(const covariances_t& msg) {
+  if (msg.to != kName) return;
+  const std::optional<PairCovariances> answer = FromLcm(msg);
+  if (!answer) {
+    health_.Count("covariances_malformed");
+    return;
+  }
+  health_.Count("covariances_answered", static_cast<std::int64_t>(answer->pairs.size()));
+  loop_closer_.SetCovariances(*answer);
 }
 
 void MapperNode::Register(std::shared_ptr<const Submap> closed, std::vector<LoopPair> pairs) {
@@ -410,7 +436,7 @@ bool MapperNode::SendNextUpdate() {
 }
 
 void MapperNode::OnGraphRequest(const graph_request_t& msg) {
-  if (msg.from == "mapper") return;  // our own
+  if (msg.from == kName) return;  // our own
   health_.Count("graph_requests");
   const auto have = static_cast<std::size_t>(std::max<std::int64_t>(0, msg.have_version));
   updates_sent_ = std::min(updates_sent_, have);
@@ -446,7 +472,7 @@ void MapperNode::RequestSolution() {
   graph_request_t msg{};
   msg.utime = last_nav_ ? ToUtime(*last_nav_) : 0;
   msg.seq = request_seq_++;
-  msg.from = "mapper";
+  msg.from = kName;
   msg.have_version = solution_version_;
   bus_->Publish("GRAPH_REQUEST", msg);
   health_.Count("solution_requests");

@@ -21,6 +21,7 @@
 #include "mapper/sound_speed.hpp"
 #include "mapper/submaps/submap_builder.hpp"
 #include "mapper/submaps/survey_store.hpp"
+#include "seastitch/covariances_t.hpp"
 #include "seastitch/graph_request_t.hpp"
 
 namespace seastitch {
@@ -47,6 +48,7 @@ class MapperNode {
 
   // Looks at one submap again of which the last solution brought news, as it also does with every
   // message of navigation: some of its pairs may be registered for the first time, or once more.
+  // Before the first of a solution it asks the optimizer how well their relative poses are known.
   // False where nothing is left to be done now.
   bool LookAgain();
 
@@ -85,6 +87,8 @@ class MapperNode {
   void OnProfile(const SoundVelocityProfile& profile);
   void OnPoseGraph(const pose_graph_t& msg);
   void OnGraphRequest(const graph_request_t& msg);
+  void OnCovariances(const covariances_t& msg);
+  bool AskForCovariances();
   void RequestSolution();
 
   void Advance();
@@ -147,6 +151,7 @@ class MapperNode {
   std::int64_t points_seq_ = 0;
   std::int64_t update_seq_ = 0;
   std::int64_t request_seq_ = 0;
+  std::int64_t covariance_request_seq_ = 0;
 };
 
 }  // namespace seastitch

@@ -182,12 +182,21 @@ NewtonStep NormalEquations::IteratedStep(const std::vector<double>& weights,
   return step;
 }
 
+Eigen::MatrixXd NormalEquations::CovarianceWith(const std::vector<int>& vertices) const {
+  Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(3 * graph_.num_vertices,
+                                               3 * static_cast<Eigen::Index>(vertices.size()));
+  Eigen::Index column = 0;
+  for (const int v : vertices) {
+    if (IsFree(v)) unit.block<3, 3>(3 * v, column).setIdentity();
+    column += 3;
+  }
+  return cholesky_.Solve(unit);
+}
+
 GraphCovariance NormalEquations::Covariance(int newest) const {
   BlockMatrix inverse = cholesky_.InverseInPattern();
   if (graph_.fixed_vertex >= 0) At(inverse.diagonal, graph_.fixed_vertex).setZero();
-  Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(3 * graph_.num_vertices, 3);
-  if (IsFree(newest)) unit.middleRows<3>(3 * newest).setIdentity();
-  const Eigen::MatrixXd columns = cholesky_.Solve(unit);
+  const Eigen::MatrixXd columns = CovarianceWith({newest});
 
   GraphCovariance out{std::move(inverse.diagonal), {}, {}};
   for (int v = 0; v < graph_.num_vertices; ++v)

@@ -26,13 +26,17 @@ OptimizerNode::OptimizerNode(const OptimizerConfig& config, Bus* bus, Worker* wo
       "GRAPH_UPDATE", kUnlimited, [this](const graph_update_t& msg) { OnUpdate(msg); });
   bus_->Subscribe<graph_request_t>(
       "GRAPH_REQUEST", kRequestQueue, [this](const graph_request_t& msg) { OnRequest(msg); });
+  bus_->Subscribe<covariance_request_t>(
+      "COVARIANCE_REQUEST", kRequestQueue, [this](const covariance_request_t& msg) {
+        OnCovarianceRequest(msg);
+      });
   Ask();
   health_.SetState(HealthState::kStarting, "waiting for the mapper's graph");
 }
 
 void OptimizerNode::OnUpdate(const graph_update_t& msg) {
   health_.Tick("graph_update");
-  if (!solving_) {
+  if (!worker_busy_) {
     Take(msg);
   } else if (updates_.size() < kMaxUpdates) {
     updates_.push_back(msg);
@@ -95,12 +99,12 @@ void OptimizerNode::Ask() {
 }
 
 void OptimizerNode::AskAgain() {
-  if (!solving_ && newest_version_ > optimizer_->version()) Ask();
+  if (!worker_busy_ && newest_version_ > optimizer_->version()) Ask();
 }
 
 void OptimizerNode::SolveWaiting() {
-  if (!waiting_ || solving_) return;
-  solving_ = true;
+  if (!waiting_ || worker_busy_) return;
+  worker_busy_ = true;
   waiting_ = false;
   const bool posted = worker_->Post([this, optimizer = optimizer_] {
     const auto begin = std::chrono::steady_clock::now();  // for HEALTH alone
@@ -109,22 +113,55 @@ void OptimizerNode::SolveWaiting() {
     return [this, solution = std::move(solution), took] { OnSolved(solution, took.count()); };
   });
   if (posted) return;
-  solving_ = false;
+  worker_busy_ = false;
   waiting_ = true;
   health_.Count("worker_refused");
 }
 
 void OptimizerNode::OnSolved(PoseGraph solution, double solve_s) {
-  solving_ = false;
+  worker_busy_ = false;
   solution_ = std::move(solution);
   PublishSolution();
   Report(solve_s);
-  while (!updates_.empty() && !solving_) {
+  TakeWaiting();
+}
+
+void OptimizerNode::TakeWaiting() {
+  while (!updates_.empty() && !worker_busy_) {
     const graph_update_t msg = std::move(updates_.front());
     updates_.pop_front();
     Take(msg);
   }
   if (when_ == SolveOn::kWhenAsked) SolveWaiting();
+}
+
+// Where another solution is on its way there is no answer: what was asked is then out of date.
+void OptimizerNode::OnCovarianceRequest(const covariance_request_t& msg) {
+  std::optional<CovarianceRequest> request = FromLcm(msg);
+  if (!request) {
+    health_.Count("covariance_requests_malformed");
+    return;
+  }
+  if (worker_busy_ || waiting_ || request->graph_version != solution_.graph_version) {
+    health_.Count("covariance_requests_late");
+    return;
+  }
+  worker_busy_ = true;
+  const bool posted = worker_->Post([this, optimizer = optimizer_, request = *std::move(request)] {
+    PairCovariances answer{
+        request.from, request.graph_version, optimizer->RelativeCovariances(request.pairs)};
+    return [this, answer = std::move(answer)] { OnCovariances(answer); };
+  });
+  if (posted) return;
+  worker_busy_ = false;
+  health_.Count("worker_refused");
+}
+
+void OptimizerNode::OnCovariances(const PairCovariances& answer) {
+  worker_busy_ = false;
+  bus_->Publish("COVARIANCES", ToLcm(answer, FromUtime(update_utime_), covariances_seq_++));
+  health_.Count("pair_covariances", static_cast<std::int64_t>(answer.pairs.size()));
+  TakeWaiting();
 }
 
 void OptimizerNode::PublishSolution() {

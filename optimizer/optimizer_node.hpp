@@ -11,15 +11,16 @@
 #include "common/runtime/worker.hpp"
 #include "optimizer/optimizer_config.hpp"
 #include "optimizer/pose_graph_optimizer.hpp"
+#include "seastitch/covariance_request_t.hpp"
 #include "seastitch/graph_request_t.hpp"
 #include "seastitch/graph_update_t.hpp"
 
 namespace seastitch {
 
-// GRAPH_UPDATE in, POSE_GRAPH out; see "Graph protocol" in docs/channels.md. Asks the mapper for
-// the whole graph when it is made, and for what it lacks when a version is missing; gives a mapper
-// that asks the last solution again. Keeps nothing on disk. Solves on the worker; what comes in
-// meanwhile waits, so that HEALTH and requests do not.
+// GRAPH_UPDATE in, POSE_GRAPH out, and COVARIANCES on request; see "Graph protocol" in
+// docs/channels.md. Asks the mapper for the whole graph when it is made, and for what it lacks when
+// a version is missing; gives a mapper that asks the last solution again. Keeps nothing on disk.
+// Solves on the worker; what comes in meanwhile waits, so that HEALTH and requests do not.
 class OptimizerNode {
  public:
   // kEachUpdate: in replay, so that the same log gives the same solutions. kWhenAsked: live; a
@@ -44,7 +45,10 @@ class OptimizerNode {
   void OnUpdate(const graph_update_t& msg);
   void Take(const graph_update_t& msg);
   void OnSolved(PoseGraph solution, double solve_s);
+  void TakeWaiting();
   void OnRequest(const graph_request_t& msg);
+  void OnCovarianceRequest(const covariance_request_t& msg);
+  void OnCovariances(const PairCovariances& answer);
   std::optional<GraphUpdate> Checked(const graph_update_t& msg);
   void StartOver();
   void Ask();
@@ -56,8 +60,8 @@ class OptimizerNode {
   Bus* const bus_;
   Worker* const worker_;
   Health health_{"optimizer"};
-  std::shared_ptr<PoseGraphOptimizer> optimizer_;  // the worker's alone while solving_
-  bool solving_ = false;
+  std::shared_ptr<PoseGraphOptimizer> optimizer_;  // the worker's alone while worker_busy_
+  bool worker_busy_ = false;
   std::deque<graph_update_t> updates_;  // that came meanwhile
   PoseGraph solution_;
   std::int64_t newest_version_ = 0;  // that the mapper is known to have
@@ -66,6 +70,7 @@ class OptimizerNode {
   std::int64_t solution_number_ = 0;
   std::int64_t solution_seq_ = 0;
   std::int64_t request_seq_ = 0;
+  std::int64_t covariances_seq_ = 0;
 };
 
 }  // namespace seastitch

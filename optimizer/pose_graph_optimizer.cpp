@@ -412,7 +412,40 @@ PoseGraph PoseGraphOptimizer::Solve() {
   for (const auto& [pair, loop] : loops_)
     solution.loop_edges.push_back({loop.edge.from, loop.edge.to, loop.weight.value_or(0.0)});
   FillCovariance(robust.covariance, &solution);
+  solved_version_ = version();
   return solution;
+}
+
+std::vector<PairCovariance> PoseGraphOptimizer::RelativeCovariances(
+    const std::vector<std::pair<SubmapId, SubmapId>>& pairs) {
+  if (solved_version_ != version() || vertices_.empty()) return {};
+  const std::map<SubmapId, int> number = Numbering();
+  const std::vector<Edge*> robust = RobustEdges();
+  const FactorGraph graph = MakeFactorGraph(number, robust);
+  const SolverStart last = Start(graph, robust);
+  std::vector<double> weights;
+  for (const std::optional<double>& weight : last.weights) weights.push_back(weight.value_or(0.0));
+  NormalEquations equations(graph);
+  equations.Linearise(last.T_map_vertex);
+  if (!equations.Factorize(weights)) return {};
+
+  std::vector<PairCovariance> covariances;
+  std::vector<int> ends;  // b of the pairs, each once
+  std::map<SubmapId, Eigen::Index> column;
+  for (const auto& [a, b] : pairs) {
+    if (!number.contains(a) || !number.contains(b)) continue;
+    covariances.push_back({a, b, Eigen::Matrix3d::Zero()});
+    if (column.try_emplace(b, 3 * static_cast<Eigen::Index>(ends.size())).second)
+      ends.push_back(number.at(b));
+  }
+  const Eigen::MatrixXd with_ends = equations.CovarianceWith(ends);
+  for (PairCovariance& pair : covariances) {
+    const Vertex& a = vertices_.at(pair.a);
+    const Vertex& b = vertices_.at(pair.b);
+    const Eigen::Matrix3d cross = with_ends.block<3, 3>(3 * number.at(pair.a), column.at(pair.b));
+    pair.covariance = RelativeCovariance(*a.solved, *b.solved, a.covariance, b.covariance, cross);
+  }
+  return covariances;
 }
 
 void PoseGraphOptimizer::Keep(const RobustSolution& solution,
@@ -444,6 +477,7 @@ void PoseGraphOptimizer::FillCovariance(const std::optional<GraphCovariance>& co
     if (!covariance) continue;
     vertex.covariance = covariance->marginal[k];
     vertex.covariance_with_newest = covariance->with_newest[k];
+    vertices_.at(vertex.id).covariance = vertex.covariance;
   }
   if (!SeeksMounting()) return;
   solution->mounting.sonar_m = solved_mounting_.Translation();

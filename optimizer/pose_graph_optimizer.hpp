@@ -64,6 +64,12 @@ class PoseGraphOptimizer {
   // registration itself refused it.
   PoseGraph Solve();
 
+  // How well the relative poses of these pairs are known under the last solution, exactly: those
+  // whose vertices are in it, in their order. Nothing where vertices or edges came since, or the
+  // covariance cannot be found. Costs a factor of the graph and a solve for every other b.
+  std::vector<PairCovariance> RelativeCovariances(
+      const std::vector<std::pair<SubmapId, SubmapId>>& pairs);
+
   // Those that pull, and those of them that the last solution believes.
   std::int64_t position_fixes() const;
   std::int64_t position_fixes_believed() const;
@@ -75,8 +81,9 @@ class PoseGraphOptimizer {
  private:
   struct Vertex {
     Pose2 dead_reckoned;
-    double heading_sigma_rad;     // 0: not known
-    std::optional<Pose2> solved;  // in the last solution
+    double heading_sigma_rad;                              // 0: not known
+    std::optional<Pose2> solved;                           // in the last solution
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  // there
   };
   struct Edge {
     GraphEdge edge;
@@ -125,6 +132,7 @@ class PoseGraphOptimizer {
   // In the last solution, of plain factors by PlainKeys(): those in doubt.
   std::map<std::tuple<int, int, int>, double> doubts_;
   double scale_when_chosen_ = 1.0;
+  std::int64_t solved_version_ = 0;
   std::map<std::string, std::int64_t> counters_;
 };
 

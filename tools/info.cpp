@@ -8,6 +8,8 @@
 
 #include "common/runtime/bus.hpp"
 #include "common/storage/event_log.hpp"
+#include "seastitch/covariance_request_t.hpp"
+#include "seastitch/covariances_t.hpp"
 #include "seastitch/depth_t.hpp"
 #include "seastitch/dvl_t.hpp"
 #include "seastitch/graph_request_t.hpp"
@@ -57,7 +59,7 @@ std::string Sender(const Msg& msg) {
   if constexpr (
       requires { msg.source; } && requires { msg.part; })
     return msg.source;
-  if constexpr (requires { msg.have_version; }) return msg.from;
+  if constexpr (requires { msg.from; }) return msg.from;
   return {};
 }
 
@@ -90,6 +92,8 @@ const std::map<std::string, Counter>& KnownChannels() {
       {"GRAPH_UPDATE", CountSequence<graph_update_t>},
       {"GRAPH_REQUEST", CountSequence<graph_request_t>},
       {"POSE_GRAPH", CountSequence<pose_graph_t>},
+      {"COVARIANCE_REQUEST", CountSequence<covariance_request_t>},
+      {"COVARIANCES", CountSequence<covariances_t>},
       {"HEALTH", CountSequence<health_t>},
   };
   return known;

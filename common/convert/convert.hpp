@@ -8,6 +8,8 @@
 #include "common/core/graph.hpp"
 #include "common/core/sensors.hpp"
 #include "common/core/submap.hpp"
+#include "seastitch/covariance_request_t.hpp"
+#include "seastitch/covariances_t.hpp"
 #include "seastitch/depth_t.hpp"
 #include "seastitch/dvl_t.hpp"
 #include "seastitch/graph_update_t.hpp"
@@ -33,6 +35,7 @@ constexpr int kMaxSubmapPoints = 20'000'000;
 constexpr int kMaxFootprintCorners = 3000;
 constexpr int kMaxVerticesPerUpdate = 200;
 constexpr int kMaxEdgesPerUpdate = 200;
+constexpr int kMaxCovariancePairs = 500;
 constexpr int kMaxRawBytesPerPart = 50'000;
 
 // What a message carries beside the measurement: arrival, and its place in the channel.
@@ -49,6 +52,8 @@ sound_velocity_profile_t ToLcm(const SoundVelocityProfile& profile, const Messag
 position_fix_t ToLcm(const PositionFix& fix, const MessageStamp& stamp);
 nav_t ToLcm(const NavState& nav, std::int64_t seq);
 graph_update_t ToLcm(const GraphUpdate& update, Time newest_submap, std::int64_t seq);
+covariance_request_t ToLcm(const CovarianceRequest& request, Time newest_submap, std::int64_t seq);
+covariances_t ToLcm(const PairCovariances& answer, Time newest_submap, std::int64_t seq);
 
 std::optional<ImuSample> FromLcm(const imu_t& msg);
 std::optional<DvlSample> FromLcm(const dvl_t& msg);
@@ -58,6 +63,8 @@ std::optional<SoundVelocityProfile> FromLcm(const sound_velocity_profile_t& msg)
 std::optional<PositionFix> FromLcm(const position_fix_t& msg);
 std::optional<NavState> FromLcm(const nav_t& msg);
 std::optional<GraphUpdate> FromLcm(const graph_update_t& msg);
+std::optional<CovarianceRequest> FromLcm(const covariance_request_t& msg);
+std::optional<PairCovariances> FromLcm(const covariances_t& msg);
 
 // A submap as its announcement and its chunks, in the order in which they are to be sent.
 struct SubmapMessages {

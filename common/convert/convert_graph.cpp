@@ -131,6 +131,20 @@ std::optional<SolvedEdge> FromLcm(const solved_edge_t& msg) {
   return SolvedEdge{SubmapId{msg.from_id}, SubmapId{msg.to_id}, msg.weight};
 }
 
+pair_covariance_t ToLcm(const PairCovariance& pair) {
+  pair_covariance_t msg{};
+  msg.a_id = pair.a.value;
+  msg.b_id = pair.b.value;
+  MatrixTo<3>(pair.covariance, msg.covariance);
+  return msg;
+}
+
+std::optional<PairCovariance> FromLcm(const pair_covariance_t& msg) {
+  const auto covariance = SymmetricFrom<3>(msg.covariance);
+  if (msg.a_id < 0 || msg.b_id < 0 || !covariance) return std::nullopt;
+  return PairCovariance{SubmapId{msg.a_id}, SubmapId{msg.b_id}, *covariance};
+}
+
 template <class Core>
 auto ListToLcm(const std::vector<Core>& list) {
   std::vector<decltype(ToLcm(list[0]))> messages;
@@ -226,6 +240,50 @@ std::vector<pose_graph_t> ToLcm(const PoseGraph& graph,
     parts.push_back(std::move(msg));
   }
   return parts;
+}
+
+covariance_request_t ToLcm(const CovarianceRequest& request, Time newest_submap, std::int64_t seq) {
+  covariance_request_t msg{};
+  msg.utime = ToUtime(newest_submap);
+  msg.seq = seq;
+  msg.from = request.from;
+  msg.graph_version = request.graph_version;
+  msg.num_pairs = static_cast<std::int32_t>(request.pairs.size());
+  for (const auto& [a, b] : request.pairs) {
+    msg.a_id.push_back(a.value);
+    msg.b_id.push_back(b.value);
+  }
+  return msg;
+}
+
+std::optional<CovarianceRequest> FromLcm(const covariance_request_t& msg) {
+  const auto count = static_cast<std::size_t>(std::max(0, msg.num_pairs));
+  if (!IsTime(msg.utime) || msg.graph_version < 1 || msg.num_pairs > kMaxCovariancePairs ||
+      msg.a_id.size() != count || msg.b_id.size() != count)
+    return std::nullopt;
+  CovarianceRequest request{msg.from, msg.graph_version, {}};
+  for (std::size_t k = 0; k < count; ++k)
+    request.pairs.emplace_back(SubmapId{msg.a_id[k]}, SubmapId{msg.b_id[k]});
+  return request;
+}
+
+covariances_t ToLcm(const PairCovariances& answer, Time newest_submap, std::int64_t seq) {
+  covariances_t msg{};
+  msg.utime = ToUtime(newest_submap);
+  msg.seq = seq;
+  msg.to = answer.to;
+  msg.graph_version = answer.graph_version;
+  msg.num_pairs = static_cast<std::int32_t>(answer.pairs.size());
+  msg.pairs = ListToLcm(answer.pairs);
+  return msg;
+}
+
+std::optional<PairCovariances> FromLcm(const covariances_t& msg) {
+  PairCovariances answer{msg.to, msg.graph_version, {}};
+  if (!IsTime(msg.utime) || msg.graph_version < 1 || msg.num_pairs > kMaxCovariancePairs ||
+      !AppendFromLcm(msg.pairs, msg.num_pairs, &answer.pairs))
+    return std::nullopt;
+  return answer;
 }
 
 std::optional<PoseGraph> PoseGraphAssembler::Add(const pose_graph_t& msg) {

@@ -2,6 +2,8 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "common/core/ids.hpp"
@@ -90,6 +92,26 @@ struct PoseGraph {
   std::vector<SolvedVertex> vertices;  // by rising id
   std::vector<SolvedEdge> loop_edges;
   MountingErrors mounting{};
+};
+
+// What a PoseGraph does not hold, on demand: how well the relative pose of any two of its vertices
+// is known.
+struct CovarianceRequest {
+  std::string from;  // who asks
+  std::int64_t graph_version = 0;
+  std::vector<std::pair<SubmapId, SubmapId>> pairs;
+};
+
+struct PairCovariance {
+  SubmapId a;
+  SubmapId b;
+  Eigen::Matrix3d covariance;  // of T_a_b: x, y [m], yaw [rad]; axes of a
+};
+
+struct PairCovariances {
+  std::string to;  // who asked
+  std::int64_t graph_version = 0;
+  std::vector<PairCovariance> pairs;
 };
 
 }  // namespace seastitch

@@ -22,14 +22,4 @@ RelativePose Compose(const RelativePose& a_b, const RelativePose& b_c) {
           J_ab * a_b.covariance * J_ab.transpose() + J_bc * b_c.covariance * J_bc.transpose()};
 }
 
-RelativePose Inverse(const RelativePose& a_b) {
-  // p_ba = -R^T p_ab, yaw_ba = -yaw_ab.
-  const Pose2 T_b_a = Inverse(a_b.T_a_b);
-  Eigen::Matrix3d J = -Eigen::Matrix3d::Identity();
-  J.topLeftCorner<2, 2>() = -a_b.T_a_b.Rotation().transpose();
-  J(0, 2) = T_b_a.y;
-  J(1, 2) = -T_b_a.x;
-  return {T_b_a, J * a_b.covariance * J.transpose()};
-}
-
 }  // namespace seastitch

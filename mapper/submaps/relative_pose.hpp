@@ -19,7 +19,4 @@ double WorstSigma(const Eigen::Matrix2d& covariance);
 // T_a_c of two independent relative poses, to first order.
 RelativePose Compose(const RelativePose& a_b, const RelativePose& b_c);
 
-// T_b_a, to first order.
-RelativePose Inverse(const RelativePose& a_b);
-
 }  // namespace seastitch

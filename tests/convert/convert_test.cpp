@@ -473,6 +473,71 @@ TEST(ConvertPoseGraph, RefusesEachDamage) {
   }
 }
 
+CovarianceRequest Request(int pairs) {
+  CovarianceRequest request{"mapper", 7, {}};
+  for (int k = 0; k < pairs; ++k) request.pairs.emplace_back(SubmapId{k}, SubmapId{2 * k + 1});
+  return request;
+}
+
+PairCovariances Answer(int pairs) {
+  PairCovariances answer{"mapper", 7, {}};
+  for (int k = 0; k < pairs; ++k) {
+    answer.pairs.push_back({SubmapId{k}, SubmapId{2 * k + 1}, Eigen::Matrix3d::Identity()});
+    answer.pairs.back().covariance *= k + 1.0;
+  }
+  return answer;
+}
+
+TEST(ConvertCovariances, RequestAndAnswerComeBack) {
+  for (const int pairs : {0, 1, kMaxCovariancePairs}) {
+    const covariance_request_t asked = ToLcm(Request(pairs), kTime, 3);
+    EXPECT_EQ(asked.seq, 3);
+    EXPECT_EQ(asked.utime, ToUtime(kTime));
+    const auto request = FromLcm(Wire(asked));
+    ASSERT_TRUE(request);
+    EXPECT_EQ(request->from, "mapper");
+    EXPECT_EQ(request->graph_version, 7);
+    EXPECT_EQ(request->pairs, Request(pairs).pairs);
+
+    const covariances_t answered = ToLcm(Answer(pairs), kTime, 3);
+    EXPECT_LT(answered.getEncodedSize(), 60'000);
+    const auto answer = FromLcm(Wire(answered));
+    ASSERT_TRUE(answer);
+    EXPECT_EQ(answer->to, "mapper");
+    EXPECT_EQ(answer->graph_version, 7);
+    ASSERT_EQ(answer->pairs.size(), static_cast<std::size_t>(pairs));
+    for (int k = 0; k < pairs; ++k) {
+      const PairCovariance& pair = answer->pairs[static_cast<std::size_t>(k)];
+      EXPECT_EQ(pair.b, SubmapId{2 * k + 1});
+      EXPECT_EQ(pair.covariance, Answer(pairs).pairs[static_cast<std::size_t>(k)].covariance);
+    }
+  }
+}
+
+TEST(ConvertCovariances, RefuseEachDamage) {
+  using Request_t = covariance_request_t;
+  ExpectEachRefused<Request_t>(
+      ToLcm(Request(2), kTime, 0),
+      {{"no version", [](Request_t& m) { m.graph_version = 0; }},
+       {"time", [](Request_t& m) { m.utime = -1; }},
+       {"count above the lists", [](Request_t& m) { m.num_pairs = 3; }},
+       {"count negative", [](Request_t& m) { m.num_pairs = -1; }},
+       {"lists of two lengths", [](Request_t& m) { m.b_id.pop_back(); }},
+       {"too many", [](Request_t& m) { m = ToLcm(Request(kMaxCovariancePairs + 1), kTime, 0); }}});
+  using Answer_t = covariances_t;
+  ExpectEachRefused<Answer_t>(
+      ToLcm(Answer(2), kTime, 0),
+      {{"no version", [](Answer_t& m) { m.graph_version = 0; }},
+       {"time", [](Answer_t& m) { m.utime = -1; }},
+       {"id negative", [](Answer_t& m) { m.pairs[1].a_id = -1; }},
+       {"variance negative", [](Answer_t& m) { m.pairs[0].covariance[1][1] = -1.0; }},
+       {"not symmetric", [](Answer_t& m) { m.pairs[0].covariance[0][1] = 0.5; }},
+       {"NaN", [](Answer_t& m) { m.pairs[1].covariance[2][2] = kNan; }},
+       {"count above the list", [](Answer_t& m) { m.num_pairs = 3; }},
+       {"count negative", [](Answer_t& m) { m.num_pairs = -1; }},
+       {"too many", [](Answer_t& m) { m = ToLcm(Answer(kMaxCovariancePairs + 1), kTime, 0); }}});
+}
+
 TEST(ToRawParts, CutsAndNumbersSoThatNothingIsLost) {
   for (const std::size_t size : {0u, 1u, 50'000u, 50'001u, 170'000u}) {
     std::vector<std::uint8_t> bytes(size);

@@ -44,6 +44,12 @@ void ExpectNoMessageHurts(const Msg& good) {
 }
 
 const Time kTime = FromUtime(1'700'000'000'000'000);
+const covariance_request_t kRequest =
+    ToLcm(CovarianceRequest{"mapper", 1, {{SubmapId{0}, SubmapId{1}}}}, kTime, 0);
+const covariances_t kAnswer =
+    ToLcm(PairCovariances{"mapper", 1, {{SubmapId{0}, SubmapId{1}, Eigen::Matrix3d::Identity()}}},
+          kTime,
+          0);
 
 TEST(HostileMessages, HurtNoDecoder) {
   ImuSample imu;
@@ -77,43 +83,59 @@ TEST(HostileMessages, HurtNoDecoder) {
   health.rate_hz = {1.0, 2.0};
   ExpectNoMessageHurts(health);
   ExpectNoMessageHurts(graph_request_t{});
+  ExpectNoMessageHurts(kRequest);
+  ExpectNoMessageHurts(kAnswer);
 }
 
 // FromLcm and the assemblers behind the decoder: whatever decodes is judged, never trusted.
-TEST(HostileMessages, WithFlippedBitsNeverThrow) {
+template <class Msg, class Judge>
+void ExpectNoFlippedBitThrows(const Msg& good, Judge judge) {
   std::mt19937 random(3);
+  const std::vector<std::uint8_t> bytes = Encoded(good);
+  int decoded = 0;
+  for (int i = 0; i < 5'000; ++i) {
+    std::vector<std::uint8_t> bad = bytes;
+    const std::size_t bit = 64 + random() % (8 * (bytes.size() - 8));
+    bad[bit / 8] = static_cast<std::uint8_t>(bad[bit / 8] ^ (1u << (bit % 8)));
+    Msg msg{};
+    if (msg.decode(bad.data(), 0, static_cast<int>(bad.size())) < 0) continue;
+    ++decoded;
+    EXPECT_NO_THROW(judge(msg)) << Msg::getTypeName() << ", bit " << bit;
+  }
+  EXPECT_GT(decoded, 1'000) << Msg::getTypeName();
+}
+
+TEST(HostileMessages, WithFlippedBitsNeverThrow) {
+  const auto convert = [](const auto& msg) { FromLcm(msg); };
   MbesPing ping;
   ping.time = kTime;
   ping.sound_speed_mps = 1500.0;
   ping.beams.resize(5);
+  ExpectNoFlippedBitThrows(ToLcm(ping, {}), convert);
   Submap submap;
   submap.id = SubmapId{0};
   submap.start = submap.end = submap.frame_time = kTime;
   for (int i = 0; i < 5; ++i) submap.cloud.Add({1, 2, 3});
-  const auto ping_bytes = Encoded(ToLcm(ping, {}));
   const SubmapMessages messages = ToLcm(submap, 0, 0);
-  const auto announcement = Encoded(messages.announcement);
-  const auto chunk = Encoded(messages.chunks[0]);
-  const auto flipped = [&](std::vector<std::uint8_t> bytes) {
-    const std::size_t bit = 64 + random() % (8 * (bytes.size() - 8));
-    bytes[bit / 8] = static_cast<std::uint8_t>(bytes[bit / 8] ^ (1u << (bit % 8)));
-    return bytes;
-  };
-  SubmapAssembler assembler;
-  for (int i = 0; i < 5'000; ++i) {
-    mbes_ping_t p{};
-    submap_t a{};
-    submap_points_t c{};
-    const auto bad_ping = flipped(ping_bytes);
-    const auto bad_announcement = flipped(announcement);
-    const auto bad_chunk = flipped(chunk);
-    EXPECT_NO_THROW({
-      if (p.decode(bad_ping.data(), 0, static_cast<int>(bad_ping.size())) > 0) FromLcm(p);
-      if (a.decode(bad_announcement.data(), 0, static_cast<int>(bad_announcement.size())) > 0)
-        assembler.Add(a);
-      if (c.decode(bad_chunk.data(), 0, static_cast<int>(bad_chunk.size())) > 0) assembler.Add(c);
-    });
-  }
+  SubmapAssembler submaps;
+  ExpectNoFlippedBitThrows(messages.announcement, [&](const submap_t& m) { submaps.Add(m); });
+  ExpectNoFlippedBitThrows(messages.chunks[0], [&](const submap_points_t& m) {
+    submaps.Add(messages.announcement);
+    submaps.Add(m);
+  });
+  GraphUpdate update{1, {{SubmapId{0}, kTime, {}}}, {}};
+  update.edges.resize(1);
+  update.edges[0].from = SubmapId{0};
+  update.edges[0].to = SubmapId{1};
+  ExpectNoFlippedBitThrows(ToLcm(update, kTime, 0), convert);
+  PoseGraph graph;
+  graph.vertices.resize(1);
+  graph.loop_edges = {{SubmapId{0}, SubmapId{1}, 1.0}};
+  PoseGraphAssembler graphs;
+  ExpectNoFlippedBitThrows(ToLcm(graph, 0, kTime, 0)[0],
+                           [&](const pose_graph_t& m) { graphs.Add(m); });
+  ExpectNoFlippedBitThrows(kRequest, convert);
+  ExpectNoFlippedBitThrows(kAnswer, convert);
 }
 
 }  // namespace

@@ -70,6 +70,15 @@ class Survey {
     bus.Subscribe<submap_points_t>("SUBMAP_POINTS", 0, [this](const submap_points_t& m) {
       if (auto submap = assembler_.Add(m)) submaps.push_back(*submap);
     });
+    // As an optimizer that knows every relative pose to 1 m and 1 rad.
+    bus.Subscribe<covariance_request_t>(
+        "COVARIANCE_REQUEST", 0, [this](const covariance_request_t& m) {
+          requests.push_back(*FromLcm(m));
+          PairCovariances answer{m.from, m.graph_version, {}};
+          for (const auto& [a, b] : requests.back().pairs)
+            answer.pairs.push_back({a, b, Eigen::Matrix3d::Identity()});
+          bus.Publish("COVARIANCES", ToLcm(answer, FromUtime(m.utime), m.seq));
+        });
     bus.SubscribeBytes(".*", 0, [this](const std::string& channel, const void* data, int size) {
       if (channel == "NAV" || channel.starts_with("SUBMAP") || channel == "GRAPH_UPDATE")
         out +=
@@ -122,6 +131,7 @@ class Survey {
   Time time = FromUtime(1'700'000'000'000'000);
   std::vector<nav_t> navs;
   std::vector<GraphUpdate> updates;
+  std::vector<CovarianceRequest> requests;
   std::vector<Submap> submaps;
   std::string out;  // every byte of it
 
@@ -532,8 +542,14 @@ TEST(MapperNode, RegistersLaterWhatJoinedTheGraphUnregistered) {
   for (const pose_graph_t& part : ToLcm(AsDeadReckoned(survey.updates), 1, FromUtime(0), 0))
     survey.bus.Publish("POSE_GRAPH", part);
   survey.bus.HandleAll();
-  while (survey.node->LookAgain()) worker.RunAll();
+  while (survey.node->LookAgain()) {
+    survey.bus.HandleAll();
+    worker.RunAll();
+  }
   survey.bus.HandleAll();
+  ASSERT_EQ(survey.requests.size(), 1u);
+  EXPECT_EQ(survey.requests[0].from, "mapper");
+  EXPECT_EQ(survey.requests[0].graph_version, kSubmaps);
   std::set<std::pair<int, int>> pairs;
   for (const GraphUpdate& update : survey.updates) {
     for (const GraphEdge& edge : update.edges) {
@@ -592,9 +608,19 @@ TEST(MapperNode, CountsMalformedMessagesAndGapsAndGoesOn) {
   mbes_ping_t ping{};
   ping.sound_speed_mps = -1.0;
   survey.bus.Publish("MBES_PING", ping);
+  covariances_t covariances{};
+  covariances.to = "mapper";
+  survey.bus.Publish("COVARIANCES", covariances);  // of no version
   const char garbage[] = "not a message";
-  for (const char* channel :
-       {"IMU", "DVL", "DEPTH", "MBES_PING", "SVP", "POSITION_FIX", "POSE_GRAPH", "GRAPH_REQUEST"}) {
+  for (const char* channel : {"IMU",
+                              "DVL",
+                              "DEPTH",
+                              "MBES_PING",
+                              "SVP",
+                              "POSITION_FIX",
+                              "POSE_GRAPH",
+                              "GRAPH_REQUEST",
+                              "COVARIANCES"}) {
     survey.bus.PublishBytes(channel, garbage, sizeof garbage);
   }
   survey.bus.HandleAll();
@@ -604,7 +630,8 @@ TEST(MapperNode, CountsMalformedMessagesAndGapsAndGoesOn) {
   EXPECT_EQ(health.counter("imu_malformed"), 1);
   EXPECT_EQ(health.counter("imu_lost"), 1'000'000 - 150);
   EXPECT_EQ(health.counter("mbes_ping_malformed"), 1);
-  EXPECT_GE(health.counter("bus_decode_errors"), 8);
+  EXPECT_EQ(health.counter("covariances_malformed"), 1);
+  EXPECT_GE(health.counter("bus_decode_errors"), 9);
   EXPECT_GT(survey.navs.size(), navs + 20);
 }
 

@@ -28,6 +28,8 @@ class MapperStub {
       utimes.push_back(msg.utime);
       if (auto solution = assembler_.Add(msg)) solutions.push_back(*solution);
     });
+    bus_->Subscribe<covariances_t>(
+        "COVARIANCES", 0, [this](const covariances_t& msg) { answers.push_back(*FromLcm(msg)); });
   }
 
   void Send(std::int64_t version) {
@@ -38,6 +40,12 @@ class MapperStub {
   void PublishNext(bool lost = false) {
     ++published;
     if (!lost) Send(published);
+    bus_->HandleAll();
+  }
+  void AskForCovariances(std::int64_t graph_version,
+                         std::vector<std::pair<SubmapId, SubmapId>> pairs) {
+    const CovarianceRequest request{"mapper", graph_version, std::move(pairs)};
+    bus_->Publish("COVARIANCE_REQUEST", ToLcm(request, FromUtime(0), 0));
     bus_->HandleAll();
   }
   void BeginAgain(const std::vector<GraphUpdate>& updates) {
@@ -56,6 +64,7 @@ class MapperStub {
   std::vector<std::int64_t> requests;
   std::vector<std::int64_t> utimes;
   std::vector<PoseGraph> solutions;
+  std::vector<PairCovariances> answers;
 
  private:
   std::vector<GraphUpdate> updates_;
@@ -248,6 +257,50 @@ TEST(OptimizerNode, AnswersRequestsAndKeepsUpdatesWhileTheWorkerSolves) {
   bus.HandleAll();
   ASSERT_EQ(mapper.solutions.size(), 3u);
   EXPECT_EQ(mapper.solutions[2].graph_version, 3);
+}
+
+TEST(OptimizerNode, SaysHowWellTwoSubmapsAreKnownToEachOther) {
+  Bus bus("memq://");
+  InlineWorker worker;
+  MapperStub mapper(SmallSurvey(), &bus);
+  OptimizerNode node({}, &bus, &worker);
+  mapper.AskForCovariances(1, {{SubmapId{0}, SubmapId{1}}});
+  EXPECT_TRUE(mapper.answers.empty()) << "no solution yet";
+  for (int k = 0; k < 12; ++k) mapper.PublishNext();
+  mapper.AskForCovariances(11, {{SubmapId{2}, SubmapId{5}}});
+  EXPECT_TRUE(mapper.answers.empty()) << "another solution came since";
+  EXPECT_EQ(node.health().counter("covariance_requests_late"), 2);
+  mapper.AskForCovariances(0, {});
+  EXPECT_EQ(node.health().counter("covariance_requests_malformed"), 1);
+  mapper.AskForCovariances(12, {{SubmapId{2}, SubmapId{5}}, {SubmapId{2}, SubmapId{99}}});
+  ASSERT_EQ(mapper.answers.size(), 1u);
+  EXPECT_EQ(mapper.answers[0].to, "mapper");
+  EXPECT_EQ(mapper.answers[0].graph_version, 12);
+  ASSERT_EQ(mapper.answers[0].pairs.size(), 1u);
+  EXPECT_EQ(mapper.answers[0].pairs[0].b, SubmapId{5});
+  EXPECT_GT(mapper.answers[0].pairs[0].covariance(0, 0), 0.0);
+  EXPECT_EQ(node.health().counter("pair_covariances"), 1);
+}
+
+TEST(OptimizerNode, TakesUpdatesThatCameWhileItLookedForCovariances) {
+  Bus bus("memq://");
+  SlowWorker worker;
+  MapperStub mapper(SmallSurvey(), &bus);
+  OptimizerNode node({}, &bus, &worker);
+  mapper.PublishNext();
+  worker.Run();
+  bus.HandleAll();
+  mapper.AskForCovariances(1, {{SubmapId{0}, SubmapId{0}}});
+  mapper.PublishNext();
+  mapper.AskForCovariances(1, {{SubmapId{0}, SubmapId{0}}});
+  EXPECT_EQ(worker.queue_depth(), 1u) << "one job at a time";
+  worker.Run();
+  bus.HandleAll();
+  EXPECT_EQ(mapper.answers.size(), 1u);
+  EXPECT_EQ(worker.queue_depth(), 1u);
+  worker.Run();
+  bus.HandleAll();
+  EXPECT_EQ(mapper.solutions.back().graph_version, 2);
 }
 
 TEST(OptimizerNode, BeginsAgainWhenTheMapperHasAnotherGraph) {

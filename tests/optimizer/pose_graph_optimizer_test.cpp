@@ -487,6 +487,71 @@ TEST(PoseGraphOptimizer, CovariancesAreHonest) {
   EXPECT_LT(nees / count, 1.5);
 }
 
+// The survey with the ids of submaps turned round so that `first` is the one that is held.
+GraphUpdate HeldAt(int first, const SurveyGraph& survey) {
+  const auto renamed = [first](SubmapId id) {
+    return SubmapId{id.value == first ? 0 : id.value < first ? id.value + 1 : id.value};
+  };
+  GraphUpdate all{1, {}, {}};
+  for (const GraphUpdate& update : survey.updates) {
+    for (GraphVertex vertex : update.vertices) {
+      vertex.id = renamed(vertex.id);
+      all.vertices.push_back(vertex);
+    }
+    for (GraphEdge edge : update.edges) {
+      edge.from = renamed(edge.from);
+      edge.to = renamed(edge.to);
+      all.edges.push_back(edge);
+    }
+  }
+  return all;
+}
+
+TEST(PoseGraphOptimizer, KnowsARelativePoseAsWellAsThatOfTheOneWhereTheOtherIsHeld) {
+  const SurveyGraph survey = SimulateSurvey({.vertices = 30, .per_line = 6, .seed = 4});
+  PoseGraphOptimizer optimizer{OptimizerParams{}};
+  for (const GraphUpdate& update : survey.updates) optimizer.Add(update);
+  optimizer.Solve();
+  const SubmapId a{11};
+  const auto known =
+      optimizer.RelativeCovariances({{a, SubmapId{3}}, {a, SubmapId{20}}, {a, SubmapId{29}}});
+  ASSERT_EQ(known.size(), 3u);
+  const PoseGraph held = SolveAll({HeldAt(a.value, survey)});
+  ASSERT_EQ(held.vertices[0].covariance.norm(), 0.0);
+  Eigen::Matrix3d into_axes_of_a = Eigen::Matrix3d::Identity();
+  into_axes_of_a.topLeftCorner<2, 2>() = held.vertices[0].T_map_level.Rotation().transpose();
+  for (const PairCovariance& pair : known) {
+    const auto b = static_cast<std::size_t>(pair.b.value + (pair.b < a ? 1 : 0));
+    const Eigen::Matrix3d expected =
+        into_axes_of_a * held.vertices[b].covariance * into_axes_of_a.transpose();
+    // A submap that the new names leave without a step before it is tied weakly to another.
+    EXPECT_LT((pair.covariance - expected).norm(), 1e-3 * expected.norm()) << pair.b.value;
+  }
+}
+
+TEST(PoseGraphOptimizer, SaysOfAnyPairWithTheNewestWhatTheSolutionSays) {
+  const SurveyGraph survey = SimulateSurvey({.vertices = 30, .per_line = 6, .seed = 4});
+  PoseGraphOptimizer optimizer{OptimizerParams{}};
+  for (const GraphUpdate& update : survey.updates) optimizer.Add(update);
+  const PoseGraph solution = optimizer.Solve();
+  const SubmapId newest{29};
+  const auto known = optimizer.RelativeCovariances({{SubmapId{7}, newest},
+                                                    {SubmapId{7}, SubmapId{99}},
+                                                    {SubmapId{0}, newest},
+                                                    {newest, newest}});
+  ASSERT_EQ(known.size(), 3u) << "99 is not there";
+  for (const PairCovariance& pair : known) {
+    const SolvedVertex& a = solution.vertices[static_cast<std::size_t>(pair.a.value)];
+    const SolvedVertex& b = solution.vertices[29];
+    const Eigen::Matrix3d expected = RelativeCovariance(
+        a.T_map_level, b.T_map_level, a.covariance, b.covariance, a.covariance_with_newest);
+    EXPECT_LT((pair.covariance - expected).norm(), 1e-9) << pair.a.value;
+  }
+  EXPECT_TRUE(optimizer.RelativeCovariances({}).empty());
+  optimizer.Add({31, {{SubmapId{30}, Time(Duration(1)), {}}}, {}});
+  EXPECT_TRUE(optimizer.RelativeCovariances({{SubmapId{7}, newest}}).empty()) << "not solved yet";
+}
+
 GraphEdge Fix(int vertex, double x, double y, double sigma_m) {
   GraphEdge fix = Edge(EdgeKind::kPositionFix, vertex, vertex, {x, y, 0.0}, sigma_m, 1.0);
   fix.information(2, 2) = 0.0;  // GPS knows no heading

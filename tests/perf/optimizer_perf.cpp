@@ -61,6 +61,21 @@ void BM_OptimizerCovariance(benchmark::State& state) {
   }
 }
 
+// What the mapper asks for after a solution, at most: 16 submaps with 31 others each.
+void BM_OptimizerPairCovariances(benchmark::State& state) {
+  const SurveyGraph survey = Survey(state);
+  PoseGraphOptimizer optimizer{OptimizerParams{}};
+  for (const GraphUpdate& update : survey.updates) optimizer.Add(update);
+  optimizer.Solve();
+  std::vector<std::pair<SubmapId, SubmapId>> pairs;
+  for (int k = 0; k < 16; ++k)
+    for (int i = 1; i <= 31; ++i) {
+      const int b = 40 + k * (static_cast<int>(survey.truth.size()) - 41) / 15;
+      pairs.emplace_back(SubmapId{b - i}, SubmapId{b});
+    }
+  for (auto _ : state) benchmark::DoNotOptimize(optimizer.RelativeCovariances(pairs));
+}
+
 // The same problem for both: plain squares from dead reckoning, for Ceres knows no graduation.
 struct SquaresProblem {
   FactorGraph graph;
@@ -106,6 +121,7 @@ void Sizes(benchmark::internal::Benchmark* b) {
 BENCHMARK(BM_OptimizerFullSolve)->Apply(Sizes);
 BENCHMARK(BM_OptimizerOneMoreVertex)->Apply(Sizes);
 BENCHMARK(BM_OptimizerCovariance)->Apply(Sizes);
+BENCHMARK(BM_OptimizerPairCovariances)->Apply(SizesWithoutWrong);
 BENCHMARK(BM_OptimizerSquares)->Apply(SizesWithoutWrong);
 BENCHMARK(BM_CeresSquares)->Apply(SizesWithoutWrong);
 

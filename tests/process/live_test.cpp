@@ -155,9 +155,9 @@ TEST(TypesJar, IsFoundByLcmSpy) {
       (SourceDir() / "tests/process/SpyTypes.java").string() +
       " imu_t dvl_t depth_t mbes_ping_t raw_bytes_t nav_t submap_t "
       "submap_points_t graph_update_t graph_request_t pose_graph_t health_t position_fix_t "
-      "sound_velocity_profile_t");
+      "sound_velocity_profile_t covariance_request_t covariances_t");
   EXPECT_EQ(found.exit_code, 0) << found.output;
-  EXPECT_NE(found.output.find("found 14"), std::string::npos) << found.output;
+  EXPECT_NE(found.output.find("found 16"), std::string::npos) << found.output;
 }
 
 TEST(LoggerConfig, MustNameChannelsThatLcmCanRead) {
