@@ -146,16 +146,23 @@ class Minimiser {
     return bends;
   }
 
-  // Of the cost, from here to there. Summed as differences: of the costs of a large graph too few
-  // digits are left.
-  double Change(const Stage& stage, const std::vector<Pose2>& there) const {
+  // Of the cost, from where the squared residuals were these. Summed as differences: of the costs
+  // of a large graph too few digits are left.
+  double ChangeFrom(const std::vector<double>& before, const Stage& stage) const {
     double change = 0.0;
     for (std::size_t k = 0; k < graph_.factors.size(); ++k) {
       const Factor& factor = graph_.factors[k];
-      change += stage.Value(factor, k, SquaredResidual(graph_, k, there)) -
-                stage.Value(factor, k, equations_.SquaredResidual(k));
+      change +=
+          stage.Value(factor, k, equations_.SquaredResidual(k)) - stage.Value(factor, k, before[k]);
     }
     return change;
+  }
+
+  std::vector<double> SquaredResiduals() const {
+    std::vector<double> squared;
+    for (std::size_t k = 0; k < graph_.factors.size(); ++k)
+      squared.push_back(equations_.SquaredResidual(k));
+    return squared;
   }
 
   std::vector<Pose2> PosesAfter(const Eigen::VectorXd& by) const {
@@ -169,9 +176,11 @@ class Minimiser {
 
   // False, and nothing moved, where the step leads up.
   bool Try(const Stage& stage, const NewtonStep& step) {
-    std::vector<Pose2> there = PosesAfter(step.by);
-    const bool leads_down = step.sigmas < kStiff || Change(stage, there) <= 0.0;
-    if (leads_down) StartFrom(std::move(there));
+    const std::vector<Pose2> here = poses_;
+    const std::vector<double> before = SquaredResiduals();
+    StartFrom(PosesAfter(step.by));
+    const bool leads_down = step.sigmas < kStiff || ChangeFrom(before, stage) <= 0.0;
+    if (!leads_down) StartFrom(here);
     return leads_down;
   }
 
