@@ -27,7 +27,7 @@ struct Judgement {
 // heights alone and whatever registration thought of the pair. Of each pair the mean difference of
 // height is left out: tide and sound speed are not the solution's. Knows the newest kMaxSubmaps
 // submaps and the pairs of them that were registered, on grids of at most kMaxCells: so memory
-// (32 B a cell) and work are bounded. Pure.
+// (36 B a cell) and work are bounded. Pure.
 //
 // With d the squared difference of height by the solution less that by dead reckoning, as a mean
 // over a patch, a solution is harmful

@@ -49,7 +49,7 @@ struct CellPair {
   Eigen::Vector2d slope_source;  // in the target's axes
   double height_target;
   double height_source;      // shifted
-  double variance_both;      // of the residual, from soundings of unit variance
+  double variance_both;      // of the residual, from soundings of unit variance where noise is 1
   double residual;           // [m]
   double expected_variance;  // of the residual [m2]
   double weight;             // inverse variance of an independent cell's share
@@ -333,14 +333,15 @@ class Shares {
   // share: what an error of unit variance would add.
   void Add(int row, int col, const Eigen::Array4f& share) {
     const std::size_t i = grid_.geometry().Index(row, col);
-    shares_[i] += share * grid_.cells()[i].variance;
+    const Cell& cell = grid_.cells()[i];
+    shares_[i] += share * (cell.variance / cell.noise);
     ColumnSpan& columns = columns_[static_cast<std::size_t>(row)];
     columns = columns.Union({col, col + 1});
   }
 
   // Sum over soundings of n variance u u^T, where u is what a sounding of unit error in a cell adds
   // to the gradient: the shares of the cells, smoothed as the heights were. The variance is
-  // `variance`, or what the cell shows where that is clearly more.
+  // `variance` times the noise there, or what the cell shows where that is clearly more.
   Eigen::Matrix4d OfSoundings(double variance) const {
     const GridGeometry& g = grid_.geometry();
     Eigen::Matrix4d sum = Eigen::Matrix4d::Zero();
@@ -355,7 +356,8 @@ class Shares {
         const Cell& cell = grid_(row, col);
         if (cell.soundings == 0.0f) continue;
         const double shown = static_cast<double>(cell.scatter);
-        const double sounding_variance = shown > kClearScatter * variance ? shown : variance;
+        const double expected = variance * static_cast<double>(cell.noise);
+        const double sounding_variance = shown > kClearScatter * expected ? shown : expected;
         const Eigen::Vector4d u = line[col].matrix().cast<double>();
         sum.noalias() += (cell.soundings * sounding_variance * u) * u.transpose();
       }

@@ -12,7 +12,7 @@ namespace seastitch {
 struct HeightSample {
   double height_m = 0.0;
   Eigen::Vector2d slope = Eigen::Vector2d::Zero();
-  double variance = 0.0;  // of the height, from soundings of unit variance
+  double variance = 0.0;                                 // of the height, as Cell::variance
   Eigen::Vector2d covariance = Eigen::Vector2d::Zero();  // of height and slope, from the same
 };
 

@@ -4,6 +4,7 @@
 #include <optional>
 #include <utility>
 
+#include "mapper/registration/local_noise.hpp"
 #include "mapper/registration/registration.hpp"
 #include "mapper/registration/smoothing.hpp"
 
@@ -329,6 +330,7 @@ RegistrationSubmap RegistrationSubmap::Prepare(const PointCloud& cloud,
       return columns;
     }));
   }
+  for (Level& level : out.levels_) WeighByLocalNoise(&level);
   const std::optional<float> scatter = MedianScatter(out.levels_.front());
   if (!scatter) return RegistrationSubmap();
   out.sounding_sigma_m_ =

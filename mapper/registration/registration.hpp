@@ -65,7 +65,7 @@ struct RegistrationParams {
 };
 
 // What registration keeps of a submap: heights, slopes and densities on a pyramid of grids in its
-// level frame. Made once; about 32 B a cell.
+// level frame. Made once; about 36 B a cell.
 class RegistrationSubmap {
  public:
   // Smoothed seabed at the centre of a cell: a plane fitted under a Gaussian kernel of one cell.
@@ -73,12 +73,15 @@ class RegistrationSubmap {
     float height_m = 0.0f;  // above `height_datum_m`; positive down
     float slope_x = 0.0f;
     float slope_y = 0.0f;
-    float variance = 0.0f;   // of the height, from soundings of unit variance; 0: nothing known
+    // Of the height, from soundings of unit variance where noise is 1; 0: nothing known.
+    float variance = 0.0f;
     float soundings = 0.0f;  // in this very cell
-    // Covariance of height and slope, from the same: where the soundings lie to one side.
+    // Covariance of height and slope, from the same: where the soundings, or the noisier of them,
+    // lie to one side.
     float covariance_x = 0.0f;
     float covariance_y = 0.0f;
     float scatter = 0.0f;  // variance of single soundings about the plane [m2]
+    float noise = 1.0f;    // variance of soundings here over that of typical ones
   };
   struct Level {
     int number = 0;  // cells of 2^number m

@@ -91,6 +91,7 @@ struct SyntheticPairParams {
   double width_m = 40.0;
   double overlap = 0.4;  // of the width; the two run side by side
   double sounding_sigma_m = 0.05;
+  double rim_factor = 1.0;          // of the noise at the long rims, over that in the middle
   double z_bias_m = 0.0;            // the source lies this much deeper than it should
   Eigen::Vector2d place{0.0, 0.0};  // of the pair on the map, to within 10 m
 };
@@ -104,14 +105,19 @@ SyntheticSubmap SampleSubmap(const Seabed& seabed,
                              std::mt19937_64* random) {
   std::uniform_real_distribution<double> unit(-0.5, 0.5);
   std::normal_distribution<double> noise(0.0, params.sounding_sigma_m);
+  const auto louder = [&params](double across) {  // across: -0.5 to 0.5
+    return 1.0 + (params.rim_factor - 1.0) * 4.0 * across * across;
+  };
   SyntheticSubmap out{{}, T_map_submap, T_map_middle};
   const Eigen::Isometry3d T_submap_map = T_map_submap.inverse();
   for (int i = 0; i < params.points; ++i) {
-    const Eigen::Vector2d p = T_map_middle * Eigen::Vector2d(params.length_m * unit(*random),
-                                                             params.width_m * unit(*random));
+    const double across = unit(*random);
+    const double along = unit(*random);
+    const Eigen::Vector2d p =
+        T_map_middle * Eigen::Vector2d(params.length_m * along, params.width_m * across);
     const std::optional<double> height = seabed.HeightAt(p.x(), p.y());
     if (!height) continue;
-    const double z = *height + noise(*random);
+    const double z = *height + louder(across) * noise(*random);
     out.cloud.Add((T_submap_map * Eigen::Vector3d(p.x(), p.y(), z)).cast<float>());
   }
   return out;
