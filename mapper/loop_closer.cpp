@@ -75,7 +75,7 @@ bool LoopCloser::SetSolution(const PoseGraph& graph) {
     const auto found = tried_.find({edge.from, edge.to});
     if (found == tried_.end()) continue;
     Tried& tried = found->second;
-    tried.believed = tried.edge && IsAccepted(*tried.edge) && edge.weight >= kBelievedWeight;
+    tried.pulls = tried.edge && IsAccepted(*tried.edge) && edge.weight > 0.0;
   }
   FindMoved();
   return true;
@@ -84,39 +84,50 @@ bool LoopCloser::SetSolution(const PoseGraph& graph) {
 void LoopCloser::FindMoved() {
   std::vector<std::pair<double, std::size_t>> news;
   for (std::size_t i = 0; i < solved_.size(); ++i) {
-    const RelativePose now{solved_[i].T_map_level, WithFloor(solved_[i].covariance)};
+    const RelativePose now = AsSolved(i);
     const std::optional<RelativePose>& before = entries_[i].looked_at;
     // A small part of what a pair has to learn: its submaps may have learned most of it together.
     const double nats = before ? News(*before, now) : std::numeric_limits<double>::infinity();
     if (nats >= 0.05 * kNewsNats) news.push_back({nats, i});
   }
-  const std::size_t most = std::min(news.size(), kMaxMoved);
+  // Of those that have no pair there is nothing to be asked: others are looked at in their place.
+  const std::size_t most = std::min(news.size(), 4 * kMaxMoved);
   std::partial_sort(
       news.begin(), news.begin() + static_cast<std::ptrdiff_t>(most), news.end(), std::greater<>());
   moved_.clear();
-  to_ask_ = {{}, solution_version_, {}};
   covariances_.clear();
-  for (std::size_t k = most; k > 0; --k) {
-    const std::size_t n = news[k - 1].second;
-    moved_.push_back(n);
-    for (const std::size_t i : WithinReach(n))
-      to_ask_.pairs.emplace_back(entries_[i].outline.id, entries_[n].outline.id);
+  request_ = {{}, 0, solution_version_, {}};
+  for (std::size_t k = 0; k < most && moved_.size() < kMaxMoved; ++k) {
+    const std::size_t n = news[k].second;
+    const std::vector<std::size_t> within = WithinReach(n);
+    for (const std::size_t i : within)
+      request_.pairs.emplace_back(entries_[i].outline.id, entries_[n].outline.id);
+    if (within.empty())
+      entries_[n].looked_at = AsSolved(n);
+    else
+      moved_.push_back(n);
   }
+  std::reverse(moved_.begin(), moved_.end());
+}
+
+RelativePose LoopCloser::AsSolved(std::size_t i) const {
+  return {solved_[i].T_map_level, WithFloor(solved_[i].covariance)};
 }
 
 std::vector<std::size_t> LoopCloser::WithinReach(std::size_t n) const {
   const auto spread_m = [this](std::size_t i) {
     return 3.0 * WorstSigma(solved_[i].covariance.topLeftCorner<2, 2>());
   };
+  const double spread_of_n_m = spread_m(n);
   std::vector<std::pair<double, std::size_t>> near;
   for (std::size_t i = 0; i < n; ++i) {
     const auto found = tried_.find({entries_[i].outline.id, entries_[n].outline.id});
-    if (found != tried_.end() && found->second.believed) continue;
+    if (found != tried_.end() && found->second.pulls) continue;
     const double apart_m =
         (solved_[i].T_map_level.Translation() - solved_[n].T_map_level.Translation()).norm() -
         entries_[i].outline.radius_m - entries_[n].outline.radius_m;
-    // No relative pose is known less well than two that have nothing in common.
-    if (apart_m <= spread_m(i) + spread_m(n)) near.push_back({apart_m, i});
+    // However the errors of the two go together, their difference spreads by no more than the sum.
+    if (apart_m <= spread_m(i) + spread_of_n_m) near.push_back({apart_m, i});
   }
   std::sort(near.begin(), near.end());
   near.resize(std::min(near.size(), kMaxPairsOfMoved));
@@ -126,7 +137,9 @@ std::vector<std::size_t> LoopCloser::WithinReach(std::size_t n) const {
 }
 
 void LoopCloser::SetCovariances(const PairCovariances& answer) {
-  if (answer.graph_version == solution_version_) covariances_ = answer.pairs;
+  if (answer.graph_version != request_.graph_version) return;
+  covariances_ = answer.pairs;
+  request_.pairs.clear();
 }
 
 std::vector<LoopPair> LoopCloser::PairsFor(SubmapId source) const {
@@ -144,7 +157,7 @@ std::vector<LoopPair> LoopCloser::PairsFor(SubmapId source) const {
 std::vector<LoopPair> LoopCloser::PairsOfMoved(int most) {
   const std::size_t n = moved_.back();
   moved_.pop_back();
-  entries_[n].looked_at = RelativePose{solved_[n].T_map_level, WithFloor(solved_[n].covariance)};
+  entries_[n].looked_at = AsSolved(n);
   std::vector<OverlapCandidate> candidates;
   for (const PairCovariance& pair : covariances_) {
     const std::size_t i = IndexOf(pair.a);
@@ -166,7 +179,7 @@ bool LoopCloser::IsWorthAnother(const OverlapCandidate& candidate, SubmapId sour
   const auto found = tried_.find({candidate.target, source});
   if (found == tried_.end()) return true;
   const Tried& tried = found->second;
-  return !tried.believed && News(tried.prior, candidate.prior) >= kNewsNats;
+  return !tried.pulls && News(tried.prior, candidate.prior) >= kNewsNats;
 }
 
 std::vector<LoopPair> LoopCloser::Choose(std::size_t n,
@@ -190,7 +203,7 @@ std::vector<GraphEdge> LoopCloser::Record(const std::vector<LoopPair>& pairs,
       news.push_back(edge);
     accepted_ += IsAccepted(edge) - (tried.edge && IsAccepted(*tried.edge));
     tried.edge = edge;
-    tried.believed = IsAccepted(edge);
+    tried.pulls = IsAccepted(edge);
   }
   return news;
 }

@@ -73,16 +73,16 @@ class LoopCloser {
                                 const std::vector<GraphEdge>& edges);
 
   // The last solution moved submaps or knows them better: what is to be asked of it about the pairs
-  // of those that may meet. Once a solution, then no pair; at most kMaxPairsAsked.
-  CovarianceRequest TakeRequest() { return std::exchange(to_ask_, {}); }
-  // The answer. One of another solution is left out.
+  // of those that may meet, at most kMaxPairsAsked; no pair once it is answered.
+  const CovarianceRequest& request() const { return request_; }
+  // The answer to that request.
   void SetCovariances(const PairCovariances& answer);
   // Whether submaps that moved are still to be looked at again, with the answer at hand.
   bool HasMoved() const { return !moved_.empty() && !covariances_.empty(); }
   // Takes the one of which the solution learned most, and gives those of its pairs with older
-  // submaps that are worth a registration now: never tried, or tried, not believed since, and under
-  // a prior that differs by kNewsNats. At most `most`, possibly none. What a pair was made to say
-  // itself is no part of its prior: what is not believed has no weight in the graph.
+  // submaps that are worth a registration now: never tried, or tried, without any weight in the
+  // graph, and under a prior that differs by kNewsNats. At most `most`, possibly none. What a pair
+  // was made to say itself is no part of its prior.
   std::vector<LoopPair> PairsOfMoved(int most);
 
   // The dead-reckoning edge from the previous submap. Nothing for the first.
@@ -119,7 +119,7 @@ class LoopCloser {
   struct Tried {
     RelativePose prior;
     std::optional<GraphEdge> edge;
-    bool believed = false;  // by registration and by the last solution
+    bool pulls = false;  // accepted by registration, and not refused by the last solution
   };
   using PairKey = std::pair<SubmapId, SubmapId>;  // target, source
 
@@ -132,7 +132,9 @@ class LoopCloser {
   RelativePose FromPrevious(std::size_t i) const;
   // T_i_n for every i < n.
   std::vector<RelativePose> Priors(std::size_t n) const;
-  // Older submaps of the solution whose pair with n may meet and is not believed, nearest first.
+  // In the map, by the last solution.
+  RelativePose AsSolved(std::size_t i) const;
+  // Older submaps of the solution whose pair with n may meet and does not pull, nearest first.
   std::vector<std::size_t> WithinReach(std::size_t n) const;
   std::vector<LoopPair> Choose(std::size_t n, std::vector<OverlapCandidate> candidates) const;
   bool IsWorthAnother(const OverlapCandidate& candidate, SubmapId source) const;
@@ -146,7 +148,7 @@ class LoopCloser {
   std::map<PairKey, Tried> tried_;
   std::int64_t accepted_ = 0;       // of tried_
   std::vector<std::size_t> moved_;  // least news first
-  CovarianceRequest to_ask_;
+  CovarianceRequest request_;
   std::vector<PairCovariance> covariances_;  // of pairs of moved_
 };
 

@@ -22,9 +22,13 @@ constexpr int kDepthQueue = 200;
 constexpr int kPingQueue = 300;  // 26 kB each
 constexpr int kProfileQueue = 10;
 constexpr int kFixQueue = 100;
-constexpr char kName[] = "mapper";
 constexpr int kPoseGraphQueue = 200;
 constexpr int kRequestQueue = 16;
+constexpr int kCovariancesQueue = 4;
+
+constexpr char kName[] = "mapper";
+constexpr double kAskAgainAfterS = 30.0;
+static_assert(LoopCloser::kMaxPairsAsked <= kMaxCovariancePairs);
 
 // A ping so far ahead of navigation has a wrong clock, and must not hold up those behind it.
 constexpr double kMaxAheadS = 30.0;
@@ -120,7 +124,7 @@ MapperNode::MapperNode(const MapperConfig& config, Bus* bus, Worker* worker)
   bus_->Subscribe<graph_request_t>(
       "GRAPH_REQUEST", kRequestQueue, [this](const graph_request_t& msg) { OnGraphRequest(msg); });
   bus_->Subscribe<covariances_t>(
-      "COVARIANCES", kRequestQueue, [this](const covariances_t& msg) { OnCovariances(msg); });
+      "COVARIANCES", kCovariancesQueue, [this](const covariances_t& msg) { OnCovariances(msg); });
   health_.SetState(HealthState::kStarting, "waiting for navigation");
 }
 
@@ -335,18 +339,26 @@ bool MapperNode::LookAgain() {
   return true;
 }
 
+// Once a solution, and again where no answer came: request or answer may be lost, or the optimizer
+// busy. Not where it has gone on to a solution that is not used here.
 bool MapperNode::AskForCovariances() {
-  CovarianceRequest request = loop_closer_.TakeRequest();
-  if (request.pairs.empty()) return false;
+  CovarianceRequest request = loop_closer_.request();
+  if (request.pairs.empty() || request.graph_version != solution_version_) return false;
+  const bool asked = asked_version_ == request.graph_version;
+  const bool due =
+      last_nav_ && asked_time_ && ToSeconds(*last_nav_ - *asked_time_) > kAskAgainAfterS;
+  if (asked && !due) return false;
+  asked_version_ = request.graph_version;
+  asked_time_ = last_nav_;
   request.from = kName;
-  bus_->Publish("COVARIANCE_REQUEST",
-                ToLcm(request, graph_.back().submap_time, covariance_request_seq_++));
+  request.seq = covariance_request_seq_++;
+  bus_->Publish("COVARIANCE_REQUEST", ToLcm(request, graph_.back().submap_time));
   health_.Count("covariances_asked", static_cast<std::int64_t>(request.pairs.size()));
   return true;
 }
 
 void MapperNode::OnCovariances(const covariances_t& msg) {
-  if (msg.to != kName) return;
+  if (msg.to != kName || msg.request_seq + 1 != covariance_request_seq_) return;
   const std::optional<PairCovariances> answer = FromLcm(msg);
   if (!answer) {
     health_.Count("covariances_malformed");
@@ -464,6 +476,7 @@ void MapperNode::OnPoseGraph(const pose_graph_t& msg) {
     health_.Count("solutions_withheld");
   } else {
     loop_closer_.SetSolution(*graph);
+    asked_version_ = 0;
   }
   ReportHealth();
 }

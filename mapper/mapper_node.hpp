@@ -26,7 +26,8 @@
 
 namespace seastitch {
 
-// Sensor messages in; NAV, SUBMAP, SUBMAP_POINTS and GRAPH_UPDATE out. Everything on the loop
+// Sensor messages in; NAV, SUBMAP, SUBMAP_POINTS and GRAPH_UPDATE out; the optimizer's POSE_GRAPH
+// and, on a COVARIANCE_REQUEST, COVARIANCES back. Everything on the loop
 // thread but one job a closed submap: store it, register it on its candidates. Jobs run one at a
 // time and in the order of the submaps, so graph versions follow the submap ids whatever the worker
 // does. Where no submap waits, the worker looks again at pairs of which a solution brought news.
@@ -152,6 +153,8 @@ class MapperNode {
   std::int64_t update_seq_ = 0;
   std::int64_t request_seq_ = 0;
   std::int64_t covariance_request_seq_ = 0;
+  std::int64_t asked_version_ = 0;  // the solution that the last of these was about
+  std::optional<Time> asked_time_;
 };
 
 }  // namespace seastitch

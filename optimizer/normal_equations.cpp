@@ -182,21 +182,16 @@ NewtonStep NormalEquations::IteratedStep(const std::vector<double>& weights,
   return step;
 }
 
-Eigen::MatrixXd NormalEquations::CovarianceWith(const std::vector<int>& vertices) const {
-  Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(3 * graph_.num_vertices,
-                                               3 * static_cast<Eigen::Index>(vertices.size()));
-  Eigen::Index column = 0;
-  for (const int v : vertices) {
-    if (IsFree(v)) unit.block<3, 3>(3 * v, column).setIdentity();
-    column += 3;
-  }
+Eigen::MatrixXd NormalEquations::CovarianceWith(int vertex) const {
+  Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(3 * graph_.num_vertices, 3);
+  if (IsFree(vertex)) unit.middleRows<3>(3 * vertex).setIdentity();
   return cholesky_.Solve(unit);
 }
 
 GraphCovariance NormalEquations::Covariance(int newest) const {
   BlockMatrix inverse = cholesky_.InverseInPattern();
   if (graph_.fixed_vertex >= 0) At(inverse.diagonal, graph_.fixed_vertex).setZero();
-  const Eigen::MatrixXd columns = CovarianceWith({newest});
+  const Eigen::MatrixXd columns = CovarianceWith(newest);
 
   GraphCovariance out{std::move(inverse.diagonal), {}, {}};
   for (int v = 0; v < graph_.num_vertices; ++v)

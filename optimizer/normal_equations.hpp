@@ -62,8 +62,8 @@ class NormalEquations {
 
   // From H of the last factorisation, undamped, and J of the last linearisation.
   GraphCovariance Covariance(int newest) const;
-  // The same of every vertex (three rows each) with each of these (three columns each).
-  Eigen::MatrixXd CovarianceWith(const std::vector<int>& vertices) const;
+  // The same of every vertex (three rows each) with this one (three columns).
+  Eigen::MatrixXd CovarianceWith(int vertex) const;
 
  private:
   struct Linearised {

@@ -135,7 +135,8 @@ void OptimizerNode::TakeWaiting() {
   if (when_ == SolveOn::kWhenAsked) SolveWaiting();
 }
 
-// Where another solution is on its way there is no answer: what was asked is then out of date.
+// No answer while the worker is busy, mostly with another solution, by which what was asked would
+// be out of date. Who still lacks it asks again.
 void OptimizerNode::OnCovarianceRequest(const covariance_request_t& msg) {
   std::optional<CovarianceRequest> request = FromLcm(msg);
   if (!request) {
@@ -148,8 +149,10 @@ void OptimizerNode::OnCovarianceRequest(const covariance_request_t& msg) {
   }
   worker_busy_ = true;
   const bool posted = worker_->Post([this, optimizer = optimizer_, request = *std::move(request)] {
-    PairCovariances answer{
-        request.from, request.graph_version, optimizer->RelativeCovariances(request.pairs)};
+    PairCovariances answer{request.from,
+                           request.seq,
+                           request.graph_version,
+                           optimizer->RelativeCovariances(request.pairs)};
     return [this, answer = std::move(answer)] { OnCovariances(answer); };
   });
   if (posted) return;

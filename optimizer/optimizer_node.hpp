@@ -20,7 +20,7 @@ namespace seastitch {
 // GRAPH_UPDATE in, POSE_GRAPH out, and COVARIANCES on request; see "Graph protocol" in
 // docs/channels.md. Asks the mapper for the whole graph when it is made, and for what it lacks when
 // a version is missing; gives a mapper that asks the last solution again. Keeps nothing on disk.
-// Solves on the worker; what comes in meanwhile waits, so that HEALTH and requests do not.
+// Solves on the worker; updates that come in meanwhile wait, so that HEALTH and requests do not.
 class OptimizerNode {
  public:
   // kEachUpdate: in replay, so that the same log gives the same solutions. kWhenAsked: live; a

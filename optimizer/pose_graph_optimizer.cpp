@@ -429,22 +429,24 @@ std::vector<PairCovariance> PoseGraphOptimizer::RelativeCovariances(
   equations.Linearise(last.T_map_vertex);
   if (!equations.Factorize(weights)) return {};
 
+  std::map<SubmapId, std::vector<SubmapId>> with;  // a's by their b
+  for (const auto& [a, b] : pairs)
+    if (number.contains(a) && number.contains(b)) with[b].push_back(a);
+  std::map<std::pair<SubmapId, SubmapId>, Eigen::Matrix3d> known;
+  for (const auto& [b, list] : with) {
+    const Eigen::MatrixXd with_b = equations.CovarianceWith(number.at(b));
+    const Vertex& at_b = vertices_.at(b);
+    for (const SubmapId a : list) {
+      const Vertex& at_a = vertices_.at(a);
+      const Eigen::Matrix3d cross = with_b.middleRows<3>(3 * number.at(a));
+      known[{a, b}] =
+          RelativeCovariance(*at_a.solved, *at_b.solved, at_a.covariance, at_b.covariance, cross);
+    }
+  }
   std::vector<PairCovariance> covariances;
-  std::vector<int> ends;  // b of the pairs, each once
-  std::map<SubmapId, Eigen::Index> column;
-  for (const auto& [a, b] : pairs) {
-    if (!number.contains(a) || !number.contains(b)) continue;
-    covariances.push_back({a, b, Eigen::Matrix3d::Zero()});
-    if (column.try_emplace(b, 3 * static_cast<Eigen::Index>(ends.size())).second)
-      ends.push_back(number.at(b));
-  }
-  const Eigen::MatrixXd with_ends = equations.CovarianceWith(ends);
-  for (PairCovariance& pair : covariances) {
-    const Vertex& a = vertices_.at(pair.a);
-    const Vertex& b = vertices_.at(pair.b);
-    const Eigen::Matrix3d cross = with_ends.block<3, 3>(3 * number.at(pair.a), column.at(pair.b));
-    pair.covariance = RelativeCovariance(*a.solved, *b.solved, a.covariance, b.covariance, cross);
-  }
+  for (const auto& [a, b] : pairs)
+    if (const auto found = known.find({a, b}); found != known.end())
+      covariances.push_back({a, b, found->second});
   return covariances;
 }
 

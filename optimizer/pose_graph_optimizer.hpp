@@ -66,7 +66,7 @@ class PoseGraphOptimizer {
 
   // How well the relative poses of these pairs are known under the last solution, exactly: those
   // whose vertices are in it, in their order. Nothing where vertices or edges came since, or the
-  // covariance cannot be found. Costs a factor of the graph and a solve for every other b.
+  // covariance cannot be found. Costs a factor of the graph and a solve for each distinct b.
   std::vector<PairCovariance> RelativeCovariances(
       const std::vector<std::pair<SubmapId, SubmapId>>& pairs);
 

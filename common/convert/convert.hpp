@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -36,6 +37,7 @@ constexpr int kMaxFootprintCorners = 3000;
 constexpr int kMaxVerticesPerUpdate = 200;
 constexpr int kMaxEdgesPerUpdate = 200;
 constexpr int kMaxCovariancePairs = 500;
+constexpr std::size_t kMaxProcessName = 64;
 constexpr int kMaxRawBytesPerPart = 50'000;
 
 // What a message carries beside the measurement: arrival, and its place in the channel.
@@ -52,7 +54,7 @@ sound_velocity_profile_t ToLcm(const SoundVelocityProfile& profile, const Messag
 position_fix_t ToLcm(const PositionFix& fix, const MessageStamp& stamp);
 nav_t ToLcm(const NavState& nav, std::int64_t seq);
 graph_update_t ToLcm(const GraphUpdate& update, Time newest_submap, std::int64_t seq);
-covariance_request_t ToLcm(const CovarianceRequest& request, Time newest_submap, std::int64_t seq);
+covariance_request_t ToLcm(const CovarianceRequest& request, Time newest_submap);
 covariances_t ToLcm(const PairCovariances& answer, Time newest_submap, std::int64_t seq);
 
 std::optional<ImuSample> FromLcm(const imu_t& msg);

@@ -242,10 +242,10 @@ std::vector<pose_graph_t> ToLcm(const PoseGraph& graph,
   return parts;
 }
 
-covariance_request_t ToLcm(const CovarianceRequest& request, Time newest_submap, std::int64_t seq) {
+covariance_request_t ToLcm(const CovarianceRequest& request, Time newest_submap) {
   covariance_request_t msg{};
   msg.utime = ToUtime(newest_submap);
-  msg.seq = seq;
+  msg.seq = request.seq;
   msg.from = request.from;
   msg.graph_version = request.graph_version;
   msg.num_pairs = static_cast<std::int32_t>(request.pairs.size());
@@ -259,9 +259,9 @@ covariance_request_t ToLcm(const CovarianceRequest& request, Time newest_submap,
 std::optional<CovarianceRequest> FromLcm(const covariance_request_t& msg) {
   const auto count = static_cast<std::size_t>(std::max(0, msg.num_pairs));
   if (!IsTime(msg.utime) || msg.graph_version < 1 || msg.num_pairs > kMaxCovariancePairs ||
-      msg.a_id.size() != count || msg.b_id.size() != count)
+      msg.from.size() > kMaxProcessName || msg.a_id.size() != count || msg.b_id.size() != count)
     return std::nullopt;
-  CovarianceRequest request{msg.from, msg.graph_version, {}};
+  CovarianceRequest request{msg.from, msg.seq, msg.graph_version, {}};
   for (std::size_t k = 0; k < count; ++k)
     request.pairs.emplace_back(SubmapId{msg.a_id[k]}, SubmapId{msg.b_id[k]});
   return request;
@@ -272,6 +272,7 @@ covariances_t ToLcm(const PairCovariances& answer, Time newest_submap, std::int6
   msg.utime = ToUtime(newest_submap);
   msg.seq = seq;
   msg.to = answer.to;
+  msg.request_seq = answer.request_seq;
   msg.graph_version = answer.graph_version;
   msg.num_pairs = static_cast<std::int32_t>(answer.pairs.size());
   msg.pairs = ListToLcm(answer.pairs);
@@ -279,7 +280,7 @@ covariances_t ToLcm(const PairCovariances& answer, Time newest_submap, std::int6
 }
 
 std::optional<PairCovariances> FromLcm(const covariances_t& msg) {
-  PairCovariances answer{msg.to, msg.graph_version, {}};
+  PairCovariances answer{msg.to, msg.request_seq, msg.graph_version, {}};
   if (!IsTime(msg.utime) || msg.graph_version < 1 || msg.num_pairs > kMaxCovariancePairs ||
       !AppendFromLcm(msg.pairs, msg.num_pairs, &answer.pairs))
     return std::nullopt;

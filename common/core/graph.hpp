@@ -98,6 +98,7 @@ struct PoseGraph {
 // is known.
 struct CovarianceRequest {
   std::string from;  // who asks
+  std::int64_t seq = 0;
   std::int64_t graph_version = 0;
   std::vector<std::pair<SubmapId, SubmapId>> pairs;
 };
@@ -110,6 +111,7 @@ struct PairCovariance {
 
 struct PairCovariances {
   std::string to;  // who asked
+  std::int64_t request_seq = 0;
   std::int64_t graph_version = 0;
   std::vector<PairCovariance> pairs;
 };

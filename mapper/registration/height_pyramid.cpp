@@ -339,7 +339,8 @@ RegistrationSubmap RegistrationSubmap::Prepare(const PointCloud& cloud,
       return columns;
     }));
   }
-  for (Level& level : out.levels_) WeighByLocalNoise(&level);
+  const LocalNoise noise(out.levels_.front(), params.min_sounding_sigma_m);
+  for (Level& level : out.levels_) noise.Weigh(&level);
   const std::optional<float> scatter = MedianScatter(out.levels_.front());
   if (!scatter) return RegistrationSubmap();
   out.sounding_sigma_m_ =

@@ -3,12 +3,14 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 namespace seastitch {
 namespace {
 
 using Cell = RegistrationSubmap::Cell;
+using Level = RegistrationSubmap::Level;
 
 // Cells of a block, of which every second in both directions is asked: the kernel has their
 // neighbours too. The median of so many is that of the noise where a pipe or a wreck, which scatter
@@ -16,9 +18,11 @@ using Cell = RegistrationSubmap::Cell;
 constexpr int kBlockCells = 8;
 constexpr int kStride = 2;
 constexpr std::size_t kFewest = 3;
-// Times that of the typical block: more or less is no noise of one sonar.
+// Variances over that of the typical block: more or less is no noise of one sonar.
 constexpr float kLeast = 0.05f;
-constexpr float kMost = 50.0f;
+constexpr float kMost = 16.0f;
+// How far the logarithm may go on growing from the middle of a block.
+constexpr float kFurthest = 1.0f;
 
 bool IsKnown(const Cell& cell) { return cell.variance > 0.0f; }
 
@@ -28,89 +32,117 @@ float Median(std::vector<float>* values) {
   return *middle;
 }
 
-struct Block {
-  float scatter = 0.0f;                                // of its known cells; 0: too few
-  Eigen::Vector2f middle = Eigen::Vector2f::Zero();    // of these: row, column
-  Eigen::Vector2f gradient = Eigen::Vector2f::Zero();  // of the logarithm, a row and a column
+}  // namespace
 
-  float At(int row, int col) const {
-    const Eigen::Vector2f from_middle(static_cast<float>(row) - middle.x(),
-                                      static_cast<float>(col) - middle.y());
-    return scatter * std::exp(std::clamp(gradient.dot(from_middle), -1.0f, 1.0f));
-  }
-};
-
-Block BlockOf(const Grid<Cell>& cells, int first_row, int first_col, std::vector<float>* scatters) {
-  const int end_row = std::min(cells.geometry().rows, first_row + kBlockCells);
-  const int end_col = std::min(cells.geometry().cols, first_col + kBlockCells);
-  Block block;
-  scatters->clear();
-  for (int row = first_row; row < end_row; row += kStride) {
-    for (int col = first_col; col < end_col; col += kStride) {
-      if (!IsKnown(cells(row, col))) continue;
-      scatters->push_back(cells(row, col).scatter);
-      block.middle += Eigen::Vector2f(static_cast<float>(row), static_cast<float>(col));
-    }
-  }
-  if (scatters->size() < kFewest) return Block();
-  block.middle /= static_cast<float>(scatters->size());
-  block.scatter = Median(scatters);
-  return block;
+LocalNoise::LocalNoise(const Level& finest, double least_sigma_m)
+    : blocks_(BlocksOf(finest, least_sigma_m)) {
+  std::vector<float> known;
+  for (const Block& block : blocks_.cells())
+    if (block.variance > 0.0f) known.push_back(block.variance);
+  if (known.empty()) return;
+  typical_ = Median(&known);
+  for (int row = 0; row < blocks_.geometry().rows; ++row)
+    for (int col = 0; col < blocks_.geometry().cols; ++col)
+      if (blocks_(row, col).variance > 0.0f) blocks_(row, col).gradient = GradientAt(row, col);
+  Grid<Block> filled = blocks_;
+  for (int row = 0; row < blocks_.geometry().rows; ++row)
+    for (int col = 0; col < blocks_.geometry().cols; ++col)
+      if (blocks_(row, col).variance == 0.0f) filled(row, col) = NearestTo(row, col);
+  blocks_ = std::move(filled);
 }
 
-Grid<Block> BlocksOf(const Grid<Cell>& cells) {
-  const GridGeometry& g = cells.geometry();
+Grid<LocalNoise::Block> LocalNoise::BlocksOf(const Level& finest, double least_sigma_m) {
+  const GridGeometry& g = finest.grid.geometry();
+  const auto least = static_cast<float>(least_sigma_m * least_sigma_m);
+  const auto cell_m = static_cast<float>(g.cell_m);
   const auto blocks = [](int n) { return (n + kBlockCells - 1) / kBlockCells; };
   Grid<Block> out({g.origin, kBlockCells * g.cell_m, blocks(g.rows), blocks(g.cols)});
   std::vector<float> scatters;
-  for (int row = 0; row < out.geometry().rows; ++row)
-    for (int col = 0; col < out.geometry().cols; ++col)
-      out(row, col) = BlockOf(cells, kBlockCells * row, kBlockCells * col, &scatters);
+  for (int block_row = 0; block_row < out.geometry().rows; ++block_row) {
+    for (int block_col = 0; block_col < out.geometry().cols; ++block_col) {
+      Block& block = out(block_row, block_col);
+      const int end_row = std::min(g.rows, kBlockCells * (block_row + 1));
+      const int end_col = std::min(g.cols, kBlockCells * (block_col + 1));
+      Eigen::Vector2f sum = Eigen::Vector2f::Zero();
+      scatters.clear();
+      for (int row = kBlockCells * block_row; row < end_row; row += kStride) {
+        for (int col = kBlockCells * block_col; col < end_col; col += kStride) {
+          if (!IsKnown(finest.grid(row, col))) continue;
+          scatters.push_back(finest.grid(row, col).scatter);
+          sum += Eigen::Vector2f(static_cast<float>(row) + 0.5f, static_cast<float>(col) + 0.5f);
+        }
+      }
+      if (scatters.size() < kFewest) continue;
+      block.middle = cell_m * sum / static_cast<float>(scatters.size());
+      block.variance = std::max(least, Median(&scatters));
+    }
+  }
   return out;
 }
 
 // By least squares over the blocks around; where these tell little, towards nothing.
-Eigen::Vector2f GradientAt(const Grid<Block>& blocks, int row, int col) {
-  const Block& here = blocks(row, col);
-  Eigen::Matrix2f squares = Eigen::Matrix2f::Identity() * (0.1f * kBlockCells * kBlockCells);
+Eigen::Vector2f LocalNoise::GradientAt(int row, int col) const {
+  const Block& here = blocks_(row, col);
+  const auto block_m = static_cast<float>(blocks_.geometry().cell_m);
+  Eigen::Matrix2f squares = Eigen::Matrix2f::Identity() * (0.1f * block_m * block_m);
   Eigen::Vector2f products = Eigen::Vector2f::Zero();
   for (int r = row - 1; r <= row + 1; ++r) {
     for (int c = col - 1; c <= col + 1; ++c) {
-      if (!blocks.geometry().Contains(r, c) || blocks(r, c).scatter == 0.0f) continue;
-      const Eigen::Vector2f apart = blocks(r, c).middle - here.middle;
+      if (!blocks_.geometry().Contains(r, c) || blocks_(r, c).variance == 0.0f) continue;
+      const Eigen::Vector2f apart = blocks_(r, c).middle - here.middle;
       squares += apart * apart.transpose();
-      products += apart * std::log(blocks(r, c).scatter / here.scatter);
+      products += apart * std::log(blocks_(r, c).variance / here.variance);
     }
   }
   return squares.inverse() * products;
 }
 
-}  // namespace
+// At the rim of a submap blocks are slivers of which nothing is known: as the nearest that touches.
+LocalNoise::Block LocalNoise::NearestTo(int row, int col) const {
+  const Eigen::Vector2f middle =
+      (blocks_.geometry().Center(row, col) - blocks_.geometry().origin).cast<float>();
+  Block nearest;
+  for (int r = row - 1; r <= row + 1; ++r) {
+    for (int c = col - 1; c <= col + 1; ++c) {
+      if (!blocks_.geometry().Contains(r, c) || blocks_(r, c).variance == 0.0f) continue;
+      if (nearest.variance == 0.0f ||
+          (blocks_(r, c).middle - middle).squaredNorm() < (nearest.middle - middle).squaredNorm())
+        nearest = blocks_(r, c);
+    }
+  }
+  return nearest;
+}
 
-void WeighByLocalNoise(RegistrationSubmap::Level* level) {
-  Grid<Block> blocks = BlocksOf(level->grid);
-  std::vector<float> scatters;
-  for (const Block& block : blocks.cells())
-    if (block.scatter > 0.0f) scatters.push_back(block.scatter);
-  if (scatters.empty()) return;
-  const float typical = Median(&scatters);
-  for (int row = 0; row < blocks.geometry().rows; ++row)
-    for (int col = 0; col < blocks.geometry().cols; ++col)
-      if (blocks(row, col).scatter > 0.0f) blocks(row, col).gradient = GradientAt(blocks, row, col);
+LocalNoise::Noise LocalNoise::At(const Block& block, const Eigen::Vector2f& p) const {
+  const float grown = block.gradient.dot(p - block.middle);
+  const float ratio =
+      block.variance / typical_ * std::exp(std::clamp(grown, -kFurthest, kFurthest));
+  const float bounded = std::clamp(ratio, kLeast, kMost);
+  if (bounded != ratio || std::abs(grown) > kFurthest) return {bounded, Eigen::Vector2f::Zero()};
+  return {ratio, ratio * block.gradient};
+}
 
+void LocalNoise::Weigh(Level* level) const {
+  if (typical_ == 0.0f) return;
   const GridGeometry& g = level->grid.geometry();
+  const GridGeometry& b = blocks_.geometry();
+  std::vector<int> block_cols;
+  for (int col = 0; col < g.cols; ++col)
+    block_cols.push_back(std::clamp(b.Col(g.Center(0, col).y()), 0, b.cols - 1));
   for (int row = 0; row < g.rows; ++row) {
+    const int block_row = std::clamp(b.Row(g.Center(row, 0).x()), 0, b.rows - 1);
     for (int col = 0; col < g.cols; ++col) {
       Cell& cell = level->grid(row, col);
-      const Block& block = blocks(row / kBlockCells, col / kBlockCells);
-      if (!IsKnown(cell) || block.scatter == 0.0f) continue;
-      cell.noise = std::clamp(block.At(row, col) / typical, kLeast, kMost);
-      cell.variance *= cell.noise;
+      const Block& block = blocks_(block_row, block_cols[static_cast<std::size_t>(col)]);
+      if (!IsKnown(cell) || block.variance == 0.0f) continue;
+      const Noise noise = At(block, (g.Center(row, col) - b.origin).cast<float>());
       // Noise that grows across a kernel K correlates height and slope as a rim does: K^2, which
       // weighs it, has half the spread of K.
-      const Eigen::Vector2f grows = block.gradient / static_cast<float>(g.cell_m);
-      cell.covariance_x = cell.noise * cell.covariance_x + 0.5f * cell.variance * grows.x();
-      cell.covariance_y = cell.noise * cell.covariance_y + 0.5f * cell.variance * grows.y();
+      const Eigen::Vector2f by_growth = 0.5f * cell.variance * noise.gradient;
+      cell.noise = noise.ratio;
+      cell.variance *= noise.ratio;
+      cell.covariance_x = noise.ratio * cell.covariance_x + by_growth.x();
+      cell.covariance_y = noise.ratio * cell.covariance_y + by_growth.y();
     }
   }
 }

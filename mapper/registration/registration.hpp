@@ -81,7 +81,7 @@ class RegistrationSubmap {
     float covariance_x = 0.0f;
     float covariance_y = 0.0f;
     float scatter = 0.0f;  // variance of single soundings about the plane [m2]
-    float noise = 1.0f;    // variance of soundings here over that of typical ones
+    float noise = 1.0f;    // variance of soundings here over that of typical ones (LocalNoise)
   };
   struct Level {
     int number = 0;  // cells of 2^number m

@@ -474,13 +474,13 @@ TEST(ConvertPoseGraph, RefusesEachDamage) {
 }
 
 CovarianceRequest Request(int pairs) {
-  CovarianceRequest request{"mapper", 7, {}};
+  CovarianceRequest request{"mapper", 3, 7, {}};
   for (int k = 0; k < pairs; ++k) request.pairs.emplace_back(SubmapId{k}, SubmapId{2 * k + 1});
   return request;
 }
 
 PairCovariances Answer(int pairs) {
-  PairCovariances answer{"mapper", 7, {}};
+  PairCovariances answer{"mapper", 3, 7, {}};
   for (int k = 0; k < pairs; ++k) {
     answer.pairs.push_back({SubmapId{k}, SubmapId{2 * k + 1}, Eigen::Matrix3d::Identity()});
     answer.pairs.back().covariance *= k + 1.0;
@@ -490,12 +490,13 @@ PairCovariances Answer(int pairs) {
 
 TEST(ConvertCovariances, RequestAndAnswerComeBack) {
   for (const int pairs : {0, 1, kMaxCovariancePairs}) {
-    const covariance_request_t asked = ToLcm(Request(pairs), kTime, 3);
+    const covariance_request_t asked = ToLcm(Request(pairs), kTime);
     EXPECT_EQ(asked.seq, 3);
     EXPECT_EQ(asked.utime, ToUtime(kTime));
     const auto request = FromLcm(Wire(asked));
     ASSERT_TRUE(request);
     EXPECT_EQ(request->from, "mapper");
+    EXPECT_EQ(request->seq, 3);
     EXPECT_EQ(request->graph_version, 7);
     EXPECT_EQ(request->pairs, Request(pairs).pairs);
 
@@ -504,6 +505,7 @@ TEST(ConvertCovariances, RequestAndAnswerComeBack) {
     const auto answer = FromLcm(Wire(answered));
     ASSERT_TRUE(answer);
     EXPECT_EQ(answer->to, "mapper");
+    EXPECT_EQ(answer->request_seq, 3);
     EXPECT_EQ(answer->graph_version, 7);
     ASSERT_EQ(answer->pairs.size(), static_cast<std::size_t>(pairs));
     for (int k = 0; k < pairs; ++k) {
@@ -517,13 +519,14 @@ TEST(ConvertCovariances, RequestAndAnswerComeBack) {
 TEST(ConvertCovariances, RefuseEachDamage) {
   using Request_t = covariance_request_t;
   ExpectEachRefused<Request_t>(
-      ToLcm(Request(2), kTime, 0),
+      ToLcm(Request(2), kTime),
       {{"no version", [](Request_t& m) { m.graph_version = 0; }},
        {"time", [](Request_t& m) { m.utime = -1; }},
        {"count above the lists", [](Request_t& m) { m.num_pairs = 3; }},
        {"count negative", [](Request_t& m) { m.num_pairs = -1; }},
        {"lists of two lengths", [](Request_t& m) { m.b_id.pop_back(); }},
-       {"too many", [](Request_t& m) { m = ToLcm(Request(kMaxCovariancePairs + 1), kTime, 0); }}});
+       {"a name without end", [](Request_t& m) { m.from = std::string(65, 'x'); }},
+       {"too many", [](Request_t& m) { m = ToLcm(Request(kMaxCovariancePairs + 1), kTime); }}});
   using Answer_t = covariances_t;
   ExpectEachRefused<Answer_t>(
       ToLcm(Answer(2), kTime, 0),

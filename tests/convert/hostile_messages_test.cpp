@@ -45,11 +45,11 @@ void ExpectNoMessageHurts(const Msg& good) {
 
 const Time kTime = FromUtime(1'700'000'000'000'000);
 const covariance_request_t kRequest =
-    ToLcm(CovarianceRequest{"mapper", 1, {{SubmapId{0}, SubmapId{1}}}}, kTime, 0);
-const covariances_t kAnswer =
-    ToLcm(PairCovariances{"mapper", 1, {{SubmapId{0}, SubmapId{1}, Eigen::Matrix3d::Identity()}}},
-          kTime,
-          0);
+    ToLcm(CovarianceRequest{"mapper", 0, 1, {{SubmapId{0}, SubmapId{1}}}}, kTime);
+const covariances_t kAnswer = ToLcm(
+    PairCovariances{"mapper", 0, 1, {{SubmapId{0}, SubmapId{1}, Eigen::Matrix3d::Identity()}}},
+    kTime,
+    0);
 
 TEST(HostileMessages, HurtNoDecoder) {
   ImuSample imu;

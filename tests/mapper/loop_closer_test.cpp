@@ -168,12 +168,12 @@ class LooksAgain : public ::testing::Test {
   }
 
   // What the solution makes of submap 2; the others stay.
-  void Solve(double y, double sigma_m, double weight_of_0_2 = 0.0) {
+  void Solve(double y, double sigma_m, double weight_of_0_2 = -1.0) {
     PoseGraph graph;
     graph.graph_version = ++version;
     graph.vertices = {
         Vertex(0, 0.0, 0.0, 0.0), Vertex(1, 100.0, 0.0, 0.5), Vertex(2, 0.0, y, sigma_m)};
-    if (weight_of_0_2 > 0.0) graph.loop_edges = {{SubmapId{0}, SubmapId{2}, weight_of_0_2}};
+    if (weight_of_0_2 >= 0.0) graph.loop_edges = {{SubmapId{0}, SubmapId{2}, weight_of_0_2}};
     ASSERT_TRUE(closer.SetSolution(graph));
   }
   static SolvedVertex Vertex(int id, double x, double y, double sigma_m) {
@@ -185,8 +185,8 @@ class LooksAgain : public ::testing::Test {
   // Every pair of every submap that moved, where an optimizer knows all that it is asked for this
   // well.
   std::vector<LoopPair> Again(int most = 6, double sigma_m = 0.7) {
-    const CovarianceRequest request = closer.TakeRequest();
-    PairCovariances answer{"mapper", request.graph_version, {}};
+    const CovarianceRequest request = closer.request();
+    PairCovariances answer{"mapper", 0, request.graph_version, {}};
     for (const auto& [a, b] : request.pairs) {
       answer.pairs.push_back({a, b, Eigen::Matrix3d::Zero()});
       answer.pairs.back().covariance.diagonal() << sigma_m * sigma_m, sigma_m * sigma_m, 1e-5;
@@ -257,19 +257,19 @@ TEST_F(LooksAgain, AtAPairThatOnlyTheSolutionBroughtTogether) {
 
 TEST_F(LooksAgain, OnlyAtWhatTheOptimizerAnswered) {
   Solve(12.0, 0.5);
-  const CovarianceRequest request = closer.TakeRequest();
+  const CovarianceRequest& request = closer.request();
   EXPECT_EQ(request.graph_version, version);
   // 1 is a hundred metres from both others, which are known to half a metre.
   using Pair = std::pair<SubmapId, SubmapId>;
   EXPECT_EQ(request.pairs, (std::vector<Pair>{{SubmapId{0}, SubmapId{2}}}));
-  EXPECT_TRUE(closer.TakeRequest().pairs.empty()) << "asked once";
   EXPECT_FALSE(closer.HasMoved()) << "no answer yet";
   PairCovariances answer{
-      "mapper", version - 1, {{SubmapId{0}, SubmapId{2}, Eigen::Matrix3d::Identity()}}};
+      "mapper", 0, version - 1, {{SubmapId{0}, SubmapId{2}, Eigen::Matrix3d::Identity()}}};
   closer.SetCovariances(answer);
   EXPECT_FALSE(closer.HasMoved()) << "of another solution";
   // Of submaps that are not there, the wrong way round, of no matrix that a covariance can be.
   answer = {"mapper",
+            0,
             version,
             {{SubmapId{7}, SubmapId{2}, Eigen::Matrix3d::Identity()},
              {SubmapId{2}, SubmapId{0}, Eigen::Matrix3d::Identity()},
@@ -278,14 +278,17 @@ TEST_F(LooksAgain, OnlyAtWhatTheOptimizerAnswered) {
   answer.pairs[3].covariance(0, 1) = answer.pairs[3].covariance(1, 0) = 5.0;
   closer.SetCovariances(answer);
   EXPECT_TRUE(closer.HasMoved());
+  EXPECT_TRUE(closer.request().pairs.empty()) << "answered";
   while (closer.HasMoved()) EXPECT_TRUE(closer.PairsOfMoved(6).empty());
 }
 
-TEST_F(LooksAgain, AskingForNoPairThatIsBelieved) {
+TEST_F(LooksAgain, AskingForNoPairThatPulls) {
   Solve(12.0, 0.5);
   Record(Again().at(0), LoopVerdict::kAccepted);
-  Solve(12.0, 0.01, 1.0);
-  EXPECT_TRUE(closer.TakeRequest().pairs.empty());
+  for (const double weight : {1.0, 0.1}) {
+    Solve(12.0, 0.01, weight);
+    EXPECT_TRUE(closer.request().pairs.empty()) << "its own pull would be in its prior";
+  }
 }
 
 TEST_F(LooksAgain, AtARefusedPairOnlyWhereItsPriorHasNews) {
@@ -320,7 +323,7 @@ TEST_F(LooksAgain, AtAnAcceptedPairWhereTheSolutionDoesNotBelieveItAndItHasMoved
   Record(pair, LoopVerdict::kAccepted);
   Solve(12.0, 0.01, 1.0);
   EXPECT_TRUE(Again().empty()) << "believed: its own narrowing is no news";
-  Solve(15.0, 0.5, 0.1);
+  Solve(15.0, 0.5, 0.0);
   const std::vector<LoopPair> again = Again();
   ASSERT_EQ(again.size(), 1u);
   EXPECT_EQ(Record(again[0], LoopVerdict::kOutsideWindow).size(), 1u);
@@ -343,15 +346,31 @@ TEST(LoopCloser, LooksAtABoundedNumberOfSubmapsAndPairsASolution) {
         {submap.id, {0.1 * id, 0.0, 0.0}, Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero()});
   }
   ASSERT_TRUE(closer.SetSolution(graph));
-  const CovarianceRequest request = closer.TakeRequest();
-  EXPECT_LE(request.pairs.size(), LoopCloser::kMaxPairsAsked);
-  PairCovariances answer{"mapper", 1, {}};
+  const CovarianceRequest& request = closer.request();
+  EXPECT_EQ(request.pairs.size(), LoopCloser::kMaxPairsAsked);
+  PairCovariances answer{"mapper", 0, 1, {}};
   for (const auto& [a, b] : request.pairs)
     answer.pairs.push_back({a, b, Eigen::Matrix3d::Identity()});
   closer.SetCovariances(answer);
   std::size_t looked_at = 0;
   for (; closer.HasMoved(); ++looked_at) EXPECT_TRUE(closer.PairsOfMoved(0).empty());
   EXPECT_EQ(looked_at, LoopCloser::kMaxMoved);
+}
+
+TEST(LoopCloser, LooksPastSubmapsThatNoOtherCanMeet) {
+  LoopCloser closer(LoopCloserParams{});
+  PoseGraph graph;
+  graph.graph_version = 1;
+  for (int id = 0; id < 30; ++id) {
+    const double x_m = id < 2 ? 0.0 : 1000.0 * id;  // the first two on each other, all others alone
+    const Submap submap = OutlineAt(id, x_m);
+    closer.Add(submap);
+    graph.vertices.push_back(
+        {submap.id, {x_m, 0.0, 0.0}, Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero()});
+  }
+  ASSERT_TRUE(closer.SetSolution(graph));
+  ASSERT_EQ(closer.request().pairs.size(), 1u);
+  EXPECT_EQ(closer.request().pairs[0].second, SubmapId{1});
 }
 
 TEST(RegisterPairs, FindsWhereTheNewerSubmapLies) {

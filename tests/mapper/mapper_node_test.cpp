@@ -74,7 +74,8 @@ class Survey {
     bus.Subscribe<covariance_request_t>(
         "COVARIANCE_REQUEST", 0, [this](const covariance_request_t& m) {
           requests.push_back(*FromLcm(m));
-          PairCovariances answer{m.from, m.graph_version, {}};
+          if (!optimizer_answers) return;
+          PairCovariances answer{m.from, m.seq, m.graph_version, {}};
           for (const auto& [a, b] : requests.back().pairs)
             answer.pairs.push_back({a, b, Eigen::Matrix3d::Identity()});
           bus.Publish("COVARIANCES", ToLcm(answer, FromUtime(m.utime), m.seq));
@@ -132,6 +133,7 @@ class Survey {
   std::vector<nav_t> navs;
   std::vector<GraphUpdate> updates;
   std::vector<CovarianceRequest> requests;
+  bool optimizer_answers = true;
   std::vector<Submap> submaps;
   std::string out;  // every byte of it
 
@@ -563,6 +565,29 @@ TEST(MapperNode, RegistersLaterWhatJoinedTheGraphUnregistered) {
   EXPECT_FALSE(survey.node->LookAgain());
 }
 
+TEST(MapperNode, AsksAgainForCovariancesThatNeverCame) {
+  Survey survey;
+  survey.optimizer_answers = false;
+  survey.Drive(1.0, kSpeedMps, 0.0);
+  for (int id = 0; id < 3; ++id) survey.node->AddSubmap(Import(id, 500.0 * id));
+  survey.bus.HandleAll();
+  PoseGraph nearer = AsDeadReckoned(survey.updates);
+  for (SolvedVertex& vertex : nearer.vertices) vertex.T_map_level.y = vertex.T_map_level.x = 0.0;
+  survey.Solve(nearer);
+  survey.Drive(20.0, kSpeedMps, 0.0);
+  ASSERT_EQ(survey.requests.size(), 1u) << "one at a time";
+  survey.Drive(20.0, kSpeedMps, 0.0);
+  ASSERT_EQ(survey.requests.size(), 2u);
+  EXPECT_EQ(survey.requests[1].pairs, survey.requests[0].pairs);
+  EXPECT_NE(survey.requests[1].seq, survey.requests[0].seq);
+  survey.optimizer_answers = true;
+  survey.Drive(35.0, kSpeedMps, 0.0);
+  ASSERT_EQ(survey.requests.size(), 3u);
+  survey.Drive(60.0, kSpeedMps, 0.0);
+  EXPECT_EQ(survey.requests.size(), 3u);
+  EXPECT_GT(survey.node->health().counter("covariances_answered"), 0);
+}
+
 TEST(MapperNode, SendsAWholeGraphInOrderButNotAtOnce) {
   Survey survey;
   constexpr int kSubmaps = 40;
@@ -610,6 +635,7 @@ TEST(MapperNode, CountsMalformedMessagesAndGapsAndGoesOn) {
   survey.bus.Publish("MBES_PING", ping);
   covariances_t covariances{};
   covariances.to = "mapper";
+  covariances.request_seq = -1;
   survey.bus.Publish("COVARIANCES", covariances);  // of no version
   const char garbage[] = "not a message";
   for (const char* channel : {"IMU",

@@ -44,8 +44,8 @@ class MapperStub {
   }
   void AskForCovariances(std::int64_t graph_version,
                          std::vector<std::pair<SubmapId, SubmapId>> pairs) {
-    const CovarianceRequest request{"mapper", graph_version, std::move(pairs)};
-    bus_->Publish("COVARIANCE_REQUEST", ToLcm(request, FromUtime(0), 0));
+    const CovarianceRequest request{"mapper", 4, graph_version, std::move(pairs)};
+    bus_->Publish("COVARIANCE_REQUEST", ToLcm(request, FromUtime(0)));
     bus_->HandleAll();
   }
   void BeginAgain(const std::vector<GraphUpdate>& updates) {
@@ -275,6 +275,7 @@ TEST(OptimizerNode, SaysHowWellTwoSubmapsAreKnownToEachOther) {
   mapper.AskForCovariances(12, {{SubmapId{2}, SubmapId{5}}, {SubmapId{2}, SubmapId{99}}});
   ASSERT_EQ(mapper.answers.size(), 1u);
   EXPECT_EQ(mapper.answers[0].to, "mapper");
+  EXPECT_EQ(mapper.answers[0].request_seq, 4);
   EXPECT_EQ(mapper.answers[0].graph_version, 12);
   ASSERT_EQ(mapper.answers[0].pairs.size(), 1u);
   EXPECT_EQ(mapper.answers[0].pairs[0].b, SubmapId{5});

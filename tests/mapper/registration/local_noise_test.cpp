@@ -98,6 +98,49 @@ TEST(LocalNoise, IsNotWhatAPipeShows) {
   EXPECT_LT(MeanNoise(submap, 0.0, 1.0), 2.5);
 }
 
+// Boulders of half a metre on one half of a seabed that is smooth else, the noise the same.
+TEST(LocalNoise, OfABoulderFieldIsBoundedAndLeavesTheSmoothHalfItsOwn) {
+  std::mt19937_64 random(5);
+  const auto boulders = [](const Eigen::Vector2d& p) {
+    return p.y() > 0.0 ? 0.4 * std::sin(2.0 * p.x()) * std::sin(2.0 * p.y()) : 0.0;
+  };
+  const auto submap = Sounded(
+      Places(&random), [](const auto&) { return 0.03; }, &random, boulders);
+  for (const Level& level : submap.levels()) {
+    const GridGeometry& g = level.grid.geometry();
+    for (int row = 0; row < g.rows; ++row) {
+      for (int col = 0; col < g.cols; ++col) {
+        const Cell& cell = level.grid(row, col);
+        if (!(cell.variance > 0.0f)) continue;
+        EXPECT_LE(cell.noise, 16.0f);
+        if (g.Center(row, col).y() > -5.0) continue;
+        // As on every level: the noise is the soundings', whatever the size of the cells.
+        const double variance = cell.noise * std::pow(submap.sounding_sigma_m(), 2);
+        EXPECT_GT(variance, 0.3 * 0.03 * 0.03) << level.number;
+        EXPECT_LT(variance, 3.0 * 0.03 * 0.03) << level.number;
+      }
+    }
+  }
+}
+
+// Turned, so that blocks at the rim are slivers of which next to no cell is known.
+TEST(LocalNoise, IsKnownOfEveryCellAtTheRim) {
+  std::mt19937_64 random(6);
+  std::vector<Eigen::Vector2d> places = Places(&random);
+  const Eigen::Matrix2d R = Eigen::Rotation2Dd(0.4).toRotationMatrix();
+  for (Eigen::Vector2d& p : places) p = R * p;
+  const auto submap = Sounded(
+      places, [&R](const Eigen::Vector2d& p) { return Swath(R.transpose() * p); }, &random);
+  int known = 0;
+  int typical = 0;
+  for (const Cell& cell : submap.levels().front().grid.cells()) {
+    known += cell.variance > 0.0f;
+    typical += cell.variance > 0.0f && cell.noise == 1.0f;
+  }
+  EXPECT_GT(known, 5000);
+  EXPECT_LT(typical, known / 1000);
+}
+
 // What noise makes of height times slope, and of height squared, over draws of the same soundings.
 TEST(LocalNoise, ErrorsOfHeightAndSlopeGoTogetherAsTheCellsSay) {
   std::mt19937_64 random(4);
