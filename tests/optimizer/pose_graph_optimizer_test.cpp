@@ -529,8 +529,18 @@ TEST(PoseGraphOptimizer, KnowsARelativePoseAsWellAsThatOfTheOneWhereTheOtherIsHe
   }
 }
 
+GraphEdge Fix(int vertex, double x, double y, double sigma_m) {
+  GraphEdge fix = Edge(EdgeKind::kPositionFix, vertex, vertex, {x, y, 0.0}, sigma_m, 1.0);
+  fix.information(2, 2) = 0.0;  // GPS knows no heading
+  return fix;
+}
+
+// With closures that are refused, fixes, and errors of mounting sought.
 TEST(PoseGraphOptimizer, SaysOfAnyPairWithTheNewestWhatTheSolutionSays) {
-  const SurveyGraph survey = SimulateSurvey({.vertices = 30, .per_line = 6, .seed = 4});
+  SurveyGraph survey =
+      SimulateSurvey({.vertices = 30, .per_line = 6, .wrong_share = 0.2, .seed = 4});
+  survey.updates[20].edges.push_back(Fix(20, survey.truth[20].x, survey.truth[20].y, 0.5));
+  for (GraphUpdate& update : survey.updates) update.mounting = {0.3, 0.005};
   PoseGraphOptimizer optimizer{OptimizerParams{}};
   for (const GraphUpdate& update : survey.updates) optimizer.Add(update);
   const PoseGraph solution = optimizer.Solve();
@@ -550,12 +560,6 @@ TEST(PoseGraphOptimizer, SaysOfAnyPairWithTheNewestWhatTheSolutionSays) {
   EXPECT_TRUE(optimizer.RelativeCovariances({}).empty());
   optimizer.Add({31, {{SubmapId{30}, Time(Duration(1)), {}}}, {}});
   EXPECT_TRUE(optimizer.RelativeCovariances({{SubmapId{7}, newest}}).empty()) << "not solved yet";
-}
-
-GraphEdge Fix(int vertex, double x, double y, double sigma_m) {
-  GraphEdge fix = Edge(EdgeKind::kPositionFix, vertex, vertex, {x, y, 0.0}, sigma_m, 1.0);
-  fix.information(2, 2) = 0.0;  // GPS knows no heading
-  return fix;
 }
 
 MountingErrors WrongMounting() {
