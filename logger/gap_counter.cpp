@@ -46,7 +46,7 @@ std::optional<SeqPlace> PlaceOf(std::int64_t fingerprint) {
       {nav_t::getHash(), {1}},
       {graph_update_t::getHash(), {1}},
       {pose_graph_t::getHash(), {1}},
-      {raw_bytes_t::getHash(), {1}},
+      {raw_bytes_t::getHash(), {1, true}},
       {graph_request_t::getHash(), {1, true}},
       {covariance_request_t::getHash(), {1, true}},
       {covariances_t::getHash(), {1}},

@@ -33,6 +33,7 @@ int main(int argc, char** argv) {
                       MapperNode node(config, &bus, &worker);
                       loop.Add(bus.fd(), [&] { bus.HandleAll(Bus::kBurst); });
                       loop.Add(worker.fd(), [&] { worker.Drain(); });
+                      loop.Every(std::chrono::seconds(1), [&] { node.SendWaiting(); });
                       node.health().PublishEverySecond(&bus, &loop);
                       const int code = loop.Run();
                       bus.HandleUntilQuiet();  // what the drivers sent before they stopped

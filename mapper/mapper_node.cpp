@@ -35,8 +35,8 @@ constexpr double kMaxAheadS = 30.0;
 // Submaps that wait to be stored without registration, in max_waiting_submaps: their points are in
 // memory until those before them are registered.
 constexpr std::size_t kUnregisteredPerRegistered = 4;
-// Graph updates that answer a request at once: some 20 kB. Who still lacks some asks again.
-constexpr int kUpdatesAtOnce = 16;
+// Messages of those that wait that are sent at once: of graph updates some 20 kB.
+constexpr int kAtOnce = 16;
 constexpr Eigen::Index kHeadingOfCovariance = 5;
 
 // Of x, y, yaw.
@@ -453,7 +453,11 @@ void MapperNode::OnGraphRequest(const graph_request_t& msg) {
   const auto have = static_cast<std::size_t>(std::max<std::int64_t>(0, msg.have_version));
   updates_sent_ = std::min(updates_sent_, have);
   // Some at once; the rest one by one between the messages that come in, as a submap's points.
-  for (int i = 0; i < kUpdatesAtOnce && SendNextUpdate(); ++i) {
+  SendWaiting();
+}
+
+void MapperNode::SendWaiting() {
+  for (int i = 0; i < kAtOnce && (SendNextChunk() || SendNextUpdate()); ++i) {
   }
 }
 
@@ -465,6 +469,11 @@ void MapperNode::OnPoseGraph(const pose_graph_t& msg) {
   if (graph->graph_version > static_cast<std::int64_t>(graph_.size()) ||
       !loop_closer_.IsUsable(*graph)) {
     health_.Count("pose_graph_refused");
+    return;
+  }
+  // An optimizer that began anew is on its way through the graph.
+  if (graph->graph_version < solution_version_) {
+    health_.Count("pose_graph_older");
     return;
   }
   solution_version_ = graph->graph_version;

@@ -53,6 +53,10 @@ class MapperNode {
   // False where nothing is left to be done now.
   bool LookAgain();
 
+  // Some of what waits to be sent, as also goes with the messages of navigation. Live, every
+  // second: an optimizer that asks for the graph must have it when the sensors are off, too.
+  void SendWaiting();
+
   Health& health() { return health_; }
 
  private:

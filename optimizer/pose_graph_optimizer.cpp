@@ -431,7 +431,7 @@ std::vector<PairCovariance> PoseGraphOptimizer::RelativeCovariances(
 
   std::map<SubmapId, std::vector<SubmapId>> with;  // a's by their b
   for (const auto& [a, b] : pairs)
-    if (number.contains(a) && number.contains(b)) with[b].push_back(a);
+    if (a != b && number.contains(a) && number.contains(b)) with[b].push_back(a);
   std::map<std::pair<SubmapId, SubmapId>, Eigen::Matrix3d> known;
   for (const auto& [b, list] : with) {
     const Eigen::MatrixXd with_b = equations.CovarianceWith(number.at(b));

@@ -103,8 +103,17 @@ TEST(GapCounter, KeepsChannelsAndSendersApart) {
       msg.seq = seq + (process[0] == 'm' ? 0 : 50);
       EXPECT_EQ(gaps.Add("HEALTH", Encoded(msg)), 0);
     }
-  EXPECT_THAT(gaps.lost(), testing::ElementsAre(testing::Pair("IMU_2", 2)));
-  EXPECT_EQ(gaps.total(), 2);
+  // Both drivers of one bus.
+  for (const std::int64_t seq : {0, 1, 5})
+    for (const char* source : {"can:can0#imu-driver", "can:can0#dvl-driver"}) {
+      raw_bytes_t msg{};
+      msg.source = source;
+      msg.seq = seq + (source[9] == 'i' ? 0 : 900);
+      EXPECT_EQ(gaps.Add("RAW_CAN", Encoded(msg)), seq == 5 ? 3 : 0) << source << seq;
+    }
+  EXPECT_THAT(gaps.lost(),
+              testing::ElementsAre(testing::Pair("IMU_2", 2), testing::Pair("RAW_CAN", 6)));
+  EXPECT_EQ(gaps.total(), 8);
 }
 
 TEST(GapCounter, IsNotFooledByForeignOrDamagedMessages) {

@@ -600,11 +600,28 @@ TEST(MapperNode, SendsAWholeGraphInOrderButNotAtOnce) {
   survey.bus.HandleAll();
   EXPECT_GE(survey.updates.size(), 1u);
   EXPECT_LT(survey.updates.size(), 20u);
+  const std::size_t at_once = survey.updates.size();
+  survey.node->SendWaiting();  // the sensors are off
+  survey.bus.HandleAll();
+  EXPECT_GT(survey.updates.size(), at_once);
   survey.node->AddSubmap(Import(kSubmaps, 60.0 * kSubmaps));
   survey.Drive(1.0, kSpeedMps, 0.0);
   ASSERT_EQ(survey.updates.size(), kSubmaps + 1);
   for (int i = 0; i <= kSubmaps; ++i)
     EXPECT_EQ(survey.updates[static_cast<std::size_t>(i)].version, i + 1);
+}
+
+TEST(MapperNode, KeepsItsSolutionWhileARestartedOptimizerCatchesUp) {
+  Survey survey;
+  for (int id = 0; id < 4; ++id) survey.node->AddSubmap(Import(id, 60.0 * id));
+  survey.bus.HandleAll();
+  const PoseGraph newest = AsDeadReckoned(survey.updates);
+  survey.Solve(newest);
+  survey.Solve(AsDeadReckoned({survey.updates[0], survey.updates[1]}));
+  EXPECT_EQ(survey.node->health().counter("solution_version"), 4);
+  EXPECT_EQ(survey.node->health().counter("pose_graph_older"), 1);
+  survey.Solve(newest);
+  EXPECT_EQ(survey.node->health().counter("pose_graph_older"), 1);
 }
 
 TEST(MapperNode, AsksForASolutionThatItLost) {

@@ -291,9 +291,9 @@ TEST(OptimizerNode, TakesUpdatesThatCameWhileItLookedForCovariances) {
   mapper.PublishNext();
   worker.Run();
   bus.HandleAll();
-  mapper.AskForCovariances(1, {{SubmapId{0}, SubmapId{0}}});
+  mapper.AskForCovariances(1, {{SubmapId{0}, SubmapId{1}}});
   mapper.PublishNext();
-  mapper.AskForCovariances(1, {{SubmapId{0}, SubmapId{0}}});
+  mapper.AskForCovariances(1, {{SubmapId{0}, SubmapId{1}}});
   EXPECT_EQ(worker.queue_depth(), 1u) << "one job at a time";
   worker.Run();
   bus.HandleAll();
