@@ -14,6 +14,9 @@ constexpr std::size_t kWorkerQueue = 2;
 // Between the last messages: 48 kB a message are then 24 MB/s, which every receiver follows.
 constexpr std::chrono::milliseconds kPause(2);
 
+// As the slowest inertial unit's messages would have it: 2.4 MB/s.
+constexpr std::chrono::milliseconds kSendPeriod(20);
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -33,7 +36,7 @@ int main(int argc, char** argv) {
                       MapperNode node(config, &bus, &worker);
                       loop.Add(bus.fd(), [&] { bus.HandleAll(Bus::kBurst); });
                       loop.Add(worker.fd(), [&] { worker.Drain(); });
-                      loop.Every(std::chrono::seconds(1), [&] { node.SendWaiting(); });
+                      loop.Every(kSendPeriod, [&] { node.SendWaiting(); });
                       node.health().PublishEverySecond(&bus, &loop);
                       const int code = loop.Run();
                       bus.HandleUntilQuiet();  // what the drivers sent before they stopped

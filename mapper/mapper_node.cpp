@@ -35,8 +35,8 @@ constexpr double kMaxAheadS = 30.0;
 // Submaps that wait to be stored without registration, in max_waiting_submaps: their points are in
 // memory until those before them are registered.
 constexpr std::size_t kUnregisteredPerRegistered = 4;
-// Messages of those that wait that are sent at once: of graph updates some 20 kB.
-constexpr int kAtOnce = 16;
+// Graph updates that answer a request at once: some 20 kB. Who still lacks some asks again.
+constexpr int kUpdatesAtOnce = 16;
 constexpr Eigen::Index kHeadingOfCovariance = 5;
 
 // Of x, y, yaw.
@@ -168,10 +168,7 @@ void MapperNode::OnProfile(const SoundVelocityProfile& profile) {
 void MapperNode::Advance() {
   PublishNav();
   GeoreferencePings(false);
-  // A submap's points leave one by one between the messages that come in: sent at once, a megabyte
-  // would overrun the receivers' buffers.
-  SendNextChunk();
-  SendNextUpdate();
+  SendWaiting();
   RegisterNext();
   LookAgain();
 }
@@ -452,13 +449,14 @@ void MapperNode::OnGraphRequest(const graph_request_t& msg) {
   health_.Count("graph_requests");
   const auto have = static_cast<std::size_t>(std::max<std::int64_t>(0, msg.have_version));
   updates_sent_ = std::min(updates_sent_, have);
-  // Some at once; the rest one by one between the messages that come in, as a submap's points.
-  SendWaiting();
+  // Some at once; the rest one by one, as a submap's points.
+  for (int i = 0; i < kUpdatesAtOnce && SendNextUpdate(); ++i) {
+  }
 }
 
 void MapperNode::SendWaiting() {
-  for (int i = 0; i < kAtOnce && (SendNextChunk() || SendNextUpdate()); ++i) {
-  }
+  SendNextChunk();
+  SendNextUpdate();
 }
 
 void MapperNode::OnPoseGraph(const pose_graph_t& msg) {

@@ -27,10 +27,10 @@
 namespace seastitch {
 
 // Sensor messages in; NAV, SUBMAP, SUBMAP_POINTS and GRAPH_UPDATE out; the optimizer's POSE_GRAPH
-// and, on a COVARIANCE_REQUEST, COVARIANCES back. Everything on the loop
-// thread but one job a closed submap: store it, register it on its candidates. Jobs run one at a
-// time and in the order of the submaps, so graph versions follow the submap ids whatever the worker
-// does. Where no submap waits, the worker looks again at pairs of which a solution brought news.
+// and, on a COVARIANCE_REQUEST, COVARIANCES back. Everything on the loop thread but one job a
+// closed submap: store it, register it on its candidates. Jobs run one at a time and in the order
+// of the submaps, so graph versions follow the submap ids whatever the worker does. Where no submap
+// waits, the worker looks again at pairs of which a solution brought news.
 class MapperNode {
  public:
   // Throws std::runtime_error where the survey directory cannot be made.
@@ -53,8 +53,9 @@ class MapperNode {
   // False where nothing is left to be done now.
   bool LookAgain();
 
-  // Some of what waits to be sent, as also goes with the messages of navigation. Live, every
-  // second: an optimizer that asks for the graph must have it when the sensors are off, too.
+  // A chunk of a submap's points and a graph update of those that wait, as also goes with every
+  // message of navigation: sent at once, a megabyte would overrun the receivers' buffers. Live, by
+  // a timer too: an optimizer that asks for the graph must have it when the sensors are off.
   void SendWaiting();
 
   Health& health() { return health_; }

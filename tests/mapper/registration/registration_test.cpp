@@ -115,8 +115,7 @@ TEST(Registration, NoiseDoesNotDrawSubmapsTogether) {
 }
 
 // As that of the outer beams does: to four times from the middle of the swath to its rims. Taken
-// for the same everywhere it draws these pairs together by 0.23 m; what is left is that the errors
-// at a rim are known to 15 % only.
+// for the same everywhere it draws these pairs together by 0.23 m; 0.05 m are left.
 TEST(Registration, NoiseThatGrowsTowardsTheRimsDrawsThemTogetherByLittle) {
   SyntheticPairParams swath;
   swath.sounding_sigma_m = 0.03;
