@@ -23,16 +23,6 @@ struct Fault {
   // Of kPacketLoss.
   Device device = Device::kMbes;
   double rate = 0.01;
-
-  std::string Validate() const;
 };
-
-// "KIND" or "KIND:key=value,key=value", such as "packet_loss:device=mbes,rate=0.01,from_s=60" or
-// "dvl_dropout:from_s=300,to_s=330". Throws std::invalid_argument "'TEXT': what was expected".
-Fault ParseFault(const std::string& text);
-
-// From the words that files and command lines use. Throw std::invalid_argument.
-FaultKind FaultKindFrom(const std::string& name);
-Device DeviceFrom(const std::string& name);
 
 }  // namespace seastitch::bench

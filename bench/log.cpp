@@ -4,6 +4,7 @@
 
 #include "bench/truth.hpp"
 #include "common/convert/convert.hpp"
+#include "common/core/channel_names.hpp"
 #include "common/runtime/bus.hpp"
 #include "common/storage/event_log.hpp"
 
@@ -51,7 +52,9 @@ LogResult WriteLog(SurveySimulator* simulator,
       case Device::kImu: imu.Feed(Received(event->frames, now)); break;
       case Device::kDvl: dvl.Feed(Received(event->frames, now)); break;
       case Device::kMbes: mbes.Feed(Datagram{event->bytes, now}); break;
-      case Device::kFix: bus.Publish("POSITION_FIX", ToLcm(*event->fix, {now, num_fixes++})); break;
+      case Device::kFix:
+        bus.Publish(channels::kPositionFix, ToLcm(*event->fix, {now, num_fixes++}));
+        break;
     }
     bus.HandleAll();
     if (progress && now >= next_progress) {

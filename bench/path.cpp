@@ -143,20 +143,6 @@ Connection Shortest(const ConnectionProblem& problem) {
 
 }  // namespace
 
-std::string PlanParams::Validate() const {
-  if (!(lines >= 1 && lines <= 1000)) return "lines must be 1 to 1000";
-  if (!(line_length_m >= 1.0 && line_length_m <= 1e5)) return "line_length_m must be 1 to 100000";
-  if (!(spacing_m >= 0.0 && spacing_m <= 1e4)) return "spacing_m must be 0 to 10000";
-  if (!(turn_radius_m >= 1.0 && turn_radius_m <= 1000.0)) return "turn_radius_m must be 1 to 1000";
-  if (!(crosslines >= 0 && crosslines <= 100)) return "crosslines must be 0 to 100";
-  if (!(lead_in_m >= 0.0 && lead_in_m <= 1000.0)) return "lead_in_m must be 0 to 1000";
-  if (!(speed_mps >= 0.1 && speed_mps <= 10.0)) return "speed_mps must be 0.1 to 10";
-  if (!(altitude_m >= 0.0 && altitude_m <= 1000.0)) return "altitude_m must be 0 to 1000";
-  if (!(depth_m >= 0.0 && depth_m <= 11000.0)) return "depth_m must be 0 to 11000";
-  if (!(min_depth_m >= 0.0)) return "min_depth_m must not be negative";
-  return "";
-}
-
 Path::Path(const PlanParams& params) : params_(params) {
   end_course_rad_ = Deg2Rad(params.heading_deg);
   AddLines();

@@ -22,8 +22,6 @@ struct PlanParams {
   double altitude_m = 11.0;    // above the smoothed seabed; 0: at constant depth_m
   double depth_m = 10.0;
   double min_depth_m = 2.0;  // never shallower
-
-  std::string Validate() const;
 };
 
 // The plan as a track over ground: straight legs, and turns whose rate swells from zero and fades

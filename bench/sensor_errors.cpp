@@ -43,8 +43,10 @@ SensorErrors SensorErrors::OfClass(const std::string& name) {
     e.dvl_misalignment_deg = 0.3;
     return e;
   }
-  throw std::invalid_argument("expected ideal, ins_tactical or mems");
+  throw std::invalid_argument("no class " + name);
 }
+
+std::vector<std::string> SensorErrors::Classes() { return {"ideal", "ins_tactical", "mems"}; }
 
 double SensorErrors::StatedHeadingSigmaDeg() const {
   return std::hypot(std::hypot(heading_bias_deg, heading_deviation_deg),
@@ -53,30 +55,6 @@ double SensorErrors::StatedHeadingSigmaDeg() const {
 
 double SensorErrors::StatedRollPitchSigmaDeg() const {
   return std::hypot(roll_pitch_wander_deg, attitude_white_deg);
-}
-
-std::string SensorErrors::Validate() const {
-  const std::pair<const char*, double> figures[] = {
-      {"gyro_noise_radps_rthz", gyro_noise_radps_rthz},
-      {"gyro_bias_radps", gyro_bias_radps},
-      {"accel_noise_mps2_rthz", accel_noise_mps2_rthz},
-      {"accel_bias_mps2", accel_bias_mps2},
-      {"roll_pitch_wander_deg", roll_pitch_wander_deg},
-      {"heading_bias_deg", heading_bias_deg},
-      {"heading_deviation_deg", heading_deviation_deg},
-      {"heading_wander_deg", heading_wander_deg},
-      {"attitude_white_deg", attitude_white_deg},
-      {"dvl_noise_mps", dvl_noise_mps},
-      {"dvl_scale", dvl_scale},
-      {"dvl_misalignment_deg", dvl_misalignment_deg},
-      {"dvl_range_noise_m", dvl_range_noise_m},
-      {"depth_noise_m", depth_noise_m},
-      {"depth_bias_m", depth_bias_m}};
-  for (const auto& [name, value] : figures)
-    if (!(value >= 0.0 && value <= 100.0)) return std::string(name) + " must be 0 to 100";
-  if (!(roll_pitch_wander_tau_s > 0.0)) return "roll_pitch_wander_tau_s must be above 0";
-  if (!(heading_wander_tau_s > 0.0)) return "heading_wander_tau_s must be above 0";
-  return "";
 }
 
 }  // namespace seastitch::bench

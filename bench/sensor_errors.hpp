@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 namespace seastitch::bench {
 
@@ -34,13 +35,12 @@ struct SensorErrors {
   //                 GPS (0.2 % of scale, 0.1 deg): 0.2 to 0.5 % of the distance from the origin
   //   mems          magnetic attitude sensor of 1 deg, DVL as delivered (0.5 %, 0.3 deg): 1 to 3 %
   static SensorErrors OfClass(const std::string& name);
+  static std::vector<std::string> Classes();
   bool operator==(const SensorErrors&) const = default;
 
   // What the device says of itself: 1 sigma of all that is wrong with its attitude.
   double StatedHeadingSigmaDeg() const;
   double StatedRollPitchSigmaDeg() const;
-
-  std::string Validate() const;
 };
 
 }  // namespace seastitch::bench

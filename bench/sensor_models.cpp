@@ -32,12 +32,6 @@ Eigen::Vector3d NormalVector(double sigma, Random* random) {
 
 }  // namespace
 
-std::string ImuParams::Validate() const {
-  if (!(rate_hz >= 1.0 && rate_hz <= 1000.0)) return "rate_hz must be 1 to 1000";
-  if (!(latency_s >= 0.0 && latency_s <= 1.0)) return "latency_s must be 0 to 1";
-  return "";
-}
-
 ImuModel::ImuModel(const ImuParams& params,
                    const SensorErrors& errors,
                    const Scene& scene,
@@ -106,17 +100,6 @@ Eigen::Quaterniond ImuModel::AttitudeOf(const Eigen::Matrix3d& R_map_imu) {
       rpy + Eigen::Vector3d(roll_wander_.value(), pitch_wander_.value(), heading_error) +
       White(Deg2Rad(errors_.attitude_white_deg));
   return Eigen::Quaterniond(RotationFromRpy(measured.x(), measured.y(), measured.z()));
-}
-
-std::string DvlParams::Validate() const {
-  if (!(rate_hz >= 0.1 && rate_hz <= 30.0)) return "rate_hz must be 0.1 to 30";
-  if (!(beam_angle_deg >= 5.0 && beam_angle_deg <= 60.0)) return "beam_angle_deg must be 5 to 60";
-  if (!(min_range_m >= 0.0 && min_range_m < max_range_m))
-    return "min_range_m must be below max_range_m";
-  if (!(max_range_m <= 1000.0)) return "max_range_m must be at most 1000";
-  if (!(beam_loss_rate >= 0.0 && beam_loss_rate <= 1.0)) return "beam_loss_rate must be 0 to 1";
-  if (!(latency_s >= 0.0 && latency_s <= 1.0)) return "latency_s must be 0 to 1";
-  return "";
 }
 
 DvlModel::DvlModel(const DvlParams& params,
@@ -192,33 +175,6 @@ DepthSample DvlModel::DepthAt(double t_s) {
                        NormalGravity(scene_.vehicle.datum_latitude_rad);
   sample.sigma_m = std::hypot(errors_.depth_noise_m, errors_.depth_bias_m);
   return sample;
-}
-
-std::string MbesParams::Validate() const {
-  if (!(beams >= 2 && beams <= 1024)) return "beams must be 2 to 1024";
-  if (!(swath_deg >= 1.0 && swath_deg <= 160.0)) return "swath_deg must be 1 to 160";
-  if (!(ping_rate_hz >= 0.0 && ping_rate_hz <= 100.0)) return "ping_rate_hz must be 0 to 100";
-  if (!(max_ping_rate_hz >= 0.1 && max_ping_rate_hz <= 100.0))
-    return "max_ping_rate_hz must be 0.1 to 100";
-  if (!(max_range_m >= 1.0 && max_range_m <= 1000.0)) return "max_range_m must be 1 to 1000";
-  if (sector_tilt_deg.empty() || sector_tilt_deg.size() > 9)
-    return "sector_tilt_deg must have 1 to 9 sectors";
-  if (sector_delay_s.size() != sector_tilt_deg.size())
-    return "sector_delay_s must be as long as sector_tilt_deg";
-  for (const double tilt : sector_tilt_deg)
-    if (!(std::abs(tilt) <= 30.0)) return "sector_tilt_deg must be -30 to 30";
-  for (const double delay : sector_delay_s)
-    if (!(delay >= 0.0 && delay <= 0.1)) return "sector_delay_s must be 0 to 0.1";
-  if (!(range_noise_m >= 0.0 && range_noise_m <= 10.0)) return "range_noise_m must be 0 to 10";
-  if (!(range_noise_ratio >= 0.0 && range_noise_ratio <= 0.1))
-    return "range_noise_ratio must be 0 to 0.1";
-  if (!(angle_noise_deg >= 0.0 && angle_noise_deg <= 10.0))
-    return "angle_noise_deg must be 0 to 10";
-  for (const double rate : {outlier_rate, drop_rate, misdetection_rate})
-    if (!(rate >= 0.0 && rate <= 1.0))
-      return "outlier_rate, drop_rate and misdetection_rate must be 0 to 1";
-  if (!(latency_s >= 0.0 && latency_s <= 1.0)) return "latency_s must be 0 to 1";
-  return "";
 }
 
 MbesModel::MbesModel(const MbesParams& params, const Scene& scene, std::uint64_t seed)
@@ -344,14 +300,6 @@ MbesModel::Ping MbesModel::PingAt(double t_s) {
                            ? 1.0 / params_.ping_rate_hz
                            : std::max(1.0 / params_.max_ping_rate_hz, kGuard * result.last_echo_s);
   return result;
-}
-
-std::string FixParams::Validate() const {
-  if (!(interval_s == 0.0 || interval_s >= 0.1)) return "interval_s must be 0 or at least 0.1";
-  if (!(sigma_m > 0.0)) return "sigma_m must be > 0";
-  if (!(wrong_rate >= 0.0 && wrong_rate <= 1.0)) return "wrong_rate must be 0 to 1";
-  if (!std::isfinite(wrong_m)) return "wrong_m must be finite";
-  return "";
 }
 
 PositionFix FixModel::FixAt(double t_s) {

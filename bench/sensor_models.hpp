@@ -30,8 +30,6 @@ struct Scene {
 struct ImuParams {
   double rate_hz = 50.0;
   double latency_s = 0.002;  // from the sample to its last frame
-
-  std::string Validate() const;
 };
 
 // Strapdown inertial unit with an attitude of its own. The gyros feel the rotation of the Earth,
@@ -71,8 +69,6 @@ struct DvlParams {
   double max_range_m = 80.0;
   double beam_loss_rate = 0.01;  // of each beam, each ensemble
   double latency_s = 0.040;
-
-  std::string Validate() const;
 };
 
 // Four-beam Janus DVL and the pressure sensor beside it.
@@ -119,8 +115,6 @@ struct MbesParams {
   double drop_rate = 0.01;           // beams without a detection
   double misdetection_rate = 0.005;  // pings with a run of beams at the nearest range: side lobes
   double latency_s = 0.010;          // after the last echo
-
-  std::string Validate() const;
 };
 
 class MbesModel {
@@ -159,8 +153,6 @@ struct FixParams {
   double sigma_m = 2.0;     // north and east, new in each fix; stated as it is
   double wrong_rate = 0.0;  // of fixes that are off by wrong_m in some direction, and do not say so
   double wrong_m = 100.0;
-
-  std::string Validate() const;
 };
 
 class FixModel {

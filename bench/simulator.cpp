@@ -6,19 +6,14 @@
 #include <stdexcept>
 #include <utility>
 
+#include "codecs/kmall_sensors.hpp"
+#include "codecs/kmall_stream.hpp"
 #include "common/core/pose.hpp"
 #include "drivers/dvl/dvl_can.hpp"
 #include "drivers/imu/imu_can.hpp"
-#include "drivers/mbes/kmall_stream.hpp"
 
 namespace seastitch::bench {
 namespace {
-
-SurveyConfig Checked(const SurveyConfig& config) {
-  if (const std::string problem = config.Validate(); !problem.empty())
-    throw std::invalid_argument(problem);
-  return config;
-}
 
 // The track's box, widened by the longest reach of a beam.
 MapBox SurveyBox(const SurveyConfig& config, const Path& path) {
@@ -51,7 +46,7 @@ Time StampOf(double t_s) { return kSurveyStart + FromSeconds(t_s); }
 class SurveySimulator::Impl {
  public:
   Impl(const SurveyConfig& config, const VehicleGeometry& vehicle, const DeviceSignals& signals)
-      : config_(Checked(config)),
+      : config_(config),
         vehicle_(vehicle),
         path_(config.plan),
         terrain_(MakeTerrain(config, path_)),

@@ -38,7 +38,7 @@ struct BenchEvent {
 // north 0, east 0 of it, and that is all that dead reckoning needs to be told.
 class SurveySimulator {
  public:
-  // Throws std::invalid_argument with config.Validate()'s line, and what LoadRaster throws.
+  // Throws what LoadRaster throws.
   SurveySimulator(const SurveyConfig& config,
                   const VehicleGeometry& vehicle,
                   const DeviceSignals& signals);

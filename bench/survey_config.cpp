@@ -1,228 +1,456 @@
 #include "bench/survey_config.hpp"
 
-#include <cmath>
+#include <algorithm>
 #include <filesystem>
+#include <functional>
 #include <stdexcept>
 
-#include "common/runtime/config.hpp"
+#include "common/core/sound_speed.hpp"
 
 namespace seastitch::bench {
 namespace {
 
-void ReadTerrain(ConfigMap map, SurveyConfig* config) {
-  ProceduralParams& p = config->terrain;
-  map.Read("depth_m", &p.depth_m);
-  map.Read("slope_north", &p.slope_north);
-  map.Read("slope_east", &p.slope_east);
+using enum Unit;
 
-  ConfigMap raster = map.Child("raster");
-  raster.Read("file", &config->raster.file);
-  raster.Read("overlay", &config->raster.overlay);
-  raster.Read("positive_down", &config->raster.positive_down);
-  raster.Read("depth_offset_m", &config->raster.depth_offset_m);
-  raster.Read("fill_m", &config->raster.fill_m);
-  raster.Finish();
-  raster.Check(config->raster.Validate());
+constexpr char kErrors[] = "errors";
 
-  ConfigMap relief = map.Child("relief");
-  relief.Read("rms_m", &p.relief.rms_m);
-  relief.Read("longest_m", &p.relief.longest_m);
-  relief.Read("shortest_m", &p.relief.shortest_m);
-  relief.Read("hurst", &p.relief.hurst);
-  relief.Finish();
+void DeclareTerrain(SurveyConfig* config, ParameterTable* root) {
+  ProceduralParams* p = &config->terrain;
+  ParameterTable& table = root->AddSection("terrain", "The seabed.");
+  table.Add("depth_m", &p->depth_m, kMetre, Range::Within(0.0, 11'000.0), "At the map's origin.");
+  table.Add("slope_north",
+            &p->slope_north,
+            kNone,
+            Range::Within(-1.0, 1.0),
+            "Deeper by so much a metre.");
+  table.Add(
+      "slope_east", &p->slope_east, kNone, Range::Within(-1.0, 1.0), "Deeper by so much a metre.");
 
-  ConfigMap waves = map.Child("sand_waves");
-  waves.Read("height_m", &p.sand_waves.height_m);
-  waves.Read("length_m", &p.sand_waves.length_m);
-  waves.Read("heading_deg", &p.sand_waves.heading_deg);
-  waves.Finish();
+  ParameterTable& raster = table.AddSection("raster", "A seabed that was surveyed.");
+  raster.Add("file",
+             &config->raster.file,
+             "A raster that GDAL reads, relative to this file: the seabed. None: procedural.");
+  raster.Add(
+      "overlay", &config->raster.overlay, "The procedural relief, waves and pipeline stand on it.");
+  raster.Add("positive_down",
+             &config->raster.positive_down,
+             "Depths; false: elevations, negative below the datum.");
+  raster.Add("depth_offset_m",
+             &config->raster.depth_offset_m,
+             kMetre,
+             Range::Within(-11'000.0, 11'000.0),
+             "Added to every depth: tide, or water to dive in.");
+  raster.Add("fill_m",
+             &config->raster.fill_m,
+             kMetre,
+             Range::Within(0.0, 1000.0),
+             "Holes up to so far from known cells are filled.");
 
-  ConfigMap pipe = map.Child("pipeline");
-  pipe.Read("diameter_m", &p.pipeline.diameter_m);
-  pipe.Read("north_m", &p.pipeline.north_m);
-  pipe.Read("east_m", &p.pipeline.east_m);
-  pipe.Read("heading_deg", &p.pipeline.heading_deg);
-  pipe.Finish();
+  ParameterTable& relief = table.AddSection("relief", "Self-similar relief.");
+  relief.Add("rms_m", &p->relief.rms_m, kMetre, Range::Within(0.0, 1000.0), "0: none.");
+  const Parameter& longest = relief.Add("longest_m",
+                                        &p->relief.longest_m,
+                                        kMetre,
+                                        Range::Above(0.0).AtMost(1e5),
+                                        "Longest wavelength.");
+  relief.Add(
+      "shortest_m", &p->relief.shortest_m, kMetre, Range::AtLeast(0.1), "Shortest wavelength.");
+  relief.Add("hurst",
+             &p->relief.hurst,
+             kNone,
+             Range::Above(0.0).AtMost(2.0),
+             "The amplitude grows with wavelength^hurst; natural seabeds have 0.7 to 1.");
+  relief.AddRule(
+      longest, "at least shortest_m", [p] { return p->relief.longest_m >= p->relief.shortest_m; });
 
-  ConfigMap flat = map.Child("flat_strip");
-  flat.Read("from_north_m", &p.flat_strip.from_north_m);
-  flat.Read("to_north_m", &p.flat_strip.to_north_m);
-  flat.Finish();
-  map.Finish();
-  map.Check(p.Validate());
+  ParameterTable& waves = table.AddSection("sand_waves", "Crests that bend and swell.");
+  waves.Add("height_m",
+            &p->sand_waves.height_m,
+            kMetre,
+            Range::Within(0.0, 50.0),
+            "Trough to crest; 0: none.");
+  waves.Add("length_m", &p->sand_waves.length_m, kMetre, Range::AtLeast(0.5), "Crest to crest.");
+  waves.Add("heading_deg",
+            &p->sand_waves.heading_deg,
+            kDegree,
+            Range::Any(),
+            "In which the waves follow each other, from north.");
+
+  ParameterTable& pipe = table.AddSection("pipeline", "A pipe that follows the seabed.");
+  pipe.Add("diameter_m", &p->pipeline.diameter_m, kMetre, Range::Within(0.0, 5.0), "0: none.");
+  pipe.Add("north_m", &p->pipeline.north_m, kMetre, Range::Any(), "A point of it.");
+  pipe.Add("east_m", &p->pipeline.east_m, kMetre, Range::Any(), "A point of it.");
+  pipe.Add("heading_deg", &p->pipeline.heading_deg, kDegree, Range::Any(), "Its direction.");
+
+  ParameterTable& flat = table.AddSection("flat_strip", "A strip without relief and waves.");
+  flat.Add("from_north_m", &p->flat_strip.from_north_m, kMetre, Range::Any(), "South end.");
+  flat.Add("to_north_m",
+           &p->flat_strip.to_north_m,
+           kMetre,
+           Range::Any(),
+           "North end; not above the south end: none.");
 }
 
-void ReadPlan(ConfigMap map, PlanParams* p) {
-  map.Read("lines", &p->lines);
-  map.Read("line_length_m", &p->line_length_m);
-  map.Read("spacing_m", &p->spacing_m);
-  map.Read("heading_deg", &p->heading_deg);
-  map.Read("turn_radius_m", &p->turn_radius_m);
-  map.Read("crosslines", &p->crosslines);
-  map.Read("lead_in_m", &p->lead_in_m);
-  map.Read("speed_mps", &p->speed_mps);
-  map.Read("altitude_m", &p->altitude_m);
-  map.Read("depth_m", &p->depth_m);
-  map.Read("min_depth_m", &p->min_depth_m);
-  map.Finish();
-  map.Check(p->Validate());
+void DeclarePlan(PlanParams* p, ParameterTable* root) {
+  ParameterTable& table = root->AddSection("plan", "A lawn-mower survey from the map's origin.");
+  table.Add("lines", &p->lines, kNone, Range::Within(1, 1000), "Survey lines.");
+  table.Add(
+      "line_length_m", &p->line_length_m, kMetre, Range::Within(1.0, 100000.0), "Length of each.");
+  table.Add("spacing_m", &p->spacing_m, kMetre, Range::Within(0.0, 10000.0), "Between two lines.");
+  table.Add("heading_deg", &p->heading_deg, kDegree, Range::Any(), "Of the first line.");
+  table.Add("turn_radius_m",
+            &p->turn_radius_m,
+            kMetre,
+            Range::Within(1.0, 1000.0),
+            "Lines closer than 2.6 of it are joined by loops.");
+  table.Add("crosslines",
+            &p->crosslines,
+            kNone,
+            Range::Within(0, 100),
+            "At right angles, evenly along the lines.");
+  table.Add("lead_in_m",
+            &p->lead_in_m,
+            kMetre,
+            Range::Within(0.0, 1000.0),
+            "Straight before and after every line.");
+  table.Add("speed_mps", &p->speed_mps, kMetrePerSecond, Range::Within(0.1, 10.0), "Over ground.");
+  table.Add("altitude_m",
+            &p->altitude_m,
+            kMetre,
+            Range::Within(0.0, 1000.0),
+            "Above the smoothed seabed; 0: at constant depth_m.");
+  table.Add("depth_m",
+            &p->depth_m,
+            kMetre,
+            Range::Within(0.0, 11'000.0),
+            "Depth of the vehicle without altitude.");
+  table.Add("min_depth_m", &p->min_depth_m, kMetre, Range::AtLeast(0.0), "Never shallower.");
 }
 
-void ReadMotion(ConfigMap map, MotionParams* p) {
-  map.Read("roll_rms_deg", &p->roll_rms_deg);
-  map.Read("pitch_rms_deg", &p->pitch_rms_deg);
-  map.Read("heading_rms_deg", &p->heading_rms_deg);
-  map.Read("heave_rms_m", &p->heave_rms_m);
-  map.Read("period_s", &p->period_s);
-  map.Finish();
-  map.Check(p->Validate());
+void DeclareMotion(MotionParams* p, ParameterTable* root) {
+  ParameterTable& table = root->AddSection("motion", "How a vehicle on course yet moves, RMS.");
+  table.Add("roll_rms_deg", &p->roll_rms_deg, kDegree, Range::Within(0.0, 15.0), "Rolling.");
+  table.Add("pitch_rms_deg", &p->pitch_rms_deg, kDegree, Range::Within(0.0, 15.0), "Pitching.");
+  table.Add("heading_rms_deg",
+            &p->heading_rms_deg,
+            kDegree,
+            Range::Within(0.0, 15.0),
+            "Off the course: crab.");
+  table.Add("heave_rms_m", &p->heave_rms_m, kMetre, Range::Within(0.0, 5.0), "Up and down.");
+  table.Add("period_s",
+            &p->period_s,
+            kSecond,
+            Range::Within(1.0, 60.0),
+            "The middle one; there are half to twice it.");
 }
 
-void ReadWater(ConfigMap map, SurveyConfig* config) {
-  map.Read("depth_m", &config->water.depth_m);
-  map.Read("speed_mps", &config->water.speed_mps);
-  map.Read("told_speed_error_mps", &config->told_speed_error_mps);
-  map.Finish();
-  map.Check(config->water.Validate());
+void DeclareWater(SurveyConfig* config, ParameterTable* root) {
+  WaterParams* p = &config->water;
+  ParameterTable& table = root->AddSection("water", "Speed of sound, linear between the depths.");
+  const Parameter& depth =
+      table.Add("depth_m", &p->depth_m, kMetre, Range::Any(), "At least one, rising.");
+  const Parameter& speed = table.Add("speed_mps",
+                                     &p->speed_mps,
+                                     kMetrePerSecond,
+                                     Range::Within(kMinSoundSpeedMps, kMaxSoundSpeedMps),
+                                     "One for each depth.");
+  table.AddRule(depth, "of 1 to 2000 rising depths", [p] {
+    return !p->depth_m.empty() && p->depth_m.size() <= 2000 &&
+           std::is_sorted(p->depth_m.begin(), p->depth_m.end(), std::less_equal<>());
+  });
+  table.AddRule(
+      speed, "as long as depth_m", [p] { return p->depth_m.size() == p->speed_mps.size(); });
+  table
+      .Add("profile_speed_error_mps",
+           &config->told_speed_error_mps,
+           kMetrePerSecond,
+           Range::Within(-50.0, 50.0),
+           "The sonar's #SVP is off by this everywhere.")
+      .WasCalled("told_speed_error_mps");
 }
 
-void ReadErrors(ConfigMap map, SurveyConfig* config) {
-  map.Read("class", &config->error_class);
-  try {
-    config->errors = SensorErrors::OfClass(config->error_class);
-  } catch (const std::invalid_argument& e) {
-    map.Check("class: '" + config->error_class + "': " + e.what());
-  }
-  SensorErrors& e = config->errors;
-  map.Read("gyro_noise_radps_rthz", &e.gyro_noise_radps_rthz);
-  map.Read("gyro_bias_radps", &e.gyro_bias_radps);
-  map.Read("accel_noise_mps2_rthz", &e.accel_noise_mps2_rthz);
-  map.Read("accel_bias_mps2", &e.accel_bias_mps2);
-  map.Read("roll_pitch_wander_deg", &e.roll_pitch_wander_deg);
-  map.Read("roll_pitch_wander_tau_s", &e.roll_pitch_wander_tau_s);
-  map.Read("heading_bias_deg", &e.heading_bias_deg);
-  map.Read("heading_deviation_deg", &e.heading_deviation_deg);
-  map.Read("heading_wander_deg", &e.heading_wander_deg);
-  map.Read("heading_wander_tau_s", &e.heading_wander_tau_s);
-  map.Read("attitude_white_deg", &e.attitude_white_deg);
-  map.Read("dvl_noise_mps", &e.dvl_noise_mps);
-  map.Read("dvl_scale", &e.dvl_scale);
-  map.Read("dvl_misalignment_deg", &e.dvl_misalignment_deg);
-  map.Read("dvl_range_noise_m", &e.dvl_range_noise_m);
-  map.Read("depth_noise_m", &e.depth_noise_m);
-  map.Read("depth_bias_m", &e.depth_bias_m);
-  map.Finish();
-  map.Check(e.Validate());
+void DeclareClass(SurveyConfig* config, ParameterTable* table) {
+  table->AddChoice(
+      "class", &config->error_class, SensorErrors::Classes(), "Sets the defaults of all below.");
 }
 
-void ReadDevices(ConfigMap* root, SurveyConfig* config) {
-  ConfigMap imu = root->Child("imu");
-  imu.Read("rate_hz", &config->imu.rate_hz);
-  imu.Read("latency_s", &config->imu.latency_s);
-  imu.Finish();
-  imu.Check(config->imu.Validate());
-
-  ConfigMap dvl = root->Child("dvl");
-  dvl.Read("rate_hz", &config->dvl.rate_hz);
-  dvl.Read("beam_angle_deg", &config->dvl.beam_angle_deg);
-  dvl.Read("min_range_m", &config->dvl.min_range_m);
-  dvl.Read("max_range_m", &config->dvl.max_range_m);
-  dvl.Read("beam_loss_rate", &config->dvl.beam_loss_rate);
-  dvl.Read("latency_s", &config->dvl.latency_s);
-  dvl.Finish();
-  dvl.Check(config->dvl.Validate());
+void DeclareErrors(SurveyConfig* config, ParameterTable* root) {
+  SensorErrors* p = &config->errors;
+  ParameterTable& table =
+      root->AddSection(kErrors, "What is wrong with the navigation sensors, 1 sigma.");
+  DeclareClass(config, &table);
+  table.Add("gyro_noise_radps_rthz",
+            &p->gyro_noise_radps_rthz,
+            kRadianPerSecondRootHertz,
+            Range::Within(0.0, 100.0),
+            "White noise of a gyro, as a density.");
+  table.Add("gyro_bias_radps",
+            &p->gyro_bias_radps,
+            kRadianPerSecond,
+            Range::Within(0.0, 100.0),
+            "Constant, each axis.");
+  table.Add("accel_noise_mps2_rthz",
+            &p->accel_noise_mps2_rthz,
+            kMetrePerSecond2RootHertz,
+            Range::Within(0.0, 100.0),
+            "White noise of an accelerometer, as a density.");
+  table.Add("accel_bias_mps2",
+            &p->accel_bias_mps2,
+            kMetrePerSecond2,
+            Range::Within(0.0, 100.0),
+            "Constant, each axis.");
+  table.Add("roll_pitch_wander_deg",
+            &p->roll_pitch_wander_deg,
+            kDegree,
+            Range::Within(0.0, 100.0),
+            "Gauss-Markov error of roll and of pitch.");
+  table.Add("roll_pitch_wander_tau_s",
+            &p->roll_pitch_wander_tau_s,
+            kSecond,
+            Range::Above(0.0),
+            "Correlation time.");
+  table.Add(
+      "heading_bias_deg", &p->heading_bias_deg, kDegree, Range::Within(0.0, 100.0), "Constant.");
+  table.Add("heading_deviation_deg",
+            &p->heading_deviation_deg,
+            kDegree,
+            Range::Within(0.0, 100.0),
+            "Sine and cosine of the heading: what is left of hard iron.");
+  table.Add("heading_wander_deg",
+            &p->heading_wander_deg,
+            kDegree,
+            Range::Within(0.0, 100.0),
+            "Gauss-Markov error of heading.");
+  table.Add("heading_wander_tau_s",
+            &p->heading_wander_tau_s,
+            kSecond,
+            Range::Above(0.0),
+            "Correlation time.");
+  table.Add("attitude_white_deg",
+            &p->attitude_white_deg,
+            kDegree,
+            Range::Within(0.0, 100.0),
+            "Each sample, each axis.");
+  table.Add("dvl_noise_mps",
+            &p->dvl_noise_mps,
+            kMetrePerSecond,
+            Range::Within(0.0, 100.0),
+            "Each ensemble, x and y.");
+  table.Add("dvl_scale",
+            &p->dvl_scale,
+            kNone,
+            Range::Within(0.0, 100.0),
+            "Constant part of the velocity.");
+  table.Add("dvl_misalignment_deg",
+            &p->dvl_misalignment_deg,
+            kDegree,
+            Range::Within(0.0, 100.0),
+            "Constant, about each axis.");
+  table.Add(
+      "dvl_range_noise_m", &p->dvl_range_noise_m, kMetre, Range::Within(0.0, 100.0), "Of a beam.");
+  table.Add("depth_noise_m", &p->depth_noise_m, kMetre, Range::Within(0.0, 100.0), "Each sample.");
+  table.Add("depth_bias_m", &p->depth_bias_m, kMetre, Range::Within(0.0, 100.0), "Constant.");
 }
 
-void ReadMbes(ConfigMap map, MbesParams* p) {
-  map.Read("beams", &p->beams);
-  map.Read("swath_deg", &p->swath_deg);
-  map.Read("equidistant", &p->equidistant);
-  map.Read("ping_rate_hz", &p->ping_rate_hz);
-  map.Read("max_ping_rate_hz", &p->max_ping_rate_hz);
-  map.Read("max_range_m", &p->max_range_m);
-  map.Read("roll_stabilised", &p->roll_stabilised);
-  map.Read("sector_tilt_deg", &p->sector_tilt_deg);
-  map.Read("sector_delay_s", &p->sector_delay_s);
-  map.Read("range_noise_m", &p->range_noise_m);
-  map.Read("range_noise_ratio", &p->range_noise_ratio);
-  map.Read("angle_noise_deg", &p->angle_noise_deg);
-  map.Read("outlier_rate", &p->outlier_rate);
-  map.Read("drop_rate", &p->drop_rate);
-  map.Read("misdetection_rate", &p->misdetection_rate);
-  map.Read("latency_s", &p->latency_s);
-  map.Finish();
-  map.Check(p->Validate());
+void DeclareImu(ImuParams* p, ParameterTable* root) {
+  ParameterTable& table = root->AddSection("imu", "Inertial unit.");
+  table.Add("rate_hz", &p->rate_hz, kHertz, Range::Within(1.0, 1000.0), "Samples.");
+  table.Add("latency_s",
+            &p->latency_s,
+            kSecond,
+            Range::Within(0.0, 1.0),
+            "From the sample to its last frame.");
 }
 
-void ReadFixes(ConfigMap map, FixParams* p) {
-  map.Read("interval_s", &p->interval_s);
-  map.Read("sigma_m", &p->sigma_m);
-  map.Read("wrong_rate", &p->wrong_rate);
-  map.Read("wrong_m", &p->wrong_m);
-  map.Finish();
-  map.Check(p->Validate());
+void DeclareDvl(DvlParams* p, ParameterTable* root) {
+  ParameterTable& table = root->AddSection("dvl", "Doppler log.");
+  table.Add("rate_hz", &p->rate_hz, kHertz, Range::Within(0.1, 30.0), "Ensembles.");
+  table.Add("beam_angle_deg",
+            &p->beam_angle_deg,
+            kDegree,
+            Range::Within(5.0, 60.0),
+            "Off the z axis of the log.");
+  table.Add("min_range_m",
+            &p->min_range_m,
+            kMetre,
+            Range::AtLeast(0.0),
+            "Nearer there is no bottom lock.");
+  const Parameter& max_range = table.Add("max_range_m",
+                                         &p->max_range_m,
+                                         kMetre,
+                                         Range::Above(0.0).AtMost(1000.0),
+                                         "Further there is no bottom lock.");
+  table.Add("beam_loss_rate",
+            &p->beam_loss_rate,
+            kNone,
+            Range::Within(0.0, 1.0),
+            "Of each beam, each ensemble.");
+  table.Add("latency_s",
+            &p->latency_s,
+            kSecond,
+            Range::Within(0.0, 1.0),
+            "From the ping to the last frame.");
+  table.AddRule(max_range, "above min_range_m", [p] { return p->max_range_m > p->min_range_m; });
 }
 
-Fault ReadFault(ConfigMap map) {
-  Fault fault;
-  std::string kind;
-  std::string device = "mbes";
-  map.Require("kind", &kind);
-  map.Read("device", &device);
-  map.Read("from_s", &fault.from_s);
-  map.Read("to_s", &fault.to_s);
-  map.Read("rate", &fault.rate);
-  map.Finish();
-  try {
-    fault.kind = FaultKindFrom(kind);
-    fault.device = DeviceFrom(device);
-  } catch (const std::invalid_argument& e) {
-    map.Check(e.what());
-  }
-  map.Check(fault.Validate());
-  return fault;
+void DeclareMbes(MbesParams* p, ParameterTable* root) {
+  ParameterTable& table = root->AddSection("mbes", "Sonar.");
+  table.Add("beams", &p->beams, kNone, Range::Within(2, 1024), "Across the swath.");
+  table.Add("swath_deg", &p->swath_deg, kDegree, Range::Within(1.0, 160.0), "Whole opening.");
+  table.Add("equidistant", &p->equidistant, "Soundings evenly across; false: evenly in angle.");
+  table.Add("ping_rate_hz",
+            &p->ping_rate_hz,
+            kHertz,
+            Range::Within(0.0, 100.0),
+            "0: as fast as the range allows.");
+  table.Add("max_ping_rate_hz",
+            &p->max_ping_rate_hz,
+            kHertz,
+            Range::Within(0.1, 100.0),
+            "The fastest then.");
+  table.Add(
+      "max_range_m", &p->max_range_m, kMetre, Range::Within(1.0, 1000.0), "No echo from further.");
+  table.Add("roll_stabilised", &p->roll_stabilised, "The swath does not roll.");
+  const Parameter& tilt = table.Add("sector_tilt_deg",
+                                    &p->sector_tilt_deg,
+                                    kDegree,
+                                    Range::Within(-30.0, 30.0),
+                                    "Transmit sectors from port to starboard: tilt.");
+  const Parameter& delay = table.Add("sector_delay_s",
+                                     &p->sector_delay_s,
+                                     kSecond,
+                                     Range::Within(0.0, 0.1),
+                                     "The same: delay after the first pulse.");
+  table.Add(
+      "range_noise_m", &p->range_noise_m, kMetre, Range::Within(0.0, 10.0), "Of a detection.");
+  table.Add("range_noise_ratio",
+            &p->range_noise_ratio,
+            kNone,
+            Range::Within(0.0, 0.1),
+            "Of a detection, over the range.");
+  table.Add("angle_noise_deg",
+            &p->angle_noise_deg,
+            kDegree,
+            Range::Within(0.0, 10.0),
+            "Of a detection at nadir; it grows with 1 / cos.");
+  table.Add("outlier_rate",
+            &p->outlier_rate,
+            kNone,
+            Range::Within(0.0, 1.0),
+            "Lone beams at a wrong range.");
+  table.Add(
+      "drop_rate", &p->drop_rate, kNone, Range::Within(0.0, 1.0), "Beams without a detection.");
+  table.Add("misdetection_rate",
+            &p->misdetection_rate,
+            kNone,
+            Range::Within(0.0, 1.0),
+            "Pings with a run of beams at the nearest range: side lobes.");
+  table.Add("latency_s", &p->latency_s, kSecond, Range::Within(0.0, 1.0), "After the last echo.");
+  table.AddRule(tilt, "1 to 9 sectors", [p] {
+    return !p->sector_tilt_deg.empty() && p->sector_tilt_deg.size() <= 9;
+  });
+  table.AddRule(delay, "as long as sector_tilt_deg", [p] {
+    return p->sector_delay_s.size() == p->sector_tilt_deg.size();
+  });
+}
+
+void DeclareFixes(FixParams* p, ParameterTable* root) {
+  ParameterTable& table = root->AddSection("position_fixes", "GPS or USBL.");
+  table.Add("interval_s", &p->interval_s, kSecond, Range::AtLeast(0.1).OrZero(), "0: none.");
+  table.Add("sigma_m",
+            &p->sigma_m,
+            kMetre,
+            Range::Above(0.0),
+            "North and east, new in each fix; stated as it is.");
+  table.Add("wrong_rate",
+            &p->wrong_rate,
+            kNone,
+            Range::Within(0.0, 1.0),
+            "Of fixes that are off and do not state it.");
+  table.Add("wrong_m", &p->wrong_m, kMetre, Range::Any(), "How far these are off.");
+}
+
+void DeclareFault(Fault* p, ParameterTable* table) {
+  table
+      ->AddChoice<FaultKind>(
+          "kind",
+          &p->kind,
+          {{"dvl_dropout", FaultKind::kDvlDropout}, {"packet_loss", FaultKind::kPacketLoss}},
+          "No bottom lock, or packets lost between device and driver.")
+      .Required();
+  table->AddChoice<Device>("device",
+                           &p->device,
+                           {{"imu", Device::kImu}, {"dvl", Device::kDvl}, {"mbes", Device::kMbes}},
+                           "Of packet_loss.");
+  table->Add("from_s", &p->from_s, kSecond, Range::AtLeast(0.0), "Since the start of the survey.");
+  const Parameter& to = table->Add(
+      "to_s", &p->to_s, kSecond, Range::Above(0.0), "Its end; left out: to the end of the survey.");
+  table->AddRule(to, "above from_s", [p] { return p->to_s > p->from_s; });
+  table->Add("rate", &p->rate, kNone, Range::Within(0.0, 1.0), "Of packet_loss.");
+}
+
+// The class of errors in a file, which sets the defaults of the others.
+std::string ClassIn(const std::string& path) {
+  SurveyConfig config;
+  ParameterTable table;
+  DeclareClass(&config, &table.AddSection(kErrors, ""));
+  table.Peek(path);
+  return config.error_class;
+}
+
+SurveyConfig DefaultsOf(const std::string& error_class) {
+  SurveyConfig config;
+  config.error_class = error_class;
+  config.errors = SensorErrors::OfClass(error_class);
+  return config;
 }
 
 }  // namespace
 
-std::string SurveyConfig::Validate() const {
-  for (const std::string& problem : {terrain.Validate(),
-                                     raster.Validate(),
-                                     plan.Validate(),
-                                     motion.Validate(),
-                                     water.Validate(),
-                                     errors.Validate(),
-                                     imu.Validate(),
-                                     dvl.Validate(),
-                                     mbes.Validate(),
-                                     fixes.Validate()})
-    if (!problem.empty()) return problem;
-  for (const Fault& fault : faults)
-    if (const std::string problem = fault.Validate(); !problem.empty()) return problem;
-  if (!(std::abs(told_speed_error_mps) <= 50.0)) return "told_speed_error_mps must be -50 to 50";
-  return "";
+ParameterTable TableOf(SurveyConfig* config) {
+  ParameterTable table;
+  table.Add("seed", &config->seed, kNone, Range::AtLeast(0.0), "Of everything random.");
+  DeclareTerrain(config, &table);
+  DeclarePlan(&config->plan, &table);
+  DeclareMotion(&config->motion, &table);
+  DeclareWater(config, &table);
+  DeclareErrors(config, &table);
+  DeclareImu(&config->imu, &table);
+  DeclareDvl(&config->dvl, &table);
+  DeclareMbes(&config->mbes, &table);
+  DeclareFixes(&config->fixes, &table);
+  table.AddList<Fault>(
+      "faults", &config->faults, DeclareFault, "What goes wrong during a part of the survey.");
+  return table;
 }
 
 SurveyConfig LoadSurvey(const std::string& path) {
-  ConfigMap root = ConfigMap::Load(path);
-  SurveyConfig config;
-  root.Read("seed", &config.seed);
-  ReadTerrain(root.Child("terrain"), &config);
-  ReadPlan(root.Child("plan"), &config.plan);
-  ReadMotion(root.Child("motion"), &config.motion);
-  ReadWater(root.Child("water"), &config);
-  ReadErrors(root.Child("errors"), &config);
-  ReadDevices(&root, &config);
-  ReadMbes(root.Child("mbes"), &config.mbes);
-  ReadFixes(root.Child("position_fixes"), &config.fixes);
-  for (const ConfigMap& fault : root.Children("faults")) config.faults.push_back(ReadFault(fault));
-  root.Finish();
-  root.Check(config.Validate());
-
+  SurveyConfig config = DefaultsOf(ClassIn(path));
+  TableOf(&config).Load(path);
   std::string& file = config.raster.file;
   if (!file.empty() && std::filesystem::path(file).is_relative())
     file = (std::filesystem::path(path).parent_path() / file).string();
   return config;
+}
+
+std::string PrintConfig(const SurveyConfig& config) {
+  return PrintWithDefaults(config, DefaultsOf(config.error_class));
+}
+
+Fault ParseFault(const std::string& text) {
+  const std::size_t colon = text.find(':');
+  std::string yaml = "{kind: " + text.substr(0, colon);
+  if (colon != std::string::npos)
+    for (const char c : "," + text.substr(colon + 1)) yaml += c == '=' ? ": " : std::string(1, c);
+  Fault fault;
+  ParameterTable table;
+  DeclareFault(&fault, &table);
+  try {
+    table.Parse(yaml + "}", "fault '" + text + "'");
+  } catch (const ConfigError& e) {
+    throw std::invalid_argument(e.what());
+  }
+  return fault;
 }
 
 }  // namespace seastitch::bench

@@ -12,6 +12,7 @@
 #include "bench/terrain_raster.hpp"
 #include "bench/trajectory.hpp"
 #include "bench/water.hpp"
+#include "common/runtime/parameters.hpp"
 
 namespace seastitch::bench {
 
@@ -34,12 +35,16 @@ struct SurveyConfig {
   MbesParams mbes;
   FixParams fixes;
   std::vector<Fault> faults;
-
-  std::string Validate() const;
 };
 
 // Reads config/bench/*.yaml. Throws ConfigError. A raster's file is taken relative to the folder of
 // `path`.
 SurveyConfig LoadSurvey(const std::string& path);
+// "KIND" or "KIND:key=value,key=value", such as "packet_loss:device=mbes,rate=0.01,from_s=60" or
+// "dvl_dropout:from_s=300,to_s=330". Throws std::invalid_argument "'TEXT': what was expected".
+Fault ParseFault(const std::string& text);
+
+std::string PrintConfig(const SurveyConfig& config);
+ParameterTable TableOf(SurveyConfig* config);
 
 }  // namespace seastitch::bench

@@ -74,37 +74,6 @@ double CatmullRom(double a, double b, double c, double d, double t) {
 
 }  // namespace
 
-std::string ReliefParams::Validate() const {
-  if (!(rms_m >= 0.0 && rms_m <= 1000.0)) return "rms_m must be 0 to 1000";
-  if (!(shortest_m >= 0.1)) return "shortest_m must be at least 0.1";
-  if (!(longest_m >= shortest_m && longest_m <= 1e5))
-    return "longest_m must be at least shortest_m and at most 100000";
-  if (!(hurst > 0.0 && hurst <= 2.0)) return "hurst must be above 0 and at most 2";
-  return "";
-}
-
-std::string SandWaveParams::Validate() const {
-  if (!(height_m >= 0.0 && height_m <= 50.0)) return "height_m must be 0 to 50";
-  if (!(length_m >= 0.5)) return "length_m must be at least 0.5";
-  return "";
-}
-
-std::string PipelineParams::Validate() const {
-  return diameter_m >= 0.0 && diameter_m <= 5.0 ? "" : "diameter_m must be 0 to 5";
-}
-
-std::string FlatStripParams::Validate() const { return ""; }
-
-std::string ProceduralParams::Validate() const {
-  if (!(depth_m >= 0.0 && depth_m <= 11000.0)) return "depth_m must be 0 to 11000";
-  if (!(std::abs(slope_north) <= 1.0)) return "slope_north must be -1 to 1";
-  if (!(std::abs(slope_east) <= 1.0)) return "slope_east must be -1 to 1";
-  if (const std::string e = relief.Validate(); !e.empty()) return "relief." + e;
-  if (const std::string e = sand_waves.Validate(); !e.empty()) return "sand_waves." + e;
-  if (const std::string e = pipeline.Validate(); !e.empty()) return "pipeline." + e;
-  return "";
-}
-
 ProceduralTerrain::ProceduralTerrain(const ProceduralParams& params, std::uint64_t seed)
     : params_(params),
       wave_direction_(Heading(params.sand_waves.heading_deg)),

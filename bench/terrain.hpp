@@ -23,8 +23,6 @@ struct ReliefParams {
   double longest_m = 120.0;
   double shortest_m = 1.0;  // below the footprint of a beam nothing is seen
   double hurst = 0.9;
-
-  std::string Validate() const;
 };
 
 // Crests that bend and swell, so that no two of them are alike.
@@ -32,8 +30,6 @@ struct SandWaveParams {
   double height_m = 0.0;  // trough to crest; 0: none
   double length_m = 12.0;
   double heading_deg = 0.0;  // in which the waves follow each other, from north
-
-  std::string Validate() const;
 };
 
 // A pipe on the seabed that follows it.
@@ -42,16 +38,12 @@ struct PipelineParams {
   double north_m = 0.0;     // a point of it
   double east_m = 0.0;
   double heading_deg = 0.0;
-
-  std::string Validate() const;
 };
 
 // A strip across the survey without relief and waves: nothing there says where one is.
 struct FlatStripParams {
   double from_north_m = 0.0;
   double to_north_m = 0.0;  // not above from_north_m: none
-
-  std::string Validate() const;
 };
 
 struct ProceduralParams {
@@ -62,8 +54,6 @@ struct ProceduralParams {
   SandWaveParams sand_waves;
   PipelineParams pipeline;
   FlatStripParams flat_strip;
-
-  std::string Validate() const;
 };
 
 // Relief made of gradient noise (Perlin, SIGGRAPH 2002) on lattices that an integer hash fills: the

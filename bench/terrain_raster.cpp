@@ -54,12 +54,6 @@ GridTerrain::Cells EmptyCells(GDALDataset* dataset, const std::string& file) {
 
 }  // namespace
 
-std::string RasterParams::Validate() const {
-  if (!(fill_m >= 0.0 && fill_m <= 1000.0)) return "fill_m must be 0 to 1000";
-  if (!(std::abs(depth_offset_m) <= 11000.0)) return "depth_offset_m must be -11000 to 11000";
-  return "";
-}
-
 std::unique_ptr<GridTerrain> LoadRaster(const RasterParams& params, const MapBox& survey) {
   const Dataset dataset = Open(params.file);
   if (dataset->GetRasterCount() < 1) throw std::runtime_error(params.file + ": no raster band");

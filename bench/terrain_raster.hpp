@@ -13,8 +13,6 @@ struct RasterParams {
   double depth_offset_m = 0.0;  // added to every depth: tide, or water to dive in
   double fill_m = 4.0;          // holes up to so far from known cells are filled
   bool overlay = false;         // the procedural relief, waves and pipeline stand on it
-
-  std::string Validate() const;
 };
 
 // Any raster that GDAL reads, first band, with the survey laid where it covers the most known

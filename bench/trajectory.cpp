@@ -33,16 +33,6 @@ std::vector<double> Smooth(const std::vector<double>& values) {
 
 }  // namespace
 
-std::string MotionParams::Validate() const {
-  if (!(roll_rms_deg >= 0.0 && roll_rms_deg <= 15.0)) return "roll_rms_deg must be 0 to 15";
-  if (!(pitch_rms_deg >= 0.0 && pitch_rms_deg <= 15.0)) return "pitch_rms_deg must be 0 to 15";
-  if (!(heading_rms_deg >= 0.0 && heading_rms_deg <= 15.0))
-    return "heading_rms_deg must be 0 to 15";
-  if (!(heave_rms_m >= 0.0 && heave_rms_m <= 5.0)) return "heave_rms_m must be 0 to 5";
-  if (!(period_s >= 1.0 && period_s <= 60.0)) return "period_s must be 1 to 60";
-  return "";
-}
-
 Trajectory::Trajectory(const Path& path,
                        const PlanParams& plan,
                        const MotionParams& motion,

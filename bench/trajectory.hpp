@@ -18,8 +18,6 @@ struct MotionParams {
   double heading_rms_deg = 1.0;  // off the course: crab
   double heave_rms_m = 0.05;
   double period_s = 6.0;  // the middle one; from half to twice it
-
-  std::string Validate() const;
 };
 
 // The true state of the vehicle's reference point. Map axes are fixed to the Earth.

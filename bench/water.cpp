@@ -18,18 +18,6 @@ constexpr double kFlattest = 0.05;
 
 }  // namespace
 
-std::string WaterParams::Validate() const {
-  if (depth_m.empty()) return "depth_m must have at least one depth";
-  if (depth_m.size() != speed_mps.size()) return "depth_m and speed_mps must be of one length";
-  if (depth_m.size() > 2000) return "depth_m must have at most 2000 depths";
-  for (std::size_t i = 0; i < depth_m.size(); ++i) {
-    if (i > 0 && !(depth_m[i] > depth_m[i - 1])) return "depth_m must rise strictly";
-    if (!(speed_mps[i] >= 1300.0 && speed_mps[i] <= 1700.0))
-      return "speed_mps must be 1300 to 1700";
-  }
-  return "";
-}
-
 double Water::SpeedAt(double depth_m) const {
   const std::vector<double>& z = params_.depth_m;
   const std::vector<double>& c = params_.speed_mps;

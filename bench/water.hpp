@@ -14,8 +14,6 @@ namespace seastitch::bench {
 struct WaterParams {
   std::vector<double> depth_m{0.0};  // strictly rising; speeds between are linear, beyond constant
   std::vector<double> speed_mps{1500.0};
-
-  std::string Validate() const;
 };
 
 class Water {

@@ -5,8 +5,8 @@
 #include <optional>
 #include <string>
 
+#include "common/core/counters.hpp"
 #include "common/core/time.hpp"
-#include "drivers/counters.hpp"
 
 namespace seastitch {
 
@@ -21,10 +21,6 @@ struct ClockParams {
   DeviceClock clock = DeviceClock::kDevice;
   // From measurement to our receive stamp. With kReceive: always; with kModel: at the least.
   double latency_s = 0.0;
-
-  std::string Validate() const {
-    return latency_s >= 0.0 && latency_s < 10.0 ? "" : "latency_s must be 0 to 10";
-  }
   Time FromReceive(Time recv) const { return recv - FromSeconds(latency_s); }
 };
 

@@ -6,38 +6,63 @@
 
 namespace seastitch {
 
-std::string DriverParams::Validate() const {
-  if (source.empty()) return "source: missing";
-  if (receive_buffer_bytes < 65'536 || receive_buffer_bytes > 256 * 1024 * 1024)
-    return "receive_buffer_bytes must be 65536 to 268435456";
-  if (!(timeout_s > 0.0 && timeout_s <= 3600.0)) return "timeout_s must be above 0, at most 3600";
-  return "";
+void DeclareDevice(std::string* device,
+                   const std::vector<std::string>& names,
+                   ParameterTable* table) {
+  table->AddChoice("device", device, names, "What it speaks; each has keys of its own.")
+      .DataSheet();
 }
 
-DriverParams ReadDriverParams(ConfigMap* root) {
-  DriverParams params;
-  root->Require("source", &params.source);
-  root->Read("receive_buffer_bytes", &params.receive_buffer_bytes);
-  root->Read("timeout_s", &params.timeout_s);
-  root->Check(params.Validate());
-  return params;
+void DeclareDriver(DriverParams* params, ParameterTable* table) {
+  table
+      ->Add("source",
+            &params->source,
+            "Where the bytes come from: can:can0, candump:FILE?speed=1, udp:HOST:PORT (0.0.0.0 "
+            "listens; a cannelloni gateway for CAN; ?interface=eth1 to choose for a group).")
+      .DataSheet()
+      .Required();
+  table->Add("receive_buffer_bytes",
+             &params->receive_buffer_bytes,
+             Unit::kByte,
+             Range::Within(65'536, 256 * 1024 * 1024),
+             "Of the socket; net.core.rmem_max must allow it.");
+  table->Add("timeout_s",
+             &params->timeout_s,
+             Unit::kSecond,
+             Range::Above(0.0).AtMost(3600.0),
+             "Without a measurement for this long HEALTH says lost.");
 }
 
-ClockParams ReadClockParams(ConfigMap* root) {
-  ClockParams params;
-  std::string clock = "device";
-  root->Read("clock", &clock);
-  if (clock == "device")
-    params.clock = DeviceClock::kDevice;
-  else if (clock == "model")
-    params.clock = DeviceClock::kModel;
-  else if (clock == "receive")
-    params.clock = DeviceClock::kReceive;
-  else
-    root->Check("clock: '" + clock + "' is not device, model or receive");
-  root->Read("latency_s", &params.latency_s);
-  root->Check(params.Validate());
-  return params;
+void DeclareClock(ClockParams* params, bool has_clock, ParameterTable* table) {
+  const Parameter& clock =
+      table
+          ->AddChoice<DeviceClock>("clock",
+                                   &params->clock,
+                                   {{"device", DeviceClock::kDevice},
+                                    {"model", DeviceClock::kModel},
+                                    {"receive", DeviceClock::kReceive}},
+                                   "Whose time measurements have. device: the device's own, in "
+                                   "UTC; model: its clock, mapped to ours by when bytes arrive; "
+                                   "receive: our receive stamp less latency_s.")
+          .DataSheet();
+  if (!has_clock)
+    table->AddRule(clock, "receive: this device sends no time of measurement", [params] {
+      return params->clock == DeviceClock::kReceive;
+    });
+  table->Add("latency_s",
+             &params->latency_s,
+             Unit::kSecond,
+             Range::AtLeast(0.0).Below(10.0),
+             "From the measurement (of a sonar with model: from the last echo) to its arrival; "
+             "with model: the least.");
+}
+
+std::string DeviceIn(const std::string& path, const std::vector<std::string>& names) {
+  std::string device = names.front();
+  ParameterTable table;
+  DeclareDevice(&device, names, &table);
+  table.Peek(path);
+  return device;
 }
 
 DeviceDriver::DeviceDriver(const std::string& name,
@@ -69,7 +94,6 @@ void DeviceDriver::UpdateHealth(const Counters& source,
   SetAll(source, &health_);
   SetAll(decoder_counters(), &health_);
   SetAll(clock_figures(), &health_);
-  health_.Set("lcm_publish_errors", bus_->publish_errors());
   watch_.Check(now, trouble);
 }
 
@@ -78,6 +102,7 @@ int DeviceDriver::Run(int fd,
                       const std::function<void()>& update_health,
                       EventLoop* loop) {
   loop->Add(fd, feed);
+  loop->Add(bus_->fd(), [this] { bus_->HandleAll(Bus::kBurst); });
   update_health();
   loop->Every(std::chrono::seconds(1), update_health);
   health_.PublishEverySecond(bus_, loop);

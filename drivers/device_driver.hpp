@@ -5,12 +5,12 @@
 #include <string>
 #include <vector>
 
+#include "common/core/counters.hpp"
 #include "common/core/time.hpp"
 #include "common/runtime/bus.hpp"
-#include "common/runtime/config.hpp"
 #include "common/runtime/event_loop.hpp"
 #include "common/runtime/health.hpp"
-#include "drivers/counters.hpp"
+#include "common/runtime/parameters.hpp"
 #include "drivers/device_clock.hpp"
 #include "drivers/device_watch.hpp"
 
@@ -20,20 +20,24 @@ struct DriverParams {
   std::string source;                           // URL, see can_source.hpp and udp_socket.hpp
   int receive_buffer_bytes = 16 * 1024 * 1024;  // a sonar's ping may be 400 kB in one burst
   double timeout_s = 5.0;                       // without data: lost
-
-  std::string Validate() const;
 };
-// Keys "source", "receive_buffer_bytes" and "timeout_s". Throws ConfigError.
-DriverParams ReadDriverParams(ConfigMap* root);
-// Keys "clock" ("device", "model" or "receive") and "latency_s". Throws ConfigError.
-ClockParams ReadClockParams(ConfigMap* root);
+// What the files of all drivers have.
+void DeclareDevice(std::string* device,
+                   const std::vector<std::string>& names,
+                   ParameterTable* table);
+void DeclareDriver(DriverParams* params, ParameterTable* table);
+// has_clock: the device sends the time of its measurements.
+void DeclareClock(ClockParams* params, bool has_clock, ParameterTable* table);
+
+// Which device a file is for; the first where it names none. Throws ConfigError.
+std::string DeviceIn(const std::string& path, const std::vector<std::string>& names);
 
 // What every driver has, whatever its transport: the raw bytes, counters, health. CanDriver and
 // DatagramDriver feed it, the device's own part decodes and publishes.
 class DeviceDriver {
  public:
-  // name: the process, such as "imu-driver". raw_channel: such as "RAW_CAN". raw_source: what its
-  // messages are said to be of.
+  // name: the process, such as "imu-driver". raw_channel: such as channels::kRawCan. raw_source:
+  // what its messages are said to be of.
   DeviceDriver(const std::string& name,
                const std::string& raw_channel,
                const std::string& raw_source,

@@ -4,27 +4,25 @@
 #include <optional>
 #include <string>
 
+#include "common/core/counters.hpp"
 #include "common/runtime/health.hpp"
-#include "drivers/counters.hpp"
 
 namespace seastitch {
 
-// Tells HEALTH whether a device gives data: ok at the first, degraded where they come in spite of
-// trouble, lost after a silence, ok again by itself.
+// Reports in HEALTH whether a device gives data: starting until the first come, lost after a
+// silence, and whether its source can be used.
 class DeviceWatch {
  public:
   using Clock = std::chrono::steady_clock;
 
   // device: for people, such as "IMU at can:can0".
-  DeviceWatch(std::string device, double timeout_s, Health* health);
+  DeviceWatch(const std::string& device, double timeout_s, Health* health);
 
   void OnData();
-  // Call it regularly. trouble: what keeps data from coming, or may do so soon, for people; empty
-  // where nothing does.
+  // Call it regularly. trouble: why the source cannot be used, for people; empty where it can.
   void Check(Clock::time_point now, const std::string& trouble);
 
  private:
-  std::string device_;
   double timeout_s_;
   Health* health_;
   bool data_since_check_ = false;

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <string>
+#include <vector>
 
 namespace seastitch {
 
@@ -14,13 +15,14 @@ const Entry* FindEntry(const Entry (&table)[kSize], const std::string& name) {
   return nullptr;
 }
 
-// "'sidescan' is none of kmall, r2sonic, s7k"; empty where there is one of that name.
 template <class Entry, std::size_t kSize>
-std::string ProblemWithName(const Entry (&table)[kSize], const std::string& name) {
-  if (FindEntry(table, name) != nullptr) return "";
-  std::string names;
-  for (const Entry& entry : table) names += (names.empty() ? "" : ", ") + std::string(entry.name);
-  return "'" + name + "' is none of " + names;
+std::vector<std::string> NamesOf(const Entry (&table)[kSize]) {
+  std::vector<std::string> names;
+  for (const Entry& entry : table) names.push_back(entry.name);
+  return names;
 }
+
+// The device that a DBC file describes, whatever it is.
+inline constexpr char kSignalDevice[] = "signals";
 
 }  // namespace seastitch

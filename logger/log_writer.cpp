@@ -35,12 +35,16 @@ void LogWriter::Add(LogEvent event) {
   }
   status_.queued_bytes += cost;
   ++events_taken_;
+  if (!queued_since_) queued_since_ = Clock::now();
   queue_.push_back(std::move(event));
 }
 
 LogWriter::Status LogWriter::status() const {
   const std::lock_guard lock(mutex_);
-  return status_;
+  Status status = status_;
+  if (const auto since = batch_since_ ? batch_since_ : queued_since_)
+    status.oldest_s = std::chrono::duration<double>(Clock::now() - *since).count();
+  return status;
 }
 
 void LogWriter::Finish() {
@@ -60,11 +64,15 @@ void LogWriter::Main() {
     wake_.wait_for(lock, flush_interval_, [this] { return stop_; });
     last = stop_;
     std::deque<LogEvent> batch = std::exchange(queue_, {});
+    batch_since_ = std::exchange(queued_since_, std::nullopt);
     lock.unlock();
     std::int64_t cost = 0;
     std::string error = WriteBatch(&batch, &cost);
     lock.lock();
     TakeBack(std::move(batch));
+    // After a failure the file, too, may hold what is not on the disk.
+    const auto since = std::exchange(batch_since_, std::nullopt);
+    if (!error.empty() && since) queued_since_ = since;
     status_.queued_bytes -= cost;
     status_.events_written = file_->events();
     status_.file_bytes = file_->bytes();

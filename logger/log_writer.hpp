@@ -6,6 +6,7 @@
 #include <deque>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 
@@ -24,7 +25,8 @@ class LogWriter {
     std::int64_t queued_bytes = 0;
     std::int64_t file_bytes = 0;
     std::int64_t write_errors = 0;
-    std::string error;  // of the last attempt; empty: it went well
+    double oldest_s = 0.0;  // how long the oldest event that is not on the disk has waited
+    std::string error;      // of the last attempt; empty: it went well
   };
 
   LogWriter(std::unique_ptr<EventLogWriter> file,
@@ -54,6 +56,9 @@ class LogWriter {
   mutable std::mutex mutex_;
   std::condition_variable wake_;
   std::deque<LogEvent> queue_;
+  using Clock = std::chrono::steady_clock;
+  std::optional<Clock::time_point> queued_since_;  // the oldest event of the queue ...
+  std::optional<Clock::time_point> batch_since_;   // ... and of what is being written
   std::int64_t events_taken_ = 0;
   Status status_;
   bool stop_ = false;

@@ -3,7 +3,6 @@
 #include <filesystem>
 
 #include "common/runtime/bus.hpp"
-#include "common/runtime/config.hpp"
 
 namespace seastitch {
 namespace {
@@ -17,29 +16,43 @@ std::string AsPattern(const std::filesystem::path& directory) {
 
 }  // namespace
 
-std::string LoggerConfig::Validate() const {
-  if (file.empty()) return "file is empty";
-  if (channels.empty() || !Bus::IsPattern(channels))
-    return "channels = \"" + channels + "\", must be an LCM channel pattern such as \".*\"";
-  if (max_queue_mb < 1 || max_queue_mb > 65'536)
-    return "max_queue_mb = " + std::to_string(max_queue_mb) + ", must be 1 to 65536";
-  if (flush_interval_ms < 1 || flush_interval_ms > 60'000)
-    return "flush_interval_ms = " + std::to_string(flush_interval_ms) + ", must be 1 to 60000";
-  return "";
+ParameterTable TableOf(LoggerConfig* config) {
+  ParameterTable table;
+  const Parameter& file = table.Add(
+      "file",
+      &config->file,
+      "Where the log goes, relative to this file; strftime conversions stand for the start, "
+      "UTC. A log that exists is never appended to or replaced: the next one gets a number.");
+  table.AddRule(file, "the name of a file", [config] { return !config->file.empty(); });
+  const Parameter& channels =
+      table.Add("channels",
+                &config->channels,
+                "LCM pattern of what is recorded; (?!RAW_).* leaves the raw bytes out.");
+  table.AddRule(channels, "an LCM channel pattern such as .*", [config] {
+    return !config->channels.empty() && Bus::IsPattern(config->channels);
+  });
+  table.Add("max_queue_mb",
+            &config->max_queue_mb,
+            Unit::kMegabyte,
+            Range::Within(1, 65'536),
+            "How far the disk may lag before messages are dropped and counted: 256 are 85 s of 3 "
+            "MB/s.");
+  table.Add("flush_interval_ms",
+            &config->flush_interval_ms,
+            Unit::kMillisecond,
+            Range::Within(1, 60'000),
+            "What a power cut may cost.");
+  return table;
 }
 
 LoggerConfig LoadLoggerConfig(const std::string& path) {
-  ConfigMap root = ConfigMap::Load(path);
   LoggerConfig config;
-  root.Read("file", &config.file);
-  root.Read("channels", &config.channels);
-  root.Read("max_queue_mb", &config.max_queue_mb);
-  root.Read("flush_interval_ms", &config.flush_interval_ms);
-  root.Finish();
-  root.Check(config.Validate());
+  TableOf(&config).Load(path);
   if (std::filesystem::path(config.file).is_relative())
     config.file = AsPattern(std::filesystem::absolute(path).parent_path()) + "/" + config.file;
   return config;
 }
+
+std::string PrintConfig(const LoggerConfig& config) { return PrintWithDefaults(config, {}); }
 
 }  // namespace seastitch

@@ -1,24 +1,35 @@
 #include <chrono>
 #include <cstdlib>
 
+#include "common/convert/convert.hpp"
+#include "common/core/channel_names.hpp"
 #include "common/runtime/bus.hpp"
+#include "common/runtime/config_publisher.hpp"
 #include "common/runtime/event_loop.hpp"
 #include "common/runtime/process.hpp"
 #include "logger/logger_config.hpp"
 #include "logger/logger_node.hpp"
+#include "seastitch/config_request_t.hpp"
 
 namespace seastitch {
 namespace {
 
 int Run(const ProcessArgs& args) {
-  const LoggerConfig config = LoadLoggerConfig(args.config);
-  if (args.check_config) return EXIT_SUCCESS;
+  const auto config = LoadConfig(args, LoadLoggerConfig);
+  if (!config) return EXIT_SUCCESS;
   EventLoop loop;
   Bus bus(args.lcm_url);
-  LoggerNode node(config, &bus);
+  LoggerNode node(*config, &bus);
   loop.Add(bus.fd(), [&] { bus.HandleAll(Bus::kBurst); });
   loop.Every(std::chrono::seconds(1), [&] { node.UpdateHealth(); });
   node.health().PublishEverySecond(&bus, &loop);
+  config_request_t request{};  // the processes that started before this log send theirs again
+  request.utime = NowUtime();
+  request.sender = "logger";
+  bus.Publish(channels::kConfigRequest, request);
+  ConfigPublisher configuration(ConfigParts("logger", {{"logger.yaml", PrintConfig(*config)}}),
+                                &bus);
+  configuration.SendBy(&loop);
   const int code = loop.Run();
   bus.HandleUntilQuiet();
   node.Finish();

@@ -12,7 +12,9 @@ namespace seastitch {
 namespace {
 
 constexpr std::int64_t kMegabyte = 1'000'000;
-constexpr int kSecondsToTellOfALoss = 10;
+constexpr int kSecondsToReportALoss = 10;
+// Beyond the interval at which the disk is written to.
+constexpr double kDiskMayTakeS = 1.5;
 
 // A log that is there is never touched again: it may be torn, and is somebody's dive.
 std::filesystem::path FreeName(const std::string& pattern) {
@@ -40,7 +42,12 @@ LoggerNode::LoggerNode(const LoggerConfig& config, Bus* bus)
         OnEvent(channel, buffer);
       });
   spdlog::info("recording {} to {}", config.channels, file_.string());
-  health_.SetState(HealthState::kOk, "recording to " + file_.string());
+  health_.SetText("recording to " + file_.string());
+  health_.SetRunning();
+  health_.WatchAge("oldest_unwritten",
+                   conditions::kDiskStalled,
+                   1e-3 * config.flush_interval_ms + kDiskMayTakeS,
+                   [this] { return writer_.status().oldest_s; });
 }
 
 void LoggerNode::OnEvent(const std::string& channel, const lcm::ReceiveBuffer& buffer) {
@@ -65,19 +72,15 @@ void LoggerNode::UpdateHealth() {
   if (!unknown) health_.Set("disk_free_mb", static_cast<std::int64_t>(disk.available / kMegabyte));
 
   const std::int64_t losses = status.events_dropped + gaps_.total();
-  seconds_since_loss_ = losses > losses_told_ ? 0 : seconds_since_loss_ + 1;
-  const bool lost_lately = losses > 0 && seconds_since_loss_ < kSecondsToTellOfALoss;
-  losses_told_ = losses;
-  if (!status.error.empty())
-    health_.SetState(HealthState::kDegraded,
-                     "cannot write, " + std::to_string(status.queued_bytes / kMegabyte) +
-                         " MB wait: " + status.error);
-  else if (lost_lately)
-    health_.SetState(HealthState::kDegraded,
-                     "losing messages: " + std::to_string(gaps_.total()) + " on the way here, " +
-                         std::to_string(status.events_dropped) + " for want of room");
-  else
-    health_.SetState(HealthState::kOk, "recording to " + file_.string());
+  seconds_since_loss_ = losses > losses_seen_ ? 0 : seconds_since_loss_ + 1;
+  losses_seen_ = losses;
+  health_.HoldIf(losses > 0 && seconds_since_loss_ < kSecondsToReportALoss,
+                 conditions::kMessagesNotRecorded,
+                 std::to_string(gaps_.total()) + " on the way here, " +
+                     std::to_string(status.events_dropped) + " for want of room");
+  health_.HoldIf(!status.error.empty(),
+                 conditions::kLogNotWriting,
+                 std::to_string(status.queued_bytes / kMegabyte) + " MB wait, " + status.error);
 }
 
 void LoggerNode::Finish() {

@@ -11,7 +11,7 @@
 
 namespace seastitch {
 
-// Records every message of the bus with its time of receipt, and tells what was lost on the way.
+// Records every message of the bus with its time of receipt, and reports what was lost on the way.
 class LoggerNode {
  public:
   // Opens a new file beside those that are there. Throws std::runtime_error "FILE: reason".
@@ -32,7 +32,7 @@ class LoggerNode {
   LogWriter writer_;
   GapCounter gaps_;
   Health health_{"logger"};
-  std::int64_t losses_told_ = 0;
+  std::int64_t losses_seen_ = 0;
   int seconds_since_loss_ = 0;
 };
 

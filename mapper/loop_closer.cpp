@@ -22,6 +22,10 @@ Eigen::Matrix3d WithFloor(const Eigen::Matrix3d& covariance) {
   return floored;
 }
 
+// Where nothing is known of how two submaps lie to each other: 1 km and half a circle, one sigma.
+// An edge of it keeps the graph in one piece and pulls at nothing.
+const Eigen::Vector3d kUnknownVariance(1e6, 1e6, kPi* kPi);
+
 bool IsAccepted(const GraphEdge& edge) { return edge.verdict == LoopVerdict::kAccepted; }
 
 // See kNewsNats. Covariances above kSmallestVariance.
@@ -42,11 +46,6 @@ bool IsFinite(const SolvedVertex& v) {
 }
 
 }  // namespace
-
-std::string LoopCloserParams::Validate() const {
-  if (!(z_sigma_m > 0.0)) return "z_sigma_m must be > 0";
-  return {};
-}
 
 void LoopCloser::Add(const Submap& submap) {
   entries_.push_back({OutlineOf(submap),
@@ -260,8 +259,9 @@ RelativePose LoopCloser::FromPrevious(std::size_t i) const {
 }
 
 RelativePose LoopCloser::ToldFromPrevious(std::size_t i) const {
+  const Eigen::Matrix3d unknown = kUnknownVariance.asDiagonal();
   return {Inverse(entries_[i - 1].T_map_level) * entries_[i].T_map_level,
-          entries_[i].covariance_from_previous};
+          entries_[i].covariance_from_previous.value_or(unknown)};
 }
 
 std::vector<RelativePose> LoopCloser::Priors(std::size_t n) const {
@@ -290,75 +290,6 @@ std::vector<RelativePose> LoopCloser::Priors(std::size_t n) const {
   }
   for (RelativePose& prior : priors) prior.covariance = WithFloor(prior.covariance);
   return priors;
-}
-
-std::vector<GraphEdge> RegisterPairs(const Submap& source,
-                                     const std::vector<LoopPair>& pairs,
-                                     const LoadSubmap& load,
-                                     const LoopCloserParams& params,
-                                     PreparedSubmaps* prepared) {
-  if (pairs.empty()) return {};
-  // Targets in turn: prepare gives null where one cannot be loaded.
-  const auto register_all = [&](const auto& prepare, const auto& register_one) {
-    std::vector<GraphEdge> edges;
-    for (const LoopPair& pair : pairs) {
-      const auto on = prepare(pair.target);
-      if (on) edges.push_back(ToEdge(pair, register_one(*on, pair)));
-    }
-    return edges;
-  };
-  if (params.method == RegistrationMethod::kGicp) {
-    const auto for_gicp = [&](const Submap& submap) {
-      return GicpSubmap(submap.cloud, LevelFromBody(submap.T_map_submap), params.gicp);
-    };
-    const GicpSubmap laid = for_gicp(source);
-    return register_all(
-        [&](SubmapId id) {
-          const std::shared_ptr<const Submap> target = load(id);
-          return target ? std::optional(for_gicp(*target)) : std::nullopt;
-        },
-        [&](const GicpSubmap& on, const LoopPair& pair) {
-          const RelativePose& prior = pair.prior;
-          return RegisterGicp(on,
-                              laid,
-                              prior.T_a_b,
-                              prior.covariance,
-                              pair.z_prior_m,
-                              params.gicp,
-                              params.registration);
-        });
-  }
-  const std::shared_ptr<const RegistrationSubmap> laid = prepared->Get(source);
-  return register_all(
-      [&](SubmapId id) {
-        if (auto kept = prepared->Find(id)) return kept;
-        const std::shared_ptr<const Submap> target = load(id);
-        return target ? prepared->Get(*target) : nullptr;
-      },
-      [&](const RegistrationSubmap& on, const LoopPair& pair) {
-        return Register(on,
-                        *laid,
-                        pair.prior.T_a_b,
-                        pair.prior.covariance,
-                        pair.z_prior_m,
-                        params.z_sigma_m,
-                        params.registration);
-      });
-}
-
-GraphEdge ToEdge(const LoopPair& pair, const RegistrationResult& result) {
-  GraphEdge edge;
-  edge.kind = EdgeKind::kLoopClosure;
-  edge.from = pair.target;
-  edge.to = pair.source;
-  edge.T_from_to = result.T_target_source;
-  edge.information = result.information;
-  edge.verdict = result.verdict;
-  edge.z_offset_m = result.z_offset_m;
-  edge.rms_m = result.rms_m;
-  edge.overlap_m2 = result.overlap_m2;
-  edge.overlap_center_m = result.overlap_center_m;
-  return edge;
 }
 
 }  // namespace seastitch

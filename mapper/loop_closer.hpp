@@ -3,9 +3,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <map>
-#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -15,7 +13,6 @@
 #include "common/core/mounting.hpp"
 #include "common/core/submap.hpp"
 #include "mapper/registration/gicp.hpp"
-#include "mapper/registration/prepared_submaps.hpp"
 #include "mapper/registration/registration.hpp"
 #include "mapper/submaps/overlap.hpp"
 #include "mapper/submaps/relative_pose.hpp"
@@ -37,8 +34,6 @@ struct LoopCloserParams {
   // Of the height between two submaps: tide, draft and sound speed between two passes, which the
   // depth sensor does not see.
   double z_sigma_m = 0.3;
-
-  std::string Validate() const;  // empty if usable
 };
 
 // A registration to be made: the source (newer) submap on the target.
@@ -68,7 +63,7 @@ class LoopCloser {
   std::vector<LoopPair> PairsFor(SubmapId source) const;
 
   // What registering these pairs gave: of the edges, those that say something new to the graph,
-  // less sure where submaps turn. A pair without an edge could not be loaded.
+  // less sure where submaps turn. A pair without an edge could not be registered.
   std::vector<GraphEdge> Record(const std::vector<LoopPair>& pairs,
                                 const std::vector<GraphEdge>& edges);
 
@@ -85,7 +80,8 @@ class LoopCloser {
   // was made to say itself is no part of its prior.
   std::vector<LoopPair> PairsOfMoved(int most);
 
-  // The dead-reckoning edge from the previous submap. Nothing for the first.
+  // The dead-reckoning edge from the previous submap. Nothing for the first. Of a submap without
+  // covariance_from_previous it is as good as no information.
   std::vector<GraphEdge> DeadReckoningEdge(SubmapId to) const;
 
   // Pairs registered, by the last verdict of each.
@@ -112,7 +108,7 @@ class LoopCloser {
     Pose2 T_map_level;  // dead-reckoned
     double z_m;
     double heading_spread;
-    Eigen::Matrix3d covariance_from_previous;
+    std::optional<Eigen::Matrix3d> covariance_from_previous;
     // In the map, when its pairs were last looked at in the light of a solution.
     std::optional<RelativePose> looked_at;
   };
@@ -151,19 +147,5 @@ class LoopCloser {
   CovarianceRequest request_;
   std::vector<PairCovariance> covariances_;  // of pairs of moved_
 };
-
-using LoadSubmap = std::function<std::shared_ptr<const Submap>(SubmapId)>;
-
-// Registers the source on each of its targets; edges in the order of the pairs, each with its
-// verdict. A target that is prepared is not loaded; one that cannot be gives no edge. prepared: of
-// params.registration.
-std::vector<GraphEdge> RegisterPairs(const Submap& source,
-                                     const std::vector<LoopPair>& pairs,
-                                     const LoadSubmap& load,
-                                     const LoopCloserParams& params,
-                                     PreparedSubmaps* prepared);
-
-// What a registration says to the graph.
-GraphEdge ToEdge(const LoopPair& pair, const RegistrationResult& result);
 
 }  // namespace seastitch

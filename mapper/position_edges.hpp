@@ -4,7 +4,7 @@
 
 #include "common/core/graph.hpp"
 #include "common/core/sensors.hpp"
-#include "mapper/navigation/dead_reckoning.hpp"
+#include "mapper/navigation/navigation.hpp"
 
 // What the graph is told of the place of a submap in the map itself. `frame` is the vehicle at the
 // submap's frame, by dead reckoning.
@@ -19,7 +19,7 @@ GraphEdge StartEdge(SubmapId submap, const NavState& frame);
 //   fix = p_submap + R(yaw_submap) l
 // which informs two directions of (x, y, yaw): the further the fix, the more it says of yaw.
 // covariance_frame_fix: of (x, y, yaw) of the vehicle at the fix relative to the submap, in its
-// axes (DeadReckoning::RelativeCovariance).
+// axes (Navigation::RelativeCovariance).
 GraphEdge FixEdge(SubmapId submap,
                   const NavState& frame,
                   const MapFix& fix,

@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <utility>
 
+#include "common/core/sound_speed.hpp"
+
 namespace seastitch {
 namespace {
 
@@ -35,8 +37,7 @@ SoundSpeed::Choice SoundSpeed::For(const MbesPing& ping) {
     return {&nearest->rays, Source::kProfile};
   }
   if (configured_) return {&*configured_, Source::kConfigured};
-  const bool measured = ping.sound_speed_mps >= RayTracer::kMinSpeedMps &&
-                        ping.sound_speed_mps <= RayTracer::kMaxSpeedMps;
+  const bool measured = IsSoundSpeed(ping.sound_speed_mps);
   const double speed_mps = measured ? ping.sound_speed_mps : kAssumedMps;
   if (!constant_ || constant_mps_ != speed_mps) {
     constant_ = RayTracer::Constant(speed_mps);

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
+#include <cmath>
 #include <vector>
 
 #include "common/core/pose.hpp"
@@ -9,18 +11,22 @@
 
 namespace seastitch {
 
-// One statement on the pose of j relative to i; i == kMap: on the pose of j in the map.
+// In place of a vertex: there is none.
 constexpr int kMap = -1;
+
+// A measurement of the pose of j relative to i; i == kMap: of the pose of j in the map.
 struct Factor {
   int i = kMap;
   int j = 0;
   RelativePoseCost cost{};
   GraduatedLoss loss{};
-  int cluster_size = 1;  // how many, this one included, are so near that they may share one error
+  int group_size = 1;    // correlated factors around it, this one included
   bool is_step = false;  // of dead reckoning, x, y and yaw
-  // What is stated is true less by_mounting (sonar_m, dvl_yaw_rad): see MountingErrors. Its third
+  // The measurement is true less by_mounting (sonar_m, dvl_yaw_rad): see MountingErrors. Its third
   // row is zero.
   Eigen::Matrix3d by_mounting = Eigen::Matrix3d::Zero();
+
+  bool IsRobust() const { return std::isfinite(loss.c2); }
 };
 
 // Vertices are numbered from 0.
@@ -28,16 +34,26 @@ struct FactorGraph {
   int num_vertices = 0;
   int fixed_vertex = -1;  // held where it is; -1: none
   std::vector<Factor> factors;
-  // Stands for (sonar_m, dvl_yaw_rad) and for no pose; -1: none is sought.
+  // Stands for (sonar_m, dvl_yaw_rad) and for no pose; -1: none is estimated.
   int mounting_vertex = -1;
+
+  // The vertices that a factor ties together: i, j, mounting; kMap: not there.
+  std::array<int, 3> EndsOf(const Factor& factor) const;
 };
 
-// (sonar_m, dvl_yaw_rad); zero where none is sought.
-Eigen::Vector3d MountingIn(const FactorGraph& graph, const std::vector<Pose2>& T_map_vertex);
+// The derivatives of a residual by the three ends of its factor.
+using EndJacobians = std::array<Eigen::Matrix3d, 3>;
 
-// W e of one factor, the errors of mounting taken off.
+// W e of a factor, the errors of mounting taken off. J may be null.
+Eigen::Vector3d Residual(const Factor& factor,
+                         const Pose2& T_map_i,
+                         const Pose2& T_map_j,
+                         const Eigen::Vector3d& mounting,
+                         EndJacobians* J);
+// The same at these poses; J is zero for ends that are not free to move.
 Eigen::Vector3d Residual(const FactorGraph& graph,
-                         std::size_t factor,
-                         const std::vector<Pose2>& T_map_vertex);
+                         const Factor& factor,
+                         const std::vector<Pose2>& T_map_vertex,
+                         EndJacobians* J = nullptr);
 
 }  // namespace seastitch

@@ -35,11 +35,6 @@ struct GraduatedLoss {
     if (s >= NothingFrom(mu)) return 0.0;
     return std::sqrt(c2 * mu * (mu + 1.0) / s) - mu;
   }
-  // The second derivative by s.
-  double Bend(double s, double mu) const {
-    if (s <= FullUpTo(mu) || s >= NothingFrom(mu)) return 0.0;
-    return -0.5 * std::sqrt(c2 * mu * (mu + 1.0) / s) / s;
-  }
 };
 
 }  // namespace seastitch

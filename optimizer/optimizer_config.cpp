@@ -1,30 +1,51 @@
 #include "optimizer/optimizer_config.hpp"
 
-#include "common/runtime/config.hpp"
-
 namespace seastitch {
-namespace {
 
-void ReadDegrees(ConfigMap* map, const std::string& key, double* rad) {
-  double deg = Rad2Deg(*rad);
-  map->Read(key, &deg);
-  *rad = Deg2Rad(deg);
+ParameterTable TableOf(OptimizerConfig* config) {
+  OptimizerParams* p = &config->params;
+  ParameterTable table;
+  table.Add("inlier_probability",
+            &p->inlier_probability,
+            Unit::kNone,
+            Range::Above(0.5).Below(1.0),
+            "A loop closure or position fix is an inlier within this quantile of chi-square of the "
+            "solution. 0.999 loses one true closure in a thousand.");
+  table.Add("graduation_step",
+            &p->graduation_step,
+            Unit::kNone,
+            Range::Within(1.1, 100.0),
+            "How fast the robust loss is sharpened from plain squares to truncated ones, as the "
+            "factor between two solves. Smaller is slower and copes with more wrong closures.");
+  table.Add(
+      "max_iterations",
+      &p->max_iterations,
+      Unit::kNone,
+      Range::AtLeast(1),
+      "Iterations of the minimiser (Ceres) in the last stage. A survey takes 5 to 30; the limit "
+      "keeps a broken graph from holding the process up.");
+  table.Add("unlinked_sigma_m",
+            &p->unlinked_sigma_m,
+            Unit::kMetre,
+            Range::Above(0.0),
+            "How far a submap may be from where dead reckoning puts it after its predecessor where "
+            "navigation gives no uncertainty for that step, 1 sigma; the first from its start, "
+            "where there are position fixes and the graph does not say how well the start is "
+            "known.");
+  table.Add("unlinked_sigma_yaw_deg",
+            &p->unlinked_sigma_yaw_rad,
+            Unit::kDegreeFromRadian,
+            Range::Above(0.0),
+            "The same of its heading.");
+  return table;
 }
-
-}  // namespace
 
 OptimizerConfig LoadOptimizerConfig(const std::string& path) {
   OptimizerConfig config;
-  OptimizerParams& p = config.params;
-  ConfigMap root = ConfigMap::Load(path);
-  root.Read("inlier_probability", &p.inlier_probability);
-  root.Read("graduation_step", &p.graduation_step);
-  root.Read("max_iterations", &p.max_iterations);
-  root.Read("unlinked_sigma_m", &p.unlinked_sigma_m);
-  ReadDegrees(&root, "unlinked_sigma_yaw_deg", &p.unlinked_sigma_yaw_rad);
-  root.Finish();
-  root.Check(p.Validate());
+  TableOf(&config).Load(path);
   return config;
 }
+
+std::string PrintConfig(const OptimizerConfig& config) { return PrintWithDefaults(config, {}); }
 
 }  // namespace seastitch

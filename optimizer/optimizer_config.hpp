@@ -2,16 +2,19 @@
 
 #include <string>
 
+#include "common/runtime/parameters.hpp"
 #include "optimizer/pose_graph_optimizer.hpp"
 
 namespace seastitch {
 
-// What config/optimizer.yaml holds; every key is explained there.
+// What config/optimizer.yaml holds.
 struct OptimizerConfig {
   OptimizerParams params;
 };
 
 // Throws ConfigError.
 OptimizerConfig LoadOptimizerConfig(const std::string& path);
+std::string PrintConfig(const OptimizerConfig& config);
+ParameterTable TableOf(OptimizerConfig* config);
 
 }  // namespace seastitch

@@ -6,13 +6,24 @@
 #include <string>
 #include <utility>
 
+#include "common/convert/channels.hpp"
+
 namespace seastitch {
 namespace {
 
-constexpr int kUnlimited = 0;
-constexpr int kRequestQueue = 16;
 // Kept while the worker solves, 38 kB each at most; the mapper has the others still.
 constexpr std::size_t kMaxUpdates = 1000;
+// Taken between two ticks of AskAgain(): the mapper resends that many, and never closes so many
+// submaps.
+constexpr int kUpdatesWhenCatchingUp = 10;
+// Requests for a version that does not come; the mapper answers within seconds.
+constexpr int kMaxAskedInVain = 3;
+
+std::int64_t Accepted(const PoseGraph& solution) {
+  return std::count_if(solution.loop_edges.begin(),
+                       solution.loop_edges.end(),
+                       [](const SolvedEdge& edge) { return edge.weight >= kBelievedWeight; });
+}
 
 }  // namespace
 
@@ -21,17 +32,20 @@ OptimizerNode::OptimizerNode(const OptimizerConfig& config, Bus* bus, Worker* wo
       when_(when),
       bus_(bus),
       worker_(worker),
-      optimizer_(std::make_shared<PoseGraphOptimizer>(config.params)) {
-  bus_->Subscribe<graph_update_t>(
-      "GRAPH_UPDATE", kUnlimited, [this](const graph_update_t& msg) { OnUpdate(msg); });
-  bus_->Subscribe<graph_request_t>(
-      "GRAPH_REQUEST", kRequestQueue, [this](const graph_request_t& msg) { OnRequest(msg); });
+      optimizer_(std::make_shared<PoseGraphOptimizer>(config.params)),
+      starting_(when == SolveOn::kWhenAsked) {
+  bus_->Subscribe<graph_update_t>(channels::kGraphUpdate,
+                                  QueueOf(channels::kGraphUpdate),
+                                  [this](const graph_update_t& msg) { OnUpdate(msg); });
+  bus_->Subscribe<graph_request_t>(channels::kGraphRequest,
+                                   QueueOf(channels::kGraphRequest),
+                                   [this](const graph_request_t& msg) { OnRequest(msg); });
   bus_->Subscribe<covariance_request_t>(
-      "COVARIANCE_REQUEST", kRequestQueue, [this](const covariance_request_t& msg) {
-        OnCovarianceRequest(msg);
-      });
+      channels::kCovarianceRequest,
+      QueueOf(channels::kCovarianceRequest),
+      [this](const covariance_request_t& msg) { OnCovarianceRequest(msg); });
   Ask();
-  health_.SetState(HealthState::kStarting, "waiting for the mapper's graph");
+  health_.SetStarting("waiting for the mapper's graph");
 }
 
 void OptimizerNode::OnUpdate(const graph_update_t& msg) {
@@ -49,41 +63,92 @@ void OptimizerNode::OnUpdate(const graph_update_t& msg) {
 void OptimizerNode::Take(const graph_update_t& msg) {
   const std::optional<GraphUpdate> update = Checked(msg);
   if (!update) return;
-  if (optimizer_->Contradicts(*update)) StartOver();
-  const bool new_to_us = update->version > optimizer_->version();
-  if (optimizer_->Add(*update)) {
-    if (!new_to_us) return;
-    update_utime_ = msg.utime;
-    waiting_ = true;
-    newest_version_ = std::max(newest_version_, update->version);
-    if (when_ == SolveOn::kEachUpdate) SolveWaiting();
-  } else if (update->version > newest_version_) {
-    // Asked once for what this one shows to be missing; the answer's own later versions, if it has
-    // a hole, are not newer.
-    newest_version_ = update->version;
-    Ask();
-  }
+  if (IsOfLeftGraph(*update)) return health_.Count("updates_of_a_left_graph");
+  const bool another_graph = newest_version_ > 0 && update->graph_id != graph_id_;
+  if (another_graph) left_graph_ = graph_id_;
+  if (another_graph || optimizer_->Contradicts(*update)) StartOver();
+  graph_id_ = update->graph_id;
+  const bool is_new = update->version > optimizer_->version();
+  if (!optimizer_->Add(*update)) return Expect(update->version);
+  if (!is_new) return;
+  if (update->final || update->resumed) next_start_ = SolveStart::kFromDeadReckoning;
+  update_utime_ = msg.utime;
+  waiting_ = true;
+  ++taken_since_tick_;
+  newest_version_ = std::max(newest_version_, update->version);
+  if (when_ == SolveOn::kEachUpdate) SolveWaiting();
 }
 
+// Late updates of a mapper that was replaced do not start the graph over. Its first version does:
+// somebody plays that graph again.
+bool OptimizerNode::IsOfLeftGraph(const GraphUpdate& update) const {
+  return update.graph_id != graph_id_ && update.graph_id == left_graph_ && update.version > 1;
+}
+
+// Asks once for what this version shows to be missing; the answer's own later versions, if it has a
+// hole, are not newer.
+void OptimizerNode::Expect(std::int64_t version) {
+  if (version <= newest_version_) return;
+  newest_version_ = version;
+  Ask();
+  ReportState();
+}
+
+// Of a malformed update the edges that are usable are taken, and never without its submap: one that
+// is malformed is asked for again, and given up where it comes no better.
 std::optional<GraphUpdate> OptimizerNode::Checked(const graph_update_t& msg) {
   std::optional<GraphUpdate> update = FromLcm(msg);
   if (update) return update;
   health_.Count("updates_malformed");
-  // The next version counts as empty: what follows must not wait for ever for a step that will come
-  // no better when it comes again.
-  if (msg.version == optimizer_->version() + 1) return GraphUpdate{msg.version, {}, {}};
-  return std::nullopt;
+  update = WithoutBadEdges(msg);
+  if (update || msg.version != optimizer_->version() + 1) return update;
+  if (malformed_version_ != msg.version) {
+    malformed_version_ = msg.version;
+    newest_version_ = std::max(newest_version_, msg.version);
+    Ask();
+    ReportState();
+    return std::nullopt;
+  }
+  ++submaps_lost_;
+  GraphUpdate empty;
+  empty.version = msg.version;
+  empty.graph_id = msg.graph_id;
+  empty.final = msg.is_final != 0;
+  empty.resumed = msg.is_resumed != 0;
+  return empty;
+}
+
+std::optional<GraphUpdate> OptimizerNode::WithoutBadEdges(const graph_update_t& msg) const {
+  graph_update_t part = msg;
+  part.edges.clear();
+  part.num_edges = 0;
+  std::optional<GraphUpdate> update = FromLcm(part);
+  if (!update) return update;
+  part.vertices.clear();
+  part.num_vertices = 0;
+  part.num_edges = 1;
+  for (const graph_edge_t& edge : msg.edges) {
+    part.edges = {edge};
+    if (const std::optional<GraphUpdate> alone = FromLcm(part))
+      update->edges.push_back(alone->edges.front());
+  }
+  return update;
 }
 
 void OptimizerNode::StartOver() {
   health_.Count("graphs_started_over");
   optimizer_ = std::make_shared<PoseGraphOptimizer>(config_.params);
   solution_ = {};
-  newest_version_ = 0;
+  newest_version_ = malformed_version_ = submaps_lost_ = 0;
+  waiting_ = solve_failed_ = false;
+  asked_in_vain_ = 0;
+  next_start_ = SolveStart::kWarm;
 }
 
 void OptimizerNode::OnRequest(const graph_request_t& msg) {
-  if (msg.from != "mapper" || msg.have_version >= solution_.graph_version) return;
+  const bool has_it =
+      msg.graph_id == solution_.graph_id && msg.have_version >= solution_.graph_version;
+  if (msg.sender != "mapper" || solution_.graph_version == 0 || has_it) return;
   health_.Count("solutions_repeated");
   PublishSolution();
 }
@@ -92,37 +157,61 @@ void OptimizerNode::Ask() {
   graph_request_t msg{};
   msg.utime = update_utime_;
   msg.seq = request_seq_++;
-  msg.from = "optimizer";
+  msg.sender = "optimizer";
+  msg.graph_id = graph_id_;
   msg.have_version = optimizer_->version();
-  bus_->Publish("GRAPH_REQUEST", msg);
+  bus_->Publish(channels::kGraphRequest, msg);
   health_.Count("requests");
 }
 
 void OptimizerNode::AskAgain() {
-  if (!worker_busy_ && newest_version_ > optimizer_->version()) Ask();
+  const bool catching_up = taken_since_tick_ >= kUpdatesWhenCatchingUp;
+  starting_ = starting_ && catching_up;
+  if (!IsMissing() || catching_up) asked_in_vain_ = 0;
+  taken_since_tick_ = 0;
+  if (worker_busy_) return;
+  if (IsMissing() && asked_in_vain_ == kMaxAskedInVain) {
+    health_.Count("versions_given_up");
+    newest_version_ = optimizer_->version();
+    ReportState();
+  }
+  if (IsMissing()) {
+    ++asked_in_vain_;
+    Ask();
+  }
+  SolveWaiting();
 }
 
 void OptimizerNode::SolveWaiting() {
-  if (!waiting_ || worker_busy_) return;
+  if (!waiting_ || worker_busy_ || starting_ || IsMissing()) return;
   worker_busy_ = true;
   waiting_ = false;
-  const bool posted = worker_->Post([this, optimizer = optimizer_] {
+  const bool posted = worker_->Post([this, optimizer = optimizer_, start = next_start_] {
     const auto begin = std::chrono::steady_clock::now();  // for HEALTH alone
-    PoseGraph solution = optimizer->Solve();
+    std::optional<PoseGraph> solution = optimizer->Solve(start);
     const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
     return [this, solution = std::move(solution), took] { OnSolved(solution, took.count()); };
   });
-  if (posted) return;
+  if (posted) {
+    next_start_ = SolveStart::kWarm;
+    return;
+  }
   worker_busy_ = false;
   waiting_ = true;
   health_.Count("worker_refused");
 }
 
-void OptimizerNode::OnSolved(PoseGraph solution, double solve_s) {
+// Where there is no solution, the last one stands.
+void OptimizerNode::OnSolved(std::optional<PoseGraph> solution, double solve_s) {
   worker_busy_ = false;
-  solution_ = std::move(solution);
-  PublishSolution();
-  Report(solve_s);
+  solve_failed_ = !solution;
+  if (solution) {
+    solution_ = *std::move(solution);
+    solution_.graph_id = graph_id_;
+    PublishSolution();
+  }
+  ReportSolution(solve_s);
+  ReportState();
   TakeWaiting();
 }
 
@@ -143,16 +232,18 @@ void OptimizerNode::OnCovarianceRequest(const covariance_request_t& msg) {
     health_.Count("covariance_requests_malformed");
     return;
   }
-  if (worker_busy_ || waiting_ || request->graph_version != solution_.graph_version) {
+  if (worker_busy_ || waiting_ || request->graph_version != solution_.graph_version ||
+      request->graph_id != solution_.graph_id) {
     health_.Count("covariance_requests_late");
     return;
   }
   worker_busy_ = true;
   const bool posted = worker_->Post([this, optimizer = optimizer_, request = *std::move(request)] {
-    PairCovariances answer{request.from,
+    PairCovariances answer{request.sender,
                            request.seq,
                            request.graph_version,
-                           optimizer->RelativeCovariances(request.pairs)};
+                           optimizer->RelativeCovariances(request.pairs),
+                           request.graph_id};
     return [this, answer = std::move(answer)] { OnCovariances(answer); };
   });
   if (posted) return;
@@ -162,7 +253,8 @@ void OptimizerNode::OnCovarianceRequest(const covariance_request_t& msg) {
 
 void OptimizerNode::OnCovariances(const PairCovariances& answer) {
   worker_busy_ = false;
-  bus_->Publish("COVARIANCES", ToLcm(answer, FromUtime(update_utime_), covariances_seq_++));
+  bus_->Publish(channels::kCovariances,
+                ToLcm(answer, FromUtime(update_utime_), covariances_seq_++));
   health_.Count("pair_covariances", static_cast<std::int64_t>(answer.pairs.size()));
   TakeWaiting();
 }
@@ -171,19 +263,15 @@ void OptimizerNode::PublishSolution() {
   // Every publication has its own number, so that parts of two never mix.
   const auto parts = ToLcm(solution_, solution_number_++, FromUtime(update_utime_), solution_seq_);
   solution_seq_ += static_cast<std::int64_t>(parts.size());
-  for (const pose_graph_t& part : parts) bus_->Publish("POSE_GRAPH", part);
+  for (const pose_graph_t& part : parts) bus_->Publish(channels::kPoseGraph, part);
 }
 
-void OptimizerNode::Report(double solve_s) {
-  const auto believed = std::count_if(
-      solution_.loop_edges.begin(), solution_.loop_edges.end(), [](const SolvedEdge& edge) {
-        return edge.weight >= kBelievedWeight;
-      });
+void OptimizerNode::ReportSolution(double solve_s) {
   health_.Set("solve_ms", static_cast<std::int64_t>(1e3 * solve_s));
-  health_.Set("graph_version", optimizer_->version());
+  health_.Set("graph_version", solution_.graph_version);
   health_.Set("vertices", static_cast<std::int64_t>(solution_.vertices.size()));
   health_.Set("loop_closures", static_cast<std::int64_t>(solution_.loop_edges.size()));
-  health_.Set("loop_closures_believed", believed);
+  health_.Set("loop_closures_believed", Accepted(solution_));
   health_.Set("position_fixes", optimizer_->position_fixes());
   health_.Set("position_fixes_believed", optimizer_->position_fixes_believed());
   const MountingErrors& mounting = solution_.mounting;
@@ -191,13 +279,19 @@ void OptimizerNode::Report(double solve_s) {
   health_.Set("sonar_starboard_mm", std::lround(1e3 * mounting.sonar_m.y()));
   health_.Set("dvl_yaw_mdeg", std::lround(1e3 * Rad2Deg(mounting.dvl_yaw_rad)));
   for (const auto& [name, count] : optimizer_->counters()) health_.Set(name, count);
-  const bool missing = newest_version_ > optimizer_->version();
-  health_.SetState(missing ? HealthState::kDegraded : HealthState::kOk,
-                   "version " + std::to_string(optimizer_->version()) + ", " +
-                       std::to_string(solution_.vertices.size()) + " submaps, " +
-                       std::to_string(believed) + " of " +
-                       std::to_string(solution_.loop_edges.size()) + " loop closures believed" +
-                       (missing ? ", later versions missing" : ""));
+}
+
+void OptimizerNode::ReportState() {
+  health_.HoldIf(IsMissing(), conditions::kGraphIncomplete);
+  health_.HoldIf(
+      submaps_lost_ > 0, conditions::kSubmapMalformed, std::to_string(submaps_lost_) + " so far");
+  health_.HoldIf(solve_failed_, conditions::kNoSolution);
+  health_.HoldIf(!optimizer_->converged(), conditions::kSolutionNotConverged);
+  health_.SetText("version " + std::to_string(optimizer_->version()) + ", " +
+                  std::to_string(solution_.vertices.size()) + " submaps, " +
+                  std::to_string(Accepted(solution_)) + " of " +
+                  std::to_string(solution_.loop_edges.size()) + " loop closures accepted");
+  health_.SetRunning();
 }
 
 }  // namespace seastitch

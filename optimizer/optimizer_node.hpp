@@ -19,8 +19,9 @@ namespace seastitch {
 
 // GRAPH_UPDATE in, POSE_GRAPH out, and COVARIANCES on request; see "Graph protocol" in
 // docs/channels.md. Asks the mapper for the whole graph when it is made, and for what it lacks when
-// a version is missing; gives a mapper that asks the last solution again. Keeps nothing on disk.
-// Solves on the worker; updates that come in meanwhile wait, so that HEALTH and requests do not.
+// a version is missing; solves nothing before it has caught up. Gives a mapper that asks the last
+// solution again. Keeps nothing on disk. Solves on the worker; updates that come in meanwhile wait,
+// so that HEALTH and requests do not.
 class OptimizerNode {
  public:
   // kEachUpdate: in replay, so that the same log gives the same solutions. kWhenAsked: live; a
@@ -35,8 +36,8 @@ class OptimizerNode {
   // Has the worker solve, if updates came since the last time and it is not at work; publishes what
   // comes of it.
   void SolveWaiting();
-  // Asks once more if a version is known to be missing: the request or its answer may be lost.
-  // Live, every few seconds.
+  // Asks once more if a version is known to be missing: the request or its answer may be lost. A
+  // version that never comes, however often, is forgotten. Live, every few seconds.
   void AskAgain();
 
   Health& health() { return health_; }
@@ -44,16 +45,21 @@ class OptimizerNode {
  private:
   void OnUpdate(const graph_update_t& msg);
   void Take(const graph_update_t& msg);
-  void OnSolved(PoseGraph solution, double solve_s);
+  std::optional<GraphUpdate> Checked(const graph_update_t& msg);
+  std::optional<GraphUpdate> WithoutBadEdges(const graph_update_t& msg) const;
+  bool IsOfLeftGraph(const GraphUpdate& update) const;
+  void StartOver();
+  void Expect(std::int64_t version);
+  void Ask();
+  bool IsMissing() const { return newest_version_ > optimizer_->version(); }
+  void OnSolved(std::optional<PoseGraph> solution, double solve_s);
   void TakeWaiting();
   void OnRequest(const graph_request_t& msg);
   void OnCovarianceRequest(const covariance_request_t& msg);
   void OnCovariances(const PairCovariances& answer);
-  std::optional<GraphUpdate> Checked(const graph_update_t& msg);
-  void StartOver();
-  void Ask();
   void PublishSolution();
-  void Report(double solve_s);
+  void ReportSolution(double solve_s);
+  void ReportState();
 
   const OptimizerConfig config_;
   const SolveOn when_;
@@ -64,9 +70,18 @@ class OptimizerNode {
   bool worker_busy_ = false;
   std::deque<graph_update_t> updates_;  // that came meanwhile
   PoseGraph solution_;
-  std::int64_t newest_version_ = 0;  // that the mapper is known to have
-  std::int64_t update_utime_ = 0;    // of the newest update taken
-  bool waiting_ = false;
+  std::int64_t graph_id_ = 0;               // of the update taken last
+  std::optional<std::int64_t> left_graph_;  // that the mapper had before
+  std::int64_t newest_version_ = 0;         // that the mapper is known to have
+  std::int64_t malformed_version_ = 0;      // that was asked for again, since a vertex is malformed
+  std::int64_t submaps_lost_ = 0;           // malformed again
+  int asked_in_vain_ = 0;                   // since the last version came
+  bool starting_;                           // live: the answer to the first request may be coming
+  int taken_since_tick_ = 0;                // updates
+  std::int64_t update_utime_ = 0;           // of the newest update taken
+  bool waiting_ = false;                    // updates, to be solved
+  SolveStart next_start_ = SolveStart::kWarm;
+  bool solve_failed_ = false;
   std::int64_t solution_number_ = 0;
   std::int64_t solution_seq_ = 0;
   std::int64_t request_seq_ = 0;

@@ -80,7 +80,8 @@ std::string NothingMovedStatement(const ProductSummary& s, const Survey& survey)
     return "Nothing could be corrected: of " +
            Counted(s.loops_accepted, "loop closure", "loop closures") +
            " the graph believes none, since they contradict dead reckoning. The map is dead "
-           "reckoning. Is vehicle.yaml right, and sonar_mounting_m as large as it may be wrong?";
+           "reckoning. Is vehicle.yaml right, and sonar_mounting_sigma_m as large as it may be "
+           "wrong?";
   }
   if (s.loops_accepted > 0) {
     return "The loop closures agree with dead reckoning: nothing had to be corrected.";

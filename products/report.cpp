@@ -249,7 +249,7 @@ std::string MountingTable(const Survey& survey, const ProductSummary& s) {
          "sonar's latency (times speed) or pitch (times altitude), which shift it forward or "
          "back alike; take the angle from the yaw of mbes, or, where the DVL is known to be "
          "the one that is turned, add it to that of dvl. Then replay: near the limits of "
-         "sonar_mounting_m less than the whole error is found, and what is several times as "
+         "sonar_mounting_sigma_m less than the whole error is found, and what is several times as "
          "large is not found at all until that key is raised.</p>\n" +
          table.Finish();
 }

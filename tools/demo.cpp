@@ -4,7 +4,6 @@
 #include <netinet/in.h>
 #include <sys/socket.h>
 #include <unistd.h>
-#include <yaml-cpp/yaml.h>
 
 #include <chrono>
 #include <cstdio>
@@ -20,8 +19,14 @@
 #include "bench/simulator.hpp"
 #include "bench/survey_config.hpp"
 #include "bench/truth.hpp"
+#include "common/convert/channels.hpp"
 #include "common/convert/convert.hpp"
 #include "common/runtime/bus.hpp"
+#include "drivers/dvl/dvl_driver.hpp"
+#include "drivers/imu/imu_driver.hpp"
+#include "drivers/mbes/mbes_driver.hpp"
+#include "logger/logger_config.hpp"
+#include "mapper/mapper_config.hpp"
 #include "seastitch/graph_update_t.hpp"
 #include "seastitch/health_t.hpp"
 #include "seastitch/pose_graph_t.hpp"
@@ -67,27 +72,27 @@ std::vector<int> FreeUdpPorts(int count) {
 
 std::string Loopback(int port) { return "127.0.0.1:" + std::to_string(port); }
 
-// A copy of the shipped configuration with some keys of its files replaced.
-void CopyConfig(const fs::path& dir,
-                const std::string& file,
-                const std::string& key,
-                const std::string& value) {
-  const fs::path path = dir / file;
-  YAML::Node root = YAML::LoadFile(path.string());
-  root[key] = value;
-  std::ofstream(path) << root << "\n";
+// Changes a configuration in its file.
+template <class Config>
+void Change(const fs::path& file,
+            Config (*load)(const std::string& path),
+            const std::function<void(Config*)>& change) {
+  Config config = load(file.string());
+  change(&config);
+  std::ofstream(file) << PrintConfig(config);
 }
 
 // What the demo hears on the bus: who is alive, and how far the graph is solved.
 class Listener {
  public:
   explicit Listener(const std::string& url) : bus_(url) {
-    bus_.Subscribe<health_t>(
-        "HEALTH", 100, [this](const health_t& m) { alive_.insert(m.process); });
-    bus_.Subscribe<graph_update_t>("GRAPH_UPDATE", 0, [this](const graph_update_t& m) {
+    bus_.Subscribe<health_t>(channels::kHealth,
+                             QueueOf(channels::kHealth),
+                             [this](const health_t& m) { alive_.insert(m.process); });
+    bus_.Subscribe<graph_update_t>(channels::kGraphUpdate, 0, [this](const graph_update_t& m) {
       mapped_ = std::max(mapped_, m.version);
     });
-    bus_.Subscribe<pose_graph_t>("POSE_GRAPH", 0, [this](const pose_graph_t& m) {
+    bus_.Subscribe<pose_graph_t>(channels::kPoseGraph, 0, [this](const pose_graph_t& m) {
       solved_ = std::max(solved_, m.graph_version);
     });
   }
@@ -127,11 +132,21 @@ class LiveSystem {
     fs::copy(ConfigDir(), config_, fs::copy_options::recursive);
     const fs::path mapper = MapperConfigFor(survey, config_);
     if (mapper != config_ / "mapper.yaml") fs::rename(mapper, config_ / "mapper.yaml");
-    CopyConfig(config_, "imu_driver.yaml", "source", "udp:" + targets_.imu);
-    CopyConfig(config_, "dvl_driver.yaml", "source", "udp:" + targets_.dvl);
-    CopyConfig(config_, "mbes_driver.yaml", "source", "udp:" + targets_.mbes);
-    CopyConfig(config_, "logger.yaml", "file", fs::absolute(log()).string());
-    CopyConfig(config_, "mapper.yaml", "survey_dir", fs::absolute(out_ / "survey").string());
+    Change<ImuDriverConfig>(config_ / "imu_driver.yaml", LoadImuDriverConfig, [this](auto* c) {
+      c->driver.source = "udp:" + targets_.imu;
+    });
+    Change<DvlDriverConfig>(config_ / "dvl_driver.yaml", LoadDvlDriverConfig, [this](auto* c) {
+      c->driver.source = "udp:" + targets_.dvl;
+    });
+    Change<MbesDriverConfig>(config_ / "mbes_driver.yaml", LoadMbesDriverConfig, [this](auto* c) {
+      c->driver.source = "udp:" + targets_.mbes;
+    });
+    Change<LoggerConfig>(config_ / "logger.yaml", LoadLoggerConfig, [this](auto* c) {
+      c->file = fs::absolute(log()).string();
+    });
+    Change<MapperConfig>(config_ / "mapper.yaml", LoadMapperConfig, [this](auto* c) {
+      c->survey_dir = fs::absolute(out_ / "survey");
+    });
     for (const char* name :
          {"logger", "optimizer", "mapper", "imu-driver", "dvl-driver", "mbes-driver"}) {
       Start(name);

@@ -11,11 +11,11 @@
 #include <stdexcept>
 #include <string_view>
 
+#include "codecs/kmall.hpp"
 #include "common/runtime/bus.hpp"
 #include "common/storage/event_log.hpp"
 #include "drivers/dvl/dvl_driver.hpp"
 #include "drivers/imu/imu_driver.hpp"
-#include "drivers/mbes/kmall.hpp"
 #include "drivers/mbes/mbes_driver.hpp"
 #include "drivers/socket/candump.hpp"
 #include "tools/progress.hpp"

@@ -6,29 +6,16 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "common/convert/channels.hpp"
 #include "common/runtime/bus.hpp"
 #include "common/storage/event_log.hpp"
-#include "seastitch/covariance_request_t.hpp"
-#include "seastitch/covariances_t.hpp"
-#include "seastitch/depth_t.hpp"
-#include "seastitch/dvl_t.hpp"
-#include "seastitch/graph_request_t.hpp"
-#include "seastitch/graph_update_t.hpp"
-#include "seastitch/health_t.hpp"
-#include "seastitch/imu_t.hpp"
-#include "seastitch/mbes_ping_t.hpp"
-#include "seastitch/nav_t.hpp"
-#include "seastitch/pose_graph_t.hpp"
-#include "seastitch/position_fix_t.hpp"
-#include "seastitch/raw_bytes_t.hpp"
-#include "seastitch/sound_velocity_profile_t.hpp"
-#include "seastitch/submap_points_t.hpp"
-#include "seastitch/submap_t.hpp"
+#include "tools/message_types.hpp"
 
 namespace seastitch {
 namespace {
 
-struct Channel {
+// What is counted of a channel.
+struct Figures {
   std::int64_t events = 0;
   std::int64_t bytes = 0;
   std::int64_t first_utime = 0;
@@ -53,73 +40,36 @@ std::int64_t Sum(std::int64_t a, std::int64_t b) {
   return b < 0 ? INT64_MIN : INT64_MAX;
 }
 
-template <class Msg>
-std::string Sender(const Msg& msg) {
-  if constexpr (requires { msg.process; }) return msg.process;
-  if constexpr (
-      requires { msg.source; } && requires { msg.part; })
-    return msg.source;
-  if constexpr (requires { msg.from; }) return msg.from;
-  return {};
-}
-
-template <class Msg>
-void CountSequence(const LogEvent& event, Channel* channel) {
-  Msg msg{};
-  const int size = static_cast<int>(event.data.size());
-  if (msg.decode(event.data.data(), 0, size) != size) {
-    ++channel->undecodable;
+void CountSequence(const LogEvent& event, const Channel& channel, Figures* figures) {
+  if (!channel.decodes(event.data)) {
+    ++figures->undecodable;
     return;
   }
-  channel->lost = Sum(channel->lost, channel->senders[Sender(msg)].Add(msg.seq));
+  if (const std::optional<MessagePlace> place = PlaceOf(event.data))
+    figures->lost = Sum(figures->lost, figures->senders[place->sender].Add(place->seq));
 }
 
-using Counter = void (*)(const LogEvent&, Channel*);
-const std::map<std::string, Counter>& KnownChannels() {
-  static const std::map<std::string, Counter> known{
-      {"IMU", CountSequence<imu_t>},
-      {"DVL", CountSequence<dvl_t>},
-      {"DEPTH", CountSequence<depth_t>},
-      {"MBES_PING", CountSequence<mbes_ping_t>},
-      {"SVP", CountSequence<sound_velocity_profile_t>},
-      {"POSITION_FIX", CountSequence<position_fix_t>},
-      {"RAW_CAN", CountSequence<raw_bytes_t>},
-      {"RAW_DVL", CountSequence<raw_bytes_t>},
-      {"RAW_MBES", CountSequence<raw_bytes_t>},
-      {"NAV", CountSequence<nav_t>},
-      {"SUBMAP", CountSequence<submap_t>},
-      {"SUBMAP_POINTS", CountSequence<submap_points_t>},
-      {"GRAPH_UPDATE", CountSequence<graph_update_t>},
-      {"GRAPH_REQUEST", CountSequence<graph_request_t>},
-      {"POSE_GRAPH", CountSequence<pose_graph_t>},
-      {"COVARIANCE_REQUEST", CountSequence<covariance_request_t>},
-      {"COVARIANCES", CountSequence<covariances_t>},
-      {"HEALTH", CountSequence<health_t>},
-  };
-  return known;
-}
-
-void Count(const LogEvent& event, Channel* channel) {
-  if (channel->events == 0) channel->first_utime = event.utime;
-  if (channel->events > 0) {
-    const std::int64_t gap = Difference(event.utime, channel->last_utime);
-    channel->longest_gap_us = std::max(channel->longest_gap_us, gap);
-    if (gap < 0) ++channel->clock_steps_back;
+void Count(const LogEvent& event, Figures* figures) {
+  if (figures->events == 0) figures->first_utime = event.utime;
+  if (figures->events > 0) {
+    const std::int64_t gap = Difference(event.utime, figures->last_utime);
+    figures->longest_gap_us = std::max(figures->longest_gap_us, gap);
+    if (gap < 0) ++figures->clock_steps_back;
   }
-  channel->last_utime = event.utime;
-  channel->bytes += static_cast<std::int64_t>(event.data.size());
-  ++channel->events;
-  if (const auto known = KnownChannels().find(event.channel); known != KnownChannels().end()) {
-    known->second(event, channel);
-  }
+  figures->last_utime = event.utime;
+  figures->bytes += static_cast<std::int64_t>(event.data.size());
+  ++figures->events;
+  if (const Channel* channel = FindChannel(event.channel)) CountSequence(event, *channel, figures);
 }
 
-double RateHz(const Channel& c) {
+double RateHz(const Figures& c) {
   const double span_s = static_cast<double>(Difference(c.last_utime, c.first_utime)) * 1e-6;
   return span_s > 0.0 ? static_cast<double>(c.events - 1) / span_s : 0.0;
 }
 
-void PrintText(const std::map<std::string, Channel>& channels, std::int64_t damaged_bytes) {
+void PrintText(const std::map<std::string, Figures>& channels,
+               const MessageTypes& types,
+               std::int64_t damaged_bytes) {
   std::printf("%-16s %9s %10s %10s %10s %7s %7s\n",
               "channel",
               "events",
@@ -148,9 +98,13 @@ void PrintText(const std::map<std::string, Channel>& channels, std::int64_t dama
               static_cast<double>(Difference(last, first)) * 1e-6,
               static_cast<long long>(steps),
               static_cast<long long>(damaged_bytes));
+  for (const MessageTypes::Unreadable& unreadable : types.UnreadableChannels())
+    std::printf("%s\n", ToString(unreadable).c_str());
 }
 
-void PrintJson(const std::map<std::string, Channel>& channels, std::int64_t damaged_bytes) {
+void PrintJson(const std::map<std::string, Figures>& channels,
+               const MessageTypes& types,
+               std::int64_t damaged_bytes) {
   nlohmann::ordered_json json;
   json["damaged_bytes"] = damaged_bytes;
   for (const auto& [name, c] : channels) {
@@ -164,6 +118,11 @@ void PrintJson(const std::map<std::string, Channel>& channels, std::int64_t dama
                               {"lost", c.lost},
                               {"undecodable", c.undecodable}};
   }
+  json["unreadable"] = nlohmann::ordered_json::array();
+  for (const MessageTypes::Unreadable& unreadable : types.UnreadableChannels())
+    json["unreadable"].push_back({{"channel", unreadable.channel->name},
+                                  {"fingerprint", FingerprintText(unreadable.fingerprint)},
+                                  {"expected", unreadable.channel->type}});
   std::printf("%s\n", json.dump(2).c_str());
 }
 
@@ -178,16 +137,18 @@ int RunInfo(const InfoOptions& options) {
     }
     repaired.emplace(*options.repair_to);
   }
-  std::map<std::string, Channel> channels;
+  std::map<std::string, Figures> channels;
+  MessageTypes types;
   while (const std::optional<LogEvent> event = reader.Next()) {
     Count(*event, &channels[event->channel]);
+    types.Add(*event);
     if (repaired)
       repaired->Write(event->utime, event->channel, event->data.data(), event->data.size());
   }
   if (options.json) {
-    PrintJson(channels, reader.damaged_bytes());
+    PrintJson(channels, types, reader.damaged_bytes());
   } else {
-    PrintText(channels, reader.damaged_bytes());
+    PrintText(channels, types, reader.damaged_bytes());
   }
   return EXIT_SUCCESS;
 }

@@ -4,10 +4,10 @@
 
 #include <chrono>
 #include <cstdio>
-#include <set>
 #include <stdexcept>
 
 #include "bench/truth.hpp"
+#include "common/convert/channels.hpp"
 #include "common/convert/convert.hpp"
 #include "common/runtime/bus.hpp"
 #include "common/runtime/vehicle_config.hpp"
@@ -16,6 +16,7 @@
 #include "mapper/mapper_node.hpp"
 #include "optimizer/optimizer_node.hpp"
 #include "products/survey_collector.hpp"
+#include "tools/message_types.hpp"
 #include "tools/progress.hpp"
 
 namespace seastitch {
@@ -23,28 +24,23 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::set<std::string> kSensorChannels{
-    "IMU", "DVL", "DEPTH", "MBES_PING", "SVP", "POSITION_FIX"};
-const std::set<std::string> kResultChannels{
-    "NAV", "SUBMAP", "SUBMAP_POINTS", "GRAPH_UPDATE", "POSE_GRAPH"};
-
 // Hands what mapper and optimizer publish to the collector.
 class CollectorNode {
  public:
   CollectorNode(Bus* bus, SurveyCollector* collector) : collector_(collector) {
-    bus->Subscribe<nav_t>("NAV", 0, [this](const nav_t& msg) {
+    bus->Subscribe<nav_t>(channels::kNav, 0, [this](const nav_t& msg) {
       if (const auto state = FromLcm(msg)) collector_->Add(*state);
     });
-    bus->Subscribe<submap_t>("SUBMAP", 0, [this](const submap_t& msg) {
+    bus->Subscribe<submap_t>(channels::kSubmap, 0, [this](const submap_t& msg) {
       if (const auto submap = submaps_.Add(msg)) collector_->Add(*submap);
     });
-    bus->Subscribe<submap_points_t>("SUBMAP_POINTS", 0, [this](const submap_points_t& msg) {
+    bus->Subscribe<submap_points_t>(channels::kSubmapPoints, 0, [this](const submap_points_t& msg) {
       if (const auto submap = submaps_.Add(msg)) collector_->Add(*submap);
     });
-    bus->Subscribe<graph_update_t>("GRAPH_UPDATE", 0, [this](const graph_update_t& msg) {
+    bus->Subscribe<graph_update_t>(channels::kGraphUpdate, 0, [this](const graph_update_t& msg) {
       if (const auto update = FromLcm(msg)) collector_->Add(*update);
     });
-    bus->Subscribe<pose_graph_t>("POSE_GRAPH", 0, [this](const pose_graph_t& msg) {
+    bus->Subscribe<pose_graph_t>(channels::kPoseGraph, 0, [this](const pose_graph_t& msg) {
       if (const auto graph = graphs_.Add(msg)) collector_->Add(*graph);
     });
   }
@@ -118,16 +114,22 @@ class Pipeline {
   OptimizerNode optimizer_;
 };
 
-void FeedLog(const fs::path& log, const std::set<std::string>& channels, Bus* bus, bool quiet) {
+bool IsOfRole(const LogEvent& event, ChannelRole role) {
+  const Channel* channel = FindChannel(event.channel);
+  return channel != nullptr && channel->role == role;
+}
+
+void FeedLog(const fs::path& log, ChannelRole role, MessageTypes* types, Bus* bus, bool quiet) {
   EventLogReader reader(log);
   ProgressLine progress("reading " + log.filename().string(), fs::file_size(log), quiet);
-  std::int64_t used = 0;
+  std::int64_t of_role = 0;
   while (const std::optional<LogEvent> event = reader.Next()) {
     progress.Advance(event->data.size() + event->channel.size() + 28);
-    if (!channels.contains(event->channel)) continue;
+    if (!IsOfRole(*event, role)) continue;
+    ++of_role;
+    if (!types->Add(*event)) continue;
     bus->PublishBytes(event->channel, event->data.data(), event->data.size());
     bus->HandleAll();
-    ++used;
   }
   progress.Finish();
   if (reader.damaged_bytes() > 0) {
@@ -136,10 +138,43 @@ void FeedLog(const fs::path& log, const std::set<std::string>& channels, Bus* bu
                  log.c_str(),
                  static_cast<long long>(reader.damaged_bytes()));
   }
-  if (used == 0) {
-    throw std::runtime_error(log.string() + ": no event on " + *channels.begin() +
-                             " or any other channel that a replay reads");
+  if (of_role == 0)
+    throw std::runtime_error(log.string() + ": no event on a channel that a replay reads");
+}
+
+void ExpectReadable(const MessageTypes& types) {
+  if (const auto unreadable = types.UnreadableChannels(); !unreadable.empty())
+    throw DataError(ToString(unreadable[0]));
+}
+
+// Before the work begins: reads on beyond the first events only where a channel has shown none that
+// can be read.
+void ExpectReadableStart(const std::vector<fs::path>& logs, ChannelRole role) {
+  constexpr int kFirstEvents = 10'000;
+  MessageTypes types;
+  for (const fs::path& log : logs) {
+    EventLogReader reader(log);
+    for (int events = 0; events < kFirstEvents || !types.UnreadableChannels().empty(); ++events) {
+      const std::optional<LogEvent> event = reader.Next();
+      if (!event) break;
+      if (IsOfRole(*event, role)) types.Add(*event);
+    }
   }
+  ExpectReadable(types);
+}
+
+// Puts the logs' events of one role on the bus. Events of another type than their channel has are
+// skipped and named.
+void FeedLogs(const std::vector<fs::path>& logs, ChannelRole role, Bus* bus, bool quiet) {
+  ExpectReadableStart(logs, role);
+  MessageTypes types;
+  for (const fs::path& log : logs) FeedLog(log, role, &types, bus, quiet);
+  ExpectReadable(types);
+  for (const auto& [channel, events] : types.Foreign())
+    std::fprintf(stderr,
+                 "%lld events on %s have another type and were skipped\n",
+                 static_cast<long long>(events),
+                 channel.c_str());
 }
 
 void FeedSubmaps(SubmapDirectory directory, Pipeline* pipeline, bool quiet) {
@@ -222,7 +257,7 @@ ProductSummary RunReplay(const ReplayOptions& options) {
   CollectorNode collector_node(&bus, &collector);
   if (options.listen) options.listen(&bus);
   if (options.as_recorded) {
-    for (const fs::path& log : options.inputs) FeedLog(log, kResultChannels, &bus, options.quiet);
+    FeedLogs(options.inputs, ChannelRole::kResult, &bus, options.quiet);
   } else {
     const ScratchDir store(options.out / ".store");
     Pipeline pipeline(options, store.path(), from_directory, &bus);
@@ -231,7 +266,7 @@ ProductSummary RunReplay(const ReplayOptions& options) {
       products.axes = directory.z_up ? MapAxes::kEastNorthUp : MapAxes::kNorthEastDown;
       FeedSubmaps(std::move(directory), &pipeline, options.quiet);
     } else {
-      for (const fs::path& log : options.inputs) FeedLog(log, kSensorChannels, &bus, options.quiet);
+      FeedLogs(options.inputs, ChannelRole::kSensor, &bus, options.quiet);
     }
     pipeline.Finish();
     if (collector.submaps() == 0) throw std::runtime_error("no submap: " + pipeline.Statement());
@@ -246,6 +281,13 @@ ProductSummary RunReplay(const ReplayOptions& options) {
   const Survey survey = collector.Finish();
   products.run_figures = [&] { return stopwatch.Read(DurationSeconds(survey)); };
   return WriteProducts(survey, products, options.out);
+}
+
+void PrintReplayConfig(const ReplayOptions& options) {
+  const bool given = !options.mapper_config.empty();
+  const MapperConfig config =
+      given ? LoadMapperConfig(options.mapper_config.string()) : MapperConfig{};
+  std::fputs(PrintConfig(config).c_str(), stdout);
 }
 
 }  // namespace seastitch

@@ -29,7 +29,11 @@ struct ReplayOptions {
 };
 
 // `seastitch replay`: one process, one order, the same bytes out of the same input. Throws
-// std::runtime_error with one line for an input that cannot be used.
+// std::runtime_error with one line for an input that cannot be used; DataError where no event of a
+// channel has the type of the channel.
 ProductSummary RunReplay(const ReplayOptions& options);
+
+// Writes the mapper's configuration to stdout: that of options.mapper_config, else the defaults.
+void PrintReplayConfig(const ReplayOptions& options);
 
 }  // namespace seastitch

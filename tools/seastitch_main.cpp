@@ -1,6 +1,7 @@
 // The one command for people: demo, replay, bench, import, info.
 
 #include <spdlog/spdlog.h>
+#include <sysexits.h>
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
@@ -9,10 +10,12 @@
 
 #include "common/runtime/freed_memory.hpp"
 #include "tools/bench_command.hpp"
+#include "tools/configuration.hpp"
 #include "tools/demo.hpp"
 #include "tools/import.hpp"
 #include "tools/info.hpp"
 #include "tools/install_paths.hpp"
+#include "tools/message_types.hpp"
 #include "tools/replay.hpp"
 
 namespace seastitch {
@@ -67,13 +70,15 @@ void AddReplay(CLI::App* app, int* status) {
   struct Arguments {
     ReplayOptions replay;
     fs::path truth;
+    bool print_config = false;
   };
   auto arguments = std::make_shared<Arguments>();
   ReplayOptions& options = arguments->replay;
   CLI::App* replay = app->add_subcommand("replay", "logs or submaps to map, track and report");
-  replay->add_option("input", options.inputs, "LCM logs, or a directory of submap PCD files")
-      ->required();
-  replay->add_option("--out", options.out, "folder for everything that is made")->required();
+  CLI::Option* const input =
+      replay->add_option("input", options.inputs, "LCM logs, or a directory of submap PCD files");
+  CLI::Option* const out =
+      replay->add_option("--out", options.out, "folder for everything that is made");
   replay->add_option("--config", options.mapper_config, "mapper.yaml (default: the shipped one)");
   replay->add_option("--optimizer-config",
                      options.optimizer_config,
@@ -90,8 +95,19 @@ void AddReplay(CLI::App* app, int* status) {
   replay->add_option("--drift-yaw-deg", options.drift.sigma_yaw_deg, "the same for yaw")
       ->capture_default_str();
   replay->add_flag("--quiet", options.quiet, "no progress");
-  replay->callback([arguments, status] {
+  replay->add_flag("--print-config",
+                   arguments->print_config,
+                   "write the mapper's effective configuration (without --config: the defaults) "
+                   "and leave");
+  replay->callback([arguments, input, out, status] {
     ReplayOptions& chosen = arguments->replay;
+    if (arguments->print_config) {
+      PrintReplayConfig(chosen);
+      *status = EXIT_SUCCESS;
+      return;
+    }
+    for (const CLI::Option* needed : {input, out})
+      if (needed->empty()) throw CLI::RequiredError(needed->get_name());
     if (!arguments->truth.empty()) chosen.truth = arguments->truth;
     if (chosen.optimizer_config.empty()) {
       const fs::path beside = chosen.mapper_config.parent_path() / "optimizer.yaml";
@@ -102,6 +118,14 @@ void AddReplay(CLI::App* app, int* status) {
     PrintSummary(RunReplay(chosen), chosen.out);
     *status = EXIT_SUCCESS;
   });
+}
+
+void AddReference(CLI::App* app, int* status) {
+  app->add_subcommand("reference", "every key of every configuration file, as Markdown")
+      ->callback([status] {
+        std::fputs(ConfigurationPage().c_str(), stdout);
+        *status = EXIT_SUCCESS;
+      });
 }
 
 void AddBench(CLI::App* app, int* status) {
@@ -182,11 +206,15 @@ int main(int argc, char** argv) try {
   app.require_subcommand(1);
   seastitch::AddDemo(&app, &status);
   seastitch::AddReplay(&app, &status);
+  seastitch::AddReference(&app, &status);
   seastitch::AddBench(&app, &status);
   seastitch::AddImport(&app, &status);
   seastitch::AddInfo(&app, &status);
   CLI11_PARSE(app, argc, argv);
   return status;
+} catch (const seastitch::DataError& e) {
+  std::fprintf(stderr, "seastitch: %s\n", e.what());
+  return EX_DATAERR;
 } catch (const std::exception& e) {
   std::fprintf(stderr, "seastitch: %s\n", e.what());
   return EXIT_FAILURE;

@@ -80,7 +80,8 @@ SubmapDirectory ReadSubmapDirectory(const fs::path& dir, const ImportedDrift& dr
     Submap submap = ReadSubmap(id, path);
     height_sum += HeightSum(submap);
     if (!directory.submaps.empty()) {
-      submap.covariance_from_previous = Eigen::Vector3d(var_xy, var_xy, var_yaw).asDiagonal();
+      submap.covariance_from_previous =
+          Eigen::Matrix3d(Eigen::Vector3d(var_xy, var_xy, var_yaw).asDiagonal());
     }
     directory.submaps.push_back(std::move(submap));
   }

@@ -14,10 +14,15 @@
 // What every FromLcm asks of a message. Written so that NaN fails each question.
 namespace seastitch::convert {
 
+constexpr int kMaxParts = 1000;                               // of what comes in parts
 constexpr std::int64_t kLatestUtime = 4'102'444'800'000'000;  // 2100-01-01
 constexpr double kMaxCoordinate_m = 1e7;                      // no map is larger than the Earth
 constexpr double kQuaternionNormTolerance = 1e-3;
 constexpr double kSymmetryTolerance = 1e-6;  // of the largest element
+
+inline bool ArePlausibleParts(std::int32_t part, std::int32_t num_parts) {
+  return num_parts >= 1 && num_parts <= kMaxParts && part >= 0 && part < num_parts;
+}
 
 inline bool IsTime(std::int64_t utime) { return utime >= 0 && utime < kLatestUtime; }
 

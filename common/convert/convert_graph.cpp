@@ -12,7 +12,6 @@ using namespace convert;  // the checks
 // One part stays under 60 kB (pose_graph_t.lcm).
 constexpr std::size_t kVerticesPerPart = 250;
 constexpr std::size_t kEdgesPerPart = 500;
-constexpr int kMaxParts = 1000;
 
 // No submap reaches further from its frame.
 constexpr double kMaxSubmap_m = 1e4;
@@ -36,15 +35,20 @@ graph_vertex_t ToLcm(const GraphVertex& vertex) {
   msg.dead_reckoned_x_m = vertex.dead_reckoned.x;
   msg.dead_reckoned_y_m = vertex.dead_reckoned.y;
   msg.dead_reckoned_yaw_rad = vertex.dead_reckoned.yaw;
-  msg.heading_sigma_rad = vertex.heading_sigma_rad;
+  msg.has_heading_sigma = vertex.heading_sigma_rad.has_value();
+  msg.heading_sigma_rad = vertex.heading_sigma_rad.value_or(0.0);
+  msg.chain = vertex.chain;
   return msg;
 }
 
 std::optional<GraphVertex> FromLcm(const graph_vertex_t& msg) {
   const Pose2 pose{msg.dead_reckoned_x_m, msg.dead_reckoned_y_m, msg.dead_reckoned_yaw_rad};
-  if (!IsTime(msg.utime) || msg.id < 0 || !IsPose2(pose) || !AreSigmas(&msg.heading_sigma_rad, 1))
+  if (!IsTime(msg.utime) || msg.id < 0 || msg.chain < 0 || !IsPose2(pose) ||
+      !AreSigmas(&msg.heading_sigma_rad, 1))
     return std::nullopt;
-  return GraphVertex{SubmapId{msg.id}, FromUtime(msg.utime), pose, msg.heading_sigma_rad};
+  GraphVertex vertex{SubmapId{msg.id}, FromUtime(msg.utime), pose, {}, msg.chain};
+  if (msg.has_heading_sigma) vertex.heading_sigma_rad = msg.heading_sigma_rad;
+  return vertex;
 }
 
 graph_edge_t ToLcm(const GraphEdge& edge) {
@@ -179,8 +183,8 @@ std::optional<MountingErrors> MountingFrom(const pose_graph_t& msg) {
 }
 
 bool HasPlausibleParts(const pose_graph_t& msg) {
-  return msg.graph_version >= 0 && msg.solution_number >= 0 && msg.num_parts >= 1 &&
-         msg.num_parts <= kMaxParts && msg.part >= 0 && msg.part < msg.num_parts;
+  return msg.graph_version >= 0 && msg.solution_number >= 0 &&
+         ArePlausibleParts(msg.part, msg.num_parts);
 }
 
 }  // namespace
@@ -189,7 +193,10 @@ graph_update_t ToLcm(const GraphUpdate& update, Time newest_submap, std::int64_t
   graph_update_t msg{};
   msg.utime = ToUtime(newest_submap);
   msg.seq = seq;
+  msg.graph_id = update.graph_id;
   msg.version = update.version;
+  msg.is_final = update.final;
+  msg.is_resumed = update.resumed;
   msg.sonar_sigma_m = update.mounting.sonar_m;
   msg.dvl_yaw_sigma_rad = update.mounting.dvl_yaw_rad;
   msg.num_vertices = static_cast<std::int32_t>(update.vertices.size());
@@ -204,7 +211,10 @@ std::optional<GraphUpdate> FromLcm(const graph_update_t& msg) {
       msg.num_edges > kMaxEdgesPerUpdate)
     return std::nullopt;
   GraphUpdate update;
+  update.graph_id = msg.graph_id;
   update.version = msg.version;
+  update.final = msg.is_final != 0;
+  update.resumed = msg.is_resumed != 0;
   update.mounting = {msg.sonar_sigma_m, msg.dvl_yaw_sigma_rad};
   if (!update.mounting.AreUsable()) return std::nullopt;
   if (!AppendFromLcm(msg.vertices, msg.num_vertices, &update.vertices) ||
@@ -226,6 +236,7 @@ std::vector<pose_graph_t> ToLcm(const PoseGraph& graph,
     msg.utime = ToUtime(newest_submap);
     msg.seq = first_seq + static_cast<std::int64_t>(part);
     msg.graph_version = graph.graph_version;
+    msg.graph_id = graph.graph_id;
     msg.solution_number = solution_number;
     msg.part = static_cast<std::int32_t>(part);
     msg.num_parts = static_cast<std::int32_t>(num_parts);
@@ -246,10 +257,12 @@ covariance_request_t ToLcm(const CovarianceRequest& request, Time newest_submap)
   covariance_request_t msg{};
   msg.utime = ToUtime(newest_submap);
   msg.seq = request.seq;
-  msg.from = request.from;
+  msg.sender = request.sender.substr(0, kMaxProcessName);
   msg.graph_version = request.graph_version;
-  msg.num_pairs = static_cast<std::int32_t>(request.pairs.size());
-  for (const auto& [a, b] : request.pairs) {
+  msg.graph_id = request.graph_id;
+  const auto pairs = PartOf(request.pairs, 0, kMaxCovariancePairs);
+  msg.num_pairs = static_cast<std::int32_t>(pairs.size());
+  for (const auto& [a, b] : pairs) {
     msg.a_id.push_back(a.value);
     msg.b_id.push_back(b.value);
   }
@@ -259,9 +272,9 @@ covariance_request_t ToLcm(const CovarianceRequest& request, Time newest_submap)
 std::optional<CovarianceRequest> FromLcm(const covariance_request_t& msg) {
   const auto count = static_cast<std::size_t>(std::max(0, msg.num_pairs));
   if (!IsTime(msg.utime) || msg.graph_version < 1 || msg.num_pairs > kMaxCovariancePairs ||
-      msg.from.size() > kMaxProcessName || msg.a_id.size() != count || msg.b_id.size() != count)
+      msg.sender.size() > kMaxProcessName || msg.a_id.size() != count || msg.b_id.size() != count)
     return std::nullopt;
-  CovarianceRequest request{msg.from, msg.seq, msg.graph_version, {}};
+  CovarianceRequest request{msg.sender, msg.seq, msg.graph_version, {}, msg.graph_id};
   for (std::size_t k = 0; k < count; ++k)
     request.pairs.emplace_back(SubmapId{msg.a_id[k]}, SubmapId{msg.b_id[k]});
   return request;
@@ -271,17 +284,19 @@ covariances_t ToLcm(const PairCovariances& answer, Time newest_submap, std::int6
   covariances_t msg{};
   msg.utime = ToUtime(newest_submap);
   msg.seq = seq;
-  msg.to = answer.to;
+  msg.recipient = answer.recipient.substr(0, kMaxProcessName);
   msg.request_seq = answer.request_seq;
   msg.graph_version = answer.graph_version;
-  msg.num_pairs = static_cast<std::int32_t>(answer.pairs.size());
-  msg.pairs = ListToLcm(answer.pairs);
+  msg.graph_id = answer.graph_id;
+  msg.pairs = ListToLcm(PartOf(answer.pairs, 0, kMaxCovariancePairs));
+  msg.num_pairs = static_cast<std::int32_t>(msg.pairs.size());
   return msg;
 }
 
 std::optional<PairCovariances> FromLcm(const covariances_t& msg) {
-  PairCovariances answer{msg.to, msg.request_seq, msg.graph_version, {}};
+  PairCovariances answer{msg.recipient, msg.request_seq, msg.graph_version, {}, msg.graph_id};
   if (!IsTime(msg.utime) || msg.graph_version < 1 || msg.num_pairs > kMaxCovariancePairs ||
+      msg.recipient.size() > kMaxProcessName ||
       !AppendFromLcm(msg.pairs, msg.num_pairs, &answer.pairs))
     return std::nullopt;
   return answer;
@@ -290,7 +305,8 @@ std::optional<PairCovariances> FromLcm(const covariances_t& msg) {
 std::optional<PoseGraph> PoseGraphAssembler::Add(const pose_graph_t& msg) {
   const bool begins = msg.part == 0;
   const bool continues = open_ && msg.solution_number == solution_number_ &&
-                         msg.graph_version == open_->graph_version && msg.num_parts == num_parts_ &&
+                         msg.graph_version == open_->graph_version &&
+                         msg.graph_id == open_->graph_id && msg.num_parts == num_parts_ &&
                          msg.part == next_part_;
   if (begins && open_) ++malformed_;  // the one before lacks its end
   const std::optional<MountingErrors> mounting = MountingFrom(msg);
@@ -300,7 +316,7 @@ std::optional<PoseGraph> PoseGraphAssembler::Add(const pose_graph_t& msg) {
     return std::nullopt;
   }
   if (begins) {
-    open_ = PoseGraph{msg.graph_version, {}, {}, *mounting};
+    open_ = PoseGraph{msg.graph_version, {}, {}, *mounting, msg.graph_id};
     solution_number_ = msg.solution_number;
     num_parts_ = msg.num_parts;
   }

@@ -90,10 +90,11 @@ std::optional<Submap> FromLcm(const submap_t& msg) {
   submap.end = FromUtime(msg.end_utime);
   submap.frame_time = FromUtime(msg.frame_utime);
   submap.T_map_submap = *pose;
-  submap.covariance_from_previous = *covariance;
-  submap.heading_sigma_rad = msg.heading_sigma_rad;
+  if (msg.has_covariance_from_previous) submap.covariance_from_previous = *covariance;
+  if (msg.has_heading_sigma) submap.heading_sigma_rad = msg.heading_sigma_rad;
   submap.trigger = static_cast<SubmapTrigger>(msg.trigger);
-  submap.predicted_information = *information;
+  // No terrain that is a submap has none: zero stands for not computed.
+  if (!information->isZero(0.0)) submap.predicted_information = *information;
   submap.soundings_read = static_cast<std::uint64_t>(msg.soundings_read);
   submap.soundings_used = static_cast<std::uint64_t>(msg.soundings_used);
   for (std::size_t i = 0; i < msg.footprint_x_m.size(); ++i)
@@ -122,9 +123,13 @@ SubmapMessages ToLcm(const Submap& submap,
   msg.seq = announcement_seq;
   msg.id = submap.id.value;
   PoseTo(submap.T_map_submap, msg.p_map_submap_m, msg.q_map_submap);
-  MatrixTo<3>(submap.covariance_from_previous, msg.covariance_from_previous);
-  msg.heading_sigma_rad = submap.heading_sigma_rad;
-  MatrixTo<3>(submap.predicted_information, msg.predicted_information);
+  msg.has_covariance_from_previous = submap.covariance_from_previous.has_value();
+  MatrixTo<3>(submap.covariance_from_previous.value_or(Eigen::Matrix3d::Zero()),
+              msg.covariance_from_previous);
+  msg.has_heading_sigma = submap.heading_sigma_rad.has_value();
+  msg.heading_sigma_rad = submap.heading_sigma_rad.value_or(0.0);
+  MatrixTo<3>(submap.predicted_information.value_or(Eigen::Matrix3d::Zero()),
+              msg.predicted_information);
   msg.trigger = static_cast<std::int8_t>(submap.trigger);
   msg.soundings_read = static_cast<std::int64_t>(submap.soundings_read);
   msg.soundings_used = static_cast<std::int64_t>(submap.soundings_used);

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <span>
 #include <type_traits>
 #include <utility>
@@ -14,6 +15,12 @@
 namespace seastitch {
 
 using Bytes = std::span<const std::uint8_t>;
+
+// Devices and files have the numbers of IEEE 754, and so must the processor; its byte order and
+// alignment do not matter, as numbers are put together from bytes.
+static_assert(std::numeric_limits<float>::is_iec559 && std::numeric_limits<double>::is_iec559);
+static_assert(std::endian::native == std::endian::little ||
+              std::endian::native == std::endian::big);
 
 namespace detail {
 template <class T>
@@ -88,11 +95,7 @@ class ByteWriter {
   void Be(T value) {
     Write(value, std::endian::big);
   }
-  void Append(Bytes bytes) {
-    const auto at = static_cast<std::ptrdiff_t>(bytes_.size());
-    Zeros(bytes.size());
-    std::copy(bytes.begin(), bytes.end(), bytes_.begin() + at);
-  }
+  void Append(Bytes bytes) { bytes_.insert(bytes_.end(), bytes.begin(), bytes.end()); }
   void Zeros(std::size_t n) { bytes_.resize(bytes_.size() + n); }
 
   std::size_t size() const { return bytes_.size(); }

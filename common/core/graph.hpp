@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -20,8 +21,10 @@ struct GraphVertex {
   SubmapId id;
   Time time;
   Pose2 dead_reckoned;  // T_map_level
-  // Of dead_reckoned.yaw against north, 1 sigma; 0: not known.
-  double heading_sigma_rad = 0.0;
+  // One sigma of dead_reckoned.yaw against north, where it is known.
+  std::optional<double> heading_sigma_rad{};
+  // Dive that the submap belongs to. Dead reckoning joins submaps of one chain only.
+  std::int32_t chain = 0;
 };
 
 enum class EdgeKind : std::uint8_t { kDeadReckoning, kLoopClosure, kPositionFix };
@@ -59,6 +62,11 @@ struct GraphEdge {
 // the vehicle, closures of sheared soundings, and vertices stand where soundings belong.
 Eigen::Matrix3d ByMounting(const GraphEdge& edge);
 
+// What one message holds; the sender splits what is more.
+constexpr int kMaxVerticesPerUpdate = 200;
+constexpr int kMaxEdgesPerUpdate = 200;
+constexpr int kMaxCovariancePairs = 500;
+
 // One step of the mapper's graph. Versions count up from 1 without a hole: update n holds what
 // version n has beyond n - 1, so whoever has 1..n has all of it.
 struct GraphUpdate {
@@ -66,6 +74,10 @@ struct GraphUpdate {
   std::vector<GraphVertex> vertices;
   std::vector<GraphEdge> edges;
   MountingSigmas mounting{};
+  // Names the graph: the time of the first navigation state of the mapper that began it [us].
+  std::int64_t graph_id = 0;
+  bool final = false;    // the mapper has stopped: solve once from dead reckoning
+  bool resumed = false;  // the first update after a resume: solve once from dead reckoning
 };
 
 struct SolvedVertex {
@@ -92,15 +104,17 @@ struct PoseGraph {
   std::vector<SolvedVertex> vertices;  // by rising id
   std::vector<SolvedEdge> loop_edges;
   MountingErrors mounting{};
+  std::int64_t graph_id = 0;
 };
 
 // What a PoseGraph does not hold, on demand: how well the relative pose of any two of its vertices
 // is known.
 struct CovarianceRequest {
-  std::string from;  // who asks
+  std::string sender;
   std::int64_t seq = 0;
   std::int64_t graph_version = 0;
   std::vector<std::pair<SubmapId, SubmapId>> pairs;
+  std::int64_t graph_id = 0;
 };
 
 struct PairCovariance {
@@ -110,10 +124,11 @@ struct PairCovariance {
 };
 
 struct PairCovariances {
-  std::string to;  // who asked
+  std::string recipient;  // the sender of the request
   std::int64_t request_seq = 0;
   std::int64_t graph_version = 0;
   std::vector<PairCovariance> pairs;
+  std::int64_t graph_id = 0;
 };
 
 }  // namespace seastitch

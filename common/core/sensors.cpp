@@ -7,6 +7,12 @@
 
 namespace seastitch {
 
+bool HasQuality(const DvlSample& sample) {
+  return std::all_of(sample.beams.begin(), sample.beams.end(), [](const DvlBeam& beam) {
+    return beam.quality.has_value();
+  });
+}
+
 bool IsPlausible(const MbesBeam& b) {
   const auto is_time = [](float s) { return s >= 0.0f && s <= kMaxTravelTime_s; };
   const auto is_angle = [](float rad) { return std::abs(rad) < kPi; };

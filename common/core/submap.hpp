@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "common/core/ids.hpp"
@@ -47,16 +48,17 @@ struct Submap {
   // Dead-reckoned vehicle pose at frame_time: the submap's frame.
   Eigen::Isometry3d T_map_submap = Eigen::Isometry3d::Identity();
   // Covariance of x, y, yaw of T_map_submap relative to the previous submap's frame, in the
-  // previous submap's level axes (Sigma of III-B-1). Zero for the first.
-  Eigen::Matrix3d covariance_from_previous = Eigen::Matrix3d::Zero();
-  // Of the yaw of T_map_submap against north, 1 sigma; 0: not known.
-  double heading_sigma_rad = 0.0;
+  // previous submap's level axes (Sigma of III-B-1). Nothing for the first.
+  std::optional<Eigen::Matrix3d> covariance_from_previous;
+  // One sigma of the yaw of T_map_submap against north, where it is known.
+  std::optional<double> heading_sigma_rad;
   // By what part of itself an offset of the sonar that nobody told bends the submap, RMS over its
   // pings: twice the sine of half the heading off the frame's. 0 on a straight line.
   double heading_spread = 0.0;
   SubmapTrigger trigger = SubmapTrigger::kEnd;
-  // Information (x, y, yaw; level axes) that registering this terrain is predicted to give.
-  Eigen::Matrix3d predicted_information = Eigen::Matrix3d::Zero();
+  // Information (x, y, yaw; level axes) that registering this terrain is predicted to give, where
+  // that was computed.
+  std::optional<Eigen::Matrix3d> predicted_information;
   std::uint64_t soundings_read = 0;  // beams that the sonar delivered
   std::uint64_t soundings_used = 0;  // of these, behind the points of the cloud
   Footprint footprint;

@@ -95,6 +95,12 @@ bool Bus::IsPattern(const std::string& channel_regex) {
   return true;
 }
 
+std::int64_t Bus::decode_errors() const {
+  std::int64_t sum = 0;
+  for (const auto& [channel, count] : undecodable_) sum += count;
+  return sum;
+}
+
 void Bus::PublishBytes(const std::string& channel, const void* data, std::size_t size) {
   if (lcm_.publish(channel, data, static_cast<unsigned>(size)) != 0) ++publish_errors_;
 }

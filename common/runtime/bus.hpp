@@ -6,6 +6,7 @@
 #include <lcm/lcm-cpp.hpp>
 #include <limits>
 #include <list>
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -46,15 +47,17 @@ class Bus {
   // in seq. 0: no limit.
   template <class Msg>
   void Subscribe(const std::string& channel, int queue, std::function<void(const Msg&)> fn) {
-    SubscribeBytes(
-        channel, queue, [this, fn = std::move(fn)](const std::string&, const void* data, int size) {
-          Msg msg{};  // braces: generated types do not zero themselves
-          if (msg.decode(data, 0, size) != size) {
-            ++decode_errors_;
-            return;
-          }
-          fn(msg);
-        });
+    SubscribeBytes(channel,
+                   queue,
+                   [fn = std::move(fn), undecodable = &undecodable_[channel]](
+                       const std::string&, const void* data, int size) {
+                     Msg msg{};  // braces: generated types do not zero themselves
+                     if (msg.decode(data, 0, size) != size) {
+                       ++*undecodable;
+                       return;
+                     }
+                     fn(msg);
+                   });
   }
   // channel_regex is an LCM channel pattern, such as ".*", that IsPattern().
   using BytesHandler = std::function<void(const std::string& channel, const void* data, int size)>;
@@ -67,7 +70,9 @@ class Bus {
   // Whether LCM can read it as a channel pattern (a Perl regular expression).
   static bool IsPattern(const std::string& channel_regex);
 
-  std::int64_t decode_errors() const { return decode_errors_; }
+  // Messages that did not decode whole, by the channel subscribed; and all of them.
+  const std::map<std::string, std::int64_t>& undecodable() const { return undecodable_; }
+  std::int64_t decode_errors() const;
   std::int64_t publish_errors() const { return publish_errors_; }
 
  private:
@@ -82,7 +87,7 @@ class Bus {
   lcm::LCM lcm_;
   std::list<Slot> slots_;  // stable addresses for LCM
   std::int64_t publish_errors_ = 0;
-  std::int64_t decode_errors_ = 0;
+  std::map<std::string, std::int64_t> undecodable_;  // stable addresses for the handlers
 };
 
 // Watches the sequence numbers of one channel. Add() gives how many were lost before this message.

@@ -21,9 +21,9 @@ std::string ReadFile(const std::string& path) {
   return std::string(std::istreambuf_iterator<char>(in), {});
 }
 
-YAML::Node Parse(const std::string& path) {
+YAML::Node ParseYaml(const std::string& text, const std::string& path) {
   try {
-    return YAML::Load(ReadFile(path));
+    return YAML::Load(text);
   } catch (const YAML::Exception& e) {
     throw ConfigError(path + ":" + std::to_string(e.mark.line + 1) + ": not YAML: " + e.msg);
   }
@@ -60,62 +60,57 @@ std::string Quoted(const YAML::Node& node) {
 
 }  // namespace
 
-ConfigMap ConfigMap::Load(const std::string& path) {
-  const YAML::Node root = Parse(path);
+ConfigMap ConfigMap::Load(const std::string& path) { return Parse(ReadFile(path), path); }
+
+ConfigMap ConfigMap::Parse(const std::string& text, const std::string& name) {
+  const YAML::Node root = ParseYaml(text, name);
   if (!root.IsMap())
-    throw ConfigError(path + ": expected a map of keys ({} where every default is to stand)");
-  CheckKeys(root, path, 0);
-  return ConfigMap(root, path, "");
+    throw ConfigError(name + ": expected a map of keys ({} where every default is to stand)");
+  CheckKeys(root, name, 0);
+  return ConfigMap(root, name, "");
+}
+
+YAML::Node ConfigMap::Take(const std::string& key) {
+  taken_.insert(key);
+  return Get(key);
 }
 
 ConfigMap ConfigMap::Child(const std::string& key) {
-  read_.insert(key);
-  const YAML::Node node = Get(key);
+  const YAML::Node node = Take(key);
   if (!node || node.IsNull())
     return ConfigMap(YAML::Node(YAML::NodeType::Map), file_, Joined(path_, key));
-  if (!node.IsMap()) ThrowNotA(key, node, "a map");
+  if (!node.IsMap()) FailNotA(key, node, "a map");
   return ConfigMap(node, file_, Joined(path_, key));
 }
 
 std::vector<ConfigMap> ConfigMap::Children(const std::string& key) {
-  read_.insert(key);
   std::vector<ConfigMap> children;
-  const YAML::Node list = Get(key);
+  const YAML::Node list = Take(key);
   if (!list || list.IsNull()) return children;
-  if (!list.IsSequence()) ThrowNotA(key, list, "a list");
+  if (!list.IsSequence()) FailNotA(key, list, "a list");
   for (std::size_t i = 0; i < list.size(); ++i) {
     const std::string name = key + "[" + std::to_string(i) + "]";
-    if (!list[i].IsMap()) ThrowNotA(name, list[i], "a map");
+    if (!list[i].IsMap()) FailNotA(name, list[i], "a map");
     children.push_back(ConfigMap(list[i], file_, Joined(path_, name)));
   }
   return children;
 }
 
-std::vector<std::string> ConfigMap::Keys() const {
-  std::vector<std::string> keys;
-  for (const auto& entry : node_) keys.push_back(entry.first.Scalar());
-  return keys;
-}
-
 void ConfigMap::Finish() const {
-  for (const std::string& key : Keys())
-    if (!read_.contains(key)) throw ConfigError(Where(key) + ": unknown key");
+  for (const auto& entry : node_)
+    if (!taken_.contains(entry.first.Scalar())) Fail(entry.first.Scalar(), "unknown key");
 }
 
-void ConfigMap::Check(const std::string& problem) const {
-  if (!problem.empty()) throw ConfigError(Where(problem));
+void ConfigMap::Fail(const std::string& key, const std::string& problem) const {
+  throw ConfigError(file_ + ": " + Joined(path_, key) + ": " + problem);
+}
+
+void ConfigMap::FailNotA(const std::string& key,
+                         const YAML::Node& node,
+                         const std::string& expected) const {
+  Fail(key, Quoted(node) + " is not " + expected);
 }
 
 YAML::Node ConfigMap::Get(const std::string& key) const { return node_[key]; }
-
-std::string ConfigMap::Where(const std::string& key) const {
-  return file_ + ": " + Joined(path_, key);
-}
-
-void ConfigMap::ThrowNotA(const std::string& key,
-                          const YAML::Node& node,
-                          const char* expected) const {
-  throw ConfigError(Where(key) + ": " + Quoted(node) + " is not " + expected);
-}
 
 }  // namespace seastitch

@@ -77,6 +77,7 @@ void EventLoop::Every(std::chrono::milliseconds period, std::function<void()> fn
 }
 
 int EventLoop::Run() {
+  running_ = true;
   sd_notify(0, "READY=1");
   std::vector<pollfd> fds;
   std::vector<Source*> polled;

@@ -23,7 +23,8 @@ class EventLoop {
   // never for anything that ends up in the map.
   void Every(std::chrono::milliseconds period, std::function<void()> fn);
 
-  // Runs until a signal or Stop(). EXIT_SUCCESS, or EXIT_FAILURE when poll() itself fails.
+  // Runs until a signal or Stop() from a handler; may run again. EXIT_SUCCESS, or EXIT_FAILURE when
+  // poll() itself fails.
   int Run();
   void Stop() { running_ = false; }
 
@@ -37,7 +38,7 @@ class EventLoop {
   std::list<Source> sources_;
   std::vector<int> timer_fds_;
   int signal_fd_ = -1;
-  bool running_ = true;
+  bool running_ = false;
 };
 
 }  // namespace seastitch

@@ -2,6 +2,7 @@
 
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
+#include <sysexits.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -13,10 +14,10 @@
 namespace seastitch {
 namespace {
 
-int Fail(const std::string& name, std::string reason) {
+int Fail(const std::string& name, std::string reason, int exit_code) {
   std::replace(reason.begin(), reason.end(), '\n', ' ');
   std::fprintf(stderr, "%s: %s\n", name.c_str(), reason.c_str());
-  return EXIT_FAILURE;
+  return exit_code;
 }
 
 // "seastitch-mapper" is "mapper" in logs and in HEALTH.
@@ -44,17 +45,26 @@ int RunProcess(int argc,
                const std::function<int(const ProcessArgs&)>& body) {
   ProcessArgs args;
   CLI::App app(description, name);
-  app.add_option("--config", args.config, "YAML file")->required();
+  CLI::Option* const config = app.add_option("--config", args.config, "YAML file");
   app.add_option("--lcm-url", args.lcm_url, "LCM bus; else LCM_DEFAULT_URL, else LCM's default");
   app.add_flag("--check-config", args.check_config, "Read the configuration, say so and leave");
+  app.add_flag("--print-config",
+               args.print_config,
+               "Write the effective configuration with comments and leave; without --config: the "
+               "defaults");
   app.set_version_flag("--version", std::string(SEASTITCH_VERSION));
   try {
     app.parse(argc, argv);
+    if (args.config.empty() && !args.print_config) throw CLI::RequiredError(config->get_name());
     return RunBody(args, name, body);
   } catch (const CLI::Success& e) {  // --help, --version
     return app.exit(e);
+  } catch (const CLI::ParseError& e) {
+    return Fail(name, e.what(), EX_USAGE);
+  } catch (const ConfigError& e) {
+    return Fail(name, e.what(), EX_CONFIG);
   } catch (const std::exception& e) {
-    return Fail(name, e.what());
+    return Fail(name, e.what(), EXIT_FAILURE);
   }
 }
 

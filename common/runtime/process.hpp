@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdio>
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "common/runtime/config.hpp"
@@ -12,15 +14,28 @@ struct ProcessArgs {
   std::string config;         // --config FILE
   std::string lcm_url;        // --lcm-url URL; empty: LCM_DEFAULT_URL, else LCM's own default
   bool check_config = false;  // --check-config: read it, say so, leave
+  bool print_config = false;  // --print-config: write it (the defaults without FILE), leave
 };
 
+// The configuration that the command line asks for, where the process is to run with it; nothing
+// after --check-config and --print-config, which are answered.
+template <class Config>
+std::optional<Config> LoadConfig(const ProcessArgs& args, Config (*load)(const std::string& path)) {
+  const Config config = args.config.empty() ? Config{} : load(args.config);
+  if (args.print_config) std::fputs(PrintConfig(config).c_str(), stdout);
+  if (args.print_config || args.check_config) return std::nullopt;
+  return config;
+}
+
 // Parses the command line, runs `body`, and turns every exception into one line on stderr,
-// "NAME: what()", and EXIT_FAILURE. The one main() of each process calls nothing else:
+// "NAME: what()", and an exit status of sysexits.h: 64 (EX_USAGE) for the command line, 78
+// (EX_CONFIG) for a ConfigError, 1 for everything else. systemd restarts after the last only. The
+// one main() of each process calls nothing else:
 //
 //   int main(int argc, char** argv) {
 //     return RunProcess(argc, argv, "seastitch-mapper", "…one line…", [](const ProcessArgs& args) {
-//       const MapperConfig config = LoadMapperConfig(args.config);
-//       if (args.check_config) return EXIT_SUCCESS;
+//       const auto config = LoadConfig(args, LoadMapperConfig);
+//       if (!config) return EXIT_SUCCESS;
 //       …
 //       return loop.Run();
 //     });

@@ -1,60 +1,103 @@
 #include "common/runtime/vehicle_config.hpp"
 
 #include <cmath>
-#include <vector>
 
 #include "common/core/pose.hpp"
-#include "common/runtime/config.hpp"
 
 namespace seastitch {
 namespace {
 
-Eigen::Vector3d ReadVector(ConfigMap* map, const std::string& key) {
-  std::vector<double> v{0.0, 0.0, 0.0};
-  map->Read(key, &v);
-  if (v.size() != 3) map->Check(key + " has " + std::to_string(v.size()) + " numbers, expected 3");
-  const Eigen::Vector3d vector(v[0], v[1], v[2]);
-  if (!vector.allFinite()) map->Check(key + " is not finite");
-  return vector;
+Eigen::Isometry3d PoseOf(const VehicleFile::Mounting& mounting) {
+  const Eigen::Vector3d& deg = mounting.roll_pitch_yaw_deg;
+  return MakePose(mounting.position_m,
+                  RotationFromRpy(Deg2Rad(deg.x()), Deg2Rad(deg.y()), Deg2Rad(deg.z())));
 }
 
-Eigen::Isometry3d ReadMounting(ConfigMap* root, const std::string& sensor) {
-  ConfigMap map = root->Child(sensor);
-  const Eigen::Vector3d p = ReadVector(&map, "position_m");
-  const Eigen::Vector3d rpy_deg = ReadVector(&map, "roll_pitch_yaw_deg");
-  map.Finish();
-  return MakePose(
-      p, RotationFromRpy(Deg2Rad(rpy_deg.x()), Deg2Rad(rpy_deg.y()), Deg2Rad(rpy_deg.z())));
+VehicleFile::Mounting MountingOf(const Eigen::Isometry3d& pose) {
+  const Eigen::Vector3d deg = RpyFromRotation(pose.linear()) * (180.0 / kPi);
+  return {pose.translation(), deg.unaryExpr([](double a) { return std::round(a * 1e9) / 1e9; })};
+}
+
+void DeclarePosition(Eigen::Vector3d* position_m, ParameterTable* table) {
+  table->Add("position_m",
+             position_m,
+             Unit::kMetre,
+             Range::Any(),
+             "Forward, right and down of the vehicle's reference point.");
+}
+
+void DeclareMounting(VehicleFile::Mounting* mounting, ParameterTable* table) {
+  DeclarePosition(&mounting->position_m, table);
+  table->Add("roll_pitch_yaw_deg",
+             &mounting->roll_pitch_yaw_deg,
+             Unit::kDegree,
+             Range::Any(),
+             "Turn the vehicle's axes into the sensor's: yaw, then pitch, then roll.");
+}
+
+void DeclareDatum(VehicleFile* file, ParameterTable* table) {
+  ParameterTable& datum = table->AddSection("datum", "Origin of the map, WGS 84.");
+  datum
+      .Add("latitude_deg",
+           &file->datum_latitude_deg,
+           Unit::kDegree,
+           Range::Above(-90.0).Below(90.0),
+           "North.")
+      .Required();
+  datum
+      .Add("longitude_deg",
+           &file->datum_longitude_deg,
+           Unit::kDegree,
+           Range::Within(-180.0, 180.0),
+           "East.")
+      .Required();
 }
 
 }  // namespace
 
+ParameterTable TableOf(VehicleFile* file) {
+  ParameterTable table;
+  DeclareDatum(file, &table);
+  DeclareMounting(&file->imu, &table.AddSection("imu", "Inertial unit."));
+  DeclareMounting(&file->dvl, &table.AddSection("dvl", "Doppler log."));
+  DeclareMounting(&file->mbes, &table.AddSection("mbes", "Sonar."));
+  DeclareMounting(
+      &file->mbes_transmitter,
+      &table.AddSection("mbes_transmitter",
+                        "Transmit array in the sonar's own axes, where the two arrays "
+                        "sit apart, turned against each other or (yaw 180) backwards."));
+  DeclareMounting(&file->mbes_receiver,
+                  &table.AddSection("mbes_receiver", "Receive array in the sonar's own axes."));
+  DeclarePosition(&file->depth_position_m, &table.AddSection("depth", "Pressure sensor."));
+  return table;
+}
+
 VehicleGeometry LoadVehicle(const std::string& path) {
-  ConfigMap root = ConfigMap::Load(path);
+  VehicleFile file;
+  TableOf(&file).Load(path);
   VehicleGeometry vehicle;
-
-  ConfigMap datum = root.Child("datum");
-  double latitude_deg = 0.0;
-  double longitude_deg = 0.0;
-  datum.Require("latitude_deg", &latitude_deg);
-  datum.Require("longitude_deg", &longitude_deg);
-  if (!(std::abs(latitude_deg) < 90.0)) datum.Check("latitude_deg must lie within -90 and 90");
-  if (!(std::abs(longitude_deg) <= 180.0))
-    datum.Check("longitude_deg must lie within -180 and 180");
-  datum.Finish();
-  vehicle.datum_latitude_rad = Deg2Rad(latitude_deg);
-  vehicle.datum_longitude_rad = Deg2Rad(longitude_deg);
-
-  vehicle.T_vehicle_imu = ReadMounting(&root, "imu");
-  vehicle.T_vehicle_dvl = ReadMounting(&root, "dvl");
-  vehicle.T_vehicle_mbes = ReadMounting(&root, "mbes");
-  vehicle.T_mbes_tx = ReadMounting(&root, "mbes_transmitter");
-  vehicle.T_mbes_rx = ReadMounting(&root, "mbes_receiver");
-  ConfigMap depth = root.Child("depth");
-  vehicle.p_vehicle_depth_m = ReadVector(&depth, "position_m");
-  depth.Finish();
-  root.Finish();
+  vehicle.datum_latitude_rad = Deg2Rad(file.datum_latitude_deg);
+  vehicle.datum_longitude_rad = Deg2Rad(file.datum_longitude_deg);
+  vehicle.T_vehicle_imu = PoseOf(file.imu);
+  vehicle.T_vehicle_dvl = PoseOf(file.dvl);
+  vehicle.T_vehicle_mbes = PoseOf(file.mbes);
+  vehicle.T_mbes_tx = PoseOf(file.mbes_transmitter);
+  vehicle.T_mbes_rx = PoseOf(file.mbes_receiver);
+  vehicle.p_vehicle_depth_m = file.depth_position_m;
   return vehicle;
+}
+
+std::string PrintConfig(const VehicleGeometry& vehicle) {
+  VehicleFile file;
+  file.datum_latitude_deg = std::round(Rad2Deg(vehicle.datum_latitude_rad) * 1e9) / 1e9;
+  file.datum_longitude_deg = std::round(Rad2Deg(vehicle.datum_longitude_rad) * 1e9) / 1e9;
+  file.imu = MountingOf(vehicle.T_vehicle_imu);
+  file.dvl = MountingOf(vehicle.T_vehicle_dvl);
+  file.mbes = MountingOf(vehicle.T_vehicle_mbes);
+  file.mbes_transmitter = MountingOf(vehicle.T_mbes_tx);
+  file.mbes_receiver = MountingOf(vehicle.T_mbes_rx);
+  file.depth_position_m = vehicle.p_vehicle_depth_m;
+  return PrintWithDefaults(file, {});
 }
 
 }  // namespace seastitch

@@ -59,6 +59,17 @@ std::size_t ThreadWorker::queue_depth() const {
   return jobs_.size() + (busy_ ? 1 : 0);
 }
 
+void ThreadWorker::ReportProgress() {
+  const std::lock_guard lock(mutex_);
+  sign_of_life_ = std::chrono::steady_clock::now();
+}
+
+double ThreadWorker::age_s() const {
+  const std::lock_guard lock(mutex_);
+  if (!busy_) return 0.0;
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - sign_of_life_).count();
+}
+
 void ThreadWorker::Drain() {
   std::uint64_t finished = 0;
   // Only rearms the descriptor: done_ tells what there is to do, also where nothing was signalled.
@@ -91,6 +102,7 @@ void ThreadWorker::Main() {
     Job job = std::move(jobs_.front());
     jobs_.pop_front();
     busy_ = true;
+    sign_of_life_ = std::chrono::steady_clock::now();
     lock.unlock();
     std::function<void()> quick_part = RunJob(job);
     job = nullptr;  // frees what the job owned before the loop hears of it

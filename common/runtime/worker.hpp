@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <cstddef>
 #include <deque>
@@ -18,6 +19,8 @@ class Worker {
   // False when the queue is full: the caller counts the refusal.
   virtual bool Post(Job job) = 0;
   virtual std::size_t queue_depth() const = 0;
+  // A sign of life from inside a job that takes long.
+  virtual void ReportProgress() {}
 };
 
 // At once, on the caller's thread: in replay, so that the result cannot depend on the machine.
@@ -40,6 +43,10 @@ class ThreadWorker : public Worker {
 
   bool Post(Job job) override;
   std::size_t queue_depth() const override;
+  void ReportProgress() override;
+  // Seconds since the job that runs began or last reported progress; 0 where none runs. What waits
+  // behind a job that makes progress is not late.
+  double age_s() const;
   int fd() const { return fd_; }
   // Runs the quick parts of finished jobs.
   void Drain();
@@ -56,6 +63,7 @@ class ThreadWorker : public Worker {
   std::condition_variable wake_finish_;
   bool stop_ = false;
   bool busy_ = false;
+  std::chrono::steady_clock::time_point sign_of_life_;  // of the job that runs
   std::deque<Job> jobs_;
   std::deque<std::function<void()>> done_;
   std::thread thread_;

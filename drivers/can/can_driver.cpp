@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "common/core/channel_names.hpp"
 #include "drivers/socket/cannelloni.hpp"
 
 namespace seastitch {
@@ -22,7 +23,7 @@ std::int64_t OutagesIn(const Counters& source) {
 
 // Two drivers on one bus write RAW_CAN, each with a sequence of its own.
 CanDriver::CanDriver(const std::string& name, const DriverParams& params, Bus* bus)
-    : DeviceDriver(name, "RAW_CAN", params.source + "#" + name, params, bus) {}
+    : DeviceDriver(name, channels::kRawCan, params.source + "#" + name, params, bus) {}
 
 void CanDriver::Feed(const CanFrame& frame, Time recv) {
   const ReceivedFrame one{frame, recv};
@@ -63,7 +64,9 @@ void CanDriver::UpdateHealth(const Counters& source,
     outages_ = outages;
   }
   SetAll(errors_.counters(), &health());
-  DeviceDriver::UpdateHealth(source, now, trouble.empty() ? errors_.trouble() : trouble);
+  const std::string on_the_wire = errors_.trouble();
+  health().HoldIf(!on_the_wire.empty(), conditions::kCanController, on_the_wire);
+  DeviceDriver::UpdateHealth(source, now, trouble);
 }
 
 int RunCanDriver(CanDriver* driver, const DriverParams& params, EventLoop* loop) {
@@ -80,29 +83,46 @@ int RunCanDriver(CanDriver* driver, const DriverParams& params, EventLoop* loop)
   return code;
 }
 
-SignalMap ReadSignalMap(ConfigMap* root, const std::vector<std::string>& field_keys) {
-  std::string dbc_path;
-  root->Require("dbc", &dbc_path);
-  Dbc dbc;
-  try {
-    dbc = Dbc::Load((std::filesystem::path(root->file()).parent_path() / dbc_path).string());
-  } catch (const std::runtime_error& e) {
-    root->Check(std::string("dbc: ") + e.what());
-  }
-  ConfigMap signals = root->Child("signals");
+void DeclareSignals(const std::vector<std::string>& field_keys,
+                    SignalFile* file,
+                    ParameterTable* table) {
+  table->Add("dbc", &file->dbc, "DBC file of the device's messages, relative to this file.")
+      .DataSheet()
+      .Required();
+  ParameterTable& signals = table->AddSection(
+      "signals",
+      "Each field from MESSAGE.SIGNAL, or MESSAGE.SIGNAL * FACTOR [+ OFFSET] to turn an axis or a "
+      "unit. docs/drivers.md has the fields.");
+  file->texts.resize(field_keys.size());
+  for (std::size_t i = 0; i < field_keys.size(); ++i)
+    signals.Add(field_keys[i], &file->texts[i], "");
+}
+
+SignalMap LoadSignals(const std::string& config_path,
+                      const std::vector<std::string>& field_keys,
+                      SignalFile* file) {
+  namespace fs = std::filesystem;
+  file->dbc = (fs::absolute(config_path).parent_path() / file->dbc).lexically_normal().string();
   SignalMap map;
-  for (std::size_t field = 0; field < field_keys.size(); ++field) {
-    std::string text;
-    signals.Read(field_keys[field], &text);
-    if (text.empty()) continue;
-    try {
-      map.Assign(dbc, field, text);
-    } catch (const std::runtime_error& e) {
-      signals.Check(field_keys[field] + ": " + e.what());
+  std::string key = "dbc";
+  try {
+    const Dbc dbc = Dbc::Load(file->dbc);
+    for (std::size_t field = 0; field < field_keys.size(); ++field) {
+      key = "signals." + field_keys[field];
+      if (!file->texts[field].empty()) map.Assign(dbc, field, file->texts[field]);
     }
+  } catch (const std::runtime_error& e) {
+    throw ConfigError(config_path + ": " + key + ": " + e.what());
   }
-  signals.Finish();
   return map;
+}
+
+void DeclareSourceAddress(int* address, ParameterTable* table) {
+  table->Add("source_address",
+             address,
+             Unit::kNone,
+             Range::Within(-1, 251),
+             "Address of the device on the bus; -1: any.");
 }
 
 }  // namespace seastitch

@@ -42,8 +42,22 @@ class CanDriver : public DeviceDriver {
 // Runs a driver on its source until a signal, or the end of a log.
 int RunCanDriver(CanDriver* driver, const DriverParams& params, EventLoop* loop);
 
-// Key "dbc", relative to the folder of the file, and the map "signals", whose keys are field_keys.
-// Throws ConfigError.
-SignalMap ReadSignalMap(ConfigMap* root, const std::vector<std::string>& field_keys);
+// What a file tells of the signals of a device that a DBC file describes.
+struct SignalFile {
+  std::string dbc;
+  std::vector<std::string> texts;  // of each field; empty: the device does not send it
+};
+// field_keys: the keys of the map `signals`.
+void DeclareSignals(const std::vector<std::string>& field_keys,
+                    SignalFile* file,
+                    ParameterTable* table);
+// config_path: of the file that the texts stand in; file->dbc is relative to it, and absolute
+// afterwards. Throws ConfigError.
+SignalMap LoadSignals(const std::string& config_path,
+                      const std::vector<std::string>& field_keys,
+                      SignalFile* file);
+
+// Of a device on NMEA 2000: its address on the bus.
+void DeclareSourceAddress(int* address, ParameterTable* table);
 
 }  // namespace seastitch

@@ -2,8 +2,8 @@
 
 #include <string>
 
+#include "common/core/counters.hpp"
 #include "drivers/can/can_frame.hpp"
-#include "drivers/counters.hpp"
 
 namespace seastitch {
 

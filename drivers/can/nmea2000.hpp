@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "common/core/bytes.hpp"
+#include "common/core/counters.hpp"
 #include "drivers/can/can_frame.hpp"
-#include "drivers/counters.hpp"
 
 // NMEA 2000 on extended CAN frames, little-endian: parameter groups ("PGN") of one frame, or of up
 // to 223 bytes as a fast packet.

@@ -21,9 +21,11 @@ double Sigma(const FieldValues& v, const SignalMap& signals, std::size_t field) 
   return std::max(v.value[field], 0.5 * signals.Resolution(field));
 }
 
-DvlBeam ToBeam(const FieldValues& v, std::size_t beam) {
+DvlBeam ToBeam(const FieldValues& v, const SignalMap& signals, std::size_t beam) {
   DvlBeam out;
   out.valid = v.value[kDvlBeamValid1 + beam] != 0.0;
+  if (signals.Has(kDvlBeamQuality1))
+    out.quality = std::clamp(v.value[kDvlBeamQuality1 + beam], 0.0, 1.0);
   if (!out.valid) return out;
   out.range_m = v.value[kDvlBeamRange1 + beam];
   out.velocity_mps = v.value[kDvlBeamVelocity1 + beam];
@@ -38,9 +40,10 @@ DvlSample ToDvl(const FieldValues& v, const SignalMap& signals, Time time) {
     sample.v_dvl_mps = Vector(v, kDvlVelocityX);
     for (std::size_t axis = 0; axis < 3; ++axis)
       sample.sigma_v_mps[static_cast<Eigen::Index>(axis)] = Sigma(v, signals, kDvlSigmaX + axis);
+    if (signals.Has(kDvlErrorVelocity)) sample.error_velocity_mps = v.value[kDvlErrorVelocity];
   }
   for (std::size_t beam = 0; beam < sample.beams.size(); ++beam)
-    sample.beams[beam] = ToBeam(v, beam);
+    sample.beams[beam] = ToBeam(v, signals, beam);
   if (v.value[kDvlAltitudeValid] != 0.0) sample.altitude_m = v.value[kDvlAltitude];
   return sample;
 }
@@ -48,7 +51,7 @@ DvlSample ToDvl(const FieldValues& v, const SignalMap& signals, Time time) {
 DepthSample ToDepth(const FieldValues& v, const SignalMap& signals, Time time) {
   DepthSample sample;
   sample.time = time;
-  sample.pressure_pa = v.value[kDepthPressure];
+  if (signals.Has(kDepthPressure)) sample.pressure_pa = v.value[kDepthPressure];
   sample.depth_m = v.value[kDepthDepth];
   if (signals.Has(kDepthSigma)) sample.sigma_m = Sigma(v, signals, kDepthSigma);
   return sample;
@@ -65,13 +68,15 @@ void Fill(const DvlSample& sample, FieldValues* v) {
     v->Set(kDvlBeamRange1 + beam, sample.beams[beam].range_m);
     v->Set(kDvlBeamValid1 + beam, sample.beams[beam].valid ? 1.0 : 0.0);
     v->Set(kDvlBeamVelocity1 + beam, sample.beams[beam].velocity_mps);
+    v->Set(kDvlBeamQuality1 + beam, sample.beams[beam].quality.value_or(0.0));
   }
+  v->Set(kDvlErrorVelocity, sample.error_velocity_mps.value_or(0.0));
   v->Set(kDvlAltitude, sample.altitude_m.value_or(0.0));
   v->Set(kDvlAltitudeValid, sample.altitude_m ? 1.0 : 0.0);
 }
 
 void Fill(const DepthSample& sample, FieldValues* v) {
-  v->Set(kDepthPressure, sample.pressure_pa);
+  v->Set(kDepthPressure, sample.pressure_pa.value_or(0.0));
   v->Set(kDepthDepth, sample.depth_m);
   v->Set(kDepthSigma, sample.sigma_m);
 }
@@ -99,6 +104,11 @@ const std::vector<std::string> kDvlFieldKeys = {"time_s",
                                                 "beam_2_velocity_mps",
                                                 "beam_3_velocity_mps",
                                                 "beam_4_velocity_mps",
+                                                "beam_1_quality",
+                                                "beam_2_quality",
+                                                "beam_3_quality",
+                                                "beam_4_quality",
+                                                "error_velocity_mps",
                                                 "altitude_m",
                                                 "altitude_valid",
                                                 "pressure_pa",
@@ -116,15 +126,16 @@ std::string DvlCanParams::Validate() const {
   if (Mapped(signals, kDvlBeamRange1, kDvlBeamVelocity4).any())
     if (const std::string problem = missing(kDvlBeamRange1, kDvlBeamValid4); !problem.empty())
       return problem;
+  if (Mapped(signals, kDvlBeamQuality1, kDvlBeamQuality4).any())
+    if (const std::string problem = missing(kDvlBeamQuality1, kDvlBeamQuality4); !problem.empty())
+      return problem;
   if (Mapped(signals, kDvlAltitude, kDvlAltitudeValid).any())
     if (const std::string problem = missing(kDvlAltitude, kDvlAltitudeValid); !problem.empty())
       return problem;
   if (Mapped(signals, kDepthPressure, kDepthSigma).any())
     if (const std::string problem = missing(kDepthDepth, kDepthDepth); !problem.empty())
       return problem;
-  if (!(max_ensemble_s > 0.0 && max_ensemble_s <= 1.0))
-    return "max_ensemble_s must be above 0, at most 1";
-  return clock.Validate();
+  return "";
 }
 
 DvlCanDecoder::DvlCanDecoder(const DvlCanParams& params)

@@ -34,6 +34,11 @@ enum DvlField : std::size_t {
   kDvlBeamVelocity2,
   kDvlBeamVelocity3,
   kDvlBeamVelocity4,
+  kDvlBeamQuality1,  // 0 to 1
+  kDvlBeamQuality2,
+  kDvlBeamQuality3,
+  kDvlBeamQuality4,
+  kDvlErrorVelocity,
   kDvlAltitude,
   kDvlAltitudeValid,
   kDepthPressure,
@@ -52,6 +57,7 @@ struct DvlCanParams {
   // burst on the wire, not above half the ping period.
   double max_ensemble_s = 0.030;
 
+  // Of the signals: what is missing; empty if usable.
   std::string Validate() const;
 };
 

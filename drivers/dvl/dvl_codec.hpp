@@ -3,9 +3,9 @@
 #include <optional>
 #include <vector>
 
+#include "common/core/counters.hpp"
 #include "common/core/sensors.hpp"
 #include "drivers/can/can_frame.hpp"
-#include "drivers/counters.hpp"
 
 namespace seastitch {
 

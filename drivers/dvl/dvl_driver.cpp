@@ -1,41 +1,53 @@
 #include "drivers/dvl/dvl_driver.hpp"
 
 #include "common/convert/convert.hpp"
-#include "drivers/registry.hpp"
+#include "common/core/channel_names.hpp"
 
 namespace seastitch {
 namespace {
 
-void ReadSignals(ConfigMap* root, DvlDriverConfig* config) {
-  config->can.clock = ReadClockParams(root);
-  root->Read("max_ensemble_s", &config->can.max_ensemble_s);
-  config->can.signals = ReadSignalMap(root, kDvlFieldKeys);
-  root->Check(config->can.Validate());
+void DeclareSignalDevice(DvlDriverConfig* config, ParameterTable* table) {
+  DeclareClock(&config->can.clock, true, table);
+  table->Add("max_ensemble_s",
+             &config->can.max_ensemble_s,
+             Unit::kSecond,
+             Range::Above(0.0).AtMost(1.0),
+             "Between the first and the last frame of one ensemble; more behind a gateway that "
+             "buffers; not above half the ping period.");
+  DeclareSignals(kDvlFieldKeys, &config->signals, table);
 }
 
-void ReadNmea2000(ConfigMap* root, DvlDriverConfig* config) {
-  config->nmea2000.clock = ReadClockParams(root);
-  root->Read("source_address", &config->nmea2000.source);
-  root->Read("sigma_mps", &config->nmea2000.sigma_mps);
-  root->Read("sigma_z_mps", &config->nmea2000.sigma_z_mps);
-  root->Read("max_depth_age_s", &config->nmea2000.max_depth_age_s);
-  root->Check(config->nmea2000.Validate());
+void DeclareNmea2000(DvlDriverConfig* config, ParameterTable* table) {
+  DvlN2kParams* p = &config->nmea2000;
+  DeclareClock(&p->clock, false, table);
+  DeclareSourceAddress(&p->source, table);
+  DeclareVelocitySigma(&p->sigma_mps, table);
+  table->Add("sigma_z_mps",
+             &p->sigma_z_mps,
+             Unit::kMetrePerSecond,
+             Range::Above(0.0).AtMost(100.0),
+             "Of the vertical velocity, which is not sent and given as 0.");
+  table->Add("max_depth_age_s",
+             &p->max_depth_age_s,
+             Unit::kSecond,
+             Range::Within(0.0, 10.0),
+             "An older depth below the log is not given as altitude.");
 }
 
 struct Device {
   const char* name;
-  void (*read)(ConfigMap* root, DvlDriverConfig* config);
+  void (*declare)(DvlDriverConfig* config, ParameterTable* table);
   std::unique_ptr<DvlCodec> (*make)(const DvlDriverConfig& config);
 };
 
 constexpr Device kDevices[] = {
-    {"signals",
-     ReadSignals,
+    {kSignalDevice,
+     DeclareSignalDevice,
      [](const DvlDriverConfig& c) -> std::unique_ptr<DvlCodec> {
        return std::make_unique<DvlCanDecoder>(c.can);
      }},
     {"nmea2000",
-     ReadNmea2000,
+     DeclareNmea2000,
      [](const DvlDriverConfig& c) -> std::unique_ptr<DvlCodec> {
        return std::make_unique<DvlN2kDecoder>(c.nmea2000);
      }},
@@ -43,16 +55,41 @@ constexpr Device kDevices[] = {
 
 }  // namespace
 
+std::vector<std::string> DvlCanDevices() { return NamesOf(kDevices); }
+
+ParameterTable TableOf(DvlDriverConfig* config) {
+  ParameterTable table;
+  DeclareDevice(&config->device, NamesOf(kDevices), &table);
+  DeclareDriver(&config->driver, &table);
+  FindEntry(kDevices, config->device)->declare(config, &table);
+  return table;
+}
+
+void DeclareVelocitySigma(double* sigma_mps, ParameterTable* table) {
+  table
+      ->Add("sigma_mps",
+            sigma_mps,
+            Unit::kMetrePerSecond,
+            Range::Above(0.0).AtMost(1.0),
+            "Of each horizontal component of the velocity, 1 sigma: the log does not send it.")
+      .DataSheet();
+}
+
 DvlDriverConfig LoadDvlDriverConfig(const std::string& path) {
-  ConfigMap root = ConfigMap::Load(path);
   DvlDriverConfig config;
-  root.Read("device", &config.device);
-  if (const std::string problem = ProblemWithName(kDevices, config.device); !problem.empty())
-    root.Check("device: " + problem + ", pd0");
-  config.driver = ReadDriverParams(&root);
-  FindEntry(kDevices, config.device)->read(&root, &config);
-  root.Finish();
+  config.device = DeviceIn(path, NamesOf(kDevices));
+  TableOf(&config).Load(path);
+  if (config.device != kSignalDevice) return config;
+  config.can.signals = LoadSignals(path, kDvlFieldKeys, &config.signals);
+  if (const std::string problem = config.can.Validate(); !problem.empty())
+    throw ConfigError(path + ": " + problem);
   return config;
+}
+
+std::string PrintConfig(const DvlDriverConfig& config) {
+  DvlDriverConfig defaults;
+  defaults.device = config.device;
+  return PrintWithDefaults(config, defaults);
 }
 
 DvlDriver::DvlDriver(const DvlDriverConfig& config, Bus* bus)
@@ -62,11 +99,11 @@ DvlDriver::DvlDriver(const DvlDriverConfig& config, Bus* bus)
 void DvlDriver::Decode(const CanFrame& frame, Time recv) {
   const DvlOutput output = codec_->Add(frame, recv);
   if (output.dvl) {
-    bus_->Publish("DVL", ToLcm(*output.dvl, MessageStamp{recv, dvl_seq_++}));
+    bus_->Publish(channels::kDvl, ToLcm(*output.dvl, MessageStamp{recv, dvl_seq_++}));
     OnPublished("dvl");
   }
   if (output.depth) {
-    bus_->Publish("DEPTH", ToLcm(*output.depth, MessageStamp{recv, depth_seq_++}));
+    bus_->Publish(channels::kDepth, ToLcm(*output.depth, MessageStamp{recv, depth_seq_++}));
     OnPublished("depth");
   }
 }

@@ -8,18 +8,27 @@
 #include "drivers/can/can_driver.hpp"
 #include "drivers/dvl/dvl_can.hpp"
 #include "drivers/dvl/dvl_nmea2000.hpp"
+#include "drivers/registry.hpp"
 
 namespace seastitch {
 
 struct DvlDriverConfig {
-  std::string device = "signals";  // a line of the table in dvl_driver.cpp
+  std::string device = kSignalDevice;  // a line of the table in dvl_driver.cpp
   DriverParams driver;
-  DvlCanParams can;       // of "signals"
+  SignalFile signals;     // of "signals"
+  DvlCanParams can;       // of "signals", made from signals
   DvlN2kParams nmea2000;  // of "nmea2000"
 };
 
 // Throws ConfigError.
 DvlDriverConfig LoadDvlDriverConfig(const std::string& path);
+std::string PrintConfig(const DvlDriverConfig& config);
+// Of the device that config names.
+ParameterTable TableOf(DvlDriverConfig* config);
+// The names of the devices on a CAN bus.
+std::vector<std::string> DvlCanDevices();
+// Of a log that does not state the sigma of its horizontal velocity.
+void DeclareVelocitySigma(double* sigma_mps, ParameterTable* table);
 
 // CAN frames to DVL, DEPTH and RAW_CAN.
 class DvlDriver : public CanDriver {

@@ -1,5 +1,7 @@
 #include <cstdlib>
 
+#include "common/convert/convert.hpp"
+#include "common/runtime/config_publisher.hpp"
 #include "common/runtime/process.hpp"
 #include "drivers/dvl/dvl_driver.hpp"
 #include "drivers/dvl/pd0_driver.hpp"
@@ -9,21 +11,27 @@ namespace {
 using namespace seastitch;
 
 int RunPd0(const ProcessArgs& args) {
-  const Pd0DriverConfig config = LoadPd0DriverConfig(args.config);
-  if (args.check_config) return EXIT_SUCCESS;
+  const auto config = LoadConfig(args, LoadPd0DriverConfig);
+  if (!config) return EXIT_SUCCESS;
   EventLoop loop;
   Bus bus(args.lcm_url);
-  Pd0Driver driver(config, &bus);
-  return RunDatagramDriver(&driver, config.driver, &loop);
+  Pd0Driver driver(*config, &bus);
+  ConfigPublisher configuration(
+      ConfigParts("dvl-driver", {{"dvl_driver.yaml", PrintConfig(*config)}}), &bus);
+  configuration.SendBy(&loop);
+  return RunDatagramDriver(&driver, config->driver, &loop);
 }
 
 int RunCan(const ProcessArgs& args) {
-  const DvlDriverConfig config = LoadDvlDriverConfig(args.config);
-  if (args.check_config) return EXIT_SUCCESS;
+  const auto config = LoadConfig(args, LoadDvlDriverConfig);
+  if (!config) return EXIT_SUCCESS;
   EventLoop loop;
   Bus bus(args.lcm_url);
-  DvlDriver driver(config, &bus);
-  return RunCanDriver(&driver, config.driver, &loop);
+  DvlDriver driver(*config, &bus);
+  ConfigPublisher configuration(
+      ConfigParts("dvl-driver", {{"dvl_driver.yaml", PrintConfig(*config)}}), &bus);
+  configuration.SendBy(&loop);
+  return RunCanDriver(&driver, config->driver, &loop);
 }
 
 }  // namespace
@@ -35,8 +43,10 @@ int main(int argc, char** argv) {
       "seastitch-dvl-driver",
       "Doppler log to DVL: on a CAN bus, with DEPTH and RAW_CAN, or over UDP, with RAW_DVL",
       [](const ProcessArgs& args) {
-        std::string device;
-        ConfigMap::Load(args.config).Read("device", &device);
-        return device == "pd0" ? RunPd0(args) : RunCan(args);
+        const std::string pd0 = Pd0DriverConfig{}.device;
+        std::vector<std::string> devices = DvlCanDevices();
+        devices.push_back(pd0);
+        const bool is_pd0 = !args.config.empty() && DeviceIn(args.config, devices) == pd0;
+        return is_pd0 ? RunPd0(args) : RunCan(args);
       });
 }

@@ -10,18 +10,6 @@ constexpr double kDepthStep_m = 0.01;
 
 }  // namespace
 
-std::string DvlN2kParams::Validate() const {
-  if (source < -1 || source > 251) return "source_address must be 0 to 251, or -1 for any";
-  if (!(sigma_mps > 0.0 && sigma_mps <= 1.0)) return "sigma_mps must be above 0, at most 1";
-  if (!(sigma_z_mps > 0.0 && sigma_z_mps <= 100.0))
-    return "sigma_z_mps must be above 0, at most 100";
-  if (!(max_depth_age_s >= 0.0 && max_depth_age_s <= 10.0))
-    return "max_depth_age_s must be 0 to 10";
-  if (clock.clock != DeviceClock::kReceive)
-    return "clock must be receive: NMEA 2000 carries no time of measurement";
-  return clock.Validate();
-}
-
 DvlOutput DvlN2kDecoder::Add(const CanFrame& frame, Time recv) {
   if (!frame.extended || frame.error || frame.remote) return {};
   const N2kMessage id = ReadN2kId(frame.id);

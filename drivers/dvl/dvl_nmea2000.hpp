@@ -22,8 +22,6 @@ struct DvlN2kParams {
   double sigma_z_mps = 1.0;      // of the vertical one, which is given as 0
   double max_depth_age_s = 0.5;  // older, and it is not of this ping
   ClockParams clock{DeviceClock::kReceive, 0.0};
-
-  std::string Validate() const;
 };
 
 class DvlN2kDecoder : public DvlCodec {

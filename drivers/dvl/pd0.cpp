@@ -22,6 +22,7 @@ constexpr std::size_t kVariableLeaderBytes = 65;
 constexpr std::size_t kBottomTrackBytes = 81;
 constexpr std::size_t kMaxBlocks = 64;
 constexpr int kRtcBaseYear = 2000;
+constexpr double kFullCorrelation = 255.0;
 constexpr std::int16_t kNoVelocity = std::numeric_limits<std::int16_t>::min();
 
 enum CoordinateBits : std::uint8_t { kTiltsUsed = 1 << 2 };
@@ -115,7 +116,11 @@ bool ReadBottomTrack(Bytes block, Pd0Ensemble* out) {
     const auto raw_mmps = in.Le<std::int16_t>();
     if (raw_mmps != kNoVelocity) velocity = raw_mmps / 1000.0;
   }
-  in.Skip(45);
+  std::array<std::uint8_t, 4> correlation;
+  for (std::uint8_t& beam : correlation) beam = in.Le<std::uint8_t>();
+  // A log that does not measure it leaves zeros, which four real beams never have.
+  if (correlation != std::array<std::uint8_t, 4>{}) out->correlation = correlation;
+  in.Skip(41);
   for (std::size_t beam = 0; beam < 4; ++beam) {
     range_cm[beam] += std::uint32_t{in.Le<std::uint8_t>()} << 16;
     if (range_cm[beam] > 0) out->range_m[beam] = range_cm[beam] / 100.0;
@@ -148,13 +153,6 @@ bool HasVelocity(const Pd0Ensemble& e) {
 }
 
 }  // namespace
-
-std::string Pd0Params::Validate() const {
-  if (!(beam_angle_rad >= Deg2Rad(5.0) && beam_angle_rad <= Deg2Rad(60.0)))
-    return "beam_angle_deg must be 5 to 60";
-  if (!(sigma_mps > 0.0 && sigma_mps <= 1.0)) return "sigma_mps must be above 0, at most 1";
-  return clock.Validate();
-}
 
 std::optional<Pd0Ensemble> DecodePd0(Bytes bytes, std::size_t* size) {
   ByteReader in(bytes);
@@ -218,7 +216,9 @@ std::vector<std::uint8_t> EncodePd0(const Pd0Ensemble& e) {
   for (const std::uint32_t range : range_cm) out.Le(static_cast<std::uint16_t>(range));
   for (const std::optional<double>& velocity : e.velocity_mps)
     out.Le(velocity ? static_cast<std::int16_t>(std::lround(*velocity * 1000.0)) : kNoVelocity);
-  out.Zeros(45);
+  for (std::size_t beam = 0; beam < 4; ++beam)
+    out.Le(e.correlation ? (*e.correlation)[beam] : std::uint8_t{0});
+  out.Zeros(41);
   for (const std::uint32_t range : range_cm) out.Le(static_cast<std::uint8_t>(range >> 16));
   out.Le(Sum(out.bytes()));
   return out.Release();
@@ -239,11 +239,13 @@ DvlSample ToDvlSample(const Pd0Ensemble& e, const Pd0Params& params) {
     const Eigen::Vector3d v_its_axes(-v_bottom.y(), -v_bottom.x(), v_bottom.z());
     sample.v_dvl_mps = RotationToItsAxes(e).transpose() * v_its_axes;
     sample.sigma_v_mps.setConstant(params.sigma_mps);
+    if (e.axes != Pd0Ensemble::Axes::kBeam) sample.error_velocity_mps = e.velocity_mps[3];
   }
   double sum_m = 0.0;
   int num_ranges = 0;
   for (std::size_t beam = 0; beam < 4; ++beam) {
     sample.beams[beam].valid = e.range_m[beam].has_value();
+    if (e.correlation) sample.beams[beam].quality = (*e.correlation)[beam] / kFullCorrelation;
     if (!e.range_m[beam]) {
       sample.beams[beam].velocity_mps = 0.0;
       continue;
@@ -263,7 +265,13 @@ Pd0Ensemble ToPd0Ensemble(const DvlSample& sample, const Pd0Params& params) {
   e.time = sample.time;
   if (sample.bottom_lock) {
     const Eigen::Vector3d& v = sample.v_dvl_mps;
-    e.velocity_mps = {-v.y(), -v.x(), v.z(), 0.0};
+    e.velocity_mps = {-v.y(), -v.x(), v.z(), sample.error_velocity_mps};
+  }
+  if (HasQuality(sample)) {
+    std::array<std::uint8_t, 4>& correlation = e.correlation.emplace();
+    for (std::size_t beam = 0; beam < 4; ++beam)
+      correlation[beam] =
+          static_cast<std::uint8_t>(std::lround(*sample.beams[beam].quality * kFullCorrelation));
   }
   for (std::size_t beam = 0; beam < 4; ++beam)
     if (sample.beams[beam].valid)

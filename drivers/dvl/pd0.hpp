@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/core/bytes.hpp"
+#include "common/core/pose.hpp"
 #include "common/core/sensors.hpp"
 #include "drivers/device_clock.hpp"
 
@@ -30,14 +31,14 @@ struct Pd0Ensemble {
   std::array<std::optional<double>, 4> velocity_mps;
   // Along the log's z axis, not along the beams. Nothing: no bottom.
   std::array<std::optional<double>, 4> range_m;
+  // How like each other the two pulses of a beam came back: 0 to 255. Nothing: none was stated.
+  std::optional<std::array<std::uint8_t, 4>> correlation;
 };
 
 struct Pd0Params {
-  double beam_angle_rad = 0.5235987755982988;  // of the beams from the log's axis; 30 degrees
-  double sigma_mps = 0.01;                     // of each component; PD0 does not give it
+  double beam_angle_rad = Deg2Rad(30.0);  // of the beams from the log's axis
+  double sigma_mps = 0.01;                // of each component; PD0 does not give it
   ClockParams clock;
-
-  std::string Validate() const;
 };
 
 // The ensemble that the bytes begin with, and its size in *size. Nothing where checksum, sizes or

@@ -9,12 +9,15 @@
 namespace seastitch {
 
 struct Pd0DriverConfig {
+  std::string device = "pd0";
   DriverParams driver;
   Pd0Params pd0;
 };
 
 // Throws ConfigError.
 Pd0DriverConfig LoadPd0DriverConfig(const std::string& path);
+std::string PrintConfig(const Pd0DriverConfig& config);
+ParameterTable TableOf(Pd0DriverConfig* config);
 
 // PD0 ensembles over UDP to DVL and RAW_DVL.
 class Pd0Driver : public DatagramDriver {

@@ -15,9 +15,10 @@ constexpr std::int32_t kMaxBackwardUs = 10'000'000;
 constexpr std::int32_t kMaxForwardUs = 60'000'000;
 // Far below half of the device clock's range, within which a difference has one meaning.
 constexpr std::int32_t kAnchorMoveUs = 600'000'000;
-constexpr Duration kUtcStep = std::chrono::milliseconds(1);  // ten steps of ECAN's UTC
-constexpr std::int64_t kGpsEpochS = 315'964'800;             // 1980-01-06
-constexpr std::int64_t kGpsMinusUtcS = 18;                   // since 2017
+constexpr Duration kAlignmentHolds = std::chrono::seconds(5);  // of units that state it at 1 Hz
+constexpr Duration kUtcStep = std::chrono::milliseconds(1);    // ten steps of ECAN's UTC
+constexpr std::int64_t kGpsEpochS = 315'964'800;               // 1980-01-06
+constexpr std::int64_t kGpsMinusUtcS = 18;                     // since 2017
 constexpr std::int64_t kSecondsAWeek = 7 * 86'400;
 
 std::bitset<kMaxFields> Mapped(const SignalMap& signals, std::size_t first, std::size_t last) {
@@ -103,7 +104,8 @@ const std::vector<std::string> kImuFieldKeys = {"imu_time_us",
                                                 "utc_minute",
                                                 "utc_second",
                                                 "utc_microsecond",
-                                                "group_counter"};
+                                                "group_counter",
+                                                "aligned"};
 
 std::string ImuCanParams::Validate() const {
   const auto missing = [this](std::size_t first, std::size_t last) -> std::string {
@@ -118,15 +120,13 @@ std::string ImuCanParams::Validate() const {
     const bool sigmas = Mapped(signals, kRollSigma, kYawSigma).any();
     if (const std::string problem = missing(kRoll, sigmas ? kYawSigma : kYaw); !problem.empty())
       return problem;
-    const bool stated = attitude_sigma_rad.minCoeff() > 0.0 && attitude_sigma_rad.maxCoeff() <= kPi;
-    if (!sigmas && !stated)
-      return "attitude_sigma_deg: the unit gives none; each must be above 0, at most 180";
+    const bool stated = attitude_sigma_rad.minCoeff() > 0.0;
+    if (!sigmas && !stated) return "attitude_sigma_deg: the unit gives none; each must be above 0";
   }
   if (clock.clock == DeviceClock::kDevice)
     if (const std::string problem = missing(kUtcYear, kUtcMicrosecond); !problem.empty())
       return problem;
-  if (!(max_epoch_s > 0.0 && max_epoch_s <= 1.0)) return "max_epoch_s must be above 0, at most 1";
-  return clock.Validate();
+  return "";
 }
 
 ImuCanDecoder::ImuCanDecoder(const ImuCanParams& params)
@@ -156,6 +156,10 @@ std::optional<ImuSample> ImuCanDecoder::Add(const CanFrame& frame, Time recv) {
     before = Open({Part::kInertial, std::nullopt, group}, recv);
   }
   if ((values.present & utc_fields_).any()) AddUtc(values, recv);
+  if (values.present.test(kImuAligned)) {
+    alignment_ = values.value[kImuAligned] != 0.0 ? Alignment::kAligned : Alignment::kAligning;
+    alignment_recv_ = recv;
+  }
   const std::optional<ImuSample> now = Collect(values, recv);
   return now ? now : before;
 }
@@ -259,7 +263,12 @@ std::optional<ImuSample> ImuCanDecoder::Give(bool with_attitude) {
     }
   }
   epoch_recv_ = epoch_->last_recv;
+  sample.alignment = AlignmentAt(epoch_recv_);
   return sample;
+}
+
+Alignment ImuCanDecoder::AlignmentAt(Time recv) const {
+  return recv - alignment_recv_ <= kAlignmentHolds ? alignment_ : Alignment::kUnknown;
 }
 
 std::optional<Time> ImuCanDecoder::TimeOfEpoch() {
@@ -341,6 +350,8 @@ std::vector<CanFrame> ImuCanEncoder::Encode(const ImuSample& sample) {
   v.Set(kImuTimeUs, DeviceUs(sample.time));
   v.Set(kImuGroupCounter, group_++);
   if (!signals_.Has(kUtcTimeUs)) SetCalendar(sample.time, &v);
+  if (sample.alignment != Alignment::kUnknown)
+    v.Set(kImuAligned, sample.alignment == Alignment::kAligned ? 1.0 : 0.0);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto i = static_cast<Eigen::Index>(axis);
     v.Set(kAngularRateX + axis, sample.angular_rate_radps[i]);

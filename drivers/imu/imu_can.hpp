@@ -40,6 +40,7 @@ enum ImuField : std::size_t {
   kUtcSecond,
   kUtcMicrosecond,
   kImuGroupCounter,  // number of the epoch, 16 bits; its frame opens the epoch as kImuTimeUs' does
+  kImuAligned,       // the unit has found north; in a frame of its own, at any rate
   kNumImuFields,
 };
 
@@ -55,6 +56,7 @@ struct ImuCanParams {
   // Roll, pitch, yaw: where the unit gives an attitude without sigmas.
   Eigen::Vector3d attitude_sigma_rad = Eigen::Vector3d::Zero();
 
+  // Of the signals: what is missing; empty if usable.
   std::string Validate() const;
 };
 
@@ -106,6 +108,7 @@ class ImuCanDecoder : public ImuCodec {
   std::optional<ImuSample> Give(bool with_attitude);
   std::optional<Time> TimeOfEpoch();
   std::optional<Time> DeviceTimeOfEpoch();
+  Alignment AlignmentAt(Time recv) const;
   bool Belongs(const std::bitset<kMaxFields>& fields, Time recv) const;
   void AddUtc(const FieldValues& values, Time recv);
   void SeeDeviceTime(std::uint32_t device_us);
@@ -128,6 +131,8 @@ class ImuCanDecoder : public ImuCodec {
   WrappingCounter counter_{1e-6};
   Stamper stamper_;
   Time epoch_recv_;
+  Alignment alignment_ = Alignment::kUnknown;  // as last stated, at alignment_recv_
+  Time alignment_recv_;
   Counters counters_;
 };
 

@@ -1,51 +1,59 @@
 #include "drivers/imu/imu_driver.hpp"
 
 #include "common/convert/convert.hpp"
+#include "common/core/channel_names.hpp"
 #include "common/core/pose.hpp"
-#include "drivers/registry.hpp"
 
 namespace seastitch {
 namespace {
 
-void ReadAttitudeSigma(ConfigMap* root, Eigen::Vector3d* sigma_rad) {
-  std::vector<double> sigma_deg;
-  root->Read("attitude_sigma_deg", &sigma_deg);
-  if (sigma_deg.empty()) return;
-  if (sigma_deg.size() != 3) root->Check("attitude_sigma_deg: expected roll, pitch and yaw");
-  for (std::size_t i = 0; i < 3; ++i)
-    (*sigma_rad)[static_cast<Eigen::Index>(i)] = Deg2Rad(sigma_deg[i]);
+void DeclareAttitudeSigma(Eigen::Vector3d* sigma_rad, Range range, ParameterTable* table) {
+  table
+      ->Add("attitude_sigma_deg",
+            sigma_rad,
+            Unit::kDegreeFromRadian,
+            range,
+            "Of roll, pitch and yaw, 1 sigma, where the unit gives none.")
+      .DataSheet();
 }
 
-void ReadSignals(ConfigMap* root, ImuDriverConfig* config) {
-  config->can.clock = ReadClockParams(root);
-  root->Read("max_epoch_s", &config->can.max_epoch_s);
-  ReadAttitudeSigma(root, &config->can.attitude_sigma_rad);
-  config->can.signals = ReadSignalMap(root, kImuFieldKeys);
-  root->Check(config->can.Validate());
+void DeclareEpoch(double* max_epoch_s, ParameterTable* table) {
+  table->Add("max_epoch_s",
+             max_epoch_s,
+             Unit::kSecond,
+             Range::Above(0.0).AtMost(1.0),
+             "Between the first and the last frame of one measurement: 1 ms at 1 Mbit/s; more "
+             "behind a gateway that buffers; not above half the period.");
 }
 
-void ReadNmea2000(ConfigMap* root, ImuDriverConfig* config) {
-  config->nmea2000.clock = ReadClockParams(root);
-  root->Read("source_address", &config->nmea2000.source);
-  root->Read("max_epoch_s", &config->nmea2000.max_epoch_s);
-  ReadAttitudeSigma(root, &config->nmea2000.sigma_rpy_rad);
-  root->Check(config->nmea2000.Validate());
+void DeclareSignalDevice(ImuDriverConfig* config, ParameterTable* table) {
+  DeclareClock(&config->can.clock, true, table);
+  DeclareEpoch(&config->can.max_epoch_s, table);
+  DeclareAttitudeSigma(&config->can.attitude_sigma_rad, Range::Within(0.0, 180.0), table);
+  DeclareSignals(kImuFieldKeys, &config->signals, table);
+}
+
+void DeclareNmea2000(ImuDriverConfig* config, ParameterTable* table) {
+  DeclareClock(&config->nmea2000.clock, false, table);
+  DeclareSourceAddress(&config->nmea2000.source, table);
+  DeclareEpoch(&config->nmea2000.max_epoch_s, table);
+  DeclareAttitudeSigma(&config->nmea2000.sigma_rpy_rad, Range::Above(0.0).AtMost(180.0), table);
 }
 
 struct Device {
   const char* name;
-  void (*read)(ConfigMap* root, ImuDriverConfig* config);
+  void (*declare)(ImuDriverConfig* config, ParameterTable* table);
   std::unique_ptr<ImuCodec> (*make)(const ImuDriverConfig& config);
 };
 
 constexpr Device kDevices[] = {
-    {"signals",
-     ReadSignals,
+    {kSignalDevice,
+     DeclareSignalDevice,
      [](const ImuDriverConfig& c) -> std::unique_ptr<ImuCodec> {
        return std::make_unique<ImuCanDecoder>(c.can);
      }},
     {"nmea2000",
-     ReadNmea2000,
+     DeclareNmea2000,
      [](const ImuDriverConfig& c) -> std::unique_ptr<ImuCodec> {
        return std::make_unique<ImuN2kDecoder>(c.nmea2000);
      }},
@@ -53,16 +61,29 @@ constexpr Device kDevices[] = {
 
 }  // namespace
 
+ParameterTable TableOf(ImuDriverConfig* config) {
+  ParameterTable table;
+  DeclareDevice(&config->device, NamesOf(kDevices), &table);
+  DeclareDriver(&config->driver, &table);
+  FindEntry(kDevices, config->device)->declare(config, &table);
+  return table;
+}
+
 ImuDriverConfig LoadImuDriverConfig(const std::string& path) {
-  ConfigMap root = ConfigMap::Load(path);
   ImuDriverConfig config;
-  root.Read("device", &config.device);
-  if (const std::string problem = ProblemWithName(kDevices, config.device); !problem.empty())
-    root.Check("device: " + problem);
-  config.driver = ReadDriverParams(&root);
-  FindEntry(kDevices, config.device)->read(&root, &config);
-  root.Finish();
+  config.device = DeviceIn(path, NamesOf(kDevices));
+  TableOf(&config).Load(path);
+  if (config.device != kSignalDevice) return config;
+  config.can.signals = LoadSignals(path, kImuFieldKeys, &config.signals);
+  if (const std::string problem = config.can.Validate(); !problem.empty())
+    throw ConfigError(path + ": " + problem);
   return config;
+}
+
+std::string PrintConfig(const ImuDriverConfig& config) {
+  ImuDriverConfig defaults;
+  defaults.device = config.device;
+  return PrintWithDefaults(config, defaults);
 }
 
 ImuDriver::ImuDriver(const ImuDriverConfig& config, Bus* bus)
@@ -78,7 +99,7 @@ void ImuDriver::Finish() {
 }
 
 void ImuDriver::Publish(const ImuSample& sample) {
-  bus_->Publish("IMU", ToLcm(sample, MessageStamp{codec_->epoch_recv(), seq_++}));
+  bus_->Publish(channels::kImu, ToLcm(sample, MessageStamp{codec_->epoch_recv(), seq_++}));
   OnPublished("imu");
 }
 

@@ -8,18 +8,23 @@
 #include "drivers/can/can_driver.hpp"
 #include "drivers/imu/imu_can.hpp"
 #include "drivers/imu/imu_nmea2000.hpp"
+#include "drivers/registry.hpp"
 
 namespace seastitch {
 
 struct ImuDriverConfig {
-  std::string device = "signals";  // a line of the table in imu_driver.cpp
+  std::string device = kSignalDevice;  // a line of the table in imu_driver.cpp
   DriverParams driver;
-  ImuCanParams can;       // of "signals"
+  SignalFile signals;     // of "signals"
+  ImuCanParams can;       // of "signals", made from signals
   ImuN2kParams nmea2000;  // of "nmea2000"
 };
 
 // Throws ConfigError.
 ImuDriverConfig LoadImuDriverConfig(const std::string& path);
+std::string PrintConfig(const ImuDriverConfig& config);
+// Of the device that config names.
+ParameterTable TableOf(ImuDriverConfig* config);
 
 // CAN frames to IMU and RAW_CAN.
 class ImuDriver : public CanDriver {

@@ -1,5 +1,7 @@
 #include <cstdlib>
 
+#include "common/convert/convert.hpp"
+#include "common/runtime/config_publisher.hpp"
 #include "common/runtime/process.hpp"
 #include "drivers/imu/imu_driver.hpp"
 
@@ -10,11 +12,15 @@ int main(int argc, char** argv) {
                     "seastitch-imu-driver",
                     "Inertial unit on a CAN bus to IMU and RAW_CAN",
                     [](const ProcessArgs& args) {
-                      const ImuDriverConfig config = LoadImuDriverConfig(args.config);
-                      if (args.check_config) return EXIT_SUCCESS;
+                      const auto config = LoadConfig(args, LoadImuDriverConfig);
+                      if (!config) return EXIT_SUCCESS;
                       EventLoop loop;
                       Bus bus(args.lcm_url);
-                      ImuDriver driver(config, &bus);
-                      return RunCanDriver(&driver, config.driver, &loop);
+                      ImuDriver driver(*config, &bus);
+                      ConfigPublisher configuration(
+                          ConfigParts("imu-driver", {{"imu_driver.yaml", PrintConfig(*config)}}),
+                          &bus);
+                      configuration.SendBy(&loop);
+                      return RunCanDriver(&driver, config->driver, &loop);
                     });
 }

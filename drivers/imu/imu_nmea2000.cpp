@@ -23,16 +23,6 @@ std::optional<Eigen::Vector3d> ReadAttitude(ByteReader* in) {
 
 }  // namespace
 
-std::string ImuN2kParams::Validate() const {
-  if (source < -1 || source > 251) return "source_address must be 0 to 251, or -1 for any";
-  if (!(sigma_rpy_rad.minCoeff() > 0.0 && sigma_rpy_rad.maxCoeff() <= kPi))
-    return "attitude_sigma_deg: each must be above 0, at most 180";
-  if (!(max_epoch_s > 0.0 && max_epoch_s <= 1.0)) return "max_epoch_s must be above 0, at most 1";
-  if (clock.clock != DeviceClock::kReceive)
-    return "clock must be receive: NMEA 2000 carries no time of measurement";
-  return clock.Validate();
-}
-
 std::optional<ImuSample> ImuN2kDecoder::Add(const CanFrame& frame, Time recv) {
   if (!frame.extended || frame.error || frame.remote) return std::nullopt;
   const N2kMessage id = ReadN2kId(frame.id);

@@ -24,8 +24,6 @@ struct ImuN2kParams {
   Eigen::Vector3d sigma_rpy_rad{0.01, 0.01, 0.035};
   double max_epoch_s = 0.020;  // between the two groups of one measurement
   ClockParams clock{DeviceClock::kReceive, 0.0};
-
-  std::string Validate() const;
 };
 
 // Two groups are one measurement where device and sequence identifier are the same and they came

@@ -5,9 +5,9 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "drivers/mbes/kmall_stream.hpp"
-#include "drivers/mbes/r2sonic.hpp"
-#include "drivers/mbes/s7k.hpp"
+#include "codecs/kmall_stream.hpp"
+#include "codecs/r2sonic.hpp"
+#include "codecs/s7k.hpp"
 #include "drivers/registry.hpp"
 
 namespace seastitch {
@@ -34,18 +34,13 @@ constexpr Format kFormats[] = {
 
 std::unique_ptr<MbesCodec> MakeCodec(const MbesDecoderParams& params) {
   const Format* const format = FindEntry(kFormats, params.format);
-  if (format == nullptr) throw std::invalid_argument(params.Validate());
+  if (format == nullptr) throw std::invalid_argument("no format " + params.format);
   return format->make(params.codec);
 }
 
 }  // namespace
 
-std::string MbesDecoderParams::Validate() const {
-  if (const std::string problem = ProblemWithName(kFormats, format); !problem.empty())
-    return "format: " + problem;
-  if (const std::string problem = codec.Validate(); !problem.empty()) return problem;
-  return clock.Validate();
-}
+std::vector<std::string> MbesFormats() { return NamesOf(kFormats); }
 
 MbesDecoder::MbesDecoder(const MbesDecoderParams& params)
     : codec_(MakeCodec(params)), stamper_(params.clock) {}

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "codecs/mbes_codec.hpp"
 #include "drivers/device_clock.hpp"
-#include "drivers/mbes/mbes_codec.hpp"
 
 namespace seastitch {
 
@@ -15,9 +15,9 @@ struct MbesDecoderParams {
   std::string format = "kmall";  // a line of the table in mbes_decoder.cpp
   ClockParams clock;
   MbesCodecParams codec;
-
-  std::string Validate() const;
 };
+
+std::vector<std::string> MbesFormats();
 
 // Datagrams of a multibeam sonar, as they come from its socket, to pings and profiles.
 class MbesDecoder {

@@ -1,40 +1,62 @@
 #include "drivers/mbes/mbes_driver.hpp"
 
 #include "common/convert/convert.hpp"
-#include "common/core/pose.hpp"
+#include "common/core/channel_names.hpp"
 
 namespace seastitch {
 
+ParameterTable TableOf(MbesDriverConfig* config) {
+  ParameterTable table;
+  table
+      .AddChoice("format",
+                 &config->decoder.format,
+                 MbesFormats(),
+                 "Data format: Kongsberg EM, R2Sonic or Teledyne Reson SeaBat.")
+      .DataSheet();
+  DeclareDriver(&config->driver, &table);
+  DeclareClock(&config->decoder.clock, true, &table);
+  table
+      .Add("head_roll_deg",
+           &config->decoder.codec.head_roll_rad,
+           Unit::kDegreeFromRadian,
+           Range::Within(-90.0, 90.0),
+           "Of each receiver in the sonar's frame, positive: it looks to port.")
+      .DataSheet();
+  PartCollectorParams* parts = &config->decoder.codec.parts;
+  ParameterTable& section = table.AddSection("parts", "Large datagrams come in parts.");
+  section.Add("max_parts", &parts->max_parts, Unit::kNone, Range::Within(1, 64), "Of a datagram.");
+  section.Add("max_open",
+              &parts->max_open,
+              Unit::kNone,
+              Range::Within(1, 16),
+              "Datagrams that are being put together.");
+  section.Add("max_age_s",
+              &parts->max_age_s,
+              Unit::kSecond,
+              Range::Above(0.0).AtMost(60.0),
+              "A datagram that is not complete by then is lost.");
+  return table;
+}
+
 MbesDriverConfig LoadMbesDriverConfig(const std::string& path) {
-  ConfigMap root = ConfigMap::Load(path);
   MbesDriverConfig config;
-  config.driver = ReadDriverParams(&root);
-  root.Read("format", &config.decoder.format);
-  config.decoder.clock = ReadClockParams(&root);
-  std::vector<double> head_roll_deg;
-  root.Read("head_roll_deg", &head_roll_deg);
-  for (const double roll : head_roll_deg)
-    config.decoder.codec.head_roll_rad.push_back(Deg2Rad(roll));
-  ConfigMap parts = root.Child("parts");
-  parts.Read("max_parts", &config.decoder.codec.parts.max_parts);
-  parts.Read("max_open", &config.decoder.codec.parts.max_open);
-  parts.Read("max_age_s", &config.decoder.codec.parts.max_age_s);
-  parts.Finish();
-  root.Finish();
-  root.Check(config.decoder.Validate());
+  TableOf(&config).Load(path);
   return config;
 }
 
+std::string PrintConfig(const MbesDriverConfig& config) { return PrintWithDefaults(config, {}); }
+
 MbesDriver::MbesDriver(const MbesDriverConfig& config, Bus* bus)
-    : DatagramDriver("mbes-driver", "RAW_MBES", config.driver, bus), decoder_(config.decoder) {}
+    : DatagramDriver("mbes-driver", channels::kRawMbes, config.driver, bus),
+      decoder_(config.decoder) {}
 
 void MbesDriver::Decode(const Datagram& datagram) {
   for (const MbesOutput& output : decoder_.Add(datagram.bytes, datagram.recv, datagram.sender)) {
     if (const auto* ping = std::get_if<MbesPing>(&output)) {
-      bus_->Publish("MBES_PING", ToLcm(*ping, MessageStamp{datagram.recv, ping_seq_++}));
+      bus_->Publish(channels::kMbesPing, ToLcm(*ping, MessageStamp{datagram.recv, ping_seq_++}));
       OnPublished("mbes_pings");
     } else {
-      bus_->Publish("SVP",
+      bus_->Publish(channels::kSvp,
                     ToLcm(std::get<SoundVelocityProfile>(output),
                           MessageStamp{datagram.recv, profile_seq_++}));
       OnSidePublished("sound_velocity_profiles");

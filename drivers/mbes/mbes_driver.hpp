@@ -15,6 +15,8 @@ struct MbesDriverConfig {
 
 // Throws ConfigError.
 MbesDriverConfig LoadMbesDriverConfig(const std::string& path);
+std::string PrintConfig(const MbesDriverConfig& config);
+ParameterTable TableOf(MbesDriverConfig* config);
 
 // Datagrams to MBES_PING, SVP and RAW_MBES.
 class MbesDriver : public DatagramDriver {

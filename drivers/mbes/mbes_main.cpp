@@ -1,5 +1,7 @@
 #include <cstdlib>
 
+#include "common/convert/convert.hpp"
+#include "common/runtime/config_publisher.hpp"
 #include "common/runtime/process.hpp"
 #include "drivers/mbes/mbes_driver.hpp"
 
@@ -10,11 +12,15 @@ int main(int argc, char** argv) {
                     "seastitch-mbes-driver",
                     "Multibeam sonar over UDP to MBES_PING, SVP and RAW_MBES",
                     [](const ProcessArgs& args) {
-                      const MbesDriverConfig config = LoadMbesDriverConfig(args.config);
-                      if (args.check_config) return EXIT_SUCCESS;
+                      const auto config = LoadConfig(args, LoadMbesDriverConfig);
+                      if (!config) return EXIT_SUCCESS;
                       EventLoop loop;
                       Bus bus(args.lcm_url);
-                      MbesDriver driver(config, &bus);
-                      return RunDatagramDriver(&driver, config.driver, &loop);
+                      MbesDriver driver(*config, &bus);
+                      ConfigPublisher configuration(
+                          ConfigParts("mbes-driver", {{"mbes_driver.yaml", PrintConfig(*config)}}),
+                          &bus);
+                      configuration.SendBy(&loop);
+                      return RunDatagramDriver(&driver, config->driver, &loop);
                     });
 }

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "common/core/counters.hpp"
 #include "drivers/can/can_frame.hpp"
-#include "drivers/counters.hpp"
 
 namespace seastitch {
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "common/core/counters.hpp"
 #include "common/core/time.hpp"
-#include "drivers/counters.hpp"
 #include "drivers/socket/patient_socket.hpp"
 #include "drivers/socket/source_url.hpp"
 

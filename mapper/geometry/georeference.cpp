@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/core/pose.hpp"
+#include "common/core/sound_speed.hpp"
 
 namespace seastitch {
 namespace {
@@ -228,8 +229,7 @@ std::optional<GeoreferencedPing> Georeference(const MbesPing& ping,
   result.T_map_vehicle = sonar->T_map_vehicle_first();
   result.speed_mps = sonar->SpeedMps();
   result.beams_read = static_cast<int>(ping.beams.size());
-  result.speed_from_profile = !(ping.sound_speed_mps >= RayTracer::kMinSpeedMps &&
-                                ping.sound_speed_mps <= RayTracer::kMaxSpeedMps);
+  result.speed_from_profile = !IsSoundSpeed(ping.sound_speed_mps);
   const double start_depth_m = sonar->TxAt(0.0).p_map.z();
   const double speed_mps =
       result.speed_from_profile ? rays.SpeedAt(start_depth_m) : ping.sound_speed_mps;

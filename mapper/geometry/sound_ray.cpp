@@ -5,14 +5,12 @@
 #include <limits>
 #include <stdexcept>
 
+#include "common/core/sound_speed.hpp"
+
 namespace seastitch {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-bool IsSpeed(double mps) {
-  return mps >= RayTracer::kMinSpeedMps && mps <= RayTracer::kMaxSpeedMps;
-}
 
 // ln(1 + x) / x and (e^x - 1) / x, whole at x = 0: with these the arcs become straight lines
 // without a case of their own. The series end below 1e-16 of the value.
@@ -58,7 +56,8 @@ std::optional<RayTracer> RayTracer::Make(const SoundVelocityProfile& profile) {
   const std::size_t n = profile.depth_m.size();
   if (n == 0 || profile.speed_mps.size() != n) return std::nullopt;
   for (std::size_t i = 0; i < n; ++i) {
-    if (!std::isfinite(profile.depth_m[i]) || !IsSpeed(profile.speed_mps[i])) return std::nullopt;
+    if (!std::isfinite(profile.depth_m[i]) || !IsSoundSpeed(profile.speed_mps[i]))
+      return std::nullopt;
     if (i > 0 && !(profile.depth_m[i] > profile.depth_m[i - 1])) return std::nullopt;
   }
   std::vector<Layer> layers;
@@ -75,7 +74,7 @@ std::optional<RayTracer> RayTracer::Make(const SoundVelocityProfile& profile) {
 }
 
 RayTracer RayTracer::Constant(double speed_mps) {
-  if (!IsSpeed(speed_mps)) throw std::invalid_argument("sound speed is not that of sea water");
+  if (!IsSoundSpeed(speed_mps)) throw std::invalid_argument("sound speed is not that of sea water");
   return RayTracer({{-kInfinity, kInfinity, speed_mps, 0.0}});
 }
 
@@ -107,8 +106,8 @@ std::optional<RayEnd> RayTracer::Trace(double start_depth_m,
                                        double speed_at_transducer_mps,
                                        double one_way_s) const {
   const bool usable = std::isfinite(start_depth_m) && sin_launch >= 0.0 && sin_launch < 1.0 &&
-                      cos_launch > 0.0 && IsSpeed(speed_at_transducer_mps) && one_way_s >= 0.0 &&
-                      std::isfinite(one_way_s);
+                      cos_launch > 0.0 && IsSoundSpeed(speed_at_transducer_mps) &&
+                      one_way_s >= 0.0 && std::isfinite(one_way_s);
   if (!usable) return std::nullopt;
 
   const double p = sin_launch / speed_at_transducer_mps;
@@ -158,7 +157,7 @@ RayFan::RayFan(const RayTracer& rays,
     : rays_(rays),
       start_depth_m_(start_depth_m),
       speed_at_transducer_mps_(speed_at_transducer_mps) {
-  if (!std::isfinite(start_depth_m) || !IsSpeed(speed_at_transducer_mps)) return;
+  if (!std::isfinite(start_depth_m) || !IsSoundSpeed(speed_at_transducer_mps)) return;
   std::size_t i = rays.LayerAt(start_depth_m);
   RayTracer::Layer layer = rays.FirstLayer(i, start_depth_m, speed_at_transducer_mps);
   for (;; layer = rays.layers_[++i]) {

@@ -29,13 +29,10 @@ struct RayEnd {
 // while the deep ocean's own 0.016 /s changes the speed by 1e-4 in 10 m.
 class RayTracer {
  public:
-  static constexpr double kMinSpeedMps = 1300.0;
-  static constexpr double kMaxSpeedMps = 1800.0;
-
   // Nothing where the profile is empty, not finite, not strictly rising in depth, or holds a speed
   // that no sea water has.
   static std::optional<RayTracer> Make(const SoundVelocityProfile& profile);
-  // One speed everywhere. Throws std::invalid_argument outside kMinSpeedMps..kMaxSpeedMps.
+  // One speed everywhere. Throws std::invalid_argument unless IsSoundSpeed().
   static RayTracer Constant(double speed_mps);
 
   double SpeedAt(double depth_m) const;

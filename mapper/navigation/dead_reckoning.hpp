@@ -12,7 +12,9 @@
 #include "common/core/sensors.hpp"
 #include "common/core/time.hpp"
 #include "common/core/vehicle.hpp"
+#include "mapper/navigation/navigation.hpp"
 #include "mapper/navigation/navigation_params.hpp"
+#include "mapper/navigation/start_state.hpp"
 
 namespace seastitch {
 
@@ -28,11 +30,18 @@ struct InnovationSummary {
   double lag_one = 0.0;
 };
 
-// Where a position fix puts the vehicle in the map.
-struct MapFix {
-  Time time;
-  Eigen::Vector2d north_east_m;
-  Eigen::Matrix2d covariance_m2;
+// What became of a sensor's samples lately.
+struct NavSensorHealth {
+  double refused_share = 0.0;         // of its last minute, 0 to 1
+  std::optional<Time> refused_since;  // since when the share has been above a tenth
+};
+
+// Stamps that disagree with the inertial unit's: what to add to the sensor's time offset in the
+// configuration, and 1 sigma.
+struct SuspectedOffset {
+  NavSensor sensor;
+  double add_s;
+  double sigma_s;
 };
 
 // Dead reckoning: strapdown inertial navigation corrected by an error-state Kalman filter with the
@@ -44,45 +53,55 @@ struct MapFix {
 // Samples may arrive in any order within reorder_window_s and give the same bytes out. A sample
 // that is not finite, beyond any vehicle's limits, late or from a leaping clock is refused and
 // counted. Inertial samples drive the clock: nothing moves without them.
-class DeadReckoning {
+class DeadReckoning : public Navigation {
  public:
-  // Throws std::invalid_argument with params.Validate()'s line.
   DeadReckoning(const NavigationParams& params, const VehicleGeometry& vehicle);
-  ~DeadReckoning();
+  ~DeadReckoning() override;
   DeadReckoning(DeadReckoning&&) noexcept;
   DeadReckoning& operator=(DeadReckoning&&) noexcept;
 
-  void Add(const ImuSample& sample);
-  void Add(const DvlSample& sample);
-  void Add(const DepthSample& sample);
-  void Add(const PositionFix& fix);
+  void Add(const ImuSample& sample) override;
+  void Add(const DvlSample& sample) override;
+  void Add(const DepthSample& sample) override;
+  void Add(const PositionFix& fix) override;
   // Sound speed in the water that the DVL is in: scales what it says from then on, where
   // params.dvl_sound_speed_mps tells which speed it reckons with.
-  void AddSoundSpeed(Time t, double speed_mps);
+  void AddSoundSpeed(Time t, double speed_mps) override;
   // Uses what still waits in the reorder window: at the end of a log.
-  void Finish();
+  void Finish() override;
+
+  // What the start waits for, and whether anybody has said where the vehicle is: without that the
+  // place is unknown by a kilometre.
+  StartState start_state() const;
+  bool place_is_known() const;
+  NavSensorHealth health(NavSensor sensor) const;
+  // Those that are too far off to be chance. What the filter uses is carried to its true time.
+  std::vector<SuspectedOffset> suspected_offsets() const;
 
   // States up to here are final. Nothing before the start is made.
-  std::optional<Time> latest() const;
+  std::optional<Time> latest() const override;
   // Nothing outside [oldest kept, latest()]. Covariance is that of the frozen estimate.
-  std::optional<NavState> StateAt(Time t) const;
+  std::optional<NavState> StateAt(Time t) const override;
+  // Covariance of the velocity north and east [m2/s2], of the nearest key. Nothing outside the
+  // window of window_s.
+  std::optional<Eigen::Matrix2d> VelocityCovariance(Time t) const;
   // Covariance of (x, y [m], yaw [rad]) of Inverse(level a) * level b, in the level axes of a, for
   // the vehicle frames at a and b (either order). Nothing outside the window of window_s.
-  std::optional<Eigen::Matrix3d> RelativeCovariance(Time a, Time b) const;
+  std::optional<Eigen::Matrix3d> RelativeCovariance(Time a, Time b) const override;
   // States are frozen, so the track bends wherever heading or position is learned. T_anchored_map,
   // level, takes places in the map as of `t` to a map in which the vehicle at `anchor`, as its pose
   // is known at `t`, stands where it was frozen: in that map the track from anchor to t is as
   // straight as the sensors say that it was. What stands is the track's last key before the anchor,
   // up to key_interval_s; `t` counts from its last epoch, up to epoch_interval_s before. anchor <=
   // t; nothing outside the window of window_s.
-  std::optional<Pose2> Hindsight(Time anchor, Time t) const;
+  std::optional<Pose2> Hindsight(Time anchor, Time t) const override;
 
   // Fixes after the start and up to `until` that the filter does not take, in order of time; each
   // is given once, and kept for window_s until then.
-  std::vector<MapFix> TakeFixes(Time until);
+  std::vector<MapFix> TakeFixes(Time until) override;
 
   // Everything refused, reset or coasted, by name, such as "dvl_not_finite".
-  const std::map<std::string, std::int64_t>& counters() const;
+  const std::map<std::string, std::int64_t>& counters() const override;
   InnovationSummary innovations(NavSensor sensor) const;
 
  private:

@@ -7,38 +7,21 @@
 #include <utility>
 
 #include "common/core/pose.hpp"
+#include "mapper/navigation/attitude_math.hpp"
 
 namespace seastitch {
 namespace {
 
-constexpr int kNavSize = 9;    // position, velocity, tilt
 constexpr int kDrivenBy = 15;  // and the two biases that drive them
-constexpr int kBiasSize = kErrorSize - kNavSize;
 // The error changes slowly beside the state: its covariance takes longer steps than the strapdown.
 constexpr double kCovarianceStepS = 0.05;
-// Nearer to the vertical than this, roll and yaw of the device cannot be told apart.
-constexpr double kMinCosPitch = 0.1;
-
-Eigen::Matrix3d Skew(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d m;
-  m << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
-  return m;
-}
-
+// A stated sigma that changes by less than this factor is the same.
+constexpr double kStatedSigmaFalls = 0.5;
+// By which the velocity of a vehicle wanders that nobody measures, m/s by the root of a second.
+constexpr double kHeldVelocityNoise = 0.3;
 // Rounding to steps is uniform, variance step^2 / 12, and stays for the correlation time.
 double WithRounding(double density, double step, double correlation_s) {
   return density * density + step * step / 12.0 * 2.0 * correlation_s;
-}
-
-// Columns: the axes in the map about which roll, pitch and yaw turn a body of this attitude.
-Eigen::Matrix3d EulerAxes(const Eigen::Matrix3d& R_map_body) {
-  const Eigen::Vector3d forward = R_map_body.col(0);
-  Eigen::Matrix3d axes;
-  axes.col(0) = forward;
-  axes.col(1) = Eigen::Vector3d(-forward.y(), forward.x(), 0.0) /
-                std::max(forward.head<2>().norm(), kMinCosPitch);
-  axes.col(2) = Eigen::Vector3d::UnitZ();
-  return axes;
 }
 
 // F differs from the identity in the first nine rows and on the diagonal of the biases only.
@@ -96,6 +79,28 @@ void ErrorStateFilter::SetAttitudeBiasSigma(const Eigen::Vector3d& sigma_rpy_rad
   const Eigen::Vector3d sigma(
       sigma_rpy_rad.x(), sigma_rpy_rad.y(), std::sqrt(std::max(stays2, 0.0)));
   bias_sigma_.segment<3>(kAttitudeBias) = sigma.cwiseMax(floor);
+  for (int i = 0; i < 3; ++i) FollowStatedSigma(i);
+}
+
+// A device that states a smaller sigma has found out what it was wrong by: it is as if it filtered,
+// and what remains of its error is the part that it does not know yet. One that states more has
+// lost as much.
+void ErrorStateFilter::FollowStatedSigma(int axis) {
+  const int i = kAttitudeBias + axis;
+  const double now = bias_sigma_(i);
+  double& held = held_attitude_sigma_(axis);
+  if (now <= kStatedSigmaFalls * held) {
+    const double keep = now * now / (held * held);
+    ErrorMatrix M = ErrorMatrix::Identity();
+    M(i, i) = keep;
+    Apply(M);
+    P_(i, i) += now * now * (1.0 - keep);
+    biases_(i) *= keep;
+    held = now;
+  } else if (now * kStatedSigmaFalls >= held) {
+    P_(i, i) += now * now - held * held;
+    held = now;
+  }
 }
 
 AttitudeRows ErrorStateFilter::DeviceErrorRows() const {
@@ -105,7 +110,14 @@ AttitudeRows ErrorStateFilter::DeviceErrorRows() const {
   rows(2, kHeadingWander) = 1.0;
   rows(2, kDeviation) = std::sin(yaw);
   rows(2, kDeviation + 1) = std::cos(yaw);
+  rows(2, kHeadingDoubt) = -doubt_rad_;
   return rows;
+}
+
+// Without the step of its heading that the filter does not follow.
+Eigen::Quaterniond ErrorStateFilter::WithoutStep(const Eigen::Quaterniond& q_map_imu) const {
+  const Eigen::AngleAxisd back(-heading_offset_rad_, Eigen::Vector3d::UnitZ());
+  return Eigen::Quaterniond(back) * q_map_imu;
 }
 
 void ErrorStateFilter::Initialise(const Start& start,
@@ -113,7 +125,9 @@ void ErrorStateFilter::Initialise(const Start& start,
                                   const Eigen::Vector3d& sigma_rpy_rad) {
   state_ = {start.p_map_imu, start.v_map_mps, q_map_imu.normalized()};
   biases_.setZero();
+  heading_offset_rad_ = doubt_rad_ = 0.0;
   SetAttitudeBiasSigma(sigma_rpy_rad);
+  held_attitude_sigma_ = bias_sigma_.segment<3>(kAttitudeBias);
   P_.setZero();
   P_.diagonal() = bias_sigma_.cwiseAbs2();
   P_.diagonal().segment<3>(kPosition) = start.sigma_p_m.cwiseAbs2();
@@ -126,28 +140,40 @@ void ErrorStateFilter::Initialise(const Start& start,
   pending_move_.setZero();
 }
 
-// With the attitude taken from the device, its error is the device's: minus bias, minus noise.
-void ErrorStateFilter::AlignWithDevice() {
-  const Eigen::Matrix3d axes = EulerAxes(state_.q_map_imu.toRotationMatrix());
-  ErrorMatrix M = ErrorMatrix::Identity();
-  M.middleRows<3>(kTilt) = -axes * DeviceErrorRows();
-  Apply(M);
-  P_.block<3, 3>(kTilt, kTilt) +=
-      axes * params_.attitude_white_rad.cwiseAbs2().asDiagonal() * axes.transpose();
-}
-
-void ErrorStateFilter::Apply(const ErrorMatrix& M) {
-  P_ = (M * P_ * M.transpose()).eval();
-  P0_by_dvl_ = (M * P0_by_dvl_ * M.transpose()).eval();
-  since_.A = (M * since_.A).eval();
-}
-
 InertialRates ErrorStateFilter::Corrected(const InertialRates& measured) const {
   return {measured.angular_rate_radps - biases_.segment<3>(kGyroBias),
           measured.specific_force_mps2 - biases_.segment<3>(kAccelBias)};
 }
 
 void ErrorStateFilter::Propagate(const InertialRates& from, const InertialRates& to, double dt_s) {
+  if (velocity_is_held_) PropagateCovariance();
+  velocity_is_held_ = false;
+  Step(from, to, dt_s);
+}
+
+void ErrorStateFilter::PropagateHoldingVelocity(const InertialRates& from,
+                                                const InertialRates& to,
+                                                double dt_s) {
+  if (!velocity_is_held_) PropagateCovariance();
+  velocity_is_held_ = true;
+  InertialRates held_from = from;
+  InertialRates held_to = to;
+  held_from.specific_force_mps2 = ForceThatHolds(from.angular_rate_radps);
+  held_to.specific_force_mps2 = ForceThatHolds(to.angular_rate_radps);
+  Step(held_from, held_to, dt_s);
+}
+
+// As measured: the velocity along the vehicle's own axes stays.
+Eigen::Vector3d ErrorStateFilter::ForceThatHolds(const Eigen::Vector3d& rate_radps) const {
+  const Eigen::Quaterniond to_body = state_.q_map_imu.conjugate();
+  const Eigen::Vector3d v_body = to_body * state_.v_map_mps;
+  const Eigen::Vector3d turn = rate_radps - biases_.segment<3>(kGyroBias);
+  return turn.cross(v_body) +
+         to_body * (earth_.rate_radps.cross(state_.v_map_mps) - earth_.gravity_mps2) +
+         biases_.segment<3>(kAccelBias);
+}
+
+void ErrorStateFilter::Step(const InertialRates& from, const InertialRates& to, double dt_s) {
   pending_R_ += dt_s * state_.q_map_imu.toRotationMatrix();
   pending_s_ += dt_s;
   const Eigen::Vector3d from_p = state_.p_map;
@@ -178,6 +204,13 @@ void ErrorStateFilter::PropagateCovariance() {
   F.block<3, 3>(kVelocity, kTilt) = dt * gravity + move * earth;
   F.block<3, 3>(kVelocity, kGyroBias) = -(move + 0.5 * dt * dt * gravity) * R;
   F.block<3, 3>(kVelocity, kAccelBias) = -dt * R;
+  if (velocity_is_held_) {
+    // Along the vehicle's axes it stays, whatever the tilt; no accelerometer moves it.
+    F.block<3, 3>(kPosition, kTilt) = -move;
+    F.block<3, 3>(kPosition, kAccelBias).setZero();
+    F.middleRows<3>(kVelocity).setZero();
+    F.block<3, 3>(kVelocity, kVelocity).setIdentity();
+  }
   F.block<3, 3>(kTilt, kTilt) -= dt * earth;
   F.block<3, 3>(kTilt, kGyroBias) = -dt * R;
   const BiasDecay decay = (-dt * bias_rate_.tail<kBiasSize>()).array().exp();
@@ -190,49 +223,26 @@ void ErrorStateFilter::PropagateCovariance() {
   A.bottomRows<kBiasSize>() = decay.asDiagonal() * A.bottomRows<kBiasSize>();
   biases_.tail<kBiasSize>().array() *= decay.array();
 
+  const double accel_psd = velocity_is_held_ ? kHeldVelocityNoise * kHeldVelocityNoise : accel_psd_;
   for (int i = 0; i < 3; ++i) {
-    P_(kPosition + i, kPosition + i) += accel_psd_ * dt * dt * dt / 3.0;
-    P_(kPosition + i, kVelocity + i) += accel_psd_ * dt * dt / 2.0;
-    P_(kVelocity + i, kPosition + i) += accel_psd_ * dt * dt / 2.0;
-    P_(kVelocity + i, kVelocity + i) += accel_psd_ * dt;
+    P_(kPosition + i, kPosition + i) += accel_psd * dt * dt * dt / 3.0;
+    P_(kPosition + i, kVelocity + i) += accel_psd * dt * dt / 2.0;
+    P_(kVelocity + i, kPosition + i) += accel_psd * dt * dt / 2.0;
+    P_(kVelocity + i, kVelocity + i) += accel_psd * dt;
     P_(kTilt + i, kTilt + i) += gyro_psd_ * dt;
   }
-  // What turns the attitude turns the velocity with it.
-  P_.block<3, 3>(kVelocity, kTilt) += gyro_psd_ * move;
-  P_.block<3, 3>(kTilt, kVelocity) -= gyro_psd_ * move;
-  P_.block<3, 3>(kVelocity, kVelocity) -= gyro_psd_ / dt * move * move;
+  if (!velocity_is_held_) {
+    // What turns the attitude turns the velocity with it.
+    P_.block<3, 3>(kVelocity, kTilt) += gyro_psd_ * move;
+    P_.block<3, 3>(kTilt, kVelocity) -= gyro_psd_ * move;
+    P_.block<3, 3>(kVelocity, kVelocity) -= gyro_psd_ / dt * move * move;
+  }
   P_.diagonal().tail<kBiasSize>().array() +=
       bias_sigma_.tail<kBiasSize>().array().square() * (1.0 - decay.array().square());
 
   pending_s_ = 0.0;
   pending_R_.setZero();
   pending_move_.setZero();
-}
-
-void ErrorStateFilter::Coast(double dt_s,
-                             const Eigen::Quaterniond& q_map_imu,
-                             const InertialRates& now) {
-  PropagateCovariance();
-  const double sigma = params_.coast_speed_sigma_mps;
-  state_.p_map += dt_s * state_.v_map_mps;
-  const Eigen::Quaterniond attitude_error = QuaternionFromRotationVector(
-      -(EulerAxes(state_.q_map_imu.toRotationMatrix()) * (DeviceErrorRows() * biases_)));
-  state_.q_map_imu = (attitude_error * q_map_imu).normalized();
-  rates_ = now;
-
-  ErrorMatrix M = ErrorMatrix::Identity();
-  M.block<3, 3>(kPosition, kVelocity).diagonal().setConstant(dt_s);
-  M.block<3, 3>(kPosition, kTilt) = -dt_s * Skew(state_.v_map_mps);
-  M.middleRows<3>(kVelocity).setZero();
-  M.diagonal().tail<kBiasSize>() = (-dt_s * bias_rate_.tail<kBiasSize>()).array().exp();
-  Apply(M);
-  biases_.array() *= M.diagonal().array();
-  P_.diagonal().segment<3>(kPosition).array() += sigma * dt_s * sigma * dt_s;
-  P_.diagonal().segment<3>(kVelocity).array() += sigma * sigma;
-  P_.diagonal().tail<kBiasSize>().array() +=
-      bias_sigma_.tail<kBiasSize>().array().square() *
-      (1.0 - M.diagonal().tail<kBiasSize>().array().square());
-  AlignWithDevice();
 }
 
 bool ErrorStateFilter::Offer(
@@ -254,10 +264,17 @@ bool ErrorStateFilter::Offer(
   const double by_sigma = innovation / std::sqrt(S);
   of_sensor.mean_product += (by_sigma * last - of_sensor.mean_product) / used;
   last = by_sigma;
-  const double scale_step = TakeNoiseOffScale(sensor, H, PH, innovation, variance);
-  const ErrorVector K = PH / S;
+  const double scale_step =
+      learns_slow_ ? TakeNoiseOffScale(sensor, H, PH, innovation, variance) : 0.0;
+  ErrorVector K = PH / S;
+  if (learns_slow_) {
+    P_.noalias() -= K * PH.transpose();
+  } else {
+    // Schmidt's: the slow states count for what they may be wrong by, and stay.
+    K.segment<4>(kDvlScale).setZero();
+    P_.noalias() -= K * PH.transpose() + PH * K.transpose() - S * K * K.transpose();
+  }
   correction_ += K * innovation;
-  P_.noalias() -= K * PH.transpose();
   const ErrorRow HA = H * since_.A;
   since_.news += HA.transpose() * (innovation / S);
   since_.A.noalias() -= K * HA;
@@ -310,56 +327,95 @@ void ErrorStateFilter::Inject() {
   correction_.setZero();
 }
 
+// Device = Exp(axes (its error + noise)) true, and true = Exp(tilt) estimate.
+Eigen::Vector3d ErrorStateFilter::AttitudeResidual(const Eigen::Quaterniond& q_map_imu) const {
+  const Eigen::Vector3d difference =
+      RotationVectorFromQuaternion(WithoutStep(q_map_imu) * state_.q_map_imu.conjugate());
+  return EulerAxes(state_.q_map_imu.toRotationMatrix()).inverse() * difference -
+         DeviceErrorRows() * biases_;
+}
+
 int ErrorStateFilter::UpdateAttitude(const Eigen::Quaterniond& q_map_imu,
                                      const Eigen::Vector3d& sigma_rpy_rad) {
   PropagateCovariance();
   SetAttitudeBiasSigma(sigma_rpy_rad);
   const Eigen::Vector3d forward = state_.q_map_imu * Eigen::Vector3d::UnitX();
   if (forward.head<2>().norm() < kMinCosPitch) return 3;
-  // Device = Exp(axes (bias + noise)) true, and true = Exp(tilt) estimate.
   const Eigen::Matrix3d to_rpy = EulerAxes(state_.q_map_imu.toRotationMatrix()).inverse();
-  const Eigen::Vector3d difference =
-      RotationVectorFromQuaternion(q_map_imu * state_.q_map_imu.conjugate());
   const AttitudeRows device = DeviceErrorRows();
-  const Eigen::Vector3d residual = to_rpy * difference - device * biases_;
+  const Eigen::Vector3d residual = AttitudeResidual(q_map_imu);
+  // Stamped wrongly it is off by as much as the vehicle turns meanwhile.
+  const Eigen::Vector3d by_stamp =
+      params_.attitude_time_sigma_s * (to_rpy * (state_.q_map_imu * TurnOverGround()));
   int refused = 0;
   for (int i = 0; i < 3; ++i) {
     ErrorRow H = device.row(i);
     H.segment<3>(kTilt) = to_rpy.row(i);
     const double sigma = params_.attitude_white_rad(i);
-    if (!Offer(NavSensor::kAttitude, i, H, residual(i), sigma * sigma)) ++refused;
+    const double variance = sigma * sigma + by_stamp(i) * by_stamp(i);
+    if (!Offer(NavSensor::kAttitude, i, H, residual(i), variance)) ++refused;
   }
   Inject();
   return refused;
 }
 
-int ErrorStateFilter::UpdateDvl(const Eigen::Vector3d& v_dvl_mps,
-                                const Eigen::Vector3d& sigma_mps) {
-  PropagateCovariance();
+// The Earth's own turn is not motion.
+Eigen::Vector3d ErrorStateFilter::TurnOverGround() const {
+  return rates_.angular_rate_radps - biases_.segment<3>(kGyroBias) -
+         state_.q_map_imu.conjugate() * earth_.rate_radps;
+}
+
+ErrorStateFilter::DvlModel ErrorStateFilter::ModelDvl() const {
   const Eigen::Matrix3d R_dvl_imu = mounting_.T_imu_dvl.linear().transpose();
   const Eigen::Vector3d p_imu_dvl = mounting_.T_imu_dvl.translation();
   const Eigen::Matrix3d R_dvl_map = R_dvl_imu * state_.q_map_imu.toRotationMatrix().transpose();
-  // The DVL measures over ground: the Earth's own turn is not motion.
-  const Eigen::Vector3d turn = rates_.angular_rate_radps - biases_.segment<3>(kGyroBias) -
-                               state_.q_map_imu.conjugate() * earth_.rate_radps;
-  const Eigen::Vector3d v_dvl = R_dvl_map * state_.v_map_mps + R_dvl_imu * turn.cross(p_imu_dvl);
+  const Eigen::Vector3d v_dvl =
+      R_dvl_map * state_.v_map_mps + R_dvl_imu * TurnOverGround().cross(p_imu_dvl);
 
   const double scale = 1.0 + biases_(kDvlScale);
   const Eigen::Matrix3d mounted =
       QuaternionFromRotationVector(biases_.segment<3>(kDvlMounting)).toRotationMatrix();
-  const Eigen::Vector3d expected = scale * (mounted * v_dvl);
-  Eigen::Matrix<double, 3, kErrorSize> H;
-  H.setZero();
-  H.middleCols<3>(kVelocity) = scale * mounted * R_dvl_map;
-  H.middleCols<3>(kGyroBias) = scale * mounted * R_dvl_imu * Skew(p_imu_dvl);
-  H.col(kDvlScale) = mounted * v_dvl;
-  H.middleCols<3>(kDvlMounting) = -Skew(expected);
+  DvlModel model;
+  model.expected_mps = scale * (mounted * v_dvl);
+  model.H.setZero();
+  model.H.middleCols<3>(kVelocity) = scale * mounted * R_dvl_map;
+  model.H.middleCols<3>(kGyroBias) = scale * mounted * R_dvl_imu * Skew(p_imu_dvl);
+  model.H.col(kDvlScale) = mounted * v_dvl;
+  model.H.middleCols<3>(kDvlMounting) = -Skew(model.expected_mps);
+  return model;
+}
 
+// Stamped wrongly it is off by as much as the velocity along its axes changes meanwhile.
+Eigen::Vector3d ErrorStateFilter::DvlSigma(const Eigen::Vector3d& sigma_mps) const {
+  const Eigen::Quaterniond to_body = state_.q_map_imu.conjugate();
+  const Eigen::Vector3d force = rates_.specific_force_mps2 - biases_.segment<3>(kAccelBias);
+  const Eigen::Vector3d change =
+      mounting_.T_imu_dvl.linear().transpose() *
+      (force + to_body * earth_.gravity_mps2 - TurnOverGround().cross(to_body * state_.v_map_mps));
+  const Eigen::Vector3d by_stamp = params_.dvl_time_sigma_s * change;
+  return (sigma_mps.array().square() + by_stamp.array().square()).sqrt();
+}
+
+int ErrorStateFilter::UpdateDvl(const Eigen::Vector3d& v_dvl_mps,
+                                const Eigen::Vector3d& sigma_mps,
+                                SlowStates slow) {
+  PropagateCovariance();
+  const DvlModel model = ModelDvl();
+  const Eigen::Vector3d residual = v_dvl_mps - model.expected_mps;
+  const Eigen::Vector3d variance = DvlSigma(sigma_mps).cwiseAbs2();
+  // One component that cannot be puts the others in doubt, which share its beams.
+  InnovationSummary& summary = innovations_[static_cast<std::size_t>(NavSensor::kDvl)].summary;
   int refused = 0;
   for (int i = 0; i < 3; ++i) {
-    const double variance = sigma_mps(i) * sigma_mps(i);
-    if (!Offer(NavSensor::kDvl, i, H.row(i), v_dvl_mps(i) - expected(i), variance)) ++refused;
+    const double S = model.H.row(i) * P_ * model.H.row(i).transpose() + variance(i);
+    if (!(residual(i) * residual(i) <= params_.gate_sigma * params_.gate_sigma * S)) ++refused;
   }
+  summary.gated += refused;
+  if (refused > 0) return refused;
+  learns_slow_ = slow == SlowStates::kLearned;
+  for (int i = 0; i < 3; ++i)
+    if (!Offer(NavSensor::kDvl, i, model.H.row(i), residual(i), variance(i))) ++refused;
+  learns_slow_ = true;
   Inject();
   return refused;
 }
@@ -398,20 +454,6 @@ int ErrorStateFilter::UpdatePosition(const Eigen::Vector2d& north_east_m,
     if (!Offer(NavSensor::kPositionFix, i, white_H.row(i), white_residual(i), 1.0)) ++refused;
   Inject();
   return refused;
-}
-
-// The step is the device's, not the vehicle's: the bias is free to take it.
-void ErrorStateFilter::OpenAttitudeBias() {
-  P_.diagonal().segment<3>(kAttitudeBias).array() += kPi * kPi / 4.0;
-}
-
-void ErrorStateFilter::OpenVelocity() {
-  const double sigma = params_.coast_speed_sigma_mps;
-  P_.diagonal().segment<3>(kVelocity).array() += sigma * sigma;
-}
-
-void ErrorStateFilter::OpenDepth() {
-  P_(kPosition + 2, kPosition + 2) += params_.start_depth_sigma_m * params_.start_depth_sigma_m;
 }
 
 Eigen::Isometry3d ErrorStateFilter::T_map_vehicle() const {

@@ -28,8 +28,12 @@ enum ErrorIndex : int {
   kHeadingWander = 22,  // rad: and to yaw, for minutes
   kDeviation = 23,      // rad: and to yaw, times its sine and its cosine
   kDepthBias = 25,      // m: what the pressure sensor adds to depth
-  kErrorSize = 26,
+  kHeadingDoubt = 26,   // 0 or 1: whether the other hypothesis of the heading is the right one
+  kErrorSize = 27,
 };
+
+constexpr int kNavSize = kGyroBias;  // position, velocity, tilt
+constexpr int kBiasSize = kErrorSize - kNavSize;
 
 using ErrorVector = Eigen::Matrix<double, kErrorSize, 1>;
 using ErrorMatrix = Eigen::Matrix<double, kErrorSize, kErrorSize>;
@@ -74,19 +78,49 @@ class ErrorStateFilter {
 
   // Raw rates as measured, changing evenly over dt_s.
   void Propagate(const InertialRates& from, const InertialRates& to, double dt_s);
+  // The same without the accelerometers, which are in doubt: the velocity along the vehicle's own
+  // axes stays.
+  void PropagateHoldingVelocity(const InertialRates& from, const InertialRates& to, double dt_s);
   // Over a hole in the inertial data: straight on, and the attitude anew from the device.
   void Coast(double dt_s, const Eigen::Quaterniond& q_map_imu, const InertialRates& now);
 
   // Each gives how many components were refused by the gate.
   int UpdateAttitude(const Eigen::Quaterniond& q_map_imu, const Eigen::Vector3d& sigma_rpy_rad);
-  int UpdateDvl(const Eigen::Vector3d& v_dvl_mps, const Eigen::Vector3d& sigma_mps);
+  // Whole ensembles: none of it is used where a component is refused.
+  enum class SlowStates : std::uint8_t { kLearned, kLeft };  // scale and mounting of the DVL
+  int UpdateDvl(const Eigen::Vector3d& v_dvl_mps,
+                const Eigen::Vector3d& sigma_mps,
+                SlowStates slow = SlowStates::kLearned);
   int UpdateDepth(double depth_m, double sigma_m);
   int UpdatePosition(const Eigen::Vector2d& north_east_m, const Eigen::Matrix2d& covariance_m2);
 
-  // For a sensor that has been refused for too long: opens the states that it measures.
-  void OpenAttitudeBias();
-  void OpenVelocity();
-  void OpenDepth();
+  // A state is set to what is measured, and its error is that of the measurement.
+  void TakeAttitude(const Eigen::Quaterniond& q_map_imu, const Eigen::Vector3d& sigma_rpy_rad);
+  void TakeVelocity(const Eigen::Vector3d& v_dvl_mps, const Eigen::Vector3d& sigma_mps);
+  void TakeDepth(double depth_m, double sigma_m);
+  // What a state that was wrong has done to the position, and how wrong that may be.
+  void MovePosition(const Eigen::Vector3d& by_m);
+  void WidenPosition(const Eigen::Matrix3d& by_m2);
+  // Resets the uncertainty of biases to the data sheet's: they may have been learned from a wrong
+  // sensor. The attitude's bias is reopened only where the attitude is taken anew right after:
+  // without its correlation with the tilt the next attitude would count twice.
+  void ReopenInertialBiases();
+  void ReopenAttitudeBias();
+  void LimitSpeed(double limit_mps);
+
+  // The device's heading has made a step that the gyros did not feel. Two hypotheses from then on:
+  // it is wrong now (the heading stays), or was before (the heading follows). The covariance holds
+  // both until the doubt is over, which the device ends by stepping back.
+  void KeepHeadingOverStep(double step_rad);
+  void FollowHeadingStep(double step_rad);
+  void EndHeadingDoubt();
+  // By how much the other hypothesis has more heading; 0: there is none.
+  double heading_doubt_rad() const { return doubt_rad_; }
+  // Of the device's heading against what is expected of it.
+  double HeadingResidual(const Eigen::Quaterniond& q_map_imu) const;
+  double HeadingResidualSigma();
+  Eigen::Vector3d DvlResidual(const Eigen::Vector3d& v_dvl_mps) const;
+  Eigen::Vector3d AttitudeResidual(const Eigen::Quaterniond& q_map_imu) const;
 
   // The vehicle frame, now.
   Eigen::Isometry3d T_map_vehicle() const;
@@ -110,11 +144,25 @@ class ErrorStateFilter {
   InnovationSummary innovations(NavSensor sensor) const;
 
  private:
+  void ReopenBiases(int first, int size);
   InertialRates Corrected(const InertialRates& measured) const;
+  void Step(const InertialRates& from, const InertialRates& to, double dt_s);
+  Eigen::Vector3d ForceThatHolds(const Eigen::Vector3d& rate_radps) const;
+  Eigen::Vector3d TurnOverGround() const;  // as the gyros feel it, imu
+  struct DvlModel {
+    Eigen::Vector3d expected_mps;
+    Eigen::Matrix<double, 3, kErrorSize> H;
+  };
+  DvlModel ModelDvl() const;
+  Eigen::Vector3d DvlSigma(const Eigen::Vector3d& sigma_mps) const;
   void PropagateCovariance();
   // What the device adds to roll, pitch, yaw, by error state.
   AttitudeRows DeviceErrorRows() const;
+  Eigen::Quaterniond WithoutStep(const Eigen::Quaterniond& q_map_imu) const;
+  Eigen::Quaterniond WithoutDeviceError(const Eigen::Quaterniond& q_map_imu) const;
   void AlignWithDevice();
+  void FollowStatedSigma(int axis);
+  void DoubtHeading(double other_rad);
   void Apply(const ErrorMatrix& M);
   void SetAttitudeBiasSigma(const Eigen::Vector3d& sigma_rpy_rad);
   // Offers the scalar `residual` = H error + noise, one of the sensor's up to three components.
@@ -146,6 +194,12 @@ class ErrorStateFilter {
   // Of each bias: sigma when left alone, and how fast it forgets.
   ErrorVector bias_sigma_ = ErrorVector::Zero();
   ErrorVector bias_rate_ = ErrorVector::Zero();
+
+  bool velocity_is_held_ = false;  // since the covariance was last brought up to the state
+  bool learns_slow_ = true;
+  Eigen::Vector3d held_attitude_sigma_ = Eigen::Vector3d::Zero();  // of which P_ has the biases
+  double heading_offset_rad_ = 0.0;  // what the device's heading adds beside its biases
+  double doubt_rad_ = 0.0;
 
   // Since the covariance was last brought up to the state.
   double pending_s_ = 0.0;

@@ -130,6 +130,12 @@ Pose2 NavTrack::LevelAt(const Key& key, Time t) const {
   return {p.x(), p.y(), key.level.yaw};
 }
 
+std::optional<Eigen::Matrix2d> NavTrack::VelocityCovariance(Time t) const {
+  const auto key = NearestKey(t);
+  if (!key) return std::nullopt;
+  return keys_[*key].J.bottomRows<2>() * keys_[*key].PJ.rightCols<2>();
+}
+
 std::optional<Eigen::Matrix3d> NavTrack::RelativeCovariance(Time a, Time b) const {
   const auto key_a = NearestKey(a);
   const auto key_b = NearestKey(b);

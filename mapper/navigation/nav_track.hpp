@@ -31,6 +31,7 @@ class NavTrack {
 
   std::optional<Time> latest() const;
   std::optional<NavState> StateAt(Time t) const;
+  std::optional<Eigen::Matrix2d> VelocityCovariance(Time t) const;
   std::optional<Eigen::Matrix3d> RelativeCovariance(Time a, Time b) const;
   std::optional<Pose2> Hindsight(Time anchor, Time t) const;
 

@@ -41,6 +41,13 @@ struct NavigationParams {
   Eigen::Vector3d attitude_white_rad{Deg2Rad(0.02), Deg2Rad(0.02), Deg2Rad(0.05)};  // a sample
   double attitude_interval_s = 0.1;  // used no more often: its noise is not white above 10 Hz
 
+  // Added to the stamp of every attitude, and by how much that may still be wrong.
+  double attitude_time_offset_s = 0.0;
+  double attitude_time_sigma_s = 0.003;
+  // A device that steps so soon after the start was aligning, and is right now; later, it is held
+  // to be wrong until it steps back.
+  double attitude_settle_s = 180.0;
+
   // DVL bottom track. scale: sound speed at the instrument and the maker's own; mounting: what is
   // left after calibration, about each of its axes.
   double dvl_sigma_mps = 0.01;         // where the sample states none
@@ -52,6 +59,17 @@ struct NavigationParams {
   // flat phased array, for which horizontal velocity does not depend on it.
   double dvl_sound_speed_mps = 0.0;
   double bottom_lock_timeout_s = 2.0;  // without an accepted ensemble for so long, lock is lost
+
+  double dvl_time_offset_s = 0.0;           // added to the stamp of every ensemble
+  double dvl_time_sigma_s = 0.005;          // by how much that may still be wrong
+  double dvl_max_error_velocity_mps = 0.3;  // beyond, the beams do not see the same bottom
+  // A DVL that has stepped without an acceleration is not used for so long, nor while the filter
+  // still knows the velocity better.
+  double dvl_step_s = 40.0;
+
+  // Of the vehicle, by its data sheet: over ground, current included. No state is faster.
+  double max_speed_mps = 6.0;
+  double max_acceleration_mps2 = 10.0;
 
   double depth_sigma_m = 0.02;                      // where the sample states none
   double depth_sigma_floor_m = 0.01;                // waves and the port's own flow noise
@@ -75,6 +93,7 @@ struct NavigationParams {
   // Attitude, depth and bottom lock are waited for so long; then the start is made without depth
   // or velocity, and says so in its covariance. Attitude is always needed.
   double start_wait_s = 10.0;
+  double start_heading_sigma_rad = Deg2Rad(20.0);  // a device that states more is waited for
   double start_speed_sigma_mps = 1.5;
   double start_depth_sigma_m = 5.0;
 
@@ -95,8 +114,6 @@ struct NavigationParams {
   double window_s = 2400.0;
   double epoch_interval_s = 0.1;
   double key_interval_s = 1.0;
-
-  std::string Validate() const;  // empty if usable
 };
 
 }  // namespace seastitch

@@ -192,11 +192,6 @@ Eigen::Matrix3d InformationOf(const Linearised& at, double yaw_information) {
 
 }  // namespace
 
-std::string GicpParams::Validate() const {
-  if (!(voxel_m > 0.0)) return "gicp_voxel_m must be > 0";
-  return {};
-}
-
 RegistrationResult RegisterGicp(const GicpSubmap& target,
                                 const GicpSubmap& source,
                                 const Pose2& T_prior,

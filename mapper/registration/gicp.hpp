@@ -15,8 +15,6 @@ struct GicpParams {
   int neighbours = 20;              // that a point's plane is fitted to
   double epsilon = 1e-3;            // variance of a plane across it, where along it it is 1
   double yaw_information = 1000.0;  // [rad^-2]: the paper's code gives every closure the same
-
-  std::string Validate() const;  // empty if usable
 };
 
 // Thinned points in the level frame, their plane covariances and a k-d tree of them.

@@ -316,6 +316,8 @@ Fit GridAligner::Align(const Placement& start) const {
     if (lengths.dot(last_lengths) < 0.0) damping = std::max(0.2, 0.7 * damping);
     last_lengths = lengths;
     step.head<3>() *= std::min(damping, cell / length);
+    // On a slope the height belongs to the position: it is solved anew for the damped step.
+    step[3] = (b[3] - H.row(3).head<3>().dot(step.head<3>())) / H(3, 3);
     at = Moved(at, step);
   }
 }
@@ -383,7 +385,7 @@ struct Block {
 
 FitInformation GridAligner::Inform(const Fit& fit) const {
   const double block_m =
-      std::max(params_.shared_error_length_m, 3.0 * std::sqrt(kPatchCells) * source_.cell_m());
+      std::max(params_.error_correlation_length_m, 3.0 * std::sqrt(kPatchCells) * source_.cell_m());
   std::map<std::pair<int, int>, Block> blocks;
   std::pair<int, int> last_key;
   Block* last = nullptr;  // of `last_key`: most cells lie in the block of the one before

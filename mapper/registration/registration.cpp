@@ -149,7 +149,7 @@ class Registrar {
       : levels_(CommonLevels(target, source)),
         prior_(prior),
         noise_{std::hypot(target.sounding_sigma_m(), source.sounding_sigma_m()) / std::sqrt(2.0),
-               params.shared_error_ratio *
+               params.correlated_error_ratio *
                    std::hypot(target.height_datum_m(), source.height_datum_m())},
         params_(params) {
     result_.T_target_source = prior.T_target_source;
@@ -176,13 +176,17 @@ class Registrar {
     return level;
   }
 
-  // Aligns on one level, from where the coarser one ended. One that does not converge bears witness
-  // against the others with what it found, but is never the best. Empty where none converges.
-  void Refine(std::size_t level, std::vector<Candidate>* candidates) const {
+  // Aligns on one level, from where the coarser one ended.
+  void AlignAll(std::size_t level, std::vector<Candidate>* candidates) const {
     for (Candidate& c : *candidates) {
       c.fits[level] = Aligner(level, c.center_source).Align(c.at);
       c.at = c.fits[level].at;
     }
+  }
+
+  // Drops what is clearly worse than the best, and repetitions. A candidate that did not converge
+  // counts against the others but is never the best. Empty where none converged.
+  void Select(std::size_t level, std::vector<Candidate>* candidates) const {
     if (std::none_of(candidates->begin(), candidates->end(), [&](const Candidate& c) {
           return c.fits[level].converged;
         })) {
@@ -217,13 +221,13 @@ class Registrar {
   // Whether another place agrees about as well as the best: patch by patch, since a larger overlap
   // is no argument on a seabed that repeats itself.
   bool FitsAlike(const Fit& best, const Fit& other, double tolerance) const {
-    if (!(other.evidence >= 0.5 * params_.ambiguity_floor)) return false;
+    if (!(other.evidence >= 0.5 * params_.min_evidence_nats)) return false;
     const double patches = std::min(best.Witnesses(), other.Witnesses());
     const double deficit =
         patches * (best.evidence / best.Witnesses() - other.evidence / other.Witnesses()) +
         best.log_prior - other.log_prior;
-    return deficit <
-           tolerance * std::max(params_.ambiguity_floor, params_.ambiguity_per_patch * patches);
+    return deficit < tolerance * std::max(params_.min_evidence_nats,
+                                          params_.ambiguity_margin_nats_per_patch * patches);
   }
 
   LoopVerdict Judge() {
@@ -243,7 +247,10 @@ class Registrar {
     }
     if (!(Area(most_cells, search_level) >= params_.min_overlap_m2))
       return LoopVerdict::kLittleOverlap;
-    Refine(search_level, &candidates);
+    AlignAll(search_level, &candidates);
+    if (!(Area(MostCells(candidates, search_level), search_level) >= params_.min_overlap_m2))
+      return LoopVerdict::kLittleOverlap;
+    Select(search_level, &candidates);
     if (candidates.empty()) return LoopVerdict::kNotConverged;
     Lesson lesson = LessonOf(Best(candidates, search_level), search_level);
     const std::size_t level = Descend(search_level, &candidates, &lesson);
@@ -270,7 +277,8 @@ class Registrar {
   std::size_t Descend(std::size_t level, std::vector<Candidate>* candidates, Lesson* lesson) const {
     while (level > 0) {
       std::vector<Candidate> finer = *candidates;
-      Refine(level - 1, &finer);
+      AlignAll(level - 1, &finer);
+      Select(level - 1, &finer);
       if (finer.empty()) break;
       Lesson next = LessonOf(Best(finer, level - 1), level - 1);
       if (!(next.known.Information() > lesson->known.Information() + kWorthwhileNats)) break;
@@ -317,6 +325,12 @@ class Registrar {
   // A grid that narrows sigma by less than 3 % in each direction is not worth its time.
   static constexpr double kWorthwhileNats = 0.1;
 
+  static double MostCells(const std::vector<Candidate>& candidates, std::size_t level) {
+    double most = 0.0;
+    for (const Candidate& c : candidates) most = std::max(most, c.fits[level].cells);
+    return most;
+  }
+
   double Area(double cells, std::size_t level) const {
     const double cell = levels_[level].source->cell_m();
     return cells * cell * cell;
@@ -343,12 +357,12 @@ class Registrar {
 
     if (!(result_.overlap_m2 >= params_.min_overlap_m2 && fit.patches >= params_.min_patches))
       return LoopVerdict::kLittleOverlap;
-    if (known.rank() == 0 || !(fit.evidence >= params_.ambiguity_floor))
+    if (known.rank() == 0 || !(fit.evidence >= params_.min_evidence_nats))
       return LoopVerdict::kDegenerate;
     if (!polished) return LoopVerdict::kNotConverged;
     if (rival) return LoopVerdict::kAmbiguous;
     const double misfit = fit.difference_variance / fit.expected_variance;
-    if (!(misfit <= params_.max_misfit * params_.max_misfit ||
+    if (!(misfit <= params_.max_residual_ratio * params_.max_residual_ratio ||
           (known.rank() == 3 && fit.relief_variance >= kClearRelief * fit.difference_variance)))
       return LoopVerdict::kPoorFit;
     if (!(PriorChi2(aligner, fit, known) <= params_.max_prior_chi2))
@@ -364,11 +378,16 @@ class Registrar {
   // Newton steps without the prior, along the known directions alone: what is published must not
   // hold the prior, which the graph has already.
   bool Polish(const GridAligner& aligner, Fit* fit, FitInformation* info, Knowledge* known) const {
+    double damping = 1.0;
+    Eigen::Vector3d last_move = Eigen::Vector3d::Zero();  // in prior sigma
     for (int i = 0; i <= kMaxPolishSteps; ++i) {
       if (known->rank() == 0) return true;
       const SmallVector step = known->gain * info->gradient;
       if (step.dot(known->covariance.ldlt().solve(step)) < kPolishedChi2) return true;
-      const Eigen::Vector3d move = known->whiten.inverse() * known->directions * step;
+      const Eigen::Vector3d whitened_move = known->directions * step;
+      if (whitened_move.dot(last_move) < 0.0) damping *= kTurnedBackDamping;
+      last_move = whitened_move;
+      const Eigen::Vector3d move = damping * (known->whiten.inverse() * whitened_move);
       if (!move.allFinite()) return false;
       const Placement at = aligner.Moved(fit->at, {move.x(), move.y(), move.z(), 0.0});
       *fit = aligner.Describe(at, fit->noise_scale);
@@ -381,7 +400,9 @@ class Registrar {
 
   // Steps of a tenth of a sigma change nothing that matters.
   static constexpr double kPolishedChi2 = 0.01;
-  static constexpr int kMaxPolishSteps = 10;
+  static constexpr int kMaxPolishSteps = 20;
+  // Cells at the rim enter and leave with every step. Full steps then turn back and forth for ever.
+  static constexpr double kTurnedBackDamping = 0.6;
 
   // Whether a place fits alike that differs by more than the uncertainty of both.
   bool FindRival(const Candidate& best,
@@ -445,42 +466,6 @@ class Registrar {
 
 }  // namespace
 
-std::string RegistrationParams::Validate() const {
-  const auto problem = [](const char* name, double value, const char* expected) {
-    std::ostringstream out;
-    out << name << " = " << value << ", must be " << expected;
-    return out.str();
-  };
-  const std::pair<const char*, double> positive[] = {
-      {"min_cell_m", min_cell_m},
-      {"cell_per_spacing", cell_per_spacing},
-      {"window_sigma", window_sigma},
-      {"max_search_cells", max_search_cells},
-      {"min_sounding_sigma_m", min_sounding_sigma_m},
-      {"shared_error_length_m", shared_error_length_m},
-      {"min_overlap_m2", min_overlap_m2},
-      {"min_patches", min_patches},
-      {"ambiguity_floor", ambiguity_floor},
-      {"max_misfit", max_misfit},
-      {"min_slope_significance", min_slope_significance},
-      {"max_prior_chi2", max_prior_chi2},
-  };
-  for (const auto& [name, value] : positive)
-    if (!(value > 0.0 && std::isfinite(value))) return problem(name, value, "> 0");
-  const std::pair<const char*, double> not_negative[] = {
-      {"shared_error_ratio", shared_error_ratio},
-      {"min_position_sigma_m", min_position_sigma_m},
-      {"ambiguity_per_patch", ambiguity_per_patch},
-  };
-  for (const auto& [name, value] : not_negative)
-    if (!(value >= 0.0 && std::isfinite(value))) return problem(name, value, ">= 0");
-  if (num_levels < 2 || num_levels > 10) return problem("num_levels", num_levels, "2 to 10");
-  if (max_modes < 2 || max_modes > 100) return problem("max_modes", max_modes, "2 to 100");
-  if (max_cells < 1000 || max_cells > 100'000'000)
-    return problem("max_cells", max_cells, "1000 to 100000000");
-  return "";
-}
-
 RegistrationResult Register(const RegistrationSubmap& target,
                             const RegistrationSubmap& source,
                             const Pose2& T_prior,
@@ -494,7 +479,7 @@ RegistrationResult Register(const RegistrationSubmap& target,
                           z_sigma_m};
   if (!Usable(prior)) return {};
   const RegistrationResult result = Registrar(target, source, prior, params).Run();
-  if (result.verdict != LoopVerdict::kOutsideWindow || !(result.score >= params.ambiguity_floor))
+  if (result.verdict != LoopVerdict::kOutsideWindow || !(result.score >= params.min_evidence_nats))
     return result;
   // The seabed says that navigation is off by more than it claims, and chance does not say such
   // things: the claim is doubted, and the judgement made in a window of twice the width.

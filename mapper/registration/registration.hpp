@@ -39,8 +39,8 @@ struct RegistrationParams {
   // Errors that neighbouring soundings share (roll bias, sound speed, heave), as a part of the
   // altitude, and how far they reach: 0.017 deg of roll, which calibration leaves, are 0.0003 x
   // altitude at 45 deg. More is believed where the residuals show more.
-  double shared_error_ratio = 0.0003;
-  double shared_error_length_m = 10.0;
+  double correlated_error_ratio = 0.0003;
+  double error_correlation_length_m = 10.0;
   // Position error that stays whatever the relief: 20 ms of latency at 1 m/s.
   double min_position_sigma_m = 0.02;
 
@@ -48,20 +48,16 @@ struct RegistrationParams {
   // Independent patches (4 pi cells) that must overlap: a placement takes four of them.
   double min_patches = 8.0;
   // Another place fits alike when the log-likelihoods, over as many patches, are no further apart
-  // than the largest of: what the best of a thousand chance placements reaches; this many sigma of
-  // the difference of two places that fit alike, sqrt(patches); this much a patch (0.2: 1.5 times
-  // the variance of the difference, which errors of the model can make).
-  double ambiguity_floor = 12.0;
-  double ambiguity_sigma = 3.5;
-  double ambiguity_per_patch = 0.2;
+  // than the larger of: what the best of a thousand chance placements reaches; this much a patch
+  // (0.2: 1.5 times the variance of the difference, which errors of the model can make).
+  double min_evidence_nats = 12.0;
+  double ambiguity_margin_nats_per_patch = 0.2;
   // Residual sigma over the scatter of soundings about the smooth seabed.
-  double max_misfit = 2.0;
+  double max_residual_ratio = 2.0;
   // A direction is known where the two submaps' slopes agree by this many sigma of chance.
   double min_slope_significance = 6.0;
   // Chi-square, 3 degrees of freedom, of the result against the prior: 0.1 % of true ones exceed.
   double max_prior_chi2 = 16.3;
-
-  std::string Validate() const;  // empty if usable
 };
 
 // What registration keeps of a submap: heights, slopes and densities on a pyramid of grids in its

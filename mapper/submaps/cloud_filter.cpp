@@ -222,7 +222,7 @@ class ColumnJudge {
       }
     }
     return (saw.HasTwo() || !came.HasTwo()) && support >= static_cast<float>(params_.min_support) &&
-           support >= static_cast<float>(params_.min_support_part) * total;
+           support >= static_cast<float>(params_.min_support_fraction) * total;
   }
 
   const Columns& columns_;
@@ -235,21 +235,6 @@ class ColumnJudge {
 };
 
 }  // namespace
-
-std::string CloudFilterParams::Validate() const {
-  if (!(min_range_m >= 0.0)) return "min_range_m must be >= 0";
-  if (!(max_range_m > min_range_m && max_range_m <= 10'000.0))
-    return "max_range_m must be above min_range_m and at most 10000";
-  if (!(voxel_m >= 0.01 && voxel_m <= 10.0)) return "voxel_m must be within 0.01 and 10";
-  if (!(min_spike_m > 0.0)) return "min_spike_m must be > 0";
-  if (!(spike_sigmas > 0.0)) return "spike_sigmas must be > 0";
-  if (min_support < 1) return "min_support must be >= 1";
-  if (!(min_support_part >= 0.0 && min_support_part < 1.0))
-    return "min_support_part must be within 0 and 1";
-  if (min_neighbours < 0) return "min_neighbours must be >= 0";
-  if (!(soundings_per_column >= 1.0)) return "soundings_per_column must be >= 1";
-  return {};
-}
 
 SoundingGate CheckSounding(const Eigen::Vector3d& p_map,
                            const Eigen::Vector3d& p_map_vehicle,

@@ -30,13 +30,11 @@ struct CloudFilterParams {
   // and so large a part of all soundings around, lie at the same height; not all from one ping,
   // where two came there (one may miss by the same range over a whole run of beams).
   int min_support = 3;
-  double min_support_part = 0.04;
+  double min_support_fraction = 0.04;
   // Fewer other soundings than this around a point: it hangs in empty space.
   int min_neighbours = 3;
   // Mean soundings a column that the local seabed is judged by: columns grow until they hold them.
   double soundings_per_column = 6.0;
-
-  std::string Validate() const;  // empty if usable
 };
 
 enum class SoundingGate : std::uint8_t { kPass, kNotFinite, kAboveVehicle, kTooNear, kTooFar };

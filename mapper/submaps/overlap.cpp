@@ -89,18 +89,12 @@ Eigen::Matrix3d PairInformation(const SubmapOutline& target,
 
 }  // namespace
 
-std::string OverlapParams::Validate() const {
-  if (!(min_overlap_m2 > 0.0)) return "min_overlap_m2 must be > 0";
-  if (!(min_overlap_part >= 0.0 && min_overlap_part < 1.0))
-    return "min_overlap_part must be within 0 and 1";
-  // 200 edges fit into one graph update, one of them dead reckoning's.
-  if (max_pairs < 0 || max_pairs > 199) return "max_pairs must be within 0 and 199";
-  return {};
-}
-
 SubmapOutline OutlineOf(const Submap& submap) {
-  SubmapOutline outline{
-      submap.id, submap.footprint, Area(submap.footprint), 0.0, submap.predicted_information};
+  SubmapOutline outline{submap.id,
+                        submap.footprint,
+                        Area(submap.footprint),
+                        0.0,
+                        submap.predicted_information.value_or(Eigen::Matrix3d::Zero())};
   for (const Eigen::Vector2d& corner : submap.footprint) {
     outline.radius_m = std::max(outline.radius_m, corner.norm());
   }
@@ -148,7 +142,7 @@ OverlapCandidate JudgePair(const SubmapOutline& target,
 std::vector<OverlapCandidate> ChoosePairs(std::vector<OverlapCandidate> candidates,
                                           const OverlapParams& params) {
   std::erase_if(candidates, [&](const OverlapCandidate& c) {
-    return c.overlap_m2 < params.min_overlap_m2 || c.overlap_part < params.min_overlap_part;
+    return c.overlap_m2 < params.min_overlap_m2 || c.overlap_part < params.min_overlap_fraction;
   });
   std::sort(candidates.begin(),
             candidates.end(),

@@ -14,17 +14,16 @@ namespace seastitch {
 
 struct OverlapParams {
   // Expected overlap of a pair, at least: below it registration has too few cells to be sure.
-  double min_overlap_m2 = 25.0;
+  double min_overlap_m2 = 10.0;
   // And this part of the smaller footprint: neighbours on one line touch along an edge without a
   // common sounding, since an outline reaches a cell further than its points.
-  double min_overlap_part = 0.05;
+  double min_overlap_fraction = 0.05;
   // Registrations a submap, the most telling first: bounds the work in a survey of any length.
   int max_pairs = 6;
-
-  std::string Validate() const;  // empty if usable
 };
 
-// What the overlap search keeps of a submap. Information: see Submap::predicted_information.
+// What the overlap search keeps of a submap. Information: see Submap::predicted_information; where
+// that was not computed no registration is expected to give any.
 struct SubmapOutline {
   SubmapId id;
   Footprint footprint;  // level frame

@@ -55,24 +55,6 @@ bool IsBetter(const Eigen::Matrix3d& covariance, const Eigen::Matrix3d& than) {
 
 }  // namespace
 
-std::string SubmapParams::Validate() const {
-  if (!(min_length_m >= 0.0)) return "min_length_m must be >= 0";
-  if (!(max_length_m > min_length_m)) return "max_length_m must be above min_length_m";
-  if (!(max_duration_s > 0.0)) return "max_duration_s must be > 0";
-  if (!(max_drift_m > 0.0)) return "max_drift_m must be > 0";
-  if (max_soundings < 1000) return "max_soundings must be >= 1000";
-  if (min_points < 3) return "min_points must be >= 3";
-  if (!(expected_overlap > 0.0 && expected_overlap <= 1.0))
-    return "expected_overlap must be above 0 and at most 1";
-  if (!(sounding_sigma_m > 0.0)) return "sounding_sigma_m must be > 0";
-  if (!(turn_rad > 0.0 && turn_rad < kPi)) return "turn must be within 0 and 180 degrees";
-  if (!(turn_sustain_m >= 0.0)) return "turn_sustain_m must be >= 0";
-  if (!(turn_settle_m > 0.0)) return "turn_settle_m must be > 0";
-  if (!(max_gap_s > 0.0)) return "max_gap_s must be > 0";
-  if (!(max_gap_m > 0.0)) return "max_gap_m must be > 0";
-  return {};
-}
-
 SubmapBuilder::Open::Open(const GeoreferencedPing& first,
                           const CloudFilterParams& filter,
                           double cell_m)
@@ -116,6 +98,11 @@ std::optional<Submap> SubmapBuilder::Add(const GeoreferencedPing& ping) {
     if (const auto trigger = Full()) closed = Close(*trigger);
   }
   return closed;
+}
+
+std::optional<Time> SubmapBuilder::frame_time() const {
+  if (!open_) return std::nullopt;
+  return open_->track[open_->track.size() / 2].time;
 }
 
 std::optional<Submap> SubmapBuilder::Finish() { return Close(SubmapTrigger::kEnd); }
@@ -238,8 +225,9 @@ std::optional<SubmapTrigger> SubmapBuilder::Full() {
 }
 
 bool SubmapBuilder::HasDrifted() const {
-  const Eigen::Matrix3d lost = drift_(open_->track.front().time, open_->track.back().time);
-  return WorstSigma(lost.topLeftCorner<2, 2>()) > params_.max_drift_m;
+  const std::optional<Eigen::Matrix3d> lost =
+      drift_(open_->track.front().time, open_->track.back().time);
+  return !lost || WorstSigma(lost->topLeftCorner<2, 2>()) > params_.max_drift_m;
 }
 
 bool SubmapBuilder::HoldsEnoughStructure() const {
@@ -252,7 +240,8 @@ bool SubmapBuilder::HoldsEnoughStructure() const {
   const Eigen::LLT<Eigen::Matrix3d> factor(information);
   if (factor.info() != Eigen::Success) return false;
   const Eigen::Matrix3d registered = factor.solve(Eigen::Matrix3d::Identity());
-  return IsBetter(registered, drift_(middle.time, neighbour));
+  const std::optional<Eigen::Matrix3d> drift = drift_(middle.time, neighbour);
+  return !drift || IsBetter(registered, *drift);
 }
 
 // Where all is one line so far, the start: as if the neighbour to come were as far from here.

@@ -52,8 +52,6 @@ struct SubmapParams {
   // Without pings for so long, or with a jump so far, what follows is another piece of seabed.
   double max_gap_s = 5.0;
   double max_gap_m = 10.0;
-
-  std::string Validate() const;  // empty if usable
 };
 
 // Cuts the stream of geo-referenced pings into submaps (III-A-2): where they hold enough structure
@@ -62,12 +60,13 @@ struct SubmapParams {
 class SubmapBuilder {
  public:
   // What dead reckoning loses between two pings: covariance of (x, y [m], yaw [rad]) of the vehicle
-  // at `b` seen from the vehicle at `a`, in the level axes of `a`. Zero: nothing is known of it.
-  using Drift = std::function<Eigen::Matrix3d(Time a, Time b)>;
+  // at `b` seen from the vehicle at `a`, in the level axes of `a`. Nothing where it is not known:
+  // any loss is then possible.
+  using Drift = std::function<std::optional<Eigen::Matrix3d>(Time a, Time b)>;
 
   // T_anchored_map, level: takes places in the map as dead reckoning has it at `t` to a map in
   // which the vehicle at `anchor` stands where it stood, so that no submap bends where heading or
-  // position is learned (DeadReckoning::Hindsight).
+  // position is learned (Navigation::Hindsight).
   using Hindsight = std::function<Pose2(Time anchor, Time t)>;
 
   SubmapBuilder(const SubmapParams& params,
@@ -80,6 +79,9 @@ class SubmapBuilder {
   std::optional<Submap> Add(const GeoreferencedPing& ping);
   // Closes what is open.
   std::optional<Submap> Finish();
+
+  // Frame of the open submap, if it were closed now.
+  std::optional<Time> frame_time() const;
 
   // Everything left out, by name, such as "soundings_too_far" or "pings_in_turns".
   const std::map<std::string, std::int64_t>& counters() const { return counters_; }

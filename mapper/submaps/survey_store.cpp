@@ -37,6 +37,11 @@ nlohmann::json ByRows(const Matrix& m) {
   return values;
 }
 
+template <class T, class ToJson>
+nlohmann::json OrNull(const std::optional<T>& value, ToJson to_json) {
+  return value ? nlohmann::json(to_json(*value)) : nlohmann::json();
+}
+
 // Everything but the points; doubles as they are, to the last bit.
 std::string IndexLine(const Submap& submap, const std::string& file) {
   const Eigen::Quaterniond q(submap.T_map_submap.linear());
@@ -53,10 +58,11 @@ std::string IndexLine(const Submap& submap, const std::string& file) {
       {"frame_utime", ToUtime(submap.frame_time)},
       {"p_map_submap_m", ByRows(submap.T_map_submap.translation())},
       {"q_map_submap_wxyz", {q.w(), q.x(), q.y(), q.z()}},
-      {"covariance_from_previous", ByRows(submap.covariance_from_previous)},
-      {"heading_sigma_rad", submap.heading_sigma_rad},
+      {"covariance_from_previous",
+       OrNull(submap.covariance_from_previous, ByRows<Eigen::Matrix3d>)},
+      {"heading_sigma_rad", OrNull(submap.heading_sigma_rad, [](double sigma) { return sigma; })},
       {"trigger", ToString(submap.trigger)},
-      {"predicted_information", ByRows(submap.predicted_information)},
+      {"predicted_information", OrNull(submap.predicted_information, ByRows<Eigen::Matrix3d>)},
       {"soundings_read", submap.soundings_read},
       {"soundings_used", submap.soundings_used},
       {"footprint_m", footprint},
@@ -77,13 +83,6 @@ bool AppendSynced(const std::filesystem::path& path, const std::string& text) {
 }
 
 }  // namespace
-
-std::string SurveyStoreParams::Validate() const {
-  if (directory.empty()) return "directory must be given";
-  if (max_cached_mb < 0) return "max_cached_mb must be >= 0";
-  if (max_unsaved_mb < 0) return "max_unsaved_mb must be >= 0";
-  return {};
-}
 
 SurveyStore::SurveyStore(const SurveyStoreParams& params) : params_(params) {
   std::error_code error;

@@ -17,8 +17,6 @@ struct SurveyStoreParams {
   std::int64_t max_cached_mb = 64;
   // Clouds that a bad disk did not take are kept in memory up to here, then the oldest are lost.
   std::int64_t max_unsaved_mb = 128;
-
-  std::string Validate() const;  // empty if usable
 };
 
 struct SurveyStoreCounters {

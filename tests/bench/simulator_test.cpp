@@ -254,7 +254,7 @@ TEST(SurveySimulator, IdealNavigationSensorsTellTheTruth) {
     const TrueState s = truth.TruthAt(sample.time);
     const double depth = (s.T_map_vehicle * vehicle.p_vehicle_depth_m).z();
     EXPECT_NEAR(sample.depth_m, depth, 1e-4);
-    EXPECT_NEAR(sample.pressure_pa, depth * 1025.0 * 9.8045, 20.0);
+    EXPECT_NEAR(sample.pressure_pa.value(), depth * 1025.0 * 9.8045, 20.0);
   }
 }
 

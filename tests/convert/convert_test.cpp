@@ -10,14 +10,15 @@
 #include <string>
 #include <vector>
 
+#include "tests/convert/example_messages.hpp"
+
 namespace seastitch {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInf = std::numeric_limits<double>::infinity();
 constexpr float kNanF = std::numeric_limits<float>::quiet_NaN();
-const Time kTime = FromUtime(1'700'000'000'123'456);
-const MessageStamp kStamp{FromUtime(1'700'000'000'200'000), 42};
+using namespace examples;
 
 // Through the wire: what a subscriber gets.
 template <class Msg>
@@ -45,15 +46,6 @@ void ExpectEachRefused(const Msg& good, const std::vector<Damage<Msg>>& damages)
   }
 }
 
-ImuSample Imu() {
-  ImuSample sample;
-  sample.time = kTime;
-  sample.angular_rate_radps = {0.1, -0.2, 0.3};
-  sample.specific_force_mps2 = {0.5, 0.6, -9.8};
-  sample.attitude = Attitude{Eigen::Quaterniond(0.5, 0.5, -0.5, 0.5), {0.01, 0.02, 0.03}};
-  return sample;
-}
-
 TEST(ConvertImu, GivesBackTheSample) {
   const imu_t msg = Wire(ToLcm(Imu(), kStamp));
   EXPECT_EQ(msg.utime, ToUtime(kTime));
@@ -66,6 +58,7 @@ TEST(ConvertImu, GivesBackTheSample) {
   EXPECT_EQ(sample->specific_force_mps2, Imu().specific_force_mps2);
   EXPECT_EQ(sample->attitude->q_ned_imu.coeffs(), Imu().attitude->q_ned_imu.coeffs());
   EXPECT_EQ(sample->attitude->sigma_rpy_rad, Imu().attitude->sigma_rpy_rad);
+  EXPECT_EQ(sample->alignment, Alignment::kAligned);
 }
 
 TEST(ConvertImu, WithoutAttitudeHasNone) {
@@ -92,20 +85,11 @@ TEST(ConvertImu, RefusesEachDamage) {
        {"no quaternion", [](imu_t& m) { m.q_ned_imu[0] = 0.9; }},
        {"quaternion NaN", [](imu_t& m) { m.q_ned_imu[3] = kNan; }},
        {"sigma negative", [](imu_t& m) { m.sigma_roll_pitch_yaw_rad[1] = -0.1; }},
+       {"alignment unknown", [](imu_t& m) { m.alignment = 3; }},
+       {"alignment negative", [](imu_t& m) { m.alignment = -1; }},
        {"time before 1970", [](imu_t& m) { m.utime = -1; }},
        {"time in the far future",
         [](imu_t& m) { m.utime = std::numeric_limits<int64_t>::max(); }}});
-}
-
-DvlSample Dvl() {
-  DvlSample sample;
-  sample.time = kTime;
-  sample.bottom_lock = true;
-  sample.v_dvl_mps = {1.5, 0.1, -0.05};
-  sample.sigma_v_mps = {0.01, 0.01, 0.005};
-  sample.beams[2] = {true, 25.5, 0.3};
-  sample.altitude_m = 22.0;
-  return sample;
 }
 
 TEST(ConvertDvl, GivesBackTheSample) {
@@ -118,6 +102,18 @@ TEST(ConvertDvl, GivesBackTheSample) {
   EXPECT_EQ(sample->beams[2].range_m, 25.5);
   EXPECT_EQ(sample->beams[2].velocity_mps, 0.3);
   EXPECT_EQ(sample->altitude_m, 22.0);
+  EXPECT_EQ(sample->beams[3].quality, 0.9);
+  EXPECT_EQ(sample->error_velocity_mps, -0.02);
+}
+
+TEST(ConvertDvl, WithoutQualityAndErrorVelocityHasNone) {
+  DvlSample sample = Dvl();
+  sample.beams[1].quality.reset();  // all beams have one or none
+  sample.error_velocity_mps.reset();
+  const auto back = FromLcm(Wire(ToLcm(sample, kStamp)));
+  ASSERT_TRUE(back);
+  for (const DvlBeam& beam : back->beams) EXPECT_FALSE(beam.quality);
+  EXPECT_FALSE(back->error_velocity_mps);
 }
 
 TEST(ConvertDvl, WithoutLockHasNoVelocity) {
@@ -137,6 +133,9 @@ TEST(ConvertDvl, RefusesEachDamage) {
        {"sigma negative", [](dvl_t& m) { m.sigma_v_mps[0] = -1.0; }},
        {"range negative", [](dvl_t& m) { m.beam_range_m[0] = -1.0; }},
        {"beam velocity infinite", [](dvl_t& m) { m.beam_velocity_mps[3] = -kInf; }},
+       {"quality above one", [](dvl_t& m) { m.beam_quality[2] = 1.01; }},
+       {"quality NaN", [](dvl_t& m) { m.beam_quality[2] = kNan; }},
+       {"error velocity NaN", [](dvl_t& m) { m.error_velocity_mps = kNan; }},
        {"altitude NaN", [](dvl_t& m) { m.altitude_m = kNan; }}});
 }
 
@@ -153,20 +152,10 @@ TEST(ConvertDepth, GivesBackTheSampleAndRefusesEachDamage) {
                               {"sigma negative", [](depth_t& m) { m.sigma_m = -1; }}});
 }
 
-MbesPing Ping(int beams) {
-  MbesPing ping;
-  ping.time = kTime;
-  ping.ping_number = 4'000'000'000;
-  ping.sound_speed_mps = 1487.5;
-  for (int i = 0; i < beams; ++i)
-    ping.beams.push_back({0.04f,
-                          0.001f * static_cast<float>(i),
-                          -0.01f,
-                          1e-4f,
-                          0.002f,
-                          -31.5f,
-                          kBeamValid | kBeamPhase});
-  return ping;
+TEST(ConvertDepth, WithoutPressureHasNone) {
+  const auto back = FromLcm(Wire(ToLcm(DepthSample{kTime, {}, 12.0, 0.05}, kStamp)));
+  ASSERT_TRUE(back);
+  EXPECT_FALSE(back->pressure_pa);
 }
 
 TEST(ConvertMbes, GivesBackThePingAlsoTheLargest) {
@@ -178,6 +167,7 @@ TEST(ConvertMbes, GivesBackThePingAlsoTheLargest) {
     ASSERT_TRUE(back);
     EXPECT_EQ(back->ping_number, ping.ping_number);
     EXPECT_EQ(back->sound_speed_mps, ping.sound_speed_mps);
+    EXPECT_EQ(back->head, ping.head);
     ASSERT_EQ(back->beams.size(), ping.beams.size());
     for (std::size_t i = 0; i < ping.beams.size(); ++i) {
       EXPECT_EQ(back->beams[i].twtt_s, ping.beams[i].twtt_s);
@@ -187,14 +177,43 @@ TEST(ConvertMbes, GivesBackThePingAlsoTheLargest) {
       EXPECT_EQ(back->beams[i].depth_sigma_ratio, ping.beams[i].depth_sigma_ratio);
       EXPECT_EQ(back->beams[i].backscatter_db, ping.beams[i].backscatter_db);
       EXPECT_EQ(back->beams[i].flags, ping.beams[i].flags);
+      EXPECT_EQ(back->beams[i].tx_array, ping.beams[i].tx_array);
     }
+  }
+}
+
+void Grow(int beams, mbes_ping_t* msg) {
+  const auto n = static_cast<std::size_t>(beams);
+  msg->num_beams = beams;
+  for (auto* list : {&msg->twtt_s,
+                     &msg->rx_angle_rad,
+                     &msg->tx_tilt_rad,
+                     &msg->tx_delay_s,
+                     &msg->depth_sigma_ratio,
+                     &msg->backscatter_db})
+    list->resize(n);
+  msg->flags.resize(n);
+  msg->tx_array.resize(n);
+}
+
+TEST(ConvertMbes, ThinsAFanThatDoesNotFitAndKeepsItsEdges) {
+  for (const int beams : {kMaxBeams + 1, 3 * kMaxBeams, 100'000}) {
+    const MbesPing ping = Ping(beams);
+    const mbes_ping_t msg = ToLcm(ping, kStamp);
+    EXPECT_EQ(msg.num_beams, kMaxBeams);
+    EXPECT_EQ(msg.rx_angle_rad.front(), ping.beams.front().rx_angle_rad);
+    EXPECT_EQ(msg.rx_angle_rad.back(), ping.beams.back().rx_angle_rad);
+    for (std::size_t i = 1; i < msg.rx_angle_rad.size(); ++i)
+      EXPECT_GT(msg.rx_angle_rad[i], msg.rx_angle_rad[i - 1]);
   }
 }
 
 TEST(ConvertMbes, RefusesEachDamage) {
   ExpectEachRefused<mbes_ping_t>(
       ToLcm(Ping(20), kStamp),
-      {{"too many beams", [](mbes_ping_t& m) { m = ToLcm(Ping(kMaxBeams + 1), kStamp); }},
+      {{"too many beams", [](mbes_ping_t& m) { Grow(kMaxBeams + 1, &m); }},
+       {"head negative", [](mbes_ping_t& m) { m.head = -1; }},
+       {"sectors short", [](mbes_ping_t& m) { m.tx_array.pop_back(); }},
        {"count above the arrays", [](mbes_ping_t& m) { m.num_beams = 21; }},
        {"count negative", [](mbes_ping_t& m) { m.num_beams = -1; }},
        {"one array short", [](mbes_ping_t& m) { m.flags.pop_back(); }},
@@ -220,6 +239,115 @@ TEST(ConvertPing, LetsASoundSpeedThroughThatThereIsNoSeaFor) {
   const auto back = FromLcm(ToLcm(ping, kStamp));
   ASSERT_TRUE(back);
   EXPECT_EQ(back->sound_speed_mps, 340.0);
+}
+
+TEST(ConvertSoundings, GiveBackThePing) {
+  for (const int soundings : {0, 1, kMaxSoundings}) {
+    const std::vector<mbes_soundings_t> messages = ToLcm(Soundings(soundings), kStamp);
+    ASSERT_EQ(messages.size(), 1u);
+    EXPECT_EQ(messages[0].seq, 42);
+    const auto back = FromLcm(Wire(messages[0]));
+    ASSERT_TRUE(back);
+    EXPECT_EQ(back->time, kTime);
+    EXPECT_EQ(back->ping_number, 7u);
+    EXPECT_EQ(back->head, 1);
+    ASSERT_EQ(back->soundings.size(), static_cast<std::size_t>(soundings));
+    for (const LevelSounding& sounding : back->soundings) {
+      EXPECT_EQ(sounding.p_level_m.z(), 20.0f);
+      EXPECT_EQ(sounding.sigma_z_m, 0.1f);
+      EXPECT_EQ(sounding.flags, kBeamValid);
+    }
+  }
+}
+
+TEST(ConvertSoundings, ComeInSeveralMessagesWhereOneCannotHoldThem) {
+  const SoundingPing ping = Soundings(2 * kMaxSoundings + 1);
+  const std::vector<mbes_soundings_t> messages = ToLcm(ping, kStamp);
+  ASSERT_EQ(messages.size(), 3u);
+  std::vector<LevelSounding> together;
+  for (std::size_t i = 0; i < messages.size(); ++i) {
+    EXPECT_EQ(messages[i].seq, 42 + static_cast<int>(i));
+    const auto part = FromLcm(Wire(messages[i]));
+    ASSERT_TRUE(part);
+    EXPECT_EQ(part->time, ping.time);
+    EXPECT_EQ(part->ping_number, ping.ping_number);
+    together.insert(together.end(), part->soundings.begin(), part->soundings.end());
+  }
+  ASSERT_EQ(together.size(), ping.soundings.size());
+  for (std::size_t i = 0; i < together.size(); ++i)
+    EXPECT_EQ(together[i].p_level_m, ping.soundings[i].p_level_m);
+}
+
+TEST(ConvertSoundings, RefuseEachDamage) {
+  using M = mbes_soundings_t;
+  ExpectEachRefused<M>(ToLcm(Soundings(3), kStamp)[0],
+                       {{"time", [](M& m) { m.utime = -1; }},
+                        {"head negative", [](M& m) { m.head = -1; }},
+                        {"ping number negative", [](M& m) { m.ping_number = -1; }},
+                        {"count negative", [](M& m) { m.num_soundings = -1; }},
+                        {"count above the arrays", [](M& m) { m.num_soundings = 4; }},
+                        {"array short", [](M& m) { m.flags.pop_back(); }},
+                        {"NaN", [](M& m) { m.z_m[1] = kNanF; }},
+                        {"beyond any sea", [](M& m) { m.y_m[1] = 20'000.0f; }},
+                        {"sigma negative", [](M& m) { m.sigma_z_m[1] = -0.1f; }}});
+}
+
+TEST(ConvertNavigation, GivesBackTheSample) {
+  const auto back = FromLcm(Wire(ToLcm(Navigation(), kStamp)));
+  ASSERT_TRUE(back && back->position && back->depth && back->height && back->attitude &&
+              back->velocity);
+  EXPECT_EQ(back->time, kTime);
+  EXPECT_EQ(back->status, InsStatus::kAided);
+  EXPECT_EQ(back->source, "phins");
+  EXPECT_EQ(back->position->latitude_rad, 0.75);
+  EXPECT_EQ(back->position->longitude_rad, -1.2);
+  EXPECT_EQ(back->position->sigma_north_east_m, Eigen::Vector2d(1.5, 2.5));
+  EXPECT_EQ(back->depth->value_m, 12.0);
+  EXPECT_EQ(back->depth->sigma_m, 0.1);
+  EXPECT_EQ(back->height->value_m, -12.5);
+  EXPECT_EQ(back->height->sigma_m, 0.2);
+  EXPECT_EQ(back->attitude->sigma_rpy_rad, Navigation().attitude->sigma_rpy_rad);
+  EXPECT_EQ(back->velocity->v_ned_mps, Navigation().velocity->v_ned_mps);
+  EXPECT_EQ(back->velocity->sigma_ned_mps, Navigation().velocity->sigma_ned_mps);
+}
+
+TEST(ConvertNavigation, WhatIsNotGivenIsAbsent) {
+  NavigationSample sample;
+  sample.time = kTime;
+  const auto back = FromLcm(Wire(ToLcm(sample, kStamp)));
+  ASSERT_TRUE(back);
+  EXPECT_FALSE(back->position || back->depth || back->height || back->attitude || back->velocity);
+  EXPECT_EQ(back->status, InsStatus::kUnknown);
+}
+
+TEST(ConvertNavigation, RefusesEachDamage) {
+  using M = navigation_t;
+  ExpectEachRefused<M>(ToLcm(Navigation(), kStamp),
+                       {{"time", [](M& m) { m.utime = -1; }},
+                        {"status unknown", [](M& m) { m.status = 5; }},
+                        {"status negative", [](M& m) { m.status = -1; }},
+                        {"latitude in degrees", [](M& m) { m.latitude_rad = 43.0; }},
+                        {"longitude NaN", [](M& m) { m.longitude_rad = kNan; }},
+                        {"sigma negative", [](M& m) { m.sigma_east_m = -1.0; }},
+                        {"depth NaN", [](M& m) { m.depth_m = kNan; }},
+                        {"height infinite", [](M& m) { m.height_m = kInf; }},
+                        {"no quaternion", [](M& m) { m.q_ned_ins[0] = 0.9; }},
+                        {"velocity NaN", [](M& m) { m.v_ned_mps[1] = kNan; }},
+                        {"velocity sigma negative", [](M& m) { m.sigma_v_ned_mps[1] = -0.1; }},
+                        {"endless source", [](M& m) { m.source = std::string(257, 'x'); }}});
+}
+
+TEST(ConvertProfile, ThinsWhatDoesNotFitAndKeepsSurfaceAndBottom) {
+  SoundVelocityProfile profile{kTime, {}, {}};
+  for (int i = 0; i < 5 * kMaxProfileSamples; ++i) {
+    profile.depth_m.push_back(0.1 * i);
+    profile.speed_mps.push_back(1500.0);
+  }
+  const auto back = FromLcm(Wire(ToLcm(profile, kStamp)));
+  ASSERT_TRUE(back);
+  EXPECT_EQ(back->depth_m.size(), static_cast<std::size_t>(kMaxProfileSamples));
+  EXPECT_EQ(back->depth_m.front(), profile.depth_m.front());
+  EXPECT_EQ(back->depth_m.back(), profile.depth_m.back());
 }
 
 TEST(ConvertProfile, GivesBackTheProfileAndRefusesEachDamage) {
@@ -262,17 +390,6 @@ TEST(ConvertFix, GivesBackTheFixAndRefusesEachDamage) {
                         {"endless source", [](M& m) { m.source = std::string(10'000, 'x'); }}});
 }
 
-NavState Nav() {
-  NavState nav;
-  nav.time = kTime;
-  nav.T_map_vehicle = MakePose({100.0, -200.0, 30.0}, RotationFromRpy(0.1, -0.05, 2.5));
-  nav.v_map_mps = {1.0, 0.5, 0.0};
-  for (int i = 0; i < 6; ++i) nav.covariance(i, i) = 0.1 * (i + 1);
-  nav.covariance(0, 5) = nav.covariance(5, 0) = 0.02;
-  nav.bottom_lock = true;
-  return nav;
-}
-
 TEST(ConvertNav, GivesBackTheState) {
   const auto back = FromLcm(Wire(ToLcm(Nav(), 7)));
   ASSERT_TRUE(back);
@@ -295,34 +412,39 @@ TEST(ConvertNav, RefusesEachDamage) {
        {"variance negative", [](M& m) { m.covariance_ned_rpy[3][3] = -1e-9; }}});
 }
 
-GraphUpdate Update() {
-  GraphUpdate update;
-  update.version = 3;
-  update.vertices = {{SubmapId{4}, kTime, {10.0, 20.0, 0.5}, 0.02}};
-  GraphEdge loop;
-  loop.kind = EdgeKind::kLoopClosure;
-  loop.from = SubmapId{1};
-  loop.to = SubmapId{4};
-  loop.T_from_to = {1.0, -2.0, 3.0};
-  loop.information << 4.0, 1.0, 0.0, 1.0, 9.0, 0.5, 0.0, 0.5, 100.0;
-  loop.verdict = LoopVerdict::kPoorFit;
-  loop.z_offset_m = -0.1;
-  loop.rms_m = 0.05;
-  loop.overlap_m2 = 300.0;
-  loop.overlap_center_m = {12.0, -7.0};
-  GraphEdge fix;
-  fix.kind = EdgeKind::kPositionFix;
-  fix.from = fix.to = SubmapId{4};
-  update.edges = {loop, fix};
-  update.mounting = {0.25, 0.004};
-  return update;
+TEST(ConvertNavCorrected, GivesBackTheStateAndRefusesEachDamage) {
+  const auto back = FromLcm(Wire(ToLcm(Corrected(), 7)));
+  ASSERT_TRUE(back);
+  EXPECT_TRUE(back->state.T_map_vehicle.isApprox(Nav().T_map_vehicle, 1e-14));
+  EXPECT_EQ(back->state.covariance, Nav().covariance);
+  EXPECT_EQ(back->T_map_nav.Vector(), Corrected().T_map_nav.Vector());
+  EXPECT_EQ(back->graph_version, 5);
+  EXPECT_EQ(back->jumps, 3);
+  EXPECT_EQ(back->last_jump_m, 0.4);
+  EXPECT_EQ(back->last_jump_yaw_rad, -0.01);
+  using M = nav_corrected_t;
+  ExpectEachRefused<M>(ToLcm(Corrected(), 7),
+                       {{"time", [](M& m) { m.utime = -1; }},
+                        {"quaternion zero", [](M& m) { std::fill_n(m.q_map_vehicle, 4, 0.0); }},
+                        {"variance negative", [](M& m) { m.covariance_ned_rpy[3][3] = -1e-9; }},
+                        {"velocity NaN", [](M& m) { m.v_map_mps[1] = kNan; }},
+                        {"correction NaN", [](M& m) { m.correction_yaw_rad = kNan; }},
+                        {"correction beyond the Earth", [](M& m) { m.correction_x_m = 1e9; }},
+                        {"version negative", [](M& m) { m.graph_version = -1; }},
+                        {"jumps negative", [](M& m) { m.jumps = -1; }},
+                        {"jump negative", [](M& m) { m.last_jump_m = -1.0; }},
+                        {"jump NaN", [](M& m) { m.last_jump_yaw_rad = kNan; }}});
 }
 
 TEST(ConvertGraphUpdate, GivesBackTheUpdate) {
   const auto back = FromLcm(Wire(ToLcm(Update(), kTime, 9)));
   ASSERT_TRUE(back);
   EXPECT_EQ(back->version, 3);
+  EXPECT_EQ(back->graph_id, Update().graph_id);
+  EXPECT_TRUE(back->final);
+  EXPECT_TRUE(back->resumed);
   ASSERT_EQ(back->vertices.size(), 1u);
+  EXPECT_EQ(back->vertices[0].chain, 1);
   EXPECT_EQ(back->vertices[0].id, SubmapId{4});
   EXPECT_EQ(back->vertices[0].dead_reckoned.Vector(), Eigen::Vector3d(10.0, 20.0, 0.5));
   EXPECT_EQ(back->vertices[0].heading_sigma_rad, 0.02);
@@ -341,6 +463,14 @@ TEST(ConvertGraphUpdate, GivesBackTheUpdate) {
   EXPECT_EQ(back->mounting.sonar_m, 0.25);
   EXPECT_EQ(back->mounting.dvl_yaw_rad, 0.004);
   EXPECT_EQ(back->edges[1].kind, EdgeKind::kPositionFix);
+}
+
+TEST(ConvertGraphUpdate, AHeadingThatIsNotKnownStaysSo) {
+  GraphUpdate update = Update();
+  update.vertices[0].heading_sigma_rad.reset();
+  const auto back = FromLcm(Wire(ToLcm(update, kTime, 9)));
+  ASSERT_TRUE(back);
+  EXPECT_FALSE(back->vertices[0].heading_sigma_rad);
 }
 
 TEST(ConvertGraphUpdate, StaysUnderOneDatagramAtItsLargest) {
@@ -364,6 +494,7 @@ TEST(ConvertGraphUpdate, RefusesEachDamage) {
        {"verdict unknown", [](M& m) { m.edges[0].verdict = 7; }},
        {"id negative", [](M& m) { m.edges[0].from_id = -1; }},
        {"vertex id negative", [](M& m) { m.vertices[0].id = -1; }},
+       {"chain negative", [](M& m) { m.vertices[0].chain = -1; }},
        {"vertex NaN", [](M& m) { m.vertices[0].dead_reckoned_yaw_rad = kNan; }},
        {"heading sigma negative", [](M& m) { m.vertices[0].heading_sigma_rad = -1e-9; }},
        {"loop on itself", [](M& m) { m.edges[0].to_id = 1; }},
@@ -380,23 +511,6 @@ TEST(ConvertGraphUpdate, RefusesEachDamage) {
        {"count negative", [](M& m) { m.num_vertices = -1; }}});
 }
 
-PoseGraph Graph(int vertices, int edges) {
-  PoseGraph graph;
-  graph.graph_version = 5;
-  graph.mounting = {{0.3, -0.1}, 0.002, Eigen::Matrix3d::Identity() * 0.01};
-  for (int i = 0; i < vertices; ++i) {
-    SolvedVertex vertex;
-    vertex.id = SubmapId{i};
-    vertex.T_map_level = {1.0 * i, -2.0 * i, 0.01};
-    vertex.covariance = Eigen::Matrix3d::Identity() * (i + 1);
-    vertex.covariance_with_newest(0, 2) = 0.5;  // not symmetric, and need not be
-    graph.vertices.push_back(vertex);
-  }
-  for (int i = 0; i < edges; ++i)
-    graph.loop_edges.push_back({SubmapId{0}, SubmapId{i + 1}, 1.0 / (i + 1)});
-  return graph;
-}
-
 TEST(ConvertPoseGraph, ComesBackFromItsParts) {
   for (const auto& [vertices, edges] : {std::pair{0, 0}, {1, 0}, {251, 10}, {600, 1700}}) {
     const PoseGraph graph = Graph(vertices, edges);
@@ -409,6 +523,7 @@ TEST(ConvertPoseGraph, ComesBackFromItsParts) {
       ASSERT_EQ(whole.has_value(), i + 1 == parts.size());
       if (!whole) continue;
       EXPECT_EQ(whole->graph_version, 5);
+      EXPECT_EQ(whole->graph_id, graph.graph_id);
       EXPECT_EQ(whole->mounting.Vector(), Eigen::Vector3d(0.3, -0.1, 0.002));
       EXPECT_EQ(whole->mounting.covariance, graph.mounting.covariance);
       ASSERT_EQ(whole->vertices.size(), graph.vertices.size());
@@ -473,21 +588,6 @@ TEST(ConvertPoseGraph, RefusesEachDamage) {
   }
 }
 
-CovarianceRequest Request(int pairs) {
-  CovarianceRequest request{"mapper", 3, 7, {}};
-  for (int k = 0; k < pairs; ++k) request.pairs.emplace_back(SubmapId{k}, SubmapId{2 * k + 1});
-  return request;
-}
-
-PairCovariances Answer(int pairs) {
-  PairCovariances answer{"mapper", 3, 7, {}};
-  for (int k = 0; k < pairs; ++k) {
-    answer.pairs.push_back({SubmapId{k}, SubmapId{2 * k + 1}, Eigen::Matrix3d::Identity()});
-    answer.pairs.back().covariance *= k + 1.0;
-  }
-  return answer;
-}
-
 TEST(ConvertCovariances, RequestAndAnswerComeBack) {
   for (const int pairs : {0, 1, kMaxCovariancePairs}) {
     const covariance_request_t asked = ToLcm(Request(pairs), kTime);
@@ -495,18 +595,20 @@ TEST(ConvertCovariances, RequestAndAnswerComeBack) {
     EXPECT_EQ(asked.utime, ToUtime(kTime));
     const auto request = FromLcm(Wire(asked));
     ASSERT_TRUE(request);
-    EXPECT_EQ(request->from, "mapper");
+    EXPECT_EQ(request->sender, "mapper");
     EXPECT_EQ(request->seq, 3);
     EXPECT_EQ(request->graph_version, 7);
+    EXPECT_EQ(request->graph_id, Request(0).graph_id);
     EXPECT_EQ(request->pairs, Request(pairs).pairs);
 
     const covariances_t answered = ToLcm(Answer(pairs), kTime, 3);
     EXPECT_LT(answered.getEncodedSize(), 60'000);
     const auto answer = FromLcm(Wire(answered));
     ASSERT_TRUE(answer);
-    EXPECT_EQ(answer->to, "mapper");
+    EXPECT_EQ(answer->recipient, "mapper");
     EXPECT_EQ(answer->request_seq, 3);
     EXPECT_EQ(answer->graph_version, 7);
+    EXPECT_EQ(answer->graph_id, Answer(0).graph_id);
     ASSERT_EQ(answer->pairs.size(), static_cast<std::size_t>(pairs));
     for (int k = 0; k < pairs; ++k) {
       const PairCovariance& pair = answer->pairs[static_cast<std::size_t>(k)];
@@ -525,8 +627,12 @@ TEST(ConvertCovariances, RefuseEachDamage) {
        {"count above the lists", [](Request_t& m) { m.num_pairs = 3; }},
        {"count negative", [](Request_t& m) { m.num_pairs = -1; }},
        {"lists of two lengths", [](Request_t& m) { m.b_id.pop_back(); }},
-       {"a name without end", [](Request_t& m) { m.from = std::string(65, 'x'); }},
-       {"too many", [](Request_t& m) { m = ToLcm(Request(kMaxCovariancePairs + 1), kTime); }}});
+       {"a name without end", [](Request_t& m) { m.sender = std::string(65, 'x'); }},
+       {"too many", [](Request_t& m) {
+          m.num_pairs = kMaxCovariancePairs + 1;
+          m.a_id.resize(kMaxCovariancePairs + 1);
+          m.b_id.resize(kMaxCovariancePairs + 1);
+        }}});
   using Answer_t = covariances_t;
   ExpectEachRefused<Answer_t>(
       ToLcm(Answer(2), kTime, 0),
@@ -538,7 +644,89 @@ TEST(ConvertCovariances, RefuseEachDamage) {
        {"NaN", [](Answer_t& m) { m.pairs[1].covariance[2][2] = kNan; }},
        {"count above the list", [](Answer_t& m) { m.num_pairs = 3; }},
        {"count negative", [](Answer_t& m) { m.num_pairs = -1; }},
-       {"too many", [](Answer_t& m) { m = ToLcm(Answer(kMaxCovariancePairs + 1), kTime, 0); }}});
+       {"a name without end", [](Answer_t& m) { m.recipient = std::string(65, 'x'); }},
+       {"too many", [](Answer_t& m) {
+          m.num_pairs = kMaxCovariancePairs + 1;
+          m.pairs.resize(kMaxCovariancePairs + 1, m.pairs[0]);
+        }}});
+}
+
+TEST(ConvertConfig, ComesBackFromItsParts) {
+  for (const std::size_t size : {0u, 1u, 50'000u, 50'001u, 170'000u}) {
+    ConfigText file = Config();
+    file.text.assign(size, 'x');
+    const std::vector<config_t> parts = ToLcm(file, kTime, 10);
+    ConfigAssembler assembler;
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      EXPECT_LT(parts[i].getEncodedSize(), kMaxMessageBytes);
+      EXPECT_EQ(parts[i].seq, 10 + static_cast<int>(i));
+      const auto whole = assembler.Add(Wire(parts[i]));
+      ASSERT_EQ(whole.has_value(), i + 1 == parts.size());
+      if (whole) {
+        EXPECT_EQ(*whole, file);
+      }
+    }
+    EXPECT_EQ(assembler.malformed(), 0);
+  }
+}
+
+TEST(ConvertConfig, OfSeveralProcessesMayCross) {
+  ConfigText mapper = Config();
+  ConfigText logger = Config();
+  mapper.text.assign(60'000, 'm');
+  logger.text.assign(60'000, 'l');
+  logger.process = "logger";
+  const auto a = ToLcm(mapper, kTime, 0);
+  const auto b = ToLcm(logger, kTime, 0);
+  ConfigAssembler assembler;
+  EXPECT_FALSE(assembler.Add(a[0]));
+  EXPECT_FALSE(assembler.Add(b[0]));
+  EXPECT_EQ(assembler.Add(a[1]), mapper);
+  EXPECT_EQ(assembler.Add(b[1]), logger);
+  EXPECT_EQ(assembler.malformed(), 0);
+}
+
+TEST(ConvertConfig, WithAPartMissingIsNoFileAndTheNextOneIs) {
+  ConfigText file = Config();
+  file.text.assign(120'000, 'x');
+  const auto parts = ToLcm(file, kTime, 0);
+  ASSERT_EQ(parts.size(), 3u);
+  ConfigAssembler assembler;
+  EXPECT_FALSE(assembler.Add(parts[0]));
+  EXPECT_FALSE(assembler.Add(parts[2]));
+  EXPECT_EQ(assembler.malformed(), 1);
+  EXPECT_EQ(assembler.Add(ToLcm(Config(), kTime, 0)[0]), Config());
+  EXPECT_EQ(assembler.malformed(), 1);
+}
+
+TEST(ConvertConfig, RefusesEachDamage) {
+  using M = config_t;
+  for (const Damage<M>& damage : std::vector<Damage<M>>{
+           {"time", [](M& m) { m.utime = -1; }},
+           {"of nobody", [](M& m) { m.process = ""; }},
+           {"a name without end", [](M& m) { m.process = std::string(65, 'x'); }},
+           {"a file name without end", [](M& m) { m.name = std::string(257, 'x'); }},
+           {"part negative", [](M& m) { m.part = -1; }},
+           {"no parts", [](M& m) { m.num_parts = 0; }},
+           {"endless parts", [](M& m) { m.num_parts = 1 << 30; }},
+           {"text too long", [](M& m) { m.text.assign(50'001, 'x'); }}}) {
+    config_t msg = ToLcm(Config(), kTime, 0)[0];
+    damage.apply(msg);
+    ConfigAssembler assembler;
+    EXPECT_FALSE(assembler.Add(msg)) << damage.name;
+    EXPECT_EQ(assembler.malformed(), 1) << damage.name;
+  }
+}
+
+TEST(ConvertConfig, IsBoundedWhateverProcessesThereAre) {
+  ConfigAssembler assembler;
+  config_t msg = ToLcm(Config(), kTime, 0)[0];
+  msg.num_parts = 2;
+  for (int i = 0; i < 1'000; ++i) {
+    msg.process = "p" + std::to_string(i);
+    assembler.Add(msg);
+  }
+  EXPECT_GT(assembler.malformed(), 900);
 }
 
 TEST(ToRawParts, CutsAndNumbersSoThatNothingIsLost) {

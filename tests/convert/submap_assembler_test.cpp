@@ -17,9 +17,9 @@ Submap MakeSubmap(int points) {
   submap.frame_time = submap.start + Duration(5);
   submap.end = submap.start + Duration(9);
   submap.T_map_submap = MakePose({10.0, 20.0, 30.0}, RotationFromRpy(0.02, -0.03, 1.0));
-  submap.covariance_from_previous = Eigen::Vector3d(1.0, 2.0, 0.1).asDiagonal();
+  submap.covariance_from_previous = Eigen::Matrix3d(Eigen::Vector3d(1.0, 2.0, 0.1).asDiagonal());
   submap.heading_sigma_rad = 0.02;
-  submap.predicted_information = Eigen::Vector3d(50.0, 60.0, 9000.0).asDiagonal();
+  submap.predicted_information = Eigen::Matrix3d(Eigen::Vector3d(50.0, 60.0, 9000.0).asDiagonal());
   submap.trigger = SubmapTrigger::kTurn;
   submap.soundings_read = 100'000;
   submap.soundings_used = 90'000;

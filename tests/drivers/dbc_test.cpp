@@ -120,7 +120,9 @@ TEST(Dbc, OurEcanFileReadsEveryGoldenFrameAsTheVendorsDoes) {
     ASSERT_TRUE(decoded) << vector["name"];
     EXPECT_EQ(decoded->message->name, vector["name"]);
     const std::map<std::string, double> values = Values(*decoded);
-    ASSERT_EQ(values.size(), vector["signals"].size()) << vector["name"];
+    // One of ours is a bit of the vendor's solution word.
+    const std::size_t ours_alone = values.contains("SOLUTION_ALIGNED") ? 1 : 0;
+    ASSERT_EQ(values.size() - ours_alone, vector["signals"].size()) << vector["name"];
     const auto of_vendor = vendors.Decode(frame);
     ASSERT_TRUE(of_vendor) << vector["name"];
     for (const auto& [name, expected] : vector["signals"].items()) {

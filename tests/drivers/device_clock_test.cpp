@@ -8,8 +8,8 @@
 #include <random>
 #include <vector>
 
+#include "codecs/kmall.hpp"
 #include "drivers/imu/imu_driver.hpp"
-#include "drivers/mbes/kmall.hpp"
 #include "drivers/mbes/mbes_decoder.hpp"
 #include "tests/paths.hpp"
 

@@ -34,7 +34,7 @@ TEST(DeviceConfigs, UnknownDevicesAreOneLineWithTheKnownOnes) {
     LoadImuDriverConfig(path);
     FAIL();
   } catch (const ConfigError& e) {
-    EXPECT_THAT(e.what(), testing::HasSubstr("device: 'sundial' is none of signals, nmea2000"));
+    EXPECT_THAT(e.what(), testing::HasSubstr("device: 'sundial' is not signals or nmea2000"));
   }
   const std::string clock =
       dir.Write("dvl.yaml", "device: nmea2000\nsource: can:can0\nclock: device\n");
@@ -42,7 +42,7 @@ TEST(DeviceConfigs, UnknownDevicesAreOneLineWithTheKnownOnes) {
     LoadDvlDriverConfig(clock);
     FAIL();
   } catch (const ConfigError& e) {
-    EXPECT_THAT(e.what(), testing::HasSubstr("clock must be receive"));
+    EXPECT_THAT(e.what(), testing::HasSubstr("clock: 'device' is not receive"));
   }
 }
 

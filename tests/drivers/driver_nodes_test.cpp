@@ -1,10 +1,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "codecs/kmall_sensors.hpp"
+#include "codecs/kmall_stream.hpp"
 #include "common/convert/convert.hpp"
 #include "drivers/dvl/dvl_driver.hpp"
 #include "drivers/imu/imu_driver.hpp"
-#include "drivers/mbes/kmall_stream.hpp"
 #include "drivers/mbes/mbes_driver.hpp"
 #include "drivers/socket/cannelloni.hpp"
 #include "tests/drivers/test_data.hpp"
@@ -188,11 +189,16 @@ TEST_F(DriverNodes, TheReasonOfASilenceIsSaid) {
   DvlDriver driver(LoadDvlDriverConfig(ConfigFile("dvl_driver.yaml")), &bus);
   const DeviceWatch::Clock::time_point t0{};
   driver.UpdateHealth({}, t0, "no such interface");
-  EXPECT_EQ(driver.health().state(), HealthState::kStarting);
-  EXPECT_EQ(driver.health().text(), "can:can0: no such interface");
+  EXPECT_EQ(driver.health().state(), HealthState::kDegraded);
+  EXPECT_EQ(driver.health().text(),
+            "the device's interface or port cannot be used: no such interface; waiting for "
+            "can:can0");
   driver.UpdateHealth({}, t0 + std::chrono::seconds(6), "no such interface");
   EXPECT_EQ(driver.health().state(), HealthState::kLost);
-  EXPECT_EQ(driver.health().text(), "can:can0: no usable data for 6 s: no such interface");
+  EXPECT_EQ(
+      driver.health().text(),
+      "no usable data from the device: for 6 s; the device's interface or port cannot be used: "
+      "no such interface; can:can0");
 }
 
 TEST_F(DriverNodes, HealthIsLostAfterSilenceAndOkAgainByItself) {
@@ -219,7 +225,8 @@ TEST_F(DriverNodes, HealthIsLostAfterSilenceAndOkAgainByItself) {
   driver.Feed(CanFrame{}, FromUtime(kStart));
   driver.UpdateHealth({}, t0 + seconds(7));
   EXPECT_EQ(driver.health().state(), HealthState::kLost);
-  EXPECT_THAT(driver.health().text(), testing::HasSubstr("no usable data for 3 s"));
+  EXPECT_THAT(driver.health().text(),
+              testing::HasSubstr("no usable data from the device: for 3 s"));
   feed(1);
   EXPECT_EQ(driver.health().state(), HealthState::kOk);
 }

@@ -1,19 +1,22 @@
 // The drivers as people start them: real processes, real sockets, real LCM.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sysexits.h>
 
 #include <array>
 #include <cmath>
 #include <cstdio>
 
+#include "codecs/kmall_stream.hpp"
 #include "common/runtime/bus.hpp"
 #include "drivers/dvl/dvl_nmea2000.hpp"
 #include "drivers/dvl/pd0.hpp"
 #include "drivers/imu/imu_driver.hpp"
-#include "drivers/mbes/kmall_stream.hpp"
+#include "drivers/mbes/mbes_driver.hpp"
 #include "drivers/socket/candump.hpp"
 #include "drivers/socket/cannelloni.hpp"
 #include "drivers/socket/udp_socket.hpp"
+#include "seastitch/config_t.hpp"
 #include "seastitch/dvl_t.hpp"
 #include "seastitch/health_t.hpp"
 #include "seastitch/imu_t.hpp"
@@ -29,8 +32,8 @@ namespace {
 
 using testing::HasSubstr;
 
-void ExpectOneLineAndFailure(Process* process, const std::string& part) {
-  EXPECT_EQ(process->Wait(), EXIT_FAILURE);
+void ExpectOneLineAndFailure(Process* process, const std::string& part, int exit_code) {
+  EXPECT_EQ(process->Wait(), exit_code);
   const std::string output = process->Output();
   EXPECT_THAT(output, HasSubstr(part));
   EXPECT_EQ(output.find('\n'), output.size() - 1) << output;
@@ -40,14 +43,16 @@ TEST_F(DriverProcess, WrongConfigurationsEndWithOneLine) {
   const std::string misspelt = dir.Write("bad.yaml", "source: can:can0\nsauce: 1\ndbc: x.dbc\n");
   for (const std::string name :
        {"seastitch-imu-driver", "seastitch-dvl-driver", "seastitch-mbes-driver"}) {
-    ExpectOneLineAndFailure(Start(name, "/nowhere.yaml").get(), name + ": /nowhere.yaml: ");
-    ExpectOneLineAndFailure(Start(name, misspelt).get(), name + ": " + misspelt + ": ");
+    ExpectOneLineAndFailure(
+        Start(name, "/nowhere.yaml").get(), name + ": /nowhere.yaml: ", EX_CONFIG);
+    ExpectOneLineAndFailure(Start(name, misspelt).get(), name + ": " + misspelt + ": ", EX_CONFIG);
   }
 }
 
 TEST_F(DriverProcess, AFileThatIsMissingEndsItWithOneLine) {
   const auto dvl = WithSource(dir, "dvl_driver.yaml", "candump:/nowhere.log");
-  ExpectOneLineAndFailure(Start("seastitch-dvl-driver", dvl).get(), "candump:/nowhere.log: ");
+  ExpectOneLineAndFailure(
+      Start("seastitch-dvl-driver", dvl).get(), "candump:/nowhere.log: ", EXIT_FAILURE);
 }
 
 TEST_F(DriverProcess, ABusyPortIsSaidWaitedForAndTaken) {
@@ -68,6 +73,22 @@ TEST_F(DriverProcess, ABusyPortIsSaidWaitedForAndTaken) {
   ASSERT_TRUE(HandleUntil([&] { return text.find("in use") == std::string::npos; }, 10'000));
   UdpSender(port).Send({1, 2, 3});
   EXPECT_TRUE(HandleUntil([&] { return raw == 1; }, 10'000));
+  EXPECT_EQ(process->Stop(), EXIT_SUCCESS) << process->Output();
+}
+
+TEST_F(DriverProcess, PublishesItsConfigurationAtTheStart) {
+  if (!OpenBus()) {
+    GTEST_SKIP() << "LCM cannot open " << lcm_url;
+  }
+  std::optional<config_t> got;
+  bus->Subscribe<config_t>("CONFIG", 0, [&](const config_t& m) { got = m; });
+  const std::string file =
+      WithSource(dir, "mbes_driver.yaml", "udp:127.0.0.1:" + std::to_string(FreeUdpPort()));
+  const auto process = Start("seastitch-mbes-driver", file);
+  ASSERT_TRUE(HandleUntil([&] { return got.has_value(); }, 10'000)) << process->Output();
+  EXPECT_EQ(got->process, "mbes-driver");
+  EXPECT_EQ(got->name, "mbes_driver.yaml");
+  EXPECT_EQ(got->text, PrintConfig(LoadMbesDriverConfig(file)));
   EXPECT_EQ(process->Stop(), EXIT_SUCCESS) << process->Output();
 }
 
@@ -201,7 +222,7 @@ TEST_F(DriverProcess, SixRealPingsArriveAsAnIndependentReaderReadsThem) {
     GTEST_SKIP() << "LCM cannot open " << lcm_url;
   }
   const nlohmann::json expected = nlohmann::json::parse(OutputOf(
-      "python3 " + (SourceDir() / "tests/drivers/kmall_reference.py").string() + " " + file));
+      "python3 " + (SourceDir() / "tests/codecs/kmall_reference.py").string() + " " + file));
   ASSERT_EQ(expected.size(), 6u);
 
   std::vector<mbes_ping_t> pings;

@@ -115,11 +115,45 @@ TEST_F(DvlCan, EnsemblesComeBack) {
     ASSERT_EQ(out.depth.size(), 1u);
     ExpectSame(out.dvl[0], Dvl(i));
     EXPECT_EQ(out.depth[0].time, Depth(i).time);
-    EXPECT_NEAR(out.depth[0].pressure_pa, Depth(i).pressure_pa, 1e-6);
+    EXPECT_NEAR(out.depth[0].pressure_pa.value(), Depth(i).pressure_pa.value(), 1e-6);
     EXPECT_NEAR(out.depth[0].depth_m, Depth(i).depth_m, 1e-9);
     EXPECT_NEAR(out.depth[0].sigma_m, Depth(i).sigma_m, 1e-9);
   }
   EXPECT_TRUE(decoder.counters().empty());
+}
+
+// A gateway that sends what the shipped table lacks.
+TEST(DvlCanSignals, QualityAndErrorVelocityComeBackWhereTheyAreMapped) {
+  const TemporaryDir dir;
+  const Dbc dbc =
+      Dbc::Load(dir.Write("more.dbc",
+                          "BO_ 784 DVL_QUALITY: 6 GATEWAY\n"
+                          " SG_ Q1 : 0|8@1+ (0.5,0) [0|100] \"%\" V\n"
+                          " SG_ Q2 : 8|8@1+ (0.5,0) [0|100] \"%\" V\n"
+                          " SG_ Q3 : 16|8@1+ (0.5,0) [0|100] \"%\" V\n"
+                          " SG_ Q4 : 24|8@1+ (0.5,0) [0|100] \"%\" V\n"
+                          " SG_ ERROR_VELOCITY : 32|16@1- (0.001,0) [0|0] \"m/s\" V\n"));
+  DvlCanParams params = Shipped();
+  params.signals.Assign(dbc, kDvlErrorVelocity, "DVL_QUALITY.ERROR_VELOCITY");
+  params.signals.Assign(dbc, kDvlBeamQuality1, "DVL_QUALITY.Q1 * 0.01");
+  EXPECT_EQ(params.Validate(), "signals.beam_2_quality: missing");
+  params.signals.Assign(dbc, kDvlBeamQuality2, "DVL_QUALITY.Q2 * 0.01");
+  params.signals.Assign(dbc, kDvlBeamQuality3, "DVL_QUALITY.Q3 * 0.01");
+  params.signals.Assign(dbc, kDvlBeamQuality4, "DVL_QUALITY.Q4 * 0.01");
+  ASSERT_EQ(params.Validate(), "");
+
+  DvlSample sample = Dvl(0);
+  sample.error_velocity_mps = -0.017;
+  for (std::size_t b = 0; b < 4; ++b) sample.beams[b].quality = 0.25 * static_cast<double>(b + 1);
+  DvlCanDecoder decoder(params);
+  std::optional<DvlSample> given;
+  for (const CanFrame& frame : DvlCanEncoder(params.signals).Encode(sample, std::nullopt))
+    if (const DvlOutput out = decoder.Add(frame, sample.time); out.dvl) given = out.dvl;
+  ASSERT_TRUE(given);
+  ExpectSame(*given, sample);
+  EXPECT_NEAR(given->error_velocity_mps.value(), -0.017, 1e-12);
+  for (std::size_t b = 0; b < 4; ++b)
+    EXPECT_NEAR(given->beams[b].quality.value(), 0.25 * static_cast<double>(b + 1), 1e-12);
 }
 
 TEST_F(DvlCan, EitherPartMayComeAlone) {
@@ -152,7 +186,7 @@ TEST_F(DvlCan, PressureAloneIsDepthByDensityAndGravity) {
     if (const auto sample = of_pressure.Add(frame, Depth(0).time).depth) got = sample;
   }
   ASSERT_TRUE(got);
-  EXPECT_NEAR(got->depth_m, Depth(0).pressure_pa / (kDensity * kGravity), 1e-3);
+  EXPECT_NEAR(got->depth_m, Depth(0).pressure_pa.value() / (kDensity * kGravity), 1e-3);
   EXPECT_EQ(got->pressure_pa, Depth(0).pressure_pa);
   EXPECT_EQ(got->sigma_m, 0.0);
 }

@@ -296,6 +296,33 @@ TEST_F(ImuCan, FinishGivesTheLastEpochWithoutItsAttitude) {
   EXPECT_FALSE(decoder.Finish());
 }
 
+TEST_F(ImuCan, AlignmentIsThatOfTheLastStatusAndUnknownWhenItIsOld) {
+  EXPECT_EQ(FeedSample(Sample(0)).at(0).alignment, Alignment::kUnknown);
+  // STATUS_03: bit 27 of its solution word is set where the unit has found north.
+  const auto status = [this](std::uint8_t bits_24_to_31, Time recv) {
+    CanFrame frame;
+    frame.id = 0x102;
+    frame.SetData(std::vector<std::uint8_t>{0, 0, 0, bits_24_to_31, 0, 0});
+    EXPECT_FALSE(decoder.Add(frame, recv));
+  };
+  status(0xF7, Sample(1).time);
+  EXPECT_EQ(FeedSample(Sample(1)).at(0).alignment, Alignment::kAligning);
+  status(0x08, Sample(2).time);
+  EXPECT_EQ(FeedSample(Sample(2)).at(0).alignment, Alignment::kAligned);
+  ImuSample late = Sample(3);
+  late.time += std::chrono::seconds(6);
+  EXPECT_EQ(FeedSample(late).at(0).alignment, Alignment::kUnknown);
+}
+
+TEST_F(ImuCan, AlignmentComesBack) {
+  for (const Alignment alignment : {Alignment::kAligning, Alignment::kAligned}) {
+    ImuSample sample = Sample(static_cast<int>(alignment));
+    sample.alignment = alignment;
+    FeedSample(sample);
+    EXPECT_EQ(FeedSample(Sample(5 + static_cast<int>(alignment))).at(0).alignment, alignment);
+  }
+}
+
 // The Xsens MTi-600: a group of frames that a counter numbers, big-endian, other axes.
 ImuCanParams Xsens(DeviceClock clock) {
   ImuCanParams params = LoadImuDriverConfig(ConfigFile("imu_xsens_mti600.yaml")).can;
@@ -371,6 +398,27 @@ TEST(XsensCan, OurDbcReadsEveryGoldenFrameAsTheTableSays) {
     compared += static_cast<int>(values.size());
   }
   EXPECT_GT(compared, 25);
+}
+
+TEST(XsensCan, AlignedIsAValidFilter) {
+  const ImuCanParams params = Xsens(DeviceClock::kReceive);
+  ImuCanDecoder decoder(params);
+  ImuCanEncoder encoder(params.signals, FromUtime(kStart));
+  int epoch = 0;
+  for (const auto& [bits, alignment] :
+       {std::pair{0x02, Alignment::kAligned}, {0xFD, Alignment::kAligning}}) {
+    const ImuSample sent = Sample(++epoch);
+    CanFrame status;
+    status.id = 0x11;  // big-endian: bit 1 is in its last byte
+    status.SetData(std::vector<std::uint8_t>{0, 0, 0, static_cast<std::uint8_t>(bits)});
+    decoder.Add(status, sent.time);
+    std::optional<ImuSample> given;
+    for (const CanFrame& frame : encoder.Encode(sent))
+      if (const auto sample = decoder.Add(frame, sent.time)) given = sample;
+    if (!given) given = decoder.Finish();
+    ASSERT_TRUE(given);
+    EXPECT_EQ(given->alignment, alignment);
+  }
 }
 
 TEST(XsensCan, EpochsComeBackByTheUnitsUtc) {

@@ -64,6 +64,8 @@ TEST(Pd0, RealEnsemblesOfAnAuv) {
     for (std::size_t beam = 0; beam < 4; ++beam) {
       EXPECT_EQ(e->velocity_mps[beam], track["velocity_mmps"][beam].get<double>() / 1000.0);
       EXPECT_EQ(e->range_m[beam], track["range_cm"][beam].get<double>() / 100.0);
+      ASSERT_TRUE(e->correlation);
+      EXPECT_EQ((*e->correlation)[beam], track["correlation"][beam].get<int>());
     }
   }
   // 2014-12-19 17:17:55.94.
@@ -75,6 +77,8 @@ TEST(Pd0, RealEnsemblesOfAnAuv) {
   EXPECT_NEAR(sample.v_dvl_mps.norm(), std::sqrt(58.0 * 58 + 137 * 137 + 12 * 12) / 1000, 1e-9);
   EXPECT_NEAR(sample.v_dvl_mps.x(), 0.137, 0.003);
   EXPECT_NEAR(*sample.altitude_m, 14.2, 0.1);
+  EXPECT_EQ(sample.error_velocity_mps, -0.003);
+  for (const DvlBeam& beam : sample.beams) EXPECT_EQ(beam.quality, 1.0);
 }
 
 TEST(Pd0, EveryTruncationAndEveryChangedByteOfARealEnsembleIsRefused) {
@@ -105,6 +109,10 @@ TEST(Pd0, AnyEnsembleComesBack) {
       if (*rc::gen::arbitrary<bool>()) e.velocity_mps[i] = whole(-32767, 32768) / 1000.0;
       if (*rc::gen::arbitrary<bool>()) e.range_m[i] = whole(1, 16'777'216) / 100.0;
     }
+    if (*rc::gen::arbitrary<bool>()) {
+      e.correlation.emplace();
+      for (std::uint8_t& beam : *e.correlation) beam = static_cast<std::uint8_t>(whole(1, 256));
+    }
     const ByteVector bytes = EncodePd0(e);
     std::size_t size = 0;
     const auto decoded = DecodePd0(bytes, &size);
@@ -119,6 +127,7 @@ TEST(Pd0, AnyEnsembleComesBack) {
     RC_ASSERT(std::abs(decoded->heading_rad - e.heading_rad) < 1e-12);
     RC_ASSERT(decoded->velocity_mps == e.velocity_mps);
     RC_ASSERT(decoded->range_m == e.range_m);
+    RC_ASSERT(decoded->correlation == e.correlation);
     for (std::size_t n = 0; n < bytes.size(); ++n)
       RC_ASSERT(!DecodePd0(Bytes(bytes).first(n), &size).has_value());
   }));
@@ -131,6 +140,24 @@ TEST(Pd0, InstrumentAxesAreOursButForSigns) {
   EXPECT_LT((back.v_dvl_mps - sample.v_dvl_mps).norm(), 1e-12);
   for (std::size_t beam = 0; beam < 4; ++beam)
     EXPECT_NEAR(back.beams[beam].range_m, sample.beams[beam].range_m, 1e-12);
+}
+
+TEST(Pd0, ErrorVelocityAndCorrelationAreGivenWhereTheLogGivesThem) {
+  DvlSample sample = Sample();
+  const DvlSample without = ToDvlSample(ToPd0Ensemble(sample, Pd0Params{}), Pd0Params{});
+  EXPECT_FALSE(without.error_velocity_mps);
+  EXPECT_FALSE(HasQuality(without));
+
+  sample.error_velocity_mps = -0.012;
+  for (DvlBeam& beam : sample.beams) beam.quality = 0.4;  // 102 of 255
+  Pd0Ensemble e = ToPd0Ensemble(sample, Pd0Params{});
+  const DvlSample with = ToDvlSample(e, Pd0Params{});
+  EXPECT_NEAR(with.error_velocity_mps.value(), -0.012, 1e-12);
+  for (const DvlBeam& beam : with.beams) EXPECT_NEAR(beam.quality.value(), 0.4, 1e-12);
+
+  // The fourth velocity of a log that gives its beams is a beam's.
+  e.axes = Axes::kBeam;
+  EXPECT_FALSE(ToDvlSample(e, Pd0Params{}).error_velocity_mps);
 }
 
 TEST(Pd0, BeamVelocitiesBecomeThoseOfTheAxes) {

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <poll.h>
+#include <sched.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/syscall.h>
@@ -10,13 +11,17 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
 #include <chrono>
 #include <csignal>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "common/runtime/bus.hpp"
@@ -93,6 +98,18 @@ class LoggerProcess {
   }
 
   void AllowFileSize(rlim_t bytes) const { SetMaxFile(pid_, bytes); }
+
+  // How often it fed the watchdog since the last call.
+  int Feedings() const {
+    int feedings = 0;
+    std::array<char, 8192> buffer{};
+    for (ssize_t size = 0;
+         (size = recv(notify_, buffer.data(), buffer.size(), MSG_DONTWAIT)) >= 0;) {
+      const std::string_view text(buffer.data(), static_cast<std::size_t>(size));
+      if (text.find("WATCHDOG=1") != std::string_view::npos) ++feedings;
+    }
+    return feedings;
+  }
 
  private:
   static void SetMaxFile(pid_t pid, rlim_t bytes) {
@@ -199,11 +216,78 @@ TEST_F(LoggerProcessTest, SaysInHealthThatTheDiskIsFullAndGoesOnWhenThereIsRoom)
   ASSERT_TRUE(health);
   EXPECT_EQ(health->process, "logger");
   EXPECT_EQ(health->state, health_t::STATE_DEGRADED);
-  EXPECT_THAT(health->text, testing::HasSubstr("cannot write"));
+  EXPECT_THAT(health->text, testing::HasSubstr("the log cannot be written: "));
   EXPECT_LT(NumbersIn(path()).size(), 2'000u);
   logger.AllowFileSize(RLIM_INFINITY);
   EXPECT_EQ(logger.Stop(SIGTERM), 0);
   EXPECT_EQ(NumbersIn(path()), UpTo(2'000));
+}
+
+// A disk of its own that can be made to hang: a file system in a file, mounted for this test
+// process alone. Needs root and loop devices.
+class FreezableDisk {
+ public:
+  explicit FreezableDisk(const TemporaryDir& dir) : mount_point_((dir / "disk").string()) {
+    const std::string image = (dir / "disk.img").string();
+    std::filesystem::create_directory(mount_point_);
+    mounted_ = unshare(CLONE_NEWNS) == 0 && Shell("mount --make-rprivate /") &&
+               Shell("truncate -s 64M " + image) && Shell("mkfs.ext4 -q " + image) &&
+               Shell("mount -o loop " + image + " " + mount_point_);
+  }
+  ~FreezableDisk() {
+    if (mounted_) Shell("umount " + mount_point_);
+  }
+  FreezableDisk(const FreezableDisk&) = delete;
+  FreezableDisk& operator=(const FreezableDisk&) = delete;
+
+  bool mounted() const { return mounted_; }
+  bool Freeze() const { return Shell("fsfreeze -f " + mount_point_); }
+  bool Thaw() const { return Shell("fsfreeze -u " + mount_point_); }
+  const std::string& path() const { return mount_point_; }
+
+ private:
+  static bool Shell(const std::string& command) {
+    return std::system((command + " >/dev/null 2>&1").c_str()) == 0;
+  }
+
+  std::string mount_point_;
+  bool mounted_ = false;
+};
+
+TEST_F(LoggerProcessTest, ADiskThatHangsIsNamedFeedsTheWatchdogAndLosesNothing) {
+  const FreezableDisk disk(dir_);
+  if (!disk.mounted()) GTEST_SKIP() << "needs root and a loop device";
+  const std::string file = disk.path() + "/a.lcmlog";
+  LoggerProcess logger(dir_, "file: " + file + "\nchannels: RAW_TEST\n");
+  // Before the logger is ended: while the disk hangs nothing can end it.
+  const std::shared_ptr<void> thaw(nullptr, [&](void*) { disk.Thaw(); });
+  Bus bus(BusUrl());
+  std::optional<health_t> health;
+  bus.Subscribe<health_t>("HEALTH", 0, [&](const health_t& msg) { health = msg; });
+  const auto until_state = [&](std::int8_t state) {
+    const auto deadline = Clock::now() + std::chrono::seconds(20);
+    pollfd ready{bus.fd(), POLLIN, 0};
+    while ((!health || health->state != state) && Clock::now() < deadline)
+      if (poll(&ready, 1, 100) > 0) bus.HandleReady();
+    return health && health->state == state;
+  };
+  ASSERT_TRUE(until_state(health_t::STATE_OK));
+  ASSERT_TRUE(disk.Freeze());
+  const auto frozen = Clock::now();
+  for (int i = 0; i < 100; ++i) PublishRaw(&bus, i);
+  ASSERT_TRUE(until_state(health_t::STATE_DEGRADED));
+  RecordProperty("named_after_ms",
+                 static_cast<int>((Clock::now() - frozen) / std::chrono::milliseconds(1)));
+  ASSERT_EQ(health->num_conditions, 1) << health->text;
+  EXPECT_EQ(health->conditions[0].name, conditions::kDiskStalled.name);
+  logger.Feedings();
+  const std::int64_t seq = health->seq;
+  while (health->seq < seq + 2) bus.HandleReady();
+  EXPECT_GE(logger.Feedings(), 2) << "to be killed would lose what waits";
+  ASSERT_TRUE(disk.Thaw());
+  EXPECT_TRUE(until_state(health_t::STATE_OK)) << health->text;
+  EXPECT_EQ(logger.Stop(SIGTERM), 0);
+  EXPECT_EQ(NumbersIn(file), UpTo(100));
 }
 
 }  // namespace

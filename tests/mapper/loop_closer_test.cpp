@@ -5,50 +5,18 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <random>
 
-#include "mapper/submaps/footprint.hpp"
+#include "tests/mapper/bumpy_submap.hpp"
 
 namespace seastitch {
 namespace {
-
-double Bumps(double x, double y) {
-  return 20.0 + 0.8 * std::sin(0.35 * x) * std::cos(0.3 * y) + 0.5 * std::sin(0.11 * x + 0.17 * y) +
-         0.6 * std::sin(0.21 * x - 0.13 * y + 1.0);
-}
-
-// A swath of 60 x 24 m seen from 10 m above, with its frame believed to be at `believed`.
-Submap Make(int id, const Pose2& truth, const Pose2& believed) {
-  Submap submap;
-  submap.id = SubmapId{id};
-  submap.start = submap.frame_time = submap.end = FromUtime(1'000'000 * (id + 1));
-  submap.T_map_submap =
-      MakePose({believed.x, believed.y, 10.0}, RotationFromRpy(0.0, 0.0, believed.yaw));
-  submap.covariance_from_previous.diagonal() << 0.25, 0.25, 1e-5;
-  std::mt19937_64 random(static_cast<std::uint64_t>(id));
-  std::normal_distribution<double> noise(0.0, 0.02);
-  std::uniform_real_distribution<double> side(-0.5, 0.5);
-  for (int i = 0; i < 15'000; ++i) {
-    const Eigen::Vector2d p(60.0 * side(random), 24.0 * side(random));
-    const Eigen::Vector2d p_map = truth * p;
-    submap.cloud.Add(
-        Eigen::Vector3d(p.x(), p.y(), Bumps(p_map.x(), p_map.y()) - 10.0 + noise(random))
-            .cast<float>());
-  }
-  submap.footprint = FootprintOf(submap.cloud, Eigen::Matrix3d::Identity());
-  submap.predicted_information.diagonal() << 1000.0, 1000.0, 100'000.0;
-  return submap;
-}
-
-Submap At(int id, double x, double y, double yaw = 0.0) {
-  return Make(id, {x, y, yaw}, {x, y, yaw});
-}
 
 // An outline alone.
 Submap OutlineAt(int id, double x_m) {
   Submap submap;
   submap.id = SubmapId{id};
   submap.T_map_submap = MakePose({x_m, 0.0, 10.0}, Eigen::Matrix3d::Identity());
+  submap.covariance_from_previous = Eigen::Matrix3d::Zero();  // perfect navigation
   submap.footprint = {{-30.0, -12.0}, {30.0, -12.0}, {30.0, 12.0}, {-30.0, 12.0}};
   return submap;
 }
@@ -373,91 +341,24 @@ TEST(LoopCloser, LooksPastSubmapsThatNoOtherCanMeet) {
   EXPECT_EQ(closer.request().pairs[0].second, SubmapId{1});
 }
 
-TEST(RegisterPairs, FindsWhereTheNewerSubmapLies) {
-  const Submap target = At(0, 0.0, 0.0);
-  // Dead reckoning puts it 1.2 m north and 0.9 m west of the truth.
-  const Submap source = Make(1, {10.0, 12.0, 0.0}, {11.2, 11.1, 0.0});
+TEST(LoopCloser, TakesAnUnknownCovarianceForNoKnowledgeAtAll) {
   LoopCloser closer(LoopCloserParams{});
-  closer.Add(target);
-  closer.Add(source);
-  const std::vector<LoopPair> pairs = closer.PairsFor(SubmapId{1});
-  ASSERT_EQ(pairs.size(), 1u);
-  PreparedSubmaps prepared({});
-  const auto edges = RegisterPairs(
-      source,
-      pairs,
-      [&](SubmapId) { return std::make_shared<const Submap>(target); },
-      LoopCloserParams{},
-      &prepared);
+  closer.Add(At(0, 0.0, 0.0));
+  Submap lost = At(1, 5.0, 0.0);
+  lost.covariance_from_previous.reset();
+  closer.Add(lost);
+  const std::vector<GraphEdge> edges = closer.DeadReckoningEdge(SubmapId{1});
   ASSERT_EQ(edges.size(), 1u);
-  EXPECT_EQ(edges[0].verdict, LoopVerdict::kAccepted) << ToString(edges[0].verdict);
-  EXPECT_EQ(edges[0].from.value, 0);
-  EXPECT_EQ(edges[0].to.value, 1);
-  EXPECT_NEAR(edges[0].T_from_to.x, 10.0, 0.1);
-  EXPECT_NEAR(edges[0].T_from_to.y, 12.0, 0.1);
-}
-
-TEST(RegisterPairs, GoThroughTheSameChainByThePapersMethod) {
-  LoopCloserParams params;
-  params.method = RegistrationMethod::kGicp;
-  const Submap target = At(0, 0.0, 0.0);
-  const Submap source = Make(1, {10.0, 12.0, 0.0}, {10.7, 11.5, 0.0});
-  LoopCloser closer(params);
-  closer.Add(target);
-  closer.Add(source);
-  PreparedSubmaps prepared({});
-  const auto edges = RegisterPairs(
-      source,
-      closer.PairsFor(SubmapId{1}),
-      [&](SubmapId) { return std::make_shared<const Submap>(target); },
-      params,
-      &prepared);
-  ASSERT_EQ(edges.size(), 1u);
-  EXPECT_EQ(edges[0].verdict, LoopVerdict::kAccepted) << ToString(edges[0].verdict);
-  EXPECT_NEAR(edges[0].T_from_to.x, 10.0, 0.1);
-  EXPECT_NEAR(edges[0].T_from_to.y, 12.0, 0.1);
-}
-
-TEST(RegisterPairs, LeavesOutWhatCannotBeLoaded) {
-  const LoopPair pair{SubmapId{0}, SubmapId{1}, {}, 0.0};
-  PreparedSubmaps prepared({});
-  EXPECT_TRUE(
-      RegisterPairs(
-          At(1, 0.0, 0.0), {pair}, [](SubmapId) { return nullptr; }, LoopCloserParams{}, &prepared)
-          .empty());
-}
-
-TEST(RegisterPairs, LoadsOnlyWhatIsNotPrepared) {
-  const Submap target = At(0, 0.0, 0.0);
-  const LoopPair pair{SubmapId{0}, SubmapId{1}, {}, 0.0};
-  PreparedSubmaps prepared({});
-  int loaded = 0;
-  const auto load = [&](SubmapId) {
-    ++loaded;
-    return std::make_shared<const Submap>(target);
-  };
-  for (const int id : {1, 2}) {
-    const auto edges = RegisterPairs(At(id, 0.0, 0.0), {pair}, load, LoopCloserParams{}, &prepared);
-    EXPECT_EQ(edges.size(), 1u);
-    EXPECT_EQ(loaded, 1);
+  EXPECT_GT(edges[0].information(0, 0), 0.0) << "the graph stays in one piece";
+  EXPECT_LT(edges[0].information(0, 0), 1e-5);
+  EXPECT_LT(edges[0].information(2, 2), 0.11);
+  // And the prior of what comes after it is as wide.
+  closer.Add(At(2, 5.0, 10.0));
+  for (const LoopPair& pair : closer.PairsFor(SubmapId{2})) {
+    if (pair.target == SubmapId{0}) {
+      EXPECT_GT(pair.prior.covariance(0, 0), 1e5);
+    }
   }
-}
-
-TEST(PreparedSubmaps, PrepareASubmapOnceAndKeepNoMoreThanTheyMay) {
-  const Submap first = At(0, 0.0, 0.0);
-  const Submap second = At(1, 10.0, 0.0);
-  PreparedSubmaps both({});
-  const auto prepared = both.Get(first);
-  both.Get(second);
-  EXPECT_EQ(both.Get(first), prepared);
-
-  PreparedSubmaps none({}, 0);
-  const std::weak_ptr<const RegistrationSubmap> kept = none.Get(first);
-  EXPECT_TRUE(kept.expired());
-  EXPECT_FALSE(none.Get(first)->empty());
-  EXPECT_EQ(none.Find(first.id), nullptr);
-  none.Get(Submap{});
-  EXPECT_EQ(none.Find(Submap{}.id), nullptr) << "without points, but not for nothing";
 }
 
 }  // namespace

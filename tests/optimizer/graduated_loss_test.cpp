@@ -17,16 +17,6 @@ TEST(GraduatedLoss, WeightIsTheDerivativeOfTheValue) {
     }
 }
 
-TEST(GraduatedLoss, BendIsTheDerivativeOfTheWeight) {
-  const GraduatedLoss loss{16.27};
-  for (const double mu : kMus)
-    for (const double s : {0.1, 5.0, 12.0, 16.0, 20.0, 30.0, 1e4}) {
-      const double step = 1e-6 * s;
-      const double numeric = (loss.Weight(s + step, mu) - loss.Weight(s - step, mu)) / (2.0 * step);
-      EXPECT_NEAR(loss.Bend(s, mu), numeric, 1e-6) << "s " << s << " mu " << mu;
-    }
-}
-
 TEST(GraduatedLoss, JumpsNowhere) {
   const GraduatedLoss loss{16.27};
   for (const double mu : kMus)

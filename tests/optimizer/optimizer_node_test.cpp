@@ -19,8 +19,9 @@ namespace {
 class MapperStub {
  public:
   MapperStub(const std::vector<GraphUpdate>& updates, Bus* bus) : updates_(updates), bus_(bus) {
+    NameGraph(7);
     bus_->Subscribe<graph_request_t>("GRAPH_REQUEST", 16, [this](const graph_request_t& msg) {
-      if (msg.from != "optimizer") return;
+      if (msg.sender != "optimizer") return;
       requests.push_back(msg.have_version);
       for (std::int64_t v = msg.have_version + 1; v <= published; ++v) Send(v);
     });
@@ -44,22 +45,30 @@ class MapperStub {
   }
   void AskForCovariances(std::int64_t graph_version,
                          std::vector<std::pair<SubmapId, SubmapId>> pairs) {
-    const CovarianceRequest request{"mapper", 4, graph_version, std::move(pairs)};
+    const CovarianceRequest request{"mapper", 4, graph_version, std::move(pairs), graph_id};
     bus_->Publish("COVARIANCE_REQUEST", ToLcm(request, FromUtime(0)));
     bus_->HandleAll();
   }
   void BeginAgain(const std::vector<GraphUpdate>& updates) {
     updates_ = updates;
     published = 0;
+    NameGraph(graph_id + 1);
   }
   void AskForSolution(std::int64_t have_version) {
     graph_request_t msg{};
-    msg.from = "mapper";
+    msg.sender = "mapper";
+    msg.graph_id = graph_id;
     msg.have_version = have_version;
     bus_->Publish("GRAPH_REQUEST", msg);
     bus_->HandleAll();
   }
 
+  void NameGraph(std::int64_t id) {
+    graph_id = id;
+    for (GraphUpdate& update : updates_) update.graph_id = id;
+  }
+
+  std::int64_t graph_id = 0;
   std::int64_t published = 0;
   std::vector<std::int64_t> requests;
   std::vector<std::int64_t> utimes;
@@ -74,7 +83,10 @@ class MapperStub {
 };
 
 std::vector<GraphUpdate> SmallSurvey(unsigned seed = 3) {
-  return SimulateSurvey({.vertices = 12, .per_line = 4, .closures = 2, .seed = seed}).updates;
+  std::vector<GraphUpdate> updates =
+      SimulateSurvey({.vertices = 12, .per_line = 4, .closures = 2, .seed = seed}).updates;
+  for (GraphUpdate& update : updates) update.graph_id = 7;
+  return updates;
 }
 
 void ExpectSame(const PoseGraph& a, const PoseGraph& b) {
@@ -185,8 +197,9 @@ TEST(OptimizerNode, WhenAskedSolvesOnceForAllThatWait) {
   MapperStub mapper(SmallSurvey(), &bus);
   OptimizerNode node({}, &bus, &worker, OptimizerNode::SolveOn::kWhenAsked);
   for (int k = 0; k < 12; ++k) mapper.PublishNext();
+  node.AskAgain();  // updates came since the last time: there may be more
   EXPECT_TRUE(mapper.solutions.empty());
-  node.SolveWaiting();
+  node.AskAgain();
   node.SolveWaiting();
   bus.HandleAll();
   ASSERT_EQ(mapper.solutions.size(), 1u);
@@ -221,12 +234,13 @@ TEST(OptimizerNode, AFloodWhileTheWorkerSolvesIsBoundedAndAskedForAgain) {
     bus.Publish("GRAPH_UPDATE", msg);
     bus.HandleAll();
   };
+  node.AskAgain();
   send(1);
   node.SolveWaiting();
   for (std::int64_t version = 2; version <= 1003; ++version) send(version);
   EXPECT_EQ(node.health().counter("updates_dropped_busy"), 2);
   worker.Run();
-  worker.Run();  // what waited
+  EXPECT_EQ(worker.queue_depth(), 0u) << "what is known to be incomplete is not solved";
   node.AskAgain();
   bus.HandleAll();
   ASSERT_FALSE(asked.empty());
@@ -238,6 +252,7 @@ TEST(OptimizerNode, AnswersRequestsAndKeepsUpdatesWhileTheWorkerSolves) {
   SlowWorker worker;
   MapperStub mapper(SmallSurvey(), &bus);
   OptimizerNode node({}, &bus, &worker, OptimizerNode::SolveOn::kWhenAsked);
+  node.AskAgain();
   const auto next = [&] {
     mapper.PublishNext();
     node.SolveWaiting();
@@ -274,7 +289,7 @@ TEST(OptimizerNode, SaysHowWellTwoSubmapsAreKnownToEachOther) {
   EXPECT_EQ(node.health().counter("covariance_requests_malformed"), 1);
   mapper.AskForCovariances(12, {{SubmapId{2}, SubmapId{5}}, {SubmapId{2}, SubmapId{99}}});
   ASSERT_EQ(mapper.answers.size(), 1u);
-  EXPECT_EQ(mapper.answers[0].to, "mapper");
+  EXPECT_EQ(mapper.answers[0].recipient, "mapper");
   EXPECT_EQ(mapper.answers[0].request_seq, 4);
   EXPECT_EQ(mapper.answers[0].graph_version, 12);
   ASSERT_EQ(mapper.answers[0].pairs.size(), 1u);
@@ -315,25 +330,147 @@ TEST(OptimizerNode, BeginsAgainWhenTheMapperHasAnotherGraph) {
   EXPECT_EQ(mapper.solutions.back().graph_version, 3);
   EXPECT_EQ(mapper.solutions.back().vertices.size(), 3u);
   EXPECT_EQ(node.health().counter("graphs_started_over"), 1);
+  EXPECT_EQ(mapper.solutions.back().graph_id, 8);
+
+  GraphUpdate late = SmallSurvey(3)[11];
+  late.graph_id = 7;
+  bus.Publish("GRAPH_UPDATE", ToLcm(late, late.vertices[0].time, 0));
+  mapper.PublishNext();
+  EXPECT_EQ(mapper.solutions.back().graph_version, 4);
+  EXPECT_EQ(node.health().counter("graphs_started_over"), 1)
+      << "a late update of the mapper before";
+  EXPECT_EQ(node.health().counter("updates_of_a_left_graph"), 1);
 }
 
-TEST(OptimizerNode, AMalformedUpdateHoldsUpNothing) {
+TEST(OptimizerNode, AMapperOfAnotherGraphIsGivenTheSolutionWhateverVersionItHad) {
+  Bus bus("memq://");
+  InlineWorker worker;
+  MapperStub mapper(SmallSurvey(), &bus);
+  OptimizerNode node({}, &bus, &worker);
+  for (int k = 0; k < 3; ++k) mapper.PublishNext();
+  mapper.AskForSolution(3);
+  EXPECT_EQ(mapper.solutions.size(), 3u);
+  mapper.graph_id = 6;
+  mapper.AskForSolution(5);
+  EXPECT_EQ(mapper.solutions.size(), 4u);
+}
+
+TEST(OptimizerNode, OfAMalformedUpdateTheSubmapAndTheGoodEdgesAreTaken) {
+  Bus bus("memq://");
+  InlineWorker worker;
+  MapperStub mapper(SmallSurvey(), &bus);
+  OptimizerNode node({}, &bus, &worker);
+  for (int k = 0; k < 5; ++k) mapper.PublishNext();
+  const GraphUpdate sixth = SmallSurvey()[5];
+  ASSERT_EQ(sixth.edges.size(), 3u);
+  auto bad = ToLcm(sixth, sixth.vertices[0].time, 0);
+  bad.edges[1].x_m = std::numeric_limits<double>::quiet_NaN();
+  bus.Publish("GRAPH_UPDATE", bad);
+  bad.version = -5;
+  bus.Publish("GRAPH_UPDATE", bad);
+  bus.HandleAll();
+  EXPECT_EQ(node.health().counter("updates_malformed"), 2);
+  EXPECT_EQ(mapper.solutions.back().graph_version, 6);
+  EXPECT_EQ(mapper.solutions.back().vertices.size(), 6u);
+  EXPECT_EQ(mapper.solutions.back().loop_edges.size(), mapper.solutions[4].loop_edges.size() + 1);
+  EXPECT_EQ(node.health().state(), HealthState::kOk);
+}
+
+TEST(OptimizerNode, AnUpdateOfTooManyEdgesLosesNoSubmap) {
+  Bus bus("memq://");
+  InlineWorker worker;
+  MapperStub mapper(SmallSurvey(), &bus);
+  OptimizerNode node({}, &bus, &worker);
+  for (int k = 0; k < 5; ++k) mapper.PublishNext();
+  const GraphUpdate sixth = SmallSurvey()[5];
+  auto large = ToLcm(sixth, sixth.vertices[0].time, 0);
+  large.edges.resize(300, large.edges.back());
+  large.num_edges = 300;
+  bus.Publish("GRAPH_UPDATE", large);
+  bus.HandleAll();
+  EXPECT_EQ(mapper.solutions.back().vertices.size(), 6u);
+  EXPECT_EQ(mapper.solutions.back().loop_edges.size(), mapper.solutions[4].loop_edges.size() + 2);
+}
+
+// Asked for again; where it comes no better the rest goes on without, and HEALTH says so.
+TEST(OptimizerNode, AMalformedSubmapIsAskedForAgainAndDegradesWhileItIsMissing) {
   Bus bus("memq://");
   InlineWorker worker;
   MapperStub mapper(SmallSurvey(), &bus);
   OptimizerNode node({}, &bus, &worker);
   mapper.PublishNext();
   auto bad = ToLcm(SmallSurvey()[1], SmallSurvey()[1].vertices[0].time, 0);
-  bad.edges[0].x_m = std::numeric_limits<double>::quiet_NaN();
-  bus.Publish("GRAPH_UPDATE", bad);
-  bad.version = -5;
+  bad.vertices[0].dead_reckoned_x_m = std::numeric_limits<double>::quiet_NaN();
+  for (const bool better : {true, false}) {
+    const std::size_t asked = mapper.requests.size();
+    bus.Publish("GRAPH_UPDATE", bad);
+    bus.HandleAll();
+    EXPECT_EQ(mapper.requests.size(), asked + 1);
+    EXPECT_EQ(node.health().state(), HealthState::kDegraded);
+    if (better) {
+      mapper.PublishNext();
+      EXPECT_EQ(mapper.solutions.back().vertices.size(), 2u);
+      EXPECT_EQ(node.health().state(), HealthState::kOk);
+      bad = ToLcm(SmallSurvey()[2], SmallSurvey()[2].vertices[0].time, 0);
+      bad.vertices[0].dead_reckoned_x_m = std::numeric_limits<double>::quiet_NaN();
+    }
+  }
   bus.Publish("GRAPH_UPDATE", bad);
   bus.HandleAll();
-  ++mapper.published;
+  mapper.published = 3;
   mapper.PublishNext();
-  EXPECT_EQ(node.health().counter("updates_malformed"), 2);
-  EXPECT_EQ(mapper.solutions.back().graph_version, 3);
-  EXPECT_EQ(mapper.solutions.back().vertices.size(), 2u);
+  EXPECT_EQ(mapper.solutions.back().graph_version, 4);
+  EXPECT_EQ(mapper.solutions.back().vertices.size(), 3u);
+  EXPECT_EQ(node.health().state(), HealthState::kDegraded);
+}
+
+TEST(OptimizerNode, AVersionThatNeverComesDegradesForAWhileOnly) {
+  Bus bus("memq://");
+  InlineWorker worker;
+  MapperStub mapper(SmallSurvey(), &bus);
+  OptimizerNode node({}, &bus, &worker);
+  mapper.PublishNext();
+  graph_update_t far = ToLcm(SmallSurvey()[1], SmallSurvey()[1].vertices[0].time, 0);
+  far.graph_id = 7;
+  far.version = 1'000'000'000'000;
+  bus.Publish("GRAPH_UPDATE", far);
+  bus.HandleAll();
+  EXPECT_EQ(node.health().state(), HealthState::kDegraded);
+  for (int k = 0; k < 4; ++k) {
+    node.AskAgain();
+    bus.HandleAll();
+    mapper.PublishNext();  // between the ticks the dive goes on
+  }
+  EXPECT_EQ(node.health().state(), HealthState::kOk);
+  EXPECT_EQ(node.health().counter("versions_given_up"), 1);
+  mapper.PublishNext(true);
+  mapper.PublishNext();  // and a hole is seen as before
+  EXPECT_EQ(mapper.solutions.back().graph_version, 7);
+}
+
+TEST(OptimizerNode, SolvesNothingBeforeItHasCaughtUp) {
+  Bus bus("memq://");
+  InlineWorker worker;
+  MapperStub mapper(SmallSurvey(), &bus);
+  OptimizerNode node({}, &bus, &worker);
+  mapper.PublishNext();
+  for (int k = 0; k < 10; ++k) mapper.PublishNext(true);
+  mapper.PublishNext();
+  ASSERT_EQ(mapper.solutions.size(), 2u);
+  EXPECT_EQ(mapper.solutions.back().graph_version, 12);
+}
+
+TEST(OptimizerNode, SaysWhereASolutionDidNotConverge) {
+  Bus bus("memq://");
+  InlineWorker worker;
+  MapperStub mapper(SmallSurvey(), &bus);
+  OptimizerConfig config;
+  config.params.max_iterations = 1;
+  OptimizerNode node(config, &bus, &worker);
+  for (int k = 0; k < 12; ++k) mapper.PublishNext();
+  EXPECT_EQ(mapper.solutions.size(), 12u);
+  EXPECT_GT(node.health().counter("solves_not_converged"), 0);
+  EXPECT_EQ(node.health().state(), HealthState::kDegraded);
 }
 
 TEST(OptimizerConfig, ShippedFileIsTheDefaults) {
@@ -363,7 +500,8 @@ class BadConfig : public ::testing::Test {
 TEST_F(BadConfig, NamesKeyAndValue) {
   EXPECT_NE(Error("graduation_stepp: 2\n").find("graduation_stepp: unknown key"),
             std::string::npos);
-  EXPECT_NE(Error("unlinked_sigma_m: -1\n").find("unlinked_sigma_m = -1"), std::string::npos);
+  EXPECT_NE(Error("unlinked_sigma_m: -1\n").find("unlinked_sigma_m: '-1' is not a number above 0"),
+            std::string::npos);
   EXPECT_NE(Error("unlinked_sigma_m: far\n").find("unlinked_sigma_m: 'far'"), std::string::npos);
 }
 

@@ -18,7 +18,7 @@ namespace {
 PoseGraph SolveAll(const std::vector<GraphUpdate>& updates) {
   PoseGraphOptimizer optimizer{OptimizerParams{}};
   for (const GraphUpdate& update : updates) EXPECT_TRUE(optimizer.Add(update));
-  PoseGraph solution = optimizer.Solve();
+  PoseGraph solution = *optimizer.Solve();
   EXPECT_TRUE(optimizer.counters().empty());
   return solution;
 }
@@ -110,7 +110,7 @@ TEST(PoseGraphOptimizer, WithoutClosuresTheSolutionIsDeadReckoning) {
 // A straight line of 30 submaps whose shape closures hold to 1 mrad, so that only the way it is
 // turned is open; the heading errors are given, and what the filter says of them.
 double TurnOfTheMap(const std::vector<double>& errors_rad,
-                    const std::function<double(int)>& heading_sigma_rad,
+                    const std::function<std::optional<double>(int)>& heading_sigma_rad,
                     double step_sigma_rad) {
   std::vector<GraphUpdate> updates;
   for (int k = 0; k < static_cast<int>(errors_rad.size()); ++k) {
@@ -154,7 +154,7 @@ TEST(PoseGraphOptimizer, AllHeadingsTogetherSayWhichWayTheMapIsTurned) {
   for (int run = 0; run < kRuns; ++run) {
     const std::vector<double> errors = WanderingHeading(kSigma, kKept, &random);
     first_alone += std::pow(TurnOfTheMap(
-                                errors, [](int) { return 0.0; }, step_sigma),
+                                errors, [](int) { return std::optional<double>(); }, step_sigma),
                             2);
     all += std::pow(TurnOfTheMap(
                         errors, [](int) { return kSigma; }, step_sigma),
@@ -184,7 +184,7 @@ TEST(PoseGraphOptimizer, AHeadingSigmaThatCannotBeCountsAsNotKnown) {
     for (GraphUpdate& update : updates) update.vertices[0].heading_sigma_rad = sigma;
     PoseGraphOptimizer optimizer{OptimizerParams{}};
     for (const GraphUpdate& update : updates) EXPECT_TRUE(optimizer.Add(update));
-    EXPECT_EQ(LargestDifference(optimizer.Solve(), without), 0.0) << sigma;
+    EXPECT_EQ(LargestDifference(*optimizer.Solve(), without), 0.0) << sigma;
     EXPECT_EQ(optimizer.counters().at("headings_unusable"), 5) << sigma;
   }
 }
@@ -297,7 +297,7 @@ TEST(PoseGraphOptimizer, HeadingsThatAreKnownChangeNoVerdictOnClosuresWrongAlike
     PoseGraph last;
     for (const GraphUpdate& update : survey.updates) {
       ASSERT_TRUE(incremental.Add(update));
-      last = incremental.Solve();
+      last = *incremental.Solve();
     }
     const PoseGraph known = SolveAll(survey.updates);
     for (std::size_t k = 0; k < known.loop_edges.size(); ++k) {
@@ -380,7 +380,7 @@ TEST(PoseGraphOptimizer, AClusterRefusedComesBackWhenLaterEvidenceSpeaksForIt) {
   PoseGraph solution;
   for (const GraphUpdate& update : updates) {
     ASSERT_TRUE(optimizer.Add(update));
-    solution = optimizer.Solve();
+    solution = *optimizer.Solve();
     most = std::max<std::int64_t>(most, refused(solution));
   }
   EXPECT_GE(most, 3);
@@ -425,12 +425,12 @@ TEST(PoseGraphOptimizer, ALoneClosureSevenSigmaFromDeadReckoningIsRefused) {
 TEST(PoseGraphOptimizer, ARefusedClosureComesBackWhenLaterEvidenceSpeaksForIt) {
   PoseGraphOptimizer optimizer{OptimizerParams{}};
   for (const GraphUpdate& update : ShortenedLine({{0, 4}})) ASSERT_TRUE(optimizer.Add(update));
-  EXPECT_EQ(optimizer.Solve().loop_edges[0].weight, 0.0);
+  EXPECT_EQ(optimizer.Solve()->loop_edges[0].weight, 0.0);
   GraphUpdate later = ShortenedLine({{0, 2}, {0, 3}, {1, 4}}).back();
   later.version = 6;
   later.vertices.clear();
   ASSERT_TRUE(optimizer.Add(later));
-  const PoseGraph solution = optimizer.Solve();
+  const PoseGraph solution = *optimizer.Solve();
   ASSERT_EQ(solution.loop_edges.size(), 4u);
   for (const SolvedEdge& edge : solution.loop_edges)
     EXPECT_GT(edge.weight, 0.5) << edge.from.value << " to " << edge.to.value;
@@ -446,17 +446,99 @@ TEST_P(BatchAndIncremental, GiveTheSameAnswer) {
   PoseGraph last;
   for (const GraphUpdate& update : survey.updates) {
     ASSERT_TRUE(incremental.Add(update));
-    last = incremental.Solve();
+    last = *incremental.Solve();
   }
+  // As good as the minimiser is: a thousandth of a sigma; and exact as delivered.
   const PoseGraph batch = SolveAll(survey.updates);
-  EXPECT_LT(LargestDifference(last, batch), 1e-6);
+  EXPECT_LT(LargestDifference(last, batch), 1e-3);
+  const PoseGraph delivered = *incremental.Solve(SolveStart::kFromDeadReckoning);
+  EXPECT_EQ(LargestDifference(delivered, batch), 0.0);
   ASSERT_EQ(last.loop_edges.size(), batch.loop_edges.size());
-  for (std::size_t k = 0; k < batch.loop_edges.size(); ++k)
-    EXPECT_NEAR(last.loop_edges[k].weight, batch.loop_edges[k].weight, 1e-6);
-  EXPECT_LT((last.vertices[20].covariance - batch.vertices[20].covariance).norm(), 1e-6);
+  for (std::size_t k = 0; k < batch.loop_edges.size(); ++k) {
+    EXPECT_NEAR(last.loop_edges[k].weight, batch.loop_edges[k].weight, 1e-2);
+    EXPECT_EQ(delivered.loop_edges[k].weight, batch.loop_edges[k].weight);
+  }
+  EXPECT_LT((last.vertices[20].covariance - batch.vertices[20].covariance).norm(), 1e-4);
+  EXPECT_EQ(delivered.vertices[20].covariance, batch.vertices[20].covariance);
 }
 
 INSTANTIATE_TEST_SUITE_P(WrongShare, BatchAndIncremental, ::testing::Values(0.0, 0.05, 0.2, 0.4));
+
+// As it comes, in lots, and after a restart in the middle of the dive.
+TEST(PoseGraphOptimizer, WhatIsDeliveredDependsOnTheGraphAlone) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    const SurveyGraph survey =
+        SimulateSurvey({.vertices = 40, .per_line = 8, .wrong_share = 0.3, .seed = seed});
+    const PoseGraph batch = SolveAll(survey.updates);
+    for (const std::size_t lot : {1u, 7u}) {
+      PoseGraphOptimizer optimizer{OptimizerParams{}};
+      for (std::size_t k = 0; k < survey.updates.size(); ++k) {
+        ASSERT_TRUE(optimizer.Add(survey.updates[k]));
+        const bool is_running = seed % 2 == 0 || k > 20;
+        if (k % lot == 0 && is_running) {
+          ASSERT_TRUE(optimizer.Solve());
+        }
+      }
+      const PoseGraph delivered = *optimizer.Solve(SolveStart::kFromDeadReckoning);
+      EXPECT_EQ(LargestDifference(delivered, batch), 0.0) << seed;
+      for (std::size_t k = 0; k < batch.loop_edges.size(); ++k)
+        EXPECT_EQ(delivered.loop_edges[k].weight, batch.loop_edges[k].weight) << seed;
+    }
+  }
+}
+
+// Whatever numbers come through the checks of the wire.
+TEST(PoseGraphOptimizer, NothingThatIsNoNumberComesOutOfAHostileGraph) {
+  std::mt19937_64 random(9);
+  const auto pick = [&](const std::vector<double>& values) {
+    return values[random() % values.size()];
+  };
+  const std::vector<double> lengths{0.0, -3.0, 10.0, 1e-300, 1e7, -1e7, 1e4};
+  const std::vector<double> informations{0.0, 1e-300, 1e-12, 1.0, 1e4, 1e10};
+  int solved = 0;
+  for (int n = 0; n < 300; ++n) {
+    PoseGraphOptimizer optimizer{OptimizerParams{}};
+    const int vertices = 1 + static_cast<int>(random() % 8);
+    GraphUpdate update{1, {}, {}};
+    update.mounting = {random() % 3 == 0 ? 0.3 : 0.0, random() % 3 == 0 ? 1e-9 : 0.0};
+    for (int v = 0; v < vertices; ++v)
+      update.vertices.push_back({SubmapId{v},
+                                 {},
+                                 {pick(lengths), pick(lengths), pick(lengths)},
+                                 pick({0.0, 1e-5, 0.02, 3.0})});
+    for (int e = 0; e < 12; ++e) {
+      GraphEdge edge;
+      edge.kind = static_cast<EdgeKind>(random() % 3);
+      edge.from = SubmapId{static_cast<std::int32_t>(random() % 8)};
+      edge.to = edge.kind == EdgeKind::kPositionFix
+                    ? edge.from
+                    : SubmapId{static_cast<std::int32_t>(random() % 8)};
+      edge.T_from_to = {pick(lengths), pick(lengths), pick(lengths)};
+      edge.overlap_center_m = {pick(lengths), pick(lengths)};
+      edge.information.diagonal() =
+          Eigen::Vector3d(pick(informations), pick(informations), pick(informations));
+      update.edges.push_back(edge);
+    }
+    optimizer.Add(update);
+    for (const SolveStart start :
+         {SolveStart::kWarm, SolveStart::kWarm, SolveStart::kFromDeadReckoning}) {
+      const std::optional<PoseGraph> solution = optimizer.Solve(start);
+      if (!solution) {
+        EXPECT_GE(optimizer.counters().at("solutions_not_finite"), 1);
+        continue;
+      }
+      solved += optimizer.converged() ? 1 : 0;
+      EXPECT_TRUE(optimizer.converged() || optimizer.counters().at("solves_not_converged") > 0);
+      for (const SolvedVertex& vertex : solution->vertices) {
+        EXPECT_TRUE(vertex.T_map_level.Vector().allFinite()) << n;
+        EXPECT_TRUE(vertex.covariance.allFinite()) << n;
+        EXPECT_TRUE(vertex.covariance_with_newest.allFinite()) << n;
+      }
+      EXPECT_TRUE(solution->mounting.Vector().allFinite()) << n;
+    }
+  }
+  EXPECT_GT(solved, 300);
+}
 
 TEST(PoseGraphOptimizer, TheSameGraphGivesTheSameBytes) {
   const SurveyGraph survey =
@@ -511,7 +593,7 @@ TEST(PoseGraphOptimizer, KnowsARelativePoseAsWellAsThatOfTheOneWhereTheOtherIsHe
   const SurveyGraph survey = SimulateSurvey({.vertices = 30, .per_line = 6, .seed = 4});
   PoseGraphOptimizer optimizer{OptimizerParams{}};
   for (const GraphUpdate& update : survey.updates) optimizer.Add(update);
-  optimizer.Solve();
+  ASSERT_TRUE(optimizer.Solve());
   const SubmapId a{11};
   const auto known =
       optimizer.RelativeCovariances({{a, SubmapId{3}}, {a, SubmapId{20}}, {a, SubmapId{29}}});
@@ -543,7 +625,7 @@ TEST(PoseGraphOptimizer, SaysOfAnyPairWithTheNewestWhatTheSolutionSays) {
   for (GraphUpdate& update : survey.updates) update.mounting = {0.3, 0.005};
   PoseGraphOptimizer optimizer{OptimizerParams{}};
   for (const GraphUpdate& update : survey.updates) optimizer.Add(update);
-  const PoseGraph solution = optimizer.Solve();
+  const PoseGraph solution = *optimizer.Solve();
   const SubmapId newest{29};
   const auto known = optimizer.RelativeCovariances({{SubmapId{7}, newest},
                                                     {SubmapId{7}, SubmapId{99}},
@@ -663,11 +745,14 @@ TEST(PoseGraphOptimizer, ErrorsOfMountingAreTheSameInBatchAndIncremental) {
   PoseGraph last;
   for (const GraphUpdate& update : updates) {
     ASSERT_TRUE(incremental.Add(update));
-    last = incremental.Solve();
+    last = *incremental.Solve();
   }
   const PoseGraph batch = SolveAll(updates);
-  EXPECT_LT((last.mounting.Vector() - batch.mounting.Vector()).norm(), 1e-6);
-  EXPECT_LT(LargestDifference(last, batch), 1e-5);
+  EXPECT_LT((last.mounting.Vector() - batch.mounting.Vector()).norm(), 1e-4);
+  EXPECT_LT(LargestDifference(last, batch), 1e-3);
+  last = *incremental.Solve(SolveStart::kFromDeadReckoning);
+  EXPECT_EQ(last.mounting.Vector(), batch.mounting.Vector());
+  EXPECT_EQ(LargestDifference(last, batch), 0.0);
 }
 
 // Of the vehicle, against where it was in the map.
@@ -688,7 +773,7 @@ TEST(PoseGraphOptimizer, StartHeadingsAndFixesAreOfTheVehicleWhereverItsSonarIs)
       std::vector<GraphUpdate> updates = SeenWrong(survey, {0.5, Deg2Rad(0.1)});
       for (GraphUpdate& update : updates) {
         GraphVertex& vertex = update.vertices[0];
-        vertex.heading_sigma_rad = with_headings ? 1e-3 : 0.0;
+        vertex.heading_sigma_rad = with_headings ? std::optional(1e-3) : std::nullopt;
         const auto k = static_cast<std::size_t>(vertex.id.value);
         vertex.dead_reckoned.yaw = survey.truth[k].yaw;
         if (!with_fixes || k % 7 != 0) continue;
@@ -714,7 +799,7 @@ TEST(PoseGraphOptimizer, ErrorsOfMountingAreSoughtWhereAnUpdateSaysNothingOfThem
   updates[40].mounting.sonar_m = std::numeric_limits<double>::quiet_NaN();
   PoseGraphOptimizer optimizer{OptimizerParams{}};
   for (const GraphUpdate& update : updates) ASSERT_TRUE(optimizer.Add(update));
-  EXPECT_EQ(optimizer.Solve().mounting.Vector(), before.mounting.Vector());
+  EXPECT_EQ(optimizer.Solve()->mounting.Vector(), before.mounting.Vector());
   EXPECT_EQ(optimizer.counters().at("mounting_unusable"), 1);
 }
 
@@ -760,7 +845,7 @@ TEST(PoseGraphOptimizer, OneWrongPositionFixIsRefused) {
   }
   PoseGraphOptimizer optimizer{OptimizerParams{}};
   for (const GraphUpdate& update : updates) ASSERT_TRUE(optimizer.Add(update));
-  EXPECT_LT(LargestDifference(optimizer.Solve(), before), 0.01);
+  EXPECT_LT(LargestDifference(*optimizer.Solve(), before), 0.01);
   EXPECT_EQ(optimizer.position_fixes(), 5);
   EXPECT_EQ(optimizer.position_fixes_believed(), 4);
 }
@@ -836,7 +921,7 @@ TEST(PoseGraphOptimizer, AHoleInTheVersionsIsReportedAndNothingTaken) {
   EXPECT_TRUE(optimizer.Add(updates[0]));
   EXPECT_FALSE(optimizer.Add(updates[2]));
   EXPECT_EQ(optimizer.version(), 1);
-  EXPECT_EQ(optimizer.Solve().vertices.size(), 1u);
+  EXPECT_EQ(optimizer.Solve()->vertices.size(), 1u);
   EXPECT_TRUE(optimizer.Add(updates[1]));
   EXPECT_TRUE(optimizer.Add(updates[2]));
   EXPECT_EQ(optimizer.version(), 3);
@@ -860,8 +945,8 @@ TEST(PoseGraphOptimizer, MalformedPartsAreCountedAndTheRestIsTaken) {
   std::vector<GraphUpdate> updates = DriftingSquare();
   const PoseGraph good = SolveAll(updates);
   GraphUpdate& last = updates[4];
-  last.vertices.push_back({SubmapId{3}, {}, {}, 0.0});
-  last.vertices.push_back({SubmapId{9}, {}, {nan, 0.0, 0.0}, 0.0});
+  last.vertices.push_back({SubmapId{3}, {}, {}});
+  last.vertices.push_back({SubmapId{9}, {}, {nan, 0.0, 0.0}});
   last.edges.push_back(Edge(EdgeKind::kLoopClosure, 0, 77, {}, 1.0, 1.0));
   last.edges.push_back(Edge(EdgeKind::kLoopClosure, 2, 2, {}, 1.0, 1.0));
   last.edges.push_back(Edge(EdgeKind::kLoopClosure, 0, 2, {0.0, nan, 0.0}, 1.0, 1.0));
@@ -872,7 +957,7 @@ TEST(PoseGraphOptimizer, MalformedPartsAreCountedAndTheRestIsTaken) {
   last.edges.push_back(Edge(EdgeKind::kPositionFix, 0, 2, {}, 1.0, 1.0));
   PoseGraphOptimizer optimizer{OptimizerParams{}};
   for (const GraphUpdate& update : updates) EXPECT_TRUE(optimizer.Add(update));
-  const PoseGraph solution = optimizer.Solve();
+  const PoseGraph solution = *optimizer.Solve();
   EXPECT_LT(LargestDifference(solution, good), 1e-9);
   EXPECT_TRUE(solution.loop_edges.empty());
   const std::map<std::string, std::int64_t> expected{{"vertices_duplicate", 1},
@@ -902,32 +987,16 @@ TEST(PoseGraphOptimizer, CovariancesThatCannotBeFoundAreSaidToBeLarge) {
   for (GraphUpdate& update : updates)
     for (GraphEdge& edge : update.edges) edge.information = DiagonalInformation(1e-4, 1e-4);
   for (const GraphUpdate& update : updates) ASSERT_TRUE(optimizer.Add(update));
-  const PoseGraph solution = optimizer.Solve();
+  const PoseGraph solution = *optimizer.Solve();
   EXPECT_TRUE(solution.vertices[4].covariance.allFinite());
   EXPECT_GE(solution.vertices[4].covariance(0, 0), 1e8);
 }
 
 TEST(PoseGraphOptimizer, AnEmptyGraphHasAnEmptySolution) {
   PoseGraphOptimizer optimizer{OptimizerParams{}};
-  const PoseGraph solution = optimizer.Solve();
+  const PoseGraph solution = *optimizer.Solve();
   EXPECT_EQ(solution.graph_version, 0);
   EXPECT_TRUE(solution.vertices.empty());
-}
-
-TEST(OptimizerParams, SaysWhatIsWrong) {
-  EXPECT_EQ(OptimizerParams{}.Validate(), "");
-  OptimizerParams p;
-  p.inlier_probability = 1.0;
-  EXPECT_NE(p.Validate().find("inlier_probability"), std::string::npos);
-  p = {};
-  p.graduation_step = 1.0;
-  EXPECT_NE(p.Validate().find("graduation_step"), std::string::npos);
-  p = {};
-  p.max_iterations = 0;
-  EXPECT_NE(p.Validate().find("max_iterations"), std::string::npos);
-  p = {};
-  p.unlinked_sigma_m = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_NE(p.Validate().find("unlinked_sigma_m"), std::string::npos);
 }
 
 }  // namespace

@@ -56,8 +56,7 @@ class SurveySimulator {
         update.edges.push_back(DeadReckoning(n));
         dead_reckoned = dead_reckoned * update.edges[0].T_from_to;
       }
-      update.vertices.push_back(
-          {SubmapId{n}, Time(Duration(1'000'000 * (n + 1))), dead_reckoned, 0.0});
+      update.vertices.push_back({SubmapId{n}, Time(Duration(1'000'000 * (n + 1))), dead_reckoned});
       const std::vector<int> neighbours = Neighbours(n, o_.closures);
       for (const int m : neighbours) update.edges.push_back(Closure(m, n, Eigen::Vector3d::Zero()));
       out_.updates.push_back(update);

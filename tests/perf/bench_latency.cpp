@@ -28,8 +28,8 @@
 #include <thread>
 #include <vector>
 
+#include "codecs/kmall_stream.hpp"
 #include "common/runtime/bus.hpp"
-#include "drivers/mbes/kmall_stream.hpp"
 #include "drivers/socket/file_descriptor.hpp"
 #include "drivers/socket/receive.hpp"
 #include "seastitch/health_t.hpp"

@@ -164,7 +164,7 @@ void SuccessTable(const std::vector<SeabedClass>& classes, const Options& option
 void CovarianceTable(const std::vector<SeabedClass>& classes, const Options& options) {
   // Nothing that soundings share is simulated, so none of it is allowed for.
   RegistrationParams params;
-  params.shared_error_ratio = 0.0;
+  params.correlated_error_ratio = 0.0;
   params.min_position_sigma_m = 0.0;
   const int count = options.full ? 100 : 20;
   std::printf(

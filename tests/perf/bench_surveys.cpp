@@ -25,6 +25,7 @@
 #include "common/runtime/vehicle_config.hpp"
 #include "optimizer/optimizer_config.hpp"
 #include "optimizer/pose_graph_optimizer.hpp"
+#include "tests/perf/graph_file.hpp"
 #include "tests/runtime/temporary_dir.hpp"
 #include "tools/bench_command.hpp"
 #include "tools/install_paths.hpp"
@@ -38,6 +39,7 @@ namespace fs = std::filesystem;
 struct Options {
   std::vector<std::string> rasters;
   std::string survey;  // what all surveys have in common
+  std::string graphs;  // folder to save every graph in; empty: none
   std::string errors;
   std::vector<std::string> seabeds;  // empty: all
   int lines = 8;
@@ -134,6 +136,17 @@ Run RunSurvey(const Plan& plan, const Options& options) {
   return run;
 }
 
+void SaveGraphOf(const Plan& plan, const Run& run, const Options& options) {
+  if (options.graphs.empty()) return;
+  std::string name = plan.seabed->name;
+  std::replace(name.begin(), name.end(), ' ', '_');
+  RecordedGraph graph{run.updates, {}};
+  for (const TruthState& state : run.truth) graph.truth.push_back(state.T_map_level);
+  SaveGraph(graph,
+            fs::path(options.graphs) / (name + "_" + std::to_string(plan.crosslines) + "_" +
+                                        std::to_string(plan.seed) + ".graph"));
+}
+
 // ---- what a solution is worth
 
 std::vector<CorrectedState> Frames(const Run& run, const PoseGraph& solution) {
@@ -194,7 +207,7 @@ PoseGraph Solve(const std::vector<GraphUpdate>& updates) {
   PoseGraphOptimizer optimizer{
       LoadOptimizerConfig((ConfigDir() / "optimizer.yaml").string()).params};
   for (const GraphUpdate& update : updates) optimizer.Add(update);
-  return optimizer.Solve();
+  return optimizer.Solve().value();
 }
 
 // ---- wrong loop closures
@@ -326,6 +339,7 @@ std::vector<Judged> SurveyTable(const std::vector<Seabed>& seabeds, const Option
       for (int i = 0; i < options.runs; ++i) {
         const Plan plan{&seabed, crosslines, options.first_seed + static_cast<std::uint64_t>(i)};
         all.push_back({plan, RunSurvey(plan, options)});
+        SaveGraphOf(plan, all.back().run, options);
         PrintSurvey(all.back());
       }
     }
@@ -456,6 +470,10 @@ int main(int argc, char** argv) {
                  "ten_km.yaml); seabed, lines and seed are set here");
   app.add_option(
       "--errors", options.errors, "class of sensors in place of the survey's: mems, ins_tactical");
+  app.add_option("--save-graphs",
+                 options.graphs,
+                 "folder for the graph of every survey, for seastitch-bench-graphs")
+      ->check(CLI::ExistingDirectory);
   app.add_option("--lines", options.lines, "survey lines; 20 make 10 km")->capture_default_str();
   app.add_option("--runs", options.runs, "seeds a seabed")->capture_default_str();
   app.add_option("--injections", options.injections, "draws of wrong closures a graph and share")

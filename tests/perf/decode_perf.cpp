@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "drivers/mbes/kmall_stream.hpp"
+#include "codecs/kmall_stream.hpp"
+#include "codecs/r2sonic.hpp"
+#include "codecs/s7k.hpp"
 #include "drivers/mbes/mbes_decoder.hpp"
-#include "drivers/mbes/r2sonic.hpp"
-#include "drivers/mbes/s7k.hpp"
 
 // What the sonar formats cost: items are soundings, of pings of 1024 beams. BM_Copy is a plain
 // memcpy of the same bytes as BM_DecodeKmall, BM_Driver* all that a driver does between socket and

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <iterator>
 #include <string>
+#include <vector>
 
 #include "tests/paths.hpp"
 #include "tests/process/run_command.hpp"
@@ -21,12 +22,14 @@ std::string Text(const fs::path& path) {
   return std::string(std::istreambuf_iterator<char>(file), {});
 }
 
+std::string InstallInto(const fs::path& root) {
+  return "DESTDIR=" + root.string() + " cmake --install " + BuildDir().string() + " --prefix /usr";
+}
+
 TEST(Install, KeepsAnEditedConfigurationAndBringsWhatIsMissing) {
   const TemporaryDir root;
-  const fs::path build = BuildDir();
   const fs::path config = root.path() / "etc/seastitch";
-  const std::string install =
-      "DESTDIR=" + root.path().string() + " cmake --install " + build.string() + " --prefix /usr";
+  const std::string install = InstallInto(root.path());
 
   const CommandResult first = RunCommand(install);
   ASSERT_EQ(first.exit_code, 0) << first.output;
@@ -46,6 +49,103 @@ TEST(Install, KeepsAnEditedConfigurationAndBringsWhatIsMissing) {
   EXPECT_TRUE(fs::exists(config / "optimizer.yaml"));
   EXPECT_EQ(Text(root.path() / "usr/share/seastitch/config/vehicle.yaml"),
             Text(ConfigFile("vehicle.yaml")));
+}
+
+// The units as they lie on a vehicle, among this machine's own.
+class InstalledUnits : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (RunCommand("systemd-analyze --version && command -v ip").exit_code != 0)
+      GTEST_SKIP() << "needs systemd-analyze and ip (Debian packages systemd, iproute2)";
+    const CommandResult installed = RunCommand(InstallInto(root_.path()));
+    ASSERT_EQ(installed.exit_code, 0) << installed.output;
+    for (const auto& entry : fs::directory_iterator(root_.path() / kUnitDir)) {
+      const std::string extension = entry.path().extension();
+      if (extension == ".service" || extension == ".target") units_.push_back(entry.path());
+    }
+    ASSERT_EQ(units_.size(), 8u);  // six processes, the route, the target
+    const std::string root = root_.path().string();
+    const CommandResult copied =
+        RunCommand("cp -an /usr/lib/systemd/system/. " + root + "/usr/lib/systemd/system && " +
+                   "cp -L $(command -v ip) " + root + "/usr/bin/ip");
+    ASSERT_EQ(copied.exit_code, 0) << copied.output;
+  }
+
+  CommandResult Analyze(const std::string& arguments) const {
+    return RunCommand("systemd-analyze --root=" + root_.path().string() + " " + arguments);
+  }
+  // What systemd-analyze has to say of one unit.
+  CommandResult Verify(const fs::path& unit) const {
+    return Analyze("verify --man=no --recursive-errors=yes " + unit.string());
+  }
+  fs::path Path(const std::string& inside) const { return root_.path() / inside; }
+
+  static constexpr char kUnitDir[] = "usr/lib/systemd/system";
+  std::vector<fs::path> units_;
+
+ private:
+  const TemporaryDir root_;
+};
+
+TEST_F(InstalledUnits, AreWhatSystemdTakes) {
+  for (const fs::path& unit : units_) {
+    const CommandResult verified = Verify(unit);
+    EXPECT_EQ(verified.exit_code, 0) << unit.filename() << ": " << verified.output;
+    EXPECT_EQ(verified.output, "") << unit.filename();
+  }
+  // A program that is missing is seen.
+  fs::remove(Path("usr/bin/seastitch-mapper"));
+  EXPECT_NE(Verify(Path(kUnitDir) / "seastitch-mapper.service").exit_code, 0);
+}
+
+TEST_F(InstalledUnits, AreConfined) {
+  for (const fs::path& unit : units_) {
+    if (unit.extension() != ".service") continue;
+    const CommandResult security = Analyze("security --offline=true --no-pager --threshold=17 " +
+                                           ("/" / unit.lexically_relative(Path(""))).string());
+    EXPECT_EQ(security.exit_code, 0) << security.output;
+    EXPECT_NE(security.output.find("exposure level for " + unit.filename().string()),
+              std::string::npos)
+        << security.output;
+  }
+}
+
+TEST_F(InstalledUnits, TakeTheDropInForADataDisk) {
+  const fs::path drop_ins = Path("etc/systemd/system/seastitch-.service.d");
+  fs::create_directories(drop_ins);
+  fs::copy_file(Path("usr/share/doc/seastitch/examples/data-disk.conf"),
+                drop_ins / "data-disk.conf");
+  const fs::path logger = Path(kUnitDir) / "seastitch-logger.service";
+  const CommandResult verified = Verify(logger);
+  EXPECT_EQ(verified.exit_code, 0) << verified.output;
+  EXPECT_EQ(verified.output, "");
+  // It is read: what is wrong in it is seen.
+  std::ofstream(drop_ins / "data-disk.conf", std::ios::app) << "NoSuchSetting=1\n";
+  EXPECT_NE(Verify(logger).output.find("NoSuchSetting"), std::string::npos);
+}
+
+// On a computer with an Ethernet too, whose address the kernel would else give to what is sent to
+// the group: the packets would be dropped as foreign on the loopback interface.
+TEST_F(InstalledUnits, RouteLcmOverTheLoopbackInterface) {
+  if (RunCommand("unshare --map-root-user --net true").exit_code != 0)
+    GTEST_SKIP() << "needs a network namespace";
+  const std::string unit = (Path(kUnitDir) / "lcm-loopback.service").string();
+  const std::string ethernet =
+      "(ip link add eth0 type veth peer name far && ip address add 192.168.1.5/24 dev eth0 && "
+      "ip link set eth0 up && ip link set far up); ";
+  const std::string route =
+      "sed -n s/^ExecStart=//p " + unit + " | sh -e || exit; ip route get 239.255.76.67; ";
+  const std::string optimizer = "timeout 5 " + Path("usr/bin/seastitch-optimizer").string() +
+                                " --config " + ConfigFile("optimizer.yaml") +
+                                " --lcm-url 'udpm://239.255.76.67:7667?ttl=0' & ";
+  const std::string monitor = (BuildDir() / "tests/seastitch_health_monitor").string();
+  const CommandResult heard =
+      RunCommand("unshare --map-root-user --net sh -c \"" + ethernet + route + optimizer +
+                 "LCM_DEFAULT_URL='udpm://239.255.76.67:7667?ttl=0' " + monitor + " 4 optimizer\"");
+  EXPECT_NE(heard.output.find("239.255.76.67 dev lo src 127.0.0.1"), std::string::npos)
+      << heard.output;
+  EXPECT_NE(heard.output.find("optimizer: state"), std::string::npos) << heard.output;
+  EXPECT_EQ(heard.output.find("not heard"), std::string::npos) << heard.output;
 }
 
 }  // namespace

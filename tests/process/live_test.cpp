@@ -1,6 +1,7 @@
 // The real processes, real LCM, and other people's programs around them.
 
 #include <gtest/gtest.h>
+#include <sysexits.h>
 #include <unistd.h>
 
 #include <chrono>
@@ -166,8 +167,8 @@ TEST(LoggerConfig, MustNameChannelsThatLcmCanRead) {
   const CommandResult refused =
       RunCommand(Program("seastitch-logger") + " --check-config --config " +
                  (dir.path() / "logger.yaml").string());
-  EXPECT_EQ(refused.exit_code, 1);
-  EXPECT_NE(refused.output.find("logger.yaml: channels = \"(IMU\""), std::string::npos)
+  EXPECT_EQ(refused.exit_code, EX_CONFIG);
+  EXPECT_NE(refused.output.find("logger.yaml: channels: '\"(IMU\"' is not"), std::string::npos)
       << refused.output;
 }
 
@@ -185,20 +186,20 @@ TEST_P(BadConfig, StopsAtStartWithOneLine) {
   EXPECT_EQ(RunCommand(command + config.string()).exit_code, 0);
 
   const CommandResult missing = RunCommand(command + (dir.path() / "nothing.yaml").string());
-  EXPECT_EQ(missing.exit_code, 1);
+  EXPECT_EQ(missing.exit_code, EX_CONFIG);
   EXPECT_NE(missing.output.find("nothing.yaml"), std::string::npos) << missing.output;
   EXPECT_EQ(std::count(missing.output.begin(), missing.output.end(), '\n'), 1) << missing.output;
 
   std::ofstream(config, std::ios::app) << "\nno_such_key: 1\n";
   const CommandResult unknown = RunCommand(command + config.string());
-  EXPECT_EQ(unknown.exit_code, 1);
+  EXPECT_EQ(unknown.exit_code, EX_CONFIG);
   EXPECT_NE(unknown.output.find(file + ": no_such_key: unknown key"), std::string::npos)
       << unknown.output;
   EXPECT_EQ(std::count(unknown.output.begin(), unknown.output.end(), '\n'), 1) << unknown.output;
 
   dir.Write("broken.yaml", "a: [1, 2\nb: }");
   const CommandResult broken = RunCommand(command + (dir.path() / "broken.yaml").string());
-  EXPECT_EQ(broken.exit_code, 1);
+  EXPECT_EQ(broken.exit_code, EX_CONFIG);
   EXPECT_NE(broken.output.find("broken.yaml"), std::string::npos) << broken.output;
 }
 

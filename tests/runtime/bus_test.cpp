@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "common/runtime/health.hpp"
 #include "seastitch/counter_t.hpp"
 #include "seastitch/graph_request_t.hpp"
 #include "tests/runtime/temporary_dir.hpp"
@@ -98,6 +97,7 @@ TEST(Bus, CountsWhatDoesNotDecodeWhole) {
   bus.HandleAll();
   EXPECT_EQ(got, 1);
   EXPECT_EQ(bus.decode_errors(), static_cast<std::int64_t>(bytes.size()) + 1);
+  EXPECT_EQ(bus.undecodable().at("PING"), bus.decode_errors());
 }
 
 TEST(Bus, GivesEveryChannelToAPattern) {
@@ -118,37 +118,6 @@ TEST(SequenceWatch, CountsWhatIsMissingAndForgivesARestart) {
   EXPECT_EQ(watch.Add(11), 2);
   EXPECT_EQ(watch.Add(0), 0);
   EXPECT_EQ(watch.Add(1), 0);
-}
-
-TEST(Health, TellsCountersRatesAndState) {
-  Health health("mapper");
-  health.Count("bad", 2);
-  health.Count("bad");
-  health.Set("queue_depth", 9);
-  for (int i = 0; i < 20; ++i) health.Tick("imu");
-  health.SetState(HealthState::kOk, "all well");
-  const health_t first = health.Snapshot(123, 2.0);
-  EXPECT_EQ(first.utime, 123);
-  EXPECT_EQ(first.process, "mapper");
-  EXPECT_EQ(first.state, health_t::STATE_OK);
-  EXPECT_EQ(first.text, "all well");
-  ASSERT_EQ(first.num_counters, 2);
-  EXPECT_EQ(first.counters[0].name, "bad");
-  EXPECT_EQ(first.counters[0].value, 3);
-  ASSERT_EQ(first.num_rates, 1);
-  EXPECT_EQ(first.rate_hz[0], 10.0);
-  EXPECT_EQ(health.counter("bad"), 3);
-  EXPECT_EQ(health.counter("never"), 0);
-}
-
-TEST(Health, KeepsAStreamThatStoppedInTheListWithZeroHertz) {
-  Health health("mapper");
-  health.Tick("imu");
-  health.Snapshot(0, 1.0);
-  const health_t second = health.Snapshot(1, 1.0);
-  EXPECT_EQ(second.seq, 1);
-  ASSERT_EQ(second.num_rates, 1);
-  EXPECT_EQ(second.rate_hz[0], 0.0);
 }
 
 }  // namespace

@@ -1,10 +1,9 @@
-#include "common/runtime/config.hpp"
+#include "common/runtime/parameters.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <functional>
-
+#include "common/core/pose.hpp"
 #include "common/runtime/vehicle_config.hpp"
 #include "tests/paths.hpp"
 #include "tests/runtime/temporary_dir.hpp"
@@ -17,15 +16,46 @@ using testing::EndsWith;
 using testing::HasSubstr;
 using testing::Not;
 
-class ConfigMapTest : public testing::Test {
+struct Thing {
+  double a = 1.0;
+  int n = 3;
+  unsigned long seed = 1;
+  bool flag = false;
+  std::string name = "x";
+  std::vector<double> list;
+  Eigen::Vector2d angles_rad{Deg2Rad(0.1), Deg2Rad(0.7)};
+  double voxel_m = 0.25;
+};
+
+ParameterTable TableOf(Thing* t) {
+  ParameterTable table;
+  table.Add("a", &t->a, Unit::kNone, Range::Any(), "A number.");
+  table.Add("n", &t->n, Unit::kNone, Range::Within(0, 9), "A whole number.");
+  table.Add("seed", &t->seed, Unit::kNone, Range::Any(), "Another.");
+  table.Add("flag", &t->flag, "A flag.");
+  table.Add("name", &t->name, "A text.");
+  table.Add("list", &t->list, Unit::kNone, Range::AtLeast(0.0), "Numbers.");
+  table.Add(
+      "angles_deg", &t->angles_rad, Unit::kDegreeFromRadian, Range::Any().Below(90.0), "Angles.");
+  ParameterTable& submap = table.AddSection("submap", "A section.");
+  submap.Add("voxel_m", &t->voxel_m, Unit::kMetre, Range::Above(0.0).AtMost(10.0), "An edge.")
+      .DataSheet()
+      .WasCalled("voxel_size");
+  return table;
+}
+
+class ConfigTest : public testing::Test {
  protected:
-  ConfigMap Load(const std::string& text) { return ConfigMap::Load(dir_.Write("m.yaml", text)); }
+  Thing Load(const std::string& text) {
+    Thing thing;
+    TableOf(&thing).Load(dir_.Write("m.yaml", text));
+    return thing;
+  }
 
   // What the error says after the directory.
-  std::string ErrorOf(const std::string& text, const std::function<void(ConfigMap&)>& read) {
+  std::string ErrorOf(const std::string& text) {
     try {
-      ConfigMap map = Load(text);
-      read(map);
+      Load(text);
     } catch (const ConfigError& e) {
       const std::string what = e.what();
       EXPECT_EQ(what.find('\n'), std::string::npos) << "one line";
@@ -34,120 +64,97 @@ class ConfigMapTest : public testing::Test {
     return "no error";
   }
 
-  template <class T>
-  std::string ErrorOfReading(const std::string& value) {
-    return ErrorOf("submap:\n  voxel_m: " + value + "\n", [](ConfigMap& root) {
-      T number{};
-      root.Child("submap").Read("voxel_m", &number);
-    });
-  }
-
   TemporaryDir dir_;
 };
 
-TEST_F(ConfigMapTest, ReadsWhatIsThereAndKeepsTheDefaultOfWhatIsNot) {
-  ConfigMap root = Load("a: 1.5\nflag: yes\nname: x\nlist: [1, 2]\nsub: {n: 3}\n");
-  double a = 0.0;
-  double absent = 7.0;
-  bool flag = false;
-  std::string name;
-  std::vector<double> list;
-  int n = 0;
-  root.Read("a", &a);
-  root.Read("absent", &absent);
-  root.Read("flag", &flag);
-  root.Require("name", &name);
-  root.Read("list", &list);
-  ConfigMap sub = root.Child("sub");
-  sub.Read("n", &n);
-  sub.Finish();
-  root.Finish();
-  EXPECT_EQ(a, 1.5);
-  EXPECT_EQ(absent, 7.0);
-  EXPECT_TRUE(flag);
-  EXPECT_EQ(name, "x");
-  EXPECT_THAT(list, testing::ElementsAre(1.0, 2.0));
-  EXPECT_EQ(n, 3);
+TEST_F(ConfigTest, ReadsWhatIsThereAndKeepsTheDefaultOfWhatIsNot) {
+  const Thing thing = Load("n: 5\nflag: yes\nlist: [1, 2]\nsubmap: {voxel_m: 0.5}\n");
+  EXPECT_EQ(thing.a, 1.0);
+  EXPECT_EQ(thing.n, 5);
+  EXPECT_TRUE(thing.flag);
+  EXPECT_EQ(thing.name, "x");
+  EXPECT_THAT(thing.list, testing::ElementsAre(1.0, 2.0));
+  EXPECT_EQ(thing.voxel_m, 0.5);
 }
 
-TEST_F(ConfigMapTest, NamesFileKeyValueAndExpectation) {
-  EXPECT_EQ(ErrorOfReading<double>("wide"), "m.yaml: submap.voxel_m: 'wide' is not a number");
-  EXPECT_EQ(ErrorOfReading<int>("1.5"), "m.yaml: submap.voxel_m: '1.5' is not a whole number");
-  EXPECT_EQ(ErrorOfReading<unsigned>("-1"), "m.yaml: submap.voxel_m: '-1' is not a whole number");
-  EXPECT_EQ(ErrorOfReading<bool>("2"), "m.yaml: submap.voxel_m: '2' is not true or false");
-  EXPECT_EQ(ErrorOfReading<std::string>("{a: 1}"), "m.yaml: submap.voxel_m: a map is not a text");
-  EXPECT_EQ(ErrorOfReading<double>("[1, 2]"), "m.yaml: submap.voxel_m: '[1, 2]' is not a number");
+TEST_F(ConfigTest, ReadsDegreesToRadians) {
+  EXPECT_EQ(Load("angles_deg: [-45, 0.4]").angles_rad,
+            Eigen::Vector2d(Deg2Rad(-45.0), Deg2Rad(0.4)));
 }
 
-TEST_F(ConfigMapTest, TakesNoNanNoInfinityAndNoEmptyValueForANumber) {
-  EXPECT_EQ(ErrorOfReading<double>(".nan"), "m.yaml: submap.voxel_m: '.nan' is not a number");
-  EXPECT_EQ(ErrorOfReading<double>("-.inf"), "m.yaml: submap.voxel_m: '-.inf' is not a number");
-  EXPECT_EQ(ErrorOfReading<double>(""), "m.yaml: submap.voxel_m: an empty value is not a number");
-  EXPECT_EQ(ErrorOfReading<std::string>(""),
-            "m.yaml: submap.voxel_m: an empty value is not a text");
-  EXPECT_EQ(ErrorOfReading<std::vector<double>>("[1, .inf]"),
-            "m.yaml: submap.voxel_m: '[1, .inf]' is not of the expected shape");
+TEST_F(ConfigTest, NamesFileKeyValueAndExpectation) {
+  EXPECT_EQ(ErrorOf("submap: {voxel_m: wide}"),
+            "m.yaml: submap.voxel_m: 'wide' is not a number above 0, at most 10");
+  EXPECT_EQ(ErrorOf("n: 1.5"), "m.yaml: n: '1.5' is not a whole number from 0 to 9");
+  EXPECT_EQ(ErrorOf("n: 99999999999"),
+            "m.yaml: n: '99999999999' is not a whole number from 0 to 9");
+  EXPECT_EQ(ErrorOf("seed: -1"), "m.yaml: seed: '-1' is not a whole number");
+  EXPECT_EQ(ErrorOf("flag: 2"), "m.yaml: flag: '2' is not true or false");
+  EXPECT_EQ(ErrorOf("name: {a: 1}"), "m.yaml: name: a map is not a text");
+  EXPECT_EQ(ErrorOf("a: [1, 2]"), "m.yaml: a: '[1, 2]' is not a number");
+  EXPECT_EQ(ErrorOf("angles_deg: [1]"),
+            "m.yaml: angles_deg: '[1]' is not 2 numbers, each below 90");
+  EXPECT_EQ(ErrorOf("submap: 3"), "m.yaml: submap: '3' is not a map");
 }
 
-TEST_F(ConfigMapTest, CutsAnEndlessValueShort) {
-  EXPECT_LT(ErrorOfReading<double>(std::string(5000, 'x')).size(), 150u);
+TEST_F(ConfigTest, TakesNoNanNoInfinityAndNoEmptyValueForANumber) {
+  EXPECT_EQ(ErrorOf("a: .nan"), "m.yaml: a: '.nan' is not a number");
+  EXPECT_EQ(ErrorOf("a: -.inf"), "m.yaml: a: '-.inf' is not a number");
+  EXPECT_EQ(ErrorOf("a:"), "m.yaml: a: an empty value is not a number");
+  EXPECT_EQ(ErrorOf("name:"), "m.yaml: name: an empty value is not a text");
+  EXPECT_EQ(ErrorOf("list: [1, .inf]"),
+            "m.yaml: list: '[1, .inf]' is not a list of numbers, each at least 0");
 }
 
-TEST_F(ConfigMapTest, RefusesUnknownMissingAndDoubledKeys) {
-  EXPECT_EQ(
-      ErrorOf("submap: {voxel_size: 1}", [](ConfigMap& root) { root.Child("submap").Finish(); }),
-      "m.yaml: submap.voxel_size: unknown key");
-  EXPECT_EQ(ErrorOf("a: 1", [](ConfigMap& root) { root.Finish(); }), "m.yaml: a: unknown key");
-  EXPECT_EQ(ErrorOf("a: 1",
-                    [](ConfigMap& root) {
-                      int b = 0;
-                      root.Require("b", &b);
-                    }),
-            "m.yaml: b: missing");
-  EXPECT_EQ(ErrorOf("a: {b: 1, c: 2, b: 3}", [](ConfigMap&) {}), "m.yaml: b: stands twice");
+TEST_F(ConfigTest, CutsAnEndlessValueShort) {
+  EXPECT_LT(ErrorOf("a: " + std::string(5000, 'x')).size(), 150u);
 }
 
-TEST_F(ConfigMapTest, TellsTheLineOfASyntaxError) {
-  EXPECT_THAT(ErrorOf("a: 1\nb: [1, 2\nc: 3\n", [](ConfigMap&) {}),
+TEST_F(ConfigTest, RefusesUnknownAndDoubledKeys) {
+  EXPECT_EQ(ErrorOf("submap: {voxel: 1}"), "m.yaml: submap.voxel: unknown key");
+  EXPECT_EQ(ErrorOf("b: 1"), "m.yaml: b: unknown key");
+  EXPECT_EQ(ErrorOf("submap: {voxel_m: 1, voxel_m: 2}"), "m.yaml: voxel_m: stands twice");
+}
+
+TEST_F(ConfigTest, ReadsAnEarlierNameButNotBoth) {
+  EXPECT_EQ(Load("submap: {voxel_size: 2}").voxel_m, 2.0);
+  EXPECT_EQ(ErrorOf("submap: {voxel_size: 1, voxel_m: 2}"),
+            "m.yaml: submap.voxel_size: is the earlier name of voxel_m, which stands too");
+}
+
+TEST_F(ConfigTest, PrintsWhatIsReadAsTheSame) {
+  Thing thing;
+  thing.a = 0.1 + 0.2;
+  thing.angles_rad = {Deg2Rad(12.3), Deg2Rad(-1e-7)};
+  thing.name = "null: \"#*\"";
+  thing.list = {1e-300, 4e9};
+  const std::string text = PrintWithDefaults(thing, {});
+  const Thing again = Load(text);
+  EXPECT_EQ(again.a, thing.a);
+  EXPECT_EQ(again.angles_rad, thing.angles_rad);
+  EXPECT_EQ(again.name, thing.name);
+  EXPECT_EQ(again.list, thing.list);
+  EXPECT_THAT(text, HasSubstr("# A number. Default 1.\na: 0.30000000000000004\n"));
+  EXPECT_THAT(text, HasSubstr("  # An edge. Above 0, at most 10.\n  voxel_m: 0.25\n"));
+  EXPECT_LT(text.find("voxel_m:"), text.find("flag:")) << "the data sheet comes first";
+}
+
+TEST_F(ConfigTest, TellsTheLineOfASyntaxError) {
+  EXPECT_THAT(ErrorOf("a: 1\nb: [1, 2\nc: 3\n"),
               AllOf(HasSubstr("m.yaml:3: not YAML: "), Not(HasSubstr("\n"))));
 }
 
-TEST_F(ConfigMapTest, RefusesWhatIsNoFileOrNoMap) {
-  EXPECT_THAT(ErrorOf("", [](ConfigMap&) {}), HasSubstr("expected a map of keys"));
-  EXPECT_THAT(ErrorOf("- 1\n", [](ConfigMap&) {}), HasSubstr("expected a map of keys"));
-  EXPECT_NO_THROW(Load("{}").Finish());
-  EXPECT_THROW(ConfigMap::Load((dir_.path() / "absent.yaml").string()), ConfigError);
-  EXPECT_THROW(ConfigMap::Load(dir_.path().string()), ConfigError);
+TEST_F(ConfigTest, RefusesWhatIsNoFileOrNoMap) {
+  EXPECT_THAT(ErrorOf(""), HasSubstr("expected a map of keys"));
+  EXPECT_THAT(ErrorOf("- 1\n"), HasSubstr("expected a map of keys"));
+  EXPECT_NO_THROW(Load("{}"));
+  Thing thing;
+  EXPECT_THROW(TableOf(&thing).Load((dir_.path() / "absent.yaml").string()), ConfigError);
+  EXPECT_THROW(TableOf(&thing).Load(dir_.path().string()), ConfigError);
 }
 
-TEST_F(ConfigMapTest, SurvivesAFileThatContainsItself) {
-  EXPECT_THAT(ErrorOf("a: &a [*a]\n", [](ConfigMap&) {}), HasSubstr("nested too deeply"));
-}
-
-TEST_F(ConfigMapTest, NamesTheElementOfAList) {
-  const std::string text = "sources:\n  - {port: 1}\n  - {port: one}\n";
-  EXPECT_EQ(ErrorOf(text,
-                    [](ConfigMap& root) {
-                      for (ConfigMap& source : root.Children("sources")) {
-                        int port = 0;
-                        source.Read("port", &port);
-                      }
-                    }),
-            "m.yaml: sources[1].port: 'one' is not a whole number");
-  EXPECT_EQ(ErrorOf("sources: 3", [](ConfigMap& root) { root.Children("sources"); }),
-            "m.yaml: sources: '3' is not a list");
-}
-
-TEST_F(ConfigMapTest, GivesKeysInTheOrderOfTheFile) {
-  EXPECT_THAT(Load("z: 1\na: 2\nm: 3\n").Keys(), testing::ElementsAre("z", "a", "m"));
-}
-
-TEST_F(ConfigMapTest, PutsAProblemOfValidateBehindThePath) {
-  EXPECT_EQ(
-      ErrorOf("submap: {}",
-              [](ConfigMap& root) { root.Child("submap").Check("voxel_m = -1, must be > 0"); }),
-      "m.yaml: submap.voxel_m = -1, must be > 0");
-  EXPECT_NO_THROW(Load("{}").Check(""));
+TEST_F(ConfigTest, SurvivesAFileThatContainsItself) {
+  EXPECT_THAT(ErrorOf("a: &a [*a]\n"), HasSubstr("nested too deeply"));
 }
 
 TEST(VehicleConfig, ShippedFileLoads) {
@@ -155,11 +162,12 @@ TEST(VehicleConfig, ShippedFileLoads) {
   EXPECT_TRUE(vehicle.T_mbes_tx.isApprox(Eigen::Isometry3d::Identity()));
 }
 
-TEST_F(ConfigMapTest, VehicleMayHaveTheSonarsArraysApart) {
-  Load(
+TEST_F(ConfigTest, VehicleMayHaveTheSonarsArraysApart) {
+  const std::string path = dir_.Write(
+      "vehicle.yaml",
       "{datum: {latitude_deg: 1, longitude_deg: 2}, mbes_transmitter: {position_m: [-0.5, 0, 0.1],"
       " roll_pitch_yaw_deg: [0, 0, 180]}, mbes_receiver: {position_m: [0.1, 0, 0]}}");
-  const VehicleGeometry vehicle = LoadVehicle((dir_.path() / "m.yaml").string());
+  const VehicleGeometry vehicle = LoadVehicle(path);
   EXPECT_EQ(vehicle.T_mbes_tx.translation().x(), -0.5);
   EXPECT_NEAR(vehicle.T_mbes_tx.linear()(0, 0), -1.0, 1e-12);
   EXPECT_EQ(vehicle.T_mbes_rx.translation().x(), 0.1);

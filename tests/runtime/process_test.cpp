@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sysexits.h>
 
 #include <cstdlib>
 #include <stdexcept>
@@ -64,11 +65,19 @@ TEST(RunProcess, TurnsAnExceptionIntoOneLine) {
   EXPECT_EQ(outcome.err, "seastitch-x: c.yaml: a: unknown key of two lines\n");
 }
 
+TEST(RunProcess, TellsAConfigurationErrorFromOthersByItsExitStatus) {
+  const Outcome outcome = Start({"--config", "c.yaml"}, [](const ProcessArgs&) -> int {
+    throw ConfigError("c.yaml: a: unknown key");
+  });
+  EXPECT_EQ(outcome.code, EX_CONFIG);
+  EXPECT_EQ(outcome.err, "seastitch-x: c.yaml: a: unknown key\n");
+}
+
 TEST(RunProcess, RefusesAWrongCommandLineWithOneLine) {
   for (const std::vector<std::string>& args :
        std::vector<std::vector<std::string>>{{}, {"--config"}, {"--config", "c", "--colour"}}) {
     const Outcome outcome = Start(args, MustNotRun);
-    EXPECT_EQ(outcome.code, EXIT_FAILURE);
+    EXPECT_EQ(outcome.code, EX_USAGE);
     EXPECT_THAT(outcome.err, testing::StartsWith("seastitch-x: "));
     EXPECT_EQ(outcome.err.find('\n'), outcome.err.size() - 1);
   }

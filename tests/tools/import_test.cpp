@@ -6,10 +6,11 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "codecs/kmall.hpp"
+#include "codecs/kmall_sensors.hpp"
 #include "common/storage/event_log.hpp"
 #include "drivers/dvl/dvl_driver.hpp"
 #include "drivers/imu/imu_driver.hpp"
-#include "drivers/mbes/kmall.hpp"
 #include "drivers/socket/candump.hpp"
 #include "seastitch/imu_t.hpp"
 #include "seastitch/mbes_ping_t.hpp"

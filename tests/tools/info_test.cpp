@@ -55,6 +55,37 @@ TEST(Info, NumbersOfADamagedLogDoNotWrapAround) {
   EXPECT_GT(depth["longest_gap_s"].get<double>(), 9e12);
 }
 
+// A message whose first 8 bytes are of no type that there is.
+void WriteForeign(EventLogWriter* log, std::int64_t utime, const std::string& channel) {
+  const std::vector<std::uint8_t> bytes(40, 0x11);
+  log->Write(utime, channel, bytes.data(), bytes.size());
+}
+
+TEST(Info, NamesAChannelOfWhichNoEventCanBeReadAndGoesOn) {
+  const TemporaryDir dir;
+  const std::string path = (dir.path() / "a.lcmlog").string();
+  {
+    EventLogWriter log(path);
+    WriteForeign(&log, 1, "IMU");
+    WriteForeign(&log, 2, "SOMEBODY_ELSES");
+    WriteForeign(&log, 3, "DEPTH");
+    WriteDepth(&log, 4, 0);
+  }
+  const CommandResult text = RunCommand(Program("seastitch") + " info " + path);
+  EXPECT_EQ(text.exit_code, 0);
+  EXPECT_NE(text.output.find("IMU: fingerprint 1111111111111111, expected imu_t ("),
+            std::string::npos)
+      << text.output;
+  EXPECT_EQ(text.output.find("DEPTH: fingerprint"), std::string::npos) << text.output;
+  EXPECT_EQ(text.output.find("SOMEBODY_ELSES: "), std::string::npos) << text.output;
+  const auto info = InfoOf(path);
+  EXPECT_EQ(info["channels"]["DEPTH"]["undecodable"], 1);
+  EXPECT_EQ(info["channels"]["SOMEBODY_ELSES"]["undecodable"], 0);
+  ASSERT_EQ(info["unreadable"].size(), 1u);
+  EXPECT_EQ(info["unreadable"][0]["channel"], "IMU");
+  EXPECT_EQ(info["unreadable"][0]["expected"], "imu_t");
+}
+
 TEST(Info, RepairKeepsEveryWholeEventOfATornLog) {
   const TemporaryDir dir;
   const std::string path = (dir.path() / "a.lcmlog").string();

@@ -88,6 +88,38 @@ TEST_F(Replay, OfPingsWithoutNavigationSaysWhatIsMissing) {
   ExpectOneClearLine(ReplayOf(pings), "waiting for navigation, ");
 }
 
+// The short log with the fingerprint of every n-th event of a channel damaged.
+void CopyWithForeign(const fs::path& from, const fs::path& to, const std::string& channel, int n) {
+  EventLogReader all(from);
+  EventLogWriter some(to);
+  int seen = 0;
+  while (std::optional<LogEvent> event = all.Next()) {
+    if (event->channel == channel && seen++ % n == 0) event->data[0] ^= 0x55;
+    some.Write(event->utime, event->channel, event->data.data(), event->data.size());
+  }
+  some.Flush();
+}
+
+TEST_F(Replay, OfAChannelOfAnotherTypeEndsWith65) {
+  const fs::path log = dir_.path() / "foreign.lcmlog";
+  CopyWithForeign(ShortLog(), log, "DVL", 1);
+  const CommandResult result = ReplayOf(log);
+  ExpectOneClearLine(result, "DVL: fingerprint ");
+  EXPECT_NE(result.output.find(", expected dvl_t ("), std::string::npos) << result.output;
+  EXPECT_EQ(result.exit_code, 65);
+  EXPECT_FALSE(fs::exists(Out("depth.tif")));
+}
+
+TEST_F(Replay, SkipsAndCountsSingleEventsOfAnotherType) {
+  const fs::path log = dir_.path() / "foreign.lcmlog";
+  CopyWithForeign(ShortLog(), log, "DVL", 50);
+  const CommandResult result = ReplayOf(log);
+  EXPECT_EQ(result.exit_code, 0) << result.output;
+  EXPECT_NE(result.output.find("events on DVL have another type and were skipped"),
+            std::string::npos)
+      << result.output;
+}
+
 TEST_F(Replay, OfADirectoryWithoutSubmapsSaysSo) {
   fs::create_directory(dir_.path() / "empty");
   ExpectOneClearLine(ReplayOf(dir_.path() / "empty"), "no submaps");
@@ -224,13 +256,13 @@ TEST_F(Replay, FindsASonarThatStandsElsewhereThanItWasTold) {
     const fs::path config = dir_.path() / ("config" + sonar_mounting_m);
     fs::copy(SourceDir() / "config", config, fs::copy_options::recursive);
     std::string vehicle = ReadFile(config / "vehicle.yaml");
-    const std::string told = "position_m: [0.45, 0.00, 0.20]";
+    const std::string told = "position_m: [0.45, 0, 0.2]";
     const std::size_t at = vehicle.find(told);
     EXPECT_NE(at, std::string::npos);
     vehicle.replace(at, told.size(), "position_m: [0.95, 0.30, 0.20]");
     std::ofstream(config / "vehicle.yaml") << vehicle;
     std::ofstream(config / "mapper_mems.yaml", std::ios::app)
-        << "\nsonar_mounting_m: " << sonar_mounting_m << "\n";
+        << "\nsonar_mounting_sigma_m: " << sonar_mounting_m << "\n";
     const CommandResult result = ReplayOf(ShortLog(),
                                           "--config " + (config / "mapper_mems.yaml").string() +
                                               " --truth " + ShortLog().string() + ".truth.csv");

@@ -13,9 +13,10 @@
 #include <string>
 #include <vector>
 
+#include "codecs/kmall.hpp"
+#include "codecs/kmall_sensors.hpp"
 #include "common/core/bytes.hpp"
 #include "common/core/pose.hpp"
-#include "drivers/mbes/kmall.hpp"
 #include "mapper/geometry/georeference.hpp"
 #include "tests/drivers/test_data.hpp"
 #include "tests/paths.hpp"

@@ -240,6 +240,7 @@ NavigationParams Params() {
   params.dvl_scale.sigma = 0.01;  // much to learn, so that correlations change
   params.attitude_heading_wander_rad.sigma = Deg2Rad(0.3);
   params.attitude_deviation_rad = Deg2Rad(0.3);
+  params.attitude_time_sigma_s = params.dvl_time_sigma_s = 0.0;  // the models' clocks are right
   params.gate_sigma = 10.0;  // the filter of clones takes every sample
   return params;
 }

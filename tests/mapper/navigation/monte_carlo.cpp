@@ -138,6 +138,7 @@ NavigationParams ParamsOf(const bench::SensorErrors& errors) {
   params.dvl_mounting_rad = {Deg2Rad(errors.dvl_misalignment_deg), kForeverS};
   params.depth_sigma_m = errors.depth_noise_m;
   params.depth_bias_m = {errors.depth_bias_m, kForeverS};
+  params.attitude_time_sigma_s = params.dvl_time_sigma_s = 0.0;  // stamps are exact
   params.start_sigma_m = 0.5;
   params.window_s = 3600.0;
   return params;

@@ -86,12 +86,5 @@ TEST(Gicp, RefusesPriorsThatAreNone) {
             LoopVerdict::kAccepted);
 }
 
-TEST(GicpParams, DefaultsAreUsableAndNonsenseIsNot) {
-  EXPECT_EQ(GicpParams{}.Validate(), "");
-  GicpParams params;
-  params.voxel_m = 0.0;
-  EXPECT_EQ(params.Validate(), "gicp_voxel_m must be > 0");
-}
-
 }  // namespace
 }  // namespace seastitch

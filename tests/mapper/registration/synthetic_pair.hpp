@@ -59,8 +59,15 @@ class SyntheticSeabed {
     return seabed;
   }
 
+  // The same on a plane that falls by so much a metre to the north and to the east.
+  SyntheticSeabed OnASlope(const Eigen::Vector2d& slope) const {
+    SyntheticSeabed seabed = *this;
+    seabed.slope_ = slope;
+    return seabed;
+  }
+
   double HeightAt(double x, double y) const {
-    double z = 0.0;
+    double z = slope_.x() * x + slope_.y() * y;
     for (const Wave& w : waves_) z += w.amplitude * std::sin(w.kx * x + w.ky * y + w.phase);
     return z;
   }
@@ -70,6 +77,7 @@ class SyntheticSeabed {
     double kx, ky, phase, amplitude;
   };
   std::vector<Wave> waves_;
+  Eigen::Vector2d slope_ = Eigen::Vector2d::Zero();
 };
 
 struct SyntheticSubmap {

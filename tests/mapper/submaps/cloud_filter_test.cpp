@@ -167,15 +167,5 @@ TEST(SoundingGate, NamesWhatIsWrong) {
   EXPECT_EQ(at(0.0, 400.0, 20.0), SoundingGate::kTooFar);
 }
 
-TEST(CloudFilterParams, DefaultsAreUsableAndNonsenseIsNot) {
-  EXPECT_EQ(CloudFilterParams{}.Validate(), "");
-  CloudFilterParams params;
-  params.voxel_m = std::nan("");
-  EXPECT_NE(params.Validate(), "");
-  params = {};
-  params.max_range_m = params.min_range_m;
-  EXPECT_NE(params.Validate(), "");
-}
-
 }  // namespace
 }  // namespace seastitch

@@ -30,8 +30,10 @@ class Store : public testing::Test {
     submap->frame_time = submap->start + FromSeconds(0.3);
     submap->end = submap->start + FromSeconds(0.7);
     submap->T_map_submap = MakePose({1.0 / 3.0 + id, -2.0, 12.5}, RotationFromRpy(0.1, -0.2, 3.0));
-    submap->covariance_from_previous.diagonal() << 0.1, 0.2, 0.003;
-    submap->predicted_information.diagonal() << 10.0, 20.0, 300.0;
+    submap->covariance_from_previous =
+        Eigen::Matrix3d(Eigen::Vector3d(0.1, 0.2, 0.003).asDiagonal());
+    submap->predicted_information =
+        Eigen::Matrix3d(Eigen::Vector3d(10.0, 20.0, 300.0).asDiagonal());
     submap->trigger = SubmapTrigger::kTurn;
     submap->soundings_read = 4242;
     submap->soundings_used = 4000;

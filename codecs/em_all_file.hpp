@@ -1,0 +1,26 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "codecs/em_all.hpp"
+#include "codecs/survey_reader.hpp"
+
+namespace seastitch {
+
+// A Kongsberg .all file: N (raw pings), X (the same as the sonar placed them), A, n, P, U, G, I.
+class EmAllFileReader : public SurveyReader {
+ protected:
+  Look LookAt(Bytes bytes, bool at_end) const override;
+  void Read(Bytes record, std::vector<SurveyRecord>* out) override;
+
+ private:
+  // False: refused.
+  bool ReadDatagram(const EmDatagram& datagram, std::vector<SurveyRecord>* out);
+  std::uint8_t HeadOf(const EmDatagram& datagram);
+
+  SonarInstallation installation_;
+  std::optional<std::uint16_t> first_serial_;  // of the system, or of the first receiver
+};
+
+}  // namespace seastitch

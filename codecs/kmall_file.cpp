@@ -1,0 +1,72 @@
+#include "codecs/kmall_file.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "codecs/kmall_sensors.hpp"
+
+namespace seastitch {
+namespace {
+
+bool IsTypeName(Bytes name) {
+  return name[0] == '#' &&
+         std::all_of(name.begin() + 1, name.end(), [](char c) { return c >= 'A' && c <= 'Z'; });
+}
+
+}  // namespace
+
+SurveyReader::Look KmallFileReader::LookAt(Bytes bytes, bool /*at_end*/) const {
+  if (bytes.size() < kKmallHeaderBytes) return TooShort();
+  const std::size_t size = ByteReader(bytes).Le<std::uint32_t>();
+  if (!IsTypeName(bytes.subspan(4, 4)) || size < kKmallHeaderBytes + kKmallTailBytes ||
+      size > kMaxRecordBytes)
+    return Damage();
+  if (bytes.size() < size) return Record(size);
+  const auto tail = ByteReader(bytes.subspan(size - kKmallTailBytes)).Le<std::uint32_t>();
+  return tail == size && ReadKmallHeader(bytes.first(size)) ? Record(size) : Damage();
+}
+
+void KmallFileReader::Read(Bytes record, std::vector<SurveyRecord>* out) {
+  const KmallHeader header = *ReadKmallHeader(record);
+  if (header.Is("#MRZ"))
+    ReadPing(record, out);
+  else if (!ReadSensor(header, record, out))
+    Count("kmall_malformed");
+}
+
+bool KmallFileReader::ReadSensor(const KmallHeader& header,
+                                 Bytes datagram,
+                                 std::vector<SurveyRecord>* out) {
+  if (header.Is("#SKM")) return AppendRecords(DecodeSkm(datagram), out);
+  if (header.Is("#SPO")) return AppendRecords(DecodeSpo(datagram), out);
+  if (header.Is("#SVP")) return AppendRecords(DecodeSvp(datagram), out);
+  if (header.Is("#SVT")) return AppendRecords(DecodeSvt(datagram), out);
+  if (header.Is("#IIP")) return AppendRecords(DecodeIip(datagram), out);
+  if (header.Is("#IOP")) return AppendRecords(DecodeIop(datagram), out);
+  CountIgnored("kmall", std::string(header.type.begin() + 1, header.type.end()));
+  return true;
+}
+
+void KmallFileReader::ReadPing(Bytes datagram, std::vector<SurveyRecord>* out) {
+  if (ReadKmallHeader(datagram)->version > kNewestMrz) return Count("kmall_version_unknown");
+  if (datagram.size() < kKmallHeaderBytes + kKmallPartitionBytes + kKmallTailBytes)
+    return Count("kmall_malformed");
+  const auto whole = reassembler_.Add(datagram);
+  if (!whole) return;
+  int unusable = 0;
+  auto ping = DecodeMrz(*whole, &unusable);
+  if (!ping) return Count("kmall_malformed");
+  if (unusable > 0) Count("mbes_beam_unusable", unusable);
+  auto soundings = DecodeMrzSoundings(*whole);
+  if (!soundings) return Count("kmall_ping_empty");
+  out->emplace_back(std::move(*ping));
+  out->emplace_back(std::move(*soundings));
+}
+
+Counters KmallFileReader::counters() const {
+  Counters all = SurveyReader::counters();
+  for (const auto& [name, value] : reassembler_.counters()) all[name] += value;
+  return all;
+}
+
+}  // namespace seastitch

@@ -1,0 +1,321 @@
+#include "codecs/kmall_sensors.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <map>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+#include "codecs/text.hpp"
+#include "common/core/pose.hpp"
+
+namespace seastitch {
+namespace {
+
+constexpr std::size_t kMaxProfileSamples = 2000;
+constexpr std::size_t kMaxMotionSamples = 148;
+constexpr std::size_t kSvpInfoBytes = 28;
+constexpr std::size_t kSkmInfoBytes = 12;
+constexpr std::size_t kSvtInfoBytes = 20;
+constexpr std::size_t kTextAt = 26;  // of #IIP and #IOP
+constexpr float kNoHeight_m = -999.0f;
+
+// Samples of one size behind an info part that holds their number: u16 count and u16 size at
+// `at` of the info.
+struct SampleArray {
+  std::size_t count = 0;
+  std::size_t bytes_each = 0;
+  Bytes bytes;
+};
+
+std::optional<SampleArray> ReadSamples(Bytes datagram,
+                                       std::string_view type,
+                                       std::size_t least_info_bytes,
+                                       std::size_t at,
+                                       std::size_t most,
+                                       std::size_t least_bytes_each) {
+  const std::optional<Bytes> body = WholeKmall(datagram, type);
+  if (!body) return std::nullopt;
+  ByteReader in(*body);
+  in.Skip(kKmallHeaderBytes);
+  ByteReader info(TakeSizedKmall(&in, *body, least_info_bytes));
+  info.Skip(at);
+  SampleArray samples;
+  samples.count = info.Le<std::uint16_t>();
+  samples.bytes_each = info.Le<std::uint16_t>();
+  samples.bytes = in.Take(samples.count * samples.bytes_each);
+  const bool usable =
+      in.ok() && info.ok() && samples.count <= most && samples.bytes_each >= least_bytes_each;
+  return usable ? std::optional(samples) : std::nullopt;
+}
+
+// Bits of a #KMB's status: what is invalid.
+enum KmbInvalid : std::uint32_t {
+  kPositionInvalid = 1,
+  kRollPitchInvalid = 2,
+  kHeadingInvalid = 4,
+  kHeaveInvalid = 8,
+  kSigmasInvalid = 32,
+};
+
+// Of one sample, by its field; 0 where the sensor does not give it.
+double SigmaOr0(float sigma, bool given) {
+  return given && std::isfinite(sigma) && sigma > 0.0f ? double{sigma} : 0.0;
+}
+
+bool IsPosition(double latitude_deg, double longitude_deg) {
+  return std::abs(latitude_deg) <= 90.0 && std::abs(longitude_deg) <= 180.0;
+}
+
+struct Kmb {
+  double latitude_deg, longitude_deg;
+  float height_m, roll_deg, pitch_deg, heading_deg, heave_m;
+  Eigen::Vector3f v_ned_mps;
+  // latitude, longitude, height, roll, pitch, heading, heave
+  std::array<float, 7> sigmas;
+};
+
+void Fill(const Kmb& kmb, NavigationRecord* sample) {
+  const auto valid = [sample](std::uint32_t bit) { return (sample->status & bit) == 0; };
+  const auto sigma = [&](std::size_t i) { return SigmaOr0(kmb.sigmas[i], valid(kSigmasInvalid)); };
+  if (valid(kPositionInvalid) && IsPosition(kmb.latitude_deg, kmb.longitude_deg)) {
+    sample->position =
+        GivenPosition{Deg2Rad(kmb.latitude_deg), Deg2Rad(kmb.longitude_deg), {sigma(0), sigma(1)}};
+    if (std::isfinite(kmb.height_m) && kmb.height_m != kNoHeight_m) sample->height_m = kmb.height_m;
+    if (kmb.v_ned_mps.allFinite()) sample->velocity = GivenVelocity{kmb.v_ned_mps.cast<double>()};
+  }
+  if (valid(kRollPitchInvalid | kHeadingInvalid) && std::isfinite(kmb.roll_deg) &&
+      std::isfinite(kmb.pitch_deg) && std::isfinite(kmb.heading_deg)) {
+    sample->attitude = AttitudeFromDegrees(kmb.roll_deg, kmb.pitch_deg, kmb.heading_deg);
+    sample->attitude->sigma_rpy_rad = Eigen::Vector3d(sigma(3), sigma(4), sigma(5)) * Deg2Rad(1.0);
+  }
+  if (valid(kHeaveInvalid) && std::isfinite(kmb.heave_m)) sample->heave_m = kmb.heave_m;
+}
+
+NavigationRecord ReadKmb(Bytes bytes, const std::string& source) {
+  ByteReader in(bytes);
+  in.Skip(8);
+  NavigationRecord sample;
+  sample.source = source;
+  sample.time = ReadKmallTime(&in);
+  sample.status = in.Le<std::uint32_t>();
+  Kmb kmb;
+  kmb.latitude_deg = in.Le<double>();
+  kmb.longitude_deg = in.Le<double>();
+  for (float* const field :
+       {&kmb.height_m, &kmb.roll_deg, &kmb.pitch_deg, &kmb.heading_deg, &kmb.heave_m})
+    *field = in.Le<float>();
+  in.Skip(12);  // rates
+  for (float& v : kmb.v_ned_mps) v = in.Le<float>();
+  for (float& sigma : kmb.sigmas) sigma = in.Le<float>();
+  Fill(kmb, &sample);
+  return sample;
+}
+
+std::optional<std::string> TextOf(Bytes datagram, std::string_view type) {
+  const std::optional<Bytes> body = WholeKmall(datagram, type);
+  if (!body || body->size() < kTextAt) return std::nullopt;
+  return TextFromBytes(body->subspan(kTextAt));
+}
+
+using Values = std::map<std::string, std::string>;
+
+Eigen::Vector3d Vector(const Values& item,
+                       const std::string& x,
+                       const std::string& y,
+                       const std::string& z) {
+  return {NumberOr0(item, x), NumberOr0(item, y), NumberOr0(item, z)};
+}
+
+Eigen::Isometry3d Mounting(const Values& item) {
+  const Eigen::Vector3d rpy_rad = Vector(item, "R", "P", "H") * Deg2Rad(1.0);
+  return MakePose(Vector(item, "X", "Y", "Z"),
+                  RotationFromRpy(rpy_rad.x(), rpy_rad.y(), rpy_rad.z()));
+}
+
+// Port, centre and starboard part of the transmitter, as txSubArray counts them.
+InstalledArray Transmitter(const Values& item) {
+  return {Mounting(item),
+          {Vector(item, "IPX", "IPY", "IPZ"),
+           Vector(item, "ICX", "ICY", "ICZ"),
+           Vector(item, "ISX", "ISY", "ISZ")}};
+}
+
+InstalledArray Receiver(const Values& item, const std::string& centre) {
+  return {Mounting(item), {Vector(item, centre + "X", centre + "Y", centre + "Z")}};
+}
+
+// "X=1.0;Y=2.0" to {X: 1.0, Y: 2.0}.
+Values Pairs(std::string_view text) {
+  Values values;
+  for (const std::string_view pair : Split(text, ';')) {
+    const std::size_t equals = pair.find('=');
+    if (equals != std::string_view::npos)
+      values.emplace(Trimmed(pair.substr(0, equals)), Trimmed(pair.substr(equals + 1)));
+  }
+  return values;
+}
+
+void AddItem(const std::string& name, const Values& item, SonarInstallation* out) {
+  if (name.starts_with("TRAI_TX")) {
+    out->transmitters.push_back(Transmitter(item));
+  } else if (name.starts_with("TRAI_RX")) {
+    out->receivers.push_back(Receiver(item, "I"));
+  } else if (name.starts_with("TRAI_HD")) {
+    out->transmitters.push_back(Transmitter(item));
+    out->receivers.push_back(Receiver(item, "IR"));
+  } else if (name == "EMXI") {
+    out->water_line_m = NumberOr0(item, "SWLZ");
+  } else if (name.starts_with("POSI_") || name.starts_with("ATTI_")) {
+    const auto use = item.find("U");
+    if (use == item.end() || use->second == "NOT_SET") return;
+    out->sensors.push_back({name, use->second == "ACTIVE", Mounting(item), NumberOr0(item, "D")});
+  }
+}
+
+}  // namespace
+
+std::optional<SoundVelocityProfile> DecodeSvp(Bytes datagram) {
+  const std::optional<Bytes> body = WholeKmall(datagram, "#SVP");
+  if (!body) return std::nullopt;
+  ByteReader in(*body);
+  in.Skip(kKmallHeaderBytes);
+  const Bytes info_bytes = TakeSizedKmall(&in, *body, kSvpInfoBytes);
+  if (!in.ok()) return std::nullopt;
+  ByteReader info(info_bytes);
+  info.Skip(2);
+  const std::size_t num_samples = info.Le<std::uint16_t>();
+  info.Skip(4);
+  const auto cast_time_s = info.Le<std::uint32_t>();
+  // Files of sonars in service have stray text behind the samples.
+  if (num_samples > kMaxProfileSamples || in.left() < num_samples * 20) return std::nullopt;
+
+  SoundVelocityProfile profile;
+  profile.time = cast_time_s == 0 ? ReadKmallHeader(datagram)->time()
+                                  : FromUtime(std::int64_t{cast_time_s} * 1'000'000);
+  for (std::size_t i = 0; i < num_samples; ++i) {
+    const double depth_m = in.Le<float>();
+    const double speed_mps = in.Le<float>();
+    in.Skip(12);
+    if (!std::isfinite(depth_m) || !std::isfinite(speed_mps) || speed_mps <= 0.0)
+      return std::nullopt;
+    if (!profile.depth_m.empty() && depth_m <= profile.depth_m.back()) continue;
+    profile.depth_m.push_back(depth_m);
+    profile.speed_mps.push_back(speed_mps);
+  }
+  if (profile.depth_m.empty()) return std::nullopt;
+  return profile;
+}
+
+std::vector<std::uint8_t> EncodeSvp(const SoundVelocityProfile& profile,
+                                    const KmallHeader& header) {
+  const std::size_t num_samples = std::min(profile.depth_m.size(), profile.speed_mps.size());
+  if (num_samples > kMaxProfileSamples) throw std::invalid_argument("#SVP: more than 2000 samples");
+  KmallHeader svp = header;
+  svp.type = {'#', 'S', 'V', 'P'};
+  svp.version = 1;
+  ByteWriter out;
+  WriteKmallHeader(svp, profile.time, &out);
+  out.Le(static_cast<std::uint16_t>(kSvpInfoBytes));
+  out.Le(static_cast<std::uint16_t>(num_samples));
+  for (const char c : {'S', '0', '0', '\0'}) out.Le(static_cast<std::uint8_t>(c));
+  out.Le(static_cast<std::uint32_t>(ToUtime(profile.time) / 1'000'000));
+  out.Le(200.0);  // latitude and longitude: unknown
+  out.Le(200.0);
+  for (std::size_t i = 0; i < num_samples; ++i) {
+    out.Le(static_cast<float>(profile.depth_m[i]));
+    out.Le(static_cast<float>(profile.speed_mps[i]));
+    out.Zeros(12);
+  }
+  return SealKmall(&out);
+}
+
+std::optional<NavigationRecord> DecodeSpo(Bytes datagram) {
+  constexpr std::uint16_t kTimeFromSensor = 1 << 9;
+  const std::optional<Bytes> body = WholeKmall(datagram, "#SPO");
+  if (!body) return std::nullopt;
+  ByteReader in(*body);
+  in.Skip(kKmallHeaderBytes);
+  ByteReader common(TakeSizedKmall(&in, *body, 8));
+  common.Skip(2);
+  const int system = common.Le<std::uint16_t>();
+  NavigationRecord sample;
+  sample.source = "#SPO" + std::to_string(system);
+  sample.status = common.Le<std::uint16_t>();
+  const Time sensor_time = ReadKmallTime(&in);
+  sample.time =
+      (sample.status & kTimeFromSensor) != 0 ? sensor_time : ReadKmallHeader(datagram)->time();
+  const float quality_m = in.Le<float>();
+  const double latitude_deg = in.Le<double>();
+  const double longitude_deg = in.Le<double>();
+  in.Skip(8);  // speed, course
+  const float height_m = in.Le<float>();
+  if (!in.ok() || !IsPosition(latitude_deg, longitude_deg)) return std::nullopt;
+  constexpr float kNoQuality = 65535.0f;
+  const double sigma_m = SigmaOr0(quality_m, quality_m < kNoQuality);
+  sample.position =
+      GivenPosition{Deg2Rad(latitude_deg), Deg2Rad(longitude_deg), {sigma_m, sigma_m}};
+  if (std::isfinite(height_m) && height_m != kNoHeight_m) sample.height_m = height_m;
+  return sample;
+}
+
+std::optional<std::vector<NavigationRecord>> DecodeSkm(Bytes datagram) {
+  const std::optional<SampleArray> samples =
+      ReadSamples(datagram, "#SKM", kSkmInfoBytes, 6, kMaxMotionSamples, 120);
+  if (!samples) return std::nullopt;
+  const std::string source = "#SKM" + std::to_string(int{datagram[22]});
+  std::vector<NavigationRecord> motion;
+  for (std::size_t i = 0; i < samples->count; ++i)
+    motion.push_back(ReadKmb(samples->bytes.subspan(i * samples->bytes_each), source));
+  return motion;
+}
+
+std::optional<std::vector<SurfaceSoundSpeed>> DecodeSvt(Bytes datagram) {
+  const std::optional<SampleArray> samples =
+      ReadSamples(datagram, "#SVT", kSvtInfoBytes, 6, kMaxMotionSamples, 24);
+  if (!samples) return std::nullopt;
+  std::vector<SurfaceSoundSpeed> speeds;
+  for (std::size_t i = 0; i < samples->count; ++i) {
+    ByteReader in(samples->bytes.subspan(i * samples->bytes_each));
+    const Time time = ReadKmallTime(&in);
+    const double speed_mps = in.Le<float>();
+    if (!std::isfinite(speed_mps) || speed_mps <= 0.0) return std::nullopt;
+    speeds.push_back({time, speed_mps});
+  }
+  return speeds;
+}
+
+std::optional<SonarInstallation> DecodeIip(Bytes datagram) {
+  const std::optional<std::string> text = TextOf(datagram, "#IIP");
+  if (!text) return std::nullopt;
+  SonarInstallation out;
+  const KmallHeader header = *ReadKmallHeader(datagram);
+  out.time = header.time();
+  out.model = "EM " + std::to_string(header.echo_sounder_id);
+  for (const std::string_view part : Split(*text, ',')) {
+    const std::string_view item = Trimmed(part);
+    const std::size_t colon = item.find_first_of(":=");
+    if (colon == std::string_view::npos) continue;
+    const std::string name(item.substr(0, colon));
+    const std::string_view rest = item.substr(colon + 1);
+    out.values.emplace(name, rest);
+    AddItem(name, Pairs(rest), &out);
+  }
+  return out;
+}
+
+std::optional<SonarSettings> DecodeIop(Bytes datagram) {
+  const std::optional<std::string> text = TextOf(datagram, "#IOP");
+  if (!text) return std::nullopt;
+  SonarSettings out{ReadKmallHeader(datagram)->time(), {}};
+  for (const std::string_view line : Split(*text, '\n')) {
+    const std::size_t colon = line.find(':');
+    if (colon != std::string_view::npos)
+      out.values.emplace(Trimmed(line.substr(0, colon)), Trimmed(line.substr(colon + 1)));
+  }
+  return out;
+}
+
+}  // namespace seastitch

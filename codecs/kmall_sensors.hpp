@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "codecs/kmall_frame.hpp"
+#include "codecs/survey_records.hpp"
+
+// KMALL's datagrams beside the soundings: #SVP (profile), #SPO (position), #SKM (motion), #SVT
+// (sound speed at the transducer), #IIP (installation), #IOP (settings).
+namespace seastitch {
+
+// A whole #SVP. Samples that are not deeper than the one before are left out. Nothing where a
+// value makes no sense or no sample is left.
+std::optional<SoundVelocityProfile> DecodeSvp(Bytes datagram);
+std::vector<std::uint8_t> EncodeSvp(const SoundVelocityProfile& profile, const KmallHeader& header);
+
+// Position and height, at the time of the sensor's own message where the sonar takes it from there,
+// else of arrival. Nothing also where the position is "not available".
+std::optional<NavigationRecord> DecodeSpo(Bytes datagram);
+
+// One sample for each of the sensor's, at its own time; without what is called invalid. Attitude:
+// the raw angles of the sensor, roll port up, pitch bow up.
+std::optional<std::vector<NavigationRecord>> DecodeSkm(Bytes datagram);
+
+std::optional<std::vector<SurfaceSoundSpeed>> DecodeSvt(Bytes datagram);
+
+// Transmitters and receivers with their arrays, positioning and motion sensors, water line.
+std::optional<SonarInstallation> DecodeIip(Bytes datagram);
+std::optional<SonarSettings> DecodeIop(Bytes datagram);
+
+}  // namespace seastitch

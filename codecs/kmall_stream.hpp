@@ -1,0 +1,74 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "codecs/kmall.hpp"
+#include "codecs/mbes_codec.hpp"
+
+// KMALL as it comes over UDP: datagram after datagram, the large ones in parts.
+namespace seastitch {
+
+// A whole #MRZ in parts of at most max_bytes, by the rule of its version. One part where it fits,
+// byte for byte the datagram. Throws std::invalid_argument unless max_bytes is at least 64 and at
+// most 65507.
+std::vector<std::vector<std::uint8_t>> SplitIntoParts(Bytes datagram,
+                                                      std::size_t max_bytes = 64000);
+
+// Joins the parts of #MRZ, in any order, by either rule (docs/drivers.md).
+class KmallReassembler {
+ public:
+  explicit KmallReassembler(const PartCollectorParams& params)
+      : max_parts_(static_cast<std::size_t>(params.max_parts)), collector_(params) {}
+
+  // Gives the whole datagram when this part was its last; one that is not split at once. `sender`
+  // tells systems apart that use the same numbers.
+  std::optional<std::vector<std::uint8_t>> Add(Bytes part, std::uint64_t sender = 0);
+
+  // kmall_part_malformed, kmall_part_tail_wrong (used all the same), kmall_set_incomplete,
+  // kmall_set_inconsistent.
+  Counters counters() const;
+
+ private:
+  struct Key {
+    std::uint64_t sender;
+    std::uint8_t system_id;
+    std::uint32_t time_s;
+    std::uint32_t time_ns;
+    std::uint32_t ping_and_fan;  // 0 up to revision H
+    friend bool operator==(const Key&, const Key&) = default;
+  };
+
+  std::size_t max_parts_;
+  PartCollector<Key> collector_;
+  Counters counters_;
+};
+
+class KmallStream : public MbesCodec {
+ public:
+  explicit KmallStream(const MbesCodecParams& params)
+      : head_roll_rad_(params.head_roll_rad), reassembler_(params.parts) {}
+
+  // Only #MRZ and #SVP give something.
+  std::vector<MbesOutput> Add(Bytes payload, Time recv, std::uint64_t sender) override;
+  // Refused: kmall_malformed, kmall_version_unknown, mbes_beam_unusable and those of the
+  // reassembler. Read and counted only: kmall_positions, kmall_motion_samples,
+  // kmall_sound_speeds, and kmall_ignored for every other type.
+  Counters counters() const override;
+
+ private:
+  std::optional<MbesPing> ReadPing(Bytes part, std::uint64_t sender);
+  template <class T>
+  std::optional<T> Checked(std::optional<T> decoded) {
+    if (!decoded) ++counters_["kmall_malformed"];
+    return decoded;
+  }
+
+  std::vector<double> head_roll_rad_;
+  KmallReassembler reassembler_;
+  Counters counters_;
+};
+
+}  // namespace seastitch

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "codecs/survey_records.hpp"
+#include "common/core/bytes.hpp"
+#include "common/core/counters.hpp"
+
+namespace seastitch {
+
+// A survey file, read as its bytes come, in pieces of any size: the same records whatever the
+// pieces. Holds no more than one record of the file (of at most 16 MB) and the last piece. Records
+// come in the file's order, which need not be that of time. Damage costs the record that it hits:
+// the reader then looks for the next one byte by byte.
+class SurveyReader {
+ public:
+  virtual ~SurveyReader() = default;
+
+  std::vector<SurveyRecord> Add(Bytes bytes);
+  // The file has ended: what is left of it is read or counted as damaged.
+  std::vector<SurveyRecord> Finish();
+
+  // damaged_bytes, FORMAT_malformed (records), mbes_beam_unusable, and FORMAT_ignored_TYPE for
+  // types of records that are not read.
+  virtual Counters counters() const { return counters_; }
+
+ protected:
+  static constexpr std::size_t kMaxRecordBytes = 16 * 1024 * 1024;
+
+  // What the bytes begin with.
+  struct Look {
+    enum class Kind { kRecord, kTooShortToTell, kDamage };
+    Kind kind;
+    std::size_t bytes = 0;  // of the record or damage, 1 at least
+  };
+  static Look Record(std::size_t bytes) { return {Look::Kind::kRecord, bytes}; }
+  static Look TooShort() { return {Look::Kind::kTooShortToTell}; }
+  static Look Damage(std::size_t bytes = 1) { return {Look::Kind::kDamage, bytes}; }
+
+  // The record or damage at the beginning of `bytes`. at_end: no bytes follow these.
+  virtual Look LookAt(Bytes bytes, bool at_end) const = 0;
+  virtual void Read(Bytes record, std::vector<SurveyRecord>* out) = 0;
+
+  void Count(const std::string& name, std::int64_t n = 1) { counters_[name] += n; }
+  // Names come from the file: after 256 of them they are counted together.
+  void CountIgnored(const std::string& format, const std::string& type);
+
+ private:
+  std::vector<SurveyRecord> ReadAll(bool at_end);
+
+  std::vector<std::uint8_t> buffer_;
+  Counters counters_;
+  std::set<std::string> ignored_;
+};
+
+// False: nothing was decoded.
+template <class T>
+bool AppendRecords(std::optional<T> decoded, std::vector<SurveyRecord>* out) {
+  if (decoded) out->emplace_back(std::move(*decoded));
+  return decoded.has_value();
+}
+template <class T>
+bool AppendRecords(std::optional<std::vector<T>> decoded, std::vector<SurveyRecord>* out) {
+  if (!decoded) return false;
+  for (T& one : *decoded) out->emplace_back(std::move(one));
+  return true;
+}
+
+}  // namespace seastitch

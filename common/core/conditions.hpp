@@ -1,0 +1,156 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace seastitch {
+
+// Values as health_t's STATE_DEGRADED and STATE_LOST.
+enum class Severity : std::int8_t { kDegraded = 2, kLost = 3 };
+
+// A fault that a process can report in HEALTH. docs/health.md lists all of them: every kind stands
+// in conditions::kAll below.
+struct ConditionKind {
+  const char* name;  // unique, such as "no_bottom_lock"
+  Severity severity;
+  const char* sentence;  // one line for people, without a full stop
+  const char* remedy;    // what to do about it
+};
+
+// A fault that holds now.
+struct Condition {
+  const ConditionKind* kind;
+  std::string detail;  // figures of this occurrence, appended to the sentence; may be empty
+};
+
+// Every fault that any process reports, by the part that finds it.
+namespace conditions {
+
+// Every process (common/runtime/self_watch.hpp).
+inline constexpr ConditionKind kUndecodableMessages{
+    "undecodable_messages",
+    Severity::kDegraded,
+    "messages are not of their channel's type",
+    "Another program, or another version, sends on this channel. They are skipped. Compare the "
+    "versions in HEALTH and the channel names of the sender."};
+inline constexpr ConditionKind kMessagesNotSent{
+    "messages_not_sent",
+    Severity::kDegraded,
+    "messages cannot be sent on the LCM bus",
+    "Check the interface and the multicast route that LCM uses (systemctl status lcm-loopback)."};
+inline constexpr ConditionKind kSocketDrops{
+    "socket_drops",
+    Severity::kDegraded,
+    "the kernel dropped datagrams for want of receive buffer",
+    "Raise net.core.rmem_max (sysctl.d/60-seastitch.conf) and restart. Where the buffer is large "
+    "enough, look for a machine that is overloaded."};
+inline constexpr ConditionKind kLoopLate{
+    "loop_late",
+    Severity::kDegraded,
+    "the event loop was busy for too long",
+    "The machine is overloaded, or swaps. Messages wait and may be lost meanwhile."};
+inline constexpr ConditionKind kWorkerStalled{
+    "worker_stalled",
+    Severity::kDegraded,
+    "a computation shows no progress",
+    "Normal for some seconds on a slow machine. If it stays, the disk that it reads hangs, or the "
+    "process needs a restart."};
+inline constexpr ConditionKind kDiskStalled{"disk_stalled",
+                                            Severity::kDegraded,
+                                            "the disk does not take what is to be written",
+                                            "Check the data disk and the kernel's log. Data wait "
+                                            "in memory and are written when it answers."};
+
+// Drivers.
+inline constexpr ConditionKind kNoDeviceData{
+    "no_device_data",
+    Severity::kLost,
+    "no usable data from the device",
+    "Check its power, its cable and the source in the driver's configuration. Bytes that are "
+    "refused are in the counters, by cause."};
+inline constexpr ConditionKind kSourceUnavailable{
+    "source_unavailable",
+    Severity::kDegraded,
+    "the device's interface or port cannot be used",
+    "Bring the interface up, or end the program that holds the port. The driver tries again every "
+    "second."};
+inline constexpr ConditionKind kCanController{
+    "can_controller",
+    Severity::kDegraded,
+    "the CAN controller sees errors on the wire",
+    "Check bit rate, termination and wiring, and that another node acknowledges."};
+
+// Logger.
+inline constexpr ConditionKind kLogNotWriting{
+    "log_not_writing",
+    Severity::kDegraded,
+    "the log cannot be written",
+    "Check the data disk: mounted, writable, not full. Messages wait in memory until then; what "
+    "finds no room is counted in events_dropped."};
+inline constexpr ConditionKind kMessagesNotRecorded{
+    "messages_not_recorded",
+    Severity::kDegraded,
+    "messages are lost from the record",
+    "Lost on the way: see socket_drops. For want of room: the disk is too slow, or max_queue_mb "
+    "too small."};
+
+// Optimizer.
+inline constexpr ConditionKind kGraphIncomplete{
+    "graph_incomplete",
+    Severity::kDegraded,
+    "versions of the graph are missing",
+    "They are asked for every few seconds. If it stays, the mapper does not answer."};
+inline constexpr ConditionKind kSubmapMalformed{
+    "submap_malformed",
+    Severity::kDegraded,
+    "submaps came malformed and are not in the graph",
+    "The map lacks them. Compare the versions of mapper and optimizer."};
+inline constexpr ConditionKind kNoSolution{
+    "no_solution",
+    Severity::kDegraded,
+    "the newest version of the graph has no solution",
+    "The last solution stands. Send the log with a bug report."};
+inline constexpr ConditionKind kSolutionNotConverged{
+    "solution_not_converged",
+    Severity::kDegraded,
+    "the newest solution has not converged",
+    "Raise max_iterations in optimizer.yaml. Otherwise send the log with a bug report."};
+
+// Mapper.
+inline constexpr ConditionKind kNoBottomLock{
+    "no_bottom_lock",
+    Severity::kDegraded,
+    "the Doppler log has no bottom lock",
+    "Normal above its range or over fish. Otherwise check the transducer and the altitude."};
+inline constexpr ConditionKind kNoSoundSpeedProfile{
+    "no_sound_speed_profile",
+    Severity::kDegraded,
+    "no sound-speed profile is known",
+    "Send one on SVP, or set sound_velocity_profile in mapper.yaml. Outer beams bend without it."};
+inline constexpr ConditionKind kRegistrationFailed{
+    "registration_failed",
+    Severity::kDegraded,
+    "registrations of the last submap ended in an error",
+    "The survey goes on without these loop closures. Check the memory limit of the mapper's unit."};
+inline constexpr ConditionKind kSolutionWithheld{
+    "solution_withheld",
+    Severity::kDegraded,
+    "the newest solution is withheld",
+    "The map follows the last solution that did no harm. Look at the report's rejected closures."};
+inline constexpr ConditionKind kStoreNotWriting{
+    "store_not_writing",
+    Severity::kDegraded,
+    "the survey folder cannot be written",
+    "Check the data disk: mounted, writable, not full. Submaps that were not written stay in "
+    "memory, up to max_unsaved_mb."};
+
+inline constexpr const ConditionKind* kAll[] = {
+    &kUndecodableMessages, &kMessagesNotSent,  &kSocketDrops,          &kLoopLate,
+    &kWorkerStalled,       &kDiskStalled,      &kNoDeviceData,         &kSourceUnavailable,
+    &kCanController,       &kLogNotWriting,    &kMessagesNotRecorded,  &kGraphIncomplete,
+    &kSubmapMalformed,     &kNoSolution,       &kSolutionNotConverged, &kNoBottomLock,
+    &kNoSoundSpeedProfile, &kSolutionWithheld, &kStoreNotWriting,      &kRegistrationFailed,
+};
+
+}  // namespace conditions
+}  // namespace seastitch

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <cstddef>
+#include <string_view>
+
+namespace seastitch {
+
+// The most bytes of UTF-8 text, up to max_bytes, that do not end within a character. All of them
+// where the text is no UTF-8.
+inline std::size_t WholeCharacters(std::string_view text, std::size_t max_bytes) {
+  if (text.size() <= max_bytes) return text.size();
+  constexpr std::size_t kLongestCharacter = 4;
+  for (std::size_t back = 0; back < kLongestCharacter && back < max_bytes; ++back) {
+    const std::size_t end = max_bytes - back;
+    if ((static_cast<unsigned char>(text[end]) & 0xC0) != 0x80) return end;
+  }
+  return max_bytes;
+}
+
+}  // namespace seastitch

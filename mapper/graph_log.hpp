@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "common/core/graph.hpp"
+#include "common/core/mounting.hpp"
+#include "common/core/time.hpp"
+
+namespace seastitch {
+
+// One version of the graph, as it is sent.
+struct GraphStep {
+  GraphUpdate update;
+  Time submap_time;  // frame of the newest submap in the graph
+};
+
+// The graph as a list of versions, from 1 without a hole; each fits one message. Nothing is ever
+// taken back, so whoever lacks versions gets the same again. Pure.
+class GraphLog {
+ public:
+  explicit GraphLog(const MountingSigmas& mounting) : mounting_(mounting) {}
+
+  // Names the graph; the first call counts. Without one, the first submap's time names it.
+  void SetId(Time first_navigation_state);
+
+  // Appends vertices and edges in as many versions as they need: an edge never comes before its
+  // vertices. Nothing to append makes no version. final: the mapper has stopped, and the last of
+  // these versions says so; an empty one, if there are none. A graph ends once: Append() goes on
+  // after that without the mark.
+  void Append(std::vector<GraphVertex> vertices,
+              std::vector<GraphEdge> edges,
+              Time submap_time,
+              bool final = false);
+  bool HasEnded() const { return ended_; }
+
+  // The first version that one with 1..have_version lacks. Null where there is none; valid until
+  // the next Append.
+  const GraphStep* After(std::int64_t have_version) const;
+  std::int64_t version() const { return static_cast<std::int64_t>(steps_.size()); }
+  bool empty() const { return steps_.empty(); }
+  std::int64_t graph_id() const { return graph_id_.value_or(0); }
+  Time submap_time() const { return steps_.back().submap_time; }  // not of an empty graph
+
+ private:
+  void AppendStep(GraphUpdate update, Time submap_time);
+
+  const MountingSigmas mounting_;
+  std::optional<std::int64_t> graph_id_;
+  bool ended_ = false;
+  std::vector<GraphStep> steps_;  // version n at n - 1
+};
+
+}  // namespace seastitch

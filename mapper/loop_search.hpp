@@ -1,0 +1,78 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/core/graph.hpp"
+#include "common/core/submap.hpp"
+#include "common/core/time.hpp"
+#include "mapper/loop_closer.hpp"
+#include "mapper/registration_job.hpp"
+#include "mapper/solution_judge.hpp"
+
+namespace seastitch {
+
+// Which registrations are made, and when: those of a new submap, then those of pairs of which a
+// solution brought news, after asking the optimizer how well it knows them. Their number is
+// bounded by max_pairs a submap. Solutions that would do harm are not used. Pure.
+class LoopSearch {
+ public:
+  explicit LoopSearch(const LoopCloserParams& params);
+
+  // The next submap. Ids rise.
+  void Add(const Submap& submap);
+  // Its pairs, taken from the budget.
+  std::vector<LoopPair> PairsFor(SubmapId id);
+
+  // The next step with what the last solution brought.
+  struct Step {
+    std::optional<CovarianceRequest> ask;  // of the optimizer; sender: to be filled in
+    std::vector<LoopPair> pairs;           // to be registered now; may be empty
+  };
+  // Nothing where nothing is left to be done. now: of navigation, for asking again.
+  std::optional<Step> LookAgain(std::optional<Time> now);
+
+  // What a job gave; the edges that the graph takes.
+  std::vector<GraphEdge> Record(RegistrationResultSet results);
+  std::vector<GraphEdge> DeadReckoningEdge(SubmapId to) const {
+    return closer_.DeadReckoningEdge(to);
+  }
+
+  enum class Verdict : std::uint8_t {
+    kUsed,
+    kWithheld,  // it would do harm: see harm()
+    kRefused,   // of another graph, or not finite
+    kOlder,     // an optimizer that began anew is on its way through the graph
+  };
+  // newest_version: of the graph, beyond which no solution can be.
+  Verdict Take(const PoseGraph& solution, std::int64_t newest_version);
+  // False where it answers another request than the last.
+  bool Take(const PairCovariances& answer);
+
+  // Of the last solution, where it was withheld.
+  const std::optional<Judgement>& harm() const { return harm_; }
+  std::int64_t solution_version() const { return solution_version_; }
+  std::int64_t accepted() const { return closer_.accepted(); }
+  std::int64_t rejected() const { return closer_.rejected(); }
+  std::size_t size() const { return closer_.size(); }
+
+ private:
+  std::optional<CovarianceRequest> Ask(std::optional<Time> now);
+
+  const int pairs_per_submap_;
+  LoopCloser closer_;
+  SolutionJudge judge_;
+  std::optional<Judgement> harm_;
+  std::int64_t solution_version_ = 0;
+  // pairs_per_submap_ for every submap, less those made: what lines without a neighbour leave is
+  // there for looking again.
+  std::int64_t registrations_left_ = 0;
+  std::int64_t request_seq_ = 0;
+  std::optional<std::int64_t> asked_version_;  // the solution that the last request was about
+  std::optional<Time> asked_time_;
+};
+
+}  // namespace seastitch

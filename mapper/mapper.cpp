@@ -1,0 +1,357 @@
+#include "mapper/mapper.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdio>
+#include <utility>
+
+#include "mapper/navigation/dead_reckoning.hpp"
+#include "mapper/submaps/footprint.hpp"
+#include "mapper/submaps/rejection.hpp"
+#include "mapper/submaps/terrain_information.hpp"
+
+namespace seastitch {
+namespace {
+
+// Submaps that wait to be stored without registration, in max_waiting_submaps: their points are in
+// memory until those before them are registered.
+constexpr std::size_t kUnregisteredPerRegistered = 4;
+
+bool IsProfile(SoundSpeed::Source source) {
+  return source == SoundSpeed::Source::kProfile || source == SoundSpeed::Source::kConfigured;
+}
+
+const char* Sentence(SoundSpeed::Source source) {
+  switch (source) {
+    case SoundSpeed::Source::kProfile: return "sound speed from a profile";
+    case SoundSpeed::Source::kConfigured: return "sound speed from the configured profile";
+    case SoundSpeed::Source::kTransducer: return "sound speed from the transducer alone";
+    case SoundSpeed::Source::kAssumed: return "sound speed assumed";
+  }
+  return "";
+}
+
+std::string Sentence(const Judgement& harm) {
+  char text[200];
+  if (harm.torn)
+    std::snprintf(text,
+                  sizeof text,
+                  "it would tear the map apart (%zu cells seen twice in place of %zu by dead "
+                  "reckoning)",
+                  harm.cells_solved,
+                  harm.cells_dead_reckoned);
+  else
+    std::snprintf(text,
+                  sizeof text,
+                  "it would make the map less consistent than dead reckoning (%.3f m in place of "
+                  "%.3f m)",
+                  harm.solved_m,
+                  harm.dead_reckoned_m);
+  return text;
+}
+
+bool IsUsable(const Submap& submap) {
+  return submap.T_map_submap.matrix().allFinite() &&
+         !(submap.covariance_from_previous && !submap.covariance_from_previous->allFinite()) &&
+         !(submap.heading_sigma_rad && !std::isfinite(*submap.heading_sigma_rad));
+}
+
+std::shared_ptr<const Submap> WithoutPoints(Submap submap) {
+  submap.cloud = {};
+  return std::make_shared<const Submap>(std::move(submap));
+}
+
+const char* CounterOf(LoopSearch::Verdict verdict) {
+  switch (verdict) {
+    case LoopSearch::Verdict::kUsed: return "solutions_used";
+    case LoopSearch::Verdict::kWithheld: return "solutions_withheld";
+    case LoopSearch::Verdict::kRefused: return "pose_graph_refused";
+    case LoopSearch::Verdict::kOlder: return "pose_graph_older";
+  }
+  return "";
+}
+
+}  // namespace
+
+Mapper::Mapper(const MapperParams& params)
+    : Mapper(params, std::make_unique<DeadReckoning>(params.navigation, params.vehicle)) {}
+
+Mapper::Mapper(const MapperParams& params, std::unique_ptr<Navigation> navigation)
+    : params_(params),
+      navigation_(std::move(navigation)),
+      sound_speed_(params.sound_velocity_profile),
+      pings_(static_cast<std::size_t>(params.max_waiting_pings)),
+      builder_(
+          params.submap,
+          params.filter,
+          [this](Time a, Time b) { return DriftBetween(a, b); },
+          [this](Time anchor, Time t) {
+            return navigation_->Hindsight(anchor, t).value_or(Pose2{});
+          }),
+      frames_(navigation_.get()),
+      search_(params.loop_closer),
+      graph_(params.mounting) {}
+
+template <class Sample>
+void Mapper::Navigate(const Sample& sample) {
+  navigation_->Add(sample);
+  GiveNav();
+  GeoreferencePings();
+}
+
+template void Mapper::Navigate(const ImuSample&);
+template void Mapper::Navigate(const DvlSample&);
+template void Mapper::Navigate(const DepthSample&);
+template void Mapper::Navigate(const PositionFix&);
+
+void Mapper::Add(const MbesPing& ping) {
+  navigation_->AddSoundSpeed(ping.time, ping.sound_speed_mps);
+  pings_.Add(ping);
+  GeoreferencePings();
+}
+
+void Mapper::Add(const SoundVelocityProfile& profile) {
+  if (!sound_speed_.Add(profile)) Count("svp_unusable");
+}
+
+void Mapper::GiveNav() {
+  const std::optional<Time> latest = navigation_->latest();
+  if (!latest) return;
+  // Half a millisecond less, so that a stamp's rounding does not halve the rate.
+  const double due_s = 1.0 / params_.nav_rate_hz - 5e-4;
+  if (last_nav_ && *latest >= *last_nav_ && ToSeconds(*latest - *last_nav_) < due_s) return;
+  const std::optional<NavState> state = navigation_->StateAt(*latest);
+  if (!state) return;
+  graph_.SetId(state->time);
+  last_nav_ = *latest;
+  bottom_lock_ = state->bottom_lock;
+  events_.emplace_back(*state);
+}
+
+void Mapper::GeoreferencePings() {
+  const std::optional<Time> latest = navigation_->latest();
+  if (!latest) return;
+  while (const std::optional<MbesPing> ping = pings_.Take(*latest)) AddToSubmap(*ping);
+}
+
+void Mapper::AddToSubmap(const MbesPing& ping) {
+  const SoundSpeed::Choice sound_speed = sound_speed_.For(ping);
+  sound_speed_source_ = sound_speed.source;
+  if (!IsProfile(sound_speed.source)) Count("pings_without_profile");
+  const PoseLookup T_map_vehicle_at = [this](Time t) -> std::optional<Eigen::Isometry3d> {
+    const std::optional<NavState> state = navigation_->StateAt(t);
+    if (!state) return std::nullopt;
+    return state->T_map_vehicle;
+  };
+  const std::optional<GeoreferencedPing> georeferenced =
+      Georeference(ping, T_map_vehicle_at, params_.vehicle, *sound_speed.rays);
+  if (!georeferenced) return Count("pings_without_pose");
+  Count("beams_read", georeferenced->beams_read);
+  Count("beams_invalid", georeferenced->beams_invalid);
+  Count("beams_refused", georeferenced->beams_refused);
+  if (georeferenced->speed_from_profile) Count("pings_with_impossible_sound_speed");
+  if (std::optional<Submap> closed = builder_.Add(*georeferenced)) OnClosed(std::move(*closed));
+  if (const auto frame_time = builder_.frame_time()) frames_.Remember(*frame_time, ping.time);
+}
+
+std::optional<Eigen::Matrix3d> Mapper::DriftBetween(Time a, Time b) const {
+  const std::optional<Time> latest = navigation_->latest();
+  if (!latest) return std::nullopt;
+  // Of what is further back than navigation remembers, what it lost since then.
+  const NavigationParams& p = params_.navigation;
+  const Time oldest = *latest - FromSeconds(p.window_s - p.key_interval_s);
+  return navigation_->RelativeCovariance(std::max(a, oldest), std::max(b, oldest));
+}
+
+void Mapper::OnClosed(Submap submap) {
+  submap.id = SubmapId{next_id_};
+  std::vector<GraphEdge> edges =
+      frames_.Place(&submap, next_id_ == 0, navigation_->TakeFixes(submap.end));
+  Enqueue(std::move(submap), std::move(edges));
+}
+
+void Mapper::AddSubmap(Submap submap) {
+  if (submap.id.value < 0) submap.id.value = next_id_;
+  if (submap.id.value < next_id_ || !IsUsable(submap)) return Count("submaps_refused");
+  frames_.Forget();
+  Enqueue(std::move(submap), {});
+}
+
+void Mapper::Enqueue(Submap submap, std::vector<GraphEdge> position_edges) {
+  next_id_ = submap.id.value + 1;
+  const Eigen::Matrix3d R_level_submap = LevelFromBody(submap.T_map_submap);
+  if (submap.footprint.empty()) submap.footprint = FootprintOf(submap.cloud, R_level_submap);
+  if (!submap.predicted_information) {
+    submap.predicted_information =
+        params_.submap.expected_overlap *
+        PredictInformation(
+            submap.cloud, R_level_submap, params_.filter.voxel_m, params_.submap.sounding_sigma_m);
+  }
+  search_.Add(submap);
+  Count(std::string("submaps_by_") + ToString(submap.trigger));
+  const auto most = static_cast<std::size_t>(params_.max_waiting_submaps);
+  const bool skip = submaps_.size() >= most;
+  const bool store = submaps_.size() < kUnregisteredPerRegistered * most;
+  if (skip) Count("submaps_skipped_busy");
+  if (!store) Count("submaps_not_stored");
+  const auto closed = std::make_shared<const Submap>(std::move(submap));
+  events_.emplace_back(closed);
+  submaps_.push_back({store ? closed : WithoutPoints(*closed), std::move(position_edges), skip});
+}
+
+std::optional<RegistrationJob> Mapper::NextJob() {
+  if (job_is_out_) return std::nullopt;
+  RegistrationJob job;
+  if (!submaps_.empty()) {
+    job.closed = submaps_.front().submap;
+    if (!submaps_.front().skip_registration) job.pairs = search_.PairsFor(job.closed->id);
+  } else if (!again_.empty()) {
+    job.pairs = std::move(again_);
+    again_.clear();
+  } else {
+    return std::nullopt;
+  }
+  job_is_out_ = true;
+  return job;
+}
+
+void Mapper::Take(RegistrationResultSet results) {
+  job_is_out_ = false;
+  std::vector<GraphVertex> vertices;
+  std::vector<GraphEdge> edges;
+  Time submap_time;
+  if (const Submap* submap = results.job.closed.get()) {
+    submap_time = submap->frame_time;
+    vertices.push_back({submap->id,
+                        submap->frame_time,
+                        LevelPose(submap->T_map_submap),
+                        submap->heading_sigma_rad});
+    edges = search_.DeadReckoningEdge(submap->id);
+    const std::vector<GraphEdge> position_edges = std::move(submaps_.front().position_edges);
+    submaps_.pop_front();
+    edges.insert(edges.end(), position_edges.begin(), position_edges.end());
+  } else {
+    submap_time = graph_.submap_time();
+    Count("pairs_looked_at_again", static_cast<std::int64_t>(results.job.pairs.size()));
+  }
+  const auto registered = static_cast<std::int64_t>(results.edges.size());
+  const auto pairs = static_cast<std::int64_t>(results.job.pairs.size());
+  Count("registrations", registered);
+  Count("registrations_failed", results.failed);
+  failed_in_last_job_ = results.failed;
+  Count("registrations_without_result", pairs - registered);
+  const std::vector<GraphEdge> closures = search_.Record(std::move(results));
+  edges.insert(edges.end(), closures.begin(), closures.end());
+  Extend(std::move(vertices), std::move(edges), submap_time);
+}
+
+bool Mapper::LookAgain() {
+  if (job_is_out_ || !submaps_.empty() || !again_.empty()) return false;
+  std::optional<LoopSearch::Step> step = search_.LookAgain(last_nav_);
+  if (!step) return false;
+  if (step->ask) {
+    step->ask->graph_id = graph_.graph_id();
+    Count("covariances_asked", static_cast<std::int64_t>(step->ask->pairs.size()));
+    events_.emplace_back(CovarianceQuestion{*std::move(step->ask), graph_.submap_time()});
+  }
+  again_ = std::move(step->pairs);
+  return true;
+}
+
+bool Mapper::Take(const PoseGraph& solution) {
+  if (solution.graph_id != graph_.graph_id()) {
+    Count("pose_graph_refused");
+    return false;
+  }
+  const LoopSearch::Verdict verdict = search_.Take(solution, graph_.version());
+  Count(CounterOf(verdict));
+  return verdict == LoopSearch::Verdict::kUsed;
+}
+
+bool Mapper::Take(const PairCovariances& answer) {
+  if (answer.graph_id != graph_.graph_id() || !search_.Take(answer)) return false;
+  Count("covariances_answered", static_cast<std::int64_t>(answer.pairs.size()));
+  return true;
+}
+
+// With the last step come the fixes that no further submap will bring, and the graph ends.
+void Mapper::Extend(std::vector<GraphVertex> vertices,
+                    std::vector<GraphEdge> edges,
+                    Time submap_time) {
+  const bool last = IsLastStep();
+  std::vector<GraphEdge> fixes;
+  if (last && navigation_->latest())
+    fixes = frames_.EdgesOf(navigation_->TakeFixes(*navigation_->latest()));
+  graph_.Append(std::move(vertices), std::move(edges), submap_time, last && fixes.empty());
+  if (!fixes.empty()) graph_.Append({}, std::move(fixes), *frames_.previous_time(), last);
+  GiveGraph();
+}
+
+bool Mapper::IsLastStep() const {
+  return finishing_ && !job_is_out_ && submaps_.empty() && !graph_.HasEnded();
+}
+
+void Mapper::GiveGraph() {
+  while (const GraphStep* step = graph_.After(graph_given_)) {
+    graph_given_ = step->update.version;
+    events_.emplace_back(*step);
+  }
+}
+
+void Mapper::Finish() {
+  navigation_->Finish();
+  GeoreferencePings();
+  while (const std::optional<MbesPing> ping = pings_.TakeAny()) AddToSubmap(*ping);
+  if (std::optional<Submap> last = builder_.Finish()) OnClosed(std::move(*last));
+  finishing_ = true;
+  if (IsLastStep() && !graph_.empty()) Extend({}, {}, graph_.submap_time());
+}
+
+std::vector<MapperEvent> Mapper::TakeEvents() { return std::exchange(events_, {}); }
+
+std::vector<Condition> Mapper::conditions() const {
+  std::vector<Condition> now;
+  if (const auto& harm = search_.harm())
+    now.push_back({&conditions::kSolutionWithheld, Sentence(*harm)});
+  if (last_nav_ && !bottom_lock_) now.push_back({&conditions::kNoBottomLock, {}});
+  if (sound_speed_source_ && !IsProfile(*sound_speed_source_))
+    now.push_back({&conditions::kNoSoundSpeedProfile, Sentence(*sound_speed_source_)});
+  if (failed_in_last_job_ > 0)
+    now.push_back({&conditions::kRegistrationFailed, std::to_string(failed_in_last_job_)});
+  return now;
+}
+
+std::map<std::string, std::int64_t> Mapper::counters() const {
+  std::map<std::string, std::int64_t> all = counters_;
+  for (const auto& [name, count] : navigation_->counters()) all["nav_" + name] = count;
+  for (const auto& [name, count] : builder_.counters()) all[name] = count;
+  all["pings_dropped_waiting"] = pings_.dropped();
+  all["pings_from_the_future"] = pings_.from_the_future();
+  all["position_fixes_in_graph"] = frames_.fixes_in_graph();
+  all["position_fixes_too_far"] = frames_.fixes_too_far();
+  all["relative_covariances_missing"] = frames_.independent();
+  all["submaps_waiting"] = static_cast<std::int64_t>(submaps_.size());
+  all["solution_version"] = search_.solution_version();
+  all["loop_closures_accepted"] = search_.accepted();
+  all["loop_closures_rejected"] = search_.rejected();
+  return all;
+}
+
+std::string Mapper::Summary() const {
+  std::map<std::string, std::int64_t> refused = builder_.counters();
+  const auto count = [this](const char* name) {
+    const auto found = counters_.find(name);
+    return found == counters_.end() ? 0 : found->second;
+  };
+  refused["beams_refused"] = count("beams_refused");
+  const Rejection rejection = RejectionOf(count("beams_read") - count("beams_invalid"), refused);
+  std::string summary = std::to_string(search_.size()) + " submaps, " +
+                        std::to_string(search_.accepted()) + " loop closures accepted, " +
+                        std::to_string(search_.rejected()) + " rejected, " + rejection.Text();
+  if (sound_speed_source_ && IsProfile(*sound_speed_source_))
+    summary += std::string("; ") + Sentence(*sound_speed_source_);
+  return summary;
+}
+
+}  // namespace seastitch

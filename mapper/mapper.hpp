@@ -1,0 +1,152 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "common/core/conditions.hpp"
+#include "common/core/graph.hpp"
+#include "common/core/sensors.hpp"
+#include "common/core/submap.hpp"
+#include "mapper/geometry/georeference.hpp"
+#include "mapper/graph_log.hpp"
+#include "mapper/loop_search.hpp"
+#include "mapper/mapper_params.hpp"
+#include "mapper/navigation/navigation.hpp"
+#include "mapper/ping_queue.hpp"
+#include "mapper/registration_job.hpp"
+#include "mapper/sound_speed.hpp"
+#include "mapper/submap_frames.hpp"
+#include "mapper/submaps/submap_builder.hpp"
+
+namespace seastitch {
+
+// A question for the optimizer; its answer goes to Mapper::Take().
+struct CovarianceQuestion {
+  CovarianceRequest request;
+  Time submap_time;  // frame of the newest submap in the graph
+};
+
+// What a mapper gives: a state of NAV, a closed submap with its points, a version of the graph, a
+// question.
+using MapperEvent =
+    std::variant<NavState, std::shared_ptr<const Submap>, GraphStep, CovarianceQuestion>;
+
+// Sensor samples in; navigation, submaps and the graph out. Knows no bus, no thread, no clock and
+// no file: registrations are values that it hands out, one at a time, and whose results it takes
+// back.
+//
+//   mapper.Add(sample);
+//   while (auto job = mapper.NextJob()) mapper.Take(Run(*job, params, load, &prepared));
+//   for (const MapperEvent& event : mapper.TakeEvents()) ...
+//
+// With an optimizer, its solutions go to Take() and LookAgain() is called while there is time.
+class Mapper {
+ public:
+  // Throws std::invalid_argument where params.navigation is not usable.
+  explicit Mapper(const MapperParams& params);
+  Mapper(const MapperParams& params, std::unique_ptr<Navigation> navigation);
+  Mapper(const Mapper&) = delete;
+  Mapper& operator=(const Mapper&) = delete;
+
+  // Refused samples are counted.
+  void Add(const ImuSample& sample) { Navigate(sample); }
+  void Add(const DvlSample& sample) { Navigate(sample); }
+  void Add(const DepthSample& sample) { Navigate(sample); }
+  void Add(const PositionFix& fix) { Navigate(fix); }
+  void Add(const MbesPing& ping);
+  void Add(const SoundVelocityProfile& profile);
+
+  // A finished submap from elsewhere joins the graph. An id below 0 becomes the next number; one
+  // that is not above all before it is refused and counted. Footprint and predicted information are
+  // added where they are missing.
+  void AddSubmap(Submap submap);
+
+  // The next registrations: of the oldest submap that waits, else those that LookAgain() chose.
+  // Nothing while a job is out. Submaps join the graph in their order, each with the result of its
+  // job.
+  std::optional<RegistrationJob> NextJob();
+  bool HasSubmapToRegister() const { return !job_is_out_ && !submaps_.empty(); }
+  // What the job that is out gave.
+  void Take(RegistrationResultSet results);
+
+  // Looks at one submap again of which the last solution brought news: some of its pairs may be
+  // registered for the first time, or once more. Before the first of a solution it asks how well
+  // their relative poses are known. False where nothing is left to be done now.
+  bool LookAgain();
+
+  // From the optimizer. False: not used.
+  bool Take(const PoseGraph& solution);
+  bool Take(const PairCovariances& answer);
+
+  // No more samples come: geo-references what waits and closes the last submap. When the last job
+  // is back, the graph ends with its final version.
+  void Finish();
+
+  // What happened since the last call, in order.
+  std::vector<MapperEvent> TakeEvents();
+
+  // Every version so far, for who lacks some.
+  const GraphLog& graph() const { return graph_; }
+  std::int64_t solution_version() const { return search_.solution_version(); }
+  std::optional<Time> last_nav() const { return last_nav_; }
+
+  // Neither navigation nor a submap yet.
+  bool IsWaiting() const { return !last_nav_ && graph_.empty(); }
+  // Faults that hold now.
+  std::vector<Condition> conditions() const;
+  // Everything counted, by name, such as "pings_without_pose".
+  std::map<std::string, std::int64_t> counters() const;
+  // One line for people: submaps, closures, soundings rejected.
+  std::string Summary() const;
+
+ private:
+  struct Waiting {
+    std::shared_ptr<const Submap> submap;
+    std::vector<GraphEdge> position_edges;
+    bool skip_registration = false;
+  };
+
+  template <class Sample>
+  void Navigate(const Sample& sample);
+  void GiveNav();
+  void GeoreferencePings();
+  void AddToSubmap(const MbesPing& ping);
+  std::optional<Eigen::Matrix3d> DriftBetween(Time a, Time b) const;
+  void OnClosed(Submap submap);
+  void Enqueue(Submap submap, std::vector<GraphEdge> position_edges);
+  void Extend(std::vector<GraphVertex> vertices, std::vector<GraphEdge> edges, Time submap_time);
+  void GiveGraph();
+  bool IsLastStep() const;
+  void Count(const std::string& name, std::int64_t n = 1) { counters_[name] += n; }
+
+  const MapperParams params_;
+  const std::unique_ptr<Navigation> navigation_;
+  SoundSpeed sound_speed_;
+  std::optional<SoundSpeed::Source> sound_speed_source_;  // of the last ping
+  PingQueue pings_;
+  SubmapBuilder builder_;
+  SubmapFrames frames_;
+  std::optional<Time> last_nav_;
+  bool bottom_lock_ = false;
+
+  std::int32_t next_id_ = 0;
+  std::deque<Waiting> submaps_;  // to be registered; the first may be out
+  std::vector<LoopPair> again_;  // pairs that LookAgain() chose
+  bool job_is_out_ = false;
+  std::int64_t failed_in_last_job_ = 0;  // registrations
+  LoopSearch search_;
+  GraphLog graph_;
+  std::int64_t graph_given_ = 0;  // versions, as events
+  bool finishing_ = false;
+
+  std::vector<MapperEvent> events_;
+  std::map<std::string, std::int64_t> counters_;
+};
+
+}  // namespace seastitch

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <optional>
+
+#include "common/core/mounting.hpp"
+#include "common/core/sensors.hpp"
+#include "common/core/vehicle.hpp"
+#include "mapper/loop_closer.hpp"
+#include "mapper/navigation/navigation_params.hpp"
+#include "mapper/submaps/cloud_filter.hpp"
+#include "mapper/submaps/submap_builder.hpp"
+
+namespace seastitch {
+
+// Everything that a Mapper is told at its start; config/mapper.yaml says what each is and why.
+struct MapperParams {
+  VehicleGeometry vehicle;
+  NavigationParams navigation;
+  SubmapParams submap;
+  CloudFilterParams filter;
+  LoopCloserParams loop_closer;
+  std::optional<SoundVelocityProfile> sound_velocity_profile;
+  double nav_rate_hz = 10.0;
+  MountingSigmas mounting{0.3, 0.0};  // dvl_yaw_rad: from the file
+  // Pings that wait for navigation to reach their last echo; the oldest are dropped beyond.
+  int max_waiting_pings = 600;
+  // Submaps that wait to be registered; beyond, they go into the graph without.
+  int max_waiting_submaps = 8;
+};
+
+}  // namespace seastitch

@@ -1,0 +1,242 @@
+#include "mapper/navigation/attitude_aiding.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "common/core/pose.hpp"
+#include "mapper/navigation/strapdown.hpp"
+
+namespace seastitch {
+namespace {
+
+// Increments have no bias that was forgotten: they are held to more than the gate's sigmas.
+constexpr double kIncrementGate = 1.5;
+constexpr double kQuietS = 5.0;
+// A device whose samples are further apart than this is not compared with the gyros.
+constexpr double kMaxIncrementS = 2.5;
+// A vehicle that turns by less keeps its attitude, whatever a device says that does not move.
+constexpr double kFrozenRad = Deg2Rad(1.0);
+// Steps of the heading below this are left to the gate.
+constexpr double kMinStepRad = Deg2Rad(1.0);
+// A step back leaves so much of it at most.
+constexpr double kSteppedBack = 0.2;
+// Delays of stamps are sought up to this, either way, from samples no further apart than that.
+constexpr double kLongestDelayS = 1.0;
+constexpr double kMaxLearnedS = 1.5;
+constexpr double kSlopeS = 0.05;
+constexpr double kHistoryS = 2.0 * (kLongestDelayS + kSlopeS) + kMaxLearnedS;
+// A device that has just said that it is aligned may step.
+constexpr double kAfterAlignmentS = 5.0;
+
+}  // namespace
+
+AttitudeAiding::AttitudeAiding(const NavigationParams& params,
+                               ErrorStateFilter* filter,
+                               Counters* counters)
+    : params_(params),
+      filter_(filter),
+      counters_(counters),
+      watch_(kIncrementGate * params.gate_sigma, kQuietS) {}
+
+void AttitudeAiding::Begin(Time t, const AttitudeEvent& attitude) {
+  begun_ = t;
+  alignment_ = attitude.alignment;
+  Resume(t, attitude);
+}
+
+void AttitudeAiding::Resume(Time t, const AttitudeEvent& attitude) {
+  compared_ = agreed_ = t;
+  turns_.clear();  // the gyros did not see what happened in between
+  unlearned_.clear();
+  Anchor(t, attitude);
+  watch_.Interrupt();
+}
+
+void AttitudeAiding::Anchor(Time t, const AttitudeEvent& attitude) {
+  anchor_ = {t, attitude.q_map_imu};
+  turn_.setIdentity();
+  turned_rad_ = 0.0;
+}
+
+void AttitudeAiding::AddTurn(Time t, const Eigen::Vector3d& rate_radps, double dt_s) {
+  const Eigen::Vector3d turn = (rate_radps - filter_->biases().segment<3>(kGyroBias)) * dt_s;
+  turn_ = (turn_ * QuaternionFromRotationVector(turn)).normalized();
+  turned_rad_ += turn.norm();
+  const Eigen::Quaterniond before =
+      turns_.empty() ? Eigen::Quaterniond::Identity() : turns_.back().value;
+  turns_.push_back({t, (before * QuaternionFromRotationVector(turn)).normalized()});
+  while (ToSeconds(t - turns_.front().time) > kHistoryS) turns_.pop_front();
+}
+
+Eigen::Quaterniond AttitudeAiding::TurnAt(Time t) const {
+  const auto after =
+      std::lower_bound(turns_.begin(), turns_.end(), t, [](const auto& turn, Time time) {
+        return turn.time < time;
+      });
+  if (after == turns_.begin()) return turns_.front().value;
+  if (after == turns_.end()) return turns_.back().value;
+  const auto before = std::prev(after);
+  const double w = ToSeconds(t - before->time) / ToSeconds(after->time - before->time);
+  return before->value.slerp(w, after->value);
+}
+
+AttitudeEvent AttitudeAiding::CarriedTo(Time t, const AttitudeEvent& attitude) const {
+  if (!stamps_.IsSuspected() || turns_.empty()) return attitude;
+  AttitudeEvent carried = attitude;
+  const Eigen::Quaterniond turn =
+      TurnAt(t - FromSeconds(stamps_.delay_s())).conjugate() * TurnAt(t);
+  carried.q_map_imu = (carried.q_map_imu * turn).normalized();
+  return carried;
+}
+
+// The device's turn from one sample to the next against that of the gyros, as much earlier as the
+// stamps are known to be late. Some time later, when the gyros' turn after it is known too.
+void AttitudeAiding::LearnStamps(Time t, const AttitudeEvent& attitude) {
+  unlearned_.push_back({t, attitude.q_map_imu});
+  while (unlearned_.size() > 1 && ToSeconds(t - unlearned_[1].time) >= kLongestDelayS + kSlopeS) {
+    LearnFrom(unlearned_[0], unlearned_[1]);
+    unlearned_.pop_front();
+  }
+}
+
+void AttitudeAiding::LearnFrom(const Stamped<Eigen::Quaterniond>& from,
+                               const Stamped<Eigen::Quaterniond>& to) {
+  const double dt_s = ToSeconds(to.time - from.time);
+  const double delay_s = stamps_.delay_s();
+  if (dt_s > kMaxLearnedS || turns_.empty()) return;
+  const auto gyro_turn = [&](double late_s) {
+    const Time end = to.time - FromSeconds(late_s);
+    return Eigen::Quaterniond(TurnAt(end - FromSeconds(dt_s)).conjugate() * TurnAt(end));
+  };
+  const Eigen::Quaterniond device_turn = from.value.conjugate() * to.value;
+  const Eigen::Quaterniond expected = gyro_turn(delay_s);
+  const Eigen::Vector3d slope =
+      RotationVectorFromQuaternion(expected.conjugate() * gyro_turn(delay_s + kSlopeS)) / kSlopeS;
+  stamps_.Add(RotationVectorFromQuaternion(expected.conjugate() * device_turn),
+              slope,
+              IncrementSigma(dt_s),
+              dt_s);
+}
+
+bool AttitudeAiding::IsRepeated(const AttitudeEvent& attitude) const {
+  return last_ && attitude.q_map_imu.coeffs() == last_->coeffs();
+}
+
+bool AttitudeAiding::IsFrozen(const AttitudeEvent& attitude) const {
+  return IsRepeated(attitude) && turn_.angularDistance(Eigen::Quaterniond::Identity()) > kFrozenRad;
+}
+
+void AttitudeAiding::Use(Time t, const AttitudeEvent& attitude) {
+  const bool due = ToSeconds(t - compared_) >= params_.attitude_interval_s - 1e-6;
+  if (!due && !in_doubt_) return;
+  if (attitude.alignment == Alignment::kAligned && alignment_ != Alignment::kAligned) aligned_ = t;
+  alignment_ = attitude.alignment;
+  if (IsFrozen(attitude)) {
+    compared_ = t;
+    watch_.Interrupt();
+    Count("attitude_frozen");
+    return refusals_.Add(t, true);
+  }
+  if (due) compared_ = t;
+  const bool compares = due && !IsRepeated(attitude);
+  if (compares) LearnStamps(t, attitude);
+  last_ = attitude.q_map_imu;
+  UseCarried(t, CarriedTo(t, attitude), compares);
+}
+
+void AttitudeAiding::UseCarried(Time t, const AttitudeEvent& attitude, bool compares) {
+  if (compares) Compare(t, attitude);
+  if (watch_.GoesOn(t)) {
+    if (!in_doubt_) {
+      Count("gyro_doubted");
+      filter_->ReopenInertialBiases();
+      filter_->ReopenAttitudeBias();
+    }
+    Take(t, attitude);
+    in_doubt_ = true;
+    return refusals_.Add(t, true);
+  }
+  in_doubt_ = false;
+  if (watch_.StepIsSure() && Step(t, attitude)) return refusals_.Add(t, false);
+  const int refused = filter_->UpdateAttitude(attitude.q_map_imu, attitude.sigma_rpy_rad);
+  refusals_.Add(t, refused > 0);
+  if (refused == 0) {
+    agreed_ = t;
+    return;
+  }
+  Count("attitude_axis_gated", refused);
+  if (refusals_.StreakS() < params_.gate_reset_s) return;
+  refusals_.EndStreak();
+  filter_->ReopenInertialBiases();
+  filter_->ReopenAttitudeBias();
+  Count("attitude_reset");
+  Take(t, attitude);
+}
+
+void AttitudeAiding::Compare(Time t, const AttitudeEvent& attitude) {
+  const double dt_s = ToSeconds(t - anchor_.time);
+  if (dt_s <= kMaxIncrementS) {
+    const Eigen::Quaterniond expected = anchor_.value * turn_;
+    watch_.Add(t,
+               RotationVectorFromQuaternion(attitude.q_map_imu * expected.conjugate()),
+               IncrementSigma(dt_s));
+  } else {
+    watch_.Interrupt();
+  }
+  Anchor(t, attitude);
+}
+
+// What the device scatters by, and the gyros drift, from one sample to the next.
+double AttitudeAiding::IncrementSigma(double dt_s) const {
+  const double white = params_.attitude_white_rad.maxCoeff();
+  const double gyro = params_.gyro_noise_radps_rthz * std::sqrt(dt_s) +
+                      params_.gyro_step_radps * dt_s + params_.gyro_bias_radps.sigma * dt_s;
+  const GaussMarkov<double>& wander = params_.attitude_heading_wander_rad;
+  const double wandered = wander.sigma * std::sqrt(2.0 * dt_s / wander.tau_s);
+  const double deviated = params_.attitude_deviation_rad * std::min(turned_rad_, 2.0);
+  const double stamped = params_.attitude_time_sigma_s * turned_rad_ / std::max(dt_s, 1e-3);
+  return std::sqrt(2.0 * white * white + gyro * gyro + wandered * wandered + deviated * deviated +
+                   2.0 * stamped * stamped);
+}
+
+// False: not a step of the heading that matters.
+bool AttitudeAiding::Step(Time t, const AttitudeEvent& attitude) {
+  const double step_rad = filter_->HeadingResidual(attitude.q_map_imu);
+  const double seen_rad = watch_.step()->z();
+  watch_.ForgetStep();
+  const double gate_rad = params_.gate_sigma * filter_->HeadingResidualSigma();
+  if (std::abs(seen_rad) < kMinStepRad || std::abs(step_rad) < std::max(kMinStepRad, gate_rad))
+    return false;
+  Count("heading_step");
+  const bool announced = aligned_ && ToSeconds(t - *aligned_) < kAfterAlignmentS;
+  const bool settles =
+      announced || alignment_ == Alignment::kAligning ||
+      (alignment_ == Alignment::kUnknown && ToSeconds(t - begun_) < params_.attitude_settle_s);
+  if (settles)
+    filter_->FollowHeadingStep(step_rad);
+  else
+    filter_->KeepHeadingOverStep(step_rad);
+  const double doubt_rad = std::abs(filter_->heading_doubt_rad());
+  largest_doubt_rad_ = std::max(largest_doubt_rad_, doubt_rad);
+  if (doubt_rad > kSteppedBack * largest_doubt_rad_ && !announced) return true;
+  if (!announced) Count("heading_step_back");
+  filter_->EndHeadingDoubt();
+  largest_doubt_rad_ = 0.0;
+  return true;
+}
+
+// What was wrong since the device and the filter last agreed has moved the position sideways by
+// half the difference times the way, at most.
+void AttitudeAiding::Take(Time t, const AttitudeEvent& attitude) {
+  const double off_rad = filter_->AttitudeResidual(attitude.q_map_imu).norm();
+  const double way_m = filter_->state().v_map_mps.head<2>().norm() * ToSeconds(t - agreed_);
+  const Eigen::Vector3d v = filter_->state().v_map_mps;
+  const Eigen::Vector3d across = Eigen::Vector3d(-v.y(), v.x(), 0.0).stableNormalized();
+  const double moved_m = 0.5 * std::min(off_rad, 1.0) * way_m;
+  filter_->WidenPosition(moved_m * moved_m * across * across.transpose());
+  filter_->TakeAttitude(attitude.q_map_imu, attitude.sigma_rpy_rad);
+  agreed_ = t;
+}
+
+}  // namespace seastitch

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "common/core/time.hpp"
+#include "mapper/navigation/error_state_filter.hpp"
+#include "mapper/navigation/increment_watch.hpp"
+#include "mapper/navigation/nav_events.hpp"
+#include "mapper/navigation/navigation_params.hpp"
+#include "mapper/navigation/refusal_record.hpp"
+#include "mapper/navigation/stamp_offset.hpp"
+
+namespace seastitch {
+
+// Corrects the filter by the device's attitude, and finds out who is wrong where they disagree:
+//   device and gyros disagree from sample to sample  the gyros, or the stamps: the attitude is the
+//                                                    device's until they agree again
+//   the device's heading has stepped, once           two hypotheses (ErrorStateFilter)
+//   the device says the same to the last bit while   the device is frozen, and not used
+//   the gyros feel a turn
+//   refused for gate_reset_s for no such reason      the filter: the attitude is the device's anew
+class AttitudeAiding {
+ public:
+  using Counters = std::map<std::string, std::int64_t>;
+  AttitudeAiding(const NavigationParams& params, ErrorStateFilter* filter, Counters* counters);
+
+  // The filter was started with this attitude.
+  void Begin(Time t, const AttitudeEvent& attitude);
+  // It was carried over a gap by this one.
+  void Resume(Time t, const AttitudeEvent& attitude);
+  // What the gyros have felt since the last inertial sample.
+  void AddTurn(Time t, const Eigen::Vector3d& rate_radps, double dt_s);
+  void Use(Time t, const AttitudeEvent& attitude);
+
+  const RefusalRecord& refusals() const { return refusals_; }
+  const StampOffset& stamps() const { return stamps_; }
+  bool gyros_in_doubt(Time t) const { return watch_.GoesOn(t); }
+
+ private:
+  void Count(const std::string& name, std::int64_t n = 1) { (*counters_)[name] += n; }
+  bool IsRepeated(const AttitudeEvent& attitude) const;  // to the last bit
+  bool IsFrozen(const AttitudeEvent& attitude) const;
+  // By the gyros from when it was measured, as far as the stamps are suspected, until t.
+  AttitudeEvent CarriedTo(Time t, const AttitudeEvent& attitude) const;
+  Eigen::Quaterniond TurnAt(Time t) const;
+  void LearnStamps(Time t, const AttitudeEvent& attitude);
+  void LearnFrom(const Stamped<Eigen::Quaterniond>& from, const Stamped<Eigen::Quaterniond>& to);
+  void UseCarried(Time t, const AttitudeEvent& attitude, bool compares);
+  void Compare(Time t, const AttitudeEvent& attitude);
+  double IncrementSigma(double dt_s) const;
+  bool Step(Time t, const AttitudeEvent& attitude);
+  void Take(Time t, const AttitudeEvent& attitude);
+  void Anchor(Time t, const AttitudeEvent& attitude);
+
+  const NavigationParams params_;
+  ErrorStateFilter* filter_;
+  Counters* counters_;
+  IncrementWatch watch_;
+  RefusalRecord refusals_;
+  Time begun_;
+  Time compared_;  // and used, where the gyros are not in doubt
+  Time agreed_;    // the device and the filter, last
+  std::optional<Time> aligned_;
+  Alignment alignment_ = Alignment::kUnknown;
+  bool in_doubt_ = false;
+  double largest_doubt_rad_ = 0.0;
+  StampOffset stamps_;
+  std::deque<Stamped<Eigen::Quaterniond>> turns_;      // by the gyros since the start, of kHistoryS
+  std::optional<Eigen::Quaterniond> last_;             // as measured
+  std::deque<Stamped<Eigen::Quaterniond>> unlearned_;  // as measured, for stamps_
+  // The last attitude that was compared, carried to its stamp, and the turn by the gyros since.
+  Stamped<Eigen::Quaterniond> anchor_;
+  Eigen::Quaterniond turn_ = Eigen::Quaterniond::Identity();
+  double turned_rad_ = 0.0;  // the way there and back
+};
+
+}  // namespace seastitch

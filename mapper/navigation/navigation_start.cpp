@@ -1,0 +1,112 @@
+#include "mapper/navigation/navigation_start.hpp"
+
+#include "common/core/pose.hpp"
+#include "mapper/navigation/strapdown.hpp"
+
+namespace seastitch {
+namespace {
+
+// What was measured so long before the start is still of use.
+constexpr double kFreshS = 2.0;
+// Two attitudes a moment apart (1 Hz, and some jitter) that differ by no more than a vehicle turns
+// are not stray ones.
+constexpr double kSteadyAttitudeS = 1.5;
+constexpr double kSteadyAttitudeRad = 0.1;
+constexpr double kMaxTurnRadps = 0.6;
+// Of a place that nobody has stated.
+constexpr double kUnknownPlaceM = 1000.0;
+
+template <class T>
+bool IsFresh(const std::optional<Stamped<T>>& last, Time t) {
+  return last && ToSeconds(t - last->time) <= kFreshS;
+}
+
+}  // namespace
+
+std::string Explain(StartState state) {
+  switch (state) {
+    case StartState::kNoInertialData: return "no inertial samples";
+    case StartState::kNoAttitude:
+      return "the inertial unit sends no attitude: enable its attitude output";
+    case StartState::kAttitudeUnsteady:
+      return "the attitude jumps from sample to sample, or comes less than once in 1.5 s";
+    case StartState::kHeadingTooCoarse:
+      return "the attitude sensor is aligning, or its heading sigma is above "
+             "navigation.start_heading_sigma_deg";
+    case StartState::kNoDepthOrVelocity:
+      return "no depth or no bottom lock yet: waiting for navigation.start_wait_s";
+    case StartState::kNoFix:
+      return "no position fix yet: navigation.start_at_first_fix waits for one";
+    case StartState::kStarted: return "";
+  }
+  return "";
+}
+
+void NavigationStart::Use(Time t, const AttitudeEvent& attitude) {
+  const double dt_s = attitude_ ? ToSeconds(t - attitude_->time) : kSteadyAttitudeS + 1.0;
+  const bool steady =
+      dt_s <= kSteadyAttitudeS && attitude_->value.q_map_imu.angularDistance(attitude.q_map_imu) <
+                                      kSteadyAttitudeRad + kMaxTurnRadps * dt_s;
+  if (!steady) steady_since_.reset();
+  if (steady && !steady_since_) steady_since_ = attitude_->time;
+  attitude_ = {t, attitude};
+  attitude_is_new_ = true;
+}
+
+StartState NavigationStart::StateAt(Time t) const {
+  if (!attitude_) return StartState::kNoAttitude;
+  if (!steady_since_) return StartState::kAttitudeUnsteady;
+  if (attitude_->value.alignment == Alignment::kAligning ||
+      attitude_->value.sigma_rpy_rad.z() > params_.start_heading_sigma_rad)
+    return StartState::kHeadingTooCoarse;
+  const bool waits = ToSeconds(t - *steady_since_) < params_.start_wait_s;
+  const bool aided = IsFresh(dvl_, t) && IsFresh(depth_, t);
+  if (!aided && waits) return StartState::kNoDepthOrVelocity;
+  if (params_.start_at_first_fix && !fix_ && waits) return StartState::kNoFix;
+  return StartState::kStarted;
+}
+
+std::optional<NavigationStart::First> NavigationStart::Try(Time t, const InertialRates& rates) {
+  state_ = StateAt(t);
+  const bool now = attitude_is_new_;
+  attitude_is_new_ = false;
+  if (state_ != StartState::kStarted || !now) return std::nullopt;
+  First first;
+  first.attitude = attitude_->value;
+  // From the attitude's own time on by the gyros.
+  const Eigen::Quaterniond turn =
+      QuaternionFromRotationVector(rates.angular_rate_radps * ToSeconds(t - attitude_->time));
+  first.attitude.q_map_imu = (first.attitude.q_map_imu * turn).normalized();
+  Place(t, &first);
+  const Eigen::Matrix3d R = first.attitude.q_map_imu.toRotationMatrix();
+  first.start.sigma_v_mps = params_.start_speed_sigma_mps;
+  if (IsFresh(dvl_, t)) {
+    const Eigen::Isometry3d& T_imu_dvl = mounting_.T_imu_dvl;
+    const Eigen::Vector3d swing =
+        rates.angular_rate_radps.cross(Eigen::Vector3d(T_imu_dvl.translation()));
+    first.start.v_map_mps = R * (T_imu_dvl.linear() * dvl_->value.v_dvl_mps - swing);
+    first.dvl = dvl_->time;
+  }
+  return first;
+}
+
+void NavigationStart::Place(Time t, First* first) const {
+  const Eigen::Matrix3d R = first->attitude.q_map_imu.toRotationMatrix();
+  Eigen::Vector3d p_map_vehicle(params_.start_north_m, params_.start_east_m, 0.0);
+  ErrorStateFilter::Start& start = first->start;
+  first->place_is_known = !params_.start_at_first_fix || fix_.has_value();
+  start.sigma_p_m.setConstant(first->place_is_known ? params_.start_sigma_m : kUnknownPlaceM);
+  if (params_.start_at_first_fix && fix_) {
+    const double moved_m = ToSeconds(t - fix_->time) * params_.start_speed_sigma_mps;
+    const Eigen::Vector2d variance = fix_->value.covariance_m2.diagonal();
+    p_map_vehicle.head<2>() = fix_->value.north_east_m;
+    start.sigma_p_m.head<2>() = (variance.array() + moved_m * moved_m).sqrt();
+  }
+  start.p_map_imu = p_map_vehicle - R * mounting_.T_imu_vehicle.translation();
+  start.sigma_p_m.z() = params_.start_depth_sigma_m;  // until the first depth after the start
+  first->has_depth = IsFresh(depth_, t);
+  if (first->has_depth)
+    start.p_map_imu.z() = depth_->value.depth_m - (R * mounting_.p_imu_depth).z();
+}
+
+}  // namespace seastitch

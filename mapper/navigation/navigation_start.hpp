@@ -1,0 +1,51 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "common/core/time.hpp"
+#include "mapper/navigation/error_state_filter.hpp"
+#include "mapper/navigation/nav_events.hpp"
+#include "mapper/navigation/navigation_params.hpp"
+#include "mapper/navigation/start_state.hpp"
+
+namespace seastitch {
+
+// Gathers what the first state is made of.
+class NavigationStart {
+ public:
+  NavigationStart(const NavigationParams& params, const ErrorStateFilter::Mounting& mounting)
+      : params_(params), mounting_(mounting) {}
+
+  void Use(Time t, const DvlEvent& dvl) { dvl_ = {t, dvl}; }
+  void Use(Time t, const DepthEvent& depth) { depth_ = {t, depth}; }
+  void Use(Time t, const FixEvent& fix) { fix_ = {t, fix}; }
+  void Use(Time t, const AttitudeEvent& attitude);
+
+  struct First {
+    ErrorStateFilter::Start start;
+    AttitudeEvent attitude;
+    std::optional<Time> dvl;  // of the ensemble that gave the velocity
+    bool has_depth = false;
+    bool place_is_known = false;
+  };
+  // At an inertial sample: nothing until there is enough.
+  std::optional<First> Try(Time t, const InertialRates& rates);
+  StartState state() const { return state_; }
+
+ private:
+  StartState StateAt(Time t) const;
+  void Place(Time t, First* first) const;
+
+  const NavigationParams params_;
+  const ErrorStateFilter::Mounting mounting_;
+  StartState state_ = StartState::kNoInertialData;
+  bool attitude_is_new_ = false;
+  std::optional<Time> steady_since_;
+  std::optional<Stamped<AttitudeEvent>> attitude_;
+  std::optional<Stamped<DvlEvent>> dvl_;
+  std::optional<Stamped<DepthEvent>> depth_;
+  std::optional<Stamped<FixEvent>> fix_;
+};
+
+}  // namespace seastitch

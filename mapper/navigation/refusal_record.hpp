@@ -1,0 +1,40 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "common/core/time.hpp"
+
+namespace seastitch {
+
+// How much of what a sensor measured was refused, lately and since when.
+class RefusalRecord {
+ public:
+  void Add(Time t, bool refused);
+  // Of the last minute before the last sample, 0 to 1.
+  double Share() const;
+  // Since when the share has been above a tenth.
+  std::optional<Time> since() const { return since_; }
+  // For how long every sample has been refused, to the last one.
+  double StreakS() const;
+  // Since the last refusal; nothing: there was none.
+  std::optional<double> QuietS(Time t) const;
+  void EndStreak() { streak_since_.reset(); }
+
+ private:
+  static constexpr std::size_t kSeconds = 60;
+  struct Second {
+    std::int64_t second = -1;
+    int samples = 0;
+    int refused = 0;
+  };
+  std::array<Second, kSeconds> seconds_{};
+  std::optional<Time> first_;
+  std::optional<Time> last_;
+  std::optional<Time> last_refused_;
+  std::optional<Time> streak_since_;
+  std::optional<Time> since_;
+};
+
+}  // namespace seastitch

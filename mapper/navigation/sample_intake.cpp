@@ -1,0 +1,189 @@
+#include "mapper/navigation/sample_intake.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "common/core/pose.hpp"
+#include "common/core/sound_speed.hpp"
+
+namespace seastitch {
+namespace {
+
+// Beyond these no vehicle of ours moves and no sensor of ours measures.
+constexpr double kMaxRateRadps = 35.0;  // what SBG ECAN can carry, and then some
+constexpr double kMaxForceMps2 = 200.0;
+constexpr double kMaxSpeedMps = 20.0;
+constexpr double kMaxSpeedSigmaMps = 10.0;
+constexpr double kMinDepthM = -20.0;
+constexpr double kMaxDepthM = 12000.0;
+constexpr double kMaxDepthSigmaM = 1000.0;
+constexpr double kMaxFixVarianceM2 = 1e8;
+constexpr double kMaxFixDistanceM = 100e3;  // from the datum: the map is flat
+// A sensor may be this far ahead of the inertial unit.
+constexpr double kMaxAheadS = 5.0;
+constexpr std::size_t kMaxWaiting = 20000;
+
+template <class M>
+bool Within(const M& values, double limit) {
+  return (values.array().abs() <= limit).all();  // this way round NaN is refused
+}
+
+// A stamp that is put right goes back: the samples before it are waited for longer.
+double WaitS(const NavigationParams& params) {
+  return params.reorder_window_s +
+         std::max({0.0, -params.attitude_time_offset_s, -params.dvl_time_offset_s});
+}
+
+}  // namespace
+
+SampleIntake::SampleIntake(const NavigationParams& params,
+                           const VehicleGeometry& vehicle,
+                           Counters* counters)
+    : params_(params),
+      to_map_(Rad2Deg(vehicle.datum_latitude_rad), Rad2Deg(vehicle.datum_longitude_rad), 0.0),
+      wait_s_(WaitS(params)),
+      counters_(counters) {}
+
+void SampleIntake::Add(const ImuSample& sample) {
+  const ImuEvent imu{{sample.angular_rate_radps, sample.specific_force_mps2}};
+  const bool possible = Within(imu.rates.angular_rate_radps, kMaxRateRadps) &&
+                        Within(imu.rates.specific_force_mps2, kMaxForceMps2);
+  if (!possible) return Count("imu_refused");
+  if (!TakesTime(sample.time)) return;
+  if (!Insert({sample.time, imu})) return;
+  newest_imu_ = newest_imu_ ? std::max(*newest_imu_, sample.time) : sample.time;
+  if (sample.attitude) AddAttitude(sample.time, *sample.attitude, sample.alignment);
+  due_ = *newest_imu_ - FromSeconds(wait_s_);
+}
+
+void SampleIntake::AddAttitude(Time t, const Attitude& attitude, Alignment alignment) {
+  const bool usable = std::abs(attitude.q_ned_imu.norm() - 1.0) < 1e-2 &&
+                      Within(attitude.sigma_rpy_rad, kPi) &&
+                      (attitude.sigma_rpy_rad.array() >= 0.0).all();
+  if (!usable) return Count("attitude_refused");
+  AddAiding("attitude",
+            t + FromSeconds(params_.attitude_time_offset_s),
+            AttitudeEvent{attitude.q_ned_imu.normalized(), attitude.sigma_rpy_rad, alignment});
+}
+
+// The inertial unit is the clock: one wild stamp must not move it.
+bool SampleIntake::TakesTime(Time t) {
+  if (!newest_imu_) return true;
+  const bool late = IsLate(t);
+  const bool leaps = t > *newest_imu_ + FromSeconds(params_.clock_jump_s);
+  if (!late && !leaps) {
+    leap_.reset();
+    return true;
+  }
+  Count(late ? "imu_late" : "imu_ahead");
+  const bool goes_on = leap_ && t > *leap_ && t <= *leap_ + FromSeconds(params_.clock_jump_s);
+  leap_samples_ = goes_on ? leap_samples_ + 1 : 1;
+  leap_ = t;
+  if (leap_samples_ < params_.clock_jump_samples) return false;
+  // Forward it is a gap in the data. Backward it can only be mended while nothing was built on it.
+  if (late && frozen_) return false;
+  Count("clock_jump");
+  if (late) {
+    waiting_.clear();
+    settled_.reset();
+    due_.reset();
+    newest_imu_.reset();
+  }
+  leap_.reset();
+  return true;
+}
+
+void SampleIntake::Add(const DvlSample& sample) {
+  if (!sample.bottom_lock) return Count("dvl_without_bottom_lock");
+  const bool possible = Within(sample.v_dvl_mps, kMaxSpeedMps) &&
+                        Within(sample.sigma_v_mps, kMaxSpeedSigmaMps) &&
+                        (sample.sigma_v_mps.array() >= 0.0).all();
+  if (!possible) return Count("dvl_refused");
+  if (sample.error_velocity_mps &&
+      !(std::abs(*sample.error_velocity_mps) <= params_.dvl_max_error_velocity_mps))
+    return Count("dvl_error_velocity");
+  DvlEvent dvl{sample.v_dvl_mps, sample.sigma_v_mps};
+  for (double& sigma : dvl.sigma_mps)
+    sigma = sigma > 0.0 ? std::max(sigma, params_.dvl_sigma_floor_mps) : params_.dvl_sigma_mps;
+  AddAiding("dvl", sample.time + FromSeconds(params_.dvl_time_offset_s), dvl);
+}
+
+void SampleIntake::Add(const DepthSample& sample) {
+  const bool possible = sample.depth_m >= kMinDepthM && sample.depth_m <= kMaxDepthM &&
+                        sample.sigma_m >= 0.0 && sample.sigma_m <= kMaxDepthSigmaM;
+  if (!possible) return Count("depth_refused");
+  const double sigma = sample.sigma_m > 0.0 ? std::max(sample.sigma_m, params_.depth_sigma_floor_m)
+                                            : params_.depth_sigma_m;
+  AddAiding("depth", sample.time, DepthEvent{sample.depth_m, sigma});
+}
+
+std::optional<Event> SampleIntake::Add(const PositionFix& fix) {
+  const Eigen::Matrix2d& C = fix.covariance_north_east_m2;
+  const bool possible = std::abs(fix.latitude_rad) <= kPi / 2.0 &&
+                        std::abs(fix.longitude_rad) <= kPi && Within(C, kMaxFixVarianceM2) &&
+                        C(0, 0) > 0.0 && C.determinant() > 0.0 &&
+                        std::abs(C(0, 1) - C(1, 0)) <= 1e-9 * C.trace();
+  if (!possible) {
+    Count("fix_refused");
+    return std::nullopt;
+  }
+  double east = 0.0;
+  double north = 0.0;
+  double up = 0.0;
+  to_map_.Forward(Rad2Deg(fix.latitude_rad), Rad2Deg(fix.longitude_rad), 0.0, east, north, up);
+  const Eigen::Vector2d north_east(north, east);
+  if (!Within(north_east, kMaxFixDistanceM)) {
+    Count("fix_refused");
+    return std::nullopt;
+  }
+  const FixEvent event{north_east, C, fix.source};
+  if (IsLate(fix.time)) return Event{fix.time, event};
+  AddAiding("fix", fix.time, event);
+  return std::nullopt;
+}
+
+void SampleIntake::AddSoundSpeed(Time t, double speed_mps) {
+  if (params_.dvl_sound_speed_mps == 0.0) return;
+  if (!IsSoundSpeed(speed_mps)) return Count("sound_speed_refused");
+  AddAiding("sound_speed", t, SoundSpeedEvent{speed_mps});
+}
+
+void SampleIntake::AddAiding(const std::string& sensor, Time t, Measurement measurement) {
+  if (!newest_imu_) return Count(sensor + "_before_imu");
+  if (IsLate(t)) return Count(sensor + "_late");
+  if (t > *newest_imu_ + FromSeconds(kMaxAheadS)) return Count(sensor + "_ahead");
+  Insert({t, std::move(measurement)});
+}
+
+bool SampleIntake::Insert(Event event) {
+  if (waiting_.size() >= kMaxWaiting) {
+    Count("queue_full");
+    return false;
+  }
+  const auto at = std::upper_bound(waiting_.begin(), waiting_.end(), event);
+  const bool is_imu = std::holds_alternative<ImuEvent>(event.measurement);
+  if (is_imu && at != waiting_.begin() && std::prev(at)->time == event.time &&
+      std::holds_alternative<ImuEvent>(std::prev(at)->measurement)) {
+    Count("imu_duplicate");
+    return false;
+  }
+  waiting_.insert(at, std::move(event));
+  return true;
+}
+
+std::optional<Event> SampleIntake::Next() {
+  if (!due_) return std::nullopt;
+  if (!waiting_.empty() && waiting_.front().time <= *due_) {
+    Event event = std::move(waiting_.front());
+    waiting_.pop_front();
+    return event;
+  }
+  settled_ = settled_ ? std::max(*settled_, *due_) : *due_;
+  due_.reset();
+  return std::nullopt;
+}
+
+void SampleIntake::Finish() { due_ = newest_imu_; }
+
+}  // namespace seastitch

@@ -1,0 +1,185 @@
+#include "mapper/navigation/velocity_aiding.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace seastitch {
+namespace {
+
+constexpr double kIncrementGate = 1.5;
+constexpr double kQuietS = 5.0;
+// Ensembles further apart than this are not compared.
+constexpr double kMaxIncrementS = 2.5;
+// After a refusal the scale and the mounting of the DVL are left alone for so long.
+constexpr double kLearnAgainS = 10.0;
+// Accelerometers that say the same for so long, to the last bit but for rounding, are stuck.
+constexpr double kStuckS = 0.5;
+constexpr double kSameForceMps2 = 1e-9;
+// Without a doubt about the inertial unit for so long, the filter is right; until then a DVL is
+// not refused for longer than that.
+constexpr double kSoundS = 60.0;
+constexpr double kUnsoundResetS = 1.0;
+constexpr double kLongestStepS = 300.0;
+constexpr double kNotThatStep = 0.4;
+// A velocity known worse than this part of a step cannot tell who is right.
+constexpr double kToldByVelocity = 1.0 / 3.0;
+
+}  // namespace
+
+VelocityAiding::VelocityAiding(const NavigationParams& params,
+                               const ErrorStateFilter::Mounting& mounting,
+                               const Eigen::Vector3d& gravity_mps2,
+                               ErrorStateFilter* filter,
+                               Counters* counters)
+    : params_(params),
+      mounting_(mounting),
+      gravity_mps2_(gravity_mps2),
+      filter_(filter),
+      counters_(counters),
+      watch_(kIncrementGate * params.gate_sigma, kQuietS) {}
+
+void VelocityAiding::Interrupt() {
+  watch_.Interrupt();
+  last_.reset();
+}
+
+void VelocityAiding::AddForce(const Eigen::Vector3d& force_mps2, double dt_s) {
+  const bool repeats = (force_mps2 - last_force_mps2_).norm() < kSameForceMps2;
+  repeated_s_ = repeats ? repeated_s_ + dt_s : 0.0;
+  last_force_mps2_ = force_mps2;
+  const Eigen::Vector3d force = force_mps2 - filter_->biases().segment<3>(kAccelBias);
+  change_mps_ += dt_s * (filter_->state().q_map_imu * force + gravity_mps2_);
+}
+
+bool VelocityAiding::accelerometers_in_doubt(Time t) const {
+  return watch_.GoesOn(t) || (doubted_until_ && t < *doubted_until_);
+}
+
+void VelocityAiding::Use(Time t,
+                         const DvlEvent& dvl,
+                         const Eigen::Vector3d& rate_radps,
+                         bool attitude_is_sound) {
+  Compare(t, dvl, rate_radps);
+  is_sound_ = attitude_is_sound && (!doubted_ || ToSeconds(t - *doubted_) > kSoundS);
+  if (watch_.step() && !follows_step_ && repeated_s_ > kStuckS) DoubtAccelerometers(t);
+  // Only a filter that has been right can tell that the DVL is wrong.
+  if (!is_sound_ && !follows_step_) watch_.ForgetStep();
+  if (accelerometers_in_doubt(t)) {
+    doubted_ = t;
+    if (!in_doubt_) {
+      Count("accelerometer_doubted");
+      filter_->ReopenInertialBiases();
+    }
+    in_doubt_ = true;
+    Take(t, dvl);
+    return refusals_.Add(t, true);
+  }
+  in_doubt_ = false;
+  // Agreement such as the step does not allow: it has come back unseen, or was none.
+  if (watch_.step() && !follows_step_ &&
+      filter_->DvlResidual(dvl.v_dvl_mps).norm() < kNotThatStep * watch_.step()->norm())
+    watch_.ForgetStep();
+  if (follows_step_ && !watch_.step()) {
+    follows_step_ = false;
+    Follow(t, dvl);
+  }
+  if (watch_.StepIsSure() && RefusesStep(t, dvl)) {
+    Count("dvl_stepped");
+    return refusals_.Add(t, true);
+  }
+  Weigh(t, dvl);
+}
+
+void VelocityAiding::Weigh(Time t, const DvlEvent& dvl) {
+  const std::optional<double> quiet_s = refusals_.QuietS(t);
+  const bool learns = !quiet_s || *quiet_s > kLearnAgainS;
+  const int refused = filter_->UpdateDvl(
+      dvl.v_dvl_mps,
+      dvl.sigma_mps,
+      learns ? ErrorStateFilter::SlowStates::kLearned : ErrorStateFilter::SlowStates::kLeft);
+  refusals_.Add(t, refused > 0);
+  if (refused == 0) {
+    used_ = agreed_ = t;
+    if (!watch_.StepIsSure()) watch_.ForgetStep();
+    return;
+  }
+  Count("dvl_axis_gated", refused);
+  if (watch_.step() || refusals_.StreakS() < (is_sound_ ? params_.gate_reset_s : kUnsoundResetS))
+    return;
+  refusals_.EndStreak();
+  Count("dvl_reset");
+  filter_->ReopenInertialBiases();
+  Take(t, dvl);
+}
+
+Eigen::Vector3d VelocityAiding::ImuVelocity(const DvlEvent& dvl,
+                                            const Eigen::Vector3d& rate_radps) const {
+  const Eigen::Isometry3d& T_imu_dvl = mounting_.T_imu_dvl;
+  const Eigen::Vector3d swing = rate_radps.cross(Eigen::Vector3d(T_imu_dvl.translation()));
+  return filter_->state().q_map_imu * (T_imu_dvl.linear() * dvl.v_dvl_mps - swing);
+}
+
+void VelocityAiding::Compare(Time t, const DvlEvent& dvl, const Eigen::Vector3d& rate_radps) {
+  const Eigen::Vector3d now = ImuVelocity(dvl, rate_radps);
+  const double dt_s = last_ ? ToSeconds(t - last_->time) : kMaxIncrementS + 1.0;
+  if (dt_s <= kMaxIncrementS) {
+    const Eigen::Vector3d difference = now - last_->value - change_mps_;
+    const double dvl_sigma = dvl.sigma_mps.maxCoeff();
+    const double tilt = params_.attitude_roll_pitch_rad.sigma.maxCoeff();
+    const double drift = dt_s * std::hypot(params_.accel_bias_mps2.sigma + params_.accel_step_mps2,
+                                           gravity_mps2_.norm() * tilt);
+    const double noise = params_.accel_noise_mps2_rthz * std::sqrt(dt_s);
+    const double stamp = params_.dvl_time_sigma_s * change_mps_.norm() / std::max(dt_s, 1e-3);
+    const double sigma = std::sqrt(2.0 * dvl_sigma * dvl_sigma + drift * drift + noise * noise +
+                                   2.0 * stamp * stamp);
+    // In the vehicle's axes, in which a wrong ensemble is wrong for as long as it turns.
+    watch_.Add(t, filter_->state().q_map_imu.conjugate() * difference, sigma);
+  } else {
+    watch_.Interrupt();
+  }
+  last_ = {t, now};
+  change_mps_.setZero();
+}
+
+bool VelocityAiding::RefusesStep(Time t, const DvlEvent& dvl) {
+  const double step_mps = watch_.step()->norm();
+  if (!follows_step_) {
+    const double sigma_mps =
+        std::sqrt(filter_->covariance().diagonal().segment<2>(kVelocity).maxCoeff());
+    const bool can_tell = sigma_mps < kToldByVelocity * step_mps;
+    const double stepped_s = ToSeconds(t - watch_.step_time());
+    if (stepped_s < params_.dvl_step_s || (can_tell && stepped_s < kLongestStepS)) return true;
+    follows_step_ = true;
+    off_by_step_m_.setZero();
+    Count("dvl_reset");
+    Follow(t, dvl);
+    return false;
+  }
+  // The way that it makes wrong grows with time, and not with its root.
+  const double dt_s = agreed_ ? std::clamp(ToSeconds(t - *agreed_), 0.0, kMaxIncrementS) : 0.0;
+  const Eigen::Vector3d further = dt_s * (filter_->state().q_map_imu * *watch_.step());
+  const double before_m = off_by_step_m_.norm();
+  off_by_step_m_ += further;
+  const double grown_m2 = std::max(0.0, off_by_step_m_.squaredNorm() - before_m * before_m);
+  const Eigen::Vector3d along = further.stableNormalized();
+  filter_->WidenPosition(grown_m2 * along * along.transpose());
+  return false;
+}
+
+// The velocity has gone wrong since the two last agreed, from nothing: half the difference times
+// that time is the way that it has made.
+void VelocityAiding::Take(Time t, const DvlEvent& dvl) {
+  const Eigen::Vector3d before = filter_->state().v_map_mps;
+  const double wrong_s = agreed_ ? ToSeconds(t - *agreed_) : 0.0;
+  Follow(t, dvl);
+  const Eigen::Vector3d way = 0.5 * wrong_s * (filter_->state().v_map_mps - before);
+  filter_->MovePosition(way);
+  filter_->WidenPosition(way * way.transpose());
+}
+
+void VelocityAiding::Follow(Time t, const DvlEvent& dvl) {
+  filter_->TakeVelocity(dvl.v_dvl_mps, dvl.sigma_mps);
+  used_ = agreed_ = t;
+}
+
+}  // namespace seastitch

@@ -1,0 +1,82 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "common/core/time.hpp"
+#include "mapper/navigation/error_state_filter.hpp"
+#include "mapper/navigation/increment_watch.hpp"
+#include "mapper/navigation/nav_events.hpp"
+#include "mapper/navigation/navigation_params.hpp"
+#include "mapper/navigation/refusal_record.hpp"
+
+namespace seastitch {
+
+// Corrects the filter by the DVL, and finds out who is wrong where they disagree:
+//   DVL and accelerometers disagree from ensemble to   the accelerometers, the tilt or the stamps:
+//   ensemble                                           the velocity is the DVL's until they agree
+//   the DVL has stepped, once                          the DVL: not used until it steps back, or
+//                                                      for dvl_step_s and for as long as the filter
+//                                                      knows velocity better than the step
+//   refused for gate_reset_s for no such reason        the filter: the velocity is the DVL's anew
+class VelocityAiding {
+ public:
+  using Counters = std::map<std::string, std::int64_t>;
+  VelocityAiding(const NavigationParams& params,
+                 const ErrorStateFilter::Mounting& mounting,
+                 const Eigen::Vector3d& gravity_mps2,
+                 ErrorStateFilter* filter,
+                 Counters* counters);
+
+  // The filter was started with an ensemble of this time.
+  void Begin(Time t) { used_ = t; }
+  // Over a gap in the inertial data.
+  void Interrupt();
+  // What the accelerometers have felt since the last inertial sample.
+  void AddForce(const Eigen::Vector3d& force_mps2, double dt_s);
+  // attitude_is_sound: the device's attitude has not been refused lately.
+  void Use(Time t, const DvlEvent& dvl, const Eigen::Vector3d& rate_radps, bool attitude_is_sound);
+  // The accelerometers have driven the velocity beyond what the vehicle can do.
+  void DoubtAccelerometers(Time t) { doubted_until_ = t + FromSeconds(kDoubtS); }
+
+  // The last ensemble by which the velocity was corrected.
+  std::optional<Time> used() const { return used_; }
+  const RefusalRecord& refusals() const { return refusals_; }
+  bool accelerometers_in_doubt(Time t) const;
+
+ private:
+  static constexpr double kDoubtS = 5.0;
+  void Count(const std::string& name, std::int64_t n = 1) { (*counters_)[name] += n; }
+  // Of the inertial unit over ground, map.
+  Eigen::Vector3d ImuVelocity(const DvlEvent& dvl, const Eigen::Vector3d& rate_radps) const;
+  void Compare(Time t, const DvlEvent& dvl, const Eigen::Vector3d& rate_radps);
+  bool RefusesStep(Time t, const DvlEvent& dvl);
+  void Weigh(Time t, const DvlEvent& dvl);
+  void Take(Time t, const DvlEvent& dvl);
+  void Follow(Time t, const DvlEvent& dvl);
+
+  const NavigationParams params_;
+  const ErrorStateFilter::Mounting mounting_;
+  const Eigen::Vector3d gravity_mps2_;
+  ErrorStateFilter* filter_;
+  Counters* counters_;
+  IncrementWatch watch_;
+  RefusalRecord refusals_;
+  std::optional<Time> used_;
+  std::optional<Time> agreed_;  // DVL and filter, last
+  std::optional<Time> doubted_until_;
+  bool in_doubt_ = false;
+  std::optional<Time> doubted_;  // the accelerometers, last
+  bool is_sound_ = true;
+  Eigen::Vector3d last_force_mps2_ = Eigen::Vector3d::Zero();
+  double repeated_s_ = 0.0;    // for which it has been the same
+  bool follows_step_ = false;  // of the DVL, which nobody could check any longer
+  Eigen::Vector3d off_by_step_m_ = Eigen::Vector3d::Zero();  // the way that it would make
+  std::optional<Stamped<Eigen::Vector3d>> last_;             // ImuVelocity
+  Eigen::Vector3d change_mps_ = Eigen::Vector3d::Zero();     // by the accelerometers since then
+};
+
+}  // namespace seastitch

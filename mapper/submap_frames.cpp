@@ -1,0 +1,114 @@
+#include "mapper/submap_frames.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "common/core/pose.hpp"
+#include "mapper/position_edges.hpp"
+
+namespace seastitch {
+namespace {
+
+// A frame remembered is at most half of this, at the vehicle's speed, from the one that closes.
+constexpr double kLookUpEveryS = 2.0;
+constexpr Eigen::Index kHeadingOfCovariance = 5;
+
+// Of x, y, yaw.
+Eigen::Matrix3d LevelCovariance(const NavState& state) {
+  constexpr Eigen::Index kAxes[3] = {0, 1, kHeadingOfCovariance};
+  Eigen::Matrix3d covariance;
+  for (Eigen::Index r = 0; r < 3; ++r) {
+    for (Eigen::Index c = 0; c < 3; ++c) covariance(r, c) = state.covariance(kAxes[r], kAxes[c]);
+  }
+  return covariance;
+}
+
+double HeadingSigma(const NavState& state) {
+  return std::sqrt(state.covariance(kHeadingOfCovariance, kHeadingOfCovariance));
+}
+
+}  // namespace
+
+void SubmapFrames::Remember(Time frame_time, Time ping_time) {
+  if (open_ && ToSeconds(ping_time - open_->looked_up) < kLookUpEveryS) return;
+  const std::optional<NavState> state = navigation_->StateAt(frame_time);
+  if (!state) return;
+  open_ = OpenFrame{ping_time, *state, std::nullopt};
+  if (previous_)
+    open_->from_previous = navigation_->RelativeCovariance(previous_->state.time, state->time);
+}
+
+std::vector<GraphEdge> SubmapFrames::Place(Submap* submap,
+                                           bool first,
+                                           const std::vector<MapFix>& fixes) {
+  std::optional<NavState> state = navigation_->StateAt(submap->frame_time);
+  if (!state && open_) {
+    state = open_->state;
+    state->time = submap->frame_time;
+    state->T_map_vehicle = submap->T_map_submap;
+  }
+  std::vector<Frame> frames;
+  if (previous_) frames.push_back(*previous_);
+  submap->covariance_from_previous = state ? CovarianceFromPrevious(*state) : std::nullopt;
+  previous_.reset();
+  open_.reset();
+  if (state) {
+    submap->heading_sigma_rad = HeadingSigma(*state);
+    previous_ = Frame{submap->id, *state};
+    frames.push_back(*previous_);
+  }
+  std::vector<GraphEdge> edges = EdgesOn(frames, fixes);
+  if (first && state) edges.push_back(StartEdge(submap->id, *state));
+  return edges;
+}
+
+std::optional<Eigen::Matrix3d> SubmapFrames::CovarianceFromPrevious(const NavState& state) {
+  if (!previous_) return std::nullopt;
+  if (auto known = navigation_->RelativeCovariance(previous_->state.time, state.time)) return known;
+  if (open_ && open_->from_previous) return open_->from_previous;
+  // The previous frame is further back than navigation remembers. As if the two were independent,
+  // which is never too sure.
+  ++independent_;
+  return RelativeCovariance(LevelPose(previous_->state.T_map_vehicle),
+                            LevelPose(state.T_map_vehicle),
+                            LevelCovariance(previous_->state),
+                            LevelCovariance(state),
+                            Eigen::Matrix3d::Zero());
+}
+
+std::vector<GraphEdge> SubmapFrames::EdgesOf(const std::vector<MapFix>& fixes) {
+  return previous_ ? EdgesOn({*previous_}, fixes) : std::vector<GraphEdge>{};
+}
+
+std::vector<GraphEdge> SubmapFrames::EdgesOn(const std::vector<Frame>& frames,
+                                             const std::vector<MapFix>& fixes) {
+  std::vector<GraphEdge> edges;
+  for (const MapFix& fix : fixes) {
+    const auto apart = [&fix](const Frame& f) {
+      return std::abs(ToSeconds(f.state.time - fix.time));
+    };
+    const auto nearest =
+        std::min_element(frames.begin(), frames.end(), [&](const Frame& a, const Frame& b) {
+          return apart(a) < apart(b);
+        });
+    const auto at_fix = navigation_->StateAt(fix.time);
+    const auto covariance = nearest != frames.end()
+                                ? navigation_->RelativeCovariance(nearest->state.time, fix.time)
+                                : std::nullopt;
+    if (!at_fix || !covariance) {
+      ++fixes_too_far_;
+      continue;
+    }
+    edges.push_back(FixEdge(nearest->id, nearest->state, fix, *at_fix, *covariance));
+    ++fixes_in_graph_;
+  }
+  return edges;
+}
+
+std::optional<Time> SubmapFrames::previous_time() const {
+  if (!previous_) return std::nullopt;
+  return previous_->state.time;
+}
+
+}  // namespace seastitch

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "common/core/graph.hpp"
+#include "common/core/submap.hpp"
+#include "mapper/navigation/navigation.hpp"
+
+namespace seastitch {
+
+// Where navigation has the frames of the submaps, and how well: of the submap closed last and of
+// the open one. The open one's is looked up again and again while it grows, since navigation
+// forgets: when sensors were silent for long, a submap closes after navigation has dropped its
+// frame. Pure.
+class SubmapFrames {
+ public:
+  // navigation: must live longer.
+  explicit SubmapFrames(const Navigation* navigation) : navigation_(navigation) {}
+
+  // The open submap's frame at this ping, if it were closed now.
+  void Remember(Time frame_time, Time ping_time);
+
+  // A submap that closes: fills in covariance_from_previous and heading_sigma_rad where they are
+  // known. Gives the edge of the dive's start, if it is the first of the graph, and those of
+  // `fixes`, each on the frame that is nearest in time.
+  std::vector<GraphEdge> Place(Submap* submap, bool first, const std::vector<MapFix>& fixes);
+  // Fixes after the submap closed last.
+  std::vector<GraphEdge> EdgesOf(const std::vector<MapFix>& fixes);
+
+  // The submap closed last is not navigation's: what comes next has no known place relative to it.
+  void Forget() { previous_.reset(); }
+
+  // When the submap closed last has its frame.
+  std::optional<Time> previous_time() const;
+
+  std::int64_t independent() const { return independent_; }  // covariances, see below
+  std::int64_t fixes_in_graph() const { return fixes_in_graph_; }
+  std::int64_t fixes_too_far() const { return fixes_too_far_; }  // from every frame
+
+ private:
+  struct Frame {
+    SubmapId id;
+    NavState state;
+  };
+  struct OpenFrame {
+    Time looked_up;  // at this ping
+    NavState state;
+    std::optional<Eigen::Matrix3d> from_previous;
+  };
+
+  std::optional<Eigen::Matrix3d> CovarianceFromPrevious(const NavState& state);
+  std::vector<GraphEdge> EdgesOn(const std::vector<Frame>& frames,
+                                 const std::vector<MapFix>& fixes);
+
+  const Navigation* const navigation_;
+  std::optional<Frame> previous_;
+  std::optional<OpenFrame> open_;
+  std::int64_t independent_ = 0;
+  std::int64_t fixes_in_graph_ = 0;
+  std::int64_t fixes_too_far_ = 0;
+};
+
+}  // namespace seastitch

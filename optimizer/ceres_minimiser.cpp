@@ -1,0 +1,172 @@
+#include "optimizer/ceres_minimiser.hpp"
+
+#include <ceres/ceres.h>
+
+#include <algorithm>
+#include <deque>
+
+namespace seastitch {
+
+double Losses::Share(const Factor& factor, std::size_t k) const {
+  return active[k] ? std::min(1.0, effective_size / factor.group_size) : 0.0;
+}
+
+double Losses::Value(const Factor& factor, std::size_t k, double s) const {
+  if (!factor.IsRobust()) return s;
+  return Share(factor, k) * (mu ? factor.loss.Value(s, *mu) : s);
+}
+
+double Losses::Weight(const Factor& factor, std::size_t k, double s) const {
+  if (!factor.IsRobust()) return 1.0;
+  return Share(factor, k) * (mu ? factor.loss.Weight(s, *mu) : 1.0);
+}
+
+namespace {
+
+using Vector = Eigen::Map<Eigen::Vector3d>;
+using RowMajor = Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>;
+
+class FactorCost : public ceres::CostFunction {
+ public:
+  FactorCost(const Factor& factor, const std::array<int, 3>& ends) : factor_(factor) {
+    set_num_residuals(3);
+    for (std::size_t e = 0; e < ends.size(); ++e) {
+      if (ends[e] == kMap) continue;
+      block_[e] = static_cast<int>(parameter_block_sizes().size());
+      mutable_parameter_block_sizes()->push_back(3);
+    }
+  }
+
+  bool Evaluate(const double* const* blocks, double* residual, double** jacobians) const override {
+    std::array<Eigen::Vector3d, 3> at;
+    for (std::size_t e = 0; e < at.size(); ++e) {
+      at[e].setZero();
+      if (block_[e] >= 0) at[e] = Eigen::Map<const Eigen::Vector3d>(blocks[block_[e]]);
+    }
+    EndJacobians J;
+    Vector{residual} = Residual(factor_,
+                                {at[0].x(), at[0].y(), at[0].z()},
+                                {at[1].x(), at[1].y(), at[1].z()},
+                                at[2],
+                                jacobians ? &J : nullptr);
+    for (std::size_t e = 0; jacobians != nullptr && e < at.size(); ++e)
+      if (block_[e] >= 0 && jacobians[block_[e]] != nullptr) RowMajor{jacobians[block_[e]]} = J[e];
+    return true;
+  }
+
+ private:
+  const Factor& factor_;
+  std::array<int, 3> block_{-1, -1, -1};  // of parameters, one an end
+};
+
+// The loss of one factor at the stage that the problem is at.
+class FactorLoss : public ceres::LossFunction {
+ public:
+  FactorLoss(const Factor& factor, std::size_t k, const Losses* const* losses)
+      : factor_(factor), k_(k), losses_(losses) {}
+
+  void Evaluate(double s, double rho[3]) const override {
+    rho[0] = (*losses_)->Value(factor_, k_, s);
+    rho[1] = (*losses_)->Weight(factor_, k_, s);
+    rho[2] = 0.0;  // it bends down, which Ceres leaves out of its steps
+  }
+
+ private:
+  const Factor& factor_;
+  const std::size_t k_;
+  const Losses* const* losses_;
+};
+
+ceres::Problem::Options OwningNothing() {
+  ceres::Problem::Options options;
+  options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  options.disable_all_safety_checks = true;
+  return options;
+}
+
+// Nearly Gauss-Newton: the problem is nearly linear, so that a large trust region saves two thirds
+// of the steps. The blocks have one size and unit, so that scaling columns gains nothing. Eigen's
+// factorisation gives the same bytes whatever BLAS is installed, and is the quicker one beside a
+// BLAS that is not tuned.
+ceres::Solver::Options SolverOptions(int max_iterations, double tolerance) {
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+  options.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
+  options.initial_trust_region_radius = 1e8;
+  options.jacobi_scaling = false;
+  options.max_num_iterations = max_iterations;
+  options.function_tolerance = tolerance;
+  options.gradient_tolerance = 1e-12;
+  options.parameter_tolerance = 1e-14;
+  options.num_threads = 1;
+  options.logging_type = ceres::SILENT;
+  return options;
+}
+
+}  // namespace
+
+class CeresMinimiser::Problem {
+ public:
+  explicit Problem(const FactorGraph& graph)
+      : x(static_cast<std::size_t>(graph.num_vertices), Eigen::Vector3d::Zero()) {
+    for (Eigen::Vector3d& vertex : x) problem.AddParameterBlock(vertex.data(), 3);
+    for (std::size_t k = 0; k < graph.factors.size(); ++k) {
+      const Factor& factor = graph.factors[k];
+      const std::array<int, 3> ends = graph.EndsOf(factor);
+      std::vector<double*> blocks;
+      for (const int vertex : ends)
+        if (vertex != kMap) blocks.push_back(x[static_cast<std::size_t>(vertex)].data());
+      costs.emplace_back(factor, ends);
+      ceres::LossFunction* loss =
+          factor.IsRobust() ? &robust.emplace_back(factor, k, &losses) : nullptr;
+      problem.AddResidualBlock(&costs.back(), loss, blocks);
+    }
+    if (graph.fixed_vertex >= 0)
+      problem.SetParameterBlockConstant(x[static_cast<std::size_t>(graph.fixed_vertex)].data());
+  }
+
+  std::vector<Eigen::Vector3d> x;
+  const Losses* losses = nullptr;
+  std::deque<FactorCost> costs;
+  std::deque<FactorLoss> robust;
+  ceres::Problem problem{OwningNothing()};
+};
+
+CeresMinimiser::CeresMinimiser(const FactorGraph& graph)
+    : graph_(graph), problem_(std::make_unique<Problem>(graph)) {}
+
+CeresMinimiser::~CeresMinimiser() = default;
+
+void CeresMinimiser::StartFrom(const std::vector<Pose2>& T_map_vertex) {
+  for (std::size_t v = 0; v < problem_->x.size(); ++v) problem_->x[v] = T_map_vertex[v].Vector();
+}
+
+bool CeresMinimiser::Minimise(const Losses& losses, int max_iterations, double tolerance) {
+  problem_->losses = &losses;
+  const ceres::Solver::Options options = SolverOptions(max_iterations, tolerance);
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem_->problem, &summary);
+  if (summary.termination_type != ceres::CONVERGENCE) return false;
+  // Ceres calls that convergence, too, where it shrank the region and no step led down.
+  return summary.iterations.empty() ||
+         summary.iterations.back().trust_region_radius > options.min_trust_region_radius;
+}
+
+std::vector<Pose2> CeresMinimiser::poses() const {
+  std::vector<Pose2> poses;
+  for (const Eigen::Vector3d& v : problem_->x) poses.push_back({v.x(), v.y(), v.z()});
+  return poses;
+}
+
+std::vector<double> CeresMinimiser::Weights(const Losses& losses) const {
+  const std::vector<Pose2> at = poses();
+  std::vector<double> weights;
+  for (std::size_t k = 0; k < graph_.factors.size(); ++k) {
+    const Factor& factor = graph_.factors[k];
+    weights.push_back(losses.Weight(factor, k, Residual(graph_, factor, at).squaredNorm()));
+  }
+  return weights;
+}
+
+}  // namespace seastitch

@@ -1,0 +1,198 @@
+#include "optimizer/graph_builder.hpp"
+
+#include <algorithm>
+#include <array>
+#include <boost/math/distributions/chi_squared.hpp>
+#include <cmath>
+#include <limits>
+
+#include "optimizer/heading_chain.hpp"
+
+namespace seastitch {
+namespace {
+
+// Where the position of the first submap is what the map is laid out from.
+constexpr double kHeld_m = 1e-3;
+constexpr double kHeld_rad = 1e-5;
+
+Eigen::Matrix3d InverseSigmas(double sigma_m, double sigma_yaw_rad) {
+  return Eigen::Vector3d(1.0 / sigma_m, 1.0 / sigma_m, 1.0 / sigma_yaw_rad).asDiagonal();
+}
+
+// Of loop closures by the numbers of their vertices, smaller first, rising: how many, itself
+// included, have both ends at most one submap from those of each (not from one another's: a chain
+// of neighbours is no group). They see the same seabed in the same places, and their errors are
+// correlated.
+std::vector<int> GroupSizes(const std::vector<std::pair<int, int>>& closures) {
+  std::vector<int> sizes(closures.size(), 0);
+  for (const int step : {-1, 0, 1}) {
+    auto begin = closures.begin();
+    auto end = closures.begin();
+    for (std::size_t k = 0; k < closures.size(); ++k) {
+      const auto& [a, b] = closures[k];
+      while (begin != closures.end() && *begin < std::pair{a + step, b - 1}) ++begin;
+      while (end != closures.end() && *end <= std::pair{a + step, b + 1}) ++end;
+      sizes[k] += static_cast<int>(end - begin);
+    }
+  }
+  return sizes;
+}
+
+class GraphBuilder {
+ public:
+  GraphBuilder(const GraphStore& store, const OptimizerParams& params)
+      : store_(store), params_(params), number_(VertexNumbers(store)) {}
+
+  FactorGraph Build() {
+    graph_.num_vertices = static_cast<int>(number_.size());
+    AddMounting();
+    const HeadingInformation headings = Headings();
+    AddAnchor(headings);
+    AddSteps();
+    AddHeadings(headings);
+    AddRobustEdges();
+    return std::move(graph_);
+  }
+
+ private:
+  Eigen::Matrix3d Estimated(const Eigen::Matrix3d& by_mounting) const {
+    return EstimatedColumns(by_mounting, store_.mounting());
+  }
+
+  void AddMounting() {
+    if (!store_.EstimatesMounting()) return;
+    graph_.mounting_vertex = graph_.num_vertices++;
+    // Of what is not estimated any weight will do: it stays zero.
+    Eigen::Matrix3d W = Eigen::Matrix3d::Identity();
+    for (int k = 0; k < 3; ++k)
+      if (const double sigma = store_.mounting().Vector()(k); sigma > 0.0) W(k, k) = 1.0 / sigma;
+    graph_.factors.push_back({.j = graph_.mounting_vertex, .cost = {{}, W}});
+  }
+
+  void AddAnchor(const HeadingInformation& headings) {
+    const StoredVertex& first = store_.vertices().begin()->second;
+    const Eigen::Matrix3d by_mounting = Estimated(PositionByMounting(first.dead_reckoned.yaw));
+    const bool has_fixes = !store_.fixes().empty();
+    if (!has_fixes && !first.heading_sigma_rad && !store_.EstimatesMounting()) {
+      graph_.fixed_vertex = 0;
+      return;
+    }
+    double sigma_m = has_fixes ? params_.unlinked_sigma_m : kHeld_m;
+    if (const auto& start = store_.start(); start && start->root.rank >= 2) {
+      graph_.factors.push_back(
+          {.j = 0, .cost = {start->edge.T_from_to, start->root.W}, .by_mounting = by_mounting});
+      sigma_m = std::numeric_limits<double>::infinity();
+    }
+    double sigma_yaw_rad = has_fixes ? params_.unlinked_sigma_yaw_rad : kHeld_rad;
+    if (first.heading_sigma_rad) sigma_yaw_rad = 1.0 / std::sqrt(headings.first + headings.each);
+    graph_.factors.push_back({.j = 0,
+                              .cost = {first.dead_reckoned, InverseSigmas(sigma_m, sigma_yaw_rad)},
+                              .by_mounting = by_mounting});
+  }
+
+  void AddSteps() {
+    std::vector<bool> linked(number_.size(), false);
+    for (const auto& [pair, edge] : store_.dead_reckoning()) {
+      const GraphEdge& e = edge.edge;
+      if (!edge.Pulls()) continue;
+      const bool is_step = edge.root.rank == 3;
+      graph_.factors.push_back({.i = number_.at(e.from),
+                                .j = number_.at(e.to),
+                                .cost = {e.T_from_to, edge.root.W},
+                                .is_step = is_step,
+                                .by_mounting = Estimated(ByMounting(e))});
+      if (is_step) linked[static_cast<std::size_t>(number_.at(pair.second))] = true;
+    }
+    int k = 1;
+    for (auto before = store_.vertices().begin(), it = std::next(before);
+         it != store_.vertices().end();
+         before = it++, ++k) {
+      if (linked[static_cast<std::size_t>(k)]) continue;
+      const Pose2 T_before_it = Inverse(before->second.dead_reckoned) * it->second.dead_reckoned;
+      graph_.factors.push_back(
+          {.i = k - 1,
+           .j = k,
+           .cost = {T_before_it,
+                    InverseSigmas(params_.unlinked_sigma_m, params_.unlinked_sigma_yaw_rad)},
+           .by_mounting = Estimated(DeadReckoningByMounting(T_before_it))});
+    }
+  }
+
+  HeadingInformation Headings() const {
+    const std::optional<double> sigma_first_rad =
+        store_.vertices().begin()->second.heading_sigma_rad;
+    if (!sigma_first_rad) return {};
+    std::vector<HeadingStep> steps;
+    for (const auto& [pair, edge] : store_.dead_reckoning()) {
+      const auto sigma_from_rad = store_.vertices().at(edge.edge.from).heading_sigma_rad;
+      const auto sigma_to_rad = store_.vertices().at(edge.edge.to).heading_sigma_rad;
+      if (!edge.Pulls() || edge.root.rank < 3 || !sigma_from_rad || !sigma_to_rad) continue;
+      // Two errors of these sigmas are no further apart, whatever the inverse makes of an
+      // information next to nothing.
+      const double most = std::pow(*sigma_from_rad + *sigma_to_rad, 2);
+      steps.push_back({*sigma_from_rad * *sigma_from_rad,
+                       *sigma_to_rad * *sigma_to_rad,
+                       std::min(most, edge.edge.information.inverse()(2, 2))});
+    }
+    return InformationOfHeadings(*sigma_first_rad * *sigma_first_rad, steps);
+  }
+
+  // Of all but the first, whose heading is the anchor's.
+  void AddHeadings(const HeadingInformation& headings) {
+    if (headings.each == 0.0) return;
+    Eigen::Matrix3d W = Eigen::Matrix3d::Zero();
+    W(2, 2) = std::sqrt(headings.each);
+    int k = 1;
+    for (auto it = std::next(store_.vertices().begin()); it != store_.vertices().end(); ++it, ++k)
+      if (it->second.heading_sigma_rad)
+        graph_.factors.push_back({.j = k, .cost = {it->second.dead_reckoned, W}});
+  }
+
+  void AddRobustEdges() {
+    std::array<double, 4> threshold;  // by degrees of freedom
+    for (int dof = 1; dof <= 3; ++dof)
+      threshold[static_cast<std::size_t>(dof)] =
+          boost::math::quantile(boost::math::chi_squared(dof), params_.inlier_probability);
+    const std::vector<const StoredEdge*> edges = store_.RobustEdges();
+    std::vector<std::pair<int, int>> closures;
+    for (const StoredEdge* edge : edges)
+      if (edge->edge.kind == EdgeKind::kLoopClosure)
+        closures.push_back(std::minmax({number_.at(edge->edge.from), number_.at(edge->edge.to)}));
+    const std::vector<int> group_sizes = GroupSizes(closures);
+    auto group_size = group_sizes.begin();
+    for (const StoredEdge* edge : edges) {
+      const GraphEdge& e = edge->edge;
+      const bool is_fix = e.kind == EdgeKind::kPositionFix;
+      graph_.factors.push_back({.i = is_fix ? kMap : number_.at(e.from),
+                                .j = number_.at(e.to),
+                                .cost = {e.T_from_to, edge->root.W},
+                                .loss = {threshold[static_cast<std::size_t>(edge->root.rank)]},
+                                .group_size = is_fix ? 1 : *group_size++,
+                                .by_mounting = Estimated(ByMounting(e))});
+    }
+  }
+
+  const GraphStore& store_;
+  const OptimizerParams& params_;
+  const std::map<SubmapId, int> number_;
+  FactorGraph graph_;
+};
+
+}  // namespace
+
+FactorGraph BuildFactorGraph(const GraphStore& store, const OptimizerParams& params) {
+  return GraphBuilder(store, params).Build();
+}
+
+std::map<SubmapId, int> VertexNumbers(const GraphStore& store) {
+  std::map<SubmapId, int> number;
+  for (const auto& [id, vertex] : store.vertices())
+    number.emplace_hint(number.end(), id, static_cast<int>(number.size()));
+  return number;
+}
+
+Eigen::Matrix3d EstimatedColumns(const Eigen::Matrix3d& by_mounting, const MountingSigmas& sigmas) {
+  return by_mounting * (sigmas.Vector().array() > 0.0).cast<double>().matrix().asDiagonal();
+}
+
+}  // namespace seastitch

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/core/graph.hpp"
+#include "common/core/information.hpp"
+
+namespace seastitch {
+
+struct StoredVertex {
+  Pose2 dead_reckoned;
+  std::optional<double> heading_sigma_rad;
+  std::optional<Pose2> solved;  // in the last solution
+};
+
+struct StoredEdge {
+  GraphEdge edge;
+  SqrtInformation root;
+  std::optional<double> weight;  // in the last solution
+  bool Pulls() const { return edge.verdict == LoopVerdict::kAccepted; }
+};
+
+// The mapper's graph as far as it has come, checked.
+class GraphStore {
+ public:
+  // Takes the next version. One that it has is counted and left out; false: a version before this
+  // one is missing, nothing is taken. Of a malformed update the usable rest is taken; what was
+  // refused is counted by reason. A pair of submaps has one dead-reckoning edge and one loop
+  // closure: a later edge takes the place of the earlier one (registered again, not twice).
+  bool Add(const GraphUpdate& update);
+
+  // True for a version that it has with other content: the sender has begun another graph.
+  bool Contradicts(const GraphUpdate& update) const;
+
+  std::int64_t version() const { return static_cast<std::int64_t>(fingerprints_.size()); }
+  // Of everything refused or repeated, by reason; appears with the first count.
+  const std::map<std::string, std::int64_t>& counters() const { return counters_; }
+
+  using Pair = std::pair<SubmapId, SubmapId>;  // smaller id first
+  const std::map<SubmapId, StoredVertex>& vertices() const { return vertices_; }
+  const std::map<Pair, StoredEdge>& dead_reckoning() const { return dead_reckoning_; }
+  const std::map<Pair, StoredEdge>& loops() const { return loops_; }
+  const std::vector<StoredEdge>& fixes() const { return fixes_; }
+  // Of dead reckoning, on the first vertex.
+  const std::optional<StoredEdge>& start() const { return start_; }
+  const MountingSigmas& mounting() const { return mounting_; }
+  bool EstimatesMounting() const { return !mounting_.AreAllZero(); }
+  // Position fixes and loop closures that pull, in this order.
+  std::vector<const StoredEdge*> RobustEdges() const;
+
+  // Poses: one a vertex, by rising id, and what follows. Weights: one a robust edge.
+  void KeepSolution(const std::vector<Pose2>& T_map_vertex, const std::vector<double>& weights);
+
+ private:
+  void AddVertex(const GraphVertex& vertex);
+  void AddEdge(const GraphEdge& edge);
+  const char* WhyUnusable(const GraphEdge& edge) const;
+  void SetMounting(const MountingSigmas& sigmas);
+
+  std::map<SubmapId, StoredVertex> vertices_;
+  std::map<Pair, StoredEdge> dead_reckoning_;
+  std::map<Pair, StoredEdge> loops_;
+  std::optional<StoredEdge> start_;
+  std::vector<StoredEdge> fixes_;
+  MountingSigmas mounting_;
+  std::vector<std::uint64_t> fingerprints_;  // of every version, from 1
+  std::map<std::string, std::int64_t> counters_;
+};
+
+}  // namespace seastitch

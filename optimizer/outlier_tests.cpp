@@ -1,0 +1,41 @@
+#include "optimizer/outlier_tests.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+
+namespace seastitch {
+
+// Innovation (I - w A)^-1 r, of covariance I + A (I - w A)^-1.
+double NormalisedInnovation(const Eigen::Vector3d& residual,
+                            const Eigen::Matrix3d& open,
+                            double weight) {
+  constexpr double kLeastRedundancy = 1e-7;  // below, nothing but the factor itself speaks of it
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(open);
+  const Eigen::Vector3d r = eigen.eigenvectors().transpose() * residual;
+  double squared = 0.0;
+  for (int k = 0; k < 3; ++k) {
+    const double a = std::max(eigen.eigenvalues()(k), 0.0);
+    const double redundancy = std::max(1.0 - weight * a, kLeastRedundancy);
+    const double innovation = r(k) / redundancy;
+    squared += innovation * innovation / (1.0 + a / redundancy);
+  }
+  return squared;
+}
+
+// The median, so that the few that wrong closures spoil do not count. Around one loop all are the
+// same, right or wrong: of few nothing is concluded, and of many no more than surveys have shown.
+double VarianceFactor(const FactorGraph& graph, const std::vector<double>& innovations) {
+  constexpr double kMedian = 2.366;    // of chi-square, 3 degrees of freedom
+  constexpr double kUnchecked = 1e-3;  // below, no closure speaks of the step
+  constexpr std::size_t kFew = 10;
+  constexpr double kMost = 4.0;
+  std::vector<double> squared;
+  for (std::size_t k = 0; k < innovations.size(); ++k)
+    if (graph.factors[k].is_step && innovations[k] > kUnchecked) squared.push_back(innovations[k]);
+  if (squared.size() < kFew) return 1.0;
+  const auto middle = squared.begin() + static_cast<std::ptrdiff_t>(squared.size() / 2);
+  std::nth_element(squared.begin(), middle, squared.end());
+  return std::clamp(*middle / kMedian, 1.0, kMost);
+}
+
+}  // namespace seastitch

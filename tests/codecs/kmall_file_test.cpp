@@ -1,0 +1,239 @@
+#include "codecs/kmall_file.hpp"
+
+#include <gtest/gtest.h>
+
+#include "codecs/kmall_sensors.hpp"
+#include "common/core/pose.hpp"
+#include "tests/codecs/maker_soundings.hpp"
+#include "tests/codecs/mbes_pings.hpp"
+#include "tests/codecs/survey_files.hpp"
+#include "tests/drivers/test_data.hpp"
+#include "tests/paths.hpp"
+
+namespace seastitch {
+namespace {
+
+std::filesystem::path Vector(const std::string& name) { return Shared("vectors/survey/" + name); }
+
+ComparisonOptions Kmall() {
+  ComparisonOptions options;
+  options.motion_source = "#SKM";
+  return options;
+}
+
+MakeReader Reader() {
+  return [] { return std::make_unique<KmallFileReader>(); };
+}
+
+TEST(KmallFile, EverythingInARealFileIsReadOrCountedByName) {
+  SKIP_WITHOUT(Shared("data/mbes/em2040_OS01.kmall"));
+  const auto file = ReadSurvey<KmallFileReader>(ReadBytes(Shared("data/mbes/em2040_OS01.kmall")));
+  EXPECT_EQ(file.All<MbesPing>().size(), 5u);  // of six one has no valid sounding
+  EXPECT_EQ(file.All<PlacedPing>().size(), 5u);
+  EXPECT_EQ(file.All<NavigationRecord>().size(), 204u + 3u);
+  EXPECT_EQ(file.All<SoundVelocityProfile>().size(), 1u);
+  EXPECT_EQ(file.All<SurfaceSoundSpeed>().size(), 2u);
+  EXPECT_EQ(file.All<SonarInstallation>().size(), 1u);
+  EXPECT_EQ(file.All<SonarSettings>().size(), 1u);
+  EXPECT_EQ(file.counters,
+            (Counters{{"kmall_ignored_CPO", 3},
+                      {"kmall_ignored_SCL", 3},
+                      {"kmall_ignored_SPE", 3},
+                      {"kmall_ping_empty", 1}}));
+}
+
+TEST(KmallFile, SoundingsFromRawTimesAndAnglesAreWhereKongsbergPutsThem) {
+  SKIP_WITHOUT(Shared("data/mbes/em2040_OS01.kmall"));
+  const auto comparison = CompareWithMaker(
+      ReadSurvey<KmallFileReader>(ReadBytes(Shared("data/mbes/em2040_OS01.kmall"))), Kmall());
+  comparison.PrintByAngle("em2040_OS01.kmall");
+  EXPECT_EQ(comparison.pings, 4);
+  EXPECT_EQ(comparison.residuals.size(), 1919u);
+  const Eigen::Vector3d rms = comparison.Rms();
+  EXPECT_LT(rms.x(), 1.2 * 0.0016);
+  EXPECT_LT(rms.y(), 1.2 * 0.0153);
+  EXPECT_LT(rms.z(), 1.2 * 0.0034);
+}
+
+// A file whose maker left the probe out: with it, depths are 2 % off. The settings differ from the
+// other files' by the sonar mode alone.
+TEST(KmallFile, OfASonarThatTracedFromTheProfileAlone) {
+  SKIP_WITHOUT(Shared("data/mbes/em2040_eg.kmall"));
+  const auto file = ReadSurvey<KmallFileReader>(ReadBytes(Shared("data/mbes/em2040_eg.kmall")));
+  ComparisonOptions options = Kmall();
+  EXPECT_GT(CompareWithMaker(file, options).Rms().z(), 2.0);
+  options.profile_only = true;
+  const auto comparison = CompareWithMaker(file, options);
+  comparison.PrintByAngle("em2040_eg.kmall, profile only");
+  EXPECT_EQ(comparison.pings, 23);
+  EXPECT_EQ(comparison.residuals.size(), 10536u);
+  const Eigen::Vector3d rms = comparison.Rms();
+  EXPECT_LT(rms.x(), 1.2 * 0.093);
+  EXPECT_LT(rms.y(), 1.2 * 0.099);
+  EXPECT_LT(rms.z(), 1.2 * 0.024);
+  EXPECT_EQ(file.All<SonarSettings>().at(0).values.at("Sonar mode"), "On");
+}
+
+TEST(KmallFile, InstallationParametersOfTwoArraysAndOfOneHead) {
+  SKIP_WITHOUT(Vector("kmall/em2040_OS01_IIP.bin"));
+  const auto two = DecodeIip(ReadBytes(Vector("kmall/em2040_OS01_IIP.bin")));
+  ASSERT_TRUE(two);
+  EXPECT_EQ(two->model, "EM 2042");
+  ASSERT_EQ(two->transmitters.size(), 1u);
+  ASSERT_EQ(two->receivers.size(), 1u);
+  const Eigen::Isometry3d tx = MakePose(
+      {-0.512, -0.090, 1.714}, RotationFromRpy(Deg2Rad(0.045), Deg2Rad(0.9), Deg2Rad(177.92)));
+  EXPECT_TRUE(two->transmitters[0].At(2).isApprox(tx * Eigen::Translation3d(0.0, 0.04887, -0.01156),
+                                                  1e-12));
+  EXPECT_TRUE(two->receivers[0].At(0).translation().isApprox(
+      Eigen::Vector3d(-0.27, 0.02, 1.7) +
+          two->receivers[0].T_vehicle_array.linear() * Eigen::Vector3d(-0.01, 0.0, -0.006),
+      1e-12));
+  EXPECT_EQ(two->water_line_m, 0.67);
+  ASSERT_EQ(two->sensors.size(), 2u);
+  EXPECT_EQ(two->sensors[0].name, "POSI_1");
+  EXPECT_TRUE(two->sensors[0].active);
+  EXPECT_EQ(two->sensors[0].T_vehicle_sensor.translation(), Eigen::Vector3d(-0.1, -0.1, 0.0));
+  EXPECT_EQ(two->sensors[1].name, "ATTI_1");
+  EXPECT_EQ(two->values.at("SYSTEM"), "EM 2042 - Single Tx single Rx");
+
+  const auto head = DecodeIip(ReadBytes(Vector("kmall/em2040_eg_IIP.bin")));
+  ASSERT_TRUE(head);
+  ASSERT_EQ(head->transmitters.size(), 1u);
+  EXPECT_EQ(head->transmitters[0].At(0).translation(),
+            Eigen::Vector3d(1.102, 0.02 - 0.10421, 0.51 - 0.01494));
+  EXPECT_EQ(head->receivers.at(0).At(0).translation(), Eigen::Vector3d(1.304, 0.02, 0.51 - 0.0315));
+}
+
+TEST(KmallFile, GoldenSensorDatagramsOfRealSonars) {
+  SKIP_WITHOUT(Vector("em2040_OS01_kmall.json"));
+  for (const std::string name : {"em2040_OS01", "em2040_eg"}) {
+    SCOPED_TRACE(name);
+    const auto golden = ReadJson(Vector(name + "_kmall.json"))["datagram"];
+    const auto file =
+        ReadSurvey<KmallFileReader>(ReadBytes(Shared("data/mbes/" + name + ".kmall")));
+    const auto navigation = file.All<NavigationRecord>();
+
+    const auto& k = golden["#SKM"]["first"]["samples"]["0"];
+    const Time time = FromUtime(k["sec"].get<std::int64_t>() * 1'000'000 +
+                                (k["ns"].get<std::int64_t>() + 500) / 1000);
+    const auto skm = std::find_if(navigation.begin(), navigation.end(), [&](const auto& n) {
+      return n.time == time && n.source == "#SKM0";
+    });
+    ASSERT_NE(skm, navigation.end());
+    EXPECT_EQ(skm->status, k["st"]);
+    EXPECT_EQ(skm->position.has_value(), name == "em2040_OS01");
+    const Eigen::Vector3d rpy = RpyFromRotation(skm->attitude->q_ned_imu.toRotationMatrix());
+    EXPECT_NEAR(Rad2Deg(rpy.x()), k["roll"].get<double>(), 1e-6);
+    EXPECT_NEAR(Rad2Deg(rpy.y()), k["pitch"].get<double>(), 1e-6);
+    EXPECT_NEAR(WrapAngle(rpy.z() - Deg2Rad(k["head"].get<double>())), 0.0, 1e-8);
+    EXPECT_NEAR(*skm->heave_m, k["heave"].get<double>(), 1e-7);
+    if (skm->position) {
+      EXPECT_NEAR(skm->position->latitude_rad, Deg2Rad(k["lat"].get<double>()), 1e-13);
+      EXPECT_NEAR(skm->position->sigma_north_east_m.y(), k["e"][1].get<double>(), 1e-8);
+      EXPECT_NEAR(skm->velocity->v_ned_mps.z(), k["vd"].get<double>(), 1e-8);
+      EXPECT_NEAR(skm->attitude->sigma_rpy_rad.z(), Deg2Rad(k["e"][5].get<double>()), 1e-9);
+    }
+
+    const auto& p = golden["#SPO"]["first"];
+    const auto spo = std::find_if(
+        navigation.begin(), navigation.end(), [](const auto& n) { return n.source == "#SPO0"; });
+    ASSERT_NE(spo, navigation.end());
+    // The sensor's time, not that of arrival.
+    EXPECT_EQ(ToUtime(spo->time),
+              p["tsec"].get<std::int64_t>() * 1'000'000 + p["tns"].get<std::int64_t>() / 1000);
+    EXPECT_NEAR(spo->position->longitude_rad, Deg2Rad(p["lon"].get<double>()), 1e-13);
+    EXPECT_NEAR(*spo->height_m, p["eh"].get<double>(), 1e-6);
+
+    const auto& profile = golden["#SVP"]["first"]["profile"];
+    const auto svp = file.All<SoundVelocityProfile>().at(0);
+    ASSERT_EQ(svp.depth_m.size(), profile.size());
+    EXPECT_NEAR(svp.depth_m[1], profile[1][0].get<double>(), 1e-4);
+    EXPECT_NEAR(svp.speed_mps.back(), profile.back()[1].get<double>(), 1e-4);
+    EXPECT_NEAR(file.All<SurfaceSoundSpeed>().at(0).speed_mps,
+                golden["#SVT"]["first"]["s"][0][2].get<double>(),
+                1e-4);
+  }
+}
+
+TEST(KmallFile, EveryCutOfASensorDatagramIsRefused) {
+  SKIP_WITHOUT(Vector("kmall/em2040_OS01_IIP.bin"));
+  for (const auto& entry : std::filesystem::directory_iterator(Vector("kmall"))) {
+    const ByteVector whole = ReadBytes(entry.path());
+    ASSERT_TRUE(ReadKmallHeader(whole)) << entry.path();
+    for (std::size_t n = 0; n < whole.size(); ++n) {
+      const auto cut = ReadSurvey<KmallFileReader>(Bytes(whole).first(n));
+      EXPECT_TRUE(cut.records.empty());
+      EXPECT_EQ(cut.counters, n == 0 ? Counters{} : (Counters{{"damaged_bytes", std::int64_t(n)}}));
+    }
+  }
+}
+
+TEST(KmallFile, AProfileThatClaimsMoreSamplesThanItHasIsRefused) {
+  SoundVelocityProfile profile;
+  profile.time = FromUtime(1'700'000'000'000'000);
+  profile.depth_m = {0.0, 5.0};
+  profile.speed_mps = {1500.0, 1499.0};
+  ByteVector bytes = EncodeSvp(profile, KmallHeader{});
+  bytes[22] = 200;
+  const auto file = ReadSurvey<KmallFileReader>(bytes);
+  EXPECT_TRUE(file.records.empty());
+  EXPECT_EQ(file.counters, (Counters{{"kmall_malformed", 1}}));
+}
+
+TEST(KmallFile, DamageCostsTheDatagramThatItHits) {
+  SoundVelocityProfile profile;
+  profile.time = FromUtime(1'700'000'000'000'000);
+  profile.depth_m = {0.0, 5.0};
+  profile.speed_mps = {1500.0, 1499.0};
+  const ByteVector one = EncodeSvp(profile, KmallHeader{});
+  for (const std::uint32_t size : {0u, 1u, 0xFFFFFFFFu, 0x00FFFFFFu}) {
+    ByteVector file;
+    for (int i = 0; i < 3; ++i) file.insert(file.end(), one.begin(), one.end());
+    for (std::size_t i = 0; i < 4; ++i)
+      file[one.size() + i] = static_cast<std::uint8_t>(size >> (8 * i));
+    const auto contents = ReadSurvey<KmallFileReader>(file);
+    EXPECT_EQ(contents.All<SoundVelocityProfile>().size(), 2u) << size;
+    EXPECT_EQ(contents.counters, (Counters{{"damaged_bytes", std::int64_t(one.size())}}));
+  }
+}
+
+TEST(KmallFile, AnyPiecesAndAnyDamage) {
+  SoundVelocityProfile profile;
+  profile.time = FromUtime(1'700'000'000'000'000);
+  profile.depth_m = {0.0, 5.0, 20.0};
+  profile.speed_mps = {1500.0, 1499.0, 1480.0};
+  MbesPing ping;
+  ping.time = FromUtime(1'700'000'001'000'000);
+  ping.sound_speed_mps = 1500.0;
+  ping.head = 1;
+  for (int i = 0; i < 16; ++i) {
+    MbesBeam beam;
+    beam.twtt_s = 0.02f;
+    beam.rx_angle_rad = 0.1f * static_cast<float>(i - 8);
+    beam.tx_array = static_cast<std::uint8_t>(i / 6);
+    beam.flags = kBeamValid | kBeamPhase;
+    ping.beams.push_back(beam);
+  }
+  ByteVector file = EncodeSvp(profile, KmallHeader{});
+  for (int i = 0; i < 4; ++i) {
+    const ByteVector mrz = EncodeMrz(ping, KmallHeader{});
+    file.insert(file.end(), mrz.begin(), mrz.end());
+  }
+  const auto pings = ReadSurvey<KmallFileReader>(file).All<MbesPing>();
+  ASSERT_EQ(pings.size(), 4u);
+  EXPECT_EQ(pings[3].head, 1);
+  EXPECT_EQ(pings[3].beams[13].tx_array, 2);
+  ExpectRobust(file, Reader());
+
+  SKIP_WITHOUT(Vector("kmall"));
+  ByteVector sensors;
+  for (const char* name : {"IIP", "IOP", "SVP", "SPO", "SVT", "CPO", "SCL"}) {
+    const ByteVector one = ReadBytes(Vector(std::string("kmall/em2040_OS01_") + name + ".bin"));
+    sensors.insert(sensors.end(), one.begin(), one.end());
+  }
+  ExpectRobust(sensors, Reader());
+}
+
+}  // namespace
+}  // namespace seastitch

@@ -1,0 +1,264 @@
+#include "mapper/mapper.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <memory>
+#include <new>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "common/convert/convert.hpp"
+#include "optimizer/pose_graph_optimizer.hpp"
+#include "tests/mapper/perfect_vehicle.hpp"
+
+namespace seastitch {
+namespace {
+
+constexpr double kSpeedMps = 1.5;
+
+// A program that embeds a Mapper.
+struct Embedding {
+  explicit Embedding(const MapperParams& params = {}, std::size_t prepared_bytes = 32'000'000)
+      : registration(params.loop_closer),
+        mapper(params),
+        prepared(registration.registration, prepared_bytes) {}
+
+  void Drive(double duration_s, double speed_mps = kSpeedMps) {
+    for (int i = 0; i < static_cast<int>(duration_s / PerfectVehicle::kImuStepS); ++i) {
+      for (const auto& sample : vehicle.Step(speed_mps, 0.0))
+        std::visit([this](const auto& s) { mapper.Add(s); }, sample);
+      Pump();
+    }
+  }
+  void AddSubmap(Submap submap) {
+    mapper.AddSubmap(std::move(submap));
+    Pump();
+  }
+  void Finish() {
+    mapper.Finish();
+    Pump();
+  }
+  void Pump() {
+    TakeEvents();
+    while (auto job = mapper.NextJob()) {
+      mapper.Take(Run(*job, registration, load, &prepared));
+      TakeEvents();
+    }
+  }
+  void TakeEvents() {
+    for (const MapperEvent& event : mapper.TakeEvents()) {
+      if (const auto* nav = std::get_if<NavState>(&event)) navs.push_back(*nav);
+      if (const auto* submap = std::get_if<std::shared_ptr<const Submap>>(&event))
+        submaps[(*submap)->id] = *submap;
+      if (const auto* step = std::get_if<GraphStep>(&event)) steps.push_back(*step);
+    }
+  }
+  std::vector<GraphEdge> Edges(EdgeKind kind) const {
+    std::vector<GraphEdge> edges;
+    for (const GraphStep& step : steps)
+      for (const GraphEdge& edge : step.update.edges)
+        if (edge.kind == kind) edges.push_back(edge);
+    return edges;
+  }
+
+  const LoopCloserParams registration;
+  PerfectVehicle vehicle;
+  Mapper mapper;
+  PreparedSubmaps prepared;
+  std::vector<NavState> navs;
+  std::map<SubmapId, std::shared_ptr<const Submap>> submaps;
+  std::vector<GraphStep> steps;
+  LoadSubmap load = [this](SubmapId id) { return submaps.at(id); };
+};
+
+// Every sensor silent for longer than navigation remembers; meanwhile the vehicle does not go on as
+// dead reckoning guesses.
+TEST(Mapper, TheEdgeAcrossALongGapHoldsTheTrueError) {
+  Embedding dive;
+  const double gap_s = MapperParams{}.navigation.window_s + 600.0;
+  dive.Drive(60.0);
+  const Time before = dive.vehicle.time;
+  dive.vehicle.Sleep(gap_s);
+  dive.Drive(60.0);
+  dive.Finish();
+
+  int across = 0;
+  for (const GraphEdge& edge : dive.Edges(EdgeKind::kDeadReckoning)) {
+    if (edge.from == edge.to) continue;
+    const Submap& a = *dive.submaps.at(edge.from);
+    const Submap& b = *dive.submaps.at(edge.to);
+    const Pose2 truth = Inverse(LevelPose(dive.vehicle.TrueAt(a.frame_time))) *
+                        LevelPose(dive.vehicle.TrueAt(b.frame_time));
+    Eigen::Vector3d error = edge.T_from_to.Vector() - truth.Vector();
+    error.z() = WrapAngle(error.z());
+    EXPECT_LT(error.dot(edge.information * error), 16.3) << "99.9 % of 3 degrees of freedom";
+    ASSERT_TRUE(b.covariance_from_previous.has_value());
+    EXPECT_TRUE(b.heading_sigma_rad.has_value());
+    if (!(a.end <= before && before < b.start)) continue;
+    ++across;
+    EXPECT_GT(error.head<2>().norm(), 1000.0) << "the guess was far off";
+    EXPECT_GT((*b.covariance_from_previous)(0, 0), 1e6);
+    EXPECT_LT((*b.covariance_from_previous)(0, 0), 1e9) << "unknown, but not without bounds";
+  }
+  EXPECT_EQ(across, 1);
+}
+
+// The sonar alone is silent for longer than navigation remembers: the submap that was open closes
+// after navigation has dropped its frame.
+TEST(Mapper, ASubmapThatClosesLateIsPlacedAsWellAsOneThatClosesAtOnce) {
+  MapperParams params;
+  params.navigation.window_s = 60.0;
+  params.navigation.pose_window_s = 30.0;
+  params.submap.max_duration_s = 30.0;
+  Embedding dive(params);
+  dive.Drive(70.0);
+  dive.vehicle.sonar_on = false;
+  dive.Drive(100.0);
+  dive.vehicle.sonar_on = true;
+  dive.Drive(40.0);
+  dive.Finish();
+  ASSERT_GE(dive.submaps.size(), 4u);
+  int late = 0;
+  for (const auto& [id, submap] : dive.submaps) {
+    EXPECT_TRUE(submap->heading_sigma_rad.has_value()) << id.value;
+    EXPECT_EQ(submap->covariance_from_previous.has_value(), id.value > 0) << id.value;
+    if (submap->trigger != SubmapTrigger::kGap) continue;
+    ++late;
+    EXPECT_LT((*submap->covariance_from_previous)(0, 0), 1.0);
+    EXPECT_GT((*submap->covariance_from_previous)(0, 0), 1e-6);
+  }
+  EXPECT_EQ(late, 1);
+}
+
+class MapperWithFixes : public ::testing::TestWithParam<int> {};
+
+// Fixes at the surface before the first ping.
+TEST_P(MapperWithFixes, SendsThemAllToTheOptimizerInMessagesThatFit) {
+  MapperParams params;
+  params.navigation.fix_interval_s = 0.1;
+  Embedding dive(params);
+  dive.vehicle.sonar_on = false;
+  dive.Drive(2.0);
+  for (int n = 0; n < GetParam(); ++n) {
+    dive.Drive(0.14);
+    PositionFix fix;
+    fix.time = dive.vehicle.time;
+    fix.covariance_north_east_m2 = 9.0 * Eigen::Matrix2d::Identity();
+    dive.mapper.Add(fix);
+  }
+  dive.Drive(2.0);
+  dive.vehicle.sonar_on = true;
+  dive.Drive(30.0);
+  dive.Finish();
+
+  EXPECT_EQ(dive.mapper.counters().at("position_fixes_in_graph"), GetParam());
+  PoseGraphOptimizer optimizer({});
+  std::int64_t version = 0;
+  for (const GraphStep& step : dive.steps) {
+    const auto received = FromLcm(ToLcm(step.update, step.submap_time, version));
+    ASSERT_TRUE(received.has_value()) << step.update.version;
+    EXPECT_EQ(received->version, ++version);
+    EXPECT_TRUE(optimizer.Add(*received)) << version;
+  }
+  const std::optional<PoseGraph> solution = optimizer.Solve(SolveStart::kFromDeadReckoning);
+  ASSERT_TRUE(solution);
+  EXPECT_EQ(solution->vertices.size(), dive.submaps.size());
+  EXPECT_EQ(optimizer.position_fixes(), GetParam());
+}
+INSTANTIATE_TEST_SUITE_P(Numbers, MapperWithFixes, ::testing::Values(0, 199, 200, 201, 500));
+
+TEST(Mapper, NamesItsGraphByTheFirstStateAndEndsItOnce) {
+  Embedding dive;
+  dive.Drive(120.0);
+  dive.Finish();
+  dive.Finish();
+  ASSERT_GE(dive.steps.size(), 2u);
+  for (std::size_t i = 0; i < dive.steps.size(); ++i) {
+    const GraphUpdate& update = dive.steps[i].update;
+    EXPECT_EQ(update.version, static_cast<std::int64_t>(i) + 1);
+    EXPECT_EQ(update.graph_id, ToUtime(dive.navs.front().time));
+    EXPECT_EQ(update.final, i + 1 == dive.steps.size());
+  }
+}
+
+TEST(Mapper, EndsItsGraphWithAnEmptyVersionWhereNoSubmapIsOpen) {
+  Embedding dive;
+  dive.AddSubmap(ImportedSubmap(0, 0.0));
+  dive.Finish();
+  ASSERT_EQ(dive.steps.size(), 2u);
+  EXPECT_FALSE(dive.steps[0].update.final);
+  EXPECT_TRUE(dive.steps[1].update.final);
+  EXPECT_TRUE(dive.steps[1].update.vertices.empty());
+}
+
+TEST(Mapper, RefusesASolutionOfAnotherGraph) {
+  Embedding dive;
+  dive.AddSubmap(ImportedSubmap(0, 0.0));
+  PoseGraph solution;
+  solution.graph_version = 1;
+  solution.vertices = {{SubmapId{0}, {}, Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero()}};
+  solution.graph_id = dive.mapper.graph().graph_id() + 1;
+  EXPECT_FALSE(dive.mapper.Take(solution));
+  solution.graph_id = dive.mapper.graph().graph_id();
+  EXPECT_TRUE(dive.mapper.Take(solution));
+  EXPECT_EQ(dive.mapper.counters().at("pose_graph_refused"), 1);
+}
+
+TEST(Mapper, GoesOnWhereARegistrationEndsInAnException) {
+  Embedding dive({}, 0);  // keeps nothing prepared: every target is loaded
+  dive.AddSubmap(ImportedSubmap(0, 0.0));
+  const LoadSubmap good = dive.load;
+  dive.load = [](SubmapId) -> std::shared_ptr<const Submap> { throw std::bad_alloc(); };
+  dive.AddSubmap(ImportedSubmap(1, 2.0));
+  EXPECT_EQ(dive.mapper.counters().at("registrations_failed"), 1);
+  ASSERT_EQ(dive.mapper.conditions().size(), 1u);
+  EXPECT_EQ(dive.mapper.conditions()[0].kind, &conditions::kRegistrationFailed);
+  EXPECT_TRUE(dive.Edges(EdgeKind::kLoopClosure).empty());
+  EXPECT_EQ(dive.Edges(EdgeKind::kDeadReckoning).size(), 1u);
+
+  dive.load = good;
+  dive.AddSubmap(ImportedSubmap(2, 4.0));
+  EXPECT_EQ(dive.Edges(EdgeKind::kLoopClosure).size(), 2u);
+  EXPECT_TRUE(dive.mapper.conditions().empty());
+}
+
+TEST(Mapper, HandsOutOneJobAtATimeInTheOrderOfTheSubmaps) {
+  Mapper mapper{MapperParams{}};
+  PreparedSubmaps prepared({});
+  for (const int id : {0, 1, 2}) mapper.AddSubmap(ImportedSubmap(id, 60.0 * id));
+  for (const int id : {0, 1, 2}) {
+    const std::optional<RegistrationJob> job = mapper.NextJob();
+    ASSERT_TRUE(job.has_value());
+    EXPECT_EQ(job->closed->id.value, id);
+    EXPECT_FALSE(mapper.NextJob().has_value());
+    mapper.Take(seastitch::Run(
+        *job, {}, [](SubmapId) { return nullptr; }, &prepared));
+    EXPECT_EQ(mapper.graph().version(), id + 1);
+  }
+  EXPECT_FALSE(mapper.NextJob().has_value());
+}
+
+TEST(Mapper, AnImportedSubmapAfterADrivenOneHasNoKnownPlaceRelativeToIt) {
+  Embedding dive;
+  dive.Drive(40.0);
+  Submap imported = ImportedSubmap(100, 0.0);
+  dive.AddSubmap(imported);
+  dive.Drive(60.0);
+  dive.Finish();
+  const Submap& next = *dive.submaps.at(SubmapId{101});
+  EXPECT_FALSE(next.covariance_from_previous.has_value());
+  EXPECT_TRUE(next.heading_sigma_rad.has_value());
+}
+
+TEST(Mapper, MakesNothingOfNothing) {
+  Embedding dive;
+  dive.Finish();
+  EXPECT_TRUE(dive.steps.empty());
+  EXPECT_TRUE(dive.mapper.IsWaiting());
+}
+
+}  // namespace
+}  // namespace seastitch

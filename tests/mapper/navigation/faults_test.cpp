@@ -1,0 +1,104 @@
+// What dead reckoning makes of sensors and clocks that are wrong, on one simulated dive each.
+// seastitch-bench-navigation --faults prints the same for more of them.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <string>
+
+#include "mapper/navigation/dead_reckoning.hpp"
+#include "tests/mapper/navigation/fault_cases.hpp"
+#include "tests/mapper/navigation/fault_dives.hpp"
+#include "tests/mapper/navigation/fault_score.hpp"
+
+namespace seastitch::test {
+namespace {
+
+const Dive& CleanDive() {
+  static const Dive dive = SimulatedDive(1);
+  return dive;
+}
+
+FilterScore ScoreOf(const FaultCase& fault) {
+  Dive dive = CleanDive();
+  fault.apply(&dive);
+  return ScoreFilter(dive, std::isfinite(fault.to_s) ? fault.to_s : -1.0);
+}
+
+TrackScore BaselineOf(const FaultCase& fault) {
+  Dive dive = CleanDive();
+  fault.apply(&dive);
+  return ScoreBaseline(dive);
+}
+
+class Fault : public testing::TestWithParam<FaultCase> {};
+
+TEST_P(Fault, IsNoWorseThanDeadReckoningWithoutAFilterAndNeverRunsAway) {
+  const FilterScore score = ScoreOf(GetParam());
+  const TrackScore baseline = BaselineOf(GetParam());
+  EXPECT_LT(score.rms_m, std::max(1.5 * baseline.rms_m, baseline.rms_m + 2.0));
+  EXPECT_LT(score.largest_m, std::max(1.5 * baseline.largest_m, baseline.largest_m + 2.0));
+  EXPECT_LT(score.largest_m, std::max(0.03 * DistanceM(CleanDive()), 12.0));
+  EXPECT_LE(score.largest_speed_mps, CleanDive().params.max_speed_mps);
+}
+
+INSTANTIATE_TEST_SUITE_P(Faults,
+                         Fault,
+                         testing::Values(LateAttitude(0.45),
+                                         LateDvl(0.5),
+                                         AttitudeEvery(1.0),
+                                         HeadingStep(20.0, 195.0, 315.0),
+                                         WrongVelocities(195.0, 30.0),
+                                         Stuck(StuckSensor::kGyro, 195.0, 10.0),
+                                         Stuck(StuckSensor::kAccelerometer, 195.0, 120.0),
+                                         Stuck(StuckSensor::kAttitude, 195.0, 120.0),
+                                         InertialGap(195.0, 10.0)),
+                         [](const auto& test) {
+                           std::string name = test.param.name;
+                           std::replace_if(
+                               name.begin(),
+                               name.end(),
+                               [](char c) { return !std::isalnum(c); },
+                               '_');
+                           return name;
+                         });
+
+TEST(Faults, TheDelayOfAnAttitudesStampsIsFound) {
+  EXPECT_TRUE(ScoreOf(LateAttitude(0.0)).offsets.empty());
+  for (const double delay_s : {0.1, 0.45}) {
+    const FilterScore score = ScoreOf(LateAttitude(delay_s));
+    ASSERT_EQ(score.offsets.size(), 1u);
+    EXPECT_EQ(score.offsets[0].sensor, NavSensor::kAttitude);
+    EXPECT_NEAR(score.offsets[0].add_s, -delay_s, 3.0 * score.offsets[0].sigma_s);
+    EXPECT_LT(score.offsets[0].sigma_s, 0.02);
+  }
+}
+
+// Put right by the configuration it is as if the clock had been right.
+TEST(Faults, AConfiguredOffsetPutsTheStampsRight) {
+  Dive dive = CleanDive();
+  LateAttitude(0.2).apply(&dive);
+  dive.params.attitude_time_offset_s = -0.2;
+  const FilterScore score = ScoreFilter(dive, -1.0);
+  EXPECT_TRUE(score.offsets.empty());
+  EXPECT_LT(score.largest_m, 1.2);
+}
+
+TEST(Faults, AHeadingThatStepsAndStaysLeavesBothHypothesesInTheCovariance) {
+  const FaultCase stays = HeadingStep(5.0, 195.0, 1e9);
+  Dive told = CleanDive();
+  stays.tell(&told);
+  const FilterScore score = ScoreOf(stays);
+  EXPECT_LT(score.largest_m, ScoreFilter(told, -1.0).largest_m + 2.0);
+  EXPECT_LT(2.0 * score.worst_nees, 9.0);
+  EXPECT_EQ(score.counters.at("heading_step"), 1);
+  EXPECT_GT(score.sigma_m, 3.0);
+  const FilterScore back = ScoreOf(HeadingStep(5.0, 195.0, 315.0));
+  EXPECT_EQ(back.counters.at("heading_step_back"), 1);
+  EXPECT_LT(back.sigma_m, 3.0);
+}
+
+}  // namespace
+}  // namespace seastitch::test

@@ -1,0 +1,121 @@
+#pragma once
+
+#include <cmath>
+#include <map>
+#include <variant>
+#include <vector>
+
+#include "common/core/pose.hpp"
+#include "common/core/sensors.hpp"
+#include "common/core/submap.hpp"
+#include "common/core/time.hpp"
+
+namespace seastitch {
+
+// A vehicle with perfect sensors (but what is asked of its compass) over a seabed of bumps.
+class PerfectVehicle {
+ public:
+  static constexpr double kSoundMps = 1500.0;
+  static constexpr double kDepthM = 10.0;
+  static constexpr double kImuStepS = 0.02;
+
+  using Sample = std::variant<ImuSample, DvlSample, DepthSample, MbesPing>;
+
+  static double Seabed(double x, double y) {
+    return 20.0 + 0.8 * std::sin(0.35 * x) * std::cos(0.3 * y) +
+           0.5 * std::sin(0.11 * x + 0.17 * y) + 0.6 * std::sin(0.21 * x - 0.13 * y + 1.0);
+  }
+
+  // What its sensors measure kImuStepS later, in order.
+  std::vector<Sample> Step(double speed_mps, double yaw_rate_radps) {
+    time += FromSeconds(kImuStepS);
+    x_ += speed_mps * kImuStepS * std::cos(yaw_ + 0.5 * yaw_rate_radps * kImuStepS);
+    y_ += speed_mps * kImuStepS * std::sin(yaw_ + 0.5 * yaw_rate_radps * kImuStepS);
+    yaw_ += yaw_rate_radps * kImuStepS;
+    truth_[time] = MakePose({x_, y_, kDepthM}, RotationFromRpy(0.0, 0.0, yaw_));
+    compass_error_rad_ += compass_rate_radps * kImuStepS;
+    std::vector<Sample> samples{Imu(speed_mps, yaw_rate_radps)};
+    if (steps_ % 10 == 0) {
+      samples.emplace_back(Dvl(speed_mps));
+      samples.emplace_back(DepthSample{time, 0.0, kDepthM, 0.01});
+    }
+    if (steps_ % 12 == 0 && sonar_on) samples.emplace_back(Ping());
+    ++steps_;
+    return samples;
+  }
+  // Stays where it is with every sensor off.
+  void Sleep(double seconds) { time += FromSeconds(seconds); }
+
+  // Its true pose at the time of a step.
+  Eigen::Isometry3d TrueAt(Time t) const { return truth_.at(t); }
+
+  Time time = FromUtime(1'700'000'000'000'000);
+  bool sonar_on = true;
+  double compass_rate_radps = 0.0;  // by which the compass's error grows
+
+ private:
+  ImuSample Imu(double speed_mps, double yaw_rate_radps) const {
+    ImuSample imu;
+    imu.time = time;
+    imu.angular_rate_radps = {0.0, 0.0, yaw_rate_radps};
+    imu.specific_force_mps2 = {0.0, speed_mps * yaw_rate_radps, -9.805};
+    imu.attitude =
+        Attitude{Eigen::Quaterniond(RotationFromRpy(0.0, 0.0, yaw_ + compass_error_rad_)),
+                 Eigen::Vector3d(1e-3, 1e-3, 3e-3)};
+    return imu;
+  }
+  DvlSample Dvl(double speed_mps) const {
+    DvlSample dvl;
+    dvl.time = time;
+    dvl.bottom_lock = true;
+    dvl.v_dvl_mps = {speed_mps, 0.0, 0.0};
+    dvl.sigma_v_mps = {0.01, 0.01, 0.01};
+    return dvl;
+  }
+  MbesPing Ping() const {
+    MbesPing ping;
+    ping.time = time;
+    ping.sound_speed_mps = kSoundMps;
+    for (int b = 0; b < 96; ++b) {
+      const double angle = Deg2Rad(-60.0 + 120.0 * b / 95.0);
+      double range_m = 10.0 / std::cos(angle);
+      for (int i = 0; i < 50; ++i) {  // half a step each: it settles on any slope below 1
+        const double across = range_m * std::sin(angle);
+        const double z = Seabed(x_ - across * std::sin(yaw_), y_ + across * std::cos(yaw_));
+        range_m = 0.5 * (range_m + (z - kDepthM) / std::cos(angle));
+      }
+      MbesBeam beam;
+      beam.twtt_s = static_cast<float>(2.0 * range_m / kSoundMps);
+      beam.rx_angle_rad = static_cast<float>(angle);
+      beam.flags = kBeamValid;
+      ping.beams.push_back(beam);
+    }
+    return ping;
+  }
+
+  double x_ = 0.0;
+  double y_ = 0.0;
+  double yaw_ = 0.0;
+  double compass_error_rad_ = 0.0;
+  std::map<Time, Eigen::Isometry3d> truth_;
+  int steps_ = 0;
+};
+
+// A finished submap of its seabed, x_m north of the datum.
+inline Submap ImportedSubmap(int id, double x_m) {
+  Submap submap;
+  submap.id = SubmapId{id};
+  submap.trigger = SubmapTrigger::kImported;
+  submap.start = submap.frame_time = submap.end = FromUtime(1'000'000 * (id + 10));
+  submap.T_map_submap = MakePose({x_m, 0.0, 10.0}, Eigen::Matrix3d::Identity());
+  submap.covariance_from_previous = Eigen::Matrix3d(Eigen::Vector3d(0.25, 0.25, 1e-5).asDiagonal());
+  for (double x = -10.0; x < 10.0; x += 0.3) {
+    for (double y = -8.0; y < 8.0; y += 0.3) {
+      submap.cloud.Add(
+          Eigen::Vector3d(x, y, PerfectVehicle::Seabed(x_m + x, y) - 10.0).cast<float>());
+    }
+  }
+  return submap;
+}
+
+}  // namespace seastitch

@@ -1,0 +1,72 @@
+#include "tools/configuration.hpp"
+
+#include "bench/survey_config.hpp"
+#include "common/runtime/vehicle_config.hpp"
+#include "drivers/dvl/dvl_driver.hpp"
+#include "drivers/dvl/pd0_driver.hpp"
+#include "drivers/imu/imu_driver.hpp"
+#include "drivers/mbes/mbes_driver.hpp"
+#include "logger/logger_config.hpp"
+#include "mapper/mapper_config.hpp"
+#include "optimizer/optimizer_config.hpp"
+
+namespace seastitch {
+namespace {
+
+constexpr char kHead[] =
+    "# Configuration\n\n"
+    "Every key of every file, as the programs know it: `seastitch reference` writes this page, and "
+    "a\ntest holds it against the programs. `--print-config` of a process, and of `seastitch "
+    "replay`,\nwrites the effective configuration with the same sentences; without `--config`, the "
+    "defaults.\n\n"
+    "A key that is unknown, stands twice or has a value out of range stops the program at its "
+    "start,\nwith one line: file, key, value, what was expected. A key under an earlier name is "
+    "read with\none warning. Start with the figures from the data sheets; the others are for "
+    "experts.\n";
+
+template <class Config>
+ConfigurationFile FileOf(std::string name, std::string title, Config defaults = {}) {
+  auto config = std::make_shared<Config>(std::move(defaults));
+  ParameterTable table = TableOf(config.get());
+  return {std::move(name), std::move(title), config, std::move(table)};
+}
+
+template <class Config>
+ConfigurationFile FileOfDevice(std::string name, std::string title, std::string device) {
+  Config config;
+  config.device = std::move(device);
+  return FileOf(std::move(name), std::move(title), std::move(config));
+}
+
+}  // namespace
+
+std::vector<ConfigurationFile> ConfigurationFiles() {
+  std::vector<ConfigurationFile> files;
+  files.push_back(FileOf<MapperConfig>("mapper.yaml", "Mapper and `seastitch replay`"));
+  files.push_back(FileOf<VehicleFile>("vehicle.yaml", "Vehicle"));
+  files.push_back(FileOf<OptimizerConfig>("optimizer.yaml", "Optimizer"));
+  files.push_back(FileOf<LoggerConfig>("logger.yaml", "Logger"));
+  files.push_back(FileOfDevice<ImuDriverConfig>(
+      "imu_driver.yaml", "Inertial unit that a DBC file describes", kSignalDevice));
+  files.push_back(FileOfDevice<ImuDriverConfig>(
+      "imu_nmea2000.yaml", "Attitude sensor on NMEA 2000", "nmea2000"));
+  files.push_back(FileOfDevice<DvlDriverConfig>(
+      "dvl_driver.yaml", "Doppler log that a DBC file describes", kSignalDevice));
+  files.push_back(
+      FileOfDevice<DvlDriverConfig>("dvl_nmea2000.yaml", "Doppler log on NMEA 2000", "nmea2000"));
+  files.push_back(FileOf<Pd0DriverConfig>("dvl_pd0.yaml", "Doppler log with PD0 over UDP"));
+  files.push_back(FileOf<MbesDriverConfig>("mbes_driver.yaml", "Sonar"));
+  files.push_back(
+      FileOf<bench::SurveyConfig>("bench/demo.yaml", "Simulated survey of `seastitch bench`"));
+  return files;
+}
+
+std::string ConfigurationPage() {
+  std::string page = kHead;
+  for (const ConfigurationFile& file : ConfigurationFiles())
+    page += "\n## " + file.title + ": `" + file.name + "`\n\n" + ReferenceOf(file.table);
+  while (page.ends_with("\n\n")) page.pop_back();
+  return page;
+}
+
+}  // namespace seastitch

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "common/convert/channels.hpp"
+#include "common/storage/event_log.hpp"
+
+namespace seastitch {
+
+// An input that cannot be used for what it holds: exit code 65.
+struct DataError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+// Watches the fingerprints of a log's events on the channels of Seastitch. A version of a type that
+// nobody can read any more, or somebody else's type on a channel of the same name, has another one.
+class MessageTypes {
+ public:
+  // Whether the event has the type of its channel. False where the channel is none of ours.
+  bool Add(const LogEvent& event);
+
+  // Events that have not, by channel.
+  std::map<std::string, std::int64_t> Foreign() const;
+  // A channel no event of which has the type of the channel.
+  struct Unreadable {
+    const Channel* channel;
+    std::optional<std::int64_t> fingerprint;  // of its first event; nothing: too short for one
+  };
+  // In the order of the table.
+  std::vector<Unreadable> UnreadableChannels() const;
+
+ private:
+  struct Count {
+    std::int64_t known = 0;
+    std::int64_t foreign = 0;
+    std::optional<std::int64_t> first_foreign;
+  };
+  std::map<const Channel*, Count> counts_;
+};
+
+// One line: channel, fingerprint, type expected.
+std::string ToString(const MessageTypes::Unreadable& unreadable);
+// As 16 hexadecimal digits; "none" where there is none.
+std::string FingerprintText(const std::optional<std::int64_t>& fingerprint);
+
+}  // namespace seastitch
