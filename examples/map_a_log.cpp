@@ -7,6 +7,7 @@
 #include <map>
 
 #include "common/convert/convert.hpp"
+#include "common/core/channel_names.hpp"
 #include "common/storage/event_log.hpp"
 #include "mapper/mapper.hpp"
 #include "mapper/mapper_config.hpp"
@@ -42,12 +43,12 @@ int main(int argc, char** argv) try {
     while (auto job = mapper.NextJob()) mapper.Take(Run(*job, config.loop_closer, load, &prepared));
   };
   while (const auto event = log.Next()) {
-    if (event->channel == "IMU") Feed<imu_t>(*event, &mapper);
-    if (event->channel == "DVL") Feed<dvl_t>(*event, &mapper);
-    if (event->channel == "DEPTH") Feed<depth_t>(*event, &mapper);
-    if (event->channel == "POSITION_FIX") Feed<position_fix_t>(*event, &mapper);
-    if (event->channel == "MBES_PING") Feed<mbes_ping_t>(*event, &mapper);
-    if (event->channel == "SVP") Feed<sound_velocity_profile_t>(*event, &mapper);
+    if (event->channel == channels::kImu) Feed<imu_t>(*event, &mapper);
+    if (event->channel == channels::kDvl) Feed<dvl_t>(*event, &mapper);
+    if (event->channel == channels::kDepth) Feed<depth_t>(*event, &mapper);
+    if (event->channel == channels::kPositionFix) Feed<position_fix_t>(*event, &mapper);
+    if (event->channel == channels::kMbesPing) Feed<mbes_ping_t>(*event, &mapper);
+    if (event->channel == channels::kSvp) Feed<sound_velocity_profile_t>(*event, &mapper);
     work();
   }
   mapper.Finish();

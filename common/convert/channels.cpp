@@ -1,7 +1,8 @@
 #include "common/convert/channels.hpp"
 
 #include <algorithm>
-#include <cassert>
+#include <stdexcept>
+#include <string>
 
 #include "seastitch/config_request_t.hpp"
 #include "seastitch/config_t.hpp"
@@ -265,7 +266,7 @@ const Channel* FindChannel(std::string_view name) {
 
 int QueueOf(std::string_view name) {
   const Channel* channel = FindChannel(name);
-  assert(channel != nullptr);
+  if (channel == nullptr) throw std::out_of_range("no channel " + std::string(name));
   return channel->queue;
 }
 

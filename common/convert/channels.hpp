@@ -48,7 +48,7 @@ struct Channel {
 const std::vector<Channel>& Channels();
 // Null for a name that is not in the table.
 const Channel* FindChannel(std::string_view name);
-// The queue of a channel that is in the table.
+// The queue of a channel of the table. Throws std::out_of_range for any other name.
 int QueueOf(std::string_view name);
 // A channel of the type, null where the type is none of ours. Types tell messages apart where
 // somebody gave their channel another name.

@@ -11,6 +11,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <csignal>
@@ -264,28 +265,39 @@ TEST_F(LoggerProcessTest, ADiskThatHangsIsNamedFeedsTheWatchdogAndLosesNothing) 
   Bus bus(BusUrl());
   std::optional<health_t> health;
   bus.Subscribe<health_t>("HEALTH", 0, [&](const health_t& msg) { health = msg; });
-  const auto until_state = [&](std::int8_t state) {
-    const auto deadline = Clock::now() + std::chrono::seconds(20);
+  int fed = 0;
+  // Systemd reads what the logger sends it at once; a queue of ten that nobody reads would hold the
+  // logger up.
+  const auto until = [&](const auto& reached) {
+    const auto deadline = Clock::now() + std::chrono::seconds(60);
     pollfd ready{bus.fd(), POLLIN, 0};
-    while ((!health || health->state != state) && Clock::now() < deadline)
+    while ((!health || !reached(*health)) && Clock::now() < deadline) {
       if (poll(&ready, 1, 100) > 0) bus.HandleReady();
-    return health && health->state == state;
+      fed += logger.Feedings();
+    }
+    return health && reached(*health);
   };
-  ASSERT_TRUE(until_state(health_t::STATE_OK));
+  const auto is_ok = [](const health_t& msg) { return msg.state == health_t::STATE_OK; };
+  // By name: on a busy machine a late loop may be reported beside it.
+  const auto names_the_disk = [](const health_t& msg) {
+    return std::any_of(msg.conditions.begin(), msg.conditions.end(), [](const auto& condition) {
+      return condition.name == conditions::kDiskStalled.name;
+    });
+  };
+  ASSERT_TRUE(until(is_ok)) << "no HEALTH that is ok";
   ASSERT_TRUE(disk.Freeze());
   const auto frozen = Clock::now();
   for (int i = 0; i < 100; ++i) PublishRaw(&bus, i);
-  ASSERT_TRUE(until_state(health_t::STATE_DEGRADED));
+  ASSERT_TRUE(until(names_the_disk)) << health->text;
   RecordProperty("named_after_ms",
                  static_cast<int>((Clock::now() - frozen) / std::chrono::milliseconds(1)));
-  ASSERT_EQ(health->num_conditions, 1) << health->text;
-  EXPECT_EQ(health->conditions[0].name, conditions::kDiskStalled.name);
-  logger.Feedings();
-  const std::int64_t seq = health->seq;
-  while (health->seq < seq + 2) bus.HandleReady();
-  EXPECT_GE(logger.Feedings(), 2) << "to be killed would lose what waits";
+  EXPECT_EQ(health->state, health_t::STATE_DEGRADED);
+  fed = 0;
+  EXPECT_TRUE(until([&](const health_t&) { return fed >= 3; }))
+      << "to be killed would lose what waits";
+  EXPECT_TRUE(names_the_disk(*health)) << health->text;
   ASSERT_TRUE(disk.Thaw());
-  EXPECT_TRUE(until_state(health_t::STATE_OK)) << health->text;
+  EXPECT_TRUE(until(is_ok)) << health->text;
   EXPECT_EQ(logger.Stop(SIGTERM), 0);
   EXPECT_EQ(NumbersIn(file), UpTo(100));
 }
