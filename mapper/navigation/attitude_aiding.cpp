@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "common/core/pose.hpp"
 #include "mapper/navigation/strapdown.hpp"
@@ -21,20 +20,17 @@ constexpr double kFrozenRad = Deg2Rad(1.0);
 constexpr double kMinStepRad = Deg2Rad(1.0);
 // A step back leaves so much of it at most.
 constexpr double kSteppedBack = 0.2;
-// Delays of stamps are sought up to this, either way, from samples no further apart than that.
-constexpr double kLongestDelayS = 1.0;
-constexpr double kMaxLearnedS = 1.5;
-constexpr double kSlopeS = 0.05;
-constexpr double kHistoryS = 2.0 * (kLongestDelayS + kSlopeS) + kMaxLearnedS;
 // A device that has just said that it is aligned may step.
 constexpr double kAfterAlignmentS = 5.0;
 
 }  // namespace
 
 AttitudeAiding::AttitudeAiding(const NavigationParams& params,
+                               const InertialHistory* history,
                                ErrorStateFilter* filter,
                                Counters* counters)
     : params_(params),
+      history_(history),
       filter_(filter),
       counters_(counters),
       watch_(kIncrementGate * params.gate_sigma, kQuietS) {}
@@ -47,8 +43,7 @@ void AttitudeAiding::Begin(Time t, const AttitudeEvent& attitude) {
 
 void AttitudeAiding::Resume(Time t, const AttitudeEvent& attitude) {
   compared_ = agreed_ = t;
-  turns_.clear();  // the gyros did not see what happened in between
-  unlearned_.clear();
+  pairs_.Clear();
   Anchor(t, attitude);
   watch_.Interrupt();
 }
@@ -59,64 +54,44 @@ void AttitudeAiding::Anchor(Time t, const AttitudeEvent& attitude) {
   turned_rad_ = 0.0;
 }
 
-void AttitudeAiding::AddTurn(Time t, const Eigen::Vector3d& rate_radps, double dt_s) {
-  const Eigen::Vector3d turn = (rate_radps - filter_->biases().segment<3>(kGyroBias)) * dt_s;
+void AttitudeAiding::AddTurn(const Eigen::Vector3d& rate_radps, double dt_s) {
+  const Eigen::Vector3d turn = rate_radps * dt_s;
   turn_ = (turn_ * QuaternionFromRotationVector(turn)).normalized();
   turned_rad_ += turn.norm();
-  const Eigen::Quaterniond before =
-      turns_.empty() ? Eigen::Quaterniond::Identity() : turns_.back().value;
-  turns_.push_back({t, (before * QuaternionFromRotationVector(turn)).normalized()});
-  while (ToSeconds(t - turns_.front().time) > kHistoryS) turns_.pop_front();
-}
-
-Eigen::Quaterniond AttitudeAiding::TurnAt(Time t) const {
-  const auto after =
-      std::lower_bound(turns_.begin(), turns_.end(), t, [](const auto& turn, Time time) {
-        return turn.time < time;
-      });
-  if (after == turns_.begin()) return turns_.front().value;
-  if (after == turns_.end()) return turns_.back().value;
-  const auto before = std::prev(after);
-  const double w = ToSeconds(t - before->time) / ToSeconds(after->time - before->time);
-  return before->value.slerp(w, after->value);
 }
 
 AttitudeEvent AttitudeAiding::CarriedTo(Time t, const AttitudeEvent& attitude) const {
-  if (!stamps_.IsSuspected() || turns_.empty()) return attitude;
+  if (!stamps_.IsSuspected() || history_->empty()) return attitude;
   AttitudeEvent carried = attitude;
-  const Eigen::Quaterniond turn =
-      TurnAt(t - FromSeconds(stamps_.delay_s())).conjugate() * TurnAt(t);
-  carried.q_map_imu = (carried.q_map_imu * turn).normalized();
+  const Time measured = t - FromSeconds(stamps_.delay_s());
+  carried.q_map_imu = (carried.q_map_imu * history_->Turn(measured, t)).normalized();
   return carried;
 }
 
-// The device's turn from one sample to the next against that of the gyros, as much earlier as the
-// stamps are known to be late. Some time later, when the gyros' turn after it is known too.
 void AttitudeAiding::LearnStamps(Time t, const AttitudeEvent& attitude) {
-  unlearned_.push_back({t, attitude.q_map_imu});
-  while (unlearned_.size() > 1 && ToSeconds(t - unlearned_[1].time) >= kLongestDelayS + kSlopeS) {
-    LearnFrom(unlearned_[0], unlearned_[1]);
-    unlearned_.pop_front();
-  }
+  pairs_.Add(t, attitude.q_map_imu, [this](const auto& from, const auto& to, double share) {
+    LearnFrom(from, to, share);
+  });
 }
 
+// The device's turn from one sample to the next against that of the gyros so much earlier.
 void AttitudeAiding::LearnFrom(const Stamped<Eigen::Quaterniond>& from,
-                               const Stamped<Eigen::Quaterniond>& to) {
-  const double dt_s = ToSeconds(to.time - from.time);
-  const double delay_s = stamps_.delay_s();
-  if (dt_s > kMaxLearnedS || turns_.empty()) return;
-  const auto gyro_turn = [&](double late_s) {
-    const Time end = to.time - FromSeconds(late_s);
-    return Eigen::Quaterniond(TurnAt(end - FromSeconds(dt_s)).conjugate() * TurnAt(end));
+                               const Stamped<Eigen::Quaterniond>& to,
+                               double share) {
+  const Duration longest = FromSeconds(StampOffset::kLongestS);
+  if (!history_->Covers(from.time - longest) || !history_->Covers(to.time + longest)) return;
+  const Eigen::Quaterniond turn = from.value.conjugate() * to.value;
+  const auto difference = [&](double delay_s) {
+    const Duration late = FromSeconds(delay_s);
+    const Eigen::Quaterniond expected = history_->Turn(from.time - late, to.time - late);
+    return RotationVectorFromQuaternion(expected.conjugate() * turn);
   };
-  const Eigen::Quaterniond device_turn = from.value.conjugate() * to.value;
-  const Eigen::Quaterniond expected = gyro_turn(delay_s);
-  const Eigen::Vector3d slope =
-      RotationVectorFromQuaternion(expected.conjugate() * gyro_turn(delay_s + kSlopeS)) / kSlopeS;
-  stamps_.Add(RotationVectorFromQuaternion(expected.conjugate() * device_turn),
-              slope,
-              IncrementSigma(dt_s),
-              dt_s);
+  const double dt_s = ToSeconds(to.time - from.time);
+  const double turned_rad = turn.angularDistance(Eigen::Quaterniond::Identity());
+  stamps_.Add(difference,
+              IncrementSigma(dt_s, turned_rad, share),
+              params_.gyro_bias_radps.sigma * dt_s,
+              share * dt_s);
 }
 
 bool AttitudeAiding::IsRepeated(const AttitudeEvent& attitude) const {
@@ -180,7 +155,7 @@ void AttitudeAiding::Compare(Time t, const AttitudeEvent& attitude) {
     const Eigen::Quaterniond expected = anchor_.value * turn_;
     watch_.Add(t,
                RotationVectorFromQuaternion(attitude.q_map_imu * expected.conjugate()),
-               IncrementSigma(dt_s));
+               IncrementSigma(dt_s, turned_rad_));
   } else {
     watch_.Interrupt();
   }
@@ -188,16 +163,17 @@ void AttitudeAiding::Compare(Time t, const AttitudeEvent& attitude) {
 }
 
 // What the device scatters by, and the gyros drift, from one sample to the next.
-double AttitudeAiding::IncrementSigma(double dt_s) const {
+double AttitudeAiding::IncrementSigma(double dt_s, double turned_rad, double share) const {
   const double white = params_.attitude_white_rad.maxCoeff();
   const double gyro = params_.gyro_noise_radps_rthz * std::sqrt(dt_s) +
                       params_.gyro_step_radps * dt_s + params_.gyro_bias_radps.sigma * dt_s;
   const GaussMarkov<double>& wander = params_.attitude_heading_wander_rad;
   const double wandered = wander.sigma * std::sqrt(2.0 * dt_s / wander.tau_s);
-  const double deviated = params_.attitude_deviation_rad * std::min(turned_rad_, 2.0);
-  const double stamped = params_.attitude_time_sigma_s * turned_rad_ / std::max(dt_s, 1e-3);
-  return std::sqrt(2.0 * white * white + gyro * gyro + wandered * wandered + deviated * deviated +
-                   2.0 * stamped * stamped);
+  const double deviated = params_.attitude_deviation_rad * std::min(turned_rad, 2.0);
+  const double stamped = params_.attitude_time_sigma_s * turned_rad / std::max(dt_s, 1e-3);
+  const double drifts =
+      gyro * gyro + wandered * wandered + deviated * deviated + 2.0 * stamped * stamped;
+  return std::sqrt(2.0 * white * white + drifts / share);
 }
 
 // False: not a step of the heading that matters.

@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <cstdint>
-#include <deque>
 #include <map>
 #include <optional>
 #include <string>
@@ -11,9 +10,11 @@
 #include "common/core/time.hpp"
 #include "mapper/navigation/error_state_filter.hpp"
 #include "mapper/navigation/increment_watch.hpp"
+#include "mapper/navigation/inertial_history.hpp"
 #include "mapper/navigation/nav_events.hpp"
 #include "mapper/navigation/navigation_params.hpp"
 #include "mapper/navigation/refusal_record.hpp"
+#include "mapper/navigation/sample_pairs.hpp"
 #include "mapper/navigation/stamp_offset.hpp"
 
 namespace seastitch {
@@ -28,14 +29,18 @@ namespace seastitch {
 class AttitudeAiding {
  public:
   using Counters = std::map<std::string, std::int64_t>;
-  AttitudeAiding(const NavigationParams& params, ErrorStateFilter* filter, Counters* counters);
+  // The history holds what the gyros felt up to each sample.
+  AttitudeAiding(const NavigationParams& params,
+                 const InertialHistory* history,
+                 ErrorStateFilter* filter,
+                 Counters* counters);
 
   // The filter was started with this attitude.
   void Begin(Time t, const AttitudeEvent& attitude);
   // It was carried over a gap by this one.
   void Resume(Time t, const AttitudeEvent& attitude);
-  // What the gyros have felt since the last inertial sample.
-  void AddTurn(Time t, const Eigen::Vector3d& rate_radps, double dt_s);
+  // What the gyros have felt, free of bias, since the last inertial sample.
+  void AddTurn(const Eigen::Vector3d& rate_radps, double dt_s);
   void Use(Time t, const AttitudeEvent& attitude);
 
   const RefusalRecord& refusals() const { return refusals_; }
@@ -48,17 +53,21 @@ class AttitudeAiding {
   bool IsFrozen(const AttitudeEvent& attitude) const;
   // By the gyros from when it was measured, as far as the stamps are suspected, until t.
   AttitudeEvent CarriedTo(Time t, const AttitudeEvent& attitude) const;
-  Eigen::Quaterniond TurnAt(Time t) const;
   void LearnStamps(Time t, const AttitudeEvent& attitude);
-  void LearnFrom(const Stamped<Eigen::Quaterniond>& from, const Stamped<Eigen::Quaterniond>& to);
+  void LearnFrom(const Stamped<Eigen::Quaterniond>& from,
+                 const Stamped<Eigen::Quaterniond>& to,
+                 double share);
   void UseCarried(Time t, const AttitudeEvent& attitude, bool compares);
   void Compare(Time t, const AttitudeEvent& attitude);
-  double IncrementSigma(double dt_s) const;
+  // turned_rad: the way there and back. share: of the time that is this increment's alone; what
+  // drifts is common to those that overlap.
+  double IncrementSigma(double dt_s, double turned_rad, double share = 1.0) const;
   bool Step(Time t, const AttitudeEvent& attitude);
   void Take(Time t, const AttitudeEvent& attitude);
   void Anchor(Time t, const AttitudeEvent& attitude);
 
   const NavigationParams params_;
+  const InertialHistory* history_;
   ErrorStateFilter* filter_;
   Counters* counters_;
   IncrementWatch watch_;
@@ -71,9 +80,8 @@ class AttitudeAiding {
   bool in_doubt_ = false;
   double largest_doubt_rad_ = 0.0;
   StampOffset stamps_;
-  std::deque<Stamped<Eigen::Quaterniond>> turns_;      // by the gyros since the start, of kHistoryS
-  std::optional<Eigen::Quaterniond> last_;             // as measured
-  std::deque<Stamped<Eigen::Quaterniond>> unlearned_;  // as measured, for stamps_
+  SamplePairs<Eigen::Quaterniond> pairs_{StampOffset::kLongestS};  // as measured, for stamps_
+  std::optional<Eigen::Quaterniond> last_;                         // as measured
   // The last attitude that was compared, carried to its stamp, and the turn by the gyros since.
   Stamped<Eigen::Quaterniond> anchor_;
   Eigen::Quaterniond turn_ = Eigen::Quaterniond::Identity();

@@ -11,6 +11,7 @@
 #include "mapper/navigation/attitude_aiding.hpp"
 #include "mapper/navigation/error_state_filter.hpp"
 #include "mapper/navigation/fix_keeper.hpp"
+#include "mapper/navigation/inertial_history.hpp"
 #include "mapper/navigation/nav_events.hpp"
 #include "mapper/navigation/nav_track.hpp"
 #include "mapper/navigation/navigation_start.hpp"
@@ -20,6 +21,9 @@
 
 namespace seastitch {
 namespace {
+
+// Enough to compare any pair of samples with any delay of their stamps.
+constexpr double kHistoryS = 2.0 * StampOffset::kLongestS + 2.0 * SamplePairs<DvlEvent>::kMostS;
 
 ErrorStateFilter::Mounting MountingOf(const VehicleGeometry& vehicle) {
   ErrorStateFilter::Mounting mounting;
@@ -40,8 +44,8 @@ class DeadReckoning::Impl {
         intake_(params_, vehicle, &counters_),
         filter_(params_, mounting_, earth_),
         start_(params_, mounting_),
-        attitude_(params_, &filter_, &counters_),
-        velocity_(params_, mounting_, earth_.gravity_mps2, &filter_, &counters_),
+        attitude_(params_, &history_, &filter_, &counters_),
+        velocity_(params_, mounting_, earth_.gravity_mps2, &history_, &filter_, &counters_),
         fixes_(params_, &counters_),
         track_(params_) {}
 
@@ -89,6 +93,7 @@ class DeadReckoning::Impl {
   SampleIntake intake_;
   ErrorStateFilter filter_;
   NavigationStart start_;
+  InertialHistory history_{kHistoryS};
   AttitudeAiding attitude_;
   VelocityAiding velocity_;
   RefusalRecord depth_refusals_;
@@ -189,6 +194,7 @@ void DeadReckoning::Impl::CoastTo(Time t, const InertialRates& rates) {
   Count("imu_gap");
   if (unused > 0) Count("aiding_in_imu_gap", unused);
   filter_.Coast(ToSeconds(t - now_), attitude->q_map_imu, rates);
+  history_.Clear();
   attitude_.Resume(t, *attitude);
   velocity_.Interrupt();
   Publish(t, rates);
@@ -223,7 +229,10 @@ void DeadReckoning::Impl::Propagate(Time to_time,
                                     const InertialRates& to,
                                     double dt_s) {
   const Eigen::Vector3d force = 0.5 * (from.specific_force_mps2 + to.specific_force_mps2);
-  attitude_.AddTurn(to_time, 0.5 * (from.angular_rate_radps + to.angular_rate_radps), dt_s);
+  const InertialRates free_from = filter_.WithoutBias(from);
+  const InertialRates free_to = filter_.WithoutBias(to);
+  history_.Add(to_time, free_from, free_to, dt_s);
+  attitude_.AddTurn(0.5 * (free_from.angular_rate_radps + free_to.angular_rate_radps), dt_s);
   velocity_.AddForce(force, dt_s);
   const Eigen::Vector3d acceleration = filter_.state().q_map_imu * force + earth_.gravity_mps2;
   const bool possible = acceleration.norm() <= params_.max_acceleration_mps2;
@@ -322,9 +331,13 @@ NavSensorHealth DeadReckoning::Impl::health(NavSensor sensor) const {
 }
 
 std::vector<SuspectedOffset> DeadReckoning::Impl::suspected_offsets() const {
-  const StampOffset& stamps = attitude_.stamps();
-  if (!stamps.IsSuspected()) return {};
-  return {{NavSensor::kAttitude, -stamps.delay_s(), stamps.sigma_s()}};
+  std::vector<SuspectedOffset> offsets;
+  const auto add = [&offsets](NavSensor sensor, const StampOffset& stamps) {
+    if (stamps.IsSuspected()) offsets.push_back({sensor, -stamps.delay_s(), stamps.sigma_s()});
+  };
+  add(NavSensor::kAttitude, attitude_.stamps());
+  add(NavSensor::kDvl, velocity_.stamps());
+  return offsets;
 }
 
 // --- the public face ---------------------------------------------------------------------------

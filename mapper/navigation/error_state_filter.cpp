@@ -140,7 +140,7 @@ void ErrorStateFilter::Initialise(const Start& start,
   pending_move_.setZero();
 }
 
-InertialRates ErrorStateFilter::Corrected(const InertialRates& measured) const {
+InertialRates ErrorStateFilter::WithoutBias(const InertialRates& measured) const {
   return {measured.angular_rate_radps - biases_.segment<3>(kGyroBias),
           measured.specific_force_mps2 - biases_.segment<3>(kAccelBias)};
 }
@@ -177,7 +177,7 @@ void ErrorStateFilter::Step(const InertialRates& from, const InertialRates& to, 
   pending_R_ += dt_s * state_.q_map_imu.toRotationMatrix();
   pending_s_ += dt_s;
   const Eigen::Vector3d from_p = state_.p_map;
-  state_ = Integrate(state_, Corrected(from), Corrected(to), dt_s, earth_);
+  state_ = Integrate(state_, WithoutBias(from), WithoutBias(to), dt_s, earth_);
   pending_move_ += state_.p_map - from_p;
   rates_ = to;
   if (pending_s_ >= kCovarianceStepS) PropagateCovariance();

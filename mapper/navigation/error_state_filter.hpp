@@ -122,6 +122,8 @@ class ErrorStateFilter {
   Eigen::Vector3d DvlResidual(const Eigen::Vector3d& v_dvl_mps) const;
   Eigen::Vector3d AttitudeResidual(const Eigen::Quaterniond& q_map_imu) const;
 
+  InertialRates WithoutBias(const InertialRates& measured) const;
+
   // The vehicle frame, now.
   Eigen::Isometry3d T_map_vehicle() const;
   Eigen::Vector3d v_map_vehicle_mps() const;
@@ -145,7 +147,6 @@ class ErrorStateFilter {
 
  private:
   void ReopenBiases(int first, int size);
-  InertialRates Corrected(const InertialRates& measured) const;
   void Step(const InertialRates& from, const InertialRates& to, double dt_s);
   Eigen::Vector3d ForceThatHolds(const Eigen::Vector3d& rate_radps) const;
   Eigen::Vector3d TurnOverGround() const;  // as the gyros feel it, imu

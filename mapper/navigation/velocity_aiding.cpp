@@ -29,16 +29,19 @@ constexpr double kToldByVelocity = 1.0 / 3.0;
 VelocityAiding::VelocityAiding(const NavigationParams& params,
                                const ErrorStateFilter::Mounting& mounting,
                                const Eigen::Vector3d& gravity_mps2,
+                               const InertialHistory* history,
                                ErrorStateFilter* filter,
                                Counters* counters)
     : params_(params),
       mounting_(mounting),
       gravity_mps2_(gravity_mps2),
+      history_(history),
       filter_(filter),
       counters_(counters),
       watch_(kIncrementGate * params.gate_sigma, kQuietS) {}
 
 void VelocityAiding::Interrupt() {
+  pairs_.Clear();
   watch_.Interrupt();
   last_.reset();
 }
@@ -59,8 +62,13 @@ void VelocityAiding::Use(Time t,
                          const DvlEvent& dvl,
                          const Eigen::Vector3d& rate_radps,
                          bool attitude_is_sound) {
-  Compare(t, dvl, rate_radps);
+  LearnStamps(t, dvl);
   is_sound_ = attitude_is_sound && (!doubted_ || ToSeconds(t - *doubted_) > kSoundS);
+  UseCarried(t, CarriedTo(t, dvl), rate_radps);
+}
+
+void VelocityAiding::UseCarried(Time t, const DvlEvent& dvl, const Eigen::Vector3d& rate_radps) {
+  Compare(t, dvl, rate_radps);
   if (watch_.step() && !follows_step_ && repeated_s_ > kStuckS) DoubtAccelerometers(t);
   // Only a filter that has been right can tell that the DVL is wrong.
   if (!is_sound_ && !follows_step_) watch_.ForgetStep();
@@ -88,6 +96,67 @@ void VelocityAiding::Use(Time t,
     return refusals_.Add(t, true);
   }
   Weigh(t, dvl);
+}
+
+Eigen::Vector3d VelocityAiding::Gravity(Time t) const {
+  return history_->At(t).turn * (filter_->state().q_map_imu.conjugate() * gravity_mps2_);
+}
+
+Eigen::Vector3d VelocityAiding::VelocityAt(const InertialHistory::Moment& then,
+                                           const DvlEvent& dvl) const {
+  const Eigen::Isometry3d& T_imu_dvl = mounting_.T_imu_dvl;
+  const Eigen::Vector3d swing = then.rate_radps.cross(Eigen::Vector3d(T_imu_dvl.translation()));
+  return then.turn * (T_imu_dvl.linear() * dvl.v_dvl_mps - swing);
+}
+
+void VelocityAiding::LearnStamps(Time t, const DvlEvent& dvl) {
+  if (repeated_s_ > kStuckS) return pairs_.Clear();
+  pairs_.Add(t, dvl, [&](const auto& from, const auto& to, double share) {
+    LearnFrom(t, from, to, share);
+  });
+}
+
+// The change from one ensemble to the next against that by the accelerometers so much earlier.
+void VelocityAiding::LearnFrom(Time now,
+                               const Stamped<DvlEvent>& from,
+                               const Stamped<DvlEvent>& to,
+                               double share) {
+  const Duration longest = FromSeconds(StampOffset::kLongestS);
+  if (!history_->Covers(from.time - longest) || !history_->Covers(to.time + longest)) return;
+  const double dt_s = ToSeconds(to.time - from.time);
+  const Eigen::Vector3d fall = dt_s * Gravity(now);
+  const auto difference = [&](double delay_s) -> Eigen::Vector3d {
+    const InertialHistory::Moment a = history_->At(from.time - FromSeconds(delay_s));
+    const InertialHistory::Moment b = history_->At(to.time - FromSeconds(delay_s));
+    return b.turn.conjugate() *
+           (VelocityAt(b, to.value) - VelocityAt(a, from.value) - (b.push_mps - a.push_mps) - fall);
+  };
+  // The noise of the accelerometers is common to pairs that overlap.
+  const double noise = params_.accel_noise_mps2_rthz * std::sqrt(dt_s / share);
+  const double sigma = std::hypot(std::sqrt(2.0) * to.value.sigma_mps.maxCoeff(), noise);
+  stamps_.Add(difference, sigma, DriftSigma(dt_s), share * dt_s);
+}
+
+DvlEvent VelocityAiding::CarriedTo(Time t, const DvlEvent& dvl) const {
+  if (!stamps_.IsSuspected() || history_->empty()) return dvl;
+  const double delay_s = stamps_.delay_s();
+  DvlEvent carried{Carried(t, dvl, delay_s), dvl.sigma_mps};
+  const Eigen::Vector3d off = Carried(t, dvl, delay_s + stamps_.sigma_s()) - carried.v_dvl_mps;
+  carried.sigma_mps = (dvl.sigma_mps.cwiseAbs2() + off.cwiseAbs2()).cwiseSqrt();
+  return carried;
+}
+
+Eigen::Vector3d VelocityAiding::Carried(Time t, const DvlEvent& dvl, double delay_s) const {
+  const InertialHistory::Moment then = history_->At(t - FromSeconds(delay_s));
+  const InertialHistory::Moment now = history_->At(t);
+  const Eigen::Vector3d v_then = VelocityAt(then, dvl);
+  Eigen::Vector3d v_imu = then.turn.conjugate() * v_then;
+  if (!accelerometers_in_doubt(t))
+    v_imu = now.turn.conjugate() *
+            (v_then + now.push_mps - then.push_mps + ToSeconds(now.time - then.time) * Gravity(t));
+  const Eigen::Isometry3d& T_imu_dvl = mounting_.T_imu_dvl;
+  const Eigen::Vector3d swing = now.rate_radps.cross(Eigen::Vector3d(T_imu_dvl.translation()));
+  return T_imu_dvl.linear().transpose() * (v_imu + swing);
 }
 
 void VelocityAiding::Weigh(Time t, const DvlEvent& dvl) {
@@ -119,19 +188,27 @@ Eigen::Vector3d VelocityAiding::ImuVelocity(const DvlEvent& dvl,
   return filter_->state().q_map_imu * (T_imu_dvl.linear() * dvl.v_dvl_mps - swing);
 }
 
+double VelocityAiding::DriftSigma(double dt_s) const {
+  const double tilt = params_.attitude_roll_pitch_rad.sigma.maxCoeff();
+  return dt_s * std::hypot(params_.accel_bias_mps2.sigma + params_.accel_step_mps2,
+                           gravity_mps2_.norm() * tilt);
+}
+
+// What the DVL scatters by, and the accelerometers drift, from one ensemble to the next.
+double VelocityAiding::IncrementSigma(const DvlEvent& dvl, double dt_s) const {
+  const double dvl_sigma = dvl.sigma_mps.maxCoeff();
+  const double drift = DriftSigma(dt_s);
+  const double noise = params_.accel_noise_mps2_rthz * std::sqrt(dt_s);
+  return std::sqrt(2.0 * dvl_sigma * dvl_sigma + drift * drift + noise * noise);
+}
+
 void VelocityAiding::Compare(Time t, const DvlEvent& dvl, const Eigen::Vector3d& rate_radps) {
   const Eigen::Vector3d now = ImuVelocity(dvl, rate_radps);
   const double dt_s = last_ ? ToSeconds(t - last_->time) : kMaxIncrementS + 1.0;
   if (dt_s <= kMaxIncrementS) {
     const Eigen::Vector3d difference = now - last_->value - change_mps_;
-    const double dvl_sigma = dvl.sigma_mps.maxCoeff();
-    const double tilt = params_.attitude_roll_pitch_rad.sigma.maxCoeff();
-    const double drift = dt_s * std::hypot(params_.accel_bias_mps2.sigma + params_.accel_step_mps2,
-                                           gravity_mps2_.norm() * tilt);
-    const double noise = params_.accel_noise_mps2_rthz * std::sqrt(dt_s);
     const double stamp = params_.dvl_time_sigma_s * change_mps_.norm() / std::max(dt_s, 1e-3);
-    const double sigma = std::sqrt(2.0 * dvl_sigma * dvl_sigma + drift * drift + noise * noise +
-                                   2.0 * stamp * stamp);
+    const double sigma = std::hypot(IncrementSigma(dvl, dt_s), std::sqrt(2.0) * stamp);
     // In the vehicle's axes, in which a wrong ensemble is wrong for as long as it turns.
     watch_.Add(t, filter_->state().q_map_imu.conjugate() * difference, sigma);
   } else {

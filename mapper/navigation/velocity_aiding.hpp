@@ -9,9 +9,12 @@
 #include "common/core/time.hpp"
 #include "mapper/navigation/error_state_filter.hpp"
 #include "mapper/navigation/increment_watch.hpp"
+#include "mapper/navigation/inertial_history.hpp"
 #include "mapper/navigation/nav_events.hpp"
 #include "mapper/navigation/navigation_params.hpp"
 #include "mapper/navigation/refusal_record.hpp"
+#include "mapper/navigation/sample_pairs.hpp"
+#include "mapper/navigation/stamp_offset.hpp"
 
 namespace seastitch {
 
@@ -28,6 +31,7 @@ class VelocityAiding {
   VelocityAiding(const NavigationParams& params,
                  const ErrorStateFilter::Mounting& mounting,
                  const Eigen::Vector3d& gravity_mps2,
+                 const InertialHistory* history,
                  ErrorStateFilter* filter,
                  Counters* counters);
 
@@ -45,6 +49,7 @@ class VelocityAiding {
   // The last ensemble by which the velocity was corrected.
   std::optional<Time> used() const { return used_; }
   const RefusalRecord& refusals() const { return refusals_; }
+  const StampOffset& stamps() const { return stamps_; }
   bool accelerometers_in_doubt(Time t) const;
 
  private:
@@ -52,6 +57,21 @@ class VelocityAiding {
   void Count(const std::string& name, std::int64_t n = 1) { (*counters_)[name] += n; }
   // Of the inertial unit over ground, map.
   Eigen::Vector3d ImuVelocity(const DvlEvent& dvl, const Eigen::Vector3d& rate_radps) const;
+  // Gravity in the axes of the history.
+  Eigen::Vector3d Gravity(Time t) const;
+  // The velocity of the inertial unit over ground by an ensemble of then, in the history's axes.
+  Eigen::Vector3d VelocityAt(const InertialHistory::Moment& then, const DvlEvent& dvl) const;
+  void LearnStamps(Time t, const DvlEvent& dvl);
+  void LearnFrom(Time now,
+                 const Stamped<DvlEvent>& from,
+                 const Stamped<DvlEvent>& to,
+                 double share);
+  // By the inertial unit from when it was measured, as far as the stamps are suspected, until t.
+  DvlEvent CarriedTo(Time t, const DvlEvent& dvl) const;
+  Eigen::Vector3d Carried(Time t, const DvlEvent& dvl, double delay_s) const;
+  void UseCarried(Time t, const DvlEvent& dvl, const Eigen::Vector3d& rate_radps);
+  double DriftSigma(double dt_s) const;  // of the velocity by accelerometers and tilt
+  double IncrementSigma(const DvlEvent& dvl, double dt_s) const;
   void Compare(Time t, const DvlEvent& dvl, const Eigen::Vector3d& rate_radps);
   bool RefusesStep(Time t, const DvlEvent& dvl);
   void Weigh(Time t, const DvlEvent& dvl);
@@ -61,10 +81,13 @@ class VelocityAiding {
   const NavigationParams params_;
   const ErrorStateFilter::Mounting mounting_;
   const Eigen::Vector3d gravity_mps2_;
+  const InertialHistory* history_;
   ErrorStateFilter* filter_;
   Counters* counters_;
   IncrementWatch watch_;
   RefusalRecord refusals_;
+  StampOffset stamps_;
+  SamplePairs<DvlEvent> pairs_{StampOffset::kLongestS};  // as measured, for stamps_
   std::optional<Time> used_;
   std::optional<Time> agreed_;  // DVL and filter, last
   std::optional<Time> doubted_until_;

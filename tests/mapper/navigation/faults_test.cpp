@@ -76,6 +76,30 @@ TEST(Faults, TheDelayOfAnAttitudesStampsIsFound) {
   }
 }
 
+TEST(Faults, TheDelayOfADopplerLogsStampsIsFound) {
+  EXPECT_TRUE(ScoreOf(LateDvl(0.0)).offsets.empty());
+  for (const double delay_s : {0.1, 0.5, 1.0}) {
+    const FilterScore score = ScoreOf(LateDvl(delay_s));
+    ASSERT_EQ(score.offsets.size(), 1u);
+    EXPECT_EQ(score.offsets[0].sensor, NavSensor::kDvl);
+    EXPECT_NEAR(score.offsets[0].add_s, -delay_s, 3.0 * score.offsets[0].sigma_s);
+    EXPECT_LT(score.offsets[0].sigma_s, 0.02);
+    EXPECT_LT(score.largest_m, 2.0);
+  }
+}
+
+TEST(Faults, ADelayThatChangesIsFoundAgain) {
+  Dive dive = CleanDive();
+  LateAttitude(0.1).apply(&dive);
+  Dive later = CleanDive();
+  LateAttitude(0.3).apply(&later);
+  for (std::size_t i = 0; i < dive.imu.size(); ++i)
+    if (ToSeconds(dive.imu[i].time - dive.imu[0].time) > 300.0) dive.imu[i] = later.imu[i];
+  const FilterScore score = ScoreFilter(dive, -1.0);
+  ASSERT_EQ(score.offsets.size(), 1u);
+  EXPECT_NEAR(score.offsets[0].add_s, -0.3, 0.01);
+}
+
 // Put right by the configuration it is as if the clock had been right.
 TEST(Faults, AConfiguredOffsetPutsTheStampsRight) {
   Dive dive = CleanDive();

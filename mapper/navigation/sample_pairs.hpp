@@ -1,0 +1,53 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <deque>
+
+#include "common/core/time.hpp"
+#include "mapper/navigation/nav_events.hpp"
+
+namespace seastitch {
+
+// Each sample with the last that lies so far before it that a change is larger than the noise of
+// both, given once the inertial unit's data reach far enough beyond them.
+template <class Sample>
+class SamplePairs {
+ public:
+  static constexpr double kLeastS = 0.95;  // 1 Hz, and some jitter
+  static constexpr double kMostS = 2.5;
+
+  explicit SamplePairs(double wait_s) : wait_s_(wait_s) {}
+
+  void Clear() {
+    samples_.clear();
+    next_ = 1;
+  }
+
+  // Calls use(from, to, share) for those pairs that are complete. share: of the span from `from` to
+  // `to` that no earlier pair had.
+  template <class Use>
+  void Add(Time t, const Sample& sample, const Use& use) {
+    samples_.push_back({t, sample});
+    for (; next_ < samples_.size() && SpanS(next_, samples_.size() - 1) >= wait_s_; ++next_) {
+      while (SpanS(1, next_) >= kLeastS) {
+        samples_.pop_front();
+        --next_;
+      }
+      const double span_s = SpanS(0, next_);
+      if (span_s >= kLeastS && span_s <= kMostS)
+        use(samples_.front(), samples_[next_], std::min(1.0, SpanS(next_ - 1, next_) / span_s));
+    }
+  }
+
+ private:
+  double SpanS(std::size_t a, std::size_t b) const {
+    return ToSeconds(samples_[b].time - samples_[a].time);
+  }
+
+  double wait_s_;
+  std::deque<Stamped<Sample>> samples_;
+  std::size_t next_ = 1;  // the first that has not been given as `to`
+};
+
+}  // namespace seastitch
