@@ -68,6 +68,23 @@ AttitudeEvent AttitudeAiding::CarriedTo(Time t, const AttitudeEvent& attitude) c
   return carried;
 }
 
+InertialRates AttitudeAiding::Sound(Time t, const InertialRates& measured) const {
+  if (!watch_.GoesOn(t) || !device_rate_radps_) return measured;
+  return {*device_rate_radps_ + filter_->biases().segment<3>(kGyroBias),
+          measured.specific_force_mps2};
+}
+
+// How fast the device turns, over as long as makes its noise small beside a turn.
+void AttitudeAiding::LearnRate(Time t, const AttitudeEvent& attitude) {
+  const double dt_s = rate_from_ ? ToSeconds(t - rate_from_->time) : kMaxIncrementS + 1.0;
+  if (dt_s < params_.attitude_interval_s - 1e-6) return;
+  device_rate_radps_.reset();
+  if (dt_s <= kMaxIncrementS)
+    device_rate_radps_ =
+        RotationVectorFromQuaternion(rate_from_->value.conjugate() * attitude.q_map_imu) / dt_s;
+  rate_from_ = {t, attitude.q_map_imu};
+}
+
 void AttitudeAiding::LearnStamps(Time t, const AttitudeEvent& attitude) {
   pairs_.Add(t, attitude.q_map_imu, [this](const auto& from, const auto& to, double share) {
     LearnFrom(from, to, share);
@@ -114,6 +131,7 @@ void AttitudeAiding::Use(Time t, const AttitudeEvent& attitude) {
     return refusals_.Add(t, true);
   }
   if (due) compared_ = t;
+  LearnRate(t, attitude);
   const bool compares = due && !IsRepeated(attitude);
   if (compares) LearnStamps(t, attitude);
   last_ = attitude.q_map_imu;

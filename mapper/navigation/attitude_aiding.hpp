@@ -45,7 +45,8 @@ class AttitudeAiding {
 
   const RefusalRecord& refusals() const { return refusals_; }
   const StampOffset& stamps() const { return stamps_; }
-  bool gyros_in_doubt(Time t) const { return watch_.GoesOn(t); }
+  // The rates as measured, and where the gyros are in doubt the device's turn in their place.
+  InertialRates Sound(Time t, const InertialRates& measured) const;
 
  private:
   void Count(const std::string& name, std::int64_t n = 1) { (*counters_)[name] += n; }
@@ -53,6 +54,7 @@ class AttitudeAiding {
   bool IsFrozen(const AttitudeEvent& attitude) const;
   // By the gyros from when it was measured, as far as the stamps are suspected, until t.
   AttitudeEvent CarriedTo(Time t, const AttitudeEvent& attitude) const;
+  void LearnRate(Time t, const AttitudeEvent& attitude);
   void LearnStamps(Time t, const AttitudeEvent& attitude);
   void LearnFrom(const Stamped<Eigen::Quaterniond>& from,
                  const Stamped<Eigen::Quaterniond>& to,
@@ -82,6 +84,8 @@ class AttitudeAiding {
   StampOffset stamps_;
   SamplePairs<Eigen::Quaterniond> pairs_{StampOffset::kLongestS};  // as measured, for stamps_
   std::optional<Eigen::Quaterniond> last_;                         // as measured
+  std::optional<Stamped<Eigen::Quaterniond>> rate_from_;           // as measured
+  std::optional<Eigen::Vector3d> device_rate_radps_;               // from then to the next
   // The last attitude that was compared, carried to its stamp, and the turn by the gyros since.
   Stamped<Eigen::Quaterniond> anchor_;
   Eigen::Quaterniond turn_ = Eigen::Quaterniond::Identity();

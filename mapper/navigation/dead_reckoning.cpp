@@ -217,7 +217,7 @@ void DeadReckoning::Impl::IntegrateTo(Time t, const InertialRates& rates) {
   };
   for (const Event& event : between_) {
     carry_to(event.time);
-    Use(event, from);
+    Use(event, attitude_.Sound(event.time, from));
   }
   carry_to(t);
   LimitSpeed(t);
@@ -237,10 +237,12 @@ void DeadReckoning::Impl::Propagate(Time to_time,
   const Eigen::Vector3d acceleration = filter_.state().q_map_imu * force + earth_.gravity_mps2;
   const bool possible = acceleration.norm() <= params_.max_acceleration_mps2;
   if (!possible) Count("acceleration_limited");
+  const InertialRates sound_from = attitude_.Sound(to_time, from);
+  const InertialRates sound_to = attitude_.Sound(to_time, to);
   if (possible && !velocity_.accelerometers_in_doubt(to_time))
-    filter_.Propagate(from, to, dt_s);
+    filter_.Propagate(sound_from, sound_to, dt_s);
   else
-    filter_.PropagateHoldingVelocity(from, to, dt_s);
+    filter_.PropagateHoldingVelocity(sound_from, sound_to, dt_s);
 }
 
 void DeadReckoning::Impl::LimitSpeed(Time t) {

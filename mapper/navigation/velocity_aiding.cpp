@@ -62,7 +62,7 @@ void VelocityAiding::Use(Time t,
                          const DvlEvent& dvl,
                          const Eigen::Vector3d& rate_radps,
                          bool attitude_is_sound) {
-  LearnStamps(t, dvl);
+  if (attitude_is_sound) LearnStamps(t, dvl);
   is_sound_ = attitude_is_sound && (!doubted_ || ToSeconds(t - *doubted_) > kSoundS);
   UseCarried(t, CarriedTo(t, dvl), rate_radps);
 }
@@ -203,18 +203,20 @@ double VelocityAiding::IncrementSigma(const DvlEvent& dvl, double dt_s) const {
 }
 
 void VelocityAiding::Compare(Time t, const DvlEvent& dvl, const Eigen::Vector3d& rate_radps) {
-  const Eigen::Vector3d now = ImuVelocity(dvl, rate_radps);
+  const Eigen::Quaterniond& q_map_imu = filter_->state().q_map_imu;
+  const Measured now{t, ImuVelocity(dvl, rate_radps), q_map_imu};
   const double dt_s = last_ ? ToSeconds(t - last_->time) : kMaxIncrementS + 1.0;
   if (dt_s <= kMaxIncrementS) {
-    const Eigen::Vector3d difference = now - last_->value - change_mps_;
+    // An ensemble that has stepped is wrong in the vehicle's axes for as long as it turns.
+    const Eigen::Vector3d step = watch_.step().value_or(Eigen::Vector3d::Zero());
+    const Eigen::Vector3d difference = now.Without(step) - last_->Without(step) - change_mps_;
     const double stamp = params_.dvl_time_sigma_s * change_mps_.norm() / std::max(dt_s, 1e-3);
     const double sigma = std::hypot(IncrementSigma(dvl, dt_s), std::sqrt(2.0) * stamp);
-    // In the vehicle's axes, in which a wrong ensemble is wrong for as long as it turns.
-    watch_.Add(t, filter_->state().q_map_imu.conjugate() * difference, sigma);
+    watch_.Add(t, q_map_imu.conjugate() * difference, sigma);
   } else {
     watch_.Interrupt();
   }
-  last_ = {t, now};
+  last_ = now;
   change_mps_.setZero();
 }
 

@@ -98,8 +98,17 @@ class VelocityAiding {
   double repeated_s_ = 0.0;    // for which it has been the same
   bool follows_step_ = false;  // of the DVL, which nobody could check any longer
   Eigen::Vector3d off_by_step_m_ = Eigen::Vector3d::Zero();  // the way that it would make
-  std::optional<Stamped<Eigen::Vector3d>> last_;             // ImuVelocity
-  Eigen::Vector3d change_mps_ = Eigen::Vector3d::Zero();     // by the accelerometers since then
+  // By an ensemble, of the inertial unit over ground.
+  struct Measured {
+    Time time;
+    Eigen::Vector3d v_map_mps;
+    Eigen::Quaterniond q_map_imu;
+    Eigen::Vector3d Without(const Eigen::Vector3d& step_imu_mps) const {
+      return v_map_mps - q_map_imu * step_imu_mps;
+    }
+  };
+  std::optional<Measured> last_;
+  Eigen::Vector3d change_mps_ = Eigen::Vector3d::Zero();  // by the accelerometers since then
 };
 
 }  // namespace seastitch

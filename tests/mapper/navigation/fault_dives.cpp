@@ -115,8 +115,10 @@ double TruthOffset(const AkitFiles& files) {
 }
 
 void AddAkitInertial(const AkitFiles& files, double offset_s, Dive* dive) {
-  Eigen::Quaterniond device = files.Attitude(-offset_s);
-  for (std::size_t i = 0; i < files.imu.size(); ++i) {
+  // From where the truth begins: before, nobody knows what the attitude was.
+  const auto first = static_cast<std::size_t>(std::ceil(std::max(offset_s, 0.0) * kAkitImuHz));
+  Eigen::Quaterniond device = files.Attitude(static_cast<double>(first) / kAkitImuHz - offset_s);
+  for (std::size_t i = first; i < files.imu.size(); ++i) {
     const double t = static_cast<double>(i) / kAkitImuHz;
     ImuSample sample;
     sample.time = At(t);
@@ -160,8 +162,10 @@ NavigationParams AkitParams() {
   params.gyro_bias_radps.sigma = 2e-3;
   params.accel_noise_mps2_rthz = 2e-2;
   params.accel_bias_mps2.sigma = 5e-2;
-  params.attitude_roll_pitch_rad = {{Deg2Rad(0.5), Deg2Rad(0.5)}, 60.0};
-  params.attitude_heading_rad = {Deg2Rad(1.0), 60.0};
+  // Made of the gyros, its heading is off by what their bias adds up to while it follows the truth.
+  const double tau_s = 1.0 / kAkitPullPerS;
+  params.attitude_roll_pitch_rad = {{Deg2Rad(0.5), Deg2Rad(0.5)}, tau_s};
+  params.attitude_heading_rad = {params.gyro_bias_radps.sigma * tau_s, tau_s};
   params.attitude_white_rad.setConstant(Deg2Rad(0.1));
   params.dvl_sigma_mps = 0.03;
   params.dvl_mounting_rad.sigma = Deg2Rad(0.3);

@@ -52,6 +52,7 @@ INSTANTIATE_TEST_SUITE_P(Faults,
                                          HeadingStep(20.0, 195.0, 315.0),
                                          WrongVelocities(195.0, 30.0),
                                          Stuck(StuckSensor::kGyro, 195.0, 10.0),
+                                         Stuck(StuckSensor::kGyro, 195.0, 30.0),
                                          Stuck(StuckSensor::kAccelerometer, 195.0, 120.0),
                                          Stuck(StuckSensor::kAttitude, 195.0, 120.0),
                                          InertialGap(195.0, 10.0)),
@@ -108,6 +109,17 @@ TEST(Faults, AConfiguredOffsetPutsTheStampsRight) {
   const FilterScore score = ScoreFilter(dive, -1.0);
   EXPECT_TRUE(score.offsets.empty());
   EXPECT_LT(score.largest_m, 1.2);
+}
+
+// Longer than a turn: wrong in the vehicle's axes, they are as wrong after it.
+TEST(Faults, WrongVelocitiesOfTwoMinutesAreRefusedThroughATurn) {
+  const FaultCase wrong = WrongVelocities(195.0, 120.0);
+  Dive told = CleanDive();
+  wrong.tell(&told);
+  const FilterScore score = ScoreOf(wrong);
+  EXPECT_LT(score.largest_m, 1.5 * ScoreFilter(told, -1.0).largest_m);
+  EXPECT_LT(2.0 * score.worst_nees, 9.0);
+  EXPECT_EQ(score.counters.count("accelerometer_doubted"), 0u);
 }
 
 TEST(Faults, AHeadingThatStepsAndStaysLeavesBothHypothesesInTheCovariance) {
