@@ -2,28 +2,12 @@
 
 #include <ceres/ceres.h>
 
-#include <algorithm>
 #include <deque>
 
 namespace seastitch {
 
-double Losses::Share(const Factor& factor, std::size_t k) const {
-  return active[k] ? std::min(1.0, effective_size / factor.group_size) : 0.0;
-}
-
-double Losses::Value(const Factor& factor, std::size_t k, double s) const {
-  if (!factor.IsRobust()) return s;
-  return Share(factor, k) * (mu ? factor.loss.Value(s, *mu) : s);
-}
-
-double Losses::Weight(const Factor& factor, std::size_t k, double s) const {
-  if (!factor.IsRobust()) return 1.0;
-  return Share(factor, k) * (mu ? factor.loss.Weight(s, *mu) : 1.0);
-}
-
 namespace {
 
-using Vector = Eigen::Map<Eigen::Vector3d>;
 using RowMajor = Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>;
 
 class FactorCost : public ceres::CostFunction {
@@ -38,17 +22,12 @@ class FactorCost : public ceres::CostFunction {
   }
 
   bool Evaluate(const double* const* blocks, double* residual, double** jacobians) const override {
-    std::array<Eigen::Vector3d, 3> at;
-    for (std::size_t e = 0; e < at.size(); ++e) {
-      at[e].setZero();
+    EndPoses at;
+    at.fill(Eigen::Vector3d::Zero());
+    for (std::size_t e = 0; e < at.size(); ++e)
       if (block_[e] >= 0) at[e] = Eigen::Map<const Eigen::Vector3d>(blocks[block_[e]]);
-    }
     EndJacobians J;
-    Vector{residual} = Residual(factor_,
-                                {at[0].x(), at[0].y(), at[0].z()},
-                                {at[1].x(), at[1].y(), at[1].z()},
-                                at[2],
-                                jacobians ? &J : nullptr);
+    Eigen::Map<Eigen::Vector3d>{residual} = Residual(factor_, at, jacobians ? &J : nullptr);
     for (std::size_t e = 0; jacobians != nullptr && e < at.size(); ++e)
       if (block_[e] >= 0 && jacobians[block_[e]] != nullptr) RowMajor{jacobians[block_[e]]} = J[e];
     return true;
@@ -134,39 +113,25 @@ class CeresMinimiser::Problem {
 };
 
 CeresMinimiser::CeresMinimiser(const FactorGraph& graph)
-    : graph_(graph), problem_(std::make_unique<Problem>(graph)) {}
+    : problem_(std::make_unique<Problem>(graph)) {}
 
 CeresMinimiser::~CeresMinimiser() = default;
 
-void CeresMinimiser::StartFrom(const std::vector<Pose2>& T_map_vertex) {
-  for (std::size_t v = 0; v < problem_->x.size(); ++v) problem_->x[v] = T_map_vertex[v].Vector();
-}
-
-bool CeresMinimiser::Minimise(const Losses& losses, int max_iterations, double tolerance) {
+bool CeresMinimiser::Minimise(const Losses& losses,
+                              int max_iterations,
+                              double tolerance,
+                              std::vector<Pose2>* T_map_vertex) {
+  std::vector<Eigen::Vector3d>& x = problem_->x;
+  for (std::size_t v = 0; v < x.size(); ++v) x[v] = (*T_map_vertex)[v].Vector();
   problem_->losses = &losses;
   const ceres::Solver::Options options = SolverOptions(max_iterations, tolerance);
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem_->problem, &summary);
+  for (std::size_t v = 0; v < x.size(); ++v) (*T_map_vertex)[v] = {x[v].x(), x[v].y(), x[v].z()};
   if (summary.termination_type != ceres::CONVERGENCE) return false;
   // Ceres calls that convergence, too, where it shrank the region and no step led down.
   return summary.iterations.empty() ||
          summary.iterations.back().trust_region_radius > options.min_trust_region_radius;
-}
-
-std::vector<Pose2> CeresMinimiser::poses() const {
-  std::vector<Pose2> poses;
-  for (const Eigen::Vector3d& v : problem_->x) poses.push_back({v.x(), v.y(), v.z()});
-  return poses;
-}
-
-std::vector<double> CeresMinimiser::Weights(const Losses& losses) const {
-  const std::vector<Pose2> at = poses();
-  std::vector<double> weights;
-  for (std::size_t k = 0; k < graph_.factors.size(); ++k) {
-    const Factor& factor = graph_.factors[k];
-    weights.push_back(losses.Weight(factor, k, Residual(graph_, factor, at).squaredNorm()));
-  }
-  return weights;
 }
 
 }  // namespace seastitch

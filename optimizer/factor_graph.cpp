@@ -6,29 +6,35 @@ std::array<int, 3> FactorGraph::EndsOf(const Factor& factor) const {
   return {factor.i, factor.j, factor.by_mounting.isZero(0.0) ? kMap : mounting_vertex};
 }
 
-Eigen::Vector3d Residual(const Factor& factor,
-                         const Pose2& T_map_i,
-                         const Pose2& T_map_j,
-                         const Eigen::Vector3d& mounting,
-                         EndJacobians* J) {
-  const Eigen::Matrix3d by_mounting = -factor.cost.W * factor.by_mounting;
-  if (J != nullptr) (*J)[2] = by_mounting;
-  return factor.cost.Evaluate(T_map_i, T_map_j, J ? &(*J)[0] : nullptr, J ? &(*J)[1] : nullptr) +
-         by_mounting * mounting;
+Eigen::Vector3d Residual(const Factor& factor, const EndPoses& at, EndJacobians* J) {
+  const Eigen::Vector3d& i = at[0];
+  const Eigen::Vector3d& j = at[1];
+  const Eigen::Matrix2d R_i_map = Eigen::Rotation2Dd(-i.z()).toRotationMatrix();
+  const Eigen::Vector2d p_i = R_i_map * (j - i).head<2>();
+  if (J != nullptr) {
+    Eigen::Matrix3d by_i = -Eigen::Matrix3d::Identity();
+    by_i.topLeftCorner<2, 2>() = -R_i_map;
+    by_i(0, 2) = p_i.y();  // d(R^T p)/dyaw = (y, -x) of R^T p
+    by_i(1, 2) = -p_i.x();
+    Eigen::Matrix3d by_j = Eigen::Matrix3d::Identity();
+    by_j.topLeftCorner<2, 2>() = R_i_map;
+    *J = {factor.W * by_i, factor.W * by_j, -factor.W * factor.by_mounting};
+  }
+  Eigen::Vector3d e;
+  e << p_i - factor.T_i_j.Translation(), WrapAngle(j.z() - i.z() - factor.T_i_j.yaw);
+  return factor.W * (e - factor.by_mounting * at[2]);
 }
 
 Eigen::Vector3d Residual(const FactorGraph& graph,
                          const Factor& factor,
                          const std::vector<Pose2>& T_map_vertex,
                          EndJacobians* J) {
+  EndPoses at;
+  at.fill(Eigen::Vector3d::Zero());
   const std::array<int, 3> ends = graph.EndsOf(factor);
-  std::array<Pose2, 3> at;
   for (std::size_t e = 0; e < ends.size(); ++e)
-    if (ends[e] != kMap) at[e] = T_map_vertex[static_cast<std::size_t>(ends[e])];
-  const Eigen::Vector3d residual = Residual(factor, at[0], at[1], at[2].Vector(), J);
-  for (std::size_t e = 0; J != nullptr && e < ends.size(); ++e)
-    if (ends[e] == kMap || ends[e] == graph.fixed_vertex) (*J)[e].setZero();
-  return residual;
+    if (ends[e] != kMap) at[e] = T_map_vertex[static_cast<std::size_t>(ends[e])].Vector();
+  return Residual(factor, at, J);
 }
 
 }  // namespace seastitch

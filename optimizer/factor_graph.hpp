@@ -7,7 +7,6 @@
 
 #include "common/core/pose.hpp"
 #include "optimizer/graduated_loss.hpp"
-#include "optimizer/relative_pose_cost.hpp"
 
 namespace seastitch {
 
@@ -15,15 +14,19 @@ namespace seastitch {
 constexpr int kMap = -1;
 
 // A measurement of the pose of j relative to i; i == kMap: of the pose of j in the map.
+//   e = [ R_i^T (p_j - p_i) - p_ij ;  wrap(yaw_j - yaw_i - yaw_ij) ] - by_mounting (sonar_m,
+//   dvl_yaw_rad)
+// in m, m, rad and the axes of i. Its residual is W e.
 struct Factor {
   int i = kMap;
   int j = 0;
-  RelativePoseCost cost{};
+  Pose2 T_i_j{};
+  Eigen::Matrix3d W = Eigen::Matrix3d::Zero();
   GraduatedLoss loss{};
-  int group_size = 1;    // correlated factors around it, this one included
-  bool is_step = false;  // of dead reckoning, x, y and yaw
-  // The measurement is true less by_mounting (sonar_m, dvl_yaw_rad): see MountingErrors. Its third
-  // row is zero.
+  int group_size = 1;              // correlated factors around it, this one included
+  bool is_dead_reckoning = false;  // where it starts, or between two submaps
+  bool is_step = false;            // of these, with x, y and yaw between two
+  // The measurement is true less that of MountingErrors. Its third row is zero.
   Eigen::Matrix3d by_mounting = Eigen::Matrix3d::Zero();
 
   bool IsRobust() const { return std::isfinite(loss.c2); }
@@ -41,16 +44,13 @@ struct FactorGraph {
   std::array<int, 3> EndsOf(const Factor& factor) const;
 };
 
-// The derivatives of a residual by the three ends of its factor.
+// By the three ends of a factor: (x, y, yaw) of each, zero where there is none, and the derivatives
+// of a residual.
+using EndPoses = std::array<Eigen::Vector3d, 3>;
 using EndJacobians = std::array<Eigen::Matrix3d, 3>;
 
-// W e of a factor, the errors of mounting taken off. J may be null.
-Eigen::Vector3d Residual(const Factor& factor,
-                         const Pose2& T_map_i,
-                         const Pose2& T_map_j,
-                         const Eigen::Vector3d& mounting,
-                         EndJacobians* J);
-// The same at these poses; J is zero for ends that are not free to move.
+// W e of a factor. J may be null.
+Eigen::Vector3d Residual(const Factor& factor, const EndPoses& at, EndJacobians* J = nullptr);
 Eigen::Vector3d Residual(const FactorGraph& graph,
                          const Factor& factor,
                          const std::vector<Pose2>& T_map_vertex,

@@ -66,7 +66,7 @@ class GraphBuilder {
     Eigen::Matrix3d W = Eigen::Matrix3d::Identity();
     for (int k = 0; k < 3; ++k)
       if (const double sigma = store_.mounting().Vector()(k); sigma > 0.0) W(k, k) = 1.0 / sigma;
-    graph_.factors.push_back({.j = graph_.mounting_vertex, .cost = {{}, W}});
+    graph_.factors.push_back({.j = graph_.mounting_vertex, .W = W});
   }
 
   void AddAnchor(const HeadingInformation& headings) {
@@ -79,14 +79,18 @@ class GraphBuilder {
     }
     double sigma_m = has_fixes ? params_.unlinked_sigma_m : kHeld_m;
     if (const auto& start = store_.start(); start && start->root.rank >= 2) {
-      graph_.factors.push_back(
-          {.j = 0, .cost = {start->edge.T_from_to, start->root.W}, .by_mounting = by_mounting});
+      graph_.factors.push_back({.j = 0,
+                                .T_i_j = start->edge.T_from_to,
+                                .W = start->root.W,
+                                .is_dead_reckoning = true,
+                                .by_mounting = by_mounting});
       sigma_m = std::numeric_limits<double>::infinity();
     }
     double sigma_yaw_rad = has_fixes ? params_.unlinked_sigma_yaw_rad : kHeld_rad;
     if (first.heading_sigma_rad) sigma_yaw_rad = 1.0 / std::sqrt(headings.first + headings.each);
     graph_.factors.push_back({.j = 0,
-                              .cost = {first.dead_reckoned, InverseSigmas(sigma_m, sigma_yaw_rad)},
+                              .T_i_j = first.dead_reckoned,
+                              .W = InverseSigmas(sigma_m, sigma_yaw_rad),
                               .by_mounting = by_mounting});
   }
 
@@ -98,7 +102,9 @@ class GraphBuilder {
       const bool is_step = edge.root.rank == 3;
       graph_.factors.push_back({.i = number_.at(e.from),
                                 .j = number_.at(e.to),
-                                .cost = {e.T_from_to, edge.root.W},
+                                .T_i_j = e.T_from_to,
+                                .W = edge.root.W,
+                                .is_dead_reckoning = true,
                                 .is_step = is_step,
                                 .by_mounting = Estimated(ByMounting(e))});
       if (is_step) linked[static_cast<std::size_t>(number_.at(pair.second))] = true;
@@ -112,8 +118,9 @@ class GraphBuilder {
       graph_.factors.push_back(
           {.i = k - 1,
            .j = k,
-           .cost = {T_before_it,
-                    InverseSigmas(params_.unlinked_sigma_m, params_.unlinked_sigma_yaw_rad)},
+           .T_i_j = T_before_it,
+           .W = InverseSigmas(params_.unlinked_sigma_m, params_.unlinked_sigma_yaw_rad),
+           .is_dead_reckoning = true,
            .by_mounting = Estimated(DeadReckoningByMounting(T_before_it))});
     }
   }
@@ -145,7 +152,7 @@ class GraphBuilder {
     int k = 1;
     for (auto it = std::next(store_.vertices().begin()); it != store_.vertices().end(); ++it, ++k)
       if (it->second.heading_sigma_rad)
-        graph_.factors.push_back({.j = k, .cost = {it->second.dead_reckoned, W}});
+        graph_.factors.push_back({.j = k, .T_i_j = it->second.dead_reckoned, .W = W});
   }
 
   void AddRobustEdges() {
@@ -165,7 +172,8 @@ class GraphBuilder {
       const bool is_fix = e.kind == EdgeKind::kPositionFix;
       graph_.factors.push_back({.i = is_fix ? kMap : number_.at(e.from),
                                 .j = number_.at(e.to),
-                                .cost = {e.T_from_to, edge->root.W},
+                                .T_i_j = e.T_from_to,
+                                .W = edge->root.W,
                                 .loss = {threshold[static_cast<std::size_t>(edge->root.rank)]},
                                 .group_size = is_fix ? 1 : *group_size++,
                                 .by_mounting = Estimated(ByMounting(e))});

@@ -1,174 +1,195 @@
 #include "optimizer/graph_covariance.hpp"
 
+#include <Eigen/Dense>
 #include <Eigen/OrderingMethods>
+#include <Eigen/SparseCholesky>
 #include <algorithm>
 
 namespace seastitch {
 namespace {
 
-// Two ends of a factor.
-constexpr std::array<std::pair<std::size_t, std::size_t>, 3> kPairs{{{0, 1}, {0, 2}, {1, 2}}};
+using Eigen::Matrix3d;
+using Sparse = Eigen::SparseMatrix<double>;
+
+// The element of a vector at an index of Eigen's.
+template <class Vector>
+auto& Of(Vector& values, int k) {
+  return values[static_cast<std::size_t>(k)];
+}
 
 }  // namespace
 
 std::optional<GraphCovariance> GraphCovariance::At(const FactorGraph& graph,
                                                    const std::vector<Pose2>& T_map_vertex,
                                                    const std::vector<double>& weights) {
-  GraphCovariance covariance(graph);
+  GraphCovariance covariance;
+  std::vector<EndJacobians> jacobians;
   for (const Factor& factor : graph.factors)
-    Residual(graph, factor, T_map_vertex, &covariance.jacobians_.emplace_back());
-  covariance.Order();
-  covariance.llt_ =
-      std::make_unique<decltype(covariance.llt_)::element_type>(covariance.Information(weights));
-  if (covariance.llt_->info() != Eigen::Success) return std::nullopt;
+    Residual(graph, factor, T_map_vertex, &jacobians.emplace_back());
+  covariance.Order(graph);
+  const Eigen::SimplicialLLT<Sparse, Eigen::Lower, Eigen::NaturalOrdering<int>> llt(
+      covariance.Information(graph, jacobians, weights));
+  if (llt.info() != Eigen::Success) return std::nullopt;
+  covariance.TakeBlocksOf(llt.matrixL().nestedExpression());
+  covariance.Select(graph, jacobians);
   return covariance;
 }
 
-// By minimum degree of the vertices: the three columns of one stay together.
-void GraphCovariance::Order() {
+// By minimum degree of the vertices: the three unknowns of one stay together.
+void GraphCovariance::Order(const FactorGraph& graph) {
+  const int n = graph.num_vertices;
   std::vector<Eigen::Triplet<double>> entries;
-  for (int v = 0; v < graph_->num_vertices; ++v) entries.emplace_back(v, v, 1.0);
-  for (const Factor& factor : graph_->factors) {
-    const std::array<int, 3> ends = graph_->EndsOf(factor);
-    for (const auto& [a, b] : kPairs)
-      if (ends[a] != kMap && ends[b] != kMap) entries.emplace_back(ends[a], ends[b], 1.0);
-  }
-  Sparse pattern(graph_->num_vertices, graph_->num_vertices);
+  for (int v = 0; v < n; ++v) entries.emplace_back(v, v, 1.0);
+  for (const Factor& factor : graph.factors)
+    for (const int a : graph.EndsOf(factor))
+      for (const int b : graph.EndsOf(factor))
+        if (a > b && b != kMap && a != graph.fixed_vertex && b != graph.fixed_vertex)
+          entries.emplace_back(a, b, 1.0);
+  Sparse pattern(n, n);
   pattern.setFromTriplets(entries.begin(), entries.end());
   Eigen::AMDOrdering<int>::PermutationType order;
   Eigen::AMDOrdering<int>()(pattern, order);
-  column_.resize(static_cast<std::size_t>(graph_->num_vertices));
-  for (int k = 0; k < graph_->num_vertices; ++k)
-    column_[static_cast<std::size_t>(order.indices()(k))] = 3 * k;
+  column_.assign(static_cast<std::size_t>(n), -1);
+  int column = 0;
+  for (int k = 0; k < n; ++k)
+    if (const int v = order.indices()(k); v != graph.fixed_vertex) Of(column_, v) = column++;
 }
 
-// The lower triangle, zeros included where two vertices share a factor: L then has all entries that
-// of_residual needs. The fixed vertex is an unknown that nothing moves.
-GraphCovariance::Sparse GraphCovariance::Information(const std::vector<double>& weights) const {
-  std::vector<Eigen::Matrix3d> diagonal(column_.size(), Eigen::Matrix3d::Zero());
-  if (graph_->fixed_vertex >= 0)
-    diagonal[static_cast<std::size_t>(graph_->fixed_vertex)].setIdentity();
+// The lower triangle, zeros included where two vertices share a factor: L then has all blocks that
+// of_residual() needs, and no others than whole ones.
+Eigen::SparseMatrix<double> GraphCovariance::Information(const FactorGraph& graph,
+                                                         const std::vector<EndJacobians>& jacobians,
+                                                         const std::vector<double>& weights) const {
   std::vector<Eigen::Triplet<double>> entries;
-  for (std::size_t k = 0; k < graph_->factors.size(); ++k) {
-    const std::array<int, 3> ends = graph_->EndsOf(graph_->factors[k]);
-    const EndJacobians& J = jacobians_[k];
-    for (std::size_t e = 0; e < ends.size(); ++e)
-      if (ends[e] != kMap)
-        diagonal[static_cast<std::size_t>(ends[e])] += weights[k] * J[e].transpose() * J[e];
-    for (auto [a, b] : kPairs) {
-      if (ends[a] == kMap || ends[b] == kMap) continue;
-      if (Column(ends[a]) < Column(ends[b])) std::swap(a, b);
-      const Eigen::Matrix3d block = weights[k] * J[a].transpose() * J[b];
-      for (int c = 0; c < 3; ++c)
-        for (int r = 0; r < 3; ++r)
-          entries.emplace_back(Column(ends[a]) + r, Column(ends[b]) + c, block(r, c));
+  for (std::size_t k = 0; k < graph.factors.size(); ++k) {
+    const std::array<int, 3> ends = graph.EndsOf(graph.factors[k]);
+    for (std::size_t a = 0; a < ends.size(); ++a) {
+      for (std::size_t b = 0; b < ends.size(); ++b) {
+        const int row = 3 * Column(ends[a]), column = 3 * Column(ends[b]);
+        if (column < 0 || row < column) continue;
+        const Matrix3d block = weights[k] * jacobians[k][a].transpose() * jacobians[k][b];
+        for (int c = 0; c < 3; ++c)
+          for (int r = row == column ? c : 0; r < 3; ++r)
+            entries.emplace_back(row + r, column + c, block(r, c));
+      }
     }
   }
-  for (std::size_t v = 0; v < diagonal.size(); ++v)
-    for (int c = 0; c < 3; ++c)
-      for (int r = c; r < 3; ++r)
-        entries.emplace_back(column_[v] + r, column_[v] + c, diagonal[v](r, c));
-  Sparse H(3 * graph_->num_vertices, 3 * graph_->num_vertices);
+  const auto fixed = std::count(column_.begin(), column_.end(), -1);
+  const auto size = 3 * (static_cast<Eigen::Index>(column_.size()) - fixed);
+  Sparse H(size, size);
   H.setFromTriplets(entries.begin(), entries.end());
   return H;
 }
 
-// Of H, where L has entries, in their order (Takahashi's recursion). It goes by the structure of L
-// and not by its values: a step at yaw 0 leaves zeros in L where its inverse has none.
-std::vector<double> GraphCovariance::SelectedInverse() const {
-  const int n = static_cast<int>(L().cols());
-  const int* begin = L().outerIndexPtr();
-  const int* row = L().innerIndexPtr();
-  const double* l = L().valuePtr();
-  const auto size = static_cast<std::size_t>(n);
-  std::vector<double> Z(static_cast<std::size_t>(L().nonZeros()), 0.0), scaled(size, 0.0);
-  std::vector<int> place(size, -1);  // of the entries of the column at work
-  const auto at = [](auto& values, int k) -> auto& { return values[static_cast<std::size_t>(k)]; };
-  for (int j = n - 1; j >= 0; --j) {
-    const int first = begin[j] + 1, end = begin[j + 1];
-    const double diagonal = l[begin[j]];
-    for (int p = first; p < end; ++p) {
-      at(scaled, row[p]) = l[p] / diagonal;
-      at(place, row[p]) = p;
+void GraphCovariance::TakeBlocksOf(const Sparse& L) {
+  const int* first = L.outerIndexPtr();
+  begin_ = {0};
+  for (int k = 0; 3 * k < L.cols(); ++k) {
+    // Column 3 k + c of L begins at its diagonal, row 3 k + c.
+    for (int p = 0; p < first[3 * k + 1] - first[3 * k]; p += 3) {
+      Matrix3d& block = block_.emplace_back(Matrix3d::Zero());
+      row_.push_back(L.innerIndexPtr()[first[3 * k] + p] / 3);
+      for (int c = 0; c < 3; ++c)
+        for (int r = p == 0 ? c : 0; r < 3; ++r)
+          block(r, c) = L.valuePtr()[first[3 * k + c] + p + r - c];
+      if (p == 0) block = block.triangularView<Eigen::Lower>().solve(Matrix3d::Identity()).eval();
     }
-    for (int p = first; p < end; ++p) {
-      const int c = row[p];
-      double sum = at(Z, begin[c]) * at(scaled, c);
-      for (int q = begin[c] + 1; q < begin[c + 1]; ++q) {
-        const int in_column = at(place, row[q]);
-        if (in_column < 0) continue;
-        sum += at(Z, q) * at(scaled, row[q]);
-        at(Z, in_column) -= at(Z, q) * at(scaled, c);
+    begin_.push_back(static_cast<int>(row_.size()));
+  }
+}
+
+// The blocks of H^-1 where L has any, in their order (Takahashi's recursion). It goes by the
+// structure of L and not by its values: a step at yaw 0 leaves zeros in L where its inverse has
+// none.
+std::vector<Matrix3d> GraphCovariance::SelectedInverse() const {
+  std::vector<Matrix3d> Z(block_.size(), Matrix3d::Zero()), scaled = Z;
+  std::vector<int> place(begin_.size(), -1);  // of the blocks of the column at work, by row
+  for (int j = static_cast<int>(begin_.size()) - 2; j >= 0; --j) {
+    const int diagonal = Of(begin_, j), end = Of(begin_, j + 1);
+    for (int p = diagonal + 1; p < end; ++p) {
+      Of(scaled, p) = Of(block_, p) * Of(block_, diagonal);
+      Of(place, Of(row_, p)) = p;
+    }
+    for (int p = diagonal + 1; p < end; ++p) {
+      const int k = Of(row_, p);
+      Of(Z, p) -= Of(Z, Of(begin_, k)) * Of(scaled, p);
+      for (int q = Of(begin_, k) + 1; q < Of(begin_, k + 1); ++q) {
+        const int below = Of(place, Of(row_, q));
+        if (below < 0) continue;
+        Of(Z, below) -= Of(Z, q) * Of(scaled, p);
+        Of(Z, p) -= Of(Z, q).transpose() * Of(scaled, below);
       }
-      at(Z, p) -= sum;
     }
-    at(Z, begin[j]) = 1.0 / (diagonal * diagonal);
-    for (int p = first; p < end; ++p) at(Z, begin[j]) -= at(Z, p) * at(scaled, row[p]);
-    for (int p = first; p < end; ++p) at(place, row[p]) = -1;
+    Matrix3d Z_jj = Of(block_, diagonal).transpose() * Of(block_, diagonal);
+    for (int p = diagonal + 1; p < end; ++p) {
+      Z_jj -= Of(scaled, p).transpose() * Of(Z, p);
+      Of(place, Of(row_, p)) = -1;
+    }
+    Of(Z, diagonal) = 0.5 * (Z_jj + Z_jj.transpose());
   }
   return Z;
 }
 
-GraphCovariance::Selected GraphCovariance::MarginalsAndResiduals() const {
-  const std::vector<double> Z = SelectedInverse();
-  const int* row = L().innerIndexPtr();
-  const int* begin = L().outerIndexPtr();
-  const auto entry = [&](int r, int c) {
-    if (r < c) std::swap(r, c);
-    return Z[static_cast<std::size_t>(std::lower_bound(row + begin[c], row + begin[c + 1], r) -
-                                      row)];
+void GraphCovariance::Select(const FactorGraph& graph, const std::vector<EndJacobians>& jacobians) {
+  const std::vector<Matrix3d> Z = SelectedInverse();
+  const auto between = [&](int u, int v) -> Matrix3d {
+    const int column = std::min(Column(u), Column(v)), row = std::max(Column(u), Column(v));
+    if (column < 0) return Matrix3d::Zero();
+    const auto found = std::lower_bound(
+        row_.begin() + Of(begin_, column), row_.begin() + Of(begin_, column + 1), row);
+    const Matrix3d& block = Z[static_cast<std::size_t>(found - row_.begin())];
+    return Column(u) == row ? block : block.transpose();
   };
-  const auto block = [&](int u, int v) {
-    Eigen::Matrix3d B;
-    for (int r = 0; r < 3; ++r)
-      for (int c = 0; c < 3; ++c) B(r, c) = entry(Column(u) + r, Column(v) + c);
-    return B;
-  };
-  Selected out;
-  for (int v = 0; v < graph_->num_vertices; ++v)
-    out.marginal.push_back(IsFree(v) ? block(v, v) : Eigen::Matrix3d(Eigen::Matrix3d::Zero()));
-  for (std::size_t k = 0; k < graph_->factors.size(); ++k)
-    out.of_residual.push_back(OfResidual(k, block));
-  return out;
-}
-
-std::vector<Eigen::Matrix3d> GraphCovariance::WithVertex(int vertex) const {
-  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(L().cols(), 3);
-  if (IsFree(vertex)) columns.middleRows<3>(Column(vertex)).setIdentity();
-  columns = llt_->solve(columns).eval();
-  std::vector<Eigen::Matrix3d> out;
-  for (const int column : column_) out.emplace_back(columns.middleRows<3>(column));
-  return out;
+  for (int v = 0; v < graph.num_vertices; ++v) marginal_.push_back(between(v, v));
+  for (std::size_t k = 0; k < graph.factors.size(); ++k) {
+    const std::array<int, 3> ends = graph.EndsOf(graph.factors[k]);
+    Matrix3d& open = of_residual_.emplace_back(Matrix3d::Zero());
+    for (std::size_t a = 0; a < ends.size(); ++a)
+      for (std::size_t b = 0; b < ends.size(); ++b)
+        open += jacobians[k][a] * between(ends[a], ends[b]) * jacobians[k][b].transpose();
+  }
 }
 
 // Along the path from the vertex to the root of the elimination tree, beyond which L^-1 is zero.
-const GraphCovariance::Pairs::InverseColumns& GraphCovariance::Pairs::ColumnsOf(int vertex) {
-  const auto [it, is_new] = columns_.try_emplace(vertex);
-  if (!is_new || !of_.IsFree(vertex)) return it->second;
-  const int* begin = of_.L().outerIndexPtr();
-  const int* row = of_.L().innerIndexPtr();
-  const double* l = of_.L().valuePtr();
-  const auto at = [this](int k) -> Eigen::Vector3d& { return work_[static_cast<std::size_t>(k)]; };
-  const int first = of_.Column(vertex);
-  for (int c = 0; c < 3; ++c) at(first + c)(c) = 1.0;
-  for (int j = first; j >= 0; j = begin[j] + 1 < begin[j + 1] ? row[begin[j] + 1] : -1) {
-    const Eigen::Vector3d value = at(j) / l[begin[j]];
-    it->second.emplace_back(j, value);
-    at(j).setZero();
-    for (int p = begin[j] + 1; p < begin[j + 1]; ++p) at(row[p]) -= l[p] * value;
+GraphCovariance::InverseColumns GraphCovariance::InverseColumnsOf(int vertex) const {
+  InverseColumns columns;
+  std::vector<Matrix3d> right_side(begin_.size(), Matrix3d::Zero());
+  int j = Column(vertex);
+  if (j >= 0) Of(right_side, j).setIdentity();
+  while (j >= 0) {
+    const int diagonal = Of(begin_, j), end = Of(begin_, j + 1);
+    const Matrix3d value = Of(block_, diagonal) * Of(right_side, j);
+    columns.emplace_back(j, value);
+    for (int p = diagonal + 1; p < end; ++p) Of(right_side, Of(row_, p)) -= Of(block_, p) * value;
+    j = diagonal + 1 < end ? Of(row_, diagonal + 1) : -1;
   }
-  return it->second;
+  return columns;
 }
 
-Eigen::Matrix3d GraphCovariance::Pairs::operator()(int a, int b) {
-  const InverseColumns& of_a = ColumnsOf(a);
-  const InverseColumns& of_b = ColumnsOf(b);
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  for (auto i = of_a.begin(), j = of_b.begin(); i != of_a.end() && j != of_b.end();) {
-    if (i->first == j->first)
-      covariance += (i++)->second * (j++)->second.transpose();
-    else
-      ++(i->first < j->first ? i : j);
+std::vector<Matrix3d> GraphCovariance::WithVertex(int vertex) const {
+  std::vector<Matrix3d> by_column(begin_.size(), Matrix3d::Zero());
+  for (const auto& [j, value] : InverseColumnsOf(vertex)) Of(by_column, j) = value;
+  for (int j = static_cast<int>(begin_.size()) - 2; j >= 0; --j) {
+    Matrix3d& at = Of(by_column, j);
+    for (int p = Of(begin_, j) + 1; p < Of(begin_, j + 1); ++p)
+      at -= Of(block_, p).transpose() * Of(by_column, Of(row_, p));
+    at = (Of(block_, Of(begin_, j)).transpose() * at).eval();
+  }
+  std::vector<Matrix3d> out;
+  for (const int column : column_)
+    out.push_back(column < 0 ? Matrix3d(Matrix3d::Zero()) : Of(by_column, column));
+  return out;
+}
+
+Matrix3d GraphCovariance::Pairs::operator()(int a, int b) {
+  for (const int vertex : {a, b})
+    if (!columns_.contains(vertex)) columns_[vertex] = of_.InverseColumnsOf(vertex);
+  Matrix3d covariance = Matrix3d::Zero();
+  const InverseColumns& of_b = columns_[b];
+  auto j = of_b.begin();
+  for (const auto& [row, value] : columns_[a]) {
+    while (j != of_b.end() && j->first < row) ++j;
+    if (j != of_b.end() && j->first == row) covariance += value.transpose() * j->second;
   }
   return covariance;
 }

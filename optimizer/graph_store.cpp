@@ -1,7 +1,7 @@
 #include "optimizer/graph_store.hpp"
 
 #include <algorithm>
-#include <bit>
+#include <boost/container_hash/hash.hpp>
 #include <cmath>
 
 namespace seastitch {
@@ -15,46 +15,28 @@ bool IsUsable(const Pose2& pose) {
          std::abs(pose.yaw) <= kMaxCoordinateM;  // this way round NaN is refused
 }
 
-// FNV-1a over the words of what the solution depends on.
-class Fingerprint {
- public:
-  void Add(std::uint64_t word) {
-    for (int shift = 0; shift < 64; shift += 8)
-      hash_ = (hash_ ^ ((word >> shift) & 0xFF)) * 0x100000001B3ULL;
-  }
-  void Add(std::int64_t value) { Add(static_cast<std::uint64_t>(value)); }
-  void Add(double value) { Add(std::bit_cast<std::uint64_t>(value)); }
-  void Add(const Pose2& pose) {
-    Add(pose.x);
-    Add(pose.y);
-    Add(pose.yaw);
-  }
-  std::uint64_t hash() const { return hash_; }
-
- private:
-  std::uint64_t hash_ = 0xCBF29CE484222325ULL;
-};
-
-std::uint64_t FingerprintOf(const GraphUpdate& update) {
-  Fingerprint print;
+// Of what the solution depends on.
+std::size_t FingerprintOf(const GraphUpdate& update) {
+  std::vector<double> words{update.mounting.sonar_m, update.mounting.dvl_yaw_rad};
+  const auto add = [&](const Pose2& pose) {
+    words.insert(words.end(), {pose.x, pose.y, pose.yaw});
+  };
   for (const GraphVertex& vertex : update.vertices) {
-    print.Add(std::int64_t{vertex.id.value});
-    print.Add(ToUtime(vertex.time));
-    print.Add(vertex.dead_reckoned);
-    print.Add(vertex.heading_sigma_rad.value_or(0.0));
+    words.push_back(vertex.id.value);
+    words.push_back(static_cast<double>(ToUtime(vertex.time)));
+    words.push_back(vertex.heading_sigma_rad.value_or(0.0));
+    add(vertex.dead_reckoned);
   }
   for (const GraphEdge& edge : update.edges) {
-    print.Add(std::int64_t{edge.from.value});
-    print.Add(std::int64_t{edge.to.value});
-    print.Add(static_cast<std::int64_t>(edge.kind));
-    print.Add(static_cast<std::int64_t>(edge.verdict));
-    print.Add(edge.T_from_to);
-    for (const double value : edge.information.reshaped()) print.Add(value);
-    for (const double value : edge.overlap_center_m) print.Add(value);
+    words.push_back(edge.from.value);
+    words.push_back(edge.to.value);
+    words.push_back(static_cast<double>(edge.kind));
+    words.push_back(static_cast<double>(edge.verdict));
+    add(edge.T_from_to);
+    words.insert(words.end(), edge.information.data(), edge.information.data() + 9);
+    words.insert(words.end(), {edge.overlap_center_m.x(), edge.overlap_center_m.y()});
   }
-  print.Add(update.mounting.sonar_m);
-  print.Add(update.mounting.dvl_yaw_rad);
-  return print.hash();
+  return boost::hash_range(words.begin(), words.end());
 }
 
 // Within what an information may hold; beyond half a circle nothing is known.

@@ -68,7 +68,7 @@ class GraphStore {
   std::optional<StoredEdge> start_;
   std::vector<StoredEdge> fixes_;
   MountingSigmas mounting_;
-  std::vector<std::uint64_t> fingerprints_;  // of every version, from 1
+  std::vector<std::size_t> fingerprints_;  // of every version, from 1
   std::map<std::string, std::int64_t> counters_;
 };
 

@@ -2,8 +2,7 @@
 
 namespace seastitch {
 
-ParameterTable TableOf(OptimizerConfig* config) {
-  OptimizerParams* p = &config->params;
+ParameterTable TableOf(OptimizerParams* p) {
   ParameterTable table;
   table.Add("inlier_probability",
             &p->inlier_probability,
@@ -40,12 +39,12 @@ ParameterTable TableOf(OptimizerConfig* config) {
   return table;
 }
 
-OptimizerConfig LoadOptimizerConfig(const std::string& path) {
-  OptimizerConfig config;
-  TableOf(&config).Load(path);
-  return config;
+OptimizerParams LoadOptimizerConfig(const std::string& path) {
+  OptimizerParams params;
+  TableOf(&params).Load(path);
+  return params;
 }
 
-std::string PrintConfig(const OptimizerConfig& config) { return PrintWithDefaults(config, {}); }
+std::string PrintConfig(const OptimizerParams& params) { return PrintWithDefaults(params, {}); }
 
 }  // namespace seastitch

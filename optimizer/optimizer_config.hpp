@@ -3,18 +3,13 @@
 #include <string>
 
 #include "common/runtime/parameters.hpp"
-#include "optimizer/pose_graph_optimizer.hpp"
+#include "optimizer/optimizer_params.hpp"
 
 namespace seastitch {
 
-// What config/optimizer.yaml holds.
-struct OptimizerConfig {
-  OptimizerParams params;
-};
-
-// Throws ConfigError.
-OptimizerConfig LoadOptimizerConfig(const std::string& path);
-std::string PrintConfig(const OptimizerConfig& config);
-ParameterTable TableOf(OptimizerConfig* config);
+// config/optimizer.yaml. Throws ConfigError.
+OptimizerParams LoadOptimizerConfig(const std::string& path);
+std::string PrintConfig(const OptimizerParams& params);
+ParameterTable TableOf(OptimizerParams* params);
 
 }  // namespace seastitch

@@ -4,6 +4,7 @@
 #include "common/convert/convert.hpp"
 #include "common/runtime/config_publisher.hpp"
 #include "common/runtime/process.hpp"
+#include "optimizer/optimizer_config.hpp"
 #include "optimizer/optimizer_node.hpp"
 
 namespace {

@@ -27,12 +27,12 @@ std::int64_t Accepted(const PoseGraph& solution) {
 
 }  // namespace
 
-OptimizerNode::OptimizerNode(const OptimizerConfig& config, Bus* bus, Worker* worker, SolveOn when)
-    : config_(config),
+OptimizerNode::OptimizerNode(const OptimizerParams& params, Bus* bus, Worker* worker, SolveOn when)
+    : params_(params),
       when_(when),
       bus_(bus),
       worker_(worker),
-      optimizer_(std::make_shared<PoseGraphOptimizer>(config.params)),
+      optimizer_(std::make_shared<PoseGraphOptimizer>(params)),
       starting_(when == SolveOn::kWhenAsked) {
   bus_->Subscribe<graph_update_t>(channels::kGraphUpdate,
                                   QueueOf(channels::kGraphUpdate),
@@ -66,7 +66,7 @@ void OptimizerNode::Take(const graph_update_t& msg) {
   if (IsOfLeftGraph(*update)) return health_.Count("updates_of_a_left_graph");
   const bool another_graph = newest_version_ > 0 && update->graph_id != graph_id_;
   if (another_graph) left_graph_ = graph_id_;
-  if (another_graph || optimizer_->Contradicts(*update)) StartOver();
+  if (another_graph || optimizer_->store().Contradicts(*update)) StartOver();
   graph_id_ = update->graph_id;
   const bool is_new = update->version > optimizer_->version();
   if (!optimizer_->Add(*update)) return Expect(update->version);
@@ -137,7 +137,7 @@ std::optional<GraphUpdate> OptimizerNode::WithoutBadEdges(const graph_update_t& 
 
 void OptimizerNode::StartOver() {
   health_.Count("graphs_started_over");
-  optimizer_ = std::make_shared<PoseGraphOptimizer>(config_.params);
+  optimizer_ = std::make_shared<PoseGraphOptimizer>(params_);
   solution_ = {};
   newest_version_ = malformed_version_ = submaps_lost_ = 0;
   waiting_ = solve_failed_ = false;
@@ -184,21 +184,26 @@ void OptimizerNode::AskAgain() {
 
 void OptimizerNode::SolveWaiting() {
   if (!waiting_ || worker_busy_ || starting_ || IsMissing()) return;
-  worker_busy_ = true;
   waiting_ = false;
-  const bool posted = worker_->Post([this, optimizer = optimizer_, start = next_start_] {
-    const auto begin = std::chrono::steady_clock::now();  // for HEALTH alone
-    std::optional<PoseGraph> solution = optimizer->Solve(start);
-    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
-    return [this, solution = std::move(solution), took] { OnSolved(solution, took.count()); };
-  });
-  if (posted) {
-    next_start_ = SolveStart::kWarm;
+  const SolveStart start = std::exchange(next_start_, SolveStart::kWarm);
+  if (Post([this, optimizer = optimizer_, start] {
+        const auto begin = std::chrono::steady_clock::now();  // for HEALTH alone
+        std::optional<PoseGraph> solution = optimizer->Solve(start);
+        const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+        return [this, solution = std::move(solution), took] { OnSolved(solution, took.count()); };
+      }))
     return;
-  }
-  worker_busy_ = false;
   waiting_ = true;
+  next_start_ = start;
+}
+
+// False: it has too much to do.
+bool OptimizerNode::Post(Worker::Job job) {
+  worker_busy_ = true;
+  if (worker_->Post(std::move(job))) return true;
+  worker_busy_ = false;
   health_.Count("worker_refused");
+  return false;
 }
 
 // Where there is no solution, the last one stands.
@@ -237,8 +242,7 @@ void OptimizerNode::OnCovarianceRequest(const covariance_request_t& msg) {
     health_.Count("covariance_requests_late");
     return;
   }
-  worker_busy_ = true;
-  const bool posted = worker_->Post([this, optimizer = optimizer_, request = *std::move(request)] {
+  Post([this, optimizer = optimizer_, request = *std::move(request)] {
     PairCovariances answer{request.sender,
                            request.seq,
                            request.graph_version,
@@ -246,9 +250,6 @@ void OptimizerNode::OnCovarianceRequest(const covariance_request_t& msg) {
                            request.graph_id};
     return [this, answer = std::move(answer)] { OnCovariances(answer); };
   });
-  if (posted) return;
-  worker_busy_ = false;
-  health_.Count("worker_refused");
 }
 
 void OptimizerNode::OnCovariances(const PairCovariances& answer) {
@@ -272,8 +273,13 @@ void OptimizerNode::ReportSolution(double solve_s) {
   health_.Set("vertices", static_cast<std::int64_t>(solution_.vertices.size()));
   health_.Set("loop_closures", static_cast<std::int64_t>(solution_.loop_edges.size()));
   health_.Set("loop_closures_believed", Accepted(solution_));
-  health_.Set("position_fixes", optimizer_->position_fixes());
-  health_.Set("position_fixes_believed", optimizer_->position_fixes_believed());
+  std::int64_t fixes = 0, fixes_believed = 0;
+  for (const StoredEdge& fix : optimizer_->store().fixes()) {
+    fixes += fix.Pulls() ? 1 : 0;
+    fixes_believed += fix.weight.value_or(0.0) >= kBelievedWeight ? 1 : 0;
+  }
+  health_.Set("position_fixes", fixes);
+  health_.Set("position_fixes_believed", fixes_believed);
   const MountingErrors& mounting = solution_.mounting;
   health_.Set("sonar_forward_mm", std::lround(1e3 * mounting.sonar_m.x()));
   health_.Set("sonar_starboard_mm", std::lround(1e3 * mounting.sonar_m.y()));
@@ -287,6 +293,7 @@ void OptimizerNode::ReportState() {
       submaps_lost_ > 0, conditions::kSubmapMalformed, std::to_string(submaps_lost_) + " so far");
   health_.HoldIf(solve_failed_, conditions::kNoSolution);
   health_.HoldIf(!optimizer_->converged(), conditions::kSolutionNotConverged);
+  health_.HoldIf(optimizer_->lacks_covariance(), conditions::kNoCovariance);
   health_.SetText("version " + std::to_string(optimizer_->version()) + ", " +
                   std::to_string(solution_.vertices.size()) + " submaps, " +
                   std::to_string(Accepted(solution_)) + " of " +

@@ -9,7 +9,6 @@
 #include "common/runtime/bus.hpp"
 #include "common/runtime/health.hpp"
 #include "common/runtime/worker.hpp"
-#include "optimizer/optimizer_config.hpp"
 #include "optimizer/pose_graph_optimizer.hpp"
 #include "seastitch/covariance_request_t.hpp"
 #include "seastitch/graph_request_t.hpp"
@@ -28,7 +27,7 @@ class OptimizerNode {
   // solution that takes longer than the next update is then made once for all that wait.
   enum class SolveOn { kEachUpdate, kWhenAsked };
 
-  OptimizerNode(const OptimizerConfig& config,
+  OptimizerNode(const OptimizerParams& params,
                 Bus* bus,
                 Worker* worker,
                 SolveOn when = SolveOn::kEachUpdate);
@@ -52,6 +51,7 @@ class OptimizerNode {
   void Expect(std::int64_t version);
   void Ask();
   bool IsMissing() const { return newest_version_ > optimizer_->version(); }
+  bool Post(Worker::Job job);
   void OnSolved(std::optional<PoseGraph> solution, double solve_s);
   void TakeWaiting();
   void OnRequest(const graph_request_t& msg);
@@ -61,7 +61,7 @@ class OptimizerNode {
   void ReportSolution(double solve_s);
   void ReportState();
 
-  const OptimizerConfig config_;
+  const OptimizerParams params_;
   const SolveOn when_;
   Bus* const bus_;
   Worker* const worker_;

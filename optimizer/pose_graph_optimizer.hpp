@@ -7,12 +7,11 @@
 #include <utility>
 #include <vector>
 
+#include "optimizer/graph_covariance.hpp"
 #include "optimizer/graph_store.hpp"
 #include "optimizer/optimizer_params.hpp"
 
 namespace seastitch {
-
-struct RobustSolution;
 
 // Where a solution begins. The answer from dead reckoning depends on the graph alone. That from the
 // last solution is found sooner, and is the same unless a robust minimum was missed on the way.
@@ -29,7 +28,7 @@ class PoseGraphOptimizer {
 
   // See GraphStore.
   bool Add(const GraphUpdate& update) { return store_.Add(update); }
-  bool Contradicts(const GraphUpdate& update) const { return store_.Contradicts(update); }
+  const GraphStore& store() const { return store_; }
   std::int64_t version() const { return store_.version(); }
   // Of everything refused, and of solutions that failed, by reason.
   std::map<std::string, std::int64_t> counters() const;
@@ -38,8 +37,9 @@ class PoseGraphOptimizer {
   // registration itself refused it. Nothing where no finite solution was found: the last one is
   // kept.
   std::optional<PoseGraph> Solve(SolveStart start = SolveStart::kWarm);
-  // Of the last solution.
+  // Of the last solution. Without covariances it says unlinked_sigma_m and _yaw_rad of all.
   bool converged() const { return converged_; }
+  bool lacks_covariance() const { return solved_version_ > 0 && !covariance_; }
 
   // How well the relative poses of these pairs are known under the last solution, exactly: those
   // whose vertices are in it, in their order. Nothing where vertices or edges came since, or the
@@ -47,23 +47,21 @@ class PoseGraphOptimizer {
   std::vector<PairCovariance> RelativeCovariances(
       const std::vector<std::pair<SubmapId, SubmapId>>& pairs) const;
 
-  // Those that pull, and those of them that the last solution accepts.
-  std::int64_t position_fixes() const;
-  std::int64_t position_fixes_believed() const;
-
  private:
   std::vector<Pose2> DeadReckoned() const;
   std::vector<Pose2> Predicted() const;
   std::vector<std::optional<double>> LastWeights(std::size_t num_factors) const;
-  PoseGraph Published(const RobustSolution& solution);
+  PoseGraph Published() const;
 
   OptimizerParams params_;
   GraphStore store_;
-  Pose2 solved_mounting_;        // in the last solution
-  bool contradicted_ = false;    // the last solution
-  std::size_t judged_size_ = 0;  // factors when it was last solved from dead reckoning
+  // Of the last solution.
+  Pose2 solved_mounting_;
+  std::optional<GraphCovariance> covariance_;
   bool converged_ = true;
+  bool contradicted_ = false;
   std::int64_t solved_version_ = 0;
+  std::size_t judged_size_ = 0;  // factors when it was last solved from dead reckoning
   std::map<std::string, std::int64_t> failures_;
 };
 

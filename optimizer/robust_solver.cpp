@@ -2,33 +2,48 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 
+#include "common/core/graph.hpp"
 #include "optimizer/ceres_minimiser.hpp"
 #include "optimizer/outlier_tests.hpp"
 
 namespace seastitch {
 namespace {
 
-// Where every weight is still above zero: remark 5 of the paper that GraduatedLoss names.
-double FirstMu(double worst_ratio) {
-  const double mu = 1.0 / (2.0 * worst_ratio - 1.0);
-  return mu > 0.0 ? std::min(mu, GraduatedLoss::kFinalMu) : GraduatedLoss::kFinalMu;
-}
+// Each factor for itself, however many are correlated with it.
+constexpr double kIndependent = std::numeric_limits<double>::infinity();
+constexpr double kEffectiveSize = 2.0;    // where dead reckoning is as good as it states
+constexpr double kFault = 80.0;           // two and a half groups, where these count as two
+constexpr double kStepThreshold = 16.27;  // 0.999 of chi-square, 3 degrees of freedom
+constexpr double kGrowth = 1.02;
+// Tolerances of the minimiser: to go on from, to compare costs, of an answer on the way and of one
+// from dead reckoning.
+constexpr double kNear = 1e-3;
+constexpr double kForCost = 1e-6;
+constexpr double kOnTheWay = 1e-7;
+constexpr double kFine = 1e-8;
+constexpr int kStepsForSquares = 3;
+constexpr int kStepsAStage = 2;
 
 class RobustSolver {
  public:
-  RobustSolver(const FactorGraph& graph, const SolverParams& params)
-      : graph_(graph), minimiser_(graph), all_(graph.factors.size(), true), params_(params) {}
+  RobustSolver(const FactorGraph& graph, const OptimizerParams& params)
+      : graph_(graph), minimiser_(graph), params_(params) {}
 
   RobustSolution FromDeadReckoning(const std::vector<Pose2>& dead_reckoned) {
-    Graduate(dead_reckoned, all_, Losses::kIndependent);
-    RobustSolution solution = Final();
+    const std::vector<bool> all(graph_.factors.size(), true);
+    RobustSolution solution = Final(Graduate(dead_reckoned, all, kIndependent), kFine);
     if (!solution.contradicted) return solution;
     const double effective_size = kEffectiveSize * VarianceFactor(graph_, solution.innovations);
-    Graduate(dead_reckoned, NearDeadReckoning(dead_reckoned), effective_size);
-    minimiser_.Minimise(FinalLosses(), params_.max_iterations, kForCost);
-    return Cost(minimiser_.poses(), effective_size) < Cost(solution.T_map_vertex, effective_size)
-               ? Final()
+    std::vector<double> of_steps;
+    for (const Factor& factor : graph_.factors) of_steps.push_back(factor.IsRobust() ? 0.0 : 1.0);
+    std::vector<Pose2> poses =
+        Graduate(dead_reckoned, WithinGate(dead_reckoned, of_steps), effective_size);
+    minimiser_.Minimise(FinalLosses(kIndependent), params_.max_iterations, kForCost, &poses);
+    return Cost(poses, effective_size) < Cost(solution.T_map_vertex, effective_size)
+               ? Final(std::move(poses), kFine)
                : std::move(solution);
   }
 
@@ -38,10 +53,10 @@ class RobustSolver {
                            kGrowth * static_cast<double>(start.judged_size);
     if (has_grown && start.contradicted) return std::nullopt;
     const std::vector<bool> accepted = Predicted(start);
-    minimiser_.StartFrom(start.T_map_vertex);
-    if (Accepted(minimiser_.Weights(FinalLosses())) != accepted)
-      minimiser_.Minimise({{}, accepted}, 1, kNear);
-    RobustSolution solution = Final();
+    std::vector<Pose2> poses = start.T_map_vertex;
+    if (Accepted(WeightsAt(poses)) != accepted)
+      minimiser_.Minimise({{}, Shares(accepted, kIndependent)}, 1, kNear, &poses);
+    RobustSolution solution = Final(std::move(poses), kOnTheWay);
     solution.from_dead_reckoning = false;
     if (!solution.converged || Accepted(solution.weights) != accepted ||
         (has_grown && solution.contradicted))
@@ -52,7 +67,7 @@ class RobustSolver {
  private:
   static std::vector<bool> Accepted(const std::vector<double>& weights) {
     std::vector<bool> accepted;
-    for (const double weight : weights) accepted.push_back(weight >= kAcceptedWeight);
+    for (const double weight : weights) accepted.push_back(weight >= kBelievedWeight);
     return accepted;
   }
 
@@ -60,14 +75,30 @@ class RobustSolver {
   // there.
   std::vector<bool> Predicted(const SolverStart& start) const {
     std::vector<double> weights;
-    std::vector<std::size_t> is_new;
-    for (std::size_t k = 0; k < graph_.factors.size(); ++k) {
-      weights.push_back(start.weights[k].value_or(0.0));
-      if (!start.weights[k]) is_new.push_back(k);
-    }
+    for (const std::optional<double>& weight : start.weights)
+      weights.push_back(weight.value_or(0.0));
     std::vector<bool> accepted = Accepted(weights);
-    for (const std::size_t k : WithinGate(is_new, start.T_map_vertex, weights)) accepted[k] = true;
+    if (std::count(start.weights.begin(), start.weights.end(), std::nullopt) == 0) return accepted;
+    const std::vector<bool> within = WithinGate(start.T_map_vertex, weights);
+    for (std::size_t k = 0; k < accepted.size(); ++k)
+      if (!start.weights[k]) accepted[k] = within[k];
     return accepted;
+  }
+
+  // Of robust factors that have no weight, whether the normalised innovation is within its
+  // chi-square gate.
+  std::vector<bool> WithinGate(const std::vector<Pose2>& poses,
+                               const std::vector<double>& weights) const {
+    std::vector<bool> within(weights.size(), true);
+    const auto covariance = GraphCovariance::At(graph_, poses, weights);
+    for (std::size_t k = 0; k < weights.size(); ++k) {
+      const Factor& factor = graph_.factors[k];
+      if (!factor.IsRobust()) continue;
+      within[k] = covariance && NormalisedInnovation(Residual(graph_, factor, poses),
+                                                     covariance->of_residual()[k],
+                                                     0.0) < factor.loss.c2;
+    }
+    return within;
   }
 
   // An accepted factor fails the test of its innovation, at twice its threshold, beyond which an
@@ -88,53 +119,52 @@ class RobustSolver {
   }
 
   // From dead reckoning to near the minimum of the squares of the active set, and on to the robust
-  // minimum of all, each for itself: how groups count is for finding it alone.
-  void Graduate(const std::vector<Pose2>& dead_reckoned,
-                const std::vector<bool>& active,
-                double effective_size) {
-    Losses losses{{}, active, effective_size};
-    minimiser_.StartFrom(dead_reckoned);
-    minimiser_.Minimise(losses, kStepsForSquares, kNear);
-    for (double mu = FirstMu(WorstRatio(active)); mu < GraduatedLoss::kFinalMu;
+  // minimum of all. How groups count is for finding it alone.
+  std::vector<Pose2> Graduate(std::vector<Pose2> poses,
+                              const std::vector<bool>& active,
+                              double effective_size) {
+    Losses losses{{}, Shares(active, effective_size)};
+    minimiser_.Minimise(losses, kStepsForSquares, kNear, &poses);
+    for (double mu = FirstMu(poses, active); mu < GraduatedLoss::kFinalMu;
          mu *= params_.graduation_step) {
       losses.mu = mu;
-      minimiser_.Minimise(losses, kStepsAStage, kNear);
+      minimiser_.Minimise(losses, kStepsAStage, kNear, &poses);
     }
-    minimiser_.Minimise(FinalLosses(effective_size), kStepsAStage, kNear);
+    minimiser_.Minimise(FinalLosses(effective_size), kStepsAStage, kNear, &poses);
+    return poses;
   }
 
-  // To the robust minimum from where the minimiser stands.
-  RobustSolution Final() {
-    RobustSolution solution;
-    solution.converged = minimiser_.Minimise(FinalLosses(), params_.max_iterations, kFine);
-    solution.T_map_vertex = minimiser_.poses();
-    solution.weights = minimiser_.Weights(FinalLosses());
-    solution.covariance = GraphCovariance::At(graph_, solution.T_map_vertex, solution.weights);
-    if (!solution.covariance) return solution;
-    solution.selected = solution.covariance->MarginalsAndResiduals();
-    for (std::size_t k = 0; k < graph_.factors.size(); ++k)
-      solution.innovations.push_back(
-          NormalisedInnovation(Residual(graph_, graph_.factors[k], solution.T_map_vertex),
-                               solution.selected.of_residual[k],
-                               solution.weights[k]));
-    solution.contradicted = IsContradicted(solution);
-    return solution;
-  }
-
-  // The largest squared residual of those that are active, in units of its threshold.
-  double WorstRatio(const std::vector<bool>& active) const {
-    const std::vector<Pose2> poses = minimiser_.poses();
-    double worst = 0.0;
+  // Where every weight is still above zero: remark 5 of the paper that GraduatedLoss names.
+  double FirstMu(const std::vector<Pose2>& poses, const std::vector<bool>& active) const {
+    double worst = 0.0;  // squared residual, in units of its threshold
     for (std::size_t k = 0; k < graph_.factors.size(); ++k)
       if (active[k])
         worst = std::max(
             worst,
             Residual(graph_, graph_.factors[k], poses).squaredNorm() / graph_.factors[k].loss.c2);
-    return worst;
+    const double mu = 1.0 / (2.0 * worst - 1.0);
+    return mu > 0.0 ? std::min(mu, GraduatedLoss::kFinalMu) : GraduatedLoss::kFinalMu;
   }
 
-  // For the choice between two: a step of dead reckoning that many groups contradict is at fault,
-  // however far off.
+  // The robust minimum near these poses.
+  RobustSolution Final(std::vector<Pose2> poses, double tolerance) {
+    RobustSolution solution;
+    solution.converged =
+        minimiser_.Minimise(FinalLosses(kIndependent), params_.max_iterations, tolerance, &poses);
+    solution.weights = WeightsAt(poses);
+    solution.covariance = GraphCovariance::At(graph_, poses, solution.weights);
+    for (std::size_t k = 0; solution.covariance && k < graph_.factors.size(); ++k)
+      solution.innovations.push_back(
+          NormalisedInnovation(Residual(graph_, graph_.factors[k], poses),
+                               solution.covariance->of_residual()[k],
+                               solution.weights[k]));
+    solution.contradicted = !solution.covariance || IsContradicted(solution);
+    solution.T_map_vertex = std::move(poses);
+    return solution;
+  }
+
+  // For the choice between two: a step of dead reckoning, or its start, that many groups contradict
+  // is at fault, however far off.
   double Cost(const std::vector<Pose2>& poses, double effective_size) const {
     const Losses losses = FinalLosses(effective_size);
     double cost = 0.0;
@@ -142,62 +172,42 @@ class RobustSolver {
       const Factor& factor = graph_.factors[k];
       const double s = Residual(graph_, factor, poses).squaredNorm();
       const double value = losses.Value(factor, k, s);
-      const bool is_plain_step = factor.i != kMap && !factor.IsRobust();
-      cost += is_plain_step ? std::min(value, kFault) : value;
+      cost += factor.is_dead_reckoning ? std::min(value, kFault) : value;
     }
     return cost;
   }
 
-  // Of these factors, of no weight, those whose normalised innovation is within its chi-square
-  // gate.
-  std::vector<std::size_t> WithinGate(const std::vector<std::size_t>& factors,
-                                      const std::vector<Pose2>& poses,
-                                      const std::vector<double>& weights) const {
-    std::vector<std::size_t> within;
-    if (factors.empty()) return within;
-    const auto covariance = GraphCovariance::At(graph_, poses, weights);
-    if (!covariance) return within;
-    GraphCovariance::Pairs pairs(*covariance);
-    for (const std::size_t k : factors) {
-      const Factor& factor = graph_.factors[k];
-      const Eigen::Vector3d residual = Residual(graph_, factor, poses);
-      if (NormalisedInnovation(residual, covariance->OfResidual(k, pairs), 0.0) < factor.loss.c2)
-        within.push_back(k);
-    }
-    return within;
-  }
-
-  std::vector<bool> NearDeadReckoning(const std::vector<Pose2>& dead_reckoned) const {
+  std::vector<double> WeightsAt(const std::vector<Pose2>& poses) const {
+    const Losses losses = FinalLosses(kIndependent);
     std::vector<double> weights;
-    std::vector<std::size_t> robust;
     for (std::size_t k = 0; k < graph_.factors.size(); ++k) {
-      weights.push_back(graph_.factors[k].IsRobust() ? 0.0 : 1.0);
-      if (graph_.factors[k].IsRobust()) robust.push_back(k);
+      const Factor& factor = graph_.factors[k];
+      const double s = Residual(graph_, factor, poses).squaredNorm();
+      weights.push_back(losses.Weight(factor, k, s));
     }
-    std::vector<bool> near(weights.size(), false);
-    for (const std::size_t k : WithinGate(robust, dead_reckoned, weights)) near[k] = true;
-    return near;
+    return weights;
   }
 
-  Losses FinalLosses(double effective_size = Losses::kIndependent) const {
-    return {GraduatedLoss::kFinalMu, all_, effective_size};
+  Losses FinalLosses(double effective_size) const {
+    const std::vector<bool> all(graph_.factors.size(), true);
+    return {GraduatedLoss::kFinalMu, Shares(all, effective_size)};
   }
 
-  static constexpr double kEffectiveSize = 2.0;  // where dead reckoning is as good as it states
-  static constexpr double kFault = 80.0;         // two and a half groups, where these count as two
-  static constexpr double kStepThreshold = 16.27;  // 0.999 of chi-square, 3 degrees of freedom
-  static constexpr double kGrowth = 1.02;
-  // Of Minimise(): to go on from, to compare costs, of an answer.
-  static constexpr double kNear = 1e-3;
-  static constexpr double kForCost = 1e-6;
-  static constexpr double kFine = 1e-8;
-  static constexpr int kStepsForSquares = 3;
-  static constexpr int kStepsAStage = 2;
+  // A correlated group counts as so many independent factors at most; a robust factor that is not
+  // active not at all.
+  std::vector<double> Shares(const std::vector<bool>& active, double effective_size) const {
+    std::vector<double> shares;
+    for (std::size_t k = 0; k < active.size(); ++k) {
+      const Factor& factor = graph_.factors[k];
+      const double share = active[k] ? std::min(1.0, effective_size / factor.group_size) : 0.0;
+      shares.push_back(factor.IsRobust() ? share : 1.0);
+    }
+    return shares;
+  }
 
   const FactorGraph& graph_;
   CeresMinimiser minimiser_;
-  const std::vector<bool> all_;
-  const SolverParams params_;
+  const OptimizerParams params_;
 };
 
 }  // namespace
@@ -208,18 +218,12 @@ bool RobustSolution::IsFinite() const {
   });
 }
 
-RobustSolution SolveFromDeadReckoning(const FactorGraph& graph,
-                                      const std::vector<Pose2>& dead_reckoned,
-                                      const SolverParams& params) {
-  return RobustSolver(graph, params).FromDeadReckoning(dead_reckoned);
-}
-
-RobustSolution SolveFromLast(const FactorGraph& graph,
+RobustSolution SolveRobustly(const FactorGraph& graph,
                              const SolverStart& start,
-                             const SolverParams& params) {
+                             const OptimizerParams& params) {
   RobustSolver solver(graph, params);
-  if (start.T_map_vertex.empty()) return solver.FromDeadReckoning(start.dead_reckoned);
-  if (auto solution = solver.FromLast(start)) return *std::move(solution);
+  if (!start.T_map_vertex.empty())
+    if (auto solution = solver.FromLast(start)) return *std::move(solution);
   return solver.FromDeadReckoning(start.dead_reckoned);
 }
 

@@ -5,25 +5,17 @@
 
 #include "optimizer/factor_graph.hpp"
 #include "optimizer/graph_covariance.hpp"
+#include "optimizer/optimizer_params.hpp"
 
 namespace seastitch {
 
-struct SolverParams {
-  double graduation_step = 4.0;
-  int max_iterations = 100;
-  double inlier_probability = 0.999;  // of an honest robust factor, to lie within its threshold
-};
-
-// From here on a weight counts as accepted.
-constexpr double kAcceptedWeight = 0.5;
-
-// Poses: one a vertex.
+// Where a solution begins; poses: one a vertex.
 struct SolverStart {
   std::vector<Pose2> dead_reckoned;
   // The last solution, new vertices where dead reckoning puts them. Empty: there is none.
-  std::vector<Pose2> T_map_vertex;
+  std::vector<Pose2> T_map_vertex{};
   // One a factor: its weight there; nothing where it is new.
-  std::vector<std::optional<double>> weights;
+  std::vector<std::optional<double>> weights{};
   bool contradicted = false;    // the last solution
   std::size_t judged_size = 0;  // factors when it was last solved from dead reckoning
 };
@@ -32,11 +24,10 @@ struct RobustSolution {
   std::vector<Pose2> T_map_vertex;
   std::vector<double> weights;  // one a factor, 0 to 1
   bool converged = false;
-  std::optional<GraphCovariance> covariance;  // nothing where it could not be found
-  GraphCovariance::Selected selected;         // empty there, and so are
+  std::optional<GraphCovariance> covariance;  // nothing where it could not be found, and so are
   std::vector<double> innovations;            // normalised and squared, one a factor
   bool from_dead_reckoning = true;            // or on from the last solution
-  bool contradicted = true;                   // see SolveFromDeadReckoning()
+  bool contradicted = true;                   // see SolveRobustly()
   bool IsFinite() const;                      // the poses
 };
 
@@ -50,15 +41,12 @@ struct RobustSolution {
 // alone, and a group of correlated closures counts there as an effective sample size of two, or
 // more where the a posteriori variance factor shows dead reckoning to be worse than it states. The
 // cheaper of both by that count is the answer. It depends on the graph alone.
-RobustSolution SolveFromDeadReckoning(const FactorGraph& graph,
-                                      const std::vector<Pose2>& dead_reckoned,
-                                      const SolverParams& params);
-
-// On from the last solution, new factors active if they are within their gate. Where that changes a
-// verdict, or the solution is contradicted and the graph has grown by 2 % since it was last solved
-// from dead reckoning, from there.
-RobustSolution SolveFromLast(const FactorGraph& graph,
+//
+// Where there is a last solution: on from it, new factors active if they are within their gate.
+// Where that changes a verdict, or the solution is contradicted and the graph has grown by 2 %
+// since it was last solved from dead reckoning, from there.
+RobustSolution SolveRobustly(const FactorGraph& graph,
                              const SolverStart& start,
-                             const SolverParams& params);
+                             const OptimizerParams& params);
 
 }  // namespace seastitch

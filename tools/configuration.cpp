@@ -44,7 +44,7 @@ std::vector<ConfigurationFile> ConfigurationFiles() {
   std::vector<ConfigurationFile> files;
   files.push_back(FileOf<MapperConfig>("mapper.yaml", "Mapper and `seastitch replay`"));
   files.push_back(FileOf<VehicleFile>("vehicle.yaml", "Vehicle"));
-  files.push_back(FileOf<OptimizerConfig>("optimizer.yaml", "Optimizer"));
+  files.push_back(FileOf<OptimizerParams>("optimizer.yaml", "Optimizer"));
   files.push_back(FileOf<LoggerConfig>("logger.yaml", "Logger"));
   files.push_back(FileOfDevice<ImuDriverConfig>(
       "imu_driver.yaml", "Inertial unit that a DBC file describes", kSignalDevice));

@@ -14,6 +14,7 @@
 #include "common/runtime/worker.hpp"
 #include "common/storage/event_log.hpp"
 #include "mapper/mapper_node.hpp"
+#include "optimizer/optimizer_config.hpp"
 #include "optimizer/optimizer_node.hpp"
 #include "products/survey_collector.hpp"
 #include "tools/message_types.hpp"

@@ -115,6 +115,12 @@ inline constexpr ConditionKind kSolutionNotConverged{
     Severity::kDegraded,
     "the newest solution has not converged",
     "Raise max_iterations in optimizer.yaml. Otherwise send the log with a bug report."};
+inline constexpr ConditionKind kNoCovariance{
+    "no_covariance",
+    Severity::kDegraded,
+    "the newest solution does not say how well it is known",
+    "Every submap counts as known to unlinked_sigma_m of optimizer.yaml. Something of the graph is "
+    "tied to nothing, or sigmas of it are too far apart: send the log with a bug report."};
 
 // Mapper.
 inline constexpr ConditionKind kNoBottomLock{
@@ -145,11 +151,12 @@ inline constexpr ConditionKind kStoreNotWriting{
     "memory, up to max_unsaved_mb."};
 
 inline constexpr const ConditionKind* kAll[] = {
-    &kUndecodableMessages, &kMessagesNotSent,  &kSocketDrops,          &kLoopLate,
-    &kWorkerStalled,       &kDiskStalled,      &kNoDeviceData,         &kSourceUnavailable,
-    &kCanController,       &kLogNotWriting,    &kMessagesNotRecorded,  &kGraphIncomplete,
-    &kSubmapMalformed,     &kNoSolution,       &kSolutionNotConverged, &kNoBottomLock,
-    &kNoSoundSpeedProfile, &kSolutionWithheld, &kStoreNotWriting,      &kRegistrationFailed,
+    &kUndecodableMessages, &kMessagesNotSent,     &kSocketDrops,          &kLoopLate,
+    &kWorkerStalled,       &kDiskStalled,         &kNoDeviceData,         &kSourceUnavailable,
+    &kCanController,       &kLogNotWriting,       &kMessagesNotRecorded,  &kGraphIncomplete,
+    &kSubmapMalformed,     &kNoSolution,          &kSolutionNotConverged, &kNoCovariance,
+    &kNoBottomLock,        &kNoSoundSpeedProfile, &kSolutionWithheld,     &kStoreNotWriting,
+    &kRegistrationFailed,
 };
 
 }  // namespace conditions

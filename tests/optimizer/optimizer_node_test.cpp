@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "common/runtime/config.hpp"
+#include "optimizer/optimizer_config.hpp"
 #include "seastitch/pose_graph_t.hpp"
 #include "tests/optimizer/survey_graph.hpp"
 #include "tests/paths.hpp"
@@ -464,23 +465,42 @@ TEST(OptimizerNode, SaysWhereASolutionDidNotConverge) {
   Bus bus("memq://");
   InlineWorker worker;
   MapperStub mapper(SmallSurvey(), &bus);
-  OptimizerConfig config;
-  config.params.max_iterations = 1;
-  OptimizerNode node(config, &bus, &worker);
+  OptimizerNode node({.max_iterations = 1}, &bus, &worker);
   for (int k = 0; k < 12; ++k) mapper.PublishNext();
   EXPECT_EQ(mapper.solutions.size(), 12u);
   EXPECT_GT(node.health().counter("solves_not_converged"), 0);
   EXPECT_EQ(node.health().state(), HealthState::kDegraded);
 }
 
+TEST(OptimizerNode, SaysWhereASolutionHasNoCovariance) {
+  Bus bus("memq://");
+  InlineWorker worker;
+  std::vector<GraphUpdate> updates;
+  Pose2 pose{100.0, 50.0, 0.3};
+  for (int k = 0; k < 5; ++k) {
+    updates.push_back({k + 1, {{SubmapId{k}, Time(Duration(k + 1)), pose}}, {}});
+    const Pose2 step{10.0, 0.0, Deg2Rad(92.0)};
+    pose = pose * step;
+    if (k == 0 || k == 3) continue;  // a link of 1e12 m between steps of 0.1 mm
+    GraphEdge edge{EdgeKind::kDeadReckoning, SubmapId{k - 1}, SubmapId{k}, step};
+    edge.information = DiagonalInformation(1e-4, 1e-4);
+    updates.back().edges = {edge};
+  }
+  MapperStub mapper(updates, &bus);
+  OptimizerNode node({.unlinked_sigma_m = 1e12}, &bus, &worker);
+  for (int k = 0; k < 5; ++k) mapper.PublishNext();
+  EXPECT_GT(node.health().counter("covariance_failed"), 0);
+  EXPECT_EQ(node.health().state(), HealthState::kDegraded);
+}
+
 TEST(OptimizerConfig, ShippedFileIsTheDefaults) {
-  const OptimizerConfig config = LoadOptimizerConfig(ConfigFile("optimizer.yaml"));
+  const OptimizerParams params = LoadOptimizerConfig(ConfigFile("optimizer.yaml"));
   const OptimizerParams defaults;
-  EXPECT_EQ(config.params.inlier_probability, defaults.inlier_probability);
-  EXPECT_EQ(config.params.graduation_step, defaults.graduation_step);
-  EXPECT_EQ(config.params.max_iterations, defaults.max_iterations);
-  EXPECT_EQ(config.params.unlinked_sigma_m, defaults.unlinked_sigma_m);
-  EXPECT_NEAR(config.params.unlinked_sigma_yaw_rad, defaults.unlinked_sigma_yaw_rad, 1e-12);
+  EXPECT_EQ(params.inlier_probability, defaults.inlier_probability);
+  EXPECT_EQ(params.graduation_step, defaults.graduation_step);
+  EXPECT_EQ(params.max_iterations, defaults.max_iterations);
+  EXPECT_EQ(params.unlinked_sigma_m, defaults.unlinked_sigma_m);
+  EXPECT_NEAR(params.unlinked_sigma_yaw_rad, defaults.unlinked_sigma_yaw_rad, 1e-12);
 }
 
 class BadConfig : public ::testing::Test {

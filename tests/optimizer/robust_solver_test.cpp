@@ -25,7 +25,7 @@ Problem SurveyProblem(bool estimate_mounting) {
   for (const GraphUpdate& update : survey.updates) {
     p.dead_reckoned.push_back(update.vertices[0].dead_reckoned);
     for (const GraphEdge& e : update.edges) {
-      Factor factor{e.from.value, e.to.value, {e.T_from_to, FactorInformation(e.information)->W}};
+      Factor factor{e.from.value, e.to.value, e.T_from_to, FactorInformation(e.information)->W};
       if (e.kind == EdgeKind::kLoopClosure) factor.loss.c2 = 16.27;
       p.graph.factors.push_back(factor);
     }
@@ -34,11 +34,10 @@ Problem SurveyProblem(bool estimate_mounting) {
   p.graph.mounting_vertex = p.graph.num_vertices++;
   p.dead_reckoned.emplace_back();
   for (Factor& f : p.graph.factors)
-    f.by_mounting = f.IsRobust()
-                        ? LoopClosureByMounting(f.cost.T_i_j, 0.5 * f.cost.T_i_j.Translation())
-                        : DeadReckoningByMounting(f.cost.T_i_j);
+    f.by_mounting = f.IsRobust() ? LoopClosureByMounting(f.T_i_j, 0.5 * f.T_i_j.Translation())
+                                 : DeadReckoningByMounting(f.T_i_j);
   const Eigen::Matrix3d W = Eigen::Vector3d(5.0, 5.0, 200.0).asDiagonal();
-  p.graph.factors.push_back({kMap, p.graph.mounting_vertex, {{}, W}});
+  p.graph.factors.push_back({kMap, p.graph.mounting_vertex, {}, W});
   return p;
 }
 
@@ -47,11 +46,11 @@ Eigen::Vector3d IndependentResidual(const Problem& p, const Factor& f, const Eig
   const Eigen::Vector3d a = f.i == kMap ? Eigen::Vector3d(0, 0, 0) : x.segment<3>(3 * f.i).eval();
   const Eigen::Vector3d b = x.segment<3>(3 * f.j);
   const double c = std::cos(a.z()), s = std::sin(a.z());
-  Eigen::Vector3d e(c * (b.x() - a.x()) + s * (b.y() - a.y()) - f.cost.T_i_j.x,
-                    -s * (b.x() - a.x()) + c * (b.y() - a.y()) - f.cost.T_i_j.y,
-                    std::remainder(b.z() - a.z() - f.cost.T_i_j.yaw, 2.0 * kPi));
+  Eigen::Vector3d e(c * (b.x() - a.x()) + s * (b.y() - a.y()) - f.T_i_j.x,
+                    -s * (b.x() - a.x()) + c * (b.y() - a.y()) - f.T_i_j.y,
+                    std::remainder(b.z() - a.z() - f.T_i_j.yaw, 2.0 * kPi));
   if (p.graph.mounting_vertex >= 0) e -= f.by_mounting * x.segment<3>(3 * p.graph.mounting_vertex);
-  return f.cost.W * e;
+  return f.W * e;
 }
 
 double IndependentCost(const Problem& p, const Eigen::VectorXd& x) {
@@ -96,7 +95,7 @@ class DenseCheck : public ::testing::TestWithParam<bool> {};
 
 TEST_P(DenseCheck, TheSolutionIsTheMinimumThatADenseNewtonFinds) {
   const Problem p = SurveyProblem(GetParam());
-  const RobustSolution solution = SolveFromDeadReckoning(p.graph, p.dead_reckoned, {});
+  const RobustSolution solution = SolveRobustly(p.graph, {p.dead_reckoned}, {});
   EXPECT_TRUE(solution.converged);
   Eigen::VectorXd x(3 * p.graph.num_vertices);
   for (int v = 0; v < p.graph.num_vertices; ++v)
@@ -107,7 +106,7 @@ TEST_P(DenseCheck, TheSolutionIsTheMinimumThatADenseNewtonFinds) {
   for (int v = 1; v < p.graph.num_vertices; ++v) {
     const Eigen::Vector3d off = x.segment<3>(3 * v) - dense.segment<3>(3 * v);
     const Eigen::Vector3d sigma =
-        solution.selected.marginal[static_cast<std::size_t>(v)].diagonal().cwiseSqrt();
+        solution.covariance->marginal()[static_cast<std::size_t>(v)].diagonal().cwiseSqrt();
     EXPECT_LT(off.cwiseQuotient(sigma).cwiseAbs().maxCoeff(), 1e-3) << v;
   }
 }

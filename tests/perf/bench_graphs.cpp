@@ -1,20 +1,24 @@
 // seastitch-bench-graphs: the optimizer on graphs of whole surveys that seastitch-bench-surveys
-// saved: what every submap costs as it comes, and whether the answer depends on the way to it.
+// saved: what every submap costs as it comes, and whether the answer depends on the way to it; and
+// on hostile ones.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <ctime>
 #include <exception>
 #include <map>
+#include <optional>
 #include <random>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "optimizer/pose_graph_optimizer.hpp"
+#include "tests/optimizer/hostile_graph.hpp"
 #include "tests/perf/graph_file.hpp"
 
 namespace seastitch {
@@ -22,7 +26,8 @@ namespace {
 
 double CpuSeconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
-// Every submap solved as it comes, then once from dead reckoning.
+// The graph solved after every `lot` updates from the one at `first` on, then once from dead
+// reckoning.
 struct Dive {
   PoseGraph last;
   PoseGraph delivered;
@@ -31,11 +36,12 @@ struct Dive {
   double full_ms = 0.0;
 };
 
-Dive AsItComes(const std::vector<GraphUpdate>& updates) {
+Dive SolvedOnTheWay(const std::vector<GraphUpdate>& updates, std::size_t first, std::size_t lot) {
   Dive dive;
   PoseGraphOptimizer optimizer{OptimizerParams{}};
   for (std::size_t k = 0; k < updates.size(); ++k) {
     optimizer.Add(updates[k]);
+    if (k < first || (k - first) % lot != 0) continue;
     const double start_s = CpuSeconds();
     dive.last = optimizer.Solve().value();
     const double took_s = CpuSeconds() - start_s;
@@ -60,6 +66,19 @@ double LargestOffset(const PoseGraph& a, const PoseGraph& b) {
     largest = std::max(
         largest,
         (a.vertices[k].T_map_level.Translation() - b.vertices[k].T_map_level.Translation()).norm());
+  return largest;
+}
+
+// Of x, y and yaw, in their sigmas.
+double LargestOffsetSigma(const PoseGraph& a, const PoseGraph& b) {
+  double largest = 0.0;
+  for (std::size_t k = 0; k < a.vertices.size(); ++k) {
+    const SolvedVertex& vertex = a.vertices[k];
+    Eigen::Vector3d off = vertex.T_map_level.Vector() - b.vertices[k].T_map_level.Vector();
+    off.z() = WrapAngle(off.z());
+    const Eigen::Vector3d sigma = vertex.covariance.diagonal().cwiseSqrt().cwiseMax(1e-9);
+    largest = std::max(largest, off.cwiseQuotient(sigma).cwiseAbs().maxCoeff());
+  }
   return largest;
 }
 
@@ -112,7 +131,7 @@ void TimeTable(const std::vector<std::string>& files) {
       "|---|---|---|---|---|\n");
   for (const std::string& file : files) {
     const RecordedGraph graph = LoadGraph(file);
-    const Dive dive = AsItComes(graph.updates);
+    const Dive dive = SolvedOnTheWay(graph.updates, 0, 1);
     std::printf("| %s | %zu | %.2f | %.1f | %.0f |\n",
                 file.c_str(),
                 graph.truth.size(),
@@ -122,37 +141,93 @@ void TimeTable(const std::vector<std::string>& files) {
   }
 }
 
-void IncrementalTable(const std::vector<std::string>& files, int draws) {
+// One draw of wrong closures, against one batch solve.
+struct Differences {
+  int on_the_way = 0;  // solved as it comes, before the last solve
+  double on_the_way_m = 0.0;
+  std::array<int, 3> delivered{};  // as it comes, in lots of seven, restarted half-way
+};
+
+void Compare(const std::vector<GraphUpdate>& updates, Differences* differences) {
+  const PoseGraph batch = Batch(updates);
+  const std::array<Dive, 3> dives{SolvedOnTheWay(updates, 0, 1),
+                                  SolvedOnTheWay(updates, 0, 7),
+                                  SolvedOnTheWay(updates, updates.size() / 2, 1)};
+  for (std::size_t k = 0; k < dives.size(); ++k) {
+    const PoseGraph& delivered = dives[k].delivered;
+    if (LargestOffsetSigma(batch, delivered) > 1e-3 || !HaveSameVerdicts(batch, delivered))
+      ++differences->delivered[k];
+  }
+  const double offset_m = LargestOffset(dives[0].last, batch);
+  differences->on_the_way_m = std::max(differences->on_the_way_m, offset_m);
+  if (offset_m > 0.01 || !HaveSameVerdicts(dives[0].last, batch)) ++differences->on_the_way;
+}
+
+void DependenceTable(const std::vector<std::string>& files, int draws) {
   std::printf(
-      "\nAs it comes against one batch solve, with wrong closures; differs: a verdict, or a "
-      "position by 1 cm.\n\n| wrong | share %% | draws | differ before the last solve | by m | "
-      "differ as delivered |\n|---|---|---|---|---|---|\n");
+      "\nAgainst one batch solve, with wrong closures. Before the last solve a verdict or 1 cm "
+      "differs; as delivered a\nverdict or 0.001 sigma.\n\n"
+      "| wrong | share %% | draws | before the last solve | by m | delivered, as it comes | in "
+      "lots "
+      "| restarted |\n|---|---|---|---|---|---|---|---|\n");
   for (const std::size_t alike : {1, 5}) {
     for (const double share : {0.1, 0.3, 0.5}) {
-      int drawn = 0, differ = 0, delivered_differ = 0;
-      double by_m = 0.0;
+      int drawn = 0;
+      Differences differ;
       for (const std::string& file : files) {
         const RecordedGraph graph = LoadGraph(file);
-        for (int seed = 1; seed <= draws; ++seed, ++drawn) {
-          const auto updates =
-              WithWrongClosures(graph.updates, share, alike, static_cast<unsigned>(seed));
-          const Dive dive = AsItComes(updates);
-          const PoseGraph batch = Batch(updates);
-          const double offset_m = LargestOffset(dive.last, batch);
-          differ += offset_m > 0.01 || !HaveSameVerdicts(dive.last, batch) ? 1 : 0;
-          by_m = std::max(by_m, offset_m);
-          delivered_differ += LargestOffset(dive.delivered, batch) > 0.0 ? 1 : 0;
-        }
+        for (int seed = 1; seed <= draws; ++seed, ++drawn)
+          Compare(WithWrongClosures(graph.updates, share, alike, static_cast<unsigned>(seed)),
+                  &differ);
       }
-      std::printf("| %s | %.0f | %d | %d | %.3f | %d |\n",
+      std::printf("| %s | %.0f | %d | %d | %.3f | %d | %d | %d |\n",
                   alike == 1 ? "alone" : "five alike",
                   100.0 * share,
                   drawn,
-                  differ,
-                  by_m,
-                  delivered_differ);
+                  differ.on_the_way,
+                  differ.on_the_way_m,
+                  differ.delivered[0],
+                  differ.delivered[1],
+                  differ.delivered[2]);
+      std::fflush(stdout);
     }
   }
+}
+
+// Each solved three times.
+void HostileTable(int graphs) {
+  std::mt19937_64 random(9);
+  int solved = 0, not_converged = 0, no_covariance = 0, none = 0, no_numbers = 0, untold = 0;
+  for (int n = 0; n < graphs; ++n) {
+    PoseGraphOptimizer optimizer{OptimizerParams{}};
+    optimizer.Add(HostileGraph(&random));
+    for (const SolveStart start :
+         {SolveStart::kWarm, SolveStart::kWarm, SolveStart::kFromDeadReckoning}) {
+      const std::optional<PoseGraph> solution = optimizer.Solve(start);
+      const auto counted = optimizer.counters();
+      const auto tell = [&](bool fails, const char* counter, int* count) {
+        *count += fails ? 1 : 0;
+        untold += fails && !counted.contains(counter) ? 1 : 0;
+      };
+      tell(!solution, "solutions_not_finite", &none);
+      if (!solution) continue;
+      ++solved;
+      tell(!optimizer.converged(), "solves_not_converged", &not_converged);
+      tell(optimizer.lacks_covariance(), "covariance_failed", &no_covariance);
+      no_numbers += HasOnlyNumbers(*solution) ? 0 : 1;
+    }
+  }
+  std::printf(
+      "\n| hostile graphs | solutions | not converged | without covariance | no solution | NaN or "
+      "infinite | not counted |\n|---|---|---|---|---|---|---|\n"
+      "| %d | %d | %d | %d | %d | %d | %d |\n",
+      graphs,
+      solved,
+      not_converged,
+      no_covariance,
+      none,
+      no_numbers,
+      untold);
 }
 
 }  // namespace
@@ -160,14 +235,17 @@ void IncrementalTable(const std::vector<std::string>& files, int draws) {
 
 int main(int argc, char** argv) {
   std::vector<std::string> graphs;
-  int draws = 2;
+  int draws = 4;
+  int hostile = 0;
   CLI::App app("The optimizer on saved graphs: time, and whether the answer depends on the way");
-  app.add_option("graphs", graphs, "files of seastitch-bench-surveys --save-graphs")->required();
+  app.add_option("graphs", graphs, "files of seastitch-bench-surveys --save-graphs");
   app.add_option("--draws", draws, "of wrong closures, a graph and share")->capture_default_str();
+  app.add_option("--hostile", hostile, "graphs of numbers that cannot be, beside them");
   CLI11_PARSE(app, argc, argv);
   try {
-    seastitch::TimeTable(graphs);
-    if (draws > 0) seastitch::IncrementalTable(graphs, draws);
+    if (!graphs.empty()) seastitch::TimeTable(graphs);
+    if (!graphs.empty() && draws > 0) seastitch::DependenceTable(graphs, draws);
+    if (hostile > 0) seastitch::HostileTable(hostile);
   } catch (const std::exception& e) {
     std::fprintf(stderr, "seastitch-bench-graphs: %s\n", e.what());
     return 1;

@@ -41,7 +41,8 @@ struct Options {
   std::string survey;  // what all surveys have in common
   std::string graphs;  // folder to save every graph in; empty: none
   std::string errors;
-  std::vector<std::string> seabeds;  // empty: all
+  std::vector<std::string> seabeds;  // empty: all but the survey's own
+  std::vector<int> crosslines{0, 2};
   int lines = 8;
   int runs = 1;
   int injections = 10;  // of wrong closures, a graph and share
@@ -55,6 +56,8 @@ struct Seabed {
   bench::ProceduralParams terrain;
   std::string raster;
 };
+
+const char* const kOwnSeabed = "own";  // that of the survey's file
 
 std::vector<Seabed> Seabeds(const Options& options) {
   bench::ProceduralParams flat;
@@ -70,6 +73,8 @@ std::vector<Seabed> Seabeds(const Options& options) {
       {"flat", flat, {}}, {"gentle", gentle, {}}, {"sand waves", waves, {}}, {"rough", rough, {}}};
   for (const std::string& file : options.rasters)
     seabeds.push_back({fs::path(file).stem().string(), {}, file});
+  const bench::SurveyConfig survey = bench::LoadSurvey(options.survey);
+  if (!options.seabeds.empty()) seabeds.push_back({kOwnSeabed, survey.terrain, survey.raster.file});
   std::erase_if(seabeds, [&](const Seabed& seabed) {
     const std::vector<std::string>& wanted = options.seabeds;
     return !wanted.empty() && std::find(wanted.begin(), wanted.end(), seabed.name) == wanted.end();
@@ -204,8 +209,7 @@ LineOffset LineToLine(const Run& run, const std::vector<CorrectedState>& frames)
 }
 
 PoseGraph Solve(const std::vector<GraphUpdate>& updates) {
-  PoseGraphOptimizer optimizer{
-      LoadOptimizerConfig((ConfigDir() / "optimizer.yaml").string()).params};
+  PoseGraphOptimizer optimizer{LoadOptimizerConfig((ConfigDir() / "optimizer.yaml").string())};
   for (const GraphUpdate& update : updates) optimizer.Add(update);
   return optimizer.Solve().value();
 }
@@ -335,7 +339,7 @@ std::vector<Judged> SurveyTable(const std::vector<Seabed>& seabeds, const Option
       "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
   std::vector<Judged> all;
   for (const Seabed& seabed : seabeds) {
-    for (const int crosslines : {0, 2}) {
+    for (const int crosslines : options.crosslines) {
       for (int i = 0; i < options.runs; ++i) {
         const Plan plan{&seabed, crosslines, options.first_seed + static_cast<std::uint64_t>(i)};
         all.push_back({plan, RunSurvey(plan, options)});
@@ -463,7 +467,10 @@ int main(int argc, char** argv) {
       "wrong loop closures among the right ones");
   app.add_option("--raster", options.rasters, "a seabed: any raster in metres")
       ->check(CLI::ExistingFile);
-  app.add_option("--seabed", options.seabeds, "only these, by the names in the tables");
+  app.add_option("--seabed",
+                 options.seabeds,
+                 "only these, by the names in the tables; own: that of the survey's file");
+  app.add_option("--crosslines", options.crosslines, "how many")->capture_default_str();
   app.add_option("--survey",
                  options.survey,
                  "plan, sensors and water (default: the shipped "
