@@ -80,6 +80,7 @@ Mapper::Mapper(const MapperParams& params)
 Mapper::Mapper(const MapperParams& params, std::unique_ptr<Navigation> navigation)
     : params_(params),
       navigation_(std::move(navigation)),
+      watch_(params.navigation),
       sound_speed_(params.sound_velocity_profile),
       pings_(static_cast<std::size_t>(params.max_waiting_pings)),
       builder_(
@@ -96,6 +97,7 @@ Mapper::Mapper(const MapperParams& params, std::unique_ptr<Navigation> navigatio
 template <class Sample>
 void Mapper::Navigate(const Sample& sample) {
   navigation_->Add(sample);
+  watch_.Look(*navigation_);
   GiveNav();
   GeoreferencePings();
 }
@@ -125,7 +127,6 @@ void Mapper::GiveNav() {
   if (!state) return;
   graph_.SetId(state->time);
   last_nav_ = *latest;
-  bottom_lock_ = state->bottom_lock;
   events_.emplace_back(*state);
 }
 
@@ -314,12 +315,17 @@ std::vector<Condition> Mapper::conditions() const {
   std::vector<Condition> now;
   if (const auto& harm = search_.harm())
     now.push_back({&conditions::kSolutionWithheld, Sentence(*harm)});
-  if (last_nav_ && !bottom_lock_) now.push_back({&conditions::kNoBottomLock, {}});
+  const std::vector<Condition> of_navigation = watch_.conditions(*navigation_);
+  now.insert(now.end(), of_navigation.begin(), of_navigation.end());
   if (sound_speed_source_ && !IsProfile(*sound_speed_source_))
     now.push_back({&conditions::kNoSoundSpeedProfile, Sentence(*sound_speed_source_)});
   if (failed_in_last_job_ > 0)
     now.push_back({&conditions::kRegistrationFailed, std::to_string(failed_in_last_job_)});
   return now;
+}
+
+std::string Mapper::WaitsFor() const {
+  return "waiting for navigation: " + Explain(navigation_->start_state());
 }
 
 std::map<std::string, std::int64_t> Mapper::counters() const {

@@ -18,6 +18,7 @@
 #include "mapper/loop_search.hpp"
 #include "mapper/mapper_params.hpp"
 #include "mapper/navigation/navigation.hpp"
+#include "mapper/navigation_watch.hpp"
 #include "mapper/ping_queue.hpp"
 #include "mapper/registration_job.hpp"
 #include "mapper/sound_speed.hpp"
@@ -55,8 +56,14 @@ class Mapper {
   Mapper& operator=(const Mapper&) = delete;
 
   // Refused samples are counted.
-  void Add(const ImuSample& sample) { Navigate(sample); }
-  void Add(const DvlSample& sample) { Navigate(sample); }
+  void Add(const ImuSample& sample) {
+    watch_.Add(sample);
+    Navigate(sample);
+  }
+  void Add(const DvlSample& sample) {
+    watch_.Add(sample);
+    Navigate(sample);
+  }
   void Add(const DepthSample& sample) { Navigate(sample); }
   void Add(const PositionFix& fix) { Navigate(fix); }
   void Add(const MbesPing& ping);
@@ -98,6 +105,8 @@ class Mapper {
 
   // Neither navigation nor a submap yet.
   bool IsWaiting() const { return !last_nav_ && graph_.empty(); }
+  // What for, in words to act on.
+  std::string WaitsFor() const;
   // Faults that hold now.
   std::vector<Condition> conditions() const;
   // Everything counted, by name, such as "pings_without_pose".
@@ -127,13 +136,13 @@ class Mapper {
 
   const MapperParams params_;
   const std::unique_ptr<Navigation> navigation_;
+  NavigationWatch watch_;
   SoundSpeed sound_speed_;
   std::optional<SoundSpeed::Source> sound_speed_source_;  // of the last ping
   PingQueue pings_;
   SubmapBuilder builder_;
   SubmapFrames frames_;
   std::optional<Time> last_nav_;
-  bool bottom_lock_ = false;
 
   std::int32_t next_id_ = 0;
   std::deque<Waiting> submaps_;  // to be registered; the first may be out

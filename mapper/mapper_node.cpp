@@ -27,7 +27,7 @@ MapperNode::MapperNode(const MapperConfig& config, Bus* bus, Worker* worker)
           config.loop_closer.registration)) {
   SubscribeSensors();
   SubscribeOptimizer();
-  health_.SetStarting("waiting for navigation");
+  health_.SetStarting(mapper_.WaitsFor());
 }
 
 void MapperNode::SubscribeSensors() {
@@ -231,7 +231,10 @@ void MapperNode::ReportHealth() {
   if (store_fails_) faults.push_back({&conditions::kStoreNotWriting, {}});
   health_.SetConditions(faults);
   health_.SetText(mapper_.Summary());
-  if (!mapper_.IsWaiting()) health_.SetRunning();
+  if (mapper_.IsWaiting())
+    health_.SetStarting(mapper_.WaitsFor());
+  else
+    health_.SetRunning();
 }
 
 }  // namespace seastitch

@@ -128,6 +128,57 @@ inline constexpr ConditionKind kNoBottomLock{
     Severity::kDegraded,
     "the Doppler log has no bottom lock",
     "Normal above its range or over fish. Otherwise check the transducer and the altitude."};
+inline constexpr ConditionKind kNavigationNotStarted{
+    "navigation_not_started",
+    Severity::kDegraded,
+    "dead reckoning has not started, so there is no map",
+    "The figures name what is missing. Once it comes, the start is a matter of seconds."};
+inline constexpr ConditionKind kPlaceUnknown{
+    "place_unknown",
+    Severity::kDegraded,
+    "the map's place is unknown: it is laid out from the datum",
+    "One position fix, at any time of the dive, places the whole map. Or state the place of the "
+    "start in mapper.yaml (navigation.start_sigma_m above 0)."};
+inline constexpr ConditionKind kAttitudeRefused{
+    "attitude_refused",
+    Severity::kDegraded,
+    "the attitude disagrees with the rest and is refused",
+    "Look at its stamps (a suspected time offset), its alignment, and what magnets or motors are "
+    "near a compass."};
+inline constexpr ConditionKind kDvlRefused{
+    "dvl_refused",
+    Severity::kDegraded,
+    "the Doppler log has bottom lock, but its velocities are refused",
+    "Look at its mounting in vehicle.yaml, its stamps, fish and mud. Counters nav_dvl_ have the "
+    "causes. Dead reckoning drifts meanwhile, and its sigma holds that."};
+inline constexpr ConditionKind kDepthRefused{"depth_refused",
+                                             Severity::kDegraded,
+                                             "the depth disagrees with the rest and is refused",
+                                             "Check the pressure sensor, its port and its zero."};
+inline constexpr ConditionKind kFixesRefused{
+    "fixes_refused",
+    Severity::kDegraded,
+    "position fixes disagree with dead reckoning and are refused",
+    "Compare the stated sigma with what the fixes scatter by, and the datum with that of the "
+    "fixes."};
+inline constexpr ConditionKind kNavigationReset{
+    "navigation_reset",
+    Severity::kDegraded,
+    "dead reckoning was reset to a sensor within the last minute",
+    "Its sigma holds the error that was made. Counters nav_..._reset name the sensor, and the "
+    "refusals before say since when it disagreed."};
+inline constexpr ConditionKind kHeadingStep{"heading_step",
+                                            Severity::kDegraded,
+                                            "the device's heading stepped within the last minute",
+                                            "Dead reckoning weighs both headings until one wins; "
+                                            "its sigma holds both. Look at the device's "
+                                            "alignment and for magnets or motors near a compass."};
+inline constexpr ConditionKind kTimeOffsetSuspected{
+    "time_offset_suspected",
+    Severity::kDegraded,
+    "a sensor's stamps are off",
+    "It is corrected for meanwhile. Put the offset into the configuration, or mend the clock; a "
+    "recorded log can be replayed with it."};
 inline constexpr ConditionKind kNoSoundSpeedProfile{
     "no_sound_speed_profile",
     Severity::kDegraded,
@@ -151,12 +202,14 @@ inline constexpr ConditionKind kStoreNotWriting{
     "memory, up to max_unsaved_mb."};
 
 inline constexpr const ConditionKind* kAll[] = {
-    &kUndecodableMessages, &kMessagesNotSent,     &kSocketDrops,          &kLoopLate,
-    &kWorkerStalled,       &kDiskStalled,         &kNoDeviceData,         &kSourceUnavailable,
-    &kCanController,       &kLogNotWriting,       &kMessagesNotRecorded,  &kGraphIncomplete,
-    &kSubmapMalformed,     &kNoSolution,          &kSolutionNotConverged, &kNoCovariance,
-    &kNoBottomLock,        &kNoSoundSpeedProfile, &kSolutionWithheld,     &kStoreNotWriting,
-    &kRegistrationFailed,
+    &kUndecodableMessages,  &kMessagesNotSent,    &kSocketDrops,          &kLoopLate,
+    &kWorkerStalled,        &kDiskStalled,        &kNoDeviceData,         &kSourceUnavailable,
+    &kCanController,        &kLogNotWriting,      &kMessagesNotRecorded,  &kGraphIncomplete,
+    &kSubmapMalformed,      &kNoSolution,         &kSolutionNotConverged, &kNoCovariance,
+    &kNoBottomLock,         &kDvlRefused,         &kAttitudeRefused,      &kDepthRefused,
+    &kFixesRefused,         &kNavigationReset,    &kHeadingStep,          &kTimeOffsetSuspected,
+    &kNavigationNotStarted, &kPlaceUnknown,       &kNoSoundSpeedProfile,  &kSolutionWithheld,
+    &kStoreNotWriting,      &kRegistrationFailed,
 };
 
 }  // namespace conditions

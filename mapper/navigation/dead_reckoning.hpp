@@ -14,12 +14,8 @@
 #include "common/core/vehicle.hpp"
 #include "mapper/navigation/navigation.hpp"
 #include "mapper/navigation/navigation_params.hpp"
-#include "mapper/navigation/start_state.hpp"
 
 namespace seastitch {
-
-// The sensors whose innovations are watched.
-enum class NavSensor : std::uint8_t { kAttitude, kDvl, kDepth, kPositionFix };
 
 // Scalar innovations of one sensor. Of a filter whose covariance is honest, mean_nis is near 1.
 struct InnovationSummary {
@@ -28,20 +24,6 @@ struct InnovationSummary {
   double mean_nis = 0.0;   // mean of innovation^2 / variance of those used
   // Correlation of a component's innovation with its last one: of an honest filter near 0.
   double lag_one = 0.0;
-};
-
-// What became of a sensor's samples lately.
-struct NavSensorHealth {
-  double refused_share = 0.0;         // of its last minute, 0 to 1
-  std::optional<Time> refused_since;  // since when the share has been above a tenth
-};
-
-// Stamps that disagree with the inertial unit's: what to add to the sensor's time offset in the
-// configuration, and 1 sigma.
-struct SuspectedOffset {
-  NavSensor sensor;
-  double add_s;
-  double sigma_s;
 };
 
 // Dead reckoning: strapdown inertial navigation corrected by an error-state Kalman filter with the
@@ -70,13 +52,10 @@ class DeadReckoning : public Navigation {
   // Uses what still waits in the reorder window: at the end of a log.
   void Finish() override;
 
-  // What the start waits for, and whether anybody has said where the vehicle is: without that the
-  // place is unknown by a kilometre.
-  StartState start_state() const;
-  bool place_is_known() const;
-  NavSensorHealth health(NavSensor sensor) const;
-  // Those that are too far off to be chance. What the filter uses is carried to its true time.
-  std::vector<SuspectedOffset> suspected_offsets() const;
+  StartState start_state() const override;
+  bool place_is_known() const override;
+  NavSensorHealth health(NavSensor sensor) const override;
+  std::vector<SuspectedOffset> suspected_offsets() const override;
 
   // States up to here are final. Nothing before the start is made.
   std::optional<Time> latest() const override;
@@ -100,7 +79,6 @@ class DeadReckoning : public Navigation {
   // is given once, and kept for window_s until then.
   std::vector<MapFix> TakeFixes(Time until) override;
 
-  // Everything refused, reset or coasted, by name, such as "dvl_not_finite".
   const std::map<std::string, std::int64_t>& counters() const override;
   InnovationSummary innovations(NavSensor sensor) const;
 

@@ -10,6 +10,7 @@
 #include "common/core/pose.hpp"
 #include "common/core/sensors.hpp"
 #include "common/core/time.hpp"
+#include "mapper/navigation/start_state.hpp"
 
 namespace seastitch {
 
@@ -18,6 +19,23 @@ struct MapFix {
   Time time;
   Eigen::Vector2d north_east_m;
   Eigen::Matrix2d covariance_m2;
+};
+
+// The sensors whose innovations are watched.
+enum class NavSensor : std::uint8_t { kAttitude, kDvl, kDepth, kPositionFix };
+
+// What became of a sensor's samples lately.
+struct NavSensorHealth {
+  double refused_share = 0.0;         // of its last minute, 0 to 1
+  std::optional<Time> refused_since;  // since when the share has been above a tenth
+};
+
+// Stamps that disagree with the inertial unit's: what to add to the sensor's time offset in the
+// configuration, and 1 sigma.
+struct SuspectedOffset {
+  NavSensor sensor;
+  double add_s;
+  double sigma_s;
 };
 
 // What the mapper needs to know of the vehicle's track. States are frozen: one once given never
@@ -48,7 +66,14 @@ class Navigation {
   // The fixes up to `until` that navigation leaves to the graph, in order of time; each once.
   virtual std::vector<MapFix> TakeFixes(Time until) = 0;
 
-  // Everything refused, reset or coasted, by name.
+  // What the start waits for, and whether anybody has said where the vehicle is: without that the
+  // place is unknown by a kilometre.
+  virtual StartState start_state() const = 0;
+  virtual bool place_is_known() const = 0;
+  virtual NavSensorHealth health(NavSensor sensor) const = 0;
+  // Those that are too far off to be chance. What navigation uses is carried to its true time.
+  virtual std::vector<SuspectedOffset> suspected_offsets() const = 0;
+  // Everything refused, reset or coasted, by name, such as "dvl_not_finite".
   virtual const std::map<std::string, std::int64_t>& counters() const = 0;
 };
 

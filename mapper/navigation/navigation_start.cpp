@@ -25,9 +25,9 @@ bool IsFresh(const std::optional<Stamped<T>>& last, Time t) {
 
 std::string Explain(StartState state) {
   switch (state) {
-    case StartState::kNoInertialData: return "no inertial samples";
+    case StartState::kNoInertialData: return "no usable inertial samples";
     case StartState::kNoAttitude:
-      return "the inertial unit sends no attitude: enable its attitude output";
+      return "the inertial unit sends no usable attitude: enable its attitude output";
     case StartState::kAttitudeUnsteady:
       return "the attitude jumps from sample to sample, or comes less than once in 1.5 s";
     case StartState::kHeadingTooCoarse:

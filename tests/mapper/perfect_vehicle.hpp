@@ -52,6 +52,12 @@ class PerfectVehicle {
   Time time = FromUtime(1'700'000'000'000'000);
   bool sonar_on = true;
   double compass_rate_radps = 0.0;  // by which the compass's error grows
+  // Faults.
+  bool attitude_on = true;
+  int attitude_late_steps = 0;  // stamped so many inertial samples late
+  double compass_step_rad = 0.0;
+  bool bottom_lock = true;
+  double dvl_error_mps = 0.0;  // forward
 
  private:
   ImuSample Imu(double speed_mps, double yaw_rate_radps) const {
@@ -59,16 +65,20 @@ class PerfectVehicle {
     imu.time = time;
     imu.angular_rate_radps = {0.0, 0.0, yaw_rate_radps};
     imu.specific_force_mps2 = {0.0, speed_mps * yaw_rate_radps, -9.805};
-    imu.attitude =
-        Attitude{Eigen::Quaterniond(RotationFromRpy(0.0, 0.0, yaw_ + compass_error_rad_)),
-                 Eigen::Vector3d(1e-3, 1e-3, 3e-3)};
+    const Time measured = time - attitude_late_steps * FromSeconds(kImuStepS);
+    const auto then = truth_.find(measured);
+    if (!attitude_on || then == truth_.end()) return imu;
+    const double yaw = LevelPose(then->second).yaw + compass_error_rad_ + compass_step_rad;
+    imu.attitude = Attitude{Eigen::Quaterniond(RotationFromRpy(0.0, 0.0, yaw)),
+                            Eigen::Vector3d(1e-3, 1e-3, 3e-3)};
     return imu;
   }
   DvlSample Dvl(double speed_mps) const {
     DvlSample dvl;
     dvl.time = time;
-    dvl.bottom_lock = true;
-    dvl.v_dvl_mps = {speed_mps, 0.0, 0.0};
+    dvl.bottom_lock = bottom_lock;
+    if (!bottom_lock) return dvl;
+    dvl.v_dvl_mps = {speed_mps + dvl_error_mps, 0.0, 0.0};
     dvl.sigma_v_mps = {0.01, 0.01, 0.01};
     return dvl;
   }

@@ -1,0 +1,136 @@
+#include "mapper/navigation_watch.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <string>
+
+namespace seastitch {
+namespace {
+
+constexpr double kEventHoldsS = 60.0;
+
+std::string UtcOf(Time t) {
+  constexpr std::int64_t kDayS = 86'400;
+  const auto s = static_cast<std::int64_t>(std::floor(1e-6 * static_cast<double>(ToUtime(t))));
+  const auto of_day = static_cast<int>((s % kDayS + kDayS) % kDayS);
+  char text[32];
+  std::snprintf(
+      text, sizeof text, "%02d:%02d:%02d UTC", of_day / 3600, of_day / 60 % 60, of_day % 60);
+  return text;
+}
+
+std::string Text(const NavSensorHealth& health) {
+  char text[100];
+  std::snprintf(text,
+                sizeof text,
+                "%.0f %% of the last minute, since %s",
+                100.0 * health.refused_share,
+                UtcOf(*health.refused_since).c_str());
+  return text;
+}
+
+std::int64_t Resets(const std::map<std::string, std::int64_t>& counters) {
+  std::int64_t resets = 0;
+  for (const auto& [name, count] : counters)
+    if (name.ends_with("_reset")) resets += count;
+  return resets;
+}
+
+}  // namespace
+
+void NavigationWatch::Add(const ImuSample& sample) {
+  if (!first_imu_) first_imu_ = sample.time;
+  newest_imu_ = sample.time;
+}
+
+void NavigationWatch::Add(const DvlSample& sample) {
+  if (sample.bottom_lock) last_lock_ = sample.time;
+}
+
+void NavigationWatch::Recent::Look(std::int64_t new_count, std::optional<Time> now) {
+  if (new_count > count) last = now;
+  count = new_count;
+}
+
+void NavigationWatch::Recent::AddTo(std::vector<Condition>* conditions,
+                                    const ConditionKind& kind,
+                                    Time now) const {
+  if (last && ToSeconds(now - *last) < kEventHoldsS)
+    conditions->push_back({&kind, std::to_string(count) + " in all, the last at " + UtcOf(*last)});
+}
+
+void NavigationWatch::Look(const Navigation& navigation) {
+  const auto& counters = navigation.counters();
+  resets_.Look(Resets(counters), navigation.latest());
+  const auto steps = counters.find("heading_step");
+  heading_steps_.Look(steps == counters.end() ? 0 : steps->second, navigation.latest());
+}
+
+std::vector<Condition> NavigationWatch::conditions(const Navigation& navigation) const {
+  std::vector<Condition> now;
+  const std::optional<Time> latest = navigation.latest();
+  if (!latest) {
+    const bool long_since =
+        first_imu_ && ToSeconds(*newest_imu_ - *first_imu_) > params_.start_wait_s;
+    if (long_since)
+      now.push_back({&conditions::kNavigationNotStarted, Explain(navigation.start_state())});
+    return now;
+  }
+  if (!navigation.place_is_known()) now.push_back({&conditions::kPlaceUnknown, {}});
+  AddDvl(navigation, &now);
+  AddRefusals(navigation, &now);
+  resets_.AddTo(&now, conditions::kNavigationReset, *latest);
+  heading_steps_.AddTo(&now, conditions::kHeadingStep, *latest);
+  AddOffsets(navigation, &now);
+  return now;
+}
+
+bool NavigationWatch::SeesBottom() const {
+  return last_lock_ && newest_imu_ &&
+         ToSeconds(*newest_imu_ - *last_lock_) <= params_.bottom_lock_timeout_s;
+}
+
+// Lock is what the instrument states, not what the filter makes of it.
+void NavigationWatch::AddDvl(const Navigation& navigation, std::vector<Condition>* now) const {
+  const NavSensorHealth health = navigation.health(NavSensor::kDvl);
+  if (!SeesBottom()) {
+    now->push_back({&conditions::kNoBottomLock, {}});
+  } else if (health.refused_since) {
+    now->push_back({&conditions::kDvlRefused, Text(health)});
+  } else if (const auto state = navigation.StateAt(*navigation.latest());
+             state && !state->bottom_lock) {
+    now->push_back({&conditions::kDvlRefused, "none was used for some seconds"});
+  }
+}
+
+void NavigationWatch::AddRefusals(const Navigation& navigation, std::vector<Condition>* now) const {
+  const auto add = [&](NavSensor sensor, const ConditionKind& kind) {
+    const NavSensorHealth health = navigation.health(sensor);
+    if (health.refused_since) now->push_back({&kind, Text(health)});
+  };
+  add(NavSensor::kAttitude, conditions::kAttitudeRefused);
+  add(NavSensor::kDepth, conditions::kDepthRefused);
+  add(NavSensor::kPositionFix, conditions::kFixesRefused);
+}
+
+void NavigationWatch::AddOffsets(const Navigation& navigation, std::vector<Condition>* now) const {
+  std::string all;
+  for (const SuspectedOffset& offset : navigation.suspected_offsets()) {
+    const bool is_dvl = offset.sensor == NavSensor::kDvl;
+    const double told_s = is_dvl ? params_.dvl_time_offset_s : params_.attitude_time_offset_s;
+    char text[120];
+    std::snprintf(text,
+                  sizeof text,
+                  "%sset navigation.%s_time_offset_s to %.3f (1 sigma %.3f s)",
+                  all.empty() ? "" : ", ",
+                  is_dvl ? "dvl" : "attitude",
+                  told_s + offset.add_s,
+                  offset.sigma_s);
+    all += text;
+  }
+  if (!all.empty()) now->push_back({&conditions::kTimeOffsetSuspected, all});
+}
+
+}  // namespace seastitch

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "common/core/conditions.hpp"
+#include "common/core/sensors.hpp"
+#include "common/core/time.hpp"
+#include "mapper/navigation/navigation.hpp"
+#include "mapper/navigation/navigation_params.hpp"
+
+namespace seastitch {
+
+// What is wrong with navigation, for HEALTH: why it has not started, which sensor it refuses, what
+// it was reset to, whose stamps are off. Pure; its time is that of the samples.
+class NavigationWatch {
+ public:
+  explicit NavigationWatch(const NavigationParams& params) : params_(params) {}
+
+  void Add(const ImuSample& sample);
+  void Add(const DvlSample& sample);
+  // After navigation has taken a sample.
+  void Look(const Navigation& navigation);
+
+  std::vector<Condition> conditions(const Navigation& navigation) const;
+
+ private:
+  // Events of one kind, by a counter that grows.
+  struct Recent {
+    void Look(std::int64_t count, std::optional<Time> now);
+    void AddTo(std::vector<Condition>* conditions, const ConditionKind& kind, Time now) const;
+    std::int64_t count = 0;
+    std::optional<Time> last;
+  };
+
+  bool SeesBottom() const;
+  void AddRefusals(const Navigation& navigation, std::vector<Condition>* now) const;
+  void AddDvl(const Navigation& navigation, std::vector<Condition>* now) const;
+  void AddOffsets(const Navigation& navigation, std::vector<Condition>* now) const;
+
+  const NavigationParams params_;
+  std::optional<Time> first_imu_;
+  std::optional<Time> newest_imu_;
+  std::optional<Time> last_lock_;  // newest ensemble with the flag of bottom lock
+  Recent resets_;                  // of navigation to a sensor
+  Recent heading_steps_;           // of the attitude device
+};
+
+}  // namespace seastitch
