@@ -17,6 +17,11 @@ auto& Of(Vector& values, int k) {
   return values[static_cast<std::size_t>(k)];
 }
 
+bool AllFinite(const std::vector<Matrix3d>& blocks) {
+  return std::all_of(
+      blocks.begin(), blocks.end(), [](const Matrix3d& block) { return block.allFinite(); });
+}
+
 }  // namespace
 
 std::optional<GraphCovariance> GraphCovariance::At(const FactorGraph& graph,
@@ -32,6 +37,8 @@ std::optional<GraphCovariance> GraphCovariance::At(const FactorGraph& graph,
   if (llt.info() != Eigen::Success) return std::nullopt;
   covariance.TakeBlocksOf(llt.matrixL().nestedExpression());
   covariance.Select(graph, jacobians);
+  // A factor of H may exist whose inverse no double holds.
+  if (!AllFinite(covariance.marginal_) || !AllFinite(covariance.of_residual_)) return std::nullopt;
   return covariance;
 }
 

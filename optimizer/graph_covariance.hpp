@@ -14,8 +14,8 @@ namespace seastitch {
 // H = sum w J^T J = L L^T. Of (x, y [m], yaw [rad]) in map axes; zero for the fixed vertex.
 class GraphCovariance {
  public:
-  // Nothing where H is not positive definite: some vertex is tied to nothing. Takes about three
-  // factorisations.
+  // Nothing where H is not positive definite (some vertex is tied to nothing) or its inverse too
+  // large. Takes about three factorisations.
   static std::optional<GraphCovariance> At(const FactorGraph& graph,
                                            const std::vector<Pose2>& T_map_vertex,
                                            const std::vector<double>& weights);

@@ -45,13 +45,11 @@ std::vector<std::optional<double>> PoseGraphOptimizer::LastWeights(std::size_t n
 std::optional<PoseGraph> PoseGraphOptimizer::Solve(SolveStart start) {
   if (store_.vertices().empty()) return PoseGraph{version(), {}, {}, {}};
   const FactorGraph graph = BuildFactorGraph(store_, params_);
-  SolverStart from{DeadReckoned()};
-  if (start == SolveStart::kWarm)
-    from = {DeadReckoned(),
-            Predicted(),
-            LastWeights(graph.factors.size()),
-            contradicted_,
-            judged_size_};
+  SolverStart from{DeadReckoned(), {}, {}, contradicted_, judged_size_};
+  if (start == SolveStart::kWarm) {
+    from.T_map_vertex = Predicted();
+    from.weights = LastWeights(graph.factors.size());
+  }
   RobustSolution solution = SolveRobustly(graph, from, params_);
   contradicted_ = solution.contradicted;
   if (solution.from_dead_reckoning) judged_size_ = graph.factors.size();

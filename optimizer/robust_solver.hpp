@@ -24,8 +24,8 @@ struct RobustSolution {
   std::vector<Pose2> T_map_vertex;
   std::vector<double> weights;  // one a factor, 0 to 1
   bool converged = false;
-  std::optional<GraphCovariance> covariance;  // nothing where it could not be found, and so are
-  std::vector<double> innovations;            // normalised and squared, one a factor
+  std::optional<GraphCovariance> covariance;  // nothing where it could not be found
+  std::vector<double> innovations;            // normalised and squared, one a factor; empty there
   bool from_dead_reckoning = true;            // or on from the last solution
   bool contradicted = true;                   // see SolveRobustly()
   bool IsFinite() const;                      // the poses
