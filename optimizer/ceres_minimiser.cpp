@@ -3,6 +3,7 @@
 #include <ceres/ceres.h>
 
 #include <deque>
+#include <utility>
 
 namespace seastitch {
 
@@ -83,12 +84,26 @@ ceres::Solver::Options SolverOptions(int max_iterations, double tolerance) {
   return options;
 }
 
+// Ceres's iterations, as on_step.
+class StepCallback : public ceres::IterationCallback {
+ public:
+  explicit StepCallback(std::function<void()> on_step) : on_step_(std::move(on_step)) {}
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary&) override {
+    if (on_step_) on_step_();
+    return ceres::SOLVER_CONTINUE;
+  }
+
+ private:
+  const std::function<void()> on_step_;
+};
+
 }  // namespace
 
 class CeresMinimiser::Problem {
  public:
-  explicit Problem(const FactorGraph& graph)
-      : x(static_cast<std::size_t>(graph.num_vertices), Eigen::Vector3d::Zero()) {
+  Problem(const FactorGraph& graph, std::function<void()> on_step)
+      : callback(std::move(on_step)),
+        x(static_cast<std::size_t>(graph.num_vertices), Eigen::Vector3d::Zero()) {
     for (Eigen::Vector3d& vertex : x) problem.AddParameterBlock(vertex.data(), 3);
     for (std::size_t k = 0; k < graph.factors.size(); ++k) {
       const Factor& factor = graph.factors[k];
@@ -105,6 +120,7 @@ class CeresMinimiser::Problem {
       problem.SetParameterBlockConstant(x[static_cast<std::size_t>(graph.fixed_vertex)].data());
   }
 
+  StepCallback callback;
   std::vector<Eigen::Vector3d> x;
   const Losses* losses = nullptr;
   std::deque<FactorCost> costs;
@@ -112,8 +128,8 @@ class CeresMinimiser::Problem {
   ceres::Problem problem{OwningNothing()};
 };
 
-CeresMinimiser::CeresMinimiser(const FactorGraph& graph)
-    : problem_(std::make_unique<Problem>(graph)) {}
+CeresMinimiser::CeresMinimiser(const FactorGraph& graph, std::function<void()> on_step)
+    : problem_(std::make_unique<Problem>(graph, std::move(on_step))) {}
 
 CeresMinimiser::~CeresMinimiser() = default;
 
@@ -124,7 +140,8 @@ bool CeresMinimiser::Minimise(const Losses& losses,
   std::vector<Eigen::Vector3d>& x = problem_->x;
   for (std::size_t v = 0; v < x.size(); ++v) x[v] = (*T_map_vertex)[v].Vector();
   problem_->losses = &losses;
-  const ceres::Solver::Options options = SolverOptions(max_iterations, tolerance);
+  ceres::Solver::Options options = SolverOptions(max_iterations, tolerance);
+  options.callbacks.push_back(&problem_->callback);
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem_->problem, &summary);
   for (std::size_t v = 0; v < x.size(); ++v) (*T_map_vertex)[v] = {x[v].x(), x[v].y(), x[v].z()};

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -26,7 +27,8 @@ struct Losses {
 // Minimises the sum of the losses of a graph with Ceres. The graph must outlive it.
 class CeresMinimiser {
  public:
-  explicit CeresMinimiser(const FactorGraph& graph);
+  // on_step is called after every step of every minimisation; may be empty.
+  explicit CeresMinimiser(const FactorGraph& graph, std::function<void()> on_step = {});
   ~CeresMinimiser();
   CeresMinimiser(const CeresMinimiser&) = delete;
   CeresMinimiser& operator=(const CeresMinimiser&) = delete;

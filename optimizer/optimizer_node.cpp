@@ -186,9 +186,10 @@ void OptimizerNode::SolveWaiting() {
   if (!waiting_ || worker_busy_ || starting_ || IsMissing()) return;
   waiting_ = false;
   const SolveStart start = std::exchange(next_start_, SolveStart::kWarm);
-  if (Post([this, optimizer = optimizer_, start] {
+  if (Post([this, optimizer = optimizer_, worker = worker_, start] {
         const auto begin = std::chrono::steady_clock::now();  // for HEALTH alone
-        std::optional<PoseGraph> solution = optimizer->Solve(start);
+        std::optional<PoseGraph> solution =
+            optimizer->Solve(start, [worker] { worker->ReportProgress(); });
         const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
         return [this, solution = std::move(solution), took] { OnSolved(solution, took.count()); };
       }))

@@ -42,7 +42,8 @@ std::vector<std::optional<double>> PoseGraphOptimizer::LastWeights(std::size_t n
   return weights;
 }
 
-std::optional<PoseGraph> PoseGraphOptimizer::Solve(SolveStart start) {
+std::optional<PoseGraph> PoseGraphOptimizer::Solve(SolveStart start,
+                                                   const std::function<void()>& on_step) {
   if (store_.vertices().empty()) return PoseGraph{version(), {}, {}, {}};
   const FactorGraph graph = BuildFactorGraph(store_, params_);
   SolverStart from{DeadReckoned(), {}, {}, contradicted_, judged_size_};
@@ -50,7 +51,7 @@ std::optional<PoseGraph> PoseGraphOptimizer::Solve(SolveStart start) {
     from.T_map_vertex = Predicted();
     from.weights = LastWeights(graph.factors.size());
   }
-  RobustSolution solution = SolveRobustly(graph, from, params_);
+  RobustSolution solution = SolveRobustly(graph, from, params_, on_step);
   contradicted_ = solution.contradicted;
   if (solution.from_dead_reckoning) judged_size_ = graph.factors.size();
   converged_ = solution.converged;

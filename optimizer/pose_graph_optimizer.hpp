@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -35,8 +36,9 @@ class PoseGraphOptimizer {
 
   // Solves for everything added. Vertices by rising id; every loop closure with its weight, 0 where
   // registration itself refused it. Nothing where no finite solution was found: the last one is
-  // kept.
-  std::optional<PoseGraph> Solve(SolveStart start = SolveStart::kWarm);
+  // kept. on_step is called after every step, as a sign of life.
+  std::optional<PoseGraph> Solve(SolveStart start = SolveStart::kWarm,
+                                 const std::function<void()>& on_step = {});
   // Of the last solution. Without covariances it says unlinked_sigma_m and _yaw_rad of all.
   bool converged() const { return converged_; }
   bool lacks_covariance() const { return solved_version_ > 0 && !covariance_; }

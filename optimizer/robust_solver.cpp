@@ -29,8 +29,10 @@ constexpr int kStepsAStage = 2;
 
 class RobustSolver {
  public:
-  RobustSolver(const FactorGraph& graph, const OptimizerParams& params)
-      : graph_(graph), minimiser_(graph), params_(params) {}
+  RobustSolver(const FactorGraph& graph,
+               const OptimizerParams& params,
+               const std::function<void()>& on_step)
+      : graph_(graph), minimiser_(graph, on_step), params_(params) {}
 
   RobustSolution FromDeadReckoning(const std::vector<Pose2>& dead_reckoned) {
     const std::vector<bool> all(graph_.factors.size(), true);
@@ -220,8 +222,9 @@ bool RobustSolution::IsFinite() const {
 
 RobustSolution SolveRobustly(const FactorGraph& graph,
                              const SolverStart& start,
-                             const OptimizerParams& params) {
-  RobustSolver solver(graph, params);
+                             const OptimizerParams& params,
+                             const std::function<void()>& on_step) {
+  RobustSolver solver(graph, params, on_step);
   if (!start.T_map_vertex.empty())
     if (auto solution = solver.FromLast(start)) return *std::move(solution);
   return solver.FromDeadReckoning(start.dead_reckoned);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -45,8 +46,11 @@ struct RobustSolution {
 // Where there is a last solution: on from it, new factors active if they are within their gate.
 // Where that changes a verdict, or the solution is contradicted and the graph has grown by 2 %
 // since it was last solved from dead reckoning, from there.
+//
+// on_step is called after every step of the minimiser, as a sign of life.
 RobustSolution SolveRobustly(const FactorGraph& graph,
                              const SolverStart& start,
-                             const OptimizerParams& params);
+                             const OptimizerParams& params,
+                             const std::function<void()>& on_step = {});
 
 }  // namespace seastitch

@@ -210,6 +210,8 @@ TEST(OptimizerNode, WhenAskedSolvesOnceForAllThatWait) {
 // Runs a job when told to.
 struct SlowWorker : Worker {
   std::deque<Job> jobs;
+  int signs_of_life = 0;
+  void ReportProgress() override { ++signs_of_life; }
   bool Post(Job job) override {
     jobs.push_back(std::move(job));
     return true;
@@ -221,6 +223,19 @@ struct SlowWorker : Worker {
     job()();
   }
 };
+
+TEST(OptimizerNode, ASolutionInTheMakingGivesSignsOfLife) {
+  Bus bus("memq://");
+  SlowWorker worker;
+  MapperStub mapper(SmallSurvey(), &bus);
+  OptimizerNode node({}, &bus, &worker);
+  mapper.PublishNext();
+  EXPECT_EQ(worker.signs_of_life, 0);
+  worker.Run();
+  mapper.PublishNext();
+  worker.Run();
+  EXPECT_GT(worker.signs_of_life, 1);
+}
 
 TEST(OptimizerNode, AFloodWhileTheWorkerSolvesIsBoundedAndAskedForAgain) {
   Bus bus("memq://");

@@ -1,0 +1,289 @@
+#include "common/runtime/dive_folder.hpp"
+
+#include <fcntl.h>
+#include <spdlog/spdlog.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <ctime>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <utility>
+
+#include "common/runtime/durable_file.hpp"
+#include "common/runtime/health.hpp"
+
+namespace seastitch {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr std::chrono::seconds kSignOfLife(10);
+constexpr int kFormat = 1;
+
+std::runtime_error FolderError(const fs::path& folder, const std::string& reason) {
+  return std::runtime_error(folder.string() + ": " + reason);
+}
+
+std::string Utc(std::int64_t utime, const char* format) {
+  const std::time_t seconds = static_cast<std::time_t>(utime / 1'000'000);
+  std::tm utc{};
+  gmtime_r(&seconds, &utc);
+  char text[64];
+  return std::string(text, std::strftime(text, sizeof text, format, &utc));
+}
+
+std::string HostName() {
+  char name[256] = {};
+  return gethostname(name, sizeof name - 1) == 0 ? name : "";
+}
+
+// One process at a time in a folder of dives, until this goes.
+class Lock {
+ public:
+  explicit Lock(const fs::path& dives_dir)
+      : fd_(::open((dives_dir / ".lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0660)) {
+    if (fd_ < 0 || ::flock(fd_, LOCK_EX) != 0) {
+      const int error = errno;
+      if (fd_ >= 0) ::close(fd_);
+      throw FolderError(dives_dir, std::strerror(error));
+    }
+  }
+  ~Lock() { ::close(fd_); }
+  Lock(const Lock&) = delete;
+  Lock& operator=(const Lock&) = delete;
+
+ private:
+  int fd_;
+};
+
+void MakeFolder(const fs::path& folder) {
+  std::error_code error;
+  // One level only: a data disk that is not mounted must not become a directory of the root disk.
+  if (fs::create_directory(folder, error)) SyncFolder(folder.parent_path());
+  if (error) throw FolderError(folder, error.message());
+}
+
+Json ToJson(const DiveRecord& record) {
+  Json json{{"format", kFormat},
+            {"number", record.number},
+            {"host", record.host},
+            {"start", Utc(record.start_utime, "%Y-%m-%dT%H:%M:%SZ")},
+            {"start_utime", record.start_utime},
+            {"last_sign_of_life", Utc(record.last_utime, "%Y-%m-%dT%H:%M:%SZ")},
+            {"last_sign_of_life_utime", record.last_utime},
+            {"closed", record.closed}};
+  for (const auto& [name, process] : record.processes)
+    json["processes"][name] = {{"version", process.version},
+                               {"starts", process.starts},
+                               {"start_utime", process.start_utime},
+                               {"last_sign_of_life_utime", process.last_utime},
+                               {"stopped", process.stopped}};
+  return json;
+}
+
+DiveRecord FromJson(const Json& json) {
+  if (json.at("format").get<int>() != kFormat) throw std::runtime_error("of another format");
+  DiveRecord record;
+  json.at("number").get_to(record.number);
+  json.at("host").get_to(record.host);
+  json.at("start_utime").get_to(record.start_utime);
+  json.at("last_sign_of_life_utime").get_to(record.last_utime);
+  json.at("closed").get_to(record.closed);
+  if (!json.contains("processes")) return record;
+  for (const auto& [name, value] : json["processes"].items()) {
+    DiveRecord::Process& process = record.processes[name];
+    value.at("version").get_to(process.version);
+    value.at("starts").get_to(process.starts);
+    value.at("start_utime").get_to(process.start_utime);
+    value.at("last_sign_of_life_utime").get_to(process.last_utime);
+    value.at("stopped").get_to(process.stopped);
+  }
+  return record;
+}
+
+void Write(const fs::path& dive, const DiveRecord& record) {
+  WriteDurably(dive / "dive.json", ToJson(record).dump(2) + "\n");
+}
+
+// A dive whose record cannot be read is left alone.
+std::optional<DiveRecord> TryRead(const fs::path& dive) {
+  try {
+    return ReadDiveRecord(dive);
+  } catch (const std::exception&) {
+    return std::nullopt;
+  }
+}
+
+struct Found {
+  fs::path path;
+  DiveRecord record;
+};
+
+std::optional<Found> FindNewest(const fs::path& dives_dir) {
+  std::optional<Found> newest;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(dives_dir, error)) {
+    const auto record = TryRead(entry.path());
+    if (record && (!newest || record->number > newest->record.number))
+      newest = Found{entry.path(), *record};
+  }
+  return newest;
+}
+
+bool GoesOn(const DiveRecord& record, double resume_within_s, std::int64_t now_utime) {
+  const double silent_s = 1e-6 * static_cast<double>(now_utime - record.last_utime);
+  return !record.closed && silent_s <= resume_within_s;
+}
+
+// A folder under a name that is free.
+fs::path MakeDive(const fs::path& dives_dir, std::int64_t now_utime) {
+  const std::string name = Utc(now_utime, "DIVE_%Y%m%dT%H%M%SZ");
+  fs::path dive = dives_dir / name;
+  for (int n = 2; fs::exists(dive); ++n) dive = dives_dir / (name + "_" + std::to_string(n));
+  MakeFolder(dive);
+  for (const char* part : {"log", "raw", "map", "config"}) MakeFolder(dive / part);
+  return dive;
+}
+
+void NoteStart(const std::string& process, std::int64_t now_utime, DiveRecord* record) {
+  DiveRecord::Process& own = record->processes[process];
+  own.version = SEASTITCH_VERSION;
+  ++own.starts;
+  own.start_utime = own.last_utime = record->last_utime = now_utime;
+  own.stopped = false;
+}
+
+}  // namespace
+
+void DeclareDive(DiveParams* params, ParameterTable* table) {
+  const Parameter& dives_dir = table->Add(
+      "dives_dir",
+      &params->dives_dir,
+      "One folder a dive goes here (docs/operations.md): the same for logger and mapper, "
+      "and on the data disk. Made where the folder above it is there.");
+  table->AddRule(
+      dives_dir, "the name of a directory", [params] { return !params->dives_dir.empty(); });
+  table->Add("dive_resume_within_s",
+             &params->resume_within_s,
+             Unit::kSecond,
+             Range::AtLeast(0.0),
+             "A start within this time of the last sign of life goes on in the same dive; the same "
+             "for logger and mapper. A new one begins later, or after `seastitch dive new`.");
+}
+
+void ResolveDivesDir(const std::string& config_file, DiveParams* params) {
+  const fs::path dir = fs::absolute(config_file).parent_path() / params->dives_dir;
+  params->dives_dir = (dir / "").lexically_normal().parent_path();  // without a slash at its end
+}
+
+void CheckDivesDir(const DiveParams& params, const std::string& config_file) {
+  const fs::path dir = params.dives_dir;
+  const fs::path needed = fs::is_directory(dir) ? dir : dir.parent_path();
+  const auto fail = [&](const std::string& expected) {
+    throw ConfigError(config_file + ": dives_dir: '" + dir.string() + "' is not " + expected);
+  };
+  if (fs::exists(dir) && !fs::is_directory(dir)) fail("a directory");
+  if (!fs::is_directory(needed)) fail("in a directory that is there");
+  if (::access(needed.c_str(), W_OK | X_OK) != 0) fail("one that this user may write to");
+}
+
+DiveRecord ReadDiveRecord(const fs::path& dive) {
+  const fs::path file = dive / "dive.json";
+  std::ifstream in(file, std::ios::binary);
+  if (!in) throw FolderError(file, "cannot be opened: " + std::string(std::strerror(errno)));
+  try {
+    return FromJson(Json::parse(in));
+  } catch (const std::exception& e) {
+    throw FolderError(file, "is no record of a dive: " + std::string(e.what()));
+  }
+}
+
+DiveFolder::DiveFolder(const DiveParams& params, std::string process, std::int64_t now_utime)
+    : process_(std::move(process)) {
+  MakeFolder(params.dives_dir);
+  const Lock lock(params.dives_dir);
+  const std::optional<Found> newest = FindNewest(params.dives_dir);
+  resumed_ = newest && GoesOn(newest->record, params.resume_within_s, now_utime);
+  DiveRecord record;
+  if (resumed_) {
+    path_ = newest->path;
+    record = newest->record;
+  } else {
+    path_ = MakeDive(params.dives_dir, now_utime);
+    record.number = newest ? newest->record.number + 1 : 1;
+    record.host = HostName();
+    record.start_utime = now_utime;
+  }
+  NoteStart(process_, now_utime, &record);
+  Write(path_, record);
+}
+
+void DiveFolder::SignOfLife(std::int64_t now_utime) const { Update(now_utime, false); }
+
+void DiveFolder::End(std::int64_t now_utime) const { Update(now_utime, true); }
+
+void DiveFolder::Update(std::int64_t now_utime, bool stopped) const {
+  const Lock lock(path_.parent_path());
+  DiveRecord record = ReadDiveRecord(path_);
+  DiveRecord::Process& own = record.processes[process_];
+  own.last_utime = record.last_utime = now_utime;
+  own.stopped = stopped;
+  Write(path_, record);
+}
+
+DiveKeeper::DiveKeeper(DiveFolder dive) : dive_(std::move(dive)), thread_([this] { Main(); }) {}
+
+DiveKeeper::~DiveKeeper() { Stop(); }
+
+void DiveKeeper::End() {
+  Stop();
+  try {
+    dive_.End(NowUtime());
+  } catch (const std::exception& e) {
+    spdlog::warn("{}", e.what());
+  }
+}
+
+void DiveKeeper::Stop() {
+  {
+    const std::lock_guard lock(mutex_);
+    stop_ = true;
+  }
+  wake_.notify_one();
+  if (thread_.joinable()) thread_.join();
+}
+
+void DiveKeeper::Main() {
+  std::unique_lock lock(mutex_);
+  while (!wake_.wait_for(lock, kSignOfLife, [this] { return stop_; })) {
+    lock.unlock();
+    try {
+      dive_.SignOfLife(NowUtime());
+    } catch (const std::exception&) {
+      // Logger and mapper name a bad disk themselves.
+    }
+    lock.lock();
+  }
+}
+
+std::optional<fs::path> NewestDive(const fs::path& dives_dir) {
+  const std::optional<Found> newest = FindNewest(dives_dir);
+  return newest ? std::optional(newest->path) : std::nullopt;
+}
+
+std::optional<fs::path> CloseNewestDive(const fs::path& dives_dir) {
+  const Lock lock(dives_dir);
+  std::optional<Found> newest = FindNewest(dives_dir);
+  if (!newest || newest->record.closed) return std::nullopt;
+  newest->record.closed = true;
+  Write(newest->path, newest->record);
+  return newest->path;
+}
+
+}  // namespace seastitch
