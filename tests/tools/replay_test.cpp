@@ -85,7 +85,7 @@ TEST_F(Replay, OfPingsWithoutNavigationSaysWhatIsMissing) {
     }
   }
   some.Flush();
-  ExpectOneClearLine(ReplayOf(pings), "waiting for navigation, ");
+  ExpectOneClearLine(ReplayOf(pings), "waiting for navigation: no usable inertial samples");
 }
 
 // The short log with the fingerprint of every n-th event of a channel damaged.
