@@ -1,29 +1,13 @@
 #include "logger/logger_config.hpp"
 
-#include <filesystem>
-
 #include "common/runtime/bus.hpp"
 
 namespace seastitch {
-namespace {
-
-// A directory's name is no strftime pattern.
-std::string AsPattern(const std::filesystem::path& directory) {
-  std::string pattern;
-  for (const char c : directory.string()) pattern += c == '%' ? "%%" : std::string(1, c);
-  return pattern;
-}
-
-}  // namespace
 
 ParameterTable TableOf(LoggerConfig* config) {
   ParameterTable table;
-  const Parameter& file = table.Add(
-      "file",
-      &config->file,
-      "Where the log goes, relative to this file; strftime conversions stand for the start, "
-      "UTC. A log that exists is never appended to or replaced: the next one gets a number.");
-  table.AddRule(file, "the name of a file", [config] { return !config->file.empty(); });
+  DeclareDive(&config->dive, &table);
+  table.AddRemoved("file", "logs go into a folder of each dive: name dives_dir");
   const Parameter& channels =
       table.Add("channels",
                 &config->channels,
@@ -48,8 +32,7 @@ ParameterTable TableOf(LoggerConfig* config) {
 LoggerConfig LoadLoggerConfig(const std::string& path) {
   LoggerConfig config;
   TableOf(&config).Load(path);
-  if (std::filesystem::path(config.file).is_relative())
-    config.file = AsPattern(std::filesystem::absolute(path).parent_path()) + "/" + config.file;
+  ResolveDivesDir(path, &config.dive);
   return config;
 }
 

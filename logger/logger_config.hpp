@@ -2,14 +2,14 @@
 
 #include <string>
 
+#include "common/runtime/dive_folder.hpp"
 #include "common/runtime/parameters.hpp"
 
 namespace seastitch {
 
 // config/logger.yaml.
 struct LoggerConfig {
-  // Where the log goes, relative to the YAML file; strftime conversions stand for the start, UTC.
-  std::string file = "../logs/survey_%Y%m%dT%H%M%SZ.lcmlog";
+  DiveParams dive;
   std::string channels = ".*";  // LCM pattern of what is recorded
   int max_queue_mb = 256;       // a slow disk may lag by this much: 85 s of the design load, 3 MB/s
   int flush_interval_ms = 100;  // what a power cut may cost

@@ -15,11 +15,15 @@ namespace seastitch {
 namespace {
 
 int Run(const ProcessArgs& args) {
-  const auto config = LoadConfig(args, LoadLoggerConfig);
+  const auto config = LoadConfig(args, LoadLoggerConfig, [&](const LoggerConfig& read) {
+    CheckDivesDir(read.dive, args.config);
+  });
   if (!config) return EXIT_SUCCESS;
   EventLoop loop;
   Bus bus(args.lcm_url);
-  LoggerNode node(*config, &bus);
+  const DiveFolder dive(config->dive, "logger", NowUtime());
+  LoggerNode node(*config, dive, &bus);
+  DiveKeeper keeper(dive);
   loop.Add(bus.fd(), [&] { bus.HandleAll(Bus::kBurst); });
   loop.Every(std::chrono::seconds(1), [&] { node.UpdateHealth(); });
   node.health().PublishEverySecond(&bus, &loop);
@@ -33,6 +37,7 @@ int Run(const ProcessArgs& args) {
   const int code = loop.Run();
   bus.HandleUntilQuiet();
   node.Finish();
+  keeper.End();
   return code;
 }
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "logger/log_file_name.hpp"
+#include "logger/log_files.hpp"
 
 namespace seastitch {
 namespace {
@@ -16,23 +16,10 @@ constexpr int kSecondsToReportALoss = 10;
 // Beyond the interval at which the disk is written to.
 constexpr double kDiskMayTakeS = 1.5;
 
-// A log that is there is never touched again: it may be torn, and is somebody's dive.
-std::filesystem::path FreeName(const std::string& pattern) {
-  const std::filesystem::path wanted = LogFileName(pattern, NowUtime());
-  // One level only: a data disk that is not mounted must not become a directory of the root disk.
-  std::error_code told_by_open;
-  std::filesystem::create_directory(wanted.parent_path(), told_by_open);
-  int n = 0;
-  while (std::filesystem::exists(NumberedName(wanted, n))) ++n;
-  const std::filesystem::path free = NumberedName(wanted, n);
-  if (n > 0) spdlog::warn("{} exists: recording to {}", wanted.string(), free.string());
-  return free;
-}
-
 }  // namespace
 
-LoggerNode::LoggerNode(const LoggerConfig& config, Bus* bus)
-    : file_(FreeName(config.file)),
+LoggerNode::LoggerNode(const LoggerConfig& config, const DiveFolder& dive, Bus* bus)
+    : file_(NextLogFile(dive.log())),
       writer_(std::make_unique<EventLogWriter>(file_, IfExists::kRefuse),
               config.max_queue_mb * kMegabyte,
               std::chrono::milliseconds(config.flush_interval_ms)) {

@@ -14,8 +14,8 @@ namespace seastitch {
 // Records every message of the bus with its time of receipt, and reports what was lost on the way.
 class LoggerNode {
  public:
-  // Opens a new file beside those that are there. Throws std::runtime_error "FILE: reason".
-  LoggerNode(const LoggerConfig& config, Bus* bus);
+  // Opens the next file of the dive. Throws std::runtime_error "FILE: reason".
+  LoggerNode(const LoggerConfig& config, const DiveFolder& dive, Bus* bus);
 
   // Brings counters and state up to date; to be called once a second.
   void UpdateHealth();

@@ -20,7 +20,7 @@ MapperConfig LoadMapperConfig(const std::string& path) {
   TableOf(&config).Load(path);
   config.vehicle_file = Beside(path, config.vehicle_file);
   config.vehicle = LoadVehicle(config.vehicle_file.string());
-  config.survey_dir = Beside(path, config.survey_dir);
+  ResolveDivesDir(path, &config.dive);
   if (config.sound_velocity_profile->depth_m.empty()) config.sound_velocity_profile.reset();
   config.mounting.dvl_yaw_rad =
       std::hypot(config.navigation.dvl_mounting_rad.sigma, config.sonar_mounting_yaw_rad);

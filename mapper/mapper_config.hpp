@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <string>
 
+#include "common/runtime/dive_folder.hpp"
 #include "common/runtime/parameters.hpp"
 #include "mapper/mapper_params.hpp"
 
@@ -14,7 +15,8 @@ namespace seastitch {
 struct MapperConfig : MapperParams {
   std::filesystem::path vehicle_file = "vehicle.yaml";  // of `vehicle`
   double sonar_mounting_yaw_rad = Deg2Rad(0.1);
-  std::filesystem::path survey_dir = "../survey";
+  DiveParams dive;
+  std::filesystem::path map_dir;  // of submaps, in the dive's folder; no key of the file
   std::int64_t max_cached_mb = 64;
   std::int64_t max_unsaved_mb = 128;
 };

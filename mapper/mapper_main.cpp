@@ -34,12 +34,17 @@ int main(int argc, char** argv) {
       "Dead reckoning, submaps and loop closures: sensor messages in, SUBMAP and "
       "GRAPH_UPDATE out.",
       [](const ProcessArgs& args) {
-        const auto config = LoadConfig(args, LoadMapperConfig);
+        auto config = LoadConfig(args, LoadMapperConfig, [&](const MapperConfig& read) {
+          CheckDivesDir(read.dive, args.config);
+        });
         if (!config) return EXIT_SUCCESS;
         EventLoop loop;
         Bus bus(args.lcm_url);
         ThreadWorker worker(kWorkerQueue);
+        const DiveFolder dive(config->dive, "mapper", NowUtime());
+        config->map_dir = dive.map();
         MapperNode node(*config, &bus, &worker);
+        DiveKeeper keeper(dive);
         loop.Add(bus.fd(), [&] { bus.HandleAll(Bus::kBurst); });
         loop.Add(worker.fd(), [&] { worker.Drain(); });
         loop.Every(kSendPeriod, [&] { node.SendWaiting(); });
@@ -56,6 +61,7 @@ int main(int argc, char** argv) {
         bus.HandleUntilQuiet();  // what the drivers sent before they stopped
         node.Finish([] { std::this_thread::sleep_for(kPause); });
         worker.Finish();
+        keeper.End();
         return code;
       });
 }

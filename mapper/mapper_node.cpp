@@ -23,7 +23,7 @@ MapperNode::MapperNode(const MapperConfig& config, Bus* bus, Worker* worker)
       registration_(config.loop_closer),
       mapper_(config),
       archive_(std::make_shared<Archive>(
-          SurveyStoreParams{config.survey_dir, config.max_cached_mb, config.max_unsaved_mb},
+          SurveyStoreParams{config.map_dir, config.max_cached_mb, config.max_unsaved_mb},
           config.loop_closer.registration)) {
   SubscribeSensors();
   SubscribeOptimizer();

@@ -15,11 +15,8 @@ void DeclareFiles(MapperConfig* c, ParameterTable* table) {
             "File of lever arms, mounting angles and datum. Paths are relative to this file.")
       .DataSheet()
       .Required();
-  const Parameter& survey_dir =
-      table->Add("survey_dir",
-                 &c->survey_dir,
-                 "Closed submaps go here, one directory a dive; keep it on the data disk.");
-  table->AddRule(survey_dir, "the name of a directory", [c] { return !c->survey_dir.empty(); });
+  DeclareDive(&c->dive, table);
+  table->AddRemoved("survey_dir", "submaps go into a folder of each dive: name dives_dir");
 }
 
 void DeclareMounting(MapperConfig* c, ParameterTable* table) {

@@ -22,6 +22,7 @@
 #include "common/convert/channels.hpp"
 #include "common/convert/convert.hpp"
 #include "common/runtime/bus.hpp"
+#include "common/runtime/dive_folder.hpp"
 #include "drivers/dvl/dvl_driver.hpp"
 #include "drivers/imu/imu_driver.hpp"
 #include "drivers/mbes/mbes_driver.hpp"
@@ -141,12 +142,11 @@ class LiveSystem {
     Change<MbesDriverConfig>(config_ / "mbes_driver.yaml", LoadMbesDriverConfig, [this](auto* c) {
       c->driver.source = "udp:" + targets_.mbes;
     });
-    Change<LoggerConfig>(config_ / "logger.yaml", LoadLoggerConfig, [this](auto* c) {
-      c->file = fs::absolute(log()).string();
-    });
-    Change<MapperConfig>(config_ / "mapper.yaml", LoadMapperConfig, [this](auto* c) {
-      c->survey_dir = fs::absolute(out_ / "survey");
-    });
+    const auto set_dives_dir = [this](auto* c) {
+      c->dive.dives_dir = fs::absolute(out_ / "dives");
+    };
+    Change<LoggerConfig>(config_ / "logger.yaml", LoadLoggerConfig, set_dives_dir);
+    Change<MapperConfig>(config_ / "mapper.yaml", LoadMapperConfig, set_dives_dir);
     for (const char* name :
          {"logger", "optimizer", "mapper", "imu-driver", "dvl-driver", "mbes-driver"}) {
       Start(name);
@@ -154,7 +154,8 @@ class LiveSystem {
   }
 
   const fs::path& config_dir() const { return config_; }
-  fs::path log() const { return out_ / "survey.lcmlog"; }
+  // What the logger wrote.
+  fs::path log() const { return NewestDive(out_ / "dives").value() / "log" / "000.lcmlog"; }
   const bench::LiveTargets& targets() const { return targets_; }
 
   void WaitUntilUp() {
@@ -303,11 +304,13 @@ void PrintTable(const ProductSummary& live, const ProductSummary& replay) {
 }
 
 ProductSummary Replay(const fs::path& log,
+                      const fs::path& truth,
                       const fs::path& config_dir,
                       const fs::path& out,
                       bool as_recorded) {
   ReplayOptions options;
   options.inputs = {log};
+  options.truth = truth;
   options.mapper_config = config_dir / "mapper.yaml";
   options.optimizer_config = config_dir / "optimizer.yaml";
   options.as_recorded = as_recorded;
@@ -323,8 +326,7 @@ int RunDemo(const DemoOptions& options) {
     throw std::runtime_error("demo: " + options.out.string() +
                              " holds something else; choose another folder with --out");
   }
-  for (const char* old :
-       {"config", "log", "survey", "live", "replay", "survey.lcmlog", "survey.truth.csv"}) {
+  for (const char* old : {"config", "log", "dives", "live", "replay", "survey.truth.csv"}) {
     fs::remove_all(options.out / old);
   }
   fs::create_directories(options.out);
@@ -336,7 +338,8 @@ int RunDemo(const DemoOptions& options) {
   bench_options.terrain = options.terrain;
   bench_options.config_dir = live.config_dir();
   bench::SurveySimulator simulator = MakeSimulator(bench_options);
-  bench::WriteTruth(simulator, bench::TruthPathFor(live.log()));
+  const fs::path truth = options.out / "survey.truth.csv";
+  bench::WriteTruth(simulator, truth);
 
   std::fprintf(stderr, "starting logger, drivers, mapper and optimizer\n");
   live.WaitUntilUp();
@@ -356,10 +359,11 @@ int RunDemo(const DemoOptions& options) {
   live.Stop();
 
   std::fprintf(stderr, "products of the live run\n");
-  const ProductSummary at_sea = Replay(live.log(), live.config_dir(), options.out / "live", true);
+  const ProductSummary at_sea =
+      Replay(live.log(), truth, live.config_dir(), options.out / "live", true);
   std::fprintf(stderr, "replaying the recorded log in one process\n");
   const ProductSummary ashore =
-      Replay(live.log(), live.config_dir(), options.out / "replay", false);
+      Replay(live.log(), truth, live.config_dir(), options.out / "replay", false);
 
   PrintTable(at_sea, ashore);
   std::printf("  map and report: %s\n", (options.out / "replay" / "report.html").c_str());

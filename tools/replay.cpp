@@ -71,9 +71,9 @@ class ScratchDir {
 // Mapper and optimizer on a bus of their own, one message after the other.
 class Pipeline {
  public:
-  Pipeline(const ReplayOptions& options, const fs::path& survey_dir, bool imported, Bus* bus)
+  Pipeline(const ReplayOptions& options, const fs::path& map_dir, bool imported, Bus* bus)
       : bus_(bus),
-        mapper_(MapperConfigFor(options, survey_dir, imported), bus, &worker_),
+        mapper_(MapperConfigFor(options, map_dir, imported), bus, &worker_),
         optimizer_(LoadOptimizerConfig(options.optimizer_config.string()), bus, &worker_) {
     bus_->HandleAll();
   }
@@ -101,10 +101,10 @@ class Pipeline {
 
  private:
   static MapperConfig MapperConfigFor(const ReplayOptions& options,
-                                      const fs::path& survey_dir,
+                                      const fs::path& map_dir,
                                       bool imported) {
     MapperConfig config = LoadMapperConfig(options.mapper_config.string());
-    config.survey_dir = survey_dir;
+    config.map_dir = map_dir;
     if (imported) config.mounting = {};  // whose frames stand anywhere on whatever vehicle
     return config;
   }

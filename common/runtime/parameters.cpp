@@ -335,6 +335,10 @@ void ParameterTable::AddRule(const Parameter& parameter,
                     std::move(holds)});
 }
 
+void ParameterTable::AddRemoved(std::string key, std::string instead) {
+  removed_.emplace_back(std::move(key), std::move(instead));
+}
+
 const Parameter& ParameterTable::Find(const std::string& path) const {
   for (const Parameter& parameter : parameters_)
     if (parameter.path() == path_ + path) return parameter;
@@ -374,6 +378,8 @@ void ParameterTable::ReadSome(ConfigMap* map) const {
 }
 
 void ParameterTable::ReadParameters(ConfigMap* map) const {
+  for (const auto& [key, instead] : removed_)
+    if (map->Has(key)) map->Fail(key, "was removed, " + instead);
   for (const Parameter& parameter : parameters_) {
     std::string key = parameter.key();
     for (const std::string& old_key : parameter.old_keys()) {

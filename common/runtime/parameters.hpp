@@ -197,6 +197,9 @@ class ParameterTable {
   }
   // What must hold beside the ranges. Where it does not: "FILE: PATH: 'VALUE' is not EXPECTED".
   void AddRule(const Parameter& parameter, std::string expected, std::function<bool()> holds);
+  // A key of an earlier version whose place another has taken: a file that has it stops the program
+  // with one line, "FILE: KEY: was removed, INSTEAD".
+  void AddRemoved(std::string key, std::string instead);
   // By its path from here, such as "submap.turn_deg". It must be there.
   const Parameter& Find(const std::string& path) const;
 
@@ -246,6 +249,7 @@ class ParameterTable {
   std::deque<ParameterTable> sections_;
   std::vector<List> lists_;
   std::vector<Rule> rules_;
+  std::vector<std::pair<std::string, std::string>> removed_;  // key, instead
 };
 
 // The configuration as YAML with a comment above each key, data sheet first; it loads as the same

@@ -4,6 +4,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <type_traits>
 
 #include "common/runtime/config.hpp"
 
@@ -18,10 +19,16 @@ struct ProcessArgs {
 };
 
 // The configuration that the command line asks for, where the process is to run with it; nothing
-// after --check-config and --print-config, which are answered.
+// after --check-config and --print-config, which are answered. check: what --check-config asks of
+// the machine beyond the file; it throws ConfigError. A process that runs waits for it instead, or
+// is started again.
 template <class Config>
-std::optional<Config> LoadConfig(const ProcessArgs& args, Config (*load)(const std::string& path)) {
+std::optional<Config> LoadConfig(
+    const ProcessArgs& args,
+    Config (*load)(const std::string& path),
+    const std::type_identity_t<std::function<void(const Config&)>>& check = {}) {
   const Config config = args.config.empty() ? Config{} : load(args.config);
+  if (args.check_config && check) check(config);
   if (args.print_config) std::fputs(PrintConfig(config).c_str(), stdout);
   if (args.print_config || args.check_config) return std::nullopt;
   return config;

@@ -26,6 +26,7 @@
 #include <vector>
 
 #include "common/runtime/bus.hpp"
+#include "common/runtime/dive_folder.hpp"
 #include "common/runtime/health.hpp"
 #include "common/storage/event_log.hpp"
 #include "seastitch/raw_bytes_t.hpp"
@@ -166,8 +167,12 @@ std::vector<std::int64_t> UpTo(std::int64_t n) {
 
 class LoggerProcessTest : public testing::Test {
  protected:
-  std::filesystem::path path() const { return dir_.path() / "a.lcmlog"; }
-  std::string Config() const { return "file: " + path().string() + "\n"; }
+  // The dive's first log.
+  std::filesystem::path path() const { return PathIn(dir_ / "dives"); }
+  static std::filesystem::path PathIn(const std::filesystem::path& dives_dir) {
+    return NewestDive(dives_dir).value() / "log" / "000.lcmlog";
+  }
+  std::string Config() const { return "dives_dir: " + (dir_ / "dives").string() + "\n"; }
   TemporaryDir dir_;
 };
 
@@ -201,7 +206,8 @@ TEST_F(LoggerProcessTest, HasOnDiskWhatCameAHundredMillisecondsBeforeItWasKilled
   LoggerProcess next(dir_, Config());
   PublishRaw(&bus, 0);
   next.Stop(SIGTERM);
-  EXPECT_EQ(NumbersIn(dir_.path() / "a.1.lcmlog"), UpTo(1)) << "a new file, not the torn one";
+  EXPECT_EQ(NumbersIn(path().parent_path() / "001.lcmlog"), UpTo(1))
+      << "a new file, not the torn one";
 }
 
 TEST_F(LoggerProcessTest, SaysInHealthThatTheDiskIsFullAndGoesOnWhenThereIsRoom) {
@@ -258,8 +264,8 @@ class FreezableDisk {
 TEST_F(LoggerProcessTest, ADiskThatHangsIsNamedFeedsTheWatchdogAndLosesNothing) {
   const FreezableDisk disk(dir_);
   if (!disk.mounted()) GTEST_SKIP() << "needs root and a loop device";
-  const std::string file = disk.path() + "/a.lcmlog";
-  LoggerProcess logger(dir_, "file: " + file + "\nchannels: RAW_TEST\n");
+  const std::filesystem::path dives_dir = disk.path() + "/dives";
+  LoggerProcess logger(dir_, "dives_dir: " + dives_dir.string() + "\nchannels: RAW_TEST\n");
   // Before the logger is ended: while the disk hangs nothing can end it.
   const std::shared_ptr<void> thaw(nullptr, [&](void*) { disk.Thaw(); });
   Bus bus(BusUrl());
@@ -299,7 +305,7 @@ TEST_F(LoggerProcessTest, ADiskThatHangsIsNamedFeedsTheWatchdogAndLosesNothing) 
   ASSERT_TRUE(disk.Thaw());
   EXPECT_TRUE(until(is_ok)) << health->text;
   EXPECT_EQ(logger.Stop(SIGTERM), 0);
-  EXPECT_EQ(NumbersIn(file), UpTo(100));
+  EXPECT_EQ(NumbersIn(PathIn(dives_dir)), UpTo(100));
 }
 
 }  // namespace

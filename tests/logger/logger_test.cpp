@@ -16,7 +16,7 @@
 
 #include "common/runtime/config.hpp"
 #include "logger/gap_counter.hpp"
-#include "logger/log_file_name.hpp"
+#include "logger/log_files.hpp"
 #include "logger/log_writer.hpp"
 #include "logger/logger_config.hpp"
 #include "logger/logger_node.hpp"
@@ -32,6 +32,7 @@
 namespace seastitch {
 namespace {
 
+using testing::EndsWith;
 using testing::HasSubstr;
 using testing::ThrowsMessage;
 
@@ -55,10 +56,11 @@ TEST(LoggerConfig, ShippedFileLoads) {
 
 TEST(LoggerConfig, TakesThePathFromTheFilesOwnDirectory) {
   const TemporaryDir dir;
-  std::filesystem::create_directory(dir.path() / "100%Y");
-  const std::string yaml = dir.Write("100%Y/l.yaml", "file: logs/a_%Y.lcmlog");
-  EXPECT_EQ(LogFileName(LoadLoggerConfig(yaml).file, 0), dir.path() / "100%Y/logs/a_1970.lcmlog");
-  EXPECT_EQ(LoadLoggerConfig(dir.Write("l.yaml", "file: /d/a")).file, "/d/a");
+  const auto dives_dir = [&](const std::string& text) {
+    return LoadLoggerConfig(dir.Write("l.yaml", text)).dive.dives_dir;
+  };
+  EXPECT_EQ(dives_dir("dives_dir: dives"), dir / "dives");
+  EXPECT_EQ(dives_dir("dives_dir: /d/a"), "/d/a");
 }
 
 TEST(LoggerConfig, RefusesWhatCannotWork) {
@@ -69,18 +71,29 @@ TEST(LoggerConfig, RefusesWhatCannotWork) {
   EXPECT_THAT(
       [&] { LoadLoggerConfig(dir.Write("l.yaml", "flush_interval_ms: 0")); },
       ThrowsMessage<ConfigError>(HasSubstr("flush_interval_ms: '0' is not a whole number from 1")));
-  EXPECT_THAT([&] { LoadLoggerConfig(dir.Write("l.yaml", "file: ''")); },
-              ThrowsMessage<ConfigError>(HasSubstr("is not the name of a file")));
+  EXPECT_THAT([&] { LoadLoggerConfig(dir.Write("l.yaml", "dives_dir: ''")); },
+              ThrowsMessage<ConfigError>(HasSubstr("is not the name of a directory")));
+  EXPECT_THAT(
+      [&] { LoadLoggerConfig(dir.Write("l.yaml", "file: a")); },
+      ThrowsMessage<ConfigError>(EndsWith(
+          "l.yaml: file: was removed, logs go into a folder of each dive: name dives_dir")));
   EXPECT_THAT([&] { LoadLoggerConfig(dir.Write("l.yaml", "files: a")); },
               ThrowsMessage<ConfigError>(HasSubstr("files: unknown key")));
 }
 
-TEST(LogFileName, FillsInTheStartAndNumbersWithoutLosingTheExtension) {
-  EXPECT_EQ(LogFileName("/d/survey_%Y%m%dT%H%M%SZ.lcmlog", 1'700'000'000'000'000),
-            "/d/survey_20231114T221320Z.lcmlog");
-  EXPECT_EQ(NumberedName("/d/survey.lcmlog", 0), "/d/survey.lcmlog");
-  EXPECT_EQ(NumberedName("/d/survey.lcmlog", 2), "/d/survey.2.lcmlog");
-  EXPECT_EQ(NumberedName("survey", 1), "survey.1");
+TEST(NextLogFile, ComesAfterEveryOneThatIsThere) {
+  const TemporaryDir dir;
+  EXPECT_EQ(NextLogFile(dir.path()), dir / "000.lcmlog");
+  dir.Write("000.lcmlog", "");
+  dir.Write("007.lcmlog.repaired", "");
+  dir.Write("x1.lcmlog", "");
+  dir.Write("-5.lcmlog", "");
+  dir.Write("99999999999.lcmlog", "");
+  EXPECT_EQ(NextLogFile(dir.path()), dir / "001.lcmlog");
+  dir.Write("999.lcmlog", "");
+  EXPECT_EQ(NextLogFile(dir.path()), dir / "1000.lcmlog");
+  EXPECT_THAT([&] { NextLogFile(dir / "missing"); },
+              ThrowsMessage<std::runtime_error>(EndsWith("missing: No such file or directory")));
 }
 
 TEST(GapCounter, FindsTheNumberInEveryKindOfMessage) {
@@ -257,10 +270,9 @@ TEST(LogWriter, NothingIsOldOnceItIsWritten) {
 
 TEST(LoggerNode, RecordsEveryChannelAndTellsWhatWasLost) {
   const TemporaryDir dir;
-  LoggerConfig config;
-  config.file = (dir.path() / "logs" / "a.lcmlog").string();  // the directory is made
+  const DiveFolder dive({dir / "dives", 60.0}, "logger", 0);
   Bus bus("memq://");
-  LoggerNode node(config, &bus);
+  LoggerNode node({}, dive, &bus);
   for (const std::int64_t seq : {0, 1, 5}) {
     imu_t msg{};
     msg.seq = seq;
@@ -275,7 +287,7 @@ TEST(LoggerNode, RecordsEveryChannelAndTellsWhatWasLost) {
   for (int second = 0; second < 10; ++second) node.UpdateHealth();
   EXPECT_EQ(node.health().state(), HealthState::kOk) << "an old loss is counted, not told for ever";
   node.Finish();
-  EventLogReader reader(config.file);
+  EventLogReader reader(dive.log() / "000.lcmlog");
   std::vector<std::string> channels;
   while (const auto event = reader.Next()) channels.push_back(event->channel);
   EXPECT_THAT(channels, testing::ElementsAre("IMU", "IMU", "IMU", "FOREIGN"));
@@ -283,23 +295,23 @@ TEST(LoggerNode, RecordsEveryChannelAndTellsWhatWasLost) {
 
 TEST(LoggerNode, NeverTouchesALogThatIsThere) {
   const TemporaryDir dir;
-  LoggerConfig config;
-  config.file = dir.Write("a.lcmlog", "somebody's dive");
-  for (const char* name : {"a.1.lcmlog", "a.2.lcmlog"}) {
+  const DiveFolder dive({dir / "dives", 60.0}, "logger", 0);
+  std::ofstream(dive.log() / "000.lcmlog") << "somebody's dive";
+  for (const char* name : {"001.lcmlog", "002.lcmlog"}) {
     Bus bus("memq://");
-    LoggerNode node(config, &bus);
+    LoggerNode node({}, dive, &bus);
     EXPECT_EQ(node.file().filename(), name);
   }
-  EXPECT_EQ(std::filesystem::file_size(config.file), 15u);
+  EXPECT_EQ(std::filesystem::file_size(dive.log() / "000.lcmlog"), 15u);
 }
 
 TEST(LoggerNode, SaysWhereItCannotRecord) {
-  LoggerConfig config;
-  config.file = "/nonexistent/disk/a.lcmlog";
+  const TemporaryDir dir;
+  const DiveFolder dive({dir / "dives", 60.0}, "logger", 0);
+  std::filesystem::remove_all(dive.log());
   Bus bus("memq://");
-  EXPECT_THAT([&] { LoggerNode(config, &bus); },
-              ThrowsMessage<std::runtime_error>(
-                  HasSubstr("/nonexistent/disk/a.lcmlog: No such file or directory")));
+  EXPECT_THAT([&] { LoggerNode({}, dive, &bus); },
+              ThrowsMessage<std::runtime_error>(EndsWith("/log: No such file or directory")));
 }
 
 }  // namespace

@@ -37,7 +37,7 @@ std::string ErrorOf(const std::string& text) {
 
 TEST(MapperConfig, ShippedFileLoads) {
   const MapperConfig config = LoadMapperConfig((kConfigDir / "mapper.yaml").string());
-  EXPECT_EQ(config.survey_dir, SourceDir() / "survey");
+  EXPECT_EQ(config.dive.dives_dir, SourceDir() / "dives");
   EXPECT_NEAR(Rad2Deg(config.vehicle.datum_latitude_rad), 43.07, 1e-9);
 }
 
@@ -107,7 +107,8 @@ TEST(MapperConfig, NamesTheKeyThatIsWrong) {
   EXPECT_EQ(names("nav_rate_hz: 0\n", "nav_rate_hz: '0' is not"), "");
   EXPECT_EQ(names("sonar_mounting_sigma_m: -0.1\n", "sonar_mounting_sigma_m: '-0.1' is not"), "");
   EXPECT_EQ(names("sonar_mounting_sigma_deg: 400\n", "sonar_mounting_sigma_deg: '400' is not"), "");
-  EXPECT_EQ(names("survey_dir: ''\n", "survey_dir: '\"\"' is not"), "");
+  EXPECT_EQ(names("dives_dir: ''\n", "dives_dir: '\"\"' is not"), "");
+  EXPECT_EQ(names("survey_dir: a\n", "survey_dir: was removed, submaps go into"), "");
   EXPECT_EQ(names("navigation: {history_s: 1000}\n", "navigation.history_s: '1000' is not"), "");
   EXPECT_EQ(names("sound_velocity_profile: {depth_m: [0, 10], speed_mps: [1500]}\n",
                   "sound_velocity_profile.speed_mps: '[1500]' is not"),

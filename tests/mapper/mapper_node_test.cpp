@@ -54,7 +54,7 @@ class Survey {
       : dir_(MakeDir()) {
     MapperConfig config;
     config.navigation = navigation;
-    config.survey_dir = dir_;
+    config.map_dir = dir_;
     config.max_waiting_submaps = 2;
     node = std::make_unique<MapperNode>(config, &bus, worker == nullptr ? &inline_ : worker);
     bus.Subscribe<nav_t>("NAV", 0, [this](const nav_t& m) { navs.push_back(m); });

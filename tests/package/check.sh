@@ -44,8 +44,8 @@ check_installed() {
     inside "seastitch-$program" --check-config --config "/etc/seastitch/${program/-/_}.yaml" >/dev/null ||
       fail "seastitch-$program does not take the configuration that it is shipped with"
   done
-  [ "$(inside stat -c %U:%G:%a /var/log/seastitch /var/lib/seastitch | uniq)" = seastitch:seastitch:750 ] ||
-    fail "the directories for recordings and submaps are not seastitch's"
+  [ "$(inside stat -c %U:%G:%a /var/lib/seastitch)" = seastitch:seastitch:750 ] ||
+    fail "the directory for dives is not seastitch's"
   [ "$(inside systemctl is-enabled seastitch.target || true)" = disabled ] || fail "the installation enables itself"
   inside bash -c 'cd /usr/lib/systemd/system && systemd-analyze verify --man=no seastitch-*.service seastitch.target \
     lcm-loopback.service' >"$work/verify" 2>&1 || { cat "$work/verify" >&2; fail "units"; }
@@ -90,9 +90,9 @@ check_life() {
 
   run_dpkg -i /tmp/seastitch.deb
   inside systemctl enable seastitch.target 2>/dev/null
-  echo recorded >"$root/var/log/seastitch/dive.lcmlog"
+  echo recorded >"$root/var/lib/seastitch/dive.lcmlog"
   run_dpkg -P seastitch
-  [ "$(left_over | tr '\n' ' ')" = "./var/log/seastitch ./var/log/seastitch/dive.lcmlog " ] ||
+  [ "$(left_over | tr '\n' ' ')" = "./var/lib/seastitch ./var/lib/seastitch/dive.lcmlog " ] ||
     fail "a purge leaves other things than the dives: $(left_over)"
   say "an upgrade and a removal keep the configuration, a purge leaves the dives and nothing else"
 }

@@ -52,7 +52,7 @@ class Survey {
  public:
   explicit Survey(const fs::path& directory) {
     MapperConfig config;
-    config.survey_dir = directory;
+    config.map_dir = directory;
     SoundVelocityProfile water;
     water.depth_m = {0.0, 100.0};
     water.speed_mps = {kSoundMps, kSoundMps};

@@ -33,9 +33,9 @@ TEST(Install, KeepsAnEditedConfigurationAndBringsWhatIsMissing) {
 
   const CommandResult first = RunCommand(install);
   ASSERT_EQ(first.exit_code, 0) << first.output;
-  for (const char* mapper : {"mapper.yaml", "mapper_mems.yaml", "mapper_ins_tactical.yaml"})
-    EXPECT_NE(Text(config / mapper).find("survey_dir: /var/lib/seastitch/survey"),
-              std::string::npos)
+  for (const char* mapper :
+       {"logger.yaml", "mapper.yaml", "mapper_mems.yaml", "mapper_ins_tactical.yaml"})
+    EXPECT_NE(Text(config / mapper).find("dives_dir: /var/lib/seastitch/dives"), std::string::npos)
         << mapper;
   EXPECT_EQ(Text(config / "sbg_ecan.dbc"), Text(ConfigFile("sbg_ecan.dbc")));
   EXPECT_TRUE(fs::exists(root.path() / "usr/bin/seastitch-mapper"));

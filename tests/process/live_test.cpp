@@ -163,7 +163,7 @@ TEST(TypesJar, IsFoundByLcmSpy) {
 
 TEST(LoggerConfig, MustNameChannelsThatLcmCanRead) {
   const TemporaryDir dir;
-  dir.Write("logger.yaml", "file: survey.lcmlog\nchannels: \"(IMU\"\n");
+  dir.Write("logger.yaml", "channels: \"(IMU\"\n");
   const CommandResult refused =
       RunCommand(Program("seastitch-logger") + " --check-config --config " +
                  (dir.path() / "logger.yaml").string());

@@ -100,14 +100,14 @@ after_the_power_cut() {
   /host/monitor 120 "${processes[@]}" >/tmp/health || { cat /tmp/health; fail "HEALTH after the power cut"; }
   say "booted again: all services active and ok by themselves"
   local first
-  first=$(find /var/log/seastitch -name '*.lcmlog' | sort | head -n 1)
+  first=$(find /var/lib/seastitch/dives -path '*/log/*.lcmlog' | sort | head -n 1)
   seastitch info "$first" >/tmp/info || fail "the recording before the power cut cannot be read"
   grep -q MBES_PING /tmp/info || fail "no ping in the recording before the power cut"
   say "the recording before the power cut is readable"
   systemctl stop seastitch.target 'seastitch-*.service'
   # shellcheck disable=SC2046
   ! systemctl -q is-active $(services) || fail "services outlive the target"
-  find /var/log/seastitch /var/lib/seastitch -type f | sort >/tmp/dives
+  find /var/lib/seastitch -type f | sort >/tmp/dives
   dpkg -L seastitch | sed 1d >/tmp/listed
   dpkg -P seastitch >/tmp/dpkg.log 2>&1 || { cat /tmp/dpkg.log; fail "purge"; }
   local file
@@ -115,7 +115,7 @@ after_the_power_cut() {
     [ -d "$file" ] || [ ! -e "$file" ] || fail "a purge leaves $file"
   done </tmp/listed
   [ ! -e /etc/seastitch ] || fail "a purge leaves /etc/seastitch"
-  find /var/log/seastitch /var/lib/seastitch -type f | sort | cmp -s - /tmp/dives || fail "a purge takes dives along"
+  find /var/lib/seastitch -type f | sort | cmp -s - /tmp/dives || fail "a purge takes dives along"
   say "purged: $(wc -l </tmp/dives) files of the dives are left"
   finish 0
 }
