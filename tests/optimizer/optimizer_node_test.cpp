@@ -234,7 +234,7 @@ TEST(OptimizerNode, ASolutionInTheMakingGivesSignsOfLife) {
   worker.Run();
   mapper.PublishNext();
   worker.Run();
-  EXPECT_GT(worker.signs_of_life, 1);
+  EXPECT_GT(worker.signs_of_life, 0);
 }
 
 TEST(OptimizerNode, AFloodWhileTheWorkerSolvesIsBoundedAndAskedForAgain) {
