@@ -91,6 +91,7 @@ Mapper::Mapper(const MapperParams& params, std::unique_ptr<Navigation> navigatio
             return navigation_->Hindsight(anchor, t).value_or(Pose2{});
           }),
       frames_(navigation_.get()),
+      correction_(navigation_.get()),
       search_(params.loop_closer),
       graph_(params.mounting) {}
 
@@ -128,6 +129,7 @@ void Mapper::GiveNav() {
   graph_.SetId(state->time);
   last_nav_ = *latest;
   events_.emplace_back(*state);
+  if (const auto corrected = correction_.Now()) events_.emplace_back(*corrected);
 }
 
 void Mapper::GeoreferencePings() {
@@ -228,6 +230,7 @@ void Mapper::Take(RegistrationResultSet results) {
                         submap->frame_time,
                         LevelPose(submap->T_map_submap),
                         submap->heading_sigma_rad});
+    correction_.Add(vertices.back());
     edges = search_.DeadReckoningEdge(submap->id);
     const std::vector<GraphEdge> position_edges = std::move(submaps_.front().position_edges);
     submaps_.pop_front();
@@ -267,7 +270,9 @@ bool Mapper::Take(const PoseGraph& solution) {
   }
   const LoopSearch::Verdict verdict = search_.Take(solution, graph_.version());
   Count(CounterOf(verdict));
-  return verdict == LoopSearch::Verdict::kUsed;
+  if (verdict != LoopSearch::Verdict::kUsed) return false;
+  correction_.Take(solution);
+  return true;
 }
 
 bool Mapper::Take(const PairCovariances& answer) {

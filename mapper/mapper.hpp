@@ -17,6 +17,7 @@
 #include "mapper/graph_log.hpp"
 #include "mapper/loop_search.hpp"
 #include "mapper/mapper_params.hpp"
+#include "mapper/nav_correction.hpp"
 #include "mapper/navigation/navigation.hpp"
 #include "mapper/navigation_watch.hpp"
 #include "mapper/ping_queue.hpp"
@@ -33,10 +34,13 @@ struct CovarianceQuestion {
   Time submap_time;  // frame of the newest submap in the graph
 };
 
-// What a mapper gives: a state of NAV, a closed submap with its points, a version of the graph, a
-// question.
-using MapperEvent =
-    std::variant<NavState, std::shared_ptr<const Submap>, GraphStep, CovarianceQuestion>;
+// What a mapper gives: a state of NAV, the same in the solved map, a closed submap with its points,
+// a version of the graph, a question.
+using MapperEvent = std::variant<NavState,
+                                 CorrectedNavState,
+                                 std::shared_ptr<const Submap>,
+                                 GraphStep,
+                                 CovarianceQuestion>;
 
 // Sensor samples in; navigation, submaps and the graph out. Knows no bus, no thread, no clock and
 // no file: registrations are values that it hands out, one at a time, and whose results it takes
@@ -142,6 +146,7 @@ class Mapper {
   PingQueue pings_;
   SubmapBuilder builder_;
   SubmapFrames frames_;
+  NavCorrection correction_;
   std::optional<Time> last_nav_;
 
   std::int32_t next_id_ = 0;

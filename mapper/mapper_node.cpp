@@ -153,6 +153,10 @@ void MapperNode::Send(const NavState& state) {
   ReportHealth();
 }
 
+void MapperNode::Send(const CorrectedNavState& state) {
+  bus_->Publish(channels::kNavCorrected, ToLcm(state, corrected_seq_++));
+}
+
 void MapperNode::Send(const std::shared_ptr<const Submap>& submap) {
   // An announcement ends the submap before it: its points go first.
   while (SendNextChunk()) {

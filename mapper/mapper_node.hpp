@@ -19,9 +19,9 @@
 
 namespace seastitch {
 
-// A Mapper on the bus: sensor messages in; NAV, SUBMAP, SUBMAP_POINTS and GRAPH_UPDATE out; the
-// optimizer's POSE_GRAPH and, on a COVARIANCE_REQUEST, COVARIANCES back. Converts, counts, stores
-// submaps and posts registrations to the worker, one job at a time.
+// A Mapper on the bus: sensor messages in; NAV, NAV_CORRECTED, SUBMAP, SUBMAP_POINTS and
+// GRAPH_UPDATE out; the optimizer's POSE_GRAPH and, on a COVARIANCE_REQUEST, COVARIANCES back.
+// Converts, counts, stores submaps and posts registrations to the worker, one job at a time.
 class MapperNode {
  public:
   // Throws std::runtime_error where the survey directory cannot be made.
@@ -66,6 +66,7 @@ class MapperNode {
   // Sends what the mapper gave and registers the submaps that wait.
   void Deliver();
   void Send(const NavState& state);
+  void Send(const CorrectedNavState& state);
   void Send(const std::shared_ptr<const Submap>& submap);
   void Send(const GraphStep& step);
   void Send(const CovarianceQuestion& question);
@@ -90,6 +91,7 @@ class MapperNode {
   std::int64_t version_sent_ = 0;       // of the graph
 
   std::int64_t nav_seq_ = 0;
+  std::int64_t corrected_seq_ = 0;
   std::int64_t submap_seq_ = 0;
   std::int64_t points_seq_ = 0;
   std::int64_t update_seq_ = 0;

@@ -59,7 +59,8 @@ std::vector<GraphEdge> SubmapFrames::Place(Submap* submap,
     frames.push_back(*previous_);
   }
   std::vector<GraphEdge> edges = EdgesOn(frames, fixes);
-  if (first && state) edges.push_back(StartEdge(submap->id, *state));
+  if (first && state && navigation_->place_is_known())
+    edges.push_back(StartEdge(submap->id, *state));
   return edges;
 }
 
@@ -78,7 +79,7 @@ std::optional<Eigen::Matrix3d> SubmapFrames::CovarianceFromPrevious(const NavSta
 }
 
 std::vector<GraphEdge> SubmapFrames::EdgesOf(const std::vector<MapFix>& fixes) {
-  return previous_ ? EdgesOn({*previous_}, fixes) : std::vector<GraphEdge>{};
+  return EdgesOn(previous_ ? std::vector<Frame>{*previous_} : std::vector<Frame>{}, fixes);
 }
 
 std::vector<GraphEdge> SubmapFrames::EdgesOn(const std::vector<Frame>& frames,

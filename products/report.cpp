@@ -56,6 +56,19 @@ void AddTruth(Json* report, const ProductSummary& s) {
                                Percent(t.after.position_max_m, s.distance_m))}}}};
 }
 
+void AddSaid(Json* report, const TruthComparison& said) {
+  const auto pair = [](double nav, double corrected) {
+    return Json{{"nav", Measured(nav)}, {"nav_corrected", Measured(corrected)}};
+  };
+  (*report)["truth"]["as_said"] = {
+      {"states", said.before.states},
+      {"position_rms_m", pair(said.before.position_rms_m, said.after.position_rms_m)},
+      {"position_max_m", pair(said.before.position_max_m, said.after.position_max_m)},
+      {"aligned_position_rms_m",
+       pair(said.before_aligned.position_rms_m, said.after_aligned.position_rms_m)},
+      {"yaw_rms_deg", pair(said.before.yaw_rms_deg, said.after.yaw_rms_deg)}};
+}
+
 void AddClosuresAgainstTruth(Json* report, const ClosureErrors& e) {
   (*report)["truth"]["loop_closures"] = {{"believed", e.closures},
                                          {"degrees_of_freedom", e.degrees_of_freedom},
@@ -195,6 +208,17 @@ std::string BeforeAfterTable(const ProductSummary& s) {
                Fixed(tb.yaw_mean_deg, 3) + "&deg;",
                Fixed(ta.yaw_mean_deg, 3) + "&deg;"});
   }
+  if (s.said) {
+    table.Row({"As said at the time: NAV, NAV_CORRECTED, RMS",
+               Fixed(s.said->before.position_rms_m, 2) + " m",
+               Fixed(s.said->after.position_rms_m, 2) + " m"});
+    table.Row({"&ensp;largest",
+               Fixed(s.said->before.position_max_m, 2) + " m",
+               Fixed(s.said->after.position_max_m, 2) + " m"});
+    table.Row({"&ensp;of the shape alone, RMS",
+               Fixed(s.said->before_aligned.position_rms_m, 2) + " m",
+               Fixed(s.said->after_aligned.position_rms_m, 2) + " m"});
+  }
   return table.Finish();
 }
 
@@ -329,6 +353,7 @@ std::string ReportJson(const Survey& survey,
   r["soundings"] = {{"read", s.soundings_read}, {"used", s.soundings_used}};
   r["points"] = s.points;
   if (s.truth) AddTruth(&r, s);
+  if (s.said) AddSaid(&r, *s.said);
   if (s.closures_against_truth) AddClosuresAgainstTruth(&r, *s.closures_against_truth);
   r["consistency"] = {
       {"cell_m", s.cell_m},

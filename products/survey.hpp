@@ -40,10 +40,19 @@ struct TrackState {
   Eigen::Vector3d rpy_rad = Eigen::Vector3d::Zero();
 };
 
+// What the vehicle was told of its place at an instant, at that instant: NAV carried on to it, and
+// NAV_CORRECTED.
+struct SaidState {
+  Time time;
+  Pose2 nav;
+  Pose2 corrected;
+};
+
 // A whole survey, ready to become files.
 struct Survey {
   std::vector<SurveySubmap> submaps;  // by rising id
   std::vector<TrackState> track;      // by rising time; empty for imported submaps
+  std::vector<SaidState> said;        // by rising time; empty where there was no NAV_CORRECTED
   std::vector<GraphEdge> edges;       // in the order of the graph's versions
   PoseGraph solution;                 // the newest; without vertices where nothing was solved
   std::map<std::string, std::uint64_t> counters;  // what was refused while collecting, by reason

@@ -116,6 +116,23 @@ void SurveyCollector::Add(const NavState& state) {
                     RpyFromRotation(state.T_map_vehicle.linear())});
 }
 
+void SurveyCollector::Add(const CorrectedNavState& corrected) {
+  const Pose2 pose = LevelPose(corrected.state.T_map_vehicle);
+  const Pose2 nav = Inverse(corrected.T_map_nav) * pose;
+  if (!pose.Vector().allFinite() || !nav.Vector().allFinite()) {
+    ++counters_["nav_corrected_not_finite"];
+    return;
+  }
+  if (!said_.empty()) {
+    if (corrected.state.time <= said_.back().time) {
+      ++counters_["nav_corrected_out_of_order"];
+      return;
+    }
+    if (ToSeconds(corrected.state.time - said_.back().time) < options_.track_interval_s) return;
+  }
+  said_.push_back({corrected.state.time, nav, pose});
+}
+
 void SurveyCollector::Add(const GraphUpdate& update) {
   const bool is_new = edges_by_version_.emplace(update.version, update.edges).second;
   if (!is_new) ++counters_["graph_update_repeated"];
@@ -133,6 +150,7 @@ Survey SurveyCollector::Finish() const {
   Survey survey;
   for (const auto& [id, submap] : submaps_) survey.submaps.push_back(submap);
   survey.track = track_;
+  survey.said = said_;
   // A pair that was registered again counts with its last verdict.
   std::map<std::pair<SubmapId, SubmapId>, std::size_t> place_of_closure;
   for (const auto& [version, edges] : edges_by_version_) {

@@ -29,6 +29,7 @@ class SurveyCollector {
 
   void Add(const Submap& submap);  // throws std::runtime_error where the file cannot be written
   void Add(const NavState& state);
+  void Add(const CorrectedNavState& corrected);
   void Add(const GraphUpdate& update);
   void Add(const PoseGraph& graph);
 
@@ -40,6 +41,7 @@ class SurveyCollector {
   SurveyCollectorOptions options_;
   std::map<SubmapId, SurveySubmap> submaps_;
   std::vector<TrackState> track_;
+  std::vector<SaidState> said_;
   std::map<std::int64_t, std::vector<GraphEdge>> edges_by_version_;
   PoseGraph solution_;
   std::map<std::string, std::uint64_t> counters_;

@@ -124,6 +124,16 @@ TrackError ErrorOf(const std::vector<Matched>& matched,
   return error;
 }
 
+std::optional<TruthComparison> Compare(const std::vector<Matched>& matched) {
+  if (matched.empty()) return std::nullopt;
+  const Pose2 as_delivered;
+  return TruthComparison{
+      ErrorOf(matched, &Matched::dead_reckoned, as_delivered),
+      ErrorOf(matched, &Matched::corrected, as_delivered),
+      ErrorOf(matched, &Matched::dead_reckoned, BestFit(matched, &Matched::dead_reckoned)),
+      ErrorOf(matched, &Matched::corrected, BestFit(matched, &Matched::corrected))};
+}
+
 }  // namespace
 
 std::vector<TruthState> ReadTruth(const std::filesystem::path& path) {
@@ -151,14 +161,16 @@ std::vector<TruthState> ReadTruth(const std::filesystem::path& path) {
 
 std::optional<TruthComparison> CompareWithTruth(const std::vector<CorrectedState>& track,
                                                 const std::vector<TruthState>& truth) {
-  const std::vector<Matched> matched = Match(track, truth);
-  if (matched.empty()) return std::nullopt;
-  const Pose2 as_delivered;
-  return TruthComparison{
-      ErrorOf(matched, &Matched::dead_reckoned, as_delivered),
-      ErrorOf(matched, &Matched::corrected, as_delivered),
-      ErrorOf(matched, &Matched::dead_reckoned, BestFit(matched, &Matched::dead_reckoned)),
-      ErrorOf(matched, &Matched::corrected, BestFit(matched, &Matched::corrected))};
+  return Compare(Match(track, truth));
+}
+
+std::optional<TruthComparison> CompareSaidWithTruth(const std::vector<SaidState>& said,
+                                                    const std::vector<TruthState>& truth) {
+  std::vector<Matched> matched;
+  for (const SaidState& s : said)
+    if (const std::optional<Pose2> there = TruthAt(truth, s.time))
+      matched.push_back({*there, s.nav, s.corrected});
+  return Compare(matched);
 }
 
 std::optional<ClosureErrors> CompareClosuresWithTruth(const Survey& survey,

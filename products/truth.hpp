@@ -56,6 +56,11 @@ struct ClosureErrors {
 std::optional<TruthComparison> CompareWithTruth(const std::vector<CorrectedState>& track,
                                                 const std::vector<TruthState>& truth);
 
+// The same of what the vehicle was told at each instant: before is NAV, carried on to the instant,
+// after is NAV_CORRECTED.
+std::optional<TruthComparison> CompareSaidWithTruth(const std::vector<SaidState>& said,
+                                                    const std::vector<TruthState>& truth);
+
 // Of what the solution believes. Empty where no closure has the truth at both of its frames.
 std::optional<ClosureErrors> CompareClosuresWithTruth(const Survey& survey,
                                                       const std::vector<TruthState>& truth);

@@ -334,6 +334,7 @@ class ProductWriter {
     summary_.duration_s = ToSeconds(track_.back().time - track_.front().time);
     if (!options_.truth.empty()) {
       summary_.truth = CompareWithTruth(track_, options_.truth);
+      summary_.said = CompareSaidWithTruth(survey_.said, options_.truth);
       summary_.closures_against_truth = CompareClosuresWithTruth(survey_, options_.truth);
     }
   }

@@ -86,6 +86,7 @@ struct ProductSummary {
   double correction_end_m = 0.0;
   double correction_max_yaw_deg = 0.0;
   std::optional<TruthComparison> truth;
+  std::optional<TruthComparison> said;  // NAV and NAV_CORRECTED at the time when they were said
   std::optional<ClosureErrors> closures_against_truth;
 };
 

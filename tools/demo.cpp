@@ -290,6 +290,23 @@ void PrintTable(const ProductSummary& live, const ProductSummary& replay) {
              b.before.yaw_rms_deg,
              b.after.yaw_rms_deg);
   }
+  if (live.said && replay.said) {
+    const TruthComparison& a = *live.said;
+    const TruthComparison& b = *replay.said;
+    std::printf("  as said at the time: NAV, NAV_CORRECTED\n");
+    PrintRow("position error RMS",
+             "m",
+             a.before.position_rms_m,
+             a.after.position_rms_m,
+             b.before.position_rms_m,
+             b.after.position_rms_m);
+    PrintRow("shape of the track RMS",
+             "m",
+             a.before_aligned.position_rms_m,
+             a.after_aligned.position_rms_m,
+             b.before_aligned.position_rms_m,
+             b.after_aligned.position_rms_m);
+  }
   std::printf("  %-22s %17zu   %17zu\n", "submaps", live.submaps, replay.submaps);
   std::printf("  %-22s %8llu of %5llu   %8llu of %5llu\n",
               "loop closures",

@@ -32,6 +32,9 @@ class CollectorNode {
     bus->Subscribe<nav_t>(channels::kNav, 0, [this](const nav_t& msg) {
       if (const auto state = FromLcm(msg)) collector_->Add(*state);
     });
+    bus->Subscribe<nav_corrected_t>(channels::kNavCorrected, 0, [this](const nav_corrected_t& msg) {
+      if (const auto corrected = FromLcm(msg)) collector_->Add(*corrected);
+    });
     bus->Subscribe<submap_t>(channels::kSubmap, 0, [this](const submap_t& msg) {
       if (const auto submap = submaps_.Add(msg)) collector_->Add(*submap);
     });

@@ -15,6 +15,7 @@
 #include "mapper/navigation/nav_events.hpp"
 #include "mapper/navigation/nav_track.hpp"
 #include "mapper/navigation/navigation_start.hpp"
+#include "mapper/navigation/prediction.hpp"
 #include "mapper/navigation/refusal_record.hpp"
 #include "mapper/navigation/sample_intake.hpp"
 #include "mapper/navigation/velocity_aiding.hpp"
@@ -63,6 +64,7 @@ class DeadReckoning::Impl {
   bool place_is_known() const { return place_is_known_; }
   NavSensorHealth health(NavSensor sensor) const;
   std::vector<SuspectedOffset> suspected_offsets() const;
+  std::optional<NavState> Predicted() const;
   const NavTrack& track() const { return track_; }
   const ErrorStateFilter& filter() const { return filter_; }
   const std::map<std::string, std::int64_t>& counters() const { return counters_; }
@@ -342,6 +344,21 @@ std::vector<SuspectedOffset> DeadReckoning::Impl::suspected_offsets() const {
   return offsets;
 }
 
+std::optional<NavState> DeadReckoning::Impl::Predicted() const {
+  if (!started_) return std::nullopt;
+  const std::optional<NavState> state = track_.StateAt(now_);
+  const auto velocity_covariance = track_.VelocityCovariance(now_);
+  if (!state || !velocity_covariance) return std::nullopt;
+  Prediction prediction(*state,
+                        rates_,
+                        Eigen::Quaterniond(mounting_.T_imu_vehicle.linear().transpose()),
+                        filter_.biases().segment<3>(kGyroBias));
+  for (const Event& event : intake_.waiting())
+    if (const auto* imu = std::get_if<ImuEvent>(&event.measurement))
+      prediction.CarryTo(event.time, imu->rates);
+  return prediction.state(*velocity_covariance);
+}
+
 // --- the public face ---------------------------------------------------------------------------
 
 DeadReckoning::DeadReckoning(const NavigationParams& params, const VehicleGeometry& vehicle)
@@ -366,6 +383,7 @@ NavSensorHealth DeadReckoning::health(NavSensor sensor) const { return impl_->he
 
 std::optional<Time> DeadReckoning::latest() const { return impl_->track().latest(); }
 std::optional<NavState> DeadReckoning::StateAt(Time t) const { return impl_->track().StateAt(t); }
+std::optional<NavState> DeadReckoning::Predicted() const { return impl_->Predicted(); }
 std::optional<Eigen::Matrix2d> DeadReckoning::VelocityCovariance(Time t) const {
   return impl_->track().VelocityCovariance(t);
 }

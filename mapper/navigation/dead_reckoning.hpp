@@ -61,6 +61,7 @@ class DeadReckoning : public Navigation {
   std::optional<Time> latest() const override;
   // Nothing outside [oldest kept, latest()]. Covariance is that of the frozen estimate.
   std::optional<NavState> StateAt(Time t) const override;
+  std::optional<NavState> Predicted() const override;
   // Covariance of the velocity north and east [m2/s2], of the nearest key. Nothing outside the
   // window of window_s.
   std::optional<Eigen::Matrix2d> VelocityCovariance(Time t) const;

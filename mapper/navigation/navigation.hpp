@@ -57,6 +57,8 @@ class Navigation {
   virtual std::optional<Time> latest() const = 0;
   // Nothing outside of what is kept.
   virtual std::optional<NavState> StateAt(Time t) const = 0;
+  // The latest state carried on to the newest inertial sample: not final, but now.
+  virtual std::optional<NavState> Predicted() const = 0;
   // Covariance of (x, y [m], yaw [rad]) of the vehicle at b seen from the vehicle at a, in the
   // level axes of a. Nothing outside of what is kept.
   virtual std::optional<Eigen::Matrix3d> RelativeCovariance(Time a, Time b) const = 0;

@@ -34,6 +34,8 @@ class SampleIntake {
 
   // The next sample in order of time, once none before it can come.
   std::optional<Event> Next();
+  // Those that are not given yet, in order of time.
+  const std::deque<Event>& waiting() const { return waiting_; }
   // Something was built on what was given: the clock does not go back any more.
   void Freeze() { frozen_ = true; }
 

@@ -170,6 +170,36 @@ TEST_P(MapperWithFixes, SendsThemAllToTheOptimizerInMessagesThatFit) {
 }
 INSTANTIATE_TEST_SUITE_P(Numbers, MapperWithFixes, ::testing::Values(0, 199, 200, 201, 500));
 
+// Nobody says where the dive starts; 500 m off the guess a fix does, minutes later.
+TEST(Mapper, AnUnknownPlaceIsNoEdgeAndALaterFixPlacesTheWholeMap) {
+  constexpr double kMetresPerRadian = 6335439.3;  // of latitude, at the datum on the equator
+  constexpr double kOffM = 500.0;
+  MapperParams params;
+  params.navigation.start_at_first_fix = true;
+  Embedding dive(params);
+  dive.Drive(120.0);
+  PositionFix fix;
+  fix.time = dive.vehicle.time;
+  fix.latitude_rad = (dive.vehicle.TrueAt(fix.time).translation().x() + kOffM) / kMetresPerRadian;
+  fix.covariance_north_east_m2 = Eigen::Matrix2d::Identity();
+  dive.mapper.Add(fix);
+  dive.Drive(60.0);
+  dive.Finish();
+
+  for (const GraphEdge& edge : dive.Edges(EdgeKind::kDeadReckoning))
+    EXPECT_NE(edge.from, edge.to) << "nothing is known of the start";
+  ASSERT_EQ(dive.Edges(EdgeKind::kPositionFix).size(), 1u);
+  PoseGraphOptimizer optimizer({});
+  for (const GraphStep& step : dive.steps) ASSERT_TRUE(optimizer.Add(step.update));
+  const auto solution = optimizer.Solve(SolveStart::kFromDeadReckoning);
+  ASSERT_TRUE(solution);
+  for (const SolvedVertex& vertex : solution->vertices) {
+    const double true_m =
+        dive.vehicle.TrueAt(dive.submaps.at(vertex.id)->frame_time).translation().x() + kOffM;
+    EXPECT_NEAR(vertex.T_map_level.x, true_m, 3.0) << vertex.id.value;
+  }
+}
+
 TEST(Mapper, NamesItsGraphByTheFirstStateAndEndsItOnce) {
   Embedding dive;
   dive.Drive(120.0);

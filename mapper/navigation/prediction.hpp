@@ -1,0 +1,40 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "common/core/sensors.hpp"
+#include "mapper/navigation/nav_events.hpp"
+
+namespace seastitch {
+
+// Carries a state through inertial samples that still wait to be put in order: turned by the gyros,
+// at the velocity that the vehicle had along its own axes. Over half a second that is good to what
+// it accelerates by: 2 cm at 0.2 m/s2. Accelerometers are not asked, so that one at fault does no
+// harm. Pure.
+class Prediction {
+ public:
+  // q_vehicle_imu: of the mounting. gyro_bias: imu axes.
+  Prediction(const NavState& from,
+             const InertialRates& rates,
+             const Eigen::Quaterniond& q_vehicle_imu,
+             const Eigen::Vector3d& gyro_bias_radps);
+
+  // Later samples, in order of time.
+  void CarryTo(Time t, const InertialRates& rates);
+  // velocity_covariance: north and east [m2/s2], of `from`. Its correlation with the position is
+  // not known: the covariance is one that no correlation exceeds.
+  NavState state(const Eigen::Matrix2d& velocity_covariance) const;
+
+ private:
+  Eigen::Vector3d Rate(const InertialRates& rates) const;
+
+  NavState state_;
+  const Eigen::Quaterniond q_vehicle_imu_;
+  const Eigen::Vector3d gyro_bias_radps_;
+  const Time from_;
+  Eigen::Vector3d v_vehicle_mps_;
+  Eigen::Vector3d rate_radps_;  // vehicle axes
+};
+
+}  // namespace seastitch

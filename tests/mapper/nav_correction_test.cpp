@@ -1,0 +1,138 @@
+// NAV_CORRECTED: what the vehicle is told of its place in the solved map.
+
+#include "mapper/nav_correction.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include "common/convert/convert.hpp"
+#include "mapper/mapper.hpp"
+#include "tests/mapper/perfect_vehicle.hpp"
+
+namespace seastitch {
+namespace {
+
+constexpr double kSpeedMps = 1.5;
+
+MapperParams ShortSubmaps() {
+  MapperParams params;
+  params.submap.max_duration_s = 20.0;
+  return params;
+}
+
+class CorrectedDive : public testing::Test {
+ protected:
+  void Drive(double duration_s, double yaw_rate_radps = 0.0) {
+    for (int i = 0; i < static_cast<int>(duration_s / PerfectVehicle::kImuStepS); ++i) {
+      for (const auto& sample : vehicle_.Step(kSpeedMps, yaw_rate_radps))
+        std::visit([this](const auto& s) { mapper_.Add(s); }, sample);
+      TakeEvents();
+      while (auto job = mapper_.NextJob())
+        mapper_.Take(seastitch::Run(
+            *job, {}, [](SubmapId) { return nullptr; }, &prepared_));
+      TakeEvents();
+    }
+  }
+  void TakeEvents() {
+    for (const MapperEvent& event : mapper_.TakeEvents()) {
+      if (const auto* nav = std::get_if<NavState>(&event)) nav_ = *nav;
+      if (const auto* step = std::get_if<GraphStep>(&event))
+        for (const GraphVertex& vertex : step->update.vertices) vertices_.push_back(vertex);
+      const auto* corrected = std::get_if<CorrectedNavState>(&event);
+      if (corrected == nullptr) continue;
+      // What goes on the bus is what any receiver takes.
+      said_ = FromLcm(ToLcm(*corrected, 0));
+      ASSERT_TRUE(said_.has_value());
+      EXPECT_EQ(said_->state.time, vehicle_.time) << "of the newest inertial sample";
+    }
+  }
+  // Every submap moved alike, with 0.1 m and 0.01 rad of sigma.
+  PoseGraph Moved(const Pose2& by) const {
+    PoseGraph solution;
+    solution.graph_id = mapper_.graph().graph_id();
+    solution.graph_version = mapper_.graph().version();
+    for (const GraphVertex& vertex : vertices_) {
+      SolvedVertex& solved = solution.vertices.emplace_back();
+      solved.id = vertex.id;
+      solved.T_map_level = by * vertex.dead_reckoned;
+      solved.covariance = Eigen::Vector3d(1e-2, 1e-2, 1e-4).asDiagonal();
+    }
+    return solution;
+  }
+  double Sigma(int axis) const { return std::sqrt(said_->state.covariance(axis, axis)); }
+
+  PerfectVehicle vehicle_;
+  PreparedSubmaps prepared_{{}};
+  Mapper mapper_{ShortSubmaps()};
+  std::optional<NavState> nav_;
+  std::optional<CorrectedNavState> said_;
+  std::vector<GraphVertex> vertices_;
+};
+
+TEST_F(CorrectedDive, IsOfNowAlsoInATurn) {
+  Drive(30.0);
+  Drive(10.0, 0.3);
+  const auto off = [this](const NavState& state) {
+    return Inverse(LevelPose(vehicle_.TrueAt(state.time))) * LevelPose(state.T_map_vehicle);
+  };
+  const Pose2 nav = off(*nav_), said = off(said_->state);
+  // The vehicle has turned by 9 degrees meanwhile, and gone 0.75 m.
+  EXPECT_NEAR(said.x, nav.x, 0.02);
+  EXPECT_NEAR(said.y, nav.y, 0.02);
+  EXPECT_NEAR(said.yaw, nav.yaw, Deg2Rad(0.1)) << "NAV itself is off by " << Rad2Deg(nav.yaw);
+  EXPECT_GT(ToSeconds(said_->state.time - nav_->time), 0.4) << "NAV is half a second behind";
+  EXPECT_EQ(said_->graph_version, 0);
+  EXPECT_EQ(said_->jumps, 0);
+  EXPECT_EQ(said_->T_map_nav.Vector().norm(), 0.0);
+}
+
+TEST_F(CorrectedDive, ASolutionMovesItAndCountsAsAJumpAndNavStays) {
+  Drive(70.0);
+  ASSERT_GE(vertices_.size(), 2u);
+  const Pose2 by{30.0, -20.0, 0.1};
+  ASSERT_TRUE(mapper_.Take(Moved(by)));
+  const Eigen::Vector3d nav_before = nav_->T_map_vehicle.translation();
+  Drive(0.2);
+  EXPECT_LT((nav_->T_map_vehicle.translation() - nav_before).norm(), 1.0);
+  EXPECT_EQ(said_->jumps, 1);
+  EXPECT_EQ(said_->graph_version, mapper_.graph().version());
+  EXPECT_LT((said_->T_map_nav.Vector() - by.Vector()).norm(), 1e-6);
+  const Pose2 truth = by * LevelPose(vehicle_.TrueAt(vehicle_.time));
+  const Pose2 said = LevelPose(said_->state.T_map_vehicle);
+  EXPECT_LT((said.Translation() - truth.Translation()).norm(), 0.2);
+  EXPECT_NEAR(WrapAngle(said.yaw - truth.yaw), 0.0, Deg2Rad(0.5));
+  // 0.1 rad about the map's origin, some 100 m away, beside the shift.
+  EXPECT_NEAR(said_->last_jump_m, 31.0, 6.0);
+  EXPECT_NEAR(said_->last_jump_yaw_rad, 0.1, 1e-6);
+  EXPECT_NEAR(std::atan2(said_->state.v_map_mps.y(), said_->state.v_map_mps.x()), 0.1, 0.02);
+}
+
+TEST_F(CorrectedDive, GoesOnWithGrowingSigmaWhenTheOptimizerIsSilent) {
+  Drive(70.0);
+  ASSERT_TRUE(mapper_.Take(Moved({})));
+  Drive(1.0);
+  const double north_m = Sigma(0), yaw_rad = Sigma(5);
+  EXPECT_LT(north_m, 0.5);
+  Drive(120.0);
+  EXPECT_GT(Sigma(0), north_m);
+  EXPECT_GE(Sigma(5), yaw_rad);
+  EXPECT_GT(Sigma(1), 120.0 * kSpeedMps * 0.009) << "the heading's sigma, 200 m on";
+  EXPECT_EQ(said_->jumps, 1);
+}
+
+TEST_F(CorrectedDive, ASolutionThatIsNotUsedMovesNothing) {
+  Drive(70.0);
+  PoseGraph foreign = Moved({30.0, 0.0, 0.0});
+  ++foreign.graph_id;
+  ASSERT_FALSE(mapper_.Take(foreign));
+  Drive(1.0);
+  EXPECT_EQ(said_->jumps, 0);
+  EXPECT_EQ(said_->T_map_nav.Vector().norm(), 0.0);
+}
+
+}  // namespace
+}  // namespace seastitch
