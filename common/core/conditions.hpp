@@ -138,7 +138,8 @@ inline constexpr ConditionKind kPlaceUnknown{
     Severity::kDegraded,
     "the map's place is unknown: it is laid out from the datum",
     "One position fix, at any time of the dive, places the whole map. Or state the place of the "
-    "start in mapper.yaml (navigation.start_sigma_m above 0)."};
+    "start in mapper.yaml: navigation.start_north_m, start_east_m and start_sigma_m, with "
+    "start_at_first_fix false."};
 inline constexpr ConditionKind kAttitudeRefused{
     "attitude_refused",
     Severity::kDegraded,
