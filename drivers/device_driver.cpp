@@ -1,6 +1,7 @@
 #include "drivers/device_driver.hpp"
 
 #include <chrono>
+#include <stdexcept>
 
 #include "common/convert/convert.hpp"
 
@@ -31,6 +32,14 @@ void DeclareDriver(DriverParams* params, ParameterTable* table) {
              Unit::kSecond,
              Range::Above(0.0).AtMost(3600.0),
              "Without a measurement for this long HEALTH says lost.");
+}
+
+void CheckSource(const std::string& config_file, const DriverParams& params, SourceKind kind) {
+  try {
+    ExpectUsable(params.source, kind);
+  } catch (const std::runtime_error& e) {
+    throw ConfigError(config_file + ": source: " + e.what());
+  }
 }
 
 void DeclareClock(ClockParams* params, bool has_clock, ParameterTable* table) {

@@ -13,6 +13,7 @@
 #include "common/runtime/parameters.hpp"
 #include "drivers/device_clock.hpp"
 #include "drivers/device_watch.hpp"
+#include "drivers/socket/source_url.hpp"
 
 namespace seastitch {
 
@@ -26,6 +27,8 @@ void DeclareDevice(std::string* device,
                    const std::vector<std::string>& names,
                    ParameterTable* table);
 void DeclareDriver(DriverParams* params, ParameterTable* table);
+// Throws ConfigError "FILE: source: ..." for one that this driver can never open.
+void CheckSource(const std::string& config_file, const DriverParams& params, SourceKind kind);
 // has_clock: the device sends the time of its measurements.
 void DeclareClock(ClockParams* params, bool has_clock, ParameterTable* table);
 

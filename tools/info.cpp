@@ -8,6 +8,7 @@
 
 #include "common/convert/channels.hpp"
 #include "common/runtime/bus.hpp"
+#include "common/runtime/durable_file.hpp"
 #include "common/storage/event_log.hpp"
 #include "tools/message_types.hpp"
 
@@ -135,7 +136,7 @@ int RunInfo(const InfoOptions& options) {
     if (std::filesystem::exists(*options.repair_to)) {
       throw std::runtime_error(options.repair_to->string() + ": exists already");
     }
-    repaired.emplace(*options.repair_to);
+    repaired.emplace(*options.repair_to, IfExists::kRefuse);
   }
   std::map<std::string, Figures> channels;
   MessageTypes types;
@@ -144,6 +145,10 @@ int RunInfo(const InfoOptions& options) {
     types.Add(*event);
     if (repaired)
       repaired->Write(event->utime, event->channel, event->data.data(), event->data.size());
+  }
+  if (repaired) {
+    repaired->Sync();
+    SyncFolder(std::filesystem::absolute(*options.repair_to).parent_path());
   }
   if (options.json) {
     PrintJson(channels, types, reader.damaged_bytes());

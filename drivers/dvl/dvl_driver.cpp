@@ -79,6 +79,7 @@ DvlDriverConfig LoadDvlDriverConfig(const std::string& path) {
   DvlDriverConfig config;
   config.device = DeviceIn(path, NamesOf(kDevices));
   TableOf(&config).Load(path);
+  CheckSource(path, config.driver, SourceKind::kCan);
   if (config.device != kSignalDevice) return config;
   config.can.signals = LoadSignals(path, kDvlFieldKeys, &config.signals);
   if (const std::string problem = config.can.Validate(); !problem.empty())

@@ -25,6 +25,7 @@ ParameterTable TableOf(Pd0DriverConfig* config) {
 Pd0DriverConfig LoadPd0DriverConfig(const std::string& path) {
   Pd0DriverConfig config;
   TableOf(&config).Load(path);
+  CheckSource(path, config.driver, SourceKind::kDatagrams);
   return config;
 }
 

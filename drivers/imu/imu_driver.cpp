@@ -73,6 +73,7 @@ ImuDriverConfig LoadImuDriverConfig(const std::string& path) {
   ImuDriverConfig config;
   config.device = DeviceIn(path, NamesOf(kDevices));
   TableOf(&config).Load(path);
+  CheckSource(path, config.driver, SourceKind::kCan);
   if (config.device != kSignalDevice) return config;
   config.can.signals = LoadSignals(path, kImuFieldKeys, &config.signals);
   if (const std::string problem = config.can.Validate(); !problem.empty())

@@ -41,6 +41,7 @@ ParameterTable TableOf(MbesDriverConfig* config) {
 MbesDriverConfig LoadMbesDriverConfig(const std::string& path) {
   MbesDriverConfig config;
   TableOf(&config).Load(path);
+  CheckSource(path, config.driver, SourceKind::kDatagrams);
   return config;
 }
 

@@ -2,10 +2,9 @@
 
 #include <sys/timerfd.h>
 
+#include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <chrono>
-#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -66,21 +65,11 @@ class CannelloniSource : public CanSource {
   Counters counters_;
 };
 
-double ParseSpeed(const SourceUrl& url) {
-  const std::string text = url.Option("speed", "1");
-  double speed = 0.0;
-  const char* const end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data(), end, speed);
-  if (error != std::errc() || stop != end || !std::isfinite(speed) || speed < 0.0)
-    throw std::runtime_error(url.text + ": speed '" + text + "' is not a number from 0 up");
-  return speed;
-}
-
 class CandumpSource : public CanSource {
  public:
   CandumpSource(const SourceUrl& url, std::vector<CanFilter> filters)
       : in_(url.address),
-        speed_(ParseSpeed(url)),
+        speed_(SpeedOf(url)),
         filters_(std::move(filters)),
         timer_(timerfd_create(CLOCK_MONOTONIC, TFD_CLOEXEC | TFD_NONBLOCK)) {
     if (!in_ || std::filesystem::is_directory(url.address))

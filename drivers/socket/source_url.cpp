@@ -1,9 +1,39 @@
 #include "drivers/socket/source_url.hpp"
 
+#include <net/if.h>
+
+#include <charconv>
+#include <cmath>
+#include <filesystem>
 #include <sstream>
 #include <stdexcept>
 
 namespace seastitch {
+namespace {
+
+constexpr char kCanUrls[] = "can:INTERFACE, candump:FILE or udp:HOST:PORT";
+constexpr char kDatagramUrls[] = "udp:HOST:PORT";
+
+void ExpectInterface(const SourceUrl& url, const std::string& name) {
+  if (name.empty() || name.size() >= IFNAMSIZ || name.find_first_of("/ \t") != std::string::npos)
+    throw std::runtime_error(url.text + ": '" + name + "' is not the name of an interface, 1 to " +
+                             std::to_string(IFNAMSIZ - 1) + " letters");
+}
+
+void ExpectUdp(const std::string& text) {
+  const SourceUrl url = ParseSourceUrl(text, {"interface"});
+  if (HostPortOf(url).host.empty()) throw std::runtime_error(text + ": expected udp:HOST:PORT");
+  if (url.options.contains("interface")) ExpectInterface(url, url.options.at("interface"));
+}
+
+void ExpectCandump(const std::string& text) {
+  const SourceUrl url = ParseSourceUrl(text, {"speed"});
+  SpeedOf(url);
+  if (!std::filesystem::exists(url.address) || std::filesystem::is_directory(url.address))
+    throw std::runtime_error(text + ": not a file that can be read");
+}
+
+}  // namespace
 
 SourceUrl ParseSourceUrl(const std::string& text, const std::set<std::string>& allowed_options) {
   const std::size_t colon = text.find(':');
@@ -24,6 +54,42 @@ SourceUrl ParseSourceUrl(const std::string& text, const std::set<std::string>& a
     url.options[key] = option.substr(equals + 1);
   }
   return url;
+}
+
+HostPort HostPortOf(const SourceUrl& url) {
+  const std::size_t colon = url.address.rfind(':');
+  if (colon == std::string::npos) throw std::runtime_error(url.text + ": expected udp:HOST:PORT");
+  const std::string text = url.address.substr(colon + 1);
+  HostPort address{url.address.substr(0, colon), 0};
+  const char* const end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, address.port);
+  if (error != std::errc() || stop != end || address.port == 0)
+    throw std::runtime_error(url.text + ": '" + text + "' is not a port, 1 to 65535");
+  return address;
+}
+
+double SpeedOf(const SourceUrl& url) {
+  const std::string text = url.Option("speed", "1");
+  double speed = 0.0;
+  const char* const end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, speed);
+  if (error != std::errc() || stop != end || !std::isfinite(speed) || speed < 0.0)
+    throw std::runtime_error(url.text + ": speed '" + text + "' is not a number from 0 up");
+  return speed;
+}
+
+void ExpectUsable(const std::string& text, SourceKind kind) {
+  const SourceUrl url = ParseSourceUrl(text, {"speed", "interface"});
+  const bool is_can = kind == SourceKind::kCan;
+  if (url.scheme == "udp") {
+    ExpectUdp(text);
+  } else if (is_can && url.scheme == "candump") {
+    ExpectCandump(text);
+  } else if (is_can && url.scheme == "can") {
+    ExpectInterface(ParseSourceUrl(text, {}), url.address);
+  } else {
+    throw std::runtime_error(text + ": expected " + (is_can ? kCanUrls : kDatagramUrls));
+  }
 }
 
 }  // namespace seastitch

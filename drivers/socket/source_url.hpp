@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <set>
 #include <string>
@@ -21,5 +22,22 @@ struct SourceUrl {
 
 // Throws std::runtime_error "TEXT: reason", also for an option that is not among those allowed.
 SourceUrl ParseSourceUrl(const std::string& text, const std::set<std::string>& allowed_options);
+
+// Of udp:HOST:PORT. Throws std::runtime_error "TEXT: reason".
+struct HostPort {
+  std::string host;
+  std::uint16_t port = 0;
+};
+HostPort HostPortOf(const SourceUrl& url);
+
+// Of candump:FILE?speed=X, 1 where it names none. Throws std::runtime_error "TEXT: reason".
+double SpeedOf(const SourceUrl& url);
+
+// What a driver can read from.
+enum class SourceKind : std::uint8_t { kCan, kDatagrams };
+
+// Throws std::runtime_error "TEXT: reason" for a URL that can never be opened by such a driver,
+// whichever devices and interfaces come.
+void ExpectUsable(const std::string& text, SourceKind kind);
 
 }  // namespace seastitch

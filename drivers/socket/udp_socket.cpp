@@ -6,7 +6,6 @@
 #include <sys/socket.h>
 
 #include <cerrno>
-#include <charconv>
 #include <cstring>
 #include <stdexcept>
 
@@ -26,20 +25,11 @@ NotYet SystemProblem(const char* what) {
 }
 
 sockaddr_in AddressOf(const SourceUrl& url) {
-  const std::size_t colon = url.address.rfind(':');
-  if (colon == std::string::npos) throw Problem(url, "expected udp:HOST:PORT");
-  const std::string port_text = url.address.substr(colon + 1);
-  std::uint16_t port = 0;
-  const char* const end = port_text.data() + port_text.size();
-  const auto [stop, error] = std::from_chars(port_text.data(), end, port);
-  if (error != std::errc() || stop != end || port == 0)
-    throw Problem(url, "'" + port_text + "' is not a port, 1 to 65535");
-
+  const auto [host, port] = HostPortOf(url);
   addrinfo hints{};
   hints.ai_family = AF_INET;
   hints.ai_socktype = SOCK_DGRAM;
   addrinfo* found = nullptr;
-  const std::string host = url.address.substr(0, colon);
   if (const int code = getaddrinfo(host.c_str(), nullptr, &hints, &found); code != 0)
     throw Problem(url, "'" + host + "': " + gai_strerror(code));
   sockaddr_in address{};

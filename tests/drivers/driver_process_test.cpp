@@ -52,7 +52,7 @@ TEST_F(DriverProcess, WrongConfigurationsEndWithOneLine) {
 TEST_F(DriverProcess, AFileThatIsMissingEndsItWithOneLine) {
   const auto dvl = WithSource(dir, "dvl_driver.yaml", "candump:/nowhere.log");
   ExpectOneLineAndFailure(
-      Start("seastitch-dvl-driver", dvl).get(), "candump:/nowhere.log: ", EXIT_FAILURE);
+      Start("seastitch-dvl-driver", dvl).get(), "source: candump:/nowhere.log: ", EX_CONFIG);
 }
 
 TEST_F(DriverProcess, ABusyPortIsSaidWaitedForAndTaken) {

@@ -263,6 +263,31 @@ TEST_F(Config, EveryMistakeIsNamedByFileAndKey) {
               HasSubstr("receive_buffer_bytes: '1' is not"));
 }
 
+TEST_F(Config, ASourceThatCanNeverBeOpenedIsAMistakeToo) {
+  const auto imu = [&](const std::string& source) {
+    return ImuError("source: \"can:can0\"", "source: \"" + source + "\"");
+  };
+  EXPECT_THAT(imu("usb:can0"),
+              HasSubstr("imu_driver.yaml: source: usb:can0: expected can:INTERFACE"));
+  EXPECT_THAT(imu("udp:127.0.0.1:60200000"), HasSubstr("'60200000' is not a port"));
+  EXPECT_THAT(imu("udp::5000"), HasSubstr("expected udp:HOST:PORT"));
+  EXPECT_THAT(imu("udp:127.0.0.1:5000?interface="), HasSubstr("not the name of an interface"));
+  EXPECT_THAT(imu("can:"), HasSubstr("'' is not the name of an interface"));
+  EXPECT_THAT(imu("can:" + std::string(25, 'x')), HasSubstr("not the name of an interface"));
+  EXPECT_THAT(imu("candump:/nowhere.log"), HasSubstr("not a file that can be read"));
+  EXPECT_THAT(imu("candump:/dev/null?speed=fast"), HasSubstr("speed 'fast'"));
+  // What may come later is waited for.
+  for (const char* source : {"can:no_such_if", "can:exactly_fifteen", "udp:0.0.0.0:5000"})
+    EXPECT_NO_THROW(LoadImuDriverConfig(Changed(
+        "imu_driver.yaml", "source: \"can:can0\"", std::string("source: \"") + source + "\"")));
+  for (const char* source : {"can:can0", "candump:/dev/null", "udp:127.0.0.1"})
+    EXPECT_THAT(
+        ErrorOf([&] {
+          LoadMbesDriverConfig(dir.Write("m.yaml", std::string("source: \"") + source + "\"\n"));
+        }),
+        HasSubstr("m.yaml: source: " + std::string(source) + ": expected udp:HOST:PORT"));
+}
+
 TEST_F(Config, ABrokenDbcIsNamedByItsLine) {
   const std::string yaml = Changed("imu_driver.yaml", "latency_s: 0", "latency_s: 0");
   dir.Write("sbg_ecan.dbc", "VERSION \"\"\nBO_ 1 M: 8 X\n SG_ A : 99|8@1+ (1,0) [0|0] \"\" X\n");
