@@ -6,6 +6,7 @@
 #include "common/convert/convert.hpp"
 #include "common/core/channel_names.hpp"
 #include "common/runtime/bus.hpp"
+#include "common/runtime/process.hpp"
 #include "common/storage/event_log.hpp"
 
 namespace seastitch::bench {
@@ -28,6 +29,7 @@ DriverConfigs LoadDriverConfigs(const std::filesystem::path& folder) {
 
 LogResult WriteLog(SurveySimulator* simulator,
                    const DriverConfigs& drivers,
+                   std::vector<config_t> configuration,
                    const std::filesystem::path& path,
                    const Progress& progress) {
   EventLogWriter writer(path);
@@ -39,6 +41,12 @@ LogResult WriteLog(SurveySimulator* simulator,
     ++result.events;
     ++result.channels[channel];
   });
+  for (config_t& part : configuration) {
+    part.utime = ToUtime(now);
+    part.version = ProgramVersion();
+    bus.Publish(channels::kConfig, part);
+  }
+  bus.HandleAll();
   ImuDriver imu(drivers.imu, &bus);
   DvlDriver dvl(drivers.dvl, &bus);
   MbesDriver mbes(drivers.mbes, &bus);

@@ -5,11 +5,13 @@
 #include <functional>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "bench/simulator.hpp"
 #include "drivers/dvl/dvl_driver.hpp"
 #include "drivers/imu/imu_driver.hpp"
 #include "drivers/mbes/mbes_driver.hpp"
+#include "seastitch/config_t.hpp"
 
 namespace seastitch::bench {
 
@@ -33,9 +35,11 @@ struct LogResult {
 
 // The survey as the LCM log that the logger would have made of it: the devices' bytes go through
 // the drivers themselves, in this process, on simulated receive times. The same survey gives the
-// same file. Writes the truth to TruthPathFor(path). Throws std::runtime_error naming the file.
+// same file. Begins with `configuration`, as the processes publish it at their start. Writes the
+// truth to TruthPathFor(path). Throws std::runtime_error naming the file.
 LogResult WriteLog(SurveySimulator* simulator,
                    const DriverConfigs& drivers,
+                   std::vector<config_t> configuration,
                    const std::filesystem::path& path,
                    const Progress& progress);
 

@@ -28,6 +28,10 @@ LogWriter::~LogWriter() { Finish(); }
 
 void LogWriter::Add(LogEvent event) {
   const std::lock_guard lock(mutex_);
+  if (!IsLoggable(event.channel, event.data.size())) {
+    ++status_.events_unloggable;
+    return;
+  }
   const std::int64_t cost = CostOf(event);
   if (status_.queued_bytes + cost > max_queue_bytes_) {
     ++status_.events_dropped;

@@ -21,7 +21,8 @@ class LogWriter {
  public:
   struct Status {
     std::int64_t events_written = 0;
-    std::int64_t events_dropped = 0;  // the queue was full
+    std::int64_t events_dropped = 0;     // the queue was full
+    std::int64_t events_unloggable = 0;  // no log can hold them: see IsLoggable()
     std::int64_t queued_bytes = 0;
     std::int64_t file_bytes = 0;
     std::int64_t write_errors = 0;

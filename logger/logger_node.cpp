@@ -12,7 +12,7 @@ namespace seastitch {
 namespace {
 
 constexpr std::int64_t kMegabyte = 1'000'000;
-constexpr int kSecondsToReportALoss = 10;
+constexpr int kSecondsToReport = 10;
 // Beyond the interval at which the disk is written to.
 constexpr double kDiskMayTakeS = 1.5;
 
@@ -44,10 +44,17 @@ void LoggerNode::OnEvent(const std::string& channel, const lcm::ReceiveBuffer& b
   health_.Tick("events");
 }
 
+bool LoggerNode::RecentGrowth::Add(std::int64_t new_total) {
+  seconds_since = new_total > total ? 0 : seconds_since + 1;
+  total = new_total;
+  return total > 0 && seconds_since < kSecondsToReport;
+}
+
 void LoggerNode::UpdateHealth() {
   const LogWriter::Status status = writer_.status();
   health_.Set("events_written", status.events_written);
   health_.Set("events_dropped", status.events_dropped);
+  health_.Set("events_unloggable", status.events_unloggable);
   health_.Set("events_lost_before_logger", gaps_.total());
   for (const auto& [channel, lost] : gaps_.lost()) health_.Set("lost_" + channel, lost);
   health_.Set("write_errors", status.write_errors);
@@ -59,12 +66,13 @@ void LoggerNode::UpdateHealth() {
   if (!unknown) health_.Set("disk_free_mb", static_cast<std::int64_t>(disk.available / kMegabyte));
 
   const std::int64_t losses = status.events_dropped + gaps_.total();
-  seconds_since_loss_ = losses > losses_seen_ ? 0 : seconds_since_loss_ + 1;
-  losses_seen_ = losses;
-  health_.HoldIf(losses > 0 && seconds_since_loss_ < kSecondsToReportALoss,
+  health_.HoldIf(losses_.Add(losses),
                  conditions::kMessagesNotRecorded,
                  std::to_string(gaps_.total()) + " on the way here, " +
                      std::to_string(status.events_dropped) + " for want of room");
+  health_.HoldIf(unloggable_.Add(status.events_unloggable),
+                 conditions::kUnloggableMessages,
+                 std::to_string(status.events_unloggable));
   health_.HoldIf(!status.error.empty(),
                  conditions::kLogNotWriting,
                  std::to_string(status.queued_bytes / kMegabyte) + " MB wait, " + status.error);

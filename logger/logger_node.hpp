@@ -26,14 +26,21 @@ class LoggerNode {
   const std::filesystem::path& file() const { return file_; }
 
  private:
+  // Of a counter that is read once a second: whether it grew within the last seconds.
+  struct RecentGrowth {
+    bool Add(std::int64_t total);
+    std::int64_t total = 0;
+    int seconds_since = 0;
+  };
+
   void OnEvent(const std::string& channel, const lcm::ReceiveBuffer& buffer);
 
   std::filesystem::path file_;
   LogWriter writer_;
   GapCounter gaps_;
   Health health_{"logger"};
-  std::int64_t losses_seen_ = 0;
-  int seconds_since_loss_ = 0;
+  RecentGrowth losses_;
+  RecentGrowth unloggable_;
 };
 
 }  // namespace seastitch

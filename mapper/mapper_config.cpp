@@ -30,4 +30,10 @@ MapperConfig LoadMapperConfig(const std::string& path) {
 
 std::string PrintConfig(const MapperConfig& config) { return PrintWithDefaults(config, {}); }
 
+std::vector<std::pair<std::string, std::string>> ConfigFiles(const MapperConfig& config) {
+  MapperConfig mapper = config;
+  mapper.vehicle_file = "vehicle.yaml";
+  return {{"mapper.yaml", PrintConfig(mapper)}, {"vehicle.yaml", PrintConfig(config.vehicle)}};
+}
+
 }  // namespace seastitch

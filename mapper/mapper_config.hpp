@@ -3,6 +3,8 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "common/runtime/dive_folder.hpp"
 #include "common/runtime/parameters.hpp"
@@ -26,6 +28,9 @@ MapperConfig LoadMapperConfig(const std::string& path);
 
 // The effective configuration as mapper.yaml.
 std::string PrintConfig(const MapperConfig& config);
+
+// mapper.yaml and the vehicle.yaml that it names, to lie in one folder: names and texts.
+std::vector<std::pair<std::string, std::string>> ConfigFiles(const MapperConfig& config);
 
 ParameterTable TableOf(MapperConfig* config);
 // Its section `navigation`.

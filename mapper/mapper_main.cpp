@@ -52,10 +52,7 @@ int main(int argc, char** argv) {
           return worker.age_s();
         });
         node.health().PublishEverySecond(&bus, &loop);
-        ConfigPublisher configuration(ConfigParts("mapper",
-                                                  {{"mapper.yaml", PrintConfig(*config)},
-                                                   {"vehicle.yaml", PrintConfig(config->vehicle)}}),
-                                      &bus);
+        ConfigPublisher configuration(ConfigParts("mapper", ConfigFiles(*config)), &bus);
         configuration.SendBy(&loop);
         const int code = loop.Run();
         bus.HandleUntilQuiet();  // what the drivers sent before they stopped

@@ -4,7 +4,9 @@
 
 #include "bench/log.hpp"
 #include "bench/survey_config.hpp"
+#include "common/convert/convert.hpp"
 #include "common/runtime/vehicle_config.hpp"
+#include "mapper/mapper_config.hpp"
 #include "tools/progress.hpp"
 
 namespace seastitch {
@@ -48,10 +50,15 @@ int RunBench(const BenchOptions& options) {
                 static_cast<long long>(sent.refused),
                 sent.max_lag_s);
   } else {
-    const bench::LogResult written = bench::WriteLog(
-        &simulator, bench::LoadDriverConfigs(options.config_dir), options.log, show);
-    progress.Finish();
     const bench::SurveyConfig survey = bench::LoadSurvey(options.survey.string());
+    const MapperConfig mapper =
+        LoadMapperConfig(MapperConfigFor(survey, options.config_dir).string());
+    const bench::LogResult written = bench::WriteLog(&simulator,
+                                                     bench::LoadDriverConfigs(options.config_dir),
+                                                     ConfigParts("mapper", ConfigFiles(mapper)),
+                                                     options.log,
+                                                     show);
+    progress.Finish();
     std::printf("%lld events in %s; replay it with --config %s\n",
                 static_cast<long long>(written.events),
                 options.log.c_str(),

@@ -17,6 +17,11 @@ struct DataError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+// A command line that asks for what cannot be done: exit code 64.
+struct UsageError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
 // Watches the fingerprints of a log's events on the channels of Seastitch. A version of a type that
 // nobody can read any more, or somebody else's type on a channel of the same name, has another one.
 class MessageTypes {

@@ -2,8 +2,10 @@
 
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <fstream>
 #include <stdexcept>
 
 #include "bench/truth.hpp"
@@ -19,6 +21,7 @@
 #include "products/survey_collector.hpp"
 #include "tools/message_types.hpp"
 #include "tools/progress.hpp"
+#include "tools/recorded_dive.hpp"
 
 namespace seastitch {
 namespace {
@@ -233,14 +236,66 @@ double DurationSeconds(const Survey& survey) {
                               : ToSeconds(survey.track.back().time - survey.track.front().time);
 }
 
+// Products never go where an input lies.
+void ExpectApart(const std::vector<fs::path>& inputs, const fs::path& out) {
+  const fs::path target = fs::weakly_canonical(out);
+  for (const fs::path& input : inputs) {
+    const fs::path source = fs::weakly_canonical(input);
+    const fs::path folder = fs::is_directory(input) ? source : source.parent_path();
+    const auto [unlike, rest] =
+        std::mismatch(folder.begin(), folder.end(), target.begin(), target.end());
+    const bool inside = fs::is_directory(input) && unlike == folder.end();
+    const bool input_inside =
+        fs::exists(target / "submaps") && fs::equivalent(folder, target / "submaps");
+    if (inside || input_inside)
+      throw UsageError("--out " + out.string() + ": the input " + input.string() +
+                       " lies there; choose another folder");
+  }
+}
+
+// The files that the replay is done with: what was given, else what was recorded, which is left in
+// OUT/config, else the shipped ones.
+void ChooseConfig(ReplayOptions* options, bool from_directory) {
+  std::map<std::string, std::string> recorded;
+  if (!from_directory && options->mapper_config.empty()) recorded = RecordedConfig(options->inputs);
+  if (recorded.contains("mapper.yaml") && recorded.contains("vehicle.yaml")) {
+    const fs::path folder = options->out / "config";
+    fs::create_directories(folder);
+    for (const char* name : {"mapper.yaml", "vehicle.yaml", "optimizer.yaml"})
+      if (recorded.contains(name)) std::ofstream(folder / name) << recorded[name];
+    options->mapper_config = folder / "mapper.yaml";
+    if (options->optimizer_config.empty() && recorded.contains("optimizer.yaml"))
+      options->optimizer_config = folder / "optimizer.yaml";
+    if (!options->quiet) std::fprintf(stderr, "configuration: as recorded\n");
+  }
+  if (options->optimizer_config.empty()) {
+    const fs::path beside = options->mapper_config.parent_path() / "optimizer.yaml";
+    const bool there = !options->mapper_config.empty() && fs::exists(beside);
+    options->optimizer_config = there ? beside : options->default_config_dir / "optimizer.yaml";
+  }
+  if (!options->mapper_config.empty()) return;
+  options->mapper_config = options->default_config_dir / "mapper.yaml";
+  if (!options->quiet && !from_directory)
+    std::fprintf(stderr,
+                 "no configuration was recorded: using %s (--config names another)\n",
+                 options->mapper_config.c_str());
+}
+
 }  // namespace
 
-ProductSummary RunReplay(const ReplayOptions& options) {
+ProductSummary RunReplay(const ReplayOptions& given) {
+  ReplayOptions options = given;
   const Stopwatch stopwatch;
   if (options.inputs.empty()) throw std::runtime_error("replay: no input");
   for (const fs::path& input : options.inputs) {
     if (!fs::exists(input))
       throw std::runtime_error(input.string() + ": no such file or directory");
+  }
+  ExpectApart(options.inputs, options.out);
+  const std::string title = options.inputs[0].filename().string();
+  if (IsDive(options.inputs[0])) {
+    if (options.inputs.size() > 1) throw std::runtime_error("replay: one dive at a time");
+    options.inputs = LogsOfDive(options.inputs[0]);
   }
   const bool from_directory = fs::is_directory(options.inputs[0]);
   if (from_directory && options.inputs.size() > 1) {
@@ -250,8 +305,11 @@ ProductSummary RunReplay(const ReplayOptions& options) {
     throw std::runtime_error("replay: --as-recorded needs a log");
   }
 
+  if (!from_directory) options.inputs = InOrderOfRecording(std::move(options.inputs));
+  ChooseConfig(&options, from_directory);
+
   ProductOptions products;
-  products.title = options.inputs[0].filename().string();
+  products.title = title;
   if (!options.quiet) {
     products.progress = [](const std::string& step) { std::fprintf(stderr, "%s\n", step.c_str()); };
   }

@@ -13,9 +13,12 @@ namespace seastitch {
 class Bus;
 
 struct ReplayOptions {
-  std::vector<std::filesystem::path> inputs;  // LCM logs, or one directory of submaps
+  // LCM logs in any order, one dive's folder, or one directory of submaps.
+  std::vector<std::filesystem::path> inputs;
+  // Empty: as recorded in the logs, else those of default_config_dir.
   std::filesystem::path mapper_config;
   std::filesystem::path optimizer_config;
+  std::filesystem::path default_config_dir;
   std::filesystem::path out;
   // Truth file of the bench; absent: LOG.truth.csv, where there is one.
   std::optional<std::filesystem::path> truth;

@@ -8,7 +8,9 @@
 #include <exception>
 #include <memory>
 
+#include "common/runtime/config.hpp"
 #include "common/runtime/freed_memory.hpp"
+#include "common/runtime/process.hpp"
 #include "tools/bench_command.hpp"
 #include "tools/configuration.hpp"
 #include "tools/demo.hpp"
@@ -75,14 +77,19 @@ void AddReplay(CLI::App* app, int* status) {
   auto arguments = std::make_shared<Arguments>();
   ReplayOptions& options = arguments->replay;
   CLI::App* replay = app->add_subcommand("replay", "logs or submaps to map, track and report");
-  CLI::Option* const input =
-      replay->add_option("input", options.inputs, "LCM logs, or a directory of submap PCD files");
+  CLI::Option* const input = replay->add_option(
+      "input",
+      options.inputs,
+      "a dive's folder, LCM logs in any order, or a directory of submap PCD files");
   CLI::Option* const out =
       replay->add_option("--out", options.out, "folder for everything that is made");
-  replay->add_option("--config", options.mapper_config, "mapper.yaml (default: the shipped one)");
-  replay->add_option("--optimizer-config",
-                     options.optimizer_config,
-                     "optimizer.yaml (default: beside the mapper's, else the shipped one)");
+  replay->add_option("--config",
+                     options.mapper_config,
+                     "mapper.yaml (default: as recorded, else the shipped one)");
+  replay->add_option(
+      "--optimizer-config",
+      options.optimizer_config,
+      "optimizer.yaml (default: as recorded, beside the mapper's, else the shipped one)");
   replay->add_option("--truth", arguments->truth, "truth of a simulated survey, to compare with");
   replay->add_flag("--as-recorded",
                    options.as_recorded,
@@ -109,12 +116,7 @@ void AddReplay(CLI::App* app, int* status) {
     for (const CLI::Option* needed : {input, out})
       if (needed->empty()) throw CLI::RequiredError(needed->get_name());
     if (!arguments->truth.empty()) chosen.truth = arguments->truth;
-    if (chosen.optimizer_config.empty()) {
-      const fs::path beside = chosen.mapper_config.parent_path() / "optimizer.yaml";
-      const bool there = !chosen.mapper_config.empty() && fs::exists(beside);
-      chosen.optimizer_config = there ? beside : ConfigDir() / "optimizer.yaml";
-    }
-    if (chosen.mapper_config.empty()) chosen.mapper_config = ConfigDir() / "mapper.yaml";
+    chosen.default_config_dir = ConfigDir();
     PrintSummary(RunReplay(chosen), chosen.out);
     *status = EXIT_SUCCESS;
   });
@@ -204,14 +206,25 @@ int main(int argc, char** argv) try {
   int status = EXIT_FAILURE;
   CLI::App app("Seastitch: a depth map whose swaths agree, from what the sonar saw twice");
   app.require_subcommand(1);
+  app.set_version_flag("--version", std::string("seastitch ") + seastitch::ProgramVersion());
   seastitch::AddDemo(&app, &status);
   seastitch::AddReplay(&app, &status);
   seastitch::AddReference(&app, &status);
   seastitch::AddBench(&app, &status);
   seastitch::AddImport(&app, &status);
   seastitch::AddInfo(&app, &status);
-  CLI11_PARSE(app, argc, argv);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? EX_OK : EX_USAGE;
+  }
   return status;
+} catch (const seastitch::UsageError& e) {
+  std::fprintf(stderr, "seastitch: %s\n", e.what());
+  return EX_USAGE;
+} catch (const seastitch::ConfigError& e) {
+  std::fprintf(stderr, "seastitch: %s\n", e.what());
+  return EX_CONFIG;
 } catch (const seastitch::DataError& e) {
   std::fprintf(stderr, "seastitch: %s\n", e.what());
   return EX_DATAERR;

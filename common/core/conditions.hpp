@@ -87,6 +87,13 @@ inline constexpr ConditionKind kLogNotWriting{
     "the log cannot be written",
     "Check the data disk: mounted, writable, not full. Messages wait in memory until then; what "
     "finds no room is counted in events_dropped."};
+inline constexpr ConditionKind kUnloggableMessages{
+    "unloggable_messages",
+    Severity::kDegraded,
+    "messages came that no log can hold",
+    "Another program sends on a channel without a name, or with one of more than 63 bytes. They "
+    "are "
+    "skipped; the rest is recorded."};
 inline constexpr ConditionKind kMessagesNotRecorded{
     "messages_not_recorded",
     Severity::kDegraded,
@@ -203,14 +210,14 @@ inline constexpr ConditionKind kStoreNotWriting{
     "memory, up to max_unsaved_mb."};
 
 inline constexpr const ConditionKind* kAll[] = {
-    &kUndecodableMessages,  &kMessagesNotSent,    &kSocketDrops,          &kLoopLate,
-    &kWorkerStalled,        &kDiskStalled,        &kNoDeviceData,         &kSourceUnavailable,
-    &kCanController,        &kLogNotWriting,      &kMessagesNotRecorded,  &kGraphIncomplete,
-    &kSubmapMalformed,      &kNoSolution,         &kSolutionNotConverged, &kNoCovariance,
-    &kNoBottomLock,         &kDvlRefused,         &kAttitudeRefused,      &kDepthRefused,
-    &kFixesRefused,         &kNavigationReset,    &kHeadingStep,          &kTimeOffsetSuspected,
-    &kNavigationNotStarted, &kPlaceUnknown,       &kNoSoundSpeedProfile,  &kSolutionWithheld,
-    &kStoreNotWriting,      &kRegistrationFailed,
+    &kUndecodableMessages, &kMessagesNotSent,      &kSocketDrops,         &kLoopLate,
+    &kWorkerStalled,       &kDiskStalled,          &kNoDeviceData,        &kSourceUnavailable,
+    &kCanController,       &kLogNotWriting,        &kMessagesNotRecorded, &kUnloggableMessages,
+    &kGraphIncomplete,     &kSubmapMalformed,      &kNoSolution,          &kSolutionNotConverged,
+    &kNoCovariance,        &kNoBottomLock,         &kDvlRefused,          &kAttitudeRefused,
+    &kDepthRefused,        &kFixesRefused,         &kNavigationReset,     &kHeadingStep,
+    &kTimeOffsetSuspected, &kNavigationNotStarted, &kPlaceUnknown,        &kNoSoundSpeedProfile,
+    &kSolutionWithheld,    &kStoreNotWriting,      &kRegistrationFailed,
 };
 
 }  // namespace conditions

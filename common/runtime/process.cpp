@@ -52,7 +52,7 @@ int RunProcess(int argc,
                args.print_config,
                "Write the effective configuration with comments and leave; without --config: the "
                "defaults");
-  app.set_version_flag("--version", std::string(SEASTITCH_VERSION));
+  app.set_version_flag("--version", std::string(ProgramVersion()));
   try {
     app.parse(argc, argv);
     if (args.config.empty() && !args.print_config) throw CLI::RequiredError(config->get_name());
@@ -74,5 +74,7 @@ void SetUpLogging(const std::string& process) {
   logger->set_pattern("%Y-%m-%dT%H:%M:%S.%eZ %n %l: %v", spdlog::pattern_time_type::utc);
   spdlog::set_default_logger(std::move(logger));
 }
+
+const char* ProgramVersion() { return SEASTITCH_VERSION; }
 
 }  // namespace seastitch

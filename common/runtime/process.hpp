@@ -10,6 +10,9 @@
 
 namespace seastitch {
 
+// Of this build, such as "0.1.0".
+const char* ProgramVersion();
+
 // What every process of Seastitch takes on its command line.
 struct ProcessArgs {
   std::string config;         // --config FILE

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::uint32_t kSync = 0xEDA1DA01;
 constexpr std::size_t kHeaderSize = 28;
-constexpr std::uint32_t kMaxChannelLength = 999;    // of LCM's own reader
+constexpr std::uint32_t kMaxChannelLength = 63;     // LCM_MAX_CHANNEL_NAME_LENGTH
 constexpr std::uint32_t kMaxDataLength = 1U << 28;  // of an LCM message
 constexpr std::size_t kWindow = 1 << 20;
 constexpr std::size_t kWriteBuffer = 1 << 18;
@@ -70,11 +70,14 @@ std::optional<Header> ParseHeader(Bytes bytes) {
   return plausible ? std::optional(header) : std::nullopt;
 }
 
-bool IsChannelName(Bytes name) {
-  return std::all_of(name.begin(), name.end(), [](std::uint8_t c) { return c > 0x20 && c < 0x7f; });
-}
+bool IsChannelName(Bytes name) { return std::find(name.begin(), name.end(), 0) == name.end(); }
 
 }  // namespace
+
+bool IsLoggable(const std::string& channel, std::size_t data_size) {
+  return !channel.empty() && channel.size() <= kMaxChannelLength &&
+         channel.find('\0') == std::string::npos && data_size <= kMaxDataLength;
+}
 
 struct EventLogReader::Impl {
   explicit Impl(const std::filesystem::path& path)
@@ -255,7 +258,7 @@ void EventLogWriter::Write(std::int64_t utime,
                            const std::string& channel,
                            const void* data,
                            std::size_t size) {
-  if (channel.empty() || channel.size() > kMaxChannelLength || size > kMaxDataLength)
+  if (!IsLoggable(channel, size))
     throw FileError(impl_->path, "an LCM event log cannot hold such an event");
   if (impl_->waiting.size() >= kWriteBuffer) Flush();
   impl_->Append(utime, channel, Bytes(static_cast<const std::uint8_t*>(data), size));

@@ -20,6 +20,10 @@ struct LogEvent {
   std::vector<std::uint8_t> data;
 };
 
+// Whether a log can hold an event: the channel has 1 to 63 bytes without NUL, as LCM's have, and
+// the data at most 256 MB. LCM itself delivers an empty channel name.
+bool IsLoggable(const std::string& channel, std::size_t data_size);
+
 class EventLogReader {
  public:
   // Throws std::runtime_error "FILE: reason" where it cannot be opened or holds no LCM event.
@@ -43,7 +47,8 @@ class EventLogWriter {
   explicit EventLogWriter(const std::filesystem::path& path,
                           IfExists if_exists = IfExists::kReplace);
   ~EventLogWriter();  // flushes
-  // Takes an event; it reaches the file with the next Flush(), or when 256 kB wait. Throws
+  // Takes an event that IsLoggable(); throws std::runtime_error for any other. It reaches the
+  // file with the next Flush(), or when 256 kB wait. Throws
   // std::runtime_error "FILE: reason" when they find no room: then the event is not taken, the file
   // ends with a whole event, and what waits is tried again by the next call.
   void Write(std::int64_t utime, const std::string& channel, const void* data, std::size_t size);

@@ -50,7 +50,7 @@ class SurveyFiles : public ::testing::Test {
 LogResult LogShortSurvey(const std::filesystem::path& path) {
   const DriverConfigs drivers = ShippedDrivers();
   SurveySimulator simulator(ShortSurvey(), CrookedVehicle(), drivers.signals());
-  return WriteLog(&simulator, drivers, path, nullptr);
+  return WriteLog(&simulator, drivers, {}, path, nullptr);
 }
 
 TEST_F(SurveyFiles, LogHoldsWhatTheDriversPublish) {

@@ -193,6 +193,21 @@ TEST(LogWriter, CountsWhatTheQueueHasNoRoomFor) {
   EXPECT_EQ(EventsIn(path), 100 - dropped);
 }
 
+TEST(LogWriter, SkipsAndCountsWhatNoLogCanHoldAndRecordsTheRest) {
+  const TemporaryDir dir;
+  const auto path = dir.path() / "a.lcmlog";
+  LogWriter writer(std::make_unique<EventLogWriter>(path), 100'000'000, kInterval);
+  writer.Add(Event(0, 200));
+  writer.Add({0, "", {1}});
+  writer.Add({0, std::string(64, 'x'), {1}});
+  for (int i = 1; i < 100; ++i) writer.Add(Event(i, 200));
+  writer.Finish();
+  EXPECT_EQ(EventsIn(path), 100);
+  EXPECT_EQ(writer.status().events_unloggable, 2);
+  EXPECT_EQ(writer.status().events_dropped, 0);
+  EXPECT_EQ(writer.status().error, "");
+}
+
 TEST(LogWriter, OutlastsAFullDiskWithoutLosingWhatItTook) {
   std::signal(SIGXFSZ, SIG_IGN);
   const TemporaryDir dir;

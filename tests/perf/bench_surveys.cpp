@@ -117,7 +117,7 @@ Run RunSurvey(const Plan& plan, const Options& options) {
   const bench::SurveyConfig config = ConfigFor(plan, options);
   bench::SurveySimulator simulator(
       config, LoadVehicle((ConfigDir() / "vehicle.yaml").string()), drivers.signals());
-  bench::WriteLog(&simulator, drivers, log, [](double) { return true; });
+  bench::WriteLog(&simulator, drivers, {}, log, [](double) { return true; });
 
   Run run;
   ReplayOptions replay;

@@ -216,7 +216,21 @@ TEST_F(EventLogTest, RefusesToReplaceWhereAsked) {
 TEST_F(EventLogTest, RefusesAnEventThatTheFormatCannotHold) {
   EventLogWriter writer(path());
   EXPECT_THROW(writer.Write(0, "", nullptr, 0), std::runtime_error);
-  EXPECT_THROW(writer.Write(0, std::string(1000, 'x'), nullptr, 0), std::runtime_error);
+  EXPECT_THROW(writer.Write(0, std::string(64, 'x'), nullptr, 0), std::runtime_error);
+  EXPECT_THROW(writer.Write(0, std::string("A\0B", 3), nullptr, 0), std::runtime_error);
+}
+
+TEST_F(EventLogTest, GivesBackEveryNameThatLcmAllows) {
+  const std::vector<std::string> names = {
+      "TWO WORDS", "S\xC3\xB8lv\xC3\xA5g", " ", "\x01\xFF", std::string(63, '/')};
+  {
+    EventLogWriter writer(path());
+    for (const std::string& name : names) writer.Write(5, name, "abc", 3);
+  }
+  EventLogReader reader(path());
+  for (const std::string& name : names) EXPECT_EQ(reader.Next().value().channel, name);
+  EXPECT_FALSE(reader.Next());
+  EXPECT_EQ(reader.damaged_bytes(), 0);
 }
 
 // A disk that is full, played by a limit on the size of files.
