@@ -23,6 +23,8 @@ constexpr double kSteppedBack = 0.2;
 // A device that has just said that it is aligned may step.
 constexpr double kAfterAlignmentS = 5.0;
 
+using HeadingHypothesis = ErrorStateFilter::HeadingHypothesis;
+
 }  // namespace
 
 AttitudeAiding::AttitudeAiding(const NavigationParams& params,
@@ -38,18 +40,19 @@ AttitudeAiding::AttitudeAiding(const NavigationParams& params,
 void AttitudeAiding::Begin(Time t, const AttitudeEvent& attitude) {
   begun_ = t;
   alignment_ = attitude.alignment;
-  Resume(t, attitude);
+  Resume(t, &attitude);
 }
 
-void AttitudeAiding::Resume(Time t, const AttitudeEvent& attitude) {
+void AttitudeAiding::Resume(Time t, const AttitudeEvent* attitude) {
   compared_ = agreed_ = t;
   pairs_.Clear();
   Anchor(t, attitude);
   watch_.Interrupt();
 }
 
-void AttitudeAiding::Anchor(Time t, const AttitudeEvent& attitude) {
-  anchor_ = {t, attitude.q_map_imu};
+void AttitudeAiding::Anchor(Time t, const AttitudeEvent* attitude) {
+  anchor_.reset();
+  if (attitude) anchor_ = {t, attitude->q_map_imu};
   turn_.setIdentity();
   turned_rad_ = 0.0;
 }
@@ -168,16 +171,16 @@ void AttitudeAiding::UseCarried(Time t, const AttitudeEvent& attitude, bool comp
 }
 
 void AttitudeAiding::Compare(Time t, const AttitudeEvent& attitude) {
-  const double dt_s = ToSeconds(t - anchor_.time);
+  const double dt_s = anchor_ ? ToSeconds(t - anchor_->time) : kMaxIncrementS + 1.0;
   if (dt_s <= kMaxIncrementS) {
-    const Eigen::Quaterniond expected = anchor_.value * turn_;
+    const Eigen::Quaterniond expected = anchor_->value * turn_;
     watch_.Add(t,
                RotationVectorFromQuaternion(attitude.q_map_imu * expected.conjugate()),
                IncrementSigma(dt_s, turned_rad_));
   } else {
     watch_.Interrupt();
   }
-  Anchor(t, attitude);
+  Anchor(t, &attitude);
 }
 
 // What the device scatters by, and the gyros drift, from one sample to the next.
@@ -202,6 +205,7 @@ bool AttitudeAiding::Step(Time t, const AttitudeEvent& attitude) {
   const double gate_rad = params_.gate_sigma * filter_->HeadingResidualSigma();
   if (std::abs(seen_rad) < kMinStepRad || std::abs(step_rad) < std::max(kMinStepRad, gate_rad))
     return false;
+  if (StepsBack(step_rad)) return true;
   Count("heading_step");
   const bool announced = aligned_ && ToSeconds(t - *aligned_) < kAfterAlignmentS;
   const bool settles =
@@ -211,12 +215,22 @@ bool AttitudeAiding::Step(Time t, const AttitudeEvent& attitude) {
     filter_->FollowHeadingStep(step_rad);
   else
     filter_->KeepHeadingOverStep(step_rad);
-  const double doubt_rad = std::abs(filter_->heading_doubt_rad());
-  largest_doubt_rad_ = std::max(largest_doubt_rad_, doubt_rad);
-  if (doubt_rad > kSteppedBack * largest_doubt_rad_ && !announced) return true;
-  if (!announced) Count("heading_step_back");
-  filter_->EndHeadingDoubt();
-  largest_doubt_rad_ = 0.0;
+  if (announced) filter_->EndHeadingDoubt(HeadingHypothesis::kOwn);
+  return true;
+}
+
+// A device that is back where it was by one hypothesis of the heading shows that this is right:
+// that it was wrong only in between is likelier than that it was wrong before and is again.
+bool AttitudeAiding::StepsBack(double step_rad) {
+  const double doubt_rad = filter_->heading_doubt_rad();
+  const double back_rad = kSteppedBack * std::abs(doubt_rad);
+  const double by_own_rad = filter_->heading_offset_rad() + step_rad;
+  const bool own = std::abs(by_own_rad) < back_rad;
+  const bool other = std::abs(by_own_rad - doubt_rad) < back_rad;
+  if (!own && !other) return false;
+  Count("heading_step_back");
+  filter_->EndHeadingDoubt(own ? HeadingHypothesis::kOwn : HeadingHypothesis::kOther);
+  filter_->TrustDeviceHeading();
   return true;
 }
 

@@ -37,8 +37,8 @@ class AttitudeAiding {
 
   // The filter was started with this attitude.
   void Begin(Time t, const AttitudeEvent& attitude);
-  // It was carried over a gap by this one.
-  void Resume(Time t, const AttitudeEvent& attitude);
+  // It was carried over a gap, by this one where there is one.
+  void Resume(Time t, const AttitudeEvent* attitude);
   // What the gyros have felt, free of bias, since the last inertial sample.
   void AddTurn(const Eigen::Vector3d& rate_radps, double dt_s);
   void Use(Time t, const AttitudeEvent& attitude);
@@ -65,8 +65,9 @@ class AttitudeAiding {
   // drifts is common to those that overlap.
   double IncrementSigma(double dt_s, double turned_rad, double share = 1.0) const;
   bool Step(Time t, const AttitudeEvent& attitude);
+  bool StepsBack(double step_rad);
   void Take(Time t, const AttitudeEvent& attitude);
-  void Anchor(Time t, const AttitudeEvent& attitude);
+  void Anchor(Time t, const AttitudeEvent* attitude);
 
   const NavigationParams params_;
   const InertialHistory* history_;
@@ -80,14 +81,13 @@ class AttitudeAiding {
   std::optional<Time> aligned_;
   Alignment alignment_ = Alignment::kUnknown;
   bool in_doubt_ = false;
-  double largest_doubt_rad_ = 0.0;
   StampOffset stamps_;
   SamplePairs<Eigen::Quaterniond> pairs_{StampOffset::kLongestS};  // as measured, for stamps_
   std::optional<Eigen::Quaterniond> last_;                         // as measured
   std::optional<Stamped<Eigen::Quaterniond>> rate_from_;           // as measured
   std::optional<Eigen::Vector3d> device_rate_radps_;               // from then to the next
   // The last attitude that was compared, carried to its stamp, and the turn by the gyros since.
-  Stamped<Eigen::Quaterniond> anchor_;
+  std::optional<Stamped<Eigen::Quaterniond>> anchor_;
   Eigen::Quaterniond turn_ = Eigen::Quaterniond::Identity();
   double turned_rad_ = 0.0;  // the way there and back
 };

@@ -1,7 +1,9 @@
 #include "mapper/navigation/dead_reckoning.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 #include <variant>
@@ -25,6 +27,10 @@ namespace {
 
 // Enough to compare any pair of samples with any delay of their stamps.
 constexpr double kHistoryS = 2.0 * StampOffset::kLongestS + 2.0 * SamplePairs<DvlEvent>::kMostS;
+
+constexpr std::size_t kOverrulingFixes = 3;
+// After a gap of the inertial data, for a device of 1 Hz and some jitter.
+constexpr double kWaitForAttitudeS = 2.5;
 
 ErrorStateFilter::Mounting MountingOf(const VehicleGeometry& vehicle) {
   ErrorStateFilter::Mounting mounting;
@@ -74,6 +80,7 @@ class DeadReckoning::Impl {
   void Process();
   void Handle(const Event& event);
   void RememberForStart(const Event& event);
+  void StartWith(Time t, const DvlEvent& dvl);
   void Start(Time t, const InertialRates& rates);
   void Advance(Time t, const InertialRates& rates);
   void CoastTo(Time t, const InertialRates& rates);
@@ -84,8 +91,15 @@ class DeadReckoning::Impl {
   void Use(const Event& event, const InertialRates& rates);
   void UseSoundSpeed(const SoundSpeedEvent& water);
   DvlEvent Corrected(const DvlEvent& dvl) const;
+  bool IsPossible(const DvlEvent& dvl, const InertialRates& rates);
+  void UseDvl(Time t, const DvlEvent& dvl, const InertialRates& rates);
   void UseDepth(Time t, const DepthEvent& depth);
   void UseFix(Time t, const FixEvent& fix);
+  struct RefusedFix {
+    Eigen::Vector2d off_m;  // from the filter's position, which drifts little meanwhile
+    Eigen::Matrix2d covariance_m2;
+  };
+  bool OverruleByFixes(const RefusedFix& fix);
   void UseLateFix(Time t, const FixEvent& fix);
 
   const NavigationParams params_;
@@ -100,6 +114,7 @@ class DeadReckoning::Impl {
   VelocityAiding velocity_;
   RefusalRecord depth_refusals_;
   RefusalRecord fix_refusals_;
+  std::vector<RefusedFix> refused_fixes_;  // in a row, that agree with each other
   FixKeeper fixes_;
   NavTrack track_;
 
@@ -109,7 +124,8 @@ class DeadReckoning::Impl {
   Time started_at_;
   Time now_;
   InertialRates rates_;
-  std::vector<Event> between_;  // aiding since now_
+  std::vector<Event> between_;   // aiding since now_
+  std::optional<Time> resumed_;  // the first inertial sample after a gap that is not bridged yet
 };
 
 // --- in order of time --------------------------------------------------------------------------
@@ -146,7 +162,7 @@ void DeadReckoning::Impl::RememberForStart(const Event& event) {
   if (const auto* water = std::get_if<SoundSpeedEvent>(&event.measurement))
     UseSoundSpeed(*water);
   else if (const auto* dvl = std::get_if<DvlEvent>(&event.measurement))
-    start_.Use(event.time, Corrected(*dvl));
+    StartWith(event.time, Corrected(*dvl));
   else if (const auto* depth = std::get_if<DepthEvent>(&event.measurement))
     start_.Use(event.time, *depth);
   else if (const auto* fix = std::get_if<FixEvent>(&event.measurement))
@@ -155,7 +171,12 @@ void DeadReckoning::Impl::RememberForStart(const Event& event) {
     start_.Use(event.time, *attitude);
 }
 
+void DeadReckoning::Impl::StartWith(Time t, const DvlEvent& dvl) {
+  if (IsPossible(dvl, rates_)) start_.Use(t, dvl);
+}
+
 void DeadReckoning::Impl::Start(Time t, const InertialRates& rates) {
+  rates_ = rates;
   const auto first = start_.Try(t, rates);
   if (!first) return Count("imu_before_start");
   if (!first->dvl) Count("start_without_dvl");
@@ -168,7 +189,6 @@ void DeadReckoning::Impl::Start(Time t, const InertialRates& rates) {
   started_ = true;
   intake_.Freeze();
   started_at_ = now_ = t;
-  rates_ = rates;
   track_.Add(t, &filter_, first->dvl.has_value());
 }
 
@@ -179,7 +199,8 @@ void DeadReckoning::Impl::Advance(Time t, const InertialRates& rates) {
     IntegrateTo(t, rates);
 }
 
-// Over a hole in the inertial data: what was measured in it has nothing to be placed by.
+// Over a hole in the inertial data: what was measured in it has nothing to be placed by. Without an
+// attitude at its end, one is waited for.
 void DeadReckoning::Impl::CoastTo(Time t, const InertialRates& rates) {
   const AttitudeEvent* attitude = nullptr;
   std::int64_t unused = 0;
@@ -188,16 +209,16 @@ void DeadReckoning::Impl::CoastTo(Time t, const InertialRates& rates) {
     if (newer && ToSeconds(t - event.time) <= params_.imu_gap_s) attitude = newer;
     if (!newer) ++unused;
   }
-  if (!attitude) {
-    if (unused > 0) Count("aiding_in_imu_gap", unused);
-    between_.clear();
-    return Count("imu_gap_without_attitude");
-  }
-  Count("imu_gap");
   if (unused > 0) Count("aiding_in_imu_gap", unused);
-  filter_.Coast(ToSeconds(t - now_), attitude->q_map_imu, rates);
+  if (!resumed_) resumed_ = t;
+  if (!attitude) Count("imu_gap_without_attitude");
+  if (!attitude && ToSeconds(t - *resumed_) < kWaitForAttitudeS) return between_.clear();
+  Count("imu_gap");
+  resumed_.reset();
+  filter_.Coast(
+      ToSeconds(t - now_), attitude ? std::optional(attitude->q_map_imu) : std::nullopt, rates);
   history_.Clear();
-  attitude_.Resume(t, *attitude);
+  attitude_.Resume(t, attitude);
   velocity_.Interrupt();
   Publish(t, rates);
 }
@@ -260,6 +281,11 @@ void DeadReckoning::Impl::Publish(Time t, const InertialRates& rates) {
   between_.clear();
   now_ = t;
   rates_ = rates;
+  const ErrorStateFilter::Moves& moves = filter_.moves();
+  if (moves.count > 0) {
+    counters_["position_moved"] = moves.count;
+    counters_["position_moved_cm"] = std::llround(100.0 * moves.way_m);
+  }
   const std::optional<Time> used = velocity_.used();
   const bool lock = used && ToSeconds(t - *used) <= params_.bottom_lock_timeout_s;
   track_.Add(t, &filter_, lock);
@@ -269,8 +295,7 @@ void DeadReckoning::Impl::Use(const Event& event, const InertialRates& rates) {
   if (const auto* water = std::get_if<SoundSpeedEvent>(&event.measurement))
     UseSoundSpeed(*water);
   else if (const auto* dvl = std::get_if<DvlEvent>(&event.measurement))
-    velocity_.Use(
-        event.time, Corrected(*dvl), rates.angular_rate_radps, !attitude_.refusals().since());
+    UseDvl(event.time, Corrected(*dvl), rates);
   else if (const auto* depth = std::get_if<DepthEvent>(&event.measurement))
     UseDepth(event.time, *depth);
   else if (const auto* fix = std::get_if<FixEvent>(&event.measurement))
@@ -285,6 +310,23 @@ void DeadReckoning::Impl::UseSoundSpeed(const SoundSpeedEvent& water) {
 
 DvlEvent DeadReckoning::Impl::Corrected(const DvlEvent& dvl) const {
   return {dvl_correction_ * dvl.v_dvl_mps, dvl.sigma_mps};
+}
+
+void DeadReckoning::Impl::UseDvl(Time t, const DvlEvent& dvl, const InertialRates& rates) {
+  if (!IsPossible(dvl, rates)) return;
+  velocity_.Use(t, dvl, rates.angular_rate_radps, !attitude_.refusals().since());
+}
+
+// Faster than the vehicle, the inertial unit cannot be: the DVL is wrong.
+bool DeadReckoning::Impl::IsPossible(const DvlEvent& dvl, const InertialRates& rates) {
+  const Eigen::Isometry3d& T_imu_dvl = mounting_.T_imu_dvl;
+  const Eigen::Vector3d swing =
+      rates.angular_rate_radps.cross(Eigen::Vector3d(T_imu_dvl.translation()));
+  const double speed_mps = (T_imu_dvl.linear() * dvl.v_dvl_mps - swing).norm();
+  const bool possible =
+      speed_mps <= params_.max_speed_mps + params_.gate_sigma * dvl.sigma_mps.maxCoeff();
+  if (!possible) Count("dvl_too_fast");
+  return possible;
 }
 
 void DeadReckoning::Impl::UseDepth(Time t, const DepthEvent& depth) {
@@ -304,10 +346,30 @@ void DeadReckoning::Impl::UseFix(Time t, const FixEvent& fix) {
     place_is_known_ = true;
     return fixes_.Keep(t, fix);
   }
+  const Eigen::Vector2d off_m = fix.north_east_m - filter_.T_map_vehicle().translation().head<2>();
   const bool refused = filter_.UpdatePosition(fix.north_east_m, fix.covariance_m2) > 0;
   fix_refusals_.Add(t, refused);
   if (refused) Count("fix_gated");
-  place_is_known_ = place_is_known_ || !refused;
+  if (refused && !OverruleByFixes({off_m, fix.covariance_m2})) return;
+  if (refused) {
+    Count("fix_reset");
+    filter_.TakePosition(fix.north_east_m, fix.covariance_m2);
+  }
+  refused_fixes_.clear();
+  place_is_known_ = true;
+}
+
+// Fixes that are refused one after the other and agree with each other are right.
+bool DeadReckoning::Impl::OverruleByFixes(const RefusedFix& fix) {
+  const auto agrees = [&](const RefusedFix& other) {
+    const Eigen::Vector2d apart_m = fix.off_m - other.off_m;
+    const Eigen::Matrix2d S = fix.covariance_m2 + other.covariance_m2;
+    const double nis = apart_m.dot(S.llt().solve(apart_m));
+    return nis <= params_.gate_sigma * params_.gate_sigma * 2.0;
+  };
+  if (!std::all_of(refused_fixes_.begin(), refused_fixes_.end(), agrees)) refused_fixes_.clear();
+  refused_fixes_.push_back(fix);
+  return refused_fixes_.size() >= kOverrulingFixes;
 }
 
 // Whoever solves the graph can take it at the time at which it was measured.
@@ -362,7 +424,7 @@ std::optional<NavState> DeadReckoning::Impl::Predicted() const {
 // --- the public face ---------------------------------------------------------------------------
 
 DeadReckoning::DeadReckoning(const NavigationParams& params, const VehicleGeometry& vehicle)
-    : impl_(std::make_unique<Impl>(params, vehicle)) {}
+    : impl_((CheckParams(params), std::make_unique<Impl>(params, vehicle))) {}
 DeadReckoning::~DeadReckoning() = default;
 DeadReckoning::DeadReckoning(DeadReckoning&&) noexcept = default;
 DeadReckoning& DeadReckoning::operator=(DeadReckoning&&) noexcept = default;

@@ -37,6 +37,7 @@ struct InnovationSummary {
 // counted. Inertial samples drive the clock: nothing moves without them.
 class DeadReckoning : public Navigation {
  public:
+  // Throws std::invalid_argument (CheckParams).
   DeadReckoning(const NavigationParams& params, const VehicleGeometry& vehicle);
   ~DeadReckoning() override;
   DeadReckoning(DeadReckoning&&) noexcept;

@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "common/core/pose.hpp"
@@ -64,7 +65,6 @@ ErrorStateFilter::ErrorStateFilter(const NavigationParams& params,
       params.attitude_heading_wander_rad.tau_s);
   bias_sigma_.segment<2>(kDeviation).setConstant(params.attitude_deviation_rad);
   set(kDepthBias, 1, params.depth_bias_m.sigma, params.depth_bias_m.tau_s);
-  SetAttitudeBiasSigma(Eigen::Vector3d::Zero());
 }
 
 // The device states one sigma for all that is wrong with its heading: what exceeds the other parts
@@ -76,31 +76,56 @@ void ErrorStateFilter::SetAttitudeBiasSigma(const Eigen::Vector3d& sigma_rpy_rad
   const double deviation = params_.attitude_deviation_rad;
   const double stated = sigma_rpy_rad.z();
   const double stays2 = stated * stated - wander * wander - deviation * deviation;
-  const Eigen::Vector3d sigma(
+  const Eigen::Vector3d stated_rpy(
       sigma_rpy_rad.x(), sigma_rpy_rad.y(), std::sqrt(std::max(stays2, 0.0)));
-  bias_sigma_.segment<3>(kAttitudeBias) = sigma.cwiseMax(floor);
-  for (int i = 0; i < 3; ++i) FollowStatedSigma(i);
+  const Eigen::Vector3d sigma = stated_rpy.cwiseMax(floor);
+  for (int axis = 0; axis < 3; ++axis) FollowStatedSigma(axis, sigma(axis));
 }
 
-// A device that states a smaller sigma has found out what it was wrong by: it is as if it filtered,
-// and what remains of its error is the part that it does not know yet. One that states more has
-// lost as much.
-void ErrorStateFilter::FollowStatedSigma(int axis) {
+// A device that states a smaller sigma than ever has found out what it was wrong by: it is as if it
+// filtered, and what remains of its error is the part that it does not know yet. One that states
+// more has lost as much for a time; what it knew best it is wrong by as before.
+void ErrorStateFilter::FollowStatedSigma(int axis, double sigma) {
   const int i = kAttitudeBias + axis;
-  const double now = bias_sigma_(i);
-  double& held = held_attitude_sigma_(axis);
-  if (now <= kStatedSigmaFalls * held) {
-    const double keep = now * now / (held * held);
-    ErrorMatrix M = ErrorMatrix::Identity();
-    M(i, i) = keep;
-    Apply(M);
-    P_(i, i) += now * now * (1.0 - keep);
-    biases_(i) *= keep;
-    held = now;
-  } else if (now * kStatedSigmaFalls >= held) {
-    P_(i, i) += now * now - held * held;
-    held = now;
+  double& least = least_attitude_sigma_(axis);
+  if (sigma <= kStatedSigmaFalls * least) {
+    ShrinkBias(i, least, sigma);
+    least = sigma;
   }
+  bias_sigma_(i) = least;
+  const bool lost = sigma * kStatedSigmaFalls >= least;
+  if (axis == 2) return LoseHeading(lost ? std::sqrt(sigma * sigma - least * least) : 0.0);
+  // Of roll and pitch the accelerometers know more: what was lost may fade with its own time.
+  if (!lost) return;
+  bias_sigma_(i) = sigma;
+  P_(i, i) = std::max(P_(i, i), sigma * sigma);
+}
+
+// Beside the error that stays, in the part that comes and goes.
+void ErrorStateFilter::LoseHeading(double lost_rad) {
+  const GaussMarkov<double>& wander = params_.attitude_heading_wander_rad;
+  const double sigma = std::hypot(wander.sigma, lost_rad);
+  double& held = bias_sigma_(kHeadingWander);
+  const bool less = sigma <= kStatedSigmaFalls * held;
+  const bool more = sigma * kStatedSigmaFalls >= held;
+  if (sigma == held || (!less && !more)) return;
+  if (less)
+    ShrinkBias(kHeadingWander, held, sigma);
+  else
+    P_(kHeadingWander, kHeadingWander) += sigma * sigma - held * held;
+  held = sigma;
+  bias_rate_(kHeadingWander) =
+      1.0 / (lost_rad > wander.sigma ? params_.attitude_heading_rad.tau_s : wander.tau_s);
+}
+
+// What was known to `before` is now to `after`, by a filter of its own.
+void ErrorStateFilter::ShrinkBias(int i, double before, double after) {
+  const double keep = after * after / (before * before);
+  ErrorMatrix M = ErrorMatrix::Identity();
+  M(i, i) = keep;
+  Apply(M);
+  P_(i, i) += after * after * (1.0 - keep);
+  biases_(i) *= keep;
 }
 
 AttitudeRows ErrorStateFilter::DeviceErrorRows() const {
@@ -126,9 +151,9 @@ void ErrorStateFilter::Initialise(const Start& start,
   state_ = {start.p_map_imu, start.v_map_mps, q_map_imu.normalized()};
   biases_.setZero();
   heading_offset_rad_ = doubt_rad_ = 0.0;
-  SetAttitudeBiasSigma(sigma_rpy_rad);
-  held_attitude_sigma_ = bias_sigma_.segment<3>(kAttitudeBias);
+  least_attitude_sigma_.setConstant(std::numeric_limits<double>::infinity());
   P_.setZero();
+  SetAttitudeBiasSigma(sigma_rpy_rad);
   P_.diagonal() = bias_sigma_.cwiseAbs2();
   P_.diagonal().segment<3>(kPosition) = start.sigma_p_m.cwiseAbs2();
   P_.diagonal().segment<3>(kVelocity).setConstant(start.sigma_v_mps * start.sigma_v_mps);
@@ -245,6 +270,12 @@ void ErrorStateFilter::PropagateCovariance() {
   pending_move_.setZero();
 }
 
+// The error of the state where the other hypothesis of the heading is the right one.
+ErrorVector ErrorStateFilter::ByHeadingDoubt() const {
+  if (doubt_rad_ == 0.0) return ErrorVector::Zero();
+  return P_.col(kHeadingDoubt) / P_(kHeadingDoubt, kHeadingDoubt);
+}
+
 bool ErrorStateFilter::Offer(
     NavSensor sensor, int component, const ErrorRow& H, double residual, double variance) {
   Innovations& of_sensor = innovations_[static_cast<std::size_t>(sensor)];
@@ -266,17 +297,20 @@ bool ErrorStateFilter::Offer(
   last = by_sigma;
   const double scale_step =
       learns_slow_ ? TakeNoiseOffScale(sensor, H, PH, innovation, variance) : 0.0;
-  ErrorVector K = PH / S;
-  if (learns_slow_) {
+  // The gain of the filter's own hypothesis of the heading: no mean of two is true.
+  const ErrorVector by_doubt = ByHeadingDoubt();
+  const double PH_doubt = PH(kHeadingDoubt);
+  const double S_own = S - H.dot(by_doubt) * PH_doubt;
+  ErrorVector K = (PH - by_doubt * PH_doubt) / S_own;
+  if (!learns_slow_) K.segment<4>(kDvlScale).setZero();
+  // Schmidt's: what a gain leaves out counts for what it may be wrong by, and stays.
+  if (learns_slow_ && doubt_rad_ == 0.0)
     P_.noalias() -= K * PH.transpose();
-  } else {
-    // Schmidt's: the slow states count for what they may be wrong by, and stay.
-    K.segment<4>(kDvlScale).setZero();
+  else
     P_.noalias() -= K * PH.transpose() + PH * K.transpose() - S * K * K.transpose();
-  }
   correction_ += K * innovation;
   const ErrorRow HA = H * since_.A;
-  since_.news += HA.transpose() * (innovation / S);
+  since_.news += HA.transpose() * (innovation / S_own);
   since_.A.noalias() -= K * HA;
   // What moves the scale alone moves all else by its covariance with the scale.
   if (scale_step != 0.0)
@@ -438,8 +472,10 @@ int ErrorStateFilter::UpdatePosition(const Eigen::Vector2d& north_east_m,
   PropagateCovariance();
   const Eigen::Matrix<double, 2, kErrorSize> H = VehicleJacobian().topRows<2>();
   const Eigen::Vector2d residual = north_east_m - T_map_vehicle().translation().head<2>();
-  // Both at once at the gate, then one after the other with the noise made independent.
   const Eigen::Matrix2d S = H * P_ * H.transpose() + covariance_m2;
+  if (doubt_rad_ != 0.0 && DecideHeading(H * ByHeadingDoubt(), residual, S))
+    return UpdatePosition(north_east_m, covariance_m2);
+  // Both at once at the gate, then one after the other with the noise made independent.
   const double nis = residual.dot(S.llt().solve(residual));
   if (!(nis <= 2.0 * params_.gate_sigma * params_.gate_sigma)) {
     innovations_[static_cast<std::size_t>(NavSensor::kPositionFix)].summary.gated += 2;

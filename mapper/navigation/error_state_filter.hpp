@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <cstdint>
+#include <optional>
 
 #include "mapper/navigation/dead_reckoning.hpp"
 #include "mapper/navigation/navigation_params.hpp"
@@ -81,8 +82,11 @@ class ErrorStateFilter {
   // The same without the accelerometers, which are in doubt: the velocity along the vehicle's own
   // axes stays.
   void PropagateHoldingVelocity(const InertialRates& from, const InertialRates& to, double dt_s);
-  // Over a hole in the inertial data: straight on, and the attitude anew from the device.
-  void Coast(double dt_s, const Eigen::Quaterniond& q_map_imu, const InertialRates& now);
+  // Over a hole in the inertial data: straight on, and the attitude anew from the device, or where
+  // there is none as it was.
+  void Coast(double dt_s,
+             const std::optional<Eigen::Quaterniond>& q_map_imu,
+             const InertialRates& now);
 
   // Each gives how many components were refused by the gate.
   int UpdateAttitude(const Eigen::Quaterniond& q_map_imu, const Eigen::Vector3d& sigma_rpy_rad);
@@ -98,6 +102,7 @@ class ErrorStateFilter {
   void TakeAttitude(const Eigen::Quaterniond& q_map_imu, const Eigen::Vector3d& sigma_rpy_rad);
   void TakeVelocity(const Eigen::Vector3d& v_dvl_mps, const Eigen::Vector3d& sigma_mps);
   void TakeDepth(double depth_m, double sigma_m);
+  void TakePosition(const Eigen::Vector2d& north_east_m, const Eigen::Matrix2d& covariance_m2);
   // What a state that was wrong has done to the position, and how wrong that may be.
   void MovePosition(const Eigen::Vector3d& by_m);
   void WidenPosition(const Eigen::Matrix3d& by_m2);
@@ -109,13 +114,20 @@ class ErrorStateFilter {
   void LimitSpeed(double limit_mps);
 
   // The device's heading has made a step that the gyros did not feel. Two hypotheses from then on:
-  // it is wrong now (the heading stays), or was before (the heading follows). The covariance holds
-  // both until the doubt is over, which the device ends by stepping back.
+  // it is wrong now (the heading stays), or was before (the heading follows). The state is that of
+  // the one, and the covariance about it holds both, until the device steps back or positions
+  // decide.
   void KeepHeadingOverStep(double step_rad);
   void FollowHeadingStep(double step_rad);
-  void EndHeadingDoubt();
+  enum class HeadingHypothesis : std::uint8_t { kOwn, kOther };
+  // The state moves to the one that is right.
+  void EndHeadingDoubt(HeadingHypothesis right);
+  // The device is back where it was.
+  void TrustDeviceHeading() { heading_offset_rad_ = 0.0; }
   // By how much the other hypothesis has more heading; 0: there is none.
   double heading_doubt_rad() const { return doubt_rad_; }
+  // What the device adds to the heading by steps that the filter did not follow.
+  double heading_offset_rad() const { return heading_offset_rad_; }
   // Of the device's heading against what is expected of it.
   double HeadingResidual(const Eigen::Quaterniond& q_map_imu) const;
   double HeadingResidualSigma();
@@ -144,6 +156,13 @@ class ErrorStateFilter {
   const ErrorVector& news() const { return since_.news; }
 
   InnovationSummary innovations(NavSensor sensor) const;
+  // How often the position was moved by what no motion and no weighing explains, and how far in
+  // all.
+  struct Moves {
+    std::int64_t count = 0;
+    double way_m = 0.0;
+  };
+  const Moves& moves() const { return moves_; }
 
  private:
   void ReopenBiases(int first, int size);
@@ -162,8 +181,14 @@ class ErrorStateFilter {
   Eigen::Quaterniond WithoutStep(const Eigen::Quaterniond& q_map_imu) const;
   Eigen::Quaterniond WithoutDeviceError(const Eigen::Quaterniond& q_map_imu) const;
   void AlignWithDevice();
-  void FollowStatedSigma(int axis);
+  void FollowStatedSigma(int axis, double sigma);
+  void LoseHeading(double lost_rad);
+  void ShrinkBias(int i, double before, double after);
   void DoubtHeading(double other_rad);
+  ErrorVector ByHeadingDoubt() const;
+  bool DecideHeading(const Eigen::Vector2d& other_m,
+                     const Eigen::Vector2d& residual_m,
+                     const Eigen::Matrix2d& S);
   void Apply(const ErrorMatrix& M);
   void SetAttitudeBiasSigma(const Eigen::Vector3d& sigma_rpy_rad);
   // Offers the scalar `residual` = H error + noise, one of the sensor's up to three components.
@@ -198,7 +223,8 @@ class ErrorStateFilter {
 
   bool velocity_is_held_ = false;  // since the covariance was last brought up to the state
   bool learns_slow_ = true;
-  Eigen::Vector3d held_attitude_sigma_ = Eigen::Vector3d::Zero();  // of which P_ has the biases
+  Eigen::Vector3d least_attitude_sigma_ = Eigen::Vector3d::Zero();  // stated so far
+  Moves moves_;
   double heading_offset_rad_ = 0.0;  // what the device's heading adds beside its biases
   double doubt_rad_ = 0.0;
 

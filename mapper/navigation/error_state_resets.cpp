@@ -10,6 +10,17 @@
 #include "mapper/navigation/error_state_filter.hpp"
 
 namespace seastitch {
+namespace {
+
+// By so much, as a difference of squared innovations, one hypothesis has to be the better one.
+constexpr double kDecided = 16.0;
+// By how much a vehicle turns that nobody watches, and what tilt it may then have, 1 sigma.
+constexpr double kCoastTurnRadps = 0.1;
+constexpr double kCoastTilt = Deg2Rad(3.0);
+// A position that moves by less has not moved.
+constexpr double kMoveM = 0.01;
+
+}  // namespace
 
 // With the attitude taken from the device, its error is the device's: minus bias, minus noise.
 void ErrorStateFilter::AlignWithDevice() {
@@ -28,12 +39,12 @@ void ErrorStateFilter::Apply(const ErrorMatrix& M) {
 }
 
 void ErrorStateFilter::Coast(double dt_s,
-                             const Eigen::Quaterniond& q_map_imu,
+                             const std::optional<Eigen::Quaterniond>& q_map_imu,
                              const InertialRates& now) {
   PropagateCovariance();
   const double sigma = params_.coast_speed_sigma_mps;
   state_.p_map += dt_s * state_.v_map_mps;
-  state_.q_map_imu = WithoutDeviceError(q_map_imu);
+  if (q_map_imu) state_.q_map_imu = WithoutDeviceError(*q_map_imu);
   rates_ = now;
 
   ErrorMatrix M = ErrorMatrix::Identity();
@@ -48,7 +59,10 @@ void ErrorStateFilter::Coast(double dt_s,
   P_.diagonal().tail<kBiasSize>().array() +=
       bias_sigma_.tail<kBiasSize>().array().square() *
       (1.0 - M.diagonal().tail<kBiasSize>().array().square());
-  AlignWithDevice();
+  if (q_map_imu) return AlignWithDevice();
+  const double turned_rad = std::min(kCoastTurnRadps * dt_s, kPi / 2.0);
+  P_.diagonal().segment<2>(kTilt).array() += kCoastTilt * kCoastTilt;
+  P_(kTilt + 2, kTilt + 2) += turned_rad * turned_rad;
 }
 
 // Of the device's attitude, what the filter holds for its error taken off.
@@ -98,7 +112,27 @@ void ErrorStateFilter::TakeDepth(double depth_m, double sigma_m) {
   P_(kPosition + 2, kPosition + 2) += sigma_m * sigma_m;
 }
 
-void ErrorStateFilter::MovePosition(const Eigen::Vector3d& by_m) { state_.p_map += by_m; }
+// Of the vehicle; the lever arm to it turns with the tilt.
+void ErrorStateFilter::TakePosition(const Eigen::Vector2d& north_east_m,
+                                    const Eigen::Matrix2d& covariance_m2) {
+  PropagateCovariance();
+  const Eigen::Vector3d lever = state_.q_map_imu * mounting_.T_imu_vehicle.translation();
+  Eigen::Vector3d by_m = Eigen::Vector3d::Zero();
+  by_m.head<2>() = north_east_m - T_map_vehicle().translation().head<2>();
+  MovePosition(by_m);
+  ErrorMatrix M = ErrorMatrix::Identity();
+  M.middleRows<2>(kPosition).setZero();
+  M.block<2, 3>(kPosition, kTilt) = Skew(lever).topRows<2>();
+  Apply(M);
+  P_.block<2, 2>(kPosition, kPosition) += covariance_m2;
+}
+
+void ErrorStateFilter::MovePosition(const Eigen::Vector3d& by_m) {
+  state_.p_map += by_m;
+  if (by_m.norm() < kMoveM) return;
+  ++moves_.count;
+  moves_.way_m += by_m.norm();
+}
 
 void ErrorStateFilter::WidenPosition(const Eigen::Matrix3d& by_m2) {
   PropagateCovariance();
@@ -167,24 +201,54 @@ void ErrorStateFilter::KeepHeadingOverStep(double step_rad) {
 }
 
 void ErrorStateFilter::FollowHeadingStep(double step_rad) {
-  const Eigen::Quaterniond turn(Eigen::AngleAxisd(step_rad, Eigen::Vector3d::UnitZ()));
+  const double turn_rad = step_rad + heading_offset_rad_;
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(turn_rad, Eigen::Vector3d::UnitZ()));
   state_.q_map_imu = (turn * state_.q_map_imu).normalized();
   state_.v_map_mps = turn * state_.v_map_mps;
-  DoubtHeading(-step_rad);
+  heading_offset_rad_ = 0.0;
+  DoubtHeading(-turn_rad);
 }
 
-void ErrorStateFilter::EndHeadingDoubt() {
+// As a measurement, without noise, of which of the two it is.
+void ErrorStateFilter::EndHeadingDoubt(HeadingHypothesis right) {
   PropagateCovariance();
   if (doubt_rad_ == 0.0) return;
-  // As a measurement, without noise, that the other hypothesis is wrong.
-  const ErrorVector K = P_.col(kHeadingDoubt) / P_(kHeadingDoubt, kHeadingDoubt);
+  const ErrorVector K = ByHeadingDoubt();
   P_.noalias() -= K * P_.col(kHeadingDoubt).transpose().eval();
   const ErrorRow HA = since_.A.row(kHeadingDoubt);
   since_.A.noalias() -= K * HA;
+  if (right == HeadingHypothesis::kOther) {
+    since_.news += HA.transpose();  // by its variance, which is 1
+    correction_ = K;
+    MovePosition(K.segment<3>(kPosition));
+    correction_.segment<3>(kPosition).setZero();
+    // The way lies on an arc, beside the chord by half the angle times its length.
+    const double beside_m = 0.5 * doubt_rad_ * K.segment<2>(kPosition).norm();
+    P_.diagonal().segment<2>(kPosition).array() += beside_m * beside_m;
+    heading_offset_rad_ -= doubt_rad_;
+  }
+  Inject();
+  biases_(kHeadingDoubt) = 0.0;
   P_.row(kHeadingDoubt).setZero();
   P_.col(kHeadingDoubt).setZero();
-  heading_offset_rad_ -= heading_offset_rad_ == 0.0 ? 0.0 : doubt_rad_;
   doubt_rad_ = 0.0;
+}
+
+// By a position: what other sensors say of the heading rests on biases that were found with one of
+// the two. other_m: where the position is off by the other hypothesis.
+bool ErrorStateFilter::DecideHeading(const Eigen::Vector2d& other_m,
+                                     const Eigen::Vector2d& residual_m,
+                                     const Eigen::Matrix2d& S) {
+  const Eigen::Matrix2d S_own = S - other_m * other_m.transpose();
+  const auto nis = [&S_own](const Eigen::Vector2d& r) -> double {
+    return r.dot(S_own.llt().solve(r));
+  };
+  const double own = nis(residual_m);
+  const double other = nis(residual_m - other_m);
+  const double gate = 2.0 * params_.gate_sigma * params_.gate_sigma;
+  if (std::min(own, other) > gate || std::abs(own - other) < kDecided) return false;
+  EndHeadingDoubt(own < other ? HeadingHypothesis::kOwn : HeadingHypothesis::kOther);
+  return true;
 }
 
 }  // namespace seastitch

@@ -116,4 +116,8 @@ struct NavigationParams {
   double key_interval_s = 1.0;
 };
 
+// For whoever makes them in code: std::invalid_argument names what no filter can work with. What
+// files say is checked where it is read.
+void CheckParams(const NavigationParams& params);
+
 }  // namespace seastitch

@@ -14,23 +14,6 @@ namespace {
 constexpr double kSteadyS = 10.0;
 constexpr double kPairS = 30.0;
 
-// Feeds all samples in order of time, each when it was measured.
-void FeedDive(const Dive& dive, DeadReckoning* navigation) {
-  std::size_t dvl = 0;
-  std::size_t depth = 0;
-  std::size_t fix = 0;
-  for (const ImuSample& imu : dive.imu) {
-    navigation->Add(imu);
-    for (; depth < dive.depth.size() && dive.depth[depth].time <= imu.time; ++depth)
-      navigation->Add(dive.depth[depth]);
-    for (; dvl < dive.dvl.size() && dive.dvl[dvl].time <= imu.time; ++dvl)
-      navigation->Add(dive.dvl[dvl]);
-    for (; fix < dive.fixes.size() && dive.fixes[fix].time <= imu.time; ++fix)
-      navigation->Add(dive.fixes[fix]);
-  }
-  navigation->Finish();
-}
-
 class ErrorSum {
  public:
   void Add(double error_m) {
@@ -133,6 +116,22 @@ Eigen::Vector3d DvlVelocityAt(const std::vector<DvlSample>& valid, Time t) {
 }
 
 }  // namespace
+
+void FeedDive(const Dive& dive, DeadReckoning* navigation) {
+  std::size_t dvl = 0;
+  std::size_t depth = 0;
+  std::size_t fix = 0;
+  for (const ImuSample& imu : dive.imu) {
+    navigation->Add(imu);
+    for (; depth < dive.depth.size() && dive.depth[depth].time <= imu.time; ++depth)
+      navigation->Add(dive.depth[depth]);
+    for (; dvl < dive.dvl.size() && dive.dvl[dvl].time <= imu.time; ++dvl)
+      navigation->Add(dive.dvl[dvl]);
+    for (; fix < dive.fixes.size() && dive.fixes[fix].time <= imu.time; ++fix)
+      navigation->Add(dive.fixes[fix]);
+  }
+  navigation->Finish();
+}
 
 FilterScore ScoreFilter(const Dive& dive, double fault_end_s) {
   Dive placed = dive;

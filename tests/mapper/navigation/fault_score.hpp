@@ -30,6 +30,9 @@ struct FilterScore : TrackScore {
   std::vector<SuspectedOffset> offsets;
 };
 
+// Feeds all samples in order of time, each when it was measured.
+void FeedDive(const Dive& dive, DeadReckoning* navigation);
+
 // Dead reckoning of the dive. fault_end_s: from the dive's first sample; below 0: no fault ends.
 FilterScore ScoreFilter(const Dive& dive, double fault_end_s);
 

@@ -1,0 +1,209 @@
+// How dead reckoning comes back: what is wrong, for how long, and that it is right again after.
+
+#include <gtest/gtest.h>
+
+#include <GeographicLib/LocalCartesian.hpp>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+
+#include "common/core/pose.hpp"
+#include "mapper/navigation/dead_reckoning.hpp"
+#include "mapper/navigation/navigation_params.hpp"
+#include "tests/mapper/navigation/fault_cases.hpp"
+#include "tests/mapper/navigation/fault_dives.hpp"
+#include "tests/mapper/navigation/fault_score.hpp"
+#include "tests/mapper/navigation/survey_motion.hpp"
+
+namespace seastitch::test {
+namespace {
+
+const Dive& CleanDive() {
+  static const Dive dive = SimulatedDive(1);
+  return dive;
+}
+
+DeadReckoning Navigate(const Dive& dive) {
+  NavigationParams params = dive.params;
+  params.pose_window_s = params.window_s = 3600.0;
+  DeadReckoning navigation(params, dive.vehicle);
+  FeedDive(dive, &navigation);
+  return navigation;
+}
+
+struct Error {
+  double position_m;
+  double velocity_mps;
+  double heading_rad;
+  double heading_sigma_rad;
+};
+
+Error ErrorAt(const Dive& dive, const DeadReckoning& navigation, std::size_t second) {
+  const TruthSample& truth = dive.truth.at(second);
+  const NavState state = navigation.StateAt(truth.time).value();
+  const Eigen::Vector3d p = state.T_map_vehicle.translation() - truth.T_map_vehicle.translation();
+  const double yaw = RpyFromRotation(state.T_map_vehicle.linear()).z() -
+                     RpyFromRotation(truth.T_map_vehicle.linear()).z();
+  return {p.head<2>().norm(),
+          (state.v_map_mps - truth.v_map_mps).norm(),
+          std::abs(WrapAngle(yaw)),
+          std::sqrt(state.covariance(5, 5))};
+}
+
+PositionFix FixAt(const Dive& dive, std::size_t second, double sigma_m) {
+  const TruthSample& truth = dive.truth.at(second);
+  const GeographicLib::LocalCartesian map(
+      Rad2Deg(dive.vehicle.datum_latitude_rad), Rad2Deg(dive.vehicle.datum_longitude_rad), 0.0);
+  const Eigen::Vector3d p = truth.T_map_vehicle.translation();
+  double latitude = 0.0;
+  double longitude = 0.0;
+  double height = 0.0;
+  map.Reverse(p.y(), p.x(), 0.0, latitude, longitude, height);
+  PositionFix fix;
+  fix.time = truth.time;
+  fix.latitude_rad = Deg2Rad(latitude);
+  fix.longitude_rad = Deg2Rad(longitude);
+  fix.covariance_north_east_m2 = sigma_m * sigma_m * Eigen::Matrix2d::Identity();
+  fix.source = "usbl";
+  return fix;
+}
+
+// --- two hypotheses of the heading
+// ----------------------------------------------------------------
+
+TEST(Recovery, AHeadingThatWasFollowedIsGivenUpWhenTheDeviceStepsBack) {
+  Dive dive = CleanDive();
+  HeadingStep(20.0, 100.0, 220.0).apply(&dive);
+  const DeadReckoning navigation = Navigate(dive);
+  EXPECT_GT(ErrorAt(dive, navigation, 200).heading_rad, Deg2Rad(15.0));
+  const Error after = ErrorAt(dive, navigation, 230);
+  EXPECT_LT(after.heading_rad, Deg2Rad(1.5));
+  EXPECT_LT(after.heading_sigma_rad, Deg2Rad(1.0));
+  EXPECT_LT(after.position_m, 3.0);
+  EXPECT_EQ(navigation.counters().at("heading_step_back"), 1);
+  EXPECT_GE(navigation.counters().at("position_moved_cm"), 100);
+}
+
+TEST(Recovery, PositionsDecideWhichHeadingIsRight) {
+  constexpr double kForeverS = std::numeric_limits<double>::infinity();
+  // Followed, being early, and kept.
+  for (const double from_s : {100.0, 195.0}) {
+    Dive dive = CleanDive();
+    dive.params.fuse_position_fixes = true;
+    HeadingStep(20.0, from_s, kForeverS).apply(&dive);
+    for (const std::size_t second : {280u, 300u}) dive.fixes.push_back(FixAt(dive, second, 1.0));
+    const DeadReckoning navigation = Navigate(dive);
+    EXPECT_GT(ErrorAt(dive, navigation, 270).heading_sigma_rad, Deg2Rad(15.0));
+    const Error after = ErrorAt(dive, navigation, 310);
+    EXPECT_LT(after.heading_rad, Deg2Rad(2.0)) << from_s;
+    EXPECT_LT(after.heading_sigma_rad, Deg2Rad(2.0)) << from_s;
+    EXPECT_LT(after.position_m, 4.0) << from_s;
+  }
+}
+
+// The heading is not known better than by the device at its best, however often it says so.
+TEST(Recovery, ASigmaThatGoesUpAndDownMakesNothingSurer) {
+  Dive dive = CleanDive();
+  const double sigma_rad = dive.params.attitude_heading_rad.sigma;
+  for (std::size_t i = 0; i < dive.imu.size(); ++i) {
+    const bool more = i / 500 % 2 == 1;  // by turns of 5 s
+    dive.imu[i].attitude->sigma_rpy_rad.setConstant(more ? 5.0 * sigma_rad : 0.0);
+  }
+  const Error error = ErrorAt(dive, Navigate(dive), 590);
+  const Error steady = ErrorAt(CleanDive(), Navigate(CleanDive()), 590);
+  EXPECT_GT(error.heading_sigma_rad, 0.9 * steady.heading_sigma_rad);
+  EXPECT_LT(error.heading_rad, 3.0 * error.heading_sigma_rad);
+}
+
+// --- position
+// -------------------------------------------------------------------------------------
+
+TEST(Recovery, FixesThatAgreeOverruleAWrongPosition) {
+  Dive dive = CleanDive();
+  dive.params.fuse_position_fixes = true;
+  dive.params.start_north_m = 300.0;
+  dive.params.start_sigma_m = 1.0;
+  for (const std::size_t second : {60u, 80u}) dive.fixes.push_back(FixAt(dive, second, 3.0));
+  const DeadReckoning two = Navigate(dive);
+  EXPECT_GT(ErrorAt(dive, two, 120).position_m, 250.0);
+  EXPECT_EQ(two.counters().count("fix_reset"), 0u);
+  dive.fixes.push_back(FixAt(dive, 100, 3.0));
+  const DeadReckoning three = Navigate(dive);
+  EXPECT_LT(ErrorAt(dive, three, 120).position_m, 3.0);
+  EXPECT_EQ(three.counters().at("fix_reset"), 1);
+  EXPECT_EQ(three.counters().at("position_moved"), 1);
+  EXPECT_NEAR(static_cast<double>(three.counters().at("position_moved_cm")), 30000.0, 300.0);
+}
+
+TEST(Recovery, FixesThatDisagreeOverruleNothing) {
+  Dive dive = CleanDive();
+  dive.params.fuse_position_fixes = true;
+  for (const std::size_t second : {60u, 80u, 100u, 120u}) {
+    PositionFix fix = FixAt(dive, second, 3.0);
+    fix.latitude_rad += 1e-5 * static_cast<double>(second);  // 64 m a second
+    dive.fixes.push_back(fix);
+  }
+  const DeadReckoning navigation = Navigate(dive);
+  EXPECT_LT(ErrorAt(dive, navigation, 140).position_m, 3.0);
+  EXPECT_EQ(navigation.counters().at("fix_gated"), 4);
+}
+
+// --- inertial data
+// --------------------------------------------------------------------------------
+
+TEST(Recovery, AGapOfInertialDataWithoutAnAttitudeAfterItIsBridged) {
+  Dive dive = CleanDive();
+  for (ImuSample& imu : dive.imu)
+    if (ToSeconds(imu.time - dive.imu[0].time) > 180.0) imu.attitude.reset();
+  InertialGap(195.0, 2.0).apply(&dive);
+  const DeadReckoning navigation = Navigate(dive);
+  ASSERT_EQ(navigation.latest(), dive.imu.back().time);
+  EXPECT_EQ(navigation.counters().at("imu_gap"), 1);
+  // Between the gap and the next turn the heading stays, and tilt and velocity are found anew.
+  const Error after = ErrorAt(dive, navigation, 210);
+  EXPECT_LT(after.velocity_mps, 0.2);
+  EXPECT_LT(after.heading_rad, 3.0 * after.heading_sigma_rad);
+  const NavState state = navigation.StateAt(dive.truth.at(260).time).value();
+  const Eigen::Vector3d tilt = RpyFromRotation(state.T_map_vehicle.linear()) -
+                               RpyFromRotation(dive.truth.at(260).T_map_vehicle.linear());
+  EXPECT_LT(tilt.head<2>().norm(), Deg2Rad(0.5));
+}
+
+// --- DVL
+// ------------------------------------------------------------------------------------------
+
+TEST(Recovery, ADopplerLogThatIsFasterThanTheVehicleIsNotFollowed) {
+  Dive dive = CleanDive();
+  for (DvlSample& dvl : dive.dvl) {
+    const double t = ToSeconds(dvl.time - dive.imu[0].time);
+    if (t > 195.0 && t < 215.0) dvl.v_dvl_mps *= 5.0;  // 7.5 m/s
+  }
+  const FilterScore score = ScoreFilter(dive, 215.0);
+  EXPECT_EQ(score.counters.at("dvl_too_fast"), 99);
+  EXPECT_LE(score.largest_speed_mps, 2.0);
+  EXPECT_LT(score.largest_m, 2.0);
+}
+
+TEST(Recovery, ADiveDoesNotStartWithAVelocityThatCannotBe) {
+  Dive dive = CleanDive();
+  for (DvlSample& dvl : dive.dvl)
+    if (ToSeconds(dvl.time - dive.imu[0].time) < 5.0) dvl.v_dvl_mps *= 5.0;
+  const FilterScore score = ScoreFilter(dive, 5.0);
+  EXPECT_LE(score.largest_speed_mps, 3.0);
+  EXPECT_LT(score.largest_m, 3.0);
+}
+
+TEST(Recovery, ParametersThatNoFilterCanWorkWithAreNamed) {
+  NavigationParams params;
+  params.dvl_scale.sigma = std::nan("");
+  try {
+    const DeadReckoning navigation(params, TestVehicle());
+    FAIL();
+  } catch (const std::invalid_argument& e) {
+    EXPECT_STREQ(e.what(), "NavigationParams: dvl_scale.sigma = nan, must be above 0");
+  }
+}
+
+}  // namespace
+}  // namespace seastitch::test
