@@ -52,7 +52,7 @@ struct Print {
 
 struct Check {
   std::string operator()(const MbesPing& p) const {
-    if (!(p.sound_speed_mps >= 0.0 && p.sound_speed_mps < 1e9)) return "sound speed";
+    if (!std::isfinite(p.sound_speed_mps) || p.sound_speed_mps < 0.0) return "sound speed";
     if (p.beams.size() > 2048) return "number of beams";
     return std::all_of(p.beams.begin(), p.beams.end(), IsPlausible) ? "" : "beam";
   }
