@@ -30,5 +30,7 @@ std::string PrintConfig(const MapperConfig& config);
 ParameterTable TableOf(MapperConfig* config);
 // Its section `navigation`.
 void DeclareNavigation(NavigationParams* params, ParameterTable* table);
+// The key `navigation_source` and the section `given_navigation`.
+void DeclareGivenNavigation(MapperParams* params, ParameterTable* table);
 
 }  // namespace seastitch

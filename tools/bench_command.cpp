@@ -5,6 +5,7 @@
 #include "bench/log.hpp"
 #include "bench/survey_config.hpp"
 #include "common/runtime/vehicle_config.hpp"
+#include "tools/kmall_survey.hpp"
 #include "tools/progress.hpp"
 
 namespace seastitch {
@@ -52,10 +53,19 @@ int RunBench(const BenchOptions& options) {
         &simulator, bench::LoadDriverConfigs(options.config_dir), options.log, show);
     progress.Finish();
     const bench::SurveyConfig survey = bench::LoadSurvey(options.survey.string());
+    const std::filesystem::path mapper = MapperConfigFor(survey, options.config_dir);
     std::printf("%lld events in %s; replay it with --config %s\n",
                 static_cast<long long>(written.events),
                 options.log.c_str(),
-                MapperConfigFor(survey, options.config_dir).c_str());
+                mapper.c_str());
+    if (!options.kmall.empty()) {
+      const KmallSurveyResult file = WriteKmallSurvey({options.log, mapper, options.kmall});
+      std::printf("%lld pings, %lld positions and %lld jumps of the INS in %s\n",
+                  static_cast<long long>(file.pings),
+                  static_cast<long long>(file.positions),
+                  static_cast<long long>(file.fixes),
+                  options.kmall.c_str());
+    }
   }
   std::printf("%lld pings, %lld soundings\n",
               static_cast<long long>(simulator.counts().pings),

@@ -2,8 +2,10 @@
 
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <memory>
 #include <stdexcept>
 
 #include "bench/truth.hpp"
@@ -19,6 +21,8 @@
 #include "products/survey_collector.hpp"
 #include "tools/message_types.hpp"
 #include "tools/progress.hpp"
+#include "tools/survey_config.hpp"
+#include "tools/survey_files.hpp"
 
 namespace seastitch {
 namespace {
@@ -74,9 +78,9 @@ class ScratchDir {
 // Mapper and optimizer on a bus of their own, one message after the other.
 class Pipeline {
  public:
-  Pipeline(const ReplayOptions& options, const fs::path& map_dir, bool imported, Bus* bus)
+  Pipeline(const ReplayOptions& options, const MapperConfig& mapper, Bus* bus)
       : bus_(bus),
-        mapper_(MapperConfigFor(options, map_dir, imported), bus, &worker_),
+        mapper_(mapper, bus, &worker_),
         optimizer_(LoadOptimizerConfig(options.optimizer_config.string()), bus, &worker_) {
     bus_->HandleAll();
   }
@@ -103,15 +107,6 @@ class Pipeline {
   }
 
  private:
-  static MapperConfig MapperConfigFor(const ReplayOptions& options,
-                                      const fs::path& map_dir,
-                                      bool imported) {
-    MapperConfig config = LoadMapperConfig(options.mapper_config.string());
-    config.map_dir = map_dir;
-    if (imported) config.mounting = {};  // whose frames stand anywhere on whatever vehicle
-    return config;
-  }
-
   Bus* bus_;
   InlineWorker worker_;
   MapperNode mapper_;
@@ -179,6 +174,34 @@ void FeedLogs(const std::vector<fs::path>& logs, ChannelRole role, Bus* bus, boo
                  "%lld events on %s have another type and were skipped\n",
                  static_cast<long long>(events),
                  channel.c_str());
+}
+
+// Survey files as what drivers would have published of them.
+void FeedSurvey(SurveyFiles* survey, Bus* bus, bool quiet) {
+  if (!quiet) std::fputs(survey->plan().Text().c_str(), stderr);
+  ProgressLine progress("reading", survey->bytes(), quiet);
+  while (survey->PublishNext(bus)) {
+    bus->HandleAll();
+    progress.Set(survey->bytes_read());
+  }
+  progress.Finish();
+  for (const auto& [name, value] : survey->counters())
+    if (value != 0 && !quiet)
+      std::fprintf(stderr, "%s: %lld\n", name.c_str(), static_cast<long long>(value));
+  if (const auto outcome = survey->Outcome()) throw DataError(*outcome);
+}
+
+// The files, where all inputs are survey files; nothing: none is.
+std::unique_ptr<SurveyFiles> OpenSurvey(const ReplayOptions& options) {
+  const auto& inputs = options.inputs;
+  const auto files = std::count_if(inputs.begin(), inputs.end(), SurveyFiles::IsSurveyFile);
+  if (files == 0) return nullptr;
+  if (static_cast<std::size_t>(files) < inputs.size())
+    throw std::runtime_error("replay: survey files and LCM logs are not mapped together");
+  if (options.as_recorded) throw std::runtime_error("replay: --as-recorded needs a log");
+  auto survey = std::make_unique<SurveyFiles>(inputs);
+  if (const auto problem = survey->Problem()) throw DataError(*problem);
+  return survey;
 }
 
 void FeedSubmaps(SubmapDirectory directory, Pipeline* pipeline, bool quiet) {
@@ -250,6 +273,11 @@ ProductSummary RunReplay(const ReplayOptions& options) {
     throw std::runtime_error("replay: --as-recorded needs a log");
   }
 
+  const std::unique_ptr<SurveyFiles> survey_files = from_directory ? nullptr : OpenSurvey(options);
+  MapperConfig mapper_config = LoadMapperConfig(options.mapper_config.string());
+  if (survey_files) UseSurvey(survey_files->plan(), &mapper_config);
+  if (from_directory) mapper_config.mounting = {};  // frames stand anywhere on whatever vehicle
+
   ProductOptions products;
   products.title = options.inputs[0].filename().string();
   if (!options.quiet) {
@@ -264,19 +292,24 @@ ProductSummary RunReplay(const ReplayOptions& options) {
     FeedLogs(options.inputs, ChannelRole::kResult, &bus, options.quiet);
   } else {
     const ScratchDir store(options.out / ".store");
-    Pipeline pipeline(options, store.path(), from_directory, &bus);
+    mapper_config.map_dir = store.path();
+    Pipeline pipeline(options, mapper_config, &bus);
     if (from_directory) {
       SubmapDirectory directory = ReadSubmapDirectory(options.inputs[0], options.drift);
       products.axes = directory.z_up ? MapAxes::kEastNorthUp : MapAxes::kNorthEastDown;
       FeedSubmaps(std::move(directory), &pipeline, options.quiet);
+    } else if (survey_files) {
+      FeedSurvey(survey_files.get(), &bus, options.quiet);
     } else {
       FeedLogs(options.inputs, ChannelRole::kSensor, &bus, options.quiet);
     }
     pipeline.Finish();
+    if (collector.submaps() == 0 && survey_files)
+      throw DataError(options.inputs[0].string() + ": no submap: " + pipeline.Statement());
     if (collector.submaps() == 0) throw std::runtime_error("no submap: " + pipeline.Statement());
   }
   if (!from_directory) {
-    const VehicleGeometry vehicle = LoadMapperConfig(options.mapper_config.string()).vehicle;
+    const VehicleGeometry& vehicle = mapper_config.vehicle;
     products.datum =
         Datum{Rad2Deg(vehicle.datum_latitude_rad), Rad2Deg(vehicle.datum_longitude_rad)};
     UseTruth(options, &products);
@@ -288,9 +321,8 @@ ProductSummary RunReplay(const ReplayOptions& options) {
 }
 
 void PrintReplayConfig(const ReplayOptions& options) {
-  const bool given = !options.mapper_config.empty();
-  const MapperConfig config =
-      given ? LoadMapperConfig(options.mapper_config.string()) : MapperConfig{};
+  MapperConfig config;
+  if (!options.mapper_config.empty()) config = LoadMapperConfig(options.mapper_config.string());
   std::fputs(PrintConfig(config).c_str(), stdout);
 }
 
