@@ -352,7 +352,9 @@ std::optional<NavigationRecord> DecodeEmP(const EmDatagram& datagram,
   const double latitude_deg = in.Get<std::int32_t>() / 2e7;
   const double longitude_deg = in.Get<std::int32_t>() / 1e7;
   const double quality_cm = in.Get<std::uint16_t>();
-  in.Skip(6);
+  const auto speed_cmps = in.Get<std::uint16_t>();
+  const auto course_cdeg = in.Get<std::uint16_t>();
+  in.Skip(2);  // heading
   const auto descriptor = in.Get<std::uint8_t>();
   const std::string raw = TextFromBytes(in.Take(in.Get<std::uint8_t>()));
   if (!in.ok() || std::abs(latitude_deg) > 90.0 || std::abs(longitude_deg) > 180.0)
@@ -370,6 +372,12 @@ std::optional<NavigationRecord> DecodeEmP(const EmDatagram& datagram,
   const double sigma_m = quality_cm < kNoQuality ? quality_cm / 100.0 : 0.0;
   sample.position =
       GivenPosition{Deg2Rad(latitude_deg), Deg2Rad(longitude_deg), {sigma_m, sigma_m}};
+  constexpr std::uint16_t kNotGiven = 0xFFFF;
+  if (speed_cmps != kNotGiven && course_cdeg < 36000) {
+    const double course_rad = Deg2Rad(course_cdeg / 100.0);
+    sample.velocity = GivenVelocity{
+        speed_cmps / 100.0 * Eigen::Vector3d(std::cos(course_rad), std::sin(course_rad), 0.0)};
+  }
   return sample;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstdio>
 #include <map>
 #include <stdexcept>
 #include <string>
@@ -19,6 +20,7 @@ constexpr std::size_t kMaxMotionSamples = 148;
 constexpr std::size_t kSvpInfoBytes = 28;
 constexpr std::size_t kSkmInfoBytes = 12;
 constexpr std::size_t kSvtInfoBytes = 20;
+constexpr std::size_t kKmbBytes = 120;
 constexpr std::size_t kTextAt = 26;  // of #IIP and #IOP
 constexpr float kNoHeight_m = -999.0f;
 
@@ -112,6 +114,57 @@ NavigationRecord ReadKmb(Bytes bytes, const std::string& source) {
   for (float& sigma : kmb.sigmas) sigma = in.Le<float>();
   Fill(kmb, &sample);
   return sample;
+}
+
+void WriteKmallTime(Time time, ByteWriter* out) {
+  const std::int64_t utime = ToUtime(time);
+  out->Le(static_cast<std::uint32_t>(utime / 1'000'000));
+  out->Le(static_cast<std::uint32_t>(utime % 1'000'000 * 1000));
+}
+
+void WriteKmb(const NavigationRecord& sample, ByteWriter* out) {
+  const auto invalid = [](bool given, KmbInvalid bit) {
+    return given ? 0u : static_cast<std::uint32_t>(bit);
+  };
+  const auto number = [out](double value) { out->Le(static_cast<float>(value)); };
+  for (const char c : {'#', 'K', 'M', 'B'}) out->Le(static_cast<std::uint8_t>(c));
+  out->Le(static_cast<std::uint16_t>(kKmbBytes));
+  out->Le(std::uint16_t{1});
+  WriteKmallTime(sample.time, out);
+  out->Le(invalid(sample.position.has_value(), kPositionInvalid) |
+          invalid(sample.attitude.has_value(), kRollPitchInvalid) |
+          invalid(sample.attitude.has_value(), kHeadingInvalid) |
+          invalid(sample.heave_m.has_value(), kHeaveInvalid));
+  const GivenPosition position = sample.position.value_or(GivenPosition{});
+  out->Le(Rad2Deg(position.latitude_rad));
+  out->Le(Rad2Deg(position.longitude_rad));
+  out->Le(sample.height_m ? static_cast<float>(*sample.height_m) : kNoHeight_m);
+  const Attitude attitude = sample.attitude.value_or(Attitude{});
+  const Eigen::Vector3d rpy_deg =
+      RpyFromRotation(attitude.q_ned_imu.toRotationMatrix()) * (180.0 / kPi);
+  for (const double angle :
+       {rpy_deg.x(), rpy_deg.y(), rpy_deg.z() < 0.0 ? rpy_deg.z() + 360.0 : rpy_deg.z()})
+    number(angle);
+  number(sample.heave_m.value_or(0.0));
+  out->Zeros(12);  // rates
+  const GivenVelocity velocity = sample.velocity.value_or(GivenVelocity{});
+  for (const double v : velocity.v_ned_mps) number(v);
+  const Eigen::Vector3d sigma_deg = attitude.sigma_rpy_rad * (180.0 / kPi);
+  for (const double sigma : {position.sigma_north_east_m.x(),
+                             position.sigma_north_east_m.y(),
+                             0.0,
+                             sigma_deg.x(),
+                             sigma_deg.y(),
+                             sigma_deg.z(),
+                             0.0})
+    number(sigma);
+  out->Zeros(kKmbBytes - 108);  // accelerations
+}
+
+std::string Fixed(double value) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.6f", value);
+  return text;
 }
 
 std::optional<std::string> TextOf(Bytes datagram, std::string_view type) {
@@ -250,7 +303,8 @@ std::optional<NavigationRecord> DecodeSpo(Bytes datagram) {
   const float quality_m = in.Le<float>();
   const double latitude_deg = in.Le<double>();
   const double longitude_deg = in.Le<double>();
-  in.Skip(8);  // speed, course
+  const float speed_mps = in.Le<float>();
+  const float course_deg = in.Le<float>();
   const float height_m = in.Le<float>();
   if (!in.ok() || !IsPosition(latitude_deg, longitude_deg)) return std::nullopt;
   constexpr float kNoQuality = 65535.0f;
@@ -258,6 +312,12 @@ std::optional<NavigationRecord> DecodeSpo(Bytes datagram) {
   sample.position =
       GivenPosition{Deg2Rad(latitude_deg), Deg2Rad(longitude_deg), {sigma_m, sigma_m}};
   if (std::isfinite(height_m) && height_m != kNoHeight_m) sample.height_m = height_m;
+  // Unavailable: -1 and -4, by the manual.
+  if (speed_mps >= 0.0f && speed_mps < 100.0f && course_deg >= 0.0f && course_deg <= 360.0f) {
+    const double course_rad = Deg2Rad(double{course_deg});
+    sample.velocity = GivenVelocity{
+        double{speed_mps} * Eigen::Vector3d(std::cos(course_rad), std::sin(course_rad), 0.0)};
+  }
   return sample;
 }
 
@@ -270,6 +330,78 @@ std::optional<std::vector<NavigationRecord>> DecodeSkm(Bytes datagram) {
   for (std::size_t i = 0; i < samples->count; ++i)
     motion.push_back(ReadKmb(samples->bytes.subspan(i * samples->bytes_each), source));
   return motion;
+}
+
+std::vector<std::uint8_t> EncodeSpo(const NavigationRecord& sample, const KmallHeader& header) {
+  constexpr std::uint16_t kActiveByItsOwnTime = 1 | 1 << 9;
+  KmallHeader spo = header;
+  spo.type = {'#', 'S', 'P', 'O'};
+  spo.version = 0;
+  ByteWriter out;
+  WriteKmallHeader(spo, sample.time, &out);
+  out.Le(std::uint16_t{8});
+  out.Le(std::uint16_t{0});  // system
+  out.Le(kActiveByItsOwnTime);
+  out.Zeros(2);
+  WriteKmallTime(sample.time, &out);
+  out.Le(static_cast<float>(sample.position->sigma_north_east_m.maxCoeff()));
+  out.Le(Rad2Deg(sample.position->latitude_rad));
+  out.Le(Rad2Deg(sample.position->longitude_rad));
+  const Eigen::Vector3d v = sample.velocity.value_or(GivenVelocity{}).v_ned_mps;
+  const double course_rad = std::atan2(v.y(), v.x());
+  out.Le(sample.velocity ? static_cast<float>(v.head<2>().norm()) : -1.0f);
+  out.Le(sample.velocity
+             ? static_cast<float>(Rad2Deg(course_rad < 0.0 ? course_rad + 2.0 * kPi : course_rad))
+             : -4.0f);
+  out.Le(sample.height_m ? static_cast<float>(*sample.height_m) : kNoHeight_m);
+  return SealKmall(&out);
+}
+
+std::vector<std::uint8_t> EncodeSkm(const std::vector<NavigationRecord>& samples,
+                                    const KmallHeader& header) {
+  if (samples.empty() || samples.size() > kMaxMotionSamples)
+    throw std::invalid_argument("#SKM: 1 to 148 samples");
+  KmallHeader skm = header;
+  skm.type = {'#', 'S', 'K', 'M'};
+  skm.version = 1;
+  ByteWriter out;
+  WriteKmallHeader(skm, samples[0].time, &out);
+  out.Le(static_cast<std::uint16_t>(kSkmInfoBytes));
+  out.Zeros(4);  // system 0
+  out.Le(static_cast<std::uint16_t>(samples.size()));
+  out.Le(static_cast<std::uint16_t>(kKmbBytes));
+  out.Zeros(kSkmInfoBytes - 10);
+  for (const NavigationRecord& sample : samples) WriteKmb(sample, &out);
+  return SealKmall(&out);
+}
+
+std::vector<std::uint8_t> EncodeIip(const SonarInstallation& installation,
+                                    const KmallHeader& header) {
+  std::string text = "EMXI:SWLZ=" + Fixed(installation.water_line_m) + ";,";
+  const auto add = [&text](const char* name, const Eigen::Isometry3d& pose, const char* use) {
+    const Eigen::Vector3d& p = pose.translation();
+    const Eigen::Vector3d rpy = RpyFromRotation(pose.linear()) * (180.0 / kPi);
+    text += std::string(name) + ":X=" + Fixed(p.x()) + ";Y=" + Fixed(p.y()) + ";Z=" + Fixed(p.z()) +
+            ";R=" + Fixed(rpy.x()) + ";P=" + Fixed(rpy.y()) + ";H=" + Fixed(rpy.z()) + ";D=0.000;" +
+            use + ",";
+  };
+  add("TRAI_TX1", installation.TransmitterOf(0)->At(0), "");
+  add("TRAI_RX1", installation.ReceiverOf(0)->At(0), "");
+  const auto place = [&installation](std::size_t i) {
+    return i < installation.sensors.size() ? installation.sensors[i].T_vehicle_sensor
+                                           : Eigen::Isometry3d::Identity();
+  };
+  add("POSI_1", place(0), "U=ACTIVE");
+  add("ATTI_1", place(1), "U=ACTIVE");
+  KmallHeader iip = header;
+  iip.type = {'#', 'I', 'I', 'P'};
+  iip.version = 0;
+  ByteWriter out;
+  WriteKmallHeader(iip, installation.time, &out);
+  out.Le(static_cast<std::uint16_t>(text.size() + 6));
+  out.Zeros(4);  // info, status
+  for (const char c : text) out.Le(static_cast<std::uint8_t>(c));
+  return SealKmall(&out);
 }
 
 std::optional<std::vector<SurfaceSoundSpeed>> DecodeSvt(Bytes datagram) {

@@ -24,6 +24,18 @@ std::optional<NavigationRecord> DecodeSpo(Bytes datagram);
 // the raw angles of the sensor, roll port up, pitch bow up.
 std::optional<std::vector<NavigationRecord>> DecodeSkm(Bytes datagram);
 
+// One datagram of position, height and quality of positioning system 0 ("#SPO0"), by the sensor's
+// own time.
+std::vector<std::uint8_t> EncodeSpo(const NavigationRecord& sample, const KmallHeader& header);
+// One datagram of at most 148 samples of motion sensor 0 ("#SKM0"): what a sample does not have is
+// called invalid. Throws std::invalid_argument for none or more.
+std::vector<std::uint8_t> EncodeSkm(const std::vector<NavigationRecord>& samples,
+                                    const KmallHeader& header);
+// #IIP: first transmitter and receiver, one positioning and one motion sensor, both active and at
+// the given place, and the water line.
+std::vector<std::uint8_t> EncodeIip(const SonarInstallation& installation,
+                                    const KmallHeader& header);
+
 std::optional<std::vector<SurfaceSoundSpeed>> DecodeSvt(Bytes datagram);
 
 // Transmitters and receivers with their arrays, positioning and motion sensors, water line.

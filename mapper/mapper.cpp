@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "mapper/navigation/dead_reckoning.hpp"
+#include "mapper/navigation/given_navigation.hpp"
 #include "mapper/submaps/footprint.hpp"
 #include "mapper/submaps/rejection.hpp"
 #include "mapper/submaps/terrain_information.hpp"
@@ -72,10 +73,16 @@ const char* CounterOf(LoopSearch::Verdict verdict) {
   return "";
 }
 
+std::unique_ptr<Navigation> MakeNavigation(const MapperParams& params) {
+  if (params.navigation_source == NavigationSource::kGiven)
+    return std::make_unique<GivenNavigation>(
+        params.given_navigation, params.navigation, params.vehicle);
+  return std::make_unique<DeadReckoning>(params.navigation, params.vehicle);
+}
+
 }  // namespace
 
-Mapper::Mapper(const MapperParams& params)
-    : Mapper(params, std::make_unique<DeadReckoning>(params.navigation, params.vehicle)) {}
+Mapper::Mapper(const MapperParams& params) : Mapper(params, MakeNavigation(params)) {}
 
 Mapper::Mapper(const MapperParams& params, std::unique_ptr<Navigation> navigation)
     : params_(params),
@@ -83,6 +90,7 @@ Mapper::Mapper(const MapperParams& params, std::unique_ptr<Navigation> navigatio
       watch_(params.navigation),
       sound_speed_(params.sound_velocity_profile),
       pings_(static_cast<std::size_t>(params.max_waiting_pings)),
+      sounding_pings_(static_cast<std::size_t>(params.max_waiting_pings)),
       builder_(
           params.submap,
           params.filter,
@@ -107,10 +115,16 @@ template void Mapper::Navigate(const ImuSample&);
 template void Mapper::Navigate(const DvlSample&);
 template void Mapper::Navigate(const DepthSample&);
 template void Mapper::Navigate(const PositionFix&);
+template void Mapper::Navigate(const NavigationSample&);
 
 void Mapper::Add(const MbesPing& ping) {
   navigation_->AddSoundSpeed(ping.time, ping.sound_speed_mps);
   pings_.Add(ping);
+  GeoreferencePings();
+}
+
+void Mapper::Add(const SoundingPing& ping) {
+  sounding_pings_.Add(ping);
   GeoreferencePings();
 }
 
@@ -136,6 +150,7 @@ void Mapper::GeoreferencePings() {
   const std::optional<Time> latest = navigation_->latest();
   if (!latest) return;
   while (const std::optional<MbesPing> ping = pings_.Take(*latest)) AddToSubmap(*ping);
+  while (const std::optional<SoundingPing> ping = sounding_pings_.Take(*latest)) AddToSubmap(*ping);
 }
 
 void Mapper::AddToSubmap(const MbesPing& ping) {
@@ -150,11 +165,21 @@ void Mapper::AddToSubmap(const MbesPing& ping) {
   const std::optional<GeoreferencedPing> georeferenced =
       Georeference(ping, T_map_vehicle_at, params_.vehicle, *sound_speed.rays);
   if (!georeferenced) return Count("pings_without_pose");
-  Count("beams_read", georeferenced->beams_read);
-  Count("beams_invalid", georeferenced->beams_invalid);
-  Count("beams_refused", georeferenced->beams_refused);
   if (georeferenced->speed_from_profile) Count("pings_with_impossible_sound_speed");
-  if (std::optional<Submap> closed = builder_.Add(*georeferenced)) OnClosed(std::move(*closed));
+  AddToSubmap(*georeferenced);
+}
+
+void Mapper::AddToSubmap(const SoundingPing& ping) {
+  const std::optional<NavState> state = navigation_->StateAt(ping.time);
+  if (!state) return Count("pings_without_pose");
+  AddToSubmap(Georeference(ping, state->T_map_vehicle, state->v_map_mps.head<2>().norm()));
+}
+
+void Mapper::AddToSubmap(const GeoreferencedPing& ping) {
+  Count("beams_read", ping.beams_read);
+  Count("beams_invalid", ping.beams_invalid);
+  Count("beams_refused", ping.beams_refused);
+  if (std::optional<Submap> closed = builder_.Add(ping)) OnClosed(std::move(*closed));
   if (const auto frame_time = builder_.frame_time()) frames_.Remember(*frame_time, ping.time);
 }
 
@@ -309,6 +334,7 @@ void Mapper::Finish() {
   navigation_->Finish();
   GeoreferencePings();
   while (const std::optional<MbesPing> ping = pings_.TakeAny()) AddToSubmap(*ping);
+  while (const std::optional<SoundingPing> ping = sounding_pings_.TakeAny()) AddToSubmap(*ping);
   if (std::optional<Submap> last = builder_.Finish()) OnClosed(std::move(*last));
   finishing_ = true;
   if (IsLastStep() && !graph_.empty()) Extend({}, {}, graph_.submap_time());
@@ -320,8 +346,10 @@ std::vector<Condition> Mapper::conditions() const {
   std::vector<Condition> now;
   if (const auto& harm = search_.harm())
     now.push_back({&conditions::kSolutionWithheld, Sentence(*harm)});
-  const std::vector<Condition> of_navigation = watch_.conditions(*navigation_);
-  now.insert(now.end(), of_navigation.begin(), of_navigation.end());
+  if (params_.navigation_source == NavigationSource::kDeadReckoning) {
+    const std::vector<Condition> of_navigation = watch_.conditions(*navigation_);
+    now.insert(now.end(), of_navigation.begin(), of_navigation.end());
+  }
   if (sound_speed_source_ && !IsProfile(*sound_speed_source_))
     now.push_back({&conditions::kNoSoundSpeedProfile, Sentence(*sound_speed_source_)});
   if (failed_in_last_job_ > 0)
@@ -337,8 +365,8 @@ std::map<std::string, std::int64_t> Mapper::counters() const {
   std::map<std::string, std::int64_t> all = counters_;
   for (const auto& [name, count] : navigation_->counters()) all["nav_" + name] = count;
   for (const auto& [name, count] : builder_.counters()) all[name] = count;
-  all["pings_dropped_waiting"] = pings_.dropped();
-  all["pings_from_the_future"] = pings_.from_the_future();
+  all["pings_dropped_waiting"] = pings_.dropped() + sounding_pings_.dropped();
+  all["pings_from_the_future"] = pings_.from_the_future() + sounding_pings_.from_the_future();
   all["position_fixes_in_graph"] = frames_.fixes_in_graph();
   all["position_fixes_too_far"] = frames_.fixes_too_far();
   all["relative_covariances_missing"] = frames_.independent();

@@ -70,7 +70,9 @@ class Mapper {
   }
   void Add(const DepthSample& sample) { Navigate(sample); }
   void Add(const PositionFix& fix) { Navigate(fix); }
+  void Add(const NavigationSample& sample) { Navigate(sample); }
   void Add(const MbesPing& ping);
+  void Add(const SoundingPing& ping);
   void Add(const SoundVelocityProfile& profile);
 
   // A finished submap from elsewhere joins the graph. An id below 0 becomes the next number; one
@@ -130,6 +132,8 @@ class Mapper {
   void GiveNav();
   void GeoreferencePings();
   void AddToSubmap(const MbesPing& ping);
+  void AddToSubmap(const SoundingPing& ping);
+  void AddToSubmap(const GeoreferencedPing& ping);
   std::optional<Eigen::Matrix3d> DriftBetween(Time a, Time b) const;
   void OnClosed(Submap submap);
   void Enqueue(Submap submap, std::vector<GraphEdge> position_edges);
@@ -143,7 +147,8 @@ class Mapper {
   NavigationWatch watch_;
   SoundSpeed sound_speed_;
   std::optional<SoundSpeed::Source> sound_speed_source_;  // of the last ping
-  PingQueue pings_;
+  PingQueue<MbesPing> pings_;
+  PingQueue<SoundingPing> sounding_pings_;
   SubmapBuilder builder_;
   SubmapFrames frames_;
   NavCorrection correction_;

@@ -35,5 +35,7 @@ std::vector<std::pair<std::string, std::string>> ConfigFiles(const MapperConfig&
 ParameterTable TableOf(MapperConfig* config);
 // Its section `navigation`.
 void DeclareNavigation(NavigationParams* params, ParameterTable* table);
+// The key `navigation_source` and the section `given_navigation`.
+void DeclareGivenNavigation(MapperParams* params, ParameterTable* table);
 
 }  // namespace seastitch

@@ -46,8 +46,10 @@ void MapperNode::SubscribeSensors() {
   Subscribe<imu_t>(channels::kImu, "imu", navigate);
   Subscribe<dvl_t>(channels::kDvl, "dvl", navigate);
   Subscribe<depth_t>(channels::kDepth, "depth", navigate);
+  Subscribe<navigation_t>(channels::kIns, "ins", navigate);
   Subscribe<position_fix_t>(channels::kPositionFix, "position_fix", navigate);
   Subscribe<mbes_ping_t>(channels::kMbesPing, "mbes_ping", add);
+  Subscribe<mbes_soundings_t>(channels::kMbesSoundings, "mbes_soundings", add);
   Subscribe<sound_velocity_profile_t>(channels::kSvp, "svp", add);
 }
 

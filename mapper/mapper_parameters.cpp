@@ -391,6 +391,7 @@ ParameterTable TableOf(MapperConfig* c) {
   DeclareFiles(c, &table);
   DeclareMounting(c, &table);
   DeclareNavigation(&c->navigation, &table);
+  DeclareGivenNavigation(c, &table);
   DeclareLimits(c, &table);
   DeclareProfile(c, &table);
   DeclareSubmap(&c->submap, &table);

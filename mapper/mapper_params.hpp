@@ -1,21 +1,31 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 
 #include "common/core/mounting.hpp"
 #include "common/core/sensors.hpp"
 #include "common/core/vehicle.hpp"
 #include "mapper/loop_closer.hpp"
+#include "mapper/navigation/given_navigation.hpp"
 #include "mapper/navigation/navigation_params.hpp"
 #include "mapper/submaps/cloud_filter.hpp"
 #include "mapper/submaps/submap_builder.hpp"
 
 namespace seastitch {
 
+// Whose poses the map is laid out by.
+enum class NavigationSource : std::uint8_t {
+  kDeadReckoning,  // computed by ourselves from IMU, DVL and depth
+  kGiven,          // an INS's, as on `INS`
+};
+
 // Everything that a Mapper is told at its start; config/mapper.yaml says what each is and why.
 struct MapperParams {
   VehicleGeometry vehicle;
+  NavigationSource navigation_source = NavigationSource::kDeadReckoning;
   NavigationParams navigation;
+  GivenNavigationParams given_navigation;
   SubmapParams submap;
   CloudFilterParams filter;
   LoopCloserParams loop_closer;

@@ -5,19 +5,21 @@
 
 namespace seastitch {
 
-void PingQueue::Add(MbesPing ping) {
+template <class Ping>
+void PingQueue<Ping>::Add(Ping ping) {
   if (pings_.size() >= capacity_) {
     pings_.pop_front();
     ++dropped_;
   }
   const auto place =
-      std::upper_bound(pings_.begin(), pings_.end(), ping.time, [](Time t, const MbesPing& other) {
+      std::upper_bound(pings_.begin(), pings_.end(), ping.time, [](Time t, const Ping& other) {
         return t < other.time;
       });
   pings_.insert(place, std::move(ping));
 }
 
-std::optional<MbesPing> PingQueue::Take(Time latest) {
+template <class Ping>
+std::optional<Ping> PingQueue<Ping>::Take(Time latest) {
   while (!pings_.empty()) {
     const Duration ahead = LastEcho(pings_.front()) - latest;
     if (ahead <= Duration::zero()) return TakeAny();
@@ -28,11 +30,15 @@ std::optional<MbesPing> PingQueue::Take(Time latest) {
   return std::nullopt;
 }
 
-std::optional<MbesPing> PingQueue::TakeAny() {
+template <class Ping>
+std::optional<Ping> PingQueue<Ping>::TakeAny() {
   if (pings_.empty()) return std::nullopt;
-  MbesPing ping = std::move(pings_.front());
+  Ping ping = std::move(pings_.front());
   pings_.pop_front();
   return ping;
 }
+
+template class PingQueue<MbesPing>;
+template class PingQueue<SoundingPing>;
 
 }  // namespace seastitch

@@ -12,6 +12,7 @@ namespace seastitch {
 
 // Pings in order of time that wait until navigation has reached their last echo. Bounded: where it
 // is full the oldest is dropped. Pure.
+template <class Ping = MbesPing>
 class PingQueue {
  public:
   explicit PingQueue(std::size_t capacity) : capacity_(capacity) {}
@@ -19,11 +20,11 @@ class PingQueue {
   // A ping so far ahead of navigation has a wrong clock and is dropped when its turn comes.
   static constexpr double kMaxAheadS = 30.0;
 
-  void Add(MbesPing ping);
+  void Add(Ping ping);
   // The oldest ping, if navigation's final states reach its last echo. latest: of these states.
-  std::optional<MbesPing> Take(Time latest);
+  std::optional<Ping> Take(Time latest);
   // The oldest ping, reached or not: at the end.
-  std::optional<MbesPing> TakeAny();
+  std::optional<Ping> TakeAny();
 
   std::size_t size() const { return pings_.size(); }
   std::int64_t dropped() const { return dropped_; }                  // the queue was full
@@ -31,7 +32,7 @@ class PingQueue {
 
  private:
   const std::size_t capacity_;
-  std::deque<MbesPing> pings_;
+  std::deque<Ping> pings_;
   std::int64_t dropped_ = 0;
   std::int64_t from_the_future_ = 0;
 };

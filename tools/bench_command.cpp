@@ -7,6 +7,7 @@
 #include "common/convert/convert.hpp"
 #include "common/runtime/vehicle_config.hpp"
 #include "mapper/mapper_config.hpp"
+#include "tools/kmall_survey.hpp"
 #include "tools/progress.hpp"
 
 namespace seastitch {
@@ -51,18 +52,26 @@ int RunBench(const BenchOptions& options) {
                 sent.max_lag_s);
   } else {
     const bench::SurveyConfig survey = bench::LoadSurvey(options.survey.string());
-    const MapperConfig mapper =
-        LoadMapperConfig(MapperConfigFor(survey, options.config_dir).string());
-    const bench::LogResult written = bench::WriteLog(&simulator,
-                                                     bench::LoadDriverConfigs(options.config_dir),
-                                                     ConfigParts("mapper", ConfigFiles(mapper)),
-                                                     options.log,
-                                                     show);
+    const std::filesystem::path mapper = MapperConfigFor(survey, options.config_dir);
+    const bench::LogResult written =
+        bench::WriteLog(&simulator,
+                        bench::LoadDriverConfigs(options.config_dir),
+                        ConfigParts("mapper", ConfigFiles(LoadMapperConfig(mapper.string()))),
+                        options.log,
+                        show);
     progress.Finish();
     std::printf("%lld events in %s; replay it with --config %s\n",
                 static_cast<long long>(written.events),
                 options.log.c_str(),
-                MapperConfigFor(survey, options.config_dir).c_str());
+                mapper.c_str());
+    if (!options.kmall.empty()) {
+      const KmallSurveyResult file = WriteKmallSurvey({options.log, mapper, options.kmall});
+      std::printf("%lld pings, %lld positions and %lld jumps of the INS in %s\n",
+                  static_cast<long long>(file.pings),
+                  static_cast<long long>(file.positions),
+                  static_cast<long long>(file.fixes),
+                  options.kmall.c_str());
+    }
   }
   std::printf("%lld pings, %lld soundings\n",
               static_cast<long long>(simulator.counts().pings),

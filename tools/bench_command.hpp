@@ -15,6 +15,8 @@ struct BenchOptions {
   std::filesystem::path
       config_dir;             // vehicle.yaml and the drivers' files: both sides agree on these
   std::filesystem::path log;  // empty: device bytes are sent live
+  // With log: the same survey by an INS that navigates by itself, as a .kmall; empty: none.
+  std::filesystem::path kmall;
   double speed = 1.0;
   std::vector<std::string> faults;  // beyond the survey's own: see bench/fault.hpp
   bench::LiveTargets targets{"127.0.0.1:20001", "127.0.0.1:20002", "127.0.0.1:6020"};

@@ -13,12 +13,17 @@
 
 #include "codecs/kmall.hpp"
 #include "common/runtime/bus.hpp"
+#include "common/runtime/vehicle_config.hpp"
 #include "common/storage/event_log.hpp"
 #include "drivers/dvl/dvl_driver.hpp"
 #include "drivers/imu/imu_driver.hpp"
 #include "drivers/mbes/mbes_driver.hpp"
 #include "drivers/socket/candump.hpp"
+#include "tools/install_paths.hpp"
+#include "tools/message_types.hpp"
 #include "tools/progress.hpp"
+#include "tools/survey_config.hpp"
+#include "tools/survey_files.hpp"
 
 namespace seastitch {
 namespace {
@@ -154,7 +159,18 @@ Kind KindOf(const fs::path& path) {
     throw std::runtime_error(path.string() + ": not a file that can be read");
   if (head[4] == '#') return Kind::kKmall;
   if (std::string_view(head.data(), head.size()).find_first_of('(') == 0) return Kind::kCandump;
-  throw std::runtime_error(path.string() + ": neither a .kmall file nor a candump log");
+  throw std::runtime_error(path.string() + ": neither a survey file nor a candump log");
+}
+
+bool IsKmall(const std::vector<fs::path>& files) {
+  return std::all_of(
+      files.begin(), files.end(), [](const fs::path& f) { return KindOf(f) == Kind::kKmall; });
+}
+
+void WriteText(const fs::path& path, const std::string& text) {
+  std::ofstream out(path, std::ios::binary);
+  out << text;
+  if (!out.flush()) throw std::runtime_error(path.string() + ": cannot be written");
 }
 
 // The drivers that the files need, and what they publish.
@@ -240,16 +256,76 @@ class Importer {
   ImportResult result_;
 };
 
+// Beside the log: the files' installation parameters, and a mapper.yaml that takes the navigation
+// that they give.
+void WriteConfigs(const SurveyPlan& plan, const fs::path& log) {
+  const SurveyConfigFiles files = SurveyConfigFilesFor(log);
+  WriteText(files.vehicle, PrintConfig(plan.vehicle));
+  MapperConfig config = LoadMapperConfig((ConfigDir() / "mapper.yaml").string());
+  UseSurvey(plan, &config);
+  config.vehicle_file = files.vehicle.filename();
+  WriteText(files.mapper, PrintConfig(config));
+}
+
+// Survey files that say where they were.
+ImportResult ImportSurvey(SurveyFiles* survey, const ImportOptions& options) {
+  ImportResult result;
+  EventLogWriter writer(options.log, IfExists::kRefuse);
+  Bus bus("memq://");
+  bus.SubscribeBytes(".*", 0, [&](const std::string& channel, const void* data, int size) {
+    writer.Write(ToUtime(survey->now()), channel, data, static_cast<std::size_t>(size));
+    ++result.channels[channel];
+  });
+  ProgressLine progress("importing", survey->bytes(), options.quiet);
+  while (survey->PublishNext(&bus)) {
+    bus.HandleAll();
+    progress.Set(survey->bytes_read());
+  }
+  writer.Flush();
+  progress.Finish();
+  for (const auto& [name, value] : survey->counters())
+    if (value != 0) result.counters[name] = value;
+  return result;
+}
+
+bool AreSurveyFiles(const std::vector<fs::path>& files) {
+  return std::all_of(files.begin(), files.end(), SurveyFiles::IsSurveyFile);
+}
+
 }  // namespace
 
-ImportResult Import(const ImportOptions& options) { return Importer(options).Run(options.quiet); }
+// What a sonar alone has recorded goes through its driver, as it would have at sea.
+ImportResult Import(const ImportOptions& options) {
+  if (AreSurveyFiles(options.files)) {
+    SurveyFiles survey(options.files);
+    const bool sonar_alone = survey.plan().soundings && survey.plan().position_source.empty() &&
+                             survey.plan().attitude_source.empty() && IsKmall(options.files);
+    if (!sonar_alone) {
+      if (const auto problem = survey.Problem()) throw DataError(*problem);
+      ImportResult result = ImportSurvey(&survey, options);
+      result.installation = survey.plan().Text();
+      if (const auto outcome = survey.Outcome()) {
+        fs::remove(options.log);
+        throw DataError(*outcome);
+      }
+      WriteConfigs(survey.plan(), options.log);
+      return result;
+    }
+  }
+  return Importer(options).Run(options.quiet);
+}
 
 int RunImport(const ImportOptions& options) {
   const ImportResult result = Import(options);
+  if (!result.installation.empty()) std::fputs(result.installation.c_str(), stdout);
   for (const auto& [channel, events] : result.channels)
     std::printf("%-12s %10lld events\n", channel.c_str(), static_cast<long long>(events));
   for (const auto& [name, value] : result.counters)
     std::printf("%s: %lld\n", name.c_str(), static_cast<long long>(value));
+  if (!result.installation.empty())
+    std::printf("map it: seastitch replay %s --config %s --out MAP\n",
+                options.log.c_str(),
+                SurveyConfigFilesFor(options.log).mapper.c_str());
   return EXIT_SUCCESS;
 }
 

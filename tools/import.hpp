@@ -9,8 +9,10 @@
 namespace seastitch {
 
 struct ImportOptions {
-  std::vector<std::filesystem::path> files;  // .kmall files and candump logs, told apart by content
-  std::filesystem::path log;                 // LCM log to write; must not exist
+  // Survey files of any format (docs/survey-files.md), or candump logs with .kmall files of a sonar
+  // that knows no navigation; told apart by content.
+  std::vector<std::filesystem::path> files;
+  std::filesystem::path log;  // LCM log to write; must not exist
   // How the frames of a candump log are decoded. KMALL needs nothing.
   std::filesystem::path imu_config;
   std::filesystem::path dvl_config;
@@ -20,11 +22,15 @@ struct ImportOptions {
 struct ImportResult {
   std::map<std::string, std::int64_t> channels;  // events on each
   std::map<std::string, std::int64_t> counters;  // of the decoders, those above 0
+  // Of survey files with navigation: which sensors were used, and where they sit. Empty: of others.
+  std::string installation;
 };
 
-// Sends the files' bytes through the drivers themselves, in the order of their stamps, and writes
-// what they publish, raw bytes included. The same files give the same log. Throws
-// std::runtime_error naming the file.
+// Survey files become what drivers would have published: INS, DEPTH, MBES_PING or MBES_SOUNDINGS,
+// SVP; beside the log LOG.vehicle.yaml holds the installation parameters, and LOG.mapper.yaml what
+// a replay needs. Candump logs, and .kmall without navigation, go through the drivers themselves,
+// in the order of their stamps, raw bytes included. The same files give the same log. Throws
+// std::runtime_error naming the file; DataError where nothing in it can be placed.
 ImportResult Import(const ImportOptions& options);
 
 // `seastitch import`: the same, and what it gave in some lines.

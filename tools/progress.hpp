@@ -25,7 +25,12 @@ class ProgressLine {
     const int percent = static_cast<int>(done_ >= total_ ? 100 : 100 * done_ / total_);
     if (percent == shown_ || (!terminal_ && percent / 10 == shown_ / 10)) return;
     shown_ = percent;
-    std::fprintf(stderr, terminal_ ? "\r%s: %d %% " : "%s: %d %%\n", what_.c_str(), percent);
+    const std::string left = TimeLeft();
+    std::fprintf(stderr,
+                 terminal_ ? "\r%s: %d %%%s " : "%s: %d %%%s\n",
+                 what_.c_str(),
+                 percent,
+                 left.c_str());
   }
   void Finish() {
     Set(total_);
@@ -33,12 +38,24 @@ class ProgressLine {
   }
 
  private:
+  // Once it takes longer than some seconds.
+  std::string TimeLeft() const {
+    const std::chrono::duration<double> past = std::chrono::steady_clock::now() - start_;
+    if (past.count() < 5.0 || done_ == 0 || done_ >= total_) return {};
+    const double left_s =
+        past.count() * (static_cast<double>(total_) / static_cast<double>(done_) - 1.0);
+    char text[40];
+    std::snprintf(text, sizeof text, ", %d:%02d left", int(left_s) / 60, int(left_s) % 60);
+    return text;
+  }
+
   std::string what_;
   std::uint64_t total_;
   std::uint64_t done_ = 0;
   bool quiet_;
   bool terminal_;
   int shown_ = -1;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
 }  // namespace seastitch

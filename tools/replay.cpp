@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cstdio>
 #include <fstream>
+#include <memory>
 #include <stdexcept>
 
 #include "bench/truth.hpp"
@@ -22,6 +23,8 @@
 #include "tools/message_types.hpp"
 #include "tools/progress.hpp"
 #include "tools/recorded_dive.hpp"
+#include "tools/survey_config.hpp"
+#include "tools/survey_files.hpp"
 
 namespace seastitch {
 namespace {
@@ -77,9 +80,9 @@ class ScratchDir {
 // Mapper and optimizer on a bus of their own, one message after the other.
 class Pipeline {
  public:
-  Pipeline(const ReplayOptions& options, const fs::path& map_dir, bool imported, Bus* bus)
+  Pipeline(const ReplayOptions& options, const MapperConfig& mapper, Bus* bus)
       : bus_(bus),
-        mapper_(MapperConfigFor(options, map_dir, imported), bus, &worker_),
+        mapper_(mapper, bus, &worker_),
         optimizer_(LoadOptimizerConfig(options.optimizer_config.string()), bus, &worker_) {
     bus_->HandleAll();
   }
@@ -106,15 +109,6 @@ class Pipeline {
   }
 
  private:
-  static MapperConfig MapperConfigFor(const ReplayOptions& options,
-                                      const fs::path& map_dir,
-                                      bool imported) {
-    MapperConfig config = LoadMapperConfig(options.mapper_config.string());
-    config.map_dir = map_dir;
-    if (imported) config.mounting = {};  // whose frames stand anywhere on whatever vehicle
-    return config;
-  }
-
   Bus* bus_;
   InlineWorker worker_;
   MapperNode mapper_;
@@ -182,6 +176,34 @@ void FeedLogs(const std::vector<fs::path>& logs, ChannelRole role, Bus* bus, boo
                  "%lld events on %s have another type and were skipped\n",
                  static_cast<long long>(events),
                  channel.c_str());
+}
+
+// Survey files as what drivers would have published of them.
+void FeedSurvey(SurveyFiles* survey, Bus* bus, bool quiet) {
+  if (!quiet) std::fputs(survey->plan().Text().c_str(), stderr);
+  ProgressLine progress("reading", survey->bytes(), quiet);
+  while (survey->PublishNext(bus)) {
+    bus->HandleAll();
+    progress.Set(survey->bytes_read());
+  }
+  progress.Finish();
+  for (const auto& [name, value] : survey->counters())
+    if (value != 0 && !quiet)
+      std::fprintf(stderr, "%s: %lld\n", name.c_str(), static_cast<long long>(value));
+  if (const auto outcome = survey->Outcome()) throw DataError(*outcome);
+}
+
+// The files, where all inputs are survey files; nothing: none is.
+std::unique_ptr<SurveyFiles> OpenSurvey(const ReplayOptions& options) {
+  const auto& inputs = options.inputs;
+  const auto files = std::count_if(inputs.begin(), inputs.end(), SurveyFiles::IsSurveyFile);
+  if (files == 0) return nullptr;
+  if (static_cast<std::size_t>(files) < inputs.size())
+    throw std::runtime_error("replay: survey files and LCM logs are not mapped together");
+  if (options.as_recorded) throw std::runtime_error("replay: --as-recorded needs a log");
+  auto survey = std::make_unique<SurveyFiles>(inputs);
+  if (const auto problem = survey->Problem()) throw DataError(*problem);
+  return survey;
 }
 
 void FeedSubmaps(SubmapDirectory directory, Pipeline* pipeline, bool quiet) {
@@ -255,9 +277,9 @@ void ExpectApart(const std::vector<fs::path>& inputs, const fs::path& out) {
 
 // The files that the replay is done with: what was given, else what was recorded, which is left in
 // OUT/config, else the shipped ones.
-void ChooseConfig(ReplayOptions* options, bool from_directory) {
+void ChooseConfig(ReplayOptions* options, bool from_logs) {
   std::map<std::string, std::string> recorded;
-  if (!from_directory && options->mapper_config.empty()) recorded = RecordedConfig(options->inputs);
+  if (from_logs && options->mapper_config.empty()) recorded = RecordedConfig(options->inputs);
   if (recorded.contains("mapper.yaml") && recorded.contains("vehicle.yaml")) {
     const fs::path folder = options->out / "config";
     fs::create_directories(folder);
@@ -275,7 +297,7 @@ void ChooseConfig(ReplayOptions* options, bool from_directory) {
   }
   if (!options->mapper_config.empty()) return;
   options->mapper_config = options->default_config_dir / "mapper.yaml";
-  if (!options->quiet && !from_directory)
+  if (!options->quiet && from_logs)
     std::fprintf(stderr,
                  "no configuration was recorded: using %s (--config names another)\n",
                  options->mapper_config.c_str());
@@ -305,8 +327,13 @@ ProductSummary RunReplay(const ReplayOptions& given) {
     throw std::runtime_error("replay: --as-recorded needs a log");
   }
 
-  if (!from_directory) options.inputs = InOrderOfRecording(std::move(options.inputs));
-  ChooseConfig(&options, from_directory);
+  const std::unique_ptr<SurveyFiles> survey_files = from_directory ? nullptr : OpenSurvey(options);
+  const bool from_logs = !from_directory && !survey_files;
+  if (from_logs) options.inputs = InOrderOfRecording(std::move(options.inputs));
+  ChooseConfig(&options, from_logs);
+  MapperConfig mapper_config = LoadMapperConfig(options.mapper_config.string());
+  if (survey_files) UseSurvey(survey_files->plan(), &mapper_config);
+  if (from_directory) mapper_config.mounting = {};  // frames stand anywhere on whatever vehicle
 
   ProductOptions products;
   products.title = title;
@@ -322,19 +349,24 @@ ProductSummary RunReplay(const ReplayOptions& given) {
     FeedLogs(options.inputs, ChannelRole::kResult, &bus, options.quiet);
   } else {
     const ScratchDir store(options.out / ".store");
-    Pipeline pipeline(options, store.path(), from_directory, &bus);
+    mapper_config.map_dir = store.path();
+    Pipeline pipeline(options, mapper_config, &bus);
     if (from_directory) {
       SubmapDirectory directory = ReadSubmapDirectory(options.inputs[0], options.drift);
       products.axes = directory.z_up ? MapAxes::kEastNorthUp : MapAxes::kNorthEastDown;
       FeedSubmaps(std::move(directory), &pipeline, options.quiet);
+    } else if (survey_files) {
+      FeedSurvey(survey_files.get(), &bus, options.quiet);
     } else {
       FeedLogs(options.inputs, ChannelRole::kSensor, &bus, options.quiet);
     }
     pipeline.Finish();
+    if (collector.submaps() == 0 && survey_files)
+      throw DataError(options.inputs[0].string() + ": no submap: " + pipeline.Statement());
     if (collector.submaps() == 0) throw std::runtime_error("no submap: " + pipeline.Statement());
   }
   if (!from_directory) {
-    const VehicleGeometry vehicle = LoadMapperConfig(options.mapper_config.string()).vehicle;
+    const VehicleGeometry& vehicle = mapper_config.vehicle;
     products.datum =
         Datum{Rad2Deg(vehicle.datum_latitude_rad), Rad2Deg(vehicle.datum_longitude_rad)};
     UseTruth(options, &products);
@@ -346,9 +378,8 @@ ProductSummary RunReplay(const ReplayOptions& given) {
 }
 
 void PrintReplayConfig(const ReplayOptions& options) {
-  const bool given = !options.mapper_config.empty();
-  const MapperConfig config =
-      given ? LoadMapperConfig(options.mapper_config.string()) : MapperConfig{};
+  MapperConfig config;
+  if (!options.mapper_config.empty()) config = LoadMapperConfig(options.mapper_config.string());
   std::fputs(PrintConfig(config).c_str(), stdout);
 }
 

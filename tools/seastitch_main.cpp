@@ -140,6 +140,11 @@ void AddBench(CLI::App* app, int* status) {
                     "folder of vehicle.yaml and the drivers' files (default: the shipped one)");
   CLI::Option* log = bench->add_option(
       "--log", options->log, "writes an LCM log, and LOG.truth.csv beside it, instead of sending");
+  bench
+      ->add_option("--kmall",
+                   options->kmall,
+                   "with --log: the same survey as the .kmall of a vehicle whose INS navigates")
+      ->needs(log);
   bench->add_option("--speed", options->speed, "simulated seconds a second when sending")
       ->capture_default_str()
       ->check(CLI::PositiveNumber)

@@ -111,6 +111,9 @@ struct SoundingPing {
   std::vector<LevelSounding> soundings;
 };
 
+// Where the echoes have been placed already, the ping is over at its time.
+inline Time LastEcho(const SoundingPing& ping) { return ping.time; }
+
 // Depths strictly rising.
 struct SoundVelocityProfile {
   Time time;

@@ -2,8 +2,17 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
 
 namespace seastitch {
+
+// Transmit and receive array of one head, in the axes of the sonar.
+struct SonarHead {
+  Eigen::Isometry3d T_mbes_tx = Eigen::Isometry3d::Identity();
+  Eigen::Isometry3d T_mbes_rx = Eigen::Isometry3d::Identity();
+};
 
 // Where the map's origin lies and where the sensors sit. Vehicle axes: forward, right, down.
 struct VehicleGeometry {
@@ -15,7 +24,15 @@ struct VehicleGeometry {
   // Transmit and receive array within the sonar, where they are not at one place or not square.
   Eigen::Isometry3d T_mbes_tx = Eigen::Isometry3d::Identity();
   Eigen::Isometry3d T_mbes_rx = Eigen::Isometry3d::Identity();
+  // Of a sonar with several heads those after the first, by MbesPing::head from 1 on.
+  std::vector<SonarHead> more_heads;
   Eigen::Vector3d p_vehicle_depth_m = Eigen::Vector3d::Zero();  // pressure port
+
+  // The first, where the vehicle has no such head.
+  SonarHead Head(std::uint8_t head) const {
+    const std::size_t i = head;
+    return i > 0 && i <= more_heads.size() ? more_heads[i - 1] : SonarHead{T_mbes_tx, T_mbes_rx};
+  }
 };
 
 }  // namespace seastitch

@@ -35,6 +35,11 @@ void DeclareMounting(VehicleFile::Mounting* mounting, ParameterTable* table) {
              "Turn the vehicle's axes into the sensor's: yaw, then pitch, then roll.");
 }
 
+void DeclareHead(VehicleFile::Head* head, ParameterTable* table) {
+  DeclareMounting(&head->transmitter, &table->AddSection("transmitter", "Its transmit array."));
+  DeclareMounting(&head->receiver, &table->AddSection("receiver", "Its receive array."));
+}
+
 void DeclareDatum(VehicleFile* file, ParameterTable* table) {
   ParameterTable& datum = table->AddSection("datum", "Origin of the map, WGS 84.");
   datum
@@ -68,6 +73,10 @@ ParameterTable TableOf(VehicleFile* file) {
                         "sit apart, turned against each other or (yaw 180) backwards."));
   DeclareMounting(&file->mbes_receiver,
                   &table.AddSection("mbes_receiver", "Receive array in the sonar's own axes."));
+  table.AddList<VehicleFile::Head>("mbes_more_heads",
+                                   &file->more_heads,
+                                   DeclareHead,
+                                   "Heads after the first of a sonar with several, in order.");
   DeclarePosition(&file->depth_position_m, &table.AddSection("depth", "Pressure sensor."));
   return table;
 }
@@ -83,6 +92,8 @@ VehicleGeometry LoadVehicle(const std::string& path) {
   vehicle.T_vehicle_mbes = PoseOf(file.mbes);
   vehicle.T_mbes_tx = PoseOf(file.mbes_transmitter);
   vehicle.T_mbes_rx = PoseOf(file.mbes_receiver);
+  for (const VehicleFile::Head& head : file.more_heads)
+    vehicle.more_heads.push_back({PoseOf(head.transmitter), PoseOf(head.receiver)});
   vehicle.p_vehicle_depth_m = file.depth_position_m;
   return vehicle;
 }
@@ -96,6 +107,8 @@ std::string PrintConfig(const VehicleGeometry& vehicle) {
   file.mbes = MountingOf(vehicle.T_vehicle_mbes);
   file.mbes_transmitter = MountingOf(vehicle.T_mbes_tx);
   file.mbes_receiver = MountingOf(vehicle.T_mbes_rx);
+  for (const SonarHead& head : vehicle.more_heads)
+    file.more_heads.push_back({MountingOf(head.T_mbes_tx), MountingOf(head.T_mbes_rx)});
   file.depth_position_m = vehicle.p_vehicle_depth_m;
   return PrintWithDefaults(file, {});
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "common/core/vehicle.hpp"
 #include "common/runtime/parameters.hpp"
@@ -27,6 +28,11 @@ struct VehicleFile {
   Mounting mbes;
   Mounting mbes_transmitter;
   Mounting mbes_receiver;
+  struct Head {
+    Mounting transmitter;
+    Mounting receiver;
+  };
+  std::vector<Head> more_heads;
   Eigen::Vector3d depth_position_m = Eigen::Vector3d::Zero();
 };
 ParameterTable TableOf(VehicleFile* file);

@@ -41,9 +41,10 @@ class SonarMotion {
   static std::optional<SonarMotion> Make(Time start,
                                          double span_s,
                                          const PoseLookup& T_map_vehicle_at,
-                                         const VehicleGeometry& vehicle) {
-    const Eigen::Isometry3d T_vehicle_tx = vehicle.T_vehicle_mbes * vehicle.T_mbes_tx;
-    const Eigen::Isometry3d T_vehicle_rx = vehicle.T_vehicle_mbes * vehicle.T_mbes_rx;
+                                         const Eigen::Isometry3d& T_vehicle_mbes,
+                                         const SonarHead& head) {
+    const Eigen::Isometry3d T_vehicle_tx = T_vehicle_mbes * head.T_mbes_tx;
+    const Eigen::Isometry3d T_vehicle_rx = T_vehicle_mbes * head.T_mbes_rx;
     SonarMotion motion;
     const int steps = std::clamp(static_cast<int>(std::ceil(span_s / kKnotS)), 1, kMaxKnots);
     motion.step_s_ = std::max(span_s, 1e-6) / steps;
@@ -221,7 +222,11 @@ std::optional<GeoreferencedPing> Georeference(const MbesPing& ping,
                                               const PoseLookup& T_map_vehicle_at,
                                               const VehicleGeometry& vehicle,
                                               const RayTracer& rays) {
-  const auto sonar = SonarMotion::Make(ping.time, ListeningTime(ping), T_map_vehicle_at, vehicle);
+  const auto sonar = SonarMotion::Make(ping.time,
+                                       ListeningTime(ping),
+                                       T_map_vehicle_at,
+                                       vehicle.T_vehicle_mbes,
+                                       vehicle.Head(ping.head));
   if (!sonar) return std::nullopt;
 
   GeoreferencedPing result;
@@ -252,6 +257,29 @@ std::optional<GeoreferencedPing> Georeference(const MbesPing& ping,
     const float sigma_ratio = ping.beams[static_cast<std::size_t>(launch.beam)].depth_sigma_ratio;
     result.soundings.push_back(
         {*p_map, launch.beam, static_cast<float>(double{sigma_ratio} * down_m)});
+  }
+  return result;
+}
+
+GeoreferencedPing Georeference(const SoundingPing& ping,
+                               const Eigen::Isometry3d& T_map_vehicle,
+                               double speed_mps) {
+  GeoreferencedPing result;
+  result.time = ping.time;
+  result.T_map_vehicle = T_map_vehicle;
+  result.speed_mps = speed_mps;
+  result.beams_read = static_cast<int>(ping.soundings.size());
+  const Eigen::Isometry3d T_map_level =
+      T_map_vehicle * Eigen::Isometry3d(LevelFromBody(T_map_vehicle).transpose());
+  for (int i = 0; i < result.beams_read; ++i) {
+    const LevelSounding& sounding = ping.soundings[static_cast<std::size_t>(i)];
+    if ((sounding.flags & kBeamValid) == 0)
+      ++result.beams_invalid;
+    else if (!sounding.p_level_m.allFinite())
+      ++result.beams_refused;
+    else
+      result.soundings.push_back(
+          {T_map_level * sounding.p_level_m.cast<double>(), i, sounding.sigma_z_m});
   }
   return result;
 }

@@ -63,4 +63,10 @@ std::optional<GeoreferencedPing> Georeference(const MbesPing& ping,
                                               const VehicleGeometry& vehicle,
                                               const RayTracer& rays);
 
+// Soundings that their source has placed already, where the vehicle was at the ping's time.
+// speed_mps: of the vehicle, horizontal.
+GeoreferencedPing Georeference(const SoundingPing& ping,
+                               const Eigen::Isometry3d& T_map_vehicle,
+                               double speed_mps);
+
 }  // namespace seastitch

@@ -43,6 +43,7 @@ class DeadReckoning : public Navigation {
   DeadReckoning(DeadReckoning&&) noexcept;
   DeadReckoning& operator=(DeadReckoning&&) noexcept;
 
+  using Navigation::Add;
   void Add(const ImuSample& sample) override;
   void Add(const DvlSample& sample) override;
   void Add(const DepthSample& sample) override;

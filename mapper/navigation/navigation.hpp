@@ -48,6 +48,8 @@ class Navigation {
   virtual void Add(const DvlSample& sample) = 0;
   virtual void Add(const DepthSample& sample) = 0;
   virtual void Add(const PositionFix& fix) = 0;
+  // What an INS has computed: of no use to who computes it itself.
+  virtual void Add(const NavigationSample& /*sample*/) {}
   // Sound speed at the sonar: scales the DVL's velocities where it does not measure that itself.
   virtual void AddSoundSpeed(Time t, double speed_mps) = 0;
   // No more samples come: uses what still waits to be put in order.

@@ -37,6 +37,9 @@ std::string Explain(StartState state) {
       return "no depth or no bottom lock yet: waiting for navigation.start_wait_s";
     case StartState::kNoFix:
       return "no position fix yet: navigation.start_at_first_fix waits for one";
+    case StartState::kNoGivenAttitude: return "no attitude on INS";
+    case StartState::kNoGivenPosition: return "no position on INS, or no attitude with it";
+    case StartState::kNoGivenDepth: return "no depth on INS or DEPTH";
     case StartState::kStarted: return "";
   }
   return "";

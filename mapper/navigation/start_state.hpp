@@ -13,6 +13,10 @@ enum class StartState : std::uint8_t {
   kHeadingTooCoarse,   // the device aligns, or states a sigma above start_heading_sigma_rad
   kNoDepthOrVelocity,  // for start_wait_s at most
   kNoFix,
+  // Of navigation that is given.
+  kNoGivenAttitude,
+  kNoGivenPosition,
+  kNoGivenDepth,
   kStarted,
 };
 // A sentence for whoever has to do something about it. "" when started.

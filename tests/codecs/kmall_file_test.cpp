@@ -42,6 +42,48 @@ TEST(KmallFile, EverythingInARealFileIsReadOrCountedByName) {
                       {"kmall_ping_empty", 1}}));
 }
 
+TEST(KmallFile, NavigationAndInstallationComeBackAsTheyWereWritten) {
+  NavigationRecord sample;
+  sample.time = FromUtime(1'700'000'000'123'456);
+  sample.position = GivenPosition{Deg2Rad(57.0), Deg2Rad(-5.0), {0.5, 0.5}};
+  sample.attitude =
+      Attitude{Eigen::Quaterniond(RotationFromRpy(Deg2Rad(1.0), Deg2Rad(-2.0), Deg2Rad(-100.0)))};
+  sample.heave_m = 12.5;
+  sample.velocity = GivenVelocity{{1.0, -2.0, 0.5}};
+  const auto motion = DecodeSkm(EncodeSkm({sample, sample}, KmallHeader{}));
+  ASSERT_TRUE(motion);
+  ASSERT_EQ(motion->size(), 2u);
+  const NavigationRecord& back = motion->back();
+  EXPECT_EQ(back.source, "#SKM0");
+  EXPECT_EQ(back.time, sample.time);
+  EXPECT_NEAR(back.position->longitude_rad, sample.position->longitude_rad, 1e-12);
+  EXPECT_LT(back.attitude->q_ned_imu.angularDistance(sample.attitude->q_ned_imu), 1e-6);
+  EXPECT_EQ(back.heave_m, 12.5);
+  EXPECT_EQ(back.velocity->v_ned_mps, Eigen::Vector3d(1.0, -2.0, 0.5));
+  EXPECT_THROW(EncodeSkm({}, KmallHeader{}), std::invalid_argument);
+
+  const auto position = DecodeSpo(EncodeSpo(sample, KmallHeader{}));
+  ASSERT_TRUE(position);
+  EXPECT_EQ(position->source, "#SPO0");
+  EXPECT_EQ(position->time, sample.time);
+  EXPECT_NEAR(position->position->latitude_rad, sample.position->latitude_rad, 1e-12);
+
+  SonarInstallation installation;
+  installation.time = sample.time;
+  const Eigen::Isometry3d tx =
+      MakePose({1.0, -2.0, 3.0}, RotationFromRpy(0.01, -0.02, Deg2Rad(180.0)));
+  installation.transmitters.push_back({tx});
+  installation.receivers.push_back({tx.inverse()});
+  installation.water_line_m = -0.75;
+  const auto installed = DecodeIip(EncodeIip(installation, KmallHeader{}));
+  ASSERT_TRUE(installed);
+  EXPECT_TRUE(installed->TransmitterOf(0)->At(0).isApprox(tx, 1e-5));
+  EXPECT_TRUE(installed->ReceiverOf(0)->At(0).isApprox(tx.inverse(), 1e-5));
+  EXPECT_EQ(installed->water_line_m, -0.75);
+  ASSERT_EQ(installed->sensors.size(), 2u);
+  EXPECT_TRUE(installed->sensors[1].active);
+}
+
 TEST(KmallFile, SoundingsFromRawTimesAndAnglesAreWhereKongsbergPutsThem) {
   SKIP_WITHOUT(Shared("data/mbes/em2040_OS01.kmall"));
   const auto comparison = CompareWithMaker(

@@ -54,7 +54,7 @@ TEST(PingQueue, IsNotHeldUpByAPingFromTheFuture) {
   EXPECT_TRUE(queue.Take(At(2.0)));
   EXPECT_FALSE(queue.Take(At(2.0)));
   EXPECT_EQ(queue.from_the_future(), 1);
-  queue.Add(PingAt(2.0 + 0.9 * PingQueue::kMaxAheadS));
+  queue.Add(PingAt(2.0 + 0.9 * PingQueue<>::kMaxAheadS));
   EXPECT_FALSE(queue.Take(At(2.0)));
   EXPECT_EQ(queue.size(), 1u);
   EXPECT_TRUE(queue.TakeAny());

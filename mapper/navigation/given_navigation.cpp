@@ -1,0 +1,384 @@
+#include "mapper/navigation/given_navigation.hpp"
+
+#include <GeographicLib/LocalCartesian.hpp>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "common/core/pose.hpp"
+
+namespace seastitch {
+namespace {
+
+// Attitude and depth are not known between samples further apart than this.
+constexpr double kMaxGapS = 1.0;
+constexpr std::size_t kMaxWaiting = 20'000;  // positions without attitude
+constexpr double kMaxFromDatumM = 200'000.0;
+// Pieces of the way of which a relative covariance is the sum.
+constexpr int kPieces = 24;
+// What nobody states: the depth and the level of an INS, 1 sigma.
+constexpr double kDepthSigmaM = 0.1;
+constexpr double kLevelSigmaRad = Deg2Rad(0.05);
+const Eigen::Vector2d kUnknownVelocity =
+    Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
+
+// The first item after t.
+template <class T>
+auto After(const std::deque<T>& items, Time t) {
+  return std::upper_bound(
+      items.begin(), items.end(), t, [](Time at, const T& item) { return at < item.time; });
+}
+
+template <class T>
+void TrimTo(Time oldest, std::deque<T>* items) {
+  while (items->size() > 2 && (*items)[1].time < oldest) items->pop_front();
+}
+
+double Share(Time from, Time t, Time to) {
+  return from == to ? 0.0 : ToSeconds(t - from) / ToSeconds(to - from);
+}
+
+Eigen::Vector2d Turn90(const Eigen::Vector2d& v) { return {-v.y(), v.x()}; }
+
+}  // namespace
+
+GivenNavigation::GivenNavigation(const GivenNavigationParams& params,
+                                 const NavigationParams& navigation,
+                                 const VehicleGeometry& vehicle)
+    : params_(params),
+      navigation_(navigation),
+      vehicle_(vehicle),
+      to_map_(std::make_unique<GeographicLib::LocalCartesian>(
+          Rad2Deg(vehicle.datum_latitude_rad), Rad2Deg(vehicle.datum_longitude_rad), 0.0)),
+      jumps_(params.min_jump_m) {}
+GivenNavigation::~GivenNavigation() = default;
+
+// --- samples in ----------------------------------------------------------------------------------
+
+void GivenNavigation::Add(const NavigationSample& sample) {
+  if (sample.status == InsStatus::kInvalid) return Count("ins_invalid");
+  if (sample.status == InsStatus::kAligning) return Count("ins_aligning");
+  if (sample.attitude) AddAttitude(sample);
+  if (sample.depth) {
+    ins_gives_depth_ = true;
+    AddDepth(sample.time, sample.depth->value_m, vehicle_.T_vehicle_imu.translation());
+  }
+  if (sample.position) AddPosition(sample);
+  Proceed(false);
+}
+
+void GivenNavigation::Add(const DepthSample& sample) {
+  if (ins_gives_depth_) return Count("depth_not_used");
+  if (!std::isfinite(sample.depth_m)) return Count("depth_not_finite");
+  AddDepth(sample.time, sample.depth_m, vehicle_.p_vehicle_depth_m);
+}
+
+// A fix from elsewhere is for the graph: the INS has its own way with it.
+void GivenNavigation::Add(const PositionFix& fix) {
+  double east = 0.0, north = 0.0, up = 0.0;
+  to_map_->Forward(Rad2Deg(fix.latitude_rad), Rad2Deg(fix.longitude_rad), 0.0, east, north, up);
+  if (!(std::hypot(east, north) < kMaxFromDatumM)) return Count("fix_far_from_datum");
+  const MapFix map_fix{fix.time, {north, east}, fix.covariance_north_east_m2};
+  const auto place = std::upper_bound(
+      fixes_.begin(), fixes_.end(), fix.time, [](Time t, const MapFix& f) { return t < f.time; });
+  fixes_.insert(place, map_fix);
+}
+
+void GivenNavigation::AddAttitude(const NavigationSample& sample) {
+  if (!attitudes_.empty() && sample.time <= attitudes_.back().time)
+    return Count("ins_attitude_late");
+  const Attitude& attitude = *sample.attitude;
+  const Eigen::Quaterniond q_vehicle_ins(vehicle_.T_vehicle_imu.linear());
+  attitudes_.push_back({sample.time,
+                        (attitude.q_ned_imu * q_vehicle_ins.conjugate()).normalized(),
+                        attitude.sigma_rpy_rad.z()});
+}
+
+void GivenNavigation::AddDepth(Time t, double depth_m, const Eigen::Vector3d& p_vehicle_sensor_m) {
+  if (!depths_.empty() && t <= depths_.back().time) return Count("ins_depth_late");
+  depths_.push_back({t, depth_m, p_vehicle_sensor_m});
+}
+
+void GivenNavigation::AddPosition(const NavigationSample& sample) {
+  if (last_position_ && sample.time <= *last_position_) return Count("ins_position_late");
+  last_position_ = sample.time;
+  double east = 0.0, north = 0.0, up = 0.0;
+  to_map_->Forward(Rad2Deg(sample.position->latitude_rad),
+                   Rad2Deg(sample.position->longitude_rad),
+                   0.0,
+                   east,
+                   north,
+                   up);
+  if (!(std::hypot(east, north) < kMaxFromDatumM)) return Count("ins_position_far_from_datum");
+  JumpFinder::Position position{sample.time, {north, east}, std::nullopt, 0.0};
+  if (sample.velocity) position.v_mps = sample.velocity->v_ned_mps.head<2>();
+  position.sigma_m = std::sqrt(0.5) * sample.position->sigma_north_east_m.norm();
+  positions_.push_back(position);
+  if (positions_.size() <= kMaxWaiting) return;
+  positions_.pop_front();
+  Count("ins_position_without_attitude");
+}
+
+void GivenNavigation::Finish() {
+  finished_ = true;
+  Proceed(true);
+}
+
+// Positions go from the INS to the vehicle, their jumps are found, and they become places.
+void GivenNavigation::Proceed(bool finish) {
+  if (attitudes_.empty()) return;
+  const Eigen::Vector3d lever_m = vehicle_.T_vehicle_imu.translation();
+  const bool needs_attitude = !lever_m.isZero();
+  while (!positions_.empty() &&
+         (finish || !needs_attitude || positions_.front().time <= attitudes_.back().time)) {
+    JumpFinder::Position position = positions_.front();
+    positions_.pop_front();
+    const auto attitude = AttitudeAt(position.time);
+    if (needs_attitude && !attitude) {
+      Count("ins_position_without_attitude");
+      continue;
+    }
+    if (needs_attitude) position.given_m -= (attitude->q_map_vehicle * lever_m).head<2>();
+    jumps_.Add(position);
+  }
+  const Time now = positions_.empty() ? attitudes_.back().time : positions_.front().time;
+  for (const auto& steady : finish ? jumps_.Finish() : jumps_.Take(now)) AddPlace(steady);
+  counters_["ins_position_spikes"] = jumps_.spikes();
+  Trim();
+}
+
+void GivenNavigation::AddPlace(const JumpFinder::Steady& steady) {
+  Place place{steady.time, steady.steady_m, kUnknownVelocity, steady.sigma_m, 0.0, 0.0};
+  if (place.sigma_m <= 0.0) place.sigma_m = params_.position_sigma_m;
+  if (!places_.empty()) {
+    const Place& from = places_.back();
+    const Eigen::Vector2d moved = place.p_map - from.p_map;
+    const double dt_s = ToSeconds(place.time - from.time);
+    if (dt_s <= kHoldS) place.v_map_mps = moved / dt_s;
+    place.way_m = from.way_m + moved.norm();
+    place.jump_variance_m2 = from.jump_variance_m2 + steady.jump_variance_m2;
+  }
+  if (steady.v_mps) place.v_map_mps = *steady.v_mps;
+  if (!first_) first_ = place;
+  places_.push_back(place);
+  // On a random walk of this length the error has become another.
+  const double walk = params_.random_walk_m_per_rtm;
+  const double renewed_m = 2.0 * place.sigma_m * place.sigma_m / std::max(walk * walk, 1e-9);
+  const bool known_anew = params_.uses_position_fixes && place.way_m - fixed_way_m_ > renewed_m;
+  if (steady.jumped) Count("ins_position_jumps");
+  if (steady.jumped || known_anew) GiveFix(steady);
+}
+
+void GivenNavigation::GiveFix(const JumpFinder::Steady& steady) {
+  const double sigma_m = places_.back().sigma_m;
+  fixed_way_m_ = places_.back().way_m;
+  fixes_.push_back({steady.time, steady.given_m, sigma_m * sigma_m * Eigen::Matrix2d::Identity()});
+  std::stable_sort(fixes_.begin(), fixes_.end(), [](const MapFix& a, const MapFix& b) {
+    return a.time < b.time;
+  });
+}
+
+void GivenNavigation::Trim() {
+  if (places_.empty()) return;
+  const Time oldest = places_.back().time - FromSeconds(navigation_.window_s);
+  TrimTo(oldest, &attitudes_);
+  TrimTo(oldest, &depths_);
+  TrimTo(oldest, &places_);
+}
+
+// --- states out ----------------------------------------------------------------------------------
+
+std::optional<Time> GivenNavigation::latest() const {
+  if (attitudes_.empty() || depths_.empty() || places_.empty()) return std::nullopt;
+  const bool moves = places_[0].v_map_mps.allFinite() || places_.size() > 1;
+  if (!moves && !finished_) return std::nullopt;  // how fast is not known yet
+  const Time held = places_.back().time + FromSeconds(kHoldS);
+  const bool none_comes =
+      finished_ || (jumps_.empty() && positions_.empty() && attitudes_.back().time > held);
+  const Time placed = none_comes ? held : places_.back().time;
+  return std::min({attitudes_.back().time, depths_.back().time, placed});
+}
+
+std::optional<GivenNavigation::Turned> GivenNavigation::AttitudeAt(Time t) const {
+  const auto next = After(attitudes_, t);
+  if (next == attitudes_.begin()) return std::nullopt;
+  const Turned& a = *std::prev(next);
+  if (a.time == t) return a;
+  if (next == attitudes_.end() || ToSeconds(next->time - a.time) > kMaxGapS) return std::nullopt;
+  return Turned{t,
+                a.q_map_vehicle.slerp(Share(a.time, t, next->time), next->q_map_vehicle),
+                a.heading_sigma_rad};
+}
+
+std::optional<double> GivenNavigation::DepthAt(Time t,
+                                               const Eigen::Quaterniond& q_map_vehicle) const {
+  const auto next = After(depths_, t);
+  if (next == depths_.begin()) return std::nullopt;
+  const Sunk& a = *std::prev(next);
+  const double lever_m = (q_map_vehicle * a.p_vehicle_sensor_m).z();
+  if (a.time == t) return a.depth_m - lever_m;
+  if (next == depths_.end() || ToSeconds(next->time - a.time) > kHoldS) return std::nullopt;
+  const double w = Share(a.time, t, next->time);
+  return a.depth_m + w * (next->depth_m - a.depth_m) - lever_m;
+}
+
+std::optional<GivenNavigation::Place> GivenNavigation::PlaceAt(Time t) const {
+  const auto next = After(places_, t);
+  if (next == places_.begin()) return BeforeFirst(t);
+  Place place = *std::prev(next);
+  const double since_s = ToSeconds(t - place.time);
+  if (since_s == 0.0) return place;
+  const Eigen::Vector2d from = place.p_map;
+  if (next != places_.end() && ToSeconds(next->time - place.time) <= kHoldS) {
+    const double w = Share(place.time, t, next->time);
+    place.p_map += w * (next->p_map - place.p_map);
+    if (place.v_map_mps.allFinite())
+      place.v_map_mps += w * (next->v_map_mps - place.v_map_mps);
+    else
+      place.v_map_mps = next->v_map_mps;
+  } else if (since_s <= kHoldS && place.v_map_mps.allFinite()) {
+    place.p_map += since_s * place.v_map_mps;
+  } else {
+    return std::nullopt;
+  }
+  place.way_m += (place.p_map - from).norm();
+  place.time = t;
+  return place;
+}
+
+// Held backwards, by the velocity of the first two.
+std::optional<GivenNavigation::Place> GivenNavigation::BeforeFirst(Time t) const {
+  if (places_.empty() || places_.front().time != first_->time) return std::nullopt;
+  Place place = places_.front();
+  const double before_s = ToSeconds(place.time - t);
+  if (!place.v_map_mps.allFinite() && places_.size() > 1) place.v_map_mps = places_[1].v_map_mps;
+  if (before_s > kHoldS || !place.v_map_mps.allFinite()) return std::nullopt;
+  const Eigen::Vector2d back = before_s * place.v_map_mps;
+  place.p_map -= back;
+  place.way_m -= back.norm();
+  place.time = t;
+  return place;
+}
+
+std::optional<NavState> GivenNavigation::Predicted() const {
+  const std::optional<Time> end = latest();
+  return end ? StateAt(*end) : std::nullopt;
+}
+
+std::optional<NavState> GivenNavigation::StateAt(Time t) const {
+  const std::optional<Time> end = latest();
+  if (!end || t > *end) return std::nullopt;
+  const auto place = PlaceAt(t);
+  const auto attitude = AttitudeAt(t);
+  if (!place || !attitude) return std::nullopt;
+  const auto depth_m = DepthAt(t, attitude->q_map_vehicle);
+  if (!depth_m) return std::nullopt;
+  NavState state;
+  state.time = t;
+  state.T_map_vehicle = MakePose({place->p_map.x(), place->p_map.y(), *depth_m},
+                                 attitude->q_map_vehicle.toRotationMatrix());
+  if (place->v_map_mps.allFinite()) state.v_map_mps << place->v_map_mps, 0.0;
+  const HeadingError heading = HeadingErrorAt(attitude->heading_sigma_rad);
+  const double heading2 = heading.constant2 + heading.wander2;
+  const double way_m = place->way_m - first_->way_m;
+  const double walk = params_.random_walk_m_per_rtm;
+  const double far2 = (place->p_map - first_->p_map).squaredNorm();
+  const double sideways2 = params_.uses_position_fixes ? 0.0 : heading2;
+  const double position2 = place->sigma_m * place->sigma_m + walk * walk * way_m +
+                           (sideways2 + params_.distance_ratio * params_.distance_ratio) * far2 +
+                           place->jump_variance_m2;
+  const double level2 = kLevelSigmaRad * kLevelSigmaRad;
+  state.covariance.diagonal() << position2, position2, kDepthSigmaM * kDepthSigmaM, level2, level2,
+      heading2;
+  state.bottom_lock = true;  // of its INS nothing else is known
+  return state;
+}
+
+// --- how well it is known ------------------------------------------------------------------------
+
+double GivenNavigation::HeadingError::Covariance(Time s, Time t) const {
+  return constant2 + wander2 * std::exp(-std::abs(ToSeconds(t - s)) / tau_s);
+}
+
+// What the sample states is divided as the data sheet's figures are.
+GivenNavigation::HeadingError GivenNavigation::HeadingErrorAt(double own_sigma_rad) const {
+  const GaussMarkov<double>& wander = params_.heading_wander_rad;
+  const double sheet2 = params_.heading_rad * params_.heading_rad + wander.sigma * wander.sigma;
+  const bool given = own_sigma_rad > 0.0 && sheet2 > 0.0;
+  const double scale2 = given ? own_sigma_rad * own_sigma_rad / sheet2 : 1.0;
+  return {scale2 * params_.heading_rad * params_.heading_rad,
+          scale2 * wander.sigma * wander.sigma,
+          wander.tau_s};
+}
+
+// With h the heading error, p the way and J a turn by a right angle, the error of b seen from a is,
+// in map axes,
+//   of dead reckoning  J sum (h(t_i) - h(a)) dp_i   of a track that is fixed  -J h(a) (p_b - p_a)
+//   heading            h(b) - h(a)
+// beside the errors of scale and of the random walk.
+std::optional<Eigen::Matrix3d> GivenNavigation::RelativeCovariance(Time a, Time b) const {
+  const auto at_a = PlaceAt(a);
+  const auto at_b = PlaceAt(b);
+  const auto attitude_a = AttitudeAt(a);
+  if (!at_a || !at_b || !attitude_a || !AttitudeAt(b)) return std::nullopt;
+  const HeadingError h = HeadingErrorAt(attitude_a->heading_sigma_rad);
+  const Eigen::Vector2d d = at_b->p_map - at_a->p_map;
+
+  // Columns: what each heading in `times` does to (x, y, yaw).
+  std::vector<Time> times{a, b};
+  Eigen::Matrix3Xd effect = Eigen::Matrix3Xd::Zero(3, kPieces + 2);
+  effect.col(0) << -Turn90(d), -1.0;
+  effect(2, 1) = 1.0;
+  if (!params_.uses_position_fixes) {
+    Eigen::Vector2d from = at_a->p_map;
+    for (int i = 0; i < kPieces; ++i) {
+      const auto part = [&](double w) { return a + FromSeconds(w / kPieces * ToSeconds(b - a)); };
+      const auto to = i + 1 == kPieces ? at_b : PlaceAt(part(i + 1.0));
+      const Eigen::Vector2d p = to ? to->p_map : from;  // in a gap: all of its way comes after it
+      times.push_back(part(i + 0.5));
+      effect.col(i + 2) << Turn90(p - from), 0.0;
+      from = p;
+    }
+  }
+  const auto n = static_cast<Eigen::Index>(times.size());
+  Eigen::MatrixXd covariance(n, n);
+  for (Eigen::Index r = 0; r < n; ++r)
+    for (Eigen::Index c = 0; c < n; ++c)
+      covariance(r, c) =
+          h.Covariance(times[static_cast<std::size_t>(r)], times[static_cast<std::size_t>(c)]);
+  Eigen::Matrix3d of_b = effect.leftCols(n) * covariance * effect.leftCols(n).transpose();
+
+  const double walk = params_.random_walk_m_per_rtm;
+  const double way_m = std::abs(at_b->way_m - at_a->way_m);
+  const double variance_m2 =
+      walk * walk * way_m + std::abs(at_b->jump_variance_m2 - at_a->jump_variance_m2);
+  of_b.topLeftCorner<2, 2>() += variance_m2 * Eigen::Matrix2d::Identity() +
+                                params_.distance_ratio * params_.distance_ratio * d * d.transpose();
+  const double yaw = RpyFromRotation(attitude_a->q_map_vehicle.toRotationMatrix()).z();
+  Eigen::Matrix3d level_from_map = Eigen::Matrix3d::Identity();
+  level_from_map.topLeftCorner<2, 2>() = Pose2{0.0, 0.0, yaw}.Rotation().transpose();
+  return level_from_map * of_b * level_from_map.transpose();
+}
+
+StartState GivenNavigation::start_state() const {
+  if (attitudes_.empty()) return StartState::kNoGivenAttitude;
+  if (places_.empty()) return StartState::kNoGivenPosition;
+  return depths_.empty() ? StartState::kNoGivenDepth : StartState::kStarted;
+}
+
+std::optional<Pose2> GivenNavigation::Hindsight(Time anchor, Time t) const {
+  if (!PlaceAt(anchor) || !PlaceAt(t)) return std::nullopt;
+  return Pose2{};
+}
+
+std::vector<MapFix> GivenNavigation::TakeFixes(Time until) {
+  const auto end = std::find_if(
+      fixes_.begin(), fixes_.end(), [until](const MapFix& fix) { return fix.time > until; });
+  std::vector<MapFix> taken(fixes_.begin(), end);
+  fixes_.erase(fixes_.begin(), end);
+  return taken;
+}
+
+}  // namespace seastitch

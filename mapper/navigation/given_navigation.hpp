@@ -1,0 +1,148 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/core/pose.hpp"
+#include "common/core/sensors.hpp"
+#include "common/core/time.hpp"
+#include "common/core/vehicle.hpp"
+#include "mapper/navigation/jump_finder.hpp"
+#include "mapper/navigation/navigation.hpp"
+#include "mapper/navigation/navigation_params.hpp"
+
+namespace GeographicLib {
+class LocalCartesian;
+}
+
+namespace seastitch {
+
+// What the data sheet of an INS says of the navigation that it gives.
+struct GivenNavigationParams {
+  // Of its heading, where the sample states no sigma: the part that stays, and the part that
+  // wanders.
+  double heading_rad = Deg2Rad(0.2);
+  GaussMarkov<double> heading_wander_rad{Deg2Rad(0.1), 600.0};
+  double distance_ratio = 1e-3;         // error of the distance travelled, over the distance
+  double random_walk_m_per_rtm = 0.02;  // of the position, each axis, per root of the way
+  double position_sigma_m = 3.0;        // where the sample states none
+  // It corrects its position all the time by GPS, USBL or beacons: its heading does not bend its
+  // track, and its position itself is known.
+  bool uses_position_fixes = false;
+  double min_jump_m = 0.3;  // a smaller jump of the position is taken for motion
+};
+
+// Navigation that an INS (or a file) has computed: poses as given, interpolated between samples.
+// Position, attitude and depth may come in samples of their own, each at its rate; depth from
+// `DEPTH` where the INS gives none. Attitude or depth is held over no gap, position by its velocity
+// for kHoldS, before the first as after the last.
+//
+// Where the position jumps, the INS has taken a fix: the jump is taken out of the track, so that no
+// submap is torn, and the position after it is a fix for the graph. Of an INS that uses fixes all
+// the time the position itself is a fix wherever its error has become another.
+//
+// Relative covariance is that of the data sheet's figures, exactly for these error models: heading
+// error = constant + Gauss-Markov, along the way as it was.
+class GivenNavigation : public Navigation {
+ public:
+  static constexpr double kHoldS = 2.0;
+
+  // T_vehicle_imu of `vehicle` is where the INS stands.
+  GivenNavigation(const GivenNavigationParams& params,
+                  const NavigationParams& navigation,
+                  const VehicleGeometry& vehicle);
+  ~GivenNavigation() override;
+
+  void Add(const ImuSample&) override {}
+  void Add(const DvlSample&) override {}
+  void Add(const DepthSample& sample) override;
+  void Add(const PositionFix& fix) override;
+  void Add(const NavigationSample& sample) override;
+  void AddSoundSpeed(Time, double) override {}
+  void Finish() override;
+
+  std::optional<Time> latest() const override;
+  std::optional<NavState> StateAt(Time t) const override;
+  // The latest: what an INS gives comes late by nothing but the look for jumps.
+  std::optional<NavState> Predicted() const override;
+  std::optional<Eigen::Matrix3d> RelativeCovariance(Time a, Time b) const override;
+  // What an INS gives it does not take back.
+  std::optional<Pose2> Hindsight(Time anchor, Time t) const override;
+  std::vector<MapFix> TakeFixes(Time until) override;
+  StartState start_state() const override;
+  bool place_is_known() const override { return true; }
+  // An INS watches its own sensors.
+  NavSensorHealth health(NavSensor) const override { return {}; }
+  std::vector<SuspectedOffset> suspected_offsets() const override { return {}; }
+  const std::map<std::string, std::int64_t>& counters() const override { return counters_; }
+
+ private:
+  struct Turned {
+    Time time;
+    Eigen::Quaterniond q_map_vehicle;
+    double heading_sigma_rad;  // 0: not given
+  };
+  struct Sunk {
+    Time time;
+    double depth_m;
+    Eigen::Vector3d p_vehicle_sensor_m;
+  };
+  struct Place {
+    Time time;
+    Eigen::Vector2d p_map;      // of the vehicle, jumps taken out
+    Eigen::Vector2d v_map_mps;  // NaN: not known
+    double sigma_m;             // of what the INS gave
+    double way_m;               // since the start
+    double jump_variance_m2;    // of all jumps since the start, each axis
+  };
+  // Heading error of one INS: autocovariance over time.
+  struct HeadingError {
+    double constant2;
+    double wander2;
+    double tau_s;
+    double Covariance(Time s, Time t) const;
+  };
+
+  void Count(const std::string& name, std::int64_t n = 1) { counters_[name] += n; }
+  void AddAttitude(const NavigationSample& sample);
+  void AddDepth(Time t, double depth_m, const Eigen::Vector3d& p_vehicle_sensor_m);
+  void AddPosition(const NavigationSample& sample);
+  void Proceed(bool finish);
+  void AddPlace(const JumpFinder::Steady& steady);
+  void GiveFix(const JumpFinder::Steady& steady);
+  void Trim();
+
+  std::optional<Turned> AttitudeAt(Time t) const;
+  std::optional<double> DepthAt(Time t, const Eigen::Quaterniond& q_map_vehicle) const;
+  std::optional<Place> PlaceAt(Time t) const;
+  std::optional<Place> BeforeFirst(Time t) const;
+  HeadingError HeadingErrorAt(double own_sigma_rad) const;
+
+  const GivenNavigationParams params_;
+  const NavigationParams navigation_;
+  const VehicleGeometry vehicle_;
+  const std::unique_ptr<const GeographicLib::LocalCartesian> to_map_;
+  std::map<std::string, std::int64_t> counters_;
+
+  std::deque<Turned> attitudes_;
+  std::deque<Sunk> depths_;
+  std::deque<JumpFinder::Position> positions_;  // of the INS, waiting for an attitude
+  std::optional<Time> last_position_;
+  JumpFinder jumps_;
+  std::deque<Place> places_;
+  std::optional<Place> first_;
+  double fixed_way_m_ = 0.0;  // way_m of the last fix given
+  std::vector<MapFix> fixes_;
+  bool ins_gives_depth_ = false;
+  bool finished_ = false;
+};
+
+}  // namespace seastitch

@@ -1,0 +1,293 @@
+#include "mapper/navigation/given_navigation.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <GeographicLib/LocalCartesian.hpp>
+#include <cmath>
+#include <cstdio>
+#include <random>
+#include <vector>
+
+#include "common/core/pose.hpp"
+
+namespace seastitch {
+namespace {
+
+using Rng = std::mt19937_64;
+
+double Normal(Rng* rng) { return std::normal_distribution<double>()(*rng); }
+
+const GeographicLib::LocalCartesian& ToMap() {
+  static const GeographicLib::LocalCartesian to_map(0.0, 0.0, 0.0);
+  return to_map;
+}
+
+NavigationSample SampleOf(double t_s,
+                          const Eigen::Vector2d& north_east_m,
+                          double yaw_rad,
+                          const std::optional<Eigen::Vector2d>& v_mps) {
+  NavigationSample sample;
+  sample.time = FromUtime(1'700'000'000'000'000) + FromSeconds(t_s);
+  double latitude_deg = 0.0, longitude_deg = 0.0, height_m = 0.0;
+  ToMap().Reverse(north_east_m.y(), north_east_m.x(), 0.0, latitude_deg, longitude_deg, height_m);
+  sample.position = InsPosition{Deg2Rad(latitude_deg), Deg2Rad(longitude_deg), {0.0, 0.0}};
+  sample.depth = InsVertical{10.0, 0.0};
+  sample.attitude = Attitude{Eigen::Quaterniond(RotationFromRpy(0.0, 0.0, yaw_rad))};
+  if (v_mps) sample.velocity = InsVelocity{{v_mps->x(), v_mps->y(), 0.0}};
+  return sample;
+}
+
+Time At(double t_s) { return FromUtime(1'700'000'000'000'000) + FromSeconds(t_s); }
+
+// Lines of 200 s at 2 m/s, north and south in turn, with turns of 20 s.
+double TrueYaw(double t_s) {
+  constexpr double kLine = 200.0, kTurn = 20.0;
+  const double legs = std::floor(t_s / (kLine + kTurn));
+  const double in_leg = t_s - legs * (kLine + kTurn);
+  const double turned = std::clamp((in_leg - kLine) / kTurn, 0.0, 1.0);
+  const bool south = std::fmod(legs, 2.0) != 0.0;
+  return south ? kPi * (1.0 - turned) : kPi * turned;
+}
+
+// --- jumps ---------------------------------------------------------------------------------------
+
+struct JumpTrial {
+  std::vector<MapFix> fixes;
+  std::int64_t jumps = 0;
+  double largest_step_m = 0.0;  // of the track, against the truth
+};
+
+// 5 Hz, 0.1 m of noise in the position, 0.02 m/s in the velocity; jumps of jump_m every 100 s.
+JumpTrial RunJumps(double jump_m, int jumps, Rng* rng, double spike_m = 0.0) {
+  GivenNavigationParams params;
+  GivenNavigation navigation(params, NavigationParams{}, VehicleGeometry{});
+  JumpTrial trial;
+  Eigen::Vector2d p = Eigen::Vector2d::Zero();
+  Eigen::Vector2d error = Eigen::Vector2d::Zero();
+  for (int i = 0; i < (jumps + 1) * 500; ++i) {
+    const double yaw = TrueYaw(0.2 * i);
+    const Eigen::Vector2d v = 2.0 * Eigen::Vector2d(std::cos(yaw), std::sin(yaw));
+    p += 0.2 * v;
+    if (i > 0 && i % 500 == 0) {
+      const double direction = 2.0 * kPi * Normal(rng);
+      error += jump_m * Eigen::Vector2d(std::cos(direction), std::sin(direction));
+    }
+    Eigen::Vector2d given = p + error + 0.1 * Eigen::Vector2d(Normal(rng), Normal(rng));
+    if (i % 500 == 250) given.x() += spike_m;
+    navigation.Add(
+        SampleOf(0.2 * i, given, yaw, v + 0.02 * Eigen::Vector2d(Normal(rng), Normal(rng))));
+    for (const MapFix& fix : navigation.TakeFixes(At(0.2 * i))) trial.fixes.push_back(fix);
+  }
+  navigation.Finish();
+  trial.jumps = navigation.counters().contains("ins_position_jumps")
+                    ? navigation.counters().at("ins_position_jumps")
+                    : 0;
+  std::optional<Eigen::Vector2d> last;
+  for (int i = 0; i < (jumps + 1) * 500; ++i) {
+    const auto state = navigation.StateAt(At(0.2 * i));
+    if (!state) continue;
+    const Eigen::Vector2d at = state->T_map_vehicle.translation().head<2>();
+    if (last) trial.largest_step_m = std::max(trial.largest_step_m, (at - *last).norm());
+    last = at;
+  }
+  return trial;
+}
+
+TEST(GivenNavigation, FindsEveryJumpOfOneMetreAmongTenCentimetresOfNoise) {
+  int found = 0;
+  int in_place = 0;
+  Rng rng(1);
+  for (int trial = 0; trial < 10; ++trial) {
+    const JumpTrial jumps = RunJumps(1.0, 10, &rng);
+    EXPECT_EQ(jumps.jumps, 10);
+    found += static_cast<int>(jumps.jumps);
+    for (std::size_t i = 0; i < jumps.fixes.size(); ++i) {
+      const double off_s = ToSeconds(jumps.fixes[i].time - At(100.0 * static_cast<double>(i + 1)));
+      in_place += std::abs(off_s) < 0.5 ? 1 : 0;
+    }
+    // 0.4 m of way, and noise.
+    EXPECT_LT(jumps.largest_step_m, 1.2);
+  }
+  std::printf(
+      "jumps of 1 m found: %d of 100, at their place to a sample or two: %d\n", found, in_place);
+  EXPECT_EQ(found, 100);
+  EXPECT_EQ(in_place, 100);
+}
+
+TEST(GivenNavigation, InventsNoJump) {
+  Rng rng(2);
+  for (int trial = 0; trial < 20; ++trial) EXPECT_EQ(RunJumps(0.0, 10, &rng).jumps, 0);
+}
+
+TEST(GivenNavigation, TakesASpikeForNoJump) {
+  Rng rng(3);
+  const JumpTrial trial = RunJumps(0.0, 10, &rng, 50.0);
+  EXPECT_EQ(trial.jumps, 0);
+  EXPECT_LT(trial.largest_step_m, 1.5);
+}
+
+// --- covariance ----------------------------------------------------------------------------------
+
+// Mean normalised squared error of relative poses of an INS that errs as its data sheet says, over
+// 3: 1 of an honest covariance.
+double MeanNees(const GivenNavigationParams& params, double lag_s, int trials) {
+  constexpr double kDt = 1.0;
+  constexpr double kDuration = 1800.0;
+  double sum = 0.0;
+  int n = 0;
+  Rng rng(7);
+  for (int trial = 0; trial < trials; ++trial) {
+    GivenNavigation navigation(params, NavigationParams{}, VehicleGeometry{});
+    const double constant = params.heading_rad * Normal(&rng);
+    const GaussMarkov<double>& w = params.heading_wander_rad;
+    double wander = w.sigma * Normal(&rng);
+    const double keep = std::exp(-kDt / w.tau_s);
+    const double scale = params.distance_ratio * Normal(&rng);
+    std::vector<Pose2> truth;
+    Eigen::Vector2d p = Eigen::Vector2d::Zero();
+    Eigen::Vector2d given = Eigen::Vector2d::Zero();
+    for (double t = 0.0; t < kDuration; t += kDt) {
+      const double yaw = TrueYaw(t);
+      const double error = constant + wander;
+      const double way = 2.0 * kDt;
+      truth.push_back({p.x(), p.y(), yaw});
+      navigation.Add(SampleOf(t, given, yaw + error, std::nullopt));
+      p += way * Eigen::Vector2d(std::cos(yaw), std::sin(yaw));
+      const double along = params.uses_position_fixes ? yaw : yaw + error;
+      given += (1.0 + scale) * way * Eigen::Vector2d(std::cos(along), std::sin(along)) +
+               params.random_walk_m_per_rtm * std::sqrt(way) *
+                   Eigen::Vector2d(Normal(&rng), Normal(&rng));
+      wander = keep * wander + std::sqrt(1.0 - keep * keep) * w.sigma * Normal(&rng);
+    }
+    navigation.Finish();
+    for (double t = 100.0; t + lag_s < kDuration - 10.0; t += lag_s) {
+      const auto a = navigation.StateAt(At(t));
+      const auto b = navigation.StateAt(At(t + lag_s));
+      const auto covariance = navigation.RelativeCovariance(At(t), At(t + lag_s));
+      if (!a || !b || !covariance) {
+        ADD_FAILURE() << "not known at " << t;
+        return 0.0;
+      }
+      const Pose2 told = Inverse(LevelPose(a->T_map_vehicle)) * LevelPose(b->T_map_vehicle);
+      const Pose2 is =
+          Inverse(truth[static_cast<std::size_t>(t)]) * truth[static_cast<std::size_t>(t + lag_s)];
+      Eigen::Vector3d e = told.Vector() - is.Vector();
+      e.z() = WrapAngle(e.z());
+      sum += e.dot(covariance->ldlt().solve(e)) / 3.0;
+      ++n;
+    }
+  }
+  return sum / n;
+}
+
+TEST(GivenNavigation, RelativeCovarianceIsHonest) {
+  for (const bool fixed : {false, true}) {
+    GivenNavigationParams params;
+    params.uses_position_fixes = fixed;
+    for (const double lag_s : {20.0, 100.0, 400.0, 800.0}) {
+      const double nees = MeanNees(params, lag_s, 100);
+      std::printf("%s, %3.0f s: mean NEES %.3f of 1\n",
+                  fixed ? "fixed all the time" : "dead reckoning",
+                  lag_s,
+                  nees);
+      EXPECT_GT(nees, 0.8);
+      EXPECT_LT(nees, 1.25);
+    }
+  }
+}
+
+// --- what is given -------------------------------------------------------------------------------
+
+TEST(GivenNavigation, TakesPositionFromTheInsToTheVehicle) {
+  VehicleGeometry vehicle;
+  vehicle.T_vehicle_imu = MakePose({2.0, 1.0, -3.0}, RotationFromRpy(0.0, 0.0, Deg2Rad(90.0)));
+  GivenNavigation navigation({}, {}, vehicle);
+  // The vehicle looks east: its INS, turned by 90 degrees, looks south.
+  for (int i = 0; i < 100; ++i)
+    navigation.Add(SampleOf(0.1 * i, {100.0, 50.0}, Deg2Rad(180.0), std::nullopt));
+  navigation.Finish();
+  const auto state = navigation.StateAt(At(5.0));
+  ASSERT_TRUE(state);
+  EXPECT_NEAR(LevelPose(state->T_map_vehicle).yaw, Deg2Rad(90.0), 1e-9);
+  const Eigen::Vector3d expected(101.0, 48.0, 13.0);
+  EXPECT_LT((state->T_map_vehicle.translation() - expected).norm(), 1e-6);
+}
+
+TEST(GivenNavigation, HoldsPositionForTwoSecondsAndNoLonger) {
+  GivenNavigation navigation({}, {}, {});
+  for (int i = 0; i <= 200; ++i) {
+    NavigationSample sample = SampleOf(0.1 * i, {0.2 * i, 0.0}, 0.0, Eigen::Vector2d(2.0, 0.0));
+    if (i > 100 && i < 180) sample.position.reset();
+    navigation.Add(sample);
+  }
+  navigation.Finish();
+  const auto held = navigation.StateAt(At(11.9));
+  ASSERT_TRUE(held);
+  EXPECT_NEAR(held->T_map_vehicle.translation().x(), 23.8, 1e-6);
+  EXPECT_FALSE(navigation.StateAt(At(12.5)));
+  EXPECT_TRUE(navigation.StateAt(At(18.5)));
+}
+
+TEST(GivenNavigation, HoldsPositionBeforeTheFirst) {
+  GivenNavigation navigation({}, {}, {});
+  for (int i = 0; i <= 100; ++i) {
+    NavigationSample sample = SampleOf(0.1 * i, {0.2 * i, 0.0}, 0.0, std::nullopt);
+    if (i < 50 || i % 5 != 0) sample.position.reset();
+    navigation.Add(sample);
+  }
+  navigation.Finish();
+  const auto held = navigation.StateAt(At(3.5));
+  ASSERT_TRUE(held);
+  EXPECT_NEAR(held->T_map_vehicle.translation().x(), 7.0, 1e-6);
+  EXPECT_FALSE(navigation.StateAt(At(2.9)));
+}
+
+TEST(GivenNavigation, OnePositionWithoutVelocityIsNotHeld) {
+  GivenNavigation navigation({}, {}, {});
+  for (int i = 0; i <= 100; ++i) {
+    NavigationSample sample = SampleOf(0.1 * i, {0.0, 0.0}, 0.0, std::nullopt);
+    if (i != 50) sample.position.reset();
+    navigation.Add(sample);
+  }
+  navigation.Finish();
+  EXPECT_TRUE(navigation.StateAt(At(5.0)));
+  EXPECT_FALSE(navigation.StateAt(At(5.5)));
+}
+
+TEST(GivenNavigation, StatesDoNotChangeOnceGiven) {
+  GivenNavigation navigation({}, {}, {});
+  Rng rng(5);
+  std::map<int, Eigen::Vector3d> given;
+  for (int i = 0; i < 2000; ++i) {
+    const double jump = i > 1000 ? 3.0 : 0.0;
+    NavigationSample sample =
+        SampleOf(0.1 * i, {0.2 * i + jump, 0.02 * Normal(&rng)}, 0.0, Eigen::Vector2d(2.0, 0.0));
+    if (i % 10 != 0 && (i / 300) % 2 == 0) sample.position.reset();
+    if (i > 1500 && i < 1550) sample.position.reset();
+    navigation.Add(sample);
+    const auto latest = navigation.latest();
+    for (int k = 0; latest && At(0.1 * k) <= *latest; ++k) {
+      const auto state = navigation.StateAt(At(0.1 * k));
+      if (!state) continue;
+      const auto [known, is_new] = given.emplace(k, state->T_map_vehicle.translation());
+      if (is_new) continue;
+      ASSERT_EQ(known->second, state->T_map_vehicle.translation()) << k;
+    }
+  }
+  EXPECT_GT(given.size(), 1800u);
+}
+
+TEST(GivenNavigation, WithoutDepthThereIsNoPose) {
+  GivenNavigation navigation({}, {}, {});
+  for (int i = 0; i < 100; ++i) {
+    NavigationSample sample = SampleOf(0.1 * i, {0.2 * i, 0.0}, 0.0, std::nullopt);
+    sample.depth.reset();
+    navigation.Add(sample);
+  }
+  navigation.Finish();
+  EXPECT_FALSE(navigation.latest());
+}
+
+}  // namespace
+}  // namespace seastitch

@@ -1,0 +1,145 @@
+// seastitch-bench-files: the same simulated surveys through sensors and dead reckoning, and through
+// a .kmall of an INS that navigates by itself and is fixed now and then. Shape error of the
+// delivered map of each, against the truth.
+
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "bench/log.hpp"
+#include "bench/survey_config.hpp"
+#include "bench/truth.hpp"
+#include "common/core/pose.hpp"
+#include "common/runtime/vehicle_config.hpp"
+#include "mapper/mapper_config.hpp"
+#include "tests/runtime/temporary_dir.hpp"
+#include "tools/bench_command.hpp"
+#include "tools/install_paths.hpp"
+#include "tools/kmall_survey.hpp"
+#include "tools/replay.hpp"
+
+namespace seastitch {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kFixSigmaM = 2.0;
+constexpr double kFixEveryS = 240.0;
+
+ProductSummary Map(const fs::path& input,
+                   const fs::path& mapper,
+                   const fs::path& truth,
+                   const fs::path& out) {
+  ReplayOptions options;
+  options.inputs = {input};
+  options.mapper_config = mapper;
+  options.optimizer_config = ConfigDir() / "optimizer.yaml";
+  options.truth = truth;
+  options.out = out;
+  options.quiet = true;
+  return RunReplay(options);
+}
+
+// mapper.yaml with the data sheet of the INS: of what is wrong with its sensors.
+void WriteGivenConfig(const fs::path& base, const bench::SensorErrors& e, const fs::path& path) {
+  MapperConfig config = LoadMapperConfig(base.string());
+  GivenNavigationParams& ins = config.given_navigation;
+  ins.heading_rad = Deg2Rad(e.heading_bias_deg);
+  // What comes and goes with the heading is another on every line.
+  ins.heading_wander_rad = {Deg2Rad(std::hypot(e.heading_wander_deg, e.heading_deviation_deg)),
+                            e.heading_wander_tau_s};
+  ins.distance_ratio = e.dvl_scale;
+  ins.random_walk_m_per_rtm = 0.01;
+  ins.position_sigma_m = kFixSigmaM;
+  std::ofstream(path) << PrintConfig(config);
+}
+
+void Run(const std::string& survey_file,
+         const std::string& errors,
+         std::uint64_t first_seed,
+         int runs) {
+  std::printf(
+      "survey %s, errors %s, a fix of %.0f m every %.0f s; shape error RMS [m], before and "
+      "after\n",
+      survey_file.c_str(),
+      errors.c_str(),
+      kFixSigmaM,
+      kFixEveryS);
+  std::printf("%5s %10s %10s | %10s %10s | %6s %6s\n",
+              "seed",
+              "sensors",
+              "map",
+              "INS file",
+              "map",
+              "jumps",
+              "ratio");
+  double sensors2 = 0.0;
+  double files2 = 0.0;
+  for (int run = 0; run < runs; ++run) {
+    const TemporaryDir dir;
+    bench::SurveyConfig survey = bench::LoadSurvey(survey_file);
+    survey.seed = first_seed + static_cast<std::uint64_t>(run);
+    survey.error_class = errors;
+    survey.errors = bench::SensorErrors::OfClass(errors);
+    survey.fixes.interval_s = kFixEveryS;
+    survey.fixes.sigma_m = kFixSigmaM;
+    const bench::DriverConfigs drivers = bench::LoadDriverConfigs(ConfigDir());
+    bench::SurveySimulator simulator(
+        survey, LoadVehicle((ConfigDir() / "vehicle.yaml").string()), drivers.signals());
+    const fs::path log = dir.path() / "survey.lcmlog";
+    bench::WriteLog(&simulator, drivers, log, {});
+    const fs::path mapper = MapperConfigFor(survey, ConfigDir());
+    const fs::path kmall = dir.path() / "survey.kmall";
+    const KmallSurveyResult file = WriteKmallSurvey({log, mapper, kmall});
+    const fs::path truth = bench::TruthPathFor(log);
+    const ProductSummary a = Map(log, mapper, truth, dir.path() / "a");
+    const fs::path given = dir.path() / "given.yaml";
+    WriteGivenConfig(mapper, survey.errors, given);
+    const ProductSummary b = Map(kmall, given, truth, dir.path() / "b");
+    const double sensors = a.truth->after_aligned.position_rms_m;
+    const double files = b.truth->after_aligned.position_rms_m;
+    sensors2 += sensors * sensors;
+    files2 += files * files;
+    std::printf("%5llu %10.3f %10.3f | %10.3f %10.3f | %6lld %6.2f\n",
+                static_cast<unsigned long long>(survey.seed),
+                a.truth->before_aligned.position_rms_m,
+                sensors,
+                b.truth->before_aligned.position_rms_m,
+                files,
+                static_cast<long long>(file.fixes),
+                files / sensors);
+    std::fflush(stdout);
+  }
+  std::printf("all: %.3f m through sensors, %.3f m from files, ratio %.3f\n",
+              std::sqrt(sensors2 / runs),
+              std::sqrt(files2 / runs),
+              std::sqrt(files2 / sensors2));
+}
+
+}  // namespace
+}  // namespace seastitch
+
+int main(int argc, char** argv) try {
+  spdlog::set_level(spdlog::level::warn);
+  std::string survey = (seastitch::ConfigDir() / "bench" / "demo.yaml").string();
+  std::uint64_t first_seed = 1;
+  std::string errors = "ins_tactical";
+  int runs = 5;
+  CLI::App app("Maps of the same surveys through sensors and from files alone");
+  app.add_option("--survey", survey, "survey description")->capture_default_str();
+  app.add_option("--errors", errors, "class of sensors: ins_tactical, mems")->capture_default_str();
+  app.add_option("--first-seed", first_seed, "of the surveys")->capture_default_str();
+  app.add_option("--runs", runs, "surveys")->capture_default_str();
+  CLI11_PARSE(app, argc, argv);
+  seastitch::Run(survey, errors, first_seed, runs);
+  return 0;
+} catch (const std::exception& e) {
+  std::fprintf(stderr, "seastitch-bench-files: %s\n", e.what());
+  return 1;
+}

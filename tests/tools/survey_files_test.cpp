@@ -1,0 +1,109 @@
+#include "tools/survey_files.hpp"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <sstream>
+
+#include "codecs/kmall.hpp"
+#include "tests/drivers/test_data.hpp"
+#include "tests/paths.hpp"
+#include "tests/process/run_command.hpp"
+#include "tests/runtime/temporary_dir.hpp"
+#include "tools/import.hpp"
+
+namespace seastitch {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string Replay(const fs::path& file, const fs::path& out, const std::string& more = "") {
+  return Program("seastitch") + " replay --quiet " + file.string() + " --out " + out.string() +
+         more;
+}
+
+std::string TextOfFile(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::ostringstream out;
+  out << in.rdbuf();
+  return out.str();
+}
+
+// Every real file goes from its bytes to a map by its own navigation.
+TEST(SurveyFiles, RealFilesBecomeMaps) {
+  for (const char* const name : {"em710_g.all",
+                                 "em2040_ac.all",
+                                 "em2040c_ay.all",
+                                 "em2040_OS01.kmall",
+                                 "em2040_eg.kmall",
+                                 "gsf_v3_08.gsf",
+                                 "r2sonic2026.xtf"}) {
+    const fs::path file = Shared(std::string("data/mbes/") + name);
+    SKIP_WITHOUT(file);
+    TemporaryDir dir;
+    const auto result = RunCommand(Replay(file, dir.path() / "map"));
+    EXPECT_EQ(result.exit_code, 0) << name << ": " << result.output;
+    EXPECT_TRUE(fs::exists(dir.path() / "map" / "depth.tif")) << name;
+  }
+}
+
+// One way through both commands.
+TEST(SurveyFiles, ImportedLogGivesTheSameMapAsTheFile) {
+  const fs::path file = Shared("data/mbes/r2sonic2026.xtf");
+  SKIP_WITHOUT(file);
+  TemporaryDir dir;
+  const fs::path log = dir.path() / "a.lcmlog";
+  const auto imported = RunCommand(Program("seastitch") + " import --quiet " + file.string() +
+                                   " --log " + log.string());
+  ASSERT_EQ(imported.exit_code, 0) << imported.output;
+  EXPECT_NE(imported.output.find("no installation parameters"), std::string::npos);
+  ASSERT_EQ(RunCommand(Replay(file, dir.path() / "file")).exit_code, 0);
+  const auto replayed =
+      RunCommand(Replay(log, dir.path() / "log", " --config " + log.string() + ".mapper.yaml"));
+  ASSERT_EQ(replayed.exit_code, 0) << replayed.output;
+  for (const char* const product : {"poses.txt", "graph.g2o", "depth.tif"})
+    EXPECT_TRUE(TextOfFile(dir.path() / "file" / product) ==
+                TextOfFile(dir.path() / "log" / product))
+        << product;
+}
+
+TEST(SurveyFiles, InstallationOfTheFileIsUsed) {
+  const fs::path file = Shared("data/mbes/em710_g.all");
+  SKIP_WITHOUT(file);
+  const SurveyFiles survey({file});
+  const VehicleGeometry& vehicle = survey.plan().vehicle;
+  EXPECT_NEAR(vehicle.T_mbes_tx.translation().x(), 12.341, 1e-3);
+  EXPECT_NEAR(vehicle.T_mbes_rx.translation().z(), 7.010, 1e-3);
+  EXPECT_NE(survey.plan().Text().find("water line 1.031 m down"), std::string::npos);
+}
+
+std::string PingsAlone() {
+  std::string bytes;
+  for (int i = 0; i < 10; ++i) {
+    MbesPing ping;
+    ping.time = FromUtime(1'700'000'000'000'000 + 100'000 * i);
+    ping.sound_speed_mps = 1500.0;
+    ping.beams.resize(50, {0.05f, 0.1f, 0, 0, 0, -20, kBeamValid | kBeamPhase});
+    const auto datagram = EncodeMrz(ping, KmallHeader{});
+    bytes.append(datagram.begin(), datagram.end());
+  }
+  return bytes;
+}
+
+TEST(SurveyFiles, AFileThatCannotBePlacedEndsWithOneLineThatSaysWhy) {
+  TemporaryDir dir;
+  const std::string file = dir.Write("a.kmall", PingsAlone());
+  const auto result = RunCommand(Replay(file, dir.path() / "map"));
+  EXPECT_EQ(result.exit_code, 65);
+  EXPECT_EQ(result.output, "seastitch: " + file + ": no position in it to place soundings by\n");
+  const auto empty = RunCommand(
+      Replay(dir.Write("a.fnv",
+                       "2024 05 02 10 20 30.5 1714645230.5 5.0 57.0 90.0 2.0 0 0 0 0 5 57 5 57\n"),
+             dir.path() / "none"));
+  EXPECT_EQ(empty.exit_code, 65) << empty.output;
+  EXPECT_NE(empty.output.find("no sounding in it"), std::string::npos) << empty.output;
+  EXPECT_FALSE(fs::exists(dir.path() / "map" / "depth.tif"));
+}
+
+}  // namespace
+}  // namespace seastitch

@@ -1,0 +1,172 @@
+#include "tools/kmall_survey.hpp"
+
+#include <GeographicLib/LocalCartesian.hpp>
+#include <deque>
+#include <fstream>
+#include <optional>
+#include <stdexcept>
+#include <vector>
+
+#include "codecs/kmall.hpp"
+#include "codecs/kmall_sensors.hpp"
+#include "common/convert/convert.hpp"
+#include "common/core/channel_names.hpp"
+#include "common/storage/event_log.hpp"
+#include "mapper/mapper_config.hpp"
+#include "mapper/navigation/dead_reckoning.hpp"
+
+namespace seastitch {
+namespace {
+
+class Writer {
+ public:
+  explicit Writer(const KmallSurveyOptions& options)
+      : options_(options),
+        config_(LoadMapperConfig(options.mapper_config.string())),
+        to_map_(Rad2Deg(config_.vehicle.datum_latitude_rad),
+                Rad2Deg(config_.vehicle.datum_longitude_rad),
+                0.0),
+        ins_(config_.navigation, config_.vehicle),
+        out_(options.kmall, std::ios::binary) {
+    if (!out_) throw std::runtime_error(options.kmall.string() + ": cannot be written");
+  }
+
+  KmallSurveyResult Run() {
+    EventLogReader reader(options_.log);
+    while (const std::optional<LogEvent> event = reader.Next()) Use(*event);
+    ins_.Finish();
+    Reckon();
+    WriteMotion();
+    if (!out_.flush()) throw std::runtime_error(options_.kmall.string() + ": cannot be written");
+    return result_;
+  }
+
+ private:
+  void Use(const LogEvent& event) {
+    With<imu_t>(event, channels::kImu, [this](const ImuSample& s) { Navigate(s); });
+    With<dvl_t>(event, channels::kDvl, [this](const DvlSample& s) { Navigate(s); });
+    With<depth_t>(event, channels::kDepth, [this](const DepthSample& s) { Navigate(s); });
+    With<position_fix_t>(
+        event, channels::kPositionFix, [this](const PositionFix& f) { fixes_.push_back(f); });
+    With<mbes_ping_t>(event, channels::kMbesPing, [this](const MbesPing& ping) {
+      WriteInstallation(ping.time);
+      Write(EncodeMrz(ping, KmallHeader{}));
+      ++result_.pings;
+    });
+    With<sound_velocity_profile_t>(
+        event, channels::kSvp, [this](const SoundVelocityProfile& profile) {
+          WriteInstallation(profile.time);
+          Write(EncodeSvp(profile, KmallHeader{}));
+        });
+  }
+
+  template <class Message, class Handler>
+  void With(const LogEvent& event, const char* channel, Handler handler) {
+    if (event.channel != channel) return;
+    Message message{};
+    const auto size = static_cast<int>(event.data.size());
+    if (message.decode(event.data.data(), 0, size) != size) return;
+    if (const auto sample = FromLcm(message)) handler(*sample);
+  }
+
+  template <class Sample>
+  void Navigate(const Sample& sample) {
+    ins_.Add(sample);
+    Reckon();
+  }
+
+  // What the INS knows by now, at its own rates.
+  void Reckon() {
+    const std::optional<Time> latest = ins_.latest();
+    if (!latest) return;
+    if (!next_motion_) next_motion_ = next_position_ = *latest;
+    const auto every = [](double rate_hz) { return FromSeconds(1.0 / rate_hz); };
+    for (; *next_motion_ <= *latest; *next_motion_ += every(options_.motion_rate_hz))
+      AddMotion(*next_motion_);
+    for (; *next_position_ <= *latest; *next_position_ += every(options_.position_rate_hz))
+      AddPosition(*next_position_);
+  }
+
+  void AddMotion(Time t) {
+    const auto state = ins_.StateAt(t);
+    if (!state) return;
+    NavigationRecord record;
+    record.time = t;
+    record.attitude = Attitude{Eigen::Quaterniond(state->T_map_vehicle.linear())};
+    record.velocity = GivenVelocity{state->v_map_mps};
+    record.position = PositionOf(*state);
+    record.heave_m = state->T_map_vehicle.translation().z();
+    motion_.push_back(record);
+    ++result_.motions;
+    if (motion_.size() >= 50) WriteMotion();
+  }
+
+  void AddPosition(Time t) {
+    const auto state = ins_.StateAt(t);
+    if (!state) return;
+    for (; !fixes_.empty() && fixes_.front().time <= t; fixes_.pop_front()) Take(fixes_.front());
+    NavigationRecord record;
+    record.time = t;
+    record.position = PositionOf(*state);
+    Write(EncodeSpo(record, KmallHeader{}));
+    ++result_.positions;
+  }
+
+  // The INS believes it: its position jumps.
+  void Take(const PositionFix& fix) {
+    const auto then = ins_.StateAt(fix.time);
+    if (!then) return;
+    double east = 0.0, north = 0.0, up = 0.0;
+    to_map_.Forward(Rad2Deg(fix.latitude_rad), Rad2Deg(fix.longitude_rad), 0.0, east, north, up);
+    offset_m_ = Eigen::Vector2d(north, east) - then->T_map_vehicle.translation().head<2>();
+    ++result_.fixes;
+  }
+
+  GivenPosition PositionOf(const NavState& state) const {
+    const Eigen::Vector2d p = state.T_map_vehicle.translation().head<2>() + offset_m_;
+    double latitude_deg = 0.0, longitude_deg = 0.0, height_m = 0.0;
+    to_map_.Reverse(p.y(), p.x(), 0.0, latitude_deg, longitude_deg, height_m);
+    return {Deg2Rad(latitude_deg), Deg2Rad(longitude_deg)};
+  }
+
+  void WriteMotion() {
+    if (!motion_.empty()) Write(EncodeSkm(motion_, KmallHeader{}));
+    motion_.clear();
+  }
+
+  void WriteInstallation(Time t) {
+    if (installed_) return;
+    installed_ = true;
+    const VehicleGeometry& vehicle = config_.vehicle;
+    SonarInstallation installation;
+    installation.time = t;
+    installation.transmitters.push_back({vehicle.T_vehicle_mbes * vehicle.T_mbes_tx});
+    installation.receivers.push_back({vehicle.T_vehicle_mbes * vehicle.T_mbes_rx});
+    Write(EncodeIip(installation, KmallHeader{}));
+  }
+
+  void Write(const std::vector<std::uint8_t>& datagram) {
+    out_.write(reinterpret_cast<const char*>(datagram.data()),
+               static_cast<std::streamsize>(datagram.size()));
+  }
+
+  const KmallSurveyOptions options_;
+  const MapperConfig config_;
+  const GeographicLib::LocalCartesian to_map_;
+  DeadReckoning ins_;
+  std::ofstream out_;
+  KmallSurveyResult result_;
+  std::optional<Time> next_motion_, next_position_;
+  std::deque<PositionFix> fixes_;
+  std::vector<NavigationRecord> motion_;
+  Eigen::Vector2d offset_m_ = Eigen::Vector2d::Zero();
+  bool installed_ = false;
+};
+
+}  // namespace
+
+KmallSurveyResult WriteKmallSurvey(const KmallSurveyOptions& options) {
+  return Writer(options).Run();
+}
+
+}  // namespace seastitch

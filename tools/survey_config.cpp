@@ -1,0 +1,35 @@
+#include "tools/survey_config.hpp"
+
+#include <algorithm>
+
+namespace seastitch {
+namespace {
+
+// The shipped configuration is made for some tens of metres of water under the sonar. A ship's
+// footprints, lines and pauses between pings grow with the depth.
+void ScaleToDepth(const SurveyPlan& plan, MapperConfig* config) {
+  const auto at_least = [](double value, double* key) { *key = std::max(*key, value); };
+  at_least(1.5 * plan.max_range_m, &config->filter.max_range_m);
+  config->filter.max_range_m = std::min(config->filter.max_range_m, 10'000.0);
+  at_least(std::min(0.01 * plan.depth_m, 10.0), &config->filter.voxel_m);
+  at_least(0.01 * plan.depth_m, &config->filter.min_spike_m);
+  at_least(1.0 * plan.depth_m, &config->submap.min_length_m);
+  at_least(3.0 * config->submap.min_length_m, &config->submap.max_length_m);
+  constexpr double kShipMps = 8.0;
+  at_least(4.0 * plan.ping_interval_s, &config->submap.max_gap_s);
+  at_least(4.0 * plan.ping_interval_s * kShipMps, &config->submap.max_gap_m);
+}
+
+}  // namespace
+
+void UseSurvey(const SurveyPlan& plan, MapperConfig* config) {
+  config->navigation_source = NavigationSource::kGiven;
+  config->vehicle = plan.vehicle;
+  ScaleToDepth(plan, config);
+}
+
+SurveyConfigFiles SurveyConfigFilesFor(const std::filesystem::path& log) {
+  return {log.string() + ".vehicle.yaml", log.string() + ".mapper.yaml"};
+}
+
+}  // namespace seastitch

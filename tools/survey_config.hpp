@@ -1,0 +1,21 @@
+#pragma once
+
+#include <filesystem>
+
+#include "mapper/mapper_config.hpp"
+#include "tools/survey_files.hpp"
+
+namespace seastitch {
+
+// Sets the navigation and the installation that the files give, and the lengths that their depth of
+// water asks for.
+void UseSurvey(const SurveyPlan& plan, MapperConfig* config);
+
+// The configuration beside an imported log.
+struct SurveyConfigFiles {
+  std::filesystem::path vehicle;  // LOG.vehicle.yaml
+  std::filesystem::path mapper;   // LOG.mapper.yaml
+};
+SurveyConfigFiles SurveyConfigFilesFor(const std::filesystem::path& log);
+
+}  // namespace seastitch

@@ -1,0 +1,107 @@
+#include "tools/survey_stream.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "codecs/cereal_file.hpp"
+#include "codecs/em_all_file.hpp"
+#include "codecs/gsf_file.hpp"
+#include "codecs/kmall_file.hpp"
+#include "codecs/s7k_file.hpp"
+#include "codecs/text_navigation.hpp"
+#include "codecs/xtf_file.hpp"
+
+namespace seastitch {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kPieceBytes = 65'536;
+// However long the window: bounds memory where stamps stand still.
+constexpr std::size_t kMaxRecords = 50'000;
+
+std::string LowerExtension(const fs::path& path) {
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) {
+    return static_cast<char>(std::tolower(c));
+  });
+  return extension;
+}
+
+}  // namespace
+
+std::unique_ptr<SurveyReader> ReaderFor(const fs::path& path) {
+  std::array<char, 32> head{};
+  std::ifstream in(path, std::ios::binary);
+  if (fs::is_directory(path) || !in.read(head.data(), head.size())) return nullptr;
+  const std::string_view bytes(head.data(), head.size());
+  if (bytes[4] == '#') return std::make_unique<KmallFileReader>();
+  if (bytes.substr(8).starts_with("GSF-")) return std::make_unique<GsfFileReader>();
+  if (bytes.substr(4, 4) == std::string_view("\xFF\xFF\0\0", 4))
+    return std::make_unique<S7kFileReader>();
+  const std::string extension = LowerExtension(path);
+  if (bytes[0] == '\x7B' && extension == ".xtf") return std::make_unique<XtfFileReader>();
+  const bool stx = bytes[4] == '\x02' || bytes[0] == '\x02';
+  if (stx && (extension == ".all" || bytes[5] == 'I')) return std::make_unique<EmAllFileReader>();
+  if (extension == ".cereal") return std::make_unique<CerealFileReader>();
+  if (extension == ".fnv")
+    return std::make_unique<TextNavigationReader>(TextNavigationFormat::Fnv());
+  if (extension == ".na0" || extension == ".na1")
+    return std::make_unique<TextNavigationReader>(TextNavigationFormat::Na0());
+  return nullptr;
+}
+
+Time TimeOf(const SurveyRecord& record) {
+  return std::visit([](const auto& r) { return r.time; }, record);
+}
+
+SurveyStream::SurveyStream(const fs::path& path, double reorder_s)
+    : path_(path),
+      reorder_s_(reorder_s),
+      reader_(ReaderFor(path)),
+      in_(path, std::ios::binary),
+      bytes_(fs::file_size(path)) {
+  if (!reader_ || !in_) throw std::runtime_error(path.string() + ": no survey file that is known");
+  Fill();
+}
+
+std::optional<Time> SurveyStream::next() const {
+  if (records_.empty()) return std::nullopt;
+  return records_.begin()->first;
+}
+
+SurveyRecord SurveyStream::Take() {
+  auto node = records_.extract(records_.begin());
+  Fill();
+  return std::move(node.mapped());
+}
+
+bool SurveyStream::IsSettled() const {
+  if (records_.empty()) return false;
+  // Not by the newest stamp of all: one that is wrong would stay the newest for good.
+  const double span_s = ToSeconds(last_read_ - records_.begin()->first);
+  return span_s >= reorder_s_ || records_.size() >= kMaxRecords;
+}
+
+void SurveyStream::Fill() {
+  std::vector<std::uint8_t> piece(kPieceBytes);
+  while (!ended_ && !IsSettled()) {
+    in_.read(reinterpret_cast<char*>(piece.data()), static_cast<std::streamsize>(piece.size()));
+    const auto got = static_cast<std::size_t>(in_.gcount());
+    if (in_.bad()) throw std::runtime_error(path_.string() + ": cannot be read to its end");
+    bytes_read_ += got;
+    ended_ = got == 0;
+    for (SurveyRecord& record :
+         ended_ ? reader_->Finish() : reader_->Add(Bytes(piece.data(), got))) {
+      last_read_ = TimeOf(record);
+      records_.emplace(last_read_, std::move(record));
+    }
+  }
+}
+
+}  // namespace seastitch

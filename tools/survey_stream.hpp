@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <memory>
+#include <optional>
+
+#include "codecs/survey_reader.hpp"
+
+namespace seastitch {
+
+// The reader for a file, by its content or its name. Nothing: no format of ours.
+std::unique_ptr<SurveyReader> ReaderFor(const std::filesystem::path& path);
+
+// Time of any record.
+Time TimeOf(const SurveyRecord& record);
+
+// One file's records in order of time, as far as a window of some seconds puts them in order. Holds
+// the window and one piece of the file.
+class SurveyStream {
+ public:
+  // Throws std::runtime_error naming the file.
+  SurveyStream(const std::filesystem::path& path, double reorder_s);
+
+  // Time of the next record; nothing at the end.
+  std::optional<Time> next() const;
+  SurveyRecord Take();
+
+  std::uint64_t bytes() const { return bytes_; }
+  std::uint64_t bytes_read() const { return bytes_read_; }
+  Counters counters() const { return reader_->counters(); }
+
+ private:
+  void Fill();
+  bool IsSettled() const;
+
+  std::filesystem::path path_;
+  double reorder_s_;
+  std::unique_ptr<SurveyReader> reader_;
+  std::ifstream in_;
+  std::uint64_t bytes_;
+  std::uint64_t bytes_read_ = 0;
+  bool ended_ = false;
+  Time last_read_;
+  std::multimap<Time, SurveyRecord> records_;
+};
+
+}  // namespace seastitch
