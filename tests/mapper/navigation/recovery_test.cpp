@@ -201,7 +201,7 @@ TEST(Recovery, ParametersThatNoFilterCanWorkWithAreNamed) {
     const DeadReckoning navigation(params, TestVehicle());
     FAIL();
   } catch (const std::invalid_argument& e) {
-    EXPECT_STREQ(e.what(), "NavigationParams: dvl_scale.sigma = nan, must be above 0");
+    EXPECT_STREQ(e.what(), "NavigationParams::dvl_scale.sigma = nan, must be above 0");
   }
 }
 
