@@ -231,6 +231,7 @@ std::optional<GeoreferencedPing> Georeference(const MbesPing& ping,
 
   GeoreferencedPing result;
   result.time = ping.time;
+  result.head = ping.head;
   result.T_map_vehicle = sonar->T_map_vehicle_first();
   result.speed_mps = sonar->SpeedMps();
   result.beams_read = static_cast<int>(ping.beams.size());

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <vector>
@@ -23,6 +24,7 @@ struct Sounding {
 struct GeoreferencedPing {
   Time time;                                                        // first transmit pulse
   Eigen::Isometry3d T_map_vehicle = Eigen::Isometry3d::Identity();  // at `time`
+  std::uint8_t head = 0;                                            // of a sonar with several
   double speed_mps = 0.0;  // horizontal, from `time` to the last echo
   int beams_read = 0;      // all that the sonar delivered
   int beams_invalid = 0;   // of these, without kBeamValid

@@ -112,10 +112,12 @@ bool SubmapBuilder::Accept(const GeoreferencedPing& ping) {
     ++counters_["pings_not_finite"];
     return false;
   }
-  if (last_ && ping.time <= last_->time) {
+  if (last_ && ping.time > last_->time) heads_.reset();
+  if ((last_ && ping.time < last_->time) || heads_.test(ping.head)) {
     ++counters_["pings_out_of_order"];
     return false;
   }
+  heads_.set(ping.head);
   return true;
 }
 

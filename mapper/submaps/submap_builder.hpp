@@ -1,5 +1,6 @@
 #pragma once
 
+#include <bitset>
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -75,7 +76,8 @@ class SubmapBuilder {
                 Hindsight hindsight);
 
   // Adds a ping and gives the submap that it closed, if it closed one. A gap or a turn closes the
-  // submap before the ping. Left to the caller: id, covariance_from_previous, heading_sigma_rad.
+  // submap before the ping. Pings of several heads may have one time. Left to the caller: id,
+  // covariance_from_previous, heading_sigma_rad.
   std::optional<Submap> Add(const GeoreferencedPing& ping);
   // Closes what is open.
   std::optional<Submap> Finish();
@@ -137,6 +139,7 @@ class SubmapBuilder {
   const Hindsight hindsight_;
   std::optional<Open> open_;
   std::optional<Pose> last_;
+  std::bitset<256> heads_;            // that sent a ping at the time of the last one
   double along_m_ = 0.0;              // of the whole track
   double first_yaw_rad_ = 0.0;        // of the submap opened last
   std::vector<Frame> frames_;         // of the submaps closed

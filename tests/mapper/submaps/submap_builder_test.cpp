@@ -494,6 +494,25 @@ TEST(SubmapBuilder, BoundsASubmapOfAVehicleThatHovers) {
   EXPECT_LT(drive.closed[0].soundings_read, 20'200u);
 }
 
+TEST(SubmapBuilder, TakesPingsOfTwoHeadsAtOneTime) {
+  Drive drive;
+  drive.Straight(5.0);
+  GeoreferencedPing other = drive.swath.At(drive.time, drive.x, drive.y, 0.0);
+  other.head = 1;
+  const std::optional<Submap> one_head = SubmapBuilder(drive.builder).Finish();
+  drive.builder.Add(other);
+  EXPECT_EQ(drive.builder.counters().count("pings_out_of_order"), 0U);
+  drive.builder.Add(other);
+  EXPECT_EQ(drive.builder.counters().at("pings_out_of_order"), 1);
+  // Nor after one that came late.
+  drive.builder.Add(drive.swath.At(drive.time - FromSeconds(1.0), drive.x, drive.y, 0.0));
+  drive.builder.Add(other);
+  EXPECT_EQ(drive.builder.counters().at("pings_out_of_order"), 3);
+  const std::optional<Submap> both = drive.builder.Finish();
+  ASSERT_TRUE(one_head && both);
+  EXPECT_EQ(both->soundings_read, one_head->soundings_read + other.beams_read);
+}
+
 TEST(SubmapBuilder, RefusesPingsThatCannotBe) {
   Drive drive;
   drive.Straight(5.0);
