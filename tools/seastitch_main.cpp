@@ -1,4 +1,4 @@
-// The one command for people: demo, replay, bench, import, info.
+// The one command for people: demo, replay, bench, import, info, dive.
 
 #include <spdlog/spdlog.h>
 #include <sysexits.h>
@@ -9,8 +9,10 @@
 #include <memory>
 
 #include "common/runtime/config.hpp"
+#include "common/runtime/dive_folder.hpp"
 #include "common/runtime/freed_memory.hpp"
 #include "common/runtime/process.hpp"
+#include "logger/logger_config.hpp"
 #include "tools/bench_command.hpp"
 #include "tools/configuration.hpp"
 #include "tools/demo.hpp"
@@ -122,6 +124,25 @@ void AddReplay(CLI::App* app, int* status) {
   });
 }
 
+void AddDive(CLI::App* app, int* status) {
+  auto config = std::make_shared<fs::path>();
+  CLI::App* dive = app->add_subcommand("dive", "the folders of dives");
+  dive->require_subcommand(1);
+  CLI::App* begin =
+      dive->add_subcommand("new", "logger and mapper begin a new dive at their next start");
+  begin->add_option("--config", *config, "logger.yaml (default: the shipped one)");
+  begin->callback([config, status] {
+    const fs::path file = config->empty() ? ConfigDir() / "logger.yaml" : *config;
+    const auto closed = CloseNewestDive(LoadLoggerConfig(file.string()).dive.dives_dir);
+    if (closed)
+      std::printf("%s is closed\n", closed->c_str());
+    else
+      std::printf("no dive was open\n");
+    std::printf("a new one begins with: systemctl restart seastitch-logger seastitch-mapper\n");
+    *status = EXIT_SUCCESS;
+  });
+}
+
 void AddReference(CLI::App* app, int* status) {
   app->add_subcommand("reference", "every key of every configuration file, as Markdown")
       ->callback([status] {
@@ -215,6 +236,7 @@ int main(int argc, char** argv) try {
   seastitch::AddDemo(&app, &status);
   seastitch::AddReplay(&app, &status);
   seastitch::AddReference(&app, &status);
+  seastitch::AddDive(&app, &status);
   seastitch::AddBench(&app, &status);
   seastitch::AddImport(&app, &status);
   seastitch::AddInfo(&app, &status);

@@ -10,6 +10,7 @@
 #include <sstream>
 #include <string>
 
+#include "common/runtime/dive_folder.hpp"
 #include "common/storage/event_log.hpp"
 #include "tests/paths.hpp"
 #include "tests/process/run_command.hpp"
@@ -62,6 +63,28 @@ class Replay : public ::testing::Test {
 
   TemporaryDir dir_;
 };
+
+TEST_F(Replay, DiveNewClosesTheNewestDive) {
+  const fs::path dives = dir_.path() / "dives";
+  const DiveFolder dive({dives, 1800.0}, "logger", 1'000'000);
+  const std::string config = dir_.Write("logger.yaml", "dives_dir: " + dives.string() + "\n");
+  const CommandResult result = RunCommand(Seastitch("dive new --config " + config));
+  EXPECT_EQ(result.exit_code, 0) << result.output;
+  EXPECT_NE(result.output.find(dive.path().string() + " is closed"), std::string::npos);
+  EXPECT_TRUE(ReadDiveRecord(dive.path()).closed);
+}
+
+TEST_F(Replay, TakesADiveWithTheConfigurationRecordedInIt) {
+  const fs::path dives = dir_.path() / "dives";
+  const DiveFolder dive({dives, 1800.0}, "logger", 1'000'000);
+  fs::copy_file(ShortLog(), dive.log() / "000.lcmlog");
+  const CommandResult result = ReplayOf(dive.path());
+  EXPECT_EQ(result.exit_code, 0) << result.output;
+  EXPECT_NE(ReadFile(Out("config/mapper.yaml")).find("vehicle: vehicle.yaml"), std::string::npos);
+  const CommandResult inside = RunCommand(Seastitch(
+      "replay " + dive.path().string() + " --quiet --out " + (dive.path() / "map").string()));
+  EXPECT_EQ(inside.exit_code, 64) << inside.output;
+}
 
 TEST_F(Replay, OfAMissingFileSaysSo) {
   ExpectOneClearLine(ReplayOf(dir_.path() / "nothing.lcmlog"), "no such file");
