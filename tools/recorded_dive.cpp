@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cstdint>
+#include <cstdio>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -35,6 +36,17 @@ std::optional<int> NumberOf(const fs::path& file) {
 }
 
 std::int64_t FirstUtime(const fs::path& log) { return EventLogReader(log).Next().value().utime; }
+
+// A logger that was killed at once leaves a file without a whole event.
+bool HoldsAnEvent(const fs::path& log) {
+  try {
+    EventLogReader reader(log);
+    return true;
+  } catch (const std::runtime_error& e) {
+    std::fprintf(stderr, "%s: skipped\n", e.what());
+    return false;
+  }
+}
 
 template <class Key>
 std::vector<fs::path> SortedBy(std::vector<fs::path> logs, Key key_of) {
@@ -83,7 +95,8 @@ std::vector<fs::path> LogsOfDive(const fs::path& dive) {
   std::vector<fs::path> logs;
   std::error_code none;
   for (const auto& entry : fs::directory_iterator(dive / "log", none))
-    if (entry.path().extension() == ".lcmlog") logs.push_back(entry.path());
+    if (entry.path().extension() == ".lcmlog" && HoldsAnEvent(entry.path()))
+      logs.push_back(entry.path());
   if (logs.empty()) throw std::runtime_error(dive.string() + ": holds no log");
   return InOrderOfRecording(std::move(logs));
 }

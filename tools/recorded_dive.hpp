@@ -18,7 +18,8 @@ std::vector<std::filesystem::path> InOrderOfRecording(std::vector<std::filesyste
 
 // A dive's folder is one with a dive.json.
 bool IsDive(const std::filesystem::path& path);
-// Its logs, in order. Throws std::runtime_error where there are none.
+// Its logs, in order, without those that hold no whole event, which stderr names. Throws
+// std::runtime_error where none is left.
 std::vector<std::filesystem::path> LogsOfDive(const std::filesystem::path& dive);
 
 }  // namespace seastitch

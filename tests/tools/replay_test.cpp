@@ -78,8 +78,10 @@ TEST_F(Replay, TakesADiveWithTheConfigurationRecordedInIt) {
   const fs::path dives = dir_.path() / "dives";
   const DiveFolder dive({dives, 1800.0}, "logger", 1'000'000);
   fs::copy_file(ShortLog(), dive.log() / "000.lcmlog");
+  std::ofstream(dive.log() / "001.lcmlog");  // of a logger that was killed at its start
   const CommandResult result = ReplayOf(dive.path());
   EXPECT_EQ(result.exit_code, 0) << result.output;
+  EXPECT_NE(result.output.find("001.lcmlog: holds no LCM event: skipped"), std::string::npos);
   EXPECT_NE(ReadFile(Out("config/mapper.yaml")).find("vehicle: vehicle.yaml"), std::string::npos);
   const CommandResult inside = RunCommand(Seastitch(
       "replay " + dive.path().string() + " --quiet --out " + (dive.path() / "map").string()));
