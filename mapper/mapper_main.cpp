@@ -5,6 +5,7 @@
 #include "common/convert/convert.hpp"
 #include "common/runtime/config_publisher.hpp"
 #include "common/runtime/event_loop.hpp"
+#include "common/runtime/folder_lock.hpp"
 #include "common/runtime/freed_memory.hpp"
 #include "common/runtime/process.hpp"
 #include "common/runtime/vehicle_config.hpp"
@@ -42,6 +43,7 @@ int main(int argc, char** argv) {
         Bus bus(args.lcm_url);
         ThreadWorker worker(kWorkerQueue);
         const DiveFolder dive(config->dive, "mapper", NowUtime());
+        const FolderLock lock(dive.map());
         config->map_dir = dive.map();
         MapperNode node(*config, &bus, &worker);
         DiveKeeper keeper(dive);

@@ -4,6 +4,7 @@
 #include <sysexits.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <fstream>
@@ -142,6 +143,35 @@ TEST(LogPlayer, FeedsAFreshMapperAndOptimizer) {
   EXPECT_EQ(optimizer.Stop(seconds(20)), 0);
   EXPECT_GE(submaps, 4u);
   EXPECT_EQ(solved, submaps);
+}
+
+TEST(Mapper, RefusesToStartBesideAnother) {
+  const TemporaryDir dir;
+  fs::copy(kConfig, dir.path() / "config", fs::copy_options::recursive);
+  const std::string command = Program("seastitch-mapper") + " --config " +
+                              (dir.path() / "config" / "mapper.yaml").string() +
+                              " --lcm-url memq://";
+  const auto start = [&](const std::string& name) {
+    return ChildProcess(name,
+                        {Program("seastitch-mapper"),
+                         "--config",
+                         (dir.path() / "config" / "mapper.yaml").string(),
+                         "--lcm-url",
+                         "udpm://239.255.76.67:7822?ttl=0"},
+                        dir.path() / (name + ".txt"));
+  };
+  const auto is_locked = [&] {
+    for (const auto& entry : fs::recursive_directory_iterator(dir.path() / "dives"))
+      if (entry.path().filename() == "lock" && fs::file_size(entry.path()) > 0) return true;
+    return false;
+  };
+  const ChildProcess first = start("first");
+  ASSERT_TRUE(
+      Eventually([&] { return fs::exists(dir.path() / "dives") && is_locked(); }, seconds(20)));
+  const CommandResult second = RunCommand(command);
+  EXPECT_EQ(second.exit_code, 1);
+  EXPECT_NE(second.output.find("map: in use by process "), std::string::npos) << second.output;
+  EXPECT_EQ(std::count(second.output.begin(), second.output.end(), '\n'), 1) << second.output;
 }
 
 TEST(TypesJar, IsFoundByLcmSpy) {
