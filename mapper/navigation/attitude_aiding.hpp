@@ -43,6 +43,14 @@ class AttitudeAiding {
   void AddTurn(const Eigen::Vector3d& rate_radps, double dt_s);
   void Use(Time t, const AttitudeEvent& attitude);
 
+  template <class Archive, class Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.watch_, self.refusals_, self.begun_, self.compared_, self.agreed_);
+    archive(self.aligned_, self.alignment_, self.in_doubt_, self.stamps_, self.pairs_);
+    archive(self.last_, self.rate_from_, self.device_rate_radps_);
+    archive(self.anchor_, self.turn_, self.turned_rad_);
+  }
+
   const RefusalRecord& refusals() const { return refusals_; }
   const StampOffset& stamps() const { return stamps_; }
   // The rates as measured, and where the gyros are in doubt the device's turn in their place.

@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "common/core/archive.hpp"
 #include "common/core/pose.hpp"
 #include "mapper/navigation/attitude_aiding.hpp"
 #include "mapper/navigation/error_state_filter.hpp"
@@ -27,6 +28,8 @@ namespace {
 
 // Enough to compare any pair of samples with any delay of their stamps.
 constexpr double kHistoryS = 2.0 * StampOffset::kLongestS + 2.0 * SamplePairs<DvlEvent>::kMostS;
+// Fixes that wait for a submap keep their place over a restart, the newest so many: 18 kB each.
+constexpr std::size_t kFixesRemembered = 8;
 
 constexpr std::size_t kOverrulingFixes = 3;
 // After a gap of the inertial data, for a device of 1 Hz and some jitter.
@@ -46,6 +49,7 @@ class DeadReckoning::Impl {
  public:
   Impl(const NavigationParams& params, const VehicleGeometry& vehicle)
       : params_(params),
+        vehicle_(vehicle),
         mounting_(MountingOf(vehicle)),
         earth_(vehicle.datum_latitude_rad),
         intake_(params_, vehicle, &counters_),
@@ -65,6 +69,19 @@ class DeadReckoning::Impl {
   void AddSoundSpeed(Time t, double speed_mps);
   void Finish();
   std::vector<MapFix> TakeFixes(Time until) { return fixes_.Take(until); }
+  std::optional<std::vector<std::uint8_t>> Save(std::optional<Time> since) const;
+  // Half of it may be read where it gives false.
+  bool Restore(Bytes saved);
+  std::unique_ptr<Impl> Anew() const { return std::make_unique<Impl>(params_, vehicle_); }
+
+  // Not saved: counters_, which are of one process; track_, of which only a part is needed.
+  template <class Archive, class Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.intake_, self.filter_, self.start_, self.history_, self.attitude_, self.velocity_);
+    archive(self.depth_refusals_, self.fix_refusals_, self.refused_fixes_, self.fixes_);
+    archive(self.dvl_correction_, self.started_, self.place_is_known_, self.started_at_);
+    archive(self.now_, self.rates_, self.between_, self.resumed_);
+  }
 
   StartState start_state() const { return start_.state(); }
   bool place_is_known() const { return place_is_known_; }
@@ -98,11 +115,17 @@ class DeadReckoning::Impl {
   struct RefusedFix {
     Eigen::Vector2d off_m;  // from the filter's position, which drifts little meanwhile
     Eigen::Matrix2d covariance_m2;
+
+    template <class Archive, class Self>
+    static void Fields(Archive& archive, Self& self) {
+      archive(self.off_m, self.covariance_m2);
+    }
   };
   bool OverruleByFixes(const RefusedFix& fix);
   void UseLateFix(Time t, const FixEvent& fix);
 
   const NavigationParams params_;
+  const VehicleGeometry vehicle_;
   const ErrorStateFilter::Mounting mounting_;
   const EarthModel earth_;
   std::map<std::string, std::int64_t> counters_;
@@ -383,6 +406,32 @@ void DeadReckoning::Impl::UseLateFix(Time t, const FixEvent& fix) {
   fixes_.Keep(t, fix);
 }
 
+// --- over a restart ----------------------------------------------------------------------------
+
+std::optional<std::vector<std::uint8_t>> DeadReckoning::Impl::Save(
+    std::optional<Time> since) const {
+  std::vector<Time> instants;
+  if (since) instants.push_back(*since);
+  const std::deque<MapFix>& fixes = fixes_.kept();
+  const std::size_t left_out = fixes.size() - std::min(fixes.size(), kFixesRemembered);
+  for (std::size_t i = left_out; i < fixes.size(); ++i) instants.push_back(fixes[i].time);
+  const std::optional<NavTrack::Memory> track = track_.Remember(std::move(instants));
+  if (!track) return std::nullopt;
+  ArchiveWriter archive;
+  archive(*track, *this);
+  return archive.Release();
+}
+
+bool DeadReckoning::Impl::Restore(Bytes saved) {
+  ArchiveReader archive(saved);
+  NavTrack::Memory track;
+  archive(track, *this);
+  const bool usable = archive.IsDone() && started_ && filter_.IsFinite() && !track.keys.empty() &&
+                      track.newest.time == now_;
+  if (usable) track_.Restore(track);
+  return usable;
+}
+
 NavSensorHealth DeadReckoning::Impl::health(NavSensor sensor) const {
   const auto of = [](const RefusalRecord& record) {
     return NavSensorHealth{record.Share(), record.since()};
@@ -456,6 +505,17 @@ std::optional<Pose2> DeadReckoning::Hindsight(Time anchor, Time t) const {
   return impl_->track().Hindsight(anchor, t);
 }
 std::vector<MapFix> DeadReckoning::TakeFixes(Time until) { return impl_->TakeFixes(until); }
+
+std::optional<std::vector<std::uint8_t>> DeadReckoning::Save(std::optional<Time> since) const {
+  return impl_->Save(since);
+}
+bool DeadReckoning::Restore(Bytes saved) {
+  std::unique_ptr<Impl> restored = impl_->Anew();
+  if (!restored->Restore(saved)) return false;
+  impl_ = std::move(restored);
+  return true;
+}
+
 const std::map<std::string, std::int64_t>& DeadReckoning::counters() const {
   return impl_->counters();
 }

@@ -24,6 +24,11 @@ struct InnovationSummary {
   double mean_nis = 0.0;   // mean of innovation^2 / variance of those used
   // Correlation of a component's innovation with its last one: of an honest filter near 0.
   double lag_one = 0.0;
+
+  template <class Archive, class Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.used, self.gated, self.mean_nis, self.lag_one);
+  }
 };
 
 // Dead reckoning: strapdown inertial navigation corrected by an error-state Kalman filter with the
@@ -81,6 +86,11 @@ class DeadReckoning : public Navigation {
   // Fixes after the start and up to `until` that the filter does not take, in order of time; each
   // is given once, and kept for window_s until then.
   std::vector<MapFix> TakeFixes(Time until) override;
+
+  // Some 100 kB, most of it what the inertial unit felt in the last seconds. All state but the
+  // track: of samples that follow, the same becomes as without the restart, to the last bit.
+  std::optional<std::vector<std::uint8_t>> Save(std::optional<Time> since) const override;
+  bool Restore(Bytes saved) override;
 
   const std::map<std::string, std::int64_t>& counters() const override;
   InnovationSummary innovations(NavSensor sensor) const;

@@ -150,6 +150,11 @@ class ErrorStateFilter {
   struct Transition {
     ErrorMatrix A;
     ErrorVector news;  // sum of A^T H^T innovation / its variance, A up to each measurement
+
+    template <class Archive, class Self>
+    static void Fields(Archive& archive, Self& self) {
+      archive(self.A, self.news);
+    }
   };
   // Since the last call (or the start).
   Transition TakeTransition();
@@ -161,8 +166,23 @@ class ErrorStateFilter {
   struct Moves {
     std::int64_t count = 0;
     double way_m = 0.0;
+
+    template <class Archive, class Self>
+    static void Fields(Archive& archive, Self& self) {
+      archive(self.count, self.way_m);
+    }
   };
   const Moves& moves() const { return moves_; }
+
+  template <class Archive, class Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.gyro_psd_, self.accel_psd_, self.state_, self.biases_, self.rates_);
+    archive(self.P_, self.P0_by_dvl_, self.since_, self.correction_);
+    archive(self.bias_sigma_, self.bias_rate_, self.velocity_is_held_, self.learns_slow_);
+    archive(self.least_attitude_sigma_, self.moves_, self.heading_offset_rad_, self.doubt_rad_);
+    archive(self.pending_s_, self.pending_R_, self.pending_move_, self.innovations_);
+  }
+  bool IsFinite() const;
 
  private:
   void ReopenBiases(int first, int size);
@@ -237,6 +257,11 @@ class ErrorStateFilter {
     InnovationSummary summary;
     double mean_product = 0.0;  // of a component's innovation over sigma with its last
     std::array<double, 3> last_by_sigma{};
+
+    template <class Archive, class Self>
+    static void Fields(Archive& archive, Self& self) {
+      archive(self.summary, self.mean_product, self.last_by_sigma);
+    }
   };
   std::array<Innovations, 4> innovations_{};
 };

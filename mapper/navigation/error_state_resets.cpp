@@ -38,6 +38,13 @@ void ErrorStateFilter::Apply(const ErrorMatrix& M) {
   since_.A = (M * since_.A).eval();
 }
 
+bool ErrorStateFilter::IsFinite() const {
+  return state_.p_map.allFinite() && state_.v_map_mps.allFinite() &&
+         std::abs(state_.q_map_imu.norm() - 1.0) < 1e-6 && biases_.allFinite() && P_.allFinite() &&
+         P0_by_dvl_.allFinite() && since_.A.allFinite() && since_.news.allFinite() &&
+         (P_.diagonal().array() >= 0.0).all();
+}
+
 void ErrorStateFilter::Coast(double dt_s,
                              const std::optional<Eigen::Quaterniond>& q_map_imu,
                              const InertialRates& now) {

@@ -24,14 +24,25 @@ class FixKeeper {
   // False, and counted: thinned out, for one of the same source within fix_interval_s is as good.
   bool Passes(Time t, const FixEvent& fix);
   void Keep(Time t, const FixEvent& fix);
+  const std::deque<MapFix>& kept() const { return kept_; }
   // Those up to `until`, in order of time; each is given once.
   std::vector<MapFix> Take(Time until);
+
+  template <class Archive, class Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.passed_, self.kept_);
+  }
 
  private:
   struct Passed {
     Time time;
     std::string source;
     double sigma_m;
+
+    template <class Archive, class Self>
+    static void Fields(Archive& archive, Self& self) {
+      archive(self.time, self.source, self.sigma_m);
+    }
   };
   const NavigationParams params_;
   Counters* counters_;

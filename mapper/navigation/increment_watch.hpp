@@ -32,18 +32,33 @@ class IncrementWatch {
   bool StepIsSure() const { return step_ && since_step_ >= kAgreeing; }
   Time step_time() const { return step_time_; }
 
+  template <class Archive, class Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.last_,
+            self.last_going_on_,
+            self.step_,
+            self.step_sigma_,
+            self.step_time_,
+            self.since_step_);
+  }
+
  private:
   static constexpr std::size_t kWindow = 5;
   static constexpr int kAgreeing = 2;
   struct Difference {
     Eigen::Vector3d value;
     double sigma;
+
+    template <class Archive, class Self>
+    static void Fields(Archive& archive, Self& self) {
+      archive(self.value, self.sigma);
+    }
   };
   bool WindowDiffers() const;
   void AddStep(Time t, const Difference& difference);
 
-  double gate_;
-  double quiet_s_;
+  const double gate_;
+  const double quiet_s_;
   std::deque<Difference> last_;
   std::optional<Time> last_going_on_;
   std::optional<Eigen::Vector3d> step_;

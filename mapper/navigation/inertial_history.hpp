@@ -33,13 +33,23 @@ class InertialHistory {
     Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
     Eigen::Vector3d push_mps = Eigen::Vector3d::Zero();  // by specific force, axes of the instant
     Eigen::Vector3d rate_radps = Eigen::Vector3d::Zero();
+
+    template <class Archive, class Self>
+    static void Fields(Archive& archive, Self& self) {
+      archive(self.time, self.turn, self.push_mps, self.rate_radps);
+    }
   };
   Moment At(Time t) const;
   // The turn of the inertial unit from a to b, in the axes at a.
   Eigen::Quaterniond Turn(Time a, Time b) const { return At(a).turn.conjugate() * At(b).turn; }
 
+  template <class Archive, class Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.moments_);
+  }
+
  private:
-  double span_s_;
+  const double span_s_;
   std::deque<Moment> moments_;
 };
 

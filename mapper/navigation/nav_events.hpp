@@ -14,27 +14,57 @@ namespace seastitch {
 
 struct SoundSpeedEvent {
   double speed_mps;
+
+  template <class Archive, class Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.speed_mps);
+  }
 };
 struct DvlEvent {
   Eigen::Vector3d v_dvl_mps;
   Eigen::Vector3d sigma_mps;
+
+  template <class Archive, class Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.v_dvl_mps, self.sigma_mps);
+  }
 };
 struct DepthEvent {
   double depth_m;
   double sigma_m;
+
+  template <class Archive, class Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.depth_m, self.sigma_m);
+  }
 };
 struct FixEvent {
   Eigen::Vector2d north_east_m;
   Eigen::Matrix2d covariance_m2;
   std::string source;
+
+  template <class Archive, class Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.north_east_m, self.covariance_m2, self.source);
+  }
 };
 struct AttitudeEvent {
   Eigen::Quaterniond q_map_imu;
   Eigen::Vector3d sigma_rpy_rad;
   Alignment alignment;
+
+  template <class Archive, class Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.q_map_imu, self.sigma_rpy_rad, self.alignment);
+  }
 };
 struct ImuEvent {
   InertialRates rates;
+
+  template <class Archive, class Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.rates);
+  }
 };
 
 // At one instant sound speed comes before the DVL that it corrects, and aiding before inertial
@@ -45,6 +75,11 @@ using Measurement =
 struct Event {
   Time time;
   Measurement measurement;
+
+  template <class Archive, class Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.time, self.measurement);
+  }
   friend bool operator<(const Event& a, const Event& b) {
     return std::pair(a.time, a.measurement.index()) < std::pair(b.time, b.measurement.index());
   }
@@ -54,6 +89,11 @@ template <class T>
 struct Stamped {
   Time time;
   T value;
+
+  template <class Archive, class Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.time, self.value);
+  }
 };
 
 }  // namespace seastitch

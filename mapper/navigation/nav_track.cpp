@@ -44,6 +44,12 @@ std::optional<TrackPose> Interpolate(Time t, const std::deque<TrackPose>& poses)
   return Between(poses[*i], poses[*i + 1], t);
 }
 
+// The transition over `first` and then over `second`.
+ErrorStateFilter::Transition Then(const ErrorStateFilter::Transition& first,
+                                  const ErrorStateFilter::Transition& second) {
+  return {second.A * first.A, first.news + first.A.transpose() * second.news};
+}
+
 }  // namespace
 
 void NavTrack::Add(Time t, ErrorStateFilter* filter, bool bottom_lock) {
@@ -98,7 +104,61 @@ std::optional<Time> NavTrack::latest() const {
   return poses_.back().time;
 }
 
+std::optional<NavTrack::Memory> NavTrack::Remember(std::vector<Time> instants) const {
+  if (poses_.empty()) return std::nullopt;
+  Memory memory;
+  memory.newest = poses_.back();
+  memory.coarse = coarse_.back();
+  memory.epoch = epochs_.back();
+  std::vector<bool> kept(keys_.size(), false);
+  kept.back() = true;
+  for (const Time t : instants) {
+    const std::optional<TrackPose> pose = PoseAt(t);
+    if (!pose || t < keys_.front().time) continue;
+    memory.instants.push_back({*pose, EpochAt(t)});
+    const std::size_t key = LastAtOrBefore(t, keys_).value_or(keys_.size() - 1);
+    kept[key] = true;
+    if (key + 1 < keys_.size()) kept[key + 1] = true;
+  }
+  // From the last key that is kept.
+  std::optional<ErrorStateFilter::Transition> way;
+  for (std::size_t i = 0; i < keys_.size(); ++i) {
+    if (memory.keys.empty() && !kept[i]) continue;
+    way = way ? Then(*way, keys_[i].from_last) : keys_[i].from_last;
+    if (!kept[i]) continue;
+    memory.keys.push_back(keys_[i]);
+    memory.keys.back().from_last = *std::exchange(way, std::nullopt);
+  }
+  return memory;
+}
+
+void NavTrack::Restore(const Memory& memory) {
+  instants_ = memory.instants;
+  resumed_at_ = memory.newest.time;
+  poses_ = {memory.newest};
+  coarse_ = {memory.coarse};
+  epochs_ = {memory.epoch};
+  keys_.assign(memory.keys.begin(), memory.keys.end());
+}
+
+const NavTrack::Instant* NavTrack::Remembered(Time t) const {
+  const auto found = std::find_if(
+      instants_.begin(), instants_.end(), [t](const Instant& i) { return i.pose.time == t; });
+  return found == instants_.end() ? nullptr : &*found;
+}
+
+bool NavTrack::IsForgotten(Time t) const {
+  return resumed_at_ && t < *resumed_at_ && Remembered(t) == nullptr;
+}
+
+const NavTrack::Epoch& NavTrack::EpochAt(Time t) const {
+  if (const Instant* const instant = Remembered(t)) return instant->epoch;
+  return epochs_[LastAtOrBefore(t, epochs_).value_or(epochs_.size() - 1)];
+}
+
 std::optional<TrackPose> NavTrack::PoseAt(Time t) const {
+  if (const Instant* const instant = Remembered(t)) return instant->pose;
+  if (IsForgotten(t)) return std::nullopt;
   if (const auto pose = Interpolate(t, poses_)) return pose;
   return Interpolate(t, coarse_);
 }
@@ -110,14 +170,15 @@ std::optional<NavState> NavTrack::StateAt(Time t) const {
   state.time = t;
   state.T_map_vehicle = MakePose(pose->p_map, pose->q_map_vehicle.toRotationMatrix());
   state.v_map_mps = pose->v_map_mps;
-  const std::size_t i = LastAtOrBefore(t, epochs_).value_or(epochs_.size() - 1);
-  state.covariance = epochs_[i].covariance.cast<double>();
-  state.bottom_lock = epochs_[i].bottom_lock;
+  const Epoch& epoch = EpochAt(t);
+  state.covariance = epoch.covariance.cast<double>();
+  state.bottom_lock = epoch.bottom_lock;
   return state;
 }
 
 std::optional<std::size_t> NavTrack::NearestKey(Time t) const {
-  if (keys_.empty() || t < keys_.front().time || t > *latest()) return std::nullopt;
+  if (keys_.empty() || t < keys_.front().time || t > *latest() || IsForgotten(t))
+    return std::nullopt;
   const std::size_t i = LastAtOrBefore(t, keys_).value_or(keys_.size() - 1);
   const bool next_is_nearer = i + 1 < keys_.size() && keys_[i + 1].time - t < t - keys_[i].time;
   return next_is_nearer ? i + 1 : i;
@@ -170,7 +231,7 @@ std::optional<Eigen::Matrix3d> NavTrack::RelativeCovariance(Time a, Time b) cons
 // was as likely off before as it is now.
 std::optional<Pose2> NavTrack::Hindsight(Time anchor, Time t) const {
   if (keys_.empty() || anchor < keys_.front().time || t < anchor || t < epochs_.front().time ||
-      t > *latest())
+      t > *latest() || IsForgotten(anchor))
     return std::nullopt;
   const std::size_t first = LastAtOrBefore(anchor, keys_).value_or(keys_.size() - 1);
   const Epoch& now = epochs_[LastAtOrBefore(t, epochs_).value_or(epochs_.size() - 1)];

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <deque>
 #include <optional>
+#include <vector>
 
 #include "common/core/pose.hpp"
 #include "common/core/sensors.hpp"
@@ -18,6 +19,11 @@ struct TrackPose {
   Eigen::Vector3d p_map;
   Eigen::Vector3d v_map_mps;
   Eigen::Quaterniond q_map_vehicle;
+
+  template <class Archive, class Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.time, self.p_map, self.v_map_mps, self.q_map_vehicle);
+  }
 };
 
 // What was concluded, kept for a bounded time in three grains: poses at the rate of the inertial
@@ -35,12 +41,25 @@ class NavTrack {
   std::optional<Eigen::Matrix3d> RelativeCovariance(Time a, Time b) const;
   std::optional<Pose2> Hindsight(Time anchor, Time t) const;
 
+  // For a restart: the newest state, and of these instants pose and relative covariance, where they
+  // are known.
+  struct Memory;
+  std::optional<Memory> Remember(std::vector<Time> instants) const;
+  // Into an empty track. What lies before the newest pose, but for the instants, is not known any
+  // more.
+  void Restore(const Memory& memory);
+
  private:
   struct Epoch {
     Time time;
     Eigen::Matrix<float, 6, 6> covariance;  // for publication: 7 digits of it are enough
     bool bottom_lock;
     Eigen::Matrix<float, kErrorSize, 1> news;  // since the key at or before
+
+    template <class Archive, class Self>
+    static void Fields(Archive& archive, Self& self) {
+      archive(self.time, self.covariance, self.bottom_lock, self.news);
+    }
   };
   // x, y, yaw and horizontal velocity: enough to carry the error from the key to a time near it.
   static constexpr int kKeyRows = 5;
@@ -51,6 +70,11 @@ class NavTrack {
     Eigen::Matrix<double, kKeyRows, kErrorSize> J;   // level pose and velocity by error state
     Eigen::Matrix<double, kErrorSize, kKeyRows> PJ;  // covariance times J transposed
     ErrorStateFilter::Transition from_last;          // from the key before
+
+    template <class Archive, class Self>
+    static void Fields(Archive& archive, Self& self) {
+      archive(self.time, self.level, self.v_map_mps, self.J, self.PJ, self.from_last);
+    }
   };
 
   void AddEpoch(const TrackPose& pose,
@@ -63,14 +87,44 @@ class NavTrack {
               const ErrorMatrix& P,
               const ErrorStateFilter::Transition& from_last);
   std::optional<TrackPose> PoseAt(Time t) const;
+  struct Instant;
+  const Instant* Remembered(Time t) const;
+  bool IsForgotten(Time t) const;
+  const Epoch& EpochAt(Time t) const;
   std::optional<std::size_t> NearestKey(Time t) const;
   Pose2 LevelAt(const Key& key, Time t) const;
 
-  NavigationParams params_;
+  const NavigationParams params_;
   std::deque<TrackPose> poses_;   // of pose_window_s
   std::deque<TrackPose> coarse_;  // of window_s, at the times of epochs_
   std::deque<Epoch> epochs_;
   std::deque<Key> keys_;
+
+  // After a restart: nothing is known before resumed_at_ but these.
+  struct Instant {
+    TrackPose pose;
+    Epoch epoch;
+
+    template <class Archive, class Self>
+    static void Fields(Archive& archive, Self& self) {
+      archive(self.pose, self.epoch);
+    }
+  };
+  std::vector<Instant> instants_;
+  std::optional<Time> resumed_at_;
+};
+
+struct NavTrack::Memory {
+  std::vector<Instant> instants;
+  std::vector<Key> keys;  // around each instant, and the newest; each from the one before it
+  TrackPose newest;
+  TrackPose coarse;  // at the newest epoch
+  Epoch epoch;
+
+  template <class Archive, class Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.instants, self.keys, self.newest, self.coarse, self.epoch);
+  }
 };
 
 }  // namespace seastitch

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "common/core/bytes.hpp"
 #include "common/core/pose.hpp"
 #include "common/core/sensors.hpp"
 #include "common/core/time.hpp"
@@ -19,6 +20,11 @@ struct MapFix {
   Time time;
   Eigen::Vector2d north_east_m;
   Eigen::Matrix2d covariance_m2;
+
+  template <class Archive, class Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.time, self.north_east_m, self.covariance_m2);
+  }
 };
 
 // The sensors whose innovations are watched.
@@ -69,6 +75,20 @@ class Navigation {
   virtual std::optional<Pose2> Hindsight(Time anchor, Time t) const = 0;
   // The fixes up to `until` that navigation leaves to the graph, in order of time; each once.
   virtual std::vector<MapFix> TakeFixes(Time until) = 0;
+
+  // For a restart: the newest state, and how its error has come about since `since`, the frame of
+  // the submap closed last. Nothing before the start, or where a navigation cannot be saved.
+  virtual std::optional<std::vector<std::uint8_t>> Save(std::optional<Time> since) const {
+    static_cast<void>(since);
+    return std::nullopt;
+  }
+  // Goes on from there, forgetting what was added here before: what is missing until the next
+  // sample is a gap as any other. States before the saved one, but for `since` and fixes that wait,
+  // are not known any more. False: not usable, nothing changes.
+  virtual bool Restore(Bytes saved) {
+    static_cast<void>(saved);
+    return false;
+  }
 
   // What the start waits for, and whether anybody has said where the vehicle is: without that the
   // place is unknown by a kilometre.

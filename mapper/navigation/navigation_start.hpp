@@ -33,6 +33,17 @@ class NavigationStart {
   std::optional<First> Try(Time t, const InertialRates& rates);
   StartState state() const { return state_; }
 
+  template <class Archive, class Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.state_,
+            self.attitude_is_new_,
+            self.steady_since_,
+            self.attitude_,
+            self.dvl_,
+            self.depth_,
+            self.fix_);
+  }
+
  private:
   StartState StateAt(Time t) const;
   void Place(Time t, First* first) const;

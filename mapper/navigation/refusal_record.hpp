@@ -22,12 +22,27 @@ class RefusalRecord {
   std::optional<double> QuietS(Time t) const;
   void EndStreak() { streak_since_.reset(); }
 
+  template <class Archive, class Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.seconds_,
+            self.first_,
+            self.last_,
+            self.last_refused_,
+            self.streak_since_,
+            self.since_);
+  }
+
  private:
   static constexpr std::size_t kSeconds = 60;
   struct Second {
     std::int64_t second = -1;
     int samples = 0;
     int refused = 0;
+
+    template <class Archive, class Self>
+    static void Fields(Archive& archive, Self& self) {
+      archive(self.second, self.samples, self.refused);
+    }
   };
   std::array<Second, kSeconds> seconds_{};
   std::optional<Time> first_;

@@ -39,6 +39,12 @@ class SampleIntake {
   // Something was built on what was given: the clock does not go back any more.
   void Freeze() { frozen_ = true; }
 
+  template <class Archive, class Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.waiting_, self.settled_, self.due_, self.newest_imu_);
+    archive(self.leap_, self.leap_samples_, self.frozen_);
+  }
+
  private:
   void Count(const std::string& name) { ++(*counters_)[name]; }
   void AddAttitude(Time t, const Attitude& attitude, Alignment alignment);

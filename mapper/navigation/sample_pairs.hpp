@@ -40,12 +40,17 @@ class SamplePairs {
     }
   }
 
+  template <class Archive, class Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.samples_, self.next_);
+  }
+
  private:
   double SpanS(std::size_t a, std::size_t b) const {
     return ToSeconds(samples_[b].time - samples_[a].time);
   }
 
-  double wait_s_;
+  const double wait_s_;
   std::deque<Stamped<Sample>> samples_;
   std::size_t next_ = 1;  // the first that has not been given as `to`
 };

@@ -27,6 +27,11 @@ class StampOffset {
   // Far enough from 0 to be no accident, and large enough to matter.
   bool IsSuspected() const;
 
+  template <class Archive, class Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.sums_, self.differences_, self.drift_sigma_, self.delay_s_, self.sigma_s_);
+  }
+
  private:
   static constexpr double kStepS = 0.05;
   static constexpr double kPriorS = 0.5;
@@ -40,6 +45,11 @@ class StampOffset {
     double square = 0.0;                              // d^2 / sigma^2
     double weight = 0.0;                              // 1 / sigma^2
     Eigen::Vector3d drift = Eigen::Vector3d::Zero();  // d / sigma^2
+
+    template <class Archive, class Self>
+    static void Fields(Archive& archive, Self& self) {
+      archive(self.square, self.weight, self.drift);
+    }
   };
   double DataCost(const Sums& sums) const;  // -2 log likelihood
   double Cost(std::size_t i) const;

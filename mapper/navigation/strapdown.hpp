@@ -9,6 +9,11 @@ namespace seastitch {
 struct InertialRates {
   Eigen::Vector3d angular_rate_radps = Eigen::Vector3d::Zero();
   Eigen::Vector3d specific_force_mps2 = Eigen::Vector3d::Zero();
+
+  template <class Archive, class Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.angular_rate_radps, self.specific_force_mps2);
+  }
 };
 
 // Of the inertial unit itself, in the map (North-East-Down, fixed to the Earth).
@@ -16,6 +21,11 @@ struct InertialState {
   Eigen::Vector3d p_map = Eigen::Vector3d::Zero();
   Eigen::Vector3d v_map_mps = Eigen::Vector3d::Zero();
   Eigen::Quaterniond q_map_imu = Eigen::Quaterniond::Identity();
+
+  template <class Archive, class Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.p_map, self.v_map_mps, self.q_map_imu);
+  }
 };
 
 // Gravity and rotation of the Earth at the datum, in the map.

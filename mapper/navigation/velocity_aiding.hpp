@@ -46,6 +46,14 @@ class VelocityAiding {
   // The accelerometers have driven the velocity beyond what the vehicle can do.
   void DoubtAccelerometers(Time t) { doubted_until_ = t + FromSeconds(kDoubtS); }
 
+  template <class Archive, class Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.watch_, self.refusals_, self.stamps_, self.pairs_, self.used_, self.agreed_);
+    archive(self.doubted_until_, self.in_doubt_, self.doubted_, self.is_sound_);
+    archive(self.last_force_mps2_, self.repeated_s_, self.follows_step_, self.off_by_step_m_);
+    archive(self.last_, self.change_mps_);
+  }
+
   // The last ensemble by which the velocity was corrected.
   std::optional<Time> used() const { return used_; }
   const RefusalRecord& refusals() const { return refusals_; }
@@ -105,6 +113,11 @@ class VelocityAiding {
     Eigen::Quaterniond q_map_imu;
     Eigen::Vector3d Without(const Eigen::Vector3d& step_imu_mps) const {
       return v_map_mps - q_map_imu * step_imu_mps;
+    }
+
+    template <class Archive, class Self>
+    static void Fields(Archive& archive, Self& self) {
+      archive(self.time, self.v_map_mps, self.q_map_imu);
     }
   };
   std::optional<Measured> last_;

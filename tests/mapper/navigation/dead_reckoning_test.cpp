@@ -846,5 +846,72 @@ TEST(DeadReckoning, StatesOnceGivenStay) {
     EXPECT_TRUE(navigation.StateAt(t)->T_map_vehicle.matrix() == T.matrix());
 }
 
+// A dive that stops at stop_s and goes on at resume_s.
+struct InterruptedDive {
+  InterruptedDive(double stop_s, double resume_s, double since_s, std::uint32_t seed)
+      : truth(Truth(LawnMower(100.0, 4), TestVehicle(), 420.0, kImuHz)),
+        sensors(params, kImuHz, seed),
+        before(params, TestVehicle()),
+        after(params, TestVehicle()) {
+    Feed(Part(0.0, stop_s), {}, &sensors, &before);
+    saved = before.Save(At(since_s)).value();
+    restored = after.Restore(saved);
+    Feed(Part(resume_s, truth.back().t), {}, &sensors, &after);
+  }
+  std::vector<TruthState> Part(double from_s, double to_s) const {
+    return {truth.begin() + static_cast<std::ptrdiff_t>(Index(from_s)),
+            truth.begin() + static_cast<std::ptrdiff_t>(Index(to_s))};
+  }
+
+  NavigationParams params;
+  std::vector<TruthState> truth;
+  Sensors sensors;
+  DeadReckoning before;
+  DeadReckoning after;
+  std::vector<std::uint8_t> saved;
+  bool restored = false;
+};
+
+TEST(DeadReckoningRestart, KnowsNothingOfWhatItHasForgotten) {
+  const InterruptedDive dive(200.0, 230.0, 150.0, 1);
+  ASSERT_TRUE(dive.restored);
+  EXPECT_FALSE(dive.after.StateAt(At(175.0)));
+  EXPECT_FALSE(dive.after.RelativeCovariance(At(175.0), At(400.0)));
+  EXPECT_FALSE(dive.after.RelativeCovariance(At(100.0), At(400.0)));
+  EXPECT_TRUE(dive.after.RelativeCovariance(At(150.0), At(400.0)));
+}
+
+TEST(DeadReckoningRestart, RefusesBytesThatAreNotWhole) {
+  const InterruptedDive dive(30.0, 40.0, 20.0, 1);
+  for (std::size_t size = 0; size < dive.saved.size(); ++size) {
+    if (size > 64 && size % 97 != 0) continue;
+    DeadReckoning navigation(dive.params, TestVehicle());
+    EXPECT_FALSE(navigation.Restore(Bytes(dive.saved).first(size))) << size;
+    EXPECT_FALSE(navigation.latest());
+  }
+}
+
+// Relative poses across a restart of half a minute, in which the vehicle turns, by their own
+// covariances: chi-square with 3 degrees of freedom a dive.
+TEST(DeadReckoningRestart, StatesItsErrorOverTheGap) {
+  constexpr int kDives = 8;
+  double nees = 0.0;
+  for (std::uint32_t seed = 1; seed <= kDives; ++seed) {
+    const InterruptedDive dive(200.0, 230.0, 150.0, seed);
+    const auto from = dive.before.StateAt(At(150.0));
+    const auto to = dive.after.StateAt(At(400.0));
+    const auto covariance = dive.after.RelativeCovariance(At(150.0), At(400.0));
+    ASSERT_TRUE(from && to && covariance);
+    const Pose2 measured = Inverse(LevelPose(from->T_map_vehicle)) * LevelPose(to->T_map_vehicle);
+    const Pose2 is = Inverse(LevelPose(dive.truth[Index(150.0)].T_map_vehicle)) *
+                     LevelPose(dive.truth[Index(400.0)].T_map_vehicle);
+    Eigen::Vector3d error = measured.Vector() - is.Vector();
+    error[2] = WrapAngle(error[2]);
+    nees += error.dot(covariance->ldlt().solve(error));
+  }
+  // Above the band would be a lie. Below it stays a gap that is guessed with room to spare.
+  EXPECT_LT(nees / (3.0 * kDives), 2.2);
+}
+
 }  // namespace
 }  // namespace seastitch
