@@ -17,7 +17,8 @@ int RunDatagramDriver(DatagramDriver* driver, const DriverParams& params, EventL
   };
   const auto update_health = [driver, &socket] {
     socket.CheckInterface();
-    driver->UpdateHealth(socket.counters(), DeviceWatch::Clock::now(), socket.trouble());
+    driver->UpdateHealth(
+        socket.counters(), DeviceWatch::Clock::now(), socket.trouble(), socket.refusal());
   };
   return driver->Run(socket.fd(), feed, update_health, loop);
 }

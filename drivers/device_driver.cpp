@@ -19,7 +19,8 @@ void DeclareDriver(DriverParams* params, ParameterTable* table) {
       ->Add("source",
             &params->source,
             "Where the bytes come from: can:can0, candump:FILE?speed=1, udp:HOST:PORT (0.0.0.0 "
-            "listens; a cannelloni gateway for CAN; ?interface=eth1 to choose for a group).")
+            "listens; a cannelloni gateway for CAN; ?interface=eth1 to choose for a group; "
+            "?from=10.0.0.5,10.0.0.6 to name the senders).")
       .DataSheet()
       .Required();
   table->Add("receive_buffer_bytes",
@@ -99,11 +100,13 @@ void DeviceDriver::OnPublished(const std::string& stream) {
 
 void DeviceDriver::UpdateHealth(const Counters& source,
                                 DeviceWatch::Clock::time_point now,
-                                const std::string& trouble) {
+                                const std::string& trouble,
+                                const std::string& refusal) {
   SetAll(source, &health_);
   SetAll(decoder_counters(), &health_);
   SetAll(clock_figures(), &health_);
   watch_.Check(now, trouble);
+  watch_.CheckSenders(now, health_.counter("udp_refused_senders"), refusal);
 }
 
 int DeviceDriver::Run(int fd,

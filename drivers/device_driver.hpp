@@ -51,10 +51,11 @@ class DeviceDriver {
   DeviceDriver& operator=(const DeviceDriver&) = delete;
 
   // Copies every counter into HEALTH and says whether data still come. Call it once a second.
-  // trouble: of the source.
+  // trouble, refusal: of the source (CanSource).
   virtual void UpdateHealth(const Counters& source,
                             DeviceWatch::Clock::time_point now,
-                            const std::string& trouble = "");
+                            const std::string& trouble = "",
+                            const std::string& refusal = "");
   Health& health() { return health_; }
   virtual Counters decoder_counters() const = 0;
   virtual Counters clock_figures() const = 0;

@@ -4,6 +4,11 @@
 #include <cstdio>
 
 namespace seastitch {
+namespace {
+
+constexpr std::chrono::seconds kRefusalHolds(10);
+
+}  // namespace
 
 DeviceWatch::DeviceWatch(const std::string& device, double timeout_s, Health* health)
     : timeout_s_(timeout_s), health_(health) {
@@ -27,6 +32,16 @@ void DeviceWatch::Check(Clock::time_point now, const std::string& trouble) {
   std::snprintf(text, sizeof text, "for %.0f s", std::floor(silence_s));
   health_->Hold(conditions::kNoDeviceData, text);
   health_->SetRunning();
+}
+
+void DeviceWatch::CheckSenders(Clock::time_point now,
+                               std::int64_t refused,
+                               const std::string& refusal) {
+  if (refused > refused_) refused_at_ = now;
+  refused_ = refused;
+  health_->HoldIf(refused_ > 0 && now - refused_at_ < kRefusalHolds,
+                  conditions::kSenderRefused,
+                  std::to_string(refused_) + " so far, the last of " + refusal);
 }
 
 void SetAll(const Counters& counters, Health* health) {

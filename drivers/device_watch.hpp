@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -21,12 +22,16 @@ class DeviceWatch {
   void OnData();
   // Call it regularly. trouble: why the source cannot be used, for people; empty where it can.
   void Check(Clock::time_point now, const std::string& trouble);
+  // Datagrams of other senders so far, and of whom the last came: a fault for 10 s after it.
+  void CheckSenders(Clock::time_point now, std::int64_t refused, const std::string& refusal);
 
  private:
   double timeout_s_;
   Health* health_;
   bool data_since_check_ = false;
   std::optional<Clock::time_point> last_data_;  // to the period of Check()
+  std::int64_t refused_ = 0;
+  Clock::time_point refused_at_;
 };
 
 // Copies the counters of a part into HEALTH.

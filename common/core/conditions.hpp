@@ -74,6 +74,14 @@ inline constexpr ConditionKind kSourceUnavailable{
     "the device's interface or port cannot be used",
     "Bring the interface up, or end the program that holds the port. The driver tries again every "
     "second."};
+inline constexpr ConditionKind kSenderRefused{
+    "sender_refused",
+    Severity::kDegraded,
+    "datagrams come from another sender, and are refused",
+    "A driver takes those of one sender, the first that it heard. Name the senders of a device "
+    "that "
+    "has several in the driver's source (?from=10.0.0.5,10.0.0.6); keep others off the sensors' "
+    "network."};
 inline constexpr ConditionKind kCanController{
     "can_controller",
     Severity::kDegraded,
@@ -210,14 +218,14 @@ inline constexpr ConditionKind kStoreNotWriting{
     "memory, up to max_unsaved_mb."};
 
 inline constexpr const ConditionKind* kAll[] = {
-    &kUndecodableMessages, &kMessagesNotSent,      &kSocketDrops,         &kLoopLate,
-    &kWorkerStalled,       &kDiskStalled,          &kNoDeviceData,        &kSourceUnavailable,
-    &kCanController,       &kLogNotWriting,        &kMessagesNotRecorded, &kUnloggableMessages,
-    &kGraphIncomplete,     &kSubmapMalformed,      &kNoSolution,          &kSolutionNotConverged,
-    &kNoCovariance,        &kNoBottomLock,         &kDvlRefused,          &kAttitudeRefused,
-    &kDepthRefused,        &kFixesRefused,         &kNavigationReset,     &kHeadingStep,
-    &kTimeOffsetSuspected, &kNavigationNotStarted, &kPlaceUnknown,        &kNoSoundSpeedProfile,
-    &kSolutionWithheld,    &kStoreNotWriting,      &kRegistrationFailed,
+    &kUndecodableMessages,  &kMessagesNotSent,     &kSocketDrops,          &kLoopLate,
+    &kWorkerStalled,        &kDiskStalled,         &kNoDeviceData,         &kSourceUnavailable,
+    &kSenderRefused,        &kCanController,       &kLogNotWriting,        &kMessagesNotRecorded,
+    &kUnloggableMessages,   &kGraphIncomplete,     &kSubmapMalformed,      &kNoSolution,
+    &kSolutionNotConverged, &kNoCovariance,        &kNoBottomLock,         &kDvlRefused,
+    &kAttitudeRefused,      &kDepthRefused,        &kFixesRefused,         &kNavigationReset,
+    &kHeadingStep,          &kTimeOffsetSuspected, &kNavigationNotStarted, &kPlaceUnknown,
+    &kNoSoundSpeedProfile,  &kSolutionWithheld,    &kStoreNotWriting,      &kRegistrationFailed,
 };
 
 }  // namespace conditions

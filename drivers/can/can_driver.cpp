@@ -58,7 +58,8 @@ void CanDriver::PublishPacket(std::span<const ReceivedFrame> frames) {
 
 void CanDriver::UpdateHealth(const Counters& source,
                              DeviceWatch::Clock::time_point now,
-                             const std::string& trouble) {
+                             const std::string& trouble,
+                             const std::string& refusal) {
   if (const std::int64_t outages = OutagesIn(source); outages != outages_) {
     errors_.BeginAnew();
     outages_ = outages;
@@ -66,7 +67,7 @@ void CanDriver::UpdateHealth(const Counters& source,
   SetAll(errors_.counters(), &health());
   const std::string on_the_wire = errors_.trouble();
   health().HoldIf(!on_the_wire.empty(), conditions::kCanController, on_the_wire);
-  DeviceDriver::UpdateHealth(source, now, trouble);
+  DeviceDriver::UpdateHealth(source, now, trouble, refusal);
 }
 
 int RunCanDriver(CanDriver* driver, const DriverParams& params, EventLoop* loop) {
@@ -76,7 +77,8 @@ int RunCanDriver(CanDriver* driver, const DriverParams& params, EventLoop* loop)
     if (source->finished()) loop->Stop();
   };
   const auto update_health = [driver, &source] {
-    driver->UpdateHealth(source->counters(), DeviceWatch::Clock::now(), source->trouble());
+    driver->UpdateHealth(
+        source->counters(), DeviceWatch::Clock::now(), source->trouble(), source->refusal());
   };
   const int code = driver->Run(source->fd(), feed, update_health, loop);
   driver->Finish();

@@ -27,7 +27,8 @@ class CanDriver : public DeviceDriver {
   virtual std::vector<CanFilter> filters() const = 0;
   void UpdateHealth(const Counters& source,
                     DeviceWatch::Clock::time_point now,
-                    const std::string& trouble = "") override;
+                    const std::string& trouble = "",
+                    const std::string& refusal = "") override;
 
  protected:
   virtual void Decode(const CanFrame& frame, Time recv) = 0;

@@ -39,6 +39,7 @@ class CannelloniSource : public CanSource {
   }
 
   std::string trouble() const override { return socket_.trouble(); }
+  std::string refusal() const override { return socket_.refusal(); }
 
   Counters counters() const override {
     Counters all = socket_.counters();
@@ -152,7 +153,7 @@ class CandumpSource : public CanSource {
 std::unique_ptr<CanSource> OpenCanSource(const std::string& url,
                                          const std::vector<CanFilter>& filters,
                                          int receive_buffer_bytes) {
-  const SourceUrl parsed = ParseSourceUrl(url, {"speed", "interface"});
+  const SourceUrl parsed = ParseSourceUrl(url, {"speed", "interface", "from"});
   if (parsed.scheme == "can") {
     ParseSourceUrl(url, {});
     return std::make_unique<SocketCanSource>(parsed.address, filters, receive_buffer_bytes);

@@ -25,6 +25,9 @@ class CanSource {
   // What keeps frames from coming, for people: "no such interface". Empty where nothing does.
   virtual std::string trouble() const { return ""; }
 
+  // Of the last datagram that came from another sender than the source's: see SenderGate.
+  virtual std::string refusal() const { return ""; }
+
   // Such as can_frames_dropped, can_interface_down, cannelloni_malformed.
   virtual Counters counters() const = 0;
 };
@@ -33,7 +36,7 @@ class CanSource {
 //   can:can0                  SocketCAN; waits where the interface is missing or down
 //   candump:FILE[?speed=X]    can-utils log at X times its recorded pace (1 where not given),
 //                             0: as fast as it can be read; finished() at its end
-//   udp:HOST:PORT             cannelloni packets
+//   udp:HOST:PORT[?from=IP,IP]  cannelloni packets
 // Throws std::runtime_error of one line, "URL: reason", where the URL or the file cannot be used,
 // or the kernel has no CAN. A port that is taken is waited for.
 std::unique_ptr<CanSource> OpenCanSource(const std::string& url,

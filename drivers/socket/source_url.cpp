@@ -21,9 +21,10 @@ void ExpectInterface(const SourceUrl& url, const std::string& name) {
 }
 
 void ExpectUdp(const std::string& text) {
-  const SourceUrl url = ParseSourceUrl(text, {"interface"});
+  const SourceUrl url = ParseSourceUrl(text, {"interface", "from"});
   if (HostPortOf(url).host.empty()) throw std::runtime_error(text + ": expected udp:HOST:PORT");
   if (url.options.contains("interface")) ExpectInterface(url, url.options.at("interface"));
+  GateOf(url);
 }
 
 void ExpectCandump(const std::string& text) {
@@ -78,8 +79,17 @@ double SpeedOf(const SourceUrl& url) {
   return speed;
 }
 
+SenderGate GateOf(const SourceUrl& url) {
+  if (!url.options.contains("from")) return SenderGate();
+  try {
+    return SenderGate(url.options.at("from"));
+  } catch (const std::runtime_error& e) {
+    throw std::runtime_error(url.text + ": from: " + e.what());
+  }
+}
+
 void ExpectUsable(const std::string& text, SourceKind kind) {
-  const SourceUrl url = ParseSourceUrl(text, {"speed", "interface"});
+  const SourceUrl url = ParseSourceUrl(text, {"speed", "interface", "from"});
   const bool is_can = kind == SourceKind::kCan;
   if (url.scheme == "udp") {
     ExpectUdp(text);

@@ -5,6 +5,8 @@
 #include <set>
 #include <string>
 
+#include "drivers/socket/sender_gate.hpp"
+
 namespace seastitch {
 
 // "SCHEME:ADDRESS[?KEY=VALUE[&KEY=VALUE]]"
@@ -32,6 +34,9 @@ HostPort HostPortOf(const SourceUrl& url);
 
 // Of candump:FILE?speed=X, 1 where it names none. Throws std::runtime_error "TEXT: reason".
 double SpeedOf(const SourceUrl& url);
+
+// Of udp:HOST:PORT?from=10.0.0.5,10.0.0.6: who may send. Throws std::runtime_error "TEXT: reason".
+SenderGate GateOf(const SourceUrl& url);
 
 // What a driver can read from.
 enum class SourceKind : std::uint8_t { kCan, kDatagrams };

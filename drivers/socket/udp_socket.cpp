@@ -52,7 +52,7 @@ void Join(int fd, in_addr group, unsigned interface) {
 }
 
 SourceUrl UdpUrl(const std::string& text) {
-  SourceUrl url = ParseSourceUrl(text, {"interface"});
+  SourceUrl url = ParseSourceUrl(text, {"interface", "from"});
   if (url.scheme != "udp") throw Problem(url, "expected udp:HOST:PORT");
   return url;
 }
@@ -66,6 +66,7 @@ bool IsMulticast(const sockaddr_in& address) {
 UdpSocket::UdpSocket(const std::string& url, int receive_buffer_bytes)
     : url_(UdpUrl(url)),
       address_(AddressOf(url_)),
+      gate_(GateOf(url_)),
       wanted_buffer_bytes_(receive_buffer_bytes),
       buffer_(kLargestDatagram),
       socket_(url, [this] { return Open(); }) {
@@ -108,6 +109,10 @@ bool UdpSocket::Receive(Datagram* datagram) {
     }
     if (received.dropped > 0) counters_["udp_dropped"] += received.dropped;
     if (!received.stamped) ++counters_["udp_unstamped"];
+    if (!gate_.Accepts(ntohl(received.sender.sin_addr.s_addr), received.recv)) {
+      ++counters_["udp_refused_senders"];
+      continue;
+    }
     if (received.truncated) {
       ++counters_["udp_truncated"];
       continue;

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <map>
 
 #include "codecs/kmall_stream.hpp"
 #include "common/runtime/bus.hpp"
@@ -73,6 +74,81 @@ TEST_F(DriverProcess, ABusyPortIsSaidWaitedForAndTaken) {
   ASSERT_TRUE(HandleUntil([&] { return text.find("in use") == std::string::npos; }, 10'000));
   UdpSender(port).Send({1, 2, 3});
   EXPECT_TRUE(HandleUntil([&] { return raw == 1; }, 10'000));
+  EXPECT_EQ(process->Stop(), EXIT_SUCCESS) << process->Output();
+}
+
+// Another computer of the network sends to the sonar's port.
+TEST_F(DriverProcess, AnotherSenderIsRefusedAndNamedUntilTheSonarIsSilent) {
+  if (!OpenBus()) {
+    GTEST_SKIP() << "LCM cannot open " << lcm_url;
+  }
+  const int port = FreeUdpPort();
+  health_t health{};
+  std::vector<std::uint8_t> taken;
+  bus->Subscribe<health_t>("HEALTH", 0, [&](const health_t& m) { health = m; });
+  bus->Subscribe<raw_bytes_t>("RAW_MBES", 0, [&](const raw_bytes_t& m) { taken = m.data; });
+  const auto process =
+      Start("seastitch-mbes-driver",
+            WithSource(dir, "mbes_driver.yaml", "udp:127.0.0.1:" + std::to_string(port)));
+  ASSERT_TRUE(HandleUntil([&] { return !health.text.empty(); }, 10'000)) << process->Output();
+  const UdpSender sonar(port, "127.0.0.1", "127.0.0.5"), other(port, "127.0.0.1", "127.0.0.6");
+  sonar.Send({1});
+  other.Send({2});
+  const std::string sentence =
+      "datagrams come from another sender, and are refused: 1 so far, the last of 127.0.0.6, while "
+      "127.0.0.5 sends";
+  EXPECT_TRUE(HandleUntil([&] { return health.text.find(sentence) != std::string::npos; }, 10'000))
+      << health.text;
+  EXPECT_THAT(taken, testing::ElementsAre(1));
+  // The sonar was replaced: the other one is taken once the first is silent for 5 s.
+  EXPECT_TRUE(HandleUntil(
+      [&] {
+        other.Send({3});
+        return taken == std::vector<std::uint8_t>{3};
+      },
+      20'000));
+  EXPECT_TRUE(
+      HandleUntil([&] { return health.text.find("another sender") == std::string::npos; }, 30'000))
+      << health.text;
+  EXPECT_EQ(process->Stop(), EXIT_SUCCESS) << process->Output();
+}
+
+// A gateway of CAN frames, named in the source, and a forger who was there first.
+TEST_F(DriverProcess, OnlyTheGatewayThatIsNamedMovesTheVehicle) {
+  if (!OpenBus()) {
+    GTEST_SKIP() << "LCM cannot open " << lcm_url;
+  }
+  const int port = FreeUdpPort();
+  const std::string url = "udp:127.0.0.1:" + std::to_string(port) + "?from=127.0.0.5";
+  const std::string file = WithSource(dir, "imu_driver.yaml", url);
+  const ImuDriverConfig config = LoadImuDriverConfig(file);
+  std::map<std::int64_t, int> messages;  // by time
+  std::string text;
+  bus->Subscribe<imu_t>("IMU", 0, [&](const imu_t& m) { ++messages[m.utime]; });
+  bus->Subscribe<health_t>("HEALTH", 0, [&](const health_t& m) { text = m.text; });
+  const auto process = Start("seastitch-imu-driver", file);
+  ASSERT_TRUE(HandleUntil([&] { return !text.empty(); }, 10'000)) << process->Output();
+  const UdpSender gateway(port, "127.0.0.1", "127.0.0.5"), forger(port, "127.0.0.1", "127.0.0.6");
+  constexpr std::int64_t kStart = 1'700'000'000'000'000;
+  ImuCanEncoder device(config.can.signals, FromUtime(kStart));
+  ImuCanEncoder forged(config.can.signals, FromUtime(kStart));
+  const auto packet = [](ImuCanEncoder* encoder, std::int64_t utime) {
+    ImuSample sample;
+    sample.time = FromUtime(utime);
+    sample.attitude.emplace();
+    return EncodeCannelloni(encoder->Encode(sample), 0);
+  };
+  for (int i = 1; i <= 10; ++i) {
+    forger.Send(packet(&forged, kStart + 20'000 * i + 10'000));
+    gateway.Send(packet(&device, kStart + 20'000 * i));
+  }
+  EXPECT_TRUE(HandleUntil([&] { return messages.size() >= 10; }, 10'000)) << process->Output();
+  EXPECT_TRUE(HandleUntil(
+      [&] { return text.find("10 so far, the last of 127.0.0.6, which is") != std::string::npos; },
+      10'000))
+      << text;
+  ASSERT_EQ(messages.size(), 10u);
+  for (int i = 1; i <= 10; ++i) EXPECT_EQ(messages[kStart + 20'000 * i], 1) << i;
   EXPECT_EQ(process->Stop(), EXIT_SUCCESS) << process->Output();
 }
 

@@ -14,7 +14,9 @@
 #include "drivers/mbes/mbes_driver.hpp"
 #include "drivers/socket/candump.hpp"
 #include "drivers/socket/cannelloni.hpp"
+#include "drivers/socket/sender_gate.hpp"
 #include "drivers/socket/source_url.hpp"
+#include "drivers/socket/udp_socket.hpp"
 #include "tests/drivers/loopback.hpp"
 #include "tests/drivers/test_data.hpp"
 #include "tests/paths.hpp"
@@ -147,6 +149,59 @@ TEST(UdpSocket, TellsSendersApart) {
   ASSERT_TRUE(socket.Receive(&b));
   EXPECT_NE(a.sender, b.sender);
   EXPECT_FALSE(socket.Receive(&b));
+}
+
+TEST(SenderGate, TakesTheFirstUntilItIsSilentForFiveSeconds) {
+  SenderGate gate;
+  const auto at = [](double s) { return FromUtime(1'700'000'000'000'000) + FromSeconds(s); };
+  EXPECT_TRUE(gate.Accepts(1, at(0.0)));
+  EXPECT_FALSE(gate.Accepts(2, at(1.0)));
+  EXPECT_TRUE(gate.Accepts(1, at(2.0)));
+  EXPECT_FALSE(gate.Accepts(2, at(6.9)));  // what is refused does not count as silence's end
+  EXPECT_TRUE(gate.Accepts(2, at(7.0)));
+  EXPECT_FALSE(gate.Accepts(1, at(7.1)));
+  EXPECT_TRUE(gate.Accepts(2, at(-3600.0)));  // the clock was set back
+  EXPECT_FALSE(gate.Accepts(1, at(-3599.0)));
+}
+
+TEST(SenderGate, TakesThoseConfiguredAlone) {
+  SenderGate gate("10.0.0.5,10.0.0.6");
+  EXPECT_TRUE(gate.Accepts(0x0A000005, Time{}));
+  EXPECT_TRUE(gate.Accepts(0x0A000006, Time{}));
+  EXPECT_FALSE(gate.Accepts(0x0A000007, Time{}));
+}
+
+TEST(UdpSocket, RefusesAndCountsOtherSenders) {
+  const int port = FreeUdpPort();
+  const UdpSender sonar(port, "127.0.0.1", "127.0.0.5"), other(port, "127.0.0.1", "127.0.0.6");
+  const std::string url = "udp:127.0.0.1:" + std::to_string(port);
+  for (const auto& [option, refusal] : std::map<std::string, std::string>{
+           {"", "127.0.0.6, while 127.0.0.5 sends"},
+           {"?from=127.0.0.5,127.0.0.7", "127.0.0.6, which is not named"}}) {
+    UdpSocket socket(url + option, 65536);
+    sonar.Send({1});
+    other.Send({2});
+    sonar.Send({3});
+    ASSERT_TRUE(WaitReadable(socket.fd()));
+    EXPECT_EQ(socket.refusal(), "");
+    Datagram datagram;
+    std::vector<std::uint8_t> taken;
+    while (socket.Receive(&datagram)) taken.push_back(datagram.bytes.at(0));
+    EXPECT_THAT(taken, testing::ElementsAre(1, 3)) << option;
+    EXPECT_EQ(socket.counters().at("udp_refused_senders"), 1) << option;
+    EXPECT_EQ(socket.refusal(), refusal);
+  }
+}
+
+TEST(UdpSocket, NamedSendersAreAddresses) {
+  for (const char* senders :
+       {"sonar", "", "10.0.0.5,", ",10.0.0.5", "10.0.0.5;10.0.0.6", "10.0.0"}) {
+    const std::string url = std::string("udp:127.0.0.1:5000?from=") + senders;
+    const auto expected = HasSubstr(url + ": from: '");
+    EXPECT_THAT(ErrorOf([&] { UdpSocket(url, 65536); }), expected);
+    EXPECT_THAT(ErrorOf([&] { ExpectUsable(url, SourceKind::kDatagrams); }), expected);
+  }
+  EXPECT_NO_THROW(ExpectUsable("udp:0.0.0.0:5000?from=10.0.0.5,10.0.0.6", SourceKind::kCan));
 }
 
 TEST(UdpSocket, JoinsAMulticastGroupAndSharesItsPort) {

@@ -28,13 +28,19 @@ inline int FreeUdpPort() {
 
 class UdpSender {
  public:
-  explicit UdpSender(int port, const std::string& host = "127.0.0.1")
+  // from: an address of this machine, as all of 127.0.0.0/8 are; empty: the kernel's choice.
+  explicit UdpSender(int port, const std::string& host = "127.0.0.1", const std::string& from = "")
       : fd_(socket(AF_INET, SOCK_DGRAM, 0)) {
     to_.sin_family = AF_INET;
     to_.sin_port = htons(static_cast<std::uint16_t>(port));
     inet_pton(AF_INET, host.c_str(), &to_.sin_addr);
     const in_addr loopback{htonl(INADDR_LOOPBACK)};
     setsockopt(fd_.get(), IPPROTO_IP, IP_MULTICAST_IF, &loopback, sizeof loopback);
+    if (from.empty()) return;
+    sockaddr_in own{};
+    own.sin_family = AF_INET;
+    EXPECT_EQ(inet_pton(AF_INET, from.c_str(), &own.sin_addr), 1);
+    EXPECT_EQ(bind(fd_.get(), reinterpret_cast<const sockaddr*>(&own), sizeof own), 0);
   }
   void Send(const std::vector<std::uint8_t>& bytes) const {
     const ssize_t sent = sendto(fd_.get(),

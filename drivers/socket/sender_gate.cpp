@@ -1,0 +1,55 @@
+#include "drivers/socket/sender_gate.hpp"
+
+#include <arpa/inet.h>
+
+#include <chrono>
+#include <sstream>
+#include <stdexcept>
+
+namespace seastitch {
+namespace {
+
+constexpr Duration kSilence = std::chrono::seconds(5);
+
+std::uint32_t AddressOf(const std::string& text) {
+  in_addr address{};
+  if (inet_pton(AF_INET, text.c_str(), &address) != 1)
+    throw std::runtime_error("'" + text + "': expected IPv4 addresses, such as 10.0.0.5,10.0.0.6");
+  return ntohl(address.s_addr);
+}
+
+std::string TextOf(std::uint32_t address) {
+  const in_addr binary{htonl(address)};
+  char text[INET_ADDRSTRLEN] = {};
+  return inet_ntop(AF_INET, &binary, text, sizeof text);
+}
+
+}  // namespace
+
+SenderGate::SenderGate(const std::string& allowed) {
+  std::istringstream texts(allowed + ",");  // so that an empty last one is seen too
+  for (std::string text; std::getline(texts, text, ',');) allowed_.insert(AddressOf(text));
+}
+
+bool SenderGate::Accepts(std::uint32_t address, Time recv) {
+  if (allowed_.empty() ? IsItsTurn(address, recv) : allowed_.contains(address)) return true;
+  refused_ = address;
+  return false;
+}
+
+std::string SenderGate::refusal() const {
+  if (refused_ == kNobody) return "";
+  return TextOf(refused_) +
+         (allowed_.empty() ? ", while " + TextOf(heard_) + " sends" : ", which is not named");
+}
+
+bool SenderGate::IsItsTurn(std::uint32_t address, Time recv) {
+  // Either way: a clock that was set back must not shut the sender out.
+  const bool silent = std::chrono::abs(recv - heard_at_) >= kSilence;
+  if (heard_ != kNobody && heard_ != address && !silent) return false;
+  heard_ = address;
+  heard_at_ = recv;
+  return true;
+}
+
+}  // namespace seastitch
