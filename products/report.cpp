@@ -86,6 +86,14 @@ void AddRun(Json* report, const RunFigures& run) {
   (*report)["not_reproducible"] = {"wall_s", "cpu_s", "peak_rss_mb", "realtime_factor", "run"};
 }
 
+// What the input had that is not in the map, by reason.
+std::map<std::string, std::int64_t> Refused(const Survey& survey, const ProductOptions& options) {
+  std::map<std::string, std::int64_t> refused = options.refused;
+  for (const auto& [reason, count] : survey.counters)
+    refused[reason] += static_cast<std::int64_t>(count);
+  return refused;
+}
+
 struct MountingRow {
   const char* name;  // in report.json
   const char* label;
@@ -240,6 +248,7 @@ std::string SurveyTable(const ProductSummary& s, const ProductOptions& options) 
                  " m, largest " + Fixed(s.z_offset_max_m, 3) + " m"});
   table.Row({"Largest correction of a submap",
              Fixed(s.correction_max_m, 2) + " m, " + Fixed(s.correction_max_yaw_deg, 3) + "&deg;"});
+  if (!options.configuration.empty()) table.Row({"Configuration", Escaped(options.configuration)});
   if (options.datum) {
     table.Row({"Datum (WGS 84)",
                Fixed(options.datum->latitude_deg, 7) + "&deg;, " +
@@ -338,6 +347,8 @@ std::string ReportJson(const Survey& survey,
   r["title"] = options.title;
   r["outcome"] = ToString(s.outcome);
   r["statement"] = s.statement;
+  r["partial"] = s.partial;
+  r["configuration"] = options.configuration;
   r["consistency_rms_m"] = BeforeAfter(s.before.point.rms_m, s.after().point.rms_m);
   r["surface_rms_m"] = BeforeAfter(s.before.surface.rms_m, s.after().surface.rms_m);
   r["submaps"] = s.submaps;
@@ -372,7 +383,8 @@ std::string ReportJson(const Survey& survey,
                   {"longitude_deg", options.datum->longitude_deg}};
   }
   r["seeds"] = options.seeds;
-  r["refused"] = survey.counters;
+  r["refused"] = Refused(survey, options);
+  r["mapper_counters"] = options.mapper_counters;
   if (options.run_figures) AddRun(&r, options.run_figures());
   return r.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
@@ -412,11 +424,17 @@ std::string ReportHtml(const Survey& survey,
   html += "<h2>Loop closures</h2>\n";
   if (s.closures_against_truth) html += ClosuresAgainstTruth(*s.closures_against_truth);
   html += LoopTable(survey);
-  if (!survey.counters.empty()) {
-    HtmlTable table({"Refused while collecting", "Count"});
-    for (const auto& [reason, count] : survey.counters)
-      table.Row({Escaped(reason), Grouped(count)});
+  if (const auto refused = Refused(survey, options); !refused.empty()) {
+    HtmlTable table({"Refused, late or doubled", "Count"});
+    for (const auto& [reason, count] : refused)
+      table.Row({Escaped(reason), Grouped(static_cast<std::uint64_t>(count))});
     html += "<h2>Refused input</h2>\n" + table.Finish();
+  }
+  if (!options.mapper_counters.empty()) {
+    HtmlTable table({"Counted by the mapper", "Count"});
+    for (const auto& [name, count] : options.mapper_counters)
+      table.Row({Escaped(name), std::to_string(count)});
+    html += "<h2>Mapper</h2>\n" + table.Finish();
   }
   html +=
       "<p class=\"small\">Beside this page: depth.tif, depth_dead_reckoned.tif (mean depth, "

@@ -11,8 +11,8 @@
 #include <system_error>
 #include <utility>
 
+#include "common/runtime/durable_file.hpp"
 #include "common/storage/submap_file.hpp"
-#include "products/atomic_file.hpp"
 #include "products/depth_map.hpp"
 #include "products/graph_files.hpp"
 #include "products/judge.hpp"
@@ -273,7 +273,7 @@ class ProductWriter {
 
  private:
   void Write(const std::string& name, const std::string& bytes) {
-    WriteFileAtomically(dir_ / name, bytes);
+    WriteAtomically(dir_ / name, bytes);
     Progress(options_, name);
   }
 
@@ -292,6 +292,8 @@ class ProductWriter {
     } else {
       Judge(survey_, options_.harm_tolerance, &summary_);
     }
+    summary_.partial = !options_.partial.empty();
+    if (summary_.partial) summary_.statement = options_.partial + " " + summary_.statement;
     if (summary_.outcome != Outcome::kCorrected) {
       delivered_ = dead_reckoned_;
       after_ = before_;

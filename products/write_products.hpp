@@ -36,7 +36,15 @@ struct ProductOptions {
   double harm_tolerance = 0.05;
   std::vector<TruthState> truth;               // empty: not known
   std::map<std::string, std::uint64_t> seeds;  // for the report
-  std::function<RunFigures()> run_figures;     // asked last, so that it covers the products too
+  std::string configuration;                   // where it comes from, for the report
+  // What the input had that is not in the map, by reason: refused, late, doubled. For the report.
+  std::map<std::string, std::int64_t> refused;
+  // What the mapper counted of refused, gated and late samples, and of its own work. For the
+  // report.
+  std::map<std::string, std::int64_t> mapper_counters;
+  // Why the map is of a part of the input alone, as a sentence; empty: it is of all.
+  std::string partial;
+  std::function<RunFigures()> run_figures;  // asked last, so that it covers the products too
   std::function<void(const std::string&)> progress;  // one line a step
 
   std::string Validate() const;
@@ -52,6 +60,7 @@ const char* ToString(Outcome outcome);
 struct ProductSummary {
   Outcome outcome = Outcome::kNothingToCorrect;
   std::string statement;  // why, in one or two sentences
+  bool partial = false;   // the map is of a part of the input alone
 
   std::size_t submaps = 0;
   std::uint64_t soundings_read = 0;

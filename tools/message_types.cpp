@@ -35,6 +35,11 @@ std::vector<MessageTypes::Unreadable> MessageTypes::UnreadableChannels() const {
   return unreadable;
 }
 
+void ExpectReadable(const MessageTypes& types) {
+  if (const auto unreadable = types.UnreadableChannels(); !unreadable.empty())
+    throw DataError(ToString(unreadable[0]));
+}
+
 std::string FingerprintText(const std::optional<std::int64_t>& fingerprint) {
   if (!fingerprint) return "none";
   char text[17];

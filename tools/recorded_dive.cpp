@@ -1,23 +1,33 @@
 #include "tools/recorded_dive.hpp"
 
 #include <algorithm>
-#include <charconv>
-#include <cstdint>
 #include <cstdio>
 #include <optional>
+#include <set>
 #include <stdexcept>
 #include <utility>
 
 #include "common/convert/convert.hpp"
 #include "common/core/channel_names.hpp"
+#include "common/runtime/dive_folder.hpp"
 #include "common/storage/event_log.hpp"
+#include "tools/message_types.hpp"
+#include "tools/progress.hpp"
 
 namespace seastitch {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kFirstEvents = 100'000;
+// A log as a first look shows it.
+struct Scan {
+  fs::path path;
+  std::int64_t first_utime = 0;
+  std::int64_t last_utime = 0;
+  // Of the first and of the last message, by channel and sender.
+  std::map<std::string, std::pair<std::int64_t, std::int64_t>> numbers;
+  std::vector<config_t> configuration;  // parts: the rest of a file may be in the next log
+};
 
 std::optional<config_t> Decode(const LogEvent& event) {
   if (event.channel != channels::kConfig) return std::nullopt;
@@ -26,67 +36,179 @@ std::optional<config_t> Decode(const LogEvent& event) {
   return msg.decode(event.data.data(), 0, size) == size ? std::optional(msg) : std::nullopt;
 }
 
-// Of 012.lcmlog: 12.
-std::optional<int> NumberOf(const fs::path& file) {
-  const std::string stem = file.stem().string();
-  int number = 0;
-  const auto [end, error] = std::from_chars(stem.data(), stem.data() + stem.size(), number);
-  const bool is_number = error == std::errc() && end == stem.data() + stem.size();
-  return is_number ? std::optional(number) : std::nullopt;
+void NoteNumber(const LogEvent& event, Scan* scan) {
+  const auto place = PlaceOf(event.data);
+  if (!place) return;
+  const auto [found, is_first] = scan->numbers.try_emplace(event.channel + "/" + place->sender,
+                                                           std::pair(place->seq, place->seq));
+  if (!is_first) found->second.second = place->seq;
 }
 
-std::int64_t FirstUtime(const fs::path& log) { return EventLogReader(log).Next().value().utime; }
-
-// A logger that was killed at once leaves a file without a whole event.
-bool HoldsAnEvent(const fs::path& log) {
-  try {
-    EventLogReader reader(log);
-    return true;
-  } catch (const std::runtime_error& e) {
-    std::fprintf(stderr, "%s: skipped\n", e.what());
-    return false;
+Scan ScanLog(const fs::path& log, ChannelRole role, MessageTypes* types, bool quiet) {
+  EventLogReader reader(log);
+  ProgressLine progress("looking through " + log.filename().string(), fs::file_size(log), quiet);
+  Scan scan{log, 0, 0, {}, {}};
+  for (bool first = true; const auto event = reader.Next(); first = false) {
+    progress.Advance(SizeInLog(*event));
+    if (first) scan.first_utime = event->utime;
+    scan.last_utime = event->utime;
+    NoteNumber(*event, &scan);
+    const Channel* channel = FindChannel(event->channel);
+    if (channel != nullptr && channel->role == role) types->Add(*event);
+    if (auto part = Decode(*event)) scan.configuration.push_back(std::move(*part));
   }
+  progress.Finish();
+  return scan;
 }
 
-template <class Key>
-std::vector<fs::path> SortedBy(std::vector<fs::path> logs, Key key_of) {
-  std::vector<std::pair<decltype(key_of(logs[0])), fs::path>> keyed;
-  for (fs::path& log : logs) {
-    auto key = key_of(log);
-    keyed.emplace_back(std::move(key), std::move(log));
+// ---- order
+
+using Chain = std::vector<const Scan*>;
+
+// What the numbers say of b having been recorded next after a.
+struct Link {
+  std::int64_t missing;  // messages of the channel that misses fewest; 0: b goes on where a ends
+  const Scan* a;
+  const Scan* b;
+  bool operator<(const Link& other) const {
+    return std::pair(missing, b->first_utime) < std::pair(other.missing, other.b->first_utime);
   }
-  std::sort(keyed.begin(), keyed.end());
-  logs.clear();
-  for (auto& [key, log] : keyed) logs.push_back(std::move(log));
-  return logs;
+};
+
+std::optional<Link> FindLink(const Scan& a, const Scan& b) {
+  int votes = 0;  // a sender that began anew between them has one against
+  std::optional<std::int64_t> missing;
+  for (const auto& [sender, of_b] : b.numbers) {
+    const auto of_a = a.numbers.find(sender);
+    if (of_a == a.numbers.end()) continue;
+    const bool goes_on = of_b.first > of_a->second.second;
+    votes += goes_on ? 1 : -1;
+    if (goes_on) {
+      const std::int64_t between = of_b.first - of_a->second.second - 1;
+      missing = std::min(missing.value_or(between), between);
+    }
+  }
+  if (votes <= 0) return std::nullopt;
+  // Where messages miss, the numbers may be of another dive, or from before all senders began anew.
+  const bool against_names = a.path.parent_path() == b.path.parent_path() && LogNumber(a.path) &&
+                             LogNumber(b.path) && *LogNumber(b.path) < *LogNumber(a.path);
+  if (*missing > 0 && (b.first_utime < a.last_utime || against_names)) return std::nullopt;
+  return Link{*missing, &a, &b};
+}
+
+// Closest first, each log once, in no circle.
+std::vector<Chain> ChainsOf(const std::vector<Scan>& scans) {
+  std::vector<Link> links;
+  for (const Scan& a : scans)
+    for (const Scan& b : scans)
+      if (&a != &b)
+        if (const auto link = FindLink(a, b)) links.push_back(*link);
+  std::stable_sort(links.begin(), links.end());
+  std::map<const Scan*, const Scan*> next;
+  std::map<const Scan*, const Scan*> before;
+  const auto leads_to = [&](const Scan* from, const Scan* to) {
+    while (from != to && next.contains(from)) from = next[from];
+    return from == to;
+  };
+  for (const Link& link : links) {
+    if (next.contains(link.a) || before.contains(link.b) || leads_to(link.b, link.a)) continue;
+    next[link.a] = link.b;
+    before[link.b] = link.a;
+  }
+  std::vector<Chain> chains;
+  for (const Scan& scan : scans) {
+    if (before.contains(&scan)) continue;
+    Chain& chain = chains.emplace_back(Chain{&scan});
+    while (next.contains(chain.back())) chain.push_back(next[chain.back()]);
+  }
+  return chains;
+}
+
+// The folder of a chain of numbered logs; nothing where they are not.
+std::optional<fs::path> FolderOfNumbered(const Chain& chain) {
+  const fs::path folder = chain.front()->path.parent_path();
+  const bool numbered = std::all_of(chain.begin(), chain.end(), [&](const Scan* scan) {
+    return LogNumber(scan->path) && scan->path.parent_path() == folder;
+  });
+  return numbered ? std::optional(folder) : std::nullopt;
+}
+
+// Chains of one folder of numbered logs are one recorder's.
+std::vector<Chain> JoinNumbered(std::vector<Chain> chains) {
+  std::stable_sort(chains.begin(), chains.end(), [](const Chain& a, const Chain& b) {
+    return LogNumber(a.front()->path) < LogNumber(b.front()->path);
+  });
+  std::vector<Chain> joined;
+  std::map<fs::path, std::size_t> place_of_folder;
+  for (Chain& chain : chains) {
+    const auto folder = FolderOfNumbered(chain);
+    const auto [place, is_new] = folder ? place_of_folder.try_emplace(*folder, joined.size())
+                                        : std::pair(place_of_folder.end(), true);
+    if (is_new)
+      joined.push_back(std::move(chain));
+    else
+      joined[place->second].insert(joined[place->second].end(), chain.begin(), chain.end());
+  }
+  std::stable_sort(joined.begin(), joined.end(), [](const Chain& a, const Chain& b) {
+    return a.front()->first_utime < b.front()->first_utime;
+  });
+  return joined;
+}
+
+// ---- configuration
+
+// Of one recorder, in order, without those that were published again unchanged.
+std::vector<RecordedFile> ConfigurationOf(const Chain& chain) {
+  std::vector<RecordedFile> files;
+  std::map<std::string, std::string> newest;
+  ConfigAssembler assembler;
+  for (const Scan* scan : chain)
+    for (const config_t& part : scan->configuration) {
+      const auto file = assembler.Add(part);
+      if (!file) continue;
+      const auto [known, is_new] = newest.try_emplace(file->name, file->text);
+      if (!is_new && known->second == file->text) continue;
+      known->second = file->text;
+      files.push_back({file->name, file->text, file->process, file->version, part.utime});
+    }
+  return files;
 }
 
 }  // namespace
 
-std::map<std::string, std::string> RecordedConfig(const std::vector<fs::path>& logs) {
-  std::map<std::string, std::string> files;
-  for (const fs::path& log : logs) {
-    EventLogReader reader(log);
-    ConfigAssembler assembler;
-    for (int events = 0; events < kFirstEvents; ++events) {
-      const std::optional<LogEvent> event = reader.Next();
-      if (!event) break;
-      const std::optional<config_t> part = Decode(*event);
-      if (!part) continue;
-      if (const auto file = assembler.Add(*part)) files.emplace(file->name, file->text);
-    }
-  }
-  return files;
+std::map<std::string, RecordedFile> RecordedLogs::Newest() const {
+  std::map<std::string, RecordedFile> newest;
+  for (const RecordedFile& file : configuration) newest.insert_or_assign(file.name, file);
+  return newest;
 }
 
-std::vector<fs::path> InOrderOfRecording(std::vector<fs::path> logs) {
-  if (logs.size() < 2) return logs;
-  const bool of_one_dive = std::all_of(logs.begin(), logs.end(), [&](const fs::path& log) {
-    return NumberOf(log) && log.parent_path() == logs[0].parent_path();
-  });
-  if (of_one_dive)
-    return SortedBy(std::move(logs), [](const fs::path& log) { return NumberOf(log).value(); });
-  return SortedBy(std::move(logs), FirstUtime);
+std::map<std::string, int> RecordedLogs::Changed() const {
+  std::map<std::string, int> versions;
+  for (const RecordedFile& file : configuration) ++versions[file.name];
+  std::erase_if(versions, [](const auto& file) { return file.second < 2; });
+  return versions;
+}
+
+RecordedLogs LookThrough(const std::vector<fs::path>& logs, ChannelRole role, bool quiet) {
+  std::vector<Scan> scans;
+  MessageTypes types;
+  std::set<fs::path> seen;
+  for (const fs::path& log : logs)
+    if (seen.insert(fs::weakly_canonical(log)).second)
+      scans.push_back(ScanLog(log, role, &types, quiet));
+  ExpectReadable(types);
+  RecordedLogs recorded;
+  std::set<std::string> known;
+  for (const Chain& chain : JoinNumbered(ChainsOf(scans))) {
+    std::vector<fs::path>& paths = recorded.recorders.emplace_back();
+    for (const Scan* scan : chain) paths.push_back(scan->path);
+    // Another recorder heard the same: of it only what the first lacks.
+    const std::vector<RecordedFile> files = ConfigurationOf(chain);
+    for (const RecordedFile& file : files)
+      if (!known.contains(file.name)) recorded.configuration.push_back(file);
+    for (const RecordedFile& file : files) known.insert(file.name);
+  }
+  return recorded;
 }
 
 bool IsDive(const fs::path& path) { return fs::exists(path / "dive.json"); }
@@ -94,11 +216,18 @@ bool IsDive(const fs::path& path) { return fs::exists(path / "dive.json"); }
 std::vector<fs::path> LogsOfDive(const fs::path& dive) {
   std::vector<fs::path> logs;
   std::error_code none;
-  for (const auto& entry : fs::directory_iterator(dive / "log", none))
-    if (entry.path().extension() == ".lcmlog" && HoldsAnEvent(entry.path()))
+  for (const auto& entry : fs::directory_iterator(dive / "log", none)) {
+    if (entry.path().extension() != ".lcmlog") continue;
+    try {
+      EventLogReader reader(entry.path());  // of a logger that was killed at once: holds nothing
       logs.push_back(entry.path());
+    } catch (const std::runtime_error& e) {
+      std::fprintf(stderr, "%s: skipped\n", e.what());
+    }
+  }
   if (logs.empty()) throw std::runtime_error(dive.string() + ": holds no log");
-  return InOrderOfRecording(std::move(logs));
+  std::sort(logs.begin(), logs.end());
+  return logs;
 }
 
 }  // namespace seastitch

@@ -1,25 +1,49 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <string>
 #include <vector>
 
+#include "common/convert/channels.hpp"
+
 namespace seastitch {
 
-// The configuration files that the processes published on CONFIG, by name, such as mapper.yaml: of
-// several versions of one file the first. Looks at the first 100,000 events of each log.
-std::map<std::string, std::string> RecordedConfig(const std::vector<std::filesystem::path>& logs);
+// A file of a process's configuration, as it was published on CONFIG.
+struct RecordedFile {
+  std::string name;  // such as mapper.yaml
+  std::string text;
+  std::string process;  // such as mapper
+  std::string version;  // of the process
+  std::int64_t utime = 0;
+};
 
-// The logs of one recorder in their order. Files of a dive's log/ are numbered and go by number;
-// others by the time of their first event, whatever their names: a shell's order of names is not
-// that of recording. Throws std::runtime_error as EventLogReader.
-std::vector<std::filesystem::path> InOrderOfRecording(std::vector<std::filesystem::path> logs);
+// What a first look through logs finds, before any of them is replayed.
+struct RecordedLogs {
+  // One list a recorder, its logs in order; recorders by the time of their first event.
+  std::vector<std::vector<std::filesystem::path>> recorders;
+  // In order; a file that was published again unchanged stands here once, a file that changed
+  // several times.
+  std::vector<RecordedFile> configuration;
+  std::map<std::string, RecordedFile> Newest() const;  // by name
+  // Files that changed during the dive, with the versions that there were.
+  std::map<std::string, int> Changed() const;
+};
+
+// Reads the logs whole. The logs of one recorder are put in order by the numbers that its messages
+// carry, whatever the files' names, since the time of a log goes back when the clock does; where
+// these tell nothing (every sender began anew), by the numbers of the files of one folder, then by
+// time. Throws std::runtime_error as EventLogReader; DataError where no event of a channel of the
+// role has the type of the channel.
+RecordedLogs LookThrough(const std::vector<std::filesystem::path>& logs,
+                         ChannelRole role,
+                         bool quiet);
 
 // A dive's folder is one with a dive.json.
 bool IsDive(const std::filesystem::path& path);
-// Its logs, in order, without those that hold no whole event, which stderr names. Throws
-// std::runtime_error where none is left.
+// Its logs, without those that hold no whole event, which stderr names. Throws std::runtime_error
+// where none is left.
 std::vector<std::filesystem::path> LogsOfDive(const std::filesystem::path& dive);
 
 }  // namespace seastitch

@@ -5,7 +5,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <fstream>
+#include <functional>
+#include <map>
 #include <memory>
 #include <stdexcept>
 
@@ -20,9 +21,13 @@
 #include "optimizer/optimizer_config.hpp"
 #include "optimizer/optimizer_node.hpp"
 #include "products/survey_collector.hpp"
+#include "tools/interruption.hpp"
+#include "tools/merged_logs.hpp"
 #include "tools/message_types.hpp"
+#include "tools/output_folder.hpp"
 #include "tools/progress.hpp"
 #include "tools/recorded_dive.hpp"
+#include "tools/replay_config.hpp"
 #include "tools/survey_config.hpp"
 #include "tools/survey_files.hpp"
 
@@ -80,10 +85,14 @@ class ScratchDir {
 // Mapper and optimizer on a bus of their own, one message after the other.
 class Pipeline {
  public:
-  Pipeline(const ReplayOptions& options, const MapperConfig& mapper, Bus* bus)
+  Pipeline(const ReplayConfig& config,
+           const MapperConfig& mapper,
+           Bus* bus,
+           std::function<bool()> stopped)
       : bus_(bus),
+        stopped_(std::move(stopped)),
         mapper_(mapper, bus, &worker_),
-        optimizer_(LoadOptimizerConfig(options.optimizer_config.string()), bus, &worker_) {
+        optimizer_(LoadOptimizerConfig(config.optimizer.string()), bus, &worker_) {
     bus_->HandleAll();
   }
 
@@ -91,7 +100,7 @@ class Pipeline {
   // Until every message is answered and no pair is left to be looked at again.
   void Settle() {
     bus_->HandleAll();
-    while (mapper_.LookAgain()) bus_->HandleAll();
+    while (!stopped_() && mapper_.LookAgain()) bus_->HandleAll();
   }
   void Finish() {
     mapper_.Finish();
@@ -99,17 +108,22 @@ class Pipeline {
   }
   // What the mapper says of itself, with every counter that is not zero.
   std::string Statement() {
-    const health_t health = mapper_.health().Snapshot(0, 1.0);
-    std::string statement = health.text;
-    for (const counter_t& counter : health.counters) {
-      if (counter.value != 0)
-        statement += ", " + counter.name + " " + std::to_string(counter.value);
-    }
+    std::string statement = mapper_.health().text();
+    for (const auto& [name, value] : Counters())
+      statement += ", " + name + " " + std::to_string(value);
     return statement;
+  }
+  // Those that are not zero.
+  std::map<std::string, std::int64_t> Counters() {
+    std::map<std::string, std::int64_t> counters;
+    for (const counter_t& counter : mapper_.health().Snapshot(0, 1.0).counters)
+      if (counter.value != 0) counters[counter.name] = counter.value;
+    return counters;
   }
 
  private:
   Bus* bus_;
+  std::function<bool()> stopped_;
   InlineWorker worker_;
   MapperNode mapper_;
   OptimizerNode optimizer_;
@@ -120,75 +134,64 @@ bool IsOfRole(const LogEvent& event, ChannelRole role) {
   return channel != nullptr && channel->role == role;
 }
 
-void FeedLog(const fs::path& log, ChannelRole role, MessageTypes* types, Bus* bus, bool quiet) {
-  EventLogReader reader(log);
-  ProgressLine progress("reading " + log.filename().string(), fs::file_size(log), quiet);
-  std::int64_t of_role = 0;
-  while (const std::optional<LogEvent> event = reader.Next()) {
-    progress.Advance(event->data.size() + event->channel.size() + 28);
-    if (!IsOfRole(*event, role)) continue;
-    ++of_role;
-    if (!types->Add(*event)) continue;
-    bus->PublishBytes(event->channel, event->data.data(), event->data.size());
-    bus->HandleAll();
-  }
-  progress.Finish();
-  if (reader.damaged_bytes() > 0) {
-    std::fprintf(stderr,
-                 "%s: %lld damaged bytes were skipped\n",
-                 log.c_str(),
-                 static_cast<long long>(reader.damaged_bytes()));
-  }
-  if (of_role == 0)
-    throw std::runtime_error(log.string() + ": no event on a channel that a replay reads");
-}
+// What a replay is fed with, and what of it is not in the map.
+struct Feeding {
+  Bus* bus;
+  bool quiet;
+  std::function<bool()> stopped;                // asked before every piece
+  std::map<std::string, std::int64_t> refused;  // by reason
+  std::string partial;                          // where it was stopped, as a sentence
+  std::map<std::string, std::int64_t> mapper_counters;
+};
 
-void ExpectReadable(const MessageTypes& types) {
-  if (const auto unreadable = types.UnreadableChannels(); !unreadable.empty())
-    throw DataError(ToString(unreadable[0]));
-}
-
-// Before the work begins: reads on beyond the first events only where a channel has shown none that
-// can be read.
-void ExpectReadableStart(const std::vector<fs::path>& logs, ChannelRole role) {
-  constexpr int kFirstEvents = 10'000;
-  MessageTypes types;
-  for (const fs::path& log : logs) {
-    EventLogReader reader(log);
-    for (int events = 0; events < kFirstEvents || !types.UnreadableChannels().empty(); ++events) {
-      const std::optional<LogEvent> event = reader.Next();
-      if (!event) break;
-      if (IsOfRole(*event, role)) types.Add(*event);
-    }
-  }
-  ExpectReadable(types);
+void NoteStop(int percent, Feeding* feeding) {
+  feeding->partial =
+      "Partial: the replay was interrupted after " + std::to_string(percent) + " % of the input.";
 }
 
 // Puts the logs' events of one role on the bus. Events of another type than their channel has are
 // skipped and named.
-void FeedLogs(const std::vector<fs::path>& logs, ChannelRole role, Bus* bus, bool quiet) {
-  ExpectReadableStart(logs, role);
+void FeedLogs(const RecordedLogs& recorded, ChannelRole role, Feeding* feeding) {
+  MergedLogs logs(recorded, feeding->quiet);
   MessageTypes types;
-  for (const fs::path& log : logs) FeedLog(log, role, &types, bus, quiet);
-  ExpectReadable(types);
+  bool any = false;
+  while (!feeding->stopped()) {
+    const std::optional<LogEvent> event = logs.Next();
+    if (!event) break;
+    if (!IsOfRole(*event, role)) continue;
+    any = true;
+    if (!types.Add(*event)) continue;
+    feeding->bus->PublishBytes(event->channel, event->data.data(), event->data.size());
+    feeding->bus->HandleAll();
+  }
+  if (feeding->stopped()) NoteStop(logs.percent_read(), feeding);
+  if (!any)
+    throw std::runtime_error(recorded.recorders[0][0].string() +
+                             ": no event on a channel that a replay reads");
+  feeding->refused = logs.refused();
   for (const auto& [channel, events] : types.Foreign())
-    std::fprintf(stderr,
-                 "%lld events on %s have another type and were skipped\n",
-                 static_cast<long long>(events),
-                 channel.c_str());
+    feeding->refused["of_another_type_" + channel] = events;
+  for (const auto& [reason, count] : feeding->refused)
+    std::fprintf(stderr, "skipped: %s %lld\n", reason.c_str(), static_cast<long long>(count));
 }
 
 // Survey files as what drivers would have published of them.
-void FeedSurvey(SurveyFiles* survey, Bus* bus, bool quiet) {
-  if (!quiet) std::fputs(survey->plan().Text().c_str(), stderr);
-  ProgressLine progress("reading", survey->bytes(), quiet);
-  while (survey->PublishNext(bus)) {
-    bus->HandleAll();
+void FeedSurvey(SurveyFiles* survey, Feeding* feeding) {
+  if (!feeding->quiet) std::fputs(survey->plan().Text().c_str(), stderr);
+  ProgressLine progress("reading", survey->bytes(), feeding->quiet);
+  while (!feeding->stopped() && survey->PublishNext(feeding->bus)) {
+    feeding->bus->HandleAll();
     progress.Set(survey->bytes_read());
+  }
+  if (feeding->stopped()) {
+    NoteStop(static_cast<int>(100 * survey->bytes_read() / survey->bytes()), feeding);
+    return;
   }
   progress.Finish();
   for (const auto& [name, value] : survey->counters())
-    if (value != 0 && !quiet)
+    if (value != 0) feeding->refused[name] = value;
+  for (const auto& [name, value] : feeding->refused)
+    if (!feeding->quiet)
       std::fprintf(stderr, "%s: %lld\n", name.c_str(), static_cast<long long>(value));
   if (const auto outcome = survey->Outcome()) throw DataError(*outcome);
 }
@@ -206,12 +209,16 @@ std::unique_ptr<SurveyFiles> OpenSurvey(const ReplayOptions& options) {
   return survey;
 }
 
-void FeedSubmaps(SubmapDirectory directory, Pipeline* pipeline, bool quiet) {
-  ProgressLine progress("registering submaps", directory.submaps.size(), quiet);
+void FeedSubmaps(SubmapDirectory directory, Pipeline* pipeline, Feeding* feeding) {
+  ProgressLine progress("registering submaps", directory.submaps.size(), feeding->quiet);
+  std::size_t done = 0;
   for (Submap& submap : directory.submaps) {
+    if (feeding->stopped())
+      return NoteStop(static_cast<int>(100 * done / directory.submaps.size()), feeding);
     pipeline->mapper().AddSubmap(std::move(submap));
     pipeline->Settle();
     progress.Advance(1);
+    ++done;
   }
   progress.Finish();
 }
@@ -275,106 +282,130 @@ void ExpectApart(const std::vector<fs::path>& inputs, const fs::path& out) {
   }
 }
 
-// The files that the replay is done with: what was given, else what was recorded, which is left in
-// OUT/config, else the shipped ones.
-void ChooseConfig(ReplayOptions* options, bool from_logs) {
-  std::map<std::string, std::string> recorded;
-  if (from_logs && options->mapper_config.empty()) recorded = RecordedConfig(options->inputs);
-  if (recorded.contains("mapper.yaml") && recorded.contains("vehicle.yaml")) {
-    const fs::path folder = options->out / "config";
-    fs::create_directories(folder);
-    for (const char* name : {"mapper.yaml", "vehicle.yaml", "optimizer.yaml"})
-      if (recorded.contains(name)) std::ofstream(folder / name) << recorded[name];
-    options->mapper_config = folder / "mapper.yaml";
-    if (options->optimizer_config.empty() && recorded.contains("optimizer.yaml"))
-      options->optimizer_config = folder / "optimizer.yaml";
-    if (!options->quiet) std::fprintf(stderr, "configuration: as recorded\n");
+// The mapper's, with the recorded one of another version named as what it is.
+MapperConfig LoadChosen(const ReplayConfig& chosen, bool recorded) {
+  try {
+    return LoadMapperConfig(chosen.mapper.string());
+  } catch (const ConfigError& e) {
+    if (!recorded) throw;
+    throw ConfigError(std::string(e.what()) +
+                      ": the recorded configuration is not for this version, --config names "
+                      "another");
   }
-  if (options->optimizer_config.empty()) {
-    const fs::path beside = options->mapper_config.parent_path() / "optimizer.yaml";
-    const bool there = !options->mapper_config.empty() && fs::exists(beside);
-    options->optimizer_config = there ? beside : options->default_config_dir / "optimizer.yaml";
+}
+
+void ExpectInputs(const ReplayOptions& options) {
+  if (options.inputs.empty()) throw UsageError("replay: no input");
+  for (const fs::path& input : options.inputs)
+    if (!fs::exists(input))
+      throw std::runtime_error(input.string() + ": no such file or directory");
+  const bool has_folder = std::any_of(options.inputs.begin(),
+                                      options.inputs.end(),
+                                      [](const fs::path& p) { return fs::is_directory(p); });
+  if (has_folder && options.inputs.size() > 1)
+    throw UsageError("replay: one dive, or one directory of submaps, at a time");
+  if (has_folder && options.as_recorded && !IsDive(options.inputs[0]))
+    throw UsageError("replay: --as-recorded needs a log");
+  ExpectApart(options.inputs, options.out);
+}
+
+// One of the three is there.
+struct Input {
+  std::optional<RecordedLogs> logs;
+  std::unique_ptr<SurveyFiles> survey_files;
+  std::optional<SubmapDirectory> submaps;
+};
+
+Input Open(const ReplayOptions& options) {
+  Input input;
+  const fs::path& first = options.inputs[0];
+  const bool is_dive = IsDive(first);
+  if (fs::is_directory(first) && !is_dive) {
+    input.submaps = ReadSubmapDirectory(first, options.drift);
+  } else if (!is_dive && (input.survey_files = OpenSurvey(options))) {
+  } else {
+    const ChannelRole role = options.as_recorded ? ChannelRole::kResult : ChannelRole::kSensor;
+    input.logs = LookThrough(is_dive ? LogsOfDive(first) : options.inputs, role, options.quiet);
   }
-  if (!options->mapper_config.empty()) return;
-  options->mapper_config = options->default_config_dir / "mapper.yaml";
-  if (!options->quiet && from_logs)
-    std::fprintf(stderr,
-                 "no configuration was recorded: using %s (--config names another)\n",
-                 options->mapper_config.c_str());
+  return input;
+}
+
+// Makes the map anew from the input.
+void Remake(Input* input,
+            const ReplayConfig& config,
+            MapperConfig mapper_config,
+            const SurveyCollector& collector,
+            Feeding* feeding) {
+  Pipeline pipeline(config, mapper_config, feeding->bus, feeding->stopped);
+  if (input->submaps)
+    FeedSubmaps(std::move(*input->submaps), &pipeline, feeding);
+  else if (input->survey_files)
+    FeedSurvey(input->survey_files.get(), feeding);
+  else
+    FeedLogs(*input->logs, ChannelRole::kSensor, feeding);
+  pipeline.Finish();
+  feeding->mapper_counters = pipeline.Counters();
+  if (collector.submaps() > 0) return;
+  if (!feeding->partial.empty()) throw std::runtime_error("no submap: " + feeding->partial);
+  if (input->survey_files) throw DataError("no submap: " + pipeline.Statement());
+  throw std::runtime_error("no submap: " + pipeline.Statement());
 }
 
 }  // namespace
 
-ProductSummary RunReplay(const ReplayOptions& given) {
-  ReplayOptions options = given;
+ProductSummary RunReplay(const ReplayOptions& options) {
   const Stopwatch stopwatch;
-  if (options.inputs.empty()) throw std::runtime_error("replay: no input");
-  for (const fs::path& input : options.inputs) {
-    if (!fs::exists(input))
-      throw std::runtime_error(input.string() + ": no such file or directory");
-  }
-  ExpectApart(options.inputs, options.out);
-  const std::string title = options.inputs[0].filename().string();
-  if (IsDive(options.inputs[0])) {
-    if (options.inputs.size() > 1) throw std::runtime_error("replay: one dive at a time");
-    options.inputs = LogsOfDive(options.inputs[0]);
-  }
-  const bool from_directory = fs::is_directory(options.inputs[0]);
-  if (from_directory && options.inputs.size() > 1) {
-    throw std::runtime_error("replay: one directory of submaps at a time");
-  }
-  if (from_directory && options.as_recorded) {
-    throw std::runtime_error("replay: --as-recorded needs a log");
-  }
+  ExpectInputs(options);
+  Input input = Open(options);
+  OutputFolder out(options.out);
+  std::optional<Interruption> interruption;
+  if (options.interruptible) interruption.emplace([&out] { out.Discard(); });
 
-  const std::unique_ptr<SurveyFiles> survey_files = from_directory ? nullptr : OpenSurvey(options);
-  const bool from_logs = !from_directory && !survey_files;
-  if (from_logs) options.inputs = InOrderOfRecording(std::move(options.inputs));
-  ChooseConfig(&options, from_logs);
-  MapperConfig mapper_config = LoadMapperConfig(options.mapper_config.string());
-  if (survey_files) UseSurvey(survey_files->plan(), &mapper_config);
-  if (from_directory) mapper_config.mounting = {};  // frames stand anywhere on whatever vehicle
+  const GivenConfig given{
+      options.mapper_config, options.optimizer_config, options.default_config_dir};
+  const ReplayConfig config =
+      input.logs ? ChooseConfig(given, *input.logs, out.path()) : ChooseConfig(given);
+  if (!options.quiet) std::fprintf(stderr, "configuration: %s\n", config.statement.c_str());
+  MapperConfig mapper_config = LoadChosen(config, options.mapper_config.empty());
+  if (input.survey_files) UseSurvey(input.survey_files->plan(), &mapper_config);
+  if (input.submaps) mapper_config.mounting = {};  // frames stand anywhere on whatever vehicle
 
   ProductOptions products;
-  products.title = title;
+  products.title = options.inputs[0].filename().string();
+  products.configuration = config.statement;
   if (!options.quiet) {
     products.progress = [](const std::string& step) { std::fprintf(stderr, "%s\n", step.c_str()); };
   }
-
-  Bus bus("memq://");
-  SurveyCollector collector(options.out);
-  CollectorNode collector_node(&bus, &collector);
-  if (options.listen) options.listen(&bus);
-  if (options.as_recorded) {
-    FeedLogs(options.inputs, ChannelRole::kResult, &bus, options.quiet);
+  if (input.submaps) {
+    products.axes = input.submaps->z_up ? MapAxes::kEastNorthUp : MapAxes::kNorthEastDown;
   } else {
-    const ScratchDir store(options.out / ".store");
-    mapper_config.map_dir = store.path();
-    Pipeline pipeline(options, mapper_config, &bus);
-    if (from_directory) {
-      SubmapDirectory directory = ReadSubmapDirectory(options.inputs[0], options.drift);
-      products.axes = directory.z_up ? MapAxes::kEastNorthUp : MapAxes::kNorthEastDown;
-      FeedSubmaps(std::move(directory), &pipeline, options.quiet);
-    } else if (survey_files) {
-      FeedSurvey(survey_files.get(), &bus, options.quiet);
-    } else {
-      FeedLogs(options.inputs, ChannelRole::kSensor, &bus, options.quiet);
-    }
-    pipeline.Finish();
-    if (collector.submaps() == 0 && survey_files)
-      throw DataError(options.inputs[0].string() + ": no submap: " + pipeline.Statement());
-    if (collector.submaps() == 0) throw std::runtime_error("no submap: " + pipeline.Statement());
-  }
-  if (!from_directory) {
     const VehicleGeometry& vehicle = mapper_config.vehicle;
     products.datum =
         Datum{Rad2Deg(vehicle.datum_latitude_rad), Rad2Deg(vehicle.datum_longitude_rad)};
     UseTruth(options, &products);
   }
 
+  Bus bus("memq://");
+  SurveyCollector collector(out.path());
+  CollectorNode collector_node(&bus, &collector);
+  if (options.listen) options.listen(&bus);
+  Feeding feeding{
+      &bus, options.quiet, [&] { return interruption && interruption->requested(); }, {}, {}, {}};
+  if (options.as_recorded) {
+    FeedLogs(*input.logs, ChannelRole::kResult, &feeding);
+  } else {
+    const ScratchDir store(out.path() / ".store");
+    mapper_config.map_dir = store.path();
+    Remake(&input, config, mapper_config, collector, &feeding);
+  }
+  products.refused = feeding.refused;
+  products.partial = feeding.partial;
+  products.mapper_counters = feeding.mapper_counters;
   const Survey survey = collector.Finish();
   products.run_figures = [&] { return stopwatch.Read(DurationSeconds(survey)); };
-  return WriteProducts(survey, products, options.out);
+  ProductSummary summary = WriteProducts(survey, products, out.path());
+  out.Publish();
+  return summary;
 }
 
 void PrintReplayConfig(const ReplayOptions& options) {

@@ -15,7 +15,7 @@ class Bus;
 struct ReplayOptions {
   // LCM logs in any order, one dive's folder, or one directory of submaps.
   std::vector<std::filesystem::path> inputs;
-  // Empty: as recorded in the logs, else those of default_config_dir.
+  // Empty: as recorded in the logs; of submaps and survey files those of default_config_dir.
   std::filesystem::path mapper_config;
   std::filesystem::path optimizer_config;
   std::filesystem::path default_config_dir;
@@ -26,14 +26,19 @@ struct ReplayOptions {
   bool as_recorded = false;
   ImportedDrift drift;
   bool quiet = false;
+  // The first Ctrl-C ends the reading, so that there is a map of a part; the second ends the
+  // process.
+  bool interruptible = false;
   // For who wants to see what mapper and optimizer tell each other: called once, before the first
   // message.
   std::function<void(Bus*)> listen;
 };
 
-// `seastitch replay`: one process, one order, the same bytes out of the same input. Throws
-// std::runtime_error with one line for an input that cannot be used; DataError where no event of a
-// channel has the type of the channel.
+// `seastitch replay`: one process, one order, the same bytes out of the same input. The products
+// take the place of `out` when they are whole. Throws std::runtime_error with one line for an input
+// that cannot be used; UsageError where the output would go to the input, or a log holds no
+// configuration and none is given; DataError where no event of a channel has the type of the
+// channel. Then `out` is as it was.
 ProductSummary RunReplay(const ReplayOptions& options);
 
 // Writes the mapper's configuration to stdout: that of options.mapper_config, else the defaults.

@@ -19,6 +19,7 @@
 #include "tools/import.hpp"
 #include "tools/info.hpp"
 #include "tools/install_paths.hpp"
+#include "tools/interruption.hpp"
 #include "tools/message_types.hpp"
 #include "tools/replay.hpp"
 
@@ -87,7 +88,8 @@ void AddReplay(CLI::App* app, int* status) {
       replay->add_option("--out", options.out, "folder for everything that is made");
   replay->add_option("--config",
                      options.mapper_config,
-                     "mapper.yaml (default: as recorded, else the shipped one)");
+                     "mapper.yaml, in place of the recorded one; of submaps and survey files the "
+                     "default is the shipped one");
   replay->add_option(
       "--optimizer-config",
       options.optimizer_config,
@@ -119,8 +121,10 @@ void AddReplay(CLI::App* app, int* status) {
       if (needed->empty()) throw CLI::RequiredError(needed->get_name());
     if (!arguments->truth.empty()) chosen.truth = arguments->truth;
     chosen.default_config_dir = ConfigDir();
-    PrintSummary(RunReplay(chosen), chosen.out);
-    *status = EXIT_SUCCESS;
+    chosen.interruptible = true;
+    const ProductSummary summary = RunReplay(chosen);
+    PrintSummary(summary, chosen.out);
+    *status = summary.partial ? Interruption::kExitCode : EXIT_SUCCESS;
   });
 }
 
@@ -188,23 +192,23 @@ void AddBench(CLI::App* app, int* status) {
 
 void AddImport(CLI::App* app, int* status) {
   auto options = std::make_shared<ImportOptions>();
-  CLI::App* import = app->add_subcommand(
+  CLI::App* command = app->add_subcommand(
       "import", "other people's recordings to an LCM log, by the same decoders");
-  import->add_option("file", options->files, ".kmall files and candump logs")
+  command->add_option("file", options->files, ".kmall files and candump logs")
       ->required()
       ->check(CLI::ExistingFile);
-  import->add_option("--log", options->log, "LCM log to write; must not exist")->required();
-  import->add_option("--imu-config",
-                     options->imu_config,
-                     "imu_driver.yaml, for candump logs (default: the shipped one)");
-  import->add_option("--dvl-config", options->dvl_config, "dvl_driver.yaml, likewise");
-  import->add_flag("--quiet", options->quiet, "no progress");
-  import->callback([options, status] {
+  command->add_option("--log", options->log, "LCM log to write; must not exist")->required();
+  command->add_option("--imu-config",
+                      options->imu_config,
+                      "imu_driver.yaml, for candump logs (default: the shipped one)");
+  command->add_option("--dvl-config", options->dvl_config, "dvl_driver.yaml, likewise");
+  command->add_flag("--quiet", options->quiet, "no progress");
+  command->callback([options, status] {
     if (options->imu_config.empty()) options->imu_config = ConfigDir() / "imu_driver.yaml";
-  if (options->dvl_config.empty()) options->dvl_config = ConfigDir() / "dvl_driver.yaml";
-  *status = RunImport(*options);
-});
-}  // namespace
+    if (options->dvl_config.empty()) options->dvl_config = ConfigDir() / "dvl_driver.yaml";
+    *status = RunImport(*options);
+  });
+}
 
 void AddInfo(CLI::App* app, int* status) {
   struct Arguments {
@@ -222,7 +226,7 @@ void AddInfo(CLI::App* app, int* status) {
   });
 }
 
-}  // namespace seastitch
+}  // namespace
 }  // namespace seastitch
 
 int main(int argc, char** argv) try {

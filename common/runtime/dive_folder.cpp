@@ -6,7 +6,9 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <charconv>
 #include <chrono>
+#include <cstdio>
 #include <cstring>
 #include <ctime>
 #include <fstream>
@@ -25,6 +27,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::chrono::seconds kSignOfLife(10);
 constexpr int kFormat = 1;
+constexpr char kLogExtension[] = ".lcmlog";
 
 std::runtime_error FolderError(const fs::path& folder, const std::string& reason) {
   return std::runtime_error(folder.string() + ": " + reason);
@@ -202,6 +205,20 @@ DiveRecord ReadDiveRecord(const fs::path& dive) {
   } catch (const std::exception& e) {
     throw FolderError(file, "is no record of a dive: " + std::string(e.what()));
   }
+}
+
+std::optional<int> LogNumber(const fs::path& file) {
+  const std::string stem = file.stem().string();
+  int number = 0;
+  const auto [end, error] = std::from_chars(stem.data(), stem.data() + stem.size(), number);
+  const bool is_number = error == std::errc() && end == stem.data() + stem.size() && number >= 0;
+  return is_number && file.extension() == kLogExtension ? std::optional(number) : std::nullopt;
+}
+
+std::string LogName(int number) {
+  char name[32];
+  std::snprintf(name, sizeof name, "%03d%s", number, kLogExtension);
+  return name;
 }
 
 DiveFolder::DiveFolder(const DiveParams& params, std::string process, std::int64_t now_utime)

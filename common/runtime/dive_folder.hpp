@@ -20,6 +20,8 @@
 //     config/  the configuration that every process published (logger)
 //     dive.json
 //
+// The logs are 000.lcmlog, 001.lcmlog, ... in the order in which they were written.
+//
 // Times are microseconds of the wall clock, which may be set at any moment.
 namespace seastitch {
 
@@ -54,6 +56,11 @@ struct DiveRecord {
 };
 // Throws std::runtime_error "FILE: reason".
 DiveRecord ReadDiveRecord(const std::filesystem::path& dive);
+
+// Of .../012.lcmlog: 12. Nothing for any other name.
+std::optional<int> LogNumber(const std::filesystem::path& file);
+// Of 12: 012.lcmlog.
+std::string LogName(int number);
 
 // A dive that this process takes part in.
 class DiveFolder {

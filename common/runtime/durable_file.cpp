@@ -22,9 +22,7 @@ bool WriteAll(int fd, std::string_view bytes) {
   return true;
 }
 
-}  // namespace
-
-void WriteDurably(const std::filesystem::path& path, std::string_view bytes) {
+void Write(const std::filesystem::path& path, std::string_view bytes, bool sync) {
   const std::string partial = path.string() + ".partial";
   const auto fail = [&](int error) {
     ::unlink(partial.c_str());
@@ -33,10 +31,20 @@ void WriteDurably(const std::filesystem::path& path, std::string_view bytes) {
   const int fd = ::open(partial.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
   if (fd < 0) fail(errno);
   int error = 0;
-  if (!WriteAll(fd, bytes) || ::fsync(fd) != 0) error = errno;
+  if (!WriteAll(fd, bytes) || (sync && ::fsync(fd) != 0)) error = errno;
   if (::close(fd) != 0 && error == 0) error = errno;
   if (error != 0) fail(error);
   if (std::rename(partial.c_str(), path.c_str()) != 0) fail(errno);
+}
+
+}  // namespace
+
+void WriteAtomically(const std::filesystem::path& path, std::string_view bytes) {
+  Write(path, bytes, false);
+}
+
+void WriteDurably(const std::filesystem::path& path, std::string_view bytes) {
+  Write(path, bytes, true);
   SyncFolder(std::filesystem::absolute(path).parent_path());
 }
 

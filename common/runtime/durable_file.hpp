@@ -5,9 +5,11 @@
 
 namespace seastitch {
 
-// Writes a temporary file beside `path`, to the disk, and renames it: after a power cut the old
-// file or the whole new one is there. Throws std::runtime_error "PATH: cannot be written: reason",
-// leaving what was there.
+// Both write a temporary file beside `path` and rename it: a reader sees the old file or the whole
+// new one. They throw std::runtime_error "PATH: cannot be written: reason" (a full disk is one) and
+// leave what was there.
+void WriteAtomically(const std::filesystem::path& path, std::string_view bytes);
+// To the disk: after a power cut, too, the old file or the whole new one is there.
 void WriteDurably(const std::filesystem::path& path, std::string_view bytes);
 
 // Brings the names in a folder to the disk: without it a power cut may take a new file with it.

@@ -79,6 +79,10 @@ bool IsLoggable(const std::string& channel, std::size_t data_size) {
          channel.find('\0') == std::string::npos && data_size <= kMaxDataLength;
 }
 
+std::size_t SizeInLog(const LogEvent& event) {
+  return kHeaderSize + event.channel.size() + event.data.size();
+}
+
 struct EventLogReader::Impl {
   explicit Impl(const std::filesystem::path& path)
       : file(path, O_RDONLY), size(SizeOf(file.get(), path)) {}
@@ -152,7 +156,7 @@ struct EventLogReader::Impl {
   std::optional<LogEvent> Next() {
     while (position < size) {
       if (std::optional<LogEvent> event = EventAt(position)) {
-        position += kHeaderSize + event->channel.size() + event->data.size();
+        position += SizeInLog(*event);
         return event;
       }
       const std::uint64_t next = FindSync(position + 1);

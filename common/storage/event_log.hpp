@@ -20,6 +20,9 @@ struct LogEvent {
   std::vector<std::uint8_t> data;
 };
 
+// Bytes of an event in a log.
+std::size_t SizeInLog(const LogEvent& event);
+
 // Whether a log can hold an event: the channel has 1 to 63 bytes without NUL, as LCM's have, and
 // the data at most 256 MB. LCM itself delivers an empty channel name.
 bool IsLoggable(const std::string& channel, std::size_t data_size);

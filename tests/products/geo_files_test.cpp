@@ -9,7 +9,7 @@
 #include <memory>
 #include <string>
 
-#include "products/atomic_file.hpp"
+#include "common/runtime/durable_file.hpp"
 #include "tests/products/synthetic_survey.hpp"
 
 namespace seastitch {
@@ -50,7 +50,7 @@ float Pixel(GDALRasterBand* band, int x, int y) {
 TEST(GeoTiff, PutsAKnownLatitudeAndLongitudeIntoTheRightCell) {
   const TemporaryDir folder;
   const GridGeometry g = SmallGrid();
-  WriteFileAtomically(folder / "a.tif", GeoTiff(g, {Ramp(g)}, kDatum));
+  WriteAtomically(folder / "a.tif", GeoTiff(g, {Ramp(g)}, kDatum));
   const Dataset tif = Open(folder / "a.tif", GDAL_OF_RASTER);
   ASSERT_NE(tif, nullptr);
   double to_pixel[6], to_map[6];
@@ -84,7 +84,7 @@ TEST(GeoTiff, IsTiledDeflatedFloatWithNamedBandsAndNoData) {
   const GridGeometry g = SmallGrid();
   RasterBand second = Ramp(g);
   second.description = "spread";
-  WriteFileAtomically(folder / "a.tif", GeoTiff(g, {Ramp(g), second}, kDatum));
+  WriteAtomically(folder / "a.tif", GeoTiff(g, {Ramp(g), second}, kDatum));
   const Dataset tif = Open(folder / "a.tif", GDAL_OF_RASTER);
   ASSERT_NE(tif, nullptr);
   ASSERT_EQ(tif->GetRasterCount(), 2);
@@ -105,7 +105,7 @@ TEST(GeoTiff, IsTiledDeflatedFloatWithNamedBandsAndNoData) {
 TEST(GeoTiff, HasLocalMetresButNoProjectionWithoutADatum) {
   const TemporaryDir folder;
   const GridGeometry g = SmallGrid();
-  WriteFileAtomically(folder / "a.tif", GeoTiff(g, {Ramp(g)}, std::nullopt));
+  WriteAtomically(folder / "a.tif", GeoTiff(g, {Ramp(g)}, std::nullopt));
   const Dataset tif = Open(folder / "a.tif", GDAL_OF_RASTER);
   ASSERT_NE(tif, nullptr);
   EXPECT_EQ(tif->GetSpatialRef(), nullptr);
@@ -121,7 +121,7 @@ TEST(GeoTiff, IsTheSameBytesEveryTimeAndHoldsNoTime) {
   const std::string bytes = GeoTiff(g, {Ramp(g)}, kDatum);
   EXPECT_EQ(bytes, GeoTiff(g, {Ramp(g)}, kDatum));
   const TemporaryDir folder;
-  WriteFileAtomically(folder / "a.tif", bytes);
+  WriteAtomically(folder / "a.tif", bytes);
   const Dataset tif = Open(folder / "a.tif", GDAL_OF_RASTER);
   ASSERT_NE(tif, nullptr);
   EXPECT_EQ(tif->GetMetadataItem("TIFFTAG_DATETIME"), nullptr);
@@ -136,7 +136,7 @@ TEST(GeoPackage, HoldsEveryLayerAndFieldAndTheSameBytesEveryTime) {
   lines.features.push_back({{{0, 0}, {10, 20}}, {{"weight", std::nan("")}}});
   const std::string bytes = GeoPackage({areas, lines}, kDatum);
   EXPECT_EQ(bytes, GeoPackage({areas, lines}, kDatum));
-  WriteFileAtomically(folder / "a.gpkg", bytes);
+  WriteAtomically(folder / "a.gpkg", bytes);
   const Dataset gpkg = Open(folder / "a.gpkg", GDAL_OF_VECTOR);
   ASSERT_NE(gpkg, nullptr);
   ASSERT_EQ(gpkg->GetLayerCount(), 2);

@@ -9,8 +9,8 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "common/runtime/durable_file.hpp"
 #include "common/storage/submap_file.hpp"
-#include "products/atomic_file.hpp"
 #include "products/judge.hpp"
 #include "tests/products/synthetic_survey.hpp"
 
@@ -161,7 +161,7 @@ TEST(WriteProducts, RewritesSubmapsWithTheirCorrectedFrames) {
 
 TEST(WriteProducts, WithoutRoomOnTheDiskGivesOneLineAndKeepsTheOldFile) {
   const TemporaryDir folder;
-  WriteFileAtomically(folder / "depth.tif", "the old map");
+  WriteAtomically(folder / "depth.tif", "the old map");
   struct rlimit old {};
   ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &old), 0);
   const auto old_handler = ::signal(SIGXFSZ, SIG_IGN);
@@ -169,7 +169,7 @@ TEST(WriteProducts, WithoutRoomOnTheDiskGivesOneLineAndKeepsTheOldFile) {
   ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &small), 0);
   std::string error = "no error";
   try {
-    WriteFileAtomically(folder / "depth.tif", std::string(5000, 'x'));
+    WriteAtomically(folder / "depth.tif", std::string(5000, 'x'));
   } catch (const std::runtime_error& e) {
     error = e.what();
   }
@@ -396,8 +396,8 @@ TEST(WriteProducts, OfAZUpSurveyHasDepthsPositiveDownAndNorthUp) {
 TEST(WriteProducts, RemovesSubmapsOfALongerRunBefore) {
   const TemporaryDir folder;
   const Survey survey = Collect(MakeDriftingSurvey(1, 2), folder.path(), {}, {});
-  WriteFileAtomically(folder / "submaps/submap_77.pcd", "old");
-  WriteFileAtomically(folder / "submaps/notes.txt", "mine");
+  WriteAtomically(folder / "submaps/submap_77.pcd", "old");
+  WriteAtomically(folder / "submaps/notes.txt", "mine");
   WriteProducts(survey, {}, folder.path());
   EXPECT_FALSE(fs::exists(folder / "submaps/submap_77.pcd"));
   EXPECT_TRUE(fs::exists(folder / "submaps/notes.txt"));

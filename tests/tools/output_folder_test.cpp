@@ -1,0 +1,92 @@
+#include "tools/output_folder.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <string>
+
+#include "tests/runtime/temporary_dir.hpp"
+
+namespace seastitch {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::EndsWith;
+using testing::ThrowsMessage;
+
+void Write(const fs::path& path, const std::string& text) {
+  fs::create_directories(path.parent_path());
+  std::ofstream(path) << text;
+}
+
+std::string Read(const fs::path& path) {
+  std::ifstream in(path);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+TEST(OutputFolder, AppearsWhole) {
+  const TemporaryDir dir;
+  OutputFolder out(dir / "deep" / "map");
+  Write(out.path() / "depth.tif", "new");
+  EXPECT_FALSE(fs::exists(dir / "deep" / "map"));
+  out.Publish();
+  EXPECT_EQ(Read(dir / "deep" / "map" / "depth.tif"), "new");
+}
+
+TEST(OutputFolder, ThatIsNotPublishedLeavesNothing) {
+  const TemporaryDir dir;
+  {
+    OutputFolder out(dir / "map");
+    Write(out.path() / "depth.tif", "new");
+  }
+  EXPECT_TRUE(fs::is_empty(dir.path()));
+}
+
+TEST(OutputFolder, ReplacesFilesOfTheSameNameAndKeepsTheOthers) {
+  const TemporaryDir dir;
+  Write(dir / "map" / "depth.tif", "old");
+  Write(dir / "map" / "notes.txt", "mine");
+  Write(dir / "map" / "submaps" / "submap_9.pcd", "old");
+  {
+    OutputFolder out(dir / "map");
+    Write(out.path() / "depth.tif", "new");
+    Write(out.path() / "report.json", "{}");
+    Write(out.path() / "submaps" / "submap_1.pcd", "new");
+    EXPECT_EQ(Read(dir / "map" / "depth.tif"), "old");
+    out.Publish();
+  }
+  EXPECT_EQ(Read(dir / "map" / "depth.tif"), "new");
+  EXPECT_EQ(Read(dir / "map" / "report.json"), "{}");
+  EXPECT_EQ(Read(dir / "map" / "notes.txt"), "mine");
+  EXPECT_FALSE(fs::exists(dir / "map" / "submaps" / "submap_9.pcd"));
+  EXPECT_TRUE(fs::exists(dir / "map" / "submaps" / "submap_1.pcd"));
+  EXPECT_FALSE(fs::exists(dir / "map" / ".partial"));
+}
+
+TEST(OutputFolder, RemovesWhatAKilledCommandLeft) {
+  const TemporaryDir dir;
+  Write(dir / "map.partial" / "submaps" / "submap_9.pcd", "old");
+  OutputFolder out(dir / "map");
+  EXPECT_TRUE(fs::is_empty(out.path()));
+}
+
+TEST(OutputFolder, TakesOneCommandAtATime) {
+  const TemporaryDir dir;
+  const OutputFolder out(dir / "map");
+  EXPECT_THAT([&] { OutputFolder second(dir / "map" / ""); },
+              ThrowsMessage<std::runtime_error>(EndsWith("map: another command is writing there")));
+  EXPECT_TRUE(fs::exists(out.path()));
+}
+
+TEST(OutputFolder, IsNoFile) {
+  const TemporaryDir dir;
+  Write(dir / "map", "a file");
+  EXPECT_THAT([&] { OutputFolder out(dir / "map"); },
+              ThrowsMessage<std::runtime_error>(EndsWith("map: is not a folder")));
+}
+
+}  // namespace
+}  // namespace seastitch

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <filesystem>
+
+namespace seastitch {
+
+// The folder that a command leaves its files in. Until it is done they stand in a folder of their
+// own: OUT.partial, which Publish() renames; or, where OUT is there already, OUT/.partial, whose
+// files Publish() puts in place of those of the same name, report.json last. A command that fails,
+// or is interrupted, leaves OUT as it was.
+class OutputFolder {
+ public:
+  // Makes it, and the folders above, and removes what an earlier command that was killed left
+  // there. Throws std::runtime_error "FOLDER: reason"; another command that writes to the same OUT
+  // is one.
+  explicit OutputFolder(const std::filesystem::path& out);
+  ~OutputFolder();  // Discard()
+  OutputFolder(const OutputFolder&) = delete;
+  OutputFolder& operator=(const OutputFolder&) = delete;
+
+  // To be written to.
+  const std::filesystem::path& path() const { return partial_; }
+  // Throws std::runtime_error "FOLDER: reason".
+  void Publish();
+  // Removes what was not published.
+  void Discard() const;
+
+ private:
+  const std::filesystem::path out_;
+  const bool exists_;
+  const std::filesystem::path partial_;
+  int lock_ = -1;
+};
+
+}  // namespace seastitch

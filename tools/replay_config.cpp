@@ -1,0 +1,58 @@
+#include "tools/replay_config.hpp"
+
+#include "common/runtime/durable_file.hpp"
+#include "tools/message_types.hpp"
+
+namespace seastitch {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The optimizer's file: given, else beside the mapper's, else the shipped one.
+fs::path OptimizerFile(const GivenConfig& given) {
+  if (!given.optimizer.empty()) return given.optimizer;
+  const fs::path beside = given.mapper.parent_path() / "optimizer.yaml";
+  const bool there = !given.mapper.empty() && fs::exists(beside);
+  return there ? beside : given.shipped_dir / "optimizer.yaml";
+}
+
+std::string ChangesIn(const RecordedLogs& recorded) {
+  std::string text;
+  for (const char* name : {"mapper.yaml", "vehicle.yaml", "optimizer.yaml"})
+    if (const auto changed = recorded.Changed(); changed.contains(name))
+      text += std::string("; ") + name + " has " + std::to_string(changed.at(name)) +
+              " versions in this dive, the last is used";
+  return text;
+}
+
+}  // namespace
+
+ReplayConfig ChooseConfig(const GivenConfig& given,
+                          const RecordedLogs& recorded,
+                          const fs::path& out) {
+  const auto files = recorded.Newest();
+  const bool is_recorded = files.contains("mapper.yaml") && files.contains("vehicle.yaml");
+  if (!given.mapper.empty())
+    return {given.mapper,
+            OptimizerFile(given),
+            given.mapper.filename().string() +
+                (is_recorded ? " by --config, in place of the recorded one" : " by --config")};
+  if (!is_recorded)
+    throw UsageError(recorded.recorders.at(0).at(0).string() +
+                     ": holds no configuration (channel CONFIG): name the mapper's with --config");
+  const fs::path folder = out / "config";
+  fs::create_directories(folder);
+  for (const char* name : {"mapper.yaml", "vehicle.yaml", "optimizer.yaml"})
+    if (files.contains(name)) WriteAtomically(folder / name, files.at(name).text);
+  GivenConfig chosen = given;
+  chosen.mapper = folder / "mapper.yaml";
+  return {chosen.mapper, OptimizerFile(chosen), "as recorded" + ChangesIn(recorded)};
+}
+
+ReplayConfig ChooseConfig(const GivenConfig& given) {
+  if (!given.mapper.empty())
+    return {given.mapper, OptimizerFile(given), given.mapper.filename().string() + " by --config"};
+  return {given.shipped_dir / "mapper.yaml", OptimizerFile(given), "as shipped"};
+}
+
+}  // namespace seastitch

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "tools/recorded_dive.hpp"
+
+namespace seastitch {
+
+// The files that a replay is done with.
+struct ReplayConfig {
+  std::filesystem::path mapper;
+  std::filesystem::path optimizer;
+  // For the report, in one line, such as "as recorded".
+  std::string statement;
+};
+
+// What was given on the command line (empty: nothing), and the shipped files beside it.
+struct GivenConfig {
+  std::filesystem::path mapper;
+  std::filesystem::path optimizer;
+  std::filesystem::path shipped_dir;
+};
+
+// Of logs: what was given, else what was recorded, which is left in OUT/config. Of a file that
+// changed during the dive the newest, since it is what the crew mended. Throws UsageError where
+// there is neither; std::runtime_error where the files cannot be written.
+ReplayConfig ChooseConfig(const GivenConfig& given,
+                          const RecordedLogs& recorded,
+                          const std::filesystem::path& out);
+
+// Of submaps and survey files: what was given, else the shipped ones.
+ReplayConfig ChooseConfig(const GivenConfig& given);
+
+}  // namespace seastitch
