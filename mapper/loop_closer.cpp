@@ -207,6 +207,25 @@ std::vector<GraphEdge> LoopCloser::Record(const std::vector<LoopPair>& pairs,
   return news;
 }
 
+std::optional<GraphEdge> LoopCloser::Restate(SubmapId target,
+                                             SubmapId source,
+                                             const Eigen::Matrix3d& information) {
+  const auto found = tried_.find({target, source});
+  if (found == tried_.end() || !found->second.edge || !IsAccepted(*found->second.edge))
+    return std::nullopt;
+  GraphEdge& edge = *found->second.edge;
+  edge.information = information;
+  edge.information = InformationDespiteBends(edge);
+  return edge;
+}
+
+std::optional<LoopPair> LoopCloser::PairAgain(SubmapId target, SubmapId source) const {
+  const auto found = tried_.find({target, source});
+  if (found == tried_.end()) return std::nullopt;
+  const double z_prior_m = entries_[IndexOf(source)].z_m - entries_[IndexOf(target)].z_m;
+  return LoopPair{target, source, found->second.prior, z_prior_m};
+}
+
 Eigen::Matrix3d LoopCloser::InformationDespiteBends(const GraphEdge& edge) const {
   const double offset_m2 =
       0.5 * (mounting_.sonar_m.squaredNorm() + mounting_.covariance.topLeftCorner<2, 2>().trace());

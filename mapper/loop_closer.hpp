@@ -34,6 +34,8 @@ struct LoopCloserParams {
   // Of the height between two submaps: tide, draft and sound speed between two passes, which the
   // depth sensor does not see.
   double z_sigma_m = 0.3;
+  // registration.noise is where a survey begins: its overlaps say how it goes on.
+  bool learn_noise = true;
 };
 
 // A registration to be made: the source (newer) submap on the target.
@@ -79,6 +81,13 @@ class LoopCloser {
   // graph, and under a prior that differs by kNewsNats. At most `most`, possibly none. What a pair
   // was made to say itself is no part of its prior.
   std::vector<LoopPair> PairsOfMoved(int most);
+
+  // A closure that the graph has, with another information. Nothing where it is not accepted.
+  std::optional<GraphEdge> Restate(SubmapId target,
+                                   SubmapId source,
+                                   const Eigen::Matrix3d& information);
+  // A pair once more, under the prior it was tried with last, which does not hold its own pull.
+  std::optional<LoopPair> PairAgain(SubmapId target, SubmapId source) const;
 
   // The dead-reckoning edge from the previous submap. Nothing for the first. Of a submap without
   // covariance_from_previous it is as good as no information.

@@ -11,7 +11,10 @@ static_assert(LoopCloser::kMaxPairsAsked <= kMaxCovariancePairs);
 }  // namespace
 
 LoopSearch::LoopSearch(const LoopCloserParams& params)
-    : pairs_per_submap_(params.overlap.max_pairs), closer_(params) {}
+    : pairs_per_submap_(params.overlap.max_pairs),
+      learns_noise_(params.learn_noise),
+      closer_(params),
+      noise_(params.registration.noise) {}
 
 void LoopSearch::Add(const Submap& submap) {
   closer_.Add(submap);
@@ -28,10 +31,27 @@ std::optional<LoopSearch::Step> LoopSearch::LookAgain(std::optional<Time> now) {
   const std::int64_t most = std::min<std::int64_t>(registrations_left_, pairs_per_submap_);
   if (most < 1) return std::nullopt;
   if (auto request = Ask(now)) return Step{std::move(request), {}};
-  if (!closer_.HasMoved()) return std::nullopt;
-  Step step{std::nullopt, closer_.PairsOfMoved(static_cast<int>(most))};
+  Step step;
+  const bool has_moved = closer_.HasMoved();
+  step.pairs = has_moved ? closer_.PairsOfMoved(static_cast<int>(most)) : OutdatedPairs(most);
+  if (!has_moved && step.pairs.empty()) return std::nullopt;
   registrations_left_ -= static_cast<std::int64_t>(step.pairs.size());
   return step;
+}
+
+// Closures of one source that were registered under a noise far too large; each once, and no
+// earlier than other pairs are looked at again.
+std::vector<LoopPair> LoopSearch::OutdatedPairs(std::int64_t most) {
+  std::vector<LoopPair> pairs;
+  if (closer_.newest_solved().value < 0) return pairs;
+  for (const auto& [key, closure] : noise_.closures()) {
+    if (static_cast<std::int64_t>(pairs.size()) == most) break;
+    if (!pairs.empty() && pairs.front().source != key.second) continue;
+    if (!closure.IsOutdated(noise_.components()) || registered_again_.contains(key)) continue;
+    registered_again_.insert(key);
+    if (const auto pair = closer_.PairAgain(key.first, key.second)) pairs.push_back(*pair);
+  }
+  return pairs;
 }
 
 // Once a solution, and again where no answer came: request or answer may be lost, or the optimizer
@@ -51,7 +71,31 @@ std::vector<GraphEdge> LoopSearch::Record(RegistrationResultSet results) {
   if (results.job.closed && results.surface)
     judge_.AddSubmap(*results.job.closed, *std::move(results.surface));
   for (const LoopPair& pair : results.job.pairs) judge_.AddPair(pair.target, pair.source);
-  return closer_.Record(results.job.pairs, results.edges);
+  if (learns_noise_) Learn(&results);
+  std::vector<GraphEdge> news = closer_.Record(results.job.pairs, results.edges);
+  for (const ClosureStatistics* closure : noise_.TakeRestated()) {
+    const Eigen::Matrix3d information = closure->InformationUnder(closure->stated_under);
+    if (const auto edge = closer_.Restate(closure->target, closure->source, information))
+      news.push_back(*edge);
+  }
+  return news;
+}
+
+// What the job's closures say goes into the survey's figures first, and these into the closures.
+void LoopSearch::Learn(RegistrationResultSet* results) {
+  for (const GraphEdge& edge : results->edges)
+    if (edge.verdict != LoopVerdict::kAccepted) noise_.Remove(edge.from, edge.to);
+  std::vector<NoiseEstimator::PairKey> added;
+  for (ClosureStatistics& closure : results->statistics) {
+    added.emplace_back(closure.target, closure.source);
+    noise_.Add(std::move(closure));
+  }
+  for (const NoiseEstimator::PairKey& key : added) noise_.StateAnew(key);
+  for (GraphEdge& edge : results->edges) {
+    const ClosureStatistics* closure = noise_.Find(edge.from, edge.to);
+    if (closure != nullptr && edge.verdict == LoopVerdict::kAccepted)
+      edge.information = closure->InformationUnder(closure->stated_under);
+  }
 }
 
 LoopSearch::Verdict LoopSearch::Take(const PoseGraph& solution, std::int64_t newest_version) {

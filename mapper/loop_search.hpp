@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "common/core/submap.hpp"
 #include "common/core/time.hpp"
 #include "mapper/loop_closer.hpp"
+#include "mapper/noise/noise_estimator.hpp"
 #include "mapper/registration_job.hpp"
 #include "mapper/solution_judge.hpp"
 
@@ -35,7 +37,8 @@ class LoopSearch {
   // Nothing where nothing is left to be done. now: of navigation, for asking again.
   std::optional<Step> LookAgain(std::optional<Time> now);
 
-  // What a job gave; the edges that the graph takes.
+  // What a job gave; the edges that the graph takes. Where it makes the survey's noise known
+  // otherwise, these hold closures from before, with the information that they have now.
   std::vector<GraphEdge> Record(RegistrationResultSet results);
   std::vector<GraphEdge> DeadReckoningEdge(SubmapId to) const {
     return closer_.DeadReckoningEdge(to);
@@ -52,6 +55,13 @@ class LoopSearch {
   // False where it answers another request than the last.
   bool Take(const PairCovariances& answer);
 
+  // What the survey's overlaps say of its noise so far: what the next registration expects.
+  const NoiseEstimator& noise() const { return noise_; }
+  // From a journal.
+  void RestoreNoise(std::vector<ClosureStatistics> closures) {
+    noise_.Restore(std::move(closures));
+  }
+
   // Of the last solution, where it was withheld.
   const std::optional<Judgement>& harm() const { return harm_; }
   std::int64_t solution_version() const { return solution_version_; }
@@ -61,9 +71,14 @@ class LoopSearch {
 
  private:
   std::optional<CovarianceRequest> Ask(std::optional<Time> now);
+  void Learn(RegistrationResultSet* results);
+  std::vector<LoopPair> OutdatedPairs(std::int64_t most);
 
   const int pairs_per_submap_;
+  const bool learns_noise_;
   LoopCloser closer_;
+  NoiseEstimator noise_;
+  std::set<NoiseEstimator::PairKey> registered_again_;  // or about to be
   SolutionJudge judge_;
   std::optional<Judgement> harm_;
   std::int64_t solution_version_ = 0;

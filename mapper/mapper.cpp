@@ -240,6 +240,7 @@ std::optional<RegistrationJob> Mapper::NextJob() {
   } else {
     return std::nullopt;
   }
+  job.noise = search_.noise().components();
   job_is_out_ = true;
   return job;
 }

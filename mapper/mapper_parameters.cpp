@@ -287,26 +287,25 @@ void DeclareSearch(RegistrationParams* p, ParameterTable* section) {
                "Cells x yaw hypotheses of one search; a larger window is searched coarser.");
 }
 
-void DeclareErrorModel(RegistrationParams* p, ParameterTable* section) {
+void DeclareErrorModel(RegistrationParams* p, bool* learn_noise, ParameterTable* section) {
   section->Add("min_sounding_sigma_m",
                &p->min_sounding_sigma_m,
                Unit::kMetre,
                Range::Above(0.0),
                "The noise of soundings is estimated from the data, never below this.");
+  section->Add("learn_noise",
+               learn_noise,
+               "How noisy the survey is, its own overlaps say (docs/noise-from-overlaps.md). "
+               "false: it stays as it is told here.");
   section
       ->Add("correlated_error_ratio",
-            &p->correlated_error_ratio,
+            &p->noise.correlated_error_ratio,
             Unit::kNone,
             Range::AtLeast(0.0),
             "Errors that neighbouring soundings share (roll, sound speed), over the altitude.")
       .WasCalled("shared_error_ratio");
-  section
-      ->Add("error_correlation_length_m",
-            &p->error_correlation_length_m,
-            Unit::kMetre,
-            Range::Above(0.0),
-            "How far these reach.")
-      .WasCalled("shared_error_length_m");
+  for (const char* key : {"error_correlation_length_m", "shared_error_length_m"})
+    section->AddIgnored(key, "overlaps show no more of that length than that it is long");
   section->Add("min_position_sigma_m",
                &p->min_position_sigma_m,
                Unit::kMetre,
@@ -380,7 +379,7 @@ void DeclareRegistration(LoopCloserParams* p, ParameterTable* table) {
               Range::Above(0.0),
               "Height between two passes, 1 sigma: tide, draft, sound speed.");
   DeclareSearch(&p->registration, &section);
-  DeclareErrorModel(&p->registration, &section);
+  DeclareErrorModel(&p->registration, &p->learn_noise, &section);
   DeclareGates(&p->registration, &section);
 }
 

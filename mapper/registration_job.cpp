@@ -25,8 +25,14 @@ void RegisterAll(const Prepare& prepare,
                  RegistrationResultSet* results) {
   for (const LoopPair& pair : results->job.pairs) {
     Guarded(&results->failed, [&] {
-      if (const auto on = prepare(pair.target))
-        results->edges.push_back(ToEdge(pair, register_one(*on, pair)));
+      const auto on = prepare(pair.target);
+      if (!on) return;
+      RegistrationResult result = register_one(*on, pair);
+      results->edges.push_back(ToEdge(pair, result));
+      if (!result.statistics) return;
+      result.statistics->target = pair.target;
+      result.statistics->source = pair.source;
+      results->statistics.push_back(*std::move(result.statistics));
     });
   }
 }
@@ -66,6 +72,8 @@ void RegisterByGrid(const Submap& source,
     const std::shared_ptr<const Submap> target = load(id);
     return target ? prepared->Get(*target) : nullptr;
   };
+  RegistrationParams expected = params.registration;
+  if (results->job.noise) expected.noise = *results->job.noise;
   const auto register_one = [&](const RegistrationSubmap& on, const LoopPair& pair) {
     return Register(on,
                     *laid,
@@ -73,7 +81,7 @@ void RegisterByGrid(const Submap& source,
                     pair.prior.covariance,
                     pair.z_prior_m,
                     params.z_sigma_m,
-                    params.registration);
+                    expected);
   };
   RegisterAll(prepare, register_one, results);
 }

@@ -18,11 +18,14 @@ namespace seastitch {
 struct RegistrationJob {
   std::shared_ptr<const Submap> closed;  // joins the graph with the result; null: looked at again
   std::vector<LoopPair> pairs;           // of one source
+  // That the registrations expect; absent: params.registration.noise.
+  std::optional<VarianceComponents> noise{};
 };
 
 struct RegistrationResultSet {
   RegistrationJob job;
   std::vector<GraphEdge> edges;               // in the order of the pairs; not of every pair
+  std::vector<ClosureStatistics> statistics;  // of those accepted, in their order
   std::optional<RegistrationSubmap> surface;  // of job.closed, for the do-no-harm check
   std::int64_t failed = 0;                    // registrations that ended in an exception
 };

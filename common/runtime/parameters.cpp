@@ -339,6 +339,10 @@ void ParameterTable::AddRemoved(std::string key, std::string instead) {
   removed_.emplace_back(std::move(key), std::move(instead));
 }
 
+void ParameterTable::AddIgnored(std::string key, std::string why) {
+  ignored_.emplace_back(std::move(key), std::move(why));
+}
+
 const Parameter& ParameterTable::Find(const std::string& path) const {
   for (const Parameter& parameter : parameters_)
     if (parameter.path() == path_ + path) return parameter;
@@ -380,6 +384,11 @@ void ParameterTable::ReadSome(ConfigMap* map) const {
 void ParameterTable::ReadParameters(ConfigMap* map) const {
   for (const auto& [key, instead] : removed_)
     if (map->Has(key)) map->Fail(key, "was removed, " + instead);
+  for (const auto& [key, why] : ignored_) {
+    if (!map->Has(key)) continue;
+    map->Take(key);
+    spdlog::warn("{}: {}{} is ignored: {}", map->file(), path_, key, why);
+  }
   for (const Parameter& parameter : parameters_) {
     std::string key = parameter.key();
     for (const std::string& old_key : parameter.old_keys()) {

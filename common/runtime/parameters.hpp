@@ -200,6 +200,9 @@ class ParameterTable {
   // A key of an earlier version whose place another has taken: a file that has it stops the program
   // with one line, "FILE: KEY: was removed, INSTEAD".
   void AddRemoved(std::string key, std::string instead);
+  // One whose place nothing has taken: it is read over with one warning, so that a dive replays
+  // with its own configuration.
+  void AddIgnored(std::string key, std::string why);
   // By its path from here, such as "submap.turn_deg". It must be there.
   const Parameter& Find(const std::string& path) const;
 
@@ -250,6 +253,7 @@ class ParameterTable {
   std::vector<List> lists_;
   std::vector<Rule> rules_;
   std::vector<std::pair<std::string, std::string>> removed_;  // key, instead
+  std::vector<std::pair<std::string, std::string>> ignored_;  // key, why
 };
 
 // The configuration as YAML with a comment above each key, data sheet first; it loads as the same

@@ -2,8 +2,12 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <vector>
 
 #include "common/core/pose.hpp"
+#include "mapper/noise/closure_statistics.hpp"
+#include "mapper/noise/overlap_blocks.hpp"
+#include "mapper/noise/variance_components.hpp"
 #include "mapper/registration/registration.hpp"
 #include "mapper/registration/window_search.hpp"
 
@@ -17,8 +21,18 @@ struct Placement {
 
 // What is expected of the heights before they are compared.
 struct ExpectedNoise {
-  double sounding_sigma_m;  // scatter of single soundings
-  double shared_sigma_m;    // of the errors that neighbouring ones share, of both submaps together
+  VarianceComponents components;  // of the survey
+  double scatter_m;               // of single soundings about the smooth seabed, of one submap
+  double altitude_m;              // hypotenuse of those of both
+
+  double SoundingVariance() const {
+    return components.sounding_variance_ratio * scatter_m * scatter_m;
+  }
+  // Of the errors that neighbouring soundings share, of both submaps together.
+  double SharedVariance() const {
+    const double sigma_m = components.correlated_error_ratio * altitude_m;
+    return sigma_m * sigma_m;
+  }
 };
 
 // How the two surfaces meet at a placement. Parameters: position in the target of `center_source`
@@ -51,6 +65,13 @@ struct FitInformation {
   double sounding_sigma_m;
   double shared_sigma_m;
   double shift_sigma_m;
+
+  // What the covariance is made of.
+  SoundingScatter scatter;
+  std::vector<OverlapBlock> blocks;
+  GradientCovariance sources;             // of the gradient by (x, y, yaw, height)
+  Eigen::Matrix<double, 3, 4> eliminate;  // the height
+  double shift_information;               // of its prior
 };
 
 // Aligns the source's cells of one level to the target's in x, y, yaw and height, tilt untouched.
@@ -68,7 +89,7 @@ class GridAligner {
   Fit Align(const Placement& start) const;
   // How the surfaces meet at a placement as it stands.
   Fit Describe(const Placement& at, double noise_scale) const;
-  FitInformation Inform(const Fit& fit) const;
+  FitInformation Inform(const Fit& fit) const;  // fit_information.cpp
 
   // Middle of the overlap, axes of the target.
   Eigen::Vector2d Center(const Pose2& T_target_source) const {
@@ -91,7 +112,8 @@ class GridAligner {
   const RegistrationSubmap::Level& source_;
   RegistrationPrior prior_;
   Eigen::Matrix3d prior_information_;
-  double sounding_variance_;
+  ExpectedNoise noise_;
+  double sounding_variance_;  // as expected of `noise_`
   double shared_variance_;
   Eigen::Vector2d center_source_;
   const RegistrationParams& params_;

@@ -148,9 +148,9 @@ class Registrar {
             const RegistrationParams& params)
       : levels_(CommonLevels(target, source)),
         prior_(prior),
-        noise_{std::hypot(target.sounding_sigma_m(), source.sounding_sigma_m()) / std::sqrt(2.0),
-               params.correlated_error_ratio *
-                   std::hypot(target.height_datum_m(), source.height_datum_m())},
+        noise_{params.noise,
+               std::hypot(target.sounding_sigma_m(), source.sounding_sigma_m()) / std::sqrt(2.0),
+               std::hypot(target.height_datum_m(), source.height_datum_m())},
         params_(params) {
     result_.T_target_source = prior.T_target_source;
   }
@@ -367,7 +367,9 @@ class Registrar {
       return LoopVerdict::kPoorFit;
     if (!(PriorChi2(aligner, fit, known) <= params_.max_prior_chi2))
       return LoopVerdict::kOutsideWindow;
-    return result_.information.allFinite() ? LoopVerdict::kAccepted : LoopVerdict::kNotConverged;
+    if (!result_.information.allFinite()) return LoopVerdict::kNotConverged;
+    result_.statistics = StatisticsOf(aligner, fit, info, known);
+    return LoopVerdict::kAccepted;
   }
 
   // Where the surfaces explain this many times what is left between them, a fit is not called poor
@@ -455,6 +457,33 @@ class Registrar {
     const SmallMatrix information = known.covariance.inverse();
     const Eigen::Matrix3d full = J.transpose() * information * J;
     result_.information = 0.5 * (full + full.transpose());
+  }
+
+  ClosureStatistics StatisticsOf(const GridAligner& aligner,
+                                 const Fit& fit,
+                                 const FitInformation& info,
+                                 const Knowledge& known) const {
+    const Eigen::Matrix2d R = fit.at.T_target_source.Rotation();
+    const Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::ColMajor, 3, 4> gain =
+        known.gain * info.eliminate;
+    const auto by = [&](const Eigen::Matrix4d& of_gradient) -> SmallMatrix {
+      const SmallMatrix covariance = gain * of_gradient * gain.transpose();
+      return 0.5 * (covariance + covariance.transpose());
+    };
+    ClosureStatistics s;
+    s.scatter = info.scatter;
+    s.altitude_m = noise_.altitude_m;
+    s.likelihood = BoundedLikelihood(RestrictedLikelihood(info.blocks, R, noise_.altitude_m));
+    s.white = by(info.sources.white);
+    s.correlated_error = by(info.sources.correlated_error);
+    s.position_walk = by(info.sources.position_walk);
+    s.heading_walk = by(info.sources.heading_walk);
+    s.fixed = known.covariance - known.gain * info.gradient_covariance * known.gain.transpose() +
+              info.shift_information * gain.col(3) * gain.col(3).transpose();
+    s.jacobian = known.directions.transpose() * known.whiten *
+                 aligner.CenterJacobian(fit.at.T_target_source);
+    s.registered_under = s.stated_under = noise_.components;
+    return s;
   }
 
   std::vector<LevelPair> levels_;

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,8 @@
 #include "common/core/grid.hpp"
 #include "common/core/pose.hpp"
 #include "common/core/submap.hpp"
+#include "mapper/noise/closure_statistics.hpp"
+#include "mapper/noise/variance_components.hpp"
 
 // Where one submap lies on another (III-A-3): a GICP between the distributions of height-field
 // cells. Tilt is gravity's and is kept exactly, so x, y and yaw are searched, with z solved beside
@@ -35,12 +38,9 @@ struct RegistrationParams {
   int max_search_cells = 100'000;
 
   // The noise of soundings is estimated from the data; never believed to be below this.
-  double min_sounding_sigma_m = 0.01;
-  // Errors that neighbouring soundings share (roll bias, sound speed, heave), as a part of the
-  // altitude, and how far they reach: 0.017 deg of roll, which calibration leaves, are 0.0003 x
-  // altitude at 45 deg. More is believed where the residuals show more.
-  double correlated_error_ratio = 0.0003;
-  double error_correlation_length_m = 10.0;
+  double min_sounding_sigma_m = 0.001;
+  // What the two submaps are expected to differ by.
+  VarianceComponents noise;
   // Position error that stays whatever the relief: 20 ms of latency at 1 m/s.
   double min_position_sigma_m = 0.02;
 
@@ -128,6 +128,9 @@ struct RegistrationResult {
   // Log-likelihood ratio against chance, of the best place and of the best elsewhere.
   double score = 0.0;
   double runner_up_score = 0.0;
+  // Of an accepted one: what it says of the survey's noise, and what its covariance is made of. The
+  // submaps' ids are the caller's.
+  std::optional<ClosureStatistics> statistics;
 };
 
 // Registers source on target. T_prior is the prior of T_target_source, prior_covariance that of

@@ -118,5 +118,10 @@ TEST(MapperConfig, NamesTheKeyThatIsWrong) {
             "");
 }
 
+// A dive that was recorded before replays with its own configuration.
+TEST(MapperConfig, ReadsOverAKeyThatNothingHasTakenThePlaceOf) {
+  EXPECT_EQ(ErrorOf("vehicle: vehicle.yaml\nregistration: {error_correlation_length_m: 10}\n"), "");
+}
+
 }  // namespace
 }  // namespace seastitch

@@ -261,7 +261,7 @@ TEST(Registration, TheSameRepeatingSeabedIsClearWithinHalfItsWavelength) {
 template <class PairOf>
 double MeanNees(PairOf pair_of, int draws) {
   RegistrationParams params;
-  params.correlated_error_ratio = 0.0;
+  params.noise = {1.0, 0.0, 0.0, 0.0};
   params.min_position_sigma_m = 0.0;
   double sum = 0.0;
   int accepted = 0;

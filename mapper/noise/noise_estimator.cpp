@@ -1,0 +1,175 @@
+#include "mapper/noise/noise_estimator.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+namespace seastitch {
+namespace {
+
+// Of the priors of all components but the white noise: a factor of 2.7 either way, 1 sigma.
+constexpr double kPriorLogSigma = 1.0;
+// Of the prior of the white noise, in degrees of freedom.
+constexpr double kPriorDegrees = 10.0;
+constexpr double kRestatedSigmaRatio = 1.1;
+
+double LogPrior(const ComponentAxis& axis, std::size_t i, double prior) {
+  const double nearest = std::clamp(prior, axis.At(0), axis.At(axis.size - 1));
+  return std::pow(std::log(axis.At(i) / nearest) / kPriorLogSigma, 2);
+}
+
+// The minimum between the nodes, and its width, by a parabola through three of them.
+// profile: -2 ln L along the axis, the other components each at their best.
+ComponentEstimate Refine(const ComponentAxis& axis,
+                         const std::vector<double>& profile,
+                         double configured) {
+  const auto least = std::min_element(profile.begin(), profile.end());
+  const auto best = static_cast<std::size_t>(least - profile.begin());
+  // At an end of the axis the parabola is that of the three last nodes.
+  const std::size_t i = std::clamp<std::size_t>(best, 1, profile.size() - 2);
+  const double step = std::log(2.0);
+  const double curvature = profile[i - 1] - 2.0 * profile[i] + profile[i + 1];
+  double offset = static_cast<double>(best) - static_cast<double>(i);
+  if (best == i && curvature > 0.0) offset = 0.5 * (profile[i - 1] - profile[i + 1]) / curvature;
+  // A flat profile is one that says nothing beyond its prior.
+  const double sigma = curvature > 0.0 ? step * std::sqrt(2.0 / curvature) : kPriorLogSigma;
+  return {configured, axis.At(i) * std::exp2(offset), std::min(sigma, kPriorLogSigma)};
+}
+
+// The extremes, over all directions, of the ratio of two sigmas.
+bool DifferInASigma(const ClosureStatistics::SmallMatrix& a,
+                    const ClosureStatistics::SmallMatrix& b) {
+  const Eigen::GeneralizedSelfAdjointEigenSolver<ClosureStatistics::SmallMatrix> ratios(
+      a, b, Eigen::EigenvaluesOnly);
+  const double least = ratios.eigenvalues().minCoeff();
+  const double most = ratios.eigenvalues().maxCoeff();
+  const double bound = kRestatedSigmaRatio * kRestatedSigmaRatio;
+  return !(least * bound >= 1.0 && most <= bound);
+}
+
+struct Weighted {
+  double value;
+  double weight;
+};
+
+// The value below which `part` of the weight lies. By rising value.
+double Quantile(const std::vector<Weighted>& sorted, double part) {
+  double all = 0.0;
+  for (const Weighted& w : sorted) all += w.weight;
+  double below = 0.0;
+  for (const Weighted& w : sorted)
+    if ((below += w.weight) >= part * all) return w.value;
+  return sorted.back().value;
+}
+
+}  // namespace
+
+VarianceComponents NoiseEstimate::Components() const {
+  return {sounding_variance_ratio.value,
+          correlated_error_ratio.value,
+          position_walk.value,
+          heading_walk.value};
+}
+
+void NoiseEstimator::Add(ClosureStatistics statistics) {
+  const PairKey key{statistics.target, statistics.source};
+  closures_.insert_or_assign(key, std::move(statistics));
+  Pool();
+}
+
+void NoiseEstimator::Remove(SubmapId target, SubmapId source) {
+  if (closures_.erase({target, source}) > 0) Pool();
+}
+
+const ClosureStatistics* NoiseEstimator::Find(SubmapId target, SubmapId source) const {
+  const auto found = closures_.find({target, source});
+  return found == closures_.end() ? nullptr : &found->second;
+}
+
+void NoiseEstimator::StateAnew(const PairKey& pair) {
+  ClosureStatistics& closure = closures_.at(pair);
+  closure.stated_under = closure.Applicable(components_);
+}
+
+std::vector<const ClosureStatistics*> NoiseEstimator::TakeRestated() {
+  std::vector<const ClosureStatistics*> restated;
+  for (auto& [key, closure] : closures_) {
+    const VarianceComponents now = closure.Applicable(components_);
+    if (!DifferInASigma(closure.CovarianceUnder(now),
+                        closure.CovarianceUnder(closure.stated_under)))
+      continue;
+    closure.stated_under = now;
+    restated.push_back(&closure);
+  }
+  return restated;
+}
+
+void NoiseEstimator::Restore(std::vector<ClosureStatistics> closures) {
+  closures_.clear();
+  for (ClosureStatistics& closure : closures) {
+    const PairKey key{closure.target, closure.source};
+    closures_.insert_or_assign(key, std::move(closure));
+  }
+  Pool();
+}
+
+// A weighted median: a wreck, or fish, in one overlap is no noise of the others.
+ComponentEstimate NoiseEstimator::PoolSoundings() const {
+  std::vector<Weighted> ratios{{prior_.sounding_variance_ratio, kPriorDegrees}};
+  double weight = kPriorDegrees;
+  double squares = kPriorDegrees * kPriorDegrees;
+  for (const auto& [key, closure] : closures_) {
+    const SoundingScatter& s = closure.scatter;
+    if (!(s.degrees > 1.0 && s.prior_variance > 0.0 && s.residual_variance > 0.0)) continue;
+    ratios.push_back({s.residual_variance / s.prior_variance, s.degrees});
+    weight += s.degrees;
+    squares += s.degrees * s.degrees;
+  }
+  std::sort(ratios.begin(), ratios.end(), [](const Weighted& a, const Weighted& b) {
+    return std::pair(a.value, a.weight) < std::pair(b.value, b.weight);
+  });
+  ComponentEstimate estimate{prior_.sounding_variance_ratio, Quantile(ratios, 0.5), kPriorLogSigma};
+  if (ratios.size() < 3) return estimate;
+  // The median's own error: quantiles one sigma of a count of so many equal ones apart.
+  const double apart = 0.5 / std::sqrt(weight * weight / squares);
+  const double low = Quantile(ratios, std::max(0.0, 0.5 - apart));
+  const double high = Quantile(ratios, std::min(1.0, 0.5 + apart));
+  estimate.log_sigma = std::clamp(0.5 * std::log(high / low), 0.01, kPriorLogSigma);
+  return estimate;
+}
+
+void NoiseEstimator::Pool() {
+  std::vector<double> sum(LikelihoodTable::kSize, 0.0);
+  for (const auto& [key, closure] : closures_) {
+    const auto& values = closure.likelihood.values();
+    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += static_cast<double>(values[i]);
+  }
+  constexpr double kNothing = 1e300;
+  std::vector<double> by_s(kErrorRatioAxis.size, kNothing);
+  std::vector<double> by_q(kPositionWalkAxis.size, kNothing);
+  std::vector<double> by_p(kHeadingWalkAxis.size, kNothing);
+  for (std::size_t s = 0; s < by_s.size(); ++s) {
+    for (std::size_t q = 0; q < by_q.size(); ++q) {
+      for (std::size_t p = 0; p < by_p.size(); ++p) {
+        const double value = sum[LikelihoodTable::Index(s, q, p)] +
+                             LogPrior(kErrorRatioAxis, s, prior_.correlated_error_ratio) +
+                             LogPrior(kPositionWalkAxis, q, prior_.position_walk) +
+                             LogPrior(kHeadingWalkAxis, p, prior_.heading_walk);
+        by_s[s] = std::min(by_s[s], value);
+        by_q[q] = std::min(by_q[q], value);
+        by_p[p] = std::min(by_p[p], value);
+      }
+    }
+  }
+  estimate_.closures = static_cast<int>(closures_.size());
+  estimate_.sounding_variance_ratio = PoolSoundings();
+  estimate_.correlated_error_ratio = Refine(kErrorRatioAxis, by_s, prior_.correlated_error_ratio);
+  estimate_.position_walk = Refine(kPositionWalkAxis, by_q, prior_.position_walk);
+  estimate_.heading_walk = Refine(kHeadingWalkAxis, by_p, prior_.heading_walk);
+  components_ = closures_.empty() ? prior_ : estimate_.Components();
+}
+
+}  // namespace seastitch

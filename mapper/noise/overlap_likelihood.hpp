@@ -1,0 +1,62 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "common/core/pose.hpp"
+#include "mapper/noise/overlap_blocks.hpp"
+#include "mapper/noise/variance_components.hpp"
+
+// The restricted likelihood (REML: Patterson and Thompson, Biometrika 58, 1971) of an overlap's
+// residuals, over a grid of the three components that they tell from each other.
+namespace seastitch {
+
+// Values of one component, each twice the one before.
+struct ComponentAxis {
+  double first;
+  std::size_t size;
+  double At(std::size_t i) const;
+};
+inline constexpr ComponentAxis kErrorRatioAxis{0.0003 / 128.0, 13};
+inline constexpr ComponentAxis kPositionWalkAxis{0.00025, 7};
+inline constexpr ComponentAxis kHeadingWalkAxis{2.5e-5, 7};
+
+// By correlated_error_ratio, position_walk, heading_walk; the last runs fastest.
+class LikelihoodTable {
+ public:
+  static constexpr std::size_t kSize =
+      kErrorRatioAxis.size * kPositionWalkAxis.size * kHeadingWalkAxis.size;
+  static std::size_t Index(std::size_t s, std::size_t q, std::size_t p) {
+    return (s * kPositionWalkAxis.size + q) * kHeadingWalkAxis.size + p;
+  }
+  double operator()(std::size_t s, std::size_t q, std::size_t p) const {
+    return values_[Index(s, q, p)];
+  }
+  void Set(std::size_t s, std::size_t q, std::size_t p, double value) {
+    values_[Index(s, q, p)] = static_cast<float>(value);
+  }
+  std::array<float, kSize>& values() { return values_; }
+  const std::array<float, kSize>& values() const { return values_; }
+
+ private:
+  std::array<float, kSize> values_{};
+};
+
+// -2 ln L of the blocks' gradients, up to a constant. The gradient of a block is its Hessian times
+// how far the placement is off, which is not known, plus errors:
+//   g = A d + e,  cov e = W + s^2 altitude^2 A_z R A_z' + A_xy (q^2 U + p^2 P) A_xy'
+// with the correlations of heights R and of walks U, P. Patterson and Thompson leave out d:
+//   -2 ln L = ln |C| + ln |A' C^-1 A| + g' (C^-1 - C^-1 A (A' C^-1 A)^-1 A' C^-1) g.
+// altitude_m: hypotenuse of those of the two submaps. All zero where the overlap has too few
+// blocks to say anything. At every fourth value of both walks, cubic in their logarithms between.
+LikelihoodTable RestrictedLikelihood(const std::vector<OverlapBlock>& blocks,
+                                     const Eigen::Matrix2d& R_target_source,
+                                     double altitude_m);
+
+// What the overlap says to the survey, as -2 ln of a density bounded below: its own components lie
+// about the survey's, by half in the logarithm, and one overlap in ten says nothing about each. So
+// no pair rules, however sure it is.
+LikelihoodTable BoundedLikelihood(const LikelihoodTable& likelihood);
+
+}  // namespace seastitch

@@ -1,0 +1,171 @@
+#include <cmath>
+#include <cstddef>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "mapper/registration/cell_pairs.hpp"
+
+namespace seastitch {
+namespace {
+
+using Cell = RegistrationSubmap::Cell;
+
+// Soundings of a cell that scatter by so many times the variance of the others do so because the
+// seabed there is finer than the cell, a pipe or a wreck, and not by chance.
+constexpr double kClearScatter = 4.0;
+// Within so much the noise of soundings shows, and not what differs from place to place.
+constexpr double kScatterBlockM = 10.0;
+
+// What a unit error of each cell's height adds to the gradient, over one of the two submaps.
+class Shares {
+ public:
+  explicit Shares(const Grid<Cell>& grid)
+      : grid_(grid), shares_(grid.geometry().size(), Share::Zero()) {
+    columns_.resize(static_cast<std::size_t>(grid.geometry().rows));
+  }
+
+  // share: what an error of unit variance would add.
+  void Add(int row, int col, const Eigen::Array4f& share) {
+    const std::size_t i = grid_.geometry().Index(row, col);
+    const Cell& cell = grid_.cells()[i];
+    shares_[i] += share * (cell.variance / cell.noise);
+    ColumnSpan& columns = columns_[static_cast<std::size_t>(row)];
+    columns = columns.Union({col, col + 1});
+  }
+
+  // Sum over soundings of n variance u u^T, where u is what a sounding of unit error in a cell adds
+  // to the gradient: the shares of the cells, smoothed as the heights were. The variance is
+  // `variance` times the noise there, or what the cell shows where that is clearly more.
+  Eigen::Matrix4d OfSoundings(double variance) const {
+    const GridGeometry& g = grid_.geometry();
+    Eigen::Matrix4d sum = Eigen::Matrix4d::Zero();
+    const auto load = [&](int row, Share* line) {
+      const ColumnSpan columns = columns_[static_cast<std::size_t>(row)];
+      for (int col = columns.first; col < columns.last; ++col)
+        line[col] = shares_[g.Index(row, col)];
+      return columns;
+    };
+    SmoothRows<Share>(g.rows, g.cols, load, [&](int row, ColumnSpan columns, const Share* line) {
+      for (int col = columns.first; col < columns.last; ++col) {
+        const Cell& cell = grid_(row, col);
+        if (cell.soundings == 0.0f) continue;
+        const double shown = static_cast<double>(cell.scatter);
+        const double expected = variance * static_cast<double>(cell.noise);
+        const double sounding_variance = shown > kClearScatter * expected ? shown : expected;
+        const Eigen::Vector4d u = line[col].matrix().cast<double>();
+        sum.noalias() += (cell.soundings * sounding_variance * u) * u.transpose();
+      }
+    });
+    return sum;
+  }
+
+ private:
+  using Share = Eigen::Array4f;
+  const Grid<Cell>& grid_;
+  std::vector<Share> shares_;
+  std::vector<ColumnSpan> columns_;
+};
+
+// Residuals by block: their variance within blocks is that of soundings.
+class ResidualScatter {
+ public:
+  explicit ResidualScatter(double cell_m)
+      : block_m_(std::max(kScatterBlockM, 3.0 * std::sqrt(kPatchCells) * cell_m)) {}
+
+  void Add(const CellPair& p, double robust_weight) {
+    const Key here{static_cast<int>(std::floor(p.arm.x() / block_m_)),
+                   static_cast<int>(std::floor(p.arm.y() / block_m_))};
+    if (last_ == nullptr || here != last_key_) last_ = &blocks_[last_key_ = here];
+    last_->residuals.Add(robust_weight / p.variance_both, p.residual);
+    last_->cells += 1.0;
+  }
+
+  SoundingScatter Finish(double prior_variance, double least_variance) const {
+    double within = 0.0;
+    double degrees = 0.0;
+    for (const auto& [key, block] : blocks_) {
+      if (block.cells < 2.0 * kPatchCells) continue;
+      within += block.residuals.weight * block.residuals.Variance();
+      degrees += (block.cells - kPatchCells) / kPatchCells;
+    }
+    return {prior_variance, degrees > 0.0 ? within / degrees : 0.0, degrees, least_variance};
+  }
+
+ private:
+  using Key = std::pair<int, int>;
+  struct Block {
+    Moments residuals;  // by inverse variance
+    double cells = 0.0;
+  };
+  double block_m_;
+  std::map<Key, Block> blocks_;
+  Key last_key_;
+  Block* last_ = nullptr;  // of last_key_: most cells lie in the block of the one before
+};
+
+}  // namespace
+
+FitInformation GridAligner::Inform(const Fit& fit) const {
+  Eigen::Matrix4d hessian_mean = Eigen::Matrix4d::Zero();
+  Eigen::Matrix3d hessian_apart = Eigen::Matrix3d::Zero();
+  Eigen::Vector4d gradient = Eigen::Vector4d::Zero();
+  ResidualScatter scatter(source_.cell_m());
+  OverlapBlocks blocks(source_.cell_m());
+  Shares source_shares(source_.grid);
+  Shares target_shares(target_.grid);
+  ForEachCell(fit.at, [&](const CellPair& p) {
+    const double psi = p.RobustWeight(fit.noise_scale);
+    const double w = p.weight * psi;
+    const Eigen::Vector4d J = Row(p.MeanSlope(), p.arm);
+    const Eigen::Vector3d apart = p.RowsApart();
+    const Eigen::Vector4d share = w * J;
+    const Eigen::Vector4d pull = w * p.Pull(J);
+    hessian_mean.noalias() += share * J.transpose();
+    hessian_apart.noalias() += (w * apart) * apart.transpose();
+    gradient += pull;
+    scatter.Add(p, psi);
+    blocks.Add(p.arm, w, p.variance_both, J, apart, pull);
+    const Eigen::Array4f shared = share.cast<float>().array();
+    source_shares.Add(p.row, p.col, shared);
+    for (int i = 0; i < 2; ++i)
+      for (int j = 0; j < 2; ++j)
+        target_shares.Add(
+            p.around.row + i, p.around.col + j, shared * static_cast<float>(p.around.Part(i, j)));
+  });
+
+  FitInformation out;
+  out.scatter = scatter.Finish(noise_.scatter_m * noise_.scatter_m,
+                               params_.min_sounding_sigma_m * params_.min_sounding_sigma_m);
+  const double sounding_variance = out.scatter.VarianceUnder(noise_.components);
+  const Eigen::Matrix4d white =
+      source_shares.OfSoundings(sounding_variance) + target_shares.OfSoundings(sounding_variance);
+  const Eigen::Matrix2d R = fit.at.T_target_source.Rotation();
+  out.blocks = blocks.Finish(white, sounding_variance, fit.at.T_target_source, center_source_);
+  out.sources = GradientCovarianceOf(out.blocks, R);
+  out.sources.white = white / sounding_variance;
+
+  out.shift_information = 1.0 / (prior_.source_shift_sigma_m * prior_.source_shift_sigma_m);
+  const VarianceComponents& c = noise_.components;
+  Eigen::Matrix4d B = white + shared_variance_ * out.sources.correlated_error +
+                      c.position_walk * c.position_walk * out.sources.position_walk +
+                      c.heading_walk * c.heading_walk * out.sources.heading_walk;
+  B(3, 3) += out.shift_information;
+  Eigen::Matrix4d cross = hessian_mean;
+  cross.topLeftCorner<3, 3>() -= 0.25 * hessian_apart;
+  cross(3, 3) += out.shift_information;
+  gradient[3] -= out.shift_information * fit.at.shift_m;
+
+  out.eliminate.setIdentity();
+  out.eliminate.col(3) = -cross.topRightCorner<3, 1>() / cross(3, 3);
+  out.hessian = (out.eliminate * cross).leftCols<3>();
+  out.noise_hessian = 0.5 * hessian_apart;
+  out.gradient = out.eliminate * gradient;
+  out.gradient_covariance = out.eliminate * B * out.eliminate.transpose();
+  out.sounding_sigma_m = std::sqrt(sounding_variance);
+  out.shared_sigma_m = std::sqrt(shared_variance_);
+  out.shift_sigma_m = std::sqrt(B(3, 3)) / cross(3, 3);
+  return out;
+}
+
+}  // namespace seastitch

@@ -1,0 +1,74 @@
+#include "mapper/noise/noise_estimator.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <memory>
+#include <stdexcept>
+
+#include "mapper/registration_job.hpp"
+#include "tests/mapper/bumpy_submap.hpp"
+
+namespace seastitch {
+namespace {
+
+RegistrationResultSet Closure(int source, double x, double y) {
+  const Submap target = At(0, 0.0, 0.0);
+  LoopPair pair{SubmapId{0}, SubmapId{source}, {{x, y, 0.0}, {}}, 0.0};
+  pair.prior.covariance = Eigen::Vector3d(0.25, 0.25, 1e-5).asDiagonal();
+  PreparedSubmaps prepared({});
+  const auto closed = std::make_shared<const Submap>(At(source, x, y));
+  return seastitch::Run(
+      {closed, {pair}, {}},
+      {},
+      [&](SubmapId) { return std::make_shared<const Submap>(target); },
+      &prepared);
+}
+
+TEST(ClosureStatistics, StateTheInformationOfTheirRegistration) {
+  const RegistrationResultSet results = Closure(1, 10.0, 12.0);
+  ASSERT_EQ(results.statistics.size(), 1u);
+  const ClosureStatistics& s = results.statistics[0];
+  EXPECT_TRUE(s.InformationUnder(s.registered_under).isApprox(results.edges[0].information, 1e-9));
+  VarianceComponents louder = s.registered_under;
+  louder.position_walk *= 10.0;
+  EXPECT_LT(s.InformationUnder(louder).determinant(),
+            0.5 * results.edges[0].information.determinant());
+}
+
+TEST(ClosureStatistics, ComeBackFromTheirNumbersAndFromNothingLess) {
+  const ClosureStatistics s = Closure(1, 10.0, 12.0).statistics.at(0);
+  std::vector<double> numbers = ToNumbers(s);
+  EXPECT_EQ(ToNumbers(ClosureStatisticsFromNumbers(numbers)), numbers);
+  numbers.pop_back();
+  EXPECT_THROW(ClosureStatisticsFromNumbers(numbers), std::invalid_argument);
+  EXPECT_THROW(ClosureStatisticsFromNumbers({}), std::invalid_argument);
+}
+
+TEST(NoiseEstimator, BeginsAtItsPriorAndDoesNotDependOnTheOrder) {
+  const VarianceComponents prior;
+  NoiseEstimator forwards(prior);
+  EXPECT_EQ(forwards.components().correlated_error_ratio, prior.correlated_error_ratio);
+  std::vector<ClosureStatistics> closures;
+  for (const int i : {1, 2, 3}) closures.push_back(Closure(i, 8.0 + i, 10.0 + i).statistics.at(0));
+  for (const ClosureStatistics& s : closures) forwards.Add(s);
+  NoiseEstimator backwards(prior);
+  std::reverse(closures.begin(), closures.end());
+  backwards.Restore(closures);
+  EXPECT_EQ(forwards.components().correlated_error_ratio,
+            backwards.components().correlated_error_ratio);
+  EXPECT_EQ(forwards.components().position_walk, backwards.components().position_walk);
+  // These submaps have neither shared errors nor walks, and less than what is expected shows.
+  EXPECT_LT(forwards.components().correlated_error_ratio, prior.correlated_error_ratio);
+  EXPECT_LT(forwards.components().position_walk, prior.position_walk);
+  EXPECT_EQ(forwards.estimate().closures, 3);
+
+  // What the graph has changes by more than a tenth, and then no more.
+  EXPECT_FALSE(forwards.TakeRestated().empty());
+  EXPECT_TRUE(forwards.TakeRestated().empty());
+  for (const ClosureStatistics& s : closures) forwards.Remove(s.target, s.source);
+  EXPECT_EQ(forwards.components().position_walk, prior.position_walk);
+}
+
+}  // namespace
+}  // namespace seastitch
