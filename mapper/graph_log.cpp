@@ -48,7 +48,20 @@ void GraphLog::AppendStep(GraphUpdate update, Time submap_time) {
   update.version = version() + 1;
   update.mounting = mounting_;
   update.graph_id = graph_id();
+  update.resumed = std::exchange(resumed_, false);
   steps_.push_back({std::move(update), submap_time});
+}
+
+bool GraphLog::Restore(GraphStep step) {
+  if (step.update.version != version() + 1) return false;
+  graph_id_ = step.update.graph_id;
+  steps_.push_back(std::move(step));
+  return true;
+}
+
+void GraphLog::Resume() {
+  resumed_ = true;
+  ended_ = false;
 }
 
 const GraphStep* GraphLog::After(std::int64_t have_version) const {

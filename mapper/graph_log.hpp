@@ -33,6 +33,11 @@ class GraphLog {
               std::vector<GraphEdge> edges,
               Time submap_time,
               bool final = false);
+  // After a restart: the next version in its place, once sent or about to be. False where it is not
+  // the next.
+  bool Restore(GraphStep step);
+  // All is restored. The next version says so, and the graph may end again.
+  void Resume();
   bool HasEnded() const { return ended_; }
 
   // The first version that one with 1..have_version lacks. Null where there is none; valid until
@@ -49,6 +54,7 @@ class GraphLog {
   const MountingSigmas mounting_;
   std::optional<std::int64_t> graph_id_;
   bool ended_ = false;
+  bool resumed_ = false;          // and no version yet since
   std::vector<GraphStep> steps_;  // version n at n - 1
 };
 

@@ -1,6 +1,7 @@
 #include "mapper/loop_search.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace seastitch {
 namespace {
@@ -96,6 +97,11 @@ void LoopSearch::Learn(RegistrationResultSet* results) {
     if (closure != nullptr && edge.verdict == LoopVerdict::kAccepted)
       edge.information = closure->InformationUnder(closure->stated_under);
   }
+}
+
+void LoopSearch::Restore(RegistrationResultSet results) {
+  registrations_left_ -= static_cast<std::int64_t>(results.job.pairs.size());
+  Record(std::move(results));
 }
 
 LoopSearch::Verdict LoopSearch::Take(const PoseGraph& solution, std::int64_t newest_version) {

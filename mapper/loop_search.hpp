@@ -40,6 +40,9 @@ class LoopSearch {
   // What a job gave; the edges that the graph takes. Where it makes the survey's noise known
   // otherwise, these hold closures from before, with the information that they have now.
   std::vector<GraphEdge> Record(RegistrationResultSet results);
+  // The same after a restart, of a job from before it, with what was made then: taken from the
+  // budget.
+  void Restore(RegistrationResultSet results);
   std::vector<GraphEdge> DeadReckoningEdge(SubmapId to) const {
     return closer_.DeadReckoningEdge(to);
   }
@@ -68,6 +71,7 @@ class LoopSearch {
   std::int64_t accepted() const { return closer_.accepted(); }
   std::int64_t rejected() const { return closer_.rejected(); }
   std::size_t size() const { return closer_.size(); }
+  bool Has(SubmapId id) const { return closer_.Has(id); }
 
  private:
   std::optional<CovarianceRequest> Ask(std::optional<Time> now);

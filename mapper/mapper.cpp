@@ -129,7 +129,8 @@ void Mapper::Add(const SoundingPing& ping) {
 }
 
 void Mapper::Add(const SoundVelocityProfile& profile) {
-  if (!sound_speed_.Add(profile)) Count("svp_unusable");
+  if (!sound_speed_.Add(profile)) return Count("svp_unusable");
+  events_.emplace_back(JournalEntry(profile));
 }
 
 void Mapper::GiveNav() {
@@ -189,7 +190,8 @@ std::optional<Eigen::Matrix3d> Mapper::DriftBetween(Time a, Time b) const {
   // Of what is further back than navigation remembers, what it lost since then.
   const NavigationParams& p = params_.navigation;
   const Time oldest = *latest - FromSeconds(p.window_s - p.key_interval_s);
-  return navigation_->RelativeCovariance(std::max(a, oldest), std::max(b, oldest));
+  return navigation_->RelativeCovariance(std::max(KnownAt(a), oldest),
+                                         std::max(KnownAt(b), oldest));
 }
 
 void Mapper::OnClosed(Submap submap) {
@@ -224,6 +226,7 @@ void Mapper::Enqueue(Submap submap, std::vector<GraphEdge> position_edges) {
   if (skip) Count("submaps_skipped_busy");
   if (!store) Count("submaps_not_stored");
   const auto closed = std::make_shared<const Submap>(std::move(submap));
+  events_.emplace_back(JournalEntry(ClosedSubmap{closed, position_edges, skip, CheckpointNow()}));
   events_.emplace_back(closed);
   submaps_.push_back({store ? closed : WithoutPoints(*closed), std::move(position_edges), skip});
 }
@@ -270,10 +273,14 @@ void Mapper::Take(RegistrationResultSet results) {
   Count("registrations", registered);
   Count("registrations_failed", results.failed);
   failed_in_last_job_ = results.failed;
+  GraphGrowth growth;
+  if (results.job.closed) growth.closed = results.job.closed->id;
+  growth.pairs = results.job.pairs;
+  growth.registered = results.edges;
   Count("registrations_without_result", pairs - registered);
   const std::vector<GraphEdge> closures = search_.Record(std::move(results));
   edges.insert(edges.end(), closures.begin(), closures.end());
-  Extend(std::move(vertices), std::move(edges), submap_time);
+  Extend(std::move(vertices), std::move(edges), submap_time, std::move(growth));
 }
 
 bool Mapper::LookAgain() {
@@ -310,25 +317,28 @@ bool Mapper::Take(const PairCovariances& answer) {
 // With the last step come the fixes that no further submap will bring, and the graph ends.
 void Mapper::Extend(std::vector<GraphVertex> vertices,
                     std::vector<GraphEdge> edges,
-                    Time submap_time) {
+                    Time submap_time,
+                    GraphGrowth growth) {
   const bool last = IsLastStep();
   std::vector<GraphEdge> fixes;
   if (last && navigation_->latest())
     fixes = frames_.EdgesOf(navigation_->TakeFixes(*navigation_->latest()));
   graph_.Append(std::move(vertices), std::move(edges), submap_time, last && fixes.empty());
   if (!fixes.empty()) graph_.Append({}, std::move(fixes), *frames_.previous_time(), last);
-  GiveGraph();
+  GiveGraph(std::move(growth));
 }
 
 bool Mapper::IsLastStep() const {
   return finishing_ && !job_is_out_ && submaps_.empty() && !graph_.HasEnded();
 }
 
-void Mapper::GiveGraph() {
+void Mapper::GiveGraph(GraphGrowth growth) {
   while (const GraphStep* step = graph_.After(graph_given_)) {
     graph_given_ = step->update.version;
-    events_.emplace_back(*step);
+    growth.steps.push_back(*step);
   }
+  events_.emplace_back(JournalEntry(growth));
+  for (GraphStep& step : growth.steps) events_.emplace_back(std::move(step));
 }
 
 void Mapper::Finish() {
@@ -338,7 +348,95 @@ void Mapper::Finish() {
   while (const std::optional<SoundingPing> ping = sounding_pings_.TakeAny()) AddToSubmap(*ping);
   if (std::optional<Submap> last = builder_.Finish()) OnClosed(std::move(*last));
   finishing_ = true;
-  if (IsLastStep() && !graph_.empty()) Extend({}, {}, graph_.submap_time());
+  if (IsLastStep() && !graph_.empty()) Extend({}, {}, graph_.submap_time(), {});
+}
+
+// --- over a restart ------------------------------------------------------------------------------
+
+std::optional<Checkpoint> Mapper::MakeCheckpoint() {
+  if (!navigation_->latest()) return std::nullopt;
+  return CheckpointNow();
+}
+
+Checkpoint Mapper::CheckpointNow() {
+  Checkpoint checkpoint;
+  checkpoint.number = ++checkpoint_number_;
+  checkpoint.time = navigation_->latest().value_or(Time());
+  checkpoint.graph_id = graph_.graph_id();
+  checkpoint.next_submap = next_id_;
+  if (auto saved = navigation_->Save(frames_.previous_time()))
+    checkpoint.navigation = *std::move(saved);
+  ArchiveWriter archive;
+  archive(frames_, builder_);
+  checkpoint.frames = archive.Release();
+  return checkpoint;
+}
+
+bool Mapper::Resume(const SavedMap& saved, const LoadSubmap& load) {
+  const Checkpoint& checkpoint = saved.checkpoint;
+  if (next_id_ > 0 || !navigation_->Restore(checkpoint.navigation)) return false;
+  ArchiveReader archive(checkpoint.frames);
+  archive(frames_, builder_);
+  constexpr auto kJudged = static_cast<std::int32_t>(SolutionJudge::kMaxSubmaps);
+  const SubmapId first_judged{checkpoint.next_submap - kJudged};
+  load_ = [&](SubmapId id) { return id < first_judged ? nullptr : load(id); };
+  const auto restore = [this](const auto& entry) { return Restore(entry); };
+  std::size_t restored = 0;
+  while (restored < saved.journal.size() && std::visit(restore, saved.journal[restored]))
+    ++restored;
+  load_ = nullptr;
+  Count("journal_entries_unusable", static_cast<std::int64_t>(saved.journal.size() - restored));
+  // What navigation knows the way from is not the last submap here: a part of the journal is lost.
+  if (!archive.IsDone() || next_id_ != checkpoint.next_submap) frames_.Forget();
+  next_id_ = std::max(next_id_, checkpoint.next_submap);
+  checkpoint_number_ = checkpoint.number;
+  resumed_ = Resumed{checkpoint.time, frames_.previous_time()};
+  graph_.SetId(FromUtime(checkpoint.graph_id));
+  graph_.Resume();
+  graph_given_ = graph_.version();
+  for (Waiting& waiting : submaps_)
+    if (const auto submap = load(waiting.submap->id)) waiting.submap = submap;
+  Count("submaps_resumed", static_cast<std::int64_t>(search_.size()));
+  return true;
+}
+
+bool Mapper::Restore(const SoundVelocityProfile& profile) { return sound_speed_.Add(profile); }
+
+bool Mapper::Restore(const ClosedSubmap& closed) {
+  if (closed.submap->id.value < next_id_ || !IsUsable(*closed.submap)) return false;
+  next_id_ = closed.submap->id.value + 1;
+  search_.Add(*closed.submap);
+  submaps_.push_back({closed.submap, closed.position_edges, closed.skip_registration});
+  return true;
+}
+
+bool Mapper::Restore(const GraphGrowth& growth) {
+  RegistrationResultSet results;
+  if (growth.closed.value >= 0) {
+    if (submaps_.empty() || submaps_.front().submap->id != growth.closed) return false;
+    submaps_.pop_front();
+    const RegistrationJob closed{load_(growth.closed), {}};
+    if (closed.closed) results = Run(closed, params_.loop_closer, load_, nullptr);
+  }
+  for (const LoopPair& pair : growth.pairs)
+    if (!search_.Has(pair.target) || !search_.Has(pair.source)) return false;
+  for (const GraphStep& step : growth.steps) {
+    if (!graph_.Restore(step)) return false;
+    for (const GraphVertex& vertex : step.update.vertices) correction_.Add(vertex);
+  }
+  results.job.pairs = growth.pairs;
+  results.edges = growth.registered;
+  search_.Restore(std::move(results));
+  return true;
+}
+
+// An instant that navigation knows, and has lost no more since than since t. In a restart it
+// forgets all but the last frame.
+Time Mapper::KnownAt(Time t) const {
+  if (!resumed_ || t >= resumed_->at) return t;
+  const Time since = resumed_->since.value_or(resumed_->at);
+  const Time oldest = *navigation_->latest() - FromSeconds(params_.navigation.window_s);
+  return since > oldest ? since : resumed_->at;
 }
 
 std::vector<MapperEvent> Mapper::TakeEvents() { return std::exchange(events_, {}); }

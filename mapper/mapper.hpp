@@ -22,6 +22,7 @@
 #include "mapper/navigation_watch.hpp"
 #include "mapper/ping_queue.hpp"
 #include "mapper/registration_job.hpp"
+#include "mapper/saved_map.hpp"
 #include "mapper/sound_speed.hpp"
 #include "mapper/submap_frames.hpp"
 #include "mapper/submaps/submap_builder.hpp"
@@ -35,12 +36,14 @@ struct CovarianceQuestion {
 };
 
 // What a mapper gives: a state of NAV, the same in the solved map, a closed submap with its points,
-// a version of the graph, a question.
+// a version of the graph, a question; and what is to be kept for a restart, before anything that
+// shows it to others.
 using MapperEvent = std::variant<NavState,
                                  CorrectedNavState,
                                  std::shared_ptr<const Submap>,
                                  GraphStep,
-                                 CovarianceQuestion>;
+                                 CovarianceQuestion,
+                                 JournalEntry>;
 
 // Sensor samples in; navigation, submaps and the graph out. Knows no bus, no thread, no clock and
 // no file: registrations are values that it hands out, one at a time, and whose results it takes
@@ -50,6 +53,7 @@ using MapperEvent = std::variant<NavState,
 //   while (auto job = mapper.NextJob()) mapper.Take(Run(*job, params, load, &prepared));
 //   for (const MapperEvent& event : mapper.TakeEvents()) ...
 //
+// To survive a restart, keep every JournalEntry and, now and then, MakeCheckpoint(); see Resume().
 // With an optimizer, its solutions go to Take() and LookAgain() is called while there is time.
 class Mapper {
  public:
@@ -85,6 +89,7 @@ class Mapper {
   // job.
   std::optional<RegistrationJob> NextJob();
   bool HasSubmapToRegister() const { return !job_is_out_ && !submaps_.empty(); }
+  bool IsRegistering() const { return job_is_out_ || !submaps_.empty(); }
   // What the job that is out gave.
   void Take(RegistrationResultSet results);
 
@@ -100,6 +105,15 @@ class Mapper {
   // No more samples come: geo-references what waits and closes the last submap. When the last job
   // is back, the graph ends with its final version.
   void Finish();
+
+  // All that changes with every sample and is needed after a restart; nothing before navigation has
+  // started.
+  std::optional<Checkpoint> MakeCheckpoint();
+  // Goes on after a restart in the same graph, before the first sample of navigation's inertial
+  // unit (or INS): what is missing until then is a gap as any other. The submap that was open is
+  // lost; those that were not registered yet will be. load: the clouds of closed submaps. False:
+  // not usable, nothing changes.
+  bool Resume(const SavedMap& saved, const LoadSubmap& load);
 
   // What happened since the last call, in order.
   std::vector<MapperEvent> TakeEvents();
@@ -137,8 +151,18 @@ class Mapper {
   std::optional<Eigen::Matrix3d> DriftBetween(Time a, Time b) const;
   void OnClosed(Submap submap);
   void Enqueue(Submap submap, std::vector<GraphEdge> position_edges);
-  void Extend(std::vector<GraphVertex> vertices, std::vector<GraphEdge> edges, Time submap_time);
-  void GiveGraph();
+  // growth: its steps are filled in.
+  void Extend(std::vector<GraphVertex> vertices,
+              std::vector<GraphEdge> edges,
+              Time submap_time,
+              GraphGrowth growth);
+  void GiveGraph(GraphGrowth growth);
+  Checkpoint CheckpointNow();
+  // Each false where the entry does not follow what is here.
+  bool Restore(const SoundVelocityProfile& profile);
+  bool Restore(const ClosedSubmap& closed);
+  bool Restore(const GraphGrowth& growth);
+  Time KnownAt(Time t) const;
   bool IsLastStep() const;
   void Count(const std::string& name, std::int64_t n = 1) { counters_[name] += n; }
 
@@ -163,6 +187,14 @@ class Mapper {
   GraphLog graph_;
   std::int64_t graph_given_ = 0;  // versions, as events
   bool finishing_ = false;
+
+  std::int64_t checkpoint_number_ = 0;
+  struct Resumed {
+    Time at;                    // the checkpoint
+    std::optional<Time> since;  // the last frame before it, which navigation still knows
+  };
+  std::optional<Resumed> resumed_;
+  LoadSubmap load_;  // while it resumes; of submaps that are still compared with solutions
 
   std::vector<MapperEvent> events_;
   std::map<std::string, std::int64_t> counters_;

@@ -179,6 +179,8 @@ void MapperNode::Send(const CovarianceQuestion& question) {
   bus_->Publish(channels::kCovarianceRequest, ToLcm(request, question.submap_time));
 }
 
+void MapperNode::Send(const JournalEntry&) {}
+
 bool MapperNode::SendNextChunk() {
   if (chunks_.empty()) return false;
   bus_->Publish(channels::kSubmapPoints, chunks_.front());

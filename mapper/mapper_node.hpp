@@ -70,6 +70,7 @@ class MapperNode {
   void Send(const std::shared_ptr<const Submap>& submap);
   void Send(const GraphStep& step);
   void Send(const CovarianceQuestion& question);
+  void Send(const JournalEntry& entry);
   bool SendNextChunk();
   bool SendNextUpdate();
 

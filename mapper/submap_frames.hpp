@@ -39,10 +39,22 @@ class SubmapFrames {
   std::int64_t fixes_in_graph() const { return fixes_in_graph_; }
   std::int64_t fixes_too_far() const { return fixes_too_far_; }  // from every frame
 
+  // For a restart. Not saved: open_, of the submap that is lost with it, and the counters of one
+  // process: independent_, fixes_in_graph_, fixes_too_far_.
+  template <class Archive, class Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.previous_);
+  }
+
  private:
   struct Frame {
     SubmapId id;
     NavState state;
+
+    template <class Archive, class Self>
+    static void Fields(Archive& archive, Self& self) {
+      archive(self.id, self.state);
+    }
   };
   struct OpenFrame {
     Time looked_up;  // at this ping

@@ -17,6 +17,7 @@
 #include "common/core/bytes.hpp"
 #include "common/core/ids.hpp"
 #include "common/core/pose.hpp"
+#include "common/core/sensors.hpp"
 #include "common/core/time.hpp"
 
 // State that a process keeps for its own restart, as bytes: little endian, field after field, no
@@ -38,6 +39,11 @@ using Of = std::conditional_t<std::same_as<Archive, ArchiveReader>, T, const T>;
 template <class Archive>
 void Fields(Archive& archive, Of<Archive, Pose2>& pose) {
   archive(pose.x, pose.y, pose.yaw);
+}
+
+template <class Archive>
+void Fields(Archive& archive, Of<Archive, NavState>& state) {
+  archive(state.time, state.T_map_vehicle, state.v_map_mps, state.covariance, state.bottom_lock);
 }
 
 namespace detail {

@@ -78,6 +78,7 @@ std::optional<Submap> SubmapBuilder::Add(const GeoreferencedPing& ping) {
     turning_ = false;
     headings_.clear();
   } else {
+    if (!last_ && !frames_.empty() && HasLeftHeading(ping)) EndLine();  // in a restart
     if (last_) {
       const double step_m = HorizontalStep(last_->T_map_vehicle, ping.T_map_vehicle);
       along_m_ += step_m;

@@ -88,6 +88,13 @@ class SubmapBuilder {
   // Everything left out, by name, such as "soundings_too_far" or "pings_in_turns".
   const std::map<std::string, std::int64_t>& counters() const { return counters_; }
 
+  // For a restart. Not saved: open_, which is lost with it, and what begins anew with the next
+  // ping: last_, heads_, turning_, headings_; counters_, which are of one process.
+  template <class Archive, class Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.along_m_, self.first_yaw_rad_, self.frames_, self.on_earlier_lines_);
+  }
+
  private:
   struct Pose {
     Time time;
@@ -112,6 +119,11 @@ class SubmapBuilder {
   struct Frame {
     Time time;
     Eigen::Vector2d p_map;
+
+    template <class Archive, class Self>
+    static void Fields(Archive& archive, Self& self) {
+      archive(self.time, self.p_map);
+    }
   };
   struct Heading {
     double along_m;
