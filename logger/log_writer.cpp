@@ -8,6 +8,8 @@
 namespace seastitch {
 namespace {
 
+constexpr auto kTidyEvery = std::chrono::seconds(1);
+
 // What an event costs in the queue, with the room of its strings and pointers.
 std::int64_t CostOf(const LogEvent& event) {
   constexpr std::int64_t kOverhead = 128;
@@ -16,13 +18,13 @@ std::int64_t CostOf(const LogEvent& event) {
 
 }  // namespace
 
-LogWriter::LogWriter(std::unique_ptr<EventLogWriter> file,
+LogWriter::LogWriter(std::unique_ptr<EventSink> files,
                      std::int64_t max_queue_bytes,
                      std::chrono::milliseconds flush_interval)
-    : file_(std::move(file)),
-      max_queue_bytes_(max_queue_bytes),
-      flush_interval_(flush_interval),
-      thread_([this] { Main(); }) {}
+    : files_(std::move(files)), max_queue_bytes_(max_queue_bytes), flush_interval_(flush_interval) {
+  status_.files = files_->figures();
+  thread_ = std::thread([this] { Main(); });
+}
 
 LogWriter::~LogWriter() { Finish(); }
 
@@ -72,14 +74,16 @@ void LogWriter::Main() {
     lock.unlock();
     std::int64_t cost = 0;
     std::string error = WriteBatch(&batch, &cost);
+    TidyNow(!error.empty());
+    EventSink::Figures figures = files_->figures();
     lock.lock();
     TakeBack(std::move(batch));
     // After a failure the file, too, may hold what is not on the disk.
     const auto since = std::exchange(batch_since_, std::nullopt);
     if (!error.empty() && since) queued_since_ = since;
     status_.queued_bytes -= cost;
-    status_.events_written = file_->events();
-    status_.file_bytes = file_->bytes();
+    status_.files = std::move(figures);
+    status_.events_written = status_.files.events;
     status_.write_errors += error.empty() ? 0 : 1;
     status_.error = std::move(error);
   }
@@ -90,15 +94,21 @@ std::string LogWriter::WriteBatch(std::deque<LogEvent>* batch, std::int64_t* cos
   try {
     while (!batch->empty()) {
       const LogEvent& event = batch->front();
-      file_->Write(event.utime, event.channel, event.data.data(), event.data.size());
+      files_->Write(event);
       *cost += CostOf(event);
       batch->pop_front();
     }
-    file_->Sync();
+    files_->Sync();
     return "";
   } catch (const std::exception& e) {
     return e.what();
   }
+}
+
+void LogWriter::TidyNow(bool after_error) {
+  if (!after_error && Clock::now() - tidied_ < kTidyEvery) return;
+  tidied_ = Clock::now();
+  files_->Tidy();
 }
 
 void LogWriter::TakeBack(std::deque<LogEvent> left) {

@@ -10,7 +10,7 @@
 #include <string>
 #include <thread>
 
-#include "common/storage/event_log.hpp"
+#include "logger/event_sink.hpp"
 
 namespace seastitch {
 
@@ -24,13 +24,13 @@ class LogWriter {
     std::int64_t events_dropped = 0;     // the queue was full
     std::int64_t events_unloggable = 0;  // no log can hold them: see IsLoggable()
     std::int64_t queued_bytes = 0;
-    std::int64_t file_bytes = 0;
+    EventSink::Figures files;
     std::int64_t write_errors = 0;
     double oldest_s = 0.0;  // how long the oldest event that is not on the disk has waited
     std::string error;      // of the last attempt; empty: it went well
   };
 
-  LogWriter(std::unique_ptr<EventLogWriter> file,
+  LogWriter(std::unique_ptr<EventSink> files,
             std::int64_t max_queue_bytes,
             std::chrono::milliseconds flush_interval);
   ~LogWriter();  // Finish()
@@ -51,7 +51,9 @@ class LogWriter {
   // Puts what is left before what came meanwhile.
   void TakeBack(std::deque<LogEvent> left);
 
-  const std::unique_ptr<EventLogWriter> file_;  // of the thread alone
+  void TidyNow(bool after_error);
+
+  const std::unique_ptr<EventSink> files_;  // of the thread alone
   const std::int64_t max_queue_bytes_;
   const std::chrono::milliseconds flush_interval_;
   mutable std::mutex mutex_;
@@ -60,6 +62,7 @@ class LogWriter {
   using Clock = std::chrono::steady_clock;
   std::optional<Clock::time_point> queued_since_;  // the oldest event of the queue ...
   std::optional<Clock::time_point> batch_since_;   // ... and of what is being written
+  Clock::time_point tidied_{};                     // last; of the thread alone
   std::int64_t events_taken_ = 0;
   Status status_;
   bool stop_ = false;

@@ -26,6 +26,31 @@ ParameterTable TableOf(LoggerConfig* config) {
             Unit::kMillisecond,
             Range::Within(1, 60'000),
             "What a power cut may cost.");
+  table.Add("file_max_mb",
+            &config->file_max_mb,
+            Unit::kMegabyte,
+            Range::Within(1, 1'000'000),
+            "A log that has reached this size is followed by the next.");
+  table.Add("file_max_s",
+            &config->file_max_s,
+            Unit::kSecond,
+            Range::Within(1.0, 1e6),
+            "So is one that has lasted this long, by the clock of the logger.");
+  table.Add("dive_max_mb",
+            &config->dive_max_mb,
+            Unit::kMegabyte,
+            Range::Within(0, 2'000'000'000),
+            "Beyond this the oldest raw bytes of the dive are deleted, whole files; 0: no limit.");
+  table.Add("disk_min_free_mb",
+            &config->disk_min_free_mb,
+            Unit::kMegabyte,
+            Range::Within(0, 2'000'000'000),
+            "Where less is free the oldest raw bytes of all dives are deleted, whole files; 0: no "
+            "limit.");
+  table.Add("delete_logs",
+            &config->delete_logs,
+            "Where no raw bytes are left to delete, the oldest logs follow, of all dives for room "
+            "on the disk. Otherwise HEALTH says that there is no room.");
   return table;
 }
 

@@ -13,6 +13,11 @@ struct LoggerConfig {
   std::string channels = ".*";  // LCM pattern of what is recorded
   int max_queue_mb = 256;       // a slow disk may lag by this much: 85 s of the design load, 3 MB/s
   int flush_interval_ms = 100;  // what a power cut may cost
+  int file_max_mb = 1000;       // the next log begins then ...
+  double file_max_s = 3600.0;   // ... or then
+  int dive_max_mb = 0;          // of its logs; 0: no limit
+  int disk_min_free_mb = 1000;  // 0: no limit
+  bool delete_logs = false;     // too, where no raw bytes are left to delete
 };
 
 // Throws ConfigError.

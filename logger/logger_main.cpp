@@ -2,14 +2,12 @@
 #include <cstdlib>
 
 #include "common/convert/convert.hpp"
-#include "common/core/channel_names.hpp"
 #include "common/runtime/bus.hpp"
 #include "common/runtime/config_publisher.hpp"
 #include "common/runtime/event_loop.hpp"
 #include "common/runtime/process.hpp"
 #include "logger/logger_config.hpp"
 #include "logger/logger_node.hpp"
-#include "seastitch/config_request_t.hpp"
 
 namespace seastitch {
 namespace {
@@ -27,10 +25,7 @@ int Run(const ProcessArgs& args) {
   loop.Add(bus.fd(), [&] { bus.HandleAll(Bus::kBurst); });
   loop.Every(std::chrono::seconds(1), [&] { node.UpdateHealth(); });
   node.health().PublishEverySecond(&bus, &loop);
-  config_request_t request{};  // the processes that started before this log send theirs again
-  request.utime = NowUtime();
-  request.sender = "logger";
-  bus.Publish(channels::kConfigRequest, request);
+  node.RequestConfiguration();
   ConfigPublisher configuration(ConfigParts("logger", {{"logger.yaml", PrintConfig(*config)}}),
                                 &bus);
   configuration.SendBy(&loop);

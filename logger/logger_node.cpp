@@ -6,7 +6,9 @@
 #include <string>
 #include <utility>
 
-#include "logger/log_files.hpp"
+#include "common/core/channel_names.hpp"
+#include "logger/recording.hpp"
+#include "seastitch/config_request_t.hpp"
 
 namespace seastitch {
 namespace {
@@ -16,13 +18,23 @@ constexpr int kSecondsToReport = 10;
 // Beyond the interval at which the disk is written to.
 constexpr double kDiskMayTakeS = 1.5;
 
+SplitParams SplitOf(const LoggerConfig& config) {
+  return {config.file_max_mb * kMegabyte, static_cast<std::int64_t>(1e6 * config.file_max_s)};
+}
+
+QuotaParams QuotaOf(const LoggerConfig& config) {
+  return {config.dive_max_mb * kMegabyte, config.disk_min_free_mb * kMegabyte, config.delete_logs};
+}
+
 }  // namespace
 
 LoggerNode::LoggerNode(const LoggerConfig& config, const DiveFolder& dive, Bus* bus)
-    : file_(NextLogFile(dive.log())),
-      writer_(std::make_unique<EventLogWriter>(file_, IfExists::kRefuse),
+    : bus_(bus),
+      dive_(dive.path()),
+      writer_(std::make_unique<Recording>(dive, SplitOf(config), QuotaOf(config)),
               config.max_queue_mb * kMegabyte,
-              std::chrono::milliseconds(config.flush_interval_ms)) {
+              std::chrono::milliseconds(config.flush_interval_ms)),
+      file_(writer_.status().files.file) {
   // LCM's own queue has no limit: the bytes are bounded here, where what is dropped is counted.
   bus->SubscribeEvents(
       config.channels, 0, [this](const std::string& channel, const lcm::ReceiveBuffer& buffer) {
@@ -40,6 +52,7 @@ LoggerNode::LoggerNode(const LoggerConfig& config, const DiveFolder& dive, Bus* 
 void LoggerNode::OnEvent(const std::string& channel, const lcm::ReceiveBuffer& buffer) {
   const Bytes data(static_cast<const std::uint8_t*>(buffer.data), buffer.data_size);
   gaps_.Add(channel, data);
+  if (foreign_.Add(channel, data, buffer.recv_utime)) health_.Tick("foreign_" + channel);
   writer_.Add({buffer.recv_utime, channel, {data.begin(), data.end()}});
   health_.Tick("events");
 }
@@ -59,10 +72,15 @@ void LoggerNode::UpdateHealth() {
   for (const auto& [channel, lost] : gaps_.lost()) health_.Set("lost_" + channel, lost);
   health_.Set("write_errors", status.write_errors);
   health_.Set("queued_bytes", status.queued_bytes);
-  health_.Set("file_bytes", status.file_bytes);
+  health_.Set("file_bytes", status.files.bytes);
+  health_.Set("files_deleted", status.files.files_deleted);
+  health_.Set("config_write_errors", status.files.config_errors);
+  for (const auto& [channel, figures] : foreign_.figures()) {
+    health_.Set("foreign_" + channel, figures.events);
+    health_.Set("foreign_" + channel + "_longest_gap_ms", figures.longest_gap_us / 1000);
+  }
   std::error_code unknown;
-  const std::filesystem::space_info disk =
-      std::filesystem::space(std::filesystem::absolute(file_).parent_path(), unknown);
+  const std::filesystem::space_info disk = std::filesystem::space(dive_, unknown);
   if (!unknown) health_.Set("disk_free_mb", static_cast<std::int64_t>(disk.available / kMegabyte));
 
   const std::int64_t losses = status.events_dropped + gaps_.total();
@@ -76,15 +94,33 @@ void LoggerNode::UpdateHealth() {
   health_.HoldIf(!status.error.empty(),
                  conditions::kLogNotWriting,
                  std::to_string(status.queued_bytes / kMegabyte) + " MB wait, " + status.error);
+  health_.HoldIf(deleted_.Add(status.files.files_deleted),
+                 conditions::kRecordingsDeleted,
+                 std::to_string(status.files.files_deleted) + " files, " +
+                     std::to_string(status.files.bytes_deleted / kMegabyte) + " MB");
+  health_.HoldIf(status.files.short_of_space, conditions::kDiskSpaceLow);
+  if (status.files.file != file_) {
+    file_ = status.files.file;
+    health_.SetText("recording to " + file_.string());
+    RequestConfiguration();
+  }
+}
+
+void LoggerNode::RequestConfiguration() {
+  config_request_t request{};
+  request.utime = NowUtime();
+  request.seq = request_seq_++;
+  request.sender = "logger";
+  bus_->Publish(channels::kConfigRequest, request);
 }
 
 void LoggerNode::Finish() {
   writer_.Finish();
   const LogWriter::Status status = writer_.status();
   spdlog::info("{}: {} events, {} bytes; {} dropped, {} lost on the way",
-               file_.string(),
+               dive_.string(),
                status.events_written,
-               status.file_bytes,
+               status.files.bytes,
                status.events_dropped,
                gaps_.total());
   if (!status.error.empty()) spdlog::error("last write: {}", status.error);

@@ -5,6 +5,7 @@
 
 #include "common/runtime/bus.hpp"
 #include "common/runtime/health.hpp"
+#include "logger/foreign_channels.hpp"
 #include "logger/gap_counter.hpp"
 #include "logger/log_writer.hpp"
 #include "logger/logger_config.hpp"
@@ -12,6 +13,7 @@
 namespace seastitch {
 
 // Records every message of the bus with its time of receipt, and reports what was lost on the way.
+// With every log that it begins it asks for the configuration, so that each holds it.
 class LoggerNode {
  public:
   // Opens the next file of the dive. Throws std::runtime_error "FILE: reason".
@@ -23,7 +25,9 @@ class LoggerNode {
   void Finish();
 
   Health& health() { return health_; }
-  const std::filesystem::path& file() const { return file_; }
+  const std::filesystem::path& file() const { return file_; }  // written to, as of UpdateHealth()
+  // The processes that started before this log send their configuration again.
+  void RequestConfiguration();
 
  private:
   // Of a counter that is read once a second: whether it grew within the last seconds.
@@ -35,12 +39,17 @@ class LoggerNode {
 
   void OnEvent(const std::string& channel, const lcm::ReceiveBuffer& buffer);
 
-  std::filesystem::path file_;
+  Bus* const bus_;
+  const std::filesystem::path dive_;
   LogWriter writer_;
+  std::filesystem::path file_;
   GapCounter gaps_;
+  ForeignChannels foreign_;
   Health health_{"logger"};
   RecentGrowth losses_;
   RecentGrowth unloggable_;
+  RecentGrowth deleted_;
+  std::int64_t request_seq_ = 0;
 };
 
 }  // namespace seastitch

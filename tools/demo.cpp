@@ -155,7 +155,7 @@ class LiveSystem {
 
   const fs::path& config_dir() const { return config_; }
   // What the logger wrote.
-  fs::path log() const { return NewestDive(out_ / "dives").value() / "log" / "000.lcmlog"; }
+  fs::path dive() const { return NewestDive(out_ / "dives").value(); }
   const bench::LiveTargets& targets() const { return targets_; }
 
   void WaitUntilUp() {
@@ -320,13 +320,13 @@ void PrintTable(const ProductSummary& live, const ProductSummary& replay) {
               static_cast<unsigned long long>(replay.soundings_used));
 }
 
-ProductSummary Replay(const fs::path& log,
+ProductSummary Replay(const fs::path& dive,
                       const fs::path& truth,
                       const fs::path& config_dir,
                       const fs::path& out,
                       bool as_recorded) {
   ReplayOptions options;
-  options.inputs = {log};
+  options.inputs = {dive};
   options.truth = truth;
   options.mapper_config = config_dir / "mapper.yaml";
   options.optimizer_config = config_dir / "optimizer.yaml";
@@ -377,10 +377,10 @@ int RunDemo(const DemoOptions& options) {
 
   std::fprintf(stderr, "products of the live run\n");
   const ProductSummary at_sea =
-      Replay(live.log(), truth, live.config_dir(), options.out / "live", true);
+      Replay(live.dive(), truth, live.config_dir(), options.out / "live", true);
   std::fprintf(stderr, "replaying the recorded log in one process\n");
   const ProductSummary ashore =
-      Replay(live.log(), truth, live.config_dir(), options.out / "replay", false);
+      Replay(live.dive(), truth, live.config_dir(), options.out / "replay", false);
 
   PrintTable(at_sea, ashore);
   std::printf("  map and report: %s\n", (options.out / "replay" / "report.html").c_str());

@@ -11,6 +11,8 @@ inline constexpr char kMbesSoundings[] = "MBES_SOUNDINGS";
 inline constexpr char kIns[] = "INS";
 inline constexpr char kSvp[] = "SVP";
 inline constexpr char kPositionFix[] = "POSITION_FIX";
+// What bytes of a device come on.
+inline constexpr char kRawPrefix[] = "RAW_";
 inline constexpr char kRawCan[] = "RAW_CAN";
 inline constexpr char kRawDvl[] = "RAW_DVL";
 inline constexpr char kRawMbes[] = "RAW_MBES";

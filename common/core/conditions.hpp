@@ -102,6 +102,18 @@ inline constexpr ConditionKind kUnloggableMessages{
     "Another program sends on a channel without a name, or with one of more than 63 bytes. They "
     "are "
     "skipped; the rest is recorded."};
+inline constexpr ConditionKind kRecordingsDeleted{
+    "recordings_deleted",
+    Severity::kDegraded,
+    "recordings were deleted to make room",
+    "The limits dive_max_mb and disk_min_free_mb of logger.yaml asked for it. Fetch dives and "
+    "remove them, or raise the limits."};
+inline constexpr ConditionKind kDiskSpaceLow{
+    "disk_space_low",
+    Severity::kDegraded,
+    "the disk has too little room, and nothing is left that may be deleted",
+    "Recording goes on until the disk is full. Fetch dives and remove them, or allow delete_logs "
+    "in logger.yaml."};
 inline constexpr ConditionKind kMessagesNotRecorded{
     "messages_not_recorded",
     Severity::kDegraded,
@@ -218,14 +230,15 @@ inline constexpr ConditionKind kStoreNotWriting{
     "memory, up to max_unsaved_mb."};
 
 inline constexpr const ConditionKind* kAll[] = {
-    &kUndecodableMessages,  &kMessagesNotSent,     &kSocketDrops,          &kLoopLate,
-    &kWorkerStalled,        &kDiskStalled,         &kNoDeviceData,         &kSourceUnavailable,
-    &kSenderRefused,        &kCanController,       &kLogNotWriting,        &kMessagesNotRecorded,
-    &kUnloggableMessages,   &kGraphIncomplete,     &kSubmapMalformed,      &kNoSolution,
-    &kSolutionNotConverged, &kNoCovariance,        &kNoBottomLock,         &kDvlRefused,
-    &kAttitudeRefused,      &kDepthRefused,        &kFixesRefused,         &kNavigationReset,
-    &kHeadingStep,          &kTimeOffsetSuspected, &kNavigationNotStarted, &kPlaceUnknown,
-    &kNoSoundSpeedProfile,  &kSolutionWithheld,    &kStoreNotWriting,      &kRegistrationFailed,
+    &kUndecodableMessages,  &kMessagesNotSent,    &kSocketDrops,          &kLoopLate,
+    &kWorkerStalled,        &kDiskStalled,        &kNoDeviceData,         &kSourceUnavailable,
+    &kSenderRefused,        &kCanController,      &kLogNotWriting,        &kMessagesNotRecorded,
+    &kUnloggableMessages,   &kRecordingsDeleted,  &kDiskSpaceLow,         &kGraphIncomplete,
+    &kSubmapMalformed,      &kNoSolution,         &kSolutionNotConverged, &kNoCovariance,
+    &kNoBottomLock,         &kDvlRefused,         &kAttitudeRefused,      &kDepthRefused,
+    &kFixesRefused,         &kNavigationReset,    &kHeadingStep,          &kTimeOffsetSuspected,
+    &kNavigationNotStarted, &kPlaceUnknown,       &kNoSoundSpeedProfile,  &kSolutionWithheld,
+    &kStoreNotWriting,      &kRegistrationFailed,
 };
 
 }  // namespace conditions

@@ -5,6 +5,7 @@
 #include <sys/file.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <charconv>
 #include <chrono>
@@ -14,6 +15,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
+#include <tuple>
 #include <utility>
 
 #include "common/runtime/durable_file.hpp"
@@ -128,15 +130,20 @@ struct Found {
   DiveRecord record;
 };
 
-std::optional<Found> FindNewest(const fs::path& dives_dir) {
-  std::optional<Found> newest;
+std::vector<Found> FindAll(const fs::path& dives_dir) {
+  std::vector<Found> dives;
   std::error_code error;
-  for (const auto& entry : fs::directory_iterator(dives_dir, error)) {
-    const auto record = TryRead(entry.path());
-    if (record && (!newest || record->number > newest->record.number))
-      newest = Found{entry.path(), *record};
-  }
-  return newest;
+  for (const auto& entry : fs::directory_iterator(dives_dir, error))
+    if (const auto record = TryRead(entry.path())) dives.push_back({entry.path(), *record});
+  std::sort(dives.begin(), dives.end(), [](const Found& a, const Found& b) {
+    return std::tie(a.record.number, a.path) < std::tie(b.record.number, b.path);
+  });
+  return dives;
+}
+
+std::optional<Found> FindNewest(const fs::path& dives_dir) {
+  const std::vector<Found> dives = FindAll(dives_dir);
+  return dives.empty() ? std::nullopt : std::optional(dives.back());
 }
 
 bool GoesOn(const DiveRecord& record, double resume_within_s, std::int64_t now_utime) {
@@ -287,6 +294,12 @@ void DiveKeeper::Main() {
     }
     lock.lock();
   }
+}
+
+std::vector<fs::path> DivesInOrder(const fs::path& dives_dir) {
+  std::vector<fs::path> dives;
+  for (const Found& dive : FindAll(dives_dir)) dives.push_back(dive.path);
+  return dives;
 }
 
 std::optional<fs::path> NewestDive(const fs::path& dives_dir) {

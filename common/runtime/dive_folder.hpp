@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "common/runtime/parameters.hpp"
 
@@ -112,6 +113,8 @@ class DiveKeeper {
   std::thread thread_;
 };
 
+// Those whose record can be read, by their numbers.
+std::vector<std::filesystem::path> DivesInOrder(const std::filesystem::path& dives_dir);
 // The newest dive by its number; nothing where there is none that can be read.
 std::optional<std::filesystem::path> NewestDive(const std::filesystem::path& dives_dir);
 // Closes the newest dive, so that the next start of a process begins a new one. Gives it; nothing

@@ -250,7 +250,10 @@ struct EventLogWriter::Impl {
 EventLogWriter::EventLogWriter(const std::filesystem::path& path, IfExists if_exists)
     : impl_(std::make_unique<Impl>(path, if_exists)) {}
 
+EventLogWriter::EventLogWriter(EventLogWriter&&) noexcept = default;
+
 EventLogWriter::~EventLogWriter() {
+  if (!impl_) return;  // moved from
   try {
     Flush();
   } catch (const std::exception&) {

@@ -50,6 +50,7 @@ class EventLogWriter {
   explicit EventLogWriter(const std::filesystem::path& path,
                           IfExists if_exists = IfExists::kReplace);
   ~EventLogWriter();  // flushes
+  EventLogWriter(EventLogWriter&&) noexcept;
   // Takes an event that IsLoggable(); throws std::runtime_error for any other. It reaches the
   // file with the next Flush(), or when 256 kB wait. Throws
   // std::runtime_error "FILE: reason" when they find no room: then the event is not taken, the file

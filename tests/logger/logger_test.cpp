@@ -5,18 +5,25 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <memory>
 #include <string>
 #include <thread>
 #include <utility>
 #include <vector>
 
+#include "common/convert/convert.hpp"
 #include "common/runtime/config.hpp"
+#include "logger/config_archive.hpp"
+#include "logger/foreign_channels.hpp"
 #include "logger/gap_counter.hpp"
-#include "logger/log_files.hpp"
+#include "logger/housekeeper.hpp"
+#include "logger/log_series.hpp"
 #include "logger/log_writer.hpp"
 #include "logger/logger_config.hpp"
 #include "logger/logger_node.hpp"
@@ -81,19 +88,197 @@ TEST(LoggerConfig, RefusesWhatCannotWork) {
               ThrowsMessage<ConfigError>(HasSubstr("files: unknown key")));
 }
 
-TEST(NextLogFile, ComesAfterEveryOneThatIsThere) {
+LogEvent Event(std::int64_t utime, std::size_t size) {
+  return {utime, "C", std::vector<std::uint8_t>(size, 7)};
+}
+
+int EventsIn(const std::filesystem::path& path) {
+  EventLogReader reader(path);
+  int events = 0;
+  while (const auto event = reader.Next()) EXPECT_EQ(event->utime, events++);
+  EXPECT_EQ(reader.damaged_bytes(), 0);
+  return events;
+}
+
+std::vector<std::string> NamesIn(const std::filesystem::path& folder) {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    names.push_back(entry.path().filename());
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+TEST(LogSeries, BeginsAfterEveryLogThatIsThere) {
   const TemporaryDir dir;
-  EXPECT_EQ(NextLogFile(dir.path()), dir / "000.lcmlog");
-  dir.Write("000.lcmlog", "");
+  const auto next = [&] {
+    LogSeries series(dir.path(), {});
+    series.Open();
+    return series.file().filename();
+  };
+  EXPECT_EQ(next(), "000.lcmlog");
   dir.Write("007.lcmlog.repaired", "");
   dir.Write("x1.lcmlog", "");
   dir.Write("-5.lcmlog", "");
   dir.Write("99999999999.lcmlog", "");
-  EXPECT_EQ(NextLogFile(dir.path()), dir / "001.lcmlog");
+  EXPECT_EQ(next(), "001.lcmlog");
   dir.Write("999.lcmlog", "");
-  EXPECT_EQ(NextLogFile(dir.path()), dir / "1000.lcmlog");
-  EXPECT_THAT([&] { NextLogFile(dir / "missing"); },
+  EXPECT_EQ(next(), "1000.lcmlog");
+  LogSeries missing(dir / "missing", {});
+  EXPECT_THAT([&] { missing.Open(); },
               ThrowsMessage<std::runtime_error>(EndsWith("missing: No such file or directory")));
+}
+
+TEST(LogSeries, BeginsTheNextLogBySize) {
+  const TemporaryDir dir;
+  LogSeries series(dir.path(), {.max_bytes = 2'000'000});
+  for (int i = 0; i < 10'000; ++i) series.Write(Event(i, 900));
+  series.Sync();
+  const std::vector<std::string> names = NamesIn(dir.path());
+  ASSERT_EQ(names.size(), 5u);
+  std::int64_t events = 0;
+  std::int64_t bytes = 0;
+  for (const std::string& name : names) {
+    EventLogReader reader(dir / name);
+    while (const auto event = reader.Next()) EXPECT_EQ(event->utime, events++) << name;
+    bytes += static_cast<std::int64_t>(std::filesystem::file_size(dir / name));
+    EXPECT_LE(std::filesystem::file_size(dir / name), 2'300'000u);
+  }
+  EXPECT_EQ(events, 10'000);
+  EXPECT_EQ(series.events(), events);
+  EXPECT_EQ(series.bytes(), bytes);
+}
+
+TEST(LogSeries, BeginsTheNextLogByTimeWhicheverWayTheClockGoes) {
+  const TemporaryDir dir;
+  LogSeries series(dir.path(), {.max_us = 10});
+  for (const std::int64_t utime : {0L, 9L, 10L, 12L, -5L, INT64_MAX, INT64_MIN})
+    series.Write(Event(utime, 1));
+  EXPECT_EQ(NamesIn(dir.path()).size(), 5u);
+}
+
+LogEvent ConfigEvent(const std::string& name, const std::string& text) {
+  return {0, "CONFIG", Encoded(ToLcm({"mapper", "1", name, text}, FromUtime(1'000'000), 0).at(0))};
+}
+
+std::string TextOf(const std::filesystem::path& path) {
+  std::ifstream in(path);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+TEST(ConfigArchive, KeepsEveryVersionOfAFile) {
+  const TemporaryDir dir;
+  ConfigArchive archive(dir.path());
+  for (const char* text : {"first", "first", "second", "third"}) {
+    archive.Add(ConfigEvent("mapper.yaml", text));
+    archive.Save();
+  }
+  EXPECT_THAT(NamesIn(dir.path()),
+              testing::ElementsAre("mapper.1.yaml", "mapper.2.yaml", "mapper.yaml"));
+  EXPECT_EQ(TextOf(dir / "mapper.1.yaml"), "first");
+  EXPECT_EQ(TextOf(dir / "mapper.2.yaml"), "second");
+  EXPECT_EQ(TextOf(dir / "mapper.yaml"), "third");
+}
+
+TEST(ConfigArchive, WritesNowhereElse) {
+  const TemporaryDir dir;
+  std::filesystem::create_directory(dir / "config");
+  ConfigArchive archive(dir / "config");
+  for (const char* name : {"../out.yaml", "/tmp/out.yaml", ".hidden", "a b", "", "a\nb"})
+    archive.Add(ConfigEvent(name, "text"));
+  archive.Add({0, "CONFIG", {1, 2, 3}});
+  archive.Save();
+  EXPECT_EQ(NamesIn(dir.path()), std::vector<std::string>{"config"});
+  EXPECT_TRUE(std::filesystem::is_empty(dir / "config"));
+}
+
+TEST(ConfigArchive, TriesAgainWhereTheDiskRefuses) {
+  const TemporaryDir dir;
+  ConfigArchive archive(dir / "config");
+  archive.Add(ConfigEvent("mapper.yaml", "text"));
+  archive.Save();
+  EXPECT_EQ(archive.errors(), 1);
+  std::filesystem::create_directory(dir / "config");
+  archive.Save();
+  EXPECT_EQ(TextOf(dir / "config" / "mapper.yaml"), "text");
+}
+
+// Two dives, each with three raw logs and two logs of 1 kB.
+class HousekeeperTest : public testing::Test {
+ protected:
+  HousekeeperTest() {
+    for (int i = 0; i < 2; ++i) {
+      const DiveFolder dive({dir_ / "dives", 60.0}, "logger", i * 3'600'000'000LL);
+      for (const char* log : {"raw/000", "raw/001", "raw/002", "log/000", "log/001"})
+        std::ofstream(dive.path() / (std::string(log) + ".lcmlog")) << std::string(1'000, 'x');
+      std::ofstream(dive.path() / "raw" / "notes.txt") << std::string(1'000, 'x');
+      dives_.push_back(dive.path());
+    }
+  }
+  // What is left of the newer dive and of the older.
+  std::vector<std::string> Left(std::size_t dive) const {
+    std::vector<std::string> left;
+    for (const char* part : {"raw", "log"})
+      for (const std::string& name : NamesIn(dives_[dive] / part))
+        if (name.ends_with(".lcmlog")) left.push_back(std::string(part) + "/" + name.substr(0, 3));
+    return left;
+  }
+  std::vector<std::filesystem::path> Open() const {
+    return {dives_[1] / "raw/002.lcmlog", dives_[1] / "log/001.lcmlog"};
+  }
+  const TemporaryDir dir_;
+  std::vector<std::filesystem::path> dives_;
+};
+
+TEST_F(HousekeeperTest, DeletesNothingWithinTheLimits) {
+  Housekeeper housekeeper(dives_[1], {.max_dive_bytes = 5'000, .min_free_bytes = 0});
+  housekeeper.Tidy(Open());
+  EXPECT_EQ(housekeeper.files_deleted(), 0);
+  EXPECT_FALSE(housekeeper.short_of_space());
+}
+
+TEST_F(HousekeeperTest, KeepsADiveWithinItsLimitByItsOldestRawLogs) {
+  Housekeeper housekeeper(dives_[1], {.max_dive_bytes = 3'500, .min_free_bytes = 0});
+  for (int i = 0; i < 5; ++i) housekeeper.Tidy(Open());
+  EXPECT_THAT(Left(0), testing::SizeIs(5));
+  EXPECT_THAT(Left(1), testing::ElementsAre("raw/002", "log/000", "log/001"));
+  EXPECT_EQ(housekeeper.files_deleted(), 2);
+  EXPECT_EQ(housekeeper.bytes_deleted(), 2'000);
+  EXPECT_FALSE(housekeeper.short_of_space());
+}
+
+TEST_F(HousekeeperTest, SaysWhereNothingMayBeDeleted) {
+  Housekeeper housekeeper(dives_[1], {.max_dive_bytes = 500, .min_free_bytes = 0});
+  for (int i = 0; i < 5; ++i) housekeeper.Tidy(Open());
+  EXPECT_THAT(Left(1), testing::ElementsAre("raw/002", "log/000", "log/001"));
+  EXPECT_TRUE(housekeeper.short_of_space());
+}
+
+TEST_F(HousekeeperTest, MakesRoomOnTheDiskFromTheOldestDiveOnAndNeverTouchesAnOpenLog) {
+  Housekeeper housekeeper(dives_[1], {.min_free_bytes = INT64_MAX});
+  housekeeper.Tidy(Open());
+  EXPECT_THAT(Left(0), testing::ElementsAre("raw/001", "raw/002", "log/000", "log/001"));
+  for (int i = 0; i < 20; ++i) housekeeper.Tidy(Open());
+  EXPECT_THAT(Left(0), testing::ElementsAre("log/000", "log/001"));
+  EXPECT_THAT(Left(1), testing::ElementsAre("raw/002", "log/000", "log/001"));
+  EXPECT_TRUE(housekeeper.short_of_space());
+  Housekeeper logs_too(dives_[1], {.min_free_bytes = INT64_MAX, .delete_logs = true});
+  for (int i = 0; i < 20; ++i) logs_too.Tidy(Open());
+  EXPECT_TRUE(Left(0).empty());
+  EXPECT_THAT(Left(1), testing::ElementsAre("raw/002", "log/001"));
+  EXPECT_TRUE(std::filesystem::exists(dives_[0] / "raw" / "notes.txt"));
+}
+
+TEST(ForeignChannels, TellsHowOftenAndHowLongSilent) {
+  ForeignChannels foreign;
+  const std::vector<std::uint8_t> theirs(20, 1);
+  for (const std::int64_t utime : {0, 100, 1'100, 1'200, 900})
+    EXPECT_TRUE(foreign.Add("THEIRS", theirs, utime));
+  EXPECT_FALSE(foreign.Add("IMU_2", Numbered<imu_t>(1), 0));
+  ASSERT_EQ(foreign.figures().size(), 1u);
+  EXPECT_EQ(foreign.figures().at("THEIRS").events, 5);
+  EXPECT_EQ(foreign.figures().at("THEIRS").longest_gap_us, 1'000);
+  for (int i = 0; i < 1'000; ++i) foreign.Add("C" + std::to_string(i), theirs, 0);
+  EXPECT_LE(foreign.figures().size(), 50u);
 }
 
 TEST(GapCounter, FindsTheNumberInEveryKindOfMessage) {
@@ -157,22 +342,26 @@ TEST(GapCounter, IsBoundedWhateverChannelsThereAre) {
 
 constexpr auto kInterval = std::chrono::milliseconds(1);
 
-LogEvent Event(std::int64_t utime, std::size_t size) {
-  return {utime, "C", std::vector<std::uint8_t>(size, 7)};
-}
+// One log, without a dive around it.
+class OneLog : public EventSink {
+ public:
+  explicit OneLog(const std::filesystem::path& path) : log_(path) {}
+  void Write(const LogEvent& event) override {
+    log_.Write(event.utime, event.channel, event.data.data(), event.data.size());
+  }
+  void Sync() override { log_.Sync(); }
+  Figures figures() const override {
+    return {.events = log_.events(), .bytes = log_.bytes(), .file = {}};
+  }
 
-int EventsIn(const std::filesystem::path& path) {
-  EventLogReader reader(path);
-  int events = 0;
-  while (const auto event = reader.Next()) EXPECT_EQ(event->utime, events++);
-  EXPECT_EQ(reader.damaged_bytes(), 0);
-  return events;
-}
+ private:
+  EventLogWriter log_;
+};
 
 TEST(LogWriter, WritesAllThatIsQueuedBeforeItEnds) {
   const TemporaryDir dir;
   const auto path = dir.path() / "a.lcmlog";
-  LogWriter writer(std::make_unique<EventLogWriter>(path), 100'000'000, std::chrono::hours(1));
+  LogWriter writer(std::make_unique<OneLog>(path), 100'000'000, std::chrono::hours(1));
   for (int i = 0; i < 20'000; ++i) writer.Add(Event(i, 200));
   writer.Finish();
   EXPECT_EQ(EventsIn(path), 20'000);
@@ -184,7 +373,7 @@ TEST(LogWriter, WritesAllThatIsQueuedBeforeItEnds) {
 TEST(LogWriter, CountsWhatTheQueueHasNoRoomFor) {
   const TemporaryDir dir;
   const auto path = dir.path() / "a.lcmlog";
-  LogWriter writer(std::make_unique<EventLogWriter>(path), 10'000, std::chrono::hours(1));
+  LogWriter writer(std::make_unique<OneLog>(path), 10'000, std::chrono::hours(1));
   for (int i = 0; i < 100; ++i) writer.Add(Event(i, 1'000));
   EXPECT_LE(writer.status().queued_bytes, 10'000);
   const std::int64_t dropped = writer.status().events_dropped;
@@ -196,7 +385,7 @@ TEST(LogWriter, CountsWhatTheQueueHasNoRoomFor) {
 TEST(LogWriter, SkipsAndCountsWhatNoLogCanHoldAndRecordsTheRest) {
   const TemporaryDir dir;
   const auto path = dir.path() / "a.lcmlog";
-  LogWriter writer(std::make_unique<EventLogWriter>(path), 100'000'000, kInterval);
+  LogWriter writer(std::make_unique<OneLog>(path), 100'000'000, kInterval);
   writer.Add(Event(0, 200));
   writer.Add({0, "", {1}});
   writer.Add({0, std::string(64, 'x'), {1}});
@@ -216,7 +405,7 @@ TEST(LogWriter, OutlastsAFullDiskWithoutLosingWhatItTook) {
   getrlimit(RLIMIT_FSIZE, &unlimited);
   rlimit full = unlimited;
   full.rlim_cur = 100'050;
-  LogWriter writer(std::make_unique<EventLogWriter>(path), 100'000'000, kInterval);
+  LogWriter writer(std::make_unique<OneLog>(path), 100'000'000, kInterval);
   setrlimit(RLIMIT_FSIZE, &full);
   for (int i = 0; i < 5'000; ++i) writer.Add(Event(i, 200));
   while (writer.status().error.empty()) std::this_thread::yield();
@@ -241,7 +430,7 @@ TEST(LogWriter, CountsWhatAFullDiskKeptToTheEnd) {
   getrlimit(RLIMIT_FSIZE, &unlimited);
   rlimit full = unlimited;
   full.rlim_cur = 100'050;
-  LogWriter writer(std::make_unique<EventLogWriter>(path), 100'000'000, kInterval);
+  LogWriter writer(std::make_unique<OneLog>(path), 100'000'000, kInterval);
   setrlimit(RLIMIT_FSIZE, &full);
   for (int i = 0; i < 5'000; ++i) writer.Add(Event(i, 200));
   writer.Finish();
@@ -258,7 +447,7 @@ TEST(LogWriter, KnowsHowLongTheOldestEventHasWaitedForADiskThatHangs) {
   const std::string pipe = (dir / "pipe").string();
   ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
   const int reader = open(pipe.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
-  LogWriter writer(std::make_unique<EventLogWriter>(pipe), 100'000'000, kInterval);
+  LogWriter writer(std::make_unique<OneLog>(pipe), 100'000'000, kInterval);
   EXPECT_EQ(writer.status().oldest_s, 0.0);
   for (int i = 0; i < 5'000; ++i) writer.Add(Event(i, 200));
   double age_s = 0.0;
@@ -275,8 +464,7 @@ TEST(LogWriter, KnowsHowLongTheOldestEventHasWaitedForADiskThatHangs) {
 
 TEST(LogWriter, NothingIsOldOnceItIsWritten) {
   const TemporaryDir dir;
-  LogWriter writer(
-      std::make_unique<EventLogWriter>(dir / "a.lcmlog"), 100'000'000, std::chrono::hours(1));
+  LogWriter writer(std::make_unique<OneLog>(dir / "a.lcmlog"), 100'000'000, std::chrono::hours(1));
   writer.Add(Event(0, 200));
   while (writer.status().oldest_s == 0.0) std::this_thread::yield();
   writer.Finish();
@@ -296,6 +484,7 @@ TEST(LoggerNode, RecordsEveryChannelAndTellsWhatWasLost) {
   bus.PublishBytes("FOREIGN", "x", 1);
   bus.HandleAll();
   node.UpdateHealth();
+  EXPECT_EQ(node.health().counter("foreign_FOREIGN"), 1);
   EXPECT_EQ(node.health().counter("lost_IMU"), 3);
   EXPECT_EQ(node.health().state(), HealthState::kDegraded);
   EXPECT_THAT(node.health().text(), HasSubstr("3 on the way here"));
@@ -306,6 +495,51 @@ TEST(LoggerNode, RecordsEveryChannelAndTellsWhatWasLost) {
   std::vector<std::string> channels;
   while (const auto event = reader.Next()) channels.push_back(event->channel);
   EXPECT_THAT(channels, testing::ElementsAre("IMU", "IMU", "IMU", "FOREIGN"));
+}
+
+TEST(LoggerNode, PutsRawBytesAndConfigurationIntoTheirFolders) {
+  const TemporaryDir dir;
+  const DiveFolder dive({dir / "dives", 60.0}, "logger", 0);
+  Bus bus("memq://");
+  LoggerNode node({}, dive, &bus);
+  EXPECT_TRUE(std::filesystem::is_empty(dive.raw()));
+  bus.PublishBytes("RAW_CAN", "x", 1);
+  bus.PublishBytes("IMU", "x", 1);
+  for (const config_t& part :
+       ToLcm({"mapper", "1", "mapper.yaml", "a: 1\n"}, FromUtime(1'000'000), 0))
+    bus.Publish("CONFIG", part);
+  bus.HandleAll();
+  node.Finish();
+  const auto channels_in = [](const std::filesystem::path& log) {
+    EventLogReader reader(log);
+    std::vector<std::string> channels;
+    while (const auto event = reader.Next()) channels.push_back(event->channel);
+    return channels;
+  };
+  EXPECT_THAT(channels_in(dive.log() / "000.lcmlog"), testing::ElementsAre("IMU", "CONFIG"));
+  EXPECT_THAT(channels_in(dive.raw() / "000.lcmlog"), testing::ElementsAre("RAW_CAN"));
+  EXPECT_EQ(TextOf(dive.config() / "mapper.yaml"), "a: 1\n");
+}
+
+TEST(LoggerNode, AsksForTheConfigurationWithEveryLogThatItBegins) {
+  const TemporaryDir dir;
+  const DiveFolder dive({dir / "dives", 60.0}, "logger", 0);
+  Bus bus("memq://");
+  int requests = 0;
+  bus.SubscribeBytes(
+      "CONFIG_REQUEST", 0, [&](const std::string&, const void*, int) { ++requests; });
+  LoggerConfig config;
+  config.file_max_mb = 1;
+  config.channels = "BIG";
+  LoggerNode node(config, dive, &bus);
+  const std::string bytes(200'000, 'x');
+  for (int i = 0; i < 10; ++i) bus.PublishBytes("BIG", bytes.data(), bytes.size());
+  bus.HandleAll();
+  node.Finish();
+  node.UpdateHealth();
+  bus.HandleAll();
+  EXPECT_EQ(node.file(), dive.log() / "001.lcmlog");
+  EXPECT_EQ(requests, 1);
 }
 
 TEST(LoggerNode, NeverTouchesALogThatIsThere) {

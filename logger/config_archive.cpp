@@ -1,0 +1,75 @@
+#include "logger/config_archive.hpp"
+
+#include <algorithm>
+#include <exception>
+#include <fstream>
+#include <iterator>
+#include <utility>
+
+#include "common/runtime/durable_file.hpp"
+
+namespace seastitch {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMaxFiles = 64;  // that wait
+constexpr int kMaxVersions = 100;      // of a file
+
+bool IsPlainName(const std::string& name) {
+  const auto is_plain = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+           c == '-' || c == '.';
+  };
+  return !name.empty() && name.size() <= 64 && name[0] != '.' &&
+         std::all_of(name.begin(), name.end(), is_plain);
+}
+
+std::string ReadText(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+// mapper.yaml, 2: mapper.2.yaml
+fs::path VersionOf(const fs::path& path, int number) {
+  fs::path version = path;
+  return version.replace_extension("." + std::to_string(number) + path.extension().string());
+}
+
+}  // namespace
+
+ConfigArchive::ConfigArchive(fs::path folder) : folder_(std::move(folder)) {}
+
+void ConfigArchive::Add(const LogEvent& event) {
+  config_t msg{};
+  const int size = static_cast<int>(event.data.size());
+  if (msg.decode(event.data.data(), 0, size) != size) return;
+  const auto file = assembler_.Add(msg);
+  if (!file || !IsPlainName(file->name)) return;
+  if (unsaved_.size() < kMaxFiles || unsaved_.contains(file->name))
+    unsaved_.insert_or_assign(file->name, file->text);
+}
+
+void ConfigArchive::Save() {
+  for (auto file = unsaved_.begin(); file != unsaved_.end(); file = unsaved_.erase(file)) {
+    try {
+      Save(file->first, file->second);
+    } catch (const std::exception&) {
+      ++errors_;
+      return;
+    }
+  }
+}
+
+void ConfigArchive::Save(const std::string& name, const std::string& text) const {
+  const fs::path path = folder_ / name;
+  if (fs::exists(path)) {
+    if (ReadText(path) == text) return;
+    int number = 1;
+    while (number < kMaxVersions && fs::exists(VersionOf(path, number))) ++number;
+    fs::rename(path, VersionOf(path, number));
+  }
+  WriteDurably(path, text);
+}
+
+}  // namespace seastitch

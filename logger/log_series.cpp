@@ -1,0 +1,68 @@
+#include "logger/log_series.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+
+#include "common/runtime/dive_folder.hpp"
+#include "common/runtime/durable_file.hpp"
+
+namespace seastitch {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path NextLog(const fs::path& folder) {
+  std::error_code error;
+  int next = 0;
+  for (const auto& entry : fs::directory_iterator(folder, error))
+    if (const auto number = LogNumber(entry.path())) next = std::max(next, *number + 1);
+  if (error) throw std::runtime_error(folder.string() + ": " + error.message());
+  return folder / LogName(next);
+}
+
+}  // namespace
+
+LogSeries::LogSeries(fs::path folder, SplitParams split)
+    : folder_(std::move(folder)), split_(split) {}
+
+void LogSeries::Open() {
+  const fs::path path = NextLog(folder_);
+  EventLogWriter log(path, IfExists::kRefuse);
+  if (log_) {
+    events_closed_ += log_->events();
+    bytes_closed_ += log_->bytes();
+  }
+  log_.emplace(std::move(log));
+  path_ = path;
+  first_utime_.reset();
+  SyncFolder(folder_);
+}
+
+void LogSeries::Write(const LogEvent& event) {
+  if (log_ && IsFull(event)) {
+    log_->Sync();
+    Open();
+  }
+  if (!log_) Open();
+  log_->Write(event.utime, event.channel, event.data.data(), event.data.size());
+  if (!first_utime_) first_utime_ = event.utime;
+}
+
+void LogSeries::Sync() {
+  if (log_) log_->Sync();
+}
+
+bool LogSeries::IsFull(const LogEvent& next) const {
+  if (log_->bytes() >= split_.max_bytes) return true;
+  std::int64_t span_us = 0;
+  const bool overflow =
+      __builtin_sub_overflow(next.utime, first_utime_.value_or(next.utime), &span_us);
+  return overflow || span_us >= split_.max_us || span_us <= -split_.max_us;
+}
+
+std::int64_t LogSeries::events() const { return events_closed_ + (log_ ? log_->events() : 0); }
+
+std::int64_t LogSeries::bytes() const { return bytes_closed_ + (log_ ? log_->bytes() : 0); }
+
+}  // namespace seastitch

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+
+#include "common/storage/event_log.hpp"
+
+namespace seastitch {
+
+// Where a log ends and the next begins: whichever comes first.
+struct SplitParams {
+  std::int64_t max_bytes = 1'000'000'000;
+  std::int64_t max_us = 3'600'000'000;  // by the events' time, which may also step back by it
+};
+
+// The logs of a folder, 000.lcmlog, 001.lcmlog, ...: a number comes after every one that is there,
+// so that a log that is there is never touched again.
+class LogSeries {
+ public:
+  LogSeries(std::filesystem::path folder, SplitParams split);
+
+  // The next log; its name is on the disk afterwards. The first event opens one, too. Throws
+  // std::runtime_error "FILE: reason".
+  void Open();
+  // Throws as EventLogWriter::Write(): a log ends with a whole event, and is on the disk before the
+  // next begins.
+  void Write(const LogEvent& event);
+  void Sync();
+
+  const std::filesystem::path& file() const { return path_; }  // written to now; empty: none yet
+  std::int64_t events() const;                                 // in all logs since the start
+  std::int64_t bytes() const;
+
+ private:
+  bool IsFull(const LogEvent& next) const;
+
+  const std::filesystem::path folder_;
+  const SplitParams split_;
+  std::filesystem::path path_;
+  std::optional<EventLogWriter> log_;
+  std::optional<std::int64_t> first_utime_;  // in log_
+  std::int64_t events_closed_ = 0;
+  std::int64_t bytes_closed_ = 0;
+};
+
+}  // namespace seastitch

@@ -1,0 +1,41 @@
+#include "logger/recording.hpp"
+
+#include "common/core/channel_names.hpp"
+
+namespace seastitch {
+
+Recording::Recording(const DiveFolder& dive, const SplitParams& split, const QuotaParams& quota)
+    : log_(dive.log(), split),
+      raw_(dive.raw(), split),
+      configuration_(dive.config()),
+      housekeeper_(dive.path(), quota) {
+  log_.Open();
+}
+
+void Recording::Write(const LogEvent& event) {
+  const bool is_raw = event.channel.starts_with(channels::kRawPrefix);
+  (is_raw ? raw_ : log_).Write(event);
+  if (event.channel == channels::kConfig) configuration_.Add(event);
+}
+
+void Recording::Sync() {
+  log_.Sync();
+  raw_.Sync();
+  configuration_.Save();
+}
+
+void Recording::Tidy() { housekeeper_.Tidy({log_.file(), raw_.file()}); }
+
+EventSink::Figures Recording::figures() const {
+  Figures figures;
+  figures.events = log_.events() + raw_.events();
+  figures.bytes = log_.bytes() + raw_.bytes();
+  figures.file = log_.file().string();
+  figures.files_deleted = housekeeper_.files_deleted();
+  figures.bytes_deleted = housekeeper_.bytes_deleted();
+  figures.short_of_space = housekeeper_.short_of_space();
+  figures.config_errors = configuration_.errors();
+  return figures;
+}
+
+}  // namespace seastitch
