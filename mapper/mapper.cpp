@@ -103,6 +103,11 @@ Mapper::Mapper(const MapperParams& params, std::unique_ptr<Navigation> navigatio
       search_(params.loop_closer),
       graph_(params.mounting) {}
 
+void Mapper::OnSoundings(std::function<void(const SubmapSoundings&)> take) {
+  on_soundings_ = std::move(take);
+  builder_.KeepSoundings();
+}
+
 template <class Sample>
 void Mapper::Navigate(const Sample& sample) {
   navigation_->Add(sample);
@@ -196,6 +201,11 @@ std::optional<Eigen::Matrix3d> Mapper::DriftBetween(Time a, Time b) const {
 
 void Mapper::OnClosed(Submap submap) {
   submap.id = SubmapId{next_id_};
+  if (on_soundings_) {
+    SubmapSoundings soundings = builder_.TakeSoundings();
+    soundings.id = submap.id;
+    on_soundings_(soundings);
+  }
   std::vector<GraphEdge> edges =
       frames_.Place(&submap, next_id_ == 0, navigation_->TakeFixes(submap.end));
   Enqueue(std::move(submap), std::move(edges));

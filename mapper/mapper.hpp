@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -78,6 +79,10 @@ class Mapper {
   void Add(const MbesPing& ping);
   void Add(const SoundingPing& ping);
   void Add(const SoundVelocityProfile& profile);
+
+  // For who wants every sounding and not only the clouds: called with each submap that closes,
+  // before it is given.
+  void OnSoundings(std::function<void(const SubmapSoundings&)> take);
 
   // A finished submap from elsewhere joins the graph. An id below 0 becomes the next number; one
   // that is not above all before it is refused and counted. Footprint and predicted information are
@@ -174,6 +179,7 @@ class Mapper {
   PingQueue<MbesPing> pings_;
   PingQueue<SoundingPing> sounding_pings_;
   SubmapBuilder builder_;
+  std::function<void(const SubmapSoundings&)> on_soundings_;
   SubmapFrames frames_;
   NavCorrection correction_;
   std::optional<Time> last_nav_;

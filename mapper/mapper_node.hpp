@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "common/convert/convert.hpp"
 #include "common/runtime/bus.hpp"
@@ -27,6 +28,10 @@ class MapperNode {
   // Throws std::runtime_error where the survey directory cannot be made.
   MapperNode(const MapperConfig& config, Bus* bus, Worker* worker);
 
+  // See Mapper::OnSoundings().
+  void OnSoundings(std::function<void(const SubmapSoundings&)> take) {
+    mapper_.OnSoundings(std::move(take));
+  }
   // A finished submap from elsewhere: see Mapper::AddSubmap().
   void AddSubmap(Submap submap);
 

@@ -137,6 +137,15 @@ GDALDriver* Driver(const char* name) {
 
 }  // namespace
 
+std::string ProjectionWkt(const Datum& datum) {
+  const QuietGdal quiet;
+  char* text = nullptr;
+  Require(Projection(datum).exportToWkt(&text) == OGRERR_NONE, "projection");
+  const std::string wkt(text);
+  CPLFree(text);
+  return wkt;
+}
+
 std::string GeoTiff(const GridGeometry& g,
                     const std::vector<RasterBand>& bands,
                     const std::optional<Datum>& datum) {

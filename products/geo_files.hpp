@@ -16,6 +16,9 @@ struct Datum {
   double longitude_deg = 0.0;
 };
 
+// The projection of every file with this datum, as text (WKT 1).
+std::string ProjectionWkt(const Datum& datum);
+
 constexpr float kNoData = -9999.0f;
 
 struct RasterBand {

@@ -17,6 +17,15 @@ std::map<SubmapId, const SolvedVertex*> UsableVertices(const PoseGraph& graph) {
 
 }  // namespace
 
+std::string Survey::InputAt(Time time) const {
+  const SurveyInput* found = nullptr;
+  for (const SurveyInput& input : inputs) {
+    if (time < input.first || time > input.last) continue;
+    if (found == nullptr || input.last - input.first < found->last - found->first) found = &input;
+  }
+  return found == nullptr ? std::string() : found->name;
+}
+
 SurveyPoses DeadReckonedPoses(const Survey& survey) {
   SurveyPoses poses;
   for (const SurveySubmap& s : survey.submaps)

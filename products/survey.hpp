@@ -48,6 +48,13 @@ struct SaidState {
   Pose2 corrected;
 };
 
+// A file of the input, by the times of its pings.
+struct SurveyInput {
+  std::string name;
+  Time first;
+  Time last;
+};
+
 // A whole survey, ready to become files.
 struct Survey {
   std::vector<SurveySubmap> submaps;  // by rising id
@@ -55,7 +62,11 @@ struct Survey {
   std::vector<SaidState> said;        // by rising time; empty where there was no NAV_CORRECTED
   std::vector<GraphEdge> edges;       // in the order of the graph's versions
   PoseGraph solution;                 // the newest; without vertices where nothing was solved
+  std::vector<SurveyInput> inputs;    // in the order in which they were given
   std::map<std::string, std::uint64_t> counters;  // what was refused while collecting, by reason
+
+  // Name of the input with pings then, the shortest of several; empty where there is none.
+  std::string InputAt(Time time) const;
 };
 
 // Where the soundings of all submaps lie.

@@ -16,9 +16,11 @@
 #include "products/depth_map.hpp"
 #include "products/graph_files.hpp"
 #include "products/judge.hpp"
+#include "products/navigation_files.hpp"
 #include "products/picture.hpp"
 #include "products/report.hpp"
 #include "products/survey_drawing.hpp"
+#include "products/survey_lines.hpp"
 #include "products/track.hpp"
 
 namespace seastitch {
@@ -265,6 +267,7 @@ class ProductWriter {
           GeoPackage(SurveyLayers(survey_, delivered_.T_map_level, track_, options_.axes),
                      options_.datum));
     RewriteSubmaps(survey_, delivered_, dir_ / "submaps");
+    WriteExports();
     Write("report.html", ReportHtml(survey_, summary_, options_));
     // Last, so that its run figures cover all of the above.
     Write("report.json", ReportJson(survey_, summary_, options_));
@@ -327,10 +330,7 @@ class ProductWriter {
   }
 
   void CorrectTheTrack() {
-    const bool corrected = summary_.outcome == Outcome::kCorrected;
-    const std::vector<std::optional<Eigen::Vector3d>> unknown(survey_.submaps.size());
-    const TrackCorrection correction(
-        survey_, delivered_, corrected ? SolvedSigmas(survey_) : unknown);
+    const TrackCorrection correction(survey_, delivered_, DeliveredSigmas());
     track_ = CorrectTrack(survey_, correction);
     summary_.distance_m = TrackLength(track_);
     summary_.duration_s = ToSeconds(track_.back().time - track_.front().time);
@@ -339,6 +339,39 @@ class ProductWriter {
       summary_.said = CompareSaidWithTruth(survey_.said, options_.truth);
       summary_.closures_against_truth = CompareClosuresWithTruth(survey_, options_.truth);
     }
+  }
+
+  std::vector<std::optional<Eigen::Vector3d>> DeliveredSigmas() const {
+    if (summary_.outcome == Outcome::kCorrected) return SolvedSigmas(survey_);
+    return std::vector<std::optional<Eigen::Vector3d>>(survey_.submaps.size());
+  }
+
+  // What other people's programs take.
+  void WriteExports() {
+    MakeFolder(dir_ / "export");
+    Write("export/lines.csv",
+          LinesCsv(survey_, dead_reckoned_, delivered_, DeliveredSigmas(), options_.axes));
+    if (options_.datum) {
+      const std::vector<GeographicState> track = ToGeographic(track_, *options_.datum);
+      Write("export/navigation.csv", NavigationCsv(track));
+      Write("export/navigation.sbet", SbetBytes(track));
+      Write("export/navigation.na0", Na0Text(track));
+    }
+    if (options_.soundings == nullptr) return;
+    const bool las = options_.sounding_format == SoundingFormat::kLas;
+    const std::string name = las ? "export/soundings.las" : "export/soundings.xyz";
+    WriteSoundings(survey_,
+                   delivered_,
+                   options_.axes,
+                   options_.datum,
+                   options_.sounding_format,
+                   options_.soundings,
+                   dir_ / name);
+    Progress(options_, name);
+    std::string files = "file,name\n";
+    for (std::size_t i = 0; i < survey_.inputs.size(); ++i)
+      files += std::to_string(i + 1) + ',' + CsvText(survey_.inputs[i].name) + '\n';
+    Write("export/files.csv", files);
   }
 
   void WriteDepth() {

@@ -11,6 +11,7 @@
 #include "products/consistency.hpp"
 #include "products/geo_files.hpp"
 #include "products/map_points.hpp"
+#include "products/sounding_files.hpp"
 #include "products/survey.hpp"
 #include "products/truth.hpp"
 
@@ -34,7 +35,9 @@ struct ProductOptions {
   // Two maps whose errors differ by less than this share count as equally consistent: the same
   // points falling into other cells move the figures of a small survey by about as much.
   double harm_tolerance = 0.05;
-  std::vector<TruthState> truth;               // empty: not known
+  std::vector<TruthState> truth;     // empty: not known
+  SoundingLog* soundings = nullptr;  // where every sounding is to be exported
+  SoundingFormat sounding_format = SoundingFormat::kLas;
   std::map<std::string, std::uint64_t> seeds;  // for the report
   std::string configuration;                   // where it comes from, for the report
   // What the input had that is not in the map, by reason: refused, late, doubled. For the report.
@@ -101,8 +104,10 @@ struct ProductSummary {
 
 // Writes every product into dir (created if need be): depth, depth_dead_reckoned, consistency,
 // consistency_dead_reckoned as .tif and .png, track.csv, poses.txt, graph.g2o, survey.gpkg,
-// submaps/submap_ID.pcd, report.json, report.html. Each file appears whole or not at all. The same
-// survey and options give the same bytes, except for the run figures in report.json.
+// submaps/submap_ID.pcd, report.json, report.html; in export/ lines.csv and, with a datum,
+// navigation.csv, .sbet and .na0; with soundings these and files.csv. Each file appears whole or
+// not at all. The same survey and options give the same bytes, except for the run figures in
+// report.json.
 //
 // Do no harm: where the solved map is less consistent than dead reckoning (by either measure: its
 // RMS and its 95 % quantile by more than harm_tolerance, or its RMS by half) over the cells that

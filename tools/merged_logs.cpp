@@ -24,7 +24,11 @@ std::uint64_t BytesIn(const RecordedLogs& logs) {
 // The logs of one recorder.
 class MergedLogs::Recorder {
  public:
-  explicit Recorder(std::vector<fs::path> logs) : logs_(std::move(logs)) { Advance(); }
+  // first_log: its number among those of all recorders.
+  Recorder(std::vector<fs::path> logs, std::size_t first_log)
+      : logs_(std::move(logs)), first_log_(first_log) {
+    Advance();
+  }
 
   // Its next event has this time or, where its clock went back, a later one that came before.
   std::int64_t utime() const { return utime_; }
@@ -32,6 +36,8 @@ class MergedLogs::Recorder {
   std::int64_t damaged_bytes() const {
     return damaged_bytes_ + (reader_ ? reader_->damaged_bytes() : 0);
   }
+  // Of the next event.
+  std::size_t log() const { return first_log_ + log_ - 1; }
   LogEvent Take() {
     LogEvent event = std::move(*next_);
     Advance();
@@ -52,6 +58,7 @@ class MergedLogs::Recorder {
   }
 
   std::vector<fs::path> logs_;
+  const std::size_t first_log_;
   std::size_t log_ = 0;
   std::optional<EventLogReader> reader_;
   std::optional<LogEvent> next_;
@@ -101,8 +108,11 @@ class MergedLogs::Doubles {
 
 MergedLogs::MergedLogs(const RecordedLogs& logs, bool quiet)
     : total_(BytesIn(logs)), progress_("reading", total_, quiet) {
-  for (const auto& recorder : logs.recorders)
-    recorders_.push_back(std::make_unique<Recorder>(recorder));
+  std::size_t first_log = 0;
+  for (const auto& recorder : logs.recorders) {
+    recorders_.push_back(std::make_unique<Recorder>(recorder, first_log));
+    first_log += recorder.size();
+  }
   if (recorders_.size() > 1) doubles_ = std::make_unique<Doubles>();
 }
 
@@ -118,6 +128,7 @@ std::optional<LogEvent> MergedLogs::Next() {
       progress_.Finish();
       return std::nullopt;
     }
+    log_ = first->log();
     LogEvent event = first->Take();
     read_ += SizeInLog(event);
     progress_.Set(read_);

@@ -23,6 +23,8 @@ class MergedLogs {
   ~MergedLogs();
 
   std::optional<LogEvent> Next();
+  // Of the last event, by number from 0: recorder by recorder as they were given.
+  std::size_t log() const { return log_; }
   // In per cent of the bytes.
   int percent_read() const;
   // What was passed over, by reason: "damaged_bytes", and "doubled_CHANNEL" for a message that
@@ -35,6 +37,7 @@ class MergedLogs {
 
   std::vector<std::unique_ptr<Recorder>> recorders_;
   std::unique_ptr<Doubles> doubles_;
+  std::size_t log_ = 0;
   std::uint64_t total_ = 0;
   std::uint64_t read_ = 0;
   ProgressLine progress_;

@@ -25,6 +25,7 @@
 #include "tools/merged_logs.hpp"
 #include "tools/message_types.hpp"
 #include "tools/output_folder.hpp"
+#include "tools/ping_inputs.hpp"
 #include "tools/progress.hpp"
 #include "tools/recorded_dive.hpp"
 #include "tools/replay_config.hpp"
@@ -137,6 +138,7 @@ bool IsOfRole(const LogEvent& event, ChannelRole role) {
 // What a replay is fed with, and what of it is not in the map.
 struct Feeding {
   Bus* bus;
+  PingInputs* inputs;
   bool quiet;
   std::function<bool()> stopped;                // asked before every piece
   std::map<std::string, std::int64_t> refused;  // by reason
@@ -161,6 +163,7 @@ void FeedLogs(const RecordedLogs& recorded, ChannelRole role, Feeding* feeding) 
     if (!IsOfRole(*event, role)) continue;
     any = true;
     if (!types.Add(*event)) continue;
+    feeding->inputs->Reading(logs.log());
     feeding->bus->PublishBytes(event->channel, event->data.data(), event->data.size());
     feeding->bus->HandleAll();
   }
@@ -180,6 +183,7 @@ void FeedSurvey(SurveyFiles* survey, Feeding* feeding) {
   if (!feeding->quiet) std::fputs(survey->plan().Text().c_str(), stderr);
   ProgressLine progress("reading", survey->bytes(), feeding->quiet);
   while (!feeding->stopped() && survey->PublishNext(feeding->bus)) {
+    feeding->inputs->Reading(survey->file());
     feeding->bus->HandleAll();
     progress.Set(survey->bytes_read());
   }
@@ -306,6 +310,8 @@ void ExpectInputs(const ReplayOptions& options) {
     throw UsageError("replay: one dive, or one directory of submaps, at a time");
   if (has_folder && options.as_recorded && !IsDive(options.inputs[0]))
     throw UsageError("replay: --as-recorded needs a log");
+  if (options.soundings && (options.as_recorded || (has_folder && !IsDive(options.inputs[0]))))
+    throw UsageError("replay: --soundings needs pings to be placed: no submaps, no --as-recorded");
   ExpectApart(options.inputs, options.out);
 }
 
@@ -314,6 +320,7 @@ struct Input {
   std::optional<RecordedLogs> logs;
   std::unique_ptr<SurveyFiles> survey_files;
   std::optional<SubmapDirectory> submaps;
+  std::vector<std::string> names;  // of the files
 };
 
 Input Open(const ReplayOptions& options) {
@@ -323,9 +330,12 @@ Input Open(const ReplayOptions& options) {
   if (fs::is_directory(first) && !is_dive) {
     input.submaps = ReadSubmapDirectory(first, options.drift);
   } else if (!is_dive && (input.survey_files = OpenSurvey(options))) {
+    for (const fs::path& file : options.inputs) input.names.push_back(file.filename().string());
   } else {
     const ChannelRole role = options.as_recorded ? ChannelRole::kResult : ChannelRole::kSensor;
     input.logs = LookThrough(is_dive ? LogsOfDive(first) : options.inputs, role, options.quiet);
+    for (const auto& recorder : input.logs->recorders)
+      for (const fs::path& log : recorder) input.names.push_back(log.filename().string());
   }
   return input;
 }
@@ -335,8 +345,13 @@ void Remake(Input* input,
             const ReplayConfig& config,
             MapperConfig mapper_config,
             const SurveyCollector& collector,
+            SoundingLog* soundings,
             Feeding* feeding) {
   Pipeline pipeline(config, mapper_config, feeding->bus, feeding->stopped);
+  if (soundings != nullptr)
+    pipeline.mapper().OnSoundings([&](const SubmapSoundings& submap) {
+      soundings->Add(submap, feeding->inputs->Take(submap));
+    });
   if (input->submaps)
     FeedSubmaps(std::move(*input->submaps), &pipeline, feeding);
   else if (input->survey_files)
@@ -388,22 +403,35 @@ ProductSummary RunReplay(const ReplayOptions& options) {
   Bus bus("memq://");
   SurveyCollector collector(out.path());
   CollectorNode collector_node(&bus, &collector);
+  PingInputs inputs(input.names, options.soundings.has_value(), &bus);
+  std::optional<SoundingLog> soundings;
+  if (options.soundings) {
+    products.soundings = &soundings.emplace(out.path() / ".soundings");
+    products.sounding_format = *options.soundings;
+  }
   if (options.listen) options.listen(&bus);
-  Feeding feeding{
-      &bus, options.quiet, [&] { return interruption && interruption->requested(); }, {}, {}, {}};
+  Feeding feeding{&bus,
+                  &inputs,
+                  options.quiet,
+                  [&] { return interruption && interruption->requested(); },
+                  {},
+                  {},
+                  {}};
   if (options.as_recorded) {
     FeedLogs(*input.logs, ChannelRole::kResult, &feeding);
   } else {
     const ScratchDir store(out.path() / ".store");
     mapper_config.map_dir = store.path();
-    Remake(&input, config, mapper_config, collector, &feeding);
+    Remake(&input, config, mapper_config, collector, products.soundings, &feeding);
   }
   products.refused = feeding.refused;
   products.partial = feeding.partial;
   products.mapper_counters = feeding.mapper_counters;
-  const Survey survey = collector.Finish();
+  Survey survey = collector.Finish();
+  survey.inputs = inputs.spans();
   products.run_figures = [&] { return stopwatch.Read(DurationSeconds(survey)); };
   ProductSummary summary = WriteProducts(survey, products, out.path());
+  soundings.reset();
   out.Publish();
   return summary;
 }

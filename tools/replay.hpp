@@ -25,6 +25,8 @@ struct ReplayOptions {
   // Map and track as the processes made them at sea, instead of making them anew from the sensors.
   bool as_recorded = false;
   ImportedDrift drift;
+  // Every sounding as a file of this format, besides.
+  std::optional<SoundingFormat> soundings;
   bool quiet = false;
   // The first Ctrl-C ends the reading, so that there is a map of a part; the second ends the
   // process.

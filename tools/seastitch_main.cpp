@@ -6,7 +6,9 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
+#include <map>
 #include <memory>
+#include <string>
 
 #include "common/runtime/config.hpp"
 #include "common/runtime/dive_folder.hpp"
@@ -105,6 +107,13 @@ void AddReplay(CLI::App* app, int* status) {
       ->capture_default_str();
   replay->add_option("--drift-yaw-deg", options.drift.sigma_yaw_deg, "the same for yaw")
       ->capture_default_str();
+  const std::map<std::string, SoundingFormat> formats{{"las", SoundingFormat::kLas},
+                                                      {"xyz", SoundingFormat::kXyz}};
+  replay
+      ->add_option("--soundings",
+                   options.soundings,
+                   "also writes every sounding, corrected, to export/soundings.las or .xyz")
+      ->transform(CLI::CheckedTransformer(formats, CLI::ignore_case).description("las or xyz"));
   replay->add_flag("--quiet", options.quiet, "no progress");
   replay->add_flag("--print-config",
                    arguments->print_config,

@@ -325,9 +325,12 @@ struct SurveyFiles::Publish {
 
 bool SurveyFiles::PublishNext(Bus* bus) {
   SurveyStream* earliest = nullptr;
-  for (const auto& stream : streams_)
-    if (stream->next() && (earliest == nullptr || *stream->next() < *earliest->next()))
-      earliest = stream.get();
+  for (std::size_t i = 0; i < streams_.size(); ++i) {
+    SurveyStream* const stream = streams_[i].get();
+    if (!stream->next() || (earliest != nullptr && *earliest->next() <= *stream->next())) continue;
+    earliest = stream;
+    file_ = i;
+  }
   if (earliest == nullptr) return false;
   const SurveyRecord record = earliest->Take();
   now_ = std::max(now_, TimeOf(record));

@@ -64,6 +64,8 @@ class SurveyFiles {
 
   // Publishes what the next record holds. False: no record was left.
   bool PublishNext(Bus* bus);
+  // The file of the last record, by number from 0.
+  std::size_t file() const { return file_; }
   // Time of the last record; never falls.
   Time now() const { return now_; }
   std::uint64_t bytes() const;
@@ -103,6 +105,7 @@ class SurveyFiles {
   std::vector<std::filesystem::path> files_;
   std::vector<std::unique_ptr<SurveyStream>> streams_;
   SurveyPlan plan_;
+  std::size_t file_ = 0;
   Time now_;
   std::map<std::string, std::int64_t> seqs_;
   Counters counters_;

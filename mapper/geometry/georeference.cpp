@@ -231,6 +231,7 @@ std::optional<GeoreferencedPing> Georeference(const MbesPing& ping,
 
   GeoreferencedPing result;
   result.time = ping.time;
+  result.ping_number = ping.ping_number;
   result.head = ping.head;
   result.T_map_vehicle = sonar->T_map_vehicle_first();
   result.speed_mps = sonar->SpeedMps();
@@ -267,6 +268,8 @@ GeoreferencedPing Georeference(const SoundingPing& ping,
                                double speed_mps) {
   GeoreferencedPing result;
   result.time = ping.time;
+  result.ping_number = ping.ping_number;
+  result.head = ping.head;
   result.T_map_vehicle = T_map_vehicle;
   result.speed_mps = speed_mps;
   result.beams_read = static_cast<int>(ping.soundings.size());

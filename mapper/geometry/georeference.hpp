@@ -24,6 +24,7 @@ struct Sounding {
 struct GeoreferencedPing {
   Time time;                                                        // first transmit pulse
   Eigen::Isometry3d T_map_vehicle = Eigen::Isometry3d::Identity();  // at `time`
+  std::uint32_t ping_number = 0;                                    // the device's counter
   std::uint8_t head = 0;                                            // of a sonar with several
   double speed_mps = 0.0;  // horizontal, from `time` to the last echo
   int beams_read = 0;      // all that the sonar delivered

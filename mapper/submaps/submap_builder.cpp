@@ -20,6 +20,7 @@ constexpr double kCellPerAltitude = 0.05;
 // A median of five stands while two of them are outliers, at 1.43 times the variance of a mean.
 constexpr std::size_t kBeamsPerMedian = 5;
 constexpr double kMedianVariance = 1.43;
+constexpr std::size_t kNoVoxel = static_cast<std::size_t>(-1);
 
 const char* NameOf(SoundingGate gate) {
   switch (gate) {
@@ -188,16 +189,19 @@ void SubmapBuilder::AddSoundings(const GeoreferencedPing& ping) {
   std::array<Eigen::Vector3d, kBeamsPerMedian> group;
   std::size_t grouped = 0;
   const Eigen::Vector3d p_map_vehicle = ping.T_map_vehicle.translation();
+  if (keeps_soundings_) open_->soundings.pings.push_back({ping.time, ping.ping_number, ping.head});
   for (const Sounding& sounding : ping.soundings) {
     const SoundingGate gate = CheckSounding(sounding.p_map, p_map_vehicle, filter_);
+    const Eigen::Vector3d p_anchored = T_anchored_map * sounding.p_map;
     if (gate != SoundingGate::kPass) {
       ++counters_[NameOf(gate)];
+      Keep(sounding, p_anchored, kNoVoxel);
       continue;
     }
     const double sigma_m =
         std::max(params_.sounding_sigma_m, static_cast<double>(sounding.depth_sigma_m));
-    const Eigen::Vector3d p_anchored = T_anchored_map * sounding.p_map;
-    open_->voxels.Add(p_anchored, 1.0 / (sigma_m * sigma_m), ping_number);
+    const std::size_t voxel = open_->voxels.Add(p_anchored, 1.0 / (sigma_m * sigma_m), ping_number);
+    Keep(sounding, p_anchored, voxel);
     open_->sum_variance_m2 += sigma_m * sigma_m;
     group[grouped++] = p_anchored;
     if (grouped < kBeamsPerMedian) continue;
@@ -211,6 +215,17 @@ void SubmapBuilder::AddSoundings(const GeoreferencedPing& ping) {
                        static_cast<double>(kBeamsPerMedian),
                        kMedianVariance * sigma_m * sigma_m);
   }
+}
+
+void SubmapBuilder::Keep(const Sounding& sounding,
+                         const Eigen::Vector3d& p_anchored,
+                         std::size_t voxel) {
+  if (!keeps_soundings_ || !p_anchored.allFinite()) return;
+  open_->soundings.soundings.push_back(
+      {(p_anchored - open_->voxels.p_map_origin()).cast<float>(),
+       static_cast<std::uint32_t>(open_->soundings.pings.size() - 1),
+       static_cast<std::uint16_t>(sounding.beam)});
+  open_->voxel_of_sounding.push_back(voxel);
 }
 
 std::optional<SubmapTrigger> SubmapBuilder::Full() {
@@ -272,7 +287,7 @@ double SubmapBuilder::HeadingSpread(const std::vector<AnchoredPose>& track, doub
 
 std::optional<Submap> SubmapBuilder::Close(SubmapTrigger trigger) {
   if (!open_) return std::nullopt;
-  const Open open = std::move(*open_);
+  Open open = std::move(*open_);
   open_.reset();
 
   Submap submap;
@@ -302,6 +317,12 @@ std::optional<Submap> SubmapBuilder::Close(SubmapTrigger trigger) {
     ++counters_["submaps_too_small"];
     return std::nullopt;
   }
+  for (std::size_t i = 0; i < open.voxel_of_sounding.size(); ++i) {
+    SubmapSoundings::Sounding& sounding = open.soundings.soundings[i];
+    sounding.p_submap_m = (T_submap_voxels * sounding.p_submap_m.cast<double>()).cast<float>();
+    sounding.used = open.voxel_of_sounding[i] != kNoVoxel && seabed[open.voxel_of_sounding[i]] != 0;
+  }
+  soundings_ = std::move(open.soundings);
   frames_.push_back({middle.time, middle.T_map_vehicle.translation().head<2>()});
   const Eigen::Matrix3d R_level_submap = LevelFromBody(submap.T_map_submap);
   const double sigma_m =

@@ -7,8 +7,10 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "common/core/placed_soundings.hpp"
 #include "common/core/pose.hpp"
 #include "common/core/submap.hpp"
 #include "common/core/time.hpp"
@@ -82,14 +84,19 @@ class SubmapBuilder {
   // Closes what is open.
   std::optional<Submap> Finish();
 
+  // Keeps every sounding from now on: some 20 bytes each, of the open submap and the last.
+  void KeepSoundings() { keeps_soundings_ = true; }
+  // Of the submap closed last; each once. Without its id.
+  SubmapSoundings TakeSoundings() { return std::exchange(soundings_, {}); }
+
   // Frame of the open submap, if it were closed now.
   std::optional<Time> frame_time() const;
 
   // Everything left out, by name, such as "soundings_too_far" or "pings_in_turns".
   const std::map<std::string, std::int64_t>& counters() const { return counters_; }
 
-  // For a restart. Not saved: open_, which is lost with it, and what begins anew with the next
-  // ping: last_, heads_, turning_, headings_; counters_, which are of one process.
+  // For a restart. Not saved: open_, soundings_, keeps_soundings_; what the next ping begins anew:
+  // last_, heads_, turning_, headings_; counters_, which are of one process.
   template <class Archive, class Self>
   static void Fields(Archive& archive, Self& self) {
     archive(self.along_m_, self.first_yaw_rad_, self.frames_, self.on_earlier_lines_);
@@ -115,6 +122,8 @@ class SubmapBuilder {
     double sum_variance_m2 = 0.0;
     VoxelGrid voxels;
     TerrainInformation terrain;  // about the first ping, map axes
+    SubmapSoundings soundings;   // where they are kept; from the origin of `voxels`, anchored map
+    std::vector<std::size_t> voxel_of_sounding;  // kNoVoxel: left out at once
   };
   struct Frame {
     Time time;
@@ -137,6 +146,7 @@ class SubmapBuilder {
   void EndLine() { on_earlier_lines_ = frames_.size(); }
   bool HeadingSettled(double yaw_rad, double along_m);
   void AddSoundings(const GeoreferencedPing& ping);
+  void Keep(const Sounding& sounding, const Eigen::Vector3d& p_anchored, std::size_t voxel);
   std::optional<SubmapTrigger> Full();
   bool HasDrifted() const;
   bool HoldsEnoughStructure() const;
@@ -158,6 +168,8 @@ class SubmapBuilder {
   std::size_t on_earlier_lines_ = 0;  // of frames_, the first
   bool turning_ = false;
   std::deque<Heading> headings_;  // of the last turn_settle_m, while turning
+  bool keeps_soundings_ = false;
+  SubmapSoundings soundings_;  // of the submap closed last
   std::map<std::string, std::int64_t> counters_;
 };
 

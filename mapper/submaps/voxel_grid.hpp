@@ -34,8 +34,9 @@ class VoxelGrid {
   VoxelGrid(const Eigen::Vector3d& p_map_origin, double voxel_m)
       : p_map_origin_(p_map_origin), voxel_m_(voxel_m) {}
 
-  // weight: above 0, such as the inverse of the sounding's variance.
-  void Add(const Eigen::Vector3d& p_map, double weight, std::uint32_t ping) {
+  // weight: above 0, such as the inverse of the sounding's variance. Gives the number of its
+  // voxel: its centroid's place in Centroids().
+  std::size_t Add(const Eigen::Vector3d& p_map, double weight, std::uint32_t ping) {
     const Eigen::Vector3d p = p_map - p_map_origin_;
     const std::size_t i = cells_.FindOrAdd(
         {CellOf(p.x(), voxel_m_), CellOf(p.y(), voxel_m_), CellOf(p.z(), voxel_m_)});
@@ -45,6 +46,7 @@ class VoxelGrid {
     ++voxels_[i].soundings;
     voxels_[i].pings.Add({ping, ping});
     ++soundings_;
+    return i;
   }
 
   // Centroids, relative to the origin, in the order in which the voxels were first hit.

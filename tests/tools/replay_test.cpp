@@ -252,9 +252,10 @@ class ShuffledReplay : public Replay {
     std::map<std::string, std::string> products;
     for (const auto& entry : fs::recursive_directory_iterator(dir_.path() / "out")) {
       const std::string name = fs::relative(entry.path(), dir_.path() / "out").string();
-      // The title is the first file's name, and what the run cost is another each time.
-      const bool titled = name.ends_with(".png") || name.starts_with("report.");
-      if (entry.is_regular_file() && !titled) products[name] = ReadFile(entry.path());
+      // These name the files; the report's costs are others each time.
+      const bool names_files =
+          name.ends_with(".png") || name.starts_with("report.") || name == "export/lines.csv";
+      if (entry.is_regular_file() && !names_files) products[name] = ReadFile(entry.path());
     }
     return products;
   }

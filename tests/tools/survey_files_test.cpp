@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "codecs/kmall.hpp"
@@ -65,6 +67,25 @@ TEST(SurveyFiles, ImportedLogGivesTheSameMapAsTheFile) {
     EXPECT_TRUE(TextOfFile(dir.path() / "file" / product) ==
                 TextOfFile(dir.path() / "log" / product))
         << product;
+}
+
+// Every sounding of the file goes out, and those that are used are those of the map.
+TEST(SurveyFiles, SoundingsOfTheMapAreExported) {
+  const fs::path file = Shared("data/mbes/em2040_OS01.kmall");
+  SKIP_WITHOUT(file);
+  TemporaryDir dir;
+  const auto result = RunCommand(Replay(file, dir.path() / "map", " --soundings las"));
+  ASSERT_EQ(result.exit_code, 0) << result.output;
+  const std::string las = TextOfFile(dir.path() / "map/export/soundings.las");
+  const auto report = nlohmann::json::parse(TextOfFile(dir.path() / "map/report.json"));
+  std::uint32_t begin = 0;
+  std::memcpy(&begin, las.data() + 96, sizeof begin);
+  constexpr std::size_t kPoint = 38, kClass = 16;
+  std::uint64_t used = 0;
+  for (std::size_t at = begin; at < las.size(); at += kPoint) used += las[at + kClass] == 40;
+  EXPECT_EQ(used, report["soundings"]["used"]);
+  EXPECT_GT(used, 1000u);
+  EXPECT_FALSE(fs::exists(dir.path() / "map/.soundings"));
 }
 
 TEST(SurveyFiles, InstallationOfTheFileIsUsed) {

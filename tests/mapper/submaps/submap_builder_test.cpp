@@ -554,5 +554,34 @@ TEST(SubmapBuilder, GivesTheSameBytesTwice) {
   }
 }
 
+TEST(SubmapBuilder, KeepsEverySoundingWhereItIsAskedTo) {
+  Drive drive;
+  drive.builder.KeepSoundings();
+  std::vector<SubmapSoundings> kept;
+  for (int i = 0; i < 2; ++i) {
+    while (drive.closed.size() == kept.size()) drive.Step(0.0);
+    kept.push_back(drive.builder.TakeSoundings());
+  }
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    const Submap& submap = drive.closed[i];
+    const std::vector<SubmapSoundings::Sounding>& soundings = kept[i].soundings;
+    EXPECT_EQ(soundings.size(), submap.soundings_read);
+    EXPECT_EQ(static_cast<std::uint64_t>(std::count_if(
+                  soundings.begin(), soundings.end(), [](const auto& s) { return s.used; })),
+              submap.soundings_used);
+    EXPECT_EQ(kept[i].pings.front().time, submap.start);
+    EXPECT_EQ(kept[i].pings.back().time, submap.end);
+    // In the submap's own frame: about where its cloud is.
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero(), of_cloud = Eigen::Vector3d::Zero();
+    for (const auto& s : soundings)
+      if (s.used) mean += s.p_submap_m.cast<double>() / static_cast<double>(submap.soundings_used);
+    for (std::size_t k = 0; k < submap.cloud.size(); ++k)
+      of_cloud += submap.cloud.points[k].cast<double>() *
+                  (double{submap.cloud.soundings[k]} / static_cast<double>(submap.soundings_used));
+    EXPECT_LT((mean - of_cloud).norm(), 1e-3);
+  }
+  EXPECT_TRUE(drive.builder.TakeSoundings().soundings.empty());
+}
+
 }  // namespace
 }  // namespace seastitch

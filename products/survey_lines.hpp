@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "products/map_points.hpp"
+#include "products/survey.hpp"
+
+// Survey lines: runs of submaps between two turns, gaps or dives.
+namespace seastitch {
+
+// Of the submaps of the survey, by rising number.
+struct SurveyLine {
+  std::size_t first = 0;
+  std::size_t last = 0;
+};
+std::vector<SurveyLine> LinesOf(const Survey& survey);
+
+// As one field of a CSV: in quotes where it needs them.
+std::string CsvText(const std::string& text);
+
+// lines.csv, one line a survey line: when, where from, how long, and by how much the graph moved
+// it: the mean over its submaps, north and east, along and to starboard [m], and clockwise
+// [degrees], with one sigma of where it is (that of its submaps, whose errors go together). Empty
+// fields: not known.
+std::string LinesCsv(const Survey& survey,
+                     const SurveyPoses& dead_reckoned,
+                     const SurveyPoses& delivered,
+                     const std::vector<std::optional<Eigen::Vector3d>>& sigmas,
+                     MapAxes axes);
+
+}  // namespace seastitch
