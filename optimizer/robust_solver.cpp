@@ -43,6 +43,7 @@ class RobustSolver {
     for (const Factor& factor : graph_.factors) of_steps.push_back(factor.IsRobust() ? 0.0 : 1.0);
     std::vector<Pose2> poses =
         Graduate(dead_reckoned, WithinGate(dead_reckoned, of_steps), effective_size);
+    minimiser_.Minimise(FinalLosses(effective_size), kStepsAStage, kNear, &poses);
     minimiser_.Minimise(FinalLosses(kIndependent), params_.max_iterations, kForCost, &poses);
     return Cost(poses, effective_size) < Cost(solution.T_map_vertex, effective_size)
                ? Final(std::move(poses), kFine)
@@ -120,8 +121,8 @@ class RobustSolver {
     return refused > 2.0 * (1.0 - params_.inlier_probability) * robust;
   }
 
-  // From dead reckoning to near the minimum of the squares of the active set, and on to the robust
-  // minimum of all. How groups count is for finding it alone.
+  // From dead reckoning to near the minimum of the squares of the active set, and on to near the
+  // robust one. How groups count is for finding it alone.
   std::vector<Pose2> Graduate(std::vector<Pose2> poses,
                               const std::vector<bool>& active,
                               double effective_size) {
@@ -132,7 +133,6 @@ class RobustSolver {
       losses.mu = mu;
       minimiser_.Minimise(losses, kStepsAStage, kNear, &poses);
     }
-    minimiser_.Minimise(FinalLosses(effective_size), kStepsAStage, kNear, &poses);
     return poses;
   }
 
