@@ -9,9 +9,13 @@
 #include <cmath>
 #include <cstring>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <thread>
 
+#include "common/convert/convert.hpp"
+#include "common/core/channel_names.hpp"
+#include "common/runtime/bus.hpp"
 #include "drivers/socket/cannelloni.hpp"
 #include "drivers/socket/file_descriptor.hpp"
 
@@ -47,20 +51,27 @@ class LiveSender {
   explicit LiveSender(const LiveTargets& targets)
       : imu_(ConnectUdp(targets.imu)),
         dvl_(ConnectUdp(targets.dvl)),
-        mbes_(ConnectUdp(targets.mbes)) {}
+        mbes_(ConnectUdp(targets.mbes)),
+        lcm_url_(targets.lcm_url) {}
 
   void Send(const BenchEvent& event) {
     switch (event.device) {
       case Device::kImu: Send(imu_, EncodeCannelloni(event.frames, imu_seq_++)); break;
       case Device::kDvl: Send(dvl_, EncodeCannelloni(event.frames, dvl_seq_++)); break;
       case Device::kMbes: Send(mbes_, event.bytes); break;
-      case Device::kFix: break;
+      case Device::kFix: SendFix(event); break;
     }
   }
 
   LiveResult result;
 
  private:
+  void SendFix(const BenchEvent& event) {
+    if (!bus_) bus_.emplace(lcm_url_);
+    bus_->Publish(channels::kPositionFix, ToLcm(*event.fix, {event.recv, fix_seq_++}));
+    ++result.packets;
+  }
+
   void Send(const FileDescriptor& fd, const std::vector<std::uint8_t>& bytes) {
     // A refusal belongs to the packet before; this one is sent on the second try.
     ssize_t sent = send(fd.get(), bytes.data(), bytes.size(), 0);
@@ -81,6 +92,9 @@ class LiveSender {
   FileDescriptor mbes_;
   std::uint8_t imu_seq_ = 0;
   std::uint8_t dvl_seq_ = 0;
+  const std::string lcm_url_;
+  std::optional<Bus> bus_;  // only where there are fixes
+  std::int64_t fix_seq_ = 0;
 };
 
 double SecondsSince(Clock::time_point start) {

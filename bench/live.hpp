@@ -13,6 +13,7 @@ struct LiveTargets {
   std::string imu;
   std::string dvl;
   std::string mbes;
+  std::string lcm_url{};  // of position fixes, which have no driver; empty: as Bus takes it
 };
 
 struct LiveResult {
@@ -23,9 +24,9 @@ struct LiveResult {
   double max_lag_s = 0.0;  // of a packet behind its time: how far the machine fell behind
 };
 
-// Sends the survey's bytes over UDP, paced by the machine's monotonic clock at `speed` times real
-// time. Throws std::runtime_error "HOST:PORT: reason", std::invalid_argument unless speed is above
-// 0.
+// Sends the survey's bytes over UDP and its position fixes on the bus, paced by the machine's
+// monotonic clock at `speed` times real time. Throws std::runtime_error "HOST:PORT: reason",
+// std::invalid_argument unless speed is above 0.
 LiveResult SendLive(SurveySimulator* simulator,
                     const LiveTargets& targets,
                     double speed,

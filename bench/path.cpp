@@ -145,9 +145,28 @@ Connection Shortest(const ConnectionProblem& problem) {
 
 Path::Path(const PlanParams& params) : params_(params) {
   end_course_rad_ = Deg2Rad(params.heading_deg);
+  const double dive_m = params.DiveS() * params.speed_mps;
+  start_ = end_ = -dive_m * Along(end_course_rad_);
+  if (dive_m > 0.0) AddStraight(dive_m);
   AddLines();
   AddCrosslines();
+  if (dive_m > 0.0) AddStraight(dive_m);
   Tabulate();
+}
+
+double Path::DepthShareAt(double t_s) const {
+  if (params_.surface_s == 0.0) return 1.0;
+  const double from_end_s = std::min(t_s, duration_s_ - t_s);
+  const double u = std::clamp((from_end_s - params_.surface_s) / params_.dive_s, 0.0, 1.0);
+  return u * u * (3.0 - 2.0 * u);
+}
+
+bool Path::IsAtSurface(double t_s) const {
+  return t_s <= params_.surface_s || t_s >= duration_s_ - params_.surface_s;
+}
+
+bool Path::IsOnSurvey(double t_s) const {
+  return t_s >= params_.DiveS() && t_s <= duration_s_ - params_.DiveS();
 }
 
 void Path::AddLines() {
@@ -219,7 +238,7 @@ void Path::Tabulate() {
   const double v = params_.speed_mps;
   const auto intervals = static_cast<std::size_t>(std::ceil(duration_s_ / kNodeS));
   nodes_.reserve(intervals + 1);
-  Eigen::Vector2d p = Eigen::Vector2d::Zero();
+  Eigen::Vector2d p = start_;
   for (std::size_t i = 0; i <= intervals; ++i) {
     const double t = kNodeS * static_cast<double>(i);
     const State s = CourseAt(t);

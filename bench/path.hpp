@@ -8,8 +8,9 @@
 
 namespace seastitch::bench {
 
-// A lawn-mower survey. It starts at the origin of the map, on the first line's lead-in; the lines
-// follow each other to starboard of the first.
+// A lawn-mower survey. Its first line's lead-in begins at the origin of the map; the lines follow
+// each other to starboard of the first. A vehicle that comes from the surface gets there straight
+// on, and goes on straight after the last line.
 struct PlanParams {
   int lines = 6;
   double line_length_m = 160.0;
@@ -22,6 +23,10 @@ struct PlanParams {
   double altitude_m = 11.0;    // above the smoothed seabed; 0: at constant depth_m
   double depth_m = 10.0;
   double min_depth_m = 2.0;  // never shallower
+  double surface_s = 0.0;    // at the surface before the way down, and after the way up; 0: neither
+  double dive_s = 40.0;      // way down, and up, where there is one
+
+  double DiveS() const { return surface_s > 0.0 ? surface_s + dive_s : 0.0; }
 };
 
 // The plan as a track over ground: straight legs, and turns whose rate swells from zero and fades
@@ -38,6 +43,12 @@ class Path {
   };
   // Before the start and after the end: at these.
   State At(double t_s) const;
+  // How much of its depth the vehicle has at that time: 0 at the surface, 1 on the survey.
+  double DepthShareAt(double t_s) const;
+  bool IsAtSurface(double t_s) const;
+  // From the end of the way down to the begin of the way up.
+  bool IsOnSurvey(double t_s) const;
+  const PlanParams& plan() const { return params_; }
   double duration_s() const { return duration_s_; }
   double speed_mps() const { return params_.speed_mps; }
   // What the track covers, widened by margin_m.
@@ -68,6 +79,7 @@ class Path {
   std::vector<Leg> legs_;
   std::vector<Node> nodes_;
   double duration_s_ = 0.0;
+  Eigen::Vector2d start_{0.0, 0.0};
   Eigen::Vector2d end_{0.0, 0.0};  // while the legs are laid
   double end_course_rad_ = 0.0;
 };

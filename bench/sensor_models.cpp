@@ -302,6 +302,16 @@ MbesModel::Ping MbesModel::PingAt(double t_s) {
   return result;
 }
 
+std::optional<double> FixModel::TimeAfter(double t_s) const {
+  if (params_.interval_s == 0.0) return std::nullopt;
+  const Path& path = scene_.trajectory.path();
+  double next_s = t_s + params_.interval_s;
+  if (params_.gps && !path.IsAtSurface(next_s))
+    next_s = std::max(next_s, path.duration_s() - path.plan().surface_s);
+  next_s = std::round(next_s * 1e6) * 1e-6;  // what its stamp can say
+  return next_s <= path.duration_s() ? std::optional(next_s) : std::nullopt;
+}
+
 PositionFix FixModel::FixAt(double t_s) {
   const Eigen::Vector3d p_map = scene_.trajectory.StateAt(t_s).T_map_vehicle.translation();
   double north_m = p_map.x() + params_.sigma_m * random_.Normal();
@@ -322,7 +332,7 @@ PositionFix FixModel::FixAt(double t_s) {
   fix.latitude_rad = Deg2Rad(latitude_deg);
   fix.longitude_rad = Deg2Rad(longitude_deg);
   fix.covariance_north_east_m2 = params_.sigma_m * params_.sigma_m * Eigen::Matrix2d::Identity();
-  fix.source = "usbl";
+  fix.source = params_.gps ? "gps" : "usbl";
   return fix;
 }
 

@@ -150,6 +150,7 @@ class MbesModel {
 // GPS or USBL.
 struct FixParams {
   double interval_s = 0.0;  // 0: none
+  bool gps = false;         // only while the vehicle is at the surface; false: USBL, all the time
   double sigma_m = 2.0;     // north and east, new in each fix; stated as it is
   double wrong_rate = 0.0;  // of fixes that are off by wrong_m in some direction, and do not say so
   double wrong_m = 100.0;
@@ -159,6 +160,8 @@ class FixModel {
  public:
   FixModel(const FixParams& params, const Scene& scene, std::uint64_t seed)
       : params_(params), scene_(scene), random_(seed, "position fixes") {}
+  // Of the first fix after t_s. Nothing: there is none any more.
+  std::optional<double> TimeAfter(double t_s) const;
   PositionFix FixAt(double t_s);
 
  private:

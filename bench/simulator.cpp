@@ -59,7 +59,8 @@ class SurveySimulator::Impl {
         fixes_(config.fixes, scene_, config.seed),
         imu_encoder_(signals.imu, kSurveyStart),
         dvl_encoder_(signals.dvl),
-        loss_(config.seed, "packet loss") {
+        loss_(config.seed, "packet loss"),
+        next_ping_s_(config.plan.DiveS()) {
     PushProfile();
   }
 
@@ -111,7 +112,7 @@ class SurveySimulator::Impl {
   void RunMbes() {
     const double t = next_ping_s_;
     // The echoes of the last ping are to come in before the end.
-    if (t + 0.5 > trajectory_.duration_s()) return;
+    if (t + 0.5 > trajectory_.duration_s() || !path_.IsOnSurvey(t)) return;
     MbesModel::Ping result = mbes_.PingAt(t);
     result.ping.time = StampOf(t);
     result.ping.ping_number = static_cast<std::uint32_t>(counts_.pings);
@@ -130,9 +131,9 @@ class SurveySimulator::Impl {
   }
 
   void RunFixes() {
-    if (config_.fixes.interval_s == 0.0) return;
-    const double t = static_cast<double>(++num_fixes_) * config_.fixes.interval_s;
-    if (t > trajectory_.duration_s()) return;
+    const std::optional<double> next = fixes_.TimeAfter(last_fix_s_);
+    if (!next) return;
+    const double t = last_fix_s_ = *next;
     PositionFix fix = fixes_.FixAt(t);
     fix.time = StampOf(t);
     fix_queue_.push_back({fix.time, Device::kFix, {}, {}, fix});
@@ -183,8 +184,8 @@ class SurveySimulator::Impl {
   std::deque<BenchEvent> fix_queue_;
   std::int64_t imu_samples_ = 0;
   std::int64_t dvl_samples_ = 0;
-  std::int64_t num_fixes_ = 0;
-  double next_ping_s_ = 0.0;
+  double last_fix_s_ = 0.0;
+  double next_ping_s_;
   Counts counts_;
 };
 

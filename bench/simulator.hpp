@@ -34,8 +34,8 @@ struct BenchEvent {
 };
 
 // A survey as the bytes that its devices send. Pure: the same config and vehicle give the same
-// events. The map is North-East-Down at the datum of the vehicle's geometry; the vehicle starts at
-// north 0, east 0 of it, and that is all that dead reckoning needs to be told.
+// events. The map is North-East-Down at the datum of the vehicle's geometry; a vehicle that does
+// not come from the surface starts at north 0, east 0 of it.
 class SurveySimulator {
  public:
   // Throws what LoadRaster throws.

@@ -125,6 +125,16 @@ void DeclarePlan(PlanParams* p, ParameterTable* root) {
             Range::Within(0.0, 11'000.0),
             "Depth of the vehicle without altitude.");
   table.Add("min_depth_m", &p->min_depth_m, kMetre, Range::AtLeast(0.0), "Never shallower.");
+  table.Add("surface_s",
+            &p->surface_s,
+            kSecond,
+            Range::AtLeast(0.0),
+            "At the surface before the survey and after it, with the sonar off; 0: neither.");
+  table.Add("dive_s",
+            &p->dive_s,
+            kSecond,
+            Range::Above(0.0),
+            "Way down, and up, where there is one, with the sonar off.");
 }
 
 void DeclareMotion(MotionParams* p, ParameterTable* root) {
@@ -357,6 +367,8 @@ void DeclareMbes(MbesParams* p, ParameterTable* root) {
 void DeclareFixes(FixParams* p, ParameterTable* root) {
   ParameterTable& table = root->AddSection("position_fixes", "GPS or USBL.");
   table.Add("interval_s", &p->interval_s, kSecond, Range::AtLeast(0.1).OrZero(), "0: none.");
+  table.Add(
+      "gps", &p->gps, "GPS: only while the vehicle is at the surface; false: USBL, all the time.");
   table.Add("sigma_m",
             &p->sigma_m,
             kMetre,

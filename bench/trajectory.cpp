@@ -10,6 +10,7 @@ namespace seastitch::bench {
 namespace {
 
 constexpr double kKnotS = 2.0;
+constexpr double kAtSurfaceM = 0.3;   // depth of the reference point
 constexpr double kSmoothingS = 10.0;  // the vehicle follows slopes, not ripples
 
 // exp(-x^2 / 2) as weights over +-2 smoothing times.
@@ -93,7 +94,11 @@ void Trajectory::PlanDepth(const PlanParams& plan, const Terrain& terrain) {
     depth_knots_m_ = Smooth(seabed);
     for (double& depth : depth_knots_m_) depth -= plan.altitude_m;
   }
-  for (double& depth : depth_knots_m_) depth = std::max(depth, plan.min_depth_m);
+  for (std::size_t i = 0; i < knots; ++i) {
+    const double survey_m = std::max(depth_knots_m_[i], plan.min_depth_m);
+    const double share = path_.DepthShareAt((static_cast<double>(i) - 1.0) * kKnotS);
+    depth_knots_m_[i] = kAtSurfaceM + share * (survey_m - kAtSurfaceM);
+  }
 }
 
 // Knot i stands at (i - 1) kKnotS.

@@ -269,7 +269,6 @@ void Mapper::Take(RegistrationResultSet results) {
                         submap->frame_time,
                         LevelPose(submap->T_map_submap),
                         submap->heading_sigma_rad});
-    correction_.Add(vertices.back());
     edges = search_.DeadReckoningEdge(submap->id);
     const std::vector<GraphEdge> position_edges = std::move(submaps_.front().position_edges);
     submaps_.pop_front();
@@ -345,6 +344,7 @@ bool Mapper::IsLastStep() const {
 void Mapper::GiveGraph(GraphGrowth growth) {
   while (const GraphStep* step = graph_.After(graph_given_)) {
     graph_given_ = step->update.version;
+    correction_.Add(step->update);
     growth.steps.push_back(*step);
   }
   events_.emplace_back(JournalEntry(growth));
@@ -432,7 +432,7 @@ bool Mapper::Restore(const GraphGrowth& growth) {
     if (!search_.Has(pair.target) || !search_.Has(pair.source)) return false;
   for (const GraphStep& step : growth.steps) {
     if (!graph_.Restore(step)) return false;
-    for (const GraphVertex& vertex : step.update.vertices) correction_.Add(vertex);
+    correction_.Add(step.update);
   }
   results.job.pairs = growth.pairs;
   results.edges = growth.registered;

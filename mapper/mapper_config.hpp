@@ -15,6 +15,9 @@ namespace seastitch {
 // The mapper's process: what the Mapper is told, and where it keeps its submaps. TableOf() has each
 // key with its meaning.
 struct MapperConfig : MapperParams {
+  // A vehicle's place is unknown until a fix or the file states it; who makes params in code does.
+  MapperConfig() { navigation.start_at_first_fix = true; }
+
   std::filesystem::path vehicle_file = "vehicle.yaml";  // of `vehicle`
   double sonar_mounting_yaw_rad = Deg2Rad(0.1);
   DiveParams dive;

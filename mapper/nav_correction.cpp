@@ -32,8 +32,12 @@ Eigen::Matrix3d Turned(const Eigen::Matrix3d& covariance, double yaw_rad) {
 
 }  // namespace
 
-void NavCorrection::Add(const GraphVertex& vertex) {
-  frames_[vertex.id] = {vertex.time, vertex.dead_reckoned};
+void NavCorrection::Add(const GraphUpdate& update) {
+  for (const GraphVertex& vertex : update.vertices)
+    frames_[vertex.id] = {vertex.time, vertex.dead_reckoned};
+  const bool places = std::any_of(
+      update.edges.begin(), update.edges.end(), [](const GraphEdge& e) { return e.from == e.to; });
+  if (places && !placed_) placed_ = update.version;
 }
 
 void NavCorrection::Take(const PoseGraph& solution) {
@@ -46,7 +50,8 @@ void NavCorrection::Take(const PoseGraph& solution) {
   anchor_ = Anchor{frames_.at(newest->id),
                    VehiclePose(newest->T_map_level, solution.mounting),
                    newest->covariance,
-                   solution.mounting};
+                   solution.mounting,
+                   placed_ && *placed_ <= solution.graph_version};
   graph_version_ = solution.graph_version;
   frames_.erase(frames_.begin(), frames_.find(newest->id));
   const std::optional<CorrectedNavState> after = Now();
@@ -84,8 +89,8 @@ Eigen::Matrix3d NavCorrection::Covariance(const NavState& nav) const {
   } else {
     covariance += own;
   }
-  // Where nobody has said where the vehicle is, the graph lays the map out from its first submap.
-  if (!navigation_->place_is_known()) covariance.topLeftCorner<2, 2>() += own.topLeftCorner<2, 2>();
+  // Where nothing says where the map is, the graph lays it out from its first submap.
+  if (!anchor_->place_is_known) covariance.topLeftCorner<2, 2>() += own.topLeftCorner<2, 2>();
   return 0.5 * (covariance + covariance.transpose());
 }
 

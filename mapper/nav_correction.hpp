@@ -23,8 +23,8 @@ class NavCorrection {
   // navigation: must live longer.
   explicit NavCorrection(const Navigation* navigation) : navigation_(navigation) {}
 
-  // A submap that joined the graph, as dead reckoning places it.
-  void Add(const GraphVertex& vertex);
+  // Submaps that joined the graph, as dead reckoning places them, and edges that place the map.
+  void Add(const GraphUpdate& update);
   // A solution that the map follows: where it places the newest frame otherwise, that is a jump.
   void Take(const PoseGraph& solution);
   // Nothing before navigation has a state.
@@ -40,12 +40,14 @@ class NavCorrection {
     Pose2 T_map_vehicle;  // solved, of the vehicle
     Eigen::Matrix3d covariance;
     MountingErrors mounting;
+    bool place_is_known;
   };
   Pose2 Corrected(const Pose2& T_nav_vehicle) const;
   Eigen::Matrix3d Covariance(const NavState& nav) const;
 
   const Navigation* const navigation_;
-  std::map<SubmapId, Frame> frames_;  // from that of the anchor on
+  std::map<SubmapId, Frame> frames_;    // from that of the anchor on
+  std::optional<std::int64_t> placed_;  // the version from which on something says where the map is
   std::optional<Anchor> anchor_;
   std::int64_t graph_version_ = 0;
   std::int64_t jumps_ = 0;

@@ -268,10 +268,11 @@ void DeclareGates(NavigationParams* p, ParameterTable* t) {
 void DeclareStart(NavigationParams* p, ParameterTable* t) {
   t->Add("start_at_first_fix",
          &p->start_at_first_fix,
-         "True: the dive starts at its first position fix, which is waited for; false: at the "
-         "place given here.");
-  t->Add("start_north_m", &p->start_north_m, kMetre, Range::Any(), "Start in the map.");
-  t->Add("start_east_m", &p->start_east_m, kMetre, Range::Any(), "Start in the map.");
+         "True: the dive starts at its first position fix, which is waited for start_wait_s; "
+         "without one it starts at the datum with its place unknown (HEALTH: degraded), and any "
+         "later fix places the whole map. False: it starts at the place given here.");
+  t->Add("start_north_m", &p->start_north_m, kMetre, Range::Any(), "Stated start, in the map.");
+  t->Add("start_east_m", &p->start_east_m, kMetre, Range::Any(), "Stated start, in the map.");
   t->Add("start_sigma_m", &p->start_sigma_m, kMetre, kPositive, "Of that start, 1 sigma.");
   t->Add("fuse_position_fixes",
          &p->fuse_position_fixes,
@@ -286,7 +287,8 @@ void DeclareStart(NavigationParams* p, ParameterTable* t) {
          &p->start_wait_s,
          kSecond,
          kPositive,
-         "Attitude, depth and bottom lock are waited for this long.");
+         "Depth, bottom lock and the first position fix are waited for this long once there is "
+         "attitude.");
   t->Add("start_heading_sigma_deg",
          &p->start_heading_sigma_rad,
          kDegreeFromRadian,

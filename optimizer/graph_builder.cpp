@@ -13,6 +13,9 @@ namespace {
 
 // Where the position of the first submap is what the map is laid out from.
 constexpr double kHeld_m = 1e-3;
+// Where fixes say where the map is and nobody says where it starts: no fix is too far from there,
+// and where all are refused the map has a place.
+constexpr double kUnknownPlace_m = 1e4;
 constexpr double kHeld_rad = 1e-5;
 
 Eigen::Matrix3d InverseSigmas(double sigma_m, double sigma_yaw_rad) {
@@ -77,7 +80,7 @@ class GraphBuilder {
       graph_.fixed_vertex = 0;
       return;
     }
-    double sigma_m = has_fixes ? params_.unlinked_sigma_m : kHeld_m;
+    double sigma_m = has_fixes ? kUnknownPlace_m : kHeld_m;
     if (const auto& start = store_.start(); start && start->root.rank >= 2) {
       graph_.factors.push_back({.j = 0,
                                 .T_i_j = start->edge.T_from_to,

@@ -28,14 +28,13 @@ ParameterTable TableOf(OptimizerParams* p) {
             Unit::kMetre,
             Range::Above(0.0),
             "How far a submap may be from where dead reckoning puts it after its predecessor where "
-            "navigation gives no uncertainty for that step, 1 sigma; the first from its start, "
-            "where there are position fixes and the graph does not say how well the start is "
-            "known.");
+            "navigation gives no uncertainty for that step, 1 sigma.");
   table.Add("unlinked_sigma_yaw_deg",
             &p->unlinked_sigma_yaw_rad,
             Unit::kDegreeFromRadian,
             Range::Above(0.0),
-            "The same of its heading.");
+            "The same of its heading, and of the first submap's where there are position fixes and "
+            "navigation gives no uncertainty for it.");
   return table;
 }
 

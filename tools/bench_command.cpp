@@ -1,6 +1,7 @@
 #include "tools/bench_command.hpp"
 
 #include <cstdio>
+#include <fstream>
 
 #include "bench/log.hpp"
 #include "bench/survey_config.hpp"
@@ -18,6 +19,21 @@ std::filesystem::path MapperConfigFor(const bench::SurveyConfig& survey,
   const bool fits = survey.errors == bench::SensorErrors::OfClass(survey.error_class) &&
                     std::filesystem::exists(of_class);
   return fits ? of_class : config_dir / "mapper.yaml";
+}
+
+MapperConfig LoadMapperConfigFor(const bench::SurveyConfig& survey,
+                                 const std::filesystem::path& config_dir) {
+  MapperConfig config = LoadMapperConfig(MapperConfigFor(survey, config_dir).string());
+  config.navigation.start_at_first_fix = survey.fixes.gps;
+  return config;
+}
+
+std::filesystem::path WriteMapperConfigFor(const bench::SurveyConfig& survey,
+                                           const std::filesystem::path& config_dir,
+                                           const std::filesystem::path& folder) {
+  const std::filesystem::path file = folder / "mapper.yaml";
+  std::ofstream(file) << PrintConfig(LoadMapperConfigFor(survey, config_dir));
+  return file;
 }
 
 bench::SurveySimulator MakeSimulator(const BenchOptions& options) {
@@ -53,12 +69,12 @@ int RunBench(const BenchOptions& options) {
   } else {
     const bench::SurveyConfig survey = bench::LoadSurvey(options.survey.string());
     const std::filesystem::path mapper = MapperConfigFor(survey, options.config_dir);
-    const bench::LogResult written =
-        bench::WriteLog(&simulator,
-                        bench::LoadDriverConfigs(options.config_dir),
-                        ConfigParts("mapper", ConfigFiles(LoadMapperConfig(mapper.string()))),
-                        options.log,
-                        show);
+    const bench::LogResult written = bench::WriteLog(
+        &simulator,
+        bench::LoadDriverConfigs(options.config_dir),
+        ConfigParts("mapper", ConfigFiles(LoadMapperConfigFor(survey, options.config_dir))),
+        options.log,
+        show);
     progress.Finish();
     std::printf("%lld events in %s; replay it with --config %s\n",
                 static_cast<long long>(written.events),

@@ -6,6 +6,7 @@
 
 #include "bench/live.hpp"
 #include "bench/simulator.hpp"
+#include "mapper/mapper_config.hpp"
 
 namespace seastitch {
 
@@ -26,6 +27,15 @@ struct BenchOptions {
 // mapper.yaml where there is none, or where the survey has figures of its own.
 std::filesystem::path MapperConfigFor(const bench::SurveyConfig& survey,
                                       const std::filesystem::path& config_dir);
+
+// The file of MapperConfigFor(), with the start that the survey has: at its first fix where it
+// comes from the surface, else at the datum.
+MapperConfig LoadMapperConfigFor(const bench::SurveyConfig& survey,
+                                 const std::filesystem::path& config_dir);
+// The same as a file; its path.
+std::filesystem::path WriteMapperConfigFor(const bench::SurveyConfig& survey,
+                                           const std::filesystem::path& config_dir,
+                                           const std::filesystem::path& folder);
 
 // The simulator that the options describe. Throws std::runtime_error or std::invalid_argument with
 // one line.

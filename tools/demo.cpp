@@ -131,8 +131,7 @@ class LiveSystem {
         listener_(lcm_url_) {
     fs::create_directories(out_ / "log");
     fs::copy(ConfigDir(), config_, fs::copy_options::recursive);
-    const fs::path mapper = MapperConfigFor(survey, config_);
-    if (mapper != config_ / "mapper.yaml") fs::rename(mapper, config_ / "mapper.yaml");
+    WriteMapperConfigFor(survey, config_, config_);
     Change<ImuDriverConfig>(config_ / "imu_driver.yaml", LoadImuDriverConfig, [this](auto* c) {
       c->driver.source = "udp:" + targets_.imu;
     });
@@ -227,7 +226,8 @@ class LiveSystem {
   fs::path config_;
   std::vector<int> ports_;
   std::string lcm_url_;
-  bench::LiveTargets targets_{Loopback(ports_[0]), Loopback(ports_[1]), Loopback(ports_[2])};
+  bench::LiveTargets targets_{
+      Loopback(ports_[0]), Loopback(ports_[1]), Loopback(ports_[2]), lcm_url_};
   Listener listener_;
   std::list<ChildProcess> processes_;
 };

@@ -18,11 +18,18 @@
 namespace seastitch {
 namespace {
 
+// The INS begins at the place that the file states, whoever is told later.
+MapperConfig ConfigOfIns(const std::filesystem::path& file) {
+  MapperConfig config = LoadMapperConfig(file.string());
+  config.navigation.start_at_first_fix = false;
+  return config;
+}
+
 class Writer {
  public:
   explicit Writer(const KmallSurveyOptions& options)
       : options_(options),
-        config_(LoadMapperConfig(options.mapper_config.string())),
+        config_(ConfigOfIns(options.mapper_config)),
         to_map_(Rad2Deg(config_.vehicle.datum_latitude_rad),
                 Rad2Deg(config_.vehicle.datum_longitude_rad),
                 0.0),

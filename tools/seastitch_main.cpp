@@ -189,6 +189,9 @@ void AddBench(CLI::App* app, int* status) {
       ->capture_default_str();
   bench->add_option("--mbes", options->targets.mbes, "HOST:PORT of the mbes driver, KMALL")
       ->capture_default_str();
+  bench->add_option("--lcm-url",
+                    options->targets.lcm_url,
+                    "LCM bus for position fixes (default: LCM_DEFAULT_URL, else LCM's own)");
   bench->add_option("--fault",
                     options->faults,
                     "KIND:key=value,... such as dvl_dropout:from_s=300,to_s=330; may be repeated");

@@ -81,8 +81,8 @@ struct NavigationParams {
   // A sensor refused for so long is right and the filter wrong: what it measures is opened anew.
   double gate_reset_s = 5.0;
 
-  // Where the dive starts: a configured place, or the first position fix (which is then waited
-  // for).
+  // Where the dive starts: a stated place, or the first position fix, which is waited for
+  // start_wait_s; without one, at the datum with its place unknown by 1 km.
   bool start_at_first_fix = false;
   double start_north_m = 0.0;  // in the map
   double start_east_m = 0.0;

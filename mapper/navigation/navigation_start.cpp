@@ -95,7 +95,9 @@ std::optional<NavigationStart::First> NavigationStart::Try(Time t, const Inertia
 
 void NavigationStart::Place(Time t, First* first) const {
   const Eigen::Matrix3d R = first->attitude.q_map_imu.toRotationMatrix();
-  Eigen::Vector3d p_map_vehicle(params_.start_north_m, params_.start_east_m, 0.0);
+  Eigen::Vector3d p_map_vehicle = Eigen::Vector3d::Zero();
+  if (!params_.start_at_first_fix)
+    p_map_vehicle.head<2>() << params_.start_north_m, params_.start_east_m;
   ErrorStateFilter::Start& start = first->start;
   first->place_is_known = !params_.start_at_first_fix || fix_.has_value();
   start.sigma_p_m.setConstant(first->place_is_known ? params_.start_sigma_m : kUnknownPlaceM);

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
+#include <unistd.h>
 
 #include <array>
 #include <filesystem>
@@ -11,11 +12,14 @@
 #include "bench/log.hpp"
 #include "bench/truth.hpp"
 #include "codecs/kmall_stream.hpp"
+#include "common/core/channel_names.hpp"
+#include "common/runtime/bus.hpp"
 #include "common/runtime/config.hpp"
 #include "common/storage/event_log.hpp"
 #include "drivers/socket/cannelloni.hpp"
 #include "drivers/socket/file_descriptor.hpp"
 #include "seastitch/imu_t.hpp"
+#include "seastitch/position_fix_t.hpp"
 #include "tests/bench/bench_fixtures.hpp"
 #include "tests/paths.hpp"
 
@@ -167,6 +171,36 @@ TEST(Live, SendsTheSimulatorsBytes) {
     EXPECT_EQ(packet->frames, event->frames);
   }
   EXPECT_EQ(packets, result.packets);
+}
+
+TEST(Live, SendsPositionFixesOnTheBus) {
+  SurveyConfig config = ShortSurvey();
+  config.fixes.interval_s = 2.0;
+  config.fixes.gps = true;
+  config.plan.surface_s = 5.0;
+  const std::string lcm_url = "udpm://239.255.76.67:" + std::to_string(7000 + getpid() % 20000) +
+                              "?ttl=0&recv_buf_size=4194304";
+  Bus bus(lcm_url);
+  std::vector<position_fix_t> heard;
+  bus.Subscribe<position_fix_t>(
+      channels::kPositionFix, 0, [&](const position_fix_t& fix) { heard.push_back(fix); });
+  Listener sink;
+  SurveySimulator simulator(config, CrookedVehicle(), ShippedDrivers().signals());
+  SendLive(&simulator, {sink.target, sink.target, sink.target, lcm_url}, 1e6, nullptr);
+  bus.HandleUntilQuiet();
+
+  SurveySimulator again(config, CrookedVehicle(), ShippedDrivers().signals());
+  std::size_t i = 0;
+  while (const auto event = again.Next()) {
+    if (!event->fix) continue;
+    ASSERT_LT(i, heard.size());
+    EXPECT_EQ(heard[i].utime, ToUtime(event->fix->time));
+    EXPECT_EQ(heard[i].source, "gps");
+    EXPECT_EQ(heard[i].seq, static_cast<std::int64_t>(i));
+    ++i;
+  }
+  EXPECT_EQ(i, heard.size());
+  EXPECT_GT(i, 3u);
 }
 
 TEST(Live, CountsWhatNobodyTakes) {

@@ -57,6 +57,55 @@ TEST(SurveySimulator, EventsComeInOrderOfArrivalFromEveryDevice) {
   EXPECT_EQ(simulator.counts().pings, events[2] - 1);  // and the profile
 }
 
+std::vector<double> FixTimes(const SurveyConfig& config) {
+  SurveySimulator simulator(config, CrookedVehicle(), ShippedDrivers().signals());
+  std::vector<double> times_s;
+  while (const auto event = simulator.Next())
+    if (event->fix) times_s.push_back(ToSeconds(event->fix->time - kSurveyStart));
+  return times_s;
+}
+
+TEST(SurveySimulator, GpsComesAtTheSurfaceOnlyBeforeAndAfterTheDive) {
+  SurveyConfig config = ShortSurvey();
+  config.fixes.interval_s = 2.0;
+  config.fixes.gps = true;
+  EXPECT_TRUE(FixTimes(config).empty());  // it never comes up
+  config.plan.surface_s = 5.0;
+  config.plan.dive_s = 20.0;
+  const double total_s =
+      (20.0 + 2.0 * config.plan.lead_in_m) / config.plan.speed_mps + 2.0 * (5.0 + 20.0);
+  const std::vector<double> expected{
+      2.0, 4.0, total_s - 5.0, total_s - 3.0, total_s - 1.0};  // from when it is up again
+  const std::vector<double> times_s = FixTimes(config);
+  ASSERT_EQ(times_s.size(), expected.size());
+  for (std::size_t i = 0; i < expected.size(); ++i) EXPECT_NEAR(times_s[i], expected[i], 1e-6);
+  config.fixes.gps = false;
+  EXPECT_EQ(FixTimes(config).size(), static_cast<std::size_t>(total_s / 2.0));
+}
+
+TEST(SurveySimulator, ADiveComesFromTheSurfaceToItsFirstLineAndGoesUpAgain) {
+  SurveyConfig config = ShortSurvey();
+  const SurveySimulator on_line(config, CrookedVehicle(), ShippedDrivers().signals());
+  config.plan.surface_s = 5.0;
+  config.plan.dive_s = 20.0;
+  SurveySimulator simulator(config, CrookedVehicle(), ShippedDrivers().signals());
+  const auto at = [](double t_s) { return kSurveyStart + FromSeconds(t_s); };
+  const double total_s = ToSeconds(simulator.total());
+  for (const double t_s : {1.0, 4.0, total_s - 4.0, total_s - 1.0})
+    EXPECT_NEAR(simulator.TruthAt(at(t_s)).T_map_vehicle.translation().z(), 0.3, 0.4) << t_s;
+  const Eigen::Vector3d p = simulator.TruthAt(at(25.0 + 10.0)).T_map_vehicle.translation();
+  const Eigen::Vector3d q = on_line.TruthAt(at(10.0)).T_map_vehicle.translation();
+  EXPECT_NEAR((p - q).head<2>().norm(), 0.0, 1e-6);  // the lines stay where they are
+  EXPECT_NEAR(p.z(), q.z(), 0.3);
+  // The sonar is on between the ways down and up.
+  std::vector<double> pings_s;
+  while (const auto event = simulator.Next())
+    if (event->device == Device::kMbes) pings_s.push_back(ToSeconds(event->recv - kSurveyStart));
+  EXPECT_EQ(pings_s.front(), 0.0);  // the profile
+  EXPECT_GE(pings_s.at(1), 25.0);
+  EXPECT_LE(pings_s.back(), total_s - 25.0 + 0.5);
+}
+
 // Where a detection lies, from nothing but its travel time, its two angles and the true poses, in
 // water of one speed: three equations in three unknowns, by Newton's method.
 Eigen::Vector3d Georeferenced(const MbesBeam& beam,

@@ -2,10 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <memory>
 #include <new>
+#include <optional>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -51,6 +53,7 @@ struct Embedding {
   void TakeEvents() {
     for (const MapperEvent& event : mapper.TakeEvents()) {
       if (const auto* nav = std::get_if<NavState>(&event)) navs.push_back(*nav);
+      if (const auto* corrected = std::get_if<CorrectedNavState>(&event)) said = *corrected;
       if (const auto* submap = std::get_if<std::shared_ptr<const Submap>>(&event))
         submaps[(*submap)->id] = *submap;
       if (const auto* step = std::get_if<GraphStep>(&event)) steps.push_back(*step);
@@ -69,6 +72,7 @@ struct Embedding {
   Mapper mapper;
   PreparedSubmaps prepared;
   std::vector<NavState> navs;
+  std::optional<CorrectedNavState> said;
   std::map<SubmapId, std::shared_ptr<const Submap>> submaps;
   std::vector<GraphStep> steps;
   LoadSubmap load = [this](SubmapId id) { return submaps.at(id); };
@@ -198,6 +202,63 @@ TEST(Mapper, AnUnknownPlaceIsNoEdgeAndALaterFixPlacesTheWholeMap) {
         dive.vehicle.TrueAt(dive.submaps.at(vertex.id)->frame_time).translation().x() + kOffM;
     EXPECT_NEAR(vertex.T_map_level.x, true_m, 3.0) << vertex.id.value;
   }
+}
+
+bool SaysThatThePlaceIsUnknown(const Mapper& mapper) {
+  const std::vector<Condition> now = mapper.conditions();
+  return std::any_of(now.begin(), now.end(), [](const Condition& condition) {
+    return condition.kind == &conditions::kPlaceUnknown;
+  });
+}
+
+// Live, with an optimizer that answers; the first fix comes after an hour, 7 km off the datum.
+TEST(Mapper, TheFirstFixAfterAnHourPlacesTheWholeMap) {
+  constexpr double kMetresPerRadian = 6335439.3;
+  constexpr double kOffM = 7000.0;
+  MapperParams params;
+  params.navigation.start_at_first_fix = true;
+  Embedding dive(params);
+  PoseGraphOptimizer optimizer({});
+  std::optional<PoseGraph> solution;
+  const auto solve = [&] {
+    while (static_cast<std::size_t>(optimizer.version()) < dive.steps.size())
+      ASSERT_TRUE(optimizer.Add(dive.steps[static_cast<std::size_t>(optimizer.version())].update));
+    solution = optimizer.Solve(SolveStart::kWarm);
+    ASSERT_TRUE(solution);
+    solution->graph_id = dive.mapper.graph().graph_id();
+    ASSERT_TRUE(dive.mapper.Take(*solution));
+  };
+  for (int i = 0; i < 6; ++i) {
+    dive.vehicle.sonar_on = true;
+    dive.Drive(40.0);
+    dive.vehicle.sonar_on = false;
+    dive.Drive(560.0);
+  }
+  solve();
+  dive.Drive(1.0);
+  EXPECT_TRUE(SaysThatThePlaceIsUnknown(dive.mapper));
+  EXPECT_GT(std::sqrt(dive.said->state.covariance(0, 0)), 900.0);
+  PositionFix fix;
+  fix.time = dive.vehicle.time;
+  fix.latitude_rad = (dive.vehicle.TrueAt(fix.time).translation().x() + kOffM) / kMetresPerRadian;
+  fix.covariance_north_east_m2 = Eigen::Matrix2d::Identity();
+  dive.mapper.Add(fix);
+  dive.Drive(1.0);
+  EXPECT_FALSE(SaysThatThePlaceIsUnknown(dive.mapper));
+  EXPECT_GT(std::sqrt(dive.said->state.covariance(0, 0)), 900.0) << "not yet in a solution";
+  dive.vehicle.sonar_on = true;
+  dive.Drive(60.0);
+  dive.Finish();
+  solve();
+  dive.Drive(1.0);
+
+  const auto true_m = [&](Time t) { return dive.vehicle.TrueAt(t).translation().x() + kOffM; };
+  EXPECT_NEAR(dive.said->state.T_map_vehicle.translation().x(), true_m(dive.said->state.time), 3.0);
+  EXPECT_LT(std::sqrt(dive.said->state.covariance(0, 0)), 30.0);
+  ASSERT_GT(solution->vertices.size(), 6u);
+  for (const SolvedVertex& vertex : solution->vertices)
+    EXPECT_NEAR(vertex.T_map_level.x, true_m(dive.submaps.at(vertex.id)->frame_time), 15.0)
+        << "5 km of dead reckoning";
 }
 
 TEST(Mapper, NamesItsGraphByTheFirstStateAndEndsItOnce) {

@@ -871,6 +871,30 @@ TEST(PoseGraphOptimizer, AStartThatIsWrongRefusesNoFixesThatAgree) {
   EXPECT_LT(PositionRms(solution, survey.truth), 3.0);
 }
 
+TEST(PoseGraphOptimizer, AMapWithoutAStartGoesWhereItsFirstFixIsHoweverFar) {
+  for (const double off_m : {500.0, 5000.0, 20'000.0}) {
+    std::vector<GraphUpdate> updates = DriftingSquare();
+    for (GraphUpdate& update : updates) update.vertices[0].heading_sigma_rad = 0.02;
+    const PoseGraph before = SolveAll(updates);
+    const Pose2 last = before.vertices[4].T_map_level;
+    updates[4].edges.push_back(Fix(4, last.x + off_m, last.y, 1.0));
+    PoseGraphOptimizer optimizer{OptimizerParams{}};
+    // The map is solved before the fix comes.
+    for (const GraphUpdate& update : updates) {
+      ASSERT_TRUE(optimizer.Add(update));
+      ASSERT_TRUE(optimizer.Solve(SolveStart::kWarm));
+    }
+    for (const SolveStart start : {SolveStart::kWarm, SolveStart::kFromDeadReckoning}) {
+      const PoseGraph after = *optimizer.Solve(start);
+      for (std::size_t k = 0; k < 5; ++k)
+        EXPECT_NEAR(after.vertices[k].T_map_level.x - before.vertices[k].T_map_level.x, off_m, 1.0)
+            << off_m << " " << k;
+      EXPECT_EQ(optimizer.store().fixes()[0].weight, 1.0);
+      EXPECT_NEAR(after.vertices[4].covariance(0, 0), 1.0, 0.1);
+    }
+  }
+}
+
 TEST(PoseGraphOptimizer, OnlyTheFirstSubmapHasAStart) {
   std::vector<GraphUpdate> updates = DriftingSquare();
   updates[2].edges.push_back(Start(1.0));

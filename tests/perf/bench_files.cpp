@@ -94,7 +94,7 @@ void Run(const std::string& survey_file,
         survey, LoadVehicle((ConfigDir() / "vehicle.yaml").string()), drivers.signals());
     const fs::path log = dir.path() / "survey.lcmlog";
     bench::WriteLog(&simulator, drivers, {}, log, {});
-    const fs::path mapper = MapperConfigFor(survey, ConfigDir());
+    const fs::path mapper = WriteMapperConfigFor(survey, ConfigDir(), dir.path());
     const fs::path kmall = dir.path() / "survey.kmall";
     const KmallSurveyResult file = WriteKmallSurvey({log, mapper, kmall});
     const fs::path truth = bench::TruthPathFor(log);

@@ -52,6 +52,7 @@ class Survey {
  public:
   explicit Survey(const fs::path& directory) {
     MapperConfig config;
+    config.navigation.start_at_first_fix = false;
     config.map_dir = directory;
     SoundVelocityProfile water;
     water.depth_m = {0.0, 100.0};

@@ -122,7 +122,7 @@ Run RunSurvey(const Plan& plan, const Options& options) {
   Run run;
   ReplayOptions replay;
   replay.inputs = {log};
-  replay.mapper_config = MapperConfigFor(config, ConfigDir());
+  replay.mapper_config = WriteMapperConfigFor(config, ConfigDir(), scratch.path());
   replay.optimizer_config = ConfigDir() / "optimizer.yaml";
   replay.out = scratch.path() / "out";
   replay.quiet = true;

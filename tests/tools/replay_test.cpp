@@ -416,7 +416,13 @@ class ReplayWithFixes : public Replay {
         "bench --survey " + (dir_.path() / "survey.yaml").string() + " --log " + log.string()));
     EXPECT_EQ(made.exit_code, 0) << made.output;
     // Of sensors that are better than the simulated ones: dead reckoning drifts.
-    const CommandResult result = ReplayOf(log, "--config " + ConfigFile("mapper.yaml"));
+    const fs::path config = dir_.path() / "config";
+    fs::remove_all(config);
+    fs::copy(SourceDir() / "config", config);
+    std::ofstream(config / "mapper_stated.yaml")
+        << "vehicle: vehicle.yaml\nnavigation: {start_at_first_fix: false}\n";
+    const CommandResult result =
+        ReplayOf(log, "--config " + (config / "mapper_stated.yaml").string());
     EXPECT_EQ(result.exit_code, 0) << result.output;
     const auto rms = nlohmann::json::parse(ReadFile(Out("report.json"))).at("position_rms_m");
     return {rms.at("before"), rms.at("after")};
@@ -462,7 +468,7 @@ TEST_F(Replay, FindsASonarThatStandsElsewhereThanItWasTold) {
     vehicle.replace(at, told.size(), "position_m: [0.95, 0.30, 0.20]");
     std::ofstream(config / "vehicle.yaml") << vehicle;
     std::ofstream(config / "mapper_mems.yaml", std::ios::app)
-        << "\nsonar_mounting_sigma_m: " << sonar_mounting_m << "\n";
+        << "\n  start_at_first_fix: false\nsonar_mounting_sigma_m: " << sonar_mounting_m << "\n";
     const CommandResult result = ReplayOf(ShortLog(),
                                           "--config " + (config / "mapper_mems.yaml").string() +
                                               " --truth " + ShortLog().string() + ".truth.csv");
