@@ -123,8 +123,10 @@ template void Mapper::Navigate(const PositionFix&);
 template void Mapper::Navigate(const NavigationSample&);
 
 void Mapper::Add(const MbesPing& ping) {
-  navigation_->AddSoundSpeed(ping.time, ping.sound_speed_mps);
-  pings_.Add(ping);
+  MbesPing on_time = ping;
+  on_time.time = ping.time + FromSeconds(params_.sonar_time_offset_s);
+  navigation_->AddSoundSpeed(on_time.time, ping.sound_speed_mps);
+  pings_.Add(std::move(on_time));
   GeoreferencePings();
 }
 
@@ -163,13 +165,8 @@ void Mapper::AddToSubmap(const MbesPing& ping) {
   const SoundSpeed::Choice sound_speed = sound_speed_.For(ping);
   sound_speed_source_ = sound_speed.source;
   if (!IsProfile(sound_speed.source)) Count("pings_without_profile");
-  const PoseLookup T_map_vehicle_at = [this](Time t) -> std::optional<Eigen::Isometry3d> {
-    const std::optional<NavState> state = navigation_->StateAt(t);
-    if (!state) return std::nullopt;
-    return state->T_map_vehicle;
-  };
-  const std::optional<GeoreferencedPing> georeferenced =
-      Georeference(ping, T_map_vehicle_at, params_.vehicle, *sound_speed.rays);
+  const std::optional<GeoreferencedPing> georeferenced = Georeference(
+      ping, [this](Time t) { return PoseAt(t); }, params_.vehicle, *sound_speed.rays);
   if (!georeferenced) return Count("pings_without_pose");
   if (georeferenced->speed_from_profile) Count("pings_with_impossible_sound_speed");
   AddToSubmap(*georeferenced);
@@ -178,6 +175,7 @@ void Mapper::AddToSubmap(const MbesPing& ping) {
 void Mapper::AddToSubmap(const SoundingPing& ping) {
   const std::optional<NavState> state = navigation_->StateAt(ping.time);
   if (!state) return Count("pings_without_pose");
+  soundings_came_placed_ = true;
   AddToSubmap(Georeference(ping, state->T_map_vehicle, state->v_map_mps.head<2>().norm()));
 }
 
@@ -185,8 +183,22 @@ void Mapper::AddToSubmap(const GeoreferencedPing& ping) {
   Count("beams_read", ping.beams_read);
   Count("beams_invalid", ping.beams_invalid);
   Count("beams_refused", ping.beams_refused);
+  timing_.Add(ping, [this](Time t) { return PoseAt(t); });
   if (std::optional<Submap> closed = builder_.Add(ping)) OnClosed(std::move(*closed));
   if (const auto frame_time = builder_.frame_time()) frames_.Remember(*frame_time, ping.time);
+}
+
+std::optional<Eigen::Isometry3d> Mapper::PoseAt(Time t) const {
+  const std::optional<NavState> state = navigation_->StateAt(t);
+  if (!state) return std::nullopt;
+  return state->T_map_vehicle;
+}
+
+SurveyNoise Mapper::noise() const {
+  SurveyNoise noise{search_.noise().estimate(), timing_.estimate()};
+  noise.timing.told_s = params_.sonar_time_offset_s;
+  noise.timing.placed_by_source = soundings_came_placed_;
+  return noise;
 }
 
 std::optional<Eigen::Matrix3d> Mapper::DriftBetween(Time a, Time b) const {

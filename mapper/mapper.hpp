@@ -21,6 +21,7 @@
 #include "mapper/nav_correction.hpp"
 #include "mapper/navigation/navigation.hpp"
 #include "mapper/navigation_watch.hpp"
+#include "mapper/noise/sonar_timing.hpp"
 #include "mapper/ping_queue.hpp"
 #include "mapper/registration_job.hpp"
 #include "mapper/saved_map.hpp"
@@ -132,6 +133,8 @@ class Mapper {
   bool IsWaiting() const { return !last_nav_ && graph_.empty(); }
   // What for, in words to act on.
   std::string WaitsFor() const;
+  // What the overlaps say of the survey's noise, and the seabed of the sonar's stamps.
+  SurveyNoise noise() const;
   // Faults that hold now.
   std::vector<Condition> conditions() const;
   // Everything counted, by name, such as "pings_without_pose".
@@ -153,6 +156,7 @@ class Mapper {
   void AddToSubmap(const MbesPing& ping);
   void AddToSubmap(const SoundingPing& ping);
   void AddToSubmap(const GeoreferencedPing& ping);
+  std::optional<Eigen::Isometry3d> PoseAt(Time t) const;
   std::optional<Eigen::Matrix3d> DriftBetween(Time a, Time b) const;
   void OnClosed(Submap submap);
   void Enqueue(Submap submap, std::vector<GraphEdge> position_edges);
@@ -178,6 +182,8 @@ class Mapper {
   std::optional<SoundSpeed::Source> sound_speed_source_;  // of the last ping
   PingQueue<MbesPing> pings_;
   PingQueue<SoundingPing> sounding_pings_;
+  SonarTiming timing_;
+  bool soundings_came_placed_ = false;
   SubmapBuilder builder_;
   std::function<void(const SubmapSoundings&)> on_soundings_;
   SubmapFrames frames_;

@@ -49,6 +49,7 @@ class MapperNode {
   void SendWaiting();
 
   Health& health() { return health_; }
+  const Mapper& mapper() const { return mapper_; }
 
  private:
   // What jobs use and nobody else: they run one at a time.

@@ -52,6 +52,13 @@ void DeclareLimits(MapperConfig* c, ParameterTable* table) {
              Unit::kMegabyte,
              Range::Within(0.0, 1e6),
              "Kept in memory while the disk takes nothing; beyond, the oldest are lost.");
+  table
+      ->Add("sonar_time_offset_s",
+            &c->sonar_time_offset_s,
+            Unit::kSecond,
+            Range::Within(-1.0, 1.0),
+            "Added to the stamp of every ping. The report of a replay says what to write here.")
+      .DataSheet();
   table->Add("nav_rate_hz",
              &c->nav_rate_hz,
              Unit::kHertz,

@@ -30,6 +30,7 @@ struct MapperParams {
   CloudFilterParams filter;
   LoopCloserParams loop_closer;
   std::optional<SoundVelocityProfile> sound_velocity_profile;
+  double sonar_time_offset_s = 0.0;  // added to the stamp of every MbesPing
   double nav_rate_hz = 10.0;
   MountingSigmas mounting{0.3, 0.0};  // dvl_yaw_rad: from the file
   // Pings that wait for navigation to reach their last echo; the oldest are dropped beyond.

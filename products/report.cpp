@@ -7,6 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "products/noise_report.hpp"
+
 namespace seastitch {
 namespace {
 
@@ -123,6 +125,26 @@ Json MountingJson(const Survey& survey, const ProductSummary& s) {
   Json json = Json::object();
   for (const MountingRow& row : MountingRows(survey, s))
     json[row.name] = {{"value", row.value}, {"sigma", row.sigma}};
+  return json;
+}
+
+Json ToJson(const std::optional<TimeOffsetEstimate>& offset) {
+  if (!offset) return nullptr;
+  return {{"add_s", offset->add_s},
+          {"sigma_s", offset->sigma_s},
+          {"pings", offset->pings},
+          {"change_before", offset->change_before},
+          {"change_after", offset->change_after}};
+}
+
+Json NoiseJson(const ProductSummary& s, const SurveyNoise& noise) {
+  Json json = {{"closures", noise.components.closures}};
+  for (const NoiseRow& row : NoiseRows(noise))
+    json[row.name] = {{"configured", row.configured}, {"value", row.value}, {"sigma", row.sigma}};
+  json["sonar_time_offset"] = {{"configured_s", noise.timing.told_s},
+                               {"by_roll", ToJson(noise.timing.roll)},
+                               {"by_pitch", ToJson(noise.timing.pitch)}};
+  json["findings"] = s.noise_findings;
   return json;
 }
 
@@ -287,6 +309,35 @@ std::string MountingTable(const Survey& survey, const ProductSummary& s) {
          table.Finish();
 }
 
+std::string Milliseconds(double seconds) { return Fixed(1000.0 * seconds, 1) + " ms"; }
+
+std::string NoiseTable(const ProductSummary& s, const SurveyNoise& noise) {
+  HtmlTable table({"", "Configured", "Found", "1 sigma"});
+  for (const NoiseRow& row : NoiseRows(noise))
+    table.Row({row.label,
+               Fixed(row.configured, row.digits) + row.unit,
+               Fixed(row.value, row.digits) + row.unit,
+               Fixed(row.sigma, row.digits) + row.unit});
+  const auto add = [&](const char* label, const std::optional<TimeOffsetEstimate>& offset) {
+    if (offset)
+      table.Row({label,
+                 Milliseconds(noise.timing.told_s),
+                 Milliseconds(noise.timing.told_s + offset->add_s),
+                 Milliseconds(offset->sigma_s)});
+  };
+  add("Time offset of the sonar's stamps, by roll", noise.timing.roll);
+  add("&ensp;by pitch", noise.timing.pitch);
+  std::string html = "<h2>Noise</h2>\n<p>";
+  for (const std::string& finding : s.noise_findings) html += Escaped(finding) + " ";
+  if (s.noise_findings.empty()) html += "Nothing is clearly off.";
+  return html +
+         "</p>\n<p class=\"small\">Where submaps overlap, what is left between them says how noisy "
+         "the survey is; each closure's covariance is stated from these figures. The time offset "
+         "is that by which changes of the roll rate (of the pitch rate, where the seabed slopes "
+         "along) change the seabed from ping to ping.</p>\n" +
+         table.Finish();
+}
+
 std::string LoopTable(const Survey& survey) {
   const std::vector<LoopRow> rows = LoopRows(survey);
   if (rows.empty()) return "<p>No pair of submaps was registered.</p>\n";
@@ -361,6 +412,7 @@ std::string ReportJson(const Survey& survey,
                           {"sigma", Measured(s.z_offset_sigma_m)},
                           {"largest", Measured(s.z_offset_max_m)}}}};
   r["mounting"] = MountingJson(survey, s);
+  r["noise"] = NoiseJson(s, options.noise);
   r["soundings"] = {{"read", s.soundings_read}, {"used", s.soundings_used}};
   r["points"] = s.points;
   if (s.truth) AddTruth(&r, s);
@@ -421,6 +473,7 @@ std::string ReportHtml(const Survey& survey,
       " SLAM makes a map agree with itself; it does not by itself make its absolute position "
       "more accurate.</p>\n";
   if (s.outcome == Outcome::kCorrected) html += MountingTable(survey, s);
+  html += NoiseTable(s, options.noise);
   html += "<h2>Loop closures</h2>\n";
   if (s.closures_against_truth) html += ClosuresAgainstTruth(*s.closures_against_truth);
   html += LoopTable(survey);

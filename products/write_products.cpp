@@ -17,6 +17,7 @@
 #include "products/graph_files.hpp"
 #include "products/judge.hpp"
 #include "products/navigation_files.hpp"
+#include "products/noise_report.hpp"
 #include "products/picture.hpp"
 #include "products/report.hpp"
 #include "products/survey_drawing.hpp"
@@ -258,6 +259,7 @@ class ProductWriter {
   ProductSummary Run() {
     ChooseMap();
     CorrectTheTrack();
+    summary_.noise_findings = NoiseFindings(options_.noise);
     WriteDepth();
     WriteConsistency();
     Write("track.csv", TrackCsv(track_, options_.datum));

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "common/core/survey_noise.hpp"
 #include "products/consistency.hpp"
 #include "products/geo_files.hpp"
 #include "products/map_points.hpp"
@@ -35,6 +36,7 @@ struct ProductOptions {
   // Two maps whose errors differ by less than this share count as equally consistent: the same
   // points falling into other cells move the figures of a small survey by about as much.
   double harm_tolerance = 0.05;
+  SurveyNoise noise;                 // for the report
   std::vector<TruthState> truth;     // empty: not known
   SoundingLog* soundings = nullptr;  // where every sounding is to be exported
   SoundingFormat sounding_format = SoundingFormat::kLas;
@@ -100,6 +102,7 @@ struct ProductSummary {
   std::optional<TruthComparison> truth;
   std::optional<TruthComparison> said;  // NAV and NAV_CORRECTED at the time when they were said
   std::optional<ClosureErrors> closures_against_truth;
+  std::vector<std::string> noise_findings;  // what is not as configured, a sentence each
 };
 
 // Writes every product into dir (created if need be): depth, depth_dead_reckoned, consistency,

@@ -144,6 +144,7 @@ struct Feeding {
   std::map<std::string, std::int64_t> refused;  // by reason
   std::string partial;                          // where it was stopped, as a sentence
   std::map<std::string, std::int64_t> mapper_counters;
+  SurveyNoise noise;
 };
 
 void NoteStop(int percent, Feeding* feeding) {
@@ -360,6 +361,7 @@ void Remake(Input* input,
     FeedLogs(*input->logs, ChannelRole::kSensor, feeding);
   pipeline.Finish();
   feeding->mapper_counters = pipeline.Counters();
+  feeding->noise = pipeline.mapper().mapper().noise();
   if (collector.submaps() > 0) return;
   if (!feeding->partial.empty()) throw std::runtime_error("no submap: " + feeding->partial);
   if (input->survey_files) throw DataError("no submap: " + pipeline.Statement());
@@ -416,6 +418,7 @@ ProductSummary RunReplay(const ReplayOptions& options) {
                   [&] { return interruption && interruption->requested(); },
                   {},
                   {},
+                  {},
                   {}};
   if (options.as_recorded) {
     FeedLogs(*input.logs, ChannelRole::kResult, &feeding);
@@ -427,6 +430,7 @@ ProductSummary RunReplay(const ReplayOptions& options) {
   products.refused = feeding.refused;
   products.partial = feeding.partial;
   products.mapper_counters = feeding.mapper_counters;
+  products.noise = feeding.noise;
   Survey survey = collector.Finish();
   survey.inputs = inputs.spans();
   products.run_figures = [&] { return stopwatch.Read(DurationSeconds(survey)); };

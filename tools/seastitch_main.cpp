@@ -70,6 +70,7 @@ void PrintSummary(const ProductSummary& summary, const fs::path& out) {
         summary.truth->before.yaw_rms_deg,
         summary.truth->after.yaw_rms_deg);
   }
+  for (const std::string& finding : summary.noise_findings) std::printf("%s\n", finding.c_str());
   std::printf("%s\nmap and report in %s\n", summary.statement.c_str(), out.c_str());
 }
 

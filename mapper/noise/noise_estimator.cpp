@@ -67,11 +67,11 @@ double Quantile(const std::vector<Weighted>& sorted, double part) {
 
 }  // namespace
 
-VarianceComponents NoiseEstimate::Components() const {
-  return {sounding_variance_ratio.value,
-          correlated_error_ratio.value,
-          position_walk.value,
-          heading_walk.value};
+VarianceComponents ComponentsOf(const NoiseEstimate& estimate) {
+  return {estimate.sounding_variance_ratio.value,
+          estimate.correlated_error_ratio.value,
+          estimate.position_walk.value,
+          estimate.heading_walk.value};
 }
 
 void NoiseEstimator::Add(ClosureStatistics statistics) {
@@ -169,7 +169,7 @@ void NoiseEstimator::Pool() {
   estimate_.correlated_error_ratio = Refine(kErrorRatioAxis, by_s, prior_.correlated_error_ratio);
   estimate_.position_walk = Refine(kPositionWalkAxis, by_q, prior_.position_walk);
   estimate_.heading_walk = Refine(kHeadingWalkAxis, by_p, prior_.heading_walk);
-  components_ = closures_.empty() ? prior_ : estimate_.Components();
+  components_ = closures_.empty() ? prior_ : ComponentsOf(estimate_);
 }
 
 }  // namespace seastitch

@@ -6,27 +6,13 @@
 #include <vector>
 
 #include "common/core/ids.hpp"
+#include "common/core/survey_noise.hpp"
 #include "mapper/noise/closure_statistics.hpp"
 #include "mapper/noise/variance_components.hpp"
 
 namespace seastitch {
 
-// A variance component as it was found, with 1 sigma of its natural logarithm.
-struct ComponentEstimate {
-  double configured = 0.0;
-  double value = 0.0;
-  double log_sigma = 0.0;
-};
-
-struct NoiseEstimate {
-  ComponentEstimate sounding_variance_ratio;
-  ComponentEstimate correlated_error_ratio;
-  ComponentEstimate position_walk;
-  ComponentEstimate heading_walk;
-  int closures = 0;  // that it rests on
-
-  VarianceComponents Components() const;
-};
+VarianceComponents ComponentsOf(const NoiseEstimate& estimate);
 
 // The variance components of a survey, pooled over its accepted closures: the maximum of the
 // product of what each says, bounded, and of the prior. It depends on what closures there are,

@@ -19,6 +19,7 @@ namespace {
 
 using testing::Collect;
 using testing::DriftingSurvey;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using testing::LoopEdge;
 using testing::MakeDriftingSurvey;
@@ -226,6 +227,37 @@ TEST(WriteProducts, SaysWhatTheGraphFoundOfTheMounting) {
                 folder.path());
   EXPECT_TRUE(Json(folder / "report.json")["mounting"].empty());
   EXPECT_THAT(Slurp(folder / "report.html"), Not(HasSubstr("Mounting")));
+}
+
+TEST(WriteProducts, SaysWhatTheSurveyShowsOfItsNoiseBesideWhatIsConfigured) {
+  const TemporaryDir folder;
+  const Survey survey =
+      Collect(Drifting(), folder.path(), SolutionAt(Drifting().truth), {LoopEdge(0, 5)});
+  ProductOptions options;
+  options.noise.components = {
+      {1.0, 2.56, 0.1}, {0.0003, 0.0024, 0.2}, {0.002, 0.0021, 0.1}, {2e-4, 2e-4, 0.1}, 12};
+  options.noise.timing.told_s = 0.010;
+  options.noise.timing.roll = {0.012, 0.001, 900, 2e-4, 1e-4};
+  const ProductSummary summary = WriteProducts(survey, options, folder.path());
+  EXPECT_THAT(summary.noise_findings,
+              ElementsAre("Soundings are 1.6 x noisier than stated.",
+                          "Neighbouring soundings share an error of 0.24 % of the altitude where "
+                          "0.03 % is configured: sound speed or roll.",
+                          "The sonar's stamps are 12.0 ms too early for the roll (1 sigma 1.0 ms): "
+                          "set sonar_time_offset_s to 0.022."));
+  const nlohmann::json noise = Json(folder / "report.json")["noise"];
+  EXPECT_EQ(noise["closures"], 12);
+  EXPECT_DOUBLE_EQ(noise["sounding_noise_ratio"]["value"], 1.6);
+  EXPECT_DOUBLE_EQ(noise["sounding_noise_ratio"]["sigma"], 0.08);
+  EXPECT_DOUBLE_EQ(noise["shared_error_percent_of_altitude"]["configured"], 0.03);
+  EXPECT_DOUBLE_EQ(noise["sonar_time_offset"]["by_roll"]["add_s"], 0.012);
+  EXPECT_TRUE(noise["sonar_time_offset"]["by_pitch"].is_null());
+  EXPECT_THAT(Slurp(folder / "report.html"), HasSubstr("1.6 x noisier"));
+
+  // Where nothing is known, nothing is said.
+  EXPECT_THAT(WriteProducts(survey, {}, folder.path()).noise_findings, ElementsAre());
+  EXPECT_EQ(Json(folder / "report.json")["noise"]["closures"], 0);
+  EXPECT_FALSE(Json(folder / "report.json")["noise"].contains("sounding_noise_ratio"));
 }
 
 TEST(WriteProducts, WithholdsACorrectionThatMakesTheMapWorse) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -13,6 +14,7 @@
 #include "tests/process/run_command.hpp"
 #include "tests/runtime/temporary_dir.hpp"
 #include "tools/import.hpp"
+#include "tools/install_paths.hpp"
 
 namespace seastitch {
 namespace {
@@ -86,6 +88,30 @@ TEST(SurveyFiles, SoundingsOfTheMapAreExported) {
   EXPECT_EQ(used, report["soundings"]["used"]);
   EXPECT_GT(used, 1000u);
   EXPECT_FALSE(fs::exists(dir.path() / "map/.soundings"));
+}
+
+// A real line over a flat bed: as recorded its stamps are right; told 22 ms too late, the seabed
+// itself says by how much.
+TEST(SurveyFiles, SeabedSaysThatTheSonarsStampsAreOff) {
+  const fs::path file = Shared("data/mbes/r2sonic2026.xtf");
+  SKIP_WITHOUT(file);
+  TemporaryDir dir;
+  const auto added_by = [&](double told_s) {
+    const fs::path config = dir.path() / "mapper.yaml";
+    std::ofstream(config) << "vehicle: " << (ConfigDir() / "vehicle.yaml").string()
+                          << "\nsonar_time_offset_s: " << told_s << "\n";
+    const fs::path out = dir.path() / "map";
+    const auto result = RunCommand(Replay(file, out, " --config " + config.string()));
+    EXPECT_EQ(result.exit_code, 0) << result.output;
+    return nlohmann::json::parse(
+        TextOfFile(out / "report.json"))["noise"]["sonar_time_offset"]["by_roll"];
+  };
+  const nlohmann::json as_recorded = added_by(0.0);
+  EXPECT_LT(as_recorded["sigma_s"], 0.002);
+  EXPECT_LT(std::abs(as_recorded["add_s"].get<double>()), 0.005);
+  const nlohmann::json late = added_by(0.022);
+  EXPECT_NEAR(late["add_s"], as_recorded["add_s"].get<double>() - 0.022, 0.002);
+  EXPECT_LT(late["change_after"], 0.6 * late["change_before"].get<double>());
 }
 
 TEST(SurveyFiles, InstallationOfTheFileIsUsed) {

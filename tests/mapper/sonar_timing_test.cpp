@@ -1,0 +1,143 @@
+#include "mapper/noise/sonar_timing.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "common/core/pose.hpp"
+
+namespace seastitch {
+namespace {
+
+// A boat that rolls, pitches and heaves at other periods, 1.5 m/s.
+struct Boat {
+  double roll_rad = Deg2Rad(2.0);
+  double pitch_rad = Deg2Rad(1.0);
+  double heave_m = 0.05;
+
+  Eigen::Isometry3d At(Time time) const {
+    const double t = ToSeconds(time - FromUtime(0));
+    return MakePose({1.5 * t, 0.0, heave_m * std::sin(1.7 * t)},
+                    RotationFromRpy(roll_rad * std::sin(1.1 * t + 0.4 * std::sin(0.3 * t)),
+                                    pitch_rad * std::sin(0.9 * t),
+                                    0.0));
+  }
+};
+
+struct Seabed {
+  double depth_m = 10.0;
+  double along = 0.0;  // m/m
+  double across = 0.0;
+};
+
+// What 64 beams in the plane of the sonar see of it, laid out by a pose `late_s` off.
+GeoreferencedPing Ping(const Boat& boat,
+                       const Seabed& seabed,
+                       Time time,
+                       double early_s,
+                       double noise_m,
+                       std::mt19937* random) {
+  const Eigen::Isometry3d truth = boat.At(time + FromSeconds(early_s));
+  GeoreferencedPing ping;
+  ping.time = time;
+  ping.T_map_vehicle = boat.At(time);
+  std::normal_distribution<double> noise(0.0, noise_m);
+  const Eigen::Vector3d normal(-seabed.along, -seabed.across, 1.0);
+  for (int beam = 0; beam < 64; ++beam) {
+    const double angle = Deg2Rad(-60.0 + 120.0 * beam / 63.0);
+    const Eigen::Vector3d ray =
+        truth.rotation() * Eigen::Vector3d(0.0, std::sin(angle), std::cos(angle));
+    const double range = (seabed.depth_m - normal.dot(truth.translation())) / normal.dot(ray);
+    const Eigen::Vector3d in_vehicle =
+        (range + noise(*random)) * (truth.rotation().transpose() * ray);
+    ping.soundings.push_back({ping.T_map_vehicle * in_vehicle, beam, 0.0f});
+  }
+  return ping;
+}
+
+SonarTimingEstimate Estimate(const Boat& boat,
+                             const Seabed& seabed,
+                             double early_s,
+                             int pings = 1000,
+                             double noise_m = 0.05) {
+  std::mt19937 random(1);
+  SonarTiming timing;
+  for (int i = 0; i < pings; ++i)
+    timing.Add(Ping(boat, seabed, FromUtime(i * 100'000), early_s, noise_m, &random),
+               [&](Time t) { return boat.At(t); });
+  return timing.estimate();
+}
+
+TEST(SonarTiming, FindsTheOffsetByRollOnASeabedThatIsFlat) {
+  for (const double early_s : {-0.03, 0.0, 0.01, 0.1}) {
+    const SonarTimingEstimate found = Estimate({}, {}, early_s);
+    ASSERT_TRUE(found.roll);
+    EXPECT_LT(found.roll->sigma_s, 0.005);
+    EXPECT_NEAR(found.roll->add_s, early_s, 4.0 * found.roll->sigma_s + 0.02 * std::abs(early_s));
+    EXPECT_LE(found.roll->change_after, found.roll->change_before);
+  }
+}
+
+TEST(SonarTiming, FindsItByPitchWhereTheSeabedSlopesAlong) {
+  const SonarTimingEstimate found = Estimate({}, {10.0, 0.2, 0.1}, 0.08, 4000, 0.02);
+  ASSERT_TRUE(found.pitch);
+  EXPECT_LT(found.pitch->sigma_s, 0.02);
+  EXPECT_NEAR(found.pitch->add_s, 0.08, 3.0 * found.pitch->sigma_s);
+  // On a level seabed the pitch says nothing, and claims nothing.
+  const SonarTimingEstimate level = Estimate({}, {}, 0.08, 4000, 0.02);
+  if (level.pitch) {
+    EXPECT_GT(level.pitch->sigma_s, 0.1);
+  }
+}
+
+// Sigma is that of the estimate: over many surveys the errors divided by it have unit scatter.
+TEST(SonarTiming, SigmaIsHonest) {
+  double sum = 0.0;
+  constexpr int kSurveys = 40;
+  for (int seed = 0; seed < kSurveys; ++seed) {
+    std::mt19937 random(static_cast<unsigned>(seed));
+    const Boat boat;
+    SonarTiming timing;
+    for (int i = 0; i < 800; ++i)
+      timing.Add(Ping(boat, {}, FromUtime(i * 100'000), 0.02, 0.1, &random),
+                 [&](Time t) { return boat.At(t); });
+    const auto found = timing.estimate().roll;
+    ASSERT_TRUE(found);
+    sum += std::pow((found->add_s - 0.02) / found->sigma_s, 2);
+  }
+  EXPECT_GT(sum / kSurveys, 0.4);
+  EXPECT_LT(sum / kSurveys, 2.0);
+}
+
+TEST(SonarTiming, SaysNothingOfFewPingsOrOfAVehicleThatDoesNotRoll) {
+  EXPECT_FALSE(Estimate({}, {}, 0.02, 100).roll);
+  const auto still = Estimate({0.0, 0.0, 0.0}, {}, 0.02).roll;
+  if (still) {
+    EXPECT_GT(still->sigma_s, 0.05);
+  }
+}
+
+// A wreck under one ping in twenty, and pings without a pose, move nothing.
+TEST(SonarTiming, IsRobust) {
+  std::mt19937 random(3);
+  const Boat boat;
+  SonarTiming timing;
+  for (int i = 0; i < 2000; ++i) {
+    GeoreferencedPing ping = Ping(boat, {}, FromUtime(i * 100'000), 0.02, 0.05, &random);
+    if (i % 20 == 0)
+      for (Sounding& s : ping.soundings)
+        if (s.p_map.y() > 3.0) s.p_map.z() -= 2.0;
+    timing.Add(ping, [&](Time t) -> std::optional<Eigen::Isometry3d> {
+      if (i % 100 == 7) return std::nullopt;
+      return boat.At(t);
+    });
+  }
+  const auto found = timing.estimate().roll;
+  ASSERT_TRUE(found);
+  EXPECT_LT(found->sigma_s, 0.01);
+  EXPECT_NEAR(found->add_s, 0.02, 4.0 * found->sigma_s);
+}
+
+}  // namespace
+}  // namespace seastitch
