@@ -51,6 +51,22 @@ bench::SurveySimulator MakeSimulator(const BenchOptions& options) {
                                 bench::LoadDriverConfigs(options.config_dir).signals());
 }
 
+namespace {
+
+// What the processes of such a vehicle would publish.
+std::vector<config_t> ConfigurationOf(const MapperConfig& mapper,
+                                      const bench::DriverConfigs& drivers) {
+  std::vector<config_t> all = ConfigParts("mapper", ConfigFiles(mapper));
+  for (const auto& parts :
+       {ConfigParts("imu-driver", ConfigFiles(drivers.imu)),
+        ConfigParts("dvl-driver", ConfigFiles(drivers.dvl)),
+        ConfigParts("mbes-driver", {{"mbes_driver.yaml", PrintConfig(drivers.mbes)}})})
+    all.insert(all.end(), parts.begin(), parts.end());
+  return all;
+}
+
+}  // namespace
+
 int RunBench(const BenchOptions& options) {
   bench::SurveySimulator simulator = MakeSimulator(options);
   ProgressLine progress("simulating", 1000, false);
@@ -69,14 +85,12 @@ int RunBench(const BenchOptions& options) {
   } else {
     const bench::SurveyConfig survey = bench::LoadSurvey(options.survey.string());
     const std::filesystem::path mapper = MapperConfigFor(survey, options.config_dir);
+    const bench::DriverConfigs drivers = bench::LoadDriverConfigs(options.config_dir);
+    const MapperConfig mapper_config = LoadMapperConfigFor(survey, options.config_dir);
     const bench::LogResult written = bench::WriteLog(
-        &simulator,
-        bench::LoadDriverConfigs(options.config_dir),
-        ConfigParts("mapper", ConfigFiles(LoadMapperConfigFor(survey, options.config_dir))),
-        options.log,
-        show);
+        &simulator, drivers, ConfigurationOf(mapper_config, drivers), options.log, show);
     progress.Finish();
-    std::printf("%lld events in %s; replay it with --config %s\n",
+    std::printf("%lld events in %s, with the configuration %s\n",
                 static_cast<long long>(written.events),
                 options.log.c_str(),
                 mapper.c_str());

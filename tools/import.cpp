@@ -10,9 +10,13 @@
 #include <optional>
 #include <stdexcept>
 #include <string_view>
+#include <utility>
 
 #include "codecs/kmall.hpp"
+#include "common/convert/convert.hpp"
+#include "common/core/channel_names.hpp"
 #include "common/runtime/bus.hpp"
+#include "common/runtime/process.hpp"
 #include "common/runtime/vehicle_config.hpp"
 #include "common/storage/event_log.hpp"
 #include "drivers/dvl/dvl_driver.hpp"
@@ -173,14 +177,45 @@ void WriteText(const fs::path& path, const std::string& text) {
   if (!out.flush()) throw std::runtime_error(path.string() + ": cannot be written");
 }
 
+// What is imported becomes a log that begins with the configuration to map it with.
+class ImportLog {
+ public:
+  // configuration: of the mapper; empty: not known.
+  ImportLog(const fs::path& path, const std::vector<NamedText>& configuration, ImportResult* result)
+      : log_(path, IfExists::kRefuse),
+        configuration_(ConfigParts("mapper", configuration)),
+        result_(result) {}
+
+  void Write(Time now, const std::string& channel, const void* data, int size) {
+    for (config_t& part : std::exchange(configuration_, {})) {
+      part.utime = ToUtime(now);
+      part.version = ProgramVersion();
+      log_.Write(ToUtime(now), channels::kConfig, part);
+      ++result_->channels[channels::kConfig];
+    }
+    log_.Write(ToUtime(now), channel, data, static_cast<std::size_t>(size));
+    ++result_->channels[channel];
+  }
+  void Flush() { log_.Flush(); }
+
+ private:
+  EventLogWriter log_;
+  std::vector<config_t> configuration_;  // to be written before the first event
+  ImportResult* result_;
+};
+
+std::vector<NamedText> FilesOf(const fs::path& mapper_config) {
+  if (mapper_config.empty()) return {};
+  return ConfigFiles(LoadMapperConfig(mapper_config.string()));
+}
+
 // The drivers that the files need, and what they publish.
 class Importer {
  public:
   explicit Importer(const ImportOptions& options)
-      : writer_(options.log, IfExists::kRefuse), bus_("memq://") {
+      : log_(options.log, FilesOf(options.mapper_config), &result_), bus_("memq://") {
     bus_.SubscribeBytes(".*", 0, [this](const std::string& channel, const void* data, int size) {
-      writer_.Write(ToUtime(now_), channel, data, static_cast<std::size_t>(size));
-      ++result_.channels[channel];
+      log_.Write(now_, channel, data, size);
     });
     for (const fs::path& file : options.files) {
       total_bytes_ += fs::file_size(file);
@@ -203,7 +238,7 @@ class Importer {
     }
     for (const auto& driver : can_drivers_) driver->Finish();
     bus_.HandleAll();
-    writer_.Flush();
+    log_.Flush();
     progress.Finish();
     for (const auto& source : sources_) Count(source->counters());
     for (const auto& driver : can_drivers_) Count(driver->decoder_counters());
@@ -246,23 +281,28 @@ class Importer {
     return drivers;
   }
 
-  EventLogWriter writer_;
+  ImportResult result_;
+  ImportLog log_;
   Bus bus_;
   Time now_;
   std::unique_ptr<MbesDriver> sonar_;
   std::vector<std::unique_ptr<CanDriver>> can_drivers_;
   std::vector<std::unique_ptr<Source>> sources_;
   std::uint64_t total_bytes_ = 0;
-  ImportResult result_;
 };
 
-// Beside the log: the files' installation parameters, and a mapper.yaml that takes the navigation
-// that they give.
+// A mapper.yaml that takes the navigation that the files give, with their installation parameters.
+MapperConfig ConfigFor(const SurveyPlan& plan) {
+  MapperConfig config = LoadMapperConfig((ConfigDir() / "mapper.yaml").string());
+  UseSurvey(plan, &config);
+  return config;
+}
+
+// Beside the log, to be edited.
 void WriteConfigs(const SurveyPlan& plan, const fs::path& log) {
   const SurveyConfigFiles files = SurveyConfigFilesFor(log);
   WriteText(files.vehicle, PrintConfig(plan.vehicle));
-  MapperConfig config = LoadMapperConfig((ConfigDir() / "mapper.yaml").string());
-  UseSurvey(plan, &config);
+  MapperConfig config = ConfigFor(plan);
   config.vehicle_file = files.vehicle.filename();
   WriteText(files.mapper, PrintConfig(config));
 }
@@ -270,18 +310,17 @@ void WriteConfigs(const SurveyPlan& plan, const fs::path& log) {
 // Survey files that say where they were.
 ImportResult ImportSurvey(SurveyFiles* survey, const ImportOptions& options) {
   ImportResult result;
-  EventLogWriter writer(options.log, IfExists::kRefuse);
+  ImportLog log(options.log, ConfigFiles(ConfigFor(survey->plan())), &result);
   Bus bus("memq://");
   bus.SubscribeBytes(".*", 0, [&](const std::string& channel, const void* data, int size) {
-    writer.Write(ToUtime(survey->now()), channel, data, static_cast<std::size_t>(size));
-    ++result.channels[channel];
+    log.Write(survey->now(), channel, data, size);
   });
   ProgressLine progress("importing", survey->bytes(), options.quiet);
   while (survey->PublishNext(&bus)) {
     bus.HandleAll();
     progress.Set(survey->bytes_read());
   }
-  writer.Flush();
+  log.Flush();
   progress.Finish();
   for (const auto& [name, value] : survey->counters())
     if (value != 0) result.counters[name] = value;
@@ -323,7 +362,7 @@ int RunImport(const ImportOptions& options) {
   for (const auto& [name, value] : result.counters)
     std::printf("%s: %lld\n", name.c_str(), static_cast<long long>(value));
   if (!result.installation.empty())
-    std::printf("map it: seastitch replay %s --config %s --out MAP\n",
+    std::printf("map it: seastitch replay %s --out MAP (--config %s: with changes of yours)\n",
                 options.log.c_str(),
                 SurveyConfigFilesFor(options.log).mapper.c_str());
   return EXIT_SUCCESS;

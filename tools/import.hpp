@@ -16,6 +16,9 @@ struct ImportOptions {
   // How the frames of a candump log are decoded. KMALL needs nothing.
   std::filesystem::path imu_config;
   std::filesystem::path dvl_config;
+  // mapper.yaml to be recorded in the log, so that a replay needs no other; empty: none. Survey
+  // files with navigation say themselves what it takes.
+  std::filesystem::path mapper_config;
   bool quiet = false;
 };
 
@@ -27,10 +30,11 @@ struct ImportResult {
 };
 
 // Survey files become what drivers would have published: INS, DEPTH, MBES_PING or MBES_SOUNDINGS,
-// SVP; beside the log LOG.vehicle.yaml holds the installation parameters, and LOG.mapper.yaml what
-// a replay needs. Candump logs, and .kmall without navigation, go through the drivers themselves,
-// in the order of their stamps, raw bytes included. The same files give the same log. Throws
-// std::runtime_error naming the file; DataError where nothing in it can be placed.
+// SVP, and CONFIG with what a replay needs; beside the log LOG.vehicle.yaml holds the installation
+// parameters, and LOG.mapper.yaml what a replay needs. Candump logs, and .kmall without navigation,
+// go through the drivers themselves, in the order of their stamps, raw bytes included. The same
+// files give the same log. Throws std::runtime_error naming the file; DataError where nothing in it
+// can be placed.
 ImportResult Import(const ImportOptions& options);
 
 // `seastitch import`: the same, and what it gave in some lines.

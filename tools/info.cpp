@@ -1,160 +1,252 @@
 #include "tools/info.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <cstdlib>
+#include <ctime>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 
 #include "common/convert/channels.hpp"
-#include "common/runtime/bus.hpp"
 #include "common/runtime/durable_file.hpp"
 #include "common/storage/event_log.hpp"
+#include "tools/log_figures.hpp"
 #include "tools/message_types.hpp"
+#include "tools/progress.hpp"
+#include "tools/recorded_dive.hpp"
 
 namespace seastitch {
 namespace {
 
-// What is counted of a channel.
-struct Figures {
-  std::int64_t events = 0;
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr std::uint64_t kLarge = 100'000'000;  // bytes; from here on progress is shown
+
+// A log that is torn: bytes that belong to no whole event.
+struct Tears {
+  std::int64_t places = 0;
   std::int64_t bytes = 0;
-  std::int64_t first_utime = 0;
-  std::int64_t last_utime = 0;
-  std::int64_t longest_gap_us = 0;
-  std::int64_t clock_steps_back = 0;
-  std::int64_t lost = 0;
-  std::int64_t undecodable = 0;
-  // One watch a sender: HEALTH and RAW_CAN have several.
-  std::map<std::string, SequenceWatch> senders;
 };
 
-// Of numbers that a damaged log may hold: what does not fit is the largest or the smallest.
-std::int64_t Difference(std::int64_t a, std::int64_t b) {
-  std::int64_t difference = 0;
-  if (!__builtin_sub_overflow(a, b, &difference)) return difference;
-  return b < 0 ? INT64_MAX : INT64_MIN;
-}
-std::int64_t Sum(std::int64_t a, std::int64_t b) {
-  std::int64_t sum = 0;
-  if (!__builtin_add_overflow(a, b, &sum)) return sum;
-  return b < 0 ? INT64_MIN : INT64_MAX;
+// One recorder's logs.
+struct Record {
+  std::vector<fs::path> logs;
+  LogFigures figures;
+  Tears tears;
+};
+
+std::string Utc(std::int64_t utime) {
+  const auto seconds = static_cast<std::time_t>(std::floor(static_cast<double>(utime) * 1e-6));
+  std::tm utc{};
+  if (gmtime_r(&seconds, &utc) == nullptr) return "no date";
+  char text[64];
+  const std::size_t n = std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%S", &utc);
+  const auto ms = static_cast<int>((utime / 1000) % 1000);
+  char fraction[8];
+  std::snprintf(fraction, sizeof fraction, ".%03dZ", ms < 0 ? ms + 1000 : ms);
+  return std::string(text, n) + fraction;
 }
 
-void CountSequence(const LogEvent& event, const Channel& channel, Figures* figures) {
-  if (!channel.decodes(event.data)) {
-    ++figures->undecodable;
-    return;
+double Seconds(std::int64_t us) { return static_cast<double>(us) * 1e-6; }
+
+std::uint64_t BytesOf(const std::vector<fs::path>& logs) {
+  std::uint64_t bytes = 0;
+  for (const fs::path& log : logs) bytes += fs::file_size(log);
+  return bytes;
+}
+
+Record Read(const std::vector<fs::path>& logs, EventLogWriter* repaired) {
+  Record record;
+  record.logs = logs;
+  const std::uint64_t bytes = BytesOf(logs);
+  ProgressLine progress("reading", bytes, bytes < kLarge);
+  for (const fs::path& log : logs) {
+    EventLogReader reader(log);
+    while (const auto event = reader.Next()) {
+      progress.Advance(SizeInLog(*event));
+      record.figures.Add(*event);
+      if (repaired != nullptr)
+        repaired->Write(event->utime, event->channel, event->data.data(), event->data.size());
+    }
+    record.tears.places += reader.tears();
+    record.tears.bytes += reader.damaged_bytes();
   }
-  if (const std::optional<MessagePlace> place = PlaceOf(event.data))
-    figures->lost = Sum(figures->lost, figures->senders[place->sender].Add(place->seq));
+  progress.Finish();
+  return record;
 }
 
-void Count(const LogEvent& event, Figures* figures) {
-  if (figures->events == 0) figures->first_utime = event.utime;
-  if (figures->events > 0) {
-    const std::int64_t gap = Difference(event.utime, figures->last_utime);
-    figures->longest_gap_us = std::max(figures->longest_gap_us, gap);
-    if (gap < 0) ++figures->clock_steps_back;
+// ---- text
+
+void PrintChannel(const std::string& name, const std::string& sender, const SenderFigures& f) {
+  std::printf("%-16s %-14s %9lld %10.3f %10.2f %10.3f %7lld %7lld\n",
+              name.c_str(),
+              sender.c_str(),
+              static_cast<long long>(f.events),
+              static_cast<double>(f.bytes) * 1e-6,
+              f.rate_hz(),
+              Seconds(f.longest_gap_us),
+              static_cast<long long>(f.lost),
+              static_cast<long long>(f.undecodable));
+}
+
+std::string StepsText(const std::vector<ClockStep>& steps, bool forward) {
+  std::int64_t number = 0;
+  ClockStep largest;
+  for (const ClockStep& step : steps) {
+    if ((step.step_us > 0) != forward) continue;
+    ++number;
+    if (std::abs(Seconds(step.step_us)) > std::abs(Seconds(largest.step_us))) largest = step;
   }
-  figures->last_utime = event.utime;
-  figures->bytes += static_cast<std::int64_t>(event.data.size());
-  ++figures->events;
-  if (const Channel* channel = FindChannel(event.channel)) CountSequence(event, *channel, figures);
+  if (number == 0) return "none";
+  char text[96];
+  std::snprintf(text,
+                sizeof text,
+                "%lld, largest %.3f s after %s",
+                static_cast<long long>(number),
+                Seconds(largest.step_us),
+                Utc(largest.utime).c_str());
+  return text;
 }
 
-double RateHz(const Figures& c) {
-  const double span_s = static_cast<double>(Difference(c.last_utime, c.first_utime)) * 1e-6;
-  return span_s > 0.0 ? static_cast<double>(c.events - 1) / span_s : 0.0;
-}
-
-void PrintText(const std::map<std::string, Figures>& channels,
-               const MessageTypes& types,
-               std::int64_t damaged_bytes) {
-  std::printf("%-16s %9s %10s %10s %10s %7s %7s\n",
+void PrintText(const Record& record) {
+  for (const fs::path& log : record.logs) std::printf("%s\n", log.c_str());
+  std::printf("%-16s %-14s %9s %10s %10s %10s %7s %7s\n",
               "channel",
+              "sender",
               "events",
               "MB",
               "rate Hz",
               "gap s",
               "lost",
               "bad");
-  std::int64_t first = INT64_MAX;
-  std::int64_t last = INT64_MIN;
-  std::int64_t steps = 0;
-  for (const auto& [name, c] : channels) {
-    std::printf("%-16s %9lld %10.3f %10.2f %10.3f %7lld %7lld\n",
+  for (const auto& [name, senders] : record.figures.channels())
+    for (const auto& [sender, figures] : senders) PrintChannel(name, sender, figures);
+  const LogFigures& f = record.figures;
+  std::printf("start %s, end %s, duration %.3f s, %lld events\n",
+              Utc(f.first_utime()).c_str(),
+              Utc(f.last_utime()).c_str(),
+              Seconds(f.last_utime()) - Seconds(f.first_utime()),
+              static_cast<long long>(f.events()));
+  std::printf("clock steps back: %s\n", StepsText(f.clock_steps(), false).c_str());
+  std::printf("clock steps forward: %s\n", StepsText(f.clock_steps(), true).c_str());
+  std::printf("torn places: %lld, damaged bytes %lld\n",
+              static_cast<long long>(record.tears.places),
+              static_cast<long long>(record.tears.bytes));
+}
+
+void PrintConfiguration(const RecordedLogs& logs) {
+  if (logs.configuration.empty()) std::printf("no configuration inside: a replay needs --config\n");
+  const std::map<std::string, int> changed = logs.Changed();
+  for (const auto& [name, file] : logs.Newest())
+    std::printf("%s of %s %s, sent %s%s\n",
                 name.c_str(),
-                static_cast<long long>(c.events),
-                static_cast<double>(c.bytes) * 1e-6,
-                RateHz(c),
-                static_cast<double>(c.longest_gap_us) * 1e-6,
-                static_cast<long long>(c.lost),
-                static_cast<long long>(c.undecodable));
-    first = std::min(first, c.first_utime);
-    last = std::max(last, c.last_utime);
-    steps += c.clock_steps_back;
+                file.process.c_str(),
+                file.version.c_str(),
+                Utc(file.utime).c_str(),
+                changed.contains(name)
+                    ? (", " + std::to_string(changed.at(name)) + " versions").c_str()
+                    : "");
+}
+
+// ---- JSON
+
+Json ToJson(const SenderFigures& f) {
+  return {{"events", f.events},
+          {"bytes", f.bytes},
+          {"rate_hz", f.rate_hz()},
+          {"first_utime", f.first_utime},
+          {"last_utime", f.last_utime},
+          {"longest_gap_s", Seconds(f.longest_gap_us)},
+          {"clock_steps_back", f.clock_steps_back},
+          {"lost", f.lost},
+          {"undecodable", f.undecodable}};
+}
+
+Json ToJson(const Record& record) {
+  Json json;
+  for (const fs::path& log : record.logs) json["logs"].push_back(log.string());
+  json["start"] = Utc(record.figures.first_utime());
+  json["end"] = Utc(record.figures.last_utime());
+  json["events"] = record.figures.events();
+  json["damaged_bytes"] = record.tears.bytes;
+  json["torn_places"] = record.tears.places;
+  json["clock_steps"] = Json::array();
+  for (const ClockStep& step : record.figures.clock_steps())
+    json["clock_steps"].push_back({{"utime", step.utime}, {"step_s", Seconds(step.step_us)}});
+  for (const auto& [name, senders] : record.figures.channels()) {
+    json["channels"][name] = ToJson(Total(senders));
+    for (const auto& [sender, figures] : senders)
+      if (!sender.empty()) json["channels"][name]["senders"][sender] = ToJson(figures);
   }
-  std::printf("duration %.3f s, clock steps back %lld, damaged bytes %lld\n",
-              static_cast<double>(Difference(last, first)) * 1e-6,
-              static_cast<long long>(steps),
-              static_cast<long long>(damaged_bytes));
+  return json;
+}
+
+Json ConfigurationJson(const RecordedLogs& logs) {
+  Json json = Json::array();
+  for (const RecordedFile& file : logs.configuration)
+    json.push_back({{"name", file.name},
+                    {"process", file.process},
+                    {"version", file.version},
+                    {"utime", file.utime}});
+  return json;
+}
+
+Json UnreadableJson(const MessageTypes& types) {
+  Json json = Json::array();
   for (const MessageTypes::Unreadable& unreadable : types.UnreadableChannels())
+    json.push_back({{"channel", unreadable.channel->name},
+                    {"fingerprint", FingerprintText(unreadable.fingerprint)},
+                    {"expected", unreadable.channel->type}});
+  return json;
+}
+
+// Where there is one recorder, as is common, its figures stand at the top.
+void PrintJson(const RecordedLogs& logs, const std::vector<Record>& records) {
+  Json json;
+  if (records.size() == 1)
+    json = ToJson(records[0]);
+  else
+    for (const Record& record : records) json["recorders"].push_back(ToJson(record));
+  json["configuration"] = ConfigurationJson(logs);
+  json["unreadable"] = UnreadableJson(logs.types);
+  std::printf("%s\n", json.dump(2, ' ', false, Json::error_handler_t::replace).c_str());
+}
+
+void Print(const RecordedLogs& logs, const std::vector<Record>& records) {
+  for (const Record& record : records) PrintText(record);
+  PrintConfiguration(logs);
+  for (const MessageTypes::Unreadable& unreadable : logs.types.UnreadableChannels())
     std::printf("%s\n", ToString(unreadable).c_str());
 }
 
-void PrintJson(const std::map<std::string, Figures>& channels,
-               const MessageTypes& types,
-               std::int64_t damaged_bytes) {
-  nlohmann::ordered_json json;
-  json["damaged_bytes"] = damaged_bytes;
-  for (const auto& [name, c] : channels) {
-    json["channels"][name] = {{"events", c.events},
-                              {"bytes", c.bytes},
-                              {"rate_hz", RateHz(c)},
-                              {"first_utime", c.first_utime},
-                              {"last_utime", c.last_utime},
-                              {"longest_gap_s", static_cast<double>(c.longest_gap_us) * 1e-6},
-                              {"clock_steps_back", c.clock_steps_back},
-                              {"lost", c.lost},
-                              {"undecodable", c.undecodable}};
-  }
-  json["unreadable"] = nlohmann::ordered_json::array();
-  for (const MessageTypes::Unreadable& unreadable : types.UnreadableChannels())
-    json["unreadable"].push_back({{"channel", unreadable.channel->name},
-                                  {"fingerprint", FingerprintText(unreadable.fingerprint)},
-                                  {"expected", unreadable.channel->type}});
-  std::printf("%s\n", json.dump(2).c_str());
+void Finish(EventLogWriter* repaired, const fs::path& path) {
+  repaired->Sync();
+  SyncFolder(fs::absolute(path).parent_path());
 }
 
 }  // namespace
 
 int RunInfo(const InfoOptions& options) {
-  EventLogReader reader(options.log);
+  std::vector<fs::path> inputs = options.inputs;
+  if (inputs.size() == 1 && IsDive(inputs[0])) inputs = LogsOfDive(inputs[0]);
+  if (options.repair_to && inputs.size() > 1)
+    throw UsageError("info: --repair takes one log at a time");
+  if (options.repair_to && fs::exists(*options.repair_to))
+    throw UsageError(options.repair_to->string() + ": exists already");
+  const RecordedLogs logs = LookThrough(inputs, BytesOf(inputs) < kLarge);
   std::optional<EventLogWriter> repaired;
-  if (options.repair_to) {
-    if (std::filesystem::exists(*options.repair_to)) {
-      throw std::runtime_error(options.repair_to->string() + ": exists already");
-    }
-    repaired.emplace(*options.repair_to, IfExists::kRefuse);
-  }
-  std::map<std::string, Figures> channels;
-  MessageTypes types;
-  while (const std::optional<LogEvent> event = reader.Next()) {
-    Count(*event, &channels[event->channel]);
-    types.Add(*event);
-    if (repaired)
-      repaired->Write(event->utime, event->channel, event->data.data(), event->data.size());
-  }
-  if (repaired) {
-    repaired->Sync();
-    SyncFolder(std::filesystem::absolute(*options.repair_to).parent_path());
-  }
-  if (options.json) {
-    PrintJson(channels, types, reader.damaged_bytes());
-  } else {
-    PrintText(channels, types, reader.damaged_bytes());
-  }
+  if (options.repair_to) repaired.emplace(*options.repair_to, IfExists::kRefuse);
+  std::vector<Record> records;
+  for (const auto& recorder : logs.recorders)
+    records.push_back(Read(recorder, repaired ? &*repaired : nullptr));
+  if (repaired) Finish(&*repaired, *options.repair_to);
+  if (options.json)
+    PrintJson(logs, records);
+  else
+    Print(logs, records);
   return EXIT_SUCCESS;
 }
 

@@ -35,9 +35,9 @@ std::vector<MessageTypes::Unreadable> MessageTypes::UnreadableChannels() const {
   return unreadable;
 }
 
-void ExpectReadable(const MessageTypes& types) {
-  if (const auto unreadable = types.UnreadableChannels(); !unreadable.empty())
-    throw DataError(ToString(unreadable[0]));
+void ExpectReadable(const MessageTypes& types, ChannelRole role) {
+  for (const MessageTypes::Unreadable& unreadable : types.UnreadableChannels())
+    if (unreadable.channel->role == role) throw DataError(ToString(unreadable));
 }
 
 std::string FingerprintText(const std::optional<std::int64_t>& fingerprint) {

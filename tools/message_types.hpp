@@ -48,8 +48,8 @@ class MessageTypes {
   std::map<const Channel*, Count> counts_;
 };
 
-// Throws DataError where there is one.
-void ExpectReadable(const MessageTypes& types);
+// Throws DataError where there is one of this role.
+void ExpectReadable(const MessageTypes& types, ChannelRole role);
 // One line: channel, fingerprint, type expected.
 std::string ToString(const MessageTypes::Unreadable& unreadable);
 // As 16 hexadecimal digits; "none" where there is none.

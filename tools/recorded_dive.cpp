@@ -11,7 +11,6 @@
 #include "common/core/channel_names.hpp"
 #include "common/runtime/dive_folder.hpp"
 #include "common/storage/event_log.hpp"
-#include "tools/message_types.hpp"
 #include "tools/progress.hpp"
 
 namespace seastitch {
@@ -44,7 +43,7 @@ void NoteNumber(const LogEvent& event, Scan* scan) {
   if (!is_first) found->second.second = place->seq;
 }
 
-Scan ScanLog(const fs::path& log, ChannelRole role, MessageTypes* types, bool quiet) {
+Scan ScanLog(const fs::path& log, MessageTypes* types, bool quiet) {
   EventLogReader reader(log);
   ProgressLine progress("looking through " + log.filename().string(), fs::file_size(log), quiet);
   Scan scan{log, 0, 0, {}, {}};
@@ -53,8 +52,7 @@ Scan ScanLog(const fs::path& log, ChannelRole role, MessageTypes* types, bool qu
     if (first) scan.first_utime = event->utime;
     scan.last_utime = event->utime;
     NoteNumber(*event, &scan);
-    const Channel* channel = FindChannel(event->channel);
-    if (channel != nullptr && channel->role == role) types->Add(*event);
+    types->Add(*event);
     if (auto part = Decode(*event)) scan.configuration.push_back(std::move(*part));
   }
   progress.Finish();
@@ -174,6 +172,22 @@ std::vector<RecordedFile> ConfigurationOf(const Chain& chain) {
   return files;
 }
 
+std::vector<fs::path> LogsIn(const fs::path& folder) {
+  std::vector<fs::path> logs;
+  std::error_code none;
+  for (const auto& entry : fs::directory_iterator(folder, none)) {
+    if (entry.path().extension() != ".lcmlog") continue;
+    try {
+      EventLogReader reader(entry.path());  // of a logger that was killed at once: holds nothing
+      logs.push_back(entry.path());
+    } catch (const std::runtime_error& e) {
+      std::fprintf(stderr, "%s: skipped\n", e.what());
+    }
+  }
+  std::sort(logs.begin(), logs.end());
+  return logs;
+}
+
 }  // namespace
 
 std::map<std::string, RecordedFile> RecordedLogs::Newest() const {
@@ -189,15 +203,15 @@ std::map<std::string, int> RecordedLogs::Changed() const {
   return versions;
 }
 
-RecordedLogs LookThrough(const std::vector<fs::path>& logs, ChannelRole role, bool quiet) {
+RecordedLogs LookThrough(const std::vector<fs::path>& logs, bool quiet) {
   std::vector<Scan> scans;
-  MessageTypes types;
+  RecordedLogs recorded;
   std::set<fs::path> seen;
   for (const fs::path& log : logs)
     if (seen.insert(fs::weakly_canonical(log)).second)
-      scans.push_back(ScanLog(log, role, &types, quiet));
-  ExpectReadable(types);
-  RecordedLogs recorded;
+      scans.push_back(ScanLog(log, &recorded.types, quiet));
+  for (const Scan& scan : scans)
+    for (const auto& [sender, numbers] : scan.numbers) recorded.senders.insert(sender);
   std::set<std::string> known;
   for (const Chain& chain : JoinNumbered(ChainsOf(scans))) {
     std::vector<fs::path>& paths = recorded.recorders.emplace_back();
@@ -213,20 +227,11 @@ RecordedLogs LookThrough(const std::vector<fs::path>& logs, ChannelRole role, bo
 
 bool IsDive(const fs::path& path) { return fs::exists(path / "dive.json"); }
 
-std::vector<fs::path> LogsOfDive(const fs::path& dive) {
-  std::vector<fs::path> logs;
-  std::error_code none;
-  for (const auto& entry : fs::directory_iterator(dive / "log", none)) {
-    if (entry.path().extension() != ".lcmlog") continue;
-    try {
-      EventLogReader reader(entry.path());  // of a logger that was killed at once: holds nothing
-      logs.push_back(entry.path());
-    } catch (const std::runtime_error& e) {
-      std::fprintf(stderr, "%s: skipped\n", e.what());
-    }
-  }
+std::vector<fs::path> LogsOfDive(const fs::path& dive, bool raw) {
+  std::vector<fs::path> logs = LogsIn(dive / "log");
+  const std::vector<fs::path> of_devices = raw ? LogsIn(dive / "raw") : std::vector<fs::path>();
+  logs.insert(logs.end(), of_devices.begin(), of_devices.end());
   if (logs.empty()) throw std::runtime_error(dive.string() + ": holds no log");
-  std::sort(logs.begin(), logs.end());
   return logs;
 }
 

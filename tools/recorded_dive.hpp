@@ -3,10 +3,11 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
-#include "common/convert/channels.hpp"
+#include "tools/message_types.hpp"
 
 namespace seastitch {
 
@@ -27,6 +28,9 @@ struct RecordedLogs {
   // several times.
   std::vector<RecordedFile> configuration;
   std::map<std::string, RecordedFile> Newest() const;  // by name
+  // Of all events.
+  MessageTypes types;
+  std::set<std::string> senders;  // "CHANNEL/sender"
   // Files that changed during the dive, with the versions that there were.
   std::map<std::string, int> Changed() const;
 };
@@ -34,16 +38,13 @@ struct RecordedLogs {
 // Reads the logs whole. The logs of one recorder are put in order by the numbers that its messages
 // carry, whatever the files' names, since the time of a log goes back when the clock does; where
 // these tell nothing (every sender began anew), by the numbers of the files of one folder, then by
-// time. Throws std::runtime_error as EventLogReader; DataError where no event of a channel of the
-// role has the type of the channel.
-RecordedLogs LookThrough(const std::vector<std::filesystem::path>& logs,
-                         ChannelRole role,
-                         bool quiet);
+// time. Throws std::runtime_error as EventLogReader.
+RecordedLogs LookThrough(const std::vector<std::filesystem::path>& logs, bool quiet);
 
 // A dive's folder is one with a dive.json.
 bool IsDive(const std::filesystem::path& path);
-// Its logs, without those that hold no whole event, which stderr names. Throws std::runtime_error
-// where none is left.
-std::vector<std::filesystem::path> LogsOfDive(const std::filesystem::path& dive);
+// Its logs, without those that hold no whole event, which stderr names. raw: those of the devices'
+// bytes as well. Throws std::runtime_error where none is left.
+std::vector<std::filesystem::path> LogsOfDive(const std::filesystem::path& dive, bool raw = false);
 
 }  // namespace seastitch

@@ -154,18 +154,29 @@ void NoteStop(int percent, Feeding* feeding) {
 
 // Puts the logs' events of one role on the bus. Events of another type than their channel has are
 // skipped and named.
-void FeedLogs(const RecordedLogs& recorded, ChannelRole role, Feeding* feeding) {
+void FeedLogs(const RecordedLogs& recorded,
+              ChannelRole role,
+              RawReplay* raw,  // null: raw bytes are left out
+              Feeding* feeding) {
   MergedLogs logs(recorded, feeding->quiet);
   MessageTypes types;
   bool any = false;
   while (!feeding->stopped()) {
     const std::optional<LogEvent> event = logs.Next();
     if (!event) break;
-    if (!IsOfRole(*event, role)) continue;
+    const bool is_raw = raw != nullptr && IsOfRole(*event, ChannelRole::kRaw);
+    if (!is_raw && !IsOfRole(*event, role)) continue;
     any = true;
-    if (!types.Add(*event)) continue;
+    if ((raw != nullptr && raw->MakesAnew(event->channel)) || !types.Add(*event)) continue;
     feeding->inputs->Reading(logs.log());
-    feeding->bus->PublishBytes(event->channel, event->data.data(), event->data.size());
+    if (is_raw)
+      raw->Add(*event);
+    else
+      feeding->bus->PublishBytes(event->channel, event->data.data(), event->data.size());
+    feeding->bus->HandleAll();
+  }
+  if (raw != nullptr) {
+    raw->Finish();
     feeding->bus->HandleAll();
   }
   if (feeding->stopped()) NoteStop(logs.percent_read(), feeding);
@@ -173,6 +184,7 @@ void FeedLogs(const RecordedLogs& recorded, ChannelRole role, Feeding* feeding) 
     throw std::runtime_error(recorded.recorders[0][0].string() +
                              ": no event on a channel that a replay reads");
   feeding->refused = logs.refused();
+  if (raw != nullptr) feeding->refused.merge(raw->counters());
   for (const auto& [channel, events] : types.Foreign())
     feeding->refused["of_another_type_" + channel] = events;
   for (const auto& [reason, count] : feeding->refused)
@@ -309,6 +321,8 @@ void ExpectInputs(const ReplayOptions& options) {
                                       [](const fs::path& p) { return fs::is_directory(p); });
   if (has_folder && options.inputs.size() > 1)
     throw UsageError("replay: one dive, or one directory of submaps, at a time");
+  if (options.as_recorded && options.from_raw)
+    throw UsageError("replay: either --as-recorded or --from-raw");
   if (has_folder && options.as_recorded && !IsDive(options.inputs[0]))
     throw UsageError("replay: --as-recorded needs a log");
   if (options.soundings && (options.as_recorded || (has_folder && !IsDive(options.inputs[0]))))
@@ -334,17 +348,32 @@ Input Open(const ReplayOptions& options) {
     for (const fs::path& file : options.inputs) input.names.push_back(file.filename().string());
   } else {
     const ChannelRole role = options.as_recorded ? ChannelRole::kResult : ChannelRole::kSensor;
-    input.logs = LookThrough(is_dive ? LogsOfDive(first) : options.inputs, role, options.quiet);
+    input.logs =
+        LookThrough(is_dive ? LogsOfDive(first, options.from_raw) : options.inputs, options.quiet);
+    if (!options.from_raw) ExpectReadable(input.logs->types, role);
     for (const auto& recorder : input.logs->recorders)
       for (const fs::path& log : recorder) input.names.push_back(log.filename().string());
   }
   return input;
 }
 
+std::unique_ptr<RawReplay> OpenRaw(const Input& input,
+                                   const GivenConfig& given,
+                                   const fs::path& out,
+                                   Bus* bus) {
+  if (!input.logs) throw UsageError("replay: --from-raw needs a log");
+  const RawSources sources(input.logs->senders);
+  if (!sources.imu && !sources.dvl && !sources.mbes)
+    throw DataError(input.logs->recorders[0][0].string() + ": no raw bytes (RAW_*)");
+  return std::make_unique<RawReplay>(
+      sources, ChooseDriverFiles(given, *input.logs, sources, out), bus);
+}
+
 // Makes the map anew from the input.
 void Remake(Input* input,
             const ReplayConfig& config,
             MapperConfig mapper_config,
+            RawReplay* raw,
             const SurveyCollector& collector,
             SoundingLog* soundings,
             Feeding* feeding) {
@@ -358,7 +387,7 @@ void Remake(Input* input,
   else if (input->survey_files)
     FeedSurvey(input->survey_files.get(), feeding);
   else
-    FeedLogs(*input->logs, ChannelRole::kSensor, feeding);
+    FeedLogs(*input->logs, ChannelRole::kSensor, raw, feeding);
   pipeline.Finish();
   feeding->mapper_counters = pipeline.Counters();
   feeding->noise = pipeline.mapper().mapper().noise();
@@ -379,7 +408,7 @@ ProductSummary RunReplay(const ReplayOptions& options) {
   if (options.interruptible) interruption.emplace([&out] { out.Discard(); });
 
   const GivenConfig given{
-      options.mapper_config, options.optimizer_config, options.default_config_dir};
+      options.mapper_config, options.optimizer_config, options.drivers, options.default_config_dir};
   const ReplayConfig config =
       input.logs ? ChooseConfig(given, *input.logs, out.path()) : ChooseConfig(given);
   if (!options.quiet) std::fprintf(stderr, "configuration: %s\n", config.statement.c_str());
@@ -403,6 +432,8 @@ ProductSummary RunReplay(const ReplayOptions& options) {
   }
 
   Bus bus("memq://");
+  const std::unique_ptr<RawReplay> raw =
+      options.from_raw ? OpenRaw(input, given, out.path(), &bus) : nullptr;
   SurveyCollector collector(out.path());
   CollectorNode collector_node(&bus, &collector);
   PingInputs inputs(input.names, options.soundings.has_value(), &bus);
@@ -421,11 +452,11 @@ ProductSummary RunReplay(const ReplayOptions& options) {
                   {},
                   {}};
   if (options.as_recorded) {
-    FeedLogs(*input.logs, ChannelRole::kResult, &feeding);
+    FeedLogs(*input.logs, ChannelRole::kResult, nullptr, &feeding);
   } else {
     const ScratchDir store(out.path() / ".store");
     mapper_config.map_dir = store.path();
-    Remake(&input, config, mapper_config, collector, products.soundings, &feeding);
+    Remake(&input, config, mapper_config, raw.get(), collector, products.soundings, &feeding);
   }
   products.refused = feeding.refused;
   products.partial = feeding.partial;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "products/write_products.hpp"
+#include "tools/raw_replay.hpp"
 #include "tools/submap_directory.hpp"
 
 namespace seastitch {
@@ -24,6 +25,10 @@ struct ReplayOptions {
   std::optional<std::filesystem::path> truth;
   // Map and track as the processes made them at sea, instead of making them anew from the sensors.
   bool as_recorded = false;
+  // Decodes the devices' recorded bytes anew, in place of what their drivers made of them.
+  bool from_raw = false;
+  // The drivers' configurations; empty: as recorded.
+  DriverFiles drivers;
   ImportedDrift drift;
   // Every sounding as a file of this format, besides.
   std::optional<SoundingFormat> soundings;

@@ -49,6 +49,30 @@ ReplayConfig ChooseConfig(const GivenConfig& given,
   return {chosen.mapper, OptimizerFile(chosen), "as recorded" + ChangesIn(recorded)};
 }
 
+DriverFiles ChooseDriverFiles(const GivenConfig& given,
+                              const RecordedLogs& recorded,
+                              const RawSources& sources,
+                              const fs::path& out) {
+  const fs::path folder = out / "config";
+  fs::create_directories(folder);
+  const auto files = recorded.Newest();
+  for (const auto& [name, file] : files)
+    if (name.ends_with(".dbc") && fs::path(name).filename() == name)
+      WriteAtomically(folder / name, file.text);
+  const auto choose = [&](const fs::path& by_hand, const std::string& name, const char* option) {
+    if (!by_hand.empty()) return by_hand;
+    if (!files.contains(name))
+      throw UsageError("no " + name + " was recorded: name it with " + option);
+    WriteAtomically(folder / name, files.at(name).text);
+    return folder / name;
+  };
+  DriverFiles chosen;
+  if (sources.imu) chosen.imu = choose(given.drivers.imu, "imu_driver.yaml", "--imu-config");
+  if (sources.dvl) chosen.dvl = choose(given.drivers.dvl, "dvl_driver.yaml", "--dvl-config");
+  if (sources.mbes) chosen.mbes = choose(given.drivers.mbes, "mbes_driver.yaml", "--mbes-config");
+  return chosen;
+}
+
 ReplayConfig ChooseConfig(const GivenConfig& given) {
   if (!given.mapper.empty())
     return {given.mapper, OptimizerFile(given), given.mapper.filename().string() + " by --config"};

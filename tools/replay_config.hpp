@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <string>
 
+#include "tools/raw_replay.hpp"
 #include "tools/recorded_dive.hpp"
 
 namespace seastitch {
@@ -19,6 +20,7 @@ struct ReplayConfig {
 struct GivenConfig {
   std::filesystem::path mapper;
   std::filesystem::path optimizer;
+  DriverFiles drivers;  // for raw bytes
   std::filesystem::path shipped_dir;
 };
 
@@ -28,6 +30,12 @@ struct GivenConfig {
 ReplayConfig ChooseConfig(const GivenConfig& given,
                           const RecordedLogs& recorded,
                           const std::filesystem::path& out);
+
+// Of raw bytes, the same for the drivers that recorded some.
+DriverFiles ChooseDriverFiles(const GivenConfig& given,
+                              const RecordedLogs& recorded,
+                              const RawSources& sources,
+                              const std::filesystem::path& out);
 
 // Of submaps and survey files: what was given, else the shipped ones.
 ReplayConfig ChooseConfig(const GivenConfig& given);

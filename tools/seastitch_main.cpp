@@ -9,6 +9,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "common/runtime/config.hpp"
 #include "common/runtime/dive_folder.hpp"
@@ -18,6 +19,7 @@
 #include "tools/bench_command.hpp"
 #include "tools/configuration.hpp"
 #include "tools/demo.hpp"
+#include "tools/help.hpp"
 #include "tools/import.hpp"
 #include "tools/info.hpp"
 #include "tools/install_paths.hpp"
@@ -30,6 +32,33 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// Of how it is typed, at the end of its help.
+void Example(CLI::App* command, const std::string& arguments) {
+  command->footer("Example:\n  seastitch " + arguments);
+}
+
+std::string UnknownCommand(const CLI::App& app, const std::string& word) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands({})) names.push_back(command->get_name());
+  const std::string nearest = NearestName(word, names);
+  return "there is no command '" + word + "'" +
+         (nearest.empty() ? std::string() : "; did you mean '" + nearest + "'?") +
+         " (seastitch --help lists them)";
+}
+
+// Null where there is none.
+const CLI::App* FindCommand(const CLI::App& app, const std::string& name) {
+  const auto found =
+      app.get_subcommands([&](const CLI::App* command) { return command->get_name() == name; });
+  return found.empty() ? nullptr : found.front();
+}
+
+void ExpectCommand(const CLI::App& app, int argc, char** argv) {
+  const std::string word = argc > 1 ? argv[1] : "--help";
+  if (!word.starts_with('-') && FindCommand(app, word) == nullptr)
+    throw UsageError(UnknownCommand(app, word));
+}
+
 // Each Add* describes one subcommand and what it runs; `status` is the exit code.
 
 void AddDemo(CLI::App* app, int* status) {
@@ -37,6 +66,7 @@ void AddDemo(CLI::App* app, int* status) {
   options->out = "out";
   CLI::App* demo = app->add_subcommand(
       "demo", "simulated survey through the real processes, then a replay of its log");
+  Example(demo, "demo --out out");
   demo->add_option("--survey", options->survey, "survey description (default: the shipped demo)");
   demo->add_option("--terrain", options->terrain, "seabed from a raster that GDAL reads");
   demo->add_option("--speed", options->speed, "simulated seconds a second")
@@ -83,6 +113,7 @@ void AddReplay(CLI::App* app, int* status) {
   auto arguments = std::make_shared<Arguments>();
   ReplayOptions& options = arguments->replay;
   CLI::App* replay = app->add_subcommand("replay", "logs or submaps to map, track and report");
+  Example(replay, "replay /var/lib/seastitch/dives/DIVE_20261122T101500Z --out map");
   CLI::Option* const input = replay->add_option(
       "input",
       options.inputs,
@@ -101,6 +132,13 @@ void AddReplay(CLI::App* app, int* status) {
   replay->add_flag("--as-recorded",
                    options.as_recorded,
                    "map as the processes made it at sea, not anew from the sensors");
+  replay->add_flag("--from-raw",
+                   options.from_raw,
+                   "decode the recorded raw bytes anew, in place of what the drivers published");
+  replay->add_option(
+      "--imu-config", options.drivers.imu, "imu_driver.yaml for --from-raw (default: as recorded)");
+  replay->add_option("--dvl-config", options.drivers.dvl, "dvl_driver.yaml, likewise");
+  replay->add_option("--mbes-config", options.drivers.mbes, "mbes_driver.yaml, likewise");
   replay
       ->add_option("--drift-xy-m",
                    options.drift.sigma_xy_m,
@@ -142,6 +180,7 @@ void AddDive(CLI::App* app, int* status) {
   auto config = std::make_shared<fs::path>();
   CLI::App* dive = app->add_subcommand("dive", "the folders of dives");
   dive->require_subcommand(1);
+  Example(dive, "dive new --config /etc/seastitch/logger.yaml");
   CLI::App* begin =
       dive->add_subcommand("new", "logger and mapper begin a new dive at their next start");
   begin->add_option("--config", *config, "logger.yaml (default: the shipped one)");
@@ -158,16 +197,19 @@ void AddDive(CLI::App* app, int* status) {
 }
 
 void AddReference(CLI::App* app, int* status) {
-  app->add_subcommand("reference", "every key of every configuration file, as Markdown")
-      ->callback([status] {
-        std::fputs(ConfigurationPage().c_str(), stdout);
-        *status = EXIT_SUCCESS;
-      });
+  CLI::App* reference =
+      app->add_subcommand("reference", "every key of every configuration file, as Markdown");
+  Example(reference, "reference > configuration.md");
+  reference->callback([status] {
+    std::fputs(ConfigurationPage().c_str(), stdout);
+    *status = EXIT_SUCCESS;
+  });
 }
 
 void AddBench(CLI::App* app, int* status) {
   auto options = std::make_shared<BenchOptions>();
   CLI::App* bench = app->add_subcommand("bench", "simulates a survey");
+  Example(bench, "bench --log survey.lcmlog");
   bench->add_option("--survey", options->survey, "survey description (default: the shipped demo)");
   bench->add_option("--terrain", options->terrain, "seabed from a raster that GDAL reads");
   bench->add_option("--config-dir",
@@ -207,6 +249,7 @@ void AddImport(CLI::App* app, int* status) {
   auto options = std::make_shared<ImportOptions>();
   CLI::App* command = app->add_subcommand(
       "import", "other people's recordings to an LCM log, by the same decoders");
+  Example(command, "import LINE1.kmall LINE2.kmall --log survey.lcmlog");
   command->add_option("file", options->files, ".kmall files and candump logs")
       ->required()
       ->check(CLI::ExistingFile);
@@ -215,6 +258,10 @@ void AddImport(CLI::App* app, int* status) {
                       options->imu_config,
                       "imu_driver.yaml, for candump logs (default: the shipped one)");
   command->add_option("--dvl-config", options->dvl_config, "dvl_driver.yaml, likewise");
+  command->add_option(
+      "--config",
+      options->mapper_config,
+      "mapper.yaml to record in the log, where the files do not say how to map them");
   command->add_flag("--quiet", options->quiet, "no progress");
   command->callback([options, status] {
     if (options->imu_config.empty()) options->imu_config = ConfigDir() / "imu_driver.yaml";
@@ -229,13 +276,31 @@ void AddInfo(CLI::App* app, int* status) {
     fs::path repair_to;
   };
   auto arguments = std::make_shared<Arguments>();
-  CLI::App* info = app->add_subcommand("info", "what is in an LCM log, and what was lost");
-  info->add_option("log", arguments->info.log, "LCM log")->required();
+  CLI::App* info = app->add_subcommand("info", "what is in LCM logs or a dive, and what was lost");
+  Example(info, "info /var/lib/seastitch/dives/DIVE_20261122T101500Z");
+  info->add_option("input", arguments->info.inputs, "LCM logs in any order, or a dive's folder")
+      ->required();
   info->add_flag("--json", arguments->info.json, "for programs");
-  info->add_option("--repair", arguments->repair_to, "writes every whole event to this new file");
+  info->add_option(
+      "--repair", arguments->repair_to, "writes every whole event of one log to this new file");
   info->callback([arguments, status] {
     if (!arguments->repair_to.empty()) arguments->info.repair_to = arguments->repair_to;
     *status = RunInfo(arguments->info);
+  });
+}
+
+void AddHelp(CLI::App* app, int* status) {
+  auto name = std::make_shared<std::string>();
+  CLI::App* help = app->add_subcommand("help", "what a command takes, with an example");
+  Example(help, "help replay");
+  help->add_option("command", *name, "such as replay");
+  help->callback([app, name, status] {
+    const CLI::App* const command = name->empty() ? app : FindCommand(*app, *name);
+    if (command == nullptr) throw UsageError(UnknownCommand(*app, *name));
+    const std::string typed = name->empty() ? "seastitch" : "seastitch " + *name;
+    const auto mode = CLI::AppFormatMode::Normal;
+    std::fputs(app->get_formatter()->make_help(command, typed, mode).c_str(), stdout);
+    *status = EXIT_SUCCESS;
   });
 }
 
@@ -257,6 +322,8 @@ int main(int argc, char** argv) try {
   seastitch::AddBench(&app, &status);
   seastitch::AddImport(&app, &status);
   seastitch::AddInfo(&app, &status);
+  seastitch::AddHelp(&app, &status);
+  seastitch::ExpectCommand(app, argc, argv);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

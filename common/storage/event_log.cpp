@@ -157,8 +157,10 @@ struct EventLogReader::Impl {
     while (position < size) {
       if (std::optional<LogEvent> event = EventAt(position)) {
         position += SizeInLog(*event);
+        torn = false;
         return event;
       }
+      if (!std::exchange(torn, true)) ++tears;
       const std::uint64_t next = FindSync(position + 1);
       damaged_bytes += static_cast<std::int64_t>(next - position);
       position = next;
@@ -170,6 +172,8 @@ struct EventLogReader::Impl {
   std::uint64_t size;
   std::uint64_t position = 0;
   std::int64_t damaged_bytes = 0;
+  std::int64_t tears = 0;
+  bool torn = false;  // since the last whole event
   std::uint64_t window_at = 0;
   std::vector<std::uint8_t> window;
   std::optional<LogEvent> first;  // read by the constructor
@@ -189,6 +193,8 @@ std::optional<LogEvent> EventLogReader::Next() {
 }
 
 std::int64_t EventLogReader::damaged_bytes() const { return impl_->damaged_bytes; }
+
+std::int64_t EventLogReader::tears() const { return impl_->tears; }
 
 struct EventLogWriter::Impl {
   Impl(const std::filesystem::path& file_path, IfExists if_exists)

@@ -36,6 +36,7 @@ class EventLogReader {
   // anything else to the next such event and counts the bytes.
   std::optional<LogEvent> Next();
   std::int64_t damaged_bytes() const;
+  std::int64_t tears() const;  // places where they stand
 
  private:
   struct Impl;

@@ -1,6 +1,9 @@
 #include "drivers/can/can_driver.hpp"
 
 #include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
 
 #include "common/core/channel_names.hpp"
 #include "drivers/socket/cannelloni.hpp"
@@ -117,6 +120,12 @@ SignalMap LoadSignals(const std::string& config_path,
     throw ConfigError(config_path + ": " + key + ": " + e.what());
   }
   return map;
+}
+
+std::string TextOfDbc(const std::filesystem::path& dbc) {
+  std::ifstream in(dbc, std::ios::binary);
+  if (!in) throw std::runtime_error(dbc.string() + ": cannot be read");
+  return {std::istreambuf_iterator<char>(in), {}};
 }
 
 void DeclareSourceAddress(int* address, ParameterTable* table) {

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <filesystem>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "drivers/can/can_errors.hpp"
@@ -48,6 +50,8 @@ struct SignalFile {
   std::string dbc;
   std::vector<std::string> texts;  // of each field; empty: the device does not send it
 };
+// Throws std::runtime_error.
+std::string TextOfDbc(const std::filesystem::path& dbc);
 // field_keys: the keys of the map `signals`.
 void DeclareSignals(const std::vector<std::string>& field_keys,
                     SignalFile* file,
@@ -57,6 +61,22 @@ void DeclareSignals(const std::vector<std::string>& field_keys,
 SignalMap LoadSignals(const std::string& config_path,
                       const std::vector<std::string>& field_keys,
                       SignalFile* file);
+
+// The configuration of a driver as it is published: `name` and the DBC file that it reads, if any,
+// which it then names without a folder. file: its part of `config`.
+template <class Config>
+std::vector<std::pair<std::string, std::string>> WithDbc(const std::string& name,
+                                                         Config config,
+                                                         SignalFile Config::*file) {
+  std::vector<std::pair<std::string, std::string>> files;
+  const std::filesystem::path dbc = (config.*file).dbc;
+  if (!dbc.empty()) {
+    files.emplace_back(dbc.filename().string(), TextOfDbc(dbc));
+    (config.*file).dbc = dbc.filename().string();
+  }
+  files.emplace_back(name, PrintConfig(config));
+  return files;
+}
 
 // Of a device on NMEA 2000: its address on the bus.
 void DeclareSourceAddress(int* address, ParameterTable* table);

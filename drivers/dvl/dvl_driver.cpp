@@ -93,6 +93,10 @@ std::string PrintConfig(const DvlDriverConfig& config) {
   return PrintWithDefaults(config, defaults);
 }
 
+std::vector<std::pair<std::string, std::string>> ConfigFiles(const DvlDriverConfig& config) {
+  return WithDbc("dvl_driver.yaml", config, &DvlDriverConfig::signals);
+}
+
 DvlDriver::DvlDriver(const DvlDriverConfig& config, Bus* bus)
     : CanDriver("dvl-driver", config.driver, bus),
       codec_(FindEntry(kDevices, config.device)->make(config)) {}

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "drivers/can/can_driver.hpp"
@@ -23,6 +24,8 @@ struct DvlDriverConfig {
 // Throws ConfigError.
 DvlDriverConfig LoadDvlDriverConfig(const std::string& path);
 std::string PrintConfig(const DvlDriverConfig& config);
+// As it is published on CONFIG: the file and the DBC file that it names.
+std::vector<std::pair<std::string, std::string>> ConfigFiles(const DvlDriverConfig& config);
 // Of the device that config names.
 ParameterTable TableOf(DvlDriverConfig* config);
 // The names of the devices on a CAN bus.

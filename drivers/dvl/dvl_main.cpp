@@ -28,8 +28,7 @@ int RunCan(const ProcessArgs& args) {
   EventLoop loop;
   Bus bus(args.lcm_url);
   DvlDriver driver(*config, &bus);
-  ConfigPublisher configuration(
-      ConfigParts("dvl-driver", {{"dvl_driver.yaml", PrintConfig(*config)}}), &bus);
+  ConfigPublisher configuration(ConfigParts("dvl-driver", ConfigFiles(*config)), &bus);
   configuration.SendBy(&loop);
   return RunCanDriver(&driver, config->driver, &loop);
 }

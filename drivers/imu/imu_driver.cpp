@@ -87,6 +87,10 @@ std::string PrintConfig(const ImuDriverConfig& config) {
   return PrintWithDefaults(config, defaults);
 }
 
+std::vector<std::pair<std::string, std::string>> ConfigFiles(const ImuDriverConfig& config) {
+  return WithDbc("imu_driver.yaml", config, &ImuDriverConfig::signals);
+}
+
 ImuDriver::ImuDriver(const ImuDriverConfig& config, Bus* bus)
     : CanDriver("imu-driver", config.driver, bus),
       codec_(FindEntry(kDevices, config.device)->make(config)) {}

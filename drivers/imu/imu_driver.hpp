@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "drivers/can/can_driver.hpp"
@@ -23,6 +24,8 @@ struct ImuDriverConfig {
 // Throws ConfigError.
 ImuDriverConfig LoadImuDriverConfig(const std::string& path);
 std::string PrintConfig(const ImuDriverConfig& config);
+// As it is published on CONFIG: the file and the DBC file that it names.
+std::vector<std::pair<std::string, std::string>> ConfigFiles(const ImuDriverConfig& config);
 // Of the device that config names.
 ParameterTable TableOf(ImuDriverConfig* config);
 

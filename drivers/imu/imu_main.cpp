@@ -17,9 +17,8 @@ int main(int argc, char** argv) {
                       EventLoop loop;
                       Bus bus(args.lcm_url);
                       ImuDriver driver(*config, &bus);
-                      ConfigPublisher configuration(
-                          ConfigParts("imu-driver", {{"imu_driver.yaml", PrintConfig(*config)}}),
-                          &bus);
+                      ConfigPublisher configuration(ConfigParts("imu-driver", ConfigFiles(*config)),
+                                                    &bus);
                       configuration.SendBy(&loop);
                       return RunCanDriver(&driver, config->driver, &loop);
                     });

@@ -2,9 +2,14 @@
 
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <utility>
 
+#include "common/convert/convert.hpp"
 #include "common/storage/event_log.hpp"
 #include "seastitch/depth_t.hpp"
+#include "seastitch/health_t.hpp"
 #include "tests/paths.hpp"
 #include "tests/process/run_command.hpp"
 #include "tests/runtime/temporary_dir.hpp"
@@ -53,6 +58,48 @@ TEST(Info, NumbersOfADamagedLogDoNotWrapAround) {
   EXPECT_EQ(depth["lost"], INT64_MAX);
   EXPECT_EQ(depth["clock_steps_back"], 1);
   EXPECT_GT(depth["longest_gap_s"].get<double>(), 9e12);
+}
+
+TEST(Info, TellsOfSeveralLogsAsOneWithSendersStepsAndConfiguration) {
+  const TemporaryDir dir;
+  const auto health = [](EventLogWriter* log, std::int64_t at_s, const char* process, int seq) {
+    health_t msg{};
+    msg.utime = at_s * 1'000'000;
+    msg.seq = seq;
+    msg.process = process;
+    log->Write(msg.utime, "HEALTH", msg);
+  };
+  {
+    EventLogWriter log(dir / "b.lcmlog");
+    for (const config_t& part : ToLcm({"mapper", "1.2.3", "mapper.yaml", "a: 1"}, FromUtime(1), 0))
+      log.Write(1'000'000, "CONFIG", part);
+    for (int seq = 0; seq < 10; ++seq) health(&log, 100 + seq, "mapper", seq);
+    for (int seq = 10; seq < 20; ++seq) health(&log, 4'000 + seq, "mapper", seq);  // forward
+  }
+  {
+    EventLogWriter log(dir / "a.lcmlog");
+    for (int seq = 20; seq < 30; ++seq) health(&log, 100 + seq, "mapper", seq);  // back
+    for (int seq = 0; seq < 3; ++seq) health(&log, 130 + 2 * seq, "logger", 2 * seq);
+    health(&log, 1'000, "mapper", 90);  // silence, and loss: no step
+  }
+  const auto info = InfoOf((dir / "a.lcmlog").string() + " " + (dir / "b.lcmlog").string());
+  EXPECT_EQ(info["logs"][0], (dir / "b.lcmlog").string());
+  EXPECT_EQ(info["start"], "1970-01-01T00:00:01.000Z");
+  EXPECT_EQ(info["end"], "1970-01-01T00:16:40.000Z");
+  const auto& senders = info["channels"]["HEALTH"]["senders"];
+  EXPECT_EQ(senders["mapper"]["lost"], 60);
+  EXPECT_EQ(senders["logger"]["lost"], 2);
+  ASSERT_EQ(info["clock_steps"].size(), 3u) << info["clock_steps"];
+  EXPECT_EQ(info["clock_steps"][1]["step_s"], 3901.0);
+  EXPECT_EQ(info["clock_steps"][2]["step_s"], -3899.0);
+  EXPECT_EQ(info["configuration"][0]["name"], "mapper.yaml");
+  EXPECT_EQ(info["configuration"][0]["version"], "1.2.3");
+  const CommandResult text =
+      RunCommand(Program("seastitch") + " info " + (dir / "b.lcmlog").string());
+  EXPECT_NE(text.output.find("mapper.yaml of mapper 1.2.3"), std::string::npos) << text.output;
+  const CommandResult two = RunCommand(Program("seastitch") + " info " + (dir / "*").string() +
+                                       " --repair " + (dir / "c.lcmlog").string());
+  EXPECT_EQ(two.exit_code, 64) << two.output;
 }
 
 // A message whose first 8 bytes are of no type that there is.
@@ -108,9 +155,41 @@ TEST(Info, RepairKeepsEveryWholeEventOfATornLog) {
   const CommandResult repair =
       RunCommand(Program("seastitch") + " info " + torn + " --repair " + mended);
   EXPECT_EQ(repair.exit_code, 0) << repair.output;
+  EXPECT_EQ(InfoOf(torn)["torn_places"], 2);
   const auto info = InfoOf(mended);
   EXPECT_EQ(info["channels"]["DEPTH"]["events"], 98);
   EXPECT_EQ(info["damaged_bytes"], 0);
+}
+
+TEST(Help, EveryCommandHasAnExampleThatNamesIt) {
+  const CommandResult all = RunCommand(Program("seastitch") + " help");
+  EXPECT_EQ(all.exit_code, 0);
+  std::istringstream lines(all.output.substr(all.output.find("Subcommands:")));
+  int commands = 0;
+  std::string line;
+  std::getline(lines, line);
+  while (std::getline(lines, line)) {
+    std::istringstream words(line);
+    std::string name;
+    if (!line.starts_with("  ") || line.starts_with("   ") || !(words >> name)) continue;
+    const CommandResult help = RunCommand(Program("seastitch") + " help " + name);
+    EXPECT_EQ(help.exit_code, 0) << name;
+    EXPECT_NE(help.output.find("Example:\n  seastitch " + name), std::string::npos) << help.output;
+    ++commands;
+  }
+  EXPECT_GE(commands, 8);
+}
+
+TEST(Help, AnUnknownCommandNamesTheNearest) {
+  for (const auto& [typed, meant] : {std::pair("relpay", "replay"), std::pair("inf", "info")}) {
+    const CommandResult result = RunCommand(Program("seastitch") + " " + typed);
+    EXPECT_EQ(result.exit_code, 64);
+    EXPECT_NE(result.output.find(std::string("did you mean '") + meant + "'?"), std::string::npos)
+        << result.output;
+  }
+  const CommandResult result = RunCommand(Program("seastitch") + " help photosynthesis");
+  EXPECT_EQ(result.exit_code, 64);
+  EXPECT_EQ(result.output.find("did you mean"), std::string::npos) << result.output;
 }
 
 }  // namespace

@@ -143,6 +143,54 @@ TEST_F(Replay, ThatFailsLeavesTheMapBeforeAsItWas) {
   EXPECT_FALSE(fs::exists(Out(".partial")));
 }
 
+// The drivers were at fault: what they published is not in the log.
+TEST_F(Replay, FromRawBytesMakesAnewWhatTheDriversShouldHavePublished) {
+  const fs::path log = dir_.path() / "raw.lcmlog";
+  EventLogReader all(ShortLog());
+  EventLogWriter raw(log);
+  std::map<std::string, int> lost;
+  while (const auto event = all.Next()) {
+    const std::set<std::string> made{"IMU", "DVL", "DEPTH", "MBES_PING", "SVP"};
+    if (made.contains(event->channel)) {
+      ++lost[event->channel];
+      continue;
+    }
+    raw.Write(event->utime, event->channel, event->data.data(), event->data.size());
+  }
+  raw.Flush();
+  EXPECT_EQ(lost.size(), 5u);
+  EXPECT_NE(ReplayOf(log).exit_code, 0);
+  const CommandResult result =
+      ReplayOf(log, "--from-raw --truth " + ShortLog().string() + ".truth.csv");
+  ASSERT_EQ(result.exit_code, 0) << result.output;
+  const auto report = nlohmann::json::parse(ReadFile(Out("report.json")));
+  EXPECT_EQ(report["submaps"], 11);
+  EXPECT_LT(report["position_rms_m"]["after"].get<double>(), 0.3);
+  EXPECT_TRUE(fs::exists(Out("config/imu_driver.yaml")));
+
+  // A wrong setting is mended the same way: here one is made.
+  const fs::path config = dir_.path() / "config";
+  fs::copy(SourceDir() / "config", config, fs::copy_options::recursive);
+  std::ofstream(config / "dvl_driver.yaml", std::ios::app) << "no_such_key: 1\n";
+  const CommandResult wrong =
+      ReplayOf(log, "--from-raw --dvl-config " + (config / "dvl_driver.yaml").string());
+  ExpectOneClearLine(wrong, "no_such_key: unknown key");
+  EXPECT_EQ(wrong.exit_code, 78);
+}
+
+TEST_F(Replay, FromRawBytesNeedsSome) {
+  const fs::path log = dir_.path() / "noraw.lcmlog";
+  EventLogReader all(ShortLog());
+  EventLogWriter out(log);
+  while (const auto event = all.Next())
+    if (!event->channel.starts_with("RAW_"))
+      out.Write(event->utime, event->channel, event->data.data(), event->data.size());
+  out.Flush();
+  const CommandResult result = ReplayOf(log, "--from-raw");
+  ExpectOneClearLine(result, "no raw bytes (RAW_*)");
+  EXPECT_EQ(result.exit_code, 65);
+}
+
 // A replay in this process, where Ctrl-C comes at the first submap.
 class InterruptedReplay : public Replay {
  protected:

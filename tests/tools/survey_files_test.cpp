@@ -62,8 +62,7 @@ TEST(SurveyFiles, ImportedLogGivesTheSameMapAsTheFile) {
   ASSERT_EQ(imported.exit_code, 0) << imported.output;
   EXPECT_NE(imported.output.find("no installation parameters"), std::string::npos);
   ASSERT_EQ(RunCommand(Replay(file, dir.path() / "file")).exit_code, 0);
-  const auto replayed =
-      RunCommand(Replay(log, dir.path() / "log", " --config " + log.string() + ".mapper.yaml"));
+  const auto replayed = RunCommand(Replay(log, dir.path() / "log"));
   ASSERT_EQ(replayed.exit_code, 0) << replayed.output;
   for (const char* const product : {"poses.txt", "graph.g2o", "depth.tif"})
     EXPECT_TRUE(TextOfFile(dir.path() / "file" / product) ==

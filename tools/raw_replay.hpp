@@ -1,0 +1,67 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "common/core/time.hpp"
+#include "common/runtime/bus.hpp"
+#include "common/storage/event_log.hpp"
+#include "drivers/can/can_driver.hpp"
+#include "drivers/datagram_driver.hpp"
+
+namespace seastitch {
+
+// The drivers' configurations; empty: of a driver that recorded nothing.
+struct DriverFiles {
+  std::filesystem::path imu;
+  std::filesystem::path dvl;
+  std::filesystem::path mbes;
+};
+
+// Which drivers recorded raw bytes, by "CHANNEL/source".
+struct RawSources {
+  explicit RawSources(const std::set<std::string>& senders);
+  bool imu = false;
+  bool dvl = false;
+  bool mbes = false;
+};
+
+// Recorded raw bytes through the drivers once more, as they are today.
+class RawReplay {
+ public:
+  // Publishes on the bus what the drivers make. Throws ConfigError.
+  RawReplay(const RawSources& sources, const DriverFiles& files, Bus* bus);
+
+  // Whether the drivers publish this channel, so that what was recorded on it is left out.
+  bool MakesAnew(const std::string& channel) const { return made_.contains(channel); }
+  // A message of RAW_*. What cannot be used is counted.
+  void Add(const LogEvent& event);
+  // The end of the log: what a driver holds back is published or counted.
+  void Finish();
+  // Of the drivers, and of what could not be put together; those that are not zero.
+  std::map<std::string, std::int64_t> counters() const;
+
+ private:
+  struct Packet {
+    std::vector<std::uint8_t> bytes;
+    std::int64_t recv_utime = 0;
+    int next_part = 0;
+  };
+
+  void Feed(const std::string& channel, const std::string& source, const Packet& packet);
+  void FeedCan(CanDriver* driver, const Packet& packet);
+
+  std::unique_ptr<CanDriver> imu_;
+  std::unique_ptr<CanDriver> dvl_;
+  std::unique_ptr<DatagramDriver> dvl_datagrams_;
+  std::unique_ptr<DatagramDriver> mbes_;
+  std::set<std::string> made_;
+  std::map<std::string, Packet> open_;  // by channel and source
+  std::int64_t malformed_ = 0;
+};
+
+}  // namespace seastitch
