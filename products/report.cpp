@@ -148,6 +148,24 @@ Json NoiseJson(const ProductSummary& s, const SurveyNoise& noise) {
   return json;
 }
 
+// What became of the samples of navigation, by name.
+std::map<std::string, std::int64_t> NavigationCounters(const ProductOptions& options) {
+  std::map<std::string, std::int64_t> counters;
+  for (const auto& [name, count] : options.mapper_counters)
+    if (name.starts_with("nav_")) counters[name] = count;
+  return counters;
+}
+
+Json NavigationJson(const Survey& survey, const ProductOptions& options) {
+  Json json{{"conditions_at_end", options.conditions}, {"counters", NavigationCounters(options)}};
+  if (survey.track.empty()) return json;
+  const Eigen::Vector3d& sigma = survey.track.back().sigma;
+  json["stated_at_end"] = {{"sigma_north_m", sigma.x()},
+                           {"sigma_east_m", sigma.y()},
+                           {"sigma_heading_deg", Rad2Deg(sigma.z())}};
+  return json;
+}
+
 // Text for HTML; everything that comes from outside passes here.
 std::string Escaped(const std::string& text) {
   std::string out;
@@ -201,6 +219,7 @@ const char* BannerClass(Outcome outcome) {
     case Outcome::kCorrected: return "good";
     case Outcome::kNothingToCorrect: return "plain";
     case Outcome::kWithheld: return "bad";
+    case Outcome::kTrackAlone: return "plain";
   }
   return "plain";
 }
@@ -372,9 +391,57 @@ std::string LoopTable(const Survey& survey) {
   return html;
 }
 
+std::string NavigationSection(const Survey& survey, const ProductOptions& options) {
+  if (survey.track.empty()) return {};
+  std::string html = "<h2>Navigation</h2>\n";
+  for (const std::string& condition : options.conditions)
+    html += "<p>At the end: " + Escaped(condition) + "</p>\n";
+  const Eigen::Vector3d& sigma = survey.track.back().sigma;
+  HtmlTable table({"Dead reckoning", ""});
+  table.Row({"Stated at the end, 1 sigma: north, east, heading",
+             Fixed(sigma.x(), 2) + " m, " + Fixed(sigma.y(), 2) + " m, " +
+                 Fixed(Rad2Deg(sigma.z()), 2) + "&deg;"});
+  for (const auto& [name, count] : NavigationCounters(options))
+    table.Row({Escaped(name), std::to_string(count)});
+  return html + table.Finish();
+}
+
 std::string Figure(const char* file, const char* caption) {
   return std::string("<figure><a href=\"") + file + "\"><img src=\"" + file + "\" alt=\"" +
          caption + "\"></a><figcaption>" + caption + "</figcaption></figure>\n";
+}
+
+std::string MapSections(const Survey& survey,
+                        const ProductSummary& s,
+                        const ProductOptions& options) {
+  std::string html = "<h2>Depth</h2>\n<div class=\"pair\">\n";
+  html += Figure("depth_dead_reckoned.png", "Dead reckoned") + Figure("depth.png", "Delivered map");
+  html += "</div>\n<h2>Consistency</h2>\n<div class=\"pair\">\n";
+  html += Figure("consistency_dead_reckoned.png", "Dead reckoned") +
+          Figure("consistency.png", "Delivered map");
+  html +=
+      "</div>\n<p class=\"small\">In every cell that two or more submaps see: the largest "
+      "distance by which the points of one submap miss those of another (Roman and Singh, "
+      "2006). The surface error measures from the points of one submap to the surface of the "
+      "other instead, which keeps the distance between neighbouring points out of it; the pictures "
+      "show that one. Before and "
+      "after are compared over the cells seen twice both times. The same "
+      "colours mean the same error on both pictures.";
+  if (s.truth) {
+    html +=
+        " Errors against truth are horizontal, along the track as it was delivered; those of the "
+        "shape alone are what is left after the rigid motion that lays the track best on the "
+        "truth.";
+  }
+  html +=
+      " SLAM makes a map agree with itself; it does not by itself make its absolute position "
+      "more accurate.</p>\n";
+  if (s.outcome == Outcome::kCorrected) html += MountingTable(survey, s);
+  html += NoiseTable(s, options.noise);
+  html += "<h2>Loop closures</h2>\n";
+  if (s.closures_against_truth) html += ClosuresAgainstTruth(*s.closures_against_truth);
+  html += LoopTable(survey);
+  return html;
 }
 
 constexpr const char* kStyle = R"(
@@ -436,6 +503,7 @@ std::string ReportJson(const Survey& survey,
   }
   r["seeds"] = options.seeds;
   r["refused"] = Refused(survey, options);
+  r["navigation"] = NavigationJson(survey, options);
   r["mapper_counters"] = options.mapper_counters;
   if (options.run_figures) AddRun(&r, options.run_figures());
   return r.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
@@ -450,33 +518,8 @@ std::string ReportHtml(const Survey& survey,
   html += std::string("<div class=\"banner ") + BannerClass(s.outcome) + "\">" +
           Escaped(s.statement) + "</div>\n";
   html += BeforeAfterTable(s) + SurveyTable(s, options);
-  html += "<h2>Depth</h2>\n<div class=\"pair\">\n";
-  html += Figure("depth_dead_reckoned.png", "Dead reckoned") + Figure("depth.png", "Delivered map");
-  html += "</div>\n<h2>Consistency</h2>\n<div class=\"pair\">\n";
-  html += Figure("consistency_dead_reckoned.png", "Dead reckoned") +
-          Figure("consistency.png", "Delivered map");
-  html +=
-      "</div>\n<p class=\"small\">In every cell that two or more submaps see: the largest "
-      "distance by which the points of one submap miss those of another (Roman and Singh, "
-      "2006). The surface error measures from the points of one submap to the surface of the "
-      "other instead, which keeps the distance between neighbouring points out of it; the pictures "
-      "show that one. Before and "
-      "after are compared over the cells seen twice both times. The same "
-      "colours mean the same error on both pictures.";
-  if (s.truth) {
-    html +=
-        " Errors against truth are horizontal, along the track as it was delivered; those of the "
-        "shape alone are what is left after the rigid motion that lays the track best on the "
-        "truth.";
-  }
-  html +=
-      " SLAM makes a map agree with itself; it does not by itself make its absolute position "
-      "more accurate.</p>\n";
-  if (s.outcome == Outcome::kCorrected) html += MountingTable(survey, s);
-  html += NoiseTable(s, options.noise);
-  html += "<h2>Loop closures</h2>\n";
-  if (s.closures_against_truth) html += ClosuresAgainstTruth(*s.closures_against_truth);
-  html += LoopTable(survey);
+  if (s.outcome != Outcome::kTrackAlone) html += MapSections(survey, s, options);
+  html += NavigationSection(survey, options);
   if (const auto refused = Refused(survey, options); !refused.empty()) {
     HtmlTable table({"Refused, late or doubled", "Count"});
     for (const auto& [reason, count] : refused)
@@ -489,6 +532,11 @@ std::string ReportHtml(const Survey& survey,
       table.Row({Escaped(name), std::to_string(count)});
     html += "<h2>Mapper</h2>\n" + table.Finish();
   }
+  if (s.outcome == Outcome::kTrackAlone)
+    return html +
+           "<p class=\"small\">Beside this page: track.csv, survey.gpkg, export/, report.json "
+           "(with "
+           "run time and memory).</p>\n</body></html>\n";
   html +=
       "<p class=\"small\">Beside this page: depth.tif, depth_dead_reckoned.tif (mean depth, "
       "spread, soundings), consistency.tif, consistency_dead_reckoned.tif, track.csv, "

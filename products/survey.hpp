@@ -38,6 +38,7 @@ struct TrackState {
   Time time;
   Eigen::Vector3d p_map = Eigen::Vector3d::Zero();
   Eigen::Vector3d rpy_rad = Eigen::Vector3d::Zero();
+  Eigen::Vector3d sigma = Eigen::Vector3d::Zero();  // of x, y [m], yaw [rad], as NAV states them
 };
 
 // What the vehicle was told of its place at an instant, at that instant: NAV carried on to it, and

@@ -33,6 +33,7 @@ class SurveyCollector {
   void Add(const GraphUpdate& update);
   void Add(const PoseGraph& graph);
 
+  std::size_t states() const { return track_.size(); }  // of the track
   std::size_t submaps() const { return submaps_.size(); }
   Survey Finish() const;
 

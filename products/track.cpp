@@ -79,8 +79,9 @@ std::vector<CorrectedState> CorrectTrack(const Survey& survey, const TrackCorrec
   track.reserve(states.size());
   for (const TrackState& s : states) {
     const Pose2 dead_reckoned{s.p_map.x(), s.p_map.y(), s.rpy_rad.z()};
-    track.push_back(
-        {s.time, s.p_map, s.rpy_rad, correction(s.time, dead_reckoned), correction.Sigma(s.time)});
+    std::optional<Eigen::Vector3d> sigma = correction.Sigma(s.time);
+    if (survey.submaps.empty()) sigma = s.sigma;
+    track.push_back({s.time, s.p_map, s.rpy_rad, correction(s.time, dead_reckoned), sigma});
   }
   return track;
 }

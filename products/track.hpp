@@ -58,7 +58,8 @@ struct CorrectedState {
   std::optional<Eigen::Vector3d> sigma;
 };
 
-// Every state of the track; for a survey without one (imported submaps) the submap frames.
+// Every state of the track; for a survey without one (imported submaps) the submap frames. Without
+// submaps the sigmas are those that NAV states.
 std::vector<CorrectedState> CorrectTrack(const Survey& survey, const TrackCorrection& correction);
 
 // Horizontal length of the dead-reckoned track [m].

@@ -193,6 +193,7 @@ const char* MapName(Outcome outcome) {
     case Outcome::kCorrected: return "corrected";
     case Outcome::kNothingToCorrect: return "dead reckoned, nothing to correct";
     case Outcome::kWithheld: return "dead reckoned, correction withheld";
+    case Outcome::kTrackAlone: break;
   }
   return "";
 }
@@ -245,6 +246,11 @@ std::string Subtitle(const ProductSummary& s, const ConsistencyFigures& figures)
   return text;
 }
 
+void ExpectValid(const ProductOptions& options) {
+  if (const std::string wrong = options.Validate(); !wrong.empty())
+    throw std::runtime_error("products: " + wrong);
+}
+
 // Writes the files of one survey, step by step.
 class ProductWriter {
  public:
@@ -272,6 +278,22 @@ class ProductWriter {
     WriteExports();
     Write("report.html", ReportHtml(survey_, summary_, options_));
     // Last, so that its run figures cover all of the above.
+    Write("report.json", ReportJson(survey_, summary_, options_));
+    return std::move(summary_);
+  }
+
+  ProductSummary RunTrackAlone() {
+    summary_.outcome = Outcome::kTrackAlone;
+    summary_.statement = "There is no map: nothing was sounded. The track is as dead reckoned.";
+    if (!options_.partial.empty()) summary_.statement = options_.partial + " " + summary_.statement;
+    summary_.partial = !options_.partial.empty();
+    CorrectTheTrack();
+    Write("track.csv", TrackCsv(track_, options_.datum));
+    Write("survey.gpkg",
+          GeoPackage(SurveyLayers(survey_, delivered_.T_map_level, track_, options_.axes),
+                     options_.datum));
+    WriteNavigation();
+    Write("report.html", ReportHtml(survey_, summary_, options_));
     Write("report.json", ReportJson(survey_, summary_, options_));
     return std::move(summary_);
   }
@@ -348,17 +370,20 @@ class ProductWriter {
     return std::vector<std::optional<Eigen::Vector3d>>(survey_.submaps.size());
   }
 
+  void WriteNavigation() {
+    MakeFolder(dir_ / "export");
+    if (!options_.datum) return;
+    const std::vector<GeographicState> track = ToGeographic(track_, *options_.datum);
+    Write("export/navigation.csv", NavigationCsv(track));
+    Write("export/navigation.sbet", SbetBytes(track));
+    Write("export/navigation.na0", Na0Text(track));
+  }
+
   // What other people's programs take.
   void WriteExports() {
-    MakeFolder(dir_ / "export");
+    WriteNavigation();
     Write("export/lines.csv",
           LinesCsv(survey_, dead_reckoned_, delivered_, DeliveredSigmas(), options_.axes));
-    if (options_.datum) {
-      const std::vector<GeographicState> track = ToGeographic(track_, *options_.datum);
-      Write("export/navigation.csv", NavigationCsv(track));
-      Write("export/navigation.sbet", SbetBytes(track));
-      Write("export/navigation.na0", Na0Text(track));
-    }
     if (options_.soundings == nullptr) return;
     const bool las = options_.sounding_format == SoundingFormat::kLas;
     const std::string name = las ? "export/soundings.las" : "export/soundings.xyz";
@@ -439,37 +464,19 @@ class ProductWriter {
 
 }  // namespace
 
-std::string ProductOptions::Validate() const {
-  if (!(cell_m >= 0.0) || !std::isfinite(cell_m)) {
-    return Format("cell_m = %g, must be > 0, or 0 to choose it from the data", cell_m);
-  }
-  if (max_cells == 0) return "max_cells = 0, must be > 0";
-  if (!(harm_tolerance >= 0.0)) return Format("harm_tolerance = %g, must be >= 0", harm_tolerance);
-  if (datum && axes != MapAxes::kNorthEastDown) return "a datum needs a North-East-Down map frame";
-  if (datum &&
-      !(std::abs(datum->latitude_deg) <= 90.0 && std::abs(datum->longitude_deg) <= 180.0)) {
-    return Format("datum = %g, %g, must be degrees of latitude and longitude",
-                  datum->latitude_deg,
-                  datum->longitude_deg);
-  }
-  return {};
-}
-
-const char* ToString(Outcome outcome) {
-  switch (outcome) {
-    case Outcome::kCorrected: return "corrected";
-    case Outcome::kNothingToCorrect: return "nothing_to_correct";
-    case Outcome::kWithheld: return "withheld";
-  }
-  return "unknown";
+ProductSummary WriteTrackProducts(const Survey& survey,
+                                  const ProductOptions& options,
+                                  const fs::path& dir) {
+  ExpectValid(options);
+  if (survey.track.empty()) throw std::runtime_error("no track: there is nothing to write");
+  MakeFolder(dir);
+  return ProductWriter(survey, options, dir).RunTrackAlone();
 }
 
 ProductSummary WriteProducts(const Survey& survey,
                              const ProductOptions& options,
                              const fs::path& dir) {
-  if (const std::string wrong = options.Validate(); !wrong.empty()) {
-    throw std::runtime_error("products: " + wrong);
-  }
+  ExpectValid(options);
   const bool any_point = std::any_of(survey.submaps.begin(),
                                      survey.submaps.end(),
                                      [](const SurveySubmap& s) { return s.points > 0; });

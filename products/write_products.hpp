@@ -47,6 +47,8 @@ struct ProductOptions {
   // What the mapper counted of refused, gated and late samples, and of its own work. For the
   // report.
   std::map<std::string, std::int64_t> mapper_counters;
+  // The faults that hold at the end, such as a suspected time offset, by HEALTH. For the report.
+  std::vector<std::string> conditions;
   // Why the map is of a part of the input alone, as a sentence; empty: it is of all.
   std::string partial;
   std::function<RunFigures()> run_figures;  // asked last, so that it covers the products too
@@ -59,6 +61,7 @@ enum class Outcome {
   kCorrected,         // the map and poses are those of the graph
   kNothingToCorrect,  // they are dead reckoning, since nothing contradicts it
   kWithheld,          // they are dead reckoning, since the graph made the map worse
+  kTrackAlone,        // there is no map: nothing was sounded
 };
 const char* ToString(Outcome outcome);
 
@@ -122,5 +125,12 @@ struct ProductSummary {
 ProductSummary WriteProducts(const Survey& survey,
                              const ProductOptions& options,
                              const std::filesystem::path& dir);
+
+// Of a dive that sounded nothing: track.csv, survey.gpkg with the track, the exports of navigation,
+// report.json and report.html. Throws std::runtime_error with one line: no track, a file that
+// cannot be written, unusable options.
+ProductSummary WriteTrackProducts(const Survey& survey,
+                                  const ProductOptions& options,
+                                  const std::filesystem::path& dir);
 
 }  // namespace seastitch

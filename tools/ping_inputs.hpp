@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -25,6 +26,7 @@ class PingInputs {
   void Reading(std::size_t input) { input_ = input; }
   // The inputs of these pings, by number; each ping once.
   std::vector<std::uint16_t> Take(const SubmapSoundings& submap);
+  bool HasPings() const { return std::find(seen_.begin(), seen_.end(), true) != seen_.end(); }
   // Those that have pings, in their order, and those without.
   const std::vector<SurveyInput>& spans() const { return spans_; }
 

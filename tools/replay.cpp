@@ -114,6 +114,13 @@ class Pipeline {
       statement += ", " + name + " " + std::to_string(value);
     return statement;
   }
+  // The faults that hold, each a sentence with its figures.
+  std::vector<std::string> Conditions() {
+    std::vector<std::string> sentences;
+    for (const condition_t& condition : mapper_.health().Snapshot(0, 1.0).conditions)
+      sentences.push_back(condition.sentence);
+    return sentences;
+  }
   // Those that are not zero.
   std::map<std::string, std::int64_t> Counters() {
     std::map<std::string, std::int64_t> counters;
@@ -145,6 +152,7 @@ struct Feeding {
   std::string partial;                          // where it was stopped, as a sentence
   std::map<std::string, std::int64_t> mapper_counters;
   SurveyNoise noise;
+  std::vector<std::string> conditions;  // that hold at the end
 };
 
 void NoteStop(int percent, Feeding* feeding) {
@@ -391,7 +399,9 @@ void Remake(Input* input,
   pipeline.Finish();
   feeding->mapper_counters = pipeline.Counters();
   feeding->noise = pipeline.mapper().mapper().noise();
+  feeding->conditions = pipeline.Conditions();
   if (collector.submaps() > 0) return;
+  if (input->logs && !feeding->inputs->HasPings() && collector.states() > 0) return;
   if (!feeding->partial.empty()) throw std::runtime_error("no submap: " + feeding->partial);
   if (input->survey_files) throw DataError("no submap: " + pipeline.Statement());
   throw std::runtime_error("no submap: " + pipeline.Statement());
@@ -450,6 +460,7 @@ ProductSummary RunReplay(const ReplayOptions& options) {
                   {},
                   {},
                   {},
+                  {},
                   {}};
   if (options.as_recorded) {
     FeedLogs(*input.logs, ChannelRole::kResult, nullptr, &feeding);
@@ -462,10 +473,13 @@ ProductSummary RunReplay(const ReplayOptions& options) {
   products.partial = feeding.partial;
   products.mapper_counters = feeding.mapper_counters;
   products.noise = feeding.noise;
+  products.conditions = feeding.conditions;
   Survey survey = collector.Finish();
   survey.inputs = inputs.spans();
   products.run_figures = [&] { return stopwatch.Read(DurationSeconds(survey)); };
-  ProductSummary summary = WriteProducts(survey, products, out.path());
+  const bool track_alone = survey.submaps.empty() && !options.as_recorded && input.logs;
+  ProductSummary summary = track_alone ? WriteTrackProducts(survey, products, out.path())
+                                       : WriteProducts(survey, products, out.path());
   soundings.reset();
   out.Publish();
   return summary;

@@ -80,6 +80,10 @@ void AddDemo(CLI::App* app, int* status) {
 }
 
 void PrintSummary(const ProductSummary& summary, const fs::path& out) {
+  if (summary.outcome == Outcome::kTrackAlone) {
+    std::printf("%s\ntrack and report in %s\n", summary.statement.c_str(), out.c_str());
+    return;
+  }
   std::printf(
       "%zu submaps, %llu of %llu soundings used, %llu loop closures accepted, %llu rejected\n",
       summary.submaps,

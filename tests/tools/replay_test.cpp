@@ -125,6 +125,38 @@ TEST_F(Replay, OfALogWithoutConfigurationAsksForOne) {
   EXPECT_FALSE(fs::exists(dir_.path() / "out.partial"));
 }
 
+// Of the short log the events of every channel but these.
+void CopyWithout(const fs::path& from, const fs::path& to, const std::set<std::string>& channels) {
+  EventLogReader all(from);
+  EventLogWriter some(to);
+  while (const std::optional<LogEvent> event = all.Next())
+    if (!channels.contains(event->channel))
+      some.Write(event->utime, event->channel, event->data.data(), event->data.size());
+  some.Flush();
+}
+
+TEST_F(Replay, OfNavigationAloneGivesItsTrackAndAReport) {
+  const fs::path log = dir_.path() / "track.lcmlog";
+  CopyWithout(ShortLog(), log, {"MBES_PING"});
+  const CommandResult result = ReplayOf(log, "--truth " + ShortLog().string() + ".truth.csv");
+  EXPECT_EQ(result.exit_code, 0) << result.output;
+  EXPECT_NE(result.output.find("nothing was sounded"), std::string::npos) << result.output;
+  const nlohmann::json report = nlohmann::json::parse(ReadFile(Out("report.json")));
+  EXPECT_EQ(report["outcome"], "track_alone");
+  EXPECT_GT(report["track"]["distance_m"], 50.0);
+  EXPECT_LT(report["position_rms_m"]["before"], 5.0);
+  EXPECT_GT(report["navigation"]["stated_at_end"]["sigma_north_m"], 0.1);
+  EXPECT_TRUE(report["navigation"].contains("counters"));
+  const std::string track = ReadFile(Out("track.csv"));
+  EXPECT_GT(std::count(track.begin(), track.end(), '\n'), 500);
+  EXPECT_EQ(track.find(",,"), std::string::npos) << "a sigma is missing";
+  EXPECT_NE(ReadFile(Out("report.html")).find("Navigation"), std::string::npos);
+  for (const char* file : {"survey.gpkg", "export/navigation.csv", "export/navigation.sbet"})
+    EXPECT_TRUE(fs::exists(Out(file))) << file;
+  for (const char* file : {"depth.tif", "graph.g2o", "poses.txt"})
+    EXPECT_FALSE(fs::exists(Out(file))) << file;
+}
+
 TEST_F(Replay, ThatFailsLeavesTheMapBeforeAsItWas) {
   ASSERT_EQ(ReplayOf(ShortLog()).exit_code, 0);
   const std::string before = ReadFile(Out("report.json"));
