@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
+#include <stdexcept>
 #include <utility>
 
 #include "mapper/navigation/dead_reckoning.hpp"
@@ -15,8 +16,7 @@
 namespace seastitch {
 namespace {
 
-// Submaps that wait to be stored without registration, in max_waiting_submaps: their points are in
-// memory until those before them are registered.
+// Submaps that wait behind others with their points in memory, in max_waiting_submaps.
 constexpr std::size_t kUnregisteredPerRegistered = 4;
 
 bool IsProfile(SoundSpeed::Source source) {
@@ -244,13 +244,13 @@ void Mapper::Enqueue(Submap submap, std::vector<GraphEdge> position_edges) {
   Count(std::string("submaps_by_") + ToString(submap.trigger));
   const auto most = static_cast<std::size_t>(params_.max_waiting_submaps);
   const bool skip = submaps_.size() >= most;
-  const bool store = submaps_.size() < kUnregisteredPerRegistered * most;
+  const bool keep_points = submaps_.size() < kUnregisteredPerRegistered * most;
   if (skip) Count("submaps_skipped_busy");
-  if (!store) Count("submaps_not_stored");
   const auto closed = std::make_shared<const Submap>(std::move(submap));
   events_.emplace_back(JournalEntry(ClosedSubmap{closed, position_edges, skip, CheckpointNow()}));
   events_.emplace_back(closed);
-  submaps_.push_back({store ? closed : WithoutPoints(*closed), std::move(position_edges), skip});
+  submaps_.push_back(
+      {keep_points ? closed : WithoutPoints(*closed), std::move(position_edges), skip});
 }
 
 std::optional<RegistrationJob> Mapper::NextJob() {
@@ -298,6 +298,8 @@ void Mapper::Take(RegistrationResultSet results) {
   if (results.job.closed) growth.closed = results.job.closed->id;
   growth.pairs = results.job.pairs;
   growth.registered = results.edges;
+  for (const ClosureStatistics& closure : results.statistics)
+    growth.statistics.push_back(ToNumbers(closure));
   Count("registrations_without_result", pairs - registered);
   const std::vector<GraphEdge> closures = search_.Record(std::move(results));
   edges.insert(edges.end(), closures.begin(), closures.end());
@@ -402,7 +404,13 @@ bool Mapper::Resume(const SavedMap& saved, const LoadSubmap& load) {
   constexpr auto kJudged = static_cast<std::int32_t>(SolutionJudge::kMaxSubmaps);
   const SubmapId first_judged{checkpoint.next_submap - kJudged};
   load_ = [&](SubmapId id) { return id < first_judged ? nullptr : load(id); };
-  const auto restore = [this](const auto& entry) { return Restore(entry); };
+  const auto restore = [this](const auto& entry) {
+    try {
+      return Restore(entry);
+    } catch (const std::invalid_argument&) {  // no statistics
+      return false;
+    }
+  };
   std::size_t restored = 0;
   while (restored < saved.journal.size() && std::visit(restore, saved.journal[restored]))
     ++restored;
@@ -440,6 +448,8 @@ bool Mapper::Restore(const GraphGrowth& growth) {
     const RegistrationJob closed{load_(growth.closed), {}};
     if (closed.closed) results = Run(closed, params_.loop_closer, load_, nullptr);
   }
+  for (const std::vector<double>& numbers : growth.statistics)
+    results.statistics.push_back(ClosureStatisticsFromNumbers(numbers));
   for (const LoopPair& pair : growth.pairs)
     if (!search_.Has(pair.target) || !search_.Has(pair.source)) return false;
   for (const GraphStep& step : growth.steps) {

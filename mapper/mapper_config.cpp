@@ -36,4 +36,10 @@ std::vector<std::pair<std::string, std::string>> ConfigFiles(const MapperConfig&
   return {{"mapper.yaml", PrintConfig(mapper)}, {"vehicle.yaml", PrintConfig(config.vehicle)}};
 }
 
+std::string ConfigurationOf(const MapperConfig& config) {
+  std::string text;
+  for (const auto& [name, content] : ConfigFiles(config)) text += name + "\n" + content;
+  return text;
+}
+
 }  // namespace seastitch

@@ -24,6 +24,8 @@ struct MapperConfig : MapperParams {
   std::filesystem::path map_dir;  // of submaps, in the dive's folder; no key of the file
   std::int64_t max_cached_mb = 64;
   std::int64_t max_unsaved_mb = 128;
+  // From the last checkpoint to the first sample of the inertial unit (or INS), by their time.
+  double map_resume_within_s = 1800.0;
 };
 
 // Paths in the file are relative to the file. Throws ConfigError.
@@ -34,6 +36,9 @@ std::string PrintConfig(const MapperConfig& config);
 
 // mapper.yaml and the vehicle.yaml that it names, to lie in one folder: names and texts.
 std::vector<std::pair<std::string, std::string>> ConfigFiles(const MapperConfig& config);
+
+// The same as one text: whether two are alike.
+std::string ConfigurationOf(const MapperConfig& config);
 
 ParameterTable TableOf(MapperConfig* config);
 // Its section `navigation`.

@@ -17,6 +17,7 @@ namespace {
 constexpr std::size_t kWorkerQueue = 2;
 // Without a sign of life; longer is reported.
 constexpr double kJobMayTakeS = 1.9;
+constexpr double kWriteMayTakeS = 1.9;
 // Between the last messages: 48 kB a message are then 24 MB/s, which every receiver follows.
 constexpr std::chrono::milliseconds kPause(2);
 
@@ -45,21 +46,29 @@ int main(int argc, char** argv) {
         const DiveFolder dive(config->dive, "mapper", NowUtime());
         const FolderLock lock(dive.map());
         config->map_dir = dive.map();
-        MapperNode node(*config, &bus, &worker);
+        ThreadWorker writer(kWorkerQueue);
+        MapperNode node(
+            *config, &bus, &worker, &writer, FindMap(config->map_dir, ConfigurationOf(*config)));
         DiveKeeper keeper(dive);
         loop.Add(bus.fd(), [&] { bus.HandleAll(Bus::kBurst); });
         loop.Add(worker.fd(), [&] { worker.Drain(); });
+        loop.Add(writer.fd(), [&] { writer.Drain(); });
         loop.Every(kSendPeriod, [&] { node.SendWaiting(); });
         node.health().WatchAge("registration", conditions::kWorkerStalled, kJobMayTakeS, [&] {
           return worker.age_s();
         });
+        node.health().WatchAge(
+            "map", conditions::kDiskStalled, kWriteMayTakeS, [&] { return writer.age_s(); });
         node.health().PublishEverySecond(&bus, &loop);
         ConfigPublisher configuration(ConfigParts("mapper", ConfigFiles(*config)), &bus);
         configuration.SendBy(&loop);
         const int code = loop.Run();
         bus.HandleUntilQuiet();  // what the drivers sent before they stopped
         node.Finish([] { std::this_thread::sleep_for(kPause); });
-        worker.Finish();
+        while (node.IsBusy()) {
+          writer.Finish();
+          worker.Finish();
+        }
         keeper.End();
         return code;
       });

@@ -1,6 +1,7 @@
 #include "mapper/mapper_node.hpp"
 
 #include <algorithm>
+#include <cstdio>
 #include <iterator>
 #include <utility>
 #include <variant>
@@ -14,24 +15,69 @@ namespace {
 constexpr char kName[] = "mapper";
 // Graph updates that answer a request at once: some 20 kB. Who still lacks some asks again.
 constexpr int kUpdatesAtOnce = 16;
+// Samples in a row, of a time at which a map cannot go on.
+constexpr int kInputsOutside = 5;
+constexpr double kCheckpointEveryS = 1.0;
+// What became of the map at a restart is told for so long.
+constexpr double kTellRestartS = 60.0;
+// Submaps that wait for the disk with their points.
+constexpr std::size_t kMostToWrite = 32;
+
+std::string TimeApart(double silent_s) {
+  char text[120];
+  if (silent_s < 0.0)
+    std::snprintf(text, sizeof text, "the time is %.0f s before its last checkpoint", -silent_s);
+  else
+    std::snprintf(text, sizeof text, "its last checkpoint is %.0f s ago", silent_s);
+  return text;
+}
+
+bool IsInput(const ImuSample&, NavigationSource source) {
+  return source == NavigationSource::kDeadReckoning;
+}
+bool IsInput(const NavigationSample&, NavigationSource source) {
+  return source == NavigationSource::kGiven;
+}
+template <class Sample>
+bool IsInput(const Sample&, NavigationSource) {
+  return false;
+}
 
 }  // namespace
 
 MapperNode::MapperNode(const MapperConfig& config, Bus* bus, Worker* worker)
+    : bus_(bus), worker_(worker), writer_(&inline_), config_(config), mapper_(config) {
+  archive_ = MakeArchive(config_.map_dir);
+  Subscribe();
+}
+
+MapperNode::MapperNode(
+    const MapperConfig& config, Bus* bus, Worker* worker, Worker* writer, FoundMap found)
     : bus_(bus),
       worker_(worker),
-      registration_(config.loop_closer),
+      writer_(writer),
+      config_(config),
       mapper_(config),
-      archive_(std::make_shared<Archive>(
-          SurveyStoreParams{config.map_dir, config.max_cached_mb, config.max_unsaved_mb},
-          config.loop_closer.registration)) {
+      found_(std::move(found)) {
+  Subscribe();
+}
+
+void MapperNode::Subscribe() {
   SubscribeSensors();
   SubscribeOptimizer();
   health_.SetStarting(mapper_.WaitsFor());
 }
 
+std::shared_ptr<MapperNode::Archive> MapperNode::MakeArchive(
+    const std::filesystem::path& folder) const {
+  return std::make_shared<Archive>(
+      SurveyStoreParams{folder, config_.max_cached_mb, config_.max_unsaved_mb},
+      config_.loop_closer.registration);
+}
+
 void MapperNode::SubscribeSensors() {
   const auto navigate = [this](const auto& sample) {
+    if (found_ && IsInput(sample, config_.navigation_source) && !Begin(sample.time)) return;
     mapper_.Add(sample);
     Deliver();
     SendWaiting();
@@ -122,6 +168,50 @@ void MapperNode::RequestSolution() {
   health_.Count("solution_requests");
 }
 
+// --- after a restart -----------------------------------------------------------------------------
+
+// One wild stamp decides nothing.
+bool MapperNode::Begin(Time input) {
+  if (found_->saved) {
+    const double silent_s = ToSeconds(input - found_->saved->checkpoint.time);
+    const bool within = silent_s >= 0.0 && silent_s <= config_.map_resume_within_s;
+    if (!within && ++inputs_outside_ < kInputsOutside) return false;
+    if (!within) found_->why_not = TimeApart(silent_s);
+  }
+  FoundMap found = *std::exchange(found_, std::nullopt);
+  if (found.why_not.empty()) {
+    archive_ = MakeArchive(found.folder);
+    if (found.saved && !Resume(*found.saved)) found.why_not = "its navigation cannot be used";
+  }
+  if (!found.lost.empty()) at_restart_.push_back({&conditions::kJournalDamaged, found.lost});
+  if (!found.why_not.empty()) {
+    const std::filesystem::path folder = NextMapFolder(found.folder);
+    at_restart_.push_back(
+        {&conditions::kMapBegunAnew, found.why_not + "; now in " + folder.filename().string()});
+    found = FoundMap{};
+    found.folder = folder;
+    archive_ = MakeArchive(folder);
+  }
+  journal_ = std::make_shared<MapJournal>(found, ConfigurationOf(config_), config_.max_unsaved_mb);
+  begun_ = input;
+  return true;
+}
+
+bool MapperNode::Resume(const SavedMap& saved) {
+  SurveyStore& store = archive_->store;
+  std::vector<std::shared_ptr<const Submap>> submaps;
+  for (const JournalEntry& entry : saved.journal)
+    if (const auto* closed = std::get_if<ClosedSubmap>(&entry)) submaps.push_back(closed->submap);
+  store.Restore(submaps);
+  if (!mapper_.Resume(saved, [&store](SubmapId id) { return store.Get(id); })) return false;
+  if (!submaps.empty()) stored_ = submaps.back()->id;
+  // The last one may not have been sent.
+  version_written_ = mapper_.graph().version();
+  version_sent_ = std::max<std::int64_t>(0, version_written_ - 1);
+  RequestSolution();
+  return true;
+}
+
 void MapperNode::AddSubmap(Submap submap) {
   mapper_.AddSubmap(std::move(submap));
   Deliver();
@@ -138,14 +228,19 @@ void MapperNode::Finish(const std::function<void()>& pause) {
   while (SendNextChunk()) pause();
   mapper_.Finish();
   Deliver();
+  checkpoint_is_due_ = journal_ != nullptr;
+  PostNextWrite();
   while (SendNextChunk()) pause();
   while (SendNextUpdate()) pause();
   ReportHealth();
 }
 
 void MapperNode::Deliver() {
+  is_delivering_ = true;
   for (const MapperEvent& event : mapper_.TakeEvents())
     std::visit([this](const auto& what) { Send(what); }, event);
+  is_delivering_ = false;
+  PostNextWrite();
   if (mapper_.HasSubmapToRegister() || job_) PostNextJob();
 }
 
@@ -153,6 +248,10 @@ void MapperNode::Send(const NavState& state) {
   bus_->Publish(channels::kNav, ToLcm(state, nav_seq_++));
   health_.Tick("nav");
   ReportHealth();
+  if (!journal_) return;
+  if (checkpoint_time_ && ToSeconds(state.time - *checkpoint_time_) < kCheckpointEveryS) return;
+  checkpoint_time_ = state.time;
+  checkpoint_is_due_ = true;
 }
 
 void MapperNode::Send(const CorrectedNavState& state) {
@@ -171,15 +270,36 @@ void MapperNode::Send(const std::shared_ptr<const Submap>& submap) {
 }
 
 // What is new waits behind what was asked for again.
-void MapperNode::Send(const GraphStep&) { SendNextUpdate(); }
+void MapperNode::Send(const GraphStep&) {
+  ++updates_due_;
+  SendDue();
+}
+
+void MapperNode::SendDue() {
+  while (updates_due_ > 0 && SendNextUpdate()) --updates_due_;
+}
+
+void MapperNode::Send(const JournalEntry& entry) {
+  Write write;
+  write.time = mapper_.last_nav().value_or(Time());
+  if (journal_ || found_) write.entry = Encode(entry);
+  if (const auto* closed = std::get_if<ClosedSubmap>(&entry)) {
+    write.submap = closed->submap;
+    if (to_write_.size() >= kMostToWrite) {
+      write.submap = nullptr;
+      health_.Count("submaps_not_stored");
+    }
+  }
+  if (std::holds_alternative<GraphGrowth>(entry)) write.version = mapper_.graph().version();
+  to_write_.push_back(std::move(write));
+  PostNextWrite();
+}
 
 void MapperNode::Send(const CovarianceQuestion& question) {
   CovarianceRequest request = question.request;
   request.sender = kName;
   bus_->Publish(channels::kCovarianceRequest, ToLcm(request, question.submap_time));
 }
-
-void MapperNode::Send(const JournalEntry&) {}
 
 bool MapperNode::SendNextChunk() {
   if (chunks_.empty()) return false;
@@ -190,7 +310,7 @@ bool MapperNode::SendNextChunk() {
 
 bool MapperNode::SendNextUpdate() {
   const GraphStep* step = mapper_.graph().After(version_sent_);
-  if (step == nullptr) return false;
+  if (step == nullptr || step->update.version > version_written_) return false;
   bus_->Publish(channels::kGraphUpdate, ToLcm(step->update, step->submap_time, update_seq_++));
   version_sent_ = step->update.version;
   return true;
@@ -201,42 +321,93 @@ void MapperNode::SendWaiting() {
   SendNextUpdate();
 }
 
-// A job that the worker does not take is tried again with the next message.
+// A job that the worker does not take is tried again with the next message. A submap is registered
+// when it is stored: others will ask for its points.
 void MapperNode::PostNextJob() {
   if (!job_) job_ = mapper_.NextJob();
-  if (!job_) return;
+  if (!job_ || (job_->closed && job_->closed->id > stored_)) return;
   const RegistrationJob job = *std::exchange(job_, std::nullopt);
-  const bool posted = worker_->Post([this, archive = archive_, params = registration_, job] {
-    SurveyStore& store = archive->store;
-    if (job.closed && !job.closed->cloud.empty()) store.Put(job.closed);
-    const LoadSubmap load = [&store](SubmapId id) { return store.Get(id); };
+  const bool posted = worker_->Post([this, archive = archive_, params = config_.loop_closer, job] {
+    const LoadSubmap load = [&archive](SubmapId id) { return archive->store.Get(id); };
     const auto results =
         std::make_shared<RegistrationResultSet>(Run(job, params, load, &archive->prepared));
-    return [this, results, counters = store.counters()] {
-      OnRegistered(std::move(*results), counters);
-    };
+    return [this, results] { OnRegistered(std::move(*results)); };
   });
   if (posted) return;
   job_ = job;
   health_.Count("worker_refused");
 }
 
-void MapperNode::OnRegistered(RegistrationResultSet results, const SurveyStoreCounters& store) {
-  if (results.job.closed) store_fails_ = store.write_errors > health_.counter("store_write_errors");
+void MapperNode::OnRegistered(RegistrationResultSet results) {
   mapper_.Take(std::move(results));
+  Deliver();
+  ReportHealth();
+}
+
+// --- to the disk ---------------------------------------------------------------------------------
+
+// One at a time, in order. A checkpoint goes with all entries before it.
+void MapperNode::PostNextWrite() {
+  if (is_writing_ || !archive_) return;
+  if (to_write_.empty()) return PostCheckpoint();
+  is_writing_ = true;
+  const auto write = std::make_shared<const Write>(std::move(to_write_.front()));
+  to_write_.pop_front();
+  const bool posted = writer_->Post([this, archive = archive_, journal = journal_, write] {
+    Written written;
+    if (write->submap && !write->submap->cloud.empty()) archive->store.Put(write->submap);
+    if (journal) written.in_journal = journal->Append(write->time, write->entry);
+    written.store = archive->store.counters();
+    return [this, write, written] { OnWritten(*write, written); };
+  });
+  if (posted) return;
+  is_writing_ = false;
+  to_write_.push_front(*write);
+}
+
+void MapperNode::PostCheckpoint() {
+  if (!checkpoint_is_due_ || is_delivering_) return;
+  const std::optional<Checkpoint> checkpoint = mapper_.MakeCheckpoint();
+  if (!checkpoint) return;
+  checkpoint_is_due_ = false;
+  is_writing_ = true;
+  const auto bytes = std::make_shared<const std::vector<std::uint8_t>>(Encode(*checkpoint));
+  const bool posted = writer_->Post([this, journal = journal_, time = checkpoint->time, bytes] {
+    const bool written = journal->WriteCheckpoint(time, *bytes);
+    return [this, written] {
+      is_writing_ = false;
+      journal_fails_ = !written;
+      PostNextWrite();
+    };
+  });
+  if (!posted) is_writing_ = false;
+}
+
+void MapperNode::OnWritten(const Write& write, const Written& written) {
+  is_writing_ = false;
+  const SurveyStoreCounters& store = written.store;
+  journal_fails_ = !written.in_journal;
+  if (write.submap) {
+    stored_ = write.submap->id;
+    store_fails_ = store.write_errors > health_.counter("store_write_errors");
+  }
   health_.Set("store_saved", store.saved);
   health_.Set("store_write_errors", store.write_errors);
   health_.Set("store_read_errors", store.read_errors);
   health_.Set("store_lost", store.lost);
   health_.Set("store_cached_kb", store.cached_bytes / 1000);
-  Deliver();
-  ReportHealth();
+  if (write.version) version_written_ = *write.version;
+  SendDue();
+  if (!is_delivering_) Deliver();
 }
 
 void MapperNode::ReportHealth() {
   for (const auto& [name, count] : mapper_.counters()) health_.Set(name, count);
   std::vector<Condition> faults = mapper_.conditions();
-  if (store_fails_) faults.push_back({&conditions::kStoreNotWriting, {}});
+  if (store_fails_ || journal_fails_) faults.push_back({&conditions::kStoreNotWriting, {}});
+  const std::optional<Time> now = mapper_.last_nav();
+  if (begun_ && now && ToSeconds(*now - *begun_) < kTellRestartS)
+    faults.insert(faults.end(), at_restart_.begin(), at_restart_.end());
   health_.SetConditions(faults);
   health_.SetText(mapper_.Summary());
   if (mapper_.IsWaiting())

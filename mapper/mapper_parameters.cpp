@@ -16,6 +16,13 @@ void DeclareFiles(MapperConfig* c, ParameterTable* table) {
       .DataSheet()
       .Required();
   DeclareDive(&c->dive, table);
+  table->Add("map_resume_within_s",
+             &c->map_resume_within_s,
+             Unit::kSecond,
+             Range::AtLeast(0.0),
+             "A mapper that is started again goes on with the dive's map where the first sample of "
+             "the inertial unit (or INS) lies within this time after the last checkpoint, by the "
+             "samples' own time; else another begins beside it.");
   table->AddRemoved("survey_dir", "submaps go into a folder of each dive: name dives_dir");
 }
 

@@ -75,7 +75,7 @@ void Fields(Archive& archive, Of<Archive, ClosedSubmap>& closed) {
 
 template <class Archive>
 void Fields(Archive& archive, Of<Archive, GraphGrowth>& growth) {
-  archive(growth.closed, growth.pairs, growth.registered, growth.steps);
+  archive(growth.closed, growth.pairs, growth.registered, growth.statistics, growth.steps);
 }
 
 namespace {

@@ -42,6 +42,7 @@ struct GraphGrowth {
   SubmapId closed;  // joined the graph; -1: none
   std::vector<LoopPair> pairs;
   std::vector<GraphEdge> registered;
+  std::vector<std::vector<double>> statistics;  // ToNumbers(), of those accepted
   std::vector<GraphStep> steps;
 };
 

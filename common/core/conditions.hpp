@@ -228,6 +228,18 @@ inline constexpr ConditionKind kStoreNotWriting{
     "the survey folder cannot be written",
     "Check the data disk: mounted, writable, not full. Submaps that were not written stay in "
     "memory, up to max_unsaved_mb."};
+inline constexpr ConditionKind kMapBegunAnew{
+    "map_begun_anew",
+    Severity::kDegraded,
+    "the dive's map cannot be gone on with: another begins beside it",
+    "Both maps stay. Expected after a change of the configuration, where a log is played again, or "
+    "after a pause longer than map_resume_within_s. Replay of the dive's log makes one map."};
+inline constexpr ConditionKind kJournalDamaged{
+    "journal_damaged",
+    Severity::kDegraded,
+    "a part of the map's journal cannot be read",
+    "After a power cut the last entry may be. If more is lost, check the data disk. The map goes "
+    "on from what could be read."};
 
 inline constexpr const ConditionKind* kAll[] = {
     &kUndecodableMessages,  &kMessagesNotSent,    &kSocketDrops,          &kLoopLate,
@@ -238,7 +250,7 @@ inline constexpr const ConditionKind* kAll[] = {
     &kNoBottomLock,         &kDvlRefused,         &kAttitudeRefused,      &kDepthRefused,
     &kFixesRefused,         &kNavigationReset,    &kHeadingStep,          &kTimeOffsetSuspected,
     &kNavigationNotStarted, &kPlaceUnknown,       &kNoSoundSpeedProfile,  &kSolutionWithheld,
-    &kStoreNotWriting,      &kRegistrationFailed,
+    &kStoreNotWriting,      &kRegistrationFailed, &kMapBegunAnew,         &kJournalDamaged,
 };
 
 }  // namespace conditions

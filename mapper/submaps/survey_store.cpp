@@ -5,6 +5,8 @@
 
 #include <cstdio>
 #include <exception>
+#include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <utility>
@@ -82,6 +84,15 @@ bool AppendSynced(const std::filesystem::path& path, const std::string& text) {
   return ::close(fd) == 0 && whole && mended;
 }
 
+// A line that was cut short by the end of a process would hide the next one.
+void EndAtWholeLine(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  if (text.empty() || text.back() == '\n') return;
+  std::error_code ignored;
+  std::filesystem::resize_file(path, text.rfind('\n') + 1, ignored);
+}
+
 }  // namespace
 
 SurveyStore::SurveyStore(const SurveyStoreParams& params) : params_(params) {
@@ -94,10 +105,16 @@ SurveyStore::SurveyStore(const SurveyStoreParams& params) : params_(params) {
 }
 
 bool SurveyStore::Put(std::shared_ptr<const Submap> submap) {
-  if (entries_.contains(submap->id)) return false;
-  if (dive_.empty()) dive_ = params_.directory / std::to_string(ToUtime(submap->start));
   const SubmapId id = submap->id;
-  const bool saved = Save(*submap);
+  bool first = false;
+  {
+    const std::lock_guard lock(mutex_);
+    if (entries_.contains(id)) return false;
+    first = entries_.empty();
+    if (dive_.empty()) dive_ = params_.directory / std::to_string(ToUtime(submap->start));
+  }
+  const bool saved = Save(*submap, first);
+  const std::lock_guard lock(mutex_);
   ++(saved ? counters_.saved : counters_.write_errors);
   Entry& entry = entries_[id];
   entry.without_points = WithoutPoints(*submap);
@@ -107,7 +124,29 @@ bool SurveyStore::Put(std::shared_ptr<const Submap> submap) {
   return true;
 }
 
+void SurveyStore::Restore(const std::vector<std::shared_ptr<const Submap>>& submaps) {
+  if (submaps.empty()) return;
+  const std::lock_guard lock(mutex_);
+  dive_ = params_.directory / std::to_string(ToUtime(submaps.front()->start));
+  for (const auto& submap : submaps) {
+    const std::filesystem::path file = PcdPath(submap->id);
+    std::error_code error;
+    Entry& entry = entries_[submap->id];
+    entry.without_points = *submap;
+    entry.saved = std::filesystem::is_regular_file(file, error);
+    entry.bytes = entry.saved ? static_cast<std::int64_t>(std::filesystem::file_size(file, error))
+                              : BytesOf(*submap);
+  }
+  EndAtWholeLine(dive_ / "index.jsonl");
+}
+
+SurveyStoreCounters SurveyStore::counters() const {
+  const std::lock_guard lock(mutex_);
+  return counters_;
+}
+
 std::shared_ptr<const Submap> SurveyStore::Get(SubmapId id) {
+  const std::lock_guard lock(mutex_);
   const auto found = entries_.find(id);
   if (found == entries_.end()) return nullptr;
   Entry& entry = found->second;
@@ -128,11 +167,11 @@ std::shared_ptr<const Submap> SurveyStore::Get(SubmapId id) {
   }
 }
 
-bool SurveyStore::Save(const Submap& submap) {
+bool SurveyStore::Save(const Submap& submap, bool first) {
   try {
     std::filesystem::create_directories(dive_);
     // The first submap begins the dive: a replay of the same log writes the same files again.
-    if (entries_.empty()) std::filesystem::remove(dive_ / "index.jsonl");
+    if (first) std::filesystem::remove(dive_ / "index.jsonl");
     WriteSubmapPcd(PcdPath(submap.id), submap.cloud, submap.T_map_submap);
   } catch (const std::exception&) {
     return false;

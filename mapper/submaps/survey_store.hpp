@@ -5,6 +5,7 @@
 #include <list>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <string>
 
 #include "common/core/submap.hpp"
@@ -31,18 +32,22 @@ struct SurveyStoreCounters {
 // Closed submaps, by id: PCD files and an index in DIRECTORY/UTIME_OF_FIRST_SUBMAP/, so that a dive
 // never writes over another. index.jsonl has one line a submap, everything of it but the points,
 // appended and synced after its PCD file is in place: what it names is whole. Never throws after
-// construction: a disk that fails is counted and the survey goes on from memory. Not thread-safe.
+// construction: a disk that fails is counted and the survey goes on from memory. One thread may put
+// while another gets.
 class SurveyStore {
  public:
   // Throws std::runtime_error where the directory cannot be made.
   explicit SurveyStore(const SurveyStoreParams& params);
 
+  // After a restart, before the first Put(): these were put, each without points; those whose file
+  // is there can be had.
+  void Restore(const std::vector<std::shared_ptr<const Submap>>& submaps);
   // Ids count up. One that is there already is refused (false).
   bool Put(std::shared_ptr<const Submap> submap);
   // Null where it was never put, is lost, or its file cannot be read.
   std::shared_ptr<const Submap> Get(SubmapId id);
 
-  const SurveyStoreCounters& counters() const { return counters_; }
+  SurveyStoreCounters counters() const;
   // Of this dive; empty before the first submap.
   const std::filesystem::path& directory() const { return dive_; }
 
@@ -55,7 +60,7 @@ class SurveyStore {
     std::list<SubmapId>::iterator place;  // in recent_, while cached
   };
 
-  bool Save(const Submap& submap);
+  bool Save(const Submap& submap, bool first);
   bool AppendToIndex(const Submap& submap);
   std::filesystem::path PcdPath(SubmapId id) const;
   void Cache(SubmapId id, std::shared_ptr<const Submap> submap);
@@ -64,6 +69,7 @@ class SurveyStore {
 
   const SurveyStoreParams params_;
   std::filesystem::path dive_;
+  mutable std::mutex mutex_;  // of what follows; not held while a submap is written
   std::map<SubmapId, Entry> entries_;
   std::list<SubmapId> recent_;  // cached, most recently used first
   SurveyStoreCounters counters_;

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/storage/event_log.hpp"
+#include "mapper/saved_map.hpp"
+
+// What a mapper keeps for its restart, in the map's folder of a dive:
+//
+//   map/journal_000.lcmlog ...   LCM event logs, one a start of the mapper, never appended to by
+//                                another: a torn end damages nothing that comes after
+//   map/checkpoint_0, _1         written in turns, once a second
+//   map-2/ ...                   the same of a map that could not go on in map/
+//
+// Events: JOURNAL_START (format and configuration), then JOURNAL_ENTRY; each is CRC-32, number,
+// bytes. Numbers count up from 0 over all segments.
+namespace seastitch {
+
+// The newest map of a dive.
+struct FoundMap {
+  std::filesystem::path folder;   // to be used
+  std::optional<SavedMap> saved;  // to go on with
+  std::string why_not;            // with which reason it cannot; empty too where there is none
+  std::string lost;               // what could not be read, in words; empty: nothing
+  std::int64_t next_entry = 0;    // numbers, of what comes next
+  int next_segment = 0;
+};
+
+// map: the first map's folder in the dive. configuration: as of MapJournal; a map of another cannot
+// go on. Never throws for what is damaged.
+FoundMap FindMap(const std::filesystem::path& map, const std::string& configuration);
+// The folder beside it for the next map: map-2, map-3, ...
+std::filesystem::path NextMapFolder(const std::filesystem::path& folder);
+
+// Writes both, to the disk. What a disk does not take is kept and tried again with the next entry,
+// up to max_unsaved_mb; beyond that the journal ends. Never throws. Not thread-safe.
+class MapJournal {
+ public:
+  // Nothing is written before the first entry or checkpoint.
+  MapJournal(const FoundMap& map, std::string configuration, std::int64_t max_unsaved_mb);
+  // Each false where something is not on the disk. time: of navigation, for the log.
+  bool Append(Time time, std::vector<std::uint8_t> entry);
+  bool WriteCheckpoint(Time time, const std::vector<std::uint8_t>& checkpoint);
+
+ private:
+  struct Unsaved {
+    Time time;
+    std::vector<std::uint8_t> event;
+  };
+  void Write();
+  void OpenSegment(Time time);
+  void Tell(const char* reason);
+
+  const std::filesystem::path folder_;
+  const std::string configuration_;
+  const std::int64_t max_unsaved_bytes_;
+  int segment_;
+  std::int64_t next_entry_;
+  std::unique_ptr<EventLogWriter> log_;
+  std::deque<Unsaved> unsaved_;
+  std::int64_t unsaved_bytes_ = 0;
+  bool synced_ = true;  // all that was appended
+  bool ended_ = false;  // for want of room: entries are missing from here on
+  int slot_ = 0;
+  bool told_ = false;
+};
+
+}  // namespace seastitch

@@ -1,0 +1,185 @@
+// The real mapper, killed with -9 in a dive that goes on, and started again.
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <random>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "common/runtime/bus.hpp"
+#include "common/runtime/dive_folder.hpp"
+#include "seastitch/graph_update_t.hpp"
+#include "seastitch/health_t.hpp"
+#include "seastitch/nav_t.hpp"
+#include "seastitch/pose_graph_t.hpp"
+#include "seastitch/submap_t.hpp"
+#include "tests/paths.hpp"
+#include "tests/process/run_command.hpp"
+#include "tests/runtime/temporary_dir.hpp"
+#include "tools/child_process.hpp"
+
+namespace seastitch {
+namespace {
+
+namespace fs = std::filesystem;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+// A vehicle's computer, on a bus of its own: mapper and optimizer, and a short survey that
+// lcm-logplayer plays to them.
+class Vehicle {
+ public:
+  Vehicle() : log_((dir_ / "short.lcmlog").string()) {
+    fs::copy(ConfigFile(""), dir_ / "config", fs::copy_options::recursive);
+    bus_.Subscribe<submap_t>("SUBMAP", 0, [this](const submap_t& m) { submaps.insert(m.id); });
+    bus_.Subscribe<graph_update_t>("GRAPH_UPDATE", 0, [this](const graph_update_t& m) {
+      graph_ids.insert(m.graph_id);
+      resumed += m.is_resumed ? 1 : 0;
+      const auto found = updates.find(m.version);
+      if (found != updates.end() && found->second.num_edges != m.num_edges) ++changed;
+      updates[m.version] = m;
+    });
+    bus_.Subscribe<pose_graph_t>("POSE_GRAPH", 0, [this](const pose_graph_t& m) {
+      solved_version = m.graph_version;
+      solved = static_cast<std::size_t>(m.num_vertices);
+    });
+    bus_.Subscribe<nav_t>("NAV", 0, [this](const nav_t&) { ++navs; });
+    bus_.Subscribe<health_t>("HEALTH", 0, [this](const health_t& m) {
+      if (m.process == "mapper") {
+        ++mapper_health;
+        mapper_text += m.text + "\n";
+      }
+    });
+  }
+  std::string MakeLog() {
+    const CommandResult made = RunCommand(Program("seastitch") + " bench --survey " +
+                                          ConfigFile("bench/short.yaml") + " --log " + log_);
+    return made.exit_code == 0 ? "" : made.output;
+  }
+  std::unique_ptr<ChildProcess> Start(const std::string& name) {
+    return std::make_unique<ChildProcess>(
+        name,
+        std::vector<std::string>{Program("seastitch-" + name),
+                                 "--config",
+                                 (dir_ / "config" / (name + ".yaml")).string(),
+                                 "--lcm-url",
+                                 kUrl},
+        dir_ / (name + std::to_string(started_++) + ".txt"));
+  }
+  std::unique_ptr<ChildProcess> Play(int speed) {
+    return std::make_unique<ChildProcess>(
+        "lcm-logplayer",
+        std::vector<std::string>{"/usr/bin/lcm-logplayer",
+                                 "--speed=" + std::to_string(speed),
+                                 "--lcm-url=" + kUrl,
+                                 log_},
+        dir_ / "player.txt");
+  }
+  bool ListenUntil(const std::function<bool()>& done, milliseconds patience) {
+    const auto deadline = std::chrono::steady_clock::now() + patience;
+    while (!done() && std::chrono::steady_clock::now() < deadline) {
+      bus_.HandleAll();
+      usleep(5'000);
+    }
+    return done();
+  }
+  void Listen(milliseconds time) {
+    ListenUntil([] { return false; }, time);
+  }
+  fs::path Dive() const { return NewestDive(dir_ / "dives").value(); }
+  std::set<std::string> Maps() const {
+    std::set<std::string> maps;
+    for (const auto& entry : fs::directory_iterator(Dive()))
+      if (entry.path().filename().string().starts_with("map"))
+        maps.insert(entry.path().filename().string());
+    return maps;
+  }
+
+  std::set<std::int32_t> submaps;
+  std::map<std::int64_t, graph_update_t> updates;
+  std::set<std::int64_t> graph_ids;
+  int resumed = 0;
+  int changed = 0;
+  std::int64_t solved_version = 0;
+  std::size_t solved = 0;
+  std::int64_t navs = 0;
+  int mapper_health = 0;
+  std::string mapper_text;
+
+ private:
+  inline static const std::string kUrl = "udpm://239.255.76.67:7831?ttl=0&recv_buf_size=4194304";
+  TemporaryDir dir_;
+  const std::string log_;
+  Bus bus_{kUrl};
+  int started_ = 0;
+};
+
+TEST(KilledMapper, GoesOnInTheSameGraphAndLosesNoClosedSubmap) {
+  Vehicle vehicle;
+  ASSERT_EQ(vehicle.MakeLog(), "");
+  const auto optimizer = vehicle.Start("optimizer");
+  auto mapper = vehicle.Start("mapper");
+  ASSERT_TRUE(vehicle.ListenUntil([&] { return vehicle.mapper_health > 0; }, seconds(20)));
+  const auto player = vehicle.Play(8);
+  std::mt19937 random(5);
+  for (const int first_submaps : {1, 3}) {
+    ASSERT_TRUE(vehicle.ListenUntil(
+        [&] { return vehicle.updates.size() >= static_cast<std::size_t>(first_submaps); },
+        seconds(120)));
+    vehicle.Listen(milliseconds(std::uniform_int_distribution(0, 1000)(random)));
+    mapper.reset();  // SIGKILL
+    vehicle.Listen(milliseconds(200));
+    mapper = vehicle.Start("mapper");
+    const std::int64_t navs = vehicle.navs;
+    EXPECT_TRUE(vehicle.ListenUntil([&] { return vehicle.navs > navs; }, seconds(20)));
+  }
+  ASSERT_TRUE(vehicle.ListenUntil([&] { return player->ExitCode().has_value(); }, seconds(240)));
+  EXPECT_EQ(mapper->Stop(seconds(30)), 0);
+  EXPECT_TRUE(vehicle.ListenUntil(
+      [&] { return vehicle.solved_version == vehicle.updates.rbegin()->first; }, seconds(20)));
+
+  std::set<std::int32_t> vertices;
+  std::int64_t version = 0;
+  for (const auto& [number, update] : vehicle.updates) {
+    EXPECT_EQ(number, ++version) << "versions have no hole";
+    for (const auto& vertex : update.vertices)
+      EXPECT_TRUE(vertices.insert(vertex.id).second) << vertex.id;
+  }
+  EXPECT_EQ(vehicle.changed, 0) << "a version that was sent is never another";
+  EXPECT_EQ(vehicle.graph_ids.size(), 1U);
+  EXPECT_GE(vehicle.resumed, 2);
+  EXPECT_EQ(vertices, vehicle.submaps);
+  EXPECT_EQ(vehicle.solved, vertices.size());
+  EXPECT_EQ(vehicle.Maps(), std::set<std::string>{"map"});
+}
+
+TEST(KilledMapper, BeginsAnotherMapWhereTheLogIsPlayedAgain) {
+  Vehicle vehicle;
+  ASSERT_EQ(vehicle.MakeLog(), "");
+  for (const int maps : {1, 2}) {
+    auto mapper = vehicle.Start("mapper");
+    vehicle.mapper_health = 0;
+    vehicle.updates.clear();
+    ASSERT_TRUE(vehicle.ListenUntil([&] { return vehicle.mapper_health > 0; }, seconds(20)));
+    auto player = vehicle.Play(12);
+    ASSERT_TRUE(vehicle.ListenUntil([&] { return vehicle.updates.size() >= 2; }, seconds(120)));
+    player.reset();
+    vehicle.Listen(seconds(2));
+    mapper.reset();
+    EXPECT_EQ(vehicle.Maps().size(), static_cast<std::size_t>(maps));
+  }
+  EXPECT_EQ(vehicle.Maps(), (std::set<std::string>{"map", "map-2"}));
+  EXPECT_NE(vehicle.mapper_text.find("another begins beside it"), std::string::npos)
+      << vehicle.mapper_text;
+}
+
+}  // namespace
+}  // namespace seastitch
