@@ -42,21 +42,17 @@ RawSources::RawSources(const std::set<std::string>& senders) {
 RawReplay::RawReplay(const RawSources& sources, const DriverFiles& files, Bus* bus) {
   if (sources.imu) {
     imu_ = std::make_unique<ImuDriver>(LoadImuDriverConfig(files.imu.string()), bus);
-    made_.insert(channels::kImu);
   }
   if (sources.dvl) {
-    made_.insert(channels::kDvl);
     const std::string file = files.dvl.string();
     if (DeviceIn(file, DvlDevices()) == Pd0DriverConfig{}.device) {
       dvl_datagrams_ = std::make_unique<Pd0Driver>(LoadPd0DriverConfig(file), bus);
     } else {
       dvl_ = std::make_unique<DvlDriver>(LoadDvlDriverConfig(file), bus);
-      made_.insert(channels::kDepth);
     }
   }
   if (sources.mbes) {
     mbes_ = std::make_unique<MbesDriver>(LoadMbesDriverConfig(files.mbes.string()), bus);
-    made_.insert({channels::kMbesPing, channels::kSvp});
   }
 }
 
@@ -86,16 +82,21 @@ void RawReplay::Add(const LogEvent& event) {
 
 void RawReplay::Feed(const std::string& channel, const std::string& source, const Packet& packet) {
   const Datagram datagram{packet.bytes, FromUtime(packet.recv_utime), 0};
-  if (channel == channels::kRawMbes && mbes_)
+  if (channel == channels::kRawMbes && mbes_) {
+    made_.insert({channels::kMbesPing, channels::kSvp});
     mbes_->Feed(datagram);
-  else if (channel == channels::kRawDvl && dvl_datagrams_)
+  } else if (channel == channels::kRawDvl && dvl_datagrams_) {
+    made_.insert(channels::kDvl);
     dvl_datagrams_->Feed(datagram);
-  else if (IsOf(source, "imu-driver") && imu_)
+  } else if (IsOf(source, "imu-driver") && imu_) {
+    made_.insert(channels::kImu);
     FeedCan(imu_.get(), packet);
-  else if (IsOf(source, "dvl-driver") && dvl_)
+  } else if (IsOf(source, "dvl-driver") && dvl_) {
+    made_.insert({channels::kDvl, channels::kDepth});
     FeedCan(dvl_.get(), packet);
-  else
+  } else {
     ++malformed_;
+  }
 }
 
 void RawReplay::FeedCan(CanDriver* driver, const Packet& packet) {

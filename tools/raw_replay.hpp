@@ -36,7 +36,8 @@ class RawReplay {
   // Publishes on the bus what the drivers make. Throws ConfigError.
   RawReplay(const RawSources& sources, const DriverFiles& files, Bus* bus);
 
-  // Whether the drivers publish this channel, so that what was recorded on it is left out.
+  // Whether a driver publishes this channel, so that what was recorded on it is left out: from the
+  // driver's first raw bytes on, since the oldest may have been deleted to make room.
   bool MakesAnew(const std::string& channel) const { return made_.contains(channel); }
   // A message of RAW_*. What cannot be used is counted.
   void Add(const LogEvent& event);

@@ -210,6 +210,29 @@ TEST_F(Replay, FromRawBytesMakesAnewWhatTheDriversShouldHavePublished) {
   EXPECT_EQ(wrong.exit_code, 78);
 }
 
+// The oldest raw bytes were deleted to make room, and the drivers failed later.
+TEST_F(Replay, FromRawBytesTakesWhatWasPublishedWhereNoneAreLeft) {
+  const fs::path log = dir_.path() / "half.lcmlog";
+  EventLogReader all(ShortLog());
+  EventLogWriter half(log);
+  const std::set<std::string> made{"IMU", "DVL", "DEPTH", "MBES_PING"};
+  std::int64_t start = 0;
+  while (const auto event = all.Next()) {
+    if (start == 0) start = event->utime;
+    const bool early = event->utime < start + 100'000'000;
+    const bool left_out =
+        early ? event->channel.starts_with("RAW_") : made.contains(event->channel);
+    if (!left_out) half.Write(event->utime, event->channel, event->data.data(), event->data.size());
+  }
+  half.Flush();
+  const CommandResult result =
+      ReplayOf(log, "--from-raw --truth " + ShortLog().string() + ".truth.csv");
+  ASSERT_EQ(result.exit_code, 0) << result.output;
+  const auto report = nlohmann::json::parse(ReadFile(Out("report.json")));
+  EXPECT_EQ(report["submaps"], 11);
+  EXPECT_LT(report["position_rms_m"]["after"].get<double>(), 0.3);
+}
+
 TEST_F(Replay, FromRawBytesNeedsSome) {
   const fs::path log = dir_.path() / "noraw.lcmlog";
   EventLogReader all(ShortLog());
