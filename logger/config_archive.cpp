@@ -67,7 +67,8 @@ void ConfigArchive::Save(const std::string& name, const std::string& text) const
     if (ReadText(path) == text) return;
     int number = 1;
     while (number < kMaxVersions && fs::exists(VersionOf(path, number))) ++number;
-    fs::rename(path, VersionOf(path, number));
+    // A copy: the file itself is there at any moment.
+    fs::copy_file(path, VersionOf(path, number), fs::copy_options::overwrite_existing);
   }
   WriteDurably(path, text);
 }

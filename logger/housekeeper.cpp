@@ -14,12 +14,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// By number.
+// By number. Nothing beyond a symbolic link: it may lie on another disk, where deleting it would
+// give no room here.
 std::map<int, fs::path> LogsIn(const fs::path& folder) {
   std::map<int, fs::path> logs;
   std::error_code error;
-  for (const auto& entry : fs::directory_iterator(folder, error))
-    if (const auto number = LogNumber(entry.path())) logs[*number] = entry.path();
+  if (fs::is_symlink(folder, error) || fs::is_symlink(folder.parent_path(), error)) return logs;
+  for (auto entry = fs::directory_iterator(folder, error); !error && entry != end(entry);
+       entry.increment(error)) {
+    if (entry->is_symlink(error)) continue;
+    if (const auto number = LogNumber(entry->path())) logs[*number] = entry->path();
+  }
   return logs;
 }
 
@@ -42,10 +47,8 @@ void Housekeeper::Tidy(const std::vector<fs::path>& open) {
   std::optional<fs::path> log;
   const bool dive_too_large = IsDiveTooLarge();
   const bool disk_too_full = IsDiskTooFull();
-  if (dive_too_large)
-    log = Oldest({dive_}, open);
-  else if (disk_too_full)
-    log = Oldest(DivesInOrder(dive_.parent_path()), open);
+  if (dive_too_large) log = Oldest({dive_}, open);
+  if (!log && disk_too_full) log = Oldest(DivesInOrder(dive_.parent_path()), open);
   const bool deleted = log && Delete(*log);
   short_of_space_ = (dive_too_large || disk_too_full) && !deleted;
 }

@@ -74,7 +74,8 @@ void LogWriter::Main() {
     lock.unlock();
     std::int64_t cost = 0;
     std::string error = WriteBatch(&batch, &cost);
-    TidyNow(!error.empty());
+    const std::string tidy_error = TidyNow(!error.empty());
+    if (error.empty()) error = tidy_error;
     EventSink::Figures figures = files_->figures();
     lock.lock();
     TakeBack(std::move(batch));
@@ -105,10 +106,15 @@ std::string LogWriter::WriteBatch(std::deque<LogEvent>* batch, std::int64_t* cos
   }
 }
 
-void LogWriter::TidyNow(bool after_error) {
-  if (!after_error && Clock::now() - tidied_ < kTidyEvery) return;
+std::string LogWriter::TidyNow(bool after_error) {
+  if (!after_error && Clock::now() - tidied_ < kTidyEvery) return "";
   tidied_ = Clock::now();
-  files_->Tidy();
+  try {
+    files_->Tidy();
+    return "";
+  } catch (const std::exception& e) {
+    return e.what();
+  }
 }
 
 void LogWriter::TakeBack(std::deque<LogEvent> left) {

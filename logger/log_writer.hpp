@@ -51,7 +51,7 @@ class LogWriter {
   // Puts what is left before what came meanwhile.
   void TakeBack(std::deque<LogEvent> left);
 
-  void TidyNow(bool after_error);
+  std::string TidyNow(bool after_error);
 
   const std::unique_ptr<EventSink> files_;  // of the thread alone
   const std::int64_t max_queue_bytes_;

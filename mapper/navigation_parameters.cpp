@@ -271,8 +271,16 @@ void DeclareStart(NavigationParams* p, ParameterTable* t) {
          "True: the dive starts at its first position fix, which is waited for start_wait_s; "
          "without one it starts at the datum with its place unknown (HEALTH: degraded), and any "
          "later fix places the whole map. False: it starts at the place given here.");
-  t->Add("start_north_m", &p->start_north_m, kMetre, Range::Any(), "Stated start, in the map.");
-  t->Add("start_east_m", &p->start_east_m, kMetre, Range::Any(), "Stated start, in the map.");
+  const Parameter& north =
+      t->Add("start_north_m", &p->start_north_m, kMetre, Range::Any(), "Stated start, in the map.");
+  t->AddRule(north, "0 where start_at_first_fix is true", [p] {
+    return !p->start_at_first_fix || p->start_north_m == 0.0;
+  });
+  const Parameter& east =
+      t->Add("start_east_m", &p->start_east_m, kMetre, Range::Any(), "Stated start, in the map.");
+  t->AddRule(east, "0 where start_at_first_fix is true", [p] {
+    return !p->start_at_first_fix || p->start_east_m == 0.0;
+  });
   t->Add("start_sigma_m", &p->start_sigma_m, kMetre, kPositive, "Of that start, 1 sigma.");
   t->Add("fuse_position_fixes",
          &p->fuse_position_fixes,

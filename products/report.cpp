@@ -348,7 +348,9 @@ std::string NoiseTable(const ProductSummary& s, const SurveyNoise& noise) {
   add("&ensp;by pitch", noise.timing.pitch);
   std::string html = "<h2>Noise</h2>\n<p>";
   for (const std::string& finding : s.noise_findings) html += Escaped(finding) + " ";
-  if (s.noise_findings.empty()) html += "Nothing is clearly off.";
+  const bool is_examined = noise.components.closures > 0 || noise.timing.roll || noise.timing.pitch;
+  if (s.noise_findings.empty())
+    html += is_examined ? "Nothing is clearly off." : "Not examined: no closure was registered.";
   return html +
          "</p>\n<p class=\"small\">Where submaps overlap, what is left between them says how noisy "
          "the survey is; each closure's covariance is stated from these figures. The time offset "

@@ -43,6 +43,11 @@ OutputFolder::OutputFolder(const fs::path& out)
       exists_(fs::exists(out_)),
       partial_(exists_ ? out_ / ".partial" : fs::path(out_.string() + ".partial")) {
   if (exists_ && !fs::is_directory(out_)) throw FolderError(out_, "is not a folder");
+  for (const char* folder : kFolders)
+    if (exists_ && fs::exists(out_ / folder) && !fs::exists(out_ / kLast))
+      throw FolderError(out_,
+                        "holds " + std::string(folder) +
+                            "/ and no report.json, so no replay made it: choose another folder");
   std::error_code error;
   fs::create_directories(partial_, error);
   if (error) throw FolderError(partial_, error.message());
@@ -52,7 +57,11 @@ OutputFolder::OutputFolder(const fs::path& out)
     ::close(lock_);
     throw FolderError(out_, "another command is writing there");
   }
-  for (const fs::path& old : EntriesOf(partial_)) fs::remove_all(old, error);
+  for (const fs::path& old : EntriesOf(partial_))
+    if (fs::remove_all(old, error); error) {
+      ::close(lock_);
+      throw FolderError(old, error.message());
+    }
 }
 
 OutputFolder::~OutputFolder() {

@@ -1,18 +1,22 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
 
 namespace seastitch {
 
 // The folder that a command leaves its files in. Until it is done they stand in a folder of their
 // own: OUT.partial, which Publish() renames; or, where OUT is there already, OUT/.partial, whose
-// files Publish() puts in place of those of the same name, report.json last. A command that fails,
-// or is interrupted, leaves OUT as it was.
+// files and folders Publish() puts in place of those of the same name, report.json last. A command
+// that fails, or is interrupted, leaves OUT as it was.
 class OutputFolder {
  public:
+  // That products may have, and Publish() replaces as a whole.
+  static constexpr std::array<const char*, 3> kFolders{"config", "export", "submaps"};
+
   // Makes it, and the folders above, and removes what an earlier command that was killed left
-  // there. Throws std::runtime_error "FOLDER: reason"; another command that writes to the same OUT
-  // is one.
+  // there. Throws std::runtime_error "FOLDER: reason": another command writes to the same OUT, or
+  // one of kFolders stands there that no earlier output holds (no report.json).
   explicit OutputFolder(const std::filesystem::path& out);
   ~OutputFolder();  // Discard()
   OutputFolder(const OutputFolder&) = delete;

@@ -290,7 +290,7 @@ double DurationSeconds(const Survey& survey) {
                               : ToSeconds(survey.track.back().time - survey.track.front().time);
 }
 
-// Products never go where an input lies.
+// Products never go where an input lies, nor into a folder that they replace.
 void ExpectApart(const std::vector<fs::path>& inputs, const fs::path& out) {
   const fs::path target = fs::weakly_canonical(out);
   for (const fs::path& input : inputs) {
@@ -299,9 +299,11 @@ void ExpectApart(const std::vector<fs::path>& inputs, const fs::path& out) {
     const auto [unlike, rest] =
         std::mismatch(folder.begin(), folder.end(), target.begin(), target.end());
     const bool inside = fs::is_directory(input) && unlike == folder.end();
-    const bool input_inside =
-        fs::exists(target / "submaps") && fs::equivalent(folder, target / "submaps");
-    if (inside || input_inside)
+    const bool is_replaced = std::any_of(
+        OutputFolder::kFolders.begin(), OutputFolder::kFolders.end(), [&](const char* name) {
+          return fs::exists(target / name) && fs::equivalent(folder, target / name);
+        });
+    if (inside || is_replaced)
       throw UsageError("--out " + out.string() + ": the input " + input.string() +
                        " lies there; choose another folder");
   }
@@ -335,7 +337,11 @@ void ExpectInputs(const ReplayOptions& options) {
     throw UsageError("replay: --as-recorded needs a log");
   if (options.soundings && (options.as_recorded || (has_folder && !IsDive(options.inputs[0]))))
     throw UsageError("replay: --soundings needs pings to be placed: no submaps, no --as-recorded");
-  ExpectApart(options.inputs, options.out);
+  std::vector<fs::path> read = options.inputs;
+  for (const fs::path& file : {options.mapper_config, options.optimizer_config})
+    if (!file.empty()) read.push_back(file);
+  if (options.truth) read.push_back(*options.truth);
+  ExpectApart(read, options.out);
 }
 
 // One of the three is there.
@@ -397,6 +403,7 @@ void Remake(Input* input,
   else
     FeedLogs(*input->logs, ChannelRole::kSensor, raw, feeding);
   pipeline.Finish();
+  if (feeding->stopped() && feeding->partial.empty()) NoteStop(100, feeding);
   feeding->mapper_counters = pipeline.Counters();
   feeding->noise = pipeline.mapper().mapper().noise();
   feeding->conditions = pipeline.Conditions();
@@ -446,7 +453,8 @@ ProductSummary RunReplay(const ReplayOptions& options) {
       options.from_raw ? OpenRaw(input, given, out.path(), &bus) : nullptr;
   SurveyCollector collector(out.path());
   CollectorNode collector_node(&bus, &collector);
-  PingInputs inputs(input.names, options.soundings.has_value(), &bus);
+  PingInputs inputs(
+      input.names, options.soundings.has_value(), mapper_config.sonar_time_offset_s, &bus);
   std::optional<SoundingLog> soundings;
   if (options.soundings) {
     products.soundings = &soundings.emplace(out.path() / ".soundings");
@@ -469,6 +477,7 @@ ProductSummary RunReplay(const ReplayOptions& options) {
     mapper_config.map_dir = store.path();
     Remake(&input, config, mapper_config, raw.get(), collector, products.soundings, &feeding);
   }
+  if (inputs.unknown() > 0) feeding.refused["pings_of_an_unknown_input"] = inputs.unknown();
   products.refused = feeding.refused;
   products.partial = feeding.partial;
   products.mapper_counters = feeding.mapper_counters;
@@ -481,6 +490,7 @@ ProductSummary RunReplay(const ReplayOptions& options) {
   ProductSummary summary = track_alone ? WriteTrackProducts(survey, products, out.path())
                                        : WriteProducts(survey, products, out.path());
   soundings.reset();
+  interruption.reset();  // what is published is published whole
   out.Publish();
   return summary;
 }

@@ -47,6 +47,7 @@ bool SenderGate::IsItsTurn(std::uint32_t address, Time recv) {
   // Either way: a clock that was set back must not shut the sender out.
   const bool silent = std::chrono::abs(recv - heard_at_) >= kSilence;
   if (heard_ != kNobody && heard_ != address && !silent) return false;
+  if (heard_ != address) refused_ = kNobody;
   heard_ = address;
   heard_at_ = recv;
   return true;

@@ -268,6 +268,27 @@ TEST_F(HousekeeperTest, MakesRoomOnTheDiskFromTheOldestDiveOnAndNeverTouchesAnOp
   EXPECT_TRUE(std::filesystem::exists(dives_[0] / "raw" / "notes.txt"));
 }
 
+TEST_F(HousekeeperTest, MakesRoomOnTheDiskWhereTheDiveHasNothingLeftToDelete) {
+  Housekeeper housekeeper(dives_[1], {.max_dive_bytes = 500, .min_free_bytes = INT64_MAX});
+  for (int i = 0; i < 20; ++i) housekeeper.Tidy(Open());
+  EXPECT_THAT(Left(0), testing::ElementsAre("log/000", "log/001"));
+  EXPECT_THAT(Left(1), testing::ElementsAre("raw/002", "log/000", "log/001"));
+}
+
+TEST_F(HousekeeperTest, DeletesNothingThatASymbolicLinkLeadsTo) {
+  namespace fs = std::filesystem;
+  const fs::path archive = dir_ / "archive";
+  fs::rename(dives_[0], archive);
+  fs::create_directory_symlink(archive, dives_[0]);
+  fs::rename(dives_[1] / "raw", dir_ / "raw");
+  fs::create_directory_symlink(dir_ / "raw", dives_[1] / "raw");
+  Housekeeper housekeeper(dives_[1], {.min_free_bytes = INT64_MAX});
+  for (int i = 0; i < 20; ++i) housekeeper.Tidy(Open());
+  EXPECT_THAT(Left(0), testing::SizeIs(5));
+  EXPECT_THAT(Left(1), testing::SizeIs(5));
+  EXPECT_TRUE(housekeeper.short_of_space());
+}
+
 TEST(ForeignChannels, TellsHowOftenAndHowLongSilent) {
   ForeignChannels foreign;
   const std::vector<std::uint8_t> theirs(20, 1);
@@ -279,6 +300,7 @@ TEST(ForeignChannels, TellsHowOftenAndHowLongSilent) {
   EXPECT_EQ(foreign.figures().at("THEIRS").longest_gap_us, 1'000);
   for (int i = 0; i < 1'000; ++i) foreign.Add("C" + std::to_string(i), theirs, 0);
   EXPECT_LE(foreign.figures().size(), 50u);
+  EXPECT_FALSE(foreign.Add("C999", theirs, 0));  // HEALTH has no room for it
 }
 
 TEST(GapCounter, FindsTheNumberInEveryKindOfMessage) {

@@ -48,6 +48,7 @@ TEST(OutputFolder, ThatIsNotPublishedLeavesNothing) {
 TEST(OutputFolder, ReplacesFilesOfTheSameNameAndKeepsTheOthers) {
   const TemporaryDir dir;
   Write(dir / "map" / "depth.tif", "old");
+  Write(dir / "map" / "report.json", "old");
   Write(dir / "map" / "notes.txt", "mine");
   Write(dir / "map" / "submaps" / "submap_9.pcd", "old");
   {
@@ -64,6 +65,15 @@ TEST(OutputFolder, ReplacesFilesOfTheSameNameAndKeepsTheOthers) {
   EXPECT_FALSE(fs::exists(dir / "map" / "submaps" / "submap_9.pcd"));
   EXPECT_TRUE(fs::exists(dir / "map" / "submaps" / "submap_1.pcd"));
   EXPECT_FALSE(fs::exists(dir / "map" / ".partial"));
+}
+
+TEST(OutputFolder, LeavesFoldersAloneThatNoReplayMade) {
+  const TemporaryDir dir;
+  Write(dir / "home" / "config" / "mapper.yaml", "mine");
+  EXPECT_THAT([&] { OutputFolder out(dir / "home"); },
+              ThrowsMessage<std::runtime_error>(testing::HasSubstr("holds config/")));
+  EXPECT_EQ(Read(dir / "home" / "config" / "mapper.yaml"), "mine");
+  EXPECT_FALSE(fs::exists(dir / "home" / ".partial"));
 }
 
 TEST(OutputFolder, RemovesWhatAKilledCommandLeft) {

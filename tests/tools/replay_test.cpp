@@ -18,9 +18,11 @@
 #include <utility>
 #include <vector>
 
+#include "common/convert/channels.hpp"
 #include "common/runtime/bus.hpp"
 #include "common/runtime/dive_folder.hpp"
 #include "common/storage/event_log.hpp"
+#include "seastitch/graph_update_t.hpp"
 #include "tests/paths.hpp"
 #include "tests/process/run_command.hpp"
 #include "tests/runtime/temporary_dir.hpp"
@@ -280,6 +282,18 @@ TEST_F(InterruptedReplay, LeavesAMapOfWhatWasReadThatSaysSo) {
   EXPECT_NE(ReadFile(Out("report.html")).find("the replay was interrupted after "),
             std::string::npos);
   EXPECT_FALSE(fs::exists(Out(".store")));
+}
+
+TEST_F(InterruptedReplay, WhileTheLastPairsAreLookedAtAgainSaysSo) {
+  ReplayOptions options = Options([] {});
+  options.listen = [](Bus* bus) {
+    bus->Subscribe<graph_update_t>(channels::kGraphUpdate, 0, [](const graph_update_t& update) {
+      if (update.is_final == 0) return;
+      kill(getpid(), SIGINT);
+      usleep(500'000);
+    });
+  };
+  EXPECT_TRUE(RunReplay(options).partial);
 }
 
 TEST_F(InterruptedReplay, TwiceEndsAtOnceAndLeavesNothing) {
