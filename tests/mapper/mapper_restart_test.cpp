@@ -1,0 +1,168 @@
+// A mapper's process, but for the process: what goes to the disk before it goes to the bus, and
+// which map it goes on with.
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <filesystem>
+#include <memory>
+#include <set>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "common/convert/convert.hpp"
+#include "mapper/mapper_node.hpp"
+#include "tests/mapper/perfect_vehicle.hpp"
+#include "tests/runtime/temporary_dir.hpp"
+
+namespace seastitch {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A disk that hangs until it is told to go on.
+class HangingDisk : public Worker {
+ public:
+  bool Post(Job job) override {
+    if (!hangs) return job()(), true;
+    jobs_.push_back(std::move(job));
+    return jobs_.size() < 3;
+  }
+  std::size_t queue_depth() const override { return jobs_.size(); }
+  void GoOn() {
+    hangs = false;
+    for (; !jobs_.empty(); jobs_.pop_front()) jobs_.front()()();
+  }
+  bool hangs = false;
+
+ private:
+  std::deque<Job> jobs_;
+};
+
+// A mapper from its start to its end, with a bus of its own.
+struct Process {
+  Process(const MapperConfig& config, Worker* disk)
+      : node(config, &bus, &worker, disk, FindMap(config.map_dir, ConfigurationOf(config))) {
+    bus.Subscribe<graph_update_t>("GRAPH_UPDATE", 0, [this](const graph_update_t& m) {
+      if (auto update = FromLcm(m)) updates.push_back(*update);
+    });
+    bus.Subscribe<nav_t>("NAV", 0, [this](const nav_t&) { ++navs; });
+  }
+  void Drive(double duration_s, PerfectVehicle* vehicle) {
+    for (int i = 0; i < static_cast<int>(duration_s / PerfectVehicle::kImuStepS); ++i) {
+      for (const auto& sample : vehicle->Step(1.5, 0.0))
+        std::visit([this](const auto& s) { Send(s); }, sample);
+      bus.HandleAll();
+    }
+  }
+  void Send(const ImuSample& s) { bus.Publish("IMU", ToLcm(s, {s.time, seq[0]++})); }
+  void Send(const DvlSample& s) { bus.Publish("DVL", ToLcm(s, {s.time, seq[1]++})); }
+  void Send(const DepthSample& s) { bus.Publish("DEPTH", ToLcm(s, {s.time, seq[2]++})); }
+  void Send(const MbesPing& p) { bus.Publish("MBES_PING", ToLcm(p, {p.time, seq[3]++})); }
+  std::string Text() { return node.health().Snapshot(0, 1.0).text; }
+
+  Bus bus{"memq://"};
+  InlineWorker worker;
+  MapperNode node;
+  std::array<std::int64_t, 4> seq{};
+  std::vector<GraphUpdate> updates;
+  int navs = 0;
+};
+
+class Restart : public testing::Test {
+ protected:
+  Restart() {
+    config_.map_dir = dir_ / "map";
+    config_.submap.max_duration_s = 8.0;
+    fs::create_directory(config_.map_dir);
+  }
+  std::set<std::string> Maps() const {
+    std::set<std::string> maps;
+    for (const auto& entry : fs::directory_iterator(dir_.path()))
+      maps.insert(entry.path().filename().string());
+    return maps;
+  }
+
+  TemporaryDir dir_;
+  MapperConfig config_;
+  InlineWorker disk_;
+  PerfectVehicle vehicle_;
+};
+
+TEST_F(Restart, WhatIsSentIsOnTheDiskAndNavigationNeverWaitsForIt) {
+  HangingDisk disk;
+  Process mapper(config_, &disk);
+  mapper.Drive(30.0, &vehicle_);
+  ASSERT_FALSE(mapper.updates.empty());
+  disk.hangs = true;
+  const std::size_t sent = mapper.updates.size();
+  const int navs = mapper.navs;
+  mapper.Drive(30.0, &vehicle_);
+  EXPECT_EQ(mapper.updates.size(), sent);
+  EXPECT_NEAR(mapper.navs - navs, 300, 3);
+  disk.GoOn();
+  mapper.Drive(1.0, &vehicle_);
+  EXPECT_GT(mapper.updates.size(), sent + 1);
+  std::int64_t version = 0;
+  for (const GraphUpdate& update : mapper.updates) EXPECT_EQ(update.version, ++version);
+  const FoundMap found = FindMap(config_.map_dir, ConfigurationOf(config_));
+  ASSERT_TRUE(found.saved);
+  std::int64_t on_disk = 0;
+  for (const JournalEntry& entry : found.saved->journal)
+    if (const auto* growth = std::get_if<GraphGrowth>(&entry))
+      on_disk += static_cast<std::int64_t>(growth->steps.size());
+  EXPECT_GE(on_disk, version);
+}
+
+TEST_F(Restart, GoesOnThoughTheFirstStampIsWild) {
+  std::int64_t version = 0;
+  std::int64_t graph_id = 0;
+  {
+    Process mapper(config_, &disk_);
+    mapper.Drive(30.0, &vehicle_);
+    version = mapper.updates.back().version;
+    graph_id = mapper.updates.back().graph_id;
+  }
+  vehicle_.Sleep(5.0);
+  Process mapper(config_, &disk_);
+  ImuSample wild;
+  wild.time = vehicle_.time - FromSeconds(1e6);
+  mapper.Send(wild);
+  mapper.Drive(30.0, &vehicle_);
+  ASSERT_GT(mapper.updates.size(), 1U);
+  EXPECT_EQ(mapper.updates[0].version, version) << "the last may not have been sent";
+  EXPECT_EQ(mapper.updates[1].version, version + 1);
+  EXPECT_TRUE(mapper.updates[1].resumed);
+  EXPECT_EQ(mapper.updates[1].graph_id, graph_id);
+  EXPECT_EQ(Maps(), std::set<std::string>{"map"});
+}
+
+TEST_F(Restart, BeginsAnotherMapAndSaysWhy) {
+  Process(config_, &disk_).Drive(30.0, &vehicle_);
+  // Too late.
+  vehicle_.Sleep(config_.map_resume_within_s + 10.0);
+  {
+    Process mapper(config_, &disk_);
+    mapper.Drive(20.0, &vehicle_);
+    EXPECT_NE(mapper.Text().find("its last checkpoint is 18"), std::string::npos) << mapper.Text();
+    EXPECT_NE(mapper.Text().find("now in map-2"), std::string::npos) << mapper.Text();
+    mapper.Drive(60.0, &vehicle_);
+    EXPECT_EQ(mapper.Text().find("now in map-2"), std::string::npos) << mapper.Text();
+    EXPECT_EQ(mapper.updates.front().version, 1);
+  }
+  // Of another configuration.
+  config_.nav_rate_hz = 5.0;
+  {
+    Process mapper(config_, &disk_);
+    mapper.Drive(20.0, &vehicle_);
+    EXPECT_NE(mapper.Text().find("now in map-3"), std::string::npos) << mapper.Text();
+  }
+  EXPECT_EQ(Maps(), (std::set<std::string>{"map", "map-2", "map-3"}));
+}
+
+}  // namespace
+}  // namespace seastitch
