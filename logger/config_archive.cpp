@@ -44,6 +44,7 @@ void ConfigArchive::Add(const LogEvent& event) {
   config_t msg{};
   const int size = static_cast<int>(event.data.size());
   if (msg.decode(event.data.data(), 0, size) != size) return;
+  const std::lock_guard lock(mutex_);
   const auto file = assembler_.Add(msg);
   if (!file || !IsPlainName(file->name)) return;
   if (unsaved_.size() < kMaxFiles || unsaved_.contains(file->name))
@@ -51,14 +52,22 @@ void ConfigArchive::Add(const LogEvent& event) {
 }
 
 void ConfigArchive::Save() {
-  for (auto file = unsaved_.begin(); file != unsaved_.end(); file = unsaved_.erase(file)) {
-    try {
+  std::unique_lock lock(mutex_);
+  std::map<std::string, std::string> files = std::exchange(unsaved_, {});
+  lock.unlock();
+  try {
+    for (auto file = files.begin(); file != files.end(); file = files.erase(file))
       Save(file->first, file->second);
-    } catch (const std::exception&) {
-      ++errors_;
-      return;
-    }
+  } catch (const std::exception&) {
+    lock.lock();
+    unsaved_.merge(files);  // what came meanwhile is newer
+    ++errors_;
   }
+}
+
+std::int64_t ConfigArchive::errors() const {
+  const std::lock_guard lock(mutex_);
+  return errors_;
 }
 
 void ConfigArchive::Save(const std::string& name, const std::string& text) const {

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <mutex>
 #include <string>
 
 #include "common/convert/convert.hpp"
@@ -11,7 +12,8 @@
 namespace seastitch {
 
 // Writes the files that processes publish on CONFIG into a dive's config/: mapper.yaml as it was
-// published last, mapper.1.yaml, mapper.2.yaml, ... as before it changed.
+// published last, mapper.1.yaml, mapper.2.yaml, ... as before it changed. Add() and Save() may be
+// of different threads.
 class ConfigArchive {
  public:
   explicit ConfigArchive(std::filesystem::path folder);
@@ -20,12 +22,13 @@ class ConfigArchive {
   void Add(const LogEvent& event);
   // Writes what is whole, to the disk. What fails is counted, and tried again with the next call.
   void Save();
-  std::int64_t errors() const { return errors_; }
+  std::int64_t errors() const;
 
  private:
   void Save(const std::string& name, const std::string& text) const;
 
   const std::filesystem::path folder_;
+  mutable std::mutex mutex_;
   ConfigAssembler assembler_;
   std::map<std::string, std::string> unsaved_;  // text by name
   std::int64_t errors_ = 0;

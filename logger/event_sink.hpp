@@ -1,13 +1,14 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 
 #include "common/storage/event_log.hpp"
 
 namespace seastitch {
 
-// Where a LogWriter puts events: of its thread alone.
+// Where a LogWriter puts events: of its writing thread alone.
 class EventSink {
  public:
   struct Figures {
@@ -24,8 +25,11 @@ class EventSink {
   // Throws std::runtime_error "FILE: reason" where there is no room: then it did not take the
   // event.
   virtual void Write(const LogEvent& event) = 0;
-  // To the disk. Throws as Write(), and may be tried again.
-  virtual void Sync() = 0;
+  // To the kernel: survives the end of the process. Throws as Write(), and may be tried again.
+  virtual void Flush() = 0;
+  // Brings what was flushed by then to the disk: of any thread, beside those that follow. Throws as
+  // Write().
+  virtual std::function<void()> Syncer() = 0;
   // Now and then, and after an error: makes room.
   virtual void Tidy() {}
   virtual Figures figures() const = 0;

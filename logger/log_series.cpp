@@ -49,8 +49,12 @@ void LogSeries::Write(const LogEvent& event) {
   if (!first_utime_) first_utime_ = event.utime;
 }
 
-void LogSeries::Sync() {
-  if (log_) log_->Sync();
+void LogSeries::Flush() {
+  if (log_) log_->Flush();
+}
+
+std::function<void()> LogSeries::Syncer() const {
+  return log_ ? log_->Syncer() : [] {};
 }
 
 bool LogSeries::IsFull(const LogEvent& next) const {

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 
 #include "common/storage/event_log.hpp"
@@ -26,7 +27,8 @@ class LogSeries {
   // Throws as EventLogWriter::Write(): a log ends with a whole event, and is on the disk before the
   // next begins.
   void Write(const LogEvent& event);
-  void Sync();
+  void Flush();
+  std::function<void()> Syncer() const;
 
   const std::filesystem::path& file() const { return path_; }  // written to now; empty: none yet
   std::int64_t events() const;                                 // in all logs since the start

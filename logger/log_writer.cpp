@@ -23,7 +23,8 @@ LogWriter::LogWriter(std::unique_ptr<EventSink> files,
                      std::chrono::milliseconds flush_interval)
     : files_(std::move(files)), max_queue_bytes_(max_queue_bytes), flush_interval_(flush_interval) {
   status_.files = files_->figures();
-  thread_ = std::thread([this] { Main(); });
+  writer_ = std::thread([this] { WriteMain(); });
+  syncer_ = std::thread([this] { SyncMain(); });
 }
 
 LogWriter::~LogWriter() { Finish(); }
@@ -48,8 +49,11 @@ void LogWriter::Add(LogEvent event) {
 LogWriter::Status LogWriter::status() const {
   const std::lock_guard lock(mutex_);
   Status status = status_;
-  if (const auto since = batch_since_ ? batch_since_ : queued_since_)
-    status.oldest_s = std::chrono::duration<double>(Clock::now() - *since).count();
+  for (const auto& since : {syncing_since_, unsynced_since_, batch_since_, queued_since_})
+    if (since)
+      status.oldest_s =
+          std::max(status.oldest_s, std::chrono::duration<double>(Clock::now() - *since).count());
+  status.error = write_error_.empty() ? sync_error_ : write_error_;
   return status;
 }
 
@@ -58,11 +62,17 @@ void LogWriter::Finish() {
     const std::lock_guard lock(mutex_);
     stop_ = true;
   }
-  wake_.notify_one();
-  if (thread_.joinable()) thread_.join();
+  wake_.notify_all();
+  if (writer_.joinable()) writer_.join();
+  {
+    const std::lock_guard lock(mutex_);
+    stop_sync_ = true;
+  }
+  wake_.notify_all();
+  if (syncer_.joinable()) syncer_.join();
 }
 
-void LogWriter::Main() {
+void LogWriter::WriteMain() {
   std::unique_lock lock(mutex_);
   bool last = false;
   while (!last) {
@@ -74,21 +84,54 @@ void LogWriter::Main() {
     lock.unlock();
     std::int64_t cost = 0;
     std::string error = WriteBatch(&batch, &cost);
-    const std::string tidy_error = TidyNow(!error.empty());
+    const bool written = error.empty();
+    const std::string tidy_error = TidyNow(!written);
     if (error.empty()) error = tidy_error;
     EventSink::Figures figures = files_->figures();
+    std::function<void()> sync = files_->Syncer();
     lock.lock();
     TakeBack(std::move(batch));
-    // After a failure the file, too, may hold what is not on the disk.
+    sync_ = std::move(sync);
     const auto since = std::exchange(batch_since_, std::nullopt);
-    if (!error.empty() && since) queued_since_ = since;
+    // After a failure a part of it waits, and what is in the file may not be whole.
+    if (!written && since) queued_since_ = since;
+    if (written && since && !unsynced_since_) unsynced_since_ = since;
     status_.queued_bytes -= cost;
     status_.files = std::move(figures);
     status_.events_written = status_.files.events;
     status_.write_errors += error.empty() ? 0 : 1;
-    status_.error = std::move(error);
+    write_error_ = std::move(error);
   }
   status_.events_dropped += events_taken_ - status_.events_written;
+}
+
+void LogWriter::SyncMain() {
+  std::unique_lock lock(mutex_);
+  bool last = false;
+  while (!last) {
+    wake_.wait_for(lock, flush_interval_, [this] { return stop_sync_; });
+    last = stop_sync_;
+    if (unsynced_since_) SyncOnce(&lock);
+  }
+}
+
+void LogWriter::SyncOnce(std::unique_lock<std::mutex>* lock) {
+  const std::function<void()> sync = sync_;
+  syncing_since_ = std::exchange(unsynced_since_, std::nullopt);
+  lock->unlock();
+  std::string error;
+  try {
+    sync();
+  } catch (const std::exception& e) {
+    error = e.what();
+  }
+  lock->lock();
+  const auto since = std::exchange(syncing_since_, std::nullopt);
+  if (!error.empty()) {
+    unsynced_since_ = since;
+    ++status_.write_errors;
+  }
+  sync_error_ = std::move(error);
 }
 
 std::string LogWriter::WriteBatch(std::deque<LogEvent>* batch, std::int64_t* cost) {
@@ -99,7 +142,7 @@ std::string LogWriter::WriteBatch(std::deque<LogEvent>* batch, std::int64_t* cos
       *cost += CostOf(event);
       batch->pop_front();
     }
-    files_->Sync();
+    files_->Flush();
     return "";
   } catch (const std::exception& e) {
     return e.what();

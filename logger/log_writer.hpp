@@ -4,6 +4,7 @@
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -16,7 +17,8 @@ namespace seastitch {
 
 // Puts events on the disk beside the loop, so that a slow disk delays nothing and a full one ends
 // nothing: then the file stays whole, events wait in a queue of bounded size, and what the queue
-// has no room for is counted.
+// has no room for is counted. One thread writes, so that the end of the process costs no more than
+// the flush interval; another brings what was written to the disk, however long that takes.
 class LogWriter {
  public:
   struct Status {
@@ -44,8 +46,10 @@ class LogWriter {
   void Finish();
 
  private:
-  void Main();
-  // Writes to the disk; takes from the batch what the file took, and adds up its cost. Gives the
+  void WriteMain();
+  void SyncMain();
+  void SyncOnce(std::unique_lock<std::mutex>* lock);
+  // Writes to the kernel; takes from the batch what the file took, and adds up its cost. Gives the
   // error, empty if none.
   std::string WriteBatch(std::deque<LogEvent>* batch, std::int64_t* cost);
   // Puts what is left before what came meanwhile.
@@ -53,20 +57,27 @@ class LogWriter {
 
   std::string TidyNow(bool after_error);
 
-  const std::unique_ptr<EventSink> files_;  // of the thread alone
+  const std::unique_ptr<EventSink> files_;  // of the writing thread alone
   const std::int64_t max_queue_bytes_;
   const std::chrono::milliseconds flush_interval_;
   mutable std::mutex mutex_;
   std::condition_variable wake_;
   std::deque<LogEvent> queue_;
   using Clock = std::chrono::steady_clock;
-  std::optional<Clock::time_point> queued_since_;  // the oldest event of the queue ...
-  std::optional<Clock::time_point> batch_since_;   // ... and of what is being written
-  Clock::time_point tidied_{};                     // last; of the thread alone
+  std::optional<Clock::time_point> queued_since_;    // the oldest event of the queue ...
+  std::optional<Clock::time_point> batch_since_;     // ... of what is being written ...
+  std::optional<Clock::time_point> unsynced_since_;  // ... was written ...
+  std::optional<Clock::time_point> syncing_since_;   // ... and is being brought to the disk
+  std::function<void()> sync_;                       // does that
+  std::string write_error_;
+  std::string sync_error_;
+  Clock::time_point tidied_{};  // last; of the writing thread alone
   std::int64_t events_taken_ = 0;
   Status status_;
   bool stop_ = false;
-  std::thread thread_;
+  bool stop_sync_ = false;
+  std::thread writer_;
+  std::thread syncer_;
 };
 
 }  // namespace seastitch

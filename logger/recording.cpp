@@ -7,7 +7,7 @@ namespace seastitch {
 Recording::Recording(const DiveFolder& dive, const SplitParams& split, const QuotaParams& quota)
     : log_(dive.log(), split),
       raw_(dive.raw(), split),
-      configuration_(dive.config()),
+      configuration_(std::make_shared<ConfigArchive>(dive.config())),
       housekeeper_(dive.path(), quota) {
   log_.Open();
 }
@@ -15,13 +15,20 @@ Recording::Recording(const DiveFolder& dive, const SplitParams& split, const Quo
 void Recording::Write(const LogEvent& event) {
   const bool is_raw = event.channel.starts_with(channels::kRawPrefix);
   (is_raw ? raw_ : log_).Write(event);
-  if (event.channel == channels::kConfig) configuration_.Add(event);
+  if (event.channel == channels::kConfig) configuration_->Add(event);
 }
 
-void Recording::Sync() {
-  log_.Sync();
-  raw_.Sync();
-  configuration_.Save();
+void Recording::Flush() {
+  log_.Flush();
+  raw_.Flush();
+}
+
+std::function<void()> Recording::Syncer() {
+  return [log = log_.Syncer(), raw = raw_.Syncer(), configuration = configuration_] {
+    log();
+    raw();
+    configuration->Save();
+  };
 }
 
 void Recording::Tidy() { housekeeper_.Tidy({log_.file(), raw_.file()}); }
@@ -34,7 +41,7 @@ EventSink::Figures Recording::figures() const {
   figures.files_deleted = housekeeper_.files_deleted();
   figures.bytes_deleted = housekeeper_.bytes_deleted();
   figures.short_of_space = housekeeper_.short_of_space();
-  figures.config_errors = configuration_.errors();
+  figures.config_errors = configuration_->errors();
   return figures;
 }
 

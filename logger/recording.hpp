@@ -1,5 +1,8 @@
 #pragma once
 
+#include <functional>
+#include <memory>
+
 #include "common/runtime/dive_folder.hpp"
 #include "logger/config_archive.hpp"
 #include "logger/event_sink.hpp"
@@ -16,14 +19,15 @@ class Recording : public EventSink {
   Recording(const DiveFolder& dive, const SplitParams& split, const QuotaParams& quota);
 
   void Write(const LogEvent& event) override;
-  void Sync() override;
+  void Flush() override;
+  std::function<void()> Syncer() override;
   void Tidy() override;
   Figures figures() const override;
 
  private:
   LogSeries log_;
   LogSeries raw_;
-  ConfigArchive configuration_;
+  const std::shared_ptr<ConfigArchive> configuration_;
   Housekeeper housekeeper_;
 };
 

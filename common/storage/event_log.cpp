@@ -199,13 +199,14 @@ std::int64_t EventLogReader::tears() const { return impl_->tears; }
 struct EventLogWriter::Impl {
   Impl(const std::filesystem::path& file_path, IfExists if_exists)
       : path(file_path),
-        file(file_path, O_WRONLY | O_CREAT | (if_exists == IfExists::kRefuse ? O_EXCL : O_TRUNC)) {}
+        file(std::make_shared<Descriptor>(
+            file_path, O_WRONLY | O_CREAT | (if_exists == IfExists::kRefuse ? O_EXCL : O_TRUNC))) {}
 
   void Flush() {
     std::size_t written = 0;
     while (written < waiting.bytes().size()) {
       const ssize_t n =
-          write(file.get(), waiting.bytes().data() + written, waiting.bytes().size() - written);
+          write(file->get(), waiting.bytes().data() + written, waiting.bytes().size() - written);
       if (n < 0 && errno == EINTR) continue;
       if (n < 0) CutBack(written, errno);
       written += static_cast<std::size_t>(n);
@@ -217,7 +218,7 @@ struct EventLogWriter::Impl {
   [[noreturn]] void CutBack(std::size_t written, int error) {
     const auto torn = std::upper_bound(ends.begin(), ends.end(), written);
     Drop(torn == ends.begin() ? 0 : *std::prev(torn));
-    if (ftruncate(file.get(), file_size) != 0 || lseek(file.get(), file_size, SEEK_SET) < 0)
+    if (ftruncate(file->get(), file_size) != 0 || lseek(file->get(), file_size, SEEK_SET) < 0)
       throw FileError(path, std::string("cannot cut off a torn event: ") + std::strerror(errno));
     throw FileError(path, std::strerror(error));
   }
@@ -245,7 +246,7 @@ struct EventLogWriter::Impl {
   }
 
   std::filesystem::path path;
-  Descriptor file;
+  std::shared_ptr<Descriptor> file;
   ByteWriter waiting;             // whole events, not yet in the file
   std::vector<std::size_t> ends;  // of each of them
   off_t file_size = 0;
@@ -281,7 +282,13 @@ void EventLogWriter::Flush() { impl_->Flush(); }
 
 void EventLogWriter::Sync() {
   Flush();
-  if (fdatasync(impl_->file.get()) != 0) throw FileError(impl_->path, std::strerror(errno));
+  Syncer()();
+}
+
+std::function<void()> EventLogWriter::Syncer() const {
+  return [file = impl_->file, path = impl_->path] {
+    if (fdatasync(file->get()) != 0) throw FileError(path, std::strerror(errno));
+  };
 }
 
 std::int64_t EventLogWriter::bytes() const { return impl_->file_size; }

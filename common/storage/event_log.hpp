@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -64,8 +65,11 @@ class EventLogWriter {
     Write(utime, channel, bytes.data(), bytes.size());
   }
   // Both throw like Write(), and may be tried again.
-  void Flush();                 // to the kernel: survives the end of the process
-  void Sync();                  // to the disk: survives the end of the power
+  void Flush();  // to the kernel: survives the end of the process
+  void Sync();   // to the disk: survives the end of the power
+  // Brings what was flushed by then to the disk: by any thread, also beside one that writes. Throws
+  // like Write().
+  std::function<void()> Syncer() const;
   std::int64_t bytes() const;   // in the file
   std::int64_t events() const;  // in the file
 

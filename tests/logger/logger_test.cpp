@@ -10,6 +10,7 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <memory>
 #include <string>
@@ -132,7 +133,7 @@ TEST(LogSeries, BeginsTheNextLogBySize) {
   const TemporaryDir dir;
   LogSeries series(dir.path(), {.max_bytes = 2'000'000});
   for (int i = 0; i < 10'000; ++i) series.Write(Event(i, 900));
-  series.Sync();
+  series.Flush();
   const std::vector<std::string> names = NamesIn(dir.path());
   ASSERT_EQ(names.size(), 5u);
   std::int64_t events = 0;
@@ -371,7 +372,8 @@ class OneLog : public EventSink {
   void Write(const LogEvent& event) override {
     log_.Write(event.utime, event.channel, event.data.data(), event.data.size());
   }
-  void Sync() override { log_.Sync(); }
+  void Flush() override { log_.Flush(); }
+  std::function<void()> Syncer() override { return log_.Syncer(); }
   Figures figures() const override {
     return {.events = log_.events(), .bytes = log_.bytes(), .file = {}};
   }
