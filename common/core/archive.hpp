@@ -114,7 +114,7 @@ class ArchiveWriter {
   template <class... T>
   void Write(const std::variant<T...>& value) {
     Write(static_cast<std::uint8_t>(value.index()));
-    std::visit([this](const auto& what) { Write(what); }, value);
+    std::visit([this](const auto& what) { this->Write(what); }, value);
   }
   template <class T, std::size_t kSize>
   void Write(const std::array<T, kSize>& values) {
