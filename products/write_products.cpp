@@ -265,6 +265,7 @@ class ProductWriter {
   ProductSummary Run() {
     ChooseMap();
     CorrectTheTrack();
+    summary_.noise = options_.noise;
     summary_.noise_findings = NoiseFindings(options_.noise);
     WriteDepth();
     WriteConsistency();

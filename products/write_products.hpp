@@ -105,7 +105,8 @@ struct ProductSummary {
   std::optional<TruthComparison> truth;
   std::optional<TruthComparison> said;  // NAV and NAV_CORRECTED at the time when they were said
   std::optional<ClosureErrors> closures_against_truth;
-  std::vector<std::string> noise_findings;  // what is not as configured, a sentence each
+  SurveyNoise noise;                        // as ProductOptions::noise
+  std::vector<std::string> noise_findings;  // what of it is not as configured, a sentence each
 };
 
 // Writes every product into dir (created if need be): depth, depth_dead_reckoned, consistency,

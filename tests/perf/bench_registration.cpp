@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/runtime/freed_memory.hpp"
+#include "tests/perf/flat_table.hpp"
 #include "tests/perf/pcl_gicp.hpp"
 #include "tests/perf/registration_trial.hpp"
 
@@ -50,7 +51,7 @@ struct Tally {
   int within_ellipse = 0;
   std::vector<double> cpu_ms;
 
-  void Add(const Outcome& outcome) {
+  void Add(const TrialOutcome& outcome) {
     ++trials;
     accepted += outcome.Accepted();
     wrong += outcome.ConfidentlyWrong();
@@ -197,45 +198,6 @@ void CovarianceTable(const std::vector<SeabedClass>& classes, const Options& opt
   }
 }
 
-// Noise that a survey may learn, at its extremes: a seabed without relief has to be refused under
-// each.
-struct LearnedNoise {
-  const char* name;
-  VarianceComponents components;
-};
-const std::vector<LearnedNoise> kLearnedNoise = {
-    {"as configured", {}},
-    {"no shared error, no walk", {1.0, 1e-6, 0.00025, 2.5e-5}},
-    {"the same, soundings half as noisy", {0.5, 1e-6, 0.00025, 2.5e-5}},
-    {"shared error 0.3 %", {1.0, 0.003, 0.002, 2e-4}},
-    {"shared error 0.3 %, walks as large as they come", {1.0, 0.003, 0.016, 1.6e-3}}};
-
-void FlatTable(const std::vector<SeabedClass>& classes, const Options& options) {
-  const int count = options.full ? 1000 : 200;
-  std::printf(
-      "\n## False acceptance where nothing can be known\n\nPairs from 8 m and 2 deg off, 2,500 "
-      "points each, under noise that a survey may have learned. ");
-  PrintSeeds(options, count);
-  std::printf(
-      "\n| seabed | noise | pairs | accepted | confidently wrong |\n|---|---|---|---|---|\n");
-  for (const SeabedClass& seabed : classes) {
-    Trial trial = Standard(8.0, 2.0);
-    trial.pair.points = 2500;
-    for (const LearnedNoise& noise : kLearnedNoise) {
-      RegistrationParams params;
-      params.noise = noise.components;
-      const Tally t = RunTrials(seabed, trial, count, options.first_seed, params);
-      std::printf("| %s | %s | %d | %d | %d |\n",
-                  seabed.name.c_str(),
-                  noise.name,
-                  count,
-                  t.accepted,
-                  t.wrong);
-      std::fflush(stdout);
-    }
-  }
-}
-
 void HeightBiasTable(const std::vector<SeabedClass>& classes, const Options& options) {
   const int count = options.full ? 100 : 20;
   std::printf(
@@ -278,7 +240,7 @@ Tally RunPclTrials(const SeabedClass& seabed,
     const std::clock_t start = std::clock();
     const Eigen::Isometry3d T = gicp.Align(
         MakePose({prior.x, prior.y, pair.z_prior_m}, RotationFromRpy(0.0, 0.0, prior.yaw)));
-    Outcome outcome;
+    TrialOutcome outcome;
     outcome.cpu_s = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
     outcome.error = PoseError(LevelPose(T), pair.T_target_source);
     tally.Add(outcome);
@@ -342,7 +304,7 @@ void Run(const Options& options) {
   };
   if (wanted("success")) SuccessTable(classes, options);
   if (wanted("covariance")) CovarianceTable(classes, options);
-  if (wanted("flat")) FlatTable(flat, options);
+  if (wanted("flat")) PrintFlatTable(flat, options.full ? 1000 : 200, options.first_seed);
   if (wanted("bias")) HeightBiasTable(classes, options);
   if (wanted("time")) TimeTable(medium, options);
 }

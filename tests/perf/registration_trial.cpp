@@ -261,14 +261,14 @@ bool Tolerance::Holds(const Eigen::Vector3d& error) const {
   return error.head<2>().norm() <= position_m && std::abs(error[2]) <= yaw_rad;
 }
 
-Outcome RunTrial(const SyntheticPair& pair,
-                 const Pose2& T_prior,
-                 const Eigen::Matrix3d& prior_covariance,
-                 const RegistrationParams& params) {
+TrialOutcome RunTrial(const SyntheticPair& pair,
+                      const Pose2& T_prior,
+                      const Eigen::Matrix3d& prior_covariance,
+                      const RegistrationParams& params) {
   const auto prepare = [&](const SyntheticSubmap& submap) {
     return RegistrationSubmap::Prepare(submap.cloud, LevelFromBody(submap.T_map_submap), params);
   };
-  Outcome out;
+  TrialOutcome out;
   const double start = CpuSeconds();
   out.result = Register(prepare(pair.target),
                         prepare(pair.source),

@@ -56,7 +56,7 @@ struct Tolerance {
   bool Holds(const Eigen::Vector3d& error) const;
 };
 
-struct Outcome {
+struct TrialOutcome {
   RegistrationResult result;
   Eigen::Vector3d error;
   double cpu_s = 0.0;  // preparation of both submaps and registration
@@ -68,10 +68,10 @@ struct Outcome {
   bool ConfidentlyWrong() const { return Accepted() && Nees() > 30.7; }
 };
 
-Outcome RunTrial(const SyntheticPair& pair,
-                 const Pose2& T_prior,
-                 const Eigen::Matrix3d& prior_covariance,
-                 const RegistrationParams& params);
+TrialOutcome RunTrial(const SyntheticPair& pair,
+                      const Pose2& T_prior,
+                      const Eigen::Matrix3d& prior_covariance,
+                      const RegistrationParams& params);
 
 // Standard deviation of the heights about a plane where the two submaps overlap [m].
 double ReliefOf(const Site& site, const SyntheticPair& pair, const SyntheticPairParams& params);
