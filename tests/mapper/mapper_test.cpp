@@ -8,6 +8,7 @@
 #include <memory>
 #include <new>
 #include <optional>
+#include <string>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -201,6 +202,65 @@ TEST(Mapper, AnUnknownPlaceIsNoEdgeAndALaterFixPlacesTheWholeMap) {
     const double true_m =
         dive.vehicle.TrueAt(dive.submaps.at(vertex.id)->frame_time).translation().x() + kOffM;
     EXPECT_NEAR(vertex.T_map_level.x, true_m, 3.0) << vertex.id.value;
+  }
+}
+
+// Acoustic fixes come 1 to 60 s late and out of order, GPS at once: none is lost unseen.
+TEST(Mapper, EveryLateFixThatThinningKeepsIsInTheGraph) {
+  constexpr double kMetresPerRadian = 6335439.3;
+  Embedding dive;
+  std::multimap<Time, PositionFix> waiting;  // by arrival
+  int sent = 0;
+  const auto send = [&](const char* source, double age_s) {
+    PositionFix fix;
+    fix.time = dive.vehicle.time;
+    fix.latitude_rad = dive.vehicle.TrueAt(fix.time).translation().x() / kMetresPerRadian;
+    fix.covariance_north_east_m2 = Eigen::Matrix2d::Identity();
+    fix.source = source;
+    waiting.emplace(fix.time + FromSeconds(age_s), fix);
+    ++sent;
+  };
+  const auto deliver = [&](Time until) {
+    while (!waiting.empty() && waiting.begin()->first <= until) {
+      dive.mapper.Add(waiting.begin()->second);
+      waiting.erase(waiting.begin());
+    }
+  };
+  constexpr int kSeconds = 300;
+  for (int i = 0; i < kSeconds; ++i) {
+    dive.Drive(1.0);
+    if (i % 4 == 0) send("usbl", 1.0 + 59.0 * (i * 37 % 100) / 99.0);
+    if (i % 2 == 0) send("gps", 0.1);
+    deliver(dive.vehicle.time);
+  }
+  dive.Drive(61.0);
+  deliver(dive.vehicle.time);
+  PositionFix ancient;
+  ancient.time = dive.vehicle.time - FromSeconds(4000.0);
+  ancient.covariance_north_east_m2 = Eigen::Matrix2d::Identity();
+  dive.mapper.Add(ancient);
+  dive.Drive(5.0);
+  dive.Finish();
+
+  const std::map<std::string, std::int64_t> counters = dive.mapper.counters();
+  const auto count = [&](const char* name) {
+    const auto found = counters.find(name);
+    return found == counters.end() ? 0 : found->second;
+  };
+  const std::vector<GraphEdge> edges = dive.Edges(EdgeKind::kPositionFix);
+  EXPECT_EQ(static_cast<std::int64_t>(edges.size()), count("position_fixes_in_graph"));
+  EXPECT_EQ(count("position_fixes_in_graph") + count("nav_fix_thinned"), sent);
+  EXPECT_EQ(count("nav_fix_late"), 1) << "older than anything that is remembered";
+  EXPECT_EQ(count("position_fixes_too_far"), 0);
+  EXPECT_GT(count("nav_fix_taken_late"), kSeconds / 20);
+  // Of each source one in 10 s.
+  EXPECT_GE(edges.size(), static_cast<std::size_t>(2 * kSeconds / 20));
+  EXPECT_LE(edges.size(), static_cast<std::size_t>(2 * kSeconds / 10 + 2));
+  // Each says where its submap is.
+  for (const GraphEdge& edge : edges) {
+    const Pose2 truth = LevelPose(dive.vehicle.TrueAt(dive.submaps.at(edge.to)->frame_time));
+    const Eigen::Vector3d error = edge.T_from_to.Vector() - truth.Vector();
+    EXPECT_LT(error.dot(edge.information * error), 16.3);
   }
 }
 
