@@ -97,8 +97,26 @@ class LiveSender {
   std::int64_t fix_seq_ = 0;
 };
 
+Time SystemNow() {
+  return Time(
+      std::chrono::duration_cast<Duration>(std::chrono::system_clock::now().time_since_epoch()));
+}
+
 double SecondsSince(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+// The first event to be sent. The sonar says its sound-speed profile once, as the survey begins:
+// who joins later is told it first.
+std::optional<BenchEvent> Join(SurveySimulator* simulator,
+                               const LiveFrom& from,
+                               LiveSender* sender) {
+  while (std::optional<BenchEvent> event = simulator->Next()) {
+    const double at_s = ToSeconds(event->recv - simulator->start());
+    if (at_s >= from.survey_s && (!from.now || event->recv >= SystemNow())) return event;
+    if (event->device == Device::kMbes && at_s == 0.0) sender->Send(*event);
+  }
+  return std::nullopt;
 }
 
 }  // namespace
@@ -106,24 +124,31 @@ double SecondsSince(Clock::time_point start) {
 LiveResult SendLive(SurveySimulator* simulator,
                     const LiveTargets& targets,
                     double speed,
-                    const Progress& progress) {
+                    const Progress& progress,
+                    const LiveFrom& from) {
   if (!(speed > 0.0 && std::isfinite(speed))) throw std::invalid_argument("speed must be above 0");
   LiveSender sender(targets);
   const double total_s = ToSeconds(simulator->total());
+  const auto survey_s = [&](const BenchEvent& event) {
+    return ToSeconds(event.recv - simulator->start());
+  };
+  std::optional<BenchEvent> event = Join(simulator, from, &sender);
+  const Clock::time_point joined = Clock::now();
+  const double joined_s = event ? survey_s(*event) : 0.0;
   double next_progress_s = 0.0;
-  const Clock::time_point start = Clock::now();
-  while (const std::optional<BenchEvent> event = simulator->Next()) {
-    const double at_s = ToSeconds(event->recv - kSurveyStart);
-    std::this_thread::sleep_until(start + std::chrono::duration_cast<Clock::duration>(
-                                              std::chrono::duration<double>(at_s / speed)));
-    sender.result.max_lag_s = std::max(sender.result.max_lag_s, SecondsSince(start) - at_s / speed);
+  for (; event; event = simulator->Next()) {
+    const double at_s = survey_s(*event);
+    const double wait_s = (at_s - joined_s) / speed;
+    std::this_thread::sleep_until(joined + std::chrono::duration_cast<Clock::duration>(
+                                               std::chrono::duration<double>(wait_s)));
+    sender.result.max_lag_s = std::max(sender.result.max_lag_s, SecondsSince(joined) - wait_s);
     sender.Send(*event);
     if (progress && at_s >= next_progress_s) {
       if (!progress(at_s / total_s)) break;
       next_progress_s = at_s + 1.0;
     }
   }
-  sender.result.wall_s = SecondsSince(start);
+  sender.result.wall_s = SecondsSince(joined);
   return sender.result;
 }
 

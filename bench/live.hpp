@@ -24,12 +24,19 @@ struct LiveResult {
   double max_lag_s = 0.0;  // of a packet behind its time: how far the machine fell behind
 };
 
+// Where a live survey begins, when it is joined: after a power cut of the vehicle, say.
+struct LiveFrom {
+  double survey_s = 0.0;  // nothing before this second of it is sent, but for the sonar's profile
+  bool now = false;       // nor what lies in the past by the system clock
+};
+
 // Sends the survey's bytes over UDP and its position fixes on the bus, paced by the machine's
 // monotonic clock at `speed` times real time. Throws std::runtime_error "HOST:PORT: reason",
 // std::invalid_argument unless speed is above 0.
 LiveResult SendLive(SurveySimulator* simulator,
                     const LiveTargets& targets,
                     double speed,
-                    const Progress& progress);
+                    const Progress& progress,
+                    const LiveFrom& from = {});
 
 }  // namespace seastitch::bench

@@ -34,7 +34,7 @@ LogResult WriteLog(SurveySimulator* simulator,
                    const Progress& progress) {
   EventLogWriter writer(path);
   LogResult result;
-  Time now = kSurveyStart;
+  Time now = simulator->start();
   Bus bus("memq://");
   bus.SubscribeBytes(".*", 0, [&](const std::string& channel, const void* data, int size) {
     writer.Write(ToUtime(now), channel, data, static_cast<std::size_t>(size));
@@ -52,7 +52,7 @@ LogResult WriteLog(SurveySimulator* simulator,
   MbesDriver mbes(drivers.mbes, &bus);
 
   const double total_s = ToSeconds(simulator->total());
-  Time next_progress = kSurveyStart;
+  Time next_progress = simulator->start();
   std::int64_t num_fixes = 0;
   while (const std::optional<BenchEvent> event = simulator->Next()) {
     now = event->recv;
@@ -66,7 +66,7 @@ LogResult WriteLog(SurveySimulator* simulator,
     }
     bus.HandleAll();
     if (progress && now >= next_progress) {
-      if (!progress(ToSeconds(now - kSurveyStart) / total_s)) break;
+      if (!progress(ToSeconds(now - simulator->start()) / total_s)) break;
       next_progress = now + std::chrono::seconds(1);
     }
   }

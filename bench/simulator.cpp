@@ -39,8 +39,6 @@ double SampleTime(std::int64_t n, double rate_hz) {
   return std::round(static_cast<double>(n) * 1e6 / rate_hz) * 1e-6;
 }
 
-Time StampOf(double t_s) { return kSurveyStart + FromSeconds(t_s); }
-
 }  // namespace
 
 class SurveySimulator::Impl {
@@ -57,7 +55,7 @@ class SurveySimulator::Impl {
         dvl_(config.dvl, config.errors, scene_, config.seed),
         mbes_(config.mbes, scene_, config.seed),
         fixes_(config.fixes, scene_, config.seed),
-        imu_encoder_(signals.imu, kSurveyStart),
+        imu_encoder_(signals.imu, config.start),
         dvl_encoder_(signals.dvl),
         loss_(config.seed, "packet loss"),
         next_ping_s_(config.plan.DiveS()) {
@@ -82,11 +80,14 @@ class SurveySimulator::Impl {
     }
   }
 
+  Time start() const { return config_.start; }
   const Trajectory& trajectory() const { return trajectory_; }
   const Terrain& terrain() const { return *terrain_; }
   const Counts& counts() const { return counts_; }
 
  private:
+  Time StampOf(double t_s) const { return config_.start + FromSeconds(t_s); }
+
   void RunImu() {
     const double t = SampleTime(imu_samples_, config_.imu.rate_hz);
     if (t > trajectory_.duration_s()) return;
@@ -141,11 +142,11 @@ class SurveySimulator::Impl {
 
   void PushProfile() {
     SoundVelocityProfile profile;
-    profile.time = kSurveyStart;
+    profile.time = config_.start;
     profile.depth_m = config_.water.depth_m;
     for (const double speed : config_.water.speed_mps)
       profile.speed_mps.push_back(speed + config_.told_speed_error_mps);
-    mbes_queue_.push_back({kSurveyStart, Device::kMbes, {}, EncodeSvp(profile, KmallHeader{})});
+    mbes_queue_.push_back({config_.start, Device::kMbes, {}, EncodeSvp(profile, KmallHeader{})});
   }
 
   bool InFault(FaultKind kind, double t_s) const {
@@ -155,7 +156,7 @@ class SurveySimulator::Impl {
   }
 
   bool IsLost(const BenchEvent& event) {
-    const double t_s = ToSeconds(event.recv - kSurveyStart);
+    const double t_s = ToSeconds(event.recv - config_.start);
     bool lost = false;
     for (const Fault& fault : config_.faults) {
       if (fault.kind != FaultKind::kPacketLoss || fault.device != event.device) continue;
@@ -195,9 +196,10 @@ SurveySimulator::SurveySimulator(const SurveyConfig& config,
     : impl_(std::make_unique<Impl>(config, vehicle, signals)) {}
 SurveySimulator::~SurveySimulator() = default;
 
+Time SurveySimulator::start() const { return impl_->start(); }
 std::optional<BenchEvent> SurveySimulator::Next() { return impl_->Next(); }
 TrueState SurveySimulator::TruthAt(Time t) const {
-  return impl_->trajectory().StateAt(ToSeconds(t - kSurveyStart));
+  return impl_->trajectory().StateAt(ToSeconds(t - start()));
 }
 const Terrain& SurveySimulator::terrain() const { return impl_->terrain(); }
 Duration SurveySimulator::total() const { return FromSeconds(impl_->trajectory().duration_s()); }

@@ -15,9 +15,6 @@
 
 namespace seastitch::bench {
 
-// 2026-01-01T00:00:00Z: when every simulated survey starts, by the devices' own clocks.
-constexpr Time kSurveyStart = FromUtime(1'767'225'600'000'000);
-
 // Which CAN signal carries what: of the drivers' own configuration, so that both sides agree.
 struct DeviceSignals {
   SignalMap imu;
@@ -47,7 +44,9 @@ class SurveySimulator {
   // The next event in order of recv; nothing when the survey is over.
   std::optional<BenchEvent> Next();
 
-  // Of the vehicle's reference point, between kSurveyStart and its end.
+  // When the survey begins, by the devices' own clocks.
+  Time start() const;
+  // Of the vehicle's reference point, between start() and its end.
   TrueState TruthAt(Time t) const;
   const Terrain& terrain() const;
   Duration total() const;

@@ -17,8 +17,13 @@
 namespace seastitch::bench {
 
 // All of a simulated survey. The same config gives the same bytes.
+// 2026-01-01T00:00:00Z: when a simulated survey starts, by the devices' own clocks, unless it is
+// told otherwise.
+constexpr Time kSurveyStart = FromUtime(1'767'225'600'000'000);
+
 struct SurveyConfig {
   std::uint64_t seed = 1;
+  Time start = kSurveyStart;  // no key of the file
   // Where there is a raster it is the seabed, and of the procedural terrain at most what lies on
   // it.
   ProceduralParams terrain;

@@ -1,17 +1,35 @@
 #include "tools/bench_command.hpp"
 
 #include <cstdio>
+#include <ctime>
 #include <fstream>
+#include <iomanip>
+#include <sstream>
 
 #include "bench/log.hpp"
 #include "bench/survey_config.hpp"
 #include "common/convert/convert.hpp"
+#include "common/runtime/health.hpp"
 #include "common/runtime/vehicle_config.hpp"
 #include "mapper/mapper_config.hpp"
 #include "tools/kmall_survey.hpp"
+#include "tools/message_types.hpp"
 #include "tools/progress.hpp"
 
 namespace seastitch {
+namespace {
+
+Time EpochOf(const std::string& text) {
+  if (text == "now") return FromUtime(NowUtime());
+  std::tm utc{};
+  std::istringstream in(text);
+  in >> std::get_time(&utc, "%Y-%m-%dT%H:%M:%SZ");
+  if (!in || in.peek() != std::istringstream::traits_type::eof())
+    throw UsageError("--epoch: '" + text + "': expected a UTC time, such as 2026-01-01T00:00:00Z");
+  return FromUtime(std::int64_t{timegm(&utc)} * 1'000'000);
+}
+
+}  // namespace
 
 std::filesystem::path MapperConfigFor(const bench::SurveyConfig& survey,
                                       const std::filesystem::path& config_dir) {
@@ -39,6 +57,7 @@ std::filesystem::path WriteMapperConfigFor(const bench::SurveyConfig& survey,
 bench::SurveySimulator MakeSimulator(const BenchOptions& options) {
   bench::SurveyConfig survey = bench::LoadSurvey(options.survey.string());
   if (!options.terrain.empty()) survey.raster.file = options.terrain.string();
+  if (!options.epoch.empty()) survey.start = EpochOf(options.epoch);
   for (const std::string& fault : options.faults) {
     survey.faults.push_back(bench::ParseFault(fault));
   }
@@ -76,7 +95,11 @@ int RunBench(const BenchOptions& options) {
   };
   if (options.log.empty()) {
     const bench::LiveResult sent =
-        bench::SendLive(&simulator, options.targets, options.speed, show);
+        bench::SendLive(&simulator,
+                        options.targets,
+                        options.speed,
+                        show,
+                        {.survey_s = options.from_s, .now = !options.epoch.empty()});
     progress.Finish();
     std::printf("%lld packets sent, %lld refused, at most %.3f s late\n",
                 static_cast<long long>(sent.packets),

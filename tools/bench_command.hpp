@@ -19,6 +19,10 @@ struct BenchOptions {
   // With log: the same survey by an INS that navigates by itself, as a .kmall; empty: none.
   std::filesystem::path kmall;
   double speed = 1.0;
+  // Live: when second 0 of the survey is, by the devices' clocks: "2026-01-01T00:00:00Z", or "now".
+  // What of the survey lies in the past is not sent. Empty: a fixed day, and all of it is sent.
+  std::string epoch;
+  double from_s = 0.0;              // live: what is before it is not sent
   std::vector<std::string> faults;  // beyond the survey's own: see bench/fault.hpp
   bench::LiveTargets targets{"127.0.0.1:20001", "127.0.0.1:20002", "127.0.0.1:6020"};
 };

@@ -203,6 +203,61 @@ TEST(Live, SendsPositionFixesOnTheBus) {
   EXPECT_GT(i, 3u);
 }
 
+// After a power cut of the vehicle: the devices went on meanwhile.
+TEST(Live, JoinsALaterSecondOfTheSameSurvey) {
+  SurveyConfig config = ShortSurvey();
+  config.mbes.beams = 16;
+  config.plan.line_length_m = 1.0;
+  config.plan.lead_in_m = 1.0;
+  config.start = FromUtime(1'800'000'000'000'000);
+  Listener imu;
+  Listener dvl;
+  Listener mbes;
+  SurveySimulator simulator(config, CrookedVehicle(), ShippedDrivers().signals());
+  const LiveResult result =
+      SendLive(&simulator, {imu.target, dvl.target, mbes.target}, 1e6, nullptr, {.survey_s = 1.0});
+
+  SurveySimulator again(config, CrookedVehicle(), ShippedDrivers().signals());
+  EXPECT_EQ(again.start(), config.start);
+  const auto profile = again.Next();
+  ASSERT_EQ(profile->device, Device::kMbes);
+  EXPECT_EQ(mbes.Receive(), profile->bytes);
+  std::int64_t packets = 1;
+  while (const auto event = again.Next()) {
+    if (event->recv < config.start + std::chrono::seconds(1)) continue;
+    ++packets;
+    if (event->device == Device::kMbes) {
+      EXPECT_EQ(mbes.Receive(), event->bytes);
+      continue;
+    }
+    const auto packet = DecodeCannelloni((event->device == Device::kImu ? imu : dvl).Receive());
+    ASSERT_TRUE(packet);
+    EXPECT_EQ(packet->frames, event->frames);
+  }
+  EXPECT_EQ(packets, result.packets);
+  EXPECT_GT(packets, 10);
+}
+
+TEST(Live, LeavesOutWhatLiesInThePast) {
+  SurveyConfig config = ShortSurvey();
+  Listener all;
+  const auto packets = [&](std::chrono::seconds ago) {
+    config.start = FromUtime(std::chrono::duration_cast<std::chrono::microseconds>(
+                                 std::chrono::system_clock::now().time_since_epoch())
+                                 .count()) -
+                   ago;
+    SurveySimulator simulator(config, CrookedVehicle(), ShippedDrivers().signals());
+    return SendLive(&simulator,
+                    {all.target, all.target, all.target},
+                    1e6,
+                    [](double) { return false; },  // the first packet is enough
+                    {.survey_s = 0.0, .now = true})
+        .packets;
+  };
+  EXPECT_EQ(packets(std::chrono::seconds(86'400)), 1) << "the profile of a survey that is over";
+  EXPECT_EQ(packets(std::chrono::seconds(-3600)), 1);
+}
+
 TEST(Live, CountsWhatNobodyTakes) {
   std::string target;
   {
