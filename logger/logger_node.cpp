@@ -41,6 +41,7 @@ LoggerNode::LoggerNode(const LoggerConfig& config, const DiveFolder& dive, Bus* 
         OnEvent(channel, buffer);
       });
   spdlog::info("recording {} to {}", config.channels, file_.string());
+  health_.Set("dive_start_utime", ReadDiveRecord(dive.path()).start_utime);
   health_.SetText("recording to " + file_.string());
   health_.SetRunning();
   health_.WatchAge("oldest_unwritten",

@@ -1,4 +1,5 @@
-// The one command for people: demo, replay, bench, import, info, dive.
+// The one command for people: demo, replay, bench, import, info, dive, status,
+// doctor, bug-report.
 
 #include <spdlog/spdlog.h>
 #include <sysexits.h>
@@ -26,6 +27,9 @@
 #include "tools/interruption.hpp"
 #include "tools/message_types.hpp"
 #include "tools/replay.hpp"
+#include "tools/vehicle/bug_report.hpp"
+#include "tools/vehicle/doctor.hpp"
+#include "tools/vehicle/status.hpp"
 
 namespace seastitch {
 namespace {
@@ -200,6 +204,50 @@ void AddDive(CLI::App* app, int* status) {
   });
 }
 
+void AddStatus(CLI::App* app, int* status) {
+  auto options = std::make_shared<StatusOptions>();
+  CLI::App* command = app->add_subcommand("status", "the processes of the vehicle, live");
+  Example(command, "status");
+  command->add_option("--lcm-url", options->lcm_url, "LCM bus (default: LCM_DEFAULT_URL)");
+  command->add_flag("--once", options->once, "one look instead of a screen that refreshes");
+  command->callback([options, status] { *status = RunStatus(*options); });
+}
+
+void AddDoctor(CLI::App* app, int* status) {
+  auto options = std::make_shared<DoctorOptions>();
+  CLI::App* command = app->add_subcommand(
+      "doctor",
+      "checks computer, configuration, processes and sensors before a dive, in at most 10 s; exit "
+      "status 0: all is well, 1: warnings, 2: errors");
+  command->add_option(
+      "--config-dir", options->config_dir, "of the processes (default: /etc/seastitch)");
+  command->add_option("--lcm-url", options->lcm_url, "LCM bus (default: LCM_DEFAULT_URL)");
+  Example(command, "doctor --under-water");
+  command->add_flag("--under-water", options->under_water, "depth is not expected to be near 0");
+  command->add_flag("--json", options->json, "for programs");
+  command->callback([options, status] {
+    if (options->config_dir.empty()) options->config_dir = ConfigDir();
+    *status = RunDoctor(*options);
+  });
+}
+
+void AddBugReport(CLI::App* app, int* status) {
+  auto options = std::make_shared<BugReportOptions>();
+  CLI::App* command = app->add_subcommand(
+      "bug-report",
+      "packs versions, configuration, what the doctor finds, the last HEALTH and the journal of "
+      "systemd");
+  Example(command, "bug-report --out report.tar.gz");
+  command->add_option("--out", options->out, "NAME.tar.gz (default: here, by the time)");
+  command->add_option(
+      "--config-dir", options->config_dir, "of the processes (default: /etc/seastitch)");
+  command->add_option("--lcm-url", options->lcm_url, "LCM bus (default: LCM_DEFAULT_URL)");
+  command->callback([options, status] {
+    if (options->config_dir.empty()) options->config_dir = ConfigDir();
+    *status = RunBugReport(*options);
+  });
+}
+
 void AddReference(CLI::App* app, int* status) {
   CLI::App* reference =
       app->add_subcommand("reference", "every key of every configuration file, as Markdown");
@@ -229,6 +277,15 @@ void AddBench(CLI::App* app, int* status) {
   bench->add_option("--speed", options->speed, "simulated seconds a second when sending")
       ->capture_default_str()
       ->check(CLI::PositiveNumber)
+      ->excludes(log);
+  bench
+      ->add_option("--epoch",
+                   options->epoch,
+                   "when sending: UTC of the survey's second 0, such as 2026-01-01T00:00:00Z, or "
+                   "now; what of it lies in the past is left out")
+      ->excludes(log);
+  bench->add_option("--from", options->from_s, "when sending: the survey's second to begin with")
+      ->check(CLI::NonNegativeNumber)
       ->excludes(log);
   bench->add_option("--imu", options->targets.imu, "HOST:PORT of the imu driver, cannelloni")
       ->capture_default_str();
@@ -323,6 +380,9 @@ int main(int argc, char** argv) try {
   seastitch::AddReplay(&app, &status);
   seastitch::AddReference(&app, &status);
   seastitch::AddDive(&app, &status);
+  seastitch::AddStatus(&app, &status);
+  seastitch::AddDoctor(&app, &status);
+  seastitch::AddBugReport(&app, &status);
   seastitch::AddBench(&app, &status);
   seastitch::AddImport(&app, &status);
   seastitch::AddInfo(&app, &status);

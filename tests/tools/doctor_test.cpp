@@ -1,0 +1,302 @@
+// What the doctor finds of a computer, part by part: faults that a test cannot bring about are
+// handed to it. doctor_process_test.cpp has the others.
+#include "tools/vehicle/doctor.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/runtime/temporary_dir.hpp"
+#include "tools/vehicle/bus_checks.hpp"
+#include "tools/vehicle/machine_checks.hpp"
+
+namespace seastitch {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using Level = Finding::Level;
+using Words = std::vector<std::string>;
+
+// "LEVEL TEXT" of each.
+std::vector<std::string> Lines(const Findings& findings) {
+  std::vector<std::string> lines;
+  for (const Finding& finding : findings) {
+    constexpr const char* kLevels[] = {"ok ", "warning ", "error "};
+    lines.push_back(kLevels[static_cast<int>(finding.level)] + finding.text);
+    EXPECT_EQ(finding.remedy.empty(), finding.level == Level::kOk) << finding.text;
+  }
+  return lines;
+}
+
+class DoctorMachine : public testing::Test {
+ protected:
+  DoctorMachine() {
+    machine.proc = dir.path();
+    machine.network_dirs = {dir.path() / "etc", dir.path() / "lib"};
+    machine.run = [this](const Words& command) {
+      commands.push_back(command);
+      return answer;
+    };
+  }
+  void AnswerLink(const std::string& flags, const std::string& linkinfo) {
+    answer = R"([{"ifname":"can0","flags":[)" + flags + R"(],"linkinfo":)" + linkinfo + "}]";
+  }
+
+  const TemporaryDir dir;
+  Machine machine;
+  std::optional<std::string> answer;
+  std::vector<Words> commands;
+};
+
+constexpr char kController[] =
+    R"({"info_kind":"can","info_data":{"state":"ERROR-ACTIVE","restart_ms":100,)"
+    R"("bittiming":{"bitrate":250000,"sample_point":"0.875"}}})";
+
+TEST_F(DoctorMachine, ComparesTheBitRateWithTheNetworkFile) {
+  AnswerLink(R"("NOARP","UP","LOWER_UP")", kController);
+  EXPECT_THAT(Lines(CheckCan(machine, "can0")),
+              ElementsAre("ok CAN can0: up, ERROR-ACTIVE", "ok CAN can0: 250000 bit/s"));
+  EXPECT_THAT(commands.front(),
+              ElementsAre("ip", "-json", "-details", "link", "show", "dev", "can0"));
+
+  std::filesystem::create_directory(dir.path() / "lib");
+  dir.Write("lib/80-can.network", "[Match]\nName=can0\n\n[CAN]\n# of the devices\nBitRate=1M\n");
+  EXPECT_THAT(Lines(CheckCan(machine, "can0")),
+              ElementsAre("ok CAN can0: up, ERROR-ACTIVE",
+                          "error CAN can0: 250000 bit/s, where its .network file says 1000000"));
+  // One of the same name in /etc stands for it.
+  std::filesystem::create_directory(dir.path() / "etc");
+  dir.Write("etc/80-can.network", "[Match]\nName=can0\n[CAN]\nBitRate=250K\n");
+  EXPECT_EQ(Worst(CheckCan(machine, "can0")), Level::kOk);
+  EXPECT_EQ(Worst(CheckCan(machine, "can1")), Level::kOk) << "of another interface";
+}
+
+TEST_F(DoctorMachine, NamesAnInterfaceThatIsMissingDownOrOffTheBus) {
+  EXPECT_THAT(Lines(CheckCan(machine, "can0")), ElementsAre("error CAN can0: no such interface"));
+  AnswerLink(R"("NOARP")", kController);
+  EXPECT_THAT(Lines(CheckCan(machine, "can0")), ElementsAre("error CAN can0: down"));
+  AnswerLink(R"("UP")", R"({"info_data":{"state":"BUS-OFF"}})");
+  EXPECT_THAT(Lines(CheckCan(machine, "can0")).front(), "error CAN can0: up, controller BUS-OFF");
+  AnswerLink(R"("UP")", R"({"info_kind":"vcan"})");
+  EXPECT_EQ(Worst(CheckCan(machine, "can0")), Level::kOk);
+  for (const char* nonsense : {"", "[]", "[3]", "{}", "[{\"flags\":7}]"}) {
+    answer = nonsense;
+    EXPECT_EQ(Worst(CheckCan(machine, "can0")), Level::kError) << nonsense;
+  }
+}
+
+TEST_F(DoctorMachine, NamesARouteThatLeavesTheComputerOrHasAnotherSource) {
+  const std::string url = "udpm://239.255.76.67:7667?ttl=0";
+  EXPECT_THAT(Lines(CheckRoute(machine, url)),
+              ElementsAre("error route of LCM's group 239.255.76.67: none"));
+  answer = R"([{"dst":"239.255.76.67","dev":"eth0","prefsrc":"10.0.0.2"}])";
+  EXPECT_THAT(Lines(CheckRoute(machine, url)).front(), HasSubstr("leaves the computer"));
+  answer = R"([{"dst":"239.255.76.67","dev":"lo","prefsrc":"10.0.0.2"}])";
+  EXPECT_THAT(Lines(CheckRoute(machine, url)).front(), HasSubstr("filters refuse it"));
+  answer = R"([{"dst":"239.255.76.67","dev":"lo","prefsrc":"127.0.0.1"}])";
+  EXPECT_EQ(Worst(CheckRoute(machine, url)), Level::kOk);
+  EXPECT_EQ(Worst(CheckRoute(machine, "memq://")), Level::kOk);
+}
+
+TEST_F(DoctorMachine, NamesSmallReceiveBuffers) {
+  std::filesystem::create_directories(dir.path() / "sys/net/core");
+  dir.Write("sys/net/core/rmem_max", "212992\n");
+  EXPECT_THAT(Lines(CheckBuffers(machine, 16 << 20)),
+              ElementsAre("error receive buffers: at most 212992 bytes, where a process asks for "
+                          "16777216: a burst of the sonar is lost"));
+  dir.Write("sys/net/core/rmem_max", "16777216\n");
+  EXPECT_EQ(Worst(CheckBuffers(machine, 16 << 20)), Level::kOk);
+}
+
+TEST_F(DoctorMachine, NamesAFreeRunningClockAndWhoDisciplinesIt) {
+  machine.clock = [] { return ClockState{.synchronised = false, .error_s = 16.0}; };
+  EXPECT_THAT(Lines(CheckClock(machine)),
+              ElementsAre("warning clock: runs free, nobody disciplines it"));
+  std::filesystem::create_directory(dir.path() / "812");
+  dir.Write("812/comm", "chronyd\n");
+  EXPECT_THAT(Lines(CheckClock(machine)),
+              ElementsAre("warning clock: not synchronised yet by chronyd"));
+  machine.clock = [] { return ClockState{.synchronised = true, .error_s = 0.0121}; };
+  EXPECT_THAT(Lines(CheckClock(machine)),
+              ElementsAre("ok clock: synchronised by chronyd, within 0.012 s"));
+  machine.clock = [] { return ClockState{.synchronised = true, .error_s = 3.0}; };
+  EXPECT_EQ(Worst(CheckClock(machine)), Level::kWarning);
+}
+
+TEST_F(DoctorMachine, NamesABusyProcessorAndLittleMemory) {
+  dir.Write("loadavg", "250.00 3.00 1.00 9/600 1234\n");
+  dir.Write("meminfo", "MemTotal:        2097152 kB\nMemAvailable:     102400 kB\n");
+  EXPECT_THAT(Lines(CheckProcessor(machine)).front(), HasSubstr("load 250.0"));
+  EXPECT_EQ(Worst(CheckProcessor(machine)), Level::kWarning);
+  EXPECT_THAT(Lines(CheckMemory(machine)), ElementsAre("error memory: 100 of 2048 MB available"));
+  dir.Write("loadavg", "0.10 0.00 0.00 1/100 12\n");
+  dir.Write("meminfo", "MemTotal:        2097152 kB\nMemAvailable:    1048576 kB\n");
+  EXPECT_EQ(Worst(CheckProcessor(machine)), Level::kOk);
+  EXPECT_EQ(Worst(CheckMemory(machine)), Level::kOk);
+}
+
+TEST_F(DoctorMachine, NamesAFilterThatDoesNotHold) {
+  answer = "ControlGroup=/system.slice/x.service\nIPAddressDeny=::/0 0.0.0.0/0\n";
+  std::filesystem::path asked;
+  machine.cgroups = "/cgroup";
+  machine.filter = [&](const std::filesystem::path& cgroup) {
+    asked = cgroup;
+    return FilterState{.programs = 1};
+  };
+  EXPECT_EQ(Worst(CheckFilter(machine)), Level::kOk);
+  EXPECT_EQ(asked, "/cgroup/system.slice/x.service");
+  machine.filter = [](const auto&) { return FilterState{}; };
+  EXPECT_EQ(Worst(CheckFilter(machine)), Level::kError) << "a kernel that filters nothing";
+  machine.filter = [](const auto&) { return FilterState{.trouble = "Operation not permitted"}; };
+  EXPECT_THAT(Lines(CheckFilter(machine)).front(),
+              "warning IP filter of mapper: not known, Operation not permitted");
+  answer = "ControlGroup=/x\nIPAddressDeny=\n";
+  machine.filter = [](const auto&) { return FilterState{.programs = 1}; };
+  EXPECT_EQ(Worst(CheckFilter(machine)), Level::kError) << "that of another unit above";
+  answer.reset();
+  EXPECT_EQ(Worst(CheckFilter(machine)), Level::kWarning) << "no systemd";
+}
+
+TEST_F(DoctorMachine, NamesADataDiskThatUnitsMayNotWriteTo) {
+  EXPECT_THAT(CheckDataDisk(machine, "/var/lib/seastitch/dives"), IsEmpty());
+  answer = "LoadState=loaded\nReadWritePaths=\nRequiresMountsFor=/var/lib/seastitch\n";
+  EXPECT_THAT(Lines(CheckDataDisk(machine, "/data/seastitch/dives")).front(),
+              HasSubstr("error drop-in of logger for /data/seastitch/dives: no ReadWritePaths"));
+  answer = "LoadState=loaded\nReadWritePaths=/data/seastitch\nRequiresMountsFor=/var/lib\n";
+  EXPECT_EQ(Worst(CheckDataDisk(machine, "/data/seastitch/dives")), Level::kWarning);
+  answer =
+      "LoadState=loaded\nReadWritePaths=/x /data/seastitch\nRequiresMountsFor=/data/seastitch\n";
+  EXPECT_EQ(Worst(CheckDataDisk(machine, "/data/seastitch/dives")), Level::kOk);
+}
+
+std::string DiveJson(int number, std::int64_t last_utime, bool mapper_stopped) {
+  const nlohmann::json process{
+      {"version", "0.1.0"}, {"starts", 1}, {"start_utime", 1}, {"last_sign_of_life_utime", 2}};
+  nlohmann::json dive{{"format", 1},
+                      {"number", number},
+                      {"host", "vehicle"},
+                      {"start_utime", 1},
+                      {"last_sign_of_life_utime", last_utime},
+                      {"closed", false}};
+  for (const char* name : {"logger", "mapper"}) {
+    dive["processes"][name] = process;
+    dive["processes"][name]["stopped"] = mapper_stopped || name == std::string("logger");
+  }
+  return dive.dump();
+}
+
+TEST_F(DoctorMachine, NamesALastDiveThatDidNotEndInOrder) {
+  constexpr std::int64_t kNow = 1'800'000'000'000'000;
+  EXPECT_THAT(Lines(CheckLastDive(dir.path(), kNow)), ElementsAre("ok last dive: none yet"));
+  for (const char* name : {"A", "B", "C"}) std::filesystem::create_directory(dir.path() / name);
+  dir.Write("A/dive.json", DiveJson(1, kNow - 7'200'000'000, true));
+  dir.Write("C/dive.json", "cut");
+  EXPECT_THAT(Lines(CheckLastDive(dir.path(), kNow)),
+              ElementsAre("ok last dive A: ended in order"));
+  dir.Write("B/dive.json", DiveJson(2, kNow - 3'600'000'000, false));
+  EXPECT_THAT(
+      Lines(CheckLastDive(dir.path(), kNow)),
+      ElementsAre("warning last dive B: not ended in order by mapper (power cut, or crash)"));
+  dir.Write("B/dive.json", DiveJson(2, kNow - 5'000'000, false));
+  EXPECT_THAT(Lines(CheckLastDive(dir.path(), kNow)), ElementsAre("ok last dive A: ended in order"))
+      << "B runs";
+}
+
+TEST_F(DoctorMachine, MeasuresTheDiskAndLeavesNothingThere) {
+  const Findings findings = CheckDisk(dir.path() / "dives");
+  ASSERT_EQ(findings.size(), 2u);
+  EXPECT_THAT(findings[0].text, HasSubstr("GB free"));
+  EXPECT_THAT(findings[1].text, HasSubstr("MB/s"));
+  EXPECT_TRUE(std::filesystem::is_empty(dir.path()));
+  EXPECT_THAT(Lines(CheckDisk("/nowhere/seastitch/dives")).front(),
+              HasSubstr("error folder of the dives: /nowhere/seastitch/dives is not there"));
+}
+
+// Sensors that are heard, each with sensible values.
+class DoctorSensors : public testing::Test {
+ protected:
+  DoctorSensors() {
+    for (const char* channel : {"IMU", "DVL", "DEPTH", "MBES_PING"})
+      Hear(&watch.latency_s[channel], 0.02);
+    Hear(&watch.specific_force_mps2, 9.81);
+    Hear(&watch.depth_m, 0.3);
+    Hear(&watch.sound_speed_mps, 1490.0);
+    Hear(&watch.bottom_lock, 1.0);
+    Hear(&watch.speed_mps, 0.2);
+    Hear(&watch.valid_beams, 0.9);
+  }
+  static void Hear(Heard* heard, double value) {
+    *heard = Heard{};
+    for (int i = 0; i < 5; ++i) heard->Add(value, 10.0 + 0.1 * i);
+  }
+  std::vector<std::string> Alarms(bool at_surface = true) {
+    Findings alarms = CheckSensors(watch, setup, at_surface);
+    std::erase_if(alarms, [](const Finding& f) { return f.level == Level::kOk; });
+    return Lines(alarms);
+  }
+  BusWatch watch{"memq://"};
+  seastitch::Setup setup;
+};
+
+TEST_F(DoctorSensors, OfAGoodVehicleRaiseNoAlarm) {
+  EXPECT_THAT(Alarms(), IsEmpty());
+  EXPECT_THAT(CheckSensors(watch, setup, true)[1].text,
+              HasSubstr("IMU: 10.0 a second, stamps 0.020 s behind receipt, stamped on receipt"));
+}
+
+TEST_F(DoctorSensors, ThatAreSilentLateOrImplausibleAreNamed) {
+  watch.latency_s.erase("DEPTH");
+  EXPECT_THAT(Alarms(), ElementsAre("error DEPTH: not heard"));
+  Hear(&watch.latency_s["DEPTH"], -3600.0);
+  EXPECT_THAT(Alarms(), ElementsAre(HasSubstr("error DEPTH: 10.0 a second, stamps -3600.000 s")));
+  Hear(&watch.latency_s["DEPTH"], 0.1);
+  Hear(&watch.specific_force_mps2, 1.0);  // in g
+  EXPECT_THAT(Alarms(),
+              ElementsAre(HasSubstr("error gravity, as the inertial unit feels it: 1.00")));
+  Hear(&watch.specific_force_mps2, 9.79);
+  Hear(&watch.sound_speed_mps, 343.0);
+  EXPECT_THAT(Alarms(), ElementsAre(HasSubstr("error sound speed at the sonar: 343.00 m/s")));
+  Hear(&watch.sound_speed_mps, 1450.0);
+  Hear(&watch.depth_m, 10.2);
+  EXPECT_THAT(Alarms(), ElementsAre(HasSubstr("error depth, at the surface: 10.20 m")));
+  EXPECT_THAT(Alarms(false), IsEmpty()) << "under water";
+  Hear(&watch.depth_m, 0.0);
+  Hear(&watch.bottom_lock, 0.0);
+  Hear(&watch.valid_beams, 0.0);
+  EXPECT_THAT(Alarms(), ElementsAre(HasSubstr("warning bottom lock"), HasSubstr("warning beams")));
+}
+
+TEST_F(DoctorSensors, OfAVehicleWithAnInsAreSonarAndIns) {
+  for (const char* channel : {"IMU", "DVL", "DEPTH"}) watch.latency_s.erase(channel);
+  watch.specific_force_mps2 = watch.depth_m = watch.bottom_lock = watch.speed_mps = Heard{};
+  setup.given_navigation = true;
+  EXPECT_THAT(Alarms(), ElementsAre("error INS: not heard"));
+  Hear(&watch.latency_s["INS"], 0.01);
+  EXPECT_THAT(Alarms(), IsEmpty());
+  for (const Finding& finding : CheckProcesses(watch, setup, 1.0))
+    EXPECT_EQ(finding.text.find("imu-driver"), std::string::npos);
+}
+
+TEST(Findings, AreTextAndJson) {
+  const Findings findings{
+      Ok("cpu", "CPU: 2 cores"),
+      Warning("clock", "clock: runs\x1b[2J free", std::string(40, 'x') + " end")};
+  EXPECT_EQ(ToText(findings, 50),
+            "ok       CPU: 2 cores\n"
+            "warning  clock: runs [2J free\n"
+            "         ->\n"
+            "         " +
+                std::string(40, 'x') +
+                "\n"
+                "         end\n");
+  const auto json = nlohmann::json::parse(ToJson(findings));
+  EXPECT_EQ(json["result"], "warning");
+  EXPECT_EQ(json["checks"][1]["check"], "clock");
+  EXPECT_EQ(json["checks"][1]["level"], "warning");
+}
+
+}  // namespace
+}  // namespace seastitch

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <string>
+
+#include "common/convert/convert.hpp"
+#include "common/runtime/bus.hpp"
+#include "tools/vehicle/finding.hpp"
+#include "tools/vehicle/process_roll.hpp"
+#include "tools/vehicle/setup.hpp"
+
+namespace seastitch {
+
+// What each process runs with: texts by process and file.
+using RunningConfigs = std::map<std::string, std::map<std::string, std::string>>;
+
+// A value of a sensor over the seconds that the doctor listens.
+struct Heard {
+  int count = 0;
+  double first_s = 0.0;  // when the driver received them
+  double last_s = 0.0;
+  double sum = 0.0;
+  double low = std::numeric_limits<double>::infinity();
+  double high = -std::numeric_limits<double>::infinity();
+
+  void Add(double value, double recv_s);
+  double mean() const { return sum / count; }
+  double rate_hz() const { return count > 1 ? (count - 1) / (last_s - first_s) : 0.0; }
+};
+
+// Listens on the bus for the doctor. Its request for everybody's configuration shows that the bus
+// carries what is sent, and who answers with which configuration.
+class BusWatch {
+ public:
+  // Throws std::runtime_error where the bus cannot be opened or cannot receive.
+  explicit BusWatch(const std::string& lcm_url);
+  // Takes in what comes for so long.
+  void Listen(double seconds);
+  // A process has said each file of its configuration.
+  bool Answered(const std::string& process, const Setup& setup) const;
+  // Everybody heard on HEALTH has.
+  bool AllAnswered(const Setup& setup) const;
+
+  bool loopback = false;
+  ProcessRoll roll;
+  RunningConfigs configs;
+  // By channel of a sensor: how far each stamp lies behind its receipt.
+  std::map<std::string, Heard> latency_s;
+  Heard specific_force_mps2, depth_m, sound_speed_mps;
+  Heard bottom_lock, speed_mps;  // of the Doppler log: 0 or 1; with bottom lock
+  Heard valid_beams;             // part of a ping's
+
+ private:
+  template <class Msg, class Take>
+  void Sense(const char* channel, Take take);
+
+  Bus bus_;
+  ConfigAssembler files_;
+  const std::string sender_;
+};
+
+Findings CheckLoopback(const BusWatch& watch);
+// All that are needed there, once, of one version, without a fault. now_s: monotonic.
+Findings CheckProcesses(const BusWatch& watch, const Setup& setup, double now_s);
+// Each runs with what its files say now.
+Findings CheckRunningConfigs(const BusWatch& watch, const Setup& setup);
+// Rates, stamps, clocks, plausible values. at_surface: where depth is to be near 0.
+Findings CheckSensors(const BusWatch& watch, const Setup& setup, bool at_surface);
+
+}  // namespace seastitch

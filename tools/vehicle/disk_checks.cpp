@@ -1,0 +1,195 @@
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <sstream>
+#include <vector>
+
+#include "common/runtime/dive_folder.hpp"
+#include "drivers/socket/file_descriptor.hpp"
+#include "tools/vehicle/machine_checks.hpp"
+
+// Of machine_checks.hpp, what concerns the disk and the dives on it.
+namespace seastitch {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kGigabyte = 1e9;
+constexpr char kOtherDisk[] =
+    "Make room: fetch old dives and delete them, or name a data disk (docs/operations.md).";
+
+// Removes its file, whatever happens.
+class TrialFile {
+ public:
+  explicit TrialFile(const fs::path& folder)
+      : path_(folder / (".doctor-" + std::to_string(getpid()))),
+        fd_(open(path_.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0600)),
+        error_(fd_ ? 0 : errno) {}
+  ~TrialFile() {
+    if (fd_) unlink(path_.c_str());
+  }
+  TrialFile(const TrialFile&) = delete;
+  TrialFile& operator=(const TrialFile&) = delete;
+
+  // To the disk, at most 64 MB and about 1.5 s; gives MB/s. Nothing where it failed: error().
+  double Write() {
+    const std::vector<char> block(1 << 20, 'x');
+    const auto begin = std::chrono::steady_clock::now();
+    double seconds = 0.0;
+    int blocks = 0;
+    while (error_ == 0 && blocks < 64 && seconds < 1.5) {
+      const ssize_t wrote = write(fd_.get(), block.data(), block.size());
+      if (wrote != static_cast<ssize_t>(block.size())) error_ = wrote < 0 ? errno : ENOSPC;
+      if (error_ == 0 && fdatasync(fd_.get()) != 0) error_ = errno;
+      ++blocks;
+      seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    }
+    return seconds > 0.0 ? 1.048576 * blocks / seconds : 0.0;
+  }
+  int error() const { return error_; }
+
+ private:
+  fs::path path_;
+  FileDescriptor fd_;
+  int error_;
+};
+
+Finding RoomFinding(const fs::path& folder) {
+  std::error_code error;
+  const fs::space_info space = fs::space(folder, error);
+  if (error)
+    return Error("disk_free", "disk: " + folder.string() + ": " + error.message(), kOtherDisk);
+  const double free_gb = static_cast<double>(space.available) / kGigabyte;
+  // The design load, RAW_* included, is 3 MB/s.
+  char text[160];
+  std::snprintf(text, sizeof text, ": %.1f GB free, %.1f h of 3 MB/s", free_gb, free_gb / 10.8);
+  const std::string is = "disk of " + folder.string() + text;
+  if (free_gb < 1.0) return Error("disk_free", is, kOtherDisk);
+  if (free_gb < 5.0) return Warning("disk_free", is, kOtherDisk);
+  return Ok("disk_free", is);
+}
+
+Finding SpeedFinding(const fs::path& folder) {
+  TrialFile file(folder);
+  const double mb_per_s = file.Write();
+  if (file.error() == EACCES)
+    return Warning("disk_speed",
+                   "disk of " + folder.string() + ": may not be written to by you",
+                   "Run the doctor with sudo.");
+  if (file.error() != 0)
+    return Error(
+        "disk_speed",
+        "disk of " + folder.string() + ": cannot be written: " + std::strerror(file.error()),
+        "Check the data disk: mounted, writable, not full; and the kernel's log (dmesg).");
+  char text[60];
+  std::snprintf(text, sizeof text, ": writes %.0f MB/s", mb_per_s);
+  const std::string is = "disk of " + folder.string() + text;
+  // Twice the design load.
+  if (mb_per_s < 6.0)
+    return Error("disk_speed", is, "The recording would fall behind: another disk.");
+  return Ok("disk_speed", is);
+}
+
+bool IsBelow(const fs::path& path, const fs::path& folder) {
+  const fs::path relative = path.lexically_relative(folder);
+  return !relative.empty() && *relative.begin() != "..";
+}
+
+// "DIVE_...: mapper, logger": those that did not stop in order.
+std::string Unended(const DiveRecord& record) {
+  std::string names;
+  for (const auto& [name, process] : record.processes)
+    if (!process.stopped) names += (names.empty() ? "" : ", ") + name;
+  return names;
+}
+
+}  // namespace
+
+Findings CheckDisk(const fs::path& dives_dir) {
+  std::error_code error;
+  const bool is_there = fs::exists(dives_dir, error);
+  if (error)
+    return {Warning("disk_free",
+                    "folder of the dives: " + dives_dir.string() + ": " + error.message(),
+                    "Run the doctor with sudo.")};
+  // The processes make the last folder where the one above it is there.
+  const fs::path folder = is_there ? dives_dir : dives_dir.parent_path();
+  if (!fs::is_directory(folder, error))
+    return {Error("disk_free",
+                  "folder of the dives: " + dives_dir.string() + " is not there",
+                  "Make it, or mount its disk: sudo install -d -o seastitch -g seastitch -m 0750 " +
+                      dives_dir.parent_path().string())};
+  return {RoomFinding(folder), SpeedFinding(folder)};
+}
+
+Findings CheckDataDisk(const Machine& machine, const fs::path& dives_dir) {
+  if (IsBelow(dives_dir, "/var/lib/seastitch")) return {};
+  Findings findings;
+  for (const std::string process : {"logger", "mapper"}) {
+    const std::string unit = "seastitch-" + process + ".service";
+    std::istringstream lines(
+        machine.run({"systemctl", "show", "-p", "LoadState,ReadWritePaths,RequiresMountsFor", unit})
+            .value_or(""));
+    bool loaded = false;
+    bool writes = false;
+    bool waits = false;
+    for (std::string line; std::getline(lines, line);) {
+      loaded |= line == "LoadState=loaded";
+      std::istringstream paths(line.substr(line.find('=') + 1));
+      for (std::string path; paths >> path;) {
+        const bool covers = path.starts_with('/') && IsBelow(dives_dir, path);
+        writes |= covers && line.starts_with("ReadWritePaths=");
+        waits |= covers && line.starts_with("RequiresMountsFor=");
+      }
+    }
+    if (!loaded) continue;  // not run by systemd
+    const std::string name = "drop-in of " + process + " for " + dives_dir.string();
+    const std::string remedy =
+        "See \"Data disk\" in docs/operations.md; then sudo systemctl daemon-reload.";
+    if (!writes)
+      findings.push_back(
+          Error("data_disk", name + ": no ReadWritePaths, so that it may not write", remedy));
+    else if (!waits)
+      findings.push_back(Warning("data_disk",
+                                 name + ": no RequiresMountsFor, so that it may start before the "
+                                        "disk is mounted",
+                                 remedy));
+    else
+      findings.push_back(Ok("data_disk", name + ": in place"));
+  }
+  return findings;
+}
+
+Findings CheckLastDive(const fs::path& dives_dir, std::int64_t now_utime) {
+  constexpr std::int64_t kAlive = 30'000'000;  // a sign of life comes every 10 s
+  fs::path last;
+  DiveRecord record;
+  std::error_code missing;
+  for (const auto& entry : fs::directory_iterator(dives_dir, missing)) {
+    try {
+      const DiveRecord read = ReadDiveRecord(entry.path());
+      const bool runs = now_utime - read.last_utime < kAlive && !Unended(read).empty();
+      if (runs || read.number <= record.number) continue;
+      last = entry.path();
+      record = read;
+    } catch (const std::exception&) {  // no dive, or one whose record was lost
+    }
+  }
+  if (last.empty()) return {Ok("last_dive", "last dive: none yet")};
+  const std::string name = "last dive " + last.filename().string();
+  const std::string unended = Unended(record);
+  if (unended.empty()) return {Ok("last_dive", name + ": ended in order")};
+  return {Warning("last_dive",
+                  name + ": not ended in order by " + unended + " (power cut, or crash)",
+                  "Look at it before you dive: seastitch info " + last.string() +
+                      "/log/000.lcmlog, journalctl -u 'seastitch-*'.")};
+}
+
+}  // namespace seastitch

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace seastitch {
+
+// One line of `seastitch doctor`.
+struct Finding {
+  enum class Level : std::uint8_t { kOk, kWarning, kError };
+
+  Level level = Level::kOk;
+  std::string check;   // what was looked at, for programs: "disk_free"
+  std::string text;    // what was found, with its figures, for people
+  std::string remedy;  // what to do; empty where there is nothing to do
+};
+using Findings = std::vector<Finding>;
+
+Finding Ok(const std::string& check, const std::string& text);
+Finding Warning(const std::string& check, const std::string& text, const std::string& remedy);
+Finding Error(const std::string& check, const std::string& text, const std::string& remedy);
+
+void Append(const Findings& more, Findings* findings);
+Finding::Level Worst(const Findings& findings);
+
+// Lines of at most `columns` bytes, the remedy below what it is for.
+std::string ToText(const Findings& findings, std::size_t columns);
+// {"result": "warning", "version": "...", "checks": [{"check", "level", "text", "remedy"}, ...]}.
+std::string ToJson(const Findings& findings);
+
+}  // namespace seastitch

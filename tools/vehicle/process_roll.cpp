@@ -1,0 +1,60 @@
+#include "tools/vehicle/process_roll.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace seastitch {
+namespace {
+
+constexpr double kLatelyS = 3.0;       // HEALTH comes once a second
+constexpr std::int64_t kMaxLost = 10;  // messages of one program in a row
+
+}  // namespace
+
+void ProcessRoll::Add(const health_t& msg, double now_s) {
+  Entry& entry = entries_[msg.process];
+  entry.last = msg;
+  entry.heard_s = now_s;
+  std::erase_if(entry.programs, [&](const Program& p) { return now_s - p.last_s > kLatelyS; });
+  // That whose number is next; of two, the nearer.
+  Program* its = nullptr;
+  for (Program& program : entry.programs) {
+    const bool follows = msg.seq > program.seq && msg.seq - program.seq <= kMaxLost;
+    if (follows && (its == nullptr || program.seq > its->seq)) its = &program;
+  }
+  if (its == nullptr)
+    its = &entry.programs.emplace_back(Program{.seq = 0, .first_s = now_s, .last_s = now_s});
+  its->seq = msg.seq;
+  its->last_s = now_s;
+}
+
+const health_t* ProcessRoll::Find(const std::string& process) const {
+  const auto found = entries_.find(process);
+  return found == entries_.end() ? nullptr : &found->second.last;
+}
+
+double ProcessRoll::SilentFor(const std::string& process, double now_s) const {
+  const auto found = entries_.find(process);
+  return found == entries_.end() ? std::numeric_limits<double>::infinity()
+                                 : now_s - found->second.heard_s;
+}
+
+bool ProcessRoll::IsTwice(const std::string& process, double now_s) const {
+  const auto found = entries_.find(process);
+  if (found == entries_.end()) return false;
+  // After a restart the old program is not heard any more.
+  const std::vector<Program>& programs = found->second.programs;
+  for (std::size_t i = 1; i < programs.size(); ++i)
+    if (now_s - programs[i].last_s <= kLatelyS && programs[i - 1].last_s > programs[i].first_s)
+      return true;
+  return false;
+}
+
+std::vector<std::string> ProcessRoll::names() const {
+  std::vector<std::string> all(kProcesses.begin(), kProcesses.end());
+  for (const auto& [name, entry] : entries_)
+    if (std::find(all.begin(), all.end(), name) == all.end()) all.push_back(name);
+  return all;
+}
+
+}  // namespace seastitch

@@ -1,0 +1,145 @@
+#include "tools/vehicle/setup.hpp"
+
+#include <algorithm>
+#include <exception>
+#include <functional>
+#include <vector>
+
+#include "drivers/dvl/dvl_driver.hpp"
+#include "drivers/dvl/pd0_driver.hpp"
+#include "drivers/imu/imu_driver.hpp"
+#include "drivers/mbes/mbes_driver.hpp"
+#include "drivers/socket/source_url.hpp"
+#include "logger/logger_config.hpp"
+#include "mapper/mapper_config.hpp"
+#include "optimizer/optimizer_config.hpp"
+
+namespace seastitch {
+namespace {
+
+constexpr std::int64_t kLcmBufferBytes = 8 * 1024 * 1024;
+
+void LoadImu(const std::string& file, Setup* setup) {
+  const ImuDriverConfig config = LoadImuDriverConfig(file);
+  for (const auto& [name, text] : ConfigFiles(config)) setup->texts["imu-driver"][name] = text;
+  setup->drivers["imu-driver"] = config.driver;
+}
+
+void LoadDvl(const std::string& file, Setup* setup) {
+  std::vector<std::string> devices = DvlCanDevices();
+  devices.push_back(Pd0DriverConfig{}.device);
+  if (DeviceIn(file, devices) == Pd0DriverConfig{}.device) {
+    const Pd0DriverConfig config = LoadPd0DriverConfig(file);
+    setup->texts["dvl-driver"]["dvl_driver.yaml"] = PrintConfig(config);
+    setup->drivers["dvl-driver"] = config.driver;
+  } else {
+    const DvlDriverConfig config = LoadDvlDriverConfig(file);
+    for (const auto& [name, text] : ConfigFiles(config)) setup->texts["dvl-driver"][name] = text;
+    setup->drivers["dvl-driver"] = config.driver;
+  }
+}
+
+void LoadMbes(const std::string& file, Setup* setup) {
+  const MbesDriverConfig config = LoadMbesDriverConfig(file);
+  setup->texts["mbes-driver"]["mbes_driver.yaml"] = PrintConfig(config);
+  setup->drivers["mbes-driver"] = config.driver;
+}
+
+void LoadMapper(const std::string& file, Setup* setup) {
+  const MapperConfig config = LoadMapperConfig(file);
+  for (const auto& [name, text] : ConfigFiles(config)) setup->texts["mapper"][name] = text;
+  setup->dives["mapper"] = config.dive;
+  setup->given_navigation = config.navigation_source == NavigationSource::kGiven;
+}
+
+void LoadOptimizer(const std::string& file, Setup* setup) {
+  setup->texts["optimizer"]["optimizer.yaml"] = PrintConfig(LoadOptimizerConfig(file));
+}
+
+void LoadLogger(const std::string& file, Setup* setup) {
+  const LoggerConfig config = LoadLoggerConfig(file);
+  setup->texts["logger"]["logger.yaml"] = PrintConfig(config);
+  setup->dives["logger"] = config.dive;
+}
+
+}  // namespace
+
+bool Setup::Needs(const std::string& process) const {
+  return !given_navigation || (process != "imu-driver" && process != "dvl-driver");
+}
+
+std::set<std::string> Setup::can_interfaces() const {
+  std::set<std::string> interfaces;
+  for (const auto& [process, driver] : drivers)
+    if (driver.source.starts_with("can:"))
+      interfaces.insert(ParseSourceUrl(driver.source, {}).address);
+  return interfaces;
+}
+
+std::int64_t Setup::largest_buffer_bytes() const {
+  std::int64_t bytes = kLcmBufferBytes;
+  for (const auto& [process, driver] : drivers)
+    bytes = std::max<std::int64_t>(bytes, driver.receive_buffer_bytes);
+  return bytes;
+}
+
+Setup LoadSetup(const std::filesystem::path& config_dir, Findings* findings) {
+  Setup setup;
+  const std::vector<std::pair<std::string, std::function<void(const std::string&, Setup*)>>> files{
+      {"imu_driver.yaml", LoadImu},
+      {"dvl_driver.yaml", LoadDvl},
+      {"mbes_driver.yaml", LoadMbes},
+      {"mapper.yaml", LoadMapper},
+      {"optimizer.yaml", LoadOptimizer},
+      {"logger.yaml", LoadLogger}};
+  for (const auto& [name, load] : files) {
+    const std::string file = (config_dir / name).string();
+    try {
+      load(file, &setup);
+      findings->push_back(Ok("configuration", file + ": can be used"));
+    } catch (const std::exception& e) {
+      findings->push_back(
+          Error("configuration", e.what(), "Mend the key; docs/configuration.md has all of them."));
+    }
+  }
+  std::erase_if(setup.texts, [&](const auto& entry) { return !setup.Needs(entry.first); });
+  std::erase_if(setup.drivers, [&](const auto& entry) { return !setup.Needs(entry.first); });
+  return setup;
+}
+
+Findings CheckTogether(const Setup& setup) {
+  Findings findings;
+  std::map<std::string, std::string> taken;  // port: who
+  for (const auto& [process, driver] : setup.drivers) {
+    if (!driver.source.starts_with("udp:")) continue;
+    const std::string port =
+        std::to_string(HostPortOf(ParseSourceUrl(driver.source, {"interface", "from"})).port);
+    const auto [other, is_free] = taken.try_emplace(port, process);
+    if (!is_free)
+      findings.push_back(
+          Error("sources",
+                other->second + " and " + process + " both listen on UDP port " + port,
+                "Give each its own port in source."));
+  }
+  const auto logger = setup.dives.find("logger");
+  const auto mapper = setup.dives.find("mapper");
+  if (logger == setup.dives.end() || mapper == setup.dives.end()) return findings;
+  if (logger->second.dives_dir != mapper->second.dives_dir)
+    findings.push_back(Error("dives_folder",
+                             "dives_dir: " + logger->second.dives_dir.string() +
+                                 " in logger.yaml, " + mapper->second.dives_dir.string() +
+                                 " in mapper.yaml: one dive becomes two folders",
+                             "Name the same folder in both."));
+  else if (logger->second.resume_within_s != mapper->second.resume_within_s)
+    findings.push_back(
+        Error("dives_folder",
+              "dive_resume_within_s differs in logger.yaml and mapper.yaml: one dive "
+              "may become two folders",
+              "Give both the same value."));
+  else
+    findings.push_back(
+        Ok("dives_folder", "dives go to " + logger->second.dives_dir.string() + ", of both"));
+  return findings;
+}
+
+}  // namespace seastitch

@@ -1,0 +1,227 @@
+#include "tools/vehicle/status.hpp"
+
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <sstream>
+
+#include "common/convert/channels.hpp"
+#include "common/core/conditions.hpp"
+#include "common/runtime/bus.hpp"
+#include "common/runtime/event_loop.hpp"
+#include "common/runtime/health.hpp"
+#include "tools/vehicle/terminal_text.hpp"
+
+namespace seastitch {
+namespace {
+
+constexpr double kSilentS = 3.0;
+constexpr std::chrono::milliseconds kOnce(2500);  // HEALTH comes once a second
+constexpr std::size_t kPlainColumns = 80;
+
+std::string Padded(const std::string& text, std::size_t columns) {
+  std::string cell = Cut(text, columns);
+  cell.resize(std::max(cell.size(), columns), ' ');
+  return cell;
+}
+
+std::string Utc(std::int64_t utime, const char* format) {
+  const std::time_t seconds = static_cast<std::time_t>(utime / 1'000'000);
+  std::tm utc{};
+  gmtime_r(&seconds, &utc);
+  char text[64];
+  return std::string(text, std::strftime(text, sizeof text, format, &utc));
+}
+
+std::string Span(double seconds) {
+  const long long minutes = static_cast<long long>(std::max(0.0, seconds)) / 60;
+  char text[40];
+  std::snprintf(text, sizeof text, "%lld h %02lld min", minutes / 60, minutes % 60);
+  return text;
+}
+
+std::int64_t CounterOf(const health_t& health, const std::string& name) {
+  for (const counter_t& counter : health.counters)
+    if (counter.name == name) return counter.value;
+  return -1;
+}
+
+std::int64_t DropsOf(const health_t& health) {
+  std::int64_t drops = 0;
+  for (const counter_t& counter : health.counters)
+    if (counter.name.starts_with("socket_drops_") || counter.name == "events_dropped")
+      drops += counter.value;
+  return drops;
+}
+
+std::string RatesOf(const health_t& health) {
+  std::ostringstream rates;
+  for (std::size_t i = 0; i < health.rate_hz.size(); ++i) {
+    char hz[32];
+    std::snprintf(hz, sizeof hz, health.rate_hz[i] < 9.95 ? "%.1f" : "%.0f", health.rate_hz[i]);
+    rates << (i == 0 ? "" : ", ") << health.rate_names[i] << ' ' << hz;
+  }
+  return Printable(rates.str());
+}
+
+const char* StateOf(const health_t& health) {
+  switch (health.state) {
+    case health_t::STATE_STARTING: return "starting";
+    case health_t::STATE_OK: return "ok";
+    case health_t::STATE_DEGRADED: return "degraded";
+    case health_t::STATE_LOST: return "lost";
+    default: return "unknown";
+  }
+}
+
+std::string Row(const std::string& process,
+                const std::string& state,
+                const std::string& drops,
+                const std::string& rates,
+                const std::string& sentence,
+                std::size_t columns) {
+  std::string right_aligned_drops(drops.size() < 6 ? 6 - drops.size() : 0, ' ');
+  right_aligned_drops += drops;
+  return Cut(Padded(process, 11) + "  " + Padded(state, 8) + right_aligned_drops + "  " +
+                 Padded(rates, 20) + "  " + sentence,
+             columns);
+}
+
+std::string RowOf(const std::string& process,
+                  const ProcessRoll& roll,
+                  double now_s,
+                  std::size_t columns) {
+  const health_t* const health = roll.Find(process);
+  if (health == nullptr) return Row(process, "-", "-", "", "not heard", columns);
+  if (const double silent_s = roll.SilentFor(process, now_s); silent_s > kSilentS) {
+    char text[60];
+    std::snprintf(text, sizeof text, "not heard for %.0f s", silent_s);
+    return Row(process, "silent", "-", "", text, columns);
+  }
+  const std::string twice = roll.IsTwice(process, now_s) ? "runs twice; " : "";
+  return Row(process,
+             StateOf(*health),
+             std::to_string(DropsOf(*health)),
+             RatesOf(*health),
+             twice + Printable(health->text),
+             columns);
+}
+
+// The dive, as the logger sees it.
+std::string DiveLine(const ProcessRoll& roll, double now_s, std::int64_t now_utime) {
+  const health_t* const logger = roll.Find("logger");
+  if (logger == nullptr || roll.SilentFor("logger", now_s) > kSilentS)
+    return "no dive is recorded: no logger";
+  std::string line = "dive";
+  if (const std::int64_t start = CounterOf(*logger, "dive_start_utime"); start > 0)
+    line += " since " + Utc(start, "%Y-%m-%d %H:%M:%S") + " (" +
+            Span(1e-6 * static_cast<double>(now_utime - start)) + ")";
+  if (const std::int64_t free_mb = CounterOf(*logger, "disk_free_mb"); free_mb >= 0) {
+    char text[60];
+    std::snprintf(text, sizeof text, ", %.1f GB of disk left", 1e-3 * static_cast<double>(free_mb));
+    line += text;
+  }
+  return line;
+}
+
+void AddFaults(const std::string& process,
+               const health_t& health,
+               std::size_t columns,
+               std::vector<std::string>* lines) {
+  const auto add = [&](const std::string& indent, const std::string& text) {
+    const std::vector<std::string> wrapped = Wrap(indent, text, columns);
+    lines->insert(lines->end(), wrapped.begin(), wrapped.end());
+  };
+  for (const condition_t& condition : health.conditions) {
+    lines->emplace_back();
+    add("", process + ": " + Printable(condition.sentence));
+    for (const ConditionKind* kind : conditions::kAll)
+      if (condition.name == kind->name) add("    ", kind->remedy);
+  }
+}
+
+std::size_t TerminalSize(unsigned short winsize::*dimension, std::size_t fallback) {
+  winsize size{};
+  const bool known = ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.*dimension > 0;
+  return known ? size.*dimension : fallback;
+}
+
+// On a screen of its own, so that what was on the terminal comes back.
+class Screen {
+ public:
+  Screen() { std::fputs("\x1b[?1049h\x1b[?25l", stdout); }
+  ~Screen() {
+    std::fputs("\x1b[?25h\x1b[?1049l", stdout);
+    std::fflush(stdout);
+  }
+  Screen(const Screen&) = delete;
+  Screen& operator=(const Screen&) = delete;
+
+  void Show(const std::vector<std::string>& lines) {
+    const std::size_t rows = TerminalSize(&winsize::ws_row, 24);
+    std::fputs("\x1b[H", stdout);
+    for (std::size_t i = 0; i < lines.size() && i + 1 < rows; ++i)
+      std::printf("%s\x1b[K\n", lines[i].c_str());
+    std::fputs("\x1b[J", stdout);
+    std::fflush(stdout);
+  }
+};
+
+}  // namespace
+
+std::vector<std::string> StatusLines(const ProcessRoll& roll,
+                                     double now_s,
+                                     std::int64_t now_utime,
+                                     std::size_t columns) {
+  std::vector<std::string> lines{
+      Cut(Utc(now_utime, "%H:%M:%S UTC  ") + DiveLine(roll, now_s, now_utime), columns),
+      Row("process", "state", "drops", "messages a second", "", columns)};
+  for (const std::string& process : roll.names())
+    lines.push_back(RowOf(Printable(process), roll, now_s, columns));
+  for (const std::string& process : roll.names())
+    if (const health_t* health = roll.Find(process))
+      if (roll.SilentFor(process, now_s) <= kSilentS) AddFaults(process, *health, columns, &lines);
+  return lines;
+}
+
+bool AllOk(const ProcessRoll& roll, double now_s) {
+  return std::all_of(kProcesses.begin(), kProcesses.end(), [&](const char* process) {
+    return roll.SilentFor(process, now_s) <= kSilentS && !roll.IsTwice(process, now_s) &&
+           roll.Find(process)->state == health_t::STATE_OK;
+  });
+}
+
+int RunStatus(const StatusOptions& options) {
+  EventLoop loop;
+  Bus bus(options.lcm_url);
+  ProcessRoll roll;
+  bus.Subscribe<health_t>(channels::kHealth, QueueOf(channels::kHealth), [&](const health_t& msg) {
+    roll.Add(msg, MonotonicSeconds());
+  });
+  loop.Add(bus.fd(), [&] { bus.HandleAll(Bus::kBurst); });
+  const auto lines = [&](std::size_t columns) {
+    return StatusLines(roll, MonotonicSeconds(), NowUtime(), columns);
+  };
+  const bool live = !options.once && isatty(STDOUT_FILENO) == 1;
+  int code = EXIT_SUCCESS;
+  if (live) {
+    Screen screen;
+    const auto show = [&] { screen.Show(lines(TerminalSize(&winsize::ws_col, kPlainColumns))); };
+    show();
+    loop.Every(std::chrono::seconds(1), show);
+    code = loop.Run();
+  } else {
+    loop.Every(kOnce, [&] { loop.Stop(); });
+    code = loop.Run();
+  }
+  for (const std::string& line : lines(kPlainColumns)) std::printf("%s\n", line.c_str());
+  if (code != EXIT_SUCCESS) return code;
+  return AllOk(roll, MonotonicSeconds()) ? EXIT_SUCCESS : EXIT_FAILURE;
+}
+
+}  // namespace seastitch
