@@ -29,4 +29,7 @@ for port in sys.argv[2:]:
 while True:
     for key, _ in selector.select():
         for identifier, data in frames(key.fileobj.recv(65536)):
-            bus.send(struct.pack("=IB3x8s", identifier, len(data), data))
+            try:
+                bus.send(struct.pack("=IB3x8s", identifier, len(data), data))
+            except OSError:  # the interface is down: what is on a wire meanwhile is lost
+                pass

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # check.sh PACKAGE.deb: a vehicle computer in a guest (../hil/uml.sh) with systemd as its first process: installs the
-# package, starts seastitch.target, plays a short survey over CAN and UDP until every process is ok, cuts the power,
-# boots again on the same disk, purges. Exit status 0; 77 where no such guest can run, with one line that says so.
+# package, starts seastitch.target, plays a survey over CAN and UDP until every process is ok and the doctor content, forges
+# LCM from another network, cuts the power, boots again on the same disk while the survey goes on, purges. Exit status 0; 77 where no such guest can run, with one line that says so.
 set -euo pipefail
 here=$(realpath "$(dirname "$0")")
 . "$here/../hil/uml.sh"
@@ -15,10 +15,9 @@ fi
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 cp "$package" "$work/package.deb"
-cp "$here/can_gateway.py" "$work/"
-cp "$here/../../build/tests/seastitch_health_monitor" "$work/monitor"
+cp "$here/can_gateway.py" "$here/forger.py" "$work/"
 : >"$work/output"
-truncate -s 1G "$work/disk"
+truncate -s 8G "$work/disk"
 mkfs.ext4 -q -F "$work/disk"
 
 boot() { boot_uml "$work" "$1" mem=768M init="$here/guest_init.sh" ubda="$work/disk" >"$work/console" 2>&1; }

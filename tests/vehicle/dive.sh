@@ -1,6 +1,7 @@
 #!/bin/bash
 # Runs as a service of the guest, at each boot: first everything up to the power cut, then what comes after it.
-# /host/package.deb, /host/monitor and /host/can_gateway.py come from the machine; /host/phase says where we are.
+# /host/package.deb, /host/can_gateway.py and /host/forger.py come from the machine; /host/power_cut says where we are,
+# /host/epoch when the survey began.
 set -euo pipefail
 processes=(imu-driver dvl-driver mbes-driver mapper optimizer logger)
 export LCM_DEFAULT_URL="udpm://239.255.76.67:7667?ttl=0"
@@ -35,9 +36,130 @@ wait_for_services() {
   done
 }
 
+# Of 30 lines, so that it lasts longer than this; at its place of now.
 play_survey() {
+  [ -e /host/epoch ] || date -u +%Y-%m-%dT%H:%M:%SZ >/host/epoch
+  local survey=/etc/seastitch/bench/short.yaml
+  sed 's/lines: 3/lines: 30/' "$survey" >/tmp/survey.yaml
+  echo 'position_fixes: {interval_s: 2.0}' >>/tmp/survey.yaml
   python3 /host/can_gateway.py can0 20001 20002 &
-  seastitch bench --survey /etc/seastitch/bench/short.yaml --speed 1 >/dev/null 2>&1 &
+  seastitch bench --survey /tmp/survey.yaml --epoch "$(cat /host/epoch)" \
+    --from $(($(date +%s) - $(date -d "$(cat /host/epoch)" +%s))) >/tmp/bench 2>&1 &
+}
+
+# WHEN: for people. Every process ok, as people see it.
+wait_until_ok() {
+  local end=$((SECONDS + 150))
+  until seastitch status --once >/tmp/status; do
+    [ $SECONDS -lt $end ] || { cat /tmp/status /tmp/bench; fail "not every process is ok $1"; }
+  done
+  sed 's/^/            /' /tmp/status
+  say "every process ok $1"
+}
+
+# The kernel of the guest has the machine's time, which somebody disciplines there: it is told so.
+discipline_clock() {
+  python3 - <<'PYTHON'
+import ctypes
+import struct
+
+libc = ctypes.CDLL(None, use_errno=True)
+ADJ_MAXERROR, ADJ_ESTERROR, ADJ_STATUS = 4, 8, 16
+# struct timex: modes, offset, frequency, maximum error, estimated error (microseconds), status, and much that is zero.
+timex = ctypes.create_string_buffer(struct.pack("=I4xqqqqi4x", ADJ_MAXERROR | ADJ_ESTERROR | ADJ_STATUS, 0, 0, 1000, 1000, 0), 208)
+if libc.adjtimex(timex) < 0:
+    raise OSError(ctypes.get_errno(), "adjtimex")
+PYTHON
+}
+
+# All that the doctor looks at is well; the one processor of a guest may be busy.
+doctor_is_content() {
+  seastitch doctor --under-water --json >/tmp/doctor.json || true
+  python3 - <<'PYTHON'
+import json
+import sys
+
+checks = json.load(open("/tmp/doctor.json"))["checks"]
+kinds = {check["check"] for check in checks}
+expected = {"can_interface", "lcm_route", "lcm_loopback", "ip_filter", "clock", "disk_free", "process", "sensor", "value"}
+sys.exit(bool(expected - kinds) or any(c["level"] != "ok" and c["check"] != "cpu" for c in checks))
+PYTHON
+}
+
+# WHEN: for people. A machine that is slow for a moment is named, rightly: at most ten times.
+ask_doctor() {
+  local times=1
+  until doctor_is_content; do
+    [ $times -lt 10 ] || { cat /tmp/doctor.json; fail "the doctor is not content $1"; }
+    grep -A1 '"level": "[we]' /tmp/doctor.json | sed -n 's/^ *"text"/            named/p'
+    times=$((times + 1))
+    sleep 2
+  done
+  say "the doctor finds nothing $1: $(grep -c '"level": "ok"' /tmp/doctor.json) checks, look number $times"
+}
+
+# Three faults that only a computer of one's own has: each is named.
+ask_doctor_about_faults() {
+  local buffer
+  buffer=$(sysctl -n net.core.rmem_max)
+  ip link set can0 down
+  sysctl -qw net.core.rmem_max=212992
+  systemctl stop seastitch-optimizer.service
+  seastitch doctor --under-water >/tmp/doctor || true
+  sysctl -qw net.core.rmem_max="$buffer"
+  systemctl start seastitch-optimizer.service
+  ip link set can0 up
+  local fault
+  for fault in 'CAN can0: down' 'receive buffers: at most 212992 bytes' 'optimizer: not heard' 'IP filter of optimizer: not known'; do
+    grep -q "^[a-z]* *$fault" /tmp/doctor || { cat /tmp/doctor; fail "the doctor does not name: $fault"; }
+  done
+  say "the doctor names an interface that is down, small buffers and a service that does not run"
+}
+
+# FOLDER: how many messages of channel FORGED its recordings hold.
+forged_in() {
+  local log
+  for log in "$1"/*/log/*.lcmlog; do
+    seastitch info "$log" || true
+  done | awk '$1 == "FORGED" {n += $2} END {print n + 0}'
+}
+
+make_outside() {
+  ip netns add outside
+  ip link add veth0 type veth peer name veth1 netns outside
+  ip address add 10.77.0.1/24 dev veth0
+  ip link set veth0 up
+  ip -n outside address add 10.77.0.2/24 dev veth1
+  ip -n outside link set lo up
+  ip -n outside link set veth1 up
+  ip -n outside route add default via 10.77.0.1
+}
+
+forge() {
+  sleep 3
+  ip netns exec outside python3 /host/forger.py 10.77.0.1 300
+  sleep 2
+}
+
+# From another network, to this computer and to the group. Of several sockets on a port the kernel gives a unicast
+# datagram to the one that was opened last: first the installed logger, then one that no unit confines, as the control.
+forge_from_outside() {
+  make_outside
+  systemctl restart seastitch-logger.service
+  forge
+  mkdir -p /tmp/control/config /tmp/control/dives
+  sed "s,^dives_dir: .*,dives_dir: /tmp/control/dives," /etc/seastitch/logger.yaml >/tmp/control/config/logger.yaml
+  seastitch-logger --config /tmp/control/config/logger.yaml >/tmp/control/output 2>&1 &
+  local control=$!
+  forge
+  kill "$control"
+  wait "$control" || true
+  local taken_without taken
+  taken_without=$(forged_in /tmp/control/dives)
+  taken=$(forged_in /var/lib/seastitch/dives)
+  [ "$taken_without" -gt 0 ] || fail "nobody took a forged message: the experiment shows nothing"
+  [ "$taken" = 0 ] || fail "the logger took $taken forged messages"
+  say "forged from another network, 300 to this computer and 300 to the group: the logger took none, one without the unit's filter $taken_without"
 }
 
 # A wrong key ends the process once, with 78 and one line.
@@ -76,17 +198,20 @@ before_the_power_cut() {
   [ "$(systemctl is-active $(services) seastitch.target | sort -u)" = inactive ] || fail "the installation starts services"
   say "installed"
   bring_up_can
-  sed -i 's,^source: udp:224[^ ]*,source: udp:127.0.0.1:6020,' /etc/seastitch/mbes_driver.yaml
+  sed -i 's,^source: .*,source: "udp:127.0.0.1:6020?from=127.0.0.1",' /etc/seastitch/mbes_driver.yaml
   systemctl enable --now seastitch.target 2>/dev/null
   wait_for_services
   say "seastitch.target: all services active"
   check_configuration_error
   say "a configuration error: exit status 78, not restarted"
+  discipline_clock
   play_survey
-  /host/monitor 120 "${processes[@]}" >/tmp/health || { cat /tmp/health; fail "HEALTH"; }
-  sed 's/^/            /' /tmp/health
-  say "HEALTH ok of every process"
+  wait_until_ok "in the survey"
   check_confinement
+  ask_doctor "in the survey"
+  forge_from_outside
+  ask_doctor_about_faults
+  wait_until_ok "after these faults"
   sleep 10
   say "power cut"
   echo ready >/host/power_cut
@@ -95,15 +220,18 @@ before_the_power_cut() {
 
 after_the_power_cut() {
   bring_up_can
+  discipline_clock
   wait_for_services
   play_survey
-  /host/monitor 120 "${processes[@]}" >/tmp/health || { cat /tmp/health; fail "HEALTH after the power cut"; }
-  say "booted again: all services active and ok by themselves"
+  wait_until_ok "after the power cut"
+  ask_doctor "after the power cut"
   local first
   first=$(find /var/lib/seastitch/dives -path '*/log/*.lcmlog' | sort | head -n 1)
   seastitch info "$first" >/tmp/info || fail "the recording before the power cut cannot be read"
   grep -q MBES_PING /tmp/info || fail "no ping in the recording before the power cut"
-  say "the recording before the power cut is readable"
+  [ "$(find /var/lib/seastitch/dives -maxdepth 1 -name 'DIVE_*' | wc -l)" = 1 ] || fail "the power cut made a second dive"
+  [ "$(find /var/lib/seastitch/dives -path '*/log/*.lcmlog' | wc -l)" = 3 ] || fail "not one recording a start in the dive"
+  say "the recording before the power cut is readable; the same dive goes on"
   systemctl stop seastitch.target 'seastitch-*.service'
   # shellcheck disable=SC2046
   ! systemctl -q is-active $(services) || fail "services outlive the target"

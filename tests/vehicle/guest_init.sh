@@ -7,7 +7,8 @@ here=$(dirname "$0")
 mount -t proc proc /proc
 mount -t sysfs sys /sys
 modules=/usr/lib/uml/modules/$(uname -r)/kernel
-for module in fs/overlayfs/overlay net/can/can net/can/can-raw drivers/net/can/dev/can-dev drivers/net/can/vcan; do
+for module in fs/overlayfs/overlay net/can/can net/can/can-raw drivers/net/can/dev/can-dev drivers/net/can/vcan \
+  drivers/net/veth; do
   busybox insmod "$modules/$module.ko"
 done
 mount -t tmpfs tmpfs /run
