@@ -440,7 +440,16 @@ bool Mapper::Restore(const ClosedSubmap& closed) {
   return true;
 }
 
+// Checked before anything changes.
 bool Mapper::Restore(const GraphGrowth& growth) {
+  std::vector<ClosureStatistics> statistics;
+  for (const std::vector<double>& numbers : growth.statistics)
+    statistics.push_back(ClosureStatisticsFromNumbers(numbers));
+  for (const LoopPair& pair : growth.pairs)
+    if (!search_.Has(pair.target) || !search_.Has(pair.source)) return false;
+  std::int64_t version = graph_.version();
+  for (const GraphStep& step : growth.steps)
+    if (step.update.version != ++version) return false;
   RegistrationResultSet results;
   if (growth.closed.value >= 0) {
     if (submaps_.empty() || submaps_.front().submap->id != growth.closed) return false;
@@ -448,16 +457,13 @@ bool Mapper::Restore(const GraphGrowth& growth) {
     const RegistrationJob closed{load_(growth.closed), {}};
     if (closed.closed) results = Run(closed, params_.loop_closer, load_, nullptr);
   }
-  for (const std::vector<double>& numbers : growth.statistics)
-    results.statistics.push_back(ClosureStatisticsFromNumbers(numbers));
-  for (const LoopPair& pair : growth.pairs)
-    if (!search_.Has(pair.target) || !search_.Has(pair.source)) return false;
   for (const GraphStep& step : growth.steps) {
-    if (!graph_.Restore(step)) return false;
+    graph_.Restore(step);
     correction_.Add(step.update);
   }
   results.job.pairs = growth.pairs;
   results.edges = growth.registered;
+  results.statistics = std::move(statistics);
   search_.Restore(std::move(results));
   return true;
 }
