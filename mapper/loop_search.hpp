@@ -60,10 +60,6 @@ class LoopSearch {
 
   // What the survey's overlaps say of its noise so far: what the next registration expects.
   const NoiseEstimator& noise() const { return noise_; }
-  // From a journal.
-  void RestoreNoise(std::vector<ClosureStatistics> closures) {
-    noise_.Restore(std::move(closures));
-  }
 
   // Of the last solution, where it was withheld.
   const std::optional<Judgement>& harm() const { return harm_; }

@@ -107,15 +107,6 @@ std::vector<const ClosureStatistics*> NoiseEstimator::TakeRestated() {
   return restated;
 }
 
-void NoiseEstimator::Restore(std::vector<ClosureStatistics> closures) {
-  closures_.clear();
-  for (ClosureStatistics& closure : closures) {
-    const PairKey key{closure.target, closure.source};
-    closures_.insert_or_assign(key, std::move(closure));
-  }
-  Pool();
-}
-
 // A weighted median: a wreck, or fish, in one overlap is no noise of the others.
 ComponentEstimate NoiseEstimator::PoolSoundings() const {
   std::vector<Weighted> ratios{{prior_.sounding_variance_ratio, kPriorDegrees}};

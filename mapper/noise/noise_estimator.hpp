@@ -38,9 +38,8 @@ class NoiseEstimator {
   // by more than a tenth in a sigma; the graph is taken to have them from now on.
   std::vector<const ClosureStatistics*> TakeRestated();
 
-  // All, by pair: what a journal keeps. Restore() takes them back as they were.
+  // All, by pair.
   const std::map<PairKey, ClosureStatistics>& closures() const { return closures_; }
-  void Restore(std::vector<ClosureStatistics> closures);
 
  private:
   void Pool();

@@ -54,7 +54,7 @@ TEST(NoiseEstimator, BeginsAtItsPriorAndDoesNotDependOnTheOrder) {
   for (const ClosureStatistics& s : closures) forwards.Add(s);
   NoiseEstimator backwards(prior);
   std::reverse(closures.begin(), closures.end());
-  backwards.Restore(closures);
+  for (const ClosureStatistics& s : closures) backwards.Add(s);
   EXPECT_EQ(forwards.components().correlated_error_ratio,
             backwards.components().correlated_error_ratio);
   EXPECT_EQ(forwards.components().position_walk, backwards.components().position_walk);
