@@ -109,7 +109,7 @@ Findings SensorFindings(const BusWatch& watch,
                                 latency.mean()) +
                          ClockText(watch, process);
   constexpr double kMaxLatencyS = 1.0;
-  if (std::max(std::abs(latency.low), std::abs(latency.high)) > kMaxLatencyS)
+  if (std::abs(latency.mean()) > kMaxLatencyS)  // a single late one is a busy machine
     return {Error("sensor",
                   is,
                   "The sensor's clock and ours differ: discipline both (NTP, PTP, 1PPS), or set "
@@ -139,7 +139,6 @@ void Heard::Add(double value, double recv_s) {
   last_s = recv_s;
   ++count;
   sum += value;
-  low = std::min(low, value);
   high = std::max(high, value);
 }
 

@@ -22,7 +22,6 @@ struct Heard {
   double first_s = 0.0;  // when the driver received them
   double last_s = 0.0;
   double sum = 0.0;
-  double low = std::numeric_limits<double>::infinity();
   double high = -std::numeric_limits<double>::infinity();
 
   void Add(double value, double recv_s);
