@@ -47,12 +47,13 @@ bool IsFinite(const SolvedVertex& v) {
 
 }  // namespace
 
-void LoopCloser::Add(const Submap& submap) {
+void LoopCloser::Add(const Submap& submap, const Chain& chain) {
   entries_.push_back({OutlineOf(submap),
                       LevelPose(submap.T_map_submap),
                       submap.T_map_submap.translation().z(),
                       submap.heading_spread,
                       submap.covariance_from_previous,
+                      chain,
                       std::nullopt});
 }
 
@@ -243,7 +244,7 @@ Eigen::Matrix3d LoopCloser::InformationDespiteBends(const GraphEdge& edge) const
 
 std::vector<GraphEdge> LoopCloser::DeadReckoningEdge(SubmapId to) const {
   const std::size_t n = IndexOf(to);
-  if (n == 0 || n == entries_.size()) return {};
+  if (n == entries_.size() || BeginsChain(n)) return {};
   const RelativePose relative = ToldFromPrevious(n);
   GraphEdge edge;
   edge.kind = EdgeKind::kDeadReckoning;
@@ -283,20 +284,42 @@ RelativePose LoopCloser::ToldFromPrevious(std::size_t i) const {
           entries_[i].covariance_from_previous.value_or(unknown)};
 }
 
+bool LoopCloser::BeginsChain(std::size_t i) const {
+  return i == 0 || entries_[i].chain.number != entries_[i - 1].chain.number;
+}
+
+RelativePose LoopCloser::BetweenChains(std::size_t i, std::size_t n) const {
+  const Eigen::Matrix3d unknown = kUnknownVariance.asDiagonal();
+  const Pose2& T_map_i = solved_[i].T_map_level;
+  const Pose2 T_map_n = SoundingPose(entries_[n].T_map_level, mounting_);
+  return {Inverse(T_map_i) * T_map_n,
+          RelativeCovariance(T_map_i,
+                             T_map_n,
+                             solved_[i].covariance,
+                             entries_[n].chain.start_covariance.value_or(unknown),
+                             Eigen::Matrix3d::Zero())};
+}
+
 std::vector<RelativePose> LoopCloser::Priors(std::size_t n) const {
-  // By dead reckoning back from n; where the solution begins it carries the rest of the way. Its
-  // cross-covariances are with its own newest, which must be before n.
+  // By dead reckoning back from n; where the solution begins it carries the rest of the way, and
+  // where a chain does its place in the map. The solution's cross-covariances are with its own
+  // newest, which must be before n.
   const std::size_t num_solved = solved_.size() <= n ? solved_.size() : 0;
+  const Eigen::Matrix3d unknown = kUnknownVariance.asDiagonal();
   std::vector<RelativePose> priors(n);
-  RelativePose chain;
-  for (std::size_t i = n; i > 0; --i) {
-    chain = Compose(FromPrevious(i), chain);
-    priors[i - 1] = chain;
-    if (i == num_solved) break;
+  RelativePose way;  // T_reached_n
+  std::size_t reached = n;
+  while (reached >= std::max<std::size_t>(num_solved, 1) && !BeginsChain(reached)) {
+    way = Compose(FromPrevious(reached), way);
+    priors[--reached] = way;
   }
-  if (num_solved > 0) {
-    const SolvedVertex& newest = solved_[num_solved - 1];
-    for (std::size_t i = 0; i + 1 < num_solved; ++i) {
+  for (std::size_t i = 0; i < reached; ++i) {
+    if (i >= num_solved) {
+      priors[i] = {Inverse(entries_[i].T_map_level) * entries_[n].T_map_level, unknown};
+    } else if (reached >= num_solved) {
+      priors[i] = Compose(BetweenChains(i, reached), way);
+    } else {
+      const SolvedVertex& newest = solved_[reached];
       const SolvedVertex& v = solved_[i];
       const RelativePose to_newest{Inverse(v.T_map_level) * newest.T_map_level,
                                    RelativeCovariance(v.T_map_level,
@@ -304,7 +327,7 @@ std::vector<RelativePose> LoopCloser::Priors(std::size_t n) const {
                                                       v.covariance,
                                                       newest.covariance,
                                                       v.covariance_with_newest)};
-      priors[i] = Compose(to_newest, chain);
+      priors[i] = Compose(to_newest, way);
     }
   }
   for (RelativePose& prior : priors) prior.covariance = WithFloor(prior.covariance);

@@ -46,14 +46,22 @@ struct LoopPair {
   double z_prior_m = 0.0;  // height of the source's frame less that of the target's
 };
 
+// The dive that a submap belongs to. Dead reckoning joins submaps of one chain only.
+struct Chain {
+  std::int32_t number = 0;
+  // Covariance of x, y [m], yaw [rad] of its first submap in the map; nothing: its place is not
+  // known.
+  std::optional<Eigen::Matrix3d> start_covariance;
+};
+
 // Knows where all submaps lie and how well, and from that which pairs are worth a registration
 // (III-A-3), once or again. Holds outlines, never clouds. Pure.
 class LoopCloser {
  public:
   explicit LoopCloser(const LoopCloserParams& params) : params_(params) {}
 
-  // The next submap. Ids must rise.
-  void Add(const Submap& submap);
+  // The next submap. Ids and chains must rise.
+  void Add(const Submap& submap, const Chain& chain = {});
   // Whether a solution can be used at all: it names the submaps that are here, in their order, and
   // is finite.
   bool IsUsable(const PoseGraph& graph) const;
@@ -118,6 +126,7 @@ class LoopCloser {
     double z_m;
     double heading_spread;
     std::optional<Eigen::Matrix3d> covariance_from_previous;
+    Chain chain;
     // In the map, when its pairs were last looked at in the light of a solution.
     std::optional<RelativePose> looked_at;
   };
@@ -135,6 +144,9 @@ class LoopCloser {
   // As dead reckoning says it; and with what the last solution says of the mounting.
   RelativePose ToldFromPrevious(std::size_t i) const;
   RelativePose FromPrevious(std::size_t i) const;
+  bool BeginsChain(std::size_t i) const;
+  // T_i_n of the first of a chain and one that is solved, each by its own place in the map.
+  RelativePose BetweenChains(std::size_t i, std::size_t n) const;
   // T_i_n for every i < n.
   std::vector<RelativePose> Priors(std::size_t n) const;
   // In the map, by the last solution.

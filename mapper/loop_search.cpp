@@ -17,8 +17,8 @@ LoopSearch::LoopSearch(const LoopCloserParams& params)
       closer_(params),
       noise_(params.registration.noise) {}
 
-void LoopSearch::Add(const Submap& submap) {
-  closer_.Add(submap);
+void LoopSearch::Add(const Submap& submap, const Chain& chain) {
+  closer_.Add(submap, chain);
   registrations_left_ += pairs_per_submap_;
 }
 

@@ -24,8 +24,8 @@ class LoopSearch {
  public:
   explicit LoopSearch(const LoopCloserParams& params);
 
-  // The next submap. Ids rise.
-  void Add(const Submap& submap);
+  // The next submap. Ids and chains rise.
+  void Add(const Submap& submap, const Chain& chain = {});
   // Its pairs, taken from the budget.
   std::vector<LoopPair> PairsFor(SubmapId id);
 

@@ -220,17 +220,17 @@ void Mapper::OnClosed(Submap submap) {
   }
   std::vector<GraphEdge> edges =
       frames_.Place(&submap, next_id_ == 0, navigation_->TakeFixes(submap.end));
-  Enqueue(std::move(submap), std::move(edges));
+  Enqueue(std::move(submap), {{}, std::move(edges)});
 }
 
-void Mapper::AddSubmap(Submap submap) {
+void Mapper::AddSubmap(Submap submap, OfDive dive) {
   if (submap.id.value < 0) submap.id.value = next_id_;
   if (submap.id.value < next_id_ || !IsUsable(submap)) return Count("submaps_refused");
   frames_.Forget();
-  Enqueue(std::move(submap), {});
+  Enqueue(std::move(submap), std::move(dive));
 }
 
-void Mapper::Enqueue(Submap submap, std::vector<GraphEdge> position_edges) {
+void Mapper::Enqueue(Submap submap, OfDive dive) {
   next_id_ = submap.id.value + 1;
   const Eigen::Matrix3d R_level_submap = LevelFromBody(submap.T_map_submap);
   if (submap.footprint.empty()) submap.footprint = FootprintOf(submap.cloud, R_level_submap);
@@ -240,17 +240,20 @@ void Mapper::Enqueue(Submap submap, std::vector<GraphEdge> position_edges) {
         PredictInformation(
             submap.cloud, R_level_submap, params_.filter.voxel_m, params_.submap.sounding_sigma_m);
   }
-  search_.Add(submap);
+  search_.Add(submap, dive.chain);
   Count(std::string("submaps_by_") + ToString(submap.trigger));
   const auto most = static_cast<std::size_t>(params_.max_waiting_submaps);
   const bool skip = submaps_.size() >= most;
   const bool keep_points = submaps_.size() < kUnregisteredPerRegistered * most;
   if (skip) Count("submaps_skipped_busy");
   const auto closed = std::make_shared<const Submap>(std::move(submap));
-  events_.emplace_back(JournalEntry(ClosedSubmap{closed, position_edges, skip, CheckpointNow()}));
+  events_.emplace_back(
+      JournalEntry(ClosedSubmap{closed, dive.position_edges, skip, CheckpointNow()}));
   events_.emplace_back(closed);
-  submaps_.push_back(
-      {keep_points ? closed : WithoutPoints(*closed), std::move(position_edges), skip});
+  submaps_.push_back({keep_points ? closed : WithoutPoints(*closed),
+                      std::move(dive.position_edges),
+                      skip,
+                      dive.chain.number});
 }
 
 std::optional<RegistrationJob> Mapper::NextJob() {
@@ -280,7 +283,8 @@ void Mapper::Take(RegistrationResultSet results) {
     vertices.push_back({submap->id,
                         submap->frame_time,
                         LevelPose(submap->T_map_submap),
-                        submap->heading_sigma_rad});
+                        submap->heading_sigma_rad,
+                        submaps_.front().chain});
     edges = search_.DeadReckoningEdge(submap->id);
     const std::vector<GraphEdge> position_edges = std::move(submaps_.front().position_edges);
     submaps_.pop_front();

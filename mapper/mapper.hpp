@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -88,7 +89,14 @@ class Mapper {
   // A finished submap from elsewhere joins the graph. An id below 0 becomes the next number; one
   // that is not above all before it is refused and counted. Footprint and predicted information are
   // added where they are missing.
-  void AddSubmap(Submap submap);
+  void AddSubmap(Submap submap) { AddSubmap(std::move(submap), {}); }
+  // The same of one dive of several, which another Mapper has taken from sensors to submaps: with
+  // its chain, and what that one knows of its place. A journal does not hold the chain.
+  struct OfDive {
+    Chain chain;
+    std::vector<GraphEdge> position_edges;  // on this submap, or on earlier ones
+  };
+  void AddSubmap(Submap submap, OfDive dive);
 
   // The next registrations: of the oldest submap that waits, else those that LookAgain() chose.
   // Nothing while a job is out. Submaps join the graph in their order, each with the result of its
@@ -147,6 +155,7 @@ class Mapper {
     std::shared_ptr<const Submap> submap;
     std::vector<GraphEdge> position_edges;
     bool skip_registration = false;
+    std::int32_t chain = 0;
   };
 
   template <class Sample>
@@ -159,7 +168,7 @@ class Mapper {
   std::optional<Eigen::Isometry3d> PoseAt(Time t) const;
   std::optional<Eigen::Matrix3d> DriftBetween(Time a, Time b) const;
   void OnClosed(Submap submap);
-  void Enqueue(Submap submap, std::vector<GraphEdge> position_edges);
+  void Enqueue(Submap submap, OfDive dive);
   // growth: its steps are filled in.
   void Extend(std::vector<GraphVertex> vertices,
               std::vector<GraphEdge> edges,

@@ -212,8 +212,8 @@ bool MapperNode::Resume(const SavedMap& saved) {
   return true;
 }
 
-void MapperNode::AddSubmap(Submap submap) {
-  mapper_.AddSubmap(std::move(submap));
+void MapperNode::AddSubmap(Submap submap, Mapper::OfDive dive) {
+  mapper_.AddSubmap(std::move(submap), std::move(dive));
   Deliver();
 }
 
@@ -237,8 +237,10 @@ void MapperNode::Finish(const std::function<void()>& pause) {
 
 void MapperNode::Deliver() {
   is_delivering_ = true;
-  for (const MapperEvent& event : mapper_.TakeEvents())
+  for (const MapperEvent& event : mapper_.TakeEvents()) {
+    if (listener_) listener_(event);
     std::visit([this](const auto& what) { Send(what); }, event);
+  }
   is_delivering_ = false;
   PostNextWrite();
   if (mapper_.HasSubmapToRegister() || job_) PostNextJob();

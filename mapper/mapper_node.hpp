@@ -33,12 +33,14 @@ class MapperNode {
   // the map that was found goes on or another begins beside it.
   MapperNode(const MapperConfig& config, Bus* bus, Worker* worker, Worker* writer, FoundMap found);
 
+  // Shows what the mapper gives, besides sending it.
+  void Listen(std::function<void(const MapperEvent&)> listener) { listener_ = std::move(listener); }
   // See Mapper::OnSoundings().
   void OnSoundings(std::function<void(const SubmapSoundings&)> take) {
     mapper_.OnSoundings(std::move(take));
   }
   // A finished submap from elsewhere: see Mapper::AddSubmap().
-  void AddSubmap(Submap submap);
+  void AddSubmap(Submap submap, Mapper::OfDive dive = {});
 
   // No more messages come: geo-references what waits, closes the last submap, publishes what is
   // still to be sent, calling pause() after every message so that a receiver can follow. With a
@@ -135,6 +137,7 @@ class MapperNode {
   std::vector<Condition> at_restart_;   // told for a while
   std::optional<RegistrationJob> job_;  // that the worker has not taken yet
 
+  std::function<void(const MapperEvent&)> listener_;
   PoseGraphAssembler pose_graph_;
   std::deque<submap_points_t> chunks_;  // to be sent
   std::int64_t version_sent_ = 0;       // of the graph

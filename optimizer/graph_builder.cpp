@@ -49,15 +49,26 @@ class GraphBuilder {
   FactorGraph Build() {
     graph_.num_vertices = static_cast<int>(number_.size());
     AddMounting();
-    const HeadingInformation headings = Headings();
-    AddAnchor(headings);
+    const std::vector<Vertex> chains = BeginningsOfChains();
+    std::vector<HeadingInformation> headings;
+    for (const Vertex begin : chains) headings.push_back(Headings(begin));
+    for (std::size_t c = 0; c < chains.size(); ++c) AddAnchor(chains[c], headings[c]);
     AddSteps();
-    AddHeadings(headings);
+    for (std::size_t c = 0; c < chains.size(); ++c) AddHeadings(chains[c], headings[c]);
     AddRobustEdges();
     return std::move(graph_);
   }
 
  private:
+  using Vertex = std::map<SubmapId, StoredVertex>::const_iterator;
+
+  std::vector<Vertex> BeginningsOfChains() const {
+    std::vector<Vertex> begins;
+    for (Vertex v = store_.vertices().begin(); v != store_.vertices().end(); ++v)
+      if (begins.empty() || v->second.chain != begins.back()->second.chain) begins.push_back(v);
+    return begins;
+  }
+
   Eigen::Matrix3d Estimated(const Eigen::Matrix3d& by_mounting) const {
     return EstimatedColumns(by_mounting, store_.mounting());
   }
@@ -72,26 +83,32 @@ class GraphBuilder {
     graph_.factors.push_back({.j = graph_.mounting_vertex, .W = W});
   }
 
-  void AddAnchor(const HeadingInformation& headings) {
-    const StoredVertex& first = store_.vertices().begin()->second;
+  // Where a chain starts and which way it is turned. The first one without either is what the map
+  // is laid out from; a later one then hangs on closures alone.
+  void AddAnchor(Vertex begin, const HeadingInformation& headings) {
+    const StoredVertex& first = begin->second;
+    const bool is_first_chain = begin == store_.vertices().begin();
+    const int j = number_.at(begin->first);
     const Eigen::Matrix3d by_mounting = Estimated(PositionByMounting(first.dead_reckoned.yaw));
     const bool has_fixes = !store_.fixes().empty();
-    if (!has_fixes && !first.heading_sigma_rad && !store_.EstimatesMounting()) {
+    if (is_first_chain && !has_fixes && !first.heading_sigma_rad && !store_.EstimatesMounting()) {
       graph_.fixed_vertex = 0;
       return;
     }
-    double sigma_m = has_fixes ? kUnknownPlace_m : kHeld_m;
-    if (const auto& start = store_.start(); start && start->root.rank >= 2) {
-      graph_.factors.push_back({.j = 0,
-                                .T_i_j = start->edge.T_from_to,
-                                .W = start->root.W,
+    const bool held = is_first_chain && !has_fixes;
+    double sigma_m = held ? kHeld_m : kUnknownPlace_m;
+    const auto start = store_.starts().find(begin->first);
+    if (start != store_.starts().end() && start->second.root.rank >= 2) {
+      graph_.factors.push_back({.j = j,
+                                .T_i_j = start->second.edge.T_from_to,
+                                .W = start->second.root.W,
                                 .is_dead_reckoning = true,
                                 .by_mounting = by_mounting});
       sigma_m = std::numeric_limits<double>::infinity();
     }
-    double sigma_yaw_rad = has_fixes ? params_.unlinked_sigma_yaw_rad : kHeld_rad;
+    double sigma_yaw_rad = held ? kHeld_rad : params_.unlinked_sigma_yaw_rad;
     if (first.heading_sigma_rad) sigma_yaw_rad = 1.0 / std::sqrt(headings.first + headings.each);
-    graph_.factors.push_back({.j = 0,
+    graph_.factors.push_back({.j = j,
                               .T_i_j = first.dead_reckoned,
                               .W = InverseSigmas(sigma_m, sigma_yaw_rad),
                               .by_mounting = by_mounting});
@@ -118,23 +135,26 @@ class GraphBuilder {
          before = it++, ++k) {
       if (linked[static_cast<std::size_t>(k)]) continue;
       const Pose2 T_before_it = Inverse(before->second.dead_reckoned) * it->second.dead_reckoned;
+      const bool same_chain = before->second.chain == it->second.chain;
       graph_.factors.push_back(
           {.i = k - 1,
            .j = k,
            .T_i_j = T_before_it,
-           .W = InverseSigmas(params_.unlinked_sigma_m, params_.unlinked_sigma_yaw_rad),
+           .W = InverseSigmas(same_chain ? params_.unlinked_sigma_m : kUnknownPlace_m,
+                              params_.unlinked_sigma_yaw_rad),
            .is_dead_reckoning = true,
            .by_mounting = Estimated(DeadReckoningByMounting(T_before_it))});
     }
   }
 
-  HeadingInformation Headings() const {
-    const std::optional<double> sigma_first_rad =
-        store_.vertices().begin()->second.heading_sigma_rad;
+  HeadingInformation Headings(Vertex begin) const {
+    const std::optional<double> sigma_first_rad = begin->second.heading_sigma_rad;
     if (!sigma_first_rad) return {};
     std::vector<HeadingStep> steps;
     for (const auto& [pair, edge] : store_.dead_reckoning()) {
-      const auto sigma_from_rad = store_.vertices().at(edge.edge.from).heading_sigma_rad;
+      const StoredVertex& from = store_.vertices().at(edge.edge.from);
+      if (from.chain != begin->second.chain) continue;
+      const auto sigma_from_rad = from.heading_sigma_rad;
       const auto sigma_to_rad = store_.vertices().at(edge.edge.to).heading_sigma_rad;
       if (!edge.Pulls() || edge.root.rank < 3 || !sigma_from_rad || !sigma_to_rad) continue;
       // Two errors of these sigmas are no further apart, whatever the inverse makes of an
@@ -147,13 +167,15 @@ class GraphBuilder {
     return InformationOfHeadings(*sigma_first_rad * *sigma_first_rad, steps);
   }
 
-  // Of all but the first, whose heading is the anchor's.
-  void AddHeadings(const HeadingInformation& headings) {
+  // Of all of a chain but the first, whose heading is the anchor's.
+  void AddHeadings(Vertex begin, const HeadingInformation& headings) {
     if (headings.each == 0.0) return;
     Eigen::Matrix3d W = Eigen::Matrix3d::Zero();
     W(2, 2) = std::sqrt(headings.each);
-    int k = 1;
-    for (auto it = std::next(store_.vertices().begin()); it != store_.vertices().end(); ++it, ++k)
+    int k = number_.at(begin->first) + 1;
+    for (auto it = std::next(begin);
+         it != store_.vertices().end() && it->second.chain == begin->second.chain;
+         ++it, ++k)
       if (it->second.heading_sigma_rad)
         graph_.factors.push_back({.j = k, .T_i_j = it->second.dead_reckoned, .W = W});
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <boost/container_hash/hash.hpp>
 #include <cmath>
+#include <iterator>
 
 namespace seastitch {
 namespace {
@@ -23,6 +24,7 @@ std::size_t FingerprintOf(const GraphUpdate& update) {
   };
   for (const GraphVertex& vertex : update.vertices) {
     words.push_back(vertex.id.value);
+    words.push_back(vertex.chain);
     words.push_back(static_cast<double>(ToUtime(vertex.time)));
     words.push_back(vertex.heading_sigma_rad.value_or(0.0));
     add(vertex.dead_reckoned);
@@ -76,16 +78,25 @@ bool GraphStore::Contradicts(const GraphUpdate& update) const {
 }
 
 void GraphStore::AddVertex(const GraphVertex& vertex) {
-  if (vertex.id.value < 0 || !IsUsable(vertex.dead_reckoned)) {
+  const auto next = vertices_.upper_bound(vertex.id);
+  const bool chains_rise =
+      (next == vertices_.begin() || std::prev(next)->second.chain <= vertex.chain) &&
+      (next == vertices_.end() || vertex.chain <= next->second.chain);
+  if (vertex.id.value < 0 || !IsUsable(vertex.dead_reckoned) || !chains_rise) {
     ++counters_["vertices_malformed"];
     return;
   }
   const bool known = vertex.heading_sigma_rad.has_value();
   const bool usable = known && IsHeadingSigma(*vertex.heading_sigma_rad);
   if (known && !usable) ++counters_["headings_unusable"];
-  StoredVertex added{vertex.dead_reckoned, {}, {}};
+  StoredVertex added{vertex.dead_reckoned, {}, {}, vertex.chain};
   if (usable) added.heading_sigma_rad = vertex.heading_sigma_rad;
   if (!vertices_.try_emplace(vertex.id, added).second) ++counters_["vertices_duplicate"];
+}
+
+bool GraphStore::BeginsChain(SubmapId id) const {
+  const auto vertex = vertices_.find(id);
+  return vertex == vertices_.begin() || std::prev(vertex)->second.chain != vertex->second.chain;
 }
 
 const char* GraphStore::WhyUnusable(const GraphEdge& edge) const {
@@ -93,8 +104,11 @@ const char* GraphStore::WhyUnusable(const GraphEdge& edge) const {
   const bool to_itself = edge.from == edge.to;
   if (edge.kind == (to_itself ? EdgeKind::kLoopClosure : EdgeKind::kPositionFix))
     return "edges_self_loop";
-  if (to_itself && edge.kind == EdgeKind::kDeadReckoning && edge.from != vertices_.begin()->first)
+  if (to_itself && edge.kind == EdgeKind::kDeadReckoning && !BeginsChain(edge.from))
     return "edges_start_not_first";
+  if (edge.kind == EdgeKind::kDeadReckoning &&
+      vertices_.at(edge.from).chain != vertices_.at(edge.to).chain)
+    return "edges_between_chains";
   if (!IsUsable(edge.T_from_to)) return "edges_malformed";
   return nullptr;
 }
@@ -117,7 +131,7 @@ void GraphStore::AddEdge(const GraphEdge& edge) {
   switch (edge.kind) {
     case EdgeKind::kDeadReckoning:
       if (edge.from == edge.to)
-        start_ = checked;
+        starts_.insert_or_assign(edge.from, checked);
       else
         dead_reckoning_.insert_or_assign(pair, checked);
       break;

@@ -16,6 +16,7 @@ struct StoredVertex {
   Pose2 dead_reckoned;
   std::optional<double> heading_sigma_rad;
   std::optional<Pose2> solved;  // in the last solution
+  std::int32_t chain = 0;       // of dead reckoning: the dive
 };
 
 struct StoredEdge {
@@ -46,8 +47,8 @@ class GraphStore {
   const std::map<Pair, StoredEdge>& dead_reckoning() const { return dead_reckoning_; }
   const std::map<Pair, StoredEdge>& loops() const { return loops_; }
   const std::vector<StoredEdge>& fixes() const { return fixes_; }
-  // Of dead reckoning, on the first vertex.
-  const std::optional<StoredEdge>& start() const { return start_; }
+  // Where dead reckoning starts, on the first vertex of a chain.
+  const std::map<SubmapId, StoredEdge>& starts() const { return starts_; }
   const MountingSigmas& mounting() const { return mounting_; }
   bool EstimatesMounting() const { return !mounting_.AreAllZero(); }
   // Position fixes and loop closures that pull, in this order.
@@ -60,12 +61,13 @@ class GraphStore {
   void AddVertex(const GraphVertex& vertex);
   void AddEdge(const GraphEdge& edge);
   const char* WhyUnusable(const GraphEdge& edge) const;
+  bool BeginsChain(SubmapId id) const;
   void SetMounting(const MountingSigmas& sigmas);
 
   std::map<SubmapId, StoredVertex> vertices_;
   std::map<Pair, StoredEdge> dead_reckoning_;
   std::map<Pair, StoredEdge> loops_;
-  std::optional<StoredEdge> start_;
+  std::map<SubmapId, StoredEdge> starts_;
   std::vector<StoredEdge> fixes_;
   MountingSigmas mounting_;
   std::vector<std::size_t> fingerprints_;  // of every version, from 1

@@ -20,15 +20,20 @@ std::vector<Pose2> PoseGraphOptimizer::DeadReckoned() const {
   return poses;
 }
 
-// The last solution, new vertices where dead reckoning goes on from it. Empty: there is none.
+// The last solution, new vertices where dead reckoning goes on from it, or where a new chain of it
+// starts. Empty: there is none.
 std::vector<Pose2> PoseGraphOptimizer::Predicted() const {
   std::vector<Pose2> poses;
   if (!store_.vertices().begin()->second.solved) return poses;
-  Pose2 before;
+  const StoredVertex* before = nullptr;
   for (const auto& [id, vertex] : store_.vertices()) {
-    poses.push_back(vertex.solved ? *vertex.solved
-                                  : poses.back() * (Inverse(before) * vertex.dead_reckoned));
-    before = vertex.dead_reckoned;
+    if (vertex.solved)
+      poses.push_back(*vertex.solved);
+    else if (before == nullptr || before->chain != vertex.chain)
+      poses.push_back(vertex.dead_reckoned);
+    else
+      poses.push_back(poses.back() * (Inverse(before->dead_reckoned) * vertex.dead_reckoned));
+    before = &vertex;
   }
   if (store_.EstimatesMounting()) poses.push_back(solved_mounting_);
   return poses;

@@ -145,6 +145,7 @@ ProductSummary Summarise(const Survey& survey,
                          const std::vector<Pose2>& dead_reckoned,
                          const std::vector<Pose2>& solved) {
   ProductSummary summary;
+  summary.dives = DivesInMap(survey);
   CountSoundings(survey, &summary);
   CountLoops(survey, &summary);
   MeasureCorrection(dead_reckoned, solved, &summary);

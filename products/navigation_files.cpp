@@ -80,7 +80,8 @@ std::vector<GeographicState> ToGeographic(const std::vector<CorrectedState>& tra
     return Eigen::Vector3d(s.corrected.x, s.corrected.y, s.p_dead_reckoned.z());
   };
   const auto near = [&track](std::size_t a, std::size_t b) {
-    return ToSeconds(track[b].time - track[a].time) <= kMaxStepS;
+    return track[a].chain == track[b].chain &&
+           ToSeconds(track[b].time - track[a].time) <= kMaxStepS;
   };
   std::vector<GeographicState> out;
   out.reserve(track.size());

@@ -310,6 +310,27 @@ std::string ClosuresAgainstTruth(const ClosureErrors& e) {
          "16.</p>\n";
 }
 
+std::string DivesList(const std::vector<DiveInMap>& dives) {
+  const std::vector<std::string> sentences = SentencesOf(dives);
+  if (sentences.empty()) return {};
+  std::string html = "<h2>Dives</h2>\n<ul>\n";
+  for (const std::string& sentence : sentences) html += "<li>" + Escaped(sentence) + "</li>\n";
+  return html + "</ul>\n";
+}
+
+Json DivesJson(const std::vector<DiveInMap>& dives) {
+  Json list = Json::array();
+  for (const DiveInMap& dive : dives) {
+    Json closures = Json::object();
+    for (const auto& [other, count] : dive.closures) closures[dives[other].name] = count;
+    list.push_back({{"name", dive.name},
+                    {"submaps", dive.submaps},
+                    {"closures_with", closures},
+                    {"group", dive.group}});
+  }
+  return list;
+}
+
 std::string MountingTable(const Survey& survey, const ProductSummary& s) {
   const std::vector<MountingRow> rows = MountingRows(survey, s);
   if (rows.empty()) return {};
@@ -440,6 +461,7 @@ std::string MapSections(const Survey& survey,
       "more accurate.</p>\n";
   if (s.outcome == Outcome::kCorrected) html += MountingTable(survey, s);
   html += NoiseTable(s, options.noise);
+  html += DivesList(s.dives);
   html += "<h2>Loop closures</h2>\n";
   if (s.closures_against_truth) html += ClosuresAgainstTruth(*s.closures_against_truth);
   html += LoopTable(survey);
@@ -482,6 +504,7 @@ std::string ReportJson(const Survey& survey,
                           {"largest", Measured(s.z_offset_max_m)}}}};
   r["mounting"] = MountingJson(survey, s);
   r["noise"] = NoiseJson(s, options.noise);
+  if (!s.dives.empty()) r["dives"] = DivesJson(s.dives);
   r["soundings"] = {{"read", s.soundings_read}, {"used", s.soundings_used}};
   r["points"] = s.points;
   if (s.truth) AddTruth(&r, s);

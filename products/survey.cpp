@@ -42,7 +42,7 @@ SurveyPoses SolvedPoses(const Survey& survey) {
     const auto it = solved.find(survey.submaps[i].id);
     if (it != solved.end()) {
       poses[i] = it->second->T_map_level;
-    } else if (i > 0) {
+    } else if (i > 0 && survey.submaps[i].chain == survey.submaps[i - 1].chain) {
       const Pose2 step = TravelledPose(Inverse(dead_reckoned[i - 1]) * dead_reckoned[i], mounting);
       poses[i] = SoundingPose(VehiclePose(poses[i - 1], mounting) * step, mounting);
     } else {

@@ -20,7 +20,8 @@ namespace seastitch {
 // What stays in memory of a submap; its points lie in cloud_file.
 struct SurveySubmap {
   SubmapId id;
-  Time start;  // first and last ping
+  std::int32_t chain = 0;  // the dive, by its place in Survey::dives
+  Time start;              // first and last ping
   Time end;
   Time frame_time;
   Eigen::Isometry3d T_map_submap = Eigen::Isometry3d::Identity();  // dead reckoned
@@ -39,6 +40,7 @@ struct TrackState {
   Eigen::Vector3d p_map = Eigen::Vector3d::Zero();
   Eigen::Vector3d rpy_rad = Eigen::Vector3d::Zero();
   Eigen::Vector3d sigma = Eigen::Vector3d::Zero();  // of x, y [m], yaw [rad], as NAV states them
+  std::int32_t chain = 0;
 };
 
 // What the vehicle was told of its place at an instant, at that instant: NAV carried on to it, and
@@ -58,12 +60,14 @@ struct SurveyInput {
 
 // A whole survey, ready to become files.
 struct Survey {
-  std::vector<SurveySubmap> submaps;  // by rising id
-  std::vector<TrackState> track;      // by rising time; empty for imported submaps
-  std::vector<SaidState> said;        // by rising time; empty where there was no NAV_CORRECTED
-  std::vector<GraphEdge> edges;       // in the order of the graph's versions
-  PoseGraph solution;                 // the newest; without vertices where nothing was solved
-  std::vector<SurveyInput> inputs;    // in the order in which they were given
+  std::vector<SurveySubmap> submaps;  // by rising id, and so by chain
+  // By chain, then by rising time; empty for imported submaps.
+  std::vector<TrackState> track;
+  std::vector<SaidState> said;      // by rising time; empty where there was no NAV_CORRECTED
+  std::vector<GraphEdge> edges;     // in the order of the graph's versions
+  PoseGraph solution;               // the newest; without vertices where nothing was solved
+  std::vector<std::string> dives;   // names, where there are several
+  std::vector<SurveyInput> inputs;  // in the order in which they were given
   std::map<std::string, std::uint64_t> counters;  // what was refused while collecting, by reason
 
   // Name of the input with pings then, the shortest of several; empty where there is none.

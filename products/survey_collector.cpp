@@ -65,6 +65,8 @@ SurveyCollector::SurveyCollector(std::filesystem::path dir, SurveyCollectorOptio
   if (error) throw std::runtime_error(submap_dir_.string() + ": " + error.message());
 }
 
+void SurveyCollector::BeginDive(const std::string& name) { dives_.push_back(name); }
+
 void SurveyCollector::Add(const Submap& submap) {
   if (!submap.T_map_submap.matrix().allFinite()) {
     ++counters_["submap_pose_not_finite"];
@@ -104,7 +106,8 @@ void SurveyCollector::Add(const NavState& state) {
     ++counters_["nav_not_finite"];
     return;
   }
-  if (!track_.empty()) {
+  const auto chain = static_cast<std::int32_t>(dives_.empty() ? 0 : dives_.size() - 1);
+  if (!track_.empty() && track_.back().chain == chain) {
     if (state.time <= track_.back().time) {
       ++counters_["nav_out_of_order"];
       return;
@@ -112,11 +115,11 @@ void SurveyCollector::Add(const NavState& state) {
     if (ToSeconds(state.time - track_.back().time) < options_.track_interval_s) return;
   }
   const auto variance = state.covariance.diagonal();
-  track_.push_back(
-      {state.time,
-       state.T_map_vehicle.translation(),
-       RpyFromRotation(state.T_map_vehicle.linear()),
-       Eigen::Vector3d(variance(0), variance(1), variance(5)).cwiseMax(0).cwiseSqrt()});
+  track_.push_back({state.time,
+                    state.T_map_vehicle.translation(),
+                    RpyFromRotation(state.T_map_vehicle.linear()),
+                    Eigen::Vector3d(variance(0), variance(1), variance(5)).cwiseMax(0).cwiseSqrt(),
+                    chain});
 }
 
 void SurveyCollector::Add(const CorrectedNavState& corrected) {
@@ -137,6 +140,7 @@ void SurveyCollector::Add(const CorrectedNavState& corrected) {
 }
 
 void SurveyCollector::Add(const GraphUpdate& update) {
+  for (const GraphVertex& vertex : update.vertices) chains_[vertex.id] = vertex.chain;
   const bool is_new = edges_by_version_.emplace(update.version, update.edges).second;
   if (!is_new) ++counters_["graph_update_repeated"];
 }
@@ -151,7 +155,12 @@ void SurveyCollector::Add(const PoseGraph& graph) {
 
 Survey SurveyCollector::Finish() const {
   Survey survey;
-  for (const auto& [id, submap] : submaps_) survey.submaps.push_back(submap);
+  for (const auto& [id, submap] : submaps_) {
+    survey.submaps.push_back(submap);
+    if (const auto found = chains_.find(id); found != chains_.end())
+      survey.submaps.back().chain = found->second;
+  }
+  survey.dives = dives_;
   survey.track = track_;
   survey.said = said_;
   // A pair that was registered again counts with its last verdict.

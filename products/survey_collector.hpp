@@ -27,6 +27,8 @@ class SurveyCollector {
   // Creates DIR/submaps. Throws std::runtime_error naming the folder.
   explicit SurveyCollector(std::filesystem::path dir, SurveyCollectorOptions options = {});
 
+  // What is added from now on is of the next of several dives.
+  void BeginDive(const std::string& name);
   void Add(const Submap& submap);  // throws std::runtime_error where the file cannot be written
   void Add(const NavState& state);
   void Add(const CorrectedNavState& corrected);
@@ -43,6 +45,8 @@ class SurveyCollector {
   std::map<SubmapId, SurveySubmap> submaps_;
   std::vector<TrackState> track_;
   std::vector<SaidState> said_;
+  std::vector<std::string> dives_;
+  std::map<SubmapId, std::int32_t> chains_;
   std::map<std::int64_t, std::vector<GraphEdge>> edges_by_version_;
   PoseGraph solution_;
   std::map<std::string, std::uint64_t> counters_;

@@ -24,18 +24,25 @@ std::map<SubmapId, Eigen::Vector2d> FramePositions(const Survey& survey,
 
 }  // namespace
 
-PictureLine TrackLine(const std::vector<CorrectedState>& track, bool corrected, MapAxes axes) {
-  PictureLine line;
-  line.colour = kTrackColour;
-  line.width_px = 1.2;
-  line.opacity = 0.75;
-  line.legend = corrected ? "track, corrected" : "track, dead reckoned";
-  for (const CorrectedState& s : track) {
-    line.north_east.push_back(ToNorthEast(
+std::vector<PictureLine> TrackLines(const std::vector<CorrectedState>& track,
+                                    bool corrected,
+                                    MapAxes axes) {
+  std::vector<PictureLine> lines;
+  for (std::size_t i = 0; i < track.size(); ++i) {
+    if (i == 0 || track[i].chain != track[i - 1].chain) {
+      PictureLine line;
+      line.colour = kTrackColour;
+      line.width_px = 1.2;
+      line.opacity = 0.75;
+      line.legend = corrected ? "track, corrected" : "track, dead reckoned";
+      lines.push_back(std::move(line));
+    }
+    const CorrectedState& s = track[i];
+    lines.back().north_east.push_back(ToNorthEast(
         corrected ? s.corrected.Translation() : Eigen::Vector2d(s.p_dead_reckoned.head<2>()),
         axes));
   }
-  return line;
+  return lines;
 }
 
 std::vector<PictureLine> LoopLines(const Survey& survey,
@@ -62,10 +69,12 @@ std::vector<VectorLayer> SurveyLayers(const Survey& survey,
                                       MapAxes axes) {
   VectorLayer tracks{"track", false, {}};
   for (const bool corrected : {true, false}) {
-    VectorFeature line;
-    line.north_east = TrackLine(track, corrected, axes).north_east;
-    line.fields = {{"kind", std::string(corrected ? "corrected" : "dead reckoned")}};
-    if (line.north_east.size() > 1) tracks.features.push_back(std::move(line));
+    for (PictureLine& of_chain : TrackLines(track, corrected, axes)) {
+      VectorFeature line;
+      line.north_east = std::move(of_chain.north_east);
+      line.fields = {{"kind", std::string(corrected ? "corrected" : "dead reckoned")}};
+      if (line.north_east.size() > 1) tracks.features.push_back(std::move(line));
+    }
   }
   VectorLayer footprints{"footprints", true, {}};
   for (std::size_t i = 0; i < poses.size(); ++i) {

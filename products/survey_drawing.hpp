@@ -11,7 +11,10 @@
 // Track, footprints and loop closures of a survey, for pictures and for GIS layers.
 namespace seastitch {
 
-PictureLine TrackLine(const std::vector<CorrectedState>& track, bool corrected, MapAxes axes);
+// One line a chain.
+std::vector<PictureLine> TrackLines(const std::vector<CorrectedState>& track,
+                                    bool corrected,
+                                    MapAxes axes);
 
 // One line an accepted loop closure, between the frames of its submaps; fainter where the robust
 // solve believed it less.

@@ -49,7 +49,9 @@ Shift ShiftOf(const SurveyLine& line,
 std::vector<SurveyLine> LinesOf(const Survey& survey) {
   std::vector<SurveyLine> lines;
   for (std::size_t i = 0; i < survey.submaps.size(); ++i) {
-    if (i > 0 && GoesOn(survey.submaps[i - 1].trigger))
+    const bool goes_on = i > 0 && GoesOn(survey.submaps[i - 1].trigger) &&
+                         survey.submaps[i - 1].chain == survey.submaps[i].chain;
+    if (goes_on)
       lines.back().last = i;
     else
       lines.push_back({i, i});

@@ -3,6 +3,7 @@
 #include <GeographicLib/LocalCartesian.hpp>
 #include <algorithm>
 #include <cstdio>
+#include <utility>
 
 namespace seastitch {
 namespace {
@@ -24,30 +25,38 @@ TrackCorrection::TrackCorrection(const Survey& survey,
     : mounting_(poses.mounting) {
   for (std::size_t i = 0; i < survey.submaps.size(); ++i) {
     const SurveySubmap& s = survey.submaps[i];
-    frames_.push_back({s.frame_time,
+    frames_.push_back({s.chain,
+                       s.frame_time,
                        LevelPose(s.T_map_submap),
                        VehiclePose(poses.T_map_level[i], poses.mounting),
                        sigmas[i]});
   }
-  const auto earlier = [](const Frame& a, const Frame& b) { return a.time < b.time; };
-  const auto same = [](const Frame& a, const Frame& b) { return a.time == b.time; };
+  const auto place = [](const Frame& f) { return std::pair(f.chain, f.time); };
+  const auto earlier = [&](const Frame& a, const Frame& b) { return place(a) < place(b); };
+  const auto same = [&](const Frame& a, const Frame& b) { return place(a) == place(b); };
   std::stable_sort(frames_.begin(), frames_.end(), earlier);
   frames_.erase(std::unique(frames_.begin(), frames_.end(), same), frames_.end());
 }
 
-TrackCorrection::Between TrackCorrection::Find(Time time) const {
-  const auto after = std::upper_bound(
-      frames_.begin(), frames_.end(), time, [](Time t, const Frame& f) { return t < f.time; });
-  if (after == frames_.begin()) return {&frames_.front(), &frames_.front(), 0.0};
-  if (after == frames_.end()) return {&frames_.back(), &frames_.back(), 0.0};
+TrackCorrection::Between TrackCorrection::Find(Time time, std::int32_t chain) const {
+  const auto [begin, end] =
+      std::equal_range(frames_.begin(),
+                       frames_.end(),
+                       Frame{chain, {}, {}, {}, {}},
+                       [](const auto& a, const auto& b) { return a.chain < b.chain; });
+  if (begin == end) return {nullptr, nullptr, 0.0};
+  const auto after =
+      std::upper_bound(begin, end, time, [](Time t, const Frame& f) { return t < f.time; });
+  if (after == begin) return {&*begin, &*begin, 0.0};
   const auto before = after - 1;
+  if (after == end) return {&*before, &*before, 0.0};
   const double u = ToSeconds(time - before->time) / ToSeconds(after->time - before->time);
   return {&*before, &*after, SmoothStep(u)};
 }
 
-Pose2 TrackCorrection::operator()(Time time, const Pose2& T_map_level) const {
-  if (frames_.empty()) return T_map_level;
-  const Between at = Find(time);
+Pose2 TrackCorrection::operator()(Time time, const Pose2& T_map_level, std::int32_t chain) const {
+  const Between at = Find(time, chain);
+  if (at.before == nullptr) return T_map_level;
   const auto moved_with = [&](const Frame& f) {
     return f.corrected * TravelledPose(Inverse(f.dead_reckoned) * T_map_level, mounting_);
   };
@@ -60,10 +69,9 @@ Pose2 TrackCorrection::operator()(Time time, const Pose2& T_map_level) const {
           WrapAngle(a.yaw + w * WrapAngle(b.yaw - a.yaw))};
 }
 
-std::optional<Eigen::Vector3d> TrackCorrection::Sigma(Time time) const {
-  if (frames_.empty()) return std::nullopt;
-  const Between at = Find(time);
-  if (!at.before->sigma || !at.after->sigma) return std::nullopt;
+std::optional<Eigen::Vector3d> TrackCorrection::Sigma(Time time, std::int32_t chain) const {
+  const Between at = Find(time, chain);
+  if (at.before == nullptr || !at.before->sigma || !at.after->sigma) return std::nullopt;
   return (1.0 - at.weight_after) * *at.before->sigma + at.weight_after * *at.after->sigma;
 }
 
@@ -71,17 +79,21 @@ std::vector<CorrectedState> CorrectTrack(const Survey& survey, const TrackCorrec
   std::vector<TrackState> states = survey.track;
   if (states.empty()) {
     for (const SurveySubmap& s : survey.submaps) {
-      states.push_back(
-          {s.frame_time, s.T_map_submap.translation(), RpyFromRotation(s.T_map_submap.linear())});
+      states.push_back({s.frame_time,
+                        s.T_map_submap.translation(),
+                        RpyFromRotation(s.T_map_submap.linear()),
+                        Eigen::Vector3d::Zero(),
+                        s.chain});
     }
   }
   std::vector<CorrectedState> track;
   track.reserve(states.size());
   for (const TrackState& s : states) {
     const Pose2 dead_reckoned{s.p_map.x(), s.p_map.y(), s.rpy_rad.z()};
-    std::optional<Eigen::Vector3d> sigma = correction.Sigma(s.time);
+    std::optional<Eigen::Vector3d> sigma = correction.Sigma(s.time, s.chain);
     if (survey.submaps.empty()) sigma = s.sigma;
-    track.push_back({s.time, s.p_map, s.rpy_rad, correction(s.time, dead_reckoned), sigma});
+    track.push_back(
+        {s.time, s.p_map, s.rpy_rad, correction(s.time, dead_reckoned, s.chain), sigma, s.chain});
   }
   return track;
 }
@@ -89,9 +101,18 @@ std::vector<CorrectedState> CorrectTrack(const Survey& survey, const TrackCorrec
 double TrackLength(const std::vector<CorrectedState>& track) {
   double length = 0.0;
   for (std::size_t i = 1; i < track.size(); ++i) {
+    if (track[i].chain != track[i - 1].chain) continue;
     length += (track[i].p_dead_reckoned - track[i - 1].p_dead_reckoned).head<2>().norm();
   }
   return length;
+}
+
+double TrackDuration(const std::vector<CorrectedState>& track) {
+  double duration_s = 0.0;
+  for (std::size_t i = 1; i < track.size(); ++i)
+    if (track[i].chain == track[i - 1].chain)
+      duration_s += ToSeconds(track[i].time - track[i - 1].time);
+  return duration_s;
 }
 
 std::string TrackCsv(const std::vector<CorrectedState>& track, const std::optional<Datum>& datum) {

@@ -25,29 +25,31 @@ class TrackCorrection {
                   const SurveyPoses& poses,
                   const std::vector<std::optional<Eigen::Vector3d>>& sigmas);
 
-  // The corrected level pose of what dead reckoning placed at T_map_level at that time.
-  Pose2 operator()(Time time, const Pose2& T_map_level) const;
+  // The corrected level pose of what dead reckoning of that chain placed at T_map_level at that
+  // time.
+  Pose2 operator()(Time time, const Pose2& T_map_level, std::int32_t chain = 0) const;
 
   // Standard deviations of x, y [m], yaw [rad], blended the same way between the solved frames; the
   // growth of dead reckoning between two frames is not in it.
-  std::optional<Eigen::Vector3d> Sigma(Time time) const;
+  std::optional<Eigen::Vector3d> Sigma(Time time, std::int32_t chain = 0) const;
 
  private:
   struct Frame {
+    std::int32_t chain;
     Time time;
     Pose2 dead_reckoned;
     Pose2 corrected;
     std::optional<Eigen::Vector3d> sigma;
   };
   struct Between {
-    const Frame* before;
-    const Frame* after;  // equal to before outside of the frames
+    const Frame* before;  // null: the chain has none
+    const Frame* after;   // equal to before outside of the frames
     double weight_after;
   };
-  Between Find(Time time) const;
+  Between Find(Time time, std::int32_t chain) const;
 
   MountingErrors mounting_;
-  std::vector<Frame> frames_;  // by rising time
+  std::vector<Frame> frames_;  // by chain, then by rising time
 };
 
 struct CorrectedState {
@@ -56,14 +58,17 @@ struct CorrectedState {
   Eigen::Vector3d rpy_dead_reckoned_rad = Eigen::Vector3d::Zero();
   Pose2 corrected;  // z, roll and pitch stay
   std::optional<Eigen::Vector3d> sigma;
+  std::int32_t chain = 0;
 };
 
 // Every state of the track; for a survey without one (imported submaps) the submap frames. Without
 // submaps the sigmas are those that NAV states.
 std::vector<CorrectedState> CorrectTrack(const Survey& survey, const TrackCorrection& correction);
 
-// Horizontal length of the dead-reckoned track [m].
+// Horizontal length of the dead-reckoned track [m], and how long it took [s], without what lies
+// between two chains.
 double TrackLength(const std::vector<CorrectedState>& track);
+double TrackDuration(const std::vector<CorrectedState>& track);
 
 // track.csv: one header line with units, then one line a state; degrees. With a datum (map frame
 // North-East-Down) the corrected latitude and longitude end the line. Empty fields: not known.

@@ -358,7 +358,7 @@ class ProductWriter {
     const TrackCorrection correction(survey_, delivered_, DeliveredSigmas());
     track_ = CorrectTrack(survey_, correction);
     summary_.distance_m = TrackLength(track_);
-    summary_.duration_s = ToSeconds(track_.back().time - track_.front().time);
+    summary_.duration_s = TrackDuration(track_);
     if (!options_.truth.empty()) {
       summary_.truth = CompareWithTruth(track_, options_.truth);
       summary_.said = CompareSaidWithTruth(survey_.said, options_.truth);
@@ -417,14 +417,15 @@ class ProductWriter {
     Picture picture = DepthPicture(geometry_, before, range);
     picture.title = options_.title + ": depth, dead reckoned";
     picture.subtitle = Subtitle(summary_, summary_.before);
-    picture.lines = {TrackLine(track_, false, options_.axes)};
+    picture.lines = TrackLines(track_, false, options_.axes);
     Write("depth_dead_reckoned.png", RenderPng(picture));
     picture = DepthPicture(geometry_, after.mean(), range);
     picture.title = options_.title + ": depth, " + MapName(summary_.outcome);
     picture.subtitle = Subtitle(summary_, summary_.after());
     picture.lines = LoopLines(survey_, delivered_.T_map_level, options_.axes);
-    picture.lines.push_back(
-        TrackLine(track_, summary_.outcome == Outcome::kCorrected, options_.axes));
+    const bool corrected = summary_.outcome == Outcome::kCorrected;
+    for (PictureLine& line : TrackLines(track_, corrected, options_.axes))
+      picture.lines.push_back(std::move(line));
     Write("depth.png", RenderPng(picture));
   }
 

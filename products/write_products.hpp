@@ -10,6 +10,7 @@
 
 #include "common/core/survey_noise.hpp"
 #include "products/consistency.hpp"
+#include "products/dives.hpp"
 #include "products/geo_files.hpp"
 #include "products/map_points.hpp"
 #include "products/sounding_files.hpp"
@@ -107,6 +108,7 @@ struct ProductSummary {
   std::optional<ClosureErrors> closures_against_truth;
   SurveyNoise noise;                        // as ProductOptions::noise
   std::vector<std::string> noise_findings;  // what of it is not as configured, a sentence each
+  std::vector<DiveInMap> dives;             // where there are several
 };
 
 // Writes every product into dir (created if need be): depth, depth_dead_reckoned, consistency,

@@ -2,6 +2,7 @@
 
 #include <sys/resource.h>
 
+#include <GeographicLib/LocalCartesian.hpp>
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -9,6 +10,8 @@
 #include <map>
 #include <memory>
 #include <stdexcept>
+#include <tuple>
+#include <utility>
 
 #include "bench/truth.hpp"
 #include "common/convert/channels.hpp"
@@ -21,6 +24,8 @@
 #include "optimizer/optimizer_config.hpp"
 #include "optimizer/optimizer_node.hpp"
 #include "products/survey_collector.hpp"
+#include "tools/dive_front.hpp"
+#include "tools/dive_inputs.hpp"
 #include "tools/interruption.hpp"
 #include "tools/merged_logs.hpp"
 #include "tools/message_types.hpp"
@@ -222,13 +227,12 @@ void FeedSurvey(SurveyFiles* survey, Feeding* feeding) {
 }
 
 // The files, where all inputs are survey files; nothing: none is.
-std::unique_ptr<SurveyFiles> OpenSurvey(const ReplayOptions& options) {
-  const auto& inputs = options.inputs;
+std::unique_ptr<SurveyFiles> OpenSurvey(const std::vector<fs::path>& inputs, bool as_recorded) {
   const auto files = std::count_if(inputs.begin(), inputs.end(), SurveyFiles::IsSurveyFile);
   if (files == 0) return nullptr;
   if (static_cast<std::size_t>(files) < inputs.size())
-    throw std::runtime_error("replay: survey files and LCM logs are not mapped together");
-  if (options.as_recorded) throw std::runtime_error("replay: --as-recorded needs a log");
+    throw UsageError("replay: survey files and LCM logs in one folder are not one dive");
+  if (as_recorded) throw UsageError("replay: --as-recorded needs a log");
   auto survey = std::make_unique<SurveyFiles>(inputs);
   if (const auto problem = survey->Problem()) throw DataError(*problem);
   return survey;
@@ -285,9 +289,13 @@ class Stopwatch {
   double cpu_start_s_ = CpuSeconds();
 };
 
+// Of all dives together.
 double DurationSeconds(const Survey& survey) {
-  return survey.track.empty() ? 0.0
-                              : ToSeconds(survey.track.back().time - survey.track.front().time);
+  double duration_s = 0.0;
+  for (std::size_t i = 1; i < survey.track.size(); ++i)
+    if (survey.track[i].chain == survey.track[i - 1].chain)
+      duration_s += ToSeconds(survey.track[i].time - survey.track[i - 1].time);
+  return duration_s;
 }
 
 // Products never go where an input lies, nor into a folder that they replace.
@@ -326,22 +334,31 @@ void ExpectInputs(const ReplayOptions& options) {
   for (const fs::path& input : options.inputs)
     if (!fs::exists(input))
       throw std::runtime_error(input.string() + ": no such file or directory");
-  const bool has_folder = std::any_of(options.inputs.begin(),
-                                      options.inputs.end(),
-                                      [](const fs::path& p) { return fs::is_directory(p); });
-  if (has_folder && options.inputs.size() > 1)
-    throw UsageError("replay: one dive, or one directory of submaps, at a time");
   if (options.as_recorded && options.from_raw)
     throw UsageError("replay: either --as-recorded or --from-raw");
-  if (has_folder && options.as_recorded && !IsDive(options.inputs[0]))
-    throw UsageError("replay: --as-recorded needs a log");
-  if (options.soundings && (options.as_recorded || (has_folder && !IsDive(options.inputs[0]))))
-    throw UsageError("replay: --soundings needs pings to be placed: no submaps, no --as-recorded");
+  if (options.datum) {
+    ProductOptions with_datum;
+    with_datum.datum = options.datum;
+    if (const std::string wrong = with_datum.Validate(); !wrong.empty())
+      throw UsageError("--datum: " + wrong);
+  }
   std::vector<fs::path> read = options.inputs;
   for (const fs::path& file : {options.mapper_config, options.optimizer_config})
     if (!file.empty()) read.push_back(file);
   if (options.truth) read.push_back(*options.truth);
   ExpectApart(read, options.out);
+}
+
+void ExpectDives(const std::vector<DiveInput>& dives, const ReplayOptions& options) {
+  const bool submaps = std::any_of(
+      dives.begin(), dives.end(), [](const DiveInput& dive) { return dive.files.empty(); });
+  if (submaps && dives.size() > 1)
+    throw UsageError("replay: a directory of submaps is mapped by itself");
+  if (options.from_raw && dives.size() > 1) throw UsageError("replay: --from-raw takes one dive");
+  if (options.as_recorded && (submaps || dives.size() > 1))
+    throw UsageError("replay: --as-recorded needs the logs of one dive");
+  if (options.soundings && (options.as_recorded || submaps))
+    throw UsageError("replay: --soundings needs pings to be placed: no submaps, no --as-recorded");
 }
 
 // One of the three is there.
@@ -352,18 +369,15 @@ struct Input {
   std::vector<std::string> names;  // of the files
 };
 
-Input Open(const ReplayOptions& options) {
+Input Open(const DiveInput& dive, const ReplayOptions& options) {
   Input input;
-  const fs::path& first = options.inputs[0];
-  const bool is_dive = IsDive(first);
-  if (fs::is_directory(first) && !is_dive) {
-    input.submaps = ReadSubmapDirectory(first, options.drift);
-  } else if (!is_dive && (input.survey_files = OpenSurvey(options))) {
-    for (const fs::path& file : options.inputs) input.names.push_back(file.filename().string());
+  if (dive.files.empty()) {
+    input.submaps = ReadSubmapDirectory(options.inputs[0], options.drift);
+  } else if ((input.survey_files = OpenSurvey(dive.files, options.as_recorded))) {
+    for (const fs::path& file : dive.files) input.names.push_back(file.filename().string());
   } else {
     const ChannelRole role = options.as_recorded ? ChannelRole::kResult : ChannelRole::kSensor;
-    input.logs =
-        LookThrough(is_dive ? LogsOfDive(first, options.from_raw) : options.inputs, options.quiet);
+    input.logs = LookThrough(dive.files, options.quiet);
     if (!options.from_raw) ExpectReadable(input.logs->types, role);
     for (const auto& recorder : input.logs->recorders)
       for (const fs::path& log : recorder) input.names.push_back(log.filename().string());
@@ -383,35 +397,172 @@ std::unique_ptr<RawReplay> OpenRaw(const Input& input,
       sources, ChooseDriverFiles(given, *input.logs, sources, out), bus);
 }
 
+GivenConfig GivenBy(const ReplayOptions& options) {
+  return {
+      options.mapper_config, options.optimizer_config, options.drivers, options.default_config_dir};
+}
+
+// An input with what it is replayed with.
+struct Dive {
+  std::string name;
+  Input input;
+  ReplayConfig config;
+  MapperConfig mapper;
+};
+
+Dive Prepare(const std::string& name,
+             Input input,
+             const ReplayOptions& options,
+             const fs::path& out) {
+  const GivenConfig given = GivenBy(options);
+  Dive dive{name, std::move(input), {}, {}};
+  dive.config = dive.input.logs ? ChooseConfig(given, *dive.input.logs, out) : ChooseConfig(given);
+  dive.mapper = LoadChosen(dive.config, options.mapper_config.empty());
+  if (dive.input.survey_files) UseSurvey(dive.input.survey_files->plan(), &dive.mapper);
+  if (dive.input.submaps) dive.mapper.mounting = {};  // frames stand anywhere on whatever vehicle
+  return dive;
+}
+
+// raw: decodes raw bytes, where these are what is replayed.
+void Feed(Input* input, RawReplay* raw, Feeding* feeding) {
+  if (input->survey_files)
+    FeedSurvey(input->survey_files.get(), feeding);
+  else
+    FeedLogs(*input->logs, ChannelRole::kSensor, raw, feeding);
+}
+
+void ExpectSubmaps(const SurveyCollector& collector,
+                   bool survey_files,
+                   const std::string& statement,
+                   const Feeding& feeding) {
+  if (collector.submaps() > 0) return;
+  if (!feeding.partial.empty()) throw std::runtime_error("no submap: " + feeding.partial);
+  if (survey_files) throw DataError("no submap: " + statement);
+  throw std::runtime_error("no submap: " + statement);
+}
+
 // Makes the map anew from the input.
-void Remake(Input* input,
-            const ReplayConfig& config,
-            MapperConfig mapper_config,
+void Remake(Dive* dive,
             RawReplay* raw,
             const SurveyCollector& collector,
             SoundingLog* soundings,
             Feeding* feeding) {
-  Pipeline pipeline(config, mapper_config, feeding->bus, feeding->stopped);
+  Pipeline pipeline(dive->config, dive->mapper, feeding->bus, feeding->stopped);
   if (soundings != nullptr)
     pipeline.mapper().OnSoundings([&](const SubmapSoundings& submap) {
       soundings->Add(submap, feeding->inputs->Take(submap));
     });
-  if (input->submaps)
-    FeedSubmaps(std::move(*input->submaps), &pipeline, feeding);
-  else if (input->survey_files)
-    FeedSurvey(input->survey_files.get(), feeding);
+  if (dive->input.submaps)
+    FeedSubmaps(std::move(*dive->input.submaps), &pipeline, feeding);
   else
-    FeedLogs(*input->logs, ChannelRole::kSensor, raw, feeding);
+    Feed(&dive->input, raw, feeding);
   pipeline.Finish();
   if (feeding->stopped() && feeding->partial.empty()) NoteStop(100, feeding);
   feeding->mapper_counters = pipeline.Counters();
   feeding->noise = pipeline.mapper().mapper().noise();
   feeding->conditions = pipeline.Conditions();
-  if (collector.submaps() > 0) return;
-  if (input->logs && !feeding->inputs->HasPings() && collector.states() > 0) return;
-  if (!feeding->partial.empty()) throw std::runtime_error("no submap: " + feeding->partial);
-  if (input->survey_files) throw DataError("no submap: " + pipeline.Statement());
-  throw std::runtime_error("no submap: " + pipeline.Statement());
+  const bool track_alone =
+      dive->input.logs && !feeding->inputs->HasPings() && collector.states() > 0;
+  if (track_alone) return;
+  ExpectSubmaps(collector, dive->input.survey_files != nullptr, pipeline.Statement(), *feeding);
+}
+
+// The map's datum for all, each dive's start carried to it.
+void UseDatum(const Datum& datum, std::vector<Dive>* dives) {
+  const GeographicLib::LocalCartesian map(datum.latitude_deg, datum.longitude_deg, 0.0);
+  for (Dive& dive : *dives) {
+    VehicleGeometry& vehicle = dive.mapper.vehicle;
+    const GeographicLib::LocalCartesian own(
+        Rad2Deg(vehicle.datum_latitude_rad), Rad2Deg(vehicle.datum_longitude_rad), 0.0);
+    NavigationParams& start = dive.mapper.navigation;
+    double latitude_deg = 0.0, longitude_deg = 0.0, up_m = 0.0;
+    own.Reverse(start.start_east_m, start.start_north_m, 0.0, latitude_deg, longitude_deg, up_m);
+    map.Forward(latitude_deg, longitude_deg, 0.0, start.start_east_m, start.start_north_m, up_m);
+    vehicle.datum_latitude_rad = Deg2Rad(datum.latitude_deg);
+    vehicle.datum_longitude_rad = Deg2Rad(datum.longitude_deg);
+  }
+}
+
+// Errors of mounting are looked for where all dives are those of one vehicle.
+MountingSigmas MountingOfAll(const std::vector<Dive>& dives) {
+  const auto vehicle = [](const Dive& dive) {
+    std::string text;
+    for (const auto& [name, file] : ConfigFiles(dive.mapper))
+      if (name == "vehicle.yaml") text = file;
+    const MountingSigmas& sigmas = dive.mapper.mounting;
+    return std::tuple(text, sigmas.sonar_m, sigmas.dvl_yaw_rad);
+  };
+  const bool same = std::all_of(
+      dives.begin(), dives.end(), [&](const Dive& d) { return vehicle(d) == vehicle(dives[0]); });
+  return same ? dives[0].mapper.mounting : MountingSigmas{};
+}
+
+// One that cannot be mapped costs itself.
+void FeedOneOfSeveral(Dive* dive, Feeding* feeding) {
+  const std::map<std::string, std::int64_t> refused_before = std::exchange(feeding->refused, {});
+  try {
+    Feed(&dive->input, nullptr, feeding);
+  } catch (const std::runtime_error& e) {
+    std::fprintf(stderr, "%s: left out: %s\n", dive->name.c_str(), e.what());
+  }
+  for (const auto& [reason, count] : refused_before) feeding->refused[reason] += count;
+}
+
+// Several dives in one map: each through a mapper of its own to submaps, all of these in one graph.
+// The inputs' files are numbered through. Gives their spans.
+std::vector<SurveyInput> RemakeTogether(std::vector<Dive>* dives,
+                                        const fs::path& store,
+                                        SurveyCollector* collector,
+                                        SoundingLog* soundings,
+                                        Feeding* feeding) {
+  Bus* const bus = feeding->bus;
+  MapperConfig all = dives->front().mapper;
+  all.mounting = MountingOfAll(*dives);
+  all.map_dir = store / "all";
+  Pipeline pipeline(dives->front().config, all, bus, feeding->stopped);
+  std::vector<SurveyInput> spans;
+  std::int32_t next_id = 0;
+  std::string statements;
+  for (std::size_t k = 0; k < dives->size() && !feeding->stopped(); ++k) {
+    Dive& dive = (*dives)[k];
+    collector->BeginDive(dive.name);
+    dive.mapper.map_dir = store / std::to_string(k);
+    DiveFront front(
+        dive.mapper,
+        static_cast<std::int32_t>(k),
+        next_id,
+        [&](Submap submap, Mapper::OfDive of_dive) {
+          pipeline.mapper().AddSubmap(std::move(submap), std::move(of_dive));
+          pipeline.Settle();
+        },
+        [&](const NavState& nav) { collector->Add(nav); });
+    PingInputs inputs(
+        dive.input.names, soundings != nullptr, dive.mapper.sonar_time_offset_s, front.bus());
+    const auto first_input = static_cast<std::uint16_t>(spans.size());
+    if (soundings != nullptr)
+      front.mapper().OnSoundings([&](SubmapSoundings submap) {
+        std::vector<std::uint16_t> of_pings = inputs.Take(submap);
+        for (std::uint16_t& input : of_pings)
+          input = static_cast<std::uint16_t>(input + first_input);
+        submap.id.value += next_id;
+        soundings->Add(submap, of_pings);
+      });
+    feeding->bus = front.bus();
+    feeding->inputs = &inputs;
+    if (!feeding->quiet) std::fprintf(stderr, "dive %s\n", dive.name.c_str());
+    FeedOneOfSeveral(&dive, feeding);
+    front.Finish();
+    next_id = front.next_id();
+    statements += dive.name + ": " + front.mapper().health().text() + "; ";
+    spans.insert(spans.end(), inputs.spans().begin(), inputs.spans().end());
+  }
+  pipeline.Finish();
+  feeding->bus = bus;
+  feeding->mapper_counters = pipeline.Counters();
+  feeding->noise = pipeline.mapper().mapper().noise();
+  feeding->conditions = pipeline.Conditions();
+  ExpectSubmaps(*collector, dives->front().input.survey_files != nullptr, statements, *feeding);
+  return spans;
 }
 
 }  // namespace
@@ -419,42 +570,52 @@ void Remake(Input* input,
 ProductSummary RunReplay(const ReplayOptions& options) {
   const Stopwatch stopwatch;
   ExpectInputs(options);
-  Input input = Open(options);
+  const std::vector<DiveInput> dive_inputs = DivesAmong(options.inputs, options.from_raw);
+  ExpectDives(dive_inputs, options);
+  const bool several = dive_inputs.size() > 1;
+  std::vector<Input> opened;
+  for (const DiveInput& dive : dive_inputs) opened.push_back(Open(dive, options));
   OutputFolder out(options.out);
   std::optional<Interruption> interruption;
   if (options.interruptible) interruption.emplace([&out] { out.Discard(); });
 
-  const GivenConfig given{
-      options.mapper_config, options.optimizer_config, options.drivers, options.default_config_dir};
-  const ReplayConfig config =
-      input.logs ? ChooseConfig(given, *input.logs, out.path()) : ChooseConfig(given);
-  if (!options.quiet) std::fprintf(stderr, "configuration: %s\n", config.statement.c_str());
-  MapperConfig mapper_config = LoadChosen(config, options.mapper_config.empty());
-  if (input.survey_files) UseSurvey(input.survey_files->plan(), &mapper_config);
-  if (input.submaps) mapper_config.mounting = {};  // frames stand anywhere on whatever vehicle
+  std::vector<Dive> dives;
+  for (std::size_t k = 0; k < opened.size(); ++k) {
+    const std::string& name = dive_inputs[k].name;
+    const fs::path of_dive = several ? out.path() / "config" / name : out.path();
+    dives.push_back(Prepare(name, std::move(opened[k]), options, of_dive));
+    if (!options.quiet)
+      std::fprintf(stderr,
+                   "%sconfiguration: %s\n",
+                   several ? (name + ": ").c_str() : "",
+                   dives.back().config.statement.c_str());
+  }
+  Dive& first = dives[0];
+  const VehicleGeometry& vehicle = first.mapper.vehicle;
+  const Datum datum = options.datum.value_or(
+      Datum{Rad2Deg(vehicle.datum_latitude_rad), Rad2Deg(vehicle.datum_longitude_rad)});
+  if (several || options.datum) UseDatum(datum, &dives);
 
   ProductOptions products;
   products.title = options.inputs[0].filename().string();
-  products.configuration = config.statement;
+  products.configuration = first.config.statement;
   if (!options.quiet) {
     products.progress = [](const std::string& step) { std::fprintf(stderr, "%s\n", step.c_str()); };
   }
-  if (input.submaps) {
-    products.axes = input.submaps->z_up ? MapAxes::kEastNorthUp : MapAxes::kNorthEastDown;
+  if (first.input.submaps) {
+    products.axes = first.input.submaps->z_up ? MapAxes::kEastNorthUp : MapAxes::kNorthEastDown;
   } else {
-    const VehicleGeometry& vehicle = mapper_config.vehicle;
-    products.datum =
-        Datum{Rad2Deg(vehicle.datum_latitude_rad), Rad2Deg(vehicle.datum_longitude_rad)};
+    products.datum = datum;
     UseTruth(options, &products);
   }
 
   Bus bus("memq://");
   const std::unique_ptr<RawReplay> raw =
-      options.from_raw ? OpenRaw(input, given, out.path(), &bus) : nullptr;
+      options.from_raw ? OpenRaw(first.input, GivenBy(options), out.path(), &bus) : nullptr;
   SurveyCollector collector(out.path());
   CollectorNode collector_node(&bus, &collector);
   PingInputs inputs(
-      input.names, options.soundings.has_value(), mapper_config.sonar_time_offset_s, &bus);
+      first.input.names, options.soundings.has_value(), first.mapper.sonar_time_offset_s, &bus);
   std::optional<SoundingLog> soundings;
   if (options.soundings) {
     products.soundings = &soundings.emplace(out.path() / ".soundings");
@@ -470,12 +631,16 @@ ProductSummary RunReplay(const ReplayOptions& options) {
                   {},
                   {},
                   {}};
+  std::optional<std::vector<SurveyInput>> spans;
   if (options.as_recorded) {
-    FeedLogs(*input.logs, ChannelRole::kResult, nullptr, &feeding);
+    FeedLogs(*first.input.logs, ChannelRole::kResult, nullptr, &feeding);
   } else {
     const ScratchDir store(out.path() / ".store");
-    mapper_config.map_dir = store.path();
-    Remake(&input, config, mapper_config, raw.get(), collector, products.soundings, &feeding);
+    first.mapper.map_dir = store.path();
+    if (several)
+      spans = RemakeTogether(&dives, store.path(), &collector, products.soundings, &feeding);
+    else
+      Remake(&first, raw.get(), collector, products.soundings, &feeding);
   }
   if (inputs.unknown() > 0) feeding.refused["pings_of_an_unknown_input"] = inputs.unknown();
   products.refused = feeding.refused;
@@ -484,9 +649,9 @@ ProductSummary RunReplay(const ReplayOptions& options) {
   products.noise = feeding.noise;
   products.conditions = feeding.conditions;
   Survey survey = collector.Finish();
-  survey.inputs = inputs.spans();
+  survey.inputs = spans.value_or(inputs.spans());
   products.run_figures = [&] { return stopwatch.Read(DurationSeconds(survey)); };
-  const bool track_alone = survey.submaps.empty() && !options.as_recorded && input.logs;
+  const bool track_alone = survey.submaps.empty() && !options.as_recorded && first.input.logs;
   ProductSummary summary = track_alone ? WriteTrackProducts(survey, products, out.path())
                                        : WriteProducts(survey, products, out.path());
   soundings.reset();

@@ -14,8 +14,11 @@ namespace seastitch {
 class Bus;
 
 struct ReplayOptions {
-  // LCM logs in any order, one dive's folder, or one directory of submaps.
+  // Dives' folders, LCM logs in any order, survey files; or one directory of submaps. See
+  // DivesAmong().
   std::vector<std::filesystem::path> inputs;
+  // Of the map; absent: that of the first input.
+  std::optional<Datum> datum;
   // Empty: as recorded in the logs; of submaps and survey files those of default_config_dir.
   std::filesystem::path mapper_config;
   std::filesystem::path optimizer_config;

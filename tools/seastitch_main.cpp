@@ -109,6 +109,8 @@ void PrintSummary(const ProductSummary& summary, const fs::path& out) {
         summary.truth->after.yaw_rms_deg);
   }
   for (const std::string& finding : summary.noise_findings) std::printf("%s\n", finding.c_str());
+  for (const std::string& sentence : SentencesOf(summary.dives))
+    std::printf("%s\n", sentence.c_str());
   std::printf("%s\nmap and report in %s\n", summary.statement.c_str(), out.c_str());
 }
 
@@ -116,6 +118,7 @@ void AddReplay(CLI::App* app, int* status) {
   struct Arguments {
     ReplayOptions replay;
     fs::path truth;
+    std::vector<double> datum;
     bool print_config = false;
   };
   auto arguments = std::make_shared<Arguments>();
@@ -125,7 +128,8 @@ void AddReplay(CLI::App* app, int* status) {
   CLI::Option* const input = replay->add_option(
       "input",
       options.inputs,
-      "a dive's folder, LCM logs in any order, or a directory of submap PCD files");
+      "folders of dives (or of logs or survey files), LCM logs in any order, survey files: several "
+      "dives go into one map; or a directory of submap PCD files");
   CLI::Option* const out =
       replay->add_option("--out", options.out, "folder for everything that is made");
   replay->add_option("--config",
@@ -154,6 +158,12 @@ void AddReplay(CLI::App* app, int* status) {
       ->capture_default_str();
   replay->add_option("--drift-yaw-deg", options.drift.sigma_yaw_deg, "the same for yaw")
       ->capture_default_str();
+  replay
+      ->add_option("--datum",
+                   arguments->datum,
+                   "LATITUDE,LONGITUDE of the map's origin (default: the first input's)")
+      ->delimiter(',')
+      ->expected(2);
   const std::map<std::string, SoundingFormat> formats{{"las", SoundingFormat::kLas},
                                                       {"xyz", SoundingFormat::kXyz}};
   replay
@@ -176,6 +186,7 @@ void AddReplay(CLI::App* app, int* status) {
     for (const CLI::Option* needed : {input, out})
       if (needed->empty()) throw CLI::RequiredError(needed->get_name());
     if (!arguments->truth.empty()) chosen.truth = arguments->truth;
+    if (!arguments->datum.empty()) chosen.datum = Datum{arguments->datum[0], arguments->datum[1]};
     chosen.default_config_dir = ConfigDir();
     chosen.interruptible = true;
     const ProductSummary summary = RunReplay(chosen);

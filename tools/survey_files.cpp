@@ -13,6 +13,7 @@
 #include "common/convert/convert.hpp"
 #include "common/core/pose.hpp"
 #include "tools/message_types.hpp"
+#include "tools/sbet_beside.hpp"
 #include "tools/survey_stream.hpp"
 
 namespace seastitch {
@@ -96,8 +97,8 @@ struct Census {
   void operator()(const SonarSettings&) {}
 };
 
-void Look(const fs::path& file, Census* census) {
-  const auto reader = ReaderFor(file);
+void Look(const fs::path& file, const SbetParams& sbet, Census* census) {
+  const auto reader = ReaderFor(file, sbet);
   if (!reader) throw DataError(file.string() + ": no survey file of a format that is known");
   std::ifstream in(file, std::ios::binary);
   std::vector<std::uint8_t> piece(65'536);
@@ -132,9 +133,13 @@ const InstalledSensor* ActiveSensor(const SonarInstallation& installation, bool 
   return nullptr;
 }
 
+// Who puts processed navigation beside the files means it.
+constexpr char kSbet[] = "sbet";
+
 // A sensor for positions alone comes before an INS's own place, as in their makers' programs; "A"
 // before "n" of `.all`.
 std::string PositionSource(const Census& census, const SonarInstallation& installation) {
+  if (!Most(census.positions, kSbet).empty()) return kSbet;
   if (const InstalledSensor* const active = ActiveSensor(installation, true)) {
     const std::string number = active->name.substr(active->name.size() - 1);
     for (const std::string& name : {active->name, "#SPO" + number, std::string("#SPO")})
@@ -146,8 +151,16 @@ std::string PositionSource(const Census& census, const SonarInstallation& instal
 }
 
 std::string AttitudeSource(const Census& census) {
+  if (!Most(census.attitudes, kSbet).empty()) return kSbet;
   const std::string em = Most(census.attitudes, "A");
   return em.empty() ? Most(census.attitudes) : em;
+}
+
+// An SBET has none: that of the motion sensor.
+std::string HeaveSource(const Census& census, const std::string& attitude_source) {
+  if (attitude_source == kSbet) return Most(census.heaves);
+  const auto own = census.heaves.find(attitude_source);
+  return own != census.heaves.end() && own->second > 0 ? attitude_source : std::string();
 }
 
 // Of a transmitter in three parts the middle one.
@@ -165,6 +178,7 @@ VehicleGeometry VehicleOf(const SurveyPlan& plan) {
   for (std::size_t head = 1; head < heads; ++head)
     vehicle.more_heads.push_back({Centre(*i.TransmitterOf(head)), i.ReceiverOf(head)->At(0)});
   // Attitude and position of one sensor, or of two.
+  if (plan.position_source == kSbet) return vehicle;
   const bool alone = plan.position_source != plan.attitude_source;
   const InstalledSensor* const sensor = ActiveSensor(i, alone);
   if (sensor != nullptr)
@@ -231,14 +245,27 @@ bool SurveyFiles::IsSurveyFile(const fs::path& path) { return ReaderFor(path) !=
 
 SurveyFiles::SurveyFiles(const std::vector<fs::path>& files) : files_(files) {
   Plan(files);
-  for (const fs::path& file : files)
-    streams_.push_back(std::make_unique<SurveyStream>(file, kReorderS));
+  for (const fs::path& file : files) {
+    const auto sbet = sbets_.find(file);
+    streams_.push_back(std::make_unique<SurveyStream>(
+        file, kReorderS, sbet == sbets_.end() ? SbetParams{} : sbet->second));
+  }
 }
 SurveyFiles::~SurveyFiles() = default;
 
 void SurveyFiles::Plan(const std::vector<fs::path>& files) {
   Census census;
-  for (const fs::path& file : files) Look(file, &census);
+  for (const fs::path& file : files)
+    if (!IsSbet(file)) Look(file, {}, &census);
+  for (const fs::path& file : files) {
+    if (!IsSbet(file)) continue;
+    const std::set<Time>& pings =
+        census.raw > 0 ? census.raw_reach.times : census.placed_reach.times;
+    if (pings.empty())
+      throw DataError(file.string() + ": an SBET needs the survey beside it, for its week");
+    sbets_[file] = SbetParamsFor(file, *pings.begin());
+    Look(file, sbets_[file], &census);
+  }
   plan_.has_installation = census.installation.has_value();
   if (census.installation) plan_.installation = *census.installation;
   plan_.soundings = census.raw + census.placed > 0;
@@ -251,7 +278,8 @@ void SurveyFiles::Plan(const std::vector<fs::path>& files) {
   }
   if (!plan_.raw_pings && census.placed_with_depth > 0)
     plan_.depth = SurveyPlan::Depth::kPing;
-  else if (census.heaves[plan_.attitude_source] > 0)
+  else if (plan_.heave_source = HeaveSource(census, plan_.attitude_source);
+           !plan_.heave_source.empty())
     plan_.depth = SurveyPlan::Depth::kHeave;
   else if (!Most(census.depths).empty())
     plan_.depth = SurveyPlan::Depth::kNavigation;
@@ -360,9 +388,9 @@ void SurveyFiles::OnNavigation(const NavigationRecord& n, Bus* bus) {
       OnAttitude(n.time, *n.attitude, n, bus);
     else if (n.roll_pitch_rad && levels_.size() < 1000)
       levels_.push_back(n);
-    if (plan_.depth == SurveyPlan::Depth::kHeave && n.heave_m)
-      PublishDepth(n.time, *n.heave_m - plan_.installation.water_line_m, bus);
   }
+  if (plan_.depth == SurveyPlan::Depth::kHeave && n.source == plan_.heave_source && n.heave_m)
+    PublishDepth(n.time, *n.heave_m - plan_.installation.water_line_m, bus);
   if (n.source == plan_.heading_source && n.heading_rad) OnHeading(n.time, *n.heading_rad, bus);
   if (plan_.depth == SurveyPlan::Depth::kNavigation && n.depth_m)
     PublishDepth(n.time, *n.depth_m, bus);
@@ -388,7 +416,8 @@ void SurveyFiles::OnAttitude(Time t,
   sample.source = n.source;
   sample.attitude = attitude;
   // Into the vehicle's axes.
-  if (const InstalledSensor* const sensor = ActiveSensor(plan_.installation, false))
+  const InstalledSensor* const sensor = ActiveSensor(plan_.installation, false);
+  if (sensor != nullptr && n.source != kSbet)
     sample.attitude->q_ned_imu =
         (attitude.q_ned_imu * Eigen::Quaterniond(sensor->T_vehicle_sensor.linear()).conjugate())
             .normalized();

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "codecs/sbet_file.hpp"
 #include "codecs/survey_records.hpp"
 #include "common/core/counters.hpp"
 #include "common/core/vehicle.hpp"
@@ -25,6 +26,7 @@ struct SurveyPlan {
   std::string attitude_source;
   // As attitude_source, of sensors that give roll and pitch in one record and heading in another.
   std::string heading_source;
+  std::string heave_source;  // where the depth is made of heave
   // Of the depth: the heave of the attitude source, with the water line; the navigation's own; or
   // what the sonar states with each ping.
   enum class Depth { kNone, kHeave, kNavigation, kPing } depth = Depth::kNone;
@@ -104,6 +106,7 @@ class SurveyFiles {
 
   std::vector<std::filesystem::path> files_;
   std::vector<std::unique_ptr<SurveyStream>> streams_;
+  std::map<std::filesystem::path, SbetParams> sbets_;
   SurveyPlan plan_;
   std::size_t file_ = 0;
   Time now_;

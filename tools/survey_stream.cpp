@@ -15,6 +15,7 @@
 #include "codecs/s7k_file.hpp"
 #include "codecs/text_navigation.hpp"
 #include "codecs/xtf_file.hpp"
+#include "tools/sbet_beside.hpp"
 
 namespace seastitch {
 namespace {
@@ -35,7 +36,7 @@ std::string LowerExtension(const fs::path& path) {
 
 }  // namespace
 
-std::unique_ptr<SurveyReader> ReaderFor(const fs::path& path) {
+std::unique_ptr<SurveyReader> ReaderFor(const fs::path& path, const SbetParams& sbet) {
   std::array<char, 32> head{};
   std::ifstream in(path, std::ios::binary);
   if (fs::is_directory(path) || !in.read(head.data(), head.size())) return nullptr;
@@ -48,6 +49,7 @@ std::unique_ptr<SurveyReader> ReaderFor(const fs::path& path) {
   if (bytes[0] == '\x7B' && extension == ".xtf") return std::make_unique<XtfFileReader>();
   const bool stx = bytes[4] == '\x02' || bytes[0] == '\x02';
   if (stx && (extension == ".all" || bytes[5] == 'I')) return std::make_unique<EmAllFileReader>();
+  if (IsSbet(path)) return std::make_unique<SbetFileReader>(sbet);
   if (extension == ".cereal") return std::make_unique<CerealFileReader>();
   if (extension == ".fnv")
     return std::make_unique<TextNavigationReader>(TextNavigationFormat::Fnv());
@@ -60,10 +62,10 @@ Time TimeOf(const SurveyRecord& record) {
   return std::visit([](const auto& r) { return r.time; }, record);
 }
 
-SurveyStream::SurveyStream(const fs::path& path, double reorder_s)
+SurveyStream::SurveyStream(const fs::path& path, double reorder_s, const SbetParams& sbet)
     : path_(path),
       reorder_s_(reorder_s),
-      reader_(ReaderFor(path)),
+      reader_(ReaderFor(path, sbet)),
       in_(path, std::ios::binary),
       bytes_(fs::file_size(path)) {
   if (!reader_ || !in_) throw std::runtime_error(path.string() + ": no survey file that is known");

@@ -7,12 +7,15 @@
 #include <memory>
 #include <optional>
 
+#include "codecs/sbet_file.hpp"
 #include "codecs/survey_reader.hpp"
 
 namespace seastitch {
 
-// The reader for a file, by its content or its name. Nothing: no format of ours.
-std::unique_ptr<SurveyReader> ReaderFor(const std::filesystem::path& path);
+// The reader for a file, by its content or its name. sbet: of such a file. Nothing: no format of
+// ours.
+std::unique_ptr<SurveyReader> ReaderFor(const std::filesystem::path& path,
+                                        const SbetParams& sbet = {});
 
 // Time of any record.
 Time TimeOf(const SurveyRecord& record);
@@ -22,7 +25,7 @@ Time TimeOf(const SurveyRecord& record);
 class SurveyStream {
  public:
   // Throws std::runtime_error naming the file.
-  SurveyStream(const std::filesystem::path& path, double reorder_s);
+  SurveyStream(const std::filesystem::path& path, double reorder_s, const SbetParams& sbet = {});
 
   // Time of the next record; nothing at the end.
   std::optional<Time> next() const;

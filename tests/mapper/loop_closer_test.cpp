@@ -1,6 +1,7 @@
 #include "mapper/loop_closer.hpp"
 
 #include <gtest/gtest.h>
+#include <algorithm>
 
 #include <cmath>
 #include <limits>
@@ -124,6 +125,49 @@ TEST(LoopCloser, TiesEachSubmapToTheOneBefore) {
   EXPECT_NEAR(edges[0].T_from_to.Translation().norm(), 50.0, 1e-9);
   EXPECT_NEAR(edges[0].T_from_to.yaw, 0.4, 1e-12);
   EXPECT_NEAR(edges[0].information(0, 0), 4.0, 0.01);
+}
+
+// Two dives: the second begins 3 m sure of its place, over the first.
+TEST(LoopCloser, TiesNoTwoDivesButLooksForTheirClosures) {
+  LoopCloser closer(LoopCloserParams{});
+  closer.Add(At(0, 0.0, 0.0));
+  closer.Add(At(1, 80.0, 0.0));
+  const Eigen::Matrix3d start = Eigen::Vector3d(9.0, 9.0, 1e-4).asDiagonal();
+  closer.Add(At(2, 5.0, 10.0), {1, start});
+  closer.Add(At(3, 85.0, 10.0), {1, start});
+  EXPECT_TRUE(closer.DeadReckoningEdge(SubmapId{2}).empty());
+  EXPECT_EQ(closer.DeadReckoningEdge(SubmapId{3}).size(), 1u);
+  PoseGraph graph;
+  const Eigen::Matrix3d known = Eigen::Vector3d(1.0, 1.0, 1e-4).asDiagonal();
+  graph.vertices = {{SubmapId{0}, {1.0, 0.0, 0.0}, known, known},
+                    {SubmapId{1}, {81.0, 0.0, 0.0}, known, known}};
+  ASSERT_TRUE(closer.SetSolution(graph));
+  const auto first = closer.PairsFor(SubmapId{2});
+  ASSERT_EQ(first.size(), 1u);
+  EXPECT_EQ(first[0].target, SubmapId{0});
+  EXPECT_NEAR(first[0].prior.T_a_b.x, 4.0, 1e-9);
+  EXPECT_NEAR(first[0].prior.covariance(0, 0), 10.0, 0.05);  // both in the map, at 10 m
+  // Before the solution knows of the second dive, by its dead reckoning from its start.
+  const auto second = closer.PairsFor(SubmapId{3});
+  ASSERT_FALSE(second.empty());
+  const auto ahead = std::find_if(second.begin(), second.end(), [](const LoopPair& pair) {
+    return pair.target == SubmapId{1};
+  });
+  ASSERT_NE(ahead, second.end());
+  EXPECT_NEAR(ahead->prior.T_a_b.x, 4.0, 1e-9);
+  EXPECT_NEAR(ahead->prior.covariance(0, 0), 10.25, 0.2);
+}
+
+TEST(LoopCloser, ADiveWithoutAPlaceMayBeAnywhere) {
+  LoopCloser closer(LoopCloserParams{});
+  closer.Add(At(0, 0.0, 0.0));
+  closer.Add(At(1, 5.0, 10.0), {1, std::nullopt});
+  PoseGraph graph;
+  const Eigen::Matrix3d known = Eigen::Vector3d(1.0, 1.0, 1e-4).asDiagonal();
+  graph.vertices = {{SubmapId{0}, {}, known, known}};
+  ASSERT_TRUE(closer.SetSolution(graph));
+  for (const LoopPair& pair : closer.PairsFor(SubmapId{1}))
+    EXPECT_GT(pair.prior.covariance(0, 0), 1e5);
 }
 
 // Three swaths: 0 and 2 side by side, 1 far ahead. A solution of them as the optimizer gives it.

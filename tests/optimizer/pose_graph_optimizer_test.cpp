@@ -895,6 +895,72 @@ TEST(PoseGraphOptimizer, AMapWithoutAStartGoesWhereItsFirstFixIsHoweverFar) {
   }
 }
 
+// Two dives of one survey: the second half of the submaps is a chain of its own, whose dead
+// reckoning starts off by `off_m` to the north, 2 m as it says itself.
+std::vector<GraphUpdate> InTwoDives(SurveyGraph survey, double off_m, bool closures) {
+  std::vector<GraphUpdate> updates;
+  const int second = static_cast<int>(survey.updates.size()) / 2;
+  for (std::size_t k = 0; k < survey.updates.size(); ++k) {
+    GraphUpdate update = survey.updates[k];
+    update.version = static_cast<std::int64_t>(k) + 1;
+    const bool of_second = static_cast<int>(k) >= second;
+    for (GraphVertex& vertex : update.vertices) {
+      vertex.chain = of_second ? 1 : 0;
+      vertex.heading_sigma_rad = 0.01;
+      if (of_second) vertex.dead_reckoned.x += off_m;
+    }
+    std::erase_if(update.edges, [&](const GraphEdge& e) {
+      const bool between = (e.from.value < second) != (e.to.value < second);
+      return between && (e.kind == EdgeKind::kDeadReckoning || !closures);
+    });
+    if (static_cast<int>(k) == 0 || static_cast<int>(k) == second) {
+      GraphEdge start = Start(k == 0 ? 0.01 : 2.0);
+      start.from = start.to = update.vertices[0].id;
+      start.T_from_to = update.vertices[0].dead_reckoned;
+      update.edges.push_back(start);
+    }
+    updates.push_back(update);
+  }
+  return updates;
+}
+
+TEST(PoseGraphOptimizer, ASecondDiveIsLaidOnTheFirstByClosures) {
+  const SurveyGraph survey = SimulateSurvey({.vertices = 40, .per_line = 10, .closures = 3});
+  const PoseGraph joined = SolveAll(InTwoDives(survey, 3.0, true));
+  const PoseGraph apart = SolveAll(InTwoDives(survey, 3.0, false));
+  const auto off_m = [](const PoseGraph& solution, const PoseGraph& right) {
+    double sum = 0.0;
+    for (std::size_t k = 20; k < 40; ++k)
+      sum += solution.vertices[k].T_map_level.x - right.vertices[k].T_map_level.x;
+    return sum / 20.0;
+  };
+  const PoseGraph right = SolveAll(InTwoDives(survey, 0.0, true));
+  EXPECT_NEAR(off_m(joined, right), 0.0, 0.3);
+  EXPECT_NEAR(off_m(apart, SolveAll(InTwoDives(survey, 0.0, false))), 3.0, 0.01);
+  // As well known as its own start alone, or by the first dive.
+  EXPECT_NEAR(apart.vertices[20].covariance(0, 0), 4.0, 0.1);
+  EXPECT_LT(joined.vertices[20].covariance(0, 0), 1.0);
+}
+
+TEST(PoseGraphOptimizer, DeadReckoningJoinsNoTwoDives) {
+  std::vector<GraphUpdate> updates = DriftingSquare();
+  for (std::size_t k = 3; k < updates.size(); ++k) updates[k].vertices[0].chain = 1;
+  PoseGraphOptimizer optimizer{OptimizerParams{}};
+  for (const GraphUpdate& update : updates) ASSERT_TRUE(optimizer.Add(update));
+  EXPECT_EQ(optimizer.counters().at("edges_between_chains"), 1);
+  const PoseGraph solution = *optimizer.Solve();
+  EXPECT_GT(solution.vertices[3].covariance(0, 0), 1e5);  // tied to nothing, and says so
+}
+
+TEST(PoseGraphOptimizer, ChainsRise) {
+  std::vector<GraphUpdate> updates = DriftingSquare();
+  updates[1].vertices[0].chain = 2;
+  updates[2].vertices[0].chain = 1;
+  PoseGraphOptimizer optimizer{OptimizerParams{}};
+  for (const GraphUpdate& update : updates) ASSERT_TRUE(optimizer.Add(update));
+  EXPECT_GE(optimizer.counters().at("vertices_malformed"), 1);
+}
+
 TEST(PoseGraphOptimizer, OnlyTheFirstSubmapHasAStart) {
   std::vector<GraphUpdate> updates = DriftingSquare();
   updates[2].edges.push_back(Start(1.0));

@@ -5,12 +5,14 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <vector>
 
 #include "bench/log.hpp"
 #include "bench/survey_config.hpp"
@@ -19,6 +21,7 @@
 #include "common/runtime/vehicle_config.hpp"
 #include "mapper/mapper_config.hpp"
 #include "tests/runtime/temporary_dir.hpp"
+#include "tests/tools/kmall_pieces.hpp"
 #include "tools/bench_command.hpp"
 #include "tools/install_paths.hpp"
 #include "tools/kmall_survey.hpp"
@@ -32,12 +35,12 @@ namespace fs = std::filesystem;
 constexpr double kFixSigmaM = 2.0;
 constexpr double kFixEveryS = 240.0;
 
-ProductSummary Map(const fs::path& input,
+ProductSummary Map(const std::vector<fs::path>& inputs,
                    const fs::path& mapper,
                    const fs::path& truth,
                    const fs::path& out) {
   ReplayOptions options;
-  options.inputs = {input};
+  options.inputs = inputs;
   options.mapper_config = mapper;
   options.optimizer_config = ConfigDir() / "optimizer.yaml";
   options.truth = truth;
@@ -63,7 +66,8 @@ void WriteGivenConfig(const fs::path& base, const bench::SensorErrors& e, const 
 void Run(const std::string& survey_file,
          const std::string& errors,
          std::uint64_t first_seed,
-         int runs) {
+         int runs,
+         int dives) {
   std::printf(
       "survey %s, errors %s, a fix of %.0f m every %.0f s; shape error RMS [m], before and "
       "after\n",
@@ -71,7 +75,7 @@ void Run(const std::string& survey_file,
       errors.c_str(),
       kFixSigmaM,
       kFixEveryS);
-  std::printf("%5s %10s %10s | %10s %10s | %6s %6s\n",
+  std::printf("%5s %10s %10s | %10s %10s | %6s %6s",
               "seed",
               "sensors",
               "map",
@@ -79,8 +83,10 @@ void Run(const std::string& survey_file,
               "map",
               "jumps",
               "ratio");
+  std::printf("%s\n", dives > 1 ? " | cut into dives: map, ratio to one, joined" : "");
   double sensors2 = 0.0;
   double files2 = 0.0;
+  double dives2 = 0.0;
   for (int run = 0; run < runs; ++run) {
     const TemporaryDir dir;
     bench::SurveyConfig survey = bench::LoadSurvey(survey_file);
@@ -98,15 +104,15 @@ void Run(const std::string& survey_file,
     const fs::path kmall = dir.path() / "survey.kmall";
     const KmallSurveyResult file = WriteKmallSurvey({log, mapper, kmall});
     const fs::path truth = bench::TruthPathFor(log);
-    const ProductSummary a = Map(log, mapper, truth, dir.path() / "a");
+    const ProductSummary a = Map({log}, mapper, truth, dir.path() / "a");
     const fs::path given = dir.path() / "given.yaml";
     WriteGivenConfig(mapper, survey.errors, given);
-    const ProductSummary b = Map(kmall, given, truth, dir.path() / "b");
+    const ProductSummary b = Map({kmall}, given, truth, dir.path() / "b");
     const double sensors = a.truth->after_aligned.position_rms_m;
     const double files = b.truth->after_aligned.position_rms_m;
     sensors2 += sensors * sensors;
     files2 += files * files;
-    std::printf("%5llu %10.3f %10.3f | %10.3f %10.3f | %6lld %6.2f\n",
+    std::printf("%5llu %10.3f %10.3f | %10.3f %10.3f | %6lld %6.2f",
                 static_cast<unsigned long long>(survey.seed),
                 a.truth->before_aligned.position_rms_m,
                 sensors,
@@ -114,12 +120,28 @@ void Run(const std::string& survey_file,
                 files,
                 static_cast<long long>(file.fixes),
                 files / sensors);
+    if (dives > 1) {
+      const auto folders = testing::CutKmall(kmall, dives, dir.path(), "dive");
+      const ProductSummary c = Map(folders, given, truth, dir.path() / "c");
+      const double cut = c.truth->after_aligned.position_rms_m;
+      dives2 += cut * cut;
+      const auto joined = std::count_if(
+          c.dives.begin(), c.dives.end(), [](const DiveInMap& dive) { return dive.group == 0; });
+      std::printf(
+          " | %.3f %.2f %lld of %d", cut, cut / files, static_cast<long long>(joined), dives);
+    }
+    std::printf("\n");
     std::fflush(stdout);
   }
   std::printf("all: %.3f m through sensors, %.3f m from files, ratio %.3f\n",
               std::sqrt(sensors2 / runs),
               std::sqrt(files2 / runs),
               std::sqrt(files2 / sensors2));
+  if (dives > 1)
+    std::printf("all: %.3f m in %d dives, %.3f times that in one\n",
+                std::sqrt(dives2 / runs),
+                dives,
+                std::sqrt(dives2 / files2));
 }
 
 }  // namespace
@@ -131,13 +153,15 @@ int main(int argc, char** argv) try {
   std::uint64_t first_seed = 1;
   std::string errors = "ins_tactical";
   int runs = 5;
+  int dives = 1;
   CLI::App app("Maps of the same surveys through sensors and from files alone");
   app.add_option("--survey", survey, "survey description")->capture_default_str();
   app.add_option("--errors", errors, "class of sensors: ins_tactical, mems")->capture_default_str();
   app.add_option("--first-seed", first_seed, "of the surveys")->capture_default_str();
   app.add_option("--runs", runs, "surveys")->capture_default_str();
+  app.add_option("--dives", dives, "also cuts the file into so many dives")->capture_default_str();
   CLI11_PARSE(app, argc, argv);
-  seastitch::Run(survey, errors, first_seed, runs);
+  seastitch::Run(survey, errors, first_seed, runs, dives);
   return 0;
 } catch (const std::exception& e) {
   std::fprintf(stderr, "seastitch-bench-files: %s\n", e.what());

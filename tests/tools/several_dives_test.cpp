@@ -1,0 +1,210 @@
+// Several dives into one map, as a user types it.
+
+#include <gmock/gmock.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <regex>
+#include <sstream>
+
+#include "tests/drivers/test_data.hpp"
+#include "tests/paths.hpp"
+#include "tests/process/run_command.hpp"
+#include "tests/runtime/temporary_dir.hpp"
+#include "tests/tools/kmall_pieces.hpp"
+#include "tools/dive_inputs.hpp"
+#include "tools/kmall_survey.hpp"
+
+namespace seastitch {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+std::string TextOf(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::ostringstream out;
+  out << in.rdbuf();
+  return out.str();
+}
+
+// Three lines of 60 m as the .kmall of a vehicle whose INS navigates.
+class SeveralDives : public ::testing::Test {
+ protected:
+  static const fs::path& Folder() {
+    static const TemporaryDir dir;
+    static const bool made = [] {
+      const std::string survey = std::regex_replace(
+          TextOf(ConfigFile("bench/short.yaml")), std::regex("mems"), "ins_tactical");
+      const std::string yaml = dir.Write("survey.yaml", survey);
+      const auto bench = RunCommand(Program("seastitch") + " bench --survey " + yaml + " --log " +
+                                    (dir.path() / "l.lcmlog").string() + " --kmall " +
+                                    (dir.path() / "whole.kmall").string());
+      EXPECT_EQ(bench.exit_code, 0) << bench.output;
+      testing::CutKmall(dir.path() / "whole.kmall", 3, dir.path(), "dive");
+      return true;
+    }();
+    EXPECT_TRUE(made);
+    return dir.path();
+  }
+
+  CommandResult Replay(const std::string& inputs, const std::string& more = "") {
+    return RunCommand("cd " + Folder().string() + " && " + Program("seastitch") +
+                      " replay --quiet " + inputs + " --out " + (out_.path() / "map").string() +
+                      " --truth " + (Folder() / "l.lcmlog.truth.csv").string() + " " + more);
+  }
+  nlohmann::json Report() const {
+    return nlohmann::json::parse(TextOf(out_.path() / "map/report.json"));
+  }
+
+  TemporaryDir out_;
+};
+
+TEST_F(SeveralDives, BecomeOneMapAndOneElsewhereStandsApart) {
+  // The same survey, 2 km further north.
+  const fs::path config = Folder() / "elsewhere";
+  fs::create_directories(config / "dive4");
+  for (const char* const name : {"mapper_ins_tactical.yaml", "vehicle.yaml"})
+    std::ofstream(config / name) << std::regex_replace(
+        TextOf(ConfigFile(name)), std::regex("latitude_deg: 43.07"), "latitude_deg: 43.09");
+  WriteKmallSurvey({Folder() / "l.lcmlog",
+                    config / "mapper_ins_tactical.yaml",
+                    config / "dive4" / "lines.kmall"});
+
+  const CommandResult whole = Replay("whole.kmall");
+  ASSERT_EQ(whole.exit_code, 0) << whole.output;
+  const double in_one_m = Report()["truth"]["aligned_position_rms_m"]["after"];
+  const CommandResult cut = Replay("dive1 dive2 dive3");
+  ASSERT_EQ(cut.exit_code, 0) << cut.output;
+  const double in_three_m = Report()["truth"]["aligned_position_rms_m"]["after"];
+  RecordProperty("shape_in_one_m", std::to_string(in_one_m));
+  RecordProperty("shape_in_three_m", std::to_string(in_three_m));
+  std::printf("shape: %.3f m in one, %.3f m in three\n", in_one_m, in_three_m);
+
+  const CommandResult four = Replay("dive1/ dive2 dive3 elsewhere/dive4", "--soundings las");
+  ASSERT_EQ(four.exit_code, 0) << four.output;
+  const nlohmann::json dives = Report()["dives"];
+  ASSERT_EQ(dives.size(), 4u);
+  for (std::size_t k = 0; k < 3; ++k) {
+    EXPECT_EQ(dives[k]["name"], "dive" + std::to_string(k + 1));
+    EXPECT_EQ(dives[k]["group"], 0) << four.output;
+    EXPECT_GT(dives[k]["submaps"], 0);
+  }
+  EXPECT_GE(dives[1]["closures_with"]["dive1"], 1);
+  EXPECT_EQ(dives[3]["group"], 3);
+  EXPECT_THAT(four.output, HasSubstr("dive4 ("));
+  EXPECT_THAT(four.output, HasSubstr("stands apart"));
+  EXPECT_THAT(TextOf(out_.path() / "map/report.html"), HasSubstr("stands apart"));
+  EXPECT_THAT(TextOf(out_.path() / "map/export/files.csv"), HasSubstr("4,lines.kmall"));
+}
+
+TEST_F(SeveralDives, TheSameInputsGiveTheSameMap) {
+  ASSERT_EQ(Replay("dive1 dive2").exit_code, 0);
+  const std::string first = TextOf(out_.path() / "map/depth.tif");
+  ASSERT_EQ(Replay("dive1 dive2").exit_code, 0);
+  EXPECT_TRUE(first == TextOf(out_.path() / "map/depth.tif"));
+}
+
+TEST_F(SeveralDives, TheDatumIsThatOfTheFirstUnlessOneIsGiven) {
+  ASSERT_EQ(Replay("dive2 dive1").exit_code, 0);
+  const nlohmann::json own = Report();
+  ASSERT_EQ(Replay("dive2 dive1", "--datum 43.1,-70.7").exit_code, 0);
+  EXPECT_THAT(TextOf(out_.path() / "map/report.html"), HasSubstr("43.1000000&deg;"));
+  EXPECT_EQ(Report()["submaps"], own["submaps"]);
+  const CommandResult wrong = Replay("dive2 dive1", "--datum 430.1,-70.7");
+  EXPECT_EQ(wrong.exit_code, 64) << wrong.output;
+}
+
+TEST_F(SeveralDives, OneThatIsDamagedIsLeftOutAndNamed) {
+  fs::create_directories(Folder() / "broken");
+  std::ofstream(Folder() / "broken" / "lines.kmall", std::ios::binary)
+      << TextOf(Folder() / "dive2" / "lines.kmall").substr(0, 20'000);
+  const CommandResult result = Replay("dive1 broken dive3");
+  if (result.exit_code != 0) {
+    // Nothing can be placed by what is left of it.
+    EXPECT_THAT(result.output, HasSubstr("broken"));
+    return;
+  }
+  EXPECT_THAT(result.output, HasSubstr("broken ("));
+}
+
+// Exported corrected navigation, taken as navigation beside the same pings.
+TEST_F(SeveralDives, ASbetBesideTheFilesIsTheirNavigation) {
+  ASSERT_EQ(Replay("whole.kmall").exit_code, 0);
+  const double corrected_m = Report()["truth"]["aligned_position_rms_m"]["after"];
+  fs::copy_file(out_.path() / "map/export/navigation.sbet",
+                Folder() / "processed.sbet",
+                fs::copy_options::overwrite_existing);
+  const CommandResult result = Replay("whole.kmall processed.sbet");
+  ASSERT_EQ(result.exit_code, 0) << result.output;
+  const double before_m = Report()["truth"]["aligned_position_rms_m"]["before"];
+  EXPECT_NEAR(before_m, corrected_m, 0.05);
+  const CommandResult alone = Replay("processed.sbet");
+  EXPECT_NE(alone.exit_code, 0);
+}
+
+// As in docs/survey-files.md. Without GNU parallel by xargs, which it is a better one of.
+TEST_F(SeveralDives, EightSurveysTwoAtATimeOfWhichOneIsDamaged) {
+  const fs::path archive = out_.path() / "archive";
+  for (int n = 1; n <= 8; ++n) {
+    const fs::path survey = archive / ("s" + std::to_string(n));
+    fs::create_directories(survey);
+    fs::copy_file(Folder() / "whole.kmall", survey / "lines.kmall");
+  }
+  std::ofstream(archive / "s3" / "lines.kmall", std::ios::binary | std::ios::trunc)
+      << TextOf(Folder() / "whole.kmall").substr(0, 5'000);
+  const bool has_parallel = RunCommand("command -v parallel").exit_code == 0;
+  const std::string each =
+      Program("seastitch") + " replay --quiet {} --out maps/{NAME} > maps/{NAME}.txt";
+  const std::string by_parallel = std::regex_replace(each, std::regex("\\{NAME\\}"), "{/}");
+  const std::string by_xargs = std::regex_replace(each, std::regex("\\{NAME\\}"), "$(basename {})");
+  const auto run = RunCommand(
+      "cd " + out_.path().string() + " && mkdir maps && " +
+      (has_parallel
+           ? "parallel -j 2 --joblog maps/jobs.txt '" + by_parallel + " 2>&1' ::: archive/*"
+           : "ls -d archive/* | xargs -P 2 -I{} sh -c '" + by_xargs + " 2>&1'"));
+  EXPECT_NE(run.exit_code, 0) << run.output;  // one failed
+  std::string first;
+  for (int n = 1; n <= 8; ++n) {
+    const std::string name = "s" + std::to_string(n);
+    const std::string map = TextOf(out_.path() / "maps" / name / "depth.tif");
+    if (n == 3) {
+      EXPECT_TRUE(map.empty());
+      EXPECT_THAT(TextOf(out_.path() / "maps" / (name + ".txt")), HasSubstr("seastitch: "));
+      continue;
+    }
+    ASSERT_FALSE(map.empty()) << name << run.output;
+    if (first.empty()) first = map;
+    EXPECT_TRUE(map == first) << name;
+  }
+}
+
+TEST(DivesAmong, FoldersDaysAndLooseLogs) {
+  const fs::path file = Shared("data/mbes/em2040_OS01.kmall");
+  const fs::path other = Shared("data/mbes/em710_g.all");
+  SKIP_WITHOUT(file);
+  const TemporaryDir dir;
+  fs::create_directories(dir.path() / "a");
+  fs::create_directories(dir.path() / "b" / "a");
+  fs::copy_file(file, dir.path() / "a" / "x.kmall");
+  fs::copy_file(file, dir.path() / "b" / "a" / "y.kmall");
+  std::ofstream(dir.path() / "a" / "notes.txt") << "not a survey file";
+  const auto dives = DivesAmong({dir.path() / "a/",
+                                 file,
+                                 dir.path() / "one.lcmlog",
+                                 other,
+                                 dir.path() / "b" / "a",
+                                 dir.path() / "two.lcmlog"});
+  ASSERT_EQ(dives.size(), 5u);
+  EXPECT_EQ(dives[0].name, "a");
+  EXPECT_EQ(dives[0].files, std::vector<fs::path>{dir.path() / "a" / "x.kmall"});
+  EXPECT_EQ(dives[1].files, std::vector<fs::path>{file});
+  EXPECT_EQ(dives[1].name.size(), 10u);  // a day
+  EXPECT_EQ(dives[2].name, "logs");
+  EXPECT_EQ(dives[2].files.size(), 2u);
+  EXPECT_NE(dives[3].name, dives[1].name);
+  EXPECT_EQ(dives[4].name, "a (2)");
+}
+
+}  // namespace
+}  // namespace seastitch

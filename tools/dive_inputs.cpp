@@ -1,0 +1,74 @@
+#include "tools/dive_inputs.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <map>
+#include <set>
+
+#include "products/navigation_files.hpp"
+#include "tools/recorded_dive.hpp"
+#include "tools/sbet_beside.hpp"
+#include "tools/survey_files.hpp"
+#include "tools/survey_stream.hpp"
+
+namespace seastitch {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr char kLogs[] = "logs";  // the dive of logs that lie in no folder
+
+std::vector<fs::path> FilesIn(const fs::path& folder) {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const fs::path& path = entry.path();
+    if (!entry.is_regular_file()) continue;
+    if (path.extension() == ".lcmlog" || SurveyFiles::IsSurveyFile(path)) files.push_back(path);
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+// 2026-05-02
+std::string DayOf(const fs::path& file) {
+  const std::optional<Time> first = SurveyStream(file, SurveyFiles::kReorderS).next();
+  return first ? IsoTime(*first).substr(0, 10) : std::string("without records");
+}
+
+std::string NameOf(const fs::path& path) {
+  return (fs::weakly_canonical(path) / "").parent_path().filename().string();
+}
+
+}  // namespace
+
+std::vector<DiveInput> DivesAmong(const std::vector<fs::path>& inputs, bool raw) {
+  std::vector<DiveInput> dives;
+  std::map<std::string, std::size_t> loose;  // day or kLogs to its place
+  std::vector<fs::path> sbets;               // have no day of their own
+  for (const fs::path& input : inputs) {
+    if (IsSbet(input)) {
+      sbets.push_back(input);
+      continue;
+    }
+    if (fs::is_directory(input)) {
+      dives.push_back({NameOf(input), IsDive(input) ? LogsOfDive(input, raw) : FilesIn(input)});
+      continue;
+    }
+    const std::string group = SurveyFiles::IsSurveyFile(input) ? DayOf(input) : kLogs;
+    const auto [place, is_new] = loose.try_emplace(group, dives.size());
+    if (is_new) dives.push_back({group, {}});
+    dives[place->second].files.push_back(input);
+  }
+  for (const auto& [group, place] : loose)
+    if (group != kLogs)
+      dives[place].files.insert(dives[place].files.end(), sbets.begin(), sbets.end());
+  std::set<std::string> names;
+  for (DiveInput& dive : dives) {
+    const std::string name = dive.name;
+    for (int n = 2; !names.insert(dive.name).second; ++n)
+      dive.name = name + " (" + std::to_string(n) + ")";
+  }
+  return dives;
+}
+
+}  // namespace seastitch

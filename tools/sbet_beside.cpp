@@ -1,0 +1,89 @@
+#include "tools/sbet_beside.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <fstream>
+#include <stdexcept>
+#include <string>
+
+#include "common/core/bytes.hpp"
+#include "common/core/pose.hpp"
+#include "products/navigation_files.hpp"
+
+namespace seastitch {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kRecordBytes = 136;
+constexpr double kWeekS = 604'800.0;
+constexpr double kEarthM = 6'371'000.0;
+constexpr double kUnderWayMps = 1.0;
+
+// Of one record, as far as it is needed here.
+struct Row {
+  double week_s, latitude_rad, longitude_rad, heading_rad, wander_rad;
+};
+
+// Of the first half hour, one a second.
+std::vector<Row> RowsOf(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::array<std::uint8_t, kRecordBytes> record{};
+  std::vector<Row> rows;
+  while (rows.size() < 1800 && in.read(reinterpret_cast<char*>(record.data()),
+                                       static_cast<std::streamsize>(kRecordBytes))) {
+    ByteReader reader(Bytes(record.data(), record.size()));
+    std::array<double, 11> v{};
+    for (double& number : v) number = reader.Le<double>();
+    if (!std::all_of(v.begin(), v.end(), [](double n) { return std::isfinite(n); })) continue;
+    if (rows.empty() || v[0] - rows.back().week_s >= 1.0)
+      rows.push_back({v[0], v[1], v[2], v[9], v[10]});
+  }
+  if (rows.empty()) throw std::runtime_error(path.string() + ": no SBET record in it");
+  return rows;
+}
+
+int WanderSign(const std::vector<Row>& rows) {
+  std::array<double, 3> off{};  // of -1, 0, 1
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    const double dt_s = rows[i].week_s - rows[i - 1].week_s;
+    const double north_m = kEarthM * (rows[i].latitude_rad - rows[i - 1].latitude_rad);
+    const double east_m = kEarthM * std::cos(rows[i].latitude_rad) *
+                          WrapAngle(rows[i].longitude_rad - rows[i - 1].longitude_rad);
+    if (std::hypot(north_m, east_m) < kUnderWayMps * dt_s || dt_s > 5.0) continue;
+    for (int sign = -1; sign <= 1; ++sign)
+      off[static_cast<std::size_t>(sign + 1)] += std::abs(
+          WrapAngle(rows[i].heading_rad + sign * rows[i].wander_rad - std::atan2(east_m, north_m)));
+  }
+  if (off[1] <= off[0] && off[1] <= off[2]) return 0;
+  return off[0] < off[2] ? -1 : 1;
+}
+
+}  // namespace
+
+bool IsSbet(const fs::path& path) {
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) {
+    return static_cast<char>(std::tolower(c));
+  });
+  if (extension != ".sbet" && extension != ".out") return false;
+  std::error_code error;
+  const std::uintmax_t size = fs::file_size(path, error);
+  return !error && size > 0 && size % kRecordBytes == 0;
+}
+
+SbetParams SbetParamsFor(const fs::path& path, Time of_survey) {
+  const std::vector<Row> rows = RowsOf(path);
+  const double gps_s = GpsSeconds(of_survey);
+  // The week whose record is nearest to the survey: the file may begin in the week before.
+  const double week = std::round((gps_s - rows.front().week_s) / kWeekS);
+  SbetParams params;
+  params.leap_seconds = std::round(gps_s - ToSeconds(of_survey - FromUtime(315'964'800'000'000)));
+  params.week_start = FromUtime(315'964'800'000'000) + FromSeconds(week * kWeekS);
+  params.wander_sign = WanderSign(rows);
+  return params;
+}
+
+}  // namespace seastitch
