@@ -5,6 +5,7 @@
 #include <optional>
 #include <set>
 #include <stdexcept>
+#include <tuple>
 #include <utility>
 
 #include "common/convert/convert.hpp"
@@ -66,16 +67,19 @@ using Chain = std::vector<const Scan*>;
 // What the numbers say of b having been recorded next after a.
 struct Link {
   std::int64_t missing;  // messages of the channel that misses fewest; 0: b goes on where a ends
+  std::int64_t missing_in_all;  // a rare channel misses none where a whole log lies between
   const Scan* a;
   const Scan* b;
   bool operator<(const Link& other) const {
-    return std::pair(missing, b->first_utime) < std::pair(other.missing, other.b->first_utime);
+    return std::tuple(missing, missing_in_all, b->first_utime) <
+           std::tuple(other.missing, other.missing_in_all, other.b->first_utime);
   }
 };
 
 std::optional<Link> FindLink(const Scan& a, const Scan& b) {
   int votes = 0;  // a sender that began anew between them has one against
   std::optional<std::int64_t> missing;
+  std::int64_t missing_in_all = 0;
   for (const auto& [sender, of_b] : b.numbers) {
     const auto of_a = a.numbers.find(sender);
     if (of_a == a.numbers.end()) continue;
@@ -84,6 +88,7 @@ std::optional<Link> FindLink(const Scan& a, const Scan& b) {
     if (goes_on) {
       const std::int64_t between = of_b.first - of_a->second.second - 1;
       missing = std::min(missing.value_or(between), between);
+      missing_in_all += between;
     }
   }
   if (votes <= 0) return std::nullopt;
@@ -91,7 +96,7 @@ std::optional<Link> FindLink(const Scan& a, const Scan& b) {
   const bool against_names = a.path.parent_path() == b.path.parent_path() && LogNumber(a.path) &&
                              LogNumber(b.path) && *LogNumber(b.path) < *LogNumber(a.path);
   if (*missing > 0 && (b.first_utime < a.last_utime || against_names)) return std::nullopt;
-  return Link{*missing, &a, &b};
+  return Link{*missing, missing_in_all, &a, &b};
 }
 
 // Closest first, each log once, in no circle.

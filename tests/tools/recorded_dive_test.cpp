@@ -67,6 +67,31 @@ TEST_F(RecordedDive, OrdersLogsByTheNumbersOfTheirMessages) {
               ElementsAre(ElementsAre(first, second, third)));
 }
 
+TEST_F(RecordedDive, ARareChannelDoesNotLeadPastTheLogBetween) {
+  // HEALTH is in the first log and in the third; the clock went back before the third.
+  const auto with_health = [this](const std::string& name, std::int64_t from, std::int64_t at_s) {
+    const fs::path path = dir_ / name;
+    EventLogWriter log(path);
+    health_t health{};
+    health.utime = (1000 + from) * kSecond;
+    health.seq = from / 20;
+    health.process = "mapper";
+    log.Write(at_s * kSecond, "HEALTH", health);
+    for (std::int64_t seq = from; seq < from + 10; ++seq) {
+      depth_t msg{};
+      msg.utime = (1000 + seq) * kSecond;
+      msg.seq = seq;
+      log.Write((at_s + seq - from) * kSecond, "DEPTH", msg);
+    }
+    return path;
+  };
+  const fs::path first = with_health("c.lcmlog", 0, 86'500);
+  const fs::path second = Depths("b.lcmlog", 10, 20, 86'510);
+  const fs::path third = with_health("a.lcmlog", 20, 100);
+  EXPECT_THAT(Look({third, second, first}).recorders,
+              ElementsAre(ElementsAre(first, second, third)));
+}
+
 TEST_F(RecordedDive, OrdersWhatBeganAnewByTheNumbersOfTheFiles) {
   // The power was cut: all senders began at 0, and the clock a year earlier.
   const fs::path first = Depths("log/000.lcmlog", 50, 60, 9'000'000);
