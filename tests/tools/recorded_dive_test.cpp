@@ -88,7 +88,7 @@ TEST_F(RecordedDive, ARareChannelDoesNotLeadPastTheLogBetween) {
   const fs::path first = with_health("c.lcmlog", 0, 86'500);
   const fs::path second = Depths("b.lcmlog", 10, 20, 86'510);
   const fs::path third = with_health("a.lcmlog", 20, 100);
-  EXPECT_THAT(Look({third, second, first}).recorders,
+  EXPECT_THAT(Look({first, second, third}).recorders,
               ElementsAre(ElementsAre(first, second, third)));
 }
 
