@@ -112,6 +112,7 @@ template <class Sample>
 void Mapper::Navigate(const Sample& sample) {
   navigation_->Add(sample);
   watch_.Look(*navigation_);
+  given_watch_.Look(*navigation_);
   GiveNav();
   GeoreferencePings();
 }
@@ -125,12 +126,14 @@ template void Mapper::Navigate(const NavigationSample&);
 void Mapper::Add(const MbesPing& ping) {
   MbesPing on_time = ping;
   on_time.time = ping.time + FromSeconds(params_.sonar_time_offset_s);
+  given_watch_.See(on_time.time);
   navigation_->AddSoundSpeed(on_time.time, ping.sound_speed_mps);
   pings_.Add(std::move(on_time));
   GeoreferencePings();
 }
 
 void Mapper::Add(const SoundingPing& ping) {
+  given_watch_.See(ping.time);
   sounding_pings_.Add(ping);
   GeoreferencePings();
 }
@@ -487,10 +490,10 @@ std::vector<Condition> Mapper::conditions() const {
   std::vector<Condition> now;
   if (const auto& harm = search_.harm())
     now.push_back({&conditions::kSolutionWithheld, Sentence(*harm)});
-  if (params_.navigation_source == NavigationSource::kDeadReckoning) {
-    const std::vector<Condition> of_navigation = watch_.conditions(*navigation_);
-    now.insert(now.end(), of_navigation.begin(), of_navigation.end());
-  }
+  const bool given = params_.navigation_source == NavigationSource::kGiven;
+  const std::vector<Condition> of_navigation =
+      given ? given_watch_.conditions(*navigation_) : watch_.conditions(*navigation_);
+  now.insert(now.end(), of_navigation.begin(), of_navigation.end());
   if (sound_speed_source_ && !IsProfile(*sound_speed_source_))
     now.push_back({&conditions::kNoSoundSpeedProfile, Sentence(*sound_speed_source_)});
   if (failed_in_last_job_ > 0)

@@ -16,6 +16,7 @@
 #include "common/core/sensors.hpp"
 #include "common/core/submap.hpp"
 #include "mapper/geometry/georeference.hpp"
+#include "mapper/given_watch.hpp"
 #include "mapper/graph_log.hpp"
 #include "mapper/loop_search.hpp"
 #include "mapper/mapper_params.hpp"
@@ -77,7 +78,10 @@ class Mapper {
   }
   void Add(const DepthSample& sample) { Navigate(sample); }
   void Add(const PositionFix& fix) { Navigate(fix); }
-  void Add(const NavigationSample& sample) { Navigate(sample); }
+  void Add(const NavigationSample& sample) {
+    given_watch_.Add(sample);
+    Navigate(sample);
+  }
   void Add(const MbesPing& ping);
   void Add(const SoundingPing& ping);
   void Add(const SoundVelocityProfile& profile);
@@ -187,6 +191,7 @@ class Mapper {
   const MapperParams params_;
   const std::unique_ptr<Navigation> navigation_;
   NavigationWatch watch_;
+  GivenWatch given_watch_;
   SoundSpeed sound_speed_;
   std::optional<SoundSpeed::Source> sound_speed_source_;  // of the last ping
   PingQueue<MbesPing> pings_;

@@ -207,6 +207,19 @@ inline constexpr ConditionKind kTimeOffsetSuspected{
     "a sensor's stamps are off",
     "It is corrected for meanwhile. Put the offset into the configuration, or mend the clock; a "
     "recorded log can be replayed with it."};
+inline constexpr ConditionKind kInsNotUsable{
+    "ins_not_usable",
+    Severity::kDegraded,
+    "the INS whose navigation is taken as given is not usable",
+    "There is no map while it lasts. Look at its alignment, its outputs (position and attitude are "
+    "needed, and depth on DEPTH or from it) and the cable."};
+inline constexpr ConditionKind kInsJumps{
+    "ins_jumps",
+    Severity::kDegraded,
+    "the position of the INS jumps again and again",
+    "Each jump is taken for a fix that it took. Where it takes none, raise "
+    "given_navigation.min_jump_m above its noise; where it takes them all the time, set "
+    "given_navigation.uses_position_fixes."};
 inline constexpr ConditionKind kNoSoundSpeedProfile{
     "no_sound_speed_profile",
     Severity::kDegraded,
@@ -242,15 +255,16 @@ inline constexpr ConditionKind kJournalDamaged{
     "on from what could be read."};
 
 inline constexpr const ConditionKind* kAll[] = {
-    &kUndecodableMessages,  &kMessagesNotSent,    &kSocketDrops,          &kLoopLate,
-    &kWorkerStalled,        &kDiskStalled,        &kNoDeviceData,         &kSourceUnavailable,
-    &kSenderRefused,        &kCanController,      &kLogNotWriting,        &kMessagesNotRecorded,
-    &kUnloggableMessages,   &kRecordingsDeleted,  &kDiskSpaceLow,         &kGraphIncomplete,
-    &kSubmapMalformed,      &kNoSolution,         &kSolutionNotConverged, &kNoCovariance,
-    &kNoBottomLock,         &kDvlRefused,         &kAttitudeRefused,      &kDepthRefused,
-    &kFixesRefused,         &kNavigationReset,    &kHeadingStep,          &kTimeOffsetSuspected,
-    &kNavigationNotStarted, &kPlaceUnknown,       &kNoSoundSpeedProfile,  &kSolutionWithheld,
-    &kStoreNotWriting,      &kRegistrationFailed, &kMapBegunAnew,         &kJournalDamaged,
+    &kUndecodableMessages,  &kMessagesNotSent,   &kSocketDrops,          &kLoopLate,
+    &kWorkerStalled,        &kDiskStalled,       &kNoDeviceData,         &kSourceUnavailable,
+    &kSenderRefused,        &kCanController,     &kLogNotWriting,        &kMessagesNotRecorded,
+    &kUnloggableMessages,   &kRecordingsDeleted, &kDiskSpaceLow,         &kGraphIncomplete,
+    &kSubmapMalformed,      &kNoSolution,        &kSolutionNotConverged, &kNoCovariance,
+    &kNoBottomLock,         &kDvlRefused,        &kAttitudeRefused,      &kDepthRefused,
+    &kFixesRefused,         &kNavigationReset,   &kHeadingStep,          &kTimeOffsetSuspected,
+    &kNavigationNotStarted, &kPlaceUnknown,      &kInsNotUsable,         &kInsJumps,
+    &kNoSoundSpeedProfile,  &kSolutionWithheld,  &kStoreNotWriting,      &kRegistrationFailed,
+    &kMapBegunAnew,         &kJournalDamaged,
 };
 
 }  // namespace conditions
