@@ -33,6 +33,23 @@ const std::map<std::string, std::set<std::string>> kMayInclude{
     {"bench", {"common", "bench", "codecs", "drivers", "seastitch"}},
 };
 
+// Libraries that a folder may include by "library/...", docs/design.md, last column. Files of the
+// kernel and of the C library are free.
+const std::map<std::string, std::set<std::string>> kMayUse{
+    {"common/core", {"Eigen"}},
+    {"common/convert", {"Eigen"}},
+    {"common/storage", {"Eigen", "pcl"}},
+    {"common/runtime", {"Eigen", "CLI", "lcm", "nlohmann", "spdlog", "systemd", "yaml-cpp"}},
+    {"codecs", {"Eigen"}},
+    {"drivers", {"Eigen", "spdlog"}},
+    {"mapper", {"Eigen", "GeographicLib", "boost", "nlohmann", "pcl", "spdlog"}},
+    {"optimizer", {"Eigen", "boost", "ceres"}},
+    {"logger", {"spdlog"}},
+    {"products", {"Eigen", "GeographicLib", "boost", "nlohmann"}},
+    {"bench", {"Eigen", "GeographicLib"}},
+};
+const std::set<std::string> kOfTheSystem{"arpa", "linux", "net", "netinet", "sys"};
+
 // Everything in these is pure (no messages, no process shell, no files, no clock, no thread) but
 // for the shells, which are known by their names.
 const std::vector<std::string> kPure{"common/core", "codecs", "drivers", "mapper", "optimizer"};
@@ -143,6 +160,20 @@ TEST(Channels, AreNamedInOnePlace) {
       for (std::string line; std::getline(in, line);)
         for (const std::string& channel : names)
           EXPECT_EQ(line.find(channel), std::string::npos) << name << ": " << line;
+    }
+  }
+}
+
+TEST(Includes, LibrariesAreThoseThatTheFolderMayUse) {
+  const fs::path root = SourceDir();
+  for (const auto& [folder, allowed] : kMayUse) {
+    for (const fs::path& file : Sources(root / folder)) {
+      for (const std::string& include : SystemIncludes(file)) {
+        const std::string library = include.substr(0, include.find('/'));
+        const bool ok =
+            library == include || kOfTheSystem.contains(library) || allowed.contains(library);
+        EXPECT_TRUE(ok) << fs::relative(file, root) << " includes " << include;
+      }
     }
   }
 }
