@@ -1,3 +1,5 @@
+#include <spdlog/spdlog.h>
+
 #include <chrono>
 #include <cstdlib>
 #include <thread>
@@ -49,6 +51,8 @@ int main(int argc, char** argv) {
         ThreadWorker writer(kWorkerQueue);
         MapperNode node(
             *config, &bus, &worker, &writer, FindMap(config->map_dir, ConfigurationOf(*config)));
+        if (config->navigation_source == NavigationSource::kDeadReckoning)
+          spdlog::info(NorthSentence(config->navigation, config->vehicle.datum_latitude_rad));
         DiveKeeper keeper(dive);
         loop.Add(bus.fd(), [&] { bus.HandleAll(Bus::kBurst); });
         loop.Add(worker.fd(), [&] { worker.Drain(); });

@@ -120,6 +120,25 @@ void DeclareAttitude(NavigationParams* p, ParameterTable* t) {
          kSecond,
          kPositive,
          "Attitude is used no more often: its noise is not white above 10 Hz.");
+  t->Add("magnetic_declination_deg",
+         &p->declination_rad,
+         kDegreeFromRadian,
+         Range::Within(-180.0, 180.0),
+         "Added to the unit's heading where that is magnetic, east positive: of the place, in "
+         "magnetic_declination_year. 0: the heading is true, or the unit adds it itself.")
+      .DataSheet();
+  t->Add("magnetic_declination_year",
+         &p->declination_year,
+         kNone,
+         Range::Within(1900.0, 2200.0),
+         "When it has that value, as a decimal year: 2026.5 is the middle of 2026.")
+      .DataSheet();
+  t->Add("magnetic_declination_yearly_deg",
+         &p->declination_rad_per_year,
+         kDegreeFromRadian,
+         Range::Within(-5.0, 5.0),
+         "By how much the declination grows in a year.")
+      .DataSheet();
   t->Add("attitude_time_offset_s",
          &p->attitude_time_offset_s,
          kSecond,

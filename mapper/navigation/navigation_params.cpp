@@ -1,12 +1,16 @@
 #include "mapper/navigation/navigation_params.hpp"
 
 #include <cmath>
+#include <cstdio>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
 
 namespace seastitch {
 namespace {
+
+constexpr double kEarthRadiusM = 6.371e6;
+constexpr double kQuarterMeridianKm = 1e4;
 
 using Named = std::pair<const char*, double>;
 
@@ -18,6 +22,38 @@ void Require(bool holds, const Named& value, const char* expected) {
 }
 
 }  // namespace
+
+double DeclinationAt(const NavigationParams& p, Time t) {
+  constexpr double kYearS = 365.2425 * 86'400.0;
+  const double year = 1970.0 + ToSeconds(t.time_since_epoch()) / kYearS;
+  return p.declination_rad + p.declination_rad_per_year * (year - p.declination_year);
+}
+
+double ConvergenceLimitM(const NavigationParams& p, double datum_latitude_rad) {
+  return p.attitude_heading_rad.sigma * kEarthRadiusM / std::abs(std::tan(datum_latitude_rad));
+}
+
+std::string NorthSentence(const NavigationParams& p, double datum_latitude_rad) {
+  const double limit_km = 1e-3 * ConvergenceLimitM(p, datum_latitude_rad);
+  const double transport_degph = Rad2Deg(p.max_speed_mps / kEarthRadiusM) * 3600.0;
+  char text[240];
+  if (limit_km < kQuarterMeridianKm)
+    std::snprintf(
+        text,
+        sizeof text,
+        "north is the datum's: beyond %.3g km east or west of it the meridians are turned "
+        "by more than the heading sensor's sigma; the transport rate left out is at most "
+        "%.2f deg/h",
+        limit_km,
+        transport_degph);
+  else
+    std::snprintf(text,
+                  sizeof text,
+                  "north is the datum's: so near the equator the meridians turn by less than the "
+                  "heading sensor's sigma; the transport rate left out is at most %.2f deg/h",
+                  transport_degph);
+  return text;
+}
 
 void CheckParams(const NavigationParams& p) {
   for (const Named& value :
@@ -74,10 +110,14 @@ void CheckParams(const NavigationParams& p) {
                              {"NavigationParams::fix_interval_s", p.fix_interval_s},
                              {"NavigationParams::reorder_window_s", p.reorder_window_s}})
     Require(value.second >= 0.0, value, "at least 0");
-  for (const Named& value : {Named{"NavigationParams::start_north_m", p.start_north_m},
-                             {"NavigationParams::start_east_m", p.start_east_m},
-                             {"NavigationParams::attitude_time_offset_s", p.attitude_time_offset_s},
-                             {"NavigationParams::dvl_time_offset_s", p.dvl_time_offset_s}})
+  for (const Named& value :
+       {Named{"NavigationParams::start_north_m", p.start_north_m},
+        {"NavigationParams::start_east_m", p.start_east_m},
+        {"NavigationParams::attitude_time_offset_s", p.attitude_time_offset_s},
+        {"NavigationParams::declination_rad", p.declination_rad},
+        {"NavigationParams::declination_year", p.declination_year},
+        {"NavigationParams::declination_rad_per_year", p.declination_rad_per_year},
+        {"NavigationParams::dvl_time_offset_s", p.dvl_time_offset_s}})
     Require(true, value, "finite");
   Require(p.imu_gap_s <= 1.0, {"NavigationParams::imu_gap_s", p.imu_gap_s}, "at most 1");
   Require(p.clock_jump_samples >= 2,

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "common/core/pose.hpp"
+#include "common/core/time.hpp"
 
 namespace seastitch {
 
@@ -40,6 +41,12 @@ struct NavigationParams {
   double attitude_deviation_rad = 0.0;  // sigma of either
   Eigen::Vector3d attitude_white_rad{Deg2Rad(0.02), Deg2Rad(0.02), Deg2Rad(0.05)};  // a sample
   double attitude_interval_s = 0.1;  // used no more often: its noise is not white above 10 Hz
+
+  // East positive: what a magnetic heading lacks of a true one, in that year (2026.5 is its
+  // middle).
+  double declination_rad = 0.0;
+  double declination_year = 2026.0;
+  double declination_rad_per_year = 0.0;
 
   // Added to the stamp of every attitude, and by how much that may still be wrong.
   double attitude_time_offset_s = 0.0;
@@ -119,5 +126,15 @@ struct NavigationParams {
 // For whoever makes them in code: std::invalid_argument names what no filter can work with. What
 // files say is checked where it is read.
 void CheckParams(const NavigationParams& params);
+
+// At that time, by the yearly change.
+double DeclinationAt(const NavigationParams& params, Time t);
+
+// How far east or west of the datum the meridians have turned by as much as the heading sensor's
+// sigma: dead reckoning takes north for the datum's north everywhere.
+double ConvergenceLimitM(const NavigationParams& params, double datum_latitude_rad);
+
+// The same in words, with what the transport rate may be.
+std::string NorthSentence(const NavigationParams& params, double datum_latitude_rad);
 
 }  // namespace seastitch

@@ -62,9 +62,12 @@ void SampleIntake::AddAttitude(Time t, const Attitude& attitude, Alignment align
                       Within(attitude.sigma_rpy_rad, kPi) &&
                       (attitude.sigma_rpy_rad.array() >= 0.0).all();
   if (!usable) return Count("attitude_refused");
-  AddAiding("attitude",
-            t + FromSeconds(params_.attitude_time_offset_s),
-            AttitudeEvent{attitude.q_ned_imu.normalized(), attitude.sigma_rpy_rad, alignment});
+  const Eigen::AngleAxisd to_true_north(DeclinationAt(params_, t), Eigen::Vector3d::UnitZ());
+  AddAiding(
+      "attitude",
+      t + FromSeconds(params_.attitude_time_offset_s),
+      AttitudeEvent{
+          (to_true_north * attitude.q_ned_imu).normalized(), attitude.sigma_rpy_rad, alignment});
 }
 
 // The inertial unit is the clock: one wild stamp must not move it.

@@ -797,6 +797,34 @@ TEST(DeadReckoning, AFixPullsAndAWildOneIsGated) {
   EXPECT_TRUE(far_gated);
 }
 
+// A compass that knows nothing of a declination of 7 degrees: 5 two years ago, and one more a year.
+TEST(DeadReckoning, AMagneticHeadingBecomesATrueOne) {
+  NavigationParams params;
+  const Stream stream = MakeStream(30.0, params);
+  Stream magnetic = stream;
+  for (ImuSample& imu : magnetic.imu)
+    if (imu.attitude)
+      imu.attitude->q_ned_imu =
+          Eigen::AngleAxisd(-Deg2Rad(7.0), Eigen::Vector3d::UnitZ()) * imu.attitude->q_ned_imu;
+  const auto navigate = [](const NavigationParams& with, const Stream& samples) {
+    DeadReckoning navigation(with, TestVehicle());
+    Deliver(
+        samples, [](int, std::size_t) { return 0.0; }, &navigation);
+    return navigation.StateAt(At(25.0)).value();
+  };
+  const NavState expected = navigate(params, stream);
+  params.declination_rad = Deg2Rad(5.0);
+  params.declination_rad_per_year = Deg2Rad(1.0);
+  params.declination_year = 1968.0 + ToSeconds(At(0.0).time_since_epoch()) / (365.2425 * 86400.0);
+  const NavState state = navigate(params, magnetic);
+  EXPECT_LT((state.T_map_vehicle.matrix() - expected.T_map_vehicle.matrix()).norm(), 1e-3);
+  EXPECT_NEAR(
+      ConvergenceLimitM(params, Deg2Rad(60.0)), params.attitude_heading_rad.sigma * 3.678e6, 1e3);
+  params.attitude_heading_rad.sigma = Deg2Rad(0.4);
+  EXPECT_NE(NorthSentence(params, Deg2Rad(-60.0)).find("beyond 25.7 km"), std::string::npos);
+  EXPECT_NE(NorthSentence(params, 0.0).find("near the equator"), std::string::npos);
+}
+
 // --- the track ---------------------------------------------------------------------------------
 
 TEST(DeadReckoning, RollAndPitchBetweenSamplesAreRightToAHundredthOfADegree) {
