@@ -44,7 +44,7 @@ std::optional<LoopSearch::Step> LoopSearch::LookAgain(std::optional<Time> now) {
 // earlier than other pairs are looked at again.
 std::vector<LoopPair> LoopSearch::OutdatedPairs(std::int64_t most) {
   std::vector<LoopPair> pairs;
-  if (closer_.newest_solved().value < 0) return pairs;
+  if (closer_.newest_solved().value < 0 || none_outdated_in_ == noise_.revision()) return pairs;
   for (const auto& [key, closure] : noise_.closures()) {
     if (static_cast<std::int64_t>(pairs.size()) == most) break;
     if (!pairs.empty() && pairs.front().source != key.second) continue;
@@ -52,6 +52,7 @@ std::vector<LoopPair> LoopSearch::OutdatedPairs(std::int64_t most) {
     registered_again_.insert(key);
     if (const auto pair = closer_.PairAgain(key.first, key.second)) pairs.push_back(*pair);
   }
+  if (pairs.empty()) none_outdated_in_ = noise_.revision();
   return pairs;
 }
 

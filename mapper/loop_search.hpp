@@ -79,6 +79,7 @@ class LoopSearch {
   LoopCloser closer_;
   NoiseEstimator noise_;
   std::set<NoiseEstimator::PairKey> registered_again_;  // or about to be
+  std::optional<std::int64_t> none_outdated_in_;        // revision of the noise
   SolutionJudge judge_;
   std::optional<Judgement> harm_;
   std::int64_t solution_version_ = 0;

@@ -3,7 +3,6 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 
@@ -15,6 +14,15 @@ constexpr double kPriorLogSigma = 1.0;
 // Of the prior of the white noise, in degrees of freedom.
 constexpr double kPriorDegrees = 10.0;
 constexpr double kRestatedSigmaRatio = 1.1;
+constexpr double kRestatedVarianceRatio = kRestatedSigmaRatio * kRestatedSigmaRatio;
+constexpr double kLogLikelihoodStep = 1.0 / (1 << 24);
+constexpr double kMostLogLikelihood = 1e6;  // what is beyond says no more
+
+std::int64_t InSteps(float value) {
+  const double bounded =
+      std::clamp(static_cast<double>(value), -kMostLogLikelihood, kMostLogLikelihood);
+  return std::llround(bounded / kLogLikelihoodStep);
+}
 
 double LogPrior(const ComponentAxis& axis, std::size_t i, double prior) {
   const double nearest = std::clamp(prior, axis.At(0), axis.At(axis.size - 1));
@@ -46,23 +54,22 @@ bool DifferInASigma(const ClosureStatistics::SmallMatrix& a,
       a, b, Eigen::EigenvaluesOnly);
   const double least = ratios.eigenvalues().minCoeff();
   const double most = ratios.eigenvalues().maxCoeff();
-  const double bound = kRestatedSigmaRatio * kRestatedSigmaRatio;
-  return !(least * bound >= 1.0 && most <= bound);
+  return !(least * kRestatedVarianceRatio >= 1.0 && most <= kRestatedVarianceRatio);
 }
 
-struct Weighted {
-  double value;
-  double weight;
-};
-
-// The value below which `part` of the weight lies. By rising value.
-double Quantile(const std::vector<Weighted>& sorted, double part) {
-  double all = 0.0;
-  for (const Weighted& w : sorted) all += w.weight;
-  double below = 0.0;
-  for (const Weighted& w : sorted)
-    if ((below += w.weight) >= part * all) return w.value;
-  return sorted.back().value;
+// Whether they can: a covariance is a sum of what each component gives, so that in no direction it
+// changes by more than the one that changes most.
+bool MayDifferInASigma(const ClosureStatistics& closure,
+                       const VarianceComponents& a,
+                       const VarianceComponents& b) {
+  const auto differ = [](double x, double y) {
+    return !(x <= kRestatedVarianceRatio * y && y <= kRestatedVarianceRatio * x);
+  };
+  const auto squares_differ = [&](double x, double y) { return differ(x * x, y * y); };
+  return differ(closure.scatter.VarianceUnder(a), closure.scatter.VarianceUnder(b)) ||
+         squares_differ(a.correlated_error_ratio, b.correlated_error_ratio) ||
+         squares_differ(a.position_walk, b.position_walk) ||
+         squares_differ(a.heading_walk, b.heading_walk);
 }
 
 }  // namespace
@@ -74,14 +81,63 @@ VarianceComponents ComponentsOf(const NoiseEstimate& estimate) {
           estimate.heading_walk.value};
 }
 
+NoiseEstimator::NoiseEstimator(const VarianceComponents& prior)
+    : prior_(prior),
+      log_likelihood_(LikelihoodTable::kSize, 0),
+      soundings_{{prior.sounding_variance_ratio, kPriorDegrees}} {
+  Pool();
+}
+
 void NoiseEstimator::Add(ClosureStatistics statistics) {
-  const PairKey key{statistics.target, statistics.source};
-  closures_.insert_or_assign(key, std::move(statistics));
+  const auto [known, is_new] =
+      closures_.try_emplace({statistics.target, statistics.source}, statistics);
+  if (!is_new) {
+    Exclude(known->second);
+    known->second = std::move(statistics);
+  }
+  Include(known->second);
   Pool();
 }
 
 void NoiseEstimator::Remove(SubmapId target, SubmapId source) {
-  if (closures_.erase({target, source}) > 0) Pool();
+  const auto found = closures_.find({target, source});
+  if (found == closures_.end()) return;
+  Exclude(found->second);
+  closures_.erase(found);
+  Pool();
+}
+
+std::optional<NoiseEstimator::Weighted> NoiseEstimator::SoundingsOf(
+    const ClosureStatistics& closure) {
+  const SoundingScatter& s = closure.scatter;
+  if (!(s.degrees > 1.0 && s.prior_variance > 0.0 && s.residual_variance > 0.0))
+    return std::nullopt;
+  return Weighted{s.residual_variance / s.prior_variance, s.degrees};
+}
+
+void NoiseEstimator::Include(const ClosureStatistics& closure) {
+  const auto& values = closure.likelihood.values();
+  for (std::size_t i = 0; i < values.size(); ++i) log_likelihood_[i] += InSteps(values[i]);
+  if (const auto soundings = SoundingsOf(closure))
+    soundings_.insert(std::upper_bound(soundings_.begin(), soundings_.end(), *soundings),
+                      *soundings);
+}
+
+void NoiseEstimator::Exclude(const ClosureStatistics& closure) {
+  const auto& values = closure.likelihood.values();
+  for (std::size_t i = 0; i < values.size(); ++i) log_likelihood_[i] -= InSteps(values[i]);
+  if (const auto soundings = SoundingsOf(closure))
+    soundings_.erase(std::lower_bound(soundings_.begin(), soundings_.end(), *soundings));
+}
+
+// The value below which `part` of the weight lies.
+double NoiseEstimator::Quantile(const std::vector<Weighted>& sorted, double part) {
+  double all = 0.0;
+  for (const Weighted& w : sorted) all += w.weight;
+  double below = 0.0;
+  for (const Weighted& w : sorted)
+    if ((below += w.weight) >= part * all) return w.ratio;
+  return sorted.back().ratio;
 }
 
 const ClosureStatistics* NoiseEstimator::Find(SubmapId target, SubmapId source) const {
@@ -98,7 +154,8 @@ std::vector<const ClosureStatistics*> NoiseEstimator::TakeRestated() {
   std::vector<const ClosureStatistics*> restated;
   for (auto& [key, closure] : closures_) {
     const VarianceComponents now = closure.Applicable(components_);
-    if (!DifferInASigma(closure.CovarianceUnder(now),
+    if (!MayDifferInASigma(closure, now, closure.stated_under) ||
+        !DifferInASigma(closure.CovarianceUnder(now),
                         closure.CovarianceUnder(closure.stated_under)))
       continue;
     closure.stated_under = now;
@@ -109,35 +166,25 @@ std::vector<const ClosureStatistics*> NoiseEstimator::TakeRestated() {
 
 // A weighted median: a wreck, or fish, in one overlap is no noise of the others.
 ComponentEstimate NoiseEstimator::PoolSoundings() const {
-  std::vector<Weighted> ratios{{prior_.sounding_variance_ratio, kPriorDegrees}};
-  double weight = kPriorDegrees;
-  double squares = kPriorDegrees * kPriorDegrees;
-  for (const auto& [key, closure] : closures_) {
-    const SoundingScatter& s = closure.scatter;
-    if (!(s.degrees > 1.0 && s.prior_variance > 0.0 && s.residual_variance > 0.0)) continue;
-    ratios.push_back({s.residual_variance / s.prior_variance, s.degrees});
-    weight += s.degrees;
-    squares += s.degrees * s.degrees;
+  double weight = 0.0;
+  double squares = 0.0;
+  for (const Weighted& w : soundings_) {
+    weight += w.weight;
+    squares += w.weight * w.weight;
   }
-  std::sort(ratios.begin(), ratios.end(), [](const Weighted& a, const Weighted& b) {
-    return std::pair(a.value, a.weight) < std::pair(b.value, b.weight);
-  });
-  ComponentEstimate estimate{prior_.sounding_variance_ratio, Quantile(ratios, 0.5), kPriorLogSigma};
-  if (ratios.size() < 3) return estimate;
+  ComponentEstimate estimate{
+      prior_.sounding_variance_ratio, Quantile(soundings_, 0.5), kPriorLogSigma};
+  if (soundings_.size() < 3) return estimate;
   // The median's own error: quantiles one sigma of a count of so many equal ones apart.
   const double apart = 0.5 / std::sqrt(weight * weight / squares);
-  const double low = Quantile(ratios, std::max(0.0, 0.5 - apart));
-  const double high = Quantile(ratios, std::min(1.0, 0.5 + apart));
+  const double low = Quantile(soundings_, std::max(0.0, 0.5 - apart));
+  const double high = Quantile(soundings_, std::min(1.0, 0.5 + apart));
   estimate.log_sigma = std::clamp(0.5 * std::log(high / low), 0.01, kPriorLogSigma);
   return estimate;
 }
 
 void NoiseEstimator::Pool() {
-  std::vector<double> sum(LikelihoodTable::kSize, 0.0);
-  for (const auto& [key, closure] : closures_) {
-    const auto& values = closure.likelihood.values();
-    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += static_cast<double>(values[i]);
-  }
+  ++revision_;
   constexpr double kNothing = 1e300;
   std::vector<double> by_s(kErrorRatioAxis.size, kNothing);
   std::vector<double> by_q(kPositionWalkAxis.size, kNothing);
@@ -145,7 +192,8 @@ void NoiseEstimator::Pool() {
   for (std::size_t s = 0; s < by_s.size(); ++s) {
     for (std::size_t q = 0; q < by_q.size(); ++q) {
       for (std::size_t p = 0; p < by_p.size(); ++p) {
-        const double value = sum[LikelihoodTable::Index(s, q, p)] +
+        const auto steps = static_cast<double>(log_likelihood_[LikelihoodTable::Index(s, q, p)]);
+        const double value = steps * kLogLikelihoodStep +
                              LogPrior(kErrorRatioAxis, s, prior_.correlated_error_ratio) +
                              LogPrior(kPositionWalkAxis, q, prior_.position_walk) +
                              LogPrior(kHeadingWalkAxis, p, prior_.heading_walk);

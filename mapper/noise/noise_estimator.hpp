@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <utility>
@@ -21,7 +22,7 @@ class NoiseEstimator {
  public:
   using PairKey = std::pair<SubmapId, SubmapId>;  // target, source
 
-  explicit NoiseEstimator(const VarianceComponents& prior) : prior_(prior) { Pool(); }
+  explicit NoiseEstimator(const VarianceComponents& prior);
 
   // A closure that is accepted, in place of what its pair said before.
   void Add(ClosureStatistics statistics);
@@ -40,13 +41,31 @@ class NoiseEstimator {
 
   // All, by pair.
   const std::map<PairKey, ClosureStatistics>& closures() const { return closures_; }
+  // Another where anything of the above may be another.
+  std::int64_t revision() const { return revision_; }
 
  private:
+  // Ratio of variances of an overlap's soundings, with its degrees of freedom.
+  struct Weighted {
+    double ratio;
+    double weight;
+    auto operator<=>(const Weighted&) const = default;
+  };
+
+  static std::optional<Weighted> SoundingsOf(const ClosureStatistics& closure);
+  static double Quantile(const std::vector<Weighted>& sorted, double part);
+  void Include(const ClosureStatistics& closure);
+  void Exclude(const ClosureStatistics& closure);
   void Pool();
   ComponentEstimate PoolSoundings() const;
 
   const VarianceComponents prior_;
   std::map<PairKey, ClosureStatistics> closures_;
+  // Sums over all closures are kept, so that one more costs what it does and not what all do: in
+  // whole steps of kLogLikelihoodStep, which makes them exact in any order.
+  std::vector<std::int64_t> log_likelihood_;
+  std::vector<Weighted> soundings_;  // by rising ratio; with the prior
+  std::int64_t revision_ = 0;
   NoiseEstimate estimate_;
   VarianceComponents components_;
 };

@@ -70,5 +70,32 @@ TEST(NoiseEstimator, BeginsAtItsPriorAndDoesNotDependOnTheOrder) {
   EXPECT_EQ(forwards.components().position_walk, prior.position_walk);
 }
 
+TEST(NoiseEstimator, ForgetsWhatAPairSaidBefore) {
+  std::vector<ClosureStatistics> closures;
+  for (const int i : {1, 2, 3}) closures.push_back(Closure(i, 8.0 + i, 10.0 + i).statistics.at(0));
+  NoiseEstimator direct{VarianceComponents()};
+  NoiseEstimator changed{VarianceComponents()};
+  for (ClosureStatistics closure : closures) {
+    direct.Add(closure);
+    closure.scatter.residual_variance *= 9.0;
+    for (float& value : closure.likelihood.values()) value *= -3.0f;
+    changed.Add(closure);
+  }
+  EXPECT_NE(changed.components().position_walk, direct.components().position_walk);
+  EXPECT_NE(changed.components().sounding_variance_ratio,
+            direct.components().sounding_variance_ratio);
+  for (const ClosureStatistics& closure : closures) changed.Add(closure);
+  changed.Remove(SubmapId{0}, SubmapId{2});
+  changed.Add(closures[1]);
+  EXPECT_EQ(changed.components().sounding_variance_ratio,
+            direct.components().sounding_variance_ratio);
+  EXPECT_EQ(changed.components().correlated_error_ratio,
+            direct.components().correlated_error_ratio);
+  EXPECT_EQ(changed.components().position_walk, direct.components().position_walk);
+  EXPECT_EQ(changed.components().heading_walk, direct.components().heading_walk);
+  EXPECT_EQ(changed.estimate().sounding_variance_ratio.log_sigma,
+            direct.estimate().sounding_variance_ratio.log_sigma);
+}
+
 }  // namespace
 }  // namespace seastitch
