@@ -1,6 +1,7 @@
 #include "codecs/kmall_sensors.hpp"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
@@ -21,7 +22,8 @@ constexpr std::size_t kSvpInfoBytes = 28;
 constexpr std::size_t kSkmInfoBytes = 12;
 constexpr std::size_t kSvtInfoBytes = 20;
 constexpr std::size_t kKmbBytes = 120;
-constexpr std::size_t kTextAt = 26;  // of #IIP and #IOP
+constexpr std::uint8_t kKmBinaryBytes = 132;  // by itself: with the delayed heave
+constexpr std::size_t kTextAt = 26;           // of #IIP and #IOP
 constexpr float kNoHeight_m = -999.0f;
 
 // Samples of one size behind an info part that holds their number: u16 count and u16 size at
@@ -330,6 +332,21 @@ std::optional<std::vector<NavigationRecord>> DecodeSkm(Bytes datagram) {
   for (std::size_t i = 0; i < samples->count; ++i)
     motion.push_back(ReadKmb(samples->bytes.subspan(i * samples->bytes_each), source));
   return motion;
+}
+
+std::optional<std::size_t> SizeOfKmBinary(Bytes bytes) {
+  constexpr std::array<std::uint8_t, 8> kBegin{'#', 'K', 'M', 'B', kKmBinaryBytes, 0, 1, 0};
+  const std::size_t known = std::min(bytes.size(), kBegin.size());
+  if (!std::equal(
+          bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(known), kBegin.begin()))
+    return std::nullopt;
+  return bytes.size() < kKmBinaryBytes ? 0 : kKmBinaryBytes;
+}
+
+std::optional<NavigationRecord> DecodeKmBinary(Bytes datagram) {
+  if (datagram.size() != kKmBinaryBytes || SizeOfKmBinary(datagram) != kKmBinaryBytes)
+    return std::nullopt;
+  return ReadKmb(datagram, "kmb");
 }
 
 std::vector<std::uint8_t> EncodeSpo(const NavigationRecord& sample, const KmallHeader& header) {

@@ -24,6 +24,11 @@ std::optional<NavigationRecord> DecodeSpo(Bytes datagram);
 // the raw angles of the sensor, roll port up, pitch bow up.
 std::optional<std::vector<NavigationRecord>> DecodeSkm(Bytes datagram);
 
+// A motion sample as a sensor sends it to the sonar, by itself ("KM binary", #KMB): 132 bytes
+// without a checksum. SizeOfKmBinary is a FrameStream::SizeOf.
+std::optional<std::size_t> SizeOfKmBinary(Bytes bytes);
+std::optional<NavigationRecord> DecodeKmBinary(Bytes datagram);
+
 // One datagram of position, height and quality of positioning system 0 ("#SPO0"), by the sensor's
 // own time.
 std::vector<std::uint8_t> EncodeSpo(const NavigationRecord& sample, const KmallHeader& header);

@@ -6,6 +6,7 @@
 #include "drivers/dvl/pd0_driver.hpp"
 #include "drivers/imu/imu_driver.hpp"
 #include "drivers/mbes/mbes_driver.hpp"
+#include "drivers/nav/nav_driver.hpp"
 #include "logger/logger_config.hpp"
 #include "mapper/mapper_config.hpp"
 #include "optimizer/optimizer_config.hpp"
@@ -56,6 +57,7 @@ std::vector<ConfigurationFile> ConfigurationFiles() {
       FileOfDevice<DvlDriverConfig>("dvl_nmea2000.yaml", "Doppler log on NMEA 2000", "nmea2000"));
   files.push_back(FileOf<Pd0DriverConfig>("dvl_pd0.yaml", "Doppler log with PD0 over UDP"));
   files.push_back(FileOf<MbesDriverConfig>("mbes_driver.yaml", "Sonar"));
+  files.push_back(FileOf<NavDriverConfig>("nav_driver.yaml", "INS, GPS, USBL and pressure sensor"));
   files.push_back(
       FileOf<bench::SurveyConfig>("bench/demo.yaml", "Simulated survey of `seastitch bench`"));
   return files;

@@ -36,6 +36,7 @@ RawSources::RawSources(const std::set<std::string>& senders) {
     dvl |= is_can && IsOf(sender, "dvl-driver");
     dvl |= sender.starts_with(std::string(channels::kRawDvl) + "/");
     mbes |= sender.starts_with(std::string(channels::kRawMbes) + "/");
+    nav |= sender.starts_with(std::string(channels::kRawNav) + "/");
   }
 }
 
@@ -53,6 +54,11 @@ RawReplay::RawReplay(const RawSources& sources, const DriverFiles& files, Bus* b
   }
   if (sources.mbes) {
     mbes_ = std::make_unique<MbesDriver>(LoadMbesDriverConfig(files.mbes.string()), bus);
+  }
+  if (sources.nav) {
+    const NavDriverConfig config = LoadNavDriverConfig(files.nav.string());
+    nav_channels_ = config.output_channels();
+    nav_ = std::make_unique<NavDriver>(config, bus);
   }
 }
 
@@ -85,6 +91,9 @@ void RawReplay::Feed(const std::string& channel, const std::string& source, cons
   if (channel == channels::kRawMbes && mbes_) {
     made_.insert({channels::kMbesPing, channels::kSvp});
     mbes_->Feed(datagram);
+  } else if (channel == channels::kRawNav && nav_) {
+    made_.insert(nav_channels_.begin(), nav_channels_.end());
+    nav_->Feed(source, datagram);
   } else if (channel == channels::kRawDvl && dvl_datagrams_) {
     made_.insert(channels::kDvl);
     dvl_datagrams_->Feed(datagram);
@@ -118,6 +127,8 @@ void RawReplay::Finish() {
 
 std::map<std::string, std::int64_t> RawReplay::counters() const {
   std::map<std::string, std::int64_t> all{{"raw_malformed", malformed_}};
+  if (nav_)
+    for (const auto& [name, value] : nav_->decoder_counters()) all[name] += value;
   for (const DeviceDriver* const driver : {static_cast<const DeviceDriver*>(imu_.get()),
                                            static_cast<const DeviceDriver*>(dvl_.get()),
                                            static_cast<const DeviceDriver*>(dvl_datagrams_.get()),

@@ -12,6 +12,7 @@
 #include "common/storage/event_log.hpp"
 #include "drivers/can/can_driver.hpp"
 #include "drivers/datagram_driver.hpp"
+#include "drivers/nav/nav_driver.hpp"
 
 namespace seastitch {
 
@@ -20,6 +21,7 @@ struct DriverFiles {
   std::filesystem::path imu;
   std::filesystem::path dvl;
   std::filesystem::path mbes;
+  std::filesystem::path nav;
 };
 
 // Which drivers recorded raw bytes, by "CHANNEL/source".
@@ -28,6 +30,7 @@ struct RawSources {
   bool imu = false;
   bool dvl = false;
   bool mbes = false;
+  bool nav = false;
 };
 
 // Recorded raw bytes through the drivers once more, as they are today.
@@ -60,6 +63,8 @@ class RawReplay {
   std::unique_ptr<CanDriver> dvl_;
   std::unique_ptr<DatagramDriver> dvl_datagrams_;
   std::unique_ptr<DatagramDriver> mbes_;
+  std::unique_ptr<NavDriver> nav_;
+  std::set<std::string> nav_channels_;
   std::set<std::string> made_;
   std::map<std::string, Packet> open_;  // by channel and source
   std::int64_t malformed_ = 0;

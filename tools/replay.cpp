@@ -391,7 +391,7 @@ std::unique_ptr<RawReplay> OpenRaw(const Input& input,
                                    Bus* bus) {
   if (!input.logs) throw UsageError("replay: --from-raw needs a log");
   const RawSources sources(input.logs->senders);
-  if (!sources.imu && !sources.dvl && !sources.mbes)
+  if (!sources.imu && !sources.dvl && !sources.mbes && !sources.nav)
     throw DataError(input.logs->recorders[0][0].string() + ": no raw bytes (RAW_*)");
   return std::make_unique<RawReplay>(
       sources, ChooseDriverFiles(given, *input.logs, sources, out), bus);

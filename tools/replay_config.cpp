@@ -70,6 +70,7 @@ DriverFiles ChooseDriverFiles(const GivenConfig& given,
   if (sources.imu) chosen.imu = choose(given.drivers.imu, "imu_driver.yaml", "--imu-config");
   if (sources.dvl) chosen.dvl = choose(given.drivers.dvl, "dvl_driver.yaml", "--dvl-config");
   if (sources.mbes) chosen.mbes = choose(given.drivers.mbes, "mbes_driver.yaml", "--mbes-config");
+  if (sources.nav) chosen.nav = choose(given.drivers.nav, "nav_driver.yaml", "--nav-config");
   return chosen;
 }
 

@@ -151,6 +151,7 @@ void AddReplay(CLI::App* app, int* status) {
       "--imu-config", options.drivers.imu, "imu_driver.yaml for --from-raw (default: as recorded)");
   replay->add_option("--dvl-config", options.drivers.dvl, "dvl_driver.yaml, likewise");
   replay->add_option("--mbes-config", options.drivers.mbes, "mbes_driver.yaml, likewise");
+  replay->add_option("--nav-config", options.drivers.nav, "nav_driver.yaml, likewise");
   replay
       ->add_option("--drift-xy-m",
                    options.drift.sigma_xy_m,

@@ -16,6 +16,7 @@ inline constexpr char kRawPrefix[] = "RAW_";
 inline constexpr char kRawCan[] = "RAW_CAN";
 inline constexpr char kRawDvl[] = "RAW_DVL";
 inline constexpr char kRawMbes[] = "RAW_MBES";
+inline constexpr char kRawNav[] = "RAW_NAV";
 inline constexpr char kNav[] = "NAV";
 inline constexpr char kNavCorrected[] = "NAV_CORRECTED";
 inline constexpr char kSubmap[] = "SUBMAP";

@@ -14,13 +14,13 @@ Time ToTime(const timespec& t) {
   return FromUtime(std::int64_t{t.tv_sec} * 1'000'000 + t.tv_nsec / 1000);
 }
 
+}  // namespace
+
 Time SystemNow() {
   timespec now{};
   clock_gettime(CLOCK_REALTIME, &now);
   return ToTime(now);
 }
-
-}  // namespace
 
 int PrepareReceiving(const std::string& name, int fd, int receive_buffer_bytes) {
   const int on = 1;

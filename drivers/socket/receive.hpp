@@ -12,6 +12,9 @@
 // What the CAN and the UDP socket have in common: the kernel stamps, counts and buffers.
 namespace seastitch {
 
+// The system clock: for what the kernel does not stamp.
+Time SystemNow();
+
 // Asks for kernel receive stamps, for the count of drops, and for a receive buffer; gives the size
 // that was granted, and warns where it is less. name: for people.
 int PrepareReceiving(const std::string& name, int fd, int receive_buffer_bytes);

@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 #include <filesystem>
+#include <iterator>
 #include <sstream>
 #include <stdexcept>
 
@@ -13,6 +14,9 @@ namespace {
 
 constexpr char kCanUrls[] = "can:INTERFACE, candump:FILE or udp:HOST:PORT";
 constexpr char kDatagramUrls[] = "udp:HOST:PORT";
+constexpr char kByteUrls[] = "udp:HOST:PORT or serial:/dev/NAME";
+constexpr int kBauds[] = {
+    1200, 2400, 4800, 9600, 19'200, 38'400, 57'600, 115'200, 230'400, 460'800, 921'600};
 
 void ExpectInterface(const SourceUrl& url, const std::string& name) {
   if (name.empty() || name.size() >= IFNAMSIZ || name.find_first_of("/ \t") != std::string::npos)
@@ -34,12 +38,29 @@ void ExpectCandump(const std::string& text) {
     throw std::runtime_error(text + ": not a file that can be read");
 }
 
+void ExpectSerial(const std::string& text) {
+  const SourceUrl url = ParseSourceUrl(text, {"baud"});
+  BaudOf(url);
+  if (!url.address.starts_with("/")) throw std::runtime_error(text + ": expected serial:/dev/NAME");
+}
+
+const char* UrlsOf(SourceKind kind) {
+  switch (kind) {
+    case SourceKind::kCan: return kCanUrls;
+    case SourceKind::kDatagrams: return kDatagramUrls;
+    case SourceKind::kBytes: return kByteUrls;
+  }
+  return "";
+}
+
 }  // namespace
 
 SourceUrl ParseSourceUrl(const std::string& text, const std::set<std::string>& allowed_options) {
   const std::size_t colon = text.find(':');
   if (colon == std::string::npos)
-    throw std::runtime_error(text + ": expected can:INTERFACE, candump:FILE or udp:HOST:PORT");
+    throw std::runtime_error(text +
+                             ": expected can:INTERFACE, candump:FILE, serial:/dev/NAME or "
+                             "udp:HOST:PORT");
   const std::size_t mark = text.find('?', colon);
   SourceUrl url;
   url.text = text;
@@ -79,6 +100,14 @@ double SpeedOf(const SourceUrl& url) {
   return speed;
 }
 
+int BaudOf(const SourceUrl& url) {
+  const std::string text = url.Option("baud", "4800");
+  for (const int baud : kBauds)
+    if (text == std::to_string(baud)) return baud;
+  throw std::runtime_error(url.text + ": '" + text + "' is not a rate of a serial port, 1200 to " +
+                           std::to_string(*std::rbegin(kBauds)) + " baud");
+}
+
 SenderGate GateOf(const SourceUrl& url) {
   if (!url.options.contains("from")) return SenderGate();
   try {
@@ -89,7 +118,7 @@ SenderGate GateOf(const SourceUrl& url) {
 }
 
 void ExpectUsable(const std::string& text, SourceKind kind) {
-  const SourceUrl url = ParseSourceUrl(text, {"speed", "interface", "from"});
+  const SourceUrl url = ParseSourceUrl(text, {"speed", "interface", "from", "baud"});
   const bool is_can = kind == SourceKind::kCan;
   if (url.scheme == "udp") {
     ExpectUdp(text);
@@ -97,8 +126,10 @@ void ExpectUsable(const std::string& text, SourceKind kind) {
     ExpectCandump(text);
   } else if (is_can && url.scheme == "can") {
     ExpectInterface(ParseSourceUrl(text, {}), url.address);
+  } else if (kind == SourceKind::kBytes && url.scheme == "serial") {
+    ExpectSerial(text);
   } else {
-    throw std::runtime_error(text + ": expected " + (is_can ? kCanUrls : kDatagramUrls));
+    throw std::runtime_error(text + ": expected " + UrlsOf(kind));
   }
 }
 

@@ -38,8 +38,12 @@ double SpeedOf(const SourceUrl& url);
 // Of udp:HOST:PORT?from=10.0.0.5,10.0.0.6: who may send. Throws std::runtime_error "TEXT: reason".
 SenderGate GateOf(const SourceUrl& url);
 
+// Of serial:DEVICE?baud=X, 4800 where it names none (as NMEA 0183 has it). Throws
+// std::runtime_error "TEXT: reason" for a rate that there is not.
+int BaudOf(const SourceUrl& url);
+
 // What a driver can read from.
-enum class SourceKind : std::uint8_t { kCan, kDatagrams };
+enum class SourceKind : std::uint8_t { kCan, kDatagrams, kBytes };
 
 // Throws std::runtime_error "TEXT: reason" for a URL that can never be opened by such a driver,
 // whichever devices and interfaces come.

@@ -40,7 +40,7 @@ check_installed() {
   for subcommand in $(inside seastitch --help | sed -n '/^Subcommands:/,$s/^  \([a-z-]*\) .*/\1/p'); do
     [ -e "$root/usr/share/man/man1/seastitch-$subcommand.1.gz" ] || fail "seastitch $subcommand has no manual page"
   done
-  for program in imu-driver dvl-driver mbes-driver mapper optimizer logger; do
+  for program in imu-driver dvl-driver mbes-driver nav-driver mapper optimizer logger; do
     inside "seastitch-$program" --check-config --config "/etc/seastitch/${program/-/_}.yaml" >/dev/null ||
       fail "seastitch-$program does not take the configuration that it is shipped with"
   done

@@ -341,6 +341,7 @@ TEST(Configuration, ProcessesAndReplayPrintWhatTheyUse) {
                            "seastitch-imu-driver",
                            "seastitch-dvl-driver",
                            "seastitch-mbes-driver",
+                           "seastitch-nav-driver",
                            "seastitch replay"}) {
     const std::string out = (dir / "out.yaml").string();
     const bool is_replay = std::string(name) == "seastitch replay";

@@ -7,9 +7,11 @@
 
 #include <nlohmann/json.hpp>
 
+#include "tests/paths.hpp"
 #include "tests/runtime/temporary_dir.hpp"
 #include "tools/vehicle/bus_checks.hpp"
 #include "tools/vehicle/machine_checks.hpp"
+#include "tools/vehicle/setup.hpp"
 
 namespace seastitch {
 namespace {
@@ -278,6 +280,42 @@ TEST_F(DoctorSensors, OfAVehicleWithAnInsAreSonarAndIns) {
   EXPECT_THAT(Alarms(), IsEmpty());
   for (const Finding& finding : CheckProcesses(watch, setup, 1.0))
     EXPECT_EQ(finding.text.find("imu-driver"), std::string::npos);
+}
+
+TEST_F(DoctorSensors, OfAVehicleWithOtherInstrumentsComeFromTheNavDriver) {
+  setup.nav_channels = {"INS", "DEPTH"};
+  watch.latency_s.erase("DEPTH");
+  EXPECT_THAT(Alarms(), ElementsAre("error DEPTH: not heard"));
+  setup.given_navigation = true;
+  EXPECT_THAT(Alarms(), ElementsAre("error INS: not heard", "error DEPTH: not heard"));
+  const auto of_nav_driver = [&] {
+    std::vector<std::string> found;
+    for (const Finding& finding : CheckProcesses(watch, setup, 1.0))
+      if (finding.text.starts_with("nav-driver")) found.push_back(finding.text + finding.remedy);
+    return found;
+  };
+  EXPECT_THAT(of_nav_driver(),
+              ElementsAre(HasSubstr("not heardsudo systemctl enable --now seastitch-nav-driver")));
+  setup.nav_channels.clear();
+  EXPECT_THAT(of_nav_driver(), IsEmpty()) << "no instrument, no process";
+}
+
+TEST(DoctorSetup, TheNavDriverIsLookedForWhereItsFileNamesAnInstrument) {
+  const TemporaryDir dir;
+  std::filesystem::copy(ConfigFile(""), dir.path(), std::filesystem::copy_options::recursive);
+  Findings findings;
+  EXPECT_FALSE(LoadSetup(dir.path(), &findings).Needs("nav-driver"));
+  dir.Write("nav_driver.yaml",
+            "gps: {source: \"serial:/dev/nowhere\"}\ndepth: {source: \"serial:/dev/nowhere\"}\n"
+            "ins: {source: \"udp:0.0.0.0:6020\"}\n");
+  const seastitch::Setup setup = LoadSetup(dir.path(), &findings);
+  EXPECT_TRUE(setup.Needs("nav-driver"));
+  EXPECT_EQ(setup.drivers.count("nav-driver"), 2u) << "one a source";
+  EXPECT_THAT(Lines(CheckTogether(setup)),
+              testing::Contains(HasSubstr("both listen on UDP port 6020")));
+  EXPECT_THAT(Lines(CheckSerial("nav-driver", "serial:/dev/nowhere")),
+              ElementsAre(HasSubstr("error serial port /dev/nowhere of nav-driver: No such file")));
+  EXPECT_THAT(Lines(CheckSerial("nav-driver", "serial:/dev/null")), ElementsAre(HasSubstr("ok ")));
 }
 
 TEST(Findings, AreTextAndJson) {

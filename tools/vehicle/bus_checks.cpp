@@ -36,10 +36,6 @@ std::string Format(const char* format, Args... args) {
 
 double Norm(const double (&v)[3]) { return std::hypot(v[0], v[1], v[2]); }
 
-bool IsOurs(const std::string& process) {
-  return std::find(kProcesses.begin(), kProcesses.end(), process) != kProcesses.end();
-}
-
 std::string RemedyOf(const std::string& condition) {
   for (const ConditionKind* kind : conditions::kAll)
     if (condition == kind->name) return kind->remedy;
@@ -204,8 +200,8 @@ bool BusWatch::Answered(const std::string& process, const Setup& setup) const {
 }
 
 bool BusWatch::AllAnswered(const Setup& setup) const {
-  return std::all_of(kProcesses.begin(), kProcesses.end(), [&](const char* process) {
-    return roll.Find(process) == nullptr || Answered(process, setup);
+  return std::all_of(setup.texts.begin(), setup.texts.end(), [&](const auto& wanted) {
+    return roll.Find(wanted.first) == nullptr || Answered(wanted.first, setup);
   });
 }
 
@@ -219,16 +215,19 @@ Findings CheckLoopback(const BusWatch& watch) {
 
 Findings CheckProcesses(const BusWatch& watch, const Setup& setup, double now_s) {
   Findings findings;
-  for (const std::string& process : watch.roll.names()) {
+  std::vector<std::string> processes = watch.roll.names();
+  if (setup.Needs(kNavDriver) && watch.roll.Find(kNavDriver) == nullptr)
+    processes.push_back(kNavDriver);
+  for (const std::string& process : processes) {
     const health_t* const health = watch.roll.Find(process);
     const std::string unit = "seastitch-" + process;
     if (health == nullptr && !setup.Needs(process)) continue;
     if (health == nullptr || watch.roll.SilentFor(process, now_s) > kSilentS) {
       findings.push_back(Error("process",
                                process + ": not heard",
-                               "sudo systemctl start seastitch.target; why it does not run: "
-                               "systemctl status " +
-                                   unit));
+                               (process == kNavDriver ? "sudo systemctl enable --now " + unit
+                                                      : "sudo systemctl start seastitch.target") +
+                                   "; why it does not run: systemctl status " + unit));
       continue;
     }
     if (watch.roll.IsTwice(process, now_s))
@@ -273,10 +272,16 @@ Findings CheckRunningConfigs(const BusWatch& watch, const Setup& setup) {
 Findings CheckSensors(const BusWatch& watch, const Setup& setup, bool at_surface) {
   std::vector<std::pair<const char*, const char*>> sensors{{channels::kMbesPing, "mbes-driver"}};
   if (setup.given_navigation)
-    sensors.emplace_back(channels::kIns, "what publishes INS");
+    sensors.emplace_back(
+        channels::kIns,
+        setup.nav_channels.contains(channels::kIns) ? kNavDriver : "what publishes INS");
   else
     for (const char* channel : {channels::kImu, channels::kDvl, channels::kDepth})
       sensors.emplace_back(channel, channel == channels::kImu ? "imu-driver" : "dvl-driver");
+  if (setup.nav_channels.contains(channels::kDepth)) {
+    std::erase_if(sensors, [](const auto& s) { return s.first == channels::kDepth; });
+    sensors.emplace_back(channels::kDepth, kNavDriver);
+  }
   Findings findings;
   for (const auto& [channel, process] : sensors)
     Append(SensorFindings(watch, channel, process), &findings);

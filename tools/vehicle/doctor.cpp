@@ -57,9 +57,11 @@ void CheckMachine(const Setup& setup,
 
 void CheckBus(const Setup& setup, bool at_surface, BusWatch* watch, Findings* findings) {
   Append(CheckLoopback(*watch), findings);
-  for (const auto& [process, driver] : setup.drivers)
+  for (const auto& [process, driver] : setup.drivers) {
+    if (driver.source.starts_with("serial:")) Append(CheckSerial(process, driver.source), findings);
     if (driver.source.starts_with("udp:") && watch->roll.Find(process) == nullptr)
       Append(CheckPort(process, driver.source), findings);
+  }
   Append(CheckProcesses(*watch, setup, MonotonicSeconds()), findings);
   Append(CheckRunningConfigs(*watch, setup), findings);
   Append(CheckSensors(*watch, setup, at_surface), findings);

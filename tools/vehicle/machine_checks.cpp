@@ -212,6 +212,17 @@ Findings CheckPort(const std::string& driver, const std::string& source) {
                     : "The source must name an address of this computer, or 0.0.0.0.")};
 }
 
+Findings CheckSerial(const std::string& driver, const std::string& source) {
+  const std::string device = ParseSourceUrl(source, {"baud"}).address;
+  const std::string name = "serial port " + device + " of " + driver;
+  std::error_code error;
+  if (std::filesystem::is_character_file(device, error))
+    return {Ok("serial_port", name + ": is there")};
+  return {Error("serial_port",
+                name + ": " + (error ? error.message() : "is not a device"),
+                "Plug it in, or change the source; by-id names of /dev/serial/by-id stay.")};
+}
+
 Findings CheckClock(const Machine& machine) {
   const ClockState state = machine.clock();
   const std::string by = Disciplines(machine);

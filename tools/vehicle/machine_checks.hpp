@@ -22,6 +22,8 @@ Findings CheckBuffers(const Machine& machine, std::int64_t wanted_bytes);
 
 // The port of a driver that does not run is free. source: "udp:HOST:PORT...".
 Findings CheckPort(const std::string& driver, const std::string& source);
+// The device of a serial source.
+Findings CheckSerial(const std::string& driver, const std::string& source);
 
 // Room, write speed, and that the folder is on a disk that is mounted. Writes a file of at most
 // 64 MB for at most 1.5 s there, and removes it.

@@ -57,4 +57,9 @@ std::vector<std::string> ProcessRoll::names() const {
   return all;
 }
 
+bool IsOurs(const std::string& process) {
+  return process == kNavDriver ||
+         std::find(kProcesses.begin(), kProcesses.end(), process) != kProcesses.end();
+}
+
 }  // namespace seastitch

@@ -13,6 +13,10 @@ namespace seastitch {
 // The processes of a vehicle, by their names in HEALTH, in the order in which people see them.
 inline constexpr std::array kProcesses = {
     "imu-driver", "dvl-driver", "mbes-driver", "mapper", "optimizer", "logger"};
+// Runs where nav_driver.yaml names an instrument.
+inline constexpr char kNavDriver[] = "nav-driver";
+// One of the processes above.
+bool IsOurs(const std::string& process);
 
 // Who speaks on HEALTH. Times are seconds of a monotonic clock.
 class ProcessRoll {

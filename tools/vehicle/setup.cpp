@@ -9,10 +9,12 @@
 #include "drivers/dvl/pd0_driver.hpp"
 #include "drivers/imu/imu_driver.hpp"
 #include "drivers/mbes/mbes_driver.hpp"
+#include "drivers/nav/nav_driver.hpp"
 #include "drivers/socket/source_url.hpp"
 #include "logger/logger_config.hpp"
 #include "mapper/mapper_config.hpp"
 #include "optimizer/optimizer_config.hpp"
+#include "tools/vehicle/process_roll.hpp"
 
 namespace seastitch {
 namespace {
@@ -22,7 +24,7 @@ constexpr std::int64_t kLcmBufferBytes = 8 * 1024 * 1024;
 void LoadImu(const std::string& file, Setup* setup) {
   const ImuDriverConfig config = LoadImuDriverConfig(file);
   for (const auto& [name, text] : ConfigFiles(config)) setup->texts["imu-driver"][name] = text;
-  setup->drivers["imu-driver"] = config.driver;
+  setup->drivers.emplace("imu-driver", config.driver);
 }
 
 void LoadDvl(const std::string& file, Setup* setup) {
@@ -31,18 +33,29 @@ void LoadDvl(const std::string& file, Setup* setup) {
   if (DeviceIn(file, devices) == Pd0DriverConfig{}.device) {
     const Pd0DriverConfig config = LoadPd0DriverConfig(file);
     setup->texts["dvl-driver"]["dvl_driver.yaml"] = PrintConfig(config);
-    setup->drivers["dvl-driver"] = config.driver;
+    setup->drivers.emplace("dvl-driver", config.driver);
   } else {
     const DvlDriverConfig config = LoadDvlDriverConfig(file);
     for (const auto& [name, text] : ConfigFiles(config)) setup->texts["dvl-driver"][name] = text;
-    setup->drivers["dvl-driver"] = config.driver;
+    setup->drivers.emplace("dvl-driver", config.driver);
   }
 }
 
 void LoadMbes(const std::string& file, Setup* setup) {
   const MbesDriverConfig config = LoadMbesDriverConfig(file);
   setup->texts["mbes-driver"]["mbes_driver.yaml"] = PrintConfig(config);
-  setup->drivers["mbes-driver"] = config.driver;
+  setup->drivers.emplace("mbes-driver", config.driver);
+}
+
+void LoadNav(const std::string& file, Setup* setup) {
+  const NavDriverConfig config = LoadNavDriverConfig(file);
+  setup->nav_channels = config.output_channels();
+  if (config.sources().empty()) return;
+  setup->texts[kNavDriver]["nav_driver.yaml"] = PrintConfig(config);
+  for (const std::string& source : config.sources())
+    setup->drivers.emplace(
+        kNavDriver,
+        DriverParams{.source = source, .receive_buffer_bytes = config.receive_buffer_bytes});
 }
 
 void LoadMapper(const std::string& file, Setup* setup) {
@@ -65,6 +78,7 @@ void LoadLogger(const std::string& file, Setup* setup) {
 }  // namespace
 
 bool Setup::Needs(const std::string& process) const {
+  if (process == kNavDriver) return !nav_channels.empty();
   return !given_navigation || (process != "imu-driver" && process != "dvl-driver");
 }
 
@@ -89,11 +103,13 @@ Setup LoadSetup(const std::filesystem::path& config_dir, Findings* findings) {
       {"imu_driver.yaml", LoadImu},
       {"dvl_driver.yaml", LoadDvl},
       {"mbes_driver.yaml", LoadMbes},
+      {"nav_driver.yaml", LoadNav},
       {"mapper.yaml", LoadMapper},
       {"optimizer.yaml", LoadOptimizer},
       {"logger.yaml", LoadLogger}};
   for (const auto& [name, load] : files) {
     const std::string file = (config_dir / name).string();
+    if (name == "nav_driver.yaml" && !std::filesystem::exists(file)) continue;
     try {
       load(file, &setup);
       findings->push_back(Ok("configuration", file + ": can be used"));

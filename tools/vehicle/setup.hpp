@@ -16,10 +16,11 @@ namespace seastitch {
 struct Setup {
   // What each process publishes on CONFIG with these files: name and text of each file.
   std::map<std::string, std::map<std::string, std::string>> texts;
-  std::map<std::string, DriverParams> drivers;
-  std::map<std::string, DiveParams> dives;  // of logger and mapper
+  std::multimap<std::string, DriverParams> drivers;  // one a source
+  std::map<std::string, DiveParams> dives;           // of logger and mapper
   // The mapper takes an INS's navigation: drivers of IMU and DVL need not run, and are left out.
   bool given_navigation = false;
+  std::set<std::string> nav_channels;  // of the instruments of the nav-driver
 
   bool Needs(const std::string& process) const;
 

@@ -190,10 +190,12 @@ std::vector<std::string> StatusLines(const ProcessRoll& roll,
 }
 
 bool AllOk(const ProcessRoll& roll, double now_s) {
-  return std::all_of(kProcesses.begin(), kProcesses.end(), [&](const char* process) {
+  const auto is_ok = [&](const char* process) {
     return roll.SilentFor(process, now_s) <= kSilentS && !roll.IsTwice(process, now_s) &&
            roll.Find(process)->state == health_t::STATE_OK;
-  });
+  };
+  return std::all_of(kProcesses.begin(), kProcesses.end(), is_ok) &&
+         (roll.Find(kNavDriver) == nullptr || is_ok(kNavDriver));
 }
 
 int RunStatus(const StatusOptions& options) {

@@ -1,0 +1,351 @@
+#include "drivers/nav/nav_driver.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <stdexcept>
+
+#include "common/convert/convert.hpp"
+#include "common/core/channel_names.hpp"
+#include "drivers/device_driver.hpp"
+#include "drivers/nav/ins_frames.hpp"
+#include "drivers/registry.hpp"
+
+namespace seastitch {
+namespace {
+
+constexpr std::chrono::seconds kRefusalHolds(10);
+
+struct InsFormat {
+  const char* name;
+  std::unique_ptr<NavCodec> (*make)(const NavDriverConfig& config);
+};
+
+constexpr InsFormat kInsFormats[] = {
+    {"nmea",
+     [](const NavDriverConfig& c) -> std::unique_ptr<NavCodec> {
+       NmeaInsParams params = c.ins_nmea;
+       params.needs_checksum = c.needs_checksum;
+       return std::make_unique<NmeaIns>(params);
+     }},
+    {"phins",
+     [](const NavDriverConfig& c) -> std::unique_ptr<NavCodec> {
+       return std::make_unique<PhinsIns>(
+           PhinsInsParams{c.ins_nmea.clock, c.altitude_is_depth, c.depth_codec.sigma_m});
+     }},
+    {"kmb",
+     [](const NavDriverConfig& c) -> std::unique_ptr<NavCodec> {
+       return std::make_unique<KmBinaryIns>(c.ins_nmea.clock);
+     }},
+};
+
+// --- configuration -------------------------------------------------------------------------------
+
+ParameterTable& DeclareDevice(const char* name,
+                              const char* sentence,
+                              NavDeviceParams* device,
+                              ParameterTable* table) {
+  ParameterTable& section = table->AddSection(name, sentence);
+  section
+      .Add("source",
+           &device->source,
+           "udp:HOST:PORT (options as for the sonar) or serial:/dev/ttyUSB0?baud=4800; several "
+           "instruments may have the same. Empty: there is none.")
+      .DataSheet();
+  section.Add("timeout_s",
+              &device->timeout_s,
+              Unit::kSecond,
+              Range::AtLeast(0.0).AtMost(3600.0),
+              "Without a message for this long HEALTH says lost; 0: it may be silent.");
+  return section;
+}
+
+void DeclareFixes(NmeaFixParams* fixes, const char* sigma_sentence, ParameterTable* section) {
+  DeclareClock(&fixes->clock, true, section);
+  section
+      ->Add("sigma_m", &fixes->sigma_m, Unit::kMetre, Range::Within(0.01, 1000.0), sigma_sentence)
+      .DataSheet();
+  section->Add("interval_s",
+               &fixes->interval_s,
+               Unit::kSecond,
+               Range::Within(0.0, 3600.0),
+               "Fixes that come sooner are left out: their errors are the same.");
+}
+
+void DeclareDepth(DepthCodecParams* depth, ParameterTable* section) {
+  DeclareClock(&depth->clock, false, section);
+  section
+      ->Add("sigma_m",
+            &depth->sigma_m,
+            Unit::kMetre,
+            Range::Within(0.001, 10.0),
+            "Of a depth, 1 sigma.")
+      .DataSheet();
+  section
+      ->AddChoice<PressureUnit>("pressure_unit",
+                                &depth->unit,
+                                {{"psi", PressureUnit::kPsi},
+                                 {"hPa", PressureUnit::kHectopascal},
+                                 {"bar", PressureUnit::kBar},
+                                 {"dbar", PressureUnit::kDecibar},
+                                 {"kPa", PressureUnit::kKilopascal},
+                                 {"MPa", PressureUnit::kMegapascal},
+                                 {"inHg", PressureUnit::kInchOfMercury},
+                                 {"mmHg", PressureUnit::kMillimetreOfMercury},
+                                 {"mH2O", PressureUnit::kMetreOfWater}},
+                                "Of lines that do not say it (Paroscientific).")
+      .DataSheet();
+  section
+      ->Add("air_pressure_pa",
+            &depth->air_pressure_pa,
+            Unit::kNone,
+            Range::Within(0.0, 120'000.0),
+            "Taken off a pressure, in pascal; 0: the sensor gives what is above the air's.")
+      .DataSheet();
+  section
+      ->Add("water_density_kgpm3",
+            &depth->water_density_kgpm3,
+            Unit::kNone,
+            Range::Within(900.0, 1200.0),
+            "By which a pressure becomes a depth, in kg a cubic metre.")
+      .DataSheet();
+}
+
+void CheckSourceOf(const std::string& path, const char* name, const NavDeviceParams& device) {
+  if (device.source.empty()) return;
+  try {
+    ExpectUsable(device.source, SourceKind::kBytes);
+  } catch (const std::runtime_error& e) {
+    throw ConfigError(path + ": " + name + ".source: " + e.what());
+  }
+}
+
+void AddPrefixed(const std::string& prefix, const Counters& from, Counters* to) {
+  for (const auto& [name, value] : from) (*to)[prefix + "_" + name] += value;
+}
+
+}  // namespace
+
+NavDriverConfig::NavDriverConfig() = default;
+
+std::set<std::string> NavDriverConfig::sources() const {
+  std::set<std::string> all{ins.source, gps.source, usbl.source, depth.source};
+  all.erase("");
+  return all;
+}
+
+std::set<std::string> NavDriverConfig::output_channels() const {
+  std::set<std::string> all;
+  if (!ins.source.empty()) all.insert(channels::kIns);
+  if (!gps.source.empty() || !usbl.source.empty()) all.insert(channels::kPositionFix);
+  if (!depth.source.empty()) all.insert(channels::kDepth);
+  return all;
+}
+
+ParameterTable TableOf(NavDriverConfig* config) {
+  ParameterTable table;
+  table.Add("needs_checksum",
+            &config->needs_checksum,
+            "NMEA sentences without a checksum are refused (but for PSIMSSB).");
+  table.Add("receive_buffer_bytes",
+            &config->receive_buffer_bytes,
+            Unit::kByte,
+            Range::Within(65'536, 256 * 1024 * 1024),
+            "Of a socket; net.core.rmem_max must allow it.");
+
+  ParameterTable& ins = DeclareDevice(
+      "ins", "An INS whose navigation the mapper may take as given.", &config->ins, &table);
+  ins.AddChoice("format",
+                &config->ins_format,
+                NamesOf(kInsFormats),
+                "What it speaks: NMEA 0183, iXblue's standard binary, Kongsberg's KM binary.")
+      .DataSheet();
+  DeclareClock(&config->ins_nmea.clock, true, &ins);
+  ins.Add("invert_roll",
+          &config->ins_nmea.invert_roll,
+          "Of nmea: its roll is positive with the port side down.");
+  ins.Add(
+      "invert_pitch", &config->ins_nmea.invert_pitch, "Of nmea: its pitch is positive bow down.");
+  ins.Add("altitude_is_depth",
+          &config->altitude_is_depth,
+          "Of phins: its altitude with the sign turned is its depth, as of an INS under water that "
+          "has a pressure sensor.");
+
+  ParameterTable& gps = DeclareDevice(
+      "gps", "A GPS receiver that sees the sky at the surface (GGA).", &config->gps, &table);
+  DeclareFixes(&config->gps_fixes,
+               "Of north and of east at an HDOP of 1, 1 sigma; times the HDOP that comes.",
+               &gps);
+
+  ParameterTable& usbl = DeclareDevice(
+      "usbl", "Acoustic positions of this vehicle (PSIMSSB or GGA).", &config->usbl, &table);
+  DeclareFixes(&config->usbl_fixes,
+               "Of north and of east, 1 sigma, or what the system itself expects, if more.",
+               &usbl);
+  usbl.Add("transponder",
+           &config->usbl_fixes.transponder,
+           "Whose positions are this vehicle's, such as B01. Empty: the first that is heard.")
+      .DataSheet();
+
+  ParameterTable& depth = DeclareDevice(
+      "depth",
+      "A pressure sensor (DBS, PIPS, PVIPS2, PRVAT; lines of Paroscientific and Valeport).",
+      &config->depth,
+      &table);
+  DeclareDepth(&config->depth_codec, &depth);
+  return table;
+}
+
+NavDriverConfig LoadNavDriverConfig(const std::string& path) {
+  NavDriverConfig config;
+  TableOf(&config).Load(path);
+  CheckSourceOf(path, "ins", config.ins);
+  CheckSourceOf(path, "gps", config.gps);
+  CheckSourceOf(path, "usbl", config.usbl);
+  CheckSourceOf(path, "depth", config.depth);
+  return config;
+}
+
+std::string PrintConfig(const NavDriverConfig& config) {
+  const NavDriverConfig defaults;
+  return PrintWithDefaults(config, defaults);
+}
+
+// --- driver --------------------------------------------------------------------------------------
+
+NavDriver::NavDriver(const NavDriverConfig& config, Bus* bus) : bus_(bus), health_("nav-driver") {
+  AddDevice("ins", config.ins, FindEntry(kInsFormats, config.ins_format)->make(config));
+  NmeaFixParams gps = config.gps_fixes, usbl = config.usbl_fixes;
+  DepthCodecParams depth = config.depth_codec;
+  gps.needs_checksum = usbl.needs_checksum = depth.needs_checksum = config.needs_checksum;
+  AddDevice("gps", config.gps, std::make_unique<NmeaFixes>(gps));
+  AddDevice("usbl", config.usbl, std::make_unique<NmeaFixes>(usbl));
+  AddDevice("depth", config.depth, std::make_unique<DepthCodec>(depth));
+  std::string text;
+  for (const Device& device : devices_)
+    text += (text.empty() ? "" : ", ") + device.name + " at " + device.params.source;
+  health_.SetText(text);
+  health_.SetStarting("waiting for " + text);
+  const bool may_all_be_silent =
+      std::all_of(devices_.begin(), devices_.end(), [](const Device& device) {
+        return device.params.timeout_s == 0.0;
+      });
+  if (may_all_be_silent) health_.SetRunning();
+}
+
+void NavDriver::AddDevice(const std::string& name,
+                          const NavDeviceParams& params,
+                          std::unique_ptr<NavCodec> codec) {
+  if (params.source.empty()) return;
+  devices_.push_back({name, params, std::move(codec), 0, std::nullopt});
+}
+
+void NavDriver::Feed(const std::string& source, const Datagram& piece) {
+  health_.Tick("pieces");
+  for (const raw_bytes_t& part : ToRawParts(piece.bytes, source, piece.recv, raw_seq_)) {
+    bus_->Publish(channels::kRawNav, part);
+    ++raw_seq_;
+  }
+  for (Device& device : devices_) {
+    if (device.params.source != source) continue;
+    for (const NavOutput& output : device.codec->Add(piece.bytes, piece.recv))
+      Publish(output, piece.recv);
+  }
+}
+
+void NavDriver::Publish(const NavOutput& output, Time recv) {
+  if (const auto* ins = std::get_if<NavigationSample>(&output)) {
+    bus_->Publish(channels::kIns, ToLcm(*ins, MessageStamp{recv, ins_seq_++}));
+    health_.Tick("ins");
+  } else if (const auto* fix = std::get_if<PositionFix>(&output)) {
+    bus_->Publish(channels::kPositionFix, ToLcm(*fix, MessageStamp{recv, fix_seq_++}));
+    health_.Tick("position_fixes");
+  } else {
+    const auto& depth = std::get<DepthSample>(output);
+    bus_->Publish(channels::kDepth, ToLcm(depth, MessageStamp{recv, depth_seq_++}));
+    health_.Tick("depth");
+  }
+}
+
+Counters NavDriver::decoder_counters() const {
+  Counters all;
+  for (const Device& device : devices_) AddPrefixed(device.name, device.codec->counters(), &all);
+  return all;
+}
+
+void NavDriver::UpdateHealth(const std::map<std::string, SourceState>& sources,
+                             Clock::time_point now) {
+  SetAll(decoder_counters(), &health_);
+  for (const Device& device : devices_) SetAll(device.codec->clock_figures(device.name), &health_);
+  CheckSources(sources, now);
+  CheckDevices(now);
+}
+
+void NavDriver::CheckSources(const std::map<std::string, SourceState>& sources,
+                             Clock::time_point now) {
+  Counters sums;
+  std::string troubles, refusals;
+  for (const auto& [url, state] : sources) {
+    for (const auto& [name, value] : state.counters) sums[name] += value;
+    const auto say = [&url = url](const std::string& what, std::string* text) {
+      if (!what.empty()) *text += (text->empty() ? "" : "; ") + url + ": " + what;
+    };
+    say(state.trouble, &troubles);
+    say(state.refusal, &refusals);
+  }
+  SetAll(sums, &health_);
+  health_.HoldIf(!troubles.empty(), conditions::kSourceUnavailable, troubles);
+  const std::int64_t refused = sums["udp_refused_senders"];
+  if (refused > refused_) refused_at_ = now;
+  refused_ = refused;
+  health_.HoldIf(refused_ > 0 && now - refused_at_ < kRefusalHolds,
+                 conditions::kSenderRefused,
+                 std::to_string(refused_) + " so far, the last of " + refusals);
+}
+
+void NavDriver::CheckDevices(Clock::time_point now) {
+  std::string silent;
+  for (Device& device : devices_) {
+    const std::int64_t heard = device.codec->heard();
+    if (heard > device.heard) health_.SetRunning();
+    if (heard > device.heard || !device.last_heard) device.last_heard = now;
+    device.heard = heard;
+    const double silence_s = std::chrono::duration<double>(now - *device.last_heard).count();
+    if (device.params.timeout_s == 0.0 || silence_s < device.params.timeout_s) continue;
+    char duration[40];
+    std::snprintf(duration, sizeof duration, " for %.0f s", std::floor(silence_s));
+    const std::string instead = device.codec->hears_instead();
+    silent += (silent.empty() ? "" : "; ") + device.name + " at " + device.params.source + duration;
+    if (!instead.empty()) silent += ", where it hears " + instead;
+  }
+  health_.HoldIf(!silent.empty(), conditions::kNoDeviceData, silent);
+  if (!silent.empty()) health_.SetRunning();
+}
+
+int RunNavDriver(const NavDriverConfig& config, NavDriver* driver, Bus* bus, EventLoop* loop) {
+  std::map<std::string, std::unique_ptr<ByteSource>> sources;
+  for (const std::string& url : config.sources())
+    sources[url] = OpenByteSource(url, config.receive_buffer_bytes);
+  Datagram piece;
+  for (const auto& [url, source] : sources) {
+    loop->Add(source->fd(), [driver, &piece, &url = url, source = source.get()] {
+      // Not until it is empty: signals and health want their turn in a flood.
+      for (int i = 0; i < 64 && source->Receive(&piece); ++i) driver->Feed(url, piece);
+    });
+  }
+  loop->Add(bus->fd(), [bus] { bus->HandleAll(Bus::kBurst); });
+  const auto update_health = [&] {
+    std::map<std::string, NavDriver::SourceState> states;
+    for (const auto& [url, source] : sources) {
+      source->Check();
+      states[url] = {source->trouble(), source->refusal(), source->counters()};
+    }
+    driver->UpdateHealth(states, NavDriver::Clock::now());
+  };
+  update_health();
+  loop->Every(std::chrono::seconds(1), update_health);
+  driver->health().PublishEverySecond(bus, loop);
+  return loop->Run();
+}
+
+}  // namespace seastitch

@@ -1,0 +1,114 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "common/runtime/bus.hpp"
+#include "common/runtime/event_loop.hpp"
+#include "common/runtime/health.hpp"
+#include "common/runtime/parameters.hpp"
+#include "drivers/nav/depth_codec.hpp"
+#include "drivers/nav/nmea_fixes.hpp"
+#include "drivers/nav/nmea_ins.hpp"
+#include "drivers/socket/byte_source.hpp"
+
+namespace seastitch {
+
+// Where an instrument is. Several may be on one source.
+struct NavDeviceParams {
+  std::string source;      // URL, see byte_source.hpp; empty: there is no such instrument
+  double timeout_s = 5.0;  // without a message: lost; 0: it may be silent
+};
+
+struct NavDriverConfig {
+  NavDriverConfig();
+
+  int receive_buffer_bytes = 1024 * 1024;
+  bool needs_checksum = true;
+
+  NavDeviceParams ins;
+  std::string ins_format = "nmea";                         // a line of the table in nav_driver.cpp
+  NmeaInsParams ins_nmea{.clock = {DeviceClock::kModel}};  // the clock of the other formats too
+  bool altitude_is_depth = false;
+
+  NavDeviceParams gps{"", 10.0};
+  NmeaFixParams gps_fixes{.source = "gps", .clock = {DeviceClock::kModel}};
+
+  NavDeviceParams usbl{"", 0.0};
+  NmeaFixParams usbl_fixes{.source = "usbl", .clock = {DeviceClock::kDevice}, .sigma_m = 5.0};
+
+  NavDeviceParams depth;
+  DepthCodecParams depth_codec{.clock = {DeviceClock::kReceive}};
+
+  // Of every instrument that there is.
+  std::set<std::string> sources() const;
+  // What they publish on.
+  std::set<std::string> output_channels() const;
+};
+
+// Throws ConfigError.
+NavDriverConfig LoadNavDriverConfig(const std::string& path);
+std::string PrintConfig(const NavDriverConfig& config);
+ParameterTable TableOf(NavDriverConfig* config);
+
+// What is neither sonar nor Doppler log nor inertial unit: an INS (INS), GPS and USBL
+// (POSITION_FIX), a pressure sensor (DEPTH), and their bytes (RAW_NAV).
+class NavDriver {
+ public:
+  using Clock = std::chrono::steady_clock;
+  // Of one source.
+  struct SourceState {
+    std::string trouble;
+    std::string refusal;
+    Counters counters;
+  };
+
+  NavDriver(const NavDriverConfig& config, Bus* bus);
+  NavDriver(const NavDriver&) = delete;
+  NavDriver& operator=(const NavDriver&) = delete;
+
+  // source: as the configuration names it. Publishes the bytes, then what they say.
+  void Feed(const std::string& source, const Datagram& piece);
+  // Call it once a second.
+  void UpdateHealth(const std::map<std::string, SourceState>& sources, Clock::time_point now);
+
+  Health& health() { return health_; }
+  // Each with the instrument before it: gps_no_position.
+  Counters decoder_counters() const;
+
+ private:
+  struct Device {
+    std::string name;
+    NavDeviceParams params;
+    std::unique_ptr<NavCodec> codec;
+    std::int64_t heard = 0;                       // by the last look
+    std::optional<Clock::time_point> last_heard;  // or looked for first
+  };
+  void AddDevice(const std::string& name,
+                 const NavDeviceParams& params,
+                 std::unique_ptr<NavCodec> codec);
+  void Publish(const NavOutput& output, Time recv);
+  void CheckSources(const std::map<std::string, SourceState>& sources, Clock::time_point now);
+  void CheckDevices(Clock::time_point now);
+
+  Bus* bus_;
+  Health health_;
+  std::vector<Device> devices_;
+  std::int64_t raw_seq_ = 0;
+  std::int64_t ins_seq_ = 0;
+  std::int64_t fix_seq_ = 0;
+  std::int64_t depth_seq_ = 0;
+  std::int64_t refused_ = 0;
+  Clock::time_point refused_at_;
+};
+
+// Runs it on its sources until a signal.
+int RunNavDriver(const NavDriverConfig& config, NavDriver* driver, Bus* bus, EventLoop* loop);
+
+}  // namespace seastitch

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "common/core/counters.hpp"
+#include "drivers/socket/udp_socket.hpp"
+
+namespace seastitch {
+
+// Where the bytes of an instrument come from, whatever carries them.
+class ByteSource {
+ public:
+  virtual ~ByteSource() = default;
+
+  // Readable when Receive() has something to do. The same for the life of the source.
+  virtual int fd() const = 0;
+  // Takes a piece; false where none waits.
+  virtual bool Receive(Datagram* piece) = 0;
+  // Call it once a second.
+  virtual void Check() = 0;
+
+  // What keeps bytes from coming, for people; empty where nothing does.
+  virtual std::string trouble() const = 0;
+  // Of the last datagram of another sender: see SenderGate.
+  virtual std::string refusal() const { return ""; }
+  virtual Counters counters() const = 0;
+};
+
+// udp:HOST:PORT[...] (UdpSocket) or serial:/dev/NAME[...] (SerialPort). Throws std::runtime_error
+// "URL: reason".
+std::unique_ptr<ByteSource> OpenByteSource(const std::string& url, int receive_buffer_bytes);
+
+}  // namespace seastitch

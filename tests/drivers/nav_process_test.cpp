@@ -1,0 +1,154 @@
+// seastitch-nav-driver as people start it: a real process, UDP, a real terminal as serial port.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <pty.h>
+#include <sysexits.h>
+#include <termios.h>
+
+#include <filesystem>
+
+#include "seastitch/depth_t.hpp"
+#include "seastitch/health_t.hpp"
+#include "seastitch/navigation_t.hpp"
+#include "seastitch/position_fix_t.hpp"
+#include "tests/drivers/driver_process.hpp"
+
+namespace seastitch {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr char kGga[] =
+    "$GPGGA,102030.50,5730.123456,N,01115.654321,E,4,14,0.8,3.25,M,40.50,M,1.2,0123*4C\r\n";
+constexpr char kNoFix[] = "$GPGGA,102031.00,5730.1234,S,01115.6543,W,0,00,,,M,,M,,*78\r\n";
+
+// The instrument's end of a serial line; the driver opens a link to the other, as udev makes them.
+class SerialLine {
+ public:
+  explicit SerialLine(std::filesystem::path link) : link_(std::move(link)) { Plug(); }
+  void Plug() {
+    int instrument = -1, port = -1;
+    ASSERT_EQ(openpty(&instrument, &port, nullptr, nullptr, nullptr), 0);
+    instrument_ = FileDescriptor(instrument);
+    port_ = FileDescriptor(port);
+    std::filesystem::remove(link_);
+    std::filesystem::create_symlink(ttyname(port), link_);
+  }
+  void Unplug() {
+    std::filesystem::remove(link_);
+    port_ = FileDescriptor();
+    instrument_ = FileDescriptor();
+  }
+  void Send(const std::string& text) const {
+    EXPECT_EQ(write(instrument_.get(), text.data(), text.size()),
+              static_cast<ssize_t>(text.size()));
+  }
+  // The rate that the driver has set.
+  speed_t rate() const {
+    termios settings{};
+    tcgetattr(port_.get(), &settings);
+    return cfgetispeed(&settings);
+  }
+
+ private:
+  std::filesystem::path link_;
+  FileDescriptor instrument_, port_;
+};
+
+class NavProcess : public DriverProcess {
+ protected:
+  void Listen() {
+    bus->Subscribe<navigation_t>("INS", 0, [this](const auto& m) { ins.push_back(m); });
+    bus->Subscribe<position_fix_t>(
+        "POSITION_FIX", 0, [this](const auto& m) { fixes.push_back(m); });
+    bus->Subscribe<depth_t>("DEPTH", 0, [this](const auto& m) { depths.push_back(m); });
+    bus->Subscribe<health_t>("HEALTH", 0, [this](const auto& m) { health = m; });
+  }
+  bool UntilText(const std::string& part) {
+    return HandleUntil([&] { return health.text.find(part) != std::string::npos; }, 20'000);
+  }
+  std::vector<navigation_t> ins;
+  std::vector<position_fix_t> fixes;
+  std::vector<depth_t> depths;
+  health_t health{};
+};
+
+TEST_F(NavProcess, WithNothingToReadItEndsWithOneLine) {
+  const auto process =
+      Start("seastitch-nav-driver", dir.Write("nav_driver.yaml", "needs_checksum: true\n"));
+  EXPECT_EQ(process->Wait(), EX_CONFIG);
+  EXPECT_THAT(process->Output(), HasSubstr("nav_driver.yaml: ins.source, gps.source"));
+  EXPECT_EQ(process->Output().find('\n'), process->Output().size() - 1);
+}
+
+TEST_F(NavProcess, TheShippedConfigurationCanBeUsed) {
+  Process process(Program("seastitch-nav-driver"),
+                  {"--config", ConfigFile("nav_driver.yaml"), "--check-config"},
+                  (dir.path() / "out.txt").string());
+  EXPECT_EQ(process.Wait(), EXIT_SUCCESS) << process.Output();
+}
+
+// An INS on the network, GPS and pressure sensor on one serial line.
+TEST_F(NavProcess, SentencesOverUdpAndASerialLineBecomeMessages) {
+  if (!OpenBus()) {
+    GTEST_SKIP() << "LCM cannot open " << lcm_url;
+  }
+  Listen();
+  const std::filesystem::path link = dir.path() / "gps";
+  const SerialLine line(link);
+  const int port = FreeUdpPort();
+  const std::string serial = "\"serial:" + link.string() + "?baud=19200\"";
+  const auto process = Start("seastitch-nav-driver",
+                             dir.Write("nav_driver.yaml",
+                                       "ins: {source: \"udp:127.0.0.1:" + std::to_string(port) +
+                                           "\", clock: device}\ngps: {source: " + serial +
+                                           ", clock: device}\ndepth: {source: " + serial + "}\n"));
+  ASSERT_TRUE(UntilText("waiting for ins at udp:127.0.0.1")) << process->Output();
+  EXPECT_EQ(line.rate(), static_cast<speed_t>(B19200));
+  const std::string ins_text = "$PRDID,-1.50,2.00,275.25*55\r\n" + std::string(kGga);
+  UdpSender(port).Send({ins_text.begin(), ins_text.end()});
+  line.Send("23,junk\r\n" + std::string(kGga).substr(0, 30));
+  line.Send(std::string(kGga).substr(30) + "0009.996,M\r\n");
+  EXPECT_TRUE(HandleUntil(
+      [&] { return ins.size() == 2 && fixes.size() == 1 && depths.size() == 1; }, 20'000))
+      << ins.size() << " " << fixes.size() << " " << depths.size() << process->Output();
+  ASSERT_EQ(fixes.size(), 1u);
+  EXPECT_EQ(fixes[0].source, "gps");
+  EXPECT_NEAR(fixes[0].latitude_rad, 57.5020576 * M_PI / 180.0, 1e-11);
+  ASSERT_EQ(depths.size(), 1u);
+  EXPECT_EQ(depths[0].depth_m, 9.996);
+  EXPECT_TRUE(HandleUntil([&] { return health.state == health_t::STATE_OK; }, 20'000))
+      << health.text;
+  EXPECT_EQ(health.process, "nav-driver");
+  EXPECT_EQ(process->Stop(), EXIT_SUCCESS) << process->Output();
+}
+
+TEST_F(NavProcess, ASerialPortThatIsMissingOrUnpluggedIsNamedAndTakenAgain) {
+  if (!OpenBus()) {
+    GTEST_SKIP() << "LCM cannot open " << lcm_url;
+  }
+  Listen();
+  const std::filesystem::path link = dir.path() / "gps";
+  const auto process =
+      Start("seastitch-nav-driver",
+            dir.Write("nav_driver.yaml",
+                      "gps: {source: \"serial:" + link.string() + "\", interval_s: 0}\n"));
+  ASSERT_TRUE(UntilText("cannot open the port: No such file")) << health.text << process->Output();
+  SerialLine line(link);
+  ASSERT_TRUE(
+      HandleUntil([&] { return health.text.find("cannot open") == std::string::npos; }, 20'000));
+  line.Send(kNoFix);
+  EXPECT_TRUE(HandleUntil([&] { return health.state == health_t::STATE_OK; }, 20'000))
+      << health.text;
+  line.Unplug();
+  EXPECT_TRUE(UntilText("cannot be used")) << health.text;
+  line.Plug();
+  ASSERT_TRUE(HandleUntil([&] { return health.text.find("cannot") == std::string::npos; }, 20'000))
+      << health.text;
+  line.Send(kGga);
+  EXPECT_TRUE(HandleUntil([&] { return fixes.size() == 1; }, 20'000)) << process->Output();
+  EXPECT_EQ(process->Stop(), EXIT_SUCCESS) << process->Output();
+}
+
+}  // namespace
+}  // namespace seastitch
