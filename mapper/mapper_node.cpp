@@ -65,6 +65,7 @@ MapperNode::MapperNode(
 void MapperNode::Subscribe() {
   SubscribeSensors();
   SubscribeOptimizer();
+  health_.ReadFrom({[this] { return mapper_.counters(); }, [this] { return mapper_.Summary(); }});
   health_.SetStarting(mapper_.WaitsFor());
 }
 
@@ -404,14 +405,12 @@ void MapperNode::OnWritten(const Write& write, const Written& written) {
 }
 
 void MapperNode::ReportHealth() {
-  for (const auto& [name, count] : mapper_.counters()) health_.Set(name, count);
   std::vector<Condition> faults = mapper_.conditions();
   if (store_fails_ || journal_fails_) faults.push_back({&conditions::kStoreNotWriting, {}});
   const std::optional<Time> now = mapper_.last_nav();
   if (begun_ && now && ToSeconds(*now - *begun_) < kTellRestartS)
     faults.insert(faults.end(), at_restart_.begin(), at_restart_.end());
   health_.SetConditions(faults);
-  health_.SetText(mapper_.Summary());
   if (mapper_.IsWaiting())
     health_.SetStarting(mapper_.WaitsFor());
   else

@@ -155,13 +155,23 @@ void Health::NoteState() {
 std::string Health::text() const {
   std::string line;
   for (const Record* record : Holding()) Append(record->Sentence(), &line);
-  Append(starting_ ? *starting_ : figures_, &line);
+  Append(starting_ ? *starting_ : core_ ? core_->text() : figures_, &line);
   return line.empty() ? ToString(state_) : OneLine(std::move(line), kMaxText);
 }
 
+std::map<std::string, std::int64_t> Health::Counters() const {
+  if (!core_) return counters_;
+  std::map<std::string, std::int64_t> all = core_->counters();
+  all.insert(counters_.begin(), counters_.end());
+  return all;
+}
+
 std::int64_t Health::counter(const std::string& name) const {
-  const auto found = counters_.find(name);
-  return found == counters_.end() ? 0 : found->second;
+  const auto own = counters_.find(name);
+  if (own != counters_.end()) return own->second;
+  const std::map<std::string, std::int64_t> all = Counters();
+  const auto found = all.find(name);
+  return found == all.end() ? 0 : found->second;
 }
 
 health_t Health::Snapshot(std::int64_t now_utime, double period_s) {
@@ -203,7 +213,7 @@ health_t Health::Message(std::int64_t now_utime) const {
     condition.count = record->count;
     msg.conditions.push_back(std::move(condition));
   }
-  for (const auto& [name, value] : counters_) {
+  for (const auto& [name, value] : Counters()) {
     counter_t counter{};
     counter.name = name;
     counter.value = value;

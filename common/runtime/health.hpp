@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "common/core/conditions.hpp"
@@ -49,6 +50,13 @@ class Health {
   void SetRunning();
   // What follows the faults in the text, such as "12 submaps, 3 loop closures".
   void SetText(std::string figures);
+  // Counters and text that the core of the process keeps itself. They are read when a report is
+  // made or asked for, and come before those set here.
+  struct Core {
+    std::function<std::map<std::string, std::int64_t>()> counters;
+    std::function<std::string()> text;
+  };
+  void ReadFrom(Core core) { core_ = std::move(core); }
 
   // Adds to a counter, such as "mbes_bad_checksum". Counters appear with their first count.
   void Count(const std::string& counter, std::int64_t n = 1) { counters_[counter] += n; }
@@ -91,6 +99,7 @@ class Health {
   void SetDetail(Finder finder, const ConditionKind& kind, std::optional<std::string> detail);
   void SetFound(Finder finder, const std::vector<Condition>& found);
   std::vector<const Record*> Holding() const;  // worst first
+  std::map<std::string, std::int64_t> Counters() const;
   void NoteState();
   health_t Message(std::int64_t now_utime) const;
   void EndRatePeriod(double period_s);
@@ -103,6 +112,7 @@ class Health {
   std::map<std::string_view, Record> records_;  // by the name of the kind; never removed
   std::optional<std::string> starting_ = "starting";
   std::string figures_;
+  std::optional<Core> core_;
   HealthState state_ = HealthState::kStarting;
   double state_since_s_;
 

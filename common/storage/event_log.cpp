@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <stdexcept>
@@ -118,13 +119,16 @@ struct EventLogReader::Impl {
     return have;
   }
 
-  // Another event, or the end of the file, stands at `end`. Not through the window: a damaged
-  // length must not cost a megabyte of reading.
+  // Another event, or the end of the file, stands at `end`. What lies outside the window is read
+  // without moving it: a damaged length must not cost a megabyte of reading.
   bool IsFollowed(std::uint64_t end) const {
-    constexpr std::uint8_t kSyncBytes[] = {0xED, 0xA1, 0xDA, 0x01};
-    std::uint8_t next[4];
-    const std::size_t n = Read(end, next, sizeof next);  // fewer where the log is cut there
-    return std::equal(next, next + n, kSyncBytes);
+    constexpr std::array<std::uint8_t, 4> kSyncBytes = {0xED, 0xA1, 0xDA, 0x01};
+    if (end >= window_at && end + kSyncBytes.size() <= window_at + window.size())
+      return std::ranges::equal(Bytes(window).subspan(end - window_at, kSyncBytes.size()),
+                                kSyncBytes);
+    std::array<std::uint8_t, kSyncBytes.size()> next{};
+    const std::size_t n = Read(end, next.data(), next.size());  // fewer where the log is cut there
+    return std::equal(next.begin(), next.begin() + n, kSyncBytes.begin());
   }
 
   std::optional<LogEvent> EventAt(std::uint64_t at) {

@@ -139,6 +139,7 @@ void NavTrack::Restore(const Memory& memory) {
   coarse_ = {memory.coarse};
   epochs_ = {memory.epoch};
   keys_.assign(memory.keys.begin(), memory.keys.end());
+  carried_.reset();
 }
 
 const NavTrack::Instant* NavTrack::Remembered(Time t) const {
@@ -197,16 +198,27 @@ std::optional<Eigen::Matrix2d> NavTrack::VelocityCovariance(Time t) const {
   return keys_[*key].J.bottomRows<2>() * keys_[*key].PJ.rightCols<2>();
 }
 
+// A(first to last) P(first) J_first^T, always multiplied from the right: the same bits whether the
+// product was begun by an earlier call or not.
+const NavTrack::Carried& NavTrack::Carry(std::size_t first, std::size_t last) const {
+  const bool goes_on =
+      carried_ && carried_->first == keys_[first].time && carried_->last <= keys_[last].time;
+  if (!goes_on) carried_ = {keys_[first].time, keys_[first].time, keys_[first].PJ};
+  const auto done = LastAtOrBefore(carried_->last, keys_);
+  for (std::size_t i = *done + 1; i <= last; ++i)
+    carried_->value = (keys_[i].from_last.A * carried_->value).eval();
+  carried_->last = keys_[last].time;
+  return *carried_;
+}
+
 std::optional<Eigen::Matrix3d> NavTrack::RelativeCovariance(Time a, Time b) const {
   const auto key_a = NearestKey(a);
   const auto key_b = NearestKey(b);
   if (!key_a || !key_b) return std::nullopt;
   const std::size_t first = std::min(*key_a, *key_b);
   const std::size_t last = std::max(*key_a, *key_b);
-  // J_last A(first to last) P(first) J_first^T, from the left: five rows at a time.
-  Eigen::Matrix<double, kKeyRows, kErrorSize> rows = keys_[last].J;
-  for (std::size_t i = last; i > first; --i) rows = (rows * keys_[i].from_last.A).eval();
-  const Eigen::Matrix<double, kKeyRows, kKeyRows> last_by_first = rows * keys_[first].PJ;
+  const Eigen::Matrix<double, kKeyRows, kKeyRows> last_by_first =
+      keys_[last].J * Carry(first, last).value;
 
   // Within the half second to its key a pose's error moves with the error in velocity.
   const auto carry = [](const Key& key, Time t) {

@@ -94,11 +94,21 @@ class NavTrack {
   std::optional<std::size_t> NearestKey(Time t) const;
   Pose2 LevelAt(const Key& key, Time t) const;
 
+  // Covariance of the error state at key `last` with the pose and velocity at key `first`.
+  struct Carried {
+    Time first;
+    Time last;
+    Eigen::Matrix<double, kErrorSize, kKeyRows> value;
+  };
+  const Carried& Carry(std::size_t first, std::size_t last) const;
+
   const NavigationParams params_;
   std::deque<TrackPose> poses_;   // of pose_window_s
   std::deque<TrackPose> coarse_;  // of window_s, at the times of epochs_
   std::deque<Epoch> epochs_;
   std::deque<Key> keys_;
+  // The newest of Carry(): most callers ask for one instant and an end that moves on.
+  mutable std::optional<Carried> carried_;
 
   // After a restart: nothing is known before resumed_at_ but these.
   struct Instant {
