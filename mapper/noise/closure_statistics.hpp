@@ -32,7 +32,8 @@ struct ClosureStatistics {
   SoundingScatter scatter;
   double altitude_m = 0.0;     // hypotenuse of those of both submaps
   LikelihoodTable likelihood;  // BoundedLikelihood()
-  // Covariance: what depends on no component, and one unit of each source of error.
+  // Covariance: what depends on no component (the prior of the height, seabed finer than a cell),
+  // and one unit of each source of error.
   SmallMatrix fixed;
   SmallMatrix white;  // soundings of variance 1 m2
   SmallMatrix correlated_error;

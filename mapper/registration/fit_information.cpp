@@ -34,12 +34,18 @@ class Shares {
     columns = columns.Union({col, col + 1});
   }
 
+  // Covariance of the gradient by the soundings' scatter: by their noise, of variance 1 m2, and by
+  // seabed that is finer than its cell.
+  struct BySoundings {
+    Eigen::Matrix4d noise = Eigen::Matrix4d::Zero();
+    Eigen::Matrix4d structure = Eigen::Matrix4d::Zero();
+  };
   // Sum over soundings of n variance u u^T, where u is what a sounding of unit error in a cell adds
-  // to the gradient: the shares of the cells, smoothed as the heights were. The variance is
-  // `variance` times the noise there, or what the cell shows where that is clearly more.
-  Eigen::Matrix4d OfSoundings(double variance) const {
+  // to the gradient: the shares of the cells, smoothed as the heights were. Structure: what a cell
+  // shows where that is clearly more than `variance` times the noise there.
+  BySoundings OfSoundings(double variance) const {
     const GridGeometry& g = grid_.geometry();
-    Eigen::Matrix4d sum = Eigen::Matrix4d::Zero();
+    BySoundings sum;
     const auto load = [&](int row, Share* line) {
       const ColumnSpan columns = columns_[static_cast<std::size_t>(row)];
       for (int col = columns.first; col < columns.last; ++col)
@@ -51,10 +57,11 @@ class Shares {
         const Cell& cell = grid_(row, col);
         if (cell.soundings == 0.0f) continue;
         const double shown = static_cast<double>(cell.scatter);
-        const double expected = variance * static_cast<double>(cell.noise);
-        const double sounding_variance = shown > kClearScatter * expected ? shown : expected;
+        const double noise = static_cast<double>(cell.noise);
+        const bool is_structure = shown > kClearScatter * variance * noise;
+        Eigen::Matrix4d& part = is_structure ? sum.structure : sum.noise;
         const Eigen::Vector4d u = line[col].matrix().cast<double>();
-        sum.noalias() += (cell.soundings * sounding_variance * u) * u.transpose();
+        part.noalias() += (cell.soundings * (is_structure ? shown : noise) * u) * u.transpose();
       }
     });
     return sum;
@@ -138,12 +145,15 @@ FitInformation GridAligner::Inform(const Fit& fit) const {
   out.scatter = scatter.Finish(noise_.scatter_m * noise_.scatter_m,
                                params_.min_sounding_sigma_m * params_.min_sounding_sigma_m);
   const double sounding_variance = out.scatter.VarianceUnder(noise_.components);
-  const Eigen::Matrix4d white =
-      source_shares.OfSoundings(sounding_variance) + target_shares.OfSoundings(sounding_variance);
+  const Shares::BySoundings by_source = source_shares.OfSoundings(sounding_variance);
+  const Shares::BySoundings by_target = target_shares.OfSoundings(sounding_variance);
+  out.structure = by_source.structure + by_target.structure;
+  const Eigen::Matrix4d unit_white = by_source.noise + by_target.noise;
+  const Eigen::Matrix4d white = sounding_variance * unit_white + out.structure;
   const Eigen::Matrix2d R = fit.at.T_target_source.Rotation();
   out.blocks = blocks.Finish(white, sounding_variance, fit.at.T_target_source, center_source_);
   out.sources = GradientCovarianceOf(out.blocks, R);
-  out.sources.white = white / sounding_variance;
+  out.sources.white = unit_white;
 
   out.shift_information = 1.0 / (prior_.source_shift_sigma_m * prior_.source_shift_sigma_m);
   const VarianceComponents& c = noise_.components;

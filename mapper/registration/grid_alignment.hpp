@@ -70,6 +70,7 @@ struct FitInformation {
   SoundingScatter scatter;
   std::vector<OverlapBlock> blocks;
   GradientCovariance sources;             // of the gradient by (x, y, yaw, height)
+  Eigen::Matrix4d structure;              // the same, by seabed that is finer than a cell
   Eigen::Matrix<double, 3, 4> eliminate;  // the height
   double shift_information;               // of its prior
 };

@@ -479,7 +479,7 @@ class Registrar {
     s.position_walk = by(info.sources.position_walk);
     s.heading_walk = by(info.sources.heading_walk);
     s.fixed = known.covariance - known.gain * info.gradient_covariance * known.gain.transpose() +
-              info.shift_information * gain.col(3) * gain.col(3).transpose();
+              info.shift_information * gain.col(3) * gain.col(3).transpose() + by(info.structure);
     s.jacobian = known.directions.transpose() * known.whiten *
                  aligner.CenterJacobian(fit.at.T_target_source);
     s.registered_under = s.stated_under = noise_.components;

@@ -16,8 +16,18 @@ inline double Bumps(double x, double y) {
          0.6 * std::sin(0.21 * x - 0.13 * y + 1.0);
 }
 
+// The same with boulders of 2 m in a patch of 12 m, finer than the cells of a registration.
+inline double BumpsAndBoulders(double x, double y) {
+  const bool in_patch = std::hypot(x - 5.0, y - 4.0) < 6.0;
+  return Bumps(x, y) - (in_patch && std::sin(9.0 * x) * std::sin(9.0 * y) > 0.6 ? 2.0 : 0.0);
+}
+
 // A swath of 60 x 24 m seen from 10 m above, with its frame believed to be at `believed`.
-inline Submap Make(int id, const Pose2& truth, const Pose2& believed) {
+// height: of the seabed at (x, y) of the map, down, in m.
+inline Submap Make(int id,
+                   const Pose2& truth,
+                   const Pose2& believed,
+                   double (*height)(double, double) = Bumps) {
   Submap submap;
   submap.id = SubmapId{id};
   submap.start = submap.frame_time = submap.end = FromUtime(1'000'000 * (id + 1));
@@ -31,7 +41,7 @@ inline Submap Make(int id, const Pose2& truth, const Pose2& believed) {
     const Eigen::Vector2d p(60.0 * side(random), 24.0 * side(random));
     const Eigen::Vector2d p_map = truth * p;
     submap.cloud.Add(
-        Eigen::Vector3d(p.x(), p.y(), Bumps(p_map.x(), p_map.y()) - 10.0 + noise(random))
+        Eigen::Vector3d(p.x(), p.y(), height(p_map.x(), p_map.y()) - 10.0 + noise(random))
             .cast<float>());
   }
   submap.footprint = FootprintOf(submap.cloud, Eigen::Matrix3d::Identity());

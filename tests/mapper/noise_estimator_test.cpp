@@ -12,12 +12,16 @@
 namespace seastitch {
 namespace {
 
-RegistrationResultSet Closure(int source, double x, double y) {
-  const Submap target = At(0, 0.0, 0.0);
+RegistrationResultSet Closure(int source,
+                              double x,
+                              double y,
+                              double (*height)(double, double) = Bumps) {
+  const Submap target = Make(0, {}, {}, height);
   LoopPair pair{SubmapId{0}, SubmapId{source}, {{x, y, 0.0}, {}}, 0.0};
   pair.prior.covariance = Eigen::Vector3d(0.25, 0.25, 1e-5).asDiagonal();
   PreparedSubmaps prepared({});
-  const auto closed = std::make_shared<const Submap>(At(source, x, y));
+  const auto closed =
+      std::make_shared<const Submap>(Make(source, {x, y, 0.0}, {x, y, 0.0}, height));
   return seastitch::Run(
       {closed, {pair}, {}},
       {},
@@ -34,6 +38,20 @@ TEST(ClosureStatistics, StateTheInformationOfTheirRegistration) {
   louder.position_walk *= 10.0;
   EXPECT_LT(s.InformationUnder(louder).determinant(),
             0.5 * results.edges[0].information.determinant());
+}
+
+// Boulders stay where the survey's soundings turn out to be quiet.
+TEST(ClosureStatistics, KeepWhatStructureFinerThanACellAdds) {
+  const auto share_of_fixed = [](const ClosureStatistics& s) {
+    return s.fixed.trace() / s.CovarianceUnder(s.registered_under).trace();
+  };
+  const RegistrationResultSet smooth = Closure(1, 10.0, 12.0);
+  const RegistrationResultSet rough = Closure(1, 10.0, 12.0, BumpsAndBoulders);
+  ASSERT_EQ(rough.statistics.size(), 1u);
+  const ClosureStatistics& s = rough.statistics[0];
+  EXPECT_TRUE(s.InformationUnder(s.registered_under).isApprox(rough.edges[0].information, 1e-9));
+  EXPECT_GT(share_of_fixed(s), 3.0 * share_of_fixed(smooth.statistics.at(0)));
+  EXPECT_GT(share_of_fixed(s), 0.15);
 }
 
 TEST(ClosureStatistics, ComeBackFromTheirNumbersAndFromNothingLess) {

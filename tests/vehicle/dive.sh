@@ -1,7 +1,7 @@
 #!/bin/bash
 # Runs as a service of the guest, at each boot: first everything up to the power cut, then what comes after it.
 # /host/package.deb, /host/can_gateway.py and /host/forger.py come from the machine; /host/power_cut says where we are,
-# /host/epoch when the survey began.
+# /host/epoch when the survey began, /host/submaps how many submaps there were before the power cut.
 set -euo pipefail
 processes=(imu-driver dvl-driver mbes-driver mapper optimizer logger)
 export LCM_DEFAULT_URL="udpm://239.255.76.67:7667?ttl=0"
@@ -55,6 +55,21 @@ wait_until_ok() {
   done
   sed 's/^/            /' /tmp/status
   say "every process ok $1"
+}
+
+# How many submaps the mapper stated when wait_until_ok last asked.
+submaps_stated() { awk '$1 == "mapper" {for (i = 2; i < NF; i++) if ($(i + 1) ~ /^submaps/) print $i}' /tmp/status; }
+
+# The map goes on in the graph that the power cut interrupted.
+check_one_graph() {
+  local before now
+  before=$(cat /host/submaps)
+  now=$(submaps_stated)
+  [ -z "$(find /var/lib/seastitch/dives -maxdepth 2 -name 'map-*')" ] || fail "the power cut began a second map"
+  if [ "$before" -lt 1 ] || [ "$now" -lt "$before" ]; then
+    fail "$before submaps before the power cut, $now after it"
+  fi
+  say "one graph: $before submaps before the power cut, $now after it"
 }
 
 # The kernel of the guest has the machine's time, which somebody disciplines there: it is told so.
@@ -212,6 +227,7 @@ before_the_power_cut() {
   forge_from_outside
   ask_doctor_about_faults
   wait_until_ok "after these faults"
+  submaps_stated >/host/submaps
   sleep 10
   say "power cut"
   echo ready >/host/power_cut
@@ -224,6 +240,7 @@ after_the_power_cut() {
   wait_for_services
   play_survey
   wait_until_ok "after the power cut"
+  check_one_graph
   ask_doctor "after the power cut"
   local first
   first=$(find /var/lib/seastitch/dives -path '*/log/*.lcmlog' | sort | head -n 1)
