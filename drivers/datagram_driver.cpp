@@ -2,10 +2,10 @@
 
 namespace seastitch {
 
-void DatagramDriver::Feed(const Datagram& datagram) {
+bool DatagramDriver::Feed(const Datagram& datagram) {
   health().Tick("udp_datagrams");
   PublishRaw(datagram.bytes, datagram.recv);
-  Decode(datagram);
+  return Decode(datagram);
 }
 
 int RunDatagramDriver(DatagramDriver* driver, const DriverParams& params, EventLoop* loop) {
@@ -13,7 +13,8 @@ int RunDatagramDriver(DatagramDriver* driver, const DriverParams& params, EventL
   Datagram datagram;
   const auto feed = [driver, &socket, &datagram] {
     // Not until it is empty: signals and health want their turn in a flood.
-    for (int i = 0; i < 64 && socket.Receive(&datagram); ++i) driver->Feed(datagram);
+    for (int i = 0; i < 64 && socket.Receive(&datagram); ++i)
+      if (driver->Feed(datagram)) socket.Understood(datagram);
   };
   const auto update_health = [driver, &socket] {
     socket.CheckInterface();

@@ -16,11 +16,11 @@ class DatagramDriver : public DeviceDriver {
                  Bus* bus)
       : DeviceDriver(name, raw_channel, params.source, params, bus) {}
 
-  // Publishes the bytes, then decodes them.
-  void Feed(const Datagram& datagram);
+  // Publishes the bytes, then decodes them. Gives whether they are the device's.
+  bool Feed(const Datagram& datagram);
 
  protected:
-  virtual void Decode(const Datagram& datagram) = 0;
+  virtual bool Decode(const Datagram& datagram) = 0;
 };
 
 // Runs a driver on its socket until a signal.

@@ -34,11 +34,13 @@ std::string PrintConfig(const Pd0DriverConfig& config) { return PrintWithDefault
 Pd0Driver::Pd0Driver(const Pd0DriverConfig& config, Bus* bus)
     : DatagramDriver("dvl-driver", channels::kRawDvl, config.driver, bus), decoder_(config.pd0) {}
 
-void Pd0Driver::Decode(const Datagram& datagram) {
-  for (const DvlSample& sample : decoder_.Add(datagram.bytes, datagram.recv)) {
+bool Pd0Driver::Decode(const Datagram& datagram) {
+  const std::vector<DvlSample> samples = decoder_.Add(datagram.bytes, datagram.recv);
+  for (const DvlSample& sample : samples) {
     bus_->Publish(channels::kDvl, ToLcm(sample, MessageStamp{datagram.recv, seq_++}));
     OnPublished("dvl");
   }
+  return !samples.empty();
 }
 
 }  // namespace seastitch

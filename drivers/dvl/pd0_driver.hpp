@@ -28,7 +28,7 @@ class Pd0Driver : public DatagramDriver {
   Counters clock_figures() const override { return decoder_.clock_figures(); }
 
  private:
-  void Decode(const Datagram& datagram) override;
+  bool Decode(const Datagram& datagram) override;
 
   Pd0Decoder decoder_;
   std::int64_t seq_ = 0;

@@ -51,8 +51,10 @@ MbesDriver::MbesDriver(const MbesDriverConfig& config, Bus* bus)
     : DatagramDriver("mbes-driver", channels::kRawMbes, config.driver, bus),
       decoder_(config.decoder) {}
 
-void MbesDriver::Decode(const Datagram& datagram) {
-  for (const MbesOutput& output : decoder_.Add(datagram.bytes, datagram.recv, datagram.sender)) {
+bool MbesDriver::Decode(const Datagram& datagram) {
+  const std::vector<MbesOutput> outputs =
+      decoder_.Add(datagram.bytes, datagram.recv, datagram.sender);
+  for (const MbesOutput& output : outputs) {
     if (const auto* ping = std::get_if<MbesPing>(&output)) {
       bus_->Publish(channels::kMbesPing, ToLcm(*ping, MessageStamp{datagram.recv, ping_seq_++}));
       OnPublished("mbes_pings");
@@ -63,6 +65,7 @@ void MbesDriver::Decode(const Datagram& datagram) {
       OnSidePublished("sound_velocity_profiles");
     }
   }
+  return !outputs.empty();
 }
 
 }  // namespace seastitch

@@ -27,7 +27,7 @@ class MbesDriver : public DatagramDriver {
   Counters clock_figures() const override { return decoder_.clock_figures(); }
 
  private:
-  void Decode(const Datagram& datagram) override;
+  bool Decode(const Datagram& datagram) override;
 
   MbesDecoder decoder_;
   std::int64_t ping_seq_ = 0;

@@ -240,17 +240,21 @@ void NavDriver::AddDevice(const std::string& name,
   devices_.push_back({name, params, std::move(codec), 0, std::nullopt});
 }
 
-void NavDriver::Feed(const std::string& source, const Datagram& piece) {
+bool NavDriver::Feed(const std::string& source, const Datagram& piece) {
   health_.Tick("pieces");
   for (const raw_bytes_t& part : ToRawParts(piece.bytes, source, piece.recv, raw_seq_)) {
     bus_->Publish(channels::kRawNav, part);
     ++raw_seq_;
   }
+  bool understood = false;
   for (Device& device : devices_) {
     if (device.params.source != source) continue;
+    const std::int64_t heard = device.codec->heard();
     for (const NavOutput& output : device.codec->Add(piece.bytes, piece.recv))
       Publish(output, piece.recv);
+    understood = understood || device.codec->heard() > heard;
   }
+  return understood;
 }
 
 void NavDriver::Publish(const NavOutput& output, Time recv) {
@@ -330,7 +334,8 @@ int RunNavDriver(const NavDriverConfig& config, NavDriver* driver, Bus* bus, Eve
   for (const auto& [url, source] : sources) {
     loop->Add(source->fd(), [driver, &piece, &url = url, source = source.get()] {
       // Not until it is empty: signals and health want their turn in a flood.
-      for (int i = 0; i < 64 && source->Receive(&piece); ++i) driver->Feed(url, piece);
+      for (int i = 0; i < 64 && source->Receive(&piece); ++i)
+        if (driver->Feed(url, piece)) source->Understood(piece);
     });
   }
   loop->Add(bus->fd(), [bus] { bus->HandleAll(Bus::kBurst); });

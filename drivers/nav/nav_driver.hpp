@@ -73,8 +73,9 @@ class NavDriver {
   NavDriver(const NavDriver&) = delete;
   NavDriver& operator=(const NavDriver&) = delete;
 
-  // source: as the configuration names it. Publishes the bytes, then what they say.
-  void Feed(const std::string& source, const Datagram& piece);
+  // source: as the configuration names it. Publishes the bytes, then what they say. Gives whether
+  // an instrument was understood.
+  bool Feed(const std::string& source, const Datagram& piece);
   // Call it once a second.
   void UpdateHealth(const std::map<std::string, SourceState>& sources, Clock::time_point now);
 

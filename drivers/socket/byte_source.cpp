@@ -10,6 +10,7 @@ class UdpBytes : public ByteSource {
   UdpBytes(const std::string& url, int receive_buffer_bytes) : socket_(url, receive_buffer_bytes) {}
   int fd() const override { return socket_.fd(); }
   bool Receive(Datagram* piece) override { return socket_.Receive(piece); }
+  void Understood(const Datagram& piece) override { socket_.Understood(piece); }
   void Check() override { socket_.CheckInterface(); }
   std::string trouble() const override { return socket_.trouble(); }
   std::string refusal() const override { return socket_.refusal(); }

@@ -17,6 +17,8 @@ class ByteSource {
   virtual int fd() const = 0;
   // Takes a piece; false where none waits.
   virtual bool Receive(Datagram* piece) = 0;
+  // Call it for a piece that turned out to be the instrument's: see SenderGate.
+  virtual void Understood(const Datagram&) {}
   // Call it once a second.
   virtual void Check() = 0;
 

@@ -54,6 +54,7 @@ class CannelloniSource : public CanSource {
       ++counters_["cannelloni_malformed"];
       return;
     }
+    socket_.Understood(datagram);
     if (next_seq_ && packet->seq != *next_seq_) ++counters_["cannelloni_gaps"];
     next_seq_ = static_cast<std::uint8_t>(packet->seq + 1);
     for (const CanFrame& frame : packet->frames)

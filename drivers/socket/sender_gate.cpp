@@ -40,17 +40,19 @@ bool SenderGate::Accepts(std::uint32_t address, Time recv) {
 std::string SenderGate::refusal() const {
   if (refused_ == kNobody) return "";
   return TextOf(refused_) +
-         (allowed_.empty() ? ", while " + TextOf(heard_) + " sends" : ", which is not named");
+         (allowed_.empty() ? ", while " + TextOf(understood_) + " sends" : ", which is not named");
 }
 
-bool SenderGate::IsItsTurn(std::uint32_t address, Time recv) {
+bool SenderGate::IsItsTurn(std::uint32_t address, Time recv) const {
   // Either way: a clock that was set back must not shut the sender out.
-  const bool silent = std::chrono::abs(recv - heard_at_) >= kSilence;
-  if (heard_ != kNobody && heard_ != address && !silent) return false;
-  if (heard_ != address) refused_ = kNobody;
-  heard_ = address;
-  heard_at_ = recv;
-  return true;
+  const bool silent = std::chrono::abs(recv - understood_at_) >= kSilence;
+  return understood_ == kNobody || understood_ == address || silent;
+}
+
+void SenderGate::Understood(std::uint32_t address, Time recv) {
+  if (understood_ != address) refused_ = kNobody;
+  understood_ = address;
+  understood_at_ = recv;
 }
 
 }  // namespace seastitch

@@ -98,6 +98,10 @@ void UdpSocket::CheckInterface() {
   socket_.Lose("interface is gone: " + interface);
 }
 
+void UdpSocket::Understood(const Datagram& datagram) {
+  gate_.Understood(static_cast<std::uint32_t>(datagram.sender >> 16), datagram.recv);
+}
+
 bool UdpSocket::Receive(Datagram* datagram) {
   socket_.TryToOpen();
   while (socket_.is_open()) {

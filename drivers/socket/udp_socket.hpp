@@ -36,6 +36,8 @@ class UdpSocket {
   // Takes one datagram; false when none waits. Truncated ones, and those of other senders, are
   // counted, never given.
   bool Receive(Datagram* datagram);
+  // Call it for a datagram that turned out to be the device's: see SenderGate.
+  void Understood(const Datagram& datagram);
   // An interface that was pulled and put back has forgotten the group: joins it again. Call it
   // regularly.
   void CheckInterface();

@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <map>
 
+#include "codecs/kmall_sensors.hpp"
 #include "codecs/kmall_stream.hpp"
 #include "common/runtime/bus.hpp"
 #include "drivers/dvl/dvl_nmea2000.hpp"
@@ -92,19 +93,31 @@ TEST_F(DriverProcess, AnotherSenderIsRefusedAndNamedUntilTheSonarIsSilent) {
             WithSource(dir, "mbes_driver.yaml", "udp:127.0.0.1:" + std::to_string(port)));
   ASSERT_TRUE(HandleUntil([&] { return !health.text.empty(); }, 10'000)) << process->Output();
   const UdpSender sonar(port, "127.0.0.1", "127.0.0.5"), other(port, "127.0.0.1", "127.0.0.6");
-  sonar.Send({1});
-  other.Send({2});
+  const std::vector<std::uint8_t> junk = {1, 2, 3};
+  SoundVelocityProfile profile;
+  profile.time = FromUtime(NowUtime());
+  profile.depth_m = {0.0, 100.0};
+  profile.speed_mps = {1500.0, 1490.0};
+  const std::vector<std::uint8_t> of_sonar = EncodeSvp(profile, KmallHeader{});
+  // Junk that comes first keeps nobody out.
+  other.Send(junk);
+  ASSERT_TRUE(HandleUntil([&] { return taken == junk; }, 10'000));
+  sonar.Send(of_sonar);
+  ASSERT_TRUE(HandleUntil([&] { return taken == of_sonar; }, 10'000));
+  other.Send(junk);
   const std::string sentence =
       "datagrams come from another sender, and are refused: 1 so far, the last of 127.0.0.6, while "
       "127.0.0.5 sends";
   EXPECT_TRUE(HandleUntil([&] { return health.text.find(sentence) != std::string::npos; }, 10'000))
       << health.text;
-  EXPECT_THAT(taken, testing::ElementsAre(1));
+  EXPECT_EQ(taken, of_sonar);
   // The sonar was replaced: the other one is taken once the first is silent for 5 s.
+  profile.time += std::chrono::seconds(10);
+  const std::vector<std::uint8_t> of_other = EncodeSvp(profile, KmallHeader{});
   EXPECT_TRUE(HandleUntil(
       [&] {
-        other.Send({3});
-        return taken == std::vector<std::uint8_t>{3};
+        other.Send(of_other);
+        return taken == of_other;
       },
       20'000));
   EXPECT_TRUE(

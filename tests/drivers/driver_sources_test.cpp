@@ -151,17 +151,34 @@ TEST(UdpSocket, TellsSendersApart) {
   EXPECT_FALSE(socket.Receive(&b));
 }
 
-TEST(SenderGate, TakesTheFirstUntilItIsSilentForFiveSeconds) {
+TEST(SenderGate, TakesTheFirstThatIsUnderstoodUntilItIsSilentForFiveSeconds) {
   SenderGate gate;
   const auto at = [](double s) { return FromUtime(1'700'000'000'000'000) + FromSeconds(s); };
-  EXPECT_TRUE(gate.Accepts(1, at(0.0)));
-  EXPECT_FALSE(gate.Accepts(2, at(1.0)));
-  EXPECT_TRUE(gate.Accepts(1, at(2.0)));
-  EXPECT_FALSE(gate.Accepts(2, at(6.9)));  // what is refused does not count as silence's end
-  EXPECT_TRUE(gate.Accepts(2, at(7.0)));
-  EXPECT_FALSE(gate.Accepts(1, at(7.1)));
-  EXPECT_TRUE(gate.Accepts(2, at(-3600.0)));  // the clock was set back
-  EXPECT_FALSE(gate.Accepts(1, at(-3599.0)));
+  const auto sends = [&](std::uint32_t address, double s) {
+    const bool accepted = gate.Accepts(address, at(s));
+    if (accepted) gate.Understood(address, at(s));
+    return accepted;
+  };
+  EXPECT_TRUE(sends(1, 0.0));
+  EXPECT_FALSE(sends(2, 1.0));
+  EXPECT_TRUE(sends(1, 2.0));
+  EXPECT_FALSE(sends(2, 6.9));  // what is refused does not count as silence's end
+  EXPECT_TRUE(sends(2, 7.0));
+  EXPECT_FALSE(sends(1, 7.1));
+  EXPECT_TRUE(sends(2, -3600.0));  // the clock was set back
+  EXPECT_FALSE(sends(1, -3599.0));
+}
+
+TEST(SenderGate, AStrangerThatIsNotUnderstoodNeverKeepsTheDeviceOut) {
+  SenderGate gate;
+  constexpr std::uint32_t kStranger = 1, kSonar = 2;
+  for (double s = 0.0; s < 20.0; s += 1.0) {
+    const Time t = FromUtime(1'700'000'000'000'000) + FromSeconds(s);
+    EXPECT_EQ(gate.Accepts(kStranger, t), s < 11.0) << s;
+    if (s < 10.0) continue;  // the sonar is switched on late
+    EXPECT_TRUE(gate.Accepts(kSonar, t)) << s;
+    gate.Understood(kSonar, t);
+  }
 }
 
 TEST(SenderGate, TakesThoseConfiguredAlone) {
@@ -186,7 +203,10 @@ TEST(UdpSocket, RefusesAndCountsOtherSenders) {
     EXPECT_EQ(socket.refusal(), "");
     Datagram datagram;
     std::vector<std::uint8_t> taken;
-    while (socket.Receive(&datagram)) taken.push_back(datagram.bytes.at(0));
+    while (socket.Receive(&datagram)) {
+      taken.push_back(datagram.bytes.at(0));
+      socket.Understood(datagram);
+    }
     EXPECT_THAT(taken, testing::ElementsAre(1, 3)) << option;
     EXPECT_EQ(socket.counters().at("udp_refused_senders"), 1) << option;
     EXPECT_EQ(socket.refusal(), refusal);
