@@ -1,16 +1,33 @@
+#include <spdlog/spdlog.h>
+
 #include <chrono>
 #include <cstdlib>
+#include <optional>
 
 #include "common/convert/convert.hpp"
 #include "common/runtime/bus.hpp"
 #include "common/runtime/config_publisher.hpp"
 #include "common/runtime/event_loop.hpp"
+#include "common/runtime/folder_lock.hpp"
 #include "common/runtime/process.hpp"
 #include "logger/logger_config.hpp"
 #include "logger/logger_node.hpp"
 
 namespace seastitch {
 namespace {
+
+// Two loggers of one dive would record every message twice. Nothing else about a lock keeps a
+// recorder from recording. Throws FolderInUse.
+std::optional<FolderLock> LockOf(const std::filesystem::path& folder) {
+  try {
+    return std::optional<FolderLock>(std::in_place, folder);
+  } catch (const FolderInUse&) {
+    throw;
+  } catch (const std::runtime_error& e) {
+    spdlog::warn("{}", e.what());
+    return std::nullopt;
+  }
+}
 
 int Run(const ProcessArgs& args) {
   const auto config = LoadConfig(args, LoadLoggerConfig, [&](const LoggerConfig& read) {
@@ -20,6 +37,7 @@ int Run(const ProcessArgs& args) {
   EventLoop loop;
   Bus bus(args.lcm_url);
   const DiveFolder dive(config->dive, "logger", NowUtime());
+  const std::optional<FolderLock> lock = LockOf(dive.log());
   LoggerNode node(*config, dive, &bus);
   DiveKeeper keeper(dive);
   loop.Add(bus.fd(), [&] { bus.HandleAll(Bus::kBurst); });

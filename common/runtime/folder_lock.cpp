@@ -41,7 +41,8 @@ FolderLock::FolderLock(const std::filesystem::path& folder) {
   if (fd_ < 0) fail(std::string("lock cannot be opened: ") + std::strerror(errno));
   if (::flock(fd_, LOCK_EX | LOCK_NB) != 0) {
     if (errno != EWOULDBLOCK) fail(std::string("cannot be locked: ") + std::strerror(errno));
-    fail("in use by " + Holder(file) + "; end it first");
+    ::close(fd_);
+    throw FolderInUse(folder.string() + ": in use by " + Holder(file) + "; end it first");
   }
   // For people alone: the lock holds on a full disk too.
   const std::string text = nlohmann::json{{"pid", ::getpid()}, {"boot_id", BootId()}}.dump() + "\n";

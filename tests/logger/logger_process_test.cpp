@@ -31,6 +31,7 @@
 #include "common/storage/event_log.hpp"
 #include "seastitch/raw_bytes_t.hpp"
 #include "tests/paths.hpp"
+#include "tests/process/run_command.hpp"
 #include "tests/runtime/temporary_dir.hpp"
 
 namespace seastitch {
@@ -177,6 +178,17 @@ class LoggerProcessTest : public testing::Test {
   }
   TemporaryDir dir_;
 };
+
+TEST_F(LoggerProcessTest, RefusesToRecordADiveThatAnotherRecords) {
+  LoggerProcess logger(dir_, Config());
+  const CommandResult second =
+      RunCommand(Program("seastitch-logger") + " --config " + (dir_ / "logger.yaml").string() +
+                 " --lcm-url " + "'" + BusUrl() + "'");
+  EXPECT_EQ(second.exit_code, 1);
+  EXPECT_NE(second.output.find("log: in use by process "), std::string::npos) << second.output;
+  EXPECT_EQ(std::count(second.output.begin(), second.output.end(), '\n'), 1) << second.output;
+  EXPECT_EQ(logger.Stop(SIGTERM), 0);
+}
 
 TEST_F(LoggerProcessTest, LosesNothingOfABurstThatIsFollowedBySigterm) {
   LoggerProcess logger(dir_, Config());
