@@ -12,12 +12,15 @@
 #include "mapper/submaps/footprint.hpp"
 #include "mapper/submaps/rejection.hpp"
 #include "mapper/submaps/terrain_information.hpp"
+#include "mapper/utc_text.hpp"
 
 namespace seastitch {
 namespace {
 
 // Submaps that wait behind others with their points in memory, in max_waiting_submaps.
 constexpr std::size_t kUnregisteredPerRegistered = 4;
+// Without NAV.
+constexpr double kNoNavS = 2.0;
 
 bool IsProfile(SoundSpeed::Source source) {
   return source == SoundSpeed::Source::kProfile || source == SoundSpeed::Source::kConfigured;
@@ -87,6 +90,7 @@ Mapper::Mapper(const MapperParams& params) : Mapper(params, MakeNavigation(param
 Mapper::Mapper(const MapperParams& params, std::unique_ptr<Navigation> navigation)
     : params_(params),
       navigation_(std::move(navigation)),
+      clocks_(params.navigation.clock_jump_s),
       watch_(params.navigation),
       sound_speed_(params.sound_velocity_profile),
       pings_(static_cast<std::size_t>(params.max_waiting_pings)),
@@ -400,7 +404,17 @@ Checkpoint Mapper::CheckpointNow() {
   ArchiveWriter archive;
   archive(frames_, builder_);
   checkpoint.frames = archive.Release();
+  ArchiveWriter clocks;
+  clocks(clocks_);
+  checkpoint.clocks = clocks.Release();
   return checkpoint;
+}
+
+SensorClocks Mapper::ClocksOf(const Checkpoint& checkpoint) const {
+  SensorClocks clocks(params_.navigation.clock_jump_s);
+  ArchiveReader archive(checkpoint.clocks);
+  archive(clocks);
+  return archive.IsDone() ? clocks : SensorClocks(params_.navigation.clock_jump_s);
 }
 
 bool Mapper::Resume(const SavedMap& saved, const LoadSubmap& load) {
@@ -427,6 +441,7 @@ bool Mapper::Resume(const SavedMap& saved, const LoadSubmap& load) {
   if (!archive.IsDone() || next_id_ != checkpoint.next_submap) frames_.Forget();
   next_id_ = std::max(next_id_, checkpoint.next_submap);
   checkpoint_number_ = checkpoint.number;
+  clocks_ = ClocksOf(checkpoint);
   resumed_ = Resumed{checkpoint.time, frames_.previous_time()};
   graph_.SetId(FromUtime(checkpoint.graph_id));
   graph_.Resume();
@@ -494,6 +509,10 @@ std::vector<Condition> Mapper::conditions() const {
   const std::vector<Condition> of_navigation =
       given ? given_watch_.conditions(*navigation_) : watch_.conditions(*navigation_);
   now.insert(now.end(), of_navigation.begin(), of_navigation.end());
+  const std::vector<Condition> of_clocks = clocks_.conditions();
+  now.insert(now.end(), of_clocks.begin(), of_clocks.end());
+  if (nav_came_at_ && ToSeconds(*clocks_.newest() - *nav_came_at_) > kNoNavS)
+    now.push_back({&conditions::kNoNavigation, "since " + UtcOf(*last_nav_)});
   if (sound_speed_source_ && !IsProfile(*sound_speed_source_))
     now.push_back({&conditions::kNoSoundSpeedProfile, Sentence(*sound_speed_source_)});
   if (failed_in_last_job_ > 0)
@@ -509,6 +528,7 @@ std::map<std::string, std::int64_t> Mapper::counters() const {
   std::map<std::string, std::int64_t> all = counters_;
   for (const auto& [name, count] : navigation_->counters()) all["nav_" + name] = count;
   for (const auto& [name, count] : builder_.counters()) all[name] = count;
+  for (const auto& [name, count] : clocks_.counters()) all[name] = count;
   all["pings_dropped_waiting"] = pings_.dropped() + sounding_pings_.dropped();
   all["pings_from_the_future"] = pings_.from_the_future() + sounding_pings_.from_the_future();
   all["position_fixes_in_graph"] = frames_.fixes_in_graph();

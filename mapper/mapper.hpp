@@ -27,6 +27,7 @@
 #include "mapper/ping_queue.hpp"
 #include "mapper/registration_job.hpp"
 #include "mapper/saved_map.hpp"
+#include "mapper/sensor_clocks.hpp"
 #include "mapper/sound_speed.hpp"
 #include "mapper/submap_frames.hpp"
 #include "mapper/submaps/submap_builder.hpp"
@@ -86,6 +87,17 @@ class Mapper {
   void Add(const SoundingPing& ping);
   void Add(const SoundVelocityProfile& profile);
 
+  // The same of a message, whose stamps tell when a clock steps: see SensorClocks.
+  template <class Sample>
+  void Add(Sample sample, const MessageStamp& stamp) {
+    sample.time = clocks_.InDiveTime(ChannelOf(sample), sample.time, stamp);
+    Add(sample);
+    if (last_nav_ != nav_seen_) nav_came_at_ = clocks_.newest();
+    nav_seen_ = last_nav_;
+  }
+  // HEALTH of another process: time that passes while sensors are silent.
+  void Hear(const std::string& process, double uptime_s) { clocks_.Hear(process, uptime_s); }
+
   // For who wants every sounding and not only the clouds: called with each submap that closes,
   // before it is given.
   void OnSoundings(std::function<void(const SubmapSoundings&)> take);
@@ -132,6 +144,13 @@ class Mapper {
   // lost; those that were not registered yet will be. load: the clouds of closed submaps. False:
   // not usable, nothing changes.
   bool Resume(const SavedMap& saved, const LoadSubmap& load);
+  // Of a sample that comes next after a checkpoint.
+  template <class Sample>
+  Time InDiveTime(const Checkpoint& checkpoint,
+                  const Sample& sample,
+                  const MessageStamp& stamp) const {
+    return ClocksOf(checkpoint).InDiveTime(ChannelOf(sample), sample.time, stamp);
+  }
 
   // What happened since the last call, in order.
   std::vector<MapperEvent> TakeEvents();
@@ -180,6 +199,7 @@ class Mapper {
               GraphGrowth growth);
   void GiveGraph(GraphGrowth growth);
   Checkpoint CheckpointNow();
+  SensorClocks ClocksOf(const Checkpoint& checkpoint) const;
   // Each false where the entry does not follow what is here.
   bool Restore(const SoundVelocityProfile& profile);
   bool Restore(const ClosedSubmap& closed);
@@ -190,6 +210,9 @@ class Mapper {
 
   const MapperParams params_;
   const std::unique_ptr<Navigation> navigation_;
+  SensorClocks clocks_;
+  std::optional<Time> nav_seen_;     // the newest
+  std::optional<Time> nav_came_at_;  // when it came
   NavigationWatch watch_;
   GivenWatch given_watch_;
   SoundSpeed sound_speed_;

@@ -77,16 +77,16 @@ std::shared_ptr<MapperNode::Archive> MapperNode::MakeArchive(
 }
 
 void MapperNode::SubscribeSensors() {
-  const auto navigate = [this](const auto& sample) {
-    if (found_ && IsInput(sample, config_.navigation_source) && !Begin(sample.time)) return;
-    mapper_.Add(sample);
+  const auto navigate = [this](const auto& sample, const MessageStamp& stamp) {
+    if (found_ && IsInput(sample, config_.navigation_source) && !Begin(sample, stamp)) return;
+    mapper_.Add(sample, stamp);
     Deliver();
     SendWaiting();
     LookAgain();
     if (mapper_.IsWaiting()) ReportHealth();  // else with every NAV
   };
-  const auto add = [this](const auto& sample) {
-    mapper_.Add(sample);
+  const auto add = [this](const auto& sample, const MessageStamp& stamp) {
+    mapper_.Add(sample, stamp);
     Deliver();
     ReportHealth();
   };
@@ -98,6 +98,11 @@ void MapperNode::SubscribeSensors() {
   Subscribe<mbes_ping_t>(channels::kMbesPing, "mbes_ping", add);
   Subscribe<mbes_soundings_t>(channels::kMbesSoundings, "mbes_soundings", add);
   Subscribe<sound_velocity_profile_t>(channels::kSvp, "svp", add);
+  bus_->Subscribe<health_t>(
+      channels::kHealth, QueueOf(channels::kHealth), [this](const health_t& msg) {
+        mapper_.Hear(msg.process, msg.uptime_s);
+        ReportHealth();
+      });
 }
 
 void MapperNode::SubscribeOptimizer() {
@@ -124,7 +129,7 @@ void MapperNode::Subscribe(const char* channel, const std::string& name, Handler
                          if (const std::int64_t lost = watch.Add(msg.seq); lost > 0)
                            health_.Count(name + "_lost", lost);
                          if (const auto sample = FromLcm(msg))
-                           handler(*sample);
+                           handler(*sample, {FromUtime(msg.recv_utime), msg.seq});
                          else
                            health_.Count(name + "_malformed");
                        });
@@ -172,13 +177,23 @@ void MapperNode::RequestSolution() {
 // --- after a restart -----------------------------------------------------------------------------
 
 // One wild stamp decides nothing.
-bool MapperNode::Begin(Time input) {
+template <class Sample>
+bool MapperNode::Begin(const Sample& input, const MessageStamp& stamp) {
+  Time time = input.time;
   if (found_->saved) {
-    const double silent_s = ToSeconds(input - found_->saved->checkpoint.time);
+    const Time resumed = mapper_.InDiveTime(found_->saved->checkpoint, input, stamp);
+    const double silent_s = ToSeconds(resumed - found_->saved->checkpoint.time);
     const bool within = silent_s >= 0.0 && silent_s <= config_.map_resume_within_s;
     if (!within && ++inputs_outside_ < kInputsOutside) return false;
     if (!within) found_->why_not = TimeApart(silent_s);
+    if (within) time = resumed;
   }
+  Begin();
+  begun_ = time;
+  return true;
+}
+
+void MapperNode::Begin() {
   FoundMap found = *std::exchange(found_, std::nullopt);
   if (found.why_not.empty()) {
     archive_ = MakeArchive(found.folder);
@@ -194,8 +209,6 @@ bool MapperNode::Begin(Time input) {
     archive_ = MakeArchive(folder);
   }
   journal_ = std::make_shared<MapJournal>(found, ConfigurationOf(config_), config_.max_unsaved_mb);
-  begun_ = input;
-  return true;
 }
 
 bool MapperNode::Resume(const SavedMap& saved) {

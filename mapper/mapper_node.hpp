@@ -81,7 +81,9 @@ class MapperNode {
   };
 
   // By the first samples of navigation's input; false: not decided yet.
-  bool Begin(Time input);
+  template <class Sample>
+  bool Begin(const Sample& input, const MessageStamp& stamp);
+  void Begin();
   bool Resume(const SavedMap& saved);
   std::shared_ptr<Archive> MakeArchive(const std::filesystem::path& folder) const;
 

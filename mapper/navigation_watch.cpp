@@ -5,21 +5,14 @@
 #include <cstdio>
 #include <map>
 #include <string>
+#include <string_view>
+
+#include "mapper/utc_text.hpp"
 
 namespace seastitch {
 namespace {
 
 constexpr double kEventHoldsS = 60.0;
-
-std::string UtcOf(Time t) {
-  constexpr std::int64_t kDayS = 86'400;
-  const auto s = static_cast<std::int64_t>(std::floor(1e-6 * static_cast<double>(ToUtime(t))));
-  const auto of_day = static_cast<int>((s % kDayS + kDayS) % kDayS);
-  char text[32];
-  std::snprintf(
-      text, sizeof text, "%02d:%02d:%02d UTC", of_day / 3600, of_day / 60 % 60, of_day % 60);
-  return text;
-}
 
 std::string Text(const NavSensorHealth& health) {
   char text[100];
@@ -61,8 +54,33 @@ void NavigationWatch::Recent::AddTo(std::vector<Condition>* conditions,
     conditions->push_back({&kind, std::to_string(count) + " in all, the last at " + UtcOf(*last)});
 }
 
+void NavigationWatch::Late::Look(const std::map<std::string, std::int64_t>& counters,
+                                 std::optional<Time> now) {
+  constexpr std::string_view kLate = "_late";
+  std::int64_t all = 0;
+  for (const auto& [name, n] : counters)
+    if (name.ends_with(kLate)) all += n;
+  if (all == count || !now) return;
+  for (; count < all; ++count) {
+    last.push_back(*now);
+    if (last.size() > kMany) last.pop_front();
+  }
+  names.clear();
+  for (const auto& [name, n] : counters) {
+    if (!name.ends_with(kLate)) continue;
+    const std::string sensor = name.substr(0, name.size() - kLate.size());
+    names += (names.empty() ? "" : ", ") + sensor + " " + std::to_string(n);
+  }
+}
+
+void NavigationWatch::Late::AddTo(std::vector<Condition>* conditions, Time now) const {
+  if (last.size() == kMany && ToSeconds(now - last.front()) < kEventHoldsS)
+    conditions->push_back({&conditions::kSamplesLate, names + " in all"});
+}
+
 void NavigationWatch::Look(const Navigation& navigation) {
   const auto& counters = navigation.counters();
+  late_.Look(counters, navigation.latest());
   resets_.Look(Resets(counters), navigation.latest());
   const auto steps = counters.find("heading_step");
   heading_steps_.Look(steps == counters.end() ? 0 : steps->second, navigation.latest());
@@ -83,6 +101,7 @@ std::vector<Condition> NavigationWatch::conditions(const Navigation& navigation)
   AddRefusals(navigation, &now);
   resets_.AddTo(&now, conditions::kNavigationReset, *latest);
   heading_steps_.AddTo(&now, conditions::kHeadingStep, *latest);
+  late_.AddTo(&now, *latest);
   AddOffsets(navigation, &now);
   return now;
 }

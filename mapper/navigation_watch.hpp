@@ -1,7 +1,11 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <deque>
+#include <map>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "common/core/conditions.hpp"
@@ -34,6 +38,16 @@ class NavigationWatch {
     std::optional<Time> last;
   };
 
+  // Samples that came too late to be put in order: one in a while is nothing.
+  struct Late {
+    static constexpr std::size_t kMany = 10;
+    void Look(const std::map<std::string, std::int64_t>& counters, std::optional<Time> now);
+    void AddTo(std::vector<Condition>* conditions, Time now) const;
+    std::int64_t count = 0;
+    std::deque<Time> last;  // kMany of them
+    std::string names;      // with how many of each
+  };
+
   bool SeesBottom() const;
   void AddRefusals(const Navigation& navigation, std::vector<Condition>* now) const;
   void AddDvl(const Navigation& navigation, std::vector<Condition>* now) const;
@@ -45,6 +59,7 @@ class NavigationWatch {
   std::optional<Time> last_lock_;  // newest ensemble with the flag of bottom lock
   Recent resets_;                  // of navigation to a sensor
   Recent heading_steps_;           // of the attitude device
+  Late late_;
 };
 
 }  // namespace seastitch

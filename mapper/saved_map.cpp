@@ -58,7 +58,7 @@ void Fields(Archive& archive, Of<Archive, LoopPair>& pair) {
 template <class Archive>
 void Fields(Archive& archive, Of<Archive, Checkpoint>& checkpoint) {
   archive(checkpoint.number, checkpoint.time, checkpoint.graph_id, checkpoint.next_submap);
-  archive(checkpoint.navigation, checkpoint.frames);
+  archive(checkpoint.navigation, checkpoint.frames, checkpoint.clocks);
 }
 
 template <class Archive>

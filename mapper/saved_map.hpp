@@ -27,6 +27,7 @@ struct Checkpoint {
   std::int32_t next_submap = 0;
   std::vector<std::uint8_t> navigation;  // Navigation::Save()
   std::vector<std::uint8_t> frames;      // of SubmapFrames and SubmapBuilder
+  std::vector<std::uint8_t> clocks;      // of SensorClocks
 };
 
 // A submap that closed. Its points are stored elsewhere: read back, it has none.

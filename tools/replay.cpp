@@ -178,8 +178,10 @@ void FeedLogs(const RecordedLogs& recorded,
     const std::optional<LogEvent> event = logs.Next();
     if (!event) break;
     const bool is_raw = raw != nullptr && IsOfRole(*event, ChannelRole::kRaw);
-    if (!is_raw && !IsOfRole(*event, role)) continue;
-    any = true;
+    // HEALTH tells the mapper what time passed while sensors were silent.
+    const bool is_health = role == ChannelRole::kSensor && event->channel == channels::kHealth;
+    if (!is_raw && !is_health && !IsOfRole(*event, role)) continue;
+    any = any || !is_health;
     if ((raw != nullptr && raw->MakesAnew(event->channel)) || !types.Add(*event)) continue;
     feeding->inputs->Reading(logs.log());
     if (is_raw)

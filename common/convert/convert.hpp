@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/core/graph.hpp"
+#include "common/core/message_stamp.hpp"
 #include "common/core/sensors.hpp"
 #include "common/core/submap.hpp"
 #include "seastitch/config_t.hpp"
@@ -53,12 +54,6 @@ constexpr std::size_t kMaxSourceLength = 256;
 constexpr int kMaxRawBytesPerPart = 50'000;
 constexpr int kMaxConfigBytesPerPart = 50'000;
 constexpr std::uint8_t kMaxHead = 127;
-
-// What a message carries beside the measurement: arrival, and its place in the channel.
-struct MessageStamp {
-  Time recv;
-  std::int64_t seq = 0;
-};
 
 imu_t ToLcm(const ImuSample& sample, const MessageStamp& stamp);
 dvl_t ToLcm(const DvlSample& sample, const MessageStamp& stamp);

@@ -81,6 +81,7 @@ class ArchiveWriter {
   requires std::is_enum_v<T>
   void Write(const T& value) { Write(static_cast<std::underlying_type_t<T>>(value)); }
   void Write(const Time& t) { Write(ToUtime(t)); }
+  void Write(const Duration& d) { Write(std::int64_t{d.count()}); }
   template <class Tag>
   void Write(const Id<Tag>& id) {
     Write(id.value);
@@ -164,6 +165,7 @@ class ArchiveReader {
     value = static_cast<T>(number);
   }
   void Read(Time& t) { t = FromUtime(bytes_.Le<std::int64_t>()); }
+  void Read(Duration& d) { d = Duration(bytes_.Le<std::int64_t>()); }
   template <class Tag>
   void Read(Id<Tag>& id) {
     Read(id.value);

@@ -220,6 +220,36 @@ inline constexpr ConditionKind kInsJumps{
     "Each jump is taken for a fix that it took. Where it takes none, raise "
     "given_navigation.min_jump_m above its noise; where it takes them all the time, set "
     "given_navigation.uses_position_fixes."};
+inline constexpr ConditionKind kClockStep{
+    "clock_step",
+    Severity::kDegraded,
+    "a clock stepped within the last minute",
+    "The dive goes on by the time before the step, and so do the stamps of what the mapper sends. "
+    "Discipline the clock before the dive, and let it run under water."};
+inline constexpr ConditionKind kClockDrift{
+    "clock_drift",
+    Severity::kDegraded,
+    "the clock of a sensor drifts away from the others",
+    "It is not corrected for beyond what navigation finds as a time offset. Discipline the "
+    "sensor's clock (NTP, PTP), or set clock: model in its driver's configuration."};
+inline constexpr ConditionKind kSamplesLate{
+    "samples_late",
+    Severity::kDegraded,
+    "samples of a sensor come too late to be used",
+    "They come after navigation.reorder_window_s has passed, or their stamps lag. Look for a "
+    "machine that is overloaded and at the latency in seastitch doctor; else raise the window."};
+inline constexpr ConditionKind kSensorSilent{
+    "sensor_silent",
+    Severity::kDegraded,
+    "a sensor that was there is silent",
+    "Normal where it was switched off. Otherwise look at its driver's HEALTH, its power and its "
+    "cable."};
+inline constexpr ConditionKind kNoNavigation{
+    "no_navigation",
+    Severity::kLost,
+    "there has been no NAV for two seconds",
+    "Nothing moves without the inertial unit (or INS). When it comes back the gap is bridged, with "
+    "its sigma."};
 inline constexpr ConditionKind kNoSoundSpeedProfile{
     "no_sound_speed_profile",
     Severity::kDegraded,
@@ -255,16 +285,49 @@ inline constexpr ConditionKind kJournalDamaged{
     "on from what could be read."};
 
 inline constexpr const ConditionKind* kAll[] = {
-    &kUndecodableMessages,  &kMessagesNotSent,   &kSocketDrops,          &kLoopLate,
-    &kWorkerStalled,        &kDiskStalled,       &kNoDeviceData,         &kSourceUnavailable,
-    &kSenderRefused,        &kCanController,     &kLogNotWriting,        &kMessagesNotRecorded,
-    &kUnloggableMessages,   &kRecordingsDeleted, &kDiskSpaceLow,         &kGraphIncomplete,
-    &kSubmapMalformed,      &kNoSolution,        &kSolutionNotConverged, &kNoCovariance,
-    &kNoBottomLock,         &kDvlRefused,        &kAttitudeRefused,      &kDepthRefused,
-    &kFixesRefused,         &kNavigationReset,   &kHeadingStep,          &kTimeOffsetSuspected,
-    &kNavigationNotStarted, &kPlaceUnknown,      &kInsNotUsable,         &kInsJumps,
-    &kNoSoundSpeedProfile,  &kSolutionWithheld,  &kStoreNotWriting,      &kRegistrationFailed,
-    &kMapBegunAnew,         &kJournalDamaged,
+    &kUndecodableMessages,
+    &kMessagesNotSent,
+    &kSocketDrops,
+    &kLoopLate,
+    &kWorkerStalled,
+    &kDiskStalled,
+    &kNoDeviceData,
+    &kSourceUnavailable,
+    &kSenderRefused,
+    &kCanController,
+    &kLogNotWriting,
+    &kMessagesNotRecorded,
+    &kUnloggableMessages,
+    &kRecordingsDeleted,
+    &kDiskSpaceLow,
+    &kGraphIncomplete,
+    &kSubmapMalformed,
+    &kNoSolution,
+    &kSolutionNotConverged,
+    &kNoCovariance,
+    &kNoBottomLock,
+    &kDvlRefused,
+    &kAttitudeRefused,
+    &kDepthRefused,
+    &kFixesRefused,
+    &kNavigationReset,
+    &kHeadingStep,
+    &kTimeOffsetSuspected,
+    &kNavigationNotStarted,
+    &kPlaceUnknown,
+    &kInsNotUsable,
+    &kInsJumps,
+    &kNoSoundSpeedProfile,
+    &kSolutionWithheld,
+    &kStoreNotWriting,
+    &kRegistrationFailed,
+    &kMapBegunAnew,
+    &kJournalDamaged,
+    &kClockStep,
+    &kClockDrift,
+    &kSamplesLate,
+    &kSensorSilent,
+    &kNoNavigation,
 };
 
 }  // namespace conditions

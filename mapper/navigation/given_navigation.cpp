@@ -16,6 +16,9 @@ namespace {
 constexpr double kMaxGapS = 1.0;
 constexpr std::size_t kMaxWaiting = 20'000;  // positions without attitude
 constexpr double kMaxFromDatumM = 200'000.0;
+// Kept over a restart: all of so long, and of the way before it a place so often.
+constexpr double kRememberedS = 3.0;
+constexpr double kWayStepS = 1.0;
 // Pieces of the way of which a relative covariance is the sum.
 constexpr int kPieces = 24;
 // What nobody states: the depth and the level of an INS, 1 sigma.
@@ -34,6 +37,23 @@ auto After(const std::deque<T>& items, Time t) {
 template <class T>
 void TrimTo(Time oldest, std::deque<T>* items) {
   while (items->size() > 2 && (*items)[1].time < oldest) items->pop_front();
+}
+
+// What is at `since` and from `recent` on, and between them an item each `every_s`; 0: none.
+template <class T>
+std::deque<T> Thinned(const std::deque<T>& items,
+                      std::optional<Time> since,
+                      Time recent,
+                      double every_s) {
+  const auto from = since ? After(items, *since) : items.end();
+  std::deque<T> kept;
+  for (auto item = items.begin(); item != items.end(); ++item) {
+    const bool around = from != items.end() && (item == from || std::next(item) == from);
+    const bool between = every_s > 0.0 && since && item->time > *since && !kept.empty() &&
+                         ToSeconds(item->time - kept.back().time) >= every_s;
+    if (around || between || item->time >= recent) kept.push_back(*item);
+  }
+  return kept;
 }
 
 double Share(Time from, Time t, Time to) {
@@ -294,6 +314,40 @@ std::optional<NavState> GivenNavigation::StateAt(Time t) const {
       heading2;
   state.bottom_lock = true;  // of its INS nothing else is known
   return state;
+}
+
+// --- over a restart ------------------------------------------------------------------------------
+
+std::optional<std::vector<std::uint8_t>> GivenNavigation::Save(std::optional<Time> since) const {
+  const std::optional<Time> end = latest();
+  if (!end) return std::nullopt;
+  const Time recent = *end - FromSeconds(kRememberedS);
+  ArchiveWriter archive;
+  History(archive,
+          Thinned(attitudes_, since, recent, 0.0),
+          Thinned(depths_, since, recent, 0.0),
+          Thinned(places_, since, recent, kWayStepS));
+  Fields(archive, *this);
+  return archive.Release();
+}
+
+bool GivenNavigation::Restore(Bytes saved) {
+  GivenNavigation read(params_, navigation_, vehicle_);
+  ArchiveReader archive(saved);
+  History(archive, read.attitudes_, read.depths_, read.places_);
+  Fields(archive, read);
+  if (!archive.IsDone() || !read.first_ || !read.latest()) return false;
+  attitudes_.swap(read.attitudes_);
+  depths_.swap(read.depths_);
+  places_.swap(read.places_);
+  positions_.swap(read.positions_);
+  std::swap(last_position_, read.last_position_);
+  std::swap(jumps_, read.jumps_);
+  std::swap(first_, read.first_);
+  std::swap(fixed_way_m_, read.fixed_way_m_);
+  fixes_.swap(read.fixes_);
+  std::swap(ins_gives_depth_, read.ins_gives_depth_);
+  return true;
 }
 
 // --- how well it is known ------------------------------------------------------------------------

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "common/core/archive.hpp"
 #include "common/core/pose.hpp"
 #include "common/core/sensors.hpp"
 #include "common/core/time.hpp"
@@ -77,6 +78,10 @@ class GivenNavigation : public Navigation {
   // What an INS gives it does not take back.
   std::optional<Pose2> Hindsight(Time anchor, Time t) const override;
   std::vector<MapFix> TakeFixes(Time until) override;
+  // Some 60 bytes a second since `since`. What follows becomes the same as without the restart, to
+  // the last bit; the way since `since`, by which errors grow, to a second's turn.
+  std::optional<std::vector<std::uint8_t>> Save(std::optional<Time> since) const override;
+  bool Restore(Bytes saved) override;
   StartState start_state() const override;
   bool place_is_known() const override { return true; }
   // An INS watches its own sensors.
@@ -89,11 +94,21 @@ class GivenNavigation : public Navigation {
     Time time;
     Eigen::Quaterniond q_map_vehicle;
     double heading_sigma_rad;  // 0: not given
+
+    template <class Archive, class Self>
+    static void Fields(Archive& archive, Self& self) {
+      archive(self.time, self.q_map_vehicle, self.heading_sigma_rad);
+    }
   };
   struct Sunk {
     Time time;
     double depth_m;
     Eigen::Vector3d p_vehicle_sensor_m;
+
+    template <class Archive, class Self>
+    static void Fields(Archive& archive, Self& self) {
+      archive(self.time, self.depth_m, self.p_vehicle_sensor_m);
+    }
   };
   struct Place {
     Time time;
@@ -102,6 +117,12 @@ class GivenNavigation : public Navigation {
     double sigma_m;             // of what the INS gave
     double way_m;               // since the start
     double jump_variance_m2;    // of all jumps since the start, each axis
+
+    template <class Archive, class Self>
+    static void Fields(Archive& archive, Self& self) {
+      archive(self.time, self.p_map, self.v_map_mps, self.sigma_m, self.way_m);
+      archive(self.jump_variance_m2);
+    }
   };
   // Heading error of one INS: autocovariance over time.
   struct HeadingError {
@@ -125,6 +146,23 @@ class GivenNavigation : public Navigation {
   std::optional<Place> PlaceAt(Time t) const;
   std::optional<Place> BeforeFirst(Time t) const;
   HeadingError HeadingErrorAt(double own_sigma_rad) const;
+
+  // Of both ways over a restart.
+  template <class Archive>
+  static void History(Archive& archive,
+                      Of<Archive, std::deque<Turned>>& attitudes,
+                      Of<Archive, std::deque<Sunk>>& depths,
+                      Of<Archive, std::deque<Place>>& places) {
+    archive(attitudes, depths, places);
+  }
+  // Not saved: params_, navigation_, vehicle_ and to_map_, which are configured; counters_, which
+  // are of one process; attitudes_, depths_ and places_, of which History() has a part; finished_,
+  // which a restart is not.
+  template <class Archive, class Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.positions_, self.last_position_, self.jumps_, self.first_, self.fixed_way_m_);
+    archive(self.fixes_, self.ins_gives_depth_);
+  }
 
   const GivenNavigationParams params_;
   const NavigationParams navigation_;

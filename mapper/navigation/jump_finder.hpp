@@ -20,6 +20,11 @@ class JumpFinder {
     Eigen::Vector2d given_m = Eigen::Vector2d::Zero();  // north, east
     std::optional<Eigen::Vector2d> v_mps;
     double sigma_m = 0.0;  // 1 sigma by its source; 0: not given
+
+    template <class Archive, class Self>
+    static void Fields(Archive& archive, Self& self) {
+      archive(self.time, self.given_m, self.v_mps, self.sigma_m);
+    }
   };
   struct Steady : Position {
     Eigen::Vector2d steady_m = Eigen::Vector2d::Zero();  // given_m less all jumps so far
@@ -40,10 +45,21 @@ class JumpFinder {
   bool empty() const { return waiting_.empty(); }
   int spikes() const { return spikes_; }
 
+  // For a restart. Not saved: min_jump_m_, which is configured; spikes_, of one process.
+  template <class Archive, class Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.waiting_, self.last_, self.before_, self.steps_m_, self.jumps_m_);
+  }
+
  private:
   struct Entry {
     Position position;
     Eigen::Vector2d residual_m;  // given, less integrated velocity
+
+    template <class Archive, class Self>
+    static void Fields(Archive& archive, Self& self) {
+      archive(self.position, self.residual_m);
+    }
   };
   using Residuals = std::vector<Eigen::Vector2d>;
 
@@ -53,7 +69,7 @@ class JumpFinder {
   double Threshold(std::size_t after, double noise_m) const;
   double Noise() const;
 
-  const double min_jump_m_;
+  double min_jump_m_;
   std::deque<Entry> waiting_;   // not decided
   std::optional<Entry> last_;   // added last
   std::deque<Entry> before_;    // decided, since the last jump or gap

@@ -23,10 +23,23 @@ constexpr double kMaxFixDistanceM = 100e3;  // from the datum: the map is flat
 // A sensor may be this far ahead of the inertial unit.
 constexpr double kMaxAheadS = 5.0;
 constexpr std::size_t kMaxWaiting = 20000;
+constexpr std::size_t kMostBeforeImu = 2000;  // the newest by their time
 
 template <class M>
 bool Within(const M& values, double limit) {
   return (values.array().abs() <= limit).all();  // this way round NaN is refused
+}
+
+std::string NameOf(const Event& event) {
+  struct Name {
+    const char* operator()(const ImuEvent&) const { return "imu"; }
+    const char* operator()(const AttitudeEvent&) const { return "attitude"; }
+    const char* operator()(const DvlEvent&) const { return "dvl"; }
+    const char* operator()(const DepthEvent&) const { return "depth"; }
+    const char* operator()(const FixEvent&) const { return "fix"; }
+    const char* operator()(const SoundSpeedEvent&) const { return "sound_speed"; }
+  };
+  return std::visit(Name{}, event.measurement);
 }
 
 // A stamp that is put right goes back: the samples before it are waited for longer.
@@ -52,6 +65,7 @@ void SampleIntake::Add(const ImuSample& sample) {
   if (!possible) return Count("imu_refused");
   if (!TakesTime(sample.time)) return;
   if (!Insert({sample.time, imu})) return;
+  if (!newest_imu_) LeaveOut(sample.time);
   newest_imu_ = newest_imu_ ? std::max(*newest_imu_, sample.time) : sample.time;
   if (sample.attitude) AddAttitude(sample.time, *sample.attitude, sample.alignment);
   due_ = *newest_imu_ - FromSeconds(wait_s_);
@@ -152,8 +166,30 @@ void SampleIntake::AddSoundSpeed(Time t, double speed_mps) {
   AddAiding("sound_speed", t, SoundSpeedEvent{speed_mps});
 }
 
+// Whatever came before the first inertial sample is taken or not by its time alone.
+void SampleIntake::LeaveOut(Time first_imu) {
+  const auto leave_out = [this](const Event& event, const char* why) {
+    if (!std::holds_alternative<ImuEvent>(event.measurement)) Count(NameOf(event) + why);
+  };
+  while (waiting_.front().time <= first_imu - FromSeconds(wait_s_)) {
+    leave_out(waiting_.front(), "_before_imu");
+    waiting_.pop_front();
+  }
+  while (waiting_.back().time > first_imu + FromSeconds(kMaxAheadS)) {
+    leave_out(waiting_.back(), "_ahead");
+    waiting_.pop_back();
+  }
+}
+
 void SampleIntake::AddAiding(const std::string& sensor, Time t, Measurement measurement) {
-  if (!newest_imu_) return Count(sensor + "_before_imu");
+  if (!newest_imu_) {
+    if (waiting_.size() >= kMostBeforeImu) {
+      Count(NameOf(waiting_.front()) + "_before_imu");
+      waiting_.pop_front();
+    }
+    Insert({t, std::move(measurement)});
+    return;
+  }
   if (IsLate(t)) return Count(sensor + "_late");
   if (t > *newest_imu_ + FromSeconds(kMaxAheadS)) return Count(sensor + "_ahead");
   Insert({t, std::move(measurement)});

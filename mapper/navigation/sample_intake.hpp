@@ -52,6 +52,7 @@ class SampleIntake {
   bool IsLate(Time t) const { return settled_ && t <= *settled_; }
   void AddAiding(const std::string& sensor, Time t, Measurement measurement);
   bool Insert(Event event);
+  void LeaveOut(Time first_imu);
 
   const NavigationParams params_;
   const GeographicLib::LocalCartesian to_map_;

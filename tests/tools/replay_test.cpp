@@ -311,19 +311,15 @@ TEST_F(InterruptedReplay, TwiceEndsAtOnceAndLeavesNothing) {
 // Files named in any order, cut anywhere, messages of different channels in another order.
 class ShuffledReplay : public Replay {
  protected:
-  // Each message up to 0.2 s later, in the order of its channel. Not in the first two seconds:
-  // dead reckoning starts with what has come by then.
+  // Each message up to 0.2 s later, in the order of its channel.
   static std::vector<LogEvent> Shuffled(const fs::path& log, std::mt19937* random) {
     std::uniform_int_distribution<std::int64_t> delay_us(0, 200'000);
     std::vector<std::pair<std::int64_t, LogEvent>> delayed;
     std::map<std::string, std::int64_t> last;
-    std::int64_t start = 0;
     EventLogReader reader(log);
     while (auto event = reader.Next()) {
       std::int64_t& at = last[event->channel];
-      if (delayed.empty()) start = event->utime;
-      const bool started = event->utime > start + 2'000'000;
-      at = std::max(at, event->utime + (started ? delay_us(*random) : 0));
+      at = std::max(at, event->utime + delay_us(*random));
       event->utime = at;
       delayed.emplace_back(at, std::move(*event));
     }

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdio>
 #include <random>
+#include <variant>
 #include <vector>
 
 #include "common/core/pose.hpp"
@@ -276,6 +277,98 @@ TEST(GivenNavigation, StatesDoNotChangeOnceGiven) {
     }
   }
   EXPECT_GT(given.size(), 1800u);
+}
+
+// --- over a restart ------------------------------------------------------------------------------
+
+// Lines and turns, with noise, jumps of the position, and fixes from elsewhere.
+std::vector<std::variant<NavigationSample, PositionFix>> Survey(double duration_s) {
+  std::vector<std::variant<NavigationSample, PositionFix>> samples;
+  Rng rng(8);
+  Eigen::Vector2d p = Eigen::Vector2d::Zero();
+  Eigen::Vector2d error = Eigen::Vector2d::Zero();
+  for (int i = 0; i < static_cast<int>(10.0 * duration_s); ++i) {
+    const double yaw = TrueYaw(0.1 * i);
+    const Eigen::Vector2d v = 2.0 * Eigen::Vector2d(std::cos(yaw), std::sin(yaw));
+    p += 0.1 * v;
+    if (i % 1000 == 999) error += Eigen::Vector2d(2.0, -1.0);
+    NavigationSample sample = SampleOf(0.1 * i, p + error, yaw, v);
+    sample.position->latitude_rad += 1e-8 * Normal(&rng);
+    if (i % 5 != 0) sample.position.reset();
+    if (i % 2 != 0) sample.depth.reset();
+    samples.emplace_back(sample);
+    if (i % 400 != 200) continue;
+    const NavigationSample place = SampleOf(0.1 * i, p, 0.0, std::nullopt);
+    PositionFix fix;
+    fix.time = place.time;
+    fix.latitude_rad = place.position->latitude_rad;
+    fix.longitude_rad = place.position->longitude_rad;
+    samples.emplace_back(fix);
+  }
+  return samples;
+}
+
+TEST(GivenNavigation, GoesOnAfterARestartAsIfThereWereNone) {
+  GivenNavigationParams params;
+  params.heading_rad = 0.01;
+  params.heading_wander_rad = {0.005, 300.0};
+  VehicleGeometry vehicle;
+  vehicle.T_vehicle_imu.translation() << 1.0, 0.5, 0.2;
+  const auto samples = Survey(700.0);
+  const auto feed = [](const auto& sample, GivenNavigation* navigation) {
+    std::visit([&](const auto& s) { navigation->Add(s); }, sample);
+  };
+  Rng rng(9);
+  std::uniform_int_distribution<std::size_t> moment(1500, samples.size() - 300);
+  std::size_t most_bytes = 0;
+  for (int run = 0; run < 30; ++run) {
+    const std::size_t stop = moment(rng);
+    SCOPED_TRACE("stopped after sample " + std::to_string(stop));
+    GivenNavigation whole(params, {}, vehicle);
+    for (std::size_t i = 0; i <= stop; ++i) feed(samples[i], &whole);
+    const Time since = *whole.latest() - FromSeconds(50.0 + run);
+    const auto saved = whole.Save(since);
+    ASSERT_TRUE(saved);
+    most_bytes = std::max(most_bytes, saved->size());
+    GivenNavigation resumed(params, {}, vehicle);
+    ASSERT_TRUE(resumed.Restore(*saved));
+    for (std::size_t i = stop + 1; i < samples.size(); ++i) {
+      feed(samples[i], &whole);
+      feed(samples[i], &resumed);
+      ASSERT_EQ(whole.latest(), resumed.latest());
+    }
+    const auto a = whole.StateAt(*whole.latest());
+    const auto b = resumed.StateAt(*resumed.latest());
+    ASSERT_TRUE(a && b);
+    EXPECT_TRUE(a->T_map_vehicle.matrix() == b->T_map_vehicle.matrix());
+    EXPECT_TRUE(a->covariance == b->covariance);
+    const auto of_a = whole.RelativeCovariance(since, *whole.latest());
+    const auto of_b = resumed.RelativeCovariance(since, *resumed.latest());
+    ASSERT_TRUE(of_a && of_b);
+    EXPECT_TRUE(of_a->isApprox(*of_b, 1e-3)) << *of_a << "\n\n" << *of_b;
+    const auto fixes = whole.TakeFixes(*whole.latest());
+    const auto also = resumed.TakeFixes(*resumed.latest());
+    ASSERT_EQ(fixes.size(), also.size());
+    for (std::size_t i = 0; i < fixes.size(); ++i)
+      EXPECT_EQ(fixes[i].north_east_m, also[i].north_east_m);
+    EXPECT_FALSE(resumed.StateAt(since - FromSeconds(10.0))) << "not known any more";
+  }
+  std::printf("at most %zu bytes\n", most_bytes);
+  EXPECT_LT(most_bytes, 60'000U);
+}
+
+TEST(GivenNavigation, TakesNoBytesThatAreNone) {
+  const auto samples = Survey(60.0);
+  GivenNavigation navigation({}, {}, {});
+  EXPECT_FALSE(navigation.Save(std::nullopt)) << "before the start";
+  for (const auto& sample : samples)
+    std::visit([&](const auto& s) { navigation.Add(s); }, sample);
+  const auto saved = *navigation.Save(std::nullopt);
+  for (std::size_t size = 0; size < saved.size(); ++size) {
+    GivenNavigation other({}, {}, {});
+    ASSERT_FALSE(other.Restore(Bytes(saved.data(), size))) << size;
+    ASSERT_FALSE(other.latest());
+  }
 }
 
 TEST(GivenNavigation, WithoutDepthThereIsNoPose) {

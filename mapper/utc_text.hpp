@@ -1,0 +1,12 @@
+#pragma once
+
+#include <string>
+
+#include "common/core/time.hpp"
+
+namespace seastitch {
+
+// Such as "12:34:56 UTC".
+std::string UtcOf(Time t);
+
+}  // namespace seastitch

@@ -1,0 +1,323 @@
+// Clocks that step while a vehicle surveys: the computer's, and those of single sensors.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "mapper/mapper.hpp"
+#include "tests/mapper/perfect_vehicle.hpp"
+
+namespace seastitch {
+namespace {
+
+using testing::HasSubstr;
+
+// A vehicle whose messages are stamped by clocks that may be wrong.
+class SteppingClocks : public testing::Test {
+ protected:
+  static constexpr double kSpeedMps = 1.5;
+  struct Clock {
+    double utime_s = 0.0;  // ahead of the truth
+    double recv_s = 0.0;
+    bool silent = false;
+    int lose = 0;  // of the next messages
+    std::int64_t seq = 0;
+  };
+
+  SteppingClocks() : mapper_(std::make_unique<Mapper>(MapperParams{})) {}
+
+  void Drive(double duration_s) {
+    for (int i = 0; i < static_cast<int>(std::lround(duration_s / PerfectVehicle::kImuStepS));
+         ++i) {
+      for (const auto& sample : vehicle_.Step(kSpeedMps, 0.0))
+        std::visit([this](const auto& s) { Send(s); }, sample);
+      if (++steps_ % 50 == 0 && processes_run_) mapper_->Hear("dvl-driver", Elapsed());
+      Look();
+    }
+  }
+  template <class Sample>
+  void Send(Sample sample) {
+    Clock& clock = clocks_[ChannelOf(sample)];
+    if (clock.silent) return;
+    if (clock.lose > 0) {
+      --clock.lose;
+      ++clock.seq;
+      return;
+    }
+    const Time received = sample.time + FromSeconds(0.004 + clock.recv_s);
+    sample.time += FromSeconds(clock.utime_s);
+    mapper_->Add(sample, {received, clock.seq++});
+  }
+  // The computer's clock, by which all sensors are stamped but those of `own`.
+  void StepComputer(double by_s, std::set<SensorChannel> own = {}) {
+    for (const SensorChannel channel : kChannels) {
+      clocks_[channel].recv_s += by_s;
+      if (!own.contains(channel)) clocks_[channel].utime_s += by_s;
+    }
+  }
+  double Elapsed() const { return ToSeconds(vehicle_.time - kStart); }
+  void Look() {
+    for (const MapperEvent& event : mapper_->TakeEvents()) {
+      if (const auto* nav = std::get_if<NavState>(&event)) navs_.push_back({*nav, vehicle_.time});
+    }
+    for (const Condition& condition : mapper_->conditions()) {
+      seen_.insert(condition.kind->name);
+      if (condition.kind == &conditions::kClockStep) step_ = condition.detail;
+    }
+  }
+  // As without a step: NAV ten times a second, each state where the vehicle truly was.
+  void ExpectUnbroken() {
+    ASSERT_GT(navs_.size(), 2U);
+    for (std::size_t i = 0; i < navs_.size(); ++i) {
+      const auto& [nav, came] = navs_[i];
+      const double lag_s = ToSeconds(came - nav.time);
+      EXPECT_NEAR(lag_s, 0.5, 0.15) << i;  // reorder_window_s
+      const Eigen::Vector3d truth = vehicle_.TrueAt(came).translation();
+      EXPECT_NEAR(
+          nav.T_map_vehicle.translation().x() - (truth.x() - kSpeedMps * 0.5), start_m_, 0.3)
+          << i;
+      if (i == 0) continue;
+      EXPECT_NEAR(ToSeconds(nav.time - navs_[i - 1].first.time), 0.1, 0.021) << i;
+    }
+  }
+  std::int64_t Counter(const std::string& name) const {
+    const auto counters = mapper_->counters();
+    const auto found = counters.find(name);
+    return found == counters.end() ? 0 : found->second;
+  }
+  void ExpectNothingRefused() {
+    for (const auto& [name, count] : mapper_->counters()) {
+      const bool refused = name.ends_with("_late") || name.ends_with("_ahead") ||
+                           name == "nav_imu_gap" || name == "pings_from_the_future";
+      EXPECT_TRUE(!refused || count == 0) << name << " " << count;
+    }
+  }
+
+  static constexpr Time kStart = FromUtime(1'700'000'000'000'000);
+  static constexpr std::array kChannels{
+      SensorChannel::kImu, SensorChannel::kDvl, SensorChannel::kDepth, SensorChannel::kMbesPing};
+  PerfectVehicle vehicle_;
+  std::unique_ptr<Mapper> mapper_;
+  std::map<SensorChannel, Clock> clocks_;
+  std::vector<std::pair<NavState, Time>> navs_;
+  std::set<std::string> seen_;
+  std::string step_;
+  bool processes_run_ = true;
+  int steps_ = 0;
+  double start_m_ = 0.0;
+};
+
+TEST_F(SteppingClocks, NothingIsSaidOfClocksThatRun) {
+  Drive(60.0);
+  ExpectUnbroken();
+  EXPECT_FALSE(seen_.contains("clock_step"));
+  EXPECT_FALSE(seen_.contains("clock_drift"));
+  EXPECT_FALSE(seen_.contains("sensor_silent"));
+}
+
+class ComputerSteps : public SteppingClocks, public testing::WithParamInterface<double> {};
+
+TEST_P(ComputerSteps, NavigationGoesOnAndHealthNamesTheStep) {
+  Drive(30.0);
+  StepComputer(GetParam());
+  Drive(30.0);
+  ExpectUnbroken();
+  ExpectNothingRefused();
+  EXPECT_EQ(Counter("clock_steps_computer"), 1);
+  char size[40];
+  std::snprintf(size, sizeof size, "the computer's clock by %+.0f.0", GetParam());
+  EXPECT_THAT(step_, HasSubstr(std::string(size).substr(0, 24)));
+  EXPECT_FALSE(seen_.contains("no_navigation"));
+  // And is over after a minute.
+  Drive(60.0);
+  for (const Condition& condition : mapper_->conditions())
+    EXPECT_NE(condition.kind, &conditions::kClockStep);
+}
+
+// Those sensors that have clocks of their own stay where they are.
+TEST_P(ComputerSteps, SensorsWithClocksOfTheirOwnGoOn) {
+  Drive(30.0);
+  StepComputer(GetParam(), {SensorChannel::kImu, SensorChannel::kMbesPing});
+  Drive(30.0);
+  ExpectUnbroken();
+  ExpectNothingRefused();
+  EXPECT_EQ(Counter("clock_steps_computer"), 1);
+  for (const char* name : {"IMU", "DVL", "DEPTH", "MBES_PING"})
+    EXPECT_EQ(Counter(std::string("clock_steps_") + name), 0) << name;
+}
+INSTANTIATE_TEST_SUITE_P(Sizes, ComputerSteps, testing::Values(-600.0, 60.0, -3.0, 3600.0, -1e6));
+
+class SensorSteps
+    : public SteppingClocks,
+      public testing::WithParamInterface<std::tuple<SensorChannel, double, const char*>> {};
+
+TEST_P(SensorSteps, OneSensorAloneIsNamed) {
+  const auto& [channel, by_s, name] = GetParam();
+  Drive(30.0);
+  clocks_[channel].utime_s += by_s;
+  Drive(30.0);
+  ExpectUnbroken();
+  ExpectNothingRefused();
+  EXPECT_EQ(Counter(std::string("clock_steps_") + name), 1);
+  EXPECT_EQ(Counter("clock_steps_computer"), 0);
+  EXPECT_THAT(step_, HasSubstr(std::string("the clock of ") + name));
+}
+INSTANTIATE_TEST_SUITE_P(Channels,
+                         SensorSteps,
+                         testing::Values(std::tuple(SensorChannel::kImu, -600.0, "IMU"),
+                                         std::tuple(SensorChannel::kImu, 60.0, "IMU"),
+                                         std::tuple(SensorChannel::kDvl, -600.0, "DVL"),
+                                         std::tuple(SensorChannel::kDvl, 7.0, "DVL"),
+                                         std::tuple(SensorChannel::kDepth, -5.0, "DEPTH"),
+                                         std::tuple(SensorChannel::kMbesPing, 45.0, "MBES_PING"),
+                                         std::tuple(SensorChannel::kMbesPing, -45.0, "MBES_PING")));
+
+// Silence is none, whether or not other processes are heard meanwhile.
+TEST_F(SteppingClocks, SilenceIsAGapAndNoStep) {
+  Drive(30.0);
+  for (const SensorChannel channel : kChannels) clocks_[channel].silent = true;
+  Drive(60.0);
+  EXPECT_TRUE(seen_.contains("no_navigation"));
+  EXPECT_TRUE(seen_.contains("sensor_silent"));
+  for (const SensorChannel channel : kChannels) clocks_[channel].silent = false;
+  Drive(10.0);
+  EXPECT_EQ(Counter("nav_imu_gap"), 1);
+  EXPECT_FALSE(seen_.contains("clock_step"));
+  const Eigen::Vector3d off =
+      navs_.back().first.T_map_vehicle.translation() - vehicle_.TrueAt(vehicle_.time).translation();
+  EXPECT_LT(std::abs(off.x()), 5.0 + 3.0 * std::sqrt(navs_.back().first.covariance(0, 0)));
+}
+
+TEST_F(SteppingClocks, SilenceWithoutAnyHealthIsAGapToo) {
+  processes_run_ = false;
+  Drive(30.0);
+  vehicle_.Sleep(60.0);
+  Drive(10.0);
+  EXPECT_EQ(Counter("nav_imu_gap"), 1);
+  EXPECT_FALSE(seen_.contains("clock_step"));
+}
+
+// One sensor falls silent, the others go on.
+TEST_F(SteppingClocks, ASilentSensorIsNamedWithinThreeSeconds) {
+  Drive(30.0);
+  clocks_[SensorChannel::kImu].silent = true;
+  Drive(2.9);
+  EXPECT_TRUE(seen_.contains("no_navigation"));
+  EXPECT_TRUE(seen_.contains("sensor_silent"));
+  clocks_[SensorChannel::kImu].silent = false;
+  Drive(5.0);
+  for (const Condition& condition : mapper_->conditions()) {
+    EXPECT_NE(condition.kind, &conditions::kSensorSilent);
+    EXPECT_NE(condition.kind, &conditions::kNoNavigation);
+  }
+  EXPECT_EQ(Counter("clock_steps_IMU"), 0);
+}
+
+TEST_F(SteppingClocks, ADamagedStampIsNoStep) {
+  Drive(30.0);
+  Clock& imu = clocks_[SensorChannel::kImu];
+  for (const double wild_s : {-1e7, 1e7, -600.0, 600.0}) {
+    imu.utime_s = wild_s;
+    Drive(PerfectVehicle::kImuStepS);
+    imu.utime_s = 0.0;
+    Drive(1.0);
+    imu.utime_s = imu.recv_s = wild_s;
+    Drive(PerfectVehicle::kImuStepS);
+    imu.utime_s = imu.recv_s = 0.0;
+    Drive(1.0);
+  }
+  ExpectUnbroken();
+  EXPECT_FALSE(seen_.contains("clock_step"));
+  EXPECT_EQ(Counter("stamps_damaged"), 8);
+}
+
+// Messages lost at the very step are a loss, and the step is found all the same.
+TEST_F(SteppingClocks, AStepAmongLostMessagesIsFound) {
+  Drive(30.0);
+  StepComputer(-600.0);
+  for (const SensorChannel channel : kChannels) clocks_[channel].lose = 3;
+  Drive(30.0);
+  EXPECT_EQ(Counter("clock_steps_computer"), 1);
+  EXPECT_NEAR(ToSeconds(navs_.back().second - navs_.back().first.time), 0.5, 0.3);
+}
+
+// The driver began anew while the clock stepped: another sensor tells how far.
+TEST_F(SteppingClocks, ADriverThatRestartsMeanwhileFollowsTheOthers) {
+  Drive(30.0);
+  Clock& dvl = clocks_[SensorChannel::kDvl];
+  dvl.silent = true;
+  Drive(5.0);
+  StepComputer(-600.0);
+  Drive(5.0);
+  dvl.silent = false;
+  dvl.seq = 0;
+  Drive(20.0);
+  EXPECT_EQ(Counter("nav_dvl_late"), 0);
+  EXPECT_EQ(Counter("nav_dvl_ahead"), 0);
+  EXPECT_EQ(Counter("clock_steps_computer"), 1);
+  for (const Condition& condition : mapper_->conditions())
+    EXPECT_NE(condition.kind, &conditions::kNoBottomLock);
+}
+
+TEST_F(SteppingClocks, StepsAddUp) {
+  for (const double by_s : {-600.0, 60.0, -5.0, 4000.0, 61.0}) {
+    Drive(20.0);
+    StepComputer(by_s);
+  }
+  Drive(20.0);
+  ExpectUnbroken();
+  ExpectNothingRefused();
+  EXPECT_EQ(Counter("clock_steps_computer"), 5);
+}
+
+TEST_F(SteppingClocks, AClockThatDriftsAwayIsNamed) {
+  Drive(60.0);
+  for (int i = 0; i < 300; ++i) {
+    clocks_[SensorChannel::kDvl].utime_s -= 0.001;
+    Drive(0.2);
+  }
+  Drive(30.0);
+  std::string detail;
+  for (const Condition& condition : mapper_->conditions())
+    if (condition.kind == &conditions::kClockDrift) detail = condition.detail;
+  EXPECT_THAT(detail, HasSubstr("DVL has come to lag by 0.3"));
+  EXPECT_THAT(detail, testing::Not(HasSubstr("IMU")));
+}
+
+// The mapper is started again while the clock steps.
+TEST_F(SteppingClocks, AStepDuringARestartIsFoundAfterIt) {
+  Drive(30.0);
+  SavedMap saved;
+  saved.checkpoint = *mapper_->MakeCheckpoint();
+  mapper_ = std::make_unique<Mapper>(MapperParams{});
+  navs_.clear();
+  for (auto& [channel, clock] : clocks_) clock.seq += 10 * clock.seq / 30;
+  vehicle_.Sleep(10.0);
+  StepComputer(-600.0);
+  ImuSample first;
+  first.time = vehicle_.time + FromSeconds(-600.0);
+  const Time resumed = mapper_->InDiveTime(*DecodeCheckpoint(Encode(saved.checkpoint)),
+                                           first,
+                                           {first.time, clocks_[SensorChannel::kImu].seq});
+  EXPECT_NEAR(ToSeconds(resumed - saved.checkpoint.time), 10.5, 0.1);
+  ASSERT_TRUE(mapper_->Resume(saved, [](SubmapId) { return nullptr; }));
+  Drive(30.0);
+  ASSERT_FALSE(navs_.empty());
+  EXPECT_EQ(Counter("clock_steps_computer"), 1);
+  EXPECT_NEAR(ToSeconds(navs_.back().second - navs_.back().first.time), 0.5, 0.2);
+}
+
+}  // namespace
+}  // namespace seastitch
