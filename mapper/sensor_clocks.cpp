@@ -66,11 +66,14 @@ void SensorClocks::Channel::AddInterval(double interval_s) {
                   : static_cast<std::int32_t>(kIntervals);
 }
 
-void SensorClocks::Latency::Add(double latency_s) {
-  open_s.push_back(latency_s);
-  if (open_s.size() < kLatencies) return;
+std::optional<double> SensorClocks::Latency::Add(const Era& message) {
+  if (open_s.empty()) begin = message;
+  open_s.push_back(ToSeconds(message.ReceivedAt() - message.At()));
+  if (open_s.size() < kLatencies) return std::nullopt;
   last_s = Median(std::exchange(open_s, {}));
   if (!first_s) first_s = last_s;
+  const double received_s = ToSeconds(message.ReceivedAt() - begin.ReceivedAt());
+  return ToSeconds(message.At() - begin.At()) / std::max(received_s, 1e-3);
 }
 
 // --- the dive's time -----------------------------------------------------------------------------
@@ -106,7 +109,7 @@ Time SensorClocks::InDiveTime(SensorChannel channel, Time utime, const MessageSt
   if (witnessed_s_ > c.witnessed_s) c.heard = c.era.ReceivedAt();
   c.witnessed_s = witnessed_s_;
   if (!IsRare(static_cast<std::size_t>(channel)))
-    c.latency.Add(ToSeconds(c.era.ReceivedAt() - c.era.At()));
+    if (const auto pace = c.latency.Add(c.era)) pace_ = *pace;
   return c.era.At();
 }
 
@@ -153,7 +156,8 @@ SensorClocks::Era SensorClocks::Next(SensorChannel channel, const Channel& c, Er
     passed += computer;
   }
   const double off_s = ToSeconds(passed - received);
-  const bool stepped = goes_on && std::abs(off_s) > jump_s_ && received > Duration::zero() &&
+  const bool comparable = received > Duration::zero() && IsRealTime();
+  const bool stepped = goes_on && std::abs(off_s) > jump_s_ && comparable &&
                        !IsNormal(ToSeconds(passed), typical_s) &&
                        !IsRare(static_cast<std::size_t>(channel));
   if (stepped) message.utime_offset -= passed - received;
@@ -261,7 +265,7 @@ void SensorClocks::AddDrifts(std::vector<Condition>* all) const {
   std::vector<double> drifts_s;
   for (const Channel& c : channels_)
     if (c.latency.first_s) drifts_s.push_back(c.latency.drift_s());
-  if (drifts_s.size() < 2) return;
+  if (drifts_s.size() < 2 || !IsRealTime()) return;
   // Of two the smaller one.
   std::sort(drifts_s.begin(), drifts_s.end(), [](double a, double b) {
     return std::abs(a) < std::abs(b);

@@ -74,7 +74,7 @@ class SensorClocks {
   template <class Archive, class Self>
   static void Fields(Archive& archive, Self& self) {
     archive(self.channels_, self.computer_, self.computer_stepped_at_, self.last_step_);
-    archive(self.last_step_at_);
+    archive(self.last_step_at_, self.pace_);
   }
 
  private:
@@ -103,16 +103,18 @@ class SensorClocks {
 
   // How long after utime a channel's messages come: medians of kLatencies each.
   struct Latency {
-    void Add(double latency_s);
+    // Gives what utime passed by while recv passed by a second, once for kLatencies messages.
+    std::optional<double> Add(const Era& message);
     double drift_s() const { return first_s && last_s ? *last_s - *first_s : 0.0; }
 
+    Era begin;  // of open_s
     std::vector<double> open_s;
     std::optional<double> first_s;
     std::optional<double> last_s;
 
     template <class Archive, class Self>
     static void Fields(Archive& archive, Self& self) {
-      archive(self.open_s, self.first_s, self.last_s);
+      archive(self.begin, self.open_s, self.first_s, self.last_s);
     }
   };
 
@@ -140,6 +142,8 @@ class SensorClocks {
     double to_witnessed_s = 0.0;
   };
 
+  // Where a simulation goes faster than time, utime and recv say nothing of each other.
+  bool IsRealTime() const { return pace_ > 0.9 && pace_ < 1.1; }
   const Channel& Of(SensorChannel channel) const {
     return channels_[static_cast<std::size_t>(channel)];
   }
@@ -159,6 +163,7 @@ class SensorClocks {
   std::optional<Time> computer_stepped_at_;
   std::string last_step_;
   std::optional<Time> last_step_at_;
+  double pace_ = 1.0;  // of utime against recv, lately
   std::map<std::string, Process> processes_;
   double witnessed_s_ = 0.0;
   Counters counters_;

@@ -43,7 +43,7 @@ class SteppingClocks : public testing::Test {
          ++i) {
       for (const auto& sample : vehicle_.Step(kSpeedMps, 0.0))
         std::visit([this](const auto& s) { Send(s); }, sample);
-      if (++steps_ % 50 == 0 && processes_run_) mapper_->Hear("dvl-driver", Elapsed());
+      if (++steps_ % 50 == 0 && processes_run_) mapper_->Hear("dvl-driver", Elapsed() / pace_);
       Look();
     }
   }
@@ -56,7 +56,7 @@ class SteppingClocks : public testing::Test {
       ++clock.seq;
       return;
     }
-    const Time received = sample.time + FromSeconds(0.004 + clock.recv_s);
+    const Time received = ReceivedAt(sample.time) + FromSeconds(0.004 + clock.recv_s);
     sample.time += FromSeconds(clock.utime_s);
     mapper_->Add(sample, {received, clock.seq++});
   }
@@ -67,6 +67,8 @@ class SteppingClocks : public testing::Test {
       if (!own.contains(channel)) clocks_[channel].utime_s += by_s;
     }
   }
+  // Of a simulation that goes faster than time.
+  Time ReceivedAt(Time t) const { return kStart + FromSeconds(ToSeconds(t - kStart) / pace_); }
   double Elapsed() const { return ToSeconds(vehicle_.time - kStart); }
   void Look() {
     for (const MapperEvent& event : mapper_->TakeEvents()) {
@@ -115,6 +117,7 @@ class SteppingClocks : public testing::Test {
   std::set<std::string> seen_;
   std::string step_;
   bool processes_run_ = true;
+  double pace_ = 1.0;
   int steps_ = 0;
   double start_m_ = 0.0;
 };
@@ -207,6 +210,20 @@ TEST_F(SteppingClocks, SilenceWithoutAnyHealthIsAGapToo) {
   Drive(10.0);
   EXPECT_EQ(Counter("nav_imu_gap"), 1);
   EXPECT_FALSE(seen_.contains("clock_step"));
+}
+
+TEST_F(SteppingClocks, SilenceInASimulationThatIsFasterThanTimeIsAGap) {
+  pace_ = 20.0;
+  Drive(30.0);
+  clocks_[SensorChannel::kMbesPing].silent = true;
+  clocks_[SensorChannel::kDvl].silent = true;
+  Drive(60.0);
+  clocks_[SensorChannel::kMbesPing].silent = false;
+  clocks_[SensorChannel::kDvl].silent = false;
+  Drive(60.0);
+  EXPECT_FALSE(seen_.contains("clock_step"));
+  EXPECT_FALSE(seen_.contains("clock_drift"));
+  ExpectNothingRefused();
 }
 
 // One sensor falls silent, the others go on.

@@ -49,8 +49,12 @@ struct Run {
     bench::ImuModel imu(bench::ImuParams{kImuHz, 0.0}, c.errors, scene, seed);
     bench::DvlModel dvl(bench::DvlParams{}, c.errors, scene, seed);
     const int samples = static_cast<int>(trajectory.duration_s() * kImuHz);
+    if (c.silence) BeSilent(c, seed);
     for (int i = 0; i <= samples; ++i) {
       const double t = i / kImuHz;
+      if (t >= silent_from_s && t < silent_to_s) continue;
+      if (c.silence && c.silence->restart && !state_before && t >= silent_to_s)
+        Restart(c, seed, c.pairs[0][0] * (samples / kImuHz));
       ImuSample sample = imu.SampleAt(t);
       sample.time = At(t);
       navigation.Add(sample);
@@ -64,8 +68,7 @@ struct Run {
     }
     navigation.Finish();
     end_s = samples / kImuHz;
-    // The start is known as of the first state, not as of the first sample.
-    while (!navigation.StateAt(At(first_s)) && first_s < end_s) first_s += 1.0 / kImuHz;
+    if (!state_before) FindFirst(end_s);
     if (!navigation.StateAt(At(end_s))) throw std::runtime_error("no state at the end of a run");
   }
 
@@ -78,22 +81,53 @@ struct Run {
     return params;
   }
 
+  // The start is known as of the first state, not as of the first sample.
+  void FindFirst(double until_s) {
+    while (!navigation.StateAt(At(first_s)) && first_s < until_s) first_s += 1.0 / kImuHz;
+  }
+
+  void BeSilent(const MonteCarloCase& c, std::uint64_t seed) {
+    silent_from_s = c.silence->at * trajectory.duration_s();
+    silent_to_s = silent_from_s + c.silence->length_s;
+    std::mt19937_64 random(seed ^ 0x517e9ceu);
+    std::normal_distribution<double> normal(0.0,
+                                            c.params.coast_speed_sigma_mps * c.silence->length_s);
+    drifted_m.x() = normal(random);
+    drifted_m.y() = normal(random);
+  }
+
+  void Restart(const MonteCarloCase& c, std::uint64_t seed, double since_s) {
+    FindFirst(since_s);
+    state_before = *navigation.StateAt(At(since_s));
+    const auto saved = navigation.Save(At(since_s));
+    navigation = DeadReckoning(Start(c, seed), vehicle);
+    if (!saved || !navigation.Restore(*saved)) throw std::runtime_error("not restored");
+  }
+
+  NavState StateAt(double t_s) const {
+    if (state_before && At(t_s) == state_before->time) return *state_before;
+    return *navigation.StateAt(At(t_s));
+  }
+  Eigen::Isometry3d TruthAt(double t_s) const {
+    Eigen::Isometry3d truth = trajectory.PoseAt(t_s);
+    if (t_s >= silent_to_s) truth.translation() += drifted_m;
+    return truth;
+  }
+
   // Less what the vehicle had moved before the first state.
   Eigen::Vector3d PositionError(double t_s) const {
     Eigen::Vector3d before =
         trajectory.PoseAt(first_s).translation() - trajectory.PoseAt(0.0).translation();
     before.z() = 0.0;
-    return navigation.StateAt(At(t_s))->T_map_vehicle.translation() + before -
-           trajectory.PoseAt(t_s).translation();
+    return StateAt(t_s).T_map_vehicle.translation() + before - TruthAt(t_s).translation();
   }
 
   double RelativeNees(double a_s, double b_s) const {
     const auto between = [](const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
       return Inverse(LevelPose(a)) * LevelPose(b);
     };
-    const Pose2 estimate = between(navigation.StateAt(At(a_s))->T_map_vehicle,
-                                   navigation.StateAt(At(b_s))->T_map_vehicle);
-    const Pose2 truth = between(trajectory.PoseAt(a_s), trajectory.PoseAt(b_s));
+    const Pose2 estimate = between(StateAt(a_s).T_map_vehicle, StateAt(b_s).T_map_vehicle);
+    const Pose2 truth = between(TruthAt(a_s), TruthAt(b_s));
     Eigen::Vector3d error = estimate.Vector() - truth.Vector();
     error.z() = WrapAngle(error.z());
     return Nees(error, *navigation.RelativeCovariance(At(a_s), At(b_s)));
@@ -107,6 +141,10 @@ struct Run {
   DeadReckoning navigation;
   double first_s = 0.0;
   double end_s = 0.0;
+  double silent_from_s = kForeverS;
+  double silent_to_s = kForeverS;
+  Eigen::Vector3d drifted_m = Eigen::Vector3d::Zero();
+  std::optional<NavState> state_before;  // of the first pair, where the program was restarted
 };
 
 Band BandOf(double n, double z) {

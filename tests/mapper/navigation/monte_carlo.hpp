@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,15 @@ struct MonteCarloCase {
   NavigationParams params;  // start_sigma_m: that by which the configured start is off
   // Relative poses between submaps: at these parts of the dive.
   std::vector<std::array<double, 2>> pairs;
+
+  // Every sensor silent. What the vehicle does meanwhile is drawn by what navigation assumes of it:
+  // it ends coast_speed_sigma_mps times the silence, 1 sigma, off where it would have been.
+  struct Silence {
+    double at = 0.0;  // part of the dive
+    double length_s = 0.0;
+    bool restart = false;  // of the program, meanwhile; it knows the frame of the first pair
+  };
+  std::optional<Silence> silence;
 };
 
 // A straight leg, and lines to and fro.

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdio>
 #include <string>
 
 namespace seastitch::test {
@@ -50,6 +51,43 @@ INSTANTIATE_TEST_SUITE_P(Bench,
                          [](const auto& test) {
                            return test.param.sensors +
                                   (test.param.plan.lines > 1 ? "_lawn_mower" : "_straight");
+                         });
+
+// The edge that a map would have across it, and one after it.
+struct Silent {
+  double length_s;
+  bool restart;
+};
+class SilenceMonteCarlo : public testing::TestWithParam<Silent> {};
+
+TEST_P(SilenceMonteCarlo, EdgesAcrossItAreHonest) {
+  constexpr int kRuns = 25;
+  MonteCarloCase c;
+  c.errors = bench::SensorErrors::OfClass("mems");
+  c.params = ParamsOf(c.errors);
+  c.plan = StraightPlan(400.0);
+  c.pairs = {{0.15, 0.85}, {0.7, 0.95}};
+  c.silence = MonteCarloCase::Silence{0.3, GetParam().length_s, GetParam().restart};
+  const MonteCarloResult result = RunMonteCarlo(c, kRuns, 1);
+  std::printf("NEES over its degrees of freedom: across %.2f, after %.2f\n",
+              result.relative_nees[0] / (3.0 * kRuns),
+              result.relative_nees[1] / (3.0 * kRuns));
+  ExpectHonest(result.relative_nees[0], kRuns, "across");
+  ExpectHonest(result.relative_nees[1], kRuns, "after");
+}
+INSTANTIATE_TEST_SUITE_P(Lengths,
+                         SilenceMonteCarlo,
+                         testing::Values(Silent{0.1, true},
+                                         Silent{1.0, false},
+                                         Silent{1.0, true},
+                                         Silent{10.0, false},
+                                         Silent{10.0, true},
+                                         Silent{60.0, false},
+                                         Silent{60.0, true},
+                                         Silent{90.0, true}),
+                         [](const auto& test) {
+                           return std::to_string(static_cast<int>(10.0 * test.param.length_s)) +
+                                  "_tenths_s" + (test.param.restart ? "_restart" : "");
                          });
 
 }  // namespace
