@@ -361,8 +361,7 @@ TEST(GivenNavigation, TakesNoBytesThatAreNone) {
   const auto samples = Survey(60.0);
   GivenNavigation navigation({}, {}, {});
   EXPECT_FALSE(navigation.Save(std::nullopt)) << "before the start";
-  for (const auto& sample : samples)
-    std::visit([&](const auto& s) { navigation.Add(s); }, sample);
+  for (const auto& sample : samples) std::visit([&](const auto& s) { navigation.Add(s); }, sample);
   const auto saved = *navigation.Save(std::nullopt);
   for (std::size_t size = 0; size < saved.size(); ++size) {
     GivenNavigation other({}, {}, {});
