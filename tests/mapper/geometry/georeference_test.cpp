@@ -99,6 +99,29 @@ TEST(Georeference, MountingAngleIsTakenOut) {
   ExpectNear(OnlySounding(Ping({Beam(30, 0, 40)}), Standing(level), vehicle), {0, 0, 40}, kFloat);
 }
 
+// Two heads that lean outwards, a metre apart.
+TEST(Georeference, EachHeadHasAPlaceAndAnAngleOfItsOwn) {
+  VehicleGeometry vehicle;
+  vehicle.T_vehicle_mbes.translation() = Eigen::Vector3d(2.0, 0.0, 0.25);
+  const auto lean = [](double y_m, double roll_deg) {
+    const auto pose = MakePose({0.1, y_m, 0.0}, RotationFromRpy(Deg2Rad(roll_deg), 0.0, 0.0));
+    return SonarHead{pose, pose};
+  };
+  const SonarHead port = lean(-0.5, 30.0);
+  vehicle.T_mbes_tx = port.T_mbes_tx;
+  vehicle.T_mbes_rx = port.T_mbes_rx;
+  vehicle.more_heads = {lean(0.5, -30.0)};
+  const auto east = MakePose({10, 20, 5}, RotationFromRpy(0.0, 0.0, kPi / 2.0));
+  MbesPing ping = Ping({Beam(0, 0, 40)});
+  const double out = 0.5 + 20.0;
+  const double depth = 5.25 + 40.0 * std::sqrt(0.75);
+  ExpectNear(OnlySounding(ping, Standing(east), vehicle), {10 + out, 22.1, depth}, kFloat);
+  ping.head = 1;
+  ExpectNear(OnlySounding(ping, Standing(east), vehicle), {10 - out, 22.1, depth}, kFloat);
+  ping.head = 2;  // the vehicle has none
+  ExpectNear(OnlySounding(ping, Standing(east), vehicle), {10 + out, 22.1, depth}, kFloat);
+}
+
 TEST(Georeference, BothAnglesLieOnTheirCones) {
   const auto level = MakePose({0, 0, 0}, Eigen::Matrix3d::Identity());
   const Eigen::Vector3d p = OnlySounding(Ping({Beam(60, 10, 40)}), Standing(level), {}) / 40.0;
