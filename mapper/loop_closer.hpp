@@ -20,7 +20,7 @@
 namespace seastitch {
 
 enum class RegistrationMethod {
-  kGrid,  // Register()
+  kGrid,  // Align()
   kGicp,  // RegisterGicp(): the paper's, as a baseline
 };
 

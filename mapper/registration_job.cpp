@@ -75,13 +75,9 @@ void RegisterByGrid(const Submap& source,
   RegistrationParams expected = params.registration;
   if (results->job.noise) expected.noise = *results->job.noise;
   const auto register_one = [&](const RegistrationSubmap& on, const LoopPair& pair) {
-    return Register(on,
-                    *laid,
-                    pair.prior.T_a_b,
-                    pair.prior.covariance,
-                    pair.z_prior_m,
-                    params.z_sigma_m,
-                    expected);
+    const RegistrationPrior prior{
+        pair.prior.T_a_b, pair.prior.covariance, pair.z_prior_m, params.z_sigma_m};
+    return Align(on, *laid, prior, expected);
   };
   RegisterAll(prepare, register_one, results);
 }

@@ -102,7 +102,7 @@ void GridAligner::ForEachCell(const Placement& at, Visit visit) const {
   const GridGeometry& g = source_.grid.geometry();
   const Eigen::Matrix2d R = at.T_target_source.Rotation();
   const Eigen::Vector2d center_target = at.T_target_source * center_source_;
-  const double shift = prior_.source_shift_m + at.shift_m;
+  const double shift = prior_.z_m + at.shift_m;
   const double patch_variance = sounding_variance_ / kPatchCells;
   HeightSample sample;
   CellPair pair;

@@ -155,7 +155,7 @@ FitInformation GridAligner::Inform(const Fit& fit) const {
   out.sources = GradientCovarianceOf(out.blocks, R);
   out.sources.white = unit_white;
 
-  out.shift_information = 1.0 / (prior_.source_shift_sigma_m * prior_.source_shift_sigma_m);
+  out.shift_information = 1.0 / (prior_.z_sigma_m * prior_.z_sigma_m);
   const VarianceComponents& c = noise_.components;
   Eigen::Matrix4d B = white + shared_variance_ * out.sources.correlated_error +
                       c.position_walk * c.position_walk * out.sources.position_walk +

@@ -7,7 +7,7 @@
 
 // The paper's own registration (III-A-3), kept as the baseline: generalised ICP (Segal, Haehnel,
 // Thrun, "Generalized-ICP", RSS 2009) between points with plane covariances, in x, y and yaw, from
-// the prior alone. It knows no second mode and no open direction: Register() does.
+// the prior alone. It knows no second mode and no open direction: Align() does.
 namespace seastitch {
 
 struct GicpParams {
@@ -35,7 +35,7 @@ class GicpSubmap {
   std::unique_ptr<Points> points_;
 };
 
-// As Register(); z stays where the depth sensor has it. A point of the source has a partner where
+// As Align(); z stays where the depth sensor has it. A point of the source has a partner where
 // one lies within window_sigma of the prior, then within half of that and so on, down to two
 // voxels. Information of x, y: the inverse of the mean plane covariance of the pairs of points,
 // which the paper calls a heuristic: it does not grow with their number, nor fall with the fit.

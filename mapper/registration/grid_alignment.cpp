@@ -142,7 +142,7 @@ Fit GridAligner::Summary(const Placement& at, const Normal& n) const {
   fit.difference_variance = n.difference.Variance();
   fit.expected_variance = n.expected_variance;
   const Eigen::Vector3d deviation = PriorDeviation(at);
-  const double shift = at.shift_m / prior_.source_shift_sigma_m;
+  const double shift = at.shift_m / prior_.z_sigma_m;
   fit.log_prior = -0.5 * (deviation.dot(prior_information_ * deviation) + shift * shift);
   const double floor = params_.min_sounding_sigma_m * params_.min_sounding_sigma_m / kPatchCells;
   fit.evidence =
@@ -155,8 +155,7 @@ Fit GridAligner::Describe(const Placement& at, double noise_scale) const {
 }
 
 Fit GridAligner::Align(const Placement& start) const {
-  const double shift_information =
-      1.0 / (prior_.source_shift_sigma_m * prior_.source_shift_sigma_m);
+  const double shift_information = 1.0 / (prior_.z_sigma_m * prior_.z_sigma_m);
   Placement at = start;
   double noise_scale = std::numeric_limits<double>::infinity();  // the first step bounds nothing
   double damping = 1.0;

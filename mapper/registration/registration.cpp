@@ -38,8 +38,8 @@ bool Usable(const RegistrationPrior& prior) {
   const Eigen::Matrix3d& C = prior.covariance;
   const Eigen::Vector3d T = prior.T_target_source.Vector();
   if (!(C.allFinite() && T.allFinite() && T.cwiseAbs().maxCoeff() < kMaxCoordinateM &&
-        std::abs(prior.source_shift_m) < kMaxCoordinateM && prior.source_shift_sigma_m > 0.0 &&
-        prior.source_shift_sigma_m < kMaxCoordinateM))
+        std::abs(prior.z_m) < kMaxCoordinateM && prior.z_sigma_m > 0.0 &&
+        prior.z_sigma_m < kMaxCoordinateM))
     return false;
   return C.isApprox(C.transpose(), 1e-6) && C.llt().info() == Eigen::Success;
 }
@@ -495,25 +495,20 @@ class Registrar {
 
 }  // namespace
 
-RegistrationResult Register(const RegistrationSubmap& target,
-                            const RegistrationSubmap& source,
-                            const Pose2& T_prior,
-                            const Eigen::Matrix3d& prior_covariance,
-                            double z_prior_m,
-                            double z_sigma_m,
-                            const RegistrationParams& params) {
-  RegistrationPrior prior{T_prior,
-                          prior_covariance,
-                          z_prior_m + source.height_datum_m() - target.height_datum_m(),
-                          z_sigma_m};
-  if (!Usable(prior)) return {};
-  const RegistrationResult result = Registrar(target, source, prior, params).Run();
+RegistrationResult Align(const RegistrationSubmap& target,
+                         const RegistrationSubmap& source,
+                         const RegistrationPrior& prior,
+                         const RegistrationParams& params) {
+  RegistrationPrior of_cells = prior;
+  of_cells.z_m = prior.z_m + source.height_datum_m() - target.height_datum_m();
+  if (!Usable(of_cells)) return {};
+  const RegistrationResult result = Registrar(target, source, of_cells, params).Run();
   if (result.verdict != LoopVerdict::kOutsideWindow || !(result.score >= params.min_evidence_nats))
     return result;
-  // The seabed says that navigation is off by more than it claims, and chance does not say such
-  // things: the claim is doubted, and the judgement made in a window of twice the width.
-  prior.covariance *= 4.0;
-  return Registrar(target, source, prior, params).Run();
+  // A match this clear outside the window is no chance: the prior is too narrow. It is judged again
+  // in a window of twice the width.
+  of_cells.covariance *= 4.0;
+  return Registrar(target, source, of_cells, params).Run();
 }
 
 }  // namespace seastitch

@@ -106,6 +106,16 @@ class RegistrationSubmap {
   double sounding_sigma_m_ = 0.0;
 };
 
+// What is known of the placement before the seabeds are compared.
+struct RegistrationPrior {
+  Pose2 T_target_source;  // level frames
+  // Covariance of x, y [m] and yaw [rad] of T_target_source, axes of the target's level frame.
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
+  // Height of the source's frame less that of the target's [m], positive down, and its sigma.
+  double z_m = 0.0;
+  double z_sigma_m = 1.0;
+};
+
 struct RegistrationResult {
   LoopVerdict verdict = LoopVerdict::kNotConverged;
   // Level frames; the prior where nothing better is known.
@@ -133,15 +143,11 @@ struct RegistrationResult {
   std::optional<ClosureStatistics> statistics;
 };
 
-// Registers source on target. T_prior is the prior of T_target_source, prior_covariance that of
-// its x, y, yaw in the target's level axes. z_prior_m: height of the source's frame less that of
-// the target's (positive down), known to z_sigma_m.
-RegistrationResult Register(const RegistrationSubmap& target,
-                            const RegistrationSubmap& source,
-                            const Pose2& T_prior,
-                            const Eigen::Matrix3d& prior_covariance,
-                            double z_prior_m,
-                            double z_sigma_m,
-                            const RegistrationParams& params);
+// Registers source on target: pose, covariance and verdict. A prior that is no prior (not finite,
+// no covariance) gives kNotConverged. docs/registration.md explains the method.
+RegistrationResult Align(const RegistrationSubmap& target,
+                         const RegistrationSubmap& source,
+                         const RegistrationPrior& prior,
+                         const RegistrationParams& params = {});
 
 }  // namespace seastitch

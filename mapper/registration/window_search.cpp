@@ -241,7 +241,7 @@ class Searcher {
         const Eigen::Vector2d q(row - window_.half_rows, col - window_.half_cols);
         const Eigen::Vector2d p = shape_.center + R_source_target * (cell_m_ * q);
         if (Interpolate(source_, p, &around, &sample))
-          out.Set(At(row, col), sample.height_m + prior_.source_shift_m);
+          out.Set(At(row, col), sample.height_m + prior_.z_m);
       }
     }
     return out;
@@ -278,7 +278,7 @@ class Searcher {
         const double relief =
             squares_[i] / n - mean_target * mean_target - mean_source * mean_source;
         const double covariance = products[i] / n - mean_target * mean_source;
-        const double shift = (mean_target - mean_source) / prior_.source_shift_sigma_m;
+        const double shift = (mean_target - mean_source) / prior_.z_sigma_m;
         const double score = AgreementScore(n / patch_cells,
                                             std::max(relief, 0.0) + floor,
                                             std::max(relief - 2.0 * covariance, 0.0) + floor) -

@@ -8,15 +8,6 @@
 
 namespace seastitch {
 
-// What is known before the seabed is asked.
-struct RegistrationPrior {
-  Pose2 T_target_source;
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();  // x, y, yaw; target's level axes
-  // Added to the source's heights to compare them with the target's, and how well it is known.
-  double source_shift_m = 0.0;
-  double source_shift_sigma_m = 1.0;
-};
-
 struct SearchMode {
   Pose2 T_target_source;
   double score = 0.0;  // log-likelihood ratio against a chance placement, prior included

@@ -43,7 +43,7 @@ RegistrationResult RegisterPrepared(const RegistrationSubmap& target,
   const Eigen::Matrix3d covariance =
       Eigen::Vector3d(sigma * sigma, sigma * sigma, kYawOffsetRad * kYawOffsetRad / 4.0)
           .asDiagonal();
-  return Register(target, source, PriorOf(pair, offset_m), covariance, pair.z_prior_m, 0.3, {});
+  return Align(target, source, {PriorOf(pair, offset_m), covariance, pair.z_prior_m, 0.3});
 }
 
 void Report(benchmark::State& state, const Pose2& estimate, const Pose2& truth) {

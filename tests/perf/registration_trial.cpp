@@ -270,13 +270,10 @@ TrialOutcome RunTrial(const SyntheticPair& pair,
   };
   TrialOutcome out;
   const double start = CpuSeconds();
-  out.result = Register(prepare(pair.target),
-                        prepare(pair.source),
-                        T_prior,
-                        prior_covariance,
-                        pair.z_prior_m,
-                        kHeightSigmaM,
-                        params);
+  out.result = Align(prepare(pair.target),
+                     prepare(pair.source),
+                     {T_prior, prior_covariance, pair.z_prior_m, kHeightSigmaM},
+                     params);
   out.cpu_s = CpuSeconds() - start;
   out.error = PoseError(out.result.T_target_source, pair.T_target_source);
   return out;

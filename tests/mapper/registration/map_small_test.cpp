@@ -66,13 +66,12 @@ TEST_P(MapSmall, IsRegisteredFromEveryCorruptedSeed) {
     const Pose2 prior = Inverse(frames[static_cast<std::size_t>(target_id)]) *
                         frames[static_cast<std::size_t>(source_id)];
     const RegistrationResult result =
-        Register(prepared_target,
-                 prepared_source,
-                 prior,
-                 covariance,
-                 source.T_map_submap.translation().z() - target.T_map_submap.translation().z(),
-                 0.1,
-                 {});
+        Align(prepared_target,
+              prepared_source,
+              {prior,
+               covariance,
+               source.T_map_submap.translation().z() - target.T_map_submap.translation().z(),
+               0.1});
     EXPECT_EQ(result.verdict, LoopVerdict::kAccepted) << ToString(result.verdict) << seed;
     EXPECT_LT((result.T_target_source.Translation() - truth.Translation()).norm(), 0.35) << seed;
     EXPECT_LT(std::abs(WrapAngle(result.T_target_source.yaw - truth.yaw)), 0.008) << seed;

@@ -41,13 +41,10 @@ RegistrationSubmap Prepare(const SyntheticSubmap& submap, const RegistrationPara
 RegistrationResult RegisterPair(const SyntheticPair& pair,
                                 const Prior& prior,
                                 const RegistrationParams& params = {}) {
-  return Register(Prepare(pair.target, params),
-                  Prepare(pair.source, params),
-                  prior.T_target_source,
-                  prior.covariance,
-                  pair.z_prior_m,
-                  0.5,
-                  params);
+  return Align(Prepare(pair.target, params),
+               Prepare(pair.source, params),
+               {prior.T_target_source, prior.covariance, pair.z_prior_m, 0.5},
+               params);
 }
 
 Eigen::Vector3d ErrorOf(const Pose2& estimate, const Pose2& truth) {
@@ -416,7 +413,7 @@ TEST(Registration, RefusesCloudsWithNothingToRegister) {
     const RegistrationSubmap bad =
         RegistrationSubmap::Prepare(cloud, Eigen::Matrix3d::Identity(), {});
     for (const auto& [a, b] : {std::pair{&good, &bad}, {&bad, &good}, {&bad, &bad}}) {
-      const RegistrationResult result = Register(*a, *b, {}, covariance, 0.0, 1.0, {});
+      const RegistrationResult result = Align(*a, *b, {{}, covariance, 0.0, 1.0});
       EXPECT_NE(result.verdict, LoopVerdict::kAccepted);
       EXPECT_TRUE(result.information.isZero());
       EXPECT_TRUE(result.T_target_source.Vector().allFinite());
@@ -431,7 +428,7 @@ TEST(Registration, RefusesPriorsThatAreNone) {
   const double nan = std::nan("");
   const Eigen::Matrix3d good = Eigen::Vector3d(1.0, 1.0, 1e-4).asDiagonal();
   const auto refused = [&](const Pose2& T, const Eigen::Matrix3d& C, double z, double z_sigma) {
-    return Register(target, source, T, C, z, z_sigma, {}).verdict == LoopVerdict::kNotConverged;
+    return Align(target, source, {T, C, z, z_sigma}).verdict == LoopVerdict::kNotConverged;
   };
   const Pose2& truth = pair.T_target_source;
   EXPECT_FALSE(refused(truth, good, pair.z_prior_m, 0.5));
