@@ -17,34 +17,39 @@ constexpr char kErrors[] = "errors";
 void DeclareTerrain(SurveyConfig* config, ParameterTable* root) {
   ProceduralParams* p = &config->terrain;
   ParameterTable& table = root->AddSection("terrain", "The seabed.");
-  table.Add("depth_m", &p->depth_m, kMetre, Range::Within(0.0, 11'000.0), "At the map's origin.");
+  table.Add(
+      "depth_m", &p->depth_m, kMetre, Range::Within(0.0, 11'000.0), "Depth at the map's origin.");
   table.Add("slope_north",
             &p->slope_north,
             kNone,
             Range::Within(-1.0, 1.0),
-            "Deeper by so much a metre.");
-  table.Add(
-      "slope_east", &p->slope_east, kNone, Range::Within(-1.0, 1.0), "Deeper by so much a metre.");
+            "Slope of the seabed: deeper by this much a metre.");
+  table.Add("slope_east",
+            &p->slope_east,
+            kNone,
+            Range::Within(-1.0, 1.0),
+            "Slope of the seabed: deeper by this much a metre.");
 
-  ParameterTable& raster = table.AddSection("raster", "A seabed that was surveyed.");
+  ParameterTable& raster = table.AddSection("raster", "A surveyed seabed.");
   raster.Add("file",
              &config->raster.file,
-             "A raster that GDAL reads, relative to this file: the seabed. None: procedural.");
-  raster.Add(
-      "overlay", &config->raster.overlay, "The procedural relief, waves and pipeline stand on it.");
+             "File that GDAL reads, relative to this one. Empty: the seabed is procedural.");
+  raster.Add("overlay",
+             &config->raster.overlay,
+             "True: the procedural relief, waves and pipeline are added to it.");
   raster.Add("positive_down",
              &config->raster.positive_down,
-             "Depths; false: elevations, negative below the datum.");
+             "True: values are depths. False: elevations, negative below the datum.");
   raster.Add("depth_offset_m",
              &config->raster.depth_offset_m,
              kMetre,
              Range::Within(-11'000.0, 11'000.0),
-             "Added to every depth: tide, or water to dive in.");
+             "Added to every depth, for tide or for water to dive in.");
   raster.Add("fill_m",
              &config->raster.fill_m,
              kMetre,
              Range::Within(0.0, 1000.0),
-             "Holes up to so far from known cells are filled.");
+             "Largest distance from known cells up to which holes are filled.");
 
   ParameterTable& relief = table.AddSection("relief", "Self-similar relief.");
   relief.Add("rms_m", &p->relief.rms_m, kMetre, Range::Within(0.0, 1000.0), "0: none.");
@@ -59,7 +64,7 @@ void DeclareTerrain(SurveyConfig* config, ParameterTable* root) {
              &p->relief.hurst,
              kNone,
              Range::Above(0.0).AtMost(2.0),
-             "The amplitude grows with wavelength^hurst; natural seabeds have 0.7 to 1.");
+             "Exponent of the amplitude over the wavelength; natural seabeds have 0.7 to 1.");
   relief.AddRule(
       longest, "at least shortest_m", [p] { return p->relief.longest_m >= p->relief.shortest_m; });
 
@@ -68,19 +73,24 @@ void DeclareTerrain(SurveyConfig* config, ParameterTable* root) {
             &p->sand_waves.height_m,
             kMetre,
             Range::Within(0.0, 50.0),
-            "Trough to crest; 0: none.");
-  waves.Add("length_m", &p->sand_waves.length_m, kMetre, Range::AtLeast(0.5), "Crest to crest.");
+            "Height from trough to crest; 0: no waves.");
+  waves.Add("length_m",
+            &p->sand_waves.length_m,
+            kMetre,
+            Range::AtLeast(0.5),
+            "Length from crest to crest.");
   waves.Add("heading_deg",
             &p->sand_waves.heading_deg,
             kDegree,
             Range::Any(),
-            "In which the waves follow each other, from north.");
+            "Direction in which the waves follow each other, clockwise from north.");
 
   ParameterTable& pipe = table.AddSection("pipeline", "A pipe that follows the seabed.");
   pipe.Add("diameter_m", &p->pipeline.diameter_m, kMetre, Range::Within(0.0, 5.0), "0: none.");
-  pipe.Add("north_m", &p->pipeline.north_m, kMetre, Range::Any(), "A point of it.");
-  pipe.Add("east_m", &p->pipeline.east_m, kMetre, Range::Any(), "A point of it.");
-  pipe.Add("heading_deg", &p->pipeline.heading_deg, kDegree, Range::Any(), "Its direction.");
+  pipe.Add("north_m", &p->pipeline.north_m, kMetre, Range::Any(), "A point of the pipe.");
+  pipe.Add("east_m", &p->pipeline.east_m, kMetre, Range::Any(), "A point of the pipe.");
+  pipe.Add(
+      "heading_deg", &p->pipeline.heading_deg, kDegree, Range::Any(), "Direction of the pipe.");
 
   ParameterTable& flat = table.AddSection("flat_strip", "A strip without relief and waves.");
   flat.Add("from_north_m", &p->flat_strip.from_north_m, kMetre, Range::Any(), "South end.");
@@ -88,82 +98,92 @@ void DeclareTerrain(SurveyConfig* config, ParameterTable* root) {
            &p->flat_strip.to_north_m,
            kMetre,
            Range::Any(),
-           "North end; not above the south end: none.");
+           "North end of the strip. Not above the south end: no strip.");
 }
 
 void DeclarePlan(PlanParams* p, ParameterTable* root) {
   ParameterTable& table = root->AddSection("plan", "A lawn-mower survey from the map's origin.");
   table.Add("lines", &p->lines, kNone, Range::Within(1, 1000), "Survey lines.");
-  table.Add(
-      "line_length_m", &p->line_length_m, kMetre, Range::Within(1.0, 100000.0), "Length of each.");
-  table.Add("spacing_m", &p->spacing_m, kMetre, Range::Within(0.0, 10000.0), "Between two lines.");
-  table.Add("heading_deg", &p->heading_deg, kDegree, Range::Any(), "Of the first line.");
+  table.Add("line_length_m",
+            &p->line_length_m,
+            kMetre,
+            Range::Within(1.0, 100000.0),
+            "Length of each line.");
+  table.Add("spacing_m",
+            &p->spacing_m,
+            kMetre,
+            Range::Within(0.0, 10000.0),
+            "Distance between two lines.");
+  table.Add("heading_deg", &p->heading_deg, kDegree, Range::Any(), "Heading of the first line.");
   table.Add("turn_radius_m",
             &p->turn_radius_m,
             kMetre,
             Range::Within(1.0, 1000.0),
-            "Lines closer than 2.6 of it are joined by loops.");
+            "Radius of turns. Lines closer than 2.6 radii are joined by loops.");
   table.Add("crosslines",
             &p->crosslines,
             kNone,
             Range::Within(0, 100),
-            "At right angles, evenly along the lines.");
+            "Crosslines, at right angles, evenly spaced along the lines.");
   table.Add("lead_in_m",
             &p->lead_in_m,
             kMetre,
             Range::Within(0.0, 1000.0),
-            "Straight before and after every line.");
-  table.Add("speed_mps", &p->speed_mps, kMetrePerSecond, Range::Within(0.1, 10.0), "Over ground.");
+            "Straight way before and after every line.");
+  table.Add(
+      "speed_mps", &p->speed_mps, kMetrePerSecond, Range::Within(0.1, 10.0), "Speed over ground.");
   table.Add("altitude_m",
             &p->altitude_m,
             kMetre,
             Range::Within(0.0, 1000.0),
-            "Above the smoothed seabed; 0: at constant depth_m.");
+            "Altitude above the smoothed seabed; 0: the vehicle keeps depth_m.");
   table.Add("depth_m",
             &p->depth_m,
             kMetre,
             Range::Within(0.0, 11'000.0),
             "Depth of the vehicle without altitude.");
-  table.Add("min_depth_m", &p->min_depth_m, kMetre, Range::AtLeast(0.0), "Never shallower.");
+  table.Add(
+      "min_depth_m", &p->min_depth_m, kMetre, Range::AtLeast(0.0), "Least depth of the vehicle.");
   table.Add("surface_s",
             &p->surface_s,
             kSecond,
             Range::AtLeast(0.0),
-            "At the surface before the survey and after it, with the sonar off; 0: neither.");
+            "Time at the surface before and after the survey, with the sonar off; 0: none.");
   table.Add("dive_s",
             &p->dive_s,
             kSecond,
             Range::Above(0.0),
-            "Way down, and up, where there is one, with the sonar off.");
+            "Time of the way down, and up, where there is one, with the sonar off.");
 }
 
 void DeclareMotion(MotionParams* p, ParameterTable* root) {
-  ParameterTable& table = root->AddSection("motion", "How a vehicle on course yet moves, RMS.");
+  ParameterTable& table =
+      root->AddSection("motion", "Motion of the vehicle about its course, RMS.");
   table.Add("roll_rms_deg", &p->roll_rms_deg, kDegree, Range::Within(0.0, 15.0), "Rolling.");
   table.Add("pitch_rms_deg", &p->pitch_rms_deg, kDegree, Range::Within(0.0, 15.0), "Pitching.");
   table.Add("heading_rms_deg",
             &p->heading_rms_deg,
             kDegree,
             Range::Within(0.0, 15.0),
-            "Off the course: crab.");
-  table.Add("heave_rms_m", &p->heave_rms_m, kMetre, Range::Within(0.0, 5.0), "Up and down.");
+            "Heading off the course (crab), RMS.");
+  table.Add("heave_rms_m", &p->heave_rms_m, kMetre, Range::Within(0.0, 5.0), "Heave, RMS.");
   table.Add("period_s",
             &p->period_s,
             kSecond,
             Range::Within(1.0, 60.0),
-            "The middle one; there are half to twice it.");
+            "Middle period of the motion; periods are half to twice it.");
 }
 
 void DeclareWater(SurveyConfig* config, ParameterTable* root) {
   WaterParams* p = &config->water;
   ParameterTable& table = root->AddSection("water", "Speed of sound, linear between the depths.");
-  const Parameter& depth =
-      table.Add("depth_m", &p->depth_m, kMetre, Range::Any(), "At least one, rising.");
+  const Parameter& depth = table.Add(
+      "depth_m", &p->depth_m, kMetre, Range::Any(), "Depths of the profile, at least one, rising.");
   const Parameter& speed = table.Add("speed_mps",
                                      &p->speed_mps,
                                      kMetrePerSecond,
                                      Range::Within(kMinSoundSpeedMps, kMaxSoundSpeedMps),
-                                     "One for each depth.");
+                                     "Sound speed at each depth.");
   table.AddRule(depth, "of 1 to 2000 rising depths", [p] {
     return !p->depth_m.empty() && p->depth_m.size() <= 2000 &&
            std::is_sorted(p->depth_m.begin(), p->depth_m.end(), std::less_equal<>());
@@ -175,40 +195,41 @@ void DeclareWater(SurveyConfig* config, ParameterTable* root) {
            &config->told_speed_error_mps,
            kMetrePerSecond,
            Range::Within(-50.0, 50.0),
-           "The sonar's #SVP is off by this everywhere.")
+           "Error of the sonar's own profile, the same at every depth.")
       .WasCalled("told_speed_error_mps");
 }
 
 void DeclareClass(SurveyConfig* config, ParameterTable* table) {
-  table->AddChoice(
-      "class", &config->error_class, SensorErrors::Classes(), "Sets the defaults of all below.");
+  table->AddChoice("class",
+                   &config->error_class,
+                   SensorErrors::Classes(),
+                   "Class of sensors: sets the defaults of all keys below.");
 }
 
 void DeclareErrors(SurveyConfig* config, ParameterTable* root) {
   SensorErrors* p = &config->errors;
-  ParameterTable& table =
-      root->AddSection(kErrors, "What is wrong with the navigation sensors, 1 sigma.");
+  ParameterTable& table = root->AddSection(kErrors, "Errors of the navigation sensors, 1 sigma.");
   DeclareClass(config, &table);
   table.Add("gyro_noise_radps_rthz",
             &p->gyro_noise_radps_rthz,
             kRadianPerSecondRootHertz,
             Range::Within(0.0, 100.0),
-            "White noise of a gyro, as a density.");
+            "White noise of a gyro as a density.");
   table.Add("gyro_bias_radps",
             &p->gyro_bias_radps,
             kRadianPerSecond,
             Range::Within(0.0, 100.0),
-            "Constant, each axis.");
+            "Constant bias, each axis.");
   table.Add("accel_noise_mps2_rthz",
             &p->accel_noise_mps2_rthz,
             kMetrePerSecond2RootHertz,
             Range::Within(0.0, 100.0),
-            "White noise of an accelerometer, as a density.");
+            "White noise of an accelerometer as a density.");
   table.Add("accel_bias_mps2",
             &p->accel_bias_mps2,
             kMetrePerSecond2,
             Range::Within(0.0, 100.0),
-            "Constant, each axis.");
+            "Constant bias, each axis.");
   table.Add("roll_pitch_wander_deg",
             &p->roll_pitch_wander_deg,
             kDegree,
@@ -225,7 +246,7 @@ void DeclareErrors(SurveyConfig* config, ParameterTable* root) {
             &p->heading_deviation_deg,
             kDegree,
             Range::Within(0.0, 100.0),
-            "Sine and cosine of the heading: what is left of hard iron.");
+            "Heading error with the sine and cosine of the heading: the rest of hard iron.");
   table.Add("heading_wander_deg",
             &p->heading_wander_deg,
             kDegree,
@@ -240,25 +261,29 @@ void DeclareErrors(SurveyConfig* config, ParameterTable* root) {
             &p->attitude_white_deg,
             kDegree,
             Range::Within(0.0, 100.0),
-            "Each sample, each axis.");
+            "Noise of each sample, each axis.");
   table.Add("dvl_noise_mps",
             &p->dvl_noise_mps,
             kMetrePerSecond,
             Range::Within(0.0, 100.0),
-            "Each ensemble, x and y.");
+            "Noise of each ensemble, x and y.");
   table.Add("dvl_scale",
             &p->dvl_scale,
             kNone,
             Range::Within(0.0, 100.0),
-            "Constant part of the velocity.");
+            "Constant scale error of the velocity.");
   table.Add("dvl_misalignment_deg",
             &p->dvl_misalignment_deg,
             kDegree,
             Range::Within(0.0, 100.0),
-            "Constant, about each axis.");
+            "Constant mounting error about each axis.");
   table.Add(
       "dvl_range_noise_m", &p->dvl_range_noise_m, kMetre, Range::Within(0.0, 100.0), "Of a beam.");
-  table.Add("depth_noise_m", &p->depth_noise_m, kMetre, Range::Within(0.0, 100.0), "Each sample.");
+  table.Add("depth_noise_m",
+            &p->depth_noise_m,
+            kMetre,
+            Range::Within(0.0, 100.0),
+            "Noise of each sample.");
   table.Add("depth_bias_m", &p->depth_bias_m, kMetre, Range::Within(0.0, 100.0), "Constant.");
 }
 
@@ -269,7 +294,7 @@ void DeclareImu(ImuParams* p, ParameterTable* root) {
             &p->latency_s,
             kSecond,
             Range::Within(0.0, 1.0),
-            "From the sample to its last frame.");
+            "Delay from the sample to its last frame.");
 }
 
 void DeclareDvl(DvlParams* p, ParameterTable* root) {
@@ -279,35 +304,41 @@ void DeclareDvl(DvlParams* p, ParameterTable* root) {
             &p->beam_angle_deg,
             kDegree,
             Range::Within(5.0, 60.0),
-            "Off the z axis of the log.");
+            "Angle of the beams from the z axis of the log.");
   table.Add("min_range_m",
             &p->min_range_m,
             kMetre,
             Range::AtLeast(0.0),
-            "Nearer there is no bottom lock.");
+            "Least altitude with bottom lock.");
   const Parameter& max_range = table.Add("max_range_m",
                                          &p->max_range_m,
                                          kMetre,
                                          Range::Above(0.0).AtMost(1000.0),
-                                         "Further there is no bottom lock.");
+                                         "Largest altitude with bottom lock.");
   table.Add("beam_loss_rate",
             &p->beam_loss_rate,
             kNone,
             Range::Within(0.0, 1.0),
-            "Of each beam, each ensemble.");
+            "Noise of each beam, each ensemble.");
   table.Add("latency_s",
             &p->latency_s,
             kSecond,
             Range::Within(0.0, 1.0),
-            "From the ping to the last frame.");
+            "Delay from the ping to the last frame.");
   table.AddRule(max_range, "above min_range_m", [p] { return p->max_range_m > p->min_range_m; });
 }
 
 void DeclareMbes(MbesParams* p, ParameterTable* root) {
   ParameterTable& table = root->AddSection("mbes", "Sonar.");
-  table.Add("beams", &p->beams, kNone, Range::Within(2, 1024), "Across the swath.");
-  table.Add("swath_deg", &p->swath_deg, kDegree, Range::Within(1.0, 160.0), "Whole opening.");
-  table.Add("equidistant", &p->equidistant, "Soundings evenly across; false: evenly in angle.");
+  table.Add("beams", &p->beams, kNone, Range::Within(2, 1024), "Beams across the swath.");
+  table.Add("swath_deg",
+            &p->swath_deg,
+            kDegree,
+            Range::Within(1.0, 160.0),
+            "Full opening angle of the swath.");
+  table.Add("equidistant",
+            &p->equidistant,
+            "True: beams are spaced evenly across the seabed. False: evenly in angle.");
   table.Add("ping_rate_hz",
             &p->ping_rate_hz,
             kHertz,
@@ -317,45 +348,55 @@ void DeclareMbes(MbesParams* p, ParameterTable* root) {
             &p->max_ping_rate_hz,
             kHertz,
             Range::Within(0.1, 100.0),
-            "The fastest then.");
-  table.Add(
-      "max_range_m", &p->max_range_m, kMetre, Range::Within(1.0, 1000.0), "No echo from further.");
-  table.Add("roll_stabilised", &p->roll_stabilised, "The swath does not roll.");
+            "Highest ping rate.");
+  table.Add("max_range_m",
+            &p->max_range_m,
+            kMetre,
+            Range::Within(1.0, 1000.0),
+            "Longest range with an echo.");
+  table.Add("roll_stabilised", &p->roll_stabilised, "True: the swath is stabilised against roll.");
   const Parameter& tilt = table.Add("sector_tilt_deg",
                                     &p->sector_tilt_deg,
                                     kDegree,
                                     Range::Within(-30.0, 30.0),
-                                    "Transmit sectors from port to starboard: tilt.");
+                                    "Tilt of each transmit sector, from port to starboard.");
   const Parameter& delay = table.Add("sector_delay_s",
                                      &p->sector_delay_s,
                                      kSecond,
                                      Range::Within(0.0, 0.1),
-                                     "The same: delay after the first pulse.");
-  table.Add(
-      "range_noise_m", &p->range_noise_m, kMetre, Range::Within(0.0, 10.0), "Of a detection.");
+                                     "Delay of each transmit sector after the first pulse.");
+  table.Add("range_noise_m",
+            &p->range_noise_m,
+            kMetre,
+            Range::Within(0.0, 10.0),
+            "Noise of the range of a detection.");
   table.Add("range_noise_ratio",
             &p->range_noise_ratio,
             kNone,
             Range::Within(0.0, 0.1),
-            "Of a detection, over the range.");
+            "Noise of the range of a detection, over the range.");
   table.Add("angle_noise_deg",
             &p->angle_noise_deg,
             kDegree,
             Range::Within(0.0, 10.0),
-            "Of a detection at nadir; it grows with 1 / cos.");
+            "Noise of the angle of a detection at nadir; it grows with 1 / cos.");
   table.Add("outlier_rate",
             &p->outlier_rate,
             kNone,
             Range::Within(0.0, 1.0),
-            "Lone beams at a wrong range.");
-  table.Add(
-      "drop_rate", &p->drop_rate, kNone, Range::Within(0.0, 1.0), "Beams without a detection.");
+            "Fraction of lone beams at a wrong range.");
+  table.Add("drop_rate",
+            &p->drop_rate,
+            kNone,
+            Range::Within(0.0, 1.0),
+            "Fraction of beams without a detection.");
   table.Add("misdetection_rate",
             &p->misdetection_rate,
             kNone,
             Range::Within(0.0, 1.0),
-            "Pings with a run of beams at the nearest range: side lobes.");
-  table.Add("latency_s", &p->latency_s, kSecond, Range::Within(0.0, 1.0), "After the last echo.");
+            "Fraction of pings with a run of beams at the nearest range (side lobes).");
+  table.Add(
+      "latency_s", &p->latency_s, kSecond, Range::Within(0.0, 1.0), "Delay after the last echo.");
   table.AddRule(tilt, "1 to 9 sectors", [p] {
     return !p->sector_tilt_deg.empty() && p->sector_tilt_deg.size() <= 9;
   });
@@ -367,19 +408,20 @@ void DeclareMbes(MbesParams* p, ParameterTable* root) {
 void DeclareFixes(FixParams* p, ParameterTable* root) {
   ParameterTable& table = root->AddSection("position_fixes", "GPS or USBL.");
   table.Add("interval_s", &p->interval_s, kSecond, Range::AtLeast(0.1).OrZero(), "0: none.");
-  table.Add(
-      "gps", &p->gps, "GPS: only while the vehicle is at the surface; false: USBL, all the time.");
+  table.Add("gps",
+            &p->gps,
+            "True: GPS, only while the vehicle is at the surface. False: USBL, all the time.");
   table.Add("sigma_m",
             &p->sigma_m,
             kMetre,
             Range::Above(0.0),
-            "North and east, new in each fix; stated as it is.");
+            "Noise of north and east of each fix, which the fix also states.");
   table.Add("wrong_rate",
             &p->wrong_rate,
             kNone,
             Range::Within(0.0, 1.0),
-            "Of fixes that are off and do not state it.");
-  table.Add("wrong_m", &p->wrong_m, kMetre, Range::Any(), "How far these are off.");
+            "Fraction of fixes that are off and do not state it.");
+  table.Add("wrong_m", &p->wrong_m, kMetre, Range::Any(), "Error of these fixes.");
 }
 
 void DeclareFault(Fault* p, ParameterTable* table) {
@@ -393,12 +435,23 @@ void DeclareFault(Fault* p, ParameterTable* table) {
   table->AddChoice<Device>("device",
                            &p->device,
                            {{"imu", Device::kImu}, {"dvl", Device::kDvl}, {"mbes", Device::kMbes}},
-                           "Of packet_loss.");
-  table->Add("from_s", &p->from_s, kSecond, Range::AtLeast(0.0), "Since the start of the survey.");
-  const Parameter& to = table->Add(
-      "to_s", &p->to_s, kSecond, Range::Above(0.0), "Its end; left out: to the end of the survey.");
+                           "Device whose packets are lost, for packet_loss.");
+  table->Add("from_s",
+             &p->from_s,
+             kSecond,
+             Range::AtLeast(0.0),
+             "Start of the fault since the start of the survey.");
+  const Parameter& to = table->Add("to_s",
+                                   &p->to_s,
+                                   kSecond,
+                                   Range::Above(0.0),
+                                   "End of the fault; left out: the end of the survey.");
   table->AddRule(to, "above from_s", [p] { return p->to_s > p->from_s; });
-  table->Add("rate", &p->rate, kNone, Range::Within(0.0, 1.0), "Of packet_loss.");
+  table->Add("rate",
+             &p->rate,
+             kNone,
+             Range::Within(0.0, 1.0),
+             "Fraction of packets lost, for packet_loss.");
 }
 
 // The class of errors in a file, which sets the defaults of the others.
@@ -421,7 +474,7 @@ SurveyConfig DefaultsOf(const std::string& error_class) {
 
 ParameterTable TableOf(SurveyConfig* config) {
   ParameterTable table;
-  table.Add("seed", &config->seed, kNone, Range::AtLeast(0.0), "Of everything random.");
+  table.Add("seed", &config->seed, kNone, Range::AtLeast(0.0), "Seed of everything random.");
   DeclareTerrain(config, &table);
   DeclarePlan(&config->plan, &table);
   DeclareMotion(&config->motion, &table);
@@ -432,7 +485,7 @@ ParameterTable TableOf(SurveyConfig* config) {
   DeclareMbes(&config->mbes, &table);
   DeclareFixes(&config->fixes, &table);
   table.AddList<Fault>(
-      "faults", &config->faults, DeclareFault, "What goes wrong during a part of the survey.");
+      "faults", &config->faults, DeclareFault, "Faults during a part of the survey.");
   return table;
 }
 

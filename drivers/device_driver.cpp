@@ -10,7 +10,7 @@ namespace seastitch {
 void DeclareDevice(std::string* device,
                    const std::vector<std::string>& names,
                    ParameterTable* table) {
-  table->AddChoice("device", device, names, "What it speaks; each has keys of its own.")
+  table->AddChoice("device", device, names, "Data format of the device. Each has further keys.")
       .DataSheet();
 }
 
@@ -18,21 +18,21 @@ void DeclareDriver(DriverParams* params, ParameterTable* table) {
   table
       ->Add("source",
             &params->source,
-            "Where the bytes come from: can:can0, candump:FILE?speed=1, udp:HOST:PORT (0.0.0.0 "
-            "listens; a cannelloni gateway for CAN; ?interface=eth1 to choose for a group; "
-            "?from=10.0.0.5,10.0.0.6 to name the senders).")
+            "Source of the bytes: can:can0, candump:FILE?speed=1, or udp:HOST:PORT (0.0.0.0 "
+            "listens; a cannelloni gateway for CAN; ?interface=eth1 chooses the interface of "
+            "a multicast group; ?from=10.0.0.5,10.0.0.6 names the senders).")
       .DataSheet()
       .Required();
   table->Add("receive_buffer_bytes",
              &params->receive_buffer_bytes,
              Unit::kByte,
              Range::Within(65'536, 256 * 1024 * 1024),
-             "Of the socket; net.core.rmem_max must allow it.");
+             "Receive buffer of the socket. net.core.rmem_max must allow it.");
   table->Add("timeout_s",
              &params->timeout_s,
              Unit::kSecond,
              Range::Above(0.0).AtMost(3600.0),
-             "Without a measurement for this long HEALTH says lost.");
+             "Time without a measurement after which HEALTH reports the device as lost.");
 }
 
 void CheckSource(const std::string& config_file, const DriverParams& params, SourceKind kind) {
@@ -46,14 +46,15 @@ void CheckSource(const std::string& config_file, const DriverParams& params, Sou
 void DeclareClock(ClockParams* params, bool has_clock, ParameterTable* table) {
   const Parameter& clock =
       table
-          ->AddChoice<DeviceClock>("clock",
-                                   &params->clock,
-                                   {{"device", DeviceClock::kDevice},
-                                    {"model", DeviceClock::kModel},
-                                    {"receive", DeviceClock::kReceive}},
-                                   "Whose time measurements have. device: the device's own, in "
-                                   "UTC; model: its clock, mapped to ours by when bytes arrive; "
-                                   "receive: our receive stamp less latency_s.")
+          ->AddChoice<DeviceClock>(
+              "clock",
+              &params->clock,
+              {{"device", DeviceClock::kDevice},
+               {"model", DeviceClock::kModel},
+               {"receive", DeviceClock::kReceive}},
+              "Clock that stamps the measurements. device: the device's own, in UTC; model: the "
+              "device's counter, mapped to UTC by the arrival of its messages; receive: the "
+              "receive stamp less latency_s.")
           .DataSheet();
   if (!has_clock)
     table->AddRule(clock, "receive: this device sends no time of measurement", [params] {
@@ -63,8 +64,8 @@ void DeclareClock(ClockParams* params, bool has_clock, ParameterTable* table) {
              &params->latency_s,
              Unit::kSecond,
              Range::AtLeast(0.0).Below(10.0),
-             "From the measurement (of a sonar with model: from the last echo) to its arrival; "
-             "with model: the least.");
+             "Delay from the measurement (of a sonar with clock: model from the last echo) to "
+             "its arrival. With clock: model the least such delay.");
 }
 
 std::string DeviceIn(const std::string& path, const std::vector<std::string>& names) {

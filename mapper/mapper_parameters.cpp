@@ -20,9 +20,9 @@ void DeclareFiles(MapperConfig* c, ParameterTable* table) {
              &c->map_resume_within_s,
              Unit::kSecond,
              Range::AtLeast(0.0),
-             "A mapper that is started again goes on with the dive's map where the first sample of "
-             "the inertial unit (or INS) lies within this time after the last checkpoint, by the "
-             "samples' own time; else another begins beside it.");
+             "After a restart the mapper continues the dive's map if the first sample of the "
+             "inertial unit (or INS) is at most this long after the last checkpoint, by the "
+             "samples' own time. Else it begins another map beside it.");
   table->AddRemoved("survey_dir", "submaps go into a folder of each dive: name dives_dir");
 }
 
@@ -32,9 +32,10 @@ void DeclareMounting(MapperConfig* c, ParameterTable* table) {
             &c->mounting.sonar_m,
             Unit::kMetre,
             Range::Within(0.0, 10.0),
-            "How well vehicle.yaml knows where the sonar stands, 1 sigma: 0.3 before a patch test, "
-            "0.1 after one; 0: exactly. Latency x speed and pitch x altitude act alike. The pose "
-            "graph finds these errors where swaths overlap.")
+            "Uncertainty of the sonar's position in vehicle.yaml, 1 sigma: 0.3 before a patch "
+            "test, 0.1 after one, 0 for exact. The pose graph estimates the error where "
+            "swaths overlap, together with that of a latency (times speed) and a pitch angle "
+            "(times altitude).")
       .DataSheet()
       .WasCalled("sonar_mounting_m");
   table
@@ -42,8 +43,8 @@ void DeclareMounting(MapperConfig* c, ParameterTable* table) {
             &c->sonar_mounting_yaw_rad,
             Unit::kDegreeFromRadian,
             Range::AtLeast(0.0).Below(180.0),
-            "How well it knows the sonar's angle about the vertical, 1 sigma. Counts beside the "
-            "Doppler log's.")
+            "Uncertainty of the sonar's angle about the vertical, 1 sigma. It adds to that of "
+            "the Doppler log's angle.")
       .DataSheet()
       .WasCalled("sonar_mounting_deg");
 }
@@ -58,13 +59,14 @@ void DeclareLimits(MapperConfig* c, ParameterTable* table) {
              &c->max_unsaved_mb,
              Unit::kMegabyte,
              Range::Within(0.0, 1e6),
-             "Kept in memory while the disk takes nothing; beyond, the oldest are lost.");
+             "Submaps kept in memory while the disk cannot be written. Beyond this the oldest "
+             "are lost.");
   table
       ->Add("sonar_time_offset_s",
             &c->sonar_time_offset_s,
             Unit::kSecond,
             Range::Within(-1.0, 1.0),
-            "Added to the stamp of every ping. The report of a replay says what to write here.")
+            "Added to the stamp of every ping. The report of a replay estimates the value.")
       .DataSheet();
   table->Add("nav_rate_hz",
              &c->nav_rate_hz,
@@ -75,22 +77,23 @@ void DeclareLimits(MapperConfig* c, ParameterTable* table) {
              &c->max_waiting_pings,
              Unit::kNone,
              Range::Within(1, 10'000),
-             "Pings that wait for navigation, 28 kB each at most: 600 are 10 s of the fastest "
-             "sonar. Beyond, the oldest are dropped and counted.");
+             "Pings that may wait for navigation, 28 kB each at most: 600 are 10 s of the "
+             "fastest sonar. Beyond this the oldest are dropped and counted.");
   table->Add("max_waiting_submaps",
              &c->max_waiting_submaps,
              Unit::kNone,
              Range::Within(1, 1000),
-             "Submaps that wait for registration. Beyond, a submap joins the graph unregistered "
-             "(its pairs come later); beyond four times as many, its points are not stored.");
+             "Submaps that may wait for registration. Beyond this a submap joins the graph "
+             "unregistered, and its pairs are registered later. Beyond four times as many its "
+             "points are not stored.");
 }
 
 void DeclareProfile(MapperConfig* c, ParameterTable* table) {
   ParameterTable& section = table->AddSection(
       "sound_velocity_profile",
-      "Used until a profile comes on SVP (from the sonar or a CTD): the nearest in time is then "
-      "taken. Without either, rays are straight, at the speed that the sonar measures, and HEALTH "
-      "says so.");
+      "Sound-speed profile used until one arrives on SVP, from the sonar or a CTD; from "
+      "then on the nearest in time is used. Without any, rays are straight, at the "
+      "sound speed that the sonar measures, and HEALTH reports it.");
   if (!c->sound_velocity_profile) c->sound_velocity_profile.emplace();
   SoundVelocityProfile* p = &*c->sound_velocity_profile;
   const Parameter& depth = section.Add("depth_m",
@@ -116,74 +119,78 @@ void DeclareSubmap(SubmapParams* p, ParameterTable* table) {
               &p->min_length_m,
               Unit::kMetre,
               Range::AtLeast(0.0),
-              "Length along the track. Shorter submaps overlap too little for a sure closure.");
+              "Shortest submap along the track. Shorter ones overlap too little for a sure "
+              "closure.");
   const Parameter& max_length =
       section.Add("max_length_m",
                   &p->max_length_m,
                   Unit::kMetre,
                   Range::Above(0.0),
-                  "Length along the track. Dead reckoning bends longer submaps.");
+                  "Longest submap along the track. Dead reckoning bends longer ones.");
   section.AddRule(
       max_length, "above min_length_m", [p] { return p->max_length_m > p->min_length_m; });
   section.Add("max_duration_s",
               &p->max_duration_s,
               Unit::kSecond,
               Range::Above(0.0),
-              "The same for a vehicle that hovers.");
+              "Longest submap in time, for a vehicle that hovers.");
   section.Add("max_drift_m",
               &p->max_drift_m,
               Unit::kMetre,
               Range::Above(0.0),
-              "Drift of dead reckoning inside a submap, 1 sigma, beyond min_length_m: reached "
-              "where the Doppler log has no bottom lock.");
+              "Largest drift of dead reckoning inside a submap, 1 sigma, beyond min_length_m. "
+              "It is reached where the Doppler log has no bottom lock.");
   section.Add("max_soundings",
               &p->max_soundings,
               Unit::kNone,
               Range::AtLeast(1000),
-              "Bounds memory whatever the sonar sends.");
+              "Most soundings of a submap. Bounds memory.");
   section.Add("min_points",
               &p->min_points,
               Unit::kNone,
               Range::AtLeast(3),
-              "Points after the filter; fewer are no submap.");
+              "Fewest points of a submap after the filter. With fewer it is dropped.");
   section.Add("expected_overlap",
               &p->expected_overlap,
               Unit::kNone,
               Range::Above(0.0).AtMost(1.0),
-              "A submap closes after min_length_m as soon as a registration of this fraction of "
-              "it, as predicted from slopes and noise, would place it better than dead reckoning "
-              "does, seen from the nearest submap of an earlier line.");
+              "Fraction of a submap that another may overlap. A submap closes after "
+              "min_length_m as soon as the predicted registration of this fraction would locate "
+              "it better than dead reckoning does, seen from the nearest submap of an earlier "
+              "line.");
   section.Add("sounding_sigma_m",
               &p->sounding_sigma_m,
               Unit::kMetre,
               Range::Above(0.0),
-              "Of a sounding, where the sonar states none or less.");
+              "Noise of a sounding, 1 sigma, where the sonar states none or a smaller one.");
   section.Add("turn_deg",
               &p->turn_rad,
               Unit::kDegreeFromRadian,
               Range::Above(0.0).Below(180.0),
-              "The line ends where the heading leaves that of the submap's first ping by this.");
+              "Turn that ends a line: the heading against that of the submap's first ping.");
   section.Add("turn_sustain_m",
               &p->turn_sustain_m,
               Unit::kMetre,
               Range::AtLeast(0.0),
-              "The heading must have left for this length of track: yawing does not last.");
+              "Track length for which the heading must differ by that. Yawing is shorter.");
   section.Add("turn_settle_m",
               &p->turn_settle_m,
               Unit::kMetre,
               Range::Above(0.0),
-              "The next line begins where the heading has been steady for this length.");
-  section.Add("keep_turns", &p->keep_turns, "False: soundings in turns are left out.");
+              "Track length with a steady heading after which the next line begins.");
+  section.Add("keep_turns",
+              &p->keep_turns,
+              "True: turns are mapped too. False: soundings in turns are left out.");
   section.Add("max_gap_s",
               &p->max_gap_s,
               Unit::kSecond,
               Range::Above(0.0),
-              "Without pings for longer, what follows is another piece of seabed.");
+              "Longest pause between two pings of one submap.");
   section.Add("max_gap_m",
               &p->max_gap_m,
               Unit::kMetre,
               Range::Above(0.0),
-              "The same for the way between two pings.");
+              "Longest way between two pings of one submap.");
 }
 
 void DeclareFilter(CloudFilterParams* p, ParameterTable* table) {
@@ -192,12 +199,12 @@ void DeclareFilter(CloudFilterParams* p, ParameterTable* table) {
               &p->min_range_m,
               Unit::kMetre,
               Range::AtLeast(0.0),
-              "Nearer is the sonar's own ringing.");
+              "Nearer soundings are dropped: ringing of the sonar.");
   const Parameter& max_range = section.Add("max_range_m",
                                            &p->max_range_m,
                                            Unit::kMetre,
                                            Range::Above(0.0).AtMost(10'000.0),
-                                           "No bottom is found beyond.");
+                                           "Farther soundings are dropped.");
   section.AddRule(max_range, "above min_range_m", [p] { return p->max_range_m > p->min_range_m; });
   section.Add("voxel_m",
               &p->voxel_m,
@@ -208,34 +215,38 @@ void DeclareFilter(CloudFilterParams* p, ParameterTable* table) {
               &p->min_spike_m,
               Unit::kMetre,
               Range::Above(0.0),
-              "Nearer to the local seabed nothing is an outlier.");
+              "A sounding nearer than this to the local seabed is no outlier.");
   section.Add("spike_sigmas",
               &p->spike_sigmas,
               Unit::kNone,
               Range::Above(0.0),
-              "A spike is further off than this many sigma of the local scatter.");
+              "A sounding farther from the local seabed than this many sigma of the local "
+              "scatter is a spike.");
   section.Add("min_support",
               &p->min_support,
               Unit::kNone,
               Range::AtLeast(1),
-              "With this many other soundings at its height a spike is a feature ...");
+              "A spike is kept as a feature if at least this many other soundings are at its "
+              "height ...");
   section
       .Add("min_support_fraction",
            &p->min_support_fraction,
            Unit::kNone,
            Range::AtLeast(0.0).Below(1.0),
-           "... where they are this fraction of all around, and not all of one ping.")
+           "... and if these are at least this fraction of all soundings around it, from "
+           "more than one ping.")
       .WasCalled("min_support_part");
   section.Add("min_neighbours",
               &p->min_neighbours,
               Unit::kNone,
               Range::AtLeast(0),
-              "With fewer soundings around it, a point hangs in empty space.");
+              "Fewest soundings around a point. With fewer it is isolated, and dropped.");
   section.Add("soundings_per_column",
               &p->soundings_per_column,
               Unit::kNone,
               Range::AtLeast(1.0),
-              "Mean soundings of a column that the local seabed is judged by.");
+              "Mean number of soundings of a column of the grid from which the local seabed is "
+              "estimated.");
 }
 
 void DeclareOverlap(OverlapParams* p, ParameterTable* table) {
@@ -245,22 +256,24 @@ void DeclareOverlap(OverlapParams* p, ParameterTable* table) {
               &p->min_overlap_m2,
               Unit::kSquareMetre,
               Range::Above(0.0),
-              "Expected overlap under the uncertainty between the two.");
+              "Smallest expected overlap of a pair, averaged over the uncertainty of their "
+              "relative pose.");
   section
       .Add("min_overlap_fraction",
            &p->min_overlap_fraction,
            Unit::kNone,
            Range::AtLeast(0.0).Below(1.0),
-           "Of the smaller footprint: neighbours touch without a common sounding.")
+           "The same as a fraction of the smaller footprint. Neighbours on a line touch "
+           "without a common sounding.")
       .WasCalled("min_overlap_part");
   // 200 edges fit into one graph update, one of them dead reckoning's.
   section.Add("max_pairs",
               &p->max_pairs,
               Unit::kNone,
               Range::Within(0, 199),
-              "Registrations a submap, those with the highest predicted information first. What "
-              "lines without a neighbour leave is spent on pairs that a later solution brought "
-              "nearer or knows better.");
+              "Registrations of a submap at most, pairs with the highest predicted information "
+              "first. Unused budget is spent on retries of pairs that a later solution brought "
+              "nearer or made more certain.");
 }
 
 void DeclareSearch(RegistrationParams* p, ParameterTable* section) {
@@ -268,12 +281,12 @@ void DeclareSearch(RegistrationParams* p, ParameterTable* section) {
                &p->min_cell_m,
                Unit::kMetre,
                Range::Above(0.0),
-               "Smallest cell: a sounding's footprint is about 0.02 x its range.");
+               "Smallest cell. The footprint of a sounding is about 0.02 x its range.");
   section->Add("cell_per_spacing",
                &p->cell_per_spacing,
                Unit::kNone,
                Range::Above(0.0),
-               "Finest cell over the mean spacing of points.");
+               "Edge of the finest cell over the mean spacing of points.");
   section->Add("num_levels",
                &p->num_levels,
                Unit::kNone,
@@ -283,22 +296,25 @@ void DeclareSearch(RegistrationParams* p, ParameterTable* section) {
                &p->max_cells,
                Unit::kNone,
                Range::Within(1000, 100'000'000),
-               "Bounds memory: larger clouds are cropped to where their points are.");
+               "Most cells of a grid. Bounds memory: larger clouds are cropped to where most "
+               "points are.");
   section->Add("window_sigma",
                &p->window_sigma,
                Unit::kNone,
                Range::Above(0.0),
-               "Search window in sigma of the prior: 3 holds the truth in 99 % of cases.");
+               "Half-width of the search window in sigma of the prior. 3 contains the truth in "
+               "99 % of cases.");
   section->Add("max_modes",
                &p->max_modes,
                Unit::kNone,
                Range::Within(2, 100),
-               "Modes of the search that are refined.");
+               "Modes (best local maxima of the search) that are refined.");
   section->Add("max_search_cells",
                &p->max_search_cells,
                Unit::kNone,
                Range::AtLeast(1),
-               "Cells x yaw hypotheses of one search; a larger window is searched coarser.");
+               "Most cells x yaw hypotheses of one search. A larger window is searched on "
+               "coarser cells.");
 }
 
 void DeclareErrorModel(RegistrationParams* p, bool* learn_noise, ParameterTable* section) {
@@ -306,17 +322,18 @@ void DeclareErrorModel(RegistrationParams* p, bool* learn_noise, ParameterTable*
                &p->min_sounding_sigma_m,
                Unit::kMetre,
                Range::Above(0.0),
-               "The noise of soundings is estimated from the data, never below this.");
+               "Lower bound of the noise of a sounding, which is estimated from the data.");
   section->Add("learn_noise",
                learn_noise,
-               "How noisy the survey is, its own overlaps say (docs/noise-from-overlaps.md). "
-               "false: it stays as it is told here.");
+               "True: the noise of the survey is estimated from its own overlaps "
+               "(docs/noise-from-overlaps.md). False: it stays as configured here.");
   section
       ->Add("correlated_error_ratio",
             &p->noise.correlated_error_ratio,
             Unit::kNone,
             Range::AtLeast(0.0),
-            "Errors that neighbouring soundings share (roll, sound speed), over the altitude.")
+            "Height error that neighbouring soundings share (roll, sound speed), 1 sigma, "
+            "over the altitude.")
       .WasCalled("shared_error_ratio");
   for (const char* key : {"error_correlation_length_m", "shared_error_length_m"})
     section->AddIgnored(key, "overlaps show no more of that length than that it is long");
@@ -324,7 +341,8 @@ void DeclareErrorModel(RegistrationParams* p, bool* learn_noise, ParameterTable*
                &p->min_position_sigma_m,
                Unit::kMetre,
                Range::AtLeast(0.0),
-               "Position error that stays whatever the relief: gridding, latency, lever arms.");
+               "Position error added to every loop closure, 1 sigma: gridding, latency, lever "
+               "arms.");
 }
 
 void DeclareGates(RegistrationParams* p, ParameterTable* section) {
@@ -332,66 +350,68 @@ void DeclareGates(RegistrationParams* p, ParameterTable* section) {
                &p->min_overlap_m2,
                Unit::kSquareMetre,
                Range::Above(0.0),
-               "Overlap found, not expected.");
+               "Smallest overlap at the registered pose.");
   section->Add("min_patches",
                &p->min_patches,
                Unit::kNone,
                Range::Above(0.0),
-               "Independent patches that must overlap, for statistics to mean anything.");
+               "Fewest independent patches in the overlap. Statistics need some.");
   section
       ->Add("min_evidence_nats",
             &p->min_evidence_nats,
             Unit::kNat,
             Range::Above(0.0),
-            "Log-likelihood ratio of the best place against chance; another place is ambiguous "
-            "with it where it comes this near ...")
+            "Smallest log-likelihood ratio of the best placement against chance. A second "
+            "placement makes the result ambiguous if its ratio comes this near ...")
       .WasCalled("ambiguity_floor");
   section
       ->Add("ambiguity_margin_nats_per_patch",
             &p->ambiguity_margin_nats_per_patch,
             Unit::kNatPerPatch,
             Range::AtLeast(0.0),
-            "... or this near for each independent patch.")
+            "... or this near times the number of independent patches.")
       .WasCalled("ambiguity_per_patch");
   section
       ->Add("max_residual_ratio",
             &p->max_residual_ratio,
             Unit::kNone,
             Range::Above(0.0),
-            "Residual sigma over the noise of soundings.")
+            "Largest residual sigma over the noise of soundings. Above it the fit is poor.")
       .WasCalled("max_misfit");
   section->Add("min_slope_significance",
                &p->min_slope_significance,
                Unit::kNone,
                Range::Above(0.0),
-               "A direction is known where the slopes of both agree by this many sigma.");
+               "A direction counts as known where the slopes of both submaps agree by this many "
+               "sigma.");
   section->Add("max_prior_chi2",
                &p->max_prior_chi2,
                Unit::kNone,
                Range::Above(0.0),
-               "Chi-square of the result against the prior, 3 degrees of freedom: one true result "
-               "in a thousand exceeds 16.3.");
+               "Largest chi-square of the result against the prior, 3 degrees of freedom. One "
+               "true result in a thousand exceeds 16.3.");
 }
 
 void DeclareRegistration(LoopCloserParams* p, ParameterTable* table) {
   ParameterTable& section = table->AddSection(
-      "registration", "Where one submap lies on another. Nothing here is tuned to a seabed.");
+      "registration", "Where one submap lies on another. The values hold for any seabed.");
   section.AddChoice<RegistrationMethod>(
       "method",
       &p->method,
       {{"grid", RegistrationMethod::kGrid}, {"gicp", RegistrationMethod::kGicp}},
-      "gicp is the paper's own in x, y, yaw: a baseline without a search, which takes every seabed "
-      "for a good one.");
+      "grid: search and alignment of height grids. gicp: the paper's own method in x, "
+      "y, yaw, a baseline; it does not search and accepts every seabed.");
   section.Add("gicp_voxel_m",
               &p->gicp.voxel_m,
               Unit::kMetre,
               Range::Above(0.0),
-              "Its points are thinned to one a voxel.");
+              "Edge of the voxels that thin gicp's points.");
   section.Add("z_sigma_m",
               &p->z_sigma_m,
               Unit::kMetre,
               Range::Above(0.0),
-              "Height between two passes, 1 sigma: tide, draft, sound speed.");
+              "Height difference of two passes over the same seabed, 1 sigma: tide, draft, "
+              "sound speed.");
   DeclareSearch(&p->registration, &section);
   DeclareErrorModel(&p->registration, &p->learn_noise, &section);
   DeclareGates(&p->registration, &section);

@@ -8,33 +8,33 @@ ParameterTable TableOf(OptimizerParams* p) {
             &p->inlier_probability,
             Unit::kNone,
             Range::Above(0.5).Below(1.0),
-            "A loop closure or position fix is an inlier within this quantile of chi-square of the "
-            "solution. 0.999 loses one true closure in a thousand.");
+            "Quantile of chi-square within which the residual of a loop closure or position "
+            "fix is an inlier. 0.999 loses one true closure in a thousand.");
   table.Add("graduation_step",
             &p->graduation_step,
             Unit::kNone,
             Range::Within(1.1, 100.0),
-            "How fast the robust loss is sharpened from plain squares to truncated ones, as the "
-            "factor between two solves. Smaller is slower and copes with more wrong closures.");
-  table.Add(
-      "max_iterations",
-      &p->max_iterations,
-      Unit::kNone,
-      Range::AtLeast(1),
-      "Iterations of the minimiser (Ceres) in the last stage. A survey takes 5 to 30; the limit "
-      "keeps a broken graph from holding the process up.");
+            "Factor by which the robust loss is sharpened from one stage to the next, from "
+            "plain squares to truncated ones. A smaller factor is slower and copes with more "
+            "wrong closures.");
+  table.Add("max_iterations",
+            &p->max_iterations,
+            Unit::kNone,
+            Range::AtLeast(1),
+            "Most iterations of the minimiser (Ceres) in the last stage. A survey takes 5 to "
+            "30. The limit bounds the time that a defective graph may cost.");
   table.Add("unlinked_sigma_m",
             &p->unlinked_sigma_m,
             Unit::kMetre,
             Range::Above(0.0),
-            "How far a submap may be from where dead reckoning puts it after its predecessor where "
-            "navigation gives no uncertainty for that step, 1 sigma.");
+            "Sigma of the step from one submap to the next, each axis, where navigation gives "
+            "no uncertainty for it.");
   table.Add("unlinked_sigma_yaw_deg",
             &p->unlinked_sigma_yaw_rad,
             Unit::kDegreeFromRadian,
             Range::Above(0.0),
-            "The same of its heading, and of the first submap's where there are position fixes and "
-            "navigation gives no uncertainty for it.");
+            "The same for the heading; also for that of the first submap where there are "
+            "position fixes and navigation gives no uncertainty for it.");
   return table;
 }
 

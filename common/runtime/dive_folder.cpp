@@ -172,19 +172,19 @@ void NoteStart(const std::string& process, std::int64_t now_utime, DiveRecord* r
 }  // namespace
 
 void DeclareDive(DiveParams* params, ParameterTable* table) {
-  const Parameter& dives_dir = table->Add(
-      "dives_dir",
-      &params->dives_dir,
-      "One folder a dive goes here (docs/operations.md): the same for logger and mapper, "
-      "and on the data disk. Made where the folder above it is there.");
+  const Parameter& dives_dir =
+      table->Add("dives_dir",
+                 &params->dives_dir,
+                 "Folder of the dives, one folder each (docs/operations.md): the same for logger "
+                 "and mapper, and on the data disk. It is made if its parent exists.");
   table->AddRule(
       dives_dir, "the name of a directory", [params] { return !params->dives_dir.empty(); });
   table->Add("dive_resume_within_s",
              &params->resume_within_s,
              Unit::kSecond,
              Range::AtLeast(0.0),
-             "A start within this time of the last sign of life goes on in the same dive; the same "
-             "for logger and mapper. A new one begins later, or after `seastitch dive new`.");
+             "A start within this time of the last activity continues the same dive; the same "
+             "for logger and mapper. Later, or after `seastitch dive new`, a new dive begins.");
 }
 
 void ResolveDivesDir(const std::string& config_file, DiveParams* params) {

@@ -23,7 +23,7 @@ void DeclarePosition(Eigen::Vector3d* position_m, ParameterTable* table) {
              position_m,
              Unit::kMetre,
              Range::Any(),
-             "Forward, right and down of the vehicle's reference point.");
+             "Lever arm: forward, right and down of the vehicle's reference point.");
 }
 
 void DeclareMounting(VehicleFile::Mounting* mounting, ParameterTable* table) {
@@ -32,7 +32,8 @@ void DeclareMounting(VehicleFile::Mounting* mounting, ParameterTable* table) {
              &mounting->roll_pitch_yaw_deg,
              Unit::kDegree,
              Range::Any(),
-             "Turn the vehicle's axes into the sensor's: yaw, then pitch, then roll.");
+             "Mounting angles: they turn the vehicle's axes into the sensor's, yaw first, then "
+             "pitch, then roll.");
 }
 
 void DeclareHead(VehicleFile::Head* head, ParameterTable* table) {
@@ -66,17 +67,18 @@ ParameterTable TableOf(VehicleFile* file) {
   DeclareMounting(&file->imu, &table.AddSection("imu", "Inertial unit."));
   DeclareMounting(&file->dvl, &table.AddSection("dvl", "Doppler log."));
   DeclareMounting(&file->mbes, &table.AddSection("mbes", "Sonar."));
-  DeclareMounting(
-      &file->mbes_transmitter,
-      &table.AddSection("mbes_transmitter",
-                        "Transmit array in the sonar's own axes, where the two arrays "
-                        "sit apart, turned against each other or (yaw 180) backwards."));
+  DeclareMounting(&file->mbes_transmitter,
+                  &table.AddSection(
+                      "mbes_transmitter",
+                      "Transmit array in the sonar's own axes, for a sonar whose arrays are apart, "
+                      "turned against each other or (yaw 180) backwards."));
   DeclareMounting(&file->mbes_receiver,
                   &table.AddSection("mbes_receiver", "Receive array in the sonar's own axes."));
-  table.AddList<VehicleFile::Head>("mbes_more_heads",
-                                   &file->more_heads,
-                                   DeclareHead,
-                                   "Heads after the first of a sonar with several, in order.");
+  table.AddList<VehicleFile::Head>(
+      "mbes_more_heads",
+      &file->more_heads,
+      DeclareHead,
+      "Further heads of a sonar with several, in order after the first.");
   DeclarePosition(&file->depth_position_m, &table.AddSection("depth", "Pressure sensor."));
   return table;
 }

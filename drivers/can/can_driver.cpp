@@ -96,8 +96,8 @@ void DeclareSignals(const std::vector<std::string>& field_keys,
       .Required();
   ParameterTable& signals = table->AddSection(
       "signals",
-      "Each field from MESSAGE.SIGNAL, or MESSAGE.SIGNAL * FACTOR [+ OFFSET] to turn an axis or a "
-      "unit. docs/drivers.md has the fields.");
+      "Source of each field: MESSAGE.SIGNAL, or MESSAGE.SIGNAL * FACTOR [+ OFFSET] to "
+      "turn an axis or a unit. Fields: docs/drivers.md.");
   file->texts.resize(field_keys.size());
   for (std::size_t i = 0; i < field_keys.size(); ++i)
     signals.Add(field_keys[i], &file->texts[i], "");

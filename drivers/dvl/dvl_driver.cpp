@@ -12,8 +12,8 @@ void DeclareSignalDevice(DvlDriverConfig* config, ParameterTable* table) {
              &config->can.max_ensemble_s,
              Unit::kSecond,
              Range::Above(0.0).AtMost(1.0),
-             "Between the first and the last frame of one ensemble; more behind a gateway that "
-             "buffers; not above half the ping period.");
+             "Longest time between the first and the last frame of one ensemble: more behind a "
+             "gateway that buffers, at most half the ping period.");
   DeclareSignals(kDvlFieldKeys, &config->signals, table);
 }
 
@@ -26,12 +26,13 @@ void DeclareNmea2000(DvlDriverConfig* config, ParameterTable* table) {
              &p->sigma_z_mps,
              Unit::kMetrePerSecond,
              Range::Above(0.0).AtMost(100.0),
-             "Of the vertical velocity, which is not sent and given as 0.");
+             "Sigma of the vertical velocity, which the log does not send and which is taken "
+             "as 0.");
   table->Add("max_depth_age_s",
              &p->max_depth_age_s,
              Unit::kSecond,
              Range::Within(0.0, 10.0),
-             "An older depth below the log is not given as altitude.");
+             "Greatest age of a depth below the log that is still given as altitude.");
 }
 
 struct Device {
@@ -71,7 +72,7 @@ void DeclareVelocitySigma(double* sigma_mps, ParameterTable* table) {
             sigma_mps,
             Unit::kMetrePerSecond,
             Range::Above(0.0).AtMost(1.0),
-            "Of each horizontal component of the velocity, 1 sigma: the log does not send it.")
+            "Sigma of each horizontal component of the velocity, which the log does not send.")
       .DataSheet();
 }
 

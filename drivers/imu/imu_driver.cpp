@@ -13,7 +13,7 @@ void DeclareAttitudeSigma(Eigen::Vector3d* sigma_rad, Range range, ParameterTabl
             sigma_rad,
             Unit::kDegreeFromRadian,
             range,
-            "Of roll, pitch and yaw, 1 sigma, where the unit gives none.")
+            "Error of roll, pitch and yaw, 1 sigma, where the unit gives none.")
       .DataSheet();
 }
 
@@ -22,8 +22,8 @@ void DeclareEpoch(double* max_epoch_s, ParameterTable* table) {
              max_epoch_s,
              Unit::kSecond,
              Range::Above(0.0).AtMost(1.0),
-             "Between the first and the last frame of one measurement: 1 ms at 1 Mbit/s; more "
-             "behind a gateway that buffers; not above half the period.");
+             "Longest time between the first and the last frame of one measurement: 1 ms at 1 "
+             "Mbit/s, more behind a gateway that buffers, at most half the period.");
 }
 
 void DeclareSignalDevice(ImuDriverConfig* config, ParameterTable* table) {

@@ -20,21 +20,27 @@ ParameterTable TableOf(MbesDriverConfig* config) {
            &config->decoder.codec.head_roll_rad,
            Unit::kDegreeFromRadian,
            Range::Within(-90.0, 90.0),
-           "Of each receiver in the sonar's frame, positive: it looks to port.")
+           "Roll of each receiver in the sonar's frame, one a head; positive: it looks to "
+           "port.")
       .DataSheet();
   PartCollectorParams* parts = &config->decoder.codec.parts;
-  ParameterTable& section = table.AddSection("parts", "Large datagrams come in parts.");
-  section.Add("max_parts", &parts->max_parts, Unit::kNone, Range::Within(1, 64), "Of a datagram.");
+  ParameterTable& section =
+      table.AddSection("parts", "Assembly of large datagrams, which come in parts.");
+  section.Add("max_parts",
+              &parts->max_parts,
+              Unit::kNone,
+              Range::Within(1, 64),
+              "Most parts of a datagram.");
   section.Add("max_open",
               &parts->max_open,
               Unit::kNone,
               Range::Within(1, 16),
-              "Datagrams that are being put together.");
+              "Datagrams that may be incomplete at a time.");
   section.Add("max_age_s",
               &parts->max_age_s,
               Unit::kSecond,
               Range::Above(0.0).AtMost(60.0),
-              "A datagram that is not complete by then is lost.");
+              "Time after which an incomplete datagram is dropped.");
   return table;
 }
 
