@@ -13,16 +13,16 @@ namespace seastitch {
 struct DiveInMap {
   std::string name;
   std::size_t submaps = 0;
-  // Believed loop closures (kBelievedWeight) with other dives, by their place in Survey::dives.
+  // Accepted loop closures (kBelievedWeight) with other dives, by their index in Survey::dives.
   std::map<std::size_t, int> closures;
-  std::size_t group = 0;  // dives that closures join have one; the lowest of their places
+  std::size_t group = 0;  // of dives joined by closures: the lowest of their indices
 };
 
 // In the order of survey.dives; empty where there are none.
 std::vector<DiveInMap> DivesInMap(const Survey& survey);
 
-// Which dives are joined, by how many closures, and which stand apart: one sentence each. Empty for
-// less than two.
+// One sentence for each dive: joined to which others, by how many closures, or joined to none.
+// Empty for less than two dives.
 std::vector<std::string> SentencesOf(const std::vector<DiveInMap>& dives);
 
 }  // namespace seastitch

@@ -29,11 +29,11 @@ struct MapPoint {
   double soundings = 1.0;                           // behind this point
 };
 
-// Reads the submap's file, if it has points; the cloud sheared by what is wrong with the mounting.
+// Cloud of a submap from its file, sheared by the errors of mounting; empty where it has no points.
 // Throws std::runtime_error naming the file.
 PointCloud LoadCloud(const SurveySubmap& submap, const MountingErrors& mounting);
 
-// The same of submap i, its points placed.
+// Points of submap i in the map.
 std::vector<MapPoint> LoadMapPoints(const std::vector<SurveySubmap>& submaps,
                                     const SurveyPoses& poses,
                                     std::size_t i,

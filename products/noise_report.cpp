@@ -82,7 +82,7 @@ void AddTiming(const SonarTimingEstimate& timing, std::vector<std::string>* find
       (offset->add_s > 0.0 ? "early" : "late") + " for the " + (by_roll ? "roll" : "pitch") +
       Format(" (1 sigma %.1f ms): ", 1000.0 * offset->sigma_s);
   if (timing.placed_by_source)
-    text += "mend it where the soundings were placed.";
+    text += "correct them where the soundings were placed.";
   else
     text += Format("set sonar_time_offset_s to %.3f.", timing.told_s + offset->add_s);
   findings->push_back(text);

@@ -5,7 +5,7 @@
 
 #include "common/core/survey_noise.hpp"
 
-// What the survey says of its own noise, in rows and sentences for the report.
+// The survey's estimated noise as rows and sentences for the report.
 namespace seastitch {
 
 struct NoiseRow {
@@ -18,10 +18,10 @@ struct NoiseRow {
   double sigma;
 };
 
-// One row a variance component, as 1 sigma. Nothing where no closure bears on them.
+// One row for each variance component, as 1 sigma. Empty without a closure.
 std::vector<NoiseRow> NoiseRows(const SurveyNoise& noise);
 
-// What is clearly not as configured, a sentence each; empty: everything is.
+// Clear differences from the configuration, a sentence each; empty: none.
 std::vector<std::string> NoiseFindings(const SurveyNoise& noise);
 
 }  // namespace seastitch

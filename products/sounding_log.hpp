@@ -10,8 +10,8 @@
 
 namespace seastitch {
 
-// The soundings of a survey on disk, some 20 bytes each, until the submaps have their final places.
-// The file is this log's own and goes with it.
+// Temporary file of the soundings of a survey, some 20 bytes each, until the submaps have their
+// final poses. Deleted with this object.
 class SoundingLog {
  public:
   // Throws std::runtime_error naming the file that cannot be made.
@@ -20,11 +20,11 @@ class SoundingLog {
   SoundingLog(const SoundingLog&) = delete;
   SoundingLog& operator=(const SoundingLog&) = delete;
 
-  // inputs: of each ping, its place in Survey::inputs. Throws std::runtime_error where the disk is
-  // full.
+  // inputs: index of each ping's file in Survey::inputs. Throws std::runtime_error where the disk
+  // is full.
   void Add(const SubmapSoundings& submap, const std::vector<std::uint16_t>& inputs);
 
-  // In the order in which they came, one submap in memory at a time. Throws as Add().
+  // Calls take for every submap in the order of Add(), one in memory at a time. Throws as Add().
   void ForEach(const std::function<void(const SubmapSoundings&,
                                         const std::vector<std::uint16_t>& inputs)>& take);
 

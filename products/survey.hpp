@@ -17,7 +17,7 @@
 
 namespace seastitch {
 
-// What stays in memory of a submap; its points lie in cloud_file.
+// A submap without its points, which are in cloud_file.
 struct SurveySubmap {
   SubmapId id;
   std::int32_t chain = 0;  // the dive, by its place in Survey::dives
@@ -34,7 +34,7 @@ struct SurveySubmap {
   std::filesystem::path cloud_file;  // empty where the submap has no point
 };
 
-// Dead-reckoned vehicle state, without what no product shows.
+// Dead-reckoned vehicle state at one time, map frame.
 struct TrackState {
   Time time;
   Eigen::Vector3d p_map = Eigen::Vector3d::Zero();
@@ -43,15 +43,15 @@ struct TrackState {
   std::int32_t chain = 0;
 };
 
-// What the vehicle was told of its place at an instant, at that instant: NAV carried on to it, and
-// NAV_CORRECTED.
-struct SaidState {
+// Poses that the mapper published live for one instant: NAV, carried on to it by the newest
+// samples, and NAV_CORRECTED.
+struct PublishedState {
   Time time;
   Pose2 nav;
   Pose2 corrected;
 };
 
-// A file of the input, by the times of its pings.
+// One input file, with the times of its first and last ping.
 struct SurveyInput {
   std::string name;
   Time first;
@@ -63,37 +63,37 @@ struct Survey {
   std::vector<SurveySubmap> submaps;  // by rising id, and so by chain
   // By chain, then by rising time; empty for imported submaps.
   std::vector<TrackState> track;
-  std::vector<SaidState> said;      // by rising time; empty where there was no NAV_CORRECTED
-  std::vector<GraphEdge> edges;     // in the order of the graph's versions
-  PoseGraph solution;               // the newest; without vertices where nothing was solved
-  std::vector<std::string> dives;   // names, where there are several
-  std::vector<SurveyInput> inputs;  // in the order in which they were given
-  std::map<std::string, std::uint64_t> counters;  // what was refused while collecting, by reason
+  std::vector<PublishedState> published;  // by rising time; empty where there was no NAV_CORRECTED
+  std::vector<GraphEdge> edges;           // in the order of the graph's versions
+  PoseGraph solution;                     // the newest; without vertices where nothing was solved
+  std::vector<std::string> dives;         // names, where there are several
+  std::vector<SurveyInput> inputs;        // in the order in which they were given
+  std::map<std::string, std::uint64_t> counters;  // input refused while collecting, by reason
 
-  // Name of the input with pings then, the shortest of several; empty where there is none.
+  // Name of the input that has pings at that time, the shortest of several; empty: none has.
   std::string InputAt(Time time) const;
 };
 
-// Where the soundings of all submaps lie.
+// Frames of all submaps in the map: where their soundings are.
 struct SurveyPoses {
   std::vector<Pose2> T_map_level;  // in the order of survey.submaps
-  MountingErrors mounting{};       // by which they are sheared, and away from the vehicle
+  MountingErrors mounting{};       // shear the clouds, and shift them from the vehicle
 };
 
 SurveyPoses DeadReckonedPoses(const Survey& survey);
 
-// The same as the graph solved them. A submap that the solution does not hold (yet) follows its
-// predecessor as dead reckoning says; without a predecessor it stays dead reckoned.
+// Frames of the graph's solution. A submap that is not in it follows its predecessor by dead
+// reckoning; without a predecessor it stays dead reckoned.
 SurveyPoses SolvedPoses(const Survey& survey);
 
-// Standard deviations of x, y [m], yaw [rad] in map axes from the solution, where it has them: of
-// where soundings lie, in which the uncertain place of the sonar is.
+// Standard deviations of x, y [m], yaw [rad] of the solved frames, map axes; absent where the
+// solution has none. The uncertainty of the sonar's mounting is included.
 std::vector<std::optional<Eigen::Vector3d>> SolvedSigmas(const Survey& survey);
 
 // A loop closure as the report and the layers show it.
 struct LoopRow {
   const GraphEdge* edge;
-  double weight;  // of the robust solve; NaN where the edge was not part of it
+  double weight;  // inlier weight, 0 to 1; NaN where the edge was not in the solution
 };
 std::vector<LoopRow> LoopRows(const Survey& survey);
 

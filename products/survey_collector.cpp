@@ -129,14 +129,15 @@ void SurveyCollector::Add(const CorrectedNavState& corrected) {
     ++counters_["nav_corrected_not_finite"];
     return;
   }
-  if (!said_.empty()) {
-    if (corrected.state.time <= said_.back().time) {
+  if (!published_.empty()) {
+    if (corrected.state.time <= published_.back().time) {
       ++counters_["nav_corrected_out_of_order"];
       return;
     }
-    if (ToSeconds(corrected.state.time - said_.back().time) < options_.track_interval_s) return;
+    if (ToSeconds(corrected.state.time - published_.back().time) < options_.track_interval_s)
+      return;
   }
-  said_.push_back({corrected.state.time, nav, pose});
+  published_.push_back({corrected.state.time, nav, pose});
 }
 
 void SurveyCollector::Add(const GraphUpdate& update) {
@@ -162,7 +163,7 @@ Survey SurveyCollector::Finish() const {
   }
   survey.dives = dives_;
   survey.track = track_;
-  survey.said = said_;
+  survey.published = published_;
   // A pair that was registered again counts with its last verdict.
   std::map<std::pair<SubmapId, SubmapId>, std::size_t> place_of_closure;
   for (const auto& [version, edges] : edges_by_version_) {

@@ -14,20 +14,21 @@
 namespace seastitch {
 
 struct SurveyCollectorOptions {
-  // NAV at 50 Hz says nothing that 10 Hz does not: a state is kept this long after the one before.
+  // Least time between two states of the track that are kept. NAV at 50 Hz has no more information
+  // than at 10 Hz.
   double track_interval_s = 0.05;
   std::string Validate() const;
 };
 
-// Gathers what the mapper and the optimizer publish. Points go to DIR/submaps/submap_ID.pcd as they
-// come; memory holds some 100 bytes a submap corner and 56 bytes a track state. What cannot be used
-// (repeated, not finite, out of order) is counted in Survey::counters and left out.
+// Collects the output of mapper and optimizer into a Survey. Points go to DIR/submaps/submap_ID.pcd
+// as they come; memory holds some 100 bytes a submap corner and 56 bytes a track state. Unusable
+// input (repeated, not finite, out of order) is counted in Survey::counters and left out.
 class SurveyCollector {
  public:
   // Creates DIR/submaps. Throws std::runtime_error naming the folder.
   explicit SurveyCollector(std::filesystem::path dir, SurveyCollectorOptions options = {});
 
-  // What is added from now on is of the next of several dives.
+  // Begins the next of several dives: everything added from now on belongs to it.
   void BeginDive(const std::string& name);
   void Add(const Submap& submap);  // throws std::runtime_error where the file cannot be written
   void Add(const NavState& state);
@@ -44,7 +45,7 @@ class SurveyCollector {
   SurveyCollectorOptions options_;
   std::map<SubmapId, SurveySubmap> submaps_;
   std::vector<TrackState> track_;
-  std::vector<SaidState> said_;
+  std::vector<PublishedState> published_;
   std::vector<std::string> dives_;
   std::map<SubmapId, std::int32_t> chains_;
   std::map<std::int64_t, std::vector<GraphEdge>> edges_by_version_;

@@ -16,8 +16,8 @@ std::vector<PictureLine> TrackLines(const std::vector<CorrectedState>& track,
                                     bool corrected,
                                     MapAxes axes);
 
-// One line an accepted loop closure, between the frames of its submaps; fainter where the robust
-// solve believed it less.
+// One line for each accepted loop closure, between the frames of its submaps; fainter for a smaller
+// inlier weight.
 std::vector<PictureLine> LoopLines(const Survey& survey,
                                    const std::vector<Pose2>& T_map_level,
                                    MapAxes axes);

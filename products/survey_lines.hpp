@@ -20,9 +20,9 @@ std::vector<SurveyLine> LinesOf(const Survey& survey);
 // As one field of a CSV: in quotes where it needs them.
 std::string CsvText(const std::string& text);
 
-// lines.csv, one line a survey line: when, where from, how long, and by how much the graph moved
-// it: the mean over its submaps, north and east, along and to starboard [m], and clockwise
-// [degrees], with one sigma of where it is (that of its submaps, whose errors go together). Empty
+// lines.csv, one row for each survey line: input, times, length, and its correction by the graph:
+// the mean over its submaps, north and east, along and to starboard [m], and clockwise [degrees],
+// with the sigma of its position (of one submap, since their errors are common). Empty
 // fields: not known.
 std::string LinesCsv(const Survey& survey,
                      const SurveyPoses& dead_reckoned,

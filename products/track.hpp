@@ -25,12 +25,11 @@ class TrackCorrection {
                   const SurveyPoses& poses,
                   const std::vector<std::optional<Eigen::Vector3d>>& sigmas);
 
-  // The corrected level pose of what dead reckoning of that chain placed at T_map_level at that
-  // time.
+  // Corrected level pose of T_map_level, which dead reckoning of that chain gave for that time.
   Pose2 operator()(Time time, const Pose2& T_map_level, std::int32_t chain = 0) const;
 
-  // Standard deviations of x, y [m], yaw [rad], blended the same way between the solved frames; the
-  // growth of dead reckoning between two frames is not in it.
+  // Standard deviations of x, y [m], yaw [rad], blended likewise between the solved frames. The
+  // growth of dead reckoning between two frames is not included.
   std::optional<Eigen::Vector3d> Sigma(Time time, std::int32_t chain = 0) const;
 
  private:
@@ -61,12 +60,12 @@ struct CorrectedState {
   std::int32_t chain = 0;
 };
 
-// Every state of the track; for a survey without one (imported submaps) the submap frames. Without
-// submaps the sigmas are those that NAV states.
+// Every state of the track, corrected; for a survey without a track (imported submaps) the submap
+// frames. Without submaps the sigmas are those of NAV.
 std::vector<CorrectedState> CorrectTrack(const Survey& survey, const TrackCorrection& correction);
 
-// Horizontal length of the dead-reckoned track [m], and how long it took [s], without what lies
-// between two chains.
+// Horizontal length [m] and duration [s] of the dead-reckoned track, without the gaps between
+// chains.
 double TrackLength(const std::vector<CorrectedState>& track);
 double TrackDuration(const std::vector<CorrectedState>& track);
 

@@ -164,10 +164,10 @@ std::optional<TruthComparison> CompareWithTruth(const std::vector<CorrectedState
   return Compare(Match(track, truth));
 }
 
-std::optional<TruthComparison> CompareSaidWithTruth(const std::vector<SaidState>& said,
-                                                    const std::vector<TruthState>& truth) {
+std::optional<TruthComparison> ComparePublishedWithTruth(
+    const std::vector<PublishedState>& published, const std::vector<TruthState>& truth) {
   std::vector<Matched> matched;
-  for (const SaidState& s : said)
+  for (const PublishedState& s : published)
     if (const std::optional<Pose2> there = TruthAt(truth, s.time))
       matched.push_back({*there, s.nav, s.corrected});
   return Compare(matched);

@@ -28,27 +28,25 @@ struct TrackError {
   double position_max_m = 0.0;
   double position_end_m = 0.0;  // at the last state compared
   double yaw_rms_deg = 0.0;
-  double yaw_mean_deg = 0.0;  // positive clockwise: which way all of it is turned
+  double yaw_mean_deg = 0.0;  // positive: the track is turned clockwise
   std::uint64_t states = 0;
 };
 
 struct TruthComparison {
   TrackError before;  // dead reckoning
   TrackError after;   // the track that was delivered
-  // The same after the rigid motion in x, y and yaw that lays the track best on the truth: the
-  // shape of the map alone, whatever the start was off by (absolute trajectory error of Sturm et
-  // al. 2012).
+  // Errors of the shape alone: what remains after the rigid motion in x, y and yaw that fits the
+  // track best to the truth (absolute trajectory error of Sturm et al. 2012).
   TrackError before_aligned;
   TrackError after_aligned;
 };
 
-// How far loop closures are from the truth: squared errors over what their information says of
-// them.
+// Errors of loop closures against the truth: squared errors over their stated covariance.
 struct ClosureErrors {
   std::uint64_t closures = 0;
-  std::uint64_t degrees_of_freedom = 0;  // directions that they know, together
-  double chi2 = 0.0;                     // honest ones: about as many
-  double worst_chi2 = 0.0;  // of one; beyond 16 goes one honest one of three directions in 1000
+  std::uint64_t degrees_of_freedom = 0;  // sum of the ranks of their information
+  double chi2 = 0.0;                     // about degrees_of_freedom where they are honest
+  double worst_chi2 = 0.0;  // of one closure; one honest one of rank 3 in 1000 exceeds 16
 };
 
 // Compares at every state of the track that lies between two truth states at most 1 s apart. Empty
@@ -56,12 +54,12 @@ struct ClosureErrors {
 std::optional<TruthComparison> CompareWithTruth(const std::vector<CorrectedState>& track,
                                                 const std::vector<TruthState>& truth);
 
-// The same of what the vehicle was told at each instant: before is NAV, carried on to the instant,
-// after is NAV_CORRECTED.
-std::optional<TruthComparison> CompareSaidWithTruth(const std::vector<SaidState>& said,
-                                                    const std::vector<TruthState>& truth);
+// Errors of the poses that were published live: before is NAV, carried on to the instant, after is
+// NAV_CORRECTED.
+std::optional<TruthComparison> ComparePublishedWithTruth(
+    const std::vector<PublishedState>& published, const std::vector<TruthState>& truth);
 
-// Of what the solution believes. Empty where no closure has the truth at both of its frames.
+// Of the closures that the solution accepts. Empty where no closure has the truth at both frames.
 std::optional<ClosureErrors> CompareClosuresWithTruth(const Survey& survey,
                                                       const std::vector<TruthState>& truth);
 

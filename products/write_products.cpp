@@ -361,7 +361,7 @@ class ProductWriter {
     summary_.duration_s = TrackDuration(track_);
     if (!options_.truth.empty()) {
       summary_.truth = CompareWithTruth(track_, options_.truth);
-      summary_.said = CompareSaidWithTruth(survey_.said, options_.truth);
+      summary_.published = ComparePublishedWithTruth(survey_.published, options_.truth);
       summary_.closures_against_truth = CompareClosuresWithTruth(survey_, options_.truth);
     }
   }

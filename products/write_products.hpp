@@ -19,7 +19,7 @@
 
 namespace seastitch {
 
-// What the run cost. Measured by the caller: never the same twice.
+// Cost of the run, measured by the caller. Differs from run to run.
 struct RunFigures {
   double wall_s = 0.0;
   double cpu_s = 0.0;
@@ -34,8 +34,8 @@ struct ProductOptions {
   std::optional<Datum> datum;            // only with North-East-Down: imported submaps have none
   std::size_t max_cells = 16'000'000;    // about 0.7 GB at the peak; a default cell grows to fit
   std::size_t cache_points = 4'000'000;  // 100 MB: a few survey lines, so that each is read once
-  // Two maps whose errors differ by less than this share count as equally consistent: the same
-  // points falling into other cells move the figures of a small survey by about as much.
+  // Two maps count as equally consistent where their errors differ by less than this fraction:
+  // points that fall into other cells change the figures of a small survey by about as much.
   double harm_tolerance = 0.05;
   SurveyNoise noise;                 // for the report
   std::vector<TruthState> truth;     // empty: not known
@@ -43,14 +43,13 @@ struct ProductOptions {
   SoundingFormat sounding_format = SoundingFormat::kLas;
   std::map<std::string, std::uint64_t> seeds;  // for the report
   std::string configuration;                   // where it comes from, for the report
-  // What the input had that is not in the map, by reason: refused, late, doubled. For the report.
+  // Input that is not in the map, by reason: refused, late, doubled. For the report.
   std::map<std::string, std::int64_t> refused;
-  // What the mapper counted of refused, gated and late samples, and of its own work. For the
-  // report.
+  // The mapper's counters: refused, gated and late samples, and its own work. For the report.
   std::map<std::string, std::int64_t> mapper_counters;
-  // The faults that hold at the end, such as a suspected time offset, by HEALTH. For the report.
+  // Conditions of HEALTH at the end, such as a suspected time offset. For the report.
   std::vector<std::string> conditions;
-  // Why the map is of a part of the input alone, as a sentence; empty: it is of all.
+  // Why the map covers a part of the input only, as a sentence; empty: it covers all.
   std::string partial;
   std::function<RunFigures()> run_figures;  // asked last, so that it covers the products too
   std::function<void(const std::string&)> progress;  // one line a step
@@ -69,7 +68,7 @@ const char* ToString(Outcome outcome);
 struct ProductSummary {
   Outcome outcome = Outcome::kNothingToCorrect;
   std::string statement;  // why, in one or two sentences
-  bool partial = false;   // the map is of a part of the input alone
+  bool partial = false;   // the map covers a part of the input only
 
   std::size_t submaps = 0;
   std::uint64_t soundings_read = 0;
@@ -99,15 +98,15 @@ struct ProductSummary {
 
   double distance_m = 0.0;  // along the dead-reckoned track
   double duration_s = 0.0;
-  // What the graph moved, whether or not it was used.
+  // Correction of the submaps by the graph, whether or not it was used.
   double correction_max_m = 0.0;
   double correction_end_m = 0.0;
   double correction_max_yaw_deg = 0.0;
   std::optional<TruthComparison> truth;
-  std::optional<TruthComparison> said;  // NAV and NAV_CORRECTED at the time when they were said
+  std::optional<TruthComparison> published;  // NAV and NAV_CORRECTED as published live
   std::optional<ClosureErrors> closures_against_truth;
   SurveyNoise noise;                        // as ProductOptions::noise
-  std::vector<std::string> noise_findings;  // what of it is not as configured, a sentence each
+  std::vector<std::string> noise_findings;  // clear differences from the configuration, sentences
   std::vector<DiveInMap> dives;             // where there are several
 };
 
@@ -121,7 +120,7 @@ struct ProductSummary {
 // Do no harm: where the solved map is less consistent than dead reckoning (by either measure: its
 // RMS and its 95 % quantile by more than harm_tolerance, or its RMS by half) over the cells that
 // both see, as often, or no longer overlaps where dead reckoning does, everything is delivered as
-// dead reckoned and `outcome` says so.
+// dead reckoned and `outcome` is kWithheld.
 //
 // Throws std::runtime_error with one line: no submap, no point, a file that cannot be read or
 // written, unusable options.
@@ -129,9 +128,9 @@ ProductSummary WriteProducts(const Survey& survey,
                              const ProductOptions& options,
                              const std::filesystem::path& dir);
 
-// Of a dive that sounded nothing: track.csv, survey.gpkg with the track, the exports of navigation,
-// report.json and report.html. Throws std::runtime_error with one line: no track, a file that
-// cannot be written, unusable options.
+// Products of a dive without soundings: track.csv, survey.gpkg with the track, the exports of
+// navigation, report.json and report.html. Throws std::runtime_error with one line: no track, a
+// file that cannot be written, unusable options.
 ProductSummary WriteTrackProducts(const Survey& survey,
                                   const ProductOptions& options,
                                   const std::filesystem::path& dir);

@@ -77,10 +77,10 @@ void PrintTable(const ProductSummary& live, const ProductSummary& replay) {
              b.before.yaw_rms_deg,
              b.after.yaw_rms_deg);
   }
-  if (live.said && replay.said) {
-    const TruthComparison& a = *live.said;
-    const TruthComparison& b = *replay.said;
-    std::printf("  as said at the time: NAV, NAV_CORRECTED\n");
+  if (live.published && replay.published) {
+    const TruthComparison& a = *live.published;
+    const TruthComparison& b = *replay.published;
+    std::printf("  as published live: NAV, NAV_CORRECTED\n");
     PrintRow("position error RMS",
              "m",
              a.before.position_rms_m,

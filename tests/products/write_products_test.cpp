@@ -126,7 +126,7 @@ TEST(WriteProducts, CorrectsTheMapAndSaysByHowMuch) {
   const std::string html = Slurp(folder / "report.html");
   EXPECT_THAT(html, HasSubstr("A &lt;test&gt; survey"));
   EXPECT_THAT(html, HasSubstr("The map is corrected by 2 loop closures"));
-  EXPECT_THAT(html, HasSubstr("of the 2 closures believed"));
+  EXPECT_THAT(html, HasSubstr("of the 2 accepted closures"));
 }
 
 TEST(WriteProducts, NamesThePositionFixesThatCorrected) {

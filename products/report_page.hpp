@@ -1,0 +1,68 @@
+#pragma once
+
+namespace seastitch {
+
+// report.html as a template of FillTemplate(). Values whose names begin with `has_` are conditions.
+constexpr const char* kReportPage = R"(<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8"><title>{{title}}</title><style>
+body{font:15px/1.5 "DejaVu Sans",system-ui,sans-serif;color:#21262d;max-width:1240px;margin:2em auto;padding:0 1em}
+h1{font-size:1.6em;margin-bottom:.2em}h2{font-size:1.15em;margin-top:2em}
+table{border-collapse:collapse;margin:1em 0}th,td{padding:.25em .9em;border-bottom:1px solid #dfe3e8;text-align:left}
+th{background:#f3f5f7}td{font-variant-numeric:tabular-nums}
+.banner{padding:.8em 1em;border-left:5px solid;background:#f3f5f7;margin:1em 0}
+.good{border-color:#2f9e62}.plain{border-color:#7a8794}.bad{border-color:#c8453c}
+.pair{display:grid;grid-template-columns:repeat(auto-fit,minmax(440px,1fr));gap:1em}
+figure{margin:0}img{width:100%;border:1px solid #dfe3e8}figcaption{font-size:.9em;color:#57606a}
+.small{font-size:.9em;color:#57606a}
+</style></head><body>
+<h1>{{title}}</h1>
+<div class="banner {{banner}}">{{statement}}</div>
+{{before_after}}{{survey}}{{#has_map}}<h2>Depth</h2>
+<div class="pair">
+<figure><a href="depth_dead_reckoned.png"><img src="depth_dead_reckoned.png" alt="Dead reckoned"></a><figcaption>Dead reckoned</figcaption></figure>
+<figure><a href="depth.png"><img src="depth.png" alt="Delivered map"></a><figcaption>Delivered map</figcaption></figure>
+</div>
+<h2>Consistency</h2>
+<div class="pair">
+<figure><a href="consistency_dead_reckoned.png"><img src="consistency_dead_reckoned.png" alt="Dead reckoned"></a><figcaption>Dead reckoned</figcaption></figure>
+<figure><a href="consistency.png"><img src="consistency.png" alt="Delivered map"></a><figcaption>Delivered map</figcaption></figure>
+</div>
+<p class="small">Both measures have one value for every cell that two or more submaps see, the largest over pairs of
+submaps. The consistency error is the distance from the points of one submap to those of the other (Roman and Singh,
+2006). The surface error, which the pictures show, is the distance to the other's surface; it does not depend on the
+spacing of points. Before and after are compared over the cells that both maps see twice, and the colours of both
+pictures mean the same error.{{#has_truth}} Errors against the truth are horizontal, along the delivered track. Those of
+the shape alone remain after the rigid motion that fits the track best to the truth.{{/has_truth}} Loop closures make a
+map agree with itself. They do not by themselves make its absolute position more accurate.</p>
+{{#mounting}}<h2>Mounting</h2>
+<p class="small">Errors of mounting that all submaps share. The graph estimates them together with the submaps' poses;
+this map is free of them. Where a value is many sigma from zero, correct vehicle.yaml and replay:</p>
+<ul class="small">
+<li>Add the first two to position_m of mbes. A latency (times speed) or a pitch angle (times altitude) shifts the
+soundings forward or back alike; a patch test distinguishes them.</li>
+<li>Subtract the angle from the yaw of mbes. If the DVL is known to be the one that is turned, add it to the yaw of dvl
+instead.</li>
+<li>Near the limits of sonar_mounting_sigma_m less than the whole error is found. An error several times as large is not
+found until that key is raised.</li>
+</ul>
+{{mounting}}{{/mounting}}<h2>Noise</h2>
+<p>{{noise_findings}}</p>
+<p class="small">Estimated from the differences that remain where submaps overlap. The covariance of every loop closure
+is computed from these figures. A time offset of the sonar shows as a change of the seabed's slope from ping to ping
+with the roll rate (or, where the seabed slopes along the track, with the pitch rate).</p>
+{{noise}}{{#dives}}<h2>Dives</h2>
+<ul>
+{{dives}}</ul>
+{{/dives}}<h2>Loop closures</h2>
+{{#has_closure_errors}}<p>Against the truth, the squared errors of the {{closures}} accepted closures, over their
+covariances add up to {{chi2}}, of {{degrees_of_freedom}} degrees of freedom; the largest is {{worst_chi2}}. Honest
+covariances make the first two about equal. One closure in a thousand that is known in all three directions is above
+16.</p>
+{{/has_closure_errors}}{{loops}}{{/has_map}}{{#navigation}}<h2>Navigation</h2>
+{{navigation}}{{/navigation}}{{#refused}}<h2>Refused input</h2>
+{{refused}}{{/refused}}{{#mapper}}<h2>Mapper</h2>
+{{mapper}}{{/mapper}}<p class="small">Beside this page: {{files}}</p>
+</body></html>
+)";
+
+}  // namespace seastitch

@@ -1,0 +1,44 @@
+#include "products/report_rows.hpp"
+
+#include <Eigen/Core>
+#include <limits>
+
+#include "common/core/pose.hpp"
+
+namespace seastitch {
+
+double Percent(double part, double whole) {
+  return whole > 0.0 ? 100.0 * part / whole : std::numeric_limits<double>::quiet_NaN();
+}
+
+std::map<std::string, std::int64_t> Refused(const Survey& survey, const ProductOptions& options) {
+  std::map<std::string, std::int64_t> refused = options.refused;
+  for (const auto& [reason, count] : survey.counters)
+    refused[reason] += static_cast<std::int64_t>(count);
+  return refused;
+}
+
+std::map<std::string, std::int64_t> NavigationCounters(const ProductOptions& options) {
+  std::map<std::string, std::int64_t> counters;
+  for (const auto& [name, count] : options.mapper_counters)
+    if (name.starts_with("nav_")) counters[name] = count;
+  return counters;
+}
+
+std::vector<MountingRow> MountingRows(const Survey& survey, const ProductSummary& s) {
+  if (s.loops_refused == s.loops_accepted) return {};
+  const MountingErrors& m = survey.solution.mounting;
+  const Eigen::Vector3d sigma = m.covariance.diagonal().cwiseSqrt();
+  std::vector<MountingRow> rows{
+      {"sonar_forward_m", "Sonar is further forward by", m.sonar_m.x(), sigma.x(), " m"},
+      {"sonar_starboard_m", "Sonar is further to starboard by", m.sonar_m.y(), sigma.y(), " m"},
+      {"dvl_yaw_deg",
+       "DVL is turned clockwise against the sonar, beyond what navigation estimated, by",
+       Rad2Deg(m.dvl_yaw_rad),
+       Rad2Deg(sigma.z()),
+       "&deg;"}};
+  std::erase_if(rows, [](const MountingRow& row) { return row.sigma == 0.0; });
+  return rows;
+}
+
+}  // namespace seastitch
