@@ -12,9 +12,9 @@ namespace seastitch {
 // How the factors weigh at one stage of the solution.
 struct Losses {
   std::optional<double> mu;   // of the GraduatedLoss of robust factors; none: squares
-  std::vector<double> share;  // one a factor: of its own statement, that it counts
+  std::vector<double> share;  // of each factor: fraction of its information that is used
 
-  // Of factor k with the squared residual s.
+  // Loss of factor k with the squared residual s.
   double Value(const Factor& factor, std::size_t k, double s) const {
     return share[k] * (mu && factor.IsRobust() ? factor.loss.Value(s, *mu) : s);
   }
@@ -33,8 +33,8 @@ class CeresMinimiser {
   CeresMinimiser(const CeresMinimiser&) = delete;
   CeresMinimiser& operator=(const CeresMinimiser&) = delete;
 
-  // From these poses to better ones. True: they are at a minimum. False: it ran out of iterations,
-  // no step led down, or the cost is no number.
+  // Improves the poses. True: they are at a minimum. False: iterations ran out, no step lowered the
+  // cost, or the cost is not finite.
   bool Minimise(const Losses& losses,
                 int max_iterations,
                 double tolerance,

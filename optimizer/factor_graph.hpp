@@ -10,10 +10,10 @@
 
 namespace seastitch {
 
-// In place of a vertex: there is none.
+// Stands for the map in place of a vertex.
 constexpr int kMap = -1;
 
-// A measurement of the pose of j relative to i; i == kMap: of the pose of j in the map.
+// Measurement of the pose of vertex j relative to vertex i, or (i == kMap) in the map.
 //   e = [ R_i^T (p_j - p_i) - p_ij ;  wrap(yaw_j - yaw_i - yaw_ij) ] - by_mounting (sonar_m,
 //   dvl_yaw_rad)
 // in m, m, rad and the axes of i. Its residual is W e.
@@ -24,9 +24,10 @@ struct Factor {
   Eigen::Matrix3d W = Eigen::Matrix3d::Zero();
   GraduatedLoss loss{};
   int group_size = 1;              // correlated factors around it, this one included
-  bool is_dead_reckoning = false;  // where it starts, or between two submaps
-  bool is_step = false;            // of these, with x, y and yaw between two
-  // The measurement is true less that of MountingErrors. Its third row is zero.
+  bool is_dead_reckoning = false;  // a start, or between two submaps
+  bool is_step = false;            // of these, one with x, y and yaw between two submaps
+  // Derivative of the measurement by MountingErrors::Vector(), with the sign of true less stated.
+  // Its third row is zero.
   Eigen::Matrix3d by_mounting = Eigen::Matrix3d::Zero();
 
   bool IsRobust() const { return std::isfinite(loss.c2); }
@@ -35,17 +36,17 @@ struct Factor {
 // Vertices are numbered from 0.
 struct FactorGraph {
   int num_vertices = 0;
-  int fixed_vertex = -1;  // held where it is; -1: none
+  int fixed_vertex = -1;  // is not moved; -1: none
   std::vector<Factor> factors;
-  // Stands for (sonar_m, dvl_yaw_rad) and for no pose; -1: none is estimated.
+  // The vertex that holds (sonar_m, dvl_yaw_rad) instead of a pose; -1: none is estimated.
   int mounting_vertex = -1;
 
-  // The vertices that a factor ties together: i, j, mounting; kMap: not there.
+  // Vertices of a factor: i, j, mounting; kMap where it has none.
   std::array<int, 3> EndsOf(const Factor& factor) const;
 };
 
-// By the three ends of a factor: (x, y, yaw) of each, zero where there is none, and the derivatives
-// of a residual.
+// (x, y, yaw) of the three vertices of a factor, zero where it has none, and the derivatives of its
+// residual by them.
 using EndPoses = std::array<Eigen::Vector3d, 3>;
 using EndJacobians = std::array<Eigen::Matrix3d, 3>;
 

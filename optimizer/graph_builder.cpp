@@ -13,8 +13,8 @@ namespace {
 
 // Where the position of the first submap is what the map is laid out from.
 constexpr double kHeld_m = 1e-3;
-// Where fixes say where the map is and nobody says where it starts: no fix is too far from there,
-// and where all are refused the map has a place.
+// Where fixes give the position of the map and nothing gives its start: no fix is too far from
+// there, and where all are refused the map has a place.
 constexpr double kUnknownPlace_m = 1e4;
 constexpr double kHeld_rad = 1e-5;
 

@@ -8,16 +8,16 @@
 
 namespace seastitch {
 
-// The factors of a stored graph, which must have a vertex: mounting, the anchor of the first
-// submap, steps of dead reckoning, headings, and last, in the order of GraphStore::RobustEdges(),
-// position fixes and loop closures. The errors of mounting, where they are estimated, are the last
-// vertex.
+// Factor graph of a stored graph with at least one vertex. Factors in this order: priors of the
+// mounting, anchor of the first submap, dead reckoning, headings, then GraphStore::RobustEdges().
+// The errors of mounting, where they are estimated, are the last vertex.
 FactorGraph BuildFactorGraph(const GraphStore& store, const OptimizerParams& params);
 
-// Of the submaps in it.
+// Vertex number of each submap of the graph.
 std::map<SubmapId, int> VertexNumbers(const GraphStore& store);
 
-// By (sonar_m, dvl_yaw_rad): the columns of those that are not estimated are zero.
+// by_mounting with zero columns for the errors that are not estimated; columns (sonar_m,
+// dvl_yaw_rad).
 Eigen::Matrix3d EstimatedColumns(const Eigen::Matrix3d& by_mounting, const MountingSigmas& sigmas);
 
 }  // namespace seastitch

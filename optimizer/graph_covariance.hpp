@@ -10,27 +10,29 @@
 
 namespace seastitch {
 
-// Covariances of a graph at given poses, each factor at its weight: the inverse of the information
-// H = sum w J^T J = L L^T. Of (x, y [m], yaw [rad]) in map axes; zero for the fixed vertex.
+// Covariances of (x, y [m], yaw [rad]), map axes, of the vertices of a graph at given poses: blocks
+// of the inverse of the information H = sum w J^T J = L L^T, w being the weights of the factors.
+// Zero for the fixed vertex.
 class GraphCovariance {
  public:
-  // Nothing where H is not positive definite (some vertex is tied to nothing) or its inverse too
-  // large. Takes about three factorisations.
+  // Absent where H is not positive definite (a vertex without any factor) or its inverse too large.
+  // Takes the time of about three factorisations.
   static std::optional<GraphCovariance> At(const FactorGraph& graph,
                                            const std::vector<Pose2>& T_map_vertex,
                                            const std::vector<double>& weights);
 
-  // One a vertex.
+  // One for each vertex.
   const std::vector<Eigen::Matrix3d>& marginal() const { return marginal_; }
-  // One a factor, whatever its weight: what the graph leaves open of its residual, J covariance
-  // J^T. Identity is as much as the factor's own noise.
+  // One for each factor, whatever its weight: covariance of its residual by that of the vertices,
+  // J covariance J^T. The factor's own noise is the identity.
   const std::vector<Eigen::Matrix3d>& of_residual() const { return of_residual_; }
-  // Of every vertex (rows) with this one (columns).
+  // Cross-covariance of every vertex (rows) with this one (columns).
   std::vector<Eigen::Matrix3d> WithVertex(int vertex) const;
 
-  // The three columns of L^-1 of a vertex: its rows that are not zero, by rising number.
+  // Three columns of L^-1, those of one vertex: the non-zero blocks by rising row.
   using InverseColumns = std::vector<std::pair<int, Eigen::Matrix3d>>;
-  // Of the first vertex (rows) with the second: for a few, and quickest for the same ones again.
+  // Cross-covariance of the first vertex (rows) with the second. For a few pairs; columns are kept,
+  // so that pairs that share a vertex are quick.
   class Pairs {
    public:
     explicit Pairs(const GraphCovariance& covariance) : of_(covariance) {}

@@ -64,7 +64,7 @@ bool GraphStore::Add(const GraphUpdate& update) {
   return true;
 }
 
-// The newest that says anything: an update that came damaged is taken as an empty one.
+// The newest non-empty one: an update that came damaged is taken as an empty one.
 void GraphStore::SetMounting(const MountingSigmas& sigmas) {
   if (!sigmas.AreUsable())
     ++counters_["mounting_unusable"];

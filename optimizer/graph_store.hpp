@@ -26,20 +26,20 @@ struct StoredEdge {
   bool Pulls() const { return edge.verdict == LoopVerdict::kAccepted; }
 };
 
-// The mapper's graph as far as it has come, checked.
+// The mapper's graph up to the newest version received, checked.
 class GraphStore {
  public:
-  // Takes the next version. One that it has is counted and left out; false: a version before this
-  // one is missing, nothing is taken. Of a malformed update the usable rest is taken; what was
-  // refused is counted by reason. A pair of submaps has one dead-reckoning edge and one loop
-  // closure: a later edge takes the place of the earlier one (registered again, not twice).
+  // Adds the next version. A repeated version is counted and ignored. False: an earlier version is
+  // missing, and nothing is added. The usable part of a malformed update is added, the rest counted
+  // by reason. A pair of submaps has one dead-reckoning edge and one loop closure: a later edge
+  // replaces the earlier one.
   bool Add(const GraphUpdate& update);
 
-  // True for a version that it has with other content: the sender has begun another graph.
+  // True where a version is stored with other content: the sender has begun another graph.
   bool Contradicts(const GraphUpdate& update) const;
 
   std::int64_t version() const { return static_cast<std::int64_t>(fingerprints_.size()); }
-  // Of everything refused or repeated, by reason; appears with the first count.
+  // Counts of refused and repeated input, by reason; a reason appears with its first count.
   const std::map<std::string, std::int64_t>& counters() const { return counters_; }
 
   using Pair = std::pair<SubmapId, SubmapId>;  // smaller id first
@@ -47,14 +47,15 @@ class GraphStore {
   const std::map<Pair, StoredEdge>& dead_reckoning() const { return dead_reckoning_; }
   const std::map<Pair, StoredEdge>& loops() const { return loops_; }
   const std::vector<StoredEdge>& fixes() const { return fixes_; }
-  // Where dead reckoning starts, on the first vertex of a chain.
+  // Start edges: pose of the first vertex of a chain, by dead reckoning.
   const std::map<SubmapId, StoredEdge>& starts() const { return starts_; }
   const MountingSigmas& mounting() const { return mounting_; }
   bool EstimatesMounting() const { return !mounting_.AreAllZero(); }
-  // Position fixes and loop closures that pull, in this order.
+  // Accepted position fixes and loop closures, in this order.
   std::vector<const StoredEdge*> RobustEdges() const;
 
-  // Poses: one a vertex, by rising id, and what follows. Weights: one a robust edge.
+  // Poses: one for each vertex by rising id, then, if there are more, the mounting. Weights: one
+  // for each robust edge.
   void KeepSolution(const std::vector<Pose2>& T_map_vertex, const std::vector<double>& weights);
 
  private:

@@ -16,11 +16,10 @@
 
 namespace seastitch {
 
-// GRAPH_UPDATE in, POSE_GRAPH out, and COVARIANCES on request; see "Graph protocol" in
-// docs/channels.md. Asks the mapper for the whole graph when it is made, and for what it lacks when
-// a version is missing; solves nothing before it has caught up. Gives a mapper that asks the last
-// solution again. Keeps nothing on disk. Solves on the worker; updates that come in meanwhile wait,
-// so that HEALTH and requests do not.
+// The optimizer's process: GRAPH_UPDATE in, POSE_GRAPH out, COVARIANCES on request ("Graph
+// protocol" in docs/channels.md). Asks the mapper for the whole graph at the start, and for missing
+// versions; solves only a complete graph. Sends the last solution again to a mapper that asks.
+// Keeps nothing on disk. Solves on the worker; updates wait meanwhile, HEALTH and requests do not.
 class OptimizerNode {
  public:
   // kEachUpdate: in replay, so that the same log gives the same solutions. kWhenAsked: live; a
@@ -32,11 +31,11 @@ class OptimizerNode {
                 Worker* worker,
                 SolveOn when = SolveOn::kEachUpdate);
 
-  // Has the worker solve, if updates came since the last time and it is not at work; publishes what
-  // comes of it.
+  // Starts a solution on the worker if updates came since the last one and the worker is idle, and
+  // publishes the result.
   void SolveWaiting();
-  // Asks once more if a version is known to be missing: the request or its answer may be lost. A
-  // version that never comes, however often, is forgotten. Live, every few seconds.
+  // Repeats the request for a missing version, since a request or its answer may be lost; gives a
+  // version up that never comes. To be called live, every few seconds.
   void AskAgain();
 
   Health& health() { return health_; }

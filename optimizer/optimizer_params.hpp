@@ -4,7 +4,7 @@
 
 namespace seastitch {
 
-// See TableOf() for what each is.
+// Parameters of the solution; TableOf() (optimizer_config.hpp) has their meaning and range.
 struct OptimizerParams {
   // A wrong closure is rarely within 4 sigma.
   double inlier_probability = 0.999;
@@ -12,7 +12,7 @@ struct OptimizerParams {
   // the same answer, so this is the quick one.
   double graduation_step = 4.0;
   int max_iterations = 100;
-  // It may be anywhere near, but not nowhere.
+  // Loose, but finite: the submap is somewhere near.
   double unlinked_sigma_m = 100.0;
   double unlinked_sigma_yaw_rad = Deg2Rad(30.0);
 };

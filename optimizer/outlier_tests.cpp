@@ -9,7 +9,7 @@ namespace seastitch {
 double NormalisedInnovation(const Eigen::Vector3d& residual,
                             const Eigen::Matrix3d& open,
                             double weight) {
-  constexpr double kLeastRedundancy = 1e-7;  // below, nothing but the factor itself speaks of it
+  constexpr double kLeastRedundancy = 1e-7;  // below, only the factor itself measures it
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(open);
   const Eigen::Vector3d r = eigen.eigenvectors().transpose() * residual;
   double squared = 0.0;
@@ -26,7 +26,7 @@ double NormalisedInnovation(const Eigen::Vector3d& residual,
 // same, right or wrong: of few nothing is concluded, and of many no more than surveys have shown.
 double VarianceFactor(const FactorGraph& graph, const std::vector<double>& innovations) {
   constexpr double kMedian = 2.366;    // of chi-square, 3 degrees of freedom
-  constexpr double kUnchecked = 1e-3;  // below, no closure speaks of the step
+  constexpr double kUnchecked = 1e-3;  // below, no closure checks the step
   constexpr std::size_t kFew = 10;
   constexpr double kMost = 4.0;
   std::vector<double> squared;

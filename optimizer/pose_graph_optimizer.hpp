@@ -14,15 +14,16 @@
 
 namespace seastitch {
 
-// Where a solution begins. The answer from dead reckoning depends on the graph alone. That from the
-// last solution is found sooner, and is the same unless a robust minimum was missed on the way.
+// Start of a solution. kFromDeadReckoning: the answer depends on the graph alone. kWarm: from the
+// last solution, which is quicker and gives the same answer unless another robust minimum was
+// missed.
 enum class SolveStart { kWarm, kFromDeadReckoning };
 
-// The most probable x, y, yaw of all submap frames and errors of mounting, given dead reckoning,
-// loop closures and position fixes (section III-B of the paper, with a robust loss), their
-// covariances, and the weight of each closure. Dead reckoning is not robust (squares); closures and
-// fixes earn their weight in every solution anew, so that one refused earlier comes back when later
-// evidence speaks for it.
+// Maximum a posteriori estimate of x, y, yaw of all submap frames and of the errors of mounting
+// from dead reckoning, loop closures and position fixes (section III-B of the paper, with a robust
+// loss), with covariances and the inlier weight of each closure. Dead reckoning has squared losses.
+// The weights are estimated in every solution anew: a refused closure is accepted again when later
+// evidence supports it.
 class PoseGraphOptimizer {
  public:
   explicit PoseGraphOptimizer(const OptimizerParams& params) : params_(params) {}
@@ -31,21 +32,22 @@ class PoseGraphOptimizer {
   bool Add(const GraphUpdate& update) { return store_.Add(update); }
   const GraphStore& store() const { return store_; }
   std::int64_t version() const { return store_.version(); }
-  // Of everything refused, and of solutions that failed, by reason.
+  // Counts of refused input and failed solutions, by reason.
   std::map<std::string, std::int64_t> counters() const;
 
   // Solves for everything added. Vertices by rising id; every loop closure with its weight, 0 where
-  // registration itself refused it. Nothing where no finite solution was found: the last one is
-  // kept. on_step is called after every step, as a sign of life.
+  // registration itself refused it. Absent where no finite solution was found; the last one is then
+  // kept. on_step is called after every step, so that the caller sees progress.
   std::optional<PoseGraph> Solve(SolveStart start = SolveStart::kWarm,
                                  const std::function<void()>& on_step = {});
-  // Of the last solution. Without covariances it says unlinked_sigma_m and _yaw_rad of all.
+  // State of the last solution. Without covariances, it gives unlinked_sigma_m and _yaw_rad for
+  // all.
   bool converged() const { return converged_; }
   bool lacks_covariance() const { return solved_version_ > 0 && !covariance_; }
 
-  // How well the relative poses of these pairs are known under the last solution, exactly: those
-  // whose vertices are in it, in their order. Nothing where vertices or edges came since, or the
-  // covariance cannot be found.
+  // Covariances of the relative poses of these pairs in the last solution, for those whose vertices
+  // are in it, in their order. Empty where vertices or edges were added since, or the covariance
+  // cannot be computed.
   std::vector<PairCovariance> RelativeCovariances(
       const std::vector<std::pair<SubmapId, SubmapId>>& pairs) const;
 
