@@ -106,8 +106,8 @@ double SecondsSince(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-// The first event to be sent. The sonar says its sound-speed profile once, as the survey begins:
-// who joins later is told it first.
+// First event to be sent. The sonar sends its sound-speed profile once, at the start of the survey;
+// to a later start it is sent first.
 std::optional<BenchEvent> Join(SurveySimulator* simulator,
                                const LiveFrom& from,
                                LiveSender* sender) {

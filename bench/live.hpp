@@ -19,12 +19,12 @@ struct LiveTargets {
 struct LiveResult {
   std::int64_t packets = 0;
   std::int64_t bytes = 0;
-  std::int64_t refused = 0;  // nobody listened, or the kernel took none
+  std::int64_t refused = 0;  // no receiver, or refused by the kernel
   double wall_s = 0.0;
   double max_lag_s = 0.0;  // of a packet behind its time: how far the machine fell behind
 };
 
-// Where a live survey begins, when it is joined: after a power cut of the vehicle, say.
+// Start of a live survey within it, such as after a power cut of the vehicle.
 struct LiveFrom {
   double survey_s = 0.0;  // nothing before this second of it is sent, but for the sonar's profile
   bool now = false;       // nor what lies in the past by the system clock

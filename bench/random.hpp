@@ -15,7 +15,7 @@ constexpr std::uint64_t MixBits(std::uint64_t x) {
 }
 
 // Random numbers that are the same on every machine (those of <random>'s distributions are not).
-// Each use has a stream of its own, so that one more draw in one place changes no other.
+// Each use has its own stream, so that one more draw in one place changes no other.
 class Random {
  public:
   Random(std::uint64_t seed, std::string_view stream) : state_(MixBits(seed)) {

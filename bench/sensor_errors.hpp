@@ -38,7 +38,7 @@ struct SensorErrors {
   static std::vector<std::string> Classes();
   bool operator==(const SensorErrors&) const = default;
 
-  // What the device says of itself: 1 sigma of all that is wrong with its attitude.
+  // Heading sigma that the device states: 1 sigma of all its errors of attitude together.
   double StatedHeadingSigmaDeg() const;
   double StatedRollPitchSigmaDeg() const;
 };

@@ -199,8 +199,8 @@ std::vector<MbesModel::Sector> MbesModel::SectorsAt(double t_s) const {
   return sectors;
 }
 
-// The pulse leaves on the transmit cone; the echo comes back to where the sonar has got by then,
-// and the angle under which it comes in is what the receiver tells.
+// Travel time and receive angle of one beam. The pulse leaves on the transmit cone; the echo
+// arrives where the sonar has moved to by then.
 MbesBeam MbesModel::Listen(double t_s, const Sector& sector, double angle_rad) {
   MbesBeam beam;
   beam.tx_tilt_rad = static_cast<float>(sector.tilt_rad);
@@ -261,7 +261,7 @@ void MbesModel::AddMisdetections(std::vector<MbesBeam>* beams) {
     if ((*beams)[i].flags != 0) (*beams)[i].twtt_s = nearest;
 }
 
-// A sonar gives rejected beams a time too, that of their neighbours, and says not to use it.
+// Rejected beams have a travel time too, that of their neighbours, and are flagged.
 void MbesModel::FillRejected(std::vector<MbesBeam>* beams) const {
   float near = static_cast<float>(2.0 * params_.max_range_m / 1500.0);
   for (const MbesBeam& beam : *beams) {
@@ -308,7 +308,7 @@ std::optional<double> FixModel::TimeAfter(double t_s) const {
   double next_s = t_s + params_.interval_s;
   if (params_.gps && !path.IsAtSurface(next_s))
     next_s = std::max(next_s, path.duration_s() - path.plan().surface_s);
-  next_s = std::round(next_s * 1e6) * 1e-6;  // what its stamp can say
+  next_s = std::round(next_s * 1e6) * 1e-6;  // resolution of the stamp
   return next_s <= path.duration_s() ? std::optional(next_s) : std::nullopt;
 }
 

@@ -15,8 +15,8 @@
 #include "common/core/sensors.hpp"
 #include "common/core/vehicle.hpp"
 
-// The simulated devices. Each gives what it would say at a time of the survey, in seconds from its
-// start, and must be asked in order of time. Samples carry no time: who asked knows it.
+// The simulated devices. Each returns its sample for a time of the survey, in seconds since its
+// start, and must be called in order of time. Samples carry no time; the caller has it.
 namespace seastitch::bench {
 
 // What all devices sense. Must outlive them.
@@ -32,7 +32,7 @@ struct ImuParams {
   double latency_s = 0.002;  // from the sample to its last frame
 };
 
-// Strapdown inertial unit with an attitude of its own. The gyros feel the rotation of the Earth,
+// Strapdown inertial unit that computes an attitude. The gyros feel the rotation of the Earth,
 // the accelerometers its Coriolis force and the normal gravity of WGS 84 at the datum.
 class ImuModel {
  public:
@@ -90,7 +90,7 @@ class DvlModel {
   Scene scene_;
   Random random_;
   double scale_;
-  Eigen::Matrix3d R_dvl_true_;  // misalignment: takes true axes to those it believes in
+  Eigen::Matrix3d R_dvl_true_;  // misalignment: takes true axes to stated axes
   double depth_bias_m_;
   double beam_sigma_mps_;
   Eigen::Matrix<double, 4, 3> beams_;  // unit, towards the bottom, dvl axes
@@ -152,7 +152,7 @@ struct FixParams {
   double interval_s = 0.0;  // 0: none
   bool gps = false;         // only while the vehicle is at the surface; false: USBL, all the time
   double sigma_m = 2.0;     // north and east, new in each fix; stated as it is
-  double wrong_rate = 0.0;  // of fixes that are off by wrong_m in some direction, and do not say so
+  double wrong_rate = 0.0;  // of fixes off by wrong_m in some direction, with the usual sigma
   double wrong_m = 100.0;
 };
 

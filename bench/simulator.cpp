@@ -34,7 +34,7 @@ std::unique_ptr<Terrain> MakeTerrain(const SurveyConfig& config, const Path& pat
                                       std::make_unique<ProceduralTerrain>(procedural, config.seed));
 }
 
-// The instant of the n-th sample, on the microsecond that its stamp can say.
+// Instant of the n-th sample, rounded to the microsecond of its stamp.
 double SampleTime(std::int64_t n, double rate_hz) {
   return std::round(static_cast<double>(n) * 1e6 / rate_hz) * 1e-6;
 }

@@ -17,8 +17,7 @@
 namespace seastitch::bench {
 
 // All of a simulated survey. The same config gives the same bytes.
-// 2026-01-01T00:00:00Z: when a simulated survey starts, by the devices' own clocks, unless it is
-// told otherwise.
+// 2026-01-01T00:00:00Z: default start of a simulated survey, by the devices' clocks.
 constexpr Time kSurveyStart = FromUtime(1'767'225'600'000'000);
 
 struct SurveyConfig {
@@ -31,7 +30,7 @@ struct SurveyConfig {
   PlanParams plan;
   MotionParams motion;
   WaterParams water;
-  // The sonar's #SVP, which is what the mapper is told, is off by this everywhere.
+  // Error of the sonar's #SVP, which the mapper uses, the same at every depth.
   double told_speed_error_mps = 0.0;
   std::string error_class = "ins_tactical";
   SensorErrors errors = SensorErrors::OfClass("ins_tactical");

@@ -40,7 +40,7 @@ struct PipelineParams {
   double heading_deg = 0.0;
 };
 
-// A strip across the survey without relief and waves: nothing there says where one is.
+// A strip across the survey without relief and waves, where nothing can be registered.
 struct FlatStripParams {
   double from_north_m = 0.0;
   double to_north_m = 0.0;  // not above from_north_m: none

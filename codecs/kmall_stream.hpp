@@ -23,8 +23,8 @@ class KmallReassembler {
   explicit KmallReassembler(const PartCollectorParams& params)
       : max_parts_(static_cast<std::size_t>(params.max_parts)), collector_(params) {}
 
-  // Gives the whole datagram when this part was its last; one that is not split at once. `sender`
-  // tells systems apart that use the same numbers.
+  // Adds a part. Returns the datagram when it is complete, an unsplit one at once. `sender`
+  // distinguishes systems that use the same numbers.
   std::optional<std::vector<std::uint8_t>> Add(Bytes part, std::uint64_t sender = 0);
 
   // kmall_part_malformed, kmall_part_tail_wrong (used all the same), kmall_set_incomplete,

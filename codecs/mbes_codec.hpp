@@ -27,8 +27,8 @@ class MbesCodec {
  public:
   virtual ~MbesCodec() = default;
 
-  // Times of the pings are those of the sonar. `recv` orders parts that carry no time; `sender`
-  // tells systems apart that use the same numbers.
+  // Pings have the time of the sonar. `recv` orders parts that carry no time; `sender`
+  // distinguishes systems that use the same numbers.
   virtual std::vector<MbesOutput> Add(Bytes payload, Time recv, std::uint64_t sender) = 0;
   // What was refused or lost, by cause; the names begin with that of the format.
   virtual Counters counters() const = 0;

@@ -102,7 +102,7 @@ S7kPingId ReadPingId(const S7kRecord& record, ByteReader* in) {
   return id;
 }
 
-// sampling_hz: of the detection point; sigma_given: the record says how it estimated them.
+// sampling_hz: of the detection point; sigma_given: the record states how sigmas were estimated.
 MbesBeam ReadDetection(Bytes detection, float sampling_hz, bool sigma_given) {
   ByteReader in(detection);
   in.Skip(2);

@@ -63,8 +63,8 @@ class S7kPings {
   explicit S7kPings(Duration max_age) : max_age_(max_age) {}
 
   static bool Takes(const S7kRecord& record);
-  // Of a record that it takes; the ping, where this record made it whole. now: any clock that
-  // rises; sender: tells systems apart that use the same numbers.
+  // Adds a record. Returns the ping that it completes, if any. now: any clock that rises; sender:
+  // distinguishes systems that use the same numbers.
   std::optional<MbesPing> Add(const S7kRecord& record, Time now, std::uint64_t sender);
   void GiveUpOld(Time now);
   // s7k_malformed, s7k_ping_without_settings, s7k_ping_without_detections, mbes_beam_unusable.

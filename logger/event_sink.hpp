@@ -27,8 +27,8 @@ class EventSink {
   virtual void Write(const LogEvent& event) = 0;
   // To the kernel: survives the end of the process. Throws as Write(), and may be tried again.
   virtual void Flush() = 0;
-  // Brings what was flushed by then to the disk: of any thread, beside those that follow. Throws as
-  // Write().
+  // Function that forces everything flushed so far to the disk. It may run on any thread, while
+  // writing goes on. Throws as Write().
   virtual std::function<void()> Syncer() = 0;
   // Now and then, and after an error: makes room.
   virtual void Tidy() {}

@@ -8,8 +8,8 @@
 
 namespace seastitch {
 
-// Watches channels whose messages are none of Seastitch's types: they carry no number that would
-// show a loss, so what can be told is how often they come and how long they were silent.
+// Watches channels whose messages are not of Seastitch's types. These carry no sequence number that
+// would show a loss; their rate and their longest silence are reported instead.
 class ForeignChannels {
  public:
   struct Figures {

@@ -27,8 +27,9 @@ struct BenchOptions {
   bench::LiveTargets targets{"127.0.0.1:20001", "127.0.0.1:20002", "127.0.0.1:6020"};
 };
 
-// mapper_CLASS.yaml of a directory, with the data sheet of the survey's class of sensor errors;
-// mapper.yaml where there is none, or where the survey has figures of its own.
+// Mapper configuration for a survey: mapper_CLASS.yaml of a directory, with the data sheet of the
+// survey's class of sensor errors; mapper.yaml where there is none, or where the survey sets errors
+// itself.
 std::filesystem::path MapperConfigFor(const bench::SurveyConfig& survey,
                                       const std::filesystem::path& config_dir);
 

@@ -24,7 +24,7 @@ std::runtime_error CannotStart(const std::string& program) {
 // Between fork and exec: nothing that allocates or locks.
 [[noreturn]] void Become(char* const* argv, int output, pid_t parent) {
   constexpr int kFailed = 127;
-  // However the parent ends, the child is told to end too.
+  // The kernel ends the child with its parent, however that ends.
   prctl(PR_SET_PDEATHSIG, SIGTERM);
   if (getppid() != parent) _exit(kFailed);
   // Signals that the parent's event loop blocks must reach the child.

@@ -51,7 +51,7 @@ void DiveFront::On(const MapperEvent& event) {
   if (const auto* step = std::get_if<GraphStep>(&event)) AddEdges(step->update);
 }
 
-// Those that speak of places in the map; the others are made anew where all dives are together.
+// Collects the edges with a position in the map. The others are made again for all dives together.
 void DiveFront::AddEdges(const GraphUpdate& update) {
   for (GraphEdge edge : update.edges) {
     if (edge.from != edge.to || !closed_) continue;

@@ -10,8 +10,9 @@
 
 namespace seastitch {
 
-// One dive of several, from sensors to submaps: a mapper of its own, with its own vehicle and
-// navigation, that registers nothing. What it gives goes to the mapper of them all.
+// Front end of one dive of several, from sensors to submaps: a mapper with the vehicle and
+// navigation of that dive, which registers nothing. Its output goes to the mapper that all dives
+// share.
 class DiveFront {
  public:
   using GiveSubmap = std::function<void(Submap, Mapper::OfDive)>;
@@ -26,7 +27,7 @@ class DiveFront {
   DiveFront(const DiveFront&) = delete;
   DiveFront& operator=(const DiveFront&) = delete;
 
-  // What the sensors say goes here.
+  // Bus for the messages of the sensors.
   Bus* bus() { return &bus_; }
   MapperNode& mapper() { return mapper_; }
   // Gives what is left.

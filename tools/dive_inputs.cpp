@@ -44,7 +44,7 @@ std::string NameOf(const fs::path& path) {
 std::vector<DiveInput> DivesAmong(const std::vector<fs::path>& inputs, bool raw) {
   std::vector<DiveInput> dives;
   std::map<std::string, std::size_t> loose;  // day or kLogs to its place
-  std::vector<fs::path> sbets;               // have no day of their own
+  std::vector<fs::path> sbets;               // belong to no day by themselves
   for (const fs::path& input : inputs) {
     if (IsSbet(input)) {
       sbets.push_back(input);

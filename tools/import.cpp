@@ -52,7 +52,7 @@ class Source {
 
 class KmallFile : public Source {
  public:
-  // number: tells it from other files.
+  // number: distinguishes it from other files.
   KmallFile(const fs::path& path, std::uint64_t number, MbesDriver* driver)
       : driver_(driver), number_(number), in_(path, std::ios::binary), size_(fs::file_size(path)) {
     ReadNext();
@@ -307,7 +307,7 @@ void WriteConfigs(const SurveyPlan& plan, const fs::path& log) {
   WriteText(files.mapper, PrintConfig(config));
 }
 
-// Survey files that say where they were.
+// Import of survey files with navigation.
 ImportResult ImportSurvey(SurveyFiles* survey, const ImportOptions& options) {
   ImportResult result;
   ImportLog log(options.log, ConfigFiles(ConfigFor(survey->plan())), &result);

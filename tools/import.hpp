@@ -9,15 +9,15 @@
 namespace seastitch {
 
 struct ImportOptions {
-  // Survey files of any format (docs/survey-files.md), or candump logs with .kmall files of a sonar
-  // that knows no navigation; told apart by content.
+  // Survey files of any format (docs/survey-files.md), or candump logs with .kmall files without
+  // navigation; distinguished by content.
   std::vector<std::filesystem::path> files;
   std::filesystem::path log;  // LCM log to write; must not exist
   // How the frames of a candump log are decoded. KMALL needs nothing.
   std::filesystem::path imu_config;
   std::filesystem::path dvl_config;
   // mapper.yaml to be recorded in the log, so that a replay needs no other; empty: none. Survey
-  // files with navigation say themselves what it takes.
+  // files with navigation need none.
   std::filesystem::path mapper_config;
   bool quiet = false;
 };

@@ -18,7 +18,7 @@
 namespace seastitch {
 namespace {
 
-// The INS begins at the place that the file states, whoever is told later.
+// Configuration of the simulated INS, which starts at the position that the file states.
 MapperConfig ConfigOfIns(const std::filesystem::path& file) {
   MapperConfig config = LoadMapperConfig(file.string());
   config.navigation.start_at_first_fix = false;
@@ -119,7 +119,7 @@ class Writer {
     ++result_.positions;
   }
 
-  // The INS believes it: its position jumps.
+  // The INS accepts the fix: its position jumps.
   void Take(const PositionFix& fix) {
     const auto then = ins_.StateAt(fix.time);
     if (!then) return;

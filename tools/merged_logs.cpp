@@ -66,7 +66,7 @@ class MergedLogs::Recorder {
   std::int64_t damaged_bytes_ = 0;
 };
 
-// Messages that came before, by the place that they say they have.
+// Finds messages that were read before, by their stated place in the stream.
 class MergedLogs::Doubles {
  public:
   bool Add(const LogEvent& event) {

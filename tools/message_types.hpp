@@ -22,8 +22,8 @@ struct UsageError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// Watches the fingerprints of a log's events on the channels of Seastitch. A version of a type that
-// nobody can read any more, or somebody else's type on a channel of the same name, has another one.
+// Watches the type fingerprints of a log's events on the channels of Seastitch. An unreadable
+// version of a type, or a foreign type on a channel of the same name, has another fingerprint.
 class MessageTypes {
  public:
   // Whether the event has the type of its channel. False where the channel is none of ours.

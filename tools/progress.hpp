@@ -8,8 +8,8 @@
 
 namespace seastitch {
 
-// One line on stderr that says how far a long step is: rewritten in place on a terminal, a new line
-// every tenth elsewhere.
+// Progress of a long step as one line on stderr: rewritten in place on a terminal, elsewhere a new
+// line every tenth.
 class ProgressLine {
  public:
   ProgressLine(std::string what, std::uint64_t total, bool quiet)

@@ -46,7 +46,7 @@ class RawReplay {
   void Add(const LogEvent& event);
   // The end of the log: what a driver holds back is published or counted.
   void Finish();
-  // Of the drivers, and of what could not be put together; those that are not zero.
+  // Counters that are not zero: those of the drivers, and of incomplete messages.
   std::map<std::string, std::int64_t> counters() const;
 
  private:

@@ -64,7 +64,7 @@ Scan ScanLog(const fs::path& log, MessageTypes* types, bool quiet) {
 
 using Chain = std::vector<const Scan*>;
 
-// What the numbers say of b having been recorded next after a.
+// Evidence by sequence numbers that log b was recorded next after log a.
 struct Link {
   std::int64_t missing;  // messages of the channel that misses fewest; 0: b goes on where a ends
   std::int64_t missing_in_all;  // a rare channel misses none where a whole log lies between
@@ -160,7 +160,7 @@ std::vector<Chain> JoinNumbered(std::vector<Chain> chains) {
 
 // ---- configuration
 
-// Of one recorder, in order, without those that were published again unchanged.
+// Configuration files of one recorder, in order, without unchanged repetitions.
 std::vector<RecordedFile> ConfigurationOf(const Chain& chain) {
   std::vector<RecordedFile> files;
   std::map<std::string, std::string> newest;

@@ -35,16 +35,15 @@ struct RecordedLogs {
   std::map<std::string, int> Changed() const;
 };
 
-// Reads the logs whole. The logs of one recorder are put in order by the numbers that its messages
-// carry, whatever the files' names, since the time of a log goes back when the clock does; where
-// these tell nothing (every sender began anew), by the numbers of the files of one folder, then by
-// time. Throws std::runtime_error as EventLogReader.
+// Reads the logs completely and orders those of one recorder: by the sequence numbers of their
+// messages, since file names and clocks may mislead; where every sender restarted, by the numbers
+// of the files of one folder, then by time. Throws std::runtime_error as EventLogReader.
 RecordedLogs LookThrough(const std::vector<std::filesystem::path>& logs, bool quiet);
 
 // A dive's folder is one with a dive.json.
 bool IsDive(const std::filesystem::path& path);
-// Its logs, without those that hold no whole event, which stderr names. raw: those of the devices'
-// bytes as well. Throws std::runtime_error where none is left.
+// Logs of a dive. Logs without a complete event are left out and named on stderr. raw: with the
+// logs of the devices' bytes. Throws std::runtime_error where none is left.
 std::vector<std::filesystem::path> LogsOfDive(const std::filesystem::path& dive, bool raw = false);
 
 }  // namespace seastitch

@@ -88,7 +88,7 @@ class ScratchDir {
   fs::path dir_;
 };
 
-// Mapper and optimizer on a bus of their own, one message after the other.
+// Mapper and optimizer on a private bus, one message after the other.
 class Pipeline {
  public:
   Pipeline(const ReplayConfig& config,
@@ -112,7 +112,7 @@ class Pipeline {
     mapper_.Finish();
     Settle();
   }
-  // What the mapper says of itself, with every counter that is not zero.
+  // The mapper's HEALTH sentence and every counter that is not zero.
   std::string Statement() {
     std::string statement = mapper_.health().text();
     for (const auto& [name, value] : Counters())
@@ -510,8 +510,8 @@ void FeedOneOfSeveral(Dive* dive, Feeding* feeding) {
   for (const auto& [reason, count] : refused_before) feeding->refused[reason] += count;
 }
 
-// Several dives in one map: each through a mapper of its own to submaps, all of these in one graph.
-// The inputs' files are numbered through. Gives their spans.
+// Maps several dives: a front end for each makes submaps, one back end a graph of all. Files of the
+// inputs are numbered consecutively. Returns their spans.
 std::vector<SurveyInput> RemakeTogether(std::vector<Dive>* dives,
                                         const fs::path& store,
                                         SurveyCollector* collector,

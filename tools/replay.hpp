@@ -39,8 +39,7 @@ struct ReplayOptions {
   // The first Ctrl-C ends the reading, so that there is a map of a part; the second ends the
   // process.
   bool interruptible = false;
-  // For who wants to see what mapper and optimizer tell each other: called once, before the first
-  // message.
+  // Called once with the bus of mapper and optimizer, before the first message, to subscribe to it.
   std::function<void(Bus*)> listen;
 };
 

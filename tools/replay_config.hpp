@@ -24,9 +24,10 @@ struct GivenConfig {
   std::filesystem::path shipped_dir;
 };
 
-// Of logs: what was given, else what was recorded, which is left in OUT/config. Of a file that
-// changed during the dive the newest, since it is what the crew mended. Throws UsageError where
-// there is neither; std::runtime_error where the files cannot be written.
+// Configuration for a replay of logs: the given one, else the recorded one, which is written to
+// OUT/config. Of a file that changed during the dive the newest version counts, since the crew
+// corrected it. Throws UsageError where there is neither, std::runtime_error where the files cannot
+// be written.
 ReplayConfig ChooseConfig(const GivenConfig& given,
                           const RecordedLogs& recorded,
                           const std::filesystem::path& out);

@@ -382,7 +382,7 @@ void AddHelp(CLI::App* app, int* status) {
 
 int main(int argc, char** argv) try {
   seastitch::KeepFreedMemory();
-  // The nodes of a replay tell people what processes tell them; here the result does.
+  // The log lines of the nodes are for live processes; a replay has its own output.
   spdlog::set_level(spdlog::level::warn);
   int status = EXIT_FAILURE;
   CLI::App app("Seastitch: a depth map whose swaths agree, from what the sonar saw twice");

@@ -7,8 +7,8 @@
 
 namespace seastitch {
 
-// What the maker of imported submaps knew of his dead reckoning, between consecutive submaps. Where
-// nobody says it, rather too much: a window that does not hold the truth loses the closure.
+// Drift of dead reckoning between consecutive imported submaps, 1 sigma. The defaults are rather
+// too large: a search window that does not contain the truth loses the closure.
 struct ImportedDrift {
   double sigma_xy_m = 1.0;  // a direction: 5 % of some 20 m
   double sigma_yaw_deg = 1.0;

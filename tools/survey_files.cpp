@@ -44,7 +44,7 @@ struct Census {
   std::int64_t placed = 0;
   std::int64_t placed_with_depth = 0;
 
-  // Of raw pings, or of those that are placed.
+  // Times and depths of raw pings, or of placed ones.
   struct Reach {
     std::vector<double> depths_m;
     double max_range_m = 0.0;
@@ -113,7 +113,7 @@ void Look(const fs::path& file, const SbetParams& sbet, Census* census) {
   for (const SurveyRecord& record : reader->Finish()) std::visit(*census, record);
 }
 
-// The source with the most records, of those that begin so.
+// The source with the most records among those with this prefix.
 std::string Most(const std::map<std::string, std::int64_t>& counts,
                  const std::string& prefix = "") {
   std::string best;

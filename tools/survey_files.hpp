@@ -20,7 +20,7 @@ namespace seastitch {
 
 class SurveyStream;
 
-// What the heads of the files say: which of the sensors in them count, and where these sit.
+// Content of the heads of the files: the sensors to use, and their mounting.
 struct SurveyPlan {
   std::string position_source;  // NavigationRecord::source; empty: there is none
   std::string attitude_source;
@@ -61,7 +61,7 @@ class SurveyFiles {
   ~SurveyFiles();
 
   const SurveyPlan& plan() const { return plan_; }
-  // Why nothing can be mapped, as far as the heads tell: one line; nothing: it can.
+  // Why nothing can be mapped, by the heads of the files: one line; absent: it can.
   std::optional<std::string> Problem() const;
 
   // Publishes what the next record holds. False: no record was left.

@@ -58,7 +58,7 @@ std::string TimeText() {
   return std::string(text, std::strftime(text, sizeof text, "%Y%m%dT%H%M%SZ", &utc));
 }
 
-// Each command, then what it said.
+// Each command, followed by its output.
 std::string Answers(const std::vector<Words>& commands) {
   std::string text;
   for (const Words& command : commands) {

@@ -12,10 +12,10 @@ struct BugReportOptions {
   std::string lcm_url;
 };
 
-// `seastitch bug-report`: what whoever mends a fault needs, in one file: versions, configuration,
-// what the doctor finds, the last HEALTH of each process, the records of the newest dives, units
-// and journal of systemd. No sensor's data. What this computer does not have is said in its place.
-// Throws std::runtime_error "FILE: reason".
+// `seastitch bug-report`: one file with everything needed to find a fault: versions, configuration,
+// the doctor's findings, the last HEALTH of each process, the records of the newest dives, units
+// and journal of systemd. It holds no sensor data. A part that this computer lacks is named as
+// missing. Throws std::runtime_error "FILE: reason".
 int RunBugReport(const BugReportOptions& options);
 
 }  // namespace seastitch

@@ -37,7 +37,7 @@ class BusWatch {
   explicit BusWatch(const std::string& lcm_url);
   // Takes in what comes for so long.
   void Listen(double seconds);
-  // A process has said each file of its configuration.
+  // True where a process has published every file of its configuration.
   bool Answered(const std::string& process, const Setup& setup) const;
   // Everybody heard on HEALTH has.
   bool AllAnswered(const Setup& setup) const;
@@ -63,7 +63,7 @@ class BusWatch {
 Findings CheckLoopback(const BusWatch& watch);
 // All that are needed there, once, of one version, without a fault. now_s: monotonic.
 Findings CheckProcesses(const BusWatch& watch, const Setup& setup, double now_s);
-// Each runs with what its files say now.
+// Checks that each process runs with the present content of its files.
 Findings CheckRunningConfigs(const BusWatch& watch, const Setup& setup);
 // Rates, stamps, clocks, plausible values. at_surface: where depth is to be near 0.
 Findings CheckSensors(const BusWatch& watch, const Setup& setup, bool at_surface);

@@ -102,7 +102,7 @@ bool IsBelow(const fs::path& path, const fs::path& folder) {
   return !relative.empty() && *relative.begin() != "..";
 }
 
-// "DIVE_...: mapper, logger": those that did not stop in order.
+// "DIVE_...: mapper, logger": the processes that did not stop properly.
 std::string Unended(const DiveRecord& record) {
   std::string names;
   for (const auto& [name, process] : record.processes)

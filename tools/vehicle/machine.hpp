@@ -18,7 +18,7 @@ struct ClockState {
 // How many programs of the kernel filter what a control group receives.
 struct FilterState {
   int programs = 0;
-  std::string trouble = {};  // why the kernel does not say; empty: it does
+  std::string trouble = {};  // why the kernel gives no answer; empty: it does
 };
 
 // The standard output of a program (found by PATH) that may take so long; nothing where it is

@@ -62,7 +62,7 @@ std::int64_t BitRateOf(const std::string& text) {
   return std::stoll(parts[1]) * scale.at(parts[2]);
 }
 
-// What systemd-networkd's file for the interface says; 0: no file, or no rate in it.
+// Bit rate in systemd-networkd's file for the interface [bit/s]; 0: no file, or no rate in it.
 std::int64_t WantedBitRate(const Machine& machine, const std::string& interface) {
   std::map<std::string, fs::path> files;  // by name: of two, the first folder's holds
   for (const fs::path& dir : machine.network_dirs) {

@@ -41,7 +41,7 @@ Findings CheckMemory(const Machine& machine);
 // The kernel filters the IP packets of the units that listen to LCM alone.
 Findings CheckFilter(const Machine& machine);
 
-// How the newest dive ended that nobody takes part in now. now_utime: of the wall clock.
+// Checks how the newest finished dive ended. now_utime: wall clock.
 Findings CheckLastDive(const std::filesystem::path& dives_dir, std::int64_t now_utime);
 
 }  // namespace seastitch

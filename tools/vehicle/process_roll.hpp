@@ -18,7 +18,7 @@ inline constexpr char kNavDriver[] = "nav-driver";
 // One of the processes above.
 bool IsOurs(const std::string& process);
 
-// Who speaks on HEALTH. Times are seconds of a monotonic clock.
+// The processes that send HEALTH. Times are seconds of a monotonic clock.
 class ProcessRoll {
  public:
   void Add(const health_t& msg, double now_s);
@@ -27,7 +27,7 @@ class ProcessRoll {
   const health_t* Find(const std::string& process) const;
   // Since its last message; infinite: never heard.
   double SilentFor(const std::string& process, double now_s) const;
-  // Two processes of this name speak by turns. A restart is none.
+  // True where two processes of this name send by turns. A restart does not count.
   bool IsTwice(const std::string& process, double now_s) const;
   // kProcesses, then those beyond.
   std::vector<std::string> names() const;

@@ -151,7 +151,7 @@ std::size_t TerminalSize(unsigned short winsize::*dimension, std::size_t fallbac
   return known ? size.*dimension : fallback;
 }
 
-// On a screen of its own, so that what was on the terminal comes back.
+// The terminal's second screen, so that the former content returns at the end.
 class Screen {
  public:
   Screen() { std::fputs("\x1b[?1049h\x1b[?25l", stdout); }

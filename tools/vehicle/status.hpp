@@ -16,7 +16,8 @@ std::vector<std::string> StatusLines(const ProcessRoll& roll,
                                      std::int64_t now_utime,
                                      std::size_t columns);
 
-// Every process of kProcesses speaks, once, and is ok; the nav-driver too where it was heard.
+// True where every process of kProcesses sends HEALTH, no two of one name, and is ok; so for the
+// nav-driver where it was heard.
 bool AllOk(const ProcessRoll& roll, double now_s);
 
 struct StatusOptions {
