@@ -10,6 +10,7 @@
 #include "mapper/navigation/dead_reckoning.hpp"
 #include "mapper/navigation/given_navigation.hpp"
 #include "mapper/submaps/footprint.hpp"
+#include "mapper/submaps/level_cloud.hpp"
 #include "mapper/submaps/rejection.hpp"
 #include "mapper/submaps/terrain_information.hpp"
 #include "mapper/utc_text.hpp"
@@ -81,6 +82,16 @@ std::unique_ptr<Navigation> MakeNavigation(const MapperParams& params) {
     return std::make_unique<GivenNavigation>(
         params.given_navigation, params.navigation, params.vehicle);
   return std::make_unique<DeadReckoning>(params.navigation, params.vehicle);
+}
+
+// Outline and predicted information, where the submap comes without them.
+void Complete(const MapperParams& params, Submap* submap) {
+  const PointCloud level = LevelCloud(submap->cloud, LevelFromBody(submap->T_map_submap));
+  if (submap->footprint.empty()) submap->footprint = FootprintOf(level);
+  if (submap->predicted_information) return;
+  submap->predicted_information =
+      params.submap.expected_overlap *
+      PredictInformation(level, params.filter.voxel_m, params.submap.sounding_sigma_m);
 }
 
 }  // namespace
@@ -239,14 +250,7 @@ void Mapper::AddSubmap(Submap submap, OfDive dive) {
 
 void Mapper::Enqueue(Submap submap, OfDive dive) {
   next_id_ = submap.id.value + 1;
-  const Eigen::Matrix3d R_level_submap = LevelFromBody(submap.T_map_submap);
-  if (submap.footprint.empty()) submap.footprint = FootprintOf(submap.cloud, R_level_submap);
-  if (!submap.predicted_information) {
-    submap.predicted_information =
-        params_.submap.expected_overlap *
-        PredictInformation(
-            submap.cloud, R_level_submap, params_.filter.voxel_m, params_.submap.sounding_sigma_m);
-  }
+  if (submap.footprint.empty() || !submap.predicted_information) Complete(params_, &submap);
   search_.Add(submap, dive.chain);
   Count(std::string("submaps_by_") + ToString(submap.trigger));
   const auto most = static_cast<std::size_t>(params_.max_waiting_submaps);

@@ -1,4 +1,5 @@
 #include "optimizer/outlier_tests.hpp"
+#include "common/core/median.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -33,9 +34,7 @@ double VarianceFactor(const FactorGraph& graph, const std::vector<double>& innov
   for (std::size_t k = 0; k < innovations.size(); ++k)
     if (graph.factors[k].is_step && innovations[k] > kUnchecked) squared.push_back(innovations[k]);
   if (squared.size() < kFew) return 1.0;
-  const auto middle = squared.begin() + static_cast<std::ptrdiff_t>(squared.size() / 2);
-  std::nth_element(squared.begin(), middle, squared.end());
-  return std::clamp(*middle / kMedian, 1.0, kMost);
+  return std::clamp(Median(std::move(squared)) / kMedian, 1.0, kMost);
 }
 
 }  // namespace seastitch

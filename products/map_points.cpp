@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/core/median.hpp"
 #include "common/core/mounting.hpp"
 #include "common/storage/submap_file.hpp"
 
@@ -85,9 +86,7 @@ double DefaultCell(const std::vector<SurveySubmap>& submaps) {
     if (area > 0.0) spacings.push_back(std::sqrt(area / static_cast<double>(s.points)));
   }
   if (spacings.empty()) return 1.0;
-  const auto middle = spacings.begin() + static_cast<std::ptrdiff_t>(spacings.size() / 2);
-  std::nth_element(spacings.begin(), middle, spacings.end());
-  return RoundUpOneTwoFive(std::max(2.0 * *middle, kSmallestCellM));
+  return RoundUpOneTwoFive(std::max(2.0 * Median(std::move(spacings)), kSmallestCellM));
 }
 
 }  // namespace seastitch

@@ -24,7 +24,7 @@ std::vector<T> ReadAll(std::uint64_t count, std::fstream* file) {
 }
 
 // As on disk: Eigen's vectors are not trivially copyable.
-struct Sounding {
+struct StoredSounding {
   float p[3];
   std::uint32_t ping;
   std::uint16_t beam;
@@ -46,7 +46,7 @@ SoundingLog::~SoundingLog() {
 }
 
 void SoundingLog::Add(const SubmapSoundings& submap, const std::vector<std::uint16_t>& inputs) {
-  std::vector<Sounding> soundings;
+  std::vector<StoredSounding> soundings;
   soundings.reserve(submap.soundings.size());
   for (const SubmapSoundings::Sounding& s : submap.soundings)
     soundings.push_back(
@@ -66,7 +66,7 @@ void SoundingLog::ForEach(
     submap.id = block.id;
     submap.pings = ReadAll<SubmapSoundings::Ping>(block.pings, &file_);
     const auto inputs = ReadAll<std::uint16_t>(block.pings, &file_);
-    for (const Sounding& s : ReadAll<Sounding>(block.soundings, &file_))
+    for (const StoredSounding& s : ReadAll<StoredSounding>(block.soundings, &file_))
       submap.soundings.push_back({{s.p[0], s.p[1], s.p[2]}, s.ping, s.beam, s.used});
     if (!file_) throw std::runtime_error(path_.string() + ": cannot be read back");
     take(submap, inputs);

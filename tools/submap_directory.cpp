@@ -9,6 +9,7 @@
 #include "common/core/pose.hpp"
 #include "common/storage/submap_file.hpp"
 #include "mapper/submaps/footprint.hpp"
+#include "mapper/submaps/level_cloud.hpp"
 
 namespace seastitch {
 namespace {
@@ -60,7 +61,7 @@ Submap ReadSubmap(int id, const fs::path& path) {
     submap.soundings_used += static_cast<std::uint64_t>(n);
   }
   submap.soundings_read = submap.soundings_used;
-  submap.footprint = FootprintOf(submap.cloud, LevelFromBody(submap.T_map_submap));
+  submap.footprint = FootprintOf(LevelCloud(submap.cloud, LevelFromBody(submap.T_map_submap)));
   return submap;
 }
 

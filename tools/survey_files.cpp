@@ -11,6 +11,7 @@
 
 #include "common/convert/channels.hpp"
 #include "common/convert/convert.hpp"
+#include "common/core/median.hpp"
 #include "common/core/pose.hpp"
 #include "tools/message_types.hpp"
 #include "tools/sbet_beside.hpp"
@@ -287,10 +288,7 @@ void SurveyFiles::Plan(const std::vector<fs::path>& files) {
     plan_.depth = SurveyPlan::Depth::kPing;
   Census::Reach& reach = plan_.raw_pings ? census.raw_reach : census.placed_reach;
   if (!reach.depths_m.empty()) {
-    const auto middle =
-        reach.depths_m.begin() + static_cast<std::ptrdiff_t>(reach.depths_m.size() / 2);
-    std::nth_element(reach.depths_m.begin(), middle, reach.depths_m.end());
-    plan_.depth_m = *middle;
+    plan_.depth_m = Median(reach.depths_m);
     plan_.max_range_m = reach.max_range_m;
   }
   // In the middle: between files there may be days.

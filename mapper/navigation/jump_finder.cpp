@@ -1,4 +1,5 @@
 #include "mapper/navigation/jump_finder.hpp"
+#include "common/core/median.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -18,19 +19,13 @@ constexpr std::size_t kNoiseSteps = 200;
 constexpr double kMedianVariance = 1.57;
 constexpr double kSigmaPerMedianStep = 1.0 / (0.6745 * 1.4142);
 
-double MedianOf(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 Eigen::Vector2d MedianOf(const std::vector<Eigen::Vector2d>& points) {
   std::vector<double> x, y;
   for (const Eigen::Vector2d& p : points) {
     x.push_back(p.x());
     y.push_back(p.y());
   }
-  return {MedianOf(std::move(x)), MedianOf(std::move(y))};
+  return {Median(std::move(x)), Median(std::move(y))};
 }
 
 }  // namespace
@@ -140,7 +135,7 @@ double JumpFinder::Noise() const {
     const Eigen::Vector2d step = waiting_[i].residual_m - waiting_[i - 1].residual_m;
     steps.insert(steps.end(), {std::abs(step.x()), std::abs(step.y())});
   }
-  return steps.empty() ? 0.0 : kSigmaPerMedianStep * MedianOf(std::move(steps));
+  return steps.empty() ? 0.0 : kSigmaPerMedianStep * Median(std::move(steps));
 }
 
 }  // namespace seastitch

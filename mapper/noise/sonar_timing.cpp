@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <utility>
 
+#include "common/core/median.hpp"
 #include "common/core/pose.hpp"
 
 namespace seastitch {
@@ -21,12 +22,6 @@ constexpr double kLongestGapS = 1.0;
 constexpr int kFewestSoundings = 16;
 // Residuals beyond so many times the median size are bounded: a wreck, a fish.
 constexpr double kBoundInMedians = 4.0;
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // A straight line through soundings, across the track: z = at_zero + slope y.
 struct Line {

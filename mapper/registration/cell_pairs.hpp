@@ -9,11 +9,11 @@
 #include "mapper/registration/height_grid.hpp"
 #include "mapper/registration/smoothing.hpp"
 
-// Walks over the cells of an overlap: what aligning and judging a fit have in common.
+// Sums over the cells of an overlap.
 namespace seastitch {
 
-// Huber's bound in sigma: 1 % of Gaussian residuals are bounded, the pull of a wreck or a shoal of
-// fish that only one submap saw no longer grows with its height.
+// Huber's bound in sigma. It affects 1 % of Gaussian residuals, and bounds the influence of a wreck
+// or a shoal of fish that only one submap saw.
 constexpr double kHuberSigma = 2.5;
 
 inline const double kPatchCells = SmoothingKernel().PatchCells();
@@ -59,7 +59,8 @@ struct CellPair {
   }
 };
 
-struct Moments {
+// Weighted mean and variance of values.
+struct WeightedMoments {
   double weight = 0.0;
   double sum = 0.0;
   double square = 0.0;
@@ -98,7 +99,7 @@ inline std::pair<int, int> ColumnsOver(const GridGeometry& g,
 }
 
 template <class Visit>
-void GridAligner::ForEachCell(const Placement& at, Visit visit) const {
+void GridAligner::ForEachCell(const Hypothesis& at, Visit visit) const {
   const GridGeometry& g = source_.grid.geometry();
   const Eigen::Matrix2d R = at.T_target_source.Rotation();
   const Eigen::Vector2d center_target = at.T_target_source * center_source_;
@@ -130,6 +131,58 @@ void GridAligner::ForEachCell(const Placement& at, Visit visit) const {
       visit(pair);
     }
   }
+}
+
+// Normal equations of the height residuals, by position of the centre [m], yaw [rad], shift [m].
+struct GridAligner::NormalEquations {
+  Eigen::Matrix4d hessian_mean = Eigen::Matrix4d::Zero();
+  Eigen::Matrix3d hessian_apart = Eigen::Matrix3d::Zero();
+  Eigen::Vector4d gradient = Eigen::Vector4d::Zero();
+  double cells = 0.0;
+  double radius_m = 0.0;  // root mean square of the arms
+  double noise_scale = 1.0;
+  double expected_variance = 0.0;
+  WeightedMoments target;
+  WeightedMoments source;
+  WeightedMoments difference;
+
+  // Symmetric part of the rows of one surface times those of the other.
+  Eigen::Matrix4d HessianCross() const {
+    Eigen::Matrix4d cross = hessian_mean;
+    cross.topLeftCorner<3, 3>() -= 0.25 * hessian_apart;
+    return cross;
+  }
+};
+
+template <class Also>
+GridAligner::NormalEquations GridAligner::Accumulate(const Hypothesis& at,
+                                                     double noise_scale,
+                                                     Also also) const {
+  NormalEquations n;
+  double arms = 0.0;
+  double robust = 0.0;
+  ForEachCell(at, [&](const CellPair& p) {
+    const double psi = p.RobustWeight(noise_scale);
+    const double w = p.weight * psi;
+    const Eigen::Vector4d J = Row(p.MeanSlope(), p.arm);
+    const Eigen::Vector3d apart = p.RowsApart();
+    const Eigen::Vector4d pull = w * p.Pull(J);
+    n.hessian_mean.noalias() += (w * J) * J.transpose();
+    n.hessian_apart.noalias() += (w * apart) * apart.transpose();
+    n.gradient += pull;
+    arms += p.arm.squaredNorm();
+    robust += psi;
+    n.cells += 1.0;
+    n.target.Add(p.weight, p.height_target);
+    n.source.Add(p.weight, p.height_source);
+    n.difference.Add(w, p.residual);
+    also(p, psi, J, apart, pull);
+  });
+  if (n.cells == 0.0) return n;
+  n.radius_m = std::sqrt(arms / n.cells);
+  n.noise_scale = std::max(kPatchCells * n.difference.square / robust, 0.01);
+  n.expected_variance = n.cells / (kPatchCells * n.target.weight);
+  return n;
 }
 
 }  // namespace seastitch

@@ -14,10 +14,10 @@ using Cell = RegistrationSubmap::Cell;
 // Soundings of a cell that scatter by so many times the variance of the others do so because the
 // seabed there is finer than the cell, a pipe or a wreck, and not by chance.
 constexpr double kClearScatter = 4.0;
-// Within so much the noise of soundings shows, and not what differs from place to place.
+// Edge of a block within which residuals vary by the noise of soundings alone.
 constexpr double kScatterBlockM = 10.0;
 
-// What a unit error of each cell's height adds to the gradient, over one of the two submaps.
+// Derivative of the gradient by the height of each cell, of one of the two submaps.
 class Shares {
  public:
   explicit Shares(const Grid<Cell>& grid)
@@ -25,7 +25,7 @@ class Shares {
     columns_.resize(static_cast<std::size_t>(grid.geometry().rows));
   }
 
-  // share: what an error of unit variance would add.
+  // share: derivative of the gradient by this height.
   void Add(int row, int col, const Eigen::Array4f& share) {
     const std::size_t i = grid_.geometry().Index(row, col);
     const Cell& cell = grid_.cells()[i];
@@ -102,7 +102,7 @@ class ResidualScatter {
  private:
   using Key = std::pair<int, int>;
   struct Block {
-    Moments residuals;  // by inverse variance
+    WeightedMoments residuals;  // by inverse variance
     double cells = 0.0;
   };
   double block_m_;
@@ -113,35 +113,32 @@ class ResidualScatter {
 
 }  // namespace
 
-FitInformation GridAligner::Inform(const Fit& fit) const {
-  Eigen::Matrix4d hessian_mean = Eigen::Matrix4d::Zero();
-  Eigen::Matrix3d hessian_apart = Eigen::Matrix3d::Zero();
-  Eigen::Vector4d gradient = Eigen::Vector4d::Zero();
+AlignmentInformation GridAligner::Inform(const Alignment& fit) const {
   ResidualScatter scatter(source_.cell_m());
   OverlapBlocks blocks(source_.cell_m());
   Shares source_shares(source_.grid);
   Shares target_shares(target_.grid);
-  ForEachCell(fit.at, [&](const CellPair& p) {
-    const double psi = p.RobustWeight(fit.noise_scale);
-    const double w = p.weight * psi;
-    const Eigen::Vector4d J = Row(p.MeanSlope(), p.arm);
-    const Eigen::Vector3d apart = p.RowsApart();
-    const Eigen::Vector4d share = w * J;
-    const Eigen::Vector4d pull = w * p.Pull(J);
-    hessian_mean.noalias() += share * J.transpose();
-    hessian_apart.noalias() += (w * apart) * apart.transpose();
-    gradient += pull;
-    scatter.Add(p, psi);
-    blocks.Add(p.arm, w, p.variance_both, J, apart, pull);
-    const Eigen::Array4f shared = share.cast<float>().array();
-    source_shares.Add(p.row, p.col, shared);
-    for (int i = 0; i < 2; ++i)
-      for (int j = 0; j < 2; ++j)
-        target_shares.Add(
-            p.around.row + i, p.around.col + j, shared * static_cast<float>(p.around.Part(i, j)));
-  });
+  const NormalEquations n =
+      Accumulate(fit.at,
+                 fit.noise_scale,
+                 [&](const CellPair& p,
+                     double psi,
+                     const Eigen::Vector4d& J,
+                     const Eigen::Vector3d& apart,
+                     const Eigen::Vector4d& pull) {
+                   const double w = p.weight * psi;
+                   scatter.Add(p, psi);
+                   blocks.Add(p.arm, w, p.variance_both, J, apart, pull);
+                   const Eigen::Array4f share = (w * J).cast<float>().array();
+                   source_shares.Add(p.row, p.col, share);
+                   for (int i = 0; i < 2; ++i)
+                     for (int j = 0; j < 2; ++j)
+                       target_shares.Add(p.around.row + i,
+                                         p.around.col + j,
+                                         share * static_cast<float>(p.around.Part(i, j)));
+                 });
 
-  FitInformation out;
+  AlignmentInformation out;
   out.scatter = scatter.Finish(noise_.scatter_m * noise_.scatter_m,
                                params_.min_sounding_sigma_m * params_.min_sounding_sigma_m);
   const double sounding_variance = out.scatter.VarianceUnder(noise_.components);
@@ -161,15 +158,15 @@ FitInformation GridAligner::Inform(const Fit& fit) const {
                       c.position_walk * c.position_walk * out.sources.position_walk +
                       c.heading_walk * c.heading_walk * out.sources.heading_walk;
   B(3, 3) += out.shift_information;
-  Eigen::Matrix4d cross = hessian_mean;
-  cross.topLeftCorner<3, 3>() -= 0.25 * hessian_apart;
+  Eigen::Matrix4d cross = n.HessianCross();
   cross(3, 3) += out.shift_information;
+  Eigen::Vector4d gradient = n.gradient;
   gradient[3] -= out.shift_information * fit.at.shift_m;
 
   out.eliminate.setIdentity();
   out.eliminate.col(3) = -cross.topRightCorner<3, 1>() / cross(3, 3);
   out.hessian = (out.eliminate * cross).leftCols<3>();
-  out.noise_hessian = 0.5 * hessian_apart;
+  out.noise_hessian = 0.5 * n.hessian_apart;
   out.gradient = out.eliminate * gradient;
   out.gradient_covariance = out.eliminate * B * out.eliminate.transpose();
   out.sounding_sigma_m = std::sqrt(sounding_variance);

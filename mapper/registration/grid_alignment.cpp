@@ -43,26 +43,6 @@ Measurement Weigh(const Eigen::Matrix4d& cross,
 
 }  // namespace
 
-struct GridAligner::Normal {
-  Eigen::Matrix4d hessian_mean = Eigen::Matrix4d::Zero();
-  Eigen::Matrix3d hessian_apart = Eigen::Matrix3d::Zero();
-  Eigen::Vector4d gradient = Eigen::Vector4d::Zero();
-  double cells = 0.0;
-  double radius_m = 0.0;  // root mean square of the arms
-  double noise_scale = 1.0;
-  double expected_variance = 0.0;
-  Moments target;
-  Moments source;
-  Moments difference;
-
-  // Symmetric part of the rows of one surface times those of the other.
-  Eigen::Matrix4d HessianCross() const {
-    Eigen::Matrix4d cross = hessian_mean;
-    cross.topLeftCorner<3, 3>() -= 0.25 * hessian_apart;
-    return cross;
-  }
-};
-
 GridAligner::GridAligner(const RegistrationSubmap::Level& target,
                          const RegistrationSubmap::Level& source,
                          const RegistrationPrior& prior,
@@ -80,30 +60,9 @@ GridAligner::GridAligner(const RegistrationSubmap::Level& target,
       center_source_(center_source),
       params_(params) {}
 
-GridAligner::Normal GridAligner::Linearize(const Placement& at, double noise_scale) const {
-  Normal n;
-  double arms = 0.0;
-  double robust = 0.0;
-  ForEachCell(at, [&](const CellPair& p) {
-    const double psi = p.RobustWeight(noise_scale);
-    const double w = p.weight * psi;
-    const Eigen::Vector4d J = Row(p.MeanSlope(), p.arm);
-    const Eigen::Vector3d apart = p.RowsApart();
-    n.hessian_mean.noalias() += (w * J) * J.transpose();
-    n.hessian_apart.noalias() += (w * apart) * apart.transpose();
-    n.gradient += w * p.Pull(J);
-    arms += p.arm.squaredNorm();
-    robust += psi;
-    n.cells += 1.0;
-    n.target.Add(p.weight, p.height_target);
-    n.source.Add(p.weight, p.height_source);
-    n.difference.Add(w, p.residual);
-  });
-  if (n.cells == 0.0) return n;
-  n.radius_m = std::sqrt(arms / n.cells);
-  n.noise_scale = std::max(kPatchCells * n.difference.square / robust, 0.01);
-  n.expected_variance = n.cells / (kPatchCells * n.target.weight);
-  return n;
+GridAligner::NormalEquations GridAligner::Linearize(const Hypothesis& at,
+                                                    double noise_scale) const {
+  return Accumulate(at, noise_scale, [](const auto&...) {});
 }
 
 Eigen::Matrix3d GridAligner::CenterJacobian(const Pose2& T_target_source) const {
@@ -114,9 +73,9 @@ Eigen::Matrix3d GridAligner::CenterJacobian(const Pose2& T_target_source) const 
   return J;
 }
 
-Placement GridAligner::Moved(const Placement& from, const Eigen::Vector4d& step) const {
+Hypothesis GridAligner::Moved(const Hypothesis& from, const Eigen::Vector4d& step) const {
   const Eigen::Vector2d center = from.T_target_source * center_source_ + step.head<2>();
-  Placement to;
+  Hypothesis to;
   to.T_target_source.yaw = WrapAngle(from.T_target_source.yaw + step[2]);
   const Eigen::Vector2d p = center - to.T_target_source.Rotation() * center_source_;
   to.T_target_source.x = p.x();
@@ -125,14 +84,14 @@ Placement GridAligner::Moved(const Placement& from, const Eigen::Vector4d& step)
   return to;
 }
 
-Eigen::Vector3d GridAligner::PriorDeviation(const Placement& at) const {
+Eigen::Vector3d GridAligner::PriorDeviation(const Hypothesis& at) const {
   Eigen::Vector3d d = at.T_target_source.Vector() - prior_.T_target_source.Vector();
   d[2] = WrapAngle(d[2]);
   return d;
 }
 
-Fit GridAligner::Summary(const Placement& at, const Normal& n) const {
-  Fit fit;
+Alignment GridAligner::Summary(const Hypothesis& at, const NormalEquations& n) const {
+  Alignment fit;
   fit.at = at;
   fit.cells = n.cells;
   fit.patches = n.cells / kPatchCells;
@@ -145,24 +104,24 @@ Fit GridAligner::Summary(const Placement& at, const Normal& n) const {
   const double shift = at.shift_m / prior_.z_sigma_m;
   fit.log_prior = -0.5 * (deviation.dot(prior_information_ * deviation) + shift * shift);
   const double floor = params_.min_sounding_sigma_m * params_.min_sounding_sigma_m / kPatchCells;
-  fit.evidence =
-      AgreementScore(fit.Witnesses(), fit.relief_variance + floor, fit.difference_variance + floor);
+  fit.evidence = AgreementScore(
+      fit.DegreesOfFreedom(), fit.relief_variance + floor, fit.difference_variance + floor);
   return fit;
 }
 
-Fit GridAligner::Describe(const Placement& at, double noise_scale) const {
+Alignment GridAligner::Evaluate(const Hypothesis& at, double noise_scale) const {
   return Summary(at, Linearize(at, noise_scale));
 }
 
-Fit GridAligner::Align(const Placement& start) const {
+Alignment GridAligner::Align(const Hypothesis& start) const {
   const double shift_information = 1.0 / (prior_.z_sigma_m * prior_.z_sigma_m);
-  Placement at = start;
+  Hypothesis at = start;
   double noise_scale = std::numeric_limits<double>::infinity();  // the first step bounds nothing
   double damping = 1.0;
   Eigen::Vector4d last_lengths = Eigen::Vector4d::Zero();
   for (int i = 0;; ++i) {
-    const Normal n = Linearize(at, noise_scale);
-    Fit fit = Summary(at, n);
+    const NormalEquations n = Linearize(at, noise_scale);
+    Alignment fit = Summary(at, n);
     if (!(fit.patches >= 1.0) || i == kMaxSteps) return fit;
     noise_scale = n.noise_scale;
 

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <optional>
 #include <vector>
 
 #include "common/core/pose.hpp"
@@ -13,13 +14,14 @@
 
 namespace seastitch {
 
-// A placement of the source: its pose, and what is added to its heights beyond the prior's shift.
-struct Placement {
+// A hypothesis of where the source lies: its pose, and what is added to its heights beyond the
+// prior's z_m.
+struct Hypothesis {
   Pose2 T_target_source;
   double shift_m = 0.0;
 };
 
-// What is expected of the heights before they are compared.
+// Noise that is expected of the heights before they are compared.
 struct ExpectedNoise {
   VarianceComponents components;  // of the survey
   double scatter_m;               // of single soundings about the smooth seabed, of one submap
@@ -35,44 +37,45 @@ struct ExpectedNoise {
   }
 };
 
-// How the two surfaces meet at a placement. Parameters: position in the target of `center_source`
-// [m], yaw [rad], shift [m]; residual = source height - target height at the same place.
-struct Fit {
-  Placement at;
-  double cells = 0.0;
-  double patches = 0.0;              // of these, independent
-  double relief_variance = 0.0;      // of both surfaces [m2]
-  double difference_variance = 0.0;  // of the residuals [m2]
-  double expected_variance = 0.0;    // what sounding noise and shared errors make of these [m2]
-  double noise_scale = 1.0;          // mean squared residual over its expectation
-  double log_prior = 0.0;
-  double evidence = 0.0;  // AgreementScore, of the patches that the placement's own fit leaves
-  bool converged = false;
-
-  double Score() const { return evidence + log_prior; }
-  // Patches that bear witness: a placement takes four to be fitted.
-  double Witnesses() const { return std::max(0.0, patches - 4.0); }
-  double EvidenceAPatch() const { return evidence / std::max(Witnesses(), 1.0); }
-};
-
-// What a fit says about the placement, without the prior of x, y and yaw; z is eliminated under
-// its own.
-struct FitInformation {
+// Information of an alignment about its pose, without the prior of x, y and yaw; z is eliminated
+// under its own prior. Parameters: position in the target of `center_source` [m], yaw [rad].
+struct AlignmentInformation {
   Eigen::Matrix3d hessian;        // slopes of one surface times those of the other: unbiased
-  Eigen::Matrix3d noise_hessian;  // what noise alone puts into a one-sided Hessian
+  Eigen::Matrix3d noise_hessian;  // part of a one-sided Hessian that noise alone makes
   Eigen::Vector3d gradient;       // of the log-likelihood
   Eigen::Matrix3d gradient_covariance;
   double sounding_sigma_m;
   double shared_sigma_m;
   double shift_sigma_m;
 
-  // What the covariance is made of.
+  // Parts of the covariance.
   SoundingScatter scatter;
   std::vector<OverlapBlock> blocks;
   GradientCovariance sources;             // of the gradient by (x, y, yaw, height)
   Eigen::Matrix4d structure;              // the same, by seabed that is finer than a cell
   Eigen::Matrix<double, 3, 4> eliminate;  // the height
   double shift_information;               // of its prior
+};
+
+// A hypothesis and the statistics of how the two surfaces fit there. Residual = source height -
+// target height at the same place.
+struct Alignment {
+  Hypothesis at;
+  double cells = 0.0;                // of the overlap
+  double patches = 0.0;              // independent ones among them
+  double relief_variance = 0.0;      // of both surfaces [m2]
+  double difference_variance = 0.0;  // of the residuals [m2]
+  double expected_variance = 0.0;    // of the residuals, by sounding noise and shared errors [m2]
+  double noise_scale = 1.0;          // mean squared residual over its expectation
+  double log_prior = 0.0;
+  double evidence = 0.0;  // AgreementScore() of DegreesOfFreedom() patches
+  bool converged = false;
+  std::optional<AlignmentInformation> information;  // by GridAligner::Inform()
+
+  double Score() const { return evidence + log_prior; }
+  // Patches less the four parameters that were fitted to them.
+  double DegreesOfFreedom() const { return std::max(0.0, patches - 4.0); }
+  double EvidencePerPatch() const { return evidence / std::max(DegreesOfFreedom(), 1.0); }
 };
 
 // Aligns the source's cells of one level to the target's in x, y, yaw and height, tilt untouched.
@@ -86,11 +89,11 @@ class GridAligner {
               const Eigen::Vector2d& center_source,
               const RegistrationParams& params);
 
-  // Most probable placement near `start`, prior included.
-  Fit Align(const Placement& start) const;
-  // How the surfaces meet at a placement as it stands.
-  Fit Describe(const Placement& at, double noise_scale) const;
-  FitInformation Inform(const Fit& fit) const;  // fit_information.cpp
+  // Most probable hypothesis near `start`, prior included.
+  Alignment Align(const Hypothesis& start) const;
+  // The alignment of a hypothesis as it is.
+  Alignment Evaluate(const Hypothesis& at, double noise_scale) const;
+  AlignmentInformation Inform(const Alignment& fit) const;  // fit_information.cpp
 
   // Middle of the overlap, axes of the target.
   Eigen::Vector2d Center(const Pose2& T_target_source) const {
@@ -98,16 +101,19 @@ class GridAligner {
   }
   // Jacobian of (position of the centre, yaw) with respect to (x, y, yaw) of T_target_source.
   Eigen::Matrix3d CenterJacobian(const Pose2& T_target_source) const;
-  // Moves the centre and turns about it.
-  Placement Moved(const Placement& from, const Eigen::Vector4d& step) const;
+  // Moves the centre and turns about it: step in x, y [m], yaw [rad], shift [m].
+  Hypothesis Moved(const Hypothesis& from, const Eigen::Vector4d& step) const;
 
  private:
-  struct Normal;
+  struct NormalEquations;
   template <class Visit>
-  void ForEachCell(const Placement& at, Visit visit) const;
-  Normal Linearize(const Placement& at, double noise_scale) const;
-  Fit Summary(const Placement& at, const Normal& normal) const;
-  Eigen::Vector3d PriorDeviation(const Placement& at) const;
+  void ForEachCell(const Hypothesis& at, Visit visit) const;
+  // Sums over the cells of the overlap; also(p, robust_weight, J, apart, pull) is called for each.
+  template <class Also>
+  NormalEquations Accumulate(const Hypothesis& at, double noise_scale, Also also) const;
+  NormalEquations Linearize(const Hypothesis& at, double noise_scale) const;
+  Alignment Summary(const Hypothesis& at, const NormalEquations& normal) const;
+  Eigen::Vector3d PriorDeviation(const Hypothesis& at) const;
 
   const RegistrationSubmap::Level& target_;
   const RegistrationSubmap::Level& source_;

@@ -4,6 +4,7 @@
 #include <optional>
 #include <utility>
 
+#include "common/core/median.hpp"
 #include "mapper/registration/local_noise.hpp"
 #include "mapper/registration/registration.hpp"
 #include "mapper/registration/smoothing.hpp"
@@ -13,7 +14,7 @@ namespace {
 
 // Sums over the soundings of a cell; x and y from the middle of the cloud, z from its mean.
 enum Moment { kN, kX, kY, kXX, kXY, kYY, kZ, kXZ, kYZ, kZZ, kPoints, kUnused, kNumMoments };
-using Moments = Eigen::Array<double, kNumMoments, 1>;
+using CellSums = Eigen::Array<double, kNumMoments, 1>;
 
 // Points under a kernel of unit peak; they weigh as twice as many alike. Fewer make no plane.
 constexpr double kMinPoints = 2.0;
@@ -24,13 +25,13 @@ constexpr double kMinSpreadCells = 0.4;
 constexpr double kMaxLeverCells = 1.0;
 
 // In the level frame; a float holds it as well as the cloud did.
-struct Sounding {
+struct LevelPoint {
   Eigen::Vector3f p;
   float n;
 };
 
-std::vector<Sounding> UsableSoundings(const PointCloud& cloud, const Eigen::Matrix3d& R) {
-  std::vector<Sounding> out;
+std::vector<LevelPoint> UsableSoundings(const PointCloud& cloud, const Eigen::Matrix3d& R) {
+  std::vector<LevelPoint> out;
   if (!R.allFinite()) return out;
   const std::size_t size = std::min(cloud.points.size(), cloud.soundings.size());
   out.reserve(size);
@@ -49,15 +50,15 @@ struct Box {
   Eigen::Vector2d min;
   Eigen::Vector2d max;
   Eigen::Vector2d Size() const { return max - min; }
-  bool Contains(const Sounding& s) const {
+  bool Contains(const LevelPoint& s) const {
     return s.p.x() >= min.x() && s.p.x() <= max.x() && s.p.y() >= min.y() && s.p.y() <= max.y();
   }
 };
 
-Box BoundingBox(const std::vector<Sounding>& soundings) {
+Box BoundingBox(const std::vector<LevelPoint>& soundings) {
   Eigen::Vector2f min = soundings.front().p.head<2>();
   Eigen::Vector2f max = min;
-  for (const Sounding& s : soundings) {
+  for (const LevelPoint& s : soundings) {
     min = min.cwiseMin(s.p.head<2>());
     max = max.cwiseMax(s.p.head<2>());
   }
@@ -65,12 +66,12 @@ Box BoundingBox(const std::vector<Sounding>& soundings) {
 }
 
 // Where all but the outermost 0.5 % on every side lie, with as much again as a margin of a fifth.
-Box CoreBox(const std::vector<Sounding>& soundings) {
+Box CoreBox(const std::vector<LevelPoint>& soundings) {
   Box box;
   std::vector<double> values(soundings.size());
   const std::size_t cut = soundings.size() / 200;
   for (int axis = 0; axis < 2; ++axis) {
-    std::transform(soundings.begin(), soundings.end(), values.begin(), [&](const Sounding& s) {
+    std::transform(soundings.begin(), soundings.end(), values.begin(), [&](const LevelPoint& s) {
       return s.p[axis];
     });
     const auto low = values.begin() + static_cast<std::ptrdiff_t>(cut);
@@ -91,46 +92,48 @@ double CellsOf(const Box& box, double cell_m) {
 }
 
 // As GridGeometry::Row and Col, of places that lie in the grid.
-int RowInside(const GridGeometry& g, const Sounding& s) {
+int RowInside(const GridGeometry& g, const LevelPoint& s) {
   return static_cast<int>((s.p.x() - g.origin.x()) / g.cell_m);
 }
-int ColInside(const GridGeometry& g, const Sounding& s) {
+int ColInside(const GridGeometry& g, const LevelPoint& s) {
   return static_cast<int>((s.p.y() - g.origin.y()) / g.cell_m);
 }
 
 // Mean distance of neighbouring points of a box that holds all: from the area of the cells of a
 // trial grid that hold any.
-double PointSpacing(const std::vector<Sounding>& soundings, const Box& box) {
+double PointSpacing(const std::vector<LevelPoint>& soundings, const Box& box) {
   const double count = static_cast<double>(soundings.size());
   const Eigen::Vector2d size = box.Size();
   const double trial_cell =
       std::max({3.0 * std::sqrt(size.x() * size.y() / count), size.maxCoeff() / 2000.0, 1e-3});
   const GridGeometry g = GridGeometry::Covering(box.min, box.max, trial_cell);
   std::vector<char> occupied(g.size(), 0);
-  for (const Sounding& s : soundings) occupied[g.Index(RowInside(g, s), ColInside(g, s))] = 1;
+  for (const LevelPoint& s : soundings) occupied[g.Index(RowInside(g, s), ColInside(g, s))] = 1;
   const auto cells = std::count(occupied.begin(), occupied.end(), 1);
   return trial_cell * std::sqrt(static_cast<double>(cells) / count);
 }
 
 // The finest level whose cells are at least so large.
 int LevelAtLeast(double cell_m) { return static_cast<int>(std::ceil(std::log2(cell_m) - 1e-9)); }
-double CellOf(int level) { return std::exp2(level); }
+double CellEdge(int level) { return std::exp2(level); }
 
 // Soundings in the order of the rows of a grid, so that whoever goes through them stays in one row.
 struct SoundingRows {
-  std::vector<Sounding> soundings;
+  std::vector<LevelPoint> soundings;
   std::vector<std::size_t> ends;  // of every row
 };
 
-SoundingRows SortIntoRows(const std::vector<Sounding>& soundings, const GridGeometry& g) {
+SoundingRows SortIntoRows(const std::vector<LevelPoint>& soundings, const GridGeometry& g) {
   SoundingRows out;
-  const auto row_of = [&](const Sounding& s) { return static_cast<std::size_t>(RowInside(g, s)); };
+  const auto row_of = [&](const LevelPoint& s) {
+    return static_cast<std::size_t>(RowInside(g, s));
+  };
   out.ends.assign(static_cast<std::size_t>(g.rows), 0);
-  for (const Sounding& s : soundings) ++out.ends[row_of(s)];
+  for (const LevelPoint& s : soundings) ++out.ends[row_of(s)];
   std::size_t start = 0;
   for (std::size_t& end : out.ends) start += std::exchange(end, start);
   out.soundings.resize(soundings.size());
-  for (const Sounding& s : soundings) out.soundings[out.ends[row_of(s)]++] = s;
+  for (const LevelPoint& s : soundings) out.soundings[out.ends[row_of(s)]++] = s;
   return out;
 }
 
@@ -138,10 +141,10 @@ SoundingRows SortIntoRows(const std::vector<Sounding>& soundings, const GridGeom
 struct RawLevel {
   GridGeometry geometry;
   Eigen::Vector2d middle;
-  std::vector<Moments> cells;
+  std::vector<CellSums> cells;
   std::vector<ColumnSpan> columns;  // of every row: the cells that hold any
 
-  Moments* Row(int row) { return cells.data() + geometry.Index(row, 0); }
+  CellSums* Row(int row) { return cells.data() + geometry.Index(row, 0); }
 
   // With cells of twice the size, empty. Corners lie on multiples of the cell, so cells pair off
   // from an even or an odd one.
@@ -151,26 +154,26 @@ struct RawLevel {
     out.middle = middle;
     out.geometry =
         GridGeometry::Covering(g.Center(0, 0), g.Center(g.rows - 1, g.cols - 1), 2.0 * g.cell_m);
-    out.cells.assign(out.geometry.size(), Moments::Zero());
+    out.cells.assign(out.geometry.size(), CellSums::Zero());
     out.columns.resize(static_cast<std::size_t>(out.geometry.rows));
     return out;
   }
 
   // Adds a row of a level with cells of half the size.
-  void AddFiner(const GridGeometry& fine, int fine_row, ColumnSpan span, const Moments* line) {
+  void AddFiner(const GridGeometry& fine, int fine_row, ColumnSpan span, const CellSums* line) {
     if (span.empty()) return;
     const int odd_row = geometry.Row(fine.Center(1, 0).x());
     const int odd_col = geometry.Col(fine.Center(0, 1).y());
     const int row = (fine_row + odd_row) / 2;
-    Moments* out = Row(row);
+    CellSums* out = Row(row);
     for (int col = span.first; col < span.last; ++col) out[(col + odd_col) / 2] += line[col];
     ColumnSpan& filled = columns[static_cast<std::size_t>(row)];
     filled = filled.Union({(span.first + odd_col) / 2, (span.last - 1 + odd_col) / 2 + 1});
   }
 };
 
-void AddSounding(double n, double x, double y, double z, Moments* sums) {
-  Moments& m = *sums;
+void AddSounding(double n, double x, double y, double z, CellSums* sums) {
+  CellSums& m = *sums;
   m[kN] += n;
   m[kX] += n * x;
   m[kY] += n * y;
@@ -190,11 +193,11 @@ ColumnSpan Bin(const SoundingRows& sorted,
                const Eigen::Vector2d& middle,
                double datum,
                int row,
-               Moments* line) {
+               CellSums* line) {
   const auto r = static_cast<std::size_t>(row);
   ColumnSpan columns;
   for (std::size_t i = r == 0 ? 0 : sorted.ends[r - 1]; i < sorted.ends[r]; ++i) {
-    const Sounding& s = sorted.soundings[i];
+    const LevelPoint& s = sorted.soundings[i];
     const int col = ColInside(g, s);
     AddSounding(s.n, s.p.x() - middle.x(), s.p.y() - middle.y(), s.p.z() - datum, &line[col]);
     columns = columns.Union({col, col + 1});
@@ -211,7 +214,7 @@ double RimFactor(double lever_cells) {
 
 // Plane under a kernel, by weighted least squares: height and slope at p. Where too little is seen
 // the cell stays as it is.
-void FitPlane(const Moments& m,
+void FitPlane(const CellSums& m,
               const Eigen::Vector2d& p,
               double cell_m,
               double peak,
@@ -219,7 +222,7 @@ void FitPlane(const Moments& m,
   // kPoints counts the points under a kernel of unit sum; over the peak, of unit peak.
   if (!(m[kPoints] >= kMinPoints * peak)) return;
   const double inverse_n = 1.0 / m[kN];
-  const Moments mean = m * inverse_n;
+  const CellSums mean = m * inverse_n;
   const double xx = mean[kXX] - mean[kX] * mean[kX];
   const double xy = mean[kXY] - mean[kX] * mean[kY];
   const double yy = mean[kYY] - mean[kY] * mean[kY];
@@ -262,14 +265,14 @@ RegistrationSubmap::Level FitLevel(int number,
                                    Load load) {
   const double peak = SmoothingKernel().Peak();
   RegistrationSubmap::Level level{number, Grid<RegistrationSubmap::Cell>(g)};
-  const auto load_and_count = [&](int row, Moments* line) {
+  const auto load_and_count = [&](int row, CellSums* line) {
     const ColumnSpan columns = load(row, line);
     for (int col = columns.first; col < columns.last; ++col)
       level.grid(row, col).soundings = static_cast<float>(line[col][kN]);
     return columns;
   };
-  SmoothRows<Moments>(
-      g.rows, g.cols, load_and_count, [&](int row, ColumnSpan columns, const Moments* line) {
+  SmoothRows<CellSums>(
+      g.rows, g.cols, load_and_count, [&](int row, ColumnSpan columns, const CellSums* line) {
         for (int col = columns.first; col < columns.last; ++col) {
           const Eigen::Vector2d p = g.Center(row, col) - middle;
           FitPlane(line[col], p, g.cell_m, peak, &level.grid(row, col));
@@ -285,9 +288,7 @@ std::optional<float> MedianScatter(const RegistrationSubmap::Level& level) {
   for (const RegistrationSubmap::Cell& cell : level.grid.cells())
     if (cell.variance > 0.0f) scatters.push_back(cell.scatter);
   if (scatters.empty()) return std::nullopt;
-  const auto middle = scatters.begin() + static_cast<std::ptrdiff_t>(scatters.size() / 2);
-  std::nth_element(scatters.begin(), middle, scatters.end());
-  return *middle;
+  return Median(std::move(scatters));
 }
 
 }  // namespace
@@ -296,7 +297,7 @@ RegistrationSubmap RegistrationSubmap::Prepare(const PointCloud& cloud,
                                                const Eigen::Matrix3d& R_level_submap,
                                                const RegistrationParams& params) {
   RegistrationSubmap out;
-  std::vector<Sounding> soundings = UsableSoundings(cloud, R_level_submap);
+  std::vector<LevelPoint> soundings = UsableSoundings(cloud, R_level_submap);
   if (soundings.size() < 16) return out;
   const auto max_cells = static_cast<double>(params.max_cells);
   const auto count = static_cast<double>(soundings.size());
@@ -305,15 +306,15 @@ RegistrationSubmap RegistrationSubmap::Prepare(const PointCloud& cloud,
   double spacing = PointSpacing(soundings, box);
   if (CellsOf(box, std::max(spacing, params.min_cell_m)) > std::min(max_cells, 10.0 * count)) {
     box = CoreBox(soundings);
-    std::erase_if(soundings, [&](const Sounding& s) { return !box.Contains(s); });
+    std::erase_if(soundings, [&](const LevelPoint& s) { return !box.Contains(s); });
     spacing = PointSpacing(soundings, box);
   }
   int finest = LevelAtLeast(std::max(params.cell_per_spacing * spacing, params.min_cell_m));
-  while (CellsOf(box, CellOf(finest)) > max_cells) ++finest;
+  while (CellsOf(box, CellEdge(finest)) > max_cells) ++finest;
 
   double sum_z = 0.0;
   double sum_n = 0.0;
-  for (const Sounding& s : soundings) {
+  for (const LevelPoint& s : soundings) {
     sum_z += static_cast<double>(s.n) * s.p.z();
     sum_n += s.n;
   }
@@ -321,18 +322,18 @@ RegistrationSubmap RegistrationSubmap::Prepare(const PointCloud& cloud,
 
   // The finest level is summed row by row, and every level, while it is fitted, adds itself up to
   // the next.
-  const GridGeometry finest_grid = GridGeometry::Covering(box.min, box.max, CellOf(finest));
+  const GridGeometry finest_grid = GridGeometry::Covering(box.min, box.max, CellEdge(finest));
   const Eigen::Vector2d middle = 0.5 * (box.min + box.max);
   const SoundingRows sorted = SortIntoRows(soundings, finest_grid);
   RawLevel next = RawLevel{finest_grid, middle, {}, {}}.Coarser();
-  out.levels_.push_back(FitLevel(finest, finest_grid, middle, [&](int row, Moments* line) {
+  out.levels_.push_back(FitLevel(finest, finest_grid, middle, [&](int row, CellSums* line) {
     const ColumnSpan columns = Bin(sorted, finest_grid, middle, out.height_datum_m_, row, line);
     next.AddFiner(finest_grid, row, columns, line);
     return columns;
   }));
   for (int i = 1; i < params.num_levels; ++i) {
     RawLevel raw = std::exchange(next, next.Coarser());
-    out.levels_.push_back(FitLevel(finest + i, raw.geometry, middle, [&](int row, Moments* line) {
+    out.levels_.push_back(FitLevel(finest + i, raw.geometry, middle, [&](int row, CellSums* line) {
       const ColumnSpan columns = raw.columns[static_cast<std::size_t>(row)];
       std::copy(raw.Row(row) + columns.first, raw.Row(row) + columns.last, line + columns.first);
       next.AddFiner(raw.geometry, row, columns, line);

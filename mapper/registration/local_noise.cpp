@@ -1,4 +1,5 @@
 #include "mapper/registration/local_noise.hpp"
+#include "common/core/median.hpp"
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -26,12 +27,6 @@ constexpr float kFurthest = 1.0f;
 
 bool IsKnown(const Cell& cell) { return cell.variance > 0.0f; }
 
-float Median(std::vector<float>* values) {
-  const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
-  std::nth_element(values->begin(), middle, values->end());
-  return *middle;
-}
-
 }  // namespace
 
 LocalNoise::LocalNoise(const Level& finest, double least_sigma_m)
@@ -40,7 +35,7 @@ LocalNoise::LocalNoise(const Level& finest, double least_sigma_m)
   for (const Block& block : blocks_.cells())
     if (block.variance > 0.0f) known.push_back(block.variance);
   if (known.empty()) return;
-  typical_ = Median(&known);
+  typical_ = Median(std::move(known));
   for (int row = 0; row < blocks_.geometry().rows; ++row)
     for (int col = 0; col < blocks_.geometry().cols; ++col)
       if (blocks_(row, col).variance > 0.0f) blocks_(row, col).gradient = GradientAt(row, col);

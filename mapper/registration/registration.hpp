@@ -13,55 +13,56 @@
 #include "mapper/noise/closure_statistics.hpp"
 #include "mapper/noise/variance_components.hpp"
 
-// Where one submap lies on another (III-A-3): a GICP between the distributions of height-field
-// cells. Tilt is gravity's and is kept exactly, so x, y and yaw are searched, with z solved beside
-// them under a prior; cells correspond by vertical projection, so there is no nearest neighbour
-// that could be the wrong one. First every place in the window of the prior is tried on a coarse
-// grid, then the best few are refined. Pure and deterministic.
+// Registration of two submaps in x, y and yaw (III-A-3), docs/registration.md: a GICP between the
+// Gaussians of height-field cells. Tilt is gravity's and is kept exactly; z is estimated as a
+// nuisance under a prior. Cells correspond by vertical projection. A search on a coarse grid tries
+// every placement in the window of the prior; the best few are refined. Pure and deterministic.
 namespace seastitch {
 
 // Cell edges are powers of two metres, so that submaps of different density share levels.
 struct RegistrationParams {
-  // No cell is smaller: a sounding's footprint is about 0.02 x its range.
+  // Smallest cell. The footprint of a sounding is about 0.02 x its range.
   double min_cell_m = 0.125;
-  // Of the finest level, times the mean spacing of points. A smoothing kernel covers 4 pi cells:
-  // seven points at this ratio, three of them gone into a plane.
+  // Cell of the finest level over the mean spacing of points. A smoothing kernel covers 4 pi cells:
+  // seven points at this ratio, for a plane of three parameters.
   double cell_per_spacing = 0.75;
   int num_levels = 4;  // cells of 1, 2, 4, 8 x the finest
   // A cloud that would need more cells is cropped to where its points are.
   int max_cells = 1'000'000;
 
-  // The window is this many sigma of the prior: 3 holds the truth in 99 % of cases a direction.
+  // Half-width of the window in sigma of the prior. 3 contains the truth in 99 % of cases a
+  // direction.
   double window_sigma = 3.0;
   int max_modes = 5;
   // Cells x yaw hypotheses of one search; a window above it is searched on the next coarser level.
   int max_search_cells = 100'000;
 
-  // The noise of soundings is estimated from the data; never believed to be below this.
+  // Lower bound of the noise of a sounding, which is estimated from the data.
   double min_sounding_sigma_m = 0.001;
-  // What the two submaps are expected to differ by.
+  // Noise expected between the two submaps.
   VarianceComponents noise;
-  // Position error that stays whatever the relief: 20 ms of latency at 1 m/s.
+  // Position error added to every result: 20 ms of latency at 1 m/s.
   double min_position_sigma_m = 0.02;
 
   double min_overlap_m2 = 10.0;
-  // Independent patches (4 pi cells) that must overlap: a placement takes four of them.
+  // Fewest independent patches (4 pi cells) of overlap. A placement has four parameters.
   double min_patches = 8.0;
-  // Another place fits alike when the log-likelihoods, over as many patches, are no further apart
-  // than the larger of: what the best of a thousand chance placements reaches; this much a patch
-  // (0.2: 1.5 times the variance of the difference, which errors of the model can make).
+  // Ambiguity: another placement fits as well where the log-likelihoods, over the same number of
+  // patches, differ by less than the larger of two bounds. min_evidence_nats is the most that a
+  // thousand chance placements reach. The margin a patch covers errors of the model (0.2 nats: 1.5
+  // times the variance of the difference).
   double min_evidence_nats = 12.0;
   double ambiguity_margin_nats_per_patch = 0.2;
   // Residual sigma over the scatter of soundings about the smooth seabed.
   double max_residual_ratio = 2.0;
-  // A direction is known where the two submaps' slopes agree by this many sigma of chance.
+  // A direction is known where the slopes of both submaps agree by this many sigma of chance.
   double min_slope_significance = 6.0;
   // Chi-square, 3 degrees of freedom, of the result against the prior: 0.1 % of true ones exceed.
   double max_prior_chi2 = 16.3;
 };
 
-// What registration keeps of a submap: heights, slopes and densities on a pyramid of grids in its
-// level frame. Made once; about 36 B a cell.
+// A submap prepared for registration: heights, slopes and densities on a pyramid of grids in its
+// level frame. Prepared once; about 36 B a cell.
 class RegistrationSubmap {
  public:
   // Smoothed seabed at the centre of a cell: a plane fitted under a Gaussian kernel of one cell.
@@ -69,11 +70,11 @@ class RegistrationSubmap {
     float height_m = 0.0f;  // above `height_datum_m`; positive down
     float slope_x = 0.0f;
     float slope_y = 0.0f;
-    // Of the height, from soundings of unit variance where noise is 1; 0: nothing known.
+    // Variance of the height for soundings of unit variance where noise is 1; 0: no height here.
     float variance = 0.0f;
     float soundings = 0.0f;  // in this very cell
-    // Covariance of height and slope, from the same: where the soundings, or the noisier of them,
-    // lie to one side.
+    // Covariance of height and slope, likewise. Not zero where the soundings, or the noisier ones,
+    // are to one side of the cell.
     float covariance_x = 0.0f;
     float covariance_y = 0.0f;
     float scatter = 0.0f;  // variance of single soundings about the plane [m2]
@@ -87,8 +88,8 @@ class RegistrationSubmap {
 
   RegistrationSubmap() = default;
 
-  // Points that are not finite, or stand for no sounding, are left out. R_level_submap: see
-  // LevelFromBody(). Nothing usable: empty().
+  // Ignores points that are not finite or have no soundings. R_level_submap: LevelFromBody().
+  // empty() without a usable point.
   static RegistrationSubmap Prepare(const PointCloud& cloud,
                                     const Eigen::Matrix3d& R_level_submap,
                                     const RegistrationParams& params);
@@ -97,7 +98,7 @@ class RegistrationSubmap {
   const std::vector<Level>& levels() const { return levels_; }  // fine to coarse
   // Mean height of the soundings in the level frame: with the vehicle as origin, its altitude.
   double height_datum_m() const { return height_datum_m_; }
-  // Scatter of single soundings about the smooth seabed: noise and what is rougher than a kernel.
+  // Scatter of single soundings about the smooth seabed: noise, and relief finer than a kernel.
   double sounding_sigma_m() const { return sounding_sigma_m_; }
 
  private:
@@ -118,28 +119,29 @@ struct RegistrationPrior {
 
 struct RegistrationResult {
   LoopVerdict verdict = LoopVerdict::kNotConverged;
-  // Level frames; the prior where nothing better is known.
+  // Level frames; the prior where registration found nothing better.
   Pose2 T_target_source;
   // Inverse covariance of T_target_source (x, y [m], yaw [rad]; axes of the target's level frame),
-  // of the registration alone, without the prior. Singular where the seabed leaves a direction
-  // open: an accepted edge informs the others. Zero unless accepted.
+  // by registration alone, without the prior. Singular where the seabed leaves a direction open.
+  // Zero unless accepted.
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
-  // By how much the seabed of the source lies below that of the target: tide, draft, sound speed.
+  // Height of the source's seabed less that of the target's, positive down: tide, draft, sound
+  // speed.
   double z_offset_m = 0.0;
   double z_offset_sigma_m = 0.0;
   double rms_m = 0.0;  // of the height differences of smoothed cells, z_offset_m taken out
   double overlap_m2 = 0.0;
   Eigen::Vector2d overlap_center_m = Eigen::Vector2d::Zero();  // axes of the target's level frame
-  double sounding_sigma_m = 0.0;  // noise of a sounding that the residuals show
+  double sounding_sigma_m = 0.0;  // noise of a sounding, estimated from the residuals
   double shared_sigma_m = 0.0;    // of errors that neighbouring soundings share
-  double cell_m = 0.0;            // of the level that said most
+  double cell_m = 0.0;            // of the finest level used
   int known_directions = 0;       // rank of the information, 0 to 3
-  int modes = 0;                  // places that were refined
-  // Log-likelihood ratio against chance, of the best place and of the best elsewhere.
+  int modes = 0;                  // modes of the search that were refined
+  // Log-likelihood ratios against chance [nats]: of the best placement, and of the best elsewhere.
   double score = 0.0;
   double runner_up_score = 0.0;
-  // Of an accepted one: what it says of the survey's noise, and what its covariance is made of. The
-  // submaps' ids are the caller's.
+  // For the noise estimate of the survey, where accepted: likelihood of the noise, and the parts of
+  // the covariance. The caller sets the submaps' ids.
   std::optional<ClosureStatistics> statistics;
 };
 

@@ -106,7 +106,7 @@ class Columns {
 };
 
 // The columns around one column, CellIndex::kNone where there is none.
-struct Window {
+struct Neighbourhood {
   std::array<std::size_t, kWindow> columns;
   float soundings = 0.0f;
 
@@ -115,8 +115,8 @@ struct Window {
   }
 };
 
-Window Around(const Columns& columns, std::size_t column) {
-  Window window;
+Neighbourhood Around(const Columns& columns, std::size_t column) {
+  Neighbourhood window;
   const CellKey key = columns.key(column);
   for (int dx = -kReach; dx <= kReach; ++dx) {
     for (int dy = -kReach; dy <= kReach; ++dy) {
@@ -137,7 +137,7 @@ struct LocalSeabed {
 };
 
 // Median of the height steps between columns that are neighbours along x (or along y).
-float MedianStep(const Columns& columns, const Window& window, int along_x) {
+float MedianStep(const Columns& columns, const Neighbourhood& window, int along_x) {
   Heights steps;
   for (int dx = -kReach; dx <= kReach - along_x; ++dx) {
     for (int dy = -kReach; dy <= kReach - (1 - along_x); ++dy) {
@@ -150,7 +150,7 @@ float MedianStep(const Columns& columns, const Window& window, int along_x) {
   return steps.Median();
 }
 
-LocalSeabed Fit(const Columns& columns, const Window& window) {
+LocalSeabed Fit(const Columns& columns, const Neighbourhood& window) {
   LocalSeabed seabed;
   seabed.slope_x = MedianStep(columns, window, 1);
   seabed.slope_y = MedianStep(columns, window, 0);
@@ -229,7 +229,7 @@ class ColumnJudge {
   const std::vector<PingSpan>& pings_;
   const CloudFilterParams& params_;
   CellKey key_;
-  Window window_;
+  Neighbourhood window_;
   LocalSeabed seabed_;
   float tolerance_ = 0.0f;
 };

@@ -48,16 +48,6 @@ Extent ExtentAlong(const std::vector<Eigen::Vector3f>& points, int axis) {
   return {low - margin, high + margin};
 }
 
-PointCloud LevelPoints(const PointCloud& cloud, const Eigen::Matrix3d& R_level_submap) {
-  PointCloud level;
-  const Eigen::Matrix3f R = R_level_submap.cast<float>();
-  for (std::size_t i = 0; i < cloud.size(); ++i) {
-    const Eigen::Vector3f p = R * cloud.points[i];
-    if (p.allFinite()) level.Add(p, cloud.soundings[i]);
-  }
-  return level;
-}
-
 Mask OccupiedCells(const PointCloud& level) {
   const Extent x = ExtentAlong(level.points, 0);
   const Extent y = ExtentAlong(level.points, 1);
@@ -201,8 +191,7 @@ Polygon WithFewCorners(const Polygon& outline, double cell_m) {
 
 }  // namespace
 
-Footprint FootprintOf(const PointCloud& cloud, const Eigen::Matrix3d& R_level_submap) {
-  const PointCloud level = LevelPoints(cloud, R_level_submap);
+Footprint FootprintOf(const PointCloud& level) {
   if (level.empty()) return {};
   const Mask occupied = OccupiedCells(level);
   if (occupied.cells().empty()) return {};

@@ -7,7 +7,9 @@
 #include <cmath>
 #include <utility>
 
+#include "common/core/median.hpp"
 #include "mapper/submaps/footprint.hpp"
+#include "mapper/submaps/level_cloud.hpp"
 #include "mapper/submaps/relative_pose.hpp"
 
 namespace seastitch {
@@ -38,9 +40,7 @@ double MedianHeightBelow(const GeoreferencedPing& ping) {
   for (const Sounding& s : ping.soundings) {
     below.push_back(s.p_map.z() - ping.T_map_vehicle.translation().z());
   }
-  const auto middle = below.begin() + static_cast<std::ptrdiff_t>(below.size() / 2);
-  std::nth_element(below.begin(), middle, below.end());
-  return *middle;
+  return Median(std::move(below));
 }
 
 double HorizontalStep(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
@@ -324,13 +324,12 @@ std::optional<Submap> SubmapBuilder::Close(SubmapTrigger trigger) {
   }
   soundings_ = std::move(open.soundings);
   frames_.push_back({middle.time, middle.T_map_vehicle.translation().head<2>()});
-  const Eigen::Matrix3d R_level_submap = LevelFromBody(submap.T_map_submap);
+  const PointCloud level = LevelCloud(submap.cloud, LevelFromBody(submap.T_map_submap));
   const double sigma_m =
       std::sqrt(open.sum_variance_m2 / static_cast<double>(open.voxels.soundings()));
-  submap.footprint = FootprintOf(submap.cloud, R_level_submap);
+  submap.footprint = FootprintOf(level);
   submap.predicted_information =
-      params_.expected_overlap *
-      PredictInformation(submap.cloud, R_level_submap, filter_.voxel_m, sigma_m);
+      params_.expected_overlap * PredictInformation(level, filter_.voxel_m, sigma_m);
   return submap;
 }
 

@@ -74,21 +74,12 @@ Eigen::Matrix3d TerrainInformation::Evaluate(const Pose2& frame) const {
                              margin * noise);
 }
 
-Eigen::Matrix3d PredictInformation(const PointCloud& cloud,
-                                   const Eigen::Matrix3d& R_level_submap,
-                                   double voxel_m,
-                                   double sigma_m) {
+Eigen::Matrix3d PredictInformation(const PointCloud& level, double voxel_m, double sigma_m) {
   constexpr double kSoundingsPerCell = 6.0;
-  PointCloud level;
-  level.points.reserve(cloud.size());
-  level.soundings = cloud.soundings;
-  const Eigen::Matrix3f R = R_level_submap.cast<float>();
-  for (const Eigen::Vector3f& p : cloud.points) level.points.push_back(R * p);
-
   TerrainInformation terrain(
       CellForDensity(level.points, level.soundings, 2.0 * voxel_m, kSoundingsPerCell));
   for (std::size_t i = 0; i < level.size(); ++i) {
-    if (!level.points[i].allFinite() || !(level.soundings[i] > 0.0f)) continue;
+    if (!(level.soundings[i] > 0.0f)) continue;
     terrain.Add(
         level.points[i].cast<double>(), static_cast<double>(level.soundings[i]), sigma_m * sigma_m);
   }

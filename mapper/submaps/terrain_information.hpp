@@ -46,11 +46,8 @@ class TerrainInformation {
   std::vector<Cell> cells_;
 };
 
-// The same for a finished cloud (axes: its own frame; R_level_submap: see LevelFromBody()), about
-// the frame's origin, in level axes. sigma_m: of one sounding.
-Eigen::Matrix3d PredictInformation(const PointCloud& cloud,
-                                   const Eigen::Matrix3d& R_level_submap,
-                                   double voxel_m,
-                                   double sigma_m);
+// The same for a finished level cloud (LevelCloud()), about the frame's origin. sigma_m: of one
+// sounding.
+Eigen::Matrix3d PredictInformation(const PointCloud& level, double voxel_m, double sigma_m);
 
 }  // namespace seastitch

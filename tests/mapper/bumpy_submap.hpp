@@ -7,6 +7,7 @@
 #include "common/core/pose.hpp"
 #include "common/core/submap.hpp"
 #include "mapper/submaps/footprint.hpp"
+#include "mapper/submaps/level_cloud.hpp"
 
 // Submaps of one synthetic seabed, for tests of registration and loop search.
 namespace seastitch {
@@ -44,7 +45,7 @@ inline Submap Make(int id,
         Eigen::Vector3d(p.x(), p.y(), height(p_map.x(), p_map.y()) - 10.0 + noise(random))
             .cast<float>());
   }
-  submap.footprint = FootprintOf(submap.cloud, Eigen::Matrix3d::Identity());
+  submap.footprint = FootprintOf(LevelCloud(submap.cloud, Eigen::Matrix3d::Identity()));
   submap.predicted_information =
       Eigen::Matrix3d(Eigen::Vector3d(1000.0, 1000.0, 100'000.0).asDiagonal());
   return submap;

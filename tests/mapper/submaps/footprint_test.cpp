@@ -8,6 +8,7 @@
 #include <random>
 
 #include "common/core/pose.hpp"
+#include "mapper/submaps/level_cloud.hpp"
 #include "tests/property.hpp"
 
 namespace seastitch {
@@ -56,7 +57,7 @@ TEST(Footprint, CoversThePointsAndLittleElse) {
   for (const auto& [shape, area_m2] : {std::pair<Shape, double>{Swath, 2160.0}, {Bend, 2199.1}}) {
     for (const double per_m2 : {1.0, 10.0}) {
       const PointCloud cloud = Fill(shape, per_m2, 11);
-      const Footprint outline = FootprintOf(cloud, Eigen::Matrix3d::Identity());
+      const Footprint outline = FootprintOf(LevelCloud(cloud, Eigen::Matrix3d::Identity()));
       EXPECT_GE(PartInside(cloud, outline), 0.95);
       EXPECT_GT(Area(outline), 0.93 * area_m2);
       EXPECT_LT(Area(outline), (per_m2 > 5.0 ? 1.15 : 1.35) * area_m2);
@@ -86,7 +87,7 @@ TEST(Footprint, CoversRandomBlobs) {
         2.0,
         *rc::gen::arbitrary<std::uint64_t>());
     RC_PRE(cloud.size() > 300u);
-    const Footprint outline = FootprintOf(cloud, Eigen::Matrix3d::Identity());
+    const Footprint outline = FootprintOf(LevelCloud(cloud, Eigen::Matrix3d::Identity()));
     RC_ASSERT(PartInside(cloud, outline) >= 0.95);
     RC_ASSERT(outline.size() <= kMaxOutlineCorners);
   }));
@@ -98,21 +99,21 @@ TEST(Footprint, StandsInTheLevelFrame) {
   for (const Eigen::Vector3f& p : Fill(Swath, 5.0, 3).points) {
     tilted.Add((R_level_submap.transpose() * p.cast<double>()).cast<float>());
   }
-  EXPECT_NEAR(Area(FootprintOf(tilted, R_level_submap)), 2160.0, 250.0);
+  EXPECT_NEAR(Area(FootprintOf(LevelCloud(tilted, R_level_submap))), 2160.0, 250.0);
 }
 
 TEST(Footprint, IsNotStretchedByAWildPoint) {
   PointCloud cloud = Fill(Swath, 5.0, 3);
   cloud.Add({1e6f, -1e6f, 0.0f});
   cloud.Add({std::numeric_limits<float>::quiet_NaN(), 0.0f, 0.0f});
-  EXPECT_NEAR(Area(FootprintOf(cloud, Eigen::Matrix3d::Identity())), 2160.0, 250.0);
+  EXPECT_NEAR(Area(FootprintOf(LevelCloud(cloud, Eigen::Matrix3d::Identity()))), 2160.0, 250.0);
 }
 
 TEST(Footprint, IsEmptyWithoutAnArea) {
   PointCloud cloud;
-  EXPECT_TRUE(FootprintOf(cloud, Eigen::Matrix3d::Identity()).empty());
+  EXPECT_TRUE(FootprintOf(LevelCloud(cloud, Eigen::Matrix3d::Identity())).empty());
   cloud.Add({1.0f, 2.0f, 3.0f});
-  EXPECT_TRUE(FootprintOf(cloud, Eigen::Matrix3d::Identity()).empty());
+  EXPECT_TRUE(FootprintOf(LevelCloud(cloud, Eigen::Matrix3d::Identity())).empty());
 }
 
 }  // namespace
