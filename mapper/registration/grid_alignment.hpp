@@ -70,7 +70,7 @@ struct Alignment {
   double log_prior = 0.0;
   double evidence = 0.0;  // AgreementScore() of DegreesOfFreedom() patches
   bool converged = false;
-  std::optional<AlignmentInformation> information;  // by GridAligner::Inform()
+  std::optional<AlignmentInformation> information{};  // by GridAligner::Inform()
 
   double Score() const { return evidence + log_prior; }
   // Patches less the four parameters that were fitted to them.

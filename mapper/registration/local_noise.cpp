@@ -69,7 +69,7 @@ Grid<LocalNoise::Block> LocalNoise::BlocksOf(const Level& finest, double least_s
       }
       if (scatters.size() < kFewest) continue;
       block.middle = cell_m * sum / static_cast<float>(scatters.size());
-      block.variance = std::max(least, Median(&scatters));
+      block.variance = std::max(least, Median(scatters));
     }
   }
   return out;
