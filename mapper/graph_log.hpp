@@ -25,10 +25,10 @@ class GraphLog {
   // Names the graph; the first call counts. Without one, the first submap's time names it.
   void SetId(Time first_navigation_state);
 
-  // Appends vertices and edges in as many versions as they need: an edge never comes before its
-  // vertices. Nothing to append makes no version. final: the mapper has stopped, and the last of
-  // these versions says so; an empty one, if there are none. A graph ends once: Append() goes on
-  // after that without the mark.
+  // Appends vertices and edges in as many versions as they need; an edge never precedes its
+  // vertices. No version is made of nothing. final: the mapper has stopped, and the last of these
+  // versions (an empty one, if there are none) is marked. A graph ends once: later versions are not
+  // marked.
   void Append(std::vector<GraphVertex> vertices,
               std::vector<GraphEdge> edges,
               Time submap_time,
@@ -36,7 +36,8 @@ class GraphLog {
   // After a restart: the next version in its place, once sent or about to be. False where it is not
   // the next.
   bool Restore(GraphStep step);
-  // All is restored. The next version says so, and the graph may end again.
+  // Called after a restart when all is restored. The next version is marked as resumed, and the
+  // graph may end again.
   void Resume();
   bool HasEnded() const { return ended_; }
 

@@ -12,8 +12,8 @@
 namespace seastitch {
 namespace {
 
-// No navigation is better than this, whatever a file says: a prior without any doubt would leave
-// nothing to search, and its inverse would not exist.
+// Lower bound of the variances of a prior, whatever a file states: a prior without uncertainty
+// would leave nothing to search, and its inverse would not exist.
 const Eigen::Vector3d kSmallestVariance(1e-4, 1e-4, 1e-8);  // 1 cm, 0.006 degrees
 
 Eigen::Matrix3d WithFloor(const Eigen::Matrix3d& covariance) {
@@ -28,8 +28,8 @@ const Eigen::Vector3d kUnknownVariance(1e6, 1e6, kPi* kPi);
 
 bool IsAccepted(const GraphEdge& edge) { return edge.verdict == LoopVerdict::kAccepted; }
 
-// See kNewsNats. Covariances above kSmallestVariance.
-double News(const RelativePose& before, const RelativePose& now) {
+// See kRetryNats. Covariances above kSmallestVariance.
+double InformationGain(const RelativePose& before, const RelativePose& now) {
   Eigen::Vector3d moved = now.T_a_b.Vector() - before.T_a_b.Vector();
   moved[2] = WrapAngle(moved[2]);
   const double narrowed = std::log(before.covariance.determinant() / now.covariance.determinant());
@@ -86,18 +86,19 @@ void LoopCloser::FindMoved() {
   for (std::size_t i = 0; i < solved_.size(); ++i) {
     const RelativePose now = AsSolved(i);
     const std::optional<RelativePose>& before = entries_[i].looked_at;
-    // A small part of what a pair has to learn: its submaps may have learned most of it together.
-    const double nats = before ? News(*before, now) : std::numeric_limits<double>::infinity();
-    if (nats >= 0.05 * kNewsNats) news.push_back({nats, i});
+    // A small part of the gain of a pair suffices: its submaps may have gained most of it together.
+    const double nats =
+        before ? InformationGain(*before, now) : std::numeric_limits<double>::infinity();
+    if (nats >= 0.05 * kRetryNats) news.push_back({nats, i});
   }
-  // Of those that have no pair there is nothing to be asked: others are looked at in their place.
-  const std::size_t most = std::min(news.size(), 4 * kMaxMoved);
+  // Submaps without a pair are skipped, and others taken in their place.
+  const std::size_t most = std::min(news.size(), 4 * kMaxRetried);
   std::partial_sort(
       news.begin(), news.begin() + static_cast<std::ptrdiff_t>(most), news.end(), std::greater<>());
   moved_.clear();
   covariances_.clear();
   request_ = {{}, 0, solution_version_, {}};
-  for (std::size_t k = 0; k < most && moved_.size() < kMaxMoved; ++k) {
+  for (std::size_t k = 0; k < most && moved_.size() < kMaxRetried; ++k) {
     const std::size_t n = news[k].second;
     const std::vector<std::size_t> within = WithinReach(n);
     for (const std::size_t i : within)
@@ -130,7 +131,7 @@ std::vector<std::size_t> LoopCloser::WithinReach(std::size_t n) const {
     if (apart_m <= spread_m(i) + spread_of_n_m) near.push_back({apart_m, i});
   }
   std::sort(near.begin(), near.end());
-  near.resize(std::min(near.size(), kMaxPairsOfMoved));
+  near.resize(std::min(near.size(), kMaxPairsToRetry));
   std::vector<std::size_t> within;
   for (const auto& [apart_m, i] : near) within.push_back(i);
   return within;
@@ -154,7 +155,7 @@ std::vector<LoopPair> LoopCloser::PairsFor(SubmapId source) const {
   return Choose(n, std::move(candidates));
 }
 
-std::vector<LoopPair> LoopCloser::PairsOfMoved(int most) {
+std::vector<LoopPair> LoopCloser::PairsToRetry(int most) {
   const std::size_t n = moved_.back();
   moved_.pop_back();
   entries_[n].looked_at = AsSolved(n);
@@ -175,11 +176,11 @@ std::vector<LoopPair> LoopCloser::PairsOfMoved(int most) {
 }
 
 bool LoopCloser::IsWorthAnother(const OverlapCandidate& candidate, SubmapId source) const {
-  if (candidate.gain_nats < kNewsNats) return false;
+  if (candidate.gain_nats < kRetryNats) return false;
   const auto found = tried_.find({candidate.target, source});
   if (found == tried_.end()) return true;
   const Tried& tried = found->second;
-  return !tried.pulls && News(tried.prior, candidate.prior) >= kNewsNats;
+  return !tried.pulls && InformationGain(tried.prior, candidate.prior) >= kRetryNats;
 }
 
 std::vector<LoopPair> LoopCloser::Choose(std::size_t n,
@@ -245,7 +246,7 @@ Eigen::Matrix3d LoopCloser::InformationDespiteBends(const GraphEdge& edge) const
 std::vector<GraphEdge> LoopCloser::DeadReckoningEdge(SubmapId to) const {
   const std::size_t n = IndexOf(to);
   if (n == entries_.size() || BeginsChain(n)) return {};
-  const RelativePose relative = ToldFromPrevious(n);
+  const RelativePose relative = StatedFromPrevious(n);
   GraphEdge edge;
   edge.kind = EdgeKind::kDeadReckoning;
   edge.from = entries_[n - 1].outline.id;
@@ -271,14 +272,14 @@ std::size_t LoopCloser::IndexOf(SubmapId id) const {
 }
 
 RelativePose LoopCloser::FromPrevious(std::size_t i) const {
-  const RelativePose told = ToldFromPrevious(i);
+  const RelativePose told = StatedFromPrevious(i);
   const Eigen::Matrix3d by = DeadReckoningByMounting(told.T_a_b);
   const Eigen::Vector3d mean = told.T_a_b.Vector() + by * mounting_.Vector();
   return {{mean.x(), mean.y(), mean.z()},
           told.covariance + by * mounting_.covariance * by.transpose()};
 }
 
-RelativePose LoopCloser::ToldFromPrevious(std::size_t i) const {
+RelativePose LoopCloser::StatedFromPrevious(std::size_t i) const {
   const Eigen::Matrix3d unknown = kUnknownVariance.asDiagonal();
   return {Inverse(entries_[i - 1].T_map_level) * entries_[i].T_map_level,
           entries_[i].covariance_from_previous.value_or(unknown)};

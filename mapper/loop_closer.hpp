@@ -34,7 +34,7 @@ struct LoopCloserParams {
   // Of the height between two submaps: tide, draft and sound speed between two passes, which the
   // depth sensor does not see.
   double z_sigma_m = 0.3;
-  // registration.noise is where a survey begins: its overlaps say how it goes on.
+  // True: registration.noise is the prior; the noise is then estimated from the overlaps.
   bool learn_noise = true;
 };
 
@@ -72,23 +72,23 @@ class LoopCloser {
   // solution where it reaches, on by dead reckoning from its newest submap.
   std::vector<LoopPair> PairsFor(SubmapId source) const;
 
-  // What registering these pairs gave: of the edges, those that say something new to the graph,
-  // less sure where submaps turn. A pair without an edge could not be registered.
+  // Records the results of registering these pairs. Returns the edges that are new to the graph,
+  // with covariances inflated where submaps turn. A pair without an edge could not be registered.
   std::vector<GraphEdge> Record(const std::vector<LoopPair>& pairs,
                                 const std::vector<GraphEdge>& edges);
 
-  // The last solution moved submaps or knows them better: what is to be asked of it about the pairs
-  // of those that may meet, at most kMaxPairsAsked; no pair once it is answered.
+  // Request for the covariances of pairs that may overlap and whose submaps the last solution moved
+  // or made more certain, at most kMaxPairsAsked; without a pair once it is answered.
   const CovarianceRequest& request() const { return request_; }
   // The answer to that request.
   void SetCovariances(const PairCovariances& answer);
   // Whether submaps that moved are still to be looked at again, with the answer at hand.
   bool HasMoved() const { return !moved_.empty() && !covariances_.empty(); }
-  // Takes the one of which the solution learned most, and gives those of its pairs with older
-  // submaps that are worth a registration now: never tried, or tried, without any weight in the
-  // graph, and under a prior that differs by kNewsNats. At most `most`, possibly none. What a pair
-  // was made to say itself is no part of its prior.
-  std::vector<LoopPair> PairsOfMoved(int most);
+  // Takes the submap with the largest information gain by the solution and returns its pairs with
+  // older submaps that are due for a registration: never tried, or tried without any weight in the
+  // graph and under a prior that differs by kRetryNats. At most `most`, possibly none. The prior of
+  // a pair never contains its own closure.
+  std::vector<LoopPair> PairsToRetry(int most);
 
   // A closure that the graph has, with another information. Nothing where it is not accepted.
   std::optional<GraphEdge> Restate(SubmapId target,
@@ -109,15 +109,15 @@ class LoopCloser {
   // Newest submap of the solution in use; -1 before the first.
   SubmapId newest_solved() const;
 
-  // News: the logarithm of the ratio of the densities that a new prior and the old one give to
-  // where the new one puts a submap. Half a nat is a sigma of movement, or one direction known 1.6
-  // times better.
-  static constexpr double kNewsNats = 0.5;
-  // So many submaps are looked at again after a solution, where it has news of more.
-  static constexpr std::size_t kMaxMoved = 16;
+  // Least information gain of a prior for a retry: the logarithm of the ratio of the densities that
+  // a new prior and the old one give to where the new one puts a submap. Half a nat is a sigma of
+  // movement, or one direction known 1.6 times better.
+  static constexpr double kRetryNats = 0.5;
+  // Most submaps whose pairs are retried after a solution.
+  static constexpr std::size_t kMaxRetried = 16;
   // And of each so many pairs, the nearest.
-  static constexpr std::size_t kMaxPairsOfMoved = 31;
-  static constexpr std::size_t kMaxPairsAsked = kMaxMoved * kMaxPairsOfMoved;
+  static constexpr std::size_t kMaxPairsToRetry = 31;
+  static constexpr std::size_t kMaxPairsAsked = kMaxRetried * kMaxPairsToRetry;
 
  private:
   struct Entry {
@@ -141,8 +141,8 @@ class LoopCloser {
   // Of a closure whose submaps an offset of the sonar bends, as large as the last solution holds it
   // possible.
   Eigen::Matrix3d InformationDespiteBends(const GraphEdge& edge) const;
-  // As dead reckoning says it; and with what the last solution says of the mounting.
-  RelativePose ToldFromPrevious(std::size_t i) const;
+  // By dead reckoning, with the errors of mounting of the last solution.
+  RelativePose StatedFromPrevious(std::size_t i) const;
   RelativePose FromPrevious(std::size_t i) const;
   bool BeginsChain(std::size_t i) const;
   // T_i_n of the first of a chain and one that is solved, each by its own place in the map.
@@ -164,7 +164,7 @@ class LoopCloser {
   MountingErrors mounting_;           // in that solution
   std::map<PairKey, Tried> tried_;
   std::int64_t accepted_ = 0;       // of tried_
-  std::vector<std::size_t> moved_;  // least news first
+  std::vector<std::size_t> moved_;  // smallest information gain first
   CovarianceRequest request_;
   std::vector<PairCovariance> covariances_;  // of pairs of moved_
 };

@@ -34,7 +34,7 @@ std::optional<LoopSearch::Step> LoopSearch::LookAgain(std::optional<Time> now) {
   if (auto request = Ask(now)) return Step{std::move(request), {}};
   Step step;
   const bool has_moved = closer_.HasMoved();
-  step.pairs = has_moved ? closer_.PairsOfMoved(static_cast<int>(most)) : OutdatedPairs(most);
+  step.pairs = has_moved ? closer_.PairsToRetry(static_cast<int>(most)) : OutdatedPairs(most);
   if (!has_moved && step.pairs.empty()) return std::nullopt;
   registrations_left_ -= static_cast<std::int64_t>(step.pairs.size());
   return step;
@@ -73,7 +73,7 @@ std::vector<GraphEdge> LoopSearch::Record(RegistrationResultSet results) {
   if (results.job.closed && results.surface)
     judge_.AddSubmap(*results.job.closed, *std::move(results.surface));
   for (const LoopPair& pair : results.job.pairs) judge_.AddPair(pair.target, pair.source);
-  if (learns_noise_) Learn(&results);
+  if (learns_noise_) UpdateNoise(&results);
   std::vector<GraphEdge> news = closer_.Record(results.job.pairs, results.edges);
   for (const ClosureStatistics* closure : noise_.TakeRestated()) {
     const Eigen::Matrix3d information = closure->InformationUnder(closure->stated_under);
@@ -83,8 +83,8 @@ std::vector<GraphEdge> LoopSearch::Record(RegistrationResultSet results) {
   return news;
 }
 
-// What the job's closures say goes into the survey's figures first, and these into the closures.
-void LoopSearch::Learn(RegistrationResultSet* results) {
+// Adds the job's closures to the noise estimate, then computes their covariances from it.
+void LoopSearch::UpdateNoise(RegistrationResultSet* results) {
   for (const GraphEdge& edge : results->edges)
     if (edge.verdict != LoopVerdict::kAccepted) noise_.Remove(edge.from, edge.to);
   std::vector<NoiseEstimator::PairKey> added;

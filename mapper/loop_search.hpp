@@ -17,9 +17,9 @@
 
 namespace seastitch {
 
-// Which registrations are made, and when: those of a new submap, then those of pairs of which a
-// solution brought news, after asking the optimizer how well it knows them. Their number is
-// bounded by max_pairs a submap. Solutions that would do harm are not used. Pure.
+// Scheduler of registrations: those of a new submap first, then retries of pairs whose prior gained
+// information by a solution, after a request for their covariances to the optimizer. Their number
+// is bounded by max_pairs a submap. Harmful solutions are not used. Pure.
 class LoopSearch {
  public:
   explicit LoopSearch(const LoopCloserParams& params);
@@ -58,7 +58,7 @@ class LoopSearch {
   // False where it answers another request than the last.
   bool Take(const PairCovariances& answer);
 
-  // What the survey's overlaps say of its noise so far: what the next registration expects.
+  // Noise of the survey estimated so far, which the next registration expects.
   const NoiseEstimator& noise() const { return noise_; }
 
   // Of the last solution, where it was withheld.
@@ -71,7 +71,7 @@ class LoopSearch {
 
  private:
   std::optional<CovarianceRequest> Ask(std::optional<Time> now);
-  void Learn(RegistrationResultSet* results);
+  void UpdateNoise(RegistrationResultSet* results);
   std::vector<LoopPair> OutdatedPairs(std::int64_t most);
 
   const int pairs_per_submap_;

@@ -12,8 +12,8 @@
 
 namespace seastitch {
 
-// The mapper's process: what the Mapper is told, and where it keeps its submaps. TableOf() has each
-// key with its meaning.
+// Configuration of the mapper's process: the parameters of the Mapper and the place of its files.
+// TableOf() has each key with its meaning.
 struct MapperConfig : MapperParams {
   // A vehicle's place is unknown until a fix or the file states it; who makes params in code does.
   MapperConfig() { navigation.start_at_first_fix = true; }

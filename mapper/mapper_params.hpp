@@ -20,7 +20,7 @@ enum class NavigationSource : std::uint8_t {
   kGiven,          // an INS's, as on `INS`
 };
 
-// Everything that a Mapper is told at its start; config/mapper.yaml says what each is and why.
+// Parameters of a Mapper; config/mapper.yaml explains each.
 struct MapperParams {
   VehicleGeometry vehicle;
   NavigationSource navigation_source = NavigationSource::kDeadReckoning;

@@ -89,7 +89,7 @@ Eigen::Matrix3d NavCorrection::Covariance(const NavState& nav) const {
   } else {
     covariance += own;
   }
-  // Where nothing says where the map is, the graph lays it out from its first submap.
+  // Without a known place the graph lays the map out from its first submap.
   if (!anchor_->place_is_known) covariance.topLeftCorner<2, 2>() += own.topLeftCorner<2, 2>();
   return 0.5 * (covariance + covariance.transpose());
 }

@@ -41,7 +41,7 @@ RegistrationResultSet Run(RegistrationJob job,
                           const LoadSubmap& load,
                           PreparedSubmaps* prepared);
 
-// What a registration says to the graph.
+// Loop-closure edge of a registration result.
 GraphEdge ToEdge(const LoopPair& pair, const RegistrationResult& result);
 
 }  // namespace seastitch

@@ -24,10 +24,10 @@ struct Judgement {
 };
 
 // Do no harm: compares a solution with dead reckoning where both lay two submaps on each other, by
-// heights alone and whatever registration thought of the pair. Of each pair the mean difference of
-// height is left out: tide and sound speed are not the solution's. Knows the newest kMaxSubmaps
-// submaps and the pairs of them that were registered, on grids of at most kMaxCells: so memory
-// (36 B a cell) and work are bounded. Pure.
+// heights alone and regardless of the verdict of the pair. The mean difference of height of each
+// pair is removed, since tide and sound speed do not depend on the solution. Keeps the newest
+// kMaxSubmaps submaps and their registered pairs on grids of at most kMaxCells, so that memory (36
+// B a cell) and work are bounded. Pure.
 //
 // With d the squared difference of height by the solution less that by dead reckoning, as a mean
 // over a patch, a solution is harmful
@@ -36,7 +36,7 @@ struct Judgement {
 // Noise alone makes d as good as symmetric about zero. Were it independent from patch to patch, the
 // first would be exceeded with a probability below exp(-kSigmas^2 / 2), 3 in 10,000, however the
 // noise is distributed; a patch that meets several targets brings its noise to each, so that this
-// is a measure and no bound. Less than kSigmas^2 patches tell nothing.
+// is a measure and no bound. Less than kSigmas^2 patches are not judged.
 class SolutionJudge {
  public:
   static constexpr std::size_t kMaxSubmaps = 128;
@@ -45,7 +45,7 @@ class SolutionJudge {
   static constexpr double kTolerance = 1.04;  // 2 % of RMS
   static constexpr double kOverlapKept = 0.2;
 
-  // What is kept of a submap's cloud.
+  // Coarse surface of a submap's cloud, which is kept in its place.
   static RegistrationSubmap Surface(const Submap& submap);
 
   // Ids rise.

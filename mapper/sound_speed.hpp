@@ -14,7 +14,7 @@ namespace seastitch {
 class SoundSpeed {
  public:
   enum class Source : std::uint8_t { kProfile, kConfigured, kTransducer, kAssumed };
-  // Sea water of 10 degrees and 35 psu near the surface, where the sonar knows nothing either.
+  // Used where the sonar measures none either: sea water of 10 degrees and 35 psu near the surface.
   static constexpr double kAssumedMps = 1490.0;
 
   // `configured` must be usable: see RayTracer::Make().

@@ -91,7 +91,7 @@ class SonarMotion {
   Eigen::Isometry3d last_ = Eigen::Isometry3d::Identity();
 };
 
-// What the beams of one transmit sector share.
+// Quantities that the beams of one transmit sector share.
 struct Sector {
   float delay_s = -1.0f;
   float tilt_rad = 0.0f;

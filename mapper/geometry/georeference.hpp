@@ -38,7 +38,7 @@ struct GeoreferencedPing {
 // T_map_vehicle at a time, or nothing.
 using PoseLookup = std::function<std::optional<Eigen::Isometry3d>(Time)>;
 
-// One detection as geometry: what the arrays tell of it, each in its own place.
+// Geometry of one detection by the transmit and the receive array, each at its own place.
 struct Detection {
   Eigen::Vector3d tx_axis;          // unit vector forward along the transmit array
   Eigen::Vector3d rx_axis;          // unit vector to starboard along the receive array

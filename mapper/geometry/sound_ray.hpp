@@ -19,10 +19,10 @@ struct RayEnd {
 // of a circle (straight where the gradient vanishes), solved in closed form; see Jensen et al.,
 // Computational Ocean Acoustics, 2nd ed., section 3.3.
 //
-// Where a ray starts, the speed is the one that the sonar measures at its own face, whatever the
-// profile says there, and from it changes evenly to that of the next sample below: a probe in the
-// water now knows better than a profile of this morning. So does Kongsberg's processing unit (found
-// in its own soundings: tests/mapper/geometry/kongsberg_test.cpp).
+// Where a ray starts, the speed is the one measured at the sonar's face, in place of the profile's.
+// It changes evenly to that of the next sample below: a probe in the water now is better than a
+// profile of this morning. Kongsberg's processing unit does the same
+// (tests/mapper/geometry/kongsberg_test.cpp).
 //
 // Above the first and below the last sample the speed is that of the sample: a gradient measured
 // over one pair of samples, carried on, may be wrong by metres per second within tens of metres,

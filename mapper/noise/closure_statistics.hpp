@@ -15,15 +15,15 @@ struct SoundingScatter {
   double prior_variance = 0.0;     // about the smooth seabed, of a submap alone [m2]
   double residual_variance = 0.0;  // what is left between the two, a sounding [m2]
   double degrees = 0.0;            // of freedom of that
-  double least_variance = 0.0;     // nothing is believed to be below [m2]
+  double least_variance = 0.0;     // lower bound [m2]
 
   // Of a sounding of this pair: ten degrees of freedom's worth of belief in the survey's.
   double VarianceUnder(const VarianceComponents& components) const;
 };
 
-// What an accepted closure keeps, 3.5 kB: what its overlap says of the survey's noise, and what its
-// covariance is made of, so that it can be stated anew under other figures. Coordinates are those
-// of the directions that the seabed shows, one to three.
+// Statistics of an accepted closure, 3.5 kB: the likelihood of the survey's noise by its overlap,
+// and the parts of its covariance, so that the covariance can be computed again for another noise.
+// Coordinates are along the known directions, one to three.
 struct ClosureStatistics {
   using SmallMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 3, 3>;
 
@@ -47,9 +47,9 @@ struct ClosureStatistics {
   SmallMatrix CovarianceUnder(const VarianceComponents& components) const;
   // Inverse covariance of (x, y, yaw) of T_target_source, axes of the target.
   Eigen::Matrix3d InformationUnder(const VarianceComponents& components) const;
-  // What this closure is to be stated under where the survey has these figures. Weights, level and
-  // end of a registration hang on the noise that it expected: where that was more than four times
-  // too large, it keeps the larger until it is made again.
+  // Noise for the covariance of this closure where `survey` is the estimate. Weights, level and
+  // convergence of a registration depend on the noise that it expected: where that was more than
+  // four times too large, the larger is kept until the pair is registered again.
   VarianceComponents Applicable(const VarianceComponents& survey) const;
   bool IsOutdated(const VarianceComponents& survey) const;
 };

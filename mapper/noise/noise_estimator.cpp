@@ -42,7 +42,7 @@ ComponentEstimate Refine(const ComponentAxis& axis,
   const double curvature = profile[i - 1] - 2.0 * profile[i] + profile[i + 1];
   double offset = static_cast<double>(best) - static_cast<double>(i);
   if (best == i && curvature > 0.0) offset = 0.5 * (profile[i - 1] - profile[i + 1]) / curvature;
-  // A flat profile is one that says nothing beyond its prior.
+  // A flat profile has no information beyond its prior.
   const double sigma = curvature > 0.0 ? step * std::sqrt(2.0 / curvature) : kPriorLogSigma;
   return {configured, axis.At(i) * std::exp2(offset), std::min(sigma, kPriorLogSigma)};
 }

@@ -15,8 +15,8 @@ namespace seastitch {
 
 VarianceComponents ComponentsOf(const NoiseEstimate& estimate);
 
-// The variance components of a survey, pooled over its accepted closures: the maximum of the
-// product of what each says, bounded, and of the prior. It depends on what closures there are,
+// Estimator of the variance components of a survey from its accepted closures: maximum of the
+// product of their bounded likelihoods and the prior. The estimate depends on the set of closures,
 // not on their order. Pure.
 class NoiseEstimator {
  public:
@@ -24,7 +24,7 @@ class NoiseEstimator {
 
   explicit NoiseEstimator(const VarianceComponents& prior);
 
-  // A closure that is accepted, in place of what its pair said before.
+  // Adds an accepted closure; replaces an earlier one of the same pair.
   void Add(ClosureStatistics statistics);
   // One that is no longer.
   void Remove(SubmapId target, SubmapId source);

@@ -51,8 +51,9 @@ int Divided(int a, int b) {
   return static_cast<int>(std::floor(static_cast<double>(a) / static_cast<double>(b)));
 }
 
-// What all cells of a block share, its mean slope, is smoothed away by nothing; what differs from
-// it is, by the same part in all blocks: that which makes their sum what the whole overlap has.
+// Scales the white noise of the blocks so that it sums to that of the whole overlap. Smoothing
+// leaves the mean slope of a block as it is, and reduces deviations from it by the same factor in
+// all blocks.
 void SmoothWhite(const Eigen::Matrix4d& whole, std::vector<OverlapBlock>* blocks) {
   double shared = 0.0;
   double apart = 0.0;

@@ -31,7 +31,7 @@ struct Whitened {
   Eigen::MatrixXd heading_walk;   // of 1 rad/sqrt(m)
 };
 
-// Nothing where a sum has no noise of its own, which none has.
+// Absent where a block has no white noise, which does not occur.
 std::optional<Whitened> Whiten(const std::vector<OverlapBlock>& blocks,
                                const Eigen::Matrix2d& R_target_source) {
   const auto n = static_cast<Eigen::Index>(blocks.size());
@@ -121,7 +121,7 @@ std::array<double, kCoarse> CubicWeights(std::size_t i) {
   return weights;
 }
 
-// One component of a pair about that of the survey, and the pairs that say nothing about it.
+// Spread of a component of a pair about that of the survey, and the fraction of outliers.
 constexpr double kSpread = 0.5;  // natural logarithm
 constexpr double kSilent = 0.1;
 

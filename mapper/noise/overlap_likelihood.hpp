@@ -8,8 +8,8 @@
 #include "mapper/noise/overlap_blocks.hpp"
 #include "mapper/noise/variance_components.hpp"
 
-// The restricted likelihood (REML: Patterson and Thompson, Biometrika 58, 1971) of an overlap's
-// residuals, over a grid of the three components that they tell from each other.
+// Restricted likelihood (REML: Patterson and Thompson, Biometrika 58, 1971) of an overlap's
+// residuals, on a grid of the three components that they distinguish.
 namespace seastitch {
 
 // Values of one component, each twice the one before.
@@ -44,19 +44,19 @@ class LikelihoodTable {
 };
 
 // -2 ln L of the blocks' gradients, up to a constant. The gradient of a block is its Hessian times
-// how far the placement is off, which is not known, plus errors:
+// the unknown error d of the placement, plus errors:
 //   g = A d + e,  cov e = W + s^2 altitude^2 A_z R A_z' + A_xy (q^2 U + p^2 P) A_xy'
-// with the correlations of heights R and of walks U, P. Patterson and Thompson leave out d:
+// with the correlations of heights R and of walks U, P. The restricted likelihood is free of d:
 //   -2 ln L = ln |C| + ln |A' C^-1 A| + g' (C^-1 - C^-1 A (A' C^-1 A)^-1 A' C^-1) g.
-// altitude_m: hypotenuse of those of the two submaps. All zero where the overlap has too few
-// blocks to say anything. At every fourth value of both walks, cubic in their logarithms between.
+// altitude_m: hypotenuse of the altitudes of the two submaps. All zero where the overlap has too
+// few blocks. Computed at every fourth value of both walks, cubic in their logarithms between.
 LikelihoodTable RestrictedLikelihood(const std::vector<OverlapBlock>& blocks,
                                      const Eigen::Matrix2d& R_target_source,
                                      double altitude_m);
 
-// What the overlap says to the survey, as -2 ln of a density bounded below: its own components lie
-// about the survey's, by half in the logarithm, and one overlap in ten says nothing about each. So
-// no pair rules, however sure it is.
+// Likelihood of the survey's components by one overlap, as -2 ln of a density bounded below: the
+// components of an overlap scatter about the survey's by a half in the logarithm, and one overlap
+// in ten is an outlier. No pair dominates, however certain it is.
 LikelihoodTable BoundedLikelihood(const LikelihoodTable& likelihood);
 
 }  // namespace seastitch

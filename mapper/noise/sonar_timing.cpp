@@ -113,7 +113,7 @@ void BlockRegression::AddBlock(const std::vector<Row>& rows) {
   if (blocks_.size() == kMostBlocks) JoinNeighbours();
 }
 
-// A regressor that is not there has no part; where the two cannot be told apart, not finite.
+// An absent regressor has no part. Not finite where the two cannot be distinguished.
 Eigen::Matrix2d BlockRegression::Inverse(const Eigen::Matrix2d& xx) {
   if (xx(1, 1) > 0.0) return xx.inverse();
   Eigen::Matrix2d inverse = Eigen::Matrix2d::Zero();
@@ -209,9 +209,9 @@ void SonarTiming::Compare(const Look& from, const Look& to, Head* head) {
   ++pings_;
 }
 
-// A roll by which the sonar was said to lie and did not adds to the slope across. A pitch puts the
-// soundings altitude x pitch too far ahead, where the seabed is deeper by that times its slope; a
-// stamp that is late takes the depth of the vehicle from where it had sunk to.
+// An error of roll adds to the slope across. An error of pitch puts the soundings altitude x pitch
+// too far ahead, where the seabed is deeper by that times its slope. A late stamp takes the depth
+// of the vehicle after it has sunk further.
 void SonarTiming::Finish(Head* head) {
   roll_.AddBlock(head->roll);
   double depth_m = 0.0;

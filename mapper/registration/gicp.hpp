@@ -7,7 +7,7 @@
 
 // The paper's own registration (III-A-3), kept as the baseline: generalised ICP (Segal, Haehnel,
 // Thrun, "Generalized-ICP", RSS 2009) between points with plane covariances, in x, y and yaw, from
-// the prior alone. It knows no second mode and no open direction: Align() does.
+// the prior alone. It does not search for other modes, nor detect open directions, as Align() does.
 namespace seastitch {
 
 struct GicpParams {

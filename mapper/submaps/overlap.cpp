@@ -37,7 +37,7 @@ double CommonArea(const Polygon& a, const Polygon& b) {
     bg::intersection(a, b, common);
     return bg::area(common);
   } catch (const bg::exception&) {
-    return 0.0;  // an imported outline that crosses itself has no area to speak of
+    return 0.0;  // an imported outline that crosses itself
   }
 }
 
@@ -69,9 +69,8 @@ bool CanMeet(const SubmapOutline& target, const SubmapOutline& source, const Rel
   return prior.T_a_b.Translation().norm() <= target.radius_m + source.radius_m + reach;
 }
 
-// The source's information is about moves along its own axes, about its own origin; the pair's
-// errors are along the target's axes, about the same origin. What the target shows less of, a
-// registration of both cannot use.
+// Information of a registration of both, in the target's axes about the source's origin: that of
+// the source, rotated, limited to that of the target.
 Eigen::Matrix3d PairInformation(const SubmapOutline& target,
                                 const SubmapOutline& source,
                                 const RelativePose& prior,

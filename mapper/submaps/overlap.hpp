@@ -22,8 +22,8 @@ struct OverlapParams {
   int max_pairs = 6;
 };
 
-// What the overlap search keeps of a submap. Information: see Submap::predicted_information; where
-// that was not computed no registration is expected to give any.
+// Outline of a submap for the overlap search. Information: Submap::predicted_information, zero
+// where that was not computed.
 struct SubmapOutline {
   SubmapId id;
   Footprint footprint;  // level frame

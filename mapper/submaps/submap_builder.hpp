@@ -22,22 +22,23 @@
 namespace seastitch {
 
 struct SubmapParams {
-  // Along the track. Shorter, and two submaps overlap too little to be told apart from chance;
-  // longer, and dead reckoning bends inside them.
+  // Length along the track. Shorter submaps overlap too little for a sure closure; dead reckoning
+  // bends longer ones.
   double min_length_m = 30.0;
   double max_length_m = 100.0;
   // Of a vehicle that hovers: twice this must fit the window of the navigation's covariances.
   double max_duration_s = 900.0;
-  // What dead reckoning may lose from a submap's first ping to its last, one sigma in the worst
-  // direction: with bottom lock that takes more than max_length_m, without it some seconds.
+  // Largest drift of dead reckoning from a submap's first ping to its last, 1 sigma in the worst
+  // direction. With bottom lock that takes more than max_length_m, without it some seconds.
   double max_drift_m = 0.5;
   // Bounds memory and work whatever the sonar sends.
   int max_soundings = 5'000'000;
   // Fewer points after the filter are no submap.
   int min_points = 50;
 
-  // A submap is done when a registration of this part of it would know its place better than dead
-  // reckoning does, seen from the nearest submap of an earlier line.
+  // Fraction of a submap that another may overlap. A submap closes when a registration of this
+  // fraction would locate it better than dead reckoning does, seen from the nearest submap of an
+  // earlier line.
   double expected_overlap = 0.25;
   // Of a sounding: noise, where the sonar states none or less, and relief finer than a cell.
   double sounding_sigma_m = 0.05;
@@ -62,14 +63,14 @@ struct SubmapParams {
 // sounding is in two of them. Pure.
 class SubmapBuilder {
  public:
-  // What dead reckoning loses between two pings: covariance of (x, y [m], yaw [rad]) of the vehicle
-  // at `b` seen from the vehicle at `a`, in the level axes of `a`. Nothing where it is not known:
-  // any loss is then possible.
+  // Drift of dead reckoning between two pings: covariance of (x, y [m], yaw [rad]) of the vehicle
+  // at `b` relative to the vehicle at `a`, level axes of `a`. Absent where it is unknown and may be
+  // anything.
   using Drift = std::function<std::optional<Eigen::Matrix3d>(Time a, Time b)>;
 
-  // T_anchored_map, level: takes places in the map as dead reckoning has it at `t` to a map in
-  // which the vehicle at `anchor` stands where it stood, so that no submap bends where heading or
-  // position is learned (Navigation::Hindsight).
+  // T_anchored_map, level: takes the map as dead reckoning has it at `t` to a map in which the pose
+  // of the vehicle at `anchor` is unchanged, so that corrections of heading or position do not bend
+  // a submap (Navigation::Hindsight).
   using Hindsight = std::function<Pose2(Time anchor, Time t)>;
 
   SubmapBuilder(const SubmapParams& params,

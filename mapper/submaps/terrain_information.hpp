@@ -9,18 +9,17 @@
 
 namespace seastitch {
 
-// What a piece of seabed tells about x, y and yaw when it is laid on another sounding of itself:
-// each sounding says how far the surface is off, so the information is the sum of
-// slope * slope^T / sigma^2 over the soundings, J = (s_x, s_y, x s_y - y s_x) with yaw about the
-// frame, halved because the other submap has the same noise. The unknown height between the two
-// takes its part, and so does the noise of the slopes themselves, which would else let a flat
-// seabed look like relief (Cramer-Rao; docs of the registration measurements).
+// Predicted information of a registration of a piece of seabed about x, y and yaw (Cramer-Rao
+// bound): the sum of J^T J / sigma^2 over the soundings, J = (s_x, s_y, x s_y - y s_x) with the
+// slopes s and yaw about the frame, halved because the other submap has the same noise. Subtracted
+// are the information for the unknown height between the two, and that of the noise of the slopes,
+// which would make a flat seabed look like relief.
 class TerrainInformation {
  public:
   explicit TerrainInformation(double cell_m) : cell_m_(cell_m) {}
 
   // `soundings` soundings at a place of mean height z, each with this variance. Axes: any with z
-  // up or down; Evaluate() is told where the frame stands in them.
+  // up or down; Evaluate() takes the place of the frame in them.
   void Add(const Eigen::Vector3d& p, double soundings, double variance_m2);
 
   // Information about (x, y [m], yaw [rad]) of the frame, in its own axes. Positive semidefinite;

@@ -206,7 +206,7 @@ class LooksAgain : public ::testing::Test {
     closer.SetCovariances(answer);
     std::vector<LoopPair> all;
     while (closer.HasMoved()) {
-      for (const LoopPair& pair : closer.PairsOfMoved(most)) all.push_back(pair);
+      for (const LoopPair& pair : closer.PairsToRetry(most)) all.push_back(pair);
     }
     return all;
   }
@@ -291,7 +291,7 @@ TEST_F(LooksAgain, OnlyAtWhatTheOptimizerAnswered) {
   closer.SetCovariances(answer);
   EXPECT_TRUE(closer.HasMoved());
   EXPECT_TRUE(closer.request().pairs.empty()) << "answered";
-  while (closer.HasMoved()) EXPECT_TRUE(closer.PairsOfMoved(6).empty());
+  while (closer.HasMoved()) EXPECT_TRUE(closer.PairsToRetry(6).empty());
 }
 
 TEST_F(LooksAgain, AskingForNoPairThatPulls) {
@@ -365,8 +365,8 @@ TEST(LoopCloser, LooksAtABoundedNumberOfSubmapsAndPairsASolution) {
     answer.pairs.push_back({a, b, Eigen::Matrix3d::Identity()});
   closer.SetCovariances(answer);
   std::size_t looked_at = 0;
-  for (; closer.HasMoved(); ++looked_at) EXPECT_TRUE(closer.PairsOfMoved(0).empty());
-  EXPECT_EQ(looked_at, LoopCloser::kMaxMoved);
+  for (; closer.HasMoved(); ++looked_at) EXPECT_TRUE(closer.PairsToRetry(0).empty());
+  EXPECT_EQ(looked_at, LoopCloser::kMaxRetried);
 }
 
 TEST(LoopCloser, LooksPastSubmapsThatNoOtherCanMeet) {
