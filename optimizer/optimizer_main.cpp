@@ -39,6 +39,7 @@ int main(int argc, char** argv) {
           bus.HandleAll(Bus::kBurst);
           node.SolveWaiting();
         });
+        loop.Every(std::chrono::milliseconds(500), [&] { node.EndStart(); });
         loop.Every(std::chrono::seconds(5), [&] { node.AskAgain(); });
         const int code = loop.Run();
         bus.HandleUntilQuiet();  // the mapper's last updates

@@ -75,6 +75,7 @@ void OptimizerNode::Take(const graph_update_t& msg) {
   update_utime_ = msg.utime;
   waiting_ = true;
   ++taken_since_tick_;
+  ++taken_while_starting_;
   newest_version_ = std::max(newest_version_, update->version);
   if (when_ == SolveOn::kEachUpdate) SolveWaiting();
 }
@@ -166,7 +167,6 @@ void OptimizerNode::Ask() {
 
 void OptimizerNode::AskAgain() {
   const bool catching_up = taken_since_tick_ >= kUpdatesWhenCatchingUp;
-  starting_ = starting_ && catching_up;
   if (!IsMissing() || catching_up) asked_in_vain_ = 0;
   taken_since_tick_ = 0;
   if (worker_busy_) return;
@@ -179,6 +179,11 @@ void OptimizerNode::AskAgain() {
     ++asked_in_vain_;
     Ask();
   }
+  SolveWaiting();
+}
+
+void OptimizerNode::EndStart() {
+  starting_ = starting_ && std::exchange(taken_while_starting_, 0) > 0;
   SolveWaiting();
 }
 

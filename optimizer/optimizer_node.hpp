@@ -34,6 +34,9 @@ class OptimizerNode {
   // Starts a solution on the worker if updates came since the last one and the worker is idle, and
   // publishes the result.
   void SolveWaiting();
+  // Ends the start, in which the mapper answers the first request, where no update came since the
+  // last call; solves what has come. To be called live, twice a second.
+  void EndStart();
   // Repeats the request for a missing version, since a request or its answer may be lost; gives a
   // version up that never comes. To be called live, every few seconds.
   void AskAgain();
@@ -77,6 +80,7 @@ class OptimizerNode {
   int asked_in_vain_ = 0;                   // since the last version came
   bool starting_;                           // live: the answer to the first request may be coming
   int taken_since_tick_ = 0;                // updates
+  int taken_while_starting_ = 0;            // since the last EndStart()
   std::int64_t update_utime_ = 0;           // of the newest update taken
   bool waiting_ = false;                    // updates, to be solved
   SolveStart next_start_ = SolveStart::kWarm;

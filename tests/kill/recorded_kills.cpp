@@ -10,6 +10,7 @@
 #include "common/core/channel_names.hpp"
 #include "common/runtime/dive_folder.hpp"
 #include "common/storage/submap_file.hpp"
+#include "seastitch/graph_request_t.hpp"
 #include "seastitch/pose_graph_t.hpp"
 #include "seastitch/submap_t.hpp"
 
@@ -123,6 +124,9 @@ void RecordedKills::Use(const LogEvent& event) {
     if (!is_new && WithoutNumber(known->second) != WithoutNumber(update))
       contradictions_.push_back("version " + std::to_string(update.version) +
                                 " of the graph was sent with two contents");
+    if (!first_update_utime_) first_update_utime_ = event.utime;
+  } else if (event.channel == channels::kGraphRequest) {
+    if (Decoded<graph_request_t>(event).sender == "optimizer") requests_.insert(event.utime);
   } else if (event.channel == channels::kPoseGraph) {
     const auto part = Decoded<pose_graph_t>(event);
     if (part.part == 0) solution_ = {part.graph_version, part.solution_number, 0};
@@ -130,15 +134,13 @@ void RecordedKills::Use(const LogEvent& event) {
   }
 }
 
-const std::set<std::int64_t>& RecordedKills::OutputsOf(const std::string& process) const {
-  static const std::set<std::int64_t> none;
-  const auto found = outputs_.find(process);
-  return found == outputs_.end() ? none : found->second;
-}
-
+// Before the first submap an optimizer has nothing to solve: then it is back when it asks for the
+// graph.
 void RecordedKills::FindBack() {
   for (Kill& kill : kills_) {
-    const std::set<std::int64_t>& outputs = OutputsOf(kill.process);
+    const bool solves = first_update_utime_ && *first_update_utime_ < ToUtime(kill.at);
+    const std::set<std::int64_t>& outputs =
+        kill.process == "optimizer" && !solves ? requests_ : outputs_[kill.process];
     const auto first = outputs.upper_bound(ToUtime(kill.restarted));
     if (first != outputs.end()) kill.back = FromUtime(*first);
   }

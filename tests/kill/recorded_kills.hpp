@@ -57,14 +57,15 @@ class RecordedKills {
   void Read(const std::filesystem::path& log);
   void Use(const LogEvent& event);
   void FindBack();
-  // By wall clock, of what the process puts out.
-  const std::set<std::int64_t>& OutputsOf(const std::string& process) const;
   std::int64_t LastSubmapEnd(Time before) const;
   bool Lost(const LogEvent& event, const Kill& kill) const;
 
   std::vector<Kill> kills_;
   const std::filesystem::path dive_;
-  std::map<std::string, std::set<std::int64_t>> outputs_;  // by process
+  // By wall clock: what each process puts out, and the optimizer's requests for the graph.
+  std::map<std::string, std::set<std::int64_t>> outputs_;
+  std::set<std::int64_t> requests_;
+  std::optional<std::int64_t> first_update_utime_;
   std::map<std::int32_t, Announced> submaps_;
   std::map<std::int64_t, graph_update_t> updates_;
   std::set<std::int64_t> graphs_;

@@ -198,10 +198,11 @@ TEST(OptimizerNode, WhenAskedSolvesOnceForAllThatWait) {
   MapperStub mapper(SmallSurvey(), &bus);
   OptimizerNode node({}, &bus, &worker, OptimizerNode::SolveOn::kWhenAsked);
   for (int k = 0; k < 12; ++k) mapper.PublishNext();
-  node.AskAgain();  // updates came since the last time: there may be more
-  EXPECT_TRUE(mapper.solutions.empty());
-  node.AskAgain();
   node.SolveWaiting();
+  node.EndStart();  // updates came since the last time: there may be more
+  bus.HandleAll();
+  EXPECT_TRUE(mapper.solutions.empty());
+  node.EndStart();
   bus.HandleAll();
   ASSERT_EQ(mapper.solutions.size(), 1u);
   EXPECT_EQ(mapper.solutions[0].graph_version, 12);
@@ -250,7 +251,7 @@ TEST(OptimizerNode, AFloodWhileTheWorkerSolvesIsBoundedAndAskedForAgain) {
     bus.Publish("GRAPH_UPDATE", msg);
     bus.HandleAll();
   };
-  node.AskAgain();
+  node.EndStart();
   send(1);
   node.SolveWaiting();
   for (std::int64_t version = 2; version <= 1003; ++version) send(version);
@@ -268,7 +269,7 @@ TEST(OptimizerNode, AnswersRequestsAndKeepsUpdatesWhileTheWorkerSolves) {
   SlowWorker worker;
   MapperStub mapper(SmallSurvey(), &bus);
   OptimizerNode node({}, &bus, &worker, OptimizerNode::SolveOn::kWhenAsked);
-  node.AskAgain();
+  node.EndStart();
   const auto next = [&] {
     mapper.PublishNext();
     node.SolveWaiting();

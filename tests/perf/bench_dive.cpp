@@ -93,7 +93,7 @@ class Processes {
     vehicle->Step(&bus_);
     bus_.HandleAll();
     mapper_.SendWaiting();
-    optimizer_.SolveWaiting();
+    optimizer_.EndStart();
   }
   std::int64_t Count(const std::string& name) const {
     const auto counters = mapper_.mapper().counters();
