@@ -187,11 +187,25 @@ fs::path NextMapFolder(const fs::path& folder) {
   return folder.parent_path() / (name.substr(0, dash + 1) + std::to_string(number + 1));
 }
 
+fs::path NewestMap(const fs::path& map) {
+  fs::path newest = map;
+  for (fs::path next = NextMapFolder(map); fs::is_directory(next); next = NextMapFolder(next))
+    newest = next;
+  return newest;
+}
+
+bool HasJournal(const fs::path& map) { return !SegmentsIn(map).empty(); }
+
+FoundMap GiveUpMap(const fs::path& newest_map, std::string why) {
+  FoundMap found;
+  found.folder = newest_map;
+  found.why_not = std::move(why);
+  return found;
+}
+
 FoundMap FindMap(const fs::path& map, const std::string& configuration) {
   FoundMap found;
-  found.folder = map;
-  for (fs::path next = NextMapFolder(map); fs::is_directory(next); next = NextMapFolder(next))
-    found.folder = next;
+  found.folder = NewestMap(map);
   const auto segments = SegmentsIn(found.folder);
   if (segments.empty()) return found;
   JournalReader journal(configuration);

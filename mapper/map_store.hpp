@@ -33,6 +33,11 @@ struct FoundMap {
   int next_segment = 0;
 };
 
+// The folder of the newest map, beside the first one's.
+std::filesystem::path NewestMap(const std::filesystem::path& map);
+bool HasJournal(const std::filesystem::path& map);
+// A map that is not to be read.
+FoundMap GiveUpMap(const std::filesystem::path& newest_map, std::string why);
 // map: the first map's folder in the dive. configuration: as of MapJournal; a map of another cannot
 // go on. Never throws for what is damaged.
 FoundMap FindMap(const std::filesystem::path& map, const std::string& configuration);

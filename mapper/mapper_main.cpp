@@ -2,6 +2,8 @@
 
 #include <chrono>
 #include <cstdlib>
+#include <filesystem>
+#include <string>
 #include <thread>
 
 #include "common/convert/convert.hpp"
@@ -11,6 +13,7 @@
 #include "common/runtime/freed_memory.hpp"
 #include "common/runtime/process.hpp"
 #include "common/runtime/vehicle_config.hpp"
+#include "mapper/map_starts.hpp"
 #include "mapper/mapper_node.hpp"
 
 namespace {
@@ -25,6 +28,18 @@ constexpr std::chrono::milliseconds kPause(2);
 
 // As the slowest inertial unit's messages would have it: 2.4 MB/s.
 constexpr std::chrono::milliseconds kSendPeriod(20);
+
+seastitch::FoundMap OpenMap(const seastitch::MapperConfig& config, seastitch::MapStarts* starts) {
+  using namespace seastitch;
+  const std::filesystem::path newest = NewestMap(config.map_dir);
+  if (!HasJournal(newest)) return FindMap(config.map_dir, ConfigurationOf(config));
+  if (starts->ended_soon() >= MapStarts::kMost)
+    return GiveUpMap(newest,
+                     "the last " + std::to_string(starts->ended_soon()) +
+                         " mappers ended soon after they had gone on in it");
+  starts->Begin();
+  return FindMap(config.map_dir, ConfigurationOf(config));
+}
 
 }  // namespace
 
@@ -49,8 +64,8 @@ int main(int argc, char** argv) {
         const FolderLock lock(dive.map());
         config->map_dir = dive.map();
         ThreadWorker writer(kWorkerQueue);
-        MapperNode node(
-            *config, &bus, &worker, &writer, FindMap(config->map_dir, ConfigurationOf(*config)));
+        MapStarts starts(NewestMap(dive.map()));
+        MapperNode node(*config, &bus, &worker, &writer, OpenMap(*config, &starts));
         if (config->navigation_source == NavigationSource::kDeadReckoning)
           spdlog::info(NorthSentence(config->navigation, config->vehicle.datum_latitude_rad));
         DiveKeeper keeper(dive);
@@ -58,6 +73,8 @@ int main(int argc, char** argv) {
         loop.Add(worker.fd(), [&] { worker.Drain(); });
         loop.Add(writer.fd(), [&] { writer.Drain(); });
         loop.Every(kSendPeriod, [&] { node.SendWaiting(); });
+        loop.Every(std::chrono::seconds(1),
+                   [&] { starts.Tick(node.HasBegun(), MonotonicSeconds()); });
         node.health().WatchAge("registration", conditions::kWorkerStalled, kJobMayTakeS, [&] {
           return worker.age_s();
         });
@@ -73,6 +90,7 @@ int main(int argc, char** argv) {
           writer.Finish();
           worker.Finish();
         }
+        starts.Survive();
         keeper.End();
         return code;
       });

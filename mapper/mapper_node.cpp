@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstdio>
 #include <iterator>
+#include <stdexcept>
+#include <system_error>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -32,6 +34,14 @@ std::string TimeApart(double silent_s) {
   return text;
 }
 
+void MakeDirectory(const std::filesystem::path& directory) {
+  std::error_code error;
+  std::filesystem::create_directories(directory, error);
+  if (!std::filesystem::is_directory(directory))
+    throw std::runtime_error(directory.string() + ": cannot be made a directory: " +
+                             (error ? error.message() : "not a directory"));
+}
+
 bool IsInput(const ImuSample&, NavigationSource source) {
   return source == NavigationSource::kDeadReckoning;
 }
@@ -47,6 +57,7 @@ bool IsInput(const Sample&, NavigationSource) {
 
 MapperNode::MapperNode(const MapperConfig& config, Bus* bus, Worker* worker)
     : bus_(bus), worker_(worker), writer_(&inline_), config_(config), mapper_(config) {
+  MakeDirectory(config_.map_dir);
   archive_ = MakeArchive(config_.map_dir);
   Subscribe();
 }

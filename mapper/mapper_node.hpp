@@ -58,6 +58,9 @@ class MapperNode {
   // a timer too: an optimizer that asks for the graph must have it when the sensors are off.
   void SendWaiting();
 
+  // Whether it has gone on in the map that was found, or begun another.
+  bool HasBegun() const { return begun_.has_value(); }
+
   Health& health() { return health_; }
   const Mapper& mapper() const { return mapper_; }
 

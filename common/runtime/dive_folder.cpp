@@ -200,7 +200,9 @@ void CheckDivesDir(const DiveParams& params, const std::string& config_file) {
   };
   if (fs::exists(dir) && !fs::is_directory(dir)) fail("a directory");
   if (!fs::is_directory(needed)) fail("in a directory that is there");
-  if (::access(needed.c_str(), W_OK | X_OK) != 0) fail("one that this user may write to");
+  // A disk that the kernel holds read-only since it failed is no mistake of the configuration.
+  if (::access(needed.c_str(), W_OK | X_OK) != 0 && errno != EROFS)
+    fail("one that this user may write to");
 }
 
 DiveRecord ReadDiveRecord(const fs::path& dive) {
@@ -230,6 +232,18 @@ std::string LogName(int number) {
 
 DiveFolder::DiveFolder(const DiveParams& params, std::string process, std::int64_t now_utime)
     : process_(std::move(process)) {
+  try {
+    JoinOrBegin(params, now_utime);
+  } catch (const std::exception& e) {
+    const std::optional<Found> newest = FindNewest(params.dives_dir);
+    if (!newest) throw;
+    spdlog::warn("{}; goes on in {}", e.what(), newest->path.string());
+    path_ = newest->path;
+    resumed_ = true;
+  }
+}
+
+void DiveFolder::JoinOrBegin(const DiveParams& params, std::int64_t now_utime) {
   MakeFolder(params.dives_dir);
   const Lock lock(params.dives_dir);
   const std::optional<Found> newest = FindNewest(params.dives_dir);

@@ -68,7 +68,9 @@ class DiveFolder {
  public:
   // Joins the newest dive of dives_dir where it is not closed and its last sign of life is at most
   // resume_within_s ago (or lies in the future: the clock has gone back); else begins one. Safe
-  // against others that do the same. Throws std::runtime_error "FOLDER: reason".
+  // against others that do the same. On a disk that takes nothing any more it joins the newest,
+  // however old, without a record of it: a vehicle that is under way needs its processes more.
+  // Throws std::runtime_error "FOLDER: reason" where there is none.
   DiveFolder(const DiveParams& params, std::string process, std::int64_t now_utime);
 
   const std::filesystem::path& path() const { return path_; }
@@ -84,6 +86,7 @@ class DiveFolder {
   void End(std::int64_t now_utime) const;  // the process stops in order
 
  private:
+  void JoinOrBegin(const DiveParams& params, std::int64_t now_utime);
   void Update(std::int64_t now_utime, bool stopped) const;
 
   std::filesystem::path path_;

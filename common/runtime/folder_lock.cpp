@@ -38,6 +38,10 @@ FolderLock::FolderLock(const std::filesystem::path& folder) {
     throw std::runtime_error(folder.string() + ": " + reason);
   };
   fd_ = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+  if (fd_ < 0 && errno == EROFS) {
+    fd_ = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
+    if (fd_ < 0) return;  // nobody can write there
+  }
   if (fd_ < 0) fail(std::string("lock cannot be opened: ") + std::strerror(errno));
   if (::flock(fd_, LOCK_EX | LOCK_NB) != 0) {
     if (errno != EWOULDBLOCK) fail(std::string("cannot be locked: ") + std::strerror(errno));

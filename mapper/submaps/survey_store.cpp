@@ -8,7 +8,6 @@
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
 #include <utility>
 
 #include "common/storage/submap_file.hpp"
@@ -94,15 +93,6 @@ void EndAtWholeLine(const std::filesystem::path& path) {
 }
 
 }  // namespace
-
-SurveyStore::SurveyStore(const SurveyStoreParams& params) : params_(params) {
-  std::error_code error;
-  std::filesystem::create_directories(params.directory, error);
-  if (error || !std::filesystem::is_directory(params.directory)) {
-    throw std::runtime_error(params.directory.string() + ": cannot be made a directory: " +
-                             (error ? error.message() : "not a directory"));
-  }
-}
 
 bool SurveyStore::Put(std::shared_ptr<const Submap> submap) {
   const SubmapId id = submap->id;

@@ -31,13 +31,11 @@ struct SurveyStoreCounters {
 
 // Closed submaps, by id: PCD files and an index in DIRECTORY/UTIME_OF_FIRST_SUBMAP/, so that a dive
 // never writes over another. index.jsonl has one line a submap, everything of it but the points,
-// appended and synced after its PCD file is in place: what it names is whole. Never throws after
-// construction: a disk that fails is counted and the survey goes on from memory. One thread may put
-// while another gets.
+// appended and synced after its PCD file is in place: what it names is whole. Never throws: a disk
+// that fails is counted and the survey goes on from memory. One thread may put while another gets.
 class SurveyStore {
  public:
-  // Throws std::runtime_error where the directory cannot be made.
-  explicit SurveyStore(const SurveyStoreParams& params);
+  explicit SurveyStore(const SurveyStoreParams& params) : params_(params) {}
 
   // After a restart, before the first Put(): these were put, each without points; those whose file
   // is there can be had.

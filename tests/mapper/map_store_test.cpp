@@ -13,6 +13,7 @@
 #include <variant>
 #include <vector>
 
+#include "mapper/map_starts.hpp"
 #include "tests/runtime/temporary_dir.hpp"
 
 namespace seastitch {
@@ -206,6 +207,55 @@ TEST_F(MapStore, EndsTheJournalWhereTooMuchWaits) {
   EXPECT_FALSE(journal.Append(FromUtime(1), Encode(Entries(1)[0])));
   EXPECT_FALSE(journal.WriteCheckpoint(FromUtime(1), Encode(CheckpointOf(99, 9))));
   EXPECT_FALSE(Find().saved);
+}
+
+TEST_F(MapStore, CountsMappersThatEndedSoonAfterTheyWentOn) {
+  for (int ended = 0; ended < 3; ++ended) {
+    MapStarts starts(map_);
+    EXPECT_EQ(starts.ended_soon(), ended);
+    starts.Begin();
+    for (double now_s = 100.0; now_s < 109.0; ++now_s) starts.Tick(false, now_s);
+    for (double now_s = 109.0; now_s < 118.5; ++now_s) starts.Tick(true, now_s);
+  }
+  {
+    MapStarts survivor(map_);
+    EXPECT_EQ(survivor.ended_soon(), 3);
+    survivor.Begin();
+    for (double now_s = 0.0; now_s < 11.0; ++now_s) survivor.Tick(true, now_s);
+  }
+  EXPECT_EQ(MapStarts(map_).ended_soon(), 0);
+}
+
+TEST_F(MapStore, AMapperThatEndsInOrderOrWaitsForItsSensorsHasSurvived) {
+  MapStarts stopped(map_);
+  stopped.Begin();
+  EXPECT_EQ(MapStarts(map_).ended_soon(), 1);
+  stopped.Survive();
+  EXPECT_EQ(MapStarts(map_).ended_soon(), 0);
+  MapStarts waiting(map_);
+  waiting.Begin();
+  for (double now_s = 0.0; now_s < 11.0; ++now_s) waiting.Tick(false, now_s);
+  EXPECT_EQ(MapStarts(map_).ended_soon(), 0);
+}
+
+TEST_F(MapStore, CountsNothingOfADamagedCountOrWhereItCannotWrite) {
+  for (const char* text : {"", "-5", "many", "99999999999999999999"}) {
+    std::ofstream(map_ / "starts") << text;
+    EXPECT_EQ(MapStarts(map_).ended_soon(), 0) << text;
+  }
+  MapStarts nowhere(dir_ / "no" / "folder");
+  EXPECT_NO_THROW(nowhere.Begin());
+  EXPECT_EQ(nowhere.ended_soon(), 0);
+}
+
+TEST_F(MapStore, DoesNotReadAMapThatIsGivenUp) {
+  EXPECT_FALSE(HasJournal(map_));
+  Write(Find(), Entries(3));
+  EXPECT_TRUE(HasJournal(map_));
+  const FoundMap found = GiveUpMap(NewestMap(map_), "it ended three");
+  EXPECT_FALSE(found.saved);
+  EXPECT_EQ(found.why_not, "it ended three");
+  EXPECT_EQ(found.folder, map_);
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include <limits>
 #include <map>
 #include <set>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <variant>
@@ -17,6 +18,7 @@
 
 #include "common/convert/convert.hpp"
 #include "tests/mapper/perfect_vehicle.hpp"
+#include "tests/runtime/temporary_dir.hpp"
 
 namespace seastitch {
 namespace {
@@ -274,6 +276,21 @@ TEST(MapperNode, DoesNotBendASubmapWhereTheCompassWanders) {
     }
   }
   EXPECT_LT(std::sqrt(squares / points), 0.02);  // bent: 0.066
+}
+
+TEST(MapperNode, SaysWhyItsDirectoryCannotBeMade) {
+  const TemporaryDir dir;
+  MapperConfig config;
+  config.map_dir = dir.Write("file", "in the way") + "/survey";
+  Bus bus("memq://");
+  InlineWorker worker;
+  try {
+    const MapperNode node(config, &bus, &worker);
+    FAIL() << "a file cannot be a directory";
+  } catch (const std::runtime_error& e) {
+    EXPECT_EQ(std::string(e.what()),
+              config.map_dir.string() + ": cannot be made a directory: Not a directory");
+  }
 }
 
 TEST(MapperNode, PublishesNavAtItsRateByTheTimeOfTheMessages) {

@@ -1,11 +1,14 @@
 // The real mapper, killed with -9 in a dive that goes on, and started again.
 
 #include <gtest/gtest.h>
+#include <sched.h>
+#include <sys/mount.h>
 #include <unistd.h>
 
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
+#include <fstream>
 #include <functional>
 #include <map>
 #include <memory>
@@ -37,6 +40,9 @@ using std::chrono::seconds;
 // lcm-logplayer plays to them.
 class Vehicle {
  public:
+  ~Vehicle() {
+    if (is_mounted_) umount2(dives_.c_str(), MNT_DETACH);
+  }
   Vehicle() : log_((dir_ / "short.lcmlog").string()) {
     fs::copy(ConfigFile(""), dir_ / "config", fs::copy_options::recursive);
     bus_.Subscribe<submap_t>("SUBMAP", 0, [this](const submap_t& m) { submaps.insert(m.id); });
@@ -94,7 +100,22 @@ class Vehicle {
   void Listen(milliseconds time) {
     ListenUntil([] { return false; }, time);
   }
-  fs::path Dive() const { return NewestDive(dir_ / "dives").value(); }
+  // The dives go to a disk of their own, of 64 MB, that only this test sees. False: not allowed.
+  bool MountDisk() {
+    fs::create_directory(dives_);
+    return unshare(CLONE_NEWNS) == 0 &&
+           mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) == 0 && Mount(0) &&
+           (is_mounted_ = true);
+  }
+  bool MakeReadOnly() { return Mount(MS_REMOUNT | MS_RDONLY); }
+  // To the last byte.
+  void FillDisk() const {
+    std::ofstream file(dives_ / "filler", std::ios::binary);
+    for (const std::size_t size : {std::size_t{1} << 20, std::size_t{1}})
+      while (file.write(std::string(size, 'x').data(), static_cast<std::streamsize>(size)).flush())
+        ;
+  }
+  fs::path Dive() const { return NewestDive(dives_).value(); }
   std::set<std::string> Maps() const {
     std::set<std::string> maps;
     for (const auto& entry : fs::directory_iterator(Dive()))
@@ -120,6 +141,12 @@ class Vehicle {
   const std::string log_;
   Bus bus_{kUrl};
   int started_ = 0;
+  const fs::path dives_ = dir_ / "dives";
+  bool is_mounted_ = false;
+
+  bool Mount(unsigned long flags) const {
+    return mount("tmpfs", dives_.c_str(), "tmpfs", flags, "size=64m") == 0;
+  }
 };
 
 TEST(KilledMapper, GoesOnInTheSameGraphAndLosesNoClosedSubmap) {
@@ -179,6 +206,91 @@ TEST(KilledMapper, BeginsAnotherMapWhereTheLogIsPlayedAgain) {
   EXPECT_EQ(vehicle.Maps(), (std::set<std::string>{"map", "map-2"}));
   EXPECT_NE(vehicle.mapper_text.find("another begins beside it"), std::string::npos)
       << vehicle.mapper_text;
+}
+
+// What makes a mapper crash may be in the map: kill -9 in place of that.
+TEST(KilledMapper, BeginsAnotherMapWhereThisOneEndsItAgainAndAgain) {
+  Vehicle vehicle;
+  ASSERT_EQ(vehicle.MakeLog(), "");
+  auto mapper = vehicle.Start("mapper");
+  ASSERT_TRUE(vehicle.ListenUntil([&] { return vehicle.mapper_health > 0; }, seconds(20)));
+  const auto player = vehicle.Play(4);
+  ASSERT_TRUE(vehicle.ListenUntil([&] { return vehicle.updates.size() >= 1; }, seconds(120)));
+  const auto kill_and_start = [&] {
+    mapper.reset();
+    vehicle.Listen(milliseconds(200));
+    mapper = vehicle.Start("mapper");
+    const std::int64_t navs = vehicle.navs;
+    EXPECT_TRUE(vehicle.ListenUntil([&] { return vehicle.navs > navs; }, seconds(20)));
+  };
+  for (int i = 0; i < 3; ++i) {
+    kill_and_start();
+    EXPECT_EQ(vehicle.mapper_text.find("ended soon after"), std::string::npos)
+        << vehicle.mapper_text;
+  }
+  kill_and_start();
+  EXPECT_TRUE(vehicle.ListenUntil(
+      [&] {
+        return vehicle.mapper_text.find(
+                   "the last 3 mappers ended soon after they had gone on in "
+                   "it; now in map-2") != std::string::npos;
+      },
+      seconds(10)))
+      << vehicle.mapper_text;
+  EXPECT_TRUE(vehicle.ListenUntil([&] { return vehicle.Maps().size() == 2; }, seconds(20)));
+}
+
+// A disk that fails in a dive: the kernel mounts it read-only, or it is full.
+class FailedDisk : public testing::TestWithParam<bool> {
+ protected:
+  void SetUp() override {
+    if (!vehicle_.MountDisk()) GTEST_SKIP() << "needs root to mount a disk";
+    ASSERT_EQ(vehicle_.MakeLog(), "");
+    optimizer_ = vehicle_.Start("optimizer");
+    mapper_ = vehicle_.Start("mapper");
+    ASSERT_TRUE(vehicle_.ListenUntil([&] { return vehicle_.mapper_health > 0; }, seconds(20)));
+    player_ = vehicle_.Play(8);
+    ASSERT_TRUE(vehicle_.ListenUntil([&] { return vehicle_.updates.size() >= 1; }, seconds(120)));
+    vehicle_.Listen(seconds(1));
+    mapper_.reset();
+    if (GetParam())
+      ASSERT_TRUE(vehicle_.MakeReadOnly());
+    else
+      vehicle_.FillDisk();
+    vehicle_.mapper_text.clear();
+  }
+  // The mapper is at work again, and the graph grows.
+  void ExpectToGoOn() {
+    const std::int64_t navs = vehicle_.navs;
+    mapper_ = vehicle_.Start("mapper");
+    EXPECT_TRUE(vehicle_.ListenUntil([&] { return vehicle_.navs > navs; }, seconds(20)));
+    vehicle_.updates.clear();
+    EXPECT_TRUE(vehicle_.ListenUntil([&] { return vehicle_.updates.size() >= 2; }, seconds(120)));
+    EXPECT_NE(vehicle_.mapper_text.find("the survey folder cannot be written"), std::string::npos)
+        << vehicle_.mapper_text;
+  }
+
+  Vehicle vehicle_;
+  std::unique_ptr<ChildProcess> optimizer_;
+  std::unique_ptr<ChildProcess> mapper_;
+  std::unique_ptr<ChildProcess> player_;
+};
+INSTANTIATE_TEST_SUITE_P(ReadOnly, FailedDisk, testing::Values(true));
+INSTANTIATE_TEST_SUITE_P(Full, FailedDisk, testing::Values(false));
+
+TEST_P(FailedDisk, AMapperThatIsStartedAgainGoesOnInTheSameGraph) {
+  ExpectToGoOn();
+  EXPECT_EQ(vehicle_.graph_ids.size(), 1U);
+  EXPECT_GE(vehicle_.resumed, 1);
+}
+
+TEST_P(FailedDisk, AnotherMapIsMadeInMemory) {
+  player_.reset();
+  player_ = vehicle_.Play(8);  // from the beginning
+  vehicle_.graph_ids.clear();
+  ExpectToGoOn();
+  EXPECT_NE(vehicle_.mapper_text.find("another begins beside it"), std::string::npos)
+      << vehicle_.mapper_text;
 }
 
 }  // namespace

@@ -135,16 +135,5 @@ TEST_F(Store, CountsAFileThatIsGone) {
   EXPECT_EQ(store.counters().read_errors, 1);
 }
 
-TEST_F(Store, SaysWhyADirectoryCannotBeMade) {
-  fs::create_directories(dir_.parent_path());
-  std::ofstream(dir_) << "a file";
-  try {
-    SurveyStore store({dir_ / "survey", 1, 16});
-    FAIL() << "a file cannot be a directory";
-  } catch (const std::runtime_error& e) {
-    EXPECT_NE(std::string(e.what()).find((dir_ / "survey").string()), std::string::npos);
-  }
-}
-
 }  // namespace
 }  // namespace seastitch
