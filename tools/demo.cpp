@@ -13,6 +13,7 @@
 #include "tools/live_system.hpp"
 #include "tools/progress.hpp"
 #include "tools/replay.hpp"
+#include "tools/run_comparison.hpp"
 
 namespace seastitch {
 namespace {
@@ -170,6 +171,11 @@ int RunDemo(const DemoOptions& options) {
       Replay(live.dive(), truth, live.config_dir(), options.out / "replay", false);
 
   PrintTable(at_sea, ashore);
+  const std::string lost = live.Lost();
+  std::printf(
+      "  live beside the replay (%s):\n%s",
+      lost.empty() ? "nothing was lost on the way" : ("lost on the way:" + lost).c_str(),
+      Text(CompareRuns(options.out / "live", options.out / "replay"), "live", "replay").c_str());
   std::printf("  map and report: %s\n", (options.out / "replay" / "report.html").c_str());
   return EXIT_SUCCESS;
 }

@@ -69,6 +69,10 @@ void Change(const fs::path& file,
   std::ofstream(file) << PrintConfig(config);
 }
 
+bool IsLoss(const std::string& counter) {
+  return counter.ends_with("_lost") || counter.starts_with("socket_drops");
+}
+
 [[noreturn]] void Fail(const ChildProcess& process, const std::string& how) {
   throw std::runtime_error("seastitch-" + process.name() + " " + how + "; see " +
                            process.output().string());
@@ -77,9 +81,13 @@ void Change(const fs::path& file,
 }  // namespace
 
 LiveSystem::Listener::Listener(const std::string& url) : bus_(url) {
-  bus_.Subscribe<health_t>(channels::kHealth,
-                           QueueOf(channels::kHealth),
-                           [this](const health_t& m) { alive_.insert(m.process); });
+  bus_.Subscribe<health_t>(
+      channels::kHealth, QueueOf(channels::kHealth), [this](const health_t& m) {
+        alive_.insert(m.process);
+        for (const counter_t& counter : m.counters)
+          if (counter.value > 0 && IsLoss(counter.name))
+            lost_[m.process + " " + counter.name] = counter.value;
+      });
   bus_.Subscribe<graph_update_t>(channels::kGraphUpdate, 0, [this](const graph_update_t& m) {
     mapped_ = std::max(mapped_, m.version);
   });
@@ -134,6 +142,13 @@ std::vector<std::string> LiveSystem::names() const {
   std::vector<std::string> names;
   for (const ChildProcess& process : processes_) names.push_back(process.name());
   return names;
+}
+
+std::string LiveSystem::Lost() const {
+  std::string lost;
+  for (const auto& [counter, count] : listener_.lost())
+    lost += " " + counter + " " + std::to_string(count);
+  return lost;
 }
 
 void LiveSystem::WaitUntilUp() {

@@ -36,6 +36,8 @@ class LiveSystem {
   void WaitUntilUp();
   // While the survey runs: hears the bus, so that its buffer does not fill.
   void Poll();
+  // What processes said that was lost on its way to them: " mapper imu_lost 3"; empty: nothing.
+  std::string Lost() const;
   // Drivers first, so that the mapper has all there is; then the mapper, which closes its last
   // submap; the optimizer when it has answered; the logger last.
   void Stop();
@@ -54,10 +56,12 @@ class LiveSystem {
     void HandleAll() { bus_.HandleAll(); }
     std::size_t alive() const { return alive_.size(); }
     bool solved() const { return solved_ >= mapped_; }
+    const std::map<std::string, std::int64_t>& lost() const { return lost_; }
 
    private:
     Bus bus_;
     std::set<std::string> alive_;
+    std::map<std::string, std::int64_t> lost_;  // by process and counter
     std::int64_t mapped_ = 0;
     std::int64_t solved_ = 0;
   };
