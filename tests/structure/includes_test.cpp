@@ -54,7 +54,8 @@ const std::set<std::string> kOfTheSystem{"arpa", "linux", "net", "netinet", "sys
 // for the shells, which are known by their names.
 const std::vector<std::string> kPure{"common/core", "codecs", "drivers", "mapper", "optimizer"};
 const std::regex kShell(
-    ".*_(node|main|config|parameters|driver|store|watch)\\.[ch]pp|drivers/socket/.*|drivers/can/"
+    ".*_(node|main|config|parameters|driver|starts|store|watch)\\.[ch]pp|drivers/socket/.*|drivers/"
+    "can/"
     "signal_map.*");
 
 // The doors of libraries from outside: every include of such a header stands in a file like this.
