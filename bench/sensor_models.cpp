@@ -313,7 +313,10 @@ std::optional<double> FixModel::TimeAfter(double t_s) const {
 }
 
 PositionFix FixModel::FixAt(double t_s) {
-  const Eigen::Vector3d p_map = scene_.trajectory.StateAt(t_s).T_map_vehicle.translation();
+  const char* const source = params_.gps ? "gps" : "usbl";
+  const VehicleGeometry& vehicle = scene_.vehicle;
+  const Eigen::Vector3d p_map =
+      scene_.trajectory.StateAt(t_s).T_map_vehicle * vehicle.FixPointOf(source);
   double north_m = p_map.x() + params_.sigma_m * random_.Normal();
   double east_m = p_map.y() + params_.sigma_m * random_.Normal();
   const double direction_rad = 2.0 * kPi * random_.Uniform();
@@ -321,7 +324,6 @@ PositionFix FixModel::FixAt(double t_s) {
     north_m += params_.wrong_m * std::cos(direction_rad);
     east_m += params_.wrong_m * std::sin(direction_rad);
   }
-  const VehicleGeometry& vehicle = scene_.vehicle;
   const GeographicLib::LocalCartesian map(
       Rad2Deg(vehicle.datum_latitude_rad), Rad2Deg(vehicle.datum_longitude_rad), 0.0);
   double latitude_deg = 0.0;
@@ -332,7 +334,7 @@ PositionFix FixModel::FixAt(double t_s) {
   fix.latitude_rad = Deg2Rad(latitude_deg);
   fix.longitude_rad = Deg2Rad(longitude_deg);
   fix.covariance_north_east_m2 = params_.sigma_m * params_.sigma_m * Eigen::Matrix2d::Identity();
-  fix.source = params_.gps ? "gps" : "usbl";
+  fix.source = source;
   return fix;
 }
 

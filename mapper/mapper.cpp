@@ -169,6 +169,7 @@ void Mapper::GiveNav() {
   graph_.SetId(state->time);
   last_nav_ = *latest;
   events_.emplace_back(*state);
+  correction_.TakeFixes();
   if (const auto corrected = correction_.Now()) events_.emplace_back(*corrected);
 }
 
@@ -236,8 +237,10 @@ void Mapper::OnClosed(Submap submap) {
     soundings.id = submap.id;
     on_soundings_(soundings);
   }
-  std::vector<GraphEdge> edges =
-      frames_.Place(&submap, next_id_ == 0, navigation_->TakeFixes(submap.end));
+  correction_.TakeFixes();
+  const std::vector<MapFix> fixes = navigation_->TakeFixes(submap.end);
+  correction_.Given(fixes, submap.id);
+  std::vector<GraphEdge> edges = frames_.Place(&submap, next_id_ == 0, fixes);
   Enqueue(std::move(submap), {{}, std::move(edges)});
 }
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <vector>
 
 #include "common/core/graph.hpp"
 #include "common/core/ids.hpp"
@@ -15,9 +16,9 @@
 
 namespace seastitch {
 
-// The vehicle in the solved map: the newest submap frame that a solution places, and from there on
-// as dead reckoning went. Its covariance is that of the frame and of the way since, so it grows
-// until the next solution. Pure.
+// The vehicle in the solved map: the newest submap frame that a solution places, moved by the fixes
+// that this solution does not have yet, and from there on as dead reckoning went. Its covariance is
+// that of the frame and of the way since, so it grows until the next fix or solution. Pure.
 class NavCorrection {
  public:
   // navigation: must live longer.
@@ -25,8 +26,12 @@ class NavCorrection {
 
   // Submaps that joined the graph, as dead reckoning places them, and edges that place the map.
   void Add(const GraphUpdate& update);
+  // Fixes that joined the graph together with this submap.
+  void Given(const std::vector<MapFix>& fixes, SubmapId with);
   // A solution that the map follows: where it places the newest frame otherwise, that is a jump.
   void Take(const PoseGraph& solution);
+  // Those that wait for a submap; each that moves the vehicle is a jump.
+  void TakeFixes();
   // Nothing before navigation has a state.
   std::optional<CorrectedNavState> Now() const;
 
@@ -35,20 +40,41 @@ class NavCorrection {
     Time time;
     Pose2 dead_reckoned;
   };
+  struct Surprises {
+    int in_a_row = 0;
+    Eigen::Vector2d off = Eigen::Vector2d::Zero();
+  };
   struct Anchor {
     Frame frame;
-    Pose2 T_map_vehicle;  // solved, of the vehicle
-    Eigen::Matrix3d covariance;
+    Pose2 T_map_vehicle;         // corrected
+    Eigen::Matrix3d covariance;  // x, y, yaw; map axes
     MountingErrors mounting;
-    bool place_is_known;
+    Surprises surprises{};
   };
-  Pose2 Corrected(const Pose2& T_nav_vehicle) const;
-  Eigen::Matrix3d Covariance(const NavState& nav) const;
+  struct GivenFix {
+    MapFix fix;
+    SubmapId with;
+  };
+  void MoveByAllFixes();
+  void MoveBy(const MapFix& fix);
+  void Update(const Eigen::Matrix<double, 2, 3>& H,
+              const Eigen::Vector2d& off,
+              const Eigen::Matrix2d& R);
+  bool IsOverruled(bool surprising, const Eigen::Vector2d& off, const Eigen::Matrix2d& R);
+  void CarryAnchorTo(Time t, const NavState& nav);
+  Pose2 Way(const Frame& from, const Frame& to) const;
+  Pose2 Corrected(const Frame& nav) const;
+  Eigen::Matrix3d CovarianceAt(Time t, const NavState& nav) const;
+  Eigen::Matrix3d Covariance(const NavState& predicted) const;
+  void CountJump(const std::optional<CorrectedNavState>& before);
 
   const Navigation* const navigation_;
-  std::map<SubmapId, Frame> frames_;    // from that of the anchor on
+  std::map<SubmapId, Frame> frames_;    // from that of the solution on
   std::optional<std::int64_t> placed_;  // the version from which on something says where the map is
-  std::optional<Anchor> anchor_;
+  std::vector<GivenFix> given_;         // to the graph, and not in the solution yet
+  std::vector<MapFix> waiting_;         // as they were taken last
+  std::optional<Anchor> solved_;
+  std::optional<Anchor> anchor_;  // solved_, or where NAV began, moved by those fixes
   std::int64_t graph_version_ = 0;
   std::int64_t jumps_ = 0;
   double last_jump_m_ = 0.0;

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 namespace seastitch {
@@ -12,6 +13,12 @@ namespace seastitch {
 struct SonarHead {
   Eigen::Isometry3d T_mbes_tx = Eigen::Isometry3d::Identity();
   Eigen::Isometry3d T_mbes_rx = Eigen::Isometry3d::Identity();
+};
+
+// What the position fixes of a source are of: an antenna or a transponder.
+struct FixPoint {
+  std::string source;  // as POSITION_FIX names it, such as "gps"
+  Eigen::Vector3d p_vehicle_m = Eigen::Vector3d::Zero();
 };
 
 // Where the map's origin lies and where the sensors sit. Vehicle axes: forward, right, down.
@@ -28,6 +35,14 @@ struct VehicleGeometry {
   std::vector<SonarHead> more_heads;
   Eigen::Vector3d p_vehicle_depth_m = Eigen::Vector3d::Zero();  // pressure port
 
+  std::vector<FixPoint> fix_points;
+
+  // The reference point, where none is named for the source.
+  Eigen::Vector3d FixPointOf(const std::string& source) const {
+    for (const FixPoint& point : fix_points)
+      if (point.source == source) return point.p_vehicle_m;
+    return Eigen::Vector3d::Zero();
+  }
   // The first, where the vehicle has no such head.
   SonarHead Head(std::uint8_t head) const {
     const std::size_t i = head;

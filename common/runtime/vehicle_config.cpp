@@ -41,6 +41,11 @@ void DeclareHead(VehicleFile::Head* head, ParameterTable* table) {
   DeclareMounting(&head->receiver, &table->AddSection("receiver", "Its receive array."));
 }
 
+void DeclareFixPoint(FixPoint* point, ParameterTable* table) {
+  table->Add("source", &point->source, "As POSITION_FIX names it: gps, usbl.").Required();
+  DeclarePosition(&point->p_vehicle_m, table);
+}
+
 void DeclareDatum(VehicleFile* file, ParameterTable* table) {
   ParameterTable& datum = table->AddSection("datum", "Origin of the map, WGS 84.");
   datum
@@ -80,6 +85,11 @@ ParameterTable TableOf(VehicleFile* file) {
       DeclareHead,
       "Further heads of a sonar with several, in order after the first.");
   DeclarePosition(&file->depth_position_m, &table.AddSection("depth", "Pressure sensor."));
+  table.AddList<FixPoint>("position_fixes",
+                          &file->position_fixes,
+                          DeclareFixPoint,
+                          "What position fixes are of: antenna or transponder, by source. Fixes of "
+                          "a source that is not here are of the reference point.");
   return table;
 }
 
@@ -97,6 +107,7 @@ VehicleGeometry LoadVehicle(const std::string& path) {
   for (const VehicleFile::Head& head : file.more_heads)
     vehicle.more_heads.push_back({PoseOf(head.transmitter), PoseOf(head.receiver)});
   vehicle.p_vehicle_depth_m = file.depth_position_m;
+  vehicle.fix_points = file.position_fixes;
   return vehicle;
 }
 
@@ -112,6 +123,7 @@ std::string PrintConfig(const VehicleGeometry& vehicle) {
   for (const SonarHead& head : vehicle.more_heads)
     file.more_heads.push_back({MountingOf(head.T_mbes_tx), MountingOf(head.T_mbes_rx)});
   file.depth_position_m = vehicle.p_vehicle_depth_m;
+  file.position_fixes = vehicle.fix_points;
   return PrintWithDefaults(file, {});
 }
 

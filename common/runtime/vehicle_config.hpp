@@ -34,6 +34,7 @@ struct VehicleFile {
   };
   std::vector<Head> more_heads;
   Eigen::Vector3d depth_position_m = Eigen::Vector3d::Zero();
+  std::vector<FixPoint> position_fixes;
 };
 ParameterTable TableOf(VehicleFile* file);
 

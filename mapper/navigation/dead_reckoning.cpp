@@ -68,6 +68,7 @@ class DeadReckoning::Impl {
   void Add(const PositionFix& fix);
   void AddSoundSpeed(Time t, double speed_mps);
   void Finish();
+  std::vector<MapFix> WaitingFixes() const { return fixes_.Waiting(); }
   std::vector<MapFix> TakeFixes(Time until) { return fixes_.Take(until); }
   std::optional<std::vector<std::uint8_t>> Save(std::optional<Time> since) const;
   // Half of it may be read where it gives false.
@@ -111,7 +112,7 @@ class DeadReckoning::Impl {
   bool IsPossible(const DvlEvent& dvl, const InertialRates& rates);
   void UseDvl(Time t, const DvlEvent& dvl, const InertialRates& rates);
   void UseDepth(Time t, const DepthEvent& depth);
-  void UseFix(Time t, const FixEvent& fix);
+  void UseFix(Time t, const FixEvent& of_antenna);
   struct RefusedFix {
     Eigen::Vector2d off_m;  // from the filter's position, which drifts little meanwhile
     Eigen::Matrix2d covariance_m2;
@@ -122,7 +123,7 @@ class DeadReckoning::Impl {
     }
   };
   bool OverruleByFixes(const RefusedFix& fix);
-  void UseLateFix(Time t, const FixEvent& fix);
+  void UseLateFix(Time t, const FixEvent& of_antenna);
 
   const NavigationParams params_;
   const VehicleGeometry vehicle_;
@@ -363,13 +364,15 @@ void DeadReckoning::Impl::UseDepth(Time t, const DepthEvent& depth) {
   filter_.TakeDepth(depth.depth_m, depth.sigma_m);
 }
 
-void DeadReckoning::Impl::UseFix(Time t, const FixEvent& fix) {
-  if (!fixes_.Passes(t, fix)) return;
+void DeadReckoning::Impl::UseFix(Time t, const FixEvent& of_antenna) {
+  const Eigen::Isometry3d T_map_vehicle = filter_.T_map_vehicle();
+  const FixEvent fix = of_antenna.OfVehicle(T_map_vehicle.linear());
   if (!params_.fuse_position_fixes) {
     place_is_known_ = true;
-    return fixes_.Keep(t, fix);
+    return fixes_.Keep(t, fix, T_map_vehicle.translation().head<2>());
   }
-  const Eigen::Vector2d off_m = fix.north_east_m - filter_.T_map_vehicle().translation().head<2>();
+  if (!fixes_.Passes(t, fix)) return;
+  const Eigen::Vector2d off_m = fix.north_east_m - T_map_vehicle.translation().head<2>();
   const bool refused = filter_.UpdatePosition(fix.north_east_m, fix.covariance_m2) > 0;
   fix_refusals_.Add(t, refused);
   if (refused) Count("fix_gated");
@@ -396,14 +399,16 @@ bool DeadReckoning::Impl::OverruleByFixes(const RefusedFix& fix) {
 }
 
 // Whoever solves the graph can take it at the time at which it was measured.
-void DeadReckoning::Impl::UseLateFix(Time t, const FixEvent& fix) {
+void DeadReckoning::Impl::UseLateFix(Time t, const FixEvent& of_antenna) {
   const bool taken = started_ && t >= started_at_ && !params_.fuse_position_fixes &&
                      ToSeconds(now_ - t) <= params_.window_s;
-  if (!taken) return Count("fix_late");
-  if (!fixes_.Passes(t, fix)) return;
+  const std::optional<NavState> then = taken ? track_.StateAt(t) : std::nullopt;
+  if (!then) return Count("fix_late");
   Count("fix_taken_late");
   place_is_known_ = true;
-  fixes_.Keep(t, fix);
+  const Eigen::Isometry3d& T_map_vehicle = then->T_map_vehicle;
+  fixes_.Keep(
+      t, of_antenna.OfVehicle(T_map_vehicle.linear()), T_map_vehicle.translation().head<2>());
 }
 
 // --- over a restart ----------------------------------------------------------------------------
@@ -412,7 +417,7 @@ std::optional<std::vector<std::uint8_t>> DeadReckoning::Impl::Save(
     std::optional<Time> since) const {
   std::vector<Time> instants;
   if (since) instants.push_back(*since);
-  const std::deque<MapFix>& fixes = fixes_.kept();
+  const std::vector<MapFix> fixes = fixes_.Waiting();
   const std::size_t left_out = fixes.size() - std::min(fixes.size(), kFixesRemembered);
   for (std::size_t i = left_out; i < fixes.size(); ++i) instants.push_back(fixes[i].time);
   const std::optional<NavTrack::Memory> track = track_.Remember(std::move(instants));
@@ -504,6 +509,7 @@ std::optional<Eigen::Matrix3d> DeadReckoning::RelativeCovariance(Time a, Time b)
 std::optional<Pose2> DeadReckoning::Hindsight(Time anchor, Time t) const {
   return impl_->track().Hindsight(anchor, t);
 }
+std::vector<MapFix> DeadReckoning::WaitingFixes() const { return impl_->WaitingFixes(); }
 std::vector<MapFix> DeadReckoning::TakeFixes(Time until) { return impl_->TakeFixes(until); }
 
 std::optional<std::vector<std::uint8_t>> DeadReckoning::Save(std::optional<Time> since) const {

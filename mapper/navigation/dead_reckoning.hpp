@@ -85,6 +85,7 @@ class DeadReckoning : public Navigation {
 
   // Fixes after the start and up to `until` that the filter does not take, in order of time; each
   // is given once, and kept for window_s until then.
+  std::vector<MapFix> WaitingFixes() const override;
   std::vector<MapFix> TakeFixes(Time until) override;
 
   // Some 100 kB, most of it what the inertial unit felt in the last seconds. All state but the

@@ -2,50 +2,89 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace seastitch {
 namespace {
 
-// A fix that is better than its neighbour by more than this is worth having beside it.
+// A fix that is better than its neighbour by more than this is worth having beside it, and one that
+// is worse by more adds nothing to it.
 constexpr double kBetter = 0.7;
+// Of a group: 10 s of a receiver at 10 Hz.
+constexpr std::size_t kMostOfGroup = 100;
 
-template <class T>
-void InsertByTime(T item, std::deque<T>* items) {
-  const auto at = std::upper_bound(
-      items->begin(), items->end(), item, [](const T& a, const T& b) { return a.time < b.time; });
-  items->insert(at, std::move(item));
+double SigmaOf(const Eigen::Matrix2d& covariance_m2) { return std::sqrt(covariance_m2.trace()); }
+
+double MedianOf(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  if (values.size() % 2 == 1) return *middle;
+  return 0.5 * (*middle + *std::max_element(values.begin(), middle));
 }
 
 }  // namespace
 
-bool FixKeeper::Passes(Time t, const FixEvent& fix) {
-  const double sigma_m = std::sqrt(fix.covariance_m2.trace());
-  for (const Passed& other : passed_) {
-    if (other.source != fix.source || sigma_m < kBetter * other.sigma_m) continue;
-    if (std::abs(ToSeconds(t - other.time)) < params_.fix_interval_s) {
-      ++(*counters_)["fix_thinned"];
-      return false;
-    }
+FixKeeper::Group* FixKeeper::GroupOf(Time t, const FixEvent& fix) {
+  for (Group& group : groups_)
+    if (group.source == fix.source &&
+        std::abs(ToSeconds(t - group.time)) < params_.fix_interval_s &&
+        SigmaOf(fix.covariance_m2) >= kBetter * SigmaOf(group.covariance_m2))
+      return &group;
+  return nullptr;
+}
+
+void FixKeeper::Begin(Group group) {
+  const auto later = [](const Group& a, const Group& b) { return a.time < b.time; };
+  groups_.insert(std::upper_bound(groups_.begin(), groups_.end(), group, later), std::move(group));
+  while (ToSeconds(groups_.back().time - groups_.front().time) > params_.window_s) {
+    if (groups_.front().waits) ++(*counters_)["fix_never_taken"];
+    groups_.pop_front();
   }
-  InsertByTime(Passed{t, fix.source, sigma_m}, &passed_);
-  while (ToSeconds(passed_.back().time - passed_.front().time) > params_.window_s)
-    passed_.pop_front();
+}
+
+bool FixKeeper::Passes(Time t, const FixEvent& fix) {
+  if (GroupOf(t, fix) != nullptr) {
+    ++(*counters_)["fix_thinned"];
+    return false;
+  }
+  Begin({t, fix.source, fix.covariance_m2, fix.north_east_m, {}, false});
   return true;
 }
 
-void FixKeeper::Keep(Time t, const FixEvent& fix) {
-  InsertByTime(MapFix{t, fix.north_east_m, fix.covariance_m2}, &kept_);
-  while (ToSeconds(kept_.back().time - kept_.front().time) > params_.window_s) {
-    kept_.pop_front();
-    ++(*counters_)["fix_never_taken"];
+void FixKeeper::Keep(Time t, const FixEvent& fix, const Eigen::Vector2d& dead_reckoned_m) {
+  Group* const group = GroupOf(t, fix);
+  if (group == nullptr)
+    return Begin({t, fix.source, fix.covariance_m2, dead_reckoned_m, {fix.north_east_m}, true});
+  ++(*counters_)["fix_thinned"];
+  const bool alike = kBetter * SigmaOf(fix.covariance_m2) <= SigmaOf(group->covariance_m2);
+  if (!alike || !group->waits || group->fixes_m.size() >= kMostOfGroup) return;
+  group->fixes_m.emplace_back(fix.north_east_m - dead_reckoned_m + group->dead_reckoned_m);
+}
+
+MapFix FixKeeper::FixOf(const Group& group) {
+  std::vector<double> north_m, east_m;
+  for (const Eigen::Vector2d& fix : group.fixes_m) {
+    north_m.push_back(fix.x());
+    east_m.push_back(fix.y());
   }
+  return {group.time, {MedianOf(north_m), MedianOf(east_m)}, group.covariance_m2};
+}
+
+std::vector<MapFix> FixKeeper::Waiting() const {
+  std::vector<MapFix> waiting;
+  for (const Group& group : groups_)
+    if (group.waits) waiting.push_back(FixOf(group));
+  return waiting;
 }
 
 std::vector<MapFix> FixKeeper::Take(Time until) {
-  const auto end = std::find_if(
-      kept_.begin(), kept_.end(), [until](const MapFix& fix) { return fix.time > until; });
-  std::vector<MapFix> taken(kept_.begin(), end);
-  kept_.erase(kept_.begin(), end);
+  std::vector<MapFix> taken;
+  for (Group& group : groups_) {
+    if (!group.waits || group.time > until) continue;
+    taken.push_back(FixOf(group));
+    group.waits = false;
+    group.fixes_m.clear();
+  }
   return taken;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <deque>
 #include <map>
@@ -13,41 +14,53 @@
 
 namespace seastitch {
 
-// Position fixes that the filter does not take, at any age up to window_s and in any order, thinned
-// by source: fixes of one source that follow each other closely have errors alike.
+// Position fixes in groups: those of one source within fix_interval_s of the first have errors
+// alike, so that all together say as much as one of them. A fix that is better than its neighbours
+// by far is a group of its own.
 class FixKeeper {
  public:
   using Counters = std::map<std::string, std::int64_t>;
   FixKeeper(const NavigationParams& params, Counters* counters)
       : params_(params), counters_(counters) {}
 
-  // False, and counted: thinned out, for one of the same source within fix_interval_s is as good.
+  // For a filter that takes each at once. False, and counted as thinned: not the first of a group.
   bool Passes(Time t, const FixEvent& fix);
-  void Keep(Time t, const FixEvent& fix);
-  const std::deque<MapFix>& kept() const { return kept_; }
-  // Those up to `until`, in order of time; each is given once.
+  // For the graph, at any age up to window_s and in any order. All but the first of a group are
+  // counted as thinned: as long as the group waits, it stands where the median of its fixes is,
+  // each carried to the first by dead reckoning; its covariance stays that of the first.
+  void Keep(Time t, const FixEvent& fix, const Eigen::Vector2d& dead_reckoned_m);
+  // In order of time.
+  std::vector<MapFix> Waiting() const;
+  // Those up to `until`, each once.
   std::vector<MapFix> Take(Time until);
 
   template <class Archive, class Self>
   static void Fields(Archive& archive, Self& self) {
-    archive(self.passed_, self.kept_);
+    archive(self.groups_);
   }
 
  private:
-  struct Passed {
-    Time time;
+  struct Group {
+    Time time;  // of its first
     std::string source;
-    double sigma_m;
+    Eigen::Matrix2d covariance_m2;
+    Eigen::Vector2d dead_reckoned_m;
+    std::vector<Eigen::Vector2d> fixes_m;  // at the time of the first
+    bool waits;
 
     template <class Archive, class Self>
     static void Fields(Archive& archive, Self& self) {
-      archive(self.time, self.source, self.sigma_m);
+      archive(self.time, self.source, self.covariance_m2, self.dead_reckoned_m, self.fixes_m);
+      archive(self.waits);
     }
   };
+  static MapFix FixOf(const Group& group);
+  Group* GroupOf(Time t, const FixEvent& fix);
+  void Begin(Group group);
+
   const NavigationParams params_;
   Counters* counters_;
-  std::deque<Passed> passed_;  // in order of time
-  std::deque<MapFix> kept_;    // in order of time
+  std::deque<Group> groups_;  // in order of time
 };
 
 }  // namespace seastitch

@@ -100,10 +100,13 @@ void GivenNavigation::Add(const PositionFix& fix) {
   double east = 0.0, north = 0.0, up = 0.0;
   to_map_->Forward(Rad2Deg(fix.latitude_rad), Rad2Deg(fix.longitude_rad), 0.0, east, north, up);
   if (!(std::hypot(east, north) < kMaxFromDatumM)) return Count("fix_far_from_datum");
-  const MapFix map_fix{fix.time, {north, east}, fix.covariance_north_east_m2};
+  AddFix({fix.time, {north, east}, fix.covariance_north_east_m2}, vehicle_.FixPointOf(fix.source));
+}
+
+void GivenNavigation::AddFix(const MapFix& fix, const Eigen::Vector3d& p_vehicle_m) {
   const auto place = std::upper_bound(
-      fixes_.begin(), fixes_.end(), fix.time, [](Time t, const MapFix& f) { return t < f.time; });
-  fixes_.insert(place, map_fix);
+      fixes_.begin(), fixes_.end(), fix.time, [](Time t, const Fix& f) { return t < f.fix.time; });
+  fixes_.insert(place, {fix, p_vehicle_m});
 }
 
 void GivenNavigation::AddAttitude(const NavigationSample& sample) {
@@ -194,10 +197,8 @@ void GivenNavigation::AddPlace(const JumpFinder::Steady& steady) {
 void GivenNavigation::GiveFix(const JumpFinder::Steady& steady) {
   const double sigma_m = places_.back().sigma_m;
   fixed_way_m_ = places_.back().way_m;
-  fixes_.push_back({steady.time, steady.given_m, sigma_m * sigma_m * Eigen::Matrix2d::Identity()});
-  std::stable_sort(fixes_.begin(), fixes_.end(), [](const MapFix& a, const MapFix& b) {
-    return a.time < b.time;
-  });
+  AddFix({steady.time, steady.given_m, sigma_m * sigma_m * Eigen::Matrix2d::Identity()},
+         Eigen::Vector3d::Zero());
 }
 
 void GivenNavigation::Trim() {
@@ -427,11 +428,24 @@ std::optional<Pose2> GivenNavigation::Hindsight(Time anchor, Time t) const {
   return Pose2{};
 }
 
+std::vector<MapFix> GivenNavigation::FixesUntil(Time t) const {
+  std::vector<MapFix> fixes;
+  for (const auto& [fix, p_vehicle_m] : fixes_) {
+    if (fix.time > t) break;
+    fixes.push_back(fix);
+    if (const std::optional<NavState> then = StateAt(fix.time))
+      fixes.back().north_east_m -= (then->T_map_vehicle.linear() * p_vehicle_m).head<2>();
+  }
+  return fixes;
+}
+
+std::vector<MapFix> GivenNavigation::WaitingFixes() const {
+  return latest() ? FixesUntil(*latest()) : std::vector<MapFix>{};
+}
+
 std::vector<MapFix> GivenNavigation::TakeFixes(Time until) {
-  const auto end = std::find_if(
-      fixes_.begin(), fixes_.end(), [until](const MapFix& fix) { return fix.time > until; });
-  std::vector<MapFix> taken(fixes_.begin(), end);
-  fixes_.erase(fixes_.begin(), end);
+  std::vector<MapFix> taken = FixesUntil(until);
+  fixes_.erase(fixes_.begin(), fixes_.begin() + static_cast<std::ptrdiff_t>(taken.size()));
   return taken;
 }
 

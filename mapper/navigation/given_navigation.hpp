@@ -77,6 +77,7 @@ class GivenNavigation : public Navigation {
   std::optional<Eigen::Matrix3d> RelativeCovariance(Time a, Time b) const override;
   // What an INS gives it does not take back.
   std::optional<Pose2> Hindsight(Time anchor, Time t) const override;
+  std::vector<MapFix> WaitingFixes() const override;
   std::vector<MapFix> TakeFixes(Time until) override;
   // Some 60 bytes a second since `since`. What follows becomes the same as without the restart, to
   // the last bit; the way since `since`, by which errors grow, to a second's turn.
@@ -90,6 +91,8 @@ class GivenNavigation : public Navigation {
   const std::map<std::string, std::int64_t>& counters() const override { return counters_; }
 
  private:
+  void AddFix(const MapFix& fix, const Eigen::Vector3d& p_vehicle_m);
+  std::vector<MapFix> FixesUntil(Time t) const;
   struct Turned {
     Time time;
     Eigen::Quaterniond q_map_vehicle;
@@ -178,7 +181,16 @@ class GivenNavigation : public Navigation {
   std::deque<Place> places_;
   std::optional<Place> first_;
   double fixed_way_m_ = 0.0;  // way_m of the last fix given
-  std::vector<MapFix> fixes_;
+  struct Fix {
+    MapFix fix;
+    Eigen::Vector3d p_vehicle_m;  // what it is of
+
+    template <class Archive, class Self>
+    static void Fields(Archive& archive, Self& self) {
+      archive(self.fix, self.p_vehicle_m);
+    }
+  };
+  std::vector<Fix> fixes_;  // in order of time
   bool ins_gives_depth_ = false;
   bool finished_ = false;
 };

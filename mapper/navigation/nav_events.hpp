@@ -42,10 +42,19 @@ struct FixEvent {
   Eigen::Vector2d north_east_m;
   Eigen::Matrix2d covariance_m2;
   std::string source;
+  Eigen::Vector3d p_vehicle_m;  // what it is of: antenna or transponder
+
+  // The same of the vehicle itself, turned so.
+  FixEvent OfVehicle(const Eigen::Matrix3d& R_map_vehicle) const {
+    FixEvent fix = *this;
+    fix.north_east_m -= (R_map_vehicle * p_vehicle_m).head<2>();
+    fix.p_vehicle_m.setZero();
+    return fix;
+  }
 
   template <class Archive, class Self>
   static void Fields(Archive& archive, Self& self) {
-    archive(self.north_east_m, self.covariance_m2, self.source);
+    archive(self.north_east_m, self.covariance_m2, self.source, self.p_vehicle_m);
   }
 };
 struct AttitudeEvent {

@@ -73,7 +73,10 @@ class Navigation {
   // T_anchored_map, level: takes places in the map as of `t` to a map in which the vehicle at
   // `anchor`, as its pose is known at `t`, stands where it was frozen. anchor <= t.
   virtual std::optional<Pose2> Hindsight(Time anchor, Time t) const = 0;
-  // The fixes up to `until` that navigation leaves to the graph, in order of time; each once.
+  // The fixes that navigation leaves to the graph and that nobody has taken, in order of time, as
+  // far as states are final.
+  virtual std::vector<MapFix> WaitingFixes() const = 0;
+  // Those up to `until`; each is given once.
   virtual std::vector<MapFix> TakeFixes(Time until) = 0;
 
   // For a restart: the newest state, and how its error has come about since `since`, the frame of

@@ -104,7 +104,8 @@ void NavigationStart::Place(Time t, First* first) const {
   if (params_.start_at_first_fix && fix_) {
     const double moved_m = ToSeconds(t - fix_->time) * params_.start_speed_sigma_mps;
     const Eigen::Vector2d variance = fix_->value.covariance_m2.diagonal();
-    p_map_vehicle.head<2>() = fix_->value.north_east_m;
+    const Eigen::Matrix3d R_map_vehicle = R * mounting_.T_imu_vehicle.linear();
+    p_map_vehicle.head<2>() = fix_->value.OfVehicle(R_map_vehicle).north_east_m;
     start.sigma_p_m.head<2>() = (variance.array() + moved_m * moved_m).sqrt();
   }
   start.p_map_imu = p_map_vehicle - R * mounting_.T_imu_vehicle.translation();

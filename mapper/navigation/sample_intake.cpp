@@ -54,6 +54,7 @@ SampleIntake::SampleIntake(const NavigationParams& params,
                            const VehicleGeometry& vehicle,
                            Counters* counters)
     : params_(params),
+      vehicle_(vehicle),
       to_map_(Rad2Deg(vehicle.datum_latitude_rad), Rad2Deg(vehicle.datum_longitude_rad), 0.0),
       wait_s_(WaitS(params)),
       counters_(counters) {}
@@ -154,7 +155,7 @@ std::optional<Event> SampleIntake::Add(const PositionFix& fix) {
     Count("fix_refused");
     return std::nullopt;
   }
-  const FixEvent event{north_east, C, fix.source};
+  const FixEvent event{north_east, C, fix.source, vehicle_.FixPointOf(fix.source)};
   if (IsLate(fix.time)) return Event{fix.time, event};
   AddAiding("fix", fix.time, event);
   return std::nullopt;

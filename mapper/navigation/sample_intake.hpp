@@ -55,6 +55,7 @@ class SampleIntake {
   void LeaveOut(Time first_imu);
 
   const NavigationParams params_;
+  const VehicleGeometry vehicle_;
   const GeographicLib::LocalCartesian to_map_;
   const double wait_s_;  // for samples that come out of order
   Counters* counters_;

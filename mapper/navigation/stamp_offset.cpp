@@ -16,12 +16,15 @@ constexpr double kComponents = 3.0;
 constexpr double kCorrelation = 2.0;
 constexpr double kSuspectSigma = 4.0;
 constexpr double kSuspectS = 0.01;
+// What has been seen for less may be one manoeuvre, whose differences have an error alike.
+constexpr double kManoeuvreS = 30.0;
 
 }  // namespace
 
 void StampOffset::Add(const Difference& difference, double sigma, double drift_sigma, double dt_s) {
   const double keep = std::exp(-dt_s / kMemoryS);
   differences_ = keep * differences_ + 1.0;
+  seen_s_ = keep * seen_s_ + dt_s;
   drift_sigma_ = drift_sigma;
   for (std::size_t i = 0; i < kDelays; ++i) {
     const Eigen::Vector3d d = difference(DelayS(i));
@@ -66,7 +69,9 @@ void StampOffset::Find() {
 }
 
 bool StampOffset::IsSuspected() const {
-  return std::abs(delay_s_) > std::max(kSuspectS, kSuspectSigma * sigma_s_);
+  if (!(seen_s_ > 0.0)) return false;
+  const double sigma_s = sigma_s_ * std::sqrt(1.0 + kManoeuvreS / seen_s_);
+  return std::abs(delay_s_) > std::max(kSuspectS, kSuspectSigma * sigma_s);
 }
 
 }  // namespace seastitch

@@ -29,7 +29,8 @@ class StampOffset {
 
   template <class Archive, class Self>
   static void Fields(Archive& archive, Self& self) {
-    archive(self.sums_, self.differences_, self.drift_sigma_, self.delay_s_, self.sigma_s_);
+    archive(self.sums_, self.differences_, self.seen_s_, self.drift_sigma_);
+    archive(self.delay_s_, self.sigma_s_);
   }
 
  private:
@@ -57,6 +58,7 @@ class StampOffset {
 
   std::array<Sums, kDelays> sums_{};
   double differences_ = 0.0;  // that they hold
+  double seen_s_ = 0.0;       // the time in which these came
   double drift_sigma_ = 0.0;
   double delay_s_ = 0.0;
   double sigma_s_ = kPriorS;

@@ -24,8 +24,9 @@ MapperParams ShortSubmaps() {
   return params;
 }
 
-class CorrectedDive : public testing::Test {
- protected:
+class Dive {
+ public:
+  explicit Dive(const MapperParams& params = ShortSubmaps()) : mapper_(params) {}
   void Drive(double duration_s, double yaw_rate_radps = 0.0) {
     for (int i = 0; i < static_cast<int>(duration_s / PerfectVehicle::kImuStepS); ++i) {
       for (const auto& sample : vehicle_.Step(kSpeedMps, yaw_rate_radps))
@@ -63,15 +64,40 @@ class CorrectedDive : public testing::Test {
     }
     return solution;
   }
+  // At the vehicle, off by so much, and stated with 1 m.
+  PositionFix Fix(double north_off_m = 0.0, double east_off_m = 0.0) const {
+    constexpr double kMetresPerRadian = 6335439.3;  // at the datum's latitude, 0
+    constexpr double kMetresPerRadianEast = 6378137.0;
+    const Eigen::Vector3d p = vehicle_.TrueAt(vehicle_.time).translation();
+    PositionFix fix;
+    fix.time = vehicle_.time;
+    fix.latitude_rad = (p.x() + north_off_m) / kMetresPerRadian;
+    fix.longitude_rad = (p.y() + east_off_m) / kMetresPerRadianEast;
+    fix.source = "gps";
+    return fix;
+  }
+  // With a fix every 10 s.
+  void DriveWithFixes(double duration_s) {
+    for (int i = 0; i < static_cast<int>(duration_s / 10.0); ++i) {
+      Drive(10.0);
+      mapper_.Add(Fix());
+    }
+    Drive(1.0);
+  }
+  Pose2 Off(const NavState& state) const {
+    return Inverse(LevelPose(vehicle_.TrueAt(state.time))) * LevelPose(state.T_map_vehicle);
+  }
   double Sigma(int axis) const { return std::sqrt(said_->state.covariance(axis, axis)); }
 
   PerfectVehicle vehicle_;
   PreparedSubmaps prepared_{{}};
-  Mapper mapper_{ShortSubmaps()};
+  Mapper mapper_;
   std::optional<NavState> nav_;
   std::optional<CorrectedNavState> said_;
   std::vector<GraphVertex> vertices_;
 };
+
+class CorrectedDive : public testing::Test, protected Dive {};
 
 TEST_F(CorrectedDive, IsOfNowAlsoInATurn) {
   Drive(30.0);
@@ -122,6 +148,112 @@ TEST_F(CorrectedDive, GoesOnWithGrowingSigmaWhenTheOptimizerIsSilent) {
   EXPECT_GE(Sigma(5), yaw_rad);
   EXPECT_GT(Sigma(1), 120.0 * kSpeedMps * 0.009) << "the heading's sigma, 200 m on";
   EXPECT_EQ(said_->jumps, 1);
+}
+
+// As before a dive: there is GPS, and nothing that a submap could be made of.
+TEST_F(CorrectedDive, FixesMoveItWithoutAnySubmap) {
+  vehicle_.sonar_on = false;
+  vehicle_.compass_step_rad = 0.02;
+  DriveWithFixes(200.0);
+  EXPECT_TRUE(vertices_.empty());
+  const Pose2 nav = Off(*nav_), said = Off(said_->state);
+  EXPECT_GT(nav.Translation().norm(), 5.0);
+  EXPECT_LT(said.Translation().norm(), 0.5);
+  EXPECT_LT(std::abs(said.yaw), Deg2Rad(0.4)) << "NAV is off by " << Rad2Deg(nav.yaw);
+  EXPECT_LT(Sigma(0), 0.8);
+  EXPECT_LT(Sigma(1), 0.8);
+  EXPECT_LT(Sigma(5), Deg2Rad(0.8));
+  EXPECT_GE(said_->jumps, 18);
+  EXPECT_LT(said_->last_jump_m, 0.5);
+}
+
+// As after it: no submap closes any more.
+TEST_F(CorrectedDive, FixesAfterTheLastSubmapMoveIt) {
+  Drive(70.0);
+  ASSERT_TRUE(mapper_.Take(Moved({30.0, -20.0, 0.0})));  // and sure of it
+  vehicle_.sonar_on = false;
+  Drive(30.0);
+  EXPECT_GT(Off(said_->state).Translation().norm(), 30.0);
+  DriveWithFixes(20.0);
+  EXPECT_GT(Off(said_->state).Translation().norm(), 30.0) << "two fixes may be wrong";
+  DriveWithFixes(40.0);
+  EXPECT_LT(Off(said_->state).Translation().norm(), 1.0);
+  EXPECT_LT(Sigma(0), 1.5);
+}
+
+TEST_F(CorrectedDive, AWildFixMovesItLittleAndMakesItNoSurer) {
+  vehicle_.sonar_on = false;
+  DriveWithFixes(60.0);
+  Drive(9.0);
+  const double sigma_m = Sigma(0);
+  mapper_.Add(Fix(500.0, -300.0));
+  Drive(1.0);
+  EXPECT_LT(Off(said_->state).Translation().norm(), 0.5);
+  EXPECT_GT(Sigma(0), 0.95 * sigma_m);
+}
+
+TEST_F(CorrectedDive, AFixThatComesLateCountsAsIfItHadComeInTime) {
+  Dive in_time, late;
+  for (Dive* dive : {&in_time, &late}) {
+    dive->vehicle_.sonar_on = false;
+    dive->vehicle_.compass_step_rad = 0.02;
+    dive->DriveWithFixes(40.0);
+    dive->Drive(9.0);
+    PositionFix acoustic = dive->Fix(3.0, 2.0);
+    acoustic.source = "usbl";
+    if (dive == &in_time) dive->mapper_.Add(acoustic);
+    dive->Drive(5.0);
+    dive->mapper_.Add(dive->Fix(-1.0, 0.5));
+    dive->Drive(5.0);
+    if (dive == &late) dive->mapper_.Add(acoustic);
+    dive->Drive(1.0);
+  }
+  EXPECT_GT(in_time.said_->T_map_nav.Vector().norm(), 0.1);
+  EXPECT_LT((in_time.said_->T_map_nav.Vector() - late.said_->T_map_nav.Vector()).norm(), 1e-9);
+  EXPECT_LT((in_time.said_->state.covariance - late.said_->state.covariance).norm(), 1e-9);
+}
+
+// The solution has the fix: what it says is what is said.
+TEST_F(CorrectedDive, AFixThatASolutionHasCountsOnce) {
+  Drive(30.0);
+  mapper_.Add(Fix(4.0, 0.0));
+  Drive(50.0);  // two submaps more, and the fix with one of them
+  ASSERT_GE(vertices_.size(), 3u);
+  EXPECT_GT(said_->T_map_nav.x, 0.0);
+  const Pose2 by{2.0, 1.0, 0.0};
+  ASSERT_TRUE(mapper_.Take(Moved(by)));
+  Drive(0.2);
+  EXPECT_LT((said_->T_map_nav.Vector() - by.Vector()).norm(), 1e-6);
+}
+
+// The solution is of before the fix.
+TEST_F(CorrectedDive, AFixThatASolutionLacksStillCounts) {
+  Drive(70.0);
+  const PoseGraph solution = Moved({});
+  mapper_.Add(Fix(4.0, 0.0));
+  Drive(1.0);
+  const double by_fix_m = said_->T_map_nav.x;
+  EXPECT_GT(by_fix_m, 0.01);
+  ASSERT_TRUE(mapper_.Take(solution));
+  Drive(0.2);
+  EXPECT_GT(said_->T_map_nav.x, 0.001);
+}
+
+// The fix says that all of the way so far was off: of the submap's place the solution knows better.
+TEST(NavCorrection, WhatNavLearnsOfTheWayBeforeTheSubmapDoesNotMoveIt) {
+  MapperParams params = ShortSubmaps();
+  params.navigation.start_sigma_m = 30.0;
+  params.navigation.fuse_position_fixes = true;
+  Dive dive(params);
+  dive.Drive(70.0);
+  ASSERT_TRUE(dive.mapper_.Take(dive.Moved({})));
+  dive.Drive(0.2);
+  const Eigen::Vector2d nav_off = dive.Off(*dive.nav_).Translation();
+  const Eigen::Vector2d said_off = dive.Off(dive.said_->state).Translation();
+  dive.mapper_.Add(dive.Fix(10.0, 0.0));
+  dive.Drive(1.0);
+  EXPECT_NEAR((dive.Off(*dive.nav_).Translation() - nav_off).norm(), 10.0, 0.5);
+  EXPECT_LT((dive.Off(dive.said_->state).Translation() - said_off).norm(), 0.2);
 }
 
 TEST_F(CorrectedDive, ASolutionThatIsNotUsedMovesNothing) {

@@ -762,6 +762,92 @@ TEST(DeadReckoning, StartsAtTheFirstFixWhenToldTo) {
   EXPECT_NEAR(std::sqrt(state->covariance(0, 0)), 2.0, 0.1);
 }
 
+// An antenna 2 m ahead of the reference point, 1 m to starboard and 3 m up, on a vehicle that
+// turns.
+TEST(DeadReckoning, FixesAreOfTheAntennaAndGoToTheGraphAsOfTheVehicle) {
+  NavigationParams params;
+  params.start_at_first_fix = true;
+  const Eigen::Vector3d antenna(2.0, 1.0, -3.0);
+  VehicleGeometry vehicle = TestVehicle();
+  vehicle.fix_points.push_back({"gps", antenna});
+  const auto truth = Truth(Motion{}, TestVehicle(), 60.0, kImuHz);
+  const Stream stream = MakeStream(60.0, params);
+  const auto fix_at = [&](double t) {
+    const Eigen::Vector3d p = truth[Index(t)].T_map_vehicle * antenna;
+    return FixAt(t, p.x(), p.y(), 0.5);
+  };
+  DeadReckoning navigation(params, vehicle);
+  navigation.Add(stream.imu[0]);
+  navigation.Add(fix_at(1.0));
+  std::size_t dvl = 0, depth = 0;
+  for (const ImuSample& imu : stream.imu) {
+    navigation.Add(imu);
+    for (; dvl < stream.dvl.size() && stream.dvl[dvl].time <= imu.time; ++dvl)
+      navigation.Add(stream.dvl[dvl]);
+    for (; depth < stream.depth.size() && stream.depth[depth].time <= imu.time; ++depth)
+      navigation.Add(stream.depth[depth]);
+    if (imu.time == At(30.0)) navigation.Add(fix_at(30.0));
+    if (imu.time == At(50.0)) navigation.Add(fix_at(45.0));  // late
+  }
+  navigation.Finish();
+  const std::vector<MapFix> fixes = navigation.TakeFixes(*navigation.latest());
+  ASSERT_EQ(fixes.size(), 2u);
+  for (const MapFix& fix : fixes) {
+    const Eigen::Vector3d p =
+        truth[Index(ToSeconds(fix.time - At(0.0)))].T_map_vehicle.translation();
+    EXPECT_LT((fix.north_east_m - p.head<2>()).norm(), 0.05);
+  }
+}
+
+TEST(DeadReckoning, StartsWhereTheVehicleIsAndNotItsAntenna) {
+  NavigationParams params;
+  params.start_at_first_fix = true;
+  VehicleGeometry vehicle = TestVehicle();
+  vehicle.fix_points.push_back({"gps", {2.0, 1.0, -3.0}});
+  const auto truth = Truth(Motion{}, TestVehicle(), 20.0, kImuHz);
+  const Eigen::Isometry3d& then = truth[Index(5.0)].T_map_vehicle;
+  const Eigen::Vector3d antenna = then * Eigen::Vector3d(2.0, 1.0, -3.0);
+  const Stream stream = MakeStream(20.0, params);
+  DeadReckoning navigation(params, vehicle);
+  navigation.Add(stream.imu[0]);
+  navigation.Add(FixAt(5.0, antenna.x(), antenna.y(), 0.5));
+  Deliver(
+      stream, [](int, std::size_t) { return 0.0; }, &navigation);
+  const auto state = navigation.StateAt(At(5.1));
+  ASSERT_TRUE(state);
+  EXPECT_LT((state->T_map_vehicle.translation() - then.translation()).head<2>().norm(), 0.3);
+}
+
+// Of 1 Hz GPS the median of each 10 s counts once: its noise is less, its covariance is not.
+TEST(DeadReckoning, FixesOfOneSourceThatFollowEachOtherCountAsTheirMedian) {
+  NavigationParams params;
+  const Stream stream = MakeStream(60.0, params);
+  DeadReckoning navigation(params, TestVehicle());
+  Deliver(
+      stream, [](int, std::size_t) { return 0.0; }, &navigation);
+  const std::vector<double> noise_m{0.4, -0.3, 80.0, 0.1, -0.2};  // one is wild
+  for (std::size_t i = 0; i < noise_m.size(); ++i) {
+    const double t = 20.0 + static_cast<double>(i);
+    const Eigen::Vector3d p = navigation.StateAt(At(t))->T_map_vehicle.translation();
+    navigation.Add(FixAt(t, p.x() + noise_m[i], p.y() - noise_m[i], 0.5));
+  }
+  PositionFix other = FixAt(22.0, 0.0, 0.0, 10.0);  // blocks nobody
+  other.source = "usbl";
+  navigation.Add(other);
+  navigation.Add(FixAt(23.5, 1000.0, 0.0, 0.1));  // far better: on its own
+  const std::vector<MapFix> fixes = navigation.TakeFixes(At(59.0));
+  ASSERT_EQ(fixes.size(), 3u);
+  const Eigen::Vector3d p = navigation.StateAt(At(20.0))->T_map_vehicle.translation();
+  EXPECT_NEAR(fixes[0].north_east_m.x() - p.x(), 0.1, 1e-3);
+  EXPECT_NEAR(fixes[0].north_east_m.y() - p.y(), -0.1, 1e-3);
+  EXPECT_DOUBLE_EQ(fixes[0].covariance_m2(0, 0), 0.25);
+  EXPECT_EQ(navigation.counters().at("fix_thinned"), 4);
+  // Taken is taken: another of the same 10 s changes nothing.
+  navigation.Add(FixAt(25.0, 0.0, 0.0, 0.5));
+  EXPECT_TRUE(navigation.TakeFixes(At(59.0)).empty());
+  EXPECT_EQ(navigation.counters().at("fix_thinned"), 5);
+}
+
 TEST(DeadReckoning, AFixPullsAndAWildOneIsGated) {
   NavigationParams params;
   params.start_sigma_m = 10.0;

@@ -77,6 +77,27 @@ TEST(Faults, TheDelayOfAnAttitudesStampsIsFound) {
   }
 }
 
+// A step looks like a turn that one of the two sensors has at another time. Nor does a dive without
+// one, at any moment.
+TEST(Faults, AStepOfTheHeadingRaisesNoDelay) {
+  for (const FaultCase& step : {LateAttitude(0.0),
+                                HeadingStep(5.0, 130.0, 1e9),
+                                HeadingStep(20.0, 195.0, 315.0),
+                                HeadingStep(90.0, 60.0, 100.0)}) {
+    Dive dive = CleanDive();
+    step.apply(&dive);
+    DeadReckoning navigation(dive.params, dive.vehicle);
+    std::size_t dvl = 0;
+    for (const ImuSample& imu : dive.imu) {
+      navigation.Add(imu);
+      for (; dvl < dive.dvl.size() && dive.dvl[dvl].time <= imu.time; ++dvl)
+        navigation.Add(dive.dvl[dvl]);
+      ASSERT_TRUE(navigation.suspected_offsets().empty())
+          << step.name << ", after " << ToSeconds(imu.time - dive.imu[0].time) << " s";
+    }
+  }
+}
+
 TEST(Faults, TheDelayOfADopplerLogsStampsIsFound) {
   EXPECT_TRUE(ScoreOf(LateDvl(0.0)).offsets.empty());
   for (const double delay_s : {0.1, 0.5, 1.0}) {
