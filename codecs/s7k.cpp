@@ -62,30 +62,6 @@ void WriteTime(Time time, ByteWriter* out) {
   out->Le(static_cast<std::uint8_t>(clock.minutes().count()));
 }
 
-std::vector<std::uint8_t> EncodeRecord(std::uint32_t type,
-                                       const S7kPingId& id,
-                                       Time time,
-                                       const ByteWriter& data) {
-  ByteWriter out;
-  out.Le(kVersion);
-  out.Le(std::uint16_t{60});  // from the sync pattern to the data
-  out.Le(kSync);
-  out.Le(static_cast<std::uint32_t>(kRecordFrameBytes + data.size() + kChecksumBytes));
-  out.Zeros(8);  // no optional data
-  WriteTime(time, &out);
-  out.Le(std::uint16_t{1});
-  out.Le(type);
-  out.Le(id.device_id);
-  out.Zeros(2);
-  out.Le(id.head);
-  out.Zeros(4);
-  out.Le(kChecksumValid);
-  out.Zeros(14);
-  out.Append(data.bytes());
-  out.Le(Sum(out.bytes()));
-  return out.Release();
-}
-
 ByteWriter PingHeader(const S7kPingId& id) {
   ByteWriter data;
   data.Zeros(8);  // serial number
@@ -204,12 +180,36 @@ std::optional<S7kDetections> DecodeS7k7027(const S7kRecord& record, int* unusabl
   return out;
 }
 
+std::vector<std::uint8_t> EncodeS7kRecord(std::uint32_t type,
+                                          const S7kPingId& id,
+                                          Time time,
+                                          Bytes data) {
+  ByteWriter out;
+  out.Le(kVersion);
+  out.Le(std::uint16_t{60});  // from the sync pattern to the data
+  out.Le(kSync);
+  out.Le(static_cast<std::uint32_t>(kRecordFrameBytes + data.size() + kChecksumBytes));
+  out.Zeros(8);  // no optional data
+  WriteTime(time, &out);
+  out.Le(std::uint16_t{1});
+  out.Le(type);
+  out.Le(id.device_id);
+  out.Zeros(2);
+  out.Le(id.head);
+  out.Zeros(4);
+  out.Le(kChecksumValid);
+  out.Zeros(14);
+  out.Append(data);
+  out.Le(Sum(out.bytes()));
+  return out.Release();
+}
+
 std::vector<std::uint8_t> EncodeS7k7000(const S7kPingId& id, Time time, double sound_speed_mps) {
   ByteWriter data = PingHeader(id);
   data.Zeros(132);
   data.Le(static_cast<float>(sound_speed_mps));
   data.Zeros(6);
-  return EncodeRecord(kSettings, id, time, data);
+  return EncodeS7kRecord(kSettings, id, time, data.bytes());
 }
 
 std::vector<std::uint8_t> EncodeS7k7027(const S7kPingId& id, const MbesPing& ping) {
@@ -235,7 +235,7 @@ std::vector<std::uint8_t> EncodeS7k7027(const S7kPingId& id, const MbesPing& pin
     data.Le(beam.depth_sigma_ratio);
     data.Le(std::pow(10.0f, beam.backscatter_db / 20.0f));
   }
-  return EncodeRecord(kDetections, id, ping.time, data);
+  return EncodeS7kRecord(kDetections, id, ping.time, data.bytes());
 }
 
 std::vector<std::vector<std::uint8_t>> FrameS7k(Bytes record,

@@ -50,6 +50,11 @@ std::optional<S7kDetections> DecodeS7k7027(const S7kRecord& record, int* unusabl
 // One tilt for all beams, that of the first; delays are not in this format.
 std::vector<std::uint8_t> EncodeS7k7000(const S7kPingId& id, Time time, double sound_speed_mps);
 std::vector<std::uint8_t> EncodeS7k7027(const S7kPingId& id, const MbesPing& ping);
+// Any record: frame, data, checksum.
+std::vector<std::uint8_t> EncodeS7kRecord(std::uint32_t type,
+                                          const S7kPingId& id,
+                                          Time time,
+                                          Bytes data);
 // A record in network frames of at most max_bytes each. Throws std::invalid_argument unless
 // max_bytes is at least 64 and at most 60000.
 std::vector<std::vector<std::uint8_t>> FrameS7k(Bytes record,

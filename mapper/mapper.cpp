@@ -138,6 +138,23 @@ template void Mapper::Navigate(const DepthSample&);
 template void Mapper::Navigate(const PositionFix&);
 template void Mapper::Navigate(const NavigationSample&);
 
+void Mapper::Add(const DepthSample& sample) {
+  DepthSample in_map = sample;
+  in_map.depth_m -= params_.water_level.At(sample.time);
+  newest_depth_ = sample.time;
+  Navigate(in_map);
+}
+
+void Mapper::Add(const NavigationSample& sample) {
+  given_watch_.Add(sample);
+  NavigationSample in_map = sample;
+  if (in_map.depth) {
+    in_map.depth->value_m -= params_.water_level.At(sample.time);
+    newest_depth_ = sample.time;
+  }
+  Navigate(in_map);
+}
+
 void Mapper::Add(const MbesPing& ping) {
   MbesPing on_time = ping;
   on_time.time = ping.time + FromSeconds(params_.sonar_time_offset_s);
@@ -520,6 +537,9 @@ std::vector<Condition> Mapper::conditions() const {
   now.insert(now.end(), of_clocks.begin(), of_clocks.end());
   if (nav_came_at_ && ToSeconds(*clocks_.newest() - *nav_came_at_) > kNoNavS)
     now.push_back({&conditions::kNoNavigation, "since " + UtcOf(*last_nav_)});
+  if (!params_.water_level.empty() && newest_depth_ &&
+      !params_.water_level.Covers(*newest_depth_, FromSeconds(3600.0)))
+    now.push_back({&conditions::kNoWaterLevel, ""});
   if (sound_speed_source_ && !IsProfile(*sound_speed_source_))
     now.push_back({&conditions::kNoSoundSpeedProfile, Sentence(*sound_speed_source_)});
   if (failed_in_last_job_ > 0)

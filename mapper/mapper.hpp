@@ -77,12 +77,9 @@ class Mapper {
     watch_.Add(sample);
     Navigate(sample);
   }
-  void Add(const DepthSample& sample) { Navigate(sample); }
+  void Add(const DepthSample& sample);
   void Add(const PositionFix& fix) { Navigate(fix); }
-  void Add(const NavigationSample& sample) {
-    given_watch_.Add(sample);
-    Navigate(sample);
-  }
+  void Add(const NavigationSample& sample);
   void Add(const MbesPing& ping);
   void Add(const SoundingPing& ping);
   void Add(const SoundVelocityProfile& profile);
@@ -215,6 +212,7 @@ class Mapper {
   std::optional<Time> nav_came_at_;  // when it came
   NavigationWatch watch_;
   GivenWatch given_watch_;
+  std::optional<Time> newest_depth_;
   SoundSpeed sound_speed_;
   std::optional<SoundSpeed::Source> sound_speed_source_;  // of the last ping
   PingQueue<MbesPing> pings_;

@@ -1,6 +1,9 @@
 #include "mapper/mapper_config.hpp"
 
 #include <cmath>
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
 
 #include "common/runtime/vehicle_config.hpp"
 
@@ -20,6 +23,8 @@ MapperConfig LoadMapperConfig(const std::string& path) {
   TableOf(&config).Load(path);
   config.vehicle_file = Beside(path, config.vehicle_file);
   config.vehicle = LoadVehicle(config.vehicle_file.string());
+  if (!config.water_level_file.empty())
+    LoadWaterLevel(Beside(path, config.water_level_file), &config);
   ResolveDivesDir(path, &config.dive);
   if (config.sound_velocity_profile->depth_m.empty()) config.sound_velocity_profile.reset();
   config.mounting.dvl_yaw_rad =
@@ -28,12 +33,28 @@ MapperConfig LoadMapperConfig(const std::string& path) {
   return config;
 }
 
+void LoadWaterLevel(const fs::path& file, MapperConfig* config) {
+  std::ifstream in(file, std::ios::binary);
+  const std::string text((std::istreambuf_iterator<char>(in)), {});
+  if (!in) throw ConfigError(file.string() + ": cannot be read");
+  try {
+    config->water_level = WaterLevel::Parse(text, file.string());
+  } catch (const std::runtime_error& e) {
+    throw ConfigError(e.what());
+  }
+  config->water_level_file = file;
+}
+
 std::string PrintConfig(const MapperConfig& config) { return PrintWithDefaults(config, {}); }
 
 std::vector<std::pair<std::string, std::string>> ConfigFiles(const MapperConfig& config) {
   MapperConfig mapper = config;
   mapper.vehicle_file = "vehicle.yaml";
-  return {{"mapper.yaml", PrintConfig(mapper)}, {"vehicle.yaml", PrintConfig(config.vehicle)}};
+  if (!config.water_level.empty()) mapper.water_level_file = kWaterLevelFile;
+  std::vector<std::pair<std::string, std::string>> files{
+      {"mapper.yaml", PrintConfig(mapper)}, {"vehicle.yaml", PrintConfig(config.vehicle)}};
+  if (!config.water_level.empty()) files.emplace_back(kWaterLevelFile, config.water_level.text());
+  return files;
 }
 
 std::string ConfigurationOf(const MapperConfig& config) {

@@ -19,6 +19,7 @@ struct MapperConfig : MapperParams {
   MapperConfig() { navigation.start_at_first_fix = true; }
 
   std::filesystem::path vehicle_file = "vehicle.yaml";  // of `vehicle`
+  std::filesystem::path water_level_file;               // of `water_level`; empty: none
   double sonar_mounting_yaw_rad = Deg2Rad(0.1);
   DiveParams dive;
   std::filesystem::path map_dir;  // of submaps, in the dive's folder; no key of the file
@@ -28,13 +29,19 @@ struct MapperConfig : MapperParams {
   double map_resume_within_s = 1800.0;
 };
 
+// Beside a recorded mapper.yaml.
+inline constexpr char kWaterLevelFile[] = "water_level.csv";
+
 // Paths in the file are relative to the file. Throws ConfigError.
 MapperConfig LoadMapperConfig(const std::string& path);
 
 // The effective configuration as mapper.yaml.
 std::string PrintConfig(const MapperConfig& config);
 
-// mapper.yaml and the vehicle.yaml that it names, to lie in one folder: names and texts.
+// Reads the table of water levels. Throws ConfigError.
+void LoadWaterLevel(const std::filesystem::path& file, MapperConfig* config);
+
+// mapper.yaml and the files that it names, to lie in one folder: names and texts.
 std::vector<std::pair<std::string, std::string>> ConfigFiles(const MapperConfig& config);
 
 // The same as one text: whether two are alike.

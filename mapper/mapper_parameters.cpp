@@ -15,6 +15,13 @@ void DeclareFiles(MapperConfig* c, ParameterTable* table) {
             "File of lever arms, mounting angles and datum. Paths are relative to this file.")
       .DataSheet()
       .Required();
+  table
+      ->Add(
+          "water_level",
+          &c->water_level_file,
+          "CSV of UTC and metres, of a tide gauge or predicted: how far the water line lies above "
+          "the map's zero of depth, positive up. Empty: depths count from the water line.")
+      .DataSheet();
   DeclareDive(&c->dive, table);
   table->Add("map_resume_within_s",
              &c->map_resume_within_s,

@@ -12,9 +12,9 @@
 #include "common/runtime/health.hpp"
 #include "common/runtime/vehicle_config.hpp"
 #include "mapper/mapper_config.hpp"
-#include "tools/kmall_survey.hpp"
 #include "tools/message_types.hpp"
 #include "tools/progress.hpp"
+#include "tools/survey_writer.hpp"
 
 namespace seastitch {
 namespace {
@@ -117,13 +117,13 @@ int RunBench(const BenchOptions& options) {
                 static_cast<long long>(written.events),
                 options.log.c_str(),
                 mapper.c_str());
-    if (!options.kmall.empty()) {
-      const KmallSurveyResult file = WriteKmallSurvey({options.log, mapper, options.kmall});
+    if (!options.survey_file.empty()) {
+      const SurveyWriterResult file = WriteSurveyFile({options.log, mapper, options.survey_file});
       std::printf("%lld pings, %lld positions and %lld jumps of the INS in %s\n",
                   static_cast<long long>(file.pings),
                   static_cast<long long>(file.positions),
                   static_cast<long long>(file.fixes),
-                  options.kmall.c_str());
+                  options.survey_file.c_str());
     }
   }
   std::printf("%lld pings, %lld soundings\n",

@@ -16,8 +16,9 @@ struct BenchOptions {
   std::filesystem::path
       config_dir;             // vehicle.yaml and the drivers' files: both sides agree on these
   std::filesystem::path log;  // empty: device bytes are sent live
-  // With log: the same survey by an INS that navigates by itself, as a .kmall; empty: none.
-  std::filesystem::path kmall;
+  // With log: the same survey by an INS that navigates by itself, as a .kmall, .all or .s7k; empty:
+  // none.
+  std::filesystem::path survey_file;
   double speed = 1.0;
   // Live: when second 0 of the survey is, by the devices' clocks: "2026-01-01T00:00:00Z", or "now".
   // What of the survey lies in the past is not sent. Empty: a fixed day, and all of it is sent.

@@ -44,10 +44,10 @@ std::string NameOf(const fs::path& path) {
 std::vector<DiveInput> DivesAmong(const std::vector<fs::path>& inputs, bool raw) {
   std::vector<DiveInput> dives;
   std::map<std::string, std::size_t> loose;  // day or kLogs to its place
-  std::vector<fs::path> sbets;               // belong to no day by themselves
+  std::vector<fs::path> beside;              // navigation, for whatever lies in its time
   for (const fs::path& input : inputs) {
-    if (IsSbet(input)) {
-      sbets.push_back(input);
+    if (!fs::is_directory(input) && IsNavigationBeside(input)) {
+      beside.push_back(input);
       continue;
     }
     if (fs::is_directory(input)) {
@@ -61,7 +61,8 @@ std::vector<DiveInput> DivesAmong(const std::vector<fs::path>& inputs, bool raw)
   }
   for (const auto& [group, place] : loose)
     if (group != kLogs)
-      dives[place].files.insert(dives[place].files.end(), sbets.begin(), sbets.end());
+      dives[place].files.insert(dives[place].files.end(), beside.begin(), beside.end());
+  if (dives.empty() && !beside.empty()) dives.push_back({beside[0].filename().string(), beside});
   std::set<std::string> names;
   for (DiveInput& dive : dives) {
     const std::string name = dive.name;

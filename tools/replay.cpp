@@ -345,7 +345,8 @@ void ExpectInputs(const ReplayOptions& options) {
       throw UsageError("--datum: " + wrong);
   }
   std::vector<fs::path> read = options.inputs;
-  for (const fs::path& file : {options.mapper_config, options.optimizer_config})
+  for (const fs::path& file :
+       {options.mapper_config, options.optimizer_config, options.water_level})
     if (!file.empty()) read.push_back(file);
   if (options.truth) read.push_back(*options.truth);
   ExpectApart(read, options.out);
@@ -420,6 +421,7 @@ Dive Prepare(const std::string& name,
   Dive dive{name, std::move(input), {}, {}};
   dive.config = dive.input.logs ? ChooseConfig(given, *dive.input.logs, out) : ChooseConfig(given);
   dive.mapper = LoadChosen(dive.config, options.mapper_config.empty());
+  if (!options.water_level.empty()) LoadWaterLevel(options.water_level, &dive.mapper);
   if (dive.input.survey_files) UseSurvey(dive.input.survey_files->plan(), &dive.mapper);
   if (dive.input.submaps) dive.mapper.mounting = {};  // frames stand anywhere on whatever vehicle
   return dive;

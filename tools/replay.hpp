@@ -24,6 +24,8 @@ struct ReplayOptions {
   std::filesystem::path optimizer_config;
   std::filesystem::path default_config_dir;
   std::filesystem::path out;
+  // Table of water levels; empty: that of the configuration, if any.
+  std::filesystem::path water_level;
   // Truth file of the bench; absent: LOG.truth.csv, where there is one.
   std::optional<std::filesystem::path> truth;
   // Map and track as the processes made them at sea, instead of making them anew from the sensors.

@@ -1,6 +1,7 @@
 #include "tools/replay_config.hpp"
 
 #include "common/runtime/durable_file.hpp"
+#include "mapper/mapper_config.hpp"
 #include "tools/message_types.hpp"
 
 namespace seastitch {
@@ -42,7 +43,7 @@ ReplayConfig ChooseConfig(const GivenConfig& given,
                      ": holds no configuration (channel CONFIG): name the mapper's with --config");
   const fs::path folder = out / "config";
   fs::create_directories(folder);
-  for (const char* name : {"mapper.yaml", "vehicle.yaml", "optimizer.yaml"})
+  for (const char* name : {"mapper.yaml", "vehicle.yaml", "optimizer.yaml", kWaterLevelFile})
     if (files.contains(name)) WriteAtomically(folder / name, files.at(name).text);
   GivenConfig chosen = given;
   chosen.mapper = folder / "mapper.yaml";

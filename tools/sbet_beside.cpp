@@ -11,6 +11,7 @@
 #include "common/core/bytes.hpp"
 #include "common/core/pose.hpp"
 #include "products/navigation_files.hpp"
+#include "tools/text_columns.hpp"
 
 namespace seastitch {
 namespace {
@@ -37,12 +38,25 @@ std::vector<Row> RowsOf(const fs::path& path) {
     ByteReader reader(Bytes(record.data(), record.size()));
     std::array<double, 11> v{};
     for (double& number : v) number = reader.Le<double>();
-    if (!std::all_of(v.begin(), v.end(), [](double n) { return std::isfinite(n); })) continue;
+    // No record has larger numbers: seconds of a week, radians, metres, metres a second.
+    const bool plausible =
+        std::all_of(v.begin(), v.end(), [](double n) { return std::abs(n) < 1e7; });
+    if (!plausible || v[0] < 0.0 || v[0] > 2.0 * kWeekS) continue;
     if (rows.empty() || v[0] - rows.back().week_s >= 1.0)
       rows.push_back({v[0], v[1], v[2], v[9], v[10]});
   }
   if (rows.empty()) throw std::runtime_error(path.string() + ": no SBET record in it");
   return rows;
+}
+
+constexpr std::array kBeside{"sbet", "text", "fnv", "na0"};
+
+std::string LowerExtension(const fs::path& path) {
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) {
+    return static_cast<char>(std::tolower(c));
+  });
+  return extension;
 }
 
 int WanderSign(const std::vector<Row>& rows) {
@@ -64,14 +78,28 @@ int WanderSign(const std::vector<Row>& rows) {
 }  // namespace
 
 bool IsSbet(const fs::path& path) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) {
-    return static_cast<char>(std::tolower(c));
-  });
+  const std::string extension = LowerExtension(path);
   if (extension != ".sbet" && extension != ".out") return false;
   std::error_code error;
   const std::uintmax_t size = fs::file_size(path, error);
   return !error && size > 0 && size % kRecordBytes == 0;
+}
+
+bool IsNavigationBeside(const fs::path& path) {
+  const std::string extension = LowerExtension(path);
+  return IsSbet(path) || extension == ".fnv" || extension == ".na0" || extension == ".na1" ||
+         fs::exists(ColumnsFileOf(path));
+}
+
+bool IsBeside(const std::string& source) {
+  return std::find(kBeside.begin(), kBeside.end(), source) != kBeside.end();
+}
+
+std::string BesideAmong(const std::map<std::string, std::int64_t>& counts) {
+  for (const char* const source : kBeside)
+    if (const auto found = counts.find(source); found != counts.end() && found->second > 0)
+      return source;
+  return "";
 }
 
 SbetParams SbetParamsFor(const fs::path& path, Time of_survey) {

@@ -27,6 +27,7 @@
 #include "tools/interruption.hpp"
 #include "tools/message_types.hpp"
 #include "tools/replay.hpp"
+#include "tools/survey_writer.hpp"
 #include "tools/vehicle/bug_report.hpp"
 #include "tools/vehicle/doctor.hpp"
 #include "tools/vehicle/status.hpp"
@@ -151,6 +152,9 @@ void AddReplay(CLI::App* app, int* status) {
       "--imu-config", options.drivers.imu, "imu_driver.yaml for --from-raw (default: as recorded)");
   replay->add_option("--dvl-config", options.drivers.dvl, "dvl_driver.yaml, likewise");
   replay->add_option("--mbes-config", options.drivers.mbes, "mbes_driver.yaml, likewise");
+  replay->add_option("--water-level",
+                     options.water_level,
+                     "CSV of UTC and metres of the water line above the map's zero of depth");
   replay->add_option("--nav-config", options.drivers.nav, "nav_driver.yaml, likewise");
   replay
       ->add_option("--drift-xy-m",
@@ -282,9 +286,14 @@ void AddBench(CLI::App* app, int* status) {
   CLI::Option* log = bench->add_option(
       "--log", options->log, "writes an LCM log, and LOG.truth.csv beside it, instead of sending");
   bench
-      ->add_option("--kmall",
-                   options->kmall,
-                   "with --log: the same survey as the .kmall of a vehicle whose INS navigates")
+      ->add_option("--survey-file",
+                   options->survey_file,
+                   "with --log: the same survey as the .kmall, .all or .s7k of a vehicle whose INS "
+                   "navigates")
+      ->check([](const std::string& file) {
+        return CanWriteSurveyFile(file) ? ""
+                                        : file + ": its name must end with .kmall, .all or .s7k";
+      })
       ->needs(log);
   bench->add_option("--speed", options->speed, "simulated seconds a second when sending")
       ->capture_default_str()

@@ -136,11 +136,18 @@ const InstalledSensor* ActiveSensor(const SonarInstallation& installation, bool 
 
 // Who puts processed navigation beside the files means it.
 constexpr char kSbet[] = "sbet";
+constexpr char kText[] = "text";  // by a map of columns, each of which somebody has named
+
+// Of the sonar's own files.
+std::string MostOwn(std::map<std::string, std::int64_t> counts) {
+  std::erase_if(counts, [](const auto& entry) { return IsBeside(entry.first); });
+  return Most(counts);
+}
 
 // A sensor for positions alone comes before an INS's own place, as in their makers' programs; "A"
 // before "n" of `.all`.
 std::string PositionSource(const Census& census, const SonarInstallation& installation) {
-  if (!Most(census.positions, kSbet).empty()) return kSbet;
+  if (const std::string beside = BesideAmong(census.positions); !beside.empty()) return beside;
   if (const InstalledSensor* const active = ActiveSensor(installation, true)) {
     const std::string number = active->name.substr(active->name.size() - 1);
     for (const std::string& name : {active->name, "#SPO" + number, std::string("#SPO")})
@@ -151,15 +158,17 @@ std::string PositionSource(const Census& census, const SonarInstallation& instal
   return Most(census.positions);
 }
 
+// Text has a line a ping or a second: the file's own motion is finer.
 std::string AttitudeSource(const Census& census) {
   if (!Most(census.attitudes, kSbet).empty()) return kSbet;
-  const std::string em = Most(census.attitudes, "A");
-  return em.empty() ? Most(census.attitudes) : em;
+  if (const std::string em = Most(census.attitudes, "A"); !em.empty()) return em;
+  const std::string own = MostOwn(census.attitudes);
+  return own.empty() && MostOwn(census.levels).empty() ? Most(census.attitudes) : own;
 }
 
 // An SBET has none: that of the motion sensor.
 std::string HeaveSource(const Census& census, const std::string& attitude_source) {
-  if (attitude_source == kSbet) return Most(census.heaves);
+  if (attitude_source == kSbet) return MostOwn(census.heaves);
   const auto own = census.heaves.find(attitude_source);
   return own != census.heaves.end() && own->second > 0 ? attitude_source : std::string();
 }
@@ -179,7 +188,7 @@ VehicleGeometry VehicleOf(const SurveyPlan& plan) {
   for (std::size_t head = 1; head < heads; ++head)
     vehicle.more_heads.push_back({Centre(*i.TransmitterOf(head)), i.ReceiverOf(head)->At(0)});
   // Attitude and position of one sensor, or of two.
-  if (plan.position_source == kSbet) return vehicle;
+  if (IsBeside(plan.position_source)) return vehicle;
   const bool alone = plan.position_source != plan.attitude_source;
   const InstalledSensor* const sensor = ActiveSensor(i, alone);
   if (sensor != nullptr)
@@ -275,14 +284,19 @@ void SurveyFiles::Plan(const std::vector<fs::path>& files) {
   plan_.attitude_source = AttitudeSource(census);
   if (plan_.attitude_source.empty() && !Most(census.headings).empty()) {
     plan_.attitude_source = Most(census.levels);
-    plan_.heading_source = Most(census.headings);
+    const std::string own = MostOwn(census.headings);
+    plan_.heading_source = own.empty() ? Most(census.headings) : own;
   }
-  if (!plan_.raw_pings && census.placed_with_depth > 0)
+  plan_.depth_source = BesideAmong(census.depths);
+  if (plan_.depth_source.empty()) plan_.depth_source = Most(census.depths);
+  if (plan_.depth_source == kText)
+    plan_.depth = SurveyPlan::Depth::kNavigation;
+  else if (!plan_.raw_pings && census.placed_with_depth > 0)
     plan_.depth = SurveyPlan::Depth::kPing;
   else if (plan_.heave_source = HeaveSource(census, plan_.attitude_source);
            !plan_.heave_source.empty())
     plan_.depth = SurveyPlan::Depth::kHeave;
-  else if (!Most(census.depths).empty())
+  else if (!plan_.depth_source.empty())
     plan_.depth = SurveyPlan::Depth::kNavigation;
   else if (census.placed_with_depth > 0)
     plan_.depth = SurveyPlan::Depth::kPing;
@@ -390,7 +404,7 @@ void SurveyFiles::OnNavigation(const NavigationRecord& n, Bus* bus) {
   if (plan_.depth == SurveyPlan::Depth::kHeave && n.source == plan_.heave_source && n.heave_m)
     PublishDepth(n.time, *n.heave_m - plan_.installation.water_line_m, bus);
   if (n.source == plan_.heading_source && n.heading_rad) OnHeading(n.time, *n.heading_rad, bus);
-  if (plan_.depth == SurveyPlan::Depth::kNavigation && n.depth_m)
+  if (plan_.depth == SurveyPlan::Depth::kNavigation && n.source == plan_.depth_source && n.depth_m)
     PublishDepth(n.time, *n.depth_m, bus);
   if (n.source != plan_.position_source || !(n.position || n.grid_north_east_m)) return;
   const GivenPosition position = n.position ? *n.position : FromGrid(*n.grid_north_east_m);
@@ -415,7 +429,7 @@ void SurveyFiles::OnAttitude(Time t,
   sample.attitude = attitude;
   // Into the vehicle's axes.
   const InstalledSensor* const sensor = ActiveSensor(plan_.installation, false);
-  if (sensor != nullptr && n.source != kSbet)
+  if (sensor != nullptr && !IsBeside(n.source))
     sample.attitude->q_ned_imu =
         (attitude.q_ned_imu * Eigen::Quaterniond(sensor->T_vehicle_sensor.linear()).conjugate())
             .normalized();

@@ -27,6 +27,7 @@ struct SurveyPlan {
   // As attitude_source, of sensors that give roll and pitch in one record and heading in another.
   std::string heading_source;
   std::string heave_source;  // where the depth is made of heave
+  std::string depth_source;  // where it is the navigation's own
   // Of the depth: the heave of the attitude source, with the water line; the navigation's own; or
   // what the sonar states with each ping.
   enum class Depth { kNone, kHeave, kNavigation, kPing } depth = Depth::kNone;

@@ -16,6 +16,7 @@
 #include "codecs/text_navigation.hpp"
 #include "codecs/xtf_file.hpp"
 #include "tools/sbet_beside.hpp"
+#include "tools/text_columns.hpp"
 
 namespace seastitch {
 namespace {
@@ -55,6 +56,8 @@ std::unique_ptr<SurveyReader> ReaderFor(const fs::path& path, const SbetParams& 
     return std::make_unique<TextNavigationReader>(TextNavigationFormat::Fnv());
   if (extension == ".na0" || extension == ".na1")
     return std::make_unique<TextNavigationReader>(TextNavigationFormat::Na0());
+  if (const fs::path columns = ColumnsFileOf(path); fs::exists(columns))
+    return std::make_unique<TextNavigationReader>(LoadTextColumns(columns));
   return nullptr;
 }
 

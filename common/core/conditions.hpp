@@ -250,6 +250,12 @@ inline constexpr ConditionKind kNoNavigation{
     "there has been no NAV for two seconds",
     "Nothing moves without the inertial unit (or INS). When it comes back the gap is bridged, with "
     "its sigma."};
+inline constexpr ConditionKind kNoWaterLevel{
+    "no_water_level",
+    Severity::kDegraded,
+    "the table of water levels has no entry within an hour",
+    "The nearest entry is used, so that depths are off by what the tide has changed since. Give a "
+    "table (water_level) that covers the dive."};
 inline constexpr ConditionKind kNoSoundSpeedProfile{
     "no_sound_speed_profile",
     Severity::kDegraded,
@@ -285,49 +291,17 @@ inline constexpr ConditionKind kJournalDamaged{
     "on from what could be read."};
 
 inline constexpr const ConditionKind* kAll[] = {
-    &kUndecodableMessages,
-    &kMessagesNotSent,
-    &kSocketDrops,
-    &kLoopLate,
-    &kWorkerStalled,
-    &kDiskStalled,
-    &kNoDeviceData,
-    &kSourceUnavailable,
-    &kSenderRefused,
-    &kCanController,
-    &kLogNotWriting,
-    &kMessagesNotRecorded,
-    &kUnloggableMessages,
-    &kRecordingsDeleted,
-    &kDiskSpaceLow,
-    &kGraphIncomplete,
-    &kSubmapMalformed,
-    &kNoSolution,
-    &kSolutionNotConverged,
-    &kNoCovariance,
-    &kNoBottomLock,
-    &kDvlRefused,
-    &kAttitudeRefused,
-    &kDepthRefused,
-    &kFixesRefused,
-    &kNavigationReset,
-    &kHeadingStep,
-    &kTimeOffsetSuspected,
-    &kNavigationNotStarted,
-    &kPlaceUnknown,
-    &kInsNotUsable,
-    &kInsJumps,
-    &kNoSoundSpeedProfile,
-    &kSolutionWithheld,
-    &kStoreNotWriting,
-    &kRegistrationFailed,
-    &kMapBegunAnew,
-    &kJournalDamaged,
-    &kClockStep,
-    &kClockDrift,
-    &kSamplesLate,
-    &kSensorSilent,
-    &kNoNavigation,
+    &kUndecodableMessages,  &kMessagesNotSent,     &kSocketDrops,          &kLoopLate,
+    &kWorkerStalled,        &kDiskStalled,         &kNoDeviceData,         &kSourceUnavailable,
+    &kSenderRefused,        &kCanController,       &kLogNotWriting,        &kMessagesNotRecorded,
+    &kUnloggableMessages,   &kRecordingsDeleted,   &kDiskSpaceLow,         &kGraphIncomplete,
+    &kSubmapMalformed,      &kNoSolution,          &kSolutionNotConverged, &kNoCovariance,
+    &kNoBottomLock,         &kDvlRefused,          &kAttitudeRefused,      &kDepthRefused,
+    &kFixesRefused,         &kNavigationReset,     &kHeadingStep,          &kTimeOffsetSuspected,
+    &kNavigationNotStarted, &kPlaceUnknown,        &kInsNotUsable,         &kInsJumps,
+    &kNoWaterLevel,         &kNoSoundSpeedProfile, &kSolutionWithheld,     &kStoreNotWriting,
+    &kRegistrationFailed,   &kMapBegunAnew,        &kJournalDamaged,       &kClockStep,
+    &kClockDrift,           &kSamplesLate,         &kSensorSilent,         &kNoNavigation,
 };
 
 }  // namespace conditions

@@ -24,8 +24,8 @@
 #include "tests/tools/kmall_pieces.hpp"
 #include "tools/bench_command.hpp"
 #include "tools/install_paths.hpp"
-#include "tools/kmall_survey.hpp"
 #include "tools/replay.hpp"
+#include "tools/survey_writer.hpp"
 
 namespace seastitch {
 namespace {
@@ -67,12 +67,14 @@ void Run(const std::string& survey_file,
          const std::string& errors,
          std::uint64_t first_seed,
          int runs,
-         int dives) {
+         int dives,
+         const std::string& format) {
   std::printf(
-      "survey %s, errors %s, a fix of %.0f m every %.0f s; shape error RMS [m], before and "
+      "survey %s, errors %s, as .%s, a fix of %.0f m every %.0f s; shape error RMS [m], before and "
       "after\n",
       survey_file.c_str(),
       errors.c_str(),
+      format.c_str(),
       kFixSigmaM,
       kFixEveryS);
   std::printf("%5s %10s %10s | %10s %10s | %6s %6s",
@@ -101,8 +103,8 @@ void Run(const std::string& survey_file,
     const fs::path log = dir.path() / "survey.lcmlog";
     bench::WriteLog(&simulator, drivers, {}, log, {});
     const fs::path mapper = WriteMapperConfigFor(survey, ConfigDir(), dir.path());
-    const fs::path kmall = dir.path() / "survey.kmall";
-    const KmallSurveyResult file = WriteKmallSurvey({log, mapper, kmall});
+    const fs::path kmall = dir.path() / ("survey." + format);
+    const SurveyWriterResult file = WriteSurveyFile({log, mapper, kmall});
     const fs::path truth = bench::TruthPathFor(log);
     const ProductSummary a = Map({log}, mapper, truth, dir.path() / "a");
     const fs::path given = dir.path() / "given.yaml";
@@ -154,14 +156,18 @@ int main(int argc, char** argv) try {
   std::string errors = "ins_tactical";
   int runs = 5;
   int dives = 1;
+  std::string format = "kmall";
   CLI::App app("Maps of the same surveys through sensors and from files alone");
   app.add_option("--survey", survey, "survey description")->capture_default_str();
   app.add_option("--errors", errors, "class of sensors: ins_tactical, mems")->capture_default_str();
   app.add_option("--first-seed", first_seed, "of the surveys")->capture_default_str();
   app.add_option("--runs", runs, "surveys")->capture_default_str();
   app.add_option("--dives", dives, "also cuts the file into so many dives")->capture_default_str();
+  app.add_option("--format", format, "of the files; dives are cut from kmall")
+      ->check(CLI::IsMember({"kmall", "all", "s7k"}))
+      ->capture_default_str();
   CLI11_PARSE(app, argc, argv);
-  seastitch::Run(survey, errors, first_seed, runs, dives);
+  seastitch::Run(survey, errors, first_seed, runs, dives, format);
   return 0;
 } catch (const std::exception& e) {
   std::fprintf(stderr, "seastitch-bench-files: %s\n", e.what());

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <regex>
 #include <sstream>
@@ -13,7 +14,7 @@
 #include "tests/runtime/temporary_dir.hpp"
 #include "tests/tools/kmall_pieces.hpp"
 #include "tools/dive_inputs.hpp"
-#include "tools/kmall_survey.hpp"
+#include "tools/survey_writer.hpp"
 
 namespace seastitch {
 namespace {
@@ -38,7 +39,7 @@ class SeveralDives : public ::testing::Test {
           TextOf(ConfigFile("bench/short.yaml")), std::regex("mems"), "ins_tactical");
       const std::string yaml = dir.Write("survey.yaml", survey);
       const auto bench = RunCommand(Program("seastitch") + " bench --survey " + yaml + " --log " +
-                                    (dir.path() / "l.lcmlog").string() + " --kmall " +
+                                    (dir.path() / "l.lcmlog").string() + " --survey-file " +
                                     (dir.path() / "whole.kmall").string());
       EXPECT_EQ(bench.exit_code, 0) << bench.output;
       testing::CutKmall(dir.path() / "whole.kmall", 3, dir.path(), "dive");
@@ -67,9 +68,9 @@ TEST_F(SeveralDives, BecomeOneMapAndOneElsewhereStandsApart) {
   for (const char* const name : {"mapper_ins_tactical.yaml", "vehicle.yaml"})
     std::ofstream(config / name) << std::regex_replace(
         TextOf(ConfigFile(name)), std::regex("latitude_deg: 43.07"), "latitude_deg: 43.09");
-  WriteKmallSurvey({Folder() / "l.lcmlog",
-                    config / "mapper_ins_tactical.yaml",
-                    config / "dive4" / "lines.kmall"});
+  WriteSurveyFile({Folder() / "l.lcmlog",
+                   config / "mapper_ins_tactical.yaml",
+                   config / "dive4" / "lines.kmall"});
 
   const CommandResult whole = Replay("whole.kmall");
   ASSERT_EQ(whole.exit_code, 0) << whole.output;
@@ -128,6 +129,24 @@ TEST_F(SeveralDives, OneThatIsDamagedIsLeftOutAndNamed) {
   EXPECT_THAT(result.output, HasSubstr("broken ("));
 }
 
+// From files alone, whatever the maker: only what the formats round, and what .s7k lacks (velocity,
+// delays of sectors), is between them.
+TEST_F(SeveralDives, EveryFormatThatIsWrittenGivesTheMap) {
+  ASSERT_EQ(Replay("whole.kmall").exit_code, 0);
+  const double kmall_m = Report()["truth"]["aligned_position_rms_m"]["after"];
+  const int submaps = Report()["submaps"];
+  for (const char* const name : {"whole.all", "whole.s7k"}) {
+    WriteSurveyFile(
+        {Folder() / "l.lcmlog", ConfigFile("mapper_ins_tactical.yaml"), Folder() / name});
+    const CommandResult result = Replay(name);
+    ASSERT_EQ(result.exit_code, 0) << result.output;
+    const double shape_m = Report()["truth"]["aligned_position_rms_m"]["after"];
+    std::printf("shape: %.3f m from .kmall, %.3f m from %s\n", kmall_m, shape_m, name);
+    EXPECT_LT(shape_m, 1.5 * kmall_m) << name;
+    EXPECT_EQ(Report()["submaps"], submaps) << name;
+  }
+}
+
 // Exported corrected navigation, taken as navigation beside the same pings.
 TEST_F(SeveralDives, ASbetBesideTheFilesIsTheirNavigation) {
   ASSERT_EQ(Replay("whole.kmall").exit_code, 0);
@@ -143,8 +162,67 @@ TEST_F(SeveralDives, ASbetBesideTheFilesIsTheirNavigation) {
   EXPECT_NE(alone.exit_code, 0);
 }
 
-// As in docs/survey-files.md. Without GNU parallel by xargs, which it is a better one of.
+// Adjusted positions of another program; attitude and heave stay the sonar's own.
+TEST_F(SeveralDives, TextBesideTheFilesIsTheirPosition) {
+  ASSERT_EQ(Replay("whole.kmall").exit_code, 0);
+  const double corrected_m = Report()["truth"]["aligned_position_rms_m"]["after"];
+  const double drifted_m = Report()["truth"]["aligned_position_rms_m"]["before"];
+  ASSERT_GT(drifted_m, 1.5 * corrected_m);
+  const auto overwrite = fs::copy_options::overwrite_existing;
+  const fs::path exported = out_.path() / "map/export";
+  fs::copy_file(exported / "navigation.na0", Folder() / "adjusted.na0", overwrite);
+  fs::copy_file(exported / "navigation.csv", Folder() / "adjusted.csv", overwrite);
+  EXPECT_NE(Replay("whole.kmall adjusted.csv").exit_code, 0) << "nobody says what its columns are";
+  const auto before_m = [this]() -> double {
+    return Report()["truth"]["aligned_position_rms_m"]["before"];
+  };
+  const CommandResult na0 = Replay("whole.kmall adjusted.na0");
+  ASSERT_EQ(na0.exit_code, 0) << na0.output;
+  EXPECT_NEAR(before_m(), corrected_m, 0.005);
+  const fs::path columns = Folder() / "adjusted.csv.yaml";
+  std::ofstream(columns) << "header_lines: 1\n"
+                            "columns:\n"
+                            "  - {quantity: iso, column: 1}\n"
+                            "  - {quantity: latitude, column: 2}\n"
+                            "  - {quantity: longitude, column: 3}\n";
+  const CommandResult csv = Replay("whole.kmall adjusted.csv");
+  ASSERT_EQ(csv.exit_code, 0) << csv.output;
+  EXPECT_NEAR(before_m(), corrected_m, 0.005);
+  std::ofstream(columns) << "columns:\n  - {quantity: lat, column: 2}\n";
+  const CommandResult wrong = Replay("whole.kmall adjusted.csv");
+  EXPECT_EQ(wrong.exit_code, 78) << wrong.output;
+  EXPECT_THAT(wrong.output, HasSubstr("adjusted.csv.yaml: columns: 'lat' is no quantity"));
+  fs::remove(columns);
+  EXPECT_EQ(Replay("adjusted.na0").exit_code, 65) << "no sounding";
+}
+
+TEST_F(SeveralDives, TheTideIsTakenOffEveryDepth) {
+  // Of the first submap.
+  const auto depth_m = [this] {
+    std::istringstream poses(TextOf(out_.path() / "map/poses.txt"));
+    double id = 0.0, x = 0.0, y = 0.0, z = 0.0;
+    poses >> id >> x >> y >> z;
+    return z;
+  };
+  ASSERT_EQ(Replay("whole.kmall").exit_code, 0);
+  const double below_water_m = depth_m();
+  const fs::path tide = Folder() / "tide.csv";
+  std::ofstream(tide) << "time,level\n2000-01-01T00:00Z,1.25\n2100-01-01T00:00Z,1.25\n";
+  const CommandResult corrected = Replay("whole.kmall", "--water-level " + tide.string());
+  ASSERT_EQ(corrected.exit_code, 0) << corrected.output;
+  EXPECT_NEAR(depth_m(), below_water_m - 1.25, 0.001);
+  std::ofstream(tide) << "2026-05-02T10:00Z,1\n2026-05-02T11:00Z,high\n";
+  const CommandResult wrong = Replay("whole.kmall", "--water-level " + tide.string());
+  EXPECT_EQ(wrong.exit_code, 78) << wrong.output;
+  EXPECT_THAT(wrong.output, HasSubstr("tide.csv:2: 'high' is not a number of metres"));
+}
+
+// As docs/survey-files.md has it: exit code and bytes of each are its own, and what failed is taken
+// up alone.
 TEST_F(SeveralDives, EightSurveysTwoAtATimeOfWhichOneIsDamaged) {
+  if (RunCommand("command -v parallel").exit_code != 0) {
+    GTEST_SKIP() << "no GNU parallel here";
+  }
   const fs::path archive = out_.path() / "archive";
   for (int n = 1; n <= 8; ++n) {
     const fs::path survey = archive / ("s" + std::to_string(n));
@@ -153,30 +231,48 @@ TEST_F(SeveralDives, EightSurveysTwoAtATimeOfWhichOneIsDamaged) {
   }
   std::ofstream(archive / "s3" / "lines.kmall", std::ios::binary | std::ios::trunc)
       << TextOf(Folder() / "whole.kmall").substr(0, 5'000);
-  const bool has_parallel = RunCommand("command -v parallel").exit_code == 0;
-  const std::string each =
-      Program("seastitch") + " replay --quiet {} --out maps/{NAME} > maps/{NAME}.txt";
-  const std::string by_parallel = std::regex_replace(each, std::regex("\\{NAME\\}"), "{/}");
-  const std::string by_xargs = std::regex_replace(each, std::regex("\\{NAME\\}"), "$(basename {})");
-  const auto run = RunCommand(
-      "cd " + out_.path().string() + " && mkdir maps && " +
-      (has_parallel
-           ? "parallel -j 2 --joblog maps/jobs.txt '" + by_parallel + " 2>&1' ::: archive/*"
-           : "ls -d archive/* | xargs -P 2 -I{} sh -c '" + by_xargs + " 2>&1'"));
-  EXPECT_NE(run.exit_code, 0) << run.output;  // one failed
-  std::string first;
-  for (int n = 1; n <= 8; ++n) {
-    const std::string name = "s" + std::to_string(n);
-    const std::string map = TextOf(out_.path() / "maps" / name / "depth.tif");
-    if (n == 3) {
-      EXPECT_TRUE(map.empty());
-      EXPECT_THAT(TextOf(out_.path() / "maps" / (name + ".txt")), HasSubstr("seastitch: "));
-      continue;
+  fs::create_directories(out_.path() / "maps");
+  const std::string command = "cd " + out_.path().string() +
+                              " && PATH=" + fs::path(Program("seastitch")).parent_path().string() +
+                              ":$PATH parallel -j 2 --joblog maps/jobs.txt ";
+  const std::string jobs =
+      "'seastitch replay --quiet {} --out maps/{/} > maps/{/}.txt 2>&1' ::: archive/*";
+  // By job: its exit code.
+  const auto exit_codes = [this] {
+    std::map<int, int> codes;
+    std::istringstream lines(TextOf(out_.path() / "maps/jobs.txt"));
+    std::string line;
+    std::getline(lines, line);  // names of the columns
+    while (std::getline(lines, line)) {
+      std::istringstream columns(line);
+      std::string host, start, runtime, send, receive;
+      int job = 0, code = -1;
+      columns >> job >> host >> start >> runtime >> send >> receive >> code;
+      codes[job] = code;
     }
-    ASSERT_FALSE(map.empty()) << name << run.output;
-    if (first.empty()) first = map;
-    EXPECT_TRUE(map == first) << name;
-  }
+    return codes;
+  };
+  const auto run = RunCommand(command + jobs);
+  EXPECT_EQ(run.exit_code, 1) << run.output;  // how many failed
+  const std::map<int, int> codes = exit_codes();
+  ASSERT_EQ(codes.size(), 8u);
+  for (const auto& [job, code] : codes) EXPECT_EQ(code, job == 3 ? 65 : 0) << job;
+  EXPECT_FALSE(fs::exists(out_.path() / "maps/s3/depth.tif"));
+  const std::string said = TextOf(out_.path() / "maps/s3.txt");
+  EXPECT_THAT(said, HasSubstr("seastitch: "));
+  EXPECT_EQ(said.find('\n'), said.size() - 1) << said;
+  const std::string first = TextOf(out_.path() / "maps/s1/depth.tif");
+  ASSERT_FALSE(first.empty());
+  for (const char* const name : {"s2", "s4", "s5", "s6", "s7", "s8"})
+    EXPECT_TRUE(TextOf(out_.path() / "maps" / name / "depth.tif") == first) << name;
+
+  fs::copy_file(Folder() / "whole.kmall",
+                archive / "s3" / "lines.kmall",
+                fs::copy_options::overwrite_existing);
+  const auto mended = RunCommand(command + "--resume-failed " + jobs);
+  EXPECT_EQ(mended.exit_code, 0) << mended.output;
+  EXPECT_EQ(exit_codes().at(3), 0);
+  EXPECT_TRUE(TextOf(out_.path() / "maps/s3/depth.tif") == first);
 }
 
 TEST(DivesAmong, FoldersDaysAndLooseLogs) {

@@ -1,14 +1,19 @@
-#include "tools/kmall_survey.hpp"
+#include "tools/survey_writer.hpp"
 
 #include <GeographicLib/LocalCartesian.hpp>
 #include <deque>
 #include <fstream>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <vector>
 
+#include "codecs/em_all_writer.hpp"
 #include "codecs/kmall.hpp"
 #include "codecs/kmall_sensors.hpp"
+#include "codecs/s7k.hpp"
+#include "codecs/s7k_writer.hpp"
 #include "common/convert/convert.hpp"
 #include "common/core/channel_names.hpp"
 #include "common/storage/event_log.hpp"
@@ -25,26 +30,72 @@ MapperConfig ConfigOfIns(const std::filesystem::path& file) {
   return config;
 }
 
+using FileBytes = std::vector<std::uint8_t>;
+
+// What a format writes of each.
+struct Format {
+  const char* extension;
+  FileBytes (*installation)(const SonarInstallation& installation);
+  FileBytes (*profile)(const SoundVelocityProfile& profile);
+  FileBytes (*ping)(const MbesPing& ping);
+  FileBytes (*motion)(const std::vector<NavigationRecord>& samples);
+  FileBytes (*position)(const NavigationRecord& sample);
+};
+
+FileBytes S7kPing(const MbesPing& ping) {
+  S7kPingId id;
+  id.ping_number = ping.ping_number;
+  FileBytes bytes = EncodeS7k7000(id, ping.time, ping.sound_speed_mps);
+  const FileBytes detections = EncodeS7k7027(id, ping);
+  bytes.insert(bytes.end(), detections.begin(), detections.end());
+  return bytes;
+}
+
+constexpr Format kFormats[] = {
+    {".kmall",
+     [](const SonarInstallation& i) { return EncodeIip(i, KmallHeader{}); },
+     [](const SoundVelocityProfile& p) { return EncodeSvp(p, KmallHeader{}); },
+     [](const MbesPing& p) { return EncodeMrz(p, KmallHeader{}); },
+     [](const std::vector<NavigationRecord>& m) { return EncodeSkm(m, KmallHeader{}); },
+     [](const NavigationRecord& p) { return EncodeSpo(p, KmallHeader{}); }},
+    {".all", EncodeEmI, EncodeEmU, EncodeEmN, EncodeEmA, EncodeEmP},
+    {".s7k", EncodeS7k7030, EncodeS7k1009, S7kPing, EncodeS7k1016, EncodeS7k1003},
+};
+
+const Format* FormatOf(const std::filesystem::path& file) {
+  for (const Format& format : kFormats)
+    if (file.extension() == format.extension) return &format;
+  return nullptr;
+}
+
+const Format& ExpectFormat(const std::filesystem::path& file) {
+  const Format* const format = FormatOf(file);
+  if (format == nullptr)
+    throw std::runtime_error(file.string() + ": its name must end with .kmall, .all or .s7k");
+  return *format;
+}
+
 class Writer {
  public:
-  explicit Writer(const KmallSurveyOptions& options)
+  explicit Writer(const SurveyWriterOptions& options)
       : options_(options),
+        format_(ExpectFormat(options.file)),
         config_(ConfigOfIns(options.mapper_config)),
         to_map_(Rad2Deg(config_.vehicle.datum_latitude_rad),
                 Rad2Deg(config_.vehicle.datum_longitude_rad),
                 0.0),
         ins_(config_.navigation, config_.vehicle),
-        out_(options.kmall, std::ios::binary) {
-    if (!out_) throw std::runtime_error(options.kmall.string() + ": cannot be written");
+        out_(options.file, std::ios::binary) {
+    if (!out_) throw std::runtime_error(options.file.string() + ": cannot be written");
   }
 
-  KmallSurveyResult Run() {
+  SurveyWriterResult Run() {
     EventLogReader reader(options_.log);
     while (const std::optional<LogEvent> event = reader.Next()) Use(*event);
     ins_.Finish();
     Reckon();
     WriteMotion();
-    if (!out_.flush()) throw std::runtime_error(options_.kmall.string() + ": cannot be written");
+    if (!out_.flush()) throw std::runtime_error(options_.file.string() + ": cannot be written");
     return result_;
   }
 
@@ -57,13 +108,13 @@ class Writer {
         event, channels::kPositionFix, [this](const PositionFix& f) { fixes_.push_back(f); });
     With<mbes_ping_t>(event, channels::kMbesPing, [this](const MbesPing& ping) {
       WriteInstallation(ping.time);
-      Write(EncodeMrz(ping, KmallHeader{}));
+      Write(format_.ping(ping));
       ++result_.pings;
     });
     With<sound_velocity_profile_t>(
         event, channels::kSvp, [this](const SoundVelocityProfile& profile) {
           WriteInstallation(profile.time);
-          Write(EncodeSvp(profile, KmallHeader{}));
+          Write(format_.profile(profile));
         });
   }
 
@@ -115,7 +166,8 @@ class Writer {
     NavigationRecord record;
     record.time = t;
     record.position = PositionOf(*state);
-    Write(EncodeSpo(record, KmallHeader{}));
+    record.velocity = GivenVelocity{state->v_map_mps};
+    Write(format_.position(record));
     ++result_.positions;
   }
 
@@ -137,7 +189,7 @@ class Writer {
   }
 
   void WriteMotion() {
-    if (!motion_.empty()) Write(EncodeSkm(motion_, KmallHeader{}));
+    if (!motion_.empty()) Write(format_.motion(motion_));
     motion_.clear();
   }
 
@@ -149,7 +201,7 @@ class Writer {
     installation.time = t;
     installation.transmitters.push_back({vehicle.T_vehicle_mbes * vehicle.T_mbes_tx});
     installation.receivers.push_back({vehicle.T_vehicle_mbes * vehicle.T_mbes_rx});
-    Write(EncodeIip(installation, KmallHeader{}));
+    Write(format_.installation(installation));
   }
 
   void Write(const std::vector<std::uint8_t>& datagram) {
@@ -157,12 +209,13 @@ class Writer {
                static_cast<std::streamsize>(datagram.size()));
   }
 
-  const KmallSurveyOptions options_;
+  const SurveyWriterOptions options_;
+  const Format& format_;
   const MapperConfig config_;
   const GeographicLib::LocalCartesian to_map_;
   DeadReckoning ins_;
   std::ofstream out_;
-  KmallSurveyResult result_;
+  SurveyWriterResult result_;
   std::optional<Time> next_motion_, next_position_;
   std::deque<PositionFix> fixes_;
   std::vector<NavigationRecord> motion_;
@@ -172,8 +225,10 @@ class Writer {
 
 }  // namespace
 
-KmallSurveyResult WriteKmallSurvey(const KmallSurveyOptions& options) {
+SurveyWriterResult WriteSurveyFile(const SurveyWriterOptions& options) {
   return Writer(options).Run();
 }
+
+bool CanWriteSurveyFile(const std::filesystem::path& file) { return FormatOf(file) != nullptr; }
 
 }  // namespace seastitch

@@ -1,0 +1,20 @@
+#include <cmath>
+#include <cstdlib>
+#include <stdexcept>
+
+#include "tests/fuzz/memory_file.hpp"
+#include "tools/sbet_beside.hpp"
+
+// What a survey finds out of the SBET beside it: a week within one of the survey's.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace seastitch;
+  const MemoryFile file(data, size);
+  const Time survey = FromUtime(1'714'645'230'000'000);
+  try {
+    const SbetParams params = SbetParamsFor(file.path(), survey);
+    if (std::abs(params.wander_sign) > 1) std::abort();
+    if (std::abs(ToSeconds(params.week_start - survey)) > 3.0 * 604'800.0) std::abort();
+  } catch (const std::runtime_error&) {
+  }
+  return 0;
+}
