@@ -22,6 +22,8 @@ namespace {
 constexpr std::size_t kUnregisteredPerRegistered = 4;
 // Without NAV.
 constexpr double kNoNavS = 2.0;
+constexpr char kOptimizer[] = "optimizer";
+constexpr double kNoOptimizerS = 10.0;  // it may start later
 
 bool IsProfile(SoundSpeed::Source source) {
   return source == SoundSpeed::Source::kProfile || source == SoundSpeed::Source::kConfigured;
@@ -173,6 +175,11 @@ void Mapper::Add(const SoundingPing& ping) {
 void Mapper::Add(const SoundVelocityProfile& profile) {
   if (!sound_speed_.Add(profile)) return Count("svp_unusable");
   events_.emplace_back(JournalEntry(profile));
+}
+
+void Mapper::Hear(const std::string& process, double uptime_s) {
+  clocks_.Hear(process, uptime_s);
+  if (process == kOptimizer) optimizer_heard_s_ = clocks_.witnessed_s();
 }
 
 void Mapper::GiveNav() {
@@ -540,6 +547,11 @@ std::vector<Condition> Mapper::conditions() const {
   if (!params_.water_level.empty() && newest_depth_ &&
       !params_.water_level.Covers(*newest_depth_, FromSeconds(3600.0)))
     now.push_back({&conditions::kNoWaterLevel, ""});
+  if (clocks_.witnessed_s() - optimizer_heard_s_ > kNoOptimizerS &&
+      search_.solution_version() < graph_.version())
+    now.push_back({&conditions::kNoOptimizer,
+                   "solved up to version " + std::to_string(search_.solution_version()) + " of " +
+                       std::to_string(graph_.version())});
   if (sound_speed_source_ && !IsProfile(*sound_speed_source_))
     now.push_back({&conditions::kNoSoundSpeedProfile, Sentence(*sound_speed_source_)});
   if (failed_in_last_job_ > 0)

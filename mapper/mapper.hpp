@@ -93,7 +93,7 @@ class Mapper {
     nav_seen_ = last_nav_;
   }
   // HEALTH of another process: time that passes while sensors are silent.
-  void Hear(const std::string& process, double uptime_s) { clocks_.Hear(process, uptime_s); }
+  void Hear(const std::string& process, double uptime_s);
 
   // For who wants every sounding and not only the clouds: called with each submap that closes,
   // before it is given.
@@ -210,6 +210,7 @@ class Mapper {
   SensorClocks clocks_;
   std::optional<Time> nav_seen_;     // the newest
   std::optional<Time> nav_came_at_;  // when it came
+  double optimizer_heard_s_ = 0.0;   // by SensorClocks::witnessed_s()
   NavigationWatch watch_;
   GivenWatch given_watch_;
   std::optional<Time> newest_depth_;

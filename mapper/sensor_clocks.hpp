@@ -60,6 +60,9 @@ class SensorClocks {
   // silent.
   void Hear(const std::string& process, double uptime_s);
 
+  // Seconds that passed by HEALTH, of this process's life.
+  double witnessed_s() const { return witnessed_s_; }
+
   // Of what came last: by its arrival, in the dive's time.
   std::optional<Time> newest() const;
   // What was added to the newest utime of a channel.

@@ -266,6 +266,13 @@ inline constexpr ConditionKind kRegistrationFailed{
     Severity::kDegraded,
     "registrations of the last submap ended in an error",
     "The survey goes on without these loop closures. Check the memory limit of the mapper's unit."};
+inline constexpr ConditionKind kNoOptimizer{
+    "no_optimizer",
+    Severity::kDegraded,
+    "the optimizer is silent and the newest graph is not solved",
+    "Start it (systemctl status seastitch-optimizer). It asks for what it lacks; until then the "
+    "map "
+    "stays as dead reckoning laid it out."};
 inline constexpr ConditionKind kSolutionWithheld{
     "solution_withheld",
     Severity::kDegraded,
@@ -302,6 +309,7 @@ inline constexpr const ConditionKind* kAll[] = {
     &kNoWaterLevel,         &kNoSoundSpeedProfile, &kSolutionWithheld,     &kStoreNotWriting,
     &kRegistrationFailed,   &kMapBegunAnew,        &kJournalDamaged,       &kClockStep,
     &kClockDrift,           &kSamplesLate,         &kSensorSilent,         &kNoNavigation,
+    &kNoOptimizer,
 };
 
 }  // namespace conditions

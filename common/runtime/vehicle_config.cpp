@@ -83,7 +83,8 @@ ParameterTable TableOf(VehicleFile* file) {
       "mbes_more_heads",
       &file->more_heads,
       DeclareHead,
-      "Further heads of a sonar with several, in order after the first.");
+      "Further heads of a sonar with several, in order after the first. Each has a `transmitter` "
+      "and a `receiver`, and these position_m and roll_pitch_yaw_deg in the sonar's own axes.");
   DeclarePosition(&file->depth_position_m, &table.AddSection("depth", "Pressure sensor."));
   table.AddList<FixPoint>("position_fixes",
                           &file->position_fixes,

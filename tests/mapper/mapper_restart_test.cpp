@@ -59,16 +59,38 @@ struct Process {
       bus.HandleAll();
     }
   }
-  void Send(const ImuSample& s) { bus.Publish("IMU", ToLcm(s, {s.time, seq[0]++})); }
-  void Send(const DvlSample& s) { bus.Publish("DVL", ToLcm(s, {s.time, seq[1]++})); }
-  void Send(const DepthSample& s) { bus.Publish("DEPTH", ToLcm(s, {s.time, seq[2]++})); }
-  void Send(const MbesPing& p) { bus.Publish("MBES_PING", ToLcm(p, {p.time, seq[3]++})); }
+  // What an INS would say of the same.
+  void DriveGiven(double duration_s, PerfectVehicle* vehicle) {
+    for (int i = 0; i < static_cast<int>(duration_s / PerfectVehicle::kImuStepS); ++i) {
+      for (const auto& sample : vehicle->Step(1.5, 0.0))
+        if (const auto* ping = std::get_if<MbesPing>(&sample)) Send(*ping);
+      const Eigen::Isometry3d T = vehicle->TrueAt(vehicle->time);
+      NavigationSample ins;
+      ins.time = vehicle->time;
+      ins.position = InsPosition{T.translation().x() / 6335439.3, T.translation().y() / 6378137.0};
+      ins.depth = InsVertical{PerfectVehicle::kDepthM, 0.0};
+      ins.attitude = Attitude{Eigen::Quaterniond(T.linear())};
+      ins.velocity = InsVelocity{{1.5, 0.0, 0.0}};
+      bus.Publish("INS", ToLcm(ins, {ins.time, seq[0]++}));
+      bus.HandleAll();
+    }
+  }
+  void Send(const ImuSample& s) { Publish("IMU", s, &seq[0]); }
+  void Send(const DvlSample& s) { Publish("DVL", s, &seq[1]); }
+  void Send(const DepthSample& s) { Publish("DEPTH", s, &seq[2]); }
+  void Send(const MbesPing& p) { Publish("MBES_PING", p, &seq[3]); }
+  template <class Sample>
+  void Publish(const char* channel, Sample sample, std::int64_t* number) {
+    sample.time += FromSeconds(clock_s);
+    bus.Publish(channel, ToLcm(sample, {sample.time, (*number)++}));
+  }
   std::string Text() { return node.health().Snapshot(0, 1.0).text; }
 
   Bus bus{"memq://"};
   InlineWorker worker;
   MapperNode node;
   std::array<std::int64_t, 4> seq{};
+  double clock_s = 0.0;  // the computer's, ahead of the vehicle's time
   std::vector<GraphUpdate> updates;
   int navs = 0;
 };
@@ -139,6 +161,51 @@ TEST_F(Restart, GoesOnThoughTheFirstStampIsWild) {
   EXPECT_TRUE(mapper.updates[1].resumed);
   EXPECT_EQ(mapper.updates[1].graph_id, graph_id);
   EXPECT_EQ(Maps(), std::set<std::string>{"map"});
+}
+
+TEST_F(Restart, GoesOnWithTheNavigationOfAnInsToo) {
+  config_.navigation_source = NavigationSource::kGiven;
+  std::int64_t version = 0;
+  {
+    Process mapper(config_, &disk_);
+    mapper.DriveGiven(40.0, &vehicle_);
+    ASSERT_FALSE(mapper.updates.empty());
+    version = mapper.updates.back().version;
+  }
+  vehicle_.Sleep(5.0);
+  Process mapper(config_, &disk_);
+  mapper.DriveGiven(40.0, &vehicle_);
+  ASSERT_GT(mapper.updates.size(), 1U);
+  EXPECT_EQ(mapper.updates[1].version, version + 1);
+  EXPECT_TRUE(mapper.updates[1].resumed);
+  for (const GraphEdge& edge : mapper.updates[1].edges)
+    EXPECT_TRUE(edge.kind != EdgeKind::kDeadReckoning || edge.information(0, 0) > 1e-2);
+  EXPECT_EQ(Maps(), std::set<std::string>{"map"});
+}
+
+// The computer's clock goes back while the mapper is away.
+TEST_F(Restart, GoesOnAcrossAStepOfTheClock) {
+  std::int64_t version = 0;
+  std::array<std::int64_t, 4> seq{};
+  {
+    Process mapper(config_, &disk_);
+    mapper.Drive(30.0, &vehicle_);
+    version = mapper.updates.back().version;
+    seq = mapper.seq;
+  }
+  vehicle_.Sleep(5.0);
+  Process mapper(config_, &disk_);
+  for (std::size_t i = 0; i < seq.size(); ++i)  // the drivers went on
+    mapper.seq[i] = seq[i] + seq[i] / 6;
+  mapper.clock_s = -600.0;
+  mapper.Drive(30.0, &vehicle_);
+  ASSERT_GT(mapper.updates.size(), 1U);
+  EXPECT_EQ(mapper.updates[1].version, version + 1);
+  EXPECT_TRUE(mapper.updates[1].resumed);
+  EXPECT_EQ(Maps(), std::set<std::string>{"map"});
+  EXPECT_NE(mapper.Text().find("the computer's clock by -600."), std::string::npos)
+      << mapper.Text();
+  EXPECT_GT(mapper.navs, 250);
 }
 
 TEST_F(Restart, BeginsAnotherMapAndSaysWhy) {

@@ -8,6 +8,7 @@
 #include <memory>
 #include <new>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <variant>
@@ -174,6 +175,35 @@ TEST_P(MapperWithFixes, SendsThemAllToTheOptimizerInMessagesThatFit) {
   EXPECT_EQ(static_cast<int>(optimizer.store().fixes().size()), GetParam());
 }
 INSTANTIATE_TEST_SUITE_P(Numbers, MapperWithFixes, ::testing::Values(0, 199, 200, 201, 500));
+
+TEST(Mapper, SaysThatTheOptimizerIsSilent) {
+  Embedding dive;
+  double uptime_s = 0.0;
+  const auto listen = [&](std::set<std::string> processes, double duration_s) {
+    for (double t = 0.0; t < duration_s; t += 1.0) {
+      dive.Drive(1.0);
+      uptime_s += 1.0;
+      for (const std::string& process : processes) dive.mapper.Hear(process, uptime_s);
+    }
+  };
+  const auto says = [&] {
+    const auto now = dive.mapper.conditions();
+    return std::any_of(now.begin(), now.end(), [](const Condition& c) {
+      return c.kind == &conditions::kNoOptimizer;
+    });
+  };
+  listen({"logger", "optimizer"}, 60.0);
+  ASSERT_FALSE(dive.steps.empty());
+  EXPECT_FALSE(says()) << "it is there, and may be at work";
+  listen({"logger"}, 9.0);
+  EXPECT_FALSE(says());
+  listen({"logger"}, 3.0);
+  EXPECT_TRUE(says());
+  PoseGraphOptimizer optimizer({});
+  for (const GraphStep& step : dive.steps) optimizer.Add(step.update);
+  dive.mapper.Take(*optimizer.Solve());
+  EXPECT_FALSE(says()) << "all is solved, as in a replay";
+}
 
 // Nobody says where the dive starts; 500 m off the guess a fix does, minutes later.
 TEST(Mapper, AnUnknownPlaceIsNoEdgeAndALaterFixPlacesTheWholeMap) {

@@ -4,8 +4,11 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <csignal>
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -385,6 +388,55 @@ TEST_F(ShuffledReplay, TwentyTimesGivesTheSameBytes) {
       ASSERT_TRUE(products.at(name) == bytes) << name << ", run " << run;
     fs::remove_all(folder);
   }
+}
+
+// Frames of the submaps, in their order.
+std::vector<std::array<double, 3>> PlacesIn(const fs::path& poses) {
+  std::vector<std::array<double, 3>> places;
+  std::ifstream in(poses);
+  for (std::string line; std::getline(in, line);) {
+    std::istringstream numbers(line);
+    double id = 0.0;
+    std::array<double, 3> p{};
+    if (numbers >> id >> p[0] >> p[1] >> p[2]) places.push_back(p);
+  }
+  return places;
+}
+
+// The clock of the vehicle's computer goes back by ten minutes in the middle of the survey.
+TEST_F(Replay, OfALogWhoseClockSteppedGivesTheSameMap) {
+  ASSERT_EQ(ReplayOf(ShortLog()).exit_code, 0);
+  const auto without = PlacesIn(Out("poses.txt"));
+  ASSERT_GE(without.size(), 5U);
+  const fs::path stepped = dir_.path() / "stepped.lcmlog";
+  std::int64_t events = 0;
+  for (EventLogReader all(ShortLog()); all.Next();) ++events;
+  EventLogReader all(ShortLog());
+  EventLogWriter out(stepped);
+  for (std::int64_t i = 0; auto event = all.Next(); ++i) {
+    const Channel* channel = FindChannel(event->channel);
+    const std::int64_t step_us = 2 * i < events ? 0 : -600'000'000;
+    if (channel != nullptr && channel->role == ChannelRole::kSensor) {
+      for (const std::size_t at : {8U, 16U}) {  // utime and recv_utime, big endian
+        std::uint64_t stamp = 0;
+        for (std::size_t k = 0; k < 8; ++k) stamp = stamp << 8 | event->data[at + k];
+        stamp += static_cast<std::uint64_t>(step_us);
+        for (std::size_t k = 0; k < 8; ++k)
+          event->data[at + k] = static_cast<std::uint8_t>(stamp >> (56 - 8 * k));
+      }
+    }
+    out.Write(event->utime + step_us, event->channel, event->data.data(), event->data.size());
+  }
+  out.Flush();
+  const CommandResult result = ReplayOf(stepped);
+  ASSERT_EQ(result.exit_code, 0) << result.output;
+  const auto with = PlacesIn(Out("poses.txt"));
+  ASSERT_EQ(with.size(), without.size());
+  for (std::size_t i = 0; i < with.size(); ++i)
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      EXPECT_NEAR(with[i][axis], without[i][axis], 0.05) << "submap " << i;
+  const auto report = nlohmann::json::parse(ReadFile(Out("report.json")));
+  EXPECT_EQ(report["mapper_counters"]["clock_steps_computer"], 1);
 }
 
 TEST_F(Replay, OfAMissingFileSaysSo) {
