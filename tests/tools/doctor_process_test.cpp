@@ -116,9 +116,12 @@ class DoctorVehicle : public DriverProcess {
     HandleUntil([] { return false; }, 2'000);
     std::vector<std::string> alarms;
     for (const Finding& finding : Examine(options, machine).findings) {
-      const bool load = finding.text.find("event loop was busy") != std::string::npos ||
-                        finding.text.find("kernel dropped datagrams") != std::string::npos ||
-                        finding.text.find("messages are lost from the record") != std::string::npos;
+      const bool load =
+          finding.text.find("event loop was busy") != std::string::npos ||
+          finding.text.find("kernel dropped datagrams") != std::string::npos ||
+          finding.text.find("messages are lost from the record") != std::string::npos ||
+          finding.text.find("the disk does not take") != std::string::npos ||
+          finding.check == "disk_speed";
       const bool follows =
           !consequence.empty() && finding.text.find(consequence) != std::string::npos;
       if (finding.level != Finding::Level::kOk && !load && !follows)
