@@ -136,7 +136,10 @@ class Vehicle {
   std::string mapper_text;
 
  private:
-  inline static const std::string kUrl = "udpm://239.255.76.67:7831?ttl=0&recv_buf_size=4194304";
+  // A port of this test process alone: others run beside it.
+  inline static const std::string kUrl =
+      "udpm://239.255.76.67:" + std::to_string(20'000 + getpid() % 40'000) +
+      "?ttl=0&recv_buf_size=4194304";
   TemporaryDir dir_;
   const std::string log_;
   Bus bus_{kUrl};

@@ -163,7 +163,7 @@ TEST(Mapper, RefusesToStartBesideAnother) {
                          "--config",
                          (dir.path() / "config" / "mapper.yaml").string(),
                          "--lcm-url",
-                         "udpm://239.255.76.67:7822?ttl=0"},
+                         "udpm://239.255.76.67:7823?ttl=0"},
                         dir.path() / (name + ".txt"));
   };
   const auto is_locked = [&] {
