@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "common/core/channel_names.hpp"
+#include "common/core/median.hpp"
 #include "mapper/utc_text.hpp"
 
 namespace seastitch {
@@ -14,6 +15,7 @@ namespace {
 constexpr std::int32_t kSureAfter = 3;  // messages
 // HEALTH comes once a second: less of it is no silence of the processes.
 constexpr double kHeardS = 3.0;
+constexpr double kLongestBetweenHealthS = 1.5;
 // A channel's messages change places by no more.
 constexpr std::int64_t kReordered = 16;
 constexpr std::int64_t kLastSeq = std::int64_t{1} << 53;
@@ -41,12 +43,6 @@ bool IsRare(std::size_t channel) {
          channel == static_cast<std::size_t>(SensorChannel::kSvp);
 }
 
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 double Size(Duration d) { return std::abs(ToSeconds(d)); }
 
 }  // namespace
@@ -54,7 +50,7 @@ double Size(Duration d) { return std::abs(ToSeconds(d)); }
 double SensorClocks::Channel::interval_s() const {
   if (intervals == 0) return 0.0;
   const auto n = std::min<std::ptrdiff_t>(intervals, kIntervals);
-  return Median({intervals_s.begin(), intervals_s.begin() + n});
+  return Median(std::vector<double>(intervals_s.begin(), intervals_s.begin() + n));
 }
 
 void SensorClocks::Channel::AddInterval(double interval_s) {
@@ -213,17 +209,25 @@ void SensorClocks::Hear(const std::string& process, double uptime_s) {
   if (!(uptime_s >= 0.0 && uptime_s < kLongestUptimeS)) return;
   const auto known = processes_.find(process);
   if (known == processes_.end() && processes_.size() >= kMostProcesses) return;
-  const bool begins = known == processes_.end() || uptime_s < known->second.uptime_s;
+  const bool is_first = known == processes_.end();
   Process& p = processes_[process];
-  if (begins) p.to_witnessed_s = witnessed_s_ - uptime_s;
-  p.uptime_s = uptime_s;
+  const double last_s = std::exchange(p.uptime_s, uptime_s);
+  const bool restarted = !is_first && uptime_s < last_s;
+  if (restarted) p.before_restart_s = last_s;
+  const bool is_other = p.before_restart_s && uptime_s >= *p.before_restart_s &&
+                        uptime_s - last_s > kLongestBetweenHealthS;
+  if (is_first || restarted || is_other) p.to_witnessed_s = witnessed_s_ - uptime_s;
   witnessed_s_ = std::max(witnessed_s_, uptime_s + p.to_witnessed_s);
 }
 
+// Of the channels that came after the newest HEALTH: the others' silence is known by HEALTH alone.
 std::optional<Time> SensorClocks::newest() const {
+  double last_witnessed_s = 0.0;
+  for (const Channel& c : channels_)
+    if (c.has_come) last_witnessed_s = std::max(last_witnessed_s, c.witnessed_s);
   std::optional<Time> all;
   for (const Channel& c : channels_) {
-    if (!c.has_come) continue;
+    if (!c.has_come || c.witnessed_s < last_witnessed_s) continue;
     const Time at = c.era.ReceivedAt() + FromSeconds(witnessed_s_ - c.witnessed_s);
     all = all ? std::max(*all, at) : at;
   }

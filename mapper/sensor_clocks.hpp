@@ -57,7 +57,7 @@ class SensorClocks {
 
   Time InDiveTime(SensorChannel channel, Time utime, const MessageStamp& stamp);
   // HEALTH of any process. Its seconds since the start are monotonic, and pass while sensors are
-  // silent.
+  // silent. Two processes of one name count no time: their seconds go back and forth.
   void Hear(const std::string& process, double uptime_s);
 
   // Seconds that passed by HEALTH, of this process's life.
@@ -143,6 +143,7 @@ class SensorClocks {
   struct Process {
     double uptime_s = 0.0;
     double to_witnessed_s = 0.0;
+    std::optional<double> before_restart_s;  // uptime_s of the process before this one
   };
 
   // Where a simulation goes faster than time, utime and recv say nothing of each other.

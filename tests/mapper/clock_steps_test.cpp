@@ -242,6 +242,24 @@ TEST_F(SteppingClocks, ASilentSensorIsNamedWithinThreeSeconds) {
   EXPECT_EQ(Counter("clock_steps_IMU"), 0);
 }
 
+// Two loggers, say: their seconds since the start come in turn. The profile came once.
+TEST_F(SteppingClocks, TwoProcessesOfOneNameSilenceNoSensor) {
+  SoundVelocityProfile profile;
+  profile.time = vehicle_.time;
+  profile.depth_m = {0.0, 100.0};
+  profile.speed_mps = {1480.0, 1490.0};
+  Send(profile);
+  for (int i = 0; i < 30; ++i) {
+    mapper_->Hear("logger", 100.0 + i);
+    Drive(0.5);
+    mapper_->Hear("logger", 5.0 + i);
+    Drive(0.5);
+  }
+  EXPECT_FALSE(seen_.contains("sensor_silent"));
+  EXPECT_FALSE(seen_.contains("clock_step"));
+  ExpectUnbroken();
+}
+
 TEST_F(SteppingClocks, ADamagedStampIsNoStep) {
   Drive(30.0);
   Clock& imu = clocks_[SensorChannel::kImu];
