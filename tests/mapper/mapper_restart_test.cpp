@@ -51,6 +51,7 @@ struct Process {
       if (auto update = FromLcm(m)) updates.push_back(*update);
     });
     bus.Subscribe<nav_t>("NAV", 0, [this](const nav_t&) { ++navs; });
+    bus.Subscribe<submap_t>("SUBMAP", 0, [this](const submap_t& m) { submaps.push_back(m.id); });
   }
   void Drive(double duration_s, PerfectVehicle* vehicle) {
     for (int i = 0; i < static_cast<int>(duration_s / PerfectVehicle::kImuStepS); ++i) {
@@ -92,6 +93,7 @@ struct Process {
   std::array<std::int64_t, 4> seq{};
   double clock_s = 0.0;  // the computer's, ahead of the vehicle's time
   std::vector<GraphUpdate> updates;
+  std::vector<std::int32_t> submaps;  // announced
   int navs = 0;
 };
 
@@ -122,9 +124,11 @@ TEST_F(Restart, WhatIsSentIsOnTheDiskAndNavigationNeverWaitsForIt) {
   ASSERT_FALSE(mapper.updates.empty());
   disk.hangs = true;
   const std::size_t sent = mapper.updates.size();
+  const std::size_t announced = mapper.submaps.size();
   const int navs = mapper.navs;
   mapper.Drive(30.0, &vehicle_);
   EXPECT_EQ(mapper.updates.size(), sent);
+  EXPECT_EQ(mapper.submaps.size(), announced);
   EXPECT_NEAR(mapper.navs - navs, 300, 3);
   disk.GoOn();
   mapper.Drive(1.0, &vehicle_);
@@ -138,6 +142,23 @@ TEST_F(Restart, WhatIsSentIsOnTheDiskAndNavigationNeverWaitsForIt) {
     if (const auto* growth = std::get_if<GraphGrowth>(&entry))
       on_disk += static_cast<std::int64_t>(growth->steps.size());
   EXPECT_GE(on_disk, version);
+  EXPECT_GT(mapper.submaps.size(), announced + 1);
+  const std::set<std::int32_t> once(mapper.submaps.begin(), mapper.submaps.end());
+  EXPECT_EQ(once.size(), mapper.submaps.size());
+}
+
+// A mapper may be killed after a submap was written and before it was announced.
+TEST_F(Restart, AnnouncesTheLastSubmapAgain) {
+  auto before = std::make_unique<Process>(config_, &disk_);
+  before->Drive(30.0, &vehicle_);
+  ASSERT_GT(before->submaps.size(), 1u);
+  const std::int32_t last = before->submaps.back();
+  before.reset();
+  Process after(config_, &disk_);
+  after.Drive(30.0, &vehicle_);
+  ASSERT_GT(after.submaps.size(), 1u);
+  EXPECT_EQ(after.submaps[0], last);
+  EXPECT_EQ(after.submaps[1], last + 1);
 }
 
 TEST_F(Restart, GoesOnThoughTheFirstStampIsWild) {
