@@ -45,11 +45,11 @@ using ErrorMatrix = Eigen::Matrix<double, kErrorSize, kErrorSize>;
 using ErrorRow = Eigen::Matrix<double, 1, kErrorSize>;
 using AttitudeRows = Eigen::Matrix<double, 3, kErrorSize>;
 
-// Error-state Kalman filter of the inertial unit's motion in the map (local level, fixed to the
-// Earth). The error model is that of Groves, Principles of GNSS, Inertial, and Multisensor
-// Integrated Navigation Systems, 2nd ed., 14.2.3. Its caller orders the samples, keeps their times
-// and rejects bad input: here none of that is checked. "The device" is the sensor of roll, pitch
-// and heading (AHRS or INS).
+// Error-state Kalman filter of the inertial unit's motion; the error model is that of Groves,
+// Principles of GNSS, Inertial, and Multisensor Integrated Navigation Systems, 2nd ed., 14.2.3,
+// for a local-level map fixed to the Earth. Its caller orders the samples, keeps their times and
+// rejects bad input: here none of that is checked. "The device" is the sensor of roll, pitch and
+// heading (AHRS or INS).
 //
 // Besides state and covariance it keeps, since the last TakeTransition(), the transition matrix A
 // of the error: the product of all (I - K H) and F. For published estimates, which are not
@@ -135,7 +135,7 @@ class ErrorStateFilter {
   void EndHeadingDoubt(HeadingHypothesis right);
   // The device is back where it was.
   void TrustDeviceHeading() { heading_offset_rad_ = 0.0; }
-  // Heading of the other hypothesis minus that of the state; 0: there is no other hypothesis.
+  // By how much the other hypothesis has more heading; 0: there is none.
   double heading_doubt_rad() const { return doubt_rad_; }
   // What the device adds to the heading by steps that the filter did not follow.
   double heading_offset_rad() const { return heading_offset_rad_; }
@@ -253,7 +253,7 @@ class ErrorStateFilter {
   ErrorMatrix P0_by_dvl_ = ErrorMatrix::Zero();
   Transition since_{ErrorMatrix::Identity(), ErrorVector::Zero()};
   ErrorVector correction_ = ErrorVector::Zero();
-  // Of each bias, as a Gauss-Markov process: steady-state sigma, and 1 / correlation time.
+  // Of each bias: sigma when left alone, and how fast it forgets.
   ErrorVector bias_sigma_ = ErrorVector::Zero();
   ErrorVector bias_rate_ = ErrorVector::Zero();
 

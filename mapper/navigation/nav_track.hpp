@@ -67,8 +67,7 @@ class NavTrack {
   };
   // x, y, yaw and horizontal velocity: enough to carry the error from the key to a time near it.
   static constexpr int kKeyRows = 5;
-  // Record of every key_interval_s.
-  struct Key {
+  struct Key {  // record of every key_interval_s
     Time time;
     Pose2 level;  // T_map_level
     Eigen::Vector2d v_map_mps;

@@ -119,8 +119,8 @@ class VelocityAiding {
   Eigen::Vector3d last_force_mps2_ = Eigen::Vector3d::Zero();
   double repeated_s_ = 0.0;    // seconds for which the force was identical
   bool follows_step_ = false;  // a step of the DVL is followed, since the filter got too uncertain
-  Eigen::Vector3d off_by_step_m_ = Eigen::Vector3d::Zero();  // position error if that is wrong
-  // Velocity of the inertial unit over ground by an ensemble.
+  Eigen::Vector3d off_by_step_m_ = Eigen::Vector3d::Zero();  // the way that it would make
+  // By an ensemble, of the inertial unit over ground.
   struct Measured {
     Time time;
     Eigen::Vector3d v_map_mps;
