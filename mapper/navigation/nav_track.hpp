@@ -67,9 +67,9 @@ class NavTrack {
   };
   // x, y, yaw and horizontal velocity: enough to carry the error from the key to a time near it.
   static constexpr int kKeyRows = 5;
-  struct Key {  // record of every key_interval_s
+  struct Key {
     Time time;
-    Pose2 level;  // T_map_level
+    Pose2 level;  // T_map_level; a key is recorded every key_interval_s
     Eigen::Vector2d v_map_mps;
     Eigen::Matrix<double, kKeyRows, kErrorSize> J;   // level pose and velocity by error state
     Eigen::Matrix<double, kErrorSize, kKeyRows> PJ;  // covariance times J transposed
