@@ -15,7 +15,8 @@ namespace seastitch {
 std::optional<NavigationRecord> DecodeS7k1003(const S7kRecord& record);
 std::optional<NavigationRecord> DecodeS7k1012(const S7kRecord& record);  // roll, pitch, heave
 std::optional<NavigationRecord> DecodeS7k1013(const S7kRecord& record);  // heading
-std::optional<NavigationRecord> DecodeS7k1015(const S7kRecord& record);  // position, heading
+// Position, heading, and speed and course over ground as its velocity.
+std::optional<NavigationRecord> DecodeS7k1015(const S7kRecord& record);
 std::optional<std::vector<NavigationRecord>> DecodeS7k1016(const S7kRecord& record);  // attitude
 std::optional<SoundVelocityProfile> DecodeS7k1009(const S7kRecord& record);
 std::optional<SonarInstallation> DecodeS7k7030(const S7kRecord& record);

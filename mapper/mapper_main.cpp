@@ -85,11 +85,13 @@ int main(int argc, char** argv) {
         configuration.SendBy(&loop);
         const int code = loop.Run();
         bus.HandleUntilQuiet();  // what the drivers sent before they stopped
-        node.Finish([] { std::this_thread::sleep_for(kPause); });
+        const auto pause = [] { std::this_thread::sleep_for(kPause); };
+        node.Finish(pause);
         while (node.IsBusy()) {
           writer.Finish();
           worker.Finish();
         }
+        node.SendAll(pause);
         starts.Survive();
         keeper.End();
         return code;

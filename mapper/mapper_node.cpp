@@ -229,8 +229,11 @@ bool MapperNode::Resume(const SavedMap& saved) {
     if (const auto* closed = std::get_if<ClosedSubmap>(&entry)) submaps.push_back(closed->submap);
   store.Restore(submaps);
   if (!mapper_.Resume(saved, [&store](SubmapId id) { return store.Get(id); })) return false;
-  if (!submaps.empty()) stored_ = submaps.back()->id;
-  // The last one may not have been sent.
+  // The last submap and the last version may not have been sent.
+  if (!submaps.empty()) {
+    stored_ = submaps.back()->id;
+    if (const auto last = store.Get(stored_)) Announce(*last);
+  }
   version_written_ = mapper_.graph().version();
   version_sent_ = std::max<std::int64_t>(0, version_written_ - 1);
   RequestSolution();
@@ -255,9 +258,13 @@ void MapperNode::Finish(const std::function<void()>& pause) {
   Deliver();
   checkpoint_is_due_ = journal_ != nullptr;
   PostNextWrite();
+  SendAll(pause);
+  ReportHealth();
+}
+
+void MapperNode::SendAll(const std::function<void()>& pause) {
   while (SendNextChunk()) pause();
   while (SendNextUpdate()) pause();
-  ReportHealth();
 }
 
 void MapperNode::Deliver() {
@@ -285,11 +292,11 @@ void MapperNode::Send(const CorrectedNavState& state) {
   bus_->Publish(channels::kNavCorrected, ToLcm(state, corrected_seq_++));
 }
 
-void MapperNode::Send(const std::shared_ptr<const Submap>& submap) {
+void MapperNode::Announce(const Submap& submap) {
   // An announcement ends the submap before it: its points go first.
   while (SendNextChunk()) {
   }
-  SubmapMessages messages = ToLcm(*submap, submap_seq_++, points_seq_);
+  SubmapMessages messages = ToLcm(submap, submap_seq_++, points_seq_);
   points_seq_ += static_cast<std::int64_t>(messages.chunks.size());
   bus_->Publish(channels::kSubmap, messages.announcement);
   chunks_.assign(std::make_move_iterator(messages.chunks.begin()),
@@ -315,6 +322,7 @@ void MapperNode::Send(const JournalEntry& entry) {
     if (to_write_.size() >= kMostToWrite) {
       write.submap = nullptr;
       health_.Count("submaps_not_stored");
+      Announce(*closed->submap);
     }
   }
   if (std::holds_alternative<GraphGrowth>(entry)) write.version = mapper_.graph().version();
@@ -417,6 +425,7 @@ void MapperNode::OnWritten(const Write& write, const Written& written) {
   if (write.submap) {
     stored_ = write.submap->id;
     store_fails_ = store.write_errors > health_.counter("store_write_errors");
+    Announce(*write.submap);
   }
   health_.Set("store_saved", store.saved);
   health_.Set("store_write_errors", store.write_errors);

@@ -43,9 +43,12 @@ class MapperNode {
   void AddSubmap(Submap submap, Mapper::OfDive dive = {});
 
   // No more messages come: geo-references what waits, closes the last submap, publishes what is
-  // still to be sent, calling pause() after every message so that a receiver can follow. With a
-  // ThreadWorker, its Finish() then brings the last registrations.
+  // still to be sent, as SendAll(). With a ThreadWorker, its Finish() then brings the last
+  // registrations and writes; SendAll() sends what they give.
   void Finish(const std::function<void()>& pause = [] {});
+  // Everything that may be sent. pause() is called after every message, so that receivers can
+  // follow.
+  void SendAll(const std::function<void()>& pause);
 
   // Something is being registered or written, or waits for it.
   bool IsBusy() const { return is_writing_ || !to_write_.empty() || mapper_.IsRegistering(); }
@@ -104,10 +107,11 @@ class MapperNode {
   void Deliver();
   void Send(const NavState& state);
   void Send(const CorrectedNavState& state);
-  void Send(const std::shared_ptr<const Submap>& submap);
+  void Send(const std::shared_ptr<const Submap>&) {}  // announced when it is on the disk
   void Send(const GraphStep& step);
   void Send(const CovarianceQuestion& question);
   void Send(const JournalEntry& entry);
+  void Announce(const Submap& submap);
   void SendDue();
   bool SendNextChunk();
   bool SendNextUpdate();

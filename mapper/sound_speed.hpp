@@ -9,8 +9,8 @@
 
 namespace seastitch {
 
-// The water that a ping's rays go through: the profile nearest in time, else the configured one,
-// else one speed all the way, that which the sonar measured at its own face.
+// Choice of a ping's sound-speed profile: the received profile nearest in time, else the configured
+// one, else a constant speed, the one that the sonar measured at its face.
 class SoundSpeed {
  public:
   enum class Source : std::uint8_t { kProfile, kConfigured, kTransducer, kAssumed };

@@ -96,11 +96,14 @@ void PrintSummary(const ProductSummary& summary, const fs::path& out) {
       static_cast<unsigned long long>(summary.soundings_read),
       static_cast<unsigned long long>(summary.loops_accepted),
       static_cast<unsigned long long>(summary.loops_rejected));
-  std::printf("consistency RMS %.3f m before, %.3f m after; surface error RMS %.3f m, %.3f m\n",
-              summary.before.point.rms_m,
-              summary.after().point.rms_m,
-              summary.before.surface.rms_m,
-              summary.after().surface.rms_m);
+  if (summary.after().point.cells == 0)
+    std::printf("no overlap between submaps: no consistency error\n");
+  else
+    std::printf("consistency RMS %.3f m before, %.3f m after; surface error RMS %.3f m, %.3f m\n",
+                summary.before.point.rms_m,
+                summary.after().point.rms_m,
+                summary.before.surface.rms_m,
+                summary.after().surface.rms_m);
   if (summary.truth) {
     std::printf(
         "position RMS %.3f m before, %.3f m after; yaw RMS %.3f deg before, %.3f deg after\n",

@@ -12,6 +12,7 @@
 #include "drivers/dvl/dvl_driver.hpp"
 #include "drivers/imu/imu_driver.hpp"
 #include "drivers/mbes/mbes_driver.hpp"
+#include "drivers/socket/byte_source.hpp"
 #include "drivers/socket/candump.hpp"
 #include "drivers/socket/cannelloni.hpp"
 #include "drivers/socket/sender_gate.hpp"
@@ -55,6 +56,31 @@ std::vector<ReceivedFrame> ReadAll(CanSource* source) {
     for (const ReceivedFrame& frame : source->Receive()) all.push_back(frame);
   }
   return all;
+}
+
+// Frames of a log as a driver of bytes has them: packets, and what the controller says apart.
+TEST(CanBytes, ArePacketsOfFramesThatCameTogether) {
+  const TemporaryDir dir;
+  const std::string file = dir.Write("can.log",
+                                     "(100.000000) can0 120#01\n"
+                                     "(100.000900) can0 121#02\n"
+                                     "(100.000950) can0 130#03\n"
+                                     "(100.001100) can0 121#04\n"
+                                     "(100.002000) can0 20000040#0000000000000000\n");
+  const auto source = OpenCanBytes("candump:" + file + "?speed=0", kEcan, 65536);
+  std::vector<Datagram> pieces;
+  Datagram piece;
+  while (WaitReadable(source->fd()) && !source->finished())
+    while (source->Receive(&piece)) pieces.push_back(piece);
+  ASSERT_EQ(pieces.size(), 2u);
+  EXPECT_EQ(ToUtime(pieces[0].recv), 100'000'900);
+  const auto first = DecodeCannelloni(pieces[0].bytes), second = DecodeCannelloni(pieces[1].bytes);
+  ASSERT_TRUE(first && second);
+  EXPECT_EQ(second->seq, first->seq + 1);
+  ASSERT_EQ(first->frames.size(), 2u);
+  EXPECT_EQ(first->frames[1].bytes[0], 2);
+  EXPECT_EQ(source->can_trouble(), "controller is bus-off");
+  EXPECT_EQ(source->counters().at("can_bus_off"), 1);
 }
 
 TEST(CandumpSource, GivesTheFilteredFramesWithTheLogsStampsAndEnds) {

@@ -50,6 +50,14 @@ struct Process {
     bus.Subscribe<graph_update_t>("GRAPH_UPDATE", 0, [this](const graph_update_t& m) {
       if (auto update = FromLcm(m)) updates.push_back(*update);
     });
+    bus.Subscribe<submap_t>("SUBMAP", 0, [this](const submap_t& m) {
+      submaps.push_back(m.id);
+      starts.insert({m.id, m.utime});
+      assembler.Add(m);
+    });
+    bus.Subscribe<submap_points_t>("SUBMAP_POINTS", 0, [this](const submap_points_t& m) {
+      if (const auto submap = assembler.Add(m)) whole.insert(submap->id.value);
+    });
     bus.Subscribe<nav_t>("NAV", 0, [this](const nav_t&) { ++navs; });
   }
   void Drive(double duration_s, PerfectVehicle* vehicle) {
@@ -92,6 +100,10 @@ struct Process {
   std::array<std::int64_t, 4> seq{};
   double clock_s = 0.0;  // the computer's, ahead of the vehicle's time
   std::vector<GraphUpdate> updates;
+  std::vector<std::int32_t> submaps;                       // announced
+  std::set<std::pair<std::int32_t, std::int64_t>> starts;  // the same, with their first ping's time
+  std::set<std::int32_t> whole;                            // with all their points
+  SubmapAssembler assembler;
   int navs = 0;
 };
 
@@ -122,9 +134,11 @@ TEST_F(Restart, WhatIsSentIsOnTheDiskAndNavigationNeverWaitsForIt) {
   ASSERT_FALSE(mapper.updates.empty());
   disk.hangs = true;
   const std::size_t sent = mapper.updates.size();
+  const std::size_t announced = mapper.submaps.size();
   const int navs = mapper.navs;
   mapper.Drive(30.0, &vehicle_);
   EXPECT_EQ(mapper.updates.size(), sent);
+  EXPECT_EQ(mapper.submaps.size(), announced);
   EXPECT_NEAR(mapper.navs - navs, 300, 3);
   disk.GoOn();
   mapper.Drive(1.0, &vehicle_);
@@ -138,6 +152,76 @@ TEST_F(Restart, WhatIsSentIsOnTheDiskAndNavigationNeverWaitsForIt) {
     if (const auto* growth = std::get_if<GraphGrowth>(&entry))
       on_disk += static_cast<std::int64_t>(growth->steps.size());
   EXPECT_GE(on_disk, version);
+  EXPECT_GT(mapper.submaps.size(), announced + 1);
+  const std::set<std::int32_t> once(mapper.submaps.begin(), mapper.submaps.end());
+  EXPECT_EQ(once.size(), mapper.submaps.size());
+}
+
+// A mapper may be killed after a submap was written and before it was announced.
+TEST_F(Restart, AnnouncesTheLastSubmapAgain) {
+  auto before = std::make_unique<Process>(config_, &disk_);
+  before->Drive(30.0, &vehicle_);
+  ASSERT_GT(before->submaps.size(), 1u);
+  const std::int32_t last = before->submaps.back();
+  before.reset();
+  Process after(config_, &disk_);
+  after.Drive(30.0, &vehicle_);
+  ASSERT_GT(after.submaps.size(), 1u);
+  EXPECT_EQ(after.submaps[0], last);
+  EXPECT_EQ(after.submaps[1], last + 1);
+}
+
+// Killed while the disk hangs: what closed meanwhile is on no disk, and its number is free.
+TEST_F(Restart, GivesNoSubmapTheNumberOfAnotherThatWasAnnounced) {
+  std::set<std::pair<std::int32_t, std::int64_t>> starts;
+  {
+    HangingDisk disk;
+    Process mapper(config_, &disk);
+    mapper.Drive(30.0, &vehicle_);
+    disk.hangs = true;
+    mapper.Drive(30.0, &vehicle_);
+    starts = mapper.starts;
+  }
+  ASSERT_GT(starts.size(), 1U);
+  vehicle_.Sleep(5.0);
+  Process mapper(config_, &disk_);
+  mapper.Drive(40.0, &vehicle_);
+  ASSERT_GT(mapper.starts.size(), 2U);
+  starts.insert(mapper.starts.begin(), mapper.starts.end());
+  std::set<std::int32_t> numbers;
+  for (const auto& [number, utime] : starts)
+    EXPECT_TRUE(numbers.insert(number).second) << "submap " << number << " was two different ones";
+}
+
+TEST_F(Restart, ADiskThatTakesNothingStopsNeitherSubmapsNorGraph) {
+  fs::remove_all(config_.map_dir);
+  config_.map_dir = dir_.Write("full", "no folder") + "/map";
+  Process mapper(config_, &disk_);
+  mapper.Drive(60.0, &vehicle_);
+  mapper.node.Finish();
+  mapper.bus.HandleAll();
+  EXPECT_GT(mapper.submaps.size(), 3U);
+  EXPECT_EQ(mapper.whole.size(), mapper.submaps.size());
+  EXPECT_GE(mapper.updates.size(), mapper.submaps.size());
+  EXPECT_NE(mapper.Text().find("cannot be written"), std::string::npos) << mapper.Text();
+}
+
+// The end of a dive: what the disk takes last is sent too.
+TEST_F(Restart, SendsTheLastSubmapOnceASlowDiskHasIt) {
+  HangingDisk disk;
+  Process mapper(config_, &disk);
+  mapper.Drive(30.0, &vehicle_);
+  disk.hangs = true;
+  mapper.node.Finish();
+  mapper.bus.HandleAll();
+  const std::size_t announced = mapper.submaps.size();
+  disk.GoOn();
+  ASSERT_FALSE(mapper.node.IsBusy());
+  mapper.node.SendAll([] {});
+  mapper.bus.HandleAll();
+  EXPECT_GT(mapper.submaps.size(), announced);
+  EXPECT_EQ(mapper.whole.size(), mapper.submaps.size());
+  EXPECT_TRUE(mapper.updates.back().final);
 }
 
 TEST_F(Restart, GoesOnThoughTheFirstStampIsWild) {
