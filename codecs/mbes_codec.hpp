@@ -16,8 +16,8 @@ using MbesOutput = std::variant<MbesPing, SoundVelocityProfile>;
 
 struct MbesCodecParams {
   PartCollectorParams parts;
-  // How far each receiver is rolled in the sonar's frame (positive: it looks to port), by the
-  // number that the sonar gives it. Those beyond the list are not rolled.
+  // Roll angle of each receiver in the sonar's frame (positive: it looks to port), indexed by the
+  // number that the sonar gives it. 0 for receivers beyond the list.
   std::vector<double> head_roll_rad;
 };
 
@@ -27,18 +27,18 @@ class MbesCodec {
  public:
   virtual ~MbesCodec() = default;
 
-  // Pings have the time of the sonar. `recv` orders parts that carry no time; `sender`
-  // distinguishes systems that use the same numbers.
+  // Decodes one payload. Pings have the sonar's time. recv: receive time, which orders parts without a
+  // time. sender: distinguishes sonars that use the same ping numbers.
   virtual std::vector<MbesOutput> Add(Bytes payload, Time recv, std::uint64_t sender) = 0;
-  // What was refused or lost, by cause; the names begin with that of the format.
+  // Counts of rejected and lost data, by reason; the names begin with the format's.
   virtual Counters counters() const = 0;
 };
 
-// Turns the receive angles of a head into the sonar's frame.
+// Converts the receive angles of a ping from the axes of a head to those of the sonar.
 void TurnFromHead(std::size_t head, const std::vector<double>& head_roll_rad, MbesPing* ping);
 
-// What a beam must be to be given on: finite numbers, an angle within half a turn, and behind the
-// transmission if it is valid. Any other keeps its place as zeros.
+// True: the beam has finite numbers, an angle within half a turn, and, if it is valid, a positive
+// travel time. Decoders replace any other beam by zeros.
 bool IsUsable(const MbesBeam& beam);
 
 }  // namespace seastitch
