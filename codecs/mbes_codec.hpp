@@ -16,8 +16,8 @@ using MbesOutput = std::variant<MbesPing, SoundVelocityProfile>;
 
 struct MbesCodecParams {
   PartCollectorParams parts;
-  // How far each receiver is rolled in the sonar's frame (positive: it looks to port), by the
-  // number that the sonar gives it. Those beyond the list are not rolled.
+  // Mounting roll of each receiver in the sonar's frame, by the number of the head; positive: it
+  // looks to port. Heads beyond the list have 0.
   std::vector<double> head_roll_rad;
 };
 
@@ -34,7 +34,7 @@ class MbesCodec {
   virtual Counters counters() const = 0;
 };
 
-// Turns the receive angles of a head into the sonar's frame.
+// Rotates the receive angles of a head into the sonar's frame: subtracts the head's roll.
 void TurnFromHead(std::size_t head, const std::vector<double>& head_roll_rad, MbesPing* ping);
 
 // What a beam must be to be given on: finite numbers, an angle within half a turn, and behind the

@@ -124,7 +124,8 @@ class Stamper {
 
   // device: its own time, UTC with kDevice, else from an arbitrary origin. measuring: minimum time
   // from it to the transmission of the message, such as the travel time of a ping's last echo; it
-  // is added to the minimum delay. Returns nothing where ClockModel::Add() does.
+  // is added to the minimum delay. With kModel it returns nothing where
+  // ClockModel::Add() does.
   std::optional<Time> Stamp(Time device, Time recv, Duration measuring = {});
 
   // Counters of the clock for HEALTH: PREFIX_clock_steps, _clock_settled (1 or 0),
