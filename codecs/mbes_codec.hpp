@@ -16,8 +16,8 @@ using MbesOutput = std::variant<MbesPing, SoundVelocityProfile>;
 
 struct MbesCodecParams {
   PartCollectorParams parts;
-  // Roll angle of each receiver in the sonar's frame (positive: it looks to port), indexed by the
-  // number that the sonar gives it. 0 for receivers beyond the list.
+  // Mounting roll of each receiver in the sonar's frame, by the number of the head; positive: it
+  // looks to port. Heads beyond the list have 0.
   std::vector<double> head_roll_rad;
 };
 
@@ -34,7 +34,7 @@ class MbesCodec {
   virtual Counters counters() const = 0;
 };
 
-// Converts the receive angles of a ping from the axes of a head to those of the sonar.
+// Rotates the receive angles of a head into the sonar's frame: subtracts the head's roll.
 void TurnFromHead(std::size_t head, const std::vector<double>& head_roll_rad, MbesPing* ping);
 
 // True: the beam has finite numbers, an angle within half a turn, and, if it is valid, a positive

@@ -12,7 +12,7 @@
 namespace seastitch {
 
 struct MbesDecoderParams {
-  std::string format = "kmall";  // a line of the table in mbes_decoder.cpp
+  std::string format = "kmall";  // one of MbesFormats()
   ClockParams clock;
   MbesCodecParams codec;
 };
@@ -25,6 +25,8 @@ class MbesDecoder {
   // Throws std::invalid_argument for a format that does not exist.
   explicit MbesDecoder(const MbesDecoderParams& params);
 
+  // Returns the pings and sound speed profiles that the payload completes. sender: as in Datagram;
+  // parts of different senders are not combined.
   std::vector<MbesOutput> Add(Bytes payload, Time recv, std::uint64_t sender = 0);
 
   // mbes_datagram_repeated (the same bytes came a moment before), mbes_ping_unstamped, and those of
@@ -34,11 +36,12 @@ class MbesDecoder {
 
  private:
   bool IsRepeat(Bytes payload);
+  // Sets the ping's utime; false if there is none (ClockModel).
   bool Stamp(Time recv, MbesPing* ping);
 
   std::unique_ptr<MbesCodec> codec_;
   Stamper stamper_;
-  std::deque<std::size_t> recent_;  // hashes of the last payloads
+  std::deque<std::size_t> recent_;  // hashes of the last 64 payloads
   Counters counters_;
 };
 
