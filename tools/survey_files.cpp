@@ -188,7 +188,8 @@ VehicleGeometry VehicleOf(const SurveyPlan& plan) {
   for (std::size_t head = 1; head < heads; ++head)
     vehicle.more_heads.push_back({Centre(*i.TransmitterOf(head)), i.ReceiverOf(head)->At(0)});
   // Attitude and position of one sensor, or of two.
-  if (IsBeside(plan.position_source)) return vehicle;
+  // #SPO is of the reference point already, as #MRZ is.
+  if (IsBeside(plan.position_source) || plan.position_source.starts_with("#SPO")) return vehicle;
   const bool alone = plan.position_source != plan.attitude_source;
   const InstalledSensor* const sensor = ActiveSensor(i, alone);
   if (sensor != nullptr)
