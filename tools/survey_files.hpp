@@ -49,7 +49,8 @@ struct SurveyPlan {
 // MBES_PING or MBES_SOUNDINGS, SVP. All files are read side by side, in order of time; each is held
 // for kReorderS of its records and no more.
 //
-// Attitude is turned into the vehicle's axes; DEPTH is that of the vehicle's reference point.
+// Attitude is turned into the vehicle's axes; DEPTH is that of the vehicle's reference point,
+// height that of the place that positions are of.
 class SurveyFiles {
  public:
   static constexpr double kReorderS = 15.0;
@@ -104,6 +105,7 @@ class SurveyFiles {
   void OnPlaced(const PlacedPing& ping, Bus* bus);
   void PublishIns(const NavigationSample& sample, Bus* bus);
   void PublishDepth(Time t, double depth_m, Bus* bus);
+  void PublishWaterLine(Time t, double height_m, Bus* bus);
 
   std::vector<std::filesystem::path> files_;
   std::vector<std::unique_ptr<SurveyStream>> streams_;
@@ -117,6 +119,8 @@ class SurveyFiles {
   std::optional<Turn> heading_;
   std::optional<GivenVelocity> velocity_;
   Time velocity_time_;
+  std::optional<Eigen::Quaterniond> q_ned_vehicle_;  // the last
+  std::optional<double> depth_m_;
   Coverage attitude_{.max_gap_s = 1.0};
   Coverage position_{.max_gap_s = 2.0};
 };
