@@ -231,7 +231,7 @@ class Mapper {
   double optimizer_heard_s_ = 0.0;   // SensorClocks::witnessed_s() at its last HEALTH
   NavigationWatch watch_;
   GivenWatch given_watch_;
-  std::optional<Time> newest_depth_;
+  VerticalReference vertical_;
   SoundSpeed sound_speed_;
   std::optional<SoundSpeed::Source> sound_speed_source_;  // of the last ping
   PingQueue<MbesPing> pings_;
