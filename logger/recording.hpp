@@ -15,7 +15,8 @@ namespace seastitch {
 // into config/ as well.
 class Recording : public EventSink {
  public:
-  // Opens the next log. Throws std::runtime_error "FILE: reason".
+  // Opens the next log; on a disk that is read-only, with the first event that it takes again.
+  // Throws std::runtime_error "FILE: reason".
   Recording(const DiveFolder& dive, const SplitParams& split, const QuotaParams& quota);
 
   void Write(const LogEvent& event) override;

@@ -82,7 +82,7 @@ class Mapper {
   void Add(const NavigationSample& sample);
   void Add(const MbesPing& ping);
   void Add(const SoundingPing& ping);
-  void Add(const SoundVelocityProfile& profile);
+  void Add(const SoundVelocityProfile& profile) { Know(profile, Time()); }
 
   // The same of a message, whose stamps tell when a clock steps: see SensorClocks.
   template <class Sample>
@@ -92,6 +92,8 @@ class Mapper {
     if (last_nav_ != nav_seen_) nav_came_at_ = clocks_.newest();
     nav_seen_ = last_nav_;
   }
+  // Holds from when it came, not from its own time: see SoundSpeed.
+  void Add(SoundVelocityProfile profile, const MessageStamp& stamp);
   // HEALTH of another process: time that passes while sensors are silent.
   void Hear(const std::string& process, double uptime_s);
 
@@ -180,6 +182,7 @@ class Mapper {
 
   template <class Sample>
   void Navigate(const Sample& sample);
+  void Know(const SoundVelocityProfile& profile, Time said);
   void GiveNav();
   void GeoreferencePings();
   void AddToSubmap(const MbesPing& ping);

@@ -65,6 +65,8 @@ class SensorClocks {
 
   // Of what came last: by its arrival, in the dive's time.
   std::optional<Time> newest() const;
+  // When a channel's newest message came, in the dive's time.
+  Time came_at(SensorChannel channel) const { return Of(channel).era.ReceivedAt(); }
   // What was added to the newest utime of a channel.
   Duration offset(SensorChannel channel) const { return Of(channel).era.utime_offset; }
 
