@@ -178,8 +178,13 @@ void Mapper::Add(const SoundingPing& ping) {
   GeoreferencePings();
 }
 
-void Mapper::Add(const SoundVelocityProfile& profile) {
-  if (!sound_speed_.Add(profile)) return Count("svp_unusable");
+void Mapper::Add(SoundVelocityProfile profile, const MessageStamp& stamp) {
+  profile.time = clocks_.InDiveTime(SensorChannel::kSvp, profile.time, stamp);
+  Know(profile, clocks_.came_at(SensorChannel::kSvp));
+}
+
+void Mapper::Know(const SoundVelocityProfile& profile, Time said) {
+  if (!sound_speed_.Add(profile, said)) return Count("svp_unusable");
   events_.emplace_back(JournalEntry(profile));
 }
 
