@@ -61,9 +61,9 @@ ParameterTable& DeclareDevice(const char* name,
   section
       .Add("source",
            &device->source,
-           "udp:HOST:PORT (options as for the sonar), serial:/dev/ttyUSB0?baud=4800 or, of an INS "
-           "on "
-           "CAN, can:can0; several instruments may have the same. Empty: there is none.")
+           "udp:HOST:PORT (options as for the sonar), tcp:HOST:PORT, serial:/dev/ttyUSB0?baud=4800 "
+           "or, of an INS on CAN, can:can0; several instruments may have the same. Empty: there is "
+           "none.")
       .DataSheet();
   section.Add("timeout_s",
               &device->timeout_s,
