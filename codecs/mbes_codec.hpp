@@ -21,7 +21,7 @@ struct MbesCodecParams {
   std::vector<double> head_roll_rad;
 };
 
-// The data format of one maker's sonar: UDP payloads to pings. One pair of files a format, and one
+// The data format of one maker's sonar: datagrams, or pieces of a stream, to pings. One pair of files a format, and one
 // line in mbes_decoder.cpp.
 class MbesCodec {
  public:

@@ -7,7 +7,7 @@
 
 namespace seastitch {
 
-// A driver of a device that sends UDP datagrams.
+// A driver of a device that sends UDP datagrams, or a stream of bytes that comes in pieces.
 class DatagramDriver : public DeviceDriver {
  public:
   DatagramDriver(const std::string& name,
@@ -23,7 +23,7 @@ class DatagramDriver : public DeviceDriver {
   virtual bool Decode(const Datagram& datagram) = 0;
 };
 
-// Runs a driver on its socket until a signal.
+// Runs a driver on its source until a signal.
 int RunDatagramDriver(DatagramDriver* driver, const DriverParams& params, EventLoop* loop);
 
 }  // namespace seastitch

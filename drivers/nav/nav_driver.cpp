@@ -61,7 +61,7 @@ ParameterTable& DeclareDevice(const char* name,
   section
       .Add("source",
            &device->source,
-           "URL of its bytes: udp:HOST:PORT (options as for the sonar), "
+           "URL of its bytes: udp:HOST:PORT (options as for the sonar), tcp:HOST:PORT, "
            "serial:/dev/ttyUSB0?baud=4800 "
            "or, for an INS on CAN, can:can0. Several instruments may share one. Empty: no such "
            "instrument.")

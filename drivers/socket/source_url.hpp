@@ -25,7 +25,7 @@ struct SourceUrl {
 // Throws std::runtime_error "TEXT: reason", also for an option that is not among those allowed.
 SourceUrl ParseSourceUrl(const std::string& text, const std::set<std::string>& allowed_options);
 
-// Of udp:HOST:PORT. Throws std::runtime_error "TEXT: reason".
+// Of udp:HOST:PORT or tcp:HOST:PORT. Throws std::runtime_error "TEXT: reason".
 struct HostPort {
   std::string host;
   std::uint16_t port = 0;
@@ -43,7 +43,7 @@ SenderGate GateOf(const SourceUrl& url);
 int BaudOf(const SourceUrl& url);
 
 // What a driver can read from.
-enum class SourceKind : std::uint8_t { kCan, kDatagrams, kBytes };
+enum class SourceKind : std::uint8_t { kCan, kDatagrams, kStream, kBytes };
 
 // Throws std::runtime_error "TEXT: reason" for a URL that can never be opened by such a driver,
 // whichever devices and interfaces come.
