@@ -18,7 +18,8 @@ class ImuCodec {
   // Adds a frame. Returns the epoch that it completes, or the previous epoch if it begins a new
   // one.
   virtual std::optional<ImuSample> Add(const CanFrame& frame, Time recv) = 0;
-  // Call it at the end of a log: returns the last epoch if it is complete.
+  // Call it at the end of a log: returns the open epoch if it has its inertial
+  // part.
   virtual std::optional<ImuSample> Finish() { return std::nullopt; }
   // Receive stamp of the last frame of the last returned epoch.
   virtual Time epoch_recv() const = 0;
