@@ -7,7 +7,7 @@
 
 namespace seastitch {
 
-// A driver of a device that sends UDP datagrams, or a stream of bytes that comes in pieces.
+// Base class of drivers of a device that sends UDP datagrams, or a byte stream in pieces (TCP).
 class DatagramDriver : public DeviceDriver {
  public:
   DatagramDriver(const std::string& name,
@@ -16,7 +16,7 @@ class DatagramDriver : public DeviceDriver {
                  Bus* bus)
       : DeviceDriver(name, raw_channel, params.source, params, bus) {}
 
-  // Publishes the bytes, then decodes them. Gives whether they are the device's.
+  // Publishes the bytes, then decodes them. Returns whether they could be decoded.
   bool Feed(const Datagram& datagram);
 
  protected:

@@ -42,11 +42,11 @@ SenderGate GateOf(const SourceUrl& url);
 // std::runtime_error "TEXT: reason" for a rate that there is not.
 int BaudOf(const SourceUrl& url);
 
-// What a driver can read from.
+// Kinds of sources that a driver can read.
 enum class SourceKind : std::uint8_t { kCan, kDatagrams, kStream, kBytes };
 
-// Throws std::runtime_error "TEXT: reason" for a URL that can never be opened by such a driver,
-// whichever devices and interfaces come.
+// Throws std::runtime_error "TEXT: reason" if the URL is invalid or of another kind. Devices and
+// interfaces need not exist.
 void ExpectUsable(const std::string& text, SourceKind kind);
 
 }  // namespace seastitch
