@@ -48,6 +48,8 @@ std::optional<std::vector<NavigationRecord>> DecodeEmNetworkAttitude(const EmDat
 std::optional<NavigationRecord> DecodeEmP(const EmDatagram& datagram,
                                           const SonarInstallation& installation);
 
+// h: the water line's height, as the sonar made it of what its positioning system states.
+std::optional<NavigationRecord> DecodeEmHeight(const EmDatagram& datagram);
 std::optional<SoundVelocityProfile> DecodeEmU(const EmDatagram& datagram);
 std::optional<std::vector<SurfaceSoundSpeed>> DecodeEmG(const EmDatagram& datagram);
 

@@ -16,12 +16,12 @@ using MbesOutput = std::variant<MbesPing, SoundVelocityProfile>;
 
 struct MbesCodecParams {
   PartCollectorParams parts;
-  // Roll angle of each receiver in the sonar's frame (positive: it looks to port), indexed by the
-  // number that the sonar gives it. 0 for receivers beyond the list.
+  // Mounting roll of each receiver in the sonar's frame, by the number of the head; positive: it
+  // looks to port. Heads beyond the list have 0.
   std::vector<double> head_roll_rad;
 };
 
-// The data format of one maker's sonar: UDP payloads to pings. One pair of files a format, and one
+// The data format of one maker's sonar: datagrams, or pieces of a stream, to pings. One pair of files a format, and one
 // line in mbes_decoder.cpp.
 class MbesCodec {
  public:
@@ -34,7 +34,7 @@ class MbesCodec {
   virtual Counters counters() const = 0;
 };
 
-// Converts the receive angles of a ping from the axes of a head to those of the sonar.
+// Rotates the receive angles of a head into the sonar's frame: subtracts the head's roll.
 void TurnFromHead(std::size_t head, const std::vector<double>& head_roll_rad, MbesPing* ping);
 
 // True: the beam has finite numbers, an angle within half a turn, and, if it is valid, a positive

@@ -59,6 +59,7 @@ struct NavigationRecord {
   std::optional<Eigen::Vector2d> grid_north_east_m;  // in a map grid that the source does not name
   std::optional<double> depth_m;                     // below the water line
   std::optional<double> height_m;                    // above the ellipsoid
+  std::optional<double> water_line_height_m;         // the same, of the water line
   std::optional<double> heave_m;                     // positive down
   std::optional<Attitude> attitude;
   // Instead of `attitude`, from sensors or messages that have only a part of it.

@@ -7,7 +7,7 @@
 
 namespace seastitch {
 
-// A driver of a device that sends UDP datagrams.
+// Base class of drivers of a device that sends UDP datagrams, or a byte stream in pieces (TCP).
 class DatagramDriver : public DeviceDriver {
  public:
   DatagramDriver(const std::string& name,
@@ -16,14 +16,14 @@ class DatagramDriver : public DeviceDriver {
                  Bus* bus)
       : DeviceDriver(name, raw_channel, params.source, params, bus) {}
 
-  // Publishes the bytes, then decodes them. Gives whether they are the device's.
+  // Publishes the bytes, then decodes them. Returns whether they could be decoded.
   bool Feed(const Datagram& datagram);
 
  protected:
   virtual bool Decode(const Datagram& datagram) = 0;
 };
 
-// Runs a driver on its socket until a signal.
+// Runs a driver on its source until a signal.
 int RunDatagramDriver(DatagramDriver* driver, const DriverParams& params, EventLoop* loop);
 
 }  // namespace seastitch

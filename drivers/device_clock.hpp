@@ -10,24 +10,27 @@
 
 namespace seastitch {
 
-// Whose clock a measurement's utime comes from.
+// The clock of `utime`, the time of a measurement in UTC.
 enum class DeviceClock : std::uint8_t {
-  kDevice,   // the device stamps in UTC (its clock is disciplined)
-  kModel,    // the device's clock, mapped to ours by a ClockModel
-  kReceive,  // the kernel's receive stamp less latency_s
+  kDevice,   // the device's own, which must be UTC (disciplined by GNSS, PPS or NTP)
+  kModel,    // the device's, mapped to the computer's clock by a ClockModel
+  kReceive,  // the kernel's receive stamp minus latency_s
 };
 
 struct ClockParams {
   DeviceClock clock = DeviceClock::kDevice;
-  // From measurement to our receive stamp. With kReceive: always; with kModel: at the least.
+  // From the measurement to the receive stamp: with kReceive the constant delay, with kModel the
+  // minimum delay. With kDevice only for messages without a time.
   double latency_s = 0.0;
   Time FromReceive(Time recv) const { return recv - FromSeconds(latency_s); }
 };
 
-// A 32-bit counter to a time that does not wrap: the one nearest to what has passed on our clock.
+// Unwraps a 32-bit counter of ticks. The number of wraps is the one that agrees best with the time
+// elapsed on the computer's clock.
 class WrappingCounter {
  public:
   explicit WrappingCounter(double tick_s) : tick_s_(tick_s) {}
+  // Time since the counter was 0, for the first call without wraps.
   Duration Unwrap(std::uint32_t count, Time recv);
 
  private:
@@ -36,20 +39,21 @@ class WrappingCounter {
   std::optional<Time> last_recv_;
 };
 
-// The straight line that lies below every point and nearest to them all: the edge of their lower
-// convex hull over their mean (Moon, Skelly and Towsley 1999). Of the points of a second the lowest
-// is kept, for a minute: where x is a device's time and y how far our receive stamps lie behind it,
-// points are never below the true line, for transport only ever delays.
+// The straight line below a set of points with the least sum of vertical distances: the edge of
+// their lower convex hull that spans the mean x (Moon, Skelly, Towsley: Estimation and removal of
+// clock skew from network delay measurements, 1999). It keeps the points of the last 60 s, the
+// lowest of each second. With x the device's time and y = receive stamp minus device time, no point
+// is below the true line, because transport only adds delay.
 class LowerEnvelope {
  public:
-  // slope: until the points span enough to tell it.
+  // slope: used until the points span 20 s.
   explicit LowerEnvelope(double slope = 0.0) : slope_(slope) {}
-  // x: seconds, rising; a point of an older second is not used.
+  // x, y: seconds. A point of an earlier second than the newest is ignored.
   void Add(double x, double y);
   double At(double x) const { return intercept_ + slope_ * x; }
   double slope() const { return slope_; }
   double span() const { return points_.empty() ? 0.0 : points_.back().x - points_.front().x; }
-  // Mean height of the kept points above the line: how well they agree on where it lies.
+  // Mean height of the kept points above the line [s].
   double spread() const;
 
  private:
@@ -61,38 +65,42 @@ class LowerEnvelope {
   double HullSlope() const;
   double AboveSlope(const Point& p) const { return p.y - slope_ * p.x; }
 
-  std::deque<Point> points_;  // one a second
+  std::deque<Point> points_;  // one per second
   double slope_;
   double intercept_ = 0.0;
 };
 
-// How a device's clock runs against ours, learned from when its messages came in. Knows only the
-// stamps it is given: a log played again gives the same.
+// Offset and drift of the computer's clock with respect to a device's clock, estimated from the
+// receive stamps of its messages. It reads no clock: a replay of a log gives the same values.
 class ClockModel {
  public:
-  // least_delay_s: from the device's stamp to our receive stamp; cannot be learned.
+  // least_delay_s: minimum delay from the device's stamp to the receive stamp, which is not
+  // observable.
   explicit ClockModel(double least_delay_s) : least_delay_s_(least_delay_s) {}
 
-  // A message that the device stamped `device` (any zero) was received. Gives that instant on our
-  // clock; nothing while it is open whether a clock stepped or the transport stalls.
+  // Adds a message. device: its stamp by the device's clock, from an arbitrary origin. Returns that
+  // instant on the computer's clock. Returns nothing for a message more than 0.5 s late, while it
+  // is undecided (2 s and 10 messages) whether a clock stepped or the transport stalls.
   std::optional<Time> Add(Duration device, Time recv);
 
-  // Of either clock, since it was settled.
+  // Steps of either clock, counted while settled().
   std::int64_t steps() const { return steps_; }
-  // False at first and after a step, until the drift can be told: 20 s.
+  // True when the drift is estimated: from 20 s after the start or a step.
   bool settled() const;
-  double offset_s() const { return offset_s_; }  // our clock less the device's, now
+  double offset_s() const { return offset_s_; }  // computer's minus device's, last
+  // Rate of offset_s(); positive: the computer's clock is faster.
   double drift_ppm() const { return now_ ? 1e6 * now_->lag.slope() : 0.0; }
-  double error_s() const { return now_ ? now_->lag.spread() : 0.0; }  // beyond the least delay
+  // Mean of the least delay of each second, above the minimum delay.
+  double error_s() const { return now_ ? now_->lag.spread() : 0.0; }
 
  private:
-  // What the messages say as long as no clock steps.
+  // The estimate between two clock steps.
   struct Era {
     Duration device_zero;
     Duration lag_zero;
     Time began;
     int messages = 0;
-    LowerEnvelope lag;  // of our receive stamps behind the device's time
+    LowerEnvelope lag;  // receive stamp minus device time
 
     double X(Duration device) const { return ToSeconds(device - device_zero); }
     double Y(Duration device, Time recv) const;
@@ -109,17 +117,19 @@ class ClockModel {
   std::int64_t steps_ = 0;
 };
 
-// The utime of what a device measured, by the clock that the configuration names.
+// Computes the utime of measurements by the clock that the configuration names.
 class Stamper {
  public:
   explicit Stamper(const ClockParams& params) : params_(params), model_(params.latency_s) {}
 
-  // device: its own time, in UTC with kDevice, else with any zero. `measuring`: what must have
-  // passed from it until anything could be sent. Nothing: see ClockModel.
+  // device: its own time, UTC with kDevice, else from an arbitrary origin. measuring: minimum time
+  // from it to the transmission of the message, such as the travel time of a ping's last echo; it
+  // is added to the minimum delay. With kModel it returns nothing where
+  // ClockModel::Add() does.
   std::optional<Time> Stamp(Time device, Time recv, Duration measuring = {});
 
-  // How good the clock is, for HEALTH: PREFIX_clock_steps, _clock_settled (1 or 0),
-  // _clock_offset_us (ours less the device's), _clock_drift_ppb, _clock_error_us.
+  // Counters of the clock for HEALTH: PREFIX_clock_steps, _clock_settled (1 or 0),
+  // _clock_offset_us, _clock_drift_ppb, _clock_error_us, as in ClockModel. Empty with kReceive.
   Counters Figures(const std::string& prefix) const;
 
  private:

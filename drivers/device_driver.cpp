@@ -10,7 +10,11 @@ namespace seastitch {
 void DeclareDevice(std::string* device,
                    const std::vector<std::string>& names,
                    ParameterTable* table) {
-  table->AddChoice("device", device, names, "Data format of the device. Each has further keys.")
+  table
+      ->AddChoice("device",
+                  device,
+                  names,
+                  "Data format of the device. The keys below belong to the format named here.")
       .DataSheet();
 }
 
@@ -18,16 +22,18 @@ void DeclareDriver(DriverParams* params, ParameterTable* table) {
   table
       ->Add("source",
             &params->source,
-            "Source of the bytes: can:can0, candump:FILE?speed=1, or udp:HOST:PORT (0.0.0.0 "
+            "Source of the bytes: can:can0, candump:FILE?speed=1, udp:HOST:PORT (0.0.0.0 "
             "listens; a cannelloni gateway for CAN; ?interface=eth1 chooses the interface of "
-            "a multicast group; ?from=10.0.0.5,10.0.0.6 names the senders).")
+            "a multicast group; ?from=10.0.0.5,10.0.0.6 names the senders) or, of a sonar that "
+            "serves its data, tcp:HOST:PORT.")
       .DataSheet()
       .Required();
   table->Add("receive_buffer_bytes",
              &params->receive_buffer_bytes,
              Unit::kByte,
              Range::Within(65'536, 256 * 1024 * 1024),
-             "Receive buffer of the socket. net.core.rmem_max must allow it.");
+             "Receive buffer of the socket, at most net.core.rmem_max. Increase it when "
+             "can_frames_dropped or udp_dropped rises.");
   table->Add("timeout_s",
              &params->timeout_s,
              Unit::kSecond,
@@ -52,9 +58,10 @@ void DeclareClock(ClockParams* params, bool has_clock, ParameterTable* table) {
               {{"device", DeviceClock::kDevice},
                {"model", DeviceClock::kModel},
                {"receive", DeviceClock::kReceive}},
-              "Clock that stamps the measurements. device: the device's own, in UTC; model: the "
-              "device's counter, mapped to UTC by the arrival of its messages; receive: the "
-              "receive stamp less latency_s.")
+              "Clock of utime, the time of a measurement. device: the device's own time, which "
+              "must be UTC; model: the device's clock or counter, mapped to the computer's clock "
+              "by a model of offset and drift; receive: the kernel's receive stamp minus "
+              "latency_s.")
           .DataSheet();
   if (!has_clock)
     table->AddRule(clock, "receive: this device sends no time of measurement", [params] {
@@ -64,8 +71,9 @@ void DeclareClock(ClockParams* params, bool has_clock, ParameterTable* table) {
              &params->latency_s,
              Unit::kSecond,
              Range::AtLeast(0.0).Below(10.0),
-             "Delay from the measurement (of a sonar with clock: model from the last echo) to "
-             "its arrival. With clock: model the least such delay.");
+             "Delay from the measurement to its reception, subtracted from the receive stamp. With "
+             "clock: model the minimum delay (of a multibeam ping from the last echo). With clock: "
+             "device used only for messages without a time.");
 }
 
 std::string DeviceIn(const std::string& path, const std::vector<std::string>& names) {

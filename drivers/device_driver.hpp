@@ -18,29 +18,34 @@
 namespace seastitch {
 
 struct DriverParams {
-  std::string source;                           // URL, see can_source.hpp and udp_socket.hpp
-  int receive_buffer_bytes = 16 * 1024 * 1024;  // a sonar's ping may be 400 kB in one burst
-  double timeout_s = 5.0;                       // without data: lost
+  std::string source;                           // URL, see can_source.hpp and byte_source.hpp
+  int receive_buffer_bytes = 16 * 1024 * 1024;  // a sonar sends pings of 400 kB in bursts
+  double timeout_s = 5.0;                       // HEALTH says lost after it without data
 };
-// What the files of all drivers have.
+// Declares `device`, the data format of the device. names: its allowed values.
 void DeclareDevice(std::string* device,
                    const std::vector<std::string>& names,
                    ParameterTable* table);
+// Declares the keys of DriverParams.
 void DeclareDriver(DriverParams* params, ParameterTable* table);
-// Throws ConfigError "FILE: source: ..." for one that this driver can never open.
+// Throws ConfigError "FILE: source: ..." if the URL is invalid or of a kind that this driver does
+// not read.
 void CheckSource(const std::string& config_file, const DriverParams& params, SourceKind kind);
-// has_clock: the device sends the time of its measurements.
+// Declares `clock` and `latency_s`. has_clock: the device sends the time of its measurements; if
+// not, only `clock: receive` is allowed.
 void DeclareClock(ClockParams* params, bool has_clock, ParameterTable* table);
 
-// Which device a file is for; the first where it names none. Throws ConfigError.
+// The value of `device` in a configuration file; names.front() if the key is absent. Throws
+// ConfigError.
 std::string DeviceIn(const std::string& path, const std::vector<std::string>& names);
 
-// What every driver has, whatever its transport: the raw bytes, counters, health. CanDriver and
-// DatagramDriver feed it, the device's own part decodes and publishes.
+// Base class of all drivers: publishes the raw bytes, counters and health. CanDriver and
+// DatagramDriver derive from it and read the transport; the class of a device derives from one of
+// these, decodes, and publishes the measurements.
 class DeviceDriver {
  public:
-  // name: the process, such as "imu-driver". raw_channel: such as channels::kRawCan. raw_source:
-  // what its messages are said to be of.
+  // name: of the process, such as "imu-driver". raw_channel: such as channels::kRawCan. raw_source:
+  // value of the field `source` in the raw messages.
   DeviceDriver(const std::string& name,
                const std::string& raw_channel,
                const std::string& raw_source,
@@ -50,8 +55,9 @@ class DeviceDriver {
   DeviceDriver(const DeviceDriver&) = delete;
   DeviceDriver& operator=(const DeviceDriver&) = delete;
 
-  // Copies every counter into HEALTH and says whether data still come. Call it once a second.
-  // trouble, refusal: of the source (CanSource).
+  // Copies all counters into HEALTH and sets its state: ok, degraded, or lost after timeout_s
+  // without data. Call it once a second. now: monotonic. trouble: why the source cannot be read;
+  // refusal: the last sender whose datagrams were dropped; both for people, empty if none.
   virtual void UpdateHealth(const Counters& source,
                             DeviceWatch::Clock::time_point now,
                             const std::string& trouble = "",
@@ -60,19 +66,20 @@ class DeviceDriver {
   virtual Counters decoder_counters() const = 0;
   virtual Counters clock_figures() const = 0;
 
-  // Runs until a signal or loop->Stop(). feed: when fd is readable.
+  // Runs until a signal or loop->Stop(); returns the exit status. Calls feed when fd is readable,
+  // and update_health once a second.
   int Run(int fd,
           const std::function<void()>& feed,
           const std::function<void()>& update_health,
           EventLoop* loop);
 
  protected:
-  // In parts where the bytes are many.
+  // Publishes the bytes, split into several messages above 50 kB.
   void PublishRaw(const std::vector<std::uint8_t>& bytes, Time recv);
-  std::int64_t raw_seq() const { return raw_seq_; }  // of the next
-  // For each message published.
+  std::int64_t raw_seq() const { return raw_seq_; }  // of the next raw message
+  // Call it for each message that the device's part published: the device is alive.
   void OnPublished(const std::string& stream);
-  // The same, for one that does not show that the device is alive.
+  // The same, for a message that is no proof of life, such as a sound speed profile.
   void OnSidePublished(const std::string& stream) { health_.Tick(stream); }
 
   Bus* bus_;

@@ -10,8 +10,8 @@
 
 namespace seastitch {
 
-// Reports in HEALTH whether a device gives data: starting until the first come, lost after a
-// silence, and whether its source can be used.
+// Sets the state of HEALTH: starting until the first data, lost after timeout_s without data, and
+// the faults of the source.
 class DeviceWatch {
  public:
   using Clock = std::chrono::steady_clock;
@@ -22,14 +22,15 @@ class DeviceWatch {
   void OnData();
   // Call it regularly. trouble: why the source cannot be used, for people; empty where it can.
   void Check(Clock::time_point now, const std::string& trouble);
-  // Datagrams of other senders so far, and of whom the last came: a fault for 10 s after it.
+  // refused: datagrams of other senders so far; refusal: the last of these senders. A fault is
+  // reported for 10 s after each.
   void CheckSenders(Clock::time_point now, std::int64_t refused, const std::string& refusal);
 
  private:
   double timeout_s_;
   Health* health_;
   bool data_since_check_ = false;
-  std::optional<Clock::time_point> last_data_;  // to the period of Check()
+  std::optional<Clock::time_point> last_data_;  // with the resolution of the period of Check()
   std::int64_t refused_ = 0;
   Clock::time_point refused_at_;
 };

@@ -90,7 +90,7 @@ class Mapper {
   void Add(const NavigationSample& sample);
   void Add(const MbesPing& ping);
   void Add(const SoundingPing& ping);
-  void Add(const SoundVelocityProfile& profile);
+  void Add(const SoundVelocityProfile& profile) { Know(profile, Time()); }
 
   // Adds a sample that came in a message, after its time is corrected for steps of the sensor's and
   // the computer's clock: see SensorClocks.
@@ -101,6 +101,8 @@ class Mapper {
     if (last_nav_ != nav_seen_) nav_came_at_ = clocks_.newest();
     nav_seen_ = last_nav_;
   }
+  // The profile is used from its message's time on, not from the profile's own: see SoundSpeed.
+  void Add(SoundVelocityProfile profile, const MessageStamp& stamp);
   // Heartbeat (HEALTH) of any process, with the seconds since its start: a clock that does not step
   // and goes on while the sensors are silent. See SensorClocks.
   void Hear(const std::string& process, double uptime_s);
@@ -196,6 +198,7 @@ class Mapper {
 
   template <class Sample>
   void Navigate(const Sample& sample);
+  void Know(const SoundVelocityProfile& profile, Time said);
   void GiveNav();
   void GeoreferencePings();
   void AddToSubmap(const MbesPing& ping);
@@ -231,7 +234,7 @@ class Mapper {
   double optimizer_heard_s_ = 0.0;   // SensorClocks::witnessed_s() at its last HEALTH
   NavigationWatch watch_;
   GivenWatch given_watch_;
-  std::optional<Time> newest_depth_;
+  VerticalReference vertical_;
   SoundSpeed sound_speed_;
   std::optional<SoundSpeed::Source> sound_speed_source_;  // of the last ping
   PingQueue<MbesPing> pings_;

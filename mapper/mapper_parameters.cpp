@@ -33,6 +33,35 @@ void DeclareFiles(MapperConfig* c, ParameterTable* table) {
   table->AddRemoved("survey_dir", "submaps go into a folder of each dive: name dives_dir");
 }
 
+void DeclareHeights(MapperConfig* c, ParameterTable* table) {
+  ParameterTable& section = table->AddSection(
+      "ellipsoid_heights",
+      "Heights above the WGS 84 ellipsoid (of the INS, an SBET, a survey file) in place of a water "
+      "level: the water line is where depth and height agree, the median of a minute.");
+  VerticalReferenceParams* const p = &c->vertical;
+  section
+      .Add("use",
+           &p->by_heights,
+           "True: depths count from the zero that the next two keys state, by heights. Until the "
+           "first height there is no depth.")
+      .DataSheet();
+  section
+      .Add(
+          "separation_m",
+          &p->separation_m,
+          Unit::kMetre,
+          Range::Within(-1000.0, 1000.0),
+          "Height of the zero of depth (chart datum, or a geoid) above the ellipsoid, positive up. "
+          "0: depths count from the ellipsoid.")
+      .DataSheet();
+  section
+      .Add("separation_grid",
+           &c->separation_file,
+           "The same by place, in place of separation_m: ESRI ASCII grid in degrees of longitude "
+           "and latitude. Empty: none.")
+      .DataSheet();
+}
+
 void DeclareMounting(MapperConfig* c, ParameterTable* table) {
   table
       ->Add("sonar_mounting_sigma_m",
@@ -453,6 +482,7 @@ void DeclareRegistration(LoopCloserParams* p, ParameterTable* table) {
 ParameterTable TableOf(MapperConfig* c) {
   ParameterTable table;
   DeclareFiles(c, &table);
+  DeclareHeights(c, &table);
   DeclareMounting(c, &table);
   DeclareNavigation(&c->navigation, &table);
   DeclareGivenNavigation(c, &table);

@@ -72,6 +72,8 @@ class SensorClocks {
 
   // Now, in dive time: arrival (recv) of the newest message, plus the time by HEALTH since then.
   std::optional<Time> newest() const;
+  // Arrival (recv) of a channel's newest message, in dive time.
+  Time came_at(SensorChannel channel) const { return Of(channel).era.ReceivedAt(); }
   // Correction added to the utime of a channel's last message.
   Duration offset(SensorChannel channel) const { return Of(channel).era.utime_offset; }
 

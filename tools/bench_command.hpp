@@ -16,8 +16,8 @@ struct BenchOptions {
   std::filesystem::path
       config_dir;             // vehicle.yaml and the drivers' files: both sides agree on these
   std::filesystem::path log;  // empty: device bytes are sent live
-  // With log: the same survey by an INS that navigates by itself, as a .kmall, .all or .s7k; empty:
-  // none.
+  // With log: also writes the survey as a .kmall, .all or .s7k file with the navigation of an INS;
+  // empty: none.
   std::filesystem::path survey_file;
   double speed = 1.0;
   // Live: when second 0 of the survey is, by the devices' clocks: "2026-01-01T00:00:00Z", or "now".

@@ -10,15 +10,16 @@
 
 namespace seastitch {
 
-// Front end of one dive of several, from sensors to submaps: a mapper with the vehicle and
-// navigation of that dive, which registers nothing. Its output goes to the mapper that all dives
-// share.
+// Processing of one dive when several dives are mapped together: dead reckoning, georeferencing and
+// building of submaps, with the vehicle configuration of that dive, and without registration.
+// Closed submaps go to the mapper that all dives share, which registers them.
 class DiveFront {
  public:
+  // Callbacks: for each closed submap, with its dead-reckoning edges; for each NavState.
   using GiveSubmap = std::function<void(Submap, Mapper::OfDive)>;
   using GiveNav = std::function<void(const NavState&)>;
 
-  // chain: its number; first_id: of its first submap among those of all dives.
+  // chain: number of the dive. first_id: id of its first submap; ids are unique among all dives.
   DiveFront(MapperConfig config,
             std::int32_t chain,
             std::int32_t first_id,
@@ -27,12 +28,12 @@ class DiveFront {
   DiveFront(const DiveFront&) = delete;
   DiveFront& operator=(const DiveFront&) = delete;
 
-  // Bus for the messages of the sensors.
+  // Publish the sensors' messages on this bus.
   Bus* bus() { return &bus_; }
   MapperNode& mapper() { return mapper_; }
-  // Gives what is left.
+  // Closes the last submap and passes it on.
   void Finish();
-  // The id after that of its last submap.
+  // First id for the next dive; valid after Finish().
   std::int32_t next_id() const { return next_id_; }
 
  private:
@@ -49,7 +50,7 @@ class DiveFront {
   std::int32_t next_id_;
   const GiveSubmap give_submap_;
   const GiveNav give_nav_;
-  std::optional<Closed> closed_;  // waits for its edges
+  std::optional<Closed> closed_;  // its edges come in a later message
   Bus bus_{"memq://"};
   InlineWorker worker_;
   MapperNode mapper_;

@@ -96,8 +96,8 @@ LiveSystem::Listener::Listener(const std::string& url) : bus_(url) {
   });
 }
 
-bool LiveSystem::Listener::WaitUntil(const std::function<bool()>& done, seconds patience) {
-  const auto deadline = steady_clock::now() + patience;
+bool LiveSystem::Listener::WaitUntil(const std::function<bool()>& done, seconds timeout) {
+  const auto deadline = steady_clock::now() + timeout;
   // What is on its way already counts: listens before it judges.
   for (int i = 0; i < 10 || !done(); ++i) {
     if (steady_clock::now() > deadline) return false;

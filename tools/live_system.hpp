@@ -17,9 +17,10 @@
 
 namespace seastitch {
 
-// The six processes of a vehicle beside us, on an LCM URL of their own and free ports of the
-// loopback interface. In OUT: config/ (the shipped one, made for the survey), dives/, log/ (what
-// each process printed).
+// Runs six processes of a vehicle as child processes: three drivers (IMU, DVL, sonar), mapper,
+// optimizer, logger. They use their own LCM URL and free UDP ports of the loopback interface.
+// Folders in OUT: config/ (shipped files, adapted to the simulated survey), dives/, log/ (output of
+// each process).
 class LiveSystem {
  public:
   // Starts them. Throws std::runtime_error.
@@ -27,32 +28,35 @@ class LiveSystem {
 
   const std::filesystem::path& config_dir() const { return config_; }
   std::filesystem::path dives_dir() const { return out_ / "dives"; }
-  // What the logger wrote.
+  // Folder of the newest dive.
   std::filesystem::path dive() const;
   const bench::LiveTargets& targets() const { return targets_; }
   std::vector<std::string> names() const;
 
-  // These throw std::runtime_error where a process does not do its part.
+  // These throw std::runtime_error if a process ends, or does not answer in time (20 s; 60 s to
+  // stop).
   void WaitUntilUp();
-  // While the survey runs: hears the bus, so that its buffer does not fill.
+  // Call it several times a second while the survey runs: handles received messages, so that the
+  // receive buffer does not overflow.
   void Poll();
-  // What processes said that was lost on its way to them: " mapper imu_lost 3"; empty: nothing.
+  // Losses of received messages that processes reported in HEALTH: " mapper imu_lost 3"; empty:
+  // none.
   std::string Lost() const;
-  // Drivers first, so that the mapper has all there is; then the mapper, which closes its last
-  // submap; the optimizer when it has answered; the logger last.
+  // Stops the drivers first; then the mapper, which closes its last submap; the optimizer when it
+  // has solved the last graph version; the logger last.
   void Stop();
 
   // kill -9.
   void Kill(const std::string& name);
-  // As the service manager does it: with a runtime directory that outlives the process.
+  // Starts a process as systemd does: with a runtime directory that is kept after the process ends.
   void Start(const std::string& name);
 
  private:
-  // What we hear on the bus: who is alive, and how far the graph is solved.
+  // Follows the bus: processes that sent HEALTH, last version of the graph and of its solution.
   class Listener {
    public:
     explicit Listener(const std::string& url);
-    bool WaitUntil(const std::function<bool()>& done, std::chrono::seconds patience);
+    bool WaitUntil(const std::function<bool()>& done, std::chrono::seconds timeout);
     void HandleAll() { bus_.HandleAll(); }
     std::size_t alive() const { return alive_.size(); }
     bool solved() const { return solved_ >= mapped_; }
@@ -62,8 +66,8 @@ class LiveSystem {
     Bus bus_;
     std::set<std::string> alive_;
     std::map<std::string, std::int64_t> lost_;  // by process and counter
-    std::int64_t mapped_ = 0;
-    std::int64_t solved_ = 0;
+    std::int64_t mapped_ = 0;                   // last version of the graph
+    std::int64_t solved_ = 0;                   // last version that is solved
   };
 
   void CheckRunning();

@@ -5,13 +5,13 @@
 
 namespace seastitch {
 
-// The folder that a command leaves its files in. Until it is done they stand in a folder of their
-// own: OUT.partial, which Publish() renames; or, where OUT is there already, OUT/.partial, whose
-// files and folders Publish() puts in place of those of the same name, report.json last. A command
-// that fails, or is interrupted, leaves OUT as it was.
+// Output folder of a command. Files are written to a temporary folder first: OUT.partial, which
+// Publish() renames to OUT; or, if OUT exists, OUT/.partial, whose files and folders Publish()
+// moves to OUT, replacing those of the same name, report.json last. A command that fails or is
+// interrupted leaves OUT unchanged.
 class OutputFolder {
  public:
-  // That products may have, and Publish() replaces as a whole.
+  // Folders of products; Publish() replaces each as a whole.
   static constexpr std::array<const char*, 3> kFolders{"config", "export", "submaps"};
 
   // Makes it, and the folders above, and removes what an earlier command that was killed left
@@ -22,7 +22,7 @@ class OutputFolder {
   OutputFolder(const OutputFolder&) = delete;
   OutputFolder& operator=(const OutputFolder&) = delete;
 
-  // To be written to.
+  // The temporary folder, to write to.
   const std::filesystem::path& path() const { return partial_; }
   // Throws std::runtime_error "FOLDER: reason".
   void Publish();

@@ -16,7 +16,7 @@
 
 namespace seastitch {
 
-// The drivers' configurations; empty: of a driver that recorded nothing.
+// Configuration files of the drivers; empty for a driver that recorded nothing.
 struct DriverFiles {
   std::filesystem::path imu;
   std::filesystem::path dvl;
@@ -24,7 +24,7 @@ struct DriverFiles {
   std::filesystem::path nav;
 };
 
-// Which drivers recorded raw bytes, by "CHANNEL/source".
+// Drivers that recorded raw bytes, by "CHANNEL/source".
 struct RawSources {
   explicit RawSources(const std::set<std::string>& senders);
   bool imu = false;
@@ -33,10 +33,10 @@ struct RawSources {
   bool nav = false;
 };
 
-// Recorded raw bytes through the drivers once more, as they are today.
+// Decodes recorded raw bytes with the present drivers.
 class RawReplay {
  public:
-  // Publishes on the bus what the drivers make. Throws ConfigError.
+  // bus: on which the drivers publish. Throws ConfigError.
   RawReplay(const RawSources& sources, const DriverFiles& files, Bus* bus);
 
   // Whether a driver publishes this channel, so that what was recorded on it is left out: from the

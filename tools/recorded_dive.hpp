@@ -20,9 +20,9 @@ struct RecordedFile {
   std::int64_t utime = 0;
 };
 
-// What a first look through logs finds, before any of them is replayed.
+// Content of a dive's logs, found by reading them before the replay.
 struct RecordedLogs {
-  // One list a recorder, its logs in order; recorders by the time of their first event.
+  // One list per recorder, its logs in order; recorders by the time of their first event.
   std::vector<std::vector<std::filesystem::path>> recorders;
   // In order; a file that was published again unchanged stands here once, a file that changed
   // several times.

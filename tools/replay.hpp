@@ -14,45 +14,50 @@ namespace seastitch {
 class Bus;
 
 struct ReplayOptions {
-  // Dives' folders, LCM logs in any order, survey files; or one directory of submaps. See
-  // DivesAmong().
+  // Folders of dives, LCM logs in any order, survey files; or one directory of submaps (PCD files
+  // of the paper's authors). See DivesAmong().
   std::vector<std::filesystem::path> inputs;
-  // Of the map; absent: that of the first input.
+  // Map origin (latitude and longitude); absent: that of the first input.
   std::optional<Datum> datum;
-  // Empty: as recorded in the logs; of submaps and survey files those of default_config_dir.
+  // Configuration files. Empty: the configuration recorded in the logs; for submaps and survey
+  // files the files in default_config_dir.
   std::filesystem::path mapper_config;
   std::filesystem::path optimizer_config;
   std::filesystem::path default_config_dir;
   std::filesystem::path out;
-  // Table of water levels; empty: that of the configuration, if any.
+  // CSV of water levels (tide): UTC, metres above the map's zero of depth. Empty: that of the
+  // configuration, if any.
   std::filesystem::path water_level;
-  // Truth file of the bench; absent: LOG.truth.csv, where there is one.
+  // Ground truth file of the simulator; absent: LOG.truth.csv if it exists.
   std::optional<std::filesystem::path> truth;
-  // Map and track as the processes made them at sea, instead of making them anew from the sensors.
+  // Use the recorded map and track of the live processes; do not compute them from the sensor data.
   bool as_recorded = false;
-  // Decodes the devices' recorded bytes anew, in place of what their drivers made of them.
+  // Decode the recorded raw bytes again; ignore the recorded messages of the drivers.
   bool from_raw = false;
-  // The drivers' configurations; empty: as recorded.
+  // Configuration files of the drivers, with from_raw. Empty: as recorded.
   DriverFiles drivers;
+  // Drift of dead reckoning between two submaps of a directory of submaps, 1 sigma [m, deg].
   ImportedDrift drift;
-  // Every sounding as a file of this format, besides.
+  // If set, all soundings are also exported, in this format.
   std::optional<SoundingFormat> soundings;
   bool quiet = false;
-  // The first Ctrl-C ends the reading, so that there is a map of a part; the second ends the
-  // process.
+  // The first Ctrl-C ends the reading of the input and makes the map of that part; the second ends
+  // the process.
   bool interruptible = false;
-  // Called once with the bus of mapper and optimizer, before the first message, to subscribe to it.
+  // Called once before the first message, with the internal bus of mapper and optimizer, to
+  // subscribe to channels.
   std::function<void(Bus*)> listen;
 };
 
-// `seastitch replay`: one process, one order, the same bytes out of the same input. The products
-// take the place of `out` when they are whole. Throws std::runtime_error with one line for an input
-// that cannot be used; UsageError where the output would go to the input, or a log holds no
-// configuration and none is given; DataError where no event of a channel has the type of the
-// channel. Then `out` is as it was.
+// `seastitch replay`: runs mapper and optimizer in one process. It is deterministic: the same input
+// gives the same output bytes. The products are written to a temporary folder. When they are
+// complete they are moved to `out`: files of the same names are replaced, others stay. Throws
+// std::runtime_error with one line for an input that cannot be used; UsageError if the output would
+// overwrite the input, or if a log has no configuration and none is given; DataError if no message
+// of a channel has the LCM type of that channel. After any of these `out` is unchanged.
 ProductSummary RunReplay(const ReplayOptions& options);
 
-// Writes the mapper's configuration to stdout: that of options.mapper_config, else the defaults.
+// Prints the mapper's configuration to stdout: options.mapper_config, else the defaults.
 void PrintReplayConfig(const ReplayOptions& options);
 
 }  // namespace seastitch

@@ -12,16 +12,16 @@
 
 namespace seastitch {
 
-// The reader for a file, by its content or its name. sbet: of such a file. Nothing: no format of
-// ours.
+// The reader for a file, by its content or its name. sbet: parameters if it is an SBET. Nothing:
+// not a supported format.
 std::unique_ptr<SurveyReader> ReaderFor(const std::filesystem::path& path,
                                         const SbetParams& sbet = {});
 
 // Time of any record.
 Time TimeOf(const SurveyRecord& record);
 
-// One file's records in order of time, as far as a window of some seconds puts them in order. Holds
-// the window and one piece of the file.
+// Records of one file, sorted by time within a window of some seconds. Memory: the window and one
+// piece of the file.
 class SurveyStream {
  public:
   // Throws std::runtime_error naming the file.

@@ -258,9 +258,10 @@ inline constexpr ConditionKind kNoNavigation{
 inline constexpr ConditionKind kNoWaterLevel{
     "no_water_level",
     Severity::kDegraded,
-    "the table of water levels has no entry within an hour",
-    "The nearest entry is used, so that depths are off by what the tide has changed since. Give a "
-    "table (water_level) that covers the dive."};
+    "the water line is not known within an hour",
+    "The nearest entry of the table, or the last height, is used, so that depths are off by what "
+    "the tide has changed since; before the first height there is none. Give a table (water_level) "
+    "that covers the dive, or an INS whose heights do (ellipsoid_heights)."};
 inline constexpr ConditionKind kNoSoundSpeedProfile{
     "no_sound_speed_profile",
     Severity::kDegraded,

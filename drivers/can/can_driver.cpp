@@ -67,8 +67,9 @@ void DeclareSignals(const std::vector<std::string>& field_keys,
       .Required();
   ParameterTable& signals = table->AddSection(
       "signals",
-      "Source of each field: MESSAGE.SIGNAL, or MESSAGE.SIGNAL * FACTOR [+ OFFSET] to "
-      "turn an axis or a unit. Fields: docs/drivers.md.");
+      "CAN signal of each field: MESSAGE.SIGNAL, or MESSAGE.SIGNAL * FACTOR [+ OFFSET] to reverse "
+      "an axis or to convert a unit. Axes are forward, starboard, down. Fields, signs, and which "
+      "are required: docs/drivers.md, Signals.");
   file->texts.resize(field_keys.size());
   for (std::size_t i = 0; i < field_keys.size(); ++i)
     signals.Add(field_keys[i], &file->texts[i], "");

@@ -14,7 +14,7 @@
 
 namespace seastitch {
 
-// A driver of a device on a CAN bus.
+// Base class of drivers of a device on a CAN bus.
 class CanDriver : public DeviceDriver {
  public:
   CanDriver(const std::string& name, const DriverParams& params, Bus* bus);
@@ -23,7 +23,7 @@ class CanDriver : public DeviceDriver {
   // millisecond, recv_utime that of the last. Then decodes each.
   void Feed(std::span<const ReceivedFrame> frames);
   void Feed(const CanFrame& frame, Time recv);
-  // The end of a log: what is held back is published or counted.
+  // Call it at the end of a log: incomplete measurements are published or counted.
   virtual void Finish() = 0;
 
   virtual std::vector<CanFilter> filters() const = 0;
@@ -42,7 +42,7 @@ class CanDriver : public DeviceDriver {
 // Runs a driver on its source until a signal, or the end of a log.
 int RunCanDriver(CanDriver* driver, const DriverParams& params, EventLoop* loop);
 
-// What a file tells of the signals of a device that a DBC file describes.
+// Keys `dbc` and `signals` of the configuration of a device that a DBC file describes.
 struct SignalFile {
   std::string dbc;
   std::vector<std::string> texts;  // of each field; empty: the device does not send it

@@ -7,8 +7,8 @@
 
 namespace seastitch {
 
-// What the error frames of a CAN interface say (linux/can/error.h): about the wire, and the state
-// of our controller.
+// Evaluates the error frames of a CAN interface (linux/can/error.h): errors on the wire, and the
+// state of this computer's controller.
 class CanErrors {
  public:
   // An error frame.

@@ -10,8 +10,9 @@
 #include "drivers/can/can_frame.hpp"
 
 // The part of the DBC format that a driver needs: messages, signals of both byte orders, IEEE
-// floats, multiplexing (simple, nested, by ranges), value texts, extended ids, CAN FD lengths.
-// Files are Windows-1252 as often as UTF-8: texts become UTF-8.
+// floats, multiplexing (simple, and extended: SG_MUL_VAL_), value descriptions (VAL_), extended
+// ids, CAN FD lengths. The encoding, Windows-1252 or UTF-8, is detected; texts are returned as
+// UTF-8.
 namespace seastitch {
 
 struct DbcSignal {
@@ -23,16 +24,17 @@ struct DbcSignal {
 
   std::string name;
   std::string unit;
-  int start_bit = 0;  // bit n = byte n / 8, weight 2^(n % 8); least significant (Intel) or most
-                      // significant (Motorola) bit of the signal
-  int length = 0;     // bits, 1 to 64
-  bool motorola = false;
+  // Position of the signal's least significant bit (Intel) or most significant bit (Motorola). Bit
+  // n is in byte n / 8 and has the weight 2^(n % 8) there.
+  int start_bit = 0;
+  int length = 0;         // bits, 1 to 64
+  bool motorola = false;  // big-endian
   Kind kind = Kind::kUnsigned;
   double factor = 1.0;  // physical = raw * factor + offset
   double offset = 0.0;
-  bool is_switch = false;
-  // The signal is there only while the raw value of this one is in one of the ranges, ends
-  // included. Empty: it is always there.
+  bool is_switch = false;  // a multiplexer signal
+  // Multiplexer signal of this signal, which is present only while the multiplexer's raw value is
+  // in one of the ranges, ends included. Empty: always present.
   std::string switched_by;
   std::vector<Range> switch_ranges;
   std::map<std::int64_t, std::string> value_texts;  // of raw values
@@ -42,15 +44,15 @@ struct DbcSignal {
   double Physical(std::uint64_t bits) const;
   // What the raw value is called; empty where it has no text.
   std::string ValueText(std::uint64_t bits) const;
-  // The nearest raw value, sign and length respected; out of range (or NaN): nothing.
+  // The nearest raw value. Nothing if it does not fit the signal's sign and length, and for NaN.
   std::optional<std::uint64_t> RawBits(double physical) const;
-  // The same, but out of range gives the end of the range, as a device does. NaN gives 0.
+  // The same, saturated: a value out of range becomes the nearest limit, NaN becomes 0.
   std::uint64_t SaturatedBits(double physical) const;
   // Overwrites the signal's bits. The frame must be long enough.
   void Put(std::uint64_t bits, CanFrame* frame) const;
 };
 
-// Raw values of a message's switches, by name.
+// Raw values of a message's multiplexer signals, by name.
 using SwitchPositions = std::map<std::string, std::uint64_t>;
 
 struct DbcMessage {
@@ -61,11 +63,12 @@ struct DbcMessage {
   std::vector<DbcSignal> signals;
 
   const DbcSignal* Find(std::string_view signal) const;
-  // Nothing where the data are too short to tell.
+  // Whether a multiplexed signal is present. Nothing if the data are too short for its multiplexer.
   std::optional<bool> IsThere(const DbcSignal& signal, Bytes data) const;
-  // By which the signal is there: the first of each range list.
+  // Multiplexer values with which the signal is present: the first value of the first range of
+  // each.
   SwitchPositions SwitchesFor(const DbcSignal& signal) const;
-  // An empty frame of this message.
+  // A frame of this message with all bytes 0.
   CanFrame MakeFrame() const;
 };
 
@@ -87,7 +90,8 @@ class Dbc {
   // Nothing for a frame that is not in the file, and for remote and error frames.
   std::optional<Decoded> Decode(const CanFrame& frame) const;
 
-  // Signals that are not named are 0; a multiplexed one sets the switches that are not named.
+  // values: physical values by signal name. The bits of other signals are 0. For a multiplexed
+  // signal its multiplexers are set too, unless they are named.
   // Throws std::runtime_error for an unknown name and for a value that the signal cannot hold.
   CanFrame Encode(const std::string& message, const std::map<std::string, double>& values) const;
 

@@ -33,11 +33,12 @@ std::vector<CanFrame> EncodeN2k(const N2kMessage& message, bool fast_packet, int
 // Passes the group from any device at any priority.
 CanFilter N2kFilter(std::uint32_t pgn);
 
-// Puts fast packets together: one at a time for each device and group. Memory: that of one packet
+// Reassembles fast packets: one at a time for each device and group. Memory: that of one packet
 // for each of 256 devices.
 class N2kFastPackets {
  public:
-  // Adds a frame; gives the group when it was its last. A frame out of its order drops the packet.
+  // Adds a frame; returns the group when it was its last. A frame out of its order drops the
+  // packet.
   std::optional<N2kMessage> Add(const CanFrame& frame, Time recv);
   // n2k_fast_packet_incomplete, n2k_fast_packet_malformed.
   const Counters& counters() const { return counters_; }

@@ -25,16 +25,16 @@ struct FieldValues {
   }
 };
 
-// Which signal of which CAN message fills which field. One signal a field.
+// Maps the signals of CAN messages to a decoder's fields, one signal per field.
 class SignalMap {
  public:
-  // `text` is "MESSAGE.SIGNAL" or, to turn an axis or a unit, "MESSAGE.SIGNAL * FACTOR" or
-  // "MESSAGE.SIGNAL * FACTOR + OFFSET". Throws
-  // std::runtime_error "'IMU_GYRO.GYRO_Q': no such signal in the DBC file".
+  // `text` is "MESSAGE.SIGNAL" or, to reverse an axis or convert a unit, "MESSAGE.SIGNAL * FACTOR"
+  // or "MESSAGE.SIGNAL * FACTOR + OFFSET". Throws std::runtime_error "'IMU_GYRO.GYRO_Q': no such
+  // signal in the DBC file".
   void Assign(const Dbc& dbc, std::size_t field, const std::string& text);
 
   bool Has(std::size_t field) const { return assigned_.test(field); }
-  // The step of the field's signal, in the field's unit. 0 where nothing is assigned.
+  // Resolution of the field's signal, in the field's unit. 0 if no signal is mapped.
   double Resolution(std::size_t field) const;
   // The messages that have a field, each once, sorted.
   std::vector<CanFilter> Filters() const;

@@ -9,20 +9,23 @@
 #include "drivers/device_clock.hpp"
 #include "drivers/dvl/dvl_codec.hpp"
 
-// A Doppler log behind a CAN gateway: docs/dvl_can.md, or anything like it.
+// A DVL behind a CAN gateway: the frames of docs/dvl_can.md, or any others that a signal map
+// describes.
 namespace seastitch {
 
+// Fields of an ensemble. Axes of the instrument: x forward, y starboard, z down. Units:
+// docs/drivers.md and the keys.
 enum DvlField : std::size_t {
-  kDvlTimeS,  // UTC; its frame opens an ensemble
+  kDvlTimeS,  // centre of the ping, UTC; a frame with this field begins an ensemble
   kDvlTimeUs,
-  kDvlVelocityX,
+  kDvlVelocityX,  // of the instrument over ground [m/s]
   kDvlVelocityY,
   kDvlVelocityZ,
-  kDvlBottomLock,
-  kDvlSigmaX,
+  kDvlBottomLock,  // not 0: velocity and sigma are valid
+  kDvlSigmaX,      // of the velocity, 1 sigma [m/s]
   kDvlSigmaY,
   kDvlSigmaZ,
-  kDvlBeamRange1,
+  kDvlBeamRange1,  // slant range [m]
   kDvlBeamRange2,
   kDvlBeamRange3,
   kDvlBeamRange4,
@@ -30,20 +33,20 @@ enum DvlField : std::size_t {
   kDvlBeamValid2,
   kDvlBeamValid3,
   kDvlBeamValid4,
-  kDvlBeamVelocity1,
+  kDvlBeamVelocity1,  // along the beam, positive towards the bottom [m/s]
   kDvlBeamVelocity2,
   kDvlBeamVelocity3,
   kDvlBeamVelocity4,
-  kDvlBeamQuality1,  // 0 to 1
+  kDvlBeamQuality1,  // 0 (worst) to 1 (best)
   kDvlBeamQuality2,
   kDvlBeamQuality3,
   kDvlBeamQuality4,
-  kDvlErrorVelocity,
-  kDvlAltitude,
+  kDvlErrorVelocity,  // difference of the two vertical velocities of four beams [m/s]
+  kDvlAltitude,       // vertical, above the bottom [m]
   kDvlAltitudeValid,
-  kDepthPressure,
-  kDepthDepth,
-  kDepthSigma,
+  kDepthPressure,  // of the gateway's pressure sensor: gauge [Pa]
+  kDepthDepth,     // below the water line, positive down [m]
+  kDepthSigma,     // of the depth, 1 sigma [m]
   kNumDvlFields,
 };
 
@@ -53,16 +56,16 @@ extern const std::vector<std::string> kDvlFieldKeys;
 struct DvlCanParams {
   SignalMap signals;
   ClockParams clock;
-  // Frames this long after the first of their ensemble belong to another one. Above the time of a
-  // burst on the wire, not above half the ping period.
+  // Longest time between the first and the last frame of an ensemble; a later frame is not used.
+  // More than a burst of frames takes on the wire, at most half the ping period.
   double max_ensemble_s = 0.030;
 
-  // Of the signals: what is missing; empty if usable.
+  // The first required signal that is missing, for people; empty if there is none.
   std::string Validate() const;
 };
 
-// Puts ensembles together. An ensemble has a velocity part, a depth part, or both; each part is
-// given by the frame that completes it, with the time of the ensemble.
+// Assembles ensembles from frames. An ensemble has a velocity part, a depth part, or both. Add()
+// returns a part with the frame that completes it, stamped with the time of the ensemble.
 class DvlCanDecoder : public DvlCodec {
  public:
   explicit DvlCanDecoder(const DvlCanParams& params);
@@ -81,7 +84,7 @@ class DvlCanDecoder : public DvlCodec {
     Time time;
     Time first_recv;
     FieldValues values;
-    bool dvl_given = false;
+    bool dvl_given = false;  // returned by Add() already
     bool depth_given = false;
   };
   void Open(const FieldValues& values, Time recv);
@@ -94,8 +97,8 @@ class DvlCanDecoder : public DvlCodec {
   Counters counters_;
 };
 
-// Samples to the frames of one ensemble, the time frame first. Where both are given the DVL's time
-// counts. Empty where neither is given.
+// Encodes samples as the frames of one ensemble, the time frame first. If both samples are present,
+// the time is that of the DVL. Returns no frames if neither is.
 class DvlCanEncoder {
  public:
   explicit DvlCanEncoder(const SignalMap& signals) : signals_(signals) {}

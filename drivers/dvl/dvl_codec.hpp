@@ -14,16 +14,17 @@ struct DvlOutput {
   std::optional<DepthSample> depth;
 };
 
-// How a Doppler log speaks on CAN. One pair of files a protocol, and one line in dvl_driver.cpp.
+// Interface of the data formats of DVLs on CAN. A format is one pair of files, and one line in
+// dvl_driver.cpp.
 class DvlCodec {
  public:
   virtual ~DvlCodec() = default;
 
   virtual DvlOutput Add(const CanFrame& frame, Time recv) = 0;
-  // Counts what is still unfinished: at the end of a log.
+  // Call it at the end of a log: counts an incomplete ensemble.
   virtual void Finish() {}
 
-  // What was refused or lost, by cause.
+  // Invalid and lost frames and ensembles, by cause.
   virtual Counters counters() const = 0;
   virtual Counters clock_figures() const = 0;
   virtual std::vector<CanFilter> filters() const = 0;

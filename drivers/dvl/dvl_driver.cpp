@@ -12,8 +12,8 @@ void DeclareSignalDevice(DvlDriverConfig* config, ParameterTable* table) {
              &config->can.max_ensemble_s,
              Unit::kSecond,
              Range::Above(0.0).AtMost(1.0),
-             "Longest time between the first and the last frame of one ensemble: more behind a "
-             "gateway that buffers, at most half the ping period.");
+             "Longest time between the first and the last frame of one ensemble. Increase it for a "
+             "gateway that buffers, up to half the ping period.");
   DeclareSignals(kDvlFieldKeys, &config->signals, table);
 }
 
@@ -22,17 +22,17 @@ void DeclareNmea2000(DvlDriverConfig* config, ParameterTable* table) {
   DeclareClock(&p->clock, false, table);
   DeclareSourceAddress(&p->source, table);
   DeclareVelocitySigma(&p->sigma_mps, table);
-  table->Add("sigma_z_mps",
-             &p->sigma_z_mps,
-             Unit::kMetrePerSecond,
-             Range::Above(0.0).AtMost(100.0),
-             "Sigma of the vertical velocity, which the log does not send and which is taken "
-             "as 0.");
+  table->Add(
+      "sigma_z_mps",
+      &p->sigma_z_mps,
+      Unit::kMetrePerSecond,
+      Range::Above(0.0).AtMost(100.0),
+      "Sigma of the vertical velocity, which the DVL does not send and which is published as 0.");
   table->Add("max_depth_age_s",
              &p->max_depth_age_s,
              Unit::kSecond,
              Range::Within(0.0, 10.0),
-             "Greatest age of a depth below the log that is still given as altitude.");
+             "Greatest age of a depth below the transducer that is published as altitude.");
 }
 
 struct Device {
@@ -72,7 +72,7 @@ void DeclareVelocitySigma(double* sigma_mps, ParameterTable* table) {
             sigma_mps,
             Unit::kMetrePerSecond,
             Range::Above(0.0).AtMost(1.0),
-            "Sigma of each horizontal component of the velocity, which the log does not send.")
+            "Sigma of each horizontal component of the velocity, which the DVL does not send.")
       .DataSheet();
 }
 

@@ -14,7 +14,7 @@
 namespace seastitch {
 
 struct DvlDriverConfig {
-  std::string device = kSignalDevice;  // a line of the table in dvl_driver.cpp
+  std::string device = kSignalDevice;  // one of DvlCanDevices()
   DriverParams driver;
   SignalFile signals;     // of "signals"
   DvlCanParams can;       // of "signals", made from signals
@@ -26,14 +26,14 @@ DvlDriverConfig LoadDvlDriverConfig(const std::string& path);
 std::string PrintConfig(const DvlDriverConfig& config);
 // As it is published on CONFIG: the file and the DBC file that it names.
 std::vector<std::pair<std::string, std::string>> ConfigFiles(const DvlDriverConfig& config);
-// Of the device that config names.
+// Parameters of the device that config.device names.
 ParameterTable TableOf(DvlDriverConfig* config);
 // The names of the devices on a CAN bus.
 std::vector<std::string> DvlCanDevices();
-// Of a log that does not state the sigma of its horizontal velocity.
+// Declares `sigma_mps`, for a DVL that does not send the sigma of its horizontal velocity.
 void DeclareVelocitySigma(double* sigma_mps, ParameterTable* table);
 
-// CAN frames to DVL, DEPTH and RAW_CAN.
+// Driver of a DVL on CAN: publishes DVL, DEPTH and RAW_CAN.
 class DvlDriver : public CanDriver {
  public:
   DvlDriver(const DvlDriverConfig& config, Bus* bus);

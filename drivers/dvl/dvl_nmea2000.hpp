@@ -9,7 +9,7 @@
 #include "drivers/device_clock.hpp"
 #include "drivers/dvl/dvl_codec.hpp"
 
-// A Doppler log on NMEA 2000: speed over ground (PGN 130578) and depth below the transducer
+// A DVL on NMEA 2000: speed over ground (PGN 130578) and depth below the transducer
 // (128267). The groups have no time, no vertical speed, no beams and no sigmas.
 namespace seastitch {
 
@@ -17,10 +17,10 @@ inline constexpr std::uint32_t kPgnVesselSpeed = 130578;
 inline constexpr std::uint32_t kPgnWaterDepth = 128267;
 
 struct DvlN2kParams {
-  int source = -1;               // address of the log; -1: any
+  int source = -1;               // address of the DVL; -1: any
   double sigma_mps = 0.05;       // of the horizontal components
-  double sigma_z_mps = 1.0;      // of the vertical one, which is given as 0
-  double max_depth_age_s = 0.5;  // older, and it is not of this ping
+  double sigma_z_mps = 1.0;      // of the vertical one, which is published as 0
+  double max_depth_age_s = 0.5;  // an older depth is not published as altitude
   ClockParams clock{DeviceClock::kReceive, 0.0};
 };
 

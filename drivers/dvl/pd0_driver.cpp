@@ -16,7 +16,7 @@ ParameterTable TableOf(Pd0DriverConfig* config) {
            &config->pd0.beam_angle_rad,
            Unit::kDegreeFromRadian,
            Range::Within(5.0, 60.0),
-           "Angle of the beams from the log's axis.")
+           "Angle of the beams from the DVL's z axis.")
       .DataSheet();
   DeclareVelocitySigma(&config->pd0.sigma_mps, &table);
   return table;

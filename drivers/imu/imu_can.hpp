@@ -11,22 +11,23 @@
 #include "drivers/imu/imu_codec.hpp"
 
 // An inertial unit that spreads one epoch over several CAN frames: SBG Systems' ECAN, the Xsens
-// MTi-600 series, or anything like them. The signal map says which frame carries what.
+// MTi-600 series, or others with the same structure. The signal map names the frame and signal of
+// each field.
 namespace seastitch {
 
 enum ImuField : std::size_t {
-  kImuTimeUs,       // device clock, wraps at 2^32; its frame opens the inertial part of an epoch
-  kAttitudeTimeUs,  // the same clock; its frame opens the attitude part
-  kAngularRateX,
+  kImuTimeUs,       // device clock, wraps at 2^32; its frame begins the inertial part of an epoch
+  kAttitudeTimeUs,  // the same clock; its frame begins the attitude part
+  kAngularRateX,    // about x forward, y starboard, z down [rad/s]
   kAngularRateY,
   kAngularRateZ,
-  kSpecificForceX,
+  kSpecificForceX,  // same axes; z is -9.8 at rest [m/s^2]
   kSpecificForceY,
   kSpecificForceZ,
-  kRoll,
-  kPitch,
-  kYaw,
-  kRollSigma,
+  kRoll,       // starboard down positive [rad]
+  kPitch,      // bow up positive
+  kYaw,        // clockwise from north
+  kRollSigma,  // 1 sigma
   kPitchSigma,
   kYawSigma,
   kUtcTimeUs,  // from here on as UnitClock::Field
@@ -49,26 +50,28 @@ extern const std::vector<std::string> kImuFieldKeys;
 struct ImuCanParams {
   SignalMap signals;
   ClockParams clock;
-  // Frames this long after the first of their epoch belong to another one. Above the time that a
-  // burst takes on the wire (1 ms at 1 Mbit/s), not above half the period.
+  // Longest time between the first and the last frame of an epoch; a later frame is not used. More
+  // than a burst of frames takes on the wire (1 ms at 1 Mbit/s), at most half the measurement
+  // period.
   double max_epoch_s = 0.010;
-  // Roll, pitch, yaw: where the unit gives an attitude without sigmas.
+  // Of roll, pitch, yaw, 1 sigma, for a unit that sends no sigmas.
   Eigen::Vector3d attitude_sigma_rad = Eigen::Vector3d::Zero();
 
-  // Of the signals: what is missing; empty if usable.
+  // The first required signal that is missing, for people; empty if there is none.
   std::string Validate() const;
 };
 
-// Puts epochs together. An epoch is the frames that follow an opening frame; two opening frames
-// that agree on time and group are one epoch. A missing or late frame costs its own epoch only and
-// never mixes two. An epoch whose attitude is missing is given without it.
+// Assembles epochs from frames. An epoch is one measurement: a frame that begins it, and the frames
+// that follow. Two beginnings with the same time and group are one epoch. A missing or late frame
+// loses its own epoch; frames of two epochs are never combined. An epoch without attitude frames is
+// returned without attitude.
 class ImuCanDecoder : public ImuCodec {
  public:
   explicit ImuCanDecoder(const ImuCanParams& params);
 
-  // Adds a frame. Gives the epoch that it completed, or the one before it where it opens the next.
-  // Time: the device's, mapped to UTC through its last UTC frames or by a model of its clock, or
-  // the receive stamp of its first frame. Epochs without are counted as imu_epoch_unstamped.
+  // Adds a frame. Returns the epoch that it completes, or the previous epoch if it begins a new
+  // one. Time: the device's, mapped to UTC through its last UTC frames or by a model of its clock,
+  // or the receive stamp of its first frame. Epochs without are counted as imu_epoch_unstamped.
   std::optional<ImuSample> Add(const CanFrame& frame, Time recv) override;
   std::optional<ImuSample> Finish() override;
   Time epoch_recv() const override { return epoch_recv_; }

@@ -9,20 +9,22 @@
 
 namespace seastitch {
 
-// How an inertial unit speaks on CAN. One pair of files a protocol, and one line in
-// imu_driver.cpp.
+// Interface of the data formats of inertial units on CAN. A format is one pair of files, and one
+// line in imu_driver.cpp.
 class ImuCodec {
  public:
   virtual ~ImuCodec() = default;
 
-  // Adds a frame. Gives the epoch that it completed, or the one before it where it opens the next.
+  // Adds a frame. Returns the epoch that it completes, or the previous epoch if it begins a new
+  // one.
   virtual std::optional<ImuSample> Add(const CanFrame& frame, Time recv) = 0;
-  // Ends the open epoch: at the end of a log.
+  // Call it at the end of a log: returns the open epoch if it has its inertial
+  // part.
   virtual std::optional<ImuSample> Finish() { return std::nullopt; }
-  // Receive stamp of the last frame of the epoch that was given last.
+  // Receive stamp of the last frame of the last returned epoch.
   virtual Time epoch_recv() const = 0;
 
-  // What was refused or lost, by cause.
+  // Invalid and lost frames and epochs, by cause.
   virtual Counters counters() const = 0;
   virtual Counters clock_figures() const = 0;
   virtual std::vector<CanFilter> filters() const = 0;

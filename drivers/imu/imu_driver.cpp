@@ -13,17 +13,18 @@ void DeclareAttitudeSigma(Eigen::Vector3d* sigma_rad, Range range, ParameterTabl
             sigma_rad,
             Unit::kDegreeFromRadian,
             range,
-            "Error of roll, pitch and yaw, 1 sigma, where the unit gives none.")
+            "Error of roll, pitch and yaw, 1 sigma each, for a unit that sends no sigmas.")
       .DataSheet();
 }
 
 void DeclareEpoch(double* max_epoch_s, ParameterTable* table) {
-  table->Add("max_epoch_s",
-             max_epoch_s,
-             Unit::kSecond,
-             Range::Above(0.0).AtMost(1.0),
-             "Longest time between the first and the last frame of one measurement: 1 ms at 1 "
-             "Mbit/s, more behind a gateway that buffers, at most half the period.");
+  table->Add(
+      "max_epoch_s",
+      max_epoch_s,
+      Unit::kSecond,
+      Range::Above(0.0).AtMost(1.0),
+      "Longest time between the first and the last frame of one measurement, about 1 ms at 1 "
+      "Mbit/s. Increase it for a gateway that buffers, up to half the measurement period.");
 }
 
 void DeclareSignalDevice(ImuDriverConfig* config, ParameterTable* table) {

@@ -14,7 +14,7 @@
 namespace seastitch {
 
 struct ImuDriverConfig {
-  std::string device = kSignalDevice;  // a line of the table in imu_driver.cpp
+  std::string device = kSignalDevice;  // a name in kDevices, imu_driver.cpp
   DriverParams driver;
   SignalFile signals;     // of "signals"
   ImuCanParams can;       // of "signals", made from signals
@@ -26,10 +26,10 @@ ImuDriverConfig LoadImuDriverConfig(const std::string& path);
 std::string PrintConfig(const ImuDriverConfig& config);
 // As it is published on CONFIG: the file and the DBC file that it names.
 std::vector<std::pair<std::string, std::string>> ConfigFiles(const ImuDriverConfig& config);
-// Of the device that config names.
+// Parameters of the device that config.device names.
 ParameterTable TableOf(ImuDriverConfig* config);
 
-// CAN frames to IMU and RAW_CAN.
+// Driver of an inertial unit on CAN: publishes IMU and RAW_CAN.
 class ImuDriver : public CanDriver {
  public:
   ImuDriver(const ImuDriverConfig& config, Bus* bus);

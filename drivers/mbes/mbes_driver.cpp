@@ -11,7 +11,7 @@ ParameterTable TableOf(MbesDriverConfig* config) {
       .AddChoice("format",
                  &config->decoder.format,
                  MbesFormats(),
-                 "Data format: Kongsberg EM, R2Sonic or Teledyne Reson SeaBat.")
+                 "Data format: Kongsberg EM, R2Sonic, Teledyne Reson SeaBat or Norbit WBMS.")
       .DataSheet();
   DeclareDriver(&config->driver, &table);
   DeclareClock(&config->decoder.clock, true, &table);
@@ -20,34 +20,39 @@ ParameterTable TableOf(MbesDriverConfig* config) {
            &config->decoder.codec.head_roll_rad,
            Unit::kDegreeFromRadian,
            Range::Within(-90.0, 90.0),
-           "Roll of each receiver in the sonar's frame, one a head; positive: it looks to "
-           "port.")
+           "Mounting roll of each receiver in the sonar's frame, one value per head, positive when "
+           "the receiver looks to port. For a sonar with two heads. It is subtracted from the "
+           "receive angles, before the mounting of the sonar in vehicle.yaml. A head without a "
+           "value has 0.")
       .DataSheet();
   PartCollectorParams* parts = &config->decoder.codec.parts;
   ParameterTable& section =
-      table.AddSection("parts", "Assembly of large datagrams, which come in parts.");
+      table.AddSection("parts", "Reassembly of large datagrams, which the sonar sends in parts.");
   section.Add("max_parts",
               &parts->max_parts,
               Unit::kNone,
               Range::Within(1, 64),
-              "Most parts of a datagram.");
+              "Maximum number of parts of one datagram.");
   section.Add("max_open",
               &parts->max_open,
               Unit::kNone,
               Range::Within(1, 16),
-              "Datagrams that may be incomplete at a time.");
+              "Maximum number of datagrams that are incomplete at the same time.");
   section.Add("max_age_s",
               &parts->max_age_s,
               Unit::kSecond,
               Range::Above(0.0).AtMost(60.0),
-              "Time after which an incomplete datagram is dropped.");
+              "Age at which an incomplete datagram is dropped, by the times in its parts (s7k: by "
+              "receive stamps).");
   return table;
 }
 
 MbesDriverConfig LoadMbesDriverConfig(const std::string& path) {
   MbesDriverConfig config;
   TableOf(&config).Load(path);
-  CheckSource(path, config.driver, SourceKind::kDatagrams);
+  CheckSource(path,
+              config.driver,
+              IsStream(config.decoder.format) ? SourceKind::kStream : SourceKind::kDatagrams);
   return config;
 }
 

@@ -24,12 +24,12 @@ struct DepthCodecParams {
   ClockParams clock;
   bool needs_checksum = true;
   double sigma_m = 0.05;
-  PressureUnit unit = PressureUnit::kDecibar;  // that a Paroscientific is set to
-  double air_pressure_pa = 101'325.0;          // in what the sensor gives; 0: it gives gauge
+  PressureUnit unit = PressureUnit::kDecibar;  // for lines that do not state it
+  double air_pressure_pa = 101'325.0;          // subtracted from the pressure; 0: gauge sensor
   double water_density_kgpm3 = 1025.0;
 };
 
-// A pressure sensor's lines (codecs/depth_text.hpp) to depths.
+// Decodes a pressure sensor's lines (codecs/depth_text.hpp) to depths, positive down.
 class DepthCodec : public NavCodec {
  public:
   explicit DepthCodec(const DepthCodecParams& params);
@@ -38,7 +38,7 @@ class DepthCodec : public NavCodec {
   std::int64_t heard() const override { return stream_.heard(); }
   std::string hears_instead() const override { return stream_.hears_instead(); }
 
-  // Those of NmeaStream; sentence_incomplete; implausible (above 20 m of air, below 12 km).
+  // Those of NmeaStream; sentence_incomplete; implausible (depth below -20 m or above 12 km).
   Counters counters() const override;
   Counters clock_figures(const std::string& prefix) const override {
     return clock_.Figures(prefix);

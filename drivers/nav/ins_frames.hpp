@@ -9,12 +9,12 @@ namespace seastitch {
 
 struct PhinsInsParams {
   ClockParams clock;
-  bool altitude_is_depth = false;  // with its sign turned: of an INS under water
-  double depth_sigma_m = 0.05;     // where the INS states none
+  bool altitude_is_depth = false;  // depth = -altitude: an INS with a pressure sensor
+  double depth_sigma_m = 0.05;     // for an INS that states none
 };
 
-// iXblue's standard binary: each frame a sample; what a pressure sensor gave to the INS is a depth
-// of its own.
+// Decodes iXblue's standard binary. Each frame is a navigation sample; a depth that a pressure
+// sensor sent to the INS becomes a DEPTH sample too.
 class PhinsIns : public NavCodec {
  public:
   explicit PhinsIns(const PhinsInsParams& params);
@@ -23,8 +23,8 @@ class PhinsIns : public NavCodec {
   std::int64_t heard() const override { return heard_; }
   std::string hears_instead() const override;
 
-  // phins_malformed (a frame with a right checksum that makes no sense), phins_gaps (frames that
-  // never came), skipped_bytes, unstamped.
+  // phins_malformed (right checksum, invalid content), phins_gaps (frames lost, by their counter),
+  // skipped_bytes, unstamped.
   Counters counters() const override;
   Counters clock_figures(const std::string& prefix) const override {
     return clock_.Figures(prefix);
@@ -42,7 +42,7 @@ class PhinsIns : public NavCodec {
   Counters counters_;
 };
 
-// Kongsberg's KM binary: each datagram a sample, by its own UTC.
+// Decodes Kongsberg's KM binary. Each datagram is a navigation sample with its own UTC.
 class KmBinaryIns : public NavCodec {
  public:
   explicit KmBinaryIns(const ClockParams& clock);

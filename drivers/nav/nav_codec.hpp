@@ -19,15 +19,15 @@ namespace seastitch {
 
 using NavOutput = std::variant<NavigationSample, PositionFix, DepthSample>;
 
-// How one instrument speaks. Bytes come in pieces of any size.
+// Interface of the data formats of an instrument. Bytes come in pieces of any size.
 class NavCodec {
  public:
   virtual ~NavCodec() = default;
 
   virtual std::vector<NavOutput> Add(Bytes bytes, Time recv) = 0;
-  // Messages that show the instrument to be alive, with a measurement or without.
+  // Number of messages of the instrument so far, with or without a measurement.
   virtual std::int64_t heard() const = 0;
-  // What comes in place of what is wanted, for people: "GLL, GSV"; empty: nothing does.
+  // What is received instead of the wanted messages, for people: "GLL, GSV"; empty: nothing.
   virtual std::string hears_instead() const { return ""; }
   // Of an instrument on CAN: the frames that it wants. Its bytes are cannelloni packets.
   virtual std::vector<CanFilter> can_filters() const { return {}; }
@@ -37,15 +37,16 @@ class NavCodec {
   virtual Counters clock_figures(const std::string& prefix) const = 0;
 };
 
-// Instants of messages that state the time of day at most, and the date now and then.
+// Times of messages that state only the time of day, and of a date in some of them.
 class DayClock {
  public:
   explicit DayClock(const ClockParams& params) : params_(params), stamper_(params) {}
 
-  // The instrument's UTC when these bytes came.
+  // device: date and time in UTC that the instrument stated; recv: receive stamp of that message.
   void SetDate(Time device, Time recv) { known_ = {device, recv}; }
-  // The day is that which brings it nearest to the date last stated, else to the receive stamp. A
-  // message without a time is as old as its latency. Nothing: see ClockModel.
+  // The date is the one that brings the time of day nearest to the last stated date and time, else
+  // to the receive stamp. A message without a time has its receive stamp minus latency_s. Returns
+  // nothing where Stamper does.
   std::optional<Time> Stamp(std::optional<Duration> time_of_day, Time recv);
   Counters Figures(const std::string& prefix) const { return stamper_.Figures(prefix); }
 
@@ -59,7 +60,7 @@ class DayClock {
   std::optional<Known> known_;
 };
 
-// Sentences of types that nobody reads: which, and how many.
+// Types and number of received sentences that are not read.
 class OtherSentences {
  public:
   void Add(std::string_view type);

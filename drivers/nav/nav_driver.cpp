@@ -61,15 +61,17 @@ ParameterTable& DeclareDevice(const char* name,
   section
       .Add("source",
            &device->source,
-           "udp:HOST:PORT (options as for the sonar), serial:/dev/ttyUSB0?baud=4800 or, of an INS "
-           "on "
-           "CAN, can:can0; several instruments may have the same. Empty: there is none.")
+           "URL of its bytes: udp:HOST:PORT (options as for the sonar), tcp:HOST:PORT, "
+           "serial:/dev/ttyUSB0?baud=4800 "
+           "or, for an INS on CAN, can:can0. Several instruments may share one. Empty: no such "
+           "instrument.")
       .DataSheet();
-  section.Add("timeout_s",
-              &device->timeout_s,
-              Unit::kSecond,
-              Range::AtLeast(0.0).AtMost(3600.0),
-              "Without a message for this long HEALTH says lost; 0: it may be silent.");
+  section.Add(
+      "timeout_s",
+      &device->timeout_s,
+      Unit::kSecond,
+      Range::AtLeast(0.0).AtMost(3600.0),
+      "Time without a message after which HEALTH reports the instrument as lost. 0: never.");
   return section;
 }
 
@@ -82,7 +84,8 @@ void DeclareFixes(NmeaFixParams* fixes, const char* sigma_sentence, ParameterTab
                &fixes->interval_s,
                Unit::kSecond,
                Range::Within(0.0, 3600.0),
-               "Fixes that come sooner are left out: their errors are the same.");
+               "Minimum time between two published fixes. Those between are dropped, because their "
+               "errors are correlated.");
 }
 
 void DeclareDepth(DepthCodecParams* depth, ParameterTable* section) {
@@ -92,35 +95,39 @@ void DeclareDepth(DepthCodecParams* depth, ParameterTable* section) {
             &depth->sigma_m,
             Unit::kMetre,
             Range::Within(0.001, 10.0),
-            "Of a depth, 1 sigma.")
+            "Error of the depth, 1 sigma.")
       .DataSheet();
   section
-      ->AddChoice<PressureUnit>("pressure_unit",
-                                &depth->unit,
-                                {{"psi", PressureUnit::kPsi},
-                                 {"hPa", PressureUnit::kHectopascal},
-                                 {"bar", PressureUnit::kBar},
-                                 {"dbar", PressureUnit::kDecibar},
-                                 {"kPa", PressureUnit::kKilopascal},
-                                 {"MPa", PressureUnit::kMegapascal},
-                                 {"inHg", PressureUnit::kInchOfMercury},
-                                 {"mmHg", PressureUnit::kMillimetreOfMercury},
-                                 {"mH2O", PressureUnit::kMetreOfWater}},
-                                "Of lines that do not say it (Paroscientific).")
+      ->AddChoice<PressureUnit>(
+          "pressure_unit",
+          &depth->unit,
+          {{"psi", PressureUnit::kPsi},
+           {"hPa", PressureUnit::kHectopascal},
+           {"bar", PressureUnit::kBar},
+           {"dbar", PressureUnit::kDecibar},
+           {"kPa", PressureUnit::kKilopascal},
+           {"MPa", PressureUnit::kMegapascal},
+           {"inHg", PressureUnit::kInchOfMercury},
+           {"mmHg", PressureUnit::kMillimetreOfMercury},
+           {"mH2O", PressureUnit::kMetreOfWater}},
+          "Unit of the pressure in lines that do not state it (Paroscientific).")
       .DataSheet();
   section
       ->Add("air_pressure_pa",
             &depth->air_pressure_pa,
             Unit::kNone,
             Range::Within(0.0, 120'000.0),
-            "Taken off a pressure, in pascal; 0: the sensor gives what is above the air's.")
+            "Air pressure at the surface, in pascal, which is subtracted from the measured "
+            "pressure. 0 for a sensor of gauge pressure.")
       .DataSheet();
   section
-      ->Add("water_density_kgpm3",
-            &depth->water_density_kgpm3,
-            Unit::kNone,
-            Range::Within(900.0, 1200.0),
-            "By which a pressure becomes a depth, in kg a cubic metre.")
+      ->Add(
+          "water_density_kgpm3",
+          &depth->water_density_kgpm3,
+          Unit::kNone,
+          Range::Within(900.0, 1200.0),
+          "Mean density of the water above the vehicle, in kg/m^3, by which pressure is converted "
+          "to depth. About 1000 in fresh water. An error of 1 % is an error of 1 % in depth.")
       .DataSheet();
 }
 
@@ -177,52 +184,66 @@ ParameterTable TableOf(NavDriverConfig* config) {
   ParameterTable table;
   table.Add("needs_checksum",
             &config->needs_checksum,
-            "NMEA sentences without a checksum are refused (but for PSIMSSB).");
+            "Whether NMEA sentences without a checksum are dropped. PSIMSSB is always accepted "
+            "without one.");
   table.Add("receive_buffer_bytes",
             &config->receive_buffer_bytes,
             Unit::kByte,
             Range::Within(65'536, 256 * 1024 * 1024),
-            "Of a socket; net.core.rmem_max must allow it.");
+            "Receive buffer of a UDP socket, at most net.core.rmem_max. Increase it when "
+            "udp_dropped rises.");
 
   ParameterTable& ins = DeclareDevice(
-      "ins", "An INS whose navigation the mapper may take as given.", &config->ins, &table);
+      "ins",
+      "An INS. Its poses replace dead reckoning where mapper.yaml has navigation_source: given.",
+      &config->ins,
+      &table);
   ins.AddChoice(
          "format",
          &config->ins_format,
          NamesOf(kInsFormats),
-         "What it speaks: NMEA 0183, iXblue's standard binary, Kongsberg's KM binary, ECAN of "
-         "SBG Systems.")
+         "Format of its messages: NMEA 0183, iXblue standard binary, Kongsberg KM binary, or ECAN "
+         "of SBG Systems.")
       .DataSheet();
   DeclareClock(&config->ins_nmea.clock, true, &ins);
   ins.Add("invert_roll",
           &config->ins_nmea.invert_roll,
-          "Of nmea: its roll is positive with the port side down.");
-  ins.Add(
-      "invert_pitch", &config->ins_nmea.invert_pitch, "Of nmea: its pitch is positive bow down.");
-  ins.Add(
-      "altitude_is_depth",
-      &config->altitude_is_depth,
-      "Of phins and sbg_ecan: its altitude with the sign turned is its depth, as of an INS under "
-      "water that has a pressure sensor.");
+          "Set to true if the INS sends roll positive with the port side down. Used with format: "
+          "nmea.");
+  ins.Add("invert_pitch",
+          &config->ins_nmea.invert_pitch,
+          "Set to true if the INS sends pitch positive with the bow down. Used with format: nmea.");
+  ins.Add("altitude_is_depth",
+          &config->altitude_is_depth,
+          "Set to true if the INS derives its altitude from a pressure sensor: depth is then minus "
+          "altitude. Used with format: phins or sbg_ecan.");
   ins.Add("dbc",
           &config->ins_dbc,
-          "Of sbg_ecan: the ids of its messages, a DBC file beside this file. Change it where they "
-          "were changed in the INS.");
+          "DBC file with the CAN ids of its messages, beside this file. Change it if the ids were "
+          "changed in the INS. Used with format: sbg_ecan.");
 
-  ParameterTable& gps = DeclareDevice(
-      "gps", "A GPS receiver that sees the sky at the surface (GGA).", &config->gps, &table);
+  ParameterTable& gps =
+      DeclareDevice("gps",
+                    "A GPS (GNSS) receiver, for fixes at the surface. Sentence: GGA.",
+                    &config->gps,
+                    &table);
   DeclareFixes(&config->gps_fixes,
-               "Of north and of east at an HDOP of 1, 1 sigma; times the HDOP that comes.",
+               "Error of a fix to the north and to the east, 1 sigma each, at an HDOP of 1. It is "
+               "multiplied by the received HDOP if that is above 1.",
                &gps);
 
-  ParameterTable& usbl = DeclareDevice(
-      "usbl", "Acoustic positions of this vehicle (PSIMSSB or GGA).", &config->usbl, &table);
+  ParameterTable& usbl = DeclareDevice("usbl",
+                                       "A USBL system that sends the geographic position of this "
+                                       "vehicle. Sentences: PSIMSSB or GGA.",
+                                       &config->usbl,
+                                       &table);
   DeclareFixes(&config->usbl_fixes,
-               "Of north and of east, 1 sigma, or what the system itself expects, if more.",
+               "Error of a fix to the north and to the east, 1 sigma each. A larger accuracy in "
+               "the sentence is used instead.",
                &usbl);
   usbl.Add("transponder",
            &config->usbl_fixes.transponder,
-           "Whose positions are this vehicle's, such as B01. Empty: the first that is heard.")
+           "Transponder of this vehicle, such as B01. Empty: the first that is received.")
       .DataSheet();
 
   ParameterTable& depth = DeclareDevice(

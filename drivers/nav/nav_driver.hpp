@@ -22,10 +22,10 @@
 
 namespace seastitch {
 
-// Where an instrument is. Several may be on one source.
+// Connection of an instrument. Several instruments may share a source.
 struct NavDeviceParams {
-  std::string source;      // URL, see byte_source.hpp; empty: there is no such instrument
-  double timeout_s = 5.0;  // without a message: lost; 0: it may be silent
+  std::string source;      // URL, see byte_source.hpp; empty: no such instrument
+  double timeout_s = 5.0;  // without a message HEALTH reports it as lost; 0: never
 };
 
 struct NavDriverConfig {
@@ -35,7 +35,7 @@ struct NavDriverConfig {
   bool needs_checksum = true;
 
   NavDeviceParams ins;
-  std::string ins_format = "nmea";                         // a line of the table in nav_driver.cpp
+  std::string ins_format = "nmea";                         // nmea, phins, ... (kInsFormats)
   NmeaInsParams ins_nmea{.clock = {DeviceClock::kModel}};  // the clock of the other formats too
   bool altitude_is_depth = false;
   std::string ins_dbc =
@@ -51,9 +51,9 @@ struct NavDriverConfig {
   NavDeviceParams depth;
   DepthCodecParams depth_codec{.clock = {DeviceClock::kReceive}};
 
-  // Of every instrument that there is.
+  // URLs of all configured instruments, each once.
   std::set<std::string> sources() const;
-  // What they publish on.
+  // Channels on which the configured instruments publish.
   std::set<std::string> output_channels() const;
 };
 
@@ -64,12 +64,13 @@ std::string PrintConfig(const NavDriverConfig& config);
 std::vector<std::pair<std::string, std::string>> ConfigFiles(const NavDriverConfig& config);
 ParameterTable TableOf(NavDriverConfig* config);
 
-// What is neither sonar nor Doppler log nor inertial unit: an INS (INS), GPS and USBL
-// (POSITION_FIX), a pressure sensor (DEPTH), and their bytes (RAW_NAV).
+// Driver of up to four instruments: an INS (channel INS), a GPS receiver and a USBL system (channel
+// POSITION_FIX), a pressure sensor (channel DEPTH). It publishes their bytes too (RAW_NAV).
 class NavDriver {
  public:
   using Clock = std::chrono::steady_clock;
-  // Of one source.
+  // State of one source. trouble: why it cannot be read; refusal: the last sender whose datagrams
+  // were dropped; both for people, empty if none.
   struct SourceState {
     std::string trouble;
     std::string refusal;
@@ -81,8 +82,9 @@ class NavDriver {
   NavDriver(const NavDriver&) = delete;
   NavDriver& operator=(const NavDriver&) = delete;
 
-  // source: as the configuration names it. Publishes the bytes, then what they say. Gives whether
-  // an instrument was understood.
+  // Publishes bytes of a source, then the measurements decoded from them. source: its URL as
+  // configured. piece: a datagram, or the bytes of one read call. Returns whether a message of an
+  // instrument was decoded.
   bool Feed(const std::string& source, const Datagram& piece);
   // Call it once a second.
   void UpdateHealth(const std::map<std::string, SourceState>& sources, Clock::time_point now);
@@ -91,7 +93,7 @@ class NavDriver {
   std::vector<CanFilter> can_filters(const std::string& source) const;
 
   Health& health() { return health_; }
-  // Each with the instrument before it: gps_no_position.
+  // With the instrument's name as prefix: gps_no_position.
   Counters decoder_counters() const;
 
  private:
@@ -99,8 +101,8 @@ class NavDriver {
     std::string name;
     NavDeviceParams params;
     std::unique_ptr<NavCodec> codec;
-    std::int64_t heard = 0;                       // by the last look
-    std::optional<Clock::time_point> last_heard;  // or looked for first
+    std::int64_t heard = 0;                       // messages until the last CheckDevices()
+    std::optional<Clock::time_point> last_heard;  // first check, or the last with new messages
   };
   void AddDevice(const std::string& name,
                  const NavDeviceParams& params,
@@ -116,7 +118,7 @@ class NavDriver {
   std::int64_t ins_seq_ = 0;
   std::int64_t fix_seq_ = 0;
   std::int64_t depth_seq_ = 0;
-  std::int64_t refused_ = 0;
+  std::int64_t refused_ = 0;  // datagrams of other senders
   Clock::time_point refused_at_;
 };
 

@@ -11,14 +11,15 @@ struct NmeaFixParams {
   std::string source{};  // of the fixes: "gps" or "usbl"
   ClockParams clock;
   bool needs_checksum = true;
-  double sigma_m = 3.0;     // north and east, 1 sigma; of GPS at an HDOP of 1
-  double interval_s = 1.0;  // sooner ones are left out: their errors are the same
-  // Of USBL: whose positions are taken; empty: the first that is heard.
+  double sigma_m = 3.0;     // north and east each, 1 sigma; for GPS at an HDOP of 1
+  double interval_s = 1.0;  // minimum between two fixes, whose errors are correlated
+  // USBL: the transponder of this vehicle; empty: the first that is received.
   std::string transponder{};
 };
 
-// Positions from outside: GGA of a GPS receiver at the surface; PSIMSSB or GGA of an acoustic
-// system. What a receiver estimated, was told or simulates is no measurement.
+// Decodes position fixes: GGA of a GPS receiver at the surface; PSIMSSB or GGA of a USBL system.
+// Only measured positions become fixes (GGA quality 1 to 5), not estimated, entered or simulated
+// ones.
 class NmeaFixes : public NavCodec {
  public:
   explicit NmeaFixes(const NmeaFixParams& params);

@@ -9,8 +9,8 @@ namespace seastitch {
 struct NmeaInsParams {
   ClockParams clock;
   bool needs_checksum = true;
-  bool invert_roll = false;   // the instrument counts it positive port down
-  bool invert_pitch = false;  // positive bow down
+  bool invert_roll = false;   // the instrument's roll is positive with the port side down
+  bool invert_pitch = false;  // its pitch is positive with the bow down
 };
 
 // An INS that speaks NMEA 0183, to navigation: position and height (GGA, else RMC), velocity over

@@ -7,6 +7,7 @@
 #include "drivers/socket/can_source.hpp"
 #include "drivers/socket/cannelloni.hpp"
 #include "drivers/socket/serial_port.hpp"
+#include "drivers/socket/tcp_socket.hpp"
 
 namespace seastitch {
 namespace {
@@ -24,6 +25,19 @@ class UdpBytes : public ByteSource {
 
  private:
   UdpSocket socket_;
+};
+
+class TcpBytes : public ByteSource {
+ public:
+  explicit TcpBytes(const std::string& url) : socket_(url) {}
+  int fd() const override { return socket_.fd(); }
+  bool Receive(Datagram* piece) override { return socket_.Receive(piece); }
+  void Check() override { socket_.Check(); }
+  std::string trouble() const override { return socket_.trouble(); }
+  Counters counters() const override { return socket_.counters(); }
+
+ private:
+  TcpSocket socket_;
 };
 
 class SerialBytes : public ByteSource {
@@ -81,6 +95,7 @@ class CanBytes : public ByteSource {
 }  // namespace
 
 std::unique_ptr<ByteSource> OpenByteSource(const std::string& url, int receive_buffer_bytes) {
+  if (url.starts_with("tcp:")) return std::make_unique<TcpBytes>(url);
   if (url.starts_with("serial:")) return std::make_unique<SerialBytes>(url);
   return std::make_unique<UdpBytes>(url, receive_buffer_bytes);
 }

@@ -36,8 +36,8 @@ class ByteSource {
   virtual Counters counters() const = 0;
 };
 
-// udp:HOST:PORT[...] (UdpSocket) or serial:/dev/NAME[...] (SerialPort). Throws std::runtime_error
-// "URL: reason".
+// udp:HOST:PORT[...] (UdpSocket), tcp:HOST:PORT (TcpSocket; its buffer is the kernel's affair) or
+// serial:/dev/NAME[...] (SerialPort). Throws std::runtime_error "URL: reason".
 std::unique_ptr<ByteSource> OpenByteSource(const std::string& url, int receive_buffer_bytes);
 // A CAN bus (CanSource), its frames as cannelloni packets (PackReceived).
 std::unique_ptr<ByteSource> OpenCanBytes(const std::string& url,

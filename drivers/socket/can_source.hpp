@@ -17,15 +17,15 @@ class CanSource {
   // Readable when Receive() has something to do. The same for the life of the source, also while
   // the device behind it is gone.
   virtual int fd() const = 0;
-  // Gives the frames that wait (at most some hundred a call), in order; never blocks.
+  // Returns the queued frames (at most some hundred per call), in order; never blocks.
   virtual std::vector<ReceivedFrame> Receive() = 0;
-  // Nothing will ever come again: the end of a log.
+  // True at the end of a log: no more frames will come.
   virtual bool finished() const { return false; }
 
-  // What keeps frames from coming, for people: "no such interface". Empty where nothing does.
+  // Why no frames can be received, for people: "no such interface". Empty if they can.
   virtual std::string trouble() const { return ""; }
 
-  // Of the last datagram that came from another sender than the source's: see SenderGate.
+  // The last sender that was not accepted: see SenderGate.
   virtual std::string refusal() const { return ""; }
 
   // Such as can_frames_dropped, can_interface_down, cannelloni_malformed.
@@ -33,12 +33,12 @@ class CanSource {
 };
 
 // Opens the source that the URL names; only frames that pass the filters will come out of it.
-//   can:can0                  SocketCAN; waits where the interface is missing or down
+//   can:can0                  SocketCAN; retries while the interface is missing or down
 //   candump:FILE[?speed=X]    can-utils log at X times its recorded pace (1 where not given),
 //                             0: as fast as it can be read; finished() at its end
 //   udp:HOST:PORT[?from=IP,IP]  cannelloni packets
 // Throws std::runtime_error of one line, "URL: reason", where the URL or the file cannot be used,
-// or the kernel has no CAN. A port that is taken is waited for.
+// or the kernel has no CAN. It retries while another process holds the port.
 std::unique_ptr<CanSource> OpenCanSource(const std::string& url,
                                          const std::vector<CanFilter>& filters,
                                          int receive_buffer_bytes);

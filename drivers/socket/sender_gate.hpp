@@ -8,26 +8,28 @@
 
 namespace seastitch {
 
-// Which IPv4 address may send to a driver: those configured, else the first whose datagrams the
-// codec understood, until none of them comes for 5 s. Until one is understood everybody may, so
-// that strangers do not keep the device out. Addresses are in host order. Knows only the stamps
-// that it is given.
+// Decides from which IPv4 addresses a driver accepts datagrams. With configured addresses: from all
+// of these. Else from one address: the first whose datagram the codec decoded, until 5 s pass
+// without a decoded datagram from it. Before the first decoded datagram all addresses are accepted,
+// so that another sender that comes first does not lock the device out. Addresses are in host byte
+// order. It reads no clock.
 class SenderGate {
  public:
-  // The first that is understood.
+  // Without configured addresses.
   SenderGate() = default;
-  // allowed: "10.0.0.5,10.0.0.6". Throws std::runtime_error "'TEXT': ..." for what is no IPv4
-  // address.
+  // allowed: "10.0.0.5,10.0.0.6". Throws std::runtime_error "'TEXT': ..." if an item is
+  // not an IPv4 address.
   explicit SenderGate(const std::string& allowed);
 
   bool Accepts(std::uint32_t address, Time recv);
-  // The codec made sense of a datagram of this sender, which Accepts() let pass.
+  // Call it when the codec decoded a datagram that Accepts() let pass.
   void Understood(std::uint32_t address, Time recv);
-  // Of the last that was refused, for people: "10.0.0.9, while 10.0.0.5 sends"; empty: none was.
+  // The last address that was not accepted, for people: "10.0.0.9, while 10.0.0.5 sends"; empty if
+  // there was none.
   std::string refusal() const;
 
  private:
-  static constexpr std::uint32_t kNobody = 0;  // 0.0.0.0 sends nothing
+  static constexpr std::uint32_t kNobody = 0;  // 0.0.0.0, which is never the address of a sender
   bool IsItsTurn(std::uint32_t address, Time recv) const;
 
   std::set<std::uint32_t> allowed_;

@@ -10,24 +10,25 @@
 
 namespace seastitch {
 
-// Reads a serial port: 8 data bits, no parity, one stop bit, no handshake. Nobody else may open it
-// meanwhile. A port that is missing or was unplugged is waited for.
+// Reads a serial port: 8 data bits, no parity, one stop bit, no handshake. No other process can
+// open it meanwhile. It retries while the port is missing or unplugged.
 class SerialPort {
  public:
   // "serial:/dev/ttyUSB0[?baud=9600]". Throws std::runtime_error "URL: reason".
   explicit SerialPort(const std::string& url);
 
   int fd() const { return port_.fd(); }
-  // Takes what waits; false where nothing does. recv: when its first bit came, by the rate, since a
-  // port gives no stamps.
+  // Takes the received bytes; false if there are none. recv: arrival of the first bit, computed
+  // from the time of the read call and the baud rate, because the kernel does not stamp serial
+  // data.
   bool Receive(Datagram* piece);
   // Reads the port's own counts of errors. Call it regularly.
   void CheckErrors();
-  // Why nothing can come, for people; empty while it is open.
+  // Why it cannot receive, for people; empty while it is open.
   const std::string& trouble() const { return port_.trouble(); }
 
-  // serial_lost (the port went away); serial_framing_errors (a wrong rate, noise) and
-  // serial_overruns (the computer was late), where the port counts them.
+  // serial_lost (the port disappeared); serial_framing_errors (wrong baud rate, noise) and
+  // serial_overruns (bytes lost before the computer read them), if the port counts them.
   const Counters& counters() const { return counters_; }
 
  private:

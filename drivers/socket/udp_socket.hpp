@@ -16,40 +16,40 @@ namespace seastitch {
 
 struct Datagram {
   std::vector<std::uint8_t> bytes;
-  Time recv;                 // the kernel's stamp
-  std::uint64_t sender = 0;  // IPv4 address and port, to tell senders apart
+  Time recv;                 // the kernel's receive stamp
+  std::uint64_t sender = 0;  // IPv4 address << 16 | port
 };
 
-// Receives IPv4 datagrams. A host of 224.0.0.0/4 is a multicast group and is joined; its port may
-// be shared with other receivers. Any other host is the local address to listen on (0.0.0.0: all).
+// Receives IPv4 datagrams. HOST of the URL is the local address to listen on (0.0.0.0: all), or a
+// multicast group (224.0.0.0/4), which the socket joins. Other processes of this computer may
+// receive the same group and port.
 class UdpSocket {
  public:
-  // "udp:HOST:PORT[?interface=eth1][&from=10.0.0.5,10.0.0.6]", the interface (name) on which to
-  // join, and who may send (SenderGate). Throws
-  // std::runtime_error "URL: reason" where that is not an address. A port that is taken, or an
-  // interface that is missing, is waited for.
+  // url: "udp:HOST:PORT[?interface=eth1][&from=10.0.0.5,10.0.0.6]". interface: on which to join the
+  // group. from: accepted senders (SenderGate). Throws std::runtime_error "URL: reason" if the URL
+  // is invalid. If another process holds the port, or the interface is missing, the socket retries
+  // every second.
   UdpSocket(const std::string& url, int receive_buffer_bytes);
   UdpSocket(const UdpSocket&) = delete;
   UdpSocket& operator=(const UdpSocket&) = delete;
 
   int fd() const { return socket_.fd(); }
-  // Takes one datagram; false when none waits. Truncated ones, and those of other senders, are
-  // counted, never given.
+  // Takes one datagram from the queue; false if it is empty. Truncated datagrams, and those of
+  // senders that are not accepted, are counted and not returned.
   bool Receive(Datagram* datagram);
-  // Call it for a datagram that turned out to be the device's: see SenderGate.
+  // Call it for a datagram that was decoded: see SenderGate.
   void Understood(const Datagram& datagram);
-  // An interface that was pulled and put back has forgotten the group: joins it again. Call it
-  // regularly.
+  // Joins the multicast group again if the interface was removed and added. Call it once a second.
   void CheckInterface();
-  // Why nothing can come, for people; empty while it listens.
+  // Why it cannot receive, for people; empty while it listens.
   const std::string& trouble() const { return socket_.trouble(); }
 
-  // Of the last datagram of another sender: see SenderGate.
+  // The last sender that was not accepted: see SenderGate.
   std::string refusal() const { return gate_.refusal(); }
 
   // udp_interface_gone, udp_refused_senders (datagrams), udp_dropped (receive buffer full),
-  // udp_truncated, udp_receive_errors, udp_unstamped (by the kernel), udp_receive_buffer_bytes
-  // (granted).
+  // udp_truncated, udp_receive_errors, udp_unstamped (without the kernel's stamp: the time of the
+  // read call is used), udp_receive_buffer_bytes (granted size).
   const Counters& counters() const { return counters_; }
 
  private:

@@ -17,6 +17,7 @@
 #include "drivers/socket/cannelloni.hpp"
 #include "drivers/socket/sender_gate.hpp"
 #include "drivers/socket/source_url.hpp"
+#include "drivers/socket/tcp_socket.hpp"
 #include "drivers/socket/udp_socket.hpp"
 #include "tests/drivers/loopback.hpp"
 #include "tests/drivers/test_data.hpp"
@@ -175,6 +176,65 @@ TEST(UdpSocket, TellsSendersApart) {
   ASSERT_TRUE(socket.Receive(&b));
   EXPECT_NE(a.sender, b.sender);
   EXPECT_FALSE(socket.Receive(&b));
+}
+
+// --- a device that serves its data over TCP ---
+
+TEST(TcpSocket, RefusedItTriesAgainAndTellsOfTheConnectionItLost) {
+  const int port = FreeUdpPort();
+  TcpSocket socket("tcp:127.0.0.1:" + std::to_string(port));
+  Datagram piece;
+  ASSERT_TRUE(WaitReadable(socket.fd()));
+  EXPECT_FALSE(socket.Receive(&piece));
+  EXPECT_EQ(socket.trouble(), "Connection refused");
+  EXPECT_TRUE(socket.counters().empty());
+  TcpServer device(port);
+  ASSERT_TRUE(WaitReadable(socket.fd())) << "time to try again";
+  EXPECT_FALSE(socket.Receive(&piece));
+  ASSERT_TRUE(device.Accept());
+  socket.Check();
+  EXPECT_EQ(socket.trouble(), "");
+  device.Send(std::vector<std::uint8_t>{1, 2, 3});
+  ASSERT_TRUE(WaitReadable(socket.fd()));
+  ASSERT_TRUE(socket.Receive(&piece));
+  EXPECT_EQ(piece.bytes, (std::vector<std::uint8_t>{1, 2, 3}));
+  EXPECT_GT(piece.recv, FromUtime(1'500'000'000'000'000));
+  EXPECT_FALSE(socket.Receive(&piece));
+  device.Close();
+  ASSERT_TRUE(WaitReadable(socket.fd()));
+  EXPECT_FALSE(socket.Receive(&piece));
+  EXPECT_EQ(socket.trouble(), "the device closed the connection");
+  EXPECT_EQ(socket.counters(), (Counters{{"tcp_connections", 1}, {"tcp_lost", 1}}));
+}
+
+// The queue of the device's kernel is full: it answers nobody.
+TEST(TcpSocket, ADeviceThatDoesNotAnswerIsNamed) {
+  const int port = FreeUdpPort();
+  const TcpServer device(port);
+  const std::string url = "tcp:127.0.0.1:" + std::to_string(port);
+  std::vector<std::unique_ptr<TcpSocket>> fillers;
+  for (int i = 0; i < 4; ++i) fillers.push_back(std::make_unique<TcpSocket>(url));
+  TcpSocket& last = *fillers.back();
+  EXPECT_EQ(last.trouble(), "not connected");
+  for (int i = 0; i < 3; ++i) last.Check();
+  EXPECT_EQ(last.trouble(), "no answer");
+  EXPECT_TRUE(last.counters().empty());
+}
+
+TEST(TcpSocket, OnlyStreamsComeOverIt) {
+  EXPECT_NO_THROW(ExpectUsable("tcp:10.0.0.5:2210", SourceKind::kStream));
+  EXPECT_NO_THROW(ExpectUsable("tcp:10.0.0.5:2210", SourceKind::kBytes));
+  const auto error = [](const std::string& url, SourceKind kind) {
+    return ErrorOf([&] { ExpectUsable(url, kind); });
+  };
+  EXPECT_THAT(error("udp:0.0.0.0:2210", SourceKind::kStream), HasSubstr("expected tcp:HOST:PORT"));
+  EXPECT_THAT(error("tcp:10.0.0.5:2210", SourceKind::kDatagrams), HasSubstr("expected udp:"));
+  EXPECT_THAT(error("tcp:10.0.0.5:2210", SourceKind::kCan), HasSubstr("expected can:"));
+  EXPECT_THAT(error("tcp:10.0.0.5", SourceKind::kStream), HasSubstr("expected tcp:HOST:PORT"));
+  EXPECT_THAT(error("tcp::2210", SourceKind::kStream), HasSubstr("expected tcp:HOST:PORT"));
+  EXPECT_THAT(error("tcp:10.0.0.5:0", SourceKind::kStream), HasSubstr("'0' is not a port"));
+  EXPECT_THAT(error("tcp:10.0.0.5:2210?from=10.0.0.5", SourceKind::kStream),
+              HasSubstr("unknown option"));
 }
 
 TEST(SenderGate, TakesTheFirstThatIsUnderstoodUntilItIsSilentForFiveSeconds) {
@@ -387,6 +447,11 @@ TEST_F(Config, ASourceThatCanNeverBeOpenedIsAMistakeToo) {
           LoadMbesDriverConfig(dir.Write("m.yaml", std::string("source: \"") + source + "\"\n"));
         }),
         HasSubstr("m.yaml: source: " + std::string(source) + ": expected udp:HOST:PORT"));
+  EXPECT_THAT(
+      ErrorOf([&] {
+        LoadMbesDriverConfig(dir.Write("m.yaml", "source: \"udp:0.0.0.0:2210\"\nformat: wbms\n"));
+      }),
+      HasSubstr("m.yaml: source: udp:0.0.0.0:2210: expected tcp:HOST:PORT"));
 }
 
 TEST_F(Config, ABrokenDbcIsNamedByItsLine) {

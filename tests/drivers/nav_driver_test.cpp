@@ -203,8 +203,8 @@ TEST_F(NavConfig, TheShippedFileIsReadAndNamesNothing) {
 
 TEST_F(NavConfig, MistakesAreNamedByFileKeyAndWhatWasExpected) {
   EXPECT_THAT(ErrorOf("gps: {source: \"can:can0\"}"),
-              HasSubstr("nav_driver.yaml: gps.source: can:can0: expected udp:HOST:PORT or "
-                        "serial:/dev/NAME"));
+              HasSubstr("nav_driver.yaml: gps.source: can:can0: expected udp:HOST:PORT, "
+                        "tcp:HOST:PORT or serial:/dev/NAME"));
   EXPECT_THAT(ErrorOf("gps: {source: \"serial:/dev/ttyUSB0?baud=4801\"}"),
               HasSubstr("gps.source: serial:/dev/ttyUSB0?baud=4801: '4801' is not a rate"));
   EXPECT_THAT(ErrorOf("gps: {source: \"serial:ttyUSB0\"}"), HasSubstr("expected serial:/dev/NAME"));
