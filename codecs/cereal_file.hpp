@@ -4,8 +4,9 @@
 
 namespace seastitch {
 
-// AUVLIB's std_data::mbes_ping::PingsT as cereal's binary archive has it, or its portable one
-// (little-endian): for each ping the pose ("auvlib"), in an unnamed map grid, and its points.
+// Reader of AUVLIB files: std_data::mbes_ping::PingsT in cereal's binary or portable binary archive
+// (little-endian). Each ping gives its pose (source "auvlib"), in a map grid that the file does not
+// name, and its points.
 class CerealFileReader : public SurveyReader {
  protected:
   Look LookAt(Bytes bytes, bool at_end) const override;

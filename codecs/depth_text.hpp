@@ -6,7 +6,7 @@
 
 #include "codecs/nmea0183.hpp"
 
-// What pressure sensors write, one line a reading.
+// Text lines of pressure sensors, one line per reading.
 namespace seastitch {
 
 struct DepthReading {
@@ -19,10 +19,10 @@ struct DepthReading {
   double value = 0.0;
 };
 
-// Lines without NMEA's framing: Paroscientific Digiquartz ("*ddssVALUE": destination, source),
-// Valeport ("VALUE,M" or "VALUE,dBar", a standard deviation behind it or not).
+// Decodes lines without NMEA's framing: Paroscientific Digiquartz ("*ddssVALUE": destination,
+// source), Valeport ("VALUE,M" or "VALUE,dBar", with or without a standard deviation after it).
 std::optional<DepthReading> DecodeDepthLine(std::string_view line);
-// DBS, and Valeport's PIPS, PVIPS2 and PRVAT.
+// Decodes the NMEA sentences DBS, PIPS, PVIPS2 and PRVAT (the last three by Valeport).
 std::optional<DepthReading> DecodeDepthSentence(const NmeaSentence& sentence);
 
 }  // namespace seastitch

@@ -381,6 +381,20 @@ std::optional<NavigationRecord> DecodeEmP(const EmDatagram& datagram,
   return sample;
 }
 
+std::optional<NavigationRecord> DecodeEmHeight(const EmDatagram& datagram) {
+  constexpr std::uint8_t kOfWaterLine = 0;
+  EmReader in(datagram);
+  const double height_cm = in.Get<std::int32_t>();
+  const auto type = in.Get<std::uint8_t>();
+  if (!in.ok()) return std::nullopt;
+  NavigationRecord sample;
+  sample.time = datagram.time;
+  sample.source = "h";
+  sample.status = type;
+  if (type == kOfWaterLine) sample.water_line_height_m = height_cm / 100.0;
+  return sample;
+}
+
 std::optional<SoundVelocityProfile> DecodeEmU(const EmDatagram& datagram) {
   EmReader in(datagram);
   const auto date = static_cast<int>(in.Get<std::uint32_t>() % 100'000'000);

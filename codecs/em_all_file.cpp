@@ -55,6 +55,7 @@ bool EmAllFileReader::ReadDatagram(const EmDatagram& datagram, std::vector<Surve
     case 'n': return AppendRecords(DecodeEmNetworkAttitude(datagram), out);
     case 'P': return AppendRecords(DecodeEmP(datagram, installation_), out);
     case 'U': return AppendRecords(DecodeEmU(datagram), out);
+    case 'h': return AppendRecords(DecodeEmHeight(datagram), out);
     case 'G': return AppendRecords(DecodeEmG(datagram), out);
     case 'I': {
       auto installation = DecodeEmI(datagram);

@@ -8,14 +8,16 @@
 
 namespace seastitch {
 
-// A Kongsberg .all file: N (raw pings), X (the same as the sonar placed them), A, n, P, U, G, I.
+// Reader of a Kongsberg .all file: N (raw pings), X (the same, ray traced by the sonar), A and n
+// (attitude), P (position), U (sound-speed profile), G (sound speed at the transducer), I
+// (installation).
 class EmAllFileReader : public SurveyReader {
  protected:
   Look LookAt(Bytes bytes, bool at_end) const override;
   void Read(Bytes record, std::vector<SurveyRecord>* out) override;
 
  private:
-  // False: refused.
+  // False: malformed.
   bool ReadDatagram(const EmDatagram& datagram, std::vector<SurveyRecord>* out);
   std::uint8_t HeadOf(const EmDatagram& datagram);
 

@@ -8,16 +8,16 @@
 
 namespace seastitch {
 
-// GSF 3.x (generic sensor format), big-endian: swath bathymetry as somebody processed it. A ping
-// gives its position and attitude ("gsf_ping"), then its soundings; attitude records, profiles and
-// processing parameters (settings). Depths have draft and tide in them already and count from the
-// surface that these refer to; a beam whose flags mark it as ignored has no kBeamValid.
+// Reader of GSF 3.x files (generic sensor format), big-endian: processed swath bathymetry. A ping
+// gives its position and attitude (source "gsf_ping"), then its soundings. Also read: attitude
+// records, sound-speed profiles, processing parameters (as settings). Depths include the corrections
+// of draft and tide and count from the surface that these refer to. A beam that is flagged as ignored
+// has no kBeamValid.
 //
-// Travel times and angles are left alone: in files that somebody has processed they do not lead to
-// the depths beside them.
+// Travel times and angles are not read: in processed files they do not agree with the depths.
 //
-// Counts besides: gsf_version_unknown (records of a file that is not 3.x), gsf_compressed (pings
-// whose arrays are).
+// Also counts gsf_version_unknown (records of a file that is not 3.x) and gsf_compressed (pings with
+// compressed arrays, which are not read).
 class GsfFileReader : public SurveyReader {
  protected:
   Look LookAt(Bytes bytes, bool at_end) const override;
@@ -29,11 +29,11 @@ class GsfFileReader : public SurveyReader {
     double offset = 0.0;
     bool compressed = false;
   };
-  // Of a ping's arrays, by their number. They hold until the file gives others.
+  // Scale factors of a ping's arrays, by array number. Valid until the file states others.
   using Scales = std::array<Scale, 32>;
   struct Arrays;
 
-  // False: refused.
+  // False: malformed.
   bool ReadRecord(std::uint32_t type, Bytes data, std::vector<SurveyRecord>* out);
   bool ReadPing(Bytes data, std::vector<SurveyRecord>* out);
   bool ReadSubrecords(ByteReader* in, Arrays* arrays);

@@ -8,11 +8,13 @@
 
 namespace seastitch {
 
-// A .kmall file: pings (raw, then as the sonar placed them), #SKM, #SPO, #SVP, #SVT, #IIP, #IOP.
+// Reader of a .kmall file: #MRZ (raw ping, then the same ray traced by the sonar), #SKM (motion),
+// #SPO (position), #SVP (profile), #SVT (sound speed at the transducer), #IIP (installation), #IOP
+// (settings).
 class KmallFileReader : public SurveyReader {
  public:
-  // Besides those of every reader: those of KmallReassembler, kmall_version_unknown and
-  // kmall_ping_empty (pings without a valid sounding, which are left out).
+  // Counters of every reader and of KmallReassembler, and kmall_version_unknown and kmall_ping_empty
+  // (pings without a valid sounding, which are left out).
   Counters counters() const override;
 
  protected:
@@ -21,7 +23,7 @@ class KmallFileReader : public SurveyReader {
 
  private:
   void ReadPing(Bytes datagram, std::vector<SurveyRecord>* out);
-  // False: refused.
+  // False: malformed.
   bool ReadSensor(const KmallHeader& header, Bytes datagram, std::vector<SurveyRecord>* out);
 
   KmallReassembler reassembler_{PartCollectorParams{}};

@@ -10,7 +10,7 @@
 #include "common/core/bytes.hpp"
 #include "common/core/time.hpp"
 
-// What every KMALL datagram has: header in front, its size once more behind.
+// Frame of every KMALL datagram: a header at the beginning, and its size again at the end (tail).
 namespace seastitch {
 
 inline constexpr std::size_t kKmallHeaderBytes = 20;
@@ -30,11 +30,11 @@ struct KmallHeader {
   bool Is(std::string_view name) const { return name == std::string_view(type.data(), 4); }
 };
 
-// Nothing unless the bytes begin with a header whose size is that of the bytes.
+// Reads the header. Absent unless its size is that of the bytes.
 std::optional<KmallHeader> ReadKmallHeader(Bytes datagram);
-// A datagram of that type without its tail; nothing where a size is wrong or the time is 0.
+// A datagram of that type without its tail; absent where a size is wrong or the time is 0.
 std::optional<Bytes> WholeKmall(Bytes datagram, std::string_view type);
-// Takes a structure that begins with its own size. `all`: what `in` reads from.
+// Reads a structure that begins with its own size. all: the bytes that `in` reads from.
 Bytes TakeSizedKmall(ByteReader* in, Bytes all, std::size_t least);
 // Seconds and nanoseconds, to the nearest microsecond.
 Time ReadKmallTime(ByteReader* in);

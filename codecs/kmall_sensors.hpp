@@ -11,33 +11,33 @@
 // (sound speed at the transducer), #IIP (installation), #IOP (settings).
 namespace seastitch {
 
-// A whole #SVP. Samples that are not deeper than the one before are left out. Nothing where a
-// value makes no sense or no sample is left.
+// Decodes a whole #SVP. Samples that are not deeper than the one before are left out. Absent where a
+// value is out of range or no sample is left.
 std::optional<SoundVelocityProfile> DecodeSvp(Bytes datagram);
 std::vector<std::uint8_t> EncodeSvp(const SoundVelocityProfile& profile, const KmallHeader& header);
 
-// Position and height, at the time of the sensor's own message where the sonar takes it from there,
-// else of arrival. Nothing also where the position is "not available".
+// Position and height (#SPO). Its time is that of the sensor's own message where the sonar uses it,
+// else the time of arrival. Absent also where the position is "not available".
 std::optional<NavigationRecord> DecodeSpo(Bytes datagram);
 
-// One sample for each of the sensor's, at its own time; without what is called invalid. Attitude:
-// the raw angles of the sensor, roll port up, pitch bow up.
+// Motion (#SKM): one sample per sample of the sensor, at its own time, without values that are
+// flagged invalid. Attitude: raw angles of the sensor, roll port up, pitch bow up.
 std::optional<std::vector<NavigationRecord>> DecodeSkm(Bytes datagram);
 
-// A motion sample as a sensor sends it to the sonar, by itself ("KM binary", #KMB): 132 bytes
-// without a checksum. SizeOfKmBinary is a FrameStream::SizeOf.
+// A single motion sample as a sensor sends it to the sonar ("KM binary", #KMB): 132 bytes without a
+// checksum. SizeOfKmBinary is a FrameStream::SizeOf.
 std::optional<std::size_t> SizeOfKmBinary(Bytes bytes);
 std::optional<NavigationRecord> DecodeKmBinary(Bytes datagram);
 
 // One datagram of position, height and quality of positioning system 0 ("#SPO0"), by the sensor's
 // own time.
 std::vector<std::uint8_t> EncodeSpo(const NavigationRecord& sample, const KmallHeader& header);
-// One datagram of at most 148 samples of motion sensor 0 ("#SKM0"): what a sample does not have is
-// called invalid. Throws std::invalid_argument for none or more.
+// One datagram of 1 to 148 samples of motion sensor 0 ("#SKM0"). Absent values are flagged invalid.
+// Throws std::invalid_argument for any other number.
 std::vector<std::uint8_t> EncodeSkm(const std::vector<NavigationRecord>& samples,
                                     const KmallHeader& header);
 // #IIP: first transmitter and receiver, one positioning and one motion sensor, both active and at
-// the given place, and the water line.
+// the given lever arm, and the water line.
 std::vector<std::uint8_t> EncodeIip(const SonarInstallation& installation,
                                     const KmallHeader& header);
 

@@ -8,26 +8,25 @@
 #include "codecs/kmall.hpp"
 #include "codecs/mbes_codec.hpp"
 
-// KMALL as it comes over UDP: datagram after datagram, the large ones in parts.
+// KMALL over UDP: one datagram per packet, large #MRZ split into parts.
 namespace seastitch {
 
-// A whole #MRZ in parts of at most max_bytes, by the rule of its version. One part where it fits,
-// byte for byte the datagram. Throws std::invalid_argument unless max_bytes is at least 64 and at
-// most 65507.
+// Splits a whole #MRZ into parts of at most max_bytes, by the rule of its version. A datagram that
+// fits is one part, unchanged. Throws std::invalid_argument unless max_bytes is 64 to 65507.
 std::vector<std::vector<std::uint8_t>> SplitIntoParts(Bytes datagram,
                                                       std::size_t max_bytes = 64000);
 
-// Joins the parts of #MRZ, in any order, by either rule (docs/drivers.md).
+// Reassembles #MRZ from parts in any order, by the rules of all versions (docs/drivers.md).
 class KmallReassembler {
  public:
   explicit KmallReassembler(const PartCollectorParams& params)
       : max_parts_(static_cast<std::size_t>(params.max_parts)), collector_(params) {}
 
-  // Adds a part. Returns the datagram when it is complete, an unsplit one at once. `sender`
-  // distinguishes systems that use the same numbers.
+  // Adds a part. Returns the datagram when it is complete; one that is not split at once. sender:
+  // distinguishes sonars that use the same ping numbers.
   std::optional<std::vector<std::uint8_t>> Add(Bytes part, std::uint64_t sender = 0);
 
-  // kmall_part_malformed, kmall_part_tail_wrong (used all the same), kmall_set_incomplete,
+  // kmall_part_malformed, kmall_part_tail_wrong (the part is used nevertheless), kmall_set_incomplete,
   // kmall_set_inconsistent.
   Counters counters() const;
 
@@ -51,10 +50,10 @@ class KmallStream : public MbesCodec {
   explicit KmallStream(const MbesCodecParams& params)
       : head_roll_rad_(params.head_roll_rad), reassembler_(params.parts) {}
 
-  // Only #MRZ and #SVP give something.
+  // Only #MRZ and #SVP give a result.
   std::vector<MbesOutput> Add(Bytes payload, Time recv, std::uint64_t sender) override;
-  // Refused: kmall_malformed, kmall_version_unknown, mbes_beam_unusable and those of the
-  // reassembler. Read and counted only: kmall_positions, kmall_motion_samples,
+  // Rejected: kmall_malformed, kmall_version_unknown, mbes_beam_unusable and the counters of the
+  // reassembler. Read, counted and not used: kmall_positions, kmall_motion_samples,
   // kmall_sound_speeds, and kmall_ignored for every other type.
   Counters counters() const override;
 

@@ -9,20 +9,20 @@
 
 namespace seastitch {
 
-// Lines of text out of bytes that come in pieces of any size: of a serial port, or of datagrams
-// that a gateway cut where it liked. A line ends at CR or LF, before a '$', and behind the
-// checksum of an NMEA sentence, which some instruments send without a line end.
+// Extracts lines of text from bytes that come in pieces of any size: from a serial port, or from
+// datagrams that a gateway splits anywhere. A line ends at CR or LF, before a '$', and after the
+// checksum of an NMEA sentence, because some instruments send no line end.
 class LineStream {
  public:
-  static constexpr std::size_t kLongest = 1024;  // what has no end by then is no line
+  static constexpr std::size_t kLongest = 1024;  // longer text is counted as bytes without a line end
 
   struct Line {
     std::string text;
-    Time recv;  // of the piece in which it began
+    Time recv;  // receive time of the piece in which it began
   };
 
   std::vector<Line> Add(Bytes piece, Time recv);
-  // Bytes of lines without an end.
+  // Number of bytes without a line end.
   std::int64_t too_long_bytes() const { return too_long_bytes_; }
 
  private:

@@ -21,24 +21,24 @@ struct MbesCodecParams {
   std::vector<double> head_roll_rad;
 };
 
-// The data format of one maker's sonar: UDP payloads to pings. One pair of files a format, and one
+// The data format of one maker's sonar: datagrams, or pieces of a stream, to pings. One pair of files a format, and one
 // line in mbes_decoder.cpp.
 class MbesCodec {
  public:
   virtual ~MbesCodec() = default;
 
-  // Pings have the time of the sonar. `recv` orders parts that carry no time; `sender`
-  // distinguishes systems that use the same numbers.
+  // Decodes one payload. Pings have the sonar's time. recv: receive time, which orders parts without a
+  // time. sender: distinguishes sonars that use the same ping numbers.
   virtual std::vector<MbesOutput> Add(Bytes payload, Time recv, std::uint64_t sender) = 0;
-  // What was refused or lost, by cause; the names begin with that of the format.
+  // Counts of rejected and lost data, by reason; the names begin with the format's.
   virtual Counters counters() const = 0;
 };
 
 // Rotates the receive angles of a head into the sonar's frame: subtracts the head's roll.
 void TurnFromHead(std::size_t head, const std::vector<double>& head_roll_rad, MbesPing* ping);
 
-// What a beam must be to be given on: finite numbers, an angle within half a turn, and behind the
-// transmission if it is valid. Any other keeps its place as zeros.
+// True: the beam has finite numbers, an angle within half a turn, and, if it is valid, a positive
+// travel time. Decoders replace any other beam by zeros.
 bool IsUsable(const MbesBeam& beam);
 
 }  // namespace seastitch

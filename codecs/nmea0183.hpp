@@ -10,12 +10,14 @@
 #include "common/core/counters.hpp"
 #include "common/core/time.hpp"
 
-// Sentences of NMEA 0183 and of the makers who write like it. A field that is empty, or no number,
-// is not given; a sentence that lacks what it is for is nothing.
+// Decoders of NMEA 0183 sentences, standard and proprietary. A field that is empty or not a number
+// is absent. A sentence without the field that it is sent for gives std::nullopt. Headings and
+// courses are clockwise from true north [rad].
 namespace seastitch {
 
 struct NmeaSentence {
-  std::string_view type;  // "GGA", whatever the talker; of makers' own the whole: "PSXN"
+  // Without the two letters of the talker: "GGA". Of a proprietary sentence the whole: "PSXN".
+  std::string_view type;
   std::vector<std::string_view> fields;
 
   std::string_view Text(std::size_t field) const {
@@ -24,13 +26,14 @@ struct NmeaSentence {
   std::optional<double> Number(std::size_t field) const;
 };
 
-// "$..." with its checksum, which may be left out where it need not be there (and by PSIMSSB, whose
-// maker does). Counts nmea_malformed, nmea_checksum_wrong, nmea_checksum_missing.
+// Splits one line "$..." and checks its checksum. needs_checksum: a line without a checksum is
+// rejected, except PSIMSSB, which its maker sends without. A wrong checksum is always rejected.
+// Counts nmea_malformed, nmea_checksum_wrong, nmea_checksum_missing in *counters (not null).
 std::optional<NmeaSentence> ParseNmea(std::string_view line,
                                       bool needs_checksum,
                                       Counters* counters);
 
-// "hhmmss.ss"
+// Time since midnight UTC from "hhmmss.ss".
 std::optional<Duration> TimeOfDayFromNmea(std::string_view text);
 
 struct GeoPoint {
@@ -38,7 +41,7 @@ struct GeoPoint {
   double longitude_rad = 0.0;
 };
 
-// Of GGA and, as far as it goes, RMC.
+// Quality of a GGA position, numbers as in the sentence.
 enum class FixQuality : int {
   kNone = 0,
   kAutonomous = 1,
@@ -56,38 +59,39 @@ struct NmeaPosition {
   FixQuality quality = FixQuality::kNone;
   std::optional<GeoPoint> position;
   std::optional<double> hdop;
-  std::optional<double> height_m;  // above the ellipsoid
+  // Above the WGS 84 ellipsoid: altitude plus geoid separation, where the sentence has both.
+  std::optional<double> height_m;
 };
 std::optional<NmeaPosition> DecodeGga(const NmeaSentence& sentence);
 
 struct NmeaCourse {
   std::optional<Duration> time_of_day;
   std::optional<Time> midnight;      // of the day
-  std::optional<GeoPoint> position;  // nothing: none, or called void
+  std::optional<GeoPoint> position;  // absent in VTG and where RMC says void (V)
   std::optional<double> speed_mps;   // over ground
   std::optional<double> course_rad;  // over ground, from true north
 };
 std::optional<NmeaCourse> DecodeRmc(const NmeaSentence& sentence);
 std::optional<NmeaCourse> DecodeVtg(const NmeaSentence& sentence);
 
-// HDT and THS: from true north.
+// Heading of HDT and THS.
 std::optional<double> DecodeHeading(const NmeaSentence& sentence);
-// An instant, UTC.
+// Date and time of ZDA, UTC.
 std::optional<Time> DecodeZda(const NmeaSentence& sentence);
 
-// Roll port up, pitch bow up.
+// Attitude: roll positive port side up, pitch positive bow up, as all three sentences have it.
 struct NmeaAttitude {
   std::optional<Duration> time_of_day;
   double roll_rad = 0.0;
   double pitch_rad = 0.0;
-  std::optional<double> heading_rad;                        // from true north
+  std::optional<double> heading_rad;                        // absent where not stated
   Eigen::Vector3d sigma_rpy_rad = Eigen::Vector3d::Zero();  // 1 sigma; 0 = not given
 };
 std::optional<NmeaAttitude> DecodePashr(const NmeaSentence& sentence);
 std::optional<NmeaAttitude> DecodePrdid(const NmeaSentence& sentence);
 std::optional<NmeaAttitude> DecodePsxn23(const NmeaSentence& sentence);
 
-// 0 normal, 1 reduced, 2 invalid.
+// Quality of a motion sensor's outputs (PSXN,20): 0 normal, 1 reduced, 2 invalid.
 struct NmeaQuality {
   int horizontal = 0;
   int height = 0;
@@ -96,18 +100,18 @@ struct NmeaQuality {
 };
 std::optional<NmeaQuality> DecodePsxn20(const NmeaSentence& sentence);
 
-// Depth below the surface, from metres, else feet, else fathoms.
+// Depth below the surface [m] of DBS, from its field in metres, else in feet, else in fathoms.
 std::optional<double> DecodeDbs(const NmeaSentence& sentence);
 
-// Kongsberg's acoustic positioning: where a transponder is.
+// Position of a transponder by Kongsberg's acoustic positioning (USBL).
 struct Psimssb {
   std::optional<Duration> time_of_day;
   std::string transponder;  // "B01"
   bool valid = false;
-  std::string error;                 // a valid one may have a doubt
-  bool is_absolute = false;          // latitude and longitude; else as seen from the ship
-  std::optional<GeoPoint> position;  // of absolute ones
-  std::optional<double> accuracy_m;  // as expected, 1 sigma
+  std::string error;         // error code; a valid position may have one, too
+  bool is_absolute = false;  // latitude and longitude; else relative to the ship, and not decoded
+  std::optional<GeoPoint> position;  // where valid and absolute
+  std::optional<double> accuracy_m;  // expected horizontal 1 sigma
 };
 std::optional<Psimssb> DecodePsimssb(const NmeaSentence& sentence);
 

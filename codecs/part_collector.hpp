@@ -15,14 +15,15 @@
 namespace seastitch {
 
 struct PartCollectorParams {
-  int max_parts = 32;      // of one datagram; KMALL's own limit for #MRZ
-  int max_open = 4;        // datagrams being collected: two heads, two swaths
-  double max_age_s = 2.0;  // of one of these, by the times that are handed in; two slow pings
+  int max_parts = 32;      // per message; KMALL's own limit for #MRZ
+  int max_open = 4;        // incomplete messages at a time: two swaths of each of two heads
+  double max_age_s = 2.0;  // of an incomplete message, measured with Add()'s times: two slow pings
 };
 
-// Collects the parts of datagrams that were cut for UDP, in any order. Memory is bounded by
-// max_open * max_parts payloads. Key names the datagram that a part belongs to; where two share
-// one (two heads of an old sonar), a part goes to the first whose place for it is free.
+// Reassembles sonar messages that were split into parts, one UDP datagram per part. Parts may come
+// in any order. Memory is bounded by max_open * max_parts payloads. Key identifies the message that
+// a part belongs to. Two messages may have equal keys (two heads of an old sonar): a part then goes
+// to the first message that lacks it.
 template <class Key>
 class PartCollector {
  public:
@@ -30,8 +31,9 @@ class PartCollector {
 
   explicit PartCollector(const PartCollectorParams& params) : params_(params) {}
 
-  // Adds part `index` of `num_parts`; gives all of them, in order, when it was the last to come.
-  // The caller holds index < num_parts <= max_parts, and keeps repeats away.
+  // Adds part `index` of `num_parts`. Returns all parts, in order, when the message is complete.
+  // time: arrival of the part. The caller guarantees index < num_parts <= max_parts, a part that is
+  // not empty, and no repeated part.
   std::optional<Parts> Add(
       const Key& key, std::size_t num_parts, std::size_t index, Bytes part, Time time) {
     const auto set = SetFor(key, num_parts, index, time);
@@ -42,16 +44,16 @@ class PartCollector {
     return parts;
   }
 
-  // Datagrams that were given up: too old, or too many at a time.
+  // Number of messages that were given up: too old, or too many at a time.
   std::int64_t lost() const { return lost_; }
-  // Datagrams whose last part has not come yet.
+  // Number of incomplete messages.
   std::int64_t open() const { return static_cast<std::int64_t>(sets_.size()); }
 
  private:
   struct Set {
     Key key;
     Time time;
-    Parts parts;  // empty: not here yet
+    Parts parts;  // an empty part has not come yet
     std::size_t missing;
   };
   using Sets = std::deque<Set>;

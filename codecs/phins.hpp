@@ -9,14 +9,14 @@
 #include "common/core/sensors.hpp"
 #include "common/core/time.hpp"
 
-// iXblue's standard binary protocol, versions 2 to 5, big-endian: what an INS of theirs (PHINS,
-// ROVINS, ...) computed at one instant. Blocks that are not read are stepped over by their sizes.
+// iXblue's standard binary protocol, versions 2 to 5, big-endian: one navigation solution of an INS
+// (PHINS, ROVINS, ...) per frame. Unused blocks are skipped by their sizes.
 namespace seastitch {
 
 struct PhinsFrame {
   int version = 0;
   Duration valid_at{};           // since midnight, where the INS is synchronised to UTC
-  std::uint32_t counter = 0;     // of frames
+  std::uint32_t counter = 0;     // frame number
   std::optional<Time> midnight;  // of the day
   std::optional<Attitude> attitude;
   std::optional<InsPosition> position;
@@ -25,15 +25,15 @@ struct PhinsFrame {
   double sigma_altitude_m = 0.0;             // 0: not given
   std::optional<InsVelocity> velocity;
   InsStatus status = InsStatus::kUnknown;
-  // What a pressure sensor gave to the INS, and when, since midnight.
+  // Depth that a pressure sensor gave to the INS, and its time since midnight.
   std::optional<InsVertical> sensor_depth;
   Duration sensor_depth_at{};
 };
 
-// Size of the frame that the bytes begin with, as FrameStream::SizeOf.
+// Size of the frame at the beginning of the bytes: a FrameStream::SizeOf.
 std::optional<std::size_t> SizeOfPhins(Bytes bytes);
-// Of one whole frame. Nothing where it holds a block that nobody knows, sizes do not agree, or a
-// value is none. An answer of the INS ("AN") is an empty frame.
+// Decodes one whole frame. Absent where it has an unknown block, inconsistent sizes, or a value that
+// is not a number. An answer of the INS ("AN") is an empty frame.
 std::optional<PhinsFrame> DecodePhins(Bytes frame);
 
 }  // namespace seastitch

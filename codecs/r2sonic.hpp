@@ -6,17 +6,17 @@
 
 #include "codecs/mbes_codec.hpp"
 
-// R2Sonic BTH0, big-endian: one ping a datagram, in sections with names. Sections that are not
-// known are stepped over by their size.
+// R2Sonic BTH0, big-endian: one ping per datagram, in named sections. Unknown sections are skipped by
+// their size.
 namespace seastitch {
 
-// Nothing where sizes do not add up, a section that a ping needs is missing (H0, R0, A0 or A2), or
-// sound speed or time make no sense. Beams: port first. Valid: found by amplitude or phase, and
-// both quality tests passed. *unusable_beams as in DecodeMrz.
+// Decodes a ping. Absent where sizes are inconsistent, a required section is missing (H0, R0, A0 or
+// A2), or sound speed or time are out of range. Beams: port first. Valid: found by amplitude or phase,
+// and both quality tests passed. *unusable_beams: as DecodeMrz().
 std::optional<MbesPing> DecodeBth0(Bytes datagram, int* unusable_beams = nullptr);
-// One tilt for all beams, that of the first; delays are not in this format. Angles to 1 part in
-// 65535 of the largest step between two beams, times to 1 part in 65535 of the longest. Throws
-// std::invalid_argument for more than 1024 beams, or angles that do not rise.
+// Encodes a ping. The format has one tilt for all beams, here that of the first, and no transmit
+// delays. Resolution: angles 1/65535 of the largest step between two beams, travel times 1/65535 of
+// the longest. Throws std::invalid_argument for more than 1024 beams, or angles that do not rise.
 std::vector<std::uint8_t> EncodeBth0(const MbesPing& ping);
 
 class R2SonicStream : public MbesCodec {

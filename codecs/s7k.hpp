@@ -8,11 +8,11 @@
 
 #include "codecs/mbes_codec.hpp"
 
-// Teledyne Reson 7k, little-endian, in the network frames that it puts around its records: 7000
-// (sonar settings, of which the sound speed) and 7027 (raw detections). A ping needs both.
+// Teledyne Reson 7k over UDP, little-endian: records in network frames. A ping needs record 7000
+// (sonar settings, which have the sound speed) and record 7027 (raw detections).
 namespace seastitch {
 
-// What names a ping. Two heads and two swaths may use the same ping number.
+// Identity of a ping. Two heads and two swaths may use the same ping number.
 struct S7kPingId {
   std::uint32_t device_id = 7125;
   std::uint16_t head = 0;  // "system enumerator"
@@ -21,16 +21,16 @@ struct S7kPingId {
   friend bool operator==(const S7kPingId&, const S7kPingId&) = default;
 };
 
-// A record, checked: size, sync pattern and checksum.
+// A record whose size, sync pattern and checksum are right.
 struct S7kRecord {
   std::uint32_t type = 0;
   std::uint32_t device_id = 0;
   std::uint16_t head = 0;
   Time time;
   Bytes data;            // type header and record data
-  std::size_t size = 0;  // of the whole, from frame to checksum
+  std::size_t size = 0;  // of the whole record, from frame to checksum [bytes]
 };
-// The record that the bytes begin with.
+// The record at the beginning of the bytes.
 std::optional<S7kRecord> ReadS7kRecord(Bytes bytes);
 
 struct S7kSettings {
@@ -39,37 +39,38 @@ struct S7kSettings {
 };
 std::optional<S7kSettings> DecodeS7k7000(const S7kRecord& record);
 
-// A ping without its sound speed. Beams in the record's order. Valid: found by amplitude or phase,
-// and both quality tests passed. *unusable_beams as in DecodeMrz.
+// Decodes record 7027: a ping without its sound speed. Beams in the record's order. Valid: found by
+// amplitude or phase, and both quality tests passed. *unusable_beams: as DecodeMrz().
 struct S7kDetections {
   S7kPingId id;
   MbesPing ping;
 };
 std::optional<S7kDetections> DecodeS7k7027(const S7kRecord& record, int* unusable_beams = nullptr);
 
-// One tilt for all beams, that of the first; delays are not in this format.
+// Encodes record 7027. The format has one tilt for all beams, here that of the first, and no transmit
+// delays.
 std::vector<std::uint8_t> EncodeS7k7000(const S7kPingId& id, Time time, double sound_speed_mps);
 std::vector<std::uint8_t> EncodeS7k7027(const S7kPingId& id, const MbesPing& ping);
-// Any record: frame, data, checksum.
+// Encodes any record: frame, data, checksum.
 std::vector<std::uint8_t> EncodeS7kRecord(std::uint32_t type,
                                           const S7kPingId& id,
                                           Time time,
                                           Bytes data);
-// A record in network frames of at most max_bytes each. Throws std::invalid_argument unless
-// max_bytes is at least 64 and at most 60000.
+// Splits a record into network frames of at most max_bytes each. Throws std::invalid_argument unless
+// max_bytes is 64 to 60000.
 std::vector<std::vector<std::uint8_t>> FrameS7k(Bytes record,
                                                 std::uint16_t transmission_id,
                                                 std::size_t max_bytes = 60'000);
 
-// Pings from their two records, which come one after the other in either order.
+// Joins the two records of a ping, which come in either order.
 class S7kPings {
  public:
-  // max_age: of a record whose other half does not come.
+  // max_age: how long a record waits for the other one.
   explicit S7kPings(Duration max_age) : max_age_(max_age) {}
 
   static bool Takes(const S7kRecord& record);
-  // Adds a record. Returns the ping that it completes, if any. now: any clock that rises; sender:
-  // distinguishes systems that use the same numbers.
+  // Adds a record. Returns the ping that it completes, if any. now: any clock that never goes back.
+  // sender: distinguishes sonars that use the same ping numbers.
   std::optional<MbesPing> Add(const S7kRecord& record, Time now, std::uint64_t sender);
   void GiveUpOld(Time now);
   // s7k_malformed, s7k_ping_without_settings, s7k_ping_without_detections, mbes_beam_unusable.

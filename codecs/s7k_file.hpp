@@ -5,11 +5,12 @@
 
 namespace seastitch {
 
-// A Teledyne .s7k file: records without network frames. 7000 with 7027 (pings), 1003, 1012, 1013,
-// 1015, 1016 (navigation), 1009 (profile), 7030 (installation).
+// Reader of a Teledyne .s7k file: records without network frames. 7000 with 7027 (pings), 1003
+// (position), 1012 (roll, pitch, heave), 1013 (heading), 1015 (navigation), 1016 (attitude), 1009
+// (sound-speed profile), 7030 (installation).
 class S7kFileReader : public SurveyReader {
  public:
-  // Besides those of every reader: those of S7kPings.
+  // Counters of every reader and of S7kPings.
   Counters counters() const override;
 
  protected:
@@ -17,7 +18,7 @@ class S7kFileReader : public SurveyReader {
   void Read(Bytes record, std::vector<SurveyRecord>* out) override;
 
  private:
-  // False: refused.
+  // False: malformed.
   bool ReadSensor(const S7kRecord& record, std::vector<SurveyRecord>* out);
 
   S7kPings pings_{std::chrono::seconds(2)};

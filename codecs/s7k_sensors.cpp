@@ -98,12 +98,19 @@ std::optional<NavigationRecord> DecodeS7k1015(const S7kRecord& record) {
   const double longitude_rad = in.Le<double>();
   const float accuracy_m = in.Le<float>();
   const double height_m = in.Le<float>();
-  in.Skip(12);  // its accuracy, speed, course
+  in.Skip(4);  // its accuracy
+  const double speed_mps = in.Le<float>();
+  const double course_rad = in.Le<float>();
   const double heading_rad = in.Le<float>();
   NavigationRecord sample = SampleOf(record);
   sample.position = Position(latitude_rad, longitude_rad, accuracy_m);
   if (!in.ok() || !sample.position || !std::isfinite(heading_rad)) return std::nullopt;
   sample.heading_rad = heading_rad;
+  // Zero and zero: not filled in.
+  const bool moves = speed_mps > 0.0 || (speed_mps == 0.0 && course_rad != 0.0);
+  if (moves && std::isfinite(speed_mps) && std::isfinite(course_rad))
+    sample.velocity =
+        GivenVelocity{{speed_mps * std::cos(course_rad), speed_mps * std::sin(course_rad), 0.0}};
   if (vertical_reference == kEllipsoid && std::isfinite(height_m)) sample.height_m = height_m;
   return sample;
 }

@@ -5,15 +5,14 @@
 
 #include "codecs/survey_records.hpp"
 
-// Sensor records of a Teledyne .s7k file (pings: codecs/s7k.hpp).
+// Encoders of the sensor records of a Teledyne .s7k file (pings: codecs/s7k.hpp).
 namespace seastitch {
 
 std::vector<std::uint8_t> EncodeS7k1003(const NavigationRecord& sample);
-// At most 255 samples with attitude and heave, within 65 s. Throws std::invalid_argument for none
-// or more.
+// 1 to 255 samples with attitude and heave, within 65 s. Throws std::invalid_argument otherwise.
 std::vector<std::uint8_t> EncodeS7k1016(const std::vector<NavigationRecord>& samples);
 std::vector<std::uint8_t> EncodeS7k1009(const SoundVelocityProfile& profile);
-// First transmitter and receiver; sensors at the reference point; water line.
+// Installation: first transmitter and receiver, sensors at the reference point, water line.
 std::vector<std::uint8_t> EncodeS7k7030(const SonarInstallation& installation);
 
 }  // namespace seastitch

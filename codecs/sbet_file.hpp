@@ -7,22 +7,23 @@
 
 namespace seastitch {
 
-// Parameters that an SBET file does not hold.
+// Properties of an SBET file that the file itself does not state.
 struct SbetParams {
   Time week_start;           // Sunday midnight, GPS time, of the week of the first record
   double leap_seconds = 18;  // GPS time less UTC; 0 where the file was exported in UTC
-  // True heading = platform heading + this times the wander angle: -1, 0 or 1.
+  // Sign of the wander angle: true heading = platform heading + wander_sign * wander angle. -1, 0 or
+  // 1; programs that write SBET differ.
   int wander_sign = 0;
   bool velocity_up = false;  // the third velocity is up rather than down
 
   std::string Validate() const;
 };
 
-// Applanix SBET: records of 17 doubles without marks. Samples "sbet": position, height, attitude,
-// velocity.
+// Reader of an Applanix SBET: records of 17 doubles without any header. Gives NavigationRecords of
+// source "sbet": position, height, attitude, velocity.
 class SbetFileReader : public SurveyReader {
  public:
-  // Throws std::invalid_argument where params do not hold.
+  // Throws std::invalid_argument where params are out of range.
   explicit SbetFileReader(const SbetParams& params);
 
  protected:
@@ -31,7 +32,7 @@ class SbetFileReader : public SurveyReader {
 
  private:
   SbetParams params_;
-  std::optional<double> last_s_;  // of the week
+  std::optional<double> last_s_;  // time of the last record, in seconds of the week
 };
 
 }  // namespace seastitch

@@ -14,16 +14,16 @@
 
 namespace seastitch {
 
-// A survey file, read as its bytes come, in pieces of any size: the same records whatever the
-// pieces. Holds no more than one record of the file (of at most 16 MB) and the last piece. Records
-// come in the file's order, which need not be that of time. Damage costs the record that it hits:
-// the reader then looks for the next one byte by byte.
+// Reader of a survey file from its bytes, in pieces of any size. The records do not depend on the
+// pieces and come in the file's order, which need not be that of time. Memory: one record of the
+// file (at most 16 MB) and the last piece. After a damaged record it searches for the next one byte
+// by byte.
 class SurveyReader {
  public:
   virtual ~SurveyReader() = default;
 
   std::vector<SurveyRecord> Add(Bytes bytes);
-  // The file has ended: what is left of it is read or counted as damaged.
+  // To be called at the end of the file: decodes the rest or counts it as damaged.
   std::vector<SurveyRecord> Finish();
 
   // damaged_bytes, FORMAT_malformed (records), mbes_beam_unusable, and FORMAT_ignored_TYPE for
@@ -33,7 +33,7 @@ class SurveyReader {
  protected:
   static constexpr std::size_t kMaxRecordBytes = 16 * 1024 * 1024;
 
-  // What the bytes begin with.
+  // A record, or damaged bytes, at the beginning of the bytes.
   struct Look {
     enum class Kind { kRecord, kTooShortToTell, kDamage };
     Kind kind;
@@ -48,7 +48,7 @@ class SurveyReader {
   virtual void Read(Bytes record, std::vector<SurveyRecord>* out) = 0;
 
   void Count(const std::string& name, std::int64_t n = 1) { counters_[name] += n; }
-  // Names come from the file: after 256 of them they are counted together.
+  // Counts a type of record that is not read. At most 256 types are counted by name.
   void CountIgnored(const std::string& format, const std::string& type);
 
  private:
@@ -59,7 +59,7 @@ class SurveyReader {
   std::set<std::string> ignored_;
 };
 
-// False: nothing was decoded.
+// Appends a decoded record to the output. False: it is absent.
 template <class T>
 bool AppendRecords(std::optional<T> decoded, std::vector<SurveyRecord>* out) {
   if (decoded) out->emplace_back(std::move(*decoded));

@@ -13,56 +13,62 @@
 
 #include "common/core/sensors.hpp"
 
-// What survey files hold, whatever their format.
+// Records that the readers of all survey file formats give (SurveyRecord).
 namespace seastitch {
 
-// A detection that its maker has already placed, in the level frame of the vehicle at the time of
-// the ping: x ahead, y starboard, z down.
+// A sounding that the sonar's own software has ray traced. Level frame of the vehicle at the time of
+// the ping (heading, without roll and pitch): x forward, y starboard, z down [m]. Origin: PlacedPing.
 struct PlacedBeam {
   Eigen::Vector3f p_level_m = Eigen::Vector3f::Zero();
   float sigma_z_m = 0.0f;  // 1 sigma; 0 = not given
   std::uint8_t flags = 0;  // BeamFlag
 };
 
-// A ping as its maker's ray trace left it: soundings without raw times and angles.
+// A ping as soundings that the sonar's own software has ray traced, without travel times and angles.
 struct PlacedPing {
   Time time;
   std::uint32_t ping_number = 0;
   std::uint8_t head = 0;
-  // Where the frame's origin lies: x, y by a place in the vehicle, z by a depth below the water
-  // line (nothing: z counts from that place).
+  // Origin of the soundings' x and y: a point of the vehicle, forward, starboard, down of its
+  // reference point. Also of their z, where origin_depth_m is absent.
   Eigen::Vector3d p_vehicle_origin_m = Eigen::Vector3d::Zero();
+  // Origin of their z: depth below the water line at the time of the ping, where the file states it.
   std::optional<double> origin_depth_m;
   std::vector<PlacedBeam> soundings;
 };
 
+// Position as a source states it.
 struct GivenPosition {
   double latitude_rad = 0.0;  // WGS 84
   double longitude_rad = 0.0;
   Eigen::Vector2d sigma_north_east_m = Eigen::Vector2d::Zero();  // 1 sigma; 0 = not given
 };
 
+// Velocity over ground as a source states it: north, east, down.
 struct GivenVelocity {
   Eigen::Vector3d v_ned_mps = Eigen::Vector3d::Zero();
   Eigen::Vector3d sigma_mps = Eigen::Vector3d::Zero();  // 1 sigma; 0 = not given
 };
 
-// Output of a navigation sensor or system at one instant: at the place and in the axes of that
-// sensor, with no correction of ours. A field is absent where it is not given or flagged invalid.
+// Output of a navigation sensor or system at one instant, without any correction: position and
+// velocity are those of the sensor (not of the vehicle's reference point), attitude is that of the
+// sensor's axes. A field is absent where the source does not state it or flags it invalid.
 struct NavigationRecord {
   Time time;
   std::optional<GivenPosition> position;
   std::optional<Eigen::Vector2d> grid_north_east_m;  // in a map grid that the source does not name
   std::optional<double> depth_m;                     // below the water line
   std::optional<double> height_m;                    // above the ellipsoid
+  std::optional<double> water_line_height_m;         // the same, of the water line
   std::optional<double> heave_m;                     // positive down
   std::optional<Attitude> attitude;
-  // Of sensors that give no more than that.
-  std::optional<Eigen::Vector2d> roll_pitch_rad;
-  std::optional<double> heading_rad;  // clockwise from true north
+  // Instead of `attitude`, from sensors or messages that have only a part of it.
+  std::optional<Eigen::Vector2d> roll_pitch_rad;  // roll port up, pitch bow up
+  std::optional<double> heading_rad;              // clockwise from true north
   std::optional<GivenVelocity> velocity;
-  std::uint32_t status = 0;  // the source's own
-  std::string source;        // the sensor or message: "#SKM0", "A1", "sbet"
+  std::uint32_t status = 0;  // status word of the source, bits as its format defines them
+  // Sensor or message that it comes from: "#SKM0" (KMALL), "A1" (.all attitude, sensor 1), "sbet".
+  std::string source;
 };
 
 // Speed of sound that a probe measured at the transducer.
@@ -71,38 +77,41 @@ struct SurfaceSoundSpeed {
   double speed_mps = 0.0;
 };
 
-// A transmitter or receiver in the vehicle.
+// A transmit or receive array as installed in the vehicle.
 struct InstalledArray {
   Eigen::Isometry3d T_vehicle_array = Eigen::Isometry3d::Identity();
-  // Acoustic centres in the array's own axes, by MbesBeam::tx_array; of a receiver the first.
+  // Acoustic centres in the array's own axes. Of a transmitter indexed by MbesBeam::tx_array; a
+  // receiver has one.
   std::vector<Eigen::Vector3d> centres_m{Eigen::Vector3d::Zero()};
 
-  // A centre that is not there is the first one.
+  // Pose of an acoustic centre. An index without a centre gives the first.
   Eigen::Isometry3d At(std::size_t tx_array) const {
     const std::size_t i = tx_array < centres_m.size() ? tx_array : 0;
     return T_vehicle_array * Eigen::Translation3d(centres_m[i]);
   }
 };
 
+// A positioning or motion sensor as installed in the vehicle.
 struct InstalledSensor {
-  std::string name;  // as the file has it: "POSI_1", "P1", "MS"
-  bool active = false;
+  std::string name;     // as in the file: "POSI_1", "P1", "MS"
+  bool active = false;  // the sonar used this one, where there are several
   Eigen::Isometry3d T_vehicle_sensor = Eigen::Isometry3d::Identity();
-  double delay_s = 0.0;
+  double delay_s = 0.0;  // its stamps are late by this: subtract it
 };
 
-// Installation parameters. Vehicle axes: forward, starboard, down from the reference point.
+// Installation parameters of a survey. Vehicle axes: forward, starboard, down from the reference
+// point.
 struct SonarInstallation {
-  Time time;
+  Time time;  // of the record; valid until the next
   std::string model;
-  // By MbesPing::head; where there are fewer than heads, the last serves the rest.
+  // Indexed by MbesPing::head. Heads beyond the end have the last one.
   std::vector<InstalledArray> transmitters;
   std::vector<InstalledArray> receivers;
-  double water_line_m = 0.0;  // down from the reference point
+  double water_line_m = 0.0;  // z of the water line in vehicle axes
   std::vector<InstalledSensor> sensors;
-  std::map<std::string, std::string> values;  // all that the file gives, for showing
+  std::map<std::string, std::string> values;  // all that the file states, for display
 
-  // Nothing where the file names no such array.
+  // Null where the file names no array.
   const InstalledArray* TransmitterOf(std::size_t head) const { return Of(transmitters, head); }
   const InstalledArray* ReceiverOf(std::size_t head) const { return Of(receivers, head); }
 
@@ -112,7 +121,7 @@ struct SonarInstallation {
   }
 };
 
-// Settings of the sonar while it ran, in its maker's words.
+// Settings of the sonar, with names and values as in the file.
 struct SonarSettings {
   Time time;
   std::map<std::string, std::string> values;

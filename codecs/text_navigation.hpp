@@ -10,12 +10,12 @@
 
 namespace seastitch {
 
-// What a column of a text file holds. Value = text * scale, which has unit and sign in it.
+// A column of a text file. Value = text * scale: the scale converts unit and sign.
 struct TextColumn {
-  // time: "epoch" [s]; "year" "month" "day" "hour" "minute" "second"; "date" (2024-05-02), "clock"
-  // (10:20:30.5), "iso" (both, with T or a blank that is not the delimiter).
-  // place: "latitude" "longitude" [deg], "north" "east" [m, of a grid], "depth" (down) and "height"
-  // (up) [m]. "heading" "roll" "pitch" [deg], "heave" [m, down].
+  // Time, UTC: "epoch" (since 1970) [s]; "year" "month" "day" "hour" "minute" "second"; "date"
+  // (2024-05-02), "clock" (10:20:30.5), "iso" (both, with T or a blank that is not the delimiter).
+  // Position: "latitude" "longitude" [deg], "north" "east" of a grid [m], "depth" (positive down) and
+  // "height" (positive up) [m]. Attitude: "heading" "roll" "pitch" [deg]. "heave" (positive down) [m].
   std::string quantity;
   std::size_t column = 0;  // from 0
   double scale = 1.0;
@@ -28,18 +28,18 @@ struct TextNavigationFormat {
   char comment = '#';  // lines that begin so are left out
   std::vector<TextColumn> columns;
 
-  // A time and a place must be among the columns.
+  // The columns must include a time and a position.
   std::string Validate() const;
 
   static TextNavigationFormat Fnv();  // MB-System .fnv
   static TextNavigationFormat Na0();  // MB-System .na0, .na1 (mbnavadjust)
 };
 
-// Navigation in lines of text. Columns that a line does not have, or that are empty, are not given.
-// Counts besides: text_time_not_rising (lines, left out).
+// Reader of navigation in lines of text. A column that is empty or missing in a line is absent in its
+// record. Also counts text_time_not_rising (lines, left out).
 class TextNavigationReader : public SurveyReader {
  public:
-  // Throws std::invalid_argument where the format does not hold.
+  // Throws std::invalid_argument where the format is unusable.
   explicit TextNavigationReader(TextNavigationFormat format);
 
  protected:

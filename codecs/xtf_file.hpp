@@ -4,11 +4,12 @@
 
 namespace seastitch {
 
-// Triton XTF, little-endian, of an R2Sonic (as QINSy writes it): type 65 (BTH0 packets as on the
-// wire), 3 (attitude), 107 (position). Lever arms and a sound-speed profile are not in it.
+// Reader of Triton XTF files of an R2Sonic, little-endian, as QINSy writes them: packet types 65 (BTH0
+// as on the wire), 3 (attitude), 107 (position). The files have no lever arms and no sound-speed
+// profile.
 //
-// Counts besides: xtf_position_not_geographic, where the file's positions are metres of a grid that
-// it does not name.
+// Also counts xtf_position_not_geographic: the file's positions are metres of a grid that it does not
+// name.
 class XtfFileReader : public SurveyReader {
  protected:
   Look LookAt(Bytes bytes, bool at_end) const override;

@@ -1,27 +1,32 @@
 #include "drivers/datagram_driver.hpp"
 
+#include <memory>
+
+#include "drivers/socket/byte_source.hpp"
+
 namespace seastitch {
 
 bool DatagramDriver::Feed(const Datagram& datagram) {
-  health().Tick("udp_datagrams");
+  health().Tick("pieces");
   PublishRaw(datagram.bytes, datagram.recv);
   return Decode(datagram);
 }
 
 int RunDatagramDriver(DatagramDriver* driver, const DriverParams& params, EventLoop* loop) {
-  UdpSocket socket(params.source, params.receive_buffer_bytes);
+  const std::unique_ptr<ByteSource> source =
+      OpenByteSource(params.source, params.receive_buffer_bytes);
   Datagram datagram;
-  const auto feed = [driver, &socket, &datagram] {
+  const auto feed = [driver, &source, &datagram] {
     // Not until it is empty: signals and health want their turn in a flood.
-    for (int i = 0; i < 64 && socket.Receive(&datagram); ++i)
-      if (driver->Feed(datagram)) socket.Understood(datagram);
+    for (int i = 0; i < 64 && source->Receive(&datagram); ++i)
+      if (driver->Feed(datagram)) source->Understood(datagram);
   };
-  const auto update_health = [driver, &socket] {
-    socket.CheckInterface();
+  const auto update_health = [driver, &source] {
+    source->Check();
     driver->UpdateHealth(
-        socket.counters(), DeviceWatch::Clock::now(), socket.trouble(), socket.refusal());
+        source->counters(), DeviceWatch::Clock::now(), source->trouble(), source->refusal());
   };
-  return driver->Run(socket.fd(), feed, update_health, loop);
+  return driver->Run(source->fd(), feed, update_health, loop);
 }
 
 }  // namespace seastitch

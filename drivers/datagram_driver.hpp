@@ -7,7 +7,8 @@
 
 namespace seastitch {
 
-// Base class of drivers of a device that sends UDP datagrams.
+// Base class of drivers of a device that sends UDP datagrams, or a stream of bytes in pieces of any
+// size.
 class DatagramDriver : public DeviceDriver {
  public:
   DatagramDriver(const std::string& name,
@@ -23,7 +24,7 @@ class DatagramDriver : public DeviceDriver {
   virtual bool Decode(const Datagram& datagram) = 0;
 };
 
-// Runs a driver on its socket until a signal.
+// Runs a driver on its source until a signal.
 int RunDatagramDriver(DatagramDriver* driver, const DriverParams& params, EventLoop* loop);
 
 }  // namespace seastitch

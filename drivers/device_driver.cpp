@@ -22,9 +22,10 @@ void DeclareDriver(DriverParams* params, ParameterTable* table) {
   table
       ->Add("source",
             &params->source,
-            "Source of the bytes: can:can0, candump:FILE?speed=1, or udp:HOST:PORT (0.0.0.0 "
+            "Source of the bytes: can:can0, candump:FILE?speed=1, udp:HOST:PORT (0.0.0.0 "
             "listens; a cannelloni gateway for CAN; ?interface=eth1 chooses the interface of "
-            "a multicast group; ?from=10.0.0.5,10.0.0.6 names the senders).")
+            "a multicast group; ?from=10.0.0.5,10.0.0.6 names the senders) or, of a sonar that "
+            "serves its data, tcp:HOST:PORT.")
       .DataSheet()
       .Required();
   table->Add("receive_buffer_bytes",

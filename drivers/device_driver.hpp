@@ -18,7 +18,7 @@
 namespace seastitch {
 
 struct DriverParams {
-  std::string source;                           // URL, see can_source.hpp and udp_socket.hpp
+  std::string source;                           // URL, see can_source.hpp and byte_source.hpp
   int receive_buffer_bytes = 16 * 1024 * 1024;  // a sonar sends pings of 400 kB in bursts
   double timeout_s = 5.0;                       // HEALTH says lost after it without data
 };

@@ -11,16 +11,16 @@
 
 namespace seastitch {
 
-// Writes the files that processes publish on CONFIG into a dive's config/: mapper.yaml as it was
-// published last, mapper.1.yaml, mapper.2.yaml, ... as before it changed. Add() and Save() may be
-// of different threads.
+// Writes the configuration files that processes publish on CONFIG to a dive's config/. mapper.yaml
+// is the last one published; mapper.1.yaml, mapper.2.yaml, ... are the versions before. Add() and
+// Save() may be called on different threads.
 class ConfigArchive {
  public:
   explicit ConfigArchive(std::filesystem::path folder);
 
-  // A message of CONFIG. Names come from the bus: what is no plain file name is left out.
+  // Adds a message of CONFIG. A name that is not a plain file name is ignored.
   void Add(const LogEvent& event);
-  // Writes what is whole, to the disk. What fails is counted, and tried again with the next call.
+  // Writes complete files, with fsync. A failure is counted, and the next call tries again.
   void Save();
   std::int64_t errors() const;
 

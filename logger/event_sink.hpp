@@ -8,29 +8,30 @@
 
 namespace seastitch {
 
-// Where a LogWriter puts events: of its writing thread alone.
+// Destination of a LogWriter's events. Used by its writing thread only.
 class EventSink {
  public:
   struct Figures {
-    std::int64_t events = 0;  // in files
-    std::int64_t bytes = 0;   // of these files, since the start
-    std::string file;         // written to now
+    std::int64_t events = 0;  // written since the start
+    std::int64_t bytes = 0;   // written since the start
+    std::string file;         // current file
     std::int64_t files_deleted = 0;
     std::int64_t bytes_deleted = 0;
-    bool short_of_space = false;  // a limit is passed, and there is nothing to delete
+    bool short_of_space = false;  // a limit is exceeded, and no file may be deleted
     std::int64_t config_errors = 0;
   };
 
   virtual ~EventSink() = default;
-  // Throws std::runtime_error "FILE: reason" where there is no room: then it did not take the
-  // event.
+  // Throws std::runtime_error "FILE: reason" where the event could not be written, such as on a
+  // full disk. It has to be written again.
   virtual void Write(const LogEvent& event) = 0;
-  // To the kernel: survives the end of the process. Throws as Write(), and may be tried again.
+  // Writes buffers to the kernel: survives a crash of the process. Throws as Write(), and may be
+  // called again.
   virtual void Flush() = 0;
-  // Function that forces everything flushed so far to the disk. It may run on any thread, while
-  // writing goes on. Throws as Write().
+  // Function that calls fsync for everything flushed so far: survives a power cut. It may run on
+  // any thread, during writing. Throws as Write().
   virtual std::function<void()> Syncer() = 0;
-  // Now and then, and after an error: makes room.
+  // Deletes old files where a limit is exceeded. Called every few seconds, and after an error.
   virtual void Tidy() {}
   virtual Figures figures() const = 0;
 };

@@ -18,7 +18,7 @@ class ForeignChannels {
     std::int64_t longest_gap_us = 0;  // between two messages
   };
 
-  // Whether its channel is such a one and watched; the first 50 are.
+  // Adds a message. True if its channel is watched: the first 50 such channels are.
   bool Add(const std::string& channel, Bytes message, std::int64_t recv_utime);
   // By channel.
   const std::map<std::string, Figures>& figures() const { return figures_; }

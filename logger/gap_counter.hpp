@@ -9,13 +9,14 @@
 
 namespace seastitch {
 
-// Counts what never came, by the sequence numbers that Seastitch's own types carry. Knows a type by
-// its fingerprint, not by the channel's name; messages of other types have no number and no gap.
+// Counts lost messages by the sequence numbers of Seastitch's own types. A type is identified by
+// its fingerprint, not by the channel's name. Messages of other types have no number and are not
+// counted.
 class GapCounter {
  public:
-  // Gives how many messages were lost before this one.
+  // Adds a message. Returns how many were lost before it.
   std::int64_t Add(const std::string& channel, Bytes message);
-  // By channel; channels without a loss are not in it.
+  // Lost messages by channel; only channels with a loss.
   const std::map<std::string, std::int64_t>& lost() const { return lost_; }
   std::int64_t total() const { return total_; }
 

@@ -7,26 +7,29 @@
 
 namespace seastitch {
 
+// Limits of disk space; a file is one in raw/ or log/ of a dive's folder.
 struct QuotaParams {
-  std::int64_t max_dive_bytes = 0;              // of a dive's logs; 0: no limit
-  std::int64_t min_free_bytes = 1'000'000'000;  // on the disk; 0: no limit
-  bool delete_logs = false;                     // where no raw/ is left to delete
+  std::int64_t max_dive_bytes = 0;              // of raw/ and log/ of a dive; 0: no limit
+  std::int64_t min_free_bytes = 1'000'000'000;  // free space of the disk; 0: no limit
+  bool delete_logs = false;                     // true: files in log/ may be deleted, too
 };
 
-// Keeps the limits by deleting whole logs: the oldest of raw/ first, then, where it may, the oldest
-// of log/. For room on the disk those of earlier dives come first. Never a log that is open.
+// Enforces the limits by deleting whole files that are not open. For the limit of the dive: the
+// oldest file in its raw/; without one, if delete_logs, the oldest in its log/. For the limit of
+// the disk: the oldest file in raw/ of all dives, earlier dives first; without one, if delete_logs,
+// the oldest in log/ of all dives.
 class Housekeeper {
  public:
-  // dive: in the folder of dives.
+  // dive: the folder of the current dive. Its parent has the folders of all dives.
   Housekeeper(std::filesystem::path dive, const QuotaParams& params);
 
-  // Deletes one log at most, since a disk may take a while to give the room back; to be called
-  // again. open: logs that are being written.
+  // Deletes at most one file, because a disk may take a while to free its space. To be called every
+  // few seconds. open: files that are being written.
   void Tidy(const std::vector<std::filesystem::path>& open);
 
   std::int64_t files_deleted() const { return files_deleted_; }
   std::int64_t bytes_deleted() const { return bytes_deleted_; }
-  // A limit is passed, and there is nothing that may be deleted.
+  // True: at the last Tidy() a limit was exceeded and no file could be deleted.
   bool short_of_space() const { return short_of_space_; }
 
  private:

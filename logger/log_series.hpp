@@ -9,14 +9,14 @@
 
 namespace seastitch {
 
-// Where a log ends and the next begins: whichever comes first.
+// Limits at which a file ends and the next begins, whichever is reached first.
 struct SplitParams {
   std::int64_t max_bytes = 1'000'000'000;
   std::int64_t max_us = 3'600'000'000;  // by the events' time, which may also step back by it
 };
 
-// The logs of a folder, 000.lcmlog, 001.lcmlog, ...: a number comes after every one that is there,
-// so that a log that is there is never touched again.
+// Writes events to a series of files in a folder: 000.lcmlog, 001.lcmlog, ... A new file has a
+// number above all existing ones, so that an existing file is never changed.
 class LogSeries {
  public:
   LogSeries(std::filesystem::path folder, SplitParams split);

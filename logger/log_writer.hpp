@@ -15,21 +15,25 @@
 
 namespace seastitch {
 
-// Puts events on the disk beside the loop, so that a slow disk delays nothing and a full one ends
-// nothing: then the file stays whole, events wait in a queue of bounded size, and what the queue
-// has no room for is counted. One thread writes, so that the end of the process costs no more than
-// the flush interval; another brings what was written to the disk, however long that takes.
+// Writes events to files in background threads, so that a slow disk does not delay the event loop
+// and a full disk does not end the process. If the disk is full, the file stays intact and events
+// wait in a queue of bounded size. Events that come while the queue is full are dropped and
+// counted.
+//
+// One thread writes to the kernel eight times per flush interval: a crash of the process loses less
+// than the interval. A second thread calls fsync once per flush interval, or as often as the disk
+// permits: a power cut loses what came since the begin of the last completed fsync.
 class LogWriter {
  public:
   struct Status {
     std::int64_t events_written = 0;
-    std::int64_t events_dropped = 0;     // the queue was full
-    std::int64_t events_unloggable = 0;  // no log can hold them: see IsLoggable()
-    std::int64_t queued_bytes = 0;
+    std::int64_t events_dropped = 0;     // came while the queue was full
+    std::int64_t events_unloggable = 0;  // cannot be stored: see IsLoggable()
+    std::int64_t queued_bytes = 0;       // including those being written
     EventSink::Figures files;
-    std::int64_t write_errors = 0;
-    double oldest_s = 0.0;  // how long the oldest event that is not on the disk has waited
-    std::string error;      // of the last attempt; empty: it went well
+    std::int64_t write_errors = 0;  // failed attempts to write or to fsync
+    double oldest_s = 0.0;  // age of the oldest event that was not brought to the disk by fsync
+    std::string error;      // of the last attempt to write or to fsync; empty: it succeeded
   };
 
   LogWriter(std::unique_ptr<EventSink> files,
@@ -39,40 +43,44 @@ class LogWriter {
   LogWriter(const LogWriter&) = delete;
   LogWriter& operator=(const LogWriter&) = delete;
 
+  // Queues an event. Never waits for the disk. Any thread.
   void Add(LogEvent event);
   Status status() const;
-  // Writes all that is queued, to the disk, and ends the thread. On a full disk it gives up after
-  // one attempt; the rest counts as dropped.
+  // Writes the whole queue, calls fsync, and ends both threads. On a full disk it gives up after
+  // one attempt; the remaining events count as dropped.
   void Finish();
 
  private:
   void WriteMain();
   void SyncMain();
   void SyncOnce(std::unique_lock<std::mutex>* lock);
-  // Writes to the kernel; takes from the batch what the file took, and adds up its cost. Gives the
-  // error, empty if none.
+  // Writes events to the kernel and removes them from the batch. *cost: adds their bytes in the
+  // queue. Returns the error, empty if none.
   std::string WriteBatch(std::deque<LogEvent>* batch, std::int64_t* cost);
-  // Puts what is left before what came meanwhile.
+  // Puts unwritten events back to the front of the queue.
   void TakeBack(std::deque<LogEvent> left);
 
+  // Calls EventSink::Tidy() if it is due. Returns its error, empty if none.
   std::string TidyNow(bool after_error);
 
-  const std::unique_ptr<EventSink> files_;  // of the writing thread alone
+  const std::unique_ptr<EventSink> files_;  // used by the writing thread only
   const std::int64_t max_queue_bytes_;
   const std::chrono::milliseconds flush_interval_;
   mutable std::mutex mutex_;
   std::condition_variable wake_;
   std::deque<LogEvent> queue_;
   using Clock = std::chrono::steady_clock;
-  std::optional<Clock::time_point> queued_since_;    // the oldest event of the queue ...
-  std::optional<Clock::time_point> batch_since_;     // ... of what is being written ...
-  std::optional<Clock::time_point> unsynced_since_;  // ... was written ...
-  std::optional<Clock::time_point> syncing_since_;   // ... and is being brought to the disk
-  std::function<void()> sync_;                       // does that
+  // When the oldest event came: of those in the queue, being written, written without fsync, and in
+  // the running fsync.
+  std::optional<Clock::time_point> queued_since_;
+  std::optional<Clock::time_point> batch_since_;
+  std::optional<Clock::time_point> unsynced_since_;
+  std::optional<Clock::time_point> syncing_since_;
+  std::function<void()> sync_;  // the next call of fsync
   std::string write_error_;
   std::string sync_error_;
-  Clock::time_point tidied_{};  // last; of the writing thread alone
-  std::int64_t events_taken_ = 0;
+  Clock::time_point tidied_{};     // last call of Tidy(); used by the writing thread only
+  std::int64_t events_taken_ = 0;  // accepted by Add()
   Status status_;
   bool stop_ = false;
   bool stop_sync_ = false;

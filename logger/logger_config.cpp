@@ -11,8 +11,9 @@ ParameterTable TableOf(LoggerConfig* config) {
   const Parameter& channels =
       table.Add("channels",
                 &config->channels,
-                "LCM pattern of the channels that are recorded. (?!RAW_).* leaves the raw bytes "
-                "out.");
+                "Regular expression of the channels to record, matching the whole name. (?!RAW_).* "
+                "leaves out the raw bytes of the devices: often more than half of the data, and "
+                "needed only to replay a dive through the drivers.");
   table.AddRule(channels, "an LCM channel pattern such as .*", [config] {
     return !config->channels.empty() && Bus::IsPattern(config->channels);
   });
@@ -20,41 +21,43 @@ ParameterTable TableOf(LoggerConfig* config) {
             &config->max_queue_mb,
             Unit::kMegabyte,
             Range::Within(1, 65'536),
-            "Messages that may wait for the disk before new ones are dropped and counted. 256 "
-            "are 85 s of 3 MB/s.");
+            "Size of the queue of messages that wait for the disk. While it is full, new messages "
+            "are dropped and counted. 256 last 85 s at 3 MB/s. Raise it where HEALTH reports "
+            "messages_not_recorded.");
   table.Add("flush_interval_ms",
             &config->flush_interval_ms,
             Unit::kMillisecond,
             Range::Within(1, 60'000),
-            "Interval at which messages are written through to the disk. A power cut costs at "
-            "most this much.");
+            "Interval of fsync, which brings the messages to the disk. A power cut loses at most "
+            "this much and the duration of an fsync.");
   table.Add("file_max_mb",
             &config->file_max_mb,
             Unit::kMegabyte,
             Range::Within(1, 1'000'000),
-            "Size at which a log ends and the next one begins.");
+            "Size at which a file ends and the next one begins. Files are deleted as a whole.");
   table.Add("file_max_s",
             &config->file_max_s,
             Unit::kSecond,
             Range::Within(1.0, 1e6),
-            "Duration after which a log ends and the next one begins, by the logger's clock.");
+            "Duration after which a file ends and the next one begins.");
   table.Add("dive_max_mb",
             &config->dive_max_mb,
             Unit::kMegabyte,
             Range::Within(0, 2'000'000'000),
-            "Most that a dive may occupy. Beyond it the oldest raw bytes of the dive are "
-            "deleted, whole files. 0: no limit.");
+            "Maximum size of raw/ and log/ of a dive. Above it the oldest file in raw/ of this "
+            "dive is deleted. 0: no limit.");
   table.Add("disk_min_free_mb",
             &config->disk_min_free_mb,
             Unit::kMegabyte,
             Range::Within(0, 2'000'000'000),
-            "Free room to keep on the disk. Below it the oldest raw bytes of all dives are "
-            "deleted, whole files. 0: no limit.");
-  table.Add("delete_logs",
-            &config->delete_logs,
-            "True: the oldest logs may be deleted too where no raw bytes are left, of all "
-            "dives for room on the disk. False: they are kept, and HEALTH reports the lack of "
-            "room.");
+            "Free space to keep on the disk. Below it the oldest file in raw/ of all dives is "
+            "deleted. 0: no limit.");
+  table.Add(
+      "delete_logs",
+      &config->delete_logs,
+      "True: where raw/ has no file left, the oldest file in log/ is deleted instead: of "
+      "this dive for dive_max_mb, of all dives for disk_min_free_mb. False: files in log/ are "
+      "kept, recording goes on, and HEALTH reports disk_space_low.");
   return table;
 }
 

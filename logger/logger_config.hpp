@@ -10,9 +10,9 @@ namespace seastitch {
 // config/logger.yaml.
 struct LoggerConfig {
   DiveParams dive;
-  std::string channels = ".*";  // LCM pattern of what is recorded
+  std::string channels = ".*";  // pattern of the channels to record
   int max_queue_mb = 256;       // a slow disk may lag by this much: 85 s of the design load, 3 MB/s
-  int flush_interval_ms = 100;  // what a power cut may cost
+  int flush_interval_ms = 100;  // a power cut loses this much
   int file_max_mb = 1000;       // the next log begins then ...
   double file_max_s = 3600.0;   // ... or then
   int dive_max_mb = 0;          // of its logs; 0: no limit

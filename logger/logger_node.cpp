@@ -22,6 +22,10 @@ SplitParams SplitOf(const LoggerConfig& config) {
   return {config.file_max_mb * kMegabyte, static_cast<std::int64_t>(1e6 * config.file_max_s)};
 }
 
+std::string TextOf(const std::filesystem::path& file) {
+  return file.empty() ? "no log is open yet" : "recording to " + file.string();
+}
+
 QuotaParams QuotaOf(const LoggerConfig& config) {
   return {config.dive_max_mb * kMegabyte, config.disk_min_free_mb * kMegabyte, config.delete_logs};
 }
@@ -40,9 +44,9 @@ LoggerNode::LoggerNode(const LoggerConfig& config, const DiveFolder& dive, Bus* 
       config.channels, 0, [this](const std::string& channel, const lcm::ReceiveBuffer& buffer) {
         OnEvent(channel, buffer);
       });
-  spdlog::info("recording {} to {}", config.channels, file_.string());
+  spdlog::info("{}, channels {}", TextOf(file_), config.channels);
   health_.Set("dive_start_utime", ReadDiveRecord(dive.path()).start_utime);
-  health_.SetText("recording to " + file_.string());
+  health_.SetText(TextOf(file_));
   health_.SetRunning();
   health_.WatchAge("oldest_unwritten",
                    conditions::kDiskStalled,
@@ -102,7 +106,7 @@ void LoggerNode::UpdateHealth() {
   health_.HoldIf(status.files.short_of_space, conditions::kDiskSpaceLow);
   if (status.files.file != file_) {
     file_ = status.files.file;
-    health_.SetText("recording to " + file_.string());
+    health_.SetText(TextOf(file_));
     RequestConfiguration();
   }
 }

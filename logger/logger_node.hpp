@@ -12,16 +12,17 @@
 
 namespace seastitch {
 
-// Records every message of the bus with its time of receipt, and reports what was lost on the way.
-// With every log that it begins it asks for the configuration, so that each holds it.
+// The node of the logger process: records every message of the bus with its receive time, and
+// counts lost messages. With every new file it requests the configuration of all processes, so that
+// every file contains it.
 class LoggerNode {
  public:
   // Opens the next file of the dive. Throws std::runtime_error "FILE: reason".
   LoggerNode(const LoggerConfig& config, const DiveFolder& dive, Bus* bus);
 
-  // Brings counters and state up to date; to be called once a second.
+  // Updates counters and faults in HEALTH; to be called once a second.
   void UpdateHealth();
-  // Puts everything on the disk that came so far, and ends.
+  // Writes all received messages to the disk, and ends.
   void Finish();
 
   Health& health() { return health_; }
@@ -30,7 +31,7 @@ class LoggerNode {
   void RequestConfiguration();
 
  private:
-  // Of a counter that is read once a second: whether it grew within the last seconds.
+  // True if a counter, read once a second, grew within the last seconds.
   struct RecentGrowth {
     bool Add(std::int64_t total);
     std::int64_t total = 0;

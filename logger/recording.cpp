@@ -1,15 +1,33 @@
 #include "logger/recording.hpp"
 
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <stdexcept>
+
 #include "common/core/channel_names.hpp"
 
 namespace seastitch {
+namespace {
+
+bool IsReadOnly(const std::filesystem::path& folder) {
+  return ::access(folder.c_str(), W_OK) != 0 && errno == EROFS;
+}
+
+}  // namespace
 
 Recording::Recording(const DiveFolder& dive, const SplitParams& split, const QuotaParams& quota)
     : log_(dive.log(), split),
       raw_(dive.raw(), split),
       configuration_(std::make_shared<ConfigArchive>(dive.config())),
       housekeeper_(dive.path(), quota) {
-  log_.Open();
+  try {
+    log_.Open();
+  } catch (const std::runtime_error& e) {
+    if (!IsReadOnly(dive.log())) throw;
+    spdlog::warn("{}", e.what());
+  }
 }
 
 void Recording::Write(const LogEvent& event) {

@@ -11,11 +11,12 @@
 
 namespace seastitch {
 
-// What the logger puts into a dive: RAW_* into raw/, everything else into log/, the configuration
-// into config/ as well.
+// The files of one dive: messages of RAW_* channels (raw bytes of devices) go to raw/, all others
+// to log/. Configuration messages also go to config/, as files.
 class Recording : public EventSink {
  public:
-  // Opens the next log. Throws std::runtime_error "FILE: reason".
+  // Opens a new file in log/ and in raw/, numbered after the existing ones; on a read-only disk,
+  // with the first event that the disk takes again. Throws std::runtime_error "FILE: reason".
   Recording(const DiveFolder& dive, const SplitParams& split, const QuotaParams& quota);
 
   void Write(const LogEvent& event) override;

@@ -14,13 +14,13 @@
 
 namespace seastitch {
 
-// What is wrong with an INS whose navigation is taken as given, for HEALTH: it says so itself, it
-// is silent, it leaves out what a map needs, its position jumps. Pure; its time is that of the
-// samples.
+// Monitor of an INS whose poses are used (navigation_source: given) for HEALTH: a fault in its own
+// status, silence, a missing value that a map needs, jumps of its position. Pure; its time is that
+// of the samples.
 class GivenWatch {
  public:
   void Add(const NavigationSample& sample);
-  // That the sonar is at work: an INS that is silent then is missed.
+  // Time of a ping: while pings come, a silent INS is a fault.
   void See(Time ping) { newest_ = newest_ ? std::max(*newest_, ping) : ping; }
   // After navigation has taken a sample.
   void Look(const Navigation& navigation);

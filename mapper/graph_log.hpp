@@ -13,11 +13,11 @@ namespace seastitch {
 // One version of the graph, as it is sent.
 struct GraphStep {
   GraphUpdate update;
-  Time submap_time;  // frame of the newest submap in the graph
+  Time submap_time;  // time of the newest submap's frame in the graph
 };
 
-// The graph as a list of versions, from 1 without a hole; each fits one message. Nothing is ever
-// taken back, so whoever lacks versions gets the same again. Pure.
+// Log of the graph's versions, from 1 without a gap; each fits one message. A version never
+// changes, so that a receiver that missed some gets the same again. Pure.
 class GraphLog {
  public:
   explicit GraphLog(const MountingSigmas& mounting) : mounting_(mounting) {}

@@ -37,10 +37,10 @@ class LoopSearch {
   // Nothing where nothing is left to be done. now: of navigation, for asking again.
   std::optional<Step> LookAgain(std::optional<Time> now);
 
-  // What a job gave; the edges that the graph takes. Where it makes the survey's noise known
-  // otherwise, these hold closures from before, with the information that they have now.
+  // Records the results of a job and returns the edges for the graph. Where they change the
+  // estimate of the survey's noise, earlier closures are among them, with their new information.
   std::vector<GraphEdge> Record(RegistrationResultSet results);
-  // The same after a restart, of a job from before it, with what was made then: taken from the
+  // The same after a restart, for a job of before the restart; its registrations are taken from the
   // budget.
   void Restore(RegistrationResultSet results);
   std::vector<GraphEdge> DeadReckoningEdge(SubmapId to) const {
@@ -49,9 +49,9 @@ class LoopSearch {
 
   enum class Verdict : std::uint8_t {
     kUsed,
-    kWithheld,  // it would do harm: see harm()
+    kWithheld,  // overlapping submaps would fit worse: see harm()
     kRefused,   // of another graph, or not finite
-    kOlder,     // an optimizer that began anew is on its way through the graph
+    kOlder,     // than the last one: an optimizer that was restarted repeats the graph
   };
   // newest_version: of the graph, beyond which no solution can be.
   Verdict Take(const PoseGraph& solution, std::int64_t newest_version);
@@ -83,8 +83,8 @@ class LoopSearch {
   SolutionJudge judge_;
   std::optional<Judgement> harm_;
   std::int64_t solution_version_ = 0;
-  // pairs_per_submap_ for every submap, less those made: what lines without a neighbour leave is
-  // there for looking again.
+  // Unused registration budget, spent on retries: pairs_per_submap_ for every submap, minus the
+  // registrations made.
   std::int64_t registrations_left_ = 0;
   std::int64_t request_seq_ = 0;
   std::optional<std::int64_t> asked_version_;  // the solution that the last request was about

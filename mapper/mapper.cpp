@@ -105,6 +105,7 @@ Mapper::Mapper(const MapperParams& params, std::unique_ptr<Navigation> navigatio
       navigation_(std::move(navigation)),
       clocks_(params.navigation.clock_jump_s),
       watch_(params.navigation),
+      vertical_(params.vertical, params.vehicle),
       sound_speed_(params.sound_velocity_profile),
       pings_(static_cast<std::size_t>(params.max_waiting_pings)),
       sounding_pings_(static_cast<std::size_t>(params.max_waiting_pings)),
@@ -141,18 +142,23 @@ template void Mapper::Navigate(const PositionFix&);
 template void Mapper::Navigate(const NavigationSample&);
 
 void Mapper::Add(const DepthSample& sample) {
+  vertical_.Add(sample);
+  const std::optional<double> level_m = vertical_.LevelAt(sample.time);
+  if (!level_m) return Count("depths_without_height");
   DepthSample in_map = sample;
-  in_map.depth_m -= params_.water_level.At(sample.time);
-  newest_depth_ = sample.time;
+  in_map.depth_m -= *level_m;
   Navigate(in_map);
 }
 
 void Mapper::Add(const NavigationSample& sample) {
   given_watch_.Add(sample);
+  vertical_.Add(sample);
   NavigationSample in_map = sample;
   if (in_map.depth) {
-    in_map.depth->value_m -= params_.water_level.At(sample.time);
-    newest_depth_ = sample.time;
+    const std::optional<double> level_m = vertical_.LevelAt(sample.time);
+    if (!level_m) Count("depths_without_height");
+    in_map.depth->value_m -= level_m.value_or(0.0);
+    if (!level_m) in_map.depth.reset();
   }
   Navigate(in_map);
 }
@@ -172,8 +178,13 @@ void Mapper::Add(const SoundingPing& ping) {
   GeoreferencePings();
 }
 
-void Mapper::Add(const SoundVelocityProfile& profile) {
-  if (!sound_speed_.Add(profile)) return Count("svp_unusable");
+void Mapper::Add(SoundVelocityProfile profile, const MessageStamp& stamp) {
+  profile.time = clocks_.InDiveTime(SensorChannel::kSvp, profile.time, stamp);
+  Know(profile, clocks_.came_at(SensorChannel::kSvp));
+}
+
+void Mapper::Know(const SoundVelocityProfile& profile, Time said) {
+  if (!sound_speed_.Add(profile, said)) return Count("svp_unusable");
   events_.emplace_back(JournalEntry(profile));
 }
 
@@ -544,9 +555,7 @@ std::vector<Condition> Mapper::conditions() const {
   now.insert(now.end(), of_clocks.begin(), of_clocks.end());
   if (nav_came_at_ && ToSeconds(*clocks_.newest() - *nav_came_at_) > kNoNavS)
     now.push_back({&conditions::kNoNavigation, "since " + UtcOf(*last_nav_)});
-  if (!params_.water_level.empty() && newest_depth_ &&
-      !params_.water_level.Covers(*newest_depth_, FromSeconds(3600.0)))
-    now.push_back({&conditions::kNoWaterLevel, ""});
+  if (vertical_.IsMissed()) now.push_back({&conditions::kNoWaterLevel, ""});
   if (clocks_.witnessed_s() - optimizer_heard_s_ > kNoOptimizerS &&
       search_.solution_version() < graph_.version())
     now.push_back({&conditions::kNoOptimizer,

@@ -34,15 +34,17 @@
 
 namespace seastitch {
 
-// A question for the optimizer; its answer goes to Mapper::Take().
+// Request to the optimizer for the covariances of pairs of submaps. Its answer, PairCovariances,
+// goes to Mapper::Take().
 struct CovarianceQuestion {
   CovarianceRequest request;
-  Time submap_time;  // frame of the newest submap in the graph
+  Time submap_time;  // time of the newest submap's frame in the graph
 };
 
-// What a mapper gives: a state of NAV, the same in the solved map, a closed submap with its points,
-// a version of the graph, a question; and what is to be kept for a restart, before anything that
-// shows it to others.
+// Output of a mapper: a dead-reckoned vehicle state (NAV), the same state corrected by the
+// optimized graph, a closed submap with its points, a version of the graph, a covariance request;
+// and entries of the write-ahead journal. A journal entry comes in the queue before the event that
+// it records: store it first, and nothing that others saw is lost in a restart.
 using MapperEvent = std::variant<NavState,
                                  CorrectedNavState,
                                  std::shared_ptr<const Submap>,
@@ -50,25 +52,31 @@ using MapperEvent = std::variant<NavState,
                                  CovarianceQuestion,
                                  JournalEntry>;
 
-// Sensor samples in; navigation, submaps and the graph out. Knows no bus, no thread, no clock and
-// no file: registrations are values that it hands out, one at a time, and whose results it takes
-// back.
+// Mapper of one dive, without input and output: sensor samples in; navigation, submaps and the
+// graph out. Poses are T_map_vehicle: map axes north, east, down from the datum, vehicle axes
+// forward, right, down. It uses no bus, thread, clock or file. A registration is a plain struct
+// that NextJob() returns, one at a time; the caller runs it, on any thread, and passes the results
+// to Take().
 //
 //   mapper.Add(sample);
 //   while (auto job = mapper.NextJob()) mapper.Take(Run(*job, params, load, &prepared));
 //   for (const MapperEvent& event : mapper.TakeEvents()) ...
 //
-// To survive a restart, keep every JournalEntry and, now and then, MakeCheckpoint(); see Resume().
-// With an optimizer, its solutions go to Take() and LookAgain() is called while there is time.
+// Run() is in registration_job.hpp; load gives the cloud of a closed submap, and prepared is a
+// cache. For a restart, store every JournalEntry and, every second or so, MakeCheckpoint(): what
+// comes between the last checkpoint and the restart is a gap in the data; see Resume(). With an
+// optimizer, its solutions go to Take(), and LookAgain() is called while there is time.
 class Mapper {
  public:
-  // Throws std::invalid_argument where params.navigation is not usable.
+  // Throws std::invalid_argument where params.navigation breaks a rule of CheckParams().
   explicit Mapper(const MapperParams& params);
+  // With a navigation of your own in place of the one that params.navigation_source names.
   Mapper(const MapperParams& params, std::unique_ptr<Navigation> navigation);
   Mapper(const Mapper&) = delete;
   Mapper& operator=(const Mapper&) = delete;
 
-  // Refused samples are counted.
+  // Samples, each with its time in sample.time. One that navigation or the submaps refuse (late,
+  // not finite, ...) is counted by reason in counters().
   void Add(const ImuSample& sample) {
     watch_.Add(sample);
     Navigate(sample);
@@ -82,9 +90,10 @@ class Mapper {
   void Add(const NavigationSample& sample);
   void Add(const MbesPing& ping);
   void Add(const SoundingPing& ping);
-  void Add(const SoundVelocityProfile& profile);
+  void Add(const SoundVelocityProfile& profile) { Know(profile, Time()); }
 
-  // The same of a message, whose stamps tell when a clock steps: see SensorClocks.
+  // Adds a sample that came in a message, after its time is corrected for steps of the sensor's and
+  // the computer's clock: see SensorClocks.
   template <class Sample>
   void Add(Sample sample, const MessageStamp& stamp) {
     sample.time = clocks_.InDiveTime(ChannelOf(sample), sample.time, stamp);
@@ -92,56 +101,64 @@ class Mapper {
     if (last_nav_ != nav_seen_) nav_came_at_ = clocks_.newest();
     nav_seen_ = last_nav_;
   }
-  // HEALTH of another process: time that passes while sensors are silent.
+  // The profile is used from its message's time on, not from the profile's own: see SoundSpeed.
+  void Add(SoundVelocityProfile profile, const MessageStamp& stamp);
+  // Heartbeat (HEALTH) of any process, with the seconds since its start: a clock that does not step
+  // and goes on while the sensors are silent. See SensorClocks.
   void Hear(const std::string& process, double uptime_s);
 
-  // For who wants every sounding and not only the clouds: called with each submap that closes,
-  // before it is given.
+  // Sets a callback that gets every sounding of each submap that closes, before the submap's event
+  // and on the thread of Add(). A submap's cloud holds the filtered and thinned points only. A
+  // later call replaces the callback.
   void OnSoundings(std::function<void(const SubmapSoundings&)> take);
 
-  // A finished submap from elsewhere joins the graph. An id below 0 becomes the next number; one
-  // that is not above all before it is refused and counted. Footprint and predicted information are
-  // added where they are missing.
+  // Adds a closed submap that was made elsewhere, from a file or by another Mapper, to the graph.
+  // An id below 0 becomes the next number; one that is not above all before it is refused and
+  // counted. Footprint and predicted information (Submap) are computed where they are missing.
   void AddSubmap(Submap submap) { AddSubmap(std::move(submap), {}); }
-  // The same of one dive of several, which another Mapper has taken from sensors to submaps: with
-  // its chain, and what that one knows of its place. A journal does not hold the chain.
+  // Adds a submap of one dive of several to a common graph, made from sensor data by a Mapper of
+  // that dive: with the dive's chain, and position edges from that dive's position fixes. The
+  // journal does not hold the chain, so a graph of several dives cannot be resumed.
   struct OfDive {
     Chain chain;
-    std::vector<GraphEdge> position_edges;  // on this submap, or on earlier ones
+    std::vector<GraphEdge> position_edges;  // absolute positions of this submap or earlier ones
   };
   void AddSubmap(Submap submap, OfDive dive);
 
-  // The next registrations: of the oldest submap that waits, else those that LookAgain() chose.
-  // Nothing while a job is out. Submaps join the graph in their order, each with the result of its
-  // job.
+  // Returns the next job: the registrations of the oldest submap that waits, else those that
+  // LookAgain() chose. std::nullopt without one, and until the results of the job before have come
+  // to Take(). Submaps join the graph in their order, each with the results of its job.
   std::optional<RegistrationJob> NextJob();
   bool HasSubmapToRegister() const { return !job_is_out_ && !submaps_.empty(); }
   bool IsRegistering() const { return job_is_out_ || !submaps_.empty(); }
-  // What the job that is out gave.
+  // Takes the results of the job that NextJob() returned last.
   void Take(RegistrationResultSet results);
 
-  // Looks at one submap again of which the last solution brought news: some of its pairs may be
-  // registered for the first time, or once more. Before the first of a solution it asks how well
-  // their relative poses are known. False where nothing is left to be done now.
+  // Looks for retries at one submap whose pose or covariance the last solution changed: some of its
+  // pairs may be registered for the first time, or again. The first call after a solution requests
+  // the covariances of their relative poses (an event); later calls use the answer. False where
+  // there is nothing to do until a job ends, or until the next solution or answer comes.
   bool LookAgain();
 
-  // From the optimizer. False: not used.
+  // Messages from the optimizer. False: counted and not used, since it is of another graph, older,
+  // not finite, or withheld (docs/terminology.md); nothing is to be done.
   bool Take(const PoseGraph& solution);
   bool Take(const PairCovariances& answer);
 
-  // No more samples come: geo-references what waits and closes the last submap. When the last job
-  // is back, the graph ends with its final version.
+  // Ends the dive, after the last sample: georeferences the pings that wait and closes the last
+  // submap. With the results of the last job the graph gets its final version.
   void Finish();
 
-  // All that changes with every sample and is needed after a restart; nothing before navigation has
-  // started.
+  // The state that changes with every sample and is needed after a restart. std::nullopt before
+  // navigation has started.
   std::optional<Checkpoint> MakeCheckpoint();
-  // Goes on after a restart in the same graph, before the first sample of navigation's inertial
-  // unit (or INS): what is missing until then is a gap as any other. The submap that was open is
-  // lost; those that were not registered yet will be. load: the clouds of closed submaps. False:
-  // not usable, nothing changes.
+  // Continues a graph after a restart. Call it before the first sample of the inertial unit (or
+  // INS); the time between the checkpoint and that sample is bridged like any gap in the data. The
+  // submap that was open is lost; those that were not registered yet will be. load: the clouds of
+  // closed submaps. False: `saved` is not usable, and nothing changes.
   bool Resume(const SavedMap& saved, const LoadSubmap& load);
-  // Of a sample that comes next after a checkpoint.
+  // The corrected time (SensorClocks) of the first sample after a restart, by the clocks as they
+  // are in the checkpoint: to decide, before Resume(), whether the checkpoint is recent enough.
   template <class Sample>
   Time InDiveTime(const Checkpoint& checkpoint,
                   const Sample& sample,
@@ -152,16 +169,17 @@ class Mapper {
   // What happened since the last call, in order.
   std::vector<MapperEvent> TakeEvents();
 
-  // Every version so far, for who lacks some.
+  // All versions of the graph so far, for a receiver that missed some.
   const GraphLog& graph() const { return graph_; }
   std::int64_t solution_version() const { return search_.solution_version(); }
   std::optional<Time> last_nav() const { return last_nav_; }
 
   // Neither navigation nor a submap yet.
   bool IsWaiting() const { return !last_nav_ && graph_.empty(); }
-  // What for, in words to act on.
+  // What it waits for, in words to act on.
   std::string WaitsFor() const;
-  // What the overlaps say of the survey's noise, and the seabed of the sonar's stamps.
+  // Estimates of the survey's noise components, from overlaps, and of the time offset of the
+  // sonar's stamps, from the seabed.
   SurveyNoise noise() const;
   // Faults that hold now.
   std::vector<Condition> conditions() const;
@@ -180,6 +198,7 @@ class Mapper {
 
   template <class Sample>
   void Navigate(const Sample& sample);
+  void Know(const SoundVelocityProfile& profile, Time said);
   void GiveNav();
   void GeoreferencePings();
   void AddToSubmap(const MbesPing& ping);
@@ -189,7 +208,8 @@ class Mapper {
   std::optional<Eigen::Matrix3d> DriftBetween(Time a, Time b) const;
   void OnClosed(Submap submap);
   void Enqueue(Submap submap, OfDive dive);
-  // growth: its steps are filled in.
+  // Appends vertices and edges to the graph as its next version (GraphStep). growth: the journal
+  // entry of these versions; its steps are filled in here.
   void Extend(std::vector<GraphVertex> vertices,
               std::vector<GraphEdge> edges,
               Time submap_time,
@@ -197,10 +217,11 @@ class Mapper {
   void GiveGraph(GraphGrowth growth);
   Checkpoint CheckpointNow();
   SensorClocks ClocksOf(const Checkpoint& checkpoint) const;
-  // Each false where the entry does not follow what is here.
+  // Replays one journal entry. False where it does not continue the entries before it.
   bool Restore(const SoundVelocityProfile& profile);
   bool Restore(const ClosedSubmap& closed);
   bool Restore(const GraphGrowth& growth);
+  // t, or for a t before a restart the nearest time for which navigation still has a covariance.
   Time KnownAt(Time t) const;
   bool IsLastStep() const;
   void Count(const std::string& name, std::int64_t n = 1) { counters_[name] += n; }
@@ -208,18 +229,18 @@ class Mapper {
   const MapperParams params_;
   const std::unique_ptr<Navigation> navigation_;
   SensorClocks clocks_;
-  std::optional<Time> nav_seen_;     // the newest
-  std::optional<Time> nav_came_at_;  // when it came
-  double optimizer_heard_s_ = 0.0;   // by SensorClocks::witnessed_s()
+  std::optional<Time> nav_seen_;     // last_nav_ at the last message
+  std::optional<Time> nav_came_at_;  // when that state came: SensorClocks::newest()
+  double optimizer_heard_s_ = 0.0;   // SensorClocks::witnessed_s() at its last HEALTH
   NavigationWatch watch_;
   GivenWatch given_watch_;
-  std::optional<Time> newest_depth_;
+  VerticalReference vertical_;
   SoundSpeed sound_speed_;
   std::optional<SoundSpeed::Source> sound_speed_source_;  // of the last ping
   PingQueue<MbesPing> pings_;
   PingQueue<SoundingPing> sounding_pings_;
   SonarTiming timing_;
-  bool soundings_came_placed_ = false;
+  bool soundings_came_placed_ = false;  // SoundingPing: the sonar georeferences by itself
   SubmapBuilder builder_;
   std::function<void(const SubmapSoundings&)> on_soundings_;
   SubmapFrames frames_;
@@ -227,19 +248,19 @@ class Mapper {
   std::optional<Time> last_nav_;
 
   std::int32_t next_id_ = 0;
-  std::deque<Waiting> submaps_;  // to be registered; the first may be out
-  std::vector<LoopPair> again_;  // pairs that LookAgain() chose
-  bool job_is_out_ = false;
-  std::int64_t failed_in_last_job_ = 0;  // registrations
+  std::deque<Waiting> submaps_;          // to be registered; the first may be in a job
+  std::vector<LoopPair> again_;          // pairs that LookAgain() chose
+  bool job_is_out_ = false;              // with the caller
+  std::int64_t failed_in_last_job_ = 0;  // registrations that ended in an exception
   LoopSearch search_;
   GraphLog graph_;
-  std::int64_t graph_given_ = 0;  // versions, as events
+  std::int64_t graph_given_ = 0;  // number of versions that were events so far
   bool finishing_ = false;
 
   std::int64_t checkpoint_number_ = 0;
   struct Resumed {
-    Time at;                    // the checkpoint
-    std::optional<Time> since;  // the last frame before it, which navigation still knows
+    Time at;                    // of the checkpoint
+    std::optional<Time> since;  // of the last submap frame before it, whose pose is still known
   };
   std::optional<Resumed> resumed_;
   LoadSubmap load_;  // while it resumes; of submaps that are still compared with solutions

@@ -16,6 +16,24 @@ fs::path Beside(const std::string& file, const fs::path& path) {
   return (fs::absolute(file).parent_path() / path).lexically_normal();
 }
 
+// The content of a text file.
+template <class T>
+T Parsed(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  const std::string text((std::istreambuf_iterator<char>(in)), {});
+  if (!in) throw ConfigError(file.string() + ": cannot be read");
+  try {
+    return T::Parse(text, file.string());
+  } catch (const std::runtime_error& e) {
+    throw ConfigError(e.what());
+  }
+}
+
+void LoadSeparation(const fs::path& file, MapperConfig* config) {
+  config->vertical.separation = Parsed<DatumHeight>(file);
+  config->separation_file = file;
+}
+
 }  // namespace
 
 MapperConfig LoadMapperConfig(const std::string& path) {
@@ -25,6 +43,8 @@ MapperConfig LoadMapperConfig(const std::string& path) {
   config.vehicle = LoadVehicle(config.vehicle_file.string());
   if (!config.water_level_file.empty())
     LoadWaterLevel(Beside(path, config.water_level_file), &config);
+  if (!config.separation_file.empty())
+    LoadSeparation(Beside(path, config.separation_file), &config);
   ResolveDivesDir(path, &config.dive);
   if (config.sound_velocity_profile->depth_m.empty()) config.sound_velocity_profile.reset();
   config.mounting.dvl_yaw_rad =
@@ -34,14 +54,9 @@ MapperConfig LoadMapperConfig(const std::string& path) {
 }
 
 void LoadWaterLevel(const fs::path& file, MapperConfig* config) {
-  std::ifstream in(file, std::ios::binary);
-  const std::string text((std::istreambuf_iterator<char>(in)), {});
-  if (!in) throw ConfigError(file.string() + ": cannot be read");
-  try {
-    config->water_level = WaterLevel::Parse(text, file.string());
-  } catch (const std::runtime_error& e) {
-    throw ConfigError(e.what());
-  }
+  if (config->vertical.by_heights)
+    throw ConfigError(file.string() + ": a water level beside ellipsoid_heights: one of the two");
+  config->vertical.water_level = Parsed<WaterLevel>(file);
   config->water_level_file = file;
 }
 
@@ -50,10 +65,14 @@ std::string PrintConfig(const MapperConfig& config) { return PrintWithDefaults(c
 std::vector<std::pair<std::string, std::string>> ConfigFiles(const MapperConfig& config) {
   MapperConfig mapper = config;
   mapper.vehicle_file = "vehicle.yaml";
-  if (!config.water_level.empty()) mapper.water_level_file = kWaterLevelFile;
+  if (!config.vertical.water_level.empty()) mapper.water_level_file = kWaterLevelFile;
+  const DatumHeight& separation = config.vertical.separation;
+  if (!separation.empty()) mapper.separation_file = kSeparationFile;
   std::vector<std::pair<std::string, std::string>> files{
       {"mapper.yaml", PrintConfig(mapper)}, {"vehicle.yaml", PrintConfig(config.vehicle)}};
-  if (!config.water_level.empty()) files.emplace_back(kWaterLevelFile, config.water_level.text());
+  if (!config.vertical.water_level.empty())
+    files.emplace_back(kWaterLevelFile, config.vertical.water_level.text());
+  if (!separation.empty()) files.emplace_back(kSeparationFile, separation.text());
   return files;
 }
 

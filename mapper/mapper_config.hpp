@@ -20,6 +20,7 @@ struct MapperConfig : MapperParams {
 
   std::filesystem::path vehicle_file = "vehicle.yaml";  // of `vehicle`
   std::filesystem::path water_level_file;               // of `water_level`; empty: none
+  std::filesystem::path separation_file;  // of `ellipsoid_heights.separation_grid`; empty: none
   double sonar_mounting_yaw_rad = Deg2Rad(0.1);
   DiveParams dive;
   std::filesystem::path map_dir;  // of submaps, in the dive's folder; no key of the file
@@ -31,6 +32,7 @@ struct MapperConfig : MapperParams {
 
 // Beside a recorded mapper.yaml.
 inline constexpr char kWaterLevelFile[] = "water_level.csv";
+inline constexpr char kSeparationFile[] = "separation.asc";
 
 // Paths in the file are relative to the file. Throws ConfigError.
 MapperConfig LoadMapperConfig(const std::string& path);

@@ -11,7 +11,7 @@
 #include "mapper/navigation/navigation_params.hpp"
 #include "mapper/submaps/cloud_filter.hpp"
 #include "mapper/submaps/submap_builder.hpp"
-#include "mapper/water_level.hpp"
+#include "mapper/vertical_reference.hpp"
 
 namespace seastitch {
 
@@ -31,7 +31,7 @@ struct MapperParams {
   CloudFilterParams filter;
   LoopCloserParams loop_closer;
   std::optional<SoundVelocityProfile> sound_velocity_profile;
-  WaterLevel water_level;            // taken off every depth
+  VerticalReferenceParams vertical;  // taken off every depth
   double sonar_time_offset_s = 0.0;  // added to the stamp of every MbesPing
   double nav_rate_hz = 10.0;
   MountingSigmas mounting{0.3, 0.0};  // dvl_yaw_rad: from the file

@@ -16,9 +16,10 @@
 
 namespace seastitch {
 
-// The vehicle in the solved map: the newest submap frame that a solution places, moved by the fixes
-// that this solution does not have yet, and from there on as dead reckoning went. Its covariance is
-// that of the frame and of the way since, so it grows until the next fix or solution. Pure.
+// Vehicle pose in the optimized map: the newest submap frame of the last solution, corrected by the
+// position fixes that this solution does not have yet, and dead reckoning from there on. Its
+// covariance is that of the frame plus that of dead reckoning since, and grows until the next fix
+// or solution. Pure.
 class NavCorrection {
  public:
   // navigation: must live longer.

@@ -16,8 +16,8 @@
 
 namespace seastitch {
 
-// What is wrong with navigation, for HEALTH: why it has not started, which sensor it refuses, what
-// it was reset to, whose stamps are off. Pure; its time is that of the samples.
+// Monitor of dead reckoning for HEALTH: why it has not started, which sensor it refuses, resets,
+// and sensors with wrong stamps. Pure; its time is that of the samples.
 class NavigationWatch {
  public:
   explicit NavigationWatch(const NavigationParams& params) : params_(params) {}

@@ -10,8 +10,8 @@
 
 namespace seastitch {
 
-// Pings in order of time that wait until navigation has reached their last echo. Bounded: where it
-// is full the oldest is dropped. Pure.
+// Queue of pings, in order of time, until navigation's final states reach their last echo. Bounded:
+// when it is full the oldest is dropped. Pure.
 template <class Ping = MbesPing>
 class PingQueue {
  public:

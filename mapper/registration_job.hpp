@@ -14,11 +14,11 @@
 
 namespace seastitch {
 
-// Registrations of one source submap, to be run wherever there is time. Owns what it needs.
+// Job: registrations of one source submap, to be run on any thread. Owns what it needs.
 struct RegistrationJob {
-  std::shared_ptr<const Submap> closed;  // joins the graph with the result; null: looked at again
+  std::shared_ptr<const Submap> closed;  // joins the graph with the results; null: retries
   std::vector<LoopPair> pairs;           // of one source
-  // That the registrations expect; absent: params.registration.noise.
+  // Noise that the registrations expect; std::nullopt: params.registration.noise.
   std::optional<VarianceComponents> noise{};
 };
 
@@ -30,12 +30,12 @@ struct RegistrationResultSet {
   std::int64_t failed = 0;                    // registrations that ended in an exception
 };
 
-// The cloud of a closed submap; null where it cannot be had.
+// Loads a closed submap with its cloud; null where it cannot be loaded.
 using LoadSubmap = std::function<std::shared_ptr<const Submap>(SubmapId)>;
 
-// Registers the source on each of its targets. A target that is prepared is not loaded; one that
-// cannot be loaded gives no edge. An exception costs the pair that it came from, is counted and
-// goes no further. prepared: of params.registration. Pure but for `load`.
+// Registers the source on each of its targets. A target that is in `prepared` is not loaded; one
+// that cannot be loaded gives no edge. An exception ends the registration of its pair only, and is
+// counted. prepared: cache of submaps prepared with params.registration. Pure, except for `load`.
 RegistrationResultSet Run(RegistrationJob job,
                           const LoopCloserParams& params,
                           const LoadSubmap& load,

@@ -15,11 +15,11 @@
 #include "mapper/graph_log.hpp"
 #include "mapper/loop_closer.hpp"
 
-// What a mapper needs to go on after a restart in the same graph: a journal of what is said once,
-// and a checkpoint of what changes all the time.
+// State of a mapper for a restart in the same graph: a journal of what happens once (closed
+// submaps, graph, sound speed), and a checkpoint of what changes with every sample.
 namespace seastitch {
 
-// Of the mapper at an instant; some 100 kB.
+// State of the mapper at one time; about 100 kB.
 struct Checkpoint {
   std::int64_t number = 0;  // counts up, over restarts too
   Time time;                // of navigation
@@ -38,7 +38,7 @@ struct ClosedSubmap {
   Checkpoint checkpoint;  // right after it closed
 };
 
-// What the graph became by a job, or at the end of a dive.
+// Journal entry of the graph's new versions, by a registration job or at the end of a dive.
 struct GraphGrowth {
   SubmapId closed;  // joined the graph; -1: none
   std::vector<LoopPair> pairs;

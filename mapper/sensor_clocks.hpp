@@ -37,43 +37,53 @@ constexpr SensorChannel ChannelOf(const SoundingPing&) { return SensorChannel::k
 constexpr SensorChannel ChannelOf(const PositionFix&) { return SensorChannel::kPositionFix; }
 constexpr SensorChannel ChannelOf(const SoundVelocityProfile&) { return SensorChannel::kSvp; }
 
-// The dive's time: the stamps of the sensors as if no clock had stepped since the dive began. A
-// stamp comes from two clocks, the sensor's (utime) and the computer's (recv), which many sensors
-// have in common. Numbers that count up tell a step from a loss, the interval of the messages how
-// far it went:
+// Corrector of clock steps: turns stamps into dive time, the UTC of the clocks at the start of the
+// dive, continued as if no clock had been set since. Every message has two stamps: utime by the
+// sensor's clock, recv by the computer's, which all sensors share. Sequence numbers distinguish a
+// clock step from lost messages. The nominal interval of the messages gives the size of the step.
 //
-//   recv goes back                           the computer's clock stepped
-//   recv leaps forward, and HEALTH counted   the same; where HEALTH did not count at all, or as far
-//     on by less meanwhile                   as recv, the sensor was silent
-//   utime leaps against recv                 the sensor's clock stepped, or went with the
-//   computer's
+//   what is seen                                    what is concluded
+//   recv goes back                                  the computer's clock was set back
+//   recv leaps, uptime in HEALTH grew by less       the computer's clock was set forward
+//   recv leaps, uptime grew as much or is unknown   the sensor was silent
+//   utime leaps, recv does not                      the sensor's clock was set
+//   utime and recv leap by the same                 the sensor's clock is set by the computer's
 //
-// A step counts from its first message on and is sure with the third; if a message that follows the
-// old stamps comes before, the others were damaged. Steps of up to jump_s, and of the computer's
-// clock forward up to 3 s, are left to navigation: they are gaps. Pure.
+// A step is corrected from its first message on and confirmed by the third. If a message with
+// stamps as before the step comes earlier, the messages between were damaged and are counted; their
+// samples have been used. Not corrected, since navigation treats them as gaps in the data: steps of
+// up to jump_s (navigation.clock_jump_s), and steps of the computer's clock by up to 3 s forward.
+// Pure: no clock of its own, no input or output.
 class SensorClocks {
  public:
   explicit SensorClocks(double jump_s) : jump_s_(jump_s) {}
 
+  // Returns utime + offset(channel), after updating the offset by this message's stamps. The time
+  // of a sensor that sends out of order is not monotonic.
   Time InDiveTime(SensorChannel channel, Time utime, const MessageStamp& stamp);
-  // HEALTH of any process. Its seconds since the start are monotonic, and pass while sensors are
-  // silent. Two processes of one name count no time: their seconds go back and forth.
+  // Adds a HEALTH message of any process. uptime_s, the seconds since that process's start, is
+  // monotonic and goes on while sensors are silent. Two processes of the same name are ignored:
+  // their uptimes alternate.
   void Hear(const std::string& process, double uptime_s);
 
-  // Seconds that passed by HEALTH, of this process's life.
+  // Seconds that passed, by the uptimes in HEALTH, since the first HEALTH message that this object
+  // heard.
   double witnessed_s() const { return witnessed_s_; }
 
-  // Of what came last: by its arrival, in the dive's time.
+  // Now, in dive time: arrival (recv) of the newest message, plus the time by HEALTH since then.
   std::optional<Time> newest() const;
-  // What was added to the newest utime of a channel.
+  // Arrival (recv) of a channel's newest message, in dive time.
+  Time came_at(SensorChannel channel) const { return Of(channel).era.ReceivedAt(); }
+  // Correction added to the utime of a channel's last message.
   Duration offset(SensorChannel channel) const { return Of(channel).era.utime_offset; }
 
-  // Steps of the last minute, clocks that drift from the others, sensors that are silent.
+  // Faults: a clock step within the last minute; a sensor whose latency has changed by 0.2 s
+  // against the others; a sensor that is silent for 2 s and 2.5 of its intervals.
   std::vector<Condition> conditions() const;
   const Counters& counters() const { return counters_; }
 
-  // For a restart. Not saved: processes_, witnessed_s_ and counters_, which are of one process;
-  // jump_s_, which is configured.
+  // For a restart. Not saved: processes_, witnessed_s_ and counters_, which begin anew with the
+  // process; jump_s_, which is configured.
   template <class Archive, class Self>
   static void Fields(Archive& archive, Self& self) {
     archive(self.channels_, self.computer_, self.computer_stepped_at_, self.last_step_);
@@ -84,15 +94,15 @@ class SensorClocks {
   static constexpr std::size_t kIntervals = 5;
   static constexpr std::size_t kLatencies = 63;
 
-  // The newest message of a channel, and what takes its stamps to the dive's time.
+  // Last message of a channel, with the offsets that take its stamps to dive time.
   struct Era {
     Time utime;
     Time recv;
     std::int64_t seq = 0;
     Duration utime_offset{};
     Duration recv_offset{};
-    Duration computer{};        // what recv_offset was for every sensor
-    std::int32_t messages = 0;  // since a clock stepped
+    Duration computer{};        // value of computer_ that recv_offset was last compared with
+    std::int32_t messages = 0;  // since the last clock step; stays at kSureAfter
 
     Time At() const { return utime + utime_offset; }
     Time ReceivedAt() const { return recv + recv_offset; }
@@ -104,16 +114,16 @@ class SensorClocks {
     }
   };
 
-  // How long after utime a channel's messages come: medians of kLatencies each.
+  // Latency of a channel, recv - utime in dive time [s]: medians over kLatencies messages.
   struct Latency {
-    // Gives what utime passed by while recv passed by a second, once for kLatencies messages.
+    // Returns seconds of utime per second of recv, once every kLatencies messages.
     std::optional<double> Add(const Era& message);
     double drift_s() const { return first_s && last_s ? *last_s - *first_s : 0.0; }
 
-    Era begin;  // of open_s
-    std::vector<double> open_s;
-    std::optional<double> first_s;
-    std::optional<double> last_s;
+    Era begin;                      // first message in open_s
+    std::vector<double> open_s;     // latencies of the median to come
+    std::optional<double> first_s;  // first median
+    std::optional<double> last_s;   // last median
 
     template <class Archive, class Self>
     static void Fields(Archive& archive, Self& self) {
@@ -124,17 +134,17 @@ class SensorClocks {
   struct Channel {
     bool has_come = false;
     Era era;
-    std::optional<Era> before;  // while it is not sure that a clock stepped
+    std::optional<Era> before;  // before a step that is not confirmed yet
     std::array<double, kIntervals> intervals_s{};
     std::int32_t intervals = 0;
     Latency latency;
-    double witnessed_s = 0.0;   // at its newest message
-    std::optional<Time> heard;  // recv of the newest message before which HEALTH had come
+    double witnessed_s = 0.0;   // at its last message
+    std::optional<Time> heard;  // arrival of its last message that came after a new HEALTH
 
     double interval_s() const;
     void AddInterval(double interval_s);
 
-    // Not saved: witnessed_s and heard, which are of one process.
+    // Not saved: witnessed_s and heard, which begin anew with the process.
     template <class Archive, class Self>
     static void Fields(Archive& archive, Self& self) {
       archive(self.has_come, self.era, self.before, self.intervals_s, self.intervals, self.latency);
@@ -142,11 +152,12 @@ class SensorClocks {
   };
   struct Process {
     double uptime_s = 0.0;
-    double to_witnessed_s = 0.0;
+    double to_witnessed_s = 0.0;             // witnessed_s = uptime_s + this
     std::optional<double> before_restart_s;  // uptime_s of the process before this one
   };
 
-  // Where a simulation goes faster than time, utime and recv say nothing of each other.
+  // False for a replay or simulation faster or slower than real time: utime and recv then cannot be
+  // compared.
   bool IsRealTime() const { return pace_ > 0.9 && pace_ < 1.1; }
   const Channel& Of(SensorChannel channel) const {
     return channels_[static_cast<std::size_t>(channel)];
@@ -157,17 +168,18 @@ class SensorClocks {
   Era Next(SensorChannel channel, const Channel& c, Era message) const;
   Duration ComputerStep(const Channel& c, const Era& message, double typical_s) const;
   void Confirm(SensorChannel channel, Channel* c);
+  // Keeps a step for conditions(). whose: name of the clock.
   void Note(const std::string& whose, Duration step);
   void AddSilent(std::vector<Condition>* now) const;
   void AddDrifts(std::vector<Condition>* now) const;
 
   double jump_s_;
   std::array<Channel, kSensorChannels> channels_;
-  Duration computer_{};  // what takes the computer's clock to the dive's time
+  Duration computer_{};  // added to recv gives dive time
   std::optional<Time> computer_stepped_at_;
   std::string last_step_;
   std::optional<Time> last_step_at_;
-  double pace_ = 1.0;  // of utime against recv, lately
+  double pace_ = 1.0;  // seconds of utime per second of recv, over the last kLatencies messages
   std::map<std::string, Process> processes_;
   double witnessed_s_ = 0.0;
   Counters counters_;

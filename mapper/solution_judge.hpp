@@ -12,31 +12,31 @@
 
 namespace seastitch {
 
-// How the seabed that was seen twice lies on itself, by dead reckoning and by a solution.
+// Fit of overlapping submaps, by dead reckoning and by a solution.
 struct Judgement {
   bool harmful = false;
-  bool torn = false;             // harmful since too little is still seen twice
+  bool torn = false;             // harmful, since too little overlap is left
   int patches = 0;               // compared, of 8 x 8 cells
   double dead_reckoned_m = 0.0;  // RMS of the differences of height
   double solved_m = 0.0;
-  std::size_t cells_dead_reckoned = 0;  // seen twice
+  std::size_t cells_dead_reckoned = 0;  // in overlaps
   std::size_t cells_solved = 0;
 };
 
-// Do no harm: compares a solution with dead reckoning where both lay two submaps on each other, by
-// heights alone and regardless of the verdict of the pair. The mean difference of height of each
-// pair is removed, since tide and sound speed do not depend on the solution. Keeps the newest
-// kMaxSubmaps submaps and their registered pairs on grids of at most kMaxCells, so that memory (36
-// B a cell) and work are bounded. Pure.
+// Judge of solutions ("do no harm"): compares a solution with dead reckoning where two submaps
+// overlap in both, by heights alone and regardless of the verdict of the pair. The mean height
+// difference of each pair is removed, since tide and sound speed do not depend on the solution.
+// Keeps the newest kMaxSubmaps submaps and their registered pairs on grids of at most kMaxCells, so
+// that memory (36 B per cell) and work are bounded. Pure.
 //
-// With d the squared difference of height by the solution less that by dead reckoning, as a mean
-// over a patch, a solution is harmful
-//   where sum(d) > kSigmas sqrt(sum(d^2)) and the squares are larger by kTolerance, or
-//   where less than kOverlapKept of what dead reckoning sees twice is still seen twice.
-// Noise alone makes d as good as symmetric about zero. Were it independent from patch to patch, the
-// first would be exceeded with a probability below exp(-kSigmas^2 / 2), 3 in 10,000, however the
-// noise is distributed; a patch that meets several targets brings its noise to each, so that this
-// is a measure and no bound. Less than kSigmas^2 patches are not judged.
+// Let d be the mean over a patch of the squared height difference by the solution, minus that by
+// dead reckoning. A solution is harmful
+//   where sum(d) > kSigmas sqrt(sum(d^2)) and the sum of squares is larger by kTolerance, or
+//   where less than kOverlapKept of the overlap by dead reckoning is left.
+// Noise alone makes d nearly symmetric about zero. If it were independent from patch to patch, the
+// first threshold would be exceeded with a probability below exp(-kSigmas^2 / 2), 3 in 10,000, for
+// any distribution of the noise. A patch that overlaps several targets has the same noise in each,
+// so that this is a guide and not a bound. Fewer than kSigmas^2 patches are not judged.
 class SolutionJudge {
  public:
   static constexpr std::size_t kMaxSubmaps = 128;

@@ -1,6 +1,5 @@
 #include "mapper/sound_speed.hpp"
 
-#include <algorithm>
 #include <cstddef>
 #include <utility>
 
@@ -20,22 +19,23 @@ SoundSpeed::SoundSpeed(const std::optional<SoundVelocityProfile>& configured) {
   if (configured) configured_ = RayTracer::Make(*configured);
 }
 
-bool SoundSpeed::Add(const SoundVelocityProfile& profile) {
+bool SoundSpeed::Add(const SoundVelocityProfile& profile, Time said) {
   std::optional<RayTracer> rays = RayTracer::Make(profile);
   if (!rays) return false;
   if (profiles_.size() == kMaxProfiles) profiles_.pop_front();
-  profiles_.push_back({profile.time, std::move(*rays)});
+  profiles_.push_back({profile.time, said, std::move(*rays)});
   return true;
 }
 
 SoundSpeed::Choice SoundSpeed::For(const MbesPing& ping) {
-  if (!profiles_.empty()) {
-    const auto nearest =
-        std::min_element(profiles_.begin(), profiles_.end(), [&](const Dated& a, const Dated& b) {
-          return Apart(a.time, ping.time) < Apart(b.time, ping.time);
-        });
-    return {&nearest->rays, Source::kProfile};
+  const Dated* nearest = nullptr;
+  for (const Dated& profile : profiles_) {
+    const double ahead_s = ToSeconds(profile.said - LastEcho(ping));
+    if (ahead_s > 0.0 && ahead_s <= kMaxAheadS) continue;
+    if (!nearest || Apart(profile.time, ping.time) < Apart(nearest->time, ping.time))
+      nearest = &profile;
   }
+  if (nearest) return {&nearest->rays, Source::kProfile};
   if (configured_) return {&*configured_, Source::kConfigured};
   const bool measured = IsSoundSpeed(ping.sound_speed_mps);
   const double speed_mps = measured ? ping.sound_speed_mps : kAssumedMps;

@@ -9,8 +9,12 @@
 
 namespace seastitch {
 
-// The water that a ping's rays go through: the profile nearest in time, else the configured one,
-// else one speed all the way, that which the sonar measured at its own face.
+// Choice of a ping's sound-speed profile: the received profile nearest in time, else the configured
+// one, else a constant speed, the one that the sonar measured at its face.
+//
+// A profile may be hours older than its message, so that its time does not say when it became
+// known. It is used for the pings whose last echo is not before the time of its message. By then
+// navigation's reorder window has made the choice independent of the order of arrival.
 class SoundSpeed {
  public:
   enum class Source : std::uint8_t { kProfile, kConfigured, kTransducer, kAssumed };
@@ -20,8 +24,13 @@ class SoundSpeed {
   // `configured` must be usable: see RayTracer::Make().
   explicit SoundSpeed(const std::optional<SoundVelocityProfile>& configured);
 
-  // False: no profile of sea water, not taken. Keeps the newest 64.
-  bool Add(const SoundVelocityProfile& profile);
+  // No reorder window is longer. A message from further ahead of a ping has another clock, which
+  // says nothing: its profile holds at once.
+  static constexpr double kMaxAheadS = 10.0;
+
+  // said: when it was sent; Time() where nobody knows, for all pings from now on. False: no profile
+  // of sea water, not taken. Keeps the newest 64.
+  bool Add(const SoundVelocityProfile& profile, Time said = Time());
 
   struct Choice {
     const RayTracer* rays;  // until the next call of Add() or For()
@@ -32,6 +41,7 @@ class SoundSpeed {
  private:
   struct Dated {
     Time time;
+    Time said;
     RayTracer rays;
   };
 

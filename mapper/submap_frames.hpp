@@ -10,10 +10,10 @@
 
 namespace seastitch {
 
-// Where navigation has the frames of the submaps, and how well: of the submap closed last and of
-// the open one. The open one's is looked up again and again while it grows, since navigation
-// forgets: when sensors were silent for long, a submap closes after navigation has dropped its
-// frame. Pure.
+// Poses and covariances of two submap frames by navigation: of the submap closed last and of the
+// open one. The open one's is looked up with every ping, since navigation keeps a bounded history:
+// after a long silence of the sensors a submap may close when its frame is no longer in that
+// history. Pure.
 class SubmapFrames {
  public:
   // navigation: must live longer.

@@ -8,8 +8,9 @@
 
 namespace seastitch {
 
-// How far the water line lies above the map's zero of depth, at every time: of a tide gauge, or
-// predicted. Between two entries it changes evenly; outside of them it is the nearest one's.
+// Water level over time: height of the water line above the map's zero of depth [m, positive up],
+// from a tide gauge or a prediction. Linear between two entries; outside, that of the nearest
+// entry.
 class WaterLevel {
  public:
   WaterLevel() = default;

@@ -36,10 +36,10 @@ class FactorCost : public ceres::CostFunction {
 
  private:
   const Factor& factor_;
-  std::array<int, 3> block_{-1, -1, -1};  // of parameters, one an end
+  std::array<int, 3> block_{-1, -1, -1};  // parameter block of each of EndsOf(); -1: none
 };
 
-// The loss of one factor at the stage that the problem is at.
+// The loss of one factor at the current stage.
 class FactorLoss : public ceres::LossFunction {
  public:
   FactorLoss(const Factor& factor, std::size_t k, const Losses* const* losses)
@@ -48,7 +48,7 @@ class FactorLoss : public ceres::LossFunction {
   void Evaluate(double s, double rho[3]) const override {
     rho[0] = (*losses_)->Value(factor_, k_, s);
     rho[1] = (*losses_)->Weight(factor_, k_, s);
-    rho[2] = 0.0;  // it bends down, which Ceres leaves out of its steps
+    rho[2] = 0.0;  // the second derivative is negative, which Ceres ignores
   }
 
  private:
@@ -65,10 +65,9 @@ ceres::Problem::Options OwningNothing() {
   return options;
 }
 
-// Nearly Gauss-Newton: the problem is nearly linear, so that a large trust region saves two thirds
-// of the steps. The blocks have one size and unit, so that scaling columns gains nothing. Eigen's
-// factorisation gives the same bytes whatever BLAS is installed, and is the quicker one beside a
-// BLAS that is not tuned.
+// Nearly Gauss-Newton: the problem is nearly linear, so a large trust region saves two thirds of the
+// iterations. Scaling columns gains nothing, because all blocks have the same units. Eigen's
+// factorisation gives the same bytes whatever BLAS is installed, and is faster than an untuned BLAS.
 ceres::Solver::Options SolverOptions(int max_iterations, double tolerance) {
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
@@ -84,7 +83,7 @@ ceres::Solver::Options SolverOptions(int max_iterations, double tolerance) {
   return options;
 }
 
-// Ceres's iterations, as on_step.
+// Calls on_step after every iteration of Ceres.
 class StepCallback : public ceres::IterationCallback {
  public:
   explicit StepCallback(std::function<void()> on_step) : on_step_(std::move(on_step)) {}
@@ -146,7 +145,7 @@ bool CeresMinimiser::Minimise(const Losses& losses,
   ceres::Solve(options, &problem_->problem, &summary);
   for (std::size_t v = 0; v < x.size(); ++v) (*T_map_vertex)[v] = {x[v].x(), x[v].y(), x[v].z()};
   if (summary.termination_type != ceres::CONVERGENCE) return false;
-  // Ceres calls that convergence, too, where it shrank the region and no step led down.
+  // Ceres also reports convergence where it shrank the trust region and no step lowered the cost.
   return summary.iterations.empty() ||
          summary.iterations.back().trust_region_radius > options.min_trust_region_radius;
 }

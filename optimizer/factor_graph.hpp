@@ -10,48 +10,62 @@
 
 namespace seastitch {
 
-// Stands for the map in place of a vertex.
+// Index that denotes the map frame in place of a vertex.
 constexpr int kMap = -1;
 
-// Measurement of the pose of vertex j relative to vertex i, or (i == kMap) in the map.
-//   e = [ R_i^T (p_j - p_i) - p_ij ;  wrap(yaw_j - yaw_i - yaw_ij) ] - by_mounting (sonar_m,
-//   dvl_yaw_rad)
-// in m, m, rad and the axes of i. Its residual is W e.
+// Measured pose of vertex j relative to vertex i, or relative to the map (i == kMap). Its error is
+//   e = [ R_i^T (p_j - p_i) - p_ij ;  wrap(yaw_j - yaw_i - yaw_ij) ] - by_mounting * b
+// with b = (sonar_m.x, sonar_m.y, dvl_yaw_rad) of MountingErrors. Units: m, m, rad; axes of i, or of
+// the map. Its residual is W e.
 struct Factor {
   int i = kMap;
   int j = 0;
   Pose2 T_i_j{};
+  // Square root of the information: W^T W. A row of zeros is a direction that is not measured.
   Eigen::Matrix3d W = Eigen::Matrix3d::Zero();
   GraduatedLoss loss{};
-  int group_size = 1;              // correlated factors around it, this one included
-  bool is_dead_reckoning = false;  // a start, or between two submaps
-  bool is_step = false;            // of these, one with x, y and yaw between two submaps
-  // Derivative of the measurement by MountingErrors::Vector(), with the sign of true less stated.
-  // Its third row is zero.
+  // Of a loop closure: number of closures whose two submaps are each at most one submap away from
+  // this one's, itself included. Their errors are correlated: SolveRobustly() limits how much such a
+  // group counts. 1 for all other factors.
+  int group_size = 1;
+  // The start of a chain by the navigation filter, or a relative pose of two submaps by dead
+  // reckoning.
+  bool is_dead_reckoning = false;
+  // A dead-reckoning edge that measures x, y and yaw (an odometry factor). VarianceFactor() uses
+  // these alone.
+  bool is_step = false;
+  // Partial derivative of the measurement with respect to MountingErrors::Vector() (true value less
+  // configured value). The third row is zero: the dead-reckoned yaw comes from the attitude sensor,
+  // which these errors do not concern.
   Eigen::Matrix3d by_mounting = Eigen::Matrix3d::Zero();
 
   bool IsRobust() const { return std::isfinite(loss.c2); }
 };
 
-// Vertices are numbered from 0.
+// Vertices and the factors between them. Vertices are numbered from 0.
 struct FactorGraph {
-  int num_vertices = 0;
-  int fixed_vertex = -1;  // is not moved; -1: none
+  int num_vertices = 0;   // the mounting vertex included
+  int fixed_vertex = -1;  // held constant (gauge); -1: none, the factors hold the gauge
   std::vector<Factor> factors;
-  // The vertex that holds (sonar_m, dvl_yaw_rad) instead of a pose; -1: none is estimated.
+  // The vertex that holds the mounting errors (sonar_m.x, sonar_m.y, dvl_yaw_rad) instead of a pose;
+  // -1: they are not estimated.
   int mounting_vertex = -1;
 
-  // Vertices of a factor: i, j, mounting; kMap where it has none.
+  // Vertices of a factor: i, j and the mounting vertex. kMap stands where the factor has no such
+  // vertex.
   std::array<int, 3> EndsOf(const Factor& factor) const;
 };
 
-// (x, y, yaw) of the three vertices of a factor, zero where it has none, and the derivatives of its
-// residual by them.
+// Values of the three vertices of FactorGraph::EndsOf(): (x, y, yaw) of i and of j, then the mounting
+// errors. Zero where the factor has no such vertex.
 using EndPoses = std::array<Eigen::Vector3d, 3>;
+// Partial derivatives of a residual with respect to them.
 using EndJacobians = std::array<Eigen::Matrix3d, 3>;
 
-// W e of a factor. J may be null.
+// Residual W e of a factor at these values of its vertices. J may be null.
 Eigen::Vector3d Residual(const Factor& factor, const EndPoses& at, EndJacobians* J = nullptr);
+// The same at the values of all vertices of a graph; the mounting vertex holds its three numbers as
+// x, y, yaw.
 Eigen::Vector3d Residual(const FactorGraph& graph,
                          const Factor& factor,
                          const std::vector<Pose2>& T_map_vertex,

@@ -11,10 +11,10 @@
 namespace seastitch {
 namespace {
 
-// Where the position of the first submap is what the map is laid out from.
+// Sigmas of the first submap where it defines the map's position and heading.
 constexpr double kHeld_m = 1e-3;
-// Where fixes give the position of the map and nothing gives its start: no fix is too far from
-// there, and where all are refused the map has a place.
+// Sigma of the position of a chain's first submap that is not known. Large enough that every fix
+// agrees with it, and finite, so that the graph is well conditioned where all fixes are outliers.
 constexpr double kUnknownPlace_m = 1e4;
 constexpr double kHeld_rad = 1e-5;
 
@@ -22,10 +22,10 @@ Eigen::Matrix3d InverseSigmas(double sigma_m, double sigma_yaw_rad) {
   return Eigen::Vector3d(1.0 / sigma_m, 1.0 / sigma_m, 1.0 / sigma_yaw_rad).asDiagonal();
 }
 
-// Of loop closures by the numbers of their vertices, smaller first, rising: how many, itself
-// included, have both ends at most one submap from those of each (not from one another's: a chain
-// of neighbours is no group). They see the same seabed in the same places, and their errors are
-// correlated.
+// Factor::group_size of each loop closure: how many closures, itself included, have both submaps at
+// most one submap away from its own. They are computed from the same seabed, and their errors are
+// correlated. Neighbours of neighbours do not count. closures: pairs of vertex numbers, smaller
+// first, sorted.
 std::vector<int> GroupSizes(const std::vector<std::pair<int, int>>& closures) {
   std::vector<int> sizes(closures.size(), 0);
   for (const int step : {-1, 0, 1}) {
@@ -76,15 +76,15 @@ class GraphBuilder {
   void AddMounting() {
     if (!store_.EstimatesMounting()) return;
     graph_.mounting_vertex = graph_.num_vertices++;
-    // Of what is not estimated any weight will do: it stays zero.
+    // An error that is not estimated stays zero with any weight.
     Eigen::Matrix3d W = Eigen::Matrix3d::Identity();
     for (int k = 0; k < 3; ++k)
       if (const double sigma = store_.mounting().Vector()(k); sigma > 0.0) W(k, k) = 1.0 / sigma;
     graph_.factors.push_back({.j = graph_.mounting_vertex, .W = W});
   }
 
-  // Where a chain starts and which way it is turned. The first one without either is what the map
-  // is laid out from; a later one then hangs on closures alone.
+  // Prior of position and heading of a chain's first submap. A first chain without either defines
+  // the map frame; a later one is then placed by loop closures alone.
   void AddAnchor(Vertex begin, const HeadingInformation& headings) {
     const StoredVertex& first = begin->second;
     const bool is_first_chain = begin == store_.vertices().begin();
@@ -157,8 +157,8 @@ class GraphBuilder {
       const auto sigma_from_rad = from.heading_sigma_rad;
       const auto sigma_to_rad = store_.vertices().at(edge.edge.to).heading_sigma_rad;
       if (!edge.Pulls() || edge.root.rank < 3 || !sigma_from_rad || !sigma_to_rad) continue;
-      // Two errors of these sigmas are no further apart, whatever the inverse makes of an
-      // information next to nothing.
+      // Bounds the variance of the difference: the inverse of a nearly singular information may
+      // exceed it.
       const double most = std::pow(*sigma_from_rad + *sigma_to_rad, 2);
       steps.push_back({*sigma_from_rad * *sigma_from_rad,
                        *sigma_to_rad * *sigma_to_rad,
@@ -167,7 +167,7 @@ class GraphBuilder {
     return InformationOfHeadings(*sigma_first_rad * *sigma_first_rad, steps);
   }
 
-  // Of all of a chain but the first, whose heading is the anchor's.
+  // Heading factors of all submaps of a chain but the first, whose heading is in the anchor.
   void AddHeadings(Vertex begin, const HeadingInformation& headings) {
     if (headings.each == 0.0) return;
     Eigen::Matrix3d W = Eigen::Matrix3d::Zero();

@@ -8,16 +8,16 @@
 
 namespace seastitch {
 
-// Factor graph of a stored graph with at least one vertex. Factors in this order: priors of the
-// mounting, anchor of the first submap, dead reckoning, headings, then GraphStore::RobustEdges().
-// The errors of mounting, where they are estimated, are the last vertex.
+// Builds the factor graph of a stored graph with at least one vertex. The order of the factors is:
+// prior of the mounting errors, anchor of each chain's first submap, dead reckoning, headings, then
+// GraphStore::RobustEdges(). Where mounting errors are estimated they are the last vertex.
 FactorGraph BuildFactorGraph(const GraphStore& store, const OptimizerParams& params);
 
-// Vertex number of each submap of the graph.
+// Index of each submap's vertex in the factor graph.
 std::map<SubmapId, int> VertexNumbers(const GraphStore& store);
 
-// by_mounting with zero columns for the errors that are not estimated; columns (sonar_m,
-// dvl_yaw_rad).
+// by_mounting (columns sonar_m.x, sonar_m.y, dvl_yaw_rad) with zeros in the columns of those errors
+// that are not estimated (sigma 0).
 Eigen::Matrix3d EstimatedColumns(const Eigen::Matrix3d& by_mounting, const MountingSigmas& sigmas);
 
 }  // namespace seastitch

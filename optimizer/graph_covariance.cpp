@@ -11,7 +11,7 @@ namespace {
 using Eigen::Matrix3d;
 using Sparse = Eigen::SparseMatrix<double>;
 
-// The element of a vector at an index of Eigen's.
+// Element of a std::vector at an int index.
 template <class Vector>
 auto& Of(Vector& values, int k) {
   return values[static_cast<std::size_t>(k)];
@@ -37,12 +37,12 @@ std::optional<GraphCovariance> GraphCovariance::At(const FactorGraph& graph,
   if (llt.info() != Eigen::Success) return std::nullopt;
   covariance.TakeBlocksOf(llt.matrixL().nestedExpression());
   covariance.Select(graph, jacobians);
-  // A factor of H may exist whose inverse no double holds.
+  // H may have a factor although its inverse overflows.
   if (!AllFinite(covariance.marginal_) || !AllFinite(covariance.of_residual_)) return std::nullopt;
   return covariance;
 }
 
-// By minimum degree of the vertices: the three unknowns of one stay together.
+// Approximate minimum degree ordering of vertices, so that the three unknowns of one stay together.
 void GraphCovariance::Order(const FactorGraph& graph) {
   const int n = graph.num_vertices;
   std::vector<Eigen::Triplet<double>> entries;
@@ -62,8 +62,8 @@ void GraphCovariance::Order(const FactorGraph& graph) {
     if (const int v = order.indices()(k); v != graph.fixed_vertex) Of(column_, v) = column++;
 }
 
-// The lower triangle, zeros included where two vertices share a factor: L then has all blocks that
-// of_residual() needs, and no others than whole ones.
+// The lower triangle of H. Blocks of two vertices that share a factor are stored whole, zeros
+// included, so that L has all blocks that of_residual() needs.
 Eigen::SparseMatrix<double> GraphCovariance::Information(const FactorGraph& graph,
                                                          const std::vector<EndJacobians>& jacobians,
                                                          const std::vector<double>& weights) const {
@@ -105,12 +105,12 @@ void GraphCovariance::TakeBlocksOf(const Sparse& L) {
   }
 }
 
-// The blocks of H^-1 where L has any, in their order (Takahashi's recursion). It goes by the
-// structure of L and not by its values: a step at yaw 0 leaves zeros in L where its inverse has
-// none.
+// Selected inverse: the blocks of H^-1 at the positions of the blocks of L, in their order
+// (Takahashi's recursion). It uses the structure of L and not its values: a step at yaw 0 leaves
+// zeros in L where the inverse has none.
 std::vector<Matrix3d> GraphCovariance::SelectedInverse() const {
   std::vector<Matrix3d> Z(block_.size(), Matrix3d::Zero()), scaled = Z;
-  std::vector<int> place(begin_.size(), -1);  // of the blocks of the column at work, by row
+  std::vector<int> place(begin_.size(), -1);  // index of each row's block in the current column
   for (int j = static_cast<int>(begin_.size()) - 2; j >= 0; --j) {
     const int diagonal = Of(begin_, j), end = Of(begin_, j + 1);
     for (int p = diagonal + 1; p < end; ++p) {
@@ -157,7 +157,7 @@ void GraphCovariance::Select(const FactorGraph& graph, const std::vector<EndJaco
   }
 }
 
-// Along the path from the vertex to the root of the elimination tree, beyond which L^-1 is zero.
+// Solves along the path from the vertex to the root of the elimination tree: L^-1 is zero elsewhere.
 GraphCovariance::InverseColumns GraphCovariance::InverseColumnsOf(int vertex) const {
   InverseColumns columns;
   std::vector<Matrix3d> right_side(begin_.size(), Matrix3d::Zero());

@@ -8,7 +8,7 @@
 namespace seastitch {
 namespace {
 
-// Further from the datum is no survey but a broken number; squares of it must stay finite.
+// Coordinates beyond this are damaged numbers. Their squares must stay finite.
 constexpr double kMaxCoordinateM = 1e7;
 
 bool IsUsable(const Pose2& pose) {
@@ -16,7 +16,7 @@ bool IsUsable(const Pose2& pose) {
          std::abs(pose.yaw) <= kMaxCoordinateM;  // this way round NaN is refused
 }
 
-// Of what the solution depends on.
+// Hash of everything in an update that the solution depends on.
 std::size_t FingerprintOf(const GraphUpdate& update) {
   std::vector<double> words{update.mounting.sonar_m, update.mounting.dvl_yaw_rad};
   const auto add = [&](const Pose2& pose) {
@@ -41,7 +41,7 @@ std::size_t FingerprintOf(const GraphUpdate& update) {
   return boost::hash_range(words.begin(), words.end());
 }
 
-// Within what an information may hold; beyond half a circle nothing is known.
+// True: positive, not above pi, and its information is not above kMaxInformation.
 bool IsHeadingSigma(double rad) {
   return rad > 0.0 && rad * rad * kMaxInformation >= 1.0 && rad <= kPi;
 }
@@ -64,7 +64,7 @@ bool GraphStore::Add(const GraphUpdate& update) {
   return true;
 }
 
-// The newest non-empty one: an update that came damaged is taken as an empty one.
+// Keeps the newest sigmas that are not all zero: a damaged update is taken as an empty one.
 void GraphStore::SetMounting(const MountingSigmas& sigmas) {
   if (!sigmas.AreUsable())
     ++counters_["mounting_unusable"];

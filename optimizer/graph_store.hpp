@@ -12,30 +12,36 @@
 
 namespace seastitch {
 
+// A submap frame as the mapper sent it.
 struct StoredVertex {
-  Pose2 dead_reckoned;
+  Pose2 dead_reckoned;  // T_map_level
+  // 1 sigma of its yaw against north, as GraphVertex states it; absent: not known.
   std::optional<double> heading_sigma_rad;
-  std::optional<Pose2> solved;  // in the last solution
-  std::int32_t chain = 0;       // of dead reckoning: the dive
+  std::optional<Pose2> solved;  // T_map_level of the last solution
+  std::int32_t chain = 0;       // number of the dive; dead reckoning joins submaps of one dive only
 };
 
 struct StoredEdge {
   GraphEdge edge;
-  SqrtInformation root;
-  std::optional<double> weight;  // in the last solution
+  SqrtInformation root;          // square root of edge.information
+  std::optional<double> weight;  // inlier weight in the last solution
+  // True: the edge becomes a factor. False: registration rejected it.
   bool Pulls() const { return edge.verdict == LoopVerdict::kAccepted; }
 };
 
-// The mapper's graph up to the newest version received, checked.
+// Copy of the mapper's graph: all versions received, with every edge and vertex checked.
 class GraphStore {
  public:
-  // Adds the next version. A repeated version is counted and ignored. False: an earlier version is
-  // missing, and nothing is added. The usable part of a malformed update is added, the rest counted
-  // by reason. A pair of submaps has one dead-reckoning edge and one loop closure: a later edge
-  // replaces the earlier one.
+  // Adds the next version. False: an earlier version is missing, and nothing is added; ask for it.
+  //
+  // A repeated version is ignored. Of a malformed update the usable vertices and edges are added.
+  // Both give true, and counters() names what was left out. A pair of submaps has at most one
+  // dead-reckoning edge and at most one loop closure: a later edge replaces the earlier one. A submap
+  // may have several position fixes.
   bool Add(const GraphUpdate& update);
 
-  // True where a version is stored with other content: the sender has begun another graph.
+  // True: this version is stored with other content. The sender has begun another graph, and the
+  // caller has to start with an empty GraphStore.
   bool Contradicts(const GraphUpdate& update) const;
 
   std::int64_t version() const { return static_cast<std::int64_t>(fingerprints_.size()); }
@@ -47,20 +53,23 @@ class GraphStore {
   const std::map<Pair, StoredEdge>& dead_reckoning() const { return dead_reckoning_; }
   const std::map<Pair, StoredEdge>& loops() const { return loops_; }
   const std::vector<StoredEdge>& fixes() const { return fixes_; }
-  // Start edges: pose of the first vertex of a chain, by dead reckoning.
+  // Start edges: the pose in the map of the first vertex of a chain, by the navigation filter.
   const std::map<SubmapId, StoredEdge>& starts() const { return starts_; }
+  // A priori sigmas of the mounting errors. All zero: the graph does not estimate them.
   const MountingSigmas& mounting() const { return mounting_; }
   bool EstimatesMounting() const { return !mounting_.AreAllZero(); }
-  // Accepted position fixes and loop closures, in this order.
+  // Edges with a robust loss that registration or the filter accepted: position fixes in the order
+  // received, then loop closures by the ids of their submaps.
   std::vector<const StoredEdge*> RobustEdges() const;
 
-  // Poses: one for each vertex by rising id, then, if there are more, the mounting. Weights: one
-  // for each robust edge.
+  // Stores a solution as the initial values of the next. Poses: one per vertex by rising id; the
+  // mounting errors may follow them and are ignored. Weights: one per edge of RobustEdges().
   void KeepSolution(const std::vector<Pose2>& T_map_vertex, const std::vector<double>& weights);
 
  private:
   void AddVertex(const GraphVertex& vertex);
   void AddEdge(const GraphEdge& edge);
+  // The counter's name; null: the edge is usable.
   const char* WhyUnusable(const GraphEdge& edge) const;
   bool BeginsChain(SubmapId id) const;
   void SetMounting(const MountingSigmas& sigmas);
@@ -71,7 +80,7 @@ class GraphStore {
   std::map<SubmapId, StoredEdge> starts_;
   std::vector<StoredEdge> fixes_;
   MountingSigmas mounting_;
-  std::vector<std::size_t> fingerprints_;  // of every version, from 1
+  std::vector<std::size_t> fingerprints_;  // hash of each version; [0] is version 1
   std::map<std::string, std::int64_t> counters_;
 };
 

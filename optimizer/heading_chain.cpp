@@ -5,7 +5,7 @@
 namespace seastitch {
 namespace {
 
-// Less than this is forgotten by rounding.
+// Smaller differences are rounding.
 constexpr double kRounding = 1e-9;
 
 }  // namespace
@@ -26,7 +26,7 @@ HeadingInformation InformationOfHeadings(double P_first, const std::vector<Headi
   const double k =
       1.0 - std::clamp((mean.P_from - mean.P_to + mean.P_step) / (2.0 * mean.P_from), 0.0, 1.0);
   if (1.0 - k < kRounding) return headings;
-  // Where the variances fall, as after the start, less than nothing would be new.
+  // Where the variances fall, as after the start, the difference would be negative.
   const double P_new = std::max(mean.P_to - k * k * mean.P_from, (1.0 - k * k) * P_least);
   const double between = (1.0 - k) * (1.0 - k) / P_new;
   const double last = (1.0 - k) / P_new;

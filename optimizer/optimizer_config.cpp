@@ -8,33 +8,39 @@ ParameterTable TableOf(OptimizerParams* p) {
             &p->inlier_probability,
             Unit::kNone,
             Range::Above(0.5).Below(1.0),
-            "Quantile of chi-square within which the residual of a loop closure or position "
-            "fix is an inlier. 0.999 loses one true closure in a thousand.");
+            "Probability with which a correct loop closure or position fix is kept: the quantile "
+            "of chi-square, with as many degrees of freedom as the edge measures, that is the "
+            "inlier threshold of its squared residual. 0.999 rejects one correct closure in a "
+            "thousand where covariances are consistent. Lower it only where wrong closures stay "
+            "in the map.");
   table.Add("graduation_step",
             &p->graduation_step,
             Unit::kNone,
             Range::Within(1.1, 100.0),
-            "Factor by which the robust loss is sharpened from one stage to the next, from "
-            "plain squares to truncated ones. A smaller factor is slower and copes with more "
-            "wrong closures.");
+            "Factor by which graduated non-convexity raises its control parameter mu from one "
+            "stage to the next, from nearly squared to truncated losses. A smaller factor is "
+            "slower and tolerates more wrong closures.");
   table.Add("max_iterations",
             &p->max_iterations,
             Unit::kNone,
             Range::AtLeast(1),
-            "Most iterations of the minimiser (Ceres) in the last stage. A survey takes 5 to "
-            "30. The limit bounds the time that a defective graph may cost.");
+            "Maximum number of iterations of the minimiser (Ceres) in the last stage. A survey "
+            "takes 5 to 30. The limit bounds the time of an ill-conditioned graph. Raise it where "
+            "HEALTH says that the solution has not converged.");
   table.Add("unlinked_sigma_m",
             &p->unlinked_sigma_m,
             Unit::kMetre,
             Range::Above(0.0),
-            "Sigma of the step from one submap to the next, each axis, where navigation gives "
-            "no uncertainty for it.");
+            "Default 1 sigma of the relative position of two successive submaps, per axis, where "
+            "navigation states no covariance for it. Also the stated sigma of every submap where "
+            "the covariances of a solution cannot be computed.");
   table.Add("unlinked_sigma_yaw_deg",
             &p->unlinked_sigma_yaw_rad,
             Unit::kDegreeFromRadian,
             Range::Above(0.0),
-            "The same for the heading; also for that of the first submap where there are "
-            "position fixes and navigation gives no uncertainty for it.");
+            "Default 1 sigma of the relative heading of two successive submaps, used likewise. "
+            "Also 1 sigma of the heading of a dive's first submap where navigation states none, "
+            "except for the first dive of a graph without position fixes: its heading is held.");
   return table;
 }
 

@@ -11,12 +11,12 @@
 namespace seastitch {
 namespace {
 
-// Kept while the worker solves, 38 kB each at most; the mapper has the others still.
+// Updates kept while the worker solves, at most 38 kB each. The mapper still has the others.
 constexpr std::size_t kMaxUpdates = 1000;
-// Taken between two ticks of AskAgain(): the mapper resends that many, and never closes so many
-// submaps.
+// So many updates between two calls of AskAgain() show that the mapper is resending its graph: no
+// survey closes submaps that fast.
 constexpr int kUpdatesWhenCatchingUp = 10;
-// Requests for a version that does not come; the mapper answers within seconds.
+// Requests for a missing version before it is given up. The mapper answers within seconds.
 constexpr int kMaxAskedInVain = 3;
 
 std::int64_t Accepted(const PoseGraph& solution) {
@@ -80,14 +80,14 @@ void OptimizerNode::Take(const graph_update_t& msg) {
   if (when_ == SolveOn::kEachUpdate) SolveWaiting();
 }
 
-// Late updates of a mapper that was replaced do not start the graph over. Its first version does:
-// somebody plays that graph again.
+// True for a late update of the graph before this one: it is ignored. Its version 1 is not ignored,
+// because a log of that graph is being replayed then.
 bool OptimizerNode::IsOfLeftGraph(const GraphUpdate& update) const {
   return update.graph_id != graph_id_ && update.graph_id == left_graph_ && update.version > 1;
 }
 
-// Asks once for what this version shows to be missing; the answer's own later versions, if it has a
-// hole, are not newer.
+// Requests the versions that are missing before this one, once per newest version: later versions
+// in the answer do not cause another request.
 void OptimizerNode::Expect(std::int64_t version) {
   if (version <= newest_version_) return;
   newest_version_ = version;
@@ -95,8 +95,8 @@ void OptimizerNode::Expect(std::int64_t version) {
   ReportState();
 }
 
-// Of a malformed update the edges that are usable are taken, and never without its submap: one that
-// is malformed is asked for again, and given up where it comes no better.
+// Converts an update. Malformed edges are left out. An update with a malformed vertex is requested
+// once more; if it is malformed again, an empty update with its version takes its place.
 std::optional<GraphUpdate> OptimizerNode::Checked(const graph_update_t& msg) {
   std::optional<GraphUpdate> update = FromLcm(msg);
   if (update) return update;
@@ -203,7 +203,7 @@ void OptimizerNode::SolveWaiting() {
   next_start_ = start;
 }
 
-// False: it has too much to do.
+// False: the worker's queue is full.
 bool OptimizerNode::Post(Worker::Job job) {
   worker_busy_ = true;
   if (worker_->Post(std::move(job))) return true;
@@ -212,7 +212,7 @@ bool OptimizerNode::Post(Worker::Job job) {
   return false;
 }
 
-// Where there is no solution, the last one stands.
+// Without a new solution the last one stays in use.
 void OptimizerNode::OnSolved(std::optional<PoseGraph> solution, double solve_s) {
   worker_busy_ = false;
   solve_failed_ = !solution;
@@ -235,8 +235,8 @@ void OptimizerNode::TakeWaiting() {
   if (when_ == SolveOn::kWhenAsked) SolveWaiting();
 }
 
-// No answer while the worker is busy, mostly with another solution, by which what was asked would
-// be out of date. Who still lacks it asks again.
+// Not answered while the worker is busy or the graph has grown: the answer would be out of date. The
+// mapper repeats its request.
 void OptimizerNode::OnCovarianceRequest(const covariance_request_t& msg) {
   std::optional<CovarianceRequest> request = FromLcm(msg);
   if (!request) {
@@ -267,7 +267,7 @@ void OptimizerNode::OnCovariances(const PairCovariances& answer) {
 }
 
 void OptimizerNode::PublishSolution() {
-  // Every publication has its own number, so that parts of two never mix.
+  // Every publication has its own number, so that parts of two are never joined.
   const auto parts = ToLcm(solution_, solution_number_++, FromUtime(update_utime_), solution_seq_);
   solution_seq_ += static_cast<std::int64_t>(parts.size());
   for (const pose_graph_t& part : parts) bus_->Publish(channels::kPoseGraph, part);

@@ -16,14 +16,16 @@
 
 namespace seastitch {
 
-// The optimizer's process: GRAPH_UPDATE in, POSE_GRAPH out, COVARIANCES on request ("Graph
-// protocol" in docs/channels.md). Asks the mapper for the whole graph at the start, and for missing
-// versions; solves only a complete graph. Sends the last solution again to a mapper that asks.
-// Keeps nothing on disk. Solves on the worker; updates wait meanwhile, HEALTH and requests do not.
+// The node of the optimizer process: receives GRAPH_UPDATE, publishes POSE_GRAPH, and answers
+// COVARIANCE_REQUEST with COVARIANCES ("Graph protocol" in docs/channels.md). It requests the whole
+// graph from the mapper at the start, and missing versions later. It solves only a complete graph. It
+// repeats the last solution to a mapper that requests it, and keeps nothing on disk. Solutions are
+// computed on the worker; graph updates wait meanwhile, HEALTH and requests do not.
 class OptimizerNode {
  public:
-  // kEachUpdate: in replay, so that the same log gives the same solutions. kWhenAsked: live; a
-  // solution that takes longer than the next update is then made once for all that wait.
+  // When to solve. kEachUpdate: after every update, in replay, so that the same log gives the same
+  // solutions. kWhenAsked: in SolveWaiting(), live; one solution then serves all updates that came
+  // during the one before.
   enum class SolveOn { kEachUpdate, kWhenAsked };
 
   OptimizerNode(const OptimizerParams& params,
@@ -34,11 +36,11 @@ class OptimizerNode {
   // Starts a solution on the worker if updates came since the last one and the worker is idle, and
   // publishes the result.
   void SolveWaiting();
-  // Ends the start, in which the mapper answers the first request, where no update came since the
-  // last call; solves what has come. To be called live, twice a second.
+  // To be called live, twice a second. At the start the mapper sends its graph; the first solution
+  // waits until no update has come between two calls.
   void EndStart();
-  // Repeats the request for a missing version, since a request or its answer may be lost; gives a
-  // version up that never comes. To be called live, every few seconds.
+  // To be called live, every few seconds. Repeats the request for a missing version, since a request
+  // or its answer may be lost. After three requests in vain the version is given up.
   void AskAgain();
 
   Health& health() { return health_; }
@@ -68,21 +70,21 @@ class OptimizerNode {
   Bus* const bus_;
   Worker* const worker_;
   Health health_{"optimizer"};
-  std::shared_ptr<PoseGraphOptimizer> optimizer_;  // the worker's alone while worker_busy_
+  std::shared_ptr<PoseGraphOptimizer> optimizer_;  // only the worker may use it if worker_busy_
   bool worker_busy_ = false;
-  std::deque<graph_update_t> updates_;  // that came meanwhile
+  std::deque<graph_update_t> updates_;  // received while worker_busy_
   PoseGraph solution_;
-  std::int64_t graph_id_ = 0;               // of the update taken last
-  std::optional<std::int64_t> left_graph_;  // that the mapper had before
-  std::int64_t newest_version_ = 0;         // that the mapper is known to have
-  std::int64_t malformed_version_ = 0;      // that was asked for again, since a vertex is malformed
-  std::int64_t submaps_lost_ = 0;           // malformed again
-  int asked_in_vain_ = 0;                   // since the last version came
-  bool starting_;                           // live: the answer to the first request may be coming
-  int taken_since_tick_ = 0;                // updates
-  int taken_while_starting_ = 0;            // since the last EndStart()
-  std::int64_t update_utime_ = 0;           // of the newest update taken
-  bool waiting_ = false;                    // updates, to be solved
+  std::int64_t graph_id_ = 0;               // of the last update added
+  std::optional<std::int64_t> left_graph_;  // id of the graph that the mapper had before
+  std::int64_t newest_version_ = 0;         // newest version that the mapper is known to have
+  std::int64_t malformed_version_ = 0;      // requested again because a vertex was malformed
+  std::int64_t submaps_lost_ = 0;           // malformed twice
+  int asked_in_vain_ = 0;                   // requests since the last version was added
+  bool starting_;                           // live: the first request may still be answered
+  int taken_since_tick_ = 0;                // updates added since the last AskAgain()
+  int taken_while_starting_ = 0;            // updates added since the last EndStart()
+  std::int64_t update_utime_ = 0;           // of the last update added
+  bool waiting_ = false;                    // there are updates that no solution has
   SolveStart next_start_ = SolveStart::kWarm;
   bool solve_failed_ = false;
   std::int64_t solution_number_ = 0;

@@ -10,7 +10,7 @@ namespace seastitch {
 double NormalisedInnovation(const Eigen::Vector3d& residual,
                             const Eigen::Matrix3d& open,
                             double weight) {
-  constexpr double kLeastRedundancy = 1e-7;  // below, only the factor itself measures it
+  constexpr double kLeastRedundancy = 1e-7;  // below, no other factor measures this direction
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(open);
   const Eigen::Vector3d r = eigen.eigenvectors().transpose() * residual;
   double squared = 0.0;
@@ -23,8 +23,9 @@ double NormalisedInnovation(const Eigen::Vector3d& residual,
   return squared;
 }
 
-// The median, so that the few that wrong closures spoil do not count. Around one loop all are the
-// same, right or wrong: of few nothing is concluded, and of many no more than surveys have shown.
+// Uses the median, so that a few steps next to wrong closures do not count. In a single loop the
+// innovations of all steps are equal, whether the closure is right or wrong. So fewer than kFew steps
+// give 1, and the factor is bounded by kMost, the largest that surveys have shown.
 double VarianceFactor(const FactorGraph& graph, const std::vector<double>& innovations) {
   constexpr double kMedian = 2.366;    // of chi-square, 3 degrees of freedom
   constexpr double kUnchecked = 1e-3;  // below, no closure checks the step

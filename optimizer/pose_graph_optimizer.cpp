@@ -20,8 +20,8 @@ std::vector<Pose2> PoseGraphOptimizer::DeadReckoned() const {
   return poses;
 }
 
-// The last solution, new vertices where dead reckoning goes on from it, or where a new chain of it
-// starts. Empty: there is none.
+// The last solution. New vertices are extrapolated from it by dead reckoning; those of a new chain
+// are dead reckoned. Empty: there is no last solution.
 std::vector<Pose2> PoseGraphOptimizer::Predicted() const {
   std::vector<Pose2> poses;
   if (!store_.vertices().begin()->second.solved) return poses;
@@ -39,7 +39,8 @@ std::vector<Pose2> PoseGraphOptimizer::Predicted() const {
   return poses;
 }
 
-// Robust factors come last.
+// Inlier weight of each factor in the last solution; absent where it is new. Robust factors come
+// last.
 std::vector<std::optional<double>> PoseGraphOptimizer::LastWeights(std::size_t num_factors) const {
   const std::vector<const StoredEdge*> robust = store_.RobustEdges();
   std::vector<std::optional<double>> weights(num_factors - robust.size(), 1.0);

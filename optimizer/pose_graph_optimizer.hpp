@@ -14,46 +14,57 @@
 
 namespace seastitch {
 
-// Start of a solution. kFromDeadReckoning: the answer depends on the graph alone. kWarm: from the
-// last solution, which is quicker and gives the same answer unless another robust minimum was
-// missed.
+// Initial values of the minimisation.
+//
+// kFromDeadReckoning: the dead-reckoned poses. The solution depends on the graph alone.
+// kWarm: the last solution. It is quicker. The cost has several minima, and a warm start can stay
+// in one that is not the lowest.
 enum class SolveStart { kWarm, kFromDeadReckoning };
 
-// Maximum a posteriori estimate of x, y, yaw of all submap frames and of the errors of mounting
-// from dead reckoning, loop closures and position fixes (section III-B of the paper, with a robust
-// loss), with covariances and the inlier weight of each closure. Dead reckoning has squared losses.
-// The weights are estimated in every solution anew: a refused closure is accepted again when later
-// evidence supports it.
+// Pose-graph optimizer: the maximum a posteriori estimate of x, y [m] and yaw [rad] of all submap
+// frames (map axes) and of the mounting errors that all submaps share (MountingErrors). Its
+// measurements are dead reckoning, headings, loop closures and position fixes. Its outputs include
+// covariances and the inlier weight of each closure. The model is section III-B of the paper that
+// docs/design.md names.
+//
+// Loop closures and position fixes have a robust loss, all other factors a squared one. Every
+// solution estimates the inlier weights again, so a closure with weight 0 can become an inlier
+// later. Not thread-safe: one call at a time.
 class PoseGraphOptimizer {
  public:
   explicit PoseGraphOptimizer(const OptimizerParams& params) : params_(params) {}
 
-  // See GraphStore.
+  // Adds the next version of the mapper's graph. False: an earlier version is missing, and nothing
+  // is added (GraphStore::Add).
   bool Add(const GraphUpdate& update) { return store_.Add(update); }
   const GraphStore& store() const { return store_; }
+  // The newest graph version that was added; 0: none.
   std::int64_t version() const { return store_.version(); }
   // Counts of refused input and failed solutions, by reason.
   std::map<std::string, std::int64_t> counters() const;
 
-  // Solves for everything added. Vertices by rising id; every loop closure with its weight, 0 where
-  // registration itself refused it. Absent where no finite solution was found; the last one is then
-  // kept. on_step is called after every step, so that the caller sees progress.
+  // Solves the graph as added so far. The result has the vertices by rising id, and every loop
+  // closure with its inlier weight; one that registration rejected has weight 0. Absent where no
+  // finite solution was found: the last solution then stays the one that the functions below use.
+  // on_step is called after every iteration of the minimiser, so that the caller sees progress.
   std::optional<PoseGraph> Solve(SolveStart start = SolveStart::kWarm,
                                  const std::function<void()>& on_step = {});
-  // State of the last solution. Without covariances, it gives unlinked_sigma_m and _yaw_rad for
-  // all.
+  // Whether the minimiser converged in the last call of Solve(); true before the first.
   bool converged() const { return converged_; }
+  // True: the covariances of the last solution could not be computed. Its vertices then have the
+  // diagonal covariance of unlinked_sigma_m and unlinked_sigma_yaw_rad.
   bool lacks_covariance() const { return solved_version_ > 0 && !covariance_; }
 
-  // Covariances of the relative poses of these pairs in the last solution, for those whose vertices
-  // are in it, in their order. Empty where vertices or edges were added since, or the covariance
-  // cannot be computed.
+  // Covariances of the relative poses of pairs of submaps in the last solution, in the order of
+  // `pairs`; axes and units: PairCovariance. A pair with a submap that the solution does not have is
+  // left out. Empty where the graph has grown since the last solution, because the covariance would
+  // be out of date, and where lacks_covariance().
   std::vector<PairCovariance> RelativeCovariances(
       const std::vector<std::pair<SubmapId, SubmapId>>& pairs) const;
 
  private:
   std::vector<Pose2> DeadReckoned() const;
-  std::vector<Pose2> Predicted() const;
+  std::vector<Pose2> Predicted() const;  // initial values of a warm start
   std::vector<std::optional<double>> LastWeights(std::size_t num_factors) const;
   PoseGraph Published() const;
 
@@ -63,9 +74,9 @@ class PoseGraphOptimizer {
   Pose2 solved_mounting_;
   std::optional<GraphCovariance> covariance_;
   bool converged_ = true;
-  bool contradicted_ = false;
+  bool contradicted_ = false;  // RobustSolution::contradicted
   std::int64_t solved_version_ = 0;
-  std::size_t judged_size_ = 0;  // factors when it was last solved from dead reckoning
+  std::size_t judged_size_ = 0;  // number of factors at the last solution from dead reckoning
   std::map<std::string, std::int64_t> failures_;
 };
 

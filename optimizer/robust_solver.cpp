@@ -12,14 +12,14 @@
 namespace seastitch {
 namespace {
 
-// Each factor for itself, however many are correlated with it.
+// Effective sample size that counts every factor as independent.
 constexpr double kIndependent = std::numeric_limits<double>::infinity();
-constexpr double kEffectiveSize = 2.0;    // where dead reckoning is as good as it states
-constexpr double kFault = 80.0;           // two and a half groups, where these count as two
+constexpr double kEffectiveSize = 2.0;    // where dead reckoning's covariance is consistent
+constexpr double kFault = 80.0;           // the cost of two and a half groups of size two
 constexpr double kStepThreshold = 16.27;  // 0.999 of chi-square, 3 degrees of freedom
 constexpr double kGrowth = 1.02;
-// Tolerances of the minimiser: to go on from, to compare costs, of an answer on the way and of one
-// from dead reckoning.
+// Tolerances of the minimiser: between stages, for comparing costs, for a solution during the dive,
+// and for one from dead reckoning.
 constexpr double kNear = 1e-3;
 constexpr double kForCost = 1e-6;
 constexpr double kOnTheWay = 1e-7;
@@ -50,7 +50,7 @@ class RobustSolver {
                : std::move(solution);
   }
 
-  // Nothing where that will not do.
+  // Absent: the graph has to be solved from dead reckoning.
   std::optional<RobustSolution> FromLast(const SolverStart& start) {
     const bool has_grown = static_cast<double>(graph_.factors.size()) >=
                            kGrowth * static_cast<double>(start.judged_size);
@@ -74,8 +74,8 @@ class RobustSolver {
     return accepted;
   }
 
-  // The verdict on each: that of the last solution; of what is new, whether it is within its gate
-  // there.
+  // Whether each factor is an inlier: as in the last solution, and for a new factor, whether it is
+  // within its gate there.
   std::vector<bool> Predicted(const SolverStart& start) const {
     std::vector<double> weights;
     for (const std::optional<double>& weight : start.weights)
@@ -88,8 +88,8 @@ class RobustSolver {
     return accepted;
   }
 
-  // Of robust factors that have no weight, whether the normalised innovation is within its
-  // chi-square gate.
+  // For robust factors, all of weight 0 here: whether the normalised innovation is within the
+  // chi-square gate. True for all others.
   std::vector<bool> WithinGate(const std::vector<Pose2>& poses,
                                const std::vector<double>& weights) const {
     std::vector<bool> within(weights.size(), true);
@@ -104,14 +104,15 @@ class RobustSolver {
     return within;
   }
 
-  // An accepted factor fails the test of its innovation, at twice its threshold, beyond which an
-  // honest one in millions is; or more is refused than chance refuses.
+  // True where a factor with a weight fails the test of its innovation, or where more factors have
+  // weight 0 than by chance. The test's threshold is twice the gate: one consistent factor in
+  // millions exceeds it.
   bool IsContradicted(const RobustSolution& solution) const {
     const double of_step = kStepThreshold * VarianceFactor(graph_, solution.innovations);
     double robust = 0.0, refused = 0.0;
     for (std::size_t k = 0; k < solution.innovations.size(); ++k) {
       const Factor& factor = graph_.factors[k];
-      // A mounting further off than was thought is what is sought.
+      // A mounting error beyond its prior is a result, no contradiction.
       if (factor.j == graph_.mounting_vertex) continue;
       const double threshold = factor.IsRobust() ? factor.loss.c2 : of_step;
       if (solution.weights[k] > 0.0 && solution.innovations[k] > 2.0 * threshold) return true;
@@ -121,8 +122,8 @@ class RobustSolver {
     return refused > 2.0 * (1.0 - params_.inlier_probability) * robust;
   }
 
-  // From dead reckoning to near the minimum of the squares of the active set, and on to near the
-  // robust one. How groups count is for finding it alone.
+  // Graduated non-convexity with the active factors: first towards the least-squares minimum, then
+  // towards the robust one. effective_size only helps to find a good minimum.
   std::vector<Pose2> Graduate(std::vector<Pose2> poses,
                               const std::vector<bool>& active,
                               double effective_size) {
@@ -136,7 +137,8 @@ class RobustSolver {
     return poses;
   }
 
-  // Where every weight is still above zero: remark 5 of the paper that GraduatedLoss names.
+  // The largest mu at which every weight is still above zero: remark 5 of the paper that
+  // GraduatedLoss cites.
   double FirstMu(const std::vector<Pose2>& poses, const std::vector<bool>& active) const {
     double worst = 0.0;  // squared residual, in units of its threshold
     for (std::size_t k = 0; k < graph_.factors.size(); ++k)
@@ -165,8 +167,8 @@ class RobustSolver {
     return solution;
   }
 
-  // For the choice between two: a step of dead reckoning, or its start, that many groups contradict
-  // is at fault, however far off.
+  // Cost by which two solutions are compared. The cost of a dead-reckoning factor is bounded: where
+  // many groups contradict it, it is the factor that is wrong, however large its error.
   double Cost(const std::vector<Pose2>& poses, double effective_size) const {
     const Losses losses = FinalLosses(effective_size);
     double cost = 0.0;
@@ -195,8 +197,8 @@ class RobustSolver {
     return {GraduatedLoss::kFinalMu, Shares(all, effective_size)};
   }
 
-  // A correlated group counts as so many independent factors at most; a robust factor that is not
-  // active not at all.
+  // Fraction of each factor's information that is used. A correlated group counts as at most
+  // effective_size independent factors; a robust factor that is not active as none.
   std::vector<double> Shares(const std::vector<bool>& active, double effective_size) const {
     std::vector<double> shares;
     for (std::size_t k = 0; k < active.size(); ++k) {

@@ -74,7 +74,7 @@ class CellCloud {
   std::vector<Eigen::Vector3d> points_;
 };
 
-// Reads submaps when they are needed and forgets the one used longest ago.
+// Cache of submaps: reads one when it is needed and drops the least recently used.
 class CloudCache {
  public:
   using Load = std::function<std::shared_ptr<const CellCloud>(std::size_t)>;
@@ -154,7 +154,7 @@ class Mean {
     sum_ += *value;
     count_ += 1.0;
   }
-  float OrNoError() const { return count_ > 0.0 ? static_cast<float>(sum_ / count_) : kNoError; }
+  float OrNoValue() const { return count_ > 0.0 ? static_cast<float>(sum_ / count_) : kNoValue; }
 
  private:
   double sum_ = 0.0;
@@ -162,8 +162,8 @@ class Mean {
 };
 
 struct Errors {
-  float point = kNoError;
-  float surface = kNoError;
+  float point = kNoValue;
+  float surface = kNoValue;
 };
 
 // e(c; from, to) by both measures.
@@ -186,7 +186,7 @@ Errors CellErrors(const CellCloud& from, int row, int col, const CellCloud& to, 
     if (quadrants.all()) point.Add(std::sqrt(nearest));
     surface.Add(plane.Distance());
   }
-  return {point.OrNoError(), surface.OrNoError()};
+  return {point.OrNoValue(), surface.OrNoValue()};
 }
 
 void AddPair(const CellCloud& a, const CellCloud& b, ConsistencyMap* map) {
@@ -244,7 +244,7 @@ std::vector<float> WhereAlike(const ConsistencyMap& map,
   std::vector<float> errors;
   for (std::size_t i = 0; i < mine.size(); ++i) {
     const bool as_many = map.submaps.cells()[i] == other.submaps.cells()[i];
-    if (as_many && mine[i] != kNoError && theirs[i] != kNoError) errors.push_back(mine[i]);
+    if (as_many && mine[i] != kNoValue && theirs[i] != kNoValue) errors.push_back(mine[i]);
   }
   return errors;
 }
@@ -257,8 +257,8 @@ ConsistencyMap ComputeConsistency(const std::vector<SurveySubmap>& submaps,
                                   const GridGeometry& geometry,
                                   std::size_t cache_points,
                                   const std::function<void(std::size_t)>& on_submap) {
-  ConsistencyMap map{Grid<float>(geometry, kNoError),
-                     Grid<float>(geometry, kNoError),
+  ConsistencyMap map{Grid<float>(geometry, kNoValue),
+                     Grid<float>(geometry, kNoValue),
                      Grid<std::uint16_t>(geometry, 0)};
   std::vector<Eigen::AlignedBox2d> boxes;
   for (std::size_t i = 0; i < submaps.size(); ++i) {
@@ -287,9 +287,9 @@ ConsistencyMap ComputeConsistency(const std::vector<SurveySubmap>& submaps,
   return map;
 }
 
-ConsistencyFigures Figures(const ConsistencyMap& map) { return FiguresWhereAlike(map, map); }
+ConsistencyFigures Figures(const ConsistencyMap& map) { return FiguresOfComparableCells(map, map); }
 
-ConsistencyFigures FiguresWhereAlike(const ConsistencyMap& map, const ConsistencyMap& other) {
+ConsistencyFigures FiguresOfComparableCells(const ConsistencyMap& map, const ConsistencyMap& other) {
   return {FiguresOf(WhereAlike(map, other, &ConsistencyMap::point_error_m)),
           FiguresOf(WhereAlike(map, other, &ConsistencyMap::surface_error_m))};
 }

@@ -21,7 +21,7 @@ struct DepthCell {
   double Spread() const;
 };
 
-// Depth of a survey, positive down, each point weighted by the soundings behind it.
+// Depth map of a survey, positive down. Each point has the number of its soundings as weight.
 class DepthMap {
  public:
   explicit DepthMap(const GridGeometry& geometry) : cells_(geometry) {}

@@ -18,11 +18,11 @@ struct DiveInMap {
   std::size_t group = 0;  // of dives joined by closures: the lowest of their indices
 };
 
-// In the order of survey.dives; empty where there are none.
+// In the order of survey.dives; empty for a single dive.
 std::vector<DiveInMap> DivesInMap(const Survey& survey);
 
-// One sentence for each dive: joined to which others, by how many closures, or joined to none.
-// Empty for less than two dives.
+// One sentence per dive: to which dives loop closures join it, and how many; or that none do. Empty
+// for fewer than two dives.
 std::vector<std::string> SentencesOf(const std::vector<DiveInMap>& dives);
 
 }  // namespace seastitch

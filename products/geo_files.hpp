@@ -7,10 +7,10 @@
 
 #include "common/core/grid.hpp"
 
-// GDAL stops here: rasters and vector layers as the bytes of a file.
+// Rasters and vector layers as the bytes of a file. The only code that uses GDAL.
 namespace seastitch {
 
-// WGS 84 position of the map's origin, degrees.
+// Map origin, WGS 84, degrees.
 struct Datum {
   double latitude_deg = 0.0;
   double longitude_deg = 0.0;
@@ -24,13 +24,13 @@ constexpr float kNoData = -9999.0f;
 struct RasterBand {
   std::string description;
   std::string unit;           // "m" or empty
-  std::vector<float> values;  // in the grid's order, kNoData where there is none
+  std::vector<float> values;  // in the grid's order; kNoData: no value
 };
 
-// A tiled, deflated float GeoTIFF, north up. Grid rows run north and columns east of the origin.
-// With a datum: azimuthal equidistant projection about it on WGS 84, x = east, y = north, metres.
-// Without: no projection, the same metres. No time stands in the file, so that the same map gives
-// the same bytes. Throws std::runtime_error with GDAL's reason.
+// A tiled, deflated GeoTIFF of floats, north up. Grid rows run north and columns east. With a
+// datum: azimuthal equidistant projection about it on WGS 84, x = east, y = north [m]. Without: x,
+// y in metres and no projection. The file has no creation time, so that the same map gives the same
+// bytes. Throws std::runtime_error with GDAL's reason.
 std::string GeoTiff(const GridGeometry& geometry,
                     const std::vector<RasterBand>& bands,
                     const std::optional<Datum>& datum);

@@ -8,13 +8,13 @@
 // Pages for people: numbers and text as HTML, tables, and a page template.
 namespace seastitch {
 
-// Text for HTML. Everything that comes from outside passes here.
+// Escapes text for HTML. All text from outside the program has to pass it.
 std::string Escaped(const std::string& text);
 
-// With so many digits after the point; a dash where it is no number.
+// A number with so many decimals; a dash for NaN.
 std::string Fixed(double value, int digits);
 
-// In groups of three digits.
+// An integer in groups of three digits.
 std::string Grouped(std::uint64_t value);
 
 // A table with a line of headings. Cells are HTML.
@@ -28,9 +28,9 @@ class HtmlTable {
   std::string html_;
 };
 
-// Fills a page template. {{name}} becomes the value of that name. {{#name}}...{{/name}} stays where
-// the value is not empty and vanishes where it is. A name without a value counts as empty; values
-// are not looked into. Throws std::logic_error where a name or a section does not end.
+// Fills a page template. {{name}} is replaced by the value of that name. {{#name}}...{{/name}} is
+// kept if the value is not empty, else removed. A name without a value is empty. Values are not
+// expanded again. Throws std::logic_error where a name or a section does not end.
 std::string FillTemplate(const std::string& page, const std::map<std::string, std::string>& values);
 
 }  // namespace seastitch

@@ -12,7 +12,7 @@ namespace {
 // Below this nothing moved: rounding of the solver.
 constexpr double kMovedM = 1e-6;
 constexpr double kMovedRad = 1e-8;
-// A solution that leaves less than this share of the doubly seen cells has torn the map apart.
+// A solution is withheld where it leaves less than this fraction of the cells seen by two submaps.
 constexpr double kOverlapKept = 0.2;
 
 std::string Format(const char* format, double a, double b = 0.0) {
@@ -79,9 +79,9 @@ std::string NothingMovedStatement(const ProductSummary& s, const Survey& survey)
   if (s.loops_accepted > 0 && s.loops_refused == s.loops_accepted) {
     return "Nothing could be corrected: of " +
            Counted(s.loops_accepted, "loop closure", "loop closures") +
-           " the graph believes none, since they contradict dead reckoning. The map is dead "
-           "reckoning. Is vehicle.yaml right, and sonar_mounting_sigma_m as large as it may be "
-           "wrong?";
+           " the graph accepts none, since they contradict dead reckoning. The map is dead "
+           "reckoning. Check the mounting in vehicle.yaml, and whether sonar_mounting_sigma_m "
+           "covers its error.";
   }
   if (s.loops_accepted > 0) {
     return "The loop closures agree with dead reckoning: nothing had to be corrected.";
@@ -89,14 +89,14 @@ std::string NothingMovedStatement(const ProductSummary& s, const Survey& survey)
   if (s.loops_rejected > 0) {
     return "Nothing could be corrected: " +
            Counted(s.loops_rejected, "pair of submaps was", "pairs of submaps were") +
-           " registered and no result could be trusted. The map is dead reckoning.";
+           " registered, and none became a loop closure. The map is dead reckoning.";
   }
   return "Nothing could be corrected: no two passes of this survey overlap. The map is dead "
          "reckoning.";
 }
 
-// What pulls at the graph beside dead reckoning. How many of the fixes are believed it does not
-// say.
+// Names the loop closures and position fixes in the graph. How many of the fixes are inliers is not
+// known here.
 std::string Corrections(const ProductSummary& s, const Survey& survey) {
   const auto fixes = static_cast<std::uint64_t>(
       std::count_if(survey.edges.begin(), survey.edges.end(), [](const GraphEdge& edge) {
@@ -123,9 +123,9 @@ std::string CorrectedStatement(const ProductSummary& s, const Survey& survey) {
                     after.p95_m);
 }
 
-// A small rise of the RMS alone is the doing of a few cells with a wrong sounding, which no
-// solution can mend; a large one is of a few submaps that are thrown off. False without a cell to
-// compare.
+// The rule of WriteProducts(). A small rise of the RMS alone comes from a few cells with an outlier,
+// which no solution can correct. A large rise comes from a few displaced submaps. False without a
+// cell to compare.
 bool Worse(const ErrorFigures& solved, const ErrorFigures& before, double tolerance) {
   constexpr double kThrownOff = 1.5;
   if (solved.rms_m > kThrownOff * before.rms_m) return true;

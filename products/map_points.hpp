@@ -7,11 +7,11 @@
 #include "common/core/grid.hpp"
 #include "products/survey.hpp"
 
-// The points of a survey where its submaps stand, as rasters need them: north, east, depth.
+// Points of a survey in the map, for rasters: north, east, depth.
 namespace seastitch {
 
-// The axes of the survey's map frame. Ours is North-East-Down; imported submaps may have z up, and
-// then x is taken as east and y as north.
+// Axes of a survey's map frame. Ours are North-East-Down. Imported submaps may have z up; their x
+// is then east and their y north.
 enum class MapAxes { kNorthEastDown, kEastNorthUp };
 
 // North, east, depth (positive down) of a point in the map frame.
@@ -26,10 +26,10 @@ inline Eigen::Vector2d ToNorthEast(const Eigen::Vector2d& p_map, MapAxes axes) {
 
 struct MapPoint {
   Eigen::Vector3d p_ned = Eigen::Vector3d::Zero();  // [m]
-  double soundings = 1.0;                           // behind this point
+  double soundings = 1.0;                           // number that it is the mean of
 };
 
-// Cloud of a submap from its file, sheared by the errors of mounting; empty where it has no points.
+// Cloud of a submap from its file, sheared by the estimated mounting errors; empty without points.
 // Throws std::runtime_error naming the file.
 PointCloud LoadCloud(const SurveySubmap& submap, const MountingErrors& mounting);
 

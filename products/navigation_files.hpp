@@ -7,8 +7,8 @@
 #include "products/geo_files.hpp"
 #include "products/track.hpp"
 
-// The corrected track in the formats that other people's programs take. Heading is the corrected
-// yaw; roll, pitch and depth are those of the track.
+// The corrected track in formats of other programs. Heading is the corrected yaw; roll, pitch and
+// depth are dead reckoned.
 namespace seastitch {
 
 // The corrected track on the ellipsoid, with velocity from its own positions: the mean over the
@@ -28,10 +28,10 @@ std::vector<GeographicState> ToGeographic(const std::vector<CorrectedState>& tra
 // 2026-05-02T10:20:30.123456Z
 std::string IsoTime(Time time);
 
-// Of the GPS clock, which has no leap seconds, since 6 January 1980.
+// GPS time, which has no leap seconds, since 6 January 1980.
 double GpsSeconds(Time time);
 
-// One header line, ISO time, degrees. Empty fields: not known.
+// Text of navigation.csv: one header line, ISO time, degrees. An empty field is not known.
 std::string NavigationCsv(const std::vector<GeographicState>& track);
 
 // Applanix SBET: seconds of the GPS week (from 0 again after its end), heights below the water line

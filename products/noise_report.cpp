@@ -44,7 +44,7 @@ void AddOverlaps(const NoiseEstimate& noise, std::vector<std::string>* findings)
     findings->push_back(soundings.value > soundings.configured
                             ? Format("Soundings are %.1f x noisier than stated.",
                                      soundings.value / soundings.configured)
-                            : Format("Soundings have %.1f of the noise that is stated.",
+                            : Format("Soundings have %.1f times the noise that is stated.",
                                      soundings.value / soundings.configured));
   const ComponentEstimate& shared = noise.correlated_error_ratio;
   if (IsOff(shared))
@@ -56,13 +56,13 @@ void AddOverlaps(const NoiseEstimate& noise, std::vector<std::string>* findings)
         (IsLarger(shared) ? ": sound speed or roll." : "."));
   if (IsLarger(noise.position_walk))
     findings->push_back(
-        Format("Inside a submap the position walks by %.2g m over 25 m where %.2g m is expected: "
+        Format("Inside a submap the position drifts by %.2g m over 25 m where %.2g m is expected: "
                "the Doppler log is noisier, or was not used.",
                5.0 * noise.position_walk.value,
                5.0 * noise.position_walk.configured));
   if (IsLarger(noise.heading_walk))
     findings->push_back(Format(
-        "Inside a submap the heading walks by %.2g deg over 25 m where %.2g deg is expected: gyro "
+        "Inside a submap the heading drifts by %.2g deg over 25 m where %.2g deg is expected: gyro "
         "or heading is noisier.",
         Rad2Deg(5.0 * noise.heading_walk.value),
         Rad2Deg(5.0 * noise.heading_walk.configured)));
@@ -82,7 +82,7 @@ void AddTiming(const SonarTimingEstimate& timing, std::vector<std::string>* find
       (offset->add_s > 0.0 ? "early" : "late") + " for the " + (by_roll ? "roll" : "pitch") +
       Format(" (1 sigma %.1f ms): ", 1000.0 * offset->sigma_s);
   if (timing.placed_by_source)
-    text += "correct them where the soundings were placed.";
+    text += "correct them in the program that computed the soundings.";
   else
     text += Format("set sonar_time_offset_s to %.3f.", timing.told_s + offset->add_s);
   findings->push_back(text);
@@ -94,7 +94,7 @@ std::vector<NoiseRow> NoiseRows(const SurveyNoise& noise) {
   const NoiseEstimate& n = noise.components;
   if (n.closures == 0) return {};
   return {Row("sounding_noise_ratio",
-              "Noise of soundings over their scatter in one submap",
+              "Noise of soundings divided by their scatter within a submap",
               "",
               2,
               1.0,

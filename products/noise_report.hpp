@@ -18,10 +18,10 @@ struct NoiseRow {
   double sigma;
 };
 
-// One row for each variance component, as 1 sigma. Empty without a closure.
+// One row per variance component, as 1 sigma. Empty without a closure.
 std::vector<NoiseRow> NoiseRows(const SurveyNoise& noise);
 
-// Clear differences from the configuration, a sentence each; empty: none.
+// One sentence per clear difference between estimate and configuration.
 std::vector<std::string> NoiseFindings(const SurveyNoise& noise);
 
 }  // namespace seastitch

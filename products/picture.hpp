@@ -13,7 +13,7 @@ struct Rgb {
   double r = 0.0, g = 0.0, b = 0.0;  // 0 to 1
 };
 
-// Evenly spaced colours from the lowest value to the highest.
+// Colours at equal steps from the lowest value to the highest.
 using ColourScale = std::vector<Rgb>;
 const ColourScale& DepthColours();        // pale sand (shallow) to deep blue
 const ColourScale& ConsistencyColours();  // pale yellow (agrees) to dark purple (does not)
@@ -32,7 +32,7 @@ struct Picture {
   std::string value_label;  // beside the colour bar, with unit
   GridGeometry geometry;
   std::vector<float> values;    // grid order; kNoData of geo_files.hpp is left blank
-  std::vector<float> underlay;  // empty, or values whose cells get a pale grey ground
+  std::vector<float> underlay;  // empty, or values: cells with one have a pale grey background
   double lowest = 0.0;          // ends of the colour bar
   double highest = 1.0;
   bool deeper_is_down = false;  // colour bar: highest value at the bottom

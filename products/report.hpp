@@ -14,8 +14,7 @@ std::string ReportJson(const Survey& survey,
                        const ProductSummary& summary,
                        const ProductOptions& options);
 
-// report.html: one page; its pictures are the PNG files beside it. Holds nothing that differs from
-// run to run.
+// Text of report.html: one page; its pictures are the PNG files beside it. The same in every run.
 std::string ReportHtml(const Survey& survey,
                        const ProductSummary& summary,
                        const ProductOptions& options);

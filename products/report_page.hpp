@@ -27,39 +27,39 @@ figure{margin:0}img{width:100%;border:1px solid #dfe3e8}figcaption{font-size:.9e
 <figure><a href="consistency_dead_reckoned.png"><img src="consistency_dead_reckoned.png" alt="Dead reckoned"></a><figcaption>Dead reckoned</figcaption></figure>
 <figure><a href="consistency.png"><img src="consistency.png" alt="Delivered map"></a><figcaption>Delivered map</figcaption></figure>
 </div>
-<p class="small">Both measures have one value for every cell that two or more submaps see, the largest over pairs of
-submaps. The consistency error is the distance from the points of one submap to those of the other (Roman and Singh,
-2006). The surface error, which the pictures show, is the distance to the other's surface; it does not depend on the
-spacing of points. Before and after are compared over the cells that both maps see twice, and the colours of both
-pictures mean the same error.{{#has_truth}} Errors against the truth are horizontal, along the delivered track. Those of
-the shape alone remain after the rigid motion that fits the track best to the truth.{{/has_truth}} Loop closures make a
-map agree with itself. They do not by themselves make its absolute position more accurate.</p>
+<p class="small">Both measures have one value [m] per cell with points of two or more submaps: the largest over pairs of
+submaps. The consistency error is the mean distance from the points of one submap to the nearest points of the other
+(Roman and Singh, 2006). The surface error, which the pictures show, is the mean distance to the other's surface. It does
+not depend on the spacing of points. Before and after are compared over the cells with the same number of submaps in both
+maps. Both pictures have the same colour scale.{{#has_truth}} Errors with respect to the truth are horizontal, along the
+delivered track. Shape errors are those after the best-fitting rigid motion of the track.{{/has_truth}} Loop closures make
+a map consistent. By themselves they do not make its absolute position more accurate.</p>
 {{#mounting}}<h2>Mounting</h2>
-<p class="small">Errors of mounting that all submaps share. The graph estimates them together with the submaps' poses;
-this map is free of them. Where a value is many sigma from zero, correct vehicle.yaml and replay:</p>
+<p class="small">Mounting errors that all submaps share: true value minus the value in vehicle.yaml. The graph estimates
+them together with the submaps' poses, and this map is corrected for them. If a value is many sigma from zero, correct
+vehicle.yaml and replay:</p>
 <ul class="small">
-<li>Add the first two to position_m of mbes. A latency (times speed) or a pitch angle (times altitude) shifts the
-soundings forward or back alike; a patch test distinguishes them.</li>
-<li>Subtract the angle from the yaw of mbes. If the DVL is known to be the one that is turned, add it to the yaw of dvl
+<li>Add the first two to position_m of mbes. A latency (times speed) or a pitch angle (times altitude) also shifts the
+soundings forward or back; a patch test distinguishes them.</li>
+<li>Subtract the angle from the yaw of mbes. If the DVL is known to have the wrong angle, add it to the yaw of dvl
 instead.</li>
-<li>Near the limits of sonar_mounting_sigma_m less than the whole error is found. An error several times as large is not
-found until that key is raised.</li>
+<li>An error larger than sonar_mounting_sigma_m is estimated too small, and one several times as large is not estimated at
+all. Raise that key then.</li>
 </ul>
 {{mounting}}{{/mounting}}<h2>Noise</h2>
 <p>{{noise_findings}}</p>
-<p class="small">Estimated from the differences that remain where submaps overlap. The covariance of every loop closure
-is computed from these figures. A time offset of the sonar shows as a change of the seabed's slope from ping to ping
-with the roll rate (or, where the seabed slopes along the track, with the pitch rate).</p>
+<p class="small">Estimated from the height differences that remain where submaps overlap. The covariance of every loop
+closure is computed from these values. A time offset of the sonar is estimated from changes of the measured slope from
+ping to ping with the roll rate (or, where the seabed slopes along the track, of the depth with the pitch rate).</p>
 {{noise}}{{#dives}}<h2>Dives</h2>
 <ul>
 {{dives}}</ul>
 {{/dives}}<h2>Loop closures</h2>
-{{#has_closure_errors}}<p>Against the truth, the squared errors of the {{closures}} accepted closures, over their
-covariances add up to {{chi2}}, of {{degrees_of_freedom}} degrees of freedom; the largest is {{worst_chi2}}. Honest
-covariances make the first two about equal. One closure in a thousand that is known in all three directions is above
-16.</p>
+{{#has_closure_errors}}<p>With respect to the truth, the normalised squared errors of the {{closures}} accepted closures
+add up to {{chi2}}, with {{degrees_of_freedom}} degrees of freedom; the largest is {{worst_chi2}}. With consistent
+covariances the first two are about equal, and one closure in a thousand (of rank 3) is above 16.</p>
 {{/has_closure_errors}}{{loops}}{{/has_map}}{{#navigation}}<h2>Navigation</h2>
-{{navigation}}{{/navigation}}{{#refused}}<h2>Refused input</h2>
+{{navigation}}{{/navigation}}{{#refused}}<h2>Rejected input</h2>
 {{refused}}{{/refused}}{{#mapper}}<h2>Mapper</h2>
 {{mapper}}{{/mapper}}<p class="small">Beside this page: {{files}}</p>
 </body></html>

@@ -8,10 +8,10 @@
 #include "products/survey.hpp"
 #include "products/write_products.hpp"
 
-// Figures that report.json and report.html have in common.
+// Values that both report.json and report.html have.
 namespace seastitch {
 
-// Percent of the whole; not a number where that is nothing.
+// Percentage of the whole; NaN where the whole is 0.
 double Percent(double part, double whole);
 
 // Input that is not in the map, by reason.
@@ -20,7 +20,7 @@ std::map<std::string, std::int64_t> Refused(const Survey& survey, const ProductO
 // Counters of navigation, by name.
 std::map<std::string, std::int64_t> NavigationCounters(const ProductOptions& options);
 
-// An estimated error of mounting, with its sigma.
+// An estimated mounting error and its 1 sigma.
 struct MountingRow {
   const char* name;  // in report.json
   const char* label;
@@ -29,7 +29,7 @@ struct MountingRow {
   const char* unit;  // HTML
 };
 
-// Errors of mounting that the graph estimated; none where it had no closure to do so.
+// Mounting errors that the graph estimated; empty where it had no closure.
 std::vector<MountingRow> MountingRows(const Survey& survey, const ProductSummary& summary);
 
 }  // namespace seastitch

@@ -21,9 +21,9 @@ enum class SoundingFormat : std::uint8_t {
   kXyz,
 };
 
-// Every sounding where its submap stands, as a file that appears whole or not at all. File numbers
-// are those of survey.inputs from 1, lines those of LinesCsv(). Returns how many there are. Throws
-// std::runtime_error naming the file.
+// Writes every sounding at its final position in the map. The file appears whole or not at all.
+// File numbers are indices into survey.inputs, from 1; lines are those of LinesCsv(). Returns the
+// number of soundings. Throws std::runtime_error naming the file.
 std::uint64_t WriteSoundings(const Survey& survey,
                              const SurveyPoses& poses,
                              MapAxes axes,

@@ -17,34 +17,37 @@
 
 namespace seastitch {
 
-// A submap without its points, which are in cloud_file.
+// A submap without its points, which are in cloud_file. The map frame is local North-East-Down
+// (imported submaps: MapAxes); the level frame has the submap's origin and yaw, without roll and
+// pitch (docs/frames.md).
 struct SurveySubmap {
   SubmapId id;
-  std::int32_t chain = 0;  // the dive, by its place in Survey::dives
-  Time start;              // first and last ping
-  Time end;
-  Time frame_time;
+  std::int32_t chain = 0;  // number of the dive: index into Survey::dives
+  Time start;              // first ping
+  Time end;                // last ping
+  Time frame_time;         // middle ping: the submap frame is the vehicle's pose at this time
   Eigen::Isometry3d T_map_submap = Eigen::Isometry3d::Identity();  // dead reckoned
-  SubmapTrigger trigger = SubmapTrigger::kEnd;
-  std::uint64_t soundings_read = 0;
-  std::uint64_t soundings_used = 0;
-  std::uint64_t points = 0;
-  Footprint footprint;               // level frame
-  Footprint hull;                    // convex hull of the points, level frame
-  std::filesystem::path cloud_file;  // empty where the submap has no point
+  SubmapTrigger trigger = SubmapTrigger::kEnd;                     // why the submap was closed
+  std::uint64_t soundings_read = 0;  // beams that the sonar delivered
+  std::uint64_t soundings_used = 0;  // of these, without those that filters left out
+  std::uint64_t points = 0;          // in the cloud, after voxel averaging of the soundings used
+  Footprint footprint;               // corners as the mapper published them, level frame [m]
+  Footprint hull;                    // convex hull of the points, level frame [m]
+  std::filesystem::path cloud_file;  // PCD file; empty where the submap has no point
 };
 
-// Dead-reckoned vehicle state at one time, map frame.
+// Dead-reckoned state of the vehicle's reference point at one time, map frame.
 struct TrackState {
   Time time;
-  Eigen::Vector3d p_map = Eigen::Vector3d::Zero();
-  Eigen::Vector3d rpy_rad = Eigen::Vector3d::Zero();
-  Eigen::Vector3d sigma = Eigen::Vector3d::Zero();  // of x, y [m], yaw [rad], as NAV states them
+  Eigen::Vector3d p_map = Eigen::Vector3d::Zero();    // [m]
+  Eigen::Vector3d rpy_rad = Eigen::Vector3d::Zero();  // roll, pitch, yaw: RotationFromRpy()
+  // 1 sigma of x, y [m], yaw [rad], from the covariance in the message NAV.
+  Eigen::Vector3d sigma = Eigen::Vector3d::Zero();
   std::int32_t chain = 0;
 };
 
-// Poses that the mapper published live for one instant: NAV, carried on to it by the newest
-// samples, and NAV_CORRECTED.
+// The vehicle's pose as the mapper published it live: dead reckoned (NAV, extrapolated to `time`
+// with the newest inertial samples) and corrected by the graph (NAV_CORRECTED). Map frame.
 struct PublishedState {
   Time time;
   Pose2 nav;
@@ -60,44 +63,50 @@ struct SurveyInput {
 
 // A whole survey, ready to become files.
 struct Survey {
-  std::vector<SurveySubmap> submaps;  // by rising id, and so by chain
-  // By chain, then by rising time; empty for imported submaps.
+  std::vector<SurveySubmap> submaps;  // by rising id; ids rise with the chain
+  // By chain, then by rising time; empty where submaps were imported without a log.
   std::vector<TrackState> track;
   std::vector<PublishedState> published;  // by rising time; empty where there was no NAV_CORRECTED
   std::vector<GraphEdge> edges;           // in the order of the graph's versions
   PoseGraph solution;                     // the newest; without vertices where nothing was solved
   std::vector<std::string> dives;         // names, where there are several
   std::vector<SurveyInput> inputs;        // in the order in which they were given
-  std::map<std::string, std::uint64_t> counters;  // input refused while collecting, by reason
+  std::map<std::string, std::uint64_t> counters;  // input rejected while collecting, by reason
 
-  // Name of the input that has pings at that time, the shortest of several; empty: none has.
+  // Name of the input whose pings enclose that time; of several, the one of shortest duration. Empty:
+  // there is none.
   std::string InputAt(Time time) const;
 };
 
-// Frames of all submaps in the map: where their soundings are.
+// Poses at which the clouds of all submaps are drawn.
 struct SurveyPoses {
-  std::vector<Pose2> T_map_level;  // in the order of survey.submaps
-  MountingErrors mounting{};       // shear the clouds, and shift them from the vehicle
+  // Level frame of each submap, in the order of survey.submaps: where its soundings belong. The
+  // vehicle's own pose differs by the sonar's offset: VehiclePose().
+  std::vector<Pose2> T_map_level;
+  // Estimated mounting errors. The DVL's angle shears each cloud: Shear().
+  MountingErrors mounting{};
 };
 
 SurveyPoses DeadReckonedPoses(const Survey& survey);
 
-// Frames of the graph's solution. A submap that is not in it follows its predecessor by dead
-// reckoning; without a predecessor it stays dead reckoned.
+// Poses of the graph's solution. A submap that the solution does not have is extrapolated from its
+// predecessor by dead reckoning; without a predecessor in its dive it stays dead reckoned.
 SurveyPoses SolvedPoses(const Survey& survey);
 
-// Standard deviations of x, y [m], yaw [rad] of the solved frames, map axes; absent where the
-// solution has none. The uncertainty of the sonar's mounting is included.
+// Standard deviations of x, y [m], yaw [rad] of the solved frames, map axes. Absent where the
+// solution has no covariance. They include the uncertainty of the sonar's offset, because they are
+// those of the soundings.
 std::vector<std::optional<Eigen::Vector3d>> SolvedSigmas(const Survey& survey);
 
-// A loop closure as the report and the layers show it.
+// A loop closure as the report and the layers of survey.gpkg show it.
 struct LoopRow {
-  const GraphEdge* edge;
+  const GraphEdge* edge;  // in survey.edges
   double weight;  // inlier weight, 0 to 1; NaN where the edge was not in the solution
 };
 std::vector<LoopRow> LoopRows(const Survey& survey);
 
-// T_map_submap with its level pose replaced: z, roll and pitch are never corrected.
+// T_map_submap with x, y and yaw of T_map_level. z, roll and pitch stay: the graph never corrects
+// them.
 Eigen::Isometry3d SubmapPose(const SurveySubmap& submap, const Pose2& T_map_level);
 
 }  // namespace seastitch

@@ -14,15 +14,16 @@
 namespace seastitch {
 
 struct SurveyCollectorOptions {
-  // Least time between two states of the track that are kept. NAV at 50 Hz has no more information
-  // than at 10 Hz.
+  // Minimum time between two stored states of the track. NAV at 50 Hz has no more information than
+  // at 10 Hz.
   double track_interval_s = 0.05;
   std::string Validate() const;
 };
 
-// Collects the output of mapper and optimizer into a Survey. Points go to DIR/submaps/submap_ID.pcd
-// as they come; memory holds some 100 bytes a submap corner and 56 bytes a track state. Unusable
-// input (repeated, not finite, out of order) is counted in Survey::counters and left out.
+// Collects the output of mapper and optimizer into a Survey. Points are written to
+// DIR/submaps/submap_ID.pcd at once. Memory: some 100 bytes per corner of a footprint and 56 bytes
+// per state of the track. Unusable input (repeated, not finite, out of order) is counted in
+// Survey::counters and left out.
 class SurveyCollector {
  public:
   // Creates DIR/submaps. Throws std::runtime_error naming the folder.

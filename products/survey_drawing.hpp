@@ -11,13 +11,13 @@
 // Track, footprints and loop closures of a survey, for pictures and for GIS layers.
 namespace seastitch {
 
-// One line a chain.
+// One line per dive.
 std::vector<PictureLine> TrackLines(const std::vector<CorrectedState>& track,
                                     bool corrected,
                                     MapAxes axes);
 
-// One line for each accepted loop closure, between the frames of its submaps; fainter for a smaller
-// inlier weight.
+// One line per accepted loop closure, between the frames of its submaps; paler for a smaller inlier
+// weight.
 std::vector<PictureLine> LoopLines(const Survey& survey,
                                    const std::vector<Pose2>& T_map_level,
                                    MapAxes axes);

@@ -20,10 +20,10 @@ std::vector<SurveyLine> LinesOf(const Survey& survey);
 // As one field of a CSV: in quotes where it needs them.
 std::string CsvText(const std::string& text);
 
-// lines.csv, one row for each survey line: input, times, length, and its correction by the graph:
-// the mean over its submaps, north and east, along and to starboard [m], and clockwise [degrees],
-// with the sigma of its position (of one submap, since their errors are common). Empty
-// fields: not known.
+// Text of lines.csv, one row per survey line: input, times, length, and the graph's correction: the
+// mean over its submaps, north and east, along and to starboard [m], and clockwise [degrees]. The
+// sigma of its position is that of one submap, because its submaps have common errors. An empty
+// field is not known.
 std::string LinesCsv(const Survey& survey,
                      const SurveyPoses& dead_reckoned,
                      const SurveyPoses& delivered,

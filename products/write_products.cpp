@@ -117,7 +117,7 @@ DepthRaster ComputeDepth(const Survey& survey,
 
 std::vector<float> ErrorValues(const Grid<float>& error_m) {
   std::vector<float> values = error_m.cells();
-  std::replace(values.begin(), values.end(), kNoError, kNoData);
+  std::replace(values.begin(), values.end(), kNoValue, kNoData);
   return values;
 }
 
@@ -348,8 +348,8 @@ class ProductWriter {
   void MeasureBoth(bool solved_too) {
     before_ = Measure(dead_reckoned_, "dead reckoned");
     after_ = solved_too ? Measure(delivered_, "solved") : before_;
-    summary_.before = FiguresWhereAlike(before_, after_);
-    summary_.solved = FiguresWhereAlike(after_, before_);
+    summary_.before = FiguresOfComparableCells(before_, after_);
+    summary_.solved = FiguresOfComparableCells(after_, before_);
     summary_.before_all = Figures(before_);
     summary_.solved_all = Figures(after_);
   }

@@ -19,49 +19,56 @@
 
 namespace seastitch {
 
-// Cost of the run, measured by the caller. Differs from run to run.
+// Computing cost of the run, measured by the caller. Differs from run to run.
 struct RunFigures {
   double wall_s = 0.0;
   double cpu_s = 0.0;
   double peak_rss_mb = 0.0;
-  double realtime_factor = 0.0;  // duration of the survey over wall_s
+  double realtime_factor = 0.0;  // duration of the survey divided by wall_s
 };
 
 struct ProductOptions {
-  std::string title = "Survey";  // over pictures and report
-  double cell_m = 0.0;           // of every raster; 0: from the density of the points
+  std::string title = "Survey";  // heading of pictures and report
+  double cell_m = 0.0;           // cell size of every raster; 0: chosen from the points' density
   MapAxes axes = MapAxes::kNorthEastDown;
-  std::optional<Datum> datum;            // only with North-East-Down: imported submaps have none
-  std::size_t max_cells = 16'000'000;    // about 0.7 GB at the peak; a default cell grows to fit
-  std::size_t cache_points = 4'000'000;  // 100 MB: a few survey lines, so that each is read once
-  // Two maps count as equally consistent where their errors differ by less than this fraction:
-  // points that fall into other cells change the figures of a small survey by about as much.
+  std::optional<Datum> datum;  // map origin; absent for imported submaps, whose axes have no origin
+  // Limit of a raster, about 0.7 GB at the peak. With cell_m = 0 the cell is enlarged to stay below
+  // it; a given cell_m that exceeds it is an error.
+  std::size_t max_cells = 16'000'000;
+  // Points kept in memory, 100 MB: a few survey lines, so that each submap is read from disk once.
+  std::size_t cache_points = 4'000'000;
+  // Do no harm: an error of the corrected map that is larger than dead reckoning's by less than this
+  // fraction of it does not count as larger. Moving points between cells changes the errors of a
+  // small survey by about as much.
   double harm_tolerance = 0.05;
   SurveyNoise noise;                 // for the report
-  std::vector<TruthState> truth;     // empty: not known
-  SoundingLog* soundings = nullptr;  // where every sounding is to be exported
+  std::vector<TruthState> truth;     // ground truth; empty: not known
+  SoundingLog* soundings = nullptr;  // every sounding, to be exported; null: no export of soundings
   SoundingFormat sounding_format = SoundingFormat::kLas;
-  std::map<std::string, std::uint64_t> seeds;  // for the report
-  std::string configuration;                   // where it comes from, for the report
-  // Input that is not in the map, by reason: refused, late, doubled. For the report.
+  std::map<std::string, std::uint64_t> seeds;  // of a simulated survey, for the report
+  std::string configuration;                   // sentence that names its files, for the report
+  // Messages that never reached the mapper, by reason: malformed, late, repeated. For the report.
   std::map<std::string, std::int64_t> refused;
-  // The mapper's counters: refused, gated and late samples, and its own work. For the report.
+  // The mapper's counters: samples that it rejected, gated or found late, and its own work. For the
+  // report.
   std::map<std::string, std::int64_t> mapper_counters;
   // Conditions of HEALTH at the end, such as a suspected time offset. For the report.
   std::vector<std::string> conditions;
   // Why the map covers a part of the input only, as a sentence; empty: it covers all.
   std::string partial;
-  std::function<RunFigures()> run_figures;  // asked last, so that it covers the products too
-  std::function<void(const std::string&)> progress;  // one line a step
+  std::function<RunFigures()> run_figures;  // called last, so that it includes the products' cost
+  std::function<void(const std::string&)> progress;  // receives one line per step
 
+  // Empty where the options are usable, else what is wrong with them.
   std::string Validate() const;
 };
 
+// Which map was delivered.
 enum class Outcome {
-  kCorrected,         // the map and poses are those of the graph
-  kNothingToCorrect,  // they are dead reckoning, since nothing contradicts it
-  kWithheld,          // they are dead reckoning, since the graph made the map worse
-  kTrackAlone,        // there is no map: nothing was sounded
+  kCorrected,         // map and poses of the graph's solution
+  kNothingToCorrect,  // map and poses of dead reckoning: no edge moves them
+  kWithheld,          // map and poses of dead reckoning: the graph's map is less consistent
+  kTrackAlone,        // no map, only a track: the dive has no sounding
 };
 const char* ToString(Outcome outcome);
 
@@ -71,34 +78,38 @@ struct ProductSummary {
   bool partial = false;   // the map covers a part of the input only
 
   std::size_t submaps = 0;
-  std::uint64_t soundings_read = 0;
+  std::uint64_t soundings_read = 0;  // as in SurveySubmap
   std::uint64_t soundings_used = 0;
   std::uint64_t points = 0;
-  std::uint64_t loops_accepted = 0;  // by registration
-  std::uint64_t loops_refused = 0;   // of these, by the graph
-  std::uint64_t loops_rejected = 0;
-  std::map<std::string, std::uint64_t> loop_verdicts;
-  // z offset of the accepted loop closures: tide, draft or sound speed. NaN without one.
+  std::uint64_t loops_accepted = 0;  // registrations that became loop closures
+  std::uint64_t loops_refused = 0;   // of these, with an inlier weight below 0.5 in the graph
+  std::uint64_t loops_rejected = 0;  // registrations that did not become loop closures
+  std::map<std::string, std::uint64_t> loop_verdicts;  // registrations by verdict
+  // Height difference of the accepted loop closures: mean, standard deviation, largest magnitude.
+  // Positive: the seabed lies deeper in submap `to` than in `from`. Causes: tide, draft, sound speed.
+  // NaN without a closure.
   double z_offset_mean_m = 0.0;
   double z_offset_sigma_m = 0.0;
   double z_offset_max_m = 0.0;
 
   double cell_m = 0.0;
   std::uint64_t cells_mapped = 0;
-  // Over the cells that two or more submaps see both as dead reckoned and as solved.
+  // Consistency of the dead-reckoned map (before) and of the graph's (solved), over comparable cells:
+  // FiguresOfComparableCells().
   ConsistencyFigures before;
   ConsistencyFigures solved;
-  // Over every cell that two or more submaps see.
+  // The same over every cell that two or more submaps see.
   ConsistencyFigures before_all;
   ConsistencyFigures solved_all;
-  // Of the map that was delivered; that of `before` where the correction is not used.
+  // Consistency of the delivered map: `before` where the correction is not used.
   const ConsistencyFigures& after() const {
     return outcome == Outcome::kCorrected ? solved : before;
   }
 
   double distance_m = 0.0;  // along the dead-reckoned track
   double duration_s = 0.0;
-  // Correction of the submaps by the graph, whether or not it was used.
+  // Horizontal correction of the submap frames by the graph, whether or not it was used: the largest,
+  // and that of the last submap.
   double correction_max_m = 0.0;
   double correction_end_m = 0.0;
   double correction_max_yaw_deg = 0.0;
@@ -106,31 +117,32 @@ struct ProductSummary {
   std::optional<TruthComparison> published;  // NAV and NAV_CORRECTED as published live
   std::optional<ClosureErrors> closures_against_truth;
   SurveyNoise noise;                        // as ProductOptions::noise
-  std::vector<std::string> noise_findings;  // clear differences from the configuration, sentences
+  std::vector<std::string> noise_findings;  // a sentence per clear difference from configuration
   std::vector<DiveInMap> dives;             // where there are several
 };
 
 // Writes every product into dir (created if need be): depth, depth_dead_reckoned, consistency,
 // consistency_dead_reckoned as .tif and .png, track.csv, poses.txt, graph.g2o, survey.gpkg,
 // submaps/submap_ID.pcd, report.json, report.html; in export/ lines.csv and, with a datum,
-// navigation.csv, .sbet and .na0; with soundings these and files.csv. Each file appears whole or
-// not at all. The same survey and options give the same bytes, except for the run figures in
-// report.json.
+// navigation.csv, navigation.sbet and navigation.na0 (MB-System); with options.soundings the
+// soundings file and files.csv. Each file appears whole or not at all. The same survey and options
+// give the same bytes, except for the run figures in report.json.
 //
-// Do no harm: where the solved map is less consistent than dead reckoning (by either measure: its
-// RMS and its 95 % quantile by more than harm_tolerance, or its RMS by half) over the cells that
-// both see, as often, or no longer overlaps where dead reckoning does, everything is delivered as
-// dead reckoned and `outcome` is kWithheld.
+// Do no harm: the map of dead reckoning is delivered, and `outcome` is kWithheld, where the solved
+// map is worse. It is worse if for the surface error or the consistency error, over comparable cells,
+// - both the RMS and the 95 % quantile are larger by more than harm_tolerance, or
+// - the RMS is larger by more than half;
+// or if fewer than a fifth of the cells that two submaps saw are still seen by two.
 //
-// Throws std::runtime_error with one line: no submap, no point, a file that cannot be read or
-// written, unusable options.
+// Throws std::runtime_error with a message of one line where the survey has no submap or no point,
+// a file cannot be read or written, or the options are unusable.
 ProductSummary WriteProducts(const Survey& survey,
                              const ProductOptions& options,
                              const std::filesystem::path& dir);
 
 // Products of a dive without soundings: track.csv, survey.gpkg with the track, the exports of
-// navigation, report.json and report.html. Throws std::runtime_error with one line: no track, a
-// file that cannot be written, unusable options.
+// navigation, report.json and report.html. Throws std::runtime_error with a message of one line where
+// there is no track, a file cannot be written, or the options are unusable.
 ProductSummary WriteTrackProducts(const Survey& survey,
                                   const ProductOptions& options,
                                   const std::filesystem::path& dir);

@@ -43,7 +43,8 @@ ReplayConfig ChooseConfig(const GivenConfig& given,
                      ": holds no configuration (channel CONFIG): name the mapper's with --config");
   const fs::path folder = out / "config";
   fs::create_directories(folder);
-  for (const char* name : {"mapper.yaml", "vehicle.yaml", "optimizer.yaml", kWaterLevelFile})
+  for (const char* name :
+       {"mapper.yaml", "vehicle.yaml", "optimizer.yaml", kWaterLevelFile, kSeparationFile})
     if (files.contains(name)) WriteAtomically(folder / name, files.at(name).text);
   GivenConfig chosen = given;
   chosen.mapper = folder / "mapper.yaml";

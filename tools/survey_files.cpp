@@ -188,7 +188,8 @@ VehicleGeometry VehicleOf(const SurveyPlan& plan) {
   for (std::size_t head = 1; head < heads; ++head)
     vehicle.more_heads.push_back({Centre(*i.TransmitterOf(head)), i.ReceiverOf(head)->At(0)});
   // Attitude and position of one sensor, or of two.
-  if (IsBeside(plan.position_source)) return vehicle;
+  // #SPO is of the reference point already, as #MRZ is.
+  if (IsBeside(plan.position_source) || plan.position_source.starts_with("#SPO")) return vehicle;
   const bool alone = plan.position_source != plan.attitude_source;
   const InstalledSensor* const sensor = ActiveSensor(i, alone);
   if (sensor != nullptr)
@@ -383,11 +384,23 @@ void SurveyFiles::PublishIns(const NavigationSample& sample, Bus* bus) {
 }
 
 void SurveyFiles::PublishDepth(Time t, double depth_m, Bus* bus) {
+  depth_m_ = depth_m;
   DepthSample sample;
   sample.time = t;
   sample.depth_m = depth_m;
   sample.sigma_m = 0.1;
   bus->Publish(channels::kDepth, ToLcm(sample, {now_, seqs_[channels::kDepth]++}));
+}
+
+// As the height of the place that positions are of.
+void SurveyFiles::PublishWaterLine(Time t, double height_m, Bus* bus) {
+  if (!depth_m_ || !q_ned_vehicle_) return;
+  const Eigen::Vector3d& p_vehicle_ins_m = plan_.vehicle.T_vehicle_imu.translation();
+  NavigationSample sample;
+  sample.time = t;
+  sample.source = "h";
+  sample.height = InsVertical{height_m - *depth_m_ - (*q_ned_vehicle_ * p_vehicle_ins_m).z(), 0.0};
+  PublishIns(sample, bus);
 }
 
 void SurveyFiles::OnNavigation(const NavigationRecord& n, Bus* bus) {
@@ -406,6 +419,7 @@ void SurveyFiles::OnNavigation(const NavigationRecord& n, Bus* bus) {
   if (n.source == plan_.heading_source && n.heading_rad) OnHeading(n.time, *n.heading_rad, bus);
   if (plan_.depth == SurveyPlan::Depth::kNavigation && n.source == plan_.depth_source && n.depth_m)
     PublishDepth(n.time, *n.depth_m, bus);
+  if (n.water_line_height_m) PublishWaterLine(n.time, *n.water_line_height_m, bus);
   if (n.source != plan_.position_source || !(n.position || n.grid_north_east_m)) return;
   const GivenPosition position = n.position ? *n.position : FromGrid(*n.grid_north_east_m);
   NavigationSample sample;
@@ -415,6 +429,7 @@ void SurveyFiles::OnNavigation(const NavigationRecord& n, Bus* bus) {
       InsPosition{position.latitude_rad, position.longitude_rad, position.sigma_north_east_m};
   if (velocity_ && velocity_time_ <= n.time && ToSeconds(n.time - velocity_time_) <= kVelocityHoldS)
     sample.velocity = InsVelocity{velocity_->v_ned_mps, velocity_->sigma_mps};
+  if (n.height_m) sample.height = InsVertical{*n.height_m, 0.0};
   PublishIns(sample, bus);
   position_.AddSample(n.time, position_.max_gap_s);
 }
@@ -433,6 +448,7 @@ void SurveyFiles::OnAttitude(Time t,
     sample.attitude->q_ned_imu =
         (attitude.q_ned_imu * Eigen::Quaterniond(sensor->T_vehicle_sensor.linear()).conjugate())
             .normalized();
+  q_ned_vehicle_ = sample.attitude->q_ned_imu;
   PublishIns(sample, bus);
   attitude_.AddSample(t, 0.0);
 }

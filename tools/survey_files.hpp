@@ -49,7 +49,8 @@ struct SurveyPlan {
 // MBES_SOUNDINGS, SVP. The records of all files are merged in order of time; of each file the
 // records of kReorderS are buffered to sort them.
 //
-// Attitude is rotated to the vehicle's axes; DEPTH is that of the vehicle's reference point.
+// Attitude is rotated to the vehicle's axes. DEPTH is that of the vehicle's reference point. Height
+// is that of the point whose position is given.
 class SurveyFiles {
  public:
   static constexpr double kReorderS = 15.0;
@@ -104,6 +105,7 @@ class SurveyFiles {
   void OnPlaced(const PlacedPing& ping, Bus* bus);
   void PublishIns(const NavigationSample& sample, Bus* bus);
   void PublishDepth(Time t, double depth_m, Bus* bus);
+  void PublishWaterLine(Time t, double height_m, Bus* bus);
 
   std::vector<std::filesystem::path> files_;
   std::vector<std::unique_ptr<SurveyStream>> streams_;
@@ -117,6 +119,8 @@ class SurveyFiles {
   std::optional<Turn> heading_;
   std::optional<GivenVelocity> velocity_;
   Time velocity_time_;
+  std::optional<Eigen::Quaterniond> q_ned_vehicle_;  // the last
+  std::optional<double> depth_m_;
   Coverage attitude_{.max_gap_s = 1.0};
   Coverage position_{.max_gap_s = 2.0};
 };

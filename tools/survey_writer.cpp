@@ -166,6 +166,7 @@ class Writer {
     NavigationRecord record;
     record.time = t;
     record.position = PositionOf(*state);
+    record.height_m = -state->T_map_vehicle.translation().z();  // the water line on the ellipsoid
     record.velocity = GivenVelocity{state->v_map_mps};
     Write(format_.position(record));
     ++result_.positions;

@@ -9,25 +9,25 @@
 #include "common/core/bytes.hpp"
 #include "common/core/channel_names.hpp"
 
-// The one table of LCM channels: logger, info, replay, mapper and optimizer read it, and the table
-// of docs/channels.md is made from it.
+// Table of all LCM channels. Logger, info, replay, mapper and optimizer use it; docs/channels.md is
+// generated from it.
 namespace seastitch {
 
 enum class ChannelRole : std::uint8_t {
-  kSensor,   // what a map is made from
-  kResult,   // what mapper and optimizer make
+  kSensor,   // measurements
+  kResult,   // results of mapper and optimizer
   kRaw,      // the bytes of a device before decoding
-  kHealth,   // what processes report of themselves
+  kHealth,   // state of processes
   kRequest,  // a request, or the answer to one
 };
 const char* ToString(ChannelRole role);
 
-// Where a type keeps time and number: in 64-bit words behind the fingerprint.
+// Positions of time and sequence number in a type, in 64-bit words after the fingerprint.
 struct MessageLayout {
   int utime = 0;  // -1: it has none
   int recv_utime = -1;
   int seq = 1;
-  bool has_sender = false;  // several processes send, and a name behind `seq` tells them apart
+  bool has_sender = false;  // several processes send; the name after `seq` distinguishes them
 };
 
 struct Channel {
@@ -50,22 +50,22 @@ const std::vector<Channel>& Channels();
 const Channel* FindChannel(std::string_view name);
 // The queue of a channel of the table. Throws std::out_of_range for any other name.
 int QueueOf(std::string_view name);
-// A channel of the type, null where the type is none of ours. Types tell messages apart where
-// somebody gave their channel another name.
+// A channel with that type; null where the type is not in the table. For messages on channels with
+// other names.
 const Channel* ChannelOfType(std::int64_t fingerprint);
 
-// The first 8 bytes of a message; nothing where it has fewer.
+// The first 8 bytes of a message; absent where it has fewer.
 std::optional<std::int64_t> FingerprintOf(Bytes message);
 
-// What a message says of its place in the channel.
+// Time, sequence number and sender of a message.
 struct MessagePlace {
   std::int64_t seq = 0;  // not below 0
   std::optional<std::int64_t> utime;
   std::optional<std::int64_t> recv_utime;
   std::string sender;  // whose `seq` it is; empty where the channel has one sender
 };
-// Read from the bytes, by their fingerprint, without decoding the rest. Nothing where the type is
-// none of ours, the message is too short or its number is below 0.
+// Reads them from the bytes, by their fingerprint, without decoding the rest. Absent where the type
+// is not in the table, the message is too short or its number is below 0.
 std::optional<MessagePlace> PlaceOf(Bytes message);
 
 }  // namespace seastitch

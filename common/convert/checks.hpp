@@ -11,12 +11,12 @@
 #include "common/core/pose.hpp"
 #include "common/core/time.hpp"
 
-// What every FromLcm asks of a message. Written so that NaN fails each question.
+// Checks of messages for FromLcm(). NaN fails every check.
 namespace seastitch::convert {
 
-constexpr int kMaxParts = 1000;                               // of what comes in parts
+constexpr int kMaxParts = 1000;                               // of something sent in parts
 constexpr std::int64_t kLatestUtime = 4'102'444'800'000'000;  // 2100-01-01
-constexpr double kMaxCoordinate_m = 1e7;                      // no map is larger than the Earth
+constexpr double kMaxCoordinate_m = 1e7;                      // larger than any map
 constexpr double kQuaternionNormTolerance = 1e-3;
 constexpr double kSymmetryTolerance = 1e-6;  // of the largest element
 
@@ -33,7 +33,7 @@ bool AllFinite(const Real* values, std::size_t n) {
   return true;
 }
 
-// The vector has as many elements as the message says, and all are finite.
+// True if the vector has as many elements as the message states, and all are finite.
 template <class Real>
 bool IsFiniteArray(const std::vector<Real>& values, std::int32_t count) {
   return values.size() == static_cast<std::size_t>(count) &&
@@ -51,7 +51,7 @@ inline bool IsPose2(const Pose2& T) {
          std::isfinite(T.yaw);
 }
 
-// Unit quaternion from w, x, y, z, if it nearly was one.
+// Unit quaternion from w, x, y, z; absent unless its norm is nearly 1.
 inline std::optional<Eigen::Quaterniond> QuaternionFrom(const double (&wxyz)[4]) {
   const Eigen::Quaterniond q(wxyz[0], wxyz[1], wxyz[2], wxyz[3]);
   if (!(std::abs(q.norm() - 1.0) <= kQuaternionNormTolerance)) return std::nullopt;
@@ -88,8 +88,8 @@ void MatrixTo(const Eigen::Matrix<double, N, N>& matrix, double (&rows)[N][N]) {
   Eigen::Map<Eigen::Matrix<double, N, N, Eigen::RowMajor>>(&rows[0][0], N, N) = matrix;
 }
 
-// A covariance or information matrix: finite, symmetric, nothing negative on the diagonal. Gives
-// it symmetric to the last bit.
+// A covariance or information matrix, made exactly symmetric. Absent unless it is finite and
+// symmetric, without a negative value on its diagonal.
 template <int N>
 std::optional<Eigen::Matrix<double, N, N>> SymmetricFrom(const double (&rows)[N][N]) {
   const Eigen::Matrix<double, N, N> m = MatrixFrom<N>(rows);

@@ -31,36 +31,41 @@
 #include "seastitch/submap_points_t.hpp"
 #include "seastitch/submap_t.hpp"
 
-// The one place that knows both worlds. ToLcm cannot fail: what one message cannot hold it splits
-// where it gives a list, and thins or cuts as said below. FromLcm gives nothing for a message that
-// is not finite, not within its type's limits or not consistent in itself: the caller counts it.
-// Every message is smaller than kMaxMessageBytes.
+// Conversion between core types and LCM messages; the only code that depends on both.
+//
+// ToLcm never fails. Data too large for one message are split into several where the function
+// returns a list, else reduced as stated below. Every message is smaller than kMaxMessageBytes.
+// FromLcm returns std::nullopt for a message with a value that is not finite or not within its
+// type's limits, or with array lengths that disagree. The caller has to count it.
 namespace seastitch {
 
-// One datagram: Debian's LCM 1.3.1 loses larger ones on default socket buffers.
+// A message has to fit one UDP datagram: Debian's LCM 1.3.1 loses fragmented messages with the
+// default socket buffers.
 constexpr int kMaxMessageBytes = 60'000;
-// A larger fan is thinned evenly; the sonar codecs refuse and count such a datagram.
+// Of a ping with more beams every k-th beam is sent. (The sonar codecs reject such pings before.)
 constexpr int kMaxBeams = 1024;
 constexpr int kMaxSoundings = 2048;
-// A larger profile is thinned evenly; its first and last sample stay.
+// Of a profile with more samples every k-th is sent, and always the first and the last.
 constexpr int kMaxProfileSamples = 2000;
 constexpr int kMaxPointsPerChunk = 3000;
-constexpr int kMaxSubmapPoints = 20'000'000;
-// A larger footprint is thinned to every k-th corner.
+constexpr int kMaxSubmapPoints = 20'000'000;  // per submap; FromLcm rejects more
+// Of a footprint with more corners every k-th is sent, with the smallest k that suffices.
 constexpr int kMaxFootprintCorners = 3000;
-// Longer names are cut.
+// Longer names are cut to so many bytes.
 constexpr std::size_t kMaxProcessName = 64;
 constexpr std::size_t kMaxSourceLength = 256;
 constexpr int kMaxRawBytesPerPart = 50'000;
 constexpr int kMaxConfigBytesPerPart = 50'000;
-constexpr std::uint8_t kMaxHead = 127;
+constexpr std::uint8_t kMaxHead = 127;  // largest index of a sonar's head
 
+// seq: number of the message on its channel. newest_submap: Submap::frame_time of the newest submap
+// in the graph, which becomes the message's utime.
 imu_t ToLcm(const ImuSample& sample, const MessageStamp& stamp);
 dvl_t ToLcm(const DvlSample& sample, const MessageStamp& stamp);
 depth_t ToLcm(const DepthSample& sample, const MessageStamp& stamp);
 mbes_ping_t ToLcm(const MbesPing& ping, const MessageStamp& stamp);
-// In as many messages of at most kMaxSoundings as it takes, seq counting up from the stamp's; all
-// have the ping's time, number and head.
+// A ping as messages of at most kMaxSoundings each. Their seq counts up from first.seq; all have
+// the ping's time, number and head.
 std::vector<mbes_soundings_t> ToLcm(const SoundingPing& ping, const MessageStamp& first);
 sound_velocity_profile_t ToLcm(const SoundVelocityProfile& profile, const MessageStamp& stamp);
 position_fix_t ToLcm(const PositionFix& fix, const MessageStamp& stamp);
@@ -85,7 +90,8 @@ std::optional<GraphUpdate> FromLcm(const graph_update_t& msg);
 std::optional<CovarianceRequest> FromLcm(const covariance_request_t& msg);
 std::optional<PairCovariances> FromLcm(const covariances_t& msg);
 
-// A submap as its announcement and its chunks, in the order in which they are to be sent.
+// A submap as messages: its announcement (frame, times, footprint), then its points in chunks. To
+// be sent in this order.
 struct SubmapMessages {
   submap_t announcement;
   std::vector<submap_points_t> chunks;
@@ -94,16 +100,17 @@ SubmapMessages ToLcm(const Submap& submap,
                      std::int64_t announcement_seq,
                      std::int64_t first_chunk_seq);
 
-// Puts submaps together again. Keeps one open at a time: an announcement ends the one before it.
+// Reassembles submaps from their messages, one at a time: an announcement discards an incomplete
+// submap before it.
 class SubmapAssembler {
  public:
-  // Begins a submap; gives it at once where it has no points.
+  // Begins a submap. Returns it at once if it has no points.
   std::optional<Submap> Add(const submap_t& msg);
-  // Adds a chunk; gives the submap that this chunk completed.
+  // Adds a chunk. Returns the submap if this chunk completes it.
   std::optional<Submap> Add(const submap_points_t& msg);
-  // Malformed messages, chunks of no announced submap, and submaps that were never completed or
-  // whose hash was wrong.
+  // Number of malformed messages, and of chunks that no announced submap expects.
   std::int64_t malformed() const { return malformed_; }
+  // Number of submaps that were not completed, or whose hash was wrong.
   std::int64_t incomplete() const { return incomplete_; }
 
  private:
@@ -118,15 +125,17 @@ class SubmapAssembler {
   std::int64_t incomplete_ = 0;
 };
 
-// A solution in as many parts as it takes.
+// A solution as messages. solution_number: the same in all of them, and another for every
+// publication.
 std::vector<pose_graph_t> ToLcm(const PoseGraph& graph,
                                 std::int64_t solution_number,
                                 Time newest_submap,
                                 std::int64_t first_seq);
 
-// Puts solutions together again; a newer solution_number ends an unfinished one.
+// Reassembles solutions. A message of another solution_number discards an incomplete solution.
 class PoseGraphAssembler {
  public:
+  // Returns the solution if this message completes it.
   std::optional<PoseGraph> Add(const pose_graph_t& msg);
   std::int64_t malformed() const { return malformed_; }
 
@@ -138,7 +147,7 @@ class PoseGraphAssembler {
   std::int64_t malformed_ = 0;
 };
 
-// A file of the effective configuration of a process.
+// A configuration file with all values that a process uses, defaults included.
 struct ConfigText {
   std::string process;  // "mapper"
   std::string version;  // of the program
@@ -148,19 +157,20 @@ struct ConfigText {
   bool operator==(const ConfigText&) const = default;
 };
 
-// A file in parts of at most kMaxConfigBytesPerPart, seq counting up from first_seq.
+// A file as messages with at most kMaxConfigBytesPerPart bytes each; seq counts up from first_seq.
 std::vector<config_t> ToLcm(const ConfigText& file, Time sent, std::int64_t first_seq);
 
-// The files of a process, by name and text, in parts. Version and times are left to the sender.
+// The files of a process, by name and text, as messages. The caller sets version, times and seq.
 using NamedText = std::pair<std::string, std::string>;
 std::vector<config_t> ConfigParts(const std::string& process, const std::vector<NamedText>& files);
 
-// Puts files together again. The parts of one file come one after another, those of several
-// processes in any order.
+// Reassembles configuration files. The parts of one file have to come in order; parts of several
+// processes may be mixed.
 class ConfigAssembler {
  public:
+  // Returns the file if this message completes it.
   std::optional<ConfigText> Add(const config_t& msg);
-  // Damaged messages, and files of which a part was lost.
+  // Number of malformed messages, and of files with a lost part.
   std::int64_t malformed() const { return malformed_; }
 
  private:
@@ -174,7 +184,8 @@ class ConfigAssembler {
   std::int64_t malformed_ = 0;
 };
 
-// Device bytes in parts of at most kMaxRawBytesPerPart, seq counting up from first_seq.
+// Bytes from a device as messages with at most kMaxRawBytesPerPart bytes each; seq counts up from
+// first_seq. source: the driver's `source`. recv: receive time of the bytes.
 std::vector<raw_bytes_t> ToRawParts(const std::vector<std::uint8_t>& bytes,
                                     const std::string& source,
                                     Time recv,

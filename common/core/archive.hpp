@@ -20,8 +20,8 @@
 #include "common/core/sensors.hpp"
 #include "common/core/time.hpp"
 
-// State that a process keeps for its own restart, as bytes: little endian, field after field, no
-// names. The version stands in what holds them, and other versions are not read.
+// Serialisation of state that a process saves for its own restart: little endian, field after
+// field, without names. The file that contains it has a version; other versions are not read.
 //
 // A type lists its fields once, for both ways:
 //   template <class Archive, class Self>
@@ -32,7 +32,7 @@ namespace seastitch {
 class ArchiveWriter;
 class ArchiveReader;
 
-// T where an archive reads it, const T where it writes it.
+// T for an archive that reads, const T for one that writes.
 template <class Archive, class T>
 using Of = std::conditional_t<std::same_as<Archive, ArchiveReader>, T, const T>;
 
@@ -132,8 +132,8 @@ class ArchiveWriter {
   ByteWriter bytes_;
 };
 
-// Reads what an ArchiveWriter has written. After a short or impossible read ok() is false, and what
-// was read since means nothing. Memory stays within a small multiple of the bytes' own.
+// Reads the bytes of an ArchiveWriter. After a read beyond the end, or of an impossible value, ok()
+// is false and later values are meaningless. Memory is bounded by a small multiple of the bytes.
 class ArchiveReader {
  public:
   explicit ArchiveReader(Bytes bytes) : bytes_(bytes) {}
@@ -143,7 +143,7 @@ class ArchiveReader {
     (Read(values), ...);
   }
   bool ok() const { return ok_ && bytes_.ok(); }
-  // All was read, to the last byte.
+  // True if all bytes were read.
   bool IsDone() const { return ok() && bytes_.left() == 0; }
 
  private:
@@ -223,7 +223,7 @@ class ArchiveReader {
   void ReadList(List& values) {
     values.clear();
     const auto size = bytes_.Le<std::uint32_t>();
-    // One at a time: whatever a damaged size says, no more is made than there are bytes for.
+    // One at a time, so that a damaged size does not allocate more than there are bytes for.
     for (std::uint32_t i = 0; i < size && ok() && bytes_.left() > 0; ++i)
       Read(values.emplace_back());
     ok_ = ok_ && values.size() == size;

@@ -16,8 +16,8 @@ namespace seastitch {
 
 using Bytes = std::span<const std::uint8_t>;
 
-// Devices and files have the numbers of IEEE 754, and so must the processor; its byte order and
-// alignment do not matter, as numbers are put together from bytes.
+// Devices and files have IEEE 754 numbers, and the processor must have them, too. Its byte order
+// and alignment do not matter, because numbers are assembled from bytes.
 static_assert(std::numeric_limits<float>::is_iec559 && std::numeric_limits<double>::is_iec559);
 static_assert(std::endian::native == std::endian::little ||
               std::endian::native == std::endian::big);

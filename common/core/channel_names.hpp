@@ -1,6 +1,6 @@
 #pragma once
 
-// The name of every LCM channel, once. What each carries: common/convert/channels.hpp.
+// Names of all LCM channels. Their types and rates: common/convert/channels.hpp.
 namespace seastitch::channels {
 
 inline constexpr char kImu[] = "IMU";
@@ -11,7 +11,7 @@ inline constexpr char kMbesSoundings[] = "MBES_SOUNDINGS";
 inline constexpr char kIns[] = "INS";
 inline constexpr char kSvp[] = "SVP";
 inline constexpr char kPositionFix[] = "POSITION_FIX";
-// What bytes of a device come on.
+// Channels with the raw bytes of devices.
 inline constexpr char kRawPrefix[] = "RAW_";
 inline constexpr char kRawCan[] = "RAW_CAN";
 inline constexpr char kRawDvl[] = "RAW_DVL";

@@ -5,34 +5,35 @@
 
 namespace seastitch {
 
-// Values as health_t's STATE_DEGRADED and STATE_LOST.
+// Severity of a fault, with the numbers of health_t's STATE_DEGRADED and STATE_LOST. kLost: the
+// data of a sensor, or navigation, are missing. kDegraded: every other fault.
 enum class Severity : std::int8_t { kDegraded = 2, kLost = 3 };
 
-// A fault that a process can report in HEALTH. docs/health.md lists all of them: every kind stands
-// in conditions::kAll below.
+// Type of a fault that a process can report in HEALTH. A new type also goes into conditions::kAll;
+// docs/health.md is generated from that list.
 struct ConditionKind {
-  const char* name;  // unique, such as "no_bottom_lock"
+  const char* name;  // unique key for programs, such as "no_bottom_lock"; never renamed
   Severity severity;
-  const char* sentence;  // one line for people, without a full stop
-  const char* remedy;    // what to do about it
+  const char* sentence;  // message for people, one line without a full stop
+  const char* remedy;    // what to do about it, in sentences
 };
 
-// A fault that holds now.
+// An active fault.
 struct Condition {
   const ConditionKind* kind;
-  std::string detail;  // figures of this occurrence, appended to the sentence; may be empty
+  std::string detail;  // values of this occurrence, "SENTENCE: DETAIL"; may be empty
 };
 
-// Every fault that any process reports, by the part that finds it.
+// All types of faults, grouped by the component that detects them.
 namespace conditions {
 
 // Every process (common/runtime/self_watch.hpp).
 inline constexpr ConditionKind kUndecodableMessages{
     "undecodable_messages",
     Severity::kDegraded,
-    "messages are not of their channel's type",
-    "Another program, or another version, sends on this channel. They are skipped. Compare the "
-    "versions in HEALTH and the channel names of the sender."};
+    "messages do not have the type of their channel",
+    "Another program, or another version, sends on this channel. The messages are skipped. Compare "
+    "the versions of all processes in HEALTH, and check which channels other programs use."};
 inline constexpr ConditionKind kMessagesNotSent{
     "messages_not_sent",
     Severity::kDegraded,
@@ -41,33 +42,34 @@ inline constexpr ConditionKind kMessagesNotSent{
 inline constexpr ConditionKind kSocketDrops{
     "socket_drops",
     Severity::kDegraded,
-    "the kernel dropped datagrams for want of receive buffer",
-    "Raise net.core.rmem_max (sysctl.d/60-seastitch.conf) and restart. Where the buffer is large "
-    "enough, look for a machine that is overloaded."};
+    "the kernel dropped datagrams because the receive buffer was full",
+    "Raise net.core.rmem_max (sysctl.d/60-seastitch.conf) and restart. If it has the value of that "
+    "file already, the machine is overloaded: see loop_late."};
 inline constexpr ConditionKind kLoopLate{
     "loop_late",
     Severity::kDegraded,
     "the event loop was busy for too long",
-    "The machine is overloaded, or swaps. Messages wait and may be lost meanwhile."};
+    "The machine is overloaded, or swaps. Messages wait and may be lost meanwhile. End other "
+    "programs, or give the machine more memory."};
 inline constexpr ConditionKind kWorkerStalled{
     "worker_stalled",
     Severity::kDegraded,
     "a computation shows no progress",
-    "Normal for some seconds on a slow machine. If it stays, the disk that it reads hangs, or the "
-    "process needs a restart."};
+    "Normal for some seconds on a slow machine. If the fault stays, the disk does not respond, or "
+    "the process needs a restart."};
 inline constexpr ConditionKind kDiskStalled{"disk_stalled",
                                             Severity::kDegraded,
-                                            "the disk does not take what is to be written",
+                                            "writing to the disk takes too long",
                                             "Check the data disk and the kernel's log. Data wait "
-                                            "in memory and are written when it answers."};
+                                            "in memory and are written when the disk responds."};
 
 // Drivers.
 inline constexpr ConditionKind kNoDeviceData{
     "no_device_data",
     Severity::kLost,
     "no usable data from the device",
-    "Check its power, its cable and the source in the driver's configuration. Bytes that are "
-    "refused are in the counters, by cause."};
+    "Check its power, its cable and `source` in the driver's configuration. Data that come but "
+    "are rejected are in the counters, by reason."};
 inline constexpr ConditionKind kSourceUnavailable{
     "source_unavailable",
     Severity::kDegraded,
@@ -78,10 +80,9 @@ inline constexpr ConditionKind kSenderRefused{
     "sender_refused",
     Severity::kDegraded,
     "datagrams come from another sender, and are refused",
-    "A driver takes those of one sender, the first that it heard. Name the senders of a device "
-    "that "
-    "has several in the driver's source (?from=10.0.0.5,10.0.0.6); keep others off the sensors' "
-    "network."};
+    "A driver accepts datagrams only from the first sender that it heard. If the device sends "
+    "from several addresses, list them in the driver's `source` (?from=10.0.0.5,10.0.0.6). Keep "
+    "other senders off the sensors' network."};
 inline constexpr ConditionKind kCanController{
     "can_controller",
     Severity::kDegraded,
@@ -93,50 +94,53 @@ inline constexpr ConditionKind kLogNotWriting{
     "log_not_writing",
     Severity::kDegraded,
     "the log cannot be written",
-    "Check the data disk: mounted, writable, not full. Messages wait in memory until then; what "
-    "finds no room is counted in events_dropped."};
+    "Check the data disk: mounted, writable, not full. Messages wait in memory, up to "
+    "max_queue_mb. "
+    "Further messages are lost and counted in events_dropped."};
 inline constexpr ConditionKind kUnloggableMessages{
     "unloggable_messages",
     Severity::kDegraded,
-    "messages came that no log can hold",
-    "Another program sends on a channel without a name, or with one of more than 63 bytes. They "
-    "are "
-    "skipped; the rest is recorded."};
+    "messages came that cannot be stored in a log",
+    "Another program sends on a channel whose name is empty or longer than 63 bytes. These "
+    "messages "
+    "are skipped; all others are recorded."};
 inline constexpr ConditionKind kRecordingsDeleted{
     "recordings_deleted",
     Severity::kDegraded,
     "recordings were deleted to make room",
-    "The limits dive_max_mb and disk_min_free_mb of logger.yaml asked for it. Fetch dives and "
-    "remove them, or raise the limits."};
+    "A limit of logger.yaml was exceeded: dive_max_mb or disk_min_free_mb. Copy dives off the "
+    "vehicle and delete them there, or change the limits."};
 inline constexpr ConditionKind kDiskSpaceLow{
     "disk_space_low",
     Severity::kDegraded,
-    "the disk has too little room, and nothing is left that may be deleted",
-    "Recording goes on until the disk is full. Fetch dives and remove them, or allow delete_logs "
-    "in logger.yaml."};
+    "the disk has too little free space, and no file is left that may be deleted",
+    "Recording goes on until the disk is full. Copy dives off the vehicle and delete them there, "
+    "or "
+    "allow delete_logs in logger.yaml."};
 inline constexpr ConditionKind kMessagesNotRecorded{
     "messages_not_recorded",
     Severity::kDegraded,
-    "messages are lost from the record",
-    "Lost on the way: see socket_drops. For want of room: the disk is too slow, or max_queue_mb "
-    "too small."};
+    "messages are missing in the log",
+    "Lost before the logger: see socket_drops. Lost because the queue was full: the disk is too "
+    "slow, or max_queue_mb is too small."};
 
 // Optimizer.
 inline constexpr ConditionKind kGraphIncomplete{
     "graph_incomplete",
     Severity::kDegraded,
-    "versions of the graph are missing",
-    "They are asked for every few seconds. If it stays, the mapper does not answer."};
+    "updates of the graph are missing",
+    "The optimizer requests them from the mapper every few seconds. If the fault stays, the mapper "
+    "does not answer: check its HEALTH."};
 inline constexpr ConditionKind kSubmapMalformed{
     "submap_malformed",
     Severity::kDegraded,
-    "submaps came malformed and are not in the graph",
-    "The map lacks them. Compare the versions of mapper and optimizer."};
+    "submaps were malformed and are not in the graph",
+    "The corrected map lacks them. Compare the versions of mapper and optimizer in HEALTH."};
 inline constexpr ConditionKind kNoSolution{
     "no_solution",
     Severity::kDegraded,
-    "the newest version of the graph has no solution",
-    "The last solution stands. Send the log with a bug report."};
+    "the newest version of the graph could not be solved",
+    "The previous solution stays in use. Send the log with a bug report."};
 inline constexpr ConditionKind kSolutionNotConverged{
     "solution_not_converged",
     Severity::kDegraded,
@@ -145,9 +149,9 @@ inline constexpr ConditionKind kSolutionNotConverged{
 inline constexpr ConditionKind kNoCovariance{
     "no_covariance",
     Severity::kDegraded,
-    "the newest solution does not say how well it is known",
-    "Every submap counts as known to unlinked_sigma_m of optimizer.yaml. Something of the graph is "
-    "tied to nothing, or sigmas of it are too far apart: send the log with a bug report."};
+    "the covariance of the newest solution could not be computed",
+    "Every submap has the sigma unlinked_sigma_m of optimizer.yaml instead. A part of the graph is "
+    "unconstrained, or the graph is ill-conditioned: send the log with a bug report."};
 
 // Mapper.
 inline constexpr ConditionKind kNoBottomLock{
@@ -159,13 +163,14 @@ inline constexpr ConditionKind kNavigationNotStarted{
     "navigation_not_started",
     Severity::kDegraded,
     "dead reckoning has not started, so there is no map",
-    "The figures name what is missing. Once it comes, the start is a matter of seconds."};
+    "The text after the fault names what is missing. When that comes, dead reckoning starts within "
+    "seconds."};
 inline constexpr ConditionKind kPlaceUnknown{
     "place_unknown",
     Severity::kDegraded,
-    "the map's place is unknown: it is laid out from the datum",
-    "One position fix, at any time of the dive, places the whole map. Or state the place of the "
-    "start in mapper.yaml: navigation.start_north_m, start_east_m and start_sigma_m, with "
+    "the map's position is unknown: it starts at the datum",
+    "One position fix, at any time of the dive, positions the whole map. Or state the position of "
+    "the start in mapper.yaml: navigation.start_north_m, start_east_m and start_sigma_m, with "
     "start_at_first_fix false."};
 inline constexpr ConditionKind kAttitudeRefused{
     "attitude_refused",
@@ -177,8 +182,8 @@ inline constexpr ConditionKind kDvlRefused{
     "dvl_refused",
     Severity::kDegraded,
     "the Doppler log has bottom lock, but its velocities are refused",
-    "Look at its mounting in vehicle.yaml, its stamps, fish and mud. Counters nav_dvl_ have the "
-    "causes. Dead reckoning drifts meanwhile, and its sigma holds that."};
+    "Check its mounting in vehicle.yaml and its stamps; fish and mud cause it, too. Counters "
+    "nav_dvl_ have the reasons. Dead reckoning drifts meanwhile, and its sigma grows accordingly."};
 inline constexpr ConditionKind kDepthRefused{"depth_refused",
                                              Severity::kDegraded,
                                              "the depth disagrees with the rest and is refused",
@@ -187,57 +192,57 @@ inline constexpr ConditionKind kFixesRefused{
     "fixes_refused",
     Severity::kDegraded,
     "position fixes disagree with dead reckoning and are refused",
-    "Compare the stated sigma with what the fixes scatter by, and the datum with that of the "
-    "fixes."};
+    "Compare the stated sigma with the scatter of the fixes, and check that the fixes are WGS 84."};
 inline constexpr ConditionKind kNavigationReset{
     "navigation_reset",
     Severity::kDegraded,
     "dead reckoning was reset to a sensor within the last minute",
-    "Its sigma holds the error that was made. Counters nav_..._reset name the sensor, and the "
-    "refusals before say since when it disagreed."};
+    "Its sigma includes the error before the reset. Counters nav_..._reset name the sensor; the "
+    "counts of refusals before show since when it disagreed."};
 inline constexpr ConditionKind kHeadingStep{"heading_step",
                                             Severity::kDegraded,
                                             "the device's heading stepped within the last minute",
-                                            "Dead reckoning weighs both headings until one wins; "
-                                            "its sigma holds both. Look at the device's "
-                                            "alignment and for magnets or motors near a compass."};
+                                            "Dead reckoning keeps both headings until the data "
+                                            "decide; its sigma covers both. Check the device's "
+                                            "alignment, and magnets or motors near a compass."};
 inline constexpr ConditionKind kTimeOffsetSuspected{
     "time_offset_suspected",
     Severity::kDegraded,
-    "a sensor's stamps are off",
-    "It is corrected for meanwhile. Put the offset into the configuration, or mend the clock; a "
-    "recorded log can be replayed with it."};
+    "a sensor's time stamps are wrong",
+    "Dead reckoning corrects the offset meanwhile. Write it into the configuration, or correct the "
+    "clock. A recorded log can be replayed with the offset configured."};
 inline constexpr ConditionKind kInsNotUsable{
     "ins_not_usable",
     Severity::kDegraded,
     "the INS whose navigation is taken as given is not usable",
-    "There is no map while it lasts. Look at its alignment, its outputs (position and attitude are "
-    "needed, and depth on DEPTH or from it) and the cable."};
+    "There is no map meanwhile. Check its alignment, its cable and its outputs: position and "
+    "attitude are required, and depth from it or on DEPTH."};
 inline constexpr ConditionKind kInsJumps{
     "ins_jumps",
     Severity::kDegraded,
     "the position of the INS jumps again and again",
-    "Each jump is taken for a fix that it took. Where it takes none, raise "
-    "given_navigation.min_jump_m above its noise; where it takes them all the time, set "
+    "Each jump is taken for a position fix that the INS used. If it uses none, raise "
+    "given_navigation.min_jump_m above its noise. If it uses fixes all the time, set "
     "given_navigation.uses_position_fixes."};
 inline constexpr ConditionKind kClockStep{
     "clock_step",
     Severity::kDegraded,
     "a clock stepped within the last minute",
-    "The dive goes on by the time before the step, and so do the stamps of what the mapper sends. "
-    "Discipline the clock before the dive, and let it run under water."};
+    "The dive continues with the time before the step, also in the stamps of the mapper's "
+    "messages. "
+    "Synchronise the clock before the dive, and do not step it under water."};
 inline constexpr ConditionKind kClockDrift{
     "clock_drift",
     Severity::kDegraded,
     "the clock of a sensor drifts away from the others",
-    "It is not corrected for beyond what navigation finds as a time offset. Discipline the "
-    "sensor's clock (NTP, PTP), or set clock: model in its driver's configuration."};
+    "Only the time offset that navigation estimates is corrected. Synchronise the sensor's clock "
+    "(NTP, PTP), or set clock: model in its driver's configuration."};
 inline constexpr ConditionKind kSamplesLate{
     "samples_late",
     Severity::kDegraded,
     "samples of a sensor come too late to be used",
-    "They come after navigation.reorder_window_s has passed, or their stamps lag. Look for a "
-    "machine that is overloaded and at the latency in seastitch doctor; else raise the window."};
+    "They come later than navigation.reorder_window_s, or their stamps are too old. Check whether "
+    "the machine is overloaded, and the latency in seastitch doctor; else raise the window."};
 inline constexpr ConditionKind kSensorSilent{
     "sensor_silent",
     Severity::kDegraded,
@@ -248,19 +253,21 @@ inline constexpr ConditionKind kNoNavigation{
     "no_navigation",
     Severity::kLost,
     "there has been no NAV for two seconds",
-    "Nothing moves without the inertial unit (or INS). When it comes back the gap is bridged, with "
-    "its sigma."};
+    "Dead reckoning stops without the inertial unit (or INS): check its driver. When its data come "
+    "back, the gap is bridged, and the sigma grows accordingly."};
 inline constexpr ConditionKind kNoWaterLevel{
     "no_water_level",
     Severity::kDegraded,
-    "the table of water levels has no entry within an hour",
-    "The nearest entry is used, so that depths are off by what the tide has changed since. Give a "
-    "table (water_level) that covers the dive."};
+    "the water line is not known within an hour",
+    "The nearest entry of the table, or the last height, is used, so that depths are off by what "
+    "the tide has changed since; before the first height there is none. Give a table (water_level) "
+    "that covers the dive, or an INS whose heights do (ellipsoid_heights)."};
 inline constexpr ConditionKind kNoSoundSpeedProfile{
     "no_sound_speed_profile",
     Severity::kDegraded,
     "no sound-speed profile is known",
-    "Send one on SVP, or set sound_velocity_profile in mapper.yaml. Outer beams bend without it."};
+    "Send one on SVP, or set sound_velocity_profile in mapper.yaml. Without it the depths of outer "
+    "beams are wrong."};
 inline constexpr ConditionKind kRegistrationFailed{
     "registration_failed",
     Severity::kDegraded,
@@ -270,14 +277,14 @@ inline constexpr ConditionKind kNoOptimizer{
     "no_optimizer",
     Severity::kDegraded,
     "the optimizer is silent and the newest graph is not solved",
-    "Start it (systemctl status seastitch-optimizer). It asks for what it lacks; until then the "
-    "map "
-    "stays as dead reckoning laid it out."};
+    "Start it (systemctl status seastitch-optimizer). It requests the whole graph from the mapper. "
+    "Until then new submaps stay dead reckoned."};
 inline constexpr ConditionKind kSolutionWithheld{
     "solution_withheld",
     Severity::kDegraded,
     "the newest solution is withheld",
-    "The map follows the last solution that did no harm. Look at the report's rejected closures."};
+    "Overlapping submaps would agree less with it. The map stays at the last solution that was not "
+    "withheld. Look at the rejected closures in the report of a replay."};
 inline constexpr ConditionKind kStoreNotWriting{
     "store_not_writing",
     Severity::kDegraded,
@@ -287,15 +294,15 @@ inline constexpr ConditionKind kStoreNotWriting{
 inline constexpr ConditionKind kMapBegunAnew{
     "map_begun_anew",
     Severity::kDegraded,
-    "the dive's map cannot be gone on with: another begins beside it",
-    "Both maps stay. Expected after a change of the configuration, where a log is played again, or "
-    "after a pause longer than map_resume_within_s. Replay of the dive's log makes one map."};
-inline constexpr ConditionKind kJournalDamaged{
-    "journal_damaged",
-    Severity::kDegraded,
-    "a part of the map's journal cannot be read",
-    "After a power cut the last entry may be. If more is lost, check the data disk. The map goes "
-    "on from what could be read."};
+    "the dive's map cannot be continued: another map begins beside it",
+    "Both maps are kept. Expected after a change of the configuration, when a log is played again, "
+    "or after a pause longer than map_resume_within_s. A replay of the dive's log makes one map."};
+inline constexpr ConditionKind kJournalDamaged{"journal_damaged",
+                                               Severity::kDegraded,
+                                               "a part of the map's journal cannot be read",
+                                               "After a power cut the last entry may be damaged. "
+                                               "If more is lost, check the data disk. The map "
+                                               "continues from what could be read."};
 
 inline constexpr const ConditionKind* kAll[] = {
     &kUndecodableMessages,  &kMessagesNotSent,     &kSocketDrops,          &kLoopLate,

@@ -6,7 +6,7 @@
 
 namespace seastitch {
 
-// What was refused or lost, by cause. Every part of a driver keeps its own; HEALTH shows them all.
+// Counts of rejected and lost data, by reason. Every part of a driver has its own; HEALTH has all.
 using Counters = std::map<std::string, std::int64_t>;
 
 }  // namespace seastitch

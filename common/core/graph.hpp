@@ -12,93 +12,105 @@
 #include "common/core/pose.hpp"
 #include "common/core/time.hpp"
 
-// What mapper and optimizer tell each other. A vertex is the level frame of a submap: x, y, yaw.
-// Solved, it is where its soundings belong, which is not quite where the vehicle was
+// Data that mapper and optimizer exchange. A vertex is the level frame of a submap: x, y [m], yaw
+// [rad] in the map. A dead-reckoned vertex is the vehicle's pose. A solved vertex is the pose of
+// the submap's soundings: it differs from the vehicle's pose by the estimated offset of the sonar
 // (MountingErrors).
 namespace seastitch {
 
 struct GraphVertex {
   SubmapId id;
-  Time time;
+  Time time;            // Submap::frame_time
   Pose2 dead_reckoned;  // T_map_level
-  // One sigma of dead_reckoned.yaw against north, where it is known.
+  // 1 sigma of dead_reckoned.yaw with respect to true north. Absent: the graph has no heading
+  // factor for this submap.
   std::optional<double> heading_sigma_rad{};
-  // Dive that the submap belongs to. Dead reckoning joins submaps of one chain only.
+  // Number of the dive, from 0. Dead reckoning joins submaps of one dive only.
   std::int32_t chain = 0;
 };
 
 enum class EdgeKind : std::uint8_t { kDeadReckoning, kLoopClosure, kPositionFix };
 
-// Why a registration became a loop closure, or did not.
+// Result of a registration: accepted as a loop closure, or why it was rejected. Rejected ones are
+// edges, too, so that the report can show them.
 enum class LoopVerdict : std::uint8_t {
   kAccepted,
-  kAmbiguous,   // two places fit alike
-  kDegenerate,  // the seabed does not say where it belongs
-  kPoorFit,     // residuals above the noise
-  kLittleOverlap,
-  kOutsideWindow,  // further off than the navigation can be
-  kNotConverged,
+  kAmbiguous,      // two alignments fit about equally well
+  kDegenerate,     // the seabed has too little structure to determine the pose
+  kPoorFit,        // residuals are larger than the noise
+  kLittleOverlap,  // too small an area in common
+  kOutsideWindow,  // outside the uncertainty of the prior
+  kNotConverged,   // the refinement did not converge
 };
 const char* ToString(EdgeKind kind);
 const char* ToString(LoopVerdict verdict);
 
 struct GraphEdge {
   EdgeKind kind = EdgeKind::kDeadReckoning;
-  SubmapId from;  // == to: of T_map_level itself. A position fix, or where dead reckoning starts
+  // from == to: a prior on the pose of that submap in the map. Kind kPositionFix: a fix. Kind
+  // kDeadReckoning: the start of a dive, from the navigation filter.
+  SubmapId from;
   SubmapId to;
-  Pose2 T_from_to;  // level frames, as measured: see ByMounting()
-  // Inverse covariance of (x, y [m], yaw [rad]) in the axes of `from`; may be singular: a
-  // direction without information is left free.
+  // Measured relative pose of the level frames, without the mounting errors' correction
+  // (ByMounting()). Of a prior: T_map_level.
+  Pose2 T_from_to;
+  // Inverse covariance of (x, y [m], yaw [rad]) of T_from_to, in the axes of `from` (a prior: of
+  // the map). May be singular: zero along directions that are not measured.
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
-  LoopVerdict verdict = LoopVerdict::kAccepted;  // only accepted edges pull
-  // Of a loop closure: by how much the seabed of `to` lies below that of `from`, and the fit.
+  LoopVerdict verdict = LoopVerdict::kAccepted;  // the graph uses accepted edges only
+  // Of a loop closure: depth of the seabed in `to` less that in `from` after alignment.
   double z_offset_m = 0.0;
-  double rms_m = 0.0;
-  double overlap_m2 = 0.0;
+  double rms_m = 0.0;                                          // of the vertical residuals
+  double overlap_m2 = 0.0;                                     // common area
   Eigen::Vector2d overlap_center_m = Eigen::Vector2d::Zero();  // axes of `from`
 };
 
-// True less stated, by (sonar_m, dvl_yaw_rad) of MountingErrors: dead reckoning and fixes speak of
-// the vehicle, closures of sheared soundings, and vertices stand where soundings belong.
+// Jacobian of an edge's measurement with respect to the mounting errors: rows x, y [m], yaw [rad]
+// in the axes of `from` (a prior: of the map), columns sonar_m.x, sonar_m.y [m], dvl_yaw_rad [rad].
+// True value = measurement + ByMounting() * MountingErrors::Vector(). The reason: dead reckoning
+// and fixes measure the vehicle's pose and closures that of sheared clouds, while solved vertices
+// are poses of soundings.
 Eigen::Matrix3d ByMounting(const GraphEdge& edge);
 
-// What one message holds; the sender splits what is more.
+// Limits of one message. The mapper splits a larger update into several versions.
 constexpr int kMaxVerticesPerUpdate = 200;
 constexpr int kMaxEdgesPerUpdate = 200;
 constexpr int kMaxCovariancePairs = 500;
 
-// One step of the mapper's graph. Versions count up from 1 without a hole: update n holds what
-// version n has beyond n - 1, so whoever has 1..n has all of it.
+// An increment of the mapper's graph. Versions count up from 1 without gaps. Update n has the
+// vertices and edges that version n adds to version n - 1, so updates 1 to n make up version n. A
+// later edge between the same submaps replaces the earlier one; vertices never change.
 struct GraphUpdate {
   std::int64_t version = 0;
   std::vector<GraphVertex> vertices;
   std::vector<GraphEdge> edges;
-  MountingSigmas mounting{};
-  // Names the graph: the time of the first navigation state of the mapper that began it [us].
+  MountingSigmas mounting{};  // a priori sigmas; zero: not estimated
+  // Identifies the graph: time of the first navigation state of the mapper that began it [us].
   std::int64_t graph_id = 0;
-  bool final = false;    // the mapper has stopped: solve once from dead reckoning
-  bool resumed = false;  // the first update after a resume: solve once from dead reckoning
+  // The next solution starts from dead-reckoned poses instead of the last solution.
+  bool final = false;    // because the mapper has stopped
+  bool resumed = false;  // because this is the first update after a resume
 };
 
 struct SolvedVertex {
   SubmapId id;
   Pose2 T_map_level;
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  // x, y, yaw; map axes
-  // Cross-covariance of this vertex (rows) with the newest vertex (columns); map axes. With the two
-  // marginals it gives the relative covariance that the overlap search needs.
+  // Cross-covariance of this vertex (rows) with the newest vertex (columns); map axes. With both
+  // covariances it gives that of the relative pose, which the search for overlaps needs.
   Eigen::Matrix3d covariance_with_newest = Eigen::Matrix3d::Zero();
 };
 
-// Of the weight of a loop closure in a solution: from here on it counts as believed.
+// Smallest inlier weight with which a loop closure or position fix counts as accepted by the graph.
 constexpr double kBelievedWeight = 0.5;
 
 struct SolvedEdge {
   SubmapId from;
   SubmapId to;
-  double weight = 1.0;  // of the robust loss, 0 (refused) to 1 (fully believed)
+  double weight = 1.0;  // inlier weight, 0 (not used) to 1 (used in full)
 };
 
-// The optimizer's answer to everything up to graph_version.
+// Solution of the graph up to graph_version, by the optimizer.
 struct PoseGraph {
   std::int64_t graph_version = 0;
   std::vector<SolvedVertex> vertices;  // by rising id
@@ -107,12 +119,12 @@ struct PoseGraph {
   std::int64_t graph_id = 0;
 };
 
-// What a PoseGraph does not hold, on demand: how well the relative pose of any two of its vertices
-// is known.
+// Request for the covariances of relative poses of pairs of vertices, which a PoseGraph does not
+// have.
 struct CovarianceRequest {
   std::string sender;
   std::int64_t seq = 0;
-  std::int64_t graph_version = 0;
+  std::int64_t graph_version = 0;  // of the optimizer's newest solution; else there is no answer
   std::vector<std::pair<SubmapId, SubmapId>> pairs;
   std::int64_t graph_id = 0;
 };

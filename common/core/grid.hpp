@@ -9,7 +9,7 @@
 
 namespace seastitch {
 
-// Where the cells of a regular horizontal grid lie. Cell (row, col) covers
+// Geometry of a regular horizontal grid, in the map or in a level frame. Cell (row, col) covers
 // x in origin.x + [row, row + 1) * cell, y in origin.y + [col, col + 1) * cell.
 struct GridGeometry {
   Eigen::Vector2d origin = Eigen::Vector2d::Zero();  // corner with the lowest x and y [m]
@@ -17,8 +17,9 @@ struct GridGeometry {
   int rows = 0;  // along x (north in the map frame)
   int cols = 0;  // along y (east in the map frame)
 
-  // The smallest grid with corners on multiples of cell_m that covers both corners. Throws
-  // std::length_error above max_cells: a wild point must not become a wild allocation.
+  // The smallest grid that covers all points from min to max, both included. Its origin is at a
+  // multiple of cell_m. Throws std::length_error where it would have more than max_cells cells, so
+  // that an outlier does not cause a huge allocation.
   static GridGeometry Covering(const Eigen::Vector2d& min,
                                const Eigen::Vector2d& max,
                                double cell_m,
@@ -28,11 +29,13 @@ struct GridGeometry {
     return static_cast<std::size_t>(rows) * static_cast<std::size_t>(cols);
   }
   bool Contains(int row, int col) const { return row >= 0 && row < rows && col >= 0 && col < cols; }
+  // Index of a cell in row-major order. The grid must contain it.
   std::size_t Index(int row, int col) const {
     return static_cast<std::size_t>(row) * static_cast<std::size_t>(cols) +
            static_cast<std::size_t>(col);
   }
-  // Of any place, also a wild one: what lies outside, or is no number, is in no cell of the grid.
+  // Row or column of a coordinate. Outside of the grid, and for NaN, Contains() is false for the
+  // result, which may be negative.
   int Row(double x) const { return ToCell((x - origin.x()) / cell_m); }
   int Col(double y) const { return ToCell((y - origin.y()) / cell_m); }
   Eigen::Vector2d Center(int row, int col) const {
@@ -41,12 +44,13 @@ struct GridGeometry {
 
  private:
   static int ToCell(double cells) {
-    constexpr double kFar = 2e9;  // beyond any grid; within int, with room for neighbours
-    // In this order a NaN becomes kFar.
+    constexpr double kFar = 2e9;  // beyond any grid, and small enough that result + 1 is an int
+    // std::min in this order makes +kFar of a NaN.
     return static_cast<int>(std::max(-kFar, std::min(kFar, std::floor(cells))));
   }
 };
 
+// A value for each cell of a grid. Access is not checked: the geometry must contain the cell.
 template <class Cell>
 class Grid {
  public:

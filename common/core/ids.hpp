@@ -5,14 +5,14 @@
 
 namespace seastitch {
 
-// A number that can only be compared with its own kind.
+// An integer type of its own, so that two kinds of ids cannot be mixed.
 template <class Tag>
 struct Id {
   std::int32_t value = -1;
   friend auto operator<=>(const Id&, const Id&) = default;
 };
 
-// Submaps are numbered from 0 in the order in which they close. Also the id of a graph vertex.
+// Number of a submap, from 0 in the order in which they close; also the id of its graph vertex.
 using SubmapId = Id<struct SubmapTag>;
 
 }  // namespace seastitch

@@ -5,20 +5,23 @@
 
 namespace seastitch {
 
-// W with W^T W = information, so that |W e|^2 = e^T information e, and the number of directions
-// that the information knows (0 to 3).
+// Square root of an information matrix: W^T W = information, so that |W e|^2 = e^T information e
+// for an error e. rank: number of directions with information (0 to 3).
 struct SqrtInformation {
   Eigen::Matrix3d W = Eigen::Matrix3d::Zero();
   int rank = 0;
 };
 
-// The square root of an information matrix of (x, y [m], yaw [rad]) that may be singular: an
-// eigen-decomposition V D V^T of the unit-diagonal matrix gives W = sqrt(D) V^T. A Cholesky factor
-// would need full rank. Nothing for a matrix that is not finite, not symmetric, not positive
-// semi-definite, or above kMaxInformation on its diagonal.
-std::optional<SqrtInformation> FactorInformation(const Eigen::Matrix3d& information);
-
-// Sigmas under 10 um or 10 urad: nobody knows that, and a double cannot hold it beside a weak link.
+// Largest usable information [1/m2, 1/rad2]: a sigma of 10 um or 10 urad. A larger value is wrong,
+// and a graph that has it beside large sigmas is ill-conditioned.
 constexpr double kMaxInformation = 1e10;
+
+// Square root of an information matrix of (x, y [m], yaw [rad]), which may be singular.
+// std::nullopt if the matrix is not finite, not symmetric or not positive semi-definite, or if a
+// diagonal entry exceeds kMaxInformation.
+//
+// Method: with S = sqrt(diagonal), the scaled matrix S^-1 information S^-1 = V D V^T gives
+// W = sqrt(D) V^T S. A Cholesky factor would need full rank.
+std::optional<SqrtInformation> FactorInformation(const Eigen::Matrix3d& information);
 
 }  // namespace seastitch

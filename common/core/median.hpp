@@ -6,8 +6,8 @@
 
 namespace seastitch {
 
-// The median; of an even number of values the upper one of the two in the middle. values: not
-// empty.
+// Median of values, which must not be empty. Of an even number of values, the upper of the two in
+// the middle.
 template <class T>
 T Median(std::vector<T> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);

@@ -6,9 +6,9 @@
 
 namespace seastitch {
 
-// What a message carries beside the measurement: arrival, and its place in the channel.
+// Receive time and sequence number that a message has in addition to the measurement.
 struct MessageStamp {
-  Time recv;  // by the computer's clock
+  Time recv;  // receive time by the computer's clock
   std::int64_t seq = 0;
 };
 

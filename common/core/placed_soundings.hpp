@@ -9,8 +9,8 @@
 
 namespace seastitch {
 
-// Every sounding of one submap, in its frame: what the submap's cloud was made of, and what was
-// left out of it.
+// All soundings of one submap, in its frame [m]: those that its cloud was made of, and those that
+// filters left out.
 struct SubmapSoundings {
   struct Ping {
     Time time;
@@ -19,9 +19,9 @@ struct SubmapSoundings {
   };
   struct Sounding {
     Eigen::Vector3f p_submap_m = Eigen::Vector3f::Zero();
-    std::uint32_t ping = 0;  // its place in `pings`
+    std::uint32_t ping = 0;  // index into `pings`
     std::uint16_t beam = 0;  // from 0
-    bool used = false;       // it is behind a point of the cloud
+    bool used = false;       // a point of the cloud contains it
   };
 
   SubmapId id;

@@ -2,7 +2,8 @@
 
 namespace seastitch {
 
-// Of sea water, with room to spare: beyond, it is a mistake of the sensor or of a file.
+// Limits of the sound speed in sea water, with a margin. A value beyond is an error of a sensor or
+// of a file.
 inline constexpr double kMinSoundSpeedMps = 1300.0;
 inline constexpr double kMaxSoundSpeedMps = 1800.0;
 constexpr bool IsSoundSpeed(double mps) {

@@ -12,8 +12,9 @@
 
 namespace seastitch {
 
-// Points in their submap's frame only: float keeps 10 um at 100 m there, and loses 0.5 m in UTM.
-// soundings[i]: how many soundings points[i] stands for (a voxel's centroid has several).
+// Points in the frame of their submap [m], never in the map: float has a resolution of 10 um at 100
+// m, but of 0.5 m at UTM coordinates. soundings[i]: number of soundings that points[i] is the mean
+// of; the voxel filter averages several.
 struct PointCloud {
   std::vector<Eigen::Vector3f> points;
   std::vector<float> soundings;
@@ -26,41 +27,46 @@ struct PointCloud {
   }
 };
 
-// Corners in order, not closed, in the level frame of the submap [m].
+// Outline of a submap: corners in order, first not repeated, in its level frame [m] (the cloud is
+// in the submap frame).
 using Footprint = std::vector<Eigen::Vector2d>;
 
+// Why a submap was closed.
 enum class SubmapTrigger : std::uint8_t {
-  kInformation,  // it holds enough structure to be registered
-  kLength,       // dead reckoning can no longer be trusted inside it
-  kTurn,         // the line ends
-  kGap,          // the data break off
-  kEnd,          // the survey ends
-  kImported,     // cut by somebody else
+  kInformation,  // it has enough structure to be registered
+  kLength,       // its track is so long that the drift of dead reckoning matters
+  kTurn,         // the survey line ended
+  kGap,          // soundings or navigation were missing for a time
+  kEnd,          // the survey ended
+  kImported,     // another program made the submap
 };
 const char* ToString(SubmapTrigger trigger);
 
-// A piece of seabed seen within so short a track that dead reckoning holds inside it.
+// Soundings of a stretch of track so short that the drift of dead reckoning within it is
+// negligible.
 struct Submap {
   SubmapId id;
-  Time start;  // first and last ping
-  Time end;
-  Time frame_time;  // middle ping
-  // Dead-reckoned vehicle pose at frame_time: the submap's frame.
+  Time start;       // first ping
+  Time end;         // last ping
+  Time frame_time;  // middle ping, by count
+  // The submap's frame: dead-reckoned pose of the vehicle at frame_time.
   Eigen::Isometry3d T_map_submap = Eigen::Isometry3d::Identity();
-  // Covariance of x, y, yaw of T_map_submap relative to the previous submap's frame, in the
-  // previous submap's level axes (Sigma of III-B-1). Nothing for the first.
+  // Covariance of the pose of this frame relative to the previous submap's (x, y [m], yaw [rad]),
+  // in the previous submap's level axes (Sigma in section III-B-1 of the paper). Absent for the
+  // first submap of a dive.
   std::optional<Eigen::Matrix3d> covariance_from_previous;
-  // One sigma of the yaw of T_map_submap against north, where it is known.
+  // 1 sigma of the yaw of T_map_submap with respect to true north, where it is known.
   std::optional<double> heading_sigma_rad;
-  // By what part of itself an offset of the sonar that nobody told bends the submap, RMS over its
-  // pings: twice the sine of half the heading off the frame's. 0 on a straight line.
+  // Distortion of the submap per metre of an unknown lever-arm error of the sonar, RMS over its
+  // pings [m/m]: 2 sin(a / 2), where a is the heading of a ping less that of the frame. 0 on a
+  // straight line.
   double heading_spread = 0.0;
   SubmapTrigger trigger = SubmapTrigger::kEnd;
-  // Information (x, y, yaw; level axes) that registering this terrain is predicted to give, where
-  // that was computed.
+  // Information of x, y [1/m2], yaw [1/rad2] (level axes) that a registration of this submap with
+  // the expected overlap is predicted to have, from its relief. Absent where it was not computed.
   std::optional<Eigen::Matrix3d> predicted_information;
-  std::uint64_t soundings_read = 0;  // beams that the sonar delivered
-  std::uint64_t soundings_used = 0;  // of these, behind the points of the cloud
+  std::uint64_t soundings_read = 0;  // beams that the sonar delivered, invalid ones included
+  std::uint64_t soundings_used = 0;  // of these, averaged into the points of the cloud
   Footprint footprint;
   PointCloud cloud;
 };

@@ -5,41 +5,46 @@
 
 namespace seastitch {
 
-// A variance component of a survey as its overlaps show it, with 1 sigma of its natural logarithm.
+// Estimate of one parameter of a survey's noise from its overlaps.
 struct ComponentEstimate {
-  double configured = 0.0;
+  double configured = 0.0;  // prior value, from mapper.yaml
   double value = 0.0;
-  double log_sigma = 0.0;
+  double log_sigma = 0.0;  // 1 sigma of the natural logarithm of `value`
 };
 
-// docs/noise-from-overlaps.md.
+// Noise of a survey (docs/noise-from-overlaps.md). All but the first are 1 sigma, not variances.
 struct NoiseEstimate {
-  // Variance of a sounding over the scatter of soundings about the smooth seabed.
+  // Estimated variance of a sounding, divided by the variance of soundings about a smooth surface
+  // within a submap.
   ComponentEstimate sounding_variance_ratio;
-  ComponentEstimate correlated_error_ratio;  // 1 sigma of the height over the altitude
-  ComponentEstimate position_walk;           // m/sqrt(m)
-  ComponentEstimate heading_walk;            // rad/sqrt(m)
-  int closures = 0;                          // that it rests on
+  // Height error that neighbouring soundings share, divided by the altitude above the seabed.
+  ComponentEstimate correlated_error_ratio;
+  ComponentEstimate position_walk;  // random walk per axis, by travelled distance [m/sqrt(m)]
+  ComponentEstimate heading_walk;   // random walk, by travelled distance [rad/sqrt(m)]
+  int closures = 0;                 // number of closures used
 };
 
-// What the seabed says of the sonar's stamps against those of the attitude.
+// Time offset of the sonar's stamps with respect to the attitude's, estimated from soundings.
 struct TimeOffsetEstimate {
-  double add_s = 0.0;    // to the stamp of every ping
+  double add_s = 0.0;    // correction to be added to the stamp of every ping
   double sigma_s = 0.0;  // 1 sigma
   std::int64_t pings = 0;
-  // By how much what is compared changes from ping to ping, RMS, as it is and with `add_s`: the
-  // slope across [rad], the depth [m].
+  // RMS change from ping to ping, without and with the correction: of the slope across the track
+  // [rad] (from roll), or of the depth [m] (from pitch).
   double change_before = 0.0;
   double change_after = 0.0;
 };
 
+// Time offset from two independent regressions.
 struct SonarTimingEstimate {
-  double told_s = 0.0;                      // that the configuration added to the stamps already
-  bool placed_by_source = false;            // the soundings came placed: their stamps are not ours
-  std::optional<TimeOffsetEstimate> roll;   // roll rate against the slope across
-  std::optional<TimeOffsetEstimate> pitch;  // pitch rate against the depth, where the seabed slopes
+  double told_s = 0.0;  // sonar_time_offset_s, already added; the estimate is to be added to it
+  // True: the soundings were ray traced by their source. Then the offset cannot be corrected here.
+  bool placed_by_source = false;
+  std::optional<TimeOffsetEstimate> roll;   // from roll rate and slope across the track
+  std::optional<TimeOffsetEstimate> pitch;  // from pitch rate and depth, on a sloping seabed
 };
 
+// What a replay reports of a survey's noise and of the sonar's timing.
 struct SurveyNoise {
   NoiseEstimate components;
   SonarTimingEstimate timing;

@@ -12,7 +12,7 @@ struct UtcMicros {
   using period = std::micro;
   using duration = std::chrono::duration<rep, period>;
   using time_point = std::chrono::time_point<UtcMicros>;
-  static constexpr bool is_steady = false;  // and no now(): a core is told the time, it never asks
+  static constexpr bool is_steady = false;  // no now(): cores get the time from messages
 };
 
 using Time = UtcMicros::time_point;

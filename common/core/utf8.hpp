@@ -5,8 +5,8 @@
 
 namespace seastitch {
 
-// The most bytes of UTF-8 text, up to max_bytes, that do not end within a character. All of them
-// where the text is no UTF-8.
+// Largest number of bytes of a UTF-8 text, at most max_bytes, at which the text can be cut without
+// cutting a character. max_bytes, or the text's size, where the text is not UTF-8.
 inline std::size_t WholeCharacters(std::string_view text, std::size_t max_bytes) {
   if (text.size() <= max_bytes) return text.size();
   constexpr std::size_t kLongestCharacter = 4;

@@ -13,8 +13,8 @@
 
 namespace seastitch {
 
-// The LCM bus. The URL decides which: udpm://... on the vehicle, memq:// inside one process (in
-// replay and tests: first in, first out, no socket, no thread).
+// An LCM bus, selected by its URL: udpm://... on the vehicle, or memq:// inside one process, for
+// replay and tests (first in, first out, without sockets and threads).
 class Bus {
  public:
   // An empty URL means LCM_DEFAULT_URL, or LCM's own default. A udpm URL without recv_buf_size gets
@@ -22,18 +22,18 @@ class Bus {
   // "cannot open LCM bus URL: reason".
   explicit Bus(const std::string& url);
 
-  // Becomes readable when HandleReady() has something to do. Throws std::runtime_error where the
-  // bus cannot receive, such as without a multicast route.
+  // Descriptor that is readable when a message waits. Throws std::runtime_error where the bus
+  // cannot receive, such as without a multicast route.
   int fd();
-  // Handles one waiting message; waits for it where there is none. Negative: the bus is dead.
+  // Handles one message; blocks until there is one. Negative: the bus has failed.
   int HandleReady() { return lcm_.handle(); }
-  // Handles every message that waits now and every message published meanwhile (memq). A live
-  // process bounds it, so that a flood does not keep its timers and signals waiting. Throws
-  // std::runtime_error where the bus is dead, such as at the end of a file://: nothing will come.
+  // Handles all waiting messages, and with memq also those published meanwhile. A live process
+  // bounds the number, so that a flood does not delay its timers and signals. Throws
+  // std::runtime_error where the bus has failed or ended, such as at the end of a file:// log.
   void HandleAll(int at_most = std::numeric_limits<int>::max());
   static constexpr int kBurst = 256;
-  // Handles what others sent before they stopped and is still on its way through the socket: until
-  // nothing came for 50 ms, or for a second.
+  // Handles messages that other processes sent before they stopped and that are still in the
+  // socket: until none came for 50 ms, at most for 1 s.
   void HandleUntilQuiet();
 
   template <class Msg>
@@ -42,9 +42,9 @@ class Bus {
   }
   void PublishBytes(const std::string& channel, const void* data, std::size_t size);
 
-  // Calls fn for each message that decodes whole; others are counted, never delivered. `queue` is
-  // the number of undelivered messages that LCM keeps; more are dropped by LCM and seen as a gap
-  // in seq. 0: no limit.
+  // Calls fn for each message that can be decoded; others are counted. queue: largest number of
+  // messages that LCM keeps until they are handled; LCM drops further ones, which shows as a gap in
+  // seq. 0: no limit.
   template <class Msg>
   void Subscribe(const std::string& channel, int queue, std::function<void(const Msg&)> fn) {
     SubscribeBytes(channel,
@@ -62,15 +62,15 @@ class Bus {
   // channel_regex is an LCM channel pattern, such as ".*", that IsPattern().
   using BytesHandler = std::function<void(const std::string& channel, const void* data, int size)>;
   void SubscribeBytes(const std::string& channel_regex, int queue, BytesHandler fn);
-  // The same with LCM's receive stamp (system clock, microseconds), for records of the bus.
+  // The same with LCM's receive time (system clock, microseconds), for recording the bus.
   using EventHandler =
       std::function<void(const std::string& channel, const lcm::ReceiveBuffer& buffer)>;
   void SubscribeEvents(const std::string& channel_regex, int queue, EventHandler fn);
 
-  // Whether LCM can read it as a channel pattern (a Perl regular expression).
+  // True if LCM accepts it as a channel pattern: a Perl regular expression for the whole name.
   static bool IsPattern(const std::string& channel_regex);
 
-  // Messages that did not decode whole, by the channel subscribed; and all of them.
+  // Numbers of messages that could not be decoded: by subscribed channel, and in total.
   const std::map<std::string, std::int64_t>& undecodable() const { return undecodable_; }
   std::int64_t decode_errors() const;
   std::int64_t publish_errors() const { return publish_errors_; }
@@ -90,11 +90,12 @@ class Bus {
   std::map<std::string, std::int64_t> undecodable_;  // stable addresses for the handlers
 };
 
-// Watches the sequence numbers of one channel. Add() gives how many were lost before this message.
+// Watches the sequence numbers of one channel. Add() returns how many messages were lost before
+// this one.
 class SequenceWatch {
  public:
   std::int64_t Add(std::int64_t seq) {
-    // A restart of the sender begins again at 0: not a loss.
+    // A sender begins at 0 after a restart: not a loss.
     if (seq < 0 || seq == std::numeric_limits<std::int64_t>::max()) return 0;  // damaged
     const std::int64_t lost = next_ < 0 || seq < next_ ? 0 : seq - next_;
     next_ = seq + 1;

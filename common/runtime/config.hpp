@@ -16,23 +16,24 @@ class ConfigError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// One YAML map that must be read whole: a key that nobody takes is a typing error, not a default.
-// A key that stands twice and a key without a value are errors too. ParameterTable reads it.
+// Reader of a YAML map in which every key has to be read, so that a misspelt key is an error
+// instead of a default. A repeated key and a key without a value are errors, too. Used by
+// ParameterTable.
 class ConfigMap {
  public:
   // Throws ConfigError where the file is missing, is not YAML or is not a map.
   static ConfigMap Load(const std::string& path);
-  // The same of a text; `name` stands for the file in errors.
+  // The same for a text; errors have `name` as the file's name.
   static ConfigMap Parse(const std::string& text, const std::string& name);
 
   bool Has(const std::string& key) const { return static_cast<bool>(Get(key)); }
-  // The value; it counts as read.
+  // The value of a key, which then counts as read.
   YAML::Node Take(const std::string& key);
   // A nested map (empty where absent) and a list of maps.
   ConfigMap Child(const std::string& key);
   std::vector<ConfigMap> Children(const std::string& key);
 
-  // Throws ConfigError for the first key that nobody took.
+  // Throws ConfigError for the first key that was not read.
   void Finish() const;
   // Throws ConfigError "FILE: PATH: problem".
   [[noreturn]] void Fail(const std::string& key, const std::string& problem) const;

@@ -11,22 +11,22 @@
 
 namespace seastitch {
 
-// Publishes the configuration of a process on CONFIG: when it starts, and when a CONFIG_REQUEST
-// asks for it, at most once in 10 s. A request that comes sooner is answered then.
+// Publishes the configuration of a process on CONFIG: at its start, and on a CONFIG_REQUEST, at
+// most once in 10 s. A request that comes sooner is answered when the 10 s are over.
 class ConfigPublisher {
  public:
   static constexpr double kPauseS = 10.0;
 
-  // parts: of one process (ConfigParts() in common/convert/convert.hpp). Version, time and seq are
-  // set when they are sent.
+  // parts: from ConfigParts() (common/convert/convert.hpp). Version, time and seq are set when they
+  // are sent.
   ConfigPublisher(std::vector<config_t> parts, Bus* bus);
   ConfigPublisher(const ConfigPublisher&) = delete;
   ConfigPublisher& operator=(const ConfigPublisher&) = delete;
 
-  // Sends one part, where one waits: all at once would overrun the receivers' buffers. now_s:
-  // monotonic.
+  // Sends one waiting part, if any. Not all at once, because that would overflow the receivers'
+  // buffers. now_s: monotonic clock.
   void SendNext(double now_s, std::int64_t now_utime);
-  // Calls it ten times a second.
+  // Does that ten times a second.
   void SendBy(EventLoop* loop);
 
  private:

@@ -175,16 +175,16 @@ void DeclareDive(DiveParams* params, ParameterTable* table) {
   const Parameter& dives_dir =
       table->Add("dives_dir",
                  &params->dives_dir,
-                 "Folder of the dives, one folder each (docs/operations.md): the same for logger "
-                 "and mapper, and on the data disk. It is made if its parent exists.");
+                 "Folder of the dives, one folder each, on the data disk (docs/operations.md); the "
+                 "same for logger and mapper. It is created if its parent exists.");
   table->AddRule(
       dives_dir, "the name of a directory", [params] { return !params->dives_dir.empty(); });
   table->Add("dive_resume_within_s",
              &params->resume_within_s,
              Unit::kSecond,
              Range::AtLeast(0.0),
-             "A start within this time of the last activity continues the same dive; the same "
-             "for logger and mapper. Later, or after `seastitch dive new`, a new dive begins.");
+             "Longest pause after which a start continues the last dive; the same for logger and "
+             "mapper. After a longer one, or after `seastitch dive new`, a new dive begins.");
 }
 
 void ResolveDivesDir(const std::string& config_file, DiveParams* params) {

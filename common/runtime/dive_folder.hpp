@@ -12,11 +12,11 @@
 
 #include "common/runtime/parameters.hpp"
 
-// One folder a dive, shared by logger and mapper:
+// The folder of a dive, which logger and mapper share:
 //
 //   DIVES_DIR/DIVE_20261122T101500Z/
-//     log/     what was on the bus (logger), but for
-//     raw/     RAW_*, the devices' bytes (logger)
+//     log/     all messages of the bus except RAW_* (logger)
+//     raw/     messages RAW_*, the raw bytes of devices (logger)
 //     map/     submaps, journal, checkpoint (mapper)
 //     config/  the configuration that every process published (logger)
 //     dive.json
@@ -28,49 +28,49 @@ namespace seastitch {
 
 struct DiveParams {
   std::filesystem::path dives_dir = "../dives";
-  // After the last sign of life; later a process begins a new dive.
+  // Longest time since the dive's last heartbeat after which a process continues it [s].
   double resume_within_s = 1800.0;
 };
-// dives_dir and dive_resume_within_s.
+// Declares the parameters dives_dir and dive_resume_within_s.
 void DeclareDive(DiveParams* params, ParameterTable* table);
-// Makes dives_dir absolute: it is relative to the configuration's file.
+// Makes dives_dir absolute; in the file it is relative to the configuration file's folder.
 void ResolveDivesDir(const std::string& config_file, DiveParams* params);
 // Throws ConfigError "FILE: dives_dir: ..." where a process could not start: neither the folder nor
 // the one that it is to be made in is there, or it cannot be written to.
 void CheckDivesDir(const DiveParams& params, const std::string& config_file);
 
-// dive.json.
+// Content of dive.json.
 struct DiveRecord {
   struct Process {
     std::string version;
     int starts = 0;
     std::int64_t start_utime = 0;  // of the last start
     std::int64_t last_utime = 0;
-    bool stopped = false;  // in order; false while it runs, and where it crashed or lost its power
+    bool stopped = false;  // regularly; false while it runs, and after a crash or power cut
   };
   std::int64_t number = 0;  // 1, 2, 3, ...: in order whatever the clock did
   std::string host;
   std::int64_t start_utime = 0;
-  std::int64_t last_utime = 0;  // sign of life, as it was written last
-  bool closed = false;          // `seastitch dive new`: nobody joins it any more
+  std::int64_t last_utime = 0;  // last heartbeat
+  bool closed = false;          // by `seastitch dive new`: no process continues it
   std::map<std::string, Process> processes;
 };
 // Throws std::runtime_error "FILE: reason".
 DiveRecord ReadDiveRecord(const std::filesystem::path& dive);
 
-// Of .../012.lcmlog: 12. Nothing for any other name.
+// Number of a log: 12 for .../012.lcmlog. Absent for any other name.
 std::optional<int> LogNumber(const std::filesystem::path& file);
-// Of 12: 012.lcmlog.
+// Name of a log: 012.lcmlog for 12.
 std::string LogName(int number);
 
 // A dive that this process takes part in.
 class DiveFolder {
  public:
-  // Joins the newest dive of dives_dir where it is not closed and its last sign of life is at most
-  // resume_within_s ago (or lies in the future: the clock has gone back); else begins one. Safe
-  // against others that do the same. On a disk that takes nothing any more it joins the newest,
-  // however old, without a record of it: a vehicle that is under way needs its processes more.
-  // Throws std::runtime_error "FOLDER: reason" where there is none.
+  // Continues the newest dive of dives_dir if it is not closed and its last heartbeat is at most
+  // resume_within_s ago, or in the future (the clock was set back). Else begins a new dive. Several
+  // processes may do so at the same time. If the disk cannot be written, continues the newest dive
+  // whatever its age, without writing to dive.json, so that the processes of a vehicle under way
+  // start. Throws std::runtime_error "FOLDER: reason" where there is no dive, either.
   DiveFolder(const DiveParams& params, std::string process, std::int64_t now_utime);
 
   const std::filesystem::path& path() const { return path_; }
@@ -78,12 +78,12 @@ class DiveFolder {
   std::filesystem::path raw() const { return path_ / "raw"; }
   std::filesystem::path map() const { return path_ / "map"; }
   std::filesystem::path config() const { return path_ / "config"; }
-  // Another process, or an earlier start of this one, began it.
+  // True: another process, or an earlier start of this one, began the dive.
   bool resumed() const { return resumed_; }
 
-  // Both write dive.json and throw std::runtime_error where the disk does not take it.
+  // Both write dive.json. They throw std::runtime_error where it cannot be written.
   void SignOfLife(std::int64_t now_utime) const;
-  void End(std::int64_t now_utime) const;  // the process stops in order
+  void End(std::int64_t now_utime) const;  // the process stops regularly
 
  private:
   void JoinOrBegin(const DiveParams& params, std::int64_t now_utime);
@@ -94,13 +94,13 @@ class DiveFolder {
   bool resumed_ = false;
 };
 
-// Gives signs of life from a thread of its own, since a disk may hang. What fails is tried again
-// with the next one.
+// Writes heartbeats to dive.json from a thread of its own, because a disk may not respond. A failed
+// one is repeated with the next.
 class DiveKeeper {
  public:
   explicit DiveKeeper(DiveFolder dive);
   ~DiveKeeper();
-  // No more signs of life: the process stops in order.
+  // Ends the heartbeats, because the process stops regularly.
   void End();
   DiveKeeper(const DiveKeeper&) = delete;
   DiveKeeper& operator=(const DiveKeeper&) = delete;
@@ -116,12 +116,12 @@ class DiveKeeper {
   std::thread thread_;
 };
 
-// Those whose record can be read, by their numbers.
+// Folders of all dives whose dive.json can be read, by rising number.
 std::vector<std::filesystem::path> DivesInOrder(const std::filesystem::path& dives_dir);
-// The newest dive by its number; nothing where there is none that can be read.
+// The dive with the largest number; absent where no dive.json can be read.
 std::optional<std::filesystem::path> NewestDive(const std::filesystem::path& dives_dir);
-// Closes the newest dive, so that the next start of a process begins a new one. Gives it; nothing
-// where there was none to close. Throws as DiveFolder.
+// Closes the newest dive, so that the next start of a process begins a new one. Returns that dive;
+// absent where there was none to close. Throws as DiveFolder.
 std::optional<std::filesystem::path> CloseNewestDive(const std::filesystem::path& dives_dir);
 
 }  // namespace seastitch

@@ -9,10 +9,10 @@ namespace seastitch {
 // new one. They throw std::runtime_error "PATH: cannot be written: reason" (a full disk is one) and
 // leave what was there.
 void WriteAtomically(const std::filesystem::path& path, std::string_view bytes);
-// To the disk: after a power cut, too, the old file or the whole new one is there.
+// With fsync: also after a power cut the old or the whole new file is there.
 void WriteDurably(const std::filesystem::path& path, std::string_view bytes);
 
-// Brings the names in a folder to the disk: without it a power cut may take a new file with it.
+// fsync of a folder: without it a new file may be lost in a power cut.
 // Throws std::runtime_error "FOLDER: reason".
 void SyncFolder(const std::filesystem::path& folder);
 

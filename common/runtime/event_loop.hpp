@@ -8,8 +8,9 @@
 
 namespace seastitch {
 
-// One thread, one poll(). SIGINT and SIGTERM arrive on a descriptor, so that no code of ours runs
-// in a signal handler. Make it before anything that starts a thread: it blocks the signals for all.
+// Event loop: one thread, one poll(). SIGINT and SIGTERM arrive on a descriptor, so that no code
+// runs in a signal handler. Construct it before anything that starts a thread, because it blocks
+// the signals for all threads.
 class EventLoop {
  public:
   EventLoop();
@@ -19,8 +20,8 @@ class EventLoop {
 
   void Add(int fd, std::function<void()> on_ready);
   void Remove(int fd);
-  // Calls fn every period of the machine's monotonic clock: for health, watchdogs and reconnection,
-  // never for anything that ends up in the map.
+  // Calls fn at every period of the machine's monotonic clock. For HEALTH, watchdogs and
+  // reconnection; never for anything that changes the map.
   void Every(std::chrono::milliseconds period, std::function<void()> fn);
 
   // Runs until a signal or Stop() from a handler; may run again. EXIT_SUCCESS, or EXIT_FAILURE when

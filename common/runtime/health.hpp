@@ -22,13 +22,15 @@ enum class HealthState : std::int8_t { kStarting = 0, kOk = 1, kDegraded = 2, kL
 
 // Seconds of the machine's monotonic clock, for intervals.
 double MonotonicSeconds();
-// The system clock, microseconds. For health and for stamping what has no clock of its own.
+// Time of the system clock, microseconds since the Unix epoch. For HEALTH, and for data from
+// sources without a clock.
 std::int64_t NowUtime();
 
-// State, faults, counters and rates of one process: streams are counted here, not logged.
+// Health of one process: state, active faults, counters and message rates, published as HEALTH.
+// Received and rejected messages are counted here instead of having a line each in the log text.
 //
-// The state is that of the worst fault that holds. Without one it is starting until SetRunning(),
-// then ok.
+// The state is the severity of the worst active fault. Without a fault it is kStarting until
+// SetRunning(), and then kOk.
 class Health {
  public:
   using Clock = std::function<double()>;  // monotonic, seconds
@@ -36,62 +38,69 @@ class Health {
   Health(const Health&) = delete;
   Health& operator=(const Health&) = delete;
 
-  // A fault that holds until Release(). The detail of a fault that holds already is replaced.
+  // Raises a fault: it is active until Release(). Replaces the detail of an active fault.
   void Hold(const ConditionKind& kind, std::string detail = {});
+  // Clears a fault.
   void Release(const ConditionKind& kind);
   // Hold() or Release().
   void HoldIf(bool holds, const ConditionKind& kind, std::string detail = {});
-  // The faults that the core of the process finds, in place of those that it found before. Faults
-  // held by Hold() stay.
+  // Replaces the faults that the core of the process (such as Mapper) reports. Faults raised by
+  // Hold() stay; one raised by both is active until both clear it.
   void SetConditions(const std::vector<Condition>& found) { SetFound(kByCore, found); }
 
-  // waits_for: for people, such as "waiting for navigation".
+  // waits_for: text for people, such as "waiting for navigation".
   void SetStarting(std::string waits_for);
   void SetRunning();
-  // What follows the faults in the text, such as "12 submaps, 3 loop closures".
+  // Sets the part of the text that follows the faults, such as "12 submaps, 3 loop closures".
   void SetText(std::string figures);
-  // Counters and text that the core of the process keeps itself. They are read when a report is
-  // made or asked for, and come before those set here.
+  // Functions that read counters and text from the core of the process. They are called, on the
+  // thread of the event loop, when HEALTH is made. Of equal names the core's counter is
+  // reported. Its text replaces that of SetText().
   struct Core {
     std::function<std::map<std::string, std::int64_t>()> counters;
     std::function<std::string()> text;
   };
   void ReadFrom(Core core) { core_ = std::move(core); }
 
-  // Adds to a counter, such as "mbes_bad_checksum". Counters appear with their first count.
+  // Adds to a counter, such as "mbes_bad_checksum". A counter is in HEALTH from its first count on.
   void Count(const std::string& counter, std::int64_t n = 1) { counters_[counter] += n; }
+  // Sets a counter.
   void Set(const std::string& counter, std::int64_t value) { counters_[counter] = value; }
-  // One message or frame of a stream whose rate is reported, such as "imu".
+  // Counts a message or frame of a stream, such as "imu". HEALTH has its rate [Hz] over the last
+  // second.
   void Tick(const std::string& stream) { ++ticks_[stream]; }
 
   const std::string& process() const { return process_; }
   std::int64_t counter(const std::string& name) const;
   HealthState state() const { return state_; }
-  // One line: the faults, worst first, then what a starting process waits for, or the figures.
+  // One line for people: the active faults, worst first, then the text of SetStarting() or
+  // SetText().
   std::string text() const;
 
-  // The message, and the start of the next rate period.
+  // Makes the message, and begins a new period of the rates. period_s: duration of the one that
+  // ends.
   health_t Snapshot(std::int64_t now_utime, double period_s);
 
-  // Reports the age of the oldest thing that waits, seconds, as counter NAME_age_ms, and holds kind
-  // while it is above limit_s. Seen within a second.
+  // Watches an age, such as that of the oldest waiting job: calls age_s [s] once a second, reports
+  // it as counter NAME_age_ms [ms], and raises the fault while it exceeds limit_s.
   void WatchAge(const std::string& name,
                 const ConditionKind& kind,
                 double limit_s,
                 std::function<double()> age_s);
-  // Publishes HEALTH once a second, whatever comes or does not come, and 0.1 s after the state
-  // changed at the latest; looks for the faults that every process can have (SelfWatch), and feeds
-  // systemd's watchdog. A disk that hangs and a computation that takes long are faults of their own
-  // and feed it all the same: only a loop that is stuck does not.
+  // Publishes HEALTH once a second, independent of input, and within 0.1 s of a change of the
+  // state. Also detects the faults that every process can have (SelfWatch), and feeds systemd's
+  // watchdog from the event loop. So systemd restarts a process only if its event loop is blocked.
+  // A disk that does not respond, or a long computation, is a fault in HEALTH and no reason for a
+  // restart.
   void PublishEverySecond(Bus* bus, EventLoop* loop);
 
  private:
   enum Finder { kByNode, kByCore, kBySelfWatch, kNumFinders };
   struct Record {
     const ConditionKind* kind = nullptr;
-    std::array<std::optional<std::string>, kNumFinders> details;  // by who finds it
+    std::array<std::optional<std::string>, kNumFinders> details;  // by Finder; absent: not active
     double since_s = 0.0;
-    std::int64_t count = 0;
+    std::int64_t count = 0;  // how often it became active
     bool holds() const;
     std::string Sentence() const;
   };
@@ -126,7 +135,7 @@ class Health {
   SelfWatch self_watch_;
   double last_timer_s_ = 0.0;
   double last_second_s_ = 0.0;
-  double late_s_ = 0.0;  // of the timer, the most since last_second_s_
+  double late_s_ = 0.0;  // largest lateness of the timer since last_second_s_
 };
 
 }  // namespace seastitch

@@ -16,8 +16,8 @@ struct SocketFigures {
 // where nothing is received any more, and where a sequence number cannot show the loss.
 class OwnSockets {
  public:
-  // By name: "udp_7667" for the local port, "can". Drops of a socket that was closed stay counted
-  // as of the last call.
+  // State by name: "udp_7667" for the local port, "can". Drops of a closed socket stay counted, as
+  // of the last call before.
   const std::map<std::string, SocketFigures>& Read();
 
  private:

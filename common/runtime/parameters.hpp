@@ -16,8 +16,8 @@
 
 #include "common/runtime/config.hpp"
 
-// One declaration a parameter. Reading, checking, --print-config, docs/configuration.md and the
-// shipped files all come from it.
+// Declarations of configuration parameters, one per parameter. Reading, checking, --print-config,
+// docs/configuration.md and the shipped YAML files are all made from it.
 //
 //   ParameterTable TableOf(FilterParams* p) {
 //     ParameterTable table;
@@ -29,7 +29,7 @@
 //   TableOf(&p).Load("filter.yaml");     // throws ConfigError, one line
 namespace seastitch {
 
-// Of the value in the file. The key ends with the unit's suffix; a test holds that.
+// Unit of the value in the file. The key ends with the unit's suffix; a test checks that.
 enum class Unit : std::uint8_t {
   kNone,
   kMetre,
@@ -52,7 +52,7 @@ enum class Unit : std::uint8_t {
 const char* SymbolOf(Unit unit);
 const char* SuffixOf(Unit unit);
 
-// What a number may be, in the unit of the file.
+// Range of a number, in the unit of the file.
 struct Range {
   double low = -std::numeric_limits<double>::infinity();
   double high = std::numeric_limits<double>::infinity();
@@ -98,7 +98,7 @@ class Parameter {
       std::string key, std::string path, Value value, Unit unit, Range range, std::string sentence);
 
   Parameter& DataSheet();
-  // Must be given.
+  // The file must have the key.
   Parameter& Required();
   // An earlier name: read with one warning, so that a dive replays with its own configuration.
   Parameter& WasCalled(std::string old_key);
@@ -113,12 +113,12 @@ class Parameter {
   const std::vector<std::string>& old_keys() const { return old_keys_; }
   const std::string& sentence() const { return sentence_; }
 
-  // What may stand in the file: "a number above 0", "2 numbers, each above 0", "grid or gicp".
+  // Description of usable values: "a number above 0", "2 numbers, each above 0", "grid or gicp".
   std::string Expected() const;
   // The value as YAML; it reads as the same value again. IsUnset(): there is nothing to write.
   std::string Text() const;
   bool IsUnset() const;
-  // False, and nothing changes, where the value is not as expected.
+  // Sets the value. False, without any change, where it is not usable.
   bool Set(const YAML::Node& node) const;
 
  private:
@@ -195,13 +195,13 @@ class ParameterTable {
                         declare(&(*values)[i], table);
                       }});
   }
-  // What must hold beside the ranges. Where it does not: "FILE: PATH: 'VALUE' is not EXPECTED".
+  // Adds a condition beyond the ranges. The error is "FILE: PATH: 'VALUE' is not EXPECTED".
   void AddRule(const Parameter& parameter, std::string expected, std::function<bool()> holds);
   // A key of an earlier version whose place another has taken: a file that has it stops the program
   // with one line, "FILE: KEY: was removed, INSTEAD".
   void AddRemoved(std::string key, std::string instead);
-  // One whose place nothing has taken: it is read over with one warning, so that a dive replays
-  // with its own configuration.
+  // A key of an earlier version without a replacement: it is ignored with one warning, so that a
+  // dive replays with its own configuration.
   void AddIgnored(std::string key, std::string why);
   // By its path from here, such as "submap.turn_deg". It must be there.
   const Parameter& Find(const std::string& path) const;
@@ -209,7 +209,7 @@ class ParameterTable {
   // Reads a whole file. Throws ConfigError for the first key that is unknown, doubled, missing or
   // not as expected.
   void Load(const std::string& path);
-  // The same of a text; `name` stands for the file in errors.
+  // The same for a text; errors have `name` as the file's name.
   void Parse(const std::string& text, const std::string& name);
   // Reads these keys of a file and leaves the others alone: for a key that chooses among tables.
   void Peek(const std::string& path);

@@ -10,10 +10,10 @@
 
 namespace seastitch {
 
-// Of this build, such as "0.1.0".
+// Version of this build, such as "0.1.0".
 const char* ProgramVersion();
 
-// What every process of Seastitch takes on its command line.
+// Command-line options that every process of Seastitch has.
 struct ProcessArgs {
   std::string config;         // --config FILE
   std::string lcm_url;        // --lcm-url URL; empty: LCM_DEFAULT_URL, else LCM's own default
@@ -21,10 +21,11 @@ struct ProcessArgs {
   bool print_config = false;  // --print-config: write it (the defaults without FILE), leave
 };
 
-// The configuration that the command line asks for, where the process is to run with it; nothing
-// after --check-config and --print-config, which are answered. check: what --check-config asks of
-// the machine beyond the file; it throws ConfigError. A process that runs waits for it instead, or
-// is started again.
+// Loads the configuration named on the command line. Absent after --check-config and
+// --print-config, which are carried out here: the process has to end. check: additional tests of
+// the machine by
+// --check-config; throws ConfigError. A running process does not call it, because it waits for the
+// machine, or is started again.
 template <class Config>
 std::optional<Config> LoadConfig(
     const ProcessArgs& args,

@@ -5,8 +5,8 @@
 namespace seastitch {
 
 // Counts this start in the file "starts" of systemd's runtime directory, which the service manager
-// keeps over restarts and removes when the service stops (RuntimeDirectoryPreserve=restart). Gives
-// how many starts were before this one; 0 where the directory cannot be used.
+// keeps over restarts and removes when the service stops (RuntimeDirectoryPreserve=restart).
+// Returns the number of starts before this one; 0 where the directory cannot be used.
 int CountRestart(const std::filesystem::path& runtime_directory);
 
 }  // namespace seastitch

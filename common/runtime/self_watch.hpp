@@ -12,15 +12,15 @@
 
 namespace seastitch {
 
-// Finds what can go wrong in every process: messages that do not decode or cannot be sent,
-// datagrams that the kernel dropped, a loop that is late, work that waits for too long.
+// Detects the faults that every process can have: messages that cannot be decoded or sent,
+// datagrams that the kernel dropped, a blocked event loop, work that waits for too long.
 class SelfWatch {
  public:
   struct Age {
     std::string name;  // of the counter NAME_age_ms
     const ConditionKind* kind;
     double limit_s;
-    std::function<double()> age_s;  // of the oldest thing that waits; 0 where nothing does
+    std::function<double()> age_s;  // age of the oldest waiting item; 0: none waits
   };
   void AddAge(Age age) { ages_.push_back(std::move(age)); }
 
@@ -28,12 +28,13 @@ class SelfWatch {
     std::vector<Condition> conditions;
     std::map<std::string, std::int64_t> counters;
   };
-  // Once a second. now_s: monotonic. late_s: how late the loop's timer was at most since the last
-  // call. What is counted, and not a state, is a fault for 10 s after it last grew.
+  // To be called once a second; returns the active faults. now_s: monotonic clock. late_s: largest
+  // lateness of the loop's timer since the last call. A fault that is a count is active for 10 s
+  // after the count last grew.
   Report Check(const Bus& bus, double now_s, double late_s);
 
  private:
-  // Whether a counter grew lately.
+  // True if a counter grew within the last 10 s.
   class Growth {
    public:
     bool Lately(std::int64_t total, double now_s);

@@ -23,7 +23,7 @@ void DeclarePosition(Eigen::Vector3d* position_m, ParameterTable* table) {
              position_m,
              Unit::kMetre,
              Range::Any(),
-             "Lever arm: forward, right and down of the vehicle's reference point.");
+             "Lever arm in vehicle axes: forward, right and down of the vehicle's reference point.");
 }
 
 void DeclareMounting(VehicleFile::Mounting* mounting, ParameterTable* table) {
@@ -32,35 +32,54 @@ void DeclareMounting(VehicleFile::Mounting* mounting, ParameterTable* table) {
              &mounting->roll_pitch_yaw_deg,
              Unit::kDegree,
              Range::Any(),
-             "Mounting angles: they turn the vehicle's axes into the sensor's, yaw first, then "
-             "pitch, then roll.");
+             "Mounting angles: the rotation from vehicle axes to sensor axes, first yaw, then "
+             "pitch, then roll, each about the axis as rotated so far. Positive: right side down, "
+             "bow up, clockwise from above.");
+}
+
+void DeclareArray(VehicleFile::Mounting* array, ParameterTable* table) {
+  table->Add("position_m",
+             &array->position_m,
+             Unit::kMetre,
+             Range::Any(),
+             "Acoustic centre of the array in sonar axes: forward, right and down of mbes.position_m.");
+  table->Add("roll_pitch_yaw_deg",
+             &array->roll_pitch_yaw_deg,
+             Unit::kDegree,
+             Range::Any(),
+             "The rotation from sonar axes to array axes, in the order and with the signs of "
+             "mbes.roll_pitch_yaw_deg.");
 }
 
 void DeclareHead(VehicleFile::Head* head, ParameterTable* table) {
-  DeclareMounting(&head->transmitter, &table->AddSection("transmitter", "Its transmit array."));
-  DeclareMounting(&head->receiver, &table->AddSection("receiver", "Its receive array."));
+  DeclareArray(&head->transmitter, &table->AddSection("transmitter", "Its transmit array."));
+  DeclareArray(&head->receiver, &table->AddSection("receiver", "Its receive array."));
 }
 
 void DeclareFixPoint(FixPoint* point, ParameterTable* table) {
-  table->Add("source", &point->source, "As POSITION_FIX names it: gps, usbl.").Required();
+  table->Add("source", &point->source, "Name of the source in POSITION_FIX messages: gps, usbl.")
+      .Required();
   DeclarePosition(&point->p_vehicle_m, table);
 }
 
 void DeclareDatum(VehicleFile* file, ParameterTable* table) {
-  ParameterTable& datum = table->AddSection("datum", "Origin of the map, WGS 84.");
+  ParameterTable& datum = table->AddSection("datum",
+                                           "Map origin: x = 0, y = 0 of the map, as a WGS 84 "
+                                           "position. Set it near the survey area. Its z = 0 is "
+                                           "the water line.");
   datum
       .Add("latitude_deg",
            &file->datum_latitude_deg,
            Unit::kDegree,
            Range::Above(-90.0).Below(90.0),
-           "North.")
+           "Latitude, positive north.")
       .Required();
   datum
       .Add("longitude_deg",
            &file->datum_longitude_deg,
            Unit::kDegree,
            Range::Within(-180.0, 180.0),
-           "East.")
+           "Longitude, positive east.")
       .Required();
 }
 
@@ -69,28 +88,34 @@ void DeclareDatum(VehicleFile* file, ParameterTable* table) {
 ParameterTable TableOf(VehicleFile* file) {
   ParameterTable table;
   DeclareDatum(file, &table);
-  DeclareMounting(&file->imu, &table.AddSection("imu", "Inertial unit."));
-  DeclareMounting(&file->dvl, &table.AddSection("dvl", "Doppler log."));
-  DeclareMounting(&file->mbes, &table.AddSection("mbes", "Sonar."));
-  DeclareMounting(&file->mbes_transmitter,
-                  &table.AddSection(
-                      "mbes_transmitter",
-                      "Transmit array in the sonar's own axes, for a sonar whose arrays are apart, "
-                      "turned against each other or (yaw 180) backwards."));
-  DeclareMounting(&file->mbes_receiver,
-                  &table.AddSection("mbes_receiver", "Receive array in the sonar's own axes."));
+  DeclareMounting(&file->imu, &table.AddSection("imu", "Inertial unit or INS: its measuring point."));
+  DeclareMounting(&file->dvl, &table.AddSection("dvl", "Doppler log: the centre of its transducers."));
+  DeclareMounting(&file->mbes,
+                  &table.AddSection("mbes",
+                                    "Sonar: its reference point, which is its acoustic centre "
+                                    "unless mbes_transmitter and mbes_receiver say otherwise."));
+  DeclareArray(&file->mbes_transmitter,
+               &table.AddSection("mbes_transmitter",
+                                 "Transmit array with respect to the sonar. Only for a sonar whose "
+                                 "arrays are apart, rotated relative to each other, or mounted "
+                                 "backwards (yaw 180)."));
+  DeclareArray(&file->mbes_receiver,
+               &table.AddSection("mbes_receiver", "Receive array with respect to the sonar."));
   table.AddList<VehicleFile::Head>(
       "mbes_more_heads",
       &file->more_heads,
       DeclareHead,
-      "Further heads of a sonar with several, in order after the first. Each has a `transmitter` "
-      "and a `receiver`, and these position_m and roll_pitch_yaw_deg in the sonar's own axes.");
-  DeclarePosition(&file->depth_position_m, &table.AddSection("depth", "Pressure sensor."));
+      "The second and further heads of a sonar with several, in the order of their numbers. Each "
+      "entry has a section `transmitter` and a section `receiver`, with position_m and "
+      "roll_pitch_yaw_deg as in mbes_transmitter.");
+  DeclarePosition(&file->depth_position_m,
+                  &table.AddSection("depth", "Pressure sensor: its port."));
   table.AddList<FixPoint>("position_fixes",
                           &file->position_fixes,
                           DeclareFixPoint,
-                          "What position fixes are of: antenna or transponder, by source. Fixes of "
-                          "a source that is not here are of the reference point.");
+                          "Points of the vehicle that position fixes measure, by source: a GPS "
+                          "antenna, a USBL transponder. A source without an entry measures the "
+                          "vehicle's reference point.");
   return table;
 }
 

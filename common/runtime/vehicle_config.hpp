@@ -8,14 +8,14 @@
 
 namespace seastitch {
 
-// Reads config/vehicle.yaml: lever arms in metres, mounting angles in degrees, datum in degrees.
-// Throws ConfigError.
+// Reads vehicle.yaml: lever arms in metres, mounting angles and map origin in degrees. Throws
+// ConfigError.
 VehicleGeometry LoadVehicle(const std::string& path);
 
-// The effective geometry as vehicle.yaml, angles to 1e-9 degrees.
+// Text of vehicle.yaml for a geometry; angles are rounded to 1e-9 degrees.
 std::string PrintConfig(const VehicleGeometry& vehicle);
 
-// vehicle.yaml as it stands.
+// Content of vehicle.yaml with the file's keys and units.
 struct VehicleFile {
   struct Mounting {
     Eigen::Vector3d position_m = Eigen::Vector3d::Zero();

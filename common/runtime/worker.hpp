@@ -10,20 +10,25 @@
 
 namespace seastitch {
 
-// Runs slow pure work beside the loop. A job owns its data and touches no member of its node; it
-// returns the quick part, which runs on the loop thread: the node needs no mutex.
+// Runs long computations in the background of an event loop.
+//
+// A job is a function that computes on the worker. It owns its data and uses no member of the
+// object that posted it. It returns a completion function (or an empty one), which then runs on the
+// thread of the event loop and may use such members. So no mutex is needed.
 class Worker {
  public:
   using Job = std::function<std::function<void()>()>;
   virtual ~Worker() = default;
-  // False when the queue is full: the caller counts the refusal.
+  // Queues a job. False: the queue is full, and the job is dropped; the caller has to count it.
   virtual bool Post(Job job) = 0;
+  // Number of jobs that wait or run.
   virtual std::size_t queue_depth() const = 0;
-  // A sign of life from inside a job that takes long.
+  // Heartbeat, to be called by a job that takes longer than a second.
   virtual void ReportProgress() {}
 };
 
-// At once, on the caller's thread: in replay, so that the result cannot depend on the machine.
+// Runs job and completion function inside Post(). For replay, so that the result does not depend on
+// the speed of the machine.
 class InlineWorker : public Worker {
  public:
   bool Post(Job job) override {
@@ -33,24 +38,28 @@ class InlineWorker : public Worker {
   std::size_t queue_depth() const override { return 0; }
 };
 
-// One thread, a bounded queue. Add fd() to the event loop with Drain() as its handler.
+// One background thread with a bounded queue. Add fd() to the event loop with Drain() as its
+// handler.
 class ThreadWorker : public Worker {
  public:
   explicit ThreadWorker(std::size_t max_queue);
-  ~ThreadWorker() override;  // waits for the job that runs; drops those that wait
+  // Waits for the running job. Drops waiting jobs, and completion functions that have not run.
+  ~ThreadWorker() override;
   ThreadWorker(const ThreadWorker&) = delete;
   ThreadWorker& operator=(const ThreadWorker&) = delete;
 
   bool Post(Job job) override;
   std::size_t queue_depth() const override;
   void ReportProgress() override;
-  // Seconds since the job that runs began or last reported progress; 0 where none runs. What waits
-  // behind a job that makes progress is not late.
+  // Seconds since the running job began or last reported progress; 0 where none runs. The time that
+  // other jobs wait behind it does not count.
   double age_s() const;
+  // Event descriptor, readable when a completion function is ready. Closed by the destructor.
   int fd() const { return fd_; }
-  // Runs the quick parts of finished jobs.
+  // Runs the completion functions of finished jobs. On the thread of the event loop.
   void Drain();
-  // Waits until every posted job is done and its quick part has run.
+  // Waits until all posted jobs are done, and runs their completion functions. On the thread of the
+  // event loop.
   void Finish();
 
  private:

@@ -9,41 +9,45 @@
 #include <string>
 #include <vector>
 
-// LCM event logs with time stamps that the caller chooses. Format (big endian): sync word
-// 0xEDA1DA01, event number i64, utime i64, channel length u32, data length u32, channel, data. Not
-// through LCM 1.3.1's own code: that takes a wrong sync word for the end of the file, allocates
-// what a damaged length says, and cannot undo a record that the disk had no room for.
+// Reader and writer of LCM event logs. Format (big endian): sync word 0xEDA1DA01, event number i64,
+// utime i64 [us since the Unix epoch], channel length u32, data length u32, channel, data.
+//
+// LCM 1.3.1's own code is not used. It regards a wrong sync word as the end of the file, allocates
+// as much memory as a damaged length states, and cannot remove a record that was written in part
+// because the disk was full.
 namespace seastitch {
 
 struct LogEvent {
-  std::int64_t utime = 0;  // when the logger received it
+  std::int64_t utime = 0;  // receive time at the logger, not the measurement's time
   std::string channel;
   std::vector<std::uint8_t> data;
 };
 
-// Bytes of an event in a log.
+// Bytes of an event in a log: header, channel and data.
 std::size_t SizeInLog(const LogEvent& event);
 
-// Whether a log can hold an event: the channel has 1 to 63 bytes without NUL, as LCM's have, and
-// the data at most 256 MB. LCM itself delivers an empty channel name.
+// True if a log can store the event: the channel has 1 to 63 bytes without NUL, and the data at
+// most 256 MB. (The LCM bus also delivers messages with an empty channel name.)
 bool IsLoggable(const std::string& channel, std::size_t data_size);
 
 class EventLogReader {
  public:
-  // Throws std::runtime_error "FILE: reason" where it cannot be opened or holds no LCM event.
+  // Throws std::runtime_error "FILE: reason" where the file cannot be opened or has no LCM event,
+  // such as an empty file.
   explicit EventLogReader(const std::filesystem::path& path);
   ~EventLogReader();
-  // The next whole event: one that another one, or the end of the file, follows at once. Skips
-  // anything else to the next such event and counts the bytes.
+  // The next intact event; std::nullopt at the end of the file. An event is intact if a sync word
+  // or the end of the file follows its last byte. Damaged bytes are skipped and counted.
   std::optional<LogEvent> Next();
   std::int64_t damaged_bytes() const;
-  std::int64_t tears() const;  // places where they stand
+  std::int64_t tears() const;  // number of damaged sections
 
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
 
+// What to do with an existing file: overwrite it, or throw.
 enum class IfExists { kReplace, kRefuse };
 
 class EventLogWriter {
@@ -53,10 +57,11 @@ class EventLogWriter {
                           IfExists if_exists = IfExists::kReplace);
   ~EventLogWriter();  // flushes
   EventLogWriter(EventLogWriter&&) noexcept;
-  // Takes an event that IsLoggable(); throws std::runtime_error for any other. It reaches the
-  // file with the next Flush(), or when 256 kB wait. Throws
-  // std::runtime_error "FILE: reason" when they find no room: then the event is not taken, the file
-  // ends with a whole event, and what waits is tried again by the next call.
+  // Adds an event to the buffer. The buffer is written to the file by Flush(), or when it has 256
+  // kB. Throws std::runtime_error for an event that is not IsLoggable(). Throws std::runtime_error
+  // "FILE: reason" where the buffer cannot be written, such as on a full disk. Then the event was
+  // not added and has to be written again; the file ends with a whole event; and the buffer is kept
+  // for the next call.
   void Write(std::int64_t utime, const std::string& channel, const void* data, std::size_t size);
   template <class Msg>
   void Write(std::int64_t utime, const std::string& channel, const Msg& msg) {
@@ -64,14 +69,14 @@ class EventLogWriter {
     msg.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
     Write(utime, channel, bytes.data(), bytes.size());
   }
-  // Both throw like Write(), and may be tried again.
-  void Flush();  // to the kernel: survives the end of the process
-  void Sync();   // to the disk: survives the end of the power
-  // Brings what was flushed by then to the disk: by any thread, also beside one that writes. Throws
-  // like Write().
+  // Both throw like Write(), and may be called again.
+  void Flush();  // writes the buffer to the kernel: survives a crash of the process
+  void Sync();   // Flush() and fsync: survives a power cut
+  // Function that calls fsync: what was flushed before its call survives a power cut. It may be
+  // called on any thread, also during Write(). Throws like Write().
   std::function<void()> Syncer() const;
-  std::int64_t bytes() const;   // in the file
-  std::int64_t events() const;  // in the file
+  std::int64_t bytes() const;   // in the file, without the buffer
+  std::int64_t events() const;  // in the file, without the buffer
 
  private:
   struct Impl;

@@ -5,8 +5,9 @@
 
 #include "common/core/submap.hpp"
 
-// Submaps as PCD files: points in the submap frame, the frame in VIEWPOINT, fields x y z intensity
-// (intensity = soundings behind the point). Readable by PCL and by the paper's reference code.
+// Submaps as PCD files: points in the submap frame [m], T_map_submap in VIEWPOINT, fields x y z
+// intensity (intensity: number of soundings that the point is the mean of). PCL and the paper's
+// reference code can read them.
 namespace seastitch {
 
 // Writes binary PCD to a temporary file and renames it. T_map_submap goes to VIEWPOINT (PCL keeps

@@ -9,20 +9,6 @@
 #include "drivers/socket/cannelloni.hpp"
 
 namespace seastitch {
-namespace {
-
-// What one RAW_CAN message may span: replayed from it, a frame's stamp is wrong by less.
-constexpr Duration kMaxPacketSpan = std::chrono::milliseconds(1);
-
-// How often the interface went, by what its source counts.
-std::int64_t OutagesIn(const Counters& source) {
-  std::int64_t outages = 0;
-  for (const char* name : {"can_interface_down", "can_interface_gone"})
-    if (const auto counter = source.find(name); counter != source.end()) outages += counter->second;
-  return outages;
-}
-
-}  // namespace
 
 // Two drivers on one bus write RAW_CAN, each with a sequence of its own.
 CanDriver::CanDriver(const std::string& name, const DriverParams& params, Bus* bus)
@@ -34,14 +20,8 @@ void CanDriver::Feed(const CanFrame& frame, Time recv) {
 }
 
 void CanDriver::Feed(std::span<const ReceivedFrame> frames) {
-  for (std::size_t begin = 0; begin < frames.size();) {
-    std::size_t end = begin + 1;
-    while (end < frames.size() &&
-           std::chrono::abs(frames[end].recv - frames[begin].recv) <= kMaxPacketSpan)
-      ++end;
-    PublishPacket(frames.subspan(begin, end - begin));
-    begin = end;
-  }
+  for (const StampedPacket& packet : PackReceived(frames, static_cast<std::uint8_t>(raw_seq())))
+    PublishRaw(packet.bytes, packet.recv);
   for (const ReceivedFrame& received : frames) {
     health().Tick("can_frames");
     if (received.frame.error) {
@@ -53,20 +33,11 @@ void CanDriver::Feed(std::span<const ReceivedFrame> frames) {
   }
 }
 
-void CanDriver::PublishPacket(std::span<const ReceivedFrame> frames) {
-  std::vector<CanFrame> packet;
-  for (const ReceivedFrame& received : frames) packet.push_back(received.frame);
-  PublishRaw(EncodeCannelloni(packet, static_cast<std::uint8_t>(raw_seq())), frames.back().recv);
-}
-
 void CanDriver::UpdateHealth(const Counters& source,
                              DeviceWatch::Clock::time_point now,
                              const std::string& trouble,
                              const std::string& refusal) {
-  if (const std::int64_t outages = OutagesIn(source); outages != outages_) {
-    errors_.BeginAnew();
-    outages_ = outages;
-  }
+  errors_.SeeSource(source);
   SetAll(errors_.counters(), &health());
   const std::string on_the_wire = errors_.trouble();
   health().HoldIf(!on_the_wire.empty(), conditions::kCanController, on_the_wire);

@@ -36,10 +36,7 @@ class CanDriver : public DeviceDriver {
   virtual void Decode(const CanFrame& frame, Time recv) = 0;
 
  private:
-  void PublishPacket(std::span<const ReceivedFrame> frames);
-
   CanErrors errors_;
-  std::int64_t outages_ = 0;  // of the interface
 };
 
 // Runs a driver on its source until a signal, or the end of a log.

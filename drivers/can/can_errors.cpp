@@ -32,6 +32,14 @@ void CanErrors::SeeData() {
   if (state_ == State::kBusOff) state_ = State::kActive;
 }
 
+void CanErrors::SeeSource(const Counters& source) {
+  std::int64_t outages = 0;
+  for (const char* name : {"can_interface_down", "can_interface_gone"})
+    if (const auto counter = source.find(name); counter != source.end()) outages += counter->second;
+  if (outages != outages_) state_ = State::kActive;
+  outages_ = outages;
+}
+
 void CanErrors::Controller(std::uint8_t status) {
   if ((status & kOverflow) != 0) ++counters_["can_controller_overflows"];
   if ((status & kPassive) != 0)

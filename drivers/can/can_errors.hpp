@@ -16,8 +16,9 @@ class CanErrors {
   // Any other frame: a controller that is off the bus receives none.
   void SeeData();
 
-  // The interface was down or gone: its controller begins anew, and sends no frame to say so.
-  void BeginAnew() { state_ = State::kActive; }
+  // Counters of the source: after its interface was down or gone the controller begins anew, and
+  // sends no frame to say so.
+  void SeeSource(const Counters& source);
 
   // For people, such as "controller is bus-off"; empty where it takes its full part.
   std::string trouble() const;
@@ -32,6 +33,7 @@ class CanErrors {
   void Enter(State state, const char* counter);
 
   State state_ = State::kActive;
+  std::int64_t outages_ = 0;  // of the interface
   Counters counters_;
 };
 

@@ -10,13 +10,7 @@
 namespace seastitch {
 namespace {
 
-// Further back, or further on, in one step of the device's clock: it was restarted.
-constexpr std::int32_t kMaxBackwardUs = 10'000'000;
-constexpr std::int32_t kMaxForwardUs = 60'000'000;
-// Far below half of the device clock's range, within which a difference has one meaning.
-constexpr std::int32_t kAnchorMoveUs = 600'000'000;
 constexpr Duration kAlignmentHolds = std::chrono::seconds(5);  // of units that state it at 1 Hz
-constexpr Duration kUtcStep = std::chrono::milliseconds(1);    // ten steps of ECAN's UTC
 constexpr std::int64_t kGpsEpochS = 315'964'800;               // 1980-01-06
 constexpr std::int64_t kGpsMinusUtcS = 18;                     // since 2017
 constexpr std::int64_t kSecondsAWeek = 7 * 86'400;
@@ -25,33 +19,6 @@ std::bitset<kMaxFields> Mapped(const SignalMap& signals, std::size_t first, std:
   std::bitset<kMaxFields> fields;
   for (std::size_t field = first; field <= last; ++field) fields.set(field, signals.Has(field));
   return fields;
-}
-
-std::uint32_t ToDeviceUs(double value) {
-  return static_cast<std::uint32_t>(static_cast<std::int64_t>(value));
-}
-
-std::int32_t Difference(std::uint32_t later, std::uint32_t earlier) {
-  return static_cast<std::int32_t>(later - earlier);
-}
-
-// Nothing where the fields are no calendar time.
-std::optional<Time> UtcOf(const FieldValues& v) {
-  const auto whole = [&v](ImuField field) { return static_cast<int>(v.value[field]); };
-  const std::chrono::year_month_day date{
-      std::chrono::year(whole(kUtcYear)),
-      std::chrono::month(static_cast<unsigned>(whole(kUtcMonth))),
-      std::chrono::day(static_cast<unsigned>(whole(kUtcDay)))};
-  const bool usable = date.ok() && whole(kUtcYear) >= 2000 && whole(kUtcYear) < 2200 &&
-                      v.value[kUtcHour] >= 0 && v.value[kUtcHour] < 24 &&
-                      v.value[kUtcMinute] >= 0 && v.value[kUtcMinute] < 60 &&
-                      v.value[kUtcSecond] >= 0 && v.value[kUtcSecond] < 61 &&
-                      v.value[kUtcMicrosecond] >= 0 && v.value[kUtcMicrosecond] < 1e6;
-  if (!usable) return std::nullopt;
-  const std::chrono::sys_days days(date);
-  return Time(std::chrono::duration_cast<Duration>(days.time_since_epoch()) +
-              std::chrono::hours(whole(kUtcHour)) + std::chrono::minutes(whole(kUtcMinute)) +
-              std::chrono::seconds(whole(kUtcSecond)) + Duration(whole(kUtcMicrosecond)));
 }
 
 void SetCalendar(Time time, FieldValues* v) {
@@ -66,13 +33,6 @@ void SetCalendar(Time time, FieldValues* v) {
   v->Set(kUtcMinute, static_cast<double>(clock.minutes().count()));
   v->Set(kUtcSecond, static_cast<double>(clock.seconds().count()));
   v->Set(kUtcMicrosecond, static_cast<double>(clock.subseconds().count()));
-}
-
-// GPS time and UTC differ by whole seconds: unequal parts of a second are those of two instants.
-bool SamePartOfSecond(Time utc, double time_of_week_ms) {
-  const std::int64_t gps_us = static_cast<std::int64_t>(time_of_week_ms) * 1000;
-  const std::int64_t difference = ((ToUtime(utc) - gps_us) % 1'000'000 + 1'000'000) % 1'000'000;
-  return std::min(difference, 1'000'000 - difference) <= 2000;
 }
 
 Eigen::Vector3d Vector(const FieldValues& v, std::size_t first) {
@@ -133,10 +93,7 @@ ImuCanDecoder::ImuCanDecoder(const ImuCanParams& params)
     : params_(params),
       inertial_fields_(Mapped(params.signals, kAngularRateX, kSpecificForceZ)),
       attitude_fields_(Mapped(params.signals, kRoll, kYawSigma)),
-      utc_fields_(Mapped(params.signals, kUtcTimeUs, kUtcMicrosecond)),
-      stamper_(params.clock) {
-  utc_fields_.set(kUtcTimeUs, utc_fields_.any());
-}
+      clock_(params.signals, kUtcTimeUs, params.clock, params.max_epoch_s) {}
 
 std::optional<ImuSample> ImuCanDecoder::Add(const CanFrame& frame, Time recv) {
   const std::optional<SignalMap::Reading> reading = params_.signals.Read(frame);
@@ -148,14 +105,14 @@ std::optional<ImuSample> ImuCanDecoder::Add(const CanFrame& frame, Time recv) {
   const FieldValues& values = reading->values;
   std::optional<ImuSample> before;
   if (values.present.test(kImuTimeUs))
-    before = Open({Part::kInertial, ToDeviceUs(values.value[kImuTimeUs]), std::nullopt}, recv);
+    before = Open({Part::kInertial, CountOf(values.value[kImuTimeUs]), std::nullopt}, recv);
   if (values.present.test(kAttitudeTimeUs))
-    before = Open({Part::kAttitude, ToDeviceUs(values.value[kAttitudeTimeUs]), std::nullopt}, recv);
+    before = Open({Part::kAttitude, CountOf(values.value[kAttitudeTimeUs]), std::nullopt}, recv);
   if (values.present.test(kImuGroupCounter)) {
     const auto group = static_cast<std::uint16_t>(values.value[kImuGroupCounter]);
     before = Open({Part::kInertial, std::nullopt, group}, recv);
   }
-  if ((values.present & utc_fields_).any()) AddUtc(values, recv);
+  if (clock_.Wants(values)) clock_.Add(values, recv, ReadingOfEpoch());
   if (values.present.test(kImuAligned)) {
     alignment_ = values.value[kImuAligned] != 0.0 ? Alignment::kAligned : Alignment::kAligning;
     alignment_recv_ = recv;
@@ -167,7 +124,7 @@ std::optional<ImuSample> ImuCanDecoder::Add(const CanFrame& frame, Time recv) {
 std::optional<ImuSample> ImuCanDecoder::Finish() { return Close(); }
 
 std::optional<ImuSample> ImuCanDecoder::Open(const Opening& opening, Time recv) {
-  if (opening.device_us) SeeDeviceTime(*opening.device_us);
+  if (opening.device_us) clock_.See(*opening.device_us);
   if (opening.group) SeeGroup(*opening.group);
   std::optional<ImuSample> before;
   if (!IsOfOpenEpoch(opening, recv)) {
@@ -240,7 +197,7 @@ std::optional<ImuSample> ImuCanDecoder::Close() {
 
 std::optional<ImuSample> ImuCanDecoder::Give(bool with_attitude) {
   epoch_->given = true;
-  const std::optional<Time> time = TimeOfEpoch();
+  const std::optional<Time> time = clock_.Stamp(*ReadingOfEpoch());
   if (!time) {
     ++counters_["imu_epoch_unstamped"];
     return std::nullopt;
@@ -271,61 +228,15 @@ Alignment ImuCanDecoder::AlignmentAt(Time recv) const {
   return recv - alignment_recv_ <= kAlignmentHolds ? alignment_ : Alignment::kUnknown;
 }
 
-std::optional<Time> ImuCanDecoder::TimeOfEpoch() {
-  const std::optional<Time> device = DeviceTimeOfEpoch();
-  return device ? stamper_.Stamp(*device, epoch_->first_recv) : std::nullopt;
+std::optional<UnitClock::Reading> ImuCanDecoder::ReadingOfEpoch() const {
+  if (!epoch_ || !epoch_->device_us) return std::nullopt;
+  return UnitClock::Reading{*epoch_->device_us, epoch_->first_recv};
 }
 
-std::optional<Time> ImuCanDecoder::DeviceTimeOfEpoch() {
-  if (params_.clock.clock != DeviceClock::kDevice)
-    return Time(counter_.Unwrap(*epoch_->device_us, epoch_->first_recv));
-  if (!anchor_) return std::nullopt;
-  return anchor_->utc + Duration(Difference(*epoch_->device_us, anchor_->device_us));
-}
-
-void ImuCanDecoder::AddUtc(const FieldValues& values, Time recv) {
-  if (values.present.test(kUtcTimeUs)) {
-    utc_ = FieldValues{};
-    utc_recv_ = recv;
-    SeeDeviceTime(ToDeviceUs(values.value[kUtcTimeUs]));
-  } else if (!params_.signals.Has(kUtcTimeUs) && epoch_ && epoch_->device_us) {
-    utc_ = FieldValues{};
-    utc_.Set(kUtcTimeUs, *epoch_->device_us);
-    utc_recv_ = epoch_->first_recv;
-  }
-  for (std::size_t field = kUtcTimeUs; field <= kUtcMicrosecond; ++field)
-    if (values.present.test(field)) utc_.Set(field, values.value[field]);
-  const bool opened =
-      utc_.present.test(kUtcTimeUs) && std::abs(ToSeconds(recv - utc_recv_)) <= params_.max_epoch_s;
-  if (opened && utc_.present != utc_fields_) return;
-
-  const std::optional<Time> utc = opened ? UtcOf(utc_) : std::nullopt;
-  const FieldValues used = std::exchange(utc_, FieldValues{});
-  if (!utc || (used.present.test(kUtcTimeOfWeekMs) &&
-               !SamePartOfSecond(*utc, used.value[kUtcTimeOfWeekMs]))) {
-    ++counters_["imu_utc_malformed"];
-    return;
-  }
-  const UtcAnchor anchor{ToDeviceUs(used.value[kUtcTimeUs]), *utc};
-  if (anchor_) {
-    const Time expected = anchor_->utc + Duration(Difference(anchor.device_us, anchor_->device_us));
-    if (std::chrono::abs(anchor.utc - expected) > kUtcStep) ++counters_["imu_utc_stepped"];
-  }
-  anchor_ = anchor;
-}
-
-void ImuCanDecoder::SeeDeviceTime(std::uint32_t device_us) {
-  const std::int32_t step = last_device_us_ ? Difference(device_us, *last_device_us_) : 0;
-  last_device_us_ = device_us;
-  if (step < -kMaxBackwardUs || step > kMaxForwardUs) {
-    ++counters_["imu_device_restarted"];
-    anchor_.reset();
-    return;
-  }
-  if (!anchor_) return;
-  const std::int32_t since_anchor = Difference(device_us, anchor_->device_us);
-  if (since_anchor > kAnchorMoveUs)
-    anchor_ = UtcAnchor{device_us, anchor_->utc + Duration(since_anchor)};
+Counters ImuCanDecoder::counters() const {
+  Counters all = counters_;
+  for (const auto& [name, value] : clock_.counters()) all["imu_" + name] = value;
+  return all;
 }
 
 void ImuCanDecoder::SeeGroup(std::uint16_t group) {

@@ -7,7 +7,7 @@
 
 #include "common/core/sensors.hpp"
 #include "drivers/can/signal_map.hpp"
-#include "drivers/device_clock.hpp"
+#include "drivers/can/unit_clock.hpp"
 #include "drivers/imu/imu_codec.hpp"
 
 // An inertial unit that spreads one epoch over several CAN frames: SBG Systems' ECAN, the Xsens
@@ -30,8 +30,7 @@ enum ImuField : std::size_t {
   kRollSigma,  // 1 sigma
   kPitchSigma,
   kYawSigma,
-  kUtcTimeUs,  // device clock at the instant that the calendar below names; its frame comes first.
-               // Not mapped: the calendar is that of the epoch in which it comes
+  kUtcTimeUs,  // from here on as UnitClock::Field
   kUtcTimeOfWeekMs,
   kUtcYear,
   kUtcMonth,
@@ -80,8 +79,8 @@ class ImuCanDecoder : public ImuCodec {
   // imu_frame_malformed, imu_frame_outside_epoch, imu_epoch_incomplete, imu_epoch_unstamped,
   // imu_epoch_without_attitude, imu_utc_malformed, imu_utc_stepped, imu_device_restarted,
   // imu_groups_lost (by the group counter).
-  Counters counters() const override { return counters_; }
-  Counters clock_figures() const override { return stamper_.Figures("imu"); }
+  Counters counters() const override;
+  Counters clock_figures() const override { return clock_.Figures("imu"); }
   std::vector<CanFilter> filters() const override { return params_.signals.Filters(); }
 
  private:
@@ -109,30 +108,17 @@ class ImuCanDecoder : public ImuCodec {
   bool IsComplete() const;
   bool HasInertial() const;
   std::optional<ImuSample> Give(bool with_attitude);
-  std::optional<Time> TimeOfEpoch();
-  std::optional<Time> DeviceTimeOfEpoch();
+  std::optional<UnitClock::Reading> ReadingOfEpoch() const;
   Alignment AlignmentAt(Time recv) const;
   bool Belongs(const std::bitset<kMaxFields>& fields, Time recv) const;
-  void AddUtc(const FieldValues& values, Time recv);
-  void SeeDeviceTime(std::uint32_t device_us);
   void SeeGroup(std::uint16_t group);
 
   ImuCanParams params_;
   std::bitset<kMaxFields> inertial_fields_;
   std::bitset<kMaxFields> attitude_fields_;  // empty where none is mapped
-  std::bitset<kMaxFields> utc_fields_;
   std::optional<Epoch> epoch_;
-  struct UtcAnchor {
-    std::uint32_t device_us = 0;
-    Time utc;
-  };
-  FieldValues utc_;
-  Time utc_recv_;
-  std::optional<std::uint32_t> last_device_us_;
   std::optional<std::uint16_t> last_group_;
-  std::optional<UtcAnchor> anchor_;
-  WrappingCounter counter_{1e-6};
-  Stamper stamper_;
+  UnitClock clock_;
   Time epoch_recv_;
   Alignment alignment_ = Alignment::kUnknown;  // as last stated, at alignment_recv_
   Time alignment_recv_;

@@ -8,6 +8,7 @@
 #include "codecs/kmall_stream.hpp"
 #include "codecs/r2sonic.hpp"
 #include "codecs/s7k.hpp"
+#include "codecs/wbms.hpp"
 #include "drivers/registry.hpp"
 
 namespace seastitch {
@@ -23,30 +24,36 @@ std::unique_ptr<MbesCodec> Make(const MbesCodecParams& params) {
 
 struct Format {
   const char* name;
+  bool is_stream;
   std::unique_ptr<MbesCodec> (*make)(const MbesCodecParams& params);
 };
 
 constexpr Format kFormats[] = {
-    {"kmall", Make<KmallStream>},      // Kongsberg EM
-    {"r2sonic", Make<R2SonicStream>},  // R2Sonic BTH0
-    {"s7k", Make<S7kStream>},          // Teledyne Reson SeaBat
+    {"kmall", false, Make<KmallStream>},      // Kongsberg EM
+    {"r2sonic", false, Make<R2SonicStream>},  // R2Sonic BTH0
+    {"s7k", false, Make<S7kStream>},          // Teledyne Reson SeaBat
+    {"wbms", true, Make<WbmsStream>},         // Norbit WBMS
 };
 
-std::unique_ptr<MbesCodec> MakeCodec(const MbesDecoderParams& params) {
-  const Format* const format = FindEntry(kFormats, params.format);
-  if (format == nullptr) throw std::invalid_argument("no format " + params.format);
-  return format->make(params.codec);
+const Format& FormatOf(const std::string& name) {
+  const Format* const format = FindEntry(kFormats, name);
+  if (format == nullptr) throw std::invalid_argument("no format " + name);
+  return *format;
 }
 
 }  // namespace
 
 std::vector<std::string> MbesFormats() { return NamesOf(kFormats); }
 
+bool IsStream(const std::string& format) { return FormatOf(format).is_stream; }
+
 MbesDecoder::MbesDecoder(const MbesDecoderParams& params)
-    : codec_(MakeCodec(params)), stamper_(params.clock) {}
+    : codec_(FormatOf(params.format).make(params.codec)),
+      is_stream_(IsStream(params.format)),
+      stamper_(params.clock) {}
 
 std::vector<MbesOutput> MbesDecoder::Add(Bytes payload, Time recv, std::uint64_t sender) {
-  if (IsRepeat(payload)) {
+  if (!is_stream_ && IsRepeat(payload)) {
     ++counters_["mbes_datagram_repeated"];
     return {};
   }

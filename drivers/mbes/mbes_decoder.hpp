@@ -18,8 +18,10 @@ struct MbesDecoderParams {
 };
 
 std::vector<std::string> MbesFormats();
+// Of bytes on a connection, which come in pieces of any size; else of datagrams.
+bool IsStream(const std::string& format);
 
-// Datagrams of a multibeam sonar, as they come from its socket, to pings and profiles.
+// Bytes of a multibeam sonar, as they come from its socket, to pings and profiles.
 class MbesDecoder {
  public:
   // Throws std::invalid_argument for a format that does not exist.
@@ -29,8 +31,8 @@ class MbesDecoder {
   // parts of different senders are not combined.
   std::vector<MbesOutput> Add(Bytes payload, Time recv, std::uint64_t sender = 0);
 
-  // mbes_datagram_repeated (the same bytes came a moment before), mbes_ping_unstamped, and those of
-  // the codec.
+  // mbes_datagram_repeated (the same datagram came a moment before), mbes_ping_unstamped, and those
+  // of the codec.
   Counters counters() const;
   Counters clock_figures() const { return stamper_.Figures("mbes"); }
 
@@ -40,6 +42,7 @@ class MbesDecoder {
   bool Stamp(Time recv, MbesPing* ping);
 
   std::unique_ptr<MbesCodec> codec_;
+  bool is_stream_;
   Stamper stamper_;
   std::deque<std::size_t> recent_;  // hashes of the last 64 payloads
   Counters counters_;

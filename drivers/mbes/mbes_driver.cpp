@@ -11,7 +11,7 @@ ParameterTable TableOf(MbesDriverConfig* config) {
       .AddChoice("format",
                  &config->decoder.format,
                  MbesFormats(),
-                 "Data format: Kongsberg EM, R2Sonic or Teledyne Reson SeaBat.")
+                 "Data format: Kongsberg EM, R2Sonic, Teledyne Reson SeaBat or Norbit WBMS.")
       .DataSheet();
   DeclareDriver(&config->driver, &table);
   DeclareClock(&config->decoder.clock, true, &table);
@@ -50,7 +50,9 @@ ParameterTable TableOf(MbesDriverConfig* config) {
 MbesDriverConfig LoadMbesDriverConfig(const std::string& path) {
   MbesDriverConfig config;
   TableOf(&config).Load(path);
-  CheckSource(path, config.driver, SourceKind::kDatagrams);
+  CheckSource(path,
+              config.driver,
+              IsStream(config.decoder.format) ? SourceKind::kStream : SourceKind::kDatagrams);
   return config;
 }
 

@@ -18,7 +18,7 @@ MbesDriverConfig LoadMbesDriverConfig(const std::string& path);
 std::string PrintConfig(const MbesDriverConfig& config);
 ParameterTable TableOf(MbesDriverConfig* config);
 
-// Datagrams to MBES_PING, SVP and RAW_MBES.
+// Datagrams, or what a connection gives, to MBES_PING, SVP and RAW_MBES.
 class MbesDriver : public DatagramDriver {
  public:
   MbesDriver(const MbesDriverConfig& config, Bus* bus);

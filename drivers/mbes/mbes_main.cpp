@@ -10,7 +10,7 @@ int main(int argc, char** argv) {
   return RunProcess(argc,
                     argv,
                     "seastitch-mbes-driver",
-                    "Multibeam sonar over UDP to MBES_PING, SVP and RAW_MBES",
+                    "Multibeam sonar over UDP or TCP to MBES_PING, SVP and RAW_MBES",
                     [](const ProcessArgs& args) {
                       const auto config = LoadConfig(args, LoadMbesDriverConfig);
                       if (!config) return EXIT_SUCCESS;

@@ -12,6 +12,7 @@
 #include "common/core/bytes.hpp"
 #include "common/core/counters.hpp"
 #include "common/core/sensors.hpp"
+#include "drivers/can/can_frame.hpp"
 #include "drivers/device_clock.hpp"
 
 namespace seastitch {
@@ -28,6 +29,8 @@ class NavCodec {
   virtual std::int64_t heard() const = 0;
   // What is received instead of the wanted messages, for people: "GLL, GSV"; empty: nothing.
   virtual std::string hears_instead() const { return ""; }
+  // Of an instrument on CAN: the frames that it wants. Its bytes are cannelloni packets.
+  virtual std::vector<CanFilter> can_filters() const { return {}; }
 
   virtual Counters counters() const = 0;
   // PREFIX_clock_..., see Stamper.

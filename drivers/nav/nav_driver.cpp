@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <stdexcept>
 
 #include "common/convert/convert.hpp"
 #include "common/core/channel_names.hpp"
+#include "drivers/can/can_driver.hpp"
 #include "drivers/device_driver.hpp"
 #include "drivers/nav/ins_frames.hpp"
 #include "drivers/registry.hpp"
@@ -18,24 +20,34 @@ constexpr std::chrono::seconds kRefusalHolds(10);
 
 struct InsFormat {
   const char* name;
+  SourceKind source;
   std::unique_ptr<NavCodec> (*make)(const NavDriverConfig& config);
 };
 
 constexpr InsFormat kInsFormats[] = {
     {"nmea",
+     SourceKind::kBytes,
      [](const NavDriverConfig& c) -> std::unique_ptr<NavCodec> {
        NmeaInsParams params = c.ins_nmea;
        params.needs_checksum = c.needs_checksum;
        return std::make_unique<NmeaIns>(params);
      }},
     {"phins",
+     SourceKind::kBytes,
      [](const NavDriverConfig& c) -> std::unique_ptr<NavCodec> {
        return std::make_unique<PhinsIns>(
            PhinsInsParams{c.ins_nmea.clock, c.altitude_is_depth, c.depth_codec.sigma_m});
      }},
     {"kmb",
+     SourceKind::kBytes,
      [](const NavDriverConfig& c) -> std::unique_ptr<NavCodec> {
        return std::make_unique<KmBinaryIns>(c.ins_nmea.clock);
+     }},
+    {"sbg_ecan",
+     SourceKind::kCan,
+     [](const NavDriverConfig& c) -> std::unique_ptr<NavCodec> {
+       return std::make_unique<EcanIns>(
+           EcanInsParams{c.ins_signals, c.ins_nmea.clock, c.altitude_is_depth});
      }},
 };
 
@@ -49,8 +61,10 @@ ParameterTable& DeclareDevice(const char* name,
   section
       .Add("source",
            &device->source,
-           "udp:HOST:PORT (options as for the sonar) or serial:/dev/ttyUSB0?baud=4800; several "
-           "instruments may have the same. Empty: there is none.")
+           "URL of its bytes: udp:HOST:PORT (options as for the sonar), tcp:HOST:PORT, "
+           "serial:/dev/ttyUSB0?baud=4800 "
+           "or, for an INS on CAN, can:can0. Several instruments may share one. Empty: no such "
+           "instrument.")
       .DataSheet();
   section.Add(
       "timeout_s",
@@ -117,12 +131,30 @@ void DeclareDepth(DepthCodecParams* depth, ParameterTable* section) {
       .DataSheet();
 }
 
-void CheckSourceOf(const std::string& path, const char* name, const NavDeviceParams& device) {
+bool InsIsOnCan(const NavDriverConfig& config) {
+  return FindEntry(kInsFormats, config.ins_format)->source == SourceKind::kCan;
+}
+
+void CheckSourceOf(const std::string& path,
+                   const std::string& key,
+                   const NavDeviceParams& device,
+                   SourceKind kind) {
   if (device.source.empty()) return;
   try {
-    ExpectUsable(device.source, SourceKind::kBytes);
+    ExpectUsable(device.source, kind);
   } catch (const std::runtime_error& e) {
-    throw ConfigError(path + ": " + name + ".source: " + e.what());
+    throw ConfigError(path + ": " + key + ": " + e.what());
+  }
+}
+
+// dbc: relative to the configuration's file, and absolute afterwards.
+SignalMap LoadInsSignals(const std::string& path, std::string* dbc) {
+  namespace fs = std::filesystem;
+  *dbc = (fs::absolute(path).parent_path() / *dbc).lexically_normal().string();
+  try {
+    return EcanSignals(Dbc::Load(*dbc));
+  } catch (const std::runtime_error& e) {
+    throw ConfigError(path + ": ins.dbc: " + e.what());
   }
 }
 
@@ -166,10 +198,12 @@ ParameterTable TableOf(NavDriverConfig* config) {
       "An INS. Its poses replace dead reckoning where mapper.yaml has navigation_source: given.",
       &config->ins,
       &table);
-  ins.AddChoice("format",
-                &config->ins_format,
-                NamesOf(kInsFormats),
-                "What it speaks: NMEA 0183, iXblue's standard binary, Kongsberg's KM binary.")
+  ins.AddChoice(
+         "format",
+         &config->ins_format,
+         NamesOf(kInsFormats),
+         "Format of its messages: NMEA 0183, iXblue standard binary, Kongsberg KM binary, or ECAN "
+         "of SBG Systems.")
       .DataSheet();
   DeclareClock(&config->ins_nmea.clock, true, &ins);
   ins.Add("invert_roll",
@@ -181,8 +215,12 @@ ParameterTable TableOf(NavDriverConfig* config) {
           "Set to true if the INS sends pitch positive with the bow down. Used with format: nmea.");
   ins.Add("altitude_is_depth",
           &config->altitude_is_depth,
-          "Of phins: its altitude with the sign turned is its depth, as of an INS under water that "
-          "has a pressure sensor.");
+          "Set to true if the INS derives its altitude from a pressure sensor: depth is then minus "
+          "altitude. Used with format: phins or sbg_ecan.");
+  ins.Add("dbc",
+          &config->ins_dbc,
+          "DBC file with the CAN ids of its messages, beside this file. Change it if the ids were "
+          "changed in the INS. Used with format: sbg_ecan.");
 
   ParameterTable& gps =
       DeclareDevice("gps",
@@ -220,16 +258,32 @@ ParameterTable TableOf(NavDriverConfig* config) {
 NavDriverConfig LoadNavDriverConfig(const std::string& path) {
   NavDriverConfig config;
   TableOf(&config).Load(path);
-  CheckSourceOf(path, "ins", config.ins);
-  CheckSourceOf(path, "gps", config.gps);
-  CheckSourceOf(path, "usbl", config.usbl);
-  CheckSourceOf(path, "depth", config.depth);
+  const bool ins_is_on_can = InsIsOnCan(config);
+  CheckSourceOf(
+      path, "ins.source", config.ins, ins_is_on_can ? SourceKind::kCan : SourceKind::kBytes);
+  for (const auto& [name, device] :
+       {std::pair("gps", &config.gps), {"usbl", &config.usbl}, {"depth", &config.depth}}) {
+    const std::string key = name + std::string(".source");
+    CheckSourceOf(path, key, *device, SourceKind::kBytes);
+    if (ins_is_on_can && !device->source.empty() && device->source == config.ins.source)
+      throw ConfigError(path + ": " + key + ": " + device->source +
+                        ": expected another than that of ins, which is CAN");
+  }
+  if (ins_is_on_can) config.ins_signals = LoadInsSignals(path, &config.ins_dbc);
   return config;
 }
 
 std::string PrintConfig(const NavDriverConfig& config) {
   const NavDriverConfig defaults;
   return PrintWithDefaults(config, defaults);
+}
+
+std::vector<std::pair<std::string, std::string>> ConfigFiles(const NavDriverConfig& config) {
+  if (!InsIsOnCan(config)) return {{"nav_driver.yaml", PrintConfig(config)}};
+  const std::filesystem::path dbc = config.ins_dbc;
+  NavDriverConfig published = config;
+  published.ins_dbc = dbc.filename().string();
+  return {{published.ins_dbc, TextOfDbc(dbc)}, {"nav_driver.yaml", PrintConfig(published)}};
 }
 
 // --- driver --------------------------------------------------------------------------------------
@@ -292,6 +346,12 @@ void NavDriver::Publish(const NavOutput& output, Time recv) {
   }
 }
 
+std::vector<CanFilter> NavDriver::can_filters(const std::string& source) const {
+  for (const Device& device : devices_)
+    if (device.params.source == source) return device.codec->can_filters();
+  return {};
+}
+
 Counters NavDriver::decoder_counters() const {
   Counters all;
   for (const Device& device : devices_) AddPrefixed(device.name, device.codec->counters(), &all);
@@ -309,17 +369,19 @@ void NavDriver::UpdateHealth(const std::map<std::string, SourceState>& sources,
 void NavDriver::CheckSources(const std::map<std::string, SourceState>& sources,
                              Clock::time_point now) {
   Counters sums;
-  std::string troubles, refusals;
+  std::string troubles, can_troubles, refusals;
   for (const auto& [url, state] : sources) {
     for (const auto& [name, value] : state.counters) sums[name] += value;
     const auto say = [&url = url](const std::string& what, std::string* text) {
       if (!what.empty()) *text += (text->empty() ? "" : "; ") + url + ": " + what;
     };
     say(state.trouble, &troubles);
+    say(state.can_trouble, &can_troubles);
     say(state.refusal, &refusals);
   }
   SetAll(sums, &health_);
   health_.HoldIf(!troubles.empty(), conditions::kSourceUnavailable, troubles);
+  health_.HoldIf(!can_troubles.empty(), conditions::kCanController, can_troubles);
   const std::int64_t refused = sums["udp_refused_senders"];
   if (refused > refused_) refused_at_ = now;
   refused_ = refused;
@@ -349,14 +411,18 @@ void NavDriver::CheckDevices(Clock::time_point now) {
 
 int RunNavDriver(const NavDriverConfig& config, NavDriver* driver, Bus* bus, EventLoop* loop) {
   std::map<std::string, std::unique_ptr<ByteSource>> sources;
-  for (const std::string& url : config.sources())
-    sources[url] = OpenByteSource(url, config.receive_buffer_bytes);
+  for (const std::string& url : config.sources()) {
+    const std::vector<CanFilter> filters = driver->can_filters(url);
+    sources[url] = filters.empty() ? OpenByteSource(url, config.receive_buffer_bytes)
+                                   : OpenCanBytes(url, filters, config.receive_buffer_bytes);
+  }
   Datagram piece;
   for (const auto& [url, source] : sources) {
-    loop->Add(source->fd(), [driver, &piece, &url = url, source = source.get()] {
+    loop->Add(source->fd(), [driver, loop, &piece, &url = url, source = source.get()] {
       // Not until it is empty: signals and health want their turn in a flood.
       for (int i = 0; i < 64 && source->Receive(&piece); ++i)
         if (driver->Feed(url, piece)) source->Understood(piece);
+      if (source->finished()) loop->Stop();
     });
   }
   loop->Add(bus->fd(), [bus] { bus->HandleAll(Bus::kBurst); });
@@ -364,7 +430,8 @@ int RunNavDriver(const NavDriverConfig& config, NavDriver* driver, Bus* bus, Eve
     std::map<std::string, NavDriver::SourceState> states;
     for (const auto& [url, source] : sources) {
       source->Check();
-      states[url] = {source->trouble(), source->refusal(), source->counters()};
+      states[url] = {
+          source->trouble(), source->refusal(), source->counters(), source->can_trouble()};
     }
     driver->UpdateHealth(states, NavDriver::Clock::now());
   };

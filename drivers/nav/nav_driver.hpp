@@ -7,6 +7,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/runtime/bus.hpp"
@@ -14,6 +15,7 @@
 #include "common/runtime/health.hpp"
 #include "common/runtime/parameters.hpp"
 #include "drivers/nav/depth_codec.hpp"
+#include "drivers/nav/ecan_ins.hpp"
 #include "drivers/nav/nmea_fixes.hpp"
 #include "drivers/nav/nmea_ins.hpp"
 #include "drivers/socket/byte_source.hpp"
@@ -36,6 +38,9 @@ struct NavDriverConfig {
   std::string ins_format = "nmea";                         // nmea, phins, ... (kInsFormats)
   NmeaInsParams ins_nmea{.clock = {DeviceClock::kModel}};  // the clock of the other formats too
   bool altitude_is_depth = false;
+  std::string ins_dbc =
+      "sbg_ecan.dbc";     // of an INS on CAN; relative to the file until it is loaded
+  SignalMap ins_signals;  // made from ins_dbc
 
   NavDeviceParams gps{"", 10.0};
   NmeaFixParams gps_fixes{.source = "gps", .clock = {DeviceClock::kModel}};
@@ -55,6 +60,8 @@ struct NavDriverConfig {
 // Throws ConfigError.
 NavDriverConfig LoadNavDriverConfig(const std::string& path);
 std::string PrintConfig(const NavDriverConfig& config);
+// As it is published on CONFIG: the file, and the DBC file that it reads, if any.
+std::vector<std::pair<std::string, std::string>> ConfigFiles(const NavDriverConfig& config);
 ParameterTable TableOf(NavDriverConfig* config);
 
 // Driver of up to four instruments: an INS (channel INS), a GPS receiver and a USBL system (channel
@@ -68,6 +75,7 @@ class NavDriver {
     std::string trouble;
     std::string refusal;
     Counters counters;
+    std::string can_trouble{};
   };
 
   NavDriver(const NavDriverConfig& config, Bus* bus);
@@ -80,6 +88,9 @@ class NavDriver {
   bool Feed(const std::string& source, const Datagram& piece);
   // Call it once a second.
   void UpdateHealth(const std::map<std::string, SourceState>& sources, Clock::time_point now);
+
+  // Frames that the instrument on this source wants; empty: it is not on CAN.
+  std::vector<CanFilter> can_filters(const std::string& source) const;
 
   Health& health() { return health_; }
   // With the instrument's name as prefix: gps_no_position.

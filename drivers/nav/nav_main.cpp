@@ -11,8 +11,8 @@ int main(int argc, char** argv) {
       argc,
       argv,
       "seastitch-nav-driver",
-      "INS to INS, GPS and USBL to POSITION_FIX, pressure sensor to DEPTH, over UDP or serial "
-      "ports; with RAW_NAV",
+      "INS to INS, GPS and USBL to POSITION_FIX, pressure sensor to DEPTH, over UDP, serial ports "
+      "or CAN; with RAW_NAV",
       [](const ProcessArgs& args) {
         const auto config = LoadConfig(args, LoadNavDriverConfig);
         if (!config) return EXIT_SUCCESS;
@@ -23,8 +23,7 @@ int main(int argc, char** argv) {
         EventLoop loop;
         Bus bus(args.lcm_url);
         NavDriver driver(*config, &bus);
-        ConfigPublisher configuration(
-            ConfigParts("nav-driver", {{"nav_driver.yaml", PrintConfig(*config)}}), &bus);
+        ConfigPublisher configuration(ConfigParts("nav-driver", ConfigFiles(*config)), &bus);
         configuration.SendBy(&loop);
         return RunNavDriver(*config, &driver, &bus, &loop);
       });

@@ -1,6 +1,6 @@
 #include "drivers/socket/cannelloni.hpp"
 
-#include <algorithm>
+#include <chrono>
 
 namespace seastitch {
 namespace {
@@ -9,6 +9,7 @@ constexpr std::uint8_t kVersion = 2;
 constexpr std::uint8_t kData = 0;
 constexpr std::uint8_t kFdBit = 0x80;
 constexpr std::uint8_t kFdFlags = 0x03;  // bit rate switch, error state
+constexpr Duration kMaxPacketSpan = std::chrono::milliseconds(1);
 
 std::optional<CanFrame> ReadFrame(ByteReader* in) {
   CanFrame frame;
@@ -38,6 +39,21 @@ std::vector<std::uint8_t> EncodeCannelloni(std::span<const CanFrame> frames, std
     out.Append(frame.data());
   }
   return out.Release();
+}
+
+std::vector<StampedPacket> PackReceived(std::span<const ReceivedFrame> frames, std::uint8_t seq) {
+  std::vector<StampedPacket> packets;
+  for (std::size_t begin = 0; begin < frames.size();) {
+    std::vector<CanFrame> together;
+    std::size_t end = begin;
+    for (; end < frames.size() &&
+           std::chrono::abs(frames[end].recv - frames[begin].recv) <= kMaxPacketSpan;
+         ++end)
+      together.push_back(frames[end].frame);
+    packets.push_back({EncodeCannelloni(together, seq++), frames[end - 1].recv});
+    begin = end;
+  }
+  return packets;
 }
 
 std::optional<CannelloniPacket> DecodeCannelloni(Bytes packet) {

@@ -20,9 +20,10 @@ void Watch(int poll_fd, int fd) {
 
 }  // namespace
 
-PatientSocket::PatientSocket(std::string name, Open open)
+PatientSocket::PatientSocket(std::string name, Open open, bool logs)
     : name_(std::move(name)),
       open_(std::move(open)),
+      logs_(logs),
       poll_(epoll_create1(EPOLL_CLOEXEC)),
       timer_(timerfd_create(CLOCK_MONOTONIC, TFD_CLOEXEC | TFD_NONBLOCK)) {
   if (!poll_ || !timer_) throw std::runtime_error(name_ + ": " + std::strerror(errno));
@@ -35,7 +36,7 @@ bool PatientSocket::TryToOpen() {
   if (socket_ || read(timer_.get(), &expirations, sizeof expirations) < 0 || !OpenNow())
     return false;
   SetTimer(false);
-  spdlog::info("{}: open", name_);
+  if (logs_) spdlog::info("{}: open", name_);
   return true;
 }
 
@@ -43,7 +44,7 @@ void PatientSocket::Lose(const std::string& why) {
   trouble_ = why;
   socket_ = FileDescriptor();  // closing takes it out of the epoll
   SetTimer(true);
-  spdlog::warn("{}: {}; trying again every second", name_, why);
+  if (logs_) spdlog::warn("{}: {}; trying again every second", name_, why);
 }
 
 bool PatientSocket::OpenNow() {

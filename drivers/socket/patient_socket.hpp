@@ -19,9 +19,9 @@ class NotYet : public std::runtime_error {
 class PatientSocket {
  public:
   // open: gives the socket; throws NotYet, or anything else where waiting is no use. name: for
-  // people.
+  // people. logs: what becomes of it; else its owner does.
   using Open = std::function<FileDescriptor()>;
-  PatientSocket(std::string name, Open open);
+  PatientSocket(std::string name, Open open, bool logs = true);
 
   // Readable when the socket is, or when it is time to try again: call TryToOpen() first then.
   int fd() const { return poll_.get(); }
@@ -40,6 +40,7 @@ class PatientSocket {
 
   std::string name_;
   Open open_;
+  bool logs_;
   FileDescriptor poll_;   // an epoll of the two below
   FileDescriptor timer_;  // runs while there is no socket
   FileDescriptor socket_;

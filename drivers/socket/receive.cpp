@@ -1,11 +1,13 @@
 #include "drivers/socket/receive.hpp"
 
+#include <netdb.h>
 #include <spdlog/spdlog.h>
 #include <sys/socket.h>
 
 #include <cerrno>
 #include <cstring>
 #include <ctime>
+#include <stdexcept>
 
 namespace seastitch {
 namespace {
@@ -20,6 +22,21 @@ Time SystemNow() {
   timespec now{};
   clock_gettime(CLOCK_REALTIME, &now);
   return ToTime(now);
+}
+
+sockaddr_in AddressOf(const SourceUrl& url) {
+  const auto [host, port] = HostPortOf(url);
+  addrinfo hints{};
+  hints.ai_family = AF_INET;
+  hints.ai_socktype = SOCK_DGRAM;  // one answer an address
+  addrinfo* found = nullptr;
+  if (const int code = getaddrinfo(host.c_str(), nullptr, &hints, &found); code != 0)
+    throw std::runtime_error(url.text + ": '" + host + "': " + gai_strerror(code));
+  sockaddr_in address{};
+  std::memcpy(&address, found->ai_addr, sizeof address);
+  freeaddrinfo(found);
+  address.sin_port = htons(port);
+  return address;
 }
 
 int PrepareReceiving(const std::string& name, int fd, int receive_buffer_bytes) {

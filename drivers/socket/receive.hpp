@@ -8,12 +8,16 @@
 #include <string>
 
 #include "common/core/time.hpp"
+#include "drivers/socket/source_url.hpp"
 
-// What the CAN and the UDP socket have in common: the kernel stamps, counts and buffers.
+// What the sockets have in common: the kernel stamps, counts and buffers.
 namespace seastitch {
 
 // The system clock: for what the kernel does not stamp.
 Time SystemNow();
+
+// Of udp:HOST:PORT or tcp:HOST:PORT. Throws std::runtime_error "TEXT: reason".
+sockaddr_in AddressOf(const SourceUrl& url);
 
 // Asks for kernel receive stamps, for the count of drops, and for a receive buffer; gives the size
 // that was granted, and warns where it is less. name: for people.

@@ -14,7 +14,8 @@ namespace {
 
 constexpr char kCanUrls[] = "can:INTERFACE, candump:FILE or udp:HOST:PORT";
 constexpr char kDatagramUrls[] = "udp:HOST:PORT";
-constexpr char kByteUrls[] = "udp:HOST:PORT or serial:/dev/NAME";
+constexpr char kStreamUrls[] = "tcp:HOST:PORT";
+constexpr char kByteUrls[] = "udp:HOST:PORT, tcp:HOST:PORT or serial:/dev/NAME";
 constexpr int kBauds[] = {
     1200, 2400, 4800, 9600, 19'200, 38'400, 57'600, 115'200, 230'400, 460'800, 921'600};
 
@@ -26,7 +27,7 @@ void ExpectInterface(const SourceUrl& url, const std::string& name) {
 
 void ExpectUdp(const std::string& text) {
   const SourceUrl url = ParseSourceUrl(text, {"interface", "from"});
-  if (HostPortOf(url).host.empty()) throw std::runtime_error(text + ": expected udp:HOST:PORT");
+  HostPortOf(url);
   if (url.options.contains("interface")) ExpectInterface(url, url.options.at("interface"));
   GateOf(url);
 }
@@ -48,6 +49,7 @@ const char* UrlsOf(SourceKind kind) {
   switch (kind) {
     case SourceKind::kCan: return kCanUrls;
     case SourceKind::kDatagrams: return kDatagramUrls;
+    case SourceKind::kStream: return kStreamUrls;
     case SourceKind::kBytes: return kByteUrls;
   }
   return "";
@@ -59,8 +61,8 @@ SourceUrl ParseSourceUrl(const std::string& text, const std::set<std::string>& a
   const std::size_t colon = text.find(':');
   if (colon == std::string::npos)
     throw std::runtime_error(text +
-                             ": expected can:INTERFACE, candump:FILE, serial:/dev/NAME or "
-                             "udp:HOST:PORT");
+                             ": expected can:INTERFACE, candump:FILE, serial:/dev/NAME, "
+                             "tcp:HOST:PORT or udp:HOST:PORT");
   const std::size_t mark = text.find('?', colon);
   SourceUrl url;
   url.text = text;
@@ -80,7 +82,8 @@ SourceUrl ParseSourceUrl(const std::string& text, const std::set<std::string>& a
 
 HostPort HostPortOf(const SourceUrl& url) {
   const std::size_t colon = url.address.rfind(':');
-  if (colon == std::string::npos) throw std::runtime_error(url.text + ": expected udp:HOST:PORT");
+  if (colon == std::string::npos || colon == 0)
+    throw std::runtime_error(url.text + ": expected " + url.scheme + ":HOST:PORT");
   const std::string text = url.address.substr(colon + 1);
   HostPort address{url.address.substr(0, colon), 0};
   const char* const end = text.data() + text.size();
@@ -120,8 +123,11 @@ SenderGate GateOf(const SourceUrl& url) {
 void ExpectUsable(const std::string& text, SourceKind kind) {
   const SourceUrl url = ParseSourceUrl(text, {"speed", "interface", "from", "baud"});
   const bool is_can = kind == SourceKind::kCan;
-  if (url.scheme == "udp") {
+  const bool may_be_tcp = kind == SourceKind::kStream || kind == SourceKind::kBytes;
+  if (url.scheme == "udp" && kind != SourceKind::kStream) {
     ExpectUdp(text);
+  } else if (url.scheme == "tcp" && may_be_tcp) {
+    HostPortOf(ParseSourceUrl(text, {}));
   } else if (is_can && url.scheme == "candump") {
     ExpectCandump(text);
   } else if (is_can && url.scheme == "can") {

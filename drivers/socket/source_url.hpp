@@ -25,7 +25,7 @@ struct SourceUrl {
 // Throws std::runtime_error "TEXT: reason", also for an option that is not among those allowed.
 SourceUrl ParseSourceUrl(const std::string& text, const std::set<std::string>& allowed_options);
 
-// Of udp:HOST:PORT. Throws std::runtime_error "TEXT: reason".
+// Of udp:HOST:PORT or tcp:HOST:PORT. Throws std::runtime_error "TEXT: reason".
 struct HostPort {
   std::string host;
   std::uint16_t port = 0;
@@ -43,7 +43,7 @@ SenderGate GateOf(const SourceUrl& url);
 int BaudOf(const SourceUrl& url);
 
 // Kinds of sources that a driver can read.
-enum class SourceKind : std::uint8_t { kCan, kDatagrams, kBytes };
+enum class SourceKind : std::uint8_t { kCan, kDatagrams, kStream, kBytes };
 
 // Throws std::runtime_error "TEXT: reason" if the URL is invalid or of another kind. Devices and
 // interfaces need not exist.

@@ -2,7 +2,6 @@
 
 #include <arpa/inet.h>
 #include <net/if.h>
-#include <netdb.h>
 #include <sys/socket.h>
 
 #include <cerrno>
@@ -22,21 +21,6 @@ std::runtime_error Problem(const SourceUrl& url, const std::string& reason) {
 
 NotYet SystemProblem(const char* what) {
   return NotYet(std::string(what) + ": " + std::strerror(errno));
-}
-
-sockaddr_in AddressOf(const SourceUrl& url) {
-  const auto [host, port] = HostPortOf(url);
-  addrinfo hints{};
-  hints.ai_family = AF_INET;
-  hints.ai_socktype = SOCK_DGRAM;
-  addrinfo* found = nullptr;
-  if (const int code = getaddrinfo(host.c_str(), nullptr, &hints, &found); code != 0)
-    throw Problem(url, "'" + host + "': " + gai_strerror(code));
-  sockaddr_in address{};
-  std::memcpy(&address, found->ai_addr, sizeof address);
-  freeaddrinfo(found);
-  address.sin_port = htons(port);
-  return address;
 }
 
 // interface: its index; 0: the kernel chooses.

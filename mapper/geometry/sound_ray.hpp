@@ -9,39 +9,41 @@
 
 namespace seastitch {
 
-// Where a ray stands after its one-way time, seen from its start.
+// End of a ray after its one-way travel time, relative to its start.
 struct RayEnd {
-  double horizontal_m = 0.0;
-  double down_m = 0.0;
+  double horizontal_m = 0.0;  // distance in the vertical plane of the ray, not negative
+  double down_m = 0.0;        // positive down
 };
 
 // Rays through a sound-speed profile, in layers of constant gradient: each piece of a ray is an arc
 // of a circle (straight where the gradient vanishes), solved in closed form; see Jensen et al.,
 // Computational Ocean Acoustics, 2nd ed., section 3.3.
 //
-// Where a ray starts, the speed is the one measured at the sonar's face, in place of the profile's.
-// It changes evenly to that of the next sample below: a probe in the water now is better than a
-// profile of this morning. Kongsberg's processing unit does the same
+// At the start of a ray the speed is the one measured at the transducer's face, in place of the
+// profile's, since the probe is newer than the profile. From there it changes linearly with depth
+// to that of the next profile sample below. Kongsberg's processing unit does the same
 // (tests/mapper/geometry/kongsberg_test.cpp).
 //
-// Above the first and below the last sample the speed is that of the sample: a gradient measured
-// over one pair of samples, carried on, may be wrong by metres per second within tens of metres,
-// while the deep ocean's own 0.016 /s changes the speed by 1e-4 in 10 m.
+// Above the first and below the last sample the speed is that of the nearest sample. An
+// extrapolated gradient of one pair of samples may be wrong by metres per second within tens of
+// metres, while the deep ocean's gradient of 0.016 /s changes the speed by 0.16 m/s (1e-4) in 10 m.
 class RayTracer {
  public:
-  // Nothing where the profile is empty, not finite, not strictly rising in depth, or holds a speed
-  // that no sea water has.
+  // Depths of the profile are below the water line. std::nullopt where it is empty, not finite, not
+  // strictly increasing in depth, or has a speed outside of 1300 to 1800 m/s (IsSoundSpeed()).
   static std::optional<RayTracer> Make(const SoundVelocityProfile& profile);
   // One speed everywhere. Throws std::invalid_argument unless IsSoundSpeed().
   static RayTracer Constant(double speed_mps);
 
+  // Speed of the profile [m/s] at a depth below the water line.
   double SpeedAt(double depth_m) const;
 
-  // Follows a ray that leaves start_depth_m at an angle off the vertical, given as the sine and
-  // cosine of the direction (cosine positive: downward), for one_way_s, layer by layer.
+  // Follows a ray from start_depth_m (below the water line) for one_way_s, layer by layer. The
+  // direction is the angle off the vertical by its sine, not negative (the plane of the ray is the
+  // caller's), and its cosine, positive downward.
   //
-  // Nothing where the ray starts upward, turns up before its time is over, or where a number is not
-  // finite.
+  // std::nullopt where the ray starts horizontally or upward (cosine not above 0), turns upward
+  // before its time is over, or where a number is not finite.
   std::optional<RayEnd> Trace(double start_depth_m,
                               double sin_launch,
                               double cos_launch,
@@ -68,19 +70,20 @@ class RayTracer {
 //
 // Time and distance down to a layer are integrals of a function of sound speed over depth. Expanded
 // about the mean speed they become, for every ray, a short sum over the same few moments of the
-// profile, so that no ray has to walk through the layers. What is left of a ray in its last layer
-// is solved in closed form. Differs from RayTracer::Trace by less than 0.1 mm in 50 m; rays so flat
-// that the expansion would not do are handed to it.
+// profile, so that no ray has to walk through the layers. The rest of a ray in its last layer is
+// solved in closed form. The result differs from RayTracer::Trace by less than 0.1 mm in 50 m. Rays
+// too flat for the expansion are traced by RayTracer::Trace.
 class RayFan {
  public:
-  // deepest_m: where the rays are expected to end; deeper ones cost more. Keeps a reference to
-  // rays. Traces nothing where a number is not finite or the speed is not that of sea water.
+  // deepest_m: depth below the water line at which the rays are expected to end; a deeper ray is
+  // traced more slowly. Keeps a reference to rays. Trace() returns std::nullopt where a number is
+  // not finite or the speed is not that of sea water.
   RayFan(const RayTracer& rays,
          double start_depth_m,
          double speed_at_transducer_mps,
          double deepest_m);
 
-  // As RayTracer::Trace. Quickest when neighbouring rays follow one another.
+  // As RayTracer::Trace. Fastest for rays in the order of their angle.
   std::optional<RayEnd> Trace(double sin_launch, double cos_launch, double one_way_s);
 
  private:
@@ -100,7 +103,7 @@ class RayFan {
   double start_depth_m_;
   double speed_at_transducer_mps_;
   double mean_mps_ = 0.0;
-  double spread_ = 0.0;  // of (c - mean) / mean: the largest
+  double spread_ = 0.0;  // largest magnitude of (c - mean) / mean
   std::vector<Layer> layers_;
   std::size_t last_ = 0;  // layer in which the last ray ended
 };

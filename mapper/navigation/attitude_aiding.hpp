@@ -19,27 +19,34 @@
 
 namespace seastitch {
 
-// Corrects the filter by the device's attitude, and finds out who is wrong where they disagree:
-//   device and gyros disagree from sample to sample  the gyros, or the stamps: the attitude is the
-//                                                    device's until they agree again
-//   the device's heading has stepped, once           two hypotheses (ErrorStateFilter)
-//   the device says the same to the last bit while   the device is frozen, and not used
-//   the gyros feel a turn
-//   refused for gate_reset_s for no such reason      the filter: the attitude is the device's anew
+// Attitude updates of the filter by the device (AHRS or INS), with detection of the faulty sensor
+// where device, gyros and filter disagree:
+//   seen    device and gyros disagree, sample after sample
+//   faulty  the gyros, or the stamps
+//   done    the attitude is reset to the device's with each sample, until they agree
+//
+//   seen    the device's heading stepped once
+//   done    two hypotheses: the device is wrong now, or was before (ErrorStateFilter)
+//
+//   seen    the device's attitude is identical to the last bit, while the gyros measure a rotation
+//   faulty  the device: it is frozen, and not used
+//
+//   seen    attitudes refused for gate_reset_s, for no such reason
+//   faulty  the filter: the attitude is reset to the device's
 class AttitudeAiding {
  public:
   using Counters = std::map<std::string, std::int64_t>;
-  // The history holds what the gyros felt up to each sample.
+  // The history must reach up to each sample before the sample is used.
   AttitudeAiding(const NavigationParams& params,
                  const InertialHistory* history,
                  ErrorStateFilter* filter,
                  Counters* counters);
 
-  // The filter was started with this attitude.
+  // Call at the start of the filter, with its initial attitude.
   void Begin(Time t, const AttitudeEvent& attitude);
-  // It was carried over a gap, by this one where there is one.
+  // Call after a gap in the inertial data, with the attitude that ended it, or null.
   void Resume(Time t, const AttitudeEvent* attitude);
-  // What the gyros have felt, free of bias, since the last inertial sample.
+  // Angular rate since the last inertial sample, bias removed, imu axes.
   void AddTurn(const Eigen::Vector3d& rate_radps, double dt_s);
   void Use(Time t, const AttitudeEvent& attitude);
 
@@ -53,14 +60,15 @@ class AttitudeAiding {
 
   const RefusalRecord& refusals() const { return refusals_; }
   const StampOffset& stamps() const { return stamps_; }
-  // The rates as measured, and where the gyros are in doubt the device's turn in their place.
+  // The rates as measured. While the gyros are in doubt, the angular rate is the device's.
   InertialRates Sound(Time t, const InertialRates& measured) const;
 
  private:
   void Count(const std::string& name, std::int64_t n = 1) { (*counters_)[name] += n; }
   bool IsRepeated(const AttitudeEvent& attitude) const;  // to the last bit
   bool IsFrozen(const AttitudeEvent& attitude) const;
-  // By the gyros from when it was measured, as far as the stamps are suspected, until t.
+  // The attitude, extrapolated by the gyros from its time of measurement (t minus the suspected
+  // delay) to t.
   AttitudeEvent CarriedTo(Time t, const AttitudeEvent& attitude) const;
   void LearnRate(Time t, const AttitudeEvent& attitude);
   void LearnStamps(Time t, const AttitudeEvent& attitude);
@@ -69,8 +77,8 @@ class AttitudeAiding {
                  double share);
   void UseCarried(Time t, const AttitudeEvent& attitude, bool compares);
   void Compare(Time t, const AttitudeEvent& attitude);
-  // turned_rad: the way there and back. share: of the time that is this increment's alone; what
-  // drifts is common to those that overlap.
+  // 1 sigma of the difference of rotations over dt_s [rad]. turned_rad: sum of the absolute
+  // rotations. share: part of the time that does not overlap with other increments.
   double IncrementSigma(double dt_s, double turned_rad, double share = 1.0) const;
   bool Step(Time t, const AttitudeEvent& attitude);
   bool StepsBack(double step_rad);
@@ -97,7 +105,7 @@ class AttitudeAiding {
   // The last attitude that was compared, carried to its stamp, and the turn by the gyros since.
   std::optional<Stamped<Eigen::Quaterniond>> anchor_;
   Eigen::Quaterniond turn_ = Eigen::Quaterniond::Identity();
-  double turned_rad_ = 0.0;  // the way there and back
+  double turned_rad_ = 0.0;  // sum of the absolute rotations since
 };
 
 }  // namespace seastitch

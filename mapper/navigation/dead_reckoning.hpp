@@ -17,13 +17,13 @@
 
 namespace seastitch {
 
-// Scalar innovations of one sensor. Of a filter whose covariance is honest, mean_nis is near 1.
+// Statistics of the scalar innovations of one sensor. For a consistent filter mean_nis is near 1
+// and lag_one near 0.
 struct InnovationSummary {
   std::int64_t used = 0;
-  std::int64_t gated = 0;  // further off than gate_sigma
+  std::int64_t gated = 0;  // refused: farther off than gate_sigma
   double mean_nis = 0.0;   // mean of innovation^2 / variance of those used
-  // Correlation of a component's innovation with its last one: of an honest filter near 0.
-  double lag_one = 0.0;
+  double lag_one = 0.0;    // autocorrelation of a component's innovations, lag one
 
   template <class Archive, class Self>
   static void Fields(Archive& archive, Self& self) {
@@ -32,14 +32,14 @@ struct InnovationSummary {
 };
 
 // Dead reckoning: strapdown inertial navigation corrected by an error-state Kalman filter with the
-// device's attitude, DVL bottom track, depth and position fixes. Frozen as it goes: a state once
-// given is never changed by what comes later, so that what was built upon it stays where it is.
+// device's attitude, DVL bottom track, depth and position fixes. A state that was returned never
+// changes later, so that soundings placed by it stay where they are.
 //
-// The map is taken as flat: good to a few kilometres from the datum.
+// The map is flat, which is accurate within a few kilometres of the datum.
 //
-// Samples may arrive in any order within reorder_window_s and give the same bytes out. A sample
-// that is not finite, beyond any vehicle's limits, late or from a leaping clock is refused and
-// counted. Inertial samples drive the clock: nothing moves without them.
+// The order in which samples arrive within reorder_window_s does not change the result. A sample
+// that is not finite, beyond any vehicle's limits, late or from a stepping clock is refused and
+// counted. Time advances with the inertial samples: without them no state comes.
 class DeadReckoning : public Navigation {
  public:
   // Throws std::invalid_argument (CheckParams).
@@ -53,10 +53,10 @@ class DeadReckoning : public Navigation {
   void Add(const DvlSample& sample) override;
   void Add(const DepthSample& sample) override;
   void Add(const PositionFix& fix) override;
-  // Sound speed in the water that the DVL is in: scales what it says from then on, where
-  // params.dvl_sound_speed_mps tells which speed it reckons with.
+  // Sound speed at the DVL from t on: its velocities are multiplied by speed_mps divided by
+  // params.dvl_sound_speed_mps, unless that is 0.
   void AddSoundSpeed(Time t, double speed_mps) override;
-  // Uses what still waits in the reorder window: at the end of a log.
+  // Uses the samples that still wait in the reorder window: at the end of a log.
   void Finish() override;
 
   StartState start_state() const override;
@@ -64,32 +64,33 @@ class DeadReckoning : public Navigation {
   NavSensorHealth health(NavSensor sensor) const override;
   std::vector<SuspectedOffset> suspected_offsets() const override;
 
-  // States up to here are final. Nothing before the start is made.
+  // Time of the newest final state. std::nullopt before the start.
   std::optional<Time> latest() const override;
-  // Nothing outside [oldest kept, latest()]. Covariance is that of the frozen estimate.
+  // std::nullopt outside [latest() - window_s, latest()]. The covariance is that of the state when
+  // it was published.
   std::optional<NavState> StateAt(Time t) const override;
   std::optional<NavState> Predicted() const override;
-  // Covariance of the velocity north and east [m2/s2], of the nearest key. Nothing outside the
-  // window of window_s.
+  // Covariance of the velocity north and east [m2/s2], at the nearest key. std::nullopt as
+  // StateAt().
   std::optional<Eigen::Matrix2d> VelocityCovariance(Time t) const;
   // Covariance of (x, y [m], yaw [rad]) of Inverse(level a) * level b, in the level axes of a, for
-  // the vehicle frames at a and b (either order). Nothing outside the window of window_s.
+  // the vehicle frames at a and b (either order). std::nullopt as StateAt().
   std::optional<Eigen::Matrix3d> RelativeCovariance(Time a, Time b) const override;
-  // States are frozen, so the track bends wherever heading or position is learned. T_anchored_map,
-  // level, takes places in the map as of `t` to a map in which the vehicle at `anchor`, as its pose
-  // is known at `t`, stands where it was frozen: in that map the track from anchor to t is as
-  // straight as the sensors say that it was. What stands is the track's last key before the anchor,
-  // up to key_interval_s; `t` counts from its last epoch, up to epoch_interval_s before. anchor <=
-  // t; nothing outside the window of window_s.
+  // Published states do not change, so that the published track bends wherever heading or position
+  // is corrected. T_anchored_map, a rigid 2D transform, takes places in the map as known at `t` to
+  // a map in which the vehicle's pose at `anchor` is the published one: there the track from anchor
+  // to t has no such bends. Resolution: the anchor is the last key at or before it
+  // (key_interval_s), `t` the last epoch (epoch_interval_s). anchor <= t. std::nullopt as
+  // StateAt().
   std::optional<Pose2> Hindsight(Time anchor, Time t) const override;
 
-  // Fixes after the start and up to `until` that the filter does not take, in order of time; each
-  // is given once, and kept for window_s until then.
+  // Fixes after the start that the filter does not use, in order of time, kept for window_s.
+  // TakeFixes() removes and returns those up to `until`.
   std::vector<MapFix> WaitingFixes() const override;
   std::vector<MapFix> TakeFixes(Time until) override;
 
-  // Some 100 kB, most of it what the inertial unit felt in the last seconds. All state but the
-  // track: of samples that follow, the same becomes as without the restart, to the last bit.
+  // About 100 kB, most of it inertial data of the last seconds. With all state but the track: the
+  // samples that follow give the same result as without the restart, to the last bit.
   std::optional<std::vector<std::uint8_t>> Save(std::optional<Time> since) const override;
   bool Restore(Bytes saved) override;
 

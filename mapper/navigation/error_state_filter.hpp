@@ -12,24 +12,28 @@
 
 namespace seastitch {
 
-// Order of the error state. Truth = estimate + error, but for two: the attitude error is a rotation
-// vector in map axes, R_true = Exp(tilt) R_estimate, and the velocity error is what is left when
-// the estimate has been turned by it, v_true = Exp(tilt) v_estimate + error. Written so (invariant
-// form: Barrau and Bonnabel, IEEE Trans. Automatic Control 62(4), 2017) a DVL's component does not
-// depend on heading at all, and the filter cannot talk itself into knowing heading from it.
+// Order of the error state. Map axes are north, east, down; imu and dvl are the axes of the units.
+// Truth = estimate + error, with two exceptions. The attitude error is a rotation vector in map
+// axes, R_true = Exp(tilt) R_estimate. The velocity error is defined after the estimate is rotated
+// by it, v_true = Exp(tilt) v_estimate + error. In this invariant form (Barrau and Bonnabel, IEEE
+// Trans. Automatic Control 62(4), 2017) the Jacobian of a DVL measurement has no heading column:
+// the filter does not gain spurious information on heading from it. A bias is what the sensor adds:
+// measured = true + bias.
 enum ErrorIndex : int {
   kPosition = 0,        // m, map
   kVelocity = 3,        // m/s, map
-  kTilt = 6,            // rad, map: attitude
+  kTilt = 6,            // rad, map: attitude, all three axes
   kGyroBias = 9,        // rad/s, imu
   kAccelBias = 12,      // m/s2, imu
   kDvlScale = 15,       // measured = (1 + scale) * true
-  kDvlMounting = 16,    // rad, dvl: measured = Exp(mounting) true
-  kAttitudeBias = 19,   // rad: what the device adds to roll, pitch, yaw, for long
-  kHeadingWander = 22,  // rad: and to yaw, for minutes
-  kDeviation = 23,      // rad: and to yaw, times its sine and its cosine
-  kDepthBias = 25,      // m: what the pressure sensor adds to depth
-  kHeadingDoubt = 26,   // 0 or 1: whether the other hypothesis of the heading is the right one
+  kDvlMounting = 16,    // rad, dvl: measured = (1 + scale) Exp(mounting) true
+  kAttitudeBias = 19,   // rad: slow error of the attitude sensor in roll, pitch, yaw
+  kHeadingWander = 22,  // rad: its error in yaw that wanders within minutes (Gauss-Markov)
+  kDeviation = 23,      // rad: coefficients of its deviation, B sin(yaw) + C cos(yaw)
+  kDepthBias = 25,      // m: bias of the pressure sensor's depth
+  // 1 if the other hypothesis of the heading is the right one, else 0: a Bernoulli variable,
+  // treated as a Gaussian of variance 1 until it is decided.
+  kHeadingDoubt = 26,
   kErrorSize = 27,
 };
 
@@ -43,24 +47,25 @@ using AttitudeRows = Eigen::Matrix<double, 3, kErrorSize>;
 
 // Error-state Kalman filter of the inertial unit's motion; the error model is that of Groves,
 // Principles of GNSS, Inertial, and Multisensor Integrated Navigation Systems, 2nd ed., 14.2.3,
-// for a frame fixed to the Earth. Knows no time of day, no order of samples and no bad input: its
-// caller does.
+// for a local-level map fixed to the Earth. Its caller orders the samples, keeps their times and
+// rejects bad input: here none of that is checked. "The device" is the sensor of roll, pitch and
+// heading (AHRS or INS).
 //
-// Beside state and covariance it keeps the transition of the error since TakeTransition(): the
-// product A of every (I - K H) and F on the way, so that of two frozen estimates
-// Cov(error(b), error(a)) = A(a to b) Cov(error(a)).
-// And what the measurements on the way told of the error at its start: Cov(error(a)) times that
-// news is what hindsight at b corrects in the estimate frozen at a (Bierman, Factorization Methods
-// for Discrete Sequential Estimation, 1977, ch. X: the modified Bryson-Frazier smoother).
+// Besides state and covariance it keeps, since the last TakeTransition(), the transition matrix A
+// of the error: the product of all (I - K H) and F. For published estimates, which are not
+// corrected later, Cov(error(b), error(a)) = A(a to b) Cov(error(a)). It also keeps the adjoint
+// vector `news` of the modified Bryson-Frazier smoother (Bierman, Factorization Methods for
+// Discrete Sequential Estimation, 1977, ch. X): Cov(error(a)) times `news` at b is the correction
+// of the estimate of a by the measurements between a and b (Hindsight).
 class ErrorStateFilter {
  public:
-  // Lever arms and mountings from the inertial unit's point of view.
+  // Poses of the vehicle frame and the DVL in imu axes, and position of the pressure port [m].
   struct Mounting {
     Eigen::Isometry3d T_imu_vehicle = Eigen::Isometry3d::Identity();
     Eigen::Isometry3d T_imu_dvl = Eigen::Isometry3d::Identity();
     Eigen::Vector3d p_imu_depth = Eigen::Vector3d::Zero();
   };
-  // What the start does not get from the device's attitude.
+  // Position and velocity of the inertial unit at the start; its attitude comes from the device.
   struct Start {
     Eigen::Vector3d p_map_imu = Eigen::Vector3d::Zero();
     Eigen::Vector3d v_map_mps = Eigen::Vector3d::Zero();
@@ -72,25 +77,26 @@ class ErrorStateFilter {
                    const Mounting& mounting,
                    const EarthModel& earth);
 
-  // sigma_rpy_rad: the device's own; what params state holds where that is more.
+  // sigma_rpy_rad: 1 sigma that the device states; the larger of it and the one in params is used.
   void Initialise(const Start& start,
                   const Eigen::Quaterniond& q_map_imu,
                   const Eigen::Vector3d& sigma_rpy_rad);
 
-  // Raw rates as measured, changing evenly over dt_s.
+  // Integrates angular rate and specific force as measured, biases included, linear from `from` to
+  // `to` over dt_s.
   void Propagate(const InertialRates& from, const InertialRates& to, double dt_s);
-  // The same without the accelerometers, which are in doubt: the velocity along the vehicle's own
-  // axes stays.
+  // The same while the accelerometers are in doubt: the velocity in vehicle axes is held constant.
   void PropagateHoldingVelocity(const InertialRates& from, const InertialRates& to, double dt_s);
-  // Over a hole in the inertial data: straight on, and the attitude anew from the device, or where
-  // there is none as it was.
+  // Bridges a gap in the inertial data by a constant velocity. The attitude afterwards is the
+  // device's, or without one that before the gap.
   void Coast(double dt_s,
              const std::optional<Eigen::Quaterniond>& q_map_imu,
              const InertialRates& now);
 
-  // Each gives how many components were refused by the gate.
+  // Measurement updates with gates. Each returns the number of components that its gate refused.
   int UpdateAttitude(const Eigen::Quaterniond& q_map_imu, const Eigen::Vector3d& sigma_rpy_rad);
-  // Whole ensembles: none of it is used where a component is refused.
+  // An ensemble is used whole, or not at all where a component is refused. kLeft: the update leaves
+  // DVL scale and mounting as they are, for an ensemble soon after a refusal.
   enum class SlowStates : std::uint8_t { kLearned, kLeft };  // scale and mounting of the DVL
   int UpdateDvl(const Eigen::Vector3d& v_dvl_mps,
                 const Eigen::Vector3d& sigma_mps,
@@ -98,29 +104,34 @@ class ErrorStateFilter {
   int UpdateDepth(double depth_m, double sigma_m);
   int UpdatePosition(const Eigen::Vector2d& north_east_m, const Eigen::Matrix2d& covariance_m2);
 
-  // A state is set to what is measured, and its error is that of the measurement.
+  // Resets: the state is set to the measurement, and its error becomes the measurement's. For a
+  // state that is known to be wrong, where an update would be refused. Positions are of the vehicle
+  // frame.
   void TakeAttitude(const Eigen::Quaterniond& q_map_imu, const Eigen::Vector3d& sigma_rpy_rad);
   void TakeVelocity(const Eigen::Vector3d& v_dvl_mps, const Eigen::Vector3d& sigma_mps);
   void TakeDepth(double depth_m, double sigma_m);
   void TakePosition(const Eigen::Vector2d& north_east_m, const Eigen::Matrix2d& covariance_m2);
-  // What a state that was wrong has done to the position, and how wrong that may be.
+  // Corrects the position for the displacement by a velocity or attitude that was wrong until a
+  // reset, and adds to the position's covariance what is uncertain of it. Map axes.
   void MovePosition(const Eigen::Vector3d& by_m);
   void WidenPosition(const Eigen::Matrix3d& by_m2);
-  // Resets the uncertainty of biases to the data sheet's: they may have been learned from a wrong
-  // sensor. The attitude's bias is reopened only where the attitude is taken anew right after:
-  // without its correlation with the tilt the next attitude would count twice.
+  // Resets the covariance of biases to the data sheet's, since a wrong sensor may have corrupted
+  // them. Call ReopenAttitudeBias() only with TakeAttitude() right after: without the bias's
+  // correlation with the attitude error, the next attitude would count twice.
   void ReopenInertialBiases();
   void ReopenAttitudeBias();
+  // Shortens the velocity to limit_mps, and adds the limit to its sigma in quadrature.
   void LimitSpeed(double limit_mps);
 
-  // The device's heading has made a step that the gyros did not feel. Two hypotheses from then on:
-  // it is wrong now (the heading stays), or was before (the heading follows). The state is that of
-  // the one, and the covariance about it holds both, until the device steps back or positions
-  // decide.
+  // Treats a step of the device's heading that the gyros did not measure; step_rad: new minus old,
+  // clockwise from above positive. From then on there are two hypotheses: the device is wrong since
+  // the step (the state's heading stays), or it was wrong before (the heading follows the step).
+  // The state is that of one hypothesis and the covariance about it includes the other, until the
+  // device steps back or positions decide.
   void KeepHeadingOverStep(double step_rad);
   void FollowHeadingStep(double step_rad);
   enum class HeadingHypothesis : std::uint8_t { kOwn, kOther };
-  // The state moves to the one that is right.
+  // Ends the two hypotheses. kOther: the state moves to the other one.
   void EndHeadingDoubt(HeadingHypothesis right);
   // The device is back where it was.
   void TrustDeviceHeading() { heading_offset_rad_ = 0.0; }
@@ -128,7 +139,8 @@ class ErrorStateFilter {
   double heading_doubt_rad() const { return doubt_rad_; }
   // What the device adds to the heading by steps that the filter did not follow.
   double heading_offset_rad() const { return heading_offset_rad_; }
-  // Of the device's heading against what is expected of it.
+  // Residuals, measured minus predicted: heading [rad], its 1 sigma, velocity [m/s, dvl axes], and
+  // roll, pitch, yaw [rad].
   double HeadingResidual(const Eigen::Quaterniond& q_map_imu) const;
   double HeadingResidualSigma();
   Eigen::Vector3d DvlResidual(const Eigen::Vector3d& v_dvl_mps) const;
@@ -139,12 +151,14 @@ class ErrorStateFilter {
   // The vehicle frame, now.
   Eigen::Isometry3d T_map_vehicle() const;
   Eigen::Vector3d v_map_vehicle_mps() const;
-  // Rows: x, y, z [m], roll, pitch, yaw [rad], v north, v east [m/s] of the vehicle frame by error
-  // state.
+  // Jacobian of the vehicle frame's x, y, z [m], roll, pitch, yaw [rad], v north, v east [m/s] with
+  // respect to the error state.
   Eigen::Matrix<double, 8, kErrorSize> VehicleJacobian() const;
 
   const InertialState& state() const { return state_; }
-  const ErrorVector& biases() const { return biases_; }  // nine zeros, then as ErrorIndex
+  // Estimated sensor errors in the order of ErrorIndex; zero at the first nine and at
+  // kHeadingDoubt.
+  const ErrorVector& biases() const { return biases_; }
   // Brings the covariance up to the state, and returns it.
   const ErrorMatrix& covariance();
   struct Transition {
@@ -161,8 +175,7 @@ class ErrorStateFilter {
   const ErrorVector& news() const { return since_.news; }
 
   InnovationSummary innovations(NavSensor sensor) const;
-  // How often the position was moved by what no motion and no weighing explains, and how far in
-  // all.
+  // Number of jumps of the position by resets (MovePosition()), and the sum of their lengths.
   struct Moves {
     std::int64_t count = 0;
     double way_m = 0.0;
@@ -188,7 +201,7 @@ class ErrorStateFilter {
   void ReopenBiases(int first, int size);
   void Step(const InertialRates& from, const InertialRates& to, double dt_s);
   Eigen::Vector3d ForceThatHolds(const Eigen::Vector3d& rate_radps) const;
-  Eigen::Vector3d TurnOverGround() const;  // as the gyros feel it, imu
+  Eigen::Vector3d TurnOverGround() const;  // angular rate with respect to the Earth [rad/s], imu
   struct DvlModel {
     Eigen::Vector3d expected_mps;
     Eigen::Matrix<double, 3, kErrorSize> H;
@@ -196,13 +209,16 @@ class ErrorStateFilter {
   DvlModel ModelDvl() const;
   Eigen::Vector3d DvlSigma(const Eigen::Vector3d& sigma_mps) const;
   void PropagateCovariance();
-  // What the device adds to roll, pitch, yaw, by error state.
+  // Jacobian of the device's error in roll, pitch, yaw with respect to the error state.
   AttitudeRows DeviceErrorRows() const;
   Eigen::Quaterniond WithoutStep(const Eigen::Quaterniond& q_map_imu) const;
   Eigen::Quaterniond WithoutDeviceError(const Eigen::Quaterniond& q_map_imu) const;
   void AlignWithDevice();
+  // Adapts the sigma of an attitude bias to the sigma that the device states now.
   void FollowStatedSigma(int axis, double sigma);
+  // Adds an error of heading of lost_rad, 1 sigma, to the wander.
   void LoseHeading(double lost_rad);
+  // Reduces the sigma of bias i from `before` to `after`, as a measurement of it would.
   void ShrinkBias(int i, double before, double after);
   void DoubtHeading(double other_rad);
   ErrorVector ByHeadingDoubt() const;
@@ -255,7 +271,7 @@ class ErrorStateFilter {
 
   struct Innovations {
     InnovationSummary summary;
-    double mean_product = 0.0;  // of a component's innovation over sigma with its last
+    double mean_product = 0.0;  // autocorrelation of normalised innovations, lag one
     std::array<double, 3> last_by_sigma{};
 
     template <class Archive, class Self>

@@ -135,7 +135,9 @@ void GivenNavigation::AddPosition(const NavigationSample& sample) {
                    north,
                    up);
   if (!(std::hypot(east, north) < kMaxFromDatumM)) return Count("ins_position_far_from_datum");
-  JumpFinder::Position position{sample.time, {north, east}, std::nullopt, 0.0};
+  JumpFinder::Position position;
+  position.time = sample.time;
+  position.given_m = {north, east};
   if (sample.velocity) position.v_mps = sample.velocity->v_ned_mps.head<2>();
   position.sigma_m = std::sqrt(0.5) * sample.position->sigma_north_east_m.norm();
   positions_.push_back(position);
@@ -153,17 +155,21 @@ void GivenNavigation::Finish() {
 void GivenNavigation::Proceed(bool finish) {
   if (attitudes_.empty()) return;
   const Eigen::Vector3d lever_m = vehicle_.T_vehicle_imu.translation();
-  const bool needs_attitude = !lever_m.isZero();
-  while (!positions_.empty() &&
-         (finish || !needs_attitude || positions_.front().time <= attitudes_.back().time)) {
+  const bool has_lever = !lever_m.isZero();
+  const auto waits_for_attitude = [&](const JumpFinder::Position& position) {
+    return (has_lever || !position.v_mps) && position.time > attitudes_.back().time;
+  };
+  while (!positions_.empty() && (finish || !waits_for_attitude(positions_.front()))) {
     JumpFinder::Position position = positions_.front();
     positions_.pop_front();
     const auto attitude = AttitudeAt(position.time);
-    if (needs_attitude && !attitude) {
+    if (has_lever && !attitude) {
       Count("ins_position_without_attitude");
       continue;
     }
-    if (needs_attitude) position.given_m -= (attitude->q_map_vehicle * lever_m).head<2>();
+    if (has_lever) position.given_m -= (attitude->q_map_vehicle * lever_m).head<2>();
+    if (attitude)
+      position.heading_rad = RpyFromRotation(attitude->q_map_vehicle.toRotationMatrix()).z();
     jumps_.Add(position);
   }
   const Time now = positions_.empty() ? attitudes_.back().time : positions_.front().time;

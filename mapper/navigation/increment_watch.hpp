@@ -9,25 +9,25 @@
 
 namespace seastitch {
 
-// Compares by how much two sensors say that something has changed from sample to sample: the
-// device's attitude against the gyros, the DVL's velocity against the accelerometers. That needs
-// no filter, and so none that may be wrong. One lone difference is a step of the sensor that has
-// an absolute value; differences that go on are a fault of the one that is integrated, or of the
-// stamps.
+// Comparison of two sensors by their changes from sample to sample: the device's attitude with the
+// gyros, the DVL's velocity with the accelerometers. No filter takes part, so that a wrong filter
+// has no influence. A single difference is a step of the sensor with an absolute value (device,
+// DVL). Differences that continue are a fault of the integrated sensor (gyros, accelerometers) or
+// of the stamps.
 class IncrementWatch {
  public:
-  // Differences beyond `gate` sigma count. Those that go on are over when there was none for
-  // quiet_s.
+  // A difference beyond `gate` sigma counts. A fault that continues ends after quiet_s without one.
   IncrementWatch(double gate, double quiet_s) : gate_(gate), quiet_s_(quiet_s) {}
 
   // The difference since the last sample, and 1 sigma of each of its components.
   void Add(Time t, const Eigen::Vector3d& difference, double sigma);
-  // The next difference does not join on to the last: what the sensors did meanwhile is not known.
+  // Call after a gap: the next difference does not continue the last.
   void Interrupt() { last_.clear(); }
   void ForgetStep();
 
   bool GoesOn(Time t) const;
-  // The sum of lone differences that did not come back. Sure: others that agree have followed it.
+  // Sum of the single differences that were not reversed. StepIsSure(): samples that agree
+  // followed.
   const std::optional<Eigen::Vector3d>& step() const { return step_; }
   bool StepIsSure() const { return step_ && since_step_ >= kAgreeing; }
   Time step_time() const { return step_time_; }

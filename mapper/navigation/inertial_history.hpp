@@ -9,16 +9,16 @@
 
 namespace seastitch {
 
-// What the inertial unit has felt in the last seconds, without any filter: how it has turned, and
-// what its accelerometers have added to the velocity. Sensors that are stamped late are compared
-// with it, and carried forward by it.
+// History of the inertial unit's rotation and of its integrated specific force over the last
+// seconds, independent of the filter. Sensors with late stamps are compared with it, and
+// extrapolated by it.
 class InertialHistory {
  public:
   explicit InertialHistory(double span_s) : span_s_(span_s) {}
 
-  // Free of bias, changing evenly over the dt_s before t; in order of time.
+  // Rates with biases removed, linear over the dt_s before t; in order of time.
   void Add(Time t, const InertialRates& from, const InertialRates& to, double dt_s);
-  // What happens from here on does not join on to what was before.
+  // Call at a gap: what comes next does not continue what was before.
   void Clear() { moments_.clear(); }
 
   bool empty() const { return moments_.empty(); }
@@ -26,12 +26,13 @@ class InertialHistory {
     return !empty() && moments_.front().time <= t && t <= moments_.back().time;
   }
 
-  // Since an instant of its own; only differences mean something. Beyond its ends: that of the end.
+  // State relative to the first sample of the history; only differences of two have a meaning. At()
+  // beyond its ends returns the nearest end.
   struct Moment {
     Time time;
-    // Takes imu axes to those at the instant.
+    // Rotation from the imu axes at `time` to the imu axes at the first sample (history's axes).
     Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
-    Eigen::Vector3d push_mps = Eigen::Vector3d::Zero();  // by specific force, axes of the instant
+    Eigen::Vector3d push_mps = Eigen::Vector3d::Zero();  // integrated force, history's axes
     Eigen::Vector3d rate_radps = Eigen::Vector3d::Zero();
 
     template <class Archive, class Self>

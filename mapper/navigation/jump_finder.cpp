@@ -1,9 +1,11 @@
 #include "mapper/navigation/jump_finder.hpp"
-#include "common/core/median.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
+
+#include "common/core/median.hpp"
+#include "common/core/pose.hpp"
 
 namespace seastitch {
 namespace {
@@ -14,12 +16,17 @@ constexpr std::size_t kFewest = 3;   // positions on either side
 constexpr double kGate = 6.0;        // sigmas: one in 70 million
 // Half of a jump lies between two positions: what slides is no jump.
 constexpr double kSharp = 0.5;
+// Of a vehicle under way: what it does between two positions is no jump.
+constexpr double kAccelerationMps2 = 0.5;
 constexpr std::size_t kNoiseSteps = 200;
 // Variance of a median of normal numbers over that of their mean.
 constexpr double kMedianVariance = 1.57;
-constexpr double kSigmaPerMedianStep = 1.0 / (0.6745 * 1.4142);
+constexpr double kSigmaPerMedian = 1.0 / 0.6745;
+constexpr double kSigmaPerMedianStep = kSigmaPerMedian / 1.4142;
 
-Eigen::Vector2d MedianOf(const std::vector<Eigen::Vector2d>& points) {
+using Points = std::vector<Eigen::Vector2d>;
+
+Eigen::Vector2d MedianOf(const Points& points) {
   std::vector<double> x, y;
   for (const Eigen::Vector2d& p : points) {
     x.push_back(p.x());
@@ -28,17 +35,57 @@ Eigen::Vector2d MedianOf(const std::vector<Eigen::Vector2d>& points) {
   return {Median(std::move(x)), Median(std::move(y))};
 }
 
+Eigen::Vector2d MeanOf(const Points& points) {
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  for (const Eigen::Vector2d& p : points) sum += p;
+  return sum / static_cast<double>(points.size());
+}
+
+// Along both axes.
+void AddDistances(const Eigen::Vector2d& a, const Eigen::Vector2d& b, std::vector<double>* out) {
+  out->insert(out->end(), {std::abs(a.x() - b.x()), std::abs(a.y() - b.y())});
+}
+
+double SpreadOf(const Points& points) {
+  const Eigen::Vector2d mean = MeanOf(points);
+  double sum = 0.0;
+  for (const Eigen::Vector2d& p : points) sum += (p - mean).squaredNorm();
+  return sum;
+}
+
+// a turned by the angle of b and scaled by its length; and the other way round.
+Eigen::Vector2d Times(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+  return {a.x() * b.x() - a.y() * b.y(), a.x() * b.y() + a.y() * b.x()};
+}
+Eigen::Vector2d Over(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+  return Times(a, {b.x(), -b.y()}) / b.squaredNorm();
+}
+
+// Velocities ahead and to starboard by pairs of positions `at`, with the way at 1 m/s to each.
+void AddVelocities(const Points& at, const Points& ahead, Points* velocities) {
+  for (std::size_t i = 0; i < at.size(); ++i)
+    for (std::size_t k = i + 1; k < at.size(); ++k)
+      if (const Eigen::Vector2d way = ahead[k] - ahead[i]; way.squaredNorm() > 0.0)
+        velocities->push_back(Over(at[k] - at[i], way));
+}
+
 }  // namespace
 
 void JumpFinder::Add(const Position& position) {
-  Entry entry{position, Eigen::Vector2d::Zero()};
+  Entry entry{position, Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero(), false};
   if (last_) {
     const Position& from = last_->position;
+    if (!entry.position.heading_rad) entry.position.heading_rad = from.heading_rad;
     const double dt_s = ToSeconds(position.time - from.time);
-    const bool known = position.v_mps && from.v_mps && dt_s <= kWindowS;
+    entry.by_velocity = position.v_mps && from.v_mps && dt_s <= kWindowS;
     const Eigen::Vector2d moved = position.given_m - from.given_m;
     entry.residual_m = last_->residual_m;
-    if (known) entry.residual_m += moved - 0.5 * dt_s * (*position.v_mps + *from.v_mps);
+    if (entry.by_velocity) entry.residual_m += moved - 0.5 * dt_s * (*position.v_mps + *from.v_mps);
+    const double begin_rad = from.heading_rad.value_or(0.0);
+    const double turn_rad = WrapAngle(entry.position.heading_rad.value_or(0.0) - begin_rad);
+    const double heading_rad = begin_rad + 0.5 * turn_rad;
+    entry.ahead_m =
+        last_->ahead_m + dt_s * Eigen::Vector2d(std::cos(heading_rad), std::sin(heading_rad));
   }
   last_ = entry;
   waiting_.push_back(std::move(entry));
@@ -62,28 +109,24 @@ void JumpFinder::DecideFirst(std::vector<Steady>* out) {
   const Entry first = waiting_.front();
   const Time t = first.position.time;
   if (!before_.empty() && ToSeconds(t - before_.back().position.time) > kWindowS) before_.clear();
-  Residuals after;
-  for (const Entry& entry : waiting_)
-    if (after.size() < kWindow && ToSeconds(entry.position.time - t) <= kWindowS)
-      after.push_back(entry.residual_m);
-  const double noise_m = Noise();
+  const Window window = Around();
+  const double noise_m = Noise(window);
   waiting_.pop_front();
-  if (IsSpike(after, noise_m)) {
+  if (IsSpike(window, noise_m)) {
     ++spikes_;
     return;
   }
   Steady steady{first.position, {}};
-  if (const auto jump_m = JumpBefore(after, noise_m)) {
+  if (const auto jump_m = JumpIn(window, noise_m)) {
     steady.jumped = true;
-    steady.jump_variance_m2 =
-        kMedianVariance * noise_m * noise_m *
-        (1.0 / static_cast<double>(before_.size()) + 1.0 / static_cast<double>(after.size()));
+    steady.jump_variance_m2 = window.variance * noise_m * noise_m;
     jumps_m_ += *jump_m;
     before_.clear();
   }
   if (!before_.empty()) {
-    const Eigen::Vector2d step = first.residual_m - before_.back().residual_m;
-    steps_m_.insert(steps_m_.end(), {std::abs(step.x()), std::abs(step.y())});
+    std::vector<double> step_m;
+    AddDistances(window.after_m.front(), window.before_m.back(), &step_m);
+    steps_m_.insert(steps_m_.end(), step_m.begin(), step_m.end());
     while (steps_m_.size() > kNoiseSteps) steps_m_.pop_front();
   }
   steady.steady_m = first.position.given_m - jumps_m_;
@@ -93,49 +136,102 @@ void JumpFinder::DecideFirst(std::vector<Steady>* out) {
   out->push_back(std::move(steady));
 }
 
-std::optional<Eigen::Vector2d> JumpFinder::JumpBefore(const Residuals& after,
-                                                      double noise_m) const {
-  if (before_.size() < kFewest || after.size() < kFewest) return std::nullopt;
-  Residuals earlier;
-  for (const Entry& entry : before_) earlier.push_back(entry.residual_m);
-  const Eigen::Vector2d jump = MedianOf(after) - MedianOf(earlier);
-  if (jump.norm() <= Threshold(after.size(), noise_m)) return std::nullopt;
-  // The sharpest step in sight is this one.
+JumpFinder::Window JumpFinder::Around() const {
+  std::vector<const Entry*> before, after;
+  for (const Entry& entry : before_) before.push_back(&entry);
+  const Time t = waiting_.front().position.time;
+  for (const Entry& entry : waiting_)
+    if (after.size() < kWindow && ToSeconds(entry.position.time - t) <= kWindowS)
+      after.push_back(&entry);
+  const auto among = [](const std::vector<const Entry*>& entries, auto member) {
+    Points points;
+    for (const Entry* entry : entries) points.push_back(member(*entry));
+    return points;
+  };
+  const auto residual = [](const Entry& e) { return e.residual_m; };
+  Window window{among(before, residual), among(after, residual), min_jump_m_, 0.0};
+  if (!before.empty())
+    window.variance = kMedianVariance * (1.0 / static_cast<double>(before.size()) +
+                                         1.0 / static_cast<double>(after.size()));
+  std::vector<const Entry*> all = before;
+  all.insert(all.end(), after.begin(), after.end());
+  if (std::all_of(all.begin() + 1, all.end(), [](const Entry* e) { return e->by_velocity; }))
+    return window;
+
+  const auto given = [](const Entry& e) { return e.position.given_m; };
+  const auto ahead = [&](const Entry& e) -> Eigen::Vector2d {
+    return e.ahead_m - waiting_.front().ahead_m;
+  };
+  const Points ahead_before = among(before, ahead), ahead_after = among(after, ahead);
+  window.before_m = among(before, given);
+  window.after_m = among(after, given);
+  Points velocities;
+  AddVelocities(window.before_m, ahead_before, &velocities);
+  AddVelocities(window.after_m, ahead_after, &velocities);
+  if (velocities.empty()) return window;
+  const Eigen::Vector2d v_mps = MedianOf(velocities);
+  for (std::size_t i = 0; i < before.size(); ++i)
+    window.before_m[i] -= Times(v_mps, ahead_before[i]);
+  for (std::size_t i = 0; i < after.size(); ++i) window.after_m[i] -= Times(v_mps, ahead_after[i]);
+  if (before.empty()) return window;
+  // What the velocity errs by, over the way between the two.
+  window.variance += kMedianVariance * (MeanOf(ahead_after) - MeanOf(ahead_before)).squaredNorm() /
+                     std::max(SpreadOf(ahead_before) + SpreadOf(ahead_after), 1e-9);
+  const double dt_s = ToSeconds(t - before.back()->position.time);
+  window.min_jump_m = std::max(min_jump_m_, kAccelerationMps2 * dt_s * dt_s);
+  return window;
+}
+
+std::optional<Eigen::Vector2d> JumpFinder::JumpIn(const Window& window, double noise_m) const {
+  const auto& [before, after, min_jump_m, variance] = window;
+  if (before.size() < kFewest || after.size() < kFewest) return std::nullopt;
+  const Eigen::Vector2d jump = MedianOf(after) - MedianOf(before);
+  if (jump.norm() <= std::max(min_jump_m, kGate * noise_m * std::sqrt(variance)))
+    return std::nullopt;
+  // The sharpest step in sight is this one, and it is none of many.
   const Eigen::Vector2d direction = jump.normalized();
-  const double here_m = direction.dot(after[0] - earlier.back());
-  if (here_m < kSharp * jump.norm()) return std::nullopt;
-  for (std::size_t i = 1; i < after.size(); ++i)
-    if (direction.dot(after[i] - after[i - 1]) > here_m) return std::nullopt;
+  const double here_m = direction.dot(after.front() - before.back());
+  std::vector<double> others_m;
+  for (std::size_t i = 1; i < before.size(); ++i)
+    others_m.push_back(direction.dot(before[i] - before[i - 1]));
+  for (std::size_t i = 1; i < after.size(); ++i) {
+    others_m.push_back(direction.dot(after[i] - after[i - 1]));
+    if (others_m.back() > here_m) return std::nullopt;
+  }
+  if (here_m - Median(std::move(others_m)) < kSharp * jump.norm()) return std::nullopt;
   return jump;
 }
 
-// What follows lies where what came before did, and this one does not.
-bool JumpFinder::IsSpike(const Residuals& after, double noise_m) const {
-  if (before_.size() < kFewest || after.size() < kFewest + 1) return false;
-  Residuals around(after.begin() + 1, after.end());
-  const Eigen::Vector2d later = MedianOf(around);
-  around.clear();
-  for (const Entry& entry : before_) around.push_back(entry.residual_m);
-  const Eigen::Vector2d earlier = MedianOf(around);
-  const double threshold_m = std::max(min_jump_m_, kGate * noise_m);
-  return (later - earlier).norm() < threshold_m && (after[0] - earlier).norm() > threshold_m &&
-         (after[0] - later).norm() > threshold_m;
+// What follows lies where what came before did, and this one lies off those next to it.
+bool JumpFinder::IsSpike(const Window& window, double noise_m) const {
+  const auto& [before, after, min_jump_m, variance] = window;
+  if (before.size() < kFewest || after.size() < kFewest + 1) return false;
+  const Eigen::Vector2d earlier = MedianOf(before);
+  const Eigen::Vector2d later = MedianOf(Points(after.begin() + 1, after.end()));
+  const Eigen::Vector2d last = MedianOf(Points(before.end() - kFewest, before.end()));
+  const Eigen::Vector2d next = MedianOf(Points(after.begin() + 1, after.begin() + 1 + kFewest));
+  const double threshold_m = std::max(min_jump_m, kGate * noise_m);
+  return (later - earlier).norm() < threshold_m && (after.front() - last).norm() > threshold_m &&
+         (after.front() - next).norm() > threshold_m;
 }
 
-double JumpFinder::Threshold(std::size_t after, double noise_m) const {
-  const double variance = kMedianVariance * (1.0 / static_cast<double>(before_.size()) +
-                                             1.0 / static_cast<double>(after));
-  return std::max(min_jump_m_, kGate * noise_m * std::sqrt(variance));
-}
-
-// Of one position, each axis, 1 sigma: by what is decided, and by what is in sight.
-double JumpFinder::Noise() const {
+// Of one position, each axis, 1 sigma: by the steps of what is decided, and of what is in sight;
+// more where positions in sight scatter more, which do not move as is supposed.
+double JumpFinder::Noise(const Window& window) const {
   std::vector<double> steps(steps_m_.begin(), steps_m_.end());
-  for (std::size_t i = 1; i < waiting_.size() && steps.size() < 2 * kWindow; ++i) {
-    const Eigen::Vector2d step = waiting_[i].residual_m - waiting_[i - 1].residual_m;
-    steps.insert(steps.end(), {std::abs(step.x()), std::abs(step.y())});
+  for (std::size_t i = 1; i < window.after_m.size() && steps.size() < 2 * kWindow; ++i)
+    AddDistances(window.after_m[i], window.after_m[i - 1], &steps);
+  std::vector<double> off_m;
+  for (const Points* const side : {&window.before_m, &window.after_m}) {
+    if (side->empty()) continue;
+    const Eigen::Vector2d median = MedianOf(*side);
+    for (const Eigen::Vector2d& p : *side) AddDistances(p, median, &off_m);
   }
-  return steps.empty() ? 0.0 : kSigmaPerMedianStep * Median(std::move(steps));
+  const double by_steps_m = steps.empty() ? 0.0 : kSigmaPerMedianStep * Median(std::move(steps));
+  // Two places and a velocity were fitted to them.
+  const double n = 0.5 * static_cast<double>(off_m.size());
+  const double fitted = std::sqrt(n / std::max(n - 3.0, 1.0));
+  return fitted * std::max(by_steps_m, kSigmaPerMedian * Median(std::move(off_m)));
 }
 
 }  // namespace seastitch

@@ -12,18 +12,23 @@ namespace seastitch {
 // Tells the jumps of a given position from the motion: position less integrated velocity is level
 // but for noise, and steps where the INS has taken a fix. The medians of 15 positions (or 5 s)
 // before and after are compared, by the noise that the positions themselves show. A position that
-// stands alone is a spike. Without velocities nothing is looked for. Pure.
+// stands alone is a spike. Pure.
+//
+// Without velocities the motion is that of the positions themselves: one velocity in the vehicle's
+// axes, which turns with its heading, for all positions in sight (the median over their pairs, none
+// of which lies across the place in question).
 class JumpFinder {
  public:
   struct Position {
     Time time;
     Eigen::Vector2d given_m = Eigen::Vector2d::Zero();  // north, east
     std::optional<Eigen::Vector2d> v_mps;
-    double sigma_m = 0.0;  // 1 sigma by its source; 0: not given
+    double sigma_m = 0.0;               // 1 sigma by its source; 0: not given
+    std::optional<double> heading_rad;  // of the vehicle; used where v_mps is not given
 
     template <class Archive, class Self>
     static void Fields(Archive& archive, Self& self) {
-      archive(self.time, self.given_m, self.v_mps, self.sigma_m);
+      archive(self.time, self.given_m, self.v_mps, self.sigma_m, self.heading_rad);
     }
   };
   struct Steady : Position {
@@ -55,19 +60,26 @@ class JumpFinder {
   struct Entry {
     Position position;
     Eigen::Vector2d residual_m;  // given, less integrated velocity
+    Eigen::Vector2d ahead_m;     // the way at 1 m/s along the heading
+    bool by_velocity = false;    // residual_m goes on from the position before
 
     template <class Archive, class Self>
     static void Fields(Archive& archive, Self& self) {
-      archive(self.position, self.residual_m);
+      archive(self.position, self.residual_m, self.ahead_m, self.by_velocity);
     }
   };
-  using Residuals = std::vector<Eigen::Vector2d>;
+  // Around the first that waits, which is after_m[0].
+  struct Window {
+    std::vector<Eigen::Vector2d> before_m, after_m;  // positions less the motion
+    double min_jump_m;  // nothing smaller is a jump
+    double variance;    // of the jump between them, over that of a position
+  };
 
   void DecideFirst(std::vector<Steady>* out);
-  std::optional<Eigen::Vector2d> JumpBefore(const Residuals& after, double noise_m) const;
-  bool IsSpike(const Residuals& after, double noise_m) const;
-  double Threshold(std::size_t after, double noise_m) const;
-  double Noise() const;
+  Window Around() const;
+  std::optional<Eigen::Vector2d> JumpIn(const Window& window, double noise_m) const;
+  bool IsSpike(const Window& window, double noise_m) const;
+  double Noise(const Window& window) const;
 
   double min_jump_m_;
   std::deque<Entry> waiting_;   // not decided

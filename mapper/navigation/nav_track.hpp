@@ -13,7 +13,8 @@
 
 namespace seastitch {
 
-// The vehicle frame at one instant.
+// Pose of the vehicle frame and its velocity over ground at one instant; map axes: north, east,
+// down.
 struct TrackPose {
   Time time;
   Eigen::Vector3d p_map;
@@ -26,13 +27,16 @@ struct TrackPose {
   }
 };
 
-// What was concluded, kept for a bounded time in three grains: poses at the rate of the inertial
-// unit, poses with covariance ten times a second, and once a second what RelativeCovariance needs.
+// History of the estimates at three rates, each for a bounded time: poses at the rate of the
+// inertial unit (for pose_window_s), poses with covariance every epoch_interval_s, and transition
+// matrices for RelativeCovariance() every key_interval_s (both for window_s). The keys in the
+// configuration are pose_history_s, history_s, epoch_interval_s and key_interval_s.
 class NavTrack {
  public:
   explicit NavTrack(const NavigationParams& params) : params_(params) {}
 
-  // After every inertial sample, in order of time.
+  // Records the filter's state after every inertial sample, in order of time. Takes the transition
+  // from the filter (TakeTransition()) where a key is due.
   void Add(Time t, ErrorStateFilter* filter, bool bottom_lock);
 
   std::optional<Time> latest() const;
@@ -41,20 +45,20 @@ class NavTrack {
   std::optional<Eigen::Matrix3d> RelativeCovariance(Time a, Time b) const;
   std::optional<Pose2> Hindsight(Time anchor, Time t) const;
 
-  // For a restart: the newest state, and of these instants pose and relative covariance, where they
-  // are known.
+  // For a restart: the newest state, and the poses at `instants` with what RelativeCovariance()
+  // needs for them.
   struct Memory;
   std::optional<Memory> Remember(std::vector<Time> instants) const;
-  // Into an empty track. What lies before the newest pose, but for the instants, is not known any
-  // more.
+  // Call on an empty track. Of the time before the newest pose, only the instants are known then.
   void Restore(const Memory& memory);
 
  private:
+  // Record of every epoch_interval_s.
   struct Epoch {
     Time time;
-    Eigen::Matrix<float, 6, 6> covariance;  // for publication: 7 digits of it are enough
+    Eigen::Matrix<float, 6, 6> covariance;  // of x, y, z [m], roll, pitch, yaw [rad], for NavState
     bool bottom_lock;
-    Eigen::Matrix<float, kErrorSize, 1> news;  // since the key at or before
+    Eigen::Matrix<float, kErrorSize, 1> news;  // Transition::news since the last key
 
     template <class Archive, class Self>
     static void Fields(Archive& archive, Self& self) {
@@ -65,7 +69,7 @@ class NavTrack {
   static constexpr int kKeyRows = 5;
   struct Key {
     Time time;
-    Pose2 level;
+    Pose2 level;  // T_map_level; a key is recorded every key_interval_s
     Eigen::Vector2d v_map_mps;
     Eigen::Matrix<double, kKeyRows, kErrorSize> J;   // level pose and velocity by error state
     Eigen::Matrix<double, kErrorSize, kKeyRows> PJ;  // covariance times J transposed
@@ -94,7 +98,7 @@ class NavTrack {
   std::optional<std::size_t> NearestKey(Time t) const;
   Pose2 LevelAt(const Key& key, Time t) const;
 
-  // Covariance of the error state at key `last` with the pose and velocity at key `first`.
+  // Cross-covariance of the error state at key `last` with the pose and velocity at key `first`.
   struct Carried {
     Time first;
     Time last;
@@ -103,14 +107,15 @@ class NavTrack {
   const Carried& Carry(std::size_t first, std::size_t last) const;
 
   const NavigationParams params_;
-  std::deque<TrackPose> poses_;   // of pose_window_s
-  std::deque<TrackPose> coarse_;  // of window_s, at the times of epochs_
+  std::deque<TrackPose> poses_;   // for pose_window_s
+  std::deque<TrackPose> coarse_;  // for window_s, at the times of epochs_
   std::deque<Epoch> epochs_;
   std::deque<Key> keys_;
-  // The newest of Carry(): most callers ask for one instant and an end that moves on.
+  // Last result of Carry(), which the next call usually continues: the same `first`, a later
+  // `last`.
   mutable std::optional<Carried> carried_;
 
-  // After a restart: nothing is known before resumed_at_ but these.
+  // After a restart, the only poses known before resumed_at_.
   struct Instant {
     TrackPose pose;
     Epoch epoch;
@@ -126,7 +131,7 @@ class NavTrack {
 
 struct NavTrack::Memory {
   std::vector<Instant> instants;
-  std::vector<Key> keys;  // around each instant, and the newest; each from the one before it
+  std::vector<Key> keys;  // before and after each instant, and the newest, with joined transitions
   TrackPose newest;
   TrackPose coarse;  // at the newest epoch
   Epoch epoch;

@@ -15,7 +15,7 @@
 
 namespace seastitch {
 
-// Where a position fix puts the vehicle in the map.
+// Position fix of the vehicle's reference point in the map: the lever arm is taken off.
 struct MapFix {
   Time time;
   Eigen::Vector2d north_east_m;
@@ -30,22 +30,23 @@ struct MapFix {
 // The sensors whose innovations are watched.
 enum class NavSensor : std::uint8_t { kAttitude, kDvl, kDepth, kPositionFix };
 
-// What became of a sensor's samples lately.
+// Recent refusals of a sensor's samples.
 struct NavSensorHealth {
-  double refused_share = 0.0;         // of its last minute, 0 to 1
+  double refused_share = 0.0;         // of the samples of the last minute, 0 to 1
   std::optional<Time> refused_since;  // since when the share has been above a tenth
 };
 
-// Stamps that disagree with the inertial unit's: what to add to the sensor's time offset in the
-// configuration, and 1 sigma.
+// Suspected error of a sensor's stamps with respect to the inertial unit's: value to be added to
+// the sensor's time offset in the configuration, with 1 sigma. Negative where stamps are late: it
+// is minus StampOffset::delay_s().
 struct SuspectedOffset {
   NavSensor sensor;
   double add_s;
   double sigma_s;
 };
 
-// What the mapper needs to know of the vehicle's track. States are frozen: one once given never
-// changes. What is not known is nothing, never a zero. Pure.
+// Interface of a navigation, which the mapper asks for the vehicle's track. A state that was
+// returned never changes later. A value that is not known is std::nullopt, never 0. Pure.
 class Navigation {
  public:
   virtual ~Navigation() = default;
@@ -54,53 +55,59 @@ class Navigation {
   virtual void Add(const DvlSample& sample) = 0;
   virtual void Add(const DepthSample& sample) = 0;
   virtual void Add(const PositionFix& fix) = 0;
-  // What an INS has computed: of no use to who computes it itself.
+  // Pose that an INS computed. Ignored by a navigation that computes poses itself.
   virtual void Add(const NavigationSample& /*sample*/) {}
-  // Sound speed at the sonar: scales the DVL's velocities where it does not measure that itself.
+  // Sound speed at the sonar. DVL velocities are multiplied by it divided by the speed that the DVL
+  // is set to (dvl_sound_speed_mps), unless the DVL measures sound speed itself.
   virtual void AddSoundSpeed(Time t, double speed_mps) = 0;
-  // No more samples come: uses what still waits to be put in order.
+  // Ends the dive: uses the samples that still wait to be put in order.
   virtual void Finish() = 0;
 
-  // States up to here are final. Nothing before the start.
+  // Time of the newest final state. std::nullopt before the start.
   virtual std::optional<Time> latest() const = 0;
-  // Nothing outside of what is kept.
+  // State at t, interpolated. std::nullopt after latest(), and before the history that is kept
+  // (NavigationParams::window_s).
   virtual std::optional<NavState> StateAt(Time t) const = 0;
-  // The latest state carried on to the newest inertial sample: not final, but now.
+  // Current state: the latest one extrapolated to the newest inertial sample. Not final.
   virtual std::optional<NavState> Predicted() const = 0;
-  // Covariance of (x, y [m], yaw [rad]) of the vehicle at b seen from the vehicle at a, in the
-  // level axes of a. Nothing outside of what is kept.
+  // Covariance of (x, y [m], yaw [rad]) of the vehicle at b with respect to the vehicle at a, in
+  // the level axes of a (origin and yaw of the vehicle at a; no roll and pitch). std::nullopt as
+  // StateAt().
   virtual std::optional<Eigen::Matrix3d> RelativeCovariance(Time a, Time b) const = 0;
-  // T_anchored_map, level: takes places in the map as of `t` to a map in which the vehicle at
-  // `anchor`, as its pose is known at `t`, stands where it was frozen. anchor <= t.
+  // Smoothed correction: rigid 2D transform T_anchored_map, by the measurements between `anchor`
+  // and `t`. It takes places in the map as navigation knows it at `t` to a map in which the
+  // vehicle's pose at `anchor` is the one that was returned for it. anchor <= t.
   virtual std::optional<Pose2> Hindsight(Time anchor, Time t) const = 0;
-  // The fixes that navigation leaves to the graph and that nobody has taken, in order of time, as
-  // far as states are final.
+  // Position fixes that are left to the graph and not taken yet by TakeFixes(), in order of time,
+  // up to latest().
   virtual std::vector<MapFix> WaitingFixes() const = 0;
-  // Those up to `until`; each is given once.
+  // Removes and returns those up to `until`.
   virtual std::vector<MapFix> TakeFixes(Time until) = 0;
 
-  // For a restart: the newest state, and how its error has come about since `since`, the frame of
-  // the submap closed last. Nothing before the start, or where a navigation cannot be saved.
+  // For a restart: the newest state, and the transition of its error since `since`, the frame time
+  // of the submap closed last, for the relative covariance between the two. std::nullopt before the
+  // start, or where a navigation cannot be saved.
   virtual std::optional<std::vector<std::uint8_t>> Save(std::optional<Time> since) const {
     static_cast<void>(since);
     return std::nullopt;
   }
-  // Goes on from there, forgetting what was added here before: what is missing until the next
-  // sample is a gap as any other. States before the saved one, but for `since` and fixes that wait,
-  // are not known any more. False: not usable, nothing changes.
+  // Continues from a saved state and forgets all samples before. The time until the next sample is
+  // bridged like any gap in the data. Of the states before the saved one, only those at `since` and
+  // at waiting fixes are known. False: not usable, nothing changes.
   virtual bool Restore(Bytes saved) {
     static_cast<void>(saved);
     return false;
   }
 
-  // What the start waits for, and whether anybody has said where the vehicle is: without that the
-  // place is unknown by a kilometre.
+  // What the start waits for; and whether a fix or the configuration gave the position. Otherwise
+  // its sigma is 1 km.
   virtual StartState start_state() const = 0;
   virtual bool place_is_known() const = 0;
   virtual NavSensorHealth health(NavSensor sensor) const = 0;
-  // Those that are too far off to be chance. What navigation uses is carried to its true time.
+  // Significant errors of stamps, for the configuration. Meanwhile navigation compensates them: it
+  // extrapolates each sample from its time of measurement. Once configured, the offset here is 0.
   virtual std::vector<SuspectedOffset> suspected_offsets() const = 0;
-  // Everything refused, reset or coasted, by name, such as "dvl_not_finite".
+  // Counts of refused samples, resets and bridged gaps, by name, such as "dvl_not_finite".
   virtual const std::map<std::string, std::int64_t>& counters() const = 0;
 };
 

@@ -8,10 +8,10 @@
 
 namespace seastitch {
 
-// Carries a state through inertial samples that still wait to be put in order: turned by the gyros,
-// at the velocity that the vehicle had along its own axes. Over half a second that is good to what
-// it accelerates by: 2 cm at 0.2 m/s2. Accelerometers are not asked, so that one at fault does no
-// harm. Pure.
+// Extrapolation of a state over inertial samples that still wait to be put in order: rotated by the
+// gyros, at a constant velocity in vehicle axes. The error over half a second is that of the
+// neglected acceleration: 2 cm at 0.2 m/s2. Accelerometers are not used, so that a faulty one has
+// no influence. Pure.
 class Prediction {
  public:
   // q_vehicle_imu: of the mounting. gyro_bias: imu axes.

@@ -8,17 +8,17 @@
 
 namespace seastitch {
 
-// How much of what a sensor measured was refused, lately and since when.
+// Record of a sensor's refused samples.
 class RefusalRecord {
  public:
   void Add(Time t, bool refused);
-  // Of the last minute before the last sample, 0 to 1.
+  // Fraction refused in the minute before the last sample, 0 to 1.
   double Share() const;
   // Since when the share has been above a tenth.
   std::optional<Time> since() const { return since_; }
-  // For how long every sample has been refused, to the last one.
+  // Seconds for which every sample has been refused, up to the last one.
   double StreakS() const;
-  // Since the last refusal; nothing: there was none.
+  // Seconds since the last refusal; std::nullopt: there was none.
   std::optional<double> QuietS(Time t) const;
   void EndStreak() { streak_since_.reset(); }
 

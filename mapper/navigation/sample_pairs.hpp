@@ -9,8 +9,8 @@
 
 namespace seastitch {
 
-// Each sample with the last that lies so far before it that a change is larger than the noise of
-// both, given once the inertial unit's data reach far enough beyond them.
+// Pairs of samples of one sensor about a second apart, far enough that a change exceeds the noise
+// of both. A pair is passed on when the inertial data reach wait_s beyond it.
 template <class Sample>
 class SamplePairs {
  public:

@@ -7,24 +7,26 @@
 
 namespace seastitch {
 
-// By how much a sensor's stamps are later than what it measured, found from what it says beside the
-// inertial unit: of a row of delays that which explains best by how much the sensor changed from
-// sample to sample. Trying all of them needs no first guess and no linear model, so that a delay is
-// found however long it is and whatever it was before; what lies back counts for less and less. A
-// bias of the inertial unit, of which the differences are full, is found along with each delay.
+// Estimator of the delay of a sensor's stamps with respect to the inertial unit: stamp minus time
+// of measurement [s], positive where stamps are late. It is the delay, of a grid from -kLongestS to
+// kLongestS, for which the sensor's changes from sample to sample differ least from those of the
+// inertial unit. A grid needs no initial guess and no linear model. Old samples are forgotten with
+// a time constant of 200 s, so that a delay that changes is found again. The bias of the inertial
+// unit, which is part of every difference, is estimated together with each delay.
 class StampOffset {
  public:
-  static constexpr double kLongestS = 1.5;  // sought up to this, either way
+  static constexpr double kLongestS = 1.5;  // longest delay that is found, early or late
 
-  // What the sensor's change differs by from that of the inertial unit so much earlier, imu axes.
+  // Change of the sensor between two samples minus that of the inertial unit delay_s earlier, imu
+  // axes: a rotation [rad] or a velocity [m/s].
   using Difference = std::function<Eigen::Vector3d(double delay_s)>;
-  // With noise of 1 `sigma` in each component, and 1 `drift_sigma` of what is in all differences.
-  // dt_s: since the last.
+  // Adds a pair of samples. 1 sigma of each component, in the unit of the difference: sigma of the
+  // noise, drift_sigma of the bias that all differences share. dt_s: time since the last pair.
   void Add(const Difference& difference, double sigma, double drift_sigma, double dt_s);
 
   double delay_s() const { return delay_s_; }
   double sigma_s() const { return sigma_s_; }
-  // Far enough from 0 to be no accident, and large enough to matter.
+  // Whether the delay exceeds 10 ms and 4 sigma.
   bool IsSuspected() const;
 
   template <class Archive, class Self>
@@ -57,8 +59,8 @@ class StampOffset {
   void Find();
 
   std::array<Sums, kDelays> sums_{};
-  double differences_ = 0.0;  // that they hold
-  double seen_s_ = 0.0;       // the time in which these came
+  double differences_ = 0.0;  // number of differences in sums_, with the same forgetting
+  double seen_s_ = 0.0;       // sum of their dt_s, with the same forgetting
   double drift_sigma_ = 0.0;
   double delay_s_ = 0.0;
   double sigma_s_ = kPriorS;

@@ -5,7 +5,7 @@
 
 namespace seastitch {
 
-// What the inertial sensors feel, free of bias. IMU axes.
+// Angular rate and specific force, imu axes; biases removed, unless a function says otherwise.
 struct InertialRates {
   Eigen::Vector3d angular_rate_radps = Eigen::Vector3d::Zero();
   Eigen::Vector3d specific_force_mps2 = Eigen::Vector3d::Zero();
@@ -16,7 +16,7 @@ struct InertialRates {
   }
 };
 
-// Of the inertial unit itself, in the map (North-East-Down, fixed to the Earth).
+// State of the inertial unit itself, in the map (North-East-Down, fixed to the Earth).
 struct InertialState {
   Eigen::Vector3d p_map = Eigen::Vector3d::Zero();
   Eigen::Vector3d v_map_mps = Eigen::Vector3d::Zero();
@@ -40,10 +40,10 @@ Eigen::Quaterniond QuaternionFromRotationVector(const Eigen::Vector3d& rotation_
 // Its inverse, the short way round.
 Eigen::Vector3d RotationVectorFromQuaternion(const Eigen::Quaterniond& q);
 
-// Carries the state over dt_s, with rates that change evenly from `from` to `to`. The rotation
-// vector holds the coning term and the velocity step the rotation and sculling terms of such rates
-// to second order (Savage, J. Guidance 21(1) and 21(2), 1998). The map does not move over the
-// Earth, so there is no transport rate; the Earth's own rate and Coriolis are in.
+// Integrates the state over dt_s, with rates that change linearly from `from` to `to`. The rotation
+// vector includes the coning term, the velocity step the rotation and sculling terms of such rates,
+// to second order (Savage, J. Guidance 21(1) and 21(2), 1998). The Earth's rotation and Coriolis
+// acceleration are included. There is no transport rate, since the map is fixed to the Earth.
 InertialState Integrate(const InertialState& state,
                         const InertialRates& from,
                         const InertialRates& to,

@@ -18,13 +18,20 @@
 
 namespace seastitch {
 
-// Corrects the filter by the DVL, and finds out who is wrong where they disagree:
-//   DVL and accelerometers disagree from ensemble to   the accelerometers, the tilt or the stamps:
-//   ensemble                                           the velocity is the DVL's until they agree
-//   the DVL has stepped, once                          the DVL: not used until it steps back, or
-//                                                      for dvl_step_s and for as long as the filter
-//                                                      knows velocity better than the step
-//   refused for gate_reset_s for no such reason        the filter: the velocity is the DVL's anew
+// Velocity updates of the filter by the DVL, with detection of the faulty sensor where DVL,
+// inertial unit and filter disagree:
+//   seen    DVL and accelerometers disagree, ensemble after ensemble
+//   faulty  the accelerometers, roll and pitch, or the stamps
+//   done    the velocity is reset to the DVL's with each ensemble, until they agree
+//
+//   seen    the DVL's velocity stepped once, and the accelerometers measured nothing
+//   faulty  the DVL
+//   done    it is not used until it steps back; else for dvl_step_s, and then for as long as
+//           the filter knows velocity better than the step, 300 s at most
+//
+//   seen    ensembles refused for gate_reset_s, for neither reason
+//   faulty  the filter
+//   done    the velocity is reset to the DVL's
 class VelocityAiding {
  public:
   using Counters = std::map<std::string, std::int64_t>;
@@ -35,15 +42,16 @@ class VelocityAiding {
                  ErrorStateFilter* filter,
                  Counters* counters);
 
-  // The filter was started with an ensemble of this time.
+  // Call once if the filter's initial velocity is an ensemble's; t: time of the ensemble.
   void Begin(Time t) { used_ = t; }
-  // Over a gap in the inertial data.
+  // Call after a gap in the inertial data: the next ensemble is not compared with the last.
   void Interrupt();
-  // What the accelerometers have felt since the last inertial sample.
+  // Specific force since the last inertial sample: as measured, bias included, imu axes.
   void AddForce(const Eigen::Vector3d& force_mps2, double dt_s);
-  // attitude_is_sound: the device's attitude has not been refused lately.
+  // Uses an ensemble. rate_radps: angular rate, imu axes. attitude_is_sound: fewer than a tenth of
+  // the device's attitudes were refused lately (NavSensorHealth::refused_since).
   void Use(Time t, const DvlEvent& dvl, const Eigen::Vector3d& rate_radps, bool attitude_is_sound);
-  // The accelerometers have driven the velocity beyond what the vehicle can do.
+  // Doubts the accelerometers for kDoubtS: they integrated to a speed above max_speed_mps.
   void DoubtAccelerometers(Time t) { doubted_until_ = t + FromSeconds(kDoubtS); }
 
   template <class Archive, class Self>
@@ -63,25 +71,30 @@ class VelocityAiding {
  private:
   static constexpr double kDoubtS = 5.0;
   void Count(const std::string& name, std::int64_t n = 1) { (*counters_)[name] += n; }
-  // Of the inertial unit over ground, map.
+  // Velocity of the inertial unit over ground, map axes.
   Eigen::Vector3d ImuVelocity(const DvlEvent& dvl, const Eigen::Vector3d& rate_radps) const;
-  // Gravity in the axes of the history.
+  // Gravity in the history's axes: those of the inertial unit when the InertialHistory began.
   Eigen::Vector3d Gravity(Time t) const;
-  // The velocity of the inertial unit over ground by an ensemble of then, in the history's axes.
+  // Velocity of the inertial unit over ground by an ensemble measured at `then`, in those axes.
   Eigen::Vector3d VelocityAt(const InertialHistory::Moment& then, const DvlEvent& dvl) const;
   void LearnStamps(Time t, const DvlEvent& dvl);
+  // share: part of the pair's time that does not overlap with other pairs.
   void LearnFrom(Time now,
                  const Stamped<DvlEvent>& from,
                  const Stamped<DvlEvent>& to,
                  double share);
-  // By the inertial unit from when it was measured, as far as the stamps are suspected, until t.
+  // The ensemble, extrapolated by the inertial unit from its time of measurement (t minus the
+  // suspected delay) to t.
   DvlEvent CarriedTo(Time t, const DvlEvent& dvl) const;
   Eigen::Vector3d Carried(Time t, const DvlEvent& dvl, double delay_s) const;
   void UseCarried(Time t, const DvlEvent& dvl, const Eigen::Vector3d& rate_radps);
-  double DriftSigma(double dt_s) const;  // of the velocity by accelerometers and tilt
+  // 1 sigma of the drift of velocity in dt_s by accelerometer bias and tilt error [m/s].
+  double DriftSigma(double dt_s) const;
   double IncrementSigma(const DvlEvent& dvl, double dt_s) const;
   void Compare(Time t, const DvlEvent& dvl, const Eigen::Vector3d& rate_radps);
   bool RefusesStep(Time t, const DvlEvent& dvl);
+  // Weigh: update with gate. Follow: reset of the velocity to the DVL's. Take: the same, with the
+  // displacement since the two last agreed.
   void Weigh(Time t, const DvlEvent& dvl);
   void Take(Time t, const DvlEvent& dvl);
   void Follow(Time t, const DvlEvent& dvl);
@@ -101,16 +114,18 @@ class VelocityAiding {
   std::optional<Time> doubted_until_;
   bool in_doubt_ = false;
   std::optional<Time> doubted_;  // the accelerometers, last
+  // The attitude is not refused, and the accelerometers were not in doubt for a minute.
   bool is_sound_ = true;
   Eigen::Vector3d last_force_mps2_ = Eigen::Vector3d::Zero();
-  double repeated_s_ = 0.0;    // for which it has been the same
-  bool follows_step_ = false;  // of the DVL, which nobody could check any longer
+  double repeated_s_ = 0.0;    // seconds for which the force was identical
+  bool follows_step_ = false;  // a step of the DVL is followed, since the filter got too uncertain
   Eigen::Vector3d off_by_step_m_ = Eigen::Vector3d::Zero();  // the way that it would make
   // By an ensemble, of the inertial unit over ground.
   struct Measured {
     Time time;
     Eigen::Vector3d v_map_mps;
     Eigen::Quaterniond q_map_imu;
+    // The velocity without a step of the DVL, imu axes.
     Eigen::Vector3d Without(const Eigen::Vector3d& step_imu_mps) const {
       return v_map_mps - q_map_imu * step_imu_mps;
     }

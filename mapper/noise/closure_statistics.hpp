@@ -10,14 +10,15 @@
 
 namespace seastitch {
 
-// How noisy an overlap's soundings are.
+// Noise of an overlap's soundings.
 struct SoundingScatter {
-  double prior_variance = 0.0;     // about the smooth seabed, of a submap alone [m2]
-  double residual_variance = 0.0;  // what is left between the two, a sounding [m2]
-  double degrees = 0.0;            // of freedom of that
+  double prior_variance = 0.0;     // scatter about the smooth seabed inside one submap [m2]
+  double residual_variance = 0.0;  // from the height differences of the two, per sounding [m2]
+  double degrees = 0.0;            // degrees of freedom of residual_variance
   double least_variance = 0.0;     // lower bound [m2]
 
-  // Of a sounding of this pair: ten degrees of freedom's worth of belief in the survey's.
+  // Variance of a sounding of this pair: its own, and the survey's with the weight of ten degrees
+  // of freedom.
   double VarianceUnder(const VarianceComponents& components) const;
 };
 
@@ -30,26 +31,27 @@ struct ClosureStatistics {
   SubmapId target;
   SubmapId source;
   SoundingScatter scatter;
-  double altitude_m = 0.0;     // hypotenuse of those of both submaps
+  double altitude_m = 0.0;     // root of the sum of squares of both submaps' altitudes
   LikelihoodTable likelihood;  // BoundedLikelihood()
-  // Covariance: what depends on no component (the prior of the height, seabed finer than a cell),
-  // and one unit of each source of error.
+  // Parts of the covariance: the fixed one (prior of the height, relief finer than a cell), and one
+  // for a unit of each source of error.
   SmallMatrix fixed;
   SmallMatrix white;  // soundings of variance 1 m2
   SmallMatrix correlated_error;
   SmallMatrix position_walk;
   SmallMatrix heading_walk;
-  SmallMatrix jacobian;  // of the coordinates by T_target_source (x, y, yaw)
+  SmallMatrix jacobian;  // of the coordinates with respect to T_target_source (x, y, yaw)
 
-  VarianceComponents registered_under;
-  VarianceComponents stated_under;  // that the graph has
+  VarianceComponents registered_under;  // noise that the registration expected
+  VarianceComponents stated_under;      // noise of the covariance that the graph has
 
   SmallMatrix CovarianceUnder(const VarianceComponents& components) const;
   // Inverse covariance of (x, y, yaw) of T_target_source, axes of the target.
   Eigen::Matrix3d InformationUnder(const VarianceComponents& components) const;
-  // Noise for the covariance of this closure where `survey` is the estimate. Weights, level and
-  // convergence of a registration depend on the noise that it expected: where that was more than
-  // four times too large, the larger is kept until the pair is registered again.
+  // Noise to be used for the covariance of this closure, given the survey's estimate. Weights,
+  // level and convergence of a registration depend on the noise that it expected. Where that was
+  // more than four times the estimate, it is kept until the pair is registered again
+  // (IsOutdated()).
   VarianceComponents Applicable(const VarianceComponents& survey) const;
   bool IsOutdated(const VarianceComponents& survey) const;
 };

@@ -13,11 +13,14 @@
 
 namespace seastitch {
 
+// The values of an estimate, without their sigmas.
 VarianceComponents ComponentsOf(const NoiseEstimate& estimate);
 
-// Estimator of the variance components of a survey from its accepted closures: maximum of the
-// product of their bounded likelihoods and the prior. The estimate depends on the set of closures,
-// not on their order. Pure.
+// Estimator of the survey's four variance components (VarianceComponents: sounding noise,
+// correlated height error, random walks of position and heading) from its accepted closures:
+// maximum a posteriori of the product of their likelihoods and the prior. Each closure's
+// log-likelihood is bounded, so that no outlier decides alone. The estimate depends on the set of
+// closures, not on their order. Pure.
 class NoiseEstimator {
  public:
   using PairKey = std::pair<SubmapId, SubmapId>;  // target, source
@@ -26,45 +29,51 @@ class NoiseEstimator {
 
   // Adds an accepted closure; replaces an earlier one of the same pair.
   void Add(ClosureStatistics statistics);
-  // One that is no longer.
+  // Removes a closure that is no longer accepted; does nothing without one.
   void Remove(SubmapId target, SubmapId source);
 
+  // Estimate with its sigmas, for reports.
   const NoiseEstimate& estimate() const { return estimate_; }
+  // Values to register with: those of estimate(), or the prior without a closure.
   const VarianceComponents& components() const { return components_; }
+  // Statistics of a closure; null where the pair has none.
   const ClosureStatistics* Find(SubmapId target, SubmapId source) const;
 
-  // States a closure under the present figures, as the graph is about to get it.
+  // Records that the graph gets this closure with its covariance under the present components().
   void StateAnew(const PairKey& pair);
-  // The other closures whose covariance under the present figures differs from what the graph has
-  // by more than a tenth in a sigma; the graph is taken to have them from now on.
+  // Returns the closures whose covariance under the present components() differs by more than 10 %
+  // in the sigma of any direction from the one that was last recorded for the graph. Records the
+  // present one for each: the caller updates the graph.
   std::vector<const ClosureStatistics*> TakeRestated();
 
-  // All, by pair.
+  // All closures, by pair.
   const std::map<PairKey, ClosureStatistics>& closures() const { return closures_; }
-  // Another where anything of the above may be another.
+  // Revision of the estimate: grows with every Add() and Remove().
   std::int64_t revision() const { return revision_; }
 
  private:
-  // Ratio of variances of an overlap's soundings, with its degrees of freedom.
+  // One overlap's estimate of sounding_variance_ratio.
   struct Weighted {
-    double ratio;
-    double weight;
+    double ratio;   // residual variance of a sounding divided by the prior's
+    double weight;  // its degrees of freedom
     auto operator<=>(const Weighted&) const = default;
   };
 
   static std::optional<Weighted> SoundingsOf(const ClosureStatistics& closure);
+  // Weighted quantile of the ratios; part: 0 to 1.
   static double Quantile(const std::vector<Weighted>& sorted, double part);
   void Include(const ClosureStatistics& closure);
   void Exclude(const ClosureStatistics& closure);
+  // Computes estimate_ and components_ from the sums.
   void Pool();
   ComponentEstimate PoolSoundings() const;
 
   const VarianceComponents prior_;
   std::map<PairKey, ClosureStatistics> closures_;
-  // Sums over all closures are kept, so that one more costs what it does and not what all do: in
-  // whole steps of kLogLikelihoodStep, which makes them exact in any order.
+  // Sums over all closures, so that another closure costs the same however many there are. They are
+  // integers, in steps of kLogLikelihoodStep, so that they are exact in any order.
   std::vector<std::int64_t> log_likelihood_;
-  std::vector<Weighted> soundings_;  // by rising ratio; with the prior
+  std::vector<Weighted> soundings_;  // by increasing ratio; with the prior
   std::int64_t revision_ = 0;
   NoiseEstimate estimate_;
   VarianceComponents components_;

@@ -13,13 +13,14 @@
 // the source, about the centre of the overlap, axes of the target.
 namespace seastitch {
 
-// Sums over the cells of one block, each by its weight w [1/m2]; r is the residual [m] and
-// u = (-slope x, -slope y, 1) what a displacement or a lift of the source adds to it.
+// Sums over the cells of one block, each with its weight w [1/m2]; r is the residual [m], and
+// u = (-slope x, -slope y, 1) its derivative with respect to a displacement or a lift of the
+// source.
 struct OverlapBlock {
   Eigen::Vector2d arm = Eigen::Vector2d::Zero();  // mean, from the centre of the overlap [m]
   double cells = 0.0;
   Eigen::Vector3d gradient = Eigen::Vector3d::Zero();  // -w r u
-  // w u J', with J what the parameters add to the residual.
+  // Sum of w u J', with J the derivative of the residual with respect to the parameters.
   Eigen::Matrix<double, 3, 4> hessian = Eigen::Matrix<double, 3, 4>::Zero();
   // Covariance of `gradient` by white noise of the soundings.
   Eigen::Matrix3d white = Eigen::Matrix3d::Zero();
@@ -33,9 +34,9 @@ class OverlapBlocks {
  public:
   explicit OverlapBlocks(double cell_m);
 
-  // J: row of the mean slope of both surfaces; apart: that of the target less that of the source
-  // in (x, y, yaw). variance: of the residual, from soundings of unit variance. gradient: of the
-  // parameters.
+  // J: Jacobian row by the mean slope of both surfaces; apart: row by the target's slope minus row
+  // by the source's, in (x, y, yaw). variance: of the residual, for soundings of unit variance.
+  // gradient: of the log-likelihood with respect to the parameters.
   void Add(const Eigen::Vector2d& arm,
            double weight,
            double variance,
@@ -43,15 +44,15 @@ class OverlapBlocks {
            const Eigen::Vector3d& apart,
            const Eigen::Vector4d& gradient);
 
-  // Of the whole overlap, by rising place: at most kMaxBlocks, neighbours merged where it is
-  // large. white: covariance of the whole gradient by the soundings, as it is after smoothing;
-  // sounding_variance [m2]: that it was made with.
+  // Blocks of the whole overlap in order of place, at most kMaxBlocks: neighbours are merged where
+  // it is large. white: covariance of the whole gradient by the soundings' noise, after smoothing;
+  // sounding_variance: the variance of a sounding in it [m2].
   std::vector<OverlapBlock> Finish(const Eigen::Matrix4d& white,
                                    double sounding_variance,
                                    const Pose2& T_target_source,
                                    const Eigen::Vector2d& center_source) const;
 
-  // The work of a likelihood grows with the cube of their number.
+  // Maximum number of blocks: the work of a likelihood grows with the cube of it.
   static constexpr std::size_t kMaxBlocks = 28;
 
  private:
@@ -64,14 +65,14 @@ class OverlapBlocks {
   OverlapBlock* last_ = nullptr;  // of last_key_: most cells lie in the block of the one before
 };
 
-// Covariances of the displacements of two blocks, axes of the target, by what both submaps walked
-// from their frames on: of a position that walks 1 m/sqrt(m), which is the same in x and y, and of
-// a heading that walks 1 rad/sqrt(m).
+// Covariances of the displacements of two blocks, axes of the target, by the random walks of both
+// submaps since their frames: for a walk of position of 1 m/sqrt(m), the same in x and y, and for a
+// walk of heading of 1 rad/sqrt(m).
 double PositionWalkCovariance(const OverlapBlock& a, const OverlapBlock& b);
 Eigen::Matrix2d HeadingWalkCovariance(const OverlapBlock& a,
                                       const OverlapBlock& b,
                                       const Eigen::Matrix2d& R_target_source);
-// Correlation of the height errors that soundings share.
+// Correlation of the correlated height errors (VarianceComponents) of two blocks.
 double HeightErrorCorrelation(const OverlapBlock& a, const OverlapBlock& b);
 
 // Covariance of the gradient of the whole overlap by source of error, each for one unit of it.

@@ -48,7 +48,7 @@ class LikelihoodTable {
 //   g = A d + e,  cov e = W + s^2 altitude^2 A_z R A_z' + A_xy (q^2 U + p^2 P) A_xy'
 // with the correlations of heights R and of walks U, P. The restricted likelihood is free of d:
 //   -2 ln L = ln |C| + ln |A' C^-1 A| + g' (C^-1 - C^-1 A (A' C^-1 A)^-1 A' C^-1) g.
-// altitude_m: hypotenuse of the altitudes of the two submaps. All zero where the overlap has too
+// altitude_m: root of the sum of squares of the two altitudes. All zero where the overlap has too
 // few blocks. Computed at every fourth value of both walks, cubic in their logarithms between.
 LikelihoodTable RestrictedLikelihood(const std::vector<OverlapBlock>& blocks,
                                      const Eigen::Matrix2d& R_target_source,

@@ -14,61 +14,65 @@
 
 namespace seastitch {
 
-// A hypothesis of where the source lies: its pose, and what is added to its heights beyond the
-// prior's z_m.
+// Hypothesis of the source's placement on the target: pose, and a shift added to the source's
+// heights after the prior's z_m [m, positive down].
 struct Hypothesis {
   Pose2 T_target_source;
   double shift_m = 0.0;
 };
 
-// Noise that is expected of the heights before they are compared.
+// Noise of the heights that is expected before they are compared.
 struct ExpectedNoise {
   VarianceComponents components;  // of the survey
-  double scatter_m;               // of single soundings about the smooth seabed, of one submap
-  double altitude_m;              // hypotenuse of those of both
+  double scatter_m;   // of single soundings about the smooth seabed: RMS of both submaps' values
+  double altitude_m;  // root of the sum of squares of both submaps' altitudes
 
   double SoundingVariance() const {
     return components.sounding_variance_ratio * scatter_m * scatter_m;
   }
-  // Of the errors that neighbouring soundings share, of both submaps together.
+  // Variance of the correlated height errors of neighbouring soundings: sum of both submaps.
   double SharedVariance() const {
     const double sigma_m = components.correlated_error_ratio * altitude_m;
     return sigma_m * sigma_m;
   }
 };
 
-// Information of an alignment about its pose, without the prior of x, y and yaw; z is eliminated
-// under its own prior. Parameters: position in the target of `center_source` [m], yaw [rad].
+// Information of an alignment about its pose, without the prior of x, y and yaw; z is marginalised
+// (Schur complement) under its own prior. Parameters: position of `center_source` in the target
+// [m], yaw [rad].
 struct AlignmentInformation {
-  Eigen::Matrix3d hessian;        // slopes of one surface times those of the other: unbiased
-  Eigen::Matrix3d noise_hessian;  // part of a one-sided Hessian that noise alone makes
-  Eigen::Vector3d gradient;       // of the log-likelihood
-  Eigen::Matrix3d gradient_covariance;
+  // From products of one surface's slopes with the other's. Their noises are independent, so that
+  // noise adds nothing to the mean: unbiased.
+  Eigen::Matrix3d hessian;
+  // What noise would add to a Hessian from the squared slopes of one surface.
+  Eigen::Matrix3d noise_hessian;
+  Eigen::Vector3d gradient;             // of the log-likelihood
+  Eigen::Matrix3d gradient_covariance;  // of `gradient`, all sources of error together
   double sounding_sigma_m;
   double shared_sigma_m;
   double shift_sigma_m;
 
-  // Parts of the covariance.
+  // Parts of which gradient_covariance is made, with respect to (x, y, yaw, height).
   SoundingScatter scatter;
   std::vector<OverlapBlock> blocks;
-  GradientCovariance sources;             // of the gradient by (x, y, yaw, height)
-  Eigen::Matrix4d structure;              // the same, by seabed that is finer than a cell
-  Eigen::Matrix<double, 3, 4> eliminate;  // the height
-  double shift_information;               // of its prior
+  GradientCovariance sources;             // one per source of error, each for one unit of it
+  Eigen::Matrix4d structure;              // covariance by seabed relief finer than a cell
+  Eigen::Matrix<double, 3, 4> eliminate;  // matrix that marginalises the height
+  double shift_information;               // of the prior of the height shift [1/m2]
 };
 
-// A hypothesis and the statistics of how the two surfaces fit there. Residual = source height -
-// target height at the same place.
+// Hypothesis with the statistics of how the two surfaces fit there. Residual = source height
+// (shifted by z_m and shift_m) - target height at the same place [m, positive down].
 struct Alignment {
   Hypothesis at;
-  double cells = 0.0;                // of the overlap
-  double patches = 0.0;              // independent ones among them
-  double relief_variance = 0.0;      // of both surfaces [m2]
+  double cells = 0.0;                // number of cells in the overlap
+  double patches = 0.0;              // number of independent measurements: cells / (4 pi)
+  double relief_variance = 0.0;      // variance of heights, sum of both surfaces [m2]
   double difference_variance = 0.0;  // of the residuals [m2]
   double expected_variance = 0.0;    // of the residuals, by sounding noise and shared errors [m2]
-  double noise_scale = 1.0;          // mean squared residual over its expectation
-  double log_prior = 0.0;
-  double evidence = 0.0;  // AgreementScore() of DegreesOfFreedom() patches
+  double noise_scale = 1.0;          // mean squared residual divided by its expectation
+  double log_prior = 0.0;            // log density of the prior at the hypothesis, up to a constant
+  double evidence = 0.0;             // AgreementScore() (window_search.hpp) of DegreesOfFreedom()
   bool converged = false;
   std::optional<AlignmentInformation> information{};  // by GridAligner::Inform()
 
@@ -78,10 +82,12 @@ struct Alignment {
   double EvidencePerPatch() const { return evidence / std::max(DegreesOfFreedom(), 1.0); }
 };
 
-// Aligns the source's cells of one level to the target's in x, y, yaw and height, tilt untouched.
+// Aligns the source's cells of one level to the target's in x, y, yaw and height by Gauss-Newton;
+// roll and pitch stay.
 class GridAligner {
  public:
-  // center_source: middle of the overlap.
+  // center_source: middle of the overlap in the source's level frame. Keeps references to target,
+  // source and params, which must outlive it.
   GridAligner(const RegistrationSubmap::Level& target,
               const RegistrationSubmap::Level& source,
               const RegistrationPrior& prior,
@@ -91,9 +97,11 @@ class GridAligner {
 
   // Most probable hypothesis near `start`, prior included.
   Alignment Align(const Hypothesis& start) const;
-  // The alignment of a hypothesis as it is.
+  // Statistics at a hypothesis, without moving it. noise_scale: that of the alignment it comes
+  // from; it scales the bound of Huber's weights.
   Alignment Evaluate(const Hypothesis& at, double noise_scale) const;
-  AlignmentInformation Inform(const Alignment& fit) const;  // fit_information.cpp
+  // Information of an alignment about its pose (defined in fit_information.cpp).
+  AlignmentInformation Inform(const Alignment& fit) const;
 
   // Middle of the overlap, axes of the target.
   Eigen::Vector2d Center(const Pose2& T_target_source) const {
@@ -101,14 +109,17 @@ class GridAligner {
   }
   // Jacobian of (position of the centre, yaw) with respect to (x, y, yaw) of T_target_source.
   Eigen::Matrix3d CenterJacobian(const Pose2& T_target_source) const;
-  // Moves the centre and turns about it: step in x, y [m], yaw [rad], shift [m].
+  // Moves the centre and rotates about it: step in x, y [m, axes of the target's level frame], yaw
+  // [rad], height shift [m].
   Hypothesis Moved(const Hypothesis& from, const Eigen::Vector4d& step) const;
 
  private:
   struct NormalEquations;
   template <class Visit>
   void ForEachCell(const Hypothesis& at, Visit visit) const;
-  // Sums over the cells of the overlap; also(p, robust_weight, J, apart, pull) is called for each.
+  // Sums over the cells of the overlap. also(p, robust_weight, J, apart, pull) is called for each
+  // CellPair p, with J its Jacobian row by the mean slope, apart = CellPair::RowsApart(), and pull
+  // its weighted part of the gradient.
   template <class Also>
   NormalEquations Accumulate(const Hypothesis& at, double noise_scale, Also also) const;
   NormalEquations Linearize(const Hypothesis& at, double noise_scale) const;
@@ -120,7 +131,7 @@ class GridAligner {
   RegistrationPrior prior_;
   Eigen::Matrix3d prior_information_;
   ExpectedNoise noise_;
-  double sounding_variance_;  // as expected of `noise_`
+  double sounding_variance_;  // expected by `noise_` [m2]
   double shared_variance_;
   Eigen::Vector2d center_source_;
   const RegistrationParams& params_;

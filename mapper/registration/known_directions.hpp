@@ -9,9 +9,9 @@ namespace seastitch {
 using SmallMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 3, 3>;
 using SmallVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 3, 1>;
 
-// The directions of (position of the centre, yaw) in which an alignment is known, and its
-// covariance there. A seabed without relief along a direction, such as a pipe, leaves that
-// direction open. All in units of prior sigma.
+// Observable ("known") directions of (position of the centre, yaw) of an alignment, and its
+// covariance along them. A seabed without relief along a direction, such as that of a pipe, makes
+// the direction unobservable ("open"). All in units of prior sigma.
 struct KnownDirections {
   SmallMatrix directions;  // 3 x rank: unit vectors of whitened (position of the centre, yaw)
   SmallMatrix covariance;  // rank x rank: of the coordinates along them
@@ -28,8 +28,8 @@ struct KnownDirections {
   double Information() const;
 };
 
-// A direction is known where the eigenvalue of the Hessian exceeds what noise makes of it by
-// params.min_slope_significance sigma.
+// A direction is known where its eigenvalue of the Hessian exceeds params.min_slope_significance
+// standard deviations of what noise alone would make of it.
 KnownDirections KnownDirectionsOf(const GridAligner& aligner,
                                   const Alignment& fit,
                                   const AlignmentInformation& info,

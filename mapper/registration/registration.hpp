@@ -13,72 +13,86 @@
 #include "mapper/noise/closure_statistics.hpp"
 #include "mapper/noise/variance_components.hpp"
 
-// Registration of two submaps in x, y and yaw (III-A-3), docs/registration.md: a GICP between the
-// Gaussians of height-field cells. Tilt is gravity's and is kept exactly; z is estimated as a
-// nuisance under a prior. Cells correspond by vertical projection. A search on a coarse grid tries
-// every placement in the window of the prior; the best few are refined. Pure and deterministic.
+// Registration of two submaps in x, y and yaw: Gauss-Newton alignment of two height grids whose
+// cells carry a variance (a height-field form of GICP). docs/registration.md explains it; it is
+// III-A-3 of the paper in docs/design.md. Roll and pitch stay as gravity gave them; z is estimated
+// as a nuisance parameter under a prior. Cells are associated by vertical projection. A search on a
+// coarse grid tries every placement in the window of the prior; the best few are refined. Pure and
+// deterministic. Frames: level frame of a submap: its origin, axes forward, right, down with roll
+// and pitch taken out. All heights are z in that frame: positive down.
 namespace seastitch {
 
-// Cell edges are powers of two metres, so that submaps of different density share levels.
+// Cell edges are powers of two metres, so that submaps of different point density share levels.
 struct RegistrationParams {
-  // Smallest cell. The footprint of a sounding is about 0.02 x its range.
+  // Lower bound of the finest cell. A beam's footprint, about 0.02 times its range, reaches it at 6
+  // m.
   double min_cell_m = 0.125;
-  // Cell of the finest level over the mean spacing of points. A smoothing kernel covers 4 pi cells:
-  // seven points at this ratio, for a plane of three parameters.
+  // Edge of the finest cell divided by the mean spacing of points, before it is rounded up to a
+  // power of two. The smoothing kernel averages 4 pi cells: at 0.75 seven points, which are enough
+  // for the three parameters of a plane.
   double cell_per_spacing = 0.75;
-  int num_levels = 4;  // cells of 1, 2, 4, 8 x the finest
-  // A cloud that would need more cells is cropped to where its points are.
+  int num_levels = 4;  // cells of 1, 2, 4, 8 times the finest
+  // Maximum number of cells of a grid. A cloud that would need more is cropped to where most of its
+  // points are, and then gets larger cells.
   int max_cells = 1'000'000;
 
-  // Half-width of the window in sigma of the prior. 3 contains the truth in 99 % of cases a
-  // direction.
+  // Half-width of the search window along each axis, in sigma of the prior. 3 contains the true
+  // pose in 99 % of cases (99.7 % per axis).
   double window_sigma = 3.0;
-  int max_modes = 5;
-  // Cells x yaw hypotheses of one search; a window above it is searched on the next coarser level.
+  int max_modes = 5;  // local maxima of the search that are refined, best first
+  // Maximum number of cells times yaw hypotheses of one search. A search that needs more is done on
+  // the next coarser level.
   int max_search_cells = 100'000;
 
-  // Lower bound of the noise of a sounding, which is estimated from the data.
+  // Lower bound of the estimated noise of a sounding, 1 sigma.
   double min_sounding_sigma_m = 0.001;
-  // Noise expected between the two submaps.
+  // Expected noise of the height differences of two submaps, as ratios and random walks.
   VarianceComponents noise;
-  // Position error added to every result: 20 ms of latency at 1 m/s.
+  // Position error added in quadrature to every result, each axis: 20 ms of latency at 1 m/s.
   double min_position_sigma_m = 0.02;
 
   double min_overlap_m2 = 10.0;
-  // Fewest independent patches (4 pi cells) of overlap. A placement has four parameters.
+  // Smallest overlap in patches (4 pi cells, one independent measurement each). A fit has four
+  // parameters, and its statistics need as many degrees of freedom.
   double min_patches = 8.0;
-  // Ambiguity: another placement fits as well where the log-likelihoods, over the same number of
-  // patches, differ by less than the larger of two bounds. min_evidence_nats is the most that a
-  // thousand chance placements reach. The margin a patch covers errors of the model (0.2 nats: 1.5
-  // times the variance of the difference).
+  // Smallest evidence of the best placement (log-likelihood ratio against chance): the most that a
+  // thousand chance placements reach. A second placement is as good as the best (ambiguous) where
+  // its evidence, over the same number of patches, is lower by less than this, or by less than
+  // ambiguity_margin_nats_per_patch times the patches. The latter allows for errors of the noise
+  // model: 0.2 = 0.5 log(1.5) is a variance of the height differences that is wrong by 1.5 times.
   double min_evidence_nats = 12.0;
   double ambiguity_margin_nats_per_patch = 0.2;
-  // Residual sigma over the scatter of soundings about the smooth seabed.
+  // Largest ratio of the residuals' sigma to its expectation from sounding noise and shared errors.
   double max_residual_ratio = 2.0;
-  // A direction is known where the slopes of both submaps agree by this many sigma of chance.
+  // Smallest significance of a known direction: eigenvalue of the Hessian along it (units of the
+  // prior), in standard deviations of what noise alone would make of it.
   double min_slope_significance = 6.0;
-  // Chi-square, 3 degrees of freedom, of the result against the prior: 0.1 % of true ones exceed.
+  // Largest chi-square of the result against the prior, 3 degrees of freedom: 0.1 % of true results
+  // exceed 16.3.
   double max_prior_chi2 = 16.3;
 };
 
-// A submap prepared for registration: heights, slopes and densities on a pyramid of grids in its
-// level frame. Prepared once; about 36 B a cell.
+// Submap prepared for registration: heights, slopes and densities on a pyramid of grids in its
+// level frame, about 36 B per cell. Prepare it once and keep it for all its registrations.
 class RegistrationSubmap {
  public:
-  // Smoothed seabed at the centre of a cell: a plane fitted under a Gaussian kernel of one cell.
+  // Smoothed seabed at the centre of a cell: a plane fitted under a Gaussian kernel with a sigma of
+  // one cell.
   struct Cell {
-    float height_m = 0.0f;  // above `height_datum_m`; positive down
-    float slope_x = 0.0f;
-    float slope_y = 0.0f;
-    // Variance of the height for soundings of unit variance where noise is 1; 0: no height here.
+    float height_m = 0.0f;  // z below height_datum_m(), positive down
+    float slope_x = 0.0f;   // dz/dx, x forward in the level frame
+    float slope_y = 0.0f;   // dz/dy, y to the right
+    // Variance of the mean height of one cell's soundings, if a typical sounding (noise = 1) had
+    // unit variance. The kernel averages 4 pi cells, so that height_m has 1 / (4 pi) of it. 0: no
+    // height.
     float variance = 0.0f;
-    float soundings = 0.0f;  // in this very cell
-    // Covariance of height and slope, likewise. Not zero where the soundings, or the noisier ones,
-    // are to one side of the cell.
+    float soundings = 0.0f;  // number of soundings inside this cell
+    // Covariance of height and slope, in the same unit. Not zero where the soundings, or the
+    // noisier ones, are to one side of the cell.
     float covariance_x = 0.0f;
     float covariance_y = 0.0f;
     float scatter = 0.0f;  // variance of single soundings about the plane [m2]
-    float noise = 1.0f;    // variance of soundings here over that of typical ones (LocalNoise)
+    float noise = 1.0f;    // variance of soundings here, divided by the typical one (LocalNoise)
   };
   struct Level {
     int number = 0;  // cells of 2^number m
@@ -88,17 +102,19 @@ class RegistrationSubmap {
 
   RegistrationSubmap() = default;
 
-  // Ignores points that are not finite or have no soundings. R_level_submap: LevelFromBody().
-  // empty() without a usable point.
+  // Ignores points that are not finite or have no soundings. R_level_submap: rotation from the
+  // submap's frame to its level frame, LevelFromBody(T_map_submap). empty() with too few points.
   static RegistrationSubmap Prepare(const PointCloud& cloud,
                                     const Eigen::Matrix3d& R_level_submap,
                                     const RegistrationParams& params);
 
   bool empty() const { return levels_.empty(); }
   const std::vector<Level>& levels() const { return levels_; }  // fine to coarse
-  // Mean height of the soundings in the level frame: with the vehicle as origin, its altitude.
+  // Mean z of the soundings in the level frame [m], positive down. The origin is the vehicle, so
+  // that this is its mean altitude.
   double height_datum_m() const { return height_datum_m_; }
-  // Scatter of single soundings about the smooth seabed: noise, and relief finer than a kernel.
+  // Scatter: standard deviation of single soundings about the smooth seabed [m], from noise and
+  // from relief finer than the kernel.
   double sounding_sigma_m() const { return sounding_sigma_m_; }
 
  private:
@@ -107,46 +123,49 @@ class RegistrationSubmap {
   double sounding_sigma_m_ = 0.0;
 };
 
-// What is known of the placement before the seabeds are compared.
+// Prior of the placement, before the seabeds are compared.
 struct RegistrationPrior {
-  Pose2 T_target_source;  // level frames
+  Pose2 T_target_source;  // takes coordinates in the source's level frame to the target's
   // Covariance of x, y [m] and yaw [rad] of T_target_source, axes of the target's level frame.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
-  // Height of the source's frame less that of the target's [m], positive down, and its sigma.
+  // z of the source's frame minus z of the target's frame [m], positive down, and 1 sigma of the
+  // difference of the two seabeds after it (the mapper uses LoopCloserParams::z_sigma_m).
   double z_m = 0.0;
   double z_sigma_m = 1.0;
 };
 
 struct RegistrationResult {
-  LoopVerdict verdict = LoopVerdict::kNotConverged;
-  // Level frames; the prior where registration found nothing better.
+  LoopVerdict verdict = LoopVerdict::kNotConverged;  // use the rest where it is kAccepted
+  // Level frames. The prior's pose where the search found none; see the verdict.
   Pose2 T_target_source;
   // Inverse covariance of T_target_source (x, y [m], yaw [rad]; axes of the target's level frame),
-  // by registration alone, without the prior. Singular where the seabed leaves a direction open.
-  // Zero unless accepted.
+  // from the registration alone, without the prior. Singular where the seabed makes a direction
+  // unobservable. Zero unless accepted.
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
-  // Height of the source's seabed less that of the target's, positive down: tide, draft, sound
-  // speed.
+  // Height offset that is left after the prior's z_m: z of the source's seabed minus z of the
+  // target's, positive down, from tide, draft and sound speed.
   double z_offset_m = 0.0;
   double z_offset_sigma_m = 0.0;
-  double rms_m = 0.0;  // of the height differences of smoothed cells, z_offset_m taken out
+  double rms_m = 0.0;  // of the height differences of smoothed cells, without z_offset_m
   double overlap_m2 = 0.0;
   Eigen::Vector2d overlap_center_m = Eigen::Vector2d::Zero();  // axes of the target's level frame
   double sounding_sigma_m = 0.0;  // noise of a sounding, estimated from the residuals
-  double shared_sigma_m = 0.0;    // of errors that neighbouring soundings share
+  double shared_sigma_m = 0.0;    // of correlated errors of neighbouring soundings
   double cell_m = 0.0;            // of the finest level used
   int known_directions = 0;       // rank of the information, 0 to 3
   int modes = 0;                  // modes of the search that were refined
-  // Log-likelihood ratios against chance [nats]: of the best placement, and of the best elsewhere.
+  // Log-likelihood ratios against chance [nats]: of the best placement, and of the best one that is
+  // farther from it than the uncertainty of both.
   double score = 0.0;
   double runner_up_score = 0.0;
-  // For the noise estimate of the survey, where accepted: likelihood of the noise, and the parts of
+  // Input of the NoiseEstimator, if accepted: likelihood of the survey's noise, and the parts of
   // the covariance. The caller sets the submaps' ids.
   std::optional<ClosureStatistics> statistics;
 };
 
-// Registers source on target: pose, covariance and verdict. A prior that is no prior (not finite,
-// no covariance) gives kNotConverged. docs/registration.md explains the method.
+// Registers source on target: pose, information and verdict. A prior that is not finite or whose
+// covariance is not positive definite gives kNotConverged. docs/registration.md explains the
+// method.
 RegistrationResult Align(const RegistrationSubmap& target,
                          const RegistrationSubmap& source,
                          const RegistrationPrior& prior,

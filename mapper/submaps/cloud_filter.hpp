@@ -8,32 +8,34 @@
 #include "common/core/submap.hpp"
 #include "mapper/submaps/voxel_grid.hpp"
 
-// Which soundings are seabed. A gate that needs nothing but the vehicle drops what no sonar can
-// have seen, sounding by sounding; the outlier filter looks at the finished, voxelled submap.
+// Outlier rejection of soundings, in two steps: a gate on the range of each sounding from the
+// vehicle, and a filter on the finished, voxelled submap.
 namespace seastitch {
 
 struct CloudFilterParams {
-  // From the vehicle's reference point. Below the minimum is the sonar's own ringing; beyond the
-  // maximum no sonar of ours finds the bottom.
+  // Range from the vehicle's reference point. Below the minimum is ringing of the sonar; beyond the
+  // maximum no supported sonar finds the bottom.
   double min_range_m = 0.5;
   double max_range_m = 300.0;
 
   // Size of a voxel: about the footprint of a beam at survey altitude.
   double voxel_m = 0.25;
 
-  // A point is a spike where it is further from the local seabed than min_spike_m and than
-  // spike_sigmas times the local scatter, and nearly alone there. The minimum is a few sigma of
-  // a usual sonar's noise: closer in, an outlier does the map no harm.
+  // A point is a spike where it is farther from the local seabed than min_spike_m and than
+  // spike_sigmas times the local scatter. min_spike_m is a few sigma of a usual sonar's noise:
+  // nearer to the seabed, an outlier does not harm the map.
   double min_spike_m = 0.3;
   double spike_sigmas = 5.0;
-  // Not alone, so a pipeline, a boulder or the edge of a wreck: at least so many other soundings,
-  // and so large a part of all soundings around, lie at the same height; not all from one ping,
-  // where two came there (one may miss by the same range over a whole run of beams).
+  // A spike is kept as a feature (pipeline, boulder, edge of a wreck) where at least so many other
+  // soundings, and so large a fraction of all soundings around, lie at the same height. Where two
+  // or more pings came there, they must be from more than one: one ping may have the same range
+  // error in many neighbouring beams.
   int min_support = 3;
   double min_support_fraction = 0.04;
-  // Fewer other soundings than this around a point: it hangs in empty space.
+  // A point with fewer soundings around it is isolated, and dropped.
   int min_neighbours = 3;
-  // Mean soundings a column that the local seabed is judged by: columns grow until they hold them.
+  // Mean number of soundings per column, from which the local seabed is estimated: columns are made
+  // as wide as that takes.
   double soundings_per_column = 6.0;
 };
 

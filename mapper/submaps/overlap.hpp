@@ -8,17 +8,18 @@
 #include "common/core/submap.hpp"
 #include "mapper/submaps/relative_pose.hpp"
 
-// Which submaps may show the same seabed: true footprints, each pair under its own relative pose
-// uncertainty (the further work that the paper names in section V).
+// Search for pairs of submaps that may show the same seabed: by their footprints, under the
+// uncertainty of each pair's relative pose (future work in section V of the paper in
+// docs/design.md).
 namespace seastitch {
 
 struct OverlapParams {
-  // Expected overlap of a pair, at least: below it registration has too few cells to be sure.
+  // Smallest expected overlap of a pair: with less, registration has too few cells.
   double min_overlap_m2 = 10.0;
-  // And this part of the smaller footprint: neighbours on one line touch along an edge without a
-  // common sounding, since an outline reaches a cell further than its points.
+  // The same as a fraction of the smaller footprint. Outlines reach one cell beyond their points,
+  // so that successive submaps of a line overlap along an edge without a common sounding.
   double min_overlap_fraction = 0.05;
-  // Registrations a submap, the most telling first: bounds the work in a survey of any length.
+  // Maximum number of registrations per submap, highest information gain first: bounds the work.
   int max_pairs = 6;
 };
 
@@ -38,7 +39,7 @@ struct OverlapCandidate {
   RelativePose prior;         // T_target_source
   double overlap_m2 = 0.0;    // expected under the prior
   double overlap_part = 0.0;  // of the smaller footprint
-  double gain_nats = 0.0;     // of the relative pose by the registration, as predicted
+  double gain_nats = 0.0;     // predicted information gain of the relative pose by registration
 };
 
 // Area that both cover [m2]. Footprints in their own level frames.

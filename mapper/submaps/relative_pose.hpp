@@ -6,14 +6,14 @@
 
 namespace seastitch {
 
-// Where one level frame stands seen from another, and how well that is known: covariance of
-// (x, y [m], yaw [rad]) in the axes of the frame it is seen from.
+// Pose of level frame b with respect to level frame a, with the covariance of (x, y [m], yaw [rad])
+// in the axes of a.
 struct RelativePose {
   Pose2 T_a_b;
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
 };
 
-// One sigma in the direction in which it is largest.
+// Largest standard deviation over all directions.
 double WorstSigma(const Eigen::Matrix2d& covariance);
 
 // T_a_c of two independent relative poses, to first order.

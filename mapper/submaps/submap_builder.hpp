@@ -22,55 +22,61 @@
 namespace seastitch {
 
 struct SubmapParams {
-  // Length along the track. Shorter submaps overlap too little for a sure closure; dead reckoning
-  // bends longer ones.
+  // Length along the track. Shorter submaps overlap too little for a reliable loop closure; longer
+  // ones are distorted by the drift of dead reckoning.
   double min_length_m = 30.0;
   double max_length_m = 100.0;
-  // Of a vehicle that hovers: twice this must fit the window of the navigation's covariances.
+  // Longest duration, for a vehicle that hovers. Half of NavigationParams::window_s at most, which
+  // the configuration checks: covariances reach no further back.
   double max_duration_s = 900.0;
   // Largest drift of dead reckoning from a submap's first ping to its last, 1 sigma in the worst
-  // direction. With bottom lock that takes more than max_length_m, without it some seconds.
+  // horizontal direction. With bottom lock a submap gets to max_length_m first; without bottom lock
+  // the drift comes to this within seconds.
   double max_drift_m = 0.5;
-  // Bounds memory and work whatever the sonar sends.
+  // Bound on memory and work, whatever the sonar sends.
   int max_soundings = 5'000'000;
-  // Fewer points after the filter are no submap.
+  // Smallest number of points after the filter. A submap with fewer is dropped and counted.
   int min_points = 50;
 
-  // Fraction of a submap that another may overlap. A submap closes when a registration of this
-  // fraction would locate it better than dead reckoning does, seen from the nearest submap of an
-  // earlier line.
+  // Fraction of a submap's area that a later registration is assumed to use. A submap closes when
+  // the predicted registration of this fraction would locate it better than dead reckoning does,
+  // with respect to the submap of an earlier line that is nearest in the map (on the first line:
+  // the first submap).
   double expected_overlap = 0.25;
-  // Of a sounding: noise, where the sonar states none or less, and relief finer than a cell.
+  // Lower bound of a sounding's sigma: for a sonar that states none or a smaller one, and for
+  // relief finer than a cell, which counts as noise.
   double sounding_sigma_m = 0.05;
 
-  // The line ends where the heading leaves that of the submap's first ping by turn_rad for longer
-  // than turn_sustain_m of track, or over a gap; the next begins where it has settled for
-  // turn_settle_m, or after the gap.
+  // A line ends where the vehicle's heading has differed from that of the submap's first ping by
+  // more than turn_rad for turn_sustain_m of track. The next line begins where the heading has
+  // stayed within half of turn_rad for turn_settle_m. A gap with a change of heading ends a line
+  // too.
   double turn_rad = Deg2Rad(25.0);
   double turn_sustain_m = 4.0;
   double turn_settle_m = 8.0;
-  // A turn's swath fans out and its soundings bend with every heading error; it still ties lines
-  // together.
+  // True: turns become submaps, which tie lines together. False: their soundings are left out,
+  // since heading errors distort the fanned-out swath of a turn most.
   bool keep_turns = true;
 
-  // Without pings for so long, or with a jump so far, what follows is another piece of seabed.
+  // Longest time and distance between two pings of one submap. A gap beyond closes the submap.
   double max_gap_s = 5.0;
   double max_gap_m = 10.0;
 };
 
-// Cuts the stream of geo-referenced pings into submaps (III-A-2): where they hold enough structure
-// to be registered, where they get too long, where the line ends and where the data break off. No
-// sounding is in two of them. Pure.
+// Cutter of the stream of georeferenced pings into submaps (III-A-2 of the paper in
+// docs/design.md). A submap ends where it has enough information to be registered
+// (SubmapTrigger::kInformation), where it gets too long or drifts, where the line ends, and at a
+// gap. No sounding is in two submaps. Pure.
 class SubmapBuilder {
  public:
   // Drift of dead reckoning between two pings: covariance of (x, y [m], yaw [rad]) of the vehicle
-  // at `b` relative to the vehicle at `a`, level axes of `a`. Absent where it is unknown and may be
-  // anything.
+  // at `b` with respect to the vehicle at `a`, level axes of `a`. std::nullopt: unknown, which
+  // counts as unbounded.
   using Drift = std::function<std::optional<Eigen::Matrix3d>(Time a, Time b)>;
 
-  // T_anchored_map, level: takes the map as dead reckoning has it at `t` to a map in which the pose
-  // of the vehicle at `anchor` is unchanged, so that corrections of heading or position do not bend
-  // a submap (Navigation::Hindsight).
+  // Rigid 2D transform T_anchored_map. It takes places in the map as dead reckoning knows it at `t`
+  // to the map as it was published at `anchor`, so that corrections of heading or position between
+  // the two do not bend a submap. See Navigation::Hindsight.
   using Hindsight = std::function<Pose2(Time anchor, Time t)>;
 
   SubmapBuilder(const SubmapParams& params,
@@ -78,26 +84,27 @@ class SubmapBuilder {
                 Drift drift,
                 Hindsight hindsight);
 
-  // Adds a ping and gives the submap that it closed, if it closed one. A gap or a turn closes the
-  // submap before the ping. Pings of several heads may have one time. Left to the caller: id,
-  // covariance_from_previous, heading_sigma_rad.
+  // Adds a ping and returns the submap that it closed, if any. A submap that a gap or a turn closes
+  // does not contain the ping. Pings of several sonar heads may have the same time. The caller
+  // fills in id, covariance_from_previous and heading_sigma_rad.
   std::optional<Submap> Add(const GeoreferencedPing& ping);
-  // Closes what is open.
+  // Closes the open submap at the end of the survey.
   std::optional<Submap> Finish();
 
-  // Keeps every sounding from now on: some 20 bytes each, of the open submap and the last.
+  // Keeps every sounding from now on, of the open submap and the one closed last: about 20 bytes
+  // each.
   void KeepSoundings() { keeps_soundings_ = true; }
-  // Of the submap closed last; each once. Without its id.
+  // Removes and returns the soundings of the submap closed last, without its id.
   SubmapSoundings TakeSoundings() { return std::exchange(soundings_, {}); }
 
-  // Frame of the open submap, if it were closed now.
+  // Time of the open submap's frame (its middle ping by number), if it were closed now.
   std::optional<Time> frame_time() const;
 
   // Everything left out, by name, such as "soundings_too_far" or "pings_in_turns".
   const std::map<std::string, std::int64_t>& counters() const { return counters_; }
 
-  // For a restart. Not saved: open_, soundings_, keeps_soundings_; what the next ping begins anew:
-  // last_, heads_, turning_, headings_; counters_, which are of one process.
+  // For a restart. Not saved: open_, soundings_ and keeps_soundings_; last_, heads_, turning_ and
+  // headings_, which begin anew with the next ping; counters_, which begin anew with the process.
   template <class Archive, class Self>
   static void Fields(Archive& archive, Self& self) {
     archive(self.along_m_, self.first_yaw_rad_, self.frames_, self.on_earlier_lines_);
@@ -111,20 +118,20 @@ class SubmapBuilder {
   struct AnchoredPose : Pose {
     Eigen::Isometry3d T_anchored_vehicle;  // in the map anchored at the submap's first ping
   };
-  // One submap that grows.
+  // The open submap.
   struct Open {
     Open(const GeoreferencedPing& first, const CloudFilterParams& filter, double cell_m);
 
     std::vector<AnchoredPose> track;
     double length_m = 0.0;
-    double next_check_m = 0.0;     // of drift and information
-    double turned_since_m = -1.0;  // length at which the heading left; negative: it has not
+    double next_check_m = 0.0;     // length at which drift and information are checked next
+    double turned_since_m = -1.0;  // length at which turn_rad was exceeded; negative: it is not
     std::uint64_t soundings_read = 0;
     double sum_variance_m2 = 0.0;
     VoxelGrid voxels;
     TerrainInformation terrain;  // about the first ping, map axes
-    SubmapSoundings soundings;   // where they are kept; from the origin of `voxels`, anchored map
-    std::vector<std::size_t> voxel_of_sounding;  // kNoVoxel: left out at once
+    SubmapSoundings soundings;   // if kept; relative to the origin of `voxels`, anchored map
+    std::vector<std::size_t> voxel_of_sounding;  // kNoVoxel: rejected before the filter
   };
   struct Frame {
     Time time;
@@ -142,12 +149,13 @@ class SubmapBuilder {
 
   bool Accept(const GeoreferencedPing& ping);
   std::optional<SubmapTrigger> Break(const GeoreferencedPing& ping) const;
-  bool TurnBefore(const GeoreferencedPing& ping);  // one begins or ends
+  bool TurnBefore(const GeoreferencedPing& ping);  // a turn begins or ends before this ping
   bool HasLeftHeading(const GeoreferencedPing& ping) const;
   void EndLine() { on_earlier_lines_ = frames_.size(); }
   bool HeadingSettled(double yaw_rad, double along_m);
   void AddSoundings(const GeoreferencedPing& ping);
   void Keep(const Sounding& sounding, const Eigen::Vector3d& p_anchored, std::size_t voxel);
+  // Why the open submap ends with its last ping, if it does.
   std::optional<SubmapTrigger> Full();
   bool HasDrifted() const;
   bool HoldsEnoughStructure() const;
@@ -162,13 +170,13 @@ class SubmapBuilder {
   const Hindsight hindsight_;
   std::optional<Open> open_;
   std::optional<Pose> last_;
-  std::bitset<256> heads_;            // that sent a ping at the time of the last one
-  double along_m_ = 0.0;              // of the whole track
+  std::bitset<256> heads_;            // heads with a ping at the time of the last ping
+  double along_m_ = 0.0;              // length of the whole track
   double first_yaw_rad_ = 0.0;        // of the submap opened last
   std::vector<Frame> frames_;         // of the submaps closed
-  std::size_t on_earlier_lines_ = 0;  // of frames_, the first
+  std::size_t on_earlier_lines_ = 0;  // frames_[0 .. this) belong to earlier lines
   bool turning_ = false;
-  std::deque<Heading> headings_;  // of the last turn_settle_m, while turning
+  std::deque<Heading> headings_;  // over the last turn_settle_m, while turning
   bool keeps_soundings_ = false;
   SubmapSoundings soundings_;  // of the submap closed last
   std::map<std::string, std::int64_t> counters_;

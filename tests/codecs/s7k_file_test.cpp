@@ -71,6 +71,12 @@ TEST(S7kFile, GoldenFileHoldsNavigationAndProfile) {
   const NavigationRecord navigation = SampleOf(file, "1015");
   EXPECT_EQ(*navigation.heading_rad, golden["r1015"]["heading"].get<double>());
   EXPECT_TRUE(navigation.position);
+  const double course_rad = golden["r1015"]["course"];
+  const Eigen::Vector2d ahead(std::cos(course_rad), std::sin(course_rad));
+  EXPECT_NEAR(navigation.velocity->v_ned_mps.head<2>().dot(ahead),
+              golden["r1015"]["speed"].get<double>(),
+              1e-6);
+  EXPECT_NEAR(navigation.velocity->v_ned_mps.norm(), golden["r1015"]["speed"].get<double>(), 1e-6);
 
   std::vector<NavigationRecord> attitudes;
   for (const NavigationRecord& n : file.All<NavigationRecord>())

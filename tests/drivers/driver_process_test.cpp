@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <sysexits.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -10,6 +11,7 @@
 
 #include "codecs/kmall_sensors.hpp"
 #include "codecs/kmall_stream.hpp"
+#include "codecs/wbms.hpp"
 #include "common/runtime/bus.hpp"
 #include "drivers/dvl/dvl_nmea2000.hpp"
 #include "drivers/dvl/pd0.hpp"
@@ -302,6 +304,81 @@ void ExpectBeams(const nlohmann::json& beams, const char* key, const std::vector
   ASSERT_EQ(beams.size(), values.size());
   for (std::size_t i = 0; i < beams.size(); ++i)
     EXPECT_EQ(values[i], beams[i][key].get<T>()) << key << " of beam " << i;
+}
+
+// A sonar that serves its data over TCP: not there at first, in odd pieces with bytes of nothing
+// between, gone in the middle of a packet, gone without a word, back.
+TEST_F(DriverProcess, ASonarOverTcpIsWaitedForReadInPiecesAndConnectedToAgain) {
+  if (!OpenBus()) {
+    GTEST_SKIP() << "LCM cannot open " << lcm_url;
+  }
+  std::vector<mbes_ping_t> pings;
+  std::size_t raw_bytes = 0;
+  health_t health{};
+  bus->Subscribe<mbes_ping_t>("MBES_PING", 0, [&](const mbes_ping_t& m) { pings.push_back(m); });
+  bus->Subscribe<raw_bytes_t>(
+      "RAW_MBES", 0, [&](const raw_bytes_t& m) { raw_bytes += m.data.size(); });
+  bus->Subscribe<health_t>("HEALTH", 0, [&](const health_t& m) { health = m; });
+  const auto until_text = [&](const std::string& part) {
+    return HandleUntil([&] { return health.text.find(part) != std::string::npos; }, 20'000);
+  };
+  const auto counter = [&](const std::string& name) -> std::int64_t {
+    for (const counter_t& one : health.counters)
+      if (one.name == name) return one.value;
+    return 0;
+  };
+  const int port = FreeUdpPort();
+  const auto process =
+      Start("seastitch-mbes-driver",
+            dir.Write("mbes_driver.yaml",
+                      "source: tcp:127.0.0.1:" + std::to_string(port) + "\nformat: wbms\n"));
+  ASSERT_TRUE(until_text("Connection refused")) << process->Output() << health.text;
+
+  const auto packet = [](int i) {
+    MbesPing ping;
+    ping.time = FromUtime(1'700'000'000'000'000 + 50'000 * i);
+    ping.ping_number = static_cast<std::uint32_t>(i);
+    ping.sound_speed_mps = 1490.0;
+    ping.beams.resize(512, {0.05f, 0.3f, 0, 0, 0, 40, kBeamPhase | kBeamValid});
+    return EncodeWbms(ping);
+  };
+  TcpServer sonar(port);
+  std::size_t sent = 0;
+  const auto send = [&](const std::vector<std::uint8_t>& bytes) {
+    for (std::size_t at = 0; at < bytes.size(); at += 10'007)
+      sonar.Send(Bytes(bytes).subspan(at, std::min<std::size_t>(10'007, bytes.size() - at)));
+    sent += bytes.size();
+    // Our end of the bus has small buffers here.
+    EXPECT_TRUE(HandleUntil([&] { return raw_bytes == sent; }, 20'000));
+  };
+  ASSERT_TRUE(sonar.Accept());
+  for (int i = 0; i < 5; ++i) send(packet(i));
+  send(std::vector<std::uint8_t>(100, 0xEF));
+  for (int i = 5; i < 10; ++i) send(packet(i));
+  ASSERT_TRUE(HandleUntil([&] { return pings.size() == 10; }, 20'000)) << pings.size();
+  ASSERT_TRUE(HandleUntil([&] { return health.state == health_t::STATE_OK; }, 20'000));
+
+  std::vector<std::uint8_t> half = packet(10);
+  half.resize(half.size() / 2);
+  send(half);
+  sonar.Close();
+  ASSERT_TRUE(sonar.Accept());
+  for (int i = 11; i < 15; ++i) send(packet(i));
+  EXPECT_TRUE(HandleUntil([&] { return pings.size() == 14; }, 20'000)) << pings.size();
+  sonar.Reset();
+  ASSERT_TRUE(sonar.Accept());
+  send(packet(15));
+  EXPECT_TRUE(HandleUntil([&] { return pings.size() == 15; }, 20'000)) << pings.size();
+  EXPECT_TRUE(HandleUntil([&] { return counter("tcp_connections") == 3; }, 20'000));
+  EXPECT_EQ(counter("tcp_lost"), 2);
+  EXPECT_EQ(counter("wbms_skipped_bytes"), 100 + static_cast<std::int64_t>(half.size()));
+  EXPECT_EQ(process->Stop(), EXIT_SUCCESS) << process->Output();
+  ASSERT_EQ(pings.size(), 15u);
+  for (std::size_t i = 0; i < pings.size(); ++i) {
+    EXPECT_EQ(pings[i].ping_number, static_cast<std::int64_t>(i < 10 ? i : i + 1));
+    EXPECT_EQ(pings[i].seq, static_cast<std::int64_t>(i));
+    EXPECT_EQ(pings[i].twtt_s.size(), 512u);
+  }
 }
 
 TEST_F(DriverProcess, SixRealPingsArriveAsAnIndependentReaderReadsThem) {

@@ -12,10 +12,12 @@
 #include "drivers/dvl/dvl_driver.hpp"
 #include "drivers/imu/imu_driver.hpp"
 #include "drivers/mbes/mbes_driver.hpp"
+#include "drivers/socket/byte_source.hpp"
 #include "drivers/socket/candump.hpp"
 #include "drivers/socket/cannelloni.hpp"
 #include "drivers/socket/sender_gate.hpp"
 #include "drivers/socket/source_url.hpp"
+#include "drivers/socket/tcp_socket.hpp"
 #include "drivers/socket/udp_socket.hpp"
 #include "tests/drivers/loopback.hpp"
 #include "tests/drivers/test_data.hpp"
@@ -55,6 +57,31 @@ std::vector<ReceivedFrame> ReadAll(CanSource* source) {
     for (const ReceivedFrame& frame : source->Receive()) all.push_back(frame);
   }
   return all;
+}
+
+// Frames of a log as a driver of bytes has them: packets, and what the controller says apart.
+TEST(CanBytes, ArePacketsOfFramesThatCameTogether) {
+  const TemporaryDir dir;
+  const std::string file = dir.Write("can.log",
+                                     "(100.000000) can0 120#01\n"
+                                     "(100.000900) can0 121#02\n"
+                                     "(100.000950) can0 130#03\n"
+                                     "(100.001100) can0 121#04\n"
+                                     "(100.002000) can0 20000040#0000000000000000\n");
+  const auto source = OpenCanBytes("candump:" + file + "?speed=0", kEcan, 65536);
+  std::vector<Datagram> pieces;
+  Datagram piece;
+  while (WaitReadable(source->fd()) && !source->finished())
+    while (source->Receive(&piece)) pieces.push_back(piece);
+  ASSERT_EQ(pieces.size(), 2u);
+  EXPECT_EQ(ToUtime(pieces[0].recv), 100'000'900);
+  const auto first = DecodeCannelloni(pieces[0].bytes), second = DecodeCannelloni(pieces[1].bytes);
+  ASSERT_TRUE(first && second);
+  EXPECT_EQ(second->seq, first->seq + 1);
+  ASSERT_EQ(first->frames.size(), 2u);
+  EXPECT_EQ(first->frames[1].bytes[0], 2);
+  EXPECT_EQ(source->can_trouble(), "controller is bus-off");
+  EXPECT_EQ(source->counters().at("can_bus_off"), 1);
 }
 
 TEST(CandumpSource, GivesTheFilteredFramesWithTheLogsStampsAndEnds) {
@@ -149,6 +176,65 @@ TEST(UdpSocket, TellsSendersApart) {
   ASSERT_TRUE(socket.Receive(&b));
   EXPECT_NE(a.sender, b.sender);
   EXPECT_FALSE(socket.Receive(&b));
+}
+
+// --- a device that serves its data over TCP ---
+
+TEST(TcpSocket, RefusedItTriesAgainAndTellsOfTheConnectionItLost) {
+  const int port = FreeUdpPort();
+  TcpSocket socket("tcp:127.0.0.1:" + std::to_string(port));
+  Datagram piece;
+  ASSERT_TRUE(WaitReadable(socket.fd()));
+  EXPECT_FALSE(socket.Receive(&piece));
+  EXPECT_EQ(socket.trouble(), "Connection refused");
+  EXPECT_TRUE(socket.counters().empty());
+  TcpServer device(port);
+  ASSERT_TRUE(WaitReadable(socket.fd())) << "time to try again";
+  EXPECT_FALSE(socket.Receive(&piece));
+  ASSERT_TRUE(device.Accept());
+  socket.Check();
+  EXPECT_EQ(socket.trouble(), "");
+  device.Send(std::vector<std::uint8_t>{1, 2, 3});
+  ASSERT_TRUE(WaitReadable(socket.fd()));
+  ASSERT_TRUE(socket.Receive(&piece));
+  EXPECT_EQ(piece.bytes, (std::vector<std::uint8_t>{1, 2, 3}));
+  EXPECT_GT(piece.recv, FromUtime(1'500'000'000'000'000));
+  EXPECT_FALSE(socket.Receive(&piece));
+  device.Close();
+  ASSERT_TRUE(WaitReadable(socket.fd()));
+  EXPECT_FALSE(socket.Receive(&piece));
+  EXPECT_EQ(socket.trouble(), "the device closed the connection");
+  EXPECT_EQ(socket.counters(), (Counters{{"tcp_connections", 1}, {"tcp_lost", 1}}));
+}
+
+// The queue of the device's kernel is full: it answers nobody.
+TEST(TcpSocket, ADeviceThatDoesNotAnswerIsNamed) {
+  const int port = FreeUdpPort();
+  const TcpServer device(port);
+  const std::string url = "tcp:127.0.0.1:" + std::to_string(port);
+  std::vector<std::unique_ptr<TcpSocket>> fillers;
+  for (int i = 0; i < 4; ++i) fillers.push_back(std::make_unique<TcpSocket>(url));
+  TcpSocket& last = *fillers.back();
+  EXPECT_EQ(last.trouble(), "not connected");
+  for (int i = 0; i < 3; ++i) last.Check();
+  EXPECT_EQ(last.trouble(), "no answer");
+  EXPECT_TRUE(last.counters().empty());
+}
+
+TEST(TcpSocket, OnlyStreamsComeOverIt) {
+  EXPECT_NO_THROW(ExpectUsable("tcp:10.0.0.5:2210", SourceKind::kStream));
+  EXPECT_NO_THROW(ExpectUsable("tcp:10.0.0.5:2210", SourceKind::kBytes));
+  const auto error = [](const std::string& url, SourceKind kind) {
+    return ErrorOf([&] { ExpectUsable(url, kind); });
+  };
+  EXPECT_THAT(error("udp:0.0.0.0:2210", SourceKind::kStream), HasSubstr("expected tcp:HOST:PORT"));
+  EXPECT_THAT(error("tcp:10.0.0.5:2210", SourceKind::kDatagrams), HasSubstr("expected udp:"));
+  EXPECT_THAT(error("tcp:10.0.0.5:2210", SourceKind::kCan), HasSubstr("expected can:"));
+  EXPECT_THAT(error("tcp:10.0.0.5", SourceKind::kStream), HasSubstr("expected tcp:HOST:PORT"));
+  EXPECT_THAT(error("tcp::2210", SourceKind::kStream), HasSubstr("expected tcp:HOST:PORT"));
+  EXPECT_THAT(error("tcp:10.0.0.5:0", SourceKind::kStream), HasSubstr("'0' is not a port"));
+  EXPECT_THAT(error("tcp:10.0.0.5:2210?from=10.0.0.5", SourceKind::kStream),
+              HasSubstr("unknown option"));
 }
 
 TEST(SenderGate, TakesTheFirstThatIsUnderstoodUntilItIsSilentForFiveSeconds) {
@@ -361,6 +447,11 @@ TEST_F(Config, ASourceThatCanNeverBeOpenedIsAMistakeToo) {
           LoadMbesDriverConfig(dir.Write("m.yaml", std::string("source: \"") + source + "\"\n"));
         }),
         HasSubstr("m.yaml: source: " + std::string(source) + ": expected udp:HOST:PORT"));
+  EXPECT_THAT(
+      ErrorOf([&] {
+        LoadMbesDriverConfig(dir.Write("m.yaml", "source: \"udp:0.0.0.0:2210\"\nformat: wbms\n"));
+      }),
+      HasSubstr("m.yaml: source: udp:0.0.0.0:2210: expected tcp:HOST:PORT"));
 }
 
 TEST_F(Config, ABrokenDbcIsNamedByItsLine) {

@@ -3,6 +3,8 @@
 // its codecs.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "common/core/pose.hpp"
 #include "drivers/mbes/mbes_decoder.hpp"
 #include "drivers/socket/cannelloni.hpp"
@@ -75,6 +77,25 @@ constexpr char k7027[] =
     "692c440000000001000000030000006f12033b005096440000fa430080bb44b40018164744920a063f01000000"
     "000000006f12033b007096440000fa430080bb44f000ee69ac44920a863f02000000030000006f12033b009096"
     "440000fa430080bb4471350000";
+
+// WBMS packets of a short and of a long layout. Read alike by the C structures of
+// magnuan/wbms_georef.
+constexpr char kWbms7[] =
+    "efbeadde01000000d40000000700000000000000fd6901210080bb4480969847050000000903000000001040fc"
+    "54d94100001440fc54d9410000a04100000301bd378635010100000ad7233c0000803f0050c34800409c476f12"
+    "033a0088bb440000484100000000920a0640cdcc4c3d350c0000920a86bf5802b80b0000c942020003280c0700"
+    "00920a06bf5802b80b0000cb42010003291a060000000000005802b80b0000cd420100032a0c070000920a063f"
+    "5802b80b0000cf420100012b350c0000920a863f5802b80b0000d1420200032c";
+constexpr char kWbms5[] =
+    "efbeadde01000000780100000500000000000000e0bb368f0080bb4480969847050000000903000000001040fc"
+    "54d94100001440fc54d9410000a04100000301bd378635010000000ad7233c0000803f0050c34800409c476f12"
+    "033a0088bb440000484100000000920a0640cdcc4c3d0000003f0000803e000000000000000000000000000000"
+    "0000504345920a86bf920a86be0000164400803b450000c9420000184102000328000000000000000000000000"
+    "000000000787e144920a06bf920a06be0000164400803b450000cb420000184101000329000000000000000000"
+    "000000000000000050c34400000000000000000000164400803b450000cd42000018410100032a000000000000"
+    "000000000000000000000787e144920a063f920a063e0000164400803b450000cf42000018410100012b000000"
+    "0000000000000000000000000000504345920a863f920a863e0000164400803b450000d142000018410200032c"
+    "00000000000000000000000000000000";
 
 // Frames of every kind. Read alike by cannelloni's own parser.
 constexpr char kCannelloni[] =
@@ -168,6 +189,30 @@ TEST(Golden, S7kPing) {
                  {0.02309401147067547f, 0.5235987901687622, kBeamAmplitude},
                  {0.03999999910593033f, 1.0471975803375244, kPhase},
              });
+}
+
+TEST(Golden, WbmsPing) {
+  // The fan is tilted by 0.01 rad as a whole.
+  const auto angle = [](double in_fan_rad) {
+    return std::asin(std::sin(in_fan_rad) * std::cos(0.01));
+  };
+  for (const char* const packet : {kWbms7, kWbms5}) {
+    const bool is_long = packet == kWbms5;
+    const auto time_s = [&](double fractional, double whole) {
+      return static_cast<float>((is_long ? fractional : whole) / 78'125.0);
+    };
+    ExpectPing(Decode("wbms", {packet}),
+               1'700'000'000'250'000,
+               777,
+               1500.0,
+               {
+                   {time_s(3125.0, 3125), angle(-1.0471975803375244), kPhase},
+                   {time_s(1804.2196, 1804), angle(-0.5235987901687622), kAmplitude},
+                   {time_s(1562.5, 1562), 0.0, kAmplitude},
+                   {time_s(1804.2196, 1804), angle(0.5235987901687622), kBeamAmplitude},
+                   {time_s(3125.0, 3125), angle(1.0471975803375244), kPhase},
+               });
+  }
 }
 
 TEST(Golden, CannelloniPacket) {

@@ -5,10 +5,12 @@
 #include <gtest/gtest.h>
 
 #include "common/convert/convert.hpp"
+#include "drivers/socket/cannelloni.hpp"
 #include "seastitch/depth_t.hpp"
 #include "seastitch/navigation_t.hpp"
 #include "seastitch/position_fix_t.hpp"
 #include "seastitch/raw_bytes_t.hpp"
+#include "tests/drivers/test_data.hpp"
 #include "tests/paths.hpp"
 #include "tests/runtime/temporary_dir.hpp"
 
@@ -123,6 +125,63 @@ TEST_F(NavNode, TroubleOfASourceIsSaidWithItsName) {
   EXPECT_THAT(driver.health().text(), testing::Not(HasSubstr("No such file")));
 }
 
+// --- an INS on CAN ------------------------------------------------------------------------------
+
+CanFrame Frame(std::uint32_t id, const std::string& hex) {
+  CanFrame frame;
+  frame.id = id;
+  frame.SetData(FromHex(hex));
+  return frame;
+}
+
+NavDriverConfig OnCan(const TemporaryDir& dir, const std::string& source) {
+  std::filesystem::copy_file(ConfigFile("sbg_ecan.dbc"), dir.path() / "sbg_ecan.dbc");
+  return LoadNavDriverConfig(dir.Write("nav_driver.yaml",
+                                       "ins: {source: \"" + source +
+                                           "\", format: sbg_ecan, clock: receive}\n" +
+                                           "gps: {source: \"" + kShared + "\"}\n"));
+}
+
+TEST_F(NavNode, AnInsOnCanHasPacketsOfFramesAsBytes) {
+  const TemporaryDir dir;
+  NavDriver driver(OnCan(dir, "can:can0"), &bus);
+  EXPECT_GT(driver.can_filters("can:can0").size(), 5u);
+  EXPECT_TRUE(driver.can_filters(kShared).empty());
+  const std::vector<CanFrame> frames{
+      Frame(0x130, "15CD5B07"), Frame(0x134, "40CE6B232486C2F9"), Frame(0x130, "351B5C07")};
+  const std::vector<std::uint8_t> packet = EncodeCannelloni(frames, 0);
+  EXPECT_TRUE(driver.Feed("can:can0", {packet, FromUtime(kNoon), 0}));
+  bus.HandleAll();
+  ASSERT_EQ(ins.size(), 1u);
+  EXPECT_NEAR(ins[0].latitude_rad, 59.4267712 * M_PI / 180.0, 1e-12);
+  EXPECT_EQ(ins[0].utime, kNoon);
+  ASSERT_EQ(raw.size(), 1u);
+  EXPECT_EQ(raw[0].data, packet);
+}
+
+TEST_F(NavNode, TheControllerOfItsBusIsSaidWithItsName) {
+  const TemporaryDir dir;
+  NavDriver driver(OnCan(dir, "can:can0"), &bus);
+  driver.UpdateHealth({{"can:can0", {"", "", {{"can_bus_off", 1}}, "controller is bus-off"}}}, t0);
+  EXPECT_THAT(driver.health().text(), HasSubstr("can:can0: controller is bus-off"));
+  EXPECT_EQ(driver.health().counter("can_bus_off"), 1);
+  driver.UpdateHealth({{"can:can0", {}}}, t0);
+  EXPECT_THAT(driver.health().text(), testing::Not(HasSubstr("controller")));
+}
+
+TEST_F(NavNode, TheFileOfItsIdsIsPublishedBesideTheConfiguration) {
+  const TemporaryDir dir, replayed;
+  const auto files = ConfigFiles(OnCan(dir, "can:can0"));
+  ASSERT_EQ(files.size(), 2u);
+  EXPECT_EQ(files[0].first, "sbg_ecan.dbc");
+  for (const auto& [name, text] : files) replayed.Write(name, text);
+  const NavDriverConfig again = LoadNavDriverConfig((replayed.path() / files[1].first).string());
+  EXPECT_EQ(again.ins_signals.Filters().size(),
+            NavDriver(again, &bus).can_filters("can:can0").size());
+  EXPECT_EQ(again.ins_dbc, (replayed.path() / "sbg_ecan.dbc").string());
+  EXPECT_EQ(ConfigFiles(NavDriverConfig()).size(), 1u);
+}
+
 // --- configuration -------------------------------------------------------------------------------
 
 class NavConfig : public testing::Test {
@@ -144,8 +203,8 @@ TEST_F(NavConfig, TheShippedFileIsReadAndNamesNothing) {
 
 TEST_F(NavConfig, MistakesAreNamedByFileKeyAndWhatWasExpected) {
   EXPECT_THAT(ErrorOf("gps: {source: \"can:can0\"}"),
-              HasSubstr("nav_driver.yaml: gps.source: can:can0: expected udp:HOST:PORT or "
-                        "serial:/dev/NAME"));
+              HasSubstr("nav_driver.yaml: gps.source: can:can0: expected udp:HOST:PORT, "
+                        "tcp:HOST:PORT or serial:/dev/NAME"));
   EXPECT_THAT(ErrorOf("gps: {source: \"serial:/dev/ttyUSB0?baud=4801\"}"),
               HasSubstr("gps.source: serial:/dev/ttyUSB0?baud=4801: '4801' is not a rate"));
   EXPECT_THAT(ErrorOf("gps: {source: \"serial:ttyUSB0\"}"), HasSubstr("expected serial:/dev/NAME"));
@@ -155,6 +214,18 @@ TEST_F(NavConfig, MistakesAreNamedByFileKeyAndWhatWasExpected) {
   EXPECT_THAT(ErrorOf("depth: {pressure_unit: torr}"), HasSubstr("depth.pressure_unit: 'torr'"));
   EXPECT_THAT(ErrorOf("ins: {format: sentences}"), HasSubstr("ins.format: 'sentences' is not"));
   EXPECT_THAT(ErrorOf("usbl: {sigma_m: 0}"), HasSubstr("usbl.sigma_m: '0' is not"));
+  EXPECT_THAT(ErrorOf("ins: {source: \"serial:/dev/ttyUSB0\", format: sbg_ecan}"),
+              HasSubstr("ins.source: serial:/dev/ttyUSB0: expected can:INTERFACE, candump:FILE"));
+  EXPECT_THAT(ErrorOf("ins: {source: \"can:can0\", format: sbg_ecan, dbc: none.dbc}"),
+              HasSubstr("nav_driver.yaml: ins.dbc: "));
+  dir.Write("other.dbc", "BO_ 304 EKF_INFO: 4 X\n SG_ TIME_STAMP : 0|32@1+ (1,0) [0|0] \"\" X\n");
+  EXPECT_THAT(ErrorOf("ins: {source: \"can:can0\", format: sbg_ecan, dbc: other.dbc}"),
+              HasSubstr("ins.dbc: 'EKF_EULER.ROLL': no such message in the DBC file"));
+  const std::string dbc = ", format: sbg_ecan, dbc: \"" + ConfigFile("sbg_ecan.dbc") + "\"}\n";
+  EXPECT_EQ(ErrorOf("ins: {source: \"udp:0.0.0.0:20000\"" + dbc), "");
+  EXPECT_THAT(
+      ErrorOf("ins: {source: \"udp:0.0.0.0:20000\"" + dbc + "gps: {source: \"udp:0.0.0.0:20000\"}"),
+      HasSubstr("gps.source: udp:0.0.0.0:20000: expected another than that of ins"));
   EXPECT_THAT(ErrorOf("sonar: {}"), HasSubstr("sonar: unknown key"));
 }
 

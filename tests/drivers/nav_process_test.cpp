@@ -7,6 +7,8 @@
 
 #include <filesystem>
 
+#include "drivers/socket/candump.hpp"
+#include "drivers/socket/cannelloni.hpp"
 #include "seastitch/depth_t.hpp"
 #include "seastitch/health_t.hpp"
 #include "seastitch/navigation_t.hpp"
@@ -21,6 +23,21 @@ using testing::HasSubstr;
 constexpr char kGga[] =
     "$GPGGA,102030.50,5730.123456,N,01115.654321,E,4,14,0.8,3.25,M,40.50,M,1.2,0123*4C\r\n";
 constexpr char kNoFix[] = "$GPGGA,102031.00,5730.1234,S,01115.6543,W,0,00,,,M,,M,,*78\r\n";
+
+// Of epoch i: EKF_INFO, EKF_VEL_NED whose north is 0.25 m/s * i, and a frame of another device.
+std::vector<CanFrame> EcanFrames(int i) {
+  ByteWriter info, velocity;
+  info.Le(static_cast<std::uint32_t>(20'000 * (i + 1)));
+  velocity.Le(static_cast<std::int16_t>(25 * (i % 100)));
+  velocity.Zeros(4);
+  std::vector<CanFrame> frames(3);
+  frames[0].id = 0x130;
+  frames[0].SetData(info.bytes());
+  frames[1].id = 0x139;
+  frames[2].id = 0x137;
+  frames[2].SetData(velocity.bytes());
+  return frames;
+}
 
 // The instrument's end of a serial line; the driver opens a link to the other, as udev makes them.
 class SerialLine {
@@ -121,6 +138,45 @@ TEST_F(NavProcess, SentencesOverUdpAndASerialLineBecomeMessages) {
       << health.text;
   EXPECT_EQ(health.process, "nav-driver");
   EXPECT_EQ(process->Stop(), EXIT_SUCCESS) << process->Output();
+}
+
+// Frames of an INS behind a gateway, with those of another device in between, and from a log.
+TEST_F(NavProcess, AnInsOnCanIsReadFromAGatewayAndFromALog) {
+  if (!OpenBus()) {
+    GTEST_SKIP() << "LCM cannot open " << lcm_url;
+  }
+  Listen();
+  std::filesystem::copy_file(ConfigFile("sbg_ecan.dbc"), dir.path() / "sbg_ecan.dbc");
+  const auto config = [this](const std::string& source) {
+    return dir.Write("nav_driver.yaml",
+                     "ins: {source: \"" + source + "\", format: sbg_ecan, clock: receive}\n");
+  };
+  const int port = FreeUdpPort();
+  auto process = Start("seastitch-nav-driver", config("udp:127.0.0.1:" + std::to_string(port)));
+  ASSERT_TRUE(UntilText("waiting for ins at udp:127.0.0.1")) << process->Output();
+  const UdpSender gateway(port);
+  for (int i = 0; i < 10; ++i) gateway.Send(EncodeCannelloni(EcanFrames(i), 0));
+  EXPECT_TRUE(HandleUntil([&] { return ins.size() == 9; }, 20'000)) << ins.size();
+  EXPECT_TRUE(HandleUntil([&] { return health.state == health_t::STATE_OK; }, 20'000))
+      << health.text;
+  EXPECT_EQ(process->Stop(), EXIT_SUCCESS) << process->Output();
+  for (std::size_t i = 0; i < ins.size(); ++i)
+    EXPECT_EQ(ins[i].v_ned_mps[0], 0.25 * static_cast<double>(i));
+
+  std::string log;
+  for (int i = 0; i < 200; ++i)
+    for (const CanFrame& frame : EcanFrames(i))
+      log +=
+          FormatCandumpLine({FromUtime(1'700'000'000'000'000 + 20'000 * i), "can0", frame}) + "\n";
+  ins.clear();
+  process =
+      Start("seastitch-nav-driver", config("candump:" + dir.Write("ins.log", log) + "?speed=8"));
+  EXPECT_TRUE(HandleUntil([&] { return ins.size() == 199; }, 20'000)) << ins.size();
+  EXPECT_EQ(process->Wait(), EXIT_SUCCESS) << process->Output();
+  for (std::size_t i = 0; i < ins.size(); ++i) {
+    ASSERT_EQ(ins[i].utime, 1'700'000'000'000'000 + 20'000 * static_cast<std::int64_t>(i));
+    ASSERT_EQ(ins[i].v_ned_mps[0], 0.25 * static_cast<double>(i % 100));
+  }
 }
 
 TEST_F(NavProcess, ASerialPortThatIsMissingOrUnpluggedIsNamedAndTakenAgain) {

@@ -113,8 +113,9 @@ void RecordedKills::Use(const LogEvent& event) {
   if (event.channel == channels::kSubmap) {
     const auto submap = Decoded<submap_t>(event);
     Announced& announced = submaps_[submap.id];
+    // A mapper that goes on announces its last one again.
+    if (announced.starts.empty()) announced.announced_utime = event.utime;
     announced.starts.insert(submap.utime);
-    announced.announced_utime = event.utime;
     announced.end_utime = submap.end_utime;
   } else if (event.channel == channels::kGraphUpdate) {
     auto update = Decoded<graph_update_t>(event);

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <poll.h>
 #include <sched.h>
+#include <sys/mount.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/syscall.h>
@@ -247,6 +248,79 @@ TEST_F(LoggerProcessTest, SaysInHealthThatTheDiskIsFullAndGoesOnWhenThereIsRoom)
   logger.AllowFileSize(RLIM_INFINITY);
   EXPECT_EQ(logger.Stop(SIGTERM), 0);
   EXPECT_EQ(NumbersIn(path()), UpTo(2'000));
+}
+
+// A folder that is read-only while it is asked to be, for this test process alone. Needs root.
+class ReadOnlyFolder {
+ public:
+  explicit ReadOnlyFolder(std::string folder) : folder_(std::move(folder)) {
+    std::filesystem::create_directory(folder_);
+    mounted_ = unshare(CLONE_NEWNS) == 0 && Mount("/", MS_REC | MS_PRIVATE) &&
+               Mount(folder_.c_str(), MS_BIND);
+  }
+  ~ReadOnlyFolder() {
+    if (mounted_) umount2(folder_.c_str(), MNT_DETACH);
+  }
+  ReadOnlyFolder(const ReadOnlyFolder&) = delete;
+  ReadOnlyFolder& operator=(const ReadOnlyFolder&) = delete;
+
+  bool mounted() const { return mounted_; }
+  bool Close() const { return Mount(folder_.c_str(), MS_REMOUNT | MS_BIND | MS_RDONLY); }
+  bool Open() const { return Mount(folder_.c_str(), MS_REMOUNT | MS_BIND); }
+
+ private:
+  bool Mount(const char* where, unsigned long flags) const {
+    return mount(folder_.c_str(), where, nullptr, flags, nullptr) == 0;
+  }
+
+  std::string folder_;
+  bool mounted_ = false;
+};
+
+TEST_F(LoggerProcessTest, StartsOnADiskThatIsReadOnlySaysSoAndRecordsOnceItCan) {
+  const ReadOnlyFolder disk((dir_ / "disk").string());
+  if (!disk.mounted()) GTEST_SKIP() << "needs root";
+  const std::filesystem::path dives_dir = dir_ / "disk" / "dives";
+  const std::string config = "dives_dir: " + dives_dir.string() + "\ndisk_min_free_mb: 0\n";
+  EXPECT_EQ(LoggerProcess(dir_, config).Stop(SIGTERM), 0);  // an earlier start of the dive
+  ASSERT_TRUE(disk.Close());
+  EXPECT_EQ(LoggerProcess(dir_, config).Stop(SIGTERM), 0) << "nothing to write, and no disk";
+
+  LoggerProcess logger(dir_, config);
+  Bus bus(BusUrl());
+  std::optional<health_t> health;
+  bus.Subscribe<health_t>("HEALTH", 0, [&](const health_t& msg) { health = msg; });
+  const auto until = [&](const auto& reached) {
+    const auto deadline = Clock::now() + std::chrono::seconds(30);
+    pollfd ready{bus.fd(), POLLIN, 0};
+    while ((!health || !reached(*health)) && Clock::now() < deadline)
+      if (poll(&ready, 1, 100) > 0) bus.HandleReady();
+    return health && reached(*health);
+  };
+  for (int i = 0; i < 100; ++i) PublishRaw(&bus, i);
+  EXPECT_TRUE(until([](const health_t& msg) {
+    return msg.text.find("Read-only file system") != std::string::npos;
+  })) << health->text;
+  EXPECT_EQ(health->state, health_t::STATE_DEGRADED);
+  EXPECT_THAT(health->text, testing::HasSubstr("the log cannot be written: "));
+  ASSERT_TRUE(disk.Open());
+  EXPECT_TRUE(until([](const health_t& msg) { return msg.state == health_t::STATE_OK; }))
+      << health->text;
+  EXPECT_THAT(health->text, testing::HasSubstr("/001.lcmlog"));
+  EXPECT_EQ(logger.Stop(SIGTERM), 0);
+  EXPECT_EQ(NumbersIn(PathIn(dives_dir)), UpTo(100));
+}
+
+TEST_F(LoggerProcessTest, EndsWithOneLineWhereAReadOnlyDiskHasNoDive) {
+  const ReadOnlyFolder disk((dir_ / "disk").string());
+  if (!disk.mounted()) GTEST_SKIP() << "needs root";
+  const std::string dives_dir = (dir_ / "disk" / "dives").string();
+  const std::string config = dir_.Write("logger.yaml", "dives_dir: " + dives_dir + "\n");
+  ASSERT_TRUE(disk.Close());
+  const CommandResult ended = RunCommand("timeout 30 " + Program("seastitch-logger") +
+                                         " --config " + config + " --lcm-url '" + BusUrl() + "'");
+  EXPECT_EQ(ended.exit_code, 1);
+  EXPECT_EQ(ended.output, "seastitch-logger: " + dives_dir + ": Read-only file system\n");
 }
 
 // A disk of its own that can be made to hang: a file system in a file, mounted for this test

@@ -50,8 +50,15 @@ struct Process {
     bus.Subscribe<graph_update_t>("GRAPH_UPDATE", 0, [this](const graph_update_t& m) {
       if (auto update = FromLcm(m)) updates.push_back(*update);
     });
+    bus.Subscribe<submap_t>("SUBMAP", 0, [this](const submap_t& m) {
+      submaps.push_back(m.id);
+      starts.insert({m.id, m.utime});
+      assembler.Add(m);
+    });
+    bus.Subscribe<submap_points_t>("SUBMAP_POINTS", 0, [this](const submap_points_t& m) {
+      if (const auto submap = assembler.Add(m)) whole.insert(submap->id.value);
+    });
     bus.Subscribe<nav_t>("NAV", 0, [this](const nav_t&) { ++navs; });
-    bus.Subscribe<submap_t>("SUBMAP", 0, [this](const submap_t& m) { submaps.push_back(m.id); });
   }
   void Drive(double duration_s, PerfectVehicle* vehicle) {
     for (int i = 0; i < static_cast<int>(duration_s / PerfectVehicle::kImuStepS); ++i) {
@@ -93,7 +100,10 @@ struct Process {
   std::array<std::int64_t, 4> seq{};
   double clock_s = 0.0;  // the computer's, ahead of the vehicle's time
   std::vector<GraphUpdate> updates;
-  std::vector<std::int32_t> submaps;  // announced
+  std::vector<std::int32_t> submaps;                       // announced
+  std::set<std::pair<std::int32_t, std::int64_t>> starts;  // the same, with their first ping's time
+  std::set<std::int32_t> whole;                            // with all their points
+  SubmapAssembler assembler;
   int navs = 0;
 };
 
@@ -159,6 +169,59 @@ TEST_F(Restart, AnnouncesTheLastSubmapAgain) {
   ASSERT_GT(after.submaps.size(), 1u);
   EXPECT_EQ(after.submaps[0], last);
   EXPECT_EQ(after.submaps[1], last + 1);
+}
+
+// Killed while the disk hangs: what closed meanwhile is on no disk, and its number is free.
+TEST_F(Restart, GivesNoSubmapTheNumberOfAnotherThatWasAnnounced) {
+  std::set<std::pair<std::int32_t, std::int64_t>> starts;
+  {
+    HangingDisk disk;
+    Process mapper(config_, &disk);
+    mapper.Drive(30.0, &vehicle_);
+    disk.hangs = true;
+    mapper.Drive(30.0, &vehicle_);
+    starts = mapper.starts;
+  }
+  ASSERT_GT(starts.size(), 1U);
+  vehicle_.Sleep(5.0);
+  Process mapper(config_, &disk_);
+  mapper.Drive(40.0, &vehicle_);
+  ASSERT_GT(mapper.starts.size(), 2U);
+  starts.insert(mapper.starts.begin(), mapper.starts.end());
+  std::set<std::int32_t> numbers;
+  for (const auto& [number, utime] : starts)
+    EXPECT_TRUE(numbers.insert(number).second) << "submap " << number << " was two different ones";
+}
+
+TEST_F(Restart, ADiskThatTakesNothingStopsNeitherSubmapsNorGraph) {
+  fs::remove_all(config_.map_dir);
+  config_.map_dir = dir_.Write("full", "no folder") + "/map";
+  Process mapper(config_, &disk_);
+  mapper.Drive(60.0, &vehicle_);
+  mapper.node.Finish();
+  mapper.bus.HandleAll();
+  EXPECT_GT(mapper.submaps.size(), 3U);
+  EXPECT_EQ(mapper.whole.size(), mapper.submaps.size());
+  EXPECT_GE(mapper.updates.size(), mapper.submaps.size());
+  EXPECT_NE(mapper.Text().find("cannot be written"), std::string::npos) << mapper.Text();
+}
+
+// The end of a dive: what the disk takes last is sent too.
+TEST_F(Restart, SendsTheLastSubmapOnceASlowDiskHasIt) {
+  HangingDisk disk;
+  Process mapper(config_, &disk);
+  mapper.Drive(30.0, &vehicle_);
+  disk.hangs = true;
+  mapper.node.Finish();
+  mapper.bus.HandleAll();
+  const std::size_t announced = mapper.submaps.size();
+  disk.GoOn();
+  ASSERT_FALSE(mapper.node.IsBusy());
+  mapper.node.SendAll([] {});
+  mapper.bus.HandleAll();
+  EXPECT_GT(mapper.submaps.size(), announced);
+  EXPECT_EQ(mapper.whole.size(), mapper.submaps.size());
+  EXPECT_TRUE(mapper.updates.back().final);
 }
 
 TEST_F(Restart, GoesOnThoughTheFirstStampIsWild) {

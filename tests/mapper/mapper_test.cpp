@@ -112,6 +112,44 @@ TEST(Mapper, TheEdgeAcrossALongGapHoldsTheTrueError) {
   EXPECT_EQ(across, 1);
 }
 
+// A cast of an hour ago, said in the middle of a line, that reaches the mapper before or after what
+// other processes send within navigation's reorder window.
+TEST(Mapper, AProfileHoldsForTheSamePingsInWhicheverOrderItComes) {
+  std::map<int, std::map<SubmapId, std::shared_ptr<const Submap>>> maps;
+  constexpr int kNever = 5000;
+  MapperParams params;
+  params.submap.max_duration_s = 12.0;
+  for (const int late_steps : {0, 1, 15, kNever}) {
+    Embedding dive(params);
+    std::int64_t seq = 0;
+    Time said;
+    for (int step = 0; step < 2000; ++step) {
+      if (step == 1000) said = dive.vehicle.time;
+      for (const auto& sample : dive.vehicle.Step(kSpeedMps, 0.0))
+        std::visit([&](const auto& s) { dive.mapper.Add(s); }, sample);
+      const auto say = [&](double age_s, double speed_mps, Time when) {
+        const SoundVelocityProfile cast{
+            when - FromSeconds(age_s), {0.0, 100.0}, {speed_mps, speed_mps}};
+        dive.mapper.Add(cast, {when, seq++});
+      };
+      if (step == 0) say(7200.0, 1500.0, dive.vehicle.time);
+      if (step == 1000 + late_steps) say(3600.0, 1450.0, said);
+      dive.Pump();
+    }
+    dive.Finish();
+    maps[late_steps] = dive.submaps;
+  }
+  ASSERT_GT(maps[0].size(), 1U);
+  for (const int late_steps : {1, 15}) {
+    ASSERT_EQ(maps[late_steps].size(), maps[0].size());
+    for (const auto& [id, submap] : maps[0])
+      EXPECT_TRUE(maps[late_steps].at(id)->cloud.points == submap->cloud.points)
+          << "submap " << id.value << ", late by " << late_steps;
+  }
+  EXPECT_FALSE(maps[kNever].rbegin()->second->cloud.points ==
+               maps[0].rbegin()->second->cloud.points);
+}
+
 // The sonar alone is silent for longer than navigation remembers: the submap that was open closes
 // after navigation has dropped its frame.
 TEST(Mapper, ASubmapThatClosesLateIsPlacedAsWellAsOneThatClosesAtOnce) {

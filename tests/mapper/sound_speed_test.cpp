@@ -25,6 +25,21 @@ TEST(SoundSpeed, TakesTheProfileNearestInTime) {
   EXPECT_EQ(sound_speed.For(PingAt(0.0, 1490.0)).source, SoundSpeed::Source::kProfile);
 }
 
+TEST(SoundSpeed, AProfileHoldsFromWhenItWasSaidWhateverItsAge) {
+  SoundSpeed sound_speed(std::nullopt);
+  sound_speed.Add(Constant(100.0, 1500.0));
+  sound_speed.Add(Constant(160.0, 1510.0), FromUtime(0) + FromSeconds(200.0));
+  EXPECT_EQ(sound_speed.For(PingAt(199.9, 1490.0)).rays->SpeedAt(10.0), 1500.0);
+  EXPECT_EQ(sound_speed.For(PingAt(200.0, 1490.0)).rays->SpeedAt(10.0), 1510.0);
+}
+
+// Rather a profile than none.
+TEST(SoundSpeed, AMessageOfAnotherClockHoldsAtOnce) {
+  SoundSpeed sound_speed(std::nullopt);
+  sound_speed.Add(Constant(100.0, 1500.0), FromUtime(0) + FromSeconds(1e9));
+  EXPECT_EQ(sound_speed.For(PingAt(100.0, 1490.0)).source, SoundSpeed::Source::kProfile);
+}
+
 TEST(SoundSpeed, FallsBackStepByStep) {
   SoundSpeed configured(Constant(0.0, 1450.0));
   EXPECT_EQ(configured.For(PingAt(5.0, 1490.0)).source, SoundSpeed::Source::kConfigured);

@@ -76,7 +76,7 @@ class TidalDive : public testing::Test {
   static MapperParams Params() {
     MapperParams params;
     params.navigation_source = NavigationSource::kGiven;
-    params.water_level =
+    params.vertical.water_level =
         WaterLevel::Parse("2026-05-02T10:00Z,1.0\n2026-05-02T10:10Z,1.5\n", "tide.csv");
     return params;
   }
@@ -104,13 +104,13 @@ class TidalDive : public testing::Test {
 
 TEST_F(TidalDive, DepthsCountFromTheZeroOfTheMap) {
   Drive(6.0, false);
-  EXPECT_NEAR(depth_m, 20.0 - Params().water_level.At(depth_time), 1e-6);
+  EXPECT_NEAR(depth_m, 20.0 - Params().vertical.water_level.At(depth_time), 1e-6);
   EXPECT_NEAR(depth_m, 18.7, 0.01);
 }
 
 TEST_F(TidalDive, ThoseOfAnInsToo) {
   Drive(6.0, true);
-  EXPECT_NEAR(depth_m, 20.0 - Params().water_level.At(depth_time), 1e-6);
+  EXPECT_NEAR(depth_m, 20.0 - Params().vertical.water_level.At(depth_time), 1e-6);
 }
 
 TEST_F(TidalDive, ATableOfAnotherDayIsSaid) {

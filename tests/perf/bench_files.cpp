@@ -95,6 +95,7 @@ void Run(const std::string& survey_file,
     survey.seed = first_seed + static_cast<std::uint64_t>(run);
     survey.error_class = errors;
     survey.errors = bench::SensorErrors::OfClass(errors);
+    survey.fixes.gps = false;  // all the time, not at the surface alone
     survey.fixes.interval_s = kFixEveryS;
     survey.fixes.sigma_m = kFixSigmaM;
     const bench::DriverConfigs drivers = bench::LoadDriverConfigs(ConfigDir());

@@ -141,8 +141,8 @@ TEST(Consistency, FallsWhenDriftingSubmapsArePutRightOverTheSameCells) {
   };
   const ConsistencyMap before = map_at(DeadReckonedPoses(survey));
   const ConsistencyMap after = map_at({drifting.truth, {}});
-  const ConsistencyFigures b = FiguresWhereAlike(before, after);
-  const ConsistencyFigures a = FiguresWhereAlike(after, before);
+  const ConsistencyFigures b = FiguresOfComparableCells(before, after);
+  const ConsistencyFigures a = FiguresOfComparableCells(after, before);
   EXPECT_EQ(a.point.cells, b.point.cells);
   EXPECT_LT(a.point.cells, Figures(before).point.cells);
   EXPECT_LT(a.point.rms_m, 0.95 * b.point.rms_m);
@@ -164,10 +164,10 @@ TEST(Consistency, ComparesCellsThatAsManySubmapsSee) {
   const ConsistencyMap twice = map_seen_by(2, 0.1f);
   const ConsistencyMap thrice = map_seen_by(3, 0.1f);
   const std::uint64_t cells = geometry.size();
-  EXPECT_EQ(FiguresWhereAlike(thrice, thrice).surface.cells, cells);
-  EXPECT_EQ(FiguresWhereAlike(thrice, twice).surface.cells, cells - 1);
-  EXPECT_NEAR(FiguresWhereAlike(thrice, twice).surface.rms_m, 0.1, 1e-6);
-  EXPECT_GT(FiguresWhereAlike(twice, twice).surface.rms_m, 0.13);
+  EXPECT_EQ(FiguresOfComparableCells(thrice, thrice).surface.cells, cells);
+  EXPECT_EQ(FiguresOfComparableCells(thrice, twice).surface.cells, cells - 1);
+  EXPECT_NEAR(FiguresOfComparableCells(thrice, twice).surface.rms_m, 0.1, 1e-6);
+  EXPECT_GT(FiguresOfComparableCells(twice, twice).surface.rms_m, 0.13);
 }
 
 }  // namespace

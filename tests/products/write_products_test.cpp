@@ -202,7 +202,7 @@ TEST(WriteProducts, SaysPlainlyThatTheGraphBelievesNoClosure) {
   const Survey survey = Collect(drifting, folder.path(), solution, {LoopEdge(0, 5)});
   const ProductSummary summary = WriteProducts(survey, {}, folder.path());
   EXPECT_EQ(summary.outcome, Outcome::kNothingToCorrect);
-  EXPECT_THAT(summary.statement, HasSubstr("the graph believes none"));
+  EXPECT_THAT(summary.statement, HasSubstr("the graph accepts none"));
   const nlohmann::json report = Json(folder / "report.json");
   EXPECT_EQ(report["loop_closures"]["refused_by_graph"], 1);
   EXPECT_TRUE(report["mounting"].empty());  // nothing was learned of it
@@ -334,7 +334,7 @@ TEST(WriteProducts, SaysPlainlyThatNoRegistrationWasTrusted) {
       Collect(Drifting(), folder.path(), PoseGraph{}, {LoopEdge(0, 5, LoopVerdict::kDegenerate)});
   const ProductSummary summary = WriteProducts(survey, {}, folder.path());
   EXPECT_EQ(summary.outcome, Outcome::kNothingToCorrect);
-  EXPECT_THAT(summary.statement, HasSubstr("no result could be trusted"));
+  EXPECT_THAT(summary.statement, HasSubstr("none became a loop closure"));
 }
 
 TEST(WriteProducts, MapsASingleSubmap) {

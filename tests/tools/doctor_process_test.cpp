@@ -119,8 +119,8 @@ class DoctorVehicle : public DriverProcess {
       const bool load =
           finding.text.find("event loop was busy") != std::string::npos ||
           finding.text.find("kernel dropped datagrams") != std::string::npos ||
-          finding.text.find("messages are lost from the record") != std::string::npos ||
-          finding.text.find("the disk does not take") != std::string::npos ||
+          finding.text.find("messages are missing in the log") != std::string::npos ||
+          finding.text.find("writing to the disk takes too long") != std::string::npos ||
           finding.check == "disk_speed";
       const bool follows =
           !consequence.empty() && finding.text.find(consequence) != std::string::npos;

@@ -2,6 +2,9 @@
 
 #include <gmock/gmock.h>
 
+#include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -58,8 +61,43 @@ class SeveralDives : public ::testing::Test {
     return nlohmann::json::parse(TextOf(out_.path() / "map/report.json"));
   }
 
+  double DepthOfFirstSubmap() const {
+    std::istringstream poses(TextOf(out_.path() / "map/poses.txt"));
+    double id = 0.0, x = 0.0, y = 0.0, z = 0.0;
+    poses >> id >> x >> y >> z;
+    return z;
+  }
+
   TemporaryDir out_;
 };
+
+// A `.all` with a datagram h after each P: height of the water line.
+std::string WithHeightDatagrams(const std::string& all, double height_m) {
+  constexpr std::size_t kLengthBytes = 4, kHeaderBytes = 16;
+  std::string out;
+  for (std::size_t at = 0; at + kLengthBytes + kHeaderBytes < all.size();) {
+    std::uint32_t length = 0;
+    std::memcpy(&length, all.data() + at, kLengthBytes);
+    const std::string datagram = all.substr(at + kLengthBytes, length);
+    out += all.substr(at, kLengthBytes + length);
+    at += kLengthBytes + length;
+    if (datagram[1] != 'P') continue;
+    std::string h = datagram.substr(0, kHeaderBytes);
+    h[1] = 'h';
+    const auto height_cm = static_cast<std::int32_t>(std::lround(100.0 * height_m));
+    h.append(reinterpret_cast<const char*>(&height_cm), sizeof height_cm);
+    h += '\0';  // of the water line
+    std::uint16_t sum = 0;
+    for (std::size_t i = 1; i < h.size(); ++i)
+      sum = static_cast<std::uint16_t>(sum + static_cast<std::uint8_t>(h[i]));
+    h += '\3';
+    h.append(reinterpret_cast<const char*>(&sum), sizeof sum);
+    length = static_cast<std::uint32_t>(h.size());
+    out.append(reinterpret_cast<const char*>(&length), kLengthBytes);
+    out += h;
+  }
+  return out;
+}
 
 TEST_F(SeveralDives, BecomeOneMapAndOneElsewhereStandsApart) {
   // The same survey, 2 km further north.
@@ -147,17 +185,45 @@ TEST_F(SeveralDives, EveryFormatThatIsWrittenGivesTheMap) {
   }
 }
 
+// An INS that takes a fix now and then jumps. .s7k says nothing of its velocity.
+TEST_F(SeveralDives, JumpsOfTheInsAreTakenOutWhateverTheFormat) {
+  const TemporaryDir dir;
+  const std::string survey = std::regex_replace(
+      TextOf(ConfigFile("bench/short.yaml")), std::regex("mems"), "ins_tactical");
+  const auto bench = RunCommand(
+      Program("seastitch") + " bench --survey " +
+      dir.Write("s.yaml", survey + "position_fixes: {interval_s: 60.0, sigma_m: 3.0}\n") +
+      " --log " + (dir.path() / "l.lcmlog").string());
+  ASSERT_EQ(bench.exit_code, 0) << bench.output;
+  for (const char* const name : {"jumps.kmall", "jumps.all", "jumps.s7k"}) {
+    const SurveyWriterResult written = WriteSurveyFile(
+        {dir.path() / "l.lcmlog", ConfigFile("mapper_ins_tactical.yaml"), dir.path() / name});
+    ASSERT_GE(written.fixes, 2);
+    const CommandResult result = Replay((dir.path() / name).string());
+    ASSERT_EQ(result.exit_code, 0) << result.output;
+    const nlohmann::json report = Report();
+    EXPECT_EQ(report["mapper_counters"]["nav_ins_position_jumps"], written.fixes) << name;
+    const double shape_m = report["truth"]["aligned_position_rms_m"]["after"];
+    const double given_m = report["truth"]["aligned_position_rms_m"]["before"];
+    std::printf("%s: shape %.3f -> %.3f m\n", name, given_m, shape_m);
+    EXPECT_LT(given_m, 0.3) << name << ": a jump is left in the track";
+    EXPECT_LT(shape_m, 0.1) << name;
+  }
+}
+
 // Exported corrected navigation, taken as navigation beside the same pings.
 TEST_F(SeveralDives, ASbetBesideTheFilesIsTheirNavigation) {
   ASSERT_EQ(Replay("whole.kmall").exit_code, 0);
   const double corrected_m = Report()["truth"]["aligned_position_rms_m"]["after"];
+  const double drifted_m = Report()["truth"]["aligned_position_rms_m"]["before"];
+  ASSERT_GT(drifted_m, 1.5 * corrected_m);
   fs::copy_file(out_.path() / "map/export/navigation.sbet",
                 Folder() / "processed.sbet",
                 fs::copy_options::overwrite_existing);
   const CommandResult result = Replay("whole.kmall processed.sbet");
   ASSERT_EQ(result.exit_code, 0) << result.output;
   const double before_m = Report()["truth"]["aligned_position_rms_m"]["before"];
-  EXPECT_NEAR(before_m, corrected_m, 0.05);
+  EXPECT_NEAR(before_m, corrected_m, 0.005);
   const CommandResult alone = Replay("processed.sbet");
   EXPECT_NE(alone.exit_code, 0);
 }
@@ -197,24 +263,65 @@ TEST_F(SeveralDives, TextBesideTheFilesIsTheirPosition) {
 }
 
 TEST_F(SeveralDives, TheTideIsTakenOffEveryDepth) {
-  // Of the first submap.
-  const auto depth_m = [this] {
-    std::istringstream poses(TextOf(out_.path() / "map/poses.txt"));
-    double id = 0.0, x = 0.0, y = 0.0, z = 0.0;
-    poses >> id >> x >> y >> z;
-    return z;
-  };
   ASSERT_EQ(Replay("whole.kmall").exit_code, 0);
-  const double below_water_m = depth_m();
+  const double below_water_m = DepthOfFirstSubmap();
   const fs::path tide = Folder() / "tide.csv";
   std::ofstream(tide) << "time,level\n2000-01-01T00:00Z,1.25\n2100-01-01T00:00Z,1.25\n";
   const CommandResult corrected = Replay("whole.kmall", "--water-level " + tide.string());
   ASSERT_EQ(corrected.exit_code, 0) << corrected.output;
-  EXPECT_NEAR(depth_m(), below_water_m - 1.25, 0.001);
+  EXPECT_NEAR(DepthOfFirstSubmap(), below_water_m - 1.25, 0.001);
   std::ofstream(tide) << "2026-05-02T10:00Z,1\n2026-05-02T11:00Z,high\n";
   const CommandResult wrong = Replay("whole.kmall", "--water-level " + tide.string());
   EXPECT_EQ(wrong.exit_code, 78) << wrong.output;
   EXPECT_THAT(wrong.output, HasSubstr("tide.csv:2: 'high' is not a number of metres"));
+}
+
+// The simulated water line lies on the ellipsoid. A zero of depth 1.25 m below the ellipsoid makes
+// every depth 1.25 m less, whoever states the height. Another ping may be the middle of a submap.
+TEST_F(SeveralDives, HeightsAboveTheEllipsoidTakeThePlaceOfATideGauge) {
+  ASSERT_EQ(Replay("whole.kmall").exit_code, 0);
+  const double below_water_m = DepthOfFirstSubmap();
+  for (const char* const name : {"navigation.sbet", "navigation.csv"})
+    fs::copy_file(
+        out_.path() / "map/export" / name, Folder() / name, fs::copy_options::overwrite_existing);
+  std::ofstream(Folder() / "navigation.csv.yaml")
+      << "header_lines: 1\n"
+         "columns:\n"
+         "  - {quantity: iso, column: 1}\n"
+         "  - {quantity: latitude, column: 2}\n"
+         "  - {quantity: longitude, column: 3}\n"
+         "  - {quantity: height, column: 4, scale: -1}\n";
+  for (const char* const name : {"plain.all", "heights.s7k"})
+    WriteSurveyFile(
+        {Folder() / "l.lcmlog", ConfigFile("mapper_ins_tactical.yaml"), Folder() / name});
+  std::ofstream(Folder() / "heights.all", std::ios::binary)
+      << WithHeightDatagrams(TextOf(Folder() / "plain.all"), 0.0);
+  const auto config = [this](const std::string& more) {
+    const fs::path path = Folder() / "heights.yaml";
+    std::ofstream(path) << "vehicle: " << ConfigFile("vehicle.yaml")
+                        << "\nellipsoid_heights: {use: true, " << more << "}\n";
+    return "--config " + path.string();
+  };
+  for (const char* const files : {"whole.kmall",
+                                  "heights.s7k",
+                                  "heights.all",
+                                  "whole.kmall navigation.sbet",
+                                  "whole.kmall navigation.csv"}) {
+    const CommandResult result = Replay(files, config("separation_m: -1.25"));
+    ASSERT_EQ(result.exit_code, 0) << files << result.output;
+    EXPECT_NEAR(DepthOfFirstSubmap(), below_water_m - 1.25, 0.05) << files;
+  }
+  // By place.
+  std::ofstream(Folder() / "zero.asc")
+      << "ncols 1\nnrows 1\nxllcorner -75\nyllcorner 40\ncellsize 10\n-2.5\n";
+  ASSERT_EQ(Replay("whole.kmall", config("separation_grid: zero.asc")).exit_code, 0);
+  EXPECT_NEAR(DepthOfFirstSubmap(), below_water_m - 2.5, 0.05);
+  // A file that states no height.
+  EXPECT_NE(Replay("plain.all", config("separation_m: 0")).exit_code, 0);
+  std::ofstream(Folder() / "zero.asc") << "ncols 1\n";
+  const CommandResult wrong = Replay("whole.kmall", config("separation_grid: zero.asc"));
+  EXPECT_EQ(wrong.exit_code, 78);
+  EXPECT_THAT(wrong.output, HasSubstr("zero.asc: no ESRI ASCII grid: no nrows"));
 }
 
 // As docs/survey-files.md has it: exit code and bytes of each are its own, and what failed is taken

@@ -123,6 +123,16 @@ TEST(SurveyFiles, InstallationOfTheFileIsUsed) {
   EXPECT_NE(survey.plan().Text().find("water line 1.031 m down"), std::string::npos);
 }
 
+// #SPO of this file differs from its own raw GGA by the antenna's place (-0.1 m, -0.1 m), and is
+// #MRZ's place of the reference point to 1 mm.
+TEST(SurveyFiles, PositionsOfKmallAreOfTheReferencePoint) {
+  const fs::path file = Shared("data/mbes/em2040_OS01.kmall");
+  SKIP_WITHOUT(file);
+  const SurveyFiles survey({file});
+  EXPECT_EQ(survey.plan().position_source.substr(0, 4), "#SPO");
+  EXPECT_TRUE(survey.plan().vehicle.T_vehicle_imu.translation().isZero());
+}
+
 std::string PingsAlone() {
   std::string bytes;
   for (int i = 0; i < 10; ++i) {

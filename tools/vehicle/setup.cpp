@@ -51,7 +51,7 @@ void LoadNav(const std::string& file, Setup* setup) {
   const NavDriverConfig config = LoadNavDriverConfig(file);
   setup->nav_channels = config.output_channels();
   if (config.sources().empty()) return;
-  setup->texts[kNavDriver]["nav_driver.yaml"] = PrintConfig(config);
+  for (const auto& [name, text] : ConfigFiles(config)) setup->texts[kNavDriver][name] = text;
   for (const std::string& source : config.sources())
     setup->drivers.emplace(
         kNavDriver,

@@ -59,34 +59,61 @@ struct JumpTrial {
   double largest_step_m = 0.0;  // of the track, against the truth
 };
 
-// 5 Hz, 0.1 m of noise in the position, 0.02 m/s in the velocity; jumps of jump_m every 100 s.
-JumpTrial RunJumps(double jump_m, int jumps, Rng* rng, double spike_m = 0.0) {
+struct JumpSurvey {
+  double jump_m = 0.0;  // every 100 s
+  int jumps = 10;
+  double spike_m = 0.0;
+  bool velocity = true;  // with 0.02 m/s of noise
+  double rate_hz = 5.0;
+  double noise_m = 0.1;
+  bool restless = false;  // turns of 5 m radius, comes to a stop and sets off again, side current
+};
+
+// Speed and heading of lines and turns of 20 s; or of a vehicle that does all there is to do.
+Eigen::Vector2d TrueVelocity(const JumpSurvey& survey, double t_s, double* yaw_rad) {
+  *yaw_rad = TrueYaw(t_s);
+  double speed_mps = 2.0;
+  Eigen::Vector2d current_mps = Eigen::Vector2d::Zero();
+  if (survey.restless) {
+    const double in_leg_s = std::fmod(t_s, 40.0);  // of which 10 s are the turn
+    *yaw_rad = 0.3 * (10.0 * std::floor(t_s / 40.0) + std::max(0.0, in_leg_s - 30.0));
+    speed_mps = 1.5 * std::clamp(std::abs(std::fmod(t_s, 100.0) - 50.0) / 3.0 - 1.0, 0.0, 1.0);
+    current_mps = {0.1, 0.3};
+  }
+  return speed_mps * Eigen::Vector2d(std::cos(*yaw_rad), std::sin(*yaw_rad)) + current_mps;
+}
+
+JumpTrial RunJumps(const JumpSurvey& survey, Rng* rng) {
   GivenNavigationParams params;
   GivenNavigation navigation(params, NavigationParams{}, VehicleGeometry{});
   JumpTrial trial;
+  const double dt_s = 1.0 / survey.rate_hz;
+  const int between = static_cast<int>(100.0 * survey.rate_hz);
   Eigen::Vector2d p = Eigen::Vector2d::Zero();
   Eigen::Vector2d error = Eigen::Vector2d::Zero();
-  for (int i = 0; i < (jumps + 1) * 500; ++i) {
-    const double yaw = TrueYaw(0.2 * i);
-    const Eigen::Vector2d v = 2.0 * Eigen::Vector2d(std::cos(yaw), std::sin(yaw));
-    p += 0.2 * v;
-    if (i > 0 && i % 500 == 0) {
+  for (int i = 0; i < (survey.jumps + 1) * between; ++i) {
+    const Time t = At(dt_s * i);
+    double yaw = 0.0;
+    const Eigen::Vector2d v = TrueVelocity(survey, dt_s * i, &yaw);
+    p += dt_s * v;
+    if (i > 0 && i % between == 0) {
       const double direction = 2.0 * kPi * Normal(rng);
-      error += jump_m * Eigen::Vector2d(std::cos(direction), std::sin(direction));
+      error += survey.jump_m * Eigen::Vector2d(std::cos(direction), std::sin(direction));
     }
-    Eigen::Vector2d given = p + error + 0.1 * Eigen::Vector2d(Normal(rng), Normal(rng));
-    if (i % 500 == 250) given.x() += spike_m;
+    Eigen::Vector2d given = p + error + survey.noise_m * Eigen::Vector2d(Normal(rng), Normal(rng));
+    if (i % between == between / 2) given.x() += survey.spike_m;
+    const Eigen::Vector2d v_given = v + 0.02 * Eigen::Vector2d(Normal(rng), Normal(rng));
     navigation.Add(
-        SampleOf(0.2 * i, given, yaw, v + 0.02 * Eigen::Vector2d(Normal(rng), Normal(rng))));
-    for (const MapFix& fix : navigation.TakeFixes(At(0.2 * i))) trial.fixes.push_back(fix);
+        SampleOf(dt_s * i, given, yaw, survey.velocity ? std::optional(v_given) : std::nullopt));
+    for (const MapFix& fix : navigation.TakeFixes(t)) trial.fixes.push_back(fix);
   }
   navigation.Finish();
   trial.jumps = navigation.counters().contains("ins_position_jumps")
                     ? navigation.counters().at("ins_position_jumps")
                     : 0;
   std::optional<Eigen::Vector2d> last;
-  for (int i = 0; i < (jumps + 1) * 500; ++i) {
-    const auto state = navigation.StateAt(At(0.2 * i));
+  for (int i = 0; i < (survey.jumps + 1) * between; ++i) {
+    const auto state = navigation.StateAt(At(dt_s * i));
     if (!state) continue;
     const Eigen::Vector2d at = state->T_map_vehicle.translation().head<2>();
     if (last) trial.largest_step_m = std::max(trial.largest_step_m, (at - *last).norm());
@@ -95,37 +122,64 @@ JumpTrial RunJumps(double jump_m, int jumps, Rng* rng, double spike_m = 0.0) {
   return trial;
 }
 
+// With the velocity of the INS, and of files that have none.
 TEST(GivenNavigation, FindsEveryJumpOfOneMetreAmongTenCentimetresOfNoise) {
-  int found = 0;
-  int in_place = 0;
-  Rng rng(1);
-  for (int trial = 0; trial < 10; ++trial) {
-    const JumpTrial jumps = RunJumps(1.0, 10, &rng);
-    EXPECT_EQ(jumps.jumps, 10);
-    found += static_cast<int>(jumps.jumps);
-    for (std::size_t i = 0; i < jumps.fixes.size(); ++i) {
-      const double off_s = ToSeconds(jumps.fixes[i].time - At(100.0 * static_cast<double>(i + 1)));
-      in_place += std::abs(off_s) < 0.5 ? 1 : 0;
+  for (const bool velocity : {true, false}) {
+    SCOPED_TRACE(velocity ? "with velocities" : "positions alone");
+    int found = 0;
+    int in_place = 0;
+    Rng rng(1);
+    for (int trial = 0; trial < 10; ++trial) {
+      const JumpTrial jumps = RunJumps({.jump_m = 1.0, .velocity = velocity}, &rng);
+      EXPECT_EQ(jumps.jumps, 10);
+      found += static_cast<int>(jumps.jumps);
+      for (std::size_t i = 0; i < jumps.fixes.size(); ++i) {
+        const double off_s =
+            ToSeconds(jumps.fixes[i].time - At(100.0 * static_cast<double>(i + 1)));
+        in_place += std::abs(off_s) < 0.5 ? 1 : 0;
+      }
+      // 0.4 m of way, and noise.
+      EXPECT_LT(jumps.largest_step_m, 1.2);
     }
-    // 0.4 m of way, and noise.
-    EXPECT_LT(jumps.largest_step_m, 1.2);
+    std::printf(
+        "jumps of 1 m found: %d of 100, at their place to a sample or two: %d\n", found, in_place);
+    EXPECT_EQ(found, 100);
+    EXPECT_EQ(in_place, 100);
   }
-  std::printf(
-      "jumps of 1 m found: %d of 100, at their place to a sample or two: %d\n", found, in_place);
-  EXPECT_EQ(found, 100);
-  EXPECT_EQ(in_place, 100);
 }
 
 TEST(GivenNavigation, InventsNoJump) {
   Rng rng(2);
-  for (int trial = 0; trial < 20; ++trial) EXPECT_EQ(RunJumps(0.0, 10, &rng).jumps, 0);
+  for (int trial = 0; trial < 20; ++trial) EXPECT_EQ(RunJumps({}, &rng).jumps, 0);
+}
+
+// Nor where it has to tell a jump from turns, stops and starts by the positions themselves.
+TEST(GivenNavigation, InventsNoJumpWithoutVelocities) {
+  Rng rng(2);
+  for (const bool restless : {false, true})
+    for (const double rate_hz : {1.0, 5.0})
+      for (const double noise_m : {0.0, 0.02, 0.1, 1.0}) {
+        SCOPED_TRACE(testing::Message() << rate_hz << " Hz, " << noise_m << " m, " << restless);
+        const JumpSurvey survey{
+            .velocity = false, .rate_hz = rate_hz, .noise_m = noise_m, .restless = restless};
+        for (int trial = 0; trial < 5; ++trial) EXPECT_EQ(RunJumps(survey, &rng).jumps, 0);
+      }
+}
+
+TEST(GivenNavigation, FindsJumpsAmongPositionsOnceASecond) {
+  Rng rng(4);
+  const JumpTrial trial =
+      RunJumps({.jump_m = 1.0, .velocity = false, .rate_hz = 1.0, .noise_m = 0.02}, &rng);
+  EXPECT_EQ(trial.jumps, 10);
 }
 
 TEST(GivenNavigation, TakesASpikeForNoJump) {
-  Rng rng(3);
-  const JumpTrial trial = RunJumps(0.0, 10, &rng, 50.0);
-  EXPECT_EQ(trial.jumps, 0);
-  EXPECT_LT(trial.largest_step_m, 1.5);
+  for (const bool velocity : {true, false}) {
+    Rng rng(3);
+    const JumpTrial trial = RunJumps({.spike_m = 50.0, .velocity = velocity}, &rng);
+    EXPECT_EQ(trial.jumps, 0);
+    EXPECT_LT(trial.largest_step_m, 1.5);
+  }
 }
 
 // --- covariance ----------------------------------------------------------------------------------
