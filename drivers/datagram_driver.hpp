@@ -7,8 +7,7 @@
 
 namespace seastitch {
 
-// Base class of drivers of a device that sends UDP datagrams, or a stream of bytes in pieces of any
-// size.
+// Base class of drivers of a device that sends UDP datagrams, or a byte stream in pieces (TCP).
 class DatagramDriver : public DeviceDriver {
  public:
   DatagramDriver(const std::string& name,
