@@ -22,10 +22,11 @@ void DeclareDriver(DriverParams* params, ParameterTable* table) {
   table
       ->Add("source",
             &params->source,
-            "Source of the bytes: can:can0, candump:FILE?speed=1, udp:HOST:PORT (0.0.0.0 "
-            "listens; a cannelloni gateway for CAN; ?interface=eth1 chooses the interface of "
-            "a multicast group; ?from=10.0.0.5,10.0.0.6 names the senders) or, of a sonar that "
-            "serves its data, tcp:HOST:PORT.")
+            "URL of the bytes. Device on CAN: can:can0, candump:FILE?speed=1, or udp:HOST:PORT for "
+            "a cannelloni gateway. PD0 or sonar: udp:HOST:PORT. Sonar with a TCP server (wbms): "
+            "tcp:HOST:PORT. HOST of udp is the local address (0.0.0.0: all) or a multicast group; "
+            "?interface=eth1 names the interface of the group, ?from=10.0.0.5,10.0.0.6 the "
+            "accepted senders.")
       .DataSheet()
       .Required();
   table->Add("receive_buffer_bytes",
