@@ -13,55 +13,57 @@ struct PhinsInsParams {
   double depth_sigma_m = 0.05;     // where the INS states none
 };
 
+// What instruments that send binary frames share: bytes to frames, and what was of none.
+class FrameCodec : public NavCodec {
+ public:
+  std::string hears_instead() const override;
+  // skipped_bytes, unstamped, and those of the instrument.
+  Counters counters() const override;
+
+ protected:
+  explicit FrameCodec(FrameStream::SizeOf size_of) : frames_(size_of) {}
+  virtual void Take(const FrameStream::Frame& frame) = 0;
+
+ private:
+  void Read(Bytes bytes, Time recv) final;
+  FrameStream frames_;
+};
+
 // iXblue's standard binary: each frame a sample; what a pressure sensor gave to the INS is a depth
 // of its own.
-class PhinsIns : public NavCodec {
+class PhinsIns : public FrameCodec {
  public:
+  // Counters: those of FrameCodec; phins_malformed (a frame with a right checksum that makes no
+  // sense), phins_gaps (frames that never came).
   explicit PhinsIns(const PhinsInsParams& params);
 
-  std::vector<NavOutput> Add(Bytes bytes, Time recv) override;
-  std::int64_t heard() const override { return heard_; }
-  std::string hears_instead() const override;
-
-  // phins_malformed (a frame with a right checksum that makes no sense), phins_gaps (frames that
-  // never came), skipped_bytes, unstamped.
-  Counters counters() const override;
   Counters clock_figures(const std::string& prefix) const override {
     return clock_.Figures(prefix);
   }
 
  private:
-  void Take(const FrameStream::Frame& bytes, std::vector<NavOutput>* out);
+  void Take(const FrameStream::Frame& bytes) override;
 
   PhinsInsParams params_;
-  FrameStream frames_;
   DayClock clock_;
-  std::int64_t heard_ = 0;
   std::optional<std::uint32_t> counter_;
   std::optional<Duration> depth_at_;
-  Counters counters_;
 };
 
 // Kongsberg's KM binary: each datagram a sample, by its own UTC.
-class KmBinaryIns : public NavCodec {
+class KmBinaryIns : public FrameCodec {
  public:
+  // Counters: those of FrameCodec; nothing_valid (position and attitude are called invalid).
   explicit KmBinaryIns(const ClockParams& clock);
 
-  std::vector<NavOutput> Add(Bytes bytes, Time recv) override;
-  std::int64_t heard() const override { return heard_; }
-  std::string hears_instead() const override;
-
-  // skipped_bytes, nothing_valid (position and attitude are called invalid), unstamped.
-  Counters counters() const override;
   Counters clock_figures(const std::string& prefix) const override {
     return stamper_.Figures(prefix);
   }
 
  private:
-  FrameStream frames_;
+  void Take(const FrameStream::Frame& frame) override;
+
   Stamper stamper_;
-  std::int64_t heard_ = 0;
-  Counters counters_;
 };
 
 }  // namespace seastitch

@@ -2,13 +2,11 @@
 
 #include <cstdint>
 #include <optional>
-#include <set>
 #include <string>
-#include <string_view>
+#include <utility>
 #include <variant>
 #include <vector>
 
-#include "codecs/nmea0183.hpp"
 #include "common/core/bytes.hpp"
 #include "common/core/counters.hpp"
 #include "common/core/sensors.hpp"
@@ -24,17 +22,34 @@ class NavCodec {
  public:
   virtual ~NavCodec() = default;
 
-  virtual std::vector<NavOutput> Add(Bytes bytes, Time recv) = 0;
+  std::vector<NavOutput> Add(Bytes bytes, Time recv) {
+    Read(bytes, recv);
+    return std::exchange(out_, {});
+  }
   // Messages that show the instrument to be alive, with a measurement or without.
-  virtual std::int64_t heard() const = 0;
+  std::int64_t heard() const { return heard_; }
   // What comes in place of what is wanted, for people: "GLL, GSV"; empty: nothing does.
   virtual std::string hears_instead() const { return ""; }
   // Of an instrument on CAN: the frames that it wants. Its bytes are cannelloni packets.
   virtual std::vector<CanFilter> can_filters() const { return {}; }
 
-  virtual Counters counters() const = 0;
+  virtual Counters counters() const { return counters_; }
   // PREFIX_clock_..., see Stamper.
   virtual Counters clock_figures(const std::string& prefix) const = 0;
+
+ protected:
+  virtual void Read(Bytes bytes, Time recv) = 0;
+  void Hear() { ++heard_; }
+  void Count(const std::string& what, std::int64_t times = 1) { counters_[what] += times; }
+  template <class Output>
+  void Give(Output output) {
+    out_.emplace_back(std::move(output));
+  }
+
+ private:
+  std::int64_t heard_ = 0;
+  Counters counters_;
+  std::vector<NavOutput> out_;
 };
 
 // Instants of messages that state the time of day at most, and the date now and then.
@@ -57,18 +72,6 @@ class DayClock {
   ClockParams params_;
   Stamper stamper_;
   std::optional<Known> known_;
-};
-
-// Sentences of types that nobody reads: which, and how many.
-class OtherSentences {
- public:
-  void Add(std::string_view type);
-  std::string names() const;
-  std::int64_t count() const { return count_; }
-
- private:
-  std::set<std::string, std::less<>> types_;
-  std::int64_t count_ = 0;
 };
 
 }  // namespace seastitch
