@@ -26,39 +26,26 @@ double PascalPer(PressureUnit unit) {
 }  // namespace
 
 DepthCodec::DepthCodec(const DepthCodecParams& params)
-    : params_(params), stream_(params.needs_checksum), clock_(params.clock) {}
+    : NmeaCodec(params.needs_checksum, params.clock), params_(params) {}
 
-std::vector<NavOutput> DepthCodec::Add(Bytes bytes, Time recv) {
-  stream_.Add(
-      bytes,
-      recv,
-      [this](const NmeaSentence& s, Time begun) { return Take(s, begun); },
-      [this](const std::string& line, Time begun) {
-        const auto reading = DecodeDepthLine(line);
-        if (reading) Give(*reading, begun);
-        return reading.has_value();
-      });
-  return std::exchange(out_, {});
-}
-
-Counters DepthCodec::counters() const {
-  Counters all = stream_.counters();
-  all.insert(counters_.begin(), counters_.end());
-  return all;
+bool DepthCodec::TakeLine(const std::string& line, Time recv) {
+  const auto reading = DecodeDepthLine(line);
+  if (reading) Measure(*reading, recv);
+  return reading.has_value();
 }
 
 bool DepthCodec::Take(const NmeaSentence& s, Time recv) {
   if (s.type != "DBS" && s.type != "PIPS" && s.type != "PVIPS2" && s.type != "PRVAT") return false;
   if (const auto reading = DecodeDepthSentence(s))
-    Give(*reading, recv);
+    Measure(*reading, recv);
   else
-    ++counters_["sentence_incomplete"];
+    Count("sentence_incomplete");
   return true;
 }
 
-void DepthCodec::Give(const DepthReading& reading, Time recv) {
+void DepthCodec::Measure(const DepthReading& reading, Time recv) {
   DepthSample sample;
-  sample.time = *clock_.Stamp(std::nullopt, recv);
+  sample.time = *Stamp(std::nullopt, recv);
   sample.sigma_m = params_.sigma_m;
   if (reading.kind == DepthReading::Kind::kDepthM) {
     sample.depth_m = reading.value;
@@ -70,10 +57,10 @@ void DepthCodec::Give(const DepthReading& reading, Time recv) {
     sample.depth_m = *sample.pressure_pa / (params_.water_density_kgpm3 * kGravity_mps2);
   }
   if (!(sample.depth_m > -20.0 && sample.depth_m < 12'000.0)) {
-    ++counters_["implausible"];
+    Count("implausible");
     return;
   }
-  out_.emplace_back(sample);
+  Give(sample);
 }
 
 }  // namespace seastitch

@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "codecs/depth_text.hpp"
-#include "drivers/nav/nmea_stream.hpp"
+#include "drivers/nav/nmea_codec.hpp"
 
 namespace seastitch {
 
@@ -30,29 +30,19 @@ struct DepthCodecParams {
 };
 
 // Decodes a pressure sensor's lines (codecs/depth_text.hpp) to depths, positive down.
-class DepthCodec : public NavCodec {
+class DepthCodec : public NmeaCodec {
  public:
   explicit DepthCodec(const DepthCodecParams& params);
 
-  std::vector<NavOutput> Add(Bytes bytes, Time recv) override;
-  std::int64_t heard() const override { return stream_.heard(); }
-  std::string hears_instead() const override { return stream_.hears_instead(); }
-
-  // Those of NmeaStream; sentence_incomplete; implausible (depth below -20 m or above 12 km).
-  Counters counters() const override;
-  Counters clock_figures(const std::string& prefix) const override {
-    return clock_.Figures(prefix);
-  }
+  // Counters: those of NmeaCodec; sentence_incomplete; implausible (depth below -20 m
+  // or above 12 km).
 
  private:
-  bool Take(const NmeaSentence& sentence, Time recv);
-  void Give(const DepthReading& reading, Time recv);
+  bool Take(const NmeaSentence& sentence, Time recv) override;
+  bool TakeLine(const std::string& line, Time recv) override;
+  void Measure(const DepthReading& reading, Time recv);
 
   DepthCodecParams params_;
-  NmeaStream stream_;
-  DayClock clock_;
-  Counters counters_;
-  std::vector<NavOutput> out_;
 };
 
 }  // namespace seastitch

@@ -117,20 +117,16 @@ std::string EcanIns::hears_instead() const {
 }
 
 Counters EcanIns::counters() const {
-  Counters all = counters_;
+  Counters all = NavCodec::counters();
   const Counters& of_clock = clock_.counters();
   all.insert(of_clock.begin(), of_clock.end());
   return all;
 }
 
-std::vector<NavOutput> EcanIns::Add(Bytes bytes, Time recv) {
+void EcanIns::Read(Bytes bytes, Time recv) {
   const std::optional<CannelloniPacket> packet = DecodeCannelloni(bytes);
-  if (!packet) {
-    ++counters_["cannelloni_malformed"];
-    return {};
-  }
+  if (!packet) return Count("cannelloni_malformed");
   for (const CanFrame& frame : packet->frames) Take(frame, recv);
-  return std::exchange(out_, {});
 }
 
 void EcanIns::Take(const CanFrame& frame, Time recv) {
@@ -138,7 +134,7 @@ void EcanIns::Take(const CanFrame& frame, Time recv) {
   if (!reading) return;
   const FieldValues& values = reading->values;
   if (!reading->complete || (values.present.test(kLatitude) && !IsOnEarth(values))) {
-    ++counters_["frame_malformed"];
+    Count("frame_malformed");
   } else if (values.present.test(kTimeUs)) {
     Open({CountOf(values.value[kTimeUs]), recv});
   } else {
@@ -160,7 +156,7 @@ void EcanIns::Open(const UnitClock::Reading& info) {
     if (period_s > 0.0) max_epoch_s_ = std::min(max_epoch_s_, 0.5 * period_s);
   }
   epoch_ = Epoch{info, {}, false};
-  ++heard_;
+  Hear();
 }
 
 void EcanIns::Collect(const FieldValues& values, Time recv) {
@@ -168,7 +164,7 @@ void EcanIns::Collect(const FieldValues& values, Time recv) {
                        std::abs(ToSeconds(recv - epoch_->info.recv)) <= max_epoch_s_ &&
                        (values.present & epoch_->values.present).none();
   if (!belongs) {
-    ++counters_["frame_outside_epoch"];
+    Count("frame_outside_epoch");
     seen_ |= values.present;
     Close();  // EKF_INFO was lost: what follows is of another epoch too
     epoch_.reset();
@@ -176,39 +172,36 @@ void EcanIns::Collect(const FieldValues& values, Time recv) {
   }
   for (std::size_t field = 0; field < kMaxFields; ++field)
     if (values.present.test(field)) epoch_->values.Set(field, values.value[field]);
-  if (epoch_->values.present == seen_) Give();
+  if (epoch_->values.present == seen_) Finish();
 }
 
 void EcanIns::Close() {
   if (!epoch_ || epoch_->given) return;
   seen_ |= epoch_->values.present;
   if (epoch_->values.present.any())
-    Give();
+    Finish();
   else
-    ++counters_["epoch_empty"];
+    Count("epoch_empty");
 }
 
-void EcanIns::Give() {
+void EcanIns::Finish() {
   epoch_->given = true;
   const std::optional<Time> time = clock_.Stamp(epoch_->info);
-  if (!time) {
-    ++counters_["unstamped"];
-    return;
-  }
+  if (!time) return Count("unstamped");
   NavigationSample sample = SampleOf(epoch_->values);
   sample.time = *time;
   sample.source = "sbg_ecan";
   if (solution_ && epoch_->info.recv - solution_->recv <= kSolutionHolds) {
     sample.status = StatusOf(solution_->word);
     if (Drifts(solution_->word)) {
-      ++counters_["not_computed"];
+      Count("not_computed");
       sample.position.reset();
       sample.depth.reset();
       sample.height.reset();
       sample.velocity.reset();
     }
   }
-  out_.emplace_back(std::move(sample));
+  Give(std::move(sample));
 }
 
 NavigationSample EcanIns::SampleOf(const FieldValues& v) const {

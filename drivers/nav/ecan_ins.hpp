@@ -28,9 +28,6 @@ class EcanIns : public NavCodec {
  public:
   explicit EcanIns(const EcanInsParams& params);
 
-  // bytes: a cannelloni packet.
-  std::vector<NavOutput> Add(Bytes bytes, Time recv) override;
-  std::int64_t heard() const override { return heard_; }
   std::string hears_instead() const override;
   std::vector<CanFilter> can_filters() const override { return params_.signals.Filters(); }
 
@@ -54,11 +51,13 @@ class EcanIns : public NavCodec {
     Time recv;
   };
 
+  // bytes: a cannelloni packet.
+  void Read(Bytes bytes, Time recv) override;
   void Take(const CanFrame& frame, Time recv);
   void Open(const UnitClock::Reading& info);
   void Collect(const FieldValues& values, Time recv);
   void Close();
-  void Give();
+  void Finish();
   NavigationSample SampleOf(const FieldValues& values) const;
   double Sigma(const FieldValues& values, std::size_t field) const;
 
@@ -68,10 +67,7 @@ class EcanIns : public NavCodec {
   std::optional<Epoch> epoch_;
   Fields seen_;  // what epochs have had so far: one that has it all is given at once
   std::optional<Solution> solution_;
-  std::int64_t heard_ = 0;
   bool hears_others_ = false;
-  Counters counters_;
-  std::vector<NavOutput> out_;
 };
 
 }  // namespace seastitch

@@ -6,47 +6,35 @@
 #include "codecs/phins.hpp"
 
 namespace seastitch {
-namespace {
 
-constexpr char kNoFrames[] = "bytes that are no frames (another protocol?)";
-
-Counters WithSkipped(Counters counters, const FrameStream& frames) {
-  if (frames.skipped_bytes() > 0) counters["skipped_bytes"] = frames.skipped_bytes();
-  return counters;
+std::string FrameCodec::hears_instead() const {
+  return frames_.skipped_bytes() > 0 ? "bytes that are no frames (another protocol?)" : "";
 }
 
-}  // namespace
+Counters FrameCodec::counters() const {
+  Counters all = NavCodec::counters();
+  if (frames_.skipped_bytes() > 0) all["skipped_bytes"] = frames_.skipped_bytes();
+  return all;
+}
+
+void FrameCodec::Read(Bytes bytes, Time recv) {
+  for (const FrameStream::Frame& frame : frames_.Add(bytes, recv)) Take(frame);
+}
 
 PhinsIns::PhinsIns(const PhinsInsParams& params)
-    : params_(params), frames_(SizeOfPhins), clock_(params.clock) {}
+    : FrameCodec(SizeOfPhins), params_(params), clock_(params.clock) {}
 
-std::string PhinsIns::hears_instead() const { return frames_.skipped_bytes() > 0 ? kNoFrames : ""; }
-
-Counters PhinsIns::counters() const { return WithSkipped(counters_, frames_); }
-
-std::vector<NavOutput> PhinsIns::Add(Bytes bytes, Time recv) {
-  std::vector<NavOutput> out;
-  for (const FrameStream::Frame& frame : frames_.Add(bytes, recv)) Take(frame, &out);
-  return out;
-}
-
-void PhinsIns::Take(const FrameStream::Frame& bytes, std::vector<NavOutput>* out) {
+void PhinsIns::Take(const FrameStream::Frame& bytes) {
   const std::optional<PhinsFrame> frame = DecodePhins(bytes.bytes);
-  if (!frame) {
-    ++counters_["phins_malformed"];
-    return;
-  }
-  ++heard_;
+  if (!frame) return Count("phins_malformed");
+  Hear();
   if (frame->version == 0) return;  // an answer
   if (counter_ && frame->counter > *counter_ + 1)
-    counters_["phins_gaps"] += frame->counter - *counter_ - 1;
+    Count("phins_gaps", frame->counter - *counter_ - 1);
   counter_ = frame->counter;
   if (frame->midnight) clock_.SetDate(*frame->midnight + frame->valid_at, bytes.recv);
   const std::optional<Time> time = clock_.Stamp(frame->valid_at, bytes.recv);
-  if (!time) {
-    ++counters_["unstamped"];
-    return;
-  }
+  if (!time) return Count("unstamped");
   NavigationSample sample;
   sample.time = *time;
   sample.source = "phins";
@@ -58,7 +46,7 @@ void PhinsIns::Take(const FrameStream::Frame& bytes, std::vector<NavOutput>* out
     sample.depth = InsVertical{-*frame->altitude_m, frame->sigma_altitude_m};
   else if (frame->altitude_m && frame->altitude_is_above_ellipsoid)
     sample.height = InsVertical{*frame->altitude_m, frame->sigma_altitude_m};
-  out->emplace_back(std::move(sample));
+  Give(std::move(sample));
   if (!frame->sensor_depth || depth_at_ == frame->sensor_depth_at) return;
   depth_at_ = frame->sensor_depth_at;
   // It is as much older than the frame as the INS says.
@@ -67,46 +55,33 @@ void PhinsIns::Take(const FrameStream::Frame& bytes, std::vector<NavOutput>* out
   depth.depth_m = frame->sensor_depth->value_m;
   depth.sigma_m =
       frame->sensor_depth->sigma_m > 0.0 ? frame->sensor_depth->sigma_m : params_.depth_sigma_m;
-  if (depth.time <= *time && ToSeconds(*time - depth.time) < 5.0) out->emplace_back(depth);
+  if (depth.time <= *time && ToSeconds(*time - depth.time) < 5.0) Give(depth);
 }
 
-KmBinaryIns::KmBinaryIns(const ClockParams& clock) : frames_(SizeOfKmBinary), stamper_(clock) {}
+KmBinaryIns::KmBinaryIns(const ClockParams& clock) : FrameCodec(SizeOfKmBinary), stamper_(clock) {}
 
-std::string KmBinaryIns::hears_instead() const {
-  return frames_.skipped_bytes() > 0 ? kNoFrames : "";
-}
-
-Counters KmBinaryIns::counters() const { return WithSkipped(counters_, frames_); }
-
-std::vector<NavOutput> KmBinaryIns::Add(Bytes bytes, Time recv) {
-  std::vector<NavOutput> out;
-  for (const FrameStream::Frame& frame : frames_.Add(bytes, recv)) {
-    const std::optional<NavigationRecord> record = DecodeKmBinary(frame.bytes);
-    if (!record) continue;
-    ++heard_;
-    const std::optional<Time> time = stamper_.Stamp(record->time, frame.recv);
-    if (!time) {
-      ++counters_["unstamped"];
-      continue;
-    }
-    NavigationSample sample;
-    sample.time = *time;
-    sample.source = "kmb";
-    if (record->position)
-      sample.position = InsPosition{record->position->latitude_rad,
-                                    record->position->longitude_rad,
-                                    record->position->sigma_north_east_m};
-    sample.attitude = record->attitude;
-    if (record->velocity)
-      sample.velocity = InsVelocity{record->velocity->v_ned_mps, record->velocity->sigma_mps};
-    if (record->height_m) sample.height = InsVertical{*record->height_m};
-    if (!sample.position && !sample.attitude) {
-      ++counters_["nothing_valid"];
-      sample.status = InsStatus::kInvalid;
-    }
-    out.emplace_back(std::move(sample));
+void KmBinaryIns::Take(const FrameStream::Frame& frame) {
+  const std::optional<NavigationRecord> record = DecodeKmBinary(frame.bytes);
+  if (!record) return;
+  Hear();
+  const std::optional<Time> time = stamper_.Stamp(record->time, frame.recv);
+  if (!time) return Count("unstamped");
+  NavigationSample sample;
+  sample.time = *time;
+  sample.source = "kmb";
+  if (record->position)
+    sample.position = InsPosition{record->position->latitude_rad,
+                                  record->position->longitude_rad,
+                                  record->position->sigma_north_east_m};
+  sample.attitude = record->attitude;
+  if (record->velocity)
+    sample.velocity = InsVelocity{record->velocity->v_ned_mps, record->velocity->sigma_mps};
+  if (record->height_m) sample.height = InsVertical{*record->height_m};
+  if (!sample.position && !sample.attitude) {
+    Count("nothing_valid");
+    sample.status = InsStatus::kInvalid;
   }
-  return out;
+  Give(std::move(sample));
 }
 
 }  // namespace seastitch

@@ -13,55 +13,57 @@ struct PhinsInsParams {
   double depth_sigma_m = 0.05;     // for an INS that states none
 };
 
+// Base class of codecs of binary frames: splits bytes into frames and counts bytes of no frame.
+class FrameCodec : public NavCodec {
+ public:
+  std::string hears_instead() const override;
+  // skipped_bytes, unstamped, and those of the instrument.
+  Counters counters() const override;
+
+ protected:
+  explicit FrameCodec(FrameStream::SizeOf size_of) : frames_(size_of) {}
+  virtual void Take(const FrameStream::Frame& frame) = 0;
+
+ private:
+  void Read(Bytes bytes, Time recv) final;
+  FrameStream frames_;
+};
+
 // Decodes iXblue's standard binary. Each frame is a navigation sample; a depth that a pressure
 // sensor sent to the INS becomes a DEPTH sample too.
-class PhinsIns : public NavCodec {
+class PhinsIns : public FrameCodec {
  public:
+  // Counters: those of FrameCodec; phins_malformed (invalid content, correct checksum),
+  // phins_gaps (frames lost, by their counter).
   explicit PhinsIns(const PhinsInsParams& params);
 
-  std::vector<NavOutput> Add(Bytes bytes, Time recv) override;
-  std::int64_t heard() const override { return heard_; }
-  std::string hears_instead() const override;
-
-  // phins_malformed (right checksum, invalid content), phins_gaps (frames lost, by their counter),
-  // skipped_bytes, unstamped.
-  Counters counters() const override;
   Counters clock_figures(const std::string& prefix) const override {
     return clock_.Figures(prefix);
   }
 
  private:
-  void Take(const FrameStream::Frame& bytes, std::vector<NavOutput>* out);
+  void Take(const FrameStream::Frame& bytes) override;
 
   PhinsInsParams params_;
-  FrameStream frames_;
   DayClock clock_;
-  std::int64_t heard_ = 0;
   std::optional<std::uint32_t> counter_;
   std::optional<Duration> depth_at_;
-  Counters counters_;
 };
 
-// Decodes Kongsberg's KM binary. Each datagram is a navigation sample with its own UTC.
-class KmBinaryIns : public NavCodec {
+// Decodes Kongsberg's KM binary: each datagram is a navigation sample with its own UTC.
+class KmBinaryIns : public FrameCodec {
  public:
+  // Counters: those of FrameCodec; nothing_valid (position and attitude are called invalid).
   explicit KmBinaryIns(const ClockParams& clock);
 
-  std::vector<NavOutput> Add(Bytes bytes, Time recv) override;
-  std::int64_t heard() const override { return heard_; }
-  std::string hears_instead() const override;
-
-  // skipped_bytes, nothing_valid (position and attitude are called invalid), unstamped.
-  Counters counters() const override;
   Counters clock_figures(const std::string& prefix) const override {
     return stamper_.Figures(prefix);
   }
 
  private:
-  FrameStream frames_;
+  void Take(const FrameStream::Frame& frame) override;
+
   Stamper stamper_;
-  std::int64_t heard_ = 0;
-  Counters counters_;
 };
 
 }  // namespace seastitch

@@ -2,13 +2,11 @@
 
 #include <cstdint>
 #include <optional>
-#include <set>
 #include <string>
-#include <string_view>
+#include <utility>
 #include <variant>
 #include <vector>
 
-#include "codecs/nmea0183.hpp"
 #include "common/core/bytes.hpp"
 #include "common/core/counters.hpp"
 #include "common/core/sensors.hpp"
@@ -19,22 +17,40 @@ namespace seastitch {
 
 using NavOutput = std::variant<NavigationSample, PositionFix, DepthSample>;
 
-// Interface of the data formats of an instrument. Bytes come in pieces of any size.
+// Base class of the codecs of instruments. Bytes come in pieces of any size.
 class NavCodec {
  public:
   virtual ~NavCodec() = default;
 
-  virtual std::vector<NavOutput> Add(Bytes bytes, Time recv) = 0;
-  // Number of messages of the instrument so far, with or without a measurement.
-  virtual std::int64_t heard() const = 0;
-  // What is received instead of the wanted messages, for people: "GLL, GSV"; empty: nothing.
+  std::vector<NavOutput> Add(Bytes bytes, Time recv) {
+    Read(bytes, recv);
+    return std::exchange(out_, {});
+  }
+  // Messages that show the instrument to be alive, with a measurement or without.
+  std::int64_t heard() const { return heard_; }
+  // What is received in place of the messages that are read, for people: "GLL, GSV"; empty: nothing
+  // does.
   virtual std::string hears_instead() const { return ""; }
   // Of an instrument on CAN: the frames that it wants. Its bytes are cannelloni packets.
   virtual std::vector<CanFilter> can_filters() const { return {}; }
 
-  virtual Counters counters() const = 0;
+  virtual Counters counters() const { return counters_; }
   // PREFIX_clock_..., see Stamper.
   virtual Counters clock_figures(const std::string& prefix) const = 0;
+
+ protected:
+  virtual void Read(Bytes bytes, Time recv) = 0;
+  void Hear() { ++heard_; }
+  void Count(const std::string& what, std::int64_t times = 1) { counters_[what] += times; }
+  template <class Output>
+  void Give(Output output) {
+    out_.emplace_back(std::move(output));
+  }
+
+ private:
+  std::int64_t heard_ = 0;
+  Counters counters_;
+  std::vector<NavOutput> out_;
 };
 
 // Times of messages that state only the time of day, and of a date in some of them.
@@ -58,18 +74,6 @@ class DayClock {
   ClockParams params_;
   Stamper stamper_;
   std::optional<Known> known_;
-};
-
-// Types and number of received sentences that are not read.
-class OtherSentences {
- public:
-  void Add(std::string_view type);
-  std::string names() const;
-  std::int64_t count() const { return count_; }
-
- private:
-  std::set<std::string, std::less<>> types_;
-  std::int64_t count_ = 0;
 };
 
 }  // namespace seastitch

@@ -18,18 +18,7 @@ bool IsMeasured(FixQuality quality) {
 }  // namespace
 
 NmeaFixes::NmeaFixes(const NmeaFixParams& params)
-    : params_(params), stream_(params.needs_checksum), clock_(params.clock) {}
-
-std::vector<NavOutput> NmeaFixes::Add(Bytes bytes, Time recv) {
-  stream_.Add(bytes, recv, [this](const NmeaSentence& s, Time begun) { return Take(s, begun); });
-  return std::exchange(out_, {});
-}
-
-Counters NmeaFixes::counters() const {
-  Counters all = stream_.counters();
-  all.insert(counters_.begin(), counters_.end());
-  return all;
-}
+    : NmeaCodec(params.needs_checksum, params.clock), params_(params) {}
 
 bool NmeaFixes::Take(const NmeaSentence& s, Time recv) {
   if (s.type == "GGA") {
@@ -37,11 +26,10 @@ bool NmeaFixes::Take(const NmeaSentence& s, Time recv) {
   } else if (s.type == "PSIMSSB") {
     TakePsimssb(s, recv);
   } else if (s.type == "ZDA") {
-    if (const auto device = DecodeZda(s)) clock_.SetDate(*device, recv);
+    if (const auto device = DecodeZda(s)) SetDate(*device, recv);
   } else if (s.type == "RMC") {  // the date alone: GGA says how good its position is
     const auto rmc = DecodeRmc(s);
-    if (rmc && rmc->midnight && rmc->time_of_day)
-      clock_.SetDate(*rmc->midnight + *rmc->time_of_day, recv);
+    if (rmc && rmc->midnight && rmc->time_of_day) SetDate(*rmc->midnight + *rmc->time_of_day, recv);
     return false;
   } else {
     return false;
@@ -55,7 +43,7 @@ void NmeaFixes::TakeGga(const NmeaSentence& s, Time recv) {
   if (!gga->position) return Count("no_position");
   if (!IsMeasured(gga->quality)) return Count("not_measured");
   const double dilution = params_.source == "gps" ? std::max(1.0, gga->hdop.value_or(1.0)) : 1.0;
-  Give(*gga->position, params_.sigma_m * dilution, gga->time_of_day, recv);
+  Fix(*gga->position, params_.sigma_m * dilution, gga->time_of_day, recv);
 }
 
 void NmeaFixes::TakePsimssb(const NmeaSentence& s, Time recv) {
@@ -67,29 +55,29 @@ void NmeaFixes::TakePsimssb(const NmeaSentence& s, Time recv) {
   if (found->transponder != params_.transponder) return Count("other_transponder");
   // Its own estimate has no errors of mounting and of sound speed in it.
   const double sigma_m = std::max(params_.sigma_m, found->accuracy_m.value_or(0.0));
-  Give(*found->position,
-       found->error.empty() ? sigma_m : kDoubtfulTimes * sigma_m,
-       found->time_of_day,
-       recv);
+  Fix(*found->position,
+      found->error.empty() ? sigma_m : kDoubtfulTimes * sigma_m,
+      found->time_of_day,
+      recv);
 }
 
-void NmeaFixes::Give(const GeoPoint& point,
-                     double sigma_m,
-                     std::optional<Duration> time_of_day,
-                     Time recv) {
-  const auto time = clock_.Stamp(time_of_day, recv);
-  if (!time) return Count("unstamped");
+void NmeaFixes::Fix(const GeoPoint& point,
+                    double sigma_m,
+                    std::optional<Duration> time_of_day,
+                    Time recv) {
+  const auto time = Stamp(time_of_day, recv);
+  if (!time) return;
   if (last_) {
     const double since_s = ToSeconds(*time - *last_);
     if (since_s > -kClockWasSetS && (since_s <= 0.0 || since_s < params_.interval_s))
       return Count("too_soon");
   }
   last_ = time;
-  out_.emplace_back(PositionFix{*time,
-                                point.latitude_rad,
-                                point.longitude_rad,
-                                sigma_m * sigma_m * Eigen::Matrix2d::Identity(),
-                                params_.source});
+  Give(PositionFix{*time,
+                   point.latitude_rad,
+                   point.longitude_rad,
+                   sigma_m * sigma_m * Eigen::Matrix2d::Identity(),
+                   params_.source});
 }
 
 }  // namespace seastitch

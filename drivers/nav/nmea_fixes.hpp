@@ -3,7 +3,7 @@
 #include <optional>
 #include <string>
 
-#include "drivers/nav/nmea_stream.hpp"
+#include "drivers/nav/nmea_codec.hpp"
 
 namespace seastitch {
 
@@ -17,37 +17,23 @@ struct NmeaFixParams {
   std::string transponder{};
 };
 
-// Decodes position fixes: GGA of a GPS receiver at the surface; PSIMSSB or GGA of a USBL system.
-// Only measured positions become fixes (GGA quality 1 to 5), not estimated, entered or simulated
-// ones.
-class NmeaFixes : public NavCodec {
+// Positions from outside: GGA of a GPS receiver at the surface; PSIMSSB or GGA of an acoustic
+// system. What a receiver estimated, was told or simulates is no measurement.
+class NmeaFixes : public NmeaCodec {
  public:
   explicit NmeaFixes(const NmeaFixParams& params);
 
-  std::vector<NavOutput> Add(Bytes bytes, Time recv) override;
-  std::int64_t heard() const override { return stream_.heard(); }
-  std::string hears_instead() const override { return stream_.hears_instead(); }
-
-  // Those of NmeaStream; no_position (called void), not_measured, not_absolute (as seen from the
-  // ship), other_transponder, too_soon (repeated, or within interval_s), sentence_incomplete,
-  // unstamped.
-  Counters counters() const override;
-  Counters clock_figures(const std::string& prefix) const override {
-    return clock_.Figures(prefix);
-  }
+  // Counters: those of NmeaCodec; no_position (called void), not_measured, not_absolute (as seen
+  // from the ship), other_transponder, too_soon (repeated, or within interval_s),
+  // sentence_incomplete, unstamped.
 
  private:
-  bool Take(const NmeaSentence& sentence, Time recv);
+  bool Take(const NmeaSentence& sentence, Time recv) override;
   void TakeGga(const NmeaSentence& sentence, Time recv);
   void TakePsimssb(const NmeaSentence& sentence, Time recv);
-  void Give(const GeoPoint& point, double sigma_m, std::optional<Duration> time_of_day, Time recv);
-  void Count(const char* what) { ++counters_[what]; }
+  void Fix(const GeoPoint& point, double sigma_m, std::optional<Duration> time_of_day, Time recv);
 
   NmeaFixParams params_;
-  NmeaStream stream_;
-  DayClock clock_;
-  Counters counters_;
-  std::vector<NavOutput> out_;
   std::optional<Time> last_;
 };
 

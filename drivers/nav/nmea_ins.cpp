@@ -30,18 +30,7 @@ InsStatus StatusOf(FixQuality quality) {
 }  // namespace
 
 NmeaIns::NmeaIns(const NmeaInsParams& params)
-    : params_(params), stream_(params.needs_checksum), clock_(params.clock) {}
-
-std::vector<NavOutput> NmeaIns::Add(Bytes bytes, Time recv) {
-  stream_.Add(bytes, recv, [this](const NmeaSentence& s, Time begun) { return Take(s, begun); });
-  return std::exchange(out_, {});
-}
-
-Counters NmeaIns::counters() const {
-  Counters all = stream_.counters();
-  all.insert(counters_.begin(), counters_.end());
-  return all;
-}
+    : NmeaCodec(params.needs_checksum, params.clock), params_(params) {}
 
 bool NmeaIns::Take(const NmeaSentence& s, Time recv) {
   const std::string_view type = s.type;
@@ -62,7 +51,7 @@ bool NmeaIns::Take(const NmeaSentence& s, Time recv) {
   } else if (type == "PSXN" && s.Text(0) == "20") {
     TakeQuality(s);
   } else if (type == "ZDA") {
-    if (const auto device = DecodeZda(s)) clock_.SetDate(*device, recv);
+    if (const auto device = DecodeZda(s)) SetDate(*device, recv);
   } else {
     return false;
   }
@@ -80,13 +69,13 @@ void NmeaIns::TakeGga(const NmeaSentence& s, Time recv) {
     sample.position = InsPosition{gga->position->latitude_rad, gga->position->longitude_rad};
   if (gga->height_m) sample.height = InsVertical{*gga->height_m};
   sample.velocity = VelocityAt(recv);
-  Give(std::move(sample), gga->time_of_day, recv);
+  Finish(std::move(sample), gga->time_of_day, recv);
 }
 
 void NmeaIns::TakeRmc(const NmeaSentence& s, Time recv) {
   const auto rmc = DecodeRmc(s);
   if (!rmc) return Count("sentence_incomplete");
-  if (rmc->midnight && rmc->time_of_day) clock_.SetDate(*rmc->midnight + *rmc->time_of_day, recv);
+  if (rmc->midnight && rmc->time_of_day) SetDate(*rmc->midnight + *rmc->time_of_day, recv);
   SetVelocity(*rmc, recv);
   if (last_gga_ && IsRecent(*last_gga_, recv, kSilentS)) return;  // which has the position too
   if (!rmc->position) Count("no_position");
@@ -95,7 +84,7 @@ void NmeaIns::TakeRmc(const NmeaSentence& s, Time recv) {
   if (rmc->position)
     sample.position = InsPosition{rmc->position->latitude_rad, rmc->position->longitude_rad};
   sample.velocity = VelocityAt(recv);
-  Give(std::move(sample), rmc->time_of_day, recv);
+  Finish(std::move(sample), rmc->time_of_day, recv);
 }
 
 void NmeaIns::TakeVtg(const NmeaSentence& s, Time recv) {
@@ -150,15 +139,15 @@ void NmeaIns::TakeAttitude(const NmeaSentence& s, Attitude183 decode, Time recv)
                                         params_.invert_pitch ? -tilt->pitch_rad : tilt->pitch_rad,
                                         *tilt->heading_rad);
   sample.attitude->sigma_rpy_rad = tilt->sigma_rpy_rad;
-  Give(std::move(sample), tilt->time_of_day, recv);
+  Finish(std::move(sample), tilt->time_of_day, recv);
 }
 
-void NmeaIns::Give(NavigationSample sample, std::optional<Duration> time_of_day, Time recv) {
-  const auto time = clock_.Stamp(time_of_day, recv);
-  if (!time) return Count("unstamped");
+void NmeaIns::Finish(NavigationSample sample, std::optional<Duration> time_of_day, Time recv) {
+  const auto time = Stamp(time_of_day, recv);
+  if (!time) return;
   sample.time = *time;
   sample.source = kSource;
-  out_.emplace_back(std::move(sample));
+  Give(std::move(sample));
 }
 
 }  // namespace seastitch

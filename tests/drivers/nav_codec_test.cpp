@@ -369,7 +369,7 @@ TEST(DepthCodec, WhatNoSeaHoldsIsCountedNotGiven) {
 
 // --- wiring --------------------------------------------------------------------------------------
 
-TEST(NmeaStream, WhatComesInsteadIsNamed) {
+TEST(NmeaCodec, WhatComesInsteadIsNamed) {
   NmeaFixes gps(Gps());
   Feed(&gps, Line("GPGSV,1,1,00") + Line("GPGLL,5730.0,N,01115.0,E,120000,A"), kNoon);
   EXPECT_EQ(gps.hears_instead(), "GLL, GSV");

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+
+#include "codecs/line_stream.hpp"
+#include "codecs/nmea0183.hpp"
+#include "drivers/nav/nav_codec.hpp"
+
+namespace seastitch {
+
+// What instruments that send lines of NMEA 0183 share: bytes to sentences, what became of them, and
+// their clock.
+class NmeaCodec : public NavCodec {
+ public:
+  std::string hears_instead() const override;
+  // nmea_malformed, nmea_checksum_wrong, nmea_checksum_missing, nmea_other (sentences of types that
+  // are not read), nmea_too_long (bytes), unstamped, and those of the instrument.
+  Counters counters() const override;
+  Counters clock_figures(const std::string& prefix) const override {
+    return clock_.Figures(prefix);
+  }
+
+ protected:
+  NmeaCodec(bool needs_checksum, const ClockParams& clock)
+      : needs_checksum_(needs_checksum), clock_(clock) {}
+
+  // recv: of the piece in which it began. True where it was read; false where it is of a type that
+  // is not.
+  virtual bool Take(const NmeaSentence& sentence, Time recv) = 0;
+  // Of a line that is no sentence; true where it was read.
+  virtual bool TakeLine(const std::string& /*line*/, Time /*recv*/) { return false; }
+
+  void SetDate(Time device, Time recv) { clock_.SetDate(device, recv); }
+  // Counts what has no time.
+  std::optional<Time> Stamp(std::optional<Duration> time_of_day, Time recv);
+
+ private:
+  void Read(Bytes bytes, Time recv) final;
+  Counters of_lines() const;
+
+  bool needs_checksum_;
+  DayClock clock_;
+  LineStream lines_;
+  std::int64_t others_ = 0;  // sentences of types that are not read
+  std::set<std::string, std::less<>> other_types_;
+  Counters line_counters_;
+};
+
+}  // namespace seastitch
