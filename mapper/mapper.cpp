@@ -582,6 +582,7 @@ std::map<std::string, std::int64_t> Mapper::counters() const {
   all["position_fixes_in_graph"] = frames_.fixes_in_graph();
   all["position_fixes_too_far"] = frames_.fixes_too_far();
   all["relative_covariances_missing"] = frames_.independent();
+  all["pings_waiting"] = static_cast<std::int64_t>(pings_.size() + sounding_pings_.size());
   all["submaps_waiting"] = static_cast<std::int64_t>(submaps_.size());
   all["solution_version"] = search_.solution_version();
   all["loop_closures_accepted"] = search_.accepted();

@@ -55,6 +55,8 @@ constexpr std::array<const char*, kWhats> kNames{"sensor silent",
 constexpr std::array kSensors{
     SensorChannel::kImu, SensorChannel::kDvl, SensorChannel::kDepth, SensorChannel::kMbesPing};
 
+constexpr int kSolveEvery = 1500;  // inertial samples: 30 s
+
 // Between two of them the dive goes on for ten seconds.
 struct Happening {
   int what = 0;
@@ -88,8 +90,8 @@ class Dive {
     }
     mapper_->Finish();
     Keep();
-    Register();
     while (HasJob()) Register();
+    Settle();
     ExpectOneGraph();
   }
 
@@ -209,6 +211,7 @@ class Dive {
       Broken("restart after " + std::to_string(down_s) + " s is taken for " +
              std::to_string(silent_s) + " s");
     if (!mapper_->Resume(saved, load_)) Broken("not resumed");
+    solved_ = 0;  // it asks for a solution
     if (mapper_->counters().at("journal_entries_unusable") != 0) Broken("journal not usable");
   }
 
@@ -218,12 +221,17 @@ class Dive {
     const int steps = static_cast<int>(std::lround(duration_s / PerfectVehicle::kImuStepS));
     for (int i = 0; i < steps; ++i) {
       uptime_s_ += PerfectVehicle::kImuStepS;
-      const double yaw_rate = 0.1 * std::sin(0.02 * uptime_s_);
+      const double yaw_rate = 0.12 + 0.05 * std::sin(0.02 * uptime_s_);  // round and round
       for (const auto& sample : vehicle_.Step(1.5, yaw_rate))
         std::visit([this](const auto& s) { Send(s); }, sample);
       Deliver();
       if (++steps_ % 50 == 0 && !is_down_) mapper_->Hear("imu-driver", uptime_s_);
-      if (steps_ % 100 == 0 && !is_down_) Register();
+      if (steps_ % 100 == 0 && !is_down_) {
+        Register();
+        Look();
+        ExpectBoundedQueues();
+      }
+      if (steps_ % kSolveEvery == 0 && !is_down_) Solve();
     }
   }
   template <class Sample>
@@ -304,6 +312,47 @@ class Dive {
           Run(*std::exchange(job_, std::nullopt), params_.loop_closer, load_, prepared_.get()));
     Keep();
   }
+  // As the optimizer's process does.
+  void Solve() {
+    const std::int64_t version = optimizer_.version();
+    if (version == solved_) return;
+    std::optional<PoseGraph> solution = optimizer_.Solve(SolveStart::kWarm);
+    if (!solution) return Broken("no solution of version " + std::to_string(version));
+    solution->graph_id = mapper_->graph().graph_id();
+    solved_ = version;
+    PoseGraphAssembler assembler;
+    std::optional<PoseGraph> received;
+    for (const pose_graph_t& part : ToLcm(*solution, version, vehicle_.time, 0)) {
+      Digest(part);
+      if (auto whole = assembler.Add(part)) received = std::move(whole);
+    }
+    if (!received) return Broken("a solution cannot be read");
+    mapper_->Take(*received);
+  }
+  bool Look() {
+    const bool left = mapper_->LookAgain();
+    Keep();
+    return left;
+  }
+  // Until nothing is left to be done: so many times suffice.
+  void Settle() {
+    Solve();
+    for (int i = 0; i < 1000; ++i) {
+      if (!Look() && optimizer_.version() == solved_) return;
+      Register();
+      Solve();
+    }
+    Broken("mapper and optimizer never come to an end");
+  }
+  void ExpectBoundedQueues() {
+    const auto counters = mapper_->counters();
+    const auto expect = [&](const char* queue, std::int64_t most) {
+      if (counters.at(queue) > most)
+        Broken(std::string(queue) + ": " + std::to_string(counters.at(queue)));
+    };
+    expect("pings_waiting", params_.max_waiting_pings);
+    expect("submaps_waiting", params_.max_waiting_submaps);
+  }
   void Keep() {
     for (const MapperEvent& event : mapper_->TakeEvents())
       std::visit([this](const auto& e) { On(e); }, event);
@@ -322,6 +371,15 @@ class Dive {
   void On(const CorrectedNavState& nav) { Publish(ToLcm(nav, seq_++)); }
   void On(const CovarianceQuestion& question) {
     Publish(ToLcm(question.request, question.submap_time));
+    PairCovariances answer;
+    answer.request_seq = question.request.seq;
+    answer.graph_version = solved_;
+    answer.graph_id = question.request.graph_id;
+    answer.pairs = optimizer_.RelativeCovariances(question.request.pairs);
+    if (const auto received = FromLcm(ToLcm(answer, question.submap_time, seq_)))
+      mapper_->Take(*received);
+    else
+      Broken("covariances cannot be read");
   }
   void On(const std::shared_ptr<const Submap>& submap) {
     SubmapAssembler assembler;
@@ -337,7 +395,7 @@ class Dive {
     Publish(ToLcm(step.update, step.submap_time, seq_++));
     const auto received = FromLcm(ToLcm(step.update, step.submap_time, 0));
     if (received && !optimizer_.Add(*received)) Broken("the optimizer lacks a version");
-    ends_ = step.update.final;
+    ends_ = ends_ || step.update.final;
   }
   void On(const JournalEntry& entry) {
     journal_.push_back(Encode(entry));
@@ -362,10 +420,19 @@ class Dive {
     const GraphStore& store = optimizer_.store();
     if (store.version() != mapper_->graph().version()) Broken("versions differ");
     std::size_t vertices = 0;
-    while (const GraphStep* step = mapper_->graph().After(checked_)) {
-      checked_ = step->update.version;
+    std::int64_t version = 0;
+    while (const GraphStep* step = mapper_->graph().After(version)) {
+      version = step->update.version;
       vertices += step->update.vertices.size();
+      if (store.Contradicts(FromLcm(ToLcm(step->update, step->submap_time, 0)).value()))
+        Broken("version " + std::to_string(version) + " is another one");
     }
+    const auto counters = mapper_->counters();
+    const auto solution = counters.at("solution_version");
+    if (solution != version)
+      Broken("the last solution is of version " + std::to_string(solution) + " of " +
+             std::to_string(version));
+    if (counters.contains("pose_graph_refused")) Broken("the mapper refuses a solution");
     if (store.vertices().size() != vertices) Broken("vertices differ");
     if (vertices != clouds_.size()) Broken("a closed submap is not in the graph");
     for (const auto& [reason, n] : store.counters())
@@ -410,7 +477,7 @@ class Dive {
   int steps_ = 0;
 
   std::int64_t seq_ = 0;
-  std::int64_t checked_ = 0;
+  std::int64_t solved_ = 0;  // the newest version
   bool ends_ = false;
   std::uint64_t digest_ = 14'695'981'039'346'656'037U;
   std::vector<std::string> broken_;
