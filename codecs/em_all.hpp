@@ -53,8 +53,8 @@ std::optional<NavigationRecord> DecodeEmHeight(const EmDatagram& datagram);
 std::optional<SoundVelocityProfile> DecodeEmU(const EmDatagram& datagram);
 std::optional<std::vector<SurfaceSoundSpeed>> DecodeEmG(const EmDatagram& datagram);
 
-// Installation (I). Sensors: "P1" to "P3" (positioning), "MS" and "NS" (motion). The angles of motion
-// sensors are left out, because the sonar has already applied them.
+// Installation (I). Sensors: "P1" to "P3" (positioning), "MS" and "NS" (motion). The angles of
+// motion sensors are left out, because the sonar has already applied them.
 std::optional<SonarInstallation> DecodeEmI(const EmDatagram& datagram);
 // Reference point of positions and of the soundings of X: the active positioning system, at the
 // height of the water line.

@@ -10,14 +10,14 @@ namespace seastitch {
 
 // Reader of GSF 3.x files (generic sensor format), big-endian: processed swath bathymetry. A ping
 // gives its position and attitude (source "gsf_ping"), then its soundings. Also read: attitude
-// records, sound-speed profiles, processing parameters (as settings). Depths include the corrections
-// of draft and tide and count from the surface that these refer to. A beam that is flagged as ignored
-// has no kBeamValid.
+// records, sound-speed profiles, processing parameters (as settings). Depths include the
+// corrections of draft and tide and count from the surface that these refer to. A beam that is
+// flagged as ignored has no kBeamValid.
 //
 // Travel times and angles are not read: in processed files they do not agree with the depths.
 //
-// Also counts gsf_version_unknown (records of a file that is not 3.x) and gsf_compressed (pings with
-// compressed arrays, which are not read).
+// Also counts gsf_version_unknown (records of a file that is not 3.x) and gsf_compressed (pings
+// with compressed arrays, which are not read).
 class GsfFileReader : public SurveyReader {
  protected:
   Look LookAt(Bytes bytes, bool at_end) const override;

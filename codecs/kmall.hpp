@@ -17,10 +17,10 @@ inline constexpr std::uint8_t kNewestMrz = 3;
 // The structures fill the datagram from header to tail.
 bool IsWholeMrz(Bytes datagram);
 
-// Decodes a whole #MRZ of version 0 to 3. Absent where its sizes are inconsistent, or sound speed or
-// time are out of range. Beams: the main detections in their order, without extra detections. A
-// rejected detection has no kBeamValid. A beam with a value that is not finite, or a travel time that
-// is not positive, becomes all zeros and is counted in *unusable_beams.
+// Decodes a whole #MRZ of version 0 to 3. Absent where its sizes are inconsistent, or sound speed
+// or time are out of range. Beams: the main detections in their order, without extra detections. A
+// rejected detection has no kBeamValid. A beam with a value that is not finite, or a travel time
+// that is not positive, becomes all zeros and is counted in *unusable_beams.
 std::optional<MbesPing> DecodeMrz(Bytes datagram, int* unusable_beams = nullptr);
 // The same beams as soundings that the sonar ray traced, in the same order. Absent also for a ping
 // without a valid sounding.

@@ -13,8 +13,8 @@ namespace seastitch {
 // (settings).
 class KmallFileReader : public SurveyReader {
  public:
-  // Counters of every reader and of KmallReassembler, and kmall_version_unknown and kmall_ping_empty
-  // (pings without a valid sounding, which are left out).
+  // Counters of every reader and of KmallReassembler, and kmall_version_unknown and
+  // kmall_ping_empty (pings without a valid sounding, which are left out).
   Counters counters() const override;
 
  protected:

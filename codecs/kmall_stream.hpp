@@ -26,8 +26,8 @@ class KmallReassembler {
   // distinguishes sonars that use the same ping numbers.
   std::optional<std::vector<std::uint8_t>> Add(Bytes part, std::uint64_t sender = 0);
 
-  // kmall_part_malformed, kmall_part_tail_wrong (the part is used nevertheless), kmall_set_incomplete,
-  // kmall_set_inconsistent.
+  // kmall_part_malformed, kmall_part_tail_wrong (the part is used nevertheless),
+  // kmall_set_incomplete, kmall_set_inconsistent.
   Counters counters() const;
 
  private:

@@ -14,7 +14,8 @@ namespace seastitch {
 // checksum of an NMEA sentence, because some instruments send no line end.
 class LineStream {
  public:
-  static constexpr std::size_t kLongest = 1024;  // longer text is counted as bytes without a line end
+  static constexpr std::size_t kLongest =
+      1024;  // longer text is counted as bytes without a line end
 
   struct Line {
     std::string text;

@@ -21,14 +21,14 @@ struct MbesCodecParams {
   std::vector<double> head_roll_rad;
 };
 
-// The data format of one maker's sonar: datagrams, or pieces of a stream, to pings. One pair of files a format, and one
-// line in mbes_decoder.cpp.
+// The data format of one maker's sonar: datagrams, or pieces of a stream, to pings. One pair of
+// files a format, and one line in mbes_decoder.cpp.
 class MbesCodec {
  public:
   virtual ~MbesCodec() = default;
 
-  // Decodes one payload. Pings have the sonar's time. recv: receive time, which orders parts without a
-  // time. sender: distinguishes sonars that use the same ping numbers.
+  // Decodes one payload. Pings have the sonar's time. recv: receive time, which orders parts
+  // without a time. sender: distinguishes sonars that use the same ping numbers.
   virtual std::vector<MbesOutput> Add(Bytes payload, Time recv, std::uint64_t sender) = 0;
   // Counts of rejected and lost data, by reason; the names begin with the format's.
   virtual Counters counters() const = 0;

@@ -32,8 +32,8 @@ struct PhinsFrame {
 
 // Size of the frame at the beginning of the bytes: a FrameStream::SizeOf.
 std::optional<std::size_t> SizeOfPhins(Bytes bytes);
-// Decodes one whole frame. Absent where it has an unknown block, inconsistent sizes, or a value that
-// is not a number. An answer of the INS ("AN") is an empty frame.
+// Decodes one whole frame. Absent where it has an unknown block, inconsistent sizes, or a value
+// that is not a number. An answer of the INS ("AN") is an empty frame.
 std::optional<PhinsFrame> DecodePhins(Bytes frame);
 
 }  // namespace seastitch

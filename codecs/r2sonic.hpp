@@ -6,13 +6,13 @@
 
 #include "codecs/mbes_codec.hpp"
 
-// R2Sonic BTH0, big-endian: one ping per datagram, in named sections. Unknown sections are skipped by
-// their size.
+// R2Sonic BTH0, big-endian: one ping per datagram, in named sections. Unknown sections are skipped
+// by their size.
 namespace seastitch {
 
 // Decodes a ping. Absent where sizes are inconsistent, a required section is missing (H0, R0, A0 or
-// A2), or sound speed or time are out of range. Beams: port first. Valid: found by amplitude or phase,
-// and both quality tests passed. *unusable_beams: as DecodeMrz().
+// A2), or sound speed or time are out of range. Beams: port first. Valid: found by amplitude or
+// phase, and both quality tests passed. *unusable_beams: as DecodeMrz().
 std::optional<MbesPing> DecodeBth0(Bytes datagram, int* unusable_beams = nullptr);
 // Encodes a ping. The format has one tilt for all beams, here that of the first, and no transmit
 // delays. Resolution: angles 1/65535 of the largest step between two beams, travel times 1/65535 of

@@ -47,8 +47,8 @@ struct S7kDetections {
 };
 std::optional<S7kDetections> DecodeS7k7027(const S7kRecord& record, int* unusable_beams = nullptr);
 
-// Encodes record 7027. The format has one tilt for all beams, here that of the first, and no transmit
-// delays.
+// Encodes record 7027. The format has one tilt for all beams, here that of the first, and no
+// transmit delays.
 std::vector<std::uint8_t> EncodeS7k7000(const S7kPingId& id, Time time, double sound_speed_mps);
 std::vector<std::uint8_t> EncodeS7k7027(const S7kPingId& id, const MbesPing& ping);
 // Encodes any record: frame, data, checksum.
@@ -56,8 +56,8 @@ std::vector<std::uint8_t> EncodeS7kRecord(std::uint32_t type,
                                           const S7kPingId& id,
                                           Time time,
                                           Bytes data);
-// Splits a record into network frames of at most max_bytes each. Throws std::invalid_argument unless
-// max_bytes is 64 to 60000.
+// Splits a record into network frames of at most max_bytes each. Throws std::invalid_argument
+// unless max_bytes is 64 to 60000.
 std::vector<std::vector<std::uint8_t>> FrameS7k(Bytes record,
                                                 std::uint16_t transmission_id,
                                                 std::size_t max_bytes = 60'000);

@@ -11,8 +11,8 @@ namespace seastitch {
 struct SbetParams {
   Time week_start;           // Sunday midnight, GPS time, of the week of the first record
   double leap_seconds = 18;  // GPS time less UTC; 0 where the file was exported in UTC
-  // Sign of the wander angle: true heading = platform heading + wander_sign * wander angle. -1, 0 or
-  // 1; programs that write SBET differ.
+  // Sign of the wander angle: true heading = platform heading + wander_sign * wander angle. -1, 0
+  // or 1; programs that write SBET differ.
   int wander_sign = 0;
   bool velocity_up = false;  // the third velocity is up rather than down
 

@@ -16,15 +16,17 @@
 // Records that the readers of all survey file formats give (SurveyRecord).
 namespace seastitch {
 
-// A sounding that the sonar's own software has ray traced. Level frame of the vehicle at the time of
-// the ping (heading, without roll and pitch): x forward, y starboard, z down [m]. Origin: PlacedPing.
+// A sounding that the sonar's own software has ray traced. Level frame of the vehicle at the time
+// of the ping (heading, without roll and pitch): x forward, y starboard, z down [m]. Origin:
+// PlacedPing.
 struct PlacedBeam {
   Eigen::Vector3f p_level_m = Eigen::Vector3f::Zero();
   float sigma_z_m = 0.0f;  // 1 sigma; 0 = not given
   std::uint8_t flags = 0;  // BeamFlag
 };
 
-// A ping as soundings that the sonar's own software has ray traced, without travel times and angles.
+// A ping as soundings that the sonar's own software has ray traced, without travel times and
+// angles.
 struct PlacedPing {
   Time time;
   std::uint32_t ping_number = 0;
@@ -32,7 +34,8 @@ struct PlacedPing {
   // Origin of the soundings' x and y: a point of the vehicle, forward, starboard, down of its
   // reference point. Also of their z, where origin_depth_m is absent.
   Eigen::Vector3d p_vehicle_origin_m = Eigen::Vector3d::Zero();
-  // Origin of their z: depth below the water line at the time of the ping, where the file states it.
+  // Origin of their z: depth below the water line at the time of the ping, where the file states
+  // it.
   std::optional<double> origin_depth_m;
   std::vector<PlacedBeam> soundings;
 };

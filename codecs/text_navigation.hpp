@@ -14,8 +14,9 @@ namespace seastitch {
 struct TextColumn {
   // Time, UTC: "epoch" (since 1970) [s]; "year" "month" "day" "hour" "minute" "second"; "date"
   // (2024-05-02), "clock" (10:20:30.5), "iso" (both, with T or a blank that is not the delimiter).
-  // Position: "latitude" "longitude" [deg], "north" "east" of a grid [m], "depth" (positive down) and
-  // "height" (positive up) [m]. Attitude: "heading" "roll" "pitch" [deg]. "heave" (positive down) [m].
+  // Position: "latitude" "longitude" [deg], "north" "east" of a grid [m], "depth" (positive down)
+  // and "height" (positive up) [m]. Attitude: "heading" "roll" "pitch" [deg]. "heave" (positive
+  // down) [m].
   std::string quantity;
   std::size_t column = 0;  // from 0
   double scale = 1.0;
@@ -35,8 +36,8 @@ struct TextNavigationFormat {
   static TextNavigationFormat Na0();  // MB-System .na0, .na1 (mbnavadjust)
 };
 
-// Reader of navigation in lines of text. A column that is empty or missing in a line is absent in its
-// record. Also counts text_time_not_rising (lines, left out).
+// Reader of navigation in lines of text. A column that is empty or missing in a line is absent in
+// its record. Also counts text_time_not_rising (lines, left out).
 class TextNavigationReader : public SurveyReader {
  public:
   // Throws std::invalid_argument where the format is unusable.

@@ -4,12 +4,12 @@
 
 namespace seastitch {
 
-// Reader of Triton XTF files of an R2Sonic, little-endian, as QINSy writes them: packet types 65 (BTH0
-// as on the wire), 3 (attitude), 107 (position). The files have no lever arms and no sound-speed
-// profile.
+// Reader of Triton XTF files of an R2Sonic, little-endian, as QINSy writes them: packet types 65
+// (BTH0 as on the wire), 3 (attitude), 107 (position). The files have no lever arms and no
+// sound-speed profile.
 //
-// Also counts xtf_position_not_geographic: the file's positions are metres of a grid that it does not
-// name.
+// Also counts xtf_position_not_geographic: the file's positions are metres of a grid that it does
+// not name.
 class XtfFileReader : public SurveyReader {
  protected:
   Look LookAt(Bytes bytes, bool at_end) const override;

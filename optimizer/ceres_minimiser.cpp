@@ -65,9 +65,10 @@ ceres::Problem::Options OwningNothing() {
   return options;
 }
 
-// Nearly Gauss-Newton: the problem is nearly linear, so a large trust region saves two thirds of the
-// iterations. Scaling columns gains nothing, because all blocks have the same units. Eigen's
-// factorisation gives the same bytes whatever BLAS is installed, and is faster than an untuned BLAS.
+// Nearly Gauss-Newton: the problem is nearly linear, so a large trust region saves two thirds of
+// the iterations. Scaling columns gains nothing, because all blocks have the same units. Eigen's
+// factorisation gives the same bytes whatever BLAS is installed, and is faster than an untuned
+// BLAS.
 ceres::Solver::Options SolverOptions(int max_iterations, double tolerance) {
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;

@@ -34,8 +34,8 @@ class CeresMinimiser {
   CeresMinimiser& operator=(const CeresMinimiser&) = delete;
 
   // Improves the poses, one per vertex. tolerance: relative decrease of the cost that ends the
-  // iteration. True: converged. False: max_iterations reached, no step lowered the cost, or the cost
-  // is not finite.
+  // iteration. True: converged. False: max_iterations reached, no step lowered the cost, or the
+  // cost is not finite.
   bool Minimise(const Losses& losses,
                 int max_iterations,
                 double tolerance,

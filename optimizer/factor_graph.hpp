@@ -15,8 +15,8 @@ constexpr int kMap = -1;
 
 // Measured pose of vertex j relative to vertex i, or relative to the map (i == kMap). Its error is
 //   e = [ R_i^T (p_j - p_i) - p_ij ;  wrap(yaw_j - yaw_i - yaw_ij) ] - by_mounting * b
-// with b = (sonar_m.x, sonar_m.y, dvl_yaw_rad) of MountingErrors. Units: m, m, rad; axes of i, or of
-// the map. Its residual is W e.
+// with b = (sonar_m.x, sonar_m.y, dvl_yaw_rad) of MountingErrors. Units: m, m, rad; axes of i, or
+// of the map. Its residual is W e.
 struct Factor {
   int i = kMap;
   int j = 0;
@@ -25,8 +25,8 @@ struct Factor {
   Eigen::Matrix3d W = Eigen::Matrix3d::Zero();
   GraduatedLoss loss{};
   // Of a loop closure: number of closures whose two submaps are each at most one submap away from
-  // this one's, itself included. Their errors are correlated: SolveRobustly() limits how much such a
-  // group counts. 1 for all other factors.
+  // this one's, itself included. Their errors are correlated: SolveRobustly() limits how much such
+  // a group counts. 1 for all other factors.
   int group_size = 1;
   // The start of a chain by the navigation filter, or a relative pose of two submaps by dead
   // reckoning.
@@ -47,8 +47,8 @@ struct FactorGraph {
   int num_vertices = 0;   // the mounting vertex included
   int fixed_vertex = -1;  // held constant (gauge); -1: none, the factors hold the gauge
   std::vector<Factor> factors;
-  // The vertex that holds the mounting errors (sonar_m.x, sonar_m.y, dvl_yaw_rad) instead of a pose;
-  // -1: they are not estimated.
+  // The vertex that holds the mounting errors (sonar_m.x, sonar_m.y, dvl_yaw_rad) instead of a
+  // pose; -1: they are not estimated.
   int mounting_vertex = -1;
 
   // Vertices of a factor: i, j and the mounting vertex. kMap stands where the factor has no such
@@ -56,8 +56,8 @@ struct FactorGraph {
   std::array<int, 3> EndsOf(const Factor& factor) const;
 };
 
-// Values of the three vertices of FactorGraph::EndsOf(): (x, y, yaw) of i and of j, then the mounting
-// errors. Zero where the factor has no such vertex.
+// Values of the three vertices of FactorGraph::EndsOf(): (x, y, yaw) of i and of j, then the
+// mounting errors. Zero where the factor has no such vertex.
 using EndPoses = std::array<Eigen::Vector3d, 3>;
 // Partial derivatives of a residual with respect to them.
 using EndJacobians = std::array<Eigen::Matrix3d, 3>;

@@ -11,9 +11,9 @@ namespace seastitch {
 //   s                                        for s <= mu / (mu + 1) c2      weight 1
 //   2 sqrt(c2 s mu (mu + 1)) - mu (c2 + s)   between                        falling to 0
 //   c2                                       for s >= (mu + 1) / mu c2      weight 0
-// mu > 0 is the control parameter: nearly convex for small mu, truncated least squares for large mu.
-// SolveRobustly() raises it from stage to stage. Unlike the Geman-McClure loss it leaves an inlier
-// its full weight.
+// mu > 0 is the control parameter: nearly convex for small mu, truncated least squares for large
+// mu. SolveRobustly() raises it from stage to stage. Unlike the Geman-McClure loss it leaves an
+// inlier its full weight.
 struct GraduatedLoss {
   // Inlier threshold on s, a quantile of chi-square (c-bar squared in the paper). Infinite: plain
   // squares at every stage.

@@ -157,7 +157,8 @@ void GraphCovariance::Select(const FactorGraph& graph, const std::vector<EndJaco
   }
 }
 
-// Solves along the path from the vertex to the root of the elimination tree: L^-1 is zero elsewhere.
+// Solves along the path from the vertex to the root of the elimination tree: L^-1 is zero
+// elsewhere.
 GraphCovariance::InverseColumns GraphCovariance::InverseColumnsOf(int vertex) const {
   InverseColumns columns;
   std::vector<Matrix3d> right_side(begin_.size(), Matrix3d::Zero());

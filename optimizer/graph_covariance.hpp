@@ -11,31 +11,32 @@
 namespace seastitch {
 
 // Covariances of the vertices of a graph at given poses: blocks of the inverse of the information
-// H = sum w J^T J = L L^T, where w is the inlier weight of a factor and J its Jacobian. The errors are
-// additive in (x, y [m], yaw [rad]), map axes; those of the mounting vertex in its own three numbers.
-// Zero for the fixed vertex.
+// H = sum w J^T J = L L^T, where w is the inlier weight of a factor and J its Jacobian. The errors
+// are additive in (x, y [m], yaw [rad]), map axes; those of the mounting vertex in its own three
+// numbers. Zero for the fixed vertex.
 class GraphCovariance {
  public:
-  // Computes them. Absent where H is not positive definite (a vertex without any factor) or an entry
-  // of its inverse overflows a double. Takes the time of about three factorisations.
+  // Computes them. Absent where H is not positive definite (a vertex without any factor) or an
+  // entry of its inverse overflows a double. Takes the time of about three factorisations.
   static std::optional<GraphCovariance> At(const FactorGraph& graph,
                                            const std::vector<Pose2>& T_map_vertex,
                                            const std::vector<double>& weights);
 
   // Covariance of each vertex.
   const std::vector<Eigen::Matrix3d>& marginal() const { return marginal_; }
-  // Covariance of each factor's residual as propagated from the vertices: J covariance J^T, also for
-  // factors of weight 0. It does not include the factor's own noise, which is the identity, since
-  // residuals are whitened.
+  // Covariance of each factor's residual as propagated from the vertices: J covariance J^T, also
+  // for factors of weight 0. It does not include the factor's own noise, which is the identity,
+  // since residuals are whitened.
   const std::vector<Eigen::Matrix3d>& of_residual() const { return of_residual_; }
   // Cross-covariances of all vertices (rows) with one vertex (columns), at the cost of two
   // triangular solutions.
   std::vector<Eigen::Matrix3d> WithVertex(int vertex) const;
 
-  // The three columns of L^-1 that belong to one vertex: non-zero blocks with their row, rows rising.
+  // The three columns of L^-1 that belong to one vertex: non-zero blocks with their row, rows
+  // rising.
   using InverseColumns = std::vector<std::pair<int, Eigen::Matrix3d>>;
-  // Cross-covariances of single pairs: first vertex (rows), second vertex (columns). Columns of L^-1
-  // are cached, so that pairs that share a vertex are quick. For one vertex with all others
+  // Cross-covariances of single pairs: first vertex (rows), second vertex (columns). Columns of
+  // L^-1 are cached, so that pairs that share a vertex are quick. For one vertex with all others
   // WithVertex() is quicker. Must not outlive the GraphCovariance.
   class Pairs {
    public:

@@ -22,8 +22,8 @@ struct HeadingInformation {
 // heading errors are correlated. P_first: variance of the first heading [rad^2].
 //
 // Model: the heading error is a first-order Gauss-Markov process, e_to = k e_from + n, with white
-// noise n. Its likelihood has a factor per step (for k near 1 these are the dead-reckoning edges) and
-// a factor per heading, with the information
+// noise n. Its likelihood has a factor per step (for k near 1 these are the dead-reckoning edges)
+// and a factor per heading, with the information
 //   (1 - k)^2 / Var(n)               of a heading between the ends
 //   (1 - k) / Var(n)                 of the last heading
 //   1 / P_first - k (1 - k) / Var(n) of the first heading

@@ -235,8 +235,8 @@ void OptimizerNode::TakeWaiting() {
   if (when_ == SolveOn::kWhenAsked) SolveWaiting();
 }
 
-// Not answered while the worker is busy or the graph has grown: the answer would be out of date. The
-// mapper repeats its request.
+// Not answered while the worker is busy or the graph has grown: the answer would be out of date.
+// The mapper repeats its request.
 void OptimizerNode::OnCovarianceRequest(const covariance_request_t& msg) {
   std::optional<CovarianceRequest> request = FromLcm(msg);
   if (!request) {

@@ -18,9 +18,9 @@ namespace seastitch {
 
 // The node of the optimizer process: receives GRAPH_UPDATE, publishes POSE_GRAPH, and answers
 // COVARIANCE_REQUEST with COVARIANCES ("Graph protocol" in docs/channels.md). It requests the whole
-// graph from the mapper at the start, and missing versions later. It solves only a complete graph. It
-// repeats the last solution to a mapper that requests it, and keeps nothing on disk. Solutions are
-// computed on the worker; graph updates wait meanwhile, HEALTH and requests do not.
+// graph from the mapper at the start, and missing versions later. It solves only a complete graph.
+// It repeats the last solution to a mapper that requests it, and keeps nothing on disk. Solutions
+// are computed on the worker; graph updates wait meanwhile, HEALTH and requests do not.
 class OptimizerNode {
  public:
   // When to solve. kEachUpdate: after every update, in replay, so that the same log gives the same
@@ -39,8 +39,8 @@ class OptimizerNode {
   // To be called live, twice a second. At the start the mapper sends its graph; the first solution
   // waits until no update has come between two calls.
   void EndStart();
-  // To be called live, every few seconds. Repeats the request for a missing version, since a request
-  // or its answer may be lost. After three requests in vain the version is given up.
+  // To be called live, every few seconds. Repeats the request for a missing version, since a
+  // request or its answer may be lost. After three requests in vain the version is given up.
   void AskAgain();
 
   Health& health() { return health_; }

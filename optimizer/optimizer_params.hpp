@@ -8,8 +8,8 @@ namespace seastitch {
 struct OptimizerParams {
   // Measured: a wrong closure is rarely within 4 sigma.
   double inlier_probability = 0.999;
-  // The literature has 1.4. On simulated surveys with up to 70 % wrong closures 2, 4 and 10 gave the
-  // same solution; 4 is quick.
+  // The literature has 1.4. On simulated surveys with up to 70 % wrong closures 2, 4 and 10 gave
+  // the same solution; 4 is quick.
   double graduation_step = 4.0;
   int max_iterations = 100;
   // Large but finite, so that the graph stays well conditioned.

@@ -24,8 +24,8 @@ double NormalisedInnovation(const Eigen::Vector3d& residual,
 }
 
 // Uses the median, so that a few steps next to wrong closures do not count. In a single loop the
-// innovations of all steps are equal, whether the closure is right or wrong. So fewer than kFew steps
-// give 1, and the factor is bounded by kMost, the largest that surveys have shown.
+// innovations of all steps are equal, whether the closure is right or wrong. So fewer than kFew
+// steps give 1, and the factor is bounded by kMost, the largest that surveys have shown.
 double VarianceFactor(const FactorGraph& graph, const std::vector<double>& innovations) {
   constexpr double kMedian = 2.366;    // of chi-square, 3 degrees of freedom
   constexpr double kUnchecked = 1e-3;  // below, no closure checks the step

@@ -56,9 +56,9 @@ class PoseGraphOptimizer {
   bool lacks_covariance() const { return solved_version_ > 0 && !covariance_; }
 
   // Covariances of the relative poses of pairs of submaps in the last solution, in the order of
-  // `pairs`; axes and units: PairCovariance. A pair with a submap that the solution does not have is
-  // left out. Empty where the graph has grown since the last solution, because the covariance would
-  // be out of date, and where lacks_covariance().
+  // `pairs`; axes and units: PairCovariance. A pair with a submap that the solution does not have
+  // is left out. Empty where the graph has grown since the last solution, because the covariance
+  // would be out of date, and where lacks_covariance().
   std::vector<PairCovariance> RelativeCovariances(
       const std::vector<std::pair<SubmapId, SubmapId>>& pairs) const;
 

@@ -26,10 +26,10 @@ struct RobustSolution {
   std::vector<double> weights;  // inlier weight of each factor, 0 to 1
   bool converged = false;
   std::optional<GraphCovariance> covariance;  // absent where it could not be computed
-  std::vector<double> innovations;  // NormalisedInnovation() of each factor; else empty
-  bool from_dead_reckoning = true;  // false: continued from the last solution
-  bool contradicted = true;         // its outlier tests failed: see SolveRobustly()
-  bool IsFinite() const;            // all poses are finite
+  std::vector<double> innovations;            // NormalisedInnovation() of each factor; else empty
+  bool from_dead_reckoning = true;            // false: continued from the last solution
+  bool contradicted = true;                   // its outlier tests failed: see SolveRobustly()
+  bool IsFinite() const;                      // all poses are finite
 };
 
 // Robust maximum a posteriori estimate of the poses (docs/graph.md).

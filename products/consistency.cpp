@@ -289,7 +289,8 @@ ConsistencyMap ComputeConsistency(const std::vector<SurveySubmap>& submaps,
 
 ConsistencyFigures Figures(const ConsistencyMap& map) { return FiguresOfComparableCells(map, map); }
 
-ConsistencyFigures FiguresOfComparableCells(const ConsistencyMap& map, const ConsistencyMap& other) {
+ConsistencyFigures FiguresOfComparableCells(const ConsistencyMap& map,
+                                            const ConsistencyMap& other) {
   return {FiguresOf(WhereAlike(map, other, &ConsistencyMap::point_error_m)),
           FiguresOf(WhereAlike(map, other, &ConsistencyMap::surface_error_m))};
 }

@@ -25,12 +25,13 @@
 // random and divides every survey into the same number of cells. Here all points are used and the
 // cell size is given in metres. So the value is reproducible and comparable between surveys.
 //
-// Between two perfect submaps e is not zero but about half the spacing of neighbouring points, which
-// hides smaller errors.
+// Between two perfect submaps e is not zero but about half the spacing of neighbouring points,
+// which hides smaller errors.
 //
 // 2. The surface error. As above, with
 //
-//   d(p, n)   perpendicular distance, unsigned, from p to the plane fitted to the points of n within
+//   d(p, n)   perpendicular distance, unsigned, from p to the plane fitted to the points of n
+//   within
 //             a horizontal radius of one cell around p
 //
 // A point p is used only if these are at least five points, in all four quadrants. The measure does

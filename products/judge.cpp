@@ -123,9 +123,9 @@ std::string CorrectedStatement(const ProductSummary& s, const Survey& survey) {
                     after.p95_m);
 }
 
-// The rule of WriteProducts(). A small rise of the RMS alone comes from a few cells with an outlier,
-// which no solution can correct. A large rise comes from a few displaced submaps. False without a
-// cell to compare.
+// The rule of WriteProducts(). A small rise of the RMS alone comes from a few cells with an
+// outlier, which no solution can correct. A large rise comes from a few displaced submaps. False
+// without a cell to compare.
 bool Worse(const ErrorFigures& solved, const ErrorFigures& before, double tolerance) {
   constexpr double kThrownOff = 1.5;
   if (solved.rms_m > kThrownOff * before.rms_m) return true;

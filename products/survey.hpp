@@ -28,7 +28,7 @@ struct SurveySubmap {
   Time frame_time;         // middle ping: the submap frame is the vehicle's pose at this time
   Eigen::Isometry3d T_map_submap = Eigen::Isometry3d::Identity();  // dead reckoned
   SubmapTrigger trigger = SubmapTrigger::kEnd;                     // why the submap was closed
-  std::uint64_t soundings_read = 0;  // beams that the sonar delivered
+  std::uint64_t soundings_read = 0;                                // beams that the sonar delivered
   std::uint64_t soundings_used = 0;  // of these, without those that filters left out
   std::uint64_t points = 0;          // in the cloud, after voxel averaging of the soundings used
   Footprint footprint;               // corners as the mapper published them, level frame [m]
@@ -73,8 +73,8 @@ struct Survey {
   std::vector<SurveyInput> inputs;        // in the order in which they were given
   std::map<std::string, std::uint64_t> counters;  // input rejected while collecting, by reason
 
-  // Name of the input whose pings enclose that time; of several, the one of shortest duration. Empty:
-  // there is none.
+  // Name of the input whose pings enclose that time; of several, the one of shortest duration.
+  // Empty: there is none.
   std::string InputAt(Time time) const;
 };
 
@@ -101,7 +101,7 @@ std::vector<std::optional<Eigen::Vector3d>> SolvedSigmas(const Survey& survey);
 // A loop closure as the report and the layers of survey.gpkg show it.
 struct LoopRow {
   const GraphEdge* edge;  // in survey.edges
-  double weight;  // inlier weight, 0 to 1; NaN where the edge was not in the solution
+  double weight;          // inlier weight, 0 to 1; NaN where the edge was not in the solution
 };
 std::vector<LoopRow> LoopRows(const Survey& survey);
 

@@ -19,10 +19,10 @@ struct TruthState {
 };
 
 // Reads a file with ground truth: the header line
-// "utime_us,x_m,y_m,z_m,roll_deg,pitch_deg,yaw_deg", then one line per state of the vehicle. Time is
-// Unix time (UTC) and strictly rising; poses are in the map frame (docs/frames.md). z, roll and pitch
-// are checked and not used. Throws std::runtime_error "FILE:LINE: reason" at the first line that is
-// anything else.
+// "utime_us,x_m,y_m,z_m,roll_deg,pitch_deg,yaw_deg", then one line per state of the vehicle. Time
+// is Unix time (UTC) and strictly rising; poses are in the map frame (docs/frames.md). z, roll and
+// pitch are checked and not used. Throws std::runtime_error "FILE:LINE: reason" at the first line
+// that is anything else.
 std::vector<TruthState> ReadTruth(const std::filesystem::path& path);
 
 // Horizontal position and heading error along a track.
@@ -40,8 +40,8 @@ struct TruthComparison {
   TrackError before;  // of dead reckoning
   TrackError after;   // of the delivered track; the same as `before` where that is dead reckoning
   // The same after alignment: the rigid motion in x, y and yaw that fits the track's positions best
-  // to the truth is applied first (absolute trajectory error of Sturm et al. 2012). "Shape" in pages
-  // and reports.
+  // to the truth is applied first (absolute trajectory error of Sturm et al. 2012). "Shape" in
+  // pages and reports.
   TrackError before_aligned;
   TrackError after_aligned;
 };
@@ -50,7 +50,7 @@ struct TruthComparison {
 struct ClosureErrors {
   std::uint64_t closures = 0;
   std::uint64_t degrees_of_freedom = 0;  // sum of the ranks of their information
-  double chi2 = 0.0;        // sum of the NEES; about degrees_of_freedom if covariances are consistent
+  double chi2 = 0.0;  // sum of the NEES; about degrees_of_freedom if covariances are consistent
   double worst_chi2 = 0.0;  // largest of one closure; above 16 with p = 0.001 at rank 3
 };
 
@@ -64,8 +64,8 @@ std::optional<TruthComparison> CompareWithTruth(const std::vector<CorrectedState
 std::optional<TruthComparison> ComparePublishedWithTruth(
     const std::vector<PublishedState>& published, const std::vector<TruthState>& truth);
 
-// Errors of the loop closures that the solution accepts (inlier weight at least 0.5). Empty where for
-// no closure the truth is known at both submap frames.
+// Errors of the loop closures that the solution accepts (inlier weight at least 0.5). Empty where
+// for no closure the truth is known at both submap frames.
 std::optional<ClosureErrors> CompareClosuresWithTruth(const Survey& survey,
                                                       const std::vector<TruthState>& truth);
 

@@ -37,9 +37,9 @@ struct ProductOptions {
   std::size_t max_cells = 16'000'000;
   // Points kept in memory, 100 MB: a few survey lines, so that each submap is read from disk once.
   std::size_t cache_points = 4'000'000;
-  // Do no harm: an error of the corrected map that is larger than dead reckoning's by less than this
-  // fraction of it does not count as larger. Moving points between cells changes the errors of a
-  // small survey by about as much.
+  // Do no harm: an error of the corrected map that is larger than dead reckoning's by less than
+  // this fraction of it does not count as larger. Moving points between cells changes the errors of
+  // a small survey by about as much.
   double harm_tolerance = 0.05;
   SurveyNoise noise;                 // for the report
   std::vector<TruthState> truth;     // ground truth; empty: not known
@@ -86,16 +86,16 @@ struct ProductSummary {
   std::uint64_t loops_rejected = 0;  // registrations that did not become loop closures
   std::map<std::string, std::uint64_t> loop_verdicts;  // registrations by verdict
   // Height difference of the accepted loop closures: mean, standard deviation, largest magnitude.
-  // Positive: the seabed lies deeper in submap `to` than in `from`. Causes: tide, draft, sound speed.
-  // NaN without a closure.
+  // Positive: the seabed lies deeper in submap `to` than in `from`. Causes: tide, draft, sound
+  // speed. NaN without a closure.
   double z_offset_mean_m = 0.0;
   double z_offset_sigma_m = 0.0;
   double z_offset_max_m = 0.0;
 
   double cell_m = 0.0;
   std::uint64_t cells_mapped = 0;
-  // Consistency of the dead-reckoned map (before) and of the graph's (solved), over comparable cells:
-  // FiguresOfComparableCells().
+  // Consistency of the dead-reckoned map (before) and of the graph's (solved), over comparable
+  // cells: FiguresOfComparableCells().
   ConsistencyFigures before;
   ConsistencyFigures solved;
   // The same over every cell that two or more submaps see.
@@ -108,8 +108,8 @@ struct ProductSummary {
 
   double distance_m = 0.0;  // along the dead-reckoned track
   double duration_s = 0.0;
-  // Horizontal correction of the submap frames by the graph, whether or not it was used: the largest,
-  // and that of the last submap.
+  // Horizontal correction of the submap frames by the graph, whether or not it was used: the
+  // largest, and that of the last submap.
   double correction_max_m = 0.0;
   double correction_end_m = 0.0;
   double correction_max_yaw_deg = 0.0;
@@ -129,7 +129,8 @@ struct ProductSummary {
 // give the same bytes, except for the run figures in report.json.
 //
 // Do no harm: the map of dead reckoning is delivered, and `outcome` is kWithheld, where the solved
-// map is worse. It is worse if for the surface error or the consistency error, over comparable cells,
+// map is worse. It is worse if for the surface error or the consistency error, over comparable
+// cells,
 // - both the RMS and the 95 % quantile are larger by more than harm_tolerance, or
 // - the RMS is larger by more than half;
 // or if fewer than a fifth of the cells that two submaps saw are still seen by two.
@@ -141,8 +142,8 @@ ProductSummary WriteProducts(const Survey& survey,
                              const std::filesystem::path& dir);
 
 // Products of a dive without soundings: track.csv, survey.gpkg with the track, the exports of
-// navigation, report.json and report.html. Throws std::runtime_error with a message of one line where
-// there is no track, a file cannot be written, or the options are unusable.
+// navigation, report.json and report.html. Throws std::runtime_error with a message of one line
+// where there is no track, a file cannot be written, or the options are unusable.
 ProductSummary WriteTrackProducts(const Survey& survey,
                                   const ProductOptions& options,
                                   const std::filesystem::path& dir);

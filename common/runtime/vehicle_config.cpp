@@ -19,11 +19,12 @@ VehicleFile::Mounting MountingOf(const Eigen::Isometry3d& pose) {
 }
 
 void DeclarePosition(Eigen::Vector3d* position_m, ParameterTable* table) {
-  table->Add("position_m",
-             position_m,
-             Unit::kMetre,
-             Range::Any(),
-             "Lever arm in vehicle axes: forward, right and down of the vehicle's reference point.");
+  table->Add(
+      "position_m",
+      position_m,
+      Unit::kMetre,
+      Range::Any(),
+      "Lever arm in vehicle axes: forward, right and down of the vehicle's reference point.");
 }
 
 void DeclareMounting(VehicleFile::Mounting* mounting, ParameterTable* table) {
@@ -38,11 +39,12 @@ void DeclareMounting(VehicleFile::Mounting* mounting, ParameterTable* table) {
 }
 
 void DeclareArray(VehicleFile::Mounting* array, ParameterTable* table) {
-  table->Add("position_m",
-             &array->position_m,
-             Unit::kMetre,
-             Range::Any(),
-             "Acoustic centre of the array in sonar axes: forward, right and down of mbes.position_m.");
+  table->Add(
+      "position_m",
+      &array->position_m,
+      Unit::kMetre,
+      Range::Any(),
+      "Acoustic centre of the array in sonar axes: forward, right and down of mbes.position_m.");
   table->Add("roll_pitch_yaw_deg",
              &array->roll_pitch_yaw_deg,
              Unit::kDegree,
@@ -64,9 +66,9 @@ void DeclareFixPoint(FixPoint* point, ParameterTable* table) {
 
 void DeclareDatum(VehicleFile* file, ParameterTable* table) {
   ParameterTable& datum = table->AddSection("datum",
-                                           "Map origin: x = 0, y = 0 of the map, as a WGS 84 "
-                                           "position. Set it near the survey area. Its z = 0 is "
-                                           "the water line.");
+                                            "Map origin: x = 0, y = 0 of the map, as a WGS 84 "
+                                            "position. Set it near the survey area. Its z = 0 is "
+                                            "the water line.");
   datum
       .Add("latitude_deg",
            &file->datum_latitude_deg,
@@ -88,8 +90,10 @@ void DeclareDatum(VehicleFile* file, ParameterTable* table) {
 ParameterTable TableOf(VehicleFile* file) {
   ParameterTable table;
   DeclareDatum(file, &table);
-  DeclareMounting(&file->imu, &table.AddSection("imu", "Inertial unit or INS: its measuring point."));
-  DeclareMounting(&file->dvl, &table.AddSection("dvl", "Doppler log: the centre of its transducers."));
+  DeclareMounting(&file->imu,
+                  &table.AddSection("imu", "Inertial unit or INS: its measuring point."));
+  DeclareMounting(&file->dvl,
+                  &table.AddSection("dvl", "Doppler log: the centre of its transducers."));
   DeclareMounting(&file->mbes,
                   &table.AddSection("mbes",
                                     "Sonar: its reference point, which is its acoustic centre "

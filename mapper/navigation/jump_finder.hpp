@@ -71,8 +71,8 @@ class JumpFinder {
   // Around the first that waits, which is after_m[0].
   struct Window {
     std::vector<Eigen::Vector2d> before_m, after_m;  // positions less the motion
-    double min_jump_m;  // nothing smaller is a jump
-    double variance;    // of the jump between them, over that of a position
+    double min_jump_m;                               // nothing smaller is a jump
+    double variance;  // of the jump between them, over that of a position
   };
 
   void DecideFirst(std::vector<Steady>* out);
