@@ -148,35 +148,35 @@ JumpFinder::Window JumpFinder::Around() const {
     for (const Entry* entry : entries) points.push_back(member(*entry));
     return points;
   };
-  const auto residual = [](const Entry& e) { return e.residual_m; };
-  Window window{among(before, residual), among(after, residual), min_jump_m_, 0.0};
-  if (!before.empty())
-    window.variance = kMedianVariance * (1.0 / static_cast<double>(before.size()) +
-                                         1.0 / static_cast<double>(after.size()));
   std::vector<const Entry*> all = before;
   all.insert(all.end(), after.begin(), after.end());
-  if (std::all_of(all.begin() + 1, all.end(), [](const Entry* e) { return e->by_velocity; }))
-    return window;
-
-  const auto given = [](const Entry& e) { return e.position.given_m; };
-  const auto ahead = [&](const Entry& e) -> Eigen::Vector2d {
+  const bool by_velocity =
+      std::all_of(all.begin() + 1, all.end(), [](const Entry* e) { return e->by_velocity; });
+  // A velocity errs too: what is left of the motion slides evenly.
+  const auto place = [&](const Entry& e) {
+    return by_velocity ? e.residual_m : e.position.given_m;
+  };
+  const auto way = [&](const Entry& e) -> Eigen::Vector2d {
+    if (by_velocity) return {ToSeconds(e.position.time - t), 0.0};
     return e.ahead_m - waiting_.front().ahead_m;
   };
-  const Points ahead_before = among(before, ahead), ahead_after = among(after, ahead);
-  window.before_m = among(before, given);
-  window.after_m = among(after, given);
+  const Points way_before = among(before, way), way_after = among(after, way);
+  Window window{among(before, place), among(after, place), min_jump_m_, 0.0};
   Points velocities;
-  AddVelocities(window.before_m, ahead_before, &velocities);
-  AddVelocities(window.after_m, ahead_after, &velocities);
+  AddVelocities(window.before_m, way_before, &velocities);
+  AddVelocities(window.after_m, way_after, &velocities);
   if (velocities.empty()) return window;
   const Eigen::Vector2d v_mps = MedianOf(velocities);
-  for (std::size_t i = 0; i < before.size(); ++i)
-    window.before_m[i] -= Times(v_mps, ahead_before[i]);
-  for (std::size_t i = 0; i < after.size(); ++i) window.after_m[i] -= Times(v_mps, ahead_after[i]);
+  for (std::size_t i = 0; i < before.size(); ++i) window.before_m[i] -= Times(v_mps, way_before[i]);
+  for (std::size_t i = 0; i < after.size(); ++i) window.after_m[i] -= Times(v_mps, way_after[i]);
   if (before.empty()) return window;
-  // What the velocity errs by, over the way between the two.
-  window.variance += kMedianVariance * (MeanOf(ahead_after) - MeanOf(ahead_before)).squaredNorm() /
-                     std::max(SpreadOf(ahead_before) + SpreadOf(ahead_after), 1e-9);
+  // Of the two medians, and of the velocity over the way between the two.
+  window.variance =
+      kMedianVariance *
+      (1.0 / static_cast<double>(before.size()) + 1.0 / static_cast<double>(after.size()) +
+       (MeanOf(way_after) - MeanOf(way_before)).squaredNorm() /
+           std::max(SpreadOf(way_before) + SpreadOf(way_after), 1e-9));
+  if (by_velocity) return window;
   const double dt_s = ToSeconds(t - before.back()->position.time);
   window.min_jump_m = std::max(min_jump_m_, kAccelerationMps2 * dt_s * dt_s);
   return window;

@@ -9,14 +9,14 @@
 
 namespace seastitch {
 
-// Tells the jumps of a given position from the motion: position less integrated velocity is level
-// but for noise, and steps where the INS has taken a fix. The medians of 15 positions (or 5 s)
-// before and after are compared, by the noise that the positions themselves show. A position that
-// stands alone is a spike. Pure.
+// Tells the jumps of a given position from the motion: position less integrated velocity slides
+// evenly but for noise, and steps where the INS has taken a fix. The medians of 15 positions (or
+// 5 s) before and after are compared, by the noise that the positions themselves show. A position
+// that stands alone is a spike. Pure.
 //
 // Without velocities the motion is that of the positions themselves: one velocity in the vehicle's
-// axes, which turns with its heading, for all positions in sight (the median over their pairs, none
-// of which lies across the place in question).
+// axes, which turns with its heading, for all positions in sight. Velocity and slide are the median
+// over pairs of positions, none of which lies across the place in question.
 class JumpFinder {
  public:
   struct Position {
