@@ -207,7 +207,7 @@ TEST(KilledMapper, BeginsAnotherMapWhereTheLogIsPlayedAgain) {
     EXPECT_EQ(vehicle.Maps().size(), static_cast<std::size_t>(maps));
   }
   EXPECT_EQ(vehicle.Maps(), (std::set<std::string>{"map", "map-2"}));
-  EXPECT_NE(vehicle.mapper_text.find("another begins beside it"), std::string::npos)
+  EXPECT_NE(vehicle.mapper_text.find("another map begins beside it"), std::string::npos)
       << vehicle.mapper_text;
 }
 
@@ -292,7 +292,7 @@ TEST_P(FailedDisk, AnotherMapIsMadeInMemory) {
   player_ = vehicle_.Play(8);  // from the beginning
   vehicle_.graph_ids.clear();
   ExpectToGoOn();
-  EXPECT_NE(vehicle_.mapper_text.find("another begins beside it"), std::string::npos)
+  EXPECT_NE(vehicle_.mapper_text.find("another map begins beside it"), std::string::npos)
       << vehicle_.mapper_text;
 }
 
