@@ -89,6 +89,10 @@ class DeadReckoning::Impl {
   NavSensorHealth health(NavSensor sensor) const;
   std::vector<SuspectedOffset> suspected_offsets() const;
   std::optional<NavState> Predicted() const;
+  std::optional<Eigen::Matrix3d> RelativeCovariance(Time a, Time b) const {
+    const StampOffset& dvl = velocity_.stamps();
+    return track_.RelativeCovariance(a, b, dvl.IsSuspected() ? &dvl : nullptr);
+  }
   const NavTrack& track() const { return track_; }
   const ErrorStateFilter& filter() const { return filter_; }
   const std::map<std::string, std::int64_t>& counters() const { return counters_; }
@@ -504,7 +508,7 @@ std::optional<Eigen::Matrix2d> DeadReckoning::VelocityCovariance(Time t) const {
   return impl_->track().VelocityCovariance(t);
 }
 std::optional<Eigen::Matrix3d> DeadReckoning::RelativeCovariance(Time a, Time b) const {
-  return impl_->track().RelativeCovariance(a, b);
+  return impl_->RelativeCovariance(a, b);
 }
 std::optional<Pose2> DeadReckoning::Hindsight(Time anchor, Time t) const {
   return impl_->track().Hindsight(anchor, t);

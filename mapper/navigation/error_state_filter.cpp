@@ -160,6 +160,7 @@ void ErrorStateFilter::Initialise(const Start& start,
   AlignWithDevice();
   P0_by_dvl_.setZero();
   since_ = {ErrorMatrix::Identity(), ErrorVector::Zero()};
+  stamp_error_ = {};
   pending_s_ = 0.0;
   pending_R_.setZero();
   pending_move_.setZero();
@@ -247,6 +248,10 @@ void ErrorStateFilter::PropagateCovariance() {
   A.topRows<kNavSize>() = FA;
   A.bottomRows<kBiasSize>() = decay.asDiagonal() * A.bottomRows<kBiasSize>();
   biases_.tail<kBiasSize>().array() *= decay.array();
+  for (ErrorVector* by : {&stamp_error_.by_delay, &stamp_error_.by_carrying}) {
+    by->head<kNavSize>() = (F * by->head<kDrivenBy>()).eval();
+    by->tail<kBiasSize>().array() *= decay.array();
+  }
 
   const double accel_psd = velocity_is_held_ ? kHeldVelocityNoise * kHeldVelocityNoise : accel_psd_;
   for (int i = 0; i < 3; ++i) {
@@ -276,8 +281,13 @@ ErrorVector ErrorStateFilter::ByHeadingDoubt() const {
   return P_.col(kHeadingDoubt) / P_(kHeadingDoubt, kHeadingDoubt);
 }
 
-bool ErrorStateFilter::Offer(
-    NavSensor sensor, int component, const ErrorRow& H, double residual, double variance) {
+bool ErrorStateFilter::Offer(NavSensor sensor,
+                             int component,
+                             const ErrorRow& H,
+                             double residual,
+                             double variance,
+                             double change_per_s,
+                             double carried_s) {
   Innovations& of_sensor = innovations_[static_cast<std::size_t>(sensor)];
   InnovationSummary& summary = of_sensor.summary;
   const double innovation = residual - H * correction_;
@@ -309,6 +319,10 @@ bool ErrorStateFilter::Offer(
   else
     P_.noalias() -= K * PH.transpose() + PH * K.transpose() - S * K * K.transpose();
   correction_ += K * innovation;
+  // Late by a second, the residual has less by what the reading changes by in it.
+  StampError& stamps = stamp_error_;
+  stamps.by_delay -= K * (H.dot(stamps.by_delay) - change_per_s);
+  stamps.by_carrying -= K * (H.dot(stamps.by_carrying) - carried_s * change_per_s);
   const ErrorRow HA = H * since_.A;
   since_.news += HA.transpose() * (innovation / S_own);
   since_.A.noalias() -= K * HA;
@@ -432,6 +446,7 @@ Eigen::Vector3d ErrorStateFilter::DvlSigma(const Eigen::Vector3d& sigma_mps) con
 
 int ErrorStateFilter::UpdateDvl(const Eigen::Vector3d& v_dvl_mps,
                                 const Eigen::Vector3d& sigma_mps,
+                                const DvlStamping& stamping,
                                 SlowStates slow) {
   PropagateCovariance();
   const DvlModel model = ModelDvl();
@@ -448,7 +463,14 @@ int ErrorStateFilter::UpdateDvl(const Eigen::Vector3d& v_dvl_mps,
   if (refused > 0) return refused;
   learns_slow_ = slow == SlowStates::kLearned;
   for (int i = 0; i < 3; ++i)
-    if (!Offer(NavSensor::kDvl, i, model.H.row(i), residual(i), variance(i))) ++refused;
+    if (!Offer(NavSensor::kDvl,
+               i,
+               model.H.row(i),
+               residual(i),
+               variance(i),
+               stamping.change_mps2(i),
+               stamping.carried_s))
+      ++refused;
   learns_slow_ = true;
   Inject();
   return refused;
@@ -526,6 +548,11 @@ InnovationSummary ErrorStateFilter::innovations(NavSensor sensor) const {
 const ErrorMatrix& ErrorStateFilter::covariance() {
   PropagateCovariance();
   return P_;
+}
+
+const ErrorStateFilter::StampError& ErrorStateFilter::stamp_error() {
+  PropagateCovariance();
+  return stamp_error_;
 }
 
 ErrorStateFilter::Transition ErrorStateFilter::TakeTransition() {

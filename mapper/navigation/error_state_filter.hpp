@@ -41,6 +41,13 @@ using ErrorMatrix = Eigen::Matrix<double, kErrorSize, kErrorSize>;
 using ErrorRow = Eigen::Matrix<double, 1, kErrorSize>;
 using AttitudeRows = Eigen::Matrix<double, 3, kErrorSize>;
 
+// Of an ensemble of the DVL: by what it changes in a second, and over how long it was carried
+// forward to its stamp.
+struct DvlStamping {
+  Eigen::Vector3d change_mps2 = Eigen::Vector3d::Zero();  // dvl
+  double carried_s = 0.0;
+};
+
 // Error-state Kalman filter of the inertial unit's motion; the error model is that of Groves,
 // Principles of GNSS, Inertial, and Multisensor Integrated Navigation Systems, 2nd ed., 14.2.3,
 // for a frame fixed to the Earth. Knows no time of day, no order of samples and no bad input: its
@@ -94,13 +101,16 @@ class ErrorStateFilter {
   enum class SlowStates : std::uint8_t { kLearned, kLeft };  // scale and mounting of the DVL
   int UpdateDvl(const Eigen::Vector3d& v_dvl_mps,
                 const Eigen::Vector3d& sigma_mps,
+                const DvlStamping& stamping = {},
                 SlowStates slow = SlowStates::kLearned);
   int UpdateDepth(double depth_m, double sigma_m);
   int UpdatePosition(const Eigen::Vector2d& north_east_m, const Eigen::Matrix2d& covariance_m2);
 
   // A state is set to what is measured, and its error is that of the measurement.
   void TakeAttitude(const Eigen::Quaterniond& q_map_imu, const Eigen::Vector3d& sigma_rpy_rad);
-  void TakeVelocity(const Eigen::Vector3d& v_dvl_mps, const Eigen::Vector3d& sigma_mps);
+  void TakeVelocity(const Eigen::Vector3d& v_dvl_mps,
+                    const Eigen::Vector3d& sigma_mps,
+                    const DvlStamping& stamping = {});
   void TakeDepth(double depth_m, double sigma_m);
   void TakePosition(const Eigen::Vector2d& north_east_m, const Eigen::Matrix2d& covariance_m2);
   // What a state that was wrong has done to the position, and how wrong that may be.
@@ -159,6 +169,20 @@ class ErrorStateFilter {
   // Since the last call (or the start).
   Transition TakeTransition();
   const ErrorVector& news() const { return since_.news; }
+  // What the stamps of the DVL have done to the state. Late by d seconds, they have made the error
+  // d by_delay - by_carrying, beside the one that the covariance is of: a considered parameter
+  // (Schmidt), of which the filter itself knows nothing.
+  struct StampError {
+    ErrorVector by_delay = ErrorVector::Zero();     // a second
+    ErrorVector by_carrying = ErrorVector::Zero();  // with what carrying forward took off
+
+    template <class Archive, class Self>
+    static void Fields(Archive& archive, Self& self) {
+      archive(self.by_delay, self.by_carrying);
+    }
+  };
+  // Brings it up to the state, and returns it.
+  const StampError& stamp_error();
 
   InnovationSummary innovations(NavSensor sensor) const;
   // How often the position was moved by what no motion and no weighing explains, and how far in
@@ -177,7 +201,7 @@ class ErrorStateFilter {
   template <class Archive, class Self>
   static void Fields(Archive& archive, Self& self) {
     archive(self.gyro_psd_, self.accel_psd_, self.state_, self.biases_, self.rates_);
-    archive(self.P_, self.P0_by_dvl_, self.since_, self.correction_);
+    archive(self.P_, self.P0_by_dvl_, self.since_, self.correction_, self.stamp_error_);
     archive(self.bias_sigma_, self.bias_rate_, self.velocity_is_held_, self.learns_slow_);
     archive(self.least_attitude_sigma_, self.moves_, self.heading_offset_rad_, self.doubt_rad_);
     archive(self.pending_s_, self.pending_R_, self.pending_move_, self.innovations_);
@@ -212,8 +236,14 @@ class ErrorStateFilter {
   void Apply(const ErrorMatrix& M);
   void SetAttitudeBiasSigma(const Eigen::Vector3d& sigma_rpy_rad);
   // Offers the scalar `residual` = H error + noise, one of the sensor's up to three components.
-  // False: beyond the gate.
-  bool Offer(NavSensor sensor, int component, const ErrorRow& H, double residual, double variance);
+  // change_per_s, carried_s: DvlStamping. False: beyond the gate.
+  bool Offer(NavSensor sensor,
+             int component,
+             const ErrorRow& H,
+             double residual,
+             double variance,
+             double change_per_s = 0.0,
+             double carried_s = 0.0);
   // Before the update by such a scalar, with PH = P_ H^T: takes from the correction what noise
   // times noise would teach of the DVL's scale.
   double TakeNoiseOffScale(NavSensor sensor,
@@ -237,6 +267,7 @@ class ErrorStateFilter {
   ErrorMatrix P0_by_dvl_ = ErrorMatrix::Zero();
   Transition since_{ErrorMatrix::Identity(), ErrorVector::Zero()};
   ErrorVector correction_ = ErrorVector::Zero();
+  StampError stamp_error_;
   // Of each bias: sigma when left alone, and how fast it forgets.
   ErrorVector bias_sigma_ = ErrorVector::Zero();
   ErrorVector bias_rate_ = ErrorVector::Zero();

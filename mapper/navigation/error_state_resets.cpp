@@ -36,6 +36,8 @@ void ErrorStateFilter::Apply(const ErrorMatrix& M) {
   P_ = (M * P_ * M.transpose()).eval();
   P0_by_dvl_ = (M * P0_by_dvl_ * M.transpose()).eval();
   since_.A = (M * since_.A).eval();
+  stamp_error_.by_delay = (M * stamp_error_.by_delay).eval();
+  stamp_error_.by_carrying = (M * stamp_error_.by_carrying).eval();
 }
 
 bool ErrorStateFilter::IsFinite() const {
@@ -93,7 +95,8 @@ void ErrorStateFilter::TakeAttitude(const Eigen::Quaterniond& q_map_imu,
 
 // Velocity such that the residual is 0; its error is then what would make it so.
 void ErrorStateFilter::TakeVelocity(const Eigen::Vector3d& v_dvl_mps,
-                                    const Eigen::Vector3d& sigma_mps) {
+                                    const Eigen::Vector3d& sigma_mps,
+                                    const DvlStamping& stamping) {
   PropagateCovariance();
   const DvlModel model = ModelDvl();
   const Eigen::Matrix3d by_velocity = model.H.middleCols<3>(kVelocity).inverse();
@@ -104,6 +107,9 @@ void ErrorStateFilter::TakeVelocity(const Eigen::Vector3d& v_dvl_mps,
   M.middleRows<3>(kVelocity) = -by_velocity * H;
   M.block<3, 3>(kVelocity, kVelocity).setZero();
   Apply(M);
+  const Eigen::Vector3d by_delay = by_velocity * stamping.change_mps2;
+  stamp_error_.by_delay.segment<3>(kVelocity) += by_delay;
+  stamp_error_.by_carrying.segment<3>(kVelocity) += stamping.carried_s * by_delay;
   P_.block<3, 3>(kVelocity, kVelocity) +=
       by_velocity * sigma_mps.cwiseAbs2().asDiagonal() * by_velocity.transpose();
 }
@@ -224,6 +230,8 @@ void ErrorStateFilter::EndHeadingDoubt(HeadingHypothesis right) {
   P_.noalias() -= K * P_.col(kHeadingDoubt).transpose().eval();
   const ErrorRow HA = since_.A.row(kHeadingDoubt);
   since_.A.noalias() -= K * HA;
+  stamp_error_.by_delay -= K * stamp_error_.by_delay(kHeadingDoubt);
+  stamp_error_.by_carrying -= K * stamp_error_.by_carrying(kHeadingDoubt);
   if (right == HeadingHypothesis::kOther) {
     since_.news += HA.transpose();  // by its variance, which is 1
     correction_ = K;

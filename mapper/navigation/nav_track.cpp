@@ -66,7 +66,7 @@ void NavTrack::Add(Time t, ErrorStateFilter* filter, bool bottom_lock) {
   if (!epoch && !key) return;
   const Eigen::Matrix<double, 8, kErrorSize> J = filter->VehicleJacobian();
   const ErrorMatrix& P = filter->covariance();
-  if (key) AddKey(pose, J, P, filter->TakeTransition());
+  if (key) AddKey(pose, J, filter);
   if (epoch) AddEpoch(pose, J, P, filter->news(), bottom_lock);
 }
 
@@ -85,16 +85,17 @@ void NavTrack::AddEpoch(const TrackPose& pose,
 
 void NavTrack::AddKey(const TrackPose& pose,
                       const Eigen::Matrix<double, 8, kErrorSize>& J,
-                      const ErrorMatrix& P,
-                      const ErrorStateFilter::Transition& from_last) {
+                      ErrorStateFilter* filter) {
   Key key;
   key.time = pose.time;
   key.level = LevelPose(MakePose(pose.p_map, pose.q_map_vehicle.toRotationMatrix()));
   key.v_map_mps = pose.v_map_mps.head<2>();
   key.J.topRows<2>() = J.topRows<2>();
   key.J.bottomRows<3>() = J.bottomRows<3>();  // yaw, v north, v east
-  key.PJ = P * key.J.transpose();
-  key.from_last = from_last;
+  key.PJ = filter->covariance() * key.J.transpose();
+  key.from_last = filter->TakeTransition();
+  key.by_delay = key.J.topRows<3>() * filter->stamp_error().by_delay;
+  key.by_carrying = key.J.topRows<3>() * filter->stamp_error().by_carrying;
   keys_.push_back(key);
   DropBefore(pose.time - FromSeconds(params_.window_s), &keys_);
 }
@@ -211,7 +212,13 @@ const NavTrack::Carried& NavTrack::Carry(std::size_t first, std::size_t last) co
   return *carried_;
 }
 
-std::optional<Eigen::Matrix3d> NavTrack::RelativeCovariance(Time a, Time b) const {
+Eigen::Vector3d NavTrack::OffByStamps(const Key& key, double delay_s) {
+  return delay_s * key.by_delay - key.by_carrying;
+}
+
+std::optional<Eigen::Matrix3d> NavTrack::RelativeCovariance(Time a,
+                                                            Time b,
+                                                            const StampOffset* dvl_stamps) const {
   const auto key_a = NearestKey(a);
   const auto key_b = NearestKey(b);
   if (!key_a || !key_b) return std::nullopt;
@@ -229,11 +236,20 @@ std::optional<Eigen::Matrix3d> NavTrack::RelativeCovariance(Time a, Time b) cons
   };
   const auto Ea = carry(keys_[*key_a], a);
   const auto Eb = carry(keys_[*key_b], b);
-  const Eigen::Matrix3d cov_a = Ea * keys_[*key_a].J * keys_[*key_a].PJ * Ea.transpose();
-  const Eigen::Matrix3d cov_b = Eb * keys_[*key_b].J * keys_[*key_b].PJ * Eb.transpose();
+  Eigen::Matrix3d cov_a = Ea * keys_[*key_a].J * keys_[*key_a].PJ * Ea.transpose();
+  Eigen::Matrix3d cov_b = Eb * keys_[*key_b].J * keys_[*key_b].PJ * Eb.transpose();
   Eigen::Matrix<double, kKeyRows, kKeyRows> a_by_b = last_by_first;
   if (*key_a == first) a_by_b.transposeInPlace();
-  const Eigen::Matrix3d cov_a_b = Ea * a_by_b * Eb.transpose();
+  Eigen::Matrix3d cov_a_b = Ea * a_by_b * Eb.transpose();
+  if (dvl_stamps) {
+    const Eigen::Vector3d off_a = OffByStamps(keys_[*key_a], dvl_stamps->delay_s());
+    const Eigen::Vector3d off_b = OffByStamps(keys_[*key_b], dvl_stamps->delay_s());
+    const Eigen::Vector3d scatter_a = dvl_stamps->sigma_s() * keys_[*key_a].by_delay;
+    const Eigen::Vector3d scatter_b = dvl_stamps->sigma_s() * keys_[*key_b].by_delay;
+    cov_a += off_a * off_a.transpose() + scatter_a * scatter_a.transpose();
+    cov_b += off_b * off_b.transpose() + scatter_b * scatter_b.transpose();
+    cov_a_b += off_a * off_b.transpose() + scatter_a * scatter_b.transpose();
+  }
   const Eigen::Matrix3d relative = seastitch::RelativeCovariance(
       LevelAt(keys_[*key_a], a), LevelAt(keys_[*key_b], b), cov_a, cov_b, cov_a_b);
   return 0.5 * (relative + relative.transpose());

@@ -10,6 +10,7 @@
 #include "common/core/sensors.hpp"
 #include "common/core/time.hpp"
 #include "mapper/navigation/error_state_filter.hpp"
+#include "mapper/navigation/stamp_offset.hpp"
 
 namespace seastitch {
 
@@ -38,7 +39,10 @@ class NavTrack {
   std::optional<Time> latest() const;
   std::optional<NavState> StateAt(Time t) const;
   std::optional<Eigen::Matrix2d> VelocityCovariance(Time t) const;
-  std::optional<Eigen::Matrix3d> RelativeCovariance(Time a, Time b) const;
+  // dvl_stamps: where they are known to be wrong. What they did before that was known counts too.
+  std::optional<Eigen::Matrix3d> RelativeCovariance(Time a,
+                                                    Time b,
+                                                    const StampOffset* dvl_stamps = nullptr) const;
   std::optional<Pose2> Hindsight(Time anchor, Time t) const;
 
   // For a restart: the newest state, and of these instants pose and relative covariance, where they
@@ -70,10 +74,14 @@ class NavTrack {
     Eigen::Matrix<double, kKeyRows, kErrorSize> J;   // level pose and velocity by error state
     Eigen::Matrix<double, kErrorSize, kKeyRows> PJ;  // covariance times J transposed
     ErrorStateFilter::Transition from_last;          // from the key before
+    // ErrorStateFilter::StampError of the level pose.
+    Eigen::Vector3d by_delay;
+    Eigen::Vector3d by_carrying;
 
     template <class Archive, class Self>
     static void Fields(Archive& archive, Self& self) {
       archive(self.time, self.level, self.v_map_mps, self.J, self.PJ, self.from_last);
+      archive(self.by_delay, self.by_carrying);
     }
   };
 
@@ -84,14 +92,14 @@ class NavTrack {
                 bool bottom_lock);
   void AddKey(const TrackPose& pose,
               const Eigen::Matrix<double, 8, kErrorSize>& J,
-              const ErrorMatrix& P,
-              const ErrorStateFilter::Transition& from_last);
+              ErrorStateFilter* filter);
   std::optional<TrackPose> PoseAt(Time t) const;
   struct Instant;
   const Instant* Remembered(Time t) const;
   bool IsForgotten(Time t) const;
   const Epoch& EpochAt(Time t) const;
   std::optional<std::size_t> NearestKey(Time t) const;
+  static Eigen::Vector3d OffByStamps(const Key& key, double delay_s);
   Pose2 LevelAt(const Key& key, Time t) const;
 
   // Covariance of the error state at key `last` with the pose and velocity at key `first`.

@@ -21,6 +21,8 @@ constexpr double kSoundS = 60.0;
 constexpr double kUnsoundResetS = 1.0;
 constexpr double kLongestStepS = 300.0;
 constexpr double kNotThatStep = 0.4;
+// Over so long it is looked at by what a reading changes.
+constexpr double kChangeS = 0.1;
 // A velocity known worse than this part of a step cannot tell who is right.
 constexpr double kToldByVelocity = 1.0 / 3.0;
 
@@ -159,12 +161,20 @@ Eigen::Vector3d VelocityAiding::Carried(Time t, const DvlEvent& dvl, double dela
   return T_imu_dvl.linear().transpose() * (v_imu + swing);
 }
 
+// By the inertial unit, which is better at changes than the DVL.
+DvlStamping VelocityAiding::StampingOf(Time t, const DvlEvent& dvl) const {
+  if (history_->empty()) return {};
+  return {(Carried(t, dvl, kChangeS) - dvl.v_dvl_mps) / kChangeS,
+          stamps_.IsSuspected() ? stamps_.delay_s() : 0.0};
+}
+
 void VelocityAiding::Weigh(Time t, const DvlEvent& dvl) {
   const std::optional<double> quiet_s = refusals_.QuietS(t);
   const bool learns = !quiet_s || *quiet_s > kLearnAgainS;
   const int refused = filter_->UpdateDvl(
       dvl.v_dvl_mps,
       dvl.sigma_mps,
+      StampingOf(t, dvl),
       learns ? ErrorStateFilter::SlowStates::kLearned : ErrorStateFilter::SlowStates::kLeft);
   refusals_.Add(t, refused > 0);
   if (refused == 0) {
@@ -257,7 +267,7 @@ void VelocityAiding::Take(Time t, const DvlEvent& dvl) {
 }
 
 void VelocityAiding::Follow(Time t, const DvlEvent& dvl) {
-  filter_->TakeVelocity(dvl.v_dvl_mps, dvl.sigma_mps);
+  filter_->TakeVelocity(dvl.v_dvl_mps, dvl.sigma_mps, StampingOf(t, dvl));
   used_ = agreed_ = t;
 }
 

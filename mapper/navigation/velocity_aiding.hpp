@@ -77,6 +77,7 @@ class VelocityAiding {
   // By the inertial unit from when it was measured, as far as the stamps are suspected, until t.
   DvlEvent CarriedTo(Time t, const DvlEvent& dvl) const;
   Eigen::Vector3d Carried(Time t, const DvlEvent& dvl, double delay_s) const;
+  DvlStamping StampingOf(Time t, const DvlEvent& dvl) const;
   void UseCarried(Time t, const DvlEvent& dvl, const Eigen::Vector3d& rate_radps);
   double DriftSigma(double dt_s) const;  // of the velocity by accelerometers and tilt
   double IncrementSigma(const DvlEvent& dvl, double dt_s) const;
