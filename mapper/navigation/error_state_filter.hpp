@@ -136,6 +136,12 @@ class ErrorStateFilter {
   void TrustDeviceHeading() { heading_offset_rad_ = 0.0; }
   // By how much the other hypothesis has more heading; 0: there is none.
   double heading_doubt_rad() const { return doubt_rad_; }
+  // The error of the state where the other one is right. Brings the covariance up to the state.
+  struct HeadingDoubt {
+    int number = 0;  // of the doubt; 0: there is none
+    ErrorVector error = ErrorVector::Zero();
+  };
+  HeadingDoubt heading_doubt();
   // What the device adds to the heading by steps that the filter did not follow.
   double heading_offset_rad() const { return heading_offset_rad_; }
   // Of the device's heading against what is expected of it.
@@ -204,6 +210,7 @@ class ErrorStateFilter {
     archive(self.P_, self.P0_by_dvl_, self.since_, self.correction_, self.stamp_error_);
     archive(self.bias_sigma_, self.bias_rate_, self.velocity_is_held_, self.learns_slow_);
     archive(self.least_attitude_sigma_, self.moves_, self.heading_offset_rad_, self.doubt_rad_);
+    archive(self.doubts_);
     archive(self.pending_s_, self.pending_R_, self.pending_move_, self.innovations_);
   }
   bool IsFinite() const;
@@ -229,6 +236,7 @@ class ErrorStateFilter {
   void LoseHeading(double lost_rad);
   void ShrinkBias(int i, double before, double after);
   void DoubtHeading(double other_rad);
+  void TurnWayByDoubt();
   ErrorVector ByHeadingDoubt() const;
   bool DecideHeading(const Eigen::Vector2d& other_m,
                      const Eigen::Vector2d& residual_m,
@@ -278,6 +286,7 @@ class ErrorStateFilter {
   Moves moves_;
   double heading_offset_rad_ = 0.0;  // what the device's heading adds beside its biases
   double doubt_rad_ = 0.0;
+  int doubts_ = 0;  // that there were, with this one
 
   // Since the covariance was last brought up to the state.
   double pending_s_ = 0.0;

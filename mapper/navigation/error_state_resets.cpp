@@ -201,11 +201,31 @@ double ErrorStateFilter::HeadingResidualSigma() {
 // that the filter does not.
 void ErrorStateFilter::DoubtHeading(double other_rad) {
   PropagateCovariance();
-  if (doubt_rad_ == 0.0) P_(kHeadingDoubt, kHeadingDoubt) = 1.0;
+  if (doubt_rad_ == 0.0) {
+    P_(kHeadingDoubt, kHeadingDoubt) = 1.0;
+    ++doubts_;
+  }
   ErrorMatrix M = ErrorMatrix::Identity();
   M(kTilt + 2, kHeadingDoubt) = other_rad;
   Apply(M);
   doubt_rad_ += other_rad;
+}
+
+// By the other hypothesis the way lies on an arc: what that is more than its tangent, which the tilt
+// makes of it.
+void ErrorStateFilter::TurnWayByDoubt() {
+  const Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
+  const Eigen::Matrix3d turn = Eigen::AngleAxisd(doubt_rad_, axis).toRotationMatrix();
+  const Eigen::Vector3d more_m =
+      turn * pending_move_ - pending_move_ - doubt_rad_ * axis.cross(pending_move_);
+  ErrorMatrix M = ErrorMatrix::Identity();
+  M.block<3, 1>(kPosition, kHeadingDoubt) = more_m;
+  Apply(M);
+}
+
+ErrorStateFilter::HeadingDoubt ErrorStateFilter::heading_doubt() {
+  PropagateCovariance();
+  return {doubt_rad_ == 0.0 ? 0 : doubts_, ByHeadingDoubt()};
 }
 
 void ErrorStateFilter::KeepHeadingOverStep(double step_rad) {
@@ -237,9 +257,6 @@ void ErrorStateFilter::EndHeadingDoubt(HeadingHypothesis right) {
     correction_ = K;
     MovePosition(K.segment<3>(kPosition));
     correction_.segment<3>(kPosition).setZero();
-    // The way lies on an arc, beside the chord by half the angle times its length.
-    const double beside_m = 0.5 * doubt_rad_ * K.segment<2>(kPosition).norm();
-    P_.diagonal().segment<2>(kPosition).array() += beside_m * beside_m;
     heading_offset_rad_ -= doubt_rad_;
   }
   Inject();

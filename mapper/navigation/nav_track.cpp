@@ -44,6 +44,10 @@ std::optional<TrackPose> Interpolate(Time t, const std::deque<TrackPose>& poses)
   return Between(poses[*i], poses[*i + 1], t);
 }
 
+Pose2 Moved(const Pose2& pose, const Eigen::Vector3d& by) {
+  return {pose.x + by.x(), pose.y + by.y(), WrapAngle(pose.yaw + by.z())};
+}
+
 // The transition over `first` and then over `second`.
 ErrorStateFilter::Transition Then(const ErrorStateFilter::Transition& first,
                                   const ErrorStateFilter::Transition& second) {
@@ -94,8 +98,11 @@ void NavTrack::AddKey(const TrackPose& pose,
   key.J.bottomRows<3>() = J.bottomRows<3>();  // yaw, v north, v east
   key.PJ = filter->covariance() * key.J.transpose();
   key.from_last = filter->TakeTransition();
-  key.by_delay = key.J.topRows<3>() * filter->stamp_error().by_delay;
-  key.by_carrying = key.J.topRows<3>() * filter->stamp_error().by_carrying;
+  const ErrorStateFilter::HeadingDoubt doubt = filter->heading_doubt();
+  key.doubt = doubt.number;
+  key.by_doubt = key.J * doubt.error;
+  key.by_delay = key.J * filter->stamp_error().by_delay;
+  key.by_carrying = key.J * filter->stamp_error().by_carrying;
   keys_.push_back(key);
   DropBefore(pose.time - FromSeconds(params_.window_s), &keys_);
 }
@@ -212,8 +219,12 @@ const NavTrack::Carried& NavTrack::Carry(std::size_t first, std::size_t last) co
   return *carried_;
 }
 
-Eigen::Vector3d NavTrack::OffByStamps(const Key& key, double delay_s) {
-  return delay_s * key.by_delay - key.by_carrying;
+void NavTrack::PairCovariance::Add(const Eigen::Vector3d& of_a,
+                                   const Eigen::Vector3d& of_b,
+                                   double variance) {
+  a += variance * of_a * of_a.transpose();
+  b += variance * of_b * of_b.transpose();
+  a_b += variance * of_a * of_b.transpose();
 }
 
 std::optional<Eigen::Matrix3d> NavTrack::RelativeCovariance(Time a,
@@ -234,25 +245,38 @@ std::optional<Eigen::Matrix3d> NavTrack::RelativeCovariance(Time a,
     E.topRightCorner<2, 2>().diagonal().setConstant(ToSeconds(t - key.time));
     return E;
   };
-  const auto Ea = carry(keys_[*key_a], a);
-  const auto Eb = carry(keys_[*key_b], b);
-  Eigen::Matrix3d cov_a = Ea * keys_[*key_a].J * keys_[*key_a].PJ * Ea.transpose();
-  Eigen::Matrix3d cov_b = Eb * keys_[*key_b].J * keys_[*key_b].PJ * Eb.transpose();
+  const Key& at_a = keys_[*key_a];
+  const Key& at_b = keys_[*key_b];
+  const auto Ea = carry(at_a, a);
+  const auto Eb = carry(at_b, b);
   Eigen::Matrix<double, kKeyRows, kKeyRows> a_by_b = last_by_first;
   if (*key_a == first) a_by_b.transposeInPlace();
-  Eigen::Matrix3d cov_a_b = Ea * a_by_b * Eb.transpose();
+  PairCovariance covariance{Ea * at_a.J * at_a.PJ * Ea.transpose(),
+                            Eb * at_b.J * at_b.PJ * Eb.transpose(),
+                            Ea * a_by_b * Eb.transpose()};
   if (dvl_stamps) {
-    const Eigen::Vector3d off_a = OffByStamps(keys_[*key_a], dvl_stamps->delay_s());
-    const Eigen::Vector3d off_b = OffByStamps(keys_[*key_b], dvl_stamps->delay_s());
-    const Eigen::Vector3d scatter_a = dvl_stamps->sigma_s() * keys_[*key_a].by_delay;
-    const Eigen::Vector3d scatter_b = dvl_stamps->sigma_s() * keys_[*key_b].by_delay;
-    cov_a += off_a * off_a.transpose() + scatter_a * scatter_a.transpose();
-    cov_b += off_b * off_b.transpose() + scatter_b * scatter_b.transpose();
-    cov_a_b += off_a * off_b.transpose() + scatter_a * scatter_b.transpose();
+    const double delay_s = dvl_stamps->delay_s();
+    const double variance_s2 = dvl_stamps->sigma_s() * dvl_stamps->sigma_s();
+    covariance.Add(Ea * (delay_s * at_a.by_delay - at_a.by_carrying),
+                   Eb * (delay_s * at_b.by_delay - at_b.by_carrying),
+                   1.0);
+    covariance.Add(Ea * at_a.by_delay, Eb * at_b.by_delay, variance_s2);
   }
+  // Two hypotheses of the heading are too far apart for a tangent.
+  const Eigen::Vector3d doubt_a = Ea * at_a.by_doubt;
+  const Eigen::Vector3d doubt_b = Eb * at_b.by_doubt;
+  covariance.a -= doubt_a * doubt_a.transpose();
+  covariance.b -= doubt_b * doubt_b.transpose();
+  if (at_a.doubt == at_b.doubt) covariance.a_b -= doubt_a * doubt_b.transpose();
+  const Pose2 level_a = LevelAt(at_a, a);
+  const Pose2 level_b = LevelAt(at_b, b);
+  const Pose2 own = Inverse(level_a) * level_b;
+  const Pose2 other = Inverse(Moved(level_a, doubt_a)) * Moved(level_b, doubt_b);
+  Eigen::Vector3d off = other.Vector() - own.Vector();
+  off.z() = WrapAngle(off.z());
   const Eigen::Matrix3d relative = seastitch::RelativeCovariance(
-      LevelAt(keys_[*key_a], a), LevelAt(keys_[*key_b], b), cov_a, cov_b, cov_a_b);
-  return 0.5 * (relative + relative.transpose());
+      level_a, level_b, covariance.a, covariance.b, covariance.a_b);
+  return 0.5 * (relative + relative.transpose()) + off * off.transpose();
 }
 
 // What was measured since tells of the anchor's own pose too: a compass that moved by half a degree

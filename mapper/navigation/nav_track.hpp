@@ -67,6 +67,7 @@ class NavTrack {
   };
   // x, y, yaw and horizontal velocity: enough to carry the error from the key to a time near it.
   static constexpr int kKeyRows = 5;
+  using KeyVector = Eigen::Matrix<double, kKeyRows, 1>;
   struct Key {
     Time time;
     Pose2 level;
@@ -74,14 +75,17 @@ class NavTrack {
     Eigen::Matrix<double, kKeyRows, kErrorSize> J;   // level pose and velocity by error state
     Eigen::Matrix<double, kErrorSize, kKeyRows> PJ;  // covariance times J transposed
     ErrorStateFilter::Transition from_last;          // from the key before
-    // ErrorStateFilter::StampError of the level pose.
-    Eigen::Vector3d by_delay;
-    Eigen::Vector3d by_carrying;
+    // ErrorStateFilter::HeadingDoubt, of the rows of J; its covariance is in PJ.
+    int doubt;
+    KeyVector by_doubt;
+    // ErrorStateFilter::StampError, of the same.
+    KeyVector by_delay;
+    KeyVector by_carrying;
 
     template <class Archive, class Self>
     static void Fields(Archive& archive, Self& self) {
       archive(self.time, self.level, self.v_map_mps, self.J, self.PJ, self.from_last);
-      archive(self.by_delay, self.by_carrying);
+      archive(self.doubt, self.by_doubt, self.by_delay, self.by_carrying);
     }
   };
 
@@ -99,7 +103,14 @@ class NavTrack {
   bool IsForgotten(Time t) const;
   const Epoch& EpochAt(Time t) const;
   std::optional<std::size_t> NearestKey(Time t) const;
-  static Eigen::Vector3d OffByStamps(const Key& key, double delay_s);
+  // x, y, yaw of two poses, and what ties them.
+  struct PairCovariance {
+    Eigen::Matrix3d a;
+    Eigen::Matrix3d b;
+    Eigen::Matrix3d a_b;
+    // An error that both have.
+    void Add(const Eigen::Vector3d& of_a, const Eigen::Vector3d& of_b, double variance);
+  };
   Pose2 LevelAt(const Key& key, Time t) const;
 
   // Covariance of the error state at key `last` with the pose and velocity at key `first`.

@@ -21,6 +21,8 @@ constexpr double kSoundS = 60.0;
 constexpr double kUnsoundResetS = 1.0;
 constexpr double kLongestStepS = 300.0;
 constexpr double kNotThatStep = 0.4;
+// A doubt is raised within so long.
+constexpr double kBesideS = 3.0;
 // Over so long it is looked at by what a reading changes.
 constexpr double kChangeS = 0.1;
 // A velocity known worse than this part of a step cannot tell who is right.
@@ -79,6 +81,7 @@ void VelocityAiding::UseCarried(Time t, const DvlEvent& dvl, const Eigen::Vector
     if (!in_doubt_) {
       Count("accelerometer_doubted");
       filter_->ReopenInertialBiases();
+      Move(beside_m_);
     }
     in_doubt_ = true;
     Take(t, dvl);
@@ -212,6 +215,14 @@ double VelocityAiding::IncrementSigma(const DvlEvent& dvl, double dt_s) const {
   return std::sqrt(2.0 * dvl_sigma * dvl_sigma + drift * drift + noise * noise);
 }
 
+// Of the last seconds: the doubt comes later than what raises it, and until then the filter went
+// its own way.
+void VelocityAiding::AddWayBeside(const DvlEvent& dvl, double dt_s) {
+  const Eigen::Vector3d off_mps = mounting_.T_imu_dvl.linear() * filter_->DvlResidual(dvl.v_dvl_mps);
+  beside_m_ *= std::exp(-dt_s / kBesideS);
+  beside_m_ += dt_s * (filter_->state().q_map_imu * off_mps);
+}
+
 void VelocityAiding::Compare(Time t, const DvlEvent& dvl, const Eigen::Vector3d& rate_radps) {
   const Eigen::Quaterniond& q_map_imu = filter_->state().q_map_imu;
   const Measured now{t, ImuVelocity(dvl, rate_radps), q_map_imu};
@@ -223,6 +234,7 @@ void VelocityAiding::Compare(Time t, const DvlEvent& dvl, const Eigen::Vector3d&
     const double stamp = params_.dvl_time_sigma_s * change_mps_.norm() / std::max(dt_s, 1e-3);
     const double sigma = std::hypot(IncrementSigma(dvl, dt_s), std::sqrt(2.0) * stamp);
     watch_.Add(t, q_map_imu.conjugate() * difference, sigma);
+    AddWayBeside(dvl, dt_s);
   } else {
     watch_.Interrupt();
   }
@@ -262,8 +274,12 @@ void VelocityAiding::Take(Time t, const DvlEvent& dvl) {
   const double wrong_s = agreed_ ? ToSeconds(t - *agreed_) : 0.0;
   Follow(t, dvl);
   const Eigen::Vector3d way = 0.5 * wrong_s * (filter_->state().v_map_mps - before);
-  filter_->MovePosition(way);
-  filter_->WidenPosition(way * way.transpose());
+  Move(way);
+}
+
+void VelocityAiding::Move(const Eigen::Vector3d& way_m) {
+  filter_->MovePosition(way_m);
+  filter_->WidenPosition(way_m * way_m.transpose());
 }
 
 void VelocityAiding::Follow(Time t, const DvlEvent& dvl) {
