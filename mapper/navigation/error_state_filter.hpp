@@ -133,7 +133,7 @@ class ErrorStateFilter {
   // The state moves to the one that is right.
   void EndHeadingDoubt(HeadingHypothesis right);
   // The device is back where it was.
-  void TrustDeviceHeading() { heading_offset_rad_ = 0.0; }
+  void TrustDeviceHeading();
   // By how much the other hypothesis has more heading; 0: there is none.
   double heading_doubt_rad() const { return doubt_rad_; }
   // The error of the state where the other one is right. Brings the covariance up to the state.
@@ -237,6 +237,7 @@ class ErrorStateFilter {
   void ShrinkBias(int i, double before, double after);
   void DoubtHeading(double other_rad);
   void TurnWayByDoubt();
+  double StepVariance() const;
   ErrorVector ByHeadingDoubt() const;
   bool DecideHeading(const Eigen::Vector2d& other_m,
                      const Eigen::Vector2d& residual_m,

@@ -228,7 +228,16 @@ ErrorStateFilter::HeadingDoubt ErrorStateFilter::heading_doubt() {
   return {doubt_rad_ == 0.0 ? 0 : doubts_, ByHeadingDoubt()};
 }
 
+// A step is measured by one attitude.
+double ErrorStateFilter::StepVariance() const {
+  const double stamp_rad =
+      params_.attitude_time_sigma_s * (state_.q_map_imu * TurnOverGround()).z();
+  const double white_rad = params_.attitude_white_rad.z();
+  return white_rad * white_rad + stamp_rad * stamp_rad;
+}
+
 void ErrorStateFilter::KeepHeadingOverStep(double step_rad) {
+  P_(kAttitudeBias + 2, kAttitudeBias + 2) += StepVariance();
   heading_offset_rad_ += step_rad;
   DoubtHeading(step_rad);
 }
@@ -240,6 +249,12 @@ void ErrorStateFilter::FollowHeadingStep(double step_rad) {
   state_.v_map_mps = turn * state_.v_map_mps;
   heading_offset_rad_ = 0.0;
   DoubtHeading(-turn_rad);
+  P_(kTilt + 2, kTilt + 2) += StepVariance();
+}
+
+void ErrorStateFilter::TrustDeviceHeading() {
+  if (heading_offset_rad_ != 0.0) P_(kAttitudeBias + 2, kAttitudeBias + 2) += StepVariance();
+  heading_offset_rad_ = 0.0;
 }
 
 // As a measurement, without noise, of which of the two it is.
@@ -257,6 +272,7 @@ void ErrorStateFilter::EndHeadingDoubt(HeadingHypothesis right) {
     correction_ = K;
     MovePosition(K.segment<3>(kPosition));
     correction_.segment<3>(kPosition).setZero();
+    P_ += StepVariance() / (doubt_rad_ * doubt_rad_) * K * K.transpose();
     heading_offset_rad_ -= doubt_rad_;
   }
   Inject();
