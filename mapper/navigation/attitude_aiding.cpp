@@ -143,6 +143,7 @@ void AttitudeAiding::Use(Time t, const AttitudeEvent& attitude) {
 
 void AttitudeAiding::UseCarried(Time t, const AttitudeEvent& attitude, bool compares) {
   if (compares) Compare(t, attitude);
+  filter_->LearnInertialBiases(!watch_.GoesOn(t));
   if (watch_.GoesOn(t)) {
     if (!in_doubt_) {
       Count("gyro_doubted");

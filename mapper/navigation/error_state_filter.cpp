@@ -314,8 +314,9 @@ bool ErrorStateFilter::Offer(NavSensor sensor,
   const double S_own = S - H.dot(by_doubt) * PH_doubt;
   ErrorVector K = (PH - by_doubt * PH_doubt) / S_own;
   if (!learns_slow_) K.segment<4>(kDvlScale).setZero();
+  if (!learns_inertial_) K.segment<6>(kGyroBias).setZero();
   // Schmidt's: what a gain leaves out counts for what it may be wrong by, and stays.
-  if (learns_slow_ && doubt_rad_ == 0.0)
+  if (learns_slow_ && learns_inertial_ && doubt_rad_ == 0.0)
     P_.noalias() -= K * PH.transpose();
   else
     P_.noalias() -= K * PH.transpose() + PH * K.transpose() - S * K * K.transpose();

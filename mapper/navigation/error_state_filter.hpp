@@ -120,6 +120,8 @@ class ErrorStateFilter {
   // sensor. The attitude's bias is reopened only where the attitude is taken anew right after:
   // without its correlation with the tilt the next attitude would count twice.
   void ReopenInertialBiases();
+  // What the sensors say beside an inertial unit that is in doubt says nothing of its biases.
+  void LearnInertialBiases(bool learn) { learns_inertial_ = learn; }
   void ReopenAttitudeBias();
   void LimitSpeed(double limit_mps);
 
@@ -209,6 +211,7 @@ class ErrorStateFilter {
     archive(self.gyro_psd_, self.accel_psd_, self.state_, self.biases_, self.rates_);
     archive(self.P_, self.P0_by_dvl_, self.since_, self.correction_, self.stamp_error_);
     archive(self.bias_sigma_, self.bias_rate_, self.velocity_is_held_, self.learns_slow_);
+    archive(self.learns_inertial_);
     archive(self.least_attitude_sigma_, self.moves_, self.heading_offset_rad_, self.doubt_rad_);
     archive(self.doubts_);
     archive(self.pending_s_, self.pending_R_, self.pending_move_, self.innovations_);
@@ -283,6 +286,7 @@ class ErrorStateFilter {
 
   bool velocity_is_held_ = false;  // since the covariance was last brought up to the state
   bool learns_slow_ = true;
+  bool learns_inertial_ = true;
   Eigen::Vector3d least_attitude_sigma_ = Eigen::Vector3d::Zero();  // stated so far
   Moves moves_;
   double heading_offset_rad_ = 0.0;  // what the device's heading adds beside its biases
