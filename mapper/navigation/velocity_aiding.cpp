@@ -73,6 +73,11 @@ void VelocityAiding::Use(Time t,
 
 void VelocityAiding::UseCarried(Time t, const DvlEvent& dvl, const Eigen::Vector3d& rate_radps) {
   Compare(t, dvl, rate_radps);
+  Decide(t, dvl);
+  off_mps_ = Off(dvl);
+}
+
+void VelocityAiding::Decide(Time t, const DvlEvent& dvl) {
   if (watch_.step() && !follows_step_ && repeated_s_ > kStuckS) DoubtAccelerometers(t);
   // Only a filter that has been right can tell that the DVL is wrong.
   if (!is_sound_ && !follows_step_) watch_.ForgetStep();
@@ -81,7 +86,7 @@ void VelocityAiding::UseCarried(Time t, const DvlEvent& dvl, const Eigen::Vector
     if (!in_doubt_) {
       Count("accelerometer_doubted");
       filter_->ReopenInertialBiases();
-      Move(beside_m_);
+      filter_->WidenPosition(beside_m_ * beside_m_.transpose());
     }
     in_doubt_ = true;
     Take(t, dvl);
@@ -218,9 +223,13 @@ double VelocityAiding::IncrementSigma(const DvlEvent& dvl, double dt_s) const {
 // Of the last seconds: the doubt comes later than what raises it, and until then the filter went
 // its own way.
 void VelocityAiding::AddWayBeside(const DvlEvent& dvl, double dt_s) {
-  const Eigen::Vector3d off_mps = mounting_.T_imu_dvl.linear() * filter_->DvlResidual(dvl.v_dvl_mps);
   beside_m_ *= std::exp(-dt_s / kBesideS);
-  beside_m_ += dt_s * (filter_->state().q_map_imu * off_mps);
+  beside_m_ += 0.5 * dt_s * (off_mps_ + Off(dvl));
+}
+
+Eigen::Vector3d VelocityAiding::Off(const DvlEvent& dvl) const {
+  return filter_->state().q_map_imu *
+         (mounting_.T_imu_dvl.linear() * filter_->DvlResidual(dvl.v_dvl_mps));
 }
 
 void VelocityAiding::Compare(Time t, const DvlEvent& dvl, const Eigen::Vector3d& rate_radps) {

@@ -51,7 +51,7 @@ class VelocityAiding {
     archive(self.watch_, self.refusals_, self.stamps_, self.pairs_, self.used_, self.agreed_);
     archive(self.doubted_until_, self.in_doubt_, self.doubted_, self.is_sound_);
     archive(self.last_force_mps2_, self.repeated_s_, self.follows_step_, self.off_by_step_m_);
-    archive(self.last_, self.change_mps_, self.beside_m_);
+    archive(self.last_, self.change_mps_, self.beside_m_, self.off_mps_);
   }
 
   // The last ensemble by which the velocity was corrected.
@@ -81,6 +81,8 @@ class VelocityAiding {
   void UseCarried(Time t, const DvlEvent& dvl, const Eigen::Vector3d& rate_radps);
   double DriftSigma(double dt_s) const;  // of the velocity by accelerometers and tilt
   double IncrementSigma(const DvlEvent& dvl, double dt_s) const;
+  void Decide(Time t, const DvlEvent& dvl);
+  Eigen::Vector3d Off(const DvlEvent& dvl) const;  // the DVL from the filter, map
   void AddWayBeside(const DvlEvent& dvl, double dt_s);
   void Compare(Time t, const DvlEvent& dvl, const Eigen::Vector3d& rate_radps);
   bool RefusesStep(Time t, const DvlEvent& dvl);
@@ -111,6 +113,7 @@ class VelocityAiding {
   Eigen::Vector3d off_by_step_m_ = Eigen::Vector3d::Zero();  // the way that it would make
   // By how much the DVL has gone further than the filter, in the last seconds, map.
   Eigen::Vector3d beside_m_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d off_mps_ = Eigen::Vector3d::Zero();  // after the last ensemble
   // By an ensemble, of the inertial unit over ground.
   struct Measured {
     Time time;
