@@ -39,7 +39,7 @@ class AttitudeAiding {
   void Begin(Time t, const AttitudeEvent& attitude);
   // It was carried over a gap, by this one where there is one.
   void Resume(Time t, const AttitudeEvent* attitude);
-  // What the gyros have felt, free of bias, since the last inertial sample.
+  // What the gyros have felt since the last inertial sample.
   void AddTurn(const Eigen::Vector3d& rate_radps, double dt_s);
   void Use(Time t, const AttitudeEvent& attitude);
 
@@ -49,6 +49,7 @@ class AttitudeAiding {
     archive(self.aligned_, self.alignment_, self.in_doubt_, self.stamps_, self.pairs_);
     archive(self.last_, self.rate_from_, self.device_rate_radps_);
     archive(self.anchor_, self.turn_, self.turned_rad_);
+    archive(self.last_rate_radps_, self.repeated_s_, self.doubted_until_);
   }
 
   const RefusalRecord& refusals() const { return refusals_; }
@@ -58,6 +59,7 @@ class AttitudeAiding {
 
  private:
   void Count(const std::string& name, std::int64_t n = 1) { (*counters_)[name] += n; }
+  bool gyros_in_doubt(Time t) const;
   bool IsRepeated(const AttitudeEvent& attitude) const;  // to the last bit
   bool IsFrozen(const AttitudeEvent& attitude) const;
   // By the gyros from when it was measured, as far as the stamps are suspected, until t.
@@ -89,6 +91,9 @@ class AttitudeAiding {
   std::optional<Time> aligned_;
   Alignment alignment_ = Alignment::kUnknown;
   bool in_doubt_ = false;
+  Eigen::Vector3d last_rate_radps_ = Eigen::Vector3d::Zero();
+  double repeated_s_ = 0.0;            // for which it has been the same
+  std::optional<Time> doubted_until_;  // the gyros, since they are stuck
   StampOffset stamps_;
   SamplePairs<Eigen::Quaterniond> pairs_{StampOffset::kLongestS};  // as measured, for stamps_
   std::optional<Eigen::Quaterniond> last_;                         // as measured
