@@ -45,11 +45,10 @@ using ErrorMatrix = Eigen::Matrix<double, kErrorSize, kErrorSize>;
 using ErrorRow = Eigen::Matrix<double, 1, kErrorSize>;
 using AttitudeRows = Eigen::Matrix<double, 3, kErrorSize>;
 
-// Of an ensemble of the DVL: by what it changes in a second, and over how long it was carried
-// forward to its stamp.
+// Sensitivity of a DVL velocity to its time stamp.
 struct DvlStamping {
-  Eigen::Vector3d change_mps2 = Eigen::Vector3d::Zero();  // dvl
-  double carried_s = 0.0;
+  Eigen::Vector3d change_mps2 = Eigen::Vector3d::Zero();  // rate of change, DVL axes
+  double carried_s = 0.0;  // how long it was extrapolated to its stamp
 };
 
 // Error-state Kalman filter of the inertial unit's motion; the error model is that of Groves,
@@ -129,7 +128,7 @@ class ErrorStateFilter {
   // them. Call ReopenAttitudeBias() only with TakeAttitude() right after: without the bias's
   // correlation with the attitude error, the next attitude would count twice.
   void ReopenInertialBiases();
-  // What the sensors say beside an inertial unit that is in doubt says nothing of its biases.
+  // False: measurements do not change the biases of the inertial unit, because it is in doubt.
   void LearnInertialBiases(bool learn) { learns_inertial_ = learn; }
   void ReopenAttitudeBias();
   // Shortens the velocity to limit_mps, and adds the limit to its sigma in quadrature.
@@ -149,9 +148,9 @@ class ErrorStateFilter {
   void TrustDeviceHeading();
   // By how much the other hypothesis has more heading; 0: there is none.
   double heading_doubt_rad() const { return doubt_rad_; }
-  // The error of the state where the other one is right. Brings the covariance up to the state.
+  // Error of the state if the other heading hypothesis is true. Propagates the covariance first.
   struct HeadingDoubt {
-    int number = 0;  // of the doubt; 0: there is none
+    int number = 0;  // counts the doubts of a dive; 0: no doubt now
     ErrorVector error = ErrorVector::Zero();
   };
   HeadingDoubt heading_doubt();
@@ -191,19 +190,19 @@ class ErrorStateFilter {
   // Since the last call (or the start).
   Transition TakeTransition();
   const ErrorVector& news() const { return since_.news; }
-  // What the stamps of the DVL have done to the state. Late by d seconds, they have made the error
-  // d by_delay - by_carrying, beside the one that the covariance is of: a considered parameter
-  // (Schmidt), of which the filter itself knows nothing.
+  // Error of the state caused by late DVL stamps: with a delay of d seconds it is d * by_delay -
+  // by_carrying, and is not part of the covariance. A considered parameter (Schmidt-Kalman): the
+  // filter does not estimate it.
   struct StampError {
-    ErrorVector by_delay = ErrorVector::Zero();     // a second
-    ErrorVector by_carrying = ErrorVector::Zero();  // with what carrying forward took off
+    ErrorVector by_delay = ErrorVector::Zero();     // per second of delay
+    ErrorVector by_carrying = ErrorVector::Zero();  // part that extrapolation removed
 
     template <class Archive, class Self>
     static void Fields(Archive& archive, Self& self) {
       archive(self.by_delay, self.by_carrying);
     }
   };
-  // Brings it up to the state, and returns it.
+  // Propagates it to the time of the state, and returns it.
   const StampError& stamp_error();
 
   InnovationSummary innovations(NavSensor sensor) const;
@@ -307,7 +306,7 @@ class ErrorStateFilter {
   Moves moves_;
   double heading_offset_rad_ = 0.0;  // what the device's heading adds beside its biases
   double doubt_rad_ = 0.0;
-  int doubts_ = 0;  // that there were, with this one
+  int doubts_ = 0;  // number of doubts so far, with the present one
 
   // Since the covariance was last brought up to the state.
   double pending_s_ = 0.0;

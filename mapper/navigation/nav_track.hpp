@@ -43,7 +43,8 @@ class NavTrack {
   std::optional<Time> latest() const;
   std::optional<NavState> StateAt(Time t) const;
   std::optional<Eigen::Matrix2d> VelocityCovariance(Time t) const;
-  // dvl_stamps: where they are known to be wrong. What they did before that was known counts too.
+  // dvl_stamps: estimated delay of the DVL stamps, or null. Its effect on both poses is added, also
+  // for times before the delay was found.
   std::optional<Eigen::Matrix3d> RelativeCovariance(Time a,
                                                     Time b,
                                                     const StampOffset* dvl_stamps = nullptr) const;
@@ -79,10 +80,10 @@ class NavTrack {
     Eigen::Matrix<double, kKeyRows, kErrorSize> J;   // level pose and velocity by error state
     Eigen::Matrix<double, kErrorSize, kKeyRows> PJ;  // covariance times J transposed
     ErrorStateFilter::Transition from_last;          // from the key before
-    // ErrorStateFilter::HeadingDoubt, of the rows of J; its covariance is in PJ.
+    // ErrorStateFilter::HeadingDoubt, projected by J; its covariance is part of PJ.
     int doubt;
     KeyVector by_doubt;
-    // ErrorStateFilter::StampError, of the same.
+    // ErrorStateFilter::StampError, projected by J.
     KeyVector by_delay;
     KeyVector by_carrying;
 
@@ -107,12 +108,12 @@ class NavTrack {
   bool IsForgotten(Time t) const;
   const Epoch& EpochAt(Time t) const;
   std::optional<std::size_t> NearestKey(Time t) const;
-  // x, y, yaw of two poses, and what ties them.
+  // Covariances of x, y, yaw of two poses a and b, and their cross-covariance.
   struct PairCovariance {
     Eigen::Matrix3d a;
     Eigen::Matrix3d b;
     Eigen::Matrix3d a_b;
-    // An error that both have.
+    // Adds a common error of that variance, with these effects on a and on b.
     void Add(const Eigen::Vector3d& of_a, const Eigen::Vector3d& of_b, double variance);
   };
   Pose2 LevelAt(const Key& key, Time t) const;

@@ -93,7 +93,7 @@ class VelocityAiding {
   double DriftSigma(double dt_s) const;
   double IncrementSigma(const DvlEvent& dvl, double dt_s) const;
   void Decide(Time t, const DvlEvent& dvl);
-  Eigen::Vector3d Off(const DvlEvent& dvl) const;  // the DVL from the filter, map
+  Eigen::Vector3d Off(const DvlEvent& dvl) const;  // DVL minus filter velocity, map axes
   void AddWayBeside(const DvlEvent& dvl, double dt_s);
   void Compare(Time t, const DvlEvent& dvl, const Eigen::Vector3d& rate_radps);
   bool RefusesStep(Time t, const DvlEvent& dvl);
@@ -125,7 +125,7 @@ class VelocityAiding {
   double repeated_s_ = 0.0;    // seconds for which the force was identical
   bool follows_step_ = false;  // a step of the DVL is followed, since the filter got too uncertain
   Eigen::Vector3d off_by_step_m_ = Eigen::Vector3d::Zero();  // the way that it would make
-  // By how much the DVL has gone further than the filter, in the last seconds, map.
+  // Distance by DVL minus distance by filter over the last seconds [m], map axes.
   Eigen::Vector3d beside_m_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d off_mps_ = Eigen::Vector3d::Zero();  // after the last ensemble
   // By an ensemble, of the inertial unit over ground.
