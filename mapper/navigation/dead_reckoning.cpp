@@ -89,6 +89,10 @@ class DeadReckoning::Impl {
   NavSensorHealth health(NavSensor sensor) const;
   std::vector<SuspectedOffset> suspected_offsets() const;
   std::optional<NavState> Predicted() const;
+  std::optional<Eigen::Matrix3d> RelativeCovariance(Time a, Time b) const {
+    const StampOffset& dvl = velocity_.stamps();
+    return track_.RelativeCovariance(a, b, dvl.IsSuspected() ? &dvl : nullptr);
+  }
   const NavTrack& track() const { return track_; }
   const ErrorStateFilter& filter() const { return filter_; }
   const std::map<std::string, std::int64_t>& counters() const { return counters_; }
@@ -279,7 +283,7 @@ void DeadReckoning::Impl::Propagate(Time to_time,
   const InertialRates free_from = filter_.WithoutBias(from);
   const InertialRates free_to = filter_.WithoutBias(to);
   history_.Add(to_time, free_from, free_to, dt_s);
-  attitude_.AddTurn(0.5 * (free_from.angular_rate_radps + free_to.angular_rate_radps), dt_s);
+  attitude_.AddTurn(0.5 * (from.angular_rate_radps + to.angular_rate_radps), dt_s);
   velocity_.AddForce(force, dt_s);
   const Eigen::Vector3d acceleration = filter_.state().q_map_imu * force + earth_.gravity_mps2;
   const bool possible = acceleration.norm() <= params_.max_acceleration_mps2;
@@ -504,7 +508,7 @@ std::optional<Eigen::Matrix2d> DeadReckoning::VelocityCovariance(Time t) const {
   return impl_->track().VelocityCovariance(t);
 }
 std::optional<Eigen::Matrix3d> DeadReckoning::RelativeCovariance(Time a, Time b) const {
-  return impl_->track().RelativeCovariance(a, b);
+  return impl_->RelativeCovariance(a, b);
 }
 std::optional<Pose2> DeadReckoning::Hindsight(Time anchor, Time t) const {
   return impl_->track().Hindsight(anchor, t);

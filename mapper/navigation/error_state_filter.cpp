@@ -160,6 +160,7 @@ void ErrorStateFilter::Initialise(const Start& start,
   AlignWithDevice();
   P0_by_dvl_.setZero();
   since_ = {ErrorMatrix::Identity(), ErrorVector::Zero()};
+  stamp_error_ = {};
   pending_s_ = 0.0;
   pending_R_.setZero();
   pending_move_.setZero();
@@ -247,6 +248,10 @@ void ErrorStateFilter::PropagateCovariance() {
   A.topRows<kNavSize>() = FA;
   A.bottomRows<kBiasSize>() = decay.asDiagonal() * A.bottomRows<kBiasSize>();
   biases_.tail<kBiasSize>().array() *= decay.array();
+  for (ErrorVector* by : {&stamp_error_.by_delay, &stamp_error_.by_carrying}) {
+    by->head<kNavSize>() = (F * by->head<kDrivenBy>()).eval();
+    by->tail<kBiasSize>().array() *= decay.array();
+  }
 
   const double accel_psd = velocity_is_held_ ? kHeldVelocityNoise * kHeldVelocityNoise : accel_psd_;
   for (int i = 0; i < 3; ++i) {
@@ -265,6 +270,7 @@ void ErrorStateFilter::PropagateCovariance() {
   P_.diagonal().tail<kBiasSize>().array() +=
       bias_sigma_.tail<kBiasSize>().array().square() * (1.0 - decay.array().square());
 
+  if (doubt_rad_ != 0.0) TurnWayByDoubt();
   pending_s_ = 0.0;
   pending_R_.setZero();
   pending_move_.setZero();
@@ -276,8 +282,13 @@ ErrorVector ErrorStateFilter::ByHeadingDoubt() const {
   return P_.col(kHeadingDoubt) / P_(kHeadingDoubt, kHeadingDoubt);
 }
 
-bool ErrorStateFilter::Offer(
-    NavSensor sensor, int component, const ErrorRow& H, double residual, double variance) {
+bool ErrorStateFilter::Offer(NavSensor sensor,
+                             int component,
+                             const ErrorRow& H,
+                             double residual,
+                             double variance,
+                             double change_per_s,
+                             double carried_s) {
   Innovations& of_sensor = innovations_[static_cast<std::size_t>(sensor)];
   InnovationSummary& summary = of_sensor.summary;
   const double innovation = residual - H * correction_;
@@ -295,20 +306,26 @@ bool ErrorStateFilter::Offer(
   const double by_sigma = innovation / std::sqrt(S);
   of_sensor.mean_product += (by_sigma * last - of_sensor.mean_product) / used;
   last = by_sigma;
+  const bool learns_slow = learns_slow_ && learns_inertial_;
   const double scale_step =
-      learns_slow_ ? TakeNoiseOffScale(sensor, H, PH, innovation, variance) : 0.0;
+      learns_slow ? TakeNoiseOffScale(sensor, H, PH, innovation, variance) : 0.0;
   // The gain of the filter's own hypothesis of the heading: no mean of two is true.
   const ErrorVector by_doubt = ByHeadingDoubt();
   const double PH_doubt = PH(kHeadingDoubt);
   const double S_own = S - H.dot(by_doubt) * PH_doubt;
   ErrorVector K = (PH - by_doubt * PH_doubt) / S_own;
-  if (!learns_slow_) K.segment<4>(kDvlScale).setZero();
+  if (!learns_slow) K.segment<4>(kDvlScale).setZero();
+  if (!learns_inertial_) K.segment<6>(kGyroBias).setZero();
   // Schmidt's: what a gain leaves out counts for what it may be wrong by, and stays.
-  if (learns_slow_ && doubt_rad_ == 0.0)
+  if (learns_slow && doubt_rad_ == 0.0)
     P_.noalias() -= K * PH.transpose();
   else
     P_.noalias() -= K * PH.transpose() + PH * K.transpose() - S * K * K.transpose();
   correction_ += K * innovation;
+  // Late by a second, the residual has less by what the reading changes by in it.
+  StampError& stamps = stamp_error_;
+  stamps.by_delay -= K * (H.dot(stamps.by_delay) - change_per_s);
+  stamps.by_carrying -= K * (H.dot(stamps.by_carrying) - carried_s * change_per_s);
   const ErrorRow HA = H * since_.A;
   since_.news += HA.transpose() * (innovation / S_own);
   since_.A.noalias() -= K * HA;
@@ -432,6 +449,7 @@ Eigen::Vector3d ErrorStateFilter::DvlSigma(const Eigen::Vector3d& sigma_mps) con
 
 int ErrorStateFilter::UpdateDvl(const Eigen::Vector3d& v_dvl_mps,
                                 const Eigen::Vector3d& sigma_mps,
+                                const DvlStamping& stamping,
                                 SlowStates slow) {
   PropagateCovariance();
   const DvlModel model = ModelDvl();
@@ -448,7 +466,14 @@ int ErrorStateFilter::UpdateDvl(const Eigen::Vector3d& v_dvl_mps,
   if (refused > 0) return refused;
   learns_slow_ = slow == SlowStates::kLearned;
   for (int i = 0; i < 3; ++i)
-    if (!Offer(NavSensor::kDvl, i, model.H.row(i), residual(i), variance(i))) ++refused;
+    if (!Offer(NavSensor::kDvl,
+               i,
+               model.H.row(i),
+               residual(i),
+               variance(i),
+               stamping.change_mps2(i),
+               stamping.carried_s))
+      ++refused;
   learns_slow_ = true;
   Inject();
   return refused;
@@ -526,6 +551,11 @@ InnovationSummary ErrorStateFilter::innovations(NavSensor sensor) const {
 const ErrorMatrix& ErrorStateFilter::covariance() {
   PropagateCovariance();
   return P_;
+}
+
+const ErrorStateFilter::StampError& ErrorStateFilter::stamp_error() {
+  PropagateCovariance();
+  return stamp_error_;
 }
 
 ErrorStateFilter::Transition ErrorStateFilter::TakeTransition() {

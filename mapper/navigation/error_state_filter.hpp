@@ -45,6 +45,12 @@ using ErrorMatrix = Eigen::Matrix<double, kErrorSize, kErrorSize>;
 using ErrorRow = Eigen::Matrix<double, 1, kErrorSize>;
 using AttitudeRows = Eigen::Matrix<double, 3, kErrorSize>;
 
+// Sensitivity of a DVL velocity to its time stamp.
+struct DvlStamping {
+  Eigen::Vector3d change_mps2 = Eigen::Vector3d::Zero();  // rate of change, DVL axes
+  double carried_s = 0.0;  // how long it was extrapolated to its stamp
+};
+
 // Error-state Kalman filter of the inertial unit's motion; the error model is that of Groves,
 // Principles of GNSS, Inertial, and Multisensor Integrated Navigation Systems, 2nd ed., 14.2.3,
 // for a local-level map fixed to the Earth. Its caller orders the samples, keeps their times and
@@ -100,6 +106,7 @@ class ErrorStateFilter {
   enum class SlowStates : std::uint8_t { kLearned, kLeft };  // scale and mounting of the DVL
   int UpdateDvl(const Eigen::Vector3d& v_dvl_mps,
                 const Eigen::Vector3d& sigma_mps,
+                const DvlStamping& stamping = {},
                 SlowStates slow = SlowStates::kLearned);
   int UpdateDepth(double depth_m, double sigma_m);
   int UpdatePosition(const Eigen::Vector2d& north_east_m, const Eigen::Matrix2d& covariance_m2);
@@ -108,7 +115,9 @@ class ErrorStateFilter {
   // state that is known to be wrong, where an update would be refused. Positions are of the vehicle
   // frame.
   void TakeAttitude(const Eigen::Quaterniond& q_map_imu, const Eigen::Vector3d& sigma_rpy_rad);
-  void TakeVelocity(const Eigen::Vector3d& v_dvl_mps, const Eigen::Vector3d& sigma_mps);
+  void TakeVelocity(const Eigen::Vector3d& v_dvl_mps,
+                    const Eigen::Vector3d& sigma_mps,
+                    const DvlStamping& stamping = {});
   void TakeDepth(double depth_m, double sigma_m);
   void TakePosition(const Eigen::Vector2d& north_east_m, const Eigen::Matrix2d& covariance_m2);
   // Corrects the position for the displacement by a velocity or attitude that was wrong until a
@@ -119,6 +128,8 @@ class ErrorStateFilter {
   // them. Call ReopenAttitudeBias() only with TakeAttitude() right after: without the bias's
   // correlation with the attitude error, the next attitude would count twice.
   void ReopenInertialBiases();
+  // False: measurements do not change the biases of the inertial unit, because it is in doubt.
+  void LearnInertialBiases(bool learn) { learns_inertial_ = learn; }
   void ReopenAttitudeBias();
   // Shortens the velocity to limit_mps, and adds the limit to its sigma in quadrature.
   void LimitSpeed(double limit_mps);
@@ -134,9 +145,15 @@ class ErrorStateFilter {
   // Ends the two hypotheses. kOther: the state moves to the other one.
   void EndHeadingDoubt(HeadingHypothesis right);
   // The device is back where it was.
-  void TrustDeviceHeading() { heading_offset_rad_ = 0.0; }
+  void TrustDeviceHeading();
   // By how much the other hypothesis has more heading; 0: there is none.
   double heading_doubt_rad() const { return doubt_rad_; }
+  // Error of the state if the other heading hypothesis is true. Propagates the covariance first.
+  struct HeadingDoubt {
+    int number = 0;  // counts the doubts of a dive; 0: no doubt now
+    ErrorVector error = ErrorVector::Zero();
+  };
+  HeadingDoubt heading_doubt();
   // What the device adds to the heading by steps that the filter did not follow.
   double heading_offset_rad() const { return heading_offset_rad_; }
   // Residuals, measured minus predicted: heading [rad], its 1 sigma, velocity [m/s, dvl axes], and
@@ -173,6 +190,20 @@ class ErrorStateFilter {
   // Since the last call (or the start).
   Transition TakeTransition();
   const ErrorVector& news() const { return since_.news; }
+  // Error of the state caused by late DVL stamps: with a delay of d seconds it is d * by_delay -
+  // by_carrying, and is not part of the covariance. A considered parameter (Schmidt-Kalman): the
+  // filter does not estimate it.
+  struct StampError {
+    ErrorVector by_delay = ErrorVector::Zero();     // per second of delay
+    ErrorVector by_carrying = ErrorVector::Zero();  // part that extrapolation removed
+
+    template <class Archive, class Self>
+    static void Fields(Archive& archive, Self& self) {
+      archive(self.by_delay, self.by_carrying);
+    }
+  };
+  // Propagates it to the time of the state, and returns it.
+  const StampError& stamp_error();
 
   InnovationSummary innovations(NavSensor sensor) const;
   // Number of jumps of the position by resets (MovePosition()), and the sum of their lengths.
@@ -190,9 +221,11 @@ class ErrorStateFilter {
   template <class Archive, class Self>
   static void Fields(Archive& archive, Self& self) {
     archive(self.gyro_psd_, self.accel_psd_, self.state_, self.biases_, self.rates_);
-    archive(self.P_, self.P0_by_dvl_, self.since_, self.correction_);
+    archive(self.P_, self.P0_by_dvl_, self.since_, self.correction_, self.stamp_error_);
     archive(self.bias_sigma_, self.bias_rate_, self.velocity_is_held_, self.learns_slow_);
+    archive(self.learns_inertial_);
     archive(self.least_attitude_sigma_, self.moves_, self.heading_offset_rad_, self.doubt_rad_);
+    archive(self.doubts_);
     archive(self.pending_s_, self.pending_R_, self.pending_move_, self.innovations_);
   }
   bool IsFinite() const;
@@ -221,6 +254,8 @@ class ErrorStateFilter {
   // Reduces the sigma of bias i from `before` to `after`, as a measurement of it would.
   void ShrinkBias(int i, double before, double after);
   void DoubtHeading(double other_rad);
+  void TurnWayByDoubt();
+  double StepVariance() const;
   ErrorVector ByHeadingDoubt() const;
   bool DecideHeading(const Eigen::Vector2d& other_m,
                      const Eigen::Vector2d& residual_m,
@@ -228,8 +263,14 @@ class ErrorStateFilter {
   void Apply(const ErrorMatrix& M);
   void SetAttitudeBiasSigma(const Eigen::Vector3d& sigma_rpy_rad);
   // Offers the scalar `residual` = H error + noise, one of the sensor's up to three components.
-  // False: beyond the gate.
-  bool Offer(NavSensor sensor, int component, const ErrorRow& H, double residual, double variance);
+  // change_per_s, carried_s: DvlStamping. False: beyond the gate.
+  bool Offer(NavSensor sensor,
+             int component,
+             const ErrorRow& H,
+             double residual,
+             double variance,
+             double change_per_s = 0.0,
+             double carried_s = 0.0);
   // Before the update by such a scalar, with PH = P_ H^T: takes from the correction what noise
   // times noise would teach of the DVL's scale.
   double TakeNoiseOffScale(NavSensor sensor,
@@ -253,16 +294,19 @@ class ErrorStateFilter {
   ErrorMatrix P0_by_dvl_ = ErrorMatrix::Zero();
   Transition since_{ErrorMatrix::Identity(), ErrorVector::Zero()};
   ErrorVector correction_ = ErrorVector::Zero();
+  StampError stamp_error_;
   // Of each bias: sigma when left alone, and how fast it forgets.
   ErrorVector bias_sigma_ = ErrorVector::Zero();
   ErrorVector bias_rate_ = ErrorVector::Zero();
 
   bool velocity_is_held_ = false;  // since the covariance was last brought up to the state
   bool learns_slow_ = true;
+  bool learns_inertial_ = true;
   Eigen::Vector3d least_attitude_sigma_ = Eigen::Vector3d::Zero();  // stated so far
   Moves moves_;
   double heading_offset_rad_ = 0.0;  // what the device's heading adds beside its biases
   double doubt_rad_ = 0.0;
+  int doubts_ = 0;  // number of doubts so far, with the present one
 
   // Since the covariance was last brought up to the state.
   double pending_s_ = 0.0;

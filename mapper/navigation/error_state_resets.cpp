@@ -36,6 +36,8 @@ void ErrorStateFilter::Apply(const ErrorMatrix& M) {
   P_ = (M * P_ * M.transpose()).eval();
   P0_by_dvl_ = (M * P0_by_dvl_ * M.transpose()).eval();
   since_.A = (M * since_.A).eval();
+  stamp_error_.by_delay = (M * stamp_error_.by_delay).eval();
+  stamp_error_.by_carrying = (M * stamp_error_.by_carrying).eval();
 }
 
 bool ErrorStateFilter::IsFinite() const {
@@ -93,7 +95,8 @@ void ErrorStateFilter::TakeAttitude(const Eigen::Quaterniond& q_map_imu,
 
 // Velocity such that the residual is 0; its error is then what would make it so.
 void ErrorStateFilter::TakeVelocity(const Eigen::Vector3d& v_dvl_mps,
-                                    const Eigen::Vector3d& sigma_mps) {
+                                    const Eigen::Vector3d& sigma_mps,
+                                    const DvlStamping& stamping) {
   PropagateCovariance();
   const DvlModel model = ModelDvl();
   const Eigen::Matrix3d by_velocity = model.H.middleCols<3>(kVelocity).inverse();
@@ -104,6 +107,9 @@ void ErrorStateFilter::TakeVelocity(const Eigen::Vector3d& v_dvl_mps,
   M.middleRows<3>(kVelocity) = -by_velocity * H;
   M.block<3, 3>(kVelocity, kVelocity).setZero();
   Apply(M);
+  const Eigen::Vector3d by_delay = by_velocity * stamping.change_mps2;
+  stamp_error_.by_delay.segment<3>(kVelocity) += by_delay;
+  stamp_error_.by_carrying.segment<3>(kVelocity) += stamping.carried_s * by_delay;
   P_.block<3, 3>(kVelocity, kVelocity) +=
       by_velocity * sigma_mps.cwiseAbs2().asDiagonal() * by_velocity.transpose();
 }
@@ -195,14 +201,43 @@ double ErrorStateFilter::HeadingResidualSigma() {
 // that the filter does not.
 void ErrorStateFilter::DoubtHeading(double other_rad) {
   PropagateCovariance();
-  if (doubt_rad_ == 0.0) P_(kHeadingDoubt, kHeadingDoubt) = 1.0;
+  if (doubt_rad_ == 0.0) {
+    P_(kHeadingDoubt, kHeadingDoubt) = 1.0;
+    ++doubts_;
+  }
   ErrorMatrix M = ErrorMatrix::Identity();
   M(kTilt + 2, kHeadingDoubt) = other_rad;
   Apply(M);
   doubt_rad_ += other_rad;
 }
 
+// By the other hypothesis the way lies on an arc: what that is more than its tangent, which the
+// tilt makes of it.
+void ErrorStateFilter::TurnWayByDoubt() {
+  const Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
+  const Eigen::Matrix3d turn = Eigen::AngleAxisd(doubt_rad_, axis).toRotationMatrix();
+  const Eigen::Vector3d more_m =
+      turn * pending_move_ - pending_move_ - doubt_rad_ * axis.cross(pending_move_);
+  ErrorMatrix M = ErrorMatrix::Identity();
+  M.block<3, 1>(kPosition, kHeadingDoubt) = more_m;
+  Apply(M);
+}
+
+ErrorStateFilter::HeadingDoubt ErrorStateFilter::heading_doubt() {
+  PropagateCovariance();
+  return {doubt_rad_ == 0.0 ? 0 : doubts_, ByHeadingDoubt()};
+}
+
+// A step is measured by one attitude.
+double ErrorStateFilter::StepVariance() const {
+  const double stamp_rad =
+      params_.attitude_time_sigma_s * (state_.q_map_imu * TurnOverGround()).z();
+  const double white_rad = params_.attitude_white_rad.z();
+  return white_rad * white_rad + stamp_rad * stamp_rad;
+}
+
 void ErrorStateFilter::KeepHeadingOverStep(double step_rad) {
+  P_(kAttitudeBias + 2, kAttitudeBias + 2) += StepVariance();
   heading_offset_rad_ += step_rad;
   DoubtHeading(step_rad);
 }
@@ -214,6 +249,12 @@ void ErrorStateFilter::FollowHeadingStep(double step_rad) {
   state_.v_map_mps = turn * state_.v_map_mps;
   heading_offset_rad_ = 0.0;
   DoubtHeading(-turn_rad);
+  P_(kTilt + 2, kTilt + 2) += StepVariance();
+}
+
+void ErrorStateFilter::TrustDeviceHeading() {
+  if (heading_offset_rad_ != 0.0) P_(kAttitudeBias + 2, kAttitudeBias + 2) += StepVariance();
+  heading_offset_rad_ = 0.0;
 }
 
 // As a measurement, without noise, of which of the two it is.
@@ -224,14 +265,14 @@ void ErrorStateFilter::EndHeadingDoubt(HeadingHypothesis right) {
   P_.noalias() -= K * P_.col(kHeadingDoubt).transpose().eval();
   const ErrorRow HA = since_.A.row(kHeadingDoubt);
   since_.A.noalias() -= K * HA;
+  stamp_error_.by_delay -= K * stamp_error_.by_delay(kHeadingDoubt);
+  stamp_error_.by_carrying -= K * stamp_error_.by_carrying(kHeadingDoubt);
   if (right == HeadingHypothesis::kOther) {
     since_.news += HA.transpose();  // by its variance, which is 1
     correction_ = K;
     MovePosition(K.segment<3>(kPosition));
     correction_.segment<3>(kPosition).setZero();
-    // The way lies on an arc, beside the chord by half the angle times its length.
-    const double beside_m = 0.5 * doubt_rad_ * K.segment<2>(kPosition).norm();
-    P_.diagonal().segment<2>(kPosition).array() += beside_m * beside_m;
+    P_ += StepVariance() / (doubt_rad_ * doubt_rad_) * K * K.transpose();
     heading_offset_rad_ -= doubt_rad_;
   }
   Inject();

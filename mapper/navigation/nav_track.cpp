@@ -44,6 +44,10 @@ std::optional<TrackPose> Interpolate(Time t, const std::deque<TrackPose>& poses)
   return Between(poses[*i], poses[*i + 1], t);
 }
 
+Pose2 Moved(const Pose2& pose, const Eigen::Vector3d& by) {
+  return {pose.x + by.x(), pose.y + by.y(), WrapAngle(pose.yaw + by.z())};
+}
+
 // The transition over `first` and then over `second`.
 ErrorStateFilter::Transition Then(const ErrorStateFilter::Transition& first,
                                   const ErrorStateFilter::Transition& second) {
@@ -66,7 +70,7 @@ void NavTrack::Add(Time t, ErrorStateFilter* filter, bool bottom_lock) {
   if (!epoch && !key) return;
   const Eigen::Matrix<double, 8, kErrorSize> J = filter->VehicleJacobian();
   const ErrorMatrix& P = filter->covariance();
-  if (key) AddKey(pose, J, P, filter->TakeTransition());
+  if (key) AddKey(pose, J, filter);
   if (epoch) AddEpoch(pose, J, P, filter->news(), bottom_lock);
 }
 
@@ -85,16 +89,20 @@ void NavTrack::AddEpoch(const TrackPose& pose,
 
 void NavTrack::AddKey(const TrackPose& pose,
                       const Eigen::Matrix<double, 8, kErrorSize>& J,
-                      const ErrorMatrix& P,
-                      const ErrorStateFilter::Transition& from_last) {
+                      ErrorStateFilter* filter) {
   Key key;
   key.time = pose.time;
   key.level = LevelPose(MakePose(pose.p_map, pose.q_map_vehicle.toRotationMatrix()));
   key.v_map_mps = pose.v_map_mps.head<2>();
   key.J.topRows<2>() = J.topRows<2>();
   key.J.bottomRows<3>() = J.bottomRows<3>();  // yaw, v north, v east
-  key.PJ = P * key.J.transpose();
-  key.from_last = from_last;
+  key.PJ = filter->covariance() * key.J.transpose();
+  key.from_last = filter->TakeTransition();
+  const ErrorStateFilter::HeadingDoubt doubt = filter->heading_doubt();
+  key.doubt = doubt.number;
+  key.by_doubt = key.J * doubt.error;
+  key.by_delay = key.J * filter->stamp_error().by_delay;
+  key.by_carrying = key.J * filter->stamp_error().by_carrying;
   keys_.push_back(key);
   DropBefore(pose.time - FromSeconds(params_.window_s), &keys_);
 }
@@ -211,7 +219,17 @@ const NavTrack::Carried& NavTrack::Carry(std::size_t first, std::size_t last) co
   return *carried_;
 }
 
-std::optional<Eigen::Matrix3d> NavTrack::RelativeCovariance(Time a, Time b) const {
+void NavTrack::PairCovariance::Add(const Eigen::Vector3d& of_a,
+                                   const Eigen::Vector3d& of_b,
+                                   double variance) {
+  a += variance * of_a * of_a.transpose();
+  b += variance * of_b * of_b.transpose();
+  a_b += variance * of_a * of_b.transpose();
+}
+
+std::optional<Eigen::Matrix3d> NavTrack::RelativeCovariance(Time a,
+                                                            Time b,
+                                                            const StampOffset* dvl_stamps) const {
   const auto key_a = NearestKey(a);
   const auto key_b = NearestKey(b);
   if (!key_a || !key_b) return std::nullopt;
@@ -227,16 +245,38 @@ std::optional<Eigen::Matrix3d> NavTrack::RelativeCovariance(Time a, Time b) cons
     E.topRightCorner<2, 2>().diagonal().setConstant(ToSeconds(t - key.time));
     return E;
   };
-  const auto Ea = carry(keys_[*key_a], a);
-  const auto Eb = carry(keys_[*key_b], b);
-  const Eigen::Matrix3d cov_a = Ea * keys_[*key_a].J * keys_[*key_a].PJ * Ea.transpose();
-  const Eigen::Matrix3d cov_b = Eb * keys_[*key_b].J * keys_[*key_b].PJ * Eb.transpose();
+  const Key& at_a = keys_[*key_a];
+  const Key& at_b = keys_[*key_b];
+  const auto Ea = carry(at_a, a);
+  const auto Eb = carry(at_b, b);
   Eigen::Matrix<double, kKeyRows, kKeyRows> a_by_b = last_by_first;
   if (*key_a == first) a_by_b.transposeInPlace();
-  const Eigen::Matrix3d cov_a_b = Ea * a_by_b * Eb.transpose();
-  const Eigen::Matrix3d relative = seastitch::RelativeCovariance(
-      LevelAt(keys_[*key_a], a), LevelAt(keys_[*key_b], b), cov_a, cov_b, cov_a_b);
-  return 0.5 * (relative + relative.transpose());
+  PairCovariance covariance{Ea * at_a.J * at_a.PJ * Ea.transpose(),
+                            Eb * at_b.J * at_b.PJ * Eb.transpose(),
+                            Ea * a_by_b * Eb.transpose()};
+  if (dvl_stamps) {
+    const double delay_s = dvl_stamps->delay_s();
+    const double variance_s2 = dvl_stamps->sigma_s() * dvl_stamps->sigma_s();
+    covariance.Add(Ea * (delay_s * at_a.by_delay - at_a.by_carrying),
+                   Eb * (delay_s * at_b.by_delay - at_b.by_carrying),
+                   1.0);
+    covariance.Add(Ea * at_a.by_delay, Eb * at_b.by_delay, variance_s2);
+  }
+  // Two hypotheses of the heading are too far apart for a tangent.
+  const Eigen::Vector3d doubt_a = Ea * at_a.by_doubt;
+  const Eigen::Vector3d doubt_b = Eb * at_b.by_doubt;
+  covariance.a -= doubt_a * doubt_a.transpose();
+  covariance.b -= doubt_b * doubt_b.transpose();
+  if (at_a.doubt == at_b.doubt) covariance.a_b -= doubt_a * doubt_b.transpose();
+  const Pose2 level_a = LevelAt(at_a, a);
+  const Pose2 level_b = LevelAt(at_b, b);
+  const Pose2 own = Inverse(level_a) * level_b;
+  const Pose2 other = Inverse(Moved(level_a, doubt_a)) * Moved(level_b, doubt_b);
+  Eigen::Vector3d off = other.Vector() - own.Vector();
+  off.z() = WrapAngle(off.z());
+  const Eigen::Matrix3d relative =
+      seastitch::RelativeCovariance(level_a, level_b, covariance.a, covariance.b, covariance.a_b);
+  return 0.5 * (relative + relative.transpose()) + off * off.transpose();
 }
 
 // What was measured since tells of the anchor's own pose too: a compass that moved by half a degree

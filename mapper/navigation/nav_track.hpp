@@ -10,6 +10,7 @@
 #include "common/core/sensors.hpp"
 #include "common/core/time.hpp"
 #include "mapper/navigation/error_state_filter.hpp"
+#include "mapper/navigation/stamp_offset.hpp"
 
 namespace seastitch {
 
@@ -42,7 +43,11 @@ class NavTrack {
   std::optional<Time> latest() const;
   std::optional<NavState> StateAt(Time t) const;
   std::optional<Eigen::Matrix2d> VelocityCovariance(Time t) const;
-  std::optional<Eigen::Matrix3d> RelativeCovariance(Time a, Time b) const;
+  // dvl_stamps: estimated delay of the DVL stamps, or null. Its effect on both poses is added, also
+  // for times before the delay was found.
+  std::optional<Eigen::Matrix3d> RelativeCovariance(Time a,
+                                                    Time b,
+                                                    const StampOffset* dvl_stamps = nullptr) const;
   std::optional<Pose2> Hindsight(Time anchor, Time t) const;
 
   // For a restart: the newest state, and the poses at `instants` with what RelativeCovariance()
@@ -67,6 +72,7 @@ class NavTrack {
   };
   // x, y, yaw and horizontal velocity: enough to carry the error from the key to a time near it.
   static constexpr int kKeyRows = 5;
+  using KeyVector = Eigen::Matrix<double, kKeyRows, 1>;
   struct Key {
     Time time;
     Pose2 level;  // T_map_level; a key is recorded every key_interval_s
@@ -74,10 +80,17 @@ class NavTrack {
     Eigen::Matrix<double, kKeyRows, kErrorSize> J;   // level pose and velocity by error state
     Eigen::Matrix<double, kErrorSize, kKeyRows> PJ;  // covariance times J transposed
     ErrorStateFilter::Transition from_last;          // from the key before
+    // ErrorStateFilter::HeadingDoubt, projected by J; its covariance is part of PJ.
+    int doubt;
+    KeyVector by_doubt;
+    // ErrorStateFilter::StampError, projected by J.
+    KeyVector by_delay;
+    KeyVector by_carrying;
 
     template <class Archive, class Self>
     static void Fields(Archive& archive, Self& self) {
       archive(self.time, self.level, self.v_map_mps, self.J, self.PJ, self.from_last);
+      archive(self.doubt, self.by_doubt, self.by_delay, self.by_carrying);
     }
   };
 
@@ -88,14 +101,21 @@ class NavTrack {
                 bool bottom_lock);
   void AddKey(const TrackPose& pose,
               const Eigen::Matrix<double, 8, kErrorSize>& J,
-              const ErrorMatrix& P,
-              const ErrorStateFilter::Transition& from_last);
+              ErrorStateFilter* filter);
   std::optional<TrackPose> PoseAt(Time t) const;
   struct Instant;
   const Instant* Remembered(Time t) const;
   bool IsForgotten(Time t) const;
   const Epoch& EpochAt(Time t) const;
   std::optional<std::size_t> NearestKey(Time t) const;
+  // Covariances of x, y, yaw of two poses a and b, and their cross-covariance.
+  struct PairCovariance {
+    Eigen::Matrix3d a;
+    Eigen::Matrix3d b;
+    Eigen::Matrix3d a_b;
+    // Adds a common error of that variance, with these effects on a and on b.
+    void Add(const Eigen::Vector3d& of_a, const Eigen::Vector3d& of_b, double variance);
+  };
   Pose2 LevelAt(const Key& key, Time t) const;
 
   // Cross-covariance of the error state at key `last` with the pose and velocity at key `first`.

@@ -21,6 +21,10 @@ constexpr double kSoundS = 60.0;
 constexpr double kUnsoundResetS = 1.0;
 constexpr double kLongestStepS = 300.0;
 constexpr double kNotThatStep = 0.4;
+// A doubt is raised within so long.
+constexpr double kBesideS = 3.0;
+// Over so long it is looked at by what a reading changes.
+constexpr double kChangeS = 0.1;
 // A velocity known worse than this part of a step cannot tell who is right.
 constexpr double kToldByVelocity = 1.0 / 3.0;
 
@@ -69,6 +73,11 @@ void VelocityAiding::Use(Time t,
 
 void VelocityAiding::UseCarried(Time t, const DvlEvent& dvl, const Eigen::Vector3d& rate_radps) {
   Compare(t, dvl, rate_radps);
+  Decide(t, dvl);
+  off_mps_ = Off(dvl);
+}
+
+void VelocityAiding::Decide(Time t, const DvlEvent& dvl) {
   if (watch_.step() && !follows_step_ && repeated_s_ > kStuckS) DoubtAccelerometers(t);
   // Only a filter that has been right can tell that the DVL is wrong.
   if (!is_sound_ && !follows_step_) watch_.ForgetStep();
@@ -77,6 +86,7 @@ void VelocityAiding::UseCarried(Time t, const DvlEvent& dvl, const Eigen::Vector
     if (!in_doubt_) {
       Count("accelerometer_doubted");
       filter_->ReopenInertialBiases();
+      filter_->WidenPosition(beside_m_ * beside_m_.transpose());
     }
     in_doubt_ = true;
     Take(t, dvl);
@@ -159,12 +169,20 @@ Eigen::Vector3d VelocityAiding::Carried(Time t, const DvlEvent& dvl, double dela
   return T_imu_dvl.linear().transpose() * (v_imu + swing);
 }
 
+// By the inertial unit, which is better at changes than the DVL.
+DvlStamping VelocityAiding::StampingOf(Time t, const DvlEvent& dvl) const {
+  if (history_->empty()) return {};
+  return {(Carried(t, dvl, kChangeS) - dvl.v_dvl_mps) / kChangeS,
+          stamps_.IsSuspected() ? stamps_.delay_s() : 0.0};
+}
+
 void VelocityAiding::Weigh(Time t, const DvlEvent& dvl) {
   const std::optional<double> quiet_s = refusals_.QuietS(t);
   const bool learns = !quiet_s || *quiet_s > kLearnAgainS;
   const int refused = filter_->UpdateDvl(
       dvl.v_dvl_mps,
       dvl.sigma_mps,
+      StampingOf(t, dvl),
       learns ? ErrorStateFilter::SlowStates::kLearned : ErrorStateFilter::SlowStates::kLeft);
   refusals_.Add(t, refused > 0);
   if (refused == 0) {
@@ -202,6 +220,18 @@ double VelocityAiding::IncrementSigma(const DvlEvent& dvl, double dt_s) const {
   return std::sqrt(2.0 * dvl_sigma * dvl_sigma + drift * drift + noise * noise);
 }
 
+// Of the last seconds: the doubt comes later than what raises it, and until then the filter went
+// its own way.
+void VelocityAiding::AddWayBeside(const DvlEvent& dvl, double dt_s) {
+  beside_m_ *= std::exp(-dt_s / kBesideS);
+  beside_m_ += 0.5 * dt_s * (off_mps_ + Off(dvl));
+}
+
+Eigen::Vector3d VelocityAiding::Off(const DvlEvent& dvl) const {
+  return filter_->state().q_map_imu *
+         (mounting_.T_imu_dvl.linear() * filter_->DvlResidual(dvl.v_dvl_mps));
+}
+
 void VelocityAiding::Compare(Time t, const DvlEvent& dvl, const Eigen::Vector3d& rate_radps) {
   const Eigen::Quaterniond& q_map_imu = filter_->state().q_map_imu;
   const Measured now{t, ImuVelocity(dvl, rate_radps), q_map_imu};
@@ -213,6 +243,7 @@ void VelocityAiding::Compare(Time t, const DvlEvent& dvl, const Eigen::Vector3d&
     const double stamp = params_.dvl_time_sigma_s * change_mps_.norm() / std::max(dt_s, 1e-3);
     const double sigma = std::hypot(IncrementSigma(dvl, dt_s), std::sqrt(2.0) * stamp);
     watch_.Add(t, q_map_imu.conjugate() * difference, sigma);
+    AddWayBeside(dvl, dt_s);
   } else {
     watch_.Interrupt();
   }
@@ -252,12 +283,16 @@ void VelocityAiding::Take(Time t, const DvlEvent& dvl) {
   const double wrong_s = agreed_ ? ToSeconds(t - *agreed_) : 0.0;
   Follow(t, dvl);
   const Eigen::Vector3d way = 0.5 * wrong_s * (filter_->state().v_map_mps - before);
-  filter_->MovePosition(way);
-  filter_->WidenPosition(way * way.transpose());
+  Move(way);
+}
+
+void VelocityAiding::Move(const Eigen::Vector3d& way_m) {
+  filter_->MovePosition(way_m);
+  filter_->WidenPosition(way_m * way_m.transpose());
 }
 
 void VelocityAiding::Follow(Time t, const DvlEvent& dvl) {
-  filter_->TakeVelocity(dvl.v_dvl_mps, dvl.sigma_mps);
+  filter_->TakeVelocity(dvl.v_dvl_mps, dvl.sigma_mps, StampingOf(t, dvl));
   used_ = agreed_ = t;
 }
 

@@ -59,7 +59,7 @@ class VelocityAiding {
     archive(self.watch_, self.refusals_, self.stamps_, self.pairs_, self.used_, self.agreed_);
     archive(self.doubted_until_, self.in_doubt_, self.doubted_, self.is_sound_);
     archive(self.last_force_mps2_, self.repeated_s_, self.follows_step_, self.off_by_step_m_);
-    archive(self.last_, self.change_mps_);
+    archive(self.last_, self.change_mps_, self.beside_m_, self.off_mps_);
   }
 
   // The last ensemble by which the velocity was corrected.
@@ -87,16 +87,21 @@ class VelocityAiding {
   // suspected delay) to t.
   DvlEvent CarriedTo(Time t, const DvlEvent& dvl) const;
   Eigen::Vector3d Carried(Time t, const DvlEvent& dvl, double delay_s) const;
+  DvlStamping StampingOf(Time t, const DvlEvent& dvl) const;
   void UseCarried(Time t, const DvlEvent& dvl, const Eigen::Vector3d& rate_radps);
   // 1 sigma of the drift of velocity in dt_s by accelerometer bias and tilt error [m/s].
   double DriftSigma(double dt_s) const;
   double IncrementSigma(const DvlEvent& dvl, double dt_s) const;
+  void Decide(Time t, const DvlEvent& dvl);
+  Eigen::Vector3d Off(const DvlEvent& dvl) const;  // DVL minus filter velocity, map axes
+  void AddWayBeside(const DvlEvent& dvl, double dt_s);
   void Compare(Time t, const DvlEvent& dvl, const Eigen::Vector3d& rate_radps);
   bool RefusesStep(Time t, const DvlEvent& dvl);
   // Weigh: update with gate. Follow: reset of the velocity to the DVL's. Take: the same, with the
   // displacement since the two last agreed.
   void Weigh(Time t, const DvlEvent& dvl);
   void Take(Time t, const DvlEvent& dvl);
+  void Move(const Eigen::Vector3d& way_m);
   void Follow(Time t, const DvlEvent& dvl);
 
   const NavigationParams params_;
@@ -120,6 +125,9 @@ class VelocityAiding {
   double repeated_s_ = 0.0;    // seconds for which the force was identical
   bool follows_step_ = false;  // a step of the DVL is followed, since the filter got too uncertain
   Eigen::Vector3d off_by_step_m_ = Eigen::Vector3d::Zero();  // the way that it would make
+  // Distance by DVL minus distance by filter over the last seconds [m], map axes.
+  Eigen::Vector3d beside_m_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d off_mps_ = Eigen::Vector3d::Zero();  // after the last ensemble
   // By an ensemble, of the inertial unit over ground.
   struct Measured {
     Time time;

@@ -188,20 +188,20 @@ double DistanceM(const Dive& dive) {
   return distance_m;
 }
 
-Dive SimulatedDive(std::uint32_t seed) {
-  constexpr double kImuHz = 100.0;
+Dive SimulatedDive(std::uint32_t seed, double duration_s, double imu_hz) {
   Dive dive;
   dive.name = "sim " + std::to_string(seed);
-  dive.imu_hz = kImuHz;
+  dive.imu_hz = imu_hz;
   dive.params.start_sigma_m = 0.1;
   dive.vehicle = TestVehicle();
-  const std::vector<TruthState> truth = Truth(AgileSurvey(), dive.vehicle, 600.0, kImuHz);
-  Sensors sensors(dive.params, kImuHz, seed);
+  const std::vector<TruthState> truth = Truth(AgileSurvey(), dive.vehicle, duration_s, imu_hz);
+  Sensors sensors(dive.params, imu_hz, seed);
+  const auto each = [imu_hz](double hz) { return static_cast<std::size_t>(imu_hz / hz); };
   for (std::size_t i = 0; i < truth.size(); ++i) {
     dive.imu.push_back(sensors.Imu(truth[i]));
-    if (i % 10 == 0) dive.depth.push_back(sensors.Depth(truth[i]));
-    if (i % 20 == 0) dive.dvl.push_back(sensors.Dvl(truth[i]));
-    if (i % 100 == 0)
+    if (i % each(10.0) == 0) dive.depth.push_back(sensors.Depth(truth[i]));
+    if (i % each(5.0) == 0) dive.dvl.push_back(sensors.Dvl(truth[i]));
+    if (i % each(1.0) == 0)
       dive.truth.push_back({At(truth[i].t), truth[i].T_map_vehicle, truth[i].v_map_mps});
   }
   return dive;

@@ -39,9 +39,9 @@ struct Dive {
 double DurationS(const Dive& dive);
 double DistanceM(const Dive& dive);
 
-// 600 s of legs of 50 s with turns of up to 28 deg/s; sensors err as the default params say. DVL at
+// Legs of 50 s with turns of up to 28 deg/s; sensors err as the default params say. DVL at
 // 5 Hz, depth at 10 Hz.
-Dive SimulatedDive(std::uint32_t seed);
+Dive SimulatedDive(std::uint32_t seed, double duration_s = 600.0, double imu_hz = 100.0);
 
 // One of the real A-KIT runs with its clocks put right (docs/navigation.md). Nothing where the
 // folder has no such run. Throws std::runtime_error on a file that cannot be read.

@@ -76,18 +76,9 @@ double MeanRelativeNees(const Dive& dive, const DeadReckoning& navigation) {
   int count = 0;
   const auto apart = static_cast<std::size_t>(kPairS);
   for (std::size_t i = 0; i + apart < dive.truth.size(); i += 5) {
-    const TruthSample& a = dive.truth[i];
-    const TruthSample& b = dive.truth[i + apart];
-    const auto state_a = navigation.StateAt(a.time);
-    const auto state_b = navigation.StateAt(b.time);
-    const auto covariance = navigation.RelativeCovariance(a.time, b.time);
-    if (!state_a || !state_b || !covariance) continue;
-    const Pose2 estimate =
-        Inverse(LevelPose(state_a->T_map_vehicle)) * LevelPose(state_b->T_map_vehicle);
-    const Pose2 truth = Inverse(LevelPose(a.T_map_vehicle)) * LevelPose(b.T_map_vehicle);
-    Eigen::Vector3d error = estimate.Vector() - truth.Vector();
-    error.z() = WrapAngle(error.z());
-    sum += error.dot(covariance->llt().solve(error)) / 3.0;
+    const auto nees = RelativeNees(dive.truth[i], dive.truth[i + apart], navigation);
+    if (!nees) continue;
+    sum += *nees / 3.0;
     ++count;
   }
   return count > 0 ? sum / count : std::nan("");
@@ -131,6 +122,23 @@ void FeedDive(const Dive& dive, DeadReckoning* navigation) {
       navigation->Add(dive.fixes[fix]);
   }
   navigation->Finish();
+}
+
+std::optional<double> RelativeNees(const TruthSample& from,
+                                   const TruthSample& to,
+                                   const DeadReckoning& navigation) {
+  const auto state_from = navigation.StateAt(from.time);
+  const auto state_to = navigation.StateAt(to.time);
+  const auto covariance = navigation.RelativeCovariance(from.time, to.time);
+  if (!state_from || !state_to || !covariance) return std::nullopt;
+  const auto between = [](const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
+    return Inverse(LevelPose(a)) * LevelPose(b);
+  };
+  const Pose2 estimate = between(state_from->T_map_vehicle, state_to->T_map_vehicle);
+  const Pose2 truth = between(from.T_map_vehicle, to.T_map_vehicle);
+  Eigen::Vector3d error = estimate.Vector() - truth.Vector();
+  error.z() = WrapAngle(error.z());
+  return error.dot(covariance->llt().solve(error));
 }
 
 FilterScore ScoreFilter(const Dive& dive, double fault_end_s) {

@@ -33,6 +33,12 @@ struct FilterScore : TrackScore {
 // Feeds all samples in order of time, each when it was measured.
 void FeedDive(const Dive& dive, DeadReckoning* navigation);
 
+// error^T covariance^-1 error of x, y, yaw of the pose at the second row of truth as seen from the
+// first. Nothing where navigation has no state.
+std::optional<double> RelativeNees(const TruthSample& from,
+                                   const TruthSample& to,
+                                   const DeadReckoning& navigation);
+
 // Dead reckoning of the dive. fault_end_s: from the dive's first sample; below 0: no fault ends.
 FilterScore ScoreFilter(const Dive& dive, double fault_end_s);
 
