@@ -106,7 +106,7 @@ class ErrorStateFilter {
   enum class SlowStates : std::uint8_t { kLearned, kLeft };  // scale and mounting of the DVL
   int UpdateDvl(const Eigen::Vector3d& v_dvl_mps,
                 const Eigen::Vector3d& sigma_mps,
-                const DvlStamping& stamping = {},
+                const DvlStamping& stamping = DvlStamping(),
                 SlowStates slow = SlowStates::kLearned);
   int UpdateDepth(double depth_m, double sigma_m);
   int UpdatePosition(const Eigen::Vector2d& north_east_m, const Eigen::Matrix2d& covariance_m2);
@@ -117,7 +117,7 @@ class ErrorStateFilter {
   void TakeAttitude(const Eigen::Quaterniond& q_map_imu, const Eigen::Vector3d& sigma_rpy_rad);
   void TakeVelocity(const Eigen::Vector3d& v_dvl_mps,
                     const Eigen::Vector3d& sigma_mps,
-                    const DvlStamping& stamping = {});
+                    const DvlStamping& stamping = DvlStamping());
   void TakeDepth(double depth_m, double sigma_m);
   void TakePosition(const Eigen::Vector2d& north_east_m, const Eigen::Matrix2d& covariance_m2);
   // Corrects the position for the displacement by a velocity or attitude that was wrong until a
