@@ -14,9 +14,6 @@ constexpr double kIncrementGate = 1.5;
 constexpr double kQuietS = 5.0;
 // A device whose samples are further apart than this is not compared with the gyros.
 constexpr double kMaxIncrementS = 2.5;
-// Gyros that say the same for so long, to the last bit but for rounding, are stuck.
-constexpr double kStuckS = 0.5;
-constexpr double kSameRateRadps = 1e-12;
 // A vehicle that turns by less keeps its attitude, whatever a device says that does not move.
 constexpr double kFrozenRad = Deg2Rad(1.0);
 // Steps of the heading below this are left to the gate.
@@ -61,10 +58,7 @@ void AttitudeAiding::Anchor(Time t, const AttitudeEvent* attitude) {
 }
 
 void AttitudeAiding::AddTurn(const Eigen::Vector3d& rate_radps, double dt_s) {
-  const bool repeats = (rate_radps - last_rate_radps_).norm() < kSameRateRadps;
-  repeated_s_ = repeats ? repeated_s_ + dt_s : 0.0;
-  last_rate_radps_ = rate_radps;
-  const Eigen::Vector3d turn = (rate_radps - filter_->biases().segment<3>(kGyroBias)) * dt_s;
+  const Eigen::Vector3d turn = rate_radps * dt_s;
   turn_ = (turn_ * QuaternionFromRotationVector(turn)).normalized();
   turned_rad_ += turn.norm();
 }
@@ -78,7 +72,7 @@ AttitudeEvent AttitudeAiding::CarriedTo(Time t, const AttitudeEvent& attitude) c
 }
 
 InertialRates AttitudeAiding::Sound(Time t, const InertialRates& measured) const {
-  if (!gyros_in_doubt(t) || !device_rate_radps_) return measured;
+  if (!watch_.GoesOn(t) || !device_rate_radps_) return measured;
   return {*device_rate_radps_ + filter_->biases().segment<3>(kGyroBias),
           measured.specific_force_mps2};
 }
@@ -120,10 +114,6 @@ void AttitudeAiding::LearnFrom(const Stamped<Eigen::Quaterniond>& from,
               share * dt_s);
 }
 
-bool AttitudeAiding::gyros_in_doubt(Time t) const {
-  return watch_.GoesOn(t) || (doubted_until_ && t < *doubted_until_);
-}
-
 bool AttitudeAiding::IsRepeated(const AttitudeEvent& attitude) const {
   return last_ && attitude.q_map_imu.coeffs() == last_->coeffs();
 }
@@ -145,18 +135,16 @@ void AttitudeAiding::Use(Time t, const AttitudeEvent& attitude) {
   }
   if (due) compared_ = t;
   LearnRate(t, attitude);
-  const bool repeats = IsRepeated(attitude);
-  const bool compares = due && !repeats;
+  const bool compares = due && !IsRepeated(attitude);
   if (compares) LearnStamps(t, attitude);
   last_ = attitude.q_map_imu;
-  if (repeated_s_ > kStuckS && !repeats) doubted_until_ = t + FromSeconds(kQuietS);
   UseCarried(t, CarriedTo(t, attitude), compares);
 }
 
 void AttitudeAiding::UseCarried(Time t, const AttitudeEvent& attitude, bool compares) {
   if (compares) Compare(t, attitude);
-  filter_->LearnInertialBiases(!gyros_in_doubt(t));
-  if (gyros_in_doubt(t)) {
+  filter_->LearnInertialBiases(!watch_.GoesOn(t));
+  if (watch_.GoesOn(t)) {
     if (!in_doubt_) {
       Count("gyro_doubted");
       filter_->ReopenInertialBiases();

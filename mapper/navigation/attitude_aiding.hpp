@@ -46,7 +46,7 @@ class AttitudeAiding {
   void Begin(Time t, const AttitudeEvent& attitude);
   // Call after a gap in the inertial data, with the attitude that ended it, or null.
   void Resume(Time t, const AttitudeEvent* attitude);
-  // Measured angular rate since the last inertial sample, bias included, imu axes.
+  // Angular rate since the last inertial sample, bias removed, imu axes.
   void AddTurn(const Eigen::Vector3d& rate_radps, double dt_s);
   void Use(Time t, const AttitudeEvent& attitude);
 
@@ -56,7 +56,6 @@ class AttitudeAiding {
     archive(self.aligned_, self.alignment_, self.in_doubt_, self.stamps_, self.pairs_);
     archive(self.last_, self.rate_from_, self.device_rate_radps_);
     archive(self.anchor_, self.turn_, self.turned_rad_);
-    archive(self.last_rate_radps_, self.repeated_s_, self.doubted_until_);
   }
 
   const RefusalRecord& refusals() const { return refusals_; }
@@ -66,7 +65,6 @@ class AttitudeAiding {
 
  private:
   void Count(const std::string& name, std::int64_t n = 1) { (*counters_)[name] += n; }
-  bool gyros_in_doubt(Time t) const;
   bool IsRepeated(const AttitudeEvent& attitude) const;  // to the last bit
   bool IsFrozen(const AttitudeEvent& attitude) const;
   // The attitude, extrapolated by the gyros from its time of measurement (t minus the suspected
@@ -99,9 +97,6 @@ class AttitudeAiding {
   std::optional<Time> aligned_;
   Alignment alignment_ = Alignment::kUnknown;
   bool in_doubt_ = false;
-  Eigen::Vector3d last_rate_radps_ = Eigen::Vector3d::Zero();
-  double repeated_s_ = 0.0;            // how long last_rate_radps_ has not changed
-  std::optional<Time> doubted_until_;  // end of the doubt in gyros that were found stuck
   StampOffset stamps_;
   SamplePairs<Eigen::Quaterniond> pairs_{StampOffset::kLongestS};  // as measured, for stamps_
   std::optional<Eigen::Quaterniond> last_;                         // as measured

@@ -283,7 +283,7 @@ void DeadReckoning::Impl::Propagate(Time to_time,
   const InertialRates free_from = filter_.WithoutBias(from);
   const InertialRates free_to = filter_.WithoutBias(to);
   history_.Add(to_time, free_from, free_to, dt_s);
-  attitude_.AddTurn(0.5 * (from.angular_rate_radps + to.angular_rate_radps), dt_s);
+  attitude_.AddTurn(0.5 * (free_from.angular_rate_radps + free_to.angular_rate_radps), dt_s);
   velocity_.AddForce(force, dt_s);
   const Eigen::Vector3d acceleration = filter_.state().q_map_imu * force + earth_.gravity_mps2;
   const bool possible = acceleration.norm() <= params_.max_acceleration_mps2;

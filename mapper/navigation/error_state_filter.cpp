@@ -306,18 +306,17 @@ bool ErrorStateFilter::Offer(NavSensor sensor,
   const double by_sigma = innovation / std::sqrt(S);
   of_sensor.mean_product += (by_sigma * last - of_sensor.mean_product) / used;
   last = by_sigma;
-  const bool learns_slow = learns_slow_ && learns_inertial_;
   const double scale_step =
-      learns_slow ? TakeNoiseOffScale(sensor, H, PH, innovation, variance) : 0.0;
+      learns_slow_ ? TakeNoiseOffScale(sensor, H, PH, innovation, variance) : 0.0;
   // The gain of the filter's own hypothesis of the heading: no mean of two is true.
   const ErrorVector by_doubt = ByHeadingDoubt();
   const double PH_doubt = PH(kHeadingDoubt);
   const double S_own = S - H.dot(by_doubt) * PH_doubt;
   ErrorVector K = (PH - by_doubt * PH_doubt) / S_own;
-  if (!learns_slow) K.segment<4>(kDvlScale).setZero();
+  if (!learns_slow_) K.segment<4>(kDvlScale).setZero();
   if (!learns_inertial_) K.segment<6>(kGyroBias).setZero();
   // Schmidt's: what a gain leaves out counts for what it may be wrong by, and stays.
-  if (learns_slow && doubt_rad_ == 0.0)
+  if (learns_slow_ && learns_inertial_ && doubt_rad_ == 0.0)
     P_.noalias() -= K * PH.transpose();
   else
     P_.noalias() -= K * PH.transpose() + PH * K.transpose() - S * K * K.transpose();

@@ -211,8 +211,8 @@ void ErrorStateFilter::DoubtHeading(double other_rad) {
   doubt_rad_ += other_rad;
 }
 
-// By the other hypothesis the way lies on an arc: what that is more than its tangent, which the
-// tilt makes of it.
+// By the other hypothesis the way lies on an arc: what that is more than its tangent, which the tilt
+// makes of it.
 void ErrorStateFilter::TurnWayByDoubt() {
   const Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
   const Eigen::Matrix3d turn = Eigen::AngleAxisd(doubt_rad_, axis).toRotationMatrix();

@@ -274,8 +274,8 @@ std::optional<Eigen::Matrix3d> NavTrack::RelativeCovariance(Time a,
   const Pose2 other = Inverse(Moved(level_a, doubt_a)) * Moved(level_b, doubt_b);
   Eigen::Vector3d off = other.Vector() - own.Vector();
   off.z() = WrapAngle(off.z());
-  const Eigen::Matrix3d relative =
-      seastitch::RelativeCovariance(level_a, level_b, covariance.a, covariance.b, covariance.a_b);
+  const Eigen::Matrix3d relative = seastitch::RelativeCovariance(
+      level_a, level_b, covariance.a, covariance.b, covariance.a_b);
   return 0.5 * (relative + relative.transpose()) + off * off.transpose();
 }
 
