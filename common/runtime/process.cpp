@@ -20,7 +20,7 @@ int Fail(const std::string& name, std::string reason, int exit_code) {
   return exit_code;
 }
 
-// "seastitch-mapper" is "mapper" in logs and in HEALTH.
+// The name in logs and in HEALTH: "mapper" for "seastitch-mapper".
 std::string ShortName(const std::string& name) {
   constexpr char kPrefix[] = "seastitch-";
   return name.starts_with(kPrefix) ? name.substr(sizeof kPrefix - 1) : name;
