@@ -454,7 +454,7 @@ void DeclareFault(Fault* p, ParameterTable* table) {
              "Fraction of packets lost, for packet_loss.");
 }
 
-// The class of errors in a file, which sets the defaults of the others.
+// The class of errors that a file names; it sets the defaults of the single errors.
 std::string ClassIn(const std::string& path) {
   SurveyConfig config;
   ParameterTable table;
