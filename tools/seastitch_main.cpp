@@ -1,5 +1,5 @@
-// The one command for people: demo, replay, bench, import, info, dive, status,
-// doctor, bug-report.
+// The command for users: demo, replay, bench, import, info, dive, status, doctor, bug-report,
+// reference.
 
 #include <spdlog/spdlog.h>
 #include <sysexits.h>
@@ -37,7 +37,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Of how it is typed, at the end of its help.
+// Adds an example to the end of a command's help.
 void Example(CLI::App* command, const std::string& arguments) {
   command->footer("Example:\n  seastitch " + arguments);
 }
@@ -51,7 +51,7 @@ std::string UnknownCommand(const CLI::App& app, const std::string& word) {
          " (seastitch --help lists them)";
 }
 
-// Null where there is none.
+// Null if there is none.
 const CLI::App* FindCommand(const CLI::App& app, const std::string& name) {
   const auto found =
       app.get_subcommands([&](const CLI::App* command) { return command->get_name() == name; });
@@ -64,7 +64,8 @@ void ExpectCommand(const CLI::App& app, int argc, char** argv) {
     throw UsageError(UnknownCommand(app, word));
 }
 
-// Each Add* describes one subcommand and what it runs; `status` is the exit code.
+// Each Add* function declares one subcommand and the function that it runs; `status` is the exit
+// code.
 
 void AddDemo(CLI::App* app, int* status) {
   auto options = std::make_shared<DemoOptions>();
@@ -394,7 +395,7 @@ void AddHelp(CLI::App* app, int* status) {
 
 int main(int argc, char** argv) try {
   seastitch::KeepFreedMemory();
-  // The log lines of the nodes are for live processes; a replay has its own output.
+  // The nodes' log lines are for live processes; a replay has its own output.
   spdlog::set_level(spdlog::level::warn);
   int status = EXIT_FAILURE;
   CLI::App app("Seastitch: a depth map whose swaths agree, from what the sonar saw twice");
