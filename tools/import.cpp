@@ -333,7 +333,8 @@ bool AreSurveyFiles(const std::vector<fs::path>& files) {
 
 }  // namespace
 
-// Imports files of a sonar without navigation: their bytes go through its driver, as at sea.
+// Candump logs, and KMALL files without navigation, go through the drivers, as at sea. Other survey
+// files are imported by ImportSurvey().
 ImportResult Import(const ImportOptions& options) {
   if (AreSurveyFiles(options.files)) {
     SurveyFiles survey(options.files);
