@@ -142,7 +142,13 @@ void WriteRows(const ParameterTable& table, Level level, std::string* out) {
     for (const std::string& old_key : p.old_keys()) *out += " Was `" + old_key + "`.";
     *out += " |\n";
   }
-  for (const ParameterTable& section : table.sections()) WriteRows(section, level, out);
+  for (const ParameterTable& section : table.sections()) {
+    std::string rows;
+    WriteRows(section, level, &rows);
+    if (!rows.empty())
+      *out +=
+          "| **`" + section.path() + "`** |  |  |  | " + Cell(section.sentence()) + " |\n" + rows;
+  }
 }
 
 void WriteRows(const ParameterTable& table, Level level, const char* title, std::string* out) {

@@ -59,12 +59,13 @@ ParameterTable& DeclareDevice(const char* name,
                               ParameterTable* table) {
   ParameterTable& section = table->AddSection(name, sentence);
   section
-      .Add("source",
-           &device->source,
-           "URL of its bytes: udp:HOST:PORT (options as for the sonar), tcp:HOST:PORT, "
-           "serial:/dev/ttyUSB0?baud=4800 "
-           "or, for an INS on CAN, can:can0. Several instruments may share one. Empty: no such "
-           "instrument.")
+      .Add(
+          "source",
+          &device->source,
+          "URL of the instrument's bytes: udp:HOST:PORT (options as for the sonar), tcp:HOST:PORT, "
+          "serial:/dev/ttyUSB0?baud=4800 "
+          "or, for an INS on CAN, can:can0. Several instruments may share one URL. Empty: no such "
+          "instrument.")
       .DataSheet();
   section.Add(
       "timeout_s",
