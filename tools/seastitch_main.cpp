@@ -156,13 +156,16 @@ void AddReplay(CLI::App* app, int* status) {
                    "decodes the recorded raw bytes again, in place of the drivers' messages");
   replay->add_option(
       "--imu-config", options.drivers.imu, "imu_driver.yaml for --from-raw (default: as recorded)");
-  replay->add_option("--dvl-config", options.drivers.dvl, "dvl_driver.yaml, for the same purpose");
   replay->add_option(
-      "--mbes-config", options.drivers.mbes, "mbes_driver.yaml, for the same purpose");
+      "--dvl-config", options.drivers.dvl, "dvl_driver.yaml for --from-raw (default: as recorded)");
+  replay->add_option("--mbes-config",
+                     options.drivers.mbes,
+                     "mbes_driver.yaml for --from-raw (default: as recorded)");
   replay->add_option("--water-level",
                      options.water_level,
                      "CSV of UTC and metres of the water line above the map's zero of depth");
-  replay->add_option("--nav-config", options.drivers.nav, "nav_driver.yaml, for the same purpose");
+  replay->add_option(
+      "--nav-config", options.drivers.nav, "nav_driver.yaml for --from-raw (default: as recorded)");
   replay
       ->add_option(
           "--drift-xy-m",
@@ -357,7 +360,9 @@ void AddImport(CLI::App* app, int* status) {
   command->add_option("--imu-config",
                       options->imu_config,
                       "imu_driver.yaml, for candump logs (default: the shipped one)");
-  command->add_option("--dvl-config", options->dvl_config, "dvl_driver.yaml, for the same purpose");
+  command->add_option("--dvl-config",
+                      options->dvl_config,
+                      "dvl_driver.yaml, for candump logs (default: the shipped one)");
   command->add_option("--config",
                       options->mapper_config,
                       "mapper.yaml to record in the log if the files contain no navigation");

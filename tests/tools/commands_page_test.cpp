@@ -90,11 +90,13 @@ std::string Quoted(const std::string& names) {
 // brackets. Types are left out: the meaning has them.
 std::string NameText(const std::string& name) {
   const std::string value = Matched(name, "^\\S+ [^ ]*?=(\\S+)");
+  const std::string choices = Matched(name, "ENUM:(\\S+ or \\S+)");
   const std::string excludes = Matched(name, "Excludes: (.*)$");
   const std::string needs = Matched(name, "Needs: (.*)$");
   std::string text = "`" + name.substr(0, name.find(' ')) + "`";
   if (name.find(" ...") != std::string::npos) text += " ...";
   if (name.find(" REQUIRED") != std::string::npos) text += ", required";
+  if (!choices.empty()) text += " " + choices;
   if (!value.empty()) text += ", default `" + value + "`";
   if (!excludes.empty()) text += ", not with " + Quoted(excludes);
   if (!needs.empty()) text += ", only with " + Quoted(needs);
