@@ -145,9 +145,9 @@ void WriteRows(const ParameterTable& table, Level level, std::string* out) {
   for (const ParameterTable& section : table.sections()) {
     std::string rows;
     WriteRows(section, level, &rows);
-    if (!rows.empty())
-      *out +=
-          "| **`" + section.path() + "`** |  |  |  | " + Cell(section.sentence()) + " |\n" + rows;
+    if (rows.empty()) continue;
+    const std::string name = section.path().substr(0, section.path().size() - 1);
+    *out += "| **`" + name + "`** |  |  |  | " + Cell(section.sentence()) + " |\n" + rows;
   }
 }
 
