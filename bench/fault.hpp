@@ -11,16 +11,16 @@ enum class FaultKind : std::uint8_t {
   kPacketLoss,  // packets between device and driver are lost
 };
 
-// What sends something. Position fixes come from GPS or USBL, straight to LCM: no bytes, no faults
-// of transport, and not in a live simulation.
+// Sender of an event. Position fixes (GPS, USBL) are sent as LCM messages, not as bytes: they have
+// no faults of transport.
 enum class Device : std::uint8_t { kImu, kDvl, kMbes, kFix };
 
-// Something that goes wrong during a part of the survey, beyond what the sensors' errors are.
+// A fault during a part of the survey, in addition to the sensors' errors.
 struct Fault {
   FaultKind kind = FaultKind::kDvlDropout;
   double from_s = 0.0;  // since the start of the survey
   double to_s = std::numeric_limits<double>::infinity();
-  // Of kPacketLoss.
+  // Used with kPacketLoss.
   Device device = Device::kMbes;
   double rate = 0.01;
 };

@@ -8,29 +8,30 @@
 
 namespace seastitch::bench {
 
-// A lawn-mower survey. Its first line's lead-in begins at the origin of the map; the lines follow
-// each other to starboard of the first. A vehicle that comes from the surface gets there straight
-// on, and goes on straight after the last line.
+// A lawn-mower survey. The first line's lead-in begins at the map origin; the other lines follow to
+// starboard. A vehicle that dives from the surface comes straight to the first line, and continues
+// straight after the last line.
 struct PlanParams {
   int lines = 6;
   double line_length_m = 160.0;
   double spacing_m = 25.0;
   double heading_deg = 0.0;    // of the first line
-  double turn_radius_m = 8.0;  // lines closer than 2.6 of it are joined by loops
-  int crosslines = 1;          // at right angles, evenly along the lines
+  double turn_radius_m = 8.0;  // lines closer than 2.6 radii are joined by loops
+  int crosslines = 1;          // at right angles, evenly spaced along the lines
   double lead_in_m = 10.0;     // straight before and after every line
   double speed_mps = 1.5;      // over ground
   double altitude_m = 11.0;    // above the smoothed seabed; 0: at constant depth_m
   double depth_m = 10.0;
   double min_depth_m = 2.0;  // never shallower
-  double surface_s = 0.0;    // at the surface before the way down, and after the way up; 0: neither
-  double dive_s = 40.0;      // way down, and up, where there is one
+  // time at the surface before the descent and after the ascent; 0: neither
+  double surface_s = 0.0;
+  double dive_s = 40.0;  // duration of descent and ascent, if surface_s is above 0
 
   double DiveS() const { return surface_s > 0.0 ? surface_s + dive_s : 0.0; }
 };
 
-// The plan as a track over ground: straight legs, and turns whose rate swells from zero and fades
-// again, so that neither it nor its derivative has a step.
+// The plan as a track over ground: straight legs and turns. The turn rate rises from zero and falls
+// back smoothly, so that neither it nor its derivative has a step.
 class Path {
  public:
   explicit Path(const PlanParams& params);
@@ -41,17 +42,17 @@ class Path {
     double course_rate_radps = 0.0;
     double course_accel_radps2 = 0.0;
   };
-  // Before the start and after the end: at these.
+  // Before the start and after the end: the state there.
   State At(double t_s) const;
-  // How much of its depth the vehicle has at that time: 0 at the surface, 1 on the survey.
+  // Depth of the vehicle as a fraction of its survey depth: 0 at the surface, 1 on the survey.
   double DepthShareAt(double t_s) const;
   bool IsAtSurface(double t_s) const;
-  // From the end of the way down to the begin of the way up.
+  // True from the end of the descent to the start of the ascent.
   bool IsOnSurvey(double t_s) const;
   const PlanParams& plan() const { return params_; }
   double duration_s() const { return duration_s_; }
   double speed_mps() const { return params_.speed_mps; }
-  // What the track covers, widened by margin_m.
+  // Bounding box of the track, widened by margin_m.
   MapBox Box(double margin_m) const;
 
  private:
@@ -68,7 +69,7 @@ class Path {
   };
   void AddStraight(double length_m);
   void AddTurn(double turn_rad);
-  // Turn, straight, turn: the shortest such way to another place and course.
+  // The shortest way of turn, straight and turn to another position and course.
   void ConnectTo(const Eigen::Vector2d& p, double course_rad);
   void AddLines();
   void AddCrosslines();
@@ -80,7 +81,7 @@ class Path {
   std::vector<Node> nodes_;
   double duration_s_ = 0.0;
   Eigen::Vector2d start_{0.0, 0.0};
-  Eigen::Vector2d end_{0.0, 0.0};  // while the legs are laid
+  Eigen::Vector2d end_{0.0, 0.0};  // end of the legs added so far
   double end_course_rad_ = 0.0;
 };
 

@@ -17,30 +17,32 @@
 
 namespace seastitch {
 
-// Scheduler of registrations: those of a new submap first, then retries of pairs whose prior gained
-// information by a solution, after a request for their covariances to the optimizer. Their number
-// is bounded by max_pairs a submap. Harmful solutions are not used. Pure.
+// Scheduler of registrations: first those of a new submap, then retries of pairs whose prior gained
+// information by a solution. Before retries it requests their covariances from the optimizer. The
+// number of registrations is at most max_pairs times the number of submaps. Harmful solutions are
+// not used. Pure.
 class LoopSearch {
  public:
   explicit LoopSearch(const LoopCloserParams& params);
 
-  // The next submap. Ids and chains rise.
+  // Adds the next submap. Ids and chains must increase.
   void Add(const Submap& submap, const Chain& chain = {});
-  // Its pairs, taken from the budget.
+  // The submap's pairs; their number is subtracted from the budget.
   std::vector<LoopPair> PairsFor(SubmapId id);
 
-  // The next step with what the last solution brought.
+  // A step of retries.
   struct Step {
-    std::optional<CovarianceRequest> ask;  // of the optimizer; sender: to be filled in
+    std::optional<CovarianceRequest> ask;  // request to the optimizer, without sender
     std::vector<LoopPair> pairs;           // to be registered now; may be empty
   };
-  // Nothing where nothing is left to be done. now: of navigation, for asking again.
+  // The next retries after the last solution; nothing if there are none. now: navigation's time,
+  // for repeating a request.
   std::optional<Step> LookAgain(std::optional<Time> now);
 
-  // Records the results of a job and returns the edges for the graph. Where they change the
-  // estimate of the survey's noise, earlier closures are among them, with their new information.
+  // Records the results of a job and returns the edges for the graph. If they change the estimate
+  // of the survey's noise, these include earlier closures with new information.
   std::vector<GraphEdge> Record(RegistrationResultSet results);
-  // The same after a restart, for a job of before the restart; its registrations are taken from the
+  // The same after a restart, for a job from before it; its registrations are subtracted from the
   // budget.
   void Restore(RegistrationResultSet results);
   std::vector<GraphEdge> DeadReckoningEdge(SubmapId to) const {
@@ -51,17 +53,17 @@ class LoopSearch {
     kUsed,
     kWithheld,  // overlapping submaps would fit worse: see harm()
     kRefused,   // of another graph, or not finite
-    kOlder,     // than the last one: an optimizer that was restarted repeats the graph
+    kOlder,     // older than the last one: a restarted optimizer solves the graph again
   };
-  // newest_version: of the graph, beyond which no solution can be.
+  // newest_version: newest version of the graph; no solution can be newer.
   Verdict Take(const PoseGraph& solution, std::int64_t newest_version);
-  // False where it answers another request than the last.
+  // False if it does not answer the last request.
   bool Take(const PairCovariances& answer);
 
   // Noise of the survey estimated so far, which the next registration expects.
   const NoiseEstimator& noise() const { return noise_; }
 
-  // Of the last solution, where it was withheld.
+  // Judgement of the last solution, if it was withheld.
   const std::optional<Judgement>& harm() const { return harm_; }
   std::int64_t solution_version() const { return solution_version_; }
   std::int64_t accepted() const { return closer_.accepted(); }
@@ -78,7 +80,7 @@ class LoopSearch {
   const bool learns_noise_;
   LoopCloser closer_;
   NoiseEstimator noise_;
-  std::set<NoiseEstimator::PairKey> registered_again_;  // or about to be
+  std::set<NoiseEstimator::PairKey> registered_again_;  // or waiting for it
   std::optional<std::int64_t> none_outdated_in_;        // revision of the noise
   SolutionJudge judge_;
   std::optional<Judgement> harm_;

@@ -31,8 +31,7 @@
 // 2. The surface error. As above, with
 //
 //   d(p, n)   perpendicular distance, unsigned, from p to the plane fitted to the points of n
-//   within
-//             a horizontal radius of one cell around p
+//             within a horizontal radius of one cell around p
 //
 // A point p is used only if these are at least five points, in all four quadrants. The measure does
 // not depend on the density of the points: between perfect submaps it is the noise of the soundings

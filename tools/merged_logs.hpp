@@ -14,8 +14,8 @@
 
 namespace seastitch {
 
-// The events of a replay's logs, one after another: of one recorder in its own order, of several by
-// the time of the log, which never falls within a recorder.
+// The events of a replay's logs in one sequence: those of one recorder in its own order; several
+// recorders merged by the logs' times, which are taken as never decreasing within a recorder.
 class MergedLogs {
  public:
   // Throws std::runtime_error as EventLogReader.
@@ -23,12 +23,12 @@ class MergedLogs {
   ~MergedLogs();
 
   std::optional<LogEvent> Next();
-  // Of the last event, by number from 0: recorder by recorder as they were given.
+  // Log of the last event, numbered from 0 over all recorders in the given order.
   std::size_t log() const { return log_; }
-  // In per cent of the bytes.
+  // Percentage of the bytes read so far.
   int percent_read() const;
-  // What was passed over, by reason: "damaged_bytes", and "doubled_CHANNEL" for a message that
-  // another recorder, too, had.
+  // Counts of what was skipped, by reason: "damaged_bytes", and "doubled_CHANNEL" for messages that
+  // another recorder had, too.
   std::map<std::string, std::int64_t> refused() const;
 
  private:

@@ -14,9 +14,9 @@ class OutputFolder {
   // Folders of products; Publish() replaces each as a whole.
   static constexpr std::array<const char*, 3> kFolders{"config", "export", "submaps"};
 
-  // Makes it, and the folders above, and removes what an earlier command that was killed left
-  // there. Throws std::runtime_error "FOLDER: reason": another command writes to the same OUT, or
-  // one of kFolders stands there that no earlier output holds (no report.json).
+  // Creates the temporary folder and the folders above it, and removes what a killed command left
+  // there. Throws std::runtime_error "FOLDER: reason" if another command writes to the same OUT, or
+  // if OUT has one of kFolders but no report.json: then the folder is not from an earlier output.
   explicit OutputFolder(const std::filesystem::path& out);
   ~OutputFolder();  // Discard()
   OutputFolder(const OutputFolder&) = delete;
@@ -26,7 +26,7 @@ class OutputFolder {
   const std::filesystem::path& path() const { return partial_; }
   // Throws std::runtime_error "FOLDER: reason".
   void Publish();
-  // Removes what was not published.
+  // Removes the temporary folder; without effect after Publish().
   void Discard() const;
 
  private:

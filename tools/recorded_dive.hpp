@@ -24,23 +24,22 @@ struct RecordedFile {
 struct RecordedLogs {
   // One list per recorder, its logs in order; recorders by the time of their first event.
   std::vector<std::vector<std::filesystem::path>> recorders;
-  // In order; a file that was published again unchanged stands here once, a file that changed
-  // several times.
+  // In order, without unchanged repetitions: a file that changed is listed with each version.
   std::vector<RecordedFile> configuration;
   std::map<std::string, RecordedFile> Newest() const;  // by name
-  // Of all events.
+  // Types of all events.
   MessageTypes types;
   std::set<std::string> senders;  // "CHANNEL/sender"
-  // Files that changed during the dive, with the versions that there were.
+  // Files that changed during the dive, with their number of versions.
   std::map<std::string, int> Changed() const;
 };
 
-// Reads the logs completely and orders those of one recorder: by the sequence numbers of their
-// messages, since file names and clocks may mislead; where every sender restarted, by the numbers
-// of the files of one folder, then by time. Throws std::runtime_error as EventLogReader.
+// Reads the logs completely and orders those of one recorder by the sequence numbers of their
+// messages, since file names and clocks may be wrong. Where every sender restarted: by the numbers
+// of the files in one folder, then by time. Throws std::runtime_error as EventLogReader.
 RecordedLogs LookThrough(const std::vector<std::filesystem::path>& logs, bool quiet);
 
-// A dive's folder is one with a dive.json.
+// True for a folder with a dive.json.
 bool IsDive(const std::filesystem::path& path);
 // Logs of a dive. Logs without a complete event are left out and named on stderr. raw: with the
 // logs of the devices' bytes. Throws std::runtime_error where none is left.

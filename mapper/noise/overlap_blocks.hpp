@@ -8,9 +8,9 @@
 
 #include "common/core/pose.hpp"
 
-// An overlap in blocks: what the residuals of their cells add to the gradient of the fit, and how
-// the errors of submaps add to it. Parameters of the fit are (x, y [m], yaw [rad], height [m]) of
-// the source, about the centre of the overlap, axes of the target.
+// The blocks of an overlap: contributions of their cells' residuals to the gradient of the fit, and
+// the effect of the submaps' errors on them. Parameters of the fit are (x, y [m], yaw [rad], height
+// [m]) of the source, about the centre of the overlap, axes of the target.
 namespace seastitch {
 
 // Sums over the cells of one block, each with its weight w [1/m2]; r is the residual [m], and
@@ -60,9 +60,10 @@ class OverlapBlocks {
   std::map<Key, OverlapBlock> Merged(int factor) const;
 
   double block_m_;
-  std::map<Key, OverlapBlock> blocks_;  // `arm`: a sum, until they are finished
+  std::map<Key, OverlapBlock> blocks_;  // `arm` is a sum until Finish()
   Key last_key_;
-  OverlapBlock* last_ = nullptr;  // of last_key_: most cells lie in the block of the one before
+  // block of last_key_: most cells are in the same block as the cell before
+  OverlapBlock* last_ = nullptr;
 };
 
 // Covariances of the displacements of two blocks, axes of the target, by the random walks of both
