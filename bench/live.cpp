@@ -38,7 +38,7 @@ FileDescriptor ConnectUdp(const std::string& target) {
   const std::unique_ptr<addrinfo, decltype(&freeaddrinfo)> address(found, &freeaddrinfo);
 
   FileDescriptor fd(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
-  // A sonar's burst must fit.
+  // Room for a burst of the sonar.
   constexpr int kSendBuffer = 4 * 1024 * 1024;
   setsockopt(fd.get(), SOL_SOCKET, SO_SNDBUF, &kSendBuffer, sizeof kSendBuffer);
   if (connect(fd.get(), address->ai_addr, address->ai_addrlen) != 0)
@@ -73,7 +73,7 @@ class LiveSender {
   }
 
   void Send(const FileDescriptor& fd, const std::vector<std::uint8_t>& bytes) {
-    // A refusal belongs to the packet before; this one is sent on the second try.
+    // ECONNREFUSED is the answer to the previous packet: this packet is sent again.
     ssize_t sent = send(fd.get(), bytes.data(), bytes.size(), 0);
     if (sent < 0 && errno == ECONNREFUSED) {
       ++result.refused;
@@ -93,7 +93,7 @@ class LiveSender {
   std::uint8_t imu_seq_ = 0;
   std::uint8_t dvl_seq_ = 0;
   const std::string lcm_url_;
-  std::optional<Bus> bus_;  // only where there are fixes
+  std::optional<Bus> bus_;  // present if position fixes are sent
   std::int64_t fix_seq_ = 0;
 };
 
@@ -106,8 +106,8 @@ double SecondsSince(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-// First event to be sent. The sonar sends its sound-speed profile once, at the start of the survey;
-// to a later start it is sent first.
+// The first event to be sent. The sonar sends its sound-speed profile once, at the start of the
+// survey. If sending starts later, the profile is sent first.
 std::optional<BenchEvent> Join(SurveySimulator* simulator,
                                const LiveFrom& from,
                                LiveSender* sender) {

@@ -13,11 +13,11 @@ namespace {
 
 constexpr double kNodeS = 0.1;
 
-// Part of a turn's time in which its rate swells, and in which it fades.
+// Fraction of a turn's duration in which the turn rate rises, and in which it falls.
 constexpr double kRamp = 0.25;
-constexpr double kPeak = 1.0 / (1.0 - kRamp);  // of the rate, over its mean
+constexpr double kPeak = 1.0 / (1.0 - kRamp);  // peak turn rate divided by its mean
 
-// Part of a turn that is made after part u of its time, and derivatives.
+// Fraction of a turn completed after fraction u of its duration, and its two derivatives by u.
 struct TurnShare {
   double done = 0.0;
   double rate = 0.0;
@@ -38,14 +38,14 @@ TurnShare TurnShareAt(double u) {
 
 Eigen::Vector2d Along(double course_rad) { return {std::cos(course_rad), std::sin(course_rad)}; }
 
-// At the peak of its rate the turn has the radius asked for.
+// Length of a turn whose radius at the peak of the turn rate is radius_m.
 double TurnLength(double turn_rad, double radius_m) {
   return kPeak * std::abs(turn_rad) * radius_m;
 }
 
-// Way made good by a turn that begins on course 0.
+// Displacement over a turn that begins on course 0.
 Eigen::Vector2d TurnDisplacement(double turn_rad, double radius_m) {
-  constexpr int kSteps = 256;  // Simpson: to 0.01 mm
+  constexpr int kSteps = 256;  // steps of Simpson's rule: error 0.01 mm
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   for (int i = 0; i <= kSteps; ++i) {
     const double weight = i == 0 || i == kSteps ? 1.0 : (i % 2 == 1 ? 4.0 : 2.0);
@@ -54,7 +54,7 @@ Eigen::Vector2d TurnDisplacement(double turn_rad, double radius_m) {
   return sum * (TurnLength(turn_rad, radius_m) / (3.0 * kSteps));
 }
 
-// In (-2 pi, 2 pi), with the sign of sense.
+// Turn angle in (-2 pi, 2 pi), with the sign of `sense`.
 double TurnAngle(double from_rad, double to_rad, double sense) {
   const double turn = std::fmod(to_rad - from_rad, 2.0 * kPi);
   if (turn * sense < 0.0) return turn + sense * 2.0 * kPi;
@@ -65,7 +65,7 @@ struct Connection {
   double turn1_rad = 0.0;
   double length_m = 0.0;
   double turn2_rad = 0.0;
-  double off_m = 0.0;  // sideways miss
+  double off_m = 0.0;  // distance by which the connection misses the goal sideways
 };
 
 struct ConnectionProblem {
@@ -92,7 +92,8 @@ struct ConnectionProblem {
   }
 };
 
-// The senses differ in nothing but the jump of a turn from nothing to a full circle.
+// False if a turn jumps between 0 and a full circle from a to b; otherwise the turns are
+// continuous.
 bool SameBranch(const Connection& a, const Connection& b) {
   return std::abs(a.turn1_rad - b.turn1_rad) < kPi && std::abs(a.turn2_rad - b.turn2_rad) < kPi;
 }
@@ -116,7 +117,7 @@ Connection Bisect(
 
 Connection Shortest(const ConnectionProblem& problem) {
   constexpr int kCourses = 120;
-  // Off the round angles, where turns vanish.
+  // The offset avoids round angles, at which turns vanish.
   const double first_rad = problem.from_rad + Deg2Rad(0.37);
   const double step_rad = 2.0 * kPi / kCourses;
   Connection best;
@@ -186,7 +187,7 @@ void Path::AddCrosslines() {
   const double width = (params_.lines - 1) * params_.spacing_m;
   const double over = params_.lead_in_m + 0.5 * params_.spacing_m;
   for (int i = 0; i < params_.crosslines; ++i) {
-    // The first comes back from the last line.
+    // The first crossline begins at the last line.
     const bool back = i % 2 == 0;
     const double along =
         params_.lead_in_m + params_.line_length_m * (i + 1.0) / (params_.crosslines + 1.0);
@@ -232,8 +233,8 @@ Path::State Path::CourseAt(double t_s) const {
   return state;
 }
 
-// Places by Gauss-Legendre from node to node; between them a quintic that agrees with place,
-// velocity and acceleration at both: off by less than 1e-8 m.
+// Positions by Gauss-Legendre quadrature from node to node. Between nodes a quintic that agrees
+// with position, velocity and acceleration at both ends: error below 1e-8 m.
 void Path::Tabulate() {
   const double v = params_.speed_mps;
   const auto intervals = static_cast<std::size_t>(std::ceil(duration_s_ / kNodeS));

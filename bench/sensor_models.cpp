@@ -11,7 +11,7 @@
 namespace seastitch::bench {
 namespace {
 
-// WGS 84: rate, equatorial gravity, Somigliana's constant, first eccentricity squared.
+// WGS 84: rotation rate, equatorial gravity, Somigliana's constant, first eccentricity squared.
 constexpr double kEarthRateRadps = 7.292115e-5;
 constexpr double kGravityEquator = 9.7803253359;
 constexpr double kSomigliana = 0.00193185265241;
@@ -113,7 +113,7 @@ DvlModel::DvlModel(const DvlParams& params,
   depth_bias_m_ = errors.depth_bias_m * random_.Normal();
   const double sine = std::sin(Deg2Rad(params.beam_angle_deg));
   const double cosine = std::cos(Deg2Rad(params.beam_angle_deg));
-  // Four beams in least squares: sigma_xy = beam sigma / (sqrt(2) sine).
+  // Least squares of four beams: sigma_xy = beam sigma / (sqrt(2) sine).
   beam_sigma_mps_ = errors.dvl_noise_mps * std::sqrt(2.0) * sine;
   const double side = sine * std::sqrt(0.5);
   beams_ << side, side, cosine, -side, side, cosine, -side, -side, cosine, side, -side, cosine;
@@ -143,7 +143,7 @@ DvlSample DvlModel::EnsembleAt(double t_s, bool bottom_lock) {
   int valid = 0;
   double altitude_sum = 0.0;
   for (int i = 0; i < 4; ++i) {
-    // Every number is drawn, so that a lost beam changes no other.
+    // Random numbers are drawn for lost beams too, so that a loss does not change other beams.
     const double velocity = beams_.row(i).dot(v_dvl) + beam_sigma_mps_ * random_.Normal();
     const double range_noise = errors_.dvl_range_noise_m * random_.Normal();
     const bool lost = random_.Chance(params_.beam_loss_rate);
@@ -199,8 +199,8 @@ std::vector<MbesModel::Sector> MbesModel::SectorsAt(double t_s) const {
   return sectors;
 }
 
-// Travel time and receive angle of one beam. The pulse leaves on the transmit cone; the echo
-// arrives where the sonar has moved to by then.
+// Travel time and receive angle of one beam. The pulse leaves on the transmit cone. The echo
+// arrives at the sonar's later position.
 MbesBeam MbesModel::Listen(double t_s, const Sector& sector, double angle_rad) {
   MbesBeam beam;
   beam.tx_tilt_rad = static_cast<float>(sector.tilt_rad);
@@ -221,7 +221,7 @@ MbesBeam MbesModel::Listen(double t_s, const Sector& sector, double angle_rad) {
                          sector.T_map_sonar.linear() * Eigen::Vector3d(x, y, std::sqrt(z2)),
                          params_.max_range_m);
   if (!echo) return beam;
-  // Twice the way down is the time of the echo to a part in speed / sound speed: 0.1 %.
+  // Time of the echo from twice the one-way time: relative error of speed / sound speed, 0.1 %.
   const Eigen::Isometry3d T_map_rx =
       scene_.trajectory.PoseAt(t_s + sector.delay_s + 2.0 * echo->one_way_s) *
       scene_.vehicle.T_vehicle_mbes;
@@ -237,7 +237,7 @@ MbesBeam MbesModel::Listen(double t_s, const Sector& sector, double angle_rad) {
   const double angle_sigma = Deg2Rad(params_.angle_noise_deg) / std::cos(true_angle);
   beam.rx_angle_rad = static_cast<float>(true_angle + angle_sigma * angle_draw);
   beam.twtt_s = static_cast<float>(twtt + 2.0 * range_sigma * range_draw / c);
-  // Where the beam points, in the vertical plane.
+  // Angle of the beam from the vertical.
   const double down = echo->p_map.z() - p_tx.z();
   const double sine = std::sqrt(std::max(0.0, 1.0 - (down / range) * (down / range)));
   const double depth_sigma = std::hypot(range_sigma * down / range, range * sine * angle_sigma);
@@ -261,7 +261,7 @@ void MbesModel::AddMisdetections(std::vector<MbesBeam>* beams) {
     if ((*beams)[i].flags != 0) (*beams)[i].twtt_s = nearest;
 }
 
-// Rejected beams have a travel time too, that of their neighbours, and are flagged.
+// Gives rejected beams the travel time of their neighbours, and flags them.
 void MbesModel::FillRejected(std::vector<MbesBeam>* beams) const {
   float near = static_cast<float>(2.0 * params_.max_range_m / 1500.0);
   for (const MbesBeam& beam : *beams) {
@@ -295,7 +295,8 @@ MbesModel::Ping MbesModel::PingAt(double t_s) {
   for (const MbesBeam& beam : ping.beams)
     result.last_echo_s =
         std::max(result.last_echo_s, double{beam.tx_delay_s} + double{beam.twtt_s});
-  constexpr double kGuard = 1.1;  // it listens a little longer than the last echo takes
+  // the sonar listens a little longer than the travel time of the last echo
+  constexpr double kGuard = 1.1;
   result.next_ping_s = params_.ping_rate_hz > 0.0
                            ? 1.0 / params_.ping_rate_hz
                            : std::max(1.0 / params_.max_ping_rate_hz, kGuard * result.last_echo_s);

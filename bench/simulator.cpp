@@ -15,7 +15,7 @@
 namespace seastitch::bench {
 namespace {
 
-// The track's box, widened by the longest reach of a beam.
+// The track's bounding box, widened by the longest horizontal reach of a beam.
 MapBox SurveyBox(const SurveyConfig& config, const Path& path) {
   const double altitude = config.plan.altitude_m > 0.0
                               ? config.plan.altitude_m
@@ -34,7 +34,7 @@ std::unique_ptr<Terrain> MakeTerrain(const SurveyConfig& config, const Path& pat
                                       std::make_unique<ProceduralTerrain>(procedural, config.seed));
 }
 
-// Instant of the n-th sample, rounded to the microsecond of its stamp.
+// Time of the n-th sample, rounded to the microseconds of its stamp.
 double SampleTime(std::int64_t n, double rate_hz) {
   return std::round(static_cast<double>(n) * 1e6 / rate_hz) * 1e-6;
 }
@@ -112,7 +112,7 @@ class SurveySimulator::Impl {
 
   void RunMbes() {
     const double t = next_ping_s_;
-    // The echoes of the last ping are to come in before the end.
+    // No ping in the last 0.5 s: its echoes must arrive before the end.
     if (t + 0.5 > trajectory_.duration_s() || !path_.IsOnSurvey(t)) return;
     MbesModel::Ping result = mbes_.PingAt(t);
     result.ping.time = StampOf(t);

@@ -52,14 +52,21 @@ void DeclareTerrain(SurveyConfig* config, ParameterTable* root) {
              "Largest distance from known cells up to which holes are filled.");
 
   ParameterTable& relief = table.AddSection("relief", "Self-similar relief.");
-  relief.Add("rms_m", &p->relief.rms_m, kMetre, Range::Within(0.0, 1000.0), "0: none.");
+  relief.Add("rms_m",
+             &p->relief.rms_m,
+             kMetre,
+             Range::Within(0.0, 1000.0),
+             "Height of the relief, RMS; 0: no relief.");
   const Parameter& longest = relief.Add("longest_m",
                                         &p->relief.longest_m,
                                         kMetre,
                                         Range::Above(0.0).AtMost(1e5),
-                                        "Longest wavelength.");
-  relief.Add(
-      "shortest_m", &p->relief.shortest_m, kMetre, Range::AtLeast(0.1), "Shortest wavelength.");
+                                        "Longest wavelength of the relief.");
+  relief.Add("shortest_m",
+             &p->relief.shortest_m,
+             kMetre,
+             Range::AtLeast(0.1),
+             "Shortest wavelength of the relief.");
   relief.Add("hurst",
              &p->relief.hurst,
              kNone,
@@ -86,9 +93,21 @@ void DeclareTerrain(SurveyConfig* config, ParameterTable* root) {
             "Direction in which the waves follow each other, clockwise from north.");
 
   ParameterTable& pipe = table.AddSection("pipeline", "A pipe that follows the seabed.");
-  pipe.Add("diameter_m", &p->pipeline.diameter_m, kMetre, Range::Within(0.0, 5.0), "0: none.");
-  pipe.Add("north_m", &p->pipeline.north_m, kMetre, Range::Any(), "A point of the pipe.");
-  pipe.Add("east_m", &p->pipeline.east_m, kMetre, Range::Any(), "A point of the pipe.");
+  pipe.Add("diameter_m",
+           &p->pipeline.diameter_m,
+           kMetre,
+           Range::Within(0.0, 5.0),
+           "Diameter of the pipe; 0: no pipe.");
+  pipe.Add("north_m",
+           &p->pipeline.north_m,
+           kMetre,
+           Range::Any(),
+           "North coordinate of a point of the pipe.");
+  pipe.Add("east_m",
+           &p->pipeline.east_m,
+           kMetre,
+           Range::Any(),
+           "East coordinate of a point of the pipe.");
   pipe.Add(
       "heading_deg", &p->pipeline.heading_deg, kDegree, Range::Any(), "Direction of the pipe.");
 
@@ -103,7 +122,7 @@ void DeclareTerrain(SurveyConfig* config, ParameterTable* root) {
 
 void DeclarePlan(PlanParams* p, ParameterTable* root) {
   ParameterTable& table = root->AddSection("plan", "A lawn-mower survey from the map's origin.");
-  table.Add("lines", &p->lines, kNone, Range::Within(1, 1000), "Survey lines.");
+  table.Add("lines", &p->lines, kNone, Range::Within(1, 1000), "Number of survey lines.");
   table.Add("line_length_m",
             &p->line_length_m,
             kMetre,
@@ -141,9 +160,12 @@ void DeclarePlan(PlanParams* p, ParameterTable* root) {
             &p->depth_m,
             kMetre,
             Range::Within(0.0, 11'000.0),
-            "Depth of the vehicle without altitude.");
-  table.Add(
-      "min_depth_m", &p->min_depth_m, kMetre, Range::AtLeast(0.0), "Least depth of the vehicle.");
+            "Depth of the vehicle if altitude_m is 0.");
+  table.Add("min_depth_m",
+            &p->min_depth_m,
+            kMetre,
+            Range::AtLeast(0.0),
+            "Smallest depth of the vehicle during the survey.");
   table.Add("surface_s",
             &p->surface_s,
             kSecond,
@@ -153,14 +175,15 @@ void DeclarePlan(PlanParams* p, ParameterTable* root) {
             &p->dive_s,
             kSecond,
             Range::Above(0.0),
-            "Time of the way down, and up, where there is one, with the sonar off.");
+            "Duration of the descent, and of the ascent, with the sonar off; used if surface_s is "
+            "above 0.");
 }
 
 void DeclareMotion(MotionParams* p, ParameterTable* root) {
   ParameterTable& table =
       root->AddSection("motion", "Motion of the vehicle about its course, RMS.");
-  table.Add("roll_rms_deg", &p->roll_rms_deg, kDegree, Range::Within(0.0, 15.0), "Rolling.");
-  table.Add("pitch_rms_deg", &p->pitch_rms_deg, kDegree, Range::Within(0.0, 15.0), "Pitching.");
+  table.Add("roll_rms_deg", &p->roll_rms_deg, kDegree, Range::Within(0.0, 15.0), "Roll, RMS.");
+  table.Add("pitch_rms_deg", &p->pitch_rms_deg, kDegree, Range::Within(0.0, 15.0), "Pitch, RMS.");
   table.Add("heading_rms_deg",
             &p->heading_rms_deg,
             kDegree,
@@ -239,9 +262,12 @@ void DeclareErrors(SurveyConfig* config, ParameterTable* root) {
             &p->roll_pitch_wander_tau_s,
             kSecond,
             Range::Above(0.0),
-            "Correlation time.");
-  table.Add(
-      "heading_bias_deg", &p->heading_bias_deg, kDegree, Range::Within(0.0, 100.0), "Constant.");
+            "Correlation time of roll_pitch_wander_deg.");
+  table.Add("heading_bias_deg",
+            &p->heading_bias_deg,
+            kDegree,
+            Range::Within(0.0, 100.0),
+            "Constant error of the heading.");
   table.Add("heading_deviation_deg",
             &p->heading_deviation_deg,
             kDegree,
@@ -256,7 +282,7 @@ void DeclareErrors(SurveyConfig* config, ParameterTable* root) {
             &p->heading_wander_tau_s,
             kSecond,
             Range::Above(0.0),
-            "Correlation time.");
+            "Correlation time of heading_wander_deg.");
   table.Add("attitude_white_deg",
             &p->attitude_white_deg,
             kDegree,
@@ -277,19 +303,26 @@ void DeclareErrors(SurveyConfig* config, ParameterTable* root) {
             kDegree,
             Range::Within(0.0, 100.0),
             "Constant mounting error about each axis.");
-  table.Add(
-      "dvl_range_noise_m", &p->dvl_range_noise_m, kMetre, Range::Within(0.0, 100.0), "Of a beam.");
+  table.Add("dvl_range_noise_m",
+            &p->dvl_range_noise_m,
+            kMetre,
+            Range::Within(0.0, 100.0),
+            "Noise of the range of each beam.");
   table.Add("depth_noise_m",
             &p->depth_noise_m,
             kMetre,
             Range::Within(0.0, 100.0),
             "Noise of each sample.");
-  table.Add("depth_bias_m", &p->depth_bias_m, kMetre, Range::Within(0.0, 100.0), "Constant.");
+  table.Add("depth_bias_m",
+            &p->depth_bias_m,
+            kMetre,
+            Range::Within(0.0, 100.0),
+            "Constant error of the depth.");
 }
 
 void DeclareImu(ImuParams* p, ParameterTable* root) {
   ParameterTable& table = root->AddSection("imu", "Inertial unit.");
-  table.Add("rate_hz", &p->rate_hz, kHertz, Range::Within(1.0, 1000.0), "Samples.");
+  table.Add("rate_hz", &p->rate_hz, kHertz, Range::Within(1.0, 1000.0), "Rate of the samples.");
   table.Add("latency_s",
             &p->latency_s,
             kSecond,
@@ -299,7 +332,7 @@ void DeclareImu(ImuParams* p, ParameterTable* root) {
 
 void DeclareDvl(DvlParams* p, ParameterTable* root) {
   ParameterTable& table = root->AddSection("dvl", "Doppler log.");
-  table.Add("rate_hz", &p->rate_hz, kHertz, Range::Within(0.1, 30.0), "Ensembles.");
+  table.Add("rate_hz", &p->rate_hz, kHertz, Range::Within(0.1, 30.0), "Rate of the ensembles.");
   table.Add("beam_angle_deg",
             &p->beam_angle_deg,
             kDegree,
@@ -309,7 +342,7 @@ void DeclareDvl(DvlParams* p, ParameterTable* root) {
             &p->min_range_m,
             kMetre,
             Range::AtLeast(0.0),
-            "Least altitude with bottom lock.");
+            "Smallest altitude with bottom lock.");
   const Parameter& max_range = table.Add("max_range_m",
                                          &p->max_range_m,
                                          kMetre,
@@ -319,7 +352,7 @@ void DeclareDvl(DvlParams* p, ParameterTable* root) {
             &p->beam_loss_rate,
             kNone,
             Range::Within(0.0, 1.0),
-            "Noise of each beam, each ensemble.");
+            "Probability that a beam has no detection, for each beam of each ensemble.");
   table.Add("latency_s",
             &p->latency_s,
             kSecond,
@@ -343,7 +376,7 @@ void DeclareMbes(MbesParams* p, ParameterTable* root) {
             &p->ping_rate_hz,
             kHertz,
             Range::Within(0.0, 100.0),
-            "0: as fast as the range allows.");
+            "Ping rate; 0: as fast as the range allows, up to max_ping_rate_hz.");
   table.Add("max_ping_rate_hz",
             &p->max_ping_rate_hz,
             kHertz,
@@ -407,7 +440,11 @@ void DeclareMbes(MbesParams* p, ParameterTable* root) {
 
 void DeclareFixes(FixParams* p, ParameterTable* root) {
   ParameterTable& table = root->AddSection("position_fixes", "GPS or USBL.");
-  table.Add("interval_s", &p->interval_s, kSecond, Range::AtLeast(0.1).OrZero(), "0: none.");
+  table.Add("interval_s",
+            &p->interval_s,
+            kSecond,
+            Range::AtLeast(0.1).OrZero(),
+            "Time between two fixes; 0: no fixes.");
   table.Add("gps",
             &p->gps,
             "True: GPS, only while the vehicle is at the surface. False: USBL, all the time.");
@@ -454,7 +491,7 @@ void DeclareFault(Fault* p, ParameterTable* table) {
              "Fraction of packets lost, for packet_loss.");
 }
 
-// The class of errors in a file, which sets the defaults of the others.
+// The class of errors that a file names; it sets the defaults of the single errors.
 std::string ClassIn(const std::string& path) {
   SurveyConfig config;
   ParameterTable table;

@@ -32,7 +32,7 @@ double LatticeTerm(std::int64_t ix, std::int64_t iy, double x, double y, std::ui
   return g.x() * x + g.y() * y;
 }
 
-// Lattice constant 1.
+// Gradient noise with a lattice spacing of 1.
 double GradientNoise(double x, double y, std::uint64_t seed) {
   const double fx = std::floor(x);
   const double fy = std::floor(y);
@@ -51,7 +51,7 @@ double GradientNoise(double x, double y, std::uint64_t seed) {
   return n0 + wy * (n1 - n0);
 }
 
-// Over the plane: each corner adds weight^2 r^2 / 2 for a gradient of random direction.
+// Variance over the plane: each corner adds weight^2 r^2 / 2, for gradients of random direction.
 double GradientNoiseVariance() {
   constexpr int kSteps = 1000;
   double weight2 = 0.0;
@@ -84,7 +84,7 @@ ProceduralTerrain::ProceduralTerrain(const ProceduralParams& params, std::uint64
   if (relief.rms_m <= 0.0) return;
   double variance = 0.0;
   for (double length = relief.longest_m; length >= relief.shortest_m; length *= 0.5) {
-    const double angle = 2.0 * kPi * random.Uniform();  // no lattice shows through
+    const double angle = 2.0 * kPi * random.Uniform();  // random directions hide the lattice
     const double amplitude = std::pow(length, relief.hurst);
     octaves_.push_back(
         {std::cos(angle) / length, std::sin(angle) / length, amplitude, random.Bits()});
@@ -120,7 +120,7 @@ double ProceduralTerrain::SandWave(double north_m, double east_m) const {
       GradientNoise(north_m / bend_length, east_m / bend_length, MixBits(wave_seed_));
   const double along = wave_direction_.x() * north_m + wave_direction_.y() * east_m;
   const double phase = 2.0 * kPi * along / wave.length_m + bend;
-  // The second harmonic makes the lee side steeper.
+  // The second harmonic makes the lee side of a ripple steeper.
   const double shape = std::sin(phase) + 0.2 * std::sin(2.0 * phase);
   return 0.5 * wave.height_m * (0.8 + 0.6 * swell) * shape;
 }
@@ -138,7 +138,7 @@ double ProceduralTerrain::PipeHeight(double north_m, double east_m) const {
 double ProceduralTerrain::Roughness(double north_m) const {
   const FlatStripParams& flat = params_.flat_strip;
   if (flat.to_north_m <= flat.from_north_m) return 1.0;
-  constexpr double kEdgeM = 10.0;  // relief fades over this
+  constexpr double kEdgeM = 10.0;  // width [m] over which the relief fades out
   const double outside = std::max(flat.from_north_m - north_m, north_m - flat.to_north_m);
   return Fade(std::clamp(outside / kEdgeM, 0.0, 1.0));
 }
@@ -148,8 +148,8 @@ GridTerrain::GridTerrain(Cells cells, double fill_m, const MapBox& box) : cells_
   Place(box);
 }
 
-// Ring by ring from the known cells; a cell becomes the mean of its known neighbours. Three rings
-// more are filled for the interpolation alone.
+// Fills unknown cells ring by ring from the known ones, each with the mean of its known neighbours.
+// Three more rings are filled for the interpolation only.
 void GridTerrain::Fill(double fill_m) {
   constexpr int kInterpolationRings = 3;
   const int rings = static_cast<int>(fill_m / std::max(cells_.cell_north_m, cells_.cell_east_m));
@@ -182,7 +182,7 @@ void GridTerrain::Fill(double fill_m) {
 }
 
 void GridTerrain::Place(const MapBox& box) {
-  // sums(r, c): known cells south-west of (r, c).
+  // sums(r, c): number of known cells south-west of (r, c).
   const auto at = [this](int row, int col) {
     return static_cast<std::size_t>(row) * (static_cast<std::size_t>(cells_.cols) + 1) +
            static_cast<std::size_t>(col);
@@ -213,14 +213,14 @@ void GridTerrain::Place(const MapBox& box) {
       best_col = c;
     }
   }
-  // The middle of the box on the middle of the window.
+  // Puts the middle of the box on the middle of the window.
   const Eigen::Vector2d window_middle((best_row + 0.5 * rows) * cells_.cell_north_m,
                                       (best_col + 0.5 * cols) * cells_.cell_east_m);
   corner_ = 0.5 * (box.min + box.max) - window_middle;
 }
 
 std::optional<double> GridTerrain::DepthAt(double north_m, double east_m) const {
-  // Depths stand at the cells' centres.
+  // Depths belong to the centres of the cells.
   const double x = (north_m - corner_.x()) / cells_.cell_north_m - 0.5;
   const double y = (east_m - corner_.y()) / cells_.cell_east_m - 0.5;
   if (!(x >= -0.5 && x <= cells_.rows - 0.5 && y >= -0.5 && y <= cells_.cols - 0.5))

@@ -13,7 +13,7 @@ constexpr double kKnotS = 2.0;
 constexpr double kAtSurfaceM = 0.3;   // depth of the reference point
 constexpr double kSmoothingS = 10.0;  // the vehicle follows slopes, not ripples
 
-// exp(-x^2 / 2) as weights over +-2 smoothing times.
+// Gaussian smoothing, exp(-x^2 / 2), over +-2 smoothing times.
 std::vector<double> Smooth(const std::vector<double>& values) {
   const int reach = static_cast<int>(2.0 * kSmoothingS / kKnotS);
   const int n = static_cast<int>(values.size());
@@ -56,7 +56,8 @@ Trajectory::Sines Trajectory::MakeSines(double rms,
   Random random(seed, name);
   Sines sines;
   for (int i = 0; i < kSines; ++i) {
-    // Periods from 2 to 1/2 of the middle one, evenly in octaves, none a multiple of another.
+    // Periods from 2 to 1/2 times period_s, spread evenly in octaves; none is a multiple of
+    // another.
     const double octave = -1.0 + 2.0 * (i + random.Uniform()) / kSines;
     sines.push_back({rms * std::sqrt(2.0 / kSines),
                      2.0 * kPi / period_s * std::exp2(octave),
@@ -101,7 +102,7 @@ void Trajectory::PlanDepth(const PlanParams& plan, const Terrain& terrain) {
   }
 }
 
-// Knot i stands at (i - 1) kKnotS.
+// B-spline of the depth; knot i is at the time (i - 1) kKnotS.
 Trajectory::Motion Trajectory::CruiseDepthAt(double t_s) const {
   const double at = std::clamp(t_s, 0.0, duration_s()) / kKnotS;
   const auto i = std::min(static_cast<std::size_t>(at), depth_knots_m_.size() - 4);
@@ -127,7 +128,7 @@ Trajectory::Attitude Trajectory::AttitudeAt(double t_s) const {
   a.yaw.value += course.course_rad;
   a.yaw.rate += course.course_rate_radps;
   a.yaw.accel += course.course_accel_radps2;
-  // It noses down to dive.
+  // The vehicle pitches down to dive.
   a.pitch.value -= cruise.rate / path_.speed_mps();
   a.pitch.rate -= cruise.accel / path_.speed_mps();
   return a;
@@ -166,7 +167,8 @@ TrueState Trajectory::StateAt(double t_s) const {
                       v * course.course_rate_radps * c,
                       cruise.accel + heave.accel};
   state.rate_vehicle_radps = RateAt(t_s);
-  // Only the lever arm of the inertial unit needs it: 1e-7 rad/s2 of roundoff is 1e-8 g there.
+  // Numerical derivative. Only the lever arm of the inertial unit uses it: a rounding error of 1e-7
+  // rad/s2 gives 1e-8 g there.
   constexpr double kH = 1e-4;
   state.accel_vehicle_radps2 = (RateAt(t_s + kH) - RateAt(t_s - kH)) / (2.0 * kH);
   return state;

@@ -6,14 +6,15 @@
 namespace seastitch::bench {
 namespace {
 
-// Depth in which the sound speed counts as constant: at a gradient of 1 /s the midpoint rule is
-// then off by 1e-8 of the way.
+// Thickness of a layer [m] with constant sound speed. At a gradient of 1 /s the midpoint rule has a
+// relative error of 1e-8 of the path.
 constexpr double kLayerM = 0.25;
-// No slope of a seabed is taken to be steeper (63 degrees): how far a ray may run unchecked.
+// Steepest slope of a seabed that is assumed (63 degrees). It limits the step of a ray between two
+// checks for a hit.
 constexpr double kSteepestSlope = 2.0;
 constexpr double kMinStepM = 0.1;
 constexpr double kHitToleranceM = 1e-6;
-// Rays flatter than this (87 degrees off the vertical) never bring back an echo.
+// Cosine from the vertical (87 degrees) below which a ray is given up.
 constexpr double kFlattest = 0.05;
 
 }  // namespace
@@ -67,7 +68,7 @@ std::optional<Water::Echo> Water::March(const Terrain& terrain,
   Ray below;
   double depth_gap_below = 0.0;
   for (;;) {
-    // Over unknown seabed there is nothing to stay clear of.
+    // Over unknown seabed the smallest step is used.
     const double step =
         std::max(kMinStepM, gap.value_or(0.0) / (direction.z() + kSteepestSlope * sine));
     below = above;
@@ -75,7 +76,7 @@ std::optional<Water::Echo> Water::March(const Terrain& terrain,
     if (below.path_m > max_range_m) return std::nullopt;
     const std::optional<double> gap_below = gap_at(below);
     if (gap_below && *gap_below <= 0.0) {
-      if (!gap) return std::nullopt;  // came out of the unknown below the seabed
+      if (!gap) return std::nullopt;  // the ray came from an unknown area and is below the seabed
       depth_gap_below = *gap_below;
       break;
     }
@@ -83,7 +84,7 @@ std::optional<Water::Echo> Water::March(const Terrain& terrain,
     gap = gap_below;
   }
 
-  // Regula falsi (Illinois) in the depth between `above` and `below`.
+  // Regula falsi (Illinois variant) in depth, between `above` and `below`.
   double low = above.depth_m;
   double high = below.depth_m;
   double gap_low = *gap;
@@ -144,8 +145,8 @@ std::optional<Water::Return> Water::Back(const Eigen::Vector3d& p_seabed,
   const int steps = std::max(1, static_cast<int>(std::ceil(down / kLayerM)));
   const double dz = down / steps;
 
-  // Newton's method, kept within what is known: rays below `low` fall short, those above `high` go
-  // too far or turn up.
+  // Newton's method inside a bracket: rays below `low` end before the distance, rays above `high`
+  // end beyond it or turn upward.
   double low = 0.0;
   double high = 1.0 / SpeedAt(p_receiver.z());
   double snell = snell_guess_s_per_m;

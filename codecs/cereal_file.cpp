@@ -15,7 +15,7 @@ constexpr std::size_t kMaxText = 256;
 constexpr std::size_t kMaxBeams = 65'536;
 constexpr std::size_t kPointBytes = 32;  // rows, columns, three numbers
 
-// Before the string and behind it, up to the number of beams.
+// Bytes before the string, and bytes between the string and the number of beams.
 constexpr std::size_t kBeforeText = 4 + 8;
 constexpr std::size_t kPoseBytes = 8 + 4 * 8 + 1 + kPointBytes;
 
@@ -36,7 +36,7 @@ Eigen::Vector3d ReadPoint(ByteReader* in) {
   return {x, y, in->Le<double>()};
 }
 
-// Milliseconds from AUVLIB's own parsers, seconds from its naviedit script.
+// Stamps are milliseconds in files of AUVLIB's parsers, seconds in files of its naviedit script.
 Time TimeOf(std::int64_t stamp) {
   constexpr std::int64_t kMilliseconds = 100'000'000'000;
   return stamp > kMilliseconds ? Time(std::chrono::milliseconds(stamp))
@@ -49,8 +49,8 @@ bool IsStamp(std::int64_t stamp) { return stamp >= 0 && stamp < 100'000'000'000'
 
 SurveyReader::Look CerealFileReader::LookAt(Bytes bytes, bool /*at_end*/) const {
   if (at_start_) {
-    // The portable archive has one byte more in front. Only one of them gives the first
-    // string a sensible length.
+    // The portable archive has one more byte in front. Only one of the two layouts gives a
+    // plausible length of the first string.
     if (bytes.size() < kCountBytes + 1 + kBeforeText) return TooShort();
     const bool portable =
         bytes[0] == 1 && NumberAt(bytes, kCountBytes + 5) <= kMaxText &&

@@ -30,7 +30,7 @@ std::optional<DepthReading> WithUnit(std::optional<double> value, std::string_vi
 std::optional<DepthReading> DecodeDepthLine(std::string_view line) {
   line = Trimmed(line);
   if (line.starts_with('*')) {
-    constexpr std::size_t kAddresses = 5;  // with the star
+    constexpr std::size_t kAddresses = 5;  // including the star
     if (line.size() <= kAddresses ||
         line.substr(1, 4).find_first_not_of("0123456789") != std::string_view::npos)
       return std::nullopt;

@@ -30,7 +30,7 @@ constexpr std::uint16_t kEm2040 = 2040;
 constexpr std::uint16_t kEm2040C = 2045;
 constexpr std::uint16_t kEm3020 = 3020;
 
-// A cursor in the byte order of the datagram.
+// Reads numbers in the byte order of the datagram.
 class EmReader {
  public:
   EmReader(Bytes bytes, bool big_endian) : in_(bytes), big_endian_(big_endian) {}
@@ -79,7 +79,7 @@ std::optional<EmDatagram> ReadIn(bool big_endian, Bytes datagram) {
   return out;
 }
 
-// cleaning: below 0 where the sonar's own filter refused it.
+// Flags of a beam. cleaning is below 0 if the sonar's own filter rejected the beam.
 std::uint8_t FlagsOf(std::uint8_t detection, std::int8_t cleaning) {
   constexpr std::uint8_t kInvalid = 0x80;
   const std::uint8_t method = detection & 0x0F;
@@ -101,14 +101,14 @@ Sector ReadSector(EmReader in, std::uint16_t model) {
   sector.delay_s = in.Get<float>();
   in.Skip(7);
   const auto number = in.Get<std::uint8_t>();
-  if (model == kEm2040) sector.array = number;  // of the others there is one array
+  if (model == kEm2040) sector.array = number;  // the other models have one array
   return sector;
 }
 
-// Nothing: unusable.
+// A beam; nothing if it is unusable.
 std::optional<MbesBeam> ReadBeam(EmReader in, const std::vector<Sector>& sectors) {
   MbesBeam beam;
-  beam.rx_angle_rad = static_cast<float>(-Deg2Rad(in.Degrees()));  // + is to port there
+  beam.rx_angle_rad = static_cast<float>(-Deg2Rad(in.Degrees()));  // positive to port in the file
   const std::size_t sector = in.Get<std::uint8_t>();
   const auto detection = in.Get<std::uint8_t>();
   in.Skip(2);
@@ -140,7 +140,7 @@ PlacedBeam ReadSounding(EmReader in) {
   return std::isfinite(out.sigma_z_m) ? out : PlacedBeam{};
 }
 
-// Roll, pitch [0.01 deg], heave [cm], heading [0.01 deg], as both kinds of attitude have them.
+// Roll, pitch [0.01 deg], heave [cm], heading [0.01 deg]: the same in both attitude datagrams.
 void ReadMotion(EmReader* in, NavigationRecord* sample) {
   const double roll_deg = in->Degrees();
   const double pitch_deg = in->Degrees();
@@ -155,7 +155,7 @@ std::string SourceOf(char type, std::uint8_t descriptor) {
   return std::string(1, type) + ((descriptor & kSecondSensor) != 0 ? '2' : '1');
 }
 
-// hhmmss.ss of a GGA sentence.
+// Time of day from hhmmss.ss of a GGA sentence.
 std::optional<Duration> TimeOfGga(std::string_view text) {
   const std::size_t name = text.find("GGA,");
   if (name == std::string_view::npos) return std::nullopt;
@@ -181,8 +181,8 @@ Eigen::Isometry3d Mounting(const Values& values, const std::string& prefix) {
                                   Deg2Rad(NumberOr0(values, prefix + "H"))));
 }
 
-// Where the arrays lie in their housings. EM 2040C: the receiver's place that fits the makers' own
-// soundings; the manual's has x and y exchanged.
+// Positions of the arrays in their housings [m]. EM 2040C: the receiver position that reproduces
+// the maker's own soundings; the manual exchanges x and y.
 std::vector<Eigen::Vector3d> TransmitCentres(int model) {
   if (model == kEm2040)
     return {{0.0, -0.0554, -0.012}, {0.0, 0.01315, -0.006}, {0.0, 0.0554, -0.012}};
@@ -195,7 +195,7 @@ std::vector<Eigen::Vector3d> ReceiveCentres(int model) {
   return {Eigen::Vector3d::Zero()};
 }
 
-// Which transducers there are, "S0" to "S3"; files before 2013 do not state it.
+// Number of the transducer configuration ("S0" to "S3" below); files before 2013 do not state it.
 int TransducerConfiguration(const Values& values, int model) {
   if (values.contains("STC")) return static_cast<int>(NumberOr0(values, "STC"));
   if (model != kEm2040C && model != kEm3020) return 0;
@@ -398,7 +398,7 @@ std::optional<NavigationRecord> DecodeEmHeight(const EmDatagram& datagram) {
 std::optional<SoundVelocityProfile> DecodeEmU(const EmDatagram& datagram) {
   EmReader in(datagram);
   const auto date = static_cast<int>(in.Get<std::uint32_t>() % 100'000'000);
-  // By the manual milliseconds of the day; real files have seconds.
+  // Milliseconds of the day by the manual; seconds in real files.
   const std::int64_t time = in.Get<std::uint32_t>();
   const std::size_t count = in.Get<std::uint16_t>();
   const double resolution_m = in.Get<std::uint16_t>() / 100.0;
@@ -434,7 +434,8 @@ std::optional<std::vector<SurfaceSoundSpeed>> DecodeEmG(const EmDatagram& datagr
 
 std::optional<SonarInstallation> DecodeEmI(const EmDatagram& datagram) {
   if (datagram.body.size() < 2) return std::nullopt;
-  const std::string text = TextFromBytes(datagram.body.subspan(2));  // behind the second serial
+  const std::string text =
+      TextFromBytes(datagram.body.subspan(2));  // after the second serial number
   SonarInstallation out;
   out.time = datagram.time;
   out.model = datagram.model == kEm2040C ? "EM 2040C" : "EM " + std::to_string(datagram.model);

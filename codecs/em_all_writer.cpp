@@ -46,7 +46,7 @@ Calendar CalendarOf(Time time) {
           static_cast<std::uint32_t>((ms - day).count())};
 }
 
-// A datagram without its length, checksum and ETX yet.
+// Begins a datagram. Length, checksum and ETX are added by Seal().
 ByteWriter Begin(char type, Time time, std::uint16_t counter) {
   ByteWriter out;
   out.Le(std::uint8_t{2});
@@ -62,7 +62,7 @@ ByteWriter Begin(char type, Time time, std::uint16_t counter) {
 
 std::vector<std::uint8_t> Seal(ByteWriter* body) {
   std::vector<std::uint8_t> bytes = body->Release();
-  if (bytes.size() % 2 == 0) bytes.push_back(0);  // even with what follows
+  if (bytes.size() % 2 == 0) bytes.push_back(0);  // an even number of bytes with ETX and checksum
   const auto sum = std::accumulate(bytes.begin() + 1, bytes.end(), std::uint32_t{0});
   ByteWriter out;
   out.Le(static_cast<std::uint32_t>(bytes.size() + 3));
@@ -140,7 +140,8 @@ std::vector<std::uint8_t> EncodeEmN(const MbesPing& ping) {
   }
   for (std::size_t i = 0; i < ping.beams.size(); ++i) {
     const MbesBeam& beam = ping.beams[i];
-    out.Le(Rounded<std::int16_t>(-100.0 * Rad2Deg(double{beam.rx_angle_rad})));  // + to port
+    // Positive to port in the file.
+    out.Le(Rounded<std::int16_t>(-100.0 * Rad2Deg(double{beam.rx_angle_rad})));
     out.Le(of_beam[i]);
     out.Le(DetectionOf(beam.flags));
     out.Le(std::uint16_t{0});
@@ -158,7 +159,7 @@ std::vector<std::uint8_t> EncodeEmA(const std::vector<NavigationRecord>& samples
   constexpr std::uint16_t kOk = 0x9090;
   if (samples.empty() || samples.back().time - samples.front().time > std::chrono::seconds(60))
     throw std::invalid_argument("A: no sample, or more than a minute of them");
-  // The record's own time has milliseconds, from which those of the samples count.
+  // The samples' times are relative to the record's time, which has a resolution of 1 ms.
   const Time begin =
       Time(std::chrono::floor<std::chrono::milliseconds>(samples.front().time.time_since_epoch()));
   ByteWriter out = Begin('A', begin, 0);

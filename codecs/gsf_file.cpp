@@ -36,8 +36,8 @@ bool IsSigned(std::uint8_t array) { return array == kAcross || array == kAlong; 
 
 constexpr double kNoAngle_deg = 99.0;
 constexpr double kNoHeave_m = 99.0;
-constexpr double kNoHeading_deg = 360.0;  // beyond: 655.35
-constexpr double kPercent95 = 1.96;       // sigmas
+constexpr double kNoHeading_deg = 360.0;  // larger values mean "unknown": 655.35
+constexpr double kPercent95 = 1.96;       // 95 % of a normal distribution, in sigmas
 
 struct Frame {
   std::size_t data_bytes = 0;
@@ -105,7 +105,7 @@ std::optional<SoundVelocityProfile> ReadProfile(Bytes data) {
   ByteReader in(data);
   SoundVelocityProfile profile;
   profile.time = ReadTime(&in);
-  in.Skip(16);  // when it was applied, where it was taken
+  in.Skip(16);  // time of application, place of the cast
   const std::size_t count = in.Be<std::uint32_t>();
   if (!in.ok() || in.left() / 8 < count) return std::nullopt;
   for (std::size_t i = 0; i < count; ++i) {
@@ -146,7 +146,7 @@ double ReadRaw(ByteReader* in, std::size_t bytes_each, bool is_signed) {
 
 }  // namespace
 
-// The arrays of one ping, in metres; flags as they are.
+// The arrays of one ping, in metres; flags as in the file.
 struct GsfFileReader::Arrays {
   std::size_t num_beams = 0;
   std::map<std::uint8_t, std::vector<double>> of;
@@ -248,7 +248,7 @@ bool GsfFileReader::ReadPing(Bytes data, std::vector<SurveyRecord>* out) {
   return true;
 }
 
-// False: a size or a scale that cannot be, or arrays that are compressed.
+// False if a size or scale is impossible, or if arrays are compressed.
 bool GsfFileReader::ReadSubrecords(ByteReader* in, Arrays* arrays) {
   while (in->left() > 4) {
     const auto word = in->Be<std::uint32_t>();

@@ -17,8 +17,8 @@ constexpr std::size_t kPartitionBytes = kKmallPartitionBytes;
 constexpr std::size_t kMaxMainBeams = 1024;
 constexpr std::size_t kMaxExtraDetections = 1024;
 
-// Sizes of the structures up to the last field that is read, by which a datagram that claims less
-// is refused; and sizes that we write, those of version 1 to 3 and of version 0.
+// Smallest accepted sizes of the structures: up to the last field that is read. Also the sizes that
+// the writer uses, for versions 1 to 3 and for version 0.
 constexpr std::size_t kCommonBytes = 12;
 constexpr std::size_t kPingInfoBytes = 152;
 constexpr std::size_t kPingInfoBytesV0 = 144;
@@ -48,8 +48,8 @@ struct MrzLayout {
   std::size_t num_main = 0;
 };
 
-// Nothing unless the structures fill the datagram to its last byte (from header to seabed image
-// and tail).
+// The structures' places; nothing unless header, structures, seabed image and tail together fill
+// the datagram exactly.
 std::optional<MrzLayout> ReadMrzLayout(Bytes datagram) {
   const std::optional<Bytes> body = WholeKmall(datagram, "#MRZ");
   if (!body) return std::nullopt;
@@ -111,7 +111,7 @@ std::vector<Sector> ReadSectors(const MrzLayout& layout) {
 
 struct ReadBeam {
   DetectionType type;
-  std::optional<MbesBeam> beam;  // nothing: unusable
+  std::optional<MbesBeam> beam;  // nothing if unusable
 };
 
 ReadBeam ReadSounding(Bytes sounding, const std::vector<Sector>& sectors) {

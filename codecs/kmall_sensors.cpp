@@ -22,12 +22,12 @@ constexpr std::size_t kSvpInfoBytes = 28;
 constexpr std::size_t kSkmInfoBytes = 12;
 constexpr std::size_t kSvtInfoBytes = 20;
 constexpr std::size_t kKmbBytes = 120;
-constexpr std::uint8_t kKmBinaryBytes = 132;  // by itself: with the delayed heave
+constexpr std::uint8_t kKmBinaryBytes = 132;  // of the binary KMB with the delayed heave
 constexpr std::size_t kTextAt = 26;           // of #IIP and #IOP
 constexpr float kNoHeight_m = -999.0f;
 
-// Samples of one size behind an info part that holds their number: u16 count and u16 size at
-// `at` of the info.
+// Samples of equal size after an info part that states, at byte `at`, their number and size (both
+// u16).
 struct SampleArray {
   std::size_t count = 0;
   std::size_t bytes_each = 0;
@@ -55,7 +55,7 @@ std::optional<SampleArray> ReadSamples(Bytes datagram,
   return usable ? std::optional(samples) : std::nullopt;
 }
 
-// Bits of a #KMB's status: what is invalid.
+// Status bits of a #KMB: the values that are invalid.
 enum KmbInvalid : std::uint32_t {
   kPositionInvalid = 1,
   kRollPitchInvalid = 2,
@@ -64,7 +64,7 @@ enum KmbInvalid : std::uint32_t {
   kSigmasInvalid = 32,
 };
 
-// Of one sample, by its field; 0 where the sensor does not give it.
+// Sigma of one sample, from its field; 0 if the sensor does not state it.
 double SigmaOr0(float sigma, bool given) {
   return given && std::isfinite(sigma) && sigma > 0.0f ? double{sigma} : 0.0;
 }
@@ -190,7 +190,7 @@ Eigen::Isometry3d Mounting(const Values& item) {
                   RotationFromRpy(rpy_rad.x(), rpy_rad.y(), rpy_rad.z()));
 }
 
-// Port, centre and starboard part of the transmitter, as txSubArray counts them.
+// Port, centre and starboard part of the transmitter, in the order of txSubArray.
 InstalledArray Transmitter(const Values& item) {
   return {Mounting(item),
           {Vector(item, "IPX", "IPY", "IPZ"),
@@ -244,7 +244,7 @@ std::optional<SoundVelocityProfile> DecodeSvp(Bytes datagram) {
   const std::size_t num_samples = info.Le<std::uint16_t>();
   info.Skip(4);
   const auto cast_time_s = info.Le<std::uint32_t>();
-  // Files of sonars in service have stray text behind the samples.
+  // Files of real sonars have stray text after the samples.
   if (num_samples > kMaxProfileSamples || in.left() < num_samples * 20) return std::nullopt;
 
   SoundVelocityProfile profile;
@@ -314,7 +314,7 @@ std::optional<NavigationRecord> DecodeSpo(Bytes datagram) {
   sample.position =
       GivenPosition{Deg2Rad(latitude_deg), Deg2Rad(longitude_deg), {sigma_m, sigma_m}};
   if (std::isfinite(height_m) && height_m != kNoHeight_m) sample.height_m = height_m;
-  // Unavailable: -1 and -4, by the manual.
+  // Negative values (-1 and -4, by the manual) mean "unavailable".
   if (speed_mps >= 0.0f && speed_mps < 100.0f && course_deg >= 0.0f && course_deg <= 360.0f) {
     const double course_rad = Deg2Rad(double{course_deg});
     sample.velocity = GivenVelocity{

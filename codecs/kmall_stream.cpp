@@ -11,7 +11,7 @@ namespace {
 constexpr std::size_t kWrapBytes = kKmallHeaderBytes + kKmallPartitionBytes + kKmallTailBytes;
 constexpr std::size_t kLeastCommonBytes = 12;
 constexpr std::size_t kMaxUdpPayload = 65'507;
-// From this version on each part repeats the common part, and ping and fan belong to the key.
+// From this version on each part repeats the common part, and ping and fan numbers identify a ping.
 constexpr std::uint8_t kFirstWithCommonPartRepeated = 3;
 
 bool RepeatsCommonPart(std::uint8_t version) { return version >= kFirstWithCommonPartRepeated; }
@@ -36,7 +36,7 @@ std::vector<std::uint8_t> MakePart(
 
 using Parts = std::vector<std::vector<std::uint8_t>>;
 
-// Empty where a part is too short.
+// Joins the parts of a datagram; empty if a part is too short.
 std::vector<std::uint8_t> Join(const Parts& parts, bool skip_common) {
   ByteWriter out;
   for (std::size_t i = 0; i < parts.size(); ++i) {
@@ -68,7 +68,7 @@ std::vector<std::vector<std::uint8_t>> SplitIntoParts(Bytes datagram, std::size_
       datagram.subspan(kKmallHeaderBytes + kKmallPartitionBytes, datagram.size() - kWrapBytes);
   if (common_size >= max_bytes - kWrapBytes || common_size > body.size())
     throw std::invalid_argument("KMALL parts: common part too large");
-  // The first part's common part is its own beginning; each further one repeats it.
+  // The first part begins with the common part; each further part repeats it.
   const Bytes common = body.first(common_size);
   const Bytes rest = body.subspan(common_size);
   const std::size_t slice_bytes = max_bytes - kWrapBytes - common_size;
@@ -101,7 +101,7 @@ std::optional<std::vector<std::uint8_t>> KmallReassembler::Add(Bytes part, std::
     ++counters_["kmall_part_malformed"];
     return std::nullopt;
   }
-  // One public player writes the size of the whole datagram here.
+  // One public player writes the size of the whole datagram here, not that of the part.
   if (ByteReader(part.last(kKmallTailBytes)).Le<std::uint32_t>() != part.size())
     ++counters_["kmall_part_tail_wrong"];
   Key key{sender, header->system_id, header->time_s, header->time_ns, 0};
@@ -110,7 +110,7 @@ std::optional<std::vector<std::uint8_t>> KmallReassembler::Add(Bytes part, std::
   const std::optional<Parts> parts =
       collector_.Add(key, num_parts, number - 1, part, header->time());
   if (!parts) return std::nullopt;
-  // The newer rule rests on one public source: where it does not add up, the older one is tried.
+  // The newer rule has one public source only: if the sizes do not fit it, the older rule is tried.
   for (const bool skip_common : {repeats_common, !repeats_common}) {
     std::vector<std::uint8_t> whole = Join(*parts, skip_common);
     if (IsWholeMrz(whole)) return whole;

@@ -44,7 +44,7 @@ std::optional<int> Integer(std::string_view text) {
   return usable ? std::optional(value) : std::nullopt;
 }
 
-// "dddmm.mmmm" and one of the two letters.
+// Angle from "dddmm.mmmm" and a letter, one of the two given.
 std::optional<double> AngleRad(std::string_view number,
                                std::string_view letter,
                                std::string_view letters,
@@ -59,7 +59,7 @@ std::optional<double> AngleRad(std::string_view number,
   return Deg2Rad(side == 0 ? deg : -deg);
 }
 
-// Four fields from `first` on.
+// Latitude and longitude from four fields, from `first` on.
 std::optional<GeoPoint> PointAt(const NmeaSentence& s, std::size_t first) {
   const auto latitude = AngleRad(s.Text(first), s.Text(first + 1), "NS", 90.0);
   const auto longitude = AngleRad(s.Text(first + 2), s.Text(first + 3), "EW", 180.0);
@@ -71,7 +71,7 @@ std::optional<double> AngleFrom(const std::optional<double>& deg, double least, 
   if (!deg || *deg < least || *deg > most) return std::nullopt;
   return Deg2Rad(*deg);
 }
-// A compass angle; some count it from -180.
+// A compass angle; some devices send -180 to 180.
 std::optional<double> CompassRad(const NmeaSentence& s, std::size_t field) {
   return AngleFrom(s.Number(field), -180.0, 360.0);
 }
@@ -102,7 +102,7 @@ double SigmaRad(const NmeaSentence& s, std::size_t field) {
   return AngleFrom(s.Number(field), 0.0, 180.0).value_or(0.0);
 }
 
-// "ddmmyy", of this century.
+// Midnight of "ddmmyy" in this century.
 std::optional<Time> DayFromNmea(std::string_view text) {
   if (text.size() != 6) return std::nullopt;
   const auto day = Integer(text.substr(0, 2));
@@ -254,7 +254,7 @@ std::optional<Psimssb> DecodePsimssb(const NmeaSentence& s) {
   out.valid = s.Text(2) == "A";
   out.error = std::string(Trimmed(s.Text(3)));
   const std::string_view system = s.Text(4);
-  const bool is_degrees = system == "D";  // each of the two has its letter behind it
+  const bool is_degrees = system == "D";  // a letter follows each of the two angles
   out.is_absolute = is_degrees || system == "R";
   if (!out.valid || !out.is_absolute) return out;
   if (is_degrees) {

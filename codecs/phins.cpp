@@ -13,9 +13,9 @@ namespace {
 
 constexpr std::size_t kChecksumBytes = 4;
 constexpr std::int64_t kUsPerTick = 100;
-constexpr std::size_t kLongest = 2048;  // more than all blocks together
+constexpr std::size_t kLongest = 2048;  // above the sum of all blocks
 
-// Bytes of each block by its bit; 0: a block that nobody knows.
+// Size of each block by its bit [bytes]; 0: the block is not documented.
 constexpr std::array<std::uint8_t, 32> kNavigation{12, 12, 16, 8,  12, 12, 12, 21, 16, 12, 12,
                                                    8,  8,  4,  8,  16, 12, 4,  4,  12, 4,  12,
                                                    12, 12, 8,  12, 16, 12, 12, 12, 12, 0};
@@ -63,7 +63,7 @@ Eigen::Vector3d ReadVector(ByteReader* in) {
   return v;
 }
 
-// The INS counts pitch positive bow down; heading first.
+// Heading, roll, pitch. The INS sends pitch positive bow down.
 void ReadAttitude(ByteReader* in, PhinsFrame* frame) {
   const Eigen::Vector3d heading_roll_pitch_deg = ReadVector(in);
   if (!heading_roll_pitch_deg.allFinite()) return;
@@ -103,9 +103,10 @@ void ReadVelocity(ByteReader* in, PhinsFrame* frame) {
 
 InsStatus StatusOf(std::uint32_t user_status) {
   const auto has = [user_status](int bit) { return (user_status >> bit & 1) != 0; };
-  if (has(31)) return InsStatus::kInvalid;   // failure
-  if (has(27)) return InsStatus::kAligning;  // its attitude is called invalid meanwhile
-  if (has(26)) return InsStatus::kInvalid;   // attitude and position
+  if (has(31)) return InsStatus::kInvalid;  // failure
+  if (has(27))
+    return InsStatus::kAligning;  // while it aligns, the INS also reports its attitude as invalid
+  if (has(26)) return InsStatus::kInvalid;  // attitude and position are invalid
   return InsStatus::kUnknown;
 }
 
@@ -143,7 +144,7 @@ void ReadExternalDepth(Bytes bytes, PhinsFrame* frame) {
   frame->sensor_depth = InsVertical{depth_m, sigma_m > 0.0 && std::isfinite(sigma_m) ? sigma_m : 0};
 }
 
-// False where a block is not known or runs over.
+// Calls `read` for each block. False if a block is not documented or exceeds the frame.
 template <class Read>
 bool ReadBlocks(std::uint32_t mask,
                 const std::array<std::uint8_t, 32>& sizes,
@@ -177,7 +178,8 @@ std::optional<std::size_t> SizeOfPhins(Bytes bytes) {
     if (size < 5 + kChecksumBytes) return std::nullopt;
   } else {
     size = ReadHeader(&in)->total_bytes;
-    if (size < kLongestHeader + kChecksumBytes - 6) return std::nullopt;  // of version 2
+    if (size < kLongestHeader + kChecksumBytes - 6)
+      return std::nullopt;  // header of version 2, 6 bytes shorter
   }
   if (size > kLongest) return std::nullopt;
   if (bytes.size() < size) return 0;

@@ -13,7 +13,7 @@ constexpr std::size_t kHeaderBytes = 12;
 constexpr std::size_t kH0Bytes = 116;
 constexpr int kInfoFloats = 6;
 
-// Of a beam's four quality bits.
+// The four quality bits of a beam.
 enum Quality : std::uint8_t {
   kColinear = 1,
   kBright = 2,
@@ -26,7 +26,7 @@ bool StartsWith(Bytes bytes, std::string_view name) {
   return bytes.size() >= name.size() && std::equal(name.begin(), name.end(), bytes.begin());
 }
 
-// The content of each section that is known, behind its name and size. Empty: not there.
+// The content of each known section, after its name and size; empty if absent.
 struct Sections {
   Bytes h0, r0, a0, a2, i1, q0;
 };
@@ -54,7 +54,7 @@ std::optional<Sections> ReadSections(Bytes datagram) {
   return in.ok() ? std::optional(sections) : std::nullopt;
 }
 
-// A scale and one step a beam.
+// A scale, then one step number per beam.
 bool ReadScaled(ByteReader* in, std::vector<float>* values) {
   const double scale = in->Be<float>();
   for (float& value : *values) value = static_cast<float>(scale * in->Be<std::uint16_t>());
@@ -83,7 +83,7 @@ bool ReadAngles(const Sections& sections, std::vector<float>* angles) {
   return in.ok();
 }
 
-// Four bits a beam, eight beams a word, the first on top. 0 where not given.
+// Four bits per beam, eight beams per word, the first beam in the highest bits. 0 if not given.
 bool ReadQuality(Bytes q0, std::vector<std::uint8_t>* quality) {
   if (q0.empty()) return true;
   ByteReader in(q0);
@@ -120,7 +120,7 @@ void WriteSection(std::string_view name, const ByteWriter& content, ByteWriter* 
   out->Zeros(padded - content.size());
 }
 
-// The largest of them, none of which is below 0, gets the highest step.
+// Writes values, none negative, with the scale that maps the largest to the highest step.
 void WriteScaled(const std::vector<double>& values, ByteWriter* out) {
   const double largest = values.empty() ? 0.0 : *std::max_element(values.begin(), values.end());
   const auto scale = static_cast<float>(largest > 0.0 ? largest / 65535.0 : 1.0);
@@ -160,7 +160,7 @@ ByteWriter EncodeA2(const MbesPing& ping) {
   a2.Zeros(4 * kInfoFloats);
   std::int64_t steps = 0;
   for (std::size_t i = 0; i < ping.beams.size(); ++i) {
-    // From the sum of steps, so that rounding does not add up.
+    // Difference of rounded sums, so that rounding errors do not accumulate.
     const auto next = static_cast<std::int64_t>(std::round((angle(i) - first) / double{scale}));
     a2.Be(static_cast<std::uint16_t>(next - steps));
     steps = next;

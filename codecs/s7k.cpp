@@ -19,23 +19,23 @@ constexpr std::uint16_t kVersion = 5;
 constexpr std::uint32_t kSync = 0x0000FFFF;
 constexpr std::uint32_t kSettings = 7000;
 constexpr std::uint32_t kDetections = 7027;
-constexpr std::uint16_t kChecksumValid = 1;  // a flag
+constexpr std::uint16_t kChecksumValid = 1;  // a flag of the frame
 
 constexpr std::size_t kMaxBeams = 1024;
 constexpr std::uint16_t kMaxHead = 127;
 constexpr std::size_t kMaxHalfPings = 8;
 constexpr std::size_t kLeastDetectionBytes = 22;
-constexpr std::size_t kDetectionBytes = 26;  // that we write: with signal strength
+constexpr std::size_t kDetectionBytes = 26;  // size that the writer uses: with signal strength
 
-// Of a detection.
+// Flags of a detection: how it was found.
 enum DetectionFlag : std::uint32_t { kMagnitude = 1, kPhase = 2 };
-constexpr std::uint32_t kBothTests = 3;  // of its quality: brightness, colinearity
+constexpr std::uint32_t kBothTests = 3;  // of its quality: brightness and colinearity tests passed
 
 std::uint32_t Sum(Bytes bytes) {
   return std::accumulate(bytes.begin(), bytes.end(), std::uint32_t{0});
 }
 
-// "7kTIME": a calendar year, a day of it from 1, and a float of seconds.
+// "7kTIME": year, day of the year from 1, hour, minute, and seconds as a float.
 std::optional<Time> ReadTime(ByteReader* in) {
   const int year = in->Le<std::uint16_t>();
   const int day = in->Le<std::uint16_t>();
@@ -78,7 +78,8 @@ S7kPingId ReadPingId(const S7kRecord& record, ByteReader* in) {
   return id;
 }
 
-// sampling_hz: of the detection point; sigma_given: the record states how sigmas were estimated.
+// sampling_hz: rate of the detection point's samples. sigma_given: the record states how its sigmas
+// were estimated.
 MbesBeam ReadDetection(Bytes detection, float sampling_hz, bool sigma_given) {
   ByteReader in(detection);
   in.Skip(2);
@@ -130,7 +131,7 @@ std::optional<S7kRecord> ReadS7kRecord(Bytes bytes) {
   record.data = bytes.subspan(data_at, data_end - data_at);
   if ((flags & kChecksumValid) != 0) {
     const auto given = ByteReader(bytes.subspan(checksum_at)).Le<std::uint32_t>();
-    // The specification sums what is behind the frame, the implementations all of it.
+    // The specification sums the bytes after the frame; real implementations sum all of it.
     if (given != Sum(bytes.first(checksum_at)) &&
         given != Sum(bytes.subspan(data_at, checksum_at - data_at)))
       return std::nullopt;
@@ -381,7 +382,8 @@ void S7kPings::GiveUpFirst() {
   half_pings_.pop_front();
 }
 
-// After a restart the sonar counts from the same numbers: an old half must not meet a new one.
+// Drops old halves of pings. After a restart the sonar repeats its numbers, and halves of different
+// pings must not be joined.
 void S7kPings::GiveUpOld(Time now) {
   while (!half_pings_.empty() && now - half_pings_.front().since > max_age_) GiveUpFirst();
 }

@@ -17,7 +17,7 @@ NavigationRecord SampleOf(const S7kRecord& record) {
   return sample;
 }
 
-// Nothing where there is no such place.
+// A position; nothing if the latitude or longitude is impossible.
 std::optional<GivenPosition> Position(double latitude_rad, double longitude_rad, double sigma_m) {
   if (!(std::abs(latitude_rad) <= kPi / 2.0) || !(std::abs(longitude_rad) <= 2.0 * kPi))
     return std::nullopt;
@@ -58,7 +58,7 @@ std::optional<NavigationRecord> DecodeS7k1003(const S7kRecord& record) {
   const bool geographic = in.Le<std::uint8_t>() == 0;
   in.Skip(2);
   NavigationRecord sample = SampleOf(record);
-  sample.status = in.Le<std::uint8_t>();  // how it was found
+  sample.status = in.Le<std::uint8_t>();  // positioning method
   sample.position = Position(latitude_rad, longitude_rad, 0.0);
   if (!in.ok() || !geographic || !sample.position || !(std::abs(latency_s) < 60.0f))
     return std::nullopt;
@@ -106,7 +106,7 @@ std::optional<NavigationRecord> DecodeS7k1015(const S7kRecord& record) {
   sample.position = Position(latitude_rad, longitude_rad, accuracy_m);
   if (!in.ok() || !sample.position || !std::isfinite(heading_rad)) return std::nullopt;
   sample.heading_rad = heading_rad;
-  // Zero and zero: not filled in.
+  // Speed and course both zero: not filled in by the sender.
   const bool moves = speed_mps > 0.0 || (speed_mps == 0.0 && course_rad != 0.0);
   if (moves && std::isfinite(speed_mps) && std::isfinite(course_rad))
     sample.velocity =

@@ -32,7 +32,7 @@ std::vector<std::uint8_t> EncodeS7k1003(const NavigationRecord& sample) {
   data.Le(position.latitude_rad);
   data.Le(position.longitude_rad);
   data.Le(sample.height_m.value_or(0.0));
-  data.Zeros(4);  // geographic, no zone, no quality, how it was found
+  data.Zeros(4);  // geographic, no zone, no quality, no method
   return EncodeS7kRecord(1003, S7kPingId{}, sample.time, data.bytes());
 }
 

@@ -40,7 +40,7 @@ void SbetFileReader::Read(Bytes record, std::vector<SurveyRecord>* out) {
                       v[0] >= 0.0 && v[0] <= 2.0 * kWeek_s && std::abs(v[1]) <= kPi / 2.0 &&
                       std::abs(v[2]) <= 2.0 * kPi;
   if (!usable) return Count("sbet_malformed");
-  // Time that falls by most of a week has run over its end.
+  // A time that falls by more than half a week has passed the end of the GPS week.
   if (last_s_ && *last_s_ - v[0] > kWeek_s / 2.0) params_.week_start += FromSeconds(kWeek_s);
   last_s_ = v[0];
 

@@ -40,7 +40,7 @@ std::optional<double> Find(const Numbers& numbers, std::string_view name) {
   return found == numbers.end() ? std::nullopt : std::optional(found->second);
 }
 
-// Three numbers with a separator between them; nothing where it is not so.
+// Three numbers with a separator between them; nothing for any other text.
 std::optional<std::array<double, 3>> Triple(std::string_view text, char separator) {
   const auto parts = Split(text, separator);
   if (parts.size() != 3) return std::nullopt;
@@ -53,7 +53,7 @@ std::optional<std::array<double, 3>> Triple(std::string_view text, char separato
   return out;
 }
 
-// The parts of a time as numbers; false: a text that is none.
+// Date or clock as numbers; false for any other text.
 bool ReadTimeText(const std::string& quantity, std::string_view text, Numbers* numbers) {
   if (quantity == "iso") {
     const std::size_t split = text.find_first_of("T ");
@@ -115,7 +115,7 @@ void FillAttitude(const Numbers& n, NavigationRecord* sample) {
     sample->roll_pitch_rad = Eigen::Vector2d(Deg2Rad(*roll_deg), Deg2Rad(*pitch_deg));
 }
 
-// Both of MB-System's have the same columns up to roll and pitch.
+// Both formats of MB-System have the same columns up to roll and pitch.
 TextNavigationFormat MbSystem(const std::string& source) {
   TextNavigationFormat format;
   format.source = source;

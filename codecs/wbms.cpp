@@ -13,18 +13,18 @@ constexpr std::uint32_t kBathymetryType = 1;
 constexpr std::size_t kMaxBeams = 1024;
 constexpr std::size_t kHeaderBytes = 24;
 constexpr std::size_t kLongestPacket = 65'536;
-constexpr double kLatestTime_s = 1e10;  // of a double that is a time at all
+constexpr double kLatestTime_s = 1e10;  // limit of a plausible time [s]
 constexpr float kEncodedRate_Hz = 78'125.0f;
 
-// Of a point: flags, and the tests that it passed.
+// Flags of a point: detected by magnitude, by phase.
 constexpr std::uint16_t kMagnitude = 1;
 constexpr std::uint16_t kPhase = 2;
-constexpr std::uint8_t kTests = 3;  // signal to noise, colinearity
+constexpr std::uint8_t kTests = 3;  // quality tests passed: signal to noise, colinearity
 
-// What differs between versions.
+// Sizes that differ between versions.
 struct Layout {
   std::size_t sub_header_bytes;
-  bool is_long;  // points of 48 bytes with fractional samples, else of 20
+  bool is_long;  // points of 48 bytes with fractional samples; false: 20 bytes
 };
 
 std::optional<Layout> LayoutOf(std::uint32_t version) {
@@ -77,8 +77,8 @@ Point ReadPoint(bool is_long, ByteReader* in) {
   return point;
 }
 
-// From the angle in a fan that is tilted as a whole to that of receiver and transmitter apart, and
-// back. Beyond the horizon there is no bottom, and nothing to turn.
+// From an angle in the plane of a tilted fan to the receive angle of separate transmit and receive
+// angles, and back. Angles of 90 degrees and more cannot be a bottom echo and are not converted.
 float ReceiveAngle(float in_fan_rad, float tilt_rad) {
   if (!(std::abs(in_fan_rad) < 1.57f)) return in_fan_rad;
   return static_cast<float>(std::asin(std::sin(double{in_fan_rad}) * std::cos(double{tilt_rad})));

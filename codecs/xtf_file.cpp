@@ -23,7 +23,8 @@ constexpr std::size_t kBathymetryHeaderBytes = 256;
 
 enum Type : std::uint8_t { kAttitude = 3, kR2Sonic = 65, kPosition = 107 };
 
-// More than six channels, of both kinds, do not fit into the header: it grows by as many bytes.
+// Size of the file header. It has room for six channels, sonar and bathymetry together; with more
+// it grows by its own size.
 std::size_t SizeOfFileHeader(Bytes header) {
   ByteReader in(header);
   in.Skip(166);
@@ -129,7 +130,7 @@ void XtfFileReader::ReadFileHeader(Bytes header) {
 void XtfFileReader::ReadPing(Bytes packet, std::vector<SurveyRecord>* out) {
   const std::uint8_t head = packet[3];
   const Bytes content = packet.subspan(std::min(packet.size(), kBathymetryHeaderBytes));
-  // The packet is padded behind the sonar's own.
+  // The packet may be longer than the sonar's own datagram: padding follows.
   ByteReader in(content);
   in.Skip(4);
   const std::size_t size = in.Be<std::uint32_t>();

@@ -17,7 +17,7 @@ int RunDatagramDriver(DatagramDriver* driver, const DriverParams& params, EventL
       OpenByteSource(params.source, params.receive_buffer_bytes);
   Datagram datagram;
   const auto feed = [driver, &source, &datagram] {
-    // Not until it is empty: signals and health want their turn in a flood.
+    // At most 64 at a time: in a flood, signals and health still get their turn.
     for (int i = 0; i < 64 && source->Receive(&datagram); ++i)
       if (driver->Feed(datagram)) source->Understood(datagram);
   };

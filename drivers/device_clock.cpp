@@ -7,17 +7,20 @@
 namespace seastitch {
 namespace {
 
-// A clock's drift changes little within a minute; a second holds a lucky message of most devices.
+// A clock's drift changes little within the window. Of most devices, a slot of a second contains a
+// message with little delay.
 constexpr double kWindowS = 60.0;
 constexpr double kSlotS = 1.0;
-constexpr double kDriftSpanS = 20.0;  // shorter, and one late message looks like drift
-constexpr double kMaxDrift = 500e-6;  // a poor crystal, or our own clock being slewed
-// No delay is negative: earlier than the line by more than drift explains, a clock has stepped.
+constexpr double kDriftSpanS = 20.0;  // over a shorter time a late message looks like drift
+constexpr double kMaxDrift = 500e-6;  // a poor crystal, or the computer's clock being slewed
+// A delay cannot be negative: a message that is earlier than the line by more than this shows a
+// step of a clock.
 constexpr double kStepS = 0.050;
-// Later than the line it may be the transport that stalls. For so long, and every one: it is not.
+// Messages later than the line may come from a stall of the transport. If all of them are late for
+// so long, and so many, a clock has stepped.
 constexpr Duration kStallLimit = std::chrono::seconds(2);
 constexpr int kStallMessages = 10;
-// No transport is late by this much often: a stamp could be that wrong.
+// Delay [s] that no transport has often: above it the stamp itself may be wrong.
 constexpr double kDoubtS = 0.5;
 
 std::int64_t Rounded(double seconds) { return std::llround(seconds * 1e6); }
@@ -59,7 +62,8 @@ double LowerEnvelope::HullSlope() const {
   std::vector<Point> hull;
   double sum_x = 0.0;
   for (const Point& p : points_) {
-    const auto above = [&p](const Point& a, const Point& b) {  // b lies above the line from a to p
+    // true if b lies above the line from a to p
+    const auto above = [&p](const Point& a, const Point& b) {
       return (b.y - a.y) * (p.x - a.x) >= (p.y - a.y) * (b.x - a.x);
     };
     while (hull.size() >= 2 && above(hull[hull.size() - 2], hull.back())) hull.pop_back();
@@ -120,7 +124,8 @@ void ClockModel::Doubt(Duration device, Time recv) {
 }
 
 void ClockModel::Step(const Era& next) {
-  // A clock that leaps all the time does not run with ours at all: that is not many steps.
+  // Steps before the model is settled are not counted: a clock that steps all the time does not run
+  // at the computer's rate at all.
   if (settled()) ++steps_;
   now_ = next;
   next_.reset();

@@ -6,8 +6,8 @@
 
 namespace seastitch {
 
-// Tables of what a driver can speak: one line an entry, each with a `name` as configurations have
-// it. Null where there is none of that name.
+// Finds an entry of a table of formats or devices by its `name`, as used in configurations. Null if
+// there is none.
 template <class Entry, std::size_t kSize>
 const Entry* FindEntry(const Entry (&table)[kSize], const std::string& name) {
   for (const Entry& entry : table)
@@ -22,7 +22,7 @@ std::vector<std::string> NamesOf(const Entry (&table)[kSize]) {
   return names;
 }
 
-// The device that a DBC file describes, whatever it is.
+// Any device described by a DBC file.
 inline constexpr char kSignalDevice[] = "signals";
 
 }  // namespace seastitch

@@ -53,7 +53,7 @@ int main(int argc, char** argv) try {
   }
   mapper.Finish();
   work();
-  work();  // what the last registrations gave
+  work();  // results of the last registrations
   std::printf("%zu submaps; %s\n", submaps.size(), mapper.Summary().c_str());
 } catch (const std::exception& e) {
   return std::fprintf(stderr, "map_a_log: %s\n", e.what()), 1;

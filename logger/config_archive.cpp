@@ -13,8 +13,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMaxFiles = 64;  // that wait
-constexpr int kMaxVersions = 100;      // of a file
+constexpr std::size_t kMaxFiles = 64;  // limit of files that wait
+constexpr int kMaxVersions = 100;      // limit of versions per file
 
 bool IsPlainName(const std::string& name) {
   const auto is_plain = [](char c) {
@@ -30,7 +30,7 @@ std::string ReadText(const fs::path& path) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-// mapper.yaml, 2: mapper.2.yaml
+// Name of an older version: for mapper.yaml and 2, mapper.2.yaml.
 fs::path VersionOf(const fs::path& path, int number) {
   fs::path version = path;
   return version.replace_extension("." + std::to_string(number) + path.extension().string());
@@ -60,7 +60,7 @@ void ConfigArchive::Save() {
       Save(file->first, file->second);
   } catch (const std::exception&) {
     lock.lock();
-    unsaved_.merge(files);  // what came meanwhile is newer
+    unsaved_.merge(files);  // merge() keeps newer versions that came meanwhile
     ++errors_;
   }
 }
@@ -76,7 +76,7 @@ void ConfigArchive::Save(const std::string& name, const std::string& text) const
     if (ReadText(path) == text) return;
     int number = 1;
     while (number < kMaxVersions && fs::exists(VersionOf(path, number))) ++number;
-    // A copy: the file itself is there at any moment.
+    // Copied, not renamed, so that the file exists at any moment.
     fs::copy_file(path, VersionOf(path, number), fs::copy_options::overwrite_existing);
   }
   WriteDurably(path, text);

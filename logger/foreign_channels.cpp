@@ -7,7 +7,7 @@
 namespace seastitch {
 namespace {
 
-constexpr std::size_t kMaxChannels = 50;  // keeps HEALTH one datagram
+constexpr std::size_t kMaxChannels = 50;  // so that HEALTH fits into one datagram
 
 }  // namespace
 

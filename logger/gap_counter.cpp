@@ -7,7 +7,7 @@
 namespace seastitch {
 namespace {
 
-constexpr std::size_t kMaxWatches = 200;  // keeps HEALTH one datagram
+constexpr std::size_t kMaxWatches = 200;  // so that HEALTH fits into one datagram
 
 }  // namespace
 

@@ -14,8 +14,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// By number. Nothing beyond a symbolic link: it may lie on another disk, where deleting it would
-// give no room here.
+// The logs of a folder by number. Symbolic links are skipped: they may point to another disk, where
+// deleting frees no space here.
 std::map<int, fs::path> LogsIn(const fs::path& folder) {
   std::map<int, fs::path> logs;
   std::error_code error;
@@ -84,7 +84,7 @@ bool Housekeeper::Delete(const fs::path& log) {
   try {
     SyncFolder(log.parent_path());
   } catch (const std::exception&) {
-    // After a power cut it may be there again, and is deleted again.
+    // After a power cut the file may exist again; then it is deleted again.
   }
   return true;
 }

@@ -10,7 +10,7 @@ namespace {
 
 constexpr auto kTidyEvery = std::chrono::seconds(1);
 
-// What an event costs in the queue, with the room of its strings and pointers.
+// Memory that an event takes in the queue [bytes], with its strings and pointers.
 std::int64_t CostOf(const LogEvent& event) {
   constexpr std::int64_t kOverhead = 128;
   return kOverhead + static_cast<std::int64_t>(event.channel.size() + event.data.size());
@@ -76,8 +76,8 @@ void LogWriter::WriteMain() {
   std::unique_lock lock(mutex_);
   bool last = false;
   while (!last) {
-    // By the clock, not by traffic: the last messages reach the disk also when no more come.
-    // To the kernel that is cheap, and done more often than to the disk.
+    // Writes at regular times, with or without traffic: the last messages must reach the disk, too.
+    // Writing to the kernel is cheap, and is done more often than flushing to the disk.
     wake_.wait_for(lock, std::chrono::microseconds(flush_interval_) / 8, [this] { return stop_; });
     last = stop_;
     std::deque<LogEvent> batch = std::exchange(queue_, {});
@@ -94,7 +94,7 @@ void LogWriter::WriteMain() {
     TakeBack(std::move(batch));
     sync_ = std::move(sync);
     const auto since = std::exchange(batch_since_, std::nullopt);
-    // After a failure a part of it waits, and what is in the file may not be whole.
+    // After a failure some events still wait, and the events in the file may not be flushed.
     if (!written && since) queued_since_ = since;
     if (written && since && !unsynced_since_) unsynced_since_ = since;
     status_.queued_bytes -= cost;

@@ -16,8 +16,8 @@
 namespace seastitch {
 namespace {
 
-// Two loggers of one dive would record every message twice. Nothing else about a lock keeps a
-// recorder from recording. Throws FolderInUse.
+// Locks the dive's folder: two loggers of one dive would record every message twice. Throws
+// FolderInUse. Any other error of the lock is only logged: it must not prevent recording.
 std::optional<FolderLock> LockOf(const std::filesystem::path& folder) {
   try {
     return std::optional<FolderLock>(std::in_place, folder);

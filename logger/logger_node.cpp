@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::int64_t kMegabyte = 1'000'000;
 constexpr int kSecondsToReport = 10;
-// Beyond the interval at which the disk is written to.
+// Allowed delay of the disk [s], in addition to the flush interval.
 constexpr double kDiskMayTakeS = 1.5;
 
 SplitParams SplitOf(const LoggerConfig& config) {
@@ -39,7 +39,7 @@ LoggerNode::LoggerNode(const LoggerConfig& config, const DiveFolder& dive, Bus* 
               config.max_queue_mb * kMegabyte,
               std::chrono::milliseconds(config.flush_interval_ms)),
       file_(writer_.status().files.file) {
-  // LCM's own queue has no limit: the bytes are bounded here, where what is dropped is counted.
+  // No limit of LCM's own queue (0): the writer limits the bytes and counts what it drops.
   bus->SubscribeEvents(
       config.channels, 0, [this](const std::string& channel, const lcm::ReceiveBuffer& buffer) {
         OnEvent(channel, buffer);

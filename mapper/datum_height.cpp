@@ -17,7 +17,7 @@ namespace {
 constexpr double kHighestM = 10'000.0;
 constexpr double kMaxPoints = 50e6;
 
-// Words of a text, one by one; empty at its end.
+// Reads a text word by word; an empty word at its end.
 class Words {
  public:
   explicit Words(std::string_view text) : left_(text) {}
@@ -70,7 +70,7 @@ DatumHeight DatumHeight::Parse(const std::string& text, const std::string& name)
   grid.columns_ = static_cast<std::size_t>(columns);
   grid.rows_ = static_cast<std::size_t>(rows);
   grid.cell_deg_ = cell_deg;
-  // Of the point in the south-west.
+  // Position of the south-west point on one axis.
   const auto corner = [&](const std::string& axis) {
     if (header.contains(axis + "llcenter")) return header[axis + "llcenter"];
     if (header.contains(axis + "llcorner")) return header[axis + "llcorner"] + 0.5 * cell_deg;
@@ -96,7 +96,7 @@ DatumHeight DatumHeight::Parse(const std::string& text, const std::string& name)
 
 std::optional<double> DatumHeight::At(double latitude_rad, double longitude_rad) const {
   if (empty()) return std::nullopt;
-  // A grid may count longitudes from -180 or from 0.
+  // Grids may count longitudes from -180 or from 0.
   double east_deg = std::fmod(Rad2Deg(longitude_rad) - west_deg_ + 0.5 * cell_deg_, 360.0);
   if (east_deg < 0.0) east_deg += 360.0;
   const auto last = [](std::size_t count) { return static_cast<double>(count - 1); };

@@ -7,8 +7,8 @@
 
 namespace seastitch {
 
-// How far the zero of depth (chart datum, or a geoid) lies above the WGS 84 ellipsoid: a grid over
-// longitude and latitude. Between its points it changes evenly.
+// Height of the zero of depth (chart datum, or a geoid) above the WGS 84 ellipsoid [m]: a grid over
+// longitude and latitude, with bilinear interpolation.
 class DatumHeight {
  public:
   DatumHeight() = default;
@@ -18,7 +18,7 @@ class DatumHeight {
   static DatumHeight Parse(const std::string& text, const std::string& name);
 
   bool empty() const { return metres_.empty(); }
-  // Nothing outside of the grid, and beside a point without data.
+  // Nothing outside the grid, or next to a point without data.
   std::optional<double> At(double latitude_rad, double longitude_rad) const;
   const std::string& text() const { return text_; }
 

@@ -6,12 +6,12 @@
 namespace seastitch {
 namespace {
 
-// Position and attitude are held over no more (GivenNavigation).
+// GivenNavigation uses the last position and attitude for no longer than this.
 constexpr double kSilentS = 2.0;
 constexpr double kStartS = 10.0;
 constexpr double kJumpsWithinS = 60.0;
-// An INS that takes a fix now and then is as it should be; one whose noise is taken for jumps is
-// not.
+// Jumps within kJumpsWithinS that are reported. An INS that takes a fix now and then has fewer;
+// more mean that its noise is taken for jumps.
 constexpr std::size_t kManyJumps = 5;
 
 std::string Since(const char* what, double seconds) {

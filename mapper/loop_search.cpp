@@ -40,8 +40,8 @@ std::optional<LoopSearch::Step> LoopSearch::LookAgain(std::optional<Time> now) {
   return step;
 }
 
-// Closures of one source that were registered under a noise far too large; each once, and no
-// earlier than other pairs are looked at again.
+// Closures of one source that were registered with far too large a noise. Each is registered again
+// once, and not before the retries of other pairs begin.
 std::vector<LoopPair> LoopSearch::OutdatedPairs(std::int64_t most) {
   std::vector<LoopPair> pairs;
   if (closer_.newest_solved().value < 0 || none_outdated_in_ == noise_.revision()) return pairs;
@@ -56,8 +56,9 @@ std::vector<LoopPair> LoopSearch::OutdatedPairs(std::int64_t most) {
   return pairs;
 }
 
-// Once a solution, and again where no answer came: request or answer may be lost, or the optimizer
-// busy. Not where it has gone on to a solution that is not used here.
+// Requests covariances once per solution, and again if no answer comes: the request or the answer
+// may be lost, or the optimizer busy. No request if the optimizer has a newer solution than the one
+// used here.
 std::optional<CovarianceRequest> LoopSearch::Ask(std::optional<Time> now) {
   CovarianceRequest request = closer_.request();
   if (request.pairs.empty() || request.graph_version != solution_version_) return std::nullopt;
@@ -83,7 +84,7 @@ std::vector<GraphEdge> LoopSearch::Record(RegistrationResultSet results) {
   return news;
 }
 
-// Adds the job's closures to the noise estimate, then computes their covariances from it.
+// Adds the job's closures to the noise estimate, then recomputes their covariances with it.
 void LoopSearch::UpdateNoise(RegistrationResultSet* results) {
   for (const GraphEdge& edge : results->edges)
     if (edge.verdict != LoopVerdict::kAccepted) noise_.Remove(edge.from, edge.to);

@@ -11,7 +11,7 @@ namespace seastitch {
 
 MapStarts::MapStarts(std::filesystem::path map) : file_(std::move(map) / "starts") {
   std::ifstream(file_) >> ended_soon_;
-  // Whatever else may stand there counts as none.
+  // Any other content of the file counts as zero.
   if (ended_soon_ < 0 || ended_soon_ > 1000) ended_soon_ = 0;
 }
 
@@ -35,7 +35,7 @@ void MapStarts::Survive() {
 void MapStarts::Write(int starts) const {
   try {
     WriteDurably(file_, std::to_string(starts) + "\n");
-  } catch (const std::exception&) {  // HEALTH says what the disk does
+  } catch (const std::exception&) {  // HEALTH reports disk errors elsewhere
   }
 }
 

@@ -4,25 +4,26 @@
 
 namespace seastitch {
 
-// Mappers that were to go on in a map and ended soon after. As far as anybody can tell, what ends
-// them is in the map, and starting again does not make it go away: after kMost of them in a row
-// another map is to be begun. Counted in MAP/starts; a disk that refuses it counts none.
+// Counts consecutive mappers that ended soon after they continued a map. Probably the map's content
+// ends them, and another start would end in the same way: after kMost of them, another map is to be
+// begun. The count is in MAP/starts; if the disk cannot be written, nothing is counted.
 class MapStarts {
  public:
   static constexpr int kMost = 3;
   static constexpr double kSoonS = 10.0;
 
-  // Of a map that has a journal.
+  // map: folder of a map that has a journal.
   explicit MapStarts(std::filesystem::path map);
 
-  // In a row, before this one.
+  // Number of them in a row, before this mapper.
   int ended_soon() const { return ended_soon_; }
-  // This mapper is about to read the map; it counts until it has survived.
+  // Call it before the map is read. The mapper counts until Survive().
   void Begin();
-  // Every second, by a monotonic clock. has_gone_on: with the first samples of navigation's input.
-  // Waiting for these for kSoonS counts as survival too: then it was read without harm.
+  // Call it every second. now_s: monotonic clock. has_gone_on: the first samples of navigation's
+  // input have come. Waiting for them for kSoonS also counts as survival: the map was read without
+  // harm.
   void Tick(bool has_gone_on, double now_s);
-  // It ends in order, say.
+  // Call it when the mapper ends regularly.
   void Survive();
 
  private:
@@ -32,7 +33,7 @@ class MapStarts {
   int ended_soon_ = 0;
   bool counts_ = false;
   bool has_gone_on_ = false;
-  double since_s_ = -1.0;  // of the last change of it; below 0: not yet
+  double since_s_ = -1.0;  // time of the last change of has_gone_on_; below 0: none yet
 };
 
 }  // namespace seastitch

@@ -24,7 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Of journal and checkpoint: whatever is written otherwise has another number.
+// Format version of journal and checkpoint; every change of the format changes it.
 constexpr std::uint32_t kFormat = 3;
 constexpr char kStart[] = "JOURNAL_START";
 constexpr char kEntry[] = "JOURNAL_ENTRY";
@@ -37,7 +37,7 @@ std::uint32_t Crc(Bytes bytes) {
   return crc.checksum();
 }
 
-// CRC-32 of what follows: a number and the bytes.
+// CRC-32 of the number and the bytes, then both.
 std::vector<std::uint8_t> Sealed(std::int64_t number, Bytes bytes) {
   ByteWriter content;
   content.Le(number);
@@ -70,7 +70,7 @@ fs::path SlotPath(const fs::path& folder, int slot) {
   return folder / ("checkpoint_" + std::to_string(slot));
 }
 
-// Number and path, in order.
+// Number and path of the segments, in order.
 std::vector<std::pair<int, fs::path>> SegmentsIn(const fs::path& folder) {
   std::vector<std::pair<int, fs::path>> segments;
   std::error_code error;
@@ -103,7 +103,7 @@ class JournalReader {
       EventLogReader log(segment);
       while (const std::optional<LogEvent> event = log.Next()) Use(*event);
       damaged_bytes_ += log.damaged_bytes();
-    } catch (const std::exception&) {  // nothing whole in it
+    } catch (const std::exception&) {  // no complete event in it
       std::error_code error;
       const auto size = fs::file_size(segment, error);
       if (!error) damaged_bytes_ += static_cast<std::int64_t>(size);
@@ -138,7 +138,7 @@ class JournalReader {
       Add(*opened);
     }
   }
-  // What comes after a hole does not follow what is known.
+  // Entries after a gap are counted as lost: they do not continue the state before it.
   void Add(const Opened& opened) {
     if (opened.number != next_) {
       lost_ += opened.number > next_;
@@ -270,7 +270,8 @@ void MapJournal::OpenSegment(Time time) {
 }
 
 bool MapJournal::WriteCheckpoint(Time time, const std::vector<std::uint8_t>& checkpoint) {
-  if (!synced_ || ended_) return false;  // the journal lacks what it goes with
+  // the journal lacks the entries that the checkpoint refers to
+  if (!synced_ || ended_) return false;
   try {
     if (!log_) OpenSegment(time);
     WriteSynced(SlotPath(folder_, slot_), Sealed(kFormat, checkpoint));
@@ -283,7 +284,7 @@ bool MapJournal::WriteCheckpoint(Time time, const std::vector<std::uint8_t>& che
   }
 }
 
-// Once, until something is written again: HEALTH says the rest.
+// Logs an error once, until a write succeeds again; HEALTH reports the current state.
 void MapJournal::Tell(const char* reason) {
   if (!std::exchange(told_, true)) spdlog::warn("{}", reason);
 }

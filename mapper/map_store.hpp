@@ -12,7 +12,7 @@
 #include "common/storage/event_log.hpp"
 #include "mapper/saved_map.hpp"
 
-// What a mapper keeps for its restart, in the map's folder of a dive:
+// Files that a mapper needs for its restart, in the map's folder of a dive:
 //
 //   map/journal_000.lcmlog ...   LCM event logs, one a start of the mapper, never appended to by
 //                                another: a torn end damages nothing that comes after
@@ -23,34 +23,35 @@
 // bytes. Numbers count up from 0 over all segments.
 namespace seastitch {
 
-// The newest map of a dive.
+// The newest map of a dive, as found at a start.
 struct FoundMap {
-  std::filesystem::path folder;   // to be used
-  std::optional<SavedMap> saved;  // to go on with
-  std::string why_not;            // with which reason it cannot; empty too where there is none
-  std::string lost;               // what could not be read, in words; empty: nothing
-  std::int64_t next_entry = 0;    // numbers, of what comes next
+  std::filesystem::path folder;   // folder of the map
+  std::optional<SavedMap> saved;  // its state, if it can be continued
+  std::string why_not;  // reason why it cannot be continued; empty if it can, or if there is none
+  std::string lost;     // what could not be read, for people; empty: nothing
+  std::int64_t next_entry = 0;  // number of the next entry
   int next_segment = 0;
 };
 
-// The folder of the newest map, beside the first one's.
+// Folder of the newest map, beside the first map's folder.
 std::filesystem::path NewestMap(const std::filesystem::path& map);
 bool HasJournal(const std::filesystem::path& map);
-// A map that is not to be read.
+// A map that must not be read; why: the reason.
 FoundMap GiveUpMap(const std::filesystem::path& newest_map, std::string why);
-// map: the first map's folder in the dive. configuration: as of MapJournal; a map of another cannot
-// go on. Never throws for what is damaged.
+// map: the first map's folder in the dive. configuration: as for MapJournal; a map with another
+// configuration cannot be continued. Damaged files never cause an exception.
 FoundMap FindMap(const std::filesystem::path& map, const std::string& configuration);
-// The folder beside it for the next map: map-2, map-3, ...
+// Folder for the next map: map-2, map-3, ...
 std::filesystem::path NextMapFolder(const std::filesystem::path& folder);
 
-// Writes both, to the disk. What a disk does not take is kept and tried again with the next entry,
-// up to max_unsaved_mb; beyond that the journal ends. Never throws. Not thread-safe.
+// Writes journal and checkpoints to the disk. After a write error, entries are kept and tried again
+// with the next one, up to max_unsaved_mb; beyond that the journal ends. Never throws. Not
+// thread-safe.
 class MapJournal {
  public:
-  // Nothing is written before the first entry or checkpoint.
+  // Writes nothing before the first entry or checkpoint.
   MapJournal(const FoundMap& map, std::string configuration, std::int64_t max_unsaved_mb);
-  // Each false where something is not on the disk. time: of navigation, for the log.
+  // Both return false if anything is not on the disk. time: of navigation, for the log.
   bool Append(Time time, std::vector<std::uint8_t> entry);
   bool WriteCheckpoint(Time time, const std::vector<std::uint8_t>& checkpoint);
 
@@ -71,8 +72,8 @@ class MapJournal {
   std::unique_ptr<EventLogWriter> log_;
   std::deque<Unsaved> unsaved_;
   std::int64_t unsaved_bytes_ = 0;
-  bool synced_ = true;  // all that was appended
-  bool ended_ = false;  // for want of room: entries are missing from here on
+  bool synced_ = true;  // all entries so far are on the disk
+  bool ended_ = false;  // max_unsaved_mb was exceeded: entries are missing from here on
   int slot_ = 0;
   bool told_ = false;
 };

@@ -18,12 +18,12 @@
 namespace seastitch {
 namespace {
 
-// Submaps that wait behind others with their points in memory, in max_waiting_submaps.
+// Submaps with points in memory that wait behind others, per submap of max_waiting_submaps.
 constexpr std::size_t kUnregisteredPerRegistered = 4;
-// Without NAV.
+// Time without NAV that is reported [s].
 constexpr double kNoNavS = 2.0;
 constexpr char kOptimizer[] = "optimizer";
-constexpr double kNoOptimizerS = 10.0;  // it may start later
+constexpr double kNoOptimizerS = 10.0;  // it may be started later than the mapper
 
 bool IsProfile(SoundSpeed::Source source) {
   return source == SoundSpeed::Source::kProfile || source == SoundSpeed::Source::kConfigured;
@@ -86,7 +86,7 @@ std::unique_ptr<Navigation> MakeNavigation(const MapperParams& params) {
   return std::make_unique<DeadReckoning>(params.navigation, params.vehicle);
 }
 
-// Outline and predicted information, where the submap comes without them.
+// Computes outline and predicted information if the submap has none.
 void Complete(const MapperParams& params, Submap* submap) {
   const PointCloud level = LevelCloud(submap->cloud, LevelFromBody(submap->T_map_submap));
   if (submap->footprint.empty()) submap->footprint = FootprintOf(level);
@@ -190,13 +190,14 @@ void Mapper::Know(const SoundVelocityProfile& profile, Time said) {
 
 void Mapper::Hear(const std::string& process, double uptime_s) {
   clocks_.Hear(process, uptime_s);
-  if (process == kOptimizer) optimizer_heard_s_ = clocks_.witnessed_s();
+  if (process == kOptimizer) optimizer_heard_s_ = clocks_.health_time_s();
 }
 
 void Mapper::GiveNav() {
   const std::optional<Time> latest = navigation_->latest();
   if (!latest) return;
-  // Half a millisecond less, so that a stamp's rounding does not halve the rate.
+  // Half a millisecond less than the period, so that the rounding of a stamp does not halve the
+  // rate.
   const double due_s = 1.0 / params_.nav_rate_hz - 5e-4;
   if (last_nav_ && *latest >= *last_nav_ && ToSeconds(*latest - *last_nav_) < due_s) return;
   const std::optional<NavState> state = navigation_->StateAt(*latest);
@@ -258,7 +259,8 @@ SurveyNoise Mapper::noise() const {
 std::optional<Eigen::Matrix3d> Mapper::DriftBetween(Time a, Time b) const {
   const std::optional<Time> latest = navigation_->latest();
   if (!latest) return std::nullopt;
-  // Of what is further back than navigation remembers, what it lost since then.
+  // For instants that navigation has forgotten, the covariance since the oldest one that it
+  // remembers.
   const NavigationParams& p = params_.navigation;
   const Time oldest = *latest - FromSeconds(p.window_s - p.key_interval_s);
   return navigation_->RelativeCovariance(std::max(KnownAt(a), oldest),
@@ -390,7 +392,8 @@ bool Mapper::Take(const PairCovariances& answer) {
   return true;
 }
 
-// With the last step come the fixes that no further submap will bring, and the graph ends.
+// Sends a graph step. The last step also contains the fixes that no further submap will bring, and
+// marks the end of the graph.
 void Mapper::Extend(std::vector<GraphVertex> vertices,
                     std::vector<GraphEdge> edges,
                     Time submap_time,
@@ -470,7 +473,7 @@ bool Mapper::Resume(const SavedMap& saved, const LoadSubmap& load) {
   const auto restore = [this](const auto& entry) {
     try {
       return Restore(entry);
-    } catch (const std::invalid_argument&) {  // no statistics
+    } catch (const std::invalid_argument&) {  // unreadable statistics
       return false;
     }
   };
@@ -479,7 +482,8 @@ bool Mapper::Resume(const SavedMap& saved, const LoadSubmap& load) {
     ++restored;
   load_ = nullptr;
   Count("journal_entries_unusable", static_cast<std::int64_t>(saved.journal.size() - restored));
-  // What navigation knows the way from is not the last submap here: a part of the journal is lost.
+  // The frame that navigation refers to is not that of the last submap here: part of the journal is
+  // lost.
   if (!archive.IsDone() || next_id_ != checkpoint.next_submap) frames_.Forget();
   next_id_ = std::max(next_id_, checkpoint.next_submap);
   checkpoint_number_ = checkpoint.number;
@@ -504,7 +508,7 @@ bool Mapper::Restore(const ClosedSubmap& closed) {
   return true;
 }
 
-// Checked before anything changes.
+// All checks come before the first change.
 bool Mapper::Restore(const GraphGrowth& growth) {
   std::vector<ClosureStatistics> statistics;
   for (const std::vector<double>& numbers : growth.statistics)
@@ -532,8 +536,8 @@ bool Mapper::Restore(const GraphGrowth& growth) {
   return true;
 }
 
-// An instant that navigation knows, and has lost no more since than since t. In a restart it
-// forgets all but the last frame.
+// The instant to use for t in navigation's covariances: one that navigation remembers, with as much
+// drift since then as since t. At a restart navigation forgets all frames except the last.
 Time Mapper::KnownAt(Time t) const {
   if (!resumed_ || t >= resumed_->at) return t;
   const Time since = resumed_->since.value_or(resumed_->at);
@@ -556,7 +560,7 @@ std::vector<Condition> Mapper::conditions() const {
   if (nav_came_at_ && ToSeconds(*clocks_.newest() - *nav_came_at_) > kNoNavS)
     now.push_back({&conditions::kNoNavigation, "since " + UtcOf(*last_nav_)});
   if (vertical_.IsMissed()) now.push_back({&conditions::kNoWaterLevel, ""});
-  if (clocks_.witnessed_s() - optimizer_heard_s_ > kNoOptimizerS &&
+  if (clocks_.health_time_s() - optimizer_heard_s_ > kNoOptimizerS &&
       search_.solution_version() < graph_.version())
     now.push_back({&conditions::kNoOptimizer,
                    "solved up to version " + std::to_string(search_.solution_version()) + " of " +

@@ -231,7 +231,7 @@ class Mapper {
   SensorClocks clocks_;
   std::optional<Time> nav_seen_;     // last_nav_ at the last message
   std::optional<Time> nav_came_at_;  // when that state came: SensorClocks::newest()
-  double optimizer_heard_s_ = 0.0;   // SensorClocks::witnessed_s() at its last HEALTH
+  double optimizer_heard_s_ = 0.0;   // SensorClocks::health_time_s() at its last HEALTH
   NavigationWatch watch_;
   GivenWatch given_watch_;
   VerticalReference vertical_;

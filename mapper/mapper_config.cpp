@@ -16,7 +16,7 @@ fs::path Beside(const std::string& file, const fs::path& path) {
   return (fs::absolute(file).parent_path() / path).lexically_normal();
 }
 
-// The content of a text file.
+// Reads a text file and parses it.
 template <class T>
 T Parsed(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);

@@ -20,13 +20,14 @@ namespace {
 
 // The node posts one job at a time.
 constexpr std::size_t kWorkerQueue = 2;
-// Without a sign of life; longer is reported.
+// Duration of a job that is reported [s].
 constexpr double kJobMayTakeS = 1.9;
 constexpr double kWriteMayTakeS = 1.9;
-// Between the last messages: 48 kB a message are then 24 MB/s, which every receiver follows.
+// Pause between the last messages: at 48 kB each they make 24 MB/s, which every receiver can
+// follow.
 constexpr std::chrono::milliseconds kPause(2);
 
-// As the slowest inertial unit's messages would have it: 2.4 MB/s.
+// Same rate as with the slowest inertial unit's messages: 2.4 MB/s.
 constexpr std::chrono::milliseconds kSendPeriod(20);
 
 seastitch::FoundMap OpenMap(const seastitch::MapperConfig& config, seastitch::MapStarts* starts) {
@@ -84,7 +85,7 @@ int main(int argc, char** argv) {
         ConfigPublisher configuration(ConfigParts("mapper", ConfigFiles(*config)), &bus);
         configuration.SendBy(&loop);
         const int code = loop.Run();
-        bus.HandleUntilQuiet();  // what the drivers sent before they stopped
+        bus.HandleUntilQuiet();  // messages that the drivers sent before they ended
         const auto pause = [] { std::this_thread::sleep_for(kPause); };
         node.Finish(pause);
         while (node.IsBusy()) {

@@ -15,12 +15,14 @@ namespace seastitch {
 namespace {
 
 constexpr char kName[] = "mapper";
-// Graph updates that answer a request at once: some 20 kB. Who still lacks some asks again.
+// Graph updates sent at once in answer to a request: about 20 kB. A receiver that needs more
+// requests again.
 constexpr int kUpdatesAtOnce = 16;
-// Samples in a row, of a time at which a map cannot go on.
+// Consecutive samples outside the time in which a map can be continued that end the wait: then a
+// new map begins.
 constexpr int kInputsOutside = 5;
 constexpr double kCheckpointEveryS = 1.0;
-// What became of the map at a restart is told for so long.
+// Time [s] for which HEALTH reports what happened to the map at a restart.
 constexpr double kTellRestartS = 60.0;
 // Journal entries that may wait for the disk before a closed submap waits without its points.
 constexpr std::size_t kMostToWrite = 32;
@@ -94,7 +96,7 @@ void MapperNode::SubscribeSensors() {
     Deliver();
     SendWaiting();
     LookAgain();
-    if (mapper_.IsWaiting()) ReportHealth();  // else with every NAV
+    if (mapper_.IsWaiting()) ReportHealth();  // otherwise with every NAV
   };
   const auto add = [this](const auto& sample, const MessageStamp& stamp) {
     mapper_.Add(sample, stamp);
@@ -156,12 +158,12 @@ void MapperNode::OnPoseGraph(const pose_graph_t& msg) {
 }
 
 void MapperNode::OnGraphRequest(const graph_request_t& msg) {
-  if (msg.sender == kName) return;  // our own
+  if (msg.sender == kName) return;  // the mapper's own request
   health_.Count("graph_requests");
   const bool same_graph = msg.graph_id == mapper_.graph().graph_id();
   const std::int64_t have = same_graph ? std::max<std::int64_t>(0, msg.have_version) : 0;
   version_sent_ = std::min(version_sent_, have);
-  // Some at once; the rest one by one, as a submap's points.
+  // Some at once, the rest one by one, like the points of a submap.
   for (int i = 0; i < kUpdatesAtOnce && SendNextUpdate(); ++i) {
   }
 }
@@ -187,7 +189,7 @@ void MapperNode::RequestSolution() {
 
 // --- after a restart -----------------------------------------------------------------------------
 
-// One wild stamp decides nothing.
+// A single wrong stamp must not decide: kInputsOutside samples in a row are needed.
 template <class Sample>
 bool MapperNode::Begin(const Sample& input, const MessageStamp& stamp) {
   Time time = input.time;
@@ -229,7 +231,7 @@ bool MapperNode::Resume(const SavedMap& saved) {
     if (const auto* closed = std::get_if<ClosedSubmap>(&entry)) submaps.push_back(closed->submap);
   store.Restore(submaps);
   if (!mapper_.Resume(saved, [&store](SubmapId id) { return store.Get(id); })) return false;
-  // The last submap and the last version may not have been sent.
+  // The last submap and graph version may not have been sent before the restart.
   if (!submaps.empty()) {
     stored_ = submaps.back()->id;
     if (const auto last = store.Get(stored_)) Announce(*last);
@@ -293,7 +295,7 @@ void MapperNode::Send(const CorrectedNavState& state) {
 }
 
 void MapperNode::Announce(const Submap& submap) {
-  // An announcement ends the submap before it: its points go first.
+  // An announcement ends the previous submap, so that the rest of its points goes first.
   while (SendNextChunk()) {
   }
   SubmapMessages messages = ToLcm(submap, submap_seq_++, points_seq_);
@@ -303,7 +305,7 @@ void MapperNode::Announce(const Submap& submap) {
                  std::make_move_iterator(messages.chunks.end()));
 }
 
-// What is new waits behind what was asked for again.
+// New updates wait behind those that were requested again.
 void MapperNode::Send(const GraphStep&) {
   ++updates_due_;
   SendDue();
@@ -358,8 +360,8 @@ void MapperNode::SendWaiting() {
   SendNextUpdate();
 }
 
-// A job that the worker does not take is tried again with the next message. A submap is registered
-// when it is stored: others will ask for its points.
+// A job that the worker refuses is tried again with the next message. A submap is registered only
+// after it is stored, because other jobs load its points.
 void MapperNode::PostNextJob() {
   if (!job_) job_ = mapper_.NextJob();
   if (!job_ || (job_->closed && job_->closed->id > stored_)) return;
@@ -383,7 +385,7 @@ void MapperNode::OnRegistered(RegistrationResultSet results) {
 
 // --- to the disk ---------------------------------------------------------------------------------
 
-// One at a time, in order. A checkpoint goes with all entries before it.
+// Writes one entry at a time, in order. A checkpoint is written after all entries before it.
 void MapperNode::PostNextWrite() {
   if (is_writing_ || !archive_) return;
   if (to_write_.empty()) return PostCheckpoint();

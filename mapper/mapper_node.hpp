@@ -21,72 +21,73 @@
 
 namespace seastitch {
 
-// A Mapper on the bus: sensor messages in; NAV, NAV_CORRECTED, SUBMAP, SUBMAP_POINTS and
-// GRAPH_UPDATE out; the optimizer's POSE_GRAPH and, on a COVARIANCE_REQUEST, COVARIANCES back.
-// Converts, counts, stores submaps and posts registrations to the worker, one job at a time. What
-// is shown to others is on the disk before, where there is a journal.
+// Connects a Mapper to the bus. Input: sensor messages, and the optimizer's POSE_GRAPH and
+// COVARIANCES. Output: NAV, NAV_CORRECTED, SUBMAP, SUBMAP_POINTS, GRAPH_UPDATE and
+// COVARIANCE_REQUEST. Stores submaps, and posts registrations to the worker, one job at a time.
+// With a journal, everything is written to the disk before it is sent.
 class MapperNode {
  public:
-  // Without a journal. Throws std::runtime_error where the survey directory cannot be made.
+  // Without a journal. Throws std::runtime_error if the survey directory cannot be created.
   MapperNode(const MapperConfig& config, Bus* bus, Worker* worker);
-  // With one, written by `writer`. The first sample of the inertial unit (or INS) decides whether
-  // the map that was found goes on or another begins beside it.
+  // With a journal, written by `writer`. The first samples of the inertial unit (or INS) decide
+  // whether the map that was found is continued or a new one begins beside it.
   MapperNode(const MapperConfig& config, Bus* bus, Worker* worker, Worker* writer, FoundMap found);
 
-  // Shows what the mapper gives, besides sending it.
+  // Calls `listener` with every event of the mapper, in addition to sending it.
   void Listen(std::function<void(const MapperEvent&)> listener) { listener_ = std::move(listener); }
   // See Mapper::OnSoundings().
   void OnSoundings(std::function<void(const SubmapSoundings&)> take) {
     mapper_.OnSoundings(std::move(take));
   }
-  // A finished submap from elsewhere: see Mapper::AddSubmap().
+  // Adds a finished submap of another source: see Mapper::AddSubmap().
   void AddSubmap(Submap submap, Mapper::OfDive dive = {});
 
-  // No more messages come: geo-references what waits, closes the last submap, publishes what is
-  // still to be sent, as SendAll(). With a ThreadWorker, its Finish() then brings the last
-  // registrations and writes; SendAll() sends what they give.
+  // Call it after the last message: georeferences the pings that wait, closes the last submap, and
+  // sends what is left, as SendAll(). With a ThreadWorker, call its Finish() and then SendAll() to
+  // send the last registrations' results.
   void Finish(const std::function<void()>& pause = [] {});
-  // Everything that may be sent. pause() is called after every message, so that receivers can
+  // Sends everything that may be sent. Calls pause() after every message, so that receivers can
   // follow.
   void SendAll(const std::function<void()>& pause);
 
-  // Something is being registered or written, or waits for it.
+  // True while something is being registered or written, or waits for it.
   bool IsBusy() const { return is_writing_ || !to_write_.empty() || mapper_.IsRegistering(); }
 
-  // As with every message of navigation: see Mapper::LookAgain().
+  // Retries registrations, as every navigation message does: see Mapper::LookAgain().
   bool LookAgain();
 
-  // A chunk of a submap's points and a graph update of those that wait, as also goes with every
-  // message of navigation: sent at once, a megabyte would overrun the receivers' buffers. Live, by
-  // a timer too: an optimizer that asks for the graph must have it when the sensors are off.
+  // Sends one chunk of a submap's points and one graph update, if any wait; every navigation
+  // message does so, too. Sending all at once, a megabyte, would overflow the receivers' buffers.
+  // Live, call it by a timer: the optimizer must get the graph that it requests also while the
+  // sensors are off.
   void SendWaiting();
 
-  // Whether it has gone on in the map that was found, or begun another.
+  // True when it is decided whether the map that was found is continued.
   bool HasBegun() const { return begun_.has_value(); }
 
   Health& health() { return health_; }
   const Mapper& mapper() const { return mapper_; }
 
  private:
-  // What jobs use and nobody else: they run one at a time.
+  // Used by jobs only, which run one at a time.
   struct Archive {
     Archive(const SurveyStoreParams& params, const RegistrationParams& registration)
         : store(params), prepared(registration) {}
-    SurveyStore store;  // the writer puts
+    SurveyStore store;  // written by the writer's jobs
     PreparedSubmaps prepared;
   };
   struct Write {
     Time time;
     std::vector<std::uint8_t> entry;
-    std::shared_ptr<const Submap> submap;   // that closed
-    std::optional<std::int64_t> version{};  // of the graph, which may be sent then
+    std::shared_ptr<const Submap> submap;   // the submap that closed
+    std::optional<std::int64_t> version{};  // graph version that may be sent after this write
   };
   struct Written {
     bool in_journal = true;
     SurveyStoreCounters store;
   };
 
-  // By the first samples of navigation's input; false: not decided yet.
+  // Decides with the first navigation samples whether the map is continued. False: not decided yet.
   template <class Sample>
   bool Begin(const Sample& input, const MessageStamp& stamp);
   void Begin();
@@ -103,11 +104,11 @@ class MapperNode {
   void OnCovariances(const covariances_t& msg);
   void RequestSolution();
 
-  // Sends what the mapper gave and registers the submaps that wait.
+  // Sends the mapper's events, and posts the registrations that wait.
   void Deliver();
   void Send(const NavState& state);
   void Send(const CorrectedNavState& state);
-  void Send(const std::shared_ptr<const Submap>&) {}  // announced when it is on the disk
+  void Send(const std::shared_ptr<const Submap>&) {}  // announced after it is written
   void Send(const GraphStep& step);
   void Send(const CovarianceQuestion& question);
   void Send(const JournalEntry& entry);
@@ -130,28 +131,28 @@ class MapperNode {
   const MapperConfig config_;
   Health health_{"mapper"};
   Mapper mapper_;
-  std::shared_ptr<Archive> archive_;     // null before Begin()
-  std::optional<FoundMap> found_;        // until it is decided whether it goes on
-  int inputs_outside_ = 0;               // of the time in which it may, in a row
-  std::shared_ptr<MapJournal> journal_;  // null: none
+  std::shared_ptr<Archive> archive_;  // null before Begin()
+  std::optional<FoundMap> found_;     // until it is decided whether it is continued
+  int inputs_outside_ = 0;            // consecutive samples too late (or early) to continue the map
+  std::shared_ptr<MapJournal> journal_;  // null: without a journal
   std::deque<Write> to_write_;
   bool is_writing_ = false;
   bool is_delivering_ = false;
   std::optional<Time> checkpoint_time_;
   bool checkpoint_is_due_ = false;
-  SubmapId stored_;                     // the last submap that was
-  bool store_fails_ = false;            // the submap closed last was not written
-  bool journal_fails_ = false;          // nor what was to be kept last
-  std::optional<Time> begun_;           // with a journal
-  std::vector<Condition> at_restart_;   // told for a while
-  std::optional<RegistrationJob> job_;  // that the worker has not taken yet
+  SubmapId stored_;                     // the last submap that was stored
+  bool store_fails_ = false;            // the last closed submap could not be stored
+  bool journal_fails_ = false;          // the last entry could not be written to the journal
+  std::optional<Time> begun_;           // first sample's time, with a journal
+  std::vector<Condition> at_restart_;   // reported for kTellRestartS
+  std::optional<RegistrationJob> job_;  // not yet taken by the worker
 
   std::function<void(const MapperEvent&)> listener_;
   PoseGraphAssembler pose_graph_;
-  std::deque<submap_points_t> chunks_;  // to be sent
-  std::int64_t version_sent_ = 0;       // of the graph
-  std::int64_t version_written_ = 0;    // as is what may be sent
-  int updates_due_ = 0;                 // new versions, beside those that were asked for again
+  std::deque<submap_points_t> chunks_;  // waiting to be sent
+  std::int64_t version_sent_ = 0;       // newest graph version sent
+  std::int64_t version_written_ = 0;    // newest graph version that may be sent
+  int updates_due_ = 0;  // new versions to send, without those that were requested again
 
   std::int64_t nav_seq_ = 0;
   std::int64_t corrected_seq_ = 0;

@@ -1,4 +1,4 @@
-// The table of config/mapper.yaml, but for its section on navigation.
+// Parameter table of config/mapper.yaml, except its section on navigation.
 
 #include "common/core/pose.hpp"
 #include "common/core/sound_speed.hpp"
@@ -315,7 +315,7 @@ void DeclareOverlap(OverlapParams* p, ParameterTable* table) {
            "Smallest expected overlap as a fraction of the smaller footprint. Above 0, since "
            "successive submaps of a line touch without a common sounding.")
       .WasCalled("min_overlap_part");
-  // 200 edges fit into one graph update, one of them dead reckoning's.
+  // A graph update has room for 200 edges, and one of them is the dead-reckoning edge.
   section.Add("max_pairs",
               &p->max_pairs,
               Unit::kNone,

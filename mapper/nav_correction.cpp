@@ -6,12 +6,14 @@
 namespace seastitch {
 namespace {
 
-// A fix that is off by more than one in a thousand is, by chance, counts as if it had said that it
-// may be: the further off, the less it moves. The graph is robust in its own way.
-constexpr double kSurprise = 13.8;  // of chi-squared, two degrees of freedom
-// Surprising fixes in a row that agree with each other are right, and the anchor is wrong.
+// Limit of a fix's normalised innovation (chi-squared, two degrees of freedom), exceeded by one in
+// a thousand. Beyond it the innovation covariance is scaled up to the limit: the further off the
+// fix, the less it moves the anchor. The graph has its own robust weighting.
+constexpr double kSurprise = 13.8;
+// Number of consecutive fixes beyond the limit that agree with each other: then they are used, and
+// the anchor is taken as wrong.
 constexpr int kOverrulingFixes = 3;
-// A place known no better than this is no statement to hold against a fix: nobody has said it.
+// Sigma [m] from which a position counts as unknown: then a single fix beyond the limit is used.
 constexpr double kVagueM = 100.0;
 constexpr Eigen::Index kLevelAxes[3] = {0, 1, 5};  // x, y, yaw in the covariance of NAV
 
@@ -26,7 +28,8 @@ double LevelSigma(const Eigen::Matrix3d& level) {
   return std::sqrt(level.topLeftCorner<2, 2>().trace());
 }
 
-// Depth, roll and pitch stay what they are to NAV; what ties them to the rest is NAV's frame.
+// Replaces the covariance of x, y, yaw. That of depth, roll and pitch remains; correlations between
+// both groups are in NAV's frame and set to zero.
 void SetLevelCovariance(const Eigen::Matrix3d& level, NavState* nav) {
   const Matrix6d before = nav->covariance;
   nav->covariance.setZero();
@@ -76,7 +79,8 @@ void NavCorrection::Take(const PoseGraph& solution) {
                    VehiclePose(newest->T_map_level, solution.mounting),
                    newest->covariance,
                    solution.mounting};
-  // Without a known place the graph lays the map out from its first submap.
+  // Without a known start position the graph is relative to its first submap: NAV's covariance is
+  // added.
   const bool place_is_known = placed_ && *placed_ <= solution.graph_version;
   if (const auto nav = navigation_->StateAt(*navigation_->latest()); nav && !place_is_known)
     solved_->covariance.topLeftCorner<2, 2>() += nav->covariance.topLeftCorner<2, 2>();
@@ -116,8 +120,8 @@ void NavCorrection::MoveByAllFixes() {
   for (const MapFix& fix : fixes) MoveBy(fix);
 }
 
-// A fix after the anchor carries the anchor to its own time. One before it stays where it was
-// measured: the anchor is where it was, and the way that dead reckoning went from there.
+// Corrects the anchor by a fix. For a fix after the anchor, the anchor is first carried to the
+// fix's time. For an earlier fix, the dead-reckoned pose difference and its covariance lie between.
 void NavCorrection::MoveBy(const MapFix& fix) {
   const std::optional<NavState> nav = navigation_->StateAt(fix.time);
   if (!nav) return;
@@ -137,7 +141,7 @@ void NavCorrection::MoveBy(const MapFix& fix) {
   Update(H, fix.north_east_m - anchor_->T_map_vehicle.Translation() - lever, R);
 }
 
-// off = H (error of the anchor's x, y, yaw) + noise of covariance R.
+// off = H * (error of the anchor's x, y, yaw) + noise with covariance R.
 void NavCorrection::Update(const Eigen::Matrix<double, 2, 3>& H,
                            const Eigen::Vector2d& off,
                            const Eigen::Matrix2d& R) {
@@ -179,7 +183,8 @@ void NavCorrection::CarryAnchorTo(Time t, const NavState& nav) {
 
 // --- the vehicle ---------------------------------------------------------------------------------
 
-// What NAV learns of the way before the anchor moves NAV, and not the vehicle in the map.
+// Relative pose by dead reckoning with the smoother's corrections of the past (hindsight):
+// corrections before the anchor move NAV, but not the corrected pose.
 Pose2 NavCorrection::Way(const Frame& from, const Frame& to) const {
   if (to.time < from.time) return Inverse(Way(to, from));
   const Pose2 T_anchored_map = navigation_->Hindsight(from.time, to.time).value_or(Pose2{});
@@ -191,8 +196,8 @@ Pose2 NavCorrection::Corrected(const Frame& nav) const {
   return anchor_->T_map_vehicle * TravelledPose(Way(anchor_->frame, nav), anchor_->mounting);
 }
 
-// Of the anchor, carried to the vehicle, and of the way from there. How well the way is known is
-// forgotten after navigation's window: then by NAV's own covariance, which is never too sure.
+// Covariance of the anchor, carried to the vehicle, plus that of the way since. Older than
+// navigation's window, the latter is replaced by NAV's own covariance, which is not too small.
 Eigen::Matrix3d NavCorrection::CovarianceAt(Time t, const NavState& nav) const {
   const Eigen::Matrix3d own = LevelCovariance(nav);
   if (!anchor_) return own;
@@ -205,8 +210,8 @@ Eigen::Matrix3d NavCorrection::CovarianceAt(Time t, const NavState& nav) const {
                    (way ? Turned(*way, anchor_->T_map_vehicle.yaw) : own));
 }
 
-// Beyond NAV the prediction adds so much to its sigma, whatever its correlation. It adds as much
-// here, where the sigma may be another by far.
+// Adds to sigma as much as the prediction adds to NAV's sigma, whatever the correlations: the sigma
+// here may be very different from NAV's.
 Eigen::Matrix3d NavCorrection::Covariance(const NavState& predicted) const {
   const Time latest = *navigation_->latest();
   Eigen::Matrix3d covariance = CovarianceAt(latest, predicted);

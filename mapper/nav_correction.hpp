@@ -25,13 +25,14 @@ class NavCorrection {
   // navigation: must live longer.
   explicit NavCorrection(const Navigation* navigation) : navigation_(navigation) {}
 
-  // Submaps that joined the graph, as dead reckoning places them, and edges that place the map.
+  // Adds submaps that joined the graph, with their dead-reckoned poses, and edges that give the map
+  // a position.
   void Add(const GraphUpdate& update);
-  // Fixes that joined the graph together with this submap.
+  // Adds fixes that joined the graph together with this submap.
   void Given(const std::vector<MapFix>& fixes, SubmapId with);
-  // A solution that the map follows: where it places the newest frame otherwise, that is a jump.
+  // Takes a solution that the map uses. If it changes the pose of the newest frame, that is a jump.
   void Take(const PoseGraph& solution);
-  // Those that wait for a submap; each that moves the vehicle is a jump.
+  // Takes the fixes that wait for a submap. If one changes the pose, that is a jump.
   void TakeFixes();
   // Nothing before navigation has a state.
   std::optional<CorrectedNavState> Now() const;
@@ -70,12 +71,12 @@ class NavCorrection {
   void CountJump(const std::optional<CorrectedNavState>& before);
 
   const Navigation* const navigation_;
-  std::map<SubmapId, Frame> frames_;    // from that of the solution on
-  std::optional<std::int64_t> placed_;  // the version from which on something says where the map is
-  std::vector<GivenFix> given_;         // to the graph, and not in the solution yet
-  std::vector<MapFix> waiting_;         // as they were taken last
+  std::map<SubmapId, Frame> frames_;    // from the solution's newest frame on
+  std::optional<std::int64_t> placed_;  // graph version from which on the map's position is known
+  std::vector<GivenFix> given_;         // given to the graph, not in the solution yet
+  std::vector<MapFix> waiting_;         // fixes at the last TakeFixes()
   std::optional<Anchor> solved_;
-  std::optional<Anchor> anchor_;  // solved_, or where NAV began, moved by those fixes
+  std::optional<Anchor> anchor_;  // solved_ (or NAV's start), corrected by these fixes
   std::int64_t graph_version_ = 0;
   std::int64_t jumps_ = 0;
   double last_jump_m_ = 0.0;

@@ -111,7 +111,8 @@ bool NavigationWatch::SeesBottom() const {
          ToSeconds(*newest_imu_ - *last_lock_) <= params_.bottom_lock_timeout_s;
 }
 
-// Lock is what the instrument states, not what the filter makes of it.
+// SeesBottom() is the instrument's own bottom lock; the state's bottom_lock also needs accepted
+// velocities.
 void NavigationWatch::AddDvl(const Navigation& navigation, std::vector<Condition>* now) const {
   const NavSensorHealth health = navigation.health(NavSensor::kDvl);
   if (!SeesBottom()) {

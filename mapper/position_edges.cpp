@@ -26,7 +26,7 @@ GraphEdge FixEdge(SubmapId submap,
       LevelPose(at_fix.T_map_vehicle).Translation() - T_map_submap.Translation();  // map axes
   const Eigen::Matrix2d covariance =
       fix.covariance_m2 + R * covariance_frame_fix.topLeftCorner<2, 2>() * R.transpose();
-  Eigen::Matrix<double, 2, 3> J;  // of the fix by x, y, yaw of the submap
+  Eigen::Matrix<double, 2, 3> J;  // derivative of the fix by x, y, yaw of the submap
   J << Eigen::Matrix2d::Identity(), Eigen::Vector2d(-lever.y(), lever.x());
   const Eigen::Vector2d p = fix.north_east_m - lever;
 

@@ -8,7 +8,7 @@
 namespace seastitch {
 namespace {
 
-// Calls work; an exception is counted.
+// Calls work; counts an exception.
 template <class Work>
 void Guarded(std::int64_t* failed, const Work& work) {
   try {
@@ -18,7 +18,7 @@ void Guarded(std::int64_t* failed, const Work& work) {
   }
 }
 
-// prepare: a target ready for register_one, or null where it cannot be loaded.
+// prepare: returns a target ready for register_one, or null if it cannot be loaded.
 template <class Prepare, class RegisterOne>
 void RegisterAll(const Prepare& prepare,
                  const RegisterOne& register_one,

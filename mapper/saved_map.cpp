@@ -15,7 +15,7 @@ void Fields(Archive& archive, Of<Archive, Submap>& submap) {
   archive(submap.covariance_from_previous, submap.heading_sigma_rad, submap.heading_spread);
   archive(submap.trigger, submap.predicted_information);
   archive(submap.soundings_read, submap.soundings_used, submap.footprint);
-  // Not saved: cloud, which has a file of its own.
+  // The cloud is not included: it has a file of its own.
 }
 
 template <class Archive>

@@ -13,10 +13,10 @@ namespace seastitch {
 namespace {
 
 constexpr std::int32_t kSureAfter = 3;  // messages
-// HEALTH comes once a second: less of it is no silence of the processes.
+// HEALTH is sent once a second: without it for less than this, processes do not count as silent.
 constexpr double kHeardS = 3.0;
 constexpr double kLongestBetweenHealthS = 1.5;
-// A channel's messages change places by no more.
+// Largest displacement of a channel's messages in their order.
 constexpr std::int64_t kReordered = 16;
 constexpr std::int64_t kLastSeq = std::int64_t{1} << 53;
 constexpr Time kLatest = FromUtime(7'258'118'400'000'000);  // the year 2200
@@ -37,7 +37,7 @@ constexpr std::array<const char*, kSensorChannels> kNames{channels::kImu,
                                                           channels::kPositionFix,
                                                           channels::kSvp};
 
-// Comes at any time, and may be of any time before.
+// True for messages that come at any time, about any time before.
 bool IsRare(std::size_t channel) {
   return channel == static_cast<std::size_t>(SensorChannel::kPositionFix) ||
          channel == static_cast<std::size_t>(SensorChannel::kSvp);
@@ -56,7 +56,7 @@ double SensorClocks::Channel::interval_s() const {
 void SensorClocks::Channel::AddInterval(double interval_s) {
   if (interval_s < 0.0 || interval_s > kLongestIntervalS) return;
   intervals_s[static_cast<std::size_t>(intervals) % kIntervals] = interval_s;
-  // Counts on in a round once all are there.
+  // A ring: counts up to twice its size, then continues at its size.
   intervals = intervals + 1 < 2 * static_cast<std::int32_t>(kIntervals)
                   ? intervals + 1
                   : static_cast<std::int32_t>(kIntervals);
@@ -76,8 +76,8 @@ std::optional<double> SensorClocks::Latency::Add(const Era& message) {
 
 Time SensorClocks::InDiveTime(SensorChannel channel, Time utime, const MessageStamp& stamp) {
   Channel& c = channels_[static_cast<std::size_t>(channel)];
-  if (stamp.seq < 0 || stamp.seq > kLastSeq) return utime + c.era.utime_offset;  // damaged
-  // Who does not say when it came is taken to have come at once.
+  if (stamp.seq < 0 || stamp.seq > kLastSeq) return utime + c.era.utime_offset;  // damaged message
+  // A message without receive stamp counts as received at its utime.
   const bool says_when = stamp.recv > Time() && stamp.recv < kLatest;
   const Era message{utime, says_when ? stamp.recv : utime, stamp.seq};
   if (!c.has_come) {
@@ -102,14 +102,15 @@ Time SensorClocks::InDiveTime(SensorChannel channel, Time utime, const MessageSt
       if (c.before && c.era.messages >= kSureAfter) Confirm(channel, &c);
     }
   }
-  if (witnessed_s_ > c.witnessed_s) c.heard = c.era.ReceivedAt();
-  c.witnessed_s = witnessed_s_;
+  if (health_time_s_ > c.health_time_s) c.heard = c.era.ReceivedAt();
+  c.health_time_s = health_time_s_;
   if (!IsRare(static_cast<std::size_t>(channel)))
     if (const auto pace = c.latency.Add(c.era)) pace_ = *pace;
   return c.era.At();
 }
 
-// A sensor that comes after a step: its stamps are of the computer's clock or of its own.
+// First message of a channel. After a step of the computer's clock its stamps may be by that clock
+// or by the sensor's own: the smaller latency decides.
 void SensorClocks::Begin(Channel* c, const Era& message) const {
   c->has_come = true;
   c->era = message;
@@ -123,7 +124,7 @@ bool SensorClocks::IsNormal(double passed_s, double typical_s) const {
   return passed_s >= -jump_s_ && passed_s <= typical_s + jump_s_;
 }
 
-// No clock stepped between the two.
+// True if no clock stepped between the two messages.
 bool SensorClocks::Follows(const Channel& c, const Era& era, const Era& message) const {
   if (message.seq <= era.seq) return false;
   const double typical_s = static_cast<double>(message.seq - era.seq) * c.interval_s();
@@ -133,14 +134,14 @@ bool SensorClocks::Follows(const Channel& c, const Era& era, const Era& message)
 
 SensorClocks::Era SensorClocks::Next(SensorChannel channel, const Channel& c, Era message) const {
   const Era& last = c.era;
-  const bool goes_on = message.seq > last.seq;  // else its driver was restarted
+  const bool goes_on = message.seq > last.seq;  // false: its driver was restarted
   const double count = goes_on ? static_cast<double>(message.seq - last.seq) : 1.0;
   const double typical_s = count * c.interval_s();
 
   const Duration computer = ComputerStep(c, message, typical_s);
   message.recv_offset = last.recv_offset + computer;
   message.computer = last.computer;
-  // Of another sensor's stamps.
+  // The step is known from another sensor's stamps.
   const bool is_known = last.computer != computer_ && message.recv_offset == computer_;
   if (is_known) message.computer = computer_;
   message.utime_offset = last.utime_offset;
@@ -162,21 +163,21 @@ SensorClocks::Era SensorClocks::Next(SensorChannel channel, const Channel& c, Er
   return message;
 }
 
-// To be added to the computer's clock at this message.
+// Correction to add to the computer's clock from this message on.
 Duration SensorClocks::ComputerStep(const Channel& c, const Era& message, double typical_s) const {
   const double passed_s = ToSeconds(message.recv - c.era.recv);
   if (c.era.computer != computer_) {
-    // It may have been on the way when the clock stepped.
+    // The message may have been sent before the clock stepped.
     const bool may_be_older = !c.before && IsNormal(passed_s, typical_s) && computer_stepped_at_ &&
                               ToSeconds(*newest() - *computer_stepped_at_) < jump_s_;
     return may_be_older ? Duration::zero() : computer_ - c.era.recv_offset;
   }
   if (message.seq <= c.era.seq) return {};
   if (passed_s < -jump_s_) return FromSeconds(typical_s - passed_s);
-  const double witnessed_s = witnessed_s_ - c.witnessed_s;
+  const double health_time_s = health_time_s_ - c.health_time_s;
   const bool heard =
-      witnessed_s > 0.0 || (c.heard && ToSeconds(c.era.ReceivedAt() - *c.heard) <= kHeardS);
-  const double elapsed_s = witnessed_s > typical_s + kHeardS ? witnessed_s : typical_s;
+      health_time_s > 0.0 || (c.heard && ToSeconds(c.era.ReceivedAt() - *c.heard) <= kHeardS);
+  const double elapsed_s = health_time_s > typical_s + kHeardS ? health_time_s : typical_s;
   if (heard && passed_s - elapsed_s > kHeardS) return FromSeconds(elapsed_s - passed_s);
   return {};
 }
@@ -184,7 +185,7 @@ Duration SensorClocks::ComputerStep(const Channel& c, const Era& message, double
 void SensorClocks::Confirm(SensorChannel channel, Channel* c) {
   const Era before = *std::exchange(c->before, std::nullopt);
   const Duration computer = c->era.recv_offset - before.recv_offset;
-  if (c->era.recv_offset != computer_) {  // else another sensor was sure before
+  if (c->era.recv_offset != computer_) {  // false: another sensor confirmed it before
     computer_ = c->era.computer = c->era.recv_offset;
     computer_stepped_at_ = c->era.ReceivedAt();
     ++counters_["clock_steps_computer"];
@@ -216,19 +217,20 @@ void SensorClocks::Hear(const std::string& process, double uptime_s) {
   if (restarted) p.before_restart_s = last_s;
   const bool is_other = p.before_restart_s && uptime_s >= *p.before_restart_s &&
                         uptime_s - last_s > kLongestBetweenHealthS;
-  if (is_first || restarted || is_other) p.to_witnessed_s = witnessed_s_ - uptime_s;
-  witnessed_s_ = std::max(witnessed_s_, uptime_s + p.to_witnessed_s);
+  if (is_first || restarted || is_other) p.to_health_time_s = health_time_s_ - uptime_s;
+  health_time_s_ = std::max(health_time_s_, uptime_s + p.to_health_time_s);
 }
 
-// Of the channels that came after the newest HEALTH: the others' silence is known by HEALTH alone.
+// Uses the channels received after the newest HEALTH; the silence of the others is measured by
+// HEALTH.
 std::optional<Time> SensorClocks::newest() const {
-  double last_witnessed_s = 0.0;
+  double last_health_time_s = 0.0;
   for (const Channel& c : channels_)
-    if (c.has_come) last_witnessed_s = std::max(last_witnessed_s, c.witnessed_s);
+    if (c.has_come) last_health_time_s = std::max(last_health_time_s, c.health_time_s);
   std::optional<Time> all;
   for (const Channel& c : channels_) {
-    if (!c.has_come || c.witnessed_s < last_witnessed_s) continue;
-    const Time at = c.era.ReceivedAt() + FromSeconds(witnessed_s_ - c.witnessed_s);
+    if (!c.has_come || c.health_time_s < last_health_time_s) continue;
+    const Time at = c.era.ReceivedAt() + FromSeconds(health_time_s_ - c.health_time_s);
     all = all ? std::max(*all, at) : at;
   }
   return all;
@@ -270,7 +272,7 @@ void SensorClocks::AddDrifts(std::vector<Condition>* all) const {
   for (const Channel& c : channels_)
     if (c.latency.first_s) drifts_s.push_back(c.latency.drift_s());
   if (drifts_s.size() < 2 || !IsRealTime()) return;
-  // Of two the smaller one.
+  // Of two drifts the smaller one is the common drift.
   std::sort(drifts_s.begin(), drifts_s.end(), [](double a, double b) {
     return std::abs(a) < std::abs(b);
   });

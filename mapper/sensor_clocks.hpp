@@ -68,7 +68,7 @@ class SensorClocks {
 
   // Seconds that passed, by the uptimes in HEALTH, since the first HEALTH message that this object
   // heard.
-  double witnessed_s() const { return witnessed_s_; }
+  double health_time_s() const { return health_time_s_; }
 
   // Now, in dive time: arrival (recv) of the newest message, plus the time by HEALTH since then.
   std::optional<Time> newest() const;
@@ -82,7 +82,7 @@ class SensorClocks {
   std::vector<Condition> conditions() const;
   const Counters& counters() const { return counters_; }
 
-  // For a restart. Not saved: processes_, witnessed_s_ and counters_, which begin anew with the
+  // For a restart. Not saved: processes_, health_time_s_ and counters_, which begin anew with the
   // process; jump_s_, which is configured.
   template <class Archive, class Self>
   static void Fields(Archive& archive, Self& self) {
@@ -138,13 +138,13 @@ class SensorClocks {
     std::array<double, kIntervals> intervals_s{};
     std::int32_t intervals = 0;
     Latency latency;
-    double witnessed_s = 0.0;   // at its last message
-    std::optional<Time> heard;  // arrival of its last message that came after a new HEALTH
+    double health_time_s = 0.0;  // at its last message
+    std::optional<Time> heard;   // arrival of its last message that came after a new HEALTH
 
     double interval_s() const;
     void AddInterval(double interval_s);
 
-    // Not saved: witnessed_s and heard, which begin anew with the process.
+    // Not saved: health_time_s and heard, which begin anew with the process.
     template <class Archive, class Self>
     static void Fields(Archive& archive, Self& self) {
       archive(self.has_come, self.era, self.before, self.intervals_s, self.intervals, self.latency);
@@ -152,7 +152,7 @@ class SensorClocks {
   };
   struct Process {
     double uptime_s = 0.0;
-    double to_witnessed_s = 0.0;             // witnessed_s = uptime_s + this
+    double to_health_time_s = 0.0;           // health_time_s = uptime_s + this
     std::optional<double> before_restart_s;  // uptime_s of the process before this one
   };
 
@@ -181,7 +181,7 @@ class SensorClocks {
   std::optional<Time> last_step_at_;
   double pace_ = 1.0;  // seconds of utime per second of recv, over the last kLatencies messages
   std::map<std::string, Process> processes_;
-  double witnessed_s_ = 0.0;
+  double health_time_s_ = 0.0;
   Counters counters_;
 };
 

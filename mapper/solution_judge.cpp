@@ -15,12 +15,12 @@ namespace {
 using Cells = Grid<RegistrationSubmap::Cell>;
 
 constexpr int kPatchCells = 8;
-// Of the rows and columns: heights of neighbouring cells are smoothed over the same soundings.
+// Uses every second row and column: neighbouring heights are smoothed over the same soundings.
 constexpr int kEvery = 2;
-// Fewer shared cells have no mean worth the name, nor a mean square.
+// Smallest numbers of shared cells for a useful mean and mean square.
 constexpr std::size_t kMinCellsOfPair = 8;
 constexpr int kMinCellsOfPatch = 4;
-// Of an overlap that a solution may be blamed for having torn apart.
+// Smallest number of shared cells of an overlap for which a solution can count as torn apart.
 constexpr std::size_t kMinCellsTorn = 64;
 
 struct Patch {
@@ -29,7 +29,7 @@ struct Patch {
   double solved_m2 = 0.0;
 };
 
-// Where the solution puts one submap in another.
+// Pose of submap b in submap a by the solution.
 std::optional<Pose2> Relative(const PoseGraph& graph, SubmapId a, SubmapId b) {
   const auto find = [&](SubmapId id) -> const SolvedVertex* {
     const auto found = std::lower_bound(
@@ -45,7 +45,8 @@ std::optional<Pose2> Relative(const PoseGraph& graph, SubmapId a, SubmapId b) {
   return Inverse(from->T_map_level) * to->T_map_level;
 }
 
-// A pair, cell by cell of the source. Differences: source less target, by both placements.
+// Compares a pair cell by cell of the source. Differences: source minus target, with the
+// dead-reckoned and with the solved poses.
 class Comparison {
  public:
   Comparison(const Cells& target,
@@ -90,7 +91,7 @@ class Comparison {
     return patches;
   }
 
-  std::size_t cells_dead_reckoned = 0;  // seen twice
+  std::size_t cells_dead_reckoned = 0;  // cells seen by both submaps
   std::size_t cells_solved = 0;
 
  private:
@@ -127,7 +128,7 @@ void SolutionJudge::AddPair(SubmapId target, SubmapId source) {
 
 Judgement SolutionJudge::Judge(const PoseGraph& graph) const {
   Judgement out;
-  double gain = 0.0;  // of dead reckoning over the solution
+  double gain = 0.0;  // squared differences of dead reckoning minus those of the solution
   double squared_gain = 0.0;
   double dead_reckoned_m2 = 0.0;
   double solved_m2 = 0.0;

@@ -8,7 +8,7 @@
 namespace seastitch {
 namespace {
 
-// A profile an hour for two and a half days: no dive is longer.
+// Enough for one profile an hour for two and a half days.
 constexpr std::size_t kMaxProfiles = 64;
 
 Duration Apart(Time a, Time b) { return a < b ? b - a : a - b; }
@@ -19,18 +19,18 @@ SoundSpeed::SoundSpeed(const std::optional<SoundVelocityProfile>& configured) {
   if (configured) configured_ = RayTracer::Make(*configured);
 }
 
-bool SoundSpeed::Add(const SoundVelocityProfile& profile, Time said) {
+bool SoundSpeed::Add(const SoundVelocityProfile& profile, Time sent) {
   std::optional<RayTracer> rays = RayTracer::Make(profile);
   if (!rays) return false;
   if (profiles_.size() == kMaxProfiles) profiles_.pop_front();
-  profiles_.push_back({profile.time, said, std::move(*rays)});
+  profiles_.push_back({profile.time, sent, std::move(*rays)});
   return true;
 }
 
 SoundSpeed::Choice SoundSpeed::For(const MbesPing& ping) {
   const Dated* nearest = nullptr;
   for (const Dated& profile : profiles_) {
-    const double ahead_s = ToSeconds(profile.said - LastEcho(ping));
+    const double ahead_s = ToSeconds(profile.sent - LastEcho(ping));
     if (ahead_s > 0.0 && ahead_s <= kMaxAheadS) continue;
     if (!nearest || Apart(profile.time, ping.time) < Apart(nearest->time, ping.time))
       nearest = &profile;

@@ -9,31 +9,33 @@
 
 namespace seastitch {
 
-// Choice of a ping's sound-speed profile: the received profile nearest in time, else the configured
+// Chooses a ping's sound-speed profile: the received profile nearest in time, else the configured
+// one, else a constant speed, the one measured at the sonar.
 // one, else a constant speed, the one that the sonar measured at its face.
 //
-// A profile may be hours older than its message, so that its time does not say when it became
-// known. It is used for the pings whose last echo is not before the time of its message. By then
-// navigation's reorder window has made the choice independent of the order of arrival.
+// The time of a profile may be hours before that of its message. A profile is used for pings whose
+// last echo is not before the time of its message. At that time all messages within navigation's
+// reorder window have arrived, so that the choice does not depend on their order of arrival.
 class SoundSpeed {
  public:
   enum class Source : std::uint8_t { kProfile, kConfigured, kTransducer, kAssumed };
-  // Used where the sonar measures none either: sea water of 10 degrees and 35 psu near the surface.
+  // Speed used if the sonar measures none: sea water of 10 degrees and 35 psu near the surface
+  // [m/s].
   static constexpr double kAssumedMps = 1490.0;
 
   // `configured` must be usable: see RayTracer::Make().
   explicit SoundSpeed(const std::optional<SoundVelocityProfile>& configured);
 
-  // No reorder window is longer. A message from further ahead of a ping has another clock, which
-  // says nothing: its profile holds at once.
+  // Longest time [s] by which a message can be later than a ping: no reorder window is longer. A
+  // larger difference shows that the message has another clock; then the profile is used at once.
   static constexpr double kMaxAheadS = 10.0;
 
-  // said: when it was sent; Time() where nobody knows, for all pings from now on. False: no profile
-  // of sea water, not taken. Keeps the newest 64.
-  bool Add(const SoundVelocityProfile& profile, Time said = Time());
+  // sent: time of the message; Time() if unknown: the profile is used for all pings from now on.
+  // False if it is not a profile of sea water; it is then ignored. Keeps the newest 64.
+  bool Add(const SoundVelocityProfile& profile, Time sent = Time());
 
   struct Choice {
-    const RayTracer* rays;  // until the next call of Add() or For()
+    const RayTracer* rays;  // valid until the next call of Add() or For()
     Source source;
   };
   Choice For(const MbesPing& ping);
@@ -41,7 +43,7 @@ class SoundSpeed {
  private:
   struct Dated {
     Time time;
-    Time said;
+    Time sent;
     RayTracer rays;
   };
 

@@ -10,11 +10,12 @@
 namespace seastitch {
 namespace {
 
-// A frame remembered is at most half of this, at the vehicle's speed, from the one that closes.
+// Interval [s] of the frames that are remembered. The nearest is at most half of it, times the
+// vehicle's speed, from the frame of the submap that closes.
 constexpr double kLookUpEveryS = 2.0;
 constexpr Eigen::Index kHeadingOfCovariance = 5;
 
-// Of x, y, yaw.
+// Covariance of x, y, yaw.
 Eigen::Matrix3d LevelCovariance(const NavState& state) {
   constexpr Eigen::Index kAxes[3] = {0, 1, kHeadingOfCovariance};
   Eigen::Matrix3d covariance;
@@ -68,8 +69,8 @@ std::optional<Eigen::Matrix3d> SubmapFrames::CovarianceFromPrevious(const NavSta
   if (!previous_) return std::nullopt;
   if (auto known = navigation_->RelativeCovariance(previous_->state.time, state.time)) return known;
   if (open_ && open_->from_previous) return open_->from_previous;
-  // The previous frame is further back than navigation remembers. As if the two were independent,
-  // which is never too sure.
+  // The previous frame is older than navigation's window. Taken as independent, which gives a
+  // covariance that is not too small.
   ++independent_;
   return RelativeCovariance(LevelPose(previous_->state.T_map_vehicle),
                             LevelPose(state.T_map_vehicle),

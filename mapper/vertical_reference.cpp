@@ -9,11 +9,11 @@
 namespace seastitch {
 namespace {
 
-constexpr double kReachS = 3600.0;  // of a table's entry, and of a height
-constexpr double kHoldS = 2.0;      // depth and attitude for a height
+constexpr double kReachS = 3600.0;  // reach of a table's entry, and of a height
+constexpr double kHoldS = 2.0;      // maximum age of depth and attitude for a height
 constexpr double kPlaceHoldS = 60.0;
 constexpr double kWindowS = 60.0;
-constexpr double kStepS = 0.5;  // heights more often say nothing more
+constexpr double kStepS = 0.5;  // shortest time between heights that are used
 
 }  // namespace
 

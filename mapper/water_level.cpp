@@ -11,7 +11,7 @@
 namespace seastitch {
 namespace {
 
-constexpr double kHighest_m = 1000.0;  // a lake above the zero of heights
+constexpr double kHighest_m = 1000.0;  // limit, for lakes above the zero of heights
 
 std::string Trimmed(const std::string& text) {
   const std::size_t begin = text.find_first_not_of(" \t\r\"");

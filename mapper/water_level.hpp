@@ -21,9 +21,9 @@ class WaterLevel {
   static WaterLevel Parse(const std::string& text, const std::string& name);
 
   bool empty() const { return entries_.empty(); }
-  // 0 where it is empty.
+  // 0 without entries.
   double At(Time t) const;
-  // Whether it was stated within `reach` of this time.
+  // True if an entry lies within `reach` of this time.
   bool Covers(Time t, Duration reach) const;
   const std::string& text() const { return text_; }
 

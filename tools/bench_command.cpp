@@ -72,7 +72,7 @@ bench::SurveySimulator MakeSimulator(const BenchOptions& options) {
 
 namespace {
 
-// What the processes of such a vehicle would publish.
+// The configuration messages that the processes of the simulated vehicle would publish.
 std::vector<config_t> ConfigurationOf(const MapperConfig& mapper,
                                       const bench::DriverConfigs& drivers) {
   std::vector<config_t> all = ConfigParts("mapper", ConfigFiles(mapper));

@@ -21,10 +21,10 @@ std::runtime_error CannotStart(const std::string& program) {
                             std::generic_category().message(errno));
 }
 
-// Between fork and exec: nothing that allocates or locks.
+// Runs between fork and exec: must not allocate or lock.
 [[noreturn]] void Become(char* const* argv, int output, pid_t parent) {
   constexpr int kFailed = 127;
-  // The kernel ends the child with its parent, however that ends.
+  // The kernel ends the child when its parent ends, in whatever way.
   prctl(PR_SET_PDEATHSIG, SIGTERM);
   if (getppid() != parent) _exit(kFailed);
   // Signals that the parent's event loop blocks must reach the child.

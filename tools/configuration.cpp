@@ -16,14 +16,14 @@ namespace {
 
 constexpr char kHead[] =
     "# Configuration\n\n"
-    "Every key of every file, as the programs know it: `seastitch reference` writes this page, and "
-    "a\ntest holds it against the programs. `--print-config` of a process, and of `seastitch "
-    "replay`,\nwrites the effective configuration with the same sentences; without `--config`, the "
-    "defaults.\n\n"
-    "A key that is unknown, stands twice or has a value out of range stops the program at its "
-    "start,\nwith one line: file, key, value, what was expected. A key under an earlier name is "
-    "read with\none warning. Start with the figures from the data sheets; the others are for "
-    "experts.\n";
+    "Every key of every configuration file. `seastitch reference` writes this page, and a test "
+    "compares "
+    "it\nwith the programs. `--print-config` of a process, and of `seastitch replay`, writes the "
+    "effective\nconfiguration with the same sentences; without `--config`, the defaults.\n\n"
+    "A key that is unknown, occurs twice or has a value out of range ends the program at its "
+    "start, "
+    "with\none line: file, key, value, what was expected. A key under an earlier name is accepted "
+    "with one\nwarning. Start with the values from the data sheets; the others are for experts.\n";
 
 template <class Config>
 ConfigurationFile FileOf(std::string name, std::string title, Config defaults = {}) {

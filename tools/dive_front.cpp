@@ -13,7 +13,7 @@ MapperConfig WithoutRegistration(MapperConfig config) {
   return config;
 }
 
-// Of x, y [m], yaw [rad] of the submap that the dive starts with.
+// Covariance of x, y [m], yaw [rad] of the submap that the dive starts with.
 std::optional<Eigen::Matrix3d> StartCovariance(const GraphEdge& start, double heading_sigma_rad) {
   const Eigen::Matrix2d covariance = start.information.topLeftCorner<2, 2>().inverse();
   if (!covariance.allFinite()) return std::nullopt;
@@ -51,7 +51,8 @@ void DiveFront::On(const MapperEvent& event) {
   if (const auto* step = std::get_if<GraphStep>(&event)) AddEdges(step->update);
 }
 
-// Collects the edges with a position in the map. The others are made again for all dives together.
+// Collects the edges that tie a submap to the map. The other edges are computed again for all dives
+// together.
 void DiveFront::AddEdges(const GraphUpdate& update) {
   for (GraphEdge edge : update.edges) {
     if (edge.from != edge.to || !closed_) continue;

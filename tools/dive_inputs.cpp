@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr char kLogs[] = "logs";  // the dive of logs that lie in no folder
+constexpr char kLogs[] = "logs";  // name of the dive of logs that are not in a dive's folder
 
 std::vector<fs::path> FilesIn(const fs::path& folder) {
   std::vector<fs::path> files;
@@ -29,7 +29,7 @@ std::vector<fs::path> FilesIn(const fs::path& folder) {
   return files;
 }
 
-// 2026-05-02
+// Date of a file, such as 2026-05-02.
 std::string DayOf(const fs::path& file) {
   const std::optional<Time> first = SurveyStream(file, SurveyFiles::kReorderS).next();
   return first ? IsoTime(*first).substr(0, 10) : std::string("without records");
@@ -43,8 +43,8 @@ std::string NameOf(const fs::path& path) {
 
 std::vector<DiveInput> DivesAmong(const std::vector<fs::path>& inputs, bool raw) {
   std::vector<DiveInput> dives;
-  std::map<std::string, std::size_t> loose;  // day or kLogs to its place
-  std::vector<fs::path> beside;              // navigation, for whatever lies in its time
+  std::map<std::string, std::size_t> loose;  // index of the dive in `dives`, by day or kLogs
+  std::vector<fs::path> beside;              // navigation files for all dives in their time span
   for (const fs::path& input : inputs) {
     if (!fs::is_directory(input) && IsNavigationBeside(input)) {
       beside.push_back(input);

@@ -6,7 +6,7 @@
 namespace seastitch {
 namespace {
 
-// Levenshtein's: letters to be put in, left out or replaced.
+// Levenshtein distance: number of letters to insert, delete or replace.
 std::size_t Distance(const std::string& a, const std::string& b) {
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), 0u);

@@ -35,16 +35,16 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kMaxKmallDatagram = 16 * 1024 * 1024;
-// Frames of one burst are one RAW_CAN, as they are when a driver reads them from a socket.
+// Frames within this time form one RAW_CAN message, as when a driver reads them from a socket.
 constexpr Duration kBurst = std::chrono::milliseconds(1);
 
-// A file to be imported, piece by piece in the order in which it was recorded.
+// A file to import, read piece by piece in the order of its recording.
 class Source {
  public:
   virtual ~Source() = default;
   // Stamp of the next piece; nothing at the end.
   virtual std::optional<Time> next() const = 0;
-  // Hands the next piece to its drivers.
+  // Passes the next piece to its drivers.
   virtual void Feed() = 0;
   virtual std::uint64_t bytes_read() const = 0;
   virtual Counters counters() const = 0;
@@ -70,7 +70,7 @@ class KmallFile : public Source {
   }
 
  private:
-  // What is no datagram is skipped byte by byte.
+  // Bytes that are not a datagram are skipped one by one.
   void ReadNext() {
     next_.reset();
     for (; at_ + 8 <= size_ && !ReadAt(); ++at_) ++damaged_bytes_;
@@ -100,7 +100,7 @@ class KmallFile : public Source {
   std::uint64_t number_;
   std::ifstream in_;
   std::uint64_t size_;
-  std::uint64_t at_ = 0;  // behind the next datagram
+  std::uint64_t at_ = 0;  // end of the next datagram
   std::int64_t damaged_bytes_ = 0;
   std::vector<std::uint8_t> datagram_;
   std::optional<Time> next_;
@@ -177,10 +177,10 @@ void WriteText(const fs::path& path, const std::string& text) {
   if (!out.flush()) throw std::runtime_error(path.string() + ": cannot be written");
 }
 
-// What is imported becomes a log that begins with the configuration to map it with.
+// Writes the imported messages to a log. It begins with the configuration to map it with.
 class ImportLog {
  public:
-  // configuration: of the mapper; empty: not known.
+  // configuration: of the mapper; empty if unknown.
   ImportLog(const fs::path& path, const std::vector<NamedText>& configuration, ImportResult* result)
       : log_(path, IfExists::kRefuse),
         configuration_(ConfigParts("mapper", configuration)),
@@ -229,7 +229,7 @@ class Importer {
   ImportResult Run(bool quiet) {
     ProgressLine progress("importing", total_bytes_, quiet);
     while (Source* const source = Earliest()) {
-      now_ = std::max(now_, *source->next());  // a log's stamps never fall
+      now_ = std::max(now_, *source->next());  // stamps in a log never decrease
       source->Feed();
       bus_.HandleAll();
       std::uint64_t done = 0;
@@ -262,7 +262,7 @@ class Importer {
 
   MbesDriver* Sonar() {
     if (!sonar_) {
-      MbesDriverConfig config;  // KMALL, by its own stamps: a file has no other
+      MbesDriverConfig config;  // KMALL, with its own stamps: a file has no receive stamps
       config.driver.source = "import";
       sonar_ = std::make_unique<MbesDriver>(config, &bus_);
     }
@@ -291,14 +291,14 @@ class Importer {
   std::uint64_t total_bytes_ = 0;
 };
 
-// A mapper.yaml that takes the navigation that the files give, with their installation parameters.
+// A mapper.yaml that uses the navigation in the files, with their installation parameters.
 MapperConfig ConfigFor(const SurveyPlan& plan) {
   MapperConfig config = LoadMapperConfig((ConfigDir() / "mapper.yaml").string());
   UseSurvey(plan, &config);
   return config;
 }
 
-// Beside the log, to be edited.
+// Writes the configuration beside the log, for people to edit.
 void WriteConfigs(const SurveyPlan& plan, const fs::path& log) {
   const SurveyConfigFiles files = SurveyConfigFilesFor(log);
   WriteText(files.vehicle, PrintConfig(plan.vehicle));
@@ -307,7 +307,7 @@ void WriteConfigs(const SurveyPlan& plan, const fs::path& log) {
   WriteText(files.mapper, PrintConfig(config));
 }
 
-// Import of survey files with navigation.
+// Imports survey files that contain navigation.
 ImportResult ImportSurvey(SurveyFiles* survey, const ImportOptions& options) {
   ImportResult result;
   ImportLog log(options.log, ConfigFiles(ConfigFor(survey->plan())), &result);
@@ -333,7 +333,8 @@ bool AreSurveyFiles(const std::vector<fs::path>& files) {
 
 }  // namespace
 
-// What a sonar alone has recorded goes through its driver, as it would have at sea.
+// Candump logs, and KMALL files without navigation, go through the drivers, as at sea. Other survey
+// files are imported by ImportSurvey().
 ImportResult Import(const ImportOptions& options) {
   if (AreSurveyFiles(options.files)) {
     SurveyFiles survey(options.files);

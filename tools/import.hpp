@@ -13,11 +13,11 @@ struct ImportOptions {
   // navigation; distinguished by content.
   std::vector<std::filesystem::path> files;
   std::filesystem::path log;  // LCM log to write; must not exist
-  // How the frames of a candump log are decoded. KMALL needs nothing.
+  // Driver configurations for a candump log. KMALL needs none.
   std::filesystem::path imu_config;
   std::filesystem::path dvl_config;
-  // mapper.yaml to be recorded in the log, so that a replay needs no other; empty: none. Survey
-  // files with navigation need none.
+  // mapper.yaml to record in the log, so that a replay needs no other; empty: none. Survey files
+  // with navigation need none.
   std::filesystem::path mapper_config;
   bool quiet = false;
 };
@@ -25,19 +25,19 @@ struct ImportOptions {
 struct ImportResult {
   std::map<std::string, std::int64_t> channels;  // events on each
   std::map<std::string, std::int64_t> counters;  // of the decoders, those above 0
-  // Of survey files with navigation: which sensors were used, and where they sit. Empty: of others.
+  // Of survey files with navigation: the sensors used and their mountings. Empty for other files.
   std::string installation;
 };
 
-// Survey files become what drivers would have published: INS, DEPTH, MBES_PING or MBES_SOUNDINGS,
-// SVP, and CONFIG with what a replay needs; beside the log LOG.vehicle.yaml holds the installation
-// parameters, and LOG.mapper.yaml what a replay needs. Candump logs, and .kmall without navigation,
-// go through the drivers themselves, in the order of their stamps, raw bytes included. The same
-// files give the same log. Throws std::runtime_error naming the file; DataError where nothing in it
-// can be placed.
+// Imports files. Survey files become the messages that drivers would have published (INS, DEPTH,
+// MBES_PING or MBES_SOUNDINGS, SVP), with the configuration for a replay as CONFIG. Beside the log,
+// LOG.vehicle.yaml has the installation parameters, and LOG.mapper.yaml the configuration. Candump
+// logs, and .kmall without navigation, go through the drivers, in the order of their stamps,
+// including raw bytes. The same files give the same log. Throws std::runtime_error with the file's
+// name; DataError if nothing in it can be georeferenced.
 ImportResult Import(const ImportOptions& options);
 
-// `seastitch import`: the same, and what it gave in some lines.
+// `seastitch import`: Import(), and a summary on stdout.
 int RunImport(const ImportOptions& options);
 
 }  // namespace seastitch

@@ -23,15 +23,15 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr std::uint64_t kLarge = 100'000'000;  // bytes; from here on progress is shown
+constexpr std::uint64_t kLarge = 100'000'000;  // size [bytes] from which progress is shown
 
-// A log that is torn: bytes that belong to no whole event.
+// A damaged log: its bytes that belong to no complete event.
 struct Tears {
   std::int64_t places = 0;
   std::int64_t bytes = 0;
 };
 
-// One recorder's logs.
+// The logs of one recorder, and what they contain.
 struct Record {
   std::vector<fs::path> logs;
   LogFigures figures;
@@ -203,7 +203,7 @@ Json UnreadableJson(const MessageTypes& types) {
   return json;
 }
 
-// Where there is one recorder, as is common, its figures stand at the top.
+// With one recorder, the usual case, its values are at the top level.
 void PrintJson(const RecordedLogs& logs, const std::vector<Record>& records) {
   Json json;
   if (records.size() == 1)

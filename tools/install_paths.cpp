@@ -10,7 +10,7 @@ namespace fs = std::filesystem;
 fs::path BinDir() { return fs::read_symlink("/proc/self/exe").parent_path(); }
 
 fs::path ConfigDir() {
-  // build/bin, build/PRESET/bin, then an installed program.
+  // Relative to build/bin, to build/PRESET/bin, then to an installed program.
   for (const fs::path& dir :
        {BinDir() / "../../config", BinDir() / "../../../config", fs::path("/etc/seastitch")}) {
     if (fs::exists(dir / "mapper.yaml")) return fs::canonical(dir);

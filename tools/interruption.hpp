@@ -8,13 +8,13 @@
 
 namespace seastitch {
 
-// Ctrl-C (or SIGTERM) in a long step. The first asks it to end with what is there; the second ends
-// the process at once, with kExitCode. Make it before anything that starts a thread.
+// Handles Ctrl-C (and SIGTERM) in a long step. The first asks it to end with the results so far;
+// the second ends the process at once, with kExitCode. Construct it before any thread is started.
 class Interruption {
  public:
   static constexpr int kExitCode = 130;  // as a shell gives for SIGINT
 
-  // clean_up: before the process ends at once.
+  // clean_up: called before the process ends at once.
   explicit Interruption(std::function<void()> clean_up);
   ~Interruption();
   Interruption(const Interruption&) = delete;

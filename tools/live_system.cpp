@@ -30,7 +30,7 @@ namespace fs = std::filesystem;
 using std::chrono::seconds;
 using std::chrono::steady_clock;
 
-// A UDP socket that keeps a free port of the loopback interface.
+// A UDP socket bound to a free port of the loopback interface.
 int BindFreePort() {
   const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   sockaddr_in address{};
@@ -42,7 +42,7 @@ int BindFreePort() {
   return fd;
 }
 
-// Different ports that nobody uses now: all are held until all are known.
+// Different free ports. All are held until all are found.
 std::vector<int> FreeUdpPorts(int count) {
   std::vector<int> sockets;
   std::vector<int> ports;
@@ -59,7 +59,7 @@ std::vector<int> FreeUdpPorts(int count) {
 
 std::string Loopback(int port) { return "127.0.0.1:" + std::to_string(port); }
 
-// Changes a configuration in its file.
+// Reads a configuration file, changes it, and writes it.
 template <class Config>
 void Change(const fs::path& file,
             Config (*load)(const std::string& path),
@@ -102,7 +102,7 @@ LiveSystem::Listener::Listener(const std::string& url) : bus_(url) {
 
 bool LiveSystem::Listener::WaitUntil(const std::function<bool()>& done, seconds timeout) {
   const auto deadline = steady_clock::now() + timeout;
-  // What is on its way already counts: listens before it judges.
+  // Receives first, so that messages already sent count.
   for (int i = 0; i < 10 || !done(); ++i) {
     if (steady_clock::now() > deadline) return false;
     bus_.HandleAll();

@@ -9,7 +9,7 @@ namespace seastitch {
 namespace {
 
 constexpr std::int64_t kSilentUs = 5'000'000;
-constexpr std::size_t kMostSteps = 1'000;  // of a damaged log
+constexpr std::size_t kMostSteps = 1'000;  // limit, for damaged logs
 
 std::int64_t Difference(std::int64_t a, std::int64_t b) {
   std::int64_t difference = 0;

@@ -24,19 +24,20 @@ std::uint64_t BytesIn(const RecordedLogs& logs) {
 // The logs of one recorder.
 class MergedLogs::Recorder {
  public:
-  // first_log: its number among those of all recorders.
+  // first_log: number of its first log among the logs of all recorders.
   Recorder(std::vector<fs::path> logs, std::size_t first_log)
       : logs_(std::move(logs)), first_log_(first_log) {
     Advance();
   }
 
-  // Its next event has this time or, where its clock went back, a later one that came before.
+  // Time for merging: that of the next event, or a later one of an earlier event if the clock
+  // stepped back.
   std::int64_t utime() const { return utime_; }
   bool ended() const { return !next_; }
   std::int64_t damaged_bytes() const {
     return damaged_bytes_ + (reader_ ? reader_->damaged_bytes() : 0);
   }
-  // Of the next event.
+  // Number of the next event's log.
   std::size_t log() const { return first_log_ + log_ - 1; }
   LogEvent Take() {
     LogEvent event = std::move(*next_);
@@ -66,7 +67,7 @@ class MergedLogs::Recorder {
   std::int64_t damaged_bytes_ = 0;
 };
 
-// Finds messages that were read before, by their stated place in the stream.
+// Finds messages that were read before, by sender and sequence number.
 class MergedLogs::Doubles {
  public:
   bool Add(const LogEvent& event) {

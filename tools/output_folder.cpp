@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Where it is, the products are whole.
+// Written last: if it exists, the products are complete.
 constexpr char kLast[] = "report.json";
 
 std::runtime_error FolderError(const fs::path& folder, const std::string& reason) {
@@ -25,7 +25,7 @@ std::runtime_error FolderError(const fs::path& folder, const std::string& reason
 
 void MoveTo(const fs::path& place, const fs::path& file) {
   std::error_code error;
-  if (fs::is_directory(file)) fs::remove_all(place, error);  // rename() replaces empty ones only
+  if (fs::is_directory(file)) fs::remove_all(place, error);  // rename() replaces empty folders only
   if (!error) fs::rename(file, place, error);
   if (error) throw FolderError(place, error.message());
 }
@@ -84,7 +84,7 @@ void OutputFolder::Publish() {
 
 void OutputFolder::Discard() const {
   std::error_code ignored;
-  // More than once: a command that is interrupted may be writing.
+  // Repeated, because an interrupted command may still be writing.
   for (int i = 0; i < 3 && fs::exists(partial_, ignored); ++i) fs::remove_all(partial_, ignored);
 }
 

@@ -47,7 +47,7 @@ std::vector<std::uint16_t> PingInputs::Take(const SubmapSoundings& submap) {
     inputs.push_back(found == waiting_.end() ? std::uint16_t{0} : found->second);
     if (found == waiting_.end()) ++unknown_;
   }
-  // Pings come in the order of their times: what is older now is in no submap.
+  // Pings come in the order of time: older ones that still wait are in no submap.
   if (!submap.pings.empty())
     waiting_.erase(waiting_.begin(),
                    waiting_.upper_bound({ToUtime(submap.pings.back().time),

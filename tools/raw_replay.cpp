@@ -13,10 +13,10 @@
 namespace seastitch {
 namespace {
 
-constexpr std::size_t kMostOpen = 64;                 // sources whose parts are put together
-constexpr std::size_t kMostBytes = 16 * 1024 * 1024;  // of a datagram
+constexpr std::size_t kMostOpen = 64;                 // limit of sources with incomplete datagrams
+constexpr std::size_t kMostBytes = 16 * 1024 * 1024;  // limit of a datagram
 
-// As CanDriver names what it records.
+// True if a driver of this name recorded the source; see CanDriver.
 bool IsOf(const std::string& source, const std::string& driver) {
   return source.ends_with("#" + driver);
 }

@@ -39,12 +39,12 @@ class RawReplay {
   // bus: on which the drivers publish. Throws ConfigError.
   RawReplay(const RawSources& sources, const DriverFiles& files, Bus* bus);
 
-  // Whether a driver publishes this channel, so that what was recorded on it is left out: from the
-  // driver's first raw bytes on, since the oldest may have been deleted to make room.
+  // True if a driver publishes this channel: its recorded messages are then left out from the
+  // driver's first raw bytes on. (The oldest raw bytes may have been deleted to make room.)
   bool MakesAnew(const std::string& channel) const { return made_.contains(channel); }
-  // A message of RAW_*. What cannot be used is counted.
+  // Decodes a message of RAW_*; unusable ones are counted.
   void Add(const LogEvent& event);
-  // The end of the log: what a driver holds back is published or counted.
+  // Call it at the end of the log: publishes or counts what the drivers still hold.
   void Finish();
   // Counters that are not zero: those of the drivers, and of incomplete messages.
   std::map<std::string, std::int64_t> counters() const;

@@ -19,14 +19,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A log as a first look shows it.
+// What a first pass over a log finds.
 struct Scan {
   fs::path path;
   std::int64_t first_utime = 0;
   std::int64_t last_utime = 0;
-  // Of the first and of the last message, by channel and sender.
+  // Sequence numbers of the first and the last message, by channel and sender.
   std::map<std::string, std::pair<std::int64_t, std::int64_t>> numbers;
-  std::vector<config_t> configuration;  // parts: the rest of a file may be in the next log
+  std::vector<config_t> configuration;  // in parts: the rest of a file may be in the next log
 };
 
 std::optional<config_t> Decode(const LogEvent& event) {
@@ -66,8 +66,10 @@ using Chain = std::vector<const Scan*>;
 
 // Evidence by sequence numbers that log b was recorded next after log a.
 struct Link {
-  std::int64_t missing;  // messages of the channel that misses fewest; 0: b goes on where a ends
-  std::int64_t missing_in_all;  // a rare channel misses none where a whole log lies between
+  // smallest number of missing messages of any channel; 0: b continues a without a gap
+  std::int64_t missing;
+  // of all channels: a rare channel may miss none although a whole log lies between
+  std::int64_t missing_in_all;
   const Scan* a;
   const Scan* b;
   bool operator<(const Link& other) const {
@@ -77,7 +79,7 @@ struct Link {
 };
 
 std::optional<Link> FindLink(const Scan& a, const Scan& b) {
-  int votes = 0;  // a sender that began anew between them has one against
+  int votes = 0;  // senders whose numbers continue, minus senders whose numbers restarted
   std::optional<std::int64_t> missing;
   std::int64_t missing_in_all = 0;
   for (const auto& [sender, of_b] : b.numbers) {
@@ -92,14 +94,15 @@ std::optional<Link> FindLink(const Scan& a, const Scan& b) {
     }
   }
   if (votes <= 0) return std::nullopt;
-  // Where messages miss, the numbers may be of another dive, or from before all senders began anew.
+  // If messages are missing, b may belong to another dive or be older than a restart of all
+  // senders: then times and log numbers must not contradict the order.
   const bool against_names = a.path.parent_path() == b.path.parent_path() && LogNumber(a.path) &&
                              LogNumber(b.path) && *LogNumber(b.path) < *LogNumber(a.path);
   if (*missing > 0 && (b.first_utime < a.last_utime || against_names)) return std::nullopt;
   return Link{*missing, missing_in_all, &a, &b};
 }
 
-// Closest first, each log once, in no circle.
+// Joins logs into chains, closest links first. Each log is used once, and no circle is made.
 std::vector<Chain> ChainsOf(const std::vector<Scan>& scans) {
   std::vector<Link> links;
   for (const Scan& a : scans)
@@ -127,7 +130,7 @@ std::vector<Chain> ChainsOf(const std::vector<Scan>& scans) {
   return chains;
 }
 
-// The folder of a chain of numbered logs; nothing where they are not.
+// The folder of a chain of numbered logs; nothing for other chains.
 std::optional<fs::path> FolderOfNumbered(const Chain& chain) {
   const fs::path folder = chain.front()->path.parent_path();
   const bool numbered = std::all_of(chain.begin(), chain.end(), [&](const Scan* scan) {
@@ -136,7 +139,7 @@ std::optional<fs::path> FolderOfNumbered(const Chain& chain) {
   return numbered ? std::optional(folder) : std::nullopt;
 }
 
-// Chains of one folder of numbered logs are one recorder's.
+// Joins the chains of numbered logs in one folder: they are of one recorder.
 std::vector<Chain> JoinNumbered(std::vector<Chain> chains) {
   std::stable_sort(chains.begin(), chains.end(), [](const Chain& a, const Chain& b) {
     return LogNumber(a.front()->path) < LogNumber(b.front()->path);
@@ -160,7 +163,7 @@ std::vector<Chain> JoinNumbered(std::vector<Chain> chains) {
 
 // ---- configuration
 
-// Configuration files of one recorder, in order, without unchanged repetitions.
+// Configuration files of one recorder in order, without unchanged repetitions.
 std::vector<RecordedFile> ConfigurationOf(const Chain& chain) {
   std::vector<RecordedFile> files;
   std::map<std::string, std::string> newest;
@@ -183,7 +186,8 @@ std::vector<fs::path> LogsIn(const fs::path& folder) {
   for (const auto& entry : fs::directory_iterator(folder, none)) {
     if (entry.path().extension() != ".lcmlog") continue;
     try {
-      EventLogReader reader(entry.path());  // of a logger that was killed at once: holds nothing
+      // a logger that was killed at once leaves an empty log: nothing to read
+      EventLogReader reader(entry.path());
       logs.push_back(entry.path());
     } catch (const std::runtime_error& e) {
       std::fprintf(stderr, "%s: skipped\n", e.what());
@@ -221,7 +225,7 @@ RecordedLogs LookThrough(const std::vector<fs::path>& logs, bool quiet) {
   for (const Chain& chain : JoinNumbered(ChainsOf(scans))) {
     std::vector<fs::path>& paths = recorded.recorders.emplace_back();
     for (const Scan* scan : chain) paths.push_back(scan->path);
-    // Another recorder heard the same: of it only what the first lacks.
+    // Another recorder received the same messages: only files that are missing so far are added.
     const std::vector<RecordedFile> files = ConfigurationOf(chain);
     for (const RecordedFile& file : files)
       if (!known.contains(file.name)) recorded.configuration.push_back(file);

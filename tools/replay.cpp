@@ -72,7 +72,7 @@ class CollectorNode {
   PoseGraphAssembler graphs_;
 };
 
-// A survey store that lives as long as the replay.
+// Folder of a survey store, deleted at the end of the replay.
 class ScratchDir {
  public:
   explicit ScratchDir(fs::path dir) : dir_(std::move(dir)) { fs::remove_all(dir_); }
@@ -88,7 +88,7 @@ class ScratchDir {
   fs::path dir_;
 };
 
-// Mapper and optimizer on a private bus, one message after the other.
+// Mapper and optimizer on a private bus; messages are handled one after the other.
 class Pipeline {
  public:
   Pipeline(const ReplayConfig& config,
@@ -103,7 +103,7 @@ class Pipeline {
   }
 
   MapperNode& mapper() { return mapper_; }
-  // Until every message is answered and no pair is left to be looked at again.
+  // Handles messages until all are answered and no pair is left for a retry.
   void Settle() {
     bus_->HandleAll();
     while (!stopped_() && mapper_.LookAgain()) bus_->HandleAll();
@@ -112,21 +112,21 @@ class Pipeline {
     mapper_.Finish();
     Settle();
   }
-  // The mapper's HEALTH sentence and every counter that is not zero.
+  // The mapper's HEALTH sentence and all counters that are not zero.
   std::string Statement() {
     std::string statement = mapper_.health().text();
     for (const auto& [name, value] : Counters())
       statement += ", " + name + " " + std::to_string(value);
     return statement;
   }
-  // The faults that hold, each a sentence with its figures.
+  // Sentences of the faults that are present.
   std::vector<std::string> Conditions() {
     std::vector<std::string> sentences;
     for (const condition_t& condition : mapper_.health().Snapshot(0, 1.0).conditions)
       sentences.push_back(condition.sentence);
     return sentences;
   }
-  // Those that are not zero.
+  // The counters that are not zero.
   std::map<std::string, std::int64_t> Counters() {
     std::map<std::string, std::int64_t> counters;
     for (const counter_t& counter : mapper_.health().Snapshot(0, 1.0).counters)
@@ -147,17 +147,17 @@ bool IsOfRole(const LogEvent& event, ChannelRole role) {
   return channel != nullptr && channel->role == role;
 }
 
-// What a replay is fed with, and what of it is not in the map.
+// Input of a replay, and counts of what is not used.
 struct Feeding {
   Bus* bus;
   PingInputs* inputs;
   bool quiet;
-  std::function<bool()> stopped;                // asked before every piece
+  std::function<bool()> stopped;                // asked before every event or record
   std::map<std::string, std::int64_t> refused;  // by reason
-  std::string partial;                          // where it was stopped, as a sentence
+  std::string partial;                          // sentence about where it was stopped
   std::map<std::string, std::int64_t> mapper_counters;
   SurveyNoise noise;
-  std::vector<std::string> conditions;  // that hold at the end
+  std::vector<std::string> conditions;  // present at the end
 };
 
 void NoteStop(int percent, Feeding* feeding) {
@@ -165,11 +165,11 @@ void NoteStop(int percent, Feeding* feeding) {
       "Partial: the replay was interrupted after " + std::to_string(percent) + " % of the input.";
 }
 
-// Puts the logs' events of one role on the bus. Events of another type than their channel has are
-// skipped and named.
+// Publishes the logs' events of one role. Events of another type than that of their channel are
+// skipped and counted by reason.
 void FeedLogs(const RecordedLogs& recorded,
               ChannelRole role,
-              RawReplay* raw,  // null: raw bytes are left out
+              RawReplay* raw,  // null: raw bytes are not decoded
               Feeding* feeding) {
   MergedLogs logs(recorded, feeding->quiet);
   MessageTypes types;
@@ -178,7 +178,7 @@ void FeedLogs(const RecordedLogs& recorded,
     const std::optional<LogEvent> event = logs.Next();
     if (!event) break;
     const bool is_raw = raw != nullptr && IsOfRole(*event, ChannelRole::kRaw);
-    // HEALTH tells the mapper what time passed while sensors were silent.
+    // HEALTH gives the mapper the time that passes while sensors are silent.
     const bool is_health = role == ChannelRole::kSensor && event->channel == channels::kHealth;
     if (!is_raw && !is_health && !IsOfRole(*event, role)) continue;
     any = any || !is_health;
@@ -206,7 +206,7 @@ void FeedLogs(const RecordedLogs& recorded,
     std::fprintf(stderr, "skipped: %s %lld\n", reason.c_str(), static_cast<long long>(count));
 }
 
-// Survey files as what drivers would have published of them.
+// Publishes survey files as messages, as drivers would have.
 void FeedSurvey(SurveyFiles* survey, Feeding* feeding) {
   if (!feeding->quiet) std::fputs(survey->plan().Text().c_str(), stderr);
   ProgressLine progress("reading", survey->bytes(), feeding->quiet);
@@ -228,7 +228,7 @@ void FeedSurvey(SurveyFiles* survey, Feeding* feeding) {
   if (const auto outcome = survey->Outcome()) throw DataError(*outcome);
 }
 
-// The files, where all inputs are survey files; nothing: none is.
+// The survey files if all inputs are survey files; nothing if none is.
 std::unique_ptr<SurveyFiles> OpenSurvey(const std::vector<fs::path>& inputs, bool as_recorded) {
   const auto files = std::count_if(inputs.begin(), inputs.end(), SurveyFiles::IsSurveyFile);
   if (files == 0) return nullptr;
@@ -274,7 +274,7 @@ double PeakRssMb() {
   return static_cast<double>(usage.ru_maxrss) / 1024.0;
 }
 
-// What the run costs from here on. Peak memory is that of the whole process.
+// Time and memory used from here on. Peak memory is that of the whole process.
 class Stopwatch {
  public:
   RunFigures Read(double survey_s) const {
@@ -291,7 +291,7 @@ class Stopwatch {
   double cpu_start_s_ = CpuSeconds();
 };
 
-// Of all dives together.
+// Duration of all dives together [s].
 double DurationSeconds(const Survey& survey) {
   double duration_s = 0.0;
   for (std::size_t i = 1; i < survey.track.size(); ++i)
@@ -300,7 +300,7 @@ double DurationSeconds(const Survey& survey) {
   return duration_s;
 }
 
-// Products never go where an input lies, nor into a folder that they replace.
+// Refuses an output folder that contains an input, or that would replace one.
 void ExpectApart(const std::vector<fs::path>& inputs, const fs::path& out) {
   const fs::path target = fs::weakly_canonical(out);
   for (const fs::path& input : inputs) {
@@ -319,7 +319,8 @@ void ExpectApart(const std::vector<fs::path>& inputs, const fs::path& out) {
   }
 }
 
-// The mapper's, with the recorded one of another version named as what it is.
+// Loads the mapper's configuration. An error in a recorded one of another version is reported as
+// such.
 MapperConfig LoadChosen(const ReplayConfig& chosen, bool recorded) {
   try {
     return LoadMapperConfig(chosen.mapper.string());
@@ -364,12 +365,12 @@ void ExpectDives(const std::vector<DiveInput>& dives, const ReplayOptions& optio
     throw UsageError("replay: --soundings needs pings to be placed: no submaps, no --as-recorded");
 }
 
-// One of the three is there.
+// Exactly one of the first three is set.
 struct Input {
   std::optional<RecordedLogs> logs;
   std::unique_ptr<SurveyFiles> survey_files;
   std::optional<SubmapDirectory> submaps;
-  std::vector<std::string> names;  // of the files
+  std::vector<std::string> names;  // names of the files
 };
 
 Input Open(const DiveInput& dive, const ReplayOptions& options) {
@@ -405,7 +406,7 @@ GivenConfig GivenBy(const ReplayOptions& options) {
       options.mapper_config, options.optimizer_config, options.drivers, options.default_config_dir};
 }
 
-// An input with what it is replayed with.
+// An input and its configuration.
 struct Dive {
   std::string name;
   Input input;
@@ -423,11 +424,11 @@ Dive Prepare(const std::string& name,
   dive.mapper = LoadChosen(dive.config, options.mapper_config.empty());
   if (!options.water_level.empty()) LoadWaterLevel(options.water_level, &dive.mapper);
   if (dive.input.survey_files) UseSurvey(dive.input.survey_files->plan(), &dive.mapper);
-  if (dive.input.submaps) dive.mapper.mounting = {};  // frames stand anywhere on whatever vehicle
+  if (dive.input.submaps) dive.mapper.mounting = {};  // submaps may be of any vehicle
   return dive;
 }
 
-// raw: decodes raw bytes, where these are what is replayed.
+// Publishes the input's messages. raw: decodes recorded raw bytes, if these are replayed.
 void Feed(Input* input, RawReplay* raw, Feeding* feeding) {
   if (input->survey_files)
     FeedSurvey(input->survey_files.get(), feeding);
@@ -445,7 +446,7 @@ void ExpectSubmaps(const SurveyCollector& collector,
   throw std::runtime_error("no submap: " + statement);
 }
 
-// Makes the map anew from the input.
+// Makes the map from the input.
 void Remake(Dive* dive,
             RawReplay* raw,
             const SurveyCollector& collector,
@@ -471,7 +472,7 @@ void Remake(Dive* dive,
   ExpectSubmaps(collector, dive->input.survey_files != nullptr, pipeline.Statement(), *feeding);
 }
 
-// The map's datum for all, each dive's start carried to it.
+// Sets one datum for all dives, and converts each dive's start position to it.
 void UseDatum(const Datum& datum, std::vector<Dive>* dives) {
   const GeographicLib::LocalCartesian map(datum.latitude_deg, datum.longitude_deg, 0.0);
   for (Dive& dive : *dives) {
@@ -487,7 +488,8 @@ void UseDatum(const Datum& datum, std::vector<Dive>* dives) {
   }
 }
 
-// Errors of mounting are looked for where all dives are those of one vehicle.
+// Sigmas of the mounting errors; zero, so that none are estimated, unless all dives have the same
+// vehicle.
 MountingSigmas MountingOfAll(const std::vector<Dive>& dives) {
   const auto vehicle = [](const Dive& dive) {
     std::string text;
@@ -501,7 +503,7 @@ MountingSigmas MountingOfAll(const std::vector<Dive>& dives) {
   return same ? dives[0].mapper.mounting : MountingSigmas{};
 }
 
-// One that cannot be mapped costs itself.
+// Publishes one of several dives. If it cannot be mapped, it is left out.
 void FeedOneOfSeveral(Dive* dive, Feeding* feeding) {
   const std::map<std::string, std::int64_t> refused_before = std::exchange(feeding->refused, {});
   try {
@@ -512,8 +514,8 @@ void FeedOneOfSeveral(Dive* dive, Feeding* feeding) {
   for (const auto& [reason, count] : refused_before) feeding->refused[reason] += count;
 }
 
-// Maps several dives: a front end for each makes submaps, one back end a graph of all. Files of the
-// inputs are numbered consecutively. Returns their spans.
+// Maps several dives together. A front end per dive makes its submaps; one back end makes one graph
+// of all. Files of the inputs are numbered consecutively. Returns the time spans of the inputs.
 std::vector<SurveyInput> RemakeTogether(std::vector<Dive>* dives,
                                         const fs::path& store,
                                         SurveyCollector* collector,
@@ -659,7 +661,7 @@ ProductSummary RunReplay(const ReplayOptions& options) {
   ProductSummary summary = track_alone ? WriteTrackProducts(survey, products, out.path())
                                        : WriteProducts(survey, products, out.path());
   soundings.reset();
-  interruption.reset();  // what is published is published whole
+  interruption.reset();  // publishing is not interrupted
   out.Publish();
   return summary;
 }

@@ -9,7 +9,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The optimizer's file: given, else beside the mapper's, else the shipped one.
+// The optimizer's file: the given one, else the one beside the mapper's file, else the shipped one.
 fs::path OptimizerFile(const GivenConfig& given) {
   if (!given.optimizer.empty()) return given.optimizer;
   const fs::path beside = given.mapper.parent_path() / "optimizer.yaml";

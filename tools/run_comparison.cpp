@@ -37,7 +37,7 @@ std::set<std::string> SubmapFiles(const fs::path& products) {
   return names;
 }
 
-// Lines of graph.g2o by "target-source": of neighbours, dead reckoning's too.
+// Lines of graph.g2o by "target-source"; for neighbours this includes dead reckoning.
 std::map<std::string, std::string> Edges(const fs::path& products) {
   std::map<std::string, std::string> edges;
   std::ifstream in = Open(products / "graph.g2o");
@@ -52,7 +52,7 @@ std::map<std::string, std::string> Edges(const fs::path& products) {
   return edges;
 }
 
-// x, y [m], yaw [rad] and their sigmas by utime.
+// x, y [m], yaw [rad] and their sigmas, by utime.
 using Track = std::map<std::int64_t, std::array<double, 6>>;
 
 Track ReadTrack(const fs::path& products) {

@@ -23,12 +23,12 @@ constexpr double kWeekS = 604'800.0;
 constexpr double kEarthM = 6'371'000.0;
 constexpr double kUnderWayMps = 1.0;
 
-// Of one record, as far as it is needed here.
+// The values of one record that are needed here.
 struct Row {
   double week_s, latitude_rad, longitude_rad, heading_rad, wander_rad;
 };
 
-// Of the first half hour, one a second.
+// One record per second of the first half hour.
 std::vector<Row> RowsOf(const fs::path& path) {
   std::ifstream in(path, std::ios::binary);
   std::array<std::uint8_t, kRecordBytes> record{};
@@ -38,7 +38,7 @@ std::vector<Row> RowsOf(const fs::path& path) {
     ByteReader reader(Bytes(record.data(), record.size()));
     std::array<double, 11> v{};
     for (double& number : v) number = reader.Le<double>();
-    // No record has larger numbers: seconds of a week, radians, metres, metres a second.
+    // Limits of seconds of a week, radians, metres and metres per second.
     const bool plausible =
         std::all_of(v.begin(), v.end(), [](double n) { return std::abs(n) < 1e7; });
     if (!plausible || v[0] < 0.0 || v[0] > 2.0 * kWeekS) continue;
@@ -60,7 +60,7 @@ std::string LowerExtension(const fs::path& path) {
 }
 
 int WanderSign(const std::vector<Row>& rows) {
-  std::array<double, 3> off{};  // of -1, 0, 1
+  std::array<double, 3> off{};  // sums for -1, 0 and +1
   for (std::size_t i = 1; i < rows.size(); ++i) {
     const double dt_s = rows[i].week_s - rows[i - 1].week_s;
     const double north_m = kEarthM * (rows[i].latitude_rad - rows[i - 1].latitude_rad);
@@ -105,7 +105,7 @@ std::string BesideAmong(const std::map<std::string, std::int64_t>& counts) {
 SbetParams SbetParamsFor(const fs::path& path, Time of_survey) {
   const std::vector<Row> rows = RowsOf(path);
   const double gps_s = GpsSeconds(of_survey);
-  // The week whose record is nearest to the survey: the file may begin in the week before.
+  // Week in which a record is nearest to the survey: the file may begin in the week before.
   const double week = std::round((gps_s - rows.front().week_s) / kWeekS);
   SbetParams params;
   params.leap_seconds = std::round(gps_s - ToSeconds(of_survey - FromUtime(315'964'800'000'000)));

@@ -1,5 +1,5 @@
-// The one command for people: demo, replay, bench, import, info, dive, status,
-// doctor, bug-report.
+// The command for users: demo, replay, bench, import, info, dive, status, doctor, bug-report,
+// reference.
 
 #include <spdlog/spdlog.h>
 #include <sysexits.h>
@@ -37,7 +37,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Of how it is typed, at the end of its help.
+// Adds an example to the end of a command's help.
 void Example(CLI::App* command, const std::string& arguments) {
   command->footer("Example:\n  seastitch " + arguments);
 }
@@ -51,7 +51,7 @@ std::string UnknownCommand(const CLI::App& app, const std::string& word) {
          " (seastitch --help lists them)";
 }
 
-// Null where there is none.
+// Null if there is none.
 const CLI::App* FindCommand(const CLI::App& app, const std::string& name) {
   const auto found =
       app.get_subcommands([&](const CLI::App* command) { return command->get_name() == name; });
@@ -64,17 +64,18 @@ void ExpectCommand(const CLI::App& app, int argc, char** argv) {
     throw UsageError(UnknownCommand(app, word));
 }
 
-// Each Add* describes one subcommand and what it runs; `status` is the exit code.
+// Each Add* function declares one subcommand and the function that it runs; `status` is the exit
+// code.
 
 void AddDemo(CLI::App* app, int* status) {
   auto options = std::make_shared<DemoOptions>();
   options->out = "out";
   CLI::App* demo = app->add_subcommand(
-      "demo", "simulated survey through the real processes, then a replay of its log");
+      "demo", "simulates a survey with the real processes, then replays its log");
   Example(demo, "demo --out out");
   demo->add_option("--survey", options->survey, "survey description (default: the shipped demo)");
   demo->add_option("--terrain", options->terrain, "seabed from a raster that GDAL reads");
-  demo->add_option("--speed", options->speed, "simulated seconds a second")
+  demo->add_option("--speed", options->speed, "simulated seconds per second")
       ->capture_default_str()
       ->check(CLI::PositiveNumber);
   demo->add_option("--out", options->out, "folder for log, map and report")->capture_default_str();
@@ -127,49 +128,57 @@ void AddReplay(CLI::App* app, int* status) {
   };
   auto arguments = std::make_shared<Arguments>();
   ReplayOptions& options = arguments->replay;
-  CLI::App* replay = app->add_subcommand("replay", "logs or submaps to map, track and report");
+  CLI::App* replay = app->add_subcommand(
+      "replay", "makes map, track and report from dives, logs, survey files or submaps");
   Example(replay, "replay /var/lib/seastitch/dives/DIVE_20261122T101500Z --out map");
   CLI::Option* const input = replay->add_option(
       "input",
       options.inputs,
       "folders of dives (or of logs or survey files), LCM logs in any order, survey files: several "
       "dives go into one map; or a directory of submap PCD files");
-  CLI::Option* const out =
-      replay->add_option("--out", options.out, "folder for everything that is made");
-  replay->add_option("--config",
-                     options.mapper_config,
-                     "mapper.yaml, in place of the recorded one; of submaps and survey files the "
-                     "default is the shipped one");
+  CLI::Option* const out = replay->add_option("--out", options.out, "folder of the products");
+  replay->add_option(
+      "--config",
+      options.mapper_config,
+      "mapper.yaml, in place of the recorded one (default for submaps and survey files: "
+      "the shipped one)");
   replay->add_option(
       "--optimizer-config",
       options.optimizer_config,
       "optimizer.yaml (default: as recorded, beside the mapper's, else the shipped one)");
-  replay->add_option("--truth", arguments->truth, "truth of a simulated survey, to compare with");
+  replay->add_option(
+      "--truth", arguments->truth, "truth file of a simulated survey, for comparison");
   replay->add_flag("--as-recorded",
                    options.as_recorded,
-                   "map as the processes made it at sea, not anew from the sensors");
+                   "uses the results that the processes recorded, not the sensors' data");
   replay->add_flag("--from-raw",
                    options.from_raw,
-                   "decode the recorded raw bytes anew, in place of what the drivers published");
+                   "decodes the recorded raw bytes again, in place of the drivers' messages");
   replay->add_option(
       "--imu-config", options.drivers.imu, "imu_driver.yaml for --from-raw (default: as recorded)");
-  replay->add_option("--dvl-config", options.drivers.dvl, "dvl_driver.yaml, likewise");
-  replay->add_option("--mbes-config", options.drivers.mbes, "mbes_driver.yaml, likewise");
+  replay->add_option(
+      "--dvl-config", options.drivers.dvl, "dvl_driver.yaml for --from-raw (default: as recorded)");
+  replay->add_option("--mbes-config",
+                     options.drivers.mbes,
+                     "mbes_driver.yaml for --from-raw (default: as recorded)");
   replay->add_option("--water-level",
                      options.water_level,
                      "CSV of UTC and metres of the water line above the map's zero of depth");
-  replay->add_option("--nav-config", options.drivers.nav, "nav_driver.yaml, likewise");
+  replay->add_option(
+      "--nav-config", options.drivers.nav, "nav_driver.yaml for --from-raw (default: as recorded)");
   replay
-      ->add_option("--drift-xy-m",
-                   options.drift.sigma_xy_m,
-                   "1 sigma of the drift from one imported submap to the next")
+      ->add_option(
+          "--drift-xy-m",
+          options.drift.sigma_xy_m,
+          "for submap files: 1 sigma of the drift between successive submaps, x and y each [m]")
       ->capture_default_str();
-  replay->add_option("--drift-yaw-deg", options.drift.sigma_yaw_deg, "the same for yaw")
+  replay->add_option("--drift-yaw-deg", options.drift.sigma_yaw_deg, "the same for yaw [deg]")
       ->capture_default_str();
   replay
       ->add_option("--datum",
                    arguments->datum,
-                   "LATITUDE,LONGITUDE of the map's origin (default: the first input's)")
+                   "LATITUDE,LONGITUDE of the map's origin in degrees (default: that of the first "
+                   "input)")
       ->delimiter(',')
       ->expected(2);
   const std::map<std::string, SoundingFormat> formats{{"las", SoundingFormat::kLas},
@@ -177,13 +186,14 @@ void AddReplay(CLI::App* app, int* status) {
   replay
       ->add_option("--soundings",
                    options.soundings,
-                   "also writes every sounding, corrected, to export/soundings.las or .xyz")
+                   "also writes all corrected soundings to export/soundings.las or .xyz")
       ->transform(CLI::CheckedTransformer(formats, CLI::ignore_case).description("las or xyz"));
   replay->add_flag("--quiet", options.quiet, "no progress");
-  replay->add_flag("--print-config",
-                   arguments->print_config,
-                   "write the mapper's effective configuration (without --config: the defaults) "
-                   "and leave");
+  replay->add_flag(
+      "--print-config",
+      arguments->print_config,
+      "prints the mapper's effective configuration (without --config: the defaults) and "
+      "ends");
   replay->callback([arguments, input, out, status] {
     ReplayOptions& chosen = arguments->replay;
     if (arguments->print_config) {
@@ -205,11 +215,11 @@ void AddReplay(CLI::App* app, int* status) {
 
 void AddDive(CLI::App* app, int* status) {
   auto config = std::make_shared<fs::path>();
-  CLI::App* dive = app->add_subcommand("dive", "the folders of dives");
+  CLI::App* dive = app->add_subcommand("dive", "manages the folders of dives");
   dive->require_subcommand(1);
   Example(dive, "dive new --config /etc/seastitch/logger.yaml");
   CLI::App* begin =
-      dive->add_subcommand("new", "logger and mapper begin a new dive at their next start");
+      dive->add_subcommand("new", "makes logger and mapper begin a new dive at their next start");
   begin->add_option("--config", *config, "logger.yaml (default: the shipped one)");
   begin->callback([config, status] {
     const fs::path file = config->empty() ? ConfigDir() / "logger.yaml" : *config;
@@ -225,10 +235,10 @@ void AddDive(CLI::App* app, int* status) {
 
 void AddStatus(CLI::App* app, int* status) {
   auto options = std::make_shared<StatusOptions>();
-  CLI::App* command = app->add_subcommand("status", "the processes of the vehicle, live");
+  CLI::App* command = app->add_subcommand("status", "shows the processes of the vehicle, live");
   Example(command, "status");
   command->add_option("--lcm-url", options->lcm_url, "LCM bus (default: LCM_DEFAULT_URL)");
-  command->add_flag("--once", options->once, "one look instead of a screen that refreshes");
+  command->add_flag("--once", options->once, "prints one table instead of a screen that refreshes");
   command->callback([options, status] { *status = RunStatus(*options); });
 }
 
@@ -237,13 +247,16 @@ void AddDoctor(CLI::App* app, int* status) {
   CLI::App* command = app->add_subcommand(
       "doctor",
       "checks computer, configuration, processes and sensors before a dive, in at most 10 s; exit "
-      "status 0: all is well, 1: warnings, 2: errors");
-  command->add_option(
-      "--config-dir", options->config_dir, "of the processes (default: /etc/seastitch)");
+      "status 0: no findings, 1: warnings, 2: errors");
+  command->add_option("--config-dir",
+                      options->config_dir,
+                      "folder of the processes' configuration (default: /etc/seastitch)");
   command->add_option("--lcm-url", options->lcm_url, "LCM bus (default: LCM_DEFAULT_URL)");
   Example(command, "doctor --under-water");
-  command->add_flag("--under-water", options->under_water, "depth is not expected to be near 0");
-  command->add_flag("--json", options->json, "for programs");
+  command->add_flag("--under-water",
+                    options->under_water,
+                    "the vehicle is under water: a depth far from 0 is no finding");
+  command->add_flag("--json", options->json, "prints JSON, for programs");
   command->callback([options, status] {
     if (options->config_dir.empty()) options->config_dir = ConfigDir();
     *status = RunDoctor(*options);
@@ -252,14 +265,16 @@ void AddDoctor(CLI::App* app, int* status) {
 
 void AddBugReport(CLI::App* app, int* status) {
   auto options = std::make_shared<BugReportOptions>();
-  CLI::App* command = app->add_subcommand(
-      "bug-report",
-      "packs versions, configuration, what the doctor finds, the last HEALTH and the journal of "
-      "systemd");
+  CLI::App* command = app->add_subcommand("bug-report",
+                                          "packs versions, configuration, the doctor's findings, "
+                                          "the last HEALTH and systemd's journal");
   Example(command, "bug-report --out report.tar.gz");
-  command->add_option("--out", options->out, "NAME.tar.gz (default: here, by the time)");
-  command->add_option(
-      "--config-dir", options->config_dir, "of the processes (default: /etc/seastitch)");
+  command->add_option("--out",
+                      options->out,
+                      "NAME.tar.gz (default: seastitch-report-TIME.tar.gz in the present folder)");
+  command->add_option("--config-dir",
+                      options->config_dir,
+                      "folder of the processes' configuration (default: /etc/seastitch)");
   command->add_option("--lcm-url", options->lcm_url, "LCM bus (default: LCM_DEFAULT_URL)");
   command->callback([options, status] {
     if (options->config_dir.empty()) options->config_dir = ConfigDir();
@@ -269,7 +284,7 @@ void AddBugReport(CLI::App* app, int* status) {
 
 void AddReference(CLI::App* app, int* status) {
   CLI::App* reference =
-      app->add_subcommand("reference", "every key of every configuration file, as Markdown");
+      app->add_subcommand("reference", "prints every key of every configuration file, as Markdown");
   Example(reference, "reference > configuration.md");
   reference->callback([status] {
     std::fputs(ConfigurationPage().c_str(), stdout);
@@ -279,7 +294,8 @@ void AddReference(CLI::App* app, int* status) {
 
 void AddBench(CLI::App* app, int* status) {
   auto options = std::make_shared<BenchOptions>();
-  CLI::App* bench = app->add_subcommand("bench", "simulates a survey");
+  CLI::App* bench = app->add_subcommand(
+      "bench", "simulates a survey: sends the devices' bytes live, or writes an LCM log");
   Example(bench, "bench --log survey.lcmlog");
   bench->add_option("--survey", options->survey, "survey description (default: the shipped demo)");
   bench->add_option("--terrain", options->terrain, "seabed from a raster that GDAL reads");
@@ -298,17 +314,19 @@ void AddBench(CLI::App* app, int* status) {
                                         : file + ": its name must end with .kmall, .all or .s7k";
       })
       ->needs(log);
-  bench->add_option("--speed", options->speed, "simulated seconds a second when sending")
+  bench->add_option("--speed", options->speed, "when sending: simulated seconds per second")
       ->capture_default_str()
       ->check(CLI::PositiveNumber)
       ->excludes(log);
   bench
       ->add_option("--epoch",
                    options->epoch,
-                   "when sending: UTC of the survey's second 0, such as 2026-01-01T00:00:00Z, or "
-                   "now; what of it lies in the past is left out")
+                   "when sending: UTC of the survey's start, such as 2026-01-01T00:00:00Z, or now; "
+                   "the part of the survey that is in the past is skipped")
       ->excludes(log);
-  bench->add_option("--from", options->from_s, "when sending: the survey's second to begin with")
+  bench
+      ->add_option(
+          "--from", options->from_s, "when sending: second of the survey at which to begin")
       ->check(CLI::NonNegativeNumber)
       ->excludes(log);
   bench->add_option("--imu", options->targets.imu, "HOST:PORT of the imu driver, cannelloni")
@@ -333,20 +351,21 @@ void AddBench(CLI::App* app, int* status) {
 void AddImport(CLI::App* app, int* status) {
   auto options = std::make_shared<ImportOptions>();
   CLI::App* command = app->add_subcommand(
-      "import", "other people's recordings to an LCM log, by the same decoders");
+      "import", "converts survey files and candump logs to an LCM log, with the drivers' decoders");
   Example(command, "import LINE1.kmall LINE2.kmall --log survey.lcmlog");
-  command->add_option("file", options->files, ".kmall files and candump logs")
+  command->add_option("file", options->files, "survey files (such as .kmall) and candump logs")
       ->required()
       ->check(CLI::ExistingFile);
   command->add_option("--log", options->log, "LCM log to write; must not exist")->required();
   command->add_option("--imu-config",
                       options->imu_config,
                       "imu_driver.yaml, for candump logs (default: the shipped one)");
-  command->add_option("--dvl-config", options->dvl_config, "dvl_driver.yaml, likewise");
-  command->add_option(
-      "--config",
-      options->mapper_config,
-      "mapper.yaml to record in the log, where the files do not say how to map them");
+  command->add_option("--dvl-config",
+                      options->dvl_config,
+                      "dvl_driver.yaml, for candump logs (default: the shipped one)");
+  command->add_option("--config",
+                      options->mapper_config,
+                      "mapper.yaml to record in the log if the files contain no navigation");
   command->add_flag("--quiet", options->quiet, "no progress");
   command->callback([options, status] {
     if (options->imu_config.empty()) options->imu_config = ConfigDir() / "imu_driver.yaml";
@@ -361,13 +380,14 @@ void AddInfo(CLI::App* app, int* status) {
     fs::path repair_to;
   };
   auto arguments = std::make_shared<Arguments>();
-  CLI::App* info = app->add_subcommand("info", "what is in LCM logs or a dive, and what was lost");
+  CLI::App* info =
+      app->add_subcommand("info", "lists the content of LCM logs or of a dive, and what was lost");
   Example(info, "info /var/lib/seastitch/dives/DIVE_20261122T101500Z");
   info->add_option("input", arguments->info.inputs, "LCM logs in any order, or a dive's folder")
       ->required();
-  info->add_flag("--json", arguments->info.json, "for programs");
+  info->add_flag("--json", arguments->info.json, "prints JSON, for programs");
   info->add_option(
-      "--repair", arguments->repair_to, "writes every whole event of one log to this new file");
+      "--repair", arguments->repair_to, "writes all complete events of one log to this new file");
   info->callback([arguments, status] {
     if (!arguments->repair_to.empty()) arguments->info.repair_to = arguments->repair_to;
     *status = RunInfo(arguments->info);
@@ -376,7 +396,7 @@ void AddInfo(CLI::App* app, int* status) {
 
 void AddHelp(CLI::App* app, int* status) {
   auto name = std::make_shared<std::string>();
-  CLI::App* help = app->add_subcommand("help", "what a command takes, with an example");
+  CLI::App* help = app->add_subcommand("help", "prints the options of a command, with an example");
   Example(help, "help replay");
   help->add_option("command", *name, "such as replay");
   help->callback([app, name, status] {
@@ -394,7 +414,7 @@ void AddHelp(CLI::App* app, int* status) {
 
 int main(int argc, char** argv) try {
   seastitch::KeepFreedMemory();
-  // The log lines of the nodes are for live processes; a replay has its own output.
+  // The nodes' log lines are for live processes; a replay has its own output.
   spdlog::set_level(spdlog::level::warn);
   int status = EXIT_FAILURE;
   CLI::App app("Seastitch: a depth map whose swaths agree, from what the sonar saw twice");

@@ -40,7 +40,7 @@ std::map<int, fs::path> FilesById(const fs::path& dir) {
   return files;
 }
 
-// Sum of the points' heights above their frame, in level axes.
+// Sum of the points' heights relative to their frame, in level axes.
 double HeightSum(const Submap& submap) {
   const Eigen::RowVector3d z_level = LevelFromBody(submap.T_map_submap).row(2);
   double sum = 0.0;

@@ -5,8 +5,8 @@
 namespace seastitch {
 namespace {
 
-// The shipped configuration is made for some tens of metres of water under the sonar. A ship's
-// footprints, lines and pauses between pings grow with the depth.
+// Scales the shipped configuration, made for some tens of metres of water, to the depth below the
+// sonar: a ship's footprints, line spacing and ping intervals grow with the depth.
 void ScaleToDepth(const SurveyPlan& plan, MapperConfig* config) {
   const auto at_least = [](double value, double* key) { *key = std::max(*key, value); };
   at_least(1.5 * plan.max_range_m, &config->filter.max_range_m);

@@ -22,11 +22,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Of each file is read to see what is in it.
+// Bytes of each file that are read to find out its content.
 constexpr std::uint64_t kHeadBytes = 16 * 1024 * 1024;
 constexpr double kVelocityHoldS = 0.5;
 
-// A level NED grid about the place that stands for the datum, in radians.
+// Latitude and longitude of a point of a local grid whose origin stands for the datum.
 GivenPosition FromGrid(const Eigen::Vector2d& north_east_m) {
   static const GeographicLib::LocalCartesian grid(0.0, 0.0, 0.0);
   double latitude_deg = 0.0, longitude_deg = 0.0, height_m = 0.0;
@@ -34,7 +34,7 @@ GivenPosition FromGrid(const Eigen::Vector2d& north_east_m) {
   return {Deg2Rad(latitude_deg), Deg2Rad(longitude_deg)};
 }
 
-// What the heads of the files hold, counted by source.
+// Contents of the files' first parts, counted by source.
 struct Census {
   std::map<std::string, std::int64_t> positions, attitudes, levels, headings, heaves, depths;
   std::optional<GivenPosition> first_position;
@@ -45,7 +45,7 @@ struct Census {
   std::int64_t placed = 0;
   std::int64_t placed_with_depth = 0;
 
-  // Times and depths of raw pings, or of placed ones.
+  // Times, depths and ranges of the raw pings, or of the placed ones.
   struct Reach {
     std::vector<double> depths_m;
     double max_range_m = 0.0;
@@ -114,7 +114,7 @@ void Look(const fs::path& file, const SbetParams& sbet, Census* census) {
   for (const SurveyRecord& record : reader->Finish()) std::visit(*census, record);
 }
 
-// The source with the most records among those with this prefix.
+// The source with most records among those with this prefix.
 std::string Most(const std::map<std::string, std::int64_t>& counts,
                  const std::string& prefix = "") {
   std::string best;
@@ -134,18 +134,18 @@ const InstalledSensor* ActiveSensor(const SonarInstallation& installation, bool 
   return nullptr;
 }
 
-// Who puts processed navigation beside the files means it.
+// Processed navigation beside the files is there on purpose: it comes before the files' own.
 constexpr char kSbet[] = "sbet";
-constexpr char kText[] = "text";  // by a map of columns, each of which somebody has named
+constexpr char kText[] = "text";  // text navigation, by a map of columns that the user has written
 
-// Of the sonar's own files.
+// The source with most records among the sonar's own.
 std::string MostOwn(std::map<std::string, std::int64_t> counts) {
   std::erase_if(counts, [](const auto& entry) { return IsBeside(entry.first); });
   return Most(counts);
 }
 
-// A sensor for positions alone comes before an INS's own place, as in their makers' programs; "A"
-// before "n" of `.all`.
+// Source of position: a pure position sensor comes before an INS's position, as in the makers'
+// programs; in `.all`, "A" comes before "n".
 std::string PositionSource(const Census& census, const SonarInstallation& installation) {
   if (const std::string beside = BesideAmong(census.positions); !beside.empty()) return beside;
   if (const InstalledSensor* const active = ActiveSensor(installation, true)) {
@@ -158,7 +158,7 @@ std::string PositionSource(const Census& census, const SonarInstallation& instal
   return Most(census.positions);
 }
 
-// Text has a line a ping or a second: the file's own motion is finer.
+// Source of attitude. Text has one line per ping or second: the files' own motion is finer.
 std::string AttitudeSource(const Census& census) {
   if (!Most(census.attitudes, kSbet).empty()) return kSbet;
   if (const std::string em = Most(census.attitudes, "A"); !em.empty()) return em;
@@ -166,14 +166,14 @@ std::string AttitudeSource(const Census& census) {
   return own.empty() && MostOwn(census.levels).empty() ? Most(census.attitudes) : own;
 }
 
-// An SBET has none: that of the motion sensor.
+// Source of heave. An SBET contains none: that of the motion sensor is used.
 std::string HeaveSource(const Census& census, const std::string& attitude_source) {
   if (attitude_source == kSbet) return MostOwn(census.heaves);
   const auto own = census.heaves.find(attitude_source);
   return own != census.heaves.end() && own->second > 0 ? attitude_source : std::string();
 }
 
-// Of a transmitter in three parts the middle one.
+// Position of a transmitter; if it has three parts, of the middle one.
 Eigen::Isometry3d Centre(const InstalledArray& transmitter) {
   return transmitter.At(transmitter.centres_m.size() / 2);
 }
@@ -187,8 +187,8 @@ VehicleGeometry VehicleOf(const SurveyPlan& plan) {
   const std::size_t heads = both ? std::max(i.transmitters.size(), i.receivers.size()) : 1;
   for (std::size_t head = 1; head < heads; ++head)
     vehicle.more_heads.push_back({Centre(*i.TransmitterOf(head)), i.ReceiverOf(head)->At(0)});
-  // Attitude and position of one sensor, or of two.
-  // #SPO is of the reference point already, as #MRZ is.
+  // The lever arm is that of the position sensor, which may be another than the attitude sensor.
+  // #SPO already refers to the reference point, as #MRZ does.
   if (IsBeside(plan.position_source) || plan.position_source.starts_with("#SPO")) return vehicle;
   const bool alone = plan.position_source != plan.attitude_source;
   const InstalledSensor* const sensor = ActiveSensor(i, alone);
@@ -306,7 +306,7 @@ void SurveyFiles::Plan(const std::vector<fs::path>& files) {
     plan_.depth_m = Median(reach.depths_m);
     plan_.max_range_m = reach.max_range_m;
   }
-  // In the middle: between files there may be days.
+  // Median: between files there may be days.
   std::vector<double> intervals_s;
   for (auto t = reach.times.begin(); t != reach.times.end() && std::next(t) != reach.times.end();
        ++t)
@@ -322,7 +322,7 @@ void SurveyFiles::Plan(const std::vector<fs::path>& files) {
   else if (plan_.grid)
     datum = FromGrid(*census.first_grid);
   if (!datum) return;
-  // As vehicle.yaml has it.
+  // Rounded as in vehicle.yaml.
   const auto rounded = [](double rad) { return Deg2Rad(std::round(Rad2Deg(rad) * 1e9) / 1e9); };
   plan_.vehicle.datum_latitude_rad = rounded(datum->latitude_rad);
   plan_.vehicle.datum_longitude_rad = rounded(datum->longitude_rad);
@@ -392,7 +392,7 @@ void SurveyFiles::PublishDepth(Time t, double depth_m, Bus* bus) {
   bus->Publish(channels::kDepth, ToLcm(sample, {now_, seqs_[channels::kDepth]++}));
 }
 
-// As the height of the place that positions are of.
+// Publishes the water line as a height of the point that positions refer to.
 void SurveyFiles::PublishWaterLine(Time t, double height_m, Bus* bus) {
   if (!depth_m_ || !q_ned_vehicle_) return;
   const Eigen::Vector3d& p_vehicle_ins_m = plan_.vehicle.T_vehicle_imu.translation();
@@ -442,7 +442,7 @@ void SurveyFiles::OnAttitude(Time t,
   sample.time = t;
   sample.source = n.source;
   sample.attitude = attitude;
-  // Into the vehicle's axes.
+  // From the sensor's axes to the vehicle's.
   const InstalledSensor* const sensor = ActiveSensor(plan_.installation, false);
   if (sensor != nullptr && !IsBeside(n.source))
     sample.attitude->q_ned_imu =
@@ -453,7 +453,7 @@ void SurveyFiles::OnAttitude(Time t,
   attitude_.AddSample(t, 0.0);
 }
 
-// Of sensors that give heading apart: roll and pitch wait for the heading after them.
+// For sensors with a separate heading: roll and pitch wait for the next heading.
 void SurveyFiles::OnHeading(Time t, double heading_rad, Bus* bus) {
   for (; !levels_.empty() && levels_.front().time <= t; levels_.pop_front()) {
     const NavigationRecord& n = levels_.front();

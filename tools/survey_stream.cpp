@@ -24,7 +24,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kPieceBytes = 65'536;
-// However long the window: bounds memory where stamps stand still.
+// Limit of records in memory, for stamps that do not advance within the window.
 constexpr std::size_t kMaxRecords = 50'000;
 
 std::string LowerExtension(const fs::path& path) {
@@ -88,7 +88,7 @@ SurveyRecord SurveyStream::Take() {
 
 bool SurveyStream::IsSettled() const {
   if (records_.empty()) return false;
-  // Not by the newest stamp of all: one that is wrong would stay the newest for good.
+  // The last stamp read, not the newest of all: a wrong one would remain the newest for ever.
   const double span_s = ToSeconds(last_read_ - records_.begin()->first);
   return span_s >= reorder_s_ || records_.size() >= kMaxRecords;
 }

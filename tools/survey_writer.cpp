@@ -32,7 +32,7 @@ MapperConfig ConfigOfIns(const std::filesystem::path& file) {
 
 using FileBytes = std::vector<std::uint8_t>;
 
-// What a format writes of each.
+// Writers of one file format.
 struct Format {
   const char* extension;
   FileBytes (*installation)(const SonarInstallation& installation);
@@ -133,7 +133,7 @@ class Writer {
     Reckon();
   }
 
-  // What the INS knows by now, at its own rates.
+  // Advances the INS's navigation to the present, at its own rates.
   void Reckon() {
     const std::optional<Time> latest = ins_.latest();
     if (!latest) return;
@@ -166,7 +166,8 @@ class Writer {
     NavigationRecord record;
     record.time = t;
     record.position = PositionOf(*state);
-    record.height_m = -state->T_map_vehicle.translation().z();  // the water line on the ellipsoid
+    // height for a water line on the ellipsoid
+    record.height_m = -state->T_map_vehicle.translation().z();
     record.velocity = GivenVelocity{state->v_map_mps};
     Write(format_.position(record));
     ++result_.positions;

@@ -45,7 +45,7 @@ bool Decodes(Bytes message) {
   return msg.decode(message.data(), 0, size) == size;
 }
 
-// What is left to say of a channel beside its type.
+// Sender, receiver, rate and content of a channel: the columns of docs/channels.md beside its type.
 struct Use {
   const char* sender;
   const char* receiver;
@@ -309,7 +309,7 @@ std::optional<MessagePlace> PlaceOf(Bytes message) {
     if (word == layout.seq) place.seq = value;
   }
   if (layout.has_sender) {
-    // LCM counts the zero at the end.
+    // LCM's length of the sender's name includes the terminating zero.
     const Bytes sender = in.Take(std::min<std::size_t>(in.Be<std::uint32_t>(), kMaxSenderLength));
     place.sender.assign(sender.begin(), std::find(sender.begin(), sender.end(), 0));
   }

@@ -10,7 +10,7 @@ namespace seastitch {
 namespace {
 
 constexpr auto kPart = static_cast<std::size_t>(kMaxConfigBytesPerPart);
-constexpr std::size_t kMaxProcesses = 64;  // whose files are put together at a time
+constexpr std::size_t kMaxProcesses = 64;  // limit of the files assembled at a time
 constexpr std::size_t kMaxFileName = 256;
 constexpr std::size_t kMaxFileBytes = 10'000'000;
 
@@ -60,7 +60,7 @@ std::optional<ConfigText> ConfigAssembler::Add(const config_t& msg) {
     return std::nullopt;
   }
   if (msg.part == 0) {
-    if (open_.contains(msg.process)) ++malformed_;  // the one before lacks its end
+    if (open_.contains(msg.process)) ++malformed_;  // the last part of the previous file was lost
     open_[msg.process] =
         Open{{msg.process, msg.version, msg.name, {}}, msg.utime, msg.num_parts, 0};
   }

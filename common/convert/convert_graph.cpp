@@ -13,7 +13,7 @@ using namespace convert;  // the checks
 constexpr std::size_t kVerticesPerPart = 250;
 constexpr std::size_t kEdgesPerPart = 500;
 
-// No submap reaches further from its frame.
+// Limit of the distance of a submap's points from its frame.
 constexpr double kMaxSubmap_m = 1e4;
 
 std::size_t PartsFor(std::size_t count, std::size_t per_part) {
@@ -156,7 +156,8 @@ auto ListToLcm(const std::vector<Core>& list) {
   return messages;
 }
 
-// Appends every element; false where the count is not that of the list or an element is refused.
+// Converts and appends every element of a list. False if the list's length differs from `count` or
+// an element is invalid.
 template <class Msg, class Core>
 bool AppendFromLcm(const std::vector<Msg>& list, std::int32_t count, std::vector<Core>* out) {
   if (count < 0 || list.size() != static_cast<std::size_t>(count)) return false;
@@ -308,7 +309,7 @@ std::optional<PoseGraph> PoseGraphAssembler::Add(const pose_graph_t& msg) {
                          msg.graph_version == open_->graph_version &&
                          msg.graph_id == open_->graph_id && msg.num_parts == num_parts_ &&
                          msg.part == next_part_;
-  if (begins && open_) ++malformed_;  // the one before lacks its end
+  if (begins && open_) ++malformed_;  // the last part of the previous solution was lost
   const std::optional<MountingErrors> mounting = MountingFrom(msg);
   if (!HasPlausibleParts(msg) || !mounting || !(begins || continues)) {
     ++malformed_;

@@ -12,7 +12,7 @@ namespace {
 
 using namespace convert;  // the checks
 
-constexpr float kMaxSounding_m = 15'000.0f;  // no seabed is further
+constexpr float kMaxSounding_m = 15'000.0f;  // limit of a sounding's coordinates
 
 bool HasEveryBeam(const mbes_ping_t& msg) {
   if (msg.num_beams < 0 || msg.num_beams > kMaxBeams) return false;
@@ -41,7 +41,7 @@ bool IsStrictlyRising(const std::vector<double>& values) {
          }) == values.end();
 }
 
-// Of `count`, at most `most` at even distances, the first and the last among them.
+// Indices of at most `most` of `count` elements, evenly spaced, first and last included.
 std::vector<std::size_t> EvenlyChosen(std::size_t count, std::size_t most) {
   std::vector<std::size_t> chosen;
   const std::size_t n = std::min(count, most);
@@ -210,7 +210,7 @@ std::vector<mbes_soundings_t> ToLcm(const SoundingPing& ping, const MessageStamp
   constexpr auto kPart = static_cast<std::size_t>(kMaxSoundings);
   std::vector<mbes_soundings_t> messages;
   std::size_t begin = 0;
-  do {  // a ping without soundings is a message too
+  do {  // a ping without soundings gives one message, too
     const std::size_t end = std::min(ping.soundings.size(), begin + kPart);
     mbes_soundings_t& msg = messages.emplace_back(mbes_soundings_t{});
     SetStamp(ping.time, first, &msg);
@@ -289,7 +289,7 @@ std::optional<PositionFix> FromLcm(const position_fix_t& msg) {
   covariance << msg.variance_north_m2, msg.covariance_north_east_m2, msg.covariance_north_east_m2,
       msg.variance_east_m2;
   fix.source = msg.source;
-  // Positive definite: a fix without scatter would nail the whole map to it.
+  // Positive definite: a fix with a zero variance would fix the whole map exactly at its position.
   const bool honest = covariance.allFinite() && msg.variance_north_m2 > 0.0 &&
                       msg.variance_east_m2 > 0.0 && covariance.determinant() > 0.0;
   if (!IsTime(msg.utime) || !IsOnEarth(fix.latitude_rad, fix.longitude_rad) || !honest ||

@@ -33,7 +33,7 @@ int ChunksFor(std::size_t points) {
   return static_cast<int>((points + kMaxPointsPerChunk - 1) / kMaxPointsPerChunk);
 }
 
-// Every k-th corner, so that the message stays one datagram.
+// Keeps every step-th corner of the footprint, so that the message fits into one datagram.
 void SetFootprint(const Footprint& footprint, submap_t* msg) {
   const std::size_t step = footprint.size() / kMaxFootprintCorners + 1;
   for (std::size_t i = 0; i < footprint.size(); i += step) {
@@ -75,7 +75,7 @@ bool HasPlausibleTimes(const submap_t& msg) {
          msg.frame_utime <= msg.end_utime;
 }
 
-// The announced submap, still without its points.
+// The submap without its points, which come in messages of their own.
 std::optional<Submap> FromLcm(const submap_t& msg) {
   const auto pose = PoseFrom(msg.p_map_submap_m, msg.q_map_submap);
   const auto covariance = SymmetricFrom<3>(msg.covariance_from_previous);
@@ -93,7 +93,7 @@ std::optional<Submap> FromLcm(const submap_t& msg) {
   if (msg.has_covariance_from_previous) submap.covariance_from_previous = *covariance;
   if (msg.has_heading_sigma) submap.heading_sigma_rad = msg.heading_sigma_rad;
   submap.trigger = static_cast<SubmapTrigger>(msg.trigger);
-  // No terrain that is a submap has none: zero stands for not computed.
+  // A zero matrix stands for "not computed": the information of a closed submap is never zero.
   if (!information->isZero(0.0)) submap.predicted_information = *information;
   submap.soundings_read = static_cast<std::uint64_t>(msg.soundings_read);
   submap.soundings_used = static_cast<std::uint64_t>(msg.soundings_used);
@@ -170,7 +170,7 @@ std::optional<Submap> SubmapAssembler::Add(const submap_points_t& msg) {
     open_.reset();
     return std::nullopt;
   }
-  // The cloud grows with what came, never with what was announced.
+  // Memory grows with the points received, not with the number announced.
   for (std::size_t i = 0; i < msg.x_m.size(); ++i)
     cloud.Add({msg.x_m[i], msg.y_m[i], msg.z_m[i]}, msg.soundings[i]);
   ++next_chunk_;

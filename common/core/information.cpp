@@ -6,13 +6,15 @@
 namespace seastitch {
 namespace {
 
-// Of the unit-diagonal matrix. Below the first, a direction counts as unknown; below minus the
-// second, it is no rounding error but a matrix that is not semi-definite.
+// Limits of the eigenvalues of the matrix scaled to a unit diagonal. Below kUnknownDirection a
+// direction counts as unknown. Below -kIndefinite the matrix is not semi-definite; between both, a
+// negative value is a rounding error.
 constexpr double kUnknownDirection = 1e-12;
 constexpr double kIndefinite = 1e-9;
 constexpr double kAsymmetry = 1e-6;
 
-// Square roots of the diagonal, 1 where it is zero: what brings metres and radians to one scale.
+// Square roots of the diagonal, 1 where it is zero. Dividing by them brings metres and radians to
+// one scale.
 Eigen::Vector3d DiagonalScale(const Eigen::Matrix3d& information) {
   Eigen::Vector3d scale = information.diagonal().cwiseSqrt();
   for (double& s : scale) s = s > 0.0 ? s : 1.0;

@@ -3,7 +3,8 @@
 namespace seastitch {
 namespace {
 
-// A sounding x ahead of the frame, by dvl_yaw_rad: to starboard.
+// Displacement [m, level frame] of a sounding x_m ahead of the frame, per radian of dvl_yaw_rad: to
+// starboard.
 Eigen::Vector2d ShearOf(double x_m) { return {0.0, x_m}; }
 
 }  // namespace

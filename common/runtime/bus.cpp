@@ -14,7 +14,7 @@ namespace {
 
 constexpr char kLcmDefaultUrl[] = "udpm://239.255.76.67:7667?ttl=0";
 constexpr long kWantedReceiveBuffer = 8L << 20;
-// Below this the socket loses bursts that the vehicle's own traffic has.
+// Below this size the socket loses messages in the bursts of the vehicle's own traffic.
 constexpr long kModestReceiveBuffer = 2L << 20;
 
 std::string Resolved(const std::string& url) {
@@ -24,14 +24,15 @@ std::string Resolved(const std::string& url) {
                                                                   : kLcmDefaultUrl;
 }
 
-// 0 where the kernel does not tell.
+// rmem_max [bytes]; 0 if the kernel does not state it.
 long LargestReceiveBuffer() {
   long bytes = 0;
   std::ifstream("/proc/sys/net/core/rmem_max") >> bytes;
   return bytes;
 }
 
-// LCM asks for no buffer by itself and then shares rmem_default: three datagrams of 64 kB.
+// The URL with a receive buffer. Without one, LCM uses rmem_default: room for three datagrams of 64
+// kB.
 std::string WithReceiveBuffer(const std::string& url) {
   const bool ours_to_choose =
       url.starts_with("udpm://") && url.find("recv_buf_size") == std::string::npos;
@@ -87,7 +88,7 @@ void Bus::HandleUntilQuiet() {
 }
 
 bool Bus::IsPattern(const std::string& channel_regex) {
-  // As LCM does it, which hides from its C++ callers that it failed.
+  // Compiles the pattern as LCM does: LCM's C++ interface does not return the error.
   GRegex* regex = g_regex_new(
       ("^" + channel_regex + "$").c_str(), GRegexCompileFlags{}, GRegexMatchFlags{}, nullptr);
   if (regex == nullptr) return false;

@@ -33,7 +33,7 @@ std::string Joined(const std::string& path, const std::string& key) {
   return path.empty() ? key : path + "." + key;
 }
 
-// yaml-cpp finds the first of two equal keys and keeps the other to itself.
+// Refuses double keys: of two equal keys yaml-cpp finds the first and ignores the second.
 void CheckKeys(const YAML::Node& node, const std::string& where, int depth) {
   if (depth > kMaxDepth) throw ConfigError(where + ": nested too deeply");
   if (node.IsSequence())

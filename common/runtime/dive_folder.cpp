@@ -48,7 +48,7 @@ std::string HostName() {
   return gethostname(name, sizeof name - 1) == 0 ? name : "";
 }
 
-// One process at a time in a folder of dives, until this goes.
+// Exclusive lock of a folder of dives, held until it is destroyed.
 class Lock {
  public:
   explicit Lock(const fs::path& dives_dir)
@@ -116,7 +116,7 @@ void Write(const fs::path& dive, const DiveRecord& record) {
   WriteDurably(dive / "dive.json", ToJson(record).dump(2) + "\n");
 }
 
-// A dive whose record cannot be read is left alone.
+// The record of a dive; nothing if it cannot be read.
 std::optional<DiveRecord> TryRead(const fs::path& dive) {
   try {
     return ReadDiveRecord(dive);
@@ -151,7 +151,7 @@ bool GoesOn(const DiveRecord& record, double resume_within_s, std::int64_t now_u
   return !record.closed && silent_s <= resume_within_s;
 }
 
-// A folder under a name that is free.
+// Makes a folder with a name that is not taken.
 fs::path MakeDive(const fs::path& dives_dir, std::int64_t now_utime) {
   const std::string name = Utc(now_utime, "DIVE_%Y%m%dT%H%M%SZ");
   fs::path dive = dives_dir / name;
@@ -200,7 +200,7 @@ void CheckDivesDir(const DiveParams& params, const std::string& config_file) {
   };
   if (fs::exists(dir) && !fs::is_directory(dir)) fail("a directory");
   if (!fs::is_directory(needed)) fail("in a directory that is there");
-  // A disk that the kernel holds read-only since it failed is no mistake of the configuration.
+  // A disk that the kernel has set read-only after an error is not a configuration error.
   if (::access(needed.c_str(), W_OK | X_OK) != 0 && errno != EROFS)
     fail("one that this user may write to");
 }
@@ -304,7 +304,7 @@ void DiveKeeper::Main() {
     try {
       dive_.SignOfLife(NowUtime());
     } catch (const std::exception&) {
-      // Logger and mapper name a bad disk themselves.
+      // Logger and mapper report a failing disk themselves.
     }
     lock.lock();
   }

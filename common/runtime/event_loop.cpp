@@ -24,7 +24,7 @@ int OpenSignals() {
   sigaddset(&set, SIGINT);
   sigaddset(&set, SIGTERM);
   pthread_sigmask(SIG_BLOCK, &set, nullptr);
-  // A peer that went away is an error of write(), not the end of the process.
+  // Writing to a closed connection returns an error of write() and does not end the process.
   std::signal(SIGPIPE, SIG_IGN);
   const int fd = signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);
   if (fd < 0) throw std::runtime_error(std::string("signalfd: ") + std::strerror(errno));
@@ -61,7 +61,7 @@ void EventLoop::Add(int fd, std::function<void()> on_ready) {
 }
 
 void EventLoop::Remove(int fd) {
-  // Not erased here: the handler that asks for it may be the one that runs.
+  // Marked, not erased: the handler that removes the source may be running now.
   for (Source& source : sources_)
     if (source.fd == fd) source.removed = true;
 }
@@ -71,7 +71,7 @@ void EventLoop::Every(std::chrono::milliseconds period, std::function<void()> fn
   timer_fds_.push_back(fd);
   Add(fd, [fd, fn = std::move(fn)] {
     std::uint64_t expirations = 0;
-    // Periods missed while another handler ran are one call, not a burst.
+    // Periods missed while another handler ran cause one call, not several.
     if (read(fd, &expirations, sizeof expirations) == sizeof expirations) fn();
   });
 }

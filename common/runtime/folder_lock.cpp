@@ -20,7 +20,8 @@ std::string BootId() {
   return id;
 }
 
-// Of a lock that another process holds: it may be about to write it.
+// The text of a lock that another process holds. It may be empty: that process may be about to
+// write it.
 std::string Holder(const std::filesystem::path& file) {
   std::ifstream in(file);
   const nlohmann::json json = nlohmann::json::parse(in, nullptr, false);
@@ -40,7 +41,7 @@ FolderLock::FolderLock(const std::filesystem::path& folder) {
   fd_ = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
   if (fd_ < 0 && errno == EROFS) {
     fd_ = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
-    if (fd_ < 0) return;  // nobody can write there
+    if (fd_ < 0) return;  // a read-only file system: no process can write there
   }
   if (fd_ < 0) fail(std::string("lock cannot be opened: ") + std::strerror(errno));
   if (::flock(fd_, LOCK_EX | LOCK_NB) != 0) {
@@ -48,7 +49,7 @@ FolderLock::FolderLock(const std::filesystem::path& folder) {
     ::close(fd_);
     throw FolderInUse(folder.string() + ": in use by " + Holder(file) + "; end it first");
   }
-  // For people alone: the lock holds on a full disk too.
+  // The text is for people; the lock itself also works on a full disk.
   const std::string text = nlohmann::json{{"pid", ::getpid()}, {"boot_id", BootId()}}.dump() + "\n";
   const bool written = ::ftruncate(fd_, 0) == 0 && ::write(fd_, text.data(), text.size()) > 0;
   static_cast<void>(written);

@@ -15,11 +15,13 @@
 namespace seastitch {
 namespace {
 
-constexpr std::chrono::milliseconds kTimerPeriod(100);  // so often a change of state may be sent
+// Longest delay of the message about a change of state.
+constexpr std::chrono::milliseconds kTimerPeriod(100);
 constexpr double kTimerPeriodS = 0.1;
-constexpr double kSecond = 0.95;  // between timers, whose own period is not exact
+// Shortest time between regular messages: below 1 s, because the timer's period is not exact.
+constexpr double kSecond = 0.95;
 constexpr std::size_t kMaxDetail = 300;
-constexpr std::size_t kMaxText = 2000;  // HEALTH is one datagram
+constexpr std::size_t kMaxText = 2000;  // HEALTH has to fit into one datagram
 
 const char* ToString(HealthState state) {
   switch (state) {
@@ -31,7 +33,7 @@ const char* ToString(HealthState state) {
   return "unknown";
 }
 
-// Of file names and messages of the system: one line of bounded length, cut between characters.
+// A file name or an error text as one line of limited length, not cut inside a UTF-8 character.
 std::string OneLine(std::string text, std::size_t max_size) {
   for (char& c : text)
     if (static_cast<unsigned char>(c) < ' ') c = ' ';
@@ -184,13 +186,13 @@ health_t Health::Snapshot(std::int64_t now_utime, double period_s) {
 void Health::EndRatePeriod(double period_s) {
   for (auto& [name, ticks] : ticks_) {
     rates_hz_[name] = period_s > 0.0 ? static_cast<double>(ticks) / period_s : 0.0;
-    ticks = 0;  // a stream that stops stays in the list, with 0 Hz
+    ticks = 0;  // a stream that stops remains in the list, with 0 Hz
   }
 }
 
 health_t Health::Message(std::int64_t now_utime) const {
   const double now_s = clock_();
-  // By way of the monotonic clock: the system's may have been set meanwhile.
+  // From the monotonic clock: the system clock may have been set since.
   const auto utime_of = [&](double time_s) {
     return now_utime - static_cast<std::int64_t>(1e6 * (now_s - time_s));
   };

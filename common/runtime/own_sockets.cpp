@@ -27,11 +27,12 @@ std::string UdpName(int fd) {
   sockaddr_storage address{};
   socklen_t size = sizeof address;
   if (getsockname(fd, reinterpret_cast<sockaddr*>(&address), &size) != 0) return "";
-  // The port stands at the same place in addresses of both families.
+  // The port has the same offset in IPv4 and IPv6 addresses.
   sockaddr_in with_port{};
   std::memcpy(&with_port, &address, sizeof with_port);
   const int port = ntohs(with_port.sin_port);
-  return port == 0 ? "" : "udp_" + std::to_string(port);  // without a port it receives nothing
+  return port == 0 ? ""
+                   : "udp_" + std::to_string(port);  // a socket without a port receives nothing
 }
 
 std::string NameOf(int fd) {
@@ -56,7 +57,8 @@ std::optional<OpenSocket> SocketAt(int fd) {
   if (getsockopt(fd, SOL_SOCKET, SO_MEMINFO, memory.data(), &size) != 0) return std::nullopt;
   socket.inode = status.st_ino;
   socket.drops = memory[SK_MEMINFO_DROPS];
-  socket.buffer_bytes = memory[SK_MEMINFO_RCVBUF] / 2;  // the kernel doubles what it was asked for
+  socket.buffer_bytes =
+      memory[SK_MEMINFO_RCVBUF] / 2;  // the kernel reports twice the requested size
   return socket;
 }
 
@@ -78,7 +80,8 @@ const std::map<std::string, SocketFigures>& OwnSockets::Read() {
   std::map<std::uint64_t, std::uint32_t> drops;
   std::map<std::string, std::int64_t> buffers;
   for (const OpenSocket& socket : OpenSockets()) {
-    if (!drops.emplace(socket.inode, socket.drops).second) continue;  // a second descriptor of it
+    if (!drops.emplace(socket.inode, socket.drops).second)
+      continue;  // a second descriptor of the same socket
     const auto before = drops_.find(socket.inode);
     const std::uint32_t old = before == drops_.end() ? 0 : before->second;
     figures_[socket.name].drops += static_cast<std::uint32_t>(socket.drops - old);

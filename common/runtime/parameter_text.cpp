@@ -1,4 +1,4 @@
-// Parameters for people: YAML with comments, and the reference page.
+// Parameters as text for people: YAML with comments, and the reference page.
 
 #include <algorithm>
 #include <cctype>
@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t kLineWidth = 100;
 
-// A default that a file may leave out, or nothing.
+// The default value as text; empty if the parameter is required or has none.
 std::string DefaultText(const Parameter& parameter) {
   return parameter.required() || parameter.IsUnset() ? "" : parameter.Text();
 }
@@ -21,7 +21,7 @@ std::string Capital(std::string text) {
   return text;
 }
 
-// What may stand in the file, where the value itself does not show it.
+// Choices or range of a parameter as text.
 std::string LimitsText(const Parameter& parameter) {
   if (std::holds_alternative<Choice>(parameter.value())) return "one of: " + parameter.Expected();
   return parameter.range().Text();
@@ -142,7 +142,13 @@ void WriteRows(const ParameterTable& table, Level level, std::string* out) {
     for (const std::string& old_key : p.old_keys()) *out += " Was `" + old_key + "`.";
     *out += " |\n";
   }
-  for (const ParameterTable& section : table.sections()) WriteRows(section, level, out);
+  for (const ParameterTable& section : table.sections()) {
+    std::string rows;
+    WriteRows(section, level, &rows);
+    if (!rows.empty())
+      *out +=
+          "| **`" + section.path() + "`** |  |  |  | " + Cell(section.sentence()) + " |\n" + rows;
+  }
 }
 
 void WriteRows(const ParameterTable& table, Level level, const char* title, std::string* out) {

@@ -58,8 +58,8 @@ std::string NumberText(double value) {
   return std::string(text.data(), end.ptr);
 }
 
-// The shortest decimal in degrees that reads as the same number of radians. There is one for all
-// angles that come from degrees; of others it is the nearest.
+// The shortest decimal in degrees that converts to exactly the same radians. It exists for every
+// angle that was read in degrees; for others the nearest decimal is used.
 std::string DegreesText(double rad) {
   const double deg = Rad2Deg(rad);
   for (int digits = 1; digits < 17; ++digits) {
@@ -81,7 +81,7 @@ std::string TextOf(std::span<const double> values, Unit unit) {
   return "[" + text + "]";
 }
 
-// Without quotation marks where YAML cannot take it for anything else.
+// Without quotation marks if YAML reads the text as a string anyway.
 std::string TextOf(const std::string& value) {
   const auto is_plain = [](char c) {
     return std::isalnum(static_cast<unsigned char>(c)) ||
@@ -102,12 +102,12 @@ std::optional<T> Scalar(const YAML::Node& node) {
   try {
     if (node.IsScalar()) return node.as<T>();
   } catch (const YAML::Exception&) {
-    // The caller says what was expected.
+    // Not a number: the caller's message states what was expected.
   }
   return std::nullopt;
 }
 
-// .nan and .inf are numbers to YAML, but not to a configuration.
+// YAML accepts .nan and .inf as numbers; a configuration does not.
 std::optional<double> NumberIn(const YAML::Node& node, Unit unit, const Range& range) {
   const auto number = Scalar<double>(node);
   if (!number || !std::isfinite(*number) || !range.Contains(*number)) return std::nullopt;

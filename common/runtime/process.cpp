@@ -20,7 +20,7 @@ int Fail(const std::string& name, std::string reason, int exit_code) {
   return exit_code;
 }
 
-// "seastitch-mapper" is "mapper" in logs and in HEALTH.
+// The name in logs and in HEALTH: "mapper" for "seastitch-mapper".
 std::string ShortName(const std::string& name) {
   constexpr char kPrefix[] = "seastitch-";
   return name.starts_with(kPrefix) ? name.substr(sizeof kPrefix - 1) : name;
@@ -45,13 +45,16 @@ int RunProcess(int argc,
                const std::function<int(const ProcessArgs&)>& body) {
   ProcessArgs args;
   CLI::App app(description, name);
-  CLI::Option* const config = app.add_option("--config", args.config, "YAML file");
-  app.add_option("--lcm-url", args.lcm_url, "LCM bus; else LCM_DEFAULT_URL, else LCM's default");
-  app.add_flag("--check-config", args.check_config, "Read the configuration, say so and leave");
-  app.add_flag("--print-config",
-               args.print_config,
-               "Write the effective configuration with comments and leave; without --config: the "
-               "defaults");
+  CLI::Option* const config = app.add_option("--config", args.config, "configuration file (YAML)");
+  app.add_option("--lcm-url", args.lcm_url, "LCM bus (default: LCM_DEFAULT_URL, else LCM's own)");
+  app.add_flag("--check-config",
+               args.check_config,
+               "checks the configuration file and ends; exit status 0 or 78");
+  app.add_flag(
+      "--print-config",
+      args.print_config,
+      "prints the effective configuration with comments (without --config: the defaults) and "
+      "ends");
   app.set_version_flag("--version", std::string(ProgramVersion()));
   try {
     app.parse(argc, argv);

@@ -8,7 +8,8 @@ namespace seastitch {
 namespace {
 
 constexpr double kLatelyS = 10.0;
-// A loop that is so late keeps HEALTH and the watchdog waiting, and 40 pings of 40 Hz.
+// Delay of the event loop [s] that HEALTH reports: HEALTH and the watchdog wait as long, and 40
+// pings at 40 Hz.
 constexpr double kLateS = 1.0;
 
 std::int64_t Milliseconds(double seconds) { return std::llround(1e3 * seconds); }

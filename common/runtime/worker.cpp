@@ -20,7 +20,7 @@ int OpenEvent() {
   return fd;
 }
 
-// What goes wrong in a job goes wrong on the loop thread, where main() tells of it.
+// Runs a job. Its exception is thrown again on the loop thread, where main() reports it.
 std::function<void()> RunJob(const Worker::Job& job) {
   try {
     return job();
@@ -72,7 +72,7 @@ double ThreadWorker::age_s() const {
 
 void ThreadWorker::Drain() {
   std::uint64_t finished = 0;
-  // Only rearms the descriptor: done_ tells what there is to do, also where nothing was signalled.
+  // Resets the descriptor. What is done is in done_, with or without a signal.
   [[maybe_unused]] const ssize_t n = read(fd_, &finished, sizeof finished);
   std::deque<std::function<void()>> done;
   {
@@ -105,7 +105,7 @@ void ThreadWorker::Main() {
     sign_of_life_ = std::chrono::steady_clock::now();
     lock.unlock();
     std::function<void()> quick_part = RunJob(job);
-    job = nullptr;  // frees what the job owned before the loop hears of it
+    job = nullptr;  // frees the job's memory before the loop gets its result
     lock.lock();
     busy_ = false;
     done_.push_back(std::move(quick_part));

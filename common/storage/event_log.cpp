@@ -19,7 +19,7 @@ namespace {
 constexpr std::uint32_t kSync = 0xEDA1DA01;
 constexpr std::size_t kHeaderSize = 28;
 constexpr std::uint32_t kMaxChannelLength = 63;     // LCM_MAX_CHANNEL_NAME_LENGTH
-constexpr std::uint32_t kMaxDataLength = 1U << 28;  // of an LCM message
+constexpr std::uint32_t kMaxDataLength = 1U << 28;  // limit of a message
 constexpr std::size_t kWindow = 1 << 20;
 constexpr std::size_t kWriteBuffer = 1 << 18;
 
@@ -61,7 +61,7 @@ std::optional<Header> ParseHeader(Bytes bytes) {
   ByteReader in(bytes);
   Header header;
   const auto sync = in.Be<std::uint32_t>();
-  in.Skip(8);  // the number restarts where a log was appended to: it tells nothing
+  in.Skip(8);  // the event number: not used, because it restarts where a log was appended to
   header.utime = in.Be<std::int64_t>();
   header.channel_length = in.Be<std::uint32_t>();
   header.data_length = in.Be<std::uint32_t>();
@@ -88,7 +88,7 @@ struct EventLogReader::Impl {
   explicit Impl(const std::filesystem::path& path)
       : file(path, O_RDONLY), size(SizeOf(file.get(), path)) {}
 
-  // Bytes [at, at + n), fewer at the end of the file; valid until the next call.
+  // Bytes [at, at + n) of the file, fewer at its end. Valid until the next call.
   Bytes View(std::uint64_t at, std::uint64_t n) {
     n = std::min(n, size - std::min(at, size));
     if (at < window_at || at + n > window_at + window.size()) Fill(at, std::max(n, kWindow));
@@ -96,7 +96,7 @@ struct EventLogReader::Impl {
     return Bytes(window).subspan(begin, std::min<std::uint64_t>(n, window.size() - begin));
   }
 
-  // As many bytes from `at` on as are at hand.
+  // The bytes from `at` to the end of the window; at least one unless the file ends.
   Bytes Rest(std::uint64_t at) {
     View(at, 1);
     return View(at, std::max<std::uint64_t>(1, window_at + window.size() - at));
@@ -113,21 +113,22 @@ struct EventLogReader::Impl {
     while (have < n) {
       const ssize_t got = pread(file.get(), bytes + have, n - have, static_cast<off_t>(at + have));
       if (got < 0 && errno == EINTR) continue;
-      if (got <= 0) break;  // a bad sector, or a file that shrinks: what is there, is there
+      if (got <= 0) break;  // a bad sector, or a file that shrinks: the bytes read so far are used
       have += static_cast<std::size_t>(got);
     }
     return have;
   }
 
-  // Another event, or the end of the file, stands at `end`. What lies outside the window is read
-  // without moving it: a damaged length must not cost a megabyte of reading.
+  // True if another event, or the end of the file, is at `end`. A position outside the window is
+  // read without moving the window: a damaged length must not cost a megabyte of reading.
   bool IsFollowed(std::uint64_t end) const {
     constexpr std::array<std::uint8_t, 4> kSyncBytes = {0xED, 0xA1, 0xDA, 0x01};
     if (end >= window_at && end + kSyncBytes.size() <= window_at + window.size())
       return std::ranges::equal(Bytes(window).subspan(end - window_at, kSyncBytes.size()),
                                 kSyncBytes);
     std::array<std::uint8_t, kSyncBytes.size()> next{};
-    const std::size_t n = Read(end, next.data(), next.size());  // fewer where the log is cut there
+    const std::size_t n =
+        Read(end, next.data(), next.size());  // fewer bytes if the log is cut there
     return std::equal(next.begin(), next.begin() + n, kSyncBytes.begin());
   }
 
@@ -145,7 +146,7 @@ struct EventLogReader::Impl {
     return event;
   }
 
-  // Where the next sync word could stand, from `at` on; size where there is none.
+  // The next position from `at` on where a sync word can start; the file's size if there is none.
   std::uint64_t FindSync(std::uint64_t at) {
     while (at < size) {
       const Bytes rest = Rest(at);
@@ -218,7 +219,8 @@ struct EventLogWriter::Impl {
     Drop(written);
   }
 
-  // Leaves the file with a whole event at its end, and in memory what did not fit.
+  // Truncates the file to its last whole event after a failed write. The events not written remain
+  // in memory.
   [[noreturn]] void CutBack(std::size_t written, int error) {
     const auto torn = std::upper_bound(ends.begin(), ends.end(), written);
     Drop(torn == ends.begin() ? 0 : *std::prev(torn));
@@ -227,7 +229,7 @@ struct EventLogWriter::Impl {
     throw FileError(path, std::strerror(error));
   }
 
-  // The first n waiting bytes, whole events, are in the file.
+  // Removes the first n waiting bytes, which are whole events and now in the file.
   void Drop(std::size_t n) {
     const std::vector<std::uint8_t> all = waiting.Release();
     waiting = ByteWriter();
@@ -252,7 +254,7 @@ struct EventLogWriter::Impl {
   std::filesystem::path path;
   std::shared_ptr<Descriptor> file;
   ByteWriter waiting;             // whole events, not yet in the file
-  std::vector<std::size_t> ends;  // of each of them
+  std::vector<std::size_t> ends;  // end of each waiting event
   off_t file_size = 0;
   std::int64_t event_number = 0;
   std::int64_t events_in_file = 0;
@@ -264,11 +266,12 @@ EventLogWriter::EventLogWriter(const std::filesystem::path& path, IfExists if_ex
 EventLogWriter::EventLogWriter(EventLogWriter&&) noexcept = default;
 
 EventLogWriter::~EventLogWriter() {
-  if (!impl_) return;  // moved from
+  if (!impl_) return;  // moved-from object
   try {
     Flush();
   } catch (const std::exception&) {
-    // Whoever must know whether the last events are in the file calls Flush() before.
+    // Errors are ignored here. Callers that must know whether the last events are written call
+    // Flush() before.
   }
 }
 

@@ -21,8 +21,8 @@
 
 #include "common/core/bytes.hpp"
 
-// PCL's own PCDWriter prints VIEWPOINT with six digits (10 cm at 12 km), and its reader allocates
-// what a header says. Both sides stand here instead; the tests hold them against PCL.
+// Own reader and writer of PCD. PCL's PCDWriter writes VIEWPOINT with six digits (10 cm at 12 km),
+// and its reader allocates as much as a header claims. The tests compare both with PCL.
 namespace seastitch {
 namespace {
 
@@ -32,14 +32,14 @@ constexpr std::size_t kMaxHeaderSize = 16'384;
 constexpr std::size_t kMaxFields = 64;
 constexpr std::size_t kMaxPointSize = 4096;
 
-// One element of a point: where it stands and how it is written.
+// One element of a point: its position and its type in the file.
 struct Field {
   std::string name;
   char type = 'F';         // F float, I signed, U unsigned
   std::size_t size = 4;    // bytes of one element
   std::size_t count = 1;   // elements
   std::size_t offset = 0;  // within a point [bytes]
-  std::size_t column = 0;  // of its first element, in ascii
+  std::size_t column = 0;  // of its first element, in ASCII files
 };
 
 enum class DataKind { kAscii, kBinary, kCompressed };
@@ -50,7 +50,7 @@ struct Header {
   std::size_t point_size = 0;
   std::size_t columns = 0;
   DataKind data = DataKind::kAscii;
-  std::size_t size = 0;  // of the header itself
+  std::size_t size = 0;  // bytes of the header itself
   Eigen::Isometry3d T_map_submap = Eigen::Isometry3d::Identity();
 
   const Field* Find(const std::string& name) const {
@@ -60,7 +60,7 @@ struct Header {
   }
 };
 
-// The reason alone; ReadSubmapPcd puts the file in front.
+// An error with the reason only; ReadSubmapPcd adds the file name.
 std::runtime_error Refused(const std::string& reason) { return std::runtime_error(reason); }
 
 std::vector<std::string_view> Words(std::string_view line) {
@@ -98,7 +98,7 @@ std::size_t CountFrom(std::string_view word, std::size_t most, const std::string
   return *value;
 }
 
-// The header's lines by their first word.
+// The words of each header line, by its first word.
 using HeaderLines = std::map<std::string, std::vector<std::string_view>>;
 
 HeaderLines ReadHeaderLines(std::string_view file, std::size_t* header_size) {
@@ -164,7 +164,7 @@ void ReadFields(const HeaderLines& lines, Header* header) {
       throw Refused(std::string("has no field ") + axis);
 }
 
-// x y z qw qx qy qz; as double, where PCL keeps float.
+// x y z qw qx qy qz, as double; PCL uses float.
 Eigen::Isometry3d ReadViewpoint(const HeaderLines& lines) {
   if (!lines.contains("VIEWPOINT")) return Eigen::Isometry3d::Identity();
   double v[7];
@@ -175,7 +175,7 @@ Eigen::Isometry3d ReadViewpoint(const HeaderLines& lines) {
     v[i] = *value;
   }
   const Eigen::Quaterniond q(v[3], v[4], v[5], v[6]);
-  // Six digits are what other programs print.
+  // The tolerance covers files of other programs, which print six digits.
   if (!(std::abs(q.norm() - 1.0) < 1e-3)) throw Refused("VIEWPOINT is not a rotation");
   return MakePose({v[0], v[1], v[2]}, q.normalized().toRotationMatrix());
 }
@@ -220,7 +220,7 @@ double ElementFrom(const Field& field, Bytes bytes) {
   }
 }
 
-// Keeps a point if it is one.
+// Adds a point if its coordinates are finite.
 void AddPoint(double x, double y, double z, double soundings, PointCloud* cloud) {
   const Eigen::Vector3f p = Eigen::Vector3d(x, y, z).cast<float>();
   const auto n = static_cast<float>(soundings);
@@ -247,7 +247,8 @@ PointCloud CollectPoints(const Header& header, const Value& value) {
 }
 
 PointCloud ReadAscii(const Header& header, std::string_view body) {
-  // Every value takes a digit and a blank: a count that the file cannot hold is not believed.
+  // Each value takes at least two bytes, a digit and a blank: refuses a count that the file is too
+  // short for.
   if (header.points * header.columns > body.size()) throw Refused("ends before its last point");
   std::vector<std::string_view> words;
   std::size_t line_of_words = std::numeric_limits<std::size_t>::max();
@@ -275,9 +276,9 @@ PointCloud ReadBinary(const Header& header, Bytes body) {
   });
 }
 
-// One field after the other, LZF-compressed; two u32 lengths before.
+// One field after the other, LZF-compressed, preceded by two u32 lengths.
 PointCloud ReadCompressed(const Header& header, Bytes body) {
-  constexpr std::size_t kLzfBestRatio = 300;  // LZF cannot do better
+  constexpr std::size_t kLzfBestRatio = 300;  // limit of LZF's compression
   ByteReader in(body);
   const std::size_t packed_size = in.Le<std::uint32_t>();
   const std::size_t size = in.Le<std::uint32_t>();
@@ -344,7 +345,8 @@ std::vector<std::uint8_t> Body(const PointCloud& cloud) {
   return out.Release();
 }
 
-// A rename that reaches the disk before the bytes would leave an empty file after a power cut.
+// Flushes a file to disk. A rename that reached the disk before the bytes would leave an empty file
+// after a power cut.
 bool Sync(const std::filesystem::path& path) {
   const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC);
   const bool synced = fd >= 0 && fsync(fd) == 0;

@@ -10,7 +10,7 @@
 
 namespace seastitch {
 
-// Two drivers on one bus write RAW_CAN, each with a sequence of its own.
+// Two drivers on one bus both publish RAW_CAN, each with its own sequence numbers.
 CanDriver::CanDriver(const std::string& name, const DriverParams& params, Bus* bus)
     : DeviceDriver(name, channels::kRawCan, params.source + "#" + name, params, bus) {}
 

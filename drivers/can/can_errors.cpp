@@ -3,7 +3,7 @@
 namespace seastitch {
 namespace {
 
-// Classes, in the identifier.
+// Error classes: bits of the identifier.
 constexpr std::uint32_t kController = 0x004;  // status in byte 1
 constexpr std::uint32_t kProtocol = 0x008;
 constexpr std::uint32_t kNoAcknowledge = 0x020;
@@ -11,7 +11,7 @@ constexpr std::uint32_t kBusOff = 0x040;
 constexpr std::uint32_t kBusError = 0x080;
 constexpr std::uint32_t kRestarted = 0x100;
 
-// Status of the controller: bits for receive and transmit.
+// Status of the controller: two bits each, for receive and transmit.
 constexpr std::uint8_t kOverflow = 0x03;
 constexpr std::uint8_t kWarning = 0x0C;
 constexpr std::uint8_t kPassive = 0x30;

@@ -14,18 +14,18 @@
 namespace seastitch {
 namespace {
 
-constexpr std::uint32_t kNoMessageId = 0xC0000000;  // holds signals that belong to no message
+constexpr std::uint32_t kNoMessageId = 0xC0000000;  // message id of signals without a message
 constexpr int kMaxMessageBytes = 64;
-constexpr int kMaxNesting = 16;  // of switches
+constexpr int kMaxNesting = 16;  // limit of switches inside switches
 
-// Where the walk from the first to the last bit of a signal stands; see the note on numbering at
-// DbcSignal::start_bit. Intel walks from the least significant bit, Motorola from the most.
+// Number of the next bit of a signal: an Intel signal is read from its least significant bit, a
+// Motorola signal from its most significant one. Numbering: DbcSignal::start_bit.
 int NextBit(int bit, bool motorola) {
   if (!motorola) return bit + 1;
   return bit % 8 == 0 ? bit + 15 : bit - 1;
 }
 
-// The byte after the last one that the signal touches.
+// Number of bytes up to and including the last one that the signal uses.
 int BytesNeeded(const DbcSignal& signal) {
   if (!signal.motorola) return (signal.start_bit + signal.length + 7) / 8;
   const int beyond_first_byte = signal.length - (signal.start_bit % 8 + 1);
@@ -41,7 +41,8 @@ std::int64_t SignExtend(std::uint64_t bits, int length) {
 
 struct RawRange {
   double lowest;
-  double beyond;  // first value above the range: exact in double, the highest one may not be
+  // first value above the range; the highest value itself may not be exact in double
+  double beyond;
 };
 
 RawRange RangeOf(const DbcSignal& signal) {
@@ -91,10 +92,10 @@ void AppendUtf8(char32_t point, std::string* out) {
   *out += static_cast<char>(0x80 | (point & 0x3F));
 }
 
-// Of Windows-1252, unless it is UTF-8 already.
+// Text as UTF-8. Text that is not valid UTF-8 is taken as Windows-1252.
 std::string ToUtf8(std::string_view text) {
   if (IsUtf8(text)) return std::string(text);
-  // 0x80 to 0x9F, which differ from Latin-1; those without a meaning are U+FFFD.
+  // 0x80 to 0x9F, the codes that differ from Latin-1. Undefined codes become U+FFFD.
   constexpr char32_t kWindows[32] = {
       0x20AC, 0xFFFD, 0x201A, 0x0192, 0x201E, 0x2026, 0x2020, 0x2021, 0x02C6, 0x2030, 0x0160,
       0x2039, 0x0152, 0xFFFD, 0x017D, 0xFFFD, 0xFFFD, 0x2018, 0x2019, 0x201C, 0x201D, 0x2022,
@@ -115,7 +116,7 @@ struct Token {
   Kind kind = Kind::kEnd;
   std::string_view text;
   int line = 0;
-  bool begins_line = false;  // without any space before it
+  bool begins_line = false;  // true if no space precedes it in its line
 };
 
 bool IsWordStart(char c) { return c == '_' || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
@@ -234,7 +235,7 @@ class Parser {
     } else if (keyword.text == "SG_MUL_VAL_") {
       SwitchRanges();
     } else if (keyword.text == "VAL_") {
-      // Of a signal; those of environment variables begin with a name.
+      // A signal's values begin with a number, an environment variable's with a name.
       if (token_.kind == Token::Kind::kNumber)
         ValueTexts();
       else
@@ -305,7 +306,7 @@ class Parser {
     message->signals.push_back(std::move(signal));
   }
 
-  // M: a switch. m<k>: there while the switch is k. m<k>M: both.
+  // M: the signal is a switch. m<k>: it is present while the switch is k. m<k>M: both.
   void Multiplexing(DbcSignal* signal) {
     if (token_.kind != Token::Kind::kWord) return;
     std::string_view mark = Take().text;
@@ -361,7 +362,7 @@ class Parser {
     }
   }
 
-  // "-5" in one piece, or the sign by itself.
+  // "-5" as one token, or "-" and "5" as two.
   std::uint64_t EndOfRange() {
     if (token_.kind == Token::Kind::kNumber && token_.text.starts_with('-'))
       token_.text.remove_prefix(1);
@@ -376,13 +377,13 @@ class Parser {
     if (DbcSignal* const signal = FindSignal(name)) signal->value_texts = std::move(texts);
   }
 
-  // A value and its text, again and again, to the end of the statement.
+  // Pairs of a value and its text, up to the end of the statement.
   std::map<std::int64_t, std::string> ReadTexts() {
     std::map<std::int64_t, std::string> texts;
     while (token_.kind == Token::Kind::kNumber) {
       const double value = Number("a value");
       if (token_.kind != Token::Kind::kText) Fail("expected the text of the value");
-      // Beyond 2^63 no text is of use.
+      // Values beyond 2^63 are ignored.
       if (std::abs(value) < 9.2e18) texts[static_cast<std::int64_t>(value)] = ToUtf8(token_.text);
       Advance();
     }
@@ -396,7 +397,7 @@ class Parser {
     return {line, message, Word("the signal's name")};
   }
 
-  // Null for signals that belong to no message.
+  // The signal; null for signals without a message.
   DbcSignal* FindSignal(const SignalName& name) {
     if (name.message == kNoMessageId) return nullptr;
     for (DbcMessage& message : messages_)
@@ -414,8 +415,8 @@ class Parser {
     }
   }
 
-  // Names the switch of every switched signal: where the file does not, the message has but one
-  // that is not itself switched.
+  // Sets the switch of every switched signal. If the file does not name it, the message must have
+  // exactly one switch that is not switched itself.
   void FindSwitches(DbcMessage* message) {
     std::vector<std::string> roots;
     for (const DbcSignal& signal : message->signals)
@@ -507,7 +508,7 @@ class Parser {
   std::vector<DbcMessage> messages_;
   std::set<std::uint32_t> ids_;
   std::set<std::string> names_;
-  std::map<std::string, int> lines_;  // of each MESSAGE.SIGNAL
+  std::map<std::string, int> lines_;  // line of each MESSAGE.SIGNAL
 };
 
 }  // namespace

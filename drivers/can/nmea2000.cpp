@@ -7,10 +7,10 @@ namespace seastitch {
 namespace {
 
 constexpr std::size_t kFrameBytes = 8;
-constexpr std::size_t kFirstBytes = 6;  // of data in a fast packet's first frame
+constexpr std::size_t kFirstBytes = 6;  // data bytes in a fast packet's first frame
 constexpr std::size_t kMaxBytes = 223;
 constexpr std::uint8_t kUnused = 0xFF;
-// A packet of two frames takes a millisecond on the wire.
+// A packet of two frames takes one millisecond on the wire.
 constexpr Duration kMaxAge = std::chrono::milliseconds(500);
 
 bool IsAddressed(std::uint32_t pgn) { return ((pgn >> 8) & 0xFF) < 240; }
@@ -84,8 +84,8 @@ std::optional<N2kMessage> N2kFastPackets::Begin(const N2kMessage& id, Bytes data
 std::optional<N2kMessage> N2kFastPackets::Continue(const Key& key, Bytes data, Time recv) {
   const auto found = open_.find(key);
   if (found == open_.end())
-    return std::nullopt;  // counted when its packet was dropped, or begun
-                          // before we listened
+    return std::nullopt;  // counted when its packet was dropped, or its packet began before the
+                          // driver listened
   Packet packet = std::move(found->second);
   open_.erase(found);
   const bool next = packet.sequence == data[0] >> 5 && packet.next_frame == (data[0] & 0x1FU) &&
@@ -96,7 +96,7 @@ std::optional<N2kMessage> N2kFastPackets::Continue(const Key& key, Bytes data, T
   }
   packet.message.data.insert(packet.message.data.end(), data.begin() + 1, data.end());
   ++packet.next_frame;
-  // A frame that is cut short cannot be followed by another.
+  // Only the last frame of a packet may be shorter than 8 bytes.
   const bool full = data.size() == kFrameBytes || packet.message.data.size() >= packet.size;
   if (!full) {
     ++counters_["n2k_fast_packet_malformed"];

@@ -120,7 +120,7 @@ std::optional<SignalMap::Reading> SignalMap::Read(const CanFrame& frame) const {
 std::vector<CanFrame> SignalMap::Write(const FieldValues& values) const {
   std::vector<CanFrame> frames;
   for (const Message& message : messages_) {
-    // Values under different positions of the switches need a frame each.
+    // Each combination of switch positions needs a frame of its own.
     std::set<SwitchPositions> positions;
     bool any = false;
     for (const Binding& binding : message.bindings) {

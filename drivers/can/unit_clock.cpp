@@ -8,10 +8,11 @@
 namespace seastitch {
 namespace {
 
-// Further back, or further on, in one step of the count: the unit was restarted.
+// Limits of a step of the count [us]. A larger step means that the unit was restarted.
 constexpr std::int32_t kMaxBackwardUs = 10'000'000;
 constexpr std::int32_t kMaxForwardUs = 60'000'000;
-// Far below half of the count's range, within which a difference has one meaning.
+// Age of the anchor [us] from which it is moved: far below half of the count's range, up to which
+// the difference of two counts is unambiguous.
 constexpr std::int32_t kAnchorMoveUs = 600'000'000;
 constexpr Duration kUtcStep = std::chrono::milliseconds(1);  // ten steps of ECAN's UTC
 
@@ -19,7 +20,7 @@ std::int32_t Difference(std::uint32_t later, std::uint32_t earlier) {
   return static_cast<std::int32_t>(later - earlier);
 }
 
-// v: the fields of UnitClock. Nothing where they are no calendar time.
+// UTC from the fields of UnitClock, which begin at v. Nothing if they are not a calendar time.
 std::optional<Time> UtcOf(const double* v) {
   using Field = UnitClock::Field;
   const auto whole = [v](Field field) { return static_cast<int>(v[field]); };
@@ -39,7 +40,8 @@ std::optional<Time> UtcOf(const double* v) {
               std::chrono::seconds(whole(Field::kSecond)) + Duration(whole(Field::kMicrosecond)));
 }
 
-// GPS time and UTC differ by whole seconds: unequal parts of a second are those of two instants.
+// True if both are the same part of a second. GPS time and UTC differ by whole seconds: different
+// parts of a second belong to different instants.
 bool SamePartOfSecond(Time utc, double time_of_week_ms) {
   const std::int64_t gps_us = static_cast<std::int64_t>(time_of_week_ms) * 1000;
   const std::int64_t difference = ((ToUtime(utc) - gps_us) % 1'000'000 + 1'000'000) % 1'000'000;

@@ -11,19 +11,19 @@
 
 namespace seastitch {
 
-// A signal's value as a unit's count.
+// A signal's value as the unit's 32-bit count.
 inline std::uint32_t CountOf(double value) {
   return static_cast<std::uint32_t>(static_cast<std::int64_t>(value));
 }
 
-// The clock of a unit on CAN: 32 bits of microseconds since power-up, and now and then the UTC of
-// an instant that it counted.
+// Converts the clock of a unit on CAN to UTC. The unit counts microseconds since power-up (32 bits)
+// and sometimes sends the UTC of one count.
 class UnitClock {
  public:
-  // Fields of the signal map, from that which the constructor is told on.
+  // Fields of the signal map, counted from the constructor's first_field.
   enum Field : std::size_t {
-    kTimeUs,  // count at the instant that the calendar below names; its frame comes first. Not
-              // mapped: the calendar is that of the epoch in which it comes
+    kTimeUs,  // Count of the instant that the calendar fields state; it is sent before them. If it
+              // is not mapped, the calendar is that of the epoch in which it is received.
     kTimeOfWeekMs,
     kYear,
     kMonth,
@@ -34,28 +34,28 @@ class UnitClock {
     kMicrosecond,
     kNumFields,
   };
-  // A count, and when the frame came that stated it.
+  // A count, and the receive stamp of its frame.
   struct Reading {
     std::uint32_t device_us;
     Time recv;
   };
 
-  // max_burst_s: between the first and the last frame of one UTC.
+  // max_burst_s: longest time between the first and the last frame of one UTC.
   UnitClock(const SignalMap& signals,
             std::size_t first_field,
             const ClockParams& params,
             double max_burst_s);
 
-  // A count came: the unit may have been restarted.
+  // Takes a count that was received. A large step of the count shows that the unit was restarted.
   void See(std::uint32_t device_us);
   bool Wants(const FieldValues& values) const { return (values.present & fields_).any(); }
-  // Values of a frame that it wants. epoch: that is open, if any.
+  // Takes the values of a frame for which Wants() is true. epoch: the open epoch, if any.
   void Add(const FieldValues& values, Time recv, const std::optional<Reading>& epoch);
-  // The instant of a count: by the last UTC, by a model of the unit's clock or by the receive
-  // stamp. Nothing where there was no UTC yet, or see ClockModel.
+  // UTC of a count: from the last UTC, from a model of the unit's clock, or from the receive stamp.
+  // Nothing before the first UTC; of a model see ClockModel.
   std::optional<Time> Stamp(const Reading& reading);
 
-  // utc_malformed, utc_stepped, device_restarted.
+  // Names: utc_malformed, utc_stepped, device_restarted.
   const Counters& counters() const { return counters_; }
   Counters Figures(const std::string& prefix) const { return stamper_.Figures(prefix); }
 
@@ -69,7 +69,7 @@ class UnitClock {
   ClockParams params_;
   std::size_t first_;
   double max_burst_s_;
-  bool has_count_;  // kTimeUs is mapped
+  bool has_count_;  // true if kTimeUs is mapped
   std::bitset<kMaxFields> fields_;
   std::bitset<kMaxFields> needed_;
   FieldValues utc_;

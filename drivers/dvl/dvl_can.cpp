@@ -16,7 +16,7 @@ Eigen::Vector3d Vector(const FieldValues& v, std::size_t first) {
   return {v.value[first], v.value[first + 1], v.value[first + 2]};
 }
 
-// A sigma of 0 says "below my step", not "without error".
+// A sigma of 0 means "below the signal's resolution": half the resolution is used.
 double Sigma(const FieldValues& v, const SignalMap& signals, std::size_t field) {
   return std::max(v.value[field], 0.5 * signals.Resolution(field));
 }
@@ -122,7 +122,7 @@ std::string DvlCanParams::Validate() const {
     return "";
   };
   if (const std::string problem = missing(kDvlTimeS, kDvlSigmaZ); !problem.empty()) return problem;
-  // What comes in pairs or not at all.
+  // Groups of signals that must be mapped together.
   if (Mapped(signals, kDvlBeamRange1, kDvlBeamVelocity4).any())
     if (const std::string problem = missing(kDvlBeamRange1, kDvlBeamValid4); !problem.empty())
       return problem;
@@ -159,7 +159,8 @@ DvlOutput DvlCanDecoder::Add(const CanFrame& frame, Time recv) {
                        std::abs(ToSeconds(recv - ensemble_->first_recv)) <= params_.max_ensemble_s;
   if (!belongs) {
     ++counters_["dvl_frame_outside_ensemble"];
-    Finish();  // its time frame was lost: what follows is not of the open ensemble either
+    // its time frame was lost: the following frames do not belong to the open ensemble either
+    Finish();
     return {};
   }
   Ensemble& e = *ensemble_;
@@ -183,7 +184,8 @@ void DvlCanDecoder::Open(const FieldValues& values, Time recv) {
   Finish();
   const double seconds = values.value[kDvlTimeS];
   const double microseconds = values.value[kDvlTimeUs];
-  // Two frames could not be told from two ensembles: both values stand in one.
+  // Both parts of the time must be in one frame: in two frames, parts of different ensembles could
+  // not be distinguished.
   const bool usable = values.present.test(kDvlTimeUs) && seconds > 0.0 && seconds < 8e9 &&
                       microseconds >= 0.0 && microseconds < 1e6;
   if (!usable) {

@@ -34,7 +34,7 @@ void DvlN2kDecoder::ReadDepth(Bytes data, Time recv) {
 
 std::optional<DvlSample> DvlN2kDecoder::ReadSpeed(Bytes data, Time recv) {
   ByteReader in(data);
-  in.Skip(4);  // through the water
+  in.Skip(4);  // velocity through the water
   const std::optional<double> ahead_mps = ReadN2kField<std::int16_t>(&in, kSpeedStep_mps);
   const std::optional<double> starboard_mps = ReadN2kField<std::int16_t>(&in, kSpeedStep_mps);
   if (!in.ok()) {
@@ -42,7 +42,7 @@ std::optional<DvlSample> DvlN2kDecoder::ReadSpeed(Bytes data, Time recv) {
     return std::nullopt;
   }
   DvlSample sample;
-  sample.time = *stamper_.Stamp(Time(), recv);  // the receive clock always gives one
+  sample.time = *stamper_.Stamp(Time(), recv);  // the receive clock always gives a time
   sample.bottom_lock = ahead_mps && starboard_mps;
   if (sample.bottom_lock) {
     sample.v_dvl_mps = {*ahead_mps, *starboard_mps, 0.0};
@@ -65,8 +65,8 @@ std::vector<CanFrame> EncodeDvlN2k(const DvlSample& sample, std::uint8_t source,
     ByteWriter depth;
     depth.Le(static_cast<std::uint8_t>(sequence));
     WriteN2kField<std::uint32_t>(sample.altitude_m, kDepthStep_m, &depth);
-    depth.Le(std::int16_t{0});     // to the water line
-    depth.Le(std::uint8_t{0xFF});  // largest range
+    depth.Le(std::int16_t{0});     // offset to the water line
+    depth.Le(std::uint8_t{0xFF});  // maximum range
     frames = EncodeN2k({kPgnWaterDepth, source, 3, depth.Release()}, false);
   }
   const auto ground = [&sample](Eigen::Index axis) {

@@ -34,7 +34,7 @@ std::uint16_t Sum(Bytes bytes) {
   });
 }
 
-// A block is as long as its own fields need: its size is nowhere given.
+// The three blocks that are read. A block's size is stated nowhere; its fields must fit.
 struct Blocks {
   Bytes fixed, variable, bottom;
 };
@@ -58,7 +58,7 @@ std::optional<Blocks> ReadBlocks(Bytes ensemble) {
   return blocks;
 }
 
-// Year of the century, month, day, hour, minute, second, hundredths.
+// Time from year of the century, month, day, hour, minute, second, hundredths.
 std::optional<Time> ReadTime(ByteReader* in) {
   std::array<unsigned, 7> rtc;
   for (unsigned& field : rtc) field = in->Le<std::uint8_t>();
@@ -118,7 +118,7 @@ bool ReadBottomTrack(Bytes block, Pd0Ensemble* out) {
   }
   std::array<std::uint8_t, 4> correlation;
   for (std::uint8_t& beam : correlation) beam = in.Le<std::uint8_t>();
-  // A log that does not measure it leaves zeros, which four real beams never have.
+  // A DVL without correlation sends zeros; four real beams are never all zero.
   if (correlation != std::array<std::uint8_t, 4>{}) out->correlation = correlation;
   in.Skip(41);
   for (std::size_t beam = 0; beam < 4; ++beam) {
@@ -128,19 +128,20 @@ bool ReadBottomTrack(Bytes block, Pd0Ensemble* out) {
   return in.ok();
 }
 
-// Beams 1 and 2 look to port and starboard, 3 and 4 forward and aft; each velocity is towards the
-// log. Gives the velocity of the bottom: starboard, forward, up.
+// Velocity of the bottom (starboard, forward, up) from the four beams' velocities, each positive
+// towards the DVL. Beams 1 and 2 point to port and starboard, 3 and 4 forward and aft.
 Eigen::Vector3d FromBeams(const std::array<double, 4>& v, double beam_angle_rad) {
   const double across = 1.0 / (2.0 * std::sin(beam_angle_rad));
   const double along = 1.0 / (4.0 * std::cos(beam_angle_rad));
   return {across * (v[0] - v[1]), across * (v[3] - v[2]), along * (v[0] + v[1] + v[2] + v[3])};
 }
 
-// From the log's axes to those of its velocities.
+// Rotation from the DVL's axes to the axes of its velocities.
 Eigen::Matrix3d RotationToItsAxes(const Pd0Ensemble& e) {
   const bool earth = e.axes == Pd0Ensemble::Axes::kEarth;
   if (!e.levelled && !earth) return Eigen::Matrix3d::Identity();
-  // What it calls pitch is the tilt of its forward axis as its sensor feels it under roll.
+  // The DVL's pitch is the reading of a tilt sensor that rolls with it. Converts it to the pitch
+  // angle of roll, pitch, yaw.
   const double pitch_rad = std::atan(std::tan(e.pitch_rad) * std::cos(e.roll_rad));
   return RotationFromRpy(e.roll_rad, pitch_rad, earth ? e.heading_rad : 0.0);
 }
@@ -235,7 +236,8 @@ DvlSample ToDvlSample(const Pd0Ensemble& e, const Pd0Params& params) {
         sample.beams[beam].velocity_mps = along[beam] = *e.velocity_mps[beam];
       v_bottom = FromBeams(along, params.beam_angle_rad);
     }
-    // The log moves against the bottom; starboard, forward, up become forward, starboard, down.
+    // The DVL moves against the bottom: opposite sign. Starboard, forward, up become forward,
+    // starboard, down.
     const Eigen::Vector3d v_its_axes(-v_bottom.y(), -v_bottom.x(), v_bottom.z());
     sample.v_dvl_mps = RotationToItsAxes(e).transpose() * v_its_axes;
     sample.sigma_v_mps.setConstant(params.sigma_mps);
@@ -254,7 +256,8 @@ DvlSample ToDvlSample(const Pd0Ensemble& e, const Pd0Params& params) {
     sum_m += *e.range_m[beam];
     ++num_ranges;
   }
-  // Over four beams the slope of the bottom and the tilt of the log cancel to first order.
+  // In the mean of four beams, the slope of the bottom and the tilt of the DVL cancel to first
+  // order.
   if (num_ranges == 4)
     sample.altitude_m = sum_m / 4.0 * std::cos(e.pitch_rad) * std::cos(e.roll_rad);
   return sample;
@@ -309,7 +312,7 @@ bool Pd0Decoder::IsRepeat(const Pd0Ensemble& ensemble) {
   }
   if (last_) {
     const auto step = static_cast<std::uint16_t>(ensemble.number - last_->number);
-    // A larger one is a log that was restarted, or an ensemble that came late.
+    // A larger step means that the DVL was restarted, or that an ensemble came late.
     if (step > 1 && step < 1000) counters_["pd0_gaps"] += step - 1;
   }
   last_ = ensemble;

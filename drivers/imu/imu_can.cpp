@@ -10,7 +10,7 @@
 namespace seastitch {
 namespace {
 
-constexpr Duration kAlignmentHolds = std::chrono::seconds(5);  // of units that state it at 1 Hz
+constexpr Duration kAlignmentHolds = std::chrono::seconds(5);  // for units that send it at 1 Hz
 constexpr std::int64_t kGpsEpochS = 315'964'800;               // 1980-01-06
 constexpr std::int64_t kGpsMinusUtcS = 18;                     // since 2017
 constexpr std::int64_t kSecondsAWeek = 7 * 86'400;
@@ -135,13 +135,13 @@ std::optional<ImuSample> ImuCanDecoder::Open(const Opening& opening, Time recv) 
   epoch_->part = opening.part;
   if (opening.device_us) epoch_->device_us = opening.device_us;
   if (opening.group) epoch_->group = opening.group;
-  // The last frame of an epoch may be the second of its opening ones.
+  // An epoch may have two opening frames, and the second may be its last frame.
   return IsComplete() ? Give(attitude_fields_.any()) : before;
 }
 
 bool ImuCanDecoder::IsOfOpenEpoch(const Opening& opening, Time recv) const {
   if (!epoch_) return false;
-  // What the epoch does not have yet can only be of it in time.
+  // An opening frame of the other kind belongs to the epoch only if it comes in time.
   const bool adds = (opening.device_us && !epoch_->device_us) || (opening.group && !epoch_->group);
   if (adds)
     return !epoch_->given && std::abs(ToSeconds(recv - epoch_->first_recv)) <= params_.max_epoch_s;
@@ -174,7 +174,7 @@ std::optional<ImuSample> ImuCanDecoder::Collect(const FieldValues& values, Time 
   if (fields.none()) return std::nullopt;
   if (!Belongs(fields, recv)) {
     ++counters_["imu_frame_outside_epoch"];
-    // An opening frame was lost: what follows is not of this epoch either.
+    // An opening frame was lost: the following frames do not belong to this epoch either.
     if (epoch_) epoch_->part = Part::kNone;
     return std::nullopt;
   }
@@ -212,7 +212,7 @@ std::optional<ImuSample> ImuCanDecoder::Give(bool with_attitude) {
     attitude.q_ned_imu = RotationFromRpy(v.value[kRoll], v.value[kPitch], v.value[kYaw]);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const auto i = static_cast<Eigen::Index>(axis);
-      // A sigma of 0 says "below my step", not "without error".
+      // A sigma of 0 means "below the signal's resolution": half the resolution is used.
       const double least = 0.5 * params_.signals.Resolution(kRollSigma + axis);
       attitude.sigma_rpy_rad[i] = params_.signals.Has(kRollSigma + axis)
                                       ? std::max(v.value[kRollSigma + axis], least)
@@ -242,7 +242,7 @@ Counters ImuCanDecoder::counters() const {
 void ImuCanDecoder::SeeGroup(std::uint16_t group) {
   const auto step = static_cast<std::uint16_t>(group - last_group_.value_or(group));
   last_group_ = group;
-  // A larger one is a unit that was restarted.
+  // A larger step means that the unit was restarted.
   if (step > 1 && step < 10'000) counters_["imu_groups_lost"] += step - 1;
 }
 

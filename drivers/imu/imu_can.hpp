@@ -30,7 +30,7 @@ enum ImuField : std::size_t {
   kRollSigma,  // 1 sigma
   kPitchSigma,
   kYawSigma,
-  kUtcTimeUs,  // from here on as UnitClock::Field
+  kUtcTimeUs,  // from here on the fields of UnitClock
   kUtcTimeOfWeekMs,
   kUtcYear,
   kUtcMonth,
@@ -39,8 +39,9 @@ enum ImuField : std::size_t {
   kUtcMinute,
   kUtcSecond,
   kUtcMicrosecond,
-  kImuGroupCounter,  // number of the epoch, 16 bits; its frame opens the epoch as kImuTimeUs' does
-  kImuAligned,       // the unit has found north; in a frame of its own, at any rate
+  // number of the epoch, 16 bits; its frame opens the epoch as that of kImuTimeUs does
+  kImuGroupCounter,
+  kImuAligned,  // the unit has found north; in a frame of its own, at any rate
   kNumImuFields,
 };
 
@@ -54,7 +55,7 @@ struct ImuCanParams {
   // than a burst of frames takes on the wire (1 ms at 1 Mbit/s), at most half the measurement
   // period.
   double max_epoch_s = 0.010;
-  // Of roll, pitch, yaw, 1 sigma, for a unit that sends no sigmas.
+  // Error of roll, pitch, yaw, 1 sigma, for a unit that sends no sigmas.
   Eigen::Vector3d attitude_sigma_rad = Eigen::Vector3d::Zero();
 
   // The first required signal that is missing, for people; empty if there is none.
@@ -85,7 +86,7 @@ class ImuCanDecoder : public ImuCodec {
 
  private:
   enum class Part : std::uint8_t { kNone, kInertial, kAttitude };
-  // What an opening frame says.
+  // Content of an opening frame.
   struct Opening {
     Part part = Part::kInertial;
     std::optional<std::uint32_t> device_us;
@@ -96,7 +97,7 @@ class ImuCanDecoder : public ImuCodec {
     std::optional<std::uint16_t> group;
     Time first_recv;
     Time last_recv;
-    Part part = Part::kNone;  // whose frames may follow
+    Part part = Part::kNone;  // kind of frames that may follow
     bool given = false;
     FieldValues values;
   };
@@ -115,7 +116,7 @@ class ImuCanDecoder : public ImuCodec {
 
   ImuCanParams params_;
   std::bitset<kMaxFields> inertial_fields_;
-  std::bitset<kMaxFields> attitude_fields_;  // empty where none is mapped
+  std::bitset<kMaxFields> attitude_fields_;  // empty if none is mapped
   std::optional<Epoch> epoch_;
   std::optional<std::uint16_t> last_group_;
   UnitClock clock_;

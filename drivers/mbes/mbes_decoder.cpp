@@ -14,7 +14,8 @@
 namespace seastitch {
 namespace {
 
-// Some pings in parts; a network's doubles come far sooner.
+// Number of recent datagrams that are compared: enough for some pings in several parts. Duplicates
+// made by a network come much sooner.
 constexpr std::size_t kRecent = 64;
 
 template <class Codec>

@@ -13,10 +13,10 @@
 namespace seastitch {
 namespace {
 
-// From EKF_INFO to the last frame of its epoch: 2 ms at 500 kbit/s, more where others go first; and
-// never above half the period.
+// Time from EKF_INFO to the last frame of its epoch: 2 ms at 500 kbit/s, more if other frames have
+// priority. The decoder limits it to half the period.
 constexpr double kMaxEpochS = 0.010;
-constexpr Duration kSolutionHolds = std::chrono::seconds(5);  // of units that state it at 1 Hz
+constexpr Duration kSolutionHolds = std::chrono::seconds(5);  // for units that send it at 1 Hz
 
 enum EcanField : std::size_t {
   kTimeUs,
@@ -40,10 +40,10 @@ enum EcanField : std::size_t {
   kVelocityEastSigma,
   kVelocityDownSigma,
   kSolution,
-  kUtc,  // from here on as UnitClock::Field
+  kUtc,  // from here on the fields of UnitClock
 };
 
-// In the order of EcanField.
+// Names in the DBC file, in the order of EcanField.
 constexpr const char* kSignals[] = {"EKF_INFO.TIME_STAMP",
                                     "EKF_EULER.ROLL",
                                     "EKF_EULER.PITCH",
@@ -77,7 +77,7 @@ constexpr const char* kSignals[] = {"EKF_INFO.TIME_STAMP",
 static_assert(std::size(kSignals) == std::size_t{kUtc} + UnitClock::kNumFields);
 static_assert(std::size(kSignals) <= kMaxFields);
 
-// Of the word SOLUTION: the mode in its four lowest bits, and of the others those below.
+// SOLUTION: the mode is in its four lowest bits; the other bits that are read follow below.
 enum Mode : std::uint32_t { kUninitialised, kVerticalGyro, kAttitudeOnly, kVelocity, kPosition };
 constexpr std::uint32_t kModeBits = 0xF;
 constexpr std::uint32_t kPlaceFromOutside = 1u << 11 | 1u << 15 | 1u << 22 | 1u << 24;
@@ -86,12 +86,12 @@ constexpr std::uint32_t kAligned = 1u << 27;
 InsStatus StatusOf(std::uint32_t solution) {
   const std::uint32_t mode = solution & kModeBits;
   if (mode > kPosition) return InsStatus::kUnknown;
-  if (mode <= kVerticalGyro) return InsStatus::kInvalid;  // its heading drifts too
+  if (mode <= kVerticalGyro) return InsStatus::kInvalid;  // the heading drifts, too
   if ((solution & kAligned) == 0) return InsStatus::kAligning;
   return (solution & kPlaceFromOutside) != 0 ? InsStatus::kAided : InsStatus::kDeadReckoning;
 }
 
-// Its filter has neither velocity nor position, which drift.
+// True if the INS's filter estimates neither velocity nor position: both drift.
 bool Drifts(std::uint32_t solution) { return (solution & kModeBits) <= kAttitudeOnly; }
 
 bool IsOnEarth(const FieldValues& v) {
@@ -166,7 +166,7 @@ void EcanIns::Collect(const FieldValues& values, Time recv) {
   if (!belongs) {
     Count("frame_outside_epoch");
     seen_ |= values.present;
-    Close();  // EKF_INFO was lost: what follows is of another epoch too
+    Close();  // EKF_INFO was lost: the following frames belong to another epoch, too
     epoch_.reset();
     return;
   }
@@ -231,7 +231,8 @@ NavigationSample EcanIns::SampleOf(const FieldValues& v) const {
   return sample;
 }
 
-// A sigma of 0 says "below my step", not "without error"; one that did not come is not stated.
+// A sigma of 0 means "below the signal's resolution": half the resolution is used. 0 if the frame
+// with the sigma was not received: not stated.
 double EcanIns::Sigma(const FieldValues& v, std::size_t field) const {
   if (!v.present.test(field)) return 0.0;
   return std::max(v.value[field], 0.5 * params_.signals.Resolution(field));

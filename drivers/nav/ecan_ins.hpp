@@ -11,19 +11,19 @@
 
 namespace seastitch {
 
-// The messages of SBG Systems' ECAN that EcanIns reads, by their names in the DBC file: a unit's
-// ids can be changed. Throws std::runtime_error for one that the file has not.
+// The signals of SBG Systems' ECAN that EcanIns reads, found by their names in the DBC file,
+// because a unit's ids can be changed. Throws std::runtime_error if the file lacks one.
 SignalMap EcanSignals(const Dbc& dbc);
 
 struct EcanInsParams {
   SignalMap signals;  // EcanSignals()
   ClockParams clock;
-  bool altitude_is_depth = false;  // with its sign turned: of an INS under water
+  bool altitude_is_depth = false;  // depth is minus the altitude: for an INS under water
 };
 
-// An INS of SBG Systems on CAN. Its navigation at one instant (an epoch) comes in several frames
-// behind EKF_INFO, those that are switched on. A frame that was lost costs its own values, EKF_INFO
-// the epoch; values of two epochs are never joined.
+// An INS of SBG Systems on CAN. Its navigation at one instant (an epoch) is sent in several frames
+// after EKF_INFO; which ones is set in the INS. Without EKF_INFO an epoch is lost; without another
+// frame, only that frame's values. Values of two epochs are never joined.
 class EcanIns : public NavCodec {
  public:
   explicit EcanIns(const EcanInsParams& params);
@@ -31,9 +31,10 @@ class EcanIns : public NavCodec {
   std::string hears_instead() const override;
   std::vector<CanFilter> can_filters() const override { return params_.signals.Filters(); }
 
-  // cannelloni_malformed, frame_malformed (too short, or no place on Earth), frame_outside_epoch
-  // (EKF_INFO was lost), epoch_empty (EKF_INFO alone), not_computed (positions and velocities that
-  // the INS lets drift), unstamped, and those of UnitClock.
+  // cannelloni_malformed, frame_malformed (too short, or an impossible position),
+  // frame_outside_epoch (its EKF_INFO was lost), epoch_empty (EKF_INFO alone), not_computed
+  // (positions and velocities of a mode in which the INS lets them drift), unstamped, and those of
+  // UnitClock.
   Counters counters() const override;
   Counters clock_figures(const std::string& prefix) const override {
     return clock_.Figures(prefix);
@@ -65,7 +66,8 @@ class EcanIns : public NavCodec {
   UnitClock clock_;
   double max_epoch_s_;
   std::optional<Epoch> epoch_;
-  Fields seen_;  // what epochs have had so far: one that has it all is given at once
+  // Fields seen in any epoch so far. An epoch that has all of them is published at once.
+  Fields seen_;
   std::optional<Solution> solution_;
   bool hears_others_ = false;
 };

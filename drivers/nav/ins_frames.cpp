@@ -28,7 +28,7 @@ void PhinsIns::Take(const FrameStream::Frame& bytes) {
   const std::optional<PhinsFrame> frame = DecodePhins(bytes.bytes);
   if (!frame) return Count("phins_malformed");
   Hear();
-  if (frame->version == 0) return;  // an answer
+  if (frame->version == 0) return;  // a reply to a command
   if (counter_ && frame->counter > *counter_ + 1)
     Count("phins_gaps", frame->counter - *counter_ - 1);
   counter_ = frame->counter;
@@ -49,7 +49,7 @@ void PhinsIns::Take(const FrameStream::Frame& bytes) {
   Give(std::move(sample));
   if (!frame->sensor_depth || depth_at_ == frame->sensor_depth_at) return;
   depth_at_ = frame->sensor_depth_at;
-  // It is as much older than the frame as the INS says.
+  // The INS states by how much the sensor's depth is older than the frame.
   DepthSample depth;
   depth.time = *time + (frame->sensor_depth_at - frame->valid_at);
   depth.depth_m = frame->sensor_depth->value_m;

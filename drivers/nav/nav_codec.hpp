@@ -26,12 +26,12 @@ class NavCodec {
     Read(bytes, recv);
     return std::exchange(out_, {});
   }
-  // Messages that show the instrument to be alive, with a measurement or without.
+  // Number of messages that show that the instrument works, with or without a measurement.
   std::int64_t heard() const { return heard_; }
-  // What is received in place of the messages that are read, for people: "GLL, GSV"; empty: nothing
-  // does.
+  // Messages received in place of those that are read, for people: "GLL, GSV". Empty if there are
+  // none.
   virtual std::string hears_instead() const { return ""; }
-  // Of an instrument on CAN: the frames that it wants. Its bytes are cannelloni packets.
+  // CAN frames that an instrument on CAN needs. Its bytes are cannelloni packets.
   virtual std::vector<CanFilter> can_filters() const { return {}; }
 
   virtual Counters counters() const { return counters_; }

@@ -59,12 +59,13 @@ ParameterTable& DeclareDevice(const char* name,
                               ParameterTable* table) {
   ParameterTable& section = table->AddSection(name, sentence);
   section
-      .Add("source",
-           &device->source,
-           "URL of its bytes: udp:HOST:PORT (options as for the sonar), tcp:HOST:PORT, "
-           "serial:/dev/ttyUSB0?baud=4800 "
-           "or, for an INS on CAN, can:can0. Several instruments may share one. Empty: no such "
-           "instrument.")
+      .Add(
+          "source",
+          &device->source,
+          "URL of the instrument's bytes: udp:HOST:PORT (options as for the sonar), tcp:HOST:PORT, "
+          "serial:/dev/ttyUSB0?baud=4800 "
+          "or, for an INS on CAN, can:can0. Several instruments may share one URL. Empty: no such "
+          "instrument.")
       .DataSheet();
   section.Add(
       "timeout_s",
@@ -147,7 +148,7 @@ void CheckSourceOf(const std::string& path,
   }
 }
 
-// dbc: relative to the configuration's file, and absolute afterwards.
+// dbc: path relative to the configuration file; made absolute.
 SignalMap LoadInsSignals(const std::string& path, std::string* dbc) {
   namespace fs = std::filesystem;
   *dbc = (fs::absolute(path).parent_path() / *dbc).lexically_normal().string();
@@ -419,7 +420,7 @@ int RunNavDriver(const NavDriverConfig& config, NavDriver* driver, Bus* bus, Eve
   Datagram piece;
   for (const auto& [url, source] : sources) {
     loop->Add(source->fd(), [driver, loop, &piece, &url = url, source = source.get()] {
-      // Not until it is empty: signals and health want their turn in a flood.
+      // At most 64 at a time: in a flood, signals and health still get their turn.
       for (int i = 0; i < 64 && source->Receive(&piece); ++i)
         if (driver->Feed(url, piece)) source->Understood(piece);
       if (source->finished()) loop->Stop();

@@ -11,13 +11,13 @@
 
 namespace seastitch {
 
-// What instruments that send lines of NMEA 0183 share: bytes to sentences, what became of them, and
-// their clock.
+// Base of instruments that send lines of NMEA 0183: splits bytes into sentences, counts them, and
+// converts their times with the device's clock.
 class NmeaCodec : public NavCodec {
  public:
   std::string hears_instead() const override;
   // nmea_malformed, nmea_checksum_wrong, nmea_checksum_missing, nmea_other (sentences of types that
-  // are not read), nmea_too_long (bytes), unstamped, and those of the instrument.
+  // are not used), nmea_too_long (bytes), unstamped, and those of the instrument.
   Counters counters() const override;
   Counters clock_figures(const std::string& prefix) const override {
     return clock_.Figures(prefix);
@@ -27,14 +27,14 @@ class NmeaCodec : public NavCodec {
   NmeaCodec(bool needs_checksum, const ClockParams& clock)
       : needs_checksum_(needs_checksum), clock_(clock) {}
 
-  // recv: of the piece in which it began. True where it was read; false where it is of a type that
-  // is not.
+  // Reads a sentence. recv: receive stamp of the piece in which it began. False if its type is not
+  // used.
   virtual bool Take(const NmeaSentence& sentence, Time recv) = 0;
-  // Of a line that is no sentence; true where it was read.
+  // Reads a line that is not an NMEA sentence. True if it was used.
   virtual bool TakeLine(const std::string& /*line*/, Time /*recv*/) { return false; }
 
   void SetDate(Time device, Time recv) { clock_.SetDate(device, recv); }
-  // Counts what has no time.
+  // UTC of a time of day; counts sentences without a usable time as unstamped.
   std::optional<Time> Stamp(std::optional<Duration> time_of_day, Time recv);
 
  private:
@@ -44,7 +44,7 @@ class NmeaCodec : public NavCodec {
   bool needs_checksum_;
   DayClock clock_;
   LineStream lines_;
-  std::int64_t others_ = 0;  // sentences of types that are not read
+  std::int64_t others_ = 0;  // sentences of types that are not used
   std::set<std::string, std::less<>> other_types_;
   Counters line_counters_;
 };

@@ -6,9 +6,10 @@
 namespace seastitch {
 namespace {
 
-// An accuracy that its maker doubts.
+// Factor of sigma if the USBL system reports an error with a valid position.
 constexpr double kDoubtfulTimes = 3.0;
-// A fix further back than this is of a clock that was set, not late.
+// A fix older than the last one by more than this shows that the device's clock was set. A smaller
+// step back is a late fix.
 constexpr double kClockWasSetS = 60.0;
 
 bool IsMeasured(FixQuality quality) {
@@ -27,7 +28,7 @@ bool NmeaFixes::Take(const NmeaSentence& s, Time recv) {
     TakePsimssb(s, recv);
   } else if (s.type == "ZDA") {
     if (const auto device = DecodeZda(s)) SetDate(*device, recv);
-  } else if (s.type == "RMC") {  // the date alone: GGA says how good its position is
+  } else if (s.type == "RMC") {  // only the date: GGA also states the quality of the position
     const auto rmc = DecodeRmc(s);
     if (rmc && rmc->midnight && rmc->time_of_day) SetDate(*rmc->midnight + *rmc->time_of_day, recv);
     return false;
@@ -53,7 +54,7 @@ void NmeaFixes::TakePsimssb(const NmeaSentence& s, Time recv) {
   if (!found->position) return Count("not_absolute");
   if (params_.transponder.empty()) params_.transponder = found->transponder;
   if (found->transponder != params_.transponder) return Count("other_transponder");
-  // Its own estimate has no errors of mounting and of sound speed in it.
+  // The system's own accuracy excludes errors of mounting and sound speed.
   const double sigma_m = std::max(params_.sigma_m, found->accuracy_m.value_or(0.0));
   Fix(*found->position,
       found->error.empty() ? sigma_m : kDoubtfulTimes * sigma_m,

@@ -17,15 +17,15 @@ struct NmeaFixParams {
   std::string transponder{};
 };
 
-// Positions from outside: GGA of a GPS receiver at the surface; PSIMSSB or GGA of an acoustic
-// system. What a receiver estimated, was told or simulates is no measurement.
+// Position fixes: GGA of a GPS receiver at the surface; PSIMSSB or GGA of an acoustic system.
+// Positions that a receiver extrapolates, simulates, or takes from manual input are not used.
 class NmeaFixes : public NmeaCodec {
  public:
   explicit NmeaFixes(const NmeaFixParams& params);
 
-  // Counters: those of NmeaCodec; no_position (called void), not_measured, not_absolute (as seen
-  // from the ship), other_transponder, too_soon (repeated, or within interval_s),
-  // sentence_incomplete, unstamped.
+  // Counters: those of NmeaCodec; no_position (marked invalid), not_measured (extrapolated,
+  // simulated or manual), not_absolute (relative to the ship), other_transponder, too_soon
+  // (repeated, or within interval_s), sentence_incomplete, unstamped.
 
  private:
   bool Take(const NmeaSentence& sentence, Time recv) override;

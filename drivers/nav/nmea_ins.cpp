@@ -9,7 +9,7 @@ namespace seastitch {
 namespace {
 
 constexpr double kSilentS = 2.0;
-// Sentences of one epoch come one behind the other.
+// Longest time between sentences of one epoch [s].
 constexpr double kTogetherS = 1.0;
 constexpr char kSource[] = "nmea";
 
@@ -42,7 +42,8 @@ bool NmeaIns::Take(const NmeaSentence& s, Time recv) {
     TakeVtg(s, recv);
   } else if (type == "HDT" || type == "THS") {
     TakeHeading(s, recv);
-  } else if (type == "PASHR" && ParseNumber(s.Text(0))) {  // others of that name begin with letters
+    // other sentences named PASHR begin with a letter
+  } else if (type == "PASHR" && ParseNumber(s.Text(0))) {
     TakeAttitude(s, DecodePashr, recv);
   } else if (type == "PRDID") {
     TakeAttitude(s, DecodePrdid, recv);
@@ -77,7 +78,7 @@ void NmeaIns::TakeRmc(const NmeaSentence& s, Time recv) {
   if (!rmc) return Count("sentence_incomplete");
   if (rmc->midnight && rmc->time_of_day) SetDate(*rmc->midnight + *rmc->time_of_day, recv);
   SetVelocity(*rmc, recv);
-  if (last_gga_ && IsRecent(*last_gga_, recv, kSilentS)) return;  // which has the position too
+  if (last_gga_ && IsRecent(*last_gga_, recv, kSilentS)) return;  // GGA has the position, too
   if (!rmc->position) Count("no_position");
   NavigationSample sample;
   sample.status = rmc->position ? InsStatus::kAided : InsStatus::kInvalid;
@@ -93,7 +94,7 @@ void NmeaIns::TakeVtg(const NmeaSentence& s, Time recv) {
   SetVelocity(*vtg, recv);
 }
 
-// One that stands has no course.
+// Stores the velocity. Without speed, a missing course is accepted.
 void NmeaIns::SetVelocity(const NmeaCourse& course, Time recv) {
   if (!course.speed_mps || (!course.course_rad && *course.speed_mps > 0.0)) return;
   const double course_rad = course.course_rad.value_or(0.0);

@@ -13,22 +13,22 @@ struct NmeaInsParams {
   bool invert_pitch = false;  // its pitch is positive with the bow down
 };
 
-// An INS that speaks NMEA 0183, to navigation: position and height (GGA, else RMC), velocity over
-// ground (RMC, VTG), attitude (PASHR, PSXN, PRDID; of several the first that was heard, until it
-// is silent for 2 s; heading of HDT or THS where they give none), status (GGA, PSXN). Each sentence
-// is a sample of its own, as it comes.
+// An INS with NMEA 0183: position and height (GGA, else RMC), velocity over ground (RMC, VTG),
+// attitude (PASHR, PSXN or PRDID: the type that was received first, until it is silent for 2 s;
+// heading of HDT or THS if these give none), status (GGA, PSXN). Each sentence becomes a separate
+// sample.
 class NmeaIns : public NmeaCodec {
  public:
   explicit NmeaIns(const NmeaInsParams& params);
 
-  // Counters: those of NmeaCodec; sentence_incomplete (without what it is for), attitude_not_used
-  // (of another type than that in use), attitude_without_heading, heading_without_tilt (nothing
-  // else gives roll and pitch), no_position (called void), unstamped.
+  // Counters: those of NmeaCodec; sentence_incomplete (main fields missing), attitude_not_used (of
+  // another type than the one in use), attitude_without_heading, heading_without_tilt (no other
+  // sentence gives roll and pitch), no_position (marked invalid), unstamped.
 
  private:
   using Attitude183 = std::optional<NmeaAttitude> (*)(const NmeaSentence& sentence);
 
-  // False: of a type that is not read.
+  // False if the sentence's type is not used.
   bool Take(const NmeaSentence& sentence, Time recv) override;
   void TakeGga(const NmeaSentence& sentence, Time recv);
   void TakeRmc(const NmeaSentence& sentence, Time recv);
@@ -51,7 +51,7 @@ class NmeaIns : public NmeaCodec {
   std::optional<At<InsVelocity>> velocity_;
   std::optional<At<double>> heading_rad_;
   std::optional<At<std::string>> attitude_type_;
-  bool called_invalid_ = false;  // by PSXN,20
+  bool called_invalid_ = false;  // marked invalid by PSXN,20
 };
 
 }  // namespace seastitch

@@ -89,7 +89,7 @@ class CanBytes : public ByteSource {
   std::unique_ptr<CanSource> source_;
   CanErrors errors_;
   std::uint8_t seq_ = 0;
-  std::deque<StampedPacket> packets_;  // of what was read in one go
+  std::deque<StampedPacket> packets_;  // packets read in one call, not yet returned
 };
 
 }  // namespace

@@ -84,7 +84,7 @@ class CandumpSource : public CanSource {
   bool finished() const override { return finished_; }
   Counters counters() const override { return counters_; }
 
-  // The timer stays readable while more is due: it is only ever set again, never read.
+  // The timer is never read, only set again: it stays readable while more frames are due.
   std::vector<ReceivedFrame> Receive() override {
     std::vector<ReceivedFrame> frames;
     while (frames.size() < kMaxFramesPerCall) {
@@ -127,7 +127,7 @@ class CandumpSource : public CanSource {
     }
     const double due_s = ToSeconds(logged - *first_logged_) / speed_;
     const double wait_s = due_s - std::chrono::duration<double>(now - started_).count();
-    // A day: a log whose clock was set forward is not waited out for years.
+    // At most a day: after a step of the log's clock by years the wait stays finite.
     return Nanoseconds(static_cast<std::int64_t>(std::min(wait_s, 86'400.0) * 1e9));
   }
 

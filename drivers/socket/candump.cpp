@@ -7,7 +7,7 @@
 namespace seastitch {
 namespace {
 
-// Years up to 2242: microseconds stay far from the ends of int64.
+// Latest accepted second, in 2242: microseconds stay far from the limits of int64.
 constexpr std::int64_t kLatestSecond = 8'589'934'592;
 
 std::optional<int> HexDigit(char c) {
@@ -24,7 +24,7 @@ bool ReadNumber(std::string_view text, int base, T* value) {
   return error == std::errc() && stop == end && !text.empty();
 }
 
-// "1700000000.250000" or with nine digits.
+// Time from "1700000000.250000", or with nine digits after the point.
 std::optional<Time> ParseTime(std::string_view text) {
   const std::size_t dot = text.find('.');
   if (dot == std::string_view::npos) return std::nullopt;
@@ -47,7 +47,7 @@ bool ParseId(std::string_view text, CanFrame* frame) {
     return id <= 0x7FF;
   }
   if (text.size() != 8) return false;
-  // Eight digits: an extended id, or the class bits of an error frame under SocketCAN's flag.
+  // Eight digits: an extended id, or the class bits of an error frame with SocketCAN's error flag.
   const bool error = (id & kCanError) != 0;
   SetIdWord(error ? id : id | kCanExtended, frame);
   return id <= 0x3FFFFFFF;
@@ -84,13 +84,13 @@ bool ParseFd(std::string_view text, CanFrame* frame) {
   const std::optional<int> flags = text.empty() ? std::nullopt : HexDigit(text[0]);
   if (!flags) return false;
   frame->fd = true;
-  frame->fd_flags = static_cast<std::uint8_t>(*flags & 0x3);  // newer tools set 4 (FDF) as well
+  frame->fd_flags = static_cast<std::uint8_t>(*flags & 0x3);  // newer tools also set bit 2 (FDF)
   return ParseBytes(text.substr(1), 64, frame) && IsFdLength(frame->length);
 }
 
 bool ParseClassic(std::string_view text, CanFrame* frame) {
   if (const std::size_t mark = text.find('_'); mark != std::string_view::npos) {
-    // "_9" to "_F": a length code above 8 that still carries 8 bytes.
+    // "_9" to "_F": a length code above 8; such a frame still carries 8 bytes.
     const std::optional<int> code =
         mark + 2 == text.size() ? HexDigit(text[mark + 1]) : std::nullopt;
     if (!code || *code < 9) return false;
@@ -108,7 +108,7 @@ bool ParseFrame(std::string_view text, CanFrame* frame) {
   return ParseClassic(body, frame);
 }
 
-// Takes the first word off the text.
+// Takes the first word from the text.
 std::string_view TakeWord(std::string_view* text) {
   const std::size_t begin = std::min(text->find_first_not_of(' '), text->size());
   const std::size_t end = std::min(text->find(' ', begin), text->size());

@@ -42,7 +42,7 @@ bool PatientSocket::TryToOpen() {
 
 void PatientSocket::Lose(const std::string& why) {
   trouble_ = why;
-  socket_ = FileDescriptor();  // closing takes it out of the epoll
+  socket_ = FileDescriptor();  // closing also removes it from the epoll
   SetTimer(true);
   if (logs_) spdlog::warn("{}: {}; trying again every second", name_, why);
 }

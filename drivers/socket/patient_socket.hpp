@@ -8,30 +8,30 @@
 
 namespace seastitch {
 
-// Why a socket cannot be had now, though perhaps later.
+// Reason why a socket cannot be opened now, but perhaps later.
 class NotYet : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-// A socket whose interface may be missing or whose port may be taken: opened as soon as it can be,
-// tried every second, and again after it was lost.
+// A socket whose interface may be missing, or whose port may be in use. It is opened as soon as
+// possible, with a try every second, and opened again after it was lost.
 class PatientSocket {
  public:
-  // open: gives the socket; throws NotYet, or anything else where waiting is no use. name: for
-  // people. logs: what becomes of it; else its owner does.
+  // open: opens the socket; throws NotYet, or anything else if waiting is useless. name: for
+  // people. logs: writes log lines; otherwise its owner does.
   using Open = std::function<FileDescriptor()>;
   PatientSocket(std::string name, Open open, bool logs = true);
 
-  // Readable when the socket is, or when it is time to try again: call TryToOpen() first then.
+  // Readable when the socket is, or when it is time for another try: call TryToOpen() first then.
   int fd() const { return poll_.get(); }
-  // True where it just opened a socket that was not to be had before.
+  // True if this call opened the socket.
   bool TryToOpen();
   bool is_open() const { return static_cast<bool>(socket_); }
   int get() const { return socket_.get(); }
-  // The socket is of no use any more.
+  // Call it when the socket cannot be used any more.
   void Lose(const std::string& why);
-  // Why there is none; empty where there is one.
+  // Reason why there is no socket; empty if there is one.
   const std::string& trouble() const { return trouble_; }
 
  private:

@@ -28,7 +28,7 @@ sockaddr_in AddressOf(const SourceUrl& url) {
   const auto [host, port] = HostPortOf(url);
   addrinfo hints{};
   hints.ai_family = AF_INET;
-  hints.ai_socktype = SOCK_DGRAM;  // one answer an address
+  hints.ai_socktype = SOCK_DGRAM;  // one result per address
   addrinfo* found = nullptr;
   if (const int code = getaddrinfo(host.c_str(), nullptr, &hints, &found); code != 0)
     throw std::runtime_error(url.text + ": '" + host + "': " + gai_strerror(code));
@@ -43,13 +43,13 @@ int PrepareReceiving(const std::string& name, int fd, int receive_buffer_bytes) 
   const int on = 1;
   setsockopt(fd, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on);
   setsockopt(fd, SOL_SOCKET, SO_RXQ_OVFL, &on, sizeof on);
-  // With CAP_NET_ADMIN beyond net.core.rmem_max, else up to it.
+  // With CAP_NET_ADMIN the size may exceed net.core.rmem_max.
   if (setsockopt(fd, SOL_SOCKET, SO_RCVBUFFORCE, &receive_buffer_bytes, sizeof(int)) != 0)
     setsockopt(fd, SOL_SOCKET, SO_RCVBUF, &receive_buffer_bytes, sizeof(int));
   int granted = 0;
   socklen_t size = sizeof granted;
   getsockopt(fd, SOL_SOCKET, SO_RCVBUF, &granted, &size);
-  granted /= 2;  // the kernel doubles what it was asked for, for its own bookkeeping
+  granted /= 2;  // the kernel reports twice the requested size, including its own bookkeeping
   if (granted < receive_buffer_bytes)
     spdlog::warn("{}: receive buffer is {} of {} bytes: raise net.core.rmem_max",
                  name,

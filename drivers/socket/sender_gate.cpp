@@ -27,7 +27,7 @@ std::string TextOf(std::uint32_t address) {
 }  // namespace
 
 SenderGate::SenderGate(const std::string& allowed) {
-  std::istringstream texts(allowed + ",");  // so that an empty last one is seen too
+  std::istringstream texts(allowed + ",");  // the comma makes an empty last entry visible
   for (std::string text; std::getline(texts, text, ',');) allowed_.insert(AddressOf(text));
 }
 
@@ -44,7 +44,7 @@ std::string SenderGate::refusal() const {
 }
 
 bool SenderGate::IsItsTurn(std::uint32_t address, Time recv) const {
-  // Either way: a clock that was set back must not shut the sender out.
+  // abs(): after a step back of the clock the sender must not be refused.
   const bool silent = std::chrono::abs(recv - understood_at_) >= kSilence;
   return understood_ == kNobody || understood_ == address || silent;
 }

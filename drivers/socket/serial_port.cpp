@@ -15,7 +15,7 @@
 namespace seastitch {
 namespace {
 
-constexpr double kBitsPerByte = 10.0;  // with start and stop
+constexpr double kBitsPerByte = 10.0;  // with start and stop bit
 
 speed_t SpeedOf(int baud) {
   constexpr std::pair<int, speed_t> kSpeeds[] = {{1200, B1200},
@@ -52,7 +52,7 @@ FileDescriptor SerialPort::Open() const {
   cfmakeraw(&settings);
   settings.c_cflag |= CLOCAL | CREAD;
   settings.c_cflag &= ~static_cast<tcflag_t>(CSTOPB | CRTSCTS);
-  settings.c_cc[VMIN] = 1;  // no byte is EAGAIN, and zero bytes the end of the port
+  settings.c_cc[VMIN] = 1;  // read() gives EAGAIN without data, and 0 if the port is gone
   settings.c_cc[VTIME] = 0;
   cfsetispeed(&settings, SpeedOf(baud_));
   cfsetospeed(&settings, SpeedOf(baud_));

@@ -17,7 +17,7 @@
 namespace seastitch {
 namespace {
 
-constexpr std::size_t kMaxFramesPerCall = 256;  // the loop has other things to do, too
+constexpr std::size_t kMaxFramesPerCall = 256;  // limit, so that the event loop can do other work
 
 std::runtime_error Problem(const std::string& interface, const std::string& reason) {
   return std::runtime_error("can:" + interface + ": " + reason);
@@ -32,7 +32,7 @@ std::vector<can_filter> KernelFilters(const std::vector<CanFilter>& filters) {
   return kernel;
 }
 
-// Nothing where the kernel's structure makes no sense.
+// The frame; nothing if the kernel's structure has an impossible size.
 std::optional<CanFrame> ToFrame(Bytes raw) {
   if (raw.size() != CAN_MTU && raw.size() != CANFD_MTU) return std::nullopt;
   canfd_frame in{};
@@ -63,7 +63,7 @@ FileDescriptor SocketCanSource::Open() {
   if (!fd) throw NotYet(std::string("no socket: ") + std::strerror(errno));
   const unsigned index = if_nametoindex(interface_.c_str());
   if (index == 0) throw NotYet("no such interface");
-  // Before bind(), so that nothing that is not wanted ever waits in the buffer.
+  // Before bind(), so that frames that are not wanted never fill the buffer.
   const std::vector<can_filter> filters = KernelFilters(filters_);
   setsockopt(fd.get(),
              SOL_CAN_RAW,

@@ -12,9 +12,10 @@
 namespace seastitch {
 namespace {
 
-constexpr int kMostChecks = 3;  // a device on the vehicle's network answers in milliseconds
+// TCP keep-alive probes; a device on the vehicle's network answers within milliseconds
+constexpr int kMostChecks = 3;
 
-// A device whose power was cut does not say so: it is asked after seconds of silence.
+// A device that loses power does not close its connection: TCP probes it after seconds of silence.
 void KeepAlive(int fd) {
   const auto set = [fd](int level, int option, int value) {
     setsockopt(fd, level, option, &value, sizeof value);

@@ -13,8 +13,8 @@
 
 namespace seastitch {
 
-// Reads from a device that serves its data over TCP. One that is not there yet, refuses, closes the
-// connection or falls off the network is connected to again, every second.
+// Reads from a device that serves its data over TCP. While there is no connection (device off,
+// connection refused, closed or lost), it tries to connect every second.
 class TcpSocket {
  public:
   // "tcp:HOST:PORT". Throws std::runtime_error "URL: reason".
@@ -23,11 +23,12 @@ class TcpSocket {
   TcpSocket& operator=(const TcpSocket&) = delete;
 
   int fd() const { return socket_.fd(); }
-  // Takes what waits, cut wherever the network cut it; false where nothing does.
+  // Takes the bytes that were received; the network may cut a message anywhere. False if there are
+  // none.
   bool Receive(Datagram* piece);
-  // Gives up a connection that nobody answers. Call it once a second.
+  // Ends a connection whose other side does not answer. Call it once a second.
   void Check();
-  // Why nothing can come, for people; empty while it is connected.
+  // Why no data can come, for people; empty while connected.
   const std::string& trouble() const { return trouble_; }
 
   // tcp_connections (made so far), tcp_lost (of these).

@@ -23,13 +23,13 @@ NotYet SystemProblem(const char* what) {
   return NotYet(std::string(what) + ": " + std::strerror(errno));
 }
 
-// interface: its index; 0: the kernel chooses.
+// interface: its index; 0 lets the kernel choose.
 void Join(int fd, in_addr group, unsigned interface) {
   ip_mreqn request{};
   request.imr_multiaddr = group;
   request.imr_ifindex = static_cast<int>(interface);
   const int off = 0;
-  // Only our own group, not those that other processes joined on the same port.
+  // Receives only the group joined here, not groups that other processes joined on the same port.
   setsockopt(fd, IPPROTO_IP, IP_MULTICAST_ALL, &off, sizeof off);
   if (setsockopt(fd, IPPROTO_IP, IP_ADD_MEMBERSHIP, &request, sizeof request) != 0)
     throw SystemProblem("cannot join the group");

@@ -9,13 +9,14 @@
 namespace seastitch {
 namespace {
 
-// Between knots so far apart the sonar's motion is taken as even: the sharpest roll a vehicle does
-// (100 deg/s2) strays from that by a thousandth of a degree.
+// Time between knots [s]; between them the sonar's motion is interpolated. At the strongest roll
+// acceleration of a vehicle (100 deg/s2) the error is a thousandth of a degree.
 constexpr double kKnotS = 0.01;
-constexpr int kMaxKnots = 200;  // whatever time an echo claims
-// Roundoff of the sonar's own float angles, beyond which two cones miss each other.
+constexpr int kMaxKnots = 200;  // limit, for implausible travel times
+// Rounding tolerance of the sonar's float angles. Beyond it the two cones do not intersect.
 constexpr double kConeSlack = 1e-9;
-// Speed that rises on the way takes rays deeper than straight ones: by 5 % at the very most.
+// Limit of the ratio of a ray's depth to that of a straight ray: sound speed that rises along the
+// path bends rays down by at most 5 %.
 constexpr double kDeeper = 1.05;
 
 bool IsUsable(const MbesBeam& beam) {
@@ -23,7 +24,8 @@ bool IsUsable(const MbesBeam& beam) {
          std::abs(beam.tx_tilt_rad) < kPi / 2.0;
 }
 
-// An array's place and its axis in the map: forward of the transmitter, starboard of the receiver.
+// Position of an array in the map, and its axis: forward for the transmitter, starboard for the
+// receiver.
 struct ArrayState {
   Eigen::Vector3d p_map = Eigen::Vector3d::Zero();
   Eigen::Vector3d axis = Eigen::Vector3d::Zero();
@@ -31,11 +33,12 @@ struct ArrayState {
 
 ArrayState Between(const ArrayState& a, const ArrayState& b, double w) {
   const Eigen::Vector3d axis = a.axis + w * (b.axis - a.axis);
-  // 1 / sqrt(n) = (3 - n) / 2 near 1: knots are a few degrees apart at most.
+  // Normalised with 1 / sqrt(n) = (3 - n) / 2, valid near 1: axes at neighbouring knots differ by a
+  // few degrees at most.
   return {a.p_map + w * (b.p_map - a.p_map), 0.5 * (3.0 - axis.squaredNorm()) * axis};
 }
 
-// Both arrays at any time of one ping.
+// Position and axis of both arrays at any time of one ping.
 class SonarMotion {
  public:
   static std::optional<SonarMotion> Make(Time start,
@@ -50,8 +53,7 @@ class SonarMotion {
     motion.step_s_ = std::max(span_s, 1e-6) / steps;
     motion.knots_.reserve(static_cast<std::size_t>(steps) + 1);
     for (int i = 0; i <= steps; ++i) {
-      // The last knot is rounded down: the caller may have poses up to the last echo and no
-      // further.
+      // The last knot is rounded down: the caller may not have poses after the last echo.
       const double at_s = std::floor(i * motion.step_s_ * 1e6) * 1e-6;
       const auto T_map_vehicle = T_map_vehicle_at(start + FromSeconds(at_s));
       if (!T_map_vehicle) return std::nullopt;
@@ -107,15 +109,15 @@ struct Sector {
   }
 };
 
-// A beam as one ray, to the echo and no further, from midway between transmitter and receiver.
+// A beam as one ray, from midway between transmitter and receiver to the echo.
 struct Launch {
   int beam;
   Eigen::Vector3d start;
-  Eigen::Vector3d echo;  // from the start, had the water one speed
+  Eigen::Vector3d echo;  // relative to start, for a constant sound speed
   double range_m;
 };
 
-// From the first pulse to the last echo.
+// Time from the first pulse to the last echo [s].
 double ListeningTime(const MbesPing& ping) {
   double span_s = 0.0;
   for (const MbesBeam& beam : ping.beams)
@@ -124,7 +126,7 @@ double ListeningTime(const MbesPing& ping) {
   return span_s;
 }
 
-// Nothing where the beam's cones and its travel time do not meet.
+// A beam's ray; nothing if its two cones and its travel time have no common point.
 std::optional<Launch> LaunchOf(const MbesBeam& beam,
                                int number,
                                const Sector& sector,
@@ -143,7 +145,7 @@ std::optional<Launch> LaunchOf(const MbesBeam& beam,
   return Launch{number, sector.tx.p_map + half_baseline, *echo, echo->norm()};
 }
 
-// Every beam that can be one, as a ray; the others are counted.
+// The rays of all usable beams; the others are counted.
 std::vector<Launch> LaunchesOf(const MbesPing& ping,
                                const SonarMotion& sonar,
                                double speed_mps,
@@ -169,7 +171,7 @@ std::vector<Launch> LaunchesOf(const MbesPing& ping,
   return launches;
 }
 
-// Where the ray meets the seabed. Nothing where it turns up before.
+// The point where the ray meets the seabed. Nothing if the ray turns upward before.
 std::optional<Eigen::Vector3d> Follow(const Launch& launch, double speed_mps, RayFan* fan) {
   const auto& [beam, start, echo, range_m] = launch;
   const double straight_m = echo.head<2>().norm();
@@ -184,8 +186,8 @@ std::optional<Eigen::Vector3d> Follow(const Launch& launch, double speed_mps, Ra
 // With x from the middle to the echo, f the half baseline, a the half path and e = x . f / a, the
 // distances from transmitter and receiver are a + e and a - e. So the cones are planes,
 //   x . tx_axis = sin_tilt (a + e) - f . tx_axis,  x . rx_axis = sin_angle (a - e) + f . rx_axis,
-// and the ellipsoid is |x|^2 = a^2 - f^2 + e^2. Solved for x with e known, then for e again: each
-// time leaves |f| / a of the error before.
+// and the ellipsoid is |x|^2 = a^2 - f^2 + e^2. Solved iteratively: x for given e, then e again.
+// Each round reduces the error by the factor |f| / a.
 std::optional<Eigen::Vector3d> EchoFromMidway(const Detection& detection) {
   constexpr int kRounds = 3;
   const auto& [tx, rx, sin_tilt, sin_angle, f, a] = detection;
@@ -245,8 +247,8 @@ std::optional<GeoreferencedPing> Georeference(const MbesPing& ping,
   double deepest_m = start_depth_m;
   for (const Launch& launch : launches)
     deepest_m = std::max(deepest_m, start_depth_m + kDeeper * launch.echo.z());
-  // One fan for the ping: the water is taken to heave with the sonar while it listens, by
-  // centimetres.
+  // One fan for the whole ping: the sonar's heave while it listens, some centimetres, is taken as
+  // heave of the water.
   RayFan fan(rays, start_depth_m, speed_mps, deepest_m);
   result.soundings.reserve(launches.size());
   for (const Launch& launch : launches) {

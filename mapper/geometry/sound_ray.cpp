@@ -12,8 +12,8 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// ln(1 + x) / x and (e^x - 1) / x, whole at x = 0: with these the arcs become straight lines
-// without a case of their own. The series end below 1e-16 of the value.
+// ln(1 + x) / x and (e^x - 1) / x, continuous at x = 0: with these, arcs become straight lines
+// without a separate case. The terms left out of the series are below 1e-16 of the value.
 double Log1pOverX(double x) {
   return std::abs(x) < 1e-5 ? 1.0 - x * (0.5 - x / 3.0) : std::log1p(x) / x;
 }
@@ -23,13 +23,14 @@ double Expm1OverX(double x) {
                     x * (1.0 / 6.0 + x * (1.0 / 24.0 + x * (1.0 / 120.0 + x * (1.0 / 720.0)))));
 }
 
-// Depth h further down in a layer of speed c0 + g h, for a ray of Snell's constant p whose cosines
-// off the vertical are cos0 and cos1. From x = (cos0 - cos1) / (p g), free of the division by g.
+// Horizontal distance of a ray over depth h in a layer with speed c0 + g h. p: Snell's constant;
+// cos0, cos1: cosines of the angle from the vertical. It is (cos0 - cos1) / (p g), rewritten
+// without the division by g.
 double Horizontal(double p, double g, double h, double c0, double cos0, double cos1) {
   return p * h * (2.0 * c0 + g * h) / (cos0 + cos1);
 }
 
-// From t = ln((c1 / c0) (1 + cos0) / (1 + cos1)) / g, the same way.
+// Travel time: ln((c1 / c0) (1 + cos0) / (1 + cos1)) / g, rewritten in the same way.
 double TravelTime(double p, double g, double h, double c0, double cos0, double cos1) {
   const double speed_part = h / c0;
   const double angle_part = p * p * h * (2.0 * c0 + g * h) / ((cos0 + cos1) * (1.0 + cos1));
@@ -37,7 +38,7 @@ double TravelTime(double p, double g, double h, double c0, double cos0, double c
   return k * Log1pOverX(g * k);
 }
 
-// The last left_s of a ray, in a layer that does not end before. Nothing past the turning point.
+// End of a ray that travels left_s inside one layer. Nothing if it passes its turning point.
 // tan(angle / 2) grows as e^(g t); q is its square.
 std::optional<RayEnd> WithinLayer(double p, double g, double left_s, double c0, double cos0) {
   const double increase = Expm1OverX(g * left_s);
@@ -138,7 +139,8 @@ std::optional<RayEnd> RayTracer::Trace(double start_depth_m,
 
 namespace {
 
-// Largest 2 tan^2(angle) (c - mean) / mean at which the terms left out stay below 3e-6 of the way.
+// Largest 2 tan^2(angle) (c - mean) / mean for which the terms left out are below 3e-6 of the
+// distance.
 constexpr double kMaxExpansion = 0.2;
 
 template <class Series>
@@ -190,7 +192,7 @@ void RayFan::AddMoments() {
     const double to = deviation(layers_[i]);
     const double h = layers_[i].top_m - layers_[i - 1].top_m;
     spread_ = std::max(spread_, std::abs(to));
-    // Mean of x^n over from..to is (to^n + to^(n-1) from + ... + from^n) / (n + 1).
+    // The mean of x^n over from..to is (to^n + to^(n-1) from + ... + from^n) / (n + 1).
     double sum_of_products = 1.0;
     double power = 1.0;
     for (std::size_t n = 0; n < kTerms; ++n) {
@@ -215,8 +217,8 @@ std::optional<RayEnd> RayFan::Trace(double sin_launch, double cos_launch, double
   const double tan2 = sin_mean * sin_mean / cos2_mean;
   if (!(cos2_mean > 0.0 && 2.0 * tan2 * spread_ <= kMaxExpansion)) return exactly();
 
-  // With c = mean (1 + x): 1 / sqrt(1 - p^2 c^2) = (a0 + a1 x + a2 x^2 + ...) / cos_mean. Time goes
-  // with that over c, distance with it times p c.
+  // With c = mean (1 + x): 1 / sqrt(1 - p^2 c^2) = (a0 + a1 x + a2 x^2 + ...) / cos_mean. Time is
+  // the integral of this over c, distance that of this times p c.
   Series time;
   Series distance;
   double before = 0.0;
@@ -239,7 +241,8 @@ std::optional<RayEnd> RayFan::Trace(double sin_launch, double cos_launch, double
   const double sin0 = p * layer.speed_top_mps;
   const double cos0 = std::sqrt(1.0 - sin0 * sin0);
   const auto end = WithinLayer(p, layer.gradient_per_s, left_s, layer.speed_top_mps, cos0);
-  // Within roundoff of the layer's end is in it; beyond the last layer of the fan is not.
+  // Positions within rounding of the layer's end count as inside it. Beyond the last layer of the
+  // fan the ray is traced exactly.
   if (!end || layer.top_m + end->down_m > layer.bottom_m + 1e-6) return exactly();
   const double to_layer_m = sin_mean / cos_mean * Dot(distance, layer.moments);
   return RayEnd{to_layer_m + end->horizontal_m, layer.top_m + end->down_m};

@@ -9,18 +9,19 @@
 namespace seastitch {
 namespace {
 
-// Increments have no bias that was forgotten: they are held to more than the gate's sigmas.
+// Factor of the gate for increments: their bias has not been forgotten in the model, so that they
+// are held to more sigmas.
 constexpr double kIncrementGate = 1.5;
 constexpr double kQuietS = 5.0;
-// A device whose samples are further apart than this is not compared with the gyros.
+// Longest time between two samples of the device that are compared with the gyros [s].
 constexpr double kMaxIncrementS = 2.5;
-// A vehicle that turns by less keeps its attitude, whatever a device says that does not move.
+// Turn of the vehicle above which a device that repeats its attitude counts as frozen.
 constexpr double kFrozenRad = Deg2Rad(1.0);
-// Steps of the heading below this are left to the gate.
+// Smallest step of the heading that is treated as a step; smaller ones are left to the gate.
 constexpr double kMinStepRad = Deg2Rad(1.0);
-// A step back leaves so much of it at most.
+// Largest remainder of a step that was taken back, relative to the step.
 constexpr double kSteppedBack = 0.2;
-// A device that has just said that it is aligned may step.
+// Time after the device reports that it is aligned, during which it may step [s].
 constexpr double kAfterAlignmentS = 5.0;
 
 using HeadingHypothesis = ErrorStateFilter::HeadingHypothesis;
@@ -77,7 +78,7 @@ InertialRates AttitudeAiding::Sound(Time t, const InertialRates& measured) const
           measured.specific_force_mps2};
 }
 
-// How fast the device turns, over as long as makes its noise small beside a turn.
+// Turn rate of the device, measured over a time in which its noise is small compared with a turn.
 void AttitudeAiding::LearnRate(Time t, const AttitudeEvent& attitude) {
   const double dt_s = rate_from_ ? ToSeconds(t - rate_from_->time) : kMaxIncrementS + 1.0;
   if (dt_s < params_.attitude_interval_s - 1e-6) return;
@@ -94,7 +95,7 @@ void AttitudeAiding::LearnStamps(Time t, const AttitudeEvent& attitude) {
   });
 }
 
-// The device's turn from one sample to the next against that of the gyros so much earlier.
+// Compares the device's turn between two samples with that of the gyros, for a range of delays.
 void AttitudeAiding::LearnFrom(const Stamped<Eigen::Quaterniond>& from,
                                const Stamped<Eigen::Quaterniond>& to,
                                double share) {
@@ -184,7 +185,8 @@ void AttitudeAiding::Compare(Time t, const AttitudeEvent& attitude) {
   Anchor(t, &attitude);
 }
 
-// What the device scatters by, and the gyros drift, from one sample to the next.
+// Sigma of the difference between device and gyros over dt_s: the device's noise and the gyros'
+// drift.
 double AttitudeAiding::IncrementSigma(double dt_s, double turned_rad, double share) const {
   const double white = params_.attitude_white_rad.maxCoeff();
   const double gyro = params_.gyro_noise_radps_rthz * std::sqrt(dt_s) +
@@ -198,7 +200,7 @@ double AttitudeAiding::IncrementSigma(double dt_s, double turned_rad, double sha
   return std::sqrt(2.0 * white * white + drifts / share);
 }
 
-// False: not a step of the heading that matters.
+// Handles a step of the heading; false if it is too small to be one.
 bool AttitudeAiding::Step(Time t, const AttitudeEvent& attitude) {
   const double step_rad = filter_->HeadingResidual(attitude.q_map_imu);
   const double seen_rad = watch_.step()->z();
@@ -220,8 +222,9 @@ bool AttitudeAiding::Step(Time t, const AttitudeEvent& attitude) {
   return true;
 }
 
-// A device that is back where it was by one hypothesis of the heading shows that this is right:
-// that it was wrong only in between is likelier than that it was wrong before and is again.
+// True if a second step takes the device back to one of the two hypotheses of the heading. This
+// hypothesis is then taken as right: a device that was wrong only in between is more likely than
+// one that was wrong before and is wrong again.
 bool AttitudeAiding::StepsBack(double step_rad) {
   const double doubt_rad = filter_->heading_doubt_rad();
   const double back_rad = kSteppedBack * std::abs(doubt_rad);
@@ -235,8 +238,8 @@ bool AttitudeAiding::StepsBack(double step_rad) {
   return true;
 }
 
-// What was wrong since the device and the filter last agreed has moved the position sideways by
-// half the difference times the way, at most.
+// Takes the attitude of the device. Since the last agreement of device and filter, the error moved
+// the position sideways by at most half the difference times the distance.
 void AttitudeAiding::Take(Time t, const AttitudeEvent& attitude) {
   const double off_rad = filter_->AttitudeResidual(attitude.q_map_imu).norm();
   const double way_m = filter_->state().v_map_mps.head<2>().norm() * ToSeconds(t - agreed_);

@@ -7,10 +7,10 @@
 namespace seastitch {
 namespace {
 
-// A fix that is better than its neighbour by more than this is worth having beside it, and one that
-// is worse by more adds nothing to it.
+// Ratio of sigmas. A fix whose sigma is smaller by this is kept beside its neighbour; one whose
+// sigma is larger by it adds nothing.
 constexpr double kBetter = 0.7;
-// Of a group: 10 s of a receiver at 10 Hz.
+// Limit of fixes in a group: 10 s of a receiver at 10 Hz.
 constexpr std::size_t kMostOfGroup = 100;
 
 double SigmaOf(const Eigen::Matrix2d& covariance_m2) { return std::sqrt(covariance_m2.trace()); }

@@ -14,24 +14,25 @@
 
 namespace seastitch {
 
-// Position fixes in groups: those of one source within fix_interval_s of the first have errors
-// alike, so that all together say as much as one of them. A fix that is better than its neighbours
-// by far is a group of its own.
+// Position fixes in groups. Fixes of one source within fix_interval_s of the first have similar
+// errors, so that a group counts as one fix. A fix that is much better than its neighbours begins a
+// group of its own.
 class FixKeeper {
  public:
   using Counters = std::map<std::string, std::int64_t>;
   FixKeeper(const NavigationParams& params, Counters* counters)
       : params_(params), counters_(counters) {}
 
-  // For a filter that takes each at once. False, and counted as thinned: not the first of a group.
+  // For a filter that uses each fix at once. False for all but the first of a group, which are
+  // counted as thinned.
   bool Passes(Time t, const FixEvent& fix);
-  // For the graph, at any age up to window_s and in any order. All but the first of a group are
-  // counted as thinned: as long as the group waits, it stands where the median of its fixes is,
-  // each carried to the first by dead reckoning; its covariance stays that of the first.
+  // For the graph; fixes of any age up to window_s and in any order. All but the first of a group
+  // are counted as thinned. While the group waits, its position is the median of its fixes, each
+  // carried to the time of the first by dead reckoning. Its covariance remains that of the first.
   void Keep(Time t, const FixEvent& fix, const Eigen::Vector2d& dead_reckoned_m);
-  // In order of time.
+  // The fixes that wait, in order of time.
   std::vector<MapFix> Waiting() const;
-  // Those up to `until`, each once.
+  // Takes the fixes up to `until`; each is returned once.
   std::vector<MapFix> Take(Time until);
 
   template <class Archive, class Self>
@@ -41,7 +42,7 @@ class FixKeeper {
 
  private:
   struct Group {
-    Time time;  // of its first
+    Time time;  // of its first fix
     std::string source;
     Eigen::Matrix2d covariance_m2;
     Eigen::Vector2d dead_reckoned_m;

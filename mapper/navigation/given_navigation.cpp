@@ -12,22 +12,23 @@
 namespace seastitch {
 namespace {
 
-// Attitude and depth are not known between samples further apart than this.
+// Longest time between samples over which attitude and depth are interpolated [s].
 constexpr double kMaxGapS = 1.0;
-constexpr std::size_t kMaxWaiting = 20'000;  // positions without attitude
+constexpr std::size_t kMaxWaiting = 20'000;  // positions that wait for an attitude
 constexpr double kMaxFromDatumM = 200'000.0;
-// Kept over a restart: all of so long, and of the way before it a place so often.
+// State kept over a restart: everything of the last kRememberedS; before that, one position per
+// kWayStepS.
 constexpr double kRememberedS = 3.0;
 constexpr double kWayStepS = 1.0;
-// Pieces of the way of which a relative covariance is the sum.
+// Number of pieces of the track in the sum for a relative covariance.
 constexpr int kPieces = 24;
-// What nobody states: the depth and the level of an INS, 1 sigma.
+// Assumed sigmas for values without a stated one: depth, and roll and pitch, of an INS.
 constexpr double kDepthSigmaM = 0.1;
 constexpr double kLevelSigmaRad = Deg2Rad(0.05);
 const Eigen::Vector2d kUnknownVelocity =
     Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
 
-// The first item after t.
+// Iterator to the first item after t.
 template <class T>
 auto After(const std::deque<T>& items, Time t) {
   return std::upper_bound(
@@ -39,7 +40,7 @@ void TrimTo(Time oldest, std::deque<T>* items) {
   while (items->size() > 2 && (*items)[1].time < oldest) items->pop_front();
 }
 
-// What is at `since` and from `recent` on, and between them an item each `every_s`; 0: none.
+// Keeps the items around `since`, all from `recent` on, and between them one per every_s (0: none).
 template <class T>
 std::deque<T> Thinned(const std::deque<T>& items,
                       std::optional<Time> since,
@@ -95,7 +96,7 @@ void GivenNavigation::Add(const DepthSample& sample) {
   AddDepth(sample.time, sample.depth_m, vehicle_.p_vehicle_depth_m);
 }
 
-// A fix from elsewhere is for the graph: the INS has its own way with it.
+// Position fixes of other sensors go to the graph: the INS uses fixes by itself.
 void GivenNavigation::Add(const PositionFix& fix) {
   double east = 0.0, north = 0.0, up = 0.0;
   to_map_->Forward(Rad2Deg(fix.latitude_rad), Rad2Deg(fix.longitude_rad), 0.0, east, north, up);
@@ -151,7 +152,7 @@ void GivenNavigation::Finish() {
   Proceed(true);
 }
 
-// Positions go from the INS to the vehicle, their jumps are found, and they become places.
+// Converts positions of the INS to the vehicle's, finds their jumps, and stores them as places.
 void GivenNavigation::Proceed(bool finish) {
   if (attitudes_.empty()) return;
   const Eigen::Vector3d lever_m = vehicle_.T_vehicle_imu.translation();
@@ -192,7 +193,7 @@ void GivenNavigation::AddPlace(const JumpFinder::Steady& steady) {
   if (steady.v_mps) place.v_map_mps = *steady.v_mps;
   if (!first_) first_ = place;
   places_.push_back(place);
-  // On a random walk of this length the error has become another.
+  // After this distance the error of the random walk has become independent.
   const double walk = params_.random_walk_m_per_rtm;
   const double renewed_m = 2.0 * place.sigma_m * place.sigma_m / std::max(walk * walk, 1e-9);
   const bool known_anew = params_.uses_position_fixes && place.way_m - fixed_way_m_ > renewed_m;
@@ -275,7 +276,7 @@ std::optional<GivenNavigation::Place> GivenNavigation::PlaceAt(Time t) const {
   return place;
 }
 
-// Held backwards, by the velocity of the first two.
+// Extrapolates to a time before the first position, with the velocity of the first two.
 std::optional<GivenNavigation::Place> GivenNavigation::BeforeFirst(Time t) const {
   if (places_.empty() || places_.front().time != first_->time) return std::nullopt;
   Place place = places_.front();
@@ -319,7 +320,7 @@ std::optional<NavState> GivenNavigation::StateAt(Time t) const {
   const double level2 = kLevelSigmaRad * kLevelSigmaRad;
   state.covariance.diagonal() << position2, position2, kDepthSigmaM * kDepthSigmaM, level2, level2,
       heading2;
-  state.bottom_lock = true;  // of its INS nothing else is known
+  state.bottom_lock = true;  // unknown for an INS
   return state;
 }
 
@@ -363,7 +364,8 @@ double GivenNavigation::HeadingError::Covariance(Time s, Time t) const {
   return constant2 + wander2 * std::exp(-std::abs(ToSeconds(t - s)) / tau_s);
 }
 
-// What the sample states is divided as the data sheet's figures are.
+// A sigma stated by the sample is divided between the parts in the same ratio as the configured
+// one.
 GivenNavigation::HeadingError GivenNavigation::HeadingErrorAt(double own_sigma_rad) const {
   const GaussMarkov<double>& wander = params_.heading_wander_rad;
   const double sheet2 = params_.heading_rad * params_.heading_rad + wander.sigma * wander.sigma;
@@ -374,11 +376,12 @@ GivenNavigation::HeadingError GivenNavigation::HeadingErrorAt(double own_sigma_r
           wander.tau_s};
 }
 
-// With h the heading error, p the way and J a turn by a right angle, the error of b seen from a is,
-// in map axes,
-//   of dead reckoning  J sum (h(t_i) - h(a)) dp_i   of a track that is fixed  -J h(a) (p_b - p_a)
-//   heading            h(b) - h(a)
-// beside the errors of scale and of the random walk.
+// Relative covariance. With h the heading error, p the position and J a rotation by 90 degrees, the
+// error of b relative to a is, in map axes,
+//   position, by dead reckoning: J sum (h(t_i) - h(a)) dp_i
+//   position, with fixes:        -J h(a) (p_b - p_a)
+//   heading: h(b) - h(a)
+// plus the errors of scale and random walk.
 std::optional<Eigen::Matrix3d> GivenNavigation::RelativeCovariance(Time a, Time b) const {
   const auto at_a = PlaceAt(a);
   const auto at_b = PlaceAt(b);
@@ -387,7 +390,7 @@ std::optional<Eigen::Matrix3d> GivenNavigation::RelativeCovariance(Time a, Time 
   const HeadingError h = HeadingErrorAt(attitude_a->heading_sigma_rad);
   const Eigen::Vector2d d = at_b->p_map - at_a->p_map;
 
-  // Columns: what each heading in `times` does to (x, y, yaw).
+  // Columns: derivative of (x, y, yaw) by the heading error at each of `times`.
   std::vector<Time> times{a, b};
   Eigen::Matrix3Xd effect = Eigen::Matrix3Xd::Zero(3, kPieces + 2);
   effect.col(0) << -Turn90(d), -1.0;
@@ -397,7 +400,8 @@ std::optional<Eigen::Matrix3d> GivenNavigation::RelativeCovariance(Time a, Time 
     for (int i = 0; i < kPieces; ++i) {
       const auto part = [&](double w) { return a + FromSeconds(w / kPieces * ToSeconds(b - a)); };
       const auto to = i + 1 == kPieces ? at_b : PlaceAt(part(i + 1.0));
-      const Eigen::Vector2d p = to ? to->p_map : from;  // in a gap: all of its way comes after it
+      // in a gap all of the distance is counted at its end
+      const Eigen::Vector2d p = to ? to->p_map : from;
       times.push_back(part(i + 0.5));
       effect.col(i + 2) << Turn90(p - from), 0.0;
       from = p;

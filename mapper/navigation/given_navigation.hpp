@@ -26,37 +26,37 @@ class LocalCartesian;
 
 namespace seastitch {
 
-// What the data sheet of an INS says of the navigation that it gives.
+// Accuracy of an INS, from its data sheet.
 struct GivenNavigationParams {
-  // Of its heading, where the sample states no sigma: the part that stays, and the part that
-  // wanders.
+  // Heading error of samples without a sigma: a constant part and a wandering part.
   double heading_rad = Deg2Rad(0.2);
   GaussMarkov<double> heading_wander_rad{Deg2Rad(0.1), 600.0};
-  double distance_ratio = 1e-3;         // error of the distance travelled, over the distance
-  double random_walk_m_per_rtm = 0.02;  // of the position, each axis, per root of the way
-  double position_sigma_m = 3.0;        // where the sample states none
-  // It corrects its position all the time by GPS, USBL or beacons: its heading does not bend its
-  // track, and its position itself is known.
+  double distance_ratio = 1e-3;  // error of the distance travelled, over the distance
+  // random walk of the position, each axis, per root of the distance
+  double random_walk_m_per_rtm = 0.02;
+  double position_sigma_m = 3.0;  // for samples without a sigma
+  // True: GPS, USBL or beacons correct the INS all the time. Its heading error then does not bend
+  // its track, and its position is known.
   bool uses_position_fixes = false;
-  double min_jump_m = 0.3;  // a smaller jump of the position is taken for motion
+  double min_jump_m = 0.3;  // a smaller jump of the position counts as motion
 };
 
-// Navigation that an INS (or a file) has computed: poses as given, interpolated between samples.
-// Position, attitude and depth may come in samples of their own, each at its rate; depth from
-// `DEPTH` where the INS gives none. Attitude or depth is held over no gap, position by its velocity
-// for kHoldS, before the first as after the last.
+// Navigation that an INS (or a file) has computed: its poses, interpolated between samples.
+// Position, attitude and depth may be in separate samples, each with its own rate; depth is from
+// `DEPTH` if the INS gives none. Attitude and depth are not extrapolated over a gap; the position
+// is extrapolated by its velocity for kHoldS, before the first sample and after the last.
 //
-// Where the position jumps, the INS has taken a fix: the jump is taken out of the track, so that no
-// submap is torn, and the position after it is a fix for the graph. Of an INS that uses fixes all
-// the time the position itself is a fix wherever its error has become another.
+// A jump of the position means that the INS used a fix. The jump is removed from the track, so that
+// no submap is torn, and the position after it is a fix for the graph. For an INS that uses fixes
+// all the time, a position is a fix whenever its error has become independent of the last one.
 //
-// Relative covariance is that of the data sheet's figures, exactly for these error models: heading
-// error = constant + Gauss-Markov, along the way as it was.
+// Relative covariances are computed from the data sheet's accuracy, exactly for these error models
+// (heading error = constant + Gauss-Markov) and for the actual track.
 class GivenNavigation : public Navigation {
  public:
   static constexpr double kHoldS = 2.0;
 
-  // T_vehicle_imu of `vehicle` is where the INS stands.
+  // T_vehicle_imu of `vehicle` is the mounting of the INS.
   GivenNavigation(const GivenNavigationParams& params,
                   const NavigationParams& navigation,
                   const VehicleGeometry& vehicle);
@@ -72,20 +72,21 @@ class GivenNavigation : public Navigation {
 
   std::optional<Time> latest() const override;
   std::optional<NavState> StateAt(Time t) const override;
-  // The latest: what an INS gives comes late by nothing but the look for jumps.
+  // The latest state: the only delay is that of the search for jumps.
   std::optional<NavState> Predicted() const override;
   std::optional<Eigen::Matrix3d> RelativeCovariance(Time a, Time b) const override;
-  // What an INS gives it does not take back.
+  // An INS does not correct its past output.
   std::optional<Pose2> Hindsight(Time anchor, Time t) const override;
   std::vector<MapFix> WaitingFixes() const override;
   std::vector<MapFix> TakeFixes(Time until) override;
-  // Some 60 bytes a second since `since`. What follows becomes the same as without the restart, to
-  // the last bit; the way since `since`, by which errors grow, to a second's turn.
+  // About 60 bytes per second since `since`. After Restore() the results are the same, to the last
+  // bit, as without a restart; only the track since `since`, with which errors grow, has a
+  // resolution of a second.
   std::optional<std::vector<std::uint8_t>> Save(std::optional<Time> since) const override;
   bool Restore(Bytes saved) override;
   StartState start_state() const override;
   bool place_is_known() const override { return true; }
-  // An INS watches its own sensors.
+  // An INS monitors its own sensors.
   NavSensorHealth health(NavSensor) const override { return {}; }
   std::vector<SuspectedOffset> suspected_offsets() const override { return {}; }
   const std::map<std::string, std::int64_t>& counters() const override { return counters_; }
@@ -96,7 +97,7 @@ class GivenNavigation : public Navigation {
   struct Turned {
     Time time;
     Eigen::Quaterniond q_map_vehicle;
-    double heading_sigma_rad;  // 0: not given
+    double heading_sigma_rad;  // 0: not stated
 
     template <class Archive, class Self>
     static void Fields(Archive& archive, Self& self) {
@@ -115,10 +116,10 @@ class GivenNavigation : public Navigation {
   };
   struct Place {
     Time time;
-    Eigen::Vector2d p_map;      // of the vehicle, jumps taken out
-    Eigen::Vector2d v_map_mps;  // NaN: not known
-    double sigma_m;             // of what the INS gave
-    double way_m;               // since the start
+    Eigen::Vector2d p_map;      // of the vehicle, jumps removed
+    Eigen::Vector2d v_map_mps;  // NaN: unknown
+    double sigma_m;             // sigma of the INS's position
+    double way_m;               // distance since the start
     double jump_variance_m2;    // of all jumps since the start, each axis
 
     template <class Archive, class Self>
@@ -127,7 +128,7 @@ class GivenNavigation : public Navigation {
       archive(self.jump_variance_m2);
     }
   };
-  // Heading error of one INS: autocovariance over time.
+  // Heading error of an INS: autocovariance over time.
   struct HeadingError {
     double constant2;
     double wander2;
@@ -150,7 +151,7 @@ class GivenNavigation : public Navigation {
   std::optional<Place> BeforeFirst(Time t) const;
   HeadingError HeadingErrorAt(double own_sigma_rad) const;
 
-  // Of both ways over a restart.
+  // For saving and restoring over a restart.
   template <class Archive>
   static void History(Archive& archive,
                       Of<Archive, std::deque<Turned>>& attitudes,
@@ -175,15 +176,15 @@ class GivenNavigation : public Navigation {
 
   std::deque<Turned> attitudes_;
   std::deque<Sunk> depths_;
-  std::deque<JumpFinder::Position> positions_;  // of the INS, waiting for an attitude
+  std::deque<JumpFinder::Position> positions_;  // positions of the INS that wait for an attitude
   std::optional<Time> last_position_;
   JumpFinder jumps_;
   std::deque<Place> places_;
   std::optional<Place> first_;
-  double fixed_way_m_ = 0.0;  // way_m of the last fix given
+  double fixed_way_m_ = 0.0;  // way_m at the last fix for the graph
   struct Fix {
     MapFix fix;
-    Eigen::Vector3d p_vehicle_m;  // what it is of
+    Eigen::Vector3d p_vehicle_m;  // antenna or transponder
 
     template <class Archive, class Self>
     static void Fields(Archive& archive, Self& self) {

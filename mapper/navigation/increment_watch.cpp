@@ -7,7 +7,7 @@ namespace seastitch {
 void IncrementWatch::Add(Time t, const Eigen::Vector3d& difference, double sigma) {
   last_.push_back({difference, sigma});
   if (last_.size() > kWindow) last_.pop_front();
-  // A sensor that has stepped is in doubt itself, and no witness.
+  // After a step of the sensor itself, its differences are no evidence against the other sensor.
   if (!StepIsSure() && WindowDiffers()) {
     last_going_on_ = t;
     ForgetStep();
@@ -20,7 +20,7 @@ void IncrementWatch::Add(Time t, const Eigen::Vector3d& difference, double sigma
     ++since_step_;
 }
 
-// More than any one difference explains.
+// True if the window's differences deviate by more than any single one of them explains.
 bool IncrementWatch::WindowDiffers() const {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   double variance = 0.0;
@@ -44,7 +44,7 @@ void IncrementWatch::AddStep(Time t, const Difference& difference) {
   *step_ += difference.value;
   step_sigma_ = std::hypot(step_sigma_, difference.sigma);
   since_step_ = 0;
-  // Back where it was, but for what the sensor scatters by.
+  // A step counts as taken back if it is smaller than the noise or than this part of itself before.
   constexpr double kBack = 0.2;
   if (step_->norm() <= gate_ * step_sigma_ || step_->norm() <= kBack * before) step_.reset();
 }

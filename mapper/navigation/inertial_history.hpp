@@ -18,7 +18,7 @@ class InertialHistory {
 
   // Rates with biases removed, linear over the dt_s before t; in order of time.
   void Add(Time t, const InertialRates& from, const InertialRates& to, double dt_s);
-  // Call at a gap: what comes next does not continue what was before.
+  // Call at a gap: the next sample does not continue the last.
   void Clear() { moments_.clear(); }
 
   bool empty() const { return moments_.empty(); }

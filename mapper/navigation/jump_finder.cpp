@@ -11,15 +11,15 @@ namespace seastitch {
 namespace {
 
 constexpr std::size_t kWindow = 15;  // positions on either side
-constexpr double kWindowS = 5.0;     // and no further
+constexpr double kWindowS = 5.0;     // limit of the window's duration on either side
 constexpr std::size_t kFewest = 3;   // positions on either side
 constexpr double kGate = 6.0;        // sigmas: one in 70 million
-// Half of a jump lies between two positions: what slides is no jump.
+// Part of a jump that must lie between two positions; otherwise the positions slide.
 constexpr double kSharp = 0.5;
-// Of a vehicle under way: what it does between two positions is no jump.
+// Acceleration of a vehicle under way: a difference that it explains is not a jump.
 constexpr double kAccelerationMps2 = 0.5;
 constexpr std::size_t kNoiseSteps = 200;
-// Variance of a median of normal numbers over that of their mean.
+// Variance of a median divided by that of a mean, for normal noise.
 constexpr double kMedianVariance = 1.57;
 constexpr double kSigmaPerMedian = 1.0 / 0.6745;
 constexpr double kSigmaPerMedianStep = kSigmaPerMedian / 1.4142;
@@ -41,7 +41,7 @@ Eigen::Vector2d MeanOf(const Points& points) {
   return sum / static_cast<double>(points.size());
 }
 
-// Along both axes.
+// Appends the distances along both axes.
 void AddDistances(const Eigen::Vector2d& a, const Eigen::Vector2d& b, std::vector<double>* out) {
   out->insert(out->end(), {std::abs(a.x() - b.x()), std::abs(a.y() - b.y())});
 }
@@ -53,7 +53,7 @@ double SpreadOf(const Points& points) {
   return sum;
 }
 
-// a turned by the angle of b and scaled by its length; and the other way round.
+// Complex product (a rotated by the angle of b and scaled by its length), and quotient.
 Eigen::Vector2d Times(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
   return {a.x() * b.x() - a.y() * b.y(), a.x() * b.y() + a.y() * b.x()};
 }
@@ -61,7 +61,8 @@ Eigen::Vector2d Over(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
   return Times(a, {b.x(), -b.y()}) / b.squaredNorm();
 }
 
-// Velocities ahead and to starboard by pairs of positions `at`, with the way at 1 m/s to each.
+// Appends velocities (forward, starboard) from pairs of positions `at`. ahead: the positions of a
+// vehicle at 1 m/s.
 void AddVelocities(const Points& at, const Points& ahead, Points* velocities) {
   for (std::size_t i = 0; i < at.size(); ++i)
     for (std::size_t k = i + 1; k < at.size(); ++k)
@@ -152,7 +153,7 @@ JumpFinder::Window JumpFinder::Around() const {
   all.insert(all.end(), after.begin(), after.end());
   const bool by_velocity =
       std::all_of(all.begin() + 1, all.end(), [](const Entry* e) { return e->by_velocity; });
-  // A velocity errs too: what is left of the motion slides evenly.
+  // Velocities have errors, too: the rest of the motion is an even slide.
   const auto place = [&](const Entry& e) {
     return by_velocity ? e.residual_m : e.position.given_m;
   };
@@ -170,7 +171,8 @@ JumpFinder::Window JumpFinder::Around() const {
   for (std::size_t i = 0; i < before.size(); ++i) window.before_m[i] -= Times(v_mps, way_before[i]);
   for (std::size_t i = 0; i < after.size(); ++i) window.after_m[i] -= Times(v_mps, way_after[i]);
   if (before.empty()) return window;
-  // Of the two medians, and of the velocity over the way between the two.
+  // Variance of the difference of the medians, and of the velocity over the distance between both
+  // sides.
   window.variance =
       kMedianVariance *
       (1.0 / static_cast<double>(before.size()) + 1.0 / static_cast<double>(after.size()) +
@@ -188,7 +190,7 @@ std::optional<Eigen::Vector2d> JumpFinder::JumpIn(const Window& window, double n
   const Eigen::Vector2d jump = MedianOf(after) - MedianOf(before);
   if (jump.norm() <= std::max(min_jump_m, kGate * noise_m * std::sqrt(variance)))
     return std::nullopt;
-  // The sharpest step in sight is this one, and it is none of many.
+  // A jump must be the sharpest step in the window, not one of many similar ones.
   const Eigen::Vector2d direction = jump.normalized();
   const double here_m = direction.dot(after.front() - before.back());
   std::vector<double> others_m;
@@ -202,7 +204,8 @@ std::optional<Eigen::Vector2d> JumpFinder::JumpIn(const Window& window, double n
   return jump;
 }
 
-// What follows lies where what came before did, and this one lies off those next to it.
+// True if the positions after agree with those before, and this position differs from its
+// neighbours.
 bool JumpFinder::IsSpike(const Window& window, double noise_m) const {
   const auto& [before, after, min_jump_m, variance] = window;
   if (before.size() < kFewest || after.size() < kFewest + 1) return false;
@@ -215,8 +218,8 @@ bool JumpFinder::IsSpike(const Window& window, double noise_m) const {
          (after.front() - next).norm() > threshold_m;
 }
 
-// Of one position, each axis, 1 sigma: by the steps of what is decided, and of what is in sight;
-// more where positions in sight scatter more, which do not move as is supposed.
+// Noise of a position, per axis, 1 sigma: from the steps of earlier positions and of the window. It
+// is larger if the window's positions scatter more, because they do not move as assumed.
 double JumpFinder::Noise(const Window& window) const {
   std::vector<double> steps(steps_m_.begin(), steps_m_.end());
   for (std::size_t i = 1; i < window.after_m.size() && steps.size() < 2 * kWindow; ++i)
@@ -228,7 +231,7 @@ double JumpFinder::Noise(const Window& window) const {
     for (const Eigen::Vector2d& p : *side) AddDistances(p, median, &off_m);
   }
   const double by_steps_m = steps.empty() ? 0.0 : kSigmaPerMedianStep * Median(std::move(steps));
-  // Two places and a velocity were fitted to them.
+  // Corrects for the fitted parameters: two positions and a velocity.
   const double n = 0.5 * static_cast<double>(off_m.size());
   const double fitted = std::sqrt(n / std::max(n - 3.0, 1.0));
   return fitted * std::max(by_steps_m, kSigmaPerMedian * Median(std::move(off_m)));

@@ -9,14 +9,14 @@
 
 namespace seastitch {
 
-// Tells the jumps of a given position from the motion: position less integrated velocity slides
-// evenly but for noise, and steps where the INS has taken a fix. The medians of 15 positions (or
-// 5 s) before and after are compared, by the noise that the positions themselves show. A position
-// that stands alone is a spike. Pure.
+// Finds the jumps of a given position. Position minus integrated velocity changes evenly, apart
+// from noise, and steps when the INS uses a fix. The medians of 15 positions (or 5 s) before and
+// after are compared, relative to the noise of the positions themselves. A single position that
+// deviates is a spike. Pure.
 //
-// Without velocities the motion is that of the positions themselves: one velocity in the vehicle's
-// axes, which turns with its heading, for all positions in sight. Velocity and slide are the median
-// over pairs of positions, none of which lies across the place in question.
+// Without velocities the motion is estimated from the positions: one velocity in the vehicle's
+// axes, which turn with its heading, for all positions of the window. This velocity, and the even
+// change, are medians over pairs of positions on the same side of the possible jump.
 class JumpFinder {
  public:
   struct Position {
@@ -32,19 +32,19 @@ class JumpFinder {
     }
   };
   struct Steady : Position {
-    Eigen::Vector2d steady_m = Eigen::Vector2d::Zero();  // given_m less all jumps so far
-    bool jumped = false;                                 // between the position before and this
-    double jump_variance_m2 = 0.0;                       // each axis: how well that jump is known
+    Eigen::Vector2d steady_m = Eigen::Vector2d::Zero();  // given_m minus all jumps so far
+    bool jumped = false;            // between the previous position and this one
+    double jump_variance_m2 = 0.0;  // variance of the jump, each axis
   };
 
-  // min_jump_m: nothing smaller is called a jump.
+  // min_jump_m: smaller steps are not jumps.
   explicit JumpFinder(double min_jump_m) : min_jump_m_(min_jump_m) {}
 
-  // Of rising time.
+  // Times must increase.
   void Add(const Position& position);
-  // The positions that are decided, in order. now: no position before it will come.
+  // Returns the decided positions in order. now: no position before it will come.
   std::vector<Steady> Take(Time now);
-  // No more positions come.
+  // Call it after the last position.
   std::vector<Steady> Finish();
 
   bool empty() const { return waiting_.empty(); }
@@ -59,20 +59,20 @@ class JumpFinder {
  private:
   struct Entry {
     Position position;
-    Eigen::Vector2d residual_m;  // given, less integrated velocity
-    Eigen::Vector2d ahead_m;     // the way at 1 m/s along the heading
-    bool by_velocity = false;    // residual_m goes on from the position before
+    Eigen::Vector2d residual_m;  // given position minus integrated velocity
+    Eigen::Vector2d ahead_m;     // position of a vehicle that moves at 1 m/s along the heading
+    bool by_velocity = false;    // residual_m continues that of the previous position
 
     template <class Archive, class Self>
     static void Fields(Archive& archive, Self& self) {
       archive(self.position, self.residual_m, self.ahead_m, self.by_velocity);
     }
   };
-  // Around the first that waits, which is after_m[0].
+  // Positions around the first one that waits, which is after_m[0].
   struct Window {
-    std::vector<Eigen::Vector2d> before_m, after_m;  // positions less the motion
+    std::vector<Eigen::Vector2d> before_m, after_m;  // positions minus the motion
     double min_jump_m;                               // nothing smaller is a jump
-    double variance;  // of the jump between them, over that of a position
+    double variance;  // variance of the jump divided by that of a position
   };
 
   void DecideFirst(std::vector<Steady>* out);
@@ -83,7 +83,7 @@ class JumpFinder {
 
   double min_jump_m_;
   std::deque<Entry> waiting_;   // not decided
-  std::optional<Entry> last_;   // added last
+  std::optional<Entry> last_;   // the last one added
   std::deque<Entry> before_;    // decided, since the last jump or gap
   std::deque<double> steps_m_;  // of the residual from one position to the next, both axes
   Eigen::Vector2d jumps_m_ = Eigen::Vector2d::Zero();

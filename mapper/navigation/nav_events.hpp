@@ -9,7 +9,7 @@
 #include "common/core/time.hpp"
 #include "mapper/navigation/strapdown.hpp"
 
-// Samples that can be used: checked, and with the time that is true of them.
+// Checked samples with corrected times.
 namespace seastitch {
 
 struct SoundSpeedEvent {
@@ -42,9 +42,9 @@ struct FixEvent {
   Eigen::Vector2d north_east_m;
   Eigen::Matrix2d covariance_m2;
   std::string source;
-  Eigen::Vector3d p_vehicle_m;  // what it is of: antenna or transponder
+  Eigen::Vector3d p_vehicle_m;  // point that was measured: antenna or transponder
 
-  // The same of the vehicle itself, turned so.
+  // The same fix for the vehicle's reference point, with the given attitude.
   FixEvent OfVehicle(const Eigen::Matrix3d& R_map_vehicle) const {
     FixEvent fix = *this;
     fix.north_east_m -= (R_map_vehicle * p_vehicle_m).head<2>();
@@ -76,8 +76,8 @@ struct ImuEvent {
   }
 };
 
-// At one instant sound speed comes before the DVL that it corrects, and aiding before inertial
-// data, which carry the state beyond it.
+// Order at the same instant: sound speed before the DVL that it corrects, and aiding before
+// inertial data, which carry the state further.
 using Measurement =
     std::variant<SoundSpeedEvent, DvlEvent, DepthEvent, FixEvent, AttitudeEvent, ImuEvent>;
 

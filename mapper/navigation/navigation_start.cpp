@@ -6,14 +6,14 @@
 namespace seastitch {
 namespace {
 
-// What was measured so long before the start is still of use.
+// Oldest measurement that is used for the start [s].
 constexpr double kFreshS = 2.0;
-// Two attitudes a moment apart (1 Hz, and some jitter) that differ by no more than a vehicle turns
-// are not stray ones.
+// Two attitudes within this time (1 Hz with some jitter) that differ by no more than the vehicle
+// can turn are taken as valid, not as stray values.
 constexpr double kSteadyAttitudeS = 1.5;
 constexpr double kSteadyAttitudeRad = 0.1;
 constexpr double kMaxTurnRadps = 0.6;
-// Of a place that nobody has stated.
+// Sigma of an unknown start position [m].
 constexpr double kUnknownPlaceM = 1000.0;
 
 template <class T>
@@ -76,7 +76,7 @@ std::optional<NavigationStart::First> NavigationStart::Try(Time t, const Inertia
   if (state_ != StartState::kStarted || !now) return std::nullopt;
   First first;
   first.attitude = attitude_->value;
-  // From the attitude's own time on by the gyros.
+  // The gyros carry the attitude from its own time to the start.
   const Eigen::Quaterniond turn =
       QuaternionFromRotationVector(rates.angular_rate_radps * ToSeconds(t - attitude_->time));
   first.attitude.q_map_imu = (first.attitude.q_map_imu * turn).normalized();

@@ -11,7 +11,7 @@
 
 namespace seastitch {
 
-// Gathers what the first state is made of.
+// Collects the measurements for the first state.
 class NavigationStart {
  public:
   NavigationStart(const NavigationParams& params, const ErrorStateFilter::Mounting& mounting)
@@ -25,11 +25,11 @@ class NavigationStart {
   struct First {
     ErrorStateFilter::Start start;
     AttitudeEvent attitude;
-    std::optional<Time> dvl;  // of the ensemble that gave the velocity
+    std::optional<Time> dvl;  // time of the ensemble used for the velocity
     bool has_depth = false;
     bool place_is_known = false;
   };
-  // At an inertial sample: nothing until there is enough.
+  // Call it with each inertial sample. Nothing until the start is possible.
   std::optional<First> Try(Time t, const InertialRates& rates);
   StartState state() const { return state_; }
 

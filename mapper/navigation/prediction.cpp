@@ -34,7 +34,7 @@ void Prediction::CarryTo(Time t, const InertialRates& rates) {
   rate_radps_ = rate;
 }
 
-// Cov(p + dt v) <= (1 + a) Cov(p) + (1 + 1 / a) dt^2 Cov(v) for every a > 0.
+// Bounds the covariance of p + dt v: (1 + a) Cov(p) + (1 + 1 / a) dt^2 Cov(v), for every a > 0.
 NavState Prediction::state(const Eigen::Matrix2d& velocity_covariance) const {
   NavState state = state_;
   const double dt_s = ToSeconds(state.time - from_);

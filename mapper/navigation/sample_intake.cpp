@@ -10,8 +10,8 @@
 namespace seastitch {
 namespace {
 
-// Beyond these no vehicle of ours moves and no sensor of ours measures.
-constexpr double kMaxRateRadps = 35.0;  // what SBG ECAN can carry, and then some
+// Limits of plausible measurements.
+constexpr double kMaxRateRadps = 35.0;  // above the range of SBG ECAN
 constexpr double kMaxForceMps2 = 200.0;
 constexpr double kMaxSpeedMps = 20.0;
 constexpr double kMaxSpeedSigmaMps = 10.0;
@@ -19,11 +19,11 @@ constexpr double kMinDepthM = -20.0;
 constexpr double kMaxDepthM = 12000.0;
 constexpr double kMaxDepthSigmaM = 1000.0;
 constexpr double kMaxFixVarianceM2 = 1e8;
-constexpr double kMaxFixDistanceM = 100e3;  // from the datum: the map is flat
-// A sensor may be this far ahead of the inertial unit.
+constexpr double kMaxFixDistanceM = 100e3;  // from the datum, because the map is flat
+// Largest time by which a sensor may be ahead of the inertial unit [s].
 constexpr double kMaxAheadS = 5.0;
 constexpr std::size_t kMaxWaiting = 20000;
-constexpr std::size_t kMostBeforeImu = 2000;  // the newest by their time
+constexpr std::size_t kMostBeforeImu = 2000;  // the newest ones by time
 
 template <class M>
 bool Within(const M& values, double limit) {
@@ -42,7 +42,8 @@ std::string NameOf(const Event& event) {
   return std::visit(Name{}, event.measurement);
 }
 
-// A stamp that is put right goes back: the samples before it are waited for longer.
+// Time for which samples wait for late ones [s]. A negative time offset makes a sample earlier, so
+// that the others wait longer.
 double WaitS(const NavigationParams& params) {
   return params.reorder_window_s +
          std::max({0.0, -params.attitude_time_offset_s, -params.dvl_time_offset_s});
@@ -85,7 +86,8 @@ void SampleIntake::AddAttitude(Time t, const Attitude& attitude, Alignment align
           (to_true_north * attitude.q_ned_imu).normalized(), attitude.sigma_rpy_rad, alignment});
 }
 
-// The inertial unit is the clock: one wild stamp must not move it.
+// Decides whether an inertial sample is used. The inertial unit is the clock: a single wild stamp
+// must not move it.
 bool SampleIntake::TakesTime(Time t) {
   if (!newest_imu_) return true;
   const bool late = IsLate(t);
@@ -99,7 +101,8 @@ bool SampleIntake::TakesTime(Time t) {
   leap_samples_ = goes_on ? leap_samples_ + 1 : 1;
   leap_ = t;
   if (leap_samples_ < params_.clock_jump_samples) return false;
-  // Forward it is a gap in the data. Backward it can only be mended while nothing was built on it.
+  // Forward, it is a gap in the data. Backward, it can only be accepted while no state has been
+  // published.
   if (late && frozen_) return false;
   Count("clock_jump");
   if (late) {
@@ -167,7 +170,8 @@ void SampleIntake::AddSoundSpeed(Time t, double speed_mps) {
   AddAiding("sound_speed", t, SoundSpeedEvent{speed_mps});
 }
 
-// Whatever came before the first inertial sample is taken or not by its time alone.
+// Drops samples from before the first inertial sample by their time only, not by their order of
+// arrival.
 void SampleIntake::LeaveOut(Time first_imu) {
   const auto leave_out = [this](const Event& event, const char* why) {
     if (!std::holds_alternative<ImuEvent>(event.measurement)) Count(NameOf(event) + why);

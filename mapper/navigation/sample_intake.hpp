@@ -16,27 +16,28 @@
 
 namespace seastitch {
 
-// Refuses and counts what no sensor of ours can say, sets stamps right by the configured offsets,
-// and puts what is left in order of time. Inertial samples drive the clock.
+// Checks and orders samples: refuses and counts implausible ones, corrects stamps by the configured
+// offsets, and sorts the rest by time. Inertial samples drive the clock.
 class SampleIntake {
  public:
   using Counters = std::map<std::string, std::int64_t>;
-  // Counters must outlive it.
+  // counters: must outlive this object.
   SampleIntake(const NavigationParams& params, const VehicleGeometry& vehicle, Counters* counters);
 
   void Add(const ImuSample& sample);
   void Add(const DvlSample& sample);
   void Add(const DepthSample& sample);
-  // A usable fix that comes too late to be put in order: for whoever can take it at any age.
+  // Returns a usable fix that comes too late to be sorted in, for a caller that can use it at any
+  // age.
   std::optional<Event> Add(const PositionFix& fix);
   void AddSoundSpeed(Time t, double speed_mps);
   void Finish();
 
-  // The next sample in order of time, once none before it can come.
+  // The next sample in order of time, when no earlier one can come any more.
   std::optional<Event> Next();
-  // Those that are not given yet, in order of time.
+  // Samples that were not returned yet, in order of time.
   const std::deque<Event>& waiting() const { return waiting_; }
-  // Something was built on what was given: the clock does not go back any more.
+  // Call it when a state has been published: the clock does not go back any more.
   void Freeze() { frozen_ = true; }
 
   template <class Archive, class Self>
@@ -60,8 +61,8 @@ class SampleIntake {
   const double wait_s_;  // for samples that come out of order
   Counters* counters_;
   std::deque<Event> waiting_;    // in order of time, none at or before settled_
-  std::optional<Time> settled_;  // all up to here is given
-  std::optional<Time> due_;      // all up to here may be given
+  std::optional<Time> settled_;  // all samples up to here were returned
+  std::optional<Time> due_;      // all samples up to here may be returned
   std::optional<Time> newest_imu_;
   std::optional<Time> leap_;  // last of a run of stamps beyond clock_jump_s
   int leap_samples_ = 0;

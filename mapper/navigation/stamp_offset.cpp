@@ -7,16 +7,16 @@
 namespace seastitch {
 namespace {
 
-// What lies back further than this counts for little: a delay may change.
+// Time constant with which old differences are forgotten [s]: a delay may change.
 constexpr double kMemoryS = 200.0;
-// No one difference counts for more, in squares of sigma: it may have another cause.
+// Limit of the weight of one difference, in squared sigmas: it may have another cause.
 constexpr double kMostByOne = 25.0;
 constexpr double kComponents = 3.0;
-// Differences that follow each other share a sample: they count for so much less.
+// Successive differences share a sample and are correlated: their weight is divided by this.
 constexpr double kCorrelation = 2.0;
 constexpr double kSuspectSigma = 4.0;
 constexpr double kSuspectS = 0.01;
-// What has been seen for less may be one manoeuvre, whose differences have an error alike.
+// Differences over less time than this may be of one manoeuvre and share an error.
 constexpr double kManoeuvreS = 30.0;
 
 }  // namespace
@@ -38,7 +38,7 @@ void StampOffset::Add(const Difference& difference, double sigma, double drift_s
   Find();
 }
 
-// Of the drift that explains most, which costs something itself.
+// Cost of the data, minimised over the drift, which has a prior.
 double StampOffset::DataCost(const Sums& sums) const {
   const double drift_variance = drift_sigma_ * drift_sigma_;
   if (!(drift_variance > 0.0)) return sums.square;
@@ -50,15 +50,16 @@ double StampOffset::Cost(std::size_t i) const {
   return prior * prior + DataCost(sums_[i]) / kCorrelation;
 }
 
-// The least cost lies on a parabola through the least of the row and its neighbours. Where even the
-// best delay leaves more than the sensors' noise, they are noisier than they should be.
+// Finds the minimum by a parabola through the smallest cost and its neighbours. If the remaining
+// cost is larger than by the sensors' noise, sigma is scaled up.
 void StampOffset::Find() {
   std::size_t best = kEachWay;
   for (std::size_t i = 0; i < kDelays; ++i)
     if (Cost(i) < Cost(best)) best = i;
   delay_s_ = 0.0;
   sigma_s_ = kPriorS;
-  if (best == 0 || best == kDelays - 1) return;  // it may be longer than any that is tried
+  // the delay may be longer than the longest that is tried
+  if (best == 0 || best == kDelays - 1) return;
   const double before = Cost(best - 1);
   const double after = Cost(best + 1);
   const double bend = before - 2.0 * Cost(best) + after;

@@ -5,21 +5,21 @@
 
 namespace seastitch {
 
-// What the start waits for.
+// Condition that the start waits for.
 enum class StartState : std::uint8_t {
   kNoInertialData,
   kNoAttitude,
-  kAttitudeUnsteady,   // two attitudes a moment apart do not agree
+  kAttitudeUnsteady,   // two successive attitudes differ too much
   kHeadingTooCoarse,   // the device aligns, or states a sigma above start_heading_sigma_rad
-  kNoDepthOrVelocity,  // for start_wait_s at most
+  kNoDepthOrVelocity,  // waits for start_wait_s at most
   kNoFix,
-  // Of navigation that is given.
+  // Of given navigation.
   kNoGivenAttitude,
   kNoGivenPosition,
   kNoGivenDepth,
   kStarted,
 };
-// A sentence for whoever has to do something about it. "" when started.
+// A sentence for people with the remedy; "" when started.
 std::string Explain(StartState state);
 
 }  // namespace seastitch

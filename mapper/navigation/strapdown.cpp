@@ -16,7 +16,7 @@ EarthModel::EarthModel(double latitude_rad) {
 
 Eigen::Quaterniond QuaternionFromRotationVector(const Eigen::Vector3d& rotation_rad) {
   const double half = 0.5 * rotation_rad.norm();
-  // sin(half) / (2 half), whole at zero.
+  // sin(half) / (2 half), continuous at zero.
   const double scale = half < 1e-4 ? 0.5 - half * half / 12.0 : 0.5 * std::sin(half) / half;
   Eigen::Quaterniond q;
   q.w() = std::cos(half);
@@ -51,7 +51,7 @@ InertialState Integrate(const InertialState& state,
   const Eigen::Vector3d earth_turn = earth.rate_radps * dt_s;
   const Eigen::Vector3d fall =
       (earth.gravity_mps2 - 2.0 * earth.rate_radps.cross(state.v_map_mps)) * dt_s;
-  // The force is felt halfway through the Earth's own turn.
+  // The mean force, rotated by half of the Earth's rotation during the step.
   const Eigen::Vector3d push_map = state.q_map_imu * push;
   InertialState next;
   next.v_map_mps = state.v_map_mps + push_map - 0.5 * earth_turn.cross(push_map) + fall;

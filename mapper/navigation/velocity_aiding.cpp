@@ -8,24 +8,26 @@ namespace {
 
 constexpr double kIncrementGate = 1.5;
 constexpr double kQuietS = 5.0;
-// Ensembles further apart than this are not compared.
+// Longest time between two ensembles that are compared with the accelerometers [s].
 constexpr double kMaxIncrementS = 2.5;
-// After a refusal the scale and the mounting of the DVL are left alone for so long.
+// Time after a refusal for which the DVL's scale and mounting are not estimated [s].
 constexpr double kLearnAgainS = 10.0;
-// Accelerometers that say the same for so long, to the last bit but for rounding, are stuck.
+// Time for which accelerometers must repeat their value (apart from rounding) to count as stuck
+// [s].
 constexpr double kStuckS = 0.5;
 constexpr double kSameForceMps2 = 1e-9;
-// Without a doubt about the inertial unit for so long, the filter is right; until then a DVL is
-// not refused for longer than that.
+// Time without a doubt about the inertial unit after which the filter is trusted [s]. Until then a
+// DVL is refused for at most kUnsoundResetS.
 constexpr double kSoundS = 60.0;
 constexpr double kUnsoundResetS = 1.0;
 constexpr double kLongestStepS = 300.0;
 constexpr double kNotThatStep = 0.4;
-// A doubt is raised within so long.
+// Time constant of the position error that accumulates before a doubt is raised [s].
 constexpr double kBesideS = 3.0;
-// Over so long it is looked at by what a reading changes.
+// Time over which the rate of change of a reading is computed [s].
 constexpr double kChangeS = 0.1;
-// A velocity known worse than this part of a step cannot tell who is right.
+// Largest sigma of the velocity, relative to a step, at which the filter can tell whether the step
+// is real.
 constexpr double kToldByVelocity = 1.0 / 3.0;
 
 }  // namespace
@@ -79,7 +81,7 @@ void VelocityAiding::UseCarried(Time t, const DvlEvent& dvl, const Eigen::Vector
 
 void VelocityAiding::Decide(Time t, const DvlEvent& dvl) {
   if (watch_.step() && !follows_step_ && repeated_s_ > kStuckS) DoubtAccelerometers(t);
-  // Only a filter that has been right can tell that the DVL is wrong.
+  // Only a filter that is trusted can decide that the DVL is wrong.
   if (!is_sound_ && !follows_step_) watch_.ForgetStep();
   if (accelerometers_in_doubt(t)) {
     doubted_ = t;
@@ -93,7 +95,7 @@ void VelocityAiding::Decide(Time t, const DvlEvent& dvl) {
     return refusals_.Add(t, true);
   }
   in_doubt_ = false;
-  // Agreement such as the step does not allow: it has come back unseen, or was none.
+  // The DVL agrees better than the step allows: it stepped back unnoticed, or there was no step.
   if (watch_.step() && !follows_step_ &&
       filter_->DvlResidual(dvl.v_dvl_mps).norm() < kNotThatStep * watch_.step()->norm())
     watch_.ForgetStep();
@@ -126,7 +128,7 @@ void VelocityAiding::LearnStamps(Time t, const DvlEvent& dvl) {
   });
 }
 
-// The change from one ensemble to the next against that by the accelerometers so much earlier.
+// Compares the change between two ensembles with that by the accelerometers, for a range of delays.
 void VelocityAiding::LearnFrom(Time now,
                                const Stamped<DvlEvent>& from,
                                const Stamped<DvlEvent>& to,
@@ -141,7 +143,7 @@ void VelocityAiding::LearnFrom(Time now,
     return b.turn.conjugate() *
            (VelocityAt(b, to.value) - VelocityAt(a, from.value) - (b.push_mps - a.push_mps) - fall);
   };
-  // The noise of the accelerometers is common to pairs that overlap.
+  // Overlapping pairs share the accelerometers' noise.
   const double noise = params_.accel_noise_mps2_rthz * std::sqrt(dt_s / share);
   const double sigma = std::hypot(std::sqrt(2.0) * to.value.sigma_mps.maxCoeff(), noise);
   stamps_.Add(difference, sigma, DriftSigma(dt_s), share * dt_s);
@@ -169,7 +171,8 @@ Eigen::Vector3d VelocityAiding::Carried(Time t, const DvlEvent& dvl, double dela
   return T_imu_dvl.linear().transpose() * (v_imu + swing);
 }
 
-// By the inertial unit, which is better at changes than the DVL.
+// Change of a reading with its stamp, from the inertial unit, which measures changes better than
+// the DVL.
 DvlStamping VelocityAiding::StampingOf(Time t, const DvlEvent& dvl) const {
   if (history_->empty()) return {};
   return {(Carried(t, dvl, kChangeS) - dvl.v_dvl_mps) / kChangeS,
@@ -212,7 +215,8 @@ double VelocityAiding::DriftSigma(double dt_s) const {
                            gravity_mps2_.norm() * tilt);
 }
 
-// What the DVL scatters by, and the accelerometers drift, from one ensemble to the next.
+// Sigma of the difference between DVL and accelerometers over dt_s: the DVL's noise and the
+// accelerometers' drift.
 double VelocityAiding::IncrementSigma(const DvlEvent& dvl, double dt_s) const {
   const double dvl_sigma = dvl.sigma_mps.maxCoeff();
   const double drift = DriftSigma(dt_s);
@@ -220,8 +224,8 @@ double VelocityAiding::IncrementSigma(const DvlEvent& dvl, double dt_s) const {
   return std::sqrt(2.0 * dvl_sigma * dvl_sigma + drift * drift + noise * noise);
 }
 
-// Of the last seconds: the doubt comes later than what raises it, and until then the filter went
-// its own way.
+// Accumulates the position error of the last seconds by a velocity error. A doubt is raised later
+// than its cause, and until then the filter used the wrong velocity.
 void VelocityAiding::AddWayBeside(const DvlEvent& dvl, double dt_s) {
   beside_m_ *= std::exp(-dt_s / kBesideS);
   beside_m_ += 0.5 * dt_s * (off_mps_ + Off(dvl));
@@ -237,7 +241,7 @@ void VelocityAiding::Compare(Time t, const DvlEvent& dvl, const Eigen::Vector3d&
   const Measured now{t, ImuVelocity(dvl, rate_radps), q_map_imu};
   const double dt_s = last_ ? ToSeconds(t - last_->time) : kMaxIncrementS + 1.0;
   if (dt_s <= kMaxIncrementS) {
-    // An ensemble that has stepped is wrong in the vehicle's axes for as long as it turns.
+    // The error of a DVL that stepped is constant in the vehicle's axes: it turns with the vehicle.
     const Eigen::Vector3d step = watch_.step().value_or(Eigen::Vector3d::Zero());
     const Eigen::Vector3d difference = now.Without(step) - last_->Without(step) - change_mps_;
     const double stamp = params_.dvl_time_sigma_s * change_mps_.norm() / std::max(dt_s, 1e-3);
@@ -265,7 +269,7 @@ bool VelocityAiding::RefusesStep(Time t, const DvlEvent& dvl) {
     Follow(t, dvl);
     return false;
   }
-  // The way that it makes wrong grows with time, and not with its root.
+  // The position error by a wrong velocity grows with time, not with its square root.
   const double dt_s = agreed_ ? std::clamp(ToSeconds(t - *agreed_), 0.0, kMaxIncrementS) : 0.0;
   const Eigen::Vector3d further = dt_s * (filter_->state().q_map_imu * *watch_.step());
   const double before_m = off_by_step_m_.norm();
@@ -276,8 +280,8 @@ bool VelocityAiding::RefusesStep(Time t, const DvlEvent& dvl) {
   return false;
 }
 
-// The velocity has gone wrong since the two last agreed, from nothing: half the difference times
-// that time is the way that it has made.
+// Takes the DVL's velocity. The filter's velocity error grew from zero since both last agreed: the
+// position error is half the difference times that time.
 void VelocityAiding::Take(Time t, const DvlEvent& dvl) {
   const Eigen::Vector3d before = filter_->state().v_map_mps;
   const double wrong_s = agreed_ ? ToSeconds(t - *agreed_) : 0.0;

@@ -124,7 +124,8 @@ class VelocityAiding {
   Eigen::Vector3d last_force_mps2_ = Eigen::Vector3d::Zero();
   double repeated_s_ = 0.0;    // seconds for which the force was identical
   bool follows_step_ = false;  // a step of the DVL is followed, since the filter got too uncertain
-  Eigen::Vector3d off_by_step_m_ = Eigen::Vector3d::Zero();  // the way that it would make
+  // the position error that it would cause
+  Eigen::Vector3d off_by_step_m_ = Eigen::Vector3d::Zero();
   // Distance by DVL minus distance by filter over the last seconds [m], map axes.
   Eigen::Vector3d beside_m_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d off_mps_ = Eigen::Vector3d::Zero();  // after the last ensemble

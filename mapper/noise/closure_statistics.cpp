@@ -9,13 +9,13 @@
 namespace seastitch {
 namespace {
 
-// Degrees of freedom that the survey's figure weighs in a pair's own.
+// Weight of the survey's value in the estimate of one pair, in degrees of freedom.
 constexpr double kBelief = 10.0;
 constexpr double kOutdated = 4.0;
 
 using SmallMatrix = ClosureStatistics::SmallMatrix;
 
-// Reads or writes the numbers of a record, one after the other.
+// Writes the numbers of a record one after the other.
 class Writer {
  public:
   explicit Writer(std::vector<double>* numbers) : numbers_(numbers) {}
@@ -52,7 +52,7 @@ void VisitComponents(Visitor* visit, Components& c) {
   (*visit)(c.heading_walk);
 }
 
-// All matrices have the rank that was visited before.
+// Visits all numbers of the statistics. All matrices have the rank that was visited before.
 template <class Visitor, class Statistics>
 void VisitNumbers(Visitor* visit, Statistics& s) {
   (*visit)(s.scatter.prior_variance);

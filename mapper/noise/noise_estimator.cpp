@@ -9,14 +9,14 @@
 namespace seastitch {
 namespace {
 
-// Of the priors of all components but the white noise: a factor of 2.7 either way, 1 sigma.
+// Sigma of the logarithm in the priors of all components except the white noise: a factor of 2.7.
 constexpr double kPriorLogSigma = 1.0;
-// Of the prior of the white noise, in degrees of freedom.
+// Weight of the prior of the white noise, in degrees of freedom.
 constexpr double kPriorDegrees = 10.0;
 constexpr double kRestatedSigmaRatio = 1.1;
 constexpr double kRestatedVarianceRatio = kRestatedSigmaRatio * kRestatedSigmaRatio;
 constexpr double kLogLikelihoodStep = 1.0 / (1 << 24);
-constexpr double kMostLogLikelihood = 1e6;  // what is beyond says no more
+constexpr double kMostLogLikelihood = 1e6;  // larger differences change no result
 
 std::int64_t InSteps(float value) {
   const double bounded =
@@ -29,25 +29,25 @@ double LogPrior(const ComponentAxis& axis, std::size_t i, double prior) {
   return std::pow(std::log(axis.At(i) / nearest) / kPriorLogSigma, 2);
 }
 
-// The minimum between the nodes, and its width, by a parabola through three of them.
-// profile: -2 ln L along the axis, the other components each at their best.
+// Minimum of a profile between the nodes and its width, by a parabola through three nodes. profile:
+// -2 ln L along the axis, minimised over the other components.
 ComponentEstimate Refine(const ComponentAxis& axis,
                          const std::vector<double>& profile,
                          double configured) {
   const auto least = std::min_element(profile.begin(), profile.end());
   const auto best = static_cast<std::size_t>(least - profile.begin());
-  // At an end of the axis the parabola is that of the three last nodes.
+  // At an end of the axis the parabola uses the last three nodes.
   const std::size_t i = std::clamp<std::size_t>(best, 1, profile.size() - 2);
   const double step = std::log(2.0);
   const double curvature = profile[i - 1] - 2.0 * profile[i] + profile[i + 1];
   double offset = static_cast<double>(best) - static_cast<double>(i);
   if (best == i && curvature > 0.0) offset = 0.5 * (profile[i - 1] - profile[i + 1]) / curvature;
-  // A flat profile has no information beyond its prior.
+  // A flat profile leaves the prior's sigma.
   const double sigma = curvature > 0.0 ? step * std::sqrt(2.0 / curvature) : kPriorLogSigma;
   return {configured, axis.At(i) * std::exp2(offset), std::min(sigma, kPriorLogSigma)};
 }
 
-// The extremes, over all directions, of the ratio of two sigmas.
+// True if the ratio of the two sigmas exceeds the limit in any direction.
 bool DifferInASigma(const ClosureStatistics::SmallMatrix& a,
                     const ClosureStatistics::SmallMatrix& b) {
   const Eigen::GeneralizedSelfAdjointEigenSolver<ClosureStatistics::SmallMatrix> ratios(
@@ -57,8 +57,8 @@ bool DifferInASigma(const ClosureStatistics::SmallMatrix& a,
   return !(least * kRestatedVarianceRatio >= 1.0 && most <= kRestatedVarianceRatio);
 }
 
-// Whether they can: a covariance is a sum of what each component gives, so that in no direction it
-// changes by more than the one that changes most.
+// False if the sigmas cannot differ by more than the limit. A covariance is a sum over components,
+// so that in no direction it changes by a larger factor than the component that changes most.
 bool MayDifferInASigma(const ClosureStatistics& closure,
                        const VarianceComponents& a,
                        const VarianceComponents& b) {
@@ -130,7 +130,7 @@ void NoiseEstimator::Exclude(const ClosureStatistics& closure) {
     soundings_.erase(std::lower_bound(soundings_.begin(), soundings_.end(), *soundings));
 }
 
-// The value below which `part` of the weight lies.
+// Weighted quantile: the value with the fraction `part` of the weight below it.
 double NoiseEstimator::Quantile(const std::vector<Weighted>& sorted, double part) {
   double all = 0.0;
   for (const Weighted& w : sorted) all += w.weight;
@@ -164,7 +164,8 @@ std::vector<const ClosureStatistics*> NoiseEstimator::TakeRestated() {
   return restated;
 }
 
-// A weighted median: a wreck, or fish, in one overlap is no noise of the others.
+// A weighted median, so that a wreck or fish in one overlap does not change the noise of the
+// others.
 ComponentEstimate NoiseEstimator::PoolSoundings() const {
   double weight = 0.0;
   double squares = 0.0;
@@ -175,7 +176,8 @@ ComponentEstimate NoiseEstimator::PoolSoundings() const {
   ComponentEstimate estimate{
       prior_.sounding_variance_ratio, Quantile(soundings_, 0.5), kPriorLogSigma};
   if (soundings_.size() < 3) return estimate;
-  // The median's own error: quantiles one sigma of a count of so many equal ones apart.
+  // Error of the median, from the quantiles at one sigma of the count, for the equivalent number of
+  // equal weights.
   const double apart = 0.5 / std::sqrt(weight * weight / squares);
   const double low = Quantile(soundings_, std::max(0.0, 0.5 - apart));
   const double high = Quantile(soundings_, std::min(1.0, 0.5 + apart));

@@ -8,22 +8,25 @@
 namespace seastitch {
 namespace {
 
-// A block holds some independent patches of smoothed cells, and no less than a ping or two.
+// Smallest block [m, cells]: several independent patches of smoothed cells, and more than one or
+// two pings.
 constexpr double kMinBlockM = 4.0;
 constexpr double kMinBlockCells = 8.0;
-// Cells between blocks share smoothing: their sums are a little less known than each by itself.
+// Factor of variance: cells in different blocks share smoothing, so that a sum over blocks is a
+// little less certain than the blocks by themselves.
 constexpr double kSharedSmoothing = 1.02;
 
-// Mean of x and y of the walk to `a` times that to `b`, one unit.
+// Covariance of two values, at a and b, of a random walk of unit rate that starts at 0.
 double Shared(double a, double b) { return a * b > 0.0 ? std::min(std::abs(a), std::abs(b)) : 0.0; }
 
-// Of a heading that walks along x from 0 on: E[yaw(x) times its integral up to to].
+// Heading as a random walk of unit rate along x, from 0: E[yaw(x) times its integral from 0 to
+// `to`].
 double WalkTimesIntegral(double x, double to) {
   return to <= x ? 0.5 * to * to : 0.5 * x * x + x * (to - x);
 }
 
-// A heading error psi(x), x along the track, moves what lies at (x, y) by (-y psi, integral of
-// psi).
+// Covariance of the displacements at p and q by a heading error psi(x), x along the track. It
+// displaces a point at (x, y) by (-y psi, integral of psi).
 Eigen::Matrix2d HeadingWalkOfOne(const Eigen::Vector2d& p, const Eigen::Vector2d& q) {
   if (!(p.x() * q.x() > 0.0)) return Eigen::Matrix2d::Zero();
   const double a = std::abs(p.x());
@@ -51,9 +54,9 @@ int Divided(int a, int b) {
   return static_cast<int>(std::floor(static_cast<double>(a) / static_cast<double>(b)));
 }
 
-// Scales the white noise of the blocks so that it sums to that of the whole overlap. Smoothing
-// leaves the mean slope of a block as it is, and reduces deviations from it by the same factor in
-// all blocks.
+// Scales the blocks' white noise so that its sum is that of the whole overlap. Smoothing leaves the
+// mean slope of a block unchanged; it reduces deviations from the mean, by the same factor in all
+// blocks.
 void SmoothWhite(const Eigen::Matrix4d& whole, std::vector<OverlapBlock>* blocks) {
   double shared = 0.0;
   double apart = 0.0;
@@ -95,7 +98,7 @@ void OverlapBlocks::Add(const Eigen::Vector2d& arm,
   block.cells += 1.0;
   block.gradient += Eigen::Vector3d(gradient[0], gradient[1], gradient[3]);
   block.hessian.noalias() += (weight * u) * J.transpose();
-  // Slopes of one surface times those of the other, as in the fit's own Hessian.
+  // Products of slopes of the two surfaces, as in the Hessian of the fit.
   block.hessian.topLeftCorner<2, 3>().noalias() -=
       (0.25 * weight * apart.head<2>()) * apart.transpose();
   block.white.noalias() += (weight * weight * variance * u) * u.transpose();
@@ -151,7 +154,7 @@ GradientCovariance GradientCovarianceOf(const std::vector<OverlapBlock>& blocks,
   for (const OverlapBlock& a : blocks) {
     const Eigen::Matrix<double, 4, 2> displaced = a.hessian.topRows<2>().transpose();
     const Eigen::Vector4d lifted = a.hessian.row(2).transpose();
-    // Sums over b first: each block's own part is a product of two sums.
+    // Sums over b first: a's part is then multiplied once.
     Eigen::Vector4d by_height = Eigen::Vector4d::Zero();
     Eigen::Matrix<double, 2, 4> by_position = Eigen::Matrix<double, 2, 4>::Zero();
     Eigen::Matrix<double, 2, 4> by_heading = Eigen::Matrix<double, 2, 4>::Zero();

@@ -9,13 +9,13 @@
 namespace seastitch {
 namespace {
 
-// Four parameters are fitted; two more blocks leave 14 sums over.
+// Four parameters are fitted; six blocks leave 14 degrees of freedom.
 constexpr std::size_t kFewestBlocks = 6;
-// A block of fewer cells is no sum that is normally distributed.
+// Fewest cells for which the sum of a block is approximately normal.
 constexpr double kFewestCells = 12.0;
 
-constexpr std::size_t kCoarse = 4;      // nodes of a walk
-constexpr std::size_t kCoarseStep = 2;  // of its axis
+constexpr std::size_t kCoarse = 4;      // nodes along the axis of a walk
+constexpr std::size_t kCoarseStep = 2;  // steps of the axis between nodes
 static_assert(kPositionWalkAxis.size == kCoarseStep * (kCoarse - 1) + 1);
 static_assert(kHeadingWalkAxis.size == kCoarseStep * (kCoarse - 1) + 1);
 
@@ -23,15 +23,15 @@ double LogDeterminant(const Eigen::LLT<Eigen::MatrixXd>& llt) {
   return 2.0 * llt.matrixLLT().diagonal().array().log().sum();
 }
 
-// The sums of an overlap in units of their white noise.
+// The sums of an overlap, whitened by their white noise.
 struct Whitened {
   Eigen::MatrixXd sensitivity_and_gradient;  // 3 blocks x (4 + 1)
-  Eigen::MatrixXd heights;        // 3 blocks x blocks: times itself, the covariance of 1 m
+  Eigen::MatrixXd heights;  // 3 blocks x blocks; times its transpose: covariance for errors of 1 m
   Eigen::MatrixXd position_walk;  // covariance of 1 m/sqrt(m)
-  Eigen::MatrixXd heading_walk;   // of 1 rad/sqrt(m)
+  Eigen::MatrixXd heading_walk;   // covariance of 1 rad/sqrt(m)
 };
 
-// Absent where a block has no white noise, which does not occur.
+// Nothing if a block has no white noise, which does not occur.
 std::optional<Whitened> Whiten(const std::vector<OverlapBlock>& blocks,
                                const Eigen::Matrix2d& R_target_source) {
   const auto n = static_cast<Eigen::Index>(blocks.size());
@@ -73,8 +73,8 @@ std::optional<Whitened> Whiten(const std::vector<OverlapBlock>& blocks,
   return w;
 }
 
-// -2 ln L for all errors of height at once, the walks being given: with the covariance of noise and
-// walks factored, heights change it by their eigenvalues alone.
+// -2 ln L for every value of the correlated height error, for given walks. With the covariance of
+// noise and walks factored, the height error only enters through eigenvalues.
 std::array<double, kErrorRatioAxis.size> AlongErrorRatio(const Whitened& w,
                                                          double position_walk,
                                                          double heading_walk,
@@ -82,7 +82,7 @@ std::array<double, kErrorRatioAxis.size> AlongErrorRatio(const Whitened& w,
   Eigen::MatrixXd C = position_walk * position_walk * w.position_walk +
                       heading_walk * heading_walk * w.heading_walk;
   C.diagonal().array() += 1.0;
-  const Eigen::LLT<Eigen::MatrixXd> llt(C);  // reads the lower half
+  const Eigen::LLT<Eigen::MatrixXd> llt(C);  // uses the lower half only
   const Eigen::MatrixXd X = llt.matrixL().solve(w.sensitivity_and_gradient);
   const Eigen::MatrixXd F = llt.matrixL().solve(w.heights);
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(F.transpose() * F);
@@ -97,7 +97,7 @@ std::array<double, kErrorRatioAxis.size> AlongErrorRatio(const Whitened& w,
     const Eigen::VectorXd part = variance * inflated.cwiseInverse();
     const Eigen::Matrix<double, 5, 5> S = without - Y.transpose() * part.asDiagonal() * Y;
     Eigen::Matrix4d H = S.topLeftCorner<4, 4>();
-    H.diagonal() *= 1.0 + 1e-9;  // a direction that the overlap leaves open
+    H.diagonal() *= 1.0 + 1e-9;  // for directions without information in this overlap
     const Eigen::LDLT<Eigen::Matrix4d> of_H(H);
     const Eigen::Vector4d b = S.topRightCorner<4, 1>();
     values[i] = log_determinant + inflated.array().log().sum() +
@@ -107,7 +107,7 @@ std::array<double, kErrorRatioAxis.size> AlongErrorRatio(const Whitened& w,
   return values;
 }
 
-// Weights of four nodes, two steps apart, of a cubic at step i.
+// Weights of the cubic through the four nodes, which are two steps apart, at step i.
 std::array<double, kCoarse> CubicWeights(std::size_t i) {
   std::array<double, kCoarse> weights{};
   const double x = static_cast<double>(i) / static_cast<double>(kCoarseStep);
@@ -121,14 +121,16 @@ std::array<double, kCoarse> CubicWeights(std::size_t i) {
   return weights;
 }
 
-// Spread of a component of a pair about that of the survey, and the fraction of outliers.
-constexpr double kSpread = 0.5;  // natural logarithm
+// Distribution of a pair's component: log-normal about the survey's value, with a fraction kSilent
+// of outliers.
+constexpr double kSpread = 0.5;  // sigma of the natural logarithm
 constexpr double kSilent = 0.1;
 
-// density[i]: of what lies at i, given that the survey's lies at j, for all j.
+// Replaces the likelihood of a pair's own component (axis i) by that of the survey's component (j),
+// with the distribution above.
 void Blur(const ComponentAxis& axis, std::size_t stride, std::vector<double>* density) {
   const std::size_t n = axis.size;
-  std::vector<double> kernel(n * n);  // row: the survey's
+  std::vector<double> kernel(n * n);  // one row per value of the survey's component
   for (std::size_t j = 0; j < n; ++j) {
     double sum = 0.0;
     for (std::size_t i = 0; i < n; ++i) {
@@ -173,7 +175,7 @@ LikelihoodTable RestrictedLikelihood(const std::vector<OverlapBlock>& blocks,
                                     kPositionWalkAxis.At(kCoarseStep * q),
                                     kHeadingWalkAxis.At(kCoarseStep * p),
                                     altitude_m);
-  const double reference = nodes[0][0][0];  // floats keep differences
+  const double reference = nodes[0][0][0];  // subtracted: float is exact enough for differences
   for (std::size_t q = 0; q < kPositionWalkAxis.size; ++q) {
     const auto by_q = CubicWeights(q);
     for (std::size_t p = 0; p < kHeadingWalkAxis.size; ++p) {

@@ -15,15 +15,15 @@ namespace {
 constexpr std::size_t kPingsOfABlock = 64;
 constexpr std::size_t kFewestBlocks = 8;
 constexpr std::size_t kMostBlocks = 512;
-// Rates are differences over up to twice this: longer than an attitude's resolution shows, shorter
-// than a vehicle rolls back.
+// Half the longest time [s] over which a rate is measured: longer than the resolution of the
+// attitude requires, shorter than half a roll period.
 constexpr double kMostHalfRateS = 0.05;
 constexpr double kLongestGapS = 1.0;
 constexpr int kFewestSoundings = 16;
-// Residuals beyond so many times the median size are bounded: a wreck, a fish.
+// Residuals beyond this many medians are bounded, for example of a wreck or of fish.
 constexpr double kBoundInMedians = 4.0;
 
-// A straight line through soundings, across the track: z = at_zero + slope y.
+// A straight line across the track through soundings: z = at_zero + slope y.
 struct Line {
   double at_zero = 0.0;
   double slope = 0.0;
@@ -46,7 +46,7 @@ struct Weighted {
   }
 };
 
-// The second pass bounds what stands off the first.
+// Fits a line; a second pass bounds points far from the first fit.
 std::optional<Line> FitLine(const std::vector<Eigen::Vector3d>& level) {
   Weighted all;
   for (const Eigen::Vector3d& p : level) all.Add(1.0, p.y(), p.z());
@@ -113,7 +113,8 @@ void BlockRegression::AddBlock(const std::vector<Row>& rows) {
   if (blocks_.size() == kMostBlocks) JoinNeighbours();
 }
 
-// An absent regressor has no part. Not finite where the two cannot be distinguished.
+// Inverse for one or two regressors; an absent one (xx(1, 1) = 0) gets zeros. Not finite if the two
+// cannot be separated.
 Eigen::Matrix2d BlockRegression::Inverse(const Eigen::Matrix2d& xx) {
   if (xx(1, 1) > 0.0) return xx.inverse();
   Eigen::Matrix2d inverse = Eigen::Matrix2d::Zero();
@@ -147,7 +148,7 @@ std::optional<SonarTiming::Look> SonarTiming::LookAt(const GeoreferencedPing& pi
   const double yaw = LevelPose(ping.T_map_vehicle).yaw;
   const Eigen::Vector2d ahead(std::cos(yaw), std::sin(yaw));
   const Eigen::Vector2d starboard(-ahead.y(), ahead.x());
-  std::vector<Eigen::Vector3d> level;  // ahead, to starboard, down from the vehicle
+  std::vector<Eigen::Vector3d> level;  // forward, starboard, down from the vehicle
   level.reserve(ping.soundings.size());
   double way_m = 0.0;
   for (const Sounding& sounding : ping.soundings) {
@@ -209,9 +210,9 @@ void SonarTiming::Compare(const Look& from, const Look& to, Head* head) {
   ++pings_;
 }
 
-// An error of roll adds to the slope across. An error of pitch puts the soundings altitude x pitch
-// too far ahead, where the seabed is deeper by that times its slope. A late stamp takes the depth
-// of the vehicle after it has sunk further.
+// Ends a block. An error of roll adds to the slope across the track. An error of pitch puts the
+// soundings altitude x pitch too far forward, where the seabed is deeper by that distance times its
+// slope. With a late stamp the depth of the vehicle is taken after it sank further.
 void SonarTiming::Finish(Head* head) {
   roll_.AddBlock(head->roll);
   double depth_m = 0.0;
@@ -230,11 +231,11 @@ void SonarTiming::Finish(Head* head) {
   }
   head->roll.clear();
   head->along.clear();
-  head->before.reset();  // blocks have no ping in common
+  head->before.reset();  // blocks share no ping
 }
 
 SonarTimingEstimate SonarTiming::estimate() const {
-  // A stamp that is early by t: slopes change by -t times the change of the rate.
+  // A stamp that is early by t changes slopes by -t times the change of the rate.
   const auto of = [&](const BlockRegression& regression) -> std::optional<TimeOffsetEstimate> {
     const auto result = regression.Estimate();
     if (!result) return std::nullopt;

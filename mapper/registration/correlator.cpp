@@ -9,15 +9,15 @@
 namespace seastitch {
 namespace {
 
-// 4, 5 or 6 times a power of two: sizes that transform fast, and few of them, since FFTW makes its
-// first plan for a size longer than it transforms, and remembers it.
+// Smallest 4, 5 or 6 times a power of two. These sizes transform fast. They are few, because FFTW
+// needs longer for its first plan of a size than for a transform, and keeps the plan.
 int FastSize(int at_least) {
   for (int power = 2;; power *= 2)
     for (const int factor : {4, 5, 6})
       if (factor * power >= at_least) return factor * power;
 }
 
-// FFTW's planner keeps tables of its own and is the one part of it that threads must not share.
+// Guards FFTW's planner: its tables are the only part of FFTW that threads must not share.
 std::mutex& PlannerMutex() {
   static std::mutex mutex;
   return mutex;
@@ -32,9 +32,9 @@ struct Correlator::Plans {
         real(fftw_alloc_real(real_size)),
         spectrum(fftw_alloc_complex(spectrum_size)) {
     const std::lock_guard lock(PlannerMutex());
-    // FFTW_ESTIMATE measures no times: the same plan, hence the same bits, in every run.
+    // FFTW_ESTIMATE makes the same plan in every run, and so the same bits: it measures no times.
     forward = fftw_plan_dft_r2c_2d(rows, cols, real, spectrum, FFTW_ESTIMATE);
-    // Back by columns, then by those rows alone that are wanted.
+    // Inverse transform by columns, then only of the rows that are needed.
     const int bins = cols / 2 + 1;
     columns_back = fftw_plan_many_dft(1,
                                       &rows,
@@ -89,7 +89,7 @@ Correlator::Spectrum Correlator::Transform(const std::vector<double>& image) {
 void Correlator::Multiply(const Spectrum& a, const Spectrum& b, bool add) {
   const double scale = 1.0 / static_cast<double>(plans_->real_size);
   for (std::size_t i = 0; i < plans_->spectrum_size; ++i) {
-    // Written out: std::complex's own product looks for infinities first.
+    // Complex product written out: that of std::complex checks for infinities first.
     const double re = (a[i].real() * b[i].real() + a[i].imag() * b[i].imag()) * scale;
     const double im = (a[i].real() * b[i].imag() - a[i].imag() * b[i].real()) * scale;
     plans_->spectrum[i][0] = add ? plans_->spectrum[i][0] + re : re;

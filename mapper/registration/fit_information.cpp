@@ -11,13 +11,13 @@ namespace {
 
 using Cell = RegistrationSubmap::Cell;
 
-// Soundings of a cell that scatter by so many times the variance of the others do so because the
-// seabed there is finer than the cell, a pipe or a wreck, and not by chance.
+// Factor of variance above which the soundings of a cell scatter because of structure finer than
+// the cell, such as a pipe or a wreck, and not by chance.
 constexpr double kClearScatter = 4.0;
-// Edge of a block within which residuals vary by the noise of soundings alone.
+// Edge of a block [m]. Residuals inside a block vary only by the noise of soundings.
 constexpr double kScatterBlockM = 10.0;
 
-// Derivative of the gradient by the height of each cell, of one of the two submaps.
+// Derivatives of the gradient by the cells' heights, of one of the two submaps.
 class Shares {
  public:
   explicit Shares(const Grid<Cell>& grid)
@@ -25,7 +25,7 @@ class Shares {
     columns_.resize(static_cast<std::size_t>(grid.geometry().rows));
   }
 
-  // share: derivative of the gradient by this height.
+  // share: derivative of the gradient by the height of this cell.
   void Add(int row, int col, const Eigen::Array4f& share) {
     const std::size_t i = grid_.geometry().Index(row, col);
     const Cell& cell = grid_.cells()[i];
@@ -34,15 +34,15 @@ class Shares {
     columns = columns.Union({col, col + 1});
   }
 
-  // Covariance of the gradient by the soundings' scatter: by their noise, of variance 1 m2, and by
-  // seabed that is finer than its cell.
+  // Covariance of the gradient from the soundings' scatter: from their noise, for a variance of 1
+  // m2, and from structure finer than a cell.
   struct BySoundings {
     Eigen::Matrix4d noise = Eigen::Matrix4d::Zero();
     Eigen::Matrix4d structure = Eigen::Matrix4d::Zero();
   };
-  // Sum over soundings of n variance u u^T, where u is what a sounding of unit error in a cell adds
-  // to the gradient: the shares of the cells, smoothed as the heights were. Structure: what a cell
-  // shows where that is clearly more than `variance` times the noise there.
+  // Sum over soundings of variance u u^T, where u is the derivative of the gradient by one
+  // sounding: the cells' shares, smoothed as the heights were. A cell counts as structure if its
+  // scatter is clearly more than `variance` times its noise.
   BySoundings OfSoundings(double variance) const {
     const GridGeometry& g = grid_.geometry();
     BySoundings sum;
@@ -74,7 +74,7 @@ class Shares {
   std::vector<ColumnSpan> columns_;
 };
 
-// Residuals by block: their variance within blocks is that of soundings.
+// Residuals by block. Their variance within blocks is that of soundings.
 class ResidualScatter {
  public:
   explicit ResidualScatter(double cell_m)
@@ -102,13 +102,14 @@ class ResidualScatter {
  private:
   using Key = std::pair<int, int>;
   struct Block {
-    WeightedMoments residuals;  // by inverse variance
+    WeightedMoments residuals;  // weighted by inverse variance
     double cells = 0.0;
   };
   double block_m_;
   std::map<Key, Block> blocks_;
   Key last_key_;
-  Block* last_ = nullptr;  // of last_key_: most cells lie in the block of the one before
+  // block of last_key_: most cells are in the same block as the cell before
+  Block* last_ = nullptr;
 };
 
 }  // namespace

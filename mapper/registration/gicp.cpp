@@ -18,7 +18,7 @@ using Cloud = pcl::PointCloud<pcl::PointXYZ>;
 
 Eigen::Vector3d Position(const pcl::PointXYZ& p) { return p.getVector3fMap().cast<double>(); }
 
-// Of the points about points[at], with its eigenvalues replaced by 1, 1, epsilon.
+// Covariance of the points around points[at], with the eigenvalues replaced by 1, 1, epsilon.
 Eigen::Matrix3d PlaneCovariance(const Cloud& points,
                                 const pcl::KdTreeFLANN<pcl::PointXYZ>& tree,
                                 int at,
@@ -35,7 +35,7 @@ Eigen::Matrix3d PlaneCovariance(const Cloud& points,
     scatter += d * d.transpose();
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(scatter);
-  const Eigen::Vector3d normal = eigen.eigenvectors().col(0);  // of the least scatter
+  const Eigen::Vector3d normal = eigen.eigenvectors().col(0);  // direction of least scatter
   return Eigen::Matrix3d::Identity() - (1.0 - params.epsilon) * normal * normal.transpose();
 }
 
@@ -79,13 +79,14 @@ GicpSubmap& GicpSubmap::operator=(GicpSubmap&&) noexcept = default;
 namespace {
 
 constexpr int kMinPartners = 20;
-// A smaller step is lost among partners that change from one to the next.
+// Smaller steps have no meaning, because partners change from step to step.
 constexpr double kStepVoxels = 0.01;
 constexpr double kStepRad = 2e-4;
-// Within one distance; then the partners are looked for nearer, or it does not converge.
+// Steps per search distance. Then the distance is halved; at the shortest, the result has not
+// converged.
 constexpr int kMaxSteps = 20;
 
-// Everything about a placement that the next step and the result need.
+// Normal equations and statistics of a placement.
 struct Linearised {
   Eigen::Matrix3d H = Eigen::Matrix3d::Zero();  // of x, y, yaw
   Eigen::Vector3d g = Eigen::Vector3d::Zero();
@@ -98,7 +99,7 @@ struct Linearised {
 
 struct Alignment {
   Pose2 T_target_source;
-  Linearised at;  // where its last step began
+  Linearised at;  // at the start of its last step
   bool converged = false;
 };
 
@@ -110,7 +111,7 @@ class Gicp {
        double voxel_m)
       : target_(target), source_(source), z_m_(z_m), voxel_m_(voxel_m) {}
 
-  // Partners are looked for within max_distance_m, then within half of that and so on.
+  // Aligns with partners within max_distance_m, then within half of it, and so on.
   Alignment Align(const Pose2& T_prior, double max_distance_m) const {
     const double least_m = 2.0 * voxel_m_;
     Alignment alignment{T_prior, {}, false};
@@ -121,7 +122,7 @@ class Gicp {
   }
 
  private:
-  // Gauss-Newton steps with partners within one distance; false where they do not come to rest.
+  // Gauss-Newton steps with partners within one distance. False if they do not converge.
   bool Settle(double max_distance_m, Alignment* alignment) const {
     Pose2& T = alignment->T_target_source;
     for (int i = 0; i < kMaxSteps; ++i) {
@@ -136,9 +137,9 @@ class Gicp {
     return false;
   }
 
-  // With d = b - (R a + t) of each source point a and its nearest target point b, and
-  // M = (C_b + R C_a R^T)^-1 held: sum d^T M d, its gradient and Gauss-Newton Hessian by t_x, t_y
-  // and yaw.
+  // With d = b - (R a + t) for each source point a and its nearest target point b, and M = (C_b + R
+  // C_a R^T)^-1 held constant: sum of d^T M d, with its gradient and Gauss-Newton Hessian by t_x,
+  // t_y and yaw.
   Linearised LineariseAt(const Pose2& T, double max_distance_m) const {
     Linearised out;
     Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
@@ -156,7 +157,7 @@ class Gicp {
       const auto k = static_cast<std::size_t>(nearest[0]);
       const Eigen::Vector3d d = Position((*target_.cloud)[k]) - (turned + t);
       const Eigen::Matrix3d C = target_.covariances[k] + R * source_.covariances[i] * R.transpose();
-      Eigen::Matrix3d J = Eigen::Matrix3d::Zero();  // of R a + t
+      Eigen::Matrix3d J = Eigen::Matrix3d::Zero();  // derivative of R a + t
       J(0, 0) = J(1, 1) = 1.0;
       J(0, 2) = -turned.y();
       J(1, 2) = turned.x();

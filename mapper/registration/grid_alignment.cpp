@@ -15,13 +15,13 @@ namespace {
 
 constexpr int kMaxSteps = 40;
 constexpr double kStepToleranceCells = 1e-3;
-// Steps of a tenth of a sigma change nothing that matters.
+// A step below a tenth of a sigma is negligible.
 constexpr double kStepToleranceChi2 = 0.01;
 
-// The gradient as a measurement of how far the placement is off: its mean is `cross` times that,
-// its covariance the one-sided Hessian `mean`, which holds what noise makes of the slopes too.
-// Where these agree the measurement is Newton's step; where the slopes are noise alone it weighs
-// nothing and the prior decides.
+// The gradient as a measurement of the placement's error: its mean is `cross` times the error, its
+// covariance the one-sided Hessian `mean`, which includes the slopes that are only noise. If both
+// matrices agree, the measurement gives Newton's step. If the slopes are only noise, it has no
+// weight, and the prior decides.
 struct Measurement {
   Eigen::Matrix4d information;
   Eigen::Vector4d pull;
@@ -116,7 +116,7 @@ Alignment GridAligner::Evaluate(const Hypothesis& at, double noise_scale) const 
 Alignment GridAligner::Align(const Hypothesis& start) const {
   const double shift_information = 1.0 / (prior_.z_sigma_m * prior_.z_sigma_m);
   Hypothesis at = start;
-  double noise_scale = std::numeric_limits<double>::infinity();  // the first step bounds nothing
+  double noise_scale = std::numeric_limits<double>::infinity();  // the first step is not bounded
   double damping = 1.0;
   Eigen::Vector4d last_lengths = Eigen::Vector4d::Zero();
   for (int i = 0;; ++i) {
@@ -135,7 +135,7 @@ Alignment GridAligner::Align(const Hypothesis& start) const {
     b[3] -= shift_information * at.shift_m;
     Eigen::Vector4d step = H.ldlt().solve(b);
 
-    // Cells at the rim enter and leave with every step; a step that turns back is part of a cycle.
+    // Cells at the rim enter and leave with every step. A step back shows a cycle and is damped.
     const double cell = source_.cell_m();
     const Eigen::Vector4d lengths =
         step.cwiseProduct(Eigen::Vector4d(1.0, 1.0, std::max(n.radius_m, cell), 0.0));
@@ -146,7 +146,7 @@ Alignment GridAligner::Align(const Hypothesis& start) const {
     if (lengths.dot(last_lengths) < 0.0) damping = std::max(0.2, 0.7 * damping);
     last_lengths = lengths;
     step.head<3>() *= std::min(damping, cell / length);
-    // On a slope the height belongs to the position: it is solved anew for the damped step.
+    // On a slope the height depends on the position: solved again for the damped step.
     step[3] = (b[3] - H.row(3).head<3>().dot(step.head<3>())) / H(3, 3);
     at = Moved(at, step);
   }

@@ -12,19 +12,23 @@
 namespace seastitch {
 namespace {
 
-// Sums over the soundings of a cell; x and y from the middle of the cloud, z from its mean.
+// Sums over the soundings of a cell. x and y are relative to the middle of the cloud, z to its
+// mean.
 enum Moment { kN, kX, kY, kXX, kXY, kYY, kZ, kXZ, kYZ, kZZ, kPoints, kUnused, kNumMoments };
 using CellSums = Eigen::Array<double, kNumMoments, 1>;
 
-// Points under a kernel of unit peak; they weigh as twice as many alike. Fewer make no plane.
+// Fewest points under a kernel with peak 1. They weigh as much as twice as many points of equal
+// weight. With fewer no plane is fitted.
 constexpr double kMinPoints = 2.0;
-// Least spread of the soundings under a kernel in any direction, in cells (1 where they are even).
+// Smallest spread of the soundings under a kernel in any direction, in cells. Evenly spread
+// soundings have 1.
 constexpr double kMinSpreadCells = 0.4;
-// Furthest that the middle of these may lie from the cell's, in cells: 0.8 on a straight rim of
-// even soundings, 1.1 in a corner. Beyond, nothing is seen and the plane is extrapolated.
+// Largest distance between the mean position of these soundings and the cell's centre, in cells:
+// 0.8 on a straight rim of evenly spread soundings, 1.1 in a corner. Beyond it the plane would be
+// extrapolated.
 constexpr double kMaxLeverCells = 1.0;
 
-// In the level frame; a float holds it as well as the cloud did.
+// A point in the level frame; float is as exact here as in the cloud.
 struct LevelPoint {
   Eigen::Vector3f p;
   float n;
@@ -38,8 +42,8 @@ std::vector<LevelPoint> UsableSoundings(const PointCloud& cloud, const Eigen::Ma
   for (std::size_t i = 0; i < size; ++i) {
     const Eigen::Vector3f& p = cloud.points[i];
     const float n = cloud.soundings[i];
-    // A float of 1e9 m is no sounding, and its square would drown the others. Nor is one that is no
-    // number.
+    // Excludes values that are not finite, and values that cannot be soundings: the square of 1e9 m
+    // would swamp all others.
     if (!((p.array().abs() < 1e6f).all() && n > 0.0f && n < 1e9f)) continue;
     out.push_back({(R * p.cast<double>()).cast<float>(), n});
   }
@@ -65,7 +69,8 @@ Box BoundingBox(const std::vector<LevelPoint>& soundings) {
   return {min.cast<double>(), max.cast<double>()};
 }
 
-// Where all but the outermost 0.5 % on every side lie, with as much again as a margin of a fifth.
+// Box without the outermost 0.5 % of the soundings on every side, widened by 20 % of its size on
+// every side.
 Box CoreBox(const std::vector<LevelPoint>& soundings) {
   Box box;
   std::vector<double> values(soundings.size());
@@ -91,7 +96,7 @@ double CellsOf(const Box& box, double cell_m) {
   return (box.Size().x() / cell_m + 2.0) * (box.Size().y() / cell_m + 2.0);
 }
 
-// As GridGeometry::Row and Col, of places that lie in the grid.
+// GridGeometry::Row and Col for positions inside the grid.
 int RowInside(const GridGeometry& g, const LevelPoint& s) {
   return static_cast<int>((s.p.x() - g.origin.x()) / g.cell_m);
 }
@@ -99,8 +104,8 @@ int ColInside(const GridGeometry& g, const LevelPoint& s) {
   return static_cast<int>((s.p.y() - g.origin.y()) / g.cell_m);
 }
 
-// Mean distance of neighbouring points of a box that holds all: from the area of the cells of a
-// trial grid that hold any.
+// Mean distance of neighbouring points, all inside the box: from the total area of the occupied
+// cells of a trial grid.
 double PointSpacing(const std::vector<LevelPoint>& soundings, const Box& box) {
   const double count = static_cast<double>(soundings.size());
   const Eigen::Vector2d size = box.Size();
@@ -113,14 +118,14 @@ double PointSpacing(const std::vector<LevelPoint>& soundings, const Box& box) {
   return trial_cell * std::sqrt(static_cast<double>(cells) / count);
 }
 
-// The finest level whose cells are at least so large.
+// The finest level with cells of at least this size.
 int LevelAtLeast(double cell_m) { return static_cast<int>(std::ceil(std::log2(cell_m) - 1e-9)); }
 double CellEdge(int level) { return std::exp2(level); }
 
-// Soundings in the order of the rows of a grid, so that whoever goes through them stays in one row.
+// Soundings sorted by rows of a grid, so that they are read row by row.
 struct SoundingRows {
   std::vector<LevelPoint> soundings;
-  std::vector<std::size_t> ends;  // of every row
+  std::vector<std::size_t> ends;  // end of every row
 };
 
 SoundingRows SortIntoRows(const std::vector<LevelPoint>& soundings, const GridGeometry& g) {
@@ -137,17 +142,17 @@ SoundingRows SortIntoRows(const std::vector<LevelPoint>& soundings, const GridGe
   return out;
 }
 
-// Sums of every cell of a level. x and y count from `middle`.
+// Sums of every cell of a level. x and y are relative to `middle`.
 struct RawLevel {
   GridGeometry geometry;
   Eigen::Vector2d middle;
   std::vector<CellSums> cells;
-  std::vector<ColumnSpan> columns;  // of every row: the cells that hold any
+  std::vector<ColumnSpan> columns;  // range of occupied cells of every row
 
   CellSums* Row(int row) { return cells.data() + geometry.Index(row, 0); }
 
-  // With cells of twice the size, empty. Corners lie on multiples of the cell, so cells pair off
-  // from an even or an odd one.
+  // An empty level with cells of twice the size. Corners are at multiples of the cell size, so
+  // pairs of cells may begin at an even or an odd cell.
   RawLevel Coarser() const {
     const GridGeometry& g = geometry;
     RawLevel out;
@@ -159,7 +164,7 @@ struct RawLevel {
     return out;
   }
 
-  // Adds a row of a level with cells of half the size.
+  // Adds a row of the level with cells of half the size.
   void AddFiner(const GridGeometry& fine, int fine_row, ColumnSpan span, const CellSums* line) {
     if (span.empty()) return;
     const int odd_row = geometry.Row(fine.Center(1, 0).x());
@@ -187,7 +192,7 @@ void AddSounding(double n, double x, double y, double z, CellSums* sums) {
   m[kPoints] += 1.0;
 }
 
-// Sums the soundings of a row of the finest level.
+// Sums the soundings in one row of the finest level.
 ColumnSpan Bin(const SoundingRows& sorted,
                const GridGeometry& g,
                const Eigen::Vector2d& middle,
@@ -205,28 +210,30 @@ ColumnSpan Bin(const SoundingRows& sorted,
   return columns;
 }
 
-// Errors are weighed by the square of the kernel, whose middle at a rim lies nearer to it: by so
-// much the covariance of height and slope is larger than if all soundings weighed alike. Integrals
-// over a half-plane of even soundings, to 3 %, by how far their middle is from the cell's.
+// Factor of the covariance of height and slope, relative to equal weights. Errors are weighted by
+// the square of the kernel, whose mean position at a rim is nearer to the rim. Fitted to integrals
+// over a half-plane of evenly spread soundings, to 3 %; lever_cells: distance of their mean
+// position from the cell's centre.
 double RimFactor(double lever_cells) {
   return 1.5 - 0.52 * lever_cells - 0.22 * lever_cells * lever_cells;
 }
 
-// Plane under a kernel, by weighted least squares: height and slope at p. Where too little is seen
-// the cell stays as it is.
+// Fits a plane under a kernel by weighted least squares: height and slope at p. The cell remains
+// unchanged if the soundings are too few or on one side.
 void FitPlane(const CellSums& m,
               const Eigen::Vector2d& p,
               double cell_m,
               double peak,
               RegistrationSubmap::Cell* out) {
-  // kPoints counts the points under a kernel of unit sum; over the peak, of unit peak.
+  // kPoints counts points under a kernel with sum 1. Divided by its peak: under a kernel with peak
+  // 1.
   if (!(m[kPoints] >= kMinPoints * peak)) return;
   const double inverse_n = 1.0 / m[kN];
   const CellSums mean = m * inverse_n;
   const double xx = mean[kXX] - mean[kX] * mean[kX];
   const double xy = mean[kXY] - mean[kX] * mean[kY];
   const double yy = mean[kYY] - mean[kY] * mean[kY];
-  // The spread in every direction is at least that: its smaller eigenvalue.
+  // The smaller eigenvalue of the spread must be at least this.
   const double least = (kMinSpreadCells * cell_m) * (kMinSpreadCells * cell_m);
   if (!(xx >= least && (xx - least) * (yy - least) >= xy * xy)) return;
   const double lever_x = p.x() - mean[kX];
@@ -238,12 +245,12 @@ void FitPlane(const CellSums& m,
   const double yz = mean[kYZ] - mean[kY] * mean[kZ];
   const double slope_x = inverse_determinant * (yy * xz - xy * yz);
   const double slope_y = inverse_determinant * (xx * yz - xy * xz);
-  // Covariance of height and slope, over the variance of a mean of so many soundings, if all
-  // weighed alike.
+  // Covariance of height and slope, relative to the variance of a mean of as many soundings, for
+  // equal weights.
   const double with_slope_x = inverse_determinant * (yy * lever_x - xy * lever_y);
   const double with_slope_y = inverse_determinant * (xx * lever_y - xy * lever_x);
-  // The fit takes one of the points from the residual: for a Gaussian, K^2 has half the area and
-  // half the spread of K, and 1/2 + 1/4 + 1/4 = 1.
+  // The fit removes one point's worth from the residual. For a Gaussian kernel K, K^2 has half the
+  // area and half the spread of K, and 1/2 + 1/4 + 1/4 = 1.
   const double residual = mean[kZZ] - mean[kZ] * mean[kZ] - slope_x * xz - slope_y * yz;
   const double scatter = std::max(0.0, residual) * m[kN] / (m[kPoints] - peak);
   out->height_m = static_cast<float>(mean[kZ] + slope_x * lever_x + slope_y * lever_y);
@@ -281,7 +288,7 @@ RegistrationSubmap::Level FitLevel(int number,
   return level;
 }
 
-// Median of the scatter of the cells that are known; nothing where none is.
+// Median of the scatter of the known cells; nothing if there are none.
 std::optional<float> MedianScatter(const RegistrationSubmap::Level& level) {
   std::vector<float> scatters;
   scatters.reserve(level.grid.cells().size());
@@ -302,7 +309,8 @@ RegistrationSubmap RegistrationSubmap::Prepare(const PointCloud& cloud,
   const auto max_cells = static_cast<double>(params.max_cells);
   const auto count = static_cast<double>(soundings.size());
   Box box = BoundingBox(soundings);
-  // Ten cells a point and more are mostly empty: something lies far from everything else.
+  // More than ten cells per point: most cells are empty, because some points are far from all
+  // others.
   double spacing = PointSpacing(soundings, box);
   if (CellsOf(box, std::max(spacing, params.min_cell_m)) > std::min(max_cells, 10.0 * count)) {
     box = CoreBox(soundings);
@@ -320,8 +328,8 @@ RegistrationSubmap RegistrationSubmap::Prepare(const PointCloud& cloud,
   }
   out.height_datum_m_ = sum_z / sum_n;
 
-  // The finest level is summed row by row, and every level, while it is fitted, adds itself up to
-  // the next.
+  // The finest level is summed row by row. While a level is fitted, its rows are added to the next
+  // coarser level.
   const GridGeometry finest_grid = GridGeometry::Covering(box.min, box.max, CellEdge(finest));
   const Eigen::Vector2d middle = 0.5 * (box.min + box.max);
   const SoundingRows sorted = SortIntoRows(soundings, finest_grid);

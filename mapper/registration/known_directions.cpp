@@ -49,9 +49,9 @@ KnownDirections KnownDirectionsOf(const GridAligner& aligner,
   const SmallMatrix uncoupled = (V.transpose() * hessian * V).inverse();
   known.gain = uncoupled * V.transpose() * L.transpose();
   known.covariance = known.gain * info.gradient_covariance * known.gain.transpose();
-  // Uncertainty along the open directions, one prior sigma, couples into the known ones: a pipe's
-  // direction is not known exactly, and slopes along it differ from patch to patch by chance. The
-  // covariance of the coupling is V^T H V open_slopes / patches.
+  // The open directions are uncertain by one prior sigma, and this couples into the known ones: a
+  // pipe's direction is not known exactly, and the slopes along it differ at random between
+  // patches. The covariance of the coupling is V^T H V open_slopes / patches.
   known.covariance += uncoupled * (open_slopes / fit.patches);
   const double position_variance = params.min_position_sigma_m * params.min_position_sigma_m;
   const SmallMatrix to_position = V.transpose() * known.whiten.leftCols<2>();

@@ -13,16 +13,17 @@ namespace {
 using Cell = RegistrationSubmap::Cell;
 using Level = RegistrationSubmap::Level;
 
-// Cells of a block, of which every second in both directions is asked: the kernel has their
-// neighbours too. The median of so many is that of the noise where a pipe or a wreck, which scatter
-// because the seabed there is finer than a cell, runs through them.
+// Cells per side of a block. Every second cell in both directions is used, because the kernel mixes
+// neighbours. The median of so many cells is the noise even if a pipe or a wreck, which is finer
+// than a cell and scatters more, crosses the block.
 constexpr int kBlockCells = 8;
 constexpr int kStride = 2;
 constexpr std::size_t kFewest = 3;
-// Variances over that of the typical block: more or less is no noise of one sonar.
+// Limits of a block's variance relative to the typical block. Values beyond are not noise of one
+// sonar.
 constexpr float kLeast = 0.05f;
 constexpr float kMost = 16.0f;
-// How far the logarithm may go on growing from the middle of a block.
+// Largest change of the logarithm of the variance from the middle of a block.
 constexpr float kFurthest = 1.0f;
 
 bool IsKnown(const Cell& cell) { return cell.variance > 0.0f; }
@@ -75,7 +76,8 @@ Grid<LocalNoise::Block> LocalNoise::BlocksOf(const Level& finest, double least_s
   return out;
 }
 
-// By least squares over the blocks around; where these tell little, towards nothing.
+// Gradient of the logarithm of the variance, by least squares over the neighbouring blocks. The
+// constant on the diagonal shrinks a poorly determined gradient towards zero.
 Eigen::Vector2f LocalNoise::GradientAt(int row, int col) const {
   const Block& here = blocks_(row, col);
   const auto block_m = static_cast<float>(blocks_.geometry().cell_m);
@@ -92,7 +94,8 @@ Eigen::Vector2f LocalNoise::GradientAt(int row, int col) const {
   return squares.inverse() * products;
 }
 
-// At the rim of a submap blocks are slivers of which nothing is known: as the nearest that touches.
+// The nearest of the neighbouring blocks with a known variance. Used at the rim of a submap, where
+// blocks are too small to have one.
 LocalNoise::Block LocalNoise::NearestTo(int row, int col) const {
   const Eigen::Vector2f middle =
       (blocks_.geometry().Center(row, col) - blocks_.geometry().origin).cast<float>();
@@ -131,8 +134,8 @@ void LocalNoise::Weigh(Level* level) const {
       const Block& block = blocks_(block_row, block_cols[static_cast<std::size_t>(col)]);
       if (!IsKnown(cell) || block.variance == 0.0f) continue;
       const Noise noise = At(block, (g.Center(row, col) - b.origin).cast<float>());
-      // Noise that grows across a kernel K correlates height and slope as a rim does: K^2, which
-      // weighs it, has half the spread of K.
+      // A noise that grows across a kernel K correlates height and slope, as a rim does. Errors are
+      // weighted by K^2, which has half the spread of K.
       const Eigen::Vector2f by_growth = 0.5f * cell.variance * noise.gradient;
       cell.noise = noise.ratio;
       cell.variance *= noise.ratio;

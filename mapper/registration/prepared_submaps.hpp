@@ -10,17 +10,17 @@
 
 namespace seastitch {
 
-// The submaps that were prepared for registration last, so that one that meets several others is
-// prepared once. Not thread-safe.
+// Cache of submaps prepared for registration, so that a submap that is registered with several
+// others is prepared once. Not thread-safe.
 class PreparedSubmaps {
  public:
-  // max_bytes: of what is kept; twenty submaps of 50,000 points.
+  // max_bytes: limit of the cache; the default holds about twenty submaps of 50,000 points.
   explicit PreparedSubmaps(const RegistrationParams& params, std::size_t max_bytes = 32'000'000)
       : params_(params), max_bytes_(max_bytes) {}
 
-  // A submap's points never change: what its id was prepared from is not looked at again.
+  // Prepares a submap, or returns it from the cache by its id: a submap's points never change.
   std::shared_ptr<const RegistrationSubmap> Get(const Submap& submap);
-  // Null where it is not kept.
+  // Null if it is not in the cache.
   std::shared_ptr<const RegistrationSubmap> Find(SubmapId id);
 
  private:

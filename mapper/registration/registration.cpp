@@ -18,7 +18,7 @@ using Level = RegistrationSubmap::Level;
 
 constexpr double kMaxCoordinateM = 1e6;
 
-// Levels that both submaps have, fine to coarse.
+// The levels that both submaps have, from fine to coarse.
 struct LevelPair {
   const Level* target;
   const Level* source;
@@ -43,7 +43,7 @@ bool Usable(const RegistrationPrior& prior) {
   return C.isApprox(C.transpose(), 1e-6) && C.llt().info() == Eigen::Success;
 }
 
-// Size of an overlap and its middle, in the source's axes.
+// Area of an overlap, and its middle in the source's axes.
 struct Overlap {
   double cells = 0.0;
   Eigen::Vector2d center_source = Eigen::Vector2d::Zero();
@@ -69,32 +69,34 @@ Overlap OverlapAt(const LevelPair& level, const Pose2& T_target_source) {
   return out;
 }
 
-// One mode of the search on its way from coarse to fine.
+// One mode of the search, refined from coarse to fine levels.
 struct Candidate {
   Eigen::Vector2d center_source;
-  Alignment fit;                           // on the level reached
+  Alignment fit;                           // on the finest level reached
   double search_evidence_per_patch = 0.0;  // on the level of the search
 };
 
-// The best candidate with its information.
+// The best candidate, with its information.
 struct Solution {
   Candidate best;
   KnownDirections known;
 };
 
-// A grid that narrows sigma by less than 3 % in each direction is not worth its time.
+// Smallest gain of information that justifies a finer grid: 3 % of sigma in each direction.
 constexpr double kWorthwhileNats = 0.1;
-// A kernel of sigma one cell leaves a tenth of a wave of three cells; such places and some beyond.
+// Search radius for nearby rivals, in cells of the search. A kernel with a sigma of one cell leaves
+// a tenth of the amplitude of a wave of three cells: such rivals, and some beyond, are in reach.
 constexpr double kRivalReachCells = 4.0;
-constexpr double kRivalYawVariance = 1e-8;  // the best place's yaw alone
-// Steps of a tenth of a sigma change nothing that matters.
+constexpr double kRivalYawVariance = 1e-8;  // only the yaw of the best placement
+// A step below a tenth of a sigma is negligible.
 constexpr double kPolishedChi2 = 0.01;
 constexpr int kMaxPolishSteps = 20;
-// Cells at the rim enter and leave with every step. Full steps then turn back and forth for ever.
+// Damping after a step back. Cells at the rim enter and leave with every step, and full steps could
+// alternate for ever.
 constexpr double kTurnedBackDamping = 0.6;
-// A misfit above the noise is accepted where relief explains this many times more: it is then an
-// error that the surfaces share. Not where a direction is open: crests that bend fit poorly further
-// along.
+// A misfit above the noise is accepted if the relief explains this many times more: the surfaces
+// then agree, and share an error. This does not apply if a direction is open: curved crests fit
+// worse further along.
 constexpr double kClearRelief = 10.0;
 
 const Candidate& Best(const std::vector<Candidate>& candidates) {
@@ -105,7 +107,7 @@ const Candidate& Best(const std::vector<Candidate>& candidates) {
       });
 }
 
-// One registration, from top to bottom: search, refine, descend, judge.
+// One registration, in four steps: search, refine, descend, judge.
 class Registrar {
  public:
   Registrar(const RegistrationSubmap& target,
@@ -146,7 +148,7 @@ class Registrar {
 
   // --- Search
 
-  // Twice the finest: the search needs no more, and noise is less there.
+  // Twice the finest cell size: it suffices for the search, and averages more noise.
   std::size_t SearchLevel() const {
     std::size_t level = std::min<std::size_t>(1, levels_.size() - 1);
     while (level + 1 < levels_.size() &&
@@ -156,7 +158,7 @@ class Registrar {
     return level;
   }
 
-  // Modes of the window as candidates; none where they overlap too little.
+  // Candidates from the modes of the window; none if the overlap is too small.
   std::vector<Candidate> Search(std::size_t level) {
     const LevelPair& grids = levels_[level];
     const std::vector<SearchMode> modes =
@@ -179,7 +181,7 @@ class Registrar {
     return {*levels_[level].target, *levels_[level].source, prior_, noise_, center_source, params_};
   }
 
-  // Aligns every candidate on one level, from where the coarser one ended.
+  // Aligns every candidate on one level, starting at its result of the coarser level.
   void Refine(std::size_t level, std::vector<Candidate>* candidates) const {
     for (Candidate& c : *candidates) c.fit = Aligner(level, c.center_source).Align(c.fit.at);
   }
@@ -195,9 +197,9 @@ class Registrar {
     return cells * cell * cell;
   }
 
-  // Drops candidates that are clearly worse than the best, since they do not improve on a finer
-  // grid, and repetitions. One that did not converge counts against the others but is never the
-  // best. Empty where none converged.
+  // Removes repetitions, and candidates that are clearly worse than the best: a finer grid does not
+  // improve them. A candidate that did not converge can be a rival but not the best. Empty if none
+  // converged.
   void Select(std::size_t level, std::vector<Candidate>* candidates) const {
     if (std::none_of(candidates->begin(), candidates->end(), [](const Candidate& c) {
           return c.fit.converged;
@@ -212,7 +214,7 @@ class Registrar {
     EraseRepeated(level, candidates);
   }
 
-  // Candidates that met at one place, to a tenth of a cell, are one.
+  // Candidates within a tenth of a cell of each other are one.
   void EraseRepeated(std::size_t level, std::vector<Candidate>* candidates) const {
     const double cell = levels_[level].source->cell_m();
     std::vector<Candidate> apart;
@@ -229,8 +231,8 @@ class Registrar {
     *candidates = std::move(apart);
   }
 
-  // Whether another place agrees about as well as the best: patch by patch, since a larger overlap
-  // is no argument on a seabed that repeats itself.
+  // True if another placement fits about as well as the best. Compared per patch, because on a
+  // repetitive seabed a larger overlap is no argument.
   bool FitsAlike(const Alignment& best, const Alignment& other, double tolerance) const {
     if (!(other.evidence >= 0.5 * params_.min_evidence_nats)) return false;
     const double patches = std::min(best.DegreesOfFreedom(), other.DegreesOfFreedom());
@@ -254,8 +256,8 @@ class Registrar {
     *known = KnownDirectionsOf(aligner, *fit, *fit->information, prior_, params_);
   }
 
-  // A finer grid follows more relief, costs more, and carries more noise. Descends as long as the
-  // information of the best candidate grows. Gives the level where it ends.
+  // Descends to finer grids as long as the information of the best candidate grows. A finer grid
+  // resolves more relief, but costs more time and has more noise. Returns the level where it ends.
   std::size_t Descend(std::size_t level,
                       std::vector<Candidate>* candidates,
                       Solution* solution) const {
@@ -273,8 +275,9 @@ class Registrar {
     return level;
   }
 
-  // The coarse grid can hide nearby minima. Where a patch has more evidence on the finer level,
-  // searches around the best place there, as far as the kernel of the search reaches.
+  // Adds rivals near the best placement. The coarse grid can hide nearby minima: if a patch has
+  // clearly more evidence on the finer level, this level is searched as far as the kernel of the
+  // search reaches.
   void AddRivalsNearby(const Candidate& best,
                        std::size_t search_level,
                        std::size_t level,
@@ -331,11 +334,11 @@ class Registrar {
     return LoopVerdict::kAccepted;
   }
 
-  // Newton steps without the prior, along the known directions alone: the result must not contain
-  // the prior, which the graph has already. False: they do not end.
+  // Newton steps without the prior, only along the known directions: the result must not contain
+  // the prior, which the graph has already. False if they do not converge.
   bool Polish(const GridAligner& aligner, Alignment* fit, KnownDirections* known) const {
     double damping = 1.0;
-    Eigen::Vector3d last_move = Eigen::Vector3d::Zero();  // in prior sigma
+    Eigen::Vector3d last_move = Eigen::Vector3d::Zero();  // in units of the prior's sigma
     for (int i = 0; i <= kMaxPolishSteps; ++i) {
       if (known->rank() == 0) return true;
       const SmallVector step = known->gain * fit->information->gradient;
@@ -358,7 +361,7 @@ class Registrar {
     return false;
   }
 
-  // Whether a place fits alike that differs by more than the uncertainty of both.
+  // True if a placement fits as well and differs by more than the uncertainty of both.
   bool FindRival(const Alignment& best,
                  const Eigen::Vector2d& center_source,
                  const std::vector<Candidate>& candidates,
@@ -457,8 +460,8 @@ RegistrationResult Align(const RegistrationSubmap& target,
   const RegistrationResult result = Registrar(target, source, of_cells, params).Run();
   if (result.verdict != LoopVerdict::kOutsideWindow || !(result.score >= params.min_evidence_nats))
     return result;
-  // A match this clear outside the window is no chance: the prior is too narrow. It is judged again
-  // in a window of twice the width.
+  // So clear a match outside the window shows that the prior is too narrow. It is registered again
+  // with a window of twice the width.
   of_cells.covariance *= 4.0;
   return Registrar(target, source, of_cells, params).Run();
 }

@@ -19,7 +19,7 @@ using Cell = RegistrationSubmap::Cell;
 
 constexpr double kEverywhereM = 1e9;
 
-// The prior of (target position of the source's centre, yaw).
+// The prior of the source's centre in the target, and of yaw.
 struct CenterPrior {
   Eigen::Vector2d center_target;
   double yaw;
@@ -36,16 +36,16 @@ CenterPrior AboutCenter(const RegistrationPrior& prior, const Eigen::Vector2d& c
           J * prior.covariance * J.transpose()};
 }
 
-// The cells of the source that the window can bring onto the target. Yaw is tried about their
-// centre, since there it moves them least.
+// The cells of the source that may overlap the target for poses within the window. Yaw turns them
+// about their centre, where it moves them least.
 struct SourceShape {
   Eigen::Vector2d center = Eigen::Vector2d::Zero();
   double radius_m = 0.0;
-  Eigen::Vector2d half_size_m = Eigen::Vector2d::Zero();  // along the target's axes, at any yaw
+  Eigen::Vector2d half_size_m = Eigen::Vector2d::Zero();  // along the target's axes, for every yaw
 };
 
-// Calls visit(p) with the centre of every cell of the source that the prior, moved by up to
-// `reach`, lays on the target.
+// Calls visit(p) with the centre of every cell of the source that falls on the target if the prior
+// is moved by up to `reach`.
 template <class Visit>
 void ForEachCellWithin(const Grid<Cell>& source,
                        const GridGeometry& target,
@@ -100,13 +100,13 @@ SourceShape ShapeOf(const Grid<Cell>& source,
   return shape_within((reach.array() + all.radius_m * yaw_reach).matrix());
 }
 
-// Cells of the target that the source's centre is tried on, and yaws.
+// The cells of the target at which the source's centre is tried, and the yaws.
 struct Window {
   int first_row;
   int first_col;
-  int rows;  // 0: nowhere in the window do the two meet
+  int rows;  // 0: target and source never overlap in the window
   int cols;
-  int half_rows;  // of the box that holds the source at every yaw
+  int half_rows;  // of the box that contains the source at every yaw
   int half_cols;
   int half_yaws;
   double yaw_step;
@@ -115,8 +115,8 @@ struct Window {
   int ImageCols() const { return cols + 2 * half_cols; }
 };
 
-// Cells first to last of one axis within `reach` of `middle`, where the source can still touch the
-// target.
+// First cell and number of cells of one axis within `reach` of `middle` where the source still
+// touches the target.
 std::pair<int, int> Range(double middle, double reach, int target_cells, int source_half) {
   const double first = std::max(std::floor(middle - reach), -1.0 * source_half);
   const double last = std::min(std::ceil(middle + reach), 1.0 * target_cells + source_half - 1.0);
@@ -139,14 +139,14 @@ Window WindowOf(const GridGeometry& target,
   w.half_cols = static_cast<int>(std::ceil(shape.half_size_m.y() / cell)) + 1;
   std::tie(w.first_row, w.rows) = Range(middle.x(), reach(0) / cell, target.rows, w.half_rows);
   std::tie(w.first_col, w.cols) = Range(middle.y(), reach(1) / cell, target.cols, w.half_cols);
-  // Between two hypotheses the rim is 3/4 of a kernel off, most of the area less.
+  // Half a step of yaw moves the rim by 3/4 of a cell, most of the area by less.
   w.yaw_step = 1.5 * cell / std::max(shape.radius_m, cell);
   w.half_yaws =
       static_cast<int>(std::ceil(std::max(0.0, std::min(reach(2), kPi) / w.yaw_step - 0.5)));
   return w;
 }
 
-// Where a surface is known, its height there, and the height's square.
+// Three layers: a mask of known cells, their heights, and the squares of the heights.
 struct Layers {
   std::vector<double> known;
   std::vector<double> height;
@@ -171,7 +171,7 @@ Spectra Transform(Correlator* correlator, const Layers& layers) {
           correlator->Transform(layers.square)};
 }
 
-// A place of the source's centre in the window, at the yaw that fits best there.
+// A position of the source's centre in the window, with the yaw that fits best there.
 struct Place {
   double score = -std::numeric_limits<double>::infinity();
   double yaw = 0.0;
@@ -213,7 +213,8 @@ class Searcher {
            static_cast<std::size_t>(col);
   }
 
-  // The target's cells that any place of the window can reach; first is the lowest lag's.
+  // The target's cells that any position in the window can reach. The first belongs to the lowest
+  // lag.
   Layers TargetLayers() const {
     Layers out(At(correlator_.rows(), 0));
     const GridGeometry& g = target_.geometry();
@@ -247,7 +248,7 @@ class Searcher {
     return out;
   }
 
-  // Scores every lag where enough overlaps, and keeps those better than what `places` has.
+  // Scores every lag with enough overlap, and keeps those that are better than in `places`.
   void KeepBetter(const Spectra& target,
                   const Spectra& source,
                   double yaw,
@@ -304,8 +305,8 @@ class Searcher {
            static_cast<std::size_t>(col);
   }
 
-  // Peaks by their prominence: how far one goes down before one comes to a higher peak, or to
-  // chance. Places along one crest of the scores are one mode, however many peaks there are on it.
+  // The modes with the highest prominence: the drop of the score from a peak to the saddle to a
+  // higher peak, or to the score of chance. All peaks along one crest are one mode.
   std::vector<SearchMode> Modes(const std::vector<Place>& places) const {
     struct Peak {
       std::size_t place;
@@ -317,7 +318,8 @@ class Searcher {
     std::stable_sort(falling.begin(), falling.end(), [&](std::size_t a, std::size_t b) {
       return places[a].score > places[b].score;
     });
-    // As the level falls, islands appear and join; each is known by its highest place.
+    // Union-find over falling scores: islands appear and join. Each is identified by its highest
+    // place.
     constexpr std::size_t kUnderWater = std::numeric_limits<std::size_t>::max();
     std::vector<std::size_t> parent(places.size(), kUnderWater);
     const auto summit = [&](std::size_t i) {
@@ -377,7 +379,7 @@ class Searcher {
   const RegistrationParams& params_;
   Window window_;
   Correlator correlator_;
-  // Of every lag, at one yaw.
+  // values of every lag at one yaw
   std::vector<double> count_;
   std::vector<double> sum_target_;
   std::vector<double> sum_source_;

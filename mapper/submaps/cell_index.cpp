@@ -16,7 +16,7 @@ double CellForDensity(const std::vector<Eigen::Vector3f>& points,
                        CellOf(static_cast<double>(p.y()), cell_m),
                        0});
   }
-  // Ten doublings reach a thousand times the first cell: beyond it nothing is dense.
+  // Ten doublings give a thousand times the first cell. If no cell of that size is dense, none is.
   for (int doubling = 0; doubling < 10; ++doubling, cell_m *= 2.0) {
     if (total >= soundings_per_column * static_cast<double>(columns.size())) break;
     CellIndex of_twice_the_size;

@@ -17,18 +17,18 @@ struct CellKey {
   friend bool operator==(const CellKey&, const CellKey&) = default;
 };
 
-// The cell of a coordinate. Points are bounded by gates before they come here; what is further
-// than the type reaches is put into the outermost cell.
+// The cell of a coordinate. Points were limited before; coordinates beyond the range of the type
+// get the outermost cell.
 inline std::int32_t CellOf(double coordinate_m, double cell_m) {
   constexpr double kLimit = 1e9;
   const double cell = std::floor(coordinate_m / cell_m);
   return static_cast<std::int32_t>(cell < -kLimit ? -kLimit : (cell > kLimit ? kLimit : cell));
 }
 
-// Numbers cells from 0 in the order in which they are first seen, so that whatever is kept a cell
-// lies in a plain vector and has an order that no hash decides. Cells lie in flat tiles, as the
-// seabed does; a hash (open addressing, linear probing) finds the tile, and mostly need not, for
-// soundings come side by side.
+// Numbers cells from 0 in the order in which they are first used. Data per cell can so be stored in
+// a vector, in an order that does not depend on a hash. Cells are stored in flat tiles, as the
+// seabed is flat. A hash table (open addressing, linear probing) finds the tile; mostly it is not
+// needed, because successive soundings are neighbours.
 class CellIndex {
  public:
   static constexpr std::size_t kNone = static_cast<std::size_t>(-1);
@@ -71,15 +71,15 @@ class CellIndex {
   }
 
   static std::size_t Hash(const CellKey& key) {
-    // Odd multipliers near 2^64 / phi and its like, then the high bits folded down: neighbours
-    // spread over the table.
+    // Odd multipliers such as 2^64 / phi, then the high bits folded down, so that neighbours spread
+    // over the table.
     std::uint64_t h = static_cast<std::uint32_t>(key.x) * 0x9E3779B97F4A7C15ull;
     h ^= static_cast<std::uint32_t>(key.y) * 0xC2B2AE3D27D4EB4Full;
     h ^= static_cast<std::uint32_t>(key.z) * 0x165667B19E3779F9ull;
     return static_cast<std::size_t>(h ^ (h >> 29) ^ (h >> 43));
   }
 
-  // Where the tile is, or would be.
+  // Slot of the tile, or the free slot for it.
   std::size_t SlotOf(const CellKey& tile_key) const {
     std::size_t slot = Hash(tile_key) & (slots_.size() - 1);
     while (slots_[slot] != kEmpty && tiles_[slots_[slot]].key != tile_key)
@@ -110,9 +110,9 @@ class CellIndex {
   std::uint32_t last_ = 0;            // tile of the last cell asked for
 };
 
-// The smallest of cell_m, 2 cell_m, 4 cell_m, ... whose occupied columns hold at least
-// soundings_per_column on average: what makes a filter or an outline follow the density of the
-// data instead of one sonar at one altitude. Axes of the points: z up or down.
+// The smallest of cell_m, 2 cell_m, 4 cell_m, ... with at least soundings_per_column on average in
+// occupied columns. So a filter or an outline adapts to the density of the data. z axis of the
+// points: up or down.
 double CellForDensity(const std::vector<Eigen::Vector3f>& points,
                       const std::vector<float>& soundings,
                       double cell_m,

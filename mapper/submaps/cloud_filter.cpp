@@ -10,12 +10,12 @@
 namespace seastitch {
 namespace {
 
-// A window of 5 x 5 columns: its median stands while up to 12 of them are not seabed.
+// A window of 5 x 5 columns. Its median remains on the seabed while at most 12 columns are off it.
 constexpr int kReach = 2;
 constexpr int kSide = 2 * kReach + 1;
 constexpr std::size_t kWindow = kSide * kSide;
 
-// Up to a window of heights.
+// The heights of a window's columns.
 class Heights {
  public:
   Heights() { values_.fill(std::numeric_limits<float>::infinity()); }
@@ -23,8 +23,9 @@ class Heights {
   const float* begin() const { return values_.data(); }
   const float* end() const { return values_.data() + size_; }
 
-  // Of an even number the upper one; of none 0. The largest that at most half of the others are
-  // below: so few are counted without branches in less time than a selection takes to guess.
+  // Median: of an even number the upper one, of none 0. Computed as the largest value that has at
+  // most half of the others below it: for so few values, counting without branches is faster than a
+  // selection.
   float Median() const {
     constexpr float kNever = -std::numeric_limits<float>::infinity();
     const auto half = static_cast<int>(size_ / 2);
@@ -38,13 +39,13 @@ class Heights {
   }
 
  private:
-  static constexpr std::size_t kPadded = 28;  // a window in whole vectors of four
+  static constexpr std::size_t kPadded = 28;  // a window, rounded up to vectors of four
   static_assert(kPadded >= kWindow);
   std::array<float, kPadded> values_;
   std::size_t size_ = 0;
 };
 
-// The points of a cloud by column, and each column's height.
+// The points of a cloud by column, and the height of each column.
 class Columns {
  public:
   Columns(const PointCloud& cloud, double cell_m) : cloud_(cloud), cell_m_(cell_m) {
@@ -79,7 +80,7 @@ class Columns {
   const PointCloud& cloud() const { return cloud_; }
 
  private:
-  // The height that half of the column's soundings lie below.
+  // Sets a column's height to the median of its soundings.
   void SetHeight(std::size_t column, std::vector<std::uint32_t>* sorted) {
     sorted->assign(begin(column), end(column));
     std::sort(sorted->begin(), sorted->end(), [this](std::uint32_t a, std::uint32_t b) {
@@ -105,7 +106,7 @@ class Columns {
   std::vector<float> soundings_;
 };
 
-// The columns around one column, CellIndex::kNone where there is none.
+// The columns around one column; CellIndex::kNone for those without points.
 struct Neighbourhood {
   std::array<std::size_t, kWindow> columns;
   float soundings = 0.0f;
@@ -128,7 +129,7 @@ Neighbourhood Around(const Columns& columns, std::size_t column) {
   return window;
 }
 
-// The seabed about the centre of one column: height, slopes [m a column], scatter [m].
+// The seabed around the centre of one column: height [m], slopes [m per column], scatter [m].
 struct LocalSeabed {
   float height = 0.0f;
   float slope_x = 0.0f;
@@ -136,7 +137,7 @@ struct LocalSeabed {
   float sigma = 0.0f;
 };
 
-// Median of the height steps between columns that are neighbours along x (or along y).
+// Median difference in height between columns that are neighbours along x (or along y).
 float MedianStep(const Columns& columns, const Neighbourhood& window, int along_x) {
   Heights steps;
   for (int dx = -kReach; dx <= kReach - along_x; ++dx) {
@@ -166,12 +167,12 @@ LocalSeabed Fit(const Columns& columns, const Neighbourhood& window) {
   seabed.height = levelled.Median();
   Heights deviations;
   for (const float height : levelled) deviations.Add(std::abs(height - seabed.height));
-  constexpr float kSigmaOfMedianDeviation = 1.4826f;  // of a Gaussian
+  constexpr float kSigmaOfMedianDeviation = 1.4826f;  // for a Gaussian
   seabed.sigma = kSigmaOfMedianDeviation * deviations.Median();
   return seabed;
 }
 
-// Judges the points of one column against the seabed about it.
+// Decides which points of one column are outliers, compared with the seabed around it.
 class ColumnJudge {
  public:
   ColumnJudge(const Columns& columns,
@@ -201,11 +202,11 @@ class ColumnJudge {
     return p.z() - seabed_.height - seabed_.slope_x * dx - seabed_.slope_y * dy;
   }
 
-  // Counts the soundings at the same height in the columns next to this one, and looks whether a
-  // second ping, where one came there, confirms them.
+  // Counts the soundings at the same height in this column and its neighbours. If two pings have
+  // points here, soundings of both must be at that height.
   bool IsSupported(float off) const {
     const auto same = static_cast<float>(params_.min_spike_m);
-    float support = -1.0f;  // one sounding does not support itself
+    float support = -1.0f;  // the sounding itself does not count
     float total = -1.0f;
     PingSpan came, saw;
     for (int dx = -1; dx <= 1; ++dx) {

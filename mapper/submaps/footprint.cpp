@@ -22,14 +22,14 @@ using Point = bg::model::d2::point_xy<double>;
 using Polygon = bg::model::polygon<Point>;
 using Mask = Grid<std::uint8_t>;
 
-// Corners are few and an outline is drawn by eye: a swath of 50 m to 0.5 m.
+// Cells along the longer side: a resolution of 0.5 m for a swath of 50 m. An outline needs no more.
 constexpr double kCellsAlong = 96.0;
 constexpr double kSoundingsPerCell = 4.0;
-// Room for closing the mask without touching its border.
+// Free cells around the mask, so that closing it does not reach the border.
 constexpr int kBorder = 3;
 
-// Where all but a thousandth of the points lie, and a twentieth more: one wild point must not
-// decide how fine the outline is.
+// Range of the points along one axis without a thousandth at each end, widened by 5 %: a single
+// wild point must not coarsen the outline.
 struct Extent {
   double low;
   double high;
@@ -69,7 +69,8 @@ Mask OccupiedCells(const PointCloud& level) {
   return mask;
 }
 
-// Cells with (grow) any or (shrink) all of their 3 x 3 set.
+// Dilation (grow: cells with any set cell among their 3 x 3) or erosion (cells whose 3 x 3 are all
+// set).
 Mask Morph(const Mask& mask, bool grow) {
   const GridGeometry& g = mask.geometry();
   Mask result(g);
@@ -85,7 +86,7 @@ Mask Morph(const Mask& mask, bool grow) {
   return result;
 }
 
-// The largest piece of cells that share edges; of equal ones the first by row.
+// The largest piece of cells connected by edges; of several the first by row.
 Mask LargestPiece(const Mask& mask) {
   const GridGeometry& g = mask.geometry();
   Mask seen(g);
@@ -111,8 +112,7 @@ Mask LargestPiece(const Mask& mask) {
   return result;
 }
 
-// Where two cells touch by a corner alone the outline would touch itself: fills one of the other
-// two, until there is no such place.
+// Fills cells until no two cells touch by a corner only: there the outline would touch itself.
 void FillTouchingCorners(Mask* mask) {
   const GridGeometry& g = mask->geometry();
   for (bool changed = true; changed;) {
@@ -131,7 +131,7 @@ void FillTouchingCorners(Mask* mask) {
   }
 }
 
-// Walks once around the piece on the corners of its cells, the piece on the right hand.
+// Outline of the piece along the edges of its cells, with the piece on the right.
 Polygon Outline(const Mask& mask) {
   const GridGeometry& g = mask.geometry();
   const auto set = [&](int r, int c) { return g.Contains(r, c) && mask(r, c) != 0; };
@@ -145,13 +145,13 @@ Polygon Outline(const Mask& mask) {
     }
   }
   if (row == g.rows) return polygon;
-  // Steps along +col, +row, -col, -row; the first edge is the low-row edge of the first cell.
+  // Steps along +col, +row, -col, -row. The first edge is the low-row edge of the first cell.
   constexpr int kStepRow[4] = {0, 1, 0, -1};
   constexpr int kStepCol[4] = {1, 0, -1, 0};
   const int first_row = row;
   const int first_col = col;
   int heading = 0;
-  // The cells ahead of corner (row, col), on the inner and on the outer hand.
+  // Whether the cell ahead of corner (row, col) is set, on the inner or the outer side.
   const auto ahead = [&](bool inner) {
     constexpr int kInner[4][2] = {{0, 0}, {0, -1}, {-1, -1}, {-1, 0}};
     const int* offset = kInner[inner ? heading : (heading + 3) % 4];
@@ -171,11 +171,12 @@ Polygon Outline(const Mask& mask) {
 }
 
 Polygon WithFewCorners(const Polygon& outline, double cell_m) {
-  // Closed: the first corner counts twice.
+  // A closed polygon has its first corner twice.
   const auto usable = [](const Polygon& p) {
     return p.outer().size() >= 4 && p.outer().size() <= kMaxOutlineCorners + 1 && bg::is_valid(p);
   };
-  // From straightening the stairs of a slanted edge to what only a ragged cloud needs.
+  // Tolerance: from one that straightens the stairs of a slanted edge to one that only a ragged
+  // cloud needs.
   for (double tolerance = 0.75 * cell_m; tolerance < 20.0 * cell_m; tolerance *= 1.5) {
     Polygon simple;
     bg::simplify(outline, simple, tolerance);
@@ -195,7 +196,7 @@ Footprint FootprintOf(const PointCloud& level) {
   if (level.empty()) return {};
   const Mask occupied = OccupiedCells(level);
   if (occupied.cells().empty()) return {};
-  // Grown and shrunk by a cell: dropped beams and pings leave no slits.
+  // Closing by one cell removes the slits of dropped beams and pings.
   Mask piece = LargestPiece(Morph(Morph(occupied, true), false));
   FillTouchingCorners(&piece);
   const Polygon outline = WithFewCorners(Outline(piece), occupied.geometry().cell_m);

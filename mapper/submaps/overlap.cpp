@@ -20,7 +20,7 @@ using Point = bg::model::d2::point_xy<double>;
 using Polygon = bg::model::polygon<Point>;
 using MultiPolygon = bg::model::multi_polygon<Polygon>;
 
-// The footprint seen from another frame.
+// The footprint in frame a, given in frame b.
 Polygon PolygonOf(const Footprint& footprint, const Pose2& T_a_b) {
   Polygon polygon;
   for (const Eigen::Vector2d& corner : footprint) {
@@ -37,11 +37,11 @@ double CommonArea(const Polygon& a, const Polygon& b) {
     bg::intersection(a, b, common);
     return bg::area(common);
   } catch (const bg::exception&) {
-    return 0.0;  // an imported outline that crosses itself
+    return 0.0;  // for an imported outline that crosses itself
   }
 }
 
-// Where the error ellipse of x, y is sampled, and with what weight.
+// A point at which the error ellipse of x, y is sampled, relative to its centre, and its weight.
 struct Node {
   Eigen::Vector2d offset;
   double weight;
@@ -64,13 +64,13 @@ std::array<Node, 9> Quadrature(const Eigen::Matrix2d& covariance) {
 }
 
 bool CanMeet(const SubmapOutline& target, const SubmapOutline& source, const RelativePose& prior) {
-  // Twice the square root of the trace is at least two sigma any way: beyond every node.
+  // Twice the square root of the trace is at least two sigma in any direction: more than any node.
   const double reach = 2.0 * std::sqrt(prior.covariance.topLeftCorner<2, 2>().trace());
   return prior.T_a_b.Translation().norm() <= target.radius_m + source.radius_m + reach;
 }
 
-// Information of a registration of both, in the target's axes about the source's origin: that of
-// the source, rotated, limited to that of the target.
+// Predicted information of the pair's registration, about the source's origin in the target's axes:
+// that of the source, rotated and scaled to the overlap, limited to that of the target.
 Eigen::Matrix3d PairInformation(const SubmapOutline& target,
                                 const SubmapOutline& source,
                                 const RelativePose& prior,

@@ -15,11 +15,12 @@
 namespace seastitch {
 namespace {
 
-// How often drift and information are looked at: each look costs a pass over some thousand cells.
+// Distance between two checks of drift and information: each check computes over thousands of
+// cells.
 constexpr double kCheckEveryM = 5.0;
-// Slopes are taken over cells of this part of the altitude: several beams and pings each.
+// Cell for slopes, as a fraction of the altitude: contains several beams and pings.
 constexpr double kCellPerAltitude = 0.05;
-// A median of five stands while two of them are outliers, at 1.43 times the variance of a mean.
+// The median of five tolerates two outliers. Its variance is 1.43 times that of the mean.
 constexpr std::size_t kBeamsPerMedian = 5;
 constexpr double kMedianVariance = 1.43;
 constexpr std::size_t kNoVoxel = static_cast<std::size_t>(-1);
@@ -47,7 +48,7 @@ double HorizontalStep(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
   return (b.translation() - a.translation()).head<2>().norm();
 }
 
-// In every horizontal direction and in yaw.
+// True if the covariance is smaller in every horizontal direction and in yaw.
 bool IsBetter(const Eigen::Matrix3d& covariance, const Eigen::Matrix3d& than) {
   const Eigen::Matrix3d gained = than - covariance;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> horizontal(gained.topLeftCorner<2, 2>());
@@ -79,7 +80,7 @@ std::optional<Submap> SubmapBuilder::Add(const GeoreferencedPing& ping) {
     turning_ = false;
     headings_.clear();
   } else {
-    if (!last_ && !frames_.empty() && HasLeftHeading(ping)) EndLine();  // in a restart
+    if (!last_ && !frames_.empty() && HasLeftHeading(ping)) EndLine();  // after a restart
     if (last_) {
       const double step_m = HorizontalStep(last_->T_map_vehicle, ping.T_map_vehicle);
       along_m_ += step_m;
@@ -152,7 +153,7 @@ bool SubmapBuilder::HasLeftHeading(const GeoreferencedPing& ping) const {
 }
 
 bool SubmapBuilder::HeadingSettled(double yaw_rad, double along_m) {
-  // Ten headings over the distance are enough, and a vehicle that hovers adds none.
+  // Ten headings over the distance are enough. A hovering vehicle adds none.
   if (headings_.empty() || along_m - headings_.back().along_m >= 0.1 * params_.turn_settle_m) {
     headings_.push_back({along_m, yaw_rad});
   }
@@ -167,7 +168,7 @@ bool SubmapBuilder::HeadingSettled(double yaw_rad, double along_m) {
 
 void SubmapBuilder::AddSoundings(const GeoreferencedPing& ping) {
   if (!open_) {
-    // Nothing to place a submap by.
+    // A submap starts at its first sounding.
     if (ping.soundings.empty()) {
       ++counters_["pings_without_soundings"];
       return;
@@ -262,7 +263,8 @@ bool SubmapBuilder::HoldsEnoughStructure() const {
   return !drift || IsBetter(registered, *drift);
 }
 
-// Where all is one line so far, the start: as if the neighbour to come were as far from here.
+// Time of the nearest frame on an earlier line. While all is one line, the start: the next
+// neighbour is then assumed to be as far away as the start.
 Time SubmapBuilder::NearestOnEarlierLine(const Eigen::Vector2d& p_map) const {
   if (frames_.empty()) return open_->track.front().time;
   if (on_earlier_lines_ == 0) return frames_.front().time;

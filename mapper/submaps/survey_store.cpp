@@ -43,7 +43,7 @@ nlohmann::json OrNull(const std::optional<T>& value, ToJson to_json) {
   return value ? nlohmann::json(to_json(*value)) : nlohmann::json();
 }
 
-// Everything but the points; doubles as they are, to the last bit.
+// A submap's record without its points. Doubles are written exactly.
 std::string IndexLine(const Submap& submap, const std::string& file) {
   const Eigen::Quaterniond q(submap.T_map_submap.linear());
   nlohmann::json footprint = nlohmann::json::array();
@@ -71,19 +71,21 @@ std::string IndexLine(const Submap& submap, const std::string& file) {
   return line.dump() + "\n";
 }
 
-// Appends all of it and brings it to the disk, or nothing of it.
+// Appends the text and flushes it to the disk. On failure nothing of it remains.
 bool AppendSynced(const std::filesystem::path& path, const std::string& text) {
   const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
   if (fd < 0) return false;
   const off_t before = ::lseek(fd, 0, SEEK_END);
   const ssize_t written = ::write(fd, text.data(), text.size());
   const bool whole = written == static_cast<ssize_t>(text.size()) && ::fsync(fd) == 0;
-  // A torn line would hide the next one. A disk that refuses this too leaves it to the reader.
+  // An incomplete line would make the next one unreadable. If the disk refuses this too, the reader
+  // has to skip it.
   const bool mended = whole || before < 0 || ::ftruncate(fd, before) == 0;
   return ::close(fd) == 0 && whole && mended;
 }
 
-// A line that was cut short by the end of a process would hide the next one.
+// Removes an incomplete last line, left when a process ended: it would make the next one
+// unreadable.
 void EndAtWholeLine(const std::filesystem::path& path) {
   std::ifstream in(path, std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(in), {}};
@@ -160,7 +162,8 @@ std::shared_ptr<const Submap> SurveyStore::Get(SubmapId id) {
 bool SurveyStore::Save(const Submap& submap, bool first) {
   try {
     std::filesystem::create_directories(dive_);
-    // The first submap begins the dive: a replay of the same log writes the same files again.
+    // A dive starts with an empty index, so that a replay of the same log writes the same files
+    // again.
     if (first) std::filesystem::remove(dive_ / "index.jsonl");
     WriteSubmapPcd(PcdPath(submap.id), submap.cloud, submap.T_map_submap);
   } catch (const std::exception&) {
@@ -198,7 +201,7 @@ void SurveyStore::Drop(SubmapId id) {
 }
 
 void SurveyStore::Evict() {
-  // From the least recently used on; each kind has its own bound.
+  // Drops the least recently used submaps. Saved and unsaved ones have a limit each.
   for (auto it = recent_.end(); it != recent_.begin();) {
     const auto last = std::prev(it);
     const SubmapId id = *last;

@@ -14,9 +14,10 @@ namespace seastitch {
 
 struct SurveyStoreParams {
   std::filesystem::path directory;
-  // Clouds kept in memory, least recently used out first.
+  // Limit of the clouds kept in memory; the least recently used are dropped first.
   std::int64_t max_cached_mb = 64;
-  // Clouds that a bad disk did not take are kept in memory up to here, then the oldest are lost.
+  // Limit of the clouds that could not be written and are kept in memory; beyond it the oldest are
+  // lost.
   std::int64_t max_unsaved_mb = 128;
 };
 
@@ -24,29 +25,30 @@ struct SurveyStoreCounters {
   std::int64_t saved = 0;
   std::int64_t write_errors = 0;
   std::int64_t read_errors = 0;
-  std::int64_t lost = 0;  // on no disk and no longer in memory
+  std::int64_t lost = 0;  // neither on the disk nor in memory
   std::int64_t cached_bytes = 0;
   std::int64_t unsaved_bytes = 0;
 };
 
-// Closed submaps, by id: PCD files and an index in DIRECTORY/UTIME_OF_FIRST_SUBMAP/, so that a dive
-// never writes over another. index.jsonl has one line a submap, everything of it but the points,
-// appended and synced after its PCD file is in place: what it names is whole. Never throws: a disk
-// that fails is counted and the survey goes on from memory. One thread may put while another gets.
+// Store of closed submaps by id: PCD files and an index in DIRECTORY/UTIME_OF_FIRST_SUBMAP/, so
+// that a dive never overwrites another. index.jsonl has one line per submap with everything except
+// the points. It is appended and flushed after the PCD file is in place, so that every file in it
+// is complete. Never throws: errors of the disk are counted, and the survey continues in memory.
+// One thread may call Put() while another calls Get().
 class SurveyStore {
  public:
   explicit SurveyStore(const SurveyStoreParams& params) : params_(params) {}
 
-  // After a restart, before the first Put(): these were put, each without points; those whose file
-  // is there can be had.
+  // After a restart, before the first Put(): the submaps that were stored, without points. Those
+  // with a file can be read with Get().
   void Restore(const std::vector<std::shared_ptr<const Submap>>& submaps);
-  // Ids count up. One that is there already is refused (false).
+  // Ids must increase. False if the id exists already.
   bool Put(std::shared_ptr<const Submap> submap);
-  // Null where it was never put, is lost, or its file cannot be read.
+  // Null if it was never stored, is lost, or its file cannot be read.
   std::shared_ptr<const Submap> Get(SubmapId id);
 
   SurveyStoreCounters counters() const;
-  // Of this dive; empty before the first submap.
+  // Folder of this dive; empty before the first submap.
   const std::filesystem::path& directory() const { return dive_; }
 
  private:
@@ -67,7 +69,7 @@ class SurveyStore {
 
   const SurveyStoreParams params_;
   std::filesystem::path dive_;
-  mutable std::mutex mutex_;  // of what follows; not held while a submap is written
+  mutable std::mutex mutex_;  // guards the members below; not locked while a submap is written
   std::map<SubmapId, Entry> entries_;
   std::list<SubmapId> recent_;  // cached, most recently used first
   SurveyStoreCounters counters_;

@@ -68,7 +68,8 @@ Eigen::Matrix3d TerrainInformation::Evaluate(const Pose2& frame) const {
     used += 1.0;
   }
   if (used < 1.0) return Eigen::Matrix3d::Zero();
-  // The noise part itself scatters by sqrt(2 / cells): three of its sigmas do not count as relief.
+  // The noise estimate has a relative scatter of sqrt(2 / cells). Only what exceeds it by three
+  // sigmas counts as relief.
   const double margin = 1.0 + 3.0 * std::sqrt(2.0 / used);
   return WithoutNegativePart(sum - with_height * with_height.transpose() / weights -
                              margin * noise);

@@ -21,9 +21,9 @@ namespace {
 namespace fs = std::filesystem;
 using Words = std::vector<std::string>;
 
-constexpr int kAtMostS = 30;  // a program whose output is packed
+constexpr int kAtMostS = 30;  // time limit of a program whose output is packed
 
-// Gone with what is in it.
+// A temporary folder, deleted with its content at the end.
 class Folder {
  public:
   Folder() {
@@ -58,7 +58,7 @@ std::string TimeText() {
   return std::string(text, std::strftime(text, sizeof text, "%Y%m%dT%H%M%SZ", &utc));
 }
 
-// Each command, followed by its output.
+// Each command with its output.
 std::string Answers(const std::vector<Words>& commands) {
   std::string text;
   for (const Words& command : commands) {
@@ -69,7 +69,7 @@ std::string Answers(const std::vector<Words>& commands) {
   return text;
 }
 
-// The last HEALTH of each process.
+// The last HEALTH of each process, as JSON.
 std::string HealthJson(const ProcessRoll& roll) {
   nlohmann::ordered_json all = nlohmann::ordered_json::object();
   for (const std::string& process : roll.names()) {

@@ -42,7 +42,7 @@ std::string RemedyOf(const std::string& condition) {
   return "See docs/health.md.";
 }
 
-// The faults that a process reports by itself.
+// Findings for the faults that a process reports.
 Findings FaultsOf(const std::string& process, const health_t& health) {
   Findings findings;
   for (const condition_t& condition : health.conditions) {
@@ -60,7 +60,7 @@ Findings FaultsOf(const std::string& process, const health_t& health) {
 }
 
 Finding VersionFinding(const BusWatch& watch) {
-  std::map<std::string, std::string> who;  // by version
+  std::map<std::string, std::string> who;  // processes by version
   who[ProgramVersion()] = "seastitch";
   for (const std::string& process : watch.roll.names())
     if (const health_t* health = watch.roll.Find(process)) {
@@ -75,7 +75,7 @@ Finding VersionFinding(const BusWatch& watch) {
                "Install one version everywhere, then sudo systemctl restart seastitch.target.");
 }
 
-// Its clock, as its driver models it.
+// State of the clock model that a driver reports.
 std::string ClockText(const BusWatch& watch, const std::string& process) {
   const health_t* const health = watch.roll.Find(process);
   std::map<std::string, std::int64_t> figures;
@@ -105,7 +105,7 @@ Findings SensorFindings(const BusWatch& watch,
                                 latency.mean()) +
                          ClockText(watch, process);
   constexpr double kMaxLatencyS = 1.0;
-  if (std::abs(latency.mean()) > kMaxLatencyS)  // a single late one is a busy machine
+  if (std::abs(latency.mean()) > kMaxLatencyS)  // a single late message only shows a busy machine
     return {Error("sensor",
                   is,
                   "The sensor's clock and ours differ: discipline both (NTP, PTP, 1PPS), or set "
@@ -122,7 +122,7 @@ struct Plausible {
 };
 
 Findings ValueFindings(const Plausible& value) {
-  if (value.heard.count == 0) return {};  // its silence is named already
+  if (value.heard.count == 0) return {};  // its silence is already a finding
   const std::string is = Format("%s: %.2f %s", value.name.c_str(), value.heard.mean(), value.unit);
   if (value.heard.mean() >= value.low && value.heard.mean() <= value.high) return {Ok("value", is)};
   return {Error("value", is + Format(", expected %g to %g", value.low, value.high), value.remedy)};
@@ -149,7 +149,7 @@ void BusWatch::Sense(const char* channel, Take take) {
 
 BusWatch::BusWatch(const std::string& lcm_url)
     : bus_(lcm_url), sender_("doctor-" + std::to_string(getpid())) {
-  bus_.fd();  // throws where nothing can be received
+  bus_.fd();  // throws if nothing can be received
   bus_.Subscribe<health_t>(channels::kHealth,
                            QueueOf(channels::kHealth),
                            [this](const health_t& msg) { roll.Add(msg, MonotonicSeconds()); });
@@ -245,7 +245,7 @@ Findings CheckProcesses(const BusWatch& watch, const Setup& setup, double now_s)
 Findings CheckRunningConfigs(const BusWatch& watch, const Setup& setup) {
   Findings findings;
   for (const auto& [process, files] : setup.texts) {
-    if (watch.roll.Find(process) == nullptr) continue;  // named already
+    if (watch.roll.Find(process) == nullptr) continue;  // already a finding
     const std::string unit = "seastitch-" + process;
     if (!watch.Answered(process, setup)) {
       findings.push_back(Warning("running_configuration",

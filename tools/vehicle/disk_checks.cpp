@@ -15,7 +15,7 @@
 #include "drivers/socket/file_descriptor.hpp"
 #include "tools/vehicle/machine_checks.hpp"
 
-// Of machine_checks.hpp, what concerns the disk and the dives on it.
+// The checks of machine_checks.hpp that concern the disk and its dives.
 namespace seastitch {
 namespace {
 
@@ -25,7 +25,7 @@ constexpr double kGigabyte = 1e9;
 constexpr char kOtherDisk[] =
     "Make room: fetch old dives and delete them, or name a data disk (docs/operations.md).";
 
-// Removes its file, whatever happens.
+// A test file; deleted in any case.
 class TrialFile {
  public:
   explicit TrialFile(const fs::path& folder)
@@ -38,7 +38,8 @@ class TrialFile {
   TrialFile(const TrialFile&) = delete;
   TrialFile& operator=(const TrialFile&) = delete;
 
-  // To the disk, at most 64 MB and about 1.5 s; gives MB/s. Nothing where it failed: error().
+  // Writes to the disk for at most 64 MB and about 1.5 s; returns MB/s. Nothing if it failed:
+  // error().
   double Write() {
     const std::vector<char> block(1 << 20, 'x');
     const auto begin = std::chrono::steady_clock::now();
@@ -67,7 +68,7 @@ Finding RoomFinding(const fs::path& folder) {
   if (error)
     return Error("disk_free", "disk: " + folder.string() + ": " + error.message(), kOtherDisk);
   const double free_gb = static_cast<double>(space.available) / kGigabyte;
-  // The design load, RAW_* included, is 3 MB/s.
+  // The design load, including RAW_*, is 3 MB/s.
   char text[160];
   std::snprintf(text, sizeof text, ": %.1f GB free, %.1f h of 3 MB/s", free_gb, free_gb / 10.8);
   const std::string is = "disk of " + folder.string() + text;
@@ -102,7 +103,7 @@ bool IsBelow(const fs::path& path, const fs::path& folder) {
   return !relative.empty() && *relative.begin() != "..";
 }
 
-// "DIVE_...: mapper, logger": the processes that did not stop properly.
+// "DIVE_...: mapper, logger": a dive and its processes that did not stop properly.
 std::string Unended(const DiveRecord& record) {
   std::string names;
   for (const auto& [name, process] : record.processes)
@@ -119,7 +120,7 @@ Findings CheckDisk(const fs::path& dives_dir) {
     return {Warning("disk_free",
                     "folder of the dives: " + dives_dir.string() + ": " + error.message(),
                     "Run the doctor with sudo.")};
-  // The processes make the last folder where the one above it is there.
+  // The processes create the last folder if its parent exists.
   const fs::path folder = is_there ? dives_dir : dives_dir.parent_path();
   if (!fs::is_directory(folder, error))
     return {Error("disk_free",
@@ -168,7 +169,7 @@ Findings CheckDataDisk(const Machine& machine, const fs::path& dives_dir) {
 }
 
 Findings CheckLastDive(const fs::path& dives_dir, std::int64_t now_utime) {
-  constexpr std::int64_t kAlive = 30'000'000;  // a sign of life comes every 10 s
+  constexpr std::int64_t kAlive = 30'000'000;  // the sign of life is written every 10 s
   fs::path last;
   DiveRecord record;
   std::error_code missing;
@@ -179,7 +180,7 @@ Findings CheckLastDive(const fs::path& dives_dir, std::int64_t now_utime) {
       if (runs || read.number <= record.number) continue;
       last = entry.path();
       record = read;
-    } catch (const std::exception&) {  // no dive, or one whose record was lost
+    } catch (const std::exception&) {  // not a dive, or its record was lost
     }
   }
   if (last.empty()) return {Ok("last_dive", "last dive: none yet")};

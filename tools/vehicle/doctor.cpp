@@ -12,7 +12,7 @@
 namespace seastitch {
 namespace {
 
-// HEALTH comes once a second; a process may answer CONFIG_REQUEST 10 s after the last.
+// HEALTH is sent once a second. A process answers CONFIG_REQUEST at most every 10 s.
 constexpr double kListenS = 3.5;
 constexpr double kAtMostS = 9.5;
 constexpr char kDefaultUrl[] = "udpm://239.255.76.67:7667?ttl=0";
@@ -23,7 +23,7 @@ std::string UrlOf(const DoctorOptions& options) {
   return url != nullptr && *url != '\0' ? url : kDefaultUrl;
 }
 
-// Nothing where there is no bus; why is a finding.
+// Nothing if the bus cannot be opened; the reason is then a finding.
 std::unique_ptr<BusWatch> OpenBus(const std::string& url, Findings* findings) {
   try {
     return std::make_unique<BusWatch>(url);

@@ -38,7 +38,7 @@ std::string ReadFile(const fs::path& path) {
   return text.str();
 }
 
-// The first of what `ip -json ...` gives.
+// The first entry of the output of `ip -json ...`.
 std::optional<Json> AskIp(const Machine& machine, std::vector<std::string> words) {
   words.insert(words.begin(), {"ip", "-json"});
   const std::optional<std::string> text = machine.run(words);
@@ -53,7 +53,7 @@ std::string StringIn(const Json& json, const char* key) {
   return found != json.end() && found->is_string() ? found->get<std::string>() : "";
 }
 
-// "1M", "500K", "250000": bit/s; 0: none of these.
+// Bit rate of "1M", "500K", "250000" [bit/s]; 0 for any other text.
 std::int64_t BitRateOf(const std::string& text) {
   std::smatch parts;
   if (!std::regex_match(text, parts, std::regex("\\s*([0-9]{1,9})\\s*([KMG]?)\\s*"))) return 0;
@@ -64,7 +64,8 @@ std::int64_t BitRateOf(const std::string& text) {
 
 // Bit rate in systemd-networkd's file for the interface [bit/s]; 0: no file, or no rate in it.
 std::int64_t WantedBitRate(const Machine& machine, const std::string& interface) {
-  std::map<std::string, fs::path> files;  // by name: of two, the first folder's holds
+  // by name: of two files with one name, that of the first folder is used
+  std::map<std::string, fs::path> files;
   for (const fs::path& dir : machine.network_dirs) {
     std::error_code missing;
     for (const auto& entry : fs::directory_iterator(dir, missing))
@@ -93,7 +94,7 @@ Finding BitRateFinding(const std::string& name, std::int64_t rate, std::int64_t 
                    std::to_string(wanted) + " restart-ms 100; or mend the .network file.");
 }
 
-// What systemctl shows of a unit, by name.
+// Properties of a unit by name, from systemctl.
 std::map<std::string, std::string> UnitProperties(const Machine& machine,
                                                   const std::string& unit,
                                                   const std::string& names) {
@@ -111,7 +112,7 @@ double MegabytesIn(const std::string& meminfo, const std::string& key) {
   return std::regex_search(meminfo, value, pattern) ? std::stod(value[2]) / 1024.0 : 0.0;
 }
 
-// Those that are known to discipline a clock, of the processes that run.
+// The running processes that are known to discipline a clock.
 std::string Disciplines(const Machine& machine) {
   const std::set<std::string> known{
       "chronyd", "ntpd", "openntpd", "systemd-timesyn", "ptp4l", "phc2sys", "timemaster"};
@@ -144,7 +145,7 @@ Findings CheckRoute(const Machine& machine, const std::string& lcm_url) {
   const std::string is = name + ": by " + dev + (source.empty() ? "" : ", source " + source);
   if (dev != "lo")
     return {Error("lcm_route", is + ": what the processes say leaves the computer", remedy)};
-  if (!source.empty() && source != "127.0.0.1")  // empty: there is no other to choose
+  if (!source.empty() && source != "127.0.0.1")  // empty: there is only one
     return {Error("lcm_route", is + ": the processes' IP filters refuse it", remedy)};
   return {Ok("lcm_route", is)};
 }
@@ -200,7 +201,8 @@ Findings CheckPort(const std::string& driver, const std::string& source) {
   sockaddr_in local{};
   local.sin_family = AF_INET;
   local.sin_port = htons(address.port);
-  if (inet_pton(AF_INET, address.host.c_str(), &local.sin_addr) != 1) return {};  // a host's name
+  // not a number but a host's name
+  if (inet_pton(AF_INET, address.host.c_str(), &local.sin_addr) != 1) return {};
   const FileDescriptor fd(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
   if (bind(fd.get(), reinterpret_cast<const sockaddr*>(&local), sizeof local) == 0)
     return {Ok("udp_port", name + ": free")};
@@ -255,7 +257,7 @@ Findings CheckMemory(const Machine& machine) {
   const std::string is =
       Format("memory: %.0f of %.0f MB available", free_mb, MegabytesIn(info, "MemTotal"));
   constexpr double kMustMb = 128.0;
-  constexpr double kShouldMb = 384.0;  // a survey of hours: docs/performance.md
+  constexpr double kShouldMb = 384.0;  // enough for a survey of hours: docs/performance.md
   if (free_mb >= kShouldMb) return {Ok("memory", is)};
   const std::string remedy = "End what else runs (top), or restart the computer.";
   if (free_mb < kMustMb) return {Error("memory", is, remedy)};

@@ -6,8 +6,8 @@
 namespace seastitch {
 namespace {
 
-constexpr double kLatelyS = 3.0;       // HEALTH comes once a second
-constexpr std::int64_t kMaxLost = 10;  // messages of one program in a row
+constexpr double kLatelyS = 3.0;       // HEALTH is sent once a second
+constexpr std::int64_t kMaxLost = 10;  // consecutive messages of one program
 
 }  // namespace
 
@@ -16,7 +16,7 @@ void ProcessRoll::Add(const health_t& msg, double now_s) {
   entry.last = msg;
   entry.heard_s = now_s;
   std::erase_if(entry.programs, [&](const Program& p) { return now_s - p.last_s > kLatelyS; });
-  // That whose number is next; of two, the nearer.
+  // The program whose sequence number comes next; of two, the nearer.
   Program* its = nullptr;
   for (Program& program : entry.programs) {
     const bool follows = msg.seq > program.seq && msg.seq - program.seq <= kMaxLost;
@@ -42,7 +42,7 @@ double ProcessRoll::SilentFor(const std::string& process, double now_s) const {
 bool ProcessRoll::IsTwice(const std::string& process, double now_s) const {
   const auto found = entries_.find(process);
   if (found == entries_.end()) return false;
-  // After a restart the old program is not heard any more.
+  // After a restart the old program sends no more.
   const std::vector<Program>& programs = found->second.programs;
   for (std::size_t i = 1; i < programs.size(); ++i)
     if (now_s - programs[i].last_s <= kLatelyS && programs[i - 1].last_s > programs[i].first_s)

@@ -125,7 +125,7 @@ Setup LoadSetup(const std::filesystem::path& config_dir, Findings* findings) {
 
 Findings CheckTogether(const Setup& setup) {
   Findings findings;
-  std::map<std::string, std::string> taken;  // port: who
+  std::map<std::string, std::string> taken;  // port and its user
   for (const auto& [process, driver] : setup.drivers) {
     if (!driver.source.starts_with("udp:")) continue;
     const std::string port =

@@ -21,7 +21,7 @@ namespace seastitch {
 namespace {
 
 constexpr double kSilentS = 3.0;
-constexpr std::chrono::milliseconds kOnce(2500);  // HEALTH comes once a second
+constexpr std::chrono::milliseconds kOnce(2500);  // HEALTH is sent once a second
 constexpr std::size_t kPlainColumns = 80;
 
 std::string Padded(const std::string& text, std::size_t columns) {
@@ -112,7 +112,7 @@ std::string RowOf(const std::string& process,
              columns);
 }
 
-// The dive, as the logger sees it.
+// The dive, as the logger reports it.
 std::string DiveLine(const ProcessRoll& roll, double now_s, std::int64_t now_utime) {
   const health_t* const logger = roll.Find("logger");
   if (logger == nullptr || roll.SilentFor("logger", now_s) > kSilentS)
@@ -151,7 +151,7 @@ std::size_t TerminalSize(unsigned short winsize::*dimension, std::size_t fallbac
   return known ? size.*dimension : fallback;
 }
 
-// The terminal's second screen, so that the former content returns at the end.
+// The terminal's alternate screen: at the end the former content returns.
 class Screen {
  public:
   Screen() { std::fputs("\x1b[?1049h\x1b[?25l", stdout); }
