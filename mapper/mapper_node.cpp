@@ -24,7 +24,7 @@ constexpr int kInputsOutside = 5;
 constexpr double kCheckpointEveryS = 1.0;
 // Time [s] for which HEALTH reports what happened to the map at a restart.
 constexpr double kTellRestartS = 60.0;
-// Submaps, with their points in memory, that wait to be written.
+// Journal entries that may wait for the disk before a closed submap waits without its points.
 constexpr std::size_t kMostToWrite = 32;
 
 std::string TimeApart(double silent_s) {
@@ -322,9 +322,11 @@ void MapperNode::Send(const JournalEntry& entry) {
   if (const auto* closed = std::get_if<ClosedSubmap>(&entry)) {
     write.submap = closed->submap;
     if (to_write_.size() >= kMostToWrite) {
-      write.submap = nullptr;
+      // The number stays in the journal and in order; the points would grow without bound.
+      Submap without_points = *closed->submap;
+      without_points.cloud = {};
+      write.submap = std::make_shared<const Submap>(std::move(without_points));
       health_.Count("submaps_not_stored");
-      Announce(*closed->submap);
     }
   }
   if (std::holds_alternative<GraphGrowth>(entry)) write.version = mapper_.graph().version();

@@ -65,21 +65,35 @@ struct Planned {
   std::string process;
 };
 
-// So many moments each, in order.
+// When kills are drawn, in seconds of the survey.
+struct Span {
+  double begin_s = 0.0;
+  double end_s = 0.0;
+};
+
+// The sonar pings between dive and ascent only: at the surface its driver has no output to come
+// back with.
+Span SpanOf(const std::string& process, double survey_s, const bench::PlanParams& plan) {
+  const double without_input_s = process == "mbes-driver" ? plan.DiveS() : 0.0;
+  return {without_input_s + kFirstS, survey_s - without_input_s - kLastS};
+}
+
+// options.kills moments for each process, in order of time.
 std::vector<Planned> Plan(const Options& options,
                           const std::vector<std::string>& processes,
-                          double survey_s) {
-  const double apart_s = kApartS * (options.kills - 1);
-  const double free_s = survey_s - kFirstS - kLastS - apart_s;
-  if (free_s <= 0.0) throw std::runtime_error("the survey is too short for so many kills");
+                          double survey_s,
+                          const bench::PlanParams& path) {
   std::vector<Planned> plan;
   for (const std::string& process : processes) {
+    const Span span = SpanOf(process, survey_s, path);
+    const double free_s = span.end_s - span.begin_s - kApartS * (options.kills - 1);
+    if (free_s <= 0.0) throw std::runtime_error("the survey is too short for so many kills");
     bench::Random random(options.seed, process);
     std::vector<double> moments;
     for (int i = 0; i < options.kills; ++i) moments.push_back(random.Uniform() * free_s);
     std::sort(moments.begin(), moments.end());
     for (int i = 0; i < options.kills; ++i)
-      plan.push_back({kFirstS + moments[static_cast<std::size_t>(i)] + kApartS * i, process});
+      plan.push_back({span.begin_s + moments[static_cast<std::size_t>(i)] + kApartS * i, process});
   }
   std::sort(
       plan.begin(), plan.end(), [](const Planned& a, const Planned& b) { return a.at_s < b.at_s; });
@@ -193,7 +207,8 @@ int Run(const Options& options) {
     throw std::runtime_error(options.out.string() + " holds something else");
   fs::remove_all(options.out);
   fs::create_directories(options.out);
-  LiveSystem live(options.out, bench::LoadSurvey(options.survey.string()));
+  const bench::SurveyConfig survey = bench::LoadSurvey(options.survey.string());
+  LiveSystem live(options.out, survey);
   Witness witness(options.out, live);
   live.WaitUntilUp();
 
@@ -202,7 +217,8 @@ int Run(const Options& options) {
   bench_options.config_dir = live.config_dir();
   bench_options.epoch = UtcNow();
   bench::SurveySimulator simulator = MakeSimulator(bench_options);
-  const std::vector<Planned> plan = Plan(options, live.names(), ToSeconds(simulator.total()));
+  const std::vector<Planned> plan =
+      Plan(options, live.names(), ToSeconds(simulator.total()), survey.plan);
   std::atomic<bool> sent = false;
   bench::LiveResult result;
   std::thread sender([&] {

@@ -193,6 +193,23 @@ TEST_F(Restart, GivesNoSubmapTheNumberOfAnotherThatWasAnnounced) {
     EXPECT_TRUE(numbers.insert(number).second) << "submap " << number << " was two different ones";
 }
 
+// The points that wait for the disk are bounded; the order of the announcements is kept.
+TEST_F(Restart, AnnouncesInOrderAfterADiskHungForLong) {
+  HangingDisk disk;
+  Process mapper(config_, &disk);
+  mapper.Drive(10.0, &vehicle_);
+  disk.hangs = true;
+  mapper.Drive(400.0, &vehicle_);
+  const std::int64_t not_stored = mapper.node.health().counter("submaps_not_stored");
+  EXPECT_GT(not_stored, 0);
+  disk.GoOn();
+  mapper.node.Finish();
+  mapper.bus.HandleAll();
+  for (std::size_t i = 0; i < mapper.submaps.size(); ++i)
+    EXPECT_EQ(mapper.submaps[i], static_cast<std::int32_t>(i));
+  EXPECT_EQ(mapper.whole.size() + static_cast<std::size_t>(not_stored), mapper.submaps.size());
+}
+
 TEST_F(Restart, ADiskThatTakesNothingStopsNeitherSubmapsNorGraph) {
   fs::remove_all(config_.map_dir);
   config_.map_dir = dir_.Write("full", "no folder") + "/map";
