@@ -32,7 +32,7 @@ class SteppingClocks : public testing::Test {
     double utime_s = 0.0;  // ahead of the truth
     double recv_s = 0.0;
     bool silent = false;
-    int lose = 0;  // of the next messages
+    int lose = 0;  // number of next messages to lose
     std::int64_t seq = 0;
   };
 
@@ -60,14 +60,14 @@ class SteppingClocks : public testing::Test {
     sample.time += FromSeconds(clock.utime_s);
     mapper_->Add(sample, {received, clock.seq++});
   }
-  // The computer's clock, by which all sensors are stamped but those of `own`.
+  // Steps the computer's clock, which stamps all sensors except those of `own`.
   void StepComputer(double by_s, std::set<SensorChannel> own = {}) {
     for (const SensorChannel channel : kChannels) {
       clocks_[channel].recv_s += by_s;
       if (!own.contains(channel)) clocks_[channel].utime_s += by_s;
     }
   }
-  // Of a simulation that goes faster than time.
+  // Receive time in a simulation faster than real time.
   Time ReceivedAt(Time t) const { return kStart + FromSeconds(ToSeconds(t - kStart) / pace_); }
   double Elapsed() const { return ToSeconds(vehicle_.time - kStart); }
   void Look() {
@@ -79,7 +79,7 @@ class SteppingClocks : public testing::Test {
       if (condition.kind == &conditions::kClockStep) step_ = condition.detail;
     }
   }
-  // As without a step: NAV ten times a second, each state where the vehicle truly was.
+  // As without a step: NAV ten times a second, every state at the true position.
   void ExpectUnbroken() {
     ASSERT_GT(navs_.size(), 2U);
     for (std::size_t i = 0; i < navs_.size(); ++i) {
@@ -143,13 +143,13 @@ TEST_P(ComputerSteps, NavigationGoesOnAndHealthNamesTheStep) {
   std::snprintf(size, sizeof size, "the computer's clock by %+.0f.0", GetParam());
   EXPECT_THAT(step_, HasSubstr(std::string(size).substr(0, 24)));
   EXPECT_FALSE(seen_.contains("no_navigation"));
-  // And is over after a minute.
+  // The fault ends after a minute.
   Drive(60.0);
   for (const Condition& condition : mapper_->conditions())
     EXPECT_NE(condition.kind, &conditions::kClockStep);
 }
 
-// Those sensors that have clocks of their own stay where they are.
+// Stamps of sensors with clocks of their own do not change.
 TEST_P(ComputerSteps, SensorsWithClocksOfTheirOwnGoOn) {
   Drive(30.0);
   StepComputer(GetParam(), {SensorChannel::kImu, SensorChannel::kMbesPing});
@@ -187,7 +187,7 @@ INSTANTIATE_TEST_SUITE_P(Channels,
                                          std::tuple(SensorChannel::kMbesPing, 45.0, "MBES_PING"),
                                          std::tuple(SensorChannel::kMbesPing, -45.0, "MBES_PING")));
 
-// Silence is none, whether or not other processes are heard meanwhile.
+// Silence is not a step, with or without messages of other processes.
 TEST_F(SteppingClocks, SilenceIsAGapAndNoStep) {
   Drive(30.0);
   for (const SensorChannel channel : kChannels) clocks_[channel].silent = true;
@@ -242,7 +242,7 @@ TEST_F(SteppingClocks, ASilentSensorIsNamedWithinThreeSeconds) {
   EXPECT_EQ(Counter("clock_steps_IMU"), 0);
 }
 
-// Two loggers, say: their seconds since the start come in turn. The profile came once.
+// For example two loggers: their uptimes alternate. The profile was sent once.
 TEST_F(SteppingClocks, TwoProcessesOfOneNameSilenceNoSensor) {
   SoundVelocityProfile profile;
   profile.time = vehicle_.time;
@@ -278,7 +278,7 @@ TEST_F(SteppingClocks, ADamagedStampIsNoStep) {
   EXPECT_EQ(Counter("stamps_damaged"), 8);
 }
 
-// Messages lost at the very step are a loss, and the step is found all the same.
+// Messages lost during the step count as lost, and the step is found nevertheless.
 TEST_F(SteppingClocks, AStepAmongLostMessagesIsFound) {
   Drive(30.0);
   StepComputer(-600.0);
@@ -288,7 +288,7 @@ TEST_F(SteppingClocks, AStepAmongLostMessagesIsFound) {
   EXPECT_NEAR(ToSeconds(navs_.back().second - navs_.back().first.time), 0.5, 0.3);
 }
 
-// The driver began anew while the clock stepped: another sensor tells how far.
+// The driver was restarted while the clock stepped: another sensor determines the step.
 TEST_F(SteppingClocks, ADriverThatRestartsMeanwhileFollowsTheOthers) {
   Drive(30.0);
   Clock& dvl = clocks_[SensorChannel::kDvl];
@@ -331,7 +331,7 @@ TEST_F(SteppingClocks, AClockThatDriftsAwayIsNamed) {
   EXPECT_THAT(detail, testing::Not(HasSubstr("IMU")));
 }
 
-// The mapper is started again while the clock steps.
+// The mapper is restarted while the clock steps.
 TEST_F(SteppingClocks, AStepDuringARestartIsFoundAfterIt) {
   Drive(30.0);
   SavedMap saved;

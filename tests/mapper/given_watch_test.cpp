@@ -1,4 +1,4 @@
-// What a mapper says of an INS whose navigation it takes as given.
+// Faults of a given INS that the mapper reports.
 
 #include "mapper/given_watch.hpp"
 

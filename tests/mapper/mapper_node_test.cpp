@@ -28,7 +28,7 @@ namespace fs = std::filesystem;
 constexpr double kSpeedMps = 1.5;
 constexpr double kSoundMps = PerfectVehicle::kSoundMps;
 
-// Keeps jobs until it is told to run them, as a busy thread would.
+// A worker that keeps jobs until RunAll(), as a busy thread would.
 class HeldWorker : public Worker {
  public:
   bool Post(Job job) override {
@@ -48,8 +48,8 @@ class HeldWorker : public Worker {
   std::deque<Job> jobs_;
 };
 
-// A vehicle with perfect sensors (but what is asked of its compass), whose messages go to a mapper
-// on a bus of its own.
+// A vehicle with perfect sensors, except for its compass if requested. Its messages go to a mapper
+// on a separate bus.
 class Survey {
  public:
   explicit Survey(Worker* worker = nullptr, const NavigationParams& navigation = {})
@@ -67,7 +67,7 @@ class Survey {
     bus.Subscribe<submap_points_t>("SUBMAP_POINTS", 0, [this](const submap_points_t& m) {
       if (auto submap = assembler_.Add(m)) submaps.push_back(*submap);
     });
-    // As an optimizer that knows every relative pose to 1 m and 1 rad.
+    // Answers like an optimizer with relative sigmas of 1 m and 1 rad.
     bus.Subscribe<covariance_request_t>(
         "COVARIANCE_REQUEST", 0, [this](const covariance_request_t& m) {
           requests.push_back(*FromLcm(m));
@@ -92,7 +92,8 @@ class Survey {
   }
   // Two lines of opposite course, 15 m apart, with the turn between them.
   void TwoLines(double length_m) {
-    Drive(2.0 + length_m / kSpeedMps, kSpeedMps, 0.0);  // no jump in speed that no IMU felt
+    // no jump in speed that the IMU did not measure
+    Drive(2.0 + length_m / kSpeedMps, kSpeedMps, 0.0);
     const double turn_s = kPi * 7.5 / kSpeedMps;
     Drive(turn_s, kSpeedMps, kPi / turn_s);
     Drive(length_m / kSpeedMps, kSpeedMps, 0.0);
@@ -116,7 +117,7 @@ class Survey {
     bus.HandleAll();
     return node->health().Snapshot(0, 1.0);
   }
-  // A file where the survey directory was: every write fails.
+  // Puts a file at the place of the survey directory: every write fails.
   void BreakDisk() {
     fs::remove_all(dir_);
     std::ofstream(dir_) << "in the way";
@@ -130,7 +131,7 @@ class Survey {
   std::vector<CovarianceRequest> requests;
   bool optimizer_answers = true;
   std::vector<Submap> submaps;
-  std::string out;  // every byte of it
+  std::string out;  // all bytes sent
 
  private:
   static fs::path MakeDir() {
@@ -171,7 +172,7 @@ TEST(MapperNode, TellsTheGraphOfItsStartAndOfEveryFixOnce) {
     fix.time = survey.vehicle.time;
     fix.latitude_rad = 1e-6 * n;
     survey.bus.Publish("POSITION_FIX", ToLcm(fix, {survey.vehicle.time, n}));
-    fix.time += FromSeconds(1.0);  // so soon after says little more
+    fix.time += FromSeconds(1.0);  // so soon after the last one that it adds little
     survey.bus.Publish("POSITION_FIX", ToLcm(fix, {survey.vehicle.time, n}));
   }
   survey.bus.HandleAll();  // the last fix is later than the last ping
@@ -183,7 +184,7 @@ TEST(MapperNode, TellsTheGraphOfItsStartAndOfEveryFixOnce) {
   ASSERT_EQ(fixes.size(), 6u);
   EXPECT_EQ(survey.node->health().counter("position_fixes_in_graph"), 6);
   for (std::size_t n = 0; n < fixes.size(); ++n) {
-    // Each on the submap that is nearest in time, in an update that has that submap.
+    // Each fix is on the submap nearest in time, in an update that has that submap.
     const double t_s = 20.0 * static_cast<double>(n + 1);
     SubmapId nearest;
     double apart_s = 1e9;
@@ -219,7 +220,7 @@ TEST(MapperNode, MapsTwoLinesAndClosesTheLoopBetweenThem) {
 
   ASSERT_EQ(survey.updates.size(), survey.submaps.size());
   EXPECT_TRUE(survey.updates.back().final);
-  std::set<std::pair<SubmapId, SubmapId>> accepted;  // some are stated more than once
+  std::set<std::pair<SubmapId, SubmapId>> accepted;  // some are sent more than once
   for (std::size_t i = 0; i < survey.submaps.size(); ++i) {
     const GraphUpdate& update = survey.updates[i];
     EXPECT_EQ(update.version, static_cast<std::int64_t>(i) + 1);
@@ -252,7 +253,7 @@ TEST(MapperNode, MapsTwoLinesAndClosesTheLoopBetweenThem) {
       << survey.node->health().text();
 }
 
-// The published heading follows half of what the compass moves by; the submap stays as it is.
+// The published heading follows half of the compass error; the submap does not.
 TEST(MapperNode, DoesNotBendASubmapWhereTheCompassWanders) {
   NavigationParams navigation;
   navigation.gyro_bias_radps.sigma = 1e-6;
@@ -404,7 +405,7 @@ TEST(MapperNode, KeepsTheOrderOfSubmapsAndBoundsWhatWaitsForTheWorker) {
     EXPECT_EQ(survey.updates[static_cast<std::size_t>(id)].vertices[0].id.value, id);
   }
   EXPECT_EQ(survey.node->health().counter("submaps_skipped_busy"), kSubmaps - 2);
-  // Registered or not.
+  // With or without registration.
   EXPECT_EQ(survey.node->health().counter("store_saved"), kSubmaps);
   EXPECT_EQ(survey.updates[1].edges.size(), 2u);  // registered
   EXPECT_EQ(survey.updates[4].edges.size(), 1u);  // dead reckoning alone
@@ -437,7 +438,7 @@ TEST(MapperNode, UsesTheSolutionAndRefusesOneOfAnotherGraph) {
   EXPECT_EQ(survey.node->health().counter("solution_version"), 2);
 }
 
-// What an optimizer says where no closure pulls: dead reckoning, and no doubt of it.
+// A solution without loop closures: dead reckoning.
 PoseGraph AsDeadReckoned(const std::vector<GraphUpdate>& updates) {
   PoseGraph graph;
   for (const GraphUpdate& update : updates) {
@@ -450,7 +451,7 @@ PoseGraph AsDeadReckoned(const std::vector<GraphUpdate>& updates) {
   return graph;
 }
 
-// Submaps where they are, and a solution that throws every second one off by two metres.
+// The submaps are correct; the solution displaces every second one by two metres.
 TEST(MapperNode, WithholdsASolutionThatDoesHarmSaysSoAndGoesOnWithTheNextGoodOne) {
   Survey survey;
   for (int id = 0; id < 8; ++id) survey.node->AddSubmap(ImportedSubmap(id, 3.0 * id));
@@ -465,7 +466,7 @@ TEST(MapperNode, WithholdsASolutionThatDoesHarmSaysSoAndGoesOnWithTheNextGoodOne
   EXPECT_NE(withheld.text.find("is withheld"), std::string::npos) << withheld.text;
   EXPECT_NE(withheld.text.find("less consistent"), std::string::npos) << withheld.text;
   EXPECT_FALSE(survey.node->LookAgain());  // nothing has moved
-  // It is not asked for again.
+  // The solution is not requested again.
   EXPECT_EQ(survey.node->health().counter("solution_version"), 8);
 
   const health_t recovered = survey.Solve(good);
@@ -498,7 +499,8 @@ TEST(MapperNode, RegistersLaterWhatJoinedTheGraphUnregistered) {
   worker.RunAll();
   survey.bus.HandleAll();
   ASSERT_EQ(survey.updates.size(), kSubmaps);
-  ASSERT_EQ(survey.updates[4].edges.size(), 1u);  // two may wait: dead reckoning alone
+  // two may wait, so that this one has only its dead-reckoning edge
+  ASSERT_EQ(survey.updates[4].edges.size(), 1u);
   EXPECT_FALSE(survey.node->LookAgain()) << "no solution yet";
   for (const pose_graph_t& part : ToLcm(AsDeadReckoned(survey.updates), 1, FromUtime(0), 0))
     survey.bus.Publish("POSE_GRAPH", part);
@@ -511,13 +513,13 @@ TEST(MapperNode, RegistersLaterWhatJoinedTheGraphUnregistered) {
   ASSERT_EQ(survey.requests.size(), 1u);
   EXPECT_EQ(survey.requests[0].sender, "mapper");
   EXPECT_EQ(survey.requests[0].graph_version, kSubmaps);
-  std::map<std::pair<int, int>, std::set<double>> measured;  // a pair may be stated more than once
+  std::map<std::pair<int, int>, std::set<double>> measured;  // a pair may be sent more than once
   for (const GraphUpdate& update : survey.updates)
     for (const GraphEdge& edge : update.edges)
       if (edge.kind == EdgeKind::kLoopClosure)
         measured[{edge.from.value, edge.to.value}].insert(edge.T_from_to.x);
   EXPECT_EQ(measured.size(), kSubmaps * (kSubmaps - 1) / 2);
-  // Soundings without noise: what was registered before this is known is registered again.
+  // Soundings without noise: pairs registered before this was estimated are registered again.
   for (const auto& [pair, places] : measured) EXPECT_LE(places.size(), 2u);
   EXPECT_EQ(survey.updates.back().version, static_cast<std::int64_t>(survey.updates.size()));
   EXPECT_TRUE(survey.updates.back().vertices.empty());
@@ -613,7 +615,7 @@ TEST(MapperNode, CountsMalformedMessagesAndGapsAndGoesOn) {
   covariances_t covariances{};
   covariances.recipient = "mapper";
   covariances.request_seq = -1;
-  survey.bus.Publish("COVARIANCES", covariances);  // of no version
+  survey.bus.Publish("COVARIANCES", covariances);  // of a version that does not exist
   const char garbage[] = "not a message";
   for (const char* channel : {"IMU",
                               "DVL",

@@ -80,8 +80,8 @@ struct Embedding {
   LoadSubmap load = [this](SubmapId id) { return submaps.at(id); };
 };
 
-// Every sensor silent for longer than navigation remembers; meanwhile the vehicle does not go on as
-// dead reckoning guesses.
+// All sensors are silent for longer than navigation's history; meanwhile the vehicle does not move
+// as dead reckoning extrapolates.
 TEST(Mapper, TheEdgeAcrossALongGapHoldsTheTrueError) {
   Embedding dive;
   const double gap_s = MapperParams{}.navigation.window_s + 600.0;
@@ -112,8 +112,8 @@ TEST(Mapper, TheEdgeAcrossALongGapHoldsTheTrueError) {
   EXPECT_EQ(across, 1);
 }
 
-// A cast of an hour ago, said in the middle of a line, that reaches the mapper before or after what
-// other processes send within navigation's reorder window.
+// A cast of an hour ago, sent in the middle of a line. It reaches the mapper before or after the
+// messages of other processes within navigation's reorder window.
 TEST(Mapper, AProfileHoldsForTheSamePingsInWhicheverOrderItComes) {
   std::map<int, std::map<SubmapId, std::shared_ptr<const Submap>>> maps;
   constexpr int kNever = 5000;
@@ -150,8 +150,8 @@ TEST(Mapper, AProfileHoldsForTheSamePingsInWhicheverOrderItComes) {
                maps[0].rbegin()->second->cloud.points);
 }
 
-// The sonar alone is silent for longer than navigation remembers: the submap that was open closes
-// after navigation has dropped its frame.
+// Only the sonar is silent for longer than navigation's history: the open submap closes after
+// navigation has forgotten its frame.
 TEST(Mapper, ASubmapThatClosesLateIsPlacedAsWellAsOneThatClosesAtOnce) {
   MapperParams params;
   params.navigation.window_s = 60.0;
@@ -247,7 +247,7 @@ TEST(Mapper, SaysThatTheOptimizerIsSilent) {
   EXPECT_FALSE(says()) << "all is solved, as in a replay";
 }
 
-// Nobody says where the dive starts; 500 m off the guess a fix does, minutes later.
+// The start position is unknown. A fix minutes later is 500 m off the assumed one.
 TEST(Mapper, AnUnknownPlaceIsNoEdgeAndALaterFixPlacesTheWholeMap) {
   constexpr double kMetresPerRadian = 6335439.3;  // of latitude, at the datum on the equator
   constexpr double kOffM = 500.0;
@@ -277,7 +277,8 @@ TEST(Mapper, AnUnknownPlaceIsNoEdgeAndALaterFixPlacesTheWholeMap) {
   }
 }
 
-// Acoustic fixes come 1 to 60 s late and out of order, GPS at once: none is lost unseen.
+// Acoustic fixes arrive 1 to 60 s late and out of order, GPS fixes at once. Every fix is used or
+// counted.
 TEST(Mapper, EveryLateFixThatThinningKeepsIsInTheGraph) {
   constexpr double kMetresPerRadian = 6335439.3;
   Embedding dive;
@@ -325,10 +326,10 @@ TEST(Mapper, EveryLateFixThatThinningKeepsIsInTheGraph) {
   EXPECT_EQ(count("nav_fix_late"), 1) << "older than anything that is remembered";
   EXPECT_EQ(count("position_fixes_too_far"), 0);
   EXPECT_GT(count("nav_fix_taken_late"), kSeconds / 20);
-  // Of each source one in 10 s.
+  // One fix in 10 s per source.
   EXPECT_GE(edges.size(), static_cast<std::size_t>(2 * kSeconds / 20));
   EXPECT_LE(edges.size(), static_cast<std::size_t>(2 * kSeconds / 10 + 2));
-  // Each says where its submap is.
+  // Each fix agrees with the position of its submap.
   for (const GraphEdge& edge : edges) {
     const Pose2 truth = LevelPose(dive.vehicle.TrueAt(dive.submaps.at(edge.to)->frame_time));
     const Eigen::Vector3d error = edge.T_from_to.Vector() - truth.Vector();
@@ -436,7 +437,7 @@ TEST(Mapper, RefusesASolutionOfAnotherGraph) {
 }
 
 TEST(Mapper, GoesOnWhereARegistrationEndsInAnException) {
-  Embedding dive({}, 0);  // keeps nothing prepared: every target is loaded
+  Embedding dive({}, 0);  // no cache of prepared submaps: every target is loaded
   dive.AddSubmap(ImportedSubmap(0, 0.0));
   const LoadSubmap good = dive.load;
   dive.load = [](SubmapId) -> std::shared_ptr<const Submap> { throw std::bad_alloc(); };

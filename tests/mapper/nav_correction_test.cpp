@@ -1,4 +1,4 @@
-// NAV_CORRECTED: what the vehicle is told of its place in the solved map.
+// NAV_CORRECTED: the vehicle's pose in the solved map.
 
 #include "mapper/nav_correction.hpp"
 
@@ -45,13 +45,13 @@ class Dive {
         for (const GraphVertex& vertex : step->update.vertices) vertices_.push_back(vertex);
       const auto* corrected = std::get_if<CorrectedNavState>(&event);
       if (corrected == nullptr) continue;
-      // What goes on the bus is what any receiver takes.
+      // As a receiver gets it from the bus.
       said_ = FromLcm(ToLcm(*corrected, 0));
       ASSERT_TRUE(said_.has_value());
       EXPECT_EQ(said_->state.time, vehicle_.time) << "of the newest inertial sample";
     }
   }
-  // Every submap moved alike, with 0.1 m and 0.01 rad of sigma.
+  // A solution that moves every submap by the same, with a sigma of 0.1 m and 0.01 rad.
   PoseGraph Moved(const Pose2& by) const {
     PoseGraph solution;
     solution.graph_id = mapper_.graph().graph_id();
@@ -64,7 +64,7 @@ class Dive {
     }
     return solution;
   }
-  // At the vehicle, off by so much, and stated with 1 m.
+  // A fix at the vehicle with this error and a stated sigma of 1 m.
   PositionFix Fix(double north_off_m = 0.0, double east_off_m = 0.0) const {
     constexpr double kMetresPerRadian = 6335439.3;  // at the datum's latitude, 0
     constexpr double kMetresPerRadianEast = 6378137.0;
@@ -106,7 +106,7 @@ TEST_F(CorrectedDive, IsOfNowAlsoInATurn) {
     return Inverse(LevelPose(vehicle_.TrueAt(state.time))) * LevelPose(state.T_map_vehicle);
   };
   const Pose2 nav = off(*nav_), said = off(said_->state);
-  // The vehicle has turned by 9 degrees meanwhile, and gone 0.75 m.
+  // Meanwhile the vehicle has turned by 9 degrees and moved 0.75 m.
   EXPECT_NEAR(said.x, nav.x, 0.02);
   EXPECT_NEAR(said.y, nav.y, 0.02);
   EXPECT_NEAR(said.yaw, nav.yaw, Deg2Rad(0.1)) << "NAV itself is off by " << Rad2Deg(nav.yaw);
@@ -131,7 +131,7 @@ TEST_F(CorrectedDive, ASolutionMovesItAndCountsAsAJumpAndNavStays) {
   const Pose2 said = LevelPose(said_->state.T_map_vehicle);
   EXPECT_LT((said.Translation() - truth.Translation()).norm(), 0.2);
   EXPECT_NEAR(WrapAngle(said.yaw - truth.yaw), 0.0, Deg2Rad(0.5));
-  // 0.1 rad about the map's origin, some 100 m away, beside the shift.
+  // A rotation of 0.1 rad about the map's origin, about 100 m away, besides the shift.
   EXPECT_NEAR(said_->last_jump_m, 31.0, 6.0);
   EXPECT_NEAR(said_->last_jump_yaw_rad, 0.1, 1e-6);
   EXPECT_NEAR(std::atan2(said_->state.v_map_mps.y(), said_->state.v_map_mps.x()), 0.1, 0.02);
@@ -150,7 +150,7 @@ TEST_F(CorrectedDive, GoesOnWithGrowingSigmaWhenTheOptimizerIsSilent) {
   EXPECT_EQ(said_->jumps, 1);
 }
 
-// As before a dive: there is GPS, and nothing that a submap could be made of.
+// As before a dive: GPS is available, and no submap exists.
 TEST_F(CorrectedDive, FixesMoveItWithoutAnySubmap) {
   vehicle_.sonar_on = false;
   vehicle_.compass_step_rad = 0.02;
@@ -167,10 +167,10 @@ TEST_F(CorrectedDive, FixesMoveItWithoutAnySubmap) {
   EXPECT_LT(said_->last_jump_m, 0.5);
 }
 
-// As after it: no submap closes any more.
+// As after a dive: no submap closes any more.
 TEST_F(CorrectedDive, FixesAfterTheLastSubmapMoveIt) {
   Drive(70.0);
-  ASSERT_TRUE(mapper_.Take(Moved({30.0, -20.0, 0.0})));  // and sure of it
+  ASSERT_TRUE(mapper_.Take(Moved({30.0, -20.0, 0.0})));  // a certain solution
   vehicle_.sonar_on = false;
   Drive(30.0);
   EXPECT_GT(Off(said_->state).Translation().norm(), 30.0);
@@ -213,11 +213,11 @@ TEST_F(CorrectedDive, AFixThatComesLateCountsAsIfItHadComeInTime) {
   EXPECT_LT((in_time.said_->state.covariance - late.said_->state.covariance).norm(), 1e-9);
 }
 
-// The solution has the fix: what it says is what is said.
+// A fix that is part of the solution has no further effect.
 TEST_F(CorrectedDive, AFixThatASolutionHasCountsOnce) {
   Drive(30.0);
   mapper_.Add(Fix(4.0, 0.0));
-  Drive(50.0);  // two submaps more, and the fix with one of them
+  Drive(50.0);  // two more submaps; one of them has the fix
   ASSERT_GE(vertices_.size(), 3u);
   EXPECT_GT(said_->T_map_nav.x, 0.0);
   const Pose2 by{2.0, 1.0, 0.0};
@@ -226,7 +226,7 @@ TEST_F(CorrectedDive, AFixThatASolutionHasCountsOnce) {
   EXPECT_LT((said_->T_map_nav.Vector() - by.Vector()).norm(), 1e-6);
 }
 
-// The solution is of before the fix.
+// The solution is from before the fix.
 TEST_F(CorrectedDive, AFixThatASolutionLacksStillCounts) {
   Drive(70.0);
   const PoseGraph solution = Moved({});
@@ -239,7 +239,8 @@ TEST_F(CorrectedDive, AFixThatASolutionLacksStillCounts) {
   EXPECT_GT(said_->T_map_nav.x, 0.001);
 }
 
-// The fix says that all of the way so far was off: of the submap's place the solution knows better.
+// The fix shows that the whole way so far was off; the submap's position is known better from the
+// solution.
 TEST(NavCorrection, WhatNavLearnsOfTheWayBeforeTheSubmapDoesNotMoveIt) {
   MapperParams params = ShortSubmaps();
   params.navigation.start_sigma_m = 30.0;

@@ -1,4 +1,4 @@
-// What a mapper says of its navigation while something is wrong with it.
+// Faults of navigation that the mapper reports.
 
 #include "mapper/navigation_watch.hpp"
 
@@ -24,7 +24,7 @@ class Dive : public testing::Test {
  protected:
   Dive() : mapper_(MapperParams{}) { vehicle_.sonar_on = false; }
 
-  // Weaving, so that a late attitude shows.
+  // Weaves, so that a late attitude has an effect.
   void Drive(double duration_s) {
     for (int i = 0; i < static_cast<int>(duration_s / PerfectVehicle::kImuStepS); ++i) {
       const double t_s = ToSeconds(vehicle_.time - FromUtime(1'700'000'000'000'000));
@@ -34,7 +34,7 @@ class Dive : public testing::Test {
     }
     mapper_.TakeEvents();
   }
-  // Its detail; nothing where it does not hold.
+  // Text of a fault; nothing if it is not present.
   std::optional<std::string> Holds(const ConditionKind& kind) const {
     for (const Condition& condition : mapper_.conditions())
       if (condition.kind == &kind) return condition.detail;
@@ -43,7 +43,7 @@ class Dive : public testing::Test {
 
   PerfectVehicle vehicle_;
   Mapper mapper_;
-  std::set<std::string> seen_;  // names of all that held at any time
+  std::set<std::string> seen_;  // names of all faults so far
 };
 
 TEST_F(Dive, NothingIsSaidOfGoodNavigation) {

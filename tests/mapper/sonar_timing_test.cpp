@@ -10,7 +10,7 @@
 namespace seastitch {
 namespace {
 
-// A boat that rolls, pitches and heaves at other periods, 1.5 m/s.
+// A boat at 1.5 m/s whose roll, pitch and heave have different periods.
 struct Boat {
   double roll_rad = Deg2Rad(2.0);
   double pitch_rad = Deg2Rad(1.0);
@@ -31,7 +31,7 @@ struct Seabed {
   double across = 0.0;
 };
 
-// What 64 beams in the plane of the sonar see of it, laid out by a pose `late_s` off.
+// Soundings of 64 beams in the plane of the sonar, computed with a pose that is late_s off.
 GeoreferencedPing Ping(const Boat& boat,
                        const Seabed& seabed,
                        Time time,
@@ -84,14 +84,14 @@ TEST(SonarTiming, FindsItByPitchWhereTheSeabedSlopesAlong) {
   ASSERT_TRUE(found.pitch);
   EXPECT_LT(found.pitch->sigma_s, 0.02);
   EXPECT_NEAR(found.pitch->add_s, 0.08, 3.0 * found.pitch->sigma_s);
-  // On a level seabed the pitch says nothing, and claims nothing.
+  // On a level seabed pitch has no information, and gives no estimate.
   const SonarTimingEstimate level = Estimate({}, {}, 0.08, 4000, 0.02);
   if (level.pitch) {
     EXPECT_GT(level.pitch->sigma_s, 0.1);
   }
 }
 
-// Sigma is that of the estimate: over many surveys the errors divided by it have unit scatter.
+// Sigma is consistent: over many surveys the errors divided by it have a standard deviation of 1.
 TEST(SonarTiming, SigmaIsHonest) {
   double sum = 0.0;
   constexpr int kSurveys = 40;
@@ -118,7 +118,7 @@ TEST(SonarTiming, SaysNothingOfFewPingsOrOfAVehicleThatDoesNotRoll) {
   }
 }
 
-// A wreck under one ping in twenty, and pings without a pose, move nothing.
+// A wreck under one ping in twenty, and pings without a pose, do not change the estimate.
 TEST(SonarTiming, IsRobust) {
   std::mt19937 random(3);
   const Boat boat;

@@ -16,7 +16,8 @@
 namespace seastitch {
 namespace {
 
-// What the optimizer needs of a mapper: keeps the graph, answers requests, collects solutions.
+// The part of a mapper that the optimizer needs: keeps the graph, answers requests, collects
+// solutions.
 class MapperStub {
  public:
   MapperStub(const std::vector<GraphUpdate>& updates, Bus* bus) : updates_(updates), bus_(bus) {
@@ -38,7 +39,7 @@ class MapperStub {
     const GraphUpdate& update = updates_[static_cast<std::size_t>(version - 1)];
     bus_->Publish("GRAPH_UPDATE", ToLcm(update, update.vertices[0].time, seq_++));
   }
-  // The next update, which the bus may lose.
+  // Publishes the next update, or loses it.
   void PublishNext(bool lost = false) {
     ++published;
     if (!lost) Send(published);
@@ -150,9 +151,9 @@ TEST(OptimizerNode, AsksAgainOnlyWhileSomethingIsMissing) {
   bus.HandleAll();
   EXPECT_EQ(asked, std::vector<std::int64_t>{0});
   send(2);
-  send(2);  // tells nothing new
+  send(2);  // contains nothing new
   EXPECT_EQ(asked, (std::vector<std::int64_t>{0, 1}));
-  node.AskAgain();  // nobody answered
+  node.AskAgain();  // no answer came
   bus.HandleAll();
   EXPECT_EQ(asked, (std::vector<std::int64_t>{0, 1, 1}));
 }
@@ -186,7 +187,7 @@ TEST(OptimizerNode, GivesAMapperThatAsksTheLastSolution) {
   EXPECT_TRUE(mapper.solutions.empty());
   for (int k = 0; k < 12; ++k) mapper.PublishNext();
   mapper.AskForSolution(12);
-  ASSERT_EQ(mapper.solutions.size(), 12u);  // it has it
+  ASSERT_EQ(mapper.solutions.size(), 12u);  // the optimizer has the graph
   mapper.AskForSolution(0);
   ASSERT_EQ(mapper.solutions.size(), 13u);
   ExpectSame(mapper.solutions[12], mapper.solutions[11]);
@@ -199,7 +200,7 @@ TEST(OptimizerNode, WhenAskedSolvesOnceForAllThatWait) {
   OptimizerNode node({}, &bus, &worker, OptimizerNode::SolveOn::kWhenAsked);
   for (int k = 0; k < 12; ++k) mapper.PublishNext();
   node.SolveWaiting();
-  node.EndStart();  // updates came since the last time: there may be more
+  node.EndStart();  // updates came since the last call: more may follow
   bus.HandleAll();
   EXPECT_TRUE(mapper.solutions.empty());
   node.EndStart();
@@ -208,7 +209,7 @@ TEST(OptimizerNode, WhenAskedSolvesOnceForAllThatWait) {
   EXPECT_EQ(mapper.solutions[0].graph_version, 12);
 }
 
-// Runs a job when told to.
+// A worker that runs a job on command.
 struct SlowWorker : Worker {
   std::deque<Job> jobs;
   int signs_of_life = 0;
@@ -282,7 +283,7 @@ TEST(OptimizerNode, AnswersRequestsAndKeepsUpdatesWhileTheWorkerSolves) {
   bus.HandleAll();
   ASSERT_EQ(mapper.solutions.size(), 1u);
   EXPECT_EQ(mapper.solutions[0].graph_version, 1);
-  EXPECT_EQ(worker.queue_depth(), 1u);  // for both that waited
+  EXPECT_EQ(worker.queue_depth(), 1u);  // one job for both updates that waited
   mapper.AskForSolution(0);
   EXPECT_EQ(mapper.solutions.size(), 2u);
   worker.Run();
@@ -409,7 +410,8 @@ TEST(OptimizerNode, AnUpdateOfTooManyEdgesLosesNoSubmap) {
   EXPECT_EQ(mapper.solutions.back().loop_edges.size(), mapper.solutions[4].loop_edges.size() + 2);
 }
 
-// Asked for again; where it comes no better the rest goes on without, and HEALTH says so.
+// The update is requested again. If it is malformed again, the graph continues without it, and
+// HEALTH reports it.
 TEST(OptimizerNode, AMalformedSubmapIsAskedForAgainAndDegradesWhileItIsMissing) {
   Bus bus("memq://");
   InlineWorker worker;
@@ -456,12 +458,12 @@ TEST(OptimizerNode, AVersionThatNeverComesDegradesForAWhileOnly) {
   for (int k = 0; k < 4; ++k) {
     node.AskAgain();
     bus.HandleAll();
-    mapper.PublishNext();  // between the ticks the dive goes on
+    mapper.PublishNext();  // the dive continues between the ticks
   }
   EXPECT_EQ(node.health().state(), HealthState::kOk);
   EXPECT_EQ(node.health().counter("versions_given_up"), 1);
   mapper.PublishNext(true);
-  mapper.PublishNext();  // and a hole is seen as before
+  mapper.PublishNext();  // a gap is handled as before
   EXPECT_EQ(mapper.solutions.back().graph_version, 7);
 }
 

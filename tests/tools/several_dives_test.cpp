@@ -1,4 +1,4 @@
-// Several dives into one map, as a user types it.
+// Several dives in one map, through the command line.
 
 #include <gmock/gmock.h>
 
@@ -71,7 +71,7 @@ class SeveralDives : public ::testing::Test {
   TemporaryDir out_;
 };
 
-// A `.all` with a datagram h after each P: height of the water line.
+// A `.all` file with a datagram h (height of the water line) after each P.
 std::string WithHeightDatagrams(const std::string& all, double height_m) {
   constexpr std::size_t kLengthBytes = 4, kHeaderBytes = 16;
   std::string out;
@@ -160,15 +160,15 @@ TEST_F(SeveralDives, OneThatIsDamagedIsLeftOutAndNamed) {
       << TextOf(Folder() / "dive2" / "lines.kmall").substr(0, 20'000);
   const CommandResult result = Replay("dive1 broken dive3");
   if (result.exit_code != 0) {
-    // Nothing can be placed by what is left of it.
+    // The damaged input has no usable data.
     EXPECT_THAT(result.output, HasSubstr("broken"));
     return;
   }
   EXPECT_THAT(result.output, HasSubstr("broken ("));
 }
 
-// From files alone, whatever the maker: only what the formats round, and what .s7k lacks (velocity,
-// delays of sectors), is between them.
+// Maps made from survey files of each format agree, except for the formats' rounding and for what
+// .s7k does not contain (velocity, delays of sectors).
 TEST_F(SeveralDives, EveryFormatThatIsWrittenGivesTheMap) {
   ASSERT_EQ(Replay("whole.kmall").exit_code, 0);
   const double kmall_m = Report()["truth"]["aligned_position_rms_m"]["after"];
@@ -185,7 +185,7 @@ TEST_F(SeveralDives, EveryFormatThatIsWrittenGivesTheMap) {
   }
 }
 
-// An INS that takes a fix now and then jumps. .s7k says nothing of its velocity.
+// An INS that uses a fix now and then, and jumps. .s7k contains no velocities.
 TEST_F(SeveralDives, JumpsOfTheInsAreTakenOutWhateverTheFormat) {
   const TemporaryDir dir;
   const std::string survey = std::regex_replace(
@@ -211,7 +211,7 @@ TEST_F(SeveralDives, JumpsOfTheInsAreTakenOutWhateverTheFormat) {
   }
 }
 
-// Exported corrected navigation, taken as navigation beside the same pings.
+// The exported corrected navigation, used as an SBET beside the same pings.
 TEST_F(SeveralDives, ASbetBesideTheFilesIsTheirNavigation) {
   ASSERT_EQ(Replay("whole.kmall").exit_code, 0);
   const double corrected_m = Report()["truth"]["aligned_position_rms_m"]["after"];
@@ -228,7 +228,7 @@ TEST_F(SeveralDives, ASbetBesideTheFilesIsTheirNavigation) {
   EXPECT_NE(alone.exit_code, 0);
 }
 
-// Adjusted positions of another program; attitude and heave stay the sonar's own.
+// Adjusted positions of another program; attitude and heave are those of the sonar's files.
 TEST_F(SeveralDives, TextBesideTheFilesIsTheirPosition) {
   ASSERT_EQ(Replay("whole.kmall").exit_code, 0);
   const double corrected_m = Report()["truth"]["aligned_position_rms_m"]["after"];
@@ -276,8 +276,9 @@ TEST_F(SeveralDives, TheTideIsTakenOffEveryDepth) {
   EXPECT_THAT(wrong.output, HasSubstr("tide.csv:2: 'high' is not a number of metres"));
 }
 
-// The simulated water line lies on the ellipsoid. A zero of depth 1.25 m below the ellipsoid makes
-// every depth 1.25 m less, whoever states the height. Another ping may be the middle of a submap.
+// The simulated water line is on the ellipsoid. A zero of depth 1.25 m below the ellipsoid makes
+// every depth 1.25 m smaller, whichever file states the height. The middle ping of a submap may be
+// another one.
 TEST_F(SeveralDives, HeightsAboveTheEllipsoidTakeThePlaceOfATideGauge) {
   ASSERT_EQ(Replay("whole.kmall").exit_code, 0);
   const double below_water_m = DepthOfFirstSubmap();
@@ -311,12 +312,12 @@ TEST_F(SeveralDives, HeightsAboveTheEllipsoidTakeThePlaceOfATideGauge) {
     ASSERT_EQ(result.exit_code, 0) << files << result.output;
     EXPECT_NEAR(DepthOfFirstSubmap(), below_water_m - 1.25, 0.05) << files;
   }
-  // By place.
+  // The zero of depth as a grid over positions.
   std::ofstream(Folder() / "zero.asc")
       << "ncols 1\nnrows 1\nxllcorner -75\nyllcorner 40\ncellsize 10\n-2.5\n";
   ASSERT_EQ(Replay("whole.kmall", config("separation_grid: zero.asc")).exit_code, 0);
   EXPECT_NEAR(DepthOfFirstSubmap(), below_water_m - 2.5, 0.05);
-  // A file that states no height.
+  // A file without heights.
   EXPECT_NE(Replay("plain.all", config("separation_m: 0")).exit_code, 0);
   std::ofstream(Folder() / "zero.asc") << "ncols 1\n";
   const CommandResult wrong = Replay("whole.kmall", config("separation_grid: zero.asc"));
@@ -324,8 +325,8 @@ TEST_F(SeveralDives, HeightsAboveTheEllipsoidTakeThePlaceOfATideGauge) {
   EXPECT_THAT(wrong.output, HasSubstr("zero.asc: no ESRI ASCII grid: no nrows"));
 }
 
-// As docs/survey-files.md has it: exit code and bytes of each are its own, and what failed is taken
-// up alone.
+// As docs/survey-files.md describes it: each survey has its own exit code and files, and a failed
+// one is processed again alone.
 TEST_F(SeveralDives, EightSurveysTwoAtATimeOfWhichOneIsDamaged) {
   if (RunCommand("command -v parallel").exit_code != 0) {
     GTEST_SKIP() << "no GNU parallel here";
@@ -344,7 +345,7 @@ TEST_F(SeveralDives, EightSurveysTwoAtATimeOfWhichOneIsDamaged) {
                               ":$PATH parallel -j 2 --joblog maps/jobs.txt ";
   const std::string jobs =
       "'seastitch replay --quiet {} --out maps/{/} > maps/{/}.txt 2>&1' ::: archive/*";
-  // By job: its exit code.
+  // Exit code by job.
   const auto exit_codes = [this] {
     std::map<int, int> codes;
     std::istringstream lines(TextOf(out_.path() / "maps/jobs.txt"));
@@ -360,7 +361,7 @@ TEST_F(SeveralDives, EightSurveysTwoAtATimeOfWhichOneIsDamaged) {
     return codes;
   };
   const auto run = RunCommand(command + jobs);
-  EXPECT_EQ(run.exit_code, 1) << run.output;  // how many failed
+  EXPECT_EQ(run.exit_code, 1) << run.output;  // number of failed jobs
   const std::map<int, int> codes = exit_codes();
   ASSERT_EQ(codes.size(), 8u);
   for (const auto& [job, code] : codes) EXPECT_EQ(code, job == 3 ? 65 : 0) << job;
@@ -402,7 +403,7 @@ TEST(DivesAmong, FoldersDaysAndLooseLogs) {
   EXPECT_EQ(dives[0].name, "a");
   EXPECT_EQ(dives[0].files, std::vector<fs::path>{dir.path() / "a" / "x.kmall"});
   EXPECT_EQ(dives[1].files, std::vector<fs::path>{file});
-  EXPECT_EQ(dives[1].name.size(), 10u);  // a day
+  EXPECT_EQ(dives[1].name.size(), 10u);  // name by day
   EXPECT_EQ(dives[2].name, "logs");
   EXPECT_EQ(dives[2].files.size(), 2u);
   EXPECT_NE(dives[3].name, dives[1].name);

@@ -33,7 +33,7 @@ std::string TextOfFile(const fs::path& path) {
   return out.str();
 }
 
-// Every real file goes from its bytes to a map by its own navigation.
+// Every real file gives a map with its own navigation.
 TEST(SurveyFiles, RealFilesBecomeMaps) {
   for (const char* const name : {"em710_g.all",
                                  "em2040_ac.all",
@@ -51,7 +51,7 @@ TEST(SurveyFiles, RealFilesBecomeMaps) {
   }
 }
 
-// One way through both commands.
+// Import and replay of the log, and replay of the file.
 TEST(SurveyFiles, ImportedLogGivesTheSameMapAsTheFile) {
   const fs::path file = Shared("data/mbes/r2sonic2026.xtf");
   SKIP_WITHOUT(file);
@@ -70,7 +70,7 @@ TEST(SurveyFiles, ImportedLogGivesTheSameMapAsTheFile) {
         << product;
 }
 
-// Every sounding of the file goes out, and those that are used are those of the map.
+// Every sounding of the file is exported, and those marked as used are those of the map.
 TEST(SurveyFiles, SoundingsOfTheMapAreExported) {
   const fs::path file = Shared("data/mbes/em2040_OS01.kmall");
   SKIP_WITHOUT(file);
@@ -89,8 +89,8 @@ TEST(SurveyFiles, SoundingsOfTheMapAreExported) {
   EXPECT_FALSE(fs::exists(dir.path() / "map/.soundings"));
 }
 
-// A real line over a flat bed: as recorded its stamps are right; told 22 ms too late, the seabed
-// itself says by how much.
+// A real line over a flat bed. Its recorded stamps are right; with stamps 22 ms too late the report
+// estimates this offset from the seabed.
 TEST(SurveyFiles, SeabedSaysThatTheSonarsStampsAreOff) {
   const fs::path file = Shared("data/mbes/r2sonic2026.xtf");
   SKIP_WITHOUT(file);
@@ -123,8 +123,8 @@ TEST(SurveyFiles, InstallationOfTheFileIsUsed) {
   EXPECT_NE(survey.plan().Text().find("water line 1.031 m down"), std::string::npos);
 }
 
-// #SPO of this file differs from its own raw GGA by the antenna's place (-0.1 m, -0.1 m), and is
-// #MRZ's place of the reference point to 1 mm.
+// #SPO of this file differs from its own raw GGA by the antenna's lever arm (-0.1 m, -0.1 m), and
+// agrees with the reference point's position in #MRZ to 1 mm.
 TEST(SurveyFiles, PositionsOfKmallAreOfTheReferencePoint) {
   const fs::path file = Shared("data/mbes/em2040_OS01.kmall");
   SKIP_WITHOUT(file);

@@ -21,17 +21,17 @@ namespace {
 constexpr double kStepM = 0.25;
 constexpr double kSpeedMps = 1.5;
 
-// The same between any two pings.
+// Constant drift between any two pings.
 SubmapBuilder::Drift Loses(double x_m, double y_m, double yaw_rad) {
   return [=](Time, Time) -> Eigen::Matrix3d {
     return Eigen::Vector3d(x_m * x_m, y_m * y_m, yaw_rad * yaw_rad).asDiagonal();
   };
 }
 
-// Dead reckoning learns nothing on the way.
+// Hindsight without corrections.
 Pose2 NothingLearned(Time, Time) { return {}; }
 
-// Drives a vehicle and gathers what the builder closes.
+// Drives a vehicle and collects the submaps that the builder closes.
 struct Drive {
   explicit Drive(const SubmapParams& params = {},
                  const CloudFilterParams& filter = {},
@@ -110,7 +110,7 @@ TEST(SubmapBuilder, ClosesEarlierWhereTheSeabedHasStructureButNotBeforeTheMinimu
   }
 }
 
-// A millimetre is what no registration beats.
+// No registration is better than a drift of a millimetre.
 TEST(SubmapBuilder, ClosesForItsStructureOnlyWhereThisBeatsDeadReckoningInEveryDirection) {
   const double yaw = Deg2Rad(0.5);
   for (const auto& [drift, trigger] : {std::pair{Loses(0.5, 0.5, yaw), SubmapTrigger::kInformation},
@@ -126,11 +126,11 @@ TEST(SubmapBuilder, ClosesForItsStructureOnlyWhereThisBeatsDeadReckoningInEveryD
   }
 }
 
-// Three lines of 90 m side by side: what has to be beaten is what was lost since the vehicle came
-// by here on the line before, which is little where it has just turned and much at the other end.
+// Three lines of 90 m side by side. A registration is compared with the drift since the vehicle
+// passed here on the line before: small just after a turn, large at the other end.
 struct Turning {
   const char* name;
-  bool sonar_on;   // in turns
+  bool sonar_on;   // during turns
   int min_points;  // of a submap
 };
 class EarlierLine : public testing::TestWithParam<Turning> {};
@@ -154,24 +154,25 @@ TEST_P(EarlierLine, HasToBeatWhatWasLostSinceItsNearestSubmap) {
       track[drive.time] = {line, {drive.x, drive.y}};
     }
     drive.sonar_on = GetParam().sonar_on;
-    for (int i = 0; i < 160; ++i) drive.Step((line == 0 ? kPi : -kPi) / 160.0);  // radius 12.7 m
+    // a turn with a radius of 12.7 m
+    for (int i = 0; i < 160; ++i) drive.Step((line == 0 ? kPi : -kPi) / 160.0);
     drive.sonar_on = true;
   }
   std::vector<int> on_line_before(3, 0);
   for (const Asked& q : asked) {
     const auto here = track.find(q.a);
     const auto there = track.find(q.b);
-    if (here == track.end() || there == track.end()) continue;  // in a turn
+    if (here == track.end() || there == track.end()) continue;  // during a turn
     const auto& [line, place] = here->second;
     const auto& [earlier, neighbour] = there->second;
-    if (line == earlier) continue;  // drift within a submap
+    if (line == earlier) continue;  // drift inside a submap
     ASSERT_EQ(earlier, line - 1);
     ++on_line_before[static_cast<std::size_t>(line)];
-    // Across: twice the radius. Along: not further than the next submap's middle.
+    // Across: at most twice the radius. Along: at most to the middle of the next submap.
     EXPECT_LT((place - neighbour).norm(), 45.0);
     EXPECT_NEAR(std::abs(place.y() - neighbour.y()), 25.5, 2.0);
   }
-  EXPECT_GE(on_line_before[1], 3);  // once a submap at least
+  EXPECT_GE(on_line_before[1], 3);  // at least once per submap
   EXPECT_GE(on_line_before[2], 3);
   EXPECT_EQ(drive.builder.counters().count("submaps_too_small") > 0, params.min_points > 50);
 }
@@ -215,7 +216,7 @@ TEST(SubmapBuilder, GivesATurnItsOwnSubmaps) {
   EXPECT_NEAR(LevelPose(drive.closed[0].T_map_submap).yaw, 0.0, 0.01);
   EXPECT_NEAR(std::abs(LevelPose(drive.closed[2].T_map_submap).yaw), kPi, 0.01);
   EXPECT_LT(drive.closed[0].heading_spread, 0.2);
-  // Of headings spread evenly over half a circle.
+  // For headings spread evenly over half a circle.
   EXPECT_NEAR(drive.closed[1].heading_spread, std::sqrt(2.0 - 4.0 / kPi), 0.15);
   EXPECT_LT(drive.closed[2].heading_spread, 0.2);
 }
@@ -234,7 +235,8 @@ TEST(SubmapBuilder, LeavesTurnsOutWhereSoConfigured) {
 
 TEST(SubmapBuilder, IsNotTurnedByYawing) {
   Drive drive;
-  for (int i = 0; i < 320; ++i) drive.Step((i / 4) % 2 == 0 ? 0.2 : -0.2);  // +-46 degrees, 2 m
+  // +-46 degrees, for 2 m each
+  for (int i = 0; i < 320; ++i) drive.Step((i / 4) % 2 == 0 ? 0.2 : -0.2);
   drive.Finish();
   ASSERT_EQ(drive.closed.size(), 1u);
   EXPECT_EQ(drive.closed[0].trigger, SubmapTrigger::kEnd);
@@ -315,8 +317,8 @@ TEST(SubmapBuilder, DropsNearlyAllOutliersOfASwath) {
   EXPECT_GT(all / (128.0 * static_cast<double>(drive.swath.is_outlier.size())), 0.98);
 }
 
-// A map that turns and slides as heading and position are learned: where dead reckoning, at `t`,
-// believes what stands at the same place of the true map.
+// Corrections of heading and position during the track: the transform from the true map to the map
+// as dead reckoning knows it at `t`.
 Pose2 LearnedAt(Time t) {
   const double s = ToSeconds(t.time_since_epoch()) - 1.7e9;
   return {0.1 * s, -0.15 * s, Deg2Rad(0.2) * s};
@@ -345,7 +347,8 @@ TEST(SubmapBuilder, DoesNotBendWhereDeadReckoningLearns) {
       AsBelieved, [](Time anchor, Time t) { return LearnedAt(anchor) * Inverse(LearnedAt(t)); });
   const Submap bent = Drive(AsBelieved, NothingLearned);
 
-  // Bins move with the frame: every point of one has some of the other near it, and at its height.
+  // Voxels move with the frame: every point of one submap has points of the other near it, at its
+  // height.
   const auto height_apart = [&](const Submap& other) {
     double worst = 0.0;
     for (std::size_t i = 0; i < straight.cloud.size(); i += 50) {
@@ -365,7 +368,7 @@ TEST(SubmapBuilder, DoesNotBendWhereDeadReckoningLearns) {
   };
   EXPECT_LT(height_apart(learned), 0.06);
   EXPECT_GT(height_apart(bent), 0.3);
-  // The frame stays where dead reckoning put it.
+  // The frame remains the published pose.
   EXPECT_TRUE(learned.T_map_submap.isApprox(bent.T_map_submap));
 }
 
@@ -465,7 +468,7 @@ TEST(SubmapBuilder, WeighsSoundingsByWhatTheSonarSaysOfThem) {
   GeoreferencedPing ping;
   ping.time = FromUtime(1'700'000'000'000'000);
   ping.T_map_vehicle = MakePose({0.0, 0.0, 10.0}, Eigen::Matrix3d::Identity());
-  for (int i = 0; i < 100; ++i) {  // two soundings a voxel, the upper one twice as unsure
+  for (int i = 0; i < 100; ++i) {  // two soundings per voxel; the upper one has twice the sigma
     const double x = 0.125 + 0.25 * (i % 10);
     const double y = 0.125 + 0.25 * (i / 10);
     ping.soundings.push_back({{x, y, 20.05}, 2 * i, 0.2f});
@@ -504,7 +507,7 @@ TEST(SubmapBuilder, TakesPingsOfTwoHeadsAtOneTime) {
   EXPECT_EQ(drive.builder.counters().count("pings_out_of_order"), 0U);
   drive.builder.Add(other);
   EXPECT_EQ(drive.builder.counters().at("pings_out_of_order"), 1);
-  // Nor after one that came late.
+  // Also not after a ping that came late.
   drive.builder.Add(drive.swath.At(drive.time - FromSeconds(1.0), drive.x, drive.y, 0.0));
   drive.builder.Add(other);
   EXPECT_EQ(drive.builder.counters().at("pings_out_of_order"), 3);
@@ -571,7 +574,7 @@ TEST(SubmapBuilder, KeepsEverySoundingWhereItIsAskedTo) {
               submap.soundings_used);
     EXPECT_EQ(kept[i].pings.front().time, submap.start);
     EXPECT_EQ(kept[i].pings.back().time, submap.end);
-    // In the submap's own frame: about where its cloud is.
+    // In the submap's own frame: near the middle of its cloud.
     Eigen::Vector3d mean = Eigen::Vector3d::Zero(), of_cloud = Eigen::Vector3d::Zero();
     for (const auto& s : soundings)
       if (s.used) mean += s.p_submap_m.cast<double>() / static_cast<double>(submap.soundings_used);
