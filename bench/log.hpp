@@ -25,18 +25,18 @@ struct DriverConfigs {
 // imu_driver.yaml, dvl_driver.yaml and mbes_driver.yaml of a folder. Throws ConfigError.
 DriverConfigs LoadDriverConfigs(const std::filesystem::path& folder);
 
-// Part of the survey done, 0 to 1. False stops.
+// Callback with the completed fraction of the survey, 0 to 1. Returning false ends it.
 using Progress = std::function<bool(double)>;
 
 struct LogResult {
   std::int64_t events = 0;                       // in the log
-  std::map<std::string, std::int64_t> channels;  // of these, on each
+  std::map<std::string, std::int64_t> channels;  // of these, by channel
 };
 
-// The survey as the LCM log that the logger would have made of it: the devices' bytes go through
-// the drivers themselves, in this process, on simulated receive times. The same survey gives the
-// same file. Begins with `configuration`, as the processes publish it at their start. Writes the
-// truth to TruthPathFor(path). Throws std::runtime_error naming the file.
+// Writes the survey as the LCM log that the logger would have recorded. The devices' bytes go
+// through the real drivers, in this process, with simulated receive times. The same survey gives
+// the same file. The log begins with `configuration`, as processes publish it at their start. The
+// truth is written to TruthPathFor(path). Throws std::runtime_error with the name of the file.
 LogResult WriteLog(SurveySimulator* simulator,
                    const DriverConfigs& drivers,
                    std::vector<config_t> configuration,

@@ -6,7 +6,7 @@
 
 namespace seastitch::bench {
 
-// Mixes 64 bits well (the finalizer of SplitMix64; Steele, Lea, Flood, OOPSLA 2014).
+// Mixes 64 bits (the finalizer of SplitMix64; Steele, Lea, Flood, OOPSLA 2014).
 constexpr std::uint64_t MixBits(std::uint64_t x) {
   x += 0x9E3779B97F4A7C15u;
   x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9u;
@@ -14,8 +14,8 @@ constexpr std::uint64_t MixBits(std::uint64_t x) {
   return x ^ (x >> 31);
 }
 
-// Random numbers that are the same on every machine (those of <random>'s distributions are not).
-// Each use has its own stream, so that one more draw in one place changes no other.
+// Random numbers that are equal on every machine (unlike the distributions of <random>). Each use
+// has its own stream, so that an additional number in one place changes no other.
 class Random {
  public:
   Random(std::uint64_t seed, std::string_view stream) : state_(MixBits(seed)) {
@@ -55,7 +55,7 @@ class Random {
   bool has_spare_ = false;
 };
 
-// First-order Gauss-Markov error: `sigma` at any time, forgotten over `tau_s`.
+// First-order Gauss-Markov error with standard deviation `sigma` and correlation time `tau_s`.
 class CorrelatedError {
  public:
   CorrelatedError(double sigma, double tau_s, Random* random)

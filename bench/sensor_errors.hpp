@@ -5,8 +5,8 @@
 
 namespace seastitch::bench {
 
-// What is wrong with the navigation sensors. Constant errors are drawn once a survey from a normal
-// distribution with the sigma given here; wandering ones are first-order Gauss-Markov.
+// Errors of the navigation sensors. Constant errors are drawn once per survey from a normal
+// distribution with the sigma given here; wandering errors are first-order Gauss-Markov processes.
 struct SensorErrors {
   double gyro_noise_radps_rthz = 0.0;
   double gyro_bias_radps = 0.0;  // constant, each axis
@@ -15,21 +15,22 @@ struct SensorErrors {
 
   double roll_pitch_wander_deg = 0.0;
   double roll_pitch_wander_tau_s = 300.0;
-  double heading_bias_deg = 0.0;       // constant
-  double heading_deviation_deg = 0.0;  // sine and cosine of the heading: what is left of hard iron
+  double heading_bias_deg = 0.0;  // constant
+  // coefficients of sine and cosine of the heading: the remainder of hard iron
+  double heading_deviation_deg = 0.0;
   double heading_wander_deg = 0.0;
   double heading_wander_tau_s = 600.0;
   double attitude_white_deg = 0.0;  // each sample, each axis
 
-  double dvl_noise_mps = 0.0;         // each ensemble, x and y
-  double dvl_scale = 0.0;             // constant part of the velocity: sound speed, the maker's own
+  double dvl_noise_mps = 0.0;  // each ensemble, x and y
+  double dvl_scale = 0.0;  // constant relative error of the velocity: sound speed and calibration
   double dvl_misalignment_deg = 0.0;  // constant, about each axis
   double dvl_range_noise_m = 0.0;
 
   double depth_noise_m = 0.0;
   double depth_bias_m = 0.0;  // constant
 
-  // All figures of a class. Throws std::invalid_argument naming the classes there are.
+  // The errors of a class. Throws std::invalid_argument with the names of the classes.
   //   ideal         no error at all: for tests
   //   ins_tactical  fibre-optic gyros that find north by themselves, 600 kHz DVL calibrated against
   //                 GPS (0.2 % of scale, 0.1 deg): 0.2 to 0.5 % of the distance from the origin
@@ -38,7 +39,7 @@ struct SensorErrors {
   static std::vector<std::string> Classes();
   bool operator==(const SensorErrors&) const = default;
 
-  // Heading sigma that the device states: 1 sigma of all its errors of attitude together.
+  // Heading sigma that the device states: root sum of squares of its attitude errors.
   double StatedHeadingSigmaDeg() const;
   double StatedRollPitchSigmaDeg() const;
 };

@@ -16,10 +16,10 @@
 #include "common/core/vehicle.hpp"
 
 // The simulated devices. Each returns its sample for a time of the survey, in seconds since its
-// start, and must be called in order of time. Samples carry no time; the caller has it.
+// start, and must be called in order of time. Samples contain no time.
 namespace seastitch::bench {
 
-// What all devices sense. Must outlive them.
+// Environment that all devices measure. Must outlive them.
 struct Scene {
   const Trajectory& trajectory;
   const Terrain& terrain;
@@ -64,10 +64,10 @@ class ImuModel {
 
 struct DvlParams {
   double rate_hz = 5.0;
-  double beam_angle_deg = 22.5;  // off the instrument's z axis; azimuths 45, 135, 225, 315 deg
+  double beam_angle_deg = 22.5;  // from the instrument's z axis; azimuths 45, 135, 225, 315 deg
   double min_range_m = 0.3;
   double max_range_m = 80.0;
-  double beam_loss_rate = 0.01;  // of each beam, each ensemble
+  double beam_loss_rate = 0.01;  // probability of each beam in each ensemble
   double latency_s = 0.040;
 };
 
@@ -78,7 +78,7 @@ class DvlModel {
            const SensorErrors& errors,
            const Scene& scene,
            std::uint64_t seed);
-  // bottom_lock false: every beam is lost.
+  // bottom_lock: if false, all beams are lost.
   DvlSample EnsembleAt(double t_s, bool bottom_lock);
   DepthSample DepthAt(double t_s);
 
@@ -90,7 +90,7 @@ class DvlModel {
   Scene scene_;
   Random random_;
   double scale_;
-  Eigen::Matrix3d R_dvl_true_;  // misalignment: takes true axes to stated axes
+  Eigen::Matrix3d R_dvl_true_;  // misalignment: from true axes to stated axes
   double depth_bias_m_;
   double beam_sigma_mps_;
   Eigen::Matrix<double, 4, 3> beams_;  // unit, towards the bottom, dvl axes
@@ -111,10 +111,11 @@ struct MbesParams {
   double range_noise_m = 0.01;
   double range_noise_ratio = 0.001;
   double angle_noise_deg = 0.05;
-  double outlier_rate = 0.002;       // lone beams at a wrong range
-  double drop_rate = 0.01;           // beams without a detection
-  double misdetection_rate = 0.005;  // pings with a run of beams at the nearest range: side lobes
-  double latency_s = 0.010;          // after the last echo
+  double outlier_rate = 0.002;  // single beams at a wrong range
+  double drop_rate = 0.01;      // beams without a detection
+  // pings with several neighbouring beams at the nearest range: side lobes
+  double misdetection_rate = 0.005;
+  double latency_s = 0.010;  // after the last echo
 };
 
 class MbesModel {
@@ -130,10 +131,10 @@ class MbesModel {
 
  private:
   struct Sector {
-    Eigen::Isometry3d T_map_sonar;  // at its pulse
+    Eigen::Isometry3d T_map_sonar;  // at its transmit pulse
     double tilt_rad;
     double delay_s;
-    double roll_rad;  // of the sonar, to stabilise by
+    double roll_rad;  // roll of the sonar that is compensated
   };
   std::vector<Sector> SectorsAt(double t_s) const;
   double NominalAngle(int beam) const;
@@ -150,9 +151,10 @@ class MbesModel {
 // GPS or USBL.
 struct FixParams {
   double interval_s = 0.0;  // 0: none
-  bool gps = false;         // only while the vehicle is at the surface; false: USBL, all the time
-  double sigma_m = 2.0;     // north and east, new in each fix; stated as it is
-  double wrong_rate = 0.0;  // of fixes off by wrong_m in some direction, with the usual sigma
+  bool gps = false;  // true: only while the vehicle is at the surface; false: USBL, all the time
+  double sigma_m = 2.0;  // north and east, independent in each fix; also the stated sigma
+  // fraction of fixes that are off by wrong_m in a random direction, with the usual stated sigma
+  double wrong_rate = 0.0;
   double wrong_m = 100.0;
 };
 
@@ -160,7 +162,7 @@ class FixModel {
  public:
   FixModel(const FixParams& params, const Scene& scene, std::uint64_t seed)
       : params_(params), scene_(scene), random_(seed, "position fixes") {}
-  // Of the first fix after t_s. Nothing: there is none any more.
+  // Time of the first fix after t_s; nothing after the last.
   std::optional<double> TimeAfter(double t_s) const;
   PositionFix FixAt(double t_s);
 

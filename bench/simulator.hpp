@@ -15,42 +15,42 @@
 
 namespace seastitch::bench {
 
-// Which CAN signal carries what: of the drivers' own configuration, so that both sides agree.
+// CAN signals of the simulated devices: from the drivers' own configuration, so that both agree.
 struct DeviceSignals {
   SignalMap imu;
   SignalMap dvl;
 };
 
-// What reaches a driver at once.
+// Data that reach a driver at the same time.
 struct BenchEvent {
-  Time recv;  // simulated
+  Time recv;  // simulated receive time
   Device device = Device::kImu;
   std::vector<CanFrame> frames;      // kImu: one epoch; kDvl: one ensemble with depth
   std::vector<std::uint8_t> bytes;   // kMbes: one KMALL datagram or part
   std::optional<PositionFix> fix{};  // kFix
 };
 
-// A survey as the bytes that its devices send. Pure: the same config and vehicle give the same
-// events. The map is North-East-Down at the datum of the vehicle's geometry; a vehicle that does
-// not come from the surface starts at north 0, east 0 of it.
+// Simulates a survey as the bytes that its devices send. Pure: the same config and vehicle give the
+// same events. The map is North-East-Down at the datum of the vehicle's geometry. A vehicle that
+// does not start at the surface starts at north 0, east 0.
 class SurveySimulator {
  public:
-  // Throws what LoadRaster throws.
+  // Throws as LoadRaster.
   SurveySimulator(const SurveyConfig& config,
                   const VehicleGeometry& vehicle,
                   const DeviceSignals& signals);
   ~SurveySimulator();
 
-  // The next event in order of recv; nothing when the survey is over.
+  // The next event in order of recv; nothing after the end.
   std::optional<BenchEvent> Next();
 
-  // When the survey begins, by the devices' own clocks.
+  // Start of the survey by the devices' clocks.
   Time start() const;
-  // Of the vehicle's reference point, between start() and its end.
+  // True state of the vehicle's reference point, between start() and the end.
   TrueState TruthAt(Time t) const;
   const Terrain& terrain() const;
   Duration total() const;
-  // So far: beams with a detection, beams without, and events that a fault took.
+  // Counts so far: beams with and without a detection, and events lost by faults.
   struct Counts {
     std::int64_t pings = 0;
     std::int64_t soundings = 0;

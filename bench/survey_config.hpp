@@ -23,14 +23,14 @@ constexpr Time kSurveyStart = FromUtime(1'767'225'600'000'000);
 struct SurveyConfig {
   std::uint64_t seed = 1;
   Time start = kSurveyStart;  // no key of the file
-  // Where there is a raster it is the seabed, and of the procedural terrain at most what lies on
-  // it.
+  // With a raster, the raster is the seabed, and of this only the relief, waves and pipeline may be
+  // added to it.
   ProceduralParams terrain;
   RasterParams raster;
   PlanParams plan;
   MotionParams motion;
   WaterParams water;
-  // Error of the sonar's #SVP, which the mapper uses, the same at every depth.
+  // Error of the sonar's #SVP, which the mapper uses, equal at every depth.
   double told_speed_error_mps = 0.0;
   std::string error_class = "ins_tactical";
   SensorErrors errors = SensorErrors::OfClass("ins_tactical");

@@ -13,7 +13,7 @@ namespace seastitch::bench {
 class Terrain {
  public:
   virtual ~Terrain() = default;
-  // Nothing where the seabed is not known.
+  // Depth at a position; nothing if it is unknown.
   virtual std::optional<double> DepthAt(double north_m, double east_m) const = 0;
 };
 
@@ -21,26 +21,26 @@ class Terrain {
 struct ReliefParams {
   double rms_m = 0.0;  // 0: none
   double longest_m = 120.0;
-  double shortest_m = 1.0;  // below the footprint of a beam nothing is seen
+  double shortest_m = 1.0;  // waves shorter than the footprint of a beam are not visible
   double hurst = 0.9;
 };
 
-// Crests that bend and swell, so that no two of them are alike.
+// Waves with curved crests of varying height.
 struct SandWaveParams {
   double height_m = 0.0;  // trough to crest; 0: none
   double length_m = 12.0;
-  double heading_deg = 0.0;  // in which the waves follow each other, from north
+  double heading_deg = 0.0;  // direction in which the waves follow each other, clockwise from north
 };
 
-// A pipe on the seabed that follows it.
+// A pipe that follows the seabed.
 struct PipelineParams {
   double diameter_m = 0.0;  // 0: none
-  double north_m = 0.0;     // a point of it
+  double north_m = 0.0;     // a point of the pipe
   double east_m = 0.0;
   double heading_deg = 0.0;
 };
 
-// A strip across the survey without relief and waves, where nothing can be registered.
+// A strip across the survey without relief and waves, where no registration is possible.
 struct FlatStripParams {
   double from_north_m = 0.0;
   double to_north_m = 0.0;  // not above from_north_m: none
@@ -48,7 +48,7 @@ struct FlatStripParams {
 
 struct ProceduralParams {
   double depth_m = 25.0;
-  double slope_north = 0.0;  // deeper by so much a metre
+  double slope_north = 0.0;  // increase of depth per metre
   double slope_east = 0.0;
   ReliefParams relief;
   SandWaveParams sand_waves;
@@ -56,8 +56,8 @@ struct ProceduralParams {
   FlatStripParams flat_strip;
 };
 
-// Relief made of gradient noise (Perlin, SIGGRAPH 2002) on lattices that an integer hash fills: the
-// same on every machine, smooth in its second derivative, without end.
+// Relief of gradient noise (Perlin, SIGGRAPH 2002) on lattices filled by an integer hash: equal on
+// every machine, continuous in its second derivative, unbounded.
 class ProceduralTerrain : public Terrain {
  public:
   ProceduralTerrain(const ProceduralParams& params, std::uint64_t seed);
@@ -65,7 +65,7 @@ class ProceduralTerrain : public Terrain {
 
  private:
   struct Octave {
-    double cos_per_m;  // turn and scale in one
+    double cos_per_m;  // rotation and scale
     double sin_per_m;
     double amplitude_m;
     std::uint64_t seed;
@@ -82,7 +82,7 @@ class ProceduralTerrain : public Terrain {
   std::uint64_t wave_seed_;
 };
 
-// One depth on another.
+// Sum of two terrains' depths.
 class SumTerrain : public Terrain {
  public:
   SumTerrain(std::unique_ptr<Terrain> a, std::unique_ptr<Terrain> b)
@@ -106,8 +106,8 @@ struct MapBox {
   Eigen::Vector2d max{0.0, 0.0};
 };
 
-// Depths on a regular grid, rows to the north, columns to the east, NaN where unknown; smooth in
-// its first derivative between them (Catmull-Rom).
+// Depths on a regular grid, rows to the north, columns to the east, NaN if unknown. Interpolated
+// with a continuous first derivative (Catmull-Rom).
 class GridTerrain : public Terrain {
  public:
   struct Cells {
@@ -117,12 +117,12 @@ class GridTerrain : public Terrain {
     double cell_east_m = 1.0;
     std::vector<float> depth_m;  // row after row, from the south
   };
-  // Holes up to fill_m from known cells are filled from these; what is left stays unknown. The
-  // box is laid where it covers the most known cells; of equals, nearest to the grid's centre.
+  // Fills holes within fill_m of known cells; others remain unknown. Places the box where it covers
+  // most known cells; of several such places, nearest to the grid's centre.
   GridTerrain(Cells cells, double fill_m, const MapBox& box);
 
   std::optional<double> DepthAt(double north_m, double east_m) const override;
-  // Of the grid's south-west corner in the map.
+  // Map position of the grid's south-west corner.
   const Eigen::Vector2d& corner() const { return corner_; }
 
  private:

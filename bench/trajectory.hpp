@@ -11,13 +11,13 @@
 
 namespace seastitch::bench {
 
-// How a vehicle on course yet moves: each a sum of sines of random phase with this RMS.
+// Motion of the vehicle about its course: each a sum of sines with random phases and this RMS.
 struct MotionParams {
   double roll_rms_deg = 1.0;
   double pitch_rms_deg = 0.7;
-  double heading_rms_deg = 1.0;  // off the course: crab
+  double heading_rms_deg = 1.0;  // heading relative to the course (crab)
   double heave_rms_m = 0.05;
-  double period_s = 6.0;  // the middle one; from half to twice it
+  double period_s = 6.0;  // middle period; periods are from half to twice it
 };
 
 // The true state of the vehicle's reference point. Map axes are fixed to the Earth.
@@ -25,15 +25,15 @@ struct TrueState {
   Eigen::Isometry3d T_map_vehicle = Eigen::Isometry3d::Identity();
   Eigen::Vector3d v_map_mps = Eigen::Vector3d::Zero();
   Eigen::Vector3d a_map_mps2 = Eigen::Vector3d::Zero();
-  Eigen::Vector3d rate_vehicle_radps = Eigen::Vector3d::Zero();    // against the map
+  Eigen::Vector3d rate_vehicle_radps = Eigen::Vector3d::Zero();    // relative to the map
   Eigen::Vector3d accel_vehicle_radps2 = Eigen::Vector3d::Zero();  // derivative of the rate
 };
 
 // The vehicle's motion as functions of time with exact derivatives.
 class Trajectory {
  public:
-  // Altitude is kept above the seabed as it is under the track, smoothed over smoothing_s; over
-  // unknown seabed the depth stays.
+  // The altitude is kept above the seabed under the track, smoothed over smoothing_s. Over unknown
+  // seabed the depth is kept.
   Trajectory(const Path& path,
              const PlanParams& plan,
              const MotionParams& motion,

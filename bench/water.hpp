@@ -7,12 +7,14 @@
 
 #include "bench/terrain.hpp"
 
-// Sound in the simulated sea. It shares no line with the mapper's ray tracer, so that no mistake of
-// one can hide in the other: rays are marched in small steps, each straight, bent by Snell's law.
+// Sound in the simulated sea. It shares no code with the mapper's ray tracer, so that an error in
+// one cannot cancel in the other. Rays are followed in small straight steps, refracted by Snell's
+// law.
 namespace seastitch::bench {
 
 struct WaterParams {
-  std::vector<double> depth_m{0.0};  // strictly rising; speeds between are linear, beyond constant
+  // strictly increasing; the speed is linear between them and constant beyond
+  std::vector<double> depth_m{0.0};
   std::vector<double> speed_mps{1500.0};
 };
 
@@ -23,13 +25,13 @@ class Water {
   double SpeedAt(double depth_m) const;
 
   struct Echo {
-    Eigen::Vector3d p_map;  // where the ray meets the seabed
+    Eigen::Vector3d p_map;  // intersection of the ray with the seabed
     double one_way_s = 0.0;
     double snell_s_per_m = 0.0;  // horizontal slowness, constant along the ray
   };
-  // Follows a ray from p_map along direction (unit, map axes) to the first seabed it meets. Nothing
-  // where there is none within max_range_m of path, where the ray does not go down or turns up,
-  // where the seabed is unknown, and where p_map is already in it.
+  // Follows a ray from p_map along direction (unit vector, map axes) to the first intersection with
+  // the seabed. Nothing if there is none within max_range_m of path, if the ray does not go down or
+  // turns upward, if the seabed is unknown, or if p_map is below it.
   std::optional<Echo> March(const Terrain& terrain,
                             const Eigen::Vector3d& p_map,
                             const Eigen::Vector3d& direction,
@@ -39,8 +41,8 @@ class Water {
     double one_way_s = 0.0;
     Eigen::Vector3d towards;  // unit, map axes: from the receiver along the ray that comes in
   };
-  // The ray between a point on the seabed and a receiver above it. snell_guess_s_per_m: that of a
-  // ray near it. Nothing where no direct ray leads there.
+  // The direct ray between a point on the seabed and a receiver above it. snell_guess_s_per_m: that
+  // of a similar ray. Nothing if there is no such ray.
   std::optional<Return> Back(const Eigen::Vector3d& p_seabed,
                              const Eigen::Vector3d& p_receiver,
                              double snell_guess_s_per_m) const;
@@ -52,14 +54,14 @@ class Water {
     double path_m = 0.0;
     double time_s = 0.0;
   };
-  // False where the ray turns up first.
+  // False if the ray turns upward before.
   bool Descend(double snell_s_per_m, double by_m, Ray* ray) const;
 
   // Through layers of dz downwards.
   struct Passage {
     double horizontal_m = 0.0;
     double time_s = 0.0;
-    double slope = 0.0;  // of the horizontal way by the slowness
+    double slope = 0.0;  // derivative of the horizontal distance by the slowness
   };
   std::optional<Passage> Pass(double snell_s_per_m, double depth_m, double dz, int steps) const;
 

@@ -20,31 +20,31 @@ struct BenchOptions {
   // empty: none.
   std::filesystem::path survey_file;
   double speed = 1.0;
-  // Live: when second 0 of the survey is, by the devices' clocks: "2026-01-01T00:00:00Z", or "now".
-  // What of the survey lies in the past is not sent. Empty: a fixed day, and all of it is sent.
+  // Live: UTC of the survey's start by the devices' clocks: "2026-01-01T00:00:00Z", or "now". The
+  // part of the survey in the past is not sent. Empty: a fixed day, and all of it is sent.
   std::string epoch;
-  double from_s = 0.0;              // live: what is before it is not sent
-  std::vector<std::string> faults;  // beyond the survey's own: see bench/fault.hpp
+  double from_s = 0.0;              // live: second of the survey at which to begin
+  std::vector<std::string> faults;  // in addition to the survey's own: see bench/fault.hpp
   bench::LiveTargets targets{"127.0.0.1:20001", "127.0.0.1:20002", "127.0.0.1:6020"};
 };
 
-// Mapper configuration for a survey: mapper_CLASS.yaml of a directory, with the data sheet of the
-// survey's class of sensor errors; mapper.yaml where there is none, or where the survey sets errors
-// itself.
+// Mapper configuration for a survey: mapper_CLASS.yaml of a folder, with the data sheet of the
+// survey's class of sensor errors. Without such a file, or if the survey sets errors itself:
+// mapper.yaml.
 std::filesystem::path MapperConfigFor(const bench::SurveyConfig& survey,
                                       const std::filesystem::path& config_dir);
 
-// The file of MapperConfigFor(), with the start that the survey has: at its first fix where it
-// comes from the surface, else at the datum.
+// The file of MapperConfigFor(), with the survey's start: at the first fix if the vehicle starts at
+// the surface, else at the datum.
 MapperConfig LoadMapperConfigFor(const bench::SurveyConfig& survey,
                                  const std::filesystem::path& config_dir);
-// The same as a file; its path.
+// Writes the same to a file; returns its path.
 std::filesystem::path WriteMapperConfigFor(const bench::SurveyConfig& survey,
                                            const std::filesystem::path& config_dir,
                                            const std::filesystem::path& folder);
 
-// The simulator that the options describe. Throws std::runtime_error or std::invalid_argument with
-// one line.
+// The simulator for these options. Throws std::runtime_error or std::invalid_argument with one
+// line.
 bench::SurveySimulator MakeSimulator(const BenchOptions& options);
 
 // `seastitch bench`: a simulated survey as device bytes over UDP, or as an LCM log with the truth

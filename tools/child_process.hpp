@@ -10,11 +10,11 @@
 
 namespace seastitch {
 
-// A program started beside us, its output in a file. Ended with SIGKILL where it is still running
-// when this object goes, with SIGTERM where our own process goes without that.
+// A child process with its output in a file. If it still runs when this object is destroyed, it
+// gets SIGKILL; if this process ends otherwise, it gets SIGTERM.
 class ChildProcess {
  public:
-  // Throws std::runtime_error where the program cannot be started.
+  // Throws std::runtime_error if the program cannot be started.
   ChildProcess(const std::string& name,
                const std::vector<std::string>& command,
                const std::filesystem::path& output);
@@ -24,9 +24,9 @@ class ChildProcess {
 
   const std::string& name() const { return name_; }
   const std::filesystem::path& output() const { return output_; }
-  // The exit code (128 + signal where a signal ended it), or nothing while it runs.
+  // The exit code (128 + signal if a signal ended it); nothing while it runs.
   std::optional<int> ExitCode();
-  // SIGTERM, then waits. Nothing where it did not end in time.
+  // Sends SIGTERM and waits. Nothing if the process did not end in time.
   std::optional<int> Stop(std::chrono::seconds patience);
 
  private:

@@ -17,7 +17,7 @@ struct ConfigurationFile {
 };
 std::vector<ConfigurationFile> ConfigurationFiles();
 
-// docs/configuration.md.
+// The text of docs/configuration.md.
 std::string ConfigurationPage();
 
 }  // namespace seastitch

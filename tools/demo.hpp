@@ -11,9 +11,9 @@ struct DemoOptions {
   std::filesystem::path out;
 };
 
-// `seastitch demo`: a simulated survey through the real processes on a private LCM URL, then the
-// recorded log through `replay`; prints a table of both beside the truth. Throws
-// std::runtime_error where a process does not do its part.
+// `seastitch demo`: simulates a survey with the real processes on a private LCM URL, then replays
+// the recorded log; prints the errors of both maps against the truth. Throws std::runtime_error if
+// a process fails.
 int RunDemo(const DemoOptions& options);
 
 }  // namespace seastitch

@@ -6,16 +6,16 @@
 
 namespace seastitch {
 
-// What is replayed as one dive: a folder, or files.
+// Input of one dive of a replay: a folder, or files.
 struct DiveInput {
-  std::string name;                          // for people; no two of a replay have the same
+  std::string name;                          // for people; unique within a replay
   std::vector<std::filesystem::path> files;  // logs or survey files; none: a folder of submaps
 };
 
-// The dives among the inputs of a replay, in their order (raw: the logs of raw bytes, too): a
-// dive's folder, a folder of logs or survey files, the survey files of one day (UTC, by their first
-// record; an SBET, which has none, goes with each), all other logs. Throws std::runtime_error
-// naming what cannot be read.
+// Splits the inputs of a replay into dives, in their order: each folder of a dive; each folder of
+// logs or survey files; the survey files of one day (UTC, by their first record; an SBET, which has
+// no date, belongs to all of them); all other logs. raw: includes the logs of raw bytes. Throws
+// std::runtime_error with the name of what cannot be read.
 std::vector<DiveInput> DivesAmong(const std::vector<std::filesystem::path>& inputs,
                                   bool raw = false);
 

@@ -5,8 +5,7 @@
 
 namespace seastitch {
 
-// The name that a word most likely means: the one that the fewest letters have to be changed in.
-// Empty where none is near.
+// The name most similar to a word (fewest letters to change); empty if none is similar.
 std::string NearestName(const std::string& word, const std::vector<std::string>& names);
 
 }  // namespace seastitch

@@ -12,12 +12,12 @@
 
 namespace seastitch {
 
-// An input that cannot be used for what it holds: exit code 65.
+// An input whose content cannot be used: exit status 65.
 struct DataError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// A command line that asks for what cannot be done: exit code 64.
+// An impossible command line: exit status 64.
 struct UsageError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -26,15 +26,15 @@ struct UsageError : std::runtime_error {
 // version of a type, or a foreign type on a channel of the same name, has another fingerprint.
 class MessageTypes {
  public:
-  // Whether the event has the type of its channel. False where the channel is none of ours.
+  // True if the event has the type of its channel; false also for an unknown channel.
   bool Add(const LogEvent& event);
 
-  // Events that have not, by channel.
+  // Number of events of another type, by channel.
   std::map<std::string, std::int64_t> Foreign() const;
-  // A channel no event of which has the type of the channel.
+  // A channel without any event of the channel's type.
   struct Unreadable {
     const Channel* channel;
-    std::optional<std::int64_t> fingerprint;  // of its first event; nothing: too short for one
+    std::optional<std::int64_t> fingerprint;  // of its first event; nothing if that is too short
   };
   // In the order of the table.
   std::vector<Unreadable> UnreadableChannels() const;
@@ -48,7 +48,7 @@ class MessageTypes {
   std::map<const Channel*, Count> counts_;
 };
 
-// Throws DataError where there is one of this role.
+// Throws DataError if there is one with this role.
 void ExpectReadable(const MessageTypes& types, ChannelRole role);
 // One line: channel, fingerprint, type expected.
 std::string ToString(const MessageTypes::Unreadable& unreadable);

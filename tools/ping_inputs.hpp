@@ -14,22 +14,23 @@
 
 namespace seastitch {
 
-// Which of the inputs of a replay each ping came from.
+// Remembers from which input of a replay each ping came.
 class PingInputs {
  public:
-  // Listens to the pings on the bus. each: remembers every ping and not only the inputs' spans.
-  // sonar_time_offset_s: that the mapper adds to the stamps of MBES_PING.
+  // Receives the pings on the bus. each: remembers every ping, not only the time spans of the
+  // inputs. sonar_time_offset_s: the mapper's correction of the stamps of MBES_PING.
   PingInputs(std::vector<std::string> names, bool each, double sonar_time_offset_s, Bus* bus);
   PingInputs(const PingInputs&) = delete;
   PingInputs& operator=(const PingInputs&) = delete;
 
-  // What comes from now on is of this one.
+  // Sets the number of the input that is read from now on.
   void Reading(std::size_t input) { input_ = input; }
-  // The inputs of these pings, by number; each ping once. 0 for one that is not known, and counted.
+  // The numbers of these pings' inputs; a ping can be asked for once. An unknown ping gives 0 and
+  // is counted.
   std::vector<std::uint16_t> Take(const SubmapSoundings& submap);
   bool HasPings() const { return std::find(seen_.begin(), seen_.end(), true) != seen_.end(); }
   std::int64_t unknown() const { return unknown_; }
-  // Those that have pings, in their order, and those without.
+  // The inputs with pings, in their order, and those without.
   const std::vector<SurveyInput>& spans() const { return spans_; }
 
  private:

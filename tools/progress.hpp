@@ -8,8 +8,8 @@
 
 namespace seastitch {
 
-// Progress of a long step as one line on stderr: rewritten in place on a terminal, elsewhere a new
-// line every tenth.
+// Progress of a long step on stderr: one line rewritten in place on a terminal, otherwise a new
+// line at each tenth.
 class ProgressLine {
  public:
   ProgressLine(std::string what, std::uint64_t total, bool quiet)
@@ -38,7 +38,7 @@ class ProgressLine {
   }
 
  private:
-  // Once it takes longer than some seconds.
+  // Empty during the first seconds.
   std::string TimeLeft() const {
     const std::chrono::duration<double> past = std::chrono::steady_clock::now() - start_;
     if (past.count() < 5.0 || done_ == 0 || done_ >= total_) return {};

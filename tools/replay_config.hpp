@@ -8,7 +8,7 @@
 
 namespace seastitch {
 
-// The files that a replay is done with.
+// The configuration files of a replay.
 struct ReplayConfig {
   std::filesystem::path mapper;
   std::filesystem::path optimizer;
@@ -16,7 +16,7 @@ struct ReplayConfig {
   std::string statement;
 };
 
-// What was given on the command line (empty: nothing), and the shipped files beside it.
+// Files given on the command line (empty: none), and the folder of the shipped files.
 struct GivenConfig {
   std::filesystem::path mapper;
   std::filesystem::path optimizer;
@@ -24,21 +24,21 @@ struct GivenConfig {
   std::filesystem::path shipped_dir;
 };
 
-// Configuration for a replay of logs: the given one, else the recorded one, which is written to
-// OUT/config. Of a file that changed during the dive the newest version counts, since the crew
-// corrected it. Throws UsageError where there is neither, std::runtime_error where the files cannot
+// Configuration for a replay of logs: the given files, else the recorded ones, which are written to
+// OUT/config. Of a file that changed during the dive the newest version is used, assuming that the
+// crew corrected it. Throws UsageError if there is neither, std::runtime_error if the files cannot
 // be written.
 ReplayConfig ChooseConfig(const GivenConfig& given,
                           const RecordedLogs& recorded,
                           const std::filesystem::path& out);
 
-// Of raw bytes, the same for the drivers that recorded some.
+// The same for the drivers that recorded raw bytes.
 DriverFiles ChooseDriverFiles(const GivenConfig& given,
                               const RecordedLogs& recorded,
                               const RawSources& sources,
                               const std::filesystem::path& out);
 
-// Of submaps and survey files: what was given, else the shipped ones.
+// Configuration for submaps and survey files: the given files, else the shipped ones.
 ReplayConfig ChooseConfig(const GivenConfig& given);
 
 }  // namespace seastitch

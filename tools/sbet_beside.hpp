@@ -8,20 +8,21 @@
 
 namespace seastitch {
 
-// By its name (.sbet, or .out as POSPac writes it) and its size.
+// True for an SBET, by its name (.sbet, or .out as POSPac names it) and its size.
 bool IsSbet(const std::filesystem::path& path);
 
-// Processed navigation beside the files of a sonar: SBET, MB-System's .fnv and .na0, text with a
-// map of its columns beside it (ColumnsFileOf).
+// True for processed navigation beside a sonar's files: SBET, MB-System's .fnv and .na0, and text
+// with a file that describes its columns (ColumnsFileOf).
 bool IsNavigationBeside(const std::filesystem::path& path);
-// Its source in NavigationRecord.
+// True for its source in NavigationRecord.
 bool IsBeside(const std::string& source);
-// The one with something to give, by counts of records; empty: none.
+// The source of such navigation with records, from counts of records; empty: none.
 std::string BesideAmong(const std::map<std::string, std::int64_t>& counts);
 
-// What an SBET does not hold, from the survey beside it: the week by a time of the survey; the sign
-// of the wander angle as that of the three whose heading is nearest to the course made good, over
-// the first half hour under way. Throws std::runtime_error naming the file that cannot be read.
+// Parameters that an SBET does not contain, from the survey: the GPS week, by a time of the survey;
+// the sign of the wander angle (-1, 0 or 1), as the one whose heading agrees best with the course
+// over ground in the first half hour under way. Throws std::runtime_error with the name of a file
+// that cannot be read.
 SbetParams SbetParamsFor(const std::filesystem::path& path, Time of_survey);
 
 }  // namespace seastitch

@@ -7,9 +7,9 @@
 
 namespace seastitch {
 
-// What the columns of a text file are: the file NAME.yaml beside NAME, where there is one.
+// The file that describes the columns of a text file: NAME.yaml beside NAME.
 std::filesystem::path ColumnsFileOf(const std::filesystem::path& text);
-// Throws ConfigError.
+// Reads it. Throws ConfigError.
 TextNavigationFormat LoadTextColumns(const std::filesystem::path& file);
 
 }  // namespace seastitch

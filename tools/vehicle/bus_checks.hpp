@@ -13,10 +13,10 @@
 
 namespace seastitch {
 
-// What each process runs with: texts by process and file.
+// Configuration with which each process runs: texts by process and file.
 using RunningConfigs = std::map<std::string, std::map<std::string, std::string>>;
 
-// A value of a sensor over the seconds that the doctor listens.
+// Statistics of a sensor's value over the seconds that the doctor listens.
 struct Heard {
   int count = 0;
   double first_s = 0.0;  // when the driver received them
@@ -29,27 +29,27 @@ struct Heard {
   double rate_hz() const { return count > 1 ? (count - 1) / (last_s - first_s) : 0.0; }
 };
 
-// Listens on the bus for the doctor. Its request for everybody's configuration shows that the bus
-// carries what is sent, and who answers with which configuration.
+// Listens on the bus for the doctor. It also requests the configuration of all processes: the
+// answers show that the bus works, and which configuration each process has.
 class BusWatch {
  public:
-  // Throws std::runtime_error where the bus cannot be opened or cannot receive.
+  // Throws std::runtime_error if the bus cannot be opened or cannot receive.
   explicit BusWatch(const std::string& lcm_url);
-  // Takes in what comes for so long.
+  // Handles messages for this time.
   void Listen(double seconds);
-  // True where a process has published every file of its configuration.
+  // True if a process has published every file of its configuration.
   bool Answered(const std::string& process, const Setup& setup) const;
-  // Everybody heard on HEALTH has.
+  // True if all processes with HEALTH have done so.
   bool AllAnswered(const Setup& setup) const;
 
   bool loopback = false;
   ProcessRoll roll;
   RunningConfigs configs;
-  // By channel of a sensor: how far each stamp lies behind its receipt.
+  // By channel of a sensor: receive time minus stamp.
   std::map<std::string, Heard> latency_s;
   Heard specific_force_mps2, depth_m, sound_speed_mps;
   Heard bottom_lock, speed_mps;  // of the Doppler log: 0 or 1; with bottom lock
-  Heard valid_beams;             // part of a ping's
+  Heard valid_beams;             // fraction of a ping's beams
 
  private:
   template <class Msg, class Take>
@@ -61,11 +61,12 @@ class BusWatch {
 };
 
 Findings CheckLoopback(const BusWatch& watch);
-// All that are needed there, once, of one version, without a fault. now_s: monotonic.
+// Checks that all processes that are needed run, once each, in one version, without a fault. now_s:
+// monotonic.
 Findings CheckProcesses(const BusWatch& watch, const Setup& setup, double now_s);
 // Checks that each process runs with the present content of its files.
 Findings CheckRunningConfigs(const BusWatch& watch, const Setup& setup);
-// Rates, stamps, clocks, plausible values. at_surface: where depth is to be near 0.
+// Checks rates, stamps, clocks and plausible values. at_surface: depth must be near 0.
 Findings CheckSensors(const BusWatch& watch, const Setup& setup, bool at_surface);
 
 }  // namespace seastitch

@@ -12,21 +12,21 @@ namespace seastitch {
 struct DoctorOptions {
   std::filesystem::path config_dir;
   std::string lcm_url;       // empty: LCM_DEFAULT_URL, else that of the units
-  bool under_water = false;  // depth is not expected to be near 0
+  bool under_water = false;  // a depth far from 0 is no finding
   bool json = false;
 };
 
 struct Examination {
   Findings findings;
-  ProcessRoll roll;  // who was heard
+  ProcessRoll roll;  // processes with HEALTH messages
   RunningConfigs configs;
 };
 
-// Everything that can be checked before a dive, in at most 10 s. Nothing is changed; one trial file
-// is written where the dives are, and removed.
+// All checks before a dive, in at most 10 s. Nothing is changed, except for a test file in the
+// folder of the dives, which is deleted again.
 Examination Examine(const DoctorOptions& options, const Machine& machine = {});
 
-// `seastitch doctor`: prints the findings. Gives 0: all is well; 1: warnings; 2: errors.
+// `seastitch doctor`: prints the findings. Returns 0: no findings; 1: warnings; 2: errors.
 int RunDoctor(const DoctorOptions& options);
 
 }  // namespace seastitch

@@ -11,9 +11,9 @@ struct Finding {
   enum class Level : std::uint8_t { kOk, kWarning, kError };
 
   Level level = Level::kOk;
-  std::string check;   // what was looked at, for programs: "disk_free"
-  std::string text;    // what was found, with its figures, for people
-  std::string remedy;  // what to do; empty where there is nothing to do
+  std::string check;   // name of the check, for programs: "disk_free"
+  std::string text;    // result with its values, for people
+  std::string remedy;  // what to do; empty if nothing
 };
 using Findings = std::vector<Finding>;
 
@@ -24,7 +24,7 @@ Finding Error(const std::string& check, const std::string& text, const std::stri
 void Append(const Findings& more, Findings* findings);
 Finding::Level Worst(const Findings& findings);
 
-// Lines of at most `columns` bytes, the remedy below what it is for.
+// Lines of at most `columns` bytes, each with its remedy below.
 std::string ToText(const Findings& findings, std::size_t columns);
 // {"result": "warning", "version": "...", "checks": [{"check", "level", "text", "remedy"}, ...]}.
 std::string ToJson(const Findings& findings);

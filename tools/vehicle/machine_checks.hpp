@@ -8,37 +8,39 @@
 #include "tools/vehicle/finding.hpp"
 #include "tools/vehicle/machine.hpp"
 
-// What of the computer keeps a dive from succeeding. Each check gives its findings, good and bad.
+// Checks of the computer before a dive. Each check returns its findings, good and bad.
 namespace seastitch {
 
-// LCM's group of a URL is routed to the loopback interface, with the source 127.0.0.1.
+// LCM's multicast group of the URL must be routed to the loopback interface, with the source
+// 127.0.0.1.
 Findings CheckRoute(const Machine& machine, const std::string& lcm_url);
 
-// The interface is up, its controller on the bus, its bit rate that of systemd's *.network file.
+// The interface must be up, its controller not bus-off, and its bit rate that of systemd's
+// *.network file.
 Findings CheckCan(const Machine& machine, const std::string& interface);
 
-// net.core.rmem_max grants the largest receive buffer that a process asks for.
+// net.core.rmem_max must permit the largest receive buffer that a process requests.
 Findings CheckBuffers(const Machine& machine, std::int64_t wanted_bytes);
 
-// The port of a driver that does not run is free. source: "udp:HOST:PORT...".
+// The port of a driver that does not run must be free. source: "udp:HOST:PORT...".
 Findings CheckPort(const std::string& driver, const std::string& source);
-// The device of a serial source.
+// The device of a serial source must exist.
 Findings CheckSerial(const std::string& driver, const std::string& source);
 
-// Room, write speed, and that the folder is on a disk that is mounted. Writes a file of at most
-// 64 MB for at most 1.5 s there, and removes it.
+// Free space, write speed, and that the folder is on a mounted disk. Writes a file of at most 64 MB
+// for at most 1.5 s, and deletes it.
 Findings CheckDisk(const std::filesystem::path& dives_dir);
 
-// Units may write to a folder outside their own, and wait for its disk.
+// The units must be allowed to write to a folder outside their own, and must wait for its disk.
 Findings CheckDataDisk(const Machine& machine, const std::filesystem::path& dives_dir);
 
-// Disciplined, how well, and by whom.
+// Whether the clock is disciplined, how well, and by which program.
 Findings CheckClock(const Machine& machine);
 
 Findings CheckProcessor(const Machine& machine);
 Findings CheckMemory(const Machine& machine);
 
-// The kernel filters the IP packets of the units that listen to LCM alone.
+// The kernel must filter the IP packets of the units that receive LCM messages only.
 Findings CheckFilter(const Machine& machine);
 
 // Checks how the newest finished dive ended. now_utime: wall clock.

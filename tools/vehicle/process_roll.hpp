@@ -10,12 +10,12 @@
 
 namespace seastitch {
 
-// The processes of a vehicle, by their names in HEALTH, in the order in which people see them.
+// The processes of a vehicle, by their names in HEALTH, in the order of display.
 inline constexpr std::array kProcesses = {
     "imu-driver", "dvl-driver", "mbes-driver", "mapper", "optimizer", "logger"};
-// Runs where nav_driver.yaml names an instrument.
+// Runs if nav_driver.yaml has an instrument.
 inline constexpr char kNavDriver[] = "nav-driver";
-// One of the processes above.
+// True for one of the processes above.
 bool IsOurs(const std::string& process);
 
 // The processes that send HEALTH. Times are seconds of a monotonic clock.
@@ -23,17 +23,17 @@ class ProcessRoll {
  public:
   void Add(const health_t& msg, double now_s);
 
-  // The last message; nullptr: never heard.
+  // The last message; nullptr if there was none.
   const health_t* Find(const std::string& process) const;
-  // Since its last message; infinite: never heard.
+  // Seconds since its last message; infinite if there was none.
   double SilentFor(const std::string& process, double now_s) const;
-  // True where two processes of this name send by turns. A restart does not count.
+  // True if two processes with this name send alternately. A restart does not count.
   bool IsTwice(const std::string& process, double now_s) const;
-  // kProcesses, then those beyond.
+  // kProcesses, then other names.
   std::vector<std::string> names() const;
 
  private:
-  // One program: its sequence numbers rise one by one.
+  // One running program: its sequence numbers increase one by one.
   struct Program {
     std::int64_t seq;
     double first_s;
@@ -42,7 +42,7 @@ class ProcessRoll {
   struct Entry {
     health_t last{};
     double heard_s = 0.0;
-    std::vector<Program> programs;  // heard lately
+    std::vector<Program> programs;  // with messages in the last seconds
   };
   std::map<std::string, Entry> entries_;
 };

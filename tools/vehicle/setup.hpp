@@ -12,13 +12,14 @@
 
 namespace seastitch {
 
-// The configuration of all processes, as their files have it.
+// The configuration files of all processes.
 struct Setup {
-  // What each process publishes on CONFIG with these files: name and text of each file.
+  // Files that each process publishes on CONFIG with this configuration: name and text.
   std::map<std::string, std::map<std::string, std::string>> texts;
-  std::multimap<std::string, DriverParams> drivers;  // one a source
+  std::multimap<std::string, DriverParams> drivers;  // one entry per source
   std::map<std::string, DiveParams> dives;           // of logger and mapper
-  // The mapper takes an INS's navigation: drivers of IMU and DVL need not run, and are left out.
+  // The mapper uses the navigation of an INS: drivers of IMU and DVL need not run, and are left
+  // out.
   bool given_navigation = false;
   std::set<std::string> nav_channels;  // of the instruments of the nav-driver
 
@@ -29,11 +30,11 @@ struct Setup {
   std::int64_t largest_buffer_bytes() const;
 };
 
-// Reads the files of a folder, each with its own program's code. What cannot be used is a finding
-// and is left out.
+// Reads the files of a folder, each with the code of its program. A file that cannot be used is a
+// finding, and is left out.
 Setup LoadSetup(const std::filesystem::path& config_dir, Findings* findings);
 
-// Files that are right alone and wrong together.
+// Findings about files that contradict each other.
 Findings CheckTogether(const Setup& setup);
 
 }  // namespace seastitch

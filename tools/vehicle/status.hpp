@@ -9,24 +9,24 @@
 
 namespace seastitch {
 
-// What `seastitch status` shows: the dive, one line a process, then the faults that hold with what
-// to do about them. No line is wider than `columns`. now_s: monotonic, as of the roll.
+// Text of `seastitch status`: the dive, one line per process, then the faults that are present with
+// their remedies. No line is longer than `columns`. now_s: monotonic, as in the roll.
 std::vector<std::string> StatusLines(const ProcessRoll& roll,
                                      double now_s,
                                      std::int64_t now_utime,
                                      std::size_t columns);
 
-// True where every process of kProcesses sends HEALTH, no two of one name, and is ok; so for the
-// nav-driver where it was heard.
+// True if every process of kProcesses (and the nav-driver, if it sends) sends HEALTH, runs once,
+// and is ok.
 bool AllOk(const ProcessRoll& roll, double now_s);
 
 struct StatusOptions {
   std::string lcm_url;
-  bool once = false;  // as where the output is no terminal
+  bool once = false;  // as if the output were no terminal
 };
 
-// `seastitch status`: to a terminal every second until a signal; else once, after 2.5 s. Gives
-// EXIT_SUCCESS where all were ok at the end, else EXIT_FAILURE.
+// `seastitch status`: on a terminal every second until a signal; else once, after 2.5 s. Returns
+// EXIT_SUCCESS if all were ok at the end, else EXIT_FAILURE.
 int RunStatus(const StatusOptions& options);
 
 }  // namespace seastitch

@@ -6,11 +6,11 @@
 
 namespace seastitch {
 
-// What others sent, for a terminal: without control characters.
+// Text from other processes without control characters, for a terminal.
 std::string Printable(std::string text);
-// At most so many bytes, "..." at the end where some are left out.
+// At most `columns` bytes; "..." at the end if the text is longer.
 std::string Cut(const std::string& text, std::size_t columns);
-// Breaks at spaces; each line begins with the indent and has at most so many bytes.
+// Breaks a text at spaces into lines of limited length, each with the indent.
 std::vector<std::string> Wrap(const std::string& indent,
                               const std::string& text,
                               std::size_t columns);
