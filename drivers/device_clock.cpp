@@ -20,7 +20,8 @@ constexpr double kStepS = 0.050;
 // so long, and so many, a clock has stepped.
 constexpr Duration kStallLimit = std::chrono::seconds(2);
 constexpr int kStallMessages = 10;
-// Delay [s] that no transport has often: above it the stamp itself may be wrong.
+// Messages later than this [s] are not stamped while it is undecided whether a clock stepped: their
+// stamps could be wrong by as much. No transport is so late often.
 constexpr double kDoubtS = 0.5;
 
 std::int64_t Rounded(double seconds) { return std::llround(seconds * 1e6); }
