@@ -25,7 +25,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // Of journal and checkpoint: whatever is written otherwise has another number.
-constexpr std::uint32_t kFormat = 3;
+constexpr std::uint32_t kFormat = 4;
 constexpr char kStart[] = "JOURNAL_START";
 constexpr char kEntry[] = "JOURNAL_ENTRY";
 constexpr int kSlots = 2;
