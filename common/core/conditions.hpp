@@ -169,9 +169,9 @@ inline constexpr ConditionKind kPlaceUnknown{
     "place_unknown",
     Severity::kDegraded,
     "the map's position is unknown: it starts at the datum",
-    "One position fix, at any time of the dive, positions the whole map. Or state the position of "
-    "the start in mapper.yaml: navigation.start_north_m, start_east_m and start_sigma_m, with "
-    "start_at_first_fix false."};
+    "One position fix, at any time of the dive, positions the whole map and NAV_CORRECTED. NAV "
+    "keeps its sigma of 1 km. Or state the position of the start in mapper.yaml: "
+    "navigation.start_north_m, start_east_m and start_sigma_m, with start_at_first_fix false."};
 inline constexpr ConditionKind kAttitudeRefused{
     "attitude_refused",
     Severity::kDegraded,

@@ -49,6 +49,7 @@ void AttitudeAiding::Resume(Time t, const AttitudeEvent* attitude) {
   pairs_.Clear();
   Anchor(t, attitude);
   watch_.Interrupt();
+  stuck_.Interrupt();
 }
 
 void AttitudeAiding::Anchor(Time t, const AttitudeEvent* attitude) {
@@ -59,7 +60,8 @@ void AttitudeAiding::Anchor(Time t, const AttitudeEvent* attitude) {
 }
 
 void AttitudeAiding::AddTurn(const Eigen::Vector3d& rate_radps, double dt_s) {
-  const Eigen::Vector3d turn = rate_radps * dt_s;
+  stuck_.AddRate(rate_radps, dt_s);
+  const Eigen::Vector3d turn = (rate_radps - filter_->biases().segment<3>(kGyroBias)) * dt_s;
   turn_ = (turn_ * QuaternionFromRotationVector(turn)).normalized();
   turned_rad_ += turn.norm();
 }
@@ -73,7 +75,7 @@ AttitudeEvent AttitudeAiding::CarriedTo(Time t, const AttitudeEvent& attitude) c
 }
 
 InertialRates AttitudeAiding::Sound(Time t, const InertialRates& measured) const {
-  if (!watch_.GoesOn(t) || !device_rate_radps_) return measured;
+  if (!gyros_in_doubt(t) || !device_rate_radps_) return measured;
   return {*device_rate_radps_ + filter_->biases().segment<3>(kGyroBias),
           measured.specific_force_mps2};
 }
@@ -119,8 +121,16 @@ bool AttitudeAiding::IsRepeated(const AttitudeEvent& attitude) const {
   return last_ && attitude.q_map_imu.coeffs() == last_->coeffs();
 }
 
-bool AttitudeAiding::IsFrozen(const AttitudeEvent& attitude) const {
-  return IsRepeated(attitude) && turn_.angularDistance(Eigen::Quaterniond::Identity()) > kFrozenRad;
+// A vehicle that rolls is back within the limit every few seconds, and the device is still frozen.
+bool AttitudeAiding::LooksFrozen(const AttitudeEvent& attitude) {
+  const bool repeats = IsRepeated(attitude);
+  const bool turned = turn_.angularDistance(Eigen::Quaterniond::Identity()) > kFrozenRad;
+  is_frozen_ = repeats && (is_frozen_ || turned);
+  return is_frozen_;
+}
+
+bool AttitudeAiding::gyros_in_doubt(Time t) const {
+  return watch_.GoesOn(t) || (doubted_until_ && t < *doubted_until_);
 }
 
 void AttitudeAiding::Use(Time t, const AttitudeEvent& attitude) {
@@ -128,7 +138,7 @@ void AttitudeAiding::Use(Time t, const AttitudeEvent& attitude) {
   if (!due && !in_doubt_) return;
   if (attitude.alignment == Alignment::kAligned && alignment_ != Alignment::kAligned) aligned_ = t;
   alignment_ = attitude.alignment;
-  if (IsFrozen(attitude)) {
+  if (LooksFrozen(attitude)) {
     compared_ = t;
     watch_.Interrupt();
     Count("attitude_frozen");
@@ -144,8 +154,8 @@ void AttitudeAiding::Use(Time t, const AttitudeEvent& attitude) {
 
 void AttitudeAiding::UseCarried(Time t, const AttitudeEvent& attitude, bool compares) {
   if (compares) Compare(t, attitude);
-  filter_->LearnInertialBiases(!watch_.GoesOn(t));
-  if (watch_.GoesOn(t)) {
+  filter_->LearnInertialBiases(!gyros_in_doubt(t));
+  if (gyros_in_doubt(t)) {
     if (!in_doubt_) {
       Count("gyro_doubted");
       filter_->ReopenInertialBiases();
@@ -176,21 +186,38 @@ void AttitudeAiding::Compare(Time t, const AttitudeEvent& attitude) {
   const double dt_s = anchor_ ? ToSeconds(t - anchor_->time) : kMaxIncrementS + 1.0;
   if (dt_s <= kMaxIncrementS) {
     const Eigen::Quaterniond expected = anchor_->value * turn_;
-    watch_.Add(t,
-               RotationVectorFromQuaternion(attitude.q_map_imu * expected.conjugate()),
-               IncrementSigma(dt_s, turned_rad_));
+    const Eigen::Vector3d difference =
+        RotationVectorFromQuaternion(attitude.q_map_imu * expected.conjugate());
+    watch_.Add(t, difference, IncrementSigma(dt_s, turned_rad_));
+    CompareStuck(t, difference, dt_s);
   } else {
     watch_.Interrupt();
+    stuck_.Interrupt();
   }
   Anchor(t, &attitude);
 }
 
+void AttitudeAiding::CompareStuck(Time t, const Eigen::Vector3d& difference_rad, double dt_s) {
+  stuck_.AddDifference(difference_rad, dt_s, turned_rad_);
+  // Over seconds the data sheet's bias would hide what the filter's does not.
+  const double sigma_rad =
+      IncrementSigma(stuck_.span_s(), stuck_.turned_rad(), 1.0, filter_->GyroBiasSigma());
+  stuck_.Judge(kIncrementGate * params_.gate_sigma * sigma_rad);
+  if (!stuck_.are_stuck()) return;
+  doubted_until_ = t + FromSeconds(kQuietS);
+  watch_.ForgetStep();
+}
+
 // Sigma of the difference between device and gyros over dt_s: the device's noise and the gyros'
 // drift.
-double AttitudeAiding::IncrementSigma(double dt_s, double turned_rad, double share) const {
+double AttitudeAiding::IncrementSigma(double dt_s,
+                                      double turned_rad,
+                                      double share,
+                                      std::optional<double> bias_radps) const {
   const double white = params_.attitude_white_rad.maxCoeff();
   const double gyro = params_.gyro_noise_radps_rthz * std::sqrt(dt_s) +
-                      params_.gyro_step_radps * dt_s + params_.gyro_bias_radps.sigma * dt_s;
+                      params_.gyro_step_radps * dt_s +
+                      bias_radps.value_or(params_.gyro_bias_radps.sigma) * dt_s;
   const GaussMarkov<double>& wander = params_.attitude_heading_wander_rad;
   const double wandered = wander.sigma * std::sqrt(2.0 * dt_s / wander.tau_s);
   const double deviated = params_.attitude_deviation_rad * std::min(turned_rad, 2.0);

@@ -16,6 +16,7 @@
 #include "mapper/navigation/refusal_record.hpp"
 #include "mapper/navigation/sample_pairs.hpp"
 #include "mapper/navigation/stamp_offset.hpp"
+#include "mapper/navigation/stuck_gyro_watch.hpp"
 
 namespace seastitch {
 
@@ -25,11 +26,15 @@ namespace seastitch {
 //   faulty  the gyros, or the stamps
 //   done    the attitude is reset to the device's with each sample, until they agree
 //
+//   seen    the gyros repeat to the last bit, and the device turns otherwise (StuckGyroWatch)
+//   faulty  the gyros
+//   done    the same, until they change and then agree
+//
 //   seen    the device's heading stepped once
 //   done    two hypotheses: the device is wrong now, or was before (ErrorStateFilter)
 //
 //   seen    the device's attitude is identical to the last bit, while the gyros measure a rotation
-//   faulty  the device: it is frozen, and not used
+//   faulty  the device: it is frozen, and not used until its attitude changes
 //
 //   seen    attitudes refused for gate_reset_s, for no such reason
 //   faulty  the filter: the attitude is reset to the device's
@@ -46,7 +51,7 @@ class AttitudeAiding {
   void Begin(Time t, const AttitudeEvent& attitude);
   // Call after a gap in the inertial data, with the attitude that ended it, or null.
   void Resume(Time t, const AttitudeEvent* attitude);
-  // Angular rate since the last inertial sample, bias removed, imu axes.
+  // Angular rate since the last inertial sample: as measured, bias included, imu axes.
   void AddTurn(const Eigen::Vector3d& rate_radps, double dt_s);
   void Use(Time t, const AttitudeEvent& attitude);
 
@@ -56,6 +61,7 @@ class AttitudeAiding {
     archive(self.aligned_, self.alignment_, self.in_doubt_, self.stamps_, self.pairs_);
     archive(self.last_, self.rate_from_, self.device_rate_radps_);
     archive(self.anchor_, self.turn_, self.turned_rad_);
+    archive(self.stuck_, self.doubted_until_, self.is_frozen_);
   }
 
   const RefusalRecord& refusals() const { return refusals_; }
@@ -66,7 +72,8 @@ class AttitudeAiding {
  private:
   void Count(const std::string& name, std::int64_t n = 1) { (*counters_)[name] += n; }
   bool IsRepeated(const AttitudeEvent& attitude) const;  // to the last bit
-  bool IsFrozen(const AttitudeEvent& attitude) const;
+  bool LooksFrozen(const AttitudeEvent& attitude);
+  bool gyros_in_doubt(Time t) const;
   // The attitude, extrapolated by the gyros from its time of measurement (t minus the suspected
   // delay) to t.
   AttitudeEvent CarriedTo(Time t, const AttitudeEvent& attitude) const;
@@ -77,9 +84,14 @@ class AttitudeAiding {
                  double share);
   void UseCarried(Time t, const AttitudeEvent& attitude, bool compares);
   void Compare(Time t, const AttitudeEvent& attitude);
+  void CompareStuck(Time t, const Eigen::Vector3d& difference_rad, double dt_s);
   // 1 sigma of the difference of rotations over dt_s [rad]. turned_rad: sum of the absolute
-  // rotations. share: part of the time that does not overlap with other increments.
-  double IncrementSigma(double dt_s, double turned_rad, double share = 1.0) const;
+  // rotations. share: part of the time that does not overlap with other increments. bias_radps: of
+  // the gyros, 1 sigma; by default the data sheet's.
+  double IncrementSigma(double dt_s,
+                        double turned_rad,
+                        double share = 1.0,
+                        std::optional<double> bias_radps = std::nullopt) const;
   bool Step(Time t, const AttitudeEvent& attitude);
   bool StepsBack(double step_rad);
   void Take(Time t, const AttitudeEvent& attitude);
@@ -106,6 +118,9 @@ class AttitudeAiding {
   std::optional<Stamped<Eigen::Quaterniond>> anchor_;
   Eigen::Quaterniond turn_ = Eigen::Quaterniond::Identity();
   double turned_rad_ = 0.0;  // sum of the absolute rotations since
+  StuckGyroWatch stuck_;
+  std::optional<Time> doubted_until_;  // the gyros, after they were stuck
+  bool is_frozen_ = false;             // the device, until its attitude changes
 };
 
 }  // namespace seastitch

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "common/core/pose.hpp"
 #include "mapper/navigation/dead_reckoning.hpp"
 #include "mapper/navigation/navigation_params.hpp"
 #include "mapper/navigation/strapdown.hpp"
@@ -44,6 +45,11 @@ using ErrorVector = Eigen::Matrix<double, kErrorSize, 1>;
 using ErrorMatrix = Eigen::Matrix<double, kErrorSize, kErrorSize>;
 using ErrorRow = Eigen::Matrix<double, 1, kErrorSize>;
 using AttitudeRows = Eigen::Matrix<double, 3, kErrorSize>;
+
+// Motion of a vehicle in a gap of the inertial data, 1 sigma: its angular rate, and the roll and
+// pitch that it may have.
+constexpr double kCoastTurnRadps = 0.1;
+constexpr double kCoastTilt = Deg2Rad(3.0);
 
 // Sensitivity of a DVL velocity to its time stamp.
 struct DvlStamping {
@@ -128,7 +134,8 @@ class ErrorStateFilter {
   // them. Call ReopenAttitudeBias() only with TakeAttitude() right after: without the bias's
   // correlation with the attitude error, the next attitude would count twice.
   void ReopenInertialBiases();
-  // False: measurements do not change the biases of the inertial unit, because it is in doubt.
+  // False: measurements do not change the biases of the inertial unit, because it is in doubt, nor
+  // DVL scale and mounting, which would be learned from it.
   void LearnInertialBiases(bool learn) { learns_inertial_ = learn; }
   void ReopenAttitudeBias();
   // Shortens the velocity to limit_mps, and adds the limit to its sigma in quadrature.
@@ -163,6 +170,8 @@ class ErrorStateFilter {
   Eigen::Vector3d DvlResidual(const Eigen::Vector3d& v_dvl_mps) const;
   Eigen::Vector3d AttitudeResidual(const Eigen::Quaterniond& q_map_imu) const;
 
+  // 1 sigma of the largest component [rad/s], as of the last propagation of the covariance.
+  double GyroBiasSigma() const;
   InertialRates WithoutBias(const InertialRates& measured) const;
 
   // The vehicle frame, now.

@@ -14,9 +14,6 @@ namespace {
 
 // By so much, as a difference of squared innovations, one hypothesis has to be the better one.
 constexpr double kDecided = 16.0;
-// By how much a vehicle turns that nobody watches, and what tilt it may then have, 1 sigma.
-constexpr double kCoastTurnRadps = 0.1;
-constexpr double kCoastTilt = Deg2Rad(3.0);
 // A position that moves by less has not moved.
 constexpr double kMoveM = 0.01;
 
@@ -211,8 +208,8 @@ void ErrorStateFilter::DoubtHeading(double other_rad) {
   doubt_rad_ += other_rad;
 }
 
-// By the other hypothesis the way lies on an arc: what that is more than its tangent, which the tilt
-// makes of it.
+// By the other hypothesis the way lies on an arc: what that is more than its tangent, which the
+// tilt makes of it.
 void ErrorStateFilter::TurnWayByDoubt() {
   const Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
   const Eigen::Matrix3d turn = Eigen::AngleAxisd(doubt_rad_, axis).toRotationMatrix();

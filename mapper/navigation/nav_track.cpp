@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 namespace seastitch {
@@ -43,6 +44,21 @@ std::optional<TrackPose> Interpolate(Time t, const std::deque<TrackPose>& poses)
   if (poses[*i].time == t) return poses[*i];
   return Between(poses[*i], poses[*i + 1], t);
 }
+
+// The two poses around t, more than longest_s apart.
+std::optional<std::pair<Time, Time>> GapAround(Time t,
+                                               const std::deque<TrackPose>& poses,
+                                               double longest_s) {
+  const auto i = LastAtOrBefore(t, poses);
+  if (!i || *i + 1 >= poses.size() || poses[*i].time == t) return std::nullopt;
+  const Time from = poses[*i].time;
+  const Time to = poses[*i + 1].time;
+  if (ToSeconds(to - from) <= longest_s) return std::nullopt;
+  return std::pair(from, to);
+}
+
+// 1 sigma of a turn in so many seconds that nobody measured.
+double CoastTurn(double dt_s) { return std::min(kCoastTurnRadps * dt_s, kPi / 2.0); }
 
 Pose2 Moved(const Pose2& pose, const Eigen::Vector3d& by) {
   return {pose.x + by.x(), pose.y + by.y(), WrapAngle(pose.yaw + by.z())};
@@ -123,7 +139,8 @@ std::optional<NavTrack::Memory> NavTrack::Remember(std::vector<Time> instants) c
   for (const Time t : instants) {
     const std::optional<TrackPose> pose = PoseAt(t);
     if (!pose || t < keys_.front().time) continue;
-    memory.instants.push_back({*pose, EpochAt(t)});
+    memory.instants.push_back({*pose, EpochAt(t), HoleBegan(t)});
+    memory.instants.back().epoch.covariance = CovarianceAt(t).cast<float>();
     const std::size_t key = LastAtOrBefore(t, keys_).value_or(keys_.size() - 1);
     kept[key] = true;
     if (key + 1 < keys_.size()) kept[key + 1] = true;
@@ -148,6 +165,7 @@ void NavTrack::Restore(const Memory& memory) {
   epochs_ = {memory.epoch};
   keys_.assign(memory.keys.begin(), memory.keys.end());
   carried_.reset();
+  smoothed_.clear();
 }
 
 const NavTrack::Instant* NavTrack::Remembered(Time t) const {
@@ -172,6 +190,36 @@ std::optional<TrackPose> NavTrack::PoseAt(Time t) const {
   return Interpolate(t, coarse_);
 }
 
+// Of poses that are kept only coarsely, a hole is seen if it is longer by their interval.
+std::optional<NavTrack::Hole> NavTrack::HoleAt(Time t) const {
+  const bool fine = !poses_.empty() && t >= poses_.front().time;
+  const double longest_s = params_.imu_gap_s + (fine ? 0.0 : params_.epoch_interval_s);
+  const auto gap = GapAround(t, fine ? poses_ : coarse_, longest_s);
+  if (!gap || IsForgotten(t)) return std::nullopt;
+  return Hole{gap->first, gap->second};
+}
+
+std::optional<Time> NavTrack::HoleBegan(Time t) const {
+  if (const Instant* const instant = Remembered(t)) return instant->hole_began;
+  const std::optional<Hole> hole = HoleAt(t);
+  return hole ? std::optional(hole->from) : std::nullopt;
+}
+
+// From one end of a hole to the other the position's variance grows evenly. The vehicle may have
+// turned and come back.
+Matrix6d NavTrack::CovarianceAt(Time t) const {
+  Matrix6d covariance = EpochAt(t).covariance.cast<double>();
+  const std::optional<Hole> hole = Remembered(t) ? std::nullopt : HoleAt(t);
+  if (!hole) return covariance;
+  const double w = ToSeconds(t - hole->from) / ToSeconds(hole->to - hole->from);
+  covariance = (1.0 - w) * covariance + w * EpochAt(hole->to).covariance.cast<double>();
+  const double turned_rad = CoastTurn(ToSeconds(std::min(t - hole->from, hole->to - t)));
+  const double tilted_rad = std::min(turned_rad, kCoastTilt);
+  covariance.diagonal().segment<2>(3).array() += tilted_rad * tilted_rad;
+  covariance(5, 5) += turned_rad * turned_rad;
+  return covariance;
+}
+
 std::optional<NavState> NavTrack::StateAt(Time t) const {
   const auto pose = PoseAt(t);
   if (!pose) return std::nullopt;
@@ -179,9 +227,8 @@ std::optional<NavState> NavTrack::StateAt(Time t) const {
   state.time = t;
   state.T_map_vehicle = MakePose(pose->p_map, pose->q_map_vehicle.toRotationMatrix());
   state.v_map_mps = pose->v_map_mps;
-  const Epoch& epoch = EpochAt(t);
-  state.covariance = epoch.covariance.cast<double>();
-  state.bottom_lock = epoch.bottom_lock;
+  state.covariance = CovarianceAt(t);
+  state.bottom_lock = EpochAt(t).bottom_lock;
   return state;
 }
 
@@ -189,6 +236,7 @@ std::optional<std::size_t> NavTrack::NearestKey(Time t) const {
   if (keys_.empty() || t < keys_.front().time || t > *latest() || IsForgotten(t))
     return std::nullopt;
   const std::size_t i = LastAtOrBefore(t, keys_).value_or(keys_.size() - 1);
+  if (HoleBegan(t)) return i;
   const bool next_is_nearer = i + 1 < keys_.size() && keys_[i + 1].time - t < t - keys_[i].time;
   return next_is_nearer ? i + 1 : i;
 }
@@ -227,6 +275,23 @@ void NavTrack::PairCovariance::Add(const Eigen::Vector3d& of_a,
   a_b += variance * of_a * of_b.transpose();
 }
 
+// At a speed that is wrong by coast_speed_sigma_mps: within one hole the same for both.
+void NavTrack::AddHoles(Time a, Time b, PairCovariance* covariance) const {
+  const auto variance = [this](double dt_s) {
+    const double moved_m = params_.coast_speed_sigma_mps * dt_s;
+    const double turned_rad = CoastTurn(dt_s);
+    return Eigen::Vector3d(moved_m * moved_m, moved_m * moved_m, turned_rad * turned_rad);
+  };
+  const std::optional<Time> before_a = HoleBegan(a);
+  const std::optional<Time> before_b = HoleBegan(b);
+  if (before_a && before_a == before_b) {
+    covariance->b.diagonal() += variance(std::abs(ToSeconds(b - a)));
+    return;
+  }
+  if (before_a) covariance->a.diagonal() += variance(ToSeconds(a - *before_a));
+  if (before_b) covariance->b.diagonal() += variance(ToSeconds(b - *before_b));
+}
+
 std::optional<Eigen::Matrix3d> NavTrack::RelativeCovariance(Time a,
                                                             Time b,
                                                             const StampOffset* dvl_stamps) const {
@@ -262,6 +327,7 @@ std::optional<Eigen::Matrix3d> NavTrack::RelativeCovariance(Time a,
                    1.0);
     covariance.Add(Ea * at_a.by_delay, Eb * at_b.by_delay, variance_s2);
   }
+  AddHoles(a, b, &covariance);
   // Two hypotheses of the heading are too far apart for a tangent.
   const Eigen::Vector3d doubt_a = Ea * at_a.by_doubt;
   const Eigen::Vector3d doubt_b = Eb * at_b.by_doubt;
@@ -274,9 +340,32 @@ std::optional<Eigen::Matrix3d> NavTrack::RelativeCovariance(Time a,
   const Pose2 other = Inverse(Moved(level_a, doubt_a)) * Moved(level_b, doubt_b);
   Eigen::Vector3d off = other.Vector() - own.Vector();
   off.z() = WrapAngle(off.z());
-  const Eigen::Matrix3d relative = seastitch::RelativeCovariance(
-      level_a, level_b, covariance.a, covariance.b, covariance.a_b);
+  const Eigen::Matrix3d relative =
+      seastitch::RelativeCovariance(level_a, level_b, covariance.a, covariance.b, covariance.a_b);
   return 0.5 * (relative + relative.transpose()) + off * off.transpose();
+}
+
+// Summed from the anchor on, always in the same order: the same bits whether the sum was begun by
+// an earlier call or not.
+const NavTrack::Smoothed& NavTrack::Smooth(std::size_t first, std::size_t last) const {
+  auto found = std::find_if(smoothed_.begin(), smoothed_.end(), [&](const Smoothed& s) {
+    return s.first == keys_[first].time && s.last <= keys_[last].time;
+  });
+  if (found == smoothed_.end()) {
+    if (smoothed_.size() >= kSmoothed) smoothed_.pop_front();
+    smoothed_.push_back({keys_[first].time,
+                         keys_[first].time,
+                         keys_[first].PJ.leftCols<3>().transpose(),
+                         Eigen::Vector3d::Zero()});
+    found = std::prev(smoothed_.end());
+  }
+  const auto done = LastAtOrBefore(found->last, keys_);
+  for (std::size_t i = *done + 1; i <= last; ++i) {
+    found->correction += found->anchor_by_error * keys_[i].from_last.news;
+    found->anchor_by_error = (found->anchor_by_error * keys_[i].from_last.A.transpose()).eval();
+  }
+  found->last = keys_[last].time;
+  return *found;
 }
 
 // What was measured since tells of the anchor's own pose too: a compass that moved by half a degree
@@ -287,14 +376,12 @@ std::optional<Pose2> NavTrack::Hindsight(Time anchor, Time t) const {
     return std::nullopt;
   const std::size_t first = LastAtOrBefore(anchor, keys_).value_or(keys_.size() - 1);
   const Epoch& now = epochs_[LastAtOrBefore(t, epochs_).value_or(epochs_.size() - 1)];
-  // Covariance of x, y, yaw at the anchor with the error state, carried along.
-  Eigen::Matrix<double, 3, kErrorSize> anchor_by_error = keys_[first].PJ.leftCols<3>().transpose();
   Eigen::Vector3d correction = Eigen::Vector3d::Zero();
-  for (std::size_t i = first + 1; i < keys_.size() && keys_[i].time <= now.time; ++i) {
-    correction += anchor_by_error * keys_[i].from_last.news;
-    anchor_by_error = (anchor_by_error * keys_[i].from_last.A.transpose()).eval();
+  if (now.time >= keys_[first].time) {
+    const Smoothed& smoothed =
+        Smooth(first, LastAtOrBefore(now.time, keys_).value_or(keys_.size() - 1));
+    correction = smoothed.correction + smoothed.anchor_by_error * now.news.cast<double>();
   }
-  if (now.time >= keys_[first].time) correction += anchor_by_error * now.news.cast<double>();
   const Pose2& frozen = keys_[first].level;
   const Pose2 known_at_t{
       frozen.x + correction.x(), frozen.y + correction.y(), WrapAngle(frozen.yaw + correction.z())};

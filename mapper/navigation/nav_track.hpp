@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <cstddef>
 #include <deque>
 #include <optional>
 #include <vector>
@@ -106,7 +107,15 @@ class NavTrack {
   struct Instant;
   const Instant* Remembered(Time t) const;
   bool IsForgotten(Time t) const;
+  struct Hole {
+    Time from;
+    Time to;
+  };
+  std::optional<Hole> HoleAt(Time t) const;     // strictly inside
+  std::optional<Time> HoleBegan(Time t) const;  // that t lies in
+  Matrix6d CovarianceAt(Time t) const;
   const Epoch& EpochAt(Time t) const;
+  // Inside a hole the key before it.
   std::optional<std::size_t> NearestKey(Time t) const;
   // Covariances of x, y, yaw of two poses a and b, and their cross-covariance.
   struct PairCovariance {
@@ -116,6 +125,8 @@ class NavTrack {
     // Adds a common error of that variance, with these effects on a and on b.
     void Add(const Eigen::Vector3d& of_a, const Eigen::Vector3d& of_b, double variance);
   };
+  // Adds what the vehicle may have moved in a hole until a, and until b.
+  void AddHoles(Time a, Time b, PairCovariance* covariance) const;
   Pose2 LevelAt(const Key& key, Time t) const;
 
   // Cross-covariance of the error state at key `last` with the pose and velocity at key `first`.
@@ -125,6 +136,15 @@ class NavTrack {
     Eigen::Matrix<double, kErrorSize, kKeyRows> value;
   };
   const Carried& Carry(std::size_t first, std::size_t last) const;
+  // Correction of x, y, yaw at key `first` by the measurements up to key `last`, and the covariance
+  // of that pose with the error state at `last`.
+  struct Smoothed {
+    Time first;
+    Time last;
+    Eigen::Matrix<double, 3, kErrorSize> anchor_by_error;
+    Eigen::Vector3d correction;
+  };
+  const Smoothed& Smooth(std::size_t first, std::size_t last) const;
 
   const NavigationParams params_;
   std::deque<TrackPose> poses_;   // for pose_window_s
@@ -134,15 +154,20 @@ class NavTrack {
   // Last result of Carry(), which the next call usually continues: the same `first`, a later
   // `last`.
   mutable std::optional<Carried> carried_;
+  // Last results of Smooth() for as many anchors: that of the corrected vehicle and that of the
+  // open submap take turns. The oldest is replaced.
+  static constexpr std::size_t kSmoothed = 4;
+  mutable std::deque<Smoothed> smoothed_;
 
   // After a restart, the only poses known before resumed_at_.
   struct Instant {
     TrackPose pose;
     Epoch epoch;
+    std::optional<Time> hole_began;  // HoleBegan()
 
     template <class Archive, class Self>
     static void Fields(Archive& archive, Self& self) {
-      archive(self.pose, self.epoch);
+      archive(self.pose, self.epoch, self.hole_began);
     }
   };
   std::vector<Instant> instants_;

@@ -67,22 +67,22 @@ TEST_P(ResetMonteCarlo, EdgesAcrossItAreHonest) {
   EXPECT_LT(nees / dof, band.high);
 }
 
-INSTANTIATE_TEST_SUITE_P(Faults,
-                         ResetMonteCarlo,
-                         testing::Values(Reset{WrongVelocities(80.0, 30.0), "dvl_stepped"},
-                                         Reset{HeadingStep(20.0, 80.0, 110.0), "heading_step_back"},
-                                         Reset{LateDvl(0.1), ""},
-                                         Reset{LateDvl(1.0), ""},
-                                         Reset{LateAttitude(0.45), ""}),
-                         [](const auto& test) {
-                           std::string name = test.param.fault.name;
-                           std::replace_if(
-                               name.begin(),
-                               name.end(),
-                               [](char c) { return !std::isalnum(c); },
-                               '_');
-                           return name;
-                         });
+INSTANTIATE_TEST_SUITE_P(
+    Faults,
+    ResetMonteCarlo,
+    testing::Values(Reset{WrongVelocities(80.0, 30.0), "dvl_stepped"},
+                    Reset{HeadingStep(20.0, 80.0, 110.0), "heading_step_back"},
+                    Reset{LateDvl(0.1), ""},
+                    Reset{LateDvl(1.0), ""},
+                    Reset{LateAttitude(0.45), ""},
+                    Reset{Stuck(StuckSensor::kAttitude, 80.0, 30.0), "attitude_frozen"},
+                    Reset{Stuck(StuckSensor::kGyro, 80.0, 30.0), "gyro_doubted"}),
+    [](const auto& test) {
+      std::string name = test.param.fault.name;
+      std::replace_if(
+          name.begin(), name.end(), [](char c) { return !std::isalnum(c); }, '_');
+      return name;
+    });
 
 }  // namespace
 }  // namespace seastitch::test

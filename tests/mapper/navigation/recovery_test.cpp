@@ -170,6 +170,101 @@ TEST(Recovery, AGapOfInertialDataWithoutAnAttitudeAfterItIsBridged) {
   EXPECT_LT(tilt.head<2>().norm(), Deg2Rad(0.5));
 }
 
+// The pose there is interpolated: by what the vehicle did meanwhile it may be wrong.
+TEST(Recovery, PosesInsideAGapOfInertialDataAreAsUncertainAsTheGapIsLong) {
+  Dive dive = CleanDive();
+  InertialGap(195.0, 10.0).apply(&dive);
+  const DeadReckoning navigation = Navigate(dive);
+  const auto sigma_m = [&](std::size_t second) {
+    const NavState state = navigation.StateAt(dive.truth.at(second).time).value();
+    return std::sqrt(state.covariance.topLeftCorner<2, 2>().trace());
+  };
+  const auto relative_m = [&](std::size_t from, std::size_t to) {
+    const auto covariance =
+        navigation.RelativeCovariance(dive.truth.at(from).time, dive.truth.at(to).time);
+    return std::sqrt(covariance.value().topLeftCorner<2, 2>().trace());
+  };
+  EXPECT_LT(sigma_m(194), 1.0);
+  for (std::size_t second = 196; second < 205; ++second) {
+    EXPECT_GT(sigma_m(second), sigma_m(second - 1));
+    EXPECT_LT(ErrorAt(dive, navigation, second).position_m, 3.0 * sigma_m(second));
+    EXPECT_NEAR(relative_m(190, second), std::sqrt(2.0) * static_cast<double>(second - 195), 0.6);
+    // Chi-squared of three degrees of freedom: 1 in 370.
+    EXPECT_LT(RelativeNees(dive.truth.at(190), dive.truth.at(second), navigation).value(), 14.2);
+  }
+  EXPECT_LT(relative_m(200, 200), 1e-6);
+  EXPECT_NEAR(relative_m(199, 201), std::sqrt(2.0) * 2.0, 0.6);
+  // After it nothing is added but what the gap itself left.
+  EXPECT_LT(relative_m(210, 240), 1.0);
+}
+
+// --- gyros and attitude
+// ---------------------------------------------------------------------------
+
+TEST(Recovery, AFrozenAttitudeIsNotUsedUntilItChanges) {
+  Dive dive = CleanDive();
+  Stuck(StuckSensor::kAttitude, 195.0, 30.0).apply(&dive);
+  const DeadReckoning navigation = Navigate(dive);
+  // The vehicle rolls by 3 degrees and is back in the frozen attitude every few seconds.
+  EXPECT_GT(navigation.counters().at("attitude_frozen"), 280);
+  EXPECT_LT(ErrorAt(dive, navigation, 224).heading_rad, Deg2Rad(1.0));
+}
+
+// On a straight line all three rates repeat for seconds.
+TEST(Recovery, GyrosWithCoarseStepsAreNotStuck) {
+  Dive dive;
+  dive.params.gyro_step_radps = 0.01;
+  dive.vehicle = TestVehicle();
+  Motion motion;
+  motion.roll_amplitude_rad = motion.pitch_amplitude_rad = Deg2Rad(0.1);
+  motion.turns = {{60.0, 20.0, kPi / 2.0}};
+  Sensors sensors(dive.params, 100.0, 1, 0.0);
+  int repeated = 0;
+  Eigen::Vector3d last = Eigen::Vector3d::Zero();
+  DeadReckoning navigation(dive.params, dive.vehicle);
+  for (const TruthState& truth : Truth(motion, dive.vehicle, 120.0, 100.0)) {
+    ImuSample imu = sensors.Imu(truth);
+    imu.angular_rate_radps = 0.01 * (imu.angular_rate_radps / 0.01).array().round().matrix();
+    if (imu.angular_rate_radps == last) ++repeated;
+    last = imu.angular_rate_radps;
+    navigation.Add(imu);
+    if (repeated % 20 == 0) navigation.Add(sensors.Dvl(truth));
+  }
+  EXPECT_GT(repeated, 10000);
+  EXPECT_EQ(navigation.counters().count("gyro_doubted"), 0u);
+}
+
+TEST(Recovery, GyrosThatAreStuckAreFoundBeforeTheyBendTheTrack) {
+  Dive dive = CleanDive();
+  Stuck(StuckSensor::kGyro, 195.0, 10.0).apply(&dive);
+  const DeadReckoning navigation = Navigate(dive);
+  EXPECT_EQ(navigation.counters().at("gyro_doubted"), 1);
+  for (std::size_t second = 197; second < 205; ++second)
+    EXPECT_LT(ErrorAt(dive, navigation, second).heading_rad, Deg2Rad(1.5)) << second;
+}
+
+// --- hindsight
+// -------------------------------------------------------------------------------------
+
+// It goes on from the last call where it can. What was asked before changes no bit.
+TEST(Recovery, HindsightIsTheSameHoweverItWasAskedBefore) {
+  const Dive dive = SimulatedDive(1, 120.0, 50.0);
+  const DeadReckoning asked = Navigate(dive);
+  for (std::size_t second = 20; second < 110; ++second)
+    for (const std::size_t anchor : {5u, 9u, 12u, 14u, 17u})
+      if (second % (anchor - 3) != 0) {
+        ASSERT_TRUE(asked.Hindsight(dive.truth[anchor].time, dive.truth[second].time).has_value());
+      }
+  for (const std::size_t anchor : {17u, 5u, 12u}) {
+    const Time from = dive.truth[anchor].time;
+    for (const std::size_t second : {109u, 60u, 61u, 18u}) {
+      const Time to = dive.truth[second].time + FromSeconds(0.55);
+      const DeadReckoning fresh = Navigate(dive);
+      EXPECT_TRUE(asked.Hindsight(from, to)->Vector() == fresh.Hindsight(from, to)->Vector());
+    }
+  }
+}
+
 // --- DVL
 // ------------------------------------------------------------------------------------------
 

@@ -1,0 +1,368 @@
+#include "mapper/navigation/dead_reckoning_impl.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <variant>
+
+#include "common/core/pose.hpp"
+#include "mapper/navigation/prediction.hpp"
+
+namespace seastitch {
+namespace {
+
+// Fixes that wait for a submap keep their place over a restart, the newest so many: 18 kB each.
+constexpr std::size_t kFixesRemembered = 8;
+
+constexpr std::size_t kOverrulingFixes = 3;
+// After a gap of the inertial data, for a device of 1 Hz and some jitter.
+constexpr double kWaitForAttitudeS = 2.5;
+
+ErrorStateFilter::Mounting MountingOf(const VehicleGeometry& vehicle) {
+  ErrorStateFilter::Mounting mounting;
+  mounting.T_imu_vehicle = vehicle.T_vehicle_imu.inverse();
+  mounting.T_imu_dvl = mounting.T_imu_vehicle * vehicle.T_vehicle_dvl;
+  mounting.p_imu_depth = mounting.T_imu_vehicle * vehicle.p_vehicle_depth_m;
+  return mounting;
+}
+
+}  // namespace
+
+DeadReckoning::Impl::Impl(const NavigationParams& params, const VehicleGeometry& vehicle)
+    : params_(params),
+      vehicle_(vehicle),
+      mounting_(MountingOf(vehicle)),
+      earth_(vehicle.datum_latitude_rad),
+      intake_(params_, vehicle, &counters_),
+      filter_(params_, mounting_, earth_),
+      start_(params_, mounting_),
+      attitude_(params_, &history_, &filter_, &counters_),
+      velocity_(params_, mounting_, earth_.gravity_mps2, &history_, &filter_, &counters_),
+      fixes_(params_, &counters_),
+      track_(params_) {}
+
+// --- in order of time --------------------------------------------------------------------------
+
+void DeadReckoning::Impl::Add(const PositionFix& fix) {
+  const std::optional<Event> late = intake_.Add(fix);
+  if (late) UseLateFix(late->time, std::get<FixEvent>(late->measurement));
+}
+
+void DeadReckoning::Impl::AddSoundSpeed(Time t, double speed_mps) {
+  intake_.AddSoundSpeed(t, speed_mps);
+}
+
+void DeadReckoning::Impl::Finish() {
+  intake_.Finish();
+  Process();
+}
+
+void DeadReckoning::Impl::Process() {
+  while (const std::optional<Event> event = intake_.Next()) Handle(*event);
+}
+
+void DeadReckoning::Impl::Handle(const Event& event) {
+  const auto* imu = std::get_if<ImuEvent>(&event.measurement);
+  if (!imu)
+    started_ ? between_.push_back(event) : RememberForStart(event);
+  else if (started_)
+    Advance(event.time, imu->rates);
+  else
+    Start(event.time, imu->rates);
+}
+
+void DeadReckoning::Impl::RememberForStart(const Event& event) {
+  if (const auto* water = std::get_if<SoundSpeedEvent>(&event.measurement))
+    UseSoundSpeed(*water);
+  else if (const auto* dvl = std::get_if<DvlEvent>(&event.measurement))
+    StartWith(event.time, Corrected(*dvl));
+  else if (const auto* depth = std::get_if<DepthEvent>(&event.measurement))
+    start_.Use(event.time, *depth);
+  else if (const auto* fix = std::get_if<FixEvent>(&event.measurement))
+    start_.Use(event.time, *fix);
+  else if (const auto* attitude = std::get_if<AttitudeEvent>(&event.measurement))
+    start_.Use(event.time, *attitude);
+}
+
+void DeadReckoning::Impl::StartWith(Time t, const DvlEvent& dvl) {
+  if (IsPossible(dvl, rates_)) start_.Use(t, dvl);
+}
+
+void DeadReckoning::Impl::Start(Time t, const InertialRates& rates) {
+  rates_ = rates;
+  const auto first = start_.Try(t, rates);
+  if (!first) return Count("imu_before_start");
+  if (!first->dvl) Count("start_without_dvl");
+  if (!first->has_depth) Count("start_without_depth");
+  if (!first->place_is_known) Count("start_without_place");
+  filter_.Initialise(first->start, first->attitude.q_map_imu, first->attitude.sigma_rpy_rad);
+  attitude_.Begin(t, first->attitude);
+  if (first->dvl) velocity_.Begin(*first->dvl);
+  place_is_known_ = first->place_is_known;
+  started_ = true;
+  intake_.Freeze();
+  started_at_ = now_ = t;
+  track_.Add(t, &filter_, first->dvl.has_value());
+}
+
+void DeadReckoning::Impl::Advance(Time t, const InertialRates& rates) {
+  if (ToSeconds(t - now_) > params_.imu_gap_s)
+    CoastTo(t, rates);
+  else
+    IntegrateTo(t, rates);
+}
+
+// Over a hole in the inertial data: what was measured in it has nothing to be placed by. Without an
+// attitude at its end, one is waited for.
+void DeadReckoning::Impl::CoastTo(Time t, const InertialRates& rates) {
+  const AttitudeEvent* attitude = nullptr;
+  std::int64_t unused = 0;
+  for (const Event& event : between_) {
+    const auto* newer = std::get_if<AttitudeEvent>(&event.measurement);
+    if (newer && ToSeconds(t - event.time) <= params_.imu_gap_s) attitude = newer;
+    if (!newer) ++unused;
+  }
+  if (unused > 0) Count("aiding_in_imu_gap", unused);
+  if (!resumed_) resumed_ = t;
+  if (!attitude) Count("imu_gap_without_attitude");
+  if (!attitude && ToSeconds(t - *resumed_) < kWaitForAttitudeS) return between_.clear();
+  Count("imu_gap");
+  resumed_.reset();
+  filter_.Coast(
+      ToSeconds(t - now_), attitude ? std::optional(attitude->q_map_imu) : std::nullopt, rates);
+  history_.Clear();
+  attitude_.Resume(t, attitude);
+  velocity_.Interrupt();
+  Publish(t, rates);
+}
+
+// From now_ to t with a stop at each aiding sample on the way: rates change evenly between the two
+// inertial samples.
+void DeadReckoning::Impl::IntegrateTo(Time t, const InertialRates& rates) {
+  const double span_s = ToSeconds(t - now_);
+  Time at = now_;
+  InertialRates from = rates_;
+  const auto carry_to = [&](Time stop) {
+    if (stop <= at) return;
+    const double w = ToSeconds(stop - now_) / span_s;
+    const InertialRates to{(1.0 - w) * rates_.angular_rate_radps + w * rates.angular_rate_radps,
+                           (1.0 - w) * rates_.specific_force_mps2 + w * rates.specific_force_mps2};
+    Propagate(stop, from, to, ToSeconds(stop - at));
+    at = stop;
+    from = to;
+  };
+  for (const Event& event : between_) {
+    carry_to(event.time);
+    Use(event, attitude_.Sound(event.time, from));
+  }
+  carry_to(t);
+  LimitSpeed(t);
+  Publish(t, rates);
+}
+
+void DeadReckoning::Impl::Propagate(Time to_time,
+                                    const InertialRates& from,
+                                    const InertialRates& to,
+                                    double dt_s) {
+  const Eigen::Vector3d force = 0.5 * (from.specific_force_mps2 + to.specific_force_mps2);
+  const InertialRates free_from = filter_.WithoutBias(from);
+  const InertialRates free_to = filter_.WithoutBias(to);
+  history_.Add(to_time, free_from, free_to, dt_s);
+  attitude_.AddTurn(0.5 * (from.angular_rate_radps + to.angular_rate_radps), dt_s);
+  velocity_.AddForce(force, dt_s);
+  const Eigen::Vector3d acceleration = filter_.state().q_map_imu * force + earth_.gravity_mps2;
+  const bool possible = acceleration.norm() <= params_.max_acceleration_mps2;
+  if (!possible) Count("acceleration_limited");
+  const InertialRates sound_from = attitude_.Sound(to_time, from);
+  const InertialRates sound_to = attitude_.Sound(to_time, to);
+  if (possible && !velocity_.accelerometers_in_doubt(to_time))
+    filter_.Propagate(sound_from, sound_to, dt_s);
+  else
+    filter_.PropagateHoldingVelocity(sound_from, sound_to, dt_s);
+}
+
+void DeadReckoning::Impl::LimitSpeed(Time t) {
+  const Eigen::Vector3d v = filter_.v_map_vehicle_mps();
+  if (v.norm() <= params_.max_speed_mps) return;
+  Count("speed_limited");
+  const double by_lever_mps = (v - filter_.state().v_map_mps).norm();
+  filter_.LimitSpeed(std::max(params_.max_speed_mps - by_lever_mps, 0.0));
+  velocity_.DoubtAccelerometers(t);
+}
+
+void DeadReckoning::Impl::Publish(Time t, const InertialRates& rates) {
+  between_.clear();
+  now_ = t;
+  rates_ = rates;
+  const ErrorStateFilter::Moves& moves = filter_.moves();
+  if (moves.count > 0) {
+    counters_["position_moved"] = moves.count;
+    counters_["position_moved_cm"] = std::llround(100.0 * moves.way_m);
+  }
+  const std::optional<Time> used = velocity_.used();
+  const bool lock = used && ToSeconds(t - *used) <= params_.bottom_lock_timeout_s;
+  track_.Add(t, &filter_, lock);
+}
+
+void DeadReckoning::Impl::Use(const Event& event, const InertialRates& rates) {
+  if (const auto* water = std::get_if<SoundSpeedEvent>(&event.measurement))
+    UseSoundSpeed(*water);
+  else if (const auto* dvl = std::get_if<DvlEvent>(&event.measurement))
+    UseDvl(event.time, Corrected(*dvl), rates);
+  else if (const auto* depth = std::get_if<DepthEvent>(&event.measurement))
+    UseDepth(event.time, *depth);
+  else if (const auto* fix = std::get_if<FixEvent>(&event.measurement))
+    UseFix(event.time, *fix);
+  else if (const auto* attitude = std::get_if<AttitudeEvent>(&event.measurement))
+    attitude_.Use(event.time, *attitude);
+}
+
+void DeadReckoning::Impl::UseSoundSpeed(const SoundSpeedEvent& water) {
+  dvl_correction_ = water.speed_mps / params_.dvl_sound_speed_mps;
+}
+
+DvlEvent DeadReckoning::Impl::Corrected(const DvlEvent& dvl) const {
+  return {dvl_correction_ * dvl.v_dvl_mps, dvl.sigma_mps};
+}
+
+void DeadReckoning::Impl::UseDvl(Time t, const DvlEvent& dvl, const InertialRates& rates) {
+  if (!IsPossible(dvl, rates)) return;
+  velocity_.Use(t, dvl, rates.angular_rate_radps, !attitude_.refusals().since());
+}
+
+// Faster than the vehicle, the inertial unit cannot be: the DVL is wrong.
+bool DeadReckoning::Impl::IsPossible(const DvlEvent& dvl, const InertialRates& rates) {
+  const Eigen::Isometry3d& T_imu_dvl = mounting_.T_imu_dvl;
+  const Eigen::Vector3d swing =
+      rates.angular_rate_radps.cross(Eigen::Vector3d(T_imu_dvl.translation()));
+  const double speed_mps = (T_imu_dvl.linear() * dvl.v_dvl_mps - swing).norm();
+  const bool possible =
+      speed_mps <= params_.max_speed_mps + params_.gate_sigma * dvl.sigma_mps.maxCoeff();
+  if (!possible) Count("dvl_too_fast");
+  return possible;
+}
+
+void DeadReckoning::Impl::UseDepth(Time t, const DepthEvent& depth) {
+  const int refused = filter_.UpdateDepth(depth.depth_m, depth.sigma_m);
+  depth_refusals_.Add(t, refused > 0);
+  if (refused == 0) return;
+  Count("depth_gated");
+  if (depth_refusals_.StreakS() < params_.gate_reset_s) return;
+  depth_refusals_.EndStreak();
+  Count("depth_reset");
+  filter_.TakeDepth(depth.depth_m, depth.sigma_m);
+}
+
+void DeadReckoning::Impl::UseFix(Time t, const FixEvent& of_antenna) {
+  const Eigen::Isometry3d T_map_vehicle = filter_.T_map_vehicle();
+  const FixEvent fix = of_antenna.OfVehicle(T_map_vehicle.linear());
+  if (!params_.fuse_position_fixes) {
+    place_is_known_ = true;
+    return fixes_.Keep(t, fix, T_map_vehicle.translation().head<2>());
+  }
+  if (!fixes_.Passes(t, fix)) return;
+  const Eigen::Vector2d off_m = fix.north_east_m - T_map_vehicle.translation().head<2>();
+  const bool refused = filter_.UpdatePosition(fix.north_east_m, fix.covariance_m2) > 0;
+  fix_refusals_.Add(t, refused);
+  if (refused) Count("fix_gated");
+  if (refused && !OverruleByFixes({off_m, fix.covariance_m2})) return;
+  if (refused) {
+    Count("fix_reset");
+    filter_.TakePosition(fix.north_east_m, fix.covariance_m2);
+  }
+  refused_fixes_.clear();
+  place_is_known_ = true;
+}
+
+// Fixes that are refused one after the other and agree with each other are right.
+bool DeadReckoning::Impl::OverruleByFixes(const RefusedFix& fix) {
+  const auto agrees = [&](const RefusedFix& other) {
+    const Eigen::Vector2d apart_m = fix.off_m - other.off_m;
+    const Eigen::Matrix2d S = fix.covariance_m2 + other.covariance_m2;
+    const double nis = apart_m.dot(S.llt().solve(apart_m));
+    return nis <= params_.gate_sigma * params_.gate_sigma * 2.0;
+  };
+  if (!std::all_of(refused_fixes_.begin(), refused_fixes_.end(), agrees)) refused_fixes_.clear();
+  refused_fixes_.push_back(fix);
+  return refused_fixes_.size() >= kOverrulingFixes;
+}
+
+// Whoever solves the graph can take it at the time at which it was measured.
+void DeadReckoning::Impl::UseLateFix(Time t, const FixEvent& of_antenna) {
+  const bool taken = started_ && t >= started_at_ && !params_.fuse_position_fixes &&
+                     ToSeconds(now_ - t) <= params_.window_s;
+  const std::optional<NavState> then = taken ? track_.StateAt(t) : std::nullopt;
+  if (!then) return Count("fix_late");
+  Count("fix_taken_late");
+  place_is_known_ = true;
+  const Eigen::Isometry3d& T_map_vehicle = then->T_map_vehicle;
+  fixes_.Keep(
+      t, of_antenna.OfVehicle(T_map_vehicle.linear()), T_map_vehicle.translation().head<2>());
+}
+
+// --- over a restart ----------------------------------------------------------------------------
+
+std::optional<std::vector<std::uint8_t>> DeadReckoning::Impl::Save(
+    std::optional<Time> since) const {
+  std::vector<Time> instants;
+  if (since) instants.push_back(*since);
+  const std::vector<MapFix> fixes = fixes_.Waiting();
+  const std::size_t left_out = fixes.size() - std::min(fixes.size(), kFixesRemembered);
+  for (std::size_t i = left_out; i < fixes.size(); ++i) instants.push_back(fixes[i].time);
+  const std::optional<NavTrack::Memory> track = track_.Remember(std::move(instants));
+  if (!track) return std::nullopt;
+  ArchiveWriter archive;
+  archive(*track, *this);
+  return archive.Release();
+}
+
+bool DeadReckoning::Impl::Restore(Bytes saved) {
+  ArchiveReader archive(saved);
+  NavTrack::Memory track;
+  archive(track, *this);
+  const bool usable = archive.IsDone() && started_ && filter_.IsFinite() && !track.keys.empty() &&
+                      track.newest.time == now_;
+  if (usable) track_.Restore(track);
+  return usable;
+}
+
+NavSensorHealth DeadReckoning::Impl::health(NavSensor sensor) const {
+  const auto of = [](const RefusalRecord& record) {
+    return NavSensorHealth{record.Share(), record.since()};
+  };
+  switch (sensor) {
+    case NavSensor::kAttitude: return of(attitude_.refusals());
+    case NavSensor::kDvl: return of(velocity_.refusals());
+    case NavSensor::kDepth: return of(depth_refusals_);
+    case NavSensor::kPositionFix: return of(fix_refusals_);
+  }
+  return {};
+}
+
+std::vector<SuspectedOffset> DeadReckoning::Impl::suspected_offsets() const {
+  std::vector<SuspectedOffset> offsets;
+  const auto add = [&offsets](NavSensor sensor, const StampOffset& stamps) {
+    if (stamps.IsSuspected()) offsets.push_back({sensor, -stamps.delay_s(), stamps.sigma_s()});
+  };
+  add(NavSensor::kAttitude, attitude_.stamps());
+  add(NavSensor::kDvl, velocity_.stamps());
+  return offsets;
+}
+
+std::optional<NavState> DeadReckoning::Impl::Predicted() const {
+  if (!started_) return std::nullopt;
+  const std::optional<NavState> state = track_.StateAt(now_);
+  const auto velocity_covariance = track_.VelocityCovariance(now_);
+  if (!state || !velocity_covariance) return std::nullopt;
+  Prediction prediction(*state,
+                        rates_,
+                        Eigen::Quaterniond(mounting_.T_imu_vehicle.linear().transpose()),
+                        filter_.biases().segment<3>(kGyroBias));
+  for (const Event& event : intake_.waiting())
+    if (const auto* imu = std::get_if<ImuEvent>(&event.measurement))
+      prediction.CarryTo(event.time, imu->rates);
+  return prediction.state(*velocity_covariance);
+}
+
+}  // namespace seastitch

@@ -1,0 +1,132 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/core/archive.hpp"
+#include "mapper/navigation/attitude_aiding.hpp"
+#include "mapper/navigation/dead_reckoning.hpp"
+#include "mapper/navigation/error_state_filter.hpp"
+#include "mapper/navigation/fix_keeper.hpp"
+#include "mapper/navigation/inertial_history.hpp"
+#include "mapper/navigation/nav_events.hpp"
+#include "mapper/navigation/nav_track.hpp"
+#include "mapper/navigation/navigation_start.hpp"
+#include "mapper/navigation/refusal_record.hpp"
+#include "mapper/navigation/sample_intake.hpp"
+#include "mapper/navigation/sample_pairs.hpp"
+#include "mapper/navigation/stamp_offset.hpp"
+#include "mapper/navigation/velocity_aiding.hpp"
+
+namespace seastitch {
+
+// The parts of DeadReckoning, and the order in which a sample passes them.
+class DeadReckoning::Impl {
+ public:
+  Impl(const NavigationParams& params, const VehicleGeometry& vehicle);
+
+  template <class Sample>
+  void Add(const Sample& sample) {
+    intake_.Add(sample);
+    Process();
+  }
+  void Add(const PositionFix& fix);
+  void AddSoundSpeed(Time t, double speed_mps);
+  void Finish();
+  std::vector<MapFix> WaitingFixes() const { return fixes_.Waiting(); }
+  std::vector<MapFix> TakeFixes(Time until) { return fixes_.Take(until); }
+  std::optional<std::vector<std::uint8_t>> Save(std::optional<Time> since) const;
+  // Half of it may be read where it gives false.
+  bool Restore(Bytes saved);
+  std::unique_ptr<Impl> Anew() const { return std::make_unique<Impl>(params_, vehicle_); }
+
+  // Not saved: counters_, which are of one process; track_, of which only a part is needed.
+  template <class Archive, class Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.intake_, self.filter_, self.start_, self.history_, self.attitude_, self.velocity_);
+    archive(self.depth_refusals_, self.fix_refusals_, self.refused_fixes_, self.fixes_);
+    archive(self.dvl_correction_, self.started_, self.place_is_known_, self.started_at_);
+    archive(self.now_, self.rates_, self.between_, self.resumed_);
+  }
+
+  StartState start_state() const { return start_.state(); }
+  bool place_is_known() const { return place_is_known_; }
+  NavSensorHealth health(NavSensor sensor) const;
+  std::vector<SuspectedOffset> suspected_offsets() const;
+  std::optional<NavState> Predicted() const;
+  std::optional<Eigen::Matrix3d> RelativeCovariance(Time a, Time b) const {
+    const StampOffset& dvl = velocity_.stamps();
+    return track_.RelativeCovariance(a, b, dvl.IsSuspected() ? &dvl : nullptr);
+  }
+  const NavTrack& track() const { return track_; }
+  const ErrorStateFilter& filter() const { return filter_; }
+  const std::map<std::string, std::int64_t>& counters() const { return counters_; }
+
+ private:
+  // Enough to compare any pair of samples with any delay of their stamps.
+  static constexpr double kHistoryS =
+      2.0 * StampOffset::kLongestS + 2.0 * SamplePairs<DvlEvent>::kMostS;
+  void Count(const std::string& name, std::int64_t n = 1) { counters_[name] += n; }
+  void Process();
+  void Handle(const Event& event);
+  void RememberForStart(const Event& event);
+  void StartWith(Time t, const DvlEvent& dvl);
+  void Start(Time t, const InertialRates& rates);
+  void Advance(Time t, const InertialRates& rates);
+  void CoastTo(Time t, const InertialRates& rates);
+  void IntegrateTo(Time t, const InertialRates& rates);
+  void Propagate(Time to_time, const InertialRates& from, const InertialRates& to, double dt_s);
+  void Publish(Time t, const InertialRates& rates);
+  void LimitSpeed(Time t);
+  void Use(const Event& event, const InertialRates& rates);
+  void UseSoundSpeed(const SoundSpeedEvent& water);
+  DvlEvent Corrected(const DvlEvent& dvl) const;
+  bool IsPossible(const DvlEvent& dvl, const InertialRates& rates);
+  void UseDvl(Time t, const DvlEvent& dvl, const InertialRates& rates);
+  void UseDepth(Time t, const DepthEvent& depth);
+  void UseFix(Time t, const FixEvent& of_antenna);
+  struct RefusedFix {
+    Eigen::Vector2d off_m;  // from the filter's position, which drifts little meanwhile
+    Eigen::Matrix2d covariance_m2;
+
+    template <class Archive, class Self>
+    static void Fields(Archive& archive, Self& self) {
+      archive(self.off_m, self.covariance_m2);
+    }
+  };
+  bool OverruleByFixes(const RefusedFix& fix);
+  void UseLateFix(Time t, const FixEvent& of_antenna);
+
+  const NavigationParams params_;
+  const VehicleGeometry vehicle_;
+  const ErrorStateFilter::Mounting mounting_;
+  const EarthModel earth_;
+  std::map<std::string, std::int64_t> counters_;
+  SampleIntake intake_;
+  ErrorStateFilter filter_;
+  NavigationStart start_;
+  InertialHistory history_{kHistoryS};
+  AttitudeAiding attitude_;
+  VelocityAiding velocity_;
+  RefusalRecord depth_refusals_;
+  RefusalRecord fix_refusals_;
+  std::vector<RefusedFix> refused_fixes_;  // in a row, that agree with each other
+  FixKeeper fixes_;
+  NavTrack track_;
+
+  double dvl_correction_ = 1.0;  // of its velocity, for the speed of sound
+  bool started_ = false;
+  bool place_is_known_ = false;
+  Time started_at_;
+  Time now_;
+  InertialRates rates_;
+  std::vector<Event> between_;   // aiding since now_
+  std::optional<Time> resumed_;  // the first inertial sample after a gap that is not bridged yet
+};
+
+}  // namespace seastitch
