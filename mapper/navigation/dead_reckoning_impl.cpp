@@ -12,11 +12,12 @@
 namespace seastitch {
 namespace {
 
-// Fixes that wait for a submap keep their place over a restart, the newest so many: 18 kB each.
+// Number of waiting fixes, the newest ones, that keep their states over a restart: 18 kB each.
 constexpr std::size_t kFixesRemembered = 8;
 
 constexpr std::size_t kOverrulingFixes = 3;
-// After a gap of the inertial data, for a device of 1 Hz and some jitter.
+// Longest wait for an attitude after a gap of the inertial data [s]: for a device of 1 Hz and some
+// jitter.
 constexpr double kWaitForAttitudeS = 2.5;
 
 ErrorStateFilter::Mounting MountingOf(const VehicleGeometry& vehicle) {
@@ -113,8 +114,8 @@ void DeadReckoning::Impl::Advance(Time t, const InertialRates& rates) {
     IntegrateTo(t, rates);
 }
 
-// Over a hole in the inertial data: what was measured in it has nothing to be placed by. Without an
-// attitude at its end, one is waited for.
+// Bridges a gap in the inertial data. Aiding samples inside the gap cannot be used. If there is no
+// attitude at its end, waits for one.
 void DeadReckoning::Impl::CoastTo(Time t, const InertialRates& rates) {
   const AttitudeEvent* attitude = nullptr;
   std::int64_t unused = 0;
@@ -137,8 +138,8 @@ void DeadReckoning::Impl::CoastTo(Time t, const InertialRates& rates) {
   Publish(t, rates);
 }
 
-// From now_ to t with a stop at each aiding sample on the way: rates change evenly between the two
-// inertial samples.
+// Integrates from now_ to t, and uses each aiding sample on the way. Rates are linear between the
+// two inertial samples.
 void DeadReckoning::Impl::IntegrateTo(Time t, const InertialRates& rates) {
   const double span_s = ToSeconds(t - now_);
   Time at = now_;
@@ -231,7 +232,7 @@ void DeadReckoning::Impl::UseDvl(Time t, const DvlEvent& dvl, const InertialRate
   velocity_.Use(t, dvl, rates.angular_rate_radps, !attitude_.refusals().since());
 }
 
-// Faster than the vehicle, the inertial unit cannot be: the DVL is wrong.
+// False if the measured velocity exceeds the vehicle's largest speed: then the DVL is wrong.
 bool DeadReckoning::Impl::IsPossible(const DvlEvent& dvl, const InertialRates& rates) {
   const Eigen::Isometry3d& T_imu_dvl = mounting_.T_imu_dvl;
   const Eigen::Vector3d swing =
@@ -275,7 +276,7 @@ void DeadReckoning::Impl::UseFix(Time t, const FixEvent& of_antenna) {
   place_is_known_ = true;
 }
 
-// Fixes that are refused one after the other and agree with each other are right.
+// True if several refused fixes in a row agree with each other: then the fixes are right.
 bool DeadReckoning::Impl::OverruleByFixes(const RefusedFix& fix) {
   const auto agrees = [&](const RefusedFix& other) {
     const Eigen::Vector2d apart_m = fix.off_m - other.off_m;
@@ -288,7 +289,7 @@ bool DeadReckoning::Impl::OverruleByFixes(const RefusedFix& fix) {
   return refused_fixes_.size() >= kOverrulingFixes;
 }
 
-// Whoever solves the graph can take it at the time at which it was measured.
+// Keeps a late fix for the graph, which can use it at its time of measurement.
 void DeadReckoning::Impl::UseLateFix(Time t, const FixEvent& of_antenna) {
   const bool taken = started_ && t >= started_at_ && !params_.fuse_position_fixes &&
                      ToSeconds(now_ - t) <= params_.window_s;

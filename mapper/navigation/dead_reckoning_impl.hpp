@@ -25,7 +25,7 @@
 
 namespace seastitch {
 
-// The parts of DeadReckoning, and the order in which a sample passes them.
+// The parts of DeadReckoning, and the order in which they process a sample.
 class DeadReckoning::Impl {
  public:
   Impl(const NavigationParams& params, const VehicleGeometry& vehicle);
@@ -41,11 +41,11 @@ class DeadReckoning::Impl {
   std::vector<MapFix> WaitingFixes() const { return fixes_.Waiting(); }
   std::vector<MapFix> TakeFixes(Time until) { return fixes_.Take(until); }
   std::optional<std::vector<std::uint8_t>> Save(std::optional<Time> since) const;
-  // Half of it may be read where it gives false.
+  // False: not usable; some members may have been overwritten.
   bool Restore(Bytes saved);
   std::unique_ptr<Impl> Anew() const { return std::make_unique<Impl>(params_, vehicle_); }
 
-  // Not saved: counters_, which are of one process; track_, of which only a part is needed.
+  // Not saved: counters_, which belong to one process; track_, of which only a part is needed.
   template <class Archive, class Self>
   static void Fields(Archive& archive, Self& self) {
     archive(self.intake_, self.filter_, self.start_, self.history_, self.attitude_, self.velocity_);
@@ -68,7 +68,7 @@ class DeadReckoning::Impl {
   const std::map<std::string, std::int64_t>& counters() const { return counters_; }
 
  private:
-  // Enough to compare any pair of samples with any delay of their stamps.
+  // Long enough to compare any pair of samples with any delay of their stamps.
   static constexpr double kHistoryS =
       2.0 * StampOffset::kLongestS + 2.0 * SamplePairs<DvlEvent>::kMostS;
   void Count(const std::string& name, std::int64_t n = 1) { counters_[name] += n; }
@@ -91,7 +91,8 @@ class DeadReckoning::Impl {
   void UseDepth(Time t, const DepthEvent& depth);
   void UseFix(Time t, const FixEvent& of_antenna);
   struct RefusedFix {
-    Eigen::Vector2d off_m;  // from the filter's position, which drifts little meanwhile
+    // from the filter's position, which drifts little between successive fixes
+    Eigen::Vector2d off_m;
     Eigen::Matrix2d covariance_m2;
 
     template <class Archive, class Self>
@@ -115,18 +116,18 @@ class DeadReckoning::Impl {
   VelocityAiding velocity_;
   RefusalRecord depth_refusals_;
   RefusalRecord fix_refusals_;
-  std::vector<RefusedFix> refused_fixes_;  // in a row, that agree with each other
+  std::vector<RefusedFix> refused_fixes_;  // consecutive, and in agreement with each other
   FixKeeper fixes_;
   NavTrack track_;
 
-  double dvl_correction_ = 1.0;  // of its velocity, for the speed of sound
+  double dvl_correction_ = 1.0;  // factor of its velocity, for the sound speed
   bool started_ = false;
   bool place_is_known_ = false;
   Time started_at_;
   Time now_;
   InertialRates rates_;
-  std::vector<Event> between_;   // aiding since now_
-  std::optional<Time> resumed_;  // the first inertial sample after a gap that is not bridged yet
+  std::vector<Event> between_;   // aiding samples since now_
+  std::optional<Time> resumed_;  // first inertial sample after a gap that is not bridged yet
 };
 
 }  // namespace seastitch

@@ -12,23 +12,26 @@
 namespace seastitch {
 namespace {
 
-constexpr int kDrivenBy = 15;  // and the two biases that drive them
-// The error changes slowly beside the state: its covariance takes longer steps than the strapdown.
+// navigation states and the two inertial biases, on which they depend
+constexpr int kDrivenBy = 15;
+// Step of the error's covariance [s]: the error changes more slowly than the state, so that this
+// may be longer than the step of the strapdown.
 constexpr double kCovarianceStepS = 0.05;
-// A stated sigma that changes by less than this factor is the same.
+// Ratio of stated sigmas beyond which a change is followed.
 constexpr double kStatedSigmaFalls = 0.5;
-// By which the velocity of a vehicle wanders that nobody measures, m/s by the root of a second.
+// Random walk of an unmeasured velocity [m/s/sqrt(s)].
 constexpr double kHeldVelocityNoise = 0.3;
-// Rounding to steps is uniform, variance step^2 / 12, and stays for the correlation time.
+// Density of the noise with rounding: uniform with a variance of step^2 / 12, correlated over
+// correlation_s.
 double WithRounding(double density, double step, double correlation_s) {
   return density * density + step * step / 12.0 * 2.0 * correlation_s;
 }
 
-// F differs from the identity in the first nine rows and on the diagonal of the biases only.
+// F differs from the identity only in its first nine rows, and on the diagonal of the biases.
 using NavRows = Eigen::Matrix<double, kNavSize, kDrivenBy>;
 using BiasDecay = Eigen::Matrix<double, kBiasSize, 1>;
 
-// P becomes F P F^T.
+// Computes P = F P F^T.
 void Carry(const NavRows& F, const BiasDecay& decay, ErrorMatrix* P) {
   const Eigen::Matrix<double, kNavSize, kErrorSize> FP = F * P->topRows<kDrivenBy>();
   P->topLeftCorner<kNavSize, kNavSize>() = FP.leftCols<kDrivenBy>() * F.transpose();
@@ -66,8 +69,8 @@ ErrorStateFilter::ErrorStateFilter(const NavigationParams& params,
   set(kDepthBias, 1, params.depth_bias_m.sigma, params.depth_bias_m.tau_s);
 }
 
-// The device states one sigma for all that is wrong with its heading: what exceeds the other parts
-// is taken as the part that stays.
+// The device states one sigma for all parts of its heading error: what exceeds the other parts is
+// taken as the constant part.
 void ErrorStateFilter::SetAttitudeBiasSigma(const Eigen::Vector3d& sigma_rpy_rad) {
   Eigen::Vector3d floor;
   floor << params_.attitude_roll_pitch_rad.sigma, params_.attitude_heading_rad.sigma;
@@ -81,9 +84,9 @@ void ErrorStateFilter::SetAttitudeBiasSigma(const Eigen::Vector3d& sigma_rpy_rad
   for (int axis = 0; axis < 3; ++axis) FollowStatedSigma(axis, sigma(axis));
 }
 
-// A device that states a smaller sigma than ever has found out what it was wrong by: it is as if it
-// filtered, and what remains of its error is the part that it does not know yet. One that states
-// more has lost as much for a time; what it knew best it is wrong by as before.
+// Follows the sigma that the device states. A sigma smaller than ever before means that the device
+// has estimated its error by a filter of its own: the bias shrinks accordingly. A larger sigma
+// means that the device lost this for a time; the error it had at its best remains.
 void ErrorStateFilter::FollowStatedSigma(int axis, double sigma) {
   const int i = kAttitudeBias + axis;
   double& least = least_attitude_sigma_(axis);
@@ -94,13 +97,14 @@ void ErrorStateFilter::FollowStatedSigma(int axis, double sigma) {
   bias_sigma_(i) = least;
   const bool lost = sigma * kStatedSigmaFalls >= least;
   if (axis == 2) return LoseHeading(lost ? std::sqrt(sigma * sigma - least * least) : 0.0);
-  // Of roll and pitch the accelerometers know more: what was lost may fade with its own time.
+  // For roll and pitch the accelerometers are the better reference: the added error may decay with
+  // its own time constant.
   if (!lost) return;
   bias_sigma_(i) = sigma;
   P_(i, i) = std::max(P_(i, i), sigma * sigma);
 }
 
-// Beside the error that stays, in the part that comes and goes.
+// Adds the lost part to the wandering error of the heading, not to the constant one.
 void ErrorStateFilter::LoseHeading(double lost_rad) {
   const GaussMarkov<double>& wander = params_.attitude_heading_wander_rad;
   const double sigma = std::hypot(wander.sigma, lost_rad);
@@ -117,7 +121,7 @@ void ErrorStateFilter::LoseHeading(double lost_rad) {
       1.0 / (lost_rad > wander.sigma ? params_.attitude_heading_rad.tau_s : wander.tau_s);
 }
 
-// What was known to `before` is now to `after`, by a filter of its own.
+// Shrinks a bias whose sigma fell from `before` to `after` by estimation inside the device.
 void ErrorStateFilter::ShrinkBias(int i, double before, double after) {
   const double keep = after * after / (before * before);
   ErrorMatrix M = ErrorMatrix::Identity();
@@ -138,7 +142,7 @@ AttitudeRows ErrorStateFilter::DeviceErrorRows() const {
   return rows;
 }
 
-// Without the step of its heading that the filter does not follow.
+// The device's attitude without the step of its heading that the filter does not follow.
 Eigen::Quaterniond ErrorStateFilter::WithoutStep(const Eigen::Quaterniond& q_map_imu) const {
   const Eigen::AngleAxisd back(-heading_offset_rad_, Eigen::Vector3d::UnitZ());
   return Eigen::Quaterniond(back) * q_map_imu;
@@ -192,7 +196,8 @@ void ErrorStateFilter::PropagateHoldingVelocity(const InertialRates& from,
   Step(held_from, held_to, dt_s);
 }
 
-// As measured: the velocity along the vehicle's own axes stays.
+// Specific force that keeps the velocity along the vehicle's own axes, as the accelerometers would
+// measure it.
 Eigen::Vector3d ErrorStateFilter::ForceThatHolds(const Eigen::Vector3d& rate_radps) const {
   const Eigen::Quaterniond to_body = state_.q_map_imu.conjugate();
   const Eigen::Vector3d v_body = to_body * state_.v_map_mps;
@@ -234,7 +239,8 @@ void ErrorStateFilter::PropagateCovariance() {
   F.block<3, 3>(kVelocity, kGyroBias) = -(move + 0.5 * dt * dt * gravity) * R;
   F.block<3, 3>(kVelocity, kAccelBias) = -dt * R;
   if (velocity_is_held_) {
-    // Along the vehicle's axes it stays, whatever the tilt; no accelerometer moves it.
+    // The velocity is constant in the vehicle's axes, whatever the tilt, and independent of the
+    // accelerometers.
     F.block<3, 3>(kPosition, kTilt) = -move;
     F.block<3, 3>(kPosition, kAccelBias).setZero();
     F.middleRows<3>(kVelocity).setZero();
@@ -265,7 +271,7 @@ void ErrorStateFilter::PropagateCovariance() {
     P_(kTilt + i, kTilt + i) += gyro_psd_ * dt;
   }
   if (!velocity_is_held_) {
-    // What turns the attitude turns the velocity with it.
+    // Noise of the gyros rotates attitude and velocity together.
     P_.block<3, 3>(kVelocity, kTilt) += gyro_psd_ * move;
     P_.block<3, 3>(kTilt, kVelocity) -= gyro_psd_ * move;
     P_.block<3, 3>(kVelocity, kVelocity) -= gyro_psd_ / dt * move * move;
@@ -279,7 +285,7 @@ void ErrorStateFilter::PropagateCovariance() {
   pending_move_.setZero();
 }
 
-// The error of the state where the other hypothesis of the heading is the right one.
+// Derivative of the error state by the hypothesis: the error if the other heading is right.
 ErrorVector ErrorStateFilter::ByHeadingDoubt() const {
   if (doubt_rad_ == 0.0) return ErrorVector::Zero();
   return P_.col(kHeadingDoubt) / P_(kHeadingDoubt, kHeadingDoubt);
@@ -312,38 +318,41 @@ bool ErrorStateFilter::Offer(NavSensor sensor,
   const bool learns_slow = learns_slow_ && learns_inertial_;
   const double scale_step =
       learns_slow ? TakeNoiseOffScale(sensor, H, PH, innovation, variance) : 0.0;
-  // The gain of the filter's own hypothesis of the heading: no mean of two is true.
+  // The gain under the filter's own hypothesis of the heading: a mean of both would be wrong under
+  // either.
   const ErrorVector by_doubt = ByHeadingDoubt();
   const double PH_doubt = PH(kHeadingDoubt);
   const double S_own = S - H.dot(by_doubt) * PH_doubt;
   ErrorVector K = (PH - by_doubt * PH_doubt) / S_own;
   if (!learns_slow) K.segment<4>(kDvlScale).setZero();
   if (!learns_inertial_) K.segment<6>(kGyroBias).setZero();
-  // Schmidt's: what a gain leaves out counts for what it may be wrong by, and stays.
+  // Schmidt's considered states: excluded from the gain, they keep their values, and their
+  // uncertainty counts.
   if (learns_slow && doubt_rad_ == 0.0)
     P_.noalias() -= K * PH.transpose();
   else
     P_.noalias() -= K * PH.transpose() + PH * K.transpose() - S * K * K.transpose();
   correction_ += K * innovation;
-  // Late by a second, the residual has less by what the reading changes by in it.
+  // Derivative of the residual by the delay of the stamps: minus the rate of change of the reading.
   StampError& stamps = stamp_error_;
   stamps.by_delay -= K * (H.dot(stamps.by_delay) - change_per_s);
   stamps.by_carrying -= K * (H.dot(stamps.by_carrying) - carried_s * change_per_s);
   const ErrorRow HA = H * since_.A;
   since_.news += HA.transpose() * (innovation / S_own);
   since_.A.noalias() -= K * HA;
-  // What moves the scale alone moves all else by its covariance with the scale.
+  // A correction of the scale corrects all other states by their covariance with the scale.
   if (scale_step != 0.0)
     since_.news += since_.A.row(kDvlScale).transpose() * (scale_step / P_(kDvlScale, kDvlScale));
   return true;
 }
 
-// Marked 0: of the filter that knew the scale; error = error0 + by_scale * (error of scale). A DVL
-// that reads longer is one with less noise, so S0 depends on the scale: d S0 / d scale is
-// -2 H P0_by_dvl_ H^T, and at the DVL 2 H P0 H^T more. The scale that fits a motion best minimises
-// the sum of innovation^2 / S0. The Kalman gain sees how it changes the innovation, not how it
-// changes S0. This adds the other part, whose mean is minus that of the noise in the velocity that
-// shows the scale times the noise in the innovation. Derived in docs/navigation.md.
+// Values marked 0 belong to a filter that knows the scale: error = error0 + by_scale * (error of
+// scale). A DVL with a larger scale has less relative noise, so that S0 depends on the scale: d S0
+// / d scale is -2 H P0_by_dvl_ H^T, and for the DVL additionally 2 H P0 H^T. The maximum-likelihood
+// scale minimises the sum of innovation^2 / S0. The Kalman gain includes the dependence of the
+// innovation on the scale, but not that of S0. This function adds the second part. Its mean is
+// minus the mean product of the noise in the velocity from which the scale is estimated and the
+// noise in the innovation. Derived in docs/navigation.md.
 double ErrorStateFilter::TakeNoiseOffScale(NavSensor sensor,
                                            const ErrorRow& H,
                                            const ErrorVector& PH,
@@ -364,7 +373,7 @@ double ErrorStateFilter::TakeNoiseOffScale(NavSensor sensor,
   const double scale_step = scale_variance * half_dS0 * innovation * innovation / (S * S);
   correction_ += (by_scale - K0 * innovation_by_scale) * scale_step;
 
-  // (I - K0 H) P0_by_dvl_ (I - K0 H)^T, and at the DVL K0 variance K0^T.
+  // (I - K0 H) P0_by_dvl_ (I - K0 H)^T, plus K0 variance K0^T for the DVL.
   const ErrorVector less = PH0_by_dvl - 0.5 * (HPH0_by_dvl + (is_dvl ? variance : 0.0)) * K0;
   P0_by_dvl_.noalias() -= K0 * less.transpose();
   P0_by_dvl_.noalias() -= less * K0.transpose();
@@ -393,7 +402,7 @@ Eigen::Vector3d ErrorStateFilter::v_map_vehicle_mps() const {
 
 Eigen::Matrix<double, 8, kErrorSize> ErrorStateFilter::VehicleJacobian() const {
   const Eigen::Vector3d lever = state_.q_map_imu * mounting_.T_imu_vehicle.translation();
-  // Roll and pitch turn about the vehicle's axes, which are not the inertial unit's.
+  // Roll and pitch are angles about the vehicle's axes, not the inertial unit's.
   const Eigen::Matrix3d axes = EulerAxes(T_map_vehicle().linear());
   Eigen::Matrix<double, 8, kErrorSize> J;
   J.setZero();

@@ -1,5 +1,5 @@
-// The models of the measurements, with their gates: what each sensor is expected to read, and how
-// its residual depends on the error state.
+// Measurement models and gates: the expected reading of each sensor, and the derivative of its
+// residual by the error state.
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -28,7 +28,7 @@ int ErrorStateFilter::UpdateAttitude(const Eigen::Quaterniond& q_map_imu,
   const Eigen::Matrix3d to_rpy = EulerAxes(state_.q_map_imu.toRotationMatrix()).inverse();
   const AttitudeRows device = DeviceErrorRows();
   const Eigen::Vector3d residual = AttitudeResidual(q_map_imu);
-  // Stamped wrongly it is off by as much as the vehicle turns meanwhile.
+  // Error by the uncertainty of the stamps: the vehicle's rotation in that time.
   const Eigen::Vector3d by_stamp =
       params_.attitude_time_sigma_s * (to_rpy * (state_.q_map_imu * TurnOverGround()));
   int refused = 0;
@@ -43,7 +43,7 @@ int ErrorStateFilter::UpdateAttitude(const Eigen::Quaterniond& q_map_imu,
   return refused;
 }
 
-// The Earth's own turn is not motion.
+// Angular rate without the rotation of the Earth.
 Eigen::Vector3d ErrorStateFilter::TurnOverGround() const {
   return rates_.angular_rate_radps - biases_.segment<3>(kGyroBias) -
          state_.q_map_imu.conjugate() * earth_.rate_radps;
@@ -69,7 +69,8 @@ ErrorStateFilter::DvlModel ErrorStateFilter::ModelDvl() const {
   return model;
 }
 
-// Stamped wrongly it is off by as much as the velocity along its axes changes meanwhile.
+// Adds the error by the uncertainty of the stamps: the change of the velocity in that time, in the
+// DVL's axes.
 Eigen::Vector3d ErrorStateFilter::DvlSigma(const Eigen::Vector3d& sigma_mps) const {
   const Eigen::Quaterniond to_body = state_.q_map_imu.conjugate();
   const Eigen::Vector3d force = rates_.specific_force_mps2 - biases_.segment<3>(kAccelBias);
@@ -88,7 +89,7 @@ int ErrorStateFilter::UpdateDvl(const Eigen::Vector3d& v_dvl_mps,
   const DvlModel model = ModelDvl();
   const Eigen::Vector3d residual = v_dvl_mps - model.expected_mps;
   const Eigen::Vector3d variance = DvlSigma(sigma_mps).cwiseAbs2();
-  // One component that cannot be puts the others in doubt, which share its beams.
+  // All components are refused if one is impossible: they are measured by the same beams.
   InnovationSummary& summary = innovations_[static_cast<std::size_t>(NavSensor::kDvl)].summary;
   int refused = 0;
   for (int i = 0; i < 3; ++i) {
@@ -133,7 +134,8 @@ int ErrorStateFilter::UpdatePosition(const Eigen::Vector2d& north_east_m,
   const Eigen::Matrix2d S = H * P_ * H.transpose() + covariance_m2;
   if (doubt_rad_ != 0.0 && DecideHeading(H * ByHeadingDoubt(), residual, S))
     return UpdatePosition(north_east_m, covariance_m2);
-  // Both at once at the gate, then one after the other with the noise made independent.
+  // One gate for both components; then they are used one after the other, whitened so that their
+  // noise is independent.
   const double nis = residual.dot(S.llt().solve(residual));
   if (!(nis <= 2.0 * params_.gate_sigma * params_.gate_sigma)) {
     innovations_[static_cast<std::size_t>(NavSensor::kPositionFix)].summary.gated += 2;

@@ -10,11 +10,11 @@ namespace {
 
 template <class T>
 void DropBefore(Time oldest, std::deque<T>* items) {
-  // One older stays, so that the window's own first instant can be interpolated.
+  // Keeps one older item, so that the window's first instant can be interpolated.
   while (items->size() > 2 && (*items)[1].time <= oldest) items->pop_front();
 }
 
-// The last item that is not after t.
+// Index of the last item at or before t.
 template <class T>
 std::optional<std::size_t> LastAtOrBefore(Time t, const std::deque<T>& items) {
   if (items.empty() || t < items.front().time || t > items.back().time) return std::nullopt;
@@ -23,7 +23,7 @@ std::optional<std::size_t> LastAtOrBefore(Time t, const std::deque<T>& items) {
   return static_cast<std::size_t>(after - items.begin()) - 1;
 }
 
-// Cubic in position with the speeds at both ends, shortest turn in attitude.
+// Position cubic with the velocities at both ends, attitude by the shortest rotation.
 TrackPose Between(const TrackPose& a, const TrackPose& b, Time t) {
   const double dt = ToSeconds(b.time - a.time);
   const double w = ToSeconds(t - a.time) / dt;
@@ -45,7 +45,7 @@ std::optional<TrackPose> Interpolate(Time t, const std::deque<TrackPose>& poses)
   return Between(poses[*i], poses[*i + 1], t);
 }
 
-// The two poses around t, more than longest_s apart.
+// The times of the poses around t, if they are more than longest_s apart.
 std::optional<std::pair<Time, Time>> GapAround(Time t,
                                                const std::deque<TrackPose>& poses,
                                                double longest_s) {
@@ -57,14 +57,14 @@ std::optional<std::pair<Time, Time>> GapAround(Time t,
   return std::pair(from, to);
 }
 
-// 1 sigma of a turn in so many seconds that nobody measured.
+// Sigma of an unmeasured rotation over dt_s [rad].
 double CoastTurn(double dt_s) { return std::min(kCoastTurnRadps * dt_s, kPi / 2.0); }
 
 Pose2 Moved(const Pose2& pose, const Eigen::Vector3d& by) {
   return {pose.x + by.x(), pose.y + by.y(), WrapAngle(pose.yaw + by.z())};
 }
 
-// The transition over `first` and then over `second`.
+// Transition over `first` and then `second`.
 ErrorStateFilter::Transition Then(const ErrorStateFilter::Transition& first,
                                   const ErrorStateFilter::Transition& second) {
   return {second.A * first.A, first.news + first.A.transpose() * second.news};
@@ -145,7 +145,7 @@ std::optional<NavTrack::Memory> NavTrack::Remember(std::vector<Time> instants) c
     kept[key] = true;
     if (key + 1 < keys_.size()) kept[key + 1] = true;
   }
-  // From the last key that is kept.
+  // From the last key that was kept.
   std::optional<ErrorStateFilter::Transition> way;
   for (std::size_t i = 0; i < keys_.size(); ++i) {
     if (memory.keys.empty() && !kept[i]) continue;
@@ -190,7 +190,7 @@ std::optional<TrackPose> NavTrack::PoseAt(Time t) const {
   return Interpolate(t, coarse_);
 }
 
-// Of poses that are kept only coarsely, a hole is seen if it is longer by their interval.
+// Among coarse poses only gaps that are longer by their interval can be detected.
 std::optional<NavTrack::Hole> NavTrack::HoleAt(Time t) const {
   const bool fine = !poses_.empty() && t >= poses_.front().time;
   const double longest_s = params_.imu_gap_s + (fine ? 0.0 : params_.epoch_interval_s);
@@ -205,8 +205,8 @@ std::optional<Time> NavTrack::HoleBegan(Time t) const {
   return hole ? std::optional(hole->from) : std::nullopt;
 }
 
-// From one end of a hole to the other the position's variance grows evenly. The vehicle may have
-// turned and come back.
+// Inside a gap the position's variance grows linearly from one end to the other. Roll, pitch and
+// yaw may have changed and come back.
 Matrix6d NavTrack::CovarianceAt(Time t) const {
   Matrix6d covariance = EpochAt(t).covariance.cast<double>();
   const std::optional<Hole> hole = Remembered(t) ? std::nullopt : HoleAt(t);
@@ -254,8 +254,8 @@ std::optional<Eigen::Matrix2d> NavTrack::VelocityCovariance(Time t) const {
   return keys_[*key].J.bottomRows<2>() * keys_[*key].PJ.rightCols<2>();
 }
 
-// A(first to last) P(first) J_first^T, always multiplied from the right: the same bits whether the
-// product was begun by an earlier call or not.
+// A(first to last) P(first) J_first^T, always multiplied from the right, so that the bits do not
+// depend on whether an earlier call computed a part.
 const NavTrack::Carried& NavTrack::Carry(std::size_t first, std::size_t last) const {
   const bool goes_on =
       carried_ && carried_->first == keys_[first].time && carried_->last <= keys_[last].time;
@@ -275,7 +275,8 @@ void NavTrack::PairCovariance::Add(const Eigen::Vector3d& of_a,
   a_b += variance * of_a * of_b.transpose();
 }
 
-// At a speed that is wrong by coast_speed_sigma_mps: within one hole the same for both.
+// Adds the uncertainty inside gaps: a velocity error of coast_speed_sigma_mps and an unmeasured
+// rotation. Two instants in one gap share the error up to the earlier one.
 void NavTrack::AddHoles(Time a, Time b, PairCovariance* covariance) const {
   const auto variance = [this](double dt_s) {
     const double moved_m = params_.coast_speed_sigma_mps * dt_s;
@@ -303,7 +304,7 @@ std::optional<Eigen::Matrix3d> NavTrack::RelativeCovariance(Time a,
   const Eigen::Matrix<double, kKeyRows, kKeyRows> last_by_first =
       keys_[last].J * Carry(first, last).value;
 
-  // Within the half second to its key a pose's error moves with the error in velocity.
+  // Within the half second to its key, the error of a pose changes with the velocity error.
   const auto carry = [](const Key& key, Time t) {
     Eigen::Matrix<double, 3, kKeyRows> E = Eigen::Matrix<double, 3, kKeyRows>::Zero();
     E.leftCols<3>().setIdentity();
@@ -328,7 +329,7 @@ std::optional<Eigen::Matrix3d> NavTrack::RelativeCovariance(Time a,
     covariance.Add(Ea * at_a.by_delay, Eb * at_b.by_delay, variance_s2);
   }
   AddHoles(a, b, &covariance);
-  // Two hypotheses of the heading are too far apart for a tangent.
+  // The two hypotheses of the heading are too far apart for a linear model.
   const Eigen::Vector3d doubt_a = Ea * at_a.by_doubt;
   const Eigen::Vector3d doubt_b = Eb * at_b.by_doubt;
   covariance.a -= doubt_a * doubt_a.transpose();
@@ -345,8 +346,8 @@ std::optional<Eigen::Matrix3d> NavTrack::RelativeCovariance(Time a,
   return 0.5 * (relative + relative.transpose()) + off * off.transpose();
 }
 
-// Summed from the anchor on, always in the same order: the same bits whether the sum was begun by
-// an earlier call or not.
+// Summed from the anchor on, always in the same order, so that the bits do not depend on whether an
+// earlier call computed a part.
 const NavTrack::Smoothed& NavTrack::Smooth(std::size_t first, std::size_t last) const {
   auto found = std::find_if(smoothed_.begin(), smoothed_.end(), [&](const Smoothed& s) {
     return s.first == keys_[first].time && s.last <= keys_[last].time;
@@ -368,8 +369,8 @@ const NavTrack::Smoothed& NavTrack::Smooth(std::size_t first, std::size_t last) 
   return *found;
 }
 
-// What was measured since tells of the anchor's own pose too: a compass that moved by half a degree
-// was as likely off before as it is now.
+// Later measurements also correct the anchor's own pose: a compass error of half a degree that
+// shows now was probably there before.
 std::optional<Pose2> NavTrack::Hindsight(Time anchor, Time t) const {
   if (keys_.empty() || anchor < keys_.front().time || t < anchor || t < epochs_.front().time ||
       t > *latest() || IsForgotten(anchor))

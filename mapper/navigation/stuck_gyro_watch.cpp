@@ -3,11 +3,11 @@
 namespace seastitch {
 namespace {
 
-// Noise repeats by chance for less than this.
+// Time for which rates must repeat [s]: noise repeats by chance for less.
 constexpr double kStuckS = 0.5;
-// Rates between two samples are interpolated, which rounds.
+// Tolerance of equal rates, for the rounding by interpolation between samples.
 constexpr double kSameRateRadps = 1e-12;
-// Differences are summed over so long: a slow error of the device adds up beyond.
+// Longest time over which differences are summed [s]: beyond it slow errors of the device add up.
 constexpr double kLongestSpanS = 10.0;
 
 }  // namespace
