@@ -20,9 +20,9 @@ namespace seastitch {
 class GivenWatch {
  public:
   void Add(const NavigationSample& sample);
-  // Time of a ping: while pings come, a silent INS is a fault.
+  // Takes the time of a ping: while pings come, a silent INS is a fault.
   void See(Time ping) { newest_ = newest_ ? std::max(*newest_, ping) : ping; }
-  // After navigation has taken a sample.
+  // Call it after navigation has taken a sample.
   void Look(const Navigation& navigation);
 
   std::vector<Condition> conditions(const Navigation& navigation) const;
@@ -31,12 +31,12 @@ class GivenWatch {
   std::optional<std::string> WhyNotUsable() const;
 
   std::optional<Time> first_;
-  std::optional<Time> newest_;                        // of the INS or the sonar
-  std::optional<Time> sample_, position_, attitude_;  // the newest
-  std::optional<Time> bad_since_;                     // by its own status
+  std::optional<Time> newest_;                        // of the newest sample of INS or sonar
+  std::optional<Time> sample_, position_, attitude_;  // times of the newest ones
+  std::optional<Time> bad_since_;                     // bad by the INS's own status
   InsStatus status_ = InsStatus::kUnknown;
   std::int64_t jumps_ = 0;
-  std::deque<Time> jumped_;  // in the last minute
+  std::deque<Time> jumped_;  // jumps in the last minute
 };
 
 }  // namespace seastitch

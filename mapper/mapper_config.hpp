@@ -15,7 +15,8 @@ namespace seastitch {
 // Configuration of the mapper's process: the parameters of the Mapper and the place of its files.
 // TableOf() has each key with its meaning.
 struct MapperConfig : MapperParams {
-  // A vehicle's place is unknown until a fix or the file states it; who makes params in code does.
+  // By default a vehicle's start position is unknown until a fix or the file states it. (Code that
+  // sets MapperParams itself usually states it.)
   MapperConfig() { navigation.start_at_first_fix = true; }
 
   std::filesystem::path vehicle_file = "vehicle.yaml";  // of `vehicle`
@@ -26,11 +27,12 @@ struct MapperConfig : MapperParams {
   std::filesystem::path map_dir;  // of submaps, in the dive's folder; no key of the file
   std::int64_t max_cached_mb = 64;
   std::int64_t max_unsaved_mb = 128;
-  // From the last checkpoint to the first sample of the inertial unit (or INS), by their time.
+  // Longest time from the last checkpoint to the first sample of the inertial unit (or INS), by
+  // their stamps, for continuing the map.
   double map_resume_within_s = 1800.0;
 };
 
-// Beside a recorded mapper.yaml.
+// Name of the water-level file beside a recorded mapper.yaml.
 inline constexpr char kWaterLevelFile[] = "water_level.csv";
 inline constexpr char kSeparationFile[] = "separation.asc";
 
@@ -43,16 +45,16 @@ std::string PrintConfig(const MapperConfig& config);
 // Reads the table of water levels. Throws ConfigError.
 void LoadWaterLevel(const std::filesystem::path& file, MapperConfig* config);
 
-// mapper.yaml and the files that it names, to lie in one folder: names and texts.
+// mapper.yaml and the files that it names, for one folder: names and texts.
 std::vector<std::pair<std::string, std::string>> ConfigFiles(const MapperConfig& config);
 
-// The same as one text: whether two are alike.
+// The same as one text, for comparing configurations.
 std::string ConfigurationOf(const MapperConfig& config);
 
 ParameterTable TableOf(MapperConfig* config);
-// Its section `navigation`.
+// Declares its section `navigation`.
 void DeclareNavigation(NavigationParams* params, ParameterTable* table);
-// The key `navigation_source` and the section `given_navigation`.
+// Declares the key `navigation_source` and the section `given_navigation`.
 void DeclareGivenNavigation(MapperParams* params, ParameterTable* table);
 
 }  // namespace seastitch

@@ -15,10 +15,10 @@
 
 namespace seastitch {
 
-// Whose poses the map is laid out by.
+// Source of the poses for the map.
 enum class NavigationSource : std::uint8_t {
-  kDeadReckoning,  // computed by ourselves from IMU, DVL and depth
-  kGiven,          // an INS's, as on `INS`
+  kDeadReckoning,  // computed from IMU, DVL and depth
+  kGiven,          // computed by an INS, from `INS`
 };
 
 // Parameters of a Mapper; config/mapper.yaml explains each.
@@ -31,13 +31,15 @@ struct MapperParams {
   CloudFilterParams filter;
   LoopCloserParams loop_closer;
   std::optional<SoundVelocityProfile> sound_velocity_profile;
-  VerticalReferenceParams vertical;  // taken off every depth
+  VerticalReferenceParams vertical;  // subtracted from every depth
   double sonar_time_offset_s = 0.0;  // added to the stamp of every MbesPing
   double nav_rate_hz = 10.0;
-  MountingSigmas mounting{0.3, 0.0};  // dvl_yaw_rad: from the file
-  // Pings that wait for navigation to reach their last echo; the oldest are dropped beyond.
+  MountingSigmas mounting{0.3, 0.0};  // dvl_yaw_rad: from the configuration
+  // Limit of pings that wait for navigation to reach their last echo; beyond it the oldest are
+  // dropped.
   int max_waiting_pings = 600;
-  // Submaps that wait to be registered; beyond, they go into the graph without.
+  // Limit of submaps that wait to be registered; beyond it they join the graph without
+  // registration.
   int max_waiting_submaps = 8;
 };
 

@@ -24,13 +24,13 @@ class NavigationWatch {
 
   void Add(const ImuSample& sample);
   void Add(const DvlSample& sample);
-  // After navigation has taken a sample.
+  // Call it after navigation has taken a sample.
   void Look(const Navigation& navigation);
 
   std::vector<Condition> conditions(const Navigation& navigation) const;
 
  private:
-  // Events of one kind, by a counter that grows.
+  // Recent events of one kind, from a growing counter.
   struct Recent {
     void Look(std::int64_t count, std::optional<Time> now);
     void AddTo(std::vector<Condition>* conditions, const ConditionKind& kind, Time now) const;
@@ -38,14 +38,14 @@ class NavigationWatch {
     std::optional<Time> last;
   };
 
-  // Samples that came too late to be put in order: one in a while is nothing.
+  // Samples that came too late to be sorted in. A few are no fault.
   struct Late {
     static constexpr std::size_t kMany = 10;
     void Look(const std::map<std::string, std::int64_t>& counters, std::optional<Time> now);
     void AddTo(std::vector<Condition>* conditions, Time now) const;
     std::int64_t count = 0;
-    std::deque<Time> last;  // kMany of them
-    std::string names;      // with how many of each
+    std::deque<Time> last;  // times of the last kMany of them
+    std::string names;      // their sensors, with the number of each
   };
 
   bool SeesBottom() const;
@@ -56,9 +56,9 @@ class NavigationWatch {
   const NavigationParams params_;
   std::optional<Time> first_imu_;
   std::optional<Time> newest_imu_;
-  std::optional<Time> last_lock_;  // newest ensemble with the flag of bottom lock
-  Recent resets_;                  // of navigation to a sensor
-  Recent heading_steps_;           // of the attitude device
+  std::optional<Time> last_lock_;  // newest ensemble with bottom lock by its own flag
+  Recent resets_;                  // resets of navigation to a sensor
+  Recent heading_steps_;           // steps of the attitude device's heading
   Late late_;
 };
 

@@ -6,18 +6,18 @@
 #include "common/core/sensors.hpp"
 #include "mapper/navigation/navigation.hpp"
 
-// Edges for the position of a submap in the map itself. `frame`: the vehicle at the submap's frame,
-// by dead reckoning.
+// Edges that constrain the position of a submap in the map. `frame`: dead-reckoned state of the
+// vehicle at the submap's frame.
 namespace seastitch {
 
-// Of the first submap: how well x, y are known there. Its yaw is the vertex's own business
-// (GraphVertex::heading_sigma_rad).
+// Edge of the first submap: position and its uncertainty. Its yaw is not included; the vertex has
+// the sigma of it (GraphVertex::heading_sigma_rad).
 GraphEdge StartEdge(SubmapId submap, const NavState& frame);
 
-// A fix at another time, carried to the submap by dead reckoning: with l the vehicle's place at the
-// fix in the axes of the submap,
+// Edge of a fix at another time, carried to the submap by dead reckoning. With l the vehicle's
+// position at the fix in the axes of the submap,
 //   fix = p_submap + R(yaw_submap) l
-// which informs two directions of (x, y, yaw): more of yaw, the farther the fix is.
+// so that the fix informs two directions of (x, y, yaw), with more weight on yaw the farther it is.
 // covariance_frame_fix: of (x, y, yaw) of the vehicle at the fix relative to the submap, in its
 // axes (Navigation::RelativeCovariance).
 GraphEdge FixEdge(SubmapId submap,

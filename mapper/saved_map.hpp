@@ -15,8 +15,8 @@
 #include "mapper/graph_log.hpp"
 #include "mapper/loop_closer.hpp"
 
-// State of a mapper for a restart in the same graph: a journal of what happens once (closed
-// submaps, graph, sound speed), and a checkpoint of what changes with every sample.
+// State of a mapper for a restart in the same graph: a journal of single events (closed submaps,
+// graph, sound speed), and a checkpoint of the state that changes with every sample.
 namespace seastitch {
 
 // State of the mapper at one time; about 100 kB.
@@ -30,7 +30,7 @@ struct Checkpoint {
   std::vector<std::uint8_t> clocks;      // of SensorClocks
 };
 
-// A submap that closed. Its points are stored elsewhere: read back, it has none.
+// A submap that closed. Its points are stored elsewhere: after reading it has none.
 struct ClosedSubmap {
   std::shared_ptr<const Submap> submap;
   std::vector<GraphEdge> position_edges;
@@ -40,10 +40,10 @@ struct ClosedSubmap {
 
 // Journal entry of the graph's new versions, by a registration job or at the end of a dive.
 struct GraphGrowth {
-  SubmapId closed;  // joined the graph; -1: none
+  SubmapId closed;  // the submap that joined the graph; -1: none
   std::vector<LoopPair> pairs;
   std::vector<GraphEdge> registered;
-  std::vector<std::vector<double>> statistics;  // ToNumbers(), of those accepted
+  std::vector<std::vector<double>> statistics;  // ToNumbers(), of the accepted ones
   std::vector<GraphStep> steps;
 };
 
@@ -56,7 +56,7 @@ struct SavedMap {
 
 std::vector<std::uint8_t> Encode(const JournalEntry& entry);
 std::vector<std::uint8_t> Encode(const Checkpoint& checkpoint);
-// Nothing where the bytes are none.
+// Nothing if the bytes are not a valid entry.
 std::optional<JournalEntry> DecodeJournalEntry(Bytes bytes);
 std::optional<Checkpoint> DecodeCheckpoint(Bytes bytes);
 

@@ -16,10 +16,10 @@ namespace seastitch {
 struct Judgement {
   bool harmful = false;
   bool torn = false;             // harmful, since too little overlap is left
-  int patches = 0;               // compared, of 8 x 8 cells
+  int patches = 0;               // number compared, of 8 x 8 cells
   double dead_reckoned_m = 0.0;  // RMS of the differences of height
   double solved_m = 0.0;
-  std::size_t cells_dead_reckoned = 0;  // in overlaps
+  std::size_t cells_dead_reckoned = 0;  // number in overlaps
   std::size_t cells_solved = 0;
 };
 
@@ -45,12 +45,12 @@ class SolutionJudge {
   static constexpr double kTolerance = 1.04;  // 2 % of RMS
   static constexpr double kOverlapKept = 0.2;
 
-  // Coarse surface of a submap's cloud, which is kept in its place.
+  // Coarse surface of a submap's cloud, which is stored in place of the cloud.
   static RegistrationSubmap Surface(const Submap& submap);
 
-  // Ids rise.
+  // Ids must increase.
   void AddSubmap(const Submap& submap, RegistrationSubmap surface);
-  // That two submaps may show the same seabed. One that is not here is not compared.
+  // Adds a pair of submaps that may overlap. A pair with a submap that is not kept is ignored.
   void AddPair(SubmapId target, SubmapId source);
 
   Judgement Judge(const PoseGraph& graph) const;

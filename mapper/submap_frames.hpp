@@ -11,33 +11,35 @@
 namespace seastitch {
 
 // Poses and covariances of two submap frames by navigation: of the submap closed last and of the
-// open one. The open one's is looked up with every ping, since navigation keeps a bounded history:
-// after a long silence of the sensors a submap may close when its frame is no longer in that
-// history. Pure.
+// open one. That of the open submap is computed every two seconds while pings come, because
+// navigation keeps a bounded history: after a long silence of the sensors a submap may close when
+// its frame is no longer in that history. Pure.
 class SubmapFrames {
  public:
   // navigation: must live longer.
   explicit SubmapFrames(const Navigation* navigation) : navigation_(navigation) {}
 
-  // The open submap's frame at this ping, if it were closed now.
+  // Computes the open submap's frame, as if it were closed at this ping.
   void Remember(Time frame_time, Time ping_time);
 
-  // A submap that closes: fills in covariance_from_previous and heading_sigma_rad where they are
-  // known. Gives the edge of the dive's start, if it is the first of the graph, and those of
+  // Call it for a submap that closes: sets covariance_from_previous and heading_sigma_rad if they
+  // are known. Returns the start edge, if it is the first submap of the graph, and the edges of
   // `fixes`, each on the frame that is nearest in time.
   std::vector<GraphEdge> Place(Submap* submap, bool first, const std::vector<MapFix>& fixes);
-  // Fixes after the submap closed last.
+  // Edges of fixes after the submap closed last.
   std::vector<GraphEdge> EdgesOf(const std::vector<MapFix>& fixes);
 
-  // The submap closed last is not navigation's: what comes next has no known place relative to it.
+  // Call it if the submap closed last is unknown to navigation: the next submap then has no known
+  // pose relative to it.
   void Forget() { previous_.reset(); }
 
-  // When the submap closed last has its frame.
+  // Time of the frame of the submap closed last.
   std::optional<Time> previous_time() const;
 
-  std::int64_t independent() const { return independent_; }  // covariances, see below
+  // number of covariances without history, see below
+  std::int64_t independent() const { return independent_; }
   std::int64_t fixes_in_graph() const { return fixes_in_graph_; }
-  std::int64_t fixes_too_far() const { return fixes_too_far_; }  // from every frame
+  std::int64_t fixes_too_far() const { return fixes_too_far_; }  // too far from every frame
 
   // For a restart. Not saved: open_, of the submap that is lost with it, and the counters of one
   // process: independent_, fixes_in_graph_, fixes_too_far_.
@@ -57,7 +59,7 @@ class SubmapFrames {
     }
   };
   struct OpenFrame {
-    Time looked_up;  // at this ping
+    Time looked_up;  // time of the ping at which it was computed
     NavState state;
     std::optional<Eigen::Matrix3d> from_previous;
   };

@@ -6,7 +6,7 @@
 
 namespace seastitch {
 
-// Such as "12:34:56 UTC".
+// Time of day, such as "12:34:56 UTC".
 std::string UtcOf(Time t);
 
 }  // namespace seastitch
