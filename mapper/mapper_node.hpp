@@ -40,7 +40,8 @@ class MapperNode {
     mapper_.OnSoundings(std::move(take));
   }
   // A finished submap from elsewhere: see Mapper::AddSubmap().
-  void AddSubmap(Submap submap, Mapper::OfDive dive = {});
+  void AddSubmap(Submap submap);
+  void AddSubmap(Submap submap, Mapper::OfDive dive);
 
   // No more messages come: geo-references what waits, closes the last submap, publishes what is
   // still to be sent, as SendAll(). With a ThreadWorker, its Finish() then brings the last

@@ -10,7 +10,6 @@
 #include <map>
 #include <memory>
 #include <stdexcept>
-#include <tuple>
 #include <utility>
 
 #include "bench/truth.hpp"
@@ -487,20 +486,6 @@ void UseDatum(const Datum& datum, std::vector<Dive>* dives) {
   }
 }
 
-// Errors of mounting are looked for where all dives are those of one vehicle.
-MountingSigmas MountingOfAll(const std::vector<Dive>& dives) {
-  const auto vehicle = [](const Dive& dive) {
-    std::string text;
-    for (const auto& [name, file] : ConfigFiles(dive.mapper))
-      if (name == "vehicle.yaml") text = file;
-    const MountingSigmas& sigmas = dive.mapper.mounting;
-    return std::tuple(text, sigmas.sonar_m, sigmas.dvl_yaw_rad);
-  };
-  const bool same = std::all_of(
-      dives.begin(), dives.end(), [&](const Dive& d) { return vehicle(d) == vehicle(dives[0]); });
-  return same ? dives[0].mapper.mounting : MountingSigmas{};
-}
-
 // One that cannot be mapped costs itself.
 void FeedOneOfSeveral(Dive* dive, Feeding* feeding) {
   const std::map<std::string, std::int64_t> refused_before = std::exchange(feeding->refused, {});
@@ -521,7 +506,6 @@ std::vector<SurveyInput> RemakeTogether(std::vector<Dive>* dives,
                                         Feeding* feeding) {
   Bus* const bus = feeding->bus;
   MapperConfig all = dives->front().mapper;
-  all.mounting = MountingOfAll(*dives);
   all.map_dir = store / "all";
   Pipeline pipeline(dives->front().config, all, bus, feeding->stopped);
   std::vector<SurveyInput> spans;

@@ -82,6 +82,32 @@ TEST(Mounting, ALoopClosureMeasuresWhereTheSoundingsOfBothBelong) {
   }
 }
 
+// Of two vehicles, each told wrong in its own way.
+TEST(Mounting, ALoopClosureOfTwoVehiclesDependsOnTheErrorsOfBoth) {
+  Draw draw;
+  const MountingErrors of_from = Wrong();
+  MountingErrors of_to;
+  of_to.sonar_m = {-0.4, 0.5};
+  of_to.dvl_yaw_rad = -0.9e-3;
+  for (int i = 0; i < 100; ++i) {
+    const Pose2 from = draw.Pose();
+    const Eigen::Vector2d place = draw.Near(from);
+    const Pose2 to{place.x() + draw.Within(40.0), place.y() + draw.Within(40.0), draw.Within(kPi)};
+    const double yaw = WrapAngle(to.yaw - from.yaw);
+    const Eigen::Vector2d in_from = Line(from, of_from).Told(place);
+    const Eigen::Vector2d t = in_from - Turned(yaw) * Line(to, of_to).Told(place);
+    const Pose2 measured{t.x(), t.y(), yaw};
+    const Eigen::Vector3d expected =
+        (Inverse(SoundingPose(from, of_from)) * SoundingPose(to, of_to)).Vector();
+    const Eigen::Vector3d corrected = measured.Vector() +
+                                      LoopClosureByMountingOfFrom(in_from) * of_from.Vector() +
+                                      LoopClosureByMountingOfTo(measured, in_from) * of_to.Vector();
+    EXPECT_LT((corrected - expected).head<2>().norm(), 2e-3);
+    EXPECT_EQ(LoopClosureByMounting(measured, in_from),
+              LoopClosureByMountingOfFrom(in_from) + LoopClosureByMountingOfTo(measured, in_from));
+  }
+}
+
 TEST(Mounting, ADeadReckonedStepIsTurnedWithTheDvl) {
   Draw draw;
   const MountingErrors errors = Wrong();
