@@ -35,6 +35,13 @@ EdgeByMounting ByMounting(const GraphEdge& edge, bool of_one_dive) {
   } else {
     by.of_from = LoopClosureByMountingOfFrom(edge.overlap_center_m);
     by.of_to = LoopClosureByMountingOfTo(edge.T_from_to, edge.overlap_center_m);
+    // Half of a shear is a rotation. Two clouds with different shears are turned against each other
+    // by half the difference, about the centre of an overlap that is as long as it is wide. The
+    // clouds of one dive are turned alike.
+    const Eigen::Vector2d arm = edge.overlap_center_m - edge.T_from_to.Translation();
+    const Eigen::Vector3d turn(0.5 * arm.y(), -0.5 * arm.x(), 0.5);
+    by.of_from.col(2) += turn;
+    by.of_to.col(2) -= turn;
   }
   return by;
 }

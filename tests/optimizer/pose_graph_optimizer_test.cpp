@@ -734,10 +734,10 @@ std::vector<GraphUpdate> SeenWrongByTwo(const SurveyGraph& survey, const Mountin
         edge.overlap_center_m = 0.5 * T.Translation();
         const Pose2 measured =
             Inverse(SoundingPose({}, of_dives[from])) * SoundingPose(T, of_dives[to]);
+        edge.T_from_to = measured;
+        const EdgeByMounting by = ByMounting(edge, from == to);
         const Eigen::Vector3d told =
-            measured.Vector() -
-            LoopClosureByMountingOfFrom(edge.overlap_center_m) * of_dives[from].Vector() -
-            LoopClosureByMountingOfTo(measured, edge.overlap_center_m) * of_dives[to].Vector();
+            measured.Vector() - MountingCorrection(by, of_dives[from], of_dives[to]);
         edge.T_from_to = {told.x(), told.y(), told.z()};
       }
     }

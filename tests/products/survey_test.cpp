@@ -261,7 +261,7 @@ TEST(GraphG2o, IsWithoutTheErrorsOfMountingThatItsVerticesAreWithout) {
   EXPECT_NEAR(y, 20.0, 1e-9);
 }
 
-// The DVL's angle of either dive shears its own cloud.
+// The DVL's angle of either dive shears its own cloud, and turns it by half of that.
 TEST(GraphG2o, CorrectsAClosureBetweenTwoDivesByTheErrorsOfBoth) {
   const TemporaryDir folder;
   GraphEdge closure = LoopEdge(0, 1);
@@ -280,8 +280,9 @@ TEST(GraphG2o, CorrectsAClosureBetweenTwoDivesByTheErrorsOfBoth) {
   int from = 0, to = 0;
   double x = 0.0, y = 0.0;
   std::istringstream(line) >> word >> from >> to >> x >> y;
-  EXPECT_NEAR(x, 0.0, 1e-9);
-  EXPECT_NEAR(y, 20.0 + 0.01 * 8.0 + 0.02 * 8.0, 1e-9);
+  const double turned_rad = 0.5 * (0.01 + 0.02);
+  EXPECT_NEAR(x, turned_rad * (10.0 - 20.0), 1e-9);
+  EXPECT_NEAR(y, 20.0 + 0.01 * 8.0 + 0.02 * 8.0 - turned_rad * 8.0, 1e-9);
 }
 
 TEST(GraphG2o, HoldsVerticesTheFixedFirstAndOnlyEdgesThatPull) {
