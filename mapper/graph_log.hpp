@@ -22,6 +22,9 @@ class GraphLog {
  public:
   explicit GraphLog(const MountingSigmas& mounting) : mounting_(mounting) {}
 
+  // A priori sigmas of the mounting errors of the dive whose vertices are appended from now on.
+  void SetMounting(const MountingSigmas& mounting) { mounting_ = mounting; }
+
   // Names the graph; the first call counts. Without one, the first submap's time names it.
   void SetId(Time first_navigation_state);
 
@@ -52,7 +55,7 @@ class GraphLog {
  private:
   void AppendStep(GraphUpdate update, Time submap_time);
 
-  const MountingSigmas mounting_;
+  MountingSigmas mounting_;
   std::optional<std::int64_t> graph_id_;
   bool ended_ = false;
   bool resumed_ = false;          // and no version yet since

@@ -36,8 +36,10 @@ double InformationGain(const RelativePose& before, const RelativePose& now) {
   return 0.5 * (narrowed + moved.dot(before.covariance.ldlt().solve(moved)));
 }
 
-bool IsFinite(const MountingErrors& errors) {
-  return errors.Vector().allFinite() && errors.covariance.allFinite();
+bool AreFinite(const std::map<std::int32_t, MountingErrors>& mounting) {
+  return std::all_of(mounting.begin(), mounting.end(), [](const auto& of_dive) {
+    return of_dive.second.Vector().allFinite() && of_dive.second.covariance.allFinite();
+  });
 }
 
 bool IsFinite(const SolvedVertex& v) {
@@ -58,7 +60,7 @@ void LoopCloser::Add(const Submap& submap, const Chain& chain) {
 }
 
 bool LoopCloser::IsUsable(const PoseGraph& graph) const {
-  if (graph.vertices.size() > entries_.size() || !IsFinite(graph.mounting)) return false;
+  if (graph.vertices.size() > entries_.size() || !AreFinite(graph.mounting)) return false;
   for (std::size_t i = 0; i < graph.vertices.size(); ++i) {
     const SolvedVertex& vertex = graph.vertices[i];
     if (vertex.id != entries_[i].outline.id || !IsFinite(vertex)) return false;
@@ -229,16 +231,23 @@ std::optional<LoopPair> LoopCloser::PairAgain(SubmapId target, SubmapId source) 
 }
 
 Eigen::Matrix3d LoopCloser::InformationDespiteBends(const GraphEdge& edge) const {
-  const double offset_m2 =
-      0.5 * (mounting_.sonar_m.squaredNorm() + mounting_.covariance.topLeftCorner<2, 2>().trace());
-  const double spread2 = std::pow(entries_[IndexOf(edge.from)].heading_spread, 2) +
-                         std::pow(entries_[IndexOf(edge.to)].heading_spread, 2);
+  std::map<std::int32_t, double> spread2;  // by chain: one offset bends all submaps of a dive
+  for (const SubmapId id : {edge.from, edge.to}) {
+    const Entry& entry = entries_[IndexOf(id)];
+    spread2[entry.chain.number] += std::pow(entry.heading_spread, 2);
+  }
+  double bend_m2 = 0.0;
+  for (const auto& [chain, of_dive] : spread2) {
+    const MountingErrors& mounting = MountingOf(chain);
+    const double offset_m2 =
+        0.5 * (mounting.sonar_m.squaredNorm() + mounting.covariance.topLeftCorner<2, 2>().trace());
+    bend_m2 += offset_m2 * of_dive;
+  }
   const std::optional<SqrtInformation> root = FactorInformation(edge.information);
-  if (offset_m2 * spread2 == 0.0 || !root) return edge.information;
+  if (bend_m2 == 0.0 || !root) return edge.information;
   // Both covariances together, where the information may be singular.
   const Eigen::Matrix<double, 3, 2> W = root->W.leftCols<2>();
-  const Eigen::Matrix3d both =
-      Eigen::Matrix3d::Identity() + offset_m2 * spread2 * W * W.transpose();
+  const Eigen::Matrix3d both = Eigen::Matrix3d::Identity() + bend_m2 * W * W.transpose();
   const Eigen::Matrix3d information = root->W.transpose() * both.inverse() * root->W;
   return 0.5 * (information + information.transpose());
 }
@@ -274,9 +283,16 @@ std::size_t LoopCloser::IndexOf(SubmapId id) const {
 RelativePose LoopCloser::FromPrevious(std::size_t i) const {
   const RelativePose told = StatedFromPrevious(i);
   const Eigen::Matrix3d by = DeadReckoningByMounting(told.T_a_b);
-  const Eigen::Vector3d mean = told.T_a_b.Vector() + by * mounting_.Vector();
+  const MountingErrors& mounting = MountingOf(entries_[i].chain.number);
+  const Eigen::Vector3d mean = told.T_a_b.Vector() + by * mounting.Vector();
   return {{mean.x(), mean.y(), mean.z()},
-          told.covariance + by * mounting_.covariance * by.transpose()};
+          told.covariance + by * mounting.covariance * by.transpose()};
+}
+
+const MountingErrors& LoopCloser::MountingOf(std::int32_t chain) const {
+  static const MountingErrors kNone;
+  const auto found = mounting_.find(chain);
+  return found == mounting_.end() ? kNone : found->second;
 }
 
 RelativePose LoopCloser::StatedFromPrevious(std::size_t i) const {
@@ -291,14 +307,14 @@ bool LoopCloser::BeginsChain(std::size_t i) const {
 
 RelativePose LoopCloser::BetweenChains(std::size_t i, std::size_t n) const {
   const Eigen::Matrix3d unknown = kUnknownVariance.asDiagonal();
+  const Chain& chain = entries_[n].chain;
   const Pose2& T_map_i = solved_[i].T_map_level;
-  const Pose2 T_map_n = SoundingPose(entries_[n].T_map_level, mounting_);
+  const Pose2 T_map_n = SoundingPose(entries_[n].T_map_level, MountingOf(chain.number));
+  Eigen::Matrix3d covariance = chain.start_covariance.value_or(unknown);
+  covariance.diagonal().head<2>().array() += chain.mounting.sonar_m * chain.mounting.sonar_m;
   return {Inverse(T_map_i) * T_map_n,
-          RelativeCovariance(T_map_i,
-                             T_map_n,
-                             solved_[i].covariance,
-                             entries_[n].chain.start_covariance.value_or(unknown),
-                             Eigen::Matrix3d::Zero())};
+          RelativeCovariance(
+              T_map_i, T_map_n, solved_[i].covariance, covariance, Eigen::Matrix3d::Zero())};
 }
 
 std::vector<RelativePose> LoopCloser::Priors(std::size_t n) const {

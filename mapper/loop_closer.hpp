@@ -55,7 +55,9 @@ struct Chain {
   std::int32_t number = 0;
   // Covariance of x, y [m], yaw [rad] of the first submap's pose in the map. std::nullopt: its
   // place in the map is not known.
-  std::optional<Eigen::Matrix3d> start_covariance;
+  std::optional<Eigen::Matrix3d> start_covariance{};
+  // A priori sigmas of the mounting errors of its vehicle.
+  MountingSigmas mounting{};
 };
 
 // Selector of loop-closure candidates: from the poses of all submaps and their covariances it
@@ -157,13 +159,15 @@ class LoopCloser {
   // the sonar's lever arm, as the last solution estimates it and its sigma, makes inside the two
   // submaps.
   Eigen::Matrix3d InformationDespiteBends(const GraphEdge& edge) const;
+  // Mounting errors of a dive in the last solution; zero before it has any.
+  const MountingErrors& MountingOf(std::int32_t chain) const;
   // T_previous_i by dead reckoning, as navigation stated it.
   RelativePose StatedFromPrevious(std::size_t i) const;
   // The same, corrected by the mounting errors that the last solution estimated.
   RelativePose FromPrevious(std::size_t i) const;
   bool BeginsChain(std::size_t i) const;
   // T_i_n of a solved submap i and the first submap n of a chain, from their poses in the map, with
-  // independent errors.
+  // independent errors. The sonar's offset is among the errors of n.
   RelativePose BetweenChains(std::size_t i, std::size_t n) const;
   // T_i_n for every i < n.
   std::vector<RelativePose> Priors(std::size_t n) const;
@@ -179,8 +183,8 @@ class LoopCloser {
   const LoopCloserParams params_;
   std::vector<Entry> entries_;  // by increasing id
   std::int64_t solution_version_ = 0;
-  std::vector<SolvedVertex> solved_;  // of entries_[0 .. size)
-  MountingErrors mounting_;           // in that solution
+  std::vector<SolvedVertex> solved_;                 // of entries_[0 .. size)
+  std::map<std::int32_t, MountingErrors> mounting_;  // in that solution, by chain
   std::map<PairKey, Tried> tried_;
   std::int64_t accepted_ = 0;       // of tried_
   std::vector<std::size_t> moved_;  // largest information gain last: taken from the back

@@ -278,7 +278,7 @@ void Mapper::OnClosed(Submap submap) {
   const std::vector<MapFix> fixes = navigation_->TakeFixes(submap.end);
   correction_.Given(fixes, submap.id);
   std::vector<GraphEdge> edges = frames_.Place(&submap, next_id_ == 0, fixes);
-  Enqueue(std::move(submap), {{}, std::move(edges)});
+  Enqueue(std::move(submap), {OwnChain(), std::move(edges)});
 }
 
 void Mapper::AddSubmap(Submap submap, OfDive dive) {
@@ -304,7 +304,7 @@ void Mapper::Enqueue(Submap submap, OfDive dive) {
   submaps_.push_back({keep_points ? closed : WithoutPoints(*closed),
                       std::move(dive.position_edges),
                       skip,
-                      dive.chain.number});
+                      dive.chain});
 }
 
 std::optional<RegistrationJob> Mapper::NextJob() {
@@ -335,7 +335,8 @@ void Mapper::Take(RegistrationResultSet results) {
                         submap->frame_time,
                         LevelPose(submap->T_map_submap),
                         submap->heading_sigma_rad,
-                        submaps_.front().chain});
+                        submaps_.front().chain.number});
+    graph_.SetMounting(submaps_.front().chain.mounting);
     edges = search_.DeadReckoningEdge(submap->id);
     const std::vector<GraphEdge> position_edges = std::move(submaps_.front().position_edges);
     submaps_.pop_front();
@@ -503,8 +504,8 @@ bool Mapper::Restore(const SoundVelocityProfile& profile) { return sound_speed_.
 bool Mapper::Restore(const ClosedSubmap& closed) {
   if (closed.submap->id.value < next_id_ || !IsUsable(*closed.submap)) return false;
   next_id_ = closed.submap->id.value + 1;
-  search_.Add(*closed.submap);
-  submaps_.push_back({closed.submap, closed.position_edges, closed.skip_registration});
+  search_.Add(*closed.submap, OwnChain());
+  submaps_.push_back({closed.submap, closed.position_edges, closed.skip_registration, OwnChain()});
   return true;
 }
 

@@ -115,7 +115,7 @@ class Mapper {
   // Adds a closed submap that was made elsewhere, from a file or by another Mapper, to the graph.
   // An id below 0 becomes the next number; one that is not above all before it is refused and
   // counted. Footprint and predicted information (Submap) are computed where they are missing.
-  void AddSubmap(Submap submap) { AddSubmap(std::move(submap), {}); }
+  void AddSubmap(Submap submap) { AddSubmap(std::move(submap), {OwnChain(), {}}); }
   // Adds a submap of one dive of several to a common graph, made from sensor data by a Mapper of
   // that dive: with the dive's chain, and position edges from that dive's position fixes. The
   // journal does not hold the chain, so a graph of several dives cannot be resumed.
@@ -193,9 +193,11 @@ class Mapper {
     std::shared_ptr<const Submap> submap;
     std::vector<GraphEdge> position_edges;
     bool skip_registration = false;
-    std::int32_t chain = 0;
+    Chain chain;
   };
 
+  // That of the submaps which this mapper makes itself.
+  Chain OwnChain() const { return {0, std::nullopt, params_.mounting}; }
   template <class Sample>
   void Navigate(const Sample& sample);
   void Know(const SoundVelocityProfile& profile, Time said);

@@ -242,6 +242,11 @@ bool MapperNode::Resume(const SavedMap& saved) {
   return true;
 }
 
+void MapperNode::AddSubmap(Submap submap) {
+  mapper_.AddSubmap(std::move(submap));
+  Deliver();
+}
+
 void MapperNode::AddSubmap(Submap submap, Mapper::OfDive dive) {
   mapper_.AddSubmap(std::move(submap), std::move(dive));
   Deliver();

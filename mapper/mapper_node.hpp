@@ -40,7 +40,8 @@ class MapperNode {
     mapper_.OnSoundings(std::move(take));
   }
   // Adds a finished submap of another source: see Mapper::AddSubmap().
-  void AddSubmap(Submap submap, Mapper::OfDive dive = {});
+  void AddSubmap(Submap submap);
+  void AddSubmap(Submap submap, Mapper::OfDive dive);
 
   // Call it after the last message: georeferences the pings that wait, closes the last submap, and
   // sends what is left, as SendAll(). With a ThreadWorker, call its Finish() and then SendAll() to

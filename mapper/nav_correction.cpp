@@ -75,10 +75,11 @@ void NavCorrection::Take(const PoseGraph& solution) {
       });
   if (newest == solution.vertices.rend()) return;
   const std::optional<CorrectedNavState> before = Now();
+  const MountingErrors mounting = solution.MountingOf(0);  // on the vehicle there is one dive
   solved_ = Anchor{frames_.at(newest->id),
-                   VehiclePose(newest->T_map_level, solution.mounting),
+                   VehiclePose(newest->T_map_level, mounting),
                    newest->covariance,
-                   solution.mounting};
+                   mounting};
   // Without a known start position the graph is relative to its first submap: NAV's covariance is
   // added.
   const bool place_is_known = placed_ && *placed_ <= solution.graph_version;

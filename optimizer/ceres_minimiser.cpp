@@ -13,8 +13,9 @@ using RowMajor = Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>;
 
 class FactorCost : public ceres::CostFunction {
  public:
-  FactorCost(const Factor& factor, const std::array<int, 3>& ends) : factor_(factor) {
+  explicit FactorCost(const Factor& factor) : factor_(factor) {
     set_num_residuals(3);
+    const std::array<int, 4> ends = factor.Ends();
     for (std::size_t e = 0; e < ends.size(); ++e) {
       if (ends[e] == kMap) continue;
       block_[e] = static_cast<int>(parameter_block_sizes().size());
@@ -36,7 +37,7 @@ class FactorCost : public ceres::CostFunction {
 
  private:
   const Factor& factor_;
-  std::array<int, 3> block_{-1, -1, -1};  // parameter block of each of EndsOf(); -1: none
+  std::array<int, 4> block_{-1, -1, -1, -1};  // parameter block of each of Ends(); -1: none
 };
 
 // The loss of one factor at the current stage.
@@ -107,11 +108,10 @@ class CeresMinimiser::Problem {
     for (Eigen::Vector3d& vertex : x) problem.AddParameterBlock(vertex.data(), 3);
     for (std::size_t k = 0; k < graph.factors.size(); ++k) {
       const Factor& factor = graph.factors[k];
-      const std::array<int, 3> ends = graph.EndsOf(factor);
       std::vector<double*> blocks;
-      for (const int vertex : ends)
+      for (const int vertex : factor.Ends())
         if (vertex != kMap) blocks.push_back(x[static_cast<std::size_t>(vertex)].data());
-      costs.emplace_back(factor, ends);
+      costs.emplace_back(factor);
       ceres::LossFunction* loss =
           factor.IsRobust() ? &robust.emplace_back(factor, k, &losses) : nullptr;
       problem.AddResidualBlock(&costs.back(), loss, blocks);

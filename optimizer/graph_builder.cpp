@@ -69,18 +69,31 @@ class GraphBuilder {
     return begins;
   }
 
-  Eigen::Matrix3d Estimated(const Eigen::Matrix3d& by_mounting) const {
-    return EstimatedColumns(by_mounting, store_.mounting());
+  // How a measurement depends on the mounting errors of one dive, of those that are estimated.
+  MountingTerm TermOf(std::int32_t chain, const Eigen::Matrix3d& by_mounting) const {
+    const auto vertex = mounting_vertex_.find(chain);
+    if (vertex == mounting_vertex_.end()) return {};
+    return {vertex->second, EstimatedColumns(by_mounting, store_.mounting().at(chain))};
+  }
+
+  std::array<MountingTerm, 2> TermsOf(const GraphEdge& edge) const {
+    const std::int32_t from = store_.vertices().at(edge.from).chain;
+    const std::int32_t to = store_.vertices().at(edge.to).chain;
+    const EdgeByMounting by = ByMounting(edge, from == to);
+    if (from == to) return {TermOf(to, by.of_to)};
+    return {TermOf(to, by.of_to), TermOf(from, by.of_from)};
   }
 
   void AddMounting() {
-    if (!store_.EstimatesMounting()) return;
-    graph_.mounting_vertex = graph_.num_vertices++;
-    // An error that is not estimated stays zero with any weight.
-    Eigen::Matrix3d W = Eigen::Matrix3d::Identity();
-    for (int k = 0; k < 3; ++k)
-      if (const double sigma = store_.mounting().Vector()(k); sigma > 0.0) W(k, k) = 1.0 / sigma;
-    graph_.factors.push_back({.j = graph_.mounting_vertex, .W = W});
+    for (const auto& [chain, sigmas] : store_.mounting()) {
+      mounting_vertex_[chain] = graph_.num_vertices++;
+      ++graph_.num_mountings;
+      // An error that is not estimated stays zero with any weight.
+      Eigen::Matrix3d W = Eigen::Matrix3d::Identity();
+      for (int k = 0; k < 3; ++k)
+        if (const double sigma = sigmas.Vector()(k); sigma > 0.0) W(k, k) = 1.0 / sigma;
+      graph_.factors.push_back({.j = mounting_vertex_[chain], .W = W});
+    }
   }
 
   // Prior of position and heading of a chain's first submap. A first chain without either defines
@@ -89,9 +102,9 @@ class GraphBuilder {
     const StoredVertex& first = begin->second;
     const bool is_first_chain = begin == store_.vertices().begin();
     const int j = number_.at(begin->first);
-    const Eigen::Matrix3d by_mounting = Estimated(PositionByMounting(first.dead_reckoned.yaw));
+    const MountingTerm mounting = TermOf(first.chain, PositionByMounting(first.dead_reckoned.yaw));
     const bool has_fixes = !store_.fixes().empty();
-    if (is_first_chain && !has_fixes && !first.heading_sigma_rad && !store_.EstimatesMounting()) {
+    if (is_first_chain && !has_fixes && !first.heading_sigma_rad && mounting.vertex == kMap) {
       graph_.fixed_vertex = 0;
       return;
     }
@@ -103,7 +116,7 @@ class GraphBuilder {
                                 .T_i_j = start->second.edge.T_from_to,
                                 .W = start->second.root.W,
                                 .is_dead_reckoning = true,
-                                .by_mounting = by_mounting});
+                                .mounting = {mounting}});
       sigma_m = std::numeric_limits<double>::infinity();
     }
     double sigma_yaw_rad = held ? kHeld_rad : params_.unlinked_sigma_yaw_rad;
@@ -111,7 +124,7 @@ class GraphBuilder {
     graph_.factors.push_back({.j = j,
                               .T_i_j = first.dead_reckoned,
                               .W = InverseSigmas(sigma_m, sigma_yaw_rad),
-                              .by_mounting = by_mounting});
+                              .mounting = {mounting}});
   }
 
   void AddSteps() {
@@ -126,7 +139,7 @@ class GraphBuilder {
                                 .W = edge.root.W,
                                 .is_dead_reckoning = true,
                                 .is_step = is_step,
-                                .by_mounting = Estimated(ByMounting(e))});
+                                .mounting = TermsOf(e)});
       if (is_step) linked[static_cast<std::size_t>(number_.at(pair.second))] = true;
     }
     int k = 1;
@@ -143,7 +156,8 @@ class GraphBuilder {
            .W = InverseSigmas(same_chain ? params_.unlinked_sigma_m : kUnknownPlace_m,
                               params_.unlinked_sigma_yaw_rad),
            .is_dead_reckoning = true,
-           .by_mounting = Estimated(DeadReckoningByMounting(T_before_it))});
+           .mounting = {same_chain ? TermOf(it->second.chain, DeadReckoningByMounting(T_before_it))
+                                   : MountingTerm{}}});
     }
   }
 
@@ -201,13 +215,14 @@ class GraphBuilder {
                                 .W = edge->root.W,
                                 .loss = {threshold[static_cast<std::size_t>(edge->root.rank)]},
                                 .group_size = is_fix ? 1 : *group_size++,
-                                .by_mounting = Estimated(ByMounting(e))});
+                                .mounting = TermsOf(e)});
     }
   }
 
   const GraphStore& store_;
   const OptimizerParams& params_;
   const std::map<SubmapId, int> number_;
+  std::map<std::int32_t, int> mounting_vertex_;  // by chain
   FactorGraph graph_;
 };
 

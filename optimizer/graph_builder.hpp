@@ -9,8 +9,9 @@
 namespace seastitch {
 
 // Builds the factor graph of a stored graph with at least one vertex. The order of the factors is:
-// prior of the mounting errors, anchor of each chain's first submap, dead reckoning, headings, then
-// GraphStore::RobustEdges(). Where mounting errors are estimated they are the last vertex.
+// prior of each dive's mounting errors, anchor of each chain's first submap, dead reckoning,
+// headings, then GraphStore::RobustEdges(). The last vertices are the mounting errors, one vertex
+// for each dive of GraphStore::mounting(), in that order.
 FactorGraph BuildFactorGraph(const GraphStore& store, const OptimizerParams& params);
 
 // Index of each submap's vertex in the factor graph.

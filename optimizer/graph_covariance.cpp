@@ -30,7 +30,7 @@ std::optional<GraphCovariance> GraphCovariance::At(const FactorGraph& graph,
   GraphCovariance covariance;
   std::vector<EndJacobians> jacobians;
   for (const Factor& factor : graph.factors)
-    Residual(graph, factor, T_map_vertex, &jacobians.emplace_back());
+    Residual(factor, T_map_vertex, &jacobians.emplace_back());
   covariance.Order(graph);
   const Eigen::SimplicialLLT<Sparse, Eigen::Lower, Eigen::NaturalOrdering<int>> llt(
       covariance.Information(graph, jacobians, weights));
@@ -48,8 +48,8 @@ void GraphCovariance::Order(const FactorGraph& graph) {
   std::vector<Eigen::Triplet<double>> entries;
   for (int v = 0; v < n; ++v) entries.emplace_back(v, v, 1.0);
   for (const Factor& factor : graph.factors)
-    for (const int a : graph.EndsOf(factor))
-      for (const int b : graph.EndsOf(factor))
+    for (const int a : factor.Ends())
+      for (const int b : factor.Ends())
         if (a > b && b != kMap && a != graph.fixed_vertex && b != graph.fixed_vertex)
           entries.emplace_back(a, b, 1.0);
   Sparse pattern(n, n);
@@ -69,7 +69,7 @@ Eigen::SparseMatrix<double> GraphCovariance::Information(const FactorGraph& grap
                                                          const std::vector<double>& weights) const {
   std::vector<Eigen::Triplet<double>> entries;
   for (std::size_t k = 0; k < graph.factors.size(); ++k) {
-    const std::array<int, 3> ends = graph.EndsOf(graph.factors[k]);
+    const std::array<int, 4> ends = graph.factors[k].Ends();
     for (std::size_t a = 0; a < ends.size(); ++a) {
       for (std::size_t b = 0; b < ends.size(); ++b) {
         const int row = 3 * Column(ends[a]), column = 3 * Column(ends[b]);
@@ -149,11 +149,12 @@ void GraphCovariance::Select(const FactorGraph& graph, const std::vector<EndJaco
   };
   for (int v = 0; v < graph.num_vertices; ++v) marginal_.push_back(between(v, v));
   for (std::size_t k = 0; k < graph.factors.size(); ++k) {
-    const std::array<int, 3> ends = graph.EndsOf(graph.factors[k]);
+    const std::array<int, 4> ends = graph.factors[k].Ends();
     Matrix3d& open = of_residual_.emplace_back(Matrix3d::Zero());
     for (std::size_t a = 0; a < ends.size(); ++a)
       for (std::size_t b = 0; b < ends.size(); ++b)
-        open += jacobians[k][a] * between(ends[a], ends[b]) * jacobians[k][b].transpose();
+        if (ends[a] != kMap && ends[b] != kMap)
+          open += jacobians[k][a] * between(ends[a], ends[b]) * jacobians[k][b].transpose();
   }
 }
 

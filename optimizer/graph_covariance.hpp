@@ -12,7 +12,7 @@ namespace seastitch {
 
 // Covariances of the vertices of a graph at given poses: blocks of the inverse of the information
 // H = sum w J^T J = L L^T, where w is the inlier weight of a factor and J its Jacobian. The errors
-// are additive in (x, y [m], yaw [rad]), map axes; those of the mounting vertex in its own three
+// are additive in (x, y [m], yaw [rad]), map axes; those of a mounting vertex in its own three
 // numbers. Zero for the fixed vertex.
 class GraphCovariance {
  public:

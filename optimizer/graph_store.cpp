@@ -59,17 +59,21 @@ bool GraphStore::Add(const GraphUpdate& update) {
   }
   for (const GraphVertex& vertex : update.vertices) AddVertex(vertex);
   for (const GraphEdge& edge : update.edges) AddEdge(edge);
-  SetMounting(update.mounting);
+  SetMounting(update);
   fingerprints_.push_back(FingerprintOf(update));
   return true;
 }
 
-// Keeps the newest sigmas that are not all zero: a damaged update is taken as an empty one.
-void GraphStore::SetMounting(const MountingSigmas& sigmas) {
-  if (!sigmas.AreUsable())
+// Keeps the newest sigmas of a dive that are not all zero: a damaged update is taken as an empty
+// one.
+void GraphStore::SetMounting(const GraphUpdate& update) {
+  if (!update.mounting.AreUsable()) {
     ++counters_["mounting_unusable"];
-  else if (!sigmas.AreAllZero())
-    mounting_ = sigmas;
+    return;
+  }
+  if (update.mounting.AreAllZero()) return;
+  for (const GraphVertex& vertex : update.vertices)
+    if (vertices_.contains(vertex.id)) mounting_[vertices_.at(vertex.id).chain] = update.mounting;
 }
 
 bool GraphStore::Contradicts(const GraphUpdate& update) const {

@@ -55,15 +55,15 @@ class GraphStore {
   const std::vector<StoredEdge>& fixes() const { return fixes_; }
   // Start edges: the pose in the map of the first vertex of a chain, by the navigation filter.
   const std::map<SubmapId, StoredEdge>& starts() const { return starts_; }
-  // A priori sigmas of the mounting errors. All zero: the graph does not estimate them.
-  const MountingSigmas& mounting() const { return mounting_; }
-  bool EstimatesMounting() const { return !mounting_.AreAllZero(); }
+  // A priori sigmas of the mounting errors of each dive, by its chain number. A dive whose errors
+  // the graph does not estimate is left out.
+  const std::map<std::int32_t, MountingSigmas>& mounting() const { return mounting_; }
   // Edges with a robust loss that registration or the filter accepted: position fixes in the order
   // received, then loop closures by the ids of their submaps.
   std::vector<const StoredEdge*> RobustEdges() const;
 
-  // Stores a solution as the initial values of the next. Poses: one per vertex by rising id; the
-  // mounting errors may follow them and are ignored. Weights: one per edge of RobustEdges().
+  // Stores a solution as the initial values of the next. Poses: one per vertex by rising id; those
+  // of mounting vertices may follow them and are ignored. Weights: one per edge of RobustEdges().
   void KeepSolution(const std::vector<Pose2>& T_map_vertex, const std::vector<double>& weights);
 
  private:
@@ -72,14 +72,14 @@ class GraphStore {
   // The counter's name; null: the edge is usable.
   const char* WhyUnusable(const GraphEdge& edge) const;
   bool BeginsChain(SubmapId id) const;
-  void SetMounting(const MountingSigmas& sigmas);
+  void SetMounting(const GraphUpdate& update);
 
   std::map<SubmapId, StoredVertex> vertices_;
   std::map<Pair, StoredEdge> dead_reckoning_;
   std::map<Pair, StoredEdge> loops_;
   std::map<SubmapId, StoredEdge> starts_;
   std::vector<StoredEdge> fixes_;
-  MountingSigmas mounting_;
+  std::map<std::int32_t, MountingSigmas> mounting_;
   std::vector<std::size_t> fingerprints_;  // hash of each version; [0] is version 1
   std::map<std::string, std::int64_t> counters_;
 };

@@ -286,7 +286,7 @@ void OptimizerNode::ReportSolution(double solve_s) {
   }
   health_.Set("position_fixes", fixes);
   health_.Set("position_fixes_believed", fixes_believed);
-  const MountingErrors& mounting = solution_.mounting;
+  const MountingErrors mounting = solution_.MountingOf(0);  // on the vehicle there is one dive
   health_.Set("sonar_forward_mm", std::lround(1e3 * mounting.sonar_m.x()));
   health_.Set("sonar_starboard_mm", std::lround(1e3 * mounting.sonar_m.y()));
   health_.Set("dvl_yaw_mdeg", std::lround(1e3 * Rad2Deg(mounting.dvl_yaw_rad)));

@@ -16,7 +16,7 @@ std::map<std::string, std::int64_t> PoseGraphOptimizer::counters() const {
 std::vector<Pose2> PoseGraphOptimizer::DeadReckoned() const {
   std::vector<Pose2> poses;
   for (const auto& [id, vertex] : store_.vertices()) poses.push_back(vertex.dead_reckoned);
-  if (store_.EstimatesMounting()) poses.emplace_back();
+  poses.resize(poses.size() + store_.mounting().size());
   return poses;
 }
 
@@ -35,7 +35,10 @@ std::vector<Pose2> PoseGraphOptimizer::Predicted() const {
       poses.push_back(poses.back() * (Inverse(before->dead_reckoned) * vertex.dead_reckoned));
     before = &vertex;
   }
-  if (store_.EstimatesMounting()) poses.push_back(solved_mounting_);
+  for (const auto& [chain, sigmas] : store_.mounting()) {
+    const auto solved = solved_mounting_.find(chain);
+    poses.push_back(solved == solved_mounting_.end() ? Pose2{} : solved->second);
+  }
   return poses;
 }
 
@@ -71,7 +74,9 @@ std::optional<PoseGraph> PoseGraphOptimizer::Solve(SolveStart start,
   const auto num_robust = static_cast<std::ptrdiff_t>(store_.RobustEdges().size());
   store_.KeepSolution(solution.T_map_vertex,
                       {solution.weights.end() - num_robust, solution.weights.end()});
-  if (store_.EstimatesMounting()) solved_mounting_ = solution.T_map_vertex.back();
+  std::size_t vertex = store_.vertices().size();
+  for (const auto& [chain, sigmas] : store_.mounting())
+    solved_mounting_[chain] = solution.T_map_vertex[vertex++];
   solved_version_ = version();
   return Published();
 }
@@ -97,13 +102,15 @@ PoseGraph PoseGraphOptimizer::Published() const {
   }
   for (const auto& [pair, loop] : store_.loops())
     out.loop_edges.push_back({loop.edge.from, loop.edge.to, loop.weight.value_or(0.0)});
-  if (!store_.EstimatesMounting()) return out;
-  out.mounting.sonar_m = solved_mounting_.Translation();
-  out.mounting.dvl_yaw_rad = solved_mounting_.yaw;
-  const MountingSigmas& sigmas = store_.mounting();
-  const Eigen::Matrix3d before = sigmas.Vector().cwiseAbs2().asDiagonal();
-  const Eigen::Matrix3d after = covariance_ ? covariance_->marginal().back() : before;
-  out.mounting.covariance = EstimatedColumns(EstimatedColumns(after, sigmas).transpose(), sigmas);
+  for (const auto& [chain, sigmas] : store_.mounting()) {
+    const std::size_t k = store_.vertices().size() + out.mounting.size();
+    const Eigen::Matrix3d before = sigmas.Vector().cwiseAbs2().asDiagonal();
+    const Eigen::Matrix3d after = covariance_ ? covariance_->marginal()[k] : before;
+    const Pose2& solved = solved_mounting_.at(chain);
+    out.mounting[chain] = {solved.Translation(),
+                           solved.yaw,
+                           EstimatedColumns(EstimatedColumns(after, sigmas).transpose(), sigmas)};
+  }
   return out;
 }
 

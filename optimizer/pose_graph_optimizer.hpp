@@ -22,7 +22,7 @@ namespace seastitch {
 enum class SolveStart { kWarm, kFromDeadReckoning };
 
 // Pose-graph optimizer: the maximum a posteriori estimate of x, y [m] and yaw [rad] of all submap
-// frames (map axes) and of the mounting errors that all submaps share (MountingErrors). Its
+// frames (map axes) and of the mounting errors of each dive (MountingErrors). Its
 // measurements are dead reckoning, headings, loop closures and position fixes. Its outputs include
 // covariances and the inlier weight of each closure. The model is section III-B of the paper that
 // docs/design.md names.
@@ -71,7 +71,7 @@ class PoseGraphOptimizer {
   OptimizerParams params_;
   GraphStore store_;
   // Of the last solution.
-  Pose2 solved_mounting_;
+  std::map<std::int32_t, Pose2> solved_mounting_;  // by chain; its three numbers as x, y, yaw
   std::optional<GraphCovariance> covariance_;
   bool converged_ = true;
   bool contradicted_ = false;  // RobustSolution::contradicted

@@ -97,9 +97,9 @@ class RobustSolver {
     for (std::size_t k = 0; k < weights.size(); ++k) {
       const Factor& factor = graph_.factors[k];
       if (!factor.IsRobust()) continue;
-      within[k] = covariance && NormalisedInnovation(Residual(graph_, factor, poses),
-                                                     covariance->of_residual()[k],
-                                                     0.0) < factor.loss.c2;
+      within[k] = covariance &&
+                  NormalisedInnovation(Residual(factor, poses), covariance->of_residual()[k], 0.0) <
+                      factor.loss.c2;
     }
     return within;
   }
@@ -113,7 +113,7 @@ class RobustSolver {
     for (std::size_t k = 0; k < solution.innovations.size(); ++k) {
       const Factor& factor = graph_.factors[k];
       // A mounting error beyond its prior is a result, no contradiction.
-      if (factor.j == graph_.mounting_vertex) continue;
+      if (graph_.IsMounting(factor.j)) continue;
       const double threshold = factor.IsRobust() ? factor.loss.c2 : of_step;
       if (solution.weights[k] > 0.0 && solution.innovations[k] > 2.0 * threshold) return true;
       robust += factor.IsRobust() ? 1.0 : 0.0;
@@ -144,8 +144,7 @@ class RobustSolver {
     for (std::size_t k = 0; k < graph_.factors.size(); ++k)
       if (active[k])
         worst = std::max(
-            worst,
-            Residual(graph_, graph_.factors[k], poses).squaredNorm() / graph_.factors[k].loss.c2);
+            worst, Residual(graph_.factors[k], poses).squaredNorm() / graph_.factors[k].loss.c2);
     const double mu = 1.0 / (2.0 * worst - 1.0);
     return mu > 0.0 ? std::min(mu, GraduatedLoss::kFinalMu) : GraduatedLoss::kFinalMu;
   }
@@ -158,10 +157,9 @@ class RobustSolver {
     solution.weights = WeightsAt(poses);
     solution.covariance = GraphCovariance::At(graph_, poses, solution.weights);
     for (std::size_t k = 0; solution.covariance && k < graph_.factors.size(); ++k)
-      solution.innovations.push_back(
-          NormalisedInnovation(Residual(graph_, graph_.factors[k], poses),
-                               solution.covariance->of_residual()[k],
-                               solution.weights[k]));
+      solution.innovations.push_back(NormalisedInnovation(Residual(graph_.factors[k], poses),
+                                                          solution.covariance->of_residual()[k],
+                                                          solution.weights[k]));
     solution.contradicted = !solution.covariance || IsContradicted(solution);
     solution.T_map_vertex = std::move(poses);
     return solution;
@@ -174,7 +172,7 @@ class RobustSolver {
     double cost = 0.0;
     for (std::size_t k = 0; k < graph_.factors.size(); ++k) {
       const Factor& factor = graph_.factors[k];
-      const double s = Residual(graph_, factor, poses).squaredNorm();
+      const double s = Residual(factor, poses).squaredNorm();
       const double value = losses.Value(factor, k, s);
       cost += factor.is_dead_reckoning ? std::min(value, kFault) : value;
     }
@@ -186,7 +184,7 @@ class RobustSolver {
     std::vector<double> weights;
     for (std::size_t k = 0; k < graph_.factors.size(); ++k) {
       const Factor& factor = graph_.factors[k];
-      const double s = Residual(graph_, factor, poses).squaredNorm();
+      const double s = Residual(factor, poses).squaredNorm();
       weights.push_back(losses.Weight(factor, k, s));
     }
     return weights;

@@ -1,7 +1,7 @@
 #include "products/graph_files.hpp"
 
 #include <cstdio>
-#include <set>
+#include <map>
 
 namespace seastitch {
 namespace {
@@ -18,14 +18,14 @@ void Append(std::string* out, const Pose2& pose) {
   Append(out, pose.yaw);
 }
 
-// Without what is wrong with the mounting, so that the file agrees with itself.
-void AppendEdge(std::string* out, const GraphEdge& edge, const MountingErrors& mounting) {
+// correction: of the mounting errors, so that the file agrees with itself.
+void AppendEdge(std::string* out, const GraphEdge& edge, const Eigen::Vector3d& correction) {
   if (edge.from == edge.to) {
     *out += "EDGE_PRIOR_SE2 " + std::to_string(edge.from.value);
   } else {
     *out += "EDGE_SE2 " + std::to_string(edge.from.value) + " " + std::to_string(edge.to.value);
   }
-  const Eigen::Vector3d T = edge.T_from_to.Vector() + ByMounting(edge) * mounting.Vector();
+  const Eigen::Vector3d T = edge.T_from_to.Vector() + correction;
   Append(out, Pose2{T.x(), T.y(), T.z()});
   for (int row = 0; row < 3; ++row) {
     for (int col = row; col < 3; ++col) Append(out, edge.information(row, col));
@@ -54,19 +54,25 @@ std::string PosesTxt(const Survey& survey, const std::vector<Pose2>& T_map_level
 
 std::string GraphG2o(const Survey& survey, const SurveyPoses& poses) {
   std::string out;
-  std::set<SubmapId> known;
+  std::map<SubmapId, std::size_t> place_of;
   for (std::size_t i = 0; i < survey.submaps.size(); ++i) {
     const SubmapId id = survey.submaps[i].id;
-    known.insert(id);
+    place_of[id] = i;
     out += "VERTEX_SE2 " + std::to_string(id.value);
     Append(&out, poses.T_map_level[i]);
     out += '\n';
     if (i == 0) out += "FIX " + std::to_string(id.value) + "\n";
   }
   for (const GraphEdge& edge : survey.edges) {
-    const bool pulls = edge.verdict == LoopVerdict::kAccepted;
-    if (pulls && known.contains(edge.from) && known.contains(edge.to))
-      AppendEdge(&out, edge, poses.mounting);
+    const auto from = place_of.find(edge.from), to = place_of.find(edge.to);
+    if (edge.verdict != LoopVerdict::kAccepted || from == place_of.end() || to == place_of.end())
+      continue;
+    const std::size_t i = from->second, j = to->second;
+    const bool of_one_dive = survey.submaps[i].chain == survey.submaps[j].chain;
+    AppendEdge(&out,
+               edge,
+               MountingCorrection(
+                   ByMounting(edge, of_one_dive), poses.MountingOf(i), poses.MountingOf(j)));
   }
   return out;
 }

@@ -41,7 +41,7 @@ std::vector<MapPoint> LoadMapPoints(const std::vector<SurveySubmap>& submaps,
                                     const SurveyPoses& poses,
                                     std::size_t i,
                                     MapAxes axes) {
-  const PointCloud cloud = LoadCloud(submaps[i], poses.mounting);
+  const PointCloud cloud = LoadCloud(submaps[i], poses.MountingOf(i));
   const Eigen::Isometry3d T_map_submap = SubmapPose(submaps[i], poses.T_map_level[i]);
   std::vector<MapPoint> points;
   points.reserve(cloud.size());
@@ -61,7 +61,7 @@ Eigen::AlignedBox2d NorthEastBox(const std::vector<SurveySubmap>& submaps,
   constexpr double kSlackM = 1e-3;
   Eigen::AlignedBox2d box;
   for (const Eigen::Vector2d& corner : submaps[i].hull) {
-    const Eigen::Vector2d sheared = corner + Shear(corner, poses.mounting);
+    const Eigen::Vector2d sheared = corner + Shear(corner, poses.MountingOf(i));
     box.extend(ToNorthEast(poses.T_map_level[i] * sheared, axes));
   }
   if (!box.isEmpty()) {

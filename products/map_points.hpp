@@ -29,7 +29,7 @@ struct MapPoint {
   double soundings = 1.0;                           // number that it is the mean of
 };
 
-// Cloud of a submap from its file, sheared by the estimated mounting errors; empty without points.
+// Cloud of a submap from its file, sheared by its dive's mounting errors; empty without points.
 // Throws std::runtime_error naming the file.
 PointCloud LoadCloud(const SurveySubmap& submap, const MountingErrors& mounting);
 

@@ -110,12 +110,19 @@ std::string DivesList(const std::vector<DiveInMap>& dives) {
 }
 
 std::string MountingTable(const Survey& survey, const ProductSummary& s) {
-  const std::vector<MountingRow> rows = MountingRows(survey, s);
-  if (rows.empty() || s.outcome != Outcome::kCorrected) return {};
-  HtmlTable table({"Against vehicle.yaml", "Estimate", "1 sigma"});
-  for (const MountingRow& row : rows)
-    table.Row({row.label, Fixed(row.value, 3) + row.unit, Fixed(row.sigma, 3) + row.unit});
-  return table.Finish();
+  if (s.outcome != Outcome::kCorrected) return {};
+  std::string html;
+  for (std::size_t k = 0; k < std::max<std::size_t>(1, s.dives.size()); ++k) {
+    const std::vector<MountingRow> rows = MountingRows(survey, static_cast<std::int32_t>(k));
+    if (rows.empty()) continue;
+    std::string title = "Against vehicle.yaml";
+    if (!s.dives.empty()) title = Escaped(s.dives[k].name) + ", against its vehicle.yaml";
+    HtmlTable table({title, "Estimate", "1 sigma"});
+    for (const MountingRow& row : rows)
+      table.Row({row.label, Fixed(row.value, 3) + row.unit, Fixed(row.sigma, 3) + row.unit});
+    html += table.Finish();
+  }
+  return html;
 }
 
 std::string Milliseconds(double seconds) { return Fixed(1000.0 * seconds, 1) + " ms"; }

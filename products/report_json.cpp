@@ -80,9 +80,9 @@ void AddRun(Json* report, const RunFigures& run) {
   (*report)["not_reproducible"] = {"wall_s", "cpu_s", "peak_rss_mb", "realtime_factor", "run"};
 }
 
-Json MountingJson(const Survey& survey, const ProductSummary& s) {
+Json MountingJson(const Survey& survey, std::int32_t chain) {
   Json json = Json::object();
-  for (const MountingRow& row : MountingRows(survey, s))
+  for (const MountingRow& row : MountingRows(survey, chain))
     json[row.name] = {{"value", row.value}, {"sigma", row.sigma}};
   return json;
 }
@@ -117,15 +117,17 @@ Json NavigationJson(const Survey& survey, const ProductOptions& options) {
   return json;
 }
 
-Json DivesJson(const std::vector<DiveInMap>& dives) {
+Json DivesJson(const Survey& survey, const std::vector<DiveInMap>& dives) {
   Json list = Json::array();
-  for (const DiveInMap& dive : dives) {
+  for (std::size_t k = 0; k < dives.size(); ++k) {
+    const DiveInMap& dive = dives[k];
     Json closures = Json::object();
     for (const auto& [other, count] : dive.closures) closures[dives[other].name] = count;
     list.push_back({{"name", dive.name},
                     {"submaps", dive.submaps},
                     {"closures_with", closures},
-                    {"group", dive.group}});
+                    {"group", dive.group},
+                    {"mounting", MountingJson(survey, static_cast<std::int32_t>(k))}});
   }
   return list;
 }
@@ -152,9 +154,9 @@ std::string ReportJson(const Survey& survey,
                          {{"mean", Measured(s.z_offset_mean_m)},
                           {"sigma", Measured(s.z_offset_sigma_m)},
                           {"largest", Measured(s.z_offset_max_m)}}}};
-  r["mounting"] = MountingJson(survey, s);
+  if (s.dives.empty()) r["mounting"] = MountingJson(survey, 0);  // of several: in each of `dives`
   r["noise"] = NoiseJson(s, options.noise);
-  if (!s.dives.empty()) r["dives"] = DivesJson(s.dives);
+  if (!s.dives.empty()) r["dives"] = DivesJson(survey, s.dives);
   r["soundings"] = {{"read", s.soundings_read}, {"used", s.soundings_used}};
   r["points"] = s.points;
   if (s.truth) AddTruth(&r, s);

@@ -35,8 +35,8 @@ maps. Both pictures have the same colour scale.{{#has_truth}} Errors with respec
 delivered track. Shape errors are those after the best-fitting rigid motion of the track.{{/has_truth}} Loop closures make
 a map consistent. By themselves they do not make its absolute position more accurate.</p>
 {{#mounting}}<h2>Mounting</h2>
-<p class="small">Mounting errors that all submaps share: true value minus the value in vehicle.yaml. The graph estimates
-them together with the submaps' poses, and this map is corrected for them. If a value is many sigma from zero, correct
+<p class="small">Mounting errors: true value minus the value in vehicle.yaml. All submaps of a dive share them; each dive
+has its own. The graph estimates them together with the submaps' poses, and this map is corrected for them. If a value is many sigma from zero, correct
 vehicle.yaml and replay:</p>
 <ul class="small">
 <li>Add the first two to position_m of mbes. A latency (times speed) or a pitch angle (times altitude) also shifts the

@@ -1,11 +1,29 @@
 #include "products/report_rows.hpp"
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <limits>
+#include <set>
 
 #include "common/core/pose.hpp"
 
 namespace seastitch {
+namespace {
+
+// Whether the graph did not refuse a closure with a submap of this dive.
+bool HasClosures(const Survey& survey, std::int32_t chain) {
+  std::set<SubmapId> submaps;
+  for (const SurveySubmap& submap : survey.submaps)
+    if (submap.chain == chain) submaps.insert(submap.id);
+  const std::vector<LoopRow> rows = LoopRows(survey);
+  return std::any_of(rows.begin(), rows.end(), [&submaps](const LoopRow& row) {
+    const bool refused = row.weight < kBelievedWeight;
+    return row.edge->verdict == LoopVerdict::kAccepted && !refused &&
+           (submaps.contains(row.edge->from) || submaps.contains(row.edge->to));
+  });
+}
+
+}  // namespace
 
 double Percent(double part, double whole) {
   return whole > 0.0 ? 100.0 * part / whole : std::numeric_limits<double>::quiet_NaN();
@@ -25,9 +43,9 @@ std::map<std::string, std::int64_t> NavigationCounters(const ProductOptions& opt
   return counters;
 }
 
-std::vector<MountingRow> MountingRows(const Survey& survey, const ProductSummary& s) {
-  if (s.loops_refused == s.loops_accepted) return {};
-  const MountingErrors& m = survey.solution.mounting;
+std::vector<MountingRow> MountingRows(const Survey& survey, std::int32_t chain) {
+  if (!HasClosures(survey, chain)) return {};
+  const MountingErrors m = survey.solution.MountingOf(chain);
   const Eigen::Vector3d sigma = m.covariance.diagonal().cwiseSqrt();
   std::vector<MountingRow> rows{
       {"sonar_forward_m", "Sonar is further forward by", m.sonar_m.x(), sigma.x(), " m"},

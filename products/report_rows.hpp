@@ -29,7 +29,8 @@ struct MountingRow {
   const char* unit;  // HTML
 };
 
-// Mounting errors that the graph estimated; empty where it had no closure.
-std::vector<MountingRow> MountingRows(const Survey& survey, const ProductSummary& summary);
+// Mounting errors of one dive that the graph estimated; empty where it accepted no closure with a
+// submap of that dive.
+std::vector<MountingRow> MountingRows(const Survey& survey, std::int32_t chain = 0);
 
 }  // namespace seastitch

@@ -222,12 +222,13 @@ class Placer {
     if (found == place_of_.end()) return false;
     i_ = found->second;
     T_map_submap_ = SubmapPose(survey_.submaps[i_], poses_.T_map_level[i_]);
+    mounting_ = poses_.MountingOf(i_);
     R_level_submap_ = LevelFromBody(survey_.submaps[i_].T_map_submap);
     return true;
   }
   Eigen::Vector3d operator()(const Eigen::Vector3f& p_submap_m) const {
     Eigen::Vector3d p_level = R_level_submap_ * p_submap_m.cast<double>();
-    p_level.head<2>() += Shear(p_level.head<2>(), poses_.mounting);
+    p_level.head<2>() += Shear(p_level.head<2>(), mounting_);
     return ToNorthEastDown(T_map_submap_ * (R_level_submap_.transpose() * p_level), axes_);
   }
   std::uint16_t line() const { return line_of_[i_]; }
@@ -239,6 +240,7 @@ class Placer {
   std::map<SubmapId, std::size_t> place_of_;
   std::vector<std::uint16_t> line_of_;
   std::size_t i_ = 0;
+  MountingErrors mounting_;
   Eigen::Isometry3d T_map_submap_ = Eigen::Isometry3d::Identity();
   Eigen::Matrix3d R_level_submap_ = Eigen::Matrix3d::Identity();
 };

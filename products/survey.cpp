@@ -36,9 +36,11 @@ SurveyPoses DeadReckonedPoses(const Survey& survey) {
 SurveyPoses SolvedPoses(const Survey& survey) {
   const auto solved = UsableVertices(survey.solution);
   const std::vector<Pose2> dead_reckoned = DeadReckonedPoses(survey).T_map_level;
-  const MountingErrors& mounting = survey.solution.mounting;
   std::vector<Pose2> poses = dead_reckoned;
+  std::vector<MountingErrors> of_submaps;
   for (std::size_t i = 0; i < poses.size(); ++i) {
+    const MountingErrors& mounting =
+        of_submaps.emplace_back(survey.solution.MountingOf(survey.submaps[i].chain));
     const auto it = solved.find(survey.submaps[i].id);
     if (it != solved.end()) {
       poses[i] = it->second->T_map_level;
@@ -49,7 +51,7 @@ SurveyPoses SolvedPoses(const Survey& survey) {
       poses[i] = SoundingPose(poses[i], mounting);
     }
   }
-  return {std::move(poses), mounting};
+  return {std::move(poses), std::move(of_submaps)};
 }
 
 std::vector<std::optional<Eigen::Vector3d>> SolvedSigmas(const Survey& survey) {

@@ -83,8 +83,17 @@ struct SurveyPoses {
   // Level frame of each submap, in the order of survey.submaps: where its soundings belong. The
   // vehicle's own pose differs by the sonar's offset: VehiclePose().
   std::vector<Pose2> T_map_level;
-  // Estimated mounting errors. The DVL's angle shears each cloud: Shear().
-  MountingErrors mounting{};
+  // Estimated mounting errors of each submap's dive, in the same order; empty: they are zero. The
+  // DVL's angle shears each cloud: Shear().
+  std::vector<MountingErrors> mounting{};
+
+  MountingErrors MountingOf(std::size_t submap) const {
+    return mounting.empty() ? MountingErrors{} : mounting[submap];
+  }
+  // Pose of the vehicle at the frame of a submap.
+  Pose2 VehicleAt(std::size_t submap) const {
+    return VehiclePose(T_map_level[submap], MountingOf(submap));
+  }
 };
 
 SurveyPoses DeadReckonedPoses(const Survey& survey);

@@ -30,7 +30,7 @@ Shift ShiftOf(const SurveyLine& line,
   shift.frame = dead_reckoned.T_map_level[(line.first + line.last) / 2];
   for (std::size_t i = line.first; i <= line.last; ++i) {
     const Pose2& before = dead_reckoned.T_map_level[i];
-    const Pose2 after = VehiclePose(delivered.T_map_level[i], delivered.mounting);
+    const Pose2 after = delivered.VehicleAt(i);
     shift.moved += (after.Translation() - before.Translation()) / n;
     shift.turned_rad += WrapAngle(after.yaw - before.yaw) / n;
     if (shift.sigma && sigmas[i])

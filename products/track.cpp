@@ -21,15 +21,15 @@ void AppendNumber(std::string* out, const char* format, double value) {
 
 TrackCorrection::TrackCorrection(const Survey& survey,
                                  const SurveyPoses& poses,
-                                 const std::vector<std::optional<Eigen::Vector3d>>& sigmas)
-    : mounting_(poses.mounting) {
+                                 const std::vector<std::optional<Eigen::Vector3d>>& sigmas) {
   for (std::size_t i = 0; i < survey.submaps.size(); ++i) {
     const SurveySubmap& s = survey.submaps[i];
     frames_.push_back({s.chain,
                        s.frame_time,
                        LevelPose(s.T_map_submap),
-                       VehiclePose(poses.T_map_level[i], poses.mounting),
-                       sigmas[i]});
+                       poses.VehicleAt(i),
+                       sigmas[i],
+                       poses.MountingOf(i)});
   }
   const auto place = [](const Frame& f) { return std::pair(f.chain, f.time); };
   const auto earlier = [&](const Frame& a, const Frame& b) { return place(a) < place(b); };
@@ -42,7 +42,7 @@ TrackCorrection::Between TrackCorrection::Find(Time time, std::int32_t chain) co
   const auto [begin, end] =
       std::equal_range(frames_.begin(),
                        frames_.end(),
-                       Frame{chain, {}, {}, {}, {}},
+                       Frame{chain, {}, {}, {}, {}, {}},
                        [](const auto& a, const auto& b) { return a.chain < b.chain; });
   if (begin == end) return {nullptr, nullptr, 0.0};
   const auto after =
@@ -58,7 +58,7 @@ Pose2 TrackCorrection::operator()(Time time, const Pose2& T_map_level, std::int3
   const Between at = Find(time, chain);
   if (at.before == nullptr) return T_map_level;
   const auto moved_with = [&](const Frame& f) {
-    return f.corrected * TravelledPose(Inverse(f.dead_reckoned) * T_map_level, mounting_);
+    return f.corrected * TravelledPose(Inverse(f.dead_reckoned) * T_map_level, f.mounting);
   };
   const Pose2 a = moved_with(*at.before);
   if (at.before == at.after) return a;

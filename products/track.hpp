@@ -47,6 +47,7 @@ class TrackCorrection {
     Pose2 dead_reckoned;
     Pose2 corrected;
     std::optional<Eigen::Vector3d> sigma;
+    MountingErrors mounting;
   };
   struct Between {
     const Frame* before;  // null: the chain has none
@@ -55,7 +56,6 @@ class TrackCorrection {
   };
   Between Find(Time time, std::int32_t chain) const;
 
-  MountingErrors mounting_;
   std::vector<Frame> frames_;  // by chain, then by rising time
 };
 

@@ -175,21 +175,27 @@ std::optional<TruthComparison> ComparePublishedWithTruth(
 
 std::optional<ClosureErrors> CompareClosuresWithTruth(const Survey& survey,
                                                       const std::vector<TruthState>& truth) {
-  std::map<SubmapId, std::optional<Pose2>> true_frames;
+  struct Frame {
+    std::optional<Pose2> truth;
+    std::int32_t chain = 0;
+  };
+  std::map<SubmapId, Frame> frames;
   for (const SurveySubmap& submap : survey.submaps)
-    true_frames[submap.id] = TruthAt(truth, submap.frame_time);
+    frames[submap.id] = {TruthAt(truth, submap.frame_time), submap.chain};
   ClosureErrors errors;
   for (const LoopRow& row : LoopRows(survey)) {
     if (!(row.weight >= kBelievedWeight)) continue;
     const GraphEdge& edge = *row.edge;
-    const std::optional<Pose2>& from = true_frames[edge.from];
-    const std::optional<Pose2>& to = true_frames[edge.to];
+    const Frame &from = frames[edge.from], &to = frames[edge.to];
     const std::optional<SqrtInformation> root = FactorInformation(edge.information);
-    if (!from || !to || !root) continue;
-    const MountingErrors& mounting = survey.solution.mounting;
-    const Pose2 true_from_to = Inverse(SoundingPose(*from, mounting)) * SoundingPose(*to, mounting);
+    if (!from.truth || !to.truth || !root) continue;
+    const MountingErrors of_from = survey.solution.MountingOf(from.chain);
+    const MountingErrors of_to = survey.solution.MountingOf(to.chain);
+    const Pose2 true_from_to =
+        Inverse(SoundingPose(*from.truth, of_from)) * SoundingPose(*to.truth, of_to);
+    const EdgeByMounting by = ByMounting(edge, from.chain == to.chain);
     Eigen::Vector3d error =
-        edge.T_from_to.Vector() + ByMounting(edge) * mounting.Vector() - true_from_to.Vector();
+        edge.T_from_to.Vector() + MountingCorrection(by, of_from, of_to) - true_from_to.Vector();
     error.z() = WrapAngle(error.z());
     const double chi2 = (root->W * error).squaredNorm();
     ++errors.closures;

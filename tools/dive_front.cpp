@@ -30,7 +30,7 @@ DiveFront::DiveFront(MapperConfig config,
                      std::int32_t first_id,
                      GiveSubmap give_submap,
                      GiveNav give_nav)
-    : chain_(chain),
+    : chain_{chain, std::nullopt, config.mounting},
       first_id_(first_id),
       next_id_(first_id),
       give_submap_(std::move(give_submap)),
@@ -44,7 +44,7 @@ void DiveFront::On(const MapperEvent& event) {
   if (const auto* nav = std::get_if<NavState>(&event)) give_nav_(*nav);
   if (const auto* submap = std::get_if<std::shared_ptr<const Submap>>(&event)) {
     GiveClosed();
-    closed_ = Closed{**submap, {{chain_, std::nullopt}, {}}};
+    closed_ = Closed{**submap, {chain_, {}}};
     closed_->submap.id.value += first_id_;
     next_id_ = closed_->submap.id.value + 1;
   }

@@ -45,7 +45,7 @@ class DiveFront {
   void AddEdges(const GraphUpdate& update);
   void GiveClosed();
 
-  const std::int32_t chain_;
+  const Chain chain_;  // without a start
   const std::int32_t first_id_;
   std::int32_t next_id_;
   const GiveSubmap give_submap_;

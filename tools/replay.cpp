@@ -10,7 +10,6 @@
 #include <map>
 #include <memory>
 #include <stdexcept>
-#include <tuple>
 #include <utility>
 
 #include "bench/truth.hpp"
@@ -488,21 +487,6 @@ void UseDatum(const Datum& datum, std::vector<Dive>* dives) {
   }
 }
 
-// Sigmas of the mounting errors; zero, so that none are estimated, unless all dives have the same
-// vehicle.
-MountingSigmas MountingOfAll(const std::vector<Dive>& dives) {
-  const auto vehicle = [](const Dive& dive) {
-    std::string text;
-    for (const auto& [name, file] : ConfigFiles(dive.mapper))
-      if (name == "vehicle.yaml") text = file;
-    const MountingSigmas& sigmas = dive.mapper.mounting;
-    return std::tuple(text, sigmas.sonar_m, sigmas.dvl_yaw_rad);
-  };
-  const bool same = std::all_of(
-      dives.begin(), dives.end(), [&](const Dive& d) { return vehicle(d) == vehicle(dives[0]); });
-  return same ? dives[0].mapper.mounting : MountingSigmas{};
-}
-
 // Publishes one of several dives. If it cannot be mapped, it is left out.
 void FeedOneOfSeveral(Dive* dive, Feeding* feeding) {
   const std::map<std::string, std::int64_t> refused_before = std::exchange(feeding->refused, {});
@@ -523,7 +507,6 @@ std::vector<SurveyInput> RemakeTogether(std::vector<Dive>* dives,
                                         Feeding* feeding) {
   Bus* const bus = feeding->bus;
   MapperConfig all = dives->front().mapper;
-  all.mounting = MountingOfAll(*dives);
   all.map_dir = store / "all";
   Pipeline pipeline(dives->front().config, all, bus, feeding->stopped);
   std::vector<SurveyInput> spans;

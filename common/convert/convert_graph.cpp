@@ -12,6 +12,7 @@ using namespace convert;  // the checks
 // One part stays under 60 kB (pose_graph_t.lcm).
 constexpr std::size_t kVerticesPerPart = 250;
 constexpr std::size_t kEdgesPerPart = 500;
+constexpr std::size_t kMountingsPerPart = 50;
 
 // Limit of the distance of a submap's points from its frame.
 constexpr double kMaxSubmap_m = 1e4;
@@ -135,6 +136,29 @@ std::optional<SolvedEdge> FromLcm(const solved_edge_t& msg) {
   return SolvedEdge{SubmapId{msg.from_id}, SubmapId{msg.to_id}, msg.weight};
 }
 
+using MountingOfDive = std::pair<std::int32_t, MountingErrors>;  // chain number
+
+mounting_errors_t ToLcm(const MountingOfDive& mounting) {
+  const auto& [chain, errors] = mounting;
+  mounting_errors_t msg{};
+  msg.chain = chain;
+  msg.sonar_forward_m = errors.sonar_m.x();
+  msg.sonar_starboard_m = errors.sonar_m.y();
+  msg.dvl_yaw_rad = errors.dvl_yaw_rad;
+  MatrixTo<3>(errors.covariance, msg.covariance);
+  return msg;
+}
+
+std::optional<MountingOfDive> FromLcm(const mounting_errors_t& msg) {
+  const auto covariance = SymmetricFrom<3>(msg.covariance);
+  if (msg.chain < 0 || !covariance ||
+      !IsPose2({msg.sonar_forward_m, msg.sonar_starboard_m, msg.dvl_yaw_rad}))
+    return std::nullopt;
+  return MountingOfDive{
+      msg.chain,
+      MountingErrors{{msg.sonar_forward_m, msg.sonar_starboard_m}, msg.dvl_yaw_rad, *covariance}};
+}
+
 pair_covariance_t ToLcm(const PairCovariance& pair) {
   pair_covariance_t msg{};
   msg.a_id = pair.a.value;
@@ -176,11 +200,13 @@ bool HasRisingIds(const std::vector<SolvedVertex>& vertices) {
              }) == vertices.end();
 }
 
-std::optional<MountingErrors> MountingFrom(const pose_graph_t& msg) {
-  const auto covariance = SymmetricFrom<3>(msg.mounting_covariance);
-  if (!covariance || !IsPose2({msg.sonar_forward_m, msg.sonar_starboard_m, msg.dvl_yaw_rad}))
-    return std::nullopt;
-  return MountingErrors{{msg.sonar_forward_m, msg.sonar_starboard_m}, msg.dvl_yaw_rad, *covariance};
+// False where a dive is there twice.
+bool AppendMountings(const pose_graph_t& msg, std::map<std::int32_t, MountingErrors>* mounting) {
+  std::vector<MountingOfDive> mountings;
+  if (!AppendFromLcm(msg.mountings, msg.num_mountings, &mountings)) return false;
+  return std::all_of(mountings.begin(), mountings.end(), [mounting](const MountingOfDive& of_dive) {
+    return mounting->insert(of_dive).second;
+  });
 }
 
 bool HasPlausibleParts(const pose_graph_t& msg) {
@@ -230,7 +256,9 @@ std::vector<pose_graph_t> ToLcm(const PoseGraph& graph,
                                 std::int64_t first_seq) {
   const std::size_t num_parts = std::max({std::size_t{1},
                                           PartsFor(graph.vertices.size(), kVerticesPerPart),
-                                          PartsFor(graph.loop_edges.size(), kEdgesPerPart)});
+                                          PartsFor(graph.loop_edges.size(), kEdgesPerPart),
+                                          PartsFor(graph.mounting.size(), kMountingsPerPart)});
+  const std::vector<MountingOfDive> mountings(graph.mounting.begin(), graph.mounting.end());
   std::vector<pose_graph_t> parts;
   for (std::size_t part = 0; part < num_parts; ++part) {
     pose_graph_t msg{};
@@ -241,14 +269,12 @@ std::vector<pose_graph_t> ToLcm(const PoseGraph& graph,
     msg.solution_number = solution_number;
     msg.part = static_cast<std::int32_t>(part);
     msg.num_parts = static_cast<std::int32_t>(num_parts);
-    msg.sonar_forward_m = graph.mounting.sonar_m.x();
-    msg.sonar_starboard_m = graph.mounting.sonar_m.y();
-    msg.dvl_yaw_rad = graph.mounting.dvl_yaw_rad;
-    MatrixTo<3>(graph.mounting.covariance, msg.mounting_covariance);
     msg.vertices = ListToLcm(PartOf(graph.vertices, part, kVerticesPerPart));
     msg.loop_edges = ListToLcm(PartOf(graph.loop_edges, part, kEdgesPerPart));
+    msg.mountings = ListToLcm(PartOf(mountings, part, kMountingsPerPart));
     msg.num_vertices = static_cast<std::int32_t>(msg.vertices.size());
     msg.num_loop_edges = static_cast<std::int32_t>(msg.loop_edges.size());
+    msg.num_mountings = static_cast<std::int32_t>(msg.mountings.size());
     parts.push_back(std::move(msg));
   }
   return parts;
@@ -310,21 +336,20 @@ std::optional<PoseGraph> PoseGraphAssembler::Add(const pose_graph_t& msg) {
                          msg.graph_id == open_->graph_id && msg.num_parts == num_parts_ &&
                          msg.part == next_part_;
   if (begins && open_) ++malformed_;  // the last part of the previous solution was lost
-  const std::optional<MountingErrors> mounting = MountingFrom(msg);
-  if (!HasPlausibleParts(msg) || !mounting || !(begins || continues)) {
+  if (!HasPlausibleParts(msg) || !(begins || continues)) {
     ++malformed_;
     open_.reset();
     return std::nullopt;
   }
   if (begins) {
-    open_ = PoseGraph{msg.graph_version, {}, {}, *mounting, msg.graph_id};
+    open_ = PoseGraph{msg.graph_version, {}, {}, {}, msg.graph_id};
     solution_number_ = msg.solution_number;
     num_parts_ = msg.num_parts;
   }
   next_part_ = msg.part + 1;
   if (!AppendFromLcm(msg.vertices, msg.num_vertices, &open_->vertices) ||
       !AppendFromLcm(msg.loop_edges, msg.num_loop_edges, &open_->loop_edges) ||
-      !HasRisingIds(open_->vertices)) {
+      !AppendMountings(msg, &open_->mounting) || !HasRisingIds(open_->vertices)) {
     ++malformed_;
     open_.reset();
     return std::nullopt;

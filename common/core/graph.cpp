@@ -24,11 +24,37 @@ const char* ToString(LoopVerdict verdict) {
   return "unknown";
 }
 
-Eigen::Matrix3d ByMounting(const GraphEdge& edge) {
-  if (edge.from == edge.to) return PositionByMounting(edge.T_from_to.yaw);
-  return edge.kind == EdgeKind::kLoopClosure
-             ? LoopClosureByMounting(edge.T_from_to, edge.overlap_center_m)
-             : DeadReckoningByMounting(edge.T_from_to);
+EdgeByMounting ByMounting(const GraphEdge& edge, bool of_one_dive) {
+  EdgeByMounting by;
+  if (edge.from == edge.to) {
+    by.of_to = PositionByMounting(edge.T_from_to.yaw);
+  } else if (edge.kind != EdgeKind::kLoopClosure) {
+    by.of_to = DeadReckoningByMounting(edge.T_from_to);
+  } else if (of_one_dive) {
+    by.of_to = LoopClosureByMounting(edge.T_from_to, edge.overlap_center_m);
+  } else {
+    by.of_from = LoopClosureByMountingOfFrom(edge.overlap_center_m);
+    by.of_to = LoopClosureByMountingOfTo(edge.T_from_to, edge.overlap_center_m);
+    // Half of a shear is a rotation. Two clouds with different shears are turned against each other
+    // by half the difference, about the centre of an overlap that is as long as it is wide. The
+    // clouds of one dive are turned alike.
+    const Eigen::Vector2d arm = edge.overlap_center_m - edge.T_from_to.Translation();
+    const Eigen::Vector3d turn(0.5 * arm.y(), -0.5 * arm.x(), 0.5);
+    by.of_from.col(2) += turn;
+    by.of_to.col(2) -= turn;
+  }
+  return by;
+}
+
+Eigen::Vector3d MountingCorrection(const EdgeByMounting& by,
+                                   const MountingErrors& from,
+                                   const MountingErrors& to) {
+  return by.of_from * from.Vector() + by.of_to * to.Vector();
+}
+
+MountingErrors PoseGraph::MountingOf(std::int32_t chain) const {
+  const auto found = mounting.find(chain);
+  return found == mounting.end() ? MountingErrors{} : found->second;
 }
 
 }  // namespace seastitch

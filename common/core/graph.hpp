@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -65,12 +66,22 @@ struct GraphEdge {
   Eigen::Vector2d overlap_center_m = Eigen::Vector2d::Zero();  // axes of `from`
 };
 
-// Jacobian of an edge's measurement with respect to the mounting errors: rows x, y [m], yaw [rad]
-// in the axes of `from` (a prior: of the map), columns sonar_m.x, sonar_m.y [m], dvl_yaw_rad [rad].
-// True value = measurement + ByMounting() * MountingErrors::Vector(). The reason: dead reckoning
-// and fixes measure the vehicle's pose and closures that of sheared clouds, while solved vertices
-// are poses of soundings.
-Eigen::Matrix3d ByMounting(const GraphEdge& edge);
+// Jacobians of an edge's measurement with respect to the mounting errors of the dives of `from` and
+// of `to`: rows x, y [m], yaw [rad] in the axes of `from` (a prior: of the map), columns sonar_m.x,
+// sonar_m.y [m], dvl_yaw_rad [rad]. True value = measurement + of_from * (errors of the dive of
+// `from`) + of_to * (those of the dive of `to`), each as MountingErrors::Vector(). The reason: dead
+// reckoning and fixes measure the vehicle's pose and closures that of sheared clouds, while solved
+// vertices are poses of soundings.
+struct EdgeByMounting {
+  Eigen::Matrix3d of_from = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d of_to = Eigen::Matrix3d::Zero();
+};
+// of_one_dive: whether both submaps are of one dive. If so, of_to is the whole and of_from is zero.
+EdgeByMounting ByMounting(const GraphEdge& edge, bool of_one_dive);
+// The correction of the measurement: of_from * (errors) + of_to * (errors).
+Eigen::Vector3d MountingCorrection(const EdgeByMounting& by,
+                                   const MountingErrors& from,
+                                   const MountingErrors& to);
 
 // Limits of one message. The mapper splits a larger update into several versions.
 constexpr int kMaxVerticesPerUpdate = 200;
@@ -84,7 +95,9 @@ struct GraphUpdate {
   std::int64_t version = 0;
   std::vector<GraphVertex> vertices;
   std::vector<GraphEdge> edges;
-  MountingSigmas mounting{};  // a priori sigmas; zero: not estimated
+  // A priori sigmas of the mounting errors of the dive whose vertices this update has; zero: not
+  // estimated. All vertices of an update are of one dive.
+  MountingSigmas mounting{};
   // Identifies the graph: time of the first navigation state of the mapper that began it [us].
   std::int64_t graph_id = 0;
   // The next solution starts from dead-reckoned poses instead of the last solution.
@@ -115,8 +128,13 @@ struct PoseGraph {
   std::int64_t graph_version = 0;
   std::vector<SolvedVertex> vertices;  // by rising id
   std::vector<SolvedEdge> loop_edges;
-  MountingErrors mounting{};
+  // Mounting errors of each dive, by its chain number. A dive whose errors are not estimated is
+  // left out.
+  std::map<std::int32_t, MountingErrors> mounting{};
   std::int64_t graph_id = 0;
+
+  // Those of one dive; zero where they are not estimated.
+  MountingErrors MountingOf(std::int32_t chain) const;
 };
 
 // Request for the covariances of relative poses of pairs of vertices, which a PoseGraph does not

@@ -40,10 +40,21 @@ Eigen::Matrix3d DeadReckoningByMounting(const Pose2& T_from_to) {
 
 Eigen::Matrix3d LoopClosureByMounting(const Pose2& T_from_to,
                                       const Eigen::Vector2d& center_from_m) {
+  return LoopClosureByMountingOfFrom(center_from_m) +
+         LoopClosureByMountingOfTo(T_from_to, center_from_m);
+}
+
+Eigen::Matrix3d LoopClosureByMountingOfFrom(const Eigen::Vector2d& center_from_m) {
+  Eigen::Matrix3d by = Eigen::Matrix3d::Zero();
+  by.topRightCorner<2, 1>() = ShearOf(center_from_m.x());
+  return by;
+}
+
+Eigen::Matrix3d LoopClosureByMountingOfTo(const Pose2& T_from_to,
+                                          const Eigen::Vector2d& center_from_m) {
   const Eigen::Vector2d center_to_m = Inverse(T_from_to) * center_from_m;
   Eigen::Matrix3d by = Eigen::Matrix3d::Zero();
-  by.topRightCorner<2, 1>() =
-      ShearOf(center_from_m.x()) - T_from_to.Rotation() * ShearOf(center_to_m.x());
+  by.topRightCorner<2, 1>() = -(T_from_to.Rotation() * ShearOf(center_to_m.x()));
   return by;
 }
 

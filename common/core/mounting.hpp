@@ -5,8 +5,8 @@
 #include "common/core/pose.hpp"
 
 // Mounting errors: differences between the true mounting of sonar and DVL and that in vehicle.yaml.
-// They are the same in every submap of a survey, so that moving submaps cannot correct them. To
-// first order three numbers describe all that is observable:
+// They are the same in every submap of a dive, so that moving submaps cannot correct them. Each
+// dive has its own. To first order three numbers describe all that is observable:
 //
 // * Offset of the sonar, forward and to starboard: lines of opposite heading are shifted relative
 // to
@@ -58,6 +58,11 @@ Eigen::Vector2d Shear(const Eigen::Vector2d& p_level_m, const MountingErrors& er
 // of both submaps. center_from_m: centre of the overlap, axes of `from`.
 Eigen::Matrix3d DeadReckoningByMounting(const Pose2& T_from_to);
 Eigen::Matrix3d LoopClosureByMounting(const Pose2& T_from_to, const Eigen::Vector2d& center_from_m);
+// The two terms of LoopClosureByMounting(): the part by the errors of the dive of `from`, and the
+// part by those of the dive of `to`. For a closure between two dives.
+Eigen::Matrix3d LoopClosureByMountingOfFrom(const Eigen::Vector2d& center_from_m);
+Eigen::Matrix3d LoopClosureByMountingOfTo(const Pose2& T_from_to,
+                                          const Eigen::Vector2d& center_from_m);
 // The same of the vehicle's position in the map, for the position of its soundings; yaw_rad: its
 // heading.
 Eigen::Matrix3d PositionByMounting(double yaw_rad);

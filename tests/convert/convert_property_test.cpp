@@ -291,8 +291,9 @@ TEST(WhatToLcmMakes, IsTakenOfGraphs) {
     PoseGraph graph;
     graph.graph_version = draw.Version() - 1;
     graph.graph_id = draw.Version();
-    graph.mounting = {
-        {draw.Within(-1, 1), draw.Within(-1, 1)}, draw.Within(-1, 1), draw.Covariance<3>()};
+    for (std::size_t i = draw.CountAround(50); i > 0; --i)
+      graph.mounting[draw.Id().value] = {
+          {draw.Within(-1, 1), draw.Within(-1, 1)}, draw.Within(-1, 1), draw.Covariance<3>()};
     for (std::size_t i = draw.CountAround(250); i > 0; --i)
       graph.vertices.push_back({SubmapId{static_cast<int>(graph.vertices.size())},
                                 draw.Pose(),
@@ -309,6 +310,7 @@ TEST(WhatToLcmMakes, IsTakenOfGraphs) {
     RC_ASSERT(back.has_value());
     RC_ASSERT(back->vertices.size() == graph.vertices.size());
     RC_ASSERT(back->loop_edges.size() == graph.loop_edges.size());
+    RC_ASSERT(back->mounting.size() == graph.mounting.size());
   });
   ForAll("COVARIANCE_REQUEST and COVARIANCES", [](Draw& draw) {
     CovarianceRequest request{draw.Text(kMaxProcessName), 0, draw.Version(), {}, 0};

@@ -524,8 +524,9 @@ TEST(ConvertPoseGraph, ComesBackFromItsParts) {
       if (!whole) continue;
       EXPECT_EQ(whole->graph_version, 5);
       EXPECT_EQ(whole->graph_id, graph.graph_id);
-      EXPECT_EQ(whole->mounting.Vector(), Eigen::Vector3d(0.3, -0.1, 0.002));
-      EXPECT_EQ(whole->mounting.covariance, graph.mounting.covariance);
+      ASSERT_EQ(whole->mounting.size(), 1u);
+      EXPECT_EQ(whole->MountingOf(0).Vector(), Eigen::Vector3d(0.3, -0.1, 0.002));
+      EXPECT_EQ(whole->MountingOf(0).covariance, graph.MountingOf(0).covariance);
       ASSERT_EQ(whole->vertices.size(), graph.vertices.size());
       for (std::size_t k = 0; k < graph.vertices.size(); ++k) {
         EXPECT_EQ(whole->vertices[k].T_map_level.Vector(), graph.vertices[k].T_map_level.Vector());
@@ -539,6 +540,26 @@ TEST(ConvertPoseGraph, ComesBackFromItsParts) {
     }
     EXPECT_EQ(assembler.malformed(), 0);
   }
+}
+
+// Their errors come in parts, too.
+TEST(ConvertPoseGraph, OfManyDivesComesBackFromItsParts) {
+  PoseGraph graph = Graph(250, 500);
+  graph.mounting.clear();
+  for (int chain = 0; chain < 120; ++chain)
+    graph.mounting[3 * chain] = {{0.01 * chain, -0.02}, 0.001, Eigen::Matrix3d::Identity()};
+  const std::vector<pose_graph_t> parts = ToLcm(graph, 8, kTime, 100);
+  ASSERT_EQ(parts.size(), 3u);
+  PoseGraphAssembler assembler;
+  EXPECT_LT(parts[0].getEncodedSize(), 60'000);
+  EXPECT_FALSE(assembler.Add(Wire(parts[0])));
+  EXPECT_FALSE(assembler.Add(Wire(parts[1])));
+  const auto whole = assembler.Add(Wire(parts[2]));
+  ASSERT_TRUE(whole);
+  ASSERT_EQ(whole->mounting.size(), 120u);
+  for (const auto& [chain, errors] : graph.mounting)
+    EXPECT_EQ(whole->MountingOf(chain).Vector(), errors.Vector()) << chain;
+  EXPECT_EQ(whole->MountingOf(1).Vector(), Eigen::Vector3d::Zero()) << "not estimated";
 }
 
 TEST(ConvertPoseGraph, WithAPartMissingIsNoGraphAndTheNextOneIs) {
@@ -572,10 +593,16 @@ TEST(ConvertPoseGraph, RefusesEachDamage) {
       {"cross NaN", [](pose_graph_t& m) { m.vertices[0].covariance_with_newest[2][2] = kNan; }},
       {"weight above one", [](pose_graph_t& m) { m.loop_edges[0].weight = 1.1; }},
       {"weight NaN", [](pose_graph_t& m) { m.loop_edges[0].weight = kNan; }},
-      {"sonar nowhere", [](pose_graph_t& m) { m.sonar_forward_m = kNan; }},
-      {"DVL turned by NaN", [](pose_graph_t& m) { m.dvl_yaw_rad = kNan; }},
+      {"sonar nowhere", [](pose_graph_t& m) { m.mountings[0].sonar_forward_m = kNan; }},
+      {"DVL turned by NaN", [](pose_graph_t& m) { m.mountings[0].dvl_yaw_rad = kNan; }},
       {"covariance of mounting not symmetric",
-       [](pose_graph_t& m) { m.mounting_covariance[0][1] = 1.0; }},
+       [](pose_graph_t& m) { m.mountings[0].covariance[0][1] = 1.0; }},
+      {"mounting of no dive", [](pose_graph_t& m) { m.mountings[0].chain = -1; }},
+      {"mounting of one dive twice",
+       [](pose_graph_t& m) {
+         m.mountings.push_back(m.mountings[0]);
+         m.num_mountings = 2;
+       }},
       {"no parts", [](pose_graph_t& m) { m.num_parts = 0; }},
       {"endless parts", [](pose_graph_t& m) { m.num_parts = 1 << 30; }},
       {"part negative", [](pose_graph_t& m) { m.part = -1; }}};

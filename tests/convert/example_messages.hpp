@@ -152,7 +152,7 @@ inline PoseGraph Graph(int vertices, int edges) {
   PoseGraph graph;
   graph.graph_version = 5;
   graph.graph_id = 1'700'000'000'000'001;
-  graph.mounting = {{0.3, -0.1}, 0.002, Eigen::Matrix3d::Identity() * 0.01};
+  graph.mounting[0] = {{0.3, -0.1}, 0.002, Eigen::Matrix3d::Identity() * 0.01};
   for (int i = 0; i < vertices; ++i) {
     SolvedVertex vertex;
     vertex.id = SubmapId{i};

@@ -2,7 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+#include <cmath>
 #include <random>
+
+#include "common/core/graph.hpp"
 
 namespace seastitch {
 namespace {
@@ -79,6 +83,42 @@ TEST(Mounting, ALoopClosureMeasuresWhereTheSoundingsOfBothBelong) {
         measured.Vector() + LoopClosureByMounting(measured, in_from) * errors.Vector();
     EXPECT_LT((corrected - expected).head<2>().norm(), 2e-3);
     EXPECT_NEAR(WrapAngle(corrected.z() - expected.z()), 0.0, 1e-12);
+  }
+}
+
+// Of two vehicles, each told wrong in its own way. The closure is the rigid motion that fits the
+// soundings of a circle best.
+TEST(Mounting, ALoopClosureOfTwoVehiclesDependsOnTheErrorsOfBoth) {
+  Draw draw;
+  const MountingErrors of_from = Wrong();
+  MountingErrors of_to;
+  of_to.sonar_m = {-0.4, 0.5};
+  of_to.dvl_yaw_rad = -0.9e-3;
+  for (int i = 0; i < 100; ++i) {
+    const Pose2 from = draw.Pose();
+    const Eigen::Vector2d place = draw.Near(from);
+    const Pose2 to{place.x() + draw.Within(40.0), place.y() + draw.Within(40.0), draw.Within(kPi)};
+    Eigen::Matrix<double, 2, 12> in_from, in_to;
+    for (int k = 0; k < 12; ++k) {
+      const Eigen::Vector2d on_circle = place + Turned(kPi / 6.0 * k) * Eigen::Vector2d(10.0, 0.0);
+      in_from.col(k) = Line(from, of_from).Told(on_circle);
+      in_to.col(k) = Line(to, of_to).Told(on_circle);
+    }
+    const Eigen::Matrix3d fit = Eigen::umeyama(in_to, in_from, false);
+    GraphEdge edge;
+    edge.kind = EdgeKind::kLoopClosure;
+    edge.to.value = 1;
+    edge.T_from_to = {fit(0, 2), fit(1, 2), std::atan2(fit(1, 0), fit(0, 0))};
+    edge.overlap_center_m = in_from.rowwise().mean();
+    const Eigen::Vector3d expected =
+        (Inverse(SoundingPose(from, of_from)) * SoundingPose(to, of_to)).Vector();
+    const Eigen::Vector3d corrected =
+        edge.T_from_to.Vector() + MountingCorrection(ByMounting(edge, false), of_from, of_to);
+    EXPECT_LT((corrected - expected).head<2>().norm(), 2e-3);
+    EXPECT_NEAR(WrapAngle(corrected.z() - expected.z()), 0.0, 1e-5);
+    EXPECT_GT(std::abs(WrapAngle(edge.T_from_to.yaw - expected.z())), 1e-3);  // without
+    const EdgeByMounting by = ByMounting(edge, false);
+    EXPECT_LT((by.of_from + by.of_to - ByMounting(edge, true).of_to).norm(), 1e-9);
   }
 }
 

@@ -1,8 +1,8 @@
 #include "mapper/loop_closer.hpp"
 
 #include <gtest/gtest.h>
-#include <algorithm>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -63,8 +63,8 @@ TEST(LoopCloser, ExpectsTheNextLineWhereTheMountingThatWasFoundPutsIt) {
   closer.Add(At(0, 0.0, 0.0));
   PoseGraph graph;
   graph.vertices = {{SubmapId{0}, {}, Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero()}};
-  graph.mounting.sonar_m = {0.6, -0.2};
-  graph.mounting.covariance = Eigen::Vector3d(0.01, 0.04, 0.0).asDiagonal();
+  graph.mounting[0].sonar_m = {0.6, -0.2};
+  graph.mounting[0].covariance = Eigen::Vector3d(0.01, 0.04, 0.0).asDiagonal();
   ASSERT_TRUE(closer.SetSolution(graph));
   closer.Add(At(1, 4.0, 10.0, kPi));  // the other way
   const std::vector<LoopPair> pairs = closer.PairsFor(SubmapId{1});
@@ -74,7 +74,7 @@ TEST(LoopCloser, ExpectsTheNextLineWhereTheMountingThatWasFoundPutsIt) {
   EXPECT_NEAR(pairs[0].prior.covariance(0, 0), 0.25 + 4.0 * 0.01, 0.01);
   EXPECT_NEAR(pairs[0].prior.covariance(1, 1), 0.25 + 4.0 * 0.04, 0.01);
   EXPECT_NEAR(closer.DeadReckoningEdge(SubmapId{1})[0].T_from_to.x, 4.0, 1e-9);  // as it was told
-  graph.mounting.sonar_m.x() = std::numeric_limits<double>::quiet_NaN();
+  graph.mounting[0].sonar_m.x() = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(closer.SetSolution(graph));
 }
 
@@ -245,14 +245,56 @@ TEST(LoopCloser, IsLessSureOfClosuresWhereAnOffsetOfTheSonarBendsASubmap) {
   const LoopPair pair{edge.from, edge.to, {}, 0.0};
   ASSERT_TRUE(closer.SetSolution(graph));
   EXPECT_EQ(closer.Record({pair}, {edge})[0].information, edge.information);
-  graph.mounting.sonar_m = {0.3, 0.4};
-  graph.mounting.covariance = Eigen::Vector3d(0.01, 0.03, 0.0).asDiagonal();
+  graph.mounting[0].sonar_m = {0.3, 0.4};
+  graph.mounting[0].covariance = Eigen::Vector3d(0.01, 0.03, 0.0).asDiagonal();
   ASSERT_TRUE(closer.SetSolution(graph));
   const Eigen::Matrix3d information = closer.Record({pair}, {edge})[0].information;
   const double bend_m2 = 0.8 * 0.8 * 0.5 * (0.25 + 0.04);
   EXPECT_NEAR(information(0, 0), 1.0 / (1.0 / 100.0 + bend_m2), 1e-9);
   EXPECT_EQ(information(1, 1), 0.0);
   EXPECT_NEAR(information(2, 2), 1e6, 1e-3);
+}
+
+// Two dives: only the sonar of the second is off its place.
+TEST(LoopCloser, ExpectsEachDiveWhereItsOwnMountingPutsIt) {
+  LoopCloser closer(LoopCloserParams{});
+  Submap straight = At(0, 0.0, 0.0), turning = At(1, 0.0, 12.0);
+  straight.heading_spread = turning.heading_spread = 0.8;
+  closer.Add(straight, {0, std::nullopt, {0.3, 0.0}});
+  Chain second{1, Eigen::Matrix3d(Eigen::Vector3d(0.04, 0.04, 1e-6).asDiagonal()), {0.3, 0.0}};
+  closer.Add(turning, second);
+  PoseGraph graph;
+  graph.vertices = {{SubmapId{0}, {}, Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero()}};
+  graph.mounting[0] = {};
+  graph.mounting[1].sonar_m = {0.6, -0.2};
+  ASSERT_TRUE(closer.SetSolution(graph));
+  const std::vector<LoopPair> pairs = closer.PairsFor(SubmapId{1});
+  ASSERT_EQ(pairs.size(), 1u);
+  EXPECT_NEAR(pairs[0].prior.T_a_b.x, 0.6, 1e-9);
+  EXPECT_NEAR(pairs[0].prior.T_a_b.y, 12.0 - 0.2, 1e-9);
+  EXPECT_NEAR(pairs[0].prior.covariance(0, 0), 0.04 + 0.09, 1e-3);
+  // Of the closure's two submaps only the second bends.
+  GraphEdge edge;
+  edge.kind = EdgeKind::kLoopClosure;
+  edge.from = SubmapId{0};
+  edge.to = SubmapId{1};
+  edge.information.diagonal() << 100.0, 0.0, 1e6;
+  const Eigen::Matrix3d information =
+      closer.Record({LoopPair{edge.from, edge.to, {}, 0.0}}, {edge})[0].information;
+  const double bend_m2 = 0.8 * 0.8 * 0.5 * (0.36 + 0.04);
+  EXPECT_NEAR(information(0, 0), 1.0 / (1.0 / 100.0 + bend_m2), 1e-9);
+  // The next submap of the second dive, the other way.
+  closer.Add(At(2, 4.0, 22.0, kPi), second);
+  graph.vertices.push_back({SubmapId{1},
+                            {0.6, 11.8, 0.0},
+                            Eigen::Matrix3d::Identity() * 1e-4,
+                            Eigen::Matrix3d::Identity() * 1e-4});
+  ASSERT_TRUE(closer.SetSolution(graph));
+  const std::vector<LoopPair> next = closer.PairsFor(SubmapId{2});
+  const auto of_first = std::find_if(
+      next.begin(), next.end(), [](const LoopPair& pair) { return pair.target == SubmapId{1}; });
+  ASSERT_NE(of_first, next.end());
+  EXPECT_NEAR(of_first->prior.T_a_b.x, 4.0 - 1.2, 1e-9);
 }
 
 TEST_F(LooksAgain, AtAPairThatOnlyTheSolutionBroughtTogether) {

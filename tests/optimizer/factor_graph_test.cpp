@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "common/core/information.hpp"
+#include "common/core/mounting.hpp"
 #include "optimizer/robust_solver.hpp"
 #include "tests/core/example_information.hpp"
 
@@ -13,7 +14,8 @@ Eigen::Vector3d ResidualAt(const Factor& factor,
                            const Pose2& T_map_i,
                            const Pose2& T_map_j,
                            EndJacobians* J = nullptr) {
-  return Residual(factor, {T_map_i.Vector(), T_map_j.Vector(), Eigen::Vector3d::Zero()}, J);
+  const Eigen::Vector3d none = Eigen::Vector3d::Zero();
+  return Residual(factor, EndPoses{T_map_i.Vector(), T_map_j.Vector(), none, none}, J);
 }
 
 TEST(Factor, SquaredResidualIsTheMahalanobisDistance) {
@@ -55,6 +57,42 @@ TEST(Factor, JacobiansAreTheNumericDerivatives) {
     EXPECT_LT((J[0].col(k) - by_i).norm(), 1e-6);
     EXPECT_LT((J[1].col(k) - by_j).norm(), 1e-6);
   }
+}
+
+// A closure between two dives.
+TEST(Factor, JacobiansByTheMountingErrorsOfTwoDivesAreTheNumericDerivatives) {
+  Factor factor{0, 1, {4.0, 7.0, 2.9}, FactorInformation(CorrelatedInformation())->W};
+  const Eigen::Vector2d center(-12.0, 30.0);
+  factor.mounting = {MountingTerm{2, LoopClosureByMountingOfTo(factor.T_i_j, center)},
+                     MountingTerm{3, LoopClosureByMountingOfFrom(center)}};
+  EXPECT_EQ(factor.Ends(), (std::array<int, 4>{0, 1, 2, 3}));
+  EndPoses at{Eigen::Vector3d(10.0, -5.0, 2.0),
+              Eigen::Vector3d(13.0, -9.0, -1.2),
+              Eigen::Vector3d(0.3, -0.2, 0.01),
+              Eigen::Vector3d(-0.5, 0.1, -0.02)};
+  EndJacobians J;
+  Residual(factor, at, &J);
+  EXPECT_GT(J[2].norm(), 1.0);
+  EXPECT_GT(J[3].norm(), 1.0);
+  constexpr double kStep = 1e-6;
+  for (std::size_t end = 0; end < at.size(); ++end) {
+    for (int k = 0; k < 3; ++k) {
+      EndPoses up = at, down = at;
+      up[end](k) += kStep;
+      down[end](k) -= kStep;
+      const Eigen::Vector3d by = (Residual(factor, up) - Residual(factor, down)) / (2.0 * kStep);
+      EXPECT_LT((J[end].col(k) - by).norm(), 1e-5) << end;
+    }
+  }
+}
+
+TEST(Factor, HasNoVertexOfAMountingThatItDoesNotDependOn) {
+  Factor factor{0, 1, {}, Eigen::Matrix3d::Identity()};
+  EXPECT_EQ(factor.Ends(), (std::array<int, 4>{0, 1, kMap, kMap}));
+  factor.mounting[0].vertex = 2;
+  EXPECT_EQ(factor.Ends(), (std::array<int, 4>{0, 1, kMap, kMap}));
+  factor.mounting[0].by(0, 0) = 1.0;
+  EXPECT_EQ(factor.Ends(), (std::array<int, 4>{0, 1, 2, kMap}));
 }
 
 TEST(Factor, TakesYawTheShortWayRound) {

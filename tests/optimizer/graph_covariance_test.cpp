@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <random>
@@ -36,22 +37,33 @@ Problem SurveyProblem(int fixed_vertex) {
   return p;
 }
 
-// The same with errors of mounting, each factor by its own.
+// The same with mounting errors of two dives. Each factor depends on them in its own way, and every
+// third one on those of both.
 Problem SurveyProblemWithMounting() {
   Problem p = SurveyProblem(0);
-  p.graph.mounting_vertex = p.graph.num_vertices++;
+  const int first = p.graph.num_vertices, second = first + 1;
+  p.graph.num_vertices += 2;
+  p.graph.num_mountings = 2;
   p.poses.push_back({0.3, -0.2, 0.004});
+  p.poses.push_back({-0.1, 0.5, -0.007});
   std::mt19937 random(3);
   std::uniform_real_distribution<double> within(-20.0, 20.0);
   for (std::size_t k = 0; k < p.graph.factors.size(); ++k) {
     if (k % 5 == 0) continue;
-    for (double& by : p.graph.factors[k].by_mounting.topRows<2>().reshaped()) by = within(random);
+    std::array<MountingTerm, 2>& mounting = p.graph.factors[k].mounting;
+    mounting[0].vertex = k % 2 == 0 ? first : second;
+    if (k % 3 == 0) mounting[1].vertex = k % 2 == 0 ? second : first;
+    for (MountingTerm& term : mounting)
+      for (double& by : term.by.topRows<2>().reshaped()) by = within(random);
   }
   const Eigen::Matrix3d W = Eigen::Vector3d(5.0, 5.0, 200.0).asDiagonal();
-  p.graph.factors.push_back({kMap, p.graph.mounting_vertex, {}, W});
-  p.weights.push_back(1.0);
+  for (const int vertex : {first, second}) {
+    p.graph.factors.push_back({kMap, vertex, {}, W});
+    p.weights.push_back(1.0);
+  }
   p.graph.factors.push_back({kMap, 4, p.poses[4], W});
-  p.graph.factors.back().by_mounting.topLeftCorner<2, 2>() = p.poses[4].Rotation();
+  p.graph.factors.back().mounting[0] = {first, Eigen::Matrix3d::Zero()};
+  p.graph.factors.back().mounting[0].by.topLeftCorner<2, 2>() = p.poses[4].Rotation();
   p.weights.push_back(1.0);
   return p;
 }
@@ -66,7 +78,7 @@ Eigen::MatrixXd DenseJacobian(const Problem& p, std::size_t k) {
         std::vector<Pose2> poses = p.poses;
         Pose2& pose = poses[static_cast<std::size_t>(v)];
         (c == 0 ? pose.x : c == 1 ? pose.y : pose.yaw) += by;
-        return Residual(p.graph, p.graph.factors[k], poses);
+        return Residual(p.graph.factors[k], poses);
       };
       J.col(3 * v + c) = (moved(kStep) - moved(-kStep)) / (2.0 * kStep);
     }
@@ -83,7 +95,7 @@ Eigen::MatrixXd DenseCovariance(const Problem& p) {
     const Factor& f = p.graph.factors[k];
     Eigen::MatrixXd J = Eigen::MatrixXd::Zero(3, size);
     EndJacobians by_ends;
-    Residual(p.graph, f, p.poses, &by_ends);
+    Residual(f, p.poses, &by_ends);
     if (f.i != kMap) J.middleCols<3>(3 * f.i) = by_ends[0];
     J.middleCols<3>(3 * f.j) = by_ends[1];
     H += p.weights[k] * J.transpose() * J;
@@ -147,7 +159,7 @@ TEST(GraphCovariance, KnowsTheOpenPartOfResidualsThatAreLeftOut) {
     const Factor& f = p.graph.factors[k];
     Eigen::MatrixXd J = Eigen::MatrixXd::Zero(3, dense.rows());
     EndJacobians by_ends;
-    Residual(p.graph, f, p.poses, &by_ends);
+    Residual(f, p.poses, &by_ends);
     J.middleCols<3>(3 * f.i) = by_ends[0];
     J.middleCols<3>(3 * f.j) = by_ends[1];
     const Eigen::Matrix3d expected = J * dense * J.transpose();
@@ -156,7 +168,7 @@ TEST(GraphCovariance, KnowsTheOpenPartOfResidualsThatAreLeftOut) {
   }
 }
 
-TEST(GraphCovariance, ErrorsOfMountingAreUnknownsOfAllTheirFactors) {
+TEST(GraphCovariance, MountingErrorsOfEachDiveAreUnknownsOfAllTheirFactors) {
   const Problem p = SurveyProblemWithMounting();
   const auto sparse = CovarianceOf(p);
   ASSERT_TRUE(sparse);

@@ -21,7 +21,7 @@ inline GraphUpdate HostileGraph(std::mt19937_64* random) {
   update.mounting = {(*random)() % 3 == 0 ? 0.3 : 0.0, (*random)() % 3 == 0 ? 1e-9 : 0.0};
   for (int v = 0; v < vertices; ++v) {
     const Pose2 pose{pick(lengths), pick(lengths), pick(lengths)};
-    update.vertices.push_back({SubmapId{v}, {}, pose, pick({0.0, 1e-5, 0.02, 3.0})});
+    update.vertices.push_back({SubmapId{v}, {}, pose, pick({0.0, 1e-5, 0.02, 3.0}), v / 5});
   }
   for (int e = 0; e < 12; ++e) {
     GraphEdge edge;
@@ -37,7 +37,12 @@ inline GraphUpdate HostileGraph(std::mt19937_64* random) {
 }
 
 inline bool HasOnlyNumbers(const PoseGraph& solution) {
-  return solution.mounting.Vector().allFinite() && solution.mounting.covariance.allFinite() &&
+  return std::all_of(solution.mounting.begin(),
+                     solution.mounting.end(),
+                     [](const auto& of_dive) {
+                       return of_dive.second.Vector().allFinite() &&
+                              of_dive.second.covariance.allFinite();
+                     }) &&
          std::all_of(
              solution.vertices.begin(), solution.vertices.end(), [](const SolvedVertex& vertex) {
                return vertex.T_map_level.Vector().allFinite() && vertex.covariance.allFinite() &&

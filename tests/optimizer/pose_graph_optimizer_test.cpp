@@ -4,12 +4,16 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <functional>
 #include <limits>
 #include <random>
 #include <set>
 
+#include "optimizer/graph_builder.hpp"
+#include "optimizer/robust_solver.hpp"
 #include "tests/optimizer/hostile_graph.hpp"
 #include "tests/optimizer/survey_graph.hpp"
 
@@ -647,13 +651,22 @@ std::vector<GraphUpdate> SeenWrong(const SurveyGraph& survey, const MountingSigm
   return updates;
 }
 
+// Two dives of two vehicles over one area: the second has the lines from kSecondDive on. Closures
+// alone join them.
+constexpr int kSecondDive = 160;
+
+std::int32_t ChainOf(SubmapId id) { return id.value < kSecondDive ? 0 : 1; }
+
 // Of where the vehicle was, after the rigid motion that lays it best on the truth.
 double ShapeRms(const PoseGraph& solution, const std::vector<Pose2>& truth) {
   const auto n = static_cast<Eigen::Index>(truth.size());
   Eigen::Matrix2Xd found(2, n), expected(2, n);
   for (Eigen::Index k = 0; k < n; ++k) {
     const Pose2& T = solution.vertices[static_cast<std::size_t>(k)].T_map_level;
-    found.col(k) = VehiclePose(T, solution.mounting).Translation();
+    const std::int32_t chain = solution.mounting.size() > 1
+                                   ? ChainOf(solution.vertices[static_cast<std::size_t>(k)].id)
+                                   : 0;
+    found.col(k) = VehiclePose(T, solution.MountingOf(chain)).Translation();
     expected.col(k) = truth[static_cast<std::size_t>(k)].Translation();
   }
   const Eigen::Matrix3d fit = Eigen::umeyama(found, expected, false);
@@ -671,22 +684,217 @@ double ShapeToBeHad(double where_mounting_is_known_m,
   return std::hypot(where_mounting_is_known_m, fishbone_m);
 }
 
-TEST(PoseGraphOptimizer, FindsErrorsOfMountingThatAllSubmapsShare) {
+TEST(PoseGraphOptimizer, FindsErrorsOfMountingThatAllSubmapsOfADiveShare) {
   const SurveyGraph survey =
       SimulateSurvey({.vertices = 300, .per_line = 20, .sigma_m = 0.1, .seed = 5});
   const MountingErrors wrong = WrongMounting();
   const PoseGraph right = SolveAll(survey.updates);
   const PoseGraph blind = SolveAll(SeenWrong(survey, {}));
   const PoseGraph found = SolveAll(SeenWrong(survey, {0.5, Deg2Rad(0.5)}));
-  const Eigen::Vector3d error = found.mounting.Vector() - wrong.Vector();
-  const Eigen::Vector3d sigma = found.mounting.covariance.diagonal().cwiseSqrt();
+  const Eigen::Vector3d error = found.MountingOf(0).Vector() - wrong.Vector();
+  const Eigen::Vector3d sigma = found.MountingOf(0).covariance.diagonal().cwiseSqrt();
   EXPECT_LT(error.cwiseQuotient(sigma).cwiseAbs().maxCoeff(), 3.0);
   EXPECT_LT(sigma.cwiseQuotient(wrong.Vector().cwiseAbs()).maxCoeff(), 0.25);
   EXPECT_LT(ShapeRms(found, survey.truth),
-            ShapeToBeHad(ShapeRms(right, survey.truth), found.mounting, 800.0));
+            ShapeToBeHad(ShapeRms(right, survey.truth), found.MountingOf(0), 800.0));
   EXPECT_GT(ShapeRms(blind, survey.truth), 3.0 * ShapeRms(found, survey.truth));
-  EXPECT_EQ(blind.mounting.Vector(), Eigen::Vector3d::Zero());
-  EXPECT_EQ(blind.mounting.covariance, Eigen::Matrix3d::Zero());
+  EXPECT_EQ(blind.MountingOf(0).Vector(), Eigen::Vector3d::Zero());
+  EXPECT_EQ(blind.MountingOf(0).covariance, Eigen::Matrix3d::Zero());
+}
+
+std::array<MountingErrors, 2> WrongMountings() {
+  MountingErrors second;
+  second.sonar_m = {0.5, -0.4};
+  second.dvl_yaw_rad = Deg2Rad(-0.3);
+  return {WrongMounting(), second};
+}
+
+SurveyGraph TwoDives() {
+  return SimulateSurvey({.vertices = 300, .per_line = 20, .sigma_m = 0.1, .seed = 5});
+}
+
+std::vector<GraphUpdate> SeenWrongByTwo(const SurveyGraph& survey, const MountingSigmas& sigmas) {
+  const std::array<MountingErrors, 2> of_dives = WrongMountings();
+  std::vector<GraphUpdate> updates = survey.updates;
+  for (GraphUpdate& update : updates) {
+    update.mounting = sigmas;
+    update.vertices[0].chain = ChainOf(update.vertices[0].id);
+    std::erase_if(update.edges, [](const GraphEdge& edge) {
+      return edge.kind == EdgeKind::kDeadReckoning && ChainOf(edge.from) != ChainOf(edge.to);
+    });
+    for (GraphEdge& edge : update.edges) {
+      const auto from = static_cast<std::size_t>(ChainOf(edge.from));
+      const auto to = static_cast<std::size_t>(ChainOf(edge.to));
+      const Pose2 T = edge.T_from_to;
+      if (edge.kind == EdgeKind::kDeadReckoning) {
+        MountingErrors opposite;
+        opposite.dvl_yaw_rad = -of_dives[to].dvl_yaw_rad;
+        edge.T_from_to = TravelledPose(T, opposite);
+      } else {
+        edge.overlap_center_m = 0.5 * T.Translation();
+        const Pose2 measured =
+            Inverse(SoundingPose({}, of_dives[from])) * SoundingPose(T, of_dives[to]);
+        edge.T_from_to = measured;
+        const EdgeByMounting by = ByMounting(edge, from == to);
+        const Eigen::Vector3d told =
+            measured.Vector() - MountingCorrection(by, of_dives[from], of_dives[to]);
+        edge.T_from_to = {told.x(), told.y(), told.z()};
+      }
+    }
+  }
+  return updates;
+}
+
+// The solution of the same factors with one set of mounting errors for both dives.
+PoseGraph SolvedWithOneSet(const std::vector<GraphUpdate>& updates) {
+  const OptimizerParams params;
+  GraphStore store;
+  for (const GraphUpdate& update : updates) store.Add(update);
+  FactorGraph graph = BuildFactorGraph(store, params);
+  const int second = graph.num_vertices - 1, shared = second - 1;
+  for (Factor& factor : graph.factors) {
+    std::array<MountingTerm, 2>& terms = factor.mounting;
+    for (MountingTerm& term : terms)
+      if (term.vertex == second) term.vertex = shared;
+    if (terms[0].vertex != terms[1].vertex) continue;
+    terms[0].by += terms[1].by;
+    terms[1] = {};
+  }
+  std::vector<Pose2> dead_reckoned;
+  for (const auto& [id, vertex] : store.vertices()) dead_reckoned.push_back(vertex.dead_reckoned);
+  dead_reckoned.resize(static_cast<std::size_t>(graph.num_vertices));
+  const RobustSolution solution = SolveRobustly(graph, {dead_reckoned}, params);
+  const auto k = static_cast<std::size_t>(shared);
+  const Pose2& errors = solution.T_map_vertex[k];
+  PoseGraph out;
+  for (std::size_t v = 0; v < store.vertices().size(); ++v)
+    out.vertices.push_back({SubmapId{static_cast<int>(v)},
+                            solution.T_map_vertex[v],
+                            Eigen::Matrix3d::Zero(),
+                            Eigen::Matrix3d::Zero()});
+  out.mounting[0] = {errors.Translation(), errors.yaw, solution.covariance->marginal()[k]};
+  out.mounting[1] = out.mounting[0];
+  return out;
+}
+
+// Largest error of the estimated mounting of any of the two dives, in its sigmas.
+double WorstOfMountings(const PoseGraph& solution) {
+  double worst = 0.0;
+  for (const std::int32_t chain : {0, 1}) {
+    const MountingErrors found = solution.MountingOf(chain);
+    const Eigen::Vector3d error =
+        found.Vector() - WrongMountings()[static_cast<std::size_t>(chain)].Vector();
+    const Eigen::Vector3d sigma = found.covariance.diagonal().cwiseSqrt();
+    worst = std::max(worst, error.cwiseQuotient(sigma).cwiseAbs().maxCoeff());
+  }
+  return worst;
+}
+
+TEST(PoseGraphOptimizer, FindsTheMountingErrorsOfEachOfTwoVehicles) {
+  const SurveyGraph survey = TwoDives();
+  const PoseGraph right = SolveAll(survey.updates);
+  const std::vector<GraphUpdate> updates = SeenWrongByTwo(survey, {0.5, Deg2Rad(0.5)});
+  const PoseGraph found = SolveAll(updates);
+  const PoseGraph shared = SolvedWithOneSet(updates);
+  EXPECT_LT(WorstOfMountings(found), 3.0);
+  EXPECT_GT(WorstOfMountings(shared), 10.0);
+  for (const auto& [chain, errors] : found.mounting) {
+    const Eigen::Vector3d wrong = WrongMountings()[static_cast<std::size_t>(chain)].Vector();
+    const Eigen::Vector3d sigma = errors.covariance.diagonal().cwiseSqrt();
+    EXPECT_LT(sigma.cwiseQuotient(wrong.cwiseAbs()).maxCoeff(), 0.25) << chain;
+  }
+  const double own_m = ShapeRms(found, survey.truth), one_m = ShapeRms(shared, survey.truth);
+  std::printf("shape: %.3f m with own errors, %.3f m with one set, %.3f m without errors\n",
+              own_m,
+              one_m,
+              ShapeRms(right, survey.truth));
+  EXPECT_LT(own_m, ShapeToBeHad(ShapeRms(right, survey.truth), found.MountingOf(0), 800.0));
+  EXPECT_GT(one_m, 3.0 * own_m);
+}
+
+// The part of a survey that one dive mapped.
+SurveyGraph PartOf(const SurveyGraph& survey, std::int32_t chain) {
+  SurveyGraph part;
+  for (std::size_t k = 0; k < survey.truth.size(); ++k) {
+    if (ChainOf(SubmapId{static_cast<int>(k)}) != chain) continue;
+    part.truth.push_back(survey.truth[k]);
+    part.updates.push_back(survey.updates[k]);
+    part.updates.back().version = static_cast<std::int64_t>(part.updates.size());
+    std::erase_if(part.updates.back().edges,
+                  [chain](const GraphEdge& edge) { return ChainOf(edge.from) != chain; });
+  }
+  return part;
+}
+
+TEST(PoseGraphOptimizer, ADiveAmongOthersIsAsGoodAsAlone) {
+  const SurveyGraph survey = TwoDives();
+  SurveyGraph seen = survey;
+  seen.updates = SeenWrongByTwo(survey, {0.5, Deg2Rad(0.5)});
+  const PoseGraph together = SolveAll(seen.updates);
+  for (const std::int32_t chain : {0, 1}) {
+    const SurveyGraph part = PartOf(seen, chain);
+    const PoseGraph alone = SolveAll(part.updates);
+    PoseGraph of_dive = together;
+    std::erase_if(of_dive.vertices,
+                  [chain](const SolvedVertex& vertex) { return ChainOf(vertex.id) != chain; });
+    const double alone_m = ShapeRms(alone, part.truth), together_m = ShapeRms(of_dive, part.truth);
+    std::printf("dive %d: shape %.3f m alone, %.3f m with the other\n", chain, alone_m, together_m);
+    EXPECT_LT(together_m, 1.1 * alone_m);
+    for (int k = 0; k < 3; ++k)
+      EXPECT_LT(together.MountingOf(chain).covariance(k, k),
+                1.001 * alone.MountingOf(chain).covariance(k, k));
+  }
+}
+
+TEST(GraphStore, KeepsTheSigmasOfEachDive) {
+  GraphStore store;
+  GraphUpdate first{1, {{SubmapId{0}, {}, {}, {}, 0}}, {}};
+  first.mounting = {0.3, 0.01};
+  GraphUpdate second{2, {{SubmapId{1}, {}, {}, {}, 2}}, {}};
+  second.mounting = {0.0, 0.02};
+  GraphUpdate known{3, {{SubmapId{2}, {}, {}, {}, 5}}, {}};  // nothing is to be estimated
+  GraphUpdate refused{4, {{SubmapId{3}, {}, {}, {}, 4}}, {}};
+  refused.mounting = {0.7, 0.7};
+  GraphUpdate damaged{5, {{SubmapId{4}, {}, {}, {}, 5}}, {}};
+  damaged.mounting.sonar_m = -1.0;
+  for (const GraphUpdate& update : {first, second, known, refused, damaged})
+    ASSERT_TRUE(store.Add(update));
+  ASSERT_EQ(store.mounting().size(), 2u);
+  EXPECT_EQ(store.mounting().at(0).sonar_m, 0.3);
+  EXPECT_EQ(store.mounting().at(2).dvl_yaw_rad, 0.02);
+  EXPECT_EQ(store.counters().at("vertices_malformed"), 1) << "chains rise";
+  EXPECT_EQ(store.counters().at("mounting_unusable"), 1);
+  const FactorGraph graph = BuildFactorGraph(store, {});
+  EXPECT_EQ(graph.num_mountings, 2);
+  EXPECT_EQ(graph.num_vertices, 4 + 2);
+}
+
+// One dive whose mounting is known, and one whose is not.
+TEST(PoseGraphOptimizer, EachDiveHasItsOwnSigmas) {
+  std::vector<GraphUpdate> updates = SeenWrongByTwo(TwoDives(), {0.5, Deg2Rad(0.5)});
+  for (GraphUpdate& update : updates)
+    if (update.vertices[0].chain == 0) update.mounting = {};
+  const PoseGraph solution = SolveAll(updates);
+  ASSERT_EQ(solution.mounting.size(), 1u);
+  EXPECT_EQ(solution.MountingOf(0).Vector(), Eigen::Vector3d::Zero());
+  EXPECT_GT(solution.MountingOf(1).covariance(0, 0), 0.0);
+}
+
+TEST(PoseGraphOptimizer, AFurtherDiveContinuesASolution) {
+  const SurveyGraph survey = TwoDives();
+  const std::vector<GraphUpdate> updates = SeenWrongByTwo(survey, {0.5, Deg2Rad(0.5)});
+  PoseGraphOptimizer incremental{OptimizerParams{}};
+  for (const GraphUpdate& update : updates) {
+    ASSERT_TRUE(incremental.Add(update));
+    if (update.version % 20 != 1) continue;
+    ASSERT_TRUE(incremental.Solve());
+  }
+  const PoseGraph batch = SolveAll(updates);
+  const PoseGraph last = *incremental.Solve();
+  ASSERT_EQ(last.mounting.size(), 2u);
+  for (const std::int32_t chain : {0, 1})
+    EXPECT_LT((last.MountingOf(chain).Vector() - batch.MountingOf(chain).Vector()).norm(), 1e-4);
+  EXPECT_LT(LargestDifference(last, batch), 1e-3);
 }
 
 TEST(PoseGraphOptimizer, FindsNoErrorsOfMountingWhereThereAreNone) {
@@ -694,20 +902,21 @@ TEST(PoseGraphOptimizer, FindsNoErrorsOfMountingWhereThereAreNone) {
   std::vector<GraphUpdate> updates = survey.updates;
   for (GraphUpdate& update : updates) update.mounting = {0.1, Deg2Rad(0.1)};
   const PoseGraph sought = SolveAll(updates);
-  const Eigen::Vector3d sigma = sought.mounting.covariance.diagonal().cwiseSqrt();
-  EXPECT_LT(sought.mounting.Vector().cwiseQuotient(sigma).cwiseAbs().maxCoeff(), 3.0);
+  const Eigen::Vector3d sigma = sought.MountingOf(0).covariance.diagonal().cwiseSqrt();
+  EXPECT_LT(sought.MountingOf(0).Vector().cwiseQuotient(sigma).cwiseAbs().maxCoeff(), 3.0);
   const double where_known_m = ShapeRms(SolveAll(survey.updates), survey.truth);
-  EXPECT_LT(ShapeRms(sought, survey.truth), ShapeToBeHad(where_known_m, sought.mounting, 400.0));
+  EXPECT_LT(ShapeRms(sought, survey.truth),
+            ShapeToBeHad(where_known_m, sought.MountingOf(0), 400.0));
 }
 
 TEST(PoseGraphOptimizer, ErrorsOfMountingAreThoseKnownBeforehandWhereNoClosureTells) {
   SurveyGraph survey = SimulateSurvey({.vertices = 10, .per_line = 10, .closures = 0});
   const PoseGraph solution = SolveAll(SeenWrong(survey, {0.2, 0.0}));
-  EXPECT_LT(solution.mounting.Vector().norm(), 1e-9);
-  EXPECT_NEAR(std::sqrt(solution.mounting.covariance(0, 0)), 0.2, 1e-9);
-  EXPECT_NEAR(std::sqrt(solution.mounting.covariance(1, 1)), 0.2, 1e-9);
-  EXPECT_EQ(solution.mounting.dvl_yaw_rad, 0.0);
-  EXPECT_EQ(solution.mounting.covariance.row(2).norm(), 0.0);
+  EXPECT_LT(solution.MountingOf(0).Vector().norm(), 1e-9);
+  EXPECT_NEAR(std::sqrt(solution.MountingOf(0).covariance(0, 0)), 0.2, 1e-9);
+  EXPECT_NEAR(std::sqrt(solution.MountingOf(0).covariance(1, 1)), 0.2, 1e-9);
+  EXPECT_EQ(solution.MountingOf(0).dvl_yaw_rad, 0.0);
+  EXPECT_EQ(solution.MountingOf(0).covariance.row(2).norm(), 0.0);
 }
 
 TEST(PoseGraphOptimizer, ErrorsOfMountingAreTheSameInBatchAndIncremental) {
@@ -720,10 +929,10 @@ TEST(PoseGraphOptimizer, ErrorsOfMountingAreTheSameInBatchAndIncremental) {
     last = *incremental.Solve();
   }
   const PoseGraph batch = SolveAll(updates);
-  EXPECT_LT((last.mounting.Vector() - batch.mounting.Vector()).norm(), 1e-4);
+  EXPECT_LT((last.MountingOf(0).Vector() - batch.MountingOf(0).Vector()).norm(), 1e-4);
   EXPECT_LT(LargestDifference(last, batch), 1e-3);
   last = *incremental.Solve(SolveStart::kFromDeadReckoning);
-  EXPECT_EQ(last.mounting.Vector(), batch.mounting.Vector());
+  EXPECT_EQ(last.MountingOf(0).Vector(), batch.MountingOf(0).Vector());
   EXPECT_EQ(LargestDifference(last, batch), 0.0);
 }
 
@@ -731,7 +940,7 @@ TEST(PoseGraphOptimizer, ErrorsOfMountingAreTheSameInBatchAndIncremental) {
 double AbsoluteRms(const PoseGraph& solution, const std::vector<Pose2>& truth) {
   double sum = 0.0;
   for (std::size_t k = 0; k < truth.size(); ++k) {
-    const Pose2 vehicle = VehiclePose(solution.vertices[k].T_map_level, solution.mounting);
+    const Pose2 vehicle = VehiclePose(solution.vertices[k].T_map_level, solution.MountingOf(0));
     sum += (vehicle.Translation() - truth[k].Translation()).squaredNorm();
   }
   return std::sqrt(sum / static_cast<double>(truth.size()));
@@ -753,7 +962,7 @@ TEST(PoseGraphOptimizer, StartHeadingsAndFixesAreOfTheVehicleWhereverItsSonarIs)
         update.edges.back().T_from_to.yaw = survey.truth[k].yaw;
       }
       const PoseGraph solution = SolveAll(updates);
-      const Pose2 first = VehiclePose(solution.vertices[0].T_map_level, solution.mounting);
+      const Pose2 first = VehiclePose(solution.vertices[0].T_map_level, solution.MountingOf(0));
       EXPECT_LT((first.Translation() - survey.truth[0].Translation()).norm(), 0.05);
       if (with_fixes) {
         EXPECT_LT(AbsoluteRms(solution, survey.truth), 0.2);
@@ -767,11 +976,11 @@ TEST(PoseGraphOptimizer, ErrorsOfMountingAreSoughtWhereAnUpdateSaysNothingOfThem
   std::vector<GraphUpdate> updates = SeenWrong(survey, {0.5, Deg2Rad(0.5)});
   const PoseGraph before = SolveAll(updates);
   updates.push_back({41, {}, {}});
-  EXPECT_EQ(SolveAll(updates).mounting.Vector(), before.mounting.Vector());
+  EXPECT_EQ(SolveAll(updates).MountingOf(0).Vector(), before.MountingOf(0).Vector());
   updates[40].mounting.sonar_m = std::numeric_limits<double>::quiet_NaN();
   PoseGraphOptimizer optimizer{OptimizerParams{}};
   for (const GraphUpdate& update : updates) ASSERT_TRUE(optimizer.Add(update));
-  EXPECT_EQ(optimizer.Solve()->mounting.Vector(), before.mounting.Vector());
+  EXPECT_EQ(optimizer.Solve()->MountingOf(0).Vector(), before.MountingOf(0).Vector());
   EXPECT_EQ(optimizer.counters().at("mounting_unusable"), 1);
 }
 

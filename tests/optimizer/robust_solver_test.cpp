@@ -4,6 +4,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "common/core/information.hpp"
@@ -31,32 +32,45 @@ Problem SurveyProblem(bool estimate_mounting) {
     }
   }
   if (!estimate_mounting) return p;
-  p.graph.mounting_vertex = p.graph.num_vertices++;
-  p.dead_reckoned.emplace_back();
-  for (Factor& f : p.graph.factors)
-    f.by_mounting = f.IsRobust() ? LoopClosureByMounting(f.T_i_j, 0.5 * f.T_i_j.Translation())
-                                 : DeadReckoningByMounting(f.T_i_j);
+  // Two dives, of vertices 0 to 23 and 24 to 39.
+  constexpr int kSecondDive = 24;
+  const std::array<int, 2> of_dives{p.graph.num_vertices, p.graph.num_vertices + 1};
+  p.graph.num_vertices += 2;
+  p.graph.num_mountings = 2;
+  p.dead_reckoned.resize(42);
+  for (Factor& f : p.graph.factors) {
+    const int of_i = of_dives[f.i >= kSecondDive], of_j = of_dives[f.j >= kSecondDive];
+    const Eigen::Vector2d center = 0.5 * f.T_i_j.Translation();
+    if (!f.IsRobust())
+      f.mounting[0] = {of_j, DeadReckoningByMounting(f.T_i_j)};
+    else if (of_i == of_j)
+      f.mounting[0] = {of_j, LoopClosureByMounting(f.T_i_j, center)};
+    else
+      f.mounting = {MountingTerm{of_j, LoopClosureByMountingOfTo(f.T_i_j, center)},
+                    MountingTerm{of_i, LoopClosureByMountingOfFrom(center)}};
+  }
   const Eigen::Matrix3d W = Eigen::Vector3d(5.0, 5.0, 200.0).asDiagonal();
-  p.graph.factors.push_back({kMap, p.graph.mounting_vertex, {}, W});
+  for (const int vertex : of_dives) p.graph.factors.push_back({kMap, vertex, {}, W});
   return p;
 }
 
 // The residual as the formula has it, by nothing of ours but the numbers of the factor.
-Eigen::Vector3d IndependentResidual(const Problem& p, const Factor& f, const Eigen::VectorXd& x) {
+Eigen::Vector3d IndependentResidual(const Factor& f, const Eigen::VectorXd& x) {
   const Eigen::Vector3d a = f.i == kMap ? Eigen::Vector3d(0, 0, 0) : x.segment<3>(3 * f.i).eval();
   const Eigen::Vector3d b = x.segment<3>(3 * f.j);
   const double c = std::cos(a.z()), s = std::sin(a.z());
   Eigen::Vector3d e(c * (b.x() - a.x()) + s * (b.y() - a.y()) - f.T_i_j.x,
                     -s * (b.x() - a.x()) + c * (b.y() - a.y()) - f.T_i_j.y,
                     std::remainder(b.z() - a.z() - f.T_i_j.yaw, 2.0 * kPi));
-  if (p.graph.mounting_vertex >= 0) e -= f.by_mounting * x.segment<3>(3 * p.graph.mounting_vertex);
+  for (const MountingTerm& term : f.mounting)
+    if (term.vertex != kMap) e -= term.by * x.segment<3>(3 * term.vertex);
   return f.W * e;
 }
 
 double IndependentCost(const Problem& p, const Eigen::VectorXd& x) {
   double cost = 0.0;
   for (const Factor& f : p.graph.factors) {
-    const double s = IndependentResidual(p, f, x).squaredNorm();
+    const double s = IndependentResidual(f, x).squaredNorm();
     cost += f.IsRobust() ? f.loss.Value(s, GraduatedLoss::kFinalMu) : s;
   }
   return cost;
@@ -69,15 +83,15 @@ Eigen::VectorXd DenseNewton(const Problem& p, Eigen::VectorXd x) {
     Eigen::MatrixXd H = Eigen::MatrixXd::Zero(x.size(), x.size());
     Eigen::VectorXd g = Eigen::VectorXd::Zero(x.size());
     for (const Factor& f : p.graph.factors) {
-      const Eigen::Vector3d r = IndependentResidual(p, f, x);
+      const Eigen::Vector3d r = IndependentResidual(f, x);
       const double w = f.IsRobust() ? f.loss.Weight(r.squaredNorm(), GraduatedLoss::kFinalMu) : 1.0;
       Eigen::MatrixXd J = Eigen::MatrixXd::Zero(3, x.size());
-      for (const int v : {f.i, f.j, p.graph.mounting_vertex}) {
+      for (const int v : {f.i, f.j, f.mounting[0].vertex, f.mounting[1].vertex}) {
         for (int c = 3 * v; v > 0 && c < 3 * v + 3; ++c) {
           Eigen::VectorXd up = x, down = x;
           up(c) += kStep;
           down(c) -= kStep;
-          J.col(c) = (IndependentResidual(p, f, up) - IndependentResidual(p, f, down)) / 2e-6;
+          J.col(c) = (IndependentResidual(f, up) - IndependentResidual(f, down)) / 2e-6;
         }
       }
       H += w * J.transpose() * J;

@@ -159,8 +159,8 @@ std::vector<CorrectedState> Frames(const Run& run, const PoseGraph& solution) {
   for (const GraphUpdate& update : run.updates) {
     for (const GraphVertex& v : update.vertices) {
       const Pose2& d = v.dead_reckoned;
-      const Pose2 solved =
-          VehiclePose(solution.vertices.at(frames.size()).T_map_level, solution.mounting);
+      const Pose2 solved = VehiclePose(solution.vertices.at(frames.size()).T_map_level,
+                                       solution.MountingOf(v.chain));
       frames.push_back({v.time, {d.x, d.y, 0.0}, {0.0, 0.0, d.yaw}, solved, {}});
     }
   }

@@ -127,11 +127,30 @@ TEST(SolvedPoses, CarryTheVehicleAndNotItsSoundingsOn) {
   drifting.submaps[1].T_map_submap = MakePose({20.0, 10.0, 5.0}, RotationFromRpy(0.0, 0.0, kPi));
   drifting.submaps[0].T_map_submap = MakePose({0.0, 0.0, 5.0}, Eigen::Matrix3d::Identity());
   PoseGraph solution = SolutionAt({{0.6, 0.2, 0.0}});
-  solution.mounting.sonar_m = {0.6, 0.2};
+  solution.mounting[0].sonar_m = {0.6, 0.2};
   const Survey survey = Collect(drifting, folder.path(), solution, {});
   const SurveyPoses solved = SolvedPoses(survey);
   EXPECT_NEAR(solved.T_map_level[1].x, 20.0 - 0.6, 1e-9);
   EXPECT_NEAR(solved.T_map_level[1].y, 10.0 - 0.2, 1e-9);
+}
+
+TEST(SolvedPoses, HaveTheMountingErrorsOfTheirOwnDive) {
+  Survey survey;
+  for (int id = 0; id < 4; ++id) {
+    SurveySubmap& submap = survey.submaps.emplace_back();
+    submap.id.value = id;
+    submap.chain = id / 2;
+    submap.T_map_submap = MakePose({10.0 * id, 0.0, 5.0}, Eigen::Matrix3d::Identity());
+  }
+  survey.solution.mounting[0].sonar_m = {0.5, 0.0};
+  survey.solution.mounting[1].sonar_m = {0.0, -0.25};
+  const SurveyPoses solved = SolvedPoses(survey);
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Eigen::Vector2d told(10.0 * static_cast<double>(i), 0.0);
+    const Eigen::Vector2d offset = i < 2 ? Eigen::Vector2d(0.5, 0.0) : Eigen::Vector2d(0.0, -0.25);
+    EXPECT_LT((solved.T_map_level[i].Translation() - told - offset).norm(), 1e-9) << i;
+    EXPECT_LT((solved.VehicleAt(i).Translation() - told).norm(), 1e-9) << i;
+  }
 }
 
 TEST(SolvedPoses, RefuseAVertexThatIsNotFinite) {
@@ -168,7 +187,7 @@ TEST(MapPoints, AreShearedInTheirLevelFrameByADvlThatIsTurned) {
     const Eigen::Vector3d after = R_level_submap * sheared.points[i].cast<double>();
     EXPECT_LT((after - before - Eigen::Vector3d(0.0, 0.01 * before.x(), 0.0)).norm(), 1e-5);
   }
-  const SurveyPoses poses{{{5.0, -3.0, 0.4}}, mounting};
+  const SurveyPoses poses{{{5.0, -3.0, 0.4}}, {mounting}};
   const Eigen::AlignedBox2d box = NorthEastBox(survey.submaps, poses, 0, MapAxes::kNorthEastDown);
   for (const MapPoint& point : LoadMapPoints(survey.submaps, poses, 0, MapAxes::kNorthEastDown))
     EXPECT_TRUE(box.contains(point.p_ned.head<2>()));
@@ -228,8 +247,8 @@ TEST(GraphG2o, IsWithoutTheErrorsOfMountingThatItsVerticesAreWithout) {
   step.T_from_to = {0.0, 20.0, kPi};
   step.information.setIdentity();
   const Survey survey = Collect(MakeDriftingSurvey(1, 2), folder.path(), {}, {step});
-  SurveyPoses poses{{{0.0, 0.0, 0.0}, {-1.0, 20.0, kPi}}, {}};
-  poses.mounting.sonar_m = {0.5, 0.0};
+  SurveyPoses poses{{{0.0, 0.0, 0.0}, {-1.0, 20.0, kPi}}, {{}, {}}};
+  for (MountingErrors& mounting : poses.mounting) mounting.sonar_m = {0.5, 0.0};
   std::istringstream in(GraphG2o(survey, poses));
   std::string line;
   while (std::getline(in, line) && line.rfind("EDGE_SE2", 0) != 0) {
@@ -240,6 +259,30 @@ TEST(GraphG2o, IsWithoutTheErrorsOfMountingThatItsVerticesAreWithout) {
   std::istringstream(line) >> word >> from >> to >> x >> y;
   EXPECT_NEAR(x, -1.0, 1e-9);
   EXPECT_NEAR(y, 20.0, 1e-9);
+}
+
+// The DVL's angle of either dive shears its own cloud, and turns it by half of that.
+TEST(GraphG2o, CorrectsAClosureBetweenTwoDivesByTheErrorsOfBoth) {
+  const TemporaryDir folder;
+  GraphEdge closure = LoopEdge(0, 1);
+  closure.T_from_to = {0.0, 20.0, kPi};
+  closure.overlap_center_m = {8.0, 10.0};  // 8 m ahead of the first frame, 8 m behind the second
+  Survey survey = Collect(MakeDriftingSurvey(1, 2), folder.path(), {}, {closure});
+  survey.submaps[1].chain = 1;
+  SurveyPoses poses{{{0.0, 0.0, 0.0}, {0.0, 20.0, kPi}}, {{}, {}}};
+  poses.mounting[0].dvl_yaw_rad = 0.01;
+  poses.mounting[1].dvl_yaw_rad = -0.02;
+  std::istringstream in(GraphG2o(survey, poses));
+  std::string line;
+  while (std::getline(in, line) && line.rfind("EDGE_SE2", 0) != 0) {
+  }
+  std::string word;
+  int from = 0, to = 0;
+  double x = 0.0, y = 0.0;
+  std::istringstream(line) >> word >> from >> to >> x >> y;
+  const double turned_rad = 0.5 * (0.01 + 0.02);
+  EXPECT_NEAR(x, turned_rad * (10.0 - 20.0), 1e-9);
+  EXPECT_NEAR(y, 20.0 + 0.01 * 8.0 + 0.02 * 8.0 - turned_rad * 8.0, 1e-9);
 }
 
 TEST(GraphG2o, HoldsVerticesTheFixedFirstAndOnlyEdgesThatPull) {

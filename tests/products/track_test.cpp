@@ -60,7 +60,8 @@ TEST(TrackCorrection, IsOfTheVehicleAndNotOfItsSoundings) {
   MountingErrors mounting;
   mounting.sonar_m = {0.5, -0.2};
   mounting.dvl_yaw_rad = 0.01;
-  const TrackCorrection correction(bent.survey, {bent.corrected, mounting}, bent.sigmas);
+  const TrackCorrection correction(
+      bent.survey, {bent.corrected, std::vector(bent.corrected.size(), mounting)}, bent.sigmas);
   const Pose2 at_frame = correction(At(kFrameTimes[0]), PathAt(kFrameTimes[0]));
   const Pose2& soundings = bent.corrected[0];
   const Eigen::Vector2d sonar = at_frame * mounting.sonar_m;

@@ -153,7 +153,18 @@ TEST(Truth, LeavesErrorsOfMountingThatWereFoundOutOfTheClosures) {
   // Lines of opposite heading; the sonar stands 0.3 m further back than it was told.
   solved.Add(0, 1, known, 1.0).T_from_to.x += 0.6;
   EXPECT_NEAR(CompareClosuresWithTruth(solved.survey, solved.truth)->chi2, 36.0, 1e-9);
-  solved.survey.solution.mounting.sonar_m = {-0.3, 0.0};
+  solved.survey.solution.mounting[0].sonar_m = {-0.3, 0.0};
+  EXPECT_NEAR(CompareClosuresWithTruth(solved.survey, solved.truth)->chi2, 0.0, 1e-9);
+}
+
+TEST(Truth, LeavesTheErrorsOfEachDiveOutOfAClosureBetweenTwo) {
+  SolvedClosures solved({{0, 0, 0.0}, {10, 4, 0.0}});
+  const Eigen::Matrix3d known = Eigen::Vector3d(100.0, 400.0, 1e4).asDiagonal();
+  solved.survey.submaps[1].chain = 1;
+  // Lines of one heading; the sonar of the second dive stands 0.3 m further back than it was told.
+  solved.Add(0, 1, known, 1.0).T_from_to.x -= 0.3;
+  EXPECT_NEAR(CompareClosuresWithTruth(solved.survey, solved.truth)->chi2, 9.0, 1e-9);
+  solved.survey.solution.mounting[1].sonar_m = {-0.3, 0.0};
   EXPECT_NEAR(CompareClosuresWithTruth(solved.survey, solved.truth)->chi2, 0.0, 1e-9);
 }
 

@@ -198,7 +198,7 @@ TEST(WriteProducts, SaysPlainlyThatTheGraphBelievesNoClosure) {
   PoseGraph solution =
       SolutionAt(DeadReckonedPoses(Collect(drifting, folder.path(), {}, {})).T_map_level);
   solution.loop_edges = {{SubmapId{0}, SubmapId{5}, 0.0}};
-  solution.mounting.covariance.setIdentity();
+  solution.mounting[0].covariance.setIdentity();
   const Survey survey = Collect(drifting, folder.path(), solution, {LoopEdge(0, 5)});
   const ProductSummary summary = WriteProducts(survey, {}, folder.path());
   EXPECT_EQ(summary.outcome, Outcome::kNothingToCorrect);
@@ -211,9 +211,9 @@ TEST(WriteProducts, SaysPlainlyThatTheGraphBelievesNoClosure) {
 TEST(WriteProducts, SaysWhatTheGraphFoundOfTheMounting) {
   const TemporaryDir folder;
   PoseGraph solution = SolutionAt(Drifting().truth);
-  solution.mounting.sonar_m = {-0.25, 0.125};
-  solution.mounting.dvl_yaw_rad = Deg2Rad(0.5);
-  solution.mounting.covariance = Eigen::Vector3d(0.01, 0.04, 1e-6).asDiagonal();
+  solution.mounting[0].sonar_m = {-0.25, 0.125};
+  solution.mounting[0].dvl_yaw_rad = Deg2Rad(0.5);
+  solution.mounting[0].covariance = Eigen::Vector3d(0.01, 0.04, 1e-6).asDiagonal();
   WriteProducts(Collect(Drifting(), folder.path(), solution, {LoopEdge(0, 5)}), {}, folder.path());
   const nlohmann::json mounting = Json(folder / "report.json")["mounting"];
   EXPECT_DOUBLE_EQ(mounting["sonar_forward_m"]["value"], -0.25);
@@ -227,6 +227,29 @@ TEST(WriteProducts, SaysWhatTheGraphFoundOfTheMounting) {
                 folder.path());
   EXPECT_TRUE(Json(folder / "report.json")["mounting"].empty());
   EXPECT_THAT(Slurp(folder / "report.html"), Not(HasSubstr("Mounting")));
+}
+
+TEST(WriteProducts, SaysWhatTheGraphFoundOfTheMountingOfEachDive) {
+  const TemporaryDir folder;
+  PoseGraph solution = SolutionAt(Drifting().truth);
+  for (const int chain : {0, 1, 2}) {
+    solution.mounting[chain].sonar_m = {-0.25 + chain, 0.0};
+    solution.mounting[chain].covariance = Eigen::Vector3d(0.01, 0.04, 0.0).asDiagonal();
+  }
+  Survey survey = Collect(Drifting(), folder.path(), solution, {LoopEdge(0, 5)});
+  survey.dives = {"north", "south", "far"};
+  for (std::size_t i = 0; i < survey.submaps.size(); ++i)
+    survey.submaps[i].chain = i < 4 ? 0 : i < 8 ? 1 : 2;
+  WriteProducts(survey, {}, folder.path());
+  const nlohmann::json report = Json(folder / "report.json");
+  EXPECT_FALSE(report.contains("mounting"));
+  EXPECT_DOUBLE_EQ(report["dives"][0]["mounting"]["sonar_forward_m"]["value"], -0.25);
+  EXPECT_DOUBLE_EQ(report["dives"][1]["mounting"]["sonar_forward_m"]["value"], 0.75);
+  EXPECT_TRUE(report["dives"][2]["mounting"].empty()) << "no closure";
+  const std::string html = Slurp(folder / "report.html");
+  EXPECT_THAT(html, HasSubstr("north, against its vehicle.yaml"));
+  EXPECT_THAT(html, HasSubstr("0.750 m"));
+  EXPECT_THAT(html, Not(HasSubstr("far, against its vehicle.yaml")));
 }
 
 TEST(WriteProducts, SaysWhatTheSurveyShowsOfItsNoiseBesideWhatIsConfigured) {
