@@ -80,15 +80,22 @@ InertialRates AttitudeAiding::Sound(Time t, const InertialRates& measured) const
           measured.specific_force_mps2};
 }
 
-// Turn rate of the device, measured over a time in which its noise is small compared with a turn.
+// Turn rate of the device, measured over a time in which its noise is small compared with a turn,
+// and no longer: a rate that lags in a turn moves the DVL's lever arm wrongly.
 void AttitudeAiding::LearnRate(Time t, const AttitudeEvent& attitude) {
-  const double dt_s = rate_from_ ? ToSeconds(t - rate_from_->time) : kMaxIncrementS + 1.0;
-  if (dt_s < params_.attitude_interval_s - 1e-6) return;
-  device_rate_radps_.reset();
-  if (dt_s <= kMaxIncrementS)
-    device_rate_radps_ =
-        RotationVectorFromQuaternion(rate_from_->value.conjugate() * attitude.q_map_imu) / dt_s;
-  rate_from_ = {t, attitude.q_map_imu};
+  if (!rate_from_.empty() && ToSeconds(t - rate_from_.back().time) > kMaxIncrementS) {
+    rate_from_.clear();
+    device_rate_radps_.reset();
+  }
+  rate_from_.push_back({t, attitude.q_map_imu});
+  const auto is_long_enough = [&](const Stamped<Eigen::Quaterniond>& from) {
+    return ToSeconds(t - from.time) >= params_.attitude_interval_s - 1e-6;
+  };
+  while (rate_from_.size() > 1 && is_long_enough(rate_from_[1])) rate_from_.pop_front();
+  const Stamped<Eigen::Quaterniond>& from = rate_from_.front();
+  if (!is_long_enough(from)) return;
+  device_rate_radps_ = RotationVectorFromQuaternion(from.value.conjugate() * attitude.q_map_imu) /
+                       ToSeconds(t - from.time);
 }
 
 void AttitudeAiding::LearnStamps(Time t, const AttitudeEvent& attitude) {

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <deque>
 #include <map>
 #include <optional>
 #include <string>
@@ -112,8 +113,8 @@ class AttitudeAiding {
   StampOffset stamps_;
   SamplePairs<Eigen::Quaterniond> pairs_{StampOffset::kLongestS};  // as measured, for stamps_
   std::optional<Eigen::Quaterniond> last_;                         // as measured
-  std::optional<Stamped<Eigen::Quaterniond>> rate_from_;           // as measured
-  std::optional<Eigen::Vector3d> device_rate_radps_;               // from then to the next
+  std::deque<Stamped<Eigen::Quaterniond>> rate_from_;              // as measured
+  std::optional<Eigen::Vector3d> device_rate_radps_;               // from its first to its last
   // The last attitude that was compared, carried to its stamp, and the turn by the gyros since.
   std::optional<Stamped<Eigen::Quaterniond>> anchor_;
   Eigen::Quaterniond turn_ = Eigen::Quaterniond::Identity();
