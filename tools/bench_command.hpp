@@ -35,7 +35,7 @@ std::filesystem::path MapperConfigFor(const bench::SurveyConfig& survey,
                                       const std::filesystem::path& config_dir);
 
 // The file of MapperConfigFor(), with the start that the survey has: at its first fix where it
-// comes from the surface, else at the datum.
+// comes from the surface, else where its track begins.
 MapperConfig LoadMapperConfigFor(const bench::SurveyConfig& survey,
                                  const std::filesystem::path& config_dir);
 // The same as a file; its path.

@@ -14,6 +14,10 @@ namespace seastitch {
 // 5 s) before and after are compared, by the noise that the positions themselves show. A position
 // that stands alone is a spike. Pure.
 //
+// A jump that takes some seconds is a slide: an INS that learns in a turn that its heading is wrong
+// moves its position by metres. Its steps are those of the velocity, where the two have agreed
+// before; where they have not, the velocity is taken to be wrong.
+//
 // Without velocities the motion is that of the positions themselves: one velocity in the vehicle's
 // axes, which turns with its heading, for all positions in sight. Velocity and slide are the median
 // over pairs of positions, none of which lies across the place in question.
@@ -33,8 +37,8 @@ class JumpFinder {
   };
   struct Steady : Position {
     Eigen::Vector2d steady_m = Eigen::Vector2d::Zero();  // given_m less all jumps so far
-    bool jumped = false;                                 // between the position before and this
-    double jump_variance_m2 = 0.0;                       // each axis: how well that jump is known
+    bool jumped = false;  // between the position before and this, or by a slide that ends here
+    double jump_variance_m2 = 0.0;  // each axis: how well that jump is known
   };
 
   // min_jump_m: nothing smaller is called a jump.
@@ -54,6 +58,7 @@ class JumpFinder {
   template <class Archive, class Self>
   static void Fields(Archive& archive, Self& self) {
     archive(self.waiting_, self.last_, self.before_, self.steps_m_, self.jumps_m_);
+    archive(self.shifts_m_, self.slide_m_);
   }
 
  private:
@@ -78,15 +83,18 @@ class JumpFinder {
   void DecideFirst(std::vector<Steady>* out);
   Window Around() const;
   std::optional<Eigen::Vector2d> JumpIn(const Window& window, double noise_m) const;
+  bool Slides(double noise_m, const Entry& first);
   bool IsSpike(const Window& window, double noise_m) const;
   double Noise(const Window& window) const;
 
   double min_jump_m_;
-  std::deque<Entry> waiting_;   // not decided
-  std::optional<Entry> last_;   // added last
-  std::deque<Entry> before_;    // decided, since the last jump or gap
-  std::deque<double> steps_m_;  // of the residual from one position to the next, both axes
-  Eigen::Vector2d jumps_m_ = Eigen::Vector2d::Zero();
+  std::deque<Entry> waiting_;    // not decided
+  std::optional<Entry> last_;    // added last
+  std::deque<Entry> before_;     // decided, since the last jump or gap
+  std::deque<double> steps_m_;   // of the residual from one position to the next, both axes
+  std::deque<double> shifts_m_;  // of the residual, from the positions before to those after
+  Eigen::Vector2d jumps_m_ = Eigen::Vector2d::Zero();  // slides included
+  Eigen::Vector2d slide_m_ = Eigen::Vector2d::Zero();  // since the slide began; 0: none
   int spikes_ = 0;
 };
 
