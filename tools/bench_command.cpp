@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "bench/log.hpp"
+#include "bench/path.hpp"
 #include "bench/survey_config.hpp"
 #include "common/convert/convert.hpp"
 #include "common/runtime/health.hpp"
@@ -43,6 +44,10 @@ MapperConfig LoadMapperConfigFor(const bench::SurveyConfig& survey,
                                  const std::filesystem::path& config_dir) {
   MapperConfig config = LoadMapperConfig(MapperConfigFor(survey, config_dir).string());
   config.navigation.start_at_first_fix = survey.fixes.gps;
+  if (survey.fixes.gps) return config;
+  const Eigen::Vector2d start = bench::Path(survey.plan).At(0.0).p;
+  config.navigation.start_north_m = start.x();
+  config.navigation.start_east_m = start.y();
   return config;
 }
 

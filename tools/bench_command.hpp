@@ -35,7 +35,7 @@ std::filesystem::path MapperConfigFor(const bench::SurveyConfig& survey,
                                       const std::filesystem::path& config_dir);
 
 // The file of MapperConfigFor(), with the survey's start: at the first fix if the vehicle starts at
-// the surface, else at the datum.
+// the surface, else where its track begins.
 MapperConfig LoadMapperConfigFor(const bench::SurveyConfig& survey,
                                  const std::filesystem::path& config_dir);
 // Writes the same to a file; returns its path.

@@ -23,13 +23,6 @@
 namespace seastitch {
 namespace {
 
-// Configuration of the simulated INS, which starts at the position that the file states.
-MapperConfig ConfigOfIns(const std::filesystem::path& file) {
-  MapperConfig config = LoadMapperConfig(file.string());
-  config.navigation.start_at_first_fix = false;
-  return config;
-}
-
 using FileBytes = std::vector<std::uint8_t>;
 
 // Writers of one file format.
@@ -80,7 +73,7 @@ class Writer {
   explicit Writer(const SurveyWriterOptions& options)
       : options_(options),
         format_(ExpectFormat(options.file)),
-        config_(ConfigOfIns(options.mapper_config)),
+        config_(LoadMapperConfig(options.mapper_config.string())),
         to_map_(Rad2Deg(config_.vehicle.datum_latitude_rad),
                 Rad2Deg(config_.vehicle.datum_longitude_rad),
                 0.0),
@@ -104,8 +97,10 @@ class Writer {
     With<imu_t>(event, channels::kImu, [this](const ImuSample& s) { Navigate(s); });
     With<dvl_t>(event, channels::kDvl, [this](const DvlSample& s) { Navigate(s); });
     With<depth_t>(event, channels::kDepth, [this](const DepthSample& s) { Navigate(s); });
-    With<position_fix_t>(
-        event, channels::kPositionFix, [this](const PositionFix& f) { fixes_.push_back(f); });
+    With<position_fix_t>(event, channels::kPositionFix, [this](const PositionFix& fix) {
+      if (ins_.start_state() != StartState::kStarted) ins_.Add(fix);  // it may start there
+      fixes_.push_back(fix);
+    });
     With<mbes_ping_t>(event, channels::kMbesPing, [this](const MbesPing& ping) {
       WriteInstallation(ping.time);
       Write(format_.ping(ping));

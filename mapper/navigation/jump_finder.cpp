@@ -19,6 +19,10 @@ constexpr double kSharp = 0.5;
 // Acceleration of a vehicle under way: a difference that it explains is not a jump.
 constexpr double kAccelerationMps2 = 0.5;
 constexpr std::size_t kNoiseSteps = 200;
+// Positions over which position and velocity must have agreed: a minute at 5 Hz.
+constexpr std::size_t kTrustedShifts = 300;
+// A slower slide may be an error of the velocity, such as its lag in a turn.
+constexpr double kSlideMps = 0.2;
 // Variance of a median divided by that of a mean, for normal noise.
 constexpr double kMedianVariance = 1.57;
 constexpr double kSigmaPerMedian = 1.0 / 0.6745;
@@ -122,7 +126,16 @@ void JumpFinder::DecideFirst(std::vector<Steady>* out) {
     steady.jumped = true;
     steady.jump_variance_m2 = window.variance * noise_m * noise_m;
     jumps_m_ += *jump_m;
+    slide_m_.setZero();
     before_.clear();
+  } else if (Slides(noise_m, first)) {
+    const Eigen::Vector2d moved_m = first.residual_m - before_.back().residual_m;
+    jumps_m_ += moved_m;
+    slide_m_ += moved_m;
+  } else if (!slide_m_.isZero()) {
+    steady.jumped = slide_m_.norm() > min_jump_m_;
+    steady.jump_variance_m2 = 2.0 * noise_m * noise_m;
+    slide_m_.setZero();
   }
   if (!before_.empty()) {
     std::vector<double> step_m;
@@ -202,6 +215,34 @@ std::optional<Eigen::Vector2d> JumpFinder::JumpIn(const Window& window, double n
   }
   if (here_m - Median(std::move(others_m)) < kSharp * jump.norm()) return std::nullopt;
   return jump;
+}
+
+// True if position and velocity disagree around `first`, the position to be decided, and have
+// agreed before.
+bool JumpFinder::Slides(double noise_m, const Entry& first) {
+  Points before, after{first.residual_m};
+  for (const Entry& entry : before_) before.push_back(entry.residual_m);
+  bool by_velocity = first.by_velocity;
+  const Time t = first.position.time;
+  Time last = t;
+  for (const Entry& entry : waiting_) {
+    if (after.size() >= kWindow || ToSeconds(entry.position.time - t) > kWindowS) break;
+    by_velocity = by_velocity && entry.by_velocity;
+    after.push_back(entry.residual_m);
+    last = entry.position.time;
+  }
+  if (!by_velocity || before.size() < kFewest || after.size() < kFewest) return false;
+  const double shift_m = (MedianOf(after) - MedianOf(before)).norm();
+  const bool agreed =
+      shifts_m_.size() >= kWindow &&
+      Median(std::vector<double>(shifts_m_.begin(), shifts_m_.end())) < 0.5 * min_jump_m_;
+  shifts_m_.push_back(shift_m);
+  if (shifts_m_.size() > kTrustedShifts) shifts_m_.pop_front();
+  const double between_s = 0.5 * ToSeconds(last - before_.front().position.time);
+  const double sigma_m =
+      noise_m * std::sqrt(kMedianVariance * (1.0 / static_cast<double>(before.size()) +
+                                             1.0 / static_cast<double>(after.size())));
+  return agreed && shift_m > std::max({min_jump_m_, kSlideMps * between_s, kGate * sigma_m});
 }
 
 // True if the positions after agree with those before, and this position differs from its

@@ -14,6 +14,10 @@ namespace seastitch {
 // after are compared, relative to the noise of the positions themselves. A single position that
 // deviates is a spike. Pure.
 //
+// A jump that takes some seconds is a slide: an INS that finds in a turn that its heading is wrong
+// moves its position by metres. The motion during a slide is that of the velocity, if position and
+// velocity have agreed before. If they have not, the velocity is considered wrong.
+//
 // Without velocities the motion is estimated from the positions: one velocity in the vehicle's
 // axes, which turn with its heading, for all positions of the window. This velocity, and the even
 // change, are medians over pairs of positions on the same side of the possible jump.
@@ -33,7 +37,8 @@ class JumpFinder {
   };
   struct Steady : Position {
     Eigen::Vector2d steady_m = Eigen::Vector2d::Zero();  // given_m minus all jumps so far
-    bool jumped = false;            // between the previous position and this one
+    bool jumped =
+        false;  // between the previous position and this one, or by a slide that ends here
     double jump_variance_m2 = 0.0;  // variance of the jump, each axis
   };
 
@@ -54,6 +59,7 @@ class JumpFinder {
   template <class Archive, class Self>
   static void Fields(Archive& archive, Self& self) {
     archive(self.waiting_, self.last_, self.before_, self.steps_m_, self.jumps_m_);
+    archive(self.shifts_m_, self.slide_m_);
   }
 
  private:
@@ -78,15 +84,18 @@ class JumpFinder {
   void DecideFirst(std::vector<Steady>* out);
   Window Around() const;
   std::optional<Eigen::Vector2d> JumpIn(const Window& window, double noise_m) const;
+  bool Slides(double noise_m, const Entry& first);
   bool IsSpike(const Window& window, double noise_m) const;
   double Noise(const Window& window) const;
 
   double min_jump_m_;
-  std::deque<Entry> waiting_;   // not decided
-  std::optional<Entry> last_;   // the last one added
-  std::deque<Entry> before_;    // decided, since the last jump or gap
-  std::deque<double> steps_m_;  // of the residual from one position to the next, both axes
-  Eigen::Vector2d jumps_m_ = Eigen::Vector2d::Zero();
+  std::deque<Entry> waiting_;    // not decided
+  std::optional<Entry> last_;    // the last one added
+  std::deque<Entry> before_;     // decided, since the last jump or gap
+  std::deque<double> steps_m_;   // of the residual from one position to the next, both axes
+  std::deque<double> shifts_m_;  // of the residual, from the positions before to those after
+  Eigen::Vector2d jumps_m_ = Eigen::Vector2d::Zero();  // slides included
+  Eigen::Vector2d slide_m_ = Eigen::Vector2d::Zero();  // since the slide began; 0: none
   int spikes_ = 0;
 };
 

@@ -35,6 +35,11 @@ namespace fs = std::filesystem;
 constexpr double kFixSigmaM = 2.0;
 constexpr double kFixEveryS = 240.0;
 
+struct Folder {
+  fs::path p;
+  const fs::path& path() const { return p; }
+};
+
 ProductSummary Map(const std::vector<fs::path>& inputs,
                    const fs::path& mapper,
                    const fs::path& truth,
@@ -68,7 +73,8 @@ void Run(const std::string& survey_file,
          std::uint64_t first_seed,
          int runs,
          int dives,
-         const std::string& format) {
+         const std::string& format,
+         const std::string& keep) {
   std::printf(
       "survey %s, errors %s, as .%s, a fix of %.0f m every %.0f s; shape error RMS [m], before and "
       "after\n",
@@ -90,7 +96,12 @@ void Run(const std::string& survey_file,
   double files2 = 0.0;
   double dives2 = 0.0;
   for (int run = 0; run < runs; ++run) {
-    const TemporaryDir dir;
+    const TemporaryDir temporary;
+    const Folder dir{keep.empty()
+                         ? temporary.path()
+                         : fs::path(keep) /
+                               std::to_string(first_seed + static_cast<std::uint64_t>(run))};
+    fs::create_directories(dir.path());
     bench::SurveyConfig survey = bench::LoadSurvey(survey_file);
     survey.seed = first_seed + static_cast<std::uint64_t>(run);
     survey.error_class = errors;
@@ -167,8 +178,10 @@ int main(int argc, char** argv) try {
   app.add_option("--format", format, "of the files; dives are cut from kmall")
       ->check(CLI::IsMember({"kmall", "all", "s7k"}))
       ->capture_default_str();
+  std::string keep;
+  app.add_option("--keep", keep, "leaves logs, files and maps in this folder, by seed");
   CLI11_PARSE(app, argc, argv);
-  seastitch::Run(survey, errors, first_seed, runs, dives, format);
+  seastitch::Run(survey, errors, first_seed, runs, dives, format, keep);
   return 0;
 } catch (const std::exception& e) {
   std::fprintf(stderr, "seastitch-bench-files: %s\n", e.what());

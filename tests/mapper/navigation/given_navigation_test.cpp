@@ -56,7 +56,8 @@ double TrueYaw(double t_s) {
 struct JumpTrial {
   std::vector<MapFix> fixes;
   std::int64_t jumps = 0;
-  double largest_step_m = 0.0;  // of the track, against the truth
+  double largest_step_m = 0.0;  // of the track
+  double largest_off_m = 0.0;   // of the track from the truth, by the places where both begin
 };
 
 struct JumpSurvey {
@@ -66,6 +67,9 @@ struct JumpSurvey {
   bool velocity = true;  // with 0.02 m/s of noise
   double rate_hz = 5.0;
   double noise_m = 0.1;
+  double jump_takes_s = 0.0;                                      // 0: it is sudden
+  double lag_s = 0.0;                                             // of the velocity
+  Eigen::Vector2d not_in_velocity_mps = Eigen::Vector2d::Zero();  // as of one through the water
   bool restless = false;  // turns of 5 m radius, comes to a stop and sets off again, side current
 };
 
@@ -91,6 +95,7 @@ JumpTrial RunJumps(const JumpSurvey& survey, Rng* rng) {
   const int between = static_cast<int>(100.0 * survey.rate_hz);
   Eigen::Vector2d p = Eigen::Vector2d::Zero();
   Eigen::Vector2d error = Eigen::Vector2d::Zero();
+  Eigen::Vector2d to_come = Eigen::Vector2d::Zero();  // of the last jump
   for (int i = 0; i < (survey.jumps + 1) * between; ++i) {
     const Time t = At(dt_s * i);
     double yaw = 0.0;
@@ -98,11 +103,18 @@ JumpTrial RunJumps(const JumpSurvey& survey, Rng* rng) {
     p += dt_s * v;
     if (i > 0 && i % between == 0) {
       const double direction = 2.0 * kPi * Normal(rng);
-      error += survey.jump_m * Eigen::Vector2d(std::cos(direction), std::sin(direction));
+      to_come = survey.jump_m * Eigen::Vector2d(std::cos(direction), std::sin(direction));
     }
+    const double share = std::min(1.0, dt_s / std::max(survey.jump_takes_s, dt_s));
+    const double left = std::max(0.0, survey.jump_takes_s - std::fmod(dt_s * i, 100.0));
+    const bool moves = i >= between && (survey.jump_takes_s == 0.0 ? i % between == 0 : left > 0.0);
+    if (moves) error += share * to_come;
     Eigen::Vector2d given = p + error + survey.noise_m * Eigen::Vector2d(Normal(rng), Normal(rng));
     if (i % between == between / 2) given.x() += survey.spike_m;
-    const Eigen::Vector2d v_given = v + 0.02 * Eigen::Vector2d(Normal(rng), Normal(rng));
+    double yaw_then = 0.0;
+    const Eigen::Vector2d v_given = TrueVelocity(survey, dt_s * i - survey.lag_s, &yaw_then) -
+                                    survey.not_in_velocity_mps +
+                                    0.02 * Eigen::Vector2d(Normal(rng), Normal(rng));
     navigation.Add(
         SampleOf(dt_s * i, given, yaw, survey.velocity ? std::optional(v_given) : std::nullopt));
     for (const MapFix& fix : navigation.TakeFixes(t)) trial.fixes.push_back(fix);
@@ -112,10 +124,16 @@ JumpTrial RunJumps(const JumpSurvey& survey, Rng* rng) {
                     ? navigation.counters().at("ins_position_jumps")
                     : 0;
   std::optional<Eigen::Vector2d> last;
+  Eigen::Vector2d begin = Eigen::Vector2d::Zero();
+  p.setZero();
   for (int i = 0; i < (survey.jumps + 1) * between; ++i) {
+    double yaw = 0.0;
+    p += dt_s * TrueVelocity(survey, dt_s * i, &yaw);
     const auto state = navigation.StateAt(At(dt_s * i));
     if (!state) continue;
     const Eigen::Vector2d at = state->T_map_vehicle.translation().head<2>();
+    if (!last) begin = at - p;
+    trial.largest_off_m = std::max(trial.largest_off_m, (at - p - begin).norm());
     if (last) trial.largest_step_m = std::max(trial.largest_step_m, (at - *last).norm());
     last = at;
   }
@@ -151,6 +169,34 @@ TEST(GivenNavigation, FindsEveryJumpOfOneMetreAmongTenCentimetresOfNoise) {
 TEST(GivenNavigation, InventsNoJump) {
   Rng rng(2);
   for (int trial = 0; trial < 20; ++trial) EXPECT_EQ(RunJumps({}, &rng).jumps, 0);
+}
+
+// An INS that learns in a turn that its heading was wrong moves its position within seconds: that
+// is no way that the vehicle went. A step is 0.4 m of way, and noise.
+TEST(GivenNavigation, TakesASlideOfSecondsOutOfTheTrack) {
+  Rng rng(5);
+  for (const double noise_m : {0.0, 0.02, 0.1}) {
+    SCOPED_TRACE(noise_m);
+    const JumpTrial slides =
+        RunJumps({.jump_m = 6.0, .noise_m = noise_m, .jump_takes_s = 4.0}, &rng);
+    EXPECT_EQ(slides.jumps, 10);
+    EXPECT_LT(slides.largest_off_m, 1.5);  // of some 20 m that ten slides of any direction make
+  }
+}
+
+// A velocity that lags in turns, or is one through the water, is no reason to distrust positions.
+TEST(GivenNavigation, TakesAnErrorOfTheVelocityForNoSlide) {
+  Rng rng(6);
+  for (const JumpSurvey& survey :
+       {JumpSurvey{.lag_s = 0.2},
+        JumpSurvey{.noise_m = 0.02, .lag_s = 0.2},
+        JumpSurvey{.not_in_velocity_mps = {0.5, 0.3}},
+        JumpSurvey{.noise_m = 0.02, .not_in_velocity_mps = {0.5, 0.3}, .restless = true}}) {
+    SCOPED_TRACE(testing::Message() << survey.lag_s << " s late, " << survey.noise_m << " m");
+    const JumpTrial none = RunJumps(survey, &rng);
+    EXPECT_EQ(none.jumps, 0);
+    EXPECT_LT(none.largest_off_m, 1.0);
+  }
 }
 
 // Nor where it has to tell a jump from turns, stops and starts by the positions themselves.
