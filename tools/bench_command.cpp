@@ -123,7 +123,8 @@ int RunBench(const BenchOptions& options) {
                 options.log.c_str(),
                 mapper.c_str());
     if (!options.survey_file.empty()) {
-      const SurveyWriterResult file = WriteSurveyFile({options.log, mapper, options.survey_file});
+      const SurveyWriterResult file =
+          WriteSurveyFile({options.log, mapper_config, options.survey_file});
       std::printf("%lld pings, %lld positions and %lld jumps of the INS in %s\n",
                   static_cast<long long>(file.pings),
                   static_cast<long long>(file.positions),

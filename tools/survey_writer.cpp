@@ -73,7 +73,7 @@ class Writer {
   explicit Writer(const SurveyWriterOptions& options)
       : options_(options),
         format_(ExpectFormat(options.file)),
-        config_(LoadMapperConfig(options.mapper_config.string())),
+        config_(options.ins),
         to_map_(Rad2Deg(config_.vehicle.datum_latitude_rad),
                 Rad2Deg(config_.vehicle.datum_longitude_rad),
                 0.0),

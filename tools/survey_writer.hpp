@@ -3,14 +3,16 @@
 #include <cstdint>
 #include <filesystem>
 
+#include "mapper/mapper_config.hpp"
+
 namespace seastitch {
 
 struct SurveyWriterOptions {
-  std::filesystem::path log;            // LCM log of a survey, such as one written by the bench
-  std::filesystem::path mapper_config;  // vehicle and data sheets of the INS
-  std::filesystem::path file;           // to be written: .kmall, .all or .s7k
-  double motion_rate_hz = 50.0;         // #SKM, A, 1016
-  double position_rate_hz = 5.0;        // #SPO, P, 1003
+  std::filesystem::path log;      // LCM log of a survey, such as one written by the bench
+  MapperConfig ins;               // vehicle, start and data sheets of the INS
+  std::filesystem::path file;     // to be written: .kmall, .all or .s7k
+  double motion_rate_hz = 50.0;   // #SKM, A, 1016
+  double position_rate_hz = 5.0;  // #SPO, P, 1003
 };
 
 struct SurveyWriterResult {

@@ -116,7 +116,8 @@ void Run(const std::string& survey_file,
     bench::WriteLog(&simulator, drivers, {}, log, {});
     const fs::path mapper = WriteMapperConfigFor(survey, ConfigDir(), dir.path());
     const fs::path kmall = dir.path() / ("survey." + format);
-    const SurveyWriterResult file = WriteSurveyFile({log, mapper, kmall});
+    const SurveyWriterResult file =
+        WriteSurveyFile({log, LoadMapperConfig(mapper.string()), kmall});
     const fs::path truth = bench::TruthPathFor(log);
     const ProductSummary a = Map({log}, mapper, truth, dir.path() / "a");
     const fs::path given = dir.path() / "given.yaml";

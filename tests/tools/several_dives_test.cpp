@@ -11,6 +11,7 @@
 #include <regex>
 #include <sstream>
 
+#include "mapper/mapper_config.hpp"
 #include "tests/drivers/test_data.hpp"
 #include "tests/paths.hpp"
 #include "tests/process/run_command.hpp"
@@ -21,6 +22,13 @@
 
 namespace seastitch {
 namespace {
+
+// The survey begins at the datum and without a fix.
+MapperConfig InsAtDatum(const std::filesystem::path& file) {
+  MapperConfig config = LoadMapperConfig(file.string());
+  config.navigation.start_at_first_fix = false;
+  return config;
+}
 
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
@@ -107,7 +115,7 @@ TEST_F(SeveralDives, BecomeOneMapAndOneElsewhereStandsApart) {
     std::ofstream(config / name) << std::regex_replace(
         TextOf(ConfigFile(name)), std::regex("latitude_deg: 43.07"), "latitude_deg: 43.09");
   WriteSurveyFile({Folder() / "l.lcmlog",
-                   config / "mapper_ins_tactical.yaml",
+                   InsAtDatum(config / "mapper_ins_tactical.yaml"),
                    config / "dive4" / "lines.kmall"});
 
   const CommandResult whole = Replay("whole.kmall");
@@ -174,8 +182,9 @@ TEST_F(SeveralDives, EveryFormatThatIsWrittenGivesTheMap) {
   const double kmall_m = Report()["truth"]["aligned_position_rms_m"]["after"];
   const int submaps = Report()["submaps"];
   for (const char* const name : {"whole.all", "whole.s7k"}) {
-    WriteSurveyFile(
-        {Folder() / "l.lcmlog", ConfigFile("mapper_ins_tactical.yaml"), Folder() / name});
+    WriteSurveyFile({Folder() / "l.lcmlog",
+                     InsAtDatum(ConfigFile("mapper_ins_tactical.yaml")),
+                     Folder() / name});
     const CommandResult result = Replay(name);
     ASSERT_EQ(result.exit_code, 0) << result.output;
     const double shape_m = Report()["truth"]["aligned_position_rms_m"]["after"];
@@ -196,8 +205,10 @@ TEST_F(SeveralDives, JumpsOfTheInsAreTakenOutWhateverTheFormat) {
       " --log " + (dir.path() / "l.lcmlog").string());
   ASSERT_EQ(bench.exit_code, 0) << bench.output;
   for (const char* const name : {"jumps.kmall", "jumps.all", "jumps.s7k"}) {
-    const SurveyWriterResult written = WriteSurveyFile(
-        {dir.path() / "l.lcmlog", ConfigFile("mapper_ins_tactical.yaml"), dir.path() / name});
+    const SurveyWriterResult written =
+        WriteSurveyFile({dir.path() / "l.lcmlog",
+                         InsAtDatum(ConfigFile("mapper_ins_tactical.yaml")),
+                         dir.path() / name});
     ASSERT_GE(written.fixes, 2);
     const CommandResult result = Replay((dir.path() / name).string());
     ASSERT_EQ(result.exit_code, 0) << result.output;
@@ -293,8 +304,9 @@ TEST_F(SeveralDives, HeightsAboveTheEllipsoidTakeThePlaceOfATideGauge) {
          "  - {quantity: longitude, column: 3}\n"
          "  - {quantity: height, column: 4, scale: -1}\n";
   for (const char* const name : {"plain.all", "heights.s7k"})
-    WriteSurveyFile(
-        {Folder() / "l.lcmlog", ConfigFile("mapper_ins_tactical.yaml"), Folder() / name});
+    WriteSurveyFile({Folder() / "l.lcmlog",
+                     InsAtDatum(ConfigFile("mapper_ins_tactical.yaml")),
+                     Folder() / name});
   std::ofstream(Folder() / "heights.all", std::ios::binary)
       << WithHeightDatagrams(TextOf(Folder() / "plain.all"), 0.0);
   const auto config = [this](const std::string& more) {
