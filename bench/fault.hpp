@@ -22,7 +22,7 @@ struct Fault {
   double to_s = std::numeric_limits<double>::infinity();
   // Used with kPacketLoss.
   Device device = Device::kMbes;
-  double rate = 0.01;
+  double rate = 0.01;  // probability that a packet is lost, 0 to 1
 };
 
 }  // namespace seastitch::bench

@@ -79,8 +79,9 @@ class ClockModel {
   explicit ClockModel(double least_delay_s) : least_delay_s_(least_delay_s) {}
 
   // Adds a message. device: its stamp by the device's clock, from an arbitrary origin. Returns that
-  // instant on the computer's clock. Returns nothing for a message more than 0.5 s late, while it
-  // is undecided (2 s and 10 messages) whether a clock stepped or the transport stalls.
+  // instant on the computer's clock. Returns nothing for a message that arrives more than 0.5 s
+  // later than the model predicts. If such messages continue for 2 s and at least 10 messages, a
+  // clock has stepped; until then the transport may be stalled.
   std::optional<Time> Add(Duration device, Time recv);
 
   // Steps of either clock, counted while settled().

@@ -12,7 +12,8 @@ namespace seastitch {
 // Limits at which a file ends and the next begins, whichever is reached first.
 struct SplitParams {
   std::int64_t max_bytes = 1'000'000'000;
-  std::int64_t max_us = 3'600'000'000;  // by the events' time, which may also step back by it
+  // Largest difference between the times of a file's first and next event, forward or back [us].
+  std::int64_t max_us = 3'600'000'000;
 };
 
 // Writes events to a series of files in a folder: 000.lcmlog, 001.lcmlog, ... A new file has a
@@ -21,8 +22,8 @@ class LogSeries {
  public:
   LogSeries(std::filesystem::path folder, SplitParams split);
 
-  // The next log; its name is on the disk afterwards. The first event opens one, too. Throws
-  // std::runtime_error "FILE: reason".
+  // Opens the next file and brings its name to the disk. Write() does this for the first event if
+  // no file is open. Throws std::runtime_error "FILE: reason".
   void Open();
   // Throws as EventLogWriter::Write(): a log ends with a whole event, and is on the disk before the
   // next begins.

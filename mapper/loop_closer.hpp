@@ -83,8 +83,8 @@ class LoopCloser {
 
   // Records the results of registering these pairs. Returns the edges that are new to the graph,
   // with covariances inflated for submaps inside which the heading varies (Submap::heading_spread).
-  // A pair without an edge could not be registered, because a cloud was missing or an exception
-  // came.
+  // A pair without an edge could not be registered, because a cloud was missing or registration
+  // threw an exception.
   std::vector<GraphEdge> Record(const std::vector<LoopPair>& pairs,
                                 const std::vector<GraphEdge>& edges);
 

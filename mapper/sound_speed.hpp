@@ -11,7 +11,6 @@ namespace seastitch {
 
 // Chooses a ping's sound-speed profile: the received profile nearest in time, else the configured
 // one, else a constant speed, the one measured at the sonar.
-// one, else a constant speed, the one that the sonar measured at its face.
 //
 // The time of a profile may be hours before that of its message. A profile is used for pings whose
 // last echo is not before the time of its message. At that time all messages within navigation's

@@ -14,8 +14,9 @@
 
 namespace seastitch {
 
-// The events of a replay's logs in one sequence: those of one recorder in its own order; several
-// recorders merged by the logs' times, which are taken as never decreasing within a recorder.
+// The events of a replay's logs in one sequence. Events of one recorder keep their order. Several
+// recorders are merged by log time. A time that goes back within a recorder counts as the largest
+// before it.
 class MergedLogs {
  public:
   // Throws std::runtime_error as EventLogReader.

@@ -14,9 +14,9 @@ bool IsSbet(const std::filesystem::path& path);
 // True for processed navigation beside a sonar's files: SBET, MB-System's .fnv and .na0, and text
 // with a file that describes its columns (ColumnsFileOf).
 bool IsNavigationBeside(const std::filesystem::path& path);
-// True for its source in NavigationRecord.
+// True if `source` (of a NavigationRecord) is such navigation.
 bool IsBeside(const std::string& source);
-// The source of such navigation with records, from counts of records; empty: none.
+// First source of such navigation that has records. counts: records by source. Empty: none.
 std::string BesideAmong(const std::map<std::string, std::int64_t>& counts);
 
 // Parameters that an SBET does not contain, from the survey: the GPS week, by a time of the survey;

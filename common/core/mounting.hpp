@@ -8,10 +8,9 @@
 // They are the same in every submap of a dive, so that moving submaps cannot correct them. Each
 // dive has its own. To first order three numbers describe all that is observable:
 //
-// * Offset of the sonar, forward and to starboard: lines of opposite heading are shifted relative
-// to
-//   each other by twice the offset. A latency (times speed) and a pitch angle (times altitude) act
-//   like an offset forward.
+// * Offset of the sonar, forward and to starboard: lines of opposite heading are shifted by twice
+//   the offset. A latency (times speed) and a pitch angle (times altitude) act like an offset
+//   forward.
 // * Angle of the DVL about the vertical, relative to the sonar: each submap is sheared, because its
 //   pings lie along the direction of travel that the DVL states, but extend across the sonar's
 //   axis.

@@ -105,7 +105,7 @@ class AttitudeAiding {
   IncrementWatch watch_;
   RefusalRecord refusals_;
   Time begun_;
-  Time compared_;  // and used, where the gyros are not in doubt
+  Time compared_;  // last attitude that was compared with the gyros
   Time agreed_;    // the device and the filter, last
   std::optional<Time> aligned_;
   Alignment alignment_ = Alignment::kUnknown;

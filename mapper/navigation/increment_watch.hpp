@@ -26,8 +26,8 @@ class IncrementWatch {
   void ForgetStep();
 
   bool GoesOn(Time t) const;
-  // Sum of the single differences that were not reversed. StepIsSure(): samples that agree
-  // followed.
+  // Present step of the sensor: sum of the single differences. Empty if later ones cancelled it.
+  // StepIsSure(): at least kAgreeing samples that agree have followed.
   const std::optional<Eigen::Vector3d>& step() const { return step_; }
   bool StepIsSure() const { return step_ && since_step_ >= kAgreeing; }
   Time step_time() const { return step_time_; }

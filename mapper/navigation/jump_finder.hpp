@@ -9,18 +9,19 @@
 
 namespace seastitch {
 
-// Finds the jumps of a given position. Position minus integrated velocity changes evenly, apart
-// from noise, and steps when the INS uses a fix. The medians of 15 positions (or 5 s) before and
-// after are compared, relative to the noise of the positions themselves. A single position that
-// deviates is a spike. Pure.
+// Finds the jumps of a given position. Position minus integrated velocity drifts at a constant
+// rate, apart from noise. It steps when the INS uses a fix. The medians of 15 positions (or 5 s)
+// before and after are compared, relative to the noise of the positions themselves. A single
+// position that deviates is a spike. Pure.
 //
 // A jump that takes some seconds is a slide: an INS that finds in a turn that its heading is wrong
-// moves its position by metres. The motion during a slide is that of the velocity, if position and
-// velocity have agreed before. If they have not, the velocity is considered wrong.
+// moves its position by metres. If position and velocity agreed before, the track follows the
+// velocity during the slide, and the rest is the jump. If not, the velocity is considered wrong,
+// and there is no jump.
 //
 // Without velocities the motion is estimated from the positions: one velocity in the vehicle's
-// axes, which turn with its heading, for all positions of the window. This velocity, and the even
-// change, are medians over pairs of positions on the same side of the possible jump.
+// axes, which turn with its heading, for all positions of the window. This velocity, and the drift,
+// are medians over pairs of positions on the same side of the possible jump.
 class JumpFinder {
  public:
   struct Position {

@@ -26,8 +26,8 @@ namespace seastitch {
 //
 //   seen    the DVL's velocity stepped once, and the accelerometers measured nothing
 //   faulty  the DVL
-//   done    it is not used until it steps back; else for dvl_step_s, and then for as long as
-//           the filter knows velocity better than the step, 300 s at most
+//   done    it is not used until it steps back, or until dvl_step_s has passed and the filter's
+//           velocity sigma is above a third of the step; 300 s at most
 //
 //   seen    ensembles refused for gate_reset_s, for neither reason
 //   faulty  the filter

@@ -50,9 +50,9 @@ class BlockRegression {
   std::vector<Sums> blocks_;
 };
 
-// The time offset of the sonar against the attitude, from the seabed itself. Where stamps are late,
-// soundings are laid out by a roll that the sonar did not have: the slope across changes with every
-// change of the roll rate. Where the seabed slopes along, a pitch that it did not have moves
+// The time offset of the sonar against the attitude, from the seabed itself. A late stamp
+// georeferences a ping with the roll of another instant: the slope across the track then changes in
+// proportion to the roll rate. Where the seabed slopes along, a pitch that it did not have moves
 // soundings along the slope, and the depth changes. Successive pings are compared, so that the
 // seabed's own slope cancels. Pure.
 class SonarTiming {
@@ -63,7 +63,7 @@ class SonarTiming {
   SonarTimingEstimate estimate() const;
 
  private:
-  // What a ping shows of the seabed below.
+  // Seabed below the vehicle as one ping measures it.
   struct Look {
     Time time;
     double slope_rad = 0.0;  // across, positive where it is deeper to starboard

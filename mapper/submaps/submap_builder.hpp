@@ -74,9 +74,9 @@ class SubmapBuilder {
   // counts as unbounded.
   using Drift = std::function<std::optional<Eigen::Matrix3d>(Time a, Time b)>;
 
-  // Rigid 2D transform T_anchored_map. It takes places in the map as dead reckoning knows it at `t`
-  // to the map as it was published at `anchor`, so that corrections of heading or position between
-  // the two do not bend a submap. See Navigation::Hindsight.
+  // Rigid 2D transform T_anchored_map. Takes positions computed with the filter's state at `t`
+  // into the map in which the pose at `anchor` is the published one, so that corrections of heading
+  // or position between the two do not bend a submap. See Navigation::Hindsight.
   using Hindsight = std::function<Pose2(Time anchor, Time t)>;
 
   SubmapBuilder(const SubmapParams& params,
