@@ -67,8 +67,9 @@ function(seastitch_executable name)
 endfunction()
 
 # seastitch_test(NAME SOURCES... LINK TARGETS... [LABEL unit|process]): one GoogleTest binary a unit,
-# one ctest a case. Unit tests (the default) need no other binary and run under the sanitizers;
-# process tests start the real programs.
+# one ctest a case; with SEASTITCH_TESTS_BY_BINARY one ctest a binary, without its Monte Carlo cases,
+# since a sanitizer needs a second to start a process. Unit tests (the default) need no other binary and
+# run under the sanitizers; process tests start the real programs, take longest and so start first.
 add_custom_target(unit_tests)
 function(seastitch_test name)
   cmake_parse_arguments(ARG "" "LABEL" "LINK" ${ARGN})
@@ -82,7 +83,13 @@ function(seastitch_test name)
     ${ARG_LINK} seastitch_test_paths seastitch_warnings GTest::gmock GTest::gtest_main)
   target_compile_options(${name} PRIVATE ${SEASTITCH_ALL_TEST_OPTIONS})
   target_precompile_headers(${name} REUSE_FROM seastitch_read_once_by_tests)
-  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES LABELS ${ARG_LABEL})
+  if(SEASTITCH_TESTS_BY_BINARY)
+    add_test(NAME ${name} COMMAND ${name} --gtest_brief=1 --gtest_filter=-*MonteCarlo*)
+    set_tests_properties(${name} PROPERTIES LABELS ${ARG_LABEL})
+  else()
+    gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST
+      PROPERTIES LABELS ${ARG_LABEL} COST $<IF:$<STREQUAL:${ARG_LABEL},process>,1000,1>)
+  endif()
   if(ARG_LABEL STREQUAL unit)
     add_dependencies(unit_tests ${name})
   endif()
