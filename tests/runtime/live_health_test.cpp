@@ -194,8 +194,8 @@ TEST_F(LiveHealth, SaysThatMessagesCannotBeSent) {
   EXPECT_EQ(Counter(msg, "bus_publish_errors"), 1);
 }
 
-// Drops of our sockets on a port, as the kernel's own table has them. While other processes open and close
-// sockets, a row may appear in the table twice: each inode counts once.
+// Drops of our sockets on a port, as the kernel's own table has them. While other processes open
+// and close sockets, a row may appear in the table twice: each inode counts once.
 std::int64_t DropsInProc(int port) {
   std::ifstream table("/proc/self/net/udp");
   std::string line;
