@@ -16,10 +16,10 @@
 
 namespace seastitch::bench {
 
-// All of a simulated survey. The same config gives the same bytes.
 // 2026-01-01T00:00:00Z: default start of a simulated survey, by the devices' clocks.
 constexpr Time kSurveyStart = FromUtime(1'767'225'600'000'000);
 
+// All of a simulated survey. The same config gives the same bytes.
 struct SurveyConfig {
   std::uint64_t seed = 1;
   Time start = kSurveyStart;  // no key of the file

@@ -277,12 +277,13 @@ void DeclareFilter(CloudFilterParams* p, ParameterTable* table) {
               "Smallest number of other soundings at a spike's height for which the spike is kept "
               "as a feature, together with min_support_fraction.");
   section
-      .Add("min_support_fraction",
-           &p->min_support_fraction,
-           Unit::kNone,
-           Range::AtLeast(0.0).Below(1.0),
-           "Smallest fraction that these make up of all soundings around the spike, from more than "
-           "one ping, for which it is kept as a feature.")
+      .Add(
+          "min_support_fraction",
+          &p->min_support_fraction,
+          Unit::kNone,
+          Range::AtLeast(0.0).Below(1.0),
+          "Smallest fraction of all soundings around a spike that must lie at its height, from two "
+          "pings at least, to keep it.")
       .WasCalled("min_support_part");
   section.Add(
       "min_neighbours",
@@ -360,7 +361,8 @@ void DeclareSearch(RegistrationParams* p, ParameterTable* section) {
       &p->max_modes,
       Unit::kNone,
       Range::Within(2, 100),
-      "Maximum number of modes (local maxima of the search) that are refined, best first.");
+      "Maximum number of modes (local maxima of the search, those of highest prominence) that are "
+      "refined.");
   section->Add("max_search_cells",
                &p->max_search_cells,
                Unit::kNone,
@@ -410,22 +412,23 @@ void DeclareGates(RegistrationParams* p, ParameterTable* section) {
                "Smallest number of patches (independent measurements) in the overlap. A fit has "
                "four parameters, and its statistics need a few more patches.");
   section
-      ->Add("min_evidence_nats",
-            &p->min_evidence_nats,
-            Unit::kNat,
-            Range::Above(0.0),
-            "Smallest evidence: log-likelihood ratio of the best placement against chance. Below "
-            "it the verdict is degenerate. A second placement whose evidence comes this near makes "
-            "the verdict ambiguous.")
+      ->Add(
+          "min_evidence_nats",
+          &p->min_evidence_nats,
+          Unit::kNat,
+          Range::Above(0.0),
+          "Smallest evidence: log-likelihood ratio of the best hypothesis against chance. Below it "
+          "the verdict is degenerate. A rival of half as much evidence makes the verdict ambiguous "
+          "if evidence (compared per patch) plus log prior comes this near.")
       .WasCalled("ambiguity_floor");
   section
-      ->Add("ambiguity_margin_nats_per_patch",
-            &p->ambiguity_margin_nats_per_patch,
-            Unit::kNatPerPatch,
-            Range::AtLeast(0.0),
-            "Margin of evidence per patch below which a second placement makes the verdict "
-            "ambiguous; times the number of patches, it applies where it is larger than "
-            "min_evidence_nats.")
+      ->Add(
+          "ambiguity_margin_nats_per_patch",
+          &p->ambiguity_margin_nats_per_patch,
+          Unit::kNatPerPatch,
+          Range::AtLeast(0.0),
+          "Margin per patch within which a rival makes the verdict ambiguous. Times the number of "
+          "patches it applies where it is larger than min_evidence_nats.")
       .WasCalled("ambiguity_per_patch");
   section
       ->Add("max_residual_ratio",

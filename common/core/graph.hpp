@@ -38,7 +38,7 @@ enum class LoopVerdict : std::uint8_t {
   kAccepted,
   kAmbiguous,      // two alignments fit about equally well
   kDegenerate,     // the seabed has too little structure to determine the pose
-  kPoorFit,        // residuals are larger than the noise
+  kPoorFit,        // residuals exceed max_residual_ratio times the expected noise
   kLittleOverlap,  // too small an area in common
   kOutsideWindow,  // outside the uncertainty of the prior
   kNotConverged,   // the refinement did not converge

@@ -24,7 +24,7 @@ struct Attitude {
   Eigen::Vector3d sigma_rpy_rad = Eigen::Vector3d::Zero();
 };
 
-// Alignment state of an inertial unit: whether its heading is valid. kUnknown: it does not say.
+// Alignment state of an inertial unit: whether its heading is valid. kUnknown: not stated.
 enum class Alignment : std::uint8_t { kUnknown, kAligning, kAligned };
 
 struct ImuSample {

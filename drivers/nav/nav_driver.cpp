@@ -239,8 +239,8 @@ ParameterTable TableOf(NavDriverConfig* config) {
                                        &config->usbl,
                                        &table);
   DeclareFixes(&config->usbl_fixes,
-               "Error of a fix to the north and to the east, 1 sigma each. A larger accuracy in "
-               "the sentence is used instead.",
+               "Error of a fix to the north and to the east, 1 sigma each. If the "
+               "sentence states a larger error, that one is used.",
                &usbl);
   usbl.Add("transponder",
            &config->usbl_fixes.transponder,

@@ -280,8 +280,8 @@ class ErrorStateFilter {
              double variance,
              double change_per_s = 0.0,
              double carried_s = 0.0);
-  // Before the update by such a scalar, with PH = P_ H^T: takes from the correction what noise
-  // times noise would teach of the DVL's scale.
+  // Before the update by such a scalar, with PH = P_ H^T: takes from the correction the bias
+  // that correlated noise would cause in the DVL's scale.
   double TakeNoiseOffScale(NavSensor sensor,
                            const ErrorRow& H,
                            const ErrorVector& PH,
@@ -304,7 +304,7 @@ class ErrorStateFilter {
   Transition since_{ErrorMatrix::Identity(), ErrorVector::Zero()};
   ErrorVector correction_ = ErrorVector::Zero();
   StampError stamp_error_;
-  // Of each bias: sigma when left alone, and how fast it forgets.
+  // Steady-state sigma of each bias, and the rate at which it returns to it [1/s].
   ErrorVector bias_sigma_ = ErrorVector::Zero();
   ErrorVector bias_rate_ = ErrorVector::Zero();
 

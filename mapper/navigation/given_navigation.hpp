@@ -75,7 +75,7 @@ class GivenNavigation : public Navigation {
   // The latest state: the only delay is that of the search for jumps.
   std::optional<NavState> Predicted() const override;
   std::optional<Eigen::Matrix3d> RelativeCovariance(Time a, Time b) const override;
-  // An INS does not correct its past output.
+  // Identity while both times are in the track, else nothing: an INS does not correct past output.
   std::optional<Pose2> Hindsight(Time anchor, Time t) const override;
   std::vector<MapFix> WaitingFixes() const override;
   std::vector<MapFix> TakeFixes(Time until) override;

@@ -86,7 +86,7 @@ constexpr double kStepRad = 2e-4;
 // converged.
 constexpr int kMaxSteps = 20;
 
-// Normal equations and statistics of a placement.
+// Normal equations and statistics of a hypothesis.
 struct Linearised {
   Eigen::Matrix3d H = Eigen::Matrix3d::Zero();  // of x, y, yaw
   Eigen::Vector3d g = Eigen::Vector3d::Zero();
