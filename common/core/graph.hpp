@@ -115,7 +115,7 @@ struct SolvedVertex {
 };
 
 // Smallest inlier weight with which a loop closure or position fix counts as accepted by the graph.
-constexpr double kBelievedWeight = 0.5;
+constexpr double kAcceptedWeight = 0.5;
 
 struct SolvedEdge {
   SubmapId from;

@@ -120,7 +120,7 @@ TEST(WriteProducts, CorrectsTheMapAndSaysByHowMuch) {
     EXPECT_EQ(report[key], report["run"][key]);
     EXPECT_THAT(report["not_reproducible"].dump(), HasSubstr(key));
   }
-  EXPECT_EQ(report["truth"]["loop_closures"]["believed"], 2);
+  EXPECT_EQ(report["truth"]["loop_closures"]["accepted"], 2);
   EXPECT_EQ(report["truth"]["loop_closures"]["degrees_of_freedom"], 6);
   EXPECT_EQ(report["seeds"]["bench"], 42);
   const std::string html = Slurp(folder / "report.html");
