@@ -58,7 +58,7 @@ TEST(ConvertImu, GivesBackTheSample) {
   EXPECT_EQ(sample->specific_force_mps2, Imu().specific_force_mps2);
   EXPECT_EQ(sample->attitude->q_ned_imu.coeffs(), Imu().attitude->q_ned_imu.coeffs());
   EXPECT_EQ(sample->attitude->sigma_rpy_rad, Imu().attitude->sigma_rpy_rad);
-  EXPECT_EQ(sample->alignment, Alignment::kAligned);
+  EXPECT_EQ(sample->alignment, HeadingAlignment::kAligned);
 }
 
 TEST(ConvertImu, WithoutAttitudeHasNone) {
