@@ -31,7 +31,7 @@ struct SurveyConfig {
   MotionParams motion;
   WaterParams water;
   // Error of the sonar's #SVP, which the mapper uses, equal at every depth.
-  double told_speed_error_mps = 0.0;
+  double profile_speed_error_mps = 0.0;
   std::string error_class = "ins_tactical";
   SensorErrors errors = SensorErrors::OfClass("ins_tactical");
   ImuParams imu;

@@ -63,7 +63,7 @@ class MapJournal {
   };
   void Write();
   void OpenSegment(Time time);
-  void Tell(const char* reason);
+  void Warn(const char* reason);
 
   const std::filesystem::path folder_;
   const std::string configuration_;
@@ -76,7 +76,7 @@ class MapJournal {
   bool synced_ = true;  // all entries so far are on the disk
   bool ended_ = false;  // max_unsaved_mb was exceeded: entries are missing from here on
   int slot_ = 0;
-  bool told_ = false;
+  bool warned_ = false;
 };
 
 }  // namespace seastitch

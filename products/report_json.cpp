@@ -100,7 +100,7 @@ Json NoiseJson(const ProductSummary& s, const SurveyNoise& noise) {
   Json json = {{"closures", noise.components.closures}};
   for (const NoiseRow& row : NoiseRows(noise))
     json[row.name] = {{"configured", row.configured}, {"value", row.value}, {"sigma", row.sigma}};
-  json["sonar_time_offset"] = {{"configured_s", noise.timing.told_s},
+  json["sonar_time_offset"] = {{"configured_s", noise.timing.configured_s},
                                {"by_roll", ToJson(noise.timing.roll)},
                                {"by_pitch", ToJson(noise.timing.pitch)}};
   json["findings"] = s.noise_findings;

@@ -112,7 +112,7 @@ std::optional<ImuSample> ImuCanDecoder::Add(const CanFrame& frame, Time recv) {
     const auto group = static_cast<std::uint16_t>(values.value[kImuGroupCounter]);
     before = Open({Part::kInertial, std::nullopt, group}, recv);
   }
-  if (clock_.Wants(values)) clock_.Add(values, recv, ReadingOfEpoch());
+  if (clock_.Uses(values)) clock_.Add(values, recv, ReadingOfEpoch());
   if (values.present.test(kImuAligned)) {
     alignment_ =
         values.value[kImuAligned] != 0.0 ? HeadingAlignment::kAligned : HeadingAlignment::kAligning;
@@ -125,7 +125,7 @@ std::optional<ImuSample> ImuCanDecoder::Add(const CanFrame& frame, Time recv) {
 std::optional<ImuSample> ImuCanDecoder::Finish() { return Close(); }
 
 std::optional<ImuSample> ImuCanDecoder::Open(const Opening& opening, Time recv) {
-  if (opening.device_us) clock_.See(*opening.device_us);
+  if (opening.device_us) clock_.AddCount(*opening.device_us);
   if (opening.group) SeeGroup(*opening.group);
   std::optional<ImuSample> before;
   if (!IsOfOpenEpoch(opening, recv)) {

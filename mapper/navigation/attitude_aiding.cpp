@@ -162,7 +162,7 @@ void AttitudeAiding::Use(Time t, const AttitudeEvent& attitude) {
 
 void AttitudeAiding::UseCarried(Time t, const AttitudeEvent& attitude, bool compares) {
   if (compares) Compare(t, attitude);
-  filter_->LearnInertialBiases(!gyros_in_doubt(t));
+  filter_->EstimateInertialBiases(!gyros_in_doubt(t));
   if (gyros_in_doubt(t)) {
     if (!in_doubt_) {
       Count("gyro_doubted");

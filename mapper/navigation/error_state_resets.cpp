@@ -40,7 +40,7 @@ void ErrorStateFilter::Apply(const ErrorMatrix& M) {
 bool ErrorStateFilter::IsFinite() const {
   return state_.p_map.allFinite() && state_.v_map_mps.allFinite() &&
          std::abs(state_.q_map_imu.norm() - 1.0) < 1e-6 && biases_.allFinite() && P_.allFinite() &&
-         P0_by_dvl_.allFinite() && since_.A.allFinite() && since_.news.allFinite() &&
+         P0_by_dvl_.allFinite() && since_.A.allFinite() && since_.adjoint.allFinite() &&
          (P_.diagonal().array() >= 0.0).all();
 }
 
@@ -265,7 +265,7 @@ void ErrorStateFilter::EndHeadingDoubt(HeadingHypothesis right) {
   stamp_error_.by_delay -= K * stamp_error_.by_delay(kHeadingDoubt);
   stamp_error_.by_carrying -= K * stamp_error_.by_carrying(kHeadingDoubt);
   if (right == HeadingHypothesis::kOther) {
-    since_.news += HA.transpose();  // by its variance, which is 1
+    since_.adjoint += HA.transpose();  // by its variance, which is 1
     correction_ = K;
     MovePosition(K.segment<3>(kPosition));
     correction_.segment<3>(kPosition).setZero();

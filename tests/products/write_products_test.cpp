@@ -259,7 +259,7 @@ TEST(WriteProducts, SaysWhatTheSurveyShowsOfItsNoiseBesideWhatIsConfigured) {
   ProductOptions options;
   options.noise.components = {
       {1.0, 2.56, 0.1}, {0.0003, 0.0024, 0.2}, {0.002, 0.0021, 0.1}, {2e-4, 2e-4, 0.1}, 12};
-  options.noise.timing.told_s = 0.010;
+  options.noise.timing.configured_s = 0.010;
   options.noise.timing.roll = {0.012, 0.001, 900, 2e-4, 1e-4};
   const ProductSummary summary = WriteProducts(survey, options, folder.path());
   EXPECT_THAT(summary.noise_findings,
