@@ -1,3 +1,6 @@
+// Parameter table of config/bench/*.yaml. Longer than other files because every key has its unit,
+// range and sentence here, once, and little else is in it.
+
 #include "bench/survey_config.hpp"
 
 #include <algorithm>

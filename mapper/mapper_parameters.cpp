@@ -1,4 +1,5 @@
-// Parameter table of config/mapper.yaml, except its section on navigation.
+// Parameter table of config/mapper.yaml, except its section on navigation. Longer than other files
+// because every key has its unit, range and sentence here, once, and nothing else is in it.
 
 #include "common/core/pose.hpp"
 #include "common/core/sound_speed.hpp"
