@@ -224,6 +224,17 @@ RC_GTEST_PROP(Configuration, PrintedOneIsReadAsTheSame, ()) {
   }
 }
 
+TEST(Configuration, NegativeZeroIsPrintedAsZero) {
+  auto files = ConfigurationFiles();
+  for (const Parameter* p : AllOf(files[0]))
+    if (p->key() == "sonar_time_offset_s") {
+      ASSERT_TRUE(p->Set(YAML::Load("-0.0")));
+      EXPECT_EQ(p->Text(), "0");
+      return;
+    }
+  FAIL() << "no such key";
+}
+
 TEST(Configuration, KeysEndWithTheirUnit) {
   for (const ConfigurationFile& file : ConfigurationFiles())
     for (const Parameter* p : AllOf(file))
