@@ -13,7 +13,7 @@ static_assert(LoopCloser::kMaxPairsAsked <= kMaxCovariancePairs);
 
 LoopSearch::LoopSearch(const LoopCloserParams& params)
     : pairs_per_submap_(params.overlap.max_pairs),
-      estimates_noise_(params.learn_noise),
+      estimates_noise_(params.estimate_noise),
       closer_(params),
       noise_(params.registration.noise) {}
 

@@ -372,23 +372,25 @@ void DeclareSearch(RegistrationParams* p, ParameterTable* section) {
                "searched on coarser cells.");
 }
 
-void DeclareErrorModel(RegistrationParams* p, bool* learn_noise, ParameterTable* section) {
+void DeclareErrorModel(RegistrationParams* p, bool* estimate_noise, ParameterTable* section) {
   section->Add("min_sounding_sigma_m",
                &p->min_sounding_sigma_m,
                Unit::kMetre,
                Range::Above(0.0),
                "Lower bound of the sounding noise that is estimated from the data, 1 sigma.");
-  section->Add("learn_noise",
-               learn_noise,
-               "True: the noise of the survey is estimated from its own overlaps "
-               "(docs/noise-from-overlaps.md). False: it stays as configured here.");
+  section
+      ->Add("estimate_noise",
+            estimate_noise,
+            "True: the noise of the survey is estimated from its own overlaps "
+            "(docs/noise-from-overlaps.md). False: it stays as configured here.")
+      .WasCalled("learn_noise");
   section
       ->Add("correlated_error_ratio",
             &p->noise.correlated_error_ratio,
             Unit::kNone,
             Range::AtLeast(0.0),
             "Height error that neighbouring soundings share (roll, sound speed), 1 sigma, divided "
-            "by the altitude. With learn_noise it is the prior.")
+            "by the altitude. With estimate_noise it is the prior.")
       .WasCalled("shared_error_ratio");
   for (const char* key : {"error_correlation_length_m", "shared_error_length_m"})
     section->AddIgnored(key, "overlaps show no more of that length than that it is long");
@@ -477,7 +479,7 @@ void DeclareRegistration(LoopCloserParams* p, ParameterTable* table) {
       Range::Above(0.0),
       "Height offset between two passes over the same seabed, 1 sigma: tide, draft, sound speed.");
   DeclareSearch(&p->registration, &section);
-  DeclareErrorModel(&p->registration, &p->learn_noise, &section);
+  DeclareErrorModel(&p->registration, &p->estimate_noise, &section);
   DeclareGates(&p->registration, &section);
 }
 

@@ -455,7 +455,7 @@ class ProductWriter {
   const ProductOptions& options_;
   fs::path dir_;
   SurveyPoses dead_reckoned_;
-  SurveyPoses delivered_;  // the solved ones until ChooseMap() says otherwise
+  SurveyPoses delivered_;  // the solved ones unless ChooseMap() withholds them
   ProductSummary summary_;
   GridGeometry geometry_;
   ConsistencyMap before_;

@@ -158,7 +158,7 @@ void ErrorStateFilter::ReopenAttitudeBias() { ReopenBiases(kAttitudeBias, 3); }
 
 void ErrorStateFilter::ReopenBiases(int first, int size) {
   PropagateCovariance();
-  // Estimates beyond this many sigma were learned from what was wrong.
+  // Estimates beyond this many sigma came from wrong measurements.
   constexpr double kPossible = 3.0;
   ErrorMatrix M = ErrorMatrix::Identity();
   for (int i = first; i < first + size; ++i) {
@@ -279,8 +279,9 @@ void ErrorStateFilter::EndHeadingDoubt(HeadingHypothesis right) {
   doubt_rad_ = 0.0;
 }
 
-// By a position: what other sensors say of the heading rests on biases that were found with one of
-// the two. other_m: where the position is off by the other hypothesis.
+// Decides by a position: other sensors' information about the heading depends on biases that were
+// estimated under one of the two hypotheses. other_m: where the position is off by the other
+// hypothesis.
 bool ErrorStateFilter::DecideHeading(const Eigen::Vector2d& other_m,
                                      const Eigen::Vector2d& residual_m,
                                      const Eigen::Matrix2d& S) {

@@ -47,7 +47,7 @@ struct Options {
 };
 
 fs::path WriteConfig(const TemporaryDir& scratch, MapperConfig config, bool learn) {
-  config.loop_closer.learn_noise = learn;
+  config.loop_closer.estimate_noise = learn;
   const fs::path file = scratch.path() / (learn ? "learn.yaml" : "told.yaml");
   std::ofstream(file) << PrintConfig(config);
   return file;
