@@ -283,12 +283,12 @@ std::size_t LoopCloser::IndexOf(SubmapId id) const {
 }
 
 RelativePose LoopCloser::FromPrevious(std::size_t i) const {
-  const RelativePose told = StatedFromPrevious(i);
-  const Eigen::Matrix3d by = DeadReckoningByMounting(told.T_a_b);
+  const RelativePose stated = StatedFromPrevious(i);
+  const Eigen::Matrix3d by = DeadReckoningByMounting(stated.T_a_b);
   const MountingErrors& mounting = MountingOf(entries_[i].chain.number);
-  const Eigen::Vector3d mean = told.T_a_b.Vector() + by * mounting.Vector();
+  const Eigen::Vector3d mean = stated.T_a_b.Vector() + by * mounting.Vector();
   return {{mean.x(), mean.y(), mean.z()},
-          told.covariance + by * mounting.covariance * by.transpose()};
+          stated.covariance + by * mounting.covariance * by.transpose()};
 }
 
 const MountingErrors& LoopCloser::MountingOf(std::int32_t chain) const {
