@@ -145,7 +145,7 @@ class SurveySimulator::Impl {
     profile.time = config_.start;
     profile.depth_m = config_.water.depth_m;
     for (const double speed : config_.water.speed_mps)
-      profile.speed_mps.push_back(speed + config_.told_speed_error_mps);
+      profile.speed_mps.push_back(speed + config_.profile_speed_error_mps);
     mbes_queue_.push_back({config_.start, Device::kMbes, {}, EncodeSvp(profile, KmallHeader{})});
   }
 

@@ -1,3 +1,6 @@
+// Parameter table of config/bench/*.yaml. Longer than other files because every key has its unit,
+// range and sentence here, once, and little else is in it.
+
 #include "bench/survey_config.hpp"
 
 #include <algorithm>
@@ -215,7 +218,7 @@ void DeclareWater(SurveyConfig* config, ParameterTable* root) {
       speed, "as long as depth_m", [p] { return p->depth_m.size() == p->speed_mps.size(); });
   table
       .Add("profile_speed_error_mps",
-           &config->told_speed_error_mps,
+           &config->profile_speed_error_mps,
            kMetrePerSecond,
            Range::Within(-50.0, 50.0),
            "Error of the sonar's own profile, the same at every depth.")

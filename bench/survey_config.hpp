@@ -16,10 +16,10 @@
 
 namespace seastitch::bench {
 
-// All of a simulated survey. The same config gives the same bytes.
 // 2026-01-01T00:00:00Z: default start of a simulated survey, by the devices' clocks.
 constexpr Time kSurveyStart = FromUtime(1'767'225'600'000'000);
 
+// All of a simulated survey. The same config gives the same bytes.
 struct SurveyConfig {
   std::uint64_t seed = 1;
   Time start = kSurveyStart;  // no key of the file
@@ -31,7 +31,7 @@ struct SurveyConfig {
   MotionParams motion;
   WaterParams water;
   // Error of the sonar's #SVP, which the mapper uses, equal at every depth.
-  double told_speed_error_mps = 0.0;
+  double profile_speed_error_mps = 0.0;
   std::string error_class = "ins_tactical";
   SensorErrors errors = SensorErrors::OfClass("ins_tactical");
   ImuParams imu;

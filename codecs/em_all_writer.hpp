@@ -9,7 +9,7 @@
 // receiver, one positioning and one motion sensor. Each rounds as the format does.
 namespace seastitch {
 
-// Of a ping with its counter; sectors by what beams have in common. Throws std::invalid_argument
+// Datagram of a ping. Beams with equal tilt and delay form a sector. Throws std::invalid_argument
 // for more than 2048 beams or 255 sectors.
 std::vector<std::uint8_t> EncodeEmN(const MbesPing& ping);
 // At most a minute of samples with attitude and heave; angles are the vehicle's. Throws

@@ -67,7 +67,7 @@ std::optional<NmeaPosition> DecodeGga(const NmeaSentence& sentence);
 struct NmeaCourse {
   std::optional<Duration> time_of_day;
   std::optional<Time> midnight;      // of the day
-  std::optional<GeoPoint> position;  // absent in VTG and where RMC says void (V)
+  std::optional<GeoPoint> position;  // absent in VTG and where RMC has status V (void)
   std::optional<double> speed_mps;   // over ground
   std::optional<double> course_rad;  // over ground, from true north
 };

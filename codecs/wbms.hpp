@@ -11,13 +11,13 @@
 // Norbit WBMS, little-endian: packets with a CRC, one behind the other on a TCP connection.
 namespace seastitch {
 
-// Of a packet of any type, as FrameStream::SizeOf.
+// Size of the packet at the beginning, as FrameStream::SizeOf.
 std::optional<std::size_t> SizeOfWbms(Bytes bytes);
 enum class WbmsKind : std::uint8_t { kBathymetry, kOtherVersion, kOther };
 // packet: whole, as SizeOfWbms() gives it.
 WbmsKind KindOfWbms(Bytes packet);
-// Of a packet of bathymetry, versions 4 to 8. Nothing where sizes do not add up, or sound speed,
-// sampling rate or time make no sense. Valid: found by amplitude or phase, and both quality tests
+// Decodes a bathymetry packet, versions 4 to 8. Absent for inconsistent sizes or an implausible
+// sound speed, sampling rate or time. Valid: found by amplitude or phase, and both quality tests
 // passed. *unusable_beams as in DecodeMrz.
 std::optional<MbesPing> DecodeWbms(Bytes packet, int* unusable_beams = nullptr);
 // Version 5. One tilt for all beams, that of the first; delays are not in this format. Throws

@@ -79,9 +79,10 @@ class ClockModel {
   explicit ClockModel(double least_delay_s) : least_delay_s_(least_delay_s) {}
 
   // Adds a message. device: its stamp by the device's clock, from an arbitrary origin. Returns that
-  // instant on the computer's clock. Returns nothing for a message that arrives more than 0.5 s
-  // later than the model predicts. If such messages continue for 2 s and at least 10 messages, a
-  // clock has stepped; until then the transport may be stalled.
+  // instant on the computer's clock. Early and late are with respect to the model's prediction. A
+  // message more than 50 ms early is a clock step. If all messages for 2 s (10 at least) are more
+  // than 50 ms late, a clock has stepped; until then the transport may be stalled, and a message
+  // more than 0.5 s late gets no stamp.
   std::optional<Time> Add(Duration device, Time recv);
 
   // Steps of either clock, counted while settled().

@@ -20,7 +20,7 @@ namespace seastitch {
 struct DriverParams {
   std::string source;                           // URL, see can_source.hpp and byte_source.hpp
   int receive_buffer_bytes = 16 * 1024 * 1024;  // a sonar sends pings of 400 kB in bursts
-  double timeout_s = 5.0;                       // HEALTH says lost after it without data
+  double timeout_s = 5.0;                       // HEALTH reports `lost` after it without data
 };
 // Declares `device`, the data format of the device. names: its allowed values.
 void DeclareDevice(std::string* device,

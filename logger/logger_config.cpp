@@ -17,13 +17,14 @@ ParameterTable TableOf(LoggerConfig* config) {
   table.AddRule(channels, "an LCM channel pattern such as .*", [config] {
     return !config->channels.empty() && Bus::IsPattern(config->channels);
   });
-  table.Add("max_queue_mb",
-            &config->max_queue_mb,
-            Unit::kMegabyte,
-            Range::Within(1, 65'536),
-            "Size of the queue of messages that wait for the disk. While it is full, new messages "
-            "are dropped and counted. 256 last 85 s at 3 MB/s. Raise it where HEALTH reports "
-            "messages_not_recorded.");
+  table.Add(
+      "max_queue_mb",
+      &config->max_queue_mb,
+      Unit::kMegabyte,
+      Range::Within(1, 65'536),
+      "Size of the queue of messages that wait for the disk. While it is full, new messages "
+      "are dropped and counted. 256 MB hold 85 s of data at 3 MB/s. Raise it where HEALTH reports "
+      "messages_not_recorded.");
   table.Add("flush_interval_ms",
             &config->flush_interval_ms,
             Unit::kMillisecond,

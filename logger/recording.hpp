@@ -15,8 +15,9 @@ namespace seastitch {
 // to log/. Configuration messages also go to config/, as files.
 class Recording : public EventSink {
  public:
-  // Opens a new file in log/ and in raw/, numbered after the existing ones; on a read-only disk,
-  // with the first event that the disk takes again. Throws std::runtime_error "FILE: reason".
+  // Opens the next file of log/; that of raw/ is opened by its first event. On a read-only disk
+  // that of log/ too. Files are numbered after the existing ones. Throws std::runtime_error "FILE:
+  // reason".
   Recording(const DiveFolder& dive, const SplitParams& split, const QuotaParams& quota);
 
   void Write(const LogEvent& event) override;

@@ -84,24 +84,26 @@ bool LoopCloser::SetSolution(const PoseGraph& graph) {
 }
 
 void LoopCloser::FindMoved() {
-  std::vector<std::pair<double, std::size_t>> news;
+  std::vector<std::pair<double, std::size_t>> gained;
   for (std::size_t i = 0; i < solved_.size(); ++i) {
     const RelativePose now = AsSolved(i);
     const std::optional<RelativePose>& before = entries_[i].looked_at;
     // A small part of the gain of a pair suffices: its submaps may have gained most of it together.
     const double nats =
         before ? InformationGain(*before, now) : std::numeric_limits<double>::infinity();
-    if (nats >= 0.05 * kRetryNats) news.push_back({nats, i});
+    if (nats >= 0.05 * kRetryNats) gained.push_back({nats, i});
   }
   // Submaps without a pair are skipped, and others taken in their place.
-  const std::size_t most = std::min(news.size(), 4 * kMaxRetried);
-  std::partial_sort(
-      news.begin(), news.begin() + static_cast<std::ptrdiff_t>(most), news.end(), std::greater<>());
+  const std::size_t most = std::min(gained.size(), 4 * kMaxRetried);
+  std::partial_sort(gained.begin(),
+                    gained.begin() + static_cast<std::ptrdiff_t>(most),
+                    gained.end(),
+                    std::greater<>());
   moved_.clear();
   covariances_.clear();
   request_ = {{}, 0, solution_version_, {}};
   for (std::size_t k = 0; k < most && moved_.size() < kMaxRetried; ++k) {
-    const std::size_t n = news[k].second;
+    const std::size_t n = gained[k].second;
     const std::vector<std::size_t> within = WithinReach(n);
     for (const std::size_t i : within)
       request_.pairs.emplace_back(entries_[i].outline.id, entries_[n].outline.id);
@@ -198,17 +200,17 @@ std::vector<LoopPair> LoopCloser::Choose(std::size_t n,
 std::vector<GraphEdge> LoopCloser::Record(const std::vector<LoopPair>& pairs,
                                           const std::vector<GraphEdge>& edges) {
   for (const LoopPair& pair : pairs) tried_[{pair.target, pair.source}].prior = pair.prior;
-  std::vector<GraphEdge> news;
+  std::vector<GraphEdge> changed;
   for (GraphEdge edge : edges) {
     edge.information = InformationDespiteBends(edge);
     Tried& tried = tried_[{edge.from, edge.to}];
     if (IsAccepted(edge) || !tried.edge || tried.edge->verdict != edge.verdict)
-      news.push_back(edge);
+      changed.push_back(edge);
     accepted_ += IsAccepted(edge) - (tried.edge && IsAccepted(*tried.edge));
     tried.edge = edge;
     tried.pulls = IsAccepted(edge);
   }
-  return news;
+  return changed;
 }
 
 std::optional<GraphEdge> LoopCloser::Restate(SubmapId target,
@@ -281,12 +283,12 @@ std::size_t LoopCloser::IndexOf(SubmapId id) const {
 }
 
 RelativePose LoopCloser::FromPrevious(std::size_t i) const {
-  const RelativePose told = StatedFromPrevious(i);
-  const Eigen::Matrix3d by = DeadReckoningByMounting(told.T_a_b);
+  const RelativePose stated = StatedFromPrevious(i);
+  const Eigen::Matrix3d by = DeadReckoningByMounting(stated.T_a_b);
   const MountingErrors& mounting = MountingOf(entries_[i].chain.number);
-  const Eigen::Vector3d mean = told.T_a_b.Vector() + by * mounting.Vector();
+  const Eigen::Vector3d mean = stated.T_a_b.Vector() + by * mounting.Vector();
   return {{mean.x(), mean.y(), mean.z()},
-          told.covariance + by * mounting.covariance * by.transpose()};
+          stated.covariance + by * mounting.covariance * by.transpose()};
 }
 
 const MountingErrors& LoopCloser::MountingOf(std::int32_t chain) const {

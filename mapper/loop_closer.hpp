@@ -37,7 +37,7 @@ struct LoopCloserParams {
   double z_sigma_m = 0.3;
   // True: the survey's noise is estimated from its overlaps, with registration.noise as the prior.
   // False: it stays at registration.noise.
-  bool learn_noise = true;
+  bool estimate_noise = true;
 };
 
 // Pair of submaps to be registered: the source (newer) on the target. Level frame: origin of the

@@ -13,7 +13,7 @@ static_assert(LoopCloser::kMaxPairsAsked <= kMaxCovariancePairs);
 
 LoopSearch::LoopSearch(const LoopCloserParams& params)
     : pairs_per_submap_(params.overlap.max_pairs),
-      learns_noise_(params.learn_noise),
+      estimates_noise_(params.estimate_noise),
       closer_(params),
       noise_(params.registration.noise) {}
 
@@ -74,14 +74,14 @@ std::vector<GraphEdge> LoopSearch::Record(RegistrationResultSet results) {
   if (results.job.closed && results.surface)
     judge_.AddSubmap(*results.job.closed, *std::move(results.surface));
   for (const LoopPair& pair : results.job.pairs) judge_.AddPair(pair.target, pair.source);
-  if (learns_noise_) UpdateNoise(&results);
-  std::vector<GraphEdge> news = closer_.Record(results.job.pairs, results.edges);
+  if (estimates_noise_) UpdateNoise(&results);
+  std::vector<GraphEdge> changed = closer_.Record(results.job.pairs, results.edges);
   for (const ClosureStatistics* closure : noise_.TakeRestated()) {
     const Eigen::Matrix3d information = closure->InformationUnder(closure->stated_under);
     if (const auto edge = closer_.Restate(closure->target, closure->source, information))
-      news.push_back(*edge);
+      changed.push_back(*edge);
   }
-  return news;
+  return changed;
 }
 
 // Adds the job's closures to the noise estimate, then recomputes their covariances with it.

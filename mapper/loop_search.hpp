@@ -77,7 +77,7 @@ class LoopSearch {
   std::vector<LoopPair> OutdatedPairs(std::int64_t most);
 
   const int pairs_per_submap_;
-  const bool learns_noise_;
+  const bool estimates_noise_;
   LoopCloser closer_;
   NoiseEstimator noise_;
   std::set<NoiseEstimator::PairKey> registered_again_;  // or waiting for it

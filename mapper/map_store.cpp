@@ -242,7 +242,7 @@ bool MapJournal::Append(Time time, std::vector<std::uint8_t> entry) {
     Write();
     synced_ = true;
   } catch (const std::exception& e) {
-    Tell(e.what());
+    Warn(e.what());
   }
   return synced_;
 }
@@ -276,17 +276,17 @@ bool MapJournal::WriteCheckpoint(Time time, const std::vector<std::uint8_t>& che
     if (!log_) OpenSegment(time);
     WriteSynced(SlotPath(folder_, slot_), Sealed(kFormat, checkpoint));
     slot_ = (slot_ + 1) % kSlots;
-    told_ = false;
+    warned_ = false;
     return true;
   } catch (const std::exception& e) {
-    Tell(e.what());
+    Warn(e.what());
     return false;
   }
 }
 
 // Logs an error once, until a write succeeds again; HEALTH reports the current state.
-void MapJournal::Tell(const char* reason) {
-  if (!std::exchange(told_, true)) spdlog::warn("{}", reason);
+void MapJournal::Warn(const char* reason) {
+  if (!std::exchange(warned_, true)) spdlog::warn("{}", reason);
 }
 
 }  // namespace seastitch

@@ -14,10 +14,10 @@
 
 // Files that a mapper needs for its restart, in the map's folder of a dive:
 //
-//   map/journal_000.lcmlog ...   LCM event logs, one a start of the mapper, never appended to by
-//                                another: a torn end damages nothing that comes after
+//   map/journal_000.lcmlog ...   One LCM event log per start of the mapper. No later start appends
+//                                to it, so a damaged end affects this file only.
 //   map/checkpoint_0, _1         written in turns, once a second
-//   map-2/ ...                   the same of a map that could not go on in map/
+//   map-2/ ...                   the same files of a second map, if the first cannot be continued
 //
 // Events: JOURNAL_START (format and configuration), then JOURNAL_ENTRY; each is CRC-32, number,
 // bytes. Numbers count up from 0 over all segments.
@@ -62,7 +62,7 @@ class MapJournal {
   };
   void Write();
   void OpenSegment(Time time);
-  void Tell(const char* reason);
+  void Warn(const char* reason);
 
   const std::filesystem::path folder_;
   const std::string configuration_;
@@ -75,7 +75,7 @@ class MapJournal {
   bool synced_ = true;  // all entries so far are on the disk
   bool ended_ = false;  // max_unsaved_mb was exceeded: entries are missing from here on
   int slot_ = 0;
-  bool told_ = false;
+  bool warned_ = false;
 };
 
 }  // namespace seastitch

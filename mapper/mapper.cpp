@@ -180,11 +180,11 @@ void Mapper::Add(const SoundingPing& ping) {
 
 void Mapper::Add(SoundVelocityProfile profile, const MessageStamp& stamp) {
   profile.time = clocks_.InDiveTime(SensorChannel::kSvp, profile.time, stamp);
-  Know(profile, clocks_.came_at(SensorChannel::kSvp));
+  AddProfile(profile, clocks_.came_at(SensorChannel::kSvp));
 }
 
-void Mapper::Know(const SoundVelocityProfile& profile, Time said) {
-  if (!sound_speed_.Add(profile, said)) return Count("svp_unusable");
+void Mapper::AddProfile(const SoundVelocityProfile& profile, Time received) {
+  if (!sound_speed_.Add(profile, received)) return Count("svp_unusable");
   events_.emplace_back(JournalEntry(profile));
 }
 
@@ -251,7 +251,7 @@ std::optional<Eigen::Isometry3d> Mapper::PoseAt(Time t) const {
 
 SurveyNoise Mapper::noise() const {
   SurveyNoise noise{search_.noise().estimate(), timing_.estimate()};
-  noise.timing.told_s = params_.sonar_time_offset_s;
+  noise.timing.configured_s = params_.sonar_time_offset_s;
   noise.timing.placed_by_source = soundings_came_placed_;
   return noise;
 }
@@ -343,7 +343,7 @@ void Mapper::Take(RegistrationResultSet results) {
     edges.insert(edges.end(), position_edges.begin(), position_edges.end());
   } else {
     submap_time = graph_.submap_time();
-    Count("pairs_looked_at_again", static_cast<std::int64_t>(results.job.pairs.size()));
+    Count("pairs_retried", static_cast<std::int64_t>(results.job.pairs.size()));
   }
   const auto registered = static_cast<std::int64_t>(results.edges.size());
   const auto pairs = static_cast<std::int64_t>(results.job.pairs.size());

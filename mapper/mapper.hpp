@@ -90,7 +90,7 @@ class Mapper {
   void Add(const NavigationSample& sample);
   void Add(const MbesPing& ping);
   void Add(const SoundingPing& ping);
-  void Add(const SoundVelocityProfile& profile) { Know(profile, Time()); }
+  void Add(const SoundVelocityProfile& profile) { AddProfile(profile, Time()); }
 
   // Adds a sample that came in a message, after its time is corrected for steps of the sensor's and
   // the computer's clock: see SensorClocks.
@@ -200,7 +200,7 @@ class Mapper {
   Chain OwnChain() const { return {0, std::nullopt, params_.mounting}; }
   template <class Sample>
   void Navigate(const Sample& sample);
-  void Know(const SoundVelocityProfile& profile, Time said);
+  void AddProfile(const SoundVelocityProfile& profile, Time received);
   void GiveNav();
   void GeoreferencePings();
   void AddToSubmap(const MbesPing& ping);

@@ -1,4 +1,5 @@
-// Parameter table of config/mapper.yaml, except its section on navigation.
+// Parameter table of config/mapper.yaml, except its section on navigation. Longer than other files
+// because every key has its unit, range and sentence here, once, and nothing else is in it.
 
 #include "common/core/pose.hpp"
 #include "common/core/sound_speed.hpp"
@@ -277,12 +278,13 @@ void DeclareFilter(CloudFilterParams* p, ParameterTable* table) {
               "Smallest number of other soundings at a spike's height for which the spike is kept "
               "as a feature, together with min_support_fraction.");
   section
-      .Add("min_support_fraction",
-           &p->min_support_fraction,
-           Unit::kNone,
-           Range::AtLeast(0.0).Below(1.0),
-           "Smallest fraction that these make up of all soundings around the spike, from more than "
-           "one ping, for which it is kept as a feature.")
+      .Add(
+          "min_support_fraction",
+          &p->min_support_fraction,
+          Unit::kNone,
+          Range::AtLeast(0.0).Below(1.0),
+          "Smallest fraction of all soundings around a spike that must lie at its height, from two "
+          "pings at least, to keep it.")
       .WasCalled("min_support_part");
   section.Add(
       "min_neighbours",
@@ -360,7 +362,8 @@ void DeclareSearch(RegistrationParams* p, ParameterTable* section) {
       &p->max_modes,
       Unit::kNone,
       Range::Within(2, 100),
-      "Maximum number of modes (local maxima of the search) that are refined, best first.");
+      "Maximum number of modes (local maxima of the search, those of highest prominence) that are "
+      "refined.");
   section->Add("max_search_cells",
                &p->max_search_cells,
                Unit::kNone,
@@ -369,23 +372,25 @@ void DeclareSearch(RegistrationParams* p, ParameterTable* section) {
                "searched on coarser cells.");
 }
 
-void DeclareErrorModel(RegistrationParams* p, bool* learn_noise, ParameterTable* section) {
+void DeclareErrorModel(RegistrationParams* p, bool* estimate_noise, ParameterTable* section) {
   section->Add("min_sounding_sigma_m",
                &p->min_sounding_sigma_m,
                Unit::kMetre,
                Range::Above(0.0),
                "Lower bound of the sounding noise that is estimated from the data, 1 sigma.");
-  section->Add("learn_noise",
-               learn_noise,
-               "True: the noise of the survey is estimated from its own overlaps "
-               "(docs/noise-from-overlaps.md). False: it stays as configured here.");
+  section
+      ->Add("estimate_noise",
+            estimate_noise,
+            "True: the noise of the survey is estimated from its own overlaps "
+            "(docs/noise-from-overlaps.md). False: it stays as configured here.")
+      .WasCalled("learn_noise");
   section
       ->Add("correlated_error_ratio",
             &p->noise.correlated_error_ratio,
             Unit::kNone,
             Range::AtLeast(0.0),
             "Height error that neighbouring soundings share (roll, sound speed), 1 sigma, divided "
-            "by the altitude. With learn_noise it is the prior.")
+            "by the altitude. With estimate_noise it is the prior.")
       .WasCalled("shared_error_ratio");
   for (const char* key : {"error_correlation_length_m", "shared_error_length_m"})
     section->AddIgnored(key, "overlaps show no more of that length than that it is long");
@@ -410,22 +415,23 @@ void DeclareGates(RegistrationParams* p, ParameterTable* section) {
                "Smallest number of patches (independent measurements) in the overlap. A fit has "
                "four parameters, and its statistics need a few more patches.");
   section
-      ->Add("min_evidence_nats",
-            &p->min_evidence_nats,
-            Unit::kNat,
-            Range::Above(0.0),
-            "Smallest evidence: log-likelihood ratio of the best placement against chance. Below "
-            "it the verdict is degenerate. A second placement whose evidence comes this near makes "
-            "the verdict ambiguous.")
+      ->Add(
+          "min_evidence_nats",
+          &p->min_evidence_nats,
+          Unit::kNat,
+          Range::Above(0.0),
+          "Smallest evidence: log-likelihood ratio of the best hypothesis against chance. Below it "
+          "the verdict is degenerate. A rival of half as much evidence makes the verdict ambiguous "
+          "if evidence (compared per patch) plus log prior comes this near.")
       .WasCalled("ambiguity_floor");
   section
-      ->Add("ambiguity_margin_nats_per_patch",
-            &p->ambiguity_margin_nats_per_patch,
-            Unit::kNatPerPatch,
-            Range::AtLeast(0.0),
-            "Margin of evidence per patch below which a second placement makes the verdict "
-            "ambiguous; times the number of patches, it applies where it is larger than "
-            "min_evidence_nats.")
+      ->Add(
+          "ambiguity_margin_nats_per_patch",
+          &p->ambiguity_margin_nats_per_patch,
+          Unit::kNatPerPatch,
+          Range::AtLeast(0.0),
+          "Margin per patch within which a rival makes the verdict ambiguous. Times the number of "
+          "patches it applies where it is larger than min_evidence_nats.")
       .WasCalled("ambiguity_per_patch");
   section
       ->Add("max_residual_ratio",
@@ -473,7 +479,7 @@ void DeclareRegistration(LoopCloserParams* p, ParameterTable* table) {
       Range::Above(0.0),
       "Height offset between two passes over the same seabed, 1 sigma: tide, draft, sound speed.");
   DeclareSearch(&p->registration, &section);
-  DeclareErrorModel(&p->registration, &p->learn_noise, &section);
+  DeclareErrorModel(&p->registration, &p->estimate_noise, &section);
   DeclareGates(&p->registration, &section);
 }
 

@@ -96,19 +96,19 @@ void NavCorrection::Take(const PoseGraph& solution) {
 
 void NavCorrection::TakeFixes() {
   std::vector<MapFix> waiting = navigation_->WaitingFixes();
-  std::vector<MapFix> news;
+  std::vector<MapFix> added;
   for (const MapFix& fix : waiting)
     if (std::none_of(waiting_.begin(), waiting_.end(), [&fix](const MapFix& other) {
           return IsSame(fix, other);
         }))
-      news.push_back(fix);
+      added.push_back(fix);
   waiting_ = std::move(waiting);
-  if (news.empty()) return;
+  if (added.empty()) return;
   const std::optional<CorrectedNavState> before = Now();
-  if (anchor_ && news.front().time <= anchor_->frame.time)
+  if (anchor_ && added.front().time <= anchor_->frame.time)
     MoveByAllFixes();
   else
-    for (const MapFix& fix : news) MoveBy(fix);
+    for (const MapFix& fix : added) MoveBy(fix);
   CountJump(before);
 }
 

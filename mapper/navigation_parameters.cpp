@@ -238,8 +238,8 @@ void DeclareDopplerLog(NavigationParams* p, ParameterTable* t) {
          kSecond,
          kPositive,
          "Shortest time for which a velocity that steps without an acceleration is refused, unless "
-         "it steps back. It stays refused while the filter knows velocity better than the step, "
-         "300 s at most.");
+         "it steps back. It stays refused while the filter's velocity sigma is below a third of "
+         "the step, 300 s at most.");
 }
 
 void DeclareVehicleLimits(NavigationParams* p, ParameterTable* t) {

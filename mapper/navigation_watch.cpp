@@ -139,14 +139,14 @@ void NavigationWatch::AddOffsets(const Navigation& navigation, std::vector<Condi
   std::string all;
   for (const SuspectedOffset& offset : navigation.suspected_offsets()) {
     const bool is_dvl = offset.sensor == NavSensor::kDvl;
-    const double told_s = is_dvl ? params_.dvl_time_offset_s : params_.attitude_time_offset_s;
+    const double configured_s = is_dvl ? params_.dvl_time_offset_s : params_.attitude_time_offset_s;
     char text[120];
     std::snprintf(text,
                   sizeof text,
                   "%sset navigation.%s_time_offset_s to %.3f (1 sigma %.3f s)",
                   all.empty() ? "" : ", ",
                   is_dvl ? "dvl" : "attitude",
-                  told_s + offset.add_s,
+                  configured_s + offset.add_s,
                   offset.sigma_s);
     all += text;
   }

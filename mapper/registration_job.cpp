@@ -37,6 +37,10 @@ void RegisterAll(const Prepare& prepare,
   }
 }
 
+RegistrationPrior PriorOf(const LoopPair& pair, const LoopCloserParams& params) {
+  return {pair.prior.T_a_b, pair.prior.covariance, pair.z_prior_m, params.z_sigma_m};
+}
+
 void RegisterByGicp(const Submap& source,
                     const LoopCloserParams& params,
                     const LoadSubmap& load,
@@ -50,13 +54,7 @@ void RegisterByGicp(const Submap& source,
     return target ? std::optional(for_gicp(*target)) : std::nullopt;
   };
   const auto register_one = [&](const GicpSubmap& on, const LoopPair& pair) {
-    return RegisterGicp(on,
-                        laid,
-                        pair.prior.T_a_b,
-                        pair.prior.covariance,
-                        pair.z_prior_m,
-                        params.gicp,
-                        params.registration);
+    return RegisterGicp(on, laid, PriorOf(pair, params), params.gicp, params.registration);
   };
   RegisterAll(prepare, register_one, results);
 }
@@ -75,9 +73,7 @@ void RegisterByGrid(const Submap& source,
   RegistrationParams expected = params.registration;
   if (results->job.noise) expected.noise = *results->job.noise;
   const auto register_one = [&](const RegistrationSubmap& on, const LoopPair& pair) {
-    const RegistrationPrior prior{
-        pair.prior.T_a_b, pair.prior.covariance, pair.z_prior_m, params.z_sigma_m};
-    return Align(on, *laid, prior, expected);
+    return Align(on, *laid, PriorOf(pair, params), expected);
   };
   RegisterAll(prepare, register_one, results);
 }

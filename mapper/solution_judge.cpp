@@ -14,16 +14,16 @@ namespace {
 
 using Cells = Grid<RegistrationSubmap::Cell>;
 
-constexpr int kPatchCells = 8;
+constexpr int kTileCells = 8;
 // Uses every second row and column: neighbouring heights are smoothed over the same soundings.
 constexpr int kEvery = 2;
 // Smallest numbers of shared cells for a useful mean and mean square.
 constexpr std::size_t kMinCellsOfPair = 8;
-constexpr int kMinCellsOfPatch = 4;
+constexpr int kMinCellsOfTile = 4;
 // Smallest number of shared cells of an overlap for which a solution can count as torn apart.
 constexpr std::size_t kMinCellsTorn = 64;
 
-struct Patch {
+struct Tile {
   int cells = 0;
   double dead_reckoned_m2 = 0.0;  // sums over the cells
   double solved_m2 = 0.0;
@@ -54,8 +54,8 @@ class Comparison {
              const Pose2& dead_reckoned,
              const Pose2& solved) {
     const GridGeometry& g = source.geometry();
-    patch_cols_ = (g.cols + kPatchCells - 1) / kPatchCells;
-    patch_rows_ = (g.rows + kPatchCells - 1) / kPatchCells;
+    tile_cols_ = (g.cols + kTileCells - 1) / kTileCells;
+    tile_rows_ = (g.rows + kTileCells - 1) / kTileCells;
     for (int row = 0; row < g.rows; row += kEvery) {
       for (int col = 0; col < g.cols; col += kEvery) {
         const RegistrationSubmap::Cell& cell = source(row, col);
@@ -69,26 +69,26 @@ class Comparison {
         cells_dead_reckoned += seen_before ? 1 : 0;
         cells_solved += seen_after ? 1 : 0;
         if (!seen_before || !seen_after) continue;
-        differences_.push_back({row / kPatchCells * patch_cols_ + col / kPatchCells,
+        differences_.push_back({row / kTileCells * tile_cols_ + col / kTileCells,
                                 {cell.height_m - before.height_m, cell.height_m - after.height_m}});
       }
     }
   }
 
-  std::vector<Patch> Patches() const {
+  std::vector<Tile> Tiles() const {
     if (differences_.size() < kMinCellsOfPair) return {};
     Eigen::Vector2d mean = Eigen::Vector2d::Zero();
     for (const Difference& d : differences_) mean += d.height_m;
     mean /= static_cast<double>(differences_.size());
-    std::vector<Patch> patches(static_cast<std::size_t>(patch_rows_ * patch_cols_));
+    std::vector<Tile> tiles(static_cast<std::size_t>(tile_rows_ * tile_cols_));
     for (const Difference& d : differences_) {
       const Eigen::Vector2d squares = (d.height_m - mean).cwiseAbs2();
-      Patch& patch = patches[static_cast<std::size_t>(d.patch)];
-      ++patch.cells;
-      patch.dead_reckoned_m2 += squares.x();
-      patch.solved_m2 += squares.y();
+      Tile& tile = tiles[static_cast<std::size_t>(d.tile)];
+      ++tile.cells;
+      tile.dead_reckoned_m2 += squares.x();
+      tile.solved_m2 += squares.y();
     }
-    return patches;
+    return tiles;
   }
 
   std::size_t cells_dead_reckoned = 0;  // cells seen by both submaps
@@ -96,11 +96,11 @@ class Comparison {
 
  private:
   struct Difference {
-    int patch;
+    int tile;
     Eigen::Vector2d height_m;  // dead-reckoned, solved
   };
-  int patch_rows_ = 0;
-  int patch_cols_ = 0;
+  int tile_rows_ = 0;
+  int tile_cols_ = 0;
   std::vector<Difference> differences_;
 };
 
@@ -143,14 +143,14 @@ Judgement SolutionJudge::Judge(const PoseGraph& graph) const {
                           *solved);
     out.cells_dead_reckoned += pair.cells_dead_reckoned;
     out.cells_solved += pair.cells_solved;
-    for (const Patch& patch : pair.Patches()) {
-      if (patch.cells < kMinCellsOfPatch) continue;
-      const double d = (patch.solved_m2 - patch.dead_reckoned_m2) / patch.cells;
+    for (const Tile& tile : pair.Tiles()) {
+      if (tile.cells < kMinCellsOfTile) continue;
+      const double d = (tile.solved_m2 - tile.dead_reckoned_m2) / tile.cells;
       gain += d;
       squared_gain += d * d;
-      dead_reckoned_m2 += patch.dead_reckoned_m2 / patch.cells;
-      solved_m2 += patch.solved_m2 / patch.cells;
-      ++out.patches;
+      dead_reckoned_m2 += tile.dead_reckoned_m2 / tile.cells;
+      solved_m2 += tile.solved_m2 / tile.cells;
+      ++out.tiles;
     }
   }
   const bool worse =
@@ -159,9 +159,9 @@ Judgement SolutionJudge::Judge(const PoseGraph& graph) const {
              static_cast<double>(out.cells_solved) <
                  kOverlapKept * static_cast<double>(out.cells_dead_reckoned);
   out.harmful = worse || out.torn;
-  if (out.patches > 0) {
-    out.dead_reckoned_m = std::sqrt(dead_reckoned_m2 / out.patches);
-    out.solved_m = std::sqrt(solved_m2 / out.patches);
+  if (out.tiles > 0) {
+    out.dead_reckoned_m = std::sqrt(dead_reckoned_m2 / out.tiles);
+    out.solved_m = std::sqrt(solved_m2 / out.tiles);
   }
   return out;
 }

@@ -16,7 +16,7 @@ namespace seastitch {
 struct Judgement {
   bool harmful = false;
   bool torn = false;             // harmful, since too little overlap is left
-  int patches = 0;               // number compared, of 8 x 8 cells
+  int tiles = 0;                 // number compared, of 8 x 8 cells
   double dead_reckoned_m = 0.0;  // RMS of the differences of height
   double solved_m = 0.0;
   std::size_t cells_dead_reckoned = 0;  // number in overlaps
@@ -29,14 +29,14 @@ struct Judgement {
 // Keeps the newest kMaxSubmaps submaps and their registered pairs on grids of at most kMaxCells, so
 // that memory (36 B per cell) and work are bounded. Pure.
 //
-// Let d be the mean over a patch of the squared height difference by the solution, minus that by
+// Let d be the mean over a tile of the squared height difference by the solution, minus that by
 // dead reckoning. A solution is harmful
 //   where sum(d) > kSigmas sqrt(sum(d^2)) and the sum of squares is larger by kTolerance, or
 //   where less than kOverlapKept of the overlap by dead reckoning is left.
-// Noise alone makes d nearly symmetric about zero. If it were independent from patch to patch, the
+// Noise alone makes d nearly symmetric about zero. If it were independent from tile to tile, the
 // first threshold would be exceeded with a probability below exp(-kSigmas^2 / 2), 3 in 10,000, for
-// any distribution of the noise. A patch that overlaps several targets has the same noise in each,
-// so that this is a guide and not a bound. Fewer than kSigmas^2 patches are not judged.
+// any distribution of the noise. A tile that overlaps several targets has the same noise in each,
+// so that this is a guide and not a bound. Fewer than kSigmas^2 tiles are not judged.
 class SolutionJudge {
  public:
   static constexpr std::size_t kMaxSubmaps = 128;

@@ -22,7 +22,7 @@ constexpr int kMaxAskedInVain = 3;
 std::int64_t Accepted(const PoseGraph& solution) {
   return std::count_if(solution.loop_edges.begin(),
                        solution.loop_edges.end(),
-                       [](const SolvedEdge& edge) { return edge.weight >= kBelievedWeight; });
+                       [](const SolvedEdge& edge) { return edge.weight >= kAcceptedWeight; });
 }
 
 }  // namespace
@@ -278,14 +278,14 @@ void OptimizerNode::ReportSolution(double solve_s) {
   health_.Set("graph_version", solution_.graph_version);
   health_.Set("vertices", static_cast<std::int64_t>(solution_.vertices.size()));
   health_.Set("loop_closures", static_cast<std::int64_t>(solution_.loop_edges.size()));
-  health_.Set("loop_closures_believed", Accepted(solution_));
-  std::int64_t fixes = 0, fixes_believed = 0;
+  health_.Set("loop_closures_accepted", Accepted(solution_));
+  std::int64_t fixes = 0, fixes_accepted = 0;
   for (const StoredEdge& fix : optimizer_->store().fixes()) {
     fixes += fix.Pulls() ? 1 : 0;
-    fixes_believed += fix.weight.value_or(0.0) >= kBelievedWeight ? 1 : 0;
+    fixes_accepted += fix.weight.value_or(0.0) >= kAcceptedWeight ? 1 : 0;
   }
   health_.Set("position_fixes", fixes);
-  health_.Set("position_fixes_believed", fixes_believed);
+  health_.Set("position_fixes_accepted", fixes_accepted);
   const MountingErrors mounting = solution_.MountingOf(0);  // on the vehicle there is one dive
   health_.Set("sonar_forward_mm", std::lround(1e3 * mounting.sonar_m.x()));
   health_.Set("sonar_starboard_mm", std::lround(1e3 * mounting.sonar_m.y()));

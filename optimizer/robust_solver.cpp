@@ -70,7 +70,7 @@ class RobustSolver {
  private:
   static std::vector<bool> Accepted(const std::vector<double>& weights) {
     std::vector<bool> accepted;
-    for (const double weight : weights) accepted.push_back(weight >= kBelievedWeight);
+    for (const double weight : weights) accepted.push_back(weight >= kAcceptedWeight);
     return accepted;
   }
 

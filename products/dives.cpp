@@ -34,7 +34,7 @@ std::vector<DiveInMap> DivesInMap(const Survey& survey) {
   for (const LoopRow& row : LoopRows(survey)) {
     const auto a = dive_of.find(row.edge->from), b = dive_of.find(row.edge->to);
     if (a == dive_of.end() || b == dive_of.end() || a->second == b->second) continue;
-    if (!(row.weight >= kBelievedWeight)) continue;
+    if (!(row.weight >= kAcceptedWeight)) continue;
     ++dives[a->second].closures[b->second];
     ++dives[b->second].closures[a->second];
   }

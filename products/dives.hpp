@@ -13,7 +13,7 @@ namespace seastitch {
 struct DiveInMap {
   std::string name;
   std::size_t submaps = 0;
-  // Accepted loop closures (kBelievedWeight) with other dives, by their index in Survey::dives.
+  // Accepted loop closures (kAcceptedWeight) with other dives, by their index in Survey::dives.
   std::map<std::size_t, int> closures;
   std::size_t group = 0;  // of dives joined by closures: the lowest of their indices
 };

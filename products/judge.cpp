@@ -27,7 +27,7 @@ void CountLoops(const Survey& survey, ProductSummary* s) {
     ++s->loop_verdicts[ToString(row.edge->verdict)];
     if (row.edge->verdict == LoopVerdict::kAccepted) {
       ++s->loops_accepted;
-      if (row.weight < kBelievedWeight) ++s->loops_refused;
+      if (row.weight < kAcceptedWeight) ++s->loops_refused;
       offsets.push_back(row.edge->z_offset_m);
     } else {
       ++s->loops_rejected;

@@ -84,7 +84,7 @@ void AddTiming(const SonarTimingEstimate& timing, std::vector<std::string>* find
   if (timing.placed_by_source)
     text += "correct them in the program that computed the soundings.";
   else
-    text += Format("set sonar_time_offset_s to %.3f.", timing.told_s + offset->add_s);
+    text += Format("set sonar_time_offset_s to %.3f.", timing.configured_s + offset->add_s);
   findings->push_back(text);
 }
 

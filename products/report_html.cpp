@@ -137,8 +137,8 @@ std::string NoiseTable(const SurveyNoise& noise) {
   const auto add = [&](const char* label, const std::optional<TimeOffsetEstimate>& offset) {
     if (offset)
       table.Row({label,
-                 Milliseconds(noise.timing.told_s),
-                 Milliseconds(noise.timing.told_s + offset->add_s),
+                 Milliseconds(noise.timing.configured_s),
+                 Milliseconds(noise.timing.configured_s + offset->add_s),
                  Milliseconds(offset->sigma_s)});
   };
   add("Time offset of the sonar's stamps, by roll", noise.timing.roll);

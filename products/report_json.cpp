@@ -54,7 +54,7 @@ void AddPublished(Json* report, const TruthComparison& published) {
   const auto pair = [](double nav, double corrected) {
     return Json{{"nav", Measured(nav)}, {"nav_corrected", Measured(corrected)}};
   };
-  (*report)["truth"]["as_said"] = {
+  (*report)["truth"]["as_published"] = {
       {"states", published.before.states},
       {"position_rms_m", pair(published.before.position_rms_m, published.after.position_rms_m)},
       {"position_max_m", pair(published.before.position_max_m, published.after.position_max_m)},
@@ -64,7 +64,7 @@ void AddPublished(Json* report, const TruthComparison& published) {
 }
 
 void AddClosuresAgainstTruth(Json* report, const ClosureErrors& e) {
-  (*report)["truth"]["loop_closures"] = {{"believed", e.closures},
+  (*report)["truth"]["loop_closures"] = {{"accepted", e.closures},
                                          {"degrees_of_freedom", e.degrees_of_freedom},
                                          {"chi2", e.chi2},
                                          {"worst_chi2", e.worst_chi2}};
@@ -100,7 +100,7 @@ Json NoiseJson(const ProductSummary& s, const SurveyNoise& noise) {
   Json json = {{"closures", noise.components.closures}};
   for (const NoiseRow& row : NoiseRows(noise))
     json[row.name] = {{"configured", row.configured}, {"value", row.value}, {"sigma", row.sigma}};
-  json["sonar_time_offset"] = {{"configured_s", noise.timing.told_s},
+  json["sonar_time_offset"] = {{"configured_s", noise.timing.configured_s},
                                {"by_roll", ToJson(noise.timing.roll)},
                                {"by_pitch", ToJson(noise.timing.pitch)}};
   json["findings"] = s.noise_findings;

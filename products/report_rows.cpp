@@ -17,7 +17,7 @@ bool HasClosures(const Survey& survey, std::int32_t chain) {
     if (submap.chain == chain) submaps.insert(submap.id);
   const std::vector<LoopRow> rows = LoopRows(survey);
   return std::any_of(rows.begin(), rows.end(), [&submaps](const LoopRow& row) {
-    const bool refused = row.weight < kBelievedWeight;
+    const bool refused = row.weight < kAcceptedWeight;
     return row.edge->verdict == LoopVerdict::kAccepted && !refused &&
            (submaps.contains(row.edge->from) || submaps.contains(row.edge->to));
   });

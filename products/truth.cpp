@@ -184,7 +184,7 @@ std::optional<ClosureErrors> CompareClosuresWithTruth(const Survey& survey,
     frames[submap.id] = {TruthAt(truth, submap.frame_time), submap.chain};
   ClosureErrors errors;
   for (const LoopRow& row : LoopRows(survey)) {
-    if (!(row.weight >= kBelievedWeight)) continue;
+    if (!(row.weight >= kAcceptedWeight)) continue;
     const GraphEdge& edge = *row.edge;
     const Frame &from = frames[edge.from], &to = frames[edge.to];
     const std::optional<SqrtInformation> root = FactorInformation(edge.information);

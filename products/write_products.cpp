@@ -11,6 +11,7 @@
 #include <system_error>
 #include <utility>
 
+#include "common/core/median.hpp"
 #include "common/runtime/durable_file.hpp"
 #include "common/storage/submap_file.hpp"
 #include "products/depth_map.hpp"
@@ -144,13 +145,10 @@ std::pair<double, double> Quantiles(const std::vector<const std::vector<float>*>
     });
   }
   if (values.empty()) return {0.0, 1.0};
-  const auto at = [&](double share) {
-    const auto i = std::lround(share * static_cast<double>(values.size() - 1));
-    std::nth_element(values.begin(), values.begin() + i, values.end());
-    return static_cast<double>(values[static_cast<std::size_t>(i)]);
+  const auto index = [&](double share) {
+    return static_cast<std::size_t>(std::lround(share * static_cast<double>(values.size() - 1)));
   };
-  const double low = at(lo);
-  return {low, at(hi)};
+  return OrderStatistics(index(lo), index(hi), &values);
 }
 
 void WidenFlatRange(std::pair<double, double>* range, double least) {
@@ -457,7 +455,7 @@ class ProductWriter {
   const ProductOptions& options_;
   fs::path dir_;
   SurveyPoses dead_reckoned_;
-  SurveyPoses delivered_;  // the solved ones until ChooseMap() says otherwise
+  SurveyPoses delivered_;  // the solved ones unless ChooseMap() withholds them
   ProductSummary summary_;
   GridGeometry geometry_;
   ConsistencyMap before_;

@@ -58,8 +58,8 @@ std::vector<ConfigurationFile> ConfigurationFiles() {
   files.push_back(FileOf<Pd0DriverConfig>("dvl_pd0.yaml", "Doppler log with PD0 over UDP"));
   files.push_back(FileOf<MbesDriverConfig>("mbes_driver.yaml", "Sonar"));
   files.push_back(FileOf<NavDriverConfig>("nav_driver.yaml", "INS, GPS, USBL and pressure sensor"));
-  files.push_back(
-      FileOf<bench::SurveyConfig>("bench/demo.yaml", "Simulated survey of `seastitch bench`"));
+  files.push_back(FileOf<bench::SurveyConfig>("config/bench/demo.yaml",
+                                              "Simulated survey of `seastitch bench`"));
   return files;
 }
 

@@ -363,7 +363,7 @@ int RunImport(const ImportOptions& options) {
   for (const auto& [name, value] : result.counters)
     std::printf("%s: %lld\n", name.c_str(), static_cast<long long>(value));
   if (!result.installation.empty())
-    std::printf("map it: seastitch replay %s --out MAP (--config %s: with changes of yours)\n",
+    std::printf("to map it: seastitch replay %s --out MAP (if you edit %s, add --config with it)\n",
                 options.log.c_str(),
                 SurveyConfigFilesFor(options.log).mapper.c_str());
   return EXIT_SUCCESS;

@@ -48,7 +48,7 @@ class MessageTypes {
   std::map<const Channel*, Count> counts_;
 };
 
-// Throws DataError if there is one with this role.
+// Throws DataError if a channel of this role is unreadable.
 void ExpectReadable(const MessageTypes& types, ChannelRole role);
 // One line: channel, fingerprint, type expected.
 std::string ToString(const MessageTypes::Unreadable& unreadable);

@@ -417,7 +417,7 @@ int main(int argc, char** argv) try {
   // The nodes' log lines are for live processes; a replay has its own output.
   spdlog::set_level(spdlog::level::warn);
   int status = EXIT_FAILURE;
-  CLI::App app("Seastitch: a depth map whose swaths agree, from what the sonar saw twice");
+  CLI::App app("Seastitch: makes a depth map in which overlapping swaths agree");
   app.require_subcommand(1);
   app.set_version_flag("--version", std::string("seastitch ") + seastitch::ProgramVersion());
   seastitch::AddDemo(&app, &status);

@@ -10,14 +10,14 @@ namespace seastitch {
 // Drift of dead reckoning between consecutive imported submaps, 1 sigma. The defaults are rather
 // too large: a search window that does not contain the truth loses the closure.
 struct ImportedDrift {
-  double sigma_xy_m = 1.0;  // a direction: 5 % of some 20 m
+  double sigma_xy_m = 1.0;  // x and y each; 5 % of the usual 20 m between frames
   double sigma_yaw_deg = 1.0;
 };
 
 struct SubmapDirectory {
   std::vector<Submap> submaps;  // by rising id
-  // The map frame has z up: its points lie above their vehicle in z-down axes, and a sonar looks
-  // down.
+  // True: z of the map frame is positive up. Detected from the points: in z-down axes they would be
+  // above the vehicle.
   bool z_up = false;
 };
 

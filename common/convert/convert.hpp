@@ -42,10 +42,11 @@ namespace seastitch {
 // A message has to fit one UDP datagram: Debian's LCM 1.3.1 loses fragmented messages with the
 // default socket buffers.
 constexpr int kMaxMessageBytes = 60'000;
-// Of a ping with more beams every k-th beam is sent. (The sonar codecs reject such pings before.)
+// Longer pings are reduced to 1024 evenly spaced beams, first and last included. (The sonar codecs
+// reject such pings before.)
 constexpr int kMaxBeams = 1024;
 constexpr int kMaxSoundings = 2048;
-// Of a profile with more samples every k-th is sent, and always the first and the last.
+// Longer profiles are reduced to 2000 evenly spaced samples, first and last included.
 constexpr int kMaxProfileSamples = 2000;
 constexpr int kMaxPointsPerChunk = 3000;
 constexpr int kMaxSubmapPoints = 20'000'000;  // per submap; FromLcm rejects more

@@ -92,7 +92,7 @@ std::optional<ImuSample> FromLcm(const imu_t& msg) {
     if (!q || !AreSigmas(msg.sigma_roll_pitch_yaw_rad, 3)) return std::nullopt;
     sample.attitude = Attitude{*q, VectorFrom(msg.sigma_roll_pitch_yaw_rad)};
   }
-  sample.alignment = static_cast<Alignment>(msg.alignment);
+  sample.alignment = static_cast<HeadingAlignment>(msg.alignment);
   return sample;
 }
 

@@ -35,7 +35,7 @@ int ChunksFor(std::size_t points) {
 
 // Keeps every step-th corner of the footprint, so that the message fits into one datagram.
 void SetFootprint(const Footprint& footprint, submap_t* msg) {
-  const std::size_t step = footprint.size() / kMaxFootprintCorners + 1;
+  const std::size_t step = (footprint.size() + kMaxFootprintCorners - 1) / kMaxFootprintCorners;
   for (std::size_t i = 0; i < footprint.size(); i += step) {
     msg->footprint_x_m.push_back(footprint[i].x());
     msg->footprint_y_m.push_back(footprint[i].y());

@@ -175,7 +175,7 @@ inline constexpr ConditionKind kPlaceUnknown{
 inline constexpr ConditionKind kAttitudeRefused{
     "attitude_refused",
     Severity::kDegraded,
-    "the attitude disagrees with the rest and is refused",
+    "the attitude disagrees with the other sensors and is refused",
     "Look at its stamps (a suspected time offset), its alignment, and what magnets or motors are "
     "near a compass."};
 inline constexpr ConditionKind kDvlRefused{
@@ -184,10 +184,11 @@ inline constexpr ConditionKind kDvlRefused{
     "the Doppler log has bottom lock, but its velocities are refused",
     "Check its mounting in vehicle.yaml and its stamps; fish and mud cause it, too. Counters "
     "nav_dvl_ have the reasons. Dead reckoning drifts meanwhile, and its sigma grows accordingly."};
-inline constexpr ConditionKind kDepthRefused{"depth_refused",
-                                             Severity::kDegraded,
-                                             "the depth disagrees with the rest and is refused",
-                                             "Check the pressure sensor, its port and its zero."};
+inline constexpr ConditionKind kDepthRefused{
+    "depth_refused",
+    Severity::kDegraded,
+    "the depth disagrees with the other sensors and is refused",
+    "Check the pressure sensor, its port and its zero."};
 inline constexpr ConditionKind kFixesRefused{
     "fixes_refused",
     Severity::kDegraded,

@@ -38,7 +38,7 @@ enum class LoopVerdict : std::uint8_t {
   kAccepted,
   kAmbiguous,      // two alignments fit about equally well
   kDegenerate,     // the seabed has too little structure to determine the pose
-  kPoorFit,        // residuals are larger than the noise
+  kPoorFit,        // residuals exceed max_residual_ratio times the expected noise
   kLittleOverlap,  // too small an area in common
   kOutsideWindow,  // outside the uncertainty of the prior
   kNotConverged,   // the refinement did not converge
@@ -115,7 +115,7 @@ struct SolvedVertex {
 };
 
 // Smallest inlier weight with which a loop closure or position fix counts as accepted by the graph.
-constexpr double kBelievedWeight = 0.5;
+constexpr double kAcceptedWeight = 0.5;
 
 struct SolvedEdge {
   SubmapId from;

@@ -24,15 +24,15 @@ struct Attitude {
   Eigen::Vector3d sigma_rpy_rad = Eigen::Vector3d::Zero();
 };
 
-// Alignment state of an inertial unit: whether its heading is valid. kUnknown: it does not say.
-enum class Alignment : std::uint8_t { kUnknown, kAligning, kAligned };
+// Alignment state of an inertial unit: whether its heading is valid. kUnknown: not stated.
+enum class HeadingAlignment : std::uint8_t { kUnknown, kAligning, kAligned };
 
 struct ImuSample {
   Time time;
   Eigen::Vector3d angular_rate_radps = Eigen::Vector3d::Zero();   // x forward, y right, z down
   Eigen::Vector3d specific_force_mps2 = Eigen::Vector3d::Zero();  // at rest and level: (0, 0, -g)
   std::optional<Attitude> attitude;                               // if the device computes one
-  Alignment alignment = Alignment::kUnknown;
+  HeadingAlignment alignment = HeadingAlignment::kUnknown;
 };
 
 struct DvlBeam {

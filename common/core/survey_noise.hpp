@@ -37,7 +37,8 @@ struct TimeOffsetEstimate {
 
 // Time offset from two independent regressions.
 struct SonarTimingEstimate {
-  double told_s = 0.0;  // sonar_time_offset_s, already added; the estimate is to be added to it
+  double configured_s =
+      0.0;  // sonar_time_offset_s, already added; the estimate is to be added to it
   // True: the soundings were ray traced by their source. Then the offset cannot be corrected here.
   bool placed_by_source = false;
   std::optional<TimeOffsetEstimate> roll;   // from roll rate and slope across the track

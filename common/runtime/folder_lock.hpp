@@ -14,8 +14,8 @@ struct FolderInUse : std::runtime_error {
 class FolderLock {
  public:
   // Throws FolderInUse "FOLDER: in use by process 123 ..." where another holds it, another
-  // std::runtime_error where it cannot be locked. On a read-only disk it is locked where the file
-  // is there: nobody can write.
+  // std::runtime_error where it cannot be locked. On a read-only disk an existing lock file is
+  // locked; without one, nothing is.
   explicit FolderLock(const std::filesystem::path& folder);
   ~FolderLock();
   FolderLock(const FolderLock&) = delete;

@@ -46,14 +46,14 @@ UnitNames NamesOf(Unit unit) {
   return {"", ""};
 }
 
-// The shortest decimal that reads as the same number.
+// The shortest decimal that reads as the same number; -0 is written as 0.
 std::string NumberText(double value) {
   const double magnitude = std::abs(value);
   const bool plain = value == 0.0 || (magnitude >= 1e-4 && magnitude < 1e9);
   std::array<char, 64> text;
   const auto end = std::to_chars(text.data(),
                                  text.data() + text.size(),
-                                 value,
+                                 value == 0.0 ? 0.0 : value,
                                  plain ? std::chars_format::fixed : std::chars_format::scientific);
   return std::string(text.data(), end.ptr);
 }

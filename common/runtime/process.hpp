@@ -17,15 +17,14 @@ const char* ProgramVersion();
 struct ProcessArgs {
   std::string config;         // --config FILE
   std::string lcm_url;        // --lcm-url URL; empty: LCM_DEFAULT_URL, else LCM's own default
-  bool check_config = false;  // --check-config: read it, say so, leave
-  bool print_config = false;  // --print-config: write it (the defaults without FILE), leave
+  bool check_config = false;  // --check-config: validate the file, print the result, exit
+  bool print_config = false;  // --print-config: print it (without FILE the defaults), exit
 };
 
 // Loads the configuration named on the command line. Absent after --check-config and
 // --print-config, which are carried out here: the process has to end. check: additional tests of
-// the machine by
-// --check-config; throws ConfigError. A running process does not call it, because it waits for the
-// machine, or is started again.
+// the machine; throws ConfigError. check runs only with --check-config. A process that starts
+// normally skips it: it waits for a missing device.
 template <class Config>
 std::optional<Config> LoadConfig(
     const ProcessArgs& args,

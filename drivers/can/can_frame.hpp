@@ -35,14 +35,14 @@ struct ReceivedFrame {
   Time recv;
 };
 
-// Frames that a decoder wants.
+// Frames that a decoder needs.
 struct CanFilter {
   std::uint32_t id = 0;
   bool extended = false;
   std::uint32_t mask = 0x1FFFFFFF;  // of the bits of the id that count
   friend auto operator<=>(const CanFilter&, const CanFilter&) = default;
 };
-// Data frames that one of the filters wants, and every error frame.
+// Data frames that pass one of the filters, and every error frame.
 bool Passes(const std::vector<CanFilter>& filters, const CanFrame& frame);
 
 // SocketCAN's id word: flags in the top three bits.

@@ -39,6 +39,8 @@ struct DbcSignal {
   std::vector<Range> switch_ranges;
   std::map<std::int64_t, std::string> value_texts;  // of raw values
 
+  // Number of bytes up to and including the last one that the signal uses.
+  int BytesNeeded() const;
   // The signal's bits, right aligned, or nothing where the data are too short to hold them.
   std::optional<std::uint64_t> Bits(Bytes data) const;
   double Physical(std::uint64_t bits) const;

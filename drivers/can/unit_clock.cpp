@@ -70,7 +70,7 @@ void UnitClock::Add(const FieldValues& values, Time recv, const std::optional<Re
   if (values.present.test(count)) {
     utc_ = FieldValues{};
     utc_recv_ = recv;
-    See(CountOf(values.value[count]));
+    AddCount(CountOf(values.value[count]));
   } else if (!has_count_ && epoch) {
     utc_ = FieldValues{};
     utc_.Set(count, epoch->device_us);
@@ -97,7 +97,7 @@ void UnitClock::Add(const FieldValues& values, Time recv, const std::optional<Re
   anchor_ = anchor;
 }
 
-void UnitClock::See(std::uint32_t device_us) {
+void UnitClock::AddCount(std::uint32_t device_us) {
   const std::int32_t step = last_device_us_ ? Difference(device_us, *last_device_us_) : 0;
   last_device_us_ = device_us;
   if (step < -kMaxBackwardUs || step > kMaxForwardUs) {

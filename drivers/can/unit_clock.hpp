@@ -47,9 +47,9 @@ class UnitClock {
             double max_burst_s);
 
   // Takes a count that was received. A large step of the count shows that the unit was restarted.
-  void See(std::uint32_t device_us);
-  bool Wants(const FieldValues& values) const { return (values.present & fields_).any(); }
-  // Takes the values of a frame for which Wants() is true. epoch: the open epoch, if any.
+  void AddCount(std::uint32_t device_us);
+  bool Uses(const FieldValues& values) const { return (values.present & fields_).any(); }
+  // Takes the values of a frame for which Uses() is true. epoch: the open epoch, if any.
   void Add(const FieldValues& values, Time recv, const std::optional<Reading>& epoch);
   // UTC of a count: from the last UTC, from a model of the unit's clock, or from the receive stamp.
   // Nothing before the first UTC; of a model see ClockModel.

@@ -112,9 +112,10 @@ std::optional<ImuSample> ImuCanDecoder::Add(const CanFrame& frame, Time recv) {
     const auto group = static_cast<std::uint16_t>(values.value[kImuGroupCounter]);
     before = Open({Part::kInertial, std::nullopt, group}, recv);
   }
-  if (clock_.Wants(values)) clock_.Add(values, recv, ReadingOfEpoch());
+  if (clock_.Uses(values)) clock_.Add(values, recv, ReadingOfEpoch());
   if (values.present.test(kImuAligned)) {
-    alignment_ = values.value[kImuAligned] != 0.0 ? Alignment::kAligned : Alignment::kAligning;
+    alignment_ =
+        values.value[kImuAligned] != 0.0 ? HeadingAlignment::kAligned : HeadingAlignment::kAligning;
     alignment_recv_ = recv;
   }
   const std::optional<ImuSample> now = Collect(values, recv);
@@ -124,7 +125,7 @@ std::optional<ImuSample> ImuCanDecoder::Add(const CanFrame& frame, Time recv) {
 std::optional<ImuSample> ImuCanDecoder::Finish() { return Close(); }
 
 std::optional<ImuSample> ImuCanDecoder::Open(const Opening& opening, Time recv) {
-  if (opening.device_us) clock_.See(*opening.device_us);
+  if (opening.device_us) clock_.AddCount(*opening.device_us);
   if (opening.group) SeeGroup(*opening.group);
   std::optional<ImuSample> before;
   if (!IsOfOpenEpoch(opening, recv)) {
@@ -224,8 +225,8 @@ std::optional<ImuSample> ImuCanDecoder::Give(bool with_attitude) {
   return sample;
 }
 
-Alignment ImuCanDecoder::AlignmentAt(Time recv) const {
-  return recv - alignment_recv_ <= kAlignmentHolds ? alignment_ : Alignment::kUnknown;
+HeadingAlignment ImuCanDecoder::AlignmentAt(Time recv) const {
+  return recv - alignment_recv_ <= kAlignmentHolds ? alignment_ : HeadingAlignment::kUnknown;
 }
 
 std::optional<UnitClock::Reading> ImuCanDecoder::ReadingOfEpoch() const {
@@ -261,8 +262,8 @@ std::vector<CanFrame> ImuCanEncoder::Encode(const ImuSample& sample) {
   v.Set(kImuTimeUs, DeviceUs(sample.time));
   v.Set(kImuGroupCounter, group_++);
   if (!signals_.Has(kUtcTimeUs)) SetCalendar(sample.time, &v);
-  if (sample.alignment != Alignment::kUnknown)
-    v.Set(kImuAligned, sample.alignment == Alignment::kAligned ? 1.0 : 0.0);
+  if (sample.alignment != HeadingAlignment::kUnknown)
+    v.Set(kImuAligned, sample.alignment == HeadingAlignment::kAligned ? 1.0 : 0.0);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto i = static_cast<Eigen::Index>(axis);
     v.Set(kAngularRateX + axis, sample.angular_rate_radps[i]);

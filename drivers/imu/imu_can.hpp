@@ -110,7 +110,7 @@ class ImuCanDecoder : public ImuCodec {
   bool HasInertial() const;
   std::optional<ImuSample> Give(bool with_attitude);
   std::optional<UnitClock::Reading> ReadingOfEpoch() const;
-  Alignment AlignmentAt(Time recv) const;
+  HeadingAlignment AlignmentAt(Time recv) const;
   bool Belongs(const std::bitset<kMaxFields>& fields, Time recv) const;
   void SeeGroup(std::uint16_t group);
 
@@ -121,7 +121,7 @@ class ImuCanDecoder : public ImuCodec {
   std::optional<std::uint16_t> last_group_;
   UnitClock clock_;
   Time epoch_recv_;
-  Alignment alignment_ = Alignment::kUnknown;  // as last stated, at alignment_recv_
+  HeadingAlignment alignment_ = HeadingAlignment::kUnknown;  // as last stated, at alignment_recv_
   Time alignment_recv_;
   Counters counters_;
 };

@@ -60,7 +60,7 @@ void DepthCodec::Measure(const DepthReading& reading, Time recv) {
     Count("implausible");
     return;
   }
-  Give(sample);
+  Emit(sample);
 }
 
 }  // namespace seastitch

@@ -112,7 +112,7 @@ EcanIns::EcanIns(const EcanInsParams& params)
       clock_(params.signals, kUtc, params.clock, kMaxEpochS),
       max_epoch_s_(kMaxEpochS) {}
 
-std::string EcanIns::hears_instead() const {
+std::string EcanIns::unused_messages() const {
   return hears_others_ ? "ECAN frames without EKF_INFO" : "";
 }
 
@@ -141,7 +141,7 @@ void EcanIns::Take(const CanFrame& frame, Time recv) {
     hears_others_ = true;
     if (values.present.test(kSolution))
       solution_ = {CountOf(values.value[kSolution]), recv};
-    else if (clock_.Wants(values))
+    else if (clock_.Uses(values))
       clock_.Add(values, recv, std::nullopt);
     else
       Collect(values, recv);
@@ -150,13 +150,13 @@ void EcanIns::Take(const CanFrame& frame, Time recv) {
 
 void EcanIns::Open(const UnitClock::Reading& info) {
   Close();
-  clock_.See(info.device_us);
+  clock_.AddCount(info.device_us);
   if (epoch_) {
     const double period_s = 1e-6 * (info.device_us - epoch_->info.device_us);
     if (period_s > 0.0) max_epoch_s_ = std::min(max_epoch_s_, 0.5 * period_s);
   }
   epoch_ = Epoch{info, {}, false};
-  Hear();
+  CountMessage();
 }
 
 void EcanIns::Collect(const FieldValues& values, Time recv) {
@@ -201,7 +201,7 @@ void EcanIns::Finish() {
       sample.velocity.reset();
     }
   }
-  Give(std::move(sample));
+  Emit(std::move(sample));
 }
 
 NavigationSample EcanIns::SampleOf(const FieldValues& v) const {

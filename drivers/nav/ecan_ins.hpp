@@ -28,7 +28,7 @@ class EcanIns : public NavCodec {
  public:
   explicit EcanIns(const EcanInsParams& params);
 
-  std::string hears_instead() const override;
+  std::string unused_messages() const override;
   std::vector<CanFilter> can_filters() const override { return params_.signals.Filters(); }
 
   // cannelloni_malformed, frame_malformed (too short, or an impossible position),

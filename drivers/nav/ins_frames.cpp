@@ -7,7 +7,7 @@
 
 namespace seastitch {
 
-std::string FrameCodec::hears_instead() const {
+std::string FrameCodec::unused_messages() const {
   return frames_.skipped_bytes() > 0 ? "bytes that are no frames (another protocol?)" : "";
 }
 
@@ -27,7 +27,7 @@ PhinsIns::PhinsIns(const PhinsInsParams& params)
 void PhinsIns::Take(const FrameStream::Frame& bytes) {
   const std::optional<PhinsFrame> frame = DecodePhins(bytes.bytes);
   if (!frame) return Count("phins_malformed");
-  Hear();
+  CountMessage();
   if (frame->version == 0) return;  // a reply to a command
   if (counter_ && frame->counter > *counter_ + 1)
     Count("phins_gaps", frame->counter - *counter_ - 1);
@@ -46,7 +46,7 @@ void PhinsIns::Take(const FrameStream::Frame& bytes) {
     sample.depth = InsVertical{-*frame->altitude_m, frame->sigma_altitude_m};
   else if (frame->altitude_m && frame->altitude_is_above_ellipsoid)
     sample.height = InsVertical{*frame->altitude_m, frame->sigma_altitude_m};
-  Give(std::move(sample));
+  Emit(std::move(sample));
   if (!frame->sensor_depth || depth_at_ == frame->sensor_depth_at) return;
   depth_at_ = frame->sensor_depth_at;
   // The INS states by how much the sensor's depth is older than the frame.
@@ -55,7 +55,7 @@ void PhinsIns::Take(const FrameStream::Frame& bytes) {
   depth.depth_m = frame->sensor_depth->value_m;
   depth.sigma_m =
       frame->sensor_depth->sigma_m > 0.0 ? frame->sensor_depth->sigma_m : params_.depth_sigma_m;
-  if (depth.time <= *time && ToSeconds(*time - depth.time) < 5.0) Give(depth);
+  if (depth.time <= *time && ToSeconds(*time - depth.time) < 5.0) Emit(depth);
 }
 
 KmBinaryIns::KmBinaryIns(const ClockParams& clock) : FrameCodec(SizeOfKmBinary), stamper_(clock) {}
@@ -63,7 +63,7 @@ KmBinaryIns::KmBinaryIns(const ClockParams& clock) : FrameCodec(SizeOfKmBinary),
 void KmBinaryIns::Take(const FrameStream::Frame& frame) {
   const std::optional<NavigationRecord> record = DecodeKmBinary(frame.bytes);
   if (!record) return;
-  Hear();
+  CountMessage();
   const std::optional<Time> time = stamper_.Stamp(record->time, frame.recv);
   if (!time) return Count("unstamped");
   NavigationSample sample;
@@ -81,7 +81,7 @@ void KmBinaryIns::Take(const FrameStream::Frame& frame) {
     Count("nothing_valid");
     sample.status = InsStatus::kInvalid;
   }
-  Give(std::move(sample));
+  Emit(std::move(sample));
 }
 
 }  // namespace seastitch

@@ -16,7 +16,7 @@ struct PhinsInsParams {
 // Base class of codecs of binary frames: splits bytes into frames and counts bytes of no frame.
 class FrameCodec : public NavCodec {
  public:
-  std::string hears_instead() const override;
+  std::string unused_messages() const override;
   // skipped_bytes, unstamped, and those of the instrument.
   Counters counters() const override;
 

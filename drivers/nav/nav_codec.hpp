@@ -27,10 +27,10 @@ class NavCodec {
     return std::exchange(out_, {});
   }
   // Number of messages that show that the instrument works, with or without a measurement.
-  std::int64_t heard() const { return heard_; }
+  std::int64_t messages() const { return messages_; }
   // Messages received in place of those that are read, for people: "GLL, GSV". Empty if there are
   // none.
-  virtual std::string hears_instead() const { return ""; }
+  virtual std::string unused_messages() const { return ""; }
   // CAN frames that an instrument on CAN needs. Its bytes are cannelloni packets.
   virtual std::vector<CanFilter> can_filters() const { return {}; }
 
@@ -40,15 +40,15 @@ class NavCodec {
 
  protected:
   virtual void Read(Bytes bytes, Time recv) = 0;
-  void Hear() { ++heard_; }
+  void CountMessage() { ++messages_; }
   void Count(const std::string& what, std::int64_t times = 1) { counters_[what] += times; }
   template <class Output>
-  void Give(Output output) {
+  void Emit(Output output) {
     out_.emplace_back(std::move(output));
   }
 
  private:
-  std::int64_t heard_ = 0;
+  std::int64_t messages_ = 0;
   Counters counters_;
   std::vector<NavOutput> out_;
 };

@@ -239,8 +239,8 @@ ParameterTable TableOf(NavDriverConfig* config) {
                                        &config->usbl,
                                        &table);
   DeclareFixes(&config->usbl_fixes,
-               "Error of a fix to the north and to the east, 1 sigma each. A larger accuracy in "
-               "the sentence is used instead.",
+               "Error of a fix to the north and to the east, 1 sigma each. If the "
+               "sentence states a larger error, that one is used.",
                &usbl);
   usbl.Add("transponder",
            &config->usbl_fixes.transponder,
@@ -325,10 +325,10 @@ bool NavDriver::Feed(const std::string& source, const Datagram& piece) {
   bool understood = false;
   for (Device& device : devices_) {
     if (device.params.source != source) continue;
-    const std::int64_t heard = device.codec->heard();
+    const std::int64_t heard = device.codec->messages();
     for (const NavOutput& output : device.codec->Add(piece.bytes, piece.recv))
       Publish(output, piece.recv);
-    understood = understood || device.codec->heard() > heard;
+    understood = understood || device.codec->messages() > heard;
   }
   return understood;
 }
@@ -394,7 +394,7 @@ void NavDriver::CheckSources(const std::map<std::string, SourceState>& sources,
 void NavDriver::CheckDevices(Clock::time_point now) {
   std::string silent;
   for (Device& device : devices_) {
-    const std::int64_t heard = device.codec->heard();
+    const std::int64_t heard = device.codec->messages();
     if (heard > device.heard) health_.SetRunning();
     if (heard > device.heard || !device.last_heard) device.last_heard = now;
     device.heard = heard;
@@ -402,7 +402,7 @@ void NavDriver::CheckDevices(Clock::time_point now) {
     if (device.params.timeout_s == 0.0 || silence_s < device.params.timeout_s) continue;
     char duration[40];
     std::snprintf(duration, sizeof duration, " for %.0f s", std::floor(silence_s));
-    const std::string instead = device.codec->hears_instead();
+    const std::string instead = device.codec->unused_messages();
     silent += (silent.empty() ? "" : "; ") + device.name + " at " + device.params.source + duration;
     if (!instead.empty()) silent += ", where it hears " + instead;
   }

@@ -89,7 +89,7 @@ class NavDriver {
   // Call it once a second.
   void UpdateHealth(const std::map<std::string, SourceState>& sources, Clock::time_point now);
 
-  // Frames that the instrument on this source wants; empty: it is not on CAN.
+  // Frames that the instrument on this source needs; empty: it is not on CAN.
   std::vector<CanFilter> can_filters(const std::string& source) const;
 
   Health& health() { return health_; }

@@ -10,13 +10,13 @@ constexpr std::size_t kMostTypes = 16;
 void NmeaCodec::Read(Bytes bytes, Time recv) {
   for (const LineStream::Line& line : lines_.Add(bytes, recv)) {
     if (TakeLine(line.text, line.recv)) {
-      Hear();
+      CountMessage();
       continue;
     }
     const auto sentence = ParseNmea(line.text, needs_checksum_, &line_counters_);
     if (!sentence) continue;
     if (Take(*sentence, line.recv)) {
-      Hear();
+      CountMessage();
     } else {
       ++others_;
       if (other_types_.size() < kMostTypes) other_types_.emplace(sentence->type);
@@ -30,7 +30,7 @@ std::optional<Time> NmeaCodec::Stamp(std::optional<Duration> time_of_day, Time r
   return time;
 }
 
-std::string NmeaCodec::hears_instead() const {
+std::string NmeaCodec::unused_messages() const {
   std::string text;
   for (const std::string& type : other_types_) text += (text.empty() ? "" : ", ") + type;
   if (!text.empty()) return text;

@@ -15,7 +15,7 @@ namespace seastitch {
 // converts their times with the device's clock.
 class NmeaCodec : public NavCodec {
  public:
-  std::string hears_instead() const override;
+  std::string unused_messages() const override;
   // nmea_malformed, nmea_checksum_wrong, nmea_checksum_missing, nmea_other (sentences of types that
   // are not used), nmea_too_long (bytes), unstamped, and those of the instrument.
   Counters counters() const override;

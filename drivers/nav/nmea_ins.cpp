@@ -148,7 +148,7 @@ void NmeaIns::Finish(NavigationSample sample, std::optional<Duration> time_of_da
   if (!time) return;
   sample.time = *time;
   sample.source = kSource;
-  Give(std::move(sample));
+  Emit(std::move(sample));
 }
 
 }  // namespace seastitch

@@ -29,8 +29,8 @@ struct GeoreferencedPing {
   double speed_mps = 0.0;  // horizontal, from `time` to the last echo
   int beams_read = 0;      // all that the sonar delivered
   int beams_invalid = 0;   // of these, without kBeamValid
-  int beams_refused = 0;   // of these, impossible: a number that cannot be, or a ray that turned up
-  // The ping's sound speed cannot be; the profile's was taken.
+  int beams_refused = 0;   // of these, refused: implausible values, or a ray bent upwards
+  // The ping's sound speed is implausible; the profile's is used.
   bool speed_from_profile = false;
   std::vector<Sounding> soundings;  // by rising beam
 };
@@ -38,7 +38,7 @@ struct GeoreferencedPing {
 // T_map_vehicle at a time, or nothing.
 using PoseLookup = std::function<std::optional<Eigen::Isometry3d>(Time)>;
 
-// Geometry of one detection by the transmit and the receive array, each at its own place.
+// Geometry of one detection by the transmit and the receive array, each at its own position.
 struct Detection {
   Eigen::Vector3d tx_axis;          // unit vector forward along the transmit array
   Eigen::Vector3d rx_axis;          // unit vector to starboard along the receive array
@@ -54,11 +54,11 @@ struct Detection {
 // may be mounted backwards. Nothing where cones and ellipsoid do not meet.
 std::optional<Eigen::Vector3d> EchoFromMidway(const Detection& detection);
 
-// Puts every valid beam of the ping on the seabed. The transmit cone stands where and as the
-// transmit array did when this beam's pulse left, the receive cone where and as the receive array
-// did when the echo came. The sounding lies on both, on the ellipsoid whose foci are the two
-// places. The ray is traced once, one-way, from midway between them: bending is as good as the same
-// over both ways (arrays 25 cm apart, a seabed 5 m away: better than 0.2 mm; kongsberg_test.cpp).
+// Georeferences every valid beam of the ping. The transmit cone uses position and axis of the
+// transmit array when this beam's pulse left; the receive cone those of the receive array when the
+// echo arrived. The sounding lies on both cones and on the ellipsoid whose foci are the two
+// positions. The ray is traced once, one-way, from midway between them. The error by using one path
+// for both is below 0.2 mm (arrays 25 cm apart, a seabed 5 m away; kongsberg_test.cpp).
 //
 // Nothing where the lookup has no pose for some instant from `time` to the last echo.
 std::optional<GeoreferencedPing> Georeference(const MbesPing& ping,

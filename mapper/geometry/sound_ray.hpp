@@ -38,9 +38,9 @@ class RayTracer {
   // Speed of the profile [m/s] at a depth below the water line.
   double SpeedAt(double depth_m) const;
 
-  // Follows a ray from start_depth_m (below the water line) for one_way_s, layer by layer. The
-  // direction is the angle off the vertical by its sine, not negative (the plane of the ray is the
-  // caller's), and its cosine, positive downward.
+  // Follows a ray from start_depth_m (below the water line) for one_way_s, layer by layer.
+  // sin_launch (not negative), cos_launch (positive downward): sine and cosine of the angle from
+  // the vertical. The caller knows the azimuth.
   //
   // std::nullopt where the ray starts horizontally or upward (cosine not above 0), turns upward
   // before its time is over, or where a number is not finite.

@@ -143,7 +143,8 @@ bool AttitudeAiding::gyros_in_doubt(Time t) const {
 void AttitudeAiding::Use(Time t, const AttitudeEvent& attitude) {
   const bool due = ToSeconds(t - compared_) >= params_.attitude_interval_s - 1e-6;
   if (!due && !in_doubt_) return;
-  if (attitude.alignment == Alignment::kAligned && alignment_ != Alignment::kAligned) aligned_ = t;
+  if (attitude.alignment == HeadingAlignment::kAligned && alignment_ != HeadingAlignment::kAligned)
+    aligned_ = t;
   alignment_ = attitude.alignment;
   if (LooksFrozen(attitude)) {
     compared_ = t;
@@ -161,7 +162,7 @@ void AttitudeAiding::Use(Time t, const AttitudeEvent& attitude) {
 
 void AttitudeAiding::UseCarried(Time t, const AttitudeEvent& attitude, bool compares) {
   if (compares) Compare(t, attitude);
-  filter_->LearnInertialBiases(!gyros_in_doubt(t));
+  filter_->EstimateInertialBiases(!gyros_in_doubt(t));
   if (gyros_in_doubt(t)) {
     if (!in_doubt_) {
       Count("gyro_doubted");
@@ -245,9 +246,9 @@ bool AttitudeAiding::Step(Time t, const AttitudeEvent& attitude) {
   if (StepsBack(step_rad)) return true;
   Count("heading_step");
   const bool announced = aligned_ && ToSeconds(t - *aligned_) < kAfterAlignmentS;
-  const bool settles =
-      announced || alignment_ == Alignment::kAligning ||
-      (alignment_ == Alignment::kUnknown && ToSeconds(t - begun_) < params_.attitude_settle_s);
+  const bool settles = announced || alignment_ == HeadingAlignment::kAligning ||
+                       (alignment_ == HeadingAlignment::kUnknown &&
+                        ToSeconds(t - begun_) < params_.attitude_settle_s);
   if (settles)
     filter_->FollowHeadingStep(step_rad);
   else

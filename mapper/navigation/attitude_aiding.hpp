@@ -108,7 +108,7 @@ class AttitudeAiding {
   Time compared_;  // last attitude that was compared with the gyros
   Time agreed_;    // the device and the filter, last
   std::optional<Time> aligned_;
-  Alignment alignment_ = Alignment::kUnknown;
+  HeadingAlignment alignment_ = HeadingAlignment::kUnknown;
   bool in_doubt_ = false;
   StampOffset stamps_;
   SamplePairs<Eigen::Quaterniond> pairs_{StampOffset::kLongestS};  // as measured, for stamps_

@@ -4,7 +4,7 @@
 
 namespace seastitch {
 
-// Nearer to the vertical than this, roll and yaw cannot be told apart.
+// Nearer to the vertical than this, roll and yaw cannot be distinguished.
 constexpr double kMinCosPitch = 0.1;
 
 // Cross product as a matrix: Skew(a) * b = a x b.

@@ -315,20 +315,20 @@ bool ErrorStateFilter::Offer(NavSensor sensor,
   const double by_sigma = innovation / std::sqrt(S);
   of_sensor.mean_product += (by_sigma * last - of_sensor.mean_product) / used;
   last = by_sigma;
-  const bool learns_slow = learns_slow_ && learns_inertial_;
+  const bool estimates_slow = estimates_slow_ && estimates_inertial_;
   const double scale_step =
-      learns_slow ? TakeNoiseOffScale(sensor, H, PH, innovation, variance) : 0.0;
+      estimates_slow ? TakeNoiseOffScale(sensor, H, PH, innovation, variance) : 0.0;
   // The gain under the filter's own hypothesis of the heading: a mean of both would be wrong under
   // either.
   const ErrorVector by_doubt = ByHeadingDoubt();
   const double PH_doubt = PH(kHeadingDoubt);
   const double S_own = S - H.dot(by_doubt) * PH_doubt;
   ErrorVector K = (PH - by_doubt * PH_doubt) / S_own;
-  if (!learns_slow) K.segment<4>(kDvlScale).setZero();
-  if (!learns_inertial_) K.segment<6>(kGyroBias).setZero();
+  if (!estimates_slow) K.segment<4>(kDvlScale).setZero();
+  if (!estimates_inertial_) K.segment<6>(kGyroBias).setZero();
   // Schmidt's considered states: excluded from the gain, they keep their values, and their
   // uncertainty counts.
-  if (learns_slow && doubt_rad_ == 0.0)
+  if (estimates_slow && doubt_rad_ == 0.0)
     P_.noalias() -= K * PH.transpose();
   else
     P_.noalias() -= K * PH.transpose() + PH * K.transpose() - S * K * K.transpose();
@@ -338,11 +338,11 @@ bool ErrorStateFilter::Offer(NavSensor sensor,
   stamps.by_delay -= K * (H.dot(stamps.by_delay) - change_per_s);
   stamps.by_carrying -= K * (H.dot(stamps.by_carrying) - carried_s * change_per_s);
   const ErrorRow HA = H * since_.A;
-  since_.news += HA.transpose() * (innovation / S_own);
+  since_.adjoint += HA.transpose() * (innovation / S_own);
   since_.A.noalias() -= K * HA;
   // A correction of the scale corrects all other states by their covariance with the scale.
   if (scale_step != 0.0)
-    since_.news += since_.A.row(kDvlScale).transpose() * (scale_step / P_(kDvlScale, kDvlScale));
+    since_.adjoint += since_.A.row(kDvlScale).transpose() * (scale_step / P_(kDvlScale, kDvlScale));
   return true;
 }
 

@@ -66,9 +66,9 @@ struct DvlStamping {
 // Besides state and covariance it keeps, since the last TakeTransition(), the transition matrix A
 // of the error: the product of all (I - K H) and F. For published estimates, which are not
 // corrected later, Cov(error(b), error(a)) = A(a to b) Cov(error(a)). It also keeps the adjoint
-// vector `news` of the modified Bryson-Frazier smoother (Bierman, Factorization Methods for
-// Discrete Sequential Estimation, 1977, ch. X): Cov(error(a)) times `news` at b is the correction
-// of the estimate of a by the measurements between a and b (Hindsight).
+// vector `adjoint` of the modified Bryson-Frazier smoother (Bierman, Factorization Methods for
+// Discrete Sequential Estimation, 1977, ch. X): Cov(error(a)) times `adjoint` at b is the
+// correction of the estimate of a by the measurements between a and b (Hindsight).
 class ErrorStateFilter {
  public:
   // Poses of the vehicle frame and the DVL in imu axes, and position of the pressure port [m].
@@ -107,13 +107,13 @@ class ErrorStateFilter {
 
   // Measurement updates with gates. Each returns the number of components that its gate refused.
   int UpdateAttitude(const Eigen::Quaterniond& q_map_imu, const Eigen::Vector3d& sigma_rpy_rad);
-  // An ensemble is used whole, or not at all where a component is refused. kLeft: the update leaves
-  // DVL scale and mounting as they are, for an ensemble soon after a refusal.
-  enum class SlowStates : std::uint8_t { kLearned, kLeft };  // scale and mounting of the DVL
+  // An ensemble is used whole, or not at all where a component is refused. kUnchanged: the update
+  // leaves DVL scale and mounting as they are, for an ensemble soon after a refusal.
+  enum class SlowStates : std::uint8_t { kEstimated, kUnchanged };  // scale and mounting of the DVL
   int UpdateDvl(const Eigen::Vector3d& v_dvl_mps,
                 const Eigen::Vector3d& sigma_mps,
                 const DvlStamping& stamping = DvlStamping(),
-                SlowStates slow = SlowStates::kLearned);
+                SlowStates slow = SlowStates::kEstimated);
   int UpdateDepth(double depth_m, double sigma_m);
   int UpdatePosition(const Eigen::Vector2d& north_east_m, const Eigen::Matrix2d& covariance_m2);
 
@@ -135,8 +135,8 @@ class ErrorStateFilter {
   // correlation with the attitude error, the next attitude would count twice.
   void ReopenInertialBiases();
   // False: measurements do not change the biases of the inertial unit, because it is in doubt, nor
-  // DVL scale and mounting, which would be learned from it.
-  void LearnInertialBiases(bool learn) { learns_inertial_ = learn; }
+  // DVL scale and mounting, which would be estimated from it.
+  void EstimateInertialBiases(bool estimate) { estimates_inertial_ = estimate; }
   void ReopenAttitudeBias();
   // Shortens the velocity to limit_mps, and adds the limit to its sigma in quadrature.
   void LimitSpeed(double limit_mps);
@@ -189,16 +189,16 @@ class ErrorStateFilter {
   const ErrorMatrix& covariance();
   struct Transition {
     ErrorMatrix A;
-    ErrorVector news;  // sum of A^T H^T innovation / its variance, A up to each measurement
+    ErrorVector adjoint;  // sum of A^T H^T innovation / its variance, A up to each measurement
 
     template <class Archive, class Self>
     static void Fields(Archive& archive, Self& self) {
-      archive(self.A, self.news);
+      archive(self.A, self.adjoint);
     }
   };
   // Since the last call (or the start).
   Transition TakeTransition();
-  const ErrorVector& news() const { return since_.news; }
+  const ErrorVector& adjoint() const { return since_.adjoint; }
   // Error of the state caused by late DVL stamps: with a delay of d seconds it is d * by_delay -
   // by_carrying, and is not part of the covariance. A considered parameter (Schmidt-Kalman): the
   // filter does not estimate it.
@@ -231,8 +231,8 @@ class ErrorStateFilter {
   static void Fields(Archive& archive, Self& self) {
     archive(self.gyro_psd_, self.accel_psd_, self.state_, self.biases_, self.rates_);
     archive(self.P_, self.P0_by_dvl_, self.since_, self.correction_, self.stamp_error_);
-    archive(self.bias_sigma_, self.bias_rate_, self.velocity_is_held_, self.learns_slow_);
-    archive(self.learns_inertial_);
+    archive(self.bias_sigma_, self.bias_rate_, self.velocity_is_held_, self.estimates_slow_);
+    archive(self.estimates_inertial_);
     archive(self.least_attitude_sigma_, self.moves_, self.heading_offset_rad_, self.doubt_rad_);
     archive(self.doubts_);
     archive(self.pending_s_, self.pending_R_, self.pending_move_, self.innovations_);
@@ -280,8 +280,8 @@ class ErrorStateFilter {
              double variance,
              double change_per_s = 0.0,
              double carried_s = 0.0);
-  // Before the update by such a scalar, with PH = P_ H^T: takes from the correction what noise
-  // times noise would teach of the DVL's scale.
+  // Before the update by such a scalar, with PH = P_ H^T: takes from the correction the bias
+  // that correlated noise would cause in the DVL's scale.
   double TakeNoiseOffScale(NavSensor sensor,
                            const ErrorRow& H,
                            const ErrorVector& PH,
@@ -304,13 +304,13 @@ class ErrorStateFilter {
   Transition since_{ErrorMatrix::Identity(), ErrorVector::Zero()};
   ErrorVector correction_ = ErrorVector::Zero();
   StampError stamp_error_;
-  // Of each bias: sigma when left alone, and how fast it forgets.
+  // Steady-state sigma of each bias, and the rate at which it returns to it [1/s].
   ErrorVector bias_sigma_ = ErrorVector::Zero();
   ErrorVector bias_rate_ = ErrorVector::Zero();
 
   bool velocity_is_held_ = false;  // since the covariance was last brought up to the state
-  bool learns_slow_ = true;
-  bool learns_inertial_ = true;
+  bool estimates_slow_ = true;
+  bool estimates_inertial_ = true;
   Eigen::Vector3d least_attitude_sigma_ = Eigen::Vector3d::Zero();  // stated so far
   Moves moves_;
   double heading_offset_rad_ = 0.0;  // what the device's heading adds beside its biases

@@ -40,7 +40,7 @@ void ErrorStateFilter::Apply(const ErrorMatrix& M) {
 bool ErrorStateFilter::IsFinite() const {
   return state_.p_map.allFinite() && state_.v_map_mps.allFinite() &&
          std::abs(state_.q_map_imu.norm() - 1.0) < 1e-6 && biases_.allFinite() && P_.allFinite() &&
-         P0_by_dvl_.allFinite() && since_.A.allFinite() && since_.news.allFinite() &&
+         P0_by_dvl_.allFinite() && since_.A.allFinite() && since_.adjoint.allFinite() &&
          (P_.diagonal().array() >= 0.0).all();
 }
 
@@ -158,7 +158,7 @@ void ErrorStateFilter::ReopenAttitudeBias() { ReopenBiases(kAttitudeBias, 3); }
 
 void ErrorStateFilter::ReopenBiases(int first, int size) {
   PropagateCovariance();
-  // Estimates beyond this many sigma were learned from what was wrong.
+  // Estimates beyond this many sigma came from wrong measurements.
   constexpr double kPossible = 3.0;
   ErrorMatrix M = ErrorMatrix::Identity();
   for (int i = first; i < first + size; ++i) {
@@ -265,7 +265,7 @@ void ErrorStateFilter::EndHeadingDoubt(HeadingHypothesis right) {
   stamp_error_.by_delay -= K * stamp_error_.by_delay(kHeadingDoubt);
   stamp_error_.by_carrying -= K * stamp_error_.by_carrying(kHeadingDoubt);
   if (right == HeadingHypothesis::kOther) {
-    since_.news += HA.transpose();  // by its variance, which is 1
+    since_.adjoint += HA.transpose();  // by its variance, which is 1
     correction_ = K;
     MovePosition(K.segment<3>(kPosition));
     correction_.segment<3>(kPosition).setZero();
@@ -279,8 +279,9 @@ void ErrorStateFilter::EndHeadingDoubt(HeadingHypothesis right) {
   doubt_rad_ = 0.0;
 }
 
-// By a position: what other sensors say of the heading rests on biases that were found with one of
-// the two. other_m: where the position is off by the other hypothesis.
+// Decides by a position: other sensors' information about the heading depends on biases that were
+// estimated under one of the two hypotheses. other_m: where the position is off by the other
+// hypothesis.
 bool ErrorStateFilter::DecideHeading(const Eigen::Vector2d& other_m,
                                      const Eigen::Vector2d& residual_m,
                                      const Eigen::Matrix2d& S) {

@@ -98,7 +98,7 @@ int ErrorStateFilter::UpdateDvl(const Eigen::Vector3d& v_dvl_mps,
   }
   summary.gated += refused;
   if (refused > 0) return refused;
-  learns_slow_ = slow == SlowStates::kLearned;
+  estimates_slow_ = slow == SlowStates::kEstimated;
   for (int i = 0; i < 3; ++i)
     if (!Offer(NavSensor::kDvl,
                i,
@@ -108,7 +108,7 @@ int ErrorStateFilter::UpdateDvl(const Eigen::Vector3d& v_dvl_mps,
                stamping.change_mps2(i),
                stamping.carried_s))
       ++refused;
-  learns_slow_ = true;
+  estimates_slow_ = true;
   Inject();
   return refused;
 }

@@ -15,6 +15,8 @@ constexpr std::size_t kMostOfGroup = 100;
 
 double SigmaOf(const Eigen::Matrix2d& covariance_m2) { return std::sqrt(covariance_m2.trace()); }
 
+// Median; of an even number of values the mean of the two in the middle (Median() takes the upper
+// one), so that neither of two fixes wins.
 double MedianOf(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());

@@ -187,7 +187,7 @@ void GivenNavigation::AddPlace(const JumpFinder::Steady& steady) {
     const Eigen::Vector2d moved = place.p_map - from.p_map;
     const double dt_s = ToSeconds(place.time - from.time);
     if (dt_s <= kHoldS) place.v_map_mps = moved / dt_s;
-    place.way_m = from.way_m + moved.norm();
+    place.travelled_m = from.travelled_m + moved.norm();
     place.jump_variance_m2 = from.jump_variance_m2 + steady.jump_variance_m2;
   }
   if (steady.v_mps) place.v_map_mps = *steady.v_mps;
@@ -196,14 +196,15 @@ void GivenNavigation::AddPlace(const JumpFinder::Steady& steady) {
   // After this distance the error of the random walk has become independent.
   const double walk = params_.random_walk_m_per_rtm;
   const double renewed_m = 2.0 * place.sigma_m * place.sigma_m / std::max(walk * walk, 1e-9);
-  const bool known_anew = params_.uses_position_fixes && place.way_m - fixed_way_m_ > renewed_m;
+  const bool known_anew =
+      params_.uses_position_fixes && place.travelled_m - travelled_at_fix_m_ > renewed_m;
   if (steady.jumped) Count("ins_position_jumps");
   if (steady.jumped || known_anew) GiveFix(steady);
 }
 
 void GivenNavigation::GiveFix(const JumpFinder::Steady& steady) {
   const double sigma_m = places_.back().sigma_m;
-  fixed_way_m_ = places_.back().way_m;
+  travelled_at_fix_m_ = places_.back().travelled_m;
   AddFix({steady.time, steady.given_m, sigma_m * sigma_m * Eigen::Matrix2d::Identity()},
          Eigen::Vector3d::Zero());
 }
@@ -229,22 +230,22 @@ std::optional<Time> GivenNavigation::latest() const {
   return std::min({attitudes_.back().time, depths_.back().time, placed});
 }
 
-std::optional<GivenNavigation::Turned> GivenNavigation::AttitudeAt(Time t) const {
+std::optional<GivenNavigation::AttitudeRecord> GivenNavigation::AttitudeAt(Time t) const {
   const auto next = After(attitudes_, t);
   if (next == attitudes_.begin()) return std::nullopt;
-  const Turned& a = *std::prev(next);
+  const AttitudeRecord& a = *std::prev(next);
   if (a.time == t) return a;
   if (next == attitudes_.end() || ToSeconds(next->time - a.time) > kMaxGapS) return std::nullopt;
-  return Turned{t,
-                a.q_map_vehicle.slerp(Share(a.time, t, next->time), next->q_map_vehicle),
-                a.heading_sigma_rad};
+  return AttitudeRecord{t,
+                        a.q_map_vehicle.slerp(Share(a.time, t, next->time), next->q_map_vehicle),
+                        a.heading_sigma_rad};
 }
 
 std::optional<double> GivenNavigation::DepthAt(Time t,
                                                const Eigen::Quaterniond& q_map_vehicle) const {
   const auto next = After(depths_, t);
   if (next == depths_.begin()) return std::nullopt;
-  const Sunk& a = *std::prev(next);
+  const DepthRecord& a = *std::prev(next);
   const double lever_m = (q_map_vehicle * a.p_vehicle_sensor_m).z();
   if (a.time == t) return a.depth_m - lever_m;
   if (next == depths_.end() || ToSeconds(next->time - a.time) > kHoldS) return std::nullopt;
@@ -271,7 +272,7 @@ std::optional<GivenNavigation::Place> GivenNavigation::PlaceAt(Time t) const {
   } else {
     return std::nullopt;
   }
-  place.way_m += (place.p_map - from).norm();
+  place.travelled_m += (place.p_map - from).norm();
   place.time = t;
   return place;
 }
@@ -285,7 +286,7 @@ std::optional<GivenNavigation::Place> GivenNavigation::BeforeFirst(Time t) const
   if (before_s > kHoldS || !place.v_map_mps.allFinite()) return std::nullopt;
   const Eigen::Vector2d back = before_s * place.v_map_mps;
   place.p_map -= back;
-  place.way_m -= back.norm();
+  place.travelled_m -= back.norm();
   place.time = t;
   return place;
 }
@@ -310,11 +311,11 @@ std::optional<NavState> GivenNavigation::StateAt(Time t) const {
   if (place->v_map_mps.allFinite()) state.v_map_mps << place->v_map_mps, 0.0;
   const HeadingError heading = HeadingErrorAt(attitude->heading_sigma_rad);
   const double heading2 = heading.constant2 + heading.wander2;
-  const double way_m = place->way_m - first_->way_m;
+  const double travelled_m = place->travelled_m - first_->travelled_m;
   const double walk = params_.random_walk_m_per_rtm;
   const double far2 = (place->p_map - first_->p_map).squaredNorm();
   const double sideways2 = params_.uses_position_fixes ? 0.0 : heading2;
-  const double position2 = place->sigma_m * place->sigma_m + walk * walk * way_m +
+  const double position2 = place->sigma_m * place->sigma_m + walk * walk * travelled_m +
                            (sideways2 + params_.distance_ratio * params_.distance_ratio) * far2 +
                            place->jump_variance_m2;
   const double level2 = kLevelSigmaRad * kLevelSigmaRad;
@@ -352,7 +353,7 @@ bool GivenNavigation::Restore(Bytes saved) {
   std::swap(last_position_, read.last_position_);
   std::swap(jumps_, read.jumps_);
   std::swap(first_, read.first_);
-  std::swap(fixed_way_m_, read.fixed_way_m_);
+  std::swap(travelled_at_fix_m_, read.travelled_at_fix_m_);
   fixes_.swap(read.fixes_);
   std::swap(ins_gives_depth_, read.ins_gives_depth_);
   return true;
@@ -416,9 +417,9 @@ std::optional<Eigen::Matrix3d> GivenNavigation::RelativeCovariance(Time a, Time 
   Eigen::Matrix3d of_b = effect.leftCols(n) * covariance * effect.leftCols(n).transpose();
 
   const double walk = params_.random_walk_m_per_rtm;
-  const double way_m = std::abs(at_b->way_m - at_a->way_m);
+  const double travelled_m = std::abs(at_b->travelled_m - at_a->travelled_m);
   const double variance_m2 =
-      walk * walk * way_m + std::abs(at_b->jump_variance_m2 - at_a->jump_variance_m2);
+      walk * walk * travelled_m + std::abs(at_b->jump_variance_m2 - at_a->jump_variance_m2);
   of_b.topLeftCorner<2, 2>() += variance_m2 * Eigen::Matrix2d::Identity() +
                                 params_.distance_ratio * params_.distance_ratio * d * d.transpose();
   const double yaw = RpyFromRotation(attitude_a->q_map_vehicle.toRotationMatrix()).z();

@@ -75,7 +75,7 @@ class GivenNavigation : public Navigation {
   // The latest state: the only delay is that of the search for jumps.
   std::optional<NavState> Predicted() const override;
   std::optional<Eigen::Matrix3d> RelativeCovariance(Time a, Time b) const override;
-  // An INS does not correct its past output.
+  // Identity while both times are in the track, else nothing: an INS does not correct past output.
   std::optional<Pose2> Hindsight(Time anchor, Time t) const override;
   std::vector<MapFix> WaitingFixes() const override;
   std::vector<MapFix> TakeFixes(Time until) override;
@@ -94,7 +94,7 @@ class GivenNavigation : public Navigation {
  private:
   void AddFix(const MapFix& fix, const Eigen::Vector3d& p_vehicle_m);
   std::vector<MapFix> FixesUntil(Time t) const;
-  struct Turned {
+  struct AttitudeRecord {
     Time time;
     Eigen::Quaterniond q_map_vehicle;
     double heading_sigma_rad;  // 0: not stated
@@ -104,7 +104,7 @@ class GivenNavigation : public Navigation {
       archive(self.time, self.q_map_vehicle, self.heading_sigma_rad);
     }
   };
-  struct Sunk {
+  struct DepthRecord {
     Time time;
     double depth_m;
     Eigen::Vector3d p_vehicle_sensor_m;
@@ -119,12 +119,12 @@ class GivenNavigation : public Navigation {
     Eigen::Vector2d p_map;      // of the vehicle, jumps removed
     Eigen::Vector2d v_map_mps;  // NaN: unknown
     double sigma_m;             // sigma of the INS's position
-    double way_m;               // distance since the start
+    double travelled_m;         // distance since the start
     double jump_variance_m2;    // of all jumps since the start, each axis
 
     template <class Archive, class Self>
     static void Fields(Archive& archive, Self& self) {
-      archive(self.time, self.p_map, self.v_map_mps, self.sigma_m, self.way_m);
+      archive(self.time, self.p_map, self.v_map_mps, self.sigma_m, self.travelled_m);
       archive(self.jump_variance_m2);
     }
   };
@@ -145,7 +145,7 @@ class GivenNavigation : public Navigation {
   void GiveFix(const JumpFinder::Steady& steady);
   void Trim();
 
-  std::optional<Turned> AttitudeAt(Time t) const;
+  std::optional<AttitudeRecord> AttitudeAt(Time t) const;
   std::optional<double> DepthAt(Time t, const Eigen::Quaterniond& q_map_vehicle) const;
   std::optional<Place> PlaceAt(Time t) const;
   std::optional<Place> BeforeFirst(Time t) const;
@@ -154,8 +154,8 @@ class GivenNavigation : public Navigation {
   // For saving and restoring over a restart.
   template <class Archive>
   static void History(Archive& archive,
-                      Of<Archive, std::deque<Turned>>& attitudes,
-                      Of<Archive, std::deque<Sunk>>& depths,
+                      Of<Archive, std::deque<AttitudeRecord>>& attitudes,
+                      Of<Archive, std::deque<DepthRecord>>& depths,
                       Of<Archive, std::deque<Place>>& places) {
     archive(attitudes, depths, places);
   }
@@ -164,7 +164,8 @@ class GivenNavigation : public Navigation {
   // which a restart is not.
   template <class Archive, class Self>
   static void Fields(Archive& archive, Self& self) {
-    archive(self.positions_, self.last_position_, self.jumps_, self.first_, self.fixed_way_m_);
+    archive(
+        self.positions_, self.last_position_, self.jumps_, self.first_, self.travelled_at_fix_m_);
     archive(self.fixes_, self.ins_gives_depth_);
   }
 
@@ -174,14 +175,14 @@ class GivenNavigation : public Navigation {
   const std::unique_ptr<const GeographicLib::LocalCartesian> to_map_;
   std::map<std::string, std::int64_t> counters_;
 
-  std::deque<Turned> attitudes_;
-  std::deque<Sunk> depths_;
+  std::deque<AttitudeRecord> attitudes_;
+  std::deque<DepthRecord> depths_;
   std::deque<JumpFinder::Position> positions_;  // positions of the INS that wait for an attitude
   std::optional<Time> last_position_;
   JumpFinder jumps_;
   std::deque<Place> places_;
   std::optional<Place> first_;
-  double fixed_way_m_ = 0.0;  // way_m at the last fix for the graph
+  double travelled_at_fix_m_ = 0.0;  // travelled_m at the last fix for the graph
   struct Fix {
     MapFix fix;
     Eigen::Vector3d p_vehicle_m;  // antenna or transponder

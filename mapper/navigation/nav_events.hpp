@@ -60,7 +60,7 @@ struct FixEvent {
 struct AttitudeEvent {
   Eigen::Quaterniond q_map_imu;
   Eigen::Vector3d sigma_rpy_rad;
-  Alignment alignment;
+  HeadingAlignment alignment;
 
   template <class Archive, class Self>
   static void Fields(Archive& archive, Self& self) {

@@ -67,7 +67,7 @@ Pose2 Moved(const Pose2& pose, const Eigen::Vector3d& by) {
 // Transition over `first` and then `second`.
 ErrorStateFilter::Transition Then(const ErrorStateFilter::Transition& first,
                                   const ErrorStateFilter::Transition& second) {
-  return {second.A * first.A, first.news + first.A.transpose() * second.news};
+  return {second.A * first.A, first.adjoint + first.A.transpose() * second.adjoint};
 }
 
 }  // namespace
@@ -87,16 +87,16 @@ void NavTrack::Add(Time t, ErrorStateFilter* filter, bool bottom_lock) {
   const Eigen::Matrix<double, 8, kErrorSize> J = filter->VehicleJacobian();
   const ErrorMatrix& P = filter->covariance();
   if (key) AddKey(pose, J, filter);
-  if (epoch) AddEpoch(pose, J, P, filter->news(), bottom_lock);
+  if (epoch) AddEpoch(pose, J, P, filter->adjoint(), bottom_lock);
 }
 
 void NavTrack::AddEpoch(const TrackPose& pose,
                         const Eigen::Matrix<double, 8, kErrorSize>& J,
                         const ErrorMatrix& P,
-                        const ErrorVector& news,
+                        const ErrorVector& adjoint,
                         bool bottom_lock) {
   const Eigen::Matrix<double, 6, 6> covariance = J.topRows<6>() * P * J.topRows<6>().transpose();
-  epochs_.push_back({pose.time, covariance.cast<float>(), bottom_lock, news.cast<float>()});
+  epochs_.push_back({pose.time, covariance.cast<float>(), bottom_lock, adjoint.cast<float>()});
   coarse_.push_back(pose);
   const Time oldest = pose.time - FromSeconds(params_.window_s);
   DropBefore(oldest, &epochs_);
@@ -362,7 +362,7 @@ const NavTrack::Smoothed& NavTrack::Smooth(std::size_t first, std::size_t last) 
   }
   const auto done = LastAtOrBefore(found->last, keys_);
   for (std::size_t i = *done + 1; i <= last; ++i) {
-    found->correction += found->anchor_by_error * keys_[i].from_last.news;
+    found->correction += found->anchor_by_error * keys_[i].from_last.adjoint;
     found->anchor_by_error = (found->anchor_by_error * keys_[i].from_last.A.transpose()).eval();
   }
   found->last = keys_[last].time;
@@ -381,7 +381,7 @@ std::optional<Pose2> NavTrack::Hindsight(Time anchor, Time t) const {
   if (now.time >= keys_[first].time) {
     const Smoothed& smoothed =
         Smooth(first, LastAtOrBefore(now.time, keys_).value_or(keys_.size() - 1));
-    correction = smoothed.correction + smoothed.anchor_by_error * now.news.cast<double>();
+    correction = smoothed.correction + smoothed.anchor_by_error * now.adjoint.cast<double>();
   }
   const Pose2& frozen = keys_[first].level;
   const Pose2 known_at_t{

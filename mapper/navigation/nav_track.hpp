@@ -64,11 +64,11 @@ class NavTrack {
     Time time;
     Eigen::Matrix<float, 6, 6> covariance;  // of x, y, z [m], roll, pitch, yaw [rad], for NavState
     bool bottom_lock;
-    Eigen::Matrix<float, kErrorSize, 1> news;  // Transition::news since the last key
+    Eigen::Matrix<float, kErrorSize, 1> adjoint;  // Transition::adjoint since the last key
 
     template <class Archive, class Self>
     static void Fields(Archive& archive, Self& self) {
-      archive(self.time, self.covariance, self.bottom_lock, self.news);
+      archive(self.time, self.covariance, self.bottom_lock, self.adjoint);
     }
   };
   // x, y, yaw and horizontal velocity: enough to carry the error from the key to a time near it.
@@ -98,7 +98,7 @@ class NavTrack {
   void AddEpoch(const TrackPose& pose,
                 const Eigen::Matrix<double, 8, kErrorSize>& J,
                 const ErrorMatrix& P,
-                const ErrorVector& news,
+                const ErrorVector& adjoint,
                 bool bottom_lock);
   void AddKey(const TrackPose& pose,
               const Eigen::Matrix<double, 8, kErrorSize>& J,

@@ -59,7 +59,7 @@ void NavigationStart::Use(Time t, const AttitudeEvent& attitude) {
 StartState NavigationStart::StateAt(Time t) const {
   if (!attitude_) return StartState::kNoAttitude;
   if (!steady_since_) return StartState::kAttitudeUnsteady;
-  if (attitude_->value.alignment == Alignment::kAligning ||
+  if (attitude_->value.alignment == HeadingAlignment::kAligning ||
       attitude_->value.sigma_rpy_rad.z() > params_.start_heading_sigma_rad)
     return StartState::kHeadingTooCoarse;
   const bool waits = ToSeconds(t - *steady_since_) < params_.start_wait_s;

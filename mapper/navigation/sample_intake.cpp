@@ -73,7 +73,7 @@ void SampleIntake::Add(const ImuSample& sample) {
   due_ = *newest_imu_ - FromSeconds(wait_s_);
 }
 
-void SampleIntake::AddAttitude(Time t, const Attitude& attitude, Alignment alignment) {
+void SampleIntake::AddAttitude(Time t, const Attitude& attitude, HeadingAlignment alignment) {
   const bool usable = std::abs(attitude.q_ned_imu.norm() - 1.0) < 1e-2 &&
                       Within(attitude.sigma_rpy_rad, kPi) &&
                       (attitude.sigma_rpy_rad.array() >= 0.0).all();

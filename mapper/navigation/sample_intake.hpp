@@ -48,7 +48,7 @@ class SampleIntake {
 
  private:
   void Count(const std::string& name) { ++(*counters_)[name]; }
-  void AddAttitude(Time t, const Attitude& attitude, Alignment alignment);
+  void AddAttitude(Time t, const Attitude& attitude, HeadingAlignment alignment);
   bool TakesTime(Time t);
   bool IsLate(Time t) const { return settled_ && t <= *settled_; }
   void AddAiding(const std::string& sensor, Time t, Measurement measurement);

@@ -10,7 +10,8 @@
 namespace seastitch {
 
 // Pairs of samples of one sensor about a second apart, far enough that a change exceeds the noise
-// of both. A pair is passed on when the inertial data reach wait_s beyond it.
+// of both. A pair is passed on with the first sample of this sensor that is wait_s later; by then
+// the inertial data reach as far.
 template <class Sample>
 class SamplePairs {
  public:
@@ -24,8 +25,8 @@ class SamplePairs {
     next_ = 1;
   }
 
-  // Calls use(from, to, share) for those pairs that are complete. share: of the span from `from` to
-  // `to` that no earlier pair had.
+  // Calls use(from, to, share) for those pairs that are complete. share: part of the span that no
+  // earlier pair covered, 0 to 1.
   template <class Use>
   void Add(Time t, const Sample& sample, const Use& use) {
     samples_.push_back({t, sample});

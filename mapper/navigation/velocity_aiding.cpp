@@ -28,7 +28,7 @@ constexpr double kBesideS = 3.0;
 constexpr double kChangeS = 0.1;
 // Largest sigma of the velocity, relative to a step, at which the filter can tell whether the step
 // is real.
-constexpr double kToldByVelocity = 1.0 / 3.0;
+constexpr double kMaxSigmaPerStep = 1.0 / 3.0;
 
 }  // namespace
 
@@ -181,12 +181,12 @@ DvlStamping VelocityAiding::StampingOf(Time t, const DvlEvent& dvl) const {
 
 void VelocityAiding::Weigh(Time t, const DvlEvent& dvl) {
   const std::optional<double> quiet_s = refusals_.QuietS(t);
-  const bool learns = !quiet_s || *quiet_s > kLearnAgainS;
-  const int refused = filter_->UpdateDvl(
-      dvl.v_dvl_mps,
-      dvl.sigma_mps,
-      StampingOf(t, dvl),
-      learns ? ErrorStateFilter::SlowStates::kLearned : ErrorStateFilter::SlowStates::kLeft);
+  const bool estimates = !quiet_s || *quiet_s > kLearnAgainS;
+  const int refused = filter_->UpdateDvl(dvl.v_dvl_mps,
+                                         dvl.sigma_mps,
+                                         StampingOf(t, dvl),
+                                         estimates ? ErrorStateFilter::SlowStates::kEstimated
+                                                   : ErrorStateFilter::SlowStates::kUnchanged);
   refusals_.Add(t, refused > 0);
   if (refused == 0) {
     used_ = agreed_ = t;
@@ -260,7 +260,7 @@ bool VelocityAiding::RefusesStep(Time t, const DvlEvent& dvl) {
   if (!follows_step_) {
     const double sigma_mps =
         std::sqrt(filter_->covariance().diagonal().segment<2>(kVelocity).maxCoeff());
-    const bool can_tell = sigma_mps < kToldByVelocity * step_mps;
+    const bool can_tell = sigma_mps < kMaxSigmaPerStep * step_mps;
     const double stepped_s = ToSeconds(t - watch_.step_time());
     if (stepped_s < params_.dvl_step_s || (can_tell && stepped_s < kLongestStepS)) return true;
     follows_step_ = true;

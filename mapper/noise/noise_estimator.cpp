@@ -131,7 +131,7 @@ void NoiseEstimator::Exclude(const ClosureStatistics& closure) {
 }
 
 // Weighted quantile: the value with the fraction `part` of the weight below it.
-double NoiseEstimator::Quantile(const std::vector<Weighted>& sorted, double part) {
+double NoiseEstimator::WeightedQuantile(const std::vector<Weighted>& sorted, double part) {
   double all = 0.0;
   for (const Weighted& w : sorted) all += w.weight;
   double below = 0.0;
@@ -174,13 +174,13 @@ ComponentEstimate NoiseEstimator::PoolSoundings() const {
     squares += w.weight * w.weight;
   }
   ComponentEstimate estimate{
-      prior_.sounding_variance_ratio, Quantile(soundings_, 0.5), kPriorLogSigma};
+      prior_.sounding_variance_ratio, WeightedQuantile(soundings_, 0.5), kPriorLogSigma};
   if (soundings_.size() < 3) return estimate;
   // Error of the median, from the quantiles at one sigma of the count, for the equivalent number of
   // equal weights.
   const double apart = 0.5 / std::sqrt(weight * weight / squares);
-  const double low = Quantile(soundings_, std::max(0.0, 0.5 - apart));
-  const double high = Quantile(soundings_, std::min(1.0, 0.5 + apart));
+  const double low = WeightedQuantile(soundings_, std::max(0.0, 0.5 - apart));
+  const double high = WeightedQuantile(soundings_, std::min(1.0, 0.5 + apart));
   estimate.log_sigma = std::clamp(0.5 * std::log(high / low), 0.01, kPriorLogSigma);
   return estimate;
 }

@@ -61,7 +61,7 @@ class NoiseEstimator {
 
   static std::optional<Weighted> SoundingsOf(const ClosureStatistics& closure);
   // Weighted quantile of the ratios; part: 0 to 1.
-  static double Quantile(const std::vector<Weighted>& sorted, double part);
+  static double WeightedQuantile(const std::vector<Weighted>& sorted, double part);
   void Include(const ClosureStatistics& closure);
   void Exclude(const ClosureStatistics& closure);
   // Computes estimate_ and components_ from the sums.

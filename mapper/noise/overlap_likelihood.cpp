@@ -121,10 +121,10 @@ std::array<double, kCoarse> CubicWeights(std::size_t i) {
   return weights;
 }
 
-// Distribution of a pair's component: log-normal about the survey's value, with a fraction kSilent
-// of outliers.
+// Distribution of a pair's component: log-normal about the survey's value, with a fraction
+// kOutliers of outliers.
 constexpr double kSpread = 0.5;  // sigma of the natural logarithm
-constexpr double kSilent = 0.1;
+constexpr double kOutliers = 0.1;
 
 // Replaces the likelihood of a pair's own component (axis i) by that of the survey's component (j),
 // with the distribution above.
@@ -139,7 +139,7 @@ void Blur(const ComponentAxis& axis, std::size_t stride, std::vector<double>* de
     }
     for (std::size_t i = 0; i < n; ++i)
       kernel[j * n + i] =
-          (1.0 - kSilent) * kernel[j * n + i] / sum + kSilent / static_cast<double>(n);
+          (1.0 - kOutliers) * kernel[j * n + i] / sum + kOutliers / static_cast<double>(n);
   }
   std::vector<double> line(n);
   for (std::size_t first = 0; first < density->size(); ++first) {

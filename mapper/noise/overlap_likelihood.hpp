@@ -44,7 +44,7 @@ class LikelihoodTable {
 };
 
 // -2 ln L of the blocks' gradients, up to a constant. The gradient of a block is its Hessian times
-// the unknown error d of the placement, plus errors:
+// the unknown error d of the relative pose and height, plus errors:
 //   g = A d + e,  cov e = W + s^2 altitude^2 A_z R A_z' + A_xy (q^2 U + p^2 P) A_xy'
 // with the correlations of heights R and of walks U, P. The restricted likelihood is free of d:
 //   -2 ln L = ln |C| + ln |A' C^-1 A| + g' (C^-1 - C^-1 A (A' C^-1 A)^-1 A' C^-1) g.
@@ -54,9 +54,9 @@ LikelihoodTable RestrictedLikelihood(const std::vector<OverlapBlock>& blocks,
                                      const Eigen::Matrix2d& R_target_source,
                                      double altitude_m);
 
-// Likelihood of the survey's components by one overlap, as -2 ln of a density bounded below: the
-// components of an overlap scatter about the survey's by a half in the logarithm, and one overlap
-// in ten is an outlier. No pair dominates, however certain it is.
+// Likelihood of the survey's components by one overlap, as -2 ln of a density bounded below.
+// Components of one overlap are log-normal about the survey's (sigma 0.5 of the natural logarithm);
+// one overlap in ten is an outlier. No pair dominates, however certain it is.
 LikelihoodTable BoundedLikelihood(const LikelihoodTable& likelihood);
 
 }  // namespace seastitch

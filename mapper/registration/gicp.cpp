@@ -86,7 +86,7 @@ constexpr double kStepRad = 2e-4;
 // converged.
 constexpr int kMaxSteps = 20;
 
-// Normal equations and statistics of a placement.
+// Normal equations and statistics of a hypothesis.
 struct Linearised {
   Eigen::Matrix3d H = Eigen::Matrix3d::Zero();  // of x, y, yaw
   Eigen::Vector3d g = Eigen::Vector3d::Zero();
@@ -97,7 +97,7 @@ struct Linearised {
   int partners = 0;
 };
 
-struct Alignment {
+struct GicpFit {
   Pose2 T_target_source;
   Linearised at;  // at the start of its last step
   bool converged = false;
@@ -112,23 +112,23 @@ class Gicp {
       : target_(target), source_(source), z_m_(z_m), voxel_m_(voxel_m) {}
 
   // Aligns with partners within max_distance_m, then within half of it, and so on.
-  Alignment Align(const Pose2& T_prior, double max_distance_m) const {
+  GicpFit Align(const Pose2& T_prior, double max_distance_m) const {
     const double least_m = 2.0 * voxel_m_;
-    Alignment alignment{T_prior, {}, false};
+    GicpFit fit{T_prior, {}, false};
     for (double distance_m = std::max(max_distance_m, least_m);; distance_m *= 0.5) {
-      alignment.converged = Settle(std::max(distance_m, least_m), &alignment);
-      if (distance_m <= least_m) return alignment;
+      fit.converged = Settle(std::max(distance_m, least_m), &fit);
+      if (distance_m <= least_m) return fit;
     }
   }
 
  private:
   // Gauss-Newton steps with partners within one distance. False if they do not converge.
-  bool Settle(double max_distance_m, Alignment* alignment) const {
-    Pose2& T = alignment->T_target_source;
+  bool Settle(double max_distance_m, GicpFit* fit) const {
+    Pose2& T = fit->T_target_source;
     for (int i = 0; i < kMaxSteps; ++i) {
-      alignment->at = LineariseAt(T, max_distance_m);
-      if (alignment->at.partners < kMinPartners) return false;
-      const Eigen::Vector3d step = -alignment->at.H.ldlt().solve(alignment->at.g);
+      fit->at = LineariseAt(T, max_distance_m);
+      if (fit->at.partners < kMinPartners) return false;
+      const Eigen::Vector3d step = -fit->at.H.ldlt().solve(fit->at.g);
       if (!step.allFinite()) return false;
       T = {T.x + step.x(), T.y + step.y(), WrapAngle(T.yaw + step.z())};
       if (step.head<2>().norm() < kStepVoxels * voxel_m_ && std::abs(step.z()) < kStepRad)
@@ -195,21 +195,20 @@ Eigen::Matrix3d InformationOf(const Linearised& at, double yaw_information) {
 
 RegistrationResult RegisterGicp(const GicpSubmap& target,
                                 const GicpSubmap& source,
-                                const Pose2& T_prior,
-                                const Eigen::Matrix3d& prior_covariance,
-                                double z_prior_m,
+                                const RegistrationPrior& prior,
                                 const GicpParams& gicp,
                                 const RegistrationParams& params) {
   RegistrationResult result;
-  result.T_target_source = T_prior;
-  if (!T_prior.Vector().allFinite() || !std::isfinite(z_prior_m) || !IsCovariance(prior_covariance))
+  result.T_target_source = prior.T_target_source;
+  if (!prior.T_target_source.Vector().allFinite() || !std::isfinite(prior.z_m) ||
+      !IsCovariance(prior.covariance))
     return result;
   result.verdict = LoopVerdict::kLittleOverlap;
   if (target.points().covariances.empty() || source.points().covariances.empty()) return result;
   const double reach_m =
-      params.window_sigma * std::sqrt(prior_covariance.topLeftCorner<2, 2>().diagonal().maxCoeff());
-  const Gicp problem(target.points(), source.points(), z_prior_m, gicp.voxel_m);
-  const auto [T, at, converged] = problem.Align(T_prior, reach_m);
+      params.window_sigma * std::sqrt(prior.covariance.topLeftCorner<2, 2>().diagonal().maxCoeff());
+  const Gicp problem(target.points(), source.points(), prior.z_m, gicp.voxel_m);
+  const auto [T, at, converged] = problem.Align(prior.T_target_source, reach_m);
   result.T_target_source = T;
   result.modes = 1;
   result.cell_m = gicp.voxel_m;
@@ -221,10 +220,10 @@ RegistrationResult RegisterGicp(const GicpSubmap& target,
   result.rms_m = std::sqrt(std::max(0.0, at.dz_squared_sum_m2 / at.partners - dz_m * dz_m));
   result.verdict = LoopVerdict::kNotConverged;
   if (!converged) return result;
-  Eigen::Vector3d moved = T.Vector() - T_prior.Vector();
+  Eigen::Vector3d moved = T.Vector() - prior.T_target_source.Vector();
   moved[2] = WrapAngle(moved[2]);
   result.verdict = LoopVerdict::kOutsideWindow;
-  if (!(moved.dot(prior_covariance.ldlt().solve(moved)) <= params.max_prior_chi2)) return result;
+  if (!(moved.dot(prior.covariance.ldlt().solve(moved)) <= params.max_prior_chi2)) return result;
   result.verdict = LoopVerdict::kAccepted;
   result.information = InformationOf(at, gicp.yaw_information);
   result.known_directions = 3;

@@ -35,15 +35,14 @@ class GicpSubmap {
   std::unique_ptr<Points> points_;
 };
 
-// As Align(); z stays where the depth sensor has it. A point of the source has a partner where
-// one lies within window_sigma of the prior, then within half of that and so on, down to two
-// voxels. Information of x, y: the inverse of the mean plane covariance of the pairs of points,
-// which the paper calls a heuristic: it does not grow with their number, nor fall with the fit.
+// As Align(); z stays at the prior's z_m (z_sigma_m is not used). A point of the source has a
+// partner where one lies within window_sigma of the prior, then within half of that and so on, down
+// to two voxels. Information of x, y: the inverse of the mean plane covariance of the pairs of
+// points, which the paper calls a heuristic: it does not grow with their number, nor fall with the
+// fit.
 RegistrationResult RegisterGicp(const GicpSubmap& target,
                                 const GicpSubmap& source,
-                                const Pose2& T_prior,
-                                const Eigen::Matrix3d& prior_covariance,
-                                double z_prior_m,
+                                const RegistrationPrior& prior,
                                 const GicpParams& gicp,
                                 const RegistrationParams& params);
 

@@ -18,7 +18,7 @@ constexpr double kStepToleranceCells = 1e-3;
 // A step below a tenth of a sigma is negligible.
 constexpr double kStepToleranceChi2 = 0.01;
 
-// The gradient as a measurement of the placement's error: its mean is `cross` times the error, its
+// The gradient as a measurement of the hypothesis's error: its mean is `cross` times the error, its
 // covariance the one-sided Hessian `mean`, which includes the slopes that are only noise. If both
 // matrices agree, the measurement gives Newton's step. If the slopes are only noise, it has no
 // weight, and the prior decides.

@@ -14,7 +14,7 @@
 
 namespace seastitch {
 
-// Hypothesis of the source's placement on the target: pose, and a shift added to the source's
+// Hypothesis of where the source lies on the target: pose, and a shift added to the source's
 // heights after the prior's z_m [m, positive down].
 struct Hypothesis {
   Pose2 T_target_source;

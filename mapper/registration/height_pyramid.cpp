@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <tuple>
 #include <utility>
 
 #include "common/core/median.hpp"
@@ -79,12 +80,7 @@ Box CoreBox(const std::vector<LevelPoint>& soundings) {
     std::transform(soundings.begin(), soundings.end(), values.begin(), [&](const LevelPoint& s) {
       return s.p[axis];
     });
-    const auto low = values.begin() + static_cast<std::ptrdiff_t>(cut);
-    std::nth_element(values.begin(), low, values.end());
-    box.min[axis] = *low;
-    const auto high = values.end() - 1 - static_cast<std::ptrdiff_t>(cut);
-    std::nth_element(values.begin(), high, values.end());
-    box.max[axis] = *high;
+    std::tie(box.min[axis], box.max[axis]) = OrderStatistics(cut, values.size() - 1 - cut, &values);
   }
   const Eigen::Vector2d margin = 0.2 * box.Size();
   box.min -= margin;

@@ -87,7 +87,7 @@ constexpr double kWorthwhileNats = 0.1;
 // Search radius for nearby rivals, in cells of the search. A kernel with a sigma of one cell leaves
 // a tenth of the amplitude of a wave of three cells: such rivals, and some beyond, are in reach.
 constexpr double kRivalReachCells = 4.0;
-constexpr double kRivalYawVariance = 1e-8;  // only the yaw of the best placement
+constexpr double kRivalYawVariance = 1e-8;  // only the yaw of the best hypothesis
 // A step below a tenth of a sigma is negligible.
 constexpr double kPolishedChi2 = 0.01;
 constexpr int kMaxPolishSteps = 20;
@@ -231,7 +231,7 @@ class Registrar {
     *candidates = std::move(apart);
   }
 
-  // True if another placement fits about as well as the best. Compared per patch, because on a
+  // True if another hypothesis fits about as well as the best. Compared per patch, because on a
   // repetitive seabed a larger overlap is no argument.
   bool FitsAlike(const Alignment& best, const Alignment& other, double tolerance) const {
     if (!(other.evidence >= 0.5 * params_.min_evidence_nats)) return false;
@@ -275,7 +275,7 @@ class Registrar {
     return level;
   }
 
-  // Adds rivals near the best placement. The coarse grid can hide nearby minima: if a patch has
+  // Adds rivals near the best hypothesis. The coarse grid can hide nearby minima: if a patch has
   // clearly more evidence on the finer level, this level is searched as far as the kernel of the
   // search reaches.
   void AddRivalsNearby(const Candidate& best,
@@ -361,7 +361,7 @@ class Registrar {
     return false;
   }
 
-  // True if a placement fits as well and differs by more than the uncertainty of both.
+  // True if a candidate fits as well and differs by more than the uncertainty of both.
   bool FindRival(const Alignment& best,
                  const Eigen::Vector2d& center_source,
                  const std::vector<Candidate>& candidates,

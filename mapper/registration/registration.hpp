@@ -17,7 +17,7 @@
 // cells carry a variance (a height-field form of GICP). docs/registration.md explains it; it is
 // III-A-3 of the paper in docs/design.md. Roll and pitch stay as gravity gave them; z is estimated
 // as a nuisance parameter under a prior. Cells are associated by vertical projection. A search on a
-// coarse grid tries every placement in the window of the prior; the best few are refined. Pure and
+// coarse grid tries every hypothesis in the window of the prior; the best few are refined. Pure and
 // deterministic. Frames: level frame of a submap: its origin, axes forward, right, down with roll
 // and pitch taken out. All heights are z in that frame: positive down.
 namespace seastitch {
@@ -39,7 +39,7 @@ struct RegistrationParams {
   // Half-width of the search window along each axis, in sigma of the prior. 3 contains the true
   // pose in 99 % of cases (99.7 % per axis).
   double window_sigma = 3.0;
-  int max_modes = 5;  // local maxima of the search that are refined, best first
+  int max_modes = 5;  // local maxima of the search, of highest prominence, that are refined
   // Maximum number of cells times yaw hypotheses of one search. A search that needs more is done on
   // the next coarser level.
   int max_search_cells = 100'000;
@@ -55,9 +55,10 @@ struct RegistrationParams {
   // Smallest overlap in patches (4 pi cells, one independent measurement each). A fit has four
   // parameters, and its statistics need as many degrees of freedom.
   double min_patches = 8.0;
-  // Smallest evidence of the best placement (log-likelihood ratio against chance): the most that a
-  // thousand chance placements reach. A second placement is as good as the best (ambiguous) where
-  // its evidence, over the same number of patches, is lower by less than this, or by less than
+  // Smallest evidence of the best hypothesis (log-likelihood ratio against chance): the most that a
+  // thousand chance hypotheses reach. A rival with at least half as much makes the pair ambiguous
+  // where evidence plus log prior, evidence taken per patch over the patches of the smaller
+  // overlap, is lower than that of the best by less than this, or by less than
   // ambiguity_margin_nats_per_patch times the patches. The latter allows for errors of the noise
   // model: 0.2 = 0.5 log(1.5) is a variance of the height differences that is wrong by 1.5 times.
   double min_evidence_nats = 12.0;
@@ -123,7 +124,7 @@ class RegistrationSubmap {
   double sounding_sigma_m_ = 0.0;
 };
 
-// Prior of the placement, before the seabeds are compared.
+// Prior of the hypothesis, before the seabeds are compared.
 struct RegistrationPrior {
   Pose2 T_target_source;  // takes coordinates in the source's level frame to the target's
   // Covariance of x, y [m] and yaw [rad] of T_target_source, axes of the target's level frame.
@@ -154,8 +155,8 @@ struct RegistrationResult {
   double cell_m = 0.0;            // of the finest level used
   int known_directions = 0;       // rank of the information, 0 to 3
   int modes = 0;                  // modes of the search that were refined
-  // Log-likelihood ratios against chance [nats]: of the best placement, and of the best one that is
-  // farther from it than the uncertainty of both.
+  // Evidence plus log prior [nats]: of the best hypothesis, and of the best one farther from it
+  // than the uncertainty of both.
   double score = 0.0;
   double runner_up_score = 0.0;
   // Input of the NoiseEstimator, if accepted: likelihood of the survey's noise, and the parts of

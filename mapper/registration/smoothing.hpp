@@ -29,7 +29,7 @@ struct SmoothingKernel {
   }
   // Cells that share their noise: one over the sum of the squared weights of the plane, 4 pi.
   double PatchCells() const { return 1.0 / (sum_of_squares * sum_of_squares); }
-  // Of the plane.
+  // Weight of the central cell in two dimensions.
   double Peak() const { return weight[kKernelRadius] * weight[kKernelRadius]; }
   static constexpr std::size_t Tap(int t) { return static_cast<std::size_t>(t + kKernelRadius); }
 };

@@ -101,7 +101,7 @@ SourceShape ShapeOf(const Grid<Cell>& source,
 }
 
 // The cells of the target at which the source's centre is tried, and the yaws.
-struct Window {
+struct LagWindow {
   int first_row;
   int first_col;
   int rows;  // 0: target and source never overlap in the window
@@ -124,17 +124,17 @@ std::pair<int, int> Range(double middle, double reach, int target_cells, int sou
   return {static_cast<int>(first), static_cast<int>(last - first) + 1};
 }
 
-Window WindowOf(const GridGeometry& target,
-                const SourceShape& shape,
-                const CenterPrior& prior,
-                const RegistrationParams& params) {
+LagWindow WindowOf(const GridGeometry& target,
+                   const SourceShape& shape,
+                   const CenterPrior& prior,
+                   const RegistrationParams& params) {
   const double cell = target.cell_m;
   const auto reach = [&](int axis) {
     return params.window_sigma * std::sqrt(prior.covariance(axis, axis));
   };
   const Eigen::Vector2d middle =
       (prior.center_target - target.origin) / cell - Eigen::Vector2d(0.5, 0.5);
-  Window w;
+  LagWindow w;
   w.half_rows = static_cast<int>(std::ceil(shape.half_size_m.x() / cell)) + 1;
   w.half_cols = static_cast<int>(std::ceil(shape.half_size_m.y() / cell)) + 1;
   std::tie(w.first_row, w.rows) = Range(middle.x(), reach(0) / cell, target.rows, w.half_rows);
@@ -377,7 +377,7 @@ class Searcher {
   CenterPrior center_prior_;
   Eigen::Matrix3d prior_information_;
   const RegistrationParams& params_;
-  Window window_;
+  LagWindow window_;
   Correlator correlator_;
   // values of every lag at one yaw
   std::vector<double> count_;
@@ -397,7 +397,7 @@ double SearchCost(const RegistrationSubmap::Level& target,
                   const RegistrationPrior& prior,
                   const RegistrationParams& params) {
   const SourceShape shape = ShapeOf(source.grid, target.grid.geometry(), prior, params);
-  const Window w =
+  const LagWindow w =
       WindowOf(target.grid.geometry(), shape, AboutCenter(prior, shape.center), params);
   return 1.0 * w.ImageRows() * w.ImageCols() * (2.0 * w.half_yaws + 1.0);
 }

@@ -10,7 +10,7 @@ namespace seastitch {
 
 struct SearchMode {
   Pose2 T_target_source;
-  double score = 0.0;  // log-likelihood ratio against a chance placement, prior included
+  double score = 0.0;  // log-likelihood ratio against chance plus log prior [nats]
 };
 
 // Log-likelihood ratio [nats] of two surfaces that agree against two independent ones, over
@@ -19,9 +19,10 @@ struct SearchMode {
 // fit and for a larger overlap.
 double AgreementScore(double patches, double relief_variance, double difference_variance);
 
-// Scores every placement within the window of the prior on the cells of one level, each with its
-// best constant height offset, by correlation through the Fourier transform. Returns the highest
-// maxima, best first.
+// Scores every hypothesis within the window of the prior on the cells of one level, each with its
+// best constant height offset, by correlation through the Fourier transform. Returns the max_modes
+// maxima of highest prominence (drop of the score to the saddle towards a higher maximum), sorted
+// by score, best first.
 std::vector<SearchMode> SearchWindow(const RegistrationSubmap::Level& target,
                                      const RegistrationSubmap::Level& source,
                                      const RegistrationPrior& prior,

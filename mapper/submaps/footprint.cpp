@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "common/core/grid.hpp"
+#include "common/core/median.hpp"
 #include "mapper/submaps/cell_index.hpp"
 
 namespace seastitch {
@@ -39,11 +40,10 @@ Extent ExtentAlong(const std::vector<Eigen::Vector3f>& points, int axis) {
   std::vector<float> values;
   values.reserve(points.size());
   for (const Eigen::Vector3f& p : points) values.push_back(p[axis]);
-  const auto tail = static_cast<std::ptrdiff_t>(values.size() / 1000);
-  std::nth_element(values.begin(), values.begin() + tail, values.end());
-  const auto low = static_cast<double>(values[static_cast<std::size_t>(tail)]);
-  std::nth_element(values.begin(), values.end() - 1 - tail, values.end());
-  const auto high = static_cast<double>(*(values.end() - 1 - tail));
+  const std::size_t tail = values.size() / 1000;
+  const auto [first, last] = OrderStatistics(tail, values.size() - 1 - tail, &values);
+  const double low = first;
+  const double high = last;
   const double margin = 0.05 * (high - low);
   return {low - margin, high + margin};
 }

@@ -107,7 +107,7 @@ TEST(WhatToLcmMakes, IsTakenOfInertialUnitsAndLogs) {
   ForAll("IMU", [](Draw& draw) {
     ImuSample sample{draw.Instant(), draw.Vector(1e300), draw.Vector(1e300), {}, {}};
     if (draw.Coin()) sample.attitude = Attitude{draw.Rotation(), draw.Sigmas()};
-    sample.alignment = static_cast<Alignment>(draw.Index(3));
+    sample.alignment = static_cast<HeadingAlignment>(draw.Index(3));
     ExpectTaken(ToLcm(sample, kStamp));
   });
   ForAll("DVL", [](Draw& draw) {

@@ -27,7 +27,7 @@ inline ImuSample Imu() {
   sample.angular_rate_radps = {0.1, -0.2, 0.3};
   sample.specific_force_mps2 = {0.5, 0.6, -9.8};
   sample.attitude = Attitude{Eigen::Quaterniond(0.5, 0.5, -0.5, 0.5), {0.01, 0.02, 0.03}};
-  sample.alignment = Alignment::kAligned;
+  sample.alignment = HeadingAlignment::kAligned;
   return sample;
 }
 

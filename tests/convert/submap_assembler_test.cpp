@@ -159,6 +159,15 @@ TEST(SubmapAssembler, RefusesAPointThatIsNone) {
   EXPECT_EQ(assembler.malformed(), 1);
 }
 
+TEST(ToLcm, KeepsEveryCornerOfAFootprintThatFits) {
+  Submap submap = MakeSubmap(1);
+  submap.footprint.clear();
+  for (int i = 0; i < kMaxFootprintCorners; ++i) submap.footprint.emplace_back(i, -i);
+  const submap_t msg = ToLcm(submap, 0, 0).announcement;
+  EXPECT_EQ(msg.num_corners, 3000);
+  EXPECT_LT(msg.getEncodedSize(), 60'000);
+}
+
 TEST(ToLcm, ThinsAFootprintThatWouldNotFitOneDatagram) {
   Submap submap = MakeSubmap(1);
   submap.footprint.clear();

@@ -131,7 +131,7 @@ TEST_F(EcanInsTest, AnEpochIsASampleWithItsSigmasAtOnce) {
     EXPECT_EQ(samples.back().source, "sbg_ecan");
     EXPECT_EQ(ToUtime(samples.back().time), kStart + 2100 + i * kPeriodUs) << "of EKF_INFO";
   }
-  EXPECT_EQ(ins.heard(), 50);
+  EXPECT_EQ(ins.messages(), 50);
   EXPECT_THAT(ins.counters(), testing::IsEmpty());
 }
 
@@ -308,7 +308,7 @@ TEST_F(EcanInsTest, IdsThatWereChangedInTheUnitAreChangedInTheFile) {
     for (const NavigationSample& sample : Feed(&other, frames, kStart + i * kPeriodUs))
       EXPECT_TRUE(sample.position);
   }
-  EXPECT_EQ(other.heard(), 2);
+  EXPECT_EQ(other.messages(), 2);
   const auto has = [](const EcanIns& of, std::uint32_t id) {
     const auto filters = of.can_filters();
     return std::any_of(filters.begin(), filters.end(), [id](auto f) { return f.id == id; });
@@ -321,9 +321,9 @@ TEST_F(EcanInsTest, IdsThatWereChangedInTheUnitAreChangedInTheFile) {
 
 TEST_F(EcanInsTest, WhatCannotBeUsedIsCounted) {
   const auto add = [this](std::vector<CanFrame> frames) { FeedEpoch(0, frames); };
-  EXPECT_EQ(ins.hears_instead(), "");
+  EXPECT_EQ(ins.unused_messages(), "");
   add({Frame(kEuler, I16(1), I16(2), I16(3))});  // before any EKF_INFO
-  EXPECT_THAT(ins.hears_instead(), testing::HasSubstr("without EKF_INFO"));
+  EXPECT_THAT(ins.unused_messages(), testing::HasSubstr("without EKF_INFO"));
   add({Frame(kInfo, U16(1))});  // short
   add({Frame(0x123, I16(0))});  // not wanted
   add({Frame(kInfo, CountAt(0)), Frame(kInfo, CountAt(1))});

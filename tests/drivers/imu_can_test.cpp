@@ -297,7 +297,7 @@ TEST_F(ImuCan, FinishGivesTheLastEpochWithoutItsAttitude) {
 }
 
 TEST_F(ImuCan, AlignmentIsThatOfTheLastStatusAndUnknownWhenItIsOld) {
-  EXPECT_EQ(FeedSample(Sample(0)).at(0).alignment, Alignment::kUnknown);
+  EXPECT_EQ(FeedSample(Sample(0)).at(0).alignment, HeadingAlignment::kUnknown);
   // STATUS_03: bit 27 of its solution word is set where the unit has found north.
   const auto status = [this](std::uint8_t bits_24_to_31, Time recv) {
     CanFrame frame;
@@ -306,16 +306,17 @@ TEST_F(ImuCan, AlignmentIsThatOfTheLastStatusAndUnknownWhenItIsOld) {
     EXPECT_FALSE(decoder.Add(frame, recv));
   };
   status(0xF7, Sample(1).time);
-  EXPECT_EQ(FeedSample(Sample(1)).at(0).alignment, Alignment::kAligning);
+  EXPECT_EQ(FeedSample(Sample(1)).at(0).alignment, HeadingAlignment::kAligning);
   status(0x08, Sample(2).time);
-  EXPECT_EQ(FeedSample(Sample(2)).at(0).alignment, Alignment::kAligned);
+  EXPECT_EQ(FeedSample(Sample(2)).at(0).alignment, HeadingAlignment::kAligned);
   ImuSample late = Sample(3);
   late.time += std::chrono::seconds(6);
-  EXPECT_EQ(FeedSample(late).at(0).alignment, Alignment::kUnknown);
+  EXPECT_EQ(FeedSample(late).at(0).alignment, HeadingAlignment::kUnknown);
 }
 
 TEST_F(ImuCan, AlignmentComesBack) {
-  for (const Alignment alignment : {Alignment::kAligning, Alignment::kAligned}) {
+  for (const HeadingAlignment alignment :
+       {HeadingAlignment::kAligning, HeadingAlignment::kAligned}) {
     ImuSample sample = Sample(static_cast<int>(alignment));
     sample.alignment = alignment;
     FeedSample(sample);
@@ -406,7 +407,7 @@ TEST(XsensCan, AlignedIsAValidFilter) {
   ImuCanEncoder encoder(params.signals, FromUtime(kStart));
   int epoch = 0;
   for (const auto& [bits, alignment] :
-       {std::pair{0x02, Alignment::kAligned}, {0xFD, Alignment::kAligning}}) {
+       {std::pair{0x02, HeadingAlignment::kAligned}, {0xFD, HeadingAlignment::kAligning}}) {
     const ImuSample sent = Sample(++epoch);
     CanFrame status;
     status.id = 0x11;  // big-endian: bit 1 is in its last byte

@@ -194,7 +194,7 @@ TEST(PhinsIns, AFrameIsASampleAndItsPressureSensorADepth) {
   EXPECT_EQ(depths[0].depth_m, 12.5);
   EXPECT_EQ(ToUtime(depths[0].time), kDay + 37'232'005'000);
   EXPECT_TRUE(All<DepthSample>(ins.Add(frame, FromUtime(kWrong + 1))).empty()) << "the same depth";
-  EXPECT_EQ(ins.heard(), 2);
+  EXPECT_EQ(ins.messages(), 2);
 }
 
 TEST(PhinsIns, UnderWaterItsAltitudeMayBeItsDepth) {
@@ -224,8 +224,8 @@ TEST(KmBinaryIns, ADatagramIsASampleByItsOwnTime) {
 TEST(InsFrames, AnotherProtocolIsSaid) {
   PhinsIns phins({});
   EXPECT_TRUE(Feed(&phins, Gga("120000.00"), kNoon).empty());
-  EXPECT_EQ(phins.heard(), 0);
-  EXPECT_EQ(phins.hears_instead(), "bytes that are no frames (another protocol?)");
+  EXPECT_EQ(phins.messages(), 0);
+  EXPECT_EQ(phins.unused_messages(), "bytes that are no frames (another protocol?)");
 }
 
 // --- fixes ---------------------------------------------------------------------------------------
@@ -272,7 +272,7 @@ TEST(NmeaFixes, WhatIsNoMeasurementIsNoFix) {
                    kNoon)
                   .empty());
   EXPECT_THAT(gps.counters(), ElementsAre(Pair("no_position", 1), Pair("not_measured", 3)));
-  EXPECT_EQ(gps.heard(), 4) << "it is alive";
+  EXPECT_EQ(gps.messages(), 4) << "it is alive";
 }
 
 // A switch that doubles datagrams, and a receiver at 10 Hz, whose errors are one.
@@ -372,11 +372,11 @@ TEST(DepthCodec, WhatNoSeaHoldsIsCountedNotGiven) {
 TEST(NmeaCodec, WhatComesInsteadIsNamed) {
   NmeaFixes gps(Gps());
   Feed(&gps, Line("GPGSV,1,1,00") + Line("GPGLL,5730.0,N,01115.0,E,120000,A"), kNoon);
-  EXPECT_EQ(gps.hears_instead(), "GLL, GSV");
-  EXPECT_EQ(gps.heard(), 0);
+  EXPECT_EQ(gps.unused_messages(), "GLL, GSV");
+  EXPECT_EQ(gps.messages(), 0);
   NmeaFixes wrong_rate(Gps());
   Feed(&wrong_rate, "\x80\x12xx\r\n\xff\xfe\r\n", kNoon);
-  EXPECT_EQ(wrong_rate.hears_instead(), "bytes that are no sentences (the baud rate?)");
+  EXPECT_EQ(wrong_rate.unused_messages(), "bytes that are no sentences (the baud rate?)");
 }
 
 }  // namespace

@@ -88,7 +88,7 @@ TEST(SolutionJudge, UsesASolutionThatMendsTheMap) {
   Survey survey(Bumps, 4, 1.0, 1);
   const Judgement judgement = survey.judge.Judge(survey.Solution(survey.truth, 0.05));
   EXPECT_FALSE(judgement.harmful);
-  EXPECT_GT(judgement.patches, 40);
+  EXPECT_GT(judgement.tiles, 40);
   EXPECT_GT(judgement.dead_reckoned_m, 0.15);
   EXPECT_LT(judgement.solved_m, 0.1);
 }
@@ -135,7 +135,7 @@ TEST(SolutionJudge, FindsNothingInWhatIsNotThere) {
   Survey survey(Bumps, 2, 1.0, 6);
   EXPECT_FALSE(survey.judge.Judge({}).harmful);
   EXPECT_FALSE(survey.judge.Judge(survey.Solution(survey.dead_reckoned, 0.0)).harmful);
-  EXPECT_EQ(survey.judge.Judge({}).patches, 0);
+  EXPECT_EQ(survey.judge.Judge({}).tiles, 0);
 }
 
 // Where there is no relief no solution does harm, and noise must not say that it does: 20 surveys
@@ -151,7 +151,7 @@ TEST(SolutionJudgeMonteCarlo, IsNotTrippedByNoiseOnAFlatSeabed) {
       const Judgement judgement =
           survey.judge.Judge(survey.Solution(survey.dead_reckoned, error_m));
       harmful += judgement.harmful ? 1 : 0;
-      compared += judgement.patches > 100 ? 1 : 0;
+      compared += judgement.tiles > 100 ? 1 : 0;
     }
   }
   EXPECT_EQ(harmful, 0);
@@ -163,7 +163,7 @@ TEST(SolutionJudge, ForgetsTheOldest) {
   const Judgement all = survey.judge.Judge(survey.Solution(survey.dead_reckoned, 0.0));
   Survey newest(Flat, 42, 0.1, 7);  // 126
   const Judgement fewer = newest.judge.Judge(newest.Solution(newest.dead_reckoned, 0.0));
-  EXPECT_NEAR(all.patches, fewer.patches, 0.05 * fewer.patches);
+  EXPECT_NEAR(all.tiles, fewer.tiles, 0.05 * fewer.tiles);
 }
 
 }  // namespace

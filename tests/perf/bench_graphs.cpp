@@ -88,7 +88,7 @@ bool HaveSameVerdicts(const PoseGraph& a, const PoseGraph& b) {
                     b.loop_edges.begin(),
                     b.loop_edges.end(),
                     [](const SolvedEdge& x, const SolvedEdge& y) {
-                      return (x.weight >= kBelievedWeight) == (y.weight >= kBelievedWeight);
+                      return (x.weight >= kAcceptedWeight) == (y.weight >= kAcceptedWeight);
                     });
 }
 

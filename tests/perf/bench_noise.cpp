@@ -47,7 +47,7 @@ struct Options {
 };
 
 fs::path WriteConfig(const TemporaryDir& scratch, MapperConfig config, bool learn) {
-  config.loop_closer.learn_noise = learn;
+  config.loop_closer.estimate_noise = learn;
   const fs::path file = scratch.path() / (learn ? "learn.yaml" : "told.yaml");
   std::ofstream(file) << PrintConfig(config);
   return file;
@@ -81,7 +81,7 @@ struct Survey {
   std::string name;
   std::string file;  // in config/bench
   std::string error_class;
-  double told_speed_error_mps = 0.0;
+  double profile_speed_error_mps = 0.0;
   std::string raster{};
   std::vector<std::uint64_t> seeds{};
 };
@@ -159,7 +159,7 @@ void RunSurvey(const Survey& survey, std::uint64_t seed) {
   config.seed = seed;
   config.error_class = survey.error_class;
   config.errors = bench::SensorErrors::OfClass(survey.error_class);
-  config.told_speed_error_mps = survey.told_speed_error_mps;
+  config.profile_speed_error_mps = survey.profile_speed_error_mps;
   if (!survey.raster.empty()) config.raster.file = survey.raster;
   const TemporaryDir scratch;
   const fs::path log = scratch.path() / "survey.lcmlog";

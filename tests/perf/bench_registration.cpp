@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "common/core/median.hpp"
 #include "common/runtime/freed_memory.hpp"
 #include "tests/perf/flat_table.hpp"
 #include "tests/perf/pcl_gicp.hpp"
@@ -30,13 +31,6 @@ constexpr Tolerance kLoose{0.25, Deg2Rad(0.5)};
 constexpr Tolerance kTight{0.1, Deg2Rad(0.2)};
 
 double Percent(double part, int whole) { return whole == 0 ? 0.0 : 100.0 * part / whole; }
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // Counts over trials that differ by their seed alone.
 struct Tally {
@@ -265,7 +259,7 @@ void TimeTable(const SeabedClass& seabed, const Options& options) {
                 points,
                 offset_m,
                 method,
-                Median(t.cpu_ms),
+                t.cpu_ms.empty() ? 0.0 : Median(t.cpu_ms),
                 Percent(t.loose, t.trials));
     std::fflush(stdout);
   };

@@ -120,7 +120,7 @@ TEST(WriteProducts, CorrectsTheMapAndSaysByHowMuch) {
     EXPECT_EQ(report[key], report["run"][key]);
     EXPECT_THAT(report["not_reproducible"].dump(), HasSubstr(key));
   }
-  EXPECT_EQ(report["truth"]["loop_closures"]["believed"], 2);
+  EXPECT_EQ(report["truth"]["loop_closures"]["accepted"], 2);
   EXPECT_EQ(report["truth"]["loop_closures"]["degrees_of_freedom"], 6);
   EXPECT_EQ(report["seeds"]["bench"], 42);
   const std::string html = Slurp(folder / "report.html");
@@ -259,7 +259,7 @@ TEST(WriteProducts, SaysWhatTheSurveyShowsOfItsNoiseBesideWhatIsConfigured) {
   ProductOptions options;
   options.noise.components = {
       {1.0, 2.56, 0.1}, {0.0003, 0.0024, 0.2}, {0.002, 0.0021, 0.1}, {2e-4, 2e-4, 0.1}, 12};
-  options.noise.timing.told_s = 0.010;
+  options.noise.timing.configured_s = 0.010;
   options.noise.timing.roll = {0.012, 0.001, 900, 2e-4, 1e-4};
   const ProductSummary summary = WriteProducts(survey, options, folder.path());
   EXPECT_THAT(summary.noise_findings,

@@ -95,10 +95,10 @@ TEST(SurveyFiles, SeabedSaysThatTheSonarsStampsAreOff) {
   const fs::path file = Shared("data/mbes/r2sonic2026.xtf");
   SKIP_WITHOUT(file);
   TemporaryDir dir;
-  const auto added_by = [&](double told_s) {
+  const auto added_by = [&](double configured_s) {
     const fs::path config = dir.path() / "mapper.yaml";
     std::ofstream(config) << "vehicle: " << (ConfigDir() / "vehicle.yaml").string()
-                          << "\nsonar_time_offset_s: " << told_s << "\n";
+                          << "\nsonar_time_offset_s: " << configured_s << "\n";
     const fs::path out = dir.path() / "map";
     const auto result = RunCommand(Replay(file, out, " --config " + config.string()));
     EXPECT_EQ(result.exit_code, 0) << result.output;

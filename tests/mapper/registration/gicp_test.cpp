@@ -25,8 +25,8 @@ RegistrationResult RegisterPair(const SyntheticPair& pair,
   const auto prepare = [](const SyntheticSubmap& submap) {
     return GicpSubmap(submap.cloud, LevelFromBody(submap.T_map_submap), {});
   };
-  return RegisterGicp(
-      prepare(pair.target), prepare(pair.source), T_prior, covariance, pair.z_prior_m, {}, params);
+  const RegistrationPrior prior{T_prior, covariance, pair.z_prior_m};
+  return RegisterGicp(prepare(pair.target), prepare(pair.source), prior, {}, params);
 }
 
 Pose2 Beside(const Pose2& T, double x_m, double y_m, double yaw_rad) {
