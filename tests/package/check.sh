@@ -89,7 +89,7 @@ check_life() {
   [ -z "$(left_over)" ] || fail "a purge leaves $(left_over)"
 
   run_dpkg -i /tmp/seastitch.deb
-  inside systemctl enable seastitch.target 2>/dev/null
+  inside systemctl enable seastitch.target seastitch-nav-driver.service 2>/dev/null
   echo recorded >"$root/var/lib/seastitch/dive.lcmlog"
   run_dpkg -P seastitch
   [ "$(left_over | tr '\n' ' ')" = "./var/lib/seastitch ./var/lib/seastitch/dive.lcmlog " ] ||
