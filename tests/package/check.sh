@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # check.sh DIRECTORY: the two packages that lie there. lintian finds no error; in a root that holds nothing but what
 # seastitch depends on, it is installed, works, is removed and purged; with seastitch-dev another program is built.
-# That shows that the dependencies suffice and what the maintainer scripts do without a running systemd. It does
+# That shows that the dependencies of both suffice and what the maintainer scripts do without a running systemd. It does
 # not show the services running under their confinement.
 set -euo pipefail
 # What is mounted for the clean root is gone with this script.
@@ -13,7 +13,7 @@ here=$(dirname "$(realpath "$0")")
 package=$(realpath "$(echo "$1"/seastitch_*.deb)")
 development=$(realpath "$(echo "$1"/seastitch-dev_*.deb)")
 work=$(mktemp -d)
-trap 'umount -q "$work"/root/{proc,dev} 2>/dev/null; rm -rf --one-file-system "$work"' EXIT
+trap 'umount -q "$work"/root/{proc,dev} "$work"/development/dev 2>/dev/null; rm -rf --one-file-system "$work"' EXIT
 root=$work/root
 
 say() { printf '   %s\n' "$*"; }
@@ -65,6 +65,14 @@ check_work() {
   [ -s "$root/tmp/map/depth.tif" ] && [ -s "$root/tmp/map/report.html" ] || fail "a replay leaves no map"
 }
 
+# The next version, which ships two configuration files with another content.
+make_next_package() {
+  dpkg-deb -R "$package" "$work/next"
+  sed -i 's/^Version: .*/&+next/' "$work/next/DEBIAN/control"
+  echo "# of the next" | tee -a "$work"/next/etc/seastitch/{vehicle,optimizer}.yaml >/dev/null
+  dpkg-deb -b "$work/next" "$root/tmp/next.deb" >/dev/null
+}
+
 check_life() {
   "$here/clean_root.sh" "$root" "$package"
   say "clean root: $(inside dpkg-query -W | wc -l) packages, $(du -sm "$root" | cut -f1) MB"
@@ -80,8 +88,11 @@ check_life() {
   say "installed: programs, manual pages, units, completion, a survey from simulation to map"
 
   echo "# mine" >>"$root/etc/seastitch/vehicle.yaml"
-  run_dpkg -i --force-confdef /tmp/seastitch.deb
+  make_next_package
+  run_dpkg -i --force-confdef /tmp/next.deb
   grep -q '^# mine' "$root/etc/seastitch/vehicle.yaml" || fail "an upgrade loses the edited configuration"
+  grep -q '^# of the next' "$root/etc/seastitch/vehicle.yaml.dpkg-dist" || fail "an upgrade hides the new configuration"
+  grep -q '^# of the next' "$root/etc/seastitch/optimizer.yaml" || fail "an upgrade keeps the old configuration"
   run_dpkg -r seastitch
   grep -q '^# mine' "$root/etc/seastitch/vehicle.yaml" || fail "a removal loses the edited configuration"
   compgen -G "$root/usr/bin/seastitch*" && fail "a removal leaves programs"
@@ -89,21 +100,35 @@ check_life() {
   [ -z "$(left_over)" ] || fail "a purge leaves $(left_over)"
 
   run_dpkg -i /tmp/seastitch.deb
-  inside systemctl enable seastitch.target 2>/dev/null
+  inside systemctl enable seastitch.target seastitch-nav-driver.service 2>/dev/null
   echo recorded >"$root/var/lib/seastitch/dive.lcmlog"
   run_dpkg -P seastitch
   [ "$(left_over | tr '\n' ' ')" = "./var/lib/seastitch ./var/lib/seastitch/dive.lcmlog " ] ||
     fail "a purge leaves other things than the dives: $(left_over)"
-  say "an upgrade and a removal keep the configuration, a purge leaves the dives and nothing else"
+  say "an upgrade with another configuration and a removal keep the edited one, a purge leaves the dives and nothing else"
 }
 
+# A subscriber, and a program with every header. Where there is a clean root: with nothing installed but a compiler and
+# what seastitch-dev depends on.
 check_development() {
-  dpkg-deb -x "$development" "$work/dev"
-  cp -r "$here/subscriber" "$work/subscriber"
-  (cd "$work/dev/usr/include/seastitch" && find . -name '*.hpp' | sed 's,^\./,,' | sort) |
-    sed 's,.*,#include "&",; $a int main() {}' >"$work/subscriber/every_header.cpp"
-  cmake -S "$work/subscriber" -B "$work/build" -DCMAKE_PREFIX_PATH="$work/dev/usr" >"$work/cmake.log" &&
-    cmake --build "$work/build" >>"$work/cmake.log" 2>&1 || { cat "$work/cmake.log" >&2; fail "seastitch-dev"; }
+  local root=$work/development with=() prefix=/usr
+  if [ -n "$own_mounts" ]; then
+    "$here/clean_root.sh" "$root" "$development" cmake g++ make
+    mount --bind /dev "$root/dev"
+    cp "$development" "$root/tmp/development.deb"
+    run_dpkg -i /tmp/development.deb
+    with=(inside)
+  else
+    dpkg-deb -x "$development" "$root"
+    prefix=$root/usr
+  fi
+  cp -r "$here/subscriber" "$root/subscriber"
+  (cd "$root/usr/include/seastitch" && find . -name '*.hpp' | sed 's,^\./,,' | sort) |
+    sed 's,.*,#include "&",; $a int main() {}' >"$root/subscriber/every_header.cpp"
+  local sources=${prefix%/usr}/subscriber
+  "${with[@]}" cmake -S "$sources" -B "$sources/build" -DCMAKE_PREFIX_PATH="$prefix" >"$work/cmake.log" 2>&1 &&
+    "${with[@]}" cmake --build "$sources/build" >>"$work/cmake.log" 2>&1 ||
+    { cat "$work/cmake.log" >&2; fail "seastitch-dev"; }
   say "seastitch-dev: a subscriber, and a program with every header, are built by find_package(Seastitch)"
 }
 

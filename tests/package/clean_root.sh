@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
-# clean_root.sh ROOT PACKAGE.deb: makes ROOT a Debian in which nothing is installed but the essential packages and
-# what PACKAGE.deb depends on. Taken from this machine's own installed packages: nothing is fetched.
+# clean_root.sh ROOT PACKAGE.deb [NAME...]: makes ROOT a Debian in which nothing is installed but the essential packages,
+# what PACKAGE.deb depends on, and packages of those names. Taken from this machine's own installed packages: nothing is
+# fetched.
 set -euo pipefail
 root=$1
-depends=$(dpkg-deb -f "$2" Depends | sed 's/([^)]*)//g; s/|[^,]*//g; s/,/ /g')
+depends="$(dpkg-deb -f "$2" Depends | sed 's/([^)]*)//g; s/|[^,]*//g; s/,/ /g') ${*:3}"
 # Whoever provides one of those names.
 providers=$(dpkg-query -W -f '${Package} ${Provides}\n' | awk -v names="$depends" '
   BEGIN {n = split(names, list, " "); for (i = 1; i <= n; ++i) wanted[list[i]]}

@@ -1,11 +1,16 @@
 // `cmake --install` on a machine that has Seastitch already.
 
+#include <fnmatch.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
+#include <nlohmann/json.hpp>
 #include <regex>
+#include <set>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -80,6 +85,22 @@ class InstalledUnits : public ::testing::Test {
     return Analyze("verify --man=no --recursive-errors=yes " + unit.string());
   }
   fs::path Path(const std::string& inside) const { return root_.path() / inside; }
+  // Settings of a unit by name; the values of a list with spaces between.
+  static std::map<std::string, std::string> Settings(const fs::path& unit) {
+    std::map<std::string, std::string> settings;
+    std::istringstream lines(Text(unit));
+    for (std::string line; std::getline(lines, line);)
+      if (const auto equals = line.find('='); equals != std::string::npos && line[0] != '#')
+        settings[line.substr(0, equals)] += line.substr(equals + 1) + " ";
+    return settings;
+  }
+  // Whether DeviceAllow has a character device of this name, as systemd matches it.
+  static bool Allows(const std::map<std::string, std::string>& settings, const std::string& name) {
+    std::istringstream words(settings.at("DeviceAllow"));
+    for (std::string word; words >> word;)
+      if (word.starts_with("char-") && fnmatch(word.c_str() + 5, name.c_str(), 0) == 0) return true;
+    return false;
+  }
 
   static constexpr char kUnitDir[] = "usr/lib/systemd/system";
   std::vector<fs::path> units_;
@@ -111,18 +132,79 @@ TEST_F(InstalledUnits, AreConfined) {
   }
 }
 
-TEST_F(InstalledUnits, TakeTheDropInForADataDisk) {
-  const fs::path drop_ins = Path("etc/systemd/system/seastitch-.service.d");
-  fs::create_directories(drop_ins);
-  fs::copy_file(Path("usr/share/doc/seastitch/examples/data-disk.conf"),
-                drop_ins / "data-disk.conf");
-  const fs::path logger = Path(kUnitDir) / "seastitch-logger.service";
-  const CommandResult verified = Verify(logger);
-  EXPECT_EQ(verified.exit_code, 0) << verified.output;
-  EXPECT_EQ(verified.output, "");
-  // It is read: what is wrong in it is seen.
-  std::ofstream(drop_ins / "data-disk.conf", std::ios::app) << "NoSuchSetting=1\n";
-  EXPECT_NE(Verify(logger).output.find("NoSuchSetting"), std::string::npos);
+// systemd reads common.conf, a drop-in, after the unit: the unit's value of a setting that has one
+// would not count.
+TEST_F(InstalledUnits, ShareNoSettingOfOneValueWithTheDropInForAll) {
+  const std::set<std::string> lists{"After", "Wants", "RestrictAddressFamilies"};
+  const auto common = Settings(Path(kUnitDir) / "seastitch-.service.d/common.conf");
+  EXPECT_TRUE(common.contains("ProtectSystem"));
+  for (const fs::path& unit : units_) {
+    if (!unit.filename().string().starts_with("seastitch-")) continue;
+    const auto own = Settings(unit);
+    for (const auto& [name, value] : own)
+      EXPECT_TRUE(lists.contains(name) || !common.contains(name)) << unit.filename() << " " << name;
+    EXPECT_TRUE(own.contains("MemoryMax")) << unit.filename();
+    EXPECT_TRUE(own.contains("PrivateDevices")) << unit.filename();
+  }
+}
+
+// A private /dev has no serial ports.
+TEST_F(InstalledUnits, OfTheNavDriverReachSerialPorts) {
+  const fs::path unit = Path(kUnitDir) / "seastitch-nav-driver.service";
+  const auto private_devices = [&](const std::string& name) {
+    const CommandResult security =
+        Analyze("security --offline=true --no-pager --json=short /" + std::string(kUnitDir) + "/" +
+                "seastitch-" + name + ".service");
+    for (const auto& line : nlohmann::json::parse(security.output))
+      if (line["name"] == "PrivateDevices=") return line["set"].get<bool>();
+    ADD_FAILURE() << security.output;
+    return false;
+  };
+  EXPECT_FALSE(private_devices("nav-driver"));
+  EXPECT_TRUE(private_devices("imu-driver"));
+
+  const auto settings = Settings(unit);
+  // By the names of /proc/devices: PC, Raspberry Pi, Jetson, i.MX, USB.
+  for (const char* port : {"ttyS", "ttyAMA", "ttyTHS", "ttymxc", "ttyUSB", "ttyACM"})
+    EXPECT_TRUE(Allows(settings, port)) << port;
+  for (const char* other : {"tty", "mem", "input", "usb_device"})
+    EXPECT_FALSE(Allows(settings, other)) << other;
+  for (const char* module : {"modprobe@cdc_acm.service", "modprobe@usbserial.service"}) {
+    EXPECT_NE(settings.at("Wants").find(module), std::string::npos) << module;
+    EXPECT_NE(settings.at("After").find(module), std::string::npos) << module;
+  }
+}
+
+TEST_F(InstalledUnits, TakeTheDropInsForADataDisk) {
+  for (const std::string process : {"logger", "mapper"}) {
+    const fs::path drop_ins = Path("etc/systemd/system/seastitch-" + process + ".service.d");
+    const fs::path drop_in = drop_ins / "data-disk.conf";
+    fs::create_directories(drop_ins);
+    fs::copy_file(Path("usr/share/doc/seastitch/examples/data-disk-" + process + ".conf"), drop_in);
+    // As systemd makes it from /etc/fstab.
+    fs::create_directories(Path("etc/systemd/system"));
+    std::ofstream(Path("etc/systemd/system/data.mount"))
+        << "[Mount]\nWhat=tmpfs\nWhere=/data\nType=tmpfs\n";
+    const fs::path unit = Path(kUnitDir) / ("seastitch-" + process + ".service");
+    const CommandResult verified = Verify(unit);
+    EXPECT_EQ(verified.exit_code, 0) << verified.output;
+    EXPECT_EQ(verified.output, "");
+    // It is read: what is wrong in it is seen.
+    std::ofstream(drop_in, std::ios::app) << "NoSuchSetting=1\n";
+    EXPECT_NE(Verify(unit).output.find("NoSuchSetting"), std::string::npos);
+    fs::remove(drop_in);
+  }
+}
+
+// systemd stops what requires the mount of a disk when the disk fails. At sea that may be the
+// logger, but not the navigation.
+TEST_F(InstalledUnits, OfTheNavigationDoNotStopWithTheDataDisk) {
+  const auto drop_in = [this](const std::string& process) {
+    return Settings(Path("usr/share/doc/seastitch/examples/data-disk-" + process + ".conf"));
+  };
+  EXPECT_TRUE(drop_in("logger").contains("RequiresMountsFor"));
+  for (const auto& [name, value] : drop_in("mapper"))
+    EXPECT_TRUE(name == "Wants" || name == "After" || name == "ReadWritePaths") << name;
 }
 
 // On a computer with an Ethernet too, whose address the kernel would else give to what is sent to
