@@ -232,6 +232,15 @@ std::optional<LoopPair> LoopCloser::PairAgain(SubmapId target, SubmapId source) 
   return LoopPair{target, source, found->second.prior, z_prior_m};
 }
 
+bool LoopCloser::IsRepetition(const LoopPair& pair) const {
+  const auto found = tried_.find({pair.target, pair.source});
+  if (found == tried_.end() || !found->second.edge || !IsAccepted(*found->second.edge))
+    return false;
+  const RelativePose& prior = found->second.prior;
+  return prior.T_a_b.Vector() == pair.prior.T_a_b.Vector() &&
+         prior.covariance == pair.prior.covariance;
+}
+
 Eigen::Matrix3d LoopCloser::InformationDespiteBends(const GraphEdge& edge) const {
   std::map<std::int32_t, double> spread2;  // by chain: one offset bends all submaps of a dive
   for (const SubmapId id : {edge.from, edge.to}) {

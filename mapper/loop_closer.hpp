@@ -110,6 +110,8 @@ class LoopCloser {
   // A pair for a repeated registration, with the prior of its last one. That prior was taken before
   // the pair's closure was in the graph, so that it does not contain it.
   std::optional<LoopPair> PairAgain(SubmapId target, SubmapId source) const;
+  // True if the pair has an accepted closure, registered with this same prior.
+  bool IsRepetition(const LoopPair& pair) const;
 
   // Dead-reckoning edge from the previous submap to this one; empty for the first of a chain.
   // Without a covariance_from_previous its sigma is 1 km and 180 degrees: nearly no information.

@@ -74,6 +74,7 @@ std::vector<GraphEdge> LoopSearch::Record(RegistrationResultSet results) {
   if (results.job.closed && results.surface)
     judge_.AddSubmap(*results.job.closed, *std::move(results.surface));
   for (const LoopPair& pair : results.job.pairs) judge_.AddPair(pair.target, pair.source);
+  SetRepetitionsApart(&results);
   if (estimates_noise_) UpdateNoise(&results);
   std::vector<GraphEdge> changed = closer_.Record(results.job.pairs, results.edges);
   for (const ClosureStatistics* closure : noise_.TakeRestated()) {
@@ -82,6 +83,20 @@ std::vector<GraphEdge> LoopSearch::Record(RegistrationResultSet results) {
       changed.push_back(*edge);
   }
   return changed;
+}
+
+// Marks repeated registrations of a closure as made, also over a restart. One that is refused
+// leaves the closure and its larger covariance: it brings no new evidence, only a smaller expected
+// noise.
+void LoopSearch::SetRepetitionsApart(RegistrationResultSet* results) {
+  for (const LoopPair& pair : results->job.pairs) {
+    if (!closer_.IsRepetition(pair)) continue;
+    registered_again_.insert({pair.target, pair.source});
+    std::erase_if(results->edges, [&](const GraphEdge& edge) {
+      return edge.from == pair.target && edge.to == pair.source &&
+             edge.verdict != LoopVerdict::kAccepted;
+    });
+  }
 }
 
 // Adds the job's closures to the noise estimate, then recomputes their covariances with it.

@@ -41,6 +41,11 @@ std::size_t FingerprintOf(const GraphUpdate& update) {
   return boost::hash_range(words.begin(), words.end());
 }
 
+bool DifferInCovarianceOnly(const GraphEdge& a, const GraphEdge& b) {
+  return a.from == b.from && a.to == b.to && a.verdict == b.verdict &&
+         a.T_from_to.Vector() == b.T_from_to.Vector();
+}
+
 // True: positive, not above pi, and its information is not above kMaxInformation.
 bool IsHeadingSigma(double rad) {
   return rad > 0.0 && rad * rad * kMaxInformation >= 1.0 && rad <= kPi;
@@ -139,7 +144,13 @@ void GraphStore::AddEdge(const GraphEdge& edge) {
       else
         dead_reckoning_.insert_or_assign(pair, checked);
       break;
-    case EdgeKind::kLoopClosure: loops_.insert_or_assign(pair, checked); break;
+    case EdgeKind::kLoopClosure: {
+      const auto known = loops_.find(pair);
+      if (known != loops_.end() && DifferInCovarianceOnly(known->second.edge, edge))
+        checked.weight = known->second.weight;
+      loops_.insert_or_assign(pair, checked);
+      break;
+    }
     case EdgeKind::kPositionFix: fixes_.push_back(checked); break;
   }
 }

@@ -36,8 +36,8 @@ class GraphStore {
   //
   // A repeated version is ignored. Of a malformed update the usable vertices and edges are added.
   // Both give true, and counters() names what was left out. A pair of submaps has at most one
-  // dead-reckoning edge and at most one loop closure: a later edge replaces the earlier one. A
-  // submap may have several position fixes.
+  // dead-reckoning edge and at most one loop closure: a later edge replaces the earlier one, and
+  // keeps its weight if only the covariance differs. A submap may have several position fixes.
   bool Add(const GraphUpdate& update);
 
   // True: this version is stored with other content. The sender has begun another graph, and the

@@ -25,7 +25,22 @@ bool IsLarger(const ComponentEstimate& e) { return IsOff(e) && e.value > e.confi
 
 // Of a variance, the sigma.
 ComponentEstimate Root(const ComponentEstimate& e) {
-  return {std::sqrt(e.configured), std::sqrt(e.value), 0.5 * e.log_sigma};
+  return {std::sqrt(e.configured), std::sqrt(e.value), 0.5 * e.log_sigma, e.end};
+}
+
+const char* BoundOf(const ComponentEstimate& e) {
+  switch (e.end) {
+    case RangeEnd::kNone: return nullptr;
+    case RangeEnd::kLow: return "at most";
+    case RangeEnd::kHigh: return "at least";
+  }
+  return nullptr;
+}
+
+// The words before the figure of a component.
+std::string Bounded(const char* text, const ComponentEstimate& e) {
+  const char* const bound = BoundOf(e);
+  return text + (bound != nullptr ? std::string(bound) + " " : "");
 }
 
 NoiseRow Row(const char* name,
@@ -35,7 +50,7 @@ NoiseRow Row(const char* name,
              double scale,
              const ComponentEstimate& e) {
   const double value = scale * e.value;
-  return {name, label, unit, digits, scale * e.configured, value, value * e.log_sigma};
+  return {name, label, unit, digits, scale * e.configured, value, value * e.log_sigma, BoundOf(e)};
 }
 
 void AddOverlaps(const NoiseEstimate& noise, std::vector<std::string>* findings) {
@@ -48,24 +63,24 @@ void AddOverlaps(const NoiseEstimate& noise, std::vector<std::string>* findings)
                                      soundings.value / soundings.configured));
   const ComponentEstimate& shared = noise.correlated_error_ratio;
   if (IsOff(shared))
-    findings->push_back(
-        Format("Neighbouring soundings share an error of %.3g %% of the altitude where %.3g %% is "
-               "configured",
-               100.0 * shared.value,
-               100.0 * shared.configured) +
-        (IsLarger(shared) ? ": sound speed or roll." : "."));
+    findings->push_back(Bounded("Neighbouring soundings share an error of ", shared) +
+                        Format("%.3g %% of the altitude where %.3g %% is configured",
+                               100.0 * shared.value,
+                               100.0 * shared.configured) +
+                        (IsLarger(shared) ? ": sound speed or roll." : "."));
   if (IsLarger(noise.position_walk))
     findings->push_back(
-        Format("Inside a submap the position drifts by %.2g m over 25 m where %.2g m is expected: "
-               "the Doppler log is noisier, or was not used.",
+        Bounded("Inside a submap the position drifts by ", noise.position_walk) +
+        Format("%.2g m over 25 m where %.2g m is expected: the Doppler log is noisier, or was not "
+               "used.",
                5.0 * noise.position_walk.value,
                5.0 * noise.position_walk.configured));
   if (IsLarger(noise.heading_walk))
-    findings->push_back(Format(
-        "Inside a submap the heading drifts by %.2g deg over 25 m where %.2g deg is expected: gyro "
-        "or heading is noisier.",
-        Rad2Deg(5.0 * noise.heading_walk.value),
-        Rad2Deg(5.0 * noise.heading_walk.configured)));
+    findings->push_back(
+        Bounded("Inside a submap the heading drifts by ", noise.heading_walk) +
+        Format("%.2g deg over 25 m where %.2g deg is expected: gyro or heading is noisier.",
+               Rad2Deg(5.0 * noise.heading_walk.value),
+               Rad2Deg(5.0 * noise.heading_walk.configured)));
 }
 
 bool IsClear(const std::optional<TimeOffsetEstimate>& offset) {

@@ -16,6 +16,7 @@ struct NoiseRow {
   double configured;
   double value;
   double sigma;
+  const char* bound;  // "at least", "at most"; null: `value` is no bound
 };
 
 // One row per variance component, as 1 sigma. Empty without a closure.

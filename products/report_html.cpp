@@ -132,7 +132,8 @@ std::string NoiseTable(const SurveyNoise& noise) {
   for (const NoiseRow& row : NoiseRows(noise))
     table.Row({row.label,
                Fixed(row.configured, row.digits) + row.unit,
-               Fixed(row.value, row.digits) + row.unit,
+               (row.bound != nullptr ? std::string(row.bound) + " " : "") +
+                   Fixed(row.value, row.digits) + row.unit,
                Fixed(row.sigma, row.digits) + row.unit});
   const auto add = [&](const char* label, const std::optional<TimeOffsetEstimate>& offset) {
     if (offset)

@@ -99,7 +99,10 @@ Json ToJson(const std::optional<TimeOffsetEstimate>& offset) {
 Json NoiseJson(const ProductSummary& s, const SurveyNoise& noise) {
   Json json = {{"closures", noise.components.closures}};
   for (const NoiseRow& row : NoiseRows(noise))
-    json[row.name] = {{"configured", row.configured}, {"value", row.value}, {"sigma", row.sigma}};
+    json[row.name] = {{"configured", row.configured},
+                      {"value", row.value},
+                      {"sigma", row.sigma},
+                      {"bound", row.bound != nullptr ? Json(row.bound) : Json(nullptr)}};
   json["sonar_time_offset"] = {{"configured_s", noise.timing.configured_s},
                                {"by_roll", ToJson(noise.timing.roll)},
                                {"by_pitch", ToJson(noise.timing.pitch)}};

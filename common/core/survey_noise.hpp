@@ -5,11 +5,16 @@
 
 namespace seastitch {
 
+// Whether an estimate is an end of the range in which it was sought. The true value is then at most
+// (kLow) or at least (kHigh) that, and its sigma is the prior's.
+enum class RangeEnd : std::uint8_t { kNone, kLow, kHigh };
+
 // Estimate of one parameter of a survey's noise from its overlaps.
 struct ComponentEstimate {
   double configured = 0.0;  // prior value, from mapper.yaml
   double value = 0.0;
   double log_sigma = 0.0;  // 1 sigma of the natural logarithm of `value`
+  RangeEnd end = RangeEnd::kNone;
 };
 
 // Noise of a survey (docs/noise-from-overlaps.md). All but the first are 1 sigma, not variances.

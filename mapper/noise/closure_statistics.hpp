@@ -56,8 +56,8 @@ struct ClosureStatistics {
   bool IsOutdated(const VarianceComponents& survey) const;
 };
 
-// For a record on disk: every number, in one order, 700 of them. FromNumbers() throws
-// std::invalid_argument where they are no statistics.
+// For a record on disk: every number, in one order: 707 with three known directions. FromNumbers()
+// throws std::invalid_argument where they are no statistics.
 std::vector<double> ToNumbers(const ClosureStatistics& statistics);
 ClosureStatistics ClosureStatisticsFromNumbers(const std::vector<double>& numbers);
 

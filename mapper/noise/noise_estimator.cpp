@@ -35,15 +35,15 @@ ComponentEstimate Refine(const ComponentAxis& axis,
                          const std::vector<double>& profile,
                          double configured) {
   const auto least = std::min_element(profile.begin(), profile.end());
-  const auto best = static_cast<std::size_t>(least - profile.begin());
-  // At an end of the axis the parabola uses the last three nodes.
-  const std::size_t i = std::clamp<std::size_t>(best, 1, profile.size() - 2);
+  const auto i = static_cast<std::size_t>(least - profile.begin());
+  if (i == 0) return {configured, axis.At(i), kPriorLogSigma, RangeEnd::kLow};
+  if (i == axis.size - 1) return {configured, axis.At(i), kPriorLogSigma, RangeEnd::kHigh};
   const double step = std::log(2.0);
   const double curvature = profile[i - 1] - 2.0 * profile[i] + profile[i + 1];
-  double offset = static_cast<double>(best) - static_cast<double>(i);
-  if (best == i && curvature > 0.0) offset = 0.5 * (profile[i - 1] - profile[i + 1]) / curvature;
   // A flat profile leaves the prior's sigma.
-  const double sigma = curvature > 0.0 ? step * std::sqrt(2.0 / curvature) : kPriorLogSigma;
+  if (!(curvature > 0.0)) return {configured, axis.At(i), kPriorLogSigma};
+  const double offset = 0.5 * (profile[i - 1] - profile[i + 1]) / curvature;
+  const double sigma = step * std::sqrt(2.0 / curvature);
   return {configured, axis.At(i) * std::exp2(offset), std::min(sigma, kPriorLogSigma)};
 }
 

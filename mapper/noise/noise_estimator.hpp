@@ -19,8 +19,8 @@ VarianceComponents ComponentsOf(const NoiseEstimate& estimate);
 // Estimator of the survey's four variance components (VarianceComponents: sounding noise,
 // correlated height error, random walks of position and heading) from its accepted closures:
 // maximum a posteriori of the product of their likelihoods and the prior. Each closure's
-// log-likelihood is bounded, so that no outlier decides alone. The estimate depends on the set of
-// closures, not on their order. Pure.
+// log-likelihood is bounded, so that no outlier decides alone. For given closures the estimate does
+// not depend on their order. Pure.
 class NoiseEstimator {
  public:
   using PairKey = std::pair<SubmapId, SubmapId>;  // target, source

@@ -49,7 +49,7 @@ class LikelihoodTable {
 // with the correlations of heights R and of walks U, P. The restricted likelihood is free of d:
 //   -2 ln L = ln |C| + ln |A' C^-1 A| + g' (C^-1 - C^-1 A (A' C^-1 A)^-1 A' C^-1) g.
 // altitude_m: root of the sum of squares of the two altitudes. All zero where the overlap has too
-// few blocks. Computed at every fourth value of both walks, cubic in their logarithms between.
+// few blocks. Computed at every second value of both walks, cubic in their logarithms between.
 LikelihoodTable RestrictedLikelihood(const std::vector<OverlapBlock>& blocks,
                                      const Eigen::Matrix2d& R_target_source,
                                      double altitude_m);

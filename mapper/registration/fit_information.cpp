@@ -166,6 +166,7 @@ AlignmentInformation GridAligner::Inform(const Alignment& fit) const {
 
   out.eliminate.setIdentity();
   out.eliminate.col(3) = -cross.topRightCorner<3, 1>() / cross(3, 3);
+  out.shift_step_m = gradient[3] / cross(3, 3);
   out.hessian = (out.eliminate * cross).leftCols<3>();
   out.noise_hessian = 0.5 * n.hessian_apart;
   out.gradient = out.eliminate * gradient;

@@ -59,6 +59,7 @@ struct AlignmentInformation {
   Eigen::Matrix4d structure;              // covariance by seabed relief finer than a cell
   Eigen::Matrix<double, 3, 4> eliminate;  // matrix that marginalises the height
   double shift_information;               // of the prior of the height shift [1/m2]
+  double shift_step_m;                    // Newton step of the height shift at this pose
 };
 
 // Hypothesis with the statistics of how the two surfaces fit there. Residual = source height

@@ -348,7 +348,10 @@ class Registrar {
       last_move = whitened_move;
       const Eigen::Vector3d move = damping * (known->whiten.inverse() * whitened_move);
       if (!move.allFinite()) return false;
-      const Hypothesis at = aligner.Moved(fit->at, {move.x(), move.y(), move.z(), 0.0});
+      // On a slope the height depends on the position.
+      const double lift =
+          fit->information->shift_step_m + fit->information->eliminate.col(3).dot(move);
+      const Hypothesis at = aligner.Moved(fit->at, {move.x(), move.y(), move.z(), lift});
       Alignment moved = aligner.Evaluate(at, fit->noise_scale);
       if (!(moved.patches >= 1.0)) {
         moved.information = std::move(fit->information);

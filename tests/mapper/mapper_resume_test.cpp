@@ -118,6 +118,8 @@ struct Process {
           disk->clouds[closed->submap->id] = closed->submap;
         }
       }
+      if (std::holds_alternative<GraphStep>(event))
+        noise_at[mapper.graph().version()] = mapper.noise().components;
       const auto* nav = std::get_if<NavState>(&event);
       if (!nav || (checkpointed && ToSeconds(nav->time - *checkpointed) < 1.0)) continue;
       checkpointed = nav->time;
@@ -135,6 +137,7 @@ struct Process {
   PreparedSubmaps prepared;
   std::optional<RegistrationJob> job;
   std::optional<Time> checkpointed;
+  std::map<std::int64_t, NoiseEstimate> noise_at;  // by graph version
   std::size_t fed = 0;
 };
 
@@ -149,6 +152,20 @@ std::vector<std::uint8_t> BytesOf(const GraphStep& step) {
   GraphGrowth growth;
   growth.steps = {step};
   return Encode(JournalEntry(growth));
+}
+
+void ExpectSame(const ComponentEstimate& a, const ComponentEstimate& b) {
+  EXPECT_EQ(a.configured, b.configured);
+  EXPECT_EQ(a.value, b.value);
+  EXPECT_EQ(a.log_sigma, b.log_sigma);
+}
+
+void ExpectSame(const NoiseEstimate& a, const NoiseEstimate& b) {
+  EXPECT_EQ(a.closures, b.closures);
+  ExpectSame(a.sounding_variance_ratio, b.sounding_variance_ratio);
+  ExpectSame(a.correlated_error_ratio, b.correlated_error_ratio);
+  ExpectSame(a.position_walk, b.position_walk);
+  ExpectSame(a.heading_walk, b.heading_walk);
 }
 
 double Nees(const GraphEdge& edge, const Recording& recording, const Disk& disk) {
@@ -223,6 +240,8 @@ TEST_P(ResumedMapper, GoesOnInTheSameGraphAfterAnyMessage) {
   const std::vector<GraphStep> without_stop = StepsOf(whole.mapper);
   ASSERT_GE(whole_disk.clouds.size(), 12U);
   ASSERT_EQ(disks.size(), stops.size());
+  ASSERT_GT(whole.mapper.noise().components.closures, 3);
+  int resumed_with_closures = 0;
 
   std::uniform_int_distribution<std::size_t> silence(0, 1500);  // 25 s
   for (auto& [stop, disk] : disks) {
@@ -231,6 +250,8 @@ TEST_P(ResumedMapper, GoesOnInTheSameGraphAfterAnyMessage) {
     ASSERT_TRUE(resumed.mapper.Resume(disk.Read(), resumed.load));
     EXPECT_EQ(resumed.mapper.counters().at("journal_entries_unusable"), 0);
     const std::int64_t version = resumed.mapper.graph().version();
+    if (version > 0) ExpectSame(resumed.mapper.noise().components, whole.noise_at.at(version));
+    resumed_with_closures += resumed.mapper.noise().components.closures > 0;
     for (std::size_t i = stop + 1 + silence(random); i < samples.size(); ++i)
       resumed.Feed(samples[i]);
     resumed.Finish();
@@ -243,6 +264,7 @@ TEST_P(ResumedMapper, GoesOnInTheSameGraphAfterAnyMessage) {
     EXPECT_LE(FixesIn(steps), FixesIn(without_stop));
     if (HasFailure()) return;
   }
+  EXPECT_GT(resumed_with_closures, 3);
 }
 INSTANTIATE_TEST_SUITE_P(Moments, ResumedMapper, testing::Range(0, kParts));
 

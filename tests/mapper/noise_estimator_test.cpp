@@ -88,6 +88,42 @@ TEST(NoiseEstimator, BeginsAtItsPriorAndDoesNotDependOnTheOrder) {
   EXPECT_EQ(forwards.components().position_walk, prior.position_walk);
 }
 
+// A likelihood that rises up to an end of the axis and beyond.
+ClosureStatistics Steep(double position_walk_power, double error_ratio_power) {
+  ClosureStatistics closure;
+  closure.target = SubmapId{0};
+  closure.source = SubmapId{1};
+  for (std::size_t s = 0; s < kErrorRatioAxis.size; ++s)
+    for (std::size_t q = 0; q < kPositionWalkAxis.size; ++q)
+      for (std::size_t p = 0; p < kHeadingWalkAxis.size; ++p)
+        closure.likelihood.Set(s,
+                               q,
+                               p,
+                               -position_walk_power * static_cast<double>(q) -
+                                   error_ratio_power * static_cast<double>(s));
+  return closure;
+}
+
+TEST(NoiseEstimator, StatesABoundWithThePriorsSigmaAtAnEndOfAnAxis) {
+  const VarianceComponents prior;
+  const double prior_sigma =
+      NoiseEstimator(prior).estimate().position_walk.log_sigma;  // about 1: a factor of e
+  EXPECT_NEAR(prior_sigma, 1.0, 0.01);
+  NoiseEstimator estimator{prior};
+  estimator.Add(Steep(100.0, -100.0));
+  const NoiseEstimate& found = estimator.estimate();
+  EXPECT_EQ(found.position_walk.end, RangeEnd::kHigh);
+  EXPECT_EQ(found.position_walk.value, 0.016);
+  EXPECT_EQ(found.position_walk.log_sigma, 1.0);
+  EXPECT_EQ(found.correlated_error_ratio.end, RangeEnd::kLow);
+  EXPECT_EQ(found.correlated_error_ratio.log_sigma, 1.0);
+  EXPECT_EQ(found.heading_walk.end, RangeEnd::kNone);
+  // One node inside the axis it is an estimate.
+  estimator.Add(Steep(2.0, 0.0));
+  EXPECT_EQ(estimator.estimate().position_walk.end, RangeEnd::kNone);
+  EXPECT_GT(estimator.estimate().position_walk.value, 2.0 * prior.position_walk);
+}
+
 TEST(NoiseEstimator, ForgetsWhatAPairSaidBefore) {
   std::vector<ClosureStatistics> closures;
   for (const int i : {1, 2, 3}) closures.push_back(Closure(i, 8.0 + i, 10.0 + i).statistics.at(0));

@@ -492,6 +492,68 @@ TEST(PoseGraphOptimizer, WhatIsDeliveredDependsOnTheGraphAlone) {
   }
 }
 
+// All closures of a survey again, their sigmas 12 % larger. Where that changes no verdict (in four
+// of these five surveys) the solution continues from the last one.
+TEST(PoseGraphOptimizer, ClosuresWithAnotherCovarianceKeepTheirWeights) {
+  const auto verdicts = [](const PoseGraph& solution) {
+    std::vector<bool> accepted;
+    for (const SolvedEdge& edge : solution.loop_edges)
+      accepted.push_back(edge.weight >= kBelievedWeight);
+    return accepted;
+  };
+  int continued = 0;
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    SCOPED_TRACE(seed);
+    SurveyGraph survey =
+        SimulateSurvey({.vertices = 40, .per_line = 8, .wrong_share = 0.05, .seed = seed});
+    PoseGraphOptimizer optimizer{OptimizerParams{}};
+    for (const GraphUpdate& update : survey.updates) ASSERT_TRUE(optimizer.Add(update));
+    const PoseGraph before = *optimizer.Solve();
+    GraphUpdate restated{optimizer.version() + 1, {}, {}};
+    for (const auto& [pair, loop] : optimizer.store().loops()) {
+      restated.edges.push_back(loop.edge);
+      restated.edges.back().information /= 1.12 * 1.12;
+    }
+    survey.updates.push_back(restated);
+    ASSERT_TRUE(optimizer.Add(restated));
+    int steps = 0;
+    const PoseGraph warm = *optimizer.Solve(SolveStart::kWarm, [&] { ++steps; });
+    int steps_from_dead_reckoning = 0;
+    const PoseGraph cold =
+        *optimizer.Solve(SolveStart::kFromDeadReckoning, [&] { ++steps_from_dead_reckoning; });
+    EXPECT_LT(LargestDifference(warm, cold), 1e-3);
+    EXPECT_EQ(LargestDifference(cold, SolveAll(survey.updates)), 0.0);
+    EXPECT_EQ(verdicts(warm), verdicts(cold));
+    if (verdicts(cold) != verdicts(before)) continue;
+    ++continued;
+    EXPECT_LT(4 * steps, steps_from_dead_reckoning);
+  }
+  EXPECT_EQ(continued, 4);
+}
+
+TEST(GraphStore, AnotherPoseOrVerdictOfAClosureHasNoWeightYet) {
+  std::vector<GraphUpdate> updates = DriftingSquare();
+  updates[4].edges.push_back(SquareClosure());
+  PoseGraphOptimizer solved{OptimizerParams{}};
+  for (const GraphUpdate& update : updates) ASSERT_TRUE(solved.Add(update));
+  ASSERT_TRUE(solved.Solve());
+  const auto weight_after = [&](const GraphEdge& edge) {
+    GraphStore store = solved.store();
+    EXPECT_TRUE(store.Add({6, {}, {edge}}));
+    return store.loops().begin()->second.weight;
+  };
+  GraphEdge edge = SquareClosure();
+  edge.information *= 0.5;
+  const auto kept = weight_after(edge);
+  ASSERT_TRUE(kept);
+  EXPECT_GT(*kept, 0.9);
+  edge.T_from_to.x += 0.01;
+  EXPECT_FALSE(weight_after(edge));
+  edge = SquareClosure();
+  edge.verdict = LoopVerdict::kPoorFit;
+  EXPECT_FALSE(weight_after(edge));
+}
+
 // 300 of what seastitch-bench-graphs --hostile draws more of.
 TEST(PoseGraphOptimizer, NothingThatIsNoNumberComesOutOfAHostileGraph) {
   std::mt19937_64 random(9);

@@ -12,6 +12,7 @@
 #include "common/runtime/durable_file.hpp"
 #include "common/storage/submap_file.hpp"
 #include "products/judge.hpp"
+#include "products/noise_report.hpp"
 #include "tests/products/synthetic_survey.hpp"
 
 namespace seastitch {
@@ -281,6 +282,80 @@ TEST(WriteProducts, SaysWhatTheSurveyShowsOfItsNoiseBesideWhatIsConfigured) {
   EXPECT_THAT(WriteProducts(survey, {}, folder.path()).noise_findings, ElementsAre());
   EXPECT_EQ(Json(folder / "report.json")["noise"]["closures"], 0);
   EXPECT_FALSE(Json(folder / "report.json")["noise"].contains("sounding_noise_ratio"));
+}
+
+std::vector<std::string> FindingsOf(const NoiseEstimate& components,
+                                    const SonarTimingEstimate& timing = {}) {
+  return NoiseFindings({components, timing});
+}
+
+TEST(NoiseReport, HasASentenceForEachComponentThatDiffers) {
+  const ComponentEstimate same{1.0, 1.1, 0.1};
+  const ComponentEstimate smaller_walk{0.002, 0.0005, 0.1};
+  EXPECT_THAT(FindingsOf({{1.0, 0.25, 0.1}, {0.0003, 0.0001, 0.2}, smaller_walk, smaller_walk, 9}),
+              ElementsAre("Soundings have 0.5 times the noise that is stated.",
+                          "Neighbouring soundings share an error of 0.01 % of the altitude where "
+                          "0.03 % is configured."))
+      << "a walk that is smaller than expected needs no attention";
+  EXPECT_THAT(
+      FindingsOf({same, same, {0.002, 0.008, 0.2}, {2e-4, 6e-4, 0.2}, 9}),
+      ElementsAre("Inside a submap the position drifts by 0.04 m over 25 m where 0.01 m is "
+                  "expected: the Doppler log is noisier, or was not used.",
+                  "Inside a submap the heading drifts by 0.17 deg over 25 m where 0.057 deg "
+                  "is expected: gyro or heading is noisier."));
+  // Three times as much, but within 2 sigma; and by less than a quarter, however certain.
+  EXPECT_THAT(FindingsOf({{1.0, 1.5, 0.01}, {0.0003, 0.0009, 0.6}, same, same, 9}), ElementsAre());
+  EXPECT_THAT(FindingsOf({{1.0, 9.0, 0.01}, same, same, same, 0}), ElementsAre()) << "no closure";
+}
+
+TEST(NoiseReport, StatesABoundWhereAnEstimateIsAnEndOfItsRange) {
+  const ComponentEstimate same{1.0, 1.0, 0.1};
+  const NoiseEstimate noise{same,
+                            {0.0003, 0.0096, 1.0, RangeEnd::kHigh},
+                            {0.002, 0.016, 1.0, RangeEnd::kHigh},
+                            {2e-4, 1.6e-3, 1.0, RangeEnd::kHigh},
+                            9};
+  EXPECT_THAT(FindingsOf(noise),
+              ElementsAre(HasSubstr("share an error of at least 0.96 % of the altitude where"),
+                          HasSubstr("the position drifts by at least 0.08 m over 25 m where"),
+                          HasSubstr("the heading drifts by at least 0.46 deg over 25 m where")));
+  EXPECT_THAT(FindingsOf({same, {0.0003, 2.3e-6, 1.0, RangeEnd::kLow}, same, same, 9}),
+              ElementsAre(HasSubstr("share an error of at most 0.00023 % of the altitude")));
+  const TemporaryDir folder;
+  ProductOptions options;
+  options.noise.components = noise;
+  WriteProducts(Collect(Drifting(), folder.path(), SolutionAt(Drifting().truth), {LoopEdge(0, 5)}),
+                options,
+                folder.path());
+  const nlohmann::json json = Json(folder / "report.json")["noise"];
+  EXPECT_EQ(json["position_walk_m_per_sqrt_m"]["bound"], "at least");
+  EXPECT_TRUE(json["sounding_noise_ratio"]["bound"].is_null());
+  EXPECT_THAT(Slurp(folder / "report.html"), HasSubstr("at least 0.01600"));
+}
+
+TEST(NoiseReport, StatesATimeOffsetOfEitherSignByRollOrPitch) {
+  SonarTimingEstimate timing;
+  timing.told_s = 0.010;
+  timing.roll = {-0.012, 0.001, 900, 2e-4, 1e-4};
+  EXPECT_THAT(
+      FindingsOf({}, timing),
+      ElementsAre("The sonar's stamps are 12.0 ms too late for the roll (1 sigma 1.0 ms): set "
+                  "sonar_time_offset_s to -0.002."));
+  timing.pitch = {0.020, 0.002, 900, 0.1, 0.05};
+  EXPECT_THAT(FindingsOf({}, timing), ElementsAre(HasSubstr("for the roll")));
+  timing.roll->sigma_s = 0.005;  // not 3 sigma
+  EXPECT_THAT(
+      FindingsOf({}, timing),
+      ElementsAre("The sonar's stamps are 20.0 ms too early for the pitch (1 sigma 2.0 ms): "
+                  "set sonar_time_offset_s to 0.030."));
+  timing.placed_by_source = true;
+  EXPECT_THAT(
+      FindingsOf({}, timing),
+      ElementsAre(HasSubstr("(1 sigma 2.0 ms): correct them in the program that computed the "
+                            "soundings.")));
+  timing.pitch->add_s = 0.0019;  // too small to matter
+  timing.pitch->sigma_s = 1e-4;
+  EXPECT_THAT(FindingsOf({}, timing), ElementsAre());
 }
 
 TEST(WriteProducts, WithholdsACorrectionThatMakesTheMapWorse) {

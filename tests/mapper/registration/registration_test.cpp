@@ -97,6 +97,36 @@ TEST(Registration, ConvergesOnASlope) {
   EXPECT_GE(accepted, 11);
 }
 
+// The height is that of the delivered pose, not of the one before the prior was taken out: an error
+// d of the pose shifts the height by slope * d.
+TEST(Registration, StatesTheHeightOfThePoseItDelivers) {
+  SyntheticPairParams shape;
+  shape.z_bias_m = 0.2;
+  shape.overlap = 0.5;
+  const Eigen::Vector2d slope(0.4, -0.3);
+  int accepted = 0;
+  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+    const SyntheticSeabed seabed = SyntheticSeabed::Fractal(seed, 0.1).OnASlope(slope);
+    const SyntheticPair pair = MakePair(seabed, shape, seed);
+    // A prior that is as certain as the soundings, and wrong by 0.2 m up or down the slope.
+    Prior prior = PriorAround(pair.T_target_source, 0.0, 0.0, 0.0);
+    const Eigen::Matrix2d R_map_target = LevelPose(pair.target.T_map_submap).Rotation();
+    const Eigen::Vector2d off =
+        R_map_target.transpose() * slope.normalized() * (seed % 2 == 0 ? 0.2 : -0.2);
+    prior.T_target_source.x += off.x();
+    prior.T_target_source.y += off.y();
+    prior.covariance.diagonal() << 0.01, 0.01, 1e-6;
+    const RegistrationResult result = RegisterPair(pair, prior);
+    if (result.verdict != LoopVerdict::kAccepted) continue;
+    ++accepted;
+    const Eigen::Vector2d center = OverlapCenter(pair);
+    const Eigen::Vector2d of_source = Inverse(pair.T_target_source) * center;
+    const Eigen::Vector2d d = R_map_target * (result.T_target_source * of_source - center);
+    EXPECT_NEAR(result.z_offset_m, 0.2 - slope.dot(d), 0.004) << seed;
+  }
+  EXPECT_GE(accepted, 6);
+}
+
 // Cells at the rim of a narrow overlap enter and leave it: full steps then turn back and forth for
 // ever. Without damping two of these twelve pairs never converge.
 TEST(Registration, ConvergesOnANarrowOverlap) {
