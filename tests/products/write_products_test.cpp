@@ -335,7 +335,7 @@ TEST(NoiseReport, StatesABoundWhereAnEstimateIsAnEndOfItsRange) {
 
 TEST(NoiseReport, StatesATimeOffsetOfEitherSignByRollOrPitch) {
   SonarTimingEstimate timing;
-  timing.told_s = 0.010;
+  timing.configured_s = 0.010;
   timing.roll = {-0.012, 0.001, 900, 2e-4, 1e-4};
   EXPECT_THAT(
       FindingsOf({}, timing),
