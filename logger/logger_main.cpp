@@ -38,6 +38,7 @@ int Run(const ProcessArgs& args) {
   Bus bus(args.lcm_url);
   const DiveFolder dive(config->dive, "logger", NowUtime());
   const std::optional<FolderLock> lock = LockOf(dive.log());
+  dive.Enter(NowUtime());
   LoggerNode node(*config, dive, &bus);
   DiveKeeper keeper(dive);
   loop.Add(bus.fd(), [&] { bus.HandleAll(Bus::kBurst); });

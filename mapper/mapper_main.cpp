@@ -63,6 +63,7 @@ int main(int argc, char** argv) {
         ThreadWorker worker(kWorkerQueue);
         const DiveFolder dive(config->dive, "mapper", NowUtime());
         const FolderLock lock(dive.map());
+        dive.Enter(NowUtime());
         config->map_dir = dive.map();
         ThreadWorker writer(kWorkerQueue);
         MapStarts starts(NewestMap(dive.map()));

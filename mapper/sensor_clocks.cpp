@@ -25,6 +25,7 @@ constexpr double kLongestIntervalS = 10.0;
 constexpr double kEventHoldsS = 60.0;
 constexpr double kSilentS = 2.0;
 constexpr double kSilentIntervals = 2.5;
+constexpr double kSilentProcessS = 2.5;
 constexpr double kDriftS = 0.2;
 constexpr std::size_t kMostProcesses = 64;
 
@@ -47,6 +48,21 @@ double Size(Duration d) { return std::abs(ToSeconds(d)); }
 
 }  // namespace
 
+std::optional<Duration> DurationOf(const MbesPing& ping) {
+  const Duration duration = LastEcho(ping) - ping.time;
+  return duration > Duration::zero() ? std::optional(duration) : std::nullopt;
+}
+
+std::optional<Duration> DurationOf(const SoundingPing& ping) {
+  constexpr double kSoundMps = 1500.0;
+  double farthest_m = 0.0;
+  for (const LevelSounding& sounding : ping.soundings)
+    if ((sounding.flags & kBeamValid) != 0)
+      farthest_m = std::max(farthest_m, static_cast<double>(sounding.p_level_m.norm()));
+  if (farthest_m == 0.0) return std::nullopt;
+  return FromSeconds(std::min<double>(2.0 * farthest_m / kSoundMps, kMaxTravelTime_s));
+}
+
 double SensorClocks::Channel::interval_s() const {
   if (intervals == 0) return 0.0;
   const auto n = std::min<std::ptrdiff_t>(intervals, kIntervals);
@@ -54,7 +70,8 @@ double SensorClocks::Channel::interval_s() const {
 }
 
 void SensorClocks::Channel::AddInterval(double interval_s) {
-  if (interval_s < 0.0 || interval_s > kLongestIntervalS) return;
+  // The heads of one sonar send at the same time: 0 is no interval between two measurements.
+  if (interval_s <= 0.0 || interval_s > kLongestIntervalS) return;
   intervals_s[static_cast<std::size_t>(intervals) % kIntervals] = interval_s;
   // A ring: counts up to twice its size, then continues at its size.
   intervals = intervals + 1 < 2 * static_cast<std::int32_t>(kIntervals)
@@ -62,9 +79,9 @@ void SensorClocks::Channel::AddInterval(double interval_s) {
                   : static_cast<std::int32_t>(kIntervals);
 }
 
-std::optional<double> SensorClocks::Latency::Add(const Era& message) {
+std::optional<double> SensorClocks::Latency::Add(const Era& message, Duration measured) {
   if (open_s.empty()) begin = message;
-  open_s.push_back(ToSeconds(message.ReceivedAt() - message.At()));
+  open_s.push_back(ToSeconds(message.ReceivedAt() - message.At() - measured));
   if (open_s.size() < kLatencies) return std::nullopt;
   last_s = Median(std::exchange(open_s, {}));
   if (!first_s) first_s = last_s;
@@ -74,7 +91,10 @@ std::optional<double> SensorClocks::Latency::Add(const Era& message) {
 
 // --- the dive's time -----------------------------------------------------------------------------
 
-Time SensorClocks::InDiveTime(SensorChannel channel, Time utime, const MessageStamp& stamp) {
+Time SensorClocks::InDiveTime(SensorChannel channel,
+                              Time utime,
+                              const MessageStamp& stamp,
+                              std::optional<Duration> measured) {
   Channel& c = channels_[static_cast<std::size_t>(channel)];
   if (stamp.seq < 0 || stamp.seq > kLastSeq) return utime + c.era.utime_offset;  // damaged message
   // A message without receive stamp counts as received at its utime.
@@ -104,8 +124,11 @@ Time SensorClocks::InDiveTime(SensorChannel channel, Time utime, const MessageSt
   }
   if (health_time_s_ > c.health_time_s) c.heard = c.era.ReceivedAt();
   c.health_time_s = health_time_s_;
-  if (!IsRare(static_cast<std::size_t>(channel)))
-    if (const auto pace = c.latency.Add(c.era)) pace_ = *pace;
+  // Received during its own measurement: a time written by a program that imported a file.
+  const bool is_received =
+      measured && !(message.recv >= message.utime && message.recv < message.utime + *measured);
+  if (is_received && !IsRare(static_cast<std::size_t>(channel)))
+    if (const auto pace = c.latency.Add(c.era, *measured)) pace_ = *pace;
   return c.era.At();
 }
 
@@ -219,6 +242,7 @@ void SensorClocks::Hear(const std::string& process, double uptime_s) {
                         uptime_s - last_s > kLongestBetweenHealthS;
   if (is_first || restarted || is_other) p.to_health_time_s = health_time_s_ - uptime_s;
   health_time_s_ = std::max(health_time_s_, uptime_s + p.to_health_time_s);
+  p.heard_s = health_time_s_;
 }
 
 // Uses the channels received after the newest HEALTH; the silence of the others is measured by
@@ -244,6 +268,7 @@ std::vector<Condition> SensorClocks::conditions() const {
   if (last_step_at_ && ToSeconds(*at - *last_step_at_) < kEventHoldsS)
     all.push_back({&conditions::kClockStep, last_step_ + " at " + UtcOf(*last_step_at_)});
   AddSilent(&all);
+  AddSilentProcesses(&all);
   AddDrifts(&all);
   return all;
 }
@@ -265,6 +290,14 @@ void SensorClocks::AddSilent(std::vector<Condition>* all) const {
     names += text;
   }
   if (!names.empty()) all->push_back({&conditions::kSensorSilent, names});
+}
+
+void SensorClocks::AddSilentProcesses(std::vector<Condition>* all) const {
+  std::string names;
+  for (const auto& [name, process] : processes_)
+    if (health_time_s_ - process.heard_s > kSilentProcessS)
+      names += (names.empty() ? "" : ", ") + name;
+  if (!names.empty()) all->push_back({&conditions::kProcessSilent, names});
 }
 
 void SensorClocks::AddDrifts(std::vector<Condition>* all) const {

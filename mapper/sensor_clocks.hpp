@@ -37,6 +37,16 @@ constexpr SensorChannel ChannelOf(const SoundingPing&) { return SensorChannel::k
 constexpr SensorChannel ChannelOf(const PositionFix&) { return SensorChannel::kPositionFix; }
 constexpr SensorChannel ChannelOf(const SoundVelocityProfile&) { return SensorChannel::kSvp; }
 
+// Duration of a measurement, from its stamp to its last echo: a message cannot come before its end.
+// Absent: not known, since no beam has an echo.
+template <class Sample>
+constexpr std::optional<Duration> DurationOf(const Sample&) {
+  return Duration::zero();
+}
+std::optional<Duration> DurationOf(const MbesPing& ping);
+// Of points the travel time of the farthest one, at 1500 m/s: within 4 %.
+std::optional<Duration> DurationOf(const SoundingPing& ping);
+
 // Corrector of clock steps: turns stamps into dive time, the UTC of the clocks at the start of the
 // dive, continued as if no clock had been set since. Every message has two stamps: utime by the
 // sensor's clock, recv by the computer's, which all sensors share. Sequence numbers distinguish a
@@ -59,11 +69,15 @@ class SensorClocks {
   explicit SensorClocks(double jump_s) : jump_s_(jump_s) {}
 
   // Returns utime + offset(channel), after updating the offset by this message's stamps. The time
-  // of a sensor that sends out of order is not monotonic.
-  Time InDiveTime(SensorChannel channel, Time utime, const MessageStamp& stamp);
+  // of a sensor that sends out of order is not monotonic. measured: DurationOf() the sample.
+  Time InDiveTime(SensorChannel channel,
+                  Time utime,
+                  const MessageStamp& stamp,
+                  std::optional<Duration> measured = Duration::zero());
   // Adds a HEALTH message of any process. uptime_s, the seconds since that process's start, is
-  // monotonic and goes on while sensors are silent. Two processes of the same name are ignored:
-  // their uptimes alternate.
+  // monotonic and goes on while sensors are silent. Two processes of the same name whose uptimes
+  // alternate between two values are ignored. If they began less than a second apart, so that the
+  // uptimes increase in the order of the messages, they count as one, wrong by at most that second.
   void Hear(const std::string& process, double uptime_s);
 
   // Seconds that passed, by the uptimes in HEALTH, since the first HEALTH message that this object
@@ -78,7 +92,8 @@ class SensorClocks {
   Duration offset(SensorChannel channel) const { return Of(channel).era.utime_offset; }
 
   // Faults: a clock step within the last minute; a sensor whose latency has changed by 0.2 s
-  // against the others; a sensor that is silent for 2 s and 2.5 of its intervals.
+  // against the others; a sensor that is silent for 2 s and 2.5 of its intervals; a process whose
+  // HEALTH has not come for 2.5 s.
   std::vector<Condition> conditions() const;
   const Counters& counters() const { return counters_; }
 
@@ -114,10 +129,11 @@ class SensorClocks {
     }
   };
 
-  // Latency of a channel, recv - utime in dive time [s]: medians over kLatencies messages.
+  // Latency of a channel in dive time [s], from the end of the measurement to recv: medians over
+  // kLatencies messages.
   struct Latency {
     // Returns seconds of utime per second of recv, once every kLatencies messages.
-    std::optional<double> Add(const Era& message);
+    std::optional<double> Add(const Era& message, Duration measured);
     double drift_s() const { return first_s && last_s ? *last_s - *first_s : 0.0; }
 
     Era begin;                      // first message in open_s
@@ -153,6 +169,7 @@ class SensorClocks {
   struct Process {
     double uptime_s = 0.0;
     double to_health_time_s = 0.0;           // health_time_s = uptime_s + this
+    double heard_s = 0.0;                    // health_time_s at its last HEALTH
     std::optional<double> before_restart_s;  // uptime_s of the process before this one
   };
 
@@ -171,6 +188,7 @@ class SensorClocks {
   // Keeps a step for conditions(). whose: name of the clock.
   void Note(const std::string& whose, Duration step);
   void AddSilent(std::vector<Condition>* now) const;
+  void AddSilentProcesses(std::vector<Condition>* now) const;
   void AddDrifts(std::vector<Condition>* now) const;
 
   double jump_s_;

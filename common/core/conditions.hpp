@@ -274,6 +274,25 @@ inline constexpr ConditionKind kRegistrationFailed{
     Severity::kDegraded,
     "registrations of the last submap ended in an error",
     "The survey goes on without these loop closures. Check the memory limit of the mapper's unit."};
+inline constexpr ConditionKind kPingsRefused{
+    "pings_refused",
+    Severity::kDegraded,
+    "pings are refused, so that no submap has them",
+    "The text after the fault has the commonest reason. Stamped ahead of navigation, or out of "
+    "order: check the sonar's clock, and its latency in seastitch doctor. Without a pose: "
+    "navigation had a gap, or the sonar's clock is wrong."};
+inline constexpr ConditionKind kMessagesMalformed{
+    "messages_malformed",
+    Severity::kDegraded,
+    "messages hold values that cannot be used",
+    "Such as a number that is not finite. The messages are skipped. Check the sensor, and compare "
+    "the versions of its driver and the mapper in HEALTH."};
+inline constexpr ConditionKind kProcessSilent{
+    "process_silent",
+    Severity::kDegraded,
+    "a process that was there is silent",
+    "Normal where it was stopped. Otherwise it has crashed or hangs, and systemd restarts it: look "
+    "at systemctl status seastitch-NAME."};
 inline constexpr ConditionKind kNoOptimizer{
     "no_optimizer",
     Severity::kDegraded,
@@ -286,6 +305,12 @@ inline constexpr ConditionKind kSolutionWithheld{
     "the newest solution is withheld",
     "Overlapping submaps would agree less with it. The map stays at the last solution that was not "
     "withheld. Look at the rejected closures in the report of a replay."};
+inline constexpr ConditionKind kSolutionsRefused{
+    "solutions_refused",
+    Severity::kDegraded,
+    "the newest solution cannot be used",
+    "The map stays at the last solution that could be used. Check that only one mapper and one "
+    "optimizer run, and compare their versions in HEALTH."};
 inline constexpr ConditionKind kStoreNotWriting{
     "store_not_writing",
     Severity::kDegraded,
@@ -305,6 +330,13 @@ inline constexpr ConditionKind kJournalDamaged{"journal_damaged",
                                                "If more is lost, check the data disk. The map "
                                                "continues from what could be read."};
 
+inline constexpr ConditionKind kPointsLost{
+    "points_lost",
+    Severity::kDegraded,
+    "points of closed submaps are lost",
+    "The poses of these submaps stay in the graph. Check the data disk. A replay of the dive's log "
+    "makes the points again."};
+
 inline constexpr const ConditionKind* kAll[] = {
     &kUndecodableMessages,  &kMessagesNotSent,     &kSocketDrops,          &kLoopLate,
     &kWorkerStalled,        &kDiskStalled,         &kNoDeviceData,         &kSourceUnavailable,
@@ -314,10 +346,11 @@ inline constexpr const ConditionKind* kAll[] = {
     &kNoBottomLock,         &kDvlRefused,          &kAttitudeRefused,      &kDepthRefused,
     &kFixesRefused,         &kNavigationReset,     &kHeadingStep,          &kTimeOffsetSuspected,
     &kNavigationNotStarted, &kPlaceUnknown,        &kInsNotUsable,         &kInsJumps,
-    &kNoWaterLevel,         &kNoSoundSpeedProfile, &kSolutionWithheld,     &kStoreNotWriting,
-    &kRegistrationFailed,   &kMapBegunAnew,        &kJournalDamaged,       &kClockStep,
-    &kClockDrift,           &kSamplesLate,         &kSensorSilent,         &kNoNavigation,
-    &kNoOptimizer,
+    &kNoWaterLevel,         &kNoSoundSpeedProfile, &kSolutionWithheld,     &kSolutionsRefused,
+    &kStoreNotWriting,      &kRegistrationFailed,  &kMapBegunAnew,         &kJournalDamaged,
+    &kPointsLost,           &kClockStep,           &kClockDrift,           &kSamplesLate,
+    &kPingsRefused,         &kMessagesMalformed,   &kSensorSilent,         &kNoNavigation,
+    &kProcessSilent,        &kNoOptimizer,
 };
 
 }  // namespace conditions

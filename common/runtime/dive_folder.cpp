@@ -248,18 +248,27 @@ void DiveFolder::JoinOrBegin(const DiveParams& params, std::int64_t now_utime) {
   const Lock lock(params.dives_dir);
   const std::optional<Found> newest = FindNewest(params.dives_dir);
   resumed_ = newest && GoesOn(newest->record, params.resume_within_s, now_utime);
-  DiveRecord record;
   if (resumed_) {
     path_ = newest->path;
-    record = newest->record;
-  } else {
-    path_ = MakeDive(params.dives_dir, now_utime);
-    record.number = newest ? newest->record.number + 1 : 1;
-    record.host = HostName();
-    record.start_utime = now_utime;
+    return;
   }
-  NoteStart(process_, now_utime, &record);
+  path_ = MakeDive(params.dives_dir, now_utime);
+  DiveRecord record;
+  record.number = newest ? newest->record.number + 1 : 1;
+  record.host = HostName();
+  record.start_utime = record.last_utime = now_utime;
   Write(path_, record);
+}
+
+void DiveFolder::Enter(std::int64_t now_utime) const {
+  try {
+    const Lock lock(path_.parent_path());
+    DiveRecord record = ReadDiveRecord(path_);
+    NoteStart(process_, now_utime, &record);
+    Write(path_, record);
+  } catch (const std::exception& e) {
+    spdlog::warn("{}", e.what());
+  }
 }
 
 void DiveFolder::SignOfLife(std::int64_t now_utime) const { Update(now_utime, false); }

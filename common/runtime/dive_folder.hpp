@@ -81,6 +81,10 @@ class DiveFolder {
   // True: another process, or an earlier start of this one, began the dive.
   bool resumed() const { return resumed_; }
 
+  // Writes the start of the process to dive.json. Call it once the process may write to its folder
+  // of the dive: a process that is refused leaves no trace. Logs a warning where it cannot be
+  // written.
+  void Enter(std::int64_t now_utime) const;
   // Both write dive.json. They throw std::runtime_error where it cannot be written.
   void SignOfLife(std::int64_t now_utime) const;
   void End(std::int64_t now_utime) const;  // the process stops regularly

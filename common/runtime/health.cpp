@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
+#include <ctime>
 #include <utility>
 
 #include "common/core/channel_names.hpp"
@@ -50,8 +51,9 @@ void Append(const std::string& part, std::string* line) {
 }  // namespace
 
 double MonotonicSeconds() {
-  const auto since_start = std::chrono::steady_clock::now().time_since_epoch();
-  return std::chrono::duration<double>(since_start).count();
+  timespec since_boot{};
+  clock_gettime(CLOCK_BOOTTIME, &since_boot);
+  return static_cast<double>(since_boot.tv_sec) + 1e-9 * static_cast<double>(since_boot.tv_nsec);
 }
 
 std::int64_t NowUtime() {
@@ -244,6 +246,8 @@ void Health::PublishEverySecond(Bus* bus, EventLoop* loop) {
   last_timer_s_ = last_second_s_ = clock_();
   loop->Every(kTimerPeriod, [this, bus] { OnTimer(bus); });
 }
+
+void Health::ReportProgress() { sd_notify(0, "WATCHDOG=1"); }
 
 void Health::OnTimer(Bus* bus) {
   const double now_s = clock_();

@@ -20,7 +20,8 @@ namespace seastitch {
 
 enum class HealthState : std::int8_t { kStarting = 0, kOk = 1, kDegraded = 2, kLost = 3 };
 
-// Seconds of the machine's monotonic clock, for intervals.
+// Seconds of the machine's monotonic clock, for intervals. The time for which the machine was
+// suspended counts, so that after it no clock seems to have stepped.
 double MonotonicSeconds();
 // Time of the system clock, microseconds since the Unix epoch. For HEALTH, and for data from
 // sources without a clock.
@@ -93,6 +94,9 @@ class Health {
   // A disk that does not respond, or a long computation, is a fault in HEALTH and no reason for a
   // restart.
   void PublishEverySecond(Bus* bus, EventLoop* loop);
+  // Feeds systemd's watchdog from a long step on the event loop's thread. Call it while the step
+  // makes progress, such as a restart that reads a long dive.
+  void ReportProgress();
 
  private:
   enum Finder { kByNode, kByCore, kBySelfWatch, kNumFinders };

@@ -56,8 +56,12 @@ class SteppingClocks : public testing::Test {
       ++clock.seq;
       return;
     }
-    const Time received = ReceivedAt(sample.time) + FromSeconds(0.004 + clock.recv_s);
+    Time received = ReceivedAt(sample.time) + FromSeconds(0.004 + clock.recv_s);
     sample.time += FromSeconds(clock.utime_s);
+    if constexpr (std::is_same_v<Sample, MbesPing>) {
+      for (MbesBeam& beam : sample.beams) beam.twtt_s += static_cast<float>(deeper_s_);
+      if (deeper_s_ > 0.0) received += LastEcho(sample) - sample.time;
+    }
     mapper_->Add(sample, {received, clock.seq++});
   }
   // Steps the computer's clock, which stamps all sensors except those of `own`.
@@ -118,6 +122,7 @@ class SteppingClocks : public testing::Test {
   std::string step_;
   bool processes_run_ = true;
   double pace_ = 1.0;
+  double deeper_s_ = 0.0;  // two-way travel time that all beams have in addition
   int steps_ = 0;
   double start_m_ = 0.0;
 };
@@ -329,6 +334,77 @@ TEST_F(SteppingClocks, AClockThatDriftsAwayIsNamed) {
     if (condition.kind == &conditions::kClockDrift) detail = condition.detail;
   EXPECT_THAT(detail, HasSubstr("DVL has come to lag by 0.3"));
   EXPECT_THAT(detail, testing::Not(HasSubstr("IMU")));
+}
+
+// A ping is stamped at its transmit pulse and received after its last echo: on a descent from 170 m
+// to 10 m above the seabed it comes sooner and sooner.
+TEST_F(SteppingClocks, ASonarThatComesNearerHasNoDriftingClock) {
+  deeper_s_ = 2.0 * 160.0 / PerfectVehicle::kSoundMps;
+  Drive(30.0);
+  for (; deeper_s_ > 0.0; deeper_s_ -= 0.001) Drive(0.5);
+  Drive(30.0);
+  EXPECT_FALSE(seen_.contains("clock_drift"));
+  for (int i = 0; i < 300; ++i) {
+    clocks_[SensorChannel::kMbesPing].utime_s -= 0.001;
+    Drive(0.2);
+  }
+  Drive(30.0);
+  EXPECT_TRUE(seen_.contains("clock_drift")) << "the clock of the same sonar";
+}
+
+// Without a receive stamp of its own, as from a file.
+TEST_F(SteppingClocks, PingsReceivedAtTheirTransmitPulseHaveNoDriftingClock) {
+  deeper_s_ = 2.0 * 160.0 / PerfectVehicle::kSoundMps;
+  clocks_[SensorChannel::kMbesPing].silent = true;
+  std::int64_t seq = 0;
+  for (; deeper_s_ > 0.0; deeper_s_ -= 0.002) {
+    Drive(0.2);
+    MbesPing ping;
+    ping.time = vehicle_.time;
+    ping.beams.emplace_back();
+    ping.beams.back().twtt_s = static_cast<float>(deeper_s_);
+    ping.beams.back().flags = kBeamValid;
+    mapper_->Add(ping, {ping.time, seq++});
+  }
+  EXPECT_FALSE(seen_.contains("clock_drift"));
+}
+
+// Two heads of one sonar at the same time, 2.5 s between its pings.
+TEST_F(SteppingClocks, TwoHeadsOfASlowSonarAreNotSilent) {
+  vehicle_.sonar_on = false;
+  std::int64_t seq = 0;
+  for (int i = 0; i < 40; ++i) {
+    Drive(2.5);
+    MbesPing ping;
+    ping.time = vehicle_.time;
+    for (ping.head = 0; ping.head < 2; ++ping.head)
+      mapper_->Add(ping, {ping.time + FromSeconds(0.004), seq++});
+    if (i == 5) seen_.clear();  // its interval is known
+  }
+  EXPECT_FALSE(seen_.contains("sensor_silent"));
+}
+
+TEST_F(SteppingClocks, AProcessThatFallsSilentIsNamedWithinThreeSeconds) {
+  double uptime_s = 0.0;
+  const auto run = [&](double duration_s, bool logger_runs) {
+    for (double t = 0.0; t < duration_s; t += 1.0) {
+      Drive(1.0);
+      uptime_s += 1.0;
+      if (logger_runs) mapper_->Hear("logger", uptime_s);
+    }
+  };
+  const auto silent = [&] {
+    for (const Condition& condition : mapper_->conditions())
+      if (condition.kind == &conditions::kProcessSilent) return condition.detail;
+    return std::string();
+  };
+  run(10.0, true);
+  EXPECT_FALSE(seen_.contains("process_silent"));
+  run(3.0, false);
+  EXPECT_EQ(silent(), "logger");
+  uptime_s = 0.0;  // started again
+  run(1.0, true);
+  EXPECT_EQ(silent(), "");
 }
 
 // The mapper is restarted while the clock steps.

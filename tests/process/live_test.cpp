@@ -16,6 +16,7 @@
 #include <string>
 
 #include "common/runtime/bus.hpp"
+#include "common/runtime/dive_folder.hpp"
 #include "seastitch/graph_update_t.hpp"
 #include "seastitch/health_t.hpp"
 #include "seastitch/pose_graph_t.hpp"
@@ -178,6 +179,10 @@ TEST(Mapper, RefusesToStartBesideAnother) {
   EXPECT_EQ(second.exit_code, 1);
   EXPECT_NE(second.output.find("map: in use by process "), std::string::npos) << second.output;
   EXPECT_EQ(std::count(second.output.begin(), second.output.end(), '\n'), 1) << second.output;
+  const fs::path dive = NewestDive(dir.path() / "dives").value();
+  const auto starts = [&] { return ReadDiveRecord(dive).processes["mapper"].starts; };
+  ASSERT_TRUE(Eventually([&] { return starts() > 0; }, seconds(20)));
+  EXPECT_EQ(starts(), 1) << "the second leaves no trace in the dive's record";
 }
 
 TEST(TypesJar, IsFoundByLcmSpy) {

@@ -26,7 +26,9 @@ constexpr std::int64_t kNow = 1'795'342'500 * kSecond;  // 2026-11-22T10:15:00Z
 class DiveFolderTest : public testing::Test {
  protected:
   DiveFolder Start(const std::string& process, std::int64_t now_utime) const {
-    return DiveFolder({dives(), 1800.0}, process, now_utime);
+    DiveFolder dive({dives(), 1800.0}, process, now_utime);
+    dive.Enter(now_utime);
+    return dive;
   }
   fs::path dives() const { return dir_ / "dives"; }
   std::size_t NumDives() const {
@@ -100,6 +102,18 @@ TEST_F(DiveFolderTest, SaysHowAProcessEnded) {
   const DiveRecord record = ReadDiveRecord(logger.path());
   EXPECT_TRUE(record.processes.at("logger").stopped);
   EXPECT_FALSE(record.processes.at("mapper").stopped);
+}
+
+// Such as a second mapper, which is refused by the lock of the first.
+TEST_F(DiveFolderTest, AProcessThatDoesNotEnterLeavesNoTrace) {
+  const DiveFolder mapper = Start("mapper", kNow);
+  mapper.End(kNow + kSecond);
+  const DiveFolder second({dives(), 1800.0}, "mapper", kNow + 2 * kSecond);
+  EXPECT_EQ(second.path(), mapper.path());
+  const DiveRecord record = ReadDiveRecord(mapper.path());
+  EXPECT_EQ(record.processes.at("mapper").starts, 1);
+  EXPECT_TRUE(record.processes.at("mapper").stopped);
+  EXPECT_EQ(record.last_utime, kNow + kSecond);
 }
 
 TEST_F(DiveFolderTest, ADiveThatCannotBeReadIsLeftAlone) {

@@ -2,12 +2,18 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sched.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include <fstream>
+#include <functional>
 #include <string>
 #include <vector>
 
 #include "common/core/utf8.hpp"
 #include "common/runtime/restart_counter.hpp"
+#include "tests/runtime/notify_socket.hpp"
 #include "tests/runtime/temporary_dir.hpp"
 
 namespace seastitch {
@@ -33,6 +39,37 @@ class HealthTest : public testing::Test {
   double now_s = 100.0;
   Health health{"mapper", [this] { return now_s; }};
 };
+
+// Exit status of a process that runs `body`.
+int StatusOf(const std::function<int()>& body) {
+  const pid_t pid = fork();
+  if (pid == 0) _exit(body());
+  int status = -1;
+  waitpid(pid, &status, 0);
+  return WEXITSTATUS(status);
+}
+
+// A time namespace has the clocks of a machine that was suspended for 100 s.
+TEST(MonotonicSeconds, CountASuspendOfTheMachine) {
+  constexpr int kNotAllowed = 2;
+  const double before_s = MonotonicSeconds();
+  const int status = StatusOf([&] {
+    if (unshare(CLONE_NEWTIME) != 0) return kNotAllowed;
+    std::ofstream("/proc/self/timens_offsets") << "boottime 100 0\n";
+    return StatusOf([&] {
+      const double passed_s = MonotonicSeconds() - before_s;
+      return passed_s > 100.0 && passed_s < 110.0 ? 0 : 1;
+    });
+  });
+  if (status == kNotAllowed) GTEST_SKIP() << "no time namespace without privileges";
+  EXPECT_EQ(status, 0);
+}
+
+TEST_F(HealthTest, FeedsTheWatchdogOfALongStep) {
+  NotifySocket watchdog;
+  health.ReportProgress();
+  EXPECT_EQ(watchdog.Feedings(), 1);
+}
 
 TEST_F(HealthTest, IsStartingUntilItRunsUnlessAFaultHolds) {
   EXPECT_EQ(health.state(), HealthState::kStarting);
