@@ -1,24 +1,17 @@
 #include "codecs/kmall_file.hpp"
 
-#include <algorithm>
+#include <string>
 #include <utility>
 
 #include "codecs/kmall_sensors.hpp"
 
 namespace seastitch {
-namespace {
-
-bool IsTypeName(Bytes name) {
-  return name[0] == '#' &&
-         std::all_of(name.begin() + 1, name.end(), [](char c) { return c >= 'A' && c <= 'Z'; });
-}
-
-}  // namespace
 
 SurveyReader::Look KmallFileReader::LookAt(Bytes bytes, bool /*at_end*/) const {
   if (bytes.size() < kKmallHeaderBytes) return TooShort();
   const std::size_t size = ByteReader(bytes).Le<std::uint32_t>();
-  if (!IsTypeName(bytes.subspan(4, 4)) || size < kKmallHeaderBytes + kKmallTailBytes ||
+  const std::string type(bytes.begin() + 4, bytes.begin() + 8);
+  if (!IsKmallTypeName(type) || size < kKmallHeaderBytes + kKmallTailBytes ||
       size > kMaxRecordBytes)
     return Damage();
   if (bytes.size() < size) return Record(size);

@@ -1,5 +1,7 @@
 #include "codecs/kmall_frame.hpp"
 
+#include <algorithm>
+
 namespace seastitch {
 namespace {
 
@@ -15,6 +17,11 @@ std::uint32_t LastWord(Bytes datagram) {
 Time KmallHeader::time() const {
   return FromUtime(static_cast<std::int64_t>(time_s) * 1'000'000 +
                    (static_cast<std::int64_t>(time_ns) + 500) / 1000);
+}
+
+bool IsKmallTypeName(std::string_view name) {
+  return name.size() == 4 && name[0] == '#' &&
+         std::all_of(name.begin() + 1, name.end(), [](char c) { return c >= 'A' && c <= 'Z'; });
 }
 
 std::optional<KmallHeader> ReadKmallHeader(Bytes datagram) {

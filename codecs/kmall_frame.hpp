@@ -30,6 +30,8 @@ struct KmallHeader {
   bool Is(std::string_view name) const { return name == std::string_view(type.data(), 4); }
 };
 
+// True for the four characters of a datagram's type, such as "#MRZ".
+bool IsKmallTypeName(std::string_view name);
 // Reads the header. Absent unless its size is that of the bytes.
 std::optional<KmallHeader> ReadKmallHeader(Bytes datagram);
 // A datagram of that type without its tail; absent where a size is wrong or the time is 0.

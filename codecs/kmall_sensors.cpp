@@ -288,6 +288,7 @@ std::vector<std::uint8_t> EncodeSvp(const SoundVelocityProfile& profile,
 }
 
 std::optional<NavigationRecord> DecodeSpo(Bytes datagram) {
+  constexpr std::uint16_t kInvalid = 1 << 4;
   constexpr std::uint16_t kTimeFromSensor = 1 << 9;
   const std::optional<Bytes> body = WholeKmall(datagram, "#SPO");
   if (!body) return std::nullopt;
@@ -308,7 +309,9 @@ std::optional<NavigationRecord> DecodeSpo(Bytes datagram) {
   const float speed_mps = in.Le<float>();
   const float course_deg = in.Le<float>();
   const float height_m = in.Le<float>();
-  if (!in.ok() || !IsPosition(latitude_deg, longitude_deg)) return std::nullopt;
+  if (!in.ok()) return std::nullopt;
+  if ((sample.status & kInvalid) != 0) return sample;
+  if (!IsPosition(latitude_deg, longitude_deg)) return std::nullopt;
   constexpr float kNoQuality = 65535.0f;
   const double sigma_m = SigmaOr0(quality_m, quality_m < kNoQuality);
   sample.position =

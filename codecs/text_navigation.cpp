@@ -24,17 +24,6 @@ constexpr std::array kQuantities{"epoch",     "year",    "month", "day",    "hou
 using Fields = std::vector<std::string_view>;
 using Numbers = std::map<std::string, double, std::less<>>;
 
-Fields FieldsOf(std::string_view line, char delimiter) {
-  if (delimiter != ' ') return Split(line, delimiter);
-  Fields fields;
-  for (std::size_t at = 0; (at = line.find_first_not_of(" \t", at)) != std::string_view::npos;) {
-    const std::size_t end = std::min(line.find_first_of(" \t", at), line.size());
-    fields.push_back(line.substr(at, end - at));
-    at = end;
-  }
-  return fields;
-}
-
 std::optional<double> Find(const Numbers& numbers, std::string_view name) {
   const auto found = numbers.find(name);
   return found == numbers.end() ? std::nullopt : std::optional(found->second);
@@ -137,6 +126,17 @@ TextNavigationFormat MbSystem(const std::string& source) {
 TextNavigationFormat TextNavigationFormat::Fnv() { return MbSystem("fnv"); }
 TextNavigationFormat TextNavigationFormat::Na0() { return MbSystem("na0"); }
 
+std::vector<std::string_view> TextColumns(std::string_view line, char delimiter) {
+  if (delimiter != ' ') return Split(line, delimiter);
+  std::vector<std::string_view> fields;
+  for (std::size_t at = 0; (at = line.find_first_not_of(" \t", at)) != std::string_view::npos;) {
+    const std::size_t end = std::min(line.find_first_of(" \t", at), line.size());
+    fields.push_back(line.substr(at, end - at));
+    at = end;
+  }
+  return fields;
+}
+
 std::string TextNavigationFormat::Validate() const {
   std::map<std::string, int> given;
   for (const TextColumn& column : columns) {
@@ -184,7 +184,7 @@ void TextNavigationReader::Read(Bytes record, std::vector<SurveyRecord>* out) {
 }
 
 std::optional<NavigationRecord> TextNavigationReader::ReadLine(std::string_view line) const {
-  const Fields fields = FieldsOf(line, format_.delimiter);
+  const Fields fields = TextColumns(line, format_.delimiter);
   Numbers numbers;
   for (const TextColumn& column : format_.columns) {
     const std::string_view text =

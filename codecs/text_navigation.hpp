@@ -36,6 +36,9 @@ struct TextNavigationFormat {
   static TextNavigationFormat Na0();  // MB-System .na0, .na1 (mbnavadjust)
 };
 
+// The columns of a line, as text.
+std::vector<std::string_view> TextColumns(std::string_view line, char delimiter);
+
 // Reader of navigation in lines of text. A column that is empty or missing in a line is absent in
 // its record. Also counts text_time_not_rising (lines, left out).
 class TextNavigationReader : public SurveyReader {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <string>
 #include <utility>
 
@@ -22,6 +23,28 @@ constexpr std::size_t kPacketHeaderBytes = 14;
 constexpr std::size_t kBathymetryHeaderBytes = 256;
 
 enum Type : std::uint8_t { kAttitude = 3, kR2Sonic = 65, kPosition = 107 };
+
+// Names of types that are not read, by number; other types are named by their number.
+const std::map<int, std::string> kTypeNames{{0, "sonar"},
+                                            {1, "notes"},
+                                            {2, "bathymetry"},
+                                            {5, "elac"},
+                                            {6, "raw_serial"},
+                                            {8, "hidden_sonar"},
+                                            {14, "klein_3000"},
+                                            {16, "elac_xse"},
+                                            {17, "bathymetry_xyz"},
+                                            {22, "single_beam"},
+                                            {23, "gyro"},
+                                            {25, "multibeam"},
+                                            {26, "qinsy_single_beam"},
+                                            {28, "qinsy_multibeam"},
+                                            {60, "benthos_sara"},
+                                            {61, "reson_7125"},
+                                            {62, "reson_7125_snippet"},
+                                            {66, "qinsy_r2sonic_snippet"},
+                                            {68, "r2sonic"},
+                                            {69, "r2sonic_snippet"}};
 
 // Size of the file header. It has room for six channels, sonar and bathymetry together; with more
 // it grows by its own size.
@@ -116,7 +139,8 @@ void XtfFileReader::Read(Bytes record, std::vector<SurveyRecord>* out) {
     else if (!AppendRecords(ReadPosition(record), out))
       Count("xtf_malformed");
   } else {
-    CountIgnored("xtf", std::to_string(type));
+    const auto name = kTypeNames.find(type);
+    CountIgnored("xtf", name == kTypeNames.end() ? std::to_string(type) : name->second);
   }
 }
 

@@ -24,6 +24,7 @@
 #include "drivers/mbes/mbes_driver.hpp"
 #include "drivers/socket/candump.hpp"
 #include "tools/install_paths.hpp"
+#include "tools/maker_soundings.hpp"
 #include "tools/message_types.hpp"
 #include "tools/progress.hpp"
 #include "tools/survey_config.hpp"
@@ -163,7 +164,10 @@ Kind KindOf(const fs::path& path) {
     throw std::runtime_error(path.string() + ": not a file that can be read");
   if (head[4] == '#') return Kind::kKmall;
   if (std::string_view(head.data(), head.size()).find_first_of('(') == 0) return Kind::kCandump;
-  throw std::runtime_error(path.string() + ": neither a survey file nor a candump log");
+  if (SurveyFiles::IsSurveyFile(path))
+    throw UsageError("import: " + path.string() +
+                     ": its format is not imported together with candump logs");
+  throw DataError(path.string() + ": neither a survey file nor a candump log");
 }
 
 bool IsKmall(const std::vector<fs::path>& files) {
@@ -294,7 +298,7 @@ class Importer {
 // A mapper.yaml that uses the navigation in the files, with their installation parameters.
 MapperConfig ConfigFor(const SurveyPlan& plan) {
   MapperConfig config = LoadMapperConfig((ConfigDir() / "mapper.yaml").string());
-  UseSurvey(plan, &config);
+  UseSurvey(plan, false, &config);
   return config;
 }
 
@@ -337,11 +341,11 @@ bool AreSurveyFiles(const std::vector<fs::path>& files) {
 // files are imported by ImportSurvey().
 ImportResult Import(const ImportOptions& options) {
   if (AreSurveyFiles(options.files)) {
-    SurveyFiles survey(options.files);
+    SurveyFiles survey(PlanSurvey(options.files));
     const bool sonar_alone = survey.plan().soundings && survey.plan().position_source.empty() &&
                              survey.plan().attitude_source.empty() && IsKmall(options.files);
     if (!sonar_alone) {
-      if (const auto problem = survey.Problem()) throw DataError(*problem);
+      if (const auto problem = survey.plan().Problem()) throw DataError(*problem);
       ImportResult result = ImportSurvey(&survey, options);
       result.installation = survey.plan().Text();
       if (const auto outcome = survey.Outcome()) {

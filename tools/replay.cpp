@@ -26,6 +26,7 @@
 #include "tools/dive_front.hpp"
 #include "tools/dive_inputs.hpp"
 #include "tools/interruption.hpp"
+#include "tools/maker_soundings.hpp"
 #include "tools/merged_logs.hpp"
 #include "tools/message_types.hpp"
 #include "tools/output_folder.hpp"
@@ -234,9 +235,9 @@ std::unique_ptr<SurveyFiles> OpenSurvey(const std::vector<fs::path>& inputs, boo
   if (static_cast<std::size_t>(files) < inputs.size())
     throw UsageError("replay: survey files and LCM logs in one folder are not one dive");
   if (as_recorded) throw UsageError("replay: --as-recorded needs a log");
-  auto survey = std::make_unique<SurveyFiles>(inputs);
-  if (const auto problem = survey->Problem()) throw DataError(*problem);
-  return survey;
+  SurveyPlan plan = PlanSurvey(inputs);
+  if (const auto problem = plan.Problem()) throw DataError(*problem);
+  return std::make_unique<SurveyFiles>(std::move(plan));
 }
 
 void FeedSubmaps(SubmapDirectory directory, Pipeline* pipeline, Feeding* feeding) {
@@ -422,7 +423,10 @@ Dive Prepare(const std::string& name,
   dive.config = dive.input.logs ? ChooseConfig(given, *dive.input.logs, out) : ChooseConfig(given);
   dive.mapper = LoadChosen(dive.config, options.mapper_config.empty());
   if (!options.water_level.empty()) LoadWaterLevel(options.water_level, &dive.mapper);
-  if (dive.input.survey_files) UseSurvey(dive.input.survey_files->plan(), &dive.mapper);
+  if (dive.input.survey_files) {
+    const bool given_vehicle = !options.mapper_config.empty();
+    UseSurvey(dive.input.survey_files->plan(), given_vehicle, &dive.mapper);
+  }
   if (dive.input.submaps) dive.mapper.mounting = {};  // submaps may be of any vehicle
   return dive;
 }

@@ -5,10 +5,12 @@
 #include <cctype>
 #include <cmath>
 #include <fstream>
+#include <optional>
 #include <stdexcept>
 #include <string>
 
 #include "common/core/bytes.hpp"
+#include "common/core/median.hpp"
 #include "common/core/pose.hpp"
 #include "products/navigation_files.hpp"
 #include "tools/text_columns.hpp"
@@ -28,25 +30,91 @@ struct Row {
   double week_s, latitude_rad, longitude_rad, heading_rad, wander_rad;
 };
 
-// One record per second of the first half hour.
-std::vector<Row> RowsOf(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  std::array<std::uint8_t, kRecordBytes> record{};
-  std::vector<Row> rows;
-  while (rows.size() < 1800 && in.read(reinterpret_cast<char*>(record.data()),
-                                       static_cast<std::streamsize>(kRecordBytes))) {
+// Records of a file, by number.
+class SbetRows {
+ public:
+  explicit SbetRows(const fs::path& path)
+      : in_(path, std::ios::binary), size_(fs::file_size(path) / kRecordBytes) {}
+
+  std::size_t size() const { return size_; }
+  // Nothing: numbers that cannot be, or the file ends before.
+  std::optional<Row> At(std::size_t i) {
+    std::array<std::uint8_t, kRecordBytes> record{};
+    in_.clear();
+    if (i != next_) in_.seekg(static_cast<std::streamoff>(i * kRecordBytes));
+    next_ = i + 1;
+    if (!in_.read(reinterpret_cast<char*>(record.data()), std::streamsize{kRecordBytes}))
+      return std::nullopt;
     ByteReader reader(Bytes(record.data(), record.size()));
     std::array<double, 11> v{};
     for (double& number : v) number = reader.Le<double>();
     // Limits of seconds of a week, radians, metres and metres per second.
     const bool plausible =
         std::all_of(v.begin(), v.end(), [](double n) { return std::abs(n) < 1e7; });
-    if (!plausible || v[0] < 0.0 || v[0] > 2.0 * kWeekS) continue;
-    if (rows.empty() || v[0] - rows.back().week_s >= 1.0)
-      rows.push_back({v[0], v[1], v[2], v[9], v[10]});
+    if (!plausible || v[0] < 0.0 || v[0] > 2.0 * kWeekS) return std::nullopt;
+    return Row{v[0], v[1], v[2], v[9], v[10]};
+  }
+  // The first record from that time on, in a file whose times rise.
+  std::optional<Row> From(double week_s) {
+    std::size_t begin = 0, end = size_;
+    while (begin < end) {
+      const std::size_t middle = begin + (end - begin) / 2;
+      const std::optional<Row> row = At(middle);
+      if (row && row->week_s < week_s)
+        begin = middle + 1;
+      else
+        end = middle;
+    }
+    return At(begin);
+  }
+
+ private:
+  std::ifstream in_;
+  std::size_t size_;
+  std::size_t next_ = 0;  // the record after the last that was read
+};
+
+// One record per second of the first half hour.
+std::vector<Row> RowsOf(const fs::path& path) {
+  SbetRows file(path);
+  std::vector<Row> rows;
+  for (std::size_t i = 0; i < file.size() && rows.size() < 1800; ++i) {
+    const std::optional<Row> row = file.At(i);
+    if (row && (rows.empty() || row->week_s - rows.back().week_s >= 1.0)) rows.push_back(*row);
   }
   if (rows.empty()) throw std::runtime_error(path.string() + ": no SBET record in it");
   return rows;
+}
+
+// Median distance [m] of the survey's own positions from those of the SBET at the same times.
+std::optional<double> MedianDistance(SbetRows* rows,
+                                     const SbetParams& params,
+                                     const std::vector<TimedPosition>& own) {
+  constexpr std::size_t kLeast = 5;
+  std::vector<double> distances_m;
+  for (const TimedPosition& p : own) {
+    const double week_s = ToSeconds(p.time - params.week_start) + params.leap_seconds;
+    const std::optional<Row> row = rows->From(week_s);
+    if (!row || std::abs(row->week_s - week_s) > 1.0) continue;
+    distances_m.push_back(
+        kEarthM *
+        std::hypot(row->latitude_rad - p.latitude_rad,
+                   std::cos(p.latitude_rad) * WrapAngle(row->longitude_rad - p.longitude_rad)));
+  }
+  if (distances_m.size() < kLeast) return std::nullopt;
+  return Median(distances_m);
+}
+
+// True if the SBET's positions agree clearly better with the survey's own as UTC than as GPS time,
+// of which the difference is 18 s. At rest both agree.
+bool IsUtc(const fs::path& path, const SbetParams& gps, const std::vector<TimedPosition>& own) {
+  constexpr double kLeastM = 5.0;
+  SbetRows rows(path);
+  SbetParams utc = gps;
+  utc.leap_seconds = 0.0;
+  const std::optional<double> gps_m = MedianDistance(&rows, gps, own);
+  const std::optional<double> utc_m = MedianDistance(&rows, utc, own);
+  return gps_m && utc_m && *gps_m > kLeastM && *utc_m < 0.5 * *gps_m;
 }
 
 constexpr std::array kBeside{"sbet", "text", "fnv", "na0"};
@@ -102,7 +170,9 @@ std::string BesideAmong(const std::map<std::string, std::int64_t>& counts) {
   return "";
 }
 
-SbetParams SbetParamsFor(const fs::path& path, Time of_survey) {
+SbetParams SbetParamsFor(const fs::path& path,
+                         Time of_survey,
+                         const std::vector<TimedPosition>& own) {
   const std::vector<Row> rows = RowsOf(path);
   const double gps_s = GpsSeconds(of_survey);
   // Week in which a record is nearest to the survey: the file may begin in the week before.
@@ -111,6 +181,7 @@ SbetParams SbetParamsFor(const fs::path& path, Time of_survey) {
   params.leap_seconds = std::round(gps_s - ToSeconds(of_survey - FromUtime(315'964'800'000'000)));
   params.week_start = FromUtime(315'964'800'000'000) + FromSeconds(week * kWeekS);
   params.wander_sign = WanderSign(rows);
+  if (IsUtc(path, params, own)) params.leap_seconds = 0.0;
   return params;
 }
 

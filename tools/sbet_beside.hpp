@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "codecs/sbet_file.hpp"
 
@@ -19,10 +20,20 @@ bool IsBeside(const std::string& source);
 // First source of such navigation that has records. counts: records by source. Empty: none.
 std::string BesideAmong(const std::map<std::string, std::int64_t>& counts);
 
+// A position of a survey's own files.
+struct TimedPosition {
+  Time time;
+  double latitude_rad = 0.0;
+  double longitude_rad = 0.0;
+};
+
 // Parameters that an SBET does not contain, from the survey: the GPS week, by a time of the survey;
 // the sign of the wander angle (-1, 0 or 1), as the one whose heading agrees best with the course
-// over ground in the first half hour under way. Throws std::runtime_error with the name of a file
+// over ground in the first half hour under way; leap_seconds 0 if its times are UTC, so that its
+// positions agree better with the survey's own. Throws std::runtime_error with the name of a file
 // that cannot be read.
-SbetParams SbetParamsFor(const std::filesystem::path& path, Time of_survey);
+SbetParams SbetParamsFor(const std::filesystem::path& path,
+                         Time of_survey,
+                         const std::vector<TimedPosition>& own = {});
 
 }  // namespace seastitch

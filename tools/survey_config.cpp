@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "tools/sbet_beside.hpp"
+
 namespace seastitch {
 namespace {
 
@@ -20,11 +22,23 @@ void ScaleToDepth(const SurveyPlan& plan, MapperConfig* config) {
   at_least(4.0 * plan.ping_interval_s * kShipMps, &config->submap.max_gap_m);
 }
 
+// The vehicle's own mounting, with what the files state: the map origin and the point whose depth
+// they give. Processed navigation is that of the reference point and in the vehicle's axes.
+VehicleGeometry WithSurvey(VehicleGeometry own, const SurveyPlan& plan) {
+  own.datum_latitude_rad = plan.vehicle.datum_latitude_rad;
+  own.datum_longitude_rad = plan.vehicle.datum_longitude_rad;
+  own.p_vehicle_depth_m = plan.vehicle.p_vehicle_depth_m;
+  if (IsBeside(plan.position_source)) own.T_vehicle_imu.translation().setZero();
+  if (IsBeside(plan.attitude_source)) own.T_vehicle_imu.linear().setIdentity();
+  return own;
+}
+
 }  // namespace
 
-void UseSurvey(const SurveyPlan& plan, MapperConfig* config) {
+void UseSurvey(const SurveyPlan& plan, bool given_vehicle, MapperConfig* config) {
   config->navigation_source = NavigationSource::kGiven;
-  config->vehicle = plan.vehicle;
+  const bool own = given_vehicle && !plan.has_installation && plan.raw_pings;
+  config->vehicle = own ? WithSurvey(config->vehicle, plan) : plan.vehicle;
   ScaleToDepth(plan, config);
 }
 

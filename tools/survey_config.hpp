@@ -8,8 +8,9 @@
 namespace seastitch {
 
 // Sets the navigation and the installation that the files give, and the lengths that their depth of
-// water asks for.
-void UseSurvey(const SurveyPlan& plan, MapperConfig* config);
+// water asks for. given_vehicle: the vehicle of `config` is the user's; its mounting is kept for
+// raw pings of files without installation parameters.
+void UseSurvey(const SurveyPlan& plan, bool given_vehicle, MapperConfig* config);
 
 // The configuration beside an imported log.
 struct SurveyConfigFiles {

@@ -1,7 +1,6 @@
 #include "tools/survey_stream.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <stdexcept>
 #include <string>
@@ -38,26 +37,26 @@ std::string LowerExtension(const fs::path& path) {
 }  // namespace
 
 std::unique_ptr<SurveyReader> ReaderFor(const fs::path& path, const SbetParams& sbet) {
-  std::array<char, 32> head{};
+  std::string bytes(32, '\0');
   std::ifstream in(path, std::ios::binary);
-  if (fs::is_directory(path) || !in.read(head.data(), head.size())) return nullptr;
-  const std::string_view bytes(head.data(), head.size());
-  if (bytes[4] == '#') return std::make_unique<KmallFileReader>();
-  if (bytes.substr(8).starts_with("GSF-")) return std::make_unique<GsfFileReader>();
+  if (fs::is_directory(path) || !in.read(bytes.data(), static_cast<std::streamsize>(bytes.size())))
+    return nullptr;
+  if (IsSbet(path)) return std::make_unique<SbetFileReader>(sbet);
+  if (IsKmallTypeName(bytes.substr(4, 4))) return std::make_unique<KmallFileReader>();
+  if (bytes.substr(8, 4) == "GSF-") return std::make_unique<GsfFileReader>();
   if (bytes.substr(4, 4) == std::string_view("\xFF\xFF\0\0", 4))
     return std::make_unique<S7kFileReader>();
   const std::string extension = LowerExtension(path);
   if (bytes[0] == '\x7B' && extension == ".xtf") return std::make_unique<XtfFileReader>();
   const bool stx = bytes[4] == '\x02' || bytes[0] == '\x02';
   if (stx && (extension == ".all" || bytes[5] == 'I')) return std::make_unique<EmAllFileReader>();
-  if (IsSbet(path)) return std::make_unique<SbetFileReader>(sbet);
   if (extension == ".cereal") return std::make_unique<CerealFileReader>();
   if (extension == ".fnv")
     return std::make_unique<TextNavigationReader>(TextNavigationFormat::Fnv());
   if (extension == ".na0" || extension == ".na1")
     return std::make_unique<TextNavigationReader>(TextNavigationFormat::Na0());
-  if (const fs::path columns = ColumnsFileOf(path); fs::exists(columns))
-    return std::make_unique<TextNavigationReader>(LoadTextColumns(columns));
+  if (fs::exists(ColumnsFileOf(path)))
+    return std::make_unique<TextNavigationReader>(LoadTextColumns(path));
   return nullptr;
 }
 

@@ -33,6 +33,8 @@ struct Format {
   FileBytes (*ping)(const MbesPing& ping);
   FileBytes (*motion)(const std::vector<NavigationRecord>& samples);
   FileBytes (*position)(const NavigationRecord& sample);
+  // Heave is that of the transmitter; else of the reference point.
+  bool heave_of_transmitter = false;
 };
 
 FileBytes S7kPing(const MbesPing& ping) {
@@ -51,7 +53,7 @@ constexpr Format kFormats[] = {
      [](const MbesPing& p) { return EncodeMrz(p, KmallHeader{}); },
      [](const std::vector<NavigationRecord>& m) { return EncodeSkm(m, KmallHeader{}); },
      [](const NavigationRecord& p) { return EncodeSpo(p, KmallHeader{}); }},
-    {".all", EncodeEmI, EncodeEmU, EncodeEmN, EncodeEmA, EncodeEmP},
+    {".all", EncodeEmI, EncodeEmU, EncodeEmN, EncodeEmA, EncodeEmP, true},
     {".s7k", EncodeS7k7030, EncodeS7k1009, S7kPing, EncodeS7k1016, EncodeS7k1003},
 };
 
@@ -148,10 +150,19 @@ class Writer {
     record.attitude = Attitude{Eigen::Quaterniond(state->T_map_vehicle.linear())};
     record.velocity = GivenVelocity{state->v_map_mps};
     record.position = PositionOf(*state);
-    record.heave_m = state->T_map_vehicle.translation().z();
+    record.heave_m = HeaveOf(*state);
     motion_.push_back(record);
     ++result_.motions;
     if (motion_.size() >= 50) WriteMotion();
+  }
+
+  // Depth less the depth at rest, with the water line at the reference point.
+  double HeaveOf(const NavState& state) const {
+    const VehicleGeometry& vehicle = config_.vehicle;
+    Eigen::Vector3d p_vehicle_m = Eigen::Vector3d::Zero();
+    if (format_.heave_of_transmitter)
+      p_vehicle_m = (vehicle.T_vehicle_mbes * vehicle.T_mbes_tx).translation();
+    return (state.T_map_vehicle * p_vehicle_m).z() - p_vehicle_m.z();
   }
 
   void AddPosition(Time t) {

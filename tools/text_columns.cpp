@@ -1,9 +1,13 @@
 #include "tools/text_columns.hpp"
 
+#include <algorithm>
+#include <fstream>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
+#include "codecs/text.hpp"
 #include "common/runtime/parameters.hpp"
 
 namespace seastitch {
@@ -13,7 +17,8 @@ namespace fs = std::filesystem;
 
 struct ColumnEntry {
   std::string quantity;
-  int column = 0;  // from 1
+  int column = 0;    // from 1
+  std::string name;  // instead
   double scale = 1.0;
 };
 
@@ -31,8 +36,12 @@ void DeclareColumn(ColumnEntry* entry, ParameterTable* table) {
             "epoch, iso, date, clock, year, month, day, hour, minute, second; latitude, longitude, "
             "north, east, depth, height, heading, roll, pitch, heave.")
       .Required();
-  table->Add("column", &entry->column, Unit::kNone, Range::Within(1, 1000), "Its number, from 1.")
-      .Required();
+  table->Add("column",
+             &entry->column,
+             Unit::kNone,
+             Range::Within(0, 1000),
+             "Its number, from 1; or its name:");
+  table->Add("name", &entry->name, "As the last header line has it.");
   table->Add("scale",
              &entry->scale,
              Unit::kNone,
@@ -56,11 +65,39 @@ ParameterTable TableOf(ColumnsFile* file) {
   return table;
 }
 
+// The last header line, as columns without blanks and quotation marks.
+std::vector<std::string> HeaderOf(const fs::path& text, const ColumnsFile& file) {
+  std::ifstream in(text);
+  std::string line;
+  for (int i = 0; i < file.header_lines; ++i) std::getline(in, line);
+  if (!file.comment.empty() && line.starts_with(file.comment)) line.erase(0, file.comment.size());
+  std::vector<std::string> names;
+  for (std::string_view name : TextColumns(line, file.delimiter)) {
+    name = Trimmed(name);
+    if (name.size() > 1 && name.starts_with('"') && name.ends_with('"'))
+      name = name.substr(1, name.size() - 2);
+    names.emplace_back(name);
+  }
+  return names;
+}
+
+// Place of a column, from 0. header: names of the columns.
+std::size_t PlaceOf(const ColumnEntry& entry, const std::vector<std::string>& header) {
+  if ((entry.column > 0) != entry.name.empty())
+    throw ConfigError("columns: " + entry.quantity + ": needs either its column or its name");
+  if (entry.column > 0) return static_cast<std::size_t>(entry.column - 1);
+  const auto found = std::find(header.begin(), header.end(), entry.name);
+  if (found == header.end())
+    throw ConfigError("columns: the last header line has no '" + entry.name + "'");
+  return static_cast<std::size_t>(found - header.begin());
+}
+
 }  // namespace
 
 fs::path ColumnsFileOf(const fs::path& text) { return text.string() + ".yaml"; }
 
-TextNavigationFormat LoadTextColumns(const fs::path& path) {
+TextNavigationFormat LoadTextColumns(const fs::path& text) {
+  const fs::path path = ColumnsFileOf(text);
   ColumnsFile file;
   TableOf(&file).Load(path.string());
   TextNavigationFormat format;
@@ -69,9 +106,13 @@ TextNavigationFormat LoadTextColumns(const fs::path& path) {
   if (file.comment.size() > 1)
     throw ConfigError(path.string() + ": comment: '" + file.comment + "' is not one letter");
   format.comment = file.comment.empty() ? '\0' : file.comment[0];
-  for (const ColumnEntry& entry : file.columns)
-    format.columns.push_back(
-        {entry.quantity, static_cast<std::size_t>(entry.column - 1), entry.scale});
+  const std::vector<std::string> header = HeaderOf(text, file);
+  try {
+    for (const ColumnEntry& entry : file.columns)
+      format.columns.push_back({entry.quantity, PlaceOf(entry, header), entry.scale});
+  } catch (const ConfigError& e) {
+    throw ConfigError(path.string() + ": " + e.what());
+  }
   if (const std::string problem = format.Validate(); !problem.empty())
     throw ConfigError(path.string() + ": columns: " + problem);
   return format;

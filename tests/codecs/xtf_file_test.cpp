@@ -217,7 +217,7 @@ TEST(XtfFile, ALongHeaderUnknownPacketsAndImpossibleDates) {
                                                     PingPacket()}));
   EXPECT_EQ(file.All<MbesPing>().size(), 1u);
   EXPECT_EQ(file.counters,
-            (Counters{{"xtf_ignored_0", 1}, {"xtf_ignored_42", 2}, {"xtf_malformed", 1}}));
+            (Counters{{"xtf_ignored_42", 2}, {"xtf_ignored_sonar", 1}, {"xtf_malformed", 1}}));
 }
 
 TEST(XtfFile, AnyPiecesAndAnyDamage) {

@@ -1,6 +1,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <stdexcept>
+#include <vector>
 
 #include "tests/fuzz/memory_file.hpp"
 #include "tools/sbet_beside.hpp"
@@ -10,8 +11,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using namespace seastitch;
   const MemoryFile file(data, size);
   const Time survey = FromUtime(1'714'645'230'000'000);
+  std::vector<TimedPosition> own;
+  for (int i = 0; i < 6; ++i) own.push_back({survey + FromSeconds(5.0 * i), 1.0, 0.1 + 1e-6 * i});
   try {
-    const SbetParams params = SbetParamsFor(file.path(), survey);
+    const SbetParams params = SbetParamsFor(file.path(), survey, own);
     if (std::abs(params.wander_sign) > 1) std::abort();
     if (std::abs(ToSeconds(params.week_start - survey)) > 3.0 * 604'800.0) std::abort();
   } catch (const std::runtime_error&) {

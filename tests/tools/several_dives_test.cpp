@@ -127,6 +127,8 @@ TEST_F(SeveralDives, BecomeOneMapAndOneElsewhereStandsApart) {
   RecordProperty("shape_in_one_m", std::to_string(in_one_m));
   RecordProperty("shape_in_three_m", std::to_string(in_three_m));
   std::printf("shape: %.3f m in one, %.3f m in three\n", in_one_m, in_three_m);
+  // Three lines of 60 m without a fix; seastitch-bench-files measures whole surveys (at most 1.2).
+  EXPECT_LT(in_three_m, 1.5 * in_one_m);
 
   const CommandResult four = Replay("dive1/ dive2 dive3 elsewhere/dive4", "--soundings las");
   ASSERT_EQ(four.exit_code, 0) << four.output;
@@ -235,6 +237,18 @@ TEST_F(SeveralDives, ASbetBesideTheFilesIsTheirNavigation) {
   ASSERT_EQ(result.exit_code, 0) << result.output;
   const double before_m = Report()["truth"]["aligned_position_rms_m"]["before"];
   EXPECT_NEAR(before_m, corrected_m, 0.005);
+  // The same with times in UTC instead of GPS time.
+  std::string utc = TextOf(Folder() / "processed.sbet");
+  for (std::size_t at = 0; at < utc.size(); at += 136) {
+    double second = 0.0;
+    std::memcpy(&second, utc.data() + at, sizeof second);
+    second -= 18.0;
+    std::memcpy(utc.data() + at, &second, sizeof second);
+  }
+  std::ofstream(Folder() / "utc.sbet", std::ios::binary) << utc;
+  const CommandResult in_utc = Replay("whole.kmall utc.sbet");
+  ASSERT_EQ(in_utc.exit_code, 0) << in_utc.output;
+  EXPECT_NEAR(Report()["truth"]["aligned_position_rms_m"]["before"], before_m, 1e-6);
   const CommandResult alone = Replay("processed.sbet");
   EXPECT_NE(alone.exit_code, 0);
 }
@@ -265,6 +279,17 @@ TEST_F(SeveralDives, TextBesideTheFilesIsTheirPosition) {
   const CommandResult csv = Replay("whole.kmall adjusted.csv");
   ASSERT_EQ(csv.exit_code, 0) << csv.output;
   EXPECT_NEAR(before_m(), corrected_m, 0.005);
+  std::ofstream(columns) << "header_lines: 1\n"
+                            "columns:\n"
+                            "  - {quantity: iso, name: time}\n"
+                            "  - {quantity: latitude, name: latitude_deg}\n"
+                            "  - {quantity: longitude, name: longitude_deg}\n";
+  const CommandResult named = Replay("whole.kmall adjusted.csv");
+  ASSERT_EQ(named.exit_code, 0) << named.output;
+  EXPECT_NEAR(before_m(), corrected_m, 0.005);
+  std::ofstream(columns) << "header_lines: 1\ncolumns:\n  - {quantity: latitude, name: Lat}\n";
+  EXPECT_THAT(Replay("whole.kmall adjusted.csv").output,
+              HasSubstr("adjusted.csv.yaml: columns: the last header line has no 'Lat'"));
   std::ofstream(columns) << "columns:\n  - {quantity: lat, column: 2}\n";
   const CommandResult wrong = Replay("whole.kmall adjusted.csv");
   EXPECT_EQ(wrong.exit_code, 78) << wrong.output;

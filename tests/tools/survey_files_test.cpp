@@ -1,4 +1,4 @@
-#include "tools/survey_files.hpp"
+#include "tools/survey_plan.hpp"
 
 #include <gtest/gtest.h>
 
@@ -116,11 +116,11 @@ TEST(SurveyFiles, SeabedSaysThatTheSonarsStampsAreOff) {
 TEST(SurveyFiles, InstallationOfTheFileIsUsed) {
   const fs::path file = Shared("data/mbes/em710_g.all");
   SKIP_WITHOUT(file);
-  const SurveyFiles survey({file});
-  const VehicleGeometry& vehicle = survey.plan().vehicle;
+  const SurveyPlan plan = MakeSurveyPlan({file});
+  const VehicleGeometry& vehicle = plan.vehicle;
   EXPECT_NEAR(vehicle.T_mbes_tx.translation().x(), 12.341, 1e-3);
   EXPECT_NEAR(vehicle.T_mbes_rx.translation().z(), 7.010, 1e-3);
-  EXPECT_NE(survey.plan().Text().find("water line 1.031 m down"), std::string::npos);
+  EXPECT_NE(plan.Text().find("water line 1.031 m down"), std::string::npos);
 }
 
 // #SPO of this file differs from its own raw GGA by the antenna's lever arm (-0.1 m, -0.1 m), and
@@ -128,9 +128,9 @@ TEST(SurveyFiles, InstallationOfTheFileIsUsed) {
 TEST(SurveyFiles, PositionsOfKmallAreOfTheReferencePoint) {
   const fs::path file = Shared("data/mbes/em2040_OS01.kmall");
   SKIP_WITHOUT(file);
-  const SurveyFiles survey({file});
-  EXPECT_EQ(survey.plan().position_source.substr(0, 4), "#SPO");
-  EXPECT_TRUE(survey.plan().vehicle.T_vehicle_imu.translation().isZero());
+  const SurveyPlan plan = MakeSurveyPlan({file});
+  EXPECT_EQ(plan.position_source.substr(0, 4), "#SPO");
+  EXPECT_TRUE(plan.vehicle.T_vehicle_imu.translation().isZero());
 }
 
 std::string PingsAlone() {

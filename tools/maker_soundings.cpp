@@ -1,0 +1,161 @@
+#include "tools/maker_soundings.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <deque>
+#include <map>
+#include <optional>
+#include <string>
+#include <tuple>
+
+#include "common/convert/channels.hpp"
+#include "common/convert/convert.hpp"
+#include "common/core/pose.hpp"
+#include "common/runtime/bus.hpp"
+#include "mapper/geometry/georeference.hpp"
+#include "mapper/navigation/given_navigation.hpp"
+#include "tools/survey_files.hpp"
+
+namespace seastitch {
+namespace {
+
+// Feeds a survey's messages to the mapper's navigation and geometry, and compares ping by ping.
+class Comparer {
+ public:
+  Comparer(const SurveyPlan& plan, int max_pings)
+      : plan_(plan),
+        max_pings_(max_pings),
+        survey_(plan),
+        navigation_(GivenNavigationParams{}, NavigationParams{}, plan.vehicle) {
+    Listen<navigation_t>(channels::kIns, [this](const NavigationSample& s) { navigation_.Add(s); });
+    Listen<depth_t>(channels::kDepth, [this](const DepthSample& s) { navigation_.Add(s); });
+    Listen<sound_velocity_profile_t>(
+        channels::kSvp, [this](const SoundVelocityProfile& p) { rays_ = RayTracer::Make(p); });
+    Listen<mbes_ping_t>(channels::kMbesPing, [this](const MbesPing& p) {
+      ++heard_;
+      pings_.push_back(p);
+    });
+    survey_.OnPlacedPing([this](const PlacedPing& p) { placed_[IdOf(p)] = p; });
+  }
+
+  SoundingComparison Run() {
+    while (heard_ < max_pings_ && survey_.PublishNext(&bus_)) {
+      bus_.HandleAll();
+      while (!pings_.empty() && navigation_.latest() > EndOf(pings_.front())) Take();
+    }
+    navigation_.Finish();
+    while (!pings_.empty()) Take();
+    result_.rms_percent = (sum_percent2_ / std::max(result_.beams, 1)).cwiseSqrt();
+    return result_;
+  }
+
+ private:
+  using PingId = std::tuple<Time, std::uint8_t, std::uint32_t>;
+  template <class Ping>
+  static PingId IdOf(const Ping& ping) {
+    return {ping.time, ping.head, ping.ping_number};
+  }
+
+  template <class Message, class Handler>
+  void Listen(const char* channel, Handler handler) {
+    bus_.Subscribe<Message>(channel, 0, [handler](const Message& message) {
+      if (const auto sample = FromLcm(message)) handler(*sample);
+    });
+  }
+
+  // A moment after the last echo that counts.
+  static Time EndOf(const MbesPing& ping) {
+    double listening_s = 0.0;
+    for (const MbesBeam& beam : ping.beams)
+      if (IsPlausible(beam))
+        listening_s = std::max(listening_s, double{beam.tx_delay_s} + double{beam.twtt_s});
+    return ping.time + FromSeconds(listening_s + 0.1);
+  }
+
+  void Take() {
+    const MbesPing ping = pings_.front();
+    pings_.pop_front();
+    const auto placed = placed_.extract(IdOf(ping));
+    if (placed.empty() || !rays_ || !placed.mapped().origin_depth_m) return;
+    const auto pose_at = [this](Time t) -> std::optional<Eigen::Isometry3d> {
+      const std::optional<NavState> state = navigation_.StateAt(t);
+      return state ? std::optional(state->T_map_vehicle) : std::nullopt;
+    };
+    if (const auto ours = Georeference(ping, pose_at, plan_.vehicle, *rays_))
+      Compare(*ours, placed.mapped());
+  }
+
+  void Compare(const GeoreferencedPing& ours, const PlacedPing& theirs) {
+    ++result_.pings;
+    const Eigen::Matrix3d level_from_map =
+        LevelFromBody(ours.T_map_vehicle) * ours.T_map_vehicle.linear().transpose();
+    const Eigen::Vector3d p_level_origin =
+        LevelFromBody(ours.T_map_vehicle) * theirs.p_vehicle_origin_m;
+    for (const Sounding& sounding : ours.soundings) {
+      const auto i = static_cast<std::size_t>(sounding.beam);
+      if (i >= theirs.soundings.size() || (theirs.soundings[i].flags & kBeamValid) == 0) continue;
+      const Eigen::Vector3d p_theirs = theirs.soundings[i].p_level_m.cast<double>();
+      const double depth_m = p_theirs.z() + *theirs.origin_depth_m;
+      if (!(depth_m > 0.1)) continue;  // a sonar that places no soundings fills in zeros
+      Eigen::Vector3d off = level_from_map * (sounding.p_map - ours.T_map_vehicle.translation()) -
+                            p_level_origin - p_theirs;
+      off.z() = sounding.p_map.z() - depth_m;
+      sum_percent2_ += (100.0 / depth_m * off).cwiseAbs2();
+      ++result_.beams;
+    }
+  }
+
+  const SurveyPlan plan_;
+  const int max_pings_;
+  Bus bus_{"memq://"};
+  SurveyFiles survey_;
+  GivenNavigation navigation_;
+  std::optional<RayTracer> rays_;
+  std::deque<MbesPing> pings_;
+  std::map<PingId, PlacedPing> placed_;
+  int heard_ = 0;  // pings
+  Eigen::Vector3d sum_percent2_ = Eigen::Vector3d::Zero();
+  SoundingComparison result_;
+};
+
+std::string ChoiceText(bool profile_alone, double better_percent, double worse_percent) {
+  char line[200];
+  std::snprintf(line,
+                sizeof line,
+                "sound speed: %s; against the sonar's own soundings %.3f %% of depth RMS (%s: "
+                "%.3f %%)\n",
+                profile_alone ? "the profile alone" : "at the transducer, then the profile",
+                better_percent,
+                profile_alone ? "with that at the transducer" : "with the profile alone",
+                worse_percent);
+  return line;
+}
+
+}  // namespace
+
+SoundingComparison CompareWithMaker(const SurveyPlan& plan, int max_pings) {
+  if (!plan.raw_pings || plan.Problem()) return {};
+  return Comparer(plan, max_pings).Run();
+}
+
+SurveyPlan PlanSurvey(const std::vector<std::filesystem::path>& files) {
+  constexpr int kPings = 50;
+  constexpr int kLeastBeams = 100;
+  // Where both fit about as well, they differ by nothing that counts.
+  constexpr double kClearly = 0.5;
+  SurveyPlan plan = MakeSurveyPlan(files);
+  SurveyPlan alone = plan;
+  alone.profile_alone = true;
+  const SoundingComparison probe = CompareWithMaker(plan, kPings);
+  const SoundingComparison profile = CompareWithMaker(alone, kPings);
+  if (probe.beams < kLeastBeams || profile.beams < kLeastBeams) return plan;
+  const double probe_percent = probe.rms_percent.norm();
+  const double profile_percent = profile.rms_percent.norm();
+  plan.profile_alone = profile_percent < kClearly * probe_percent;
+  plan.sound_speed_text = plan.profile_alone ? ChoiceText(true, profile_percent, probe_percent)
+                                             : ChoiceText(false, probe_percent, profile_percent);
+  return plan;
+}
+
+}  // namespace seastitch
