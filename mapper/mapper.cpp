@@ -404,7 +404,7 @@ void Mapper::Extend(std::vector<GraphVertex> vertices,
   if (last && navigation_->latest())
     fixes = frames_.EdgesOf(navigation_->TakeFixes(*navigation_->latest()));
   graph_.Append(std::move(vertices), std::move(edges), submap_time, last && fixes.empty());
-  if (!fixes.empty()) graph_.Append({}, std::move(fixes), *frames_.previous_time(), last);
+  if (!fixes.empty()) graph_.Append({}, std::move(fixes), graph_.submap_time(), last);
   GiveGraph(std::move(growth));
 }
 

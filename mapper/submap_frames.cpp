@@ -49,17 +49,14 @@ std::vector<GraphEdge> SubmapFrames::Place(Submap* submap,
     state->time = submap->frame_time;
     state->T_map_vehicle = submap->T_map_submap;
   }
-  std::vector<Frame> frames;
-  if (previous_) frames.push_back(*previous_);
   submap->covariance_from_previous = state ? CovarianceFromPrevious(*state) : std::nullopt;
-  previous_.reset();
+  Forget();
   open_.reset();
   if (state) {
     submap->heading_sigma_rad = HeadingSigma(*state);
     previous_ = Frame{submap->id, *state};
-    frames.push_back(*previous_);
   }
-  std::vector<GraphEdge> edges = EdgesOn(frames, fixes);
+  std::vector<GraphEdge> edges = EdgesOf(fixes);
   if (first && state && navigation_->place_is_known())
     edges.push_back(StartEdge(submap->id, *state));
   return edges;
@@ -79,25 +76,19 @@ std::optional<Eigen::Matrix3d> SubmapFrames::CovarianceFromPrevious(const NavSta
                             Eigen::Matrix3d::Zero());
 }
 
-std::vector<GraphEdge> SubmapFrames::EdgesOf(const std::vector<MapFix>& fixes) {
-  return EdgesOn(previous_ ? std::vector<Frame>{*previous_} : std::vector<Frame>{}, fixes);
+void SubmapFrames::Forget() {
+  if (previous_) earlier_.push_back(*std::exchange(previous_, std::nullopt));
 }
 
-std::vector<GraphEdge> SubmapFrames::EdgesOn(const std::vector<Frame>& frames,
-                                             const std::vector<MapFix>& fixes) {
+std::vector<GraphEdge> SubmapFrames::EdgesOf(const std::vector<MapFix>& fixes) {
+  while (!earlier_.empty() && !navigation_->StateAt(earlier_.front().state.time))
+    earlier_.pop_front();
   std::vector<GraphEdge> edges;
   for (const MapFix& fix : fixes) {
-    const auto apart = [&fix](const Frame& f) {
-      return std::abs(ToSeconds(f.state.time - fix.time));
-    };
-    const auto nearest =
-        std::min_element(frames.begin(), frames.end(), [&](const Frame& a, const Frame& b) {
-          return apart(a) < apart(b);
-        });
+    const Frame* const nearest = NearestTo(fix.time);
     const auto at_fix = navigation_->StateAt(fix.time);
-    const auto covariance = nearest != frames.end()
-                                ? navigation_->RelativeCovariance(nearest->state.time, fix.time)
-                                : std::nullopt;
+    const auto covariance =
+        nearest ? navigation_->RelativeCovariance(nearest->state.time, fix.time) : std::nullopt;
     if (!at_fix || !covariance) {
       ++fixes_too_far_;
       continue;
@@ -106,6 +97,17 @@ std::vector<GraphEdge> SubmapFrames::EdgesOn(const std::vector<Frame>& frames,
     ++fixes_in_graph_;
   }
   return edges;
+}
+
+// The frame nearest in time; null without one.
+const SubmapFrames::Frame* SubmapFrames::NearestTo(Time t) const {
+  const auto apart_s = [t](const Frame& frame) {
+    return std::abs(ToSeconds(frame.state.time - t));
+  };
+  const Frame* nearest = previous_ ? &*previous_ : nullptr;
+  for (const Frame& frame : earlier_)
+    if (nearest == nullptr || apart_s(frame) < apart_s(*nearest)) nearest = &frame;
+  return nearest;
 }
 
 std::optional<Time> SubmapFrames::previous_time() const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <optional>
 #include <vector>
 
@@ -10,9 +11,9 @@
 
 namespace seastitch {
 
-// Poses and covariances of two submap frames by navigation: of the submap closed last and of the
-// open one. That of the open submap is computed every two seconds while pings come, because
-// navigation keeps a bounded history: after a long silence of the sensors a submap may close when
+// Poses and covariances of submap frames by navigation: of the closed submaps in navigation's
+// history, and of the open one. That of the open submap is computed every two seconds while pings
+// come, because the history is bounded: after a long silence of the sensors a submap may close when
 // its frame is no longer in that history. Pure.
 class SubmapFrames {
  public:
@@ -26,12 +27,12 @@ class SubmapFrames {
   // are known. Returns the start edge, if it is the first submap of the graph, and the edges of
   // `fixes`, each on the frame that is nearest in time.
   std::vector<GraphEdge> Place(Submap* submap, bool first, const std::vector<MapFix>& fixes);
-  // Edges of fixes after the submap closed last.
+  // Edges of fixes that came after the submap closed last.
   std::vector<GraphEdge> EdgesOf(const std::vector<MapFix>& fixes);
 
   // Call it if the submap closed last is unknown to navigation: the next submap then has no known
   // pose relative to it.
-  void Forget() { previous_.reset(); }
+  void Forget();
 
   // Time of the frame of the submap closed last.
   std::optional<Time> previous_time() const;
@@ -41,8 +42,9 @@ class SubmapFrames {
   std::int64_t fixes_in_graph() const { return fixes_in_graph_; }
   std::int64_t fixes_too_far() const { return fixes_too_far_; }  // too far from every frame
 
-  // For a restart. Not saved: open_, of the submap that is lost with it, and the counters of one
-  // process: independent_, fixes_in_graph_, fixes_too_far_.
+  // For a restart. Not saved: earlier_, whose poses navigation forgets, too; open_, of the submap
+  // that is lost with it; and the counters of one process: independent_, fixes_in_graph_,
+  // fixes_too_far_.
   template <class Archive, class Self>
   static void Fields(Archive& archive, Self& self) {
     archive(self.previous_);
@@ -65,11 +67,11 @@ class SubmapFrames {
   };
 
   std::optional<Eigen::Matrix3d> CovarianceFromPrevious(const NavState& state);
-  std::vector<GraphEdge> EdgesOn(const std::vector<Frame>& frames,
-                                 const std::vector<MapFix>& fixes);
+  const Frame* NearestTo(Time t) const;
 
   const Navigation* const navigation_;
-  std::optional<Frame> previous_;
+  std::deque<Frame> earlier_;      // before previous_, in order; in navigation's history
+  std::optional<Frame> previous_;  // of the submap closed last
   std::optional<OpenFrame> open_;
   std::int64_t independent_ = 0;
   std::int64_t fixes_in_graph_ = 0;

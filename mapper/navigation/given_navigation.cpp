@@ -15,6 +15,10 @@ namespace {
 // Longest time between samples over which attitude and depth are interpolated [s].
 constexpr double kMaxGapS = 1.0;
 constexpr std::size_t kMaxWaiting = 20'000;  // positions that wait for an attitude
+constexpr std::size_t kMostEarlyFixes = 1000;
+// Longest time by which a fix may be ahead of the INS [s].
+constexpr double kMaxAheadS = 5.0;
+constexpr char kOfIns[] = "ins";  // source of the fixes that the INS used
 constexpr double kMaxFromDatumM = 200'000.0;
 // State kept over a restart: everything of the last kRememberedS; before that, one position per
 // kWayStepS.
@@ -25,6 +29,9 @@ constexpr int kPieces = 24;
 // Assumed sigmas for values without a stated one: depth, and roll and pitch, of an INS.
 constexpr double kDepthSigmaM = 0.1;
 constexpr double kLevelSigmaRad = Deg2Rad(0.05);
+// Error of the velocity with which a state is extrapolated for some seconds: that of an INS, or of
+// a velocity that is held.
+constexpr double kPredictionSigmaMps = 0.1;
 const Eigen::Vector2d kUnknownVelocity =
     Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
 
@@ -101,13 +108,38 @@ void GivenNavigation::Add(const PositionFix& fix) {
   double east = 0.0, north = 0.0, up = 0.0;
   to_map_->Forward(Rad2Deg(fix.latitude_rad), Rad2Deg(fix.longitude_rad), 0.0, east, north, up);
   if (!(std::hypot(east, north) < kMaxFromDatumM)) return Count("fix_far_from_datum");
-  AddFix({fix.time, {north, east}, fix.covariance_north_east_m2}, vehicle_.FixPointOf(fix.source));
+  AddFix(
+      fix.time,
+      {{north, east}, fix.covariance_north_east_m2, fix.source, vehicle_.FixPointOf(fix.source)});
+  KeepFixes();
 }
 
-void GivenNavigation::AddFix(const MapFix& fix, const Eigen::Vector3d& p_vehicle_m) {
-  const auto place = std::upper_bound(
-      fixes_.begin(), fixes_.end(), fix.time, [](Time t, const Fix& f) { return t < f.fix.time; });
-  fixes_.insert(place, {fix, p_vehicle_m});
+void GivenNavigation::AddFix(Time t, FixEvent fix) {
+  std::optional<Time> newest = last_position_;
+  if (!attitudes_.empty()) newest = std::max(newest, std::optional(attitudes_.back().time));
+  if (newest && t > *newest + FromSeconds(kMaxAheadS)) return Count("fix_ahead");
+  early_fixes_.insert(After(early_fixes_, t), {t, std::move(fix)});
+  if (early_fixes_.size() <= kMostEarlyFixes) return;
+  early_fixes_.pop_front();
+  Count("fix_without_pose");
+}
+
+// Groups the fixes for whose time the pose is known by now.
+void GivenNavigation::KeepFixes() {
+  const std::optional<Time> end = latest();
+  for (; end && !early_fixes_.empty() && early_fixes_.front().time <= *end;
+       early_fixes_.pop_front())
+    KeepFix(early_fixes_.front().time, early_fixes_.front().value);
+}
+
+void GivenNavigation::KeepFix(Time t, const FixEvent& fix) {
+  const std::optional<NavState> then = StateAt(t);
+  if (!then) {
+    const bool late = ToSeconds(*latest() - t) > navigation_.window_s;
+    return Count(late ? "fix_late" : "fix_without_pose");
+  }
+  const Eigen::Isometry3d& T_map_vehicle = then->T_map_vehicle;
+  fixes_.Keep(t, fix.OfVehicle(T_map_vehicle.linear()), T_map_vehicle.translation().head<2>());
 }
 
 void GivenNavigation::AddAttitude(const NavigationSample& sample) {
@@ -150,6 +182,9 @@ void GivenNavigation::AddPosition(const NavigationSample& sample) {
 void GivenNavigation::Finish() {
   finished_ = true;
   Proceed(true);
+  if (!early_fixes_.empty())
+    Count("fix_without_pose", static_cast<std::int64_t>(early_fixes_.size()));
+  early_fixes_.clear();
 }
 
 // Converts positions of the INS to the vehicle's, finds their jumps, and stores them as places.
@@ -176,6 +211,7 @@ void GivenNavigation::Proceed(bool finish) {
   const Time now = positions_.empty() ? attitudes_.back().time : positions_.front().time;
   for (const auto& steady : finish ? jumps_.Finish() : jumps_.Take(now)) AddPlace(steady);
   counters_["ins_position_spikes"] = jumps_.spikes();
+  KeepFixes();
   Trim();
 }
 
@@ -205,8 +241,11 @@ void GivenNavigation::AddPlace(const JumpFinder::Steady& steady) {
 void GivenNavigation::GiveFix(const JumpFinder::Steady& steady) {
   const double sigma_m = places_.back().sigma_m;
   travelled_at_fix_m_ = places_.back().travelled_m;
-  AddFix({steady.time, steady.given_m, sigma_m * sigma_m * Eigen::Matrix2d::Identity()},
-         Eigen::Vector3d::Zero());
+  AddFix(steady.time,
+         {steady.given_m,
+          sigma_m * sigma_m * Eigen::Matrix2d::Identity(),
+          kOfIns,
+          Eigen::Vector3d::Zero()});
 }
 
 void GivenNavigation::Trim() {
@@ -293,7 +332,42 @@ std::optional<GivenNavigation::Place> GivenNavigation::BeforeFirst(Time t) const
 
 std::optional<NavState> GivenNavigation::Predicted() const {
   const std::optional<Time> end = latest();
-  return end ? StateAt(*end) : std::nullopt;
+  std::optional<NavState> state = end ? StateAt(*end) : std::nullopt;
+  if (!state || !PlaceAt(*end)->v_map_mps.allFinite()) return state;
+  const Duration hold = FromSeconds(kHoldS);
+  const Time until =
+      std::min({attitudes_.back().time, depths_.back().time + hold, *last_position_ + hold});
+  for (const JumpFinder::Position& position : jumps_.Waiting())
+    if (position.time <= until) CarryTo(position.time, position.v_mps, &*state);
+  CarryTo(until, std::nullopt, &*state);
+  const double further_m = kPredictionSigmaMps * ToSeconds(state->time - *end);
+  const double sigma_m = std::sqrt(state->covariance(0, 0)) + further_m;
+  state->covariance(0, 0) = state->covariance(1, 1) = sigma_m * sigma_m;
+  return state;
+}
+
+// Extrapolates a state with this velocity at t; without one, with its velocity in vehicle axes. The
+// depth is that of its last sample.
+void GivenNavigation::CarryTo(Time t,
+                              const std::optional<Eigen::Vector2d>& v_map_mps,
+                              NavState* state) const {
+  const auto attitude = AttitudeAt(t);
+  if (!attitude || t <= state->time) return;
+  const Eigen::Matrix3d R = attitude->q_map_vehicle.toRotationMatrix();
+  const double turn_rad =
+      RpyFromRotation(R).z() - RpyFromRotation(state->T_map_vehicle.linear()).z();
+  const Eigen::Vector2d before_mps = state->v_map_mps.head<2>();
+  const Eigen::Vector2d now_mps =
+      v_map_mps ? *v_map_mps : Pose2{0.0, 0.0, turn_rad}.Rotation() * before_mps;
+  state->T_map_vehicle.translation().head<2>() +=
+      0.5 * ToSeconds(t - state->time) * (before_mps + now_mps);
+  state->v_map_mps.head<2>() = now_mps;
+  state->T_map_vehicle.linear() = R;
+  if (const auto depth_m = DepthAt(std::min(t, depths_.back().time), attitude->q_map_vehicle))
+    state->T_map_vehicle.translation().z() = *depth_m;
+  const HeadingError heading = HeadingErrorAt(attitude->heading_sigma_rad);
+  state->covariance(5, 5) = heading.constant2 + heading.wander2;
+  state->time = t;
 }
 
 std::optional<NavState> GivenNavigation::StateAt(Time t) const {
@@ -346,16 +420,9 @@ bool GivenNavigation::Restore(Bytes saved) {
   History(archive, read.attitudes_, read.depths_, read.places_);
   Fields(archive, read);
   if (!archive.IsDone() || !read.first_ || !read.latest()) return false;
-  attitudes_.swap(read.attitudes_);
-  depths_.swap(read.depths_);
-  places_.swap(read.places_);
-  positions_.swap(read.positions_);
-  std::swap(last_position_, read.last_position_);
-  std::swap(jumps_, read.jumps_);
-  std::swap(first_, read.first_);
-  std::swap(travelled_at_fix_m_, read.travelled_at_fix_m_);
-  fixes_.swap(read.fixes_);
-  std::swap(ins_gives_depth_, read.ins_gives_depth_);
+  ArchiveReader again(saved);
+  History(again, attitudes_, depths_, places_);
+  Fields(again, *this);
   return true;
 }
 
@@ -437,27 +504,6 @@ StartState GivenNavigation::start_state() const {
 std::optional<Pose2> GivenNavigation::Hindsight(Time anchor, Time t) const {
   if (!PlaceAt(anchor) || !PlaceAt(t)) return std::nullopt;
   return Pose2{};
-}
-
-std::vector<MapFix> GivenNavigation::FixesUntil(Time t) const {
-  std::vector<MapFix> fixes;
-  for (const auto& [fix, p_vehicle_m] : fixes_) {
-    if (fix.time > t) break;
-    fixes.push_back(fix);
-    if (const std::optional<NavState> then = StateAt(fix.time))
-      fixes.back().north_east_m -= (then->T_map_vehicle.linear() * p_vehicle_m).head<2>();
-  }
-  return fixes;
-}
-
-std::vector<MapFix> GivenNavigation::WaitingFixes() const {
-  return latest() ? FixesUntil(*latest()) : std::vector<MapFix>{};
-}
-
-std::vector<MapFix> GivenNavigation::TakeFixes(Time until) {
-  std::vector<MapFix> taken = FixesUntil(until);
-  fixes_.erase(fixes_.begin(), fixes_.begin() + static_cast<std::ptrdiff_t>(taken.size()));
-  return taken;
 }
 
 }  // namespace seastitch

@@ -16,7 +16,9 @@
 #include "common/core/sensors.hpp"
 #include "common/core/time.hpp"
 #include "common/core/vehicle.hpp"
+#include "mapper/navigation/fix_keeper.hpp"
 #include "mapper/navigation/jump_finder.hpp"
+#include "mapper/navigation/nav_events.hpp"
 #include "mapper/navigation/navigation.hpp"
 #include "mapper/navigation/navigation_params.hpp"
 
@@ -49,6 +51,7 @@ struct GivenNavigationParams {
 // A jump of the position means that the INS used a fix. The jump is removed from the track, so that
 // no submap is torn, and the position after it is a fix for the graph. For an INS that uses fixes
 // all the time, a position is a fix whenever its error has become independent of the last one.
+// These fixes, and those of each other source, are grouped by FixKeeper.
 //
 // Relative covariances are computed from the data sheet's accuracy, exactly for these error models
 // (heading error = constant + Gauss-Markov) and for the actual track.
@@ -72,13 +75,14 @@ class GivenNavigation : public Navigation {
 
   std::optional<Time> latest() const override;
   std::optional<NavState> StateAt(Time t) const override;
-  // The latest state: the only delay is that of the search for jumps.
+  // The latest state, which is late by the search for jumps, carried to the newest attitude by the
+  // INS's velocities; without these at a constant velocity in vehicle axes.
   std::optional<NavState> Predicted() const override;
   std::optional<Eigen::Matrix3d> RelativeCovariance(Time a, Time b) const override;
   // Identity while both times are in the track, else nothing: an INS does not correct past output.
   std::optional<Pose2> Hindsight(Time anchor, Time t) const override;
-  std::vector<MapFix> WaitingFixes() const override;
-  std::vector<MapFix> TakeFixes(Time until) override;
+  std::vector<MapFix> WaitingFixes() const override { return fixes_.Waiting(); }
+  std::vector<MapFix> TakeFixes(Time until) override { return fixes_.Take(until); }
   // About 60 bytes per second since `since`. After Restore() the results are the same, to the last
   // bit, as without a restart; only the track since `since`, with which errors grow, has a
   // resolution of a second.
@@ -92,8 +96,9 @@ class GivenNavigation : public Navigation {
   const std::map<std::string, std::int64_t>& counters() const override { return counters_; }
 
  private:
-  void AddFix(const MapFix& fix, const Eigen::Vector3d& p_vehicle_m);
-  std::vector<MapFix> FixesUntil(Time t) const;
+  void AddFix(Time t, FixEvent fix);
+  void KeepFixes();
+  void KeepFix(Time t, const FixEvent& fix);
   struct AttitudeRecord {
     Time time;
     Eigen::Quaterniond q_map_vehicle;
@@ -149,6 +154,7 @@ class GivenNavigation : public Navigation {
   std::optional<double> DepthAt(Time t, const Eigen::Quaterniond& q_map_vehicle) const;
   std::optional<Place> PlaceAt(Time t) const;
   std::optional<Place> BeforeFirst(Time t) const;
+  void CarryTo(Time t, const std::optional<Eigen::Vector2d>& v_map_mps, NavState* state) const;
   HeadingError HeadingErrorAt(double own_sigma_rad) const;
 
   // For saving and restoring over a restart.
@@ -166,7 +172,7 @@ class GivenNavigation : public Navigation {
   static void Fields(Archive& archive, Self& self) {
     archive(
         self.positions_, self.last_position_, self.jumps_, self.first_, self.travelled_at_fix_m_);
-    archive(self.fixes_, self.ins_gives_depth_);
+    archive(self.early_fixes_, self.fixes_, self.ins_gives_depth_);
   }
 
   const GivenNavigationParams params_;
@@ -182,17 +188,9 @@ class GivenNavigation : public Navigation {
   JumpFinder jumps_;
   std::deque<Place> places_;
   std::optional<Place> first_;
-  double travelled_at_fix_m_ = 0.0;  // travelled_m at the last fix for the graph
-  struct Fix {
-    MapFix fix;
-    Eigen::Vector3d p_vehicle_m;  // antenna or transponder
-
-    template <class Archive, class Self>
-    static void Fields(Archive& archive, Self& self) {
-      archive(self.fix, self.p_vehicle_m);
-    }
-  };
-  std::vector<Fix> fixes_;  // in order of time
+  double travelled_at_fix_m_ = 0.0;            // travelled_m at the last fix for the graph
+  std::deque<Stamped<FixEvent>> early_fixes_;  // of no known pose yet, in order of time
+  FixKeeper fixes_{navigation_, &counters_};
   bool ins_gives_depth_ = false;
   bool finished_ = false;
 };

@@ -110,6 +110,12 @@ std::vector<JumpFinder::Steady> JumpFinder::Finish() {
   return out;
 }
 
+std::vector<JumpFinder::Position> JumpFinder::Waiting() const {
+  std::vector<Position> positions;
+  for (const Entry& entry : waiting_) positions.push_back(entry.position);
+  return positions;
+}
+
 void JumpFinder::DecideFirst(std::vector<Steady>* out) {
   const Entry first = waiting_.front();
   const Time t = first.position.time;

@@ -54,6 +54,8 @@ class JumpFinder {
   std::vector<Steady> Finish();
 
   bool empty() const { return waiting_.empty(); }
+  // The positions that are not decided yet, in order.
+  std::vector<Position> Waiting() const;
   int spikes() const { return spikes_; }
 
   // For a restart. Not saved: min_jump_m_, which is configured; spikes_, of one process.

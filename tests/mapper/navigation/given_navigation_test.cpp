@@ -379,6 +379,119 @@ TEST(GivenNavigation, StatesDoNotChangeOnceGiven) {
   EXPECT_GT(given.size(), 1800u);
 }
 
+// --- fixes of other sensors ----------------------------------------------------------------------
+
+PositionFix FixOf(double t_s, const Eigen::Vector2d& north_east_m, const char* source) {
+  const NavigationSample place = SampleOf(t_s, north_east_m, 0.0, std::nullopt);
+  PositionFix fix;
+  fix.time = place.time;
+  fix.latitude_rad = place.position->latitude_rad;
+  fix.longitude_rad = place.position->longitude_rad;
+  fix.covariance_north_east_m2 = Eigen::Matrix2d::Identity();
+  fix.source = source;
+  return fix;
+}
+
+std::int64_t CountOf(const GivenNavigation& navigation, const std::string& name) {
+  const auto found = navigation.counters().find(name);
+  return found == navigation.counters().end() ? 0 : found->second;
+}
+
+// GPS at 10 Hz at the surface for half an hour without a submap: errors of a minute are alike, so
+// that 18,000 fixes are no 18,000 measurements, and they must neither be compared nor stored.
+TEST(GivenNavigation, ManyFixesOfOneSourceCountAsOneInTenSeconds) {
+  GivenNavigation navigation({}, {}, {});
+  constexpr int kSamples = 18'000;
+  for (int i = 0; i < kSamples; ++i) {
+    const Eigen::Vector2d p(0.2 * i, 0.0);
+    navigation.Add(SampleOf(0.1 * i, p, 0.0, Eigen::Vector2d(2.0, 0.0)));
+    navigation.Add(FixOf(0.1 * i, p + Eigen::Vector2d(0.0, 3.0), "gps"));
+  }
+  navigation.Finish();
+  const std::vector<MapFix> waiting = navigation.WaitingFixes();
+  EXPECT_EQ(waiting.size(), 180u);
+  EXPECT_EQ(CountOf(navigation, "fix_thinned"), kSamples - 180);
+  for (const MapFix& fix : waiting) {
+    const double t_s = ToSeconds(fix.time - At(0.0));
+    EXPECT_LT((fix.north_east_m - Eigen::Vector2d(2.0 * t_s, 3.0)).norm(), 0.01) << t_s;
+  }
+  EXPECT_EQ(navigation.TakeFixes(At(kSamples)).size(), 180u);
+  EXPECT_TRUE(navigation.WaitingFixes().empty()) << "each is returned once";
+}
+
+TEST(GivenNavigation, EveryFixIsGivenOnceOrCounted) {
+  NavigationParams params;
+  params.window_s = 600.0;
+  GivenNavigation navigation({}, params, {});
+  navigation.Add(FixOf(-3.0, {0.0, 0.0}, "before"));
+  for (int i = 0; i <= 10'000; ++i) {
+    NavigationSample sample = SampleOf(0.1 * i, {0.2 * i, 0.0}, 0.0, Eigen::Vector2d(2.0, 0.0));
+    if (i > 5000 && i < 5100) sample.position.reset();
+    navigation.Add(sample);
+  }
+  navigation.Add(FixOf(900.0, {1800.0, 0.0}, "late"));
+  navigation.Add(FixOf(505.0, {1010.0, 0.0}, "in the gap"));
+  navigation.Add(FixOf(200.0, {400.0, 0.0}, "too late"));
+  navigation.Add(FixOf(1100.0, {0.0, 0.0}, "of another clock"));
+  navigation.Add(FixOf(1001.0, {2002.0, 0.0}, "after the end"));
+  navigation.Finish();
+  const std::vector<MapFix> fixes = navigation.TakeFixes(At(2000.0));
+  ASSERT_EQ(fixes.size(), 1u);
+  EXPECT_EQ(fixes[0].time, At(900.0));
+  EXPECT_EQ(CountOf(navigation, "fix_late"), 1);
+  EXPECT_EQ(CountOf(navigation, "fix_without_pose"), 3) << "before, in the gap, after the end";
+  EXPECT_EQ(CountOf(navigation, "fix_ahead"), 1);
+}
+
+// --- the newest sample ---------------------------------------------------------------------------
+
+// The search for jumps needs 15 positions or 5 s. The state for the autopilot must not wait.
+TEST(GivenNavigation, PredictsToTheNewestSampleAlsoInATurn) {
+  for (const bool velocity : {true, false}) {
+    SCOPED_TRACE(velocity ? "with velocities" : "without velocities");
+    GivenNavigation navigation({}, {}, {});
+    Eigen::Vector2d p = Eigen::Vector2d::Zero();
+    double largest_m = 0.0, largest_delay_s = 0.0;
+    for (int i = 0; i < 3000; ++i) {
+      const double yaw = TrueYaw(0.1 * i);
+      const Eigen::Vector2d v = 2.0 * Eigen::Vector2d(std::cos(yaw), std::sin(yaw));
+      NavigationSample sample =
+          SampleOf(0.1 * i, p, yaw, velocity ? std::optional(v) : std::nullopt);
+      sample.depth->value_m = 10.0 + 0.01 * i;
+      if (i % 5 != 0) sample.position.reset();
+      navigation.Add(sample);
+      const auto now = navigation.Predicted();
+      if (i > 100) {
+        ASSERT_TRUE(now);
+        ASSERT_EQ(now->time, sample.time);
+        largest_m = std::max(largest_m, (now->T_map_vehicle.translation().head<2>() - p).norm());
+        EXPECT_NEAR(now->T_map_vehicle.translation().z(), sample.depth->value_m, 1e-6);
+        EXPECT_NEAR(WrapAngle(LevelPose(now->T_map_vehicle).yaw - yaw), 0.0, 1e-6);
+        EXPECT_NEAR(now->v_map_mps.norm(), 2.0, 0.1);
+        const auto last = navigation.StateAt(*navigation.latest());
+        largest_delay_s = std::max(largest_delay_s, ToSeconds(now->time - last->time));
+        EXPECT_GT(now->covariance(0, 0), last->covariance(0, 0));
+      }
+      p += 0.1 * v;
+    }
+    EXPECT_GT(largest_delay_s, 4.0) << "otherwise there is nothing to predict";
+    // 10 m without a prediction. The velocity from two positions is that of half a second earlier.
+    EXPECT_LT(largest_m, velocity ? 0.1 : 0.6);
+  }
+}
+
+TEST(GivenNavigation, PredictsNotBeyondTwoSecondsWithoutAPosition) {
+  GivenNavigation navigation({}, {}, {});
+  for (int i = 0; i <= 200; ++i) {
+    NavigationSample sample = SampleOf(0.1 * i, {0.2 * i, 0.0}, 0.0, Eigen::Vector2d(2.0, 0.0));
+    if (i > 100) sample.position.reset();
+    navigation.Add(sample);
+  }
+  const auto now = navigation.Predicted();
+  ASSERT_TRUE(now);
+  EXPECT_LE(now->time, At(12.0));
+}
+
 // --- over a restart ------------------------------------------------------------------------------
 
 // Lines and turns, with noise, jumps of the position, and fixes from elsewhere.
@@ -398,12 +511,7 @@ std::vector<std::variant<NavigationSample, PositionFix>> Survey(double duration_
     if (i % 2 != 0) sample.depth.reset();
     samples.emplace_back(sample);
     if (i % 400 != 200) continue;
-    const NavigationSample place = SampleOf(0.1 * i, p, 0.0, std::nullopt);
-    PositionFix fix;
-    fix.time = place.time;
-    fix.latitude_rad = place.position->latitude_rad;
-    fix.longitude_rad = place.position->longitude_rad;
-    samples.emplace_back(fix);
+    samples.emplace_back(FixOf(0.1 * i, p, ""));
   }
   return samples;
 }
