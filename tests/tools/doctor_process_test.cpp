@@ -1,14 +1,18 @@
 // The doctor beside real processes, real sensors' bytes and a real bus: a vehicle without a fault,
 // then one fault after the other.
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/mount.h>
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "drivers/socket/file_descriptor.hpp"
 #include "drivers/socket/udp_socket.hpp"
 #include "seastitch/health_t.hpp"
 #include "tests/drivers/driver_process.hpp"
@@ -50,9 +54,14 @@ Machine GoodMachine(const TemporaryDir& dir) {
   machine.clock = [] { return ClockState{.synchronised = true, .error_s = 0.001}; };
   machine.filter = [](const auto&) { return FilterState{.programs = 1}; };
   const auto really = machine.run;
-  machine.run = [really](const std::vector<std::string>& command) {
-    const bool unit = command.front() == "systemctl";
-    return unit ? "ControlGroup=/unit\nIPAddressDeny=::/0 0.0.0.0/0\n" : really(command);
+  machine.run = [really](const std::vector<std::string>& command) -> std::optional<std::string> {
+    if (command.front() != "systemctl") return really(command);
+    std::string units;
+    for (const std::string& word : command)
+      units += "Id=" + word +
+               "\nControlGroup=/unit\nIPAddressDeny=::/0 0.0.0.0/0\n"
+               "IPAddressAllow=239.255.76.67/32 ::1/128 127.0.0.0/8\n\n";
+    return std::optional(units);
   };
   return machine;
 }
@@ -232,6 +241,7 @@ TEST_F(DoctorVehicle, NamesASensorWhoseClockIsOff) {
 TEST_F(DoctorVehicle, IsPackedIntoABugReport) {
   if (!Launch()) GTEST_SKIP() << "needs a network of its own, with a multicast route by lo";
   ASSERT_TRUE(HandleUntil([&] { return states.size() == kProcesses.size(); }, 60'000));
+  EXPECT_EQ(processes.at("imu-driver")->Stop(SIGKILL), -SIGKILL);
   // They said their configurations as they started: the next time in 10 s.
   HandleUntil([] { return false; }, 12'000);
   const std::string file = (dir.path() / "report.tar.gz").string();
@@ -258,6 +268,12 @@ TEST_F(DoctorVehicle, IsPackedIntoABugReport) {
   std::ifstream in(report / "health.json");
   const auto health = nlohmann::json::parse(in);
   for (const char* process : kProcesses) EXPECT_FALSE(health[process]["text"].empty()) << process;
+  EXPECT_EQ(health["mapper"]["from"], "bus");
+  EXPECT_THAT(health["imu-driver"]["from"], HasSubstr("/log/000.lcmlog")) << "the one that died";
+  std::stringstream versions;
+  versions << std::ifstream(report / "versions.txt").rdbuf();
+  EXPECT_THAT(versions.str(), HasSubstr("\nliblcm1")) << "no package has the name linux-image-*";
+  EXPECT_THAT(versions.str(), HasSubstr("(exit status 1)"));
   const CommandResult again = RunCommand(command);
   EXPECT_EQ(again.exit_code, EXIT_FAILURE);
   EXPECT_THAT(again.output, HasSubstr("report.tar.gz: exists already"));
@@ -327,6 +343,57 @@ TEST_F(DoctorCommand, SaysToAPlainUserWhatNeedsMoreRights) {
   if (json.is_discarded()) GTEST_SKIP() << "no other user can be had here: " << result.output;
   EXPECT_EQ(TextOf(json, "disk_free"),
             "warning folder of the dives: " + hidden.string() + "/dives: Permission denied");
+}
+
+// A disk of which every access hangs: a FUSE file system that nobody serves.
+class HungDisk {
+ public:
+  explicit HungDisk(const fs::path& folder) : folder_(folder) {
+    fs::create_directory(folder_);
+    fuse_ = FileDescriptor(open("/dev/fuse", O_RDWR | O_CLOEXEC));
+    const std::string options =
+        "fd=" + std::to_string(fuse_.get()) + ",rootmode=40000,user_id=0,group_id=0";
+    mounted_ = mount("hung", folder_.c_str(), "fuse", 0, options.c_str()) == 0;
+  }
+  ~HungDisk() {
+    if (mounted_) umount2(folder_.c_str(), MNT_DETACH);
+  }
+  HungDisk(const HungDisk&) = delete;
+  HungDisk& operator=(const HungDisk&) = delete;
+  bool mounted() const { return mounted_; }
+
+ private:
+  const fs::path folder_;
+  FileDescriptor fuse_;
+  bool mounted_ = false;
+};
+
+TEST_F(DoctorCommand, DoesNotHangWithTheDisk) {
+  const HungDisk disk(dir.path() / "dives");
+  if (!disk.mounted()) GTEST_SKIP() << "no FUSE file system can be mounted here";
+  const auto begin = std::chrono::steady_clock::now();
+  const auto json =
+      Run("--net", "ip link set lo up; ip route add 239.255.76.67/32 dev lo;", "timeout 60 ");
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(12));
+  if (json.is_discarded()) GTEST_SKIP() << "unshare --net is not allowed here: " << result.output;
+  EXPECT_EQ(TextOf(json, "disk_free"),
+            "error disk of " + (dir.path() / "dives").string() + ": does not respond");
+  EXPECT_EQ(TextOf(json, "lcm_loopback"), "ok LCM: what is sent here is heard here");
+}
+
+// At moments of which some are within the write test.
+TEST_F(DoctorCommand, LeavesNothingOnTheDiskWhenItIsInterrupted) {
+  const fs::path dives = dir.path() / "dives";
+  fs::create_directory(dives);
+  for (int after_ms = 10; after_ms <= 400; after_ms += 10) {
+    Process doctor(
+        Program("seastitch"),
+        {"doctor", "--config-dir", (dir.path() / "config").string(), "--lcm-url", "memq://"},
+        (dir.path() / "output").string());
+    std::this_thread::sleep_for(std::chrono::milliseconds(after_ms));
+    EXPECT_EQ(doctor.Stop(SIGKILL), -SIGKILL) << "before its end";
+    EXPECT_TRUE(fs::is_empty(dives)) << after_ms;
+  }
 }
 
 TEST_F(DoctorCommand, NamesAFullDisk) {

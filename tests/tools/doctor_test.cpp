@@ -5,7 +5,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <chrono>
+#include <functional>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <thread>
+#include <utility>
 
 #include "tests/paths.hpp"
 #include "tests/runtime/temporary_dir.hpp"
@@ -19,6 +25,8 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
+using testing::UnorderedElementsAre;
 using Level = Finding::Level;
 using Words = std::vector<std::string>;
 
@@ -37,14 +45,26 @@ class DoctorMachine : public testing::Test {
  protected:
   DoctorMachine() {
     machine.proc = dir.path();
+    machine.network_links = dir.path() / "links";
     machine.network_dirs = {dir.path() / "etc", dir.path() / "lib"};
     machine.run = [this](const Words& command) {
       commands.push_back(command);
       return answer;
     };
   }
+  // systemctl's answer: what text_of() returns for each unit, with its name.
+  void AnswerUnits(std::function<std::string(const std::string& unit)> text_of) {
+    machine.run = [text_of](const Words& command) {
+      std::string text;
+      for (auto unit = std::find(command.begin(), command.end(), "--") + 1; unit != command.end();
+           ++unit)
+        text += (text.empty() ? "" : "\n") + text_of(*unit) + "Id=" + *unit + "\n";
+      return text;
+    };
+  }
   void AnswerLink(const std::string& flags, const std::string& linkinfo) {
-    answer = R"([{"ifname":"can0","flags":[)" + flags + R"(],"linkinfo":)" + linkinfo + "}]";
+    answer =
+        R"([{"ifindex":7,"ifname":"can0","flags":[)" + flags + R"(],"linkinfo":)" + linkinfo + "}]";
   }
 
   const TemporaryDir dir;
@@ -57,23 +77,31 @@ constexpr char kController[] =
     R"({"info_kind":"can","info_data":{"state":"ERROR-ACTIVE","restart_ms":100,)"
     R"("bittiming":{"bitrate":250000,"sample_point":"0.875"}}})";
 
-TEST_F(DoctorMachine, ComparesTheBitRateWithTheNetworkFile) {
+// networkd itself matched the file with the interface, whatever its [Match] says.
+TEST_F(DoctorMachine, ComparesTheBitRateWithTheNetworkFileThatNetworkdUses) {
   AnswerLink(R"("NOARP","UP","LOWER_UP")", kController);
-  EXPECT_THAT(Lines(CheckCan(machine, "can0")),
-              ElementsAre("ok CAN can0: up, ERROR-ACTIVE", "ok CAN can0: 250000 bit/s"));
+  const auto lines = [this] { return Lines(CheckCan(machine, "can0")); };
+  const std::string file = (dir.path() / "lib/80-can.network").string();
+  for (const char* folder : {"lib", "links", "etc/80-can.network.d", "lib/80-can.network.d"})
+    std::filesystem::create_directories(dir.path() / folder);
+  dir.Write("lib/80-can.network", "[Match]\nName=can*\n\n[CAN]\n# of the devices\nBitRate=1M\n");
+  EXPECT_THAT(lines(), ElementsAre("ok CAN can0: up, ERROR-ACTIVE", "ok CAN can0: 250000 bit/s"))
+      << "networkd does not run";
   EXPECT_THAT(commands.front(),
               ElementsAre("ip", "-json", "-details", "link", "show", "dev", "can0"));
+  dir.Write("links/7", "# private\nADMIN_STATE=unmanaged\n");
+  EXPECT_EQ(lines()[1], "ok CAN can0: 250000 bit/s") << "brought up by hand";
 
-  std::filesystem::create_directory(dir.path() / "lib");
-  dir.Write("lib/80-can.network", "[Match]\nName=can0\n\n[CAN]\n# of the devices\nBitRate=1M\n");
-  EXPECT_THAT(Lines(CheckCan(machine, "can0")),
-              ElementsAre("ok CAN can0: up, ERROR-ACTIVE",
-                          "error CAN can0: 250000 bit/s, where its .network file says 1000000"));
-  // One of the same name in /etc stands for it.
-  std::filesystem::create_directory(dir.path() / "etc");
-  dir.Write("etc/80-can.network", "[Match]\nName=can0\n[CAN]\nBitRate=250K\n");
-  EXPECT_EQ(Worst(CheckCan(machine, "can0")), Level::kOk);
-  EXPECT_EQ(Worst(CheckCan(machine, "can1")), Level::kOk) << "of another interface";
+  dir.Write("links/7", "ADMIN_STATE=configured\nNETWORK_FILE=" + file + "\nDNS=\n");
+  EXPECT_EQ(lines()[1], "error CAN can0: 250000 bit/s, where its .network file says 1000000");
+  dir.Write("lib/80-can.network.d/20-rate.conf", "[CAN]\nBitRate = 500K\n");
+  dir.Write("lib/80-can.network.d/10-other.conf", "[CAN]\nBitRate=125K\n");
+  EXPECT_EQ(lines()[1], "error CAN can0: 250000 bit/s, where its .network file says 500000")
+      << "the last drop-in counts";
+  dir.Write("etc/80-can.network.d/20-rate.conf", "[CAN]\nBitRate=250K\n");
+  EXPECT_EQ(lines()[1], "ok CAN can0: 250000 bit/s") << "in /etc it stands for that of its name";
+  dir.Write("links/7", "NETWORK_FILE=" + (dir.path() / "gone.network").string() + "\n");
+  EXPECT_EQ(lines()[1], "ok CAN can0: 250000 bit/s");
 }
 
 TEST_F(DoctorMachine, NamesAnInterfaceThatIsMissingDownOrOffTheBus) {
@@ -140,38 +168,139 @@ TEST_F(DoctorMachine, NamesABusyProcessorAndLittleMemory) {
   EXPECT_EQ(Worst(CheckMemory(machine)), Level::kOk);
 }
 
+constexpr char kUrl[] = "udpm://239.255.76.67:7667?ttl=0";
+constexpr char kDenies[] = "ControlGroup=/system.slice/x.service\nIPAddressDeny=::/0 0.0.0.0/0\n";
+
 TEST_F(DoctorMachine, NamesAFilterThatDoesNotHold) {
-  answer = "ControlGroup=/system.slice/x.service\nIPAddressDeny=::/0 0.0.0.0/0\n";
+  std::string unit = kDenies;
+  std::string slice;
+  AnswerUnits([&](const std::string& name) { return name.ends_with(".slice") ? slice : unit; });
   std::filesystem::path asked;
   machine.cgroups = "/cgroup";
   machine.filter = [&](const std::filesystem::path& cgroup) {
     asked = cgroup;
     return FilterState{.programs = 1};
   };
-  EXPECT_EQ(Worst(CheckFilter(machine)), Level::kOk);
+  EXPECT_EQ(Worst(CheckFilter(machine, kUrl)), Level::kOk);
   EXPECT_EQ(asked, "/cgroup/system.slice/x.service");
   machine.filter = [](const auto&) { return FilterState{}; };
-  EXPECT_EQ(Worst(CheckFilter(machine)), Level::kError) << "a kernel that filters nothing";
+  EXPECT_EQ(Worst(CheckFilter(machine, kUrl)), Level::kError) << "a kernel that filters nothing";
   machine.filter = [](const auto&) { return FilterState{.trouble = "Operation not permitted"}; };
-  EXPECT_THAT(Lines(CheckFilter(machine)).front(),
+  EXPECT_THAT(Lines(CheckFilter(machine, kUrl)).front(),
               "warning IP filter of mapper: not known, Operation not permitted");
-  answer = "ControlGroup=/x\nIPAddressDeny=\n";
   machine.filter = [](const auto&) { return FilterState{.programs = 1}; };
-  EXPECT_EQ(Worst(CheckFilter(machine)), Level::kError) << "that of another unit above";
-  answer.reset();
-  EXPECT_EQ(Worst(CheckFilter(machine)), Level::kWarning) << "no systemd";
+  unit = "ControlGroup=/x\nIPAddressDeny=\n";
+  EXPECT_EQ(Worst(CheckFilter(machine, kUrl)), Level::kError) << "that of another unit above";
+  unit.clear();
+  EXPECT_EQ(Worst(CheckFilter(machine, kUrl)), Level::kWarning) << "no systemd";
 }
 
-TEST_F(DoctorMachine, NamesADataDiskThatUnitsMayNotWriteTo) {
+// IPAddressAllow= of a drop-in, or of the slice, adds to that of the unit.
+TEST_F(DoctorMachine, NamesAFilterThatLetsOthersIn) {
+  const std::string ours = "IPAddressAllow=239.255.76.67/32 ::1/128 127.0.0.0/8";
+  std::string allow = ours;
+  std::string slice;
+  AnswerUnits([&](const std::string& name) {
+    return name.ends_with(".slice") ? slice : kDenies + allow + "\n";
+  });
+  machine.filter = [](const auto&) { return FilterState{.programs = 1}; };
+  EXPECT_THAT(Lines(CheckFilter(machine, kUrl)).front(), "ok IP filter of mapper: holds");
+  allow = "IPAddressAllow=::/0 0.0.0.0/0";  // any
+  EXPECT_THAT(Lines(CheckFilter(machine, kUrl)).front(),
+              "error IP filter of mapper: lets other computers speak on LCM, IPAddressAllow has "
+              "0.0.0.0/0 ::/0");
+  allow = ours + " 10.0.0.0/24";
+  EXPECT_THAT(Lines(CheckFilter(machine, kUrl)).back(), HasSubstr("has 10.0.0.0/24"));
+  allow = ours;
+  EXPECT_THAT(Lines(CheckFilter(machine, "udpm://239.1.2.3:7667?ttl=0")).front(),
+              HasSubstr("has 239.255.76.67/32"));
+  slice = "IPAddressAllow=192.168.1.0/24\n";
+  EXPECT_THAT(Lines(CheckFilter(machine, kUrl)).front(), HasSubstr("has 192.168.1.0/24"));
+}
+
+class DoctorDataDisk : public DoctorMachine {
+ protected:
+  DoctorDataDisk() {
+    AnswerUnits([this](const std::string& unit) { return "LoadState=loaded\n" + drop_ins[unit]; });
+    machine.root = "/proc";  // another device
+  }
+  std::vector<std::string> Alarms() {
+    Findings findings = CheckDataDisk(machine, dives);
+    std::erase_if(findings, [](const Finding& f) { return f.level == Level::kOk; });
+    return Lines(findings);
+  }
+  const std::filesystem::path dives = "/data/seastitch/dives";
+  const std::string logger = "seastitch-logger.service";
+  const std::string mapper = "seastitch-mapper.service";
+  // As the documentation has them, and as systemd shows them among what it adds.
+  std::map<std::string, std::string> drop_ins{
+      {logger,
+       "ReadWritePaths=/x /data/seastitch\nRequiresMountsFor=/var/tmp /data/seastitch\n"
+       "After=-.mount data.mount\nWants=\n"},
+      {mapper,
+       "ReadWritePaths=-/data/seastitch\nRequiresMountsFor=/var/lib/seastitch /tmp\n"
+       "Wants=data.mount\nAfter=-.mount seastitch-logger.service data.mount\n"}};
+};
+
+TEST_F(DoctorDataDisk, OfTheDocumentationIsInPlace) {
   EXPECT_THAT(CheckDataDisk(machine, "/var/lib/seastitch/dives"), IsEmpty());
-  answer = "LoadState=loaded\nReadWritePaths=\nRequiresMountsFor=/var/lib/seastitch\n";
-  EXPECT_THAT(Lines(CheckDataDisk(machine, "/data/seastitch/dives")).front(),
-              HasSubstr("error drop-in of logger for /data/seastitch/dives: no ReadWritePaths"));
-  answer = "LoadState=loaded\nReadWritePaths=/data/seastitch\nRequiresMountsFor=/var/lib\n";
-  EXPECT_EQ(Worst(CheckDataDisk(machine, "/data/seastitch/dives")), Level::kWarning);
-  answer =
-      "LoadState=loaded\nReadWritePaths=/x /data/seastitch\nRequiresMountsFor=/data/seastitch\n";
-  EXPECT_EQ(Worst(CheckDataDisk(machine, "/data/seastitch/dives")), Level::kOk);
+  EXPECT_THAT(Lines(CheckDataDisk(machine, dives)),
+              UnorderedElementsAre("ok drop-in of mapper for /data/seastitch/dives: in place",
+                                   "ok drop-in of logger for /data/seastitch/dives: in place"));
+}
+
+TEST_F(DoctorDataDisk, ThatUnitsMayNotWriteToOrDoNotWaitForIsNamed) {
+  drop_ins[logger] = "ReadWritePaths=\nRequiresMountsFor=/var/lib/seastitch\n";
+  EXPECT_THAT(Alarms(),
+              ElementsAre(HasSubstr(
+                  "error drop-in of logger for /data/seastitch/dives: no ReadWritePaths")));
+  drop_ins[logger] = "ReadWritePaths=/data/seastitch\nRequiresMountsFor=/var/lib\n";
+  EXPECT_THAT(Alarms(), ElementsAre(HasSubstr("warning drop-in of logger")));
+  drop_ins[logger] = "ReadWritePaths=/data\nRequiresMountsFor=/data\n";
+  EXPECT_THAT(Alarms(), IsEmpty());
+  for (const char* mounts : {"After=-.mount data.mount\nWants=\n",
+                             "After=-.mount\nWants=data.mount\n",
+                             "After=-.mount x.mount\nWants=-.mount x.mount\n"}) {
+    drop_ins[mapper] = std::string("ReadWritePaths=/data\n") + mounts;
+    EXPECT_THAT(Alarms(), ElementsAre(HasSubstr("no Wants and After of the disk's mount unit")))
+        << mounts;
+  }
+}
+
+TEST_F(DoctorDataDisk, WhoseMountPointHasADashIsFound) {
+  for (auto& [unit, text] : drop_ins)
+    text =
+        "ReadWritePaths=/mnt/my-disk\nWants=mnt-my\\x2ddisk.mount\nAfter=mnt-my\\x2ddisk.mount\n";
+  drop_ins[logger] += "RequiresMountsFor=/mnt/my-disk\n";
+  EXPECT_EQ(Worst(CheckDataDisk(machine, "/mnt/my-disk/dives")), Level::kOk);
+  EXPECT_EQ(Worst(CheckDataDisk(machine, "/mnt/my/disk/dives")), Level::kError);
+}
+
+// A disk that drops out must not end the navigation.
+TEST_F(DoctorDataDisk, ThatProcessesBesideTheLoggerRequireIsNamed) {
+  for (const std::string process : {"mapper", "imu-driver", "nav-driver"}) {
+    std::string& text = drop_ins["seastitch-" + process + ".service"];
+    const std::string before = std::exchange(text, drop_ins[logger]);
+    EXPECT_THAT(Alarms(),
+                ElementsAre("warning drop-in of " + process +
+                            " for /data/seastitch/dives: RequiresMountsFor, so that systemd stops "
+                            "it when the disk drops out"));
+    text = before;
+  }
+}
+
+TEST_F(DoctorDataDisk, ThatIsNotMountedIsNamed) {
+  machine.root = "/";
+  EXPECT_THAT(Alarms(),
+              ElementsAre(HasSubstr("warning data disk of /data/seastitch/dives: not "
+                                    "mounted")));
+}
+
+// Of a folder on the computer's own disk, without a data disk.
+TEST_F(DoctorDataDisk, ThatNobodyAskedForIsNotMissed) {
+  machine.root = "/";
+  drop_ins[logger] = "ReadWritePaths=/data/seastitch\n";
+  EXPECT_THAT(Alarms(), ElementsAre(HasSubstr("no RequiresMountsFor")));
 }
 
 std::string DiveJson(int number, std::int64_t last_utime, bool mapper_stopped) {
@@ -260,7 +389,8 @@ TEST_F(DoctorSensors, ThatAreSilentLateOrImplausibleAreNamed) {
               ElementsAre(HasSubstr("error gravity, as the inertial unit feels it: 1.00")));
   Hear(&watch.specific_force_mps2, 9.79);
   Hear(&watch.sound_speed_mps, 343.0);
-  EXPECT_THAT(Alarms(), ElementsAre(HasSubstr("error sound speed at the sonar: 343.00 m/s")));
+  EXPECT_THAT(Alarms(), ElementsAre(HasSubstr("warning sound speed at the sonar: 343.00 m/s")))
+      << "out of the water";
   Hear(&watch.sound_speed_mps, 1450.0);
   Hear(&watch.depth_m, 10.2);
   EXPECT_THAT(Alarms(), ElementsAre(HasSubstr("error depth, at the surface: 10.20 m")));
@@ -300,6 +430,16 @@ TEST_F(DoctorSensors, OfAVehicleWithOtherInstrumentsComeFromTheNavDriver) {
   EXPECT_THAT(of_nav_driver(), IsEmpty()) << "no instrument, no process";
 }
 
+TEST_F(DoctorSensors, WithASourceOfPositionsHaveThemAtTheSurface) {
+  setup.nav_channels = {"POSITION_FIX"};
+  EXPECT_THAT(Alarms(), ElementsAre(HasSubstr("warning POSITION_FIX: not heard")));
+  EXPECT_THAT(Alarms(false), IsEmpty()) << "under water";
+  Hear(&watch.latency_s["POSITION_FIX"], 0.1);
+  EXPECT_THAT(Alarms(), IsEmpty());
+  EXPECT_THAT(Lines(CheckSensors(watch, setup, true)),
+              testing::Contains("ok POSITION_FIX: heard, 5 positions"));
+}
+
 TEST(DoctorSetup, TheNavDriverIsLookedForWhereItsFileNamesAnInstrument) {
   const TemporaryDir dir;
   std::filesystem::copy(ConfigFile(""), dir.path(), std::filesystem::copy_options::recursive);
@@ -318,6 +458,58 @@ TEST(DoctorSetup, TheNavDriverIsLookedForWhereItsFileNamesAnInstrument) {
   EXPECT_THAT(Lines(CheckSerial("nav-driver", "serial:/dev/null")), ElementsAre(HasSubstr("ok ")));
 }
 
+// Two programs that read one device get half of the bytes each.
+TEST(DoctorSetup, TwoSourcesOnOneSerialPortAreNamed) {
+  const TemporaryDir dir;
+  std::filesystem::copy(ConfigFile(""), dir.path(), std::filesystem::copy_options::recursive);
+  dir.Write("ttyUSB0", "");
+  std::filesystem::create_symlink("ttyUSB0", dir.path() / "by-id");
+  const std::string port = (dir.path() / "ttyUSB0").string();
+  const std::string by_id = (dir.path() / "by-id").string();
+  const auto together = [&](const std::string& gps, const std::string& depth) {
+    dir.Write("nav_driver.yaml",
+              "gps: {source: \"serial:" + gps + "\"}\ndepth: {source: \"serial:" + depth + "\"}\n");
+    Findings findings;
+    return Lines(CheckTogether(LoadSetup(dir.path(), &findings)));
+  };
+  const auto named =
+      testing::Contains(HasSubstr("error nav-driver and nav-driver both listen on serial port "));
+  EXPECT_THAT(together(port, by_id), named);
+  EXPECT_THAT(together(port, port + "?baud=9600"), named);
+  EXPECT_THAT(together(port, port), Not(named)) << "one source of two instruments";
+  EXPECT_THAT(together(port, port + "1"), Not(named));
+}
+
+TEST(DoctorDeadline, HoldsWhereEveryProgramHangs) {
+  const TemporaryDir dir;
+  std::filesystem::create_directory(dir.path() / "config");
+  std::filesystem::copy(
+      ConfigFile(""), dir.path() / "config", std::filesystem::copy_options::recursive);
+  Machine machine;
+  machine.run = [](const Words&) -> std::optional<std::string> {
+    std::this_thread::sleep_for(std::chrono::seconds(2));
+    return std::nullopt;
+  };
+  const auto begin = std::chrono::steady_clock::now();
+  const Findings findings =
+      Examine({.config_dir = dir.path() / "config", .lcm_url = "memq://"}, machine).findings;
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(10));
+  EXPECT_THAT(Lines(findings), testing::Contains(HasSubstr("ip and systemctl respond too slowly")));
+}
+
+TEST(Programs, ReturnTextAndExitStatusAndDoNotHang) {
+  const ChildResult failed = RunProgram({"sh", "-c", "echo two of three; exit 3"}, 10.0);
+  EXPECT_EQ(failed.output, "two of three\n");
+  EXPECT_EQ(failed.exit_status, 3);
+  EXPECT_EQ(RunProgram({"no-such-program"}, 10.0).exit_status, 127);
+  EXPECT_EQ(RunProgram({"printf", std::string(100'000, 'x')}, 10.0).output.size(), 100'000u);
+  const auto begin = std::chrono::steady_clock::now();
+  const ChildResult hung = RunProgram({"sh", "-c", "trap '' TERM; echo begun; sleep 60"}, 0.5);
+  EXPECT_EQ(hung.output, "begun\n");
+  EXPECT_FALSE(hung.exit_status);
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(5));
+}
+
 TEST(Findings, AreTextAndJson) {
   const Findings findings{
       Ok("cpu", "CPU: 2 cores"),
@@ -334,6 +526,13 @@ TEST(Findings, AreTextAndJson) {
   EXPECT_EQ(json["result"], "warning");
   EXPECT_EQ(json["checks"][1]["check"], "clock");
   EXPECT_EQ(json["checks"][1]["level"], "warning");
+
+  const Findings both{findings[0], findings[1], Error("disk_free", "disk: full", "Make room.")};
+  const auto read = FromJson(ToJson(both));
+  ASSERT_TRUE(read);
+  EXPECT_EQ(ToJson(*read), ToJson(both));
+  for (const char* text : {"", "{}", "[]", R"({"checks": [{}]})", R"({"checks": 3})"})
+    EXPECT_FALSE(FromJson(text)) << text;
 }
 
 }  // namespace

@@ -21,6 +21,7 @@
 #include "seastitch/imu_t.hpp"
 #include "seastitch/mbes_ping_t.hpp"
 #include "seastitch/navigation_t.hpp"
+#include "seastitch/position_fix_t.hpp"
 
 namespace seastitch {
 namespace {
@@ -113,19 +114,37 @@ Findings SensorFindings(const BusWatch& watch,
   return {Ok("sensor", is)};
 }
 
+// Positions come at the surface, and not at a steady rate.
+Findings FixFindings(const BusWatch& watch) {
+  const std::string name = channels::kPositionFix;
+  const auto found = watch.latency_s.find(name);
+  if (found != watch.latency_s.end())
+    return {Ok("sensor", name + ": heard, " + std::to_string(found->second.count) + " positions")};
+  return {
+      Warning("sensor",
+              name + ": not heard, though nav_driver.yaml has a source of positions",
+              "A GPS receiver needs free sight of the sky, a USBL its transceiver in the water: "
+              "check power and cable, and what nav-driver says above. Under water: seastitch "
+              "doctor --under-water.")};
+}
+
 struct Plausible {
   std::string name;
   const Heard& heard;
   double low, high;
   const char* unit;
   const char* remedy;
+  Finding::Level otherwise = Finding::Level::kError;
 };
 
 Findings ValueFindings(const Plausible& value) {
   if (value.heard.count == 0) return {};  // its silence is already a finding
   const std::string is = Format("%s: %.2f %s", value.name.c_str(), value.heard.mean(), value.unit);
   if (value.heard.mean() >= value.low && value.heard.mean() <= value.high) return {Ok("value", is)};
-  return {Error("value", is + Format(", expected %g to %g", value.low, value.high), value.remedy)};
+  return {{.level = value.otherwise,
+           .check = "value",
+           .text = is + Format(", expected %g to %g", value.low, value.high),
+           .remedy = value.remedy}};
 }
 
 }  // namespace
@@ -166,6 +185,7 @@ BusWatch::BusWatch(const std::string& lcm_url)
     if (msg.bottom_lock) speed_mps.Add(Norm(msg.v_dvl_mps), recv_s);
   });
   Sense<navigation_t>(channels::kIns, [](const navigation_t&, double) {});
+  Sense<position_fix_t>(channels::kPositionFix, [](const position_fix_t&, double) {});
   Sense<depth_t>(channels::kDepth,
                  [this](const depth_t& msg, double recv_s) { depth_m.Add(msg.depth_m, recv_s); });
   Sense<mbes_ping_t>(channels::kMbesPing, [this](const mbes_ping_t& msg, double recv_s) {
@@ -285,6 +305,8 @@ Findings CheckSensors(const BusWatch& watch, const Setup& setup, bool at_surface
   Findings findings;
   for (const auto& [channel, process] : sensors)
     Append(SensorFindings(watch, channel, process), &findings);
+  if (at_surface && setup.nav_channels.contains(channels::kPositionFix))
+    Append(FixFindings(watch), &findings);
   Append(ValueFindings({"gravity, as the inertial unit feels it",
                         watch.specific_force_mps2,
                         9.3,
@@ -297,7 +319,8 @@ Findings CheckSensors(const BusWatch& watch, const Setup& setup, bool at_surface
                         1400.0,
                         1600.0,
                         "m/s",
-                        "Check the sonar's sound-speed probe. Out of the water it may be off."}),
+                        "Check the sonar's sound-speed probe. Normal out of the water.",
+                        Finding::Level::kWarning}),
          &findings);
   if (at_surface)
     Append(ValueFindings({"depth, at the surface",

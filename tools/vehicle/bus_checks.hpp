@@ -66,7 +66,8 @@ Findings CheckLoopback(const BusWatch& watch);
 Findings CheckProcesses(const BusWatch& watch, const Setup& setup, double now_s);
 // Checks that each process runs with the present content of its files.
 Findings CheckRunningConfigs(const BusWatch& watch, const Setup& setup);
-// Checks rates, stamps, clocks and plausible values. at_surface: depth must be near 0.
+// Checks rates, stamps, clocks and plausible values. at_surface: depth must be near 0, and
+// positions must come where a source of them is configured.
 Findings CheckSensors(const BusWatch& watch, const Setup& setup, bool at_surface);
 
 }  // namespace seastitch

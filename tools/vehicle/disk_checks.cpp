@@ -6,14 +6,18 @@
 #include <cerrno>
 #include <chrono>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
+#include <map>
+#include <set>
 #include <sstream>
 #include <vector>
 
 #include "common/runtime/dive_folder.hpp"
 #include "drivers/socket/file_descriptor.hpp"
 #include "tools/vehicle/machine_checks.hpp"
+#include "tools/vehicle/process_roll.hpp"
 
 // The checks of machine_checks.hpp that concern the disk and its dives.
 namespace seastitch {
@@ -25,18 +29,15 @@ constexpr double kGigabyte = 1e9;
 constexpr char kOtherDisk[] =
     "Make room: fetch old dives and delete them, or name a data disk (docs/operations.md).";
 
-// A test file; deleted in any case.
+// A test file. It loses its name at once: however the doctor ends, nothing is left.
 class TrialFile {
  public:
-  explicit TrialFile(const fs::path& folder)
-      : path_(folder / (".doctor-" + std::to_string(getpid()))),
-        fd_(open(path_.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0600)),
-        error_(fd_ ? 0 : errno) {}
-  ~TrialFile() {
-    if (fd_) unlink(path_.c_str());
+  explicit TrialFile(const fs::path& folder) {
+    const fs::path path = folder / (".doctor-" + std::to_string(getpid()));
+    fd_ = FileDescriptor(open(path.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0600));
+    error_ = fd_ ? 0 : errno;
+    if (fd_) unlink(path.c_str());
   }
-  TrialFile(const TrialFile&) = delete;
-  TrialFile& operator=(const TrialFile&) = delete;
 
   // Writes to the disk for at most 64 MB and about 1.5 s; returns MB/s. Nothing if it failed:
   // error().
@@ -57,9 +58,8 @@ class TrialFile {
   int error() const { return error_; }
 
  private:
-  fs::path path_;
   FileDescriptor fd_;
-  int error_;
+  int error_ = 0;
 };
 
 Finding RoomFinding(const fs::path& folder) {
@@ -103,6 +103,82 @@ bool IsBelow(const fs::path& path, const fs::path& folder) {
   return !relative.empty() && *relative.begin() != "..";
 }
 
+std::string UnitOf(const std::string& process) { return "seastitch-" + process + ".service"; }
+
+// Whether one of the paths, such as of ReadWritePaths, is the folder or above it.
+bool Covers(const std::string& paths, const fs::path& folder) {
+  std::istringstream words(paths);
+  for (std::string path; words >> path;)
+    if (IsBelow(folder, path.substr(path.starts_with('-') ? 1 : 0))) return true;
+  return false;
+}
+
+// Mount point of a mount unit: /data/a-b of "data-a\\x2db.mount"; empty for another unit.
+fs::path MountPointOf(const std::string& unit) {
+  const fs::path name = unit;
+  if (name.extension() != ".mount") return {};
+  std::string path = "/";
+  const std::string escaped = name.stem();
+  for (std::size_t i = 0; i < escaped.size(); ++i) {
+    if (escaped[i] == '\\' && i + 3 < escaped.size()) {
+      path += static_cast<char>(std::strtol(escaped.substr(i + 2, 2).c_str(), nullptr, 16));
+      i += 3;
+    } else {
+      path += escaped[i] == '-' ? '/' : escaped[i];
+    }
+  }
+  return path == "//" ? "/" : path;  // of "-.mount"
+}
+
+// Names of the units that mount a disk for the folder.
+std::set<std::string> MountsFor(const fs::path& folder, const std::string& units) {
+  std::istringstream words(units);
+  std::set<std::string> mounts;
+  for (std::string unit; words >> unit;)
+    if (const fs::path at = MountPointOf(unit); at.has_relative_path() && IsBelow(folder, at))
+      mounts.insert(unit);
+  return mounts;
+}
+
+Findings DropInFindings(const std::string& process,
+                        std::map<std::string, std::string>& unit,
+                        const fs::path& dives_dir) {
+  const bool requires_disk = Covers(unit["RequiresMountsFor"], dives_dir);
+  const std::string remedy =
+      "See \"Data disk\" in docs/operations.md; then sudo systemctl daemon-reload.";
+  const std::string name = "drop-in of " + process + " for " + dives_dir.string();
+  if (process != "logger" && requires_disk)
+    return {Warning("data_disk",
+                    name + ": RequiresMountsFor, so that systemd stops it when the disk drops out",
+                    remedy)};
+  if (process != "logger" && process != "mapper") return {};
+  if (!Covers(unit["ReadWritePaths"], dives_dir))
+    return {Error("data_disk", name + ": no ReadWritePaths, so that it may not write", remedy)};
+  if (process == "logger" && !requires_disk)
+    return {
+        Warning("data_disk",
+                name + ": no RequiresMountsFor, so that it may start before the disk is mounted",
+                remedy)};
+  const std::set<std::string> awaited = MountsFor(dives_dir, unit["After"]);
+  const std::set<std::string> wanted = MountsFor(dives_dir, unit["Wants"]);
+  const bool waits = std::any_of(
+      wanted.begin(), wanted.end(), [&](const auto& mount) { return awaited.contains(mount); });
+  if (process == "mapper" && !waits)
+    return {Warning("data_disk",
+                    name + ": no Wants and After of the disk's mount unit, so that it may start "
+                           "before the disk is mounted",
+                    remedy)};
+  return {Ok("data_disk", name + ": in place")};
+}
+
+// Device of the disk with the folder, or with the one in which it is to be made.
+dev_t DeviceOf(fs::path folder) {
+  struct stat status {};
+  while (stat(folder.c_str(), &status) != 0 && folder.has_relative_path())
+    folder = folder.parent_path();
+  return status.st_dev;
+}
+
 // "DIVE_...: mapper, logger": a dive and its processes that did not stop properly.
 std::string Unended(const DiveRecord& record) {
   std::string names;
@@ -132,39 +208,23 @@ Findings CheckDisk(const fs::path& dives_dir) {
 
 Findings CheckDataDisk(const Machine& machine, const fs::path& dives_dir) {
   if (IsBelow(dives_dir, "/var/lib/seastitch")) return {};
+  std::vector<std::string> processes(kProcesses.begin(), kProcesses.end());
+  processes.push_back(kNavDriver);
+  std::vector<std::string> units;
+  for (const std::string& process : processes) units.push_back(UnitOf(process));
+  UnitProperties shown =
+      ShowUnits(machine, units, "LoadState,ReadWritePaths,RequiresMountsFor,Wants,After");
   Findings findings;
-  for (const std::string process : {"logger", "mapper"}) {
-    const std::string unit = "seastitch-" + process + ".service";
-    std::istringstream lines(
-        machine.run({"systemctl", "show", "-p", "LoadState,ReadWritePaths,RequiresMountsFor", unit})
-            .value_or(""));
-    bool loaded = false;
-    bool writes = false;
-    bool waits = false;
-    for (std::string line; std::getline(lines, line);) {
-      loaded |= line == "LoadState=loaded";
-      std::istringstream paths(line.substr(line.find('=') + 1));
-      for (std::string path; paths >> path;) {
-        const bool covers = path.starts_with('/') && IsBelow(dives_dir, path);
-        writes |= covers && line.starts_with("ReadWritePaths=");
-        waits |= covers && line.starts_with("RequiresMountsFor=");
-      }
-    }
-    if (!loaded) continue;  // not run by systemd
-    const std::string name = "drop-in of " + process + " for " + dives_dir.string();
-    const std::string remedy =
-        "See \"Data disk\" in docs/operations.md; then sudo systemctl daemon-reload.";
-    if (!writes)
-      findings.push_back(
-          Error("data_disk", name + ": no ReadWritePaths, so that it may not write", remedy));
-    else if (!waits)
-      findings.push_back(Warning("data_disk",
-                                 name + ": no RequiresMountsFor, so that it may start before the "
-                                        "disk is mounted",
-                                 remedy));
-    else
-      findings.push_back(Ok("data_disk", name + ": in place"));
-  }
+  for (const std::string& process : processes)
+    if (auto& unit = shown[UnitOf(process)]; unit["LoadState"] == "loaded")  // run by systemd
+      Append(DropInFindings(process, unit, dives_dir), &findings);
+  if (Covers(shown[UnitOf("logger")]["RequiresMountsFor"], dives_dir) &&
+      DeviceOf(dives_dir) == DeviceOf(machine.root))
+    findings.push_back(Warning("data_disk",
+                               "data disk of " + dives_dir.string() +
+                                   ": not mounted, the folder is on the computer's own disk",
+                               "Mount it: findmnt --target " + dives_dir.string() +
+                                   " names the disk; check /etc/fstab and the disk's cable."));
   return findings;
 }
 

@@ -22,8 +22,8 @@ struct Examination {
   RunningConfigs configs;
 };
 
-// All checks before a dive, in at most 10 s. Nothing is changed, except for a test file in the
-// folder of the dives, which is deleted again.
+// All checks before a dive, in at most 10 s whatever hangs. Nothing is changed, except for a test
+// file in the folder of the dives, which has no name.
 Examination Examine(const DoctorOptions& options, const Machine& machine = {});
 
 // `seastitch doctor`: prints the findings. Returns 0: no findings; 1: warnings; 2: errors.

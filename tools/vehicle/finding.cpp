@@ -20,6 +20,12 @@ const char* NameOf(Level level) {
   return "";
 }
 
+Level LevelOf(const std::string& name) {
+  for (const Level level : {Level::kOk, Level::kWarning})
+    if (name == NameOf(level)) return level;
+  return Level::kError;
+}
+
 }  // namespace
 
 Finding Ok(const std::string& check, const std::string& text) {
@@ -72,6 +78,19 @@ std::string ToJson(const Findings& findings) {
   const nlohmann::ordered_json json{
       {"result", NameOf(Worst(findings))}, {"version", ProgramVersion()}, {"checks", checks}};
   return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
+std::optional<Findings> FromJson(const std::string& text) try {
+  Findings findings;
+  const nlohmann::json json = nlohmann::json::parse(text);
+  for (const auto& check : json.at("checks"))
+    findings.push_back({.level = LevelOf(check.at("level")),
+                        .check = check.at("check"),
+                        .text = check.at("text"),
+                        .remedy = check.at("remedy")});
+  return findings;
+} catch (const nlohmann::json::exception&) {
+  return std::nullopt;
 }
 
 }  // namespace seastitch

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,5 +29,7 @@ Finding::Level Worst(const Findings& findings);
 std::string ToText(const Findings& findings, std::size_t columns);
 // {"result": "warning", "version": "...", "checks": [{"check", "level", "text", "remedy"}, ...]}.
 std::string ToJson(const Findings& findings);
+// The findings of ToJson(); nothing for any other text.
+std::optional<Findings> FromJson(const std::string& text);
 
 }  // namespace seastitch

@@ -4,12 +4,13 @@
 #include <linux/bpf.h>
 #include <sys/syscall.h>
 #include <sys/timex.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
+#include <sstream>
 
+#include "common/runtime/health.hpp"
 #include "drivers/socket/file_descriptor.hpp"
 
 namespace seastitch {
@@ -36,40 +37,42 @@ FilterState ReadFilter(const std::filesystem::path& cgroup) {
 
 }  // namespace
 
-std::optional<std::string> RunProgram(const std::vector<std::string>& command, int at_most_s) {
-  int ends[2];
-  if (pipe2(ends, O_CLOEXEC) != 0) return std::nullopt;
-  const FileDescriptor out(ends[0]);
-  FileDescriptor in(ends[1]);
-  std::vector<std::string> words{"timeout", std::to_string(at_most_s)};
-  words.insert(words.end(), command.begin(), command.end());
+ChildResult RunProgram(const std::vector<std::string>& command, double at_most_s) {
+  std::vector<std::string> words = command;
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
-  const pid_t child = fork();
-  if (child == 0) {
-    const int nothing = open("/dev/null", O_RDWR);
-    dup2(nothing, STDIN_FILENO);
-    dup2(in.get(), STDOUT_FILENO);
-    dup2(nothing, STDERR_FILENO);
+  PipedChild child([&](int out) {
+    dup2(out, STDOUT_FILENO);
     execvp(argv[0], argv.data());
-    _exit(127);
-  }
-  if (child < 0) return std::nullopt;
-  in = FileDescriptor();
-  std::string text;
-  char bytes[4096];
-  for (ssize_t got; (got = read(out.get(), bytes, sizeof bytes)) > 0;)
-    text.append(bytes, static_cast<std::size_t>(got));
-  int status = 0;
-  waitpid(child, &status, 0);
-  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) return std::nullopt;
-  return text;
+    return 127;
+  });
+  return child.WaitUntil(MonotonicSeconds() + at_most_s);
 }
 
 Machine::Machine()
-    : run([](const std::vector<std::string>& command) { return RunProgram(command, 2); }),
+    : run([](const std::vector<std::string>& command) -> std::optional<std::string> {
+        const ChildResult result = RunProgram(command, kProgramS);
+        return result.exit_status == 0 ? std::optional(result.output) : std::nullopt;
+      }),
       clock(ReadClock),
       filter(ReadFilter) {}
+
+UnitProperties ShowUnits(const Machine& machine,
+                         const std::vector<std::string>& units,
+                         const std::string& properties) {
+  std::vector<std::string> command{"systemctl", "show", "-p", "Id," + properties, "--"};
+  command.insert(command.end(), units.begin(), units.end());
+  std::istringstream lines(machine.run(command).value_or(""));
+  UnitProperties shown;
+  std::map<std::string, std::string> unit;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.empty()) unit.clear();  // between two units
+    if (const std::size_t equals = line.find('='); equals != std::string::npos)
+      unit[line.substr(0, equals)] = line.substr(equals + 1);
+    if (unit.contains("Id")) shown[unit["Id"]] = unit;
+  }
+  return shown;
+}
 
 }  // namespace seastitch

@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <cstring>
 #include <fstream>
+#include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -62,24 +63,32 @@ std::int64_t BitRateOf(const std::string& text) {
   return std::stoll(parts[1]) * scale.at(parts[2]);
 }
 
-// Bit rate in systemd-networkd's file for the interface [bit/s]; 0: no file, or no rate in it.
-std::int64_t WantedBitRate(const Machine& machine, const std::string& interface) {
-  // by name: of two files with one name, that of the first folder is used
-  std::map<std::string, fs::path> files;
+// Text after the last line KEY= of a file with such lines; empty if there is none.
+std::string LastValue(const std::string& text, const std::string& key) {
+  const std::regex line("(^|\n)[ \t]*" + key + "[ \t]*=[ \t]*([^\n]*)");
+  std::string value;
+  for (std::sregex_iterator at(text.begin(), text.end(), line), end; at != end; ++at)
+    value = (*at)[2];
+  return value;
+}
+
+// Bit rate that systemd-networkd gives an interface [bit/s]; 0: it manages the interface not at
+// all, or without a rate.
+std::int64_t WantedBitRate(const Machine& machine, std::int64_t interface_index) {
+  const std::string state = ReadFile(machine.network_links / std::to_string(interface_index));
+  const fs::path file = LastValue(state, "NETWORK_FILE");
+  if (file.empty()) return 0;
+  std::map<std::string, fs::path> drop_ins;  // by name, in the order in which they are read
   for (const fs::path& dir : machine.network_dirs) {
     std::error_code missing;
-    for (const auto& entry : fs::directory_iterator(dir, missing))
-      if (entry.path().extension() == ".network")
-        files.try_emplace(entry.path().filename().string(), entry.path());
+    for (const auto& entry :
+         fs::directory_iterator(dir / (file.filename().string() + ".d"), missing))
+      if (entry.path().extension() == ".conf")
+        drop_ins.try_emplace(entry.path().filename().string(), entry.path());
   }
-  for (const auto& [name, path] : files) {
-    const std::string text = ReadFile(path);
-    std::smatch rate;
-    const bool ours = std::regex_search(text, std::regex("(^|\n)Name=" + interface + "\\s*(\n|$)"));
-    if (ours && std::regex_search(text, rate, std::regex("(^|\n)BitRate=([^\n]*)")))
-      return BitRateOf(rate[2]);
-  }
-  return 0;
+  std::string text = ReadFile(file);
+  for (const auto& [name, path] : drop_ins) text += "\n" + ReadFile(path);
+  return BitRateOf(LastValue(text, "BitRate"));
 }
 
 Finding BitRateFinding(const std::string& name, std::int64_t rate, std::int64_t wanted) {
@@ -94,16 +103,46 @@ Finding BitRateFinding(const std::string& name, std::int64_t rate, std::int64_t 
                    std::to_string(wanted) + " restart-ms 100; or mend the .network file.");
 }
 
-// Properties of a unit by name, from systemctl.
-std::map<std::string, std::string> UnitProperties(const Machine& machine,
-                                                  const std::string& unit,
-                                                  const std::string& names) {
-  std::map<std::string, std::string> properties;
-  std::istringstream lines(machine.run({"systemctl", "show", "-p", names, unit}).value_or(""));
-  for (std::string line; std::getline(lines, line);)
-    if (const std::size_t equals = line.find('='); equals != std::string::npos)
-      properties[line.substr(0, equals)] = line.substr(equals + 1);
-  return properties;
+// LCM's multicast group; nothing if the URL has none.
+std::optional<std::string> GroupOf(const std::string& lcm_url) {
+  std::smatch group;
+  if (!std::regex_search(lcm_url, group, std::regex("^udpm://([0-9.]+)"))) return std::nullopt;
+  return group[1].str();
+}
+
+std::set<std::string> WordsOf(const std::string& text) {
+  std::istringstream in(text);
+  return {std::istream_iterator<std::string>(in), {}};
+}
+
+// denies: the unit refuses what it does not allow. lets_in: other addresses that it allows, each
+// after a space.
+Finding FilterFinding(const Machine& machine,
+                      const std::string& process,
+                      const std::string& cgroup,
+                      bool denies,
+                      const std::string& lets_in) {
+  const std::string name = "IP filter of " + process;
+  const std::string remedy =
+      "The unit needs IPAddressDeny=any and IPAddressAllow=localhost 239.255.76.67, and no more in "
+      "a drop-in (systemctl cat seastitch-" +
+      process + "), the kernel CONFIG_CGROUP_BPF.";
+  if (cgroup.empty())
+    return Warning("ip_filter",
+                   name + ": not known, seastitch-" + process + ".service does not run",
+                   "sudo systemctl start seastitch.target");
+  const FilterState state = machine.filter(machine.cgroups / cgroup.substr(1));
+  if (!state.trouble.empty())
+    return Warning("ip_filter",
+                   name + ": not known, " + state.trouble,
+                   "Run the doctor with sudo; the kernel needs CONFIG_CGROUP_BPF.");
+  if (!denies || state.programs == 0)
+    return Error("ip_filter", name + ": none, so that other computers can speak on LCM", remedy);
+  if (!lets_in.empty())
+    return Error("ip_filter",
+                 name + ": lets other computers speak on LCM, IPAddressAllow has" + lets_in,
+                 remedy);
+  return Ok("ip_filter", name + ": holds");
 }
 
 double MegabytesIn(const std::string& meminfo, const std::string& key) {
@@ -132,13 +171,13 @@ std::string Disciplines(const Machine& machine) {
 }  // namespace
 
 Findings CheckRoute(const Machine& machine, const std::string& lcm_url) {
-  std::smatch group;
-  if (!std::regex_search(lcm_url, group, std::regex("^udpm://([0-9.]+)")))
+  const std::optional<std::string> group = GroupOf(lcm_url);
+  if (!group)
     return {Ok("lcm_route", "LCM at " + lcm_url + ": not a multicast group, no route is needed")};
   const std::string remedy = "sudo systemctl start lcm-loopback, which does: ip route replace " +
-                             group[1].str() + "/32 dev lo src 127.0.0.1";
-  const std::string name = "route of LCM's group " + group[1].str();
-  const std::optional<Json> route = AskIp(machine, {"route", "get", group[1].str()});
+                             *group + "/32 dev lo src 127.0.0.1";
+  const std::string name = "route of LCM's group " + *group;
+  const std::optional<Json> route = AskIp(machine, {"route", "get", *group});
   if (!route) return {Error("lcm_route", name + ": none", remedy)};
   const std::string dev = StringIn(*route, "dev");
   const std::string source = StringIn(*route, "prefsrc");
@@ -175,9 +214,10 @@ Findings CheckCan(const Machine& machine, const std::string& interface) {
                              "Check bit rate, termination and wiring, and that a device answers."));
   const Json timing = data.value("bittiming", Json::object());
   const Json rate = timing.value("bitrate", Json(0));
-  findings.push_back(BitRateFinding(interface,
-                                    rate.is_number_integer() ? rate.get<std::int64_t>() : 0,
-                                    WantedBitRate(machine, interface)));
+  findings.push_back(
+      BitRateFinding(interface,
+                     rate.is_number_integer() ? rate.get<std::int64_t>() : 0,
+                     WantedBitRate(machine, link->value("ifindex", std::int64_t{0}))));
   return findings;
 }
 
@@ -264,36 +304,31 @@ Findings CheckMemory(const Machine& machine) {
   return {Warning("memory", is, remedy)};
 }
 
-Findings CheckFilter(const Machine& machine) {
+Findings CheckFilter(const Machine& machine, const std::string& lcm_url) {
+  const std::set<std::string> permitted{
+      "127.0.0.0/8", "::1/128", GroupOf(lcm_url).value_or("239.255.76.67") + "/32"};
+  const auto unit_of = [](const std::string& process) {
+    return "seastitch-" + process + ".service";
+  };
+  const std::vector<std::string> processes{"mapper", "optimizer", "logger"};
+  // What a slice lets in, its units receive too.
+  const std::vector<std::string> slices{"-.slice", "system.slice"};
+  std::vector<std::string> names = slices;
+  for (const std::string& process : processes) names.push_back(unit_of(process));
+  UnitProperties units = ShowUnits(machine, names, "ControlGroup,IPAddressAllow,IPAddressDeny");
+  std::string of_slices;
+  for (const std::string& slice : slices) of_slices += units[slice]["IPAddressAllow"] + " ";
   Findings findings;
-  for (const std::string process : {"mapper", "optimizer", "logger"}) {
-    const std::string unit = "seastitch-" + process + ".service";
-    const std::string name = "IP filter of " + process;
-    const auto properties = UnitProperties(machine, unit, "ControlGroup,IPAddressDeny");
-    const auto value = [&](const char* key) {
-      const auto found = properties.find(key);
-      return found == properties.end() ? "" : found->second;
-    };
-    const std::string cgroup = value("ControlGroup");
-    if (cgroup.empty()) {
-      findings.push_back(Warning("ip_filter",
-                                 name + ": not known, " + unit + " does not run",
-                                 "sudo systemctl start seastitch.target"));
-      continue;
-    }
-    const FilterState state = machine.filter(machine.cgroups / cgroup.substr(1));
-    if (!state.trouble.empty()) {
-      findings.push_back(Warning("ip_filter",
-                                 name + ": not known, " + state.trouble,
-                                 "Run the doctor with sudo; the kernel needs CONFIG_CGROUP_BPF."));
-    } else if (value("IPAddressDeny").empty() || state.programs == 0) {
-      findings.push_back(Error("ip_filter",
-                               name + ": none, so that other computers can speak on LCM",
-                               "The unit needs IPAddressDeny=any and IPAddressAllow=localhost "
-                               "239.255.76.67, the kernel CONFIG_CGROUP_BPF."));
-    } else {
-      findings.push_back(Ok("ip_filter", name + ": holds"));
-    }
+  for (const std::string& process : processes) {
+    auto& unit = units[unit_of(process)];
+    std::string lets_in;
+    for (const std::string& address : WordsOf(of_slices + unit["IPAddressAllow"]))
+      if (!permitted.contains(address)) lets_in += " " + address;
+    findings.push_back(FilterFinding(machine,
+                                     process,
+                                     unit["ControlGroup"],
+                                     WordsOf(unit["IPAddressDeny"]).contains("0.0.0.0/0"),
+                                     lets_in));
   }
   return findings;
 }

@@ -75,6 +75,19 @@ void LoadLogger(const std::string& file, Setup* setup) {
   setup->dives["logger"] = config.dive;
 }
 
+// The port of which only one process gets the bytes; empty for a source of another kind.
+std::string PortOf(const std::string& source) {
+  if (source.starts_with("udp:"))
+    return "UDP port " +
+           std::to_string(HostPortOf(ParseSourceUrl(source, {"interface", "from"})).port);
+  if (!source.starts_with("serial:")) return "";
+  // A device has several names, such as those of /dev/serial/by-id.
+  std::error_code missing;
+  const std::filesystem::path device =
+      std::filesystem::weakly_canonical(ParseSourceUrl(source, {"baud"}).address, missing);
+  return "serial port " + device.string();
+}
+
 }  // namespace
 
 bool Setup::Needs(const std::string& process) const {
@@ -127,15 +140,13 @@ Findings CheckTogether(const Setup& setup) {
   Findings findings;
   std::map<std::string, std::string> taken;  // port and its user
   for (const auto& [process, driver] : setup.drivers) {
-    if (!driver.source.starts_with("udp:")) continue;
-    const std::string port =
-        std::to_string(HostPortOf(ParseSourceUrl(driver.source, {"interface", "from"})).port);
+    const std::string port = PortOf(driver.source);
+    if (port.empty()) continue;
     const auto [other, is_free] = taken.try_emplace(port, process);
     if (!is_free)
-      findings.push_back(
-          Error("sources",
-                other->second + " and " + process + " both listen on UDP port " + port,
-                "Give each its own port in source."));
+      findings.push_back(Error("sources",
+                               other->second + " and " + process + " both listen on " + port,
+                               "Give each its own port in source."));
   }
   const auto logger = setup.dives.find("logger");
   const auto mapper = setup.dives.find("mapper");
