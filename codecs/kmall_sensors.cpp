@@ -352,6 +352,23 @@ std::optional<NavigationRecord> DecodeKmBinary(Bytes datagram) {
   return ReadKmb(datagram, "kmb");
 }
 
+std::optional<std::size_t> SizeOfKmMotion(Bytes bytes) {
+  constexpr std::size_t kMostSkmBytes = 20'000;  // of 148 samples
+  if (const auto size = SizeOfKmBinary(bytes)) return size;
+  if (bytes.size() < 8) return 0;
+  const std::size_t size = ByteReader(bytes).Le<std::uint32_t>();
+  const std::string type(bytes.begin() + 4, bytes.begin() + 8);
+  if (type != "#SKM" || size < kKmallHeaderBytes + kKmallTailBytes || size > kMostSkmBytes)
+    return std::nullopt;
+  if (bytes.size() < size) return 0;
+  return WholeKmall(bytes.first(size), "#SKM") ? std::optional(size) : std::nullopt;
+}
+
+std::optional<std::vector<NavigationRecord>> DecodeKmMotion(Bytes datagram) {
+  if (const auto one = DecodeKmBinary(datagram)) return std::vector{*one};
+  return DecodeSkm(datagram);
+}
+
 std::vector<std::uint8_t> EncodeSpo(const NavigationRecord& sample, const KmallHeader& header) {
   constexpr std::uint16_t kActiveByItsOwnTime = 1 | 1 << 9;
   KmallHeader spo = header;

@@ -28,6 +28,9 @@ std::optional<std::vector<NavigationRecord>> DecodeSkm(Bytes datagram);
 // checksum. SizeOfKmBinary is a FrameStream::SizeOf.
 std::optional<std::size_t> SizeOfKmBinary(Bytes bytes);
 std::optional<NavigationRecord> DecodeKmBinary(Bytes datagram);
+// The same samples as the sonar sends them on: one #KMB, or the many of a #SKM.
+std::optional<std::size_t> SizeOfKmMotion(Bytes bytes);
+std::optional<std::vector<NavigationRecord>> DecodeKmMotion(Bytes datagram);
 
 // One datagram of position, height and quality of positioning system 0 ("#SPO0"), by the sensor's
 // own time.

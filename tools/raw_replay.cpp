@@ -47,7 +47,9 @@ RawReplay::RawReplay(const RawSources& sources, const DriverFiles& files, Bus* b
   if (sources.dvl) {
     const std::string file = files.dvl.string();
     if (DeviceIn(file, DvlDevices()) == Pd0DriverConfig{}.device) {
-      dvl_datagrams_ = std::make_unique<Pd0Driver>(LoadPd0DriverConfig(file), bus);
+      const Pd0DriverConfig config = LoadPd0DriverConfig(file);
+      dvl_channels_ = config.output_channels();
+      dvl_datagrams_ = std::make_unique<Pd0Driver>(config, bus);
     } else {
       dvl_ = std::make_unique<DvlDriver>(LoadDvlDriverConfig(file), bus);
     }
@@ -95,7 +97,7 @@ void RawReplay::Feed(const std::string& channel, const std::string& source, cons
     made_.insert(nav_channels_.begin(), nav_channels_.end());
     nav_->Feed(source, datagram);
   } else if (channel == channels::kRawDvl && dvl_datagrams_) {
-    made_.insert(channels::kDvl);
+    made_.insert(dvl_channels_.begin(), dvl_channels_.end());
     dvl_datagrams_->Feed(datagram);
   } else if (IsOf(source, "imu-driver") && imu_) {
     made_.insert(channels::kImu);

@@ -64,6 +64,7 @@ class RawReplay {
   std::unique_ptr<DatagramDriver> dvl_datagrams_;
   std::unique_ptr<DatagramDriver> mbes_;
   std::unique_ptr<NavDriver> nav_;
+  std::set<std::string> dvl_channels_;  // of dvl_datagrams_
   std::set<std::string> nav_channels_;
   std::set<std::string> made_;
   std::map<std::string, Packet> open_;  // by channel and source

@@ -98,7 +98,8 @@ bool ReadVariableLeader(Bytes block, Pd0Ensemble* out) {
   in.Skip(2);
   out->number = in.Le<std::uint16_t>();
   const std::optional<Time> time = ReadTime(&in);
-  in.Skip(7);
+  in.Skip(5);
+  out->depth_m = in.Le<std::uint16_t>() / 10.0;
   out->heading_rad = Hundredths(in.Le<std::uint16_t>());
   out->pitch_rad = Hundredths(in.Le<std::int16_t>());
   out->roll_rad = Hundredths(in.Le<std::int16_t>());
@@ -203,7 +204,8 @@ std::vector<std::uint8_t> EncodePd0(const Pd0Ensemble& e) {
   out.Le(kVariableLeaderId);
   out.Le(e.number);
   WriteTime(e.time, &out);
-  out.Zeros(7);
+  out.Zeros(5);
+  out.Le(static_cast<std::uint16_t>(std::lround(e.depth_m * 10.0)));
   out.Le(static_cast<std::uint16_t>(std::lround(Rad2Deg(e.heading_rad) * 100.0)));
   out.Le(ToHundredths(e.pitch_rad));
   out.Le(ToHundredths(e.roll_rad));
@@ -282,8 +284,8 @@ Pd0Ensemble ToPd0Ensemble(const DvlSample& sample, const Pd0Params& params) {
   return e;
 }
 
-std::vector<DvlSample> Pd0Decoder::Add(Bytes datagram, Time recv) {
-  std::vector<DvlSample> samples;
+std::vector<Pd0Output> Pd0Decoder::Add(Bytes datagram, Time recv) {
+  std::vector<Pd0Output> outputs;
   std::size_t size = 0;
   for (Bytes left = datagram; !left.empty() || datagram.empty(); left = left.subspan(size)) {
     const std::optional<Pd0Ensemble> ensemble = DecodePd0(left, &size);
@@ -292,16 +294,18 @@ std::vector<DvlSample> Pd0Decoder::Add(Bytes datagram, Time recv) {
       break;
     }
     if (IsRepeat(*ensemble)) continue;
-    DvlSample sample = ToDvlSample(*ensemble, params_);
     const std::optional<Time> time = stamper_.Stamp(ensemble->time, recv);
     if (!time) {
       ++counters_["pd0_unstamped"];
       continue;
     }
-    sample.time = *time;
-    samples.push_back(sample);
+    Pd0Output& output = outputs.emplace_back();
+    output.dvl = ToDvlSample(*ensemble, params_);
+    output.dvl.time = *time;
+    if (params_.depth_sigma_m > 0.0)
+      output.depth = DepthSample{*time, std::nullopt, ensemble->depth_m, params_.depth_sigma_m};
   }
-  return samples;
+  return outputs;
 }
 
 bool Pd0Decoder::IsRepeat(const Pd0Ensemble& ensemble) {

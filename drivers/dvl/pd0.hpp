@@ -26,6 +26,7 @@ struct Pd0Ensemble {
   double roll_rad = 0.0;
   double pitch_rad = 0.0;
   double heading_rad = 0.0;
+  double depth_m = 0.0;  // of the transducer: measured or set, resolution 0.1 m
   // Velocity of the bottom with respect to the DVL [m/s]: starboard (or east), forward (or north),
   // up, error velocity; in beam axes along each beam, positive towards the DVL. Nothing: not
   // detected.
@@ -39,6 +40,7 @@ struct Pd0Ensemble {
 struct Pd0Params {
   double beam_angle_rad = Deg2Rad(30.0);  // of the beams from the z axis
   double sigma_mps = 0.01;                // of each component; PD0 does not state it
+  double depth_sigma_m = 0.0;             // 0: the depth is not used
   ClockParams clock;
 };
 
@@ -53,12 +55,17 @@ DvlSample ToDvlSample(const Pd0Ensemble& ensemble, const Pd0Params& params);
 // The ensemble that a DVL set to instrument axes would send.
 Pd0Ensemble ToPd0Ensemble(const DvlSample& sample, const Pd0Params& params);
 
+struct Pd0Output {
+  DvlSample dvl;
+  std::optional<DepthSample> depth;
+};
+
 // Decodes datagrams with one or more ensembles each.
 class Pd0Decoder {
  public:
   explicit Pd0Decoder(const Pd0Params& params) : params_(params), stamper_(params.clock) {}
 
-  std::vector<DvlSample> Add(Bytes datagram, Time recv);
+  std::vector<Pd0Output> Add(Bytes datagram, Time recv);
 
   // pd0_malformed, pd0_repeated, pd0_gaps (ensembles that never came), pd0_unstamped.
   const Counters& counters() const { return counters_; }

@@ -19,6 +19,15 @@ ParameterTable TableOf(Pd0DriverConfig* config) {
            "Angle of the beams from the DVL's z axis.")
       .DataSheet();
   DeclareVelocitySigma(&config->pd0.sigma_mps, &table);
+  table
+      .Add("depth_sigma_m",
+           &config->pd0.depth_sigma_m,
+           Unit::kMetre,
+           Range::Within(0.0, 10.0),
+           "Sigma of the depth of the transducer, which is published as DEPTH; its resolution is "
+           "0.1 "
+           "m. 0: not published. Only for a DVL with a pressure sensor: others send a constant.")
+      .DataSheet();
   return table;
 }
 
@@ -29,18 +38,28 @@ Pd0DriverConfig LoadPd0DriverConfig(const std::string& path) {
   return config;
 }
 
+std::set<std::string> Pd0DriverConfig::output_channels() const {
+  std::set<std::string> channels{channels::kDvl};
+  if (pd0.depth_sigma_m > 0.0) channels.insert(channels::kDepth);
+  return channels;
+}
+
 std::string PrintConfig(const Pd0DriverConfig& config) { return PrintWithDefaults(config, {}); }
 
 Pd0Driver::Pd0Driver(const Pd0DriverConfig& config, Bus* bus)
     : DatagramDriver("dvl-driver", channels::kRawDvl, config.driver, bus), decoder_(config.pd0) {}
 
 bool Pd0Driver::Decode(const Datagram& datagram) {
-  const std::vector<DvlSample> samples = decoder_.Add(datagram.bytes, datagram.recv);
-  for (const DvlSample& sample : samples) {
-    bus_->Publish(channels::kDvl, ToLcm(sample, MessageStamp{datagram.recv, seq_++}));
+  const std::vector<Pd0Output> outputs = decoder_.Add(datagram.bytes, datagram.recv);
+  for (const Pd0Output& output : outputs) {
+    bus_->Publish(channels::kDvl, ToLcm(output.dvl, MessageStamp{datagram.recv, seq_++}));
     OnPublished("dvl");
+    if (!output.depth) continue;
+    bus_->Publish(channels::kDepth,
+                  ToLcm(*output.depth, MessageStamp{datagram.recv, depth_seq_++}));
+    OnPublished("depth");
   }
-  return !samples.empty();
+  return !outputs.empty();
 }
 
 }  // namespace seastitch

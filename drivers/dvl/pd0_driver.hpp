@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <set>
 #include <string>
 
 #include "drivers/datagram_driver.hpp"
@@ -12,6 +13,8 @@ struct Pd0DriverConfig {
   std::string device = "pd0";
   DriverParams driver;
   Pd0Params pd0;
+
+  std::set<std::string> output_channels() const;  // without the raw bytes
 };
 
 // Throws ConfigError.
@@ -19,7 +22,7 @@ Pd0DriverConfig LoadPd0DriverConfig(const std::string& path);
 std::string PrintConfig(const Pd0DriverConfig& config);
 ParameterTable TableOf(Pd0DriverConfig* config);
 
-// PD0 ensembles over UDP to DVL and RAW_DVL.
+// PD0 ensembles over UDP to DVL, RAW_DVL and, if configured, DEPTH.
 class Pd0Driver : public DatagramDriver {
  public:
   Pd0Driver(const Pd0DriverConfig& config, Bus* bus);
@@ -32,6 +35,7 @@ class Pd0Driver : public DatagramDriver {
 
   Pd0Decoder decoder_;
   std::int64_t seq_ = 0;
+  std::int64_t depth_seq_ = 0;
 };
 
 }  // namespace seastitch

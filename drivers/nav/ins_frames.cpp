@@ -58,25 +58,29 @@ void PhinsIns::Take(const FrameStream::Frame& bytes) {
   if (depth.time <= *time && ToSeconds(*time - depth.time) < 5.0) Emit(depth);
 }
 
-KmBinaryIns::KmBinaryIns(const ClockParams& clock) : FrameCodec(SizeOfKmBinary), stamper_(clock) {}
+KmBinaryIns::KmBinaryIns(const ClockParams& clock) : FrameCodec(SizeOfKmMotion), stamper_(clock) {}
 
 void KmBinaryIns::Take(const FrameStream::Frame& frame) {
-  const std::optional<NavigationRecord> record = DecodeKmBinary(frame.bytes);
-  if (!record) return;
+  const auto records = DecodeKmMotion(frame.bytes);
+  if (!records) return Count("km_malformed");
   CountMessage();
-  const std::optional<Time> time = stamper_.Stamp(record->time, frame.recv);
+  for (const NavigationRecord& record : *records) Take(record, frame.recv);
+}
+
+void KmBinaryIns::Take(const NavigationRecord& record, Time recv) {
+  const std::optional<Time> time = stamper_.Stamp(record.time, recv);
   if (!time) return Count("unstamped");
   NavigationSample sample;
   sample.time = *time;
   sample.source = "kmb";
-  if (record->position)
-    sample.position = InsPosition{record->position->latitude_rad,
-                                  record->position->longitude_rad,
-                                  record->position->sigma_north_east_m};
-  sample.attitude = record->attitude;
-  if (record->velocity)
-    sample.velocity = InsVelocity{record->velocity->v_ned_mps, record->velocity->sigma_mps};
-  if (record->height_m) sample.height = InsVertical{*record->height_m};
+  if (record.position)
+    sample.position = InsPosition{record.position->latitude_rad,
+                                  record.position->longitude_rad,
+                                  record.position->sigma_north_east_m};
+  sample.attitude = record.attitude;
+  if (record.velocity)
+    sample.velocity = InsVelocity{record.velocity->v_ned_mps, record.velocity->sigma_mps};
+  if (record.height_m) sample.height = InsVertical{*record.height_m};
   if (!sample.position && !sample.attitude) {
     Count("nothing_valid");
     sample.status = InsStatus::kInvalid;

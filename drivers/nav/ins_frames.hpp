@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "codecs/frame_stream.hpp"
+#include "codecs/survey_records.hpp"
 #include "drivers/nav/nav_codec.hpp"
 
 namespace seastitch {
@@ -50,10 +51,12 @@ class PhinsIns : public FrameCodec {
   std::optional<Duration> depth_at_;
 };
 
-// Decodes Kongsberg's KM binary: each datagram is a navigation sample with its own UTC.
+// Decodes Kongsberg's KM binary: each #KMB is a navigation sample with its own UTC, whether a
+// sensor sends it alone or a sonar sends many in a #SKM.
 class KmBinaryIns : public FrameCodec {
  public:
-  // Counters: those of FrameCodec; nothing_valid (position and attitude are called invalid).
+  // Counters: those of FrameCodec; nothing_valid (samples whose position and attitude are called
+  // invalid); km_malformed (#SKM whose sizes contradict each other).
   explicit KmBinaryIns(const ClockParams& clock);
 
   Counters clock_figures(const std::string& prefix) const override {
@@ -62,6 +65,7 @@ class KmBinaryIns : public FrameCodec {
 
  private:
   void Take(const FrameStream::Frame& frame) override;
+  void Take(const NavigationRecord& record, Time recv);
 
   Stamper stamper_;
 };

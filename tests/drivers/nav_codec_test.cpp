@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "codecs/kmall_sensors.hpp"
 #include "common/core/pose.hpp"
 #include "drivers/nav/depth_codec.hpp"
 #include "drivers/nav/ins_frames.hpp"
@@ -219,6 +220,27 @@ TEST(KmBinaryIns, ADatagramIsASampleByItsOwnTime) {
   EXPECT_EQ(ToUtime(samples[0].time), 1'714'645'232'015'000);
   EXPECT_TRUE(samples[0].position && samples[0].attitude && samples[0].velocity);
   EXPECT_EQ(samples[0].source, "kmb");
+}
+
+// A sonar's #SKM over UDP, with noise before it and a #KMB of the sensor after it.
+TEST(KmBinaryIns, EverySampleOfAnSkmIsASample) {
+  SKIP_WITHOUT(Golden("nav/synthetic_kmb.bin"));
+  std::vector<NavigationRecord> records(3);
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    records[i].time = FromUtime(kNoon + 10'000 * static_cast<std::int64_t>(i));
+    records[i].attitude = Attitude{};
+    records[i].position = GivenPosition{1.0, 0.1};
+  }
+  std::vector<std::uint8_t> stream{'n', 'o', 'i', 's', 'e'};
+  for (const auto& part :
+       {EncodeSkm(records, KmallHeader{}), ReadBytes(Golden("nav/synthetic_kmb.bin"))})
+    stream.insert(stream.end(), part.begin(), part.end());
+  KmBinaryIns ins({DeviceClock::kDevice});
+  const auto samples = All<NavigationSample>(ins.Add(stream, FromUtime(kNoon)));
+  ASSERT_EQ(samples.size(), 4u);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(samples[i].time, records[i].time);
+  EXPECT_NEAR(samples[2].position->latitude_rad, 1.0, 1e-9);
+  EXPECT_EQ(ins.counters(), (Counters{{"skipped_bytes", 5}}));
 }
 
 TEST(InsFrames, AnotherProtocolIsSaid) {

@@ -208,6 +208,25 @@ TEST(Pd0, WithoutBottomThereIsNoLockButAnEnsemble) {
   EXPECT_FALSE(back.altitude_m);
 }
 
+// Of a DVL with a pressure sensor, if its sigma is configured.
+TEST(Pd0, DepthIsGivenIfItsSigmaIs) {
+  Pd0Params params;
+  params.depth_sigma_m = 0.1;
+  Pd0Decoder decoder(params);
+  Pd0Ensemble e = ToPd0Ensemble(Sample(), Pd0Params{});
+  e.time = FromUtime(kStart);
+  e.depth_m = 1234.5;
+  ByteVector bytes = EncodePd0(e);
+  const std::size_t variable_at = bytes[8] + 256u * bytes[9];
+  EXPECT_EQ(bytes[variable_at + 16] + 256u * bytes[variable_at + 17], 12'345u) << "0.1 m";
+  const auto outputs = decoder.Add(bytes, FromUtime(kStart));
+  ASSERT_EQ(outputs.size(), 1u);
+  ASSERT_TRUE(outputs[0].depth);
+  EXPECT_EQ(outputs[0].depth->time, outputs[0].dvl.time);
+  EXPECT_EQ(outputs[0].depth->depth_m, 1234.5);
+  EXPECT_EQ(outputs[0].depth->sigma_m, 0.1);
+}
+
 TEST(Pd0, DatagramsOfOneAndOfMoreEnsembles) {
   Pd0Decoder decoder = ReceiveClock();
   Pd0Ensemble e = ToPd0Ensemble(Sample(), Pd0Params{});
@@ -218,7 +237,8 @@ TEST(Pd0, DatagramsOfOneAndOfMoreEnsembles) {
   both.insert(both.end(), second.begin(), second.end());
   const auto samples = decoder.Add(both, FromUtime(kStart));
   ASSERT_EQ(samples.size(), 2u);
-  EXPECT_EQ(ToUtime(samples[0].time), kStart - 100'000);
+  EXPECT_EQ(ToUtime(samples[0].dvl.time), kStart - 100'000);
+  EXPECT_FALSE(samples[0].depth);
   EXPECT_TRUE(decoder.counters().empty());
 
   EXPECT_TRUE(decoder.Add(second, FromUtime(kStart)).empty());  // doubled on the way

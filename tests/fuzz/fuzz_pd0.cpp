@@ -27,13 +27,17 @@ std::vector<std::uint8_t> Sealed(Bytes bytes) {
 
 // A run of ensembles, each behind a length of two bytes, through one decoder.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  Pd0Decoder decoder({});
+  Pd0Params params;
+  params.depth_sigma_m = 0.1;
+  Pd0Decoder decoder(params);
   ByteReader in(Bytes(data, size));
   for (int i = 0; i < 64 && in.left() >= 2; ++i) {
     const std::size_t length = std::min<std::size_t>(in.Le<std::uint16_t>(), in.left());
-    const auto samples = decoder.Add(Sealed(in.Take(length)), FromUtime(1'700'000'000'000'000 + i));
-    for (const DvlSample& sample : samples)
-      if (!sample.v_dvl_mps.allFinite() || !std::isfinite(sample.altitude_m.value_or(0.0)))
+    const auto outputs = decoder.Add(Sealed(in.Take(length)), FromUtime(1'700'000'000'000'000 + i));
+    for (const Pd0Output& output : outputs)
+      if (!output.dvl.v_dvl_mps.allFinite() ||
+          !std::isfinite(output.dvl.altitude_m.value_or(0.0)) ||
+          !std::isfinite(output.depth->depth_m))
         std::abort();
   }
   return 0;

@@ -127,7 +127,7 @@ TEST_F(SeveralDives, BecomeOneMapAndOneElsewhereStandsApart) {
   RecordProperty("shape_in_one_m", std::to_string(in_one_m));
   RecordProperty("shape_in_three_m", std::to_string(in_three_m));
   std::printf("shape: %.3f m in one, %.3f m in three\n", in_one_m, in_three_m);
-  // Three lines of 60 m without a fix; seastitch-bench-files measures whole surveys (at most 1.2).
+  // Three lines of 60 m without a fix. Whole surveys: docs/survey-files.md.
   EXPECT_LT(in_three_m, 1.5 * in_one_m);
 
   const CommandResult four = Replay("dive1/ dive2 dive3 elsewhere/dive4", "--soundings las");
