@@ -204,7 +204,7 @@ TEST(RestrictedLikelihood, IsThatOfTheContrastsAtAndBetweenItsNodes) {
       }
     }
   }
-  EXPECT_GT(largest, 30.0);
+  EXPECT_GT(largest, 15.0);
 }
 
 TEST(RestrictedLikelihood, DoesNotDependOnThePlacementAndNeedsSixBlocks) {
