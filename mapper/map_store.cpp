@@ -274,7 +274,10 @@ bool MapJournal::WriteCheckpoint(Time time, const std::vector<std::uint8_t>& che
   if (!synced_ || ended_) return false;
   try {
     if (!log_) OpenSegment(time);
-    WriteSynced(SlotPath(folder_, slot_), Sealed(kFormat, checkpoint));
+    const fs::path slot = SlotPath(folder_, slot_);
+    const bool is_new = !fs::exists(slot);
+    WriteSynced(slot, Sealed(kFormat, checkpoint));
+    if (is_new) SyncFolder(folder_);
     slot_ = (slot_ + 1) % kSlots;
     told_ = false;
     return true;
