@@ -120,6 +120,17 @@ class JournalReader {
   std::int64_t next_entry() const { return next_; }
   std::int64_t lost_entries() const { return lost_; }
   std::int64_t damaged_bytes() const { return damaged_bytes_; }
+  // The profiles, if the journal is whole and holds nothing else.
+  std::optional<std::vector<SoundVelocityProfile>> ProfilesAlone() const {
+    if (entries_.empty() || lost_ > 0 || damaged_bytes_ > 0) return std::nullopt;
+    std::vector<SoundVelocityProfile> profiles;
+    for (const JournalEntry& entry : entries_) {
+      const auto* profile = std::get_if<SoundVelocityProfile>(&entry);
+      if (profile == nullptr) return std::nullopt;
+      profiles.push_back(*profile);
+    }
+    return profiles;
+  }
   std::optional<SavedMap> Take() {
     if (!checkpoint_) return std::nullopt;
     return SavedMap{std::move(entries_), *std::move(checkpoint_)};
@@ -219,7 +230,11 @@ FoundMap FindMap(const fs::path& map, const std::string& configuration) {
     found.lost = std::to_string(journal.damaged_bytes()) + " bytes of its journal";
   if (journal.is_of_another_configuration())
     found.why_not = "the configuration or the format of the journal is another";
-  else if (found.saved = journal.Take(); !found.saved)
+  else if (found.saved = journal.Take(); found.saved)
+    return found;
+  else if (auto profiles = journal.ProfilesAlone())
+    found.profiles = *std::move(profiles);
+  else
     found.why_not = "no checkpoint can be read";
   return found;
 }
@@ -274,7 +289,10 @@ bool MapJournal::WriteCheckpoint(Time time, const std::vector<std::uint8_t>& che
   if (!synced_ || ended_) return false;
   try {
     if (!log_) OpenSegment(time);
-    WriteSynced(SlotPath(folder_, slot_), Sealed(kFormat, checkpoint));
+    const fs::path slot = SlotPath(folder_, slot_);
+    const bool is_new = !fs::exists(slot);
+    WriteSynced(slot, Sealed(kFormat, checkpoint));
+    if (is_new) SyncFolder(folder_);
     slot_ = (slot_ + 1) % kSlots;
     warned_ = false;
     return true;

@@ -27,6 +27,8 @@ namespace seastitch {
 struct FoundMap {
   std::filesystem::path folder;   // folder of the map
   std::optional<SavedMap> saved;  // its state, if it can be continued
+  // Sound-speed profiles of a map that ended before navigation had started: it has no state.
+  std::vector<SoundVelocityProfile> profiles;
   std::string why_not;  // reason why it cannot be continued; empty if it can, or if there is none
   std::string lost;     // what could not be read, for people; empty: nothing
   std::int64_t next_entry = 0;  // number of the next entry
@@ -54,6 +56,8 @@ class MapJournal {
   // Both return false if anything is not on the disk. time: of navigation, for the log.
   bool Append(Time time, std::vector<std::uint8_t> entry);
   bool WriteCheckpoint(Time time, const std::vector<std::uint8_t>& checkpoint);
+  // Ends the journal: an entry is missing, so that none may follow.
+  void End() { ended_ = true; }
 
  private:
   struct Unsaved {
@@ -73,7 +77,7 @@ class MapJournal {
   std::deque<Unsaved> unsaved_;
   std::int64_t unsaved_bytes_ = 0;
   bool synced_ = true;  // all entries so far are on the disk
-  bool ended_ = false;  // max_unsaved_mb was exceeded: entries are missing from here on
+  bool ended_ = false;  // End(), or max_unsaved_mb was exceeded: entries are missing from here on
   int slot_ = 0;
   bool warned_ = false;
 };

@@ -168,12 +168,14 @@ void Mapper::Add(const MbesPing& ping) {
   on_time.time = ping.time + FromSeconds(params_.sonar_time_offset_s);
   given_watch_.See(on_time.time);
   navigation_->AddSoundSpeed(on_time.time, ping.sound_speed_mps);
+  ++pings_received_;
   pings_.Add(std::move(on_time));
   GeoreferencePings();
 }
 
 void Mapper::Add(const SoundingPing& ping) {
   given_watch_.See(ping.time);
+  ++pings_received_;
   sounding_pings_.Add(ping);
   GeoreferencePings();
 }
@@ -204,6 +206,8 @@ void Mapper::GiveNav() {
   if (!state) return;
   graph_.SetId(state->time);
   last_nav_ = *latest;
+  if (!nav_began_) nav_began_ = *latest;
+  if (ping_watch_.IsDue(*latest)) ping_watch_.Look(*latest, pings_received_, PingsRefused());
   events_.emplace_back(*state);
   correction_.TakeFixes();
   if (const auto corrected = correction_.Now()) events_.emplace_back(*corrected);
@@ -222,14 +226,14 @@ void Mapper::AddToSubmap(const MbesPing& ping) {
   if (!IsProfile(sound_speed.source)) Count("pings_without_profile");
   const std::optional<GeoreferencedPing> georeferenced = Georeference(
       ping, [this](Time t) { return PoseAt(t); }, params_.vehicle, *sound_speed.rays);
-  if (!georeferenced) return Count("pings_without_pose");
+  if (!georeferenced) return RefuseWithoutPose(ping.time);
   if (georeferenced->speed_from_profile) Count("pings_with_impossible_sound_speed");
   AddToSubmap(*georeferenced);
 }
 
 void Mapper::AddToSubmap(const SoundingPing& ping) {
   const std::optional<NavState> state = navigation_->StateAt(ping.time);
-  if (!state) return Count("pings_without_pose");
+  if (!state) return RefuseWithoutPose(ping.time);
   soundings_came_placed_ = true;
   AddToSubmap(Georeference(ping, state->T_map_vehicle, state->v_map_mps.head<2>().norm()));
 }
@@ -241,6 +245,21 @@ void Mapper::AddToSubmap(const GeoreferencedPing& ping) {
   timing_.Add(ping, [this](Time t) { return PoseAt(t); });
   if (std::optional<Submap> closed = builder_.Add(ping)) OnClosed(std::move(*closed));
   if (const auto frame_time = builder_.frame_time()) frames_.Remember(*frame_time, ping.time);
+}
+
+// Without a pose before navigation started, or before a restart: no fault.
+void Mapper::RefuseWithoutPose(Time ping) {
+  const bool is_early = nav_began_ && ping < *nav_began_;
+  Count(is_early ? "pings_before_navigation" : "pings_without_pose");
+}
+
+PingWatch::Counts Mapper::PingsRefused() const {
+  PingWatch::Counts refused = builder_.counters();
+  refused["pings_dropped_waiting"] = pings_.dropped() + sounding_pings_.dropped();
+  refused["pings_from_the_future"] = pings_.from_the_future() + sounding_pings_.from_the_future();
+  const auto without_pose = counters_.find("pings_without_pose");
+  if (without_pose != counters_.end()) refused.insert(*without_pose);
+  return refused;
 }
 
 std::optional<Eigen::Isometry3d> Mapper::PoseAt(Time t) const {
@@ -378,10 +397,13 @@ bool Mapper::LookAgain() {
 bool Mapper::Take(const PoseGraph& solution) {
   if (solution.graph_id != graph_.graph_id()) {
     Count("pose_graph_refused");
+    if (!graph_.empty()) solution_refused_ = "it is of another graph";
     return false;
   }
   const LoopSearch::Verdict verdict = search_.Take(solution, graph_.version());
   Count(CounterOf(verdict));
+  const bool is_refused = verdict == LoopSearch::Verdict::kRefused;
+  solution_refused_ = is_refused ? "it is not finite, or not of these submaps" : "";
   if (verdict != LoopSearch::Verdict::kUsed) return false;
   correction_.Take(solution);
   return true;
@@ -463,7 +485,9 @@ SensorClocks Mapper::ClocksOf(const Checkpoint& checkpoint) const {
   return archive.IsDone() ? clocks : SensorClocks(params_.navigation.clock_jump_s);
 }
 
-bool Mapper::Resume(const SavedMap& saved, const LoadSubmap& load) {
+bool Mapper::Resume(const SavedMap& saved,
+                    const LoadSubmap& load,
+                    const std::function<void()>& progress) {
   const Checkpoint& checkpoint = saved.checkpoint;
   if (next_id_ > 0 || !navigation_->Restore(checkpoint.navigation)) return false;
   ArchiveReader archive(checkpoint.frames);
@@ -479,8 +503,10 @@ bool Mapper::Resume(const SavedMap& saved, const LoadSubmap& load) {
     }
   };
   std::size_t restored = 0;
-  while (restored < saved.journal.size() && std::visit(restore, saved.journal[restored]))
+  while (restored < saved.journal.size() && std::visit(restore, saved.journal[restored])) {
     ++restored;
+    progress();
+  }
   load_ = nullptr;
   Count("journal_entries_unusable", static_cast<std::int64_t>(saved.journal.size() - restored));
   // The frame that navigation refers to is not that of the last submap here: part of the journal is
@@ -552,12 +578,16 @@ std::vector<Condition> Mapper::conditions() const {
   std::vector<Condition> now;
   if (const auto& harm = search_.harm())
     now.push_back({&conditions::kSolutionWithheld, Sentence(*harm)});
+  if (!solution_refused_.empty())
+    now.push_back({&conditions::kSolutionsRefused, solution_refused_});
   const bool given = params_.navigation_source == NavigationSource::kGiven;
   const std::vector<Condition> of_navigation =
       given ? given_watch_.conditions(*navigation_) : watch_.conditions(*navigation_);
   now.insert(now.end(), of_navigation.begin(), of_navigation.end());
   const std::vector<Condition> of_clocks = clocks_.conditions();
   now.insert(now.end(), of_clocks.begin(), of_clocks.end());
+  const std::vector<Condition> of_pings = ping_watch_.conditions();
+  now.insert(now.end(), of_pings.begin(), of_pings.end());
   if (nav_came_at_ && ToSeconds(*clocks_.newest() - *nav_came_at_) > kNoNavS)
     now.push_back({&conditions::kNoNavigation, "since " + UtcOf(*last_nav_)});
   if (vertical_.IsMissed()) now.push_back({&conditions::kNoWaterLevel, ""});
@@ -580,10 +610,8 @@ std::string Mapper::WaitsFor() const {
 std::map<std::string, std::int64_t> Mapper::counters() const {
   std::map<std::string, std::int64_t> all = counters_;
   for (const auto& [name, count] : navigation_->counters()) all["nav_" + name] = count;
-  for (const auto& [name, count] : builder_.counters()) all[name] = count;
+  for (const auto& [name, count] : PingsRefused()) all[name] = count;
   for (const auto& [name, count] : clocks_.counters()) all[name] = count;
-  all["pings_dropped_waiting"] = pings_.dropped() + sounding_pings_.dropped();
-  all["pings_from_the_future"] = pings_.from_the_future() + sounding_pings_.from_the_future();
   all["position_fixes_in_graph"] = frames_.fixes_in_graph();
   all["position_fixes_too_far"] = frames_.fixes_too_far();
   all["relative_covariances_missing"] = frames_.independent();

@@ -25,6 +25,7 @@
 #include "mapper/navigation_watch.hpp"
 #include "mapper/noise/sonar_timing.hpp"
 #include "mapper/ping_queue.hpp"
+#include "mapper/ping_watch.hpp"
 #include "mapper/registration_job.hpp"
 #include "mapper/saved_map.hpp"
 #include "mapper/sensor_clocks.hpp"
@@ -96,7 +97,7 @@ class Mapper {
   // the computer's clock: see SensorClocks.
   template <class Sample>
   void Add(Sample sample, const MessageStamp& stamp) {
-    sample.time = clocks_.InDiveTime(ChannelOf(sample), sample.time, stamp);
+    sample.time = clocks_.InDiveTime(ChannelOf(sample), sample.time, stamp, DurationOf(sample));
     Add(sample);
     if (last_nav_ != nav_seen_) nav_came_at_ = clocks_.newest();
     nav_seen_ = last_nav_;
@@ -156,7 +157,9 @@ class Mapper {
   // INS); the time between the checkpoint and that sample is bridged like any gap in the data. The
   // submap that was open is lost; those that were not registered yet will be. load: the clouds of
   // closed submaps. False: `saved` is not usable, and nothing changes.
-  bool Resume(const SavedMap& saved, const LoadSubmap& load);
+  // progress is called after each journal entry: a long dive takes seconds.
+  bool Resume(
+      const SavedMap& saved, const LoadSubmap& load, const std::function<void()>& progress = [] {});
   // The corrected time (SensorClocks) of the first sample after a restart, by the clocks as they
   // are in the checkpoint: to decide, before Resume(), whether the checkpoint is recent enough.
   template <class Sample>
@@ -173,6 +176,8 @@ class Mapper {
   const GraphLog& graph() const { return graph_; }
   std::int64_t solution_version() const { return search_.solution_version(); }
   std::optional<Time> last_nav() const { return last_nav_; }
+  // See SensorClocks.
+  double health_time_s() const { return clocks_.health_time_s(); }
 
   // Neither navigation nor a submap yet.
   bool IsWaiting() const { return !last_nav_ && graph_.empty(); }
@@ -206,6 +211,8 @@ class Mapper {
   void AddToSubmap(const MbesPing& ping);
   void AddToSubmap(const SoundingPing& ping);
   void AddToSubmap(const GeoreferencedPing& ping);
+  void RefuseWithoutPose(Time ping);
+  PingWatch::Counts PingsRefused() const;
   std::optional<Eigen::Isometry3d> PoseAt(Time t) const;
   std::optional<Eigen::Matrix3d> DriftBetween(Time a, Time b) const;
   void OnClosed(Submap submap);
@@ -235,6 +242,9 @@ class Mapper {
   std::optional<Time> nav_came_at_;  // when that state came: SensorClocks::newest()
   double optimizer_heard_s_ = 0.0;   // SensorClocks::health_time_s() at its last HEALTH
   NavigationWatch watch_;
+  PingWatch ping_watch_;
+  std::int64_t pings_received_ = 0;
+  std::optional<Time> nav_began_;  // first state of navigation that this object gave
   GivenWatch given_watch_;
   VerticalReference vertical_;
   SoundSpeed sound_speed_;
@@ -255,6 +265,7 @@ class Mapper {
   bool job_is_out_ = false;              // with the caller
   std::int64_t failed_in_last_job_ = 0;  // registrations that ended in an exception
   LoopSearch search_;
+  std::string solution_refused_;  // reason; empty: the last solution could be used
   GraphLog graph_;
   std::int64_t graph_given_ = 0;  // number of versions that were events so far
   bool finishing_ = false;

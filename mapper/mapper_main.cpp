@@ -30,6 +30,9 @@ constexpr std::chrono::milliseconds kPause(2);
 // Same rate as with the slowest inertial unit's messages: 2.4 MB/s.
 constexpr std::chrono::milliseconds kSendPeriod(20);
 
+// The optimizer may not be there: then 8 kB/s at most.
+constexpr std::chrono::seconds kRepeatPeriod(5);
+
 seastitch::FoundMap OpenMap(const seastitch::MapperConfig& config, seastitch::MapStarts* starts) {
   using namespace seastitch;
   const std::filesystem::path newest = NewestMap(config.map_dir);
@@ -75,6 +78,7 @@ int main(int argc, char** argv) {
         loop.Add(worker.fd(), [&] { worker.Drain(); });
         loop.Add(writer.fd(), [&] { writer.Drain(); });
         loop.Every(kSendPeriod, [&] { node.SendWaiting(); });
+        loop.Every(kRepeatPeriod, [&] { node.RepeatNewest(); });
         loop.Every(std::chrono::seconds(1),
                    [&] { starts.Tick(node.HasBegun(), MonotonicSeconds()); });
         node.health().WatchAge("registration", conditions::kWorkerStalled, kJobMayTakeS, [&] {

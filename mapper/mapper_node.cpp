@@ -26,6 +26,10 @@ constexpr double kCheckpointEveryS = 1.0;
 constexpr double kTellRestartS = 60.0;
 // Journal entries that may wait for the disk before a closed submap waits without its points.
 constexpr std::size_t kMostToWrite = 32;
+constexpr std::size_t kMegabyte = 1'000'000;
+// HEALTH reports an event for this time [s].
+constexpr double kEventHoldsS = 10.0;
+constexpr double kNoNavS = 2.0;
 
 std::string TimeApart(double silent_s) {
   char text[120];
@@ -144,16 +148,24 @@ void MapperNode::Subscribe(const char* channel, const std::string& name, Handler
                          if (const auto sample = FromLcm(msg))
                            handler(*sample, {FromUtime(msg.recv_utime), msg.seq});
                          else
-                           health_.Count(name + "_malformed");
+                           CountMalformed(name);
                        });
+}
+
+void MapperNode::CountMalformed(const std::string& name) {
+  health_.Count(name + "_malformed");
+  malformed_at_s_[name] = mapper_.health_time_s();
+  ReportHealth();
 }
 
 void MapperNode::OnPoseGraph(const pose_graph_t& msg) {
   health_.Tick("pose_graph");
   const std::optional<PoseGraph> solution = pose_graph_.Add(msg);
   health_.Set("pose_graph_malformed", pose_graph_.malformed());
-  if (!solution) return;
-  mapper_.Take(*solution);
+  if (solution) {
+    malformed_before_solution_ = pose_graph_.malformed();
+    mapper_.Take(*solution);
+  }
   ReportHealth();
 }
 
@@ -173,7 +185,7 @@ void MapperNode::OnCovariances(const covariances_t& msg) {
   if (const std::optional<PairCovariances> answer = FromLcm(msg))
     mapper_.Take(*answer);
   else
-    health_.Count("covariances_malformed");
+    CountMalformed("covariances");
 }
 
 void MapperNode::RequestSolution() {
@@ -212,7 +224,13 @@ void MapperNode::Begin() {
     archive_ = MakeArchive(found.folder);
     if (found.saved && !Resume(*found.saved)) found.why_not = "its navigation cannot be used";
   }
+  for (const SoundVelocityProfile& profile : found.profiles) mapper_.Add(profile);
+  OpenJournal(std::move(found));
+}
+
+void MapperNode::OpenJournal(FoundMap found) {
   if (!found.lost.empty()) at_restart_.push_back({&conditions::kJournalDamaged, found.lost});
+  if (!archive_) archive_ = MakeArchive(found.folder);
   if (!found.why_not.empty()) {
     const std::filesystem::path folder = NextMapFolder(found.folder);
     at_restart_.push_back(
@@ -230,7 +248,13 @@ bool MapperNode::Resume(const SavedMap& saved) {
   for (const JournalEntry& entry : saved.journal)
     if (const auto* closed = std::get_if<ClosedSubmap>(&entry)) submaps.push_back(closed->submap);
   store.Restore(submaps);
-  if (!mapper_.Resume(saved, [&store](SubmapId id) { return store.Get(id); })) return false;
+  const auto load = [&store](SubmapId id) { return store.Get(id); };
+  if (!mapper_.Resume(saved, load, [this] { health_.ReportProgress(); })) return false;
+  const std::int64_t unusable = health_.counter("journal_entries_unusable");
+  if (unusable > 0)
+    at_restart_.push_back({&conditions::kJournalDamaged,
+                           std::to_string(unusable) + " entries do not continue those before"});
+  ReportStore(store.counters());
   // The last submap and graph version may not have been sent before the restart.
   if (!submaps.empty()) {
     stored_ = submaps.back()->id;
@@ -261,6 +285,8 @@ bool MapperNode::LookAgain() {
 
 void MapperNode::Finish(const std::function<void()>& pause) {
   while (SendNextChunk()) pause();
+  // Navigation never started: what came before it, such as a profile, is for the next start.
+  if (found_) OpenJournal(*std::exchange(found_, std::nullopt));
   mapper_.Finish();
   Deliver();
   checkpoint_is_due_ = journal_ != nullptr;
@@ -324,6 +350,10 @@ void MapperNode::Send(const JournalEntry& entry) {
   Write write;
   write.time = mapper_.last_nav().value_or(Time());
   if (journal_ || found_) write.entry = Encode(entry);
+  if (!archive_) {  // profiles before the first sample of navigation: the last is enough
+    to_write_.clear();
+    to_write_bytes_ = 0;
+  }
   if (const auto* closed = std::get_if<ClosedSubmap>(&entry)) {
     write.submap = closed->submap;
     if (to_write_.size() >= kMostToWrite) {
@@ -331,10 +361,17 @@ void MapperNode::Send(const JournalEntry& entry) {
       Submap without_points = *closed->submap;
       without_points.cloud = {};
       write.submap = std::make_shared<const Submap>(std::move(without_points));
-      health_.Count("submaps_not_stored");
+      health_.Set("submaps_not_stored", ++not_stored_);
     }
   }
   if (std::holds_alternative<GraphGrowth>(entry)) write.version = mapper_.graph().version();
+  const auto most_bytes = static_cast<std::size_t>(config_.max_unsaved_mb) * kMegabyte;
+  const std::size_t bytes = write.entry ? write.entry->size() : 0;
+  if (bytes > 0 && (entries_dropped_ > 0 || to_write_bytes_ + bytes > most_bytes)) {
+    write.entry.reset();
+    health_.Set("journal_entries_dropped", ++entries_dropped_);
+  }
+  to_write_bytes_ += write.entry ? bytes : 0;
   to_write_.push_back(std::move(write));
   PostNextWrite();
 }
@@ -358,6 +395,16 @@ bool MapperNode::SendNextUpdate() {
   bus_->Publish(channels::kGraphUpdate, ToLcm(step->update, step->submap_time, update_seq_++));
   version_sent_ = step->update.version;
   return true;
+}
+
+void MapperNode::RepeatNewest() {
+  const std::int64_t newest = mapper_.graph().version();
+  const bool is_new = std::exchange(version_at_repeat_, newest) != newest;
+  if (is_new || version_sent_ < newest || mapper_.solution_version() >= newest) return;
+  version_sent_ = newest - 1;
+  if (!SendNextUpdate()) return;
+  health_.Count("updates_repeated");
+  RequestSolution();
 }
 
 void MapperNode::SendWaiting() {
@@ -397,16 +444,25 @@ void MapperNode::PostNextWrite() {
   is_writing_ = true;
   const auto write = std::make_shared<const Write>(std::move(to_write_.front()));
   to_write_.pop_front();
+  const std::size_t bytes = write->entry ? write->entry->size() : 0;
+  to_write_bytes_ -= bytes;
   const bool posted = writer_->Post([this, archive = archive_, journal = journal_, write] {
     Written written;
     if (write->submap && !write->submap->cloud.empty()) archive->store.Put(write->submap);
-    if (journal) written.in_journal = journal->Append(write->time, write->entry);
+    if (journal) written.in_journal = AppendTo(journal.get(), *write);
     written.store = archive->store.counters();
     return [this, write, written] { OnWritten(*write, written); };
   });
   if (posted) return;
   is_writing_ = false;
+  to_write_bytes_ += bytes;
   to_write_.push_front(*write);
+}
+
+bool MapperNode::AppendTo(MapJournal* journal, const Write& write) {
+  if (write.entry) return journal->Append(write.time, *write.entry);
+  journal->End();
+  return false;
 }
 
 void MapperNode::PostCheckpoint() {
@@ -429,18 +485,13 @@ void MapperNode::PostCheckpoint() {
 
 void MapperNode::OnWritten(const Write& write, const Written& written) {
   is_writing_ = false;
-  const SurveyStoreCounters& store = written.store;
   journal_fails_ = !written.in_journal;
   if (write.submap) {
     stored_ = write.submap->id;
-    store_fails_ = store.write_errors > health_.counter("store_write_errors");
+    store_fails_ = written.store.write_errors > store_counters_.write_errors;
     Announce(*write.submap);
   }
-  health_.Set("store_saved", store.saved);
-  health_.Set("store_write_errors", store.write_errors);
-  health_.Set("store_read_errors", store.read_errors);
-  health_.Set("store_lost", store.lost);
-  health_.Set("store_cached_kb", store.cached_bytes / 1000);
+  ReportStore(written.store);
   if (write.version) version_written_ = *write.version;
   SendDue();
   if (!is_delivering_) Deliver();
@@ -448,7 +499,7 @@ void MapperNode::OnWritten(const Write& write, const Written& written) {
 
 void MapperNode::ReportHealth() {
   std::vector<Condition> faults = mapper_.conditions();
-  if (store_fails_ || journal_fails_) faults.push_back({&conditions::kStoreNotWriting, {}});
+  AddFaults(&faults);
   const std::optional<Time> now = mapper_.last_nav();
   if (begun_ && now && ToSeconds(*now - *begun_) < kTellRestartS)
     faults.insert(faults.end(), at_restart_.begin(), at_restart_.end());
@@ -457,6 +508,47 @@ void MapperNode::ReportHealth() {
     health_.SetStarting(mapper_.WaitsFor());
   else
     health_.SetRunning();
+}
+
+void MapperNode::AddFaults(std::vector<Condition>* faults) const {
+  if (store_fails_ || journal_fails_ || entries_dropped_ > 0)
+    faults->push_back({&conditions::kStoreNotWriting,
+                       entries_dropped_ == 0
+                           ? ""
+                           : "the journal has ended, and a restart loses what came since"});
+  const std::string lost = PointsLost();
+  if (!lost.empty()) faults->push_back({&conditions::kPointsLost, lost});
+  // A map waits to be continued; Mapper does not know of it yet.
+  if (found_ && found_->saved && mapper_.health_time_s() > kNoNavS)
+    faults->push_back({&conditions::kNoNavigation, "since the mapper was started again"});
+  if (pose_graph_.malformed() > malformed_before_solution_)
+    faults->push_back({&conditions::kSolutionsRefused, "its messages are damaged or incomplete"});
+  for (const auto& [name, at_s] : malformed_at_s_)
+    if (mapper_.health_time_s() - at_s < kEventHoldsS)
+      faults->push_back({&conditions::kMessagesMalformed,
+                         std::to_string(health_.counter(name + "_malformed")) + " of " + name});
+}
+
+std::string MapperNode::PointsLost() const {
+  std::string text;
+  const auto add = [&text](std::int64_t count, const char* what) {
+    if (count > 0) text += (text.empty() ? "" : ", ") + std::to_string(count) + what;
+  };
+  add(store_counters_.missing, " without a file");
+  add(store_counters_.lost, " never written");
+  add(not_stored_, " closed while the disk did not respond");
+  add(store_counters_.read_errors, " times a file could not be read");
+  return text;
+}
+
+void MapperNode::ReportStore(const SurveyStoreCounters& store) {
+  store_counters_ = store;
+  health_.Set("store_saved", store.saved);
+  health_.Set("store_write_errors", store.write_errors);
+  health_.Set("store_read_errors", store.read_errors);
+  health_.Set("store_lost", store.lost);
+  health_.Set("store_missing", store.missing);
+  health_.Set("store_cached_kb", store.cached_bytes / 1000);
 }
 
 }  // namespace seastitch

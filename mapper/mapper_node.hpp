@@ -3,10 +3,12 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "common/convert/convert.hpp"
 #include "common/runtime/bus.hpp"
@@ -57,6 +59,11 @@ class MapperNode {
   // Retries registrations, as every navigation message does: see Mapper::LookAgain().
   bool LookAgain();
 
+  // Sends the newest version of the graph again and requests its solution, if it was there at the
+  // last call and is not solved: either message may have been lost, and no later one shows it.
+  // Live, call it by a timer every few seconds.
+  void RepeatNewest();
+
   // Sends one chunk of a submap's points and one graph update, if any wait; every navigation
   // message does so, too. Sending all at once, a megabyte, would overflow the receivers' buffers.
   // Live, call it by a timer: the optimizer must get the graph that it requests also while the
@@ -79,8 +86,8 @@ class MapperNode {
   };
   struct Write {
     Time time;
-    std::vector<std::uint8_t> entry;
-    std::shared_ptr<const Submap> submap;   // the submap that closed
+    std::optional<std::vector<std::uint8_t>> entry;  // absent: dropped, so that the journal ends
+    std::shared_ptr<const Submap> submap;            // the submap that closed
     std::optional<std::int64_t> version{};  // graph version that may be sent after this write
   };
   struct Written {
@@ -92,6 +99,8 @@ class MapperNode {
   template <class Sample>
   bool Begin(const Sample& input, const MessageStamp& stamp);
   void Begin();
+  // Opens archive and journal in the folder of the map that was found, or in the next one.
+  void OpenJournal(FoundMap found);
   bool Resume(const SavedMap& saved);
   std::shared_ptr<Archive> MakeArchive(const std::filesystem::path& folder) const;
 
@@ -104,6 +113,7 @@ class MapperNode {
   void OnGraphRequest(const graph_request_t& msg);
   void OnCovariances(const covariances_t& msg);
   void RequestSolution();
+  void CountMalformed(const std::string& name);
 
   // Sends the mapper's events, and posts the registrations that wait.
   void Deliver();
@@ -121,9 +131,15 @@ class MapperNode {
   void PostNextJob();
   void OnRegistered(RegistrationResultSet results);
   void PostNextWrite();
+  // On the writer's thread. False: it is not on the disk.
+  static bool AppendTo(MapJournal* journal, const Write& write);
   void PostCheckpoint();
   void OnWritten(const Write& write, const Written& written);
   void ReportHealth();
+  // Faults of the disk, of what it lost, and of messages.
+  void AddFaults(std::vector<Condition>* faults) const;
+  std::string PointsLost() const;
+  void ReportStore(const SurveyStoreCounters& store);
 
   Bus* const bus_;
   Worker* const worker_;
@@ -137,11 +153,15 @@ class MapperNode {
   int inputs_outside_ = 0;            // consecutive samples too late (or early) to continue the map
   std::shared_ptr<MapJournal> journal_;  // null: without a journal
   std::deque<Write> to_write_;
+  std::size_t to_write_bytes_ = 0;    // of the entries in it
+  std::int64_t entries_dropped_ = 0;  // beyond max_unsaved_mb: the journal has ended
   bool is_writing_ = false;
   bool is_delivering_ = false;
   std::optional<Time> checkpoint_time_;
   bool checkpoint_is_due_ = false;
   SubmapId stored_;                     // the last submap that was stored
+  SurveyStoreCounters store_counters_;  // as of the last write
+  std::int64_t not_stored_ = 0;         // submaps whose points were given up in to_write_
   bool store_fails_ = false;            // the last closed submap could not be stored
   bool journal_fails_ = false;          // the last entry could not be written to the journal
   std::optional<Time> begun_;           // first sample's time, with a journal
@@ -150,9 +170,12 @@ class MapperNode {
 
   std::function<void(const MapperEvent&)> listener_;
   PoseGraphAssembler pose_graph_;
-  std::deque<submap_points_t> chunks_;  // waiting to be sent
-  std::int64_t version_sent_ = 0;       // newest graph version sent
-  std::int64_t version_written_ = 0;    // newest graph version that may be sent
+  std::int64_t malformed_before_solution_ = 0;    // pose_graph_.malformed() at the last solution
+  std::map<std::string, double> malformed_at_s_;  // Mapper::health_time_s() of the last, by name
+  std::deque<submap_points_t> chunks_;            // waiting to be sent
+  std::int64_t version_sent_ = 0;                 // newest graph version sent
+  std::int64_t version_at_repeat_ = 0;            // newest version at the last RepeatNewest()
+  std::int64_t version_written_ = 0;              // newest graph version that may be sent
   int updates_due_ = 0;  // new versions to send, without those that were requested again
 
   std::int64_t nav_seq_ = 0;

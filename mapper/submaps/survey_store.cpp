@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "common/runtime/durable_file.hpp"
 #include "common/storage/submap_file.hpp"
 
 namespace seastitch {
@@ -126,6 +127,7 @@ void SurveyStore::Restore(const std::vector<std::shared_ptr<const Submap>>& subm
     Entry& entry = entries_[submap->id];
     entry.without_points = *submap;
     entry.saved = std::filesystem::is_regular_file(file, error);
+    if (!entry.saved) ++counters_.missing;
     entry.bytes = entry.saved ? static_cast<std::int64_t>(std::filesystem::file_size(file, error))
                               : BytesOf(*submap);
   }
@@ -161,15 +163,18 @@ std::shared_ptr<const Submap> SurveyStore::Get(SubmapId id) {
 
 bool SurveyStore::Save(const Submap& submap, bool first) {
   try {
-    std::filesystem::create_directories(dive_);
+    if (std::filesystem::create_directories(dive_))
+      SyncFolder(std::filesystem::absolute(dive_).parent_path());
     // A dive starts with an empty index, so that a replay of the same log writes the same files
     // again.
     if (first) std::filesystem::remove(dive_ / "index.jsonl");
     WriteSubmapPcd(PcdPath(submap.id), submap.cloud, submap.T_map_submap);
+    if (!AppendToIndex(submap)) return false;
+    SyncFolder(dive_);
   } catch (const std::exception&) {
     return false;
   }
-  return AppendToIndex(submap);
+  return true;
 }
 
 bool SurveyStore::AppendToIndex(const Submap& submap) {

@@ -25,7 +25,8 @@ struct SurveyStoreCounters {
   std::int64_t saved = 0;
   std::int64_t write_errors = 0;
   std::int64_t read_errors = 0;
-  std::int64_t lost = 0;  // neither on the disk nor in memory
+  std::int64_t lost = 0;     // neither on the disk nor in memory
+  std::int64_t missing = 0;  // found without a file at the restart
   std::int64_t cached_bytes = 0;
   std::int64_t unsaved_bytes = 0;
 };
@@ -33,8 +34,9 @@ struct SurveyStoreCounters {
 // Store of closed submaps by id: PCD files and an index in DIRECTORY/UTIME_OF_FIRST_SUBMAP/, so
 // that a dive never overwrites another. index.jsonl has one line per submap with everything except
 // the points. It is appended and flushed after the PCD file is in place, so that every file in it
-// is complete. Never throws: errors of the disk are counted, and the survey continues in memory.
-// One thread may call Put() while another calls Get().
+// is complete. A submap is saved when its files and their folder are flushed to the disk. Never
+// throws: errors of the disk are counted, and the survey continues in memory. One thread may call
+// Put() while another calls Get().
 class SurveyStore {
  public:
   explicit SurveyStore(const SurveyStoreParams& params) : params_(params) {}

@@ -41,8 +41,10 @@ enum class What {
   kFixes,
   kDamaged,
   kRestart,
+  kDriverRestart,
+  kOptimizerRestart,
 };
-constexpr int kWhats = 9;
+constexpr int kWhats = 11;
 constexpr std::array<const char*, kWhats> kNames{"sensor silent",
                                                  "all silent",
                                                  "computer's clock steps",
@@ -51,7 +53,9 @@ constexpr std::array<const char*, kWhats> kNames{"sensor silent",
                                                  "reordered",
                                                  "fixes",
                                                  "damaged",
-                                                 "restart"};
+                                                 "restart",
+                                                 "driver restarts",
+                                                 "optimizer restarts"};
 constexpr std::array kSensors{
     SensorChannel::kImu, SensorChannel::kDvl, SensorChannel::kDepth, SensorChannel::kMbesPing};
 
@@ -161,6 +165,17 @@ class Dive {
         damaged_share_ = 0.0;
         break;
       case What::kRestart: Restart(std::min(h.seconds(), 1000.0)); break;
+      case What::kDriverRestart:  // systemd starts it again after 2 s
+        clock.silent = true;
+        Drive(2.0);
+        clock.silent = false;
+        clock.seq = 0;
+        break;
+      case What::kOptimizerRestart:
+        optimizer_ = PoseGraphOptimizer(OptimizerParams{});
+        AddMissing();
+        solved_ = 0;
+        break;
     }
   }
 
@@ -328,6 +343,12 @@ class Dive {
     }
     if (!received) return Broken("a solution cannot be read");
     mapper_->Take(*received);
+  }
+  // The answer to the request of an optimizer that was started again.
+  void AddMissing() {
+    while (const GraphStep* step = mapper_->graph().After(optimizer_.version()))
+      if (!optimizer_.Add(FromLcm(ToLcm(step->update, step->submap_time, 0)).value()))
+        return Broken("the optimizer does not add what it lacks");
   }
   bool Look() {
     const bool left = mapper_->LookAgain();

@@ -17,6 +17,8 @@
 #include <vector>
 
 #include "common/convert/convert.hpp"
+#include "optimizer/optimizer_node.hpp"
+#include "seastitch/health_t.hpp"
 #include "tests/mapper/perfect_vehicle.hpp"
 #include "tests/runtime/temporary_dir.hpp"
 
@@ -638,6 +640,120 @@ TEST(MapperNode, CountsMalformedMessagesAndGapsAndGoesOn) {
   EXPECT_EQ(health.counter("covariances_malformed"), 1);
   EXPECT_GE(survey.bus.decode_errors(), 9);
   EXPECT_GT(survey.navs.size(), navs + 20);
+}
+
+// Values that are not finite from the start: navigation never begins.
+TEST(MapperNode, NamesMalformedMessagesFromTheStart) {
+  Survey survey;
+  for (int i = 0; i < 20; ++i) {
+    imu_t imu{};
+    imu.seq = i;
+    imu.angular_rate_radps[0] = std::numeric_limits<double>::quiet_NaN();
+    survey.bus.Publish("IMU", imu);
+    health_t health{};
+    health.process = "imu-driver";
+    health.uptime_s = i;
+    survey.bus.Publish("HEALTH", health);
+    survey.bus.HandleAll();
+  }
+  const health_t now = survey.node->health().Snapshot(0, 1.0);
+  EXPECT_EQ(now.state, health_t::STATE_DEGRADED);
+  EXPECT_NE(now.text.find("cannot be used: 20 of imu"), std::string::npos) << now.text;
+  survey.Drive(1.0, kSpeedMps, 0.0);
+  health_t health{};
+  health.process = "imu-driver";
+  health.uptime_s = 30.0;
+  survey.bus.Publish("HEALTH", health);
+  survey.bus.HandleAll();
+  EXPECT_EQ(survey.node->health().text().find("of imu"), std::string::npos) << "10 s later";
+}
+
+TEST(MapperNode, NamesSolutionsThatItCannotUse) {
+  Survey survey;
+  survey.PublishProfile();
+  survey.Drive(1.0, kSpeedMps, 0.0);
+  for (int id = 0; id < 3; ++id) survey.node->AddSubmap(ImportedSubmap(id, 60.0 * id));
+  survey.bus.HandleAll();
+  const PoseGraph good = AsDeadReckoned(survey.updates);
+  PoseGraph of_another = good;
+  of_another.graph_id += 1;
+  EXPECT_NE(survey.Solve(of_another).text.find("it is of another graph"), std::string::npos);
+  EXPECT_EQ(survey.Solve(good).text.find("cannot be used"), std::string::npos);
+  PoseGraph newer = good;
+  newer.graph_version = 99;
+  EXPECT_NE(survey.Solve(newer).text.find("not of these submaps"), std::string::npos);
+  pose_graph_t damaged = ToLcm(good, 50, FromUtime(0), 50).front();
+  damaged.vertices.front().x_m = std::numeric_limits<double>::quiet_NaN();
+  survey.bus.Publish("POSE_GRAPH", damaged);
+  EXPECT_NE(survey.Solve(newer).text.find("not of these submaps"), std::string::npos);
+  survey.bus.Publish("POSE_GRAPH", damaged);
+  survey.bus.HandleAll();
+  EXPECT_NE(survey.node->health().text().find("damaged or incomplete"), std::string::npos)
+      << survey.node->health().text();
+  EXPECT_EQ(survey.Solve(good).text.find("cannot be used"), std::string::npos);
+}
+
+// The optimizer on a bus of its own, so that messages can be lost on the way.
+class WithOptimizer : public testing::Test {
+ protected:
+  WithOptimizer() {
+    Forward(&survey_.bus, &bus_, {"GRAPH_UPDATE", "GRAPH_REQUEST"});
+    Forward(&bus_, &survey_.bus, {"POSE_GRAPH"});
+    for (int id = 0; id < 3; ++id) Add(id);
+  }
+  void Forward(Bus* from, Bus* to, const std::vector<std::string>& channels) {
+    for (const std::string& channel : channels)
+      from->SubscribeBytes(
+          channel, 0, [this, to](const std::string& name, const void* data, int size) {
+            if (name != lost_) to->PublishBytes(name, data, size);
+          });
+  }
+  void Add(int id) {
+    survey_.node->AddSubmap(ImportedSubmap(id, 60.0 * id));
+    Handle();
+  }
+  void Handle() {
+    for (int i = 0; i < 3; ++i) {
+      survey_.bus.HandleAll();
+      bus_.HandleAll();
+    }
+  }
+  std::int64_t Solved() { return survey_.node->health().counter("solution_version"); }
+
+  Survey survey_;
+  Bus bus_{"memq://"};
+  InlineWorker worker_;
+  OptimizerNode optimizer_{{}, &bus_, &worker_};
+  std::string lost_;  // channel whose messages are lost
+};
+
+TEST_F(WithOptimizer, TheLastUpdateIsSolvedThoughItWasLost) {
+  EXPECT_EQ(Solved(), 3);
+  lost_ = "GRAPH_UPDATE";
+  Add(3);
+  lost_ = "";
+  EXPECT_EQ(Solved(), 3);
+  survey_.node->RepeatNewest();
+  Handle();
+  EXPECT_EQ(Solved(), 3) << "it may still be at work";
+  survey_.node->RepeatNewest();
+  Handle();
+  EXPECT_EQ(Solved(), 4);
+  const std::size_t updates = survey_.updates.size();
+  survey_.node->RepeatNewest();
+  Handle();
+  EXPECT_EQ(survey_.updates.size(), updates) << "all is solved";
+}
+
+TEST_F(WithOptimizer, TheLastSolutionComesThoughItWasLost) {
+  lost_ = "POSE_GRAPH";
+  Add(3);
+  lost_ = "";
+  EXPECT_EQ(Solved(), 3);
+  survey_.node->RepeatNewest();
+  survey_.node->RepeatNewest();
+  Handle();
+  EXPECT_EQ(Solved(), 4);
 }
 
 TEST(MapperNode, BoundsThePingsThatWaitForNavigation) {

@@ -217,6 +217,49 @@ int FixesIn(const std::vector<GraphStep>& steps) {
   return fixes;
 }
 
+// A journal that ends before the checkpoint: a power cut took its last entries, or the disk. What
+// is lost is lost; no number is used twice, and nothing is stated of the way across the gap.
+TEST(CutJournal, IsGoneOnWithAfterAnyEntry) {
+  const std::vector<Sample>& samples = TheRecording().samples;
+  const std::size_t stop = samples.size() / 2;
+  Disk whole;
+  Process before(&whole);
+  for (std::size_t i = 0; i < stop; ++i) before.Feed(samples[i]);
+  const std::size_t entries = whole.journal.size();
+  const auto next_submap = DecodeCheckpoint(whole.checkpoint)->next_submap;
+  ASSERT_GE(next_submap, 5);
+  for (std::size_t kept = 0; kept <= entries; ++kept) {
+    SCOPED_TRACE(std::to_string(kept) + " of " + std::to_string(entries) + " entries");
+    Disk disk = whole;
+    disk.journal.resize(kept);
+    Process resumed(&disk);
+    ASSERT_TRUE(resumed.mapper.Resume(disk.Read(), resumed.load));
+    EXPECT_EQ(resumed.mapper.counters().at("journal_entries_unusable"), 0);
+    const std::int64_t version = resumed.mapper.graph().version();
+    for (std::size_t i = stop; i < stop + 1500; ++i) resumed.Feed(samples[i]);
+    resumed.Finish();
+    SubmapId last;
+    std::int64_t number = 0;
+    for (const GraphStep& step : StepsOf(resumed.mapper)) {
+      EXPECT_EQ(step.update.version, ++number);
+      const SubmapId previous = last;
+      for (const GraphVertex& vertex : step.update.vertices) {
+        EXPECT_GT(vertex.id, last);
+        last = vertex.id;
+      }
+      const bool is_across = number > version && last != previous && last.value >= next_submap &&
+                             previous.value < next_submap - 1;
+      for (const GraphEdge& edge : step.update.edges)
+        if (is_across && edge.kind == EdgeKind::kDeadReckoning && edge.to == last &&
+            edge.from != edge.to) {
+          EXPECT_EQ(edge.from, previous);
+          EXPECT_LT(edge.information(0, 0), 1e-5) << "of two frames that navigation never related";
+        }
+    }
+    EXPECT_GE(last.value, next_submap);
+  }
+}
+
 class ResumedMapper : public testing::TestWithParam<int> {};
 
 // One in eight of the drawn moments each, so that they run beside each other.

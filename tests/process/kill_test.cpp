@@ -21,8 +21,10 @@
 #include "common/runtime/dive_folder.hpp"
 #include "seastitch/graph_update_t.hpp"
 #include "seastitch/health_t.hpp"
+#include "seastitch/imu_t.hpp"
 #include "seastitch/nav_t.hpp"
 #include "seastitch/pose_graph_t.hpp"
+#include "seastitch/sound_velocity_profile_t.hpp"
 #include "seastitch/submap_t.hpp"
 #include "tests/paths.hpp"
 #include "tests/process/run_command.hpp"
@@ -57,7 +59,10 @@ class Vehicle {
       solved_version = m.graph_version;
       solved = static_cast<std::size_t>(m.num_vertices);
     });
-    bus_.Subscribe<nav_t>("NAV", 0, [this](const nav_t&) { ++navs; });
+    bus_.Subscribe<nav_t>("NAV", 0, [this](const nav_t& m) {
+      ++navs;
+      nav_utime = m.utime;
+    });
     bus_.Subscribe<health_t>("HEALTH", 0, [this](const health_t& m) {
       if (m.process == "mapper") {
         ++mapper_health;
@@ -88,6 +93,22 @@ class Vehicle {
                                  "--lcm-url=" + kUrl,
                                  log_},
         dir_ / "player.txt");
+  }
+  void SendProfile() {
+    sound_velocity_profile_t profile{};
+    profile.utime = profile.recv_utime = 1'700'000'000'000'000;
+    profile.num_samples = 2;
+    profile.depth_m = {0.0, 100.0};
+    profile.speed_mps = {1500.0, 1502.0};
+    bus_.Publish("SVP", profile);
+  }
+  // What an inertial unit at rest measures.
+  void SendImu(std::int64_t utime, std::int64_t seq) {
+    imu_t imu{};
+    imu.utime = imu.recv_utime = utime;
+    imu.seq = seq;
+    imu.specific_force_mps2[2] = -9.81;
+    bus_.Publish("IMU", imu);
   }
   bool ListenUntil(const std::function<bool()>& done, milliseconds patience) {
     const auto deadline = std::chrono::steady_clock::now() + patience;
@@ -132,6 +153,7 @@ class Vehicle {
   std::int64_t solved_version = 0;
   std::size_t solved = 0;
   std::int64_t navs = 0;
+  std::int64_t nav_utime = 0;
   int mapper_health = 0;
   std::string mapper_text;
 
@@ -189,6 +211,65 @@ TEST(KilledMapper, GoesOnInTheSameGraphAndLosesNoClosedSubmap) {
   EXPECT_EQ(vertices, vehicle.submaps);
   EXPECT_EQ(vehicle.solved, vertices.size());
   EXPECT_EQ(vehicle.Maps(), std::set<std::string>{"map"});
+}
+
+// Switched off on deck: a profile came, and no inertial unit.
+TEST(StoppedMapper, EndsThoughNavigationNeverStarted) {
+  Vehicle vehicle;
+  auto mapper = vehicle.Start("mapper");
+  ASSERT_TRUE(vehicle.ListenUntil([&] { return vehicle.mapper_health > 0; }, seconds(20)));
+  vehicle.SendProfile();
+  vehicle.Listen(milliseconds(500));
+  EXPECT_EQ(mapper->Stop(seconds(10)), 0);
+  EXPECT_TRUE(ReadDiveRecord(vehicle.Dive()).processes["mapper"].stopped);
+  EXPECT_TRUE(fs::exists(vehicle.Dive() / "map" / "journal_000.lcmlog"));
+}
+
+// Journal or checkpoint cut at a random byte, as by a power cut: the real mapper starts, says what
+// it lost, and ends in order.
+TEST(CutMap, IsStartedFromAndTheLossIsNamed) {
+  Vehicle vehicle;
+  ASSERT_EQ(vehicle.MakeLog(), "");
+  auto mapper = vehicle.Start("mapper");
+  ASSERT_TRUE(vehicle.ListenUntil([&] { return vehicle.mapper_health > 0; }, seconds(20)));
+  auto player = vehicle.Play(12);
+  ASSERT_TRUE(vehicle.ListenUntil([&] { return vehicle.updates.size() >= 2; }, seconds(120)));
+  mapper.reset();  // SIGKILL
+  player.reset();
+  vehicle.Listen(milliseconds(200));
+  const fs::path map = vehicle.Dive() / "map";
+  const fs::path kept = vehicle.Dive() / "kept";
+  fs::rename(map, kept);
+  std::mt19937 random(1);
+  for (int cut = 0; cut < 20; ++cut) {
+    const bool is_journal = cut % 4 != 0;
+    const std::string name =
+        is_journal ? "journal_000.lcmlog" : "checkpoint_" + std::to_string(cut % 8 / 4);
+    const auto size =
+        std::uniform_int_distribution<std::uintmax_t>(0, fs::file_size(kept / name) - 1)(random);
+    SCOPED_TRACE(name + " cut to " + std::to_string(size) + " bytes");
+    for (const std::string& of_before : vehicle.Maps()) fs::remove_all(vehicle.Dive() / of_before);
+    fs::copy(kept, map, fs::copy_options::recursive);
+    fs::resize_file(map / name, size);
+    vehicle.mapper_text.clear();
+    vehicle.mapper_health = 0;
+    mapper = vehicle.Start("mapper");
+    ASSERT_TRUE(vehicle.ListenUntil([&] { return vehicle.mapper_health > 0; }, seconds(20)));
+    const auto says = [&](const char* what) {
+      return vehicle.mapper_text.find(what) != std::string::npos;
+    };
+    const std::int64_t resumed_utime = vehicle.nav_utime + 1'000'000;
+    const std::int64_t navs = vehicle.navs;
+    std::int64_t sent = 0;
+    const auto started = [&] {
+      vehicle.SendImu(resumed_utime + 20'000 * sent, sent);
+      ++sent;
+      return says("journal cannot be read") || says("another map begins") ||
+             (!is_journal && vehicle.navs > navs);
+    };
+    EXPECT_TRUE(vehicle.ListenUntil(started, seconds(5))) << vehicle.mapper_text;
+    EXPECT_EQ(mapper->Stop(seconds(10)), 0);
+  }
 }
 
 TEST(KilledMapper, BeginsAnotherMapWhereTheLogIsPlayedAgain) {
