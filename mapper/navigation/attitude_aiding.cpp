@@ -69,9 +69,9 @@ void AttitudeAiding::AddTurn(const Eigen::Vector3d& rate_radps, double dt_s) {
 }
 
 AttitudeEvent AttitudeAiding::CarriedTo(Time t, const AttitudeEvent& attitude) const {
-  if (!stamps_.IsSuspected() || history_->empty()) return attitude;
+  if (stamps_.carried_s() == 0.0 || history_->empty()) return attitude;
   AttitudeEvent carried = attitude;
-  const Time measured = t - FromSeconds(stamps_.delay_s());
+  const Time measured = t - FromSeconds(stamps_.carried_s());
   carried.q_map_imu = (carried.q_map_imu * history_->Turn(measured, t)).normalized();
   return carried;
 }
@@ -142,8 +142,12 @@ bool AttitudeAiding::gyros_in_doubt(Time t) const {
   return watch_.GoesOn(t) || (doubted_until_ && t < *doubted_until_);
 }
 
+bool AttitudeAiding::HoldsInertialBiases(Time t) const {
+  return gyros_in_doubt(t) || (in_doubt_ && ToSeconds(t - *doubted_) < kMaxIncrementS);
+}
+
 bool AttitudeAiding::IsSound(Time t) const {
-  return !refusals_.Since(t) && (!doubted_ || ToSeconds(t - *doubted_) > kSoundS);
+  return !refusals_.AreOften(t) && (!doubted_ || ToSeconds(t - *doubted_) > kSoundS);
 }
 
 void AttitudeAiding::Use(Time t, const AttitudeEvent& attitude) {
