@@ -184,6 +184,30 @@ inline constexpr ConditionKind kDvlRefused{
     "the Doppler log has bottom lock, but its velocities are refused",
     "Check its mounting in vehicle.yaml and its stamps; fish and mud cause it, too. Counters "
     "nav_dvl_ have the reasons. Dead reckoning drifts meanwhile, and its sigma grows accordingly."};
+inline constexpr ConditionKind kAttitudeFrozen{
+    "attitude_frozen",
+    Severity::kDegraded,
+    "the attitude repeats its value while the vehicle turns, and is not used",
+    "Dead reckoning goes on with the gyros, and its sigma of heading grows. Check the attitude "
+    "output of the inertial unit, or restart the unit."};
+inline constexpr ConditionKind kAttitudeSilent{
+    "attitude_silent",
+    Severity::kDegraded,
+    "the inertial unit sends rates, but no attitude any more",
+    "Dead reckoning goes on with the gyros, and its sigma of heading grows. Check the attitude "
+    "output of the inertial unit."};
+inline constexpr ConditionKind kGyroDoubted{
+    "gyro_doubted",
+    Severity::kDegraded,
+    "the gyros contradict the attitude and are not used",
+    "Dead reckoning follows the attitude instead. The gyros are stuck or damaged, or the stamps of "
+    "the attitude are wrong (a suspected time offset)."};
+inline constexpr ConditionKind kAccelerometerDoubted{
+    "accelerometer_doubted",
+    Severity::kDegraded,
+    "the accelerometers contradict the other sensors and are not used",
+    "Velocity is that of the Doppler log, and without bottom lock the last one. The accelerometers "
+    "are stuck or damaged, or roll, pitch or the stamps of the Doppler log are wrong."};
 inline constexpr ConditionKind kDepthRefused{
     "depth_refused",
     Severity::kDegraded,
@@ -210,8 +234,9 @@ inline constexpr ConditionKind kTimeOffsetSuspected{
     "time_offset_suspected",
     Severity::kDegraded,
     "a sensor's time stamps are wrong",
-    "Dead reckoning corrects the offset meanwhile. Write it into the configuration, or correct the "
-    "clock. A recorded log can be replayed with the offset configured."};
+    "Write the offset into the configuration, or correct the clock. Dead reckoning corrects stamps "
+    "that are late meanwhile, but not early ones. A recorded log can be replayed with the offset "
+    "configured."};
 inline constexpr ConditionKind kInsNotUsable{
     "ins_not_usable",
     Severity::kDegraded,
@@ -343,7 +368,8 @@ inline constexpr const ConditionKind* kAll[] = {
     &kSenderRefused,        &kCanController,       &kLogNotWriting,        &kMessagesNotRecorded,
     &kUnloggableMessages,   &kRecordingsDeleted,   &kDiskSpaceLow,         &kGraphIncomplete,
     &kSubmapMalformed,      &kNoSolution,          &kSolutionNotConverged, &kNoCovariance,
-    &kNoBottomLock,         &kDvlRefused,          &kAttitudeRefused,      &kDepthRefused,
+    &kNoBottomLock,         &kDvlRefused,          &kAccelerometerDoubted, &kAttitudeRefused,
+    &kAttitudeFrozen,       &kAttitudeSilent,      &kGyroDoubted,          &kDepthRefused,
     &kFixesRefused,         &kNavigationReset,     &kHeadingStep,          &kTimeOffsetSuspected,
     &kNavigationNotStarted, &kPlaceUnknown,        &kInsNotUsable,         &kInsJumps,
     &kNoWaterLevel,         &kNoSoundSpeedProfile, &kSolutionWithheld,     &kSolutionsRefused,

@@ -56,7 +56,8 @@ class DeadReckoning::Impl {
 
   StartState start_state() const { return start_.state(); }
   bool place_is_known() const { return place_is_known_; }
-  NavSensorHealth health(NavSensor sensor) const;
+  NavSensorHealth health(NavSensor sensor);
+  NavDoubts doubts() const;
   std::vector<SuspectedOffset> suspected_offsets() const;
   std::optional<NavState> Predicted() const;
   std::optional<Eigen::Matrix3d> RelativeCovariance(Time a, Time b) const {
@@ -79,6 +80,7 @@ class DeadReckoning::Impl {
   void Start(Time t, const InertialRates& rates);
   void Advance(Time t, const InertialRates& rates);
   void CoastTo(Time t, const InertialRates& rates);
+  std::optional<AttitudeEvent> AttitudeAfterGap(Time t, const InertialRates& rates) const;
   void IntegrateTo(Time t, const InertialRates& rates);
   void Propagate(Time to_time, const InertialRates& from, const InertialRates& to, double dt_s);
   void Publish(Time t, const InertialRates& rates);
@@ -100,8 +102,10 @@ class DeadReckoning::Impl {
       archive(self.off_m, self.covariance_m2);
     }
   };
+  RefusalRecord* RefusalsOf(NavSensor sensor);
   bool OverruleByFixes(const RefusedFix& fix);
-  void UseLateFix(Time t, const FixEvent& of_antenna);
+  void UseLateFix(Time t, const FixEvent& fix);
+  bool KeepPastFix(Time t, const FixEvent& of_antenna);
 
   const NavigationParams params_;
   const VehicleGeometry vehicle_;

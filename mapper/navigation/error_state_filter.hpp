@@ -138,7 +138,9 @@ class ErrorStateFilter {
   // DVL scale and mounting, which would be estimated from it.
   void EstimateInertialBiases(bool estimate) { estimates_inertial_ = estimate; }
   void ReopenAttitudeBias();
-  // Shortens the velocity to limit_mps, and adds the limit to its sigma in quadrature.
+  // Adds kCoastTilt to the sigma of roll and pitch.
+  void WidenTilt();
+  // Shortens the velocity to limit_mps; its sigma is then the limit at least.
   void LimitSpeed(double limit_mps);
 
   // Treats a step of the device's heading that the gyros did not measure; step_rad: new minus old,
@@ -272,14 +274,17 @@ class ErrorStateFilter {
   void Apply(const ErrorMatrix& M);
   void SetAttitudeBiasSigma(const Eigen::Vector3d& sigma_rpy_rad);
   // Offers the scalar `residual` = H error + noise, one of the sensor's up to three components.
-  // change_per_s, carried_s: DvlStamping. False: beyond the gate.
-  bool Offer(NavSensor sensor,
-             int component,
-             const ErrorRow& H,
-             double residual,
-             double variance,
-             double change_per_s = 0.0,
-             double carried_s = 0.0);
+  // False: beyond the gate.
+  bool Offer(NavSensor sensor, int component, const ErrorRow& H, double residual, double variance);
+  // The same without a gate: for components that pass or fail together. change_per_s, carried_s:
+  // DvlStamping.
+  void Use(NavSensor sensor,
+           int component,
+           const ErrorRow& H,
+           double residual,
+           double variance,
+           double change_per_s = 0.0,
+           double carried_s = 0.0);
   // Before the update by such a scalar, with PH = P_ H^T: takes from the correction the bias
   // that correlated noise would cause in the DVL's scale.
   double TakeNoiseOffScale(NavSensor sensor,

@@ -100,17 +100,16 @@ int ErrorStateFilter::UpdateDvl(const Eigen::Vector3d& v_dvl_mps,
   if (refused > 0) return refused;
   estimates_slow_ = slow == SlowStates::kEstimated;
   for (int i = 0; i < 3; ++i)
-    if (!Offer(NavSensor::kDvl,
-               i,
-               model.H.row(i),
-               residual(i),
-               variance(i),
-               stamping.change_mps2(i),
-               stamping.carried_s))
-      ++refused;
+    Use(NavSensor::kDvl,
+        i,
+        model.H.row(i),
+        residual(i),
+        variance(i),
+        stamping.change_mps2(i),
+        stamping.carried_s);
   estimates_slow_ = true;
   Inject();
-  return refused;
+  return 0;
 }
 
 int ErrorStateFilter::UpdateDepth(double depth_m, double sigma_m) {
@@ -145,11 +144,10 @@ int ErrorStateFilter::UpdatePosition(const Eigen::Vector2d& north_east_m,
   const Eigen::Matrix2d whiten = L.inverse();
   const Eigen::Vector2d white_residual = whiten * residual;
   const Eigen::Matrix<double, 2, kErrorSize> white_H = whiten * H;
-  int refused = 0;
   for (int i = 0; i < 2; ++i)
-    if (!Offer(NavSensor::kPositionFix, i, white_H.row(i), white_residual(i), 1.0)) ++refused;
+    Use(NavSensor::kPositionFix, i, white_H.row(i), white_residual(i), 1.0);
   Inject();
-  return refused;
+  return 0;
 }
 
 }  // namespace seastitch

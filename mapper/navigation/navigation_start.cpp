@@ -1,5 +1,7 @@
 #include "mapper/navigation/navigation_start.hpp"
 
+#include <utility>
+
 #include "common/core/pose.hpp"
 #include "mapper/navigation/strapdown.hpp"
 
@@ -13,8 +15,6 @@ constexpr double kFreshS = 2.0;
 constexpr double kSteadyAttitudeS = 1.5;
 constexpr double kSteadyAttitudeRad = 0.1;
 constexpr double kMaxTurnRadps = 0.6;
-// Sigma of an unknown start position [m].
-constexpr double kUnknownPlaceM = 1000.0;
 
 template <class T>
 bool IsFresh(const std::optional<Stamped<T>>& last, Time t) {
@@ -56,8 +56,16 @@ void NavigationStart::Use(Time t, const AttitudeEvent& attitude) {
   attitude_is_new_ = true;
 }
 
+void NavigationStart::Use(Time t, const FixEvent& fix) {
+  if (!fix_ || t >= fix_->time) fix_ = {t, fix};
+}
+
+double NavigationStart::MovedSinceFix(Time t) const {
+  return ToSeconds(t - fix_->time) * params_.start_speed_sigma_mps;
+}
+
 StartState NavigationStart::StateAt(Time t) const {
-  if (!attitude_) return StartState::kNoAttitude;
+  if (!IsFresh(attitude_, t)) return StartState::kNoAttitude;
   if (!steady_since_) return StartState::kAttitudeUnsteady;
   if (attitude_->value.alignment == HeadingAlignment::kAligning ||
       attitude_->value.sigma_rpy_rad.z() > params_.start_heading_sigma_rad)
@@ -65,15 +73,16 @@ StartState NavigationStart::StateAt(Time t) const {
   const bool waits = ToSeconds(t - *steady_since_) < params_.start_wait_s;
   const bool aided = IsFresh(dvl_, t) && IsFresh(depth_, t);
   if (!aided && waits) return StartState::kNoDepthOrVelocity;
-  if (params_.start_at_first_fix && !fix_ && waits) return StartState::kNoFix;
+  if (params_.start_at_first_fix && !HasFix(t) && waits) return StartState::kNoFix;
   return StartState::kStarted;
 }
 
 std::optional<NavigationStart::First> NavigationStart::Try(Time t, const InertialRates& rates) {
-  state_ = StateAt(t);
-  const bool now = attitude_is_new_;
-  attitude_is_new_ = false;
-  if (state_ != StartState::kStarted || !now) return std::nullopt;
+  const bool is_new = std::exchange(attitude_is_new_, false);
+  const StartState state = StateAt(t);
+  if (state == StartState::kStarted && !is_new) return std::nullopt;
+  state_ = state;
+  if (state != StartState::kStarted) return std::nullopt;
   First first;
   first.attitude = attitude_->value;
   // The gyros carry the attitude from its own time to the start.
@@ -99,10 +108,10 @@ void NavigationStart::Place(Time t, First* first) const {
   if (!params_.start_at_first_fix)
     p_map_vehicle.head<2>() << params_.start_north_m, params_.start_east_m;
   ErrorStateFilter::Start& start = first->start;
-  first->place_is_known = !params_.start_at_first_fix || fix_.has_value();
+  first->place_is_known = !params_.start_at_first_fix || HasFix(t);
   start.sigma_p_m.setConstant(first->place_is_known ? params_.start_sigma_m : kUnknownPlaceM);
-  if (params_.start_at_first_fix && fix_) {
-    const double moved_m = ToSeconds(t - fix_->time) * params_.start_speed_sigma_mps;
+  if (params_.start_at_first_fix && HasFix(t)) {
+    const double moved_m = MovedSinceFix(t);
     const Eigen::Vector2d variance = fix_->value.covariance_m2.diagonal();
     const Eigen::Matrix3d R_map_vehicle = R * mounting_.T_imu_vehicle.linear();
     p_map_vehicle.head<2>() = fix_->value.OfVehicle(R_map_vehicle).north_east_m;

@@ -1,21 +1,28 @@
 #include "mapper/navigation/refusal_record.hpp"
 
 #include <cmath>
+#include <cstddef>
 
 namespace seastitch {
 namespace {
 
 constexpr double kMuch = 0.1;
 
+std::int64_t SecondOf(Time t) {
+  return static_cast<std::int64_t>(std::floor(ToSeconds(t - Time())));
+}
+
+double Part(int refused, int samples) {
+  return samples > 0 ? static_cast<double>(refused) / samples : 0.0;
+}
+
 }  // namespace
 
 void RefusalRecord::Add(Time t, bool refused) {
-  if (!first_) first_ = t;
-  last_ = t;
-  const auto second = static_cast<std::int64_t>(std::floor(ToSeconds(t - *first_)));
-  Second& bin = seconds_[static_cast<std::size_t>(second) % kSeconds];
-  if (bin.second != second) bin = {second, 0, 0};
+  since_ = Since(t);
+  Second& bin = At(t);
   ++bin.samples;
+  last_ = t;
   if (refused) {
     ++bin.refused;
     last_refused_ = t;
@@ -23,23 +30,52 @@ void RefusalRecord::Add(Time t, bool refused) {
   } else {
     streak_since_.reset();
   }
-  if (Share() <= kMuch)
+  NoteShare(t);
+}
+
+void RefusalRecord::AddUnusable(Time t) {
+  since_ = Since(t);
+  ++At(t).unusable;
+  NoteShare(t);
+}
+
+RefusalRecord::Second& RefusalRecord::At(Time t) {
+  const std::int64_t second = SecondOf(t);
+  Second& bin = seconds_[static_cast<std::size_t>(second) % seconds_.size()];
+  if (bin.second != second) bin = {second, 0, 0, 0};
+  return bin;
+}
+
+void RefusalRecord::NoteShare(Time t) {
+  if (Share(t) <= kMuch)
     since_.reset();
   else if (!since_)
     since_ = t;
 }
 
-double RefusalRecord::Share() const {
-  if (!last_) return 0.0;
-  const auto now = static_cast<std::int64_t>(std::floor(ToSeconds(*last_ - *first_)));
-  int samples = 0;
-  int refused = 0;
+RefusalRecord::Second RefusalRecord::Minute(Time now) const {
+  Second sum;
   for (const Second& bin : seconds_) {
-    if (bin.second < 0 || now - bin.second >= static_cast<std::int64_t>(kSeconds)) continue;
-    samples += bin.samples;
-    refused += bin.refused;
+    if (SecondOf(now) - bin.second >= kSeconds) continue;
+    sum.samples += bin.samples;
+    sum.refused += bin.refused;
+    sum.unusable += bin.unusable;
   }
-  return samples > 0 ? static_cast<double>(refused) / samples : 0.0;
+  return sum;
+}
+
+double RefusalRecord::Share(Time now) const {
+  const Second sum = Minute(now);
+  return Part(sum.refused + sum.unusable, sum.samples + sum.unusable);
+}
+
+std::optional<Time> RefusalRecord::Since(Time now) const {
+  return Share(now) > kMuch ? since_ : std::nullopt;
+}
+
+bool RefusalRecord::AreOften(Time now) const {
+  const Second sum = Minute(now);
+  return Part(sum.refused, sum.samples) > kMuch;
 }
 
 double RefusalRecord::StreakS() const {

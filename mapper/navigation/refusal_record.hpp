@@ -12,10 +12,16 @@ namespace seastitch {
 class RefusalRecord {
  public:
   void Add(Time t, bool refused);
-  // Fraction refused in the minute before the last sample, 0 to 1.
-  double Share() const;
-  // Since when the share has been above a tenth.
-  std::optional<Time> since() const { return since_; }
+  // Adds a sample that was refused before the filter. It counts in Share() and Since(), which are
+  // for people, and nowhere else: bad input must not change the state. Up to some seconds out of
+  // order.
+  void AddUnusable(Time t);
+  // Fraction refused in the minute before `now`, 0 to 1; 0 without a sample.
+  double Share(Time now) const;
+  // Since when the share has been above a tenth, if it is at `now`.
+  std::optional<Time> Since(Time now) const;
+  // Whether the filter refused more than a tenth of the samples that reached it in that minute.
+  bool AreOften(Time now) const;
   // Seconds for which every sample has been refused, up to the last one.
   double StreakS() const;
   // Seconds since the last refusal; std::nullopt: there was none.
@@ -24,28 +30,27 @@ class RefusalRecord {
 
   template <class Archive, class Self>
   static void Fields(Archive& archive, Self& self) {
-    archive(self.seconds_,
-            self.first_,
-            self.last_,
-            self.last_refused_,
-            self.streak_since_,
-            self.since_);
+    archive(self.seconds_, self.last_, self.last_refused_, self.streak_since_, self.since_);
   }
 
  private:
-  static constexpr std::size_t kSeconds = 60;
+  static constexpr std::int64_t kSeconds = 60;
   struct Second {
-    std::int64_t second = -1;
+    std::int64_t second = -kSeconds;  // since 1970
     int samples = 0;
     int refused = 0;
+    int unusable = 0;  // not in samples
 
     template <class Archive, class Self>
     static void Fields(Archive& archive, Self& self) {
-      archive(self.second, self.samples, self.refused);
+      archive(self.second, self.samples, self.refused, self.unusable);
     }
   };
+  Second& At(Time t);
+  Second Minute(Time now) const;  // sums of the minute before now
+  void NoteShare(Time t);
+
   std::array<Second, kSeconds> seconds_{};
-  std::optional<Time> first_;
   std::optional<Time> last_;
   std::optional<Time> last_refused_;
   std::optional<Time> streak_since_;
