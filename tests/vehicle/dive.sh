@@ -162,6 +162,24 @@ forge() {
   sleep 2
 }
 
+# PROCESS: how many datagrams the kernel dropped before it, on LCM's port (hexadecimal 1DF3).
+dropped_for() {
+  local sockets
+  sockets=$(find "/proc/$(property "$1" MainPID)/fd" -lname 'socket:*' -printf '%l\n' | tr -dc '0-9\n' | paste -sd '|')
+  awk -v sockets="^($sockets)\$" '$2 ~ /:1DF3$/ && $10 ~ sockets {n += $13} END {print n + 0}' /proc/net/udp
+}
+
+# PROCESS: the datagrams to this computer come to it, which opened its socket last. Its filter drops all of them.
+forge_to() {
+  local before dropped
+  systemctl restart "seastitch-$1.service"
+  before=$(dropped_for "$1")
+  forge
+  dropped=$(($(dropped_for "$1") - before))
+  [ "$dropped" -ge 300 ] || fail "of 300 forged datagrams to seastitch-$1 $dropped were dropped"
+  say "the filter of the $1 dropped $dropped forged datagrams"
+}
+
 # From another network, to this computer and to the group. Of several sockets on a port the kernel gives a unicast
 # datagram to the one that was opened last: first the installed logger, then one that no unit confines, as the control.
 forge_from_outside() {
@@ -181,6 +199,8 @@ forge_from_outside() {
   [ "$taken_without" -gt 0 ] || fail "nobody took a forged message: the experiment shows nothing"
   [ "$taken" = 0 ] || fail "the logger took $taken forged messages"
   say "forged from another network, 300 to this computer and 300 to the group: the logger took none, one without the unit's filter $taken_without"
+  forge_to mapper
+  forge_to optimizer
 }
 
 # A wrong key ends the process once, with 78 and one line.
