@@ -15,7 +15,7 @@ fi
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 cp "$package" "$work/package.deb"
-cp "$here/can_gateway.py" "$here/forger.py" "$work/"
+cp "$here/can_gateway.py" "$here/forger.py" "$here/nmea_ins.py" "$work/"
 : >"$work/output"
 truncate -s 8G "$work/disk"
 mkfs.ext4 -q -F "$work/disk"

@@ -1,9 +1,10 @@
 #!/bin/bash
 # Runs as a service of the guest, at each boot: first everything up to the power cut, then what comes after it.
-# /host/package.deb, /host/can_gateway.py and /host/forger.py come from the machine; /host/power_cut says where we are,
-# /host/epoch when the survey began, /host/submaps how many submaps there were before the power cut.
+# /host/package.deb, /host/can_gateway.py, /host/forger.py and /host/nmea_ins.py come from the machine; /host/power_cut
+# says where we are, /host/epoch when the survey began, /host/submaps how many submaps there were before the power cut,
+# /host/names which files have the package's name before it is installed.
 set -euo pipefail
-processes=(imu-driver dvl-driver mbes-driver mapper optimizer logger)
+processes=(imu-driver dvl-driver mbes-driver nav-driver mapper optimizer logger)
 export LCM_DEFAULT_URL="udpm://239.255.76.67:7667?ttl=0"
 
 say() { printf '   %5.1f s  %s\n' "$(cut -d' ' -f1 /proc/uptime)" "$*"; }
@@ -43,6 +44,7 @@ play_survey() {
   sed 's/lines: 3/lines: 30/' "$survey" >/tmp/survey.yaml
   echo 'position_fixes: {interval_s: 2.0}' >>/tmp/survey.yaml
   python3 /host/can_gateway.py can0 20001 20002 &
+  python3 /host/nmea_ins.py 6100 &
   seastitch bench --survey /tmp/survey.yaml --epoch "$(cat /host/epoch)" \
     --from $(($(date +%s) - $(date -d "$(cat /host/epoch)" +%s))) >/tmp/bench 2>&1 &
 }
@@ -87,14 +89,18 @@ if libc.adjtimex(timex) < 0:
 PYTHON
 }
 
-# All that the doctor looks at is well; the one processor of a guest may be busy.
+# All that the doctor looks at is well, and so is its exit status; the one processor of a guest may be busy.
 doctor_is_content() {
-  seastitch doctor --under-water --json >/tmp/doctor.json || true
-  python3 - <<'PYTHON'
+  local status=0
+  seastitch doctor --under-water --json >/tmp/doctor.json || status=$?
+  python3 - $status <<'PYTHON'
 import json
 import sys
 
-checks = json.load(open("/tmp/doctor.json"))["checks"]
+answer = json.load(open("/tmp/doctor.json"))
+checks = answer["checks"]
+if int(sys.argv[1]) != ["ok", "warning", "error"].index(answer["result"]):
+    sys.exit("doctor: exit status " + sys.argv[1] + " with " + answer["result"])
 kinds = {check["check"] for check in checks}
 expected = {"can_interface", "lcm_route", "lcm_loopback", "ip_filter", "clock", "disk_free", "process", "sensor", "value"}
 sys.exit(bool(expected - kinds) or any(c["level"] != "ok" and c["check"] != "cpu" for c in checks))
@@ -156,6 +162,24 @@ forge() {
   sleep 2
 }
 
+# PROCESS: how many datagrams the kernel dropped before it, on LCM's port (hexadecimal 1DF3).
+dropped_for() {
+  local sockets
+  sockets=$(find "/proc/$(property "$1" MainPID)/fd" -lname 'socket:*' -printf '%l\n' | tr -dc '0-9\n' | paste -sd '|')
+  awk -v sockets="^($sockets)\$" '$2 ~ /:1DF3$/ && $10 ~ sockets {n += $13} END {print n + 0}' /proc/net/udp
+}
+
+# PROCESS: the datagrams to this computer come to it, which opened its socket last. Its filter drops all of them.
+forge_to() {
+  local before dropped
+  systemctl restart "seastitch-$1.service"
+  before=$(dropped_for "$1")
+  forge
+  dropped=$(($(dropped_for "$1") - before))
+  [ "$dropped" -ge 300 ] || fail "of 300 forged datagrams to seastitch-$1 $dropped were dropped"
+  say "the filter of the $1 dropped $dropped forged datagrams"
+}
+
 # From another network, to this computer and to the group. Of several sockets on a port the kernel gives a unicast
 # datagram to the one that was opened last: first the installed logger, then one that no unit confines, as the control.
 forge_from_outside() {
@@ -175,6 +199,8 @@ forge_from_outside() {
   [ "$taken_without" -gt 0 ] || fail "nobody took a forged message: the experiment shows nothing"
   [ "$taken" = 0 ] || fail "the logger took $taken forged messages"
   say "forged from another network, 300 to this computer and 300 to the group: the logger took none, one without the unit's filter $taken_without"
+  forge_to mapper
+  forge_to optimizer
 }
 
 # A wrong key ends the process once, with 78 and one line.
@@ -193,6 +219,23 @@ check_configuration_error() {
   systemctl start seastitch-optimizer.service
 }
 
+# What systemd makes of the units and of the drop-in that all of them have.
+check_settings() {
+  local process memory devices
+  for process in "${processes[@]}"; do
+    case $process in
+      mapper) memory=2147483648 ;;
+      optimizer | logger) memory=1073741824 ;;
+      *) memory=536870912 ;;
+    esac
+    devices=yes
+    [ "$process" != nav-driver ] || devices=no
+    [ "$(property "$process" MemoryMax) $(property "$process" PrivateDevices)" = "$memory $devices" ] ||
+      fail "seastitch-$process: $(systemctl show -p MemoryMax,PrivateDevices "seastitch-$process.service" | xargs)"
+  done
+  say "each unit has its own memory limit, and all but the nav-driver's a private /dev"
+}
+
 # What of it this guest's kernel can do: User-Mode Linux may lack seccomp and BPF.
 check_confinement() {
   local process status
@@ -207,16 +250,55 @@ check_confinement() {
     echo 'not in this kernel' || echo yes)"
 }
 
+# Files with the package's name that dpkg does not list, but for the dives.
+named() { find /etc /var -path /var/lib/seastitch -prune -o -name '*seastitch*' -print | sort; }
+
+# A data disk whose mount ends, as systemd ends it when the device is gone: the logger stops, navigation and map go on.
+check_data_disk() {
+  local process expected
+  printf '[Mount]\nWhat=tmpfs\nWhere=/data\nType=tmpfs\n' >/etc/systemd/system/data.mount
+  systemctl daemon-reload
+  systemctl start data.mount
+  install -d -o seastitch -g seastitch -m 0750 /data/seastitch
+  for process in logger mapper; do
+    install -D -m 0644 "/usr/share/doc/seastitch/examples/data-disk-$process.conf" \
+      "/etc/systemd/system/seastitch-$process.service.d/data-disk.conf"
+    sed -i 's,^dives_dir: .*,dives_dir: /data/seastitch/dives,' "/etc/seastitch/$process.yaml"
+  done
+  systemctl daemon-reload
+  systemctl restart seastitch-logger.service seastitch-mapper.service
+  wait_for_services
+  seastitch doctor --under-water >/tmp/doctor || true
+  [ "$(grep -c '^ok *drop-in of' /tmp/doctor)" = 2 ] || { cat /tmp/doctor; fail "the drop-ins for a data disk"; }
+  systemctl stop data.mount
+  for process in "${processes[@]}"; do
+    expected=active
+    [ "$process" != logger ] || expected=inactive
+    [ "$(systemctl is-active "seastitch-$process.service")" = $expected ] ||
+      fail "seastitch-$process is not $expected without the data disk"
+  done
+  seastitch doctor --under-water >/tmp/doctor || true
+  grep -q '^warning *data disk of /data/seastitch/dives: not mounted' /tmp/doctor ||
+    { cat /tmp/doctor; fail "the doctor does not name a missing data disk"; }
+  rm -r /etc/systemd/system/data.mount /etc/systemd/system/seastitch-{logger,mapper}.service.d
+  systemctl daemon-reload
+  say "without its data disk the logger stops, every other process runs on, and the doctor names it"
+}
+
 before_the_power_cut() {
+  named >/host/names
   dpkg -i /host/package.deb >/tmp/dpkg.log 2>&1 || { cat /tmp/dpkg.log; fail "installation"; }
   # shellcheck disable=SC2046
   [ "$(systemctl is-active $(services) seastitch.target | sort -u)" = inactive ] || fail "the installation starts services"
   say "installed"
   bring_up_can
   sed -i 's,^source: .*,source: "udp:127.0.0.1:6020?from=127.0.0.1",' /etc/seastitch/mbes_driver.yaml
+  sed -i '/^ins:/a\  source: "udp:127.0.0.1:6100"' /etc/seastitch/nav_driver.yaml
+  systemctl enable seastitch-nav-driver.service 2>/dev/null
   systemctl enable --now seastitch.target 2>/dev/null
   wait_for_services
   say "seastitch.target: all services active"
+  check_settings
   check_configuration_error
   say "a configuration error: exit status 78, not restarted"
   discipline_clock
@@ -249,6 +331,7 @@ after_the_power_cut() {
   [ "$(find /var/lib/seastitch/dives -maxdepth 1 -name 'DIVE_*' | wc -l)" = 1 ] || fail "the power cut made a second dive"
   [ "$(find /var/lib/seastitch/dives -path '*/log/*.lcmlog' | wc -l)" = 3 ] || fail "not one recording a start in the dive"
   say "the recording before the power cut is readable; the same dive goes on"
+  check_data_disk
   systemctl stop seastitch.target 'seastitch-*.service'
   # shellcheck disable=SC2046
   ! systemctl -q is-active $(services) || fail "services outlive the target"
@@ -259,6 +342,7 @@ after_the_power_cut() {
   while read -r file; do
     [ -d "$file" ] || [ ! -e "$file" ] || fail "a purge leaves $file"
   done </tmp/listed
+  named | cmp -s - /host/names || fail "a purge leaves $(named | comm -13 /host/names - | xargs)"
   [ ! -e /etc/seastitch ] || fail "a purge leaves /etc/seastitch"
   find /var/lib/seastitch -type f | sort | cmp -s - /tmp/dives || fail "a purge takes dives along"
   say "purged: $(wc -l </tmp/dives) files of the dives are left"

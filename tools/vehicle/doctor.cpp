@@ -20,7 +20,7 @@ constexpr double kListenS = 3.5;
 // of the disk's checks, which take 2 s on a disk that can be used; the end of all.
 constexpr double kLastProgramS = 2.5;
 constexpr double kDiskS = 6.0;
-constexpr double kAtMostS = 9.5;
+constexpr double kAtMostS = 9.0;
 constexpr char kCheckDisk[] =
     "Check the data disk's cable and power, and the kernel's log (dmesg); then mount it again.";
 constexpr char kDefaultUrl[] = "udpm://239.255.76.67:7667?ttl=0";
