@@ -275,7 +275,8 @@ TEST(Configuration, ShippedFilesAreWhatTheProgramsPrint) {
   const auto defaults = ConfigurationFiles();
   auto files = ConfigurationFiles();
   for (std::size_t i = 0; i < files.size(); ++i) {
-    if (files[i].name.starts_with("config/bench/")) continue;  // one of many, with what differs alone
+    if (files[i].name.starts_with("config/bench/"))
+      continue;  // one of many, with what differs alone
     const fs::path path = ConfigFile(files[i].name);
     SCOPED_TRACE(path.string());
     files[i].table.Load(path.string());
