@@ -29,6 +29,7 @@
 #include "mapper/saved_map.hpp"
 #include "mapper/sensor_clocks.hpp"
 #include "mapper/sound_speed.hpp"
+#include "mapper/stamp_offset_record.hpp"
 #include "mapper/submap_frames.hpp"
 #include "mapper/submaps/submap_builder.hpp"
 
@@ -181,6 +182,8 @@ class Mapper {
   // Estimates of the survey's noise components, from overlaps, and of the time offset of the
   // sonar's stamps, from the seabed.
   SurveyNoise noise() const;
+  // Time offsets of attitude and DVL that navigation suspected, the best estimate of each.
+  std::vector<StampOffsetEstimate> stamp_offsets() const { return stamp_offsets_.estimates(); }
   // Faults that hold now.
   std::vector<Condition> conditions() const;
   // Everything counted, by name, such as "pings_without_pose".
@@ -236,6 +239,7 @@ class Mapper {
   double optimizer_heard_s_ = 0.0;   // SensorClocks::health_time_s() at its last HEALTH
   NavigationWatch watch_;
   GivenWatch given_watch_;
+  StampOffsetRecord stamp_offsets_;
   VerticalReference vertical_;
   SoundSpeed sound_speed_;
   std::optional<SoundSpeed::Source> sound_speed_source_;  // of the last ping
