@@ -4,6 +4,7 @@
 #include <chrono>
 #include <map>
 #include <set>
+#include <stdexcept>
 
 #include "products/navigation_files.hpp"
 #include "tools/recorded_dive.hpp"
@@ -39,6 +40,17 @@ std::string NameOf(const fs::path& path) {
   return (fs::weakly_canonical(path) / "").parent_path().filename().string();
 }
 
+DiveInput DiveIn(const fs::path& folder, bool raw) {
+  DiveInput dive{NameOf(folder), {}};
+  try {
+    dive.files = IsDive(folder) ? LogsOfDive(folder, raw) : FilesIn(folder);
+  } catch (const std::runtime_error& e) {  // of several dives the others are mapped
+    dive.problem = e.what();
+  }
+  if (dive.files.empty()) dive.folder = folder;
+  return dive;
+}
+
 }  // namespace
 
 std::vector<DiveInput> DivesAmong(const std::vector<fs::path>& inputs, bool raw) {
@@ -51,7 +63,7 @@ std::vector<DiveInput> DivesAmong(const std::vector<fs::path>& inputs, bool raw)
       continue;
     }
     if (fs::is_directory(input)) {
-      dives.push_back({NameOf(input), IsDive(input) ? LogsOfDive(input, raw) : FilesIn(input)});
+      dives.push_back(DiveIn(input, raw));
       continue;
     }
     const std::string group = SurveyFiles::IsSurveyFile(input) ? DayOf(input) : kLogs;
