@@ -105,6 +105,7 @@ Mapper::Mapper(const MapperParams& params, std::unique_ptr<Navigation> navigatio
       navigation_(std::move(navigation)),
       clocks_(params.navigation.clock_jump_s),
       watch_(params.navigation),
+      stamp_offsets_(params.navigation),
       vertical_(params.vertical, params.vehicle),
       sound_speed_(params.sound_velocity_profile),
       pings_(static_cast<std::size_t>(params.max_waiting_pings)),
@@ -131,6 +132,7 @@ void Mapper::Navigate(const Sample& sample) {
   navigation_->Add(sample);
   watch_.Look(*navigation_);
   given_watch_.Look(*navigation_);
+  stamp_offsets_.Look(*navigation_);
   GiveNav();
   GeoreferencePings();
 }

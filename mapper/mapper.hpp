@@ -30,6 +30,7 @@
 #include "mapper/saved_map.hpp"
 #include "mapper/sensor_clocks.hpp"
 #include "mapper/sound_speed.hpp"
+#include "mapper/stamp_offset_record.hpp"
 #include "mapper/submap_frames.hpp"
 #include "mapper/submaps/submap_builder.hpp"
 
@@ -186,6 +187,8 @@ class Mapper {
   // Estimates of the survey's noise components, from overlaps, and of the time offset of the
   // sonar's stamps, from the seabed.
   SurveyNoise noise() const;
+  // Time offsets of attitude and DVL that navigation suspected, the best estimate of each.
+  std::vector<StampOffsetEstimate> stamp_offsets() const { return stamp_offsets_.estimates(); }
   // Faults that hold now.
   std::vector<Condition> conditions() const;
   // Everything counted, by name, such as "pings_without_pose".
@@ -246,6 +249,7 @@ class Mapper {
   std::int64_t pings_received_ = 0;
   std::optional<Time> nav_began_;  // first state of navigation that this object gave
   GivenWatch given_watch_;
+  StampOffsetRecord stamp_offsets_;
   VerticalReference vertical_;
   SoundSpeed sound_speed_;
   std::optional<SoundSpeed::Source> sound_speed_source_;  // of the last ping

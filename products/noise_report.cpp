@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <utility>
 
 #include "common/core/pose.hpp"
 
@@ -88,10 +89,12 @@ bool IsClear(const std::optional<TimeOffsetEstimate>& offset) {
   return offset && std::abs(offset->add_s) > std::max(kLeastS, 3.0 * offset->sigma_s);
 }
 
-void AddTiming(const SonarTimingEstimate& timing, std::vector<std::string>* findings) {
+}  // namespace
+
+std::vector<std::string> TimingFindings(const SonarTimingEstimate& timing) {
   const bool by_roll = timing.roll.has_value() && (IsClear(timing.roll) || !IsClear(timing.pitch));
   const std::optional<TimeOffsetEstimate>& offset = by_roll ? timing.roll : timing.pitch;
-  if (!IsClear(offset)) return;
+  if (!IsClear(offset)) return {};
   std::string text =
       "The sonar's stamps are " + Format("%.1f ms too ", 1000.0 * std::abs(offset->add_s)) +
       (offset->add_s > 0.0 ? "early" : "late") + " for the " + (by_roll ? "roll" : "pitch") +
@@ -100,10 +103,8 @@ void AddTiming(const SonarTimingEstimate& timing, std::vector<std::string>* find
     text += "correct them in the program that computed the soundings.";
   else
     text += Format("set sonar_time_offset_s to %.3f.", timing.configured_s + offset->add_s);
-  findings->push_back(text);
+  return {text};
 }
-
-}  // namespace
 
 std::vector<NoiseRow> NoiseRows(const SurveyNoise& noise) {
   const NoiseEstimate& n = noise.components;
@@ -137,7 +138,7 @@ std::vector<NoiseRow> NoiseRows(const SurveyNoise& noise) {
 std::vector<std::string> NoiseFindings(const SurveyNoise& noise) {
   std::vector<std::string> findings;
   if (noise.components.closures > 0) AddOverlaps(noise.components, &findings);
-  AddTiming(noise.timing, &findings);
+  for (std::string& finding : TimingFindings(noise.timing)) findings.push_back(std::move(finding));
   return findings;
 }
 

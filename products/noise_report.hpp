@@ -22,6 +22,9 @@ struct NoiseRow {
 // One row per variance component, as 1 sigma. Empty without a closure.
 std::vector<NoiseRow> NoiseRows(const SurveyNoise& noise);
 
+// A sentence where the time offset of the sonar differs clearly from the configuration.
+std::vector<std::string> TimingFindings(const SonarTimingEstimate& timing);
+
 // One sentence per clear difference between estimate and configuration.
 std::vector<std::string> NoiseFindings(const SurveyNoise& noise);
 

@@ -102,10 +102,12 @@ std::string SurveyTable(const ProductSummary& s, const ProductOptions& options) 
   return table.Finish();
 }
 
-std::string DivesList(const std::vector<DiveInMap>& dives) {
+std::string DivesList(const std::vector<DiveInMap>& dives, const std::vector<UnreadDive>& unread) {
   std::string html;
   for (const std::string& sentence : SentencesOf(dives))
     html += "<li>" + Escaped(sentence) + "</li>\n";
+  for (const auto& [name, reason] : unread)
+    html += "<li>" + Escaped(name + " was not read, or not to its end: " + reason) + "</li>\n";
   return html;
 }
 
@@ -127,36 +129,38 @@ std::string MountingTable(const Survey& survey, const ProductSummary& s) {
 
 std::string Milliseconds(double seconds) { return Fixed(1000.0 * seconds, 1) + " ms"; }
 
-std::string NoiseTable(const SurveyNoise& noise) {
+void AddTiming(const std::string& dive, const SonarTimingEstimate& timing, HtmlTable* table) {
+  const auto add = [&](const char* label, const std::optional<TimeOffsetEstimate>& offset) {
+    if (offset)
+      table->Row({Escaped(dive) + label,
+                  Milliseconds(timing.configured_s),
+                  Milliseconds(timing.configured_s + offset->add_s),
+                  Milliseconds(offset->sigma_s)});
+  };
+  add("Time offset of the sonar's stamps, by roll", timing.roll);
+  add("Time offset of the sonar's stamps, by pitch", timing.pitch);
+}
+
+std::string NoiseTable(const Survey& survey, const ProductOptions& options) {
   HtmlTable table({"", "Configured", "Estimate", "1 sigma"});
-  for (const NoiseRow& row : NoiseRows(noise))
+  for (const NoiseRow& row : NoiseRows(options.noise))
     table.Row({row.label,
                Fixed(row.configured, row.digits) + row.unit,
                (row.bound != nullptr ? std::string(row.bound) + " " : "") +
                    Fixed(row.value, row.digits) + row.unit,
                Fixed(row.sigma, row.digits) + row.unit});
-  const auto add = [&](const char* label, const std::optional<TimeOffsetEstimate>& offset) {
-    if (offset)
-      table.Row({label,
-                 Milliseconds(noise.timing.configured_s),
-                 Milliseconds(noise.timing.configured_s + offset->add_s),
-                 Milliseconds(offset->sigma_s)});
-  };
-  add("Time offset of the sonar's stamps, by roll", noise.timing.roll);
-  add("&ensp;by pitch", noise.timing.pitch);
+  AddTiming("", options.noise.timing, &table);
+  for (std::size_t k = 0; k < survey.dives.size() && k < options.dives.size(); ++k)
+    AddTiming(survey.dives[k] + ": ", options.dives[k].sonar, &table);
   return table.Finish();
 }
 
-std::string FindingsText(const ProductSummary& s, const SurveyNoise& noise) {
-  if (s.noise_findings.empty()) {
-    const bool is_examined =
-        noise.components.closures > 0 || noise.timing.roll || noise.timing.pitch;
-    return is_examined ? "Nothing differs clearly from the configuration."
-                       : "Not examined: no closure was registered.";
-  }
+std::string FindingsText(const ProductSummary& s, const ProductOptions& options) {
   std::string html;
   for (const std::string& finding : s.noise_findings) html += Escaped(finding) + " ";
-  return html;
+  if (const std::string why = WhyNoNoise(s, options); !why.empty())
+    return html + "The noise was not estimated: " + why + ".";
+  return html.empty() ? "Nothing differs clearly from the configuration." : html;
 }
 
 std::string LoopTable(const Survey& survey) {
@@ -193,19 +197,55 @@ std::string LoopTable(const Survey& survey) {
   return html;
 }
 
+void AddOffsets(const DiveReport& dive, HtmlTable* table) {
+  for (const StampOffsetEstimate& offset : dive.stamp_offsets)
+    table->Row({offset.key + ": configured, suggested, 1 sigma",
+                Milliseconds(offset.configured_s) + ", " +
+                    Milliseconds(offset.configured_s + offset.add_s) + ", " +
+                    Milliseconds(offset.sigma_s) + " (corrected for " +
+                    Fixed(offset.suspected_s, 0) + " s)"});
+}
+
+void AddOther(const NavigationDifference& difference, HtmlTable* table) {
+  table->Row({"navigation_source: " + difference.source +
+                  ", difference from this track: horizontal RMS, largest; mean heading",
+              Fixed(difference.rms_m, 2) + " m, " + Fixed(difference.max_m, 2) + " m, " +
+                  Fixed(difference.heading_mean_deg, 2) + "&deg; (over " +
+                  Fixed(difference.duration_s, 0) + " s)"});
+}
+
+// name: of the dive, where there are several.
+std::string NavigationOf(const Survey& survey,
+                         const DiveReport& dive,
+                         std::int32_t chain,
+                         const std::string& name) {
+  const TrackState* const last = LastState(survey, chain);
+  if (last == nullptr) return {};
+  const std::string head = name.empty() ? "" : Escaped(name) + ": ";
+  std::string html;
+  for (const std::string& condition : dive.conditions)
+    html += "<p>" + head + "At the end: " + Escaped(condition) + "</p>\n";
+  HtmlTable table({head + "Dead reckoning", ""});
+  table.Row({"Stated at the end, 1 sigma: north, east, heading",
+             Fixed(last->sigma.x(), 2) + " m, " + Fixed(last->sigma.y(), 2) + " m, " +
+                 Fixed(Rad2Deg(last->sigma.z()), 2) + "&deg;"});
+  AddOffsets(dive, &table);
+  if (dive.other_navigation) AddOther(*dive.other_navigation, &table);
+  for (const auto& [counter, count] : NavigationCounters(dive))
+    table.Row({Escaped(counter), std::to_string(count)});
+  return html + table.Finish();
+}
+
 std::string NavigationSection(const Survey& survey, const ProductOptions& options) {
-  if (survey.track.empty()) return {};
+  if (survey.dives.empty())
+    return NavigationOf(
+        survey, options.dives.empty() ? DiveReport{} : options.dives.front(), 0, "");
   std::string html;
   for (const std::string& condition : options.conditions)
     html += "<p>At the end: " + Escaped(condition) + "</p>\n";
-  const Eigen::Vector3d& sigma = survey.track.back().sigma;
-  HtmlTable table({"Dead reckoning", ""});
-  table.Row({"Stated at the end, 1 sigma: north, east, heading",
-             Fixed(sigma.x(), 2) + " m, " + Fixed(sigma.y(), 2) + " m, " +
-                 Fixed(Rad2Deg(sigma.z()), 2) + "&deg;"});
-  for (const auto& [name, count] : NavigationCounters(options))
-    table.Row({Escaped(name), std::to_string(count)});
-  return html + table.Finish();
+  for (std::size_t k = 0; k < survey.dives.size() && k < options.dives.size(); ++k)
+    html += NavigationOf(survey, options.dives[k], static_cast<std::int32_t>(k), survey.dives[k]);
+  return html;
 }
 
 std::string CounterTable(const char* title, const std::map<std::string, std::int64_t>& counters) {
@@ -239,9 +279,9 @@ std::string ReportHtml(const Survey& survey,
       {"has_map", has_map ? "yes" : ""},
       {"has_truth", s.truth ? "yes" : ""},
       {"mounting", MountingTable(survey, s)},
-      {"noise_findings", FindingsText(s, options.noise)},
-      {"noise", NoiseTable(options.noise)},
-      {"dives", DivesList(s.dives)},
+      {"noise_findings", FindingsText(s, options)},
+      {"noise", NoiseTable(survey, options)},
+      {"dives", DivesList(s.dives, options.unread)},
       {"loops", LoopTable(survey)},
       {"navigation", NavigationSection(survey, options)},
       {"refused", CounterTable("Refused, late or doubled", Refused(survey, options))},

@@ -96,42 +96,87 @@ Json ToJson(const std::optional<TimeOffsetEstimate>& offset) {
           {"change_after", offset->change_after}};
 }
 
-Json NoiseJson(const ProductSummary& s, const SurveyNoise& noise) {
-  Json json = {{"closures", noise.components.closures}};
-  for (const NoiseRow& row : NoiseRows(noise))
+Json TimingJson(const SonarTimingEstimate& timing) {
+  return {{"configured_s", timing.configured_s},
+          {"by_roll", ToJson(timing.roll)},
+          {"by_pitch", ToJson(timing.pitch)}};
+}
+
+Json NoiseJson(const ProductSummary& s, const ProductOptions& options) {
+  Json json;
+  if (!options.noise_not_estimated.empty())
+    json["not_estimated"] = options.noise_not_estimated;
+  else
+    json["closures"] = options.noise.components.closures;
+  for (const NoiseRow& row : NoiseRows(options.noise))
     json[row.name] = {{"configured", row.configured},
                       {"value", row.value},
                       {"sigma", row.sigma},
                       {"bound", row.bound != nullptr ? Json(row.bound) : Json(nullptr)}};
-  json["sonar_time_offset"] = {{"configured_s", noise.timing.configured_s},
-                               {"by_roll", ToJson(noise.timing.roll)},
-                               {"by_pitch", ToJson(noise.timing.pitch)}};
+  if (s.dives.empty()) json["sonar_time_offset"] = TimingJson(options.noise.timing);
   json["findings"] = s.noise_findings;
   return json;
 }
 
-Json NavigationJson(const Survey& survey, const ProductOptions& options) {
-  Json json{{"conditions_at_end", options.conditions}, {"counters", NavigationCounters(options)}};
-  if (survey.track.empty()) return json;
-  const Eigen::Vector3d& sigma = survey.track.back().sigma;
-  json["stated_at_end"] = {{"sigma_north_m", sigma.x()},
-                           {"sigma_east_m", sigma.y()},
-                           {"sigma_heading_deg", Rad2Deg(sigma.z())}};
+Json ToJson(const StampOffsetEstimate& offset) {
+  return {{"key", offset.key},
+          {"configured_s", offset.configured_s},
+          {"suggested_s", offset.configured_s + offset.add_s},
+          {"sigma_s", offset.sigma_s},
+          {"suspected_s", offset.suspected_s}};
+}
+
+Json ToJson(const NavigationDifference& difference) {
+  return {{"source", difference.source},
+          {"states", difference.states},
+          {"duration_s", difference.duration_s},
+          {"rms_m", difference.rms_m},
+          {"max_m", difference.max_m},
+          {"heading_mean_deg", difference.heading_mean_deg}};
+}
+
+Json NavigationJson(const Survey& survey, const DiveReport& dive, std::int32_t chain) {
+  Json json{{"conditions_at_end", dive.conditions},
+            {"counters", NavigationCounters(dive)},
+            {"time_offsets", Json::array()}};
+  for (const StampOffsetEstimate& offset : dive.stamp_offsets)
+    json["time_offsets"].push_back(ToJson(offset));
+  if (dive.other_navigation) json["other_navigation"] = ToJson(*dive.other_navigation);
+  const TrackState* const last = LastState(survey, chain);
+  if (last == nullptr) return json;
+  json["stated_at_end"] = {{"sigma_north_m", last->sigma.x()},
+                           {"sigma_east_m", last->sigma.y()},
+                           {"sigma_heading_deg", Rad2Deg(last->sigma.z())}};
   return json;
 }
 
-Json DivesJson(const Survey& survey, const std::vector<DiveInMap>& dives) {
+Json DivesJson(const Survey& survey,
+               const std::vector<DiveInMap>& dives,
+               const std::vector<DiveReport>& reports) {
   Json list = Json::array();
   for (std::size_t k = 0; k < dives.size(); ++k) {
+    const auto chain = static_cast<std::int32_t>(k);
     const DiveInMap& dive = dives[k];
     Json closures = Json::object();
     for (const auto& [other, count] : dive.closures) closures[dives[other].name] = count;
-    list.push_back({{"name", dive.name},
-                    {"submaps", dive.submaps},
-                    {"closures_with", closures},
-                    {"group", dive.group},
-                    {"mounting", MountingJson(survey, static_cast<std::int32_t>(k))}});
+    Json json{{"name", dive.name},
+              {"submaps", dive.submaps},
+              {"closures_with", closures},
+              {"group", dive.group},
+              {"mounting", MountingJson(survey, chain)}};
+    if (k < reports.size()) {
+      json["sonar_time_offset"] = TimingJson(reports[k].sonar);
+      json["navigation"] = NavigationJson(survey, reports[k], chain);
+      json["mapper_counters"] = reports[k].counters;
+    }
+    list.push_back(std::move(json));
   }
+  return list;
+}
+
+Json UnreadJson(const std::vector<UnreadDive>& unread) {
+  Json list = Json::array();
+  for (const auto& [name, reason] : unread) list.push_back({{"name", name}, {"reason", reason}});
   return list;
 }
 
@@ -158,8 +203,11 @@ std::string ReportJson(const Survey& survey,
                           {"sigma", Measured(s.z_offset_sigma_m)},
                           {"largest", Measured(s.z_offset_max_m)}}}};
   if (s.dives.empty()) r["mounting"] = MountingJson(survey, 0);  // of several: in each of `dives`
-  r["noise"] = NoiseJson(s, options.noise);
-  if (!s.dives.empty()) r["dives"] = DivesJson(survey, s.dives);
+  r["noise"] = NoiseJson(s, options);
+  if (!s.dives.empty()) {
+    r["dives"] = DivesJson(survey, s.dives, options.dives);
+    r["dives_not_read"] = UnreadJson(options.unread);
+  }
   r["soundings"] = {{"read", s.soundings_read}, {"used", s.soundings_used}};
   r["points"] = s.points;
   if (s.truth) AddTruth(&r, s);
@@ -183,7 +231,11 @@ std::string ReportJson(const Survey& survey,
   }
   r["seeds"] = options.seeds;
   r["refused"] = Refused(survey, options);
-  r["navigation"] = NavigationJson(survey, options);
+  if (s.dives.empty())
+    r["navigation"] =
+        NavigationJson(survey, options.dives.empty() ? DiveReport{} : options.dives.front(), 0);
+  else  // of each dive in `dives`
+    r["navigation"] = {{"conditions_at_end", options.conditions}};
   r["mapper_counters"] = options.mapper_counters;
   if (options.run_figures) AddRun(&r, options.run_figures());
   return r.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";

@@ -36,11 +36,24 @@ std::map<std::string, std::int64_t> Refused(const Survey& survey, const ProductO
   return refused;
 }
 
-std::map<std::string, std::int64_t> NavigationCounters(const ProductOptions& options) {
+std::map<std::string, std::int64_t> NavigationCounters(const DiveReport& dive) {
   std::map<std::string, std::int64_t> counters;
-  for (const auto& [name, count] : options.mapper_counters)
+  for (const auto& [name, count] : dive.counters)
     if (name.starts_with("nav_")) counters[name] = count;
   return counters;
+}
+
+const TrackState* LastState(const Survey& survey, std::int32_t chain) {
+  const auto last = std::find_if(
+      survey.track.rbegin(), survey.track.rend(), [&](const auto& s) { return s.chain == chain; });
+  return last == survey.track.rend() ? nullptr : &*last;
+}
+
+std::string WhyNoNoise(const ProductSummary& summary, const ProductOptions& options) {
+  if (!options.noise_not_estimated.empty()) return options.noise_not_estimated;
+  if (options.noise.components.closures > 0) return {};
+  return summary.loops_accepted > 0 ? "no accepted closure has statistics of its overlap"
+                                    : "no closure was accepted";
 }
 
 std::vector<MountingRow> MountingRows(const Survey& survey, std::int32_t chain) {

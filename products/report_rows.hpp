@@ -18,7 +18,13 @@ double Percent(double part, double whole);
 std::map<std::string, std::int64_t> Refused(const Survey& survey, const ProductOptions& options);
 
 // Counters of navigation, by name.
-std::map<std::string, std::int64_t> NavigationCounters(const ProductOptions& options);
+std::map<std::string, std::int64_t> NavigationCounters(const DiveReport& dive);
+
+// Newest state of a dive's track; null without one.
+const TrackState* LastState(const Survey& survey, std::int32_t chain);
+
+// Why the components of the noise are not known; empty: they are.
+std::string WhyNoNoise(const ProductSummary& summary, const ProductOptions& options);
 
 // An estimated mounting error and its 1 sigma.
 struct MountingRow {

@@ -17,6 +17,15 @@ std::map<SubmapId, const SolvedVertex*> UsableVertices(const PoseGraph& graph) {
 
 }  // namespace
 
+TrackState ToTrackState(const NavState& state, std::int32_t chain) {
+  const auto variance = state.covariance.diagonal();
+  return {state.time,
+          state.T_map_vehicle.translation(),
+          RpyFromRotation(state.T_map_vehicle.linear()),
+          Eigen::Vector3d(variance(0), variance(1), variance(5)).cwiseMax(0).cwiseSqrt(),
+          chain};
+}
+
 std::string Survey::InputAt(Time time) const {
   const SurveyInput* found = nullptr;
   for (const SurveyInput& input : inputs) {

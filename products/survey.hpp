@@ -12,6 +12,7 @@
 #include "common/core/graph.hpp"
 #include "common/core/ids.hpp"
 #include "common/core/pose.hpp"
+#include "common/core/sensors.hpp"
 #include "common/core/submap.hpp"
 #include "common/core/time.hpp"
 
@@ -45,6 +46,7 @@ struct TrackState {
   Eigen::Vector3d sigma = Eigen::Vector3d::Zero();
   std::int32_t chain = 0;
 };
+TrackState ToTrackState(const NavState& state, std::int32_t chain);
 
 // The vehicle's pose as the mapper published it live: dead reckoned (NAV, extrapolated to `time`
 // with the newest inertial samples) and corrected by the graph (NAV_CORRECTED). Map frame.

@@ -114,12 +114,7 @@ void SurveyCollector::Add(const NavState& state) {
     }
     if (ToSeconds(state.time - track_.back().time) < options_.track_interval_s) return;
   }
-  const auto variance = state.covariance.diagonal();
-  track_.push_back({state.time,
-                    state.T_map_vehicle.translation(),
-                    RpyFromRotation(state.T_map_vehicle.linear()),
-                    Eigen::Vector3d(variance(0), variance(1), variance(5)).cwiseMax(0).cwiseSqrt(),
-                    chain});
+  track_.push_back(ToTrackState(state, chain));
 }
 
 void SurveyCollector::Add(const CorrectedNavState& corrected) {

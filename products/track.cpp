@@ -98,6 +98,18 @@ std::vector<CorrectedState> CorrectTrack(const Survey& survey, const TrackCorrec
   return track;
 }
 
+std::vector<std::vector<CorrectedState>> TracksOfDives(const std::vector<CorrectedState>& track) {
+  std::vector<std::vector<CorrectedState>> dives;
+  for (const CorrectedState& state : track) {
+    if (dives.empty() || dives.back().front().chain != state.chain) dives.emplace_back();
+    dives.back().push_back(state);
+  }
+  std::stable_sort(dives.begin(), dives.end(), [](const auto& a, const auto& b) {
+    return a.front().time < b.front().time;
+  });
+  return dives;
+}
+
 double TrackLength(const std::vector<CorrectedState>& track) {
   double length = 0.0;
   for (std::size_t i = 1; i < track.size(); ++i) {

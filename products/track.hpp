@@ -73,6 +73,9 @@ struct CorrectedState {
 // frames instead. A survey without submaps keeps the sigmas of NAV.
 std::vector<CorrectedState> CorrectTrack(const Survey& survey, const TrackCorrection& correction);
 
+// The track of each dive, by the time of its first state.
+std::vector<std::vector<CorrectedState>> TracksOfDives(const std::vector<CorrectedState>& track);
+
 // Horizontal length [m] and duration [s] of the dead-reckoned track, without the gaps between
 // chains.
 double TrackLength(const std::vector<CorrectedState>& track);

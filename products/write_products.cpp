@@ -245,6 +245,13 @@ std::string Subtitle(const ProductSummary& s, const ConsistencyFigures& figures)
   return text;
 }
 
+std::vector<CorrectedState> Joined(const std::vector<std::vector<CorrectedState>>& dives) {
+  std::vector<CorrectedState> all;
+  for (const std::vector<CorrectedState>& dive : dives)
+    all.insert(all.end(), dive.begin(), dive.end());
+  return all;
+}
+
 void ExpectValid(const ProductOptions& options) {
   if (const std::string wrong = options.Validate(); !wrong.empty())
     throw std::runtime_error("products: " + wrong);
@@ -266,6 +273,9 @@ class ProductWriter {
     CorrectTheTrack();
     summary_.noise = options_.noise;
     summary_.noise_findings = NoiseFindings(options_.noise);
+    for (std::size_t k = 0; k < survey_.dives.size() && k < options_.dives.size(); ++k)
+      for (const std::string& finding : TimingFindings(options_.dives[k].sonar))
+        summary_.noise_findings.push_back(survey_.dives[k] + ": " + finding);
     WriteDepth();
     WriteConsistency();
     Write("track.csv", TrackCsv(track_, options_.datum));
@@ -373,10 +383,24 @@ class ProductWriter {
   void WriteNavigation() {
     MakeFolder(dir_ / "export");
     if (!options_.datum) return;
-    const std::vector<GeographicState> track = ToGeographic(track_, *options_.datum);
-    Write("export/navigation.csv", NavigationCsv(track));
-    Write("export/navigation.sbet", SbetBytes(track));
-    Write("export/navigation.na0", Na0Text(track));
+    const std::vector<std::vector<CorrectedState>> dives = TracksOfDives(track_);
+    // Other programs skip a state whose time does not rise.
+    const bool overlap = std::adjacent_find(dives.begin(), dives.end(), [](auto& a, auto& b) {
+                           return b.front().time <= a.back().time;
+                         }) != dives.end();
+    if (overlap)
+      for (const std::vector<CorrectedState>& dive : dives)
+        WriteNavigation(dive, "_" + std::to_string(dive.front().chain + 1));
+    else
+      WriteNavigation(Joined(dives), "");
+  }
+
+  void WriteNavigation(const std::vector<CorrectedState>& states, const std::string& number) {
+    const std::vector<GeographicState> track = ToGeographic(states, *options_.datum);
+    const std::string name = "export/navigation" + number;
+    Write(name + ".csv", NavigationCsv(track));
+    Write(name + ".sbet", SbetBytes(track));
+    Write(name + ".na0", Na0Text(track));
   }
 
   // What other people's programs take.

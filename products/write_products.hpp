@@ -10,6 +10,7 @@
 
 #include "common/core/survey_noise.hpp"
 #include "products/consistency.hpp"
+#include "products/dive_report.hpp"
 #include "products/dives.hpp"
 #include "products/geo_files.hpp"
 #include "products/map_points.hpp"
@@ -41,7 +42,9 @@ struct ProductOptions {
   // this fraction of it does not count as larger. Moving points between cells changes the errors of
   // a small survey by about as much.
   double harm_tolerance = 0.05;
-  SurveyNoise noise;                 // for the report
+  SurveyNoise noise;  // for the report; of several dives without a timing
+  // Why the noise was not estimated, for the report; empty: it was.
+  std::string noise_not_estimated;
   std::vector<TruthState> truth;     // ground truth; empty: not known
   SoundingLog* soundings = nullptr;  // every sounding, to be exported; null: no export of soundings
   SoundingFormat sounding_format = SoundingFormat::kLas;
@@ -52,8 +55,11 @@ struct ProductOptions {
   // The mapper's counters: samples that it rejected, gated or found late, and its own work. For the
   // report.
   std::map<std::string, std::int64_t> mapper_counters;
-  // Conditions of HEALTH at the end, such as a suspected time offset. For the report.
+  // Conditions of HEALTH of the mapper of several dives at the end. For the report.
   std::vector<std::string> conditions;
+  // One of each dive, in the order of Survey::dives; one of a single dive. Empty: nothing is known.
+  std::vector<DiveReport> dives;
+  std::vector<UnreadDive> unread;  // of several dives, for the report
   // Why the map covers a part of the input only, as a sentence; empty: it covers all.
   std::string partial;
   std::function<RunFigures()> run_figures;  // called last, so that it includes the products' cost
@@ -124,7 +130,8 @@ struct ProductSummary {
 // Writes every product into dir (created if need be): depth, depth_dead_reckoned, consistency,
 // consistency_dead_reckoned as .tif and .png, track.csv, poses.txt, graph.g2o, survey.gpkg,
 // submaps/submap_ID.pcd, report.json, report.html; in export/ lines.csv and, with a datum,
-// navigation.csv, navigation.sbet and navigation.na0 (MB-System); with options.soundings the
+// navigation.csv, navigation.sbet and navigation.na0 (MB-System), with the dives in order of time;
+// where dives overlap in time, navigation_1.csv ... of each dive; with options.soundings the
 // soundings file and files.csv. Each file appears whole or not at all. The same survey and options
 // give the same bytes, except for the run figures in report.json.
 //

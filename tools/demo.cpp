@@ -171,6 +171,7 @@ int RunDemo(const DemoOptions& options) {
       Replay(live.dive(), truth, live.config_dir(), options.out / "replay", false);
 
   PrintTable(at_sea, ashore);
+  for (const std::string& finding : ashore.noise_findings) std::printf("  %s\n", finding.c_str());
   const std::string lost = live.Lost();
   std::printf(
       "  live beside the replay (%s):\n%s",

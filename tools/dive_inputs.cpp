@@ -6,6 +6,7 @@
 #include <fstream>
 #include <map>
 #include <set>
+#include <stdexcept>
 #include <variant>
 
 #include "products/navigation_files.hpp"
@@ -99,6 +100,17 @@ void ExpectOnce(const std::vector<DiveInput>& dives, const std::vector<fs::path>
   std::for_each(beside.begin(), beside.end(), expect_new);
 }
 
+DiveInput DiveIn(const fs::path& folder, bool raw) {
+  DiveInput dive{NameOf(folder), {}};
+  try {
+    dive.files = IsDive(folder) ? LogsOfDive(folder, raw) : FilesIn(folder);
+  } catch (const std::runtime_error& e) {  // of several dives the others are mapped
+    dive.problem = e.what();
+  }
+  if (dive.files.empty()) dive.folder = folder;
+  return dive;
+}
+
 }  // namespace
 
 std::vector<DiveInput> DivesAmong(const std::vector<fs::path>& inputs, bool raw) {
@@ -111,7 +123,7 @@ std::vector<DiveInput> DivesAmong(const std::vector<fs::path>& inputs, bool raw)
       continue;
     }
     if (fs::is_directory(input)) {
-      dives.push_back({NameOf(input), IsDive(input) ? LogsOfDive(input, raw) : FilesIn(input)});
+      dives.push_back(DiveIn(input, raw));
       continue;
     }
     const bool survey = SurveyFiles::IsSurveyFile(input);

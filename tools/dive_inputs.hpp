@@ -9,7 +9,9 @@ namespace seastitch {
 // Input of one dive of a replay: a folder, or files.
 struct DiveInput {
   std::string name;                          // for people; unique within a replay
-  std::vector<std::filesystem::path> files;  // logs or survey files; none: a folder of submaps
+  std::vector<std::filesystem::path> files;  // logs or survey files; none: see folder
+  std::filesystem::path folder{};            // without a log or survey file; else empty
+  std::string problem{};                     // why the folder's files are not known
 };
 
 // Splits the inputs of a replay into dives, in their order: each folder of a dive; each folder of

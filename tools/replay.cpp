@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <exception>
 #include <functional>
+#include <iterator>
 #include <map>
 #include <memory>
 #include <stdexcept>
@@ -15,6 +17,7 @@
 #include "bench/truth.hpp"
 #include "common/convert/channels.hpp"
 #include "common/convert/convert.hpp"
+#include "common/core/conditions.hpp"
 #include "common/runtime/bus.hpp"
 #include "common/runtime/vehicle_config.hpp"
 #include "common/runtime/worker.hpp"
@@ -29,6 +32,7 @@
 #include "tools/maker_soundings.hpp"
 #include "tools/merged_logs.hpp"
 #include "tools/message_types.hpp"
+#include "tools/other_navigation.hpp"
 #include "tools/output_folder.hpp"
 #include "tools/ping_inputs.hpp"
 #include "tools/progress.hpp"
@@ -88,6 +92,30 @@ class ScratchDir {
   fs::path dir_;
 };
 
+// Counters that are not zero.
+std::map<std::string, std::int64_t> CountersOf(MapperNode* mapper) {
+  std::map<std::string, std::int64_t> counters;
+  for (const counter_t& counter : mapper->health().Snapshot(0, 1.0).counters)
+    if (counter.value != 0) counters[counter.name] = counter.value;
+  return counters;
+}
+
+// Sentences of the faults that are present. A dive of several has no optimizer of its own.
+std::vector<std::string> ConditionsOf(MapperNode* mapper) {
+  std::vector<std::string> sentences;
+  for (const condition_t& condition : mapper->health().Snapshot(0, 1.0).conditions)
+    if (condition.name != conditions::kNoOptimizer.name) sentences.push_back(condition.sentence);
+  return sentences;
+}
+
+DiveReport ReportOf(MapperNode* mapper) {
+  return {CountersOf(mapper),
+          ConditionsOf(mapper),
+          mapper->mapper().noise().timing,
+          mapper->mapper().stamp_offsets(),
+          std::nullopt};
+}
+
 // Mapper and optimizer on a private bus; messages are handled one after the other.
 class Pipeline {
  public:
@@ -115,23 +143,9 @@ class Pipeline {
   // The mapper's HEALTH sentence and all counters that are not zero.
   std::string Statement() {
     std::string statement = mapper_.health().text();
-    for (const auto& [name, value] : Counters())
+    for (const auto& [name, value] : CountersOf(&mapper_))
       statement += ", " + name + " " + std::to_string(value);
     return statement;
-  }
-  // Sentences of the faults that are present.
-  std::vector<std::string> Conditions() {
-    std::vector<std::string> sentences;
-    for (const condition_t& condition : mapper_.health().Snapshot(0, 1.0).conditions)
-      sentences.push_back(condition.sentence);
-    return sentences;
-  }
-  // The counters that are not zero.
-  std::map<std::string, std::int64_t> Counters() {
-    std::map<std::string, std::int64_t> counters;
-    for (const counter_t& counter : mapper_.health().Snapshot(0, 1.0).counters)
-      if (counter.value != 0) counters[counter.name] = counter.value;
-    return counters;
   }
 
  private:
@@ -147,17 +161,22 @@ bool IsOfRole(const LogEvent& event, ChannelRole role) {
   return channel != nullptr && channel->role == role;
 }
 
+// Track of a navigation that the map does not use.
+struct OtherTrack {
+  std::int32_t chain;
+  std::string source;
+  std::vector<TrackState> states;
+};
+
 // Input of a replay, and counts of what is not used.
 struct Feeding {
   Bus* bus;
   PingInputs* inputs;
   bool quiet;
-  std::function<bool()> stopped;                // asked before every event or record
-  std::map<std::string, std::int64_t> refused;  // by reason
-  std::string partial;                          // sentence about where it was stopped
-  std::map<std::string, std::int64_t> mapper_counters;
-  SurveyNoise noise;
-  std::vector<std::string> conditions;  // present at the end
+  std::function<bool()> stopped;                  // asked before every event or record
+  std::map<std::string, std::int64_t> refused{};  // by reason
+  std::string partial{};                          // sentence about where it was stopped
+  std::vector<OtherTrack> other_tracks{};         // one of each dive with a log
 };
 
 void NoteStop(int percent, Feeding* feeding) {
@@ -354,8 +373,9 @@ void ExpectInputs(const ReplayOptions& options) {
 }
 
 void ExpectDives(const std::vector<DiveInput>& dives, const ReplayOptions& options) {
-  const bool submaps = std::any_of(
-      dives.begin(), dives.end(), [](const DiveInput& dive) { return dive.files.empty(); });
+  const bool submaps = std::any_of(dives.begin(), dives.end(), [](const DiveInput& dive) {
+    return !dive.folder.empty() && HoldsSubmaps(dive.folder);
+  });
   if (submaps && dives.size() > 1)
     throw UsageError("replay: a directory of submaps is mapped by itself");
   if (options.from_raw && dives.size() > 1) throw UsageError("replay: --from-raw takes one dive");
@@ -373,10 +393,28 @@ struct Input {
   std::vector<std::string> names;  // names of the files
 };
 
+// Error of a folder without an input: names what is in it.
+std::runtime_error NothingIn(const fs::path& folder) {
+  constexpr std::size_t kMostNames = 5;
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(folder))
+    names.push_back(entry.path().filename().string());
+  std::sort(names.begin(), names.end());
+  std::string found = names.empty() ? "it is empty" : "it holds";
+  for (std::size_t i = 0; i < std::min(names.size(), kMostNames); ++i)
+    found += (i == 0 ? " " : ", ") + names[i];
+  if (names.size() > kMostNames)
+    found += " and " + std::to_string(names.size() - kMostNames) + " more";
+  return std::runtime_error(folder.string() +
+                            ": no logs, no survey files and no submaps (.pcd, .pdc): " + found);
+}
+
 Input Open(const DiveInput& dive, const ReplayOptions& options) {
   Input input;
-  if (dive.files.empty()) {
-    input.submaps = ReadSubmapDirectory(options.inputs[0], options.drift);
+  if (!dive.problem.empty()) throw std::runtime_error(dive.problem);
+  if (!dive.folder.empty()) {
+    if (!HoldsSubmaps(dive.folder)) throw NothingIn(dive.folder);
+    input.submaps = ReadSubmapDirectory(dive.folder, options.drift);
   } else if ((input.survey_files = OpenSurvey(dive.files, options.as_recorded))) {
     for (const fs::path& file : dive.files) input.names.push_back(file.filename().string());
   } else {
@@ -414,21 +452,15 @@ struct Dive {
   MapperConfig mapper;
 };
 
-Dive Prepare(const std::string& name,
-             Input input,
-             const ReplayOptions& options,
-             const fs::path& out) {
+void Prepare(const ReplayOptions& options, const fs::path& out, Dive* dive) {
   const GivenConfig given = GivenBy(options);
-  Dive dive{name, std::move(input), {}, {}};
-  dive.config = dive.input.logs ? ChooseConfig(given, *dive.input.logs, out) : ChooseConfig(given);
-  dive.mapper = LoadChosen(dive.config, options.mapper_config.empty());
-  if (!options.water_level.empty()) LoadWaterLevel(options.water_level, &dive.mapper);
-  if (dive.input.survey_files) {
-    const bool given_vehicle = !options.mapper_config.empty();
-    UseSurvey(dive.input.survey_files->plan(), given_vehicle, &dive.mapper);
-  }
-  if (dive.input.submaps) dive.mapper.mounting = {};  // submaps may be of any vehicle
-  return dive;
+  const Input& input = dive->input;
+  dive->config = input.logs ? ChooseConfig(given, *input.logs, out) : ChooseConfig(given);
+  dive->mapper = LoadChosen(dive->config, options.mapper_config.empty());
+  if (!options.water_level.empty()) LoadWaterLevel(options.water_level, &dive->mapper);
+  const bool given_vehicle = !options.mapper_config.empty();
+  if (input.survey_files) UseSurvey(input.survey_files->plan(), given_vehicle, &dive->mapper);
+  if (input.submaps) dive->mapper.mounting = {};  // submaps may be of any vehicle
 }
 
 // Publishes the input's messages. raw: decodes recorded raw bytes, if these are replayed.
@@ -437,6 +469,40 @@ void Feed(Input* input, RawReplay* raw, Feeding* feeding) {
     FeedSurvey(input->survey_files.get(), feeding);
   else
     FeedLogs(*input->logs, ChannelRole::kSensor, raw, feeding);
+}
+
+// The dives of a replay that were not read, or not to their end.
+class Unread {
+ public:
+  // several: a dive that fails is left out and named, else its exception is passed on.
+  explicit Unread(bool several) : several_(several) {}
+
+  // False: it failed.
+  bool Try(const std::string& dive, const std::function<void()>& step) {
+    try {
+      step();
+      return true;
+    } catch (const std::runtime_error& e) {
+      if (!several_) throw;
+      if (!first_) first_ = std::current_exception();
+      std::fprintf(stderr, "%s: left out: %s\n", dive.c_str(), e.what());
+      dives_.push_back({dive, e.what()});
+      return false;
+    }
+  }
+  [[noreturn]] void ThrowFirst() const { std::rethrow_exception(first_); }
+  const std::vector<UnreadDive>& dives() const { return dives_; }
+
+ private:
+  const bool several_;
+  std::exception_ptr first_;
+  std::vector<UnreadDive> dives_;
+};
+
+// Takes what the mapper found about the noise.
+void TakeNoise(const Mapper& mapper, const MapperConfig& config, ProductOptions* products) {
+  products->noise = mapper.noise();
+  if (!config.loop_closer.estimate_noise) products->noise_not_estimated = "estimate_noise is off";
 }
 
 void ExpectSubmaps(const SurveyCollector& collector,
@@ -453,9 +519,12 @@ void ExpectSubmaps(const SurveyCollector& collector,
 void Remake(Dive* dive,
             RawReplay* raw,
             const SurveyCollector& collector,
-            SoundingLog* soundings,
+            ProductOptions* products,
             Feeding* feeding) {
+  SoundingLog* const soundings = products->soundings;
   Pipeline pipeline(dive->config, dive->mapper, feeding->bus, feeding->stopped);
+  std::optional<OtherNavigation> other;
+  if (dive->input.logs) other.emplace(dive->mapper, feeding->bus);
   if (soundings != nullptr)
     pipeline.mapper().OnSoundings([&](const SubmapSoundings& submap) {
       soundings->Add(submap, feeding->inputs->Take(submap));
@@ -466,9 +535,10 @@ void Remake(Dive* dive,
     Feed(&dive->input, raw, feeding);
   pipeline.Finish();
   if (feeding->stopped() && feeding->partial.empty()) NoteStop(100, feeding);
-  feeding->mapper_counters = pipeline.Counters();
-  feeding->noise = pipeline.mapper().mapper().noise();
-  feeding->conditions = pipeline.Conditions();
+  if (other) feeding->other_tracks.push_back({0, other->source(), other->Finish()});
+  products->dives = {ReportOf(&pipeline.mapper())};
+  products->mapper_counters = products->dives.front().counters;
+  TakeNoise(pipeline.mapper().mapper(), dive->mapper, products);
   const bool track_alone =
       dive->input.logs && !feeding->inputs->HasPings() && collector.states() > 0;
   if (track_alone) return;
@@ -491,14 +561,10 @@ void UseDatum(const Datum& datum, std::vector<Dive>* dives) {
   }
 }
 
-// Publishes one of several dives. If it cannot be mapped, it is left out.
-void FeedOneOfSeveral(Dive* dive, Feeding* feeding) {
+// Publishes one of several dives.
+void FeedOneOfSeveral(Dive* dive, Unread* unread, Feeding* feeding) {
   const std::map<std::string, std::int64_t> refused_before = std::exchange(feeding->refused, {});
-  try {
-    Feed(&dive->input, nullptr, feeding);
-  } catch (const std::runtime_error& e) {
-    std::fprintf(stderr, "%s: left out: %s\n", dive->name.c_str(), e.what());
-  }
+  unread->Try(dive->name, [&] { Feed(&dive->input, nullptr, feeding); });
   for (const auto& [reason, count] : refused_before) feeding->refused[reason] += count;
 }
 
@@ -507,9 +573,11 @@ void FeedOneOfSeveral(Dive* dive, Feeding* feeding) {
 std::vector<SurveyInput> RemakeTogether(std::vector<Dive>* dives,
                                         const fs::path& store,
                                         SurveyCollector* collector,
-                                        SoundingLog* soundings,
+                                        ProductOptions* products,
+                                        Unread* unread,
                                         Feeding* feeding) {
   Bus* const bus = feeding->bus;
+  SoundingLog* const soundings = products->soundings;
   MapperConfig all = dives->front().mapper;
   all.map_dir = store / "all";
   Pipeline pipeline(dives->front().config, all, bus, feeding->stopped);
@@ -540,22 +608,43 @@ std::vector<SurveyInput> RemakeTogether(std::vector<Dive>* dives,
         submap.id.value += next_id;
         soundings->Add(submap, of_pings);
       });
+    std::optional<OtherNavigation> other;
+    if (dive.input.logs) other.emplace(dive.mapper, front.bus());
     feeding->bus = front.bus();
     feeding->inputs = &inputs;
     if (!feeding->quiet) std::fprintf(stderr, "dive %s\n", dive.name.c_str());
-    FeedOneOfSeveral(&dive, feeding);
+    FeedOneOfSeveral(&dive, unread, feeding);
     front.Finish();
+    if (other)
+      feeding->other_tracks.push_back(
+          {static_cast<std::int32_t>(k), other->source(), other->Finish()});
+    products->dives.push_back(ReportOf(&front.mapper()));
     next_id = front.next_id();
     statements += dive.name + ": " + front.mapper().health().text() + "; ";
     spans.insert(spans.end(), inputs.spans().begin(), inputs.spans().end());
   }
   pipeline.Finish();
   feeding->bus = bus;
-  feeding->mapper_counters = pipeline.Counters();
-  feeding->noise = pipeline.mapper().mapper().noise();
-  feeding->conditions = pipeline.Conditions();
+  products->mapper_counters = CountersOf(&pipeline.mapper());
+  products->conditions = ConditionsOf(&pipeline.mapper());
+  TakeNoise(pipeline.mapper().mapper(), dives->front().mapper, products);
   ExpectSubmaps(*collector, dives->front().input.survey_files != nullptr, statements, *feeding);
   return spans;
+}
+
+// Compares the map's track with that of the other navigation.
+void CompareTracks(const Survey& survey,
+                   const std::vector<OtherTrack>& others,
+                   std::vector<DiveReport>* reports) {
+  for (const OtherTrack& other : others) {
+    std::vector<TrackState> own;
+    std::copy_if(
+        survey.track.begin(), survey.track.end(), std::back_inserter(own), [&](const auto& state) {
+          return state.chain == other.chain;
+        });
+    (*reports)[static_cast<std::size_t>(other.chain)].other_navigation =
+        CompareNavigations(own, other.states, other.source);
+  }
 }
 
 }  // namespace
@@ -566,23 +655,27 @@ ProductSummary RunReplay(const ReplayOptions& options) {
   const std::vector<DiveInput> dive_inputs = DivesAmong(options.inputs, options.from_raw);
   ExpectDives(dive_inputs, options);
   const bool several = dive_inputs.size() > 1;
-  std::vector<Input> opened;
-  for (const DiveInput& dive : dive_inputs) opened.push_back(Open(dive, options));
+  Unread unread(several);
+  std::vector<Dive> opened;
+  for (const DiveInput& dive : dive_inputs)
+    unread.Try(dive.name, [&] { opened.push_back({dive.name, Open(dive, options), {}, {}}); });
   OutputFolder out(options.out);
   std::optional<Interruption> interruption;
   if (options.interruptible) interruption.emplace([&out] { out.Discard(); });
 
   std::vector<Dive> dives;
-  for (std::size_t k = 0; k < opened.size(); ++k) {
-    const std::string& name = dive_inputs[k].name;
-    const fs::path of_dive = several ? out.path() / "config" / name : out.path();
-    dives.push_back(Prepare(name, std::move(opened[k]), options, of_dive));
+  for (Dive& dive : opened) {
+    const fs::path of_dive = several ? out.path() / "config" / dive.name : out.path();
+    if (unread.Try(dive.name, [&] { Prepare(options, of_dive, &dive); }))
+      dives.push_back(std::move(dive));
+  }
+  if (dives.empty()) unread.ThrowFirst();
+  for (const Dive& dive : dives)
     if (!options.quiet)
       std::fprintf(stderr,
                    "%sconfiguration: %s\n",
-                   several ? (name + ": ").c_str() : "",
-                   dives.back().config.statement.c_str());
-  }
+                   several ? (dive.name + ": ").c_str() : "",
+                   dive.config.statement.c_str());
   Dive& first = dives[0];
   const VehicleGeometry& vehicle = first.mapper.vehicle;
   const Datum datum = options.datum.value_or(
@@ -615,33 +708,26 @@ ProductSummary RunReplay(const ReplayOptions& options) {
     products.sounding_format = *options.soundings;
   }
   if (options.listen) options.listen(&bus);
-  Feeding feeding{&bus,
-                  &inputs,
-                  options.quiet,
-                  [&] { return interruption && interruption->requested(); },
-                  {},
-                  {},
-                  {},
-                  {},
-                  {}};
+  Feeding feeding{
+      &bus, &inputs, options.quiet, [&] { return interruption && interruption->requested(); }};
   std::optional<std::vector<SurveyInput>> spans;
   if (options.as_recorded) {
     FeedLogs(*first.input.logs, ChannelRole::kResult, nullptr, &feeding);
+    products.noise_not_estimated = "this replay uses the recorded results";
   } else {
     const ScratchDir store(out.path() / ".store");
     first.mapper.map_dir = store.path();
     if (several)
-      spans = RemakeTogether(&dives, store.path(), &collector, products.soundings, &feeding);
+      spans = RemakeTogether(&dives, store.path(), &collector, &products, &unread, &feeding);
     else
-      Remake(&first, raw.get(), collector, products.soundings, &feeding);
+      Remake(&first, raw.get(), collector, &products, &feeding);
   }
   if (inputs.unknown() > 0) feeding.refused["pings_of_an_unknown_input"] = inputs.unknown();
   products.refused = feeding.refused;
   products.partial = feeding.partial;
-  products.mapper_counters = feeding.mapper_counters;
-  products.noise = feeding.noise;
-  products.conditions = feeding.conditions;
+  products.unread = unread.dives();
   Survey survey = collector.Finish();
+  CompareTracks(survey, feeding.other_tracks, &products.dives);
   survey.inputs = spans.value_or(inputs.spans());
   products.run_figures = [&] { return stopwatch.Read(DurationSeconds(survey)); };
   const bool track_alone = survey.submaps.empty() && !options.as_recorded && first.input.logs;

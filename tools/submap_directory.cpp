@@ -1,5 +1,6 @@
 #include "tools/submap_directory.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <map>
 #include <optional>
@@ -25,11 +26,15 @@ std::optional<int> FirstNumber(const std::string& name) {
   return number;
 }
 
+bool IsSubmap(const fs::path& path) {
+  return path.extension() == ".pcd" || path.extension() == ".pdc";
+}
+
 std::map<int, fs::path> FilesById(const fs::path& dir) {
   std::map<int, fs::path> files;
   for (const fs::directory_entry& entry : fs::directory_iterator(dir)) {
     const fs::path& path = entry.path();
-    if (path.extension() != ".pcd" && path.extension() != ".pdc") continue;
+    if (!IsSubmap(path)) continue;
     const std::optional<int> id = FirstNumber(path.filename().string());
     if (!id) throw std::runtime_error(path.string() + ": no submap number in the file's name");
     if (const auto [other, is_new] = files.emplace(*id, path); !is_new) {
@@ -66,6 +71,11 @@ Submap ReadSubmap(int id, const fs::path& path) {
 }
 
 }  // namespace
+
+bool HoldsSubmaps(const fs::path& dir) {
+  const fs::directory_iterator files(dir);
+  return std::any_of(begin(files), end(files), [](const auto& f) { return IsSubmap(f.path()); });
+}
 
 SubmapDirectory ReadSubmapDirectory(const fs::path& dir, const ImportedDrift& drift) {
   const std::map<int, fs::path> files = FilesById(dir);

@@ -21,6 +21,9 @@ struct SubmapDirectory {
   bool z_up = false;
 };
 
+// Whether a directory has a .pcd or .pdc file.
+bool HoldsSubmaps(const std::filesystem::path& dir);
+
 // Reads every .pcd and .pdc file of a directory as a submap: id = first number in the file's name,
 // frame = VIEWPOINT. Times are one second an id. Throws std::runtime_error "DIR: no submaps ..." or
 // naming the file and what is wrong with it.

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 
 namespace seastitch {
 
@@ -48,6 +49,15 @@ struct SonarTimingEstimate {
   bool placed_by_source = false;
   std::optional<TimeOffsetEstimate> roll;   // from roll rate and slope across the track
   std::optional<TimeOffsetEstimate> pitch;  // from pitch rate and depth, on a sloping seabed
+};
+
+// Time offset of the stamps of attitude or DVL with respect to the inertial unit's.
+struct StampOffsetEstimate {
+  std::string key;            // of mapper.yaml: "navigation.dvl_time_offset_s"
+  double configured_s = 0.0;  // value of the key, already added
+  double add_s = 0.0;         // estimate, to be added to the value
+  double sigma_s = 0.0;       // 1 sigma
+  double suspected_s = 0.0;   // time during which it was significant, and corrected
 };
 
 // What a replay reports of a survey's noise and of the sonar's timing.

@@ -289,5 +289,23 @@ TEST_F(Dive, LateAttitudeIsToldWithWhatToPutIntoTheConfiguration) {
   EXPECT_THAT(*offset, HasSubstr("1 sigma 0.0"));
 }
 
+// The clock was put right within the dive: at its end nothing is suspected.
+TEST_F(Dive, ALateAttitudeIsInTheReportAlsoAfterItIsForgotten) {
+  EXPECT_TRUE(mapper_.stamp_offsets().empty());
+  vehicle_.attitude_late_steps = 15;
+  Drive(200.0);
+  vehicle_.attitude_late_steps = 0;
+  Drive(1500.0);
+  EXPECT_FALSE(Holds(conditions::kTimeOffsetSuspected));
+  const std::vector<StampOffsetEstimate> offsets = mapper_.stamp_offsets();
+  ASSERT_EQ(offsets.size(), 1u);
+  EXPECT_EQ(offsets[0].key, "navigation.attitude_time_offset_s");
+  EXPECT_EQ(offsets[0].configured_s, 0.0);
+  EXPECT_NEAR(offsets[0].add_s, -0.29, 0.01);
+  EXPECT_LT(offsets[0].sigma_s, 0.05);
+  EXPECT_GT(offsets[0].suspected_s, 100.0);
+  EXPECT_LT(offsets[0].suspected_s, 1500.0);
+}
+
 }  // namespace
 }  // namespace seastitch

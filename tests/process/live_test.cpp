@@ -53,6 +53,10 @@ TEST(Demo, CorrectsTheMapLiveAndInReplay) {
         << run << "\n"
         << demo.output;
   }
+  const auto live_noise = ReadJson(out / "live" / "report.json")["noise"];
+  EXPECT_EQ(live_noise["not_estimated"], "this replay uses the recorded results");
+  for (const auto& finding : ReadJson(out / "replay" / "report.json")["noise"]["findings"])
+    EXPECT_NE(demo.output.find(finding), std::string::npos) << finding << "\n" << demo.output;
   // A machine that is too slow for the speed drops datagrams or has late samples, and says so.
   if (demo.output.find("nothing was lost on the way") == std::string::npos) return;
   EXPECT_TRUE(

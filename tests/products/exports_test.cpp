@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 
 #include <GeographicLib/LocalCartesian.hpp>
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -103,6 +104,40 @@ TEST_F(Exports, NavigationIsTheCorrectedTrackInEveryFormat) {
   }
   EXPECT_LT(worst_m, 0.4);  // between frames corrections are blended
   EXPECT_LT(worst_mps, 0.1);
+}
+
+// MB-System and readers of SBET drop what does not rise in time.
+TEST_F(Exports, NavigationOfSeveralDivesIsInOrderOfTimeWhateverTheirOrder) {
+  // The later half is given first.
+  const auto half = static_cast<std::ptrdiff_t>(survey_.track.size() / 2);
+  std::rotate(survey_.track.begin(), survey_.track.begin() + half, survey_.track.end());
+  for (std::size_t i = 0; i < survey_.track.size(); ++i)
+    survey_.track[i].chain = 2 * i < survey_.track.size() ? 0 : 1;
+  survey_.dives = {"day 2", "day 1"};
+  Write();
+  const nlohmann::json sbet = ReadBy("sbet", Export("navigation.sbet"));
+  const nlohmann::json na0 = ReadBy("na0", Export("navigation.na0"));
+  ASSERT_EQ(sbet.size(), survey_.track.size());
+  for (std::size_t i = 1; i < sbet.size(); ++i) {
+    ASSERT_GT(double(sbet[i]["week_s"]), double(sbet[i - 1]["week_s"])) << i;
+    ASSERT_GT(double(na0[i]["epoch_s"]), double(na0[i - 1]["epoch_s"])) << i;
+  }
+  EXPECT_FALSE(fs::exists(Export("navigation_1.sbet")));
+}
+
+// Two vehicles at the same time.
+TEST_F(Exports, NavigationOfDivesThatOverlapInTimeIsAFileOfEach) {
+  const std::size_t half = survey_.track.size() / 2;
+  for (std::size_t i = half; i < survey_.track.size(); ++i) {
+    survey_.track[i].chain = 1;
+    survey_.track[i].time = survey_.track[i - half].time + FromSeconds(1.25);
+  }
+  survey_.dives = {"a", "b"};
+  Write();
+  EXPECT_FALSE(fs::exists(Export("navigation.sbet")));
+  EXPECT_EQ(ReadBy("sbet", Export("navigation_1.sbet")).size(), half);
+  EXPECT_EQ(ReadBy("na0", Export("navigation_2.na0")).size(), survey_.track.size() - half);
+  EXPECT_TRUE(fs::exists(Export("navigation_2.csv")));
 }
 
 TEST_F(Exports, NavigationCsvIsReadByGdal) {

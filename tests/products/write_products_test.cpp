@@ -358,6 +358,90 @@ TEST(NoiseReport, StatesATimeOffsetOfEitherSignByRollOrPitch) {
   EXPECT_THAT(FindingsOf({}, timing), ElementsAre());
 }
 
+// A replay of recorded results, or with estimate_noise off, estimates nothing. That is not the same
+// as an estimate that agrees with the configuration, and not the same as no closure.
+TEST(WriteProducts, StatesWhyTheNoiseWasNotEstimated) {
+  const TemporaryDir folder;
+  const Survey survey =
+      Collect(Drifting(), folder.path(), SolutionAt(Drifting().truth), {LoopEdge(0, 5)});
+  const auto page = [&] { return Slurp(folder / "report.html"); };
+  ProductOptions options;
+  options.noise_not_estimated = "estimate_noise is off";
+  options.noise.timing.roll = {0.0, 0.001, 900, 2e-4, 2e-4};
+  WriteProducts(survey, options, folder.path());
+  const nlohmann::json noise = Json(folder / "report.json")["noise"];
+  EXPECT_EQ(noise["not_estimated"], "estimate_noise is off");
+  EXPECT_FALSE(noise.contains("closures"));
+  EXPECT_FALSE(noise["sonar_time_offset"]["by_roll"].is_null());
+  EXPECT_THAT(page(), HasSubstr("The noise was not estimated: estimate_noise is off."));
+  EXPECT_THAT(page(), Not(HasSubstr("Nothing differs")));
+  EXPECT_THAT(page(), Not(HasSubstr("no closure was")));
+
+  WriteProducts(survey, {}, folder.path());
+  EXPECT_THAT(page(), HasSubstr("no accepted closure has statistics of its overlap"));
+  const Survey without = Collect(Drifting(), folder.path(), SolutionAt(Drifting().truth), {});
+  WriteProducts(without, {}, folder.path());
+  EXPECT_THAT(page(), HasSubstr("no closure was accepted"));
+  options = {};
+  options.noise.components.closures = 1;
+  WriteProducts(survey, options, folder.path());
+  EXPECT_THAT(page(), HasSubstr("Nothing differs clearly from the configuration."));
+}
+
+// Each dive has its own vehicle, and so its own clocks and navigation.
+TEST(WriteProducts, ReportsNavigationAndTimeOffsetsOfEachDive) {
+  const TemporaryDir folder;
+  Survey survey = Collect(Drifting(), folder.path(), {}, {});
+  DiveReport first;
+  first.counters = {{"nav_dvl_gated", 7}, {"beams_read", 100}};
+  first.conditions = {"the DVL is refused: 12 %"};
+  first.sonar.configured_s = 0.010;
+  first.sonar.roll = {0.012, 0.001, 900, 2e-4, 1e-4};
+  first.stamp_offsets = {{"navigation.dvl_time_offset_s", 0.01, -0.2, 0.004, 350.0}};
+  first.other_navigation = NavigationDifference{"given", 900, 90.0, 1.5, 3.25, -0.4};
+  const auto expect_first = [](const nlohmann::json& navigation) {
+    EXPECT_EQ(navigation["counters"]["nav_dvl_gated"], 7);
+    EXPECT_FALSE(navigation["counters"].contains("beams_read"));
+    EXPECT_EQ(navigation["conditions_at_end"][0], "the DVL is refused: 12 %");
+    const nlohmann::json& offset = navigation["time_offsets"][0];
+    EXPECT_EQ(offset["key"], "navigation.dvl_time_offset_s");
+    EXPECT_DOUBLE_EQ(offset["configured_s"], 0.01);
+    EXPECT_DOUBLE_EQ(offset["suggested_s"], -0.19);
+    EXPECT_DOUBLE_EQ(offset["sigma_s"], 0.004);
+    EXPECT_DOUBLE_EQ(offset["suspected_s"], 350.0);
+    EXPECT_EQ(navigation["other_navigation"]["source"], "given");
+    EXPECT_DOUBLE_EQ(navigation["other_navigation"]["max_m"], 3.25);
+  };
+  ProductOptions options;
+  options.dives = {first};
+  WriteProducts(survey, options, folder.path());
+  expect_first(Json(folder / "report.json")["navigation"]);
+  EXPECT_THAT(Slurp(folder / "report.html"), HasSubstr("10.0 ms, -190.0 ms, 4.0 ms"));
+
+  survey.dives = {"north", "south"};
+  for (std::size_t i = 0; i < survey.submaps.size(); ++i) survey.submaps[i].chain = i < 4 ? 0 : 1;
+  for (std::size_t i = 0; i < survey.track.size(); ++i)
+    survey.track[i].chain = 2 * i < survey.track.size() ? 0 : 1;
+  options.dives.emplace_back();
+  options.conditions = {"the solution is withheld"};
+  options.unread = {{"far", "it is empty"}};
+  const ProductSummary summary = WriteProducts(survey, options, folder.path());
+  const nlohmann::json report = Json(folder / "report.json");
+  expect_first(report["dives"][0]["navigation"]);
+  EXPECT_EQ(report["dives"][0]["mapper_counters"]["beams_read"], 100);
+  EXPECT_DOUBLE_EQ(report["dives"][0]["sonar_time_offset"]["by_roll"]["add_s"], 0.012);
+  EXPECT_TRUE(report["dives"][1]["sonar_time_offset"]["by_roll"].is_null());
+  EXPECT_TRUE(report["dives"][1]["navigation"].contains("stated_at_end"));
+  EXPECT_FALSE(report["noise"].contains("sonar_time_offset")) << "it is of each dive";
+  EXPECT_EQ(report["navigation"]["conditions_at_end"][0], "the solution is withheld");
+  EXPECT_EQ(report["dives_not_read"][0]["name"], "far");
+  EXPECT_THAT(summary.noise_findings, ElementsAre(HasSubstr("north: The sonar's stamps are 12.0")));
+  const std::string page = Slurp(folder / "report.html");
+  EXPECT_THAT(page, HasSubstr("north: Dead reckoning"));
+  EXPECT_THAT(page, HasSubstr("south: Dead reckoning"));
+  EXPECT_THAT(page, HasSubstr("far was not read, or not to its end: it is empty"));
+}
+
 TEST(WriteProducts, WithholdsACorrectionThatMakesTheMapWorse) {
   const TemporaryDir folder;
   std::vector<Pose2> wrong =

@@ -22,6 +22,8 @@
 #include <vector>
 
 #include "common/convert/channels.hpp"
+#include "common/convert/convert.hpp"
+#include "common/core/pose.hpp"
 #include "common/runtime/bus.hpp"
 #include "common/runtime/dive_folder.hpp"
 #include "common/storage/event_log.hpp"
@@ -160,6 +162,87 @@ TEST_F(Replay, OfNavigationAloneGivesItsTrackAndAReport) {
     EXPECT_TRUE(fs::exists(Out(file))) << file;
   for (const char* file : {"depth.tif", "graph.g2o", "poses.txt"})
     EXPECT_FALSE(fs::exists(Out(file))) << file;
+}
+
+// Messages of an INS on the track that is in a track.csv: it drifts to the east by 1 cm/s, and its
+// heading is 1 degree larger.
+std::map<std::int64_t, navigation_t> InsAlong(const std::string& track_csv) {
+  constexpr double kMetresPerRadianEast = 6'388'000.0 * 0.7305;  // at 43.07 N
+  std::map<std::int64_t, navigation_t> messages;
+  std::istringstream lines(track_csv);
+  std::string line;
+  std::getline(lines, line);  // names of the columns
+  std::int64_t first = 0;
+  while (std::getline(lines, line)) {
+    std::istringstream cells(line);
+    std::vector<double> values;
+    std::int64_t utime = 0;
+    char comma = 0;
+    cells >> utime;
+    for (double value = 0.0; cells >> comma >> value;) values.push_back(value);
+    if (values.size() != 15) {
+      ADD_FAILURE() << line;
+      break;
+    }
+    if (messages.empty()) first = utime;
+    const double t_s = 1e-6 * static_cast<double>(utime - first);
+    NavigationSample sample;
+    sample.time = FromUtime(utime);
+    sample.position = InsPosition{
+        Deg2Rad(values[13]), Deg2Rad(values[14]) + 0.01 * t_s / kMetresPerRadianEast, {0.0, 0.0}};
+    sample.depth = InsVertical{values[2], 0.0};
+    sample.attitude = Attitude{Eigen::Quaterniond(
+        RotationFromRpy(Deg2Rad(values[3]), Deg2Rad(values[4]), Deg2Rad(values[5] + 1.0)))};
+    const auto seq = static_cast<std::int64_t>(messages.size());
+    messages[utime] = ToLcm(sample, {sample.time, seq});
+  }
+  return messages;
+}
+
+// A log of a vehicle whose inertial unit also computes poses.
+TEST_F(Replay, ComparesBothNavigationsWhereTheLogHasTheInputOfBoth) {
+  const fs::path track = dir_.path() / "track.lcmlog";
+  CopyWithout(ShortLog(), track, {"MBES_PING"});
+  ASSERT_EQ(ReplayOf(track).exit_code, 0);
+  const auto navigation = [this] {
+    return nlohmann::json::parse(ReadFile(Out("report.json")))["navigation"];
+  };
+  EXPECT_FALSE(navigation().contains("other_navigation")) << "there is no INS";
+
+  const std::map<std::int64_t, navigation_t> ins = InsAlong(ReadFile(Out("track.csv")));
+  ASSERT_GT(ins.size(), 1000u);
+  const double duration_s = 1e-6 * static_cast<double>(ins.rbegin()->first - ins.begin()->first);
+  const fs::path both = dir_.path() / "both.lcmlog";
+  {
+    EventLogReader all(track);
+    EventLogWriter out(both);
+    auto next = ins.begin();
+    while (const std::optional<LogEvent> event = all.Next()) {
+      for (; next != ins.end() && next->first <= event->utime; ++next)
+        out.Write(event->utime, "INS", next->second);
+      out.Write(event->utime, event->channel, event->data.data(), event->data.size());
+    }
+    out.Flush();
+  }
+  ASSERT_EQ(ReplayOf(both).exit_code, 0);
+  const nlohmann::json given = navigation()["other_navigation"];
+  EXPECT_EQ(given["source"], "given");
+  EXPECT_GT(given["duration_s"], 0.9 * duration_s);
+  EXPECT_NEAR(given["heading_mean_deg"], 1.0, 0.02);
+  // Besides, the lever arm of 0.2 m is turned by 1 degree.
+  EXPECT_NEAR(given["max_m"], 0.01 * duration_s, 0.15);
+  EXPECT_NEAR(given["rms_m"], 0.01 * duration_s / std::sqrt(3.0), 0.1);
+  EXPECT_NE(ReadFile(Out("report.html")).find("navigation_source: given, difference"),
+            std::string::npos);
+
+  const std::string config = dir_.Write(
+      "given.yaml", "vehicle: " + ConfigFile("vehicle.yaml") + "\nnavigation_source: given\n");
+  ASSERT_EQ(ReplayOf(both, "--config " + config).exit_code, 0);
+  const nlohmann::json dead_reckoning = navigation()["other_navigation"];
+  EXPECT_EQ(dead_reckoning["source"], "dead_reckoning");
+  EXPECT_NEAR(dead_reckoning["heading_mean_deg"], -1.0, 0.3);
+  EXPECT_GT(dead_reckoning["duration_s"], 0.8 * duration_s);
+  EXPECT_LT(dead_reckoning["max_m"], 0.01 * duration_s + 2.0);
 }
 
 TEST_F(Replay, ThatFailsLeavesTheMapBeforeAsItWas) {
@@ -487,6 +570,10 @@ TEST_F(Replay, SkipsAndCountsSingleEventsOfAnotherType) {
 TEST_F(Replay, OfADirectoryWithoutSubmapsSaysSo) {
   fs::create_directory(dir_.path() / "empty");
   ExpectOneClearLine(ReplayOf(dir_.path() / "empty"), "no submaps");
+  ExpectOneClearLine(ReplayOf(dir_.path() / "empty"), "it is empty");
+  fs::create_directory(dir_.path() / "photos");
+  for (const char* const name : {"b.jpg", "a.jpg"}) dir_.Write(std::string("photos/") + name, "");
+  ExpectOneClearLine(ReplayOf(dir_.path() / "photos"), "it holds a.jpg, b.jpg");
 }
 
 TEST_F(Replay, OfADamagedSubmapNamesTheFile) {

@@ -165,16 +165,56 @@ TEST_F(SeveralDives, TheDatumIsThatOfTheFirstUnlessOneIsGiven) {
 }
 
 TEST_F(SeveralDives, OneThatIsDamagedIsLeftOutAndNamed) {
-  fs::create_directories(Folder() / "broken");
+  for (const char* const name : {"broken", "empty", "notes", "torn"})
+    fs::create_directories(Folder() / name);
   std::ofstream(Folder() / "broken" / "lines.kmall", std::ios::binary)
-      << TextOf(Folder() / "dive2" / "lines.kmall").substr(0, 20'000);
-  const CommandResult result = Replay("dive1 broken dive3");
-  if (result.exit_code != 0) {
-    // The damaged input has no usable data.
-    EXPECT_THAT(result.output, HasSubstr("broken"));
-    return;
+      << TextOf(Folder() / "dive2" / "lines.kmall").substr(0, 5'000);
+  std::ofstream(Folder() / "notes" / "weather.txt") << "calm";
+  std::ofstream(Folder() / "torn" / "dive.json") << "{}";  // a dive's folder without a log
+  const CommandResult result = Replay("broken dive1 empty notes torn dive3");
+  ASSERT_EQ(result.exit_code, 0) << result.output;
+  const nlohmann::json report = Report();
+  ASSERT_EQ(report["dives"].size(), 2u);
+  EXPECT_EQ(report["dives"][0]["name"], "dive1");
+  EXPECT_EQ(report["dives"][1]["name"], "dive3");
+  std::map<std::string, std::string> reasons;
+  for (const nlohmann::json& dive : report["dives_not_read"])
+    reasons[dive["name"]] = dive["reason"];
+  ASSERT_EQ(reasons.size(), 4u) << result.output;
+  EXPECT_FALSE(reasons["broken"].empty());
+  EXPECT_THAT(reasons["empty"], HasSubstr("it is empty"));
+  EXPECT_THAT(reasons["notes"], HasSubstr("it holds weather.txt"));
+  EXPECT_THAT(reasons["torn"], HasSubstr("holds no log"));
+  for (const auto& [name, reason] : reasons)
+    EXPECT_THAT(result.output, HasSubstr(name + ": left out: " + reason + "\n"));
+  EXPECT_THAT(TextOf(out_.path() / "map/report.html"),
+              HasSubstr("notes was not read, or not to its end: "));
+
+  const CommandResult none = Replay("broken notes");
+  EXPECT_EQ(none.exit_code, Replay("broken").exit_code) << none.output;
+  EXPECT_EQ(none.exit_code, 65) << none.output;
+}
+
+// Given in another order, so that the numbers of the dives are not in order of time.
+TEST_F(SeveralDives, EachHasItsOwnNavigationAndTimeOffsetInTheReport) {
+  ASSERT_EQ(Replay("dive3 dive1").exit_code, 0);
+  const nlohmann::json report = Report();
+  ASSERT_EQ(report["dives"].size(), 2u);
+  for (const nlohmann::json& dive : report["dives"]) {
+    SCOPED_TRACE(dive["name"]);
+    EXPECT_GT(dive["mapper_counters"]["beams_read"], 1000);
+    EXPECT_GT(dive["navigation"]["stated_at_end"]["sigma_north_m"], 0.0);
+    EXPECT_GT(dive["sonar_time_offset"]["by_roll"]["pings"], 100);
   }
-  EXPECT_THAT(result.output, HasSubstr("broken ("));
+  std::istringstream navigation(TextOf(out_.path() / "map/export/navigation.csv"));
+  std::string before, line;
+  std::getline(navigation, line);  // names of the columns
+  while (std::getline(navigation, line)) {
+    const std::string time = line.substr(0, line.find(','));
+    ASSERT_LT(before, time);
+    before = time;
+  }
+  EXPECT_FALSE(before.empty());
 }
 
 // Maps made from survey files of each format agree, except for the formats' rounding and for what

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/core/survey_noise.hpp"
+#include "products/survey.hpp"
+
+// Results of one dive's replay, for the report.
+namespace seastitch {
+
+// Difference between the track of a second navigation and that of the map, without the difference
+// of their first positions.
+struct NavigationDifference {
+  std::string source;             // of the second one, as in `navigation_source`
+  std::uint64_t states = 0;       // compared
+  double duration_s = 0.0;        // from the first to the last of them
+  double rms_m = 0.0;             // horizontal
+  double max_m = 0.0;             // horizontal
+  double heading_mean_deg = 0.0;  // second minus first
+};
+
+// Compares two tracks by rising time where the second has a state within a second before and after.
+// Absent where there is none.
+std::optional<NavigationDifference> CompareNavigations(const std::vector<TrackState>& track,
+                                                       const std::vector<TrackState>& second,
+                                                       const std::string& source);
+
+struct DiveReport {
+  std::map<std::string, std::int64_t> counters;  // of the dive's mapper
+  std::vector<std::string> conditions;           // conditions of HEALTH at the end, as sentences
+  SonarTimingEstimate sonar;
+  std::vector<StampOffsetEstimate> stamp_offsets;
+  std::optional<NavigationDifference> other_navigation;
+};
+
+// A dive of several whose input was not read, or not to its end.
+struct UnreadDive {
+  std::string name;
+  std::string reason;
+};
+
+}  // namespace seastitch
