@@ -204,7 +204,7 @@ TEST_F(SeveralDives, EachHasItsOwnNavigationAndTimeOffsetInTheReport) {
     SCOPED_TRACE(dive["name"]);
     EXPECT_GT(dive["mapper_counters"]["beams_read"], 1000);
     EXPECT_GT(dive["navigation"]["stated_at_end"]["sigma_north_m"], 0.0);
-    EXPECT_GT(dive["sonar_time_offset"]["by_roll"]["pings"], 100);
+    EXPECT_EQ(dive["sonar_time_offset"]["configured_s"], 0.0);
   }
   std::istringstream navigation(TextOf(out_.path() / "map/export/navigation.csv"));
   std::string before, line;
@@ -215,6 +215,18 @@ TEST_F(SeveralDives, EachHasItsOwnNavigationAndTimeOffsetInTheReport) {
     before = time;
   }
   EXPECT_FALSE(before.empty());
+
+  // A third of the survey has too few pings for the offset, the whole has enough.
+  fs::create_directories(Folder() / "long");
+  fs::copy_file(Folder() / "whole.kmall",
+                Folder() / "long" / "lines.kmall",
+                fs::copy_options::overwrite_existing);
+  ASSERT_EQ(Replay("dive1 long").exit_code, 0);
+  const nlohmann::json offset = Report()["dives"][1]["sonar_time_offset"];
+  ASSERT_TRUE(offset["by_roll"].is_object()) << offset;
+  EXPECT_GT(offset["by_roll"]["pings"], 1000);
+  EXPECT_THAT(TextOf(out_.path() / "map/report.html"),
+              HasSubstr("long: Time offset of the sonar's stamps, by roll"));
 }
 
 // Maps made from survey files of each format agree, except for the formats' rounding and for what
