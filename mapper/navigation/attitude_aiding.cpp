@@ -23,8 +23,6 @@ constexpr double kMinStepRad = Deg2Rad(1.0);
 constexpr double kSteppedBack = 0.2;
 // Time after the device reports that it is aligned, during which it may step [s].
 constexpr double kAfterAlignmentS = 5.0;
-// Time without a doubt about the gyros after which the attitude is trusted [s].
-constexpr double kSoundS = 60.0;
 
 using HeadingHypothesis = ErrorStateFilter::HeadingHypothesis;
 
@@ -146,10 +144,6 @@ bool AttitudeAiding::HoldsInertialBiases(Time t) const {
   return gyros_in_doubt(t) || (in_doubt_ && ToSeconds(t - *doubted_) < kMaxIncrementS);
 }
 
-bool AttitudeAiding::IsSound(Time t) const {
-  return !refusals_.AreOften(t) && (!doubted_ || ToSeconds(t - *doubted_) > kSoundS);
-}
-
 void AttitudeAiding::Use(Time t, const AttitudeEvent& attitude) {
   const bool due = ToSeconds(t - compared_) >= params_.attitude_interval_s - 1e-6;
   if (!due && !in_doubt_) return;
@@ -181,7 +175,7 @@ void AttitudeAiding::UseCarried(Time t, const AttitudeEvent& attitude, bool comp
     }
     Take(t, attitude);
     in_doubt_ = true;
-    return refusals_.Add(t, false);
+    return refusals_.AddTaken(t);
   }
   in_doubt_ = false;
   if (watch_.StepIsSure() && Step(t, attitude)) return refusals_.Add(t, false);

@@ -291,15 +291,20 @@ ErrorVector ErrorStateFilter::ByHeadingDoubt() const {
   return P_.col(kHeadingDoubt) / P_(kHeadingDoubt, kHeadingDoubt);
 }
 
-bool ErrorStateFilter::Offer(
-    NavSensor sensor, int component, const ErrorRow& H, double residual, double variance) {
+bool ErrorStateFilter::Offer(NavSensor sensor,
+                             int component,
+                             const ErrorRow& H,
+                             double residual,
+                             double variance,
+                             double change_per_s,
+                             double carried_s) {
   const double innovation = residual - H * correction_;
   const double S = H * P_ * H.transpose() + variance;
   if (!(innovation * innovation <= params_.gate_sigma * params_.gate_sigma * S)) {
     ++innovations_[static_cast<std::size_t>(sensor)].summary.gated;
     return false;
   }
-  Use(sensor, component, H, residual, variance);
+  Use(sensor, component, H, residual, variance, change_per_s, carried_s);
   return true;
 }
 

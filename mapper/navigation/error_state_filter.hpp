@@ -138,8 +138,6 @@ class ErrorStateFilter {
   // DVL scale and mounting, which would be estimated from it.
   void EstimateInertialBiases(bool estimate) { estimates_inertial_ = estimate; }
   void ReopenAttitudeBias();
-  // Adds kCoastTilt to the sigma of roll and pitch.
-  void WidenTilt();
   // Shortens the velocity to limit_mps; its sigma is then the limit at least.
   void LimitSpeed(double limit_mps);
 
@@ -274,10 +272,15 @@ class ErrorStateFilter {
   void Apply(const ErrorMatrix& M);
   void SetAttitudeBiasSigma(const Eigen::Vector3d& sigma_rpy_rad);
   // Offers the scalar `residual` = H error + noise, one of the sensor's up to three components.
-  // False: beyond the gate.
-  bool Offer(NavSensor sensor, int component, const ErrorRow& H, double residual, double variance);
-  // The same without a gate: for components that pass or fail together. change_per_s, carried_s:
-  // DvlStamping.
+  // change_per_s, carried_s: DvlStamping. False: beyond the gate.
+  bool Offer(NavSensor sensor,
+             int component,
+             const ErrorRow& H,
+             double residual,
+             double variance,
+             double change_per_s = 0.0,
+             double carried_s = 0.0);
+  // The same without a gate: for components that pass it together.
   void Use(NavSensor sensor,
            int component,
            const ErrorRow& H,

@@ -154,11 +154,6 @@ void ErrorStateFilter::ReopenInertialBiases() {
   ReopenBiases(kAccelBias, 3);
 }
 
-void ErrorStateFilter::WidenTilt() {
-  PropagateCovariance();
-  P_.diagonal().segment<2>(kTilt).array() += kCoastTilt * kCoastTilt;
-}
-
 void ErrorStateFilter::ReopenAttitudeBias() { ReopenBiases(kAttitudeBias, 3); }
 
 void ErrorStateFilter::ReopenBiases(int first, int size) {

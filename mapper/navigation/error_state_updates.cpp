@@ -100,16 +100,17 @@ int ErrorStateFilter::UpdateDvl(const Eigen::Vector3d& v_dvl_mps,
   if (refused > 0) return refused;
   estimates_slow_ = slow == SlowStates::kEstimated;
   for (int i = 0; i < 3; ++i)
-    Use(NavSensor::kDvl,
-        i,
-        model.H.row(i),
-        residual(i),
-        variance(i),
-        stamping.change_mps2(i),
-        stamping.carried_s);
+    if (!Offer(NavSensor::kDvl,
+               i,
+               model.H.row(i),
+               residual(i),
+               variance(i),
+               stamping.change_mps2(i),
+               stamping.carried_s))
+      ++refused;
   estimates_slow_ = true;
   Inject();
-  return 0;
+  return refused;
 }
 
 int ErrorStateFilter::UpdateDepth(double depth_m, double sigma_m) {

@@ -18,10 +18,11 @@ double Part(int refused, int samples) {
 
 }  // namespace
 
-void RefusalRecord::Add(Time t, bool refused) {
+void RefusalRecord::Add(Time t, bool refused, int taken) {
   since_ = Since(t);
   Second& bin = At(t);
   ++bin.samples;
+  bin.taken += taken;
   last_ = t;
   if (refused) {
     ++bin.refused;
@@ -42,7 +43,7 @@ void RefusalRecord::AddUnusable(Time t) {
 RefusalRecord::Second& RefusalRecord::At(Time t) {
   const std::int64_t second = SecondOf(t);
   Second& bin = seconds_[static_cast<std::size_t>(second) % seconds_.size()];
-  if (bin.second != second) bin = {second, 0, 0, 0};
+  if (bin.second != second) bin = {second, 0, 0, 0, 0};
   return bin;
 }
 
@@ -59,6 +60,7 @@ RefusalRecord::Second RefusalRecord::Minute(Time now) const {
     if (SecondOf(now) - bin.second >= kSeconds) continue;
     sum.samples += bin.samples;
     sum.refused += bin.refused;
+    sum.taken += bin.taken;
     sum.unusable += bin.unusable;
   }
   return sum;
@@ -66,7 +68,7 @@ RefusalRecord::Second RefusalRecord::Minute(Time now) const {
 
 double RefusalRecord::Share(Time now) const {
   const Second sum = Minute(now);
-  return Part(sum.refused + sum.unusable, sum.samples + sum.unusable);
+  return Part(sum.refused - sum.taken + sum.unusable, sum.samples + sum.unusable);
 }
 
 std::optional<Time> RefusalRecord::Since(Time now) const {

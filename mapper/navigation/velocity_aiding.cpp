@@ -96,7 +96,7 @@ void VelocityAiding::Decide(Time t, const DvlEvent& dvl) {
     }
     in_doubt_ = true;
     Take(t, dvl);
-    return refusals_.Add(t, false);
+    return refusals_.AddTaken(t);
   }
   in_doubt_ = false;
   // The DVL agrees better than the step allows: it stepped back unnoticed, or there was no step.
@@ -182,20 +182,14 @@ DvlStamping VelocityAiding::StampingOf(Time t, const DvlEvent& dvl) const {
   return {(Carried(t, dvl, kChangeS) - dvl.v_dvl_mps) / kChangeS, stamps_.carried_s()};
 }
 
-// DVL scale and mounting are estimated only some time after a refusal or a doubt.
-bool VelocityAiding::EstimatesSlowStates(Time t) const {
-  const std::optional<double> quiet_s = refusals_.QuietS(t);
-  return (!quiet_s || *quiet_s > kLearnAgainS) &&
-         (!doubted_ || ToSeconds(t - *doubted_) > kLearnAgainS);
-}
-
 void VelocityAiding::Weigh(Time t, const DvlEvent& dvl) {
-  const int refused =
-      filter_->UpdateDvl(dvl.v_dvl_mps,
-                         dvl.sigma_mps,
-                         StampingOf(t, dvl),
-                         EstimatesSlowStates(t) ? ErrorStateFilter::SlowStates::kEstimated
-                                                : ErrorStateFilter::SlowStates::kUnchanged);
+  const std::optional<double> quiet_s = refusals_.QuietS(t);
+  const bool estimates = !quiet_s || *quiet_s > kLearnAgainS;
+  const int refused = filter_->UpdateDvl(dvl.v_dvl_mps,
+                                         dvl.sigma_mps,
+                                         StampingOf(t, dvl),
+                                         estimates ? ErrorStateFilter::SlowStates::kEstimated
+                                                   : ErrorStateFilter::SlowStates::kUnchanged);
   refusals_.Add(t, refused > 0);
   if (refused == 0) {
     used_ = agreed_ = t;
@@ -209,7 +203,6 @@ void VelocityAiding::Weigh(Time t, const DvlEvent& dvl) {
   refusals_.EndStreak();
   Count("dvl_reset");
   filter_->ReopenInertialBiases();
-  filter_->WidenTilt();
   Take(t, dvl);
 }
 

@@ -103,7 +103,6 @@ class VelocityAiding {
   // Weigh: update with gate. Follow: reset of the velocity to the DVL's. Take: the same, with the
   // displacement since the two last agreed.
   void Weigh(Time t, const DvlEvent& dvl);
-  bool EstimatesSlowStates(Time t) const;
   void Take(Time t, const DvlEvent& dvl);
   void Move(const Eigen::Vector3d& way_m);
   void Follow(Time t, const DvlEvent& dvl);

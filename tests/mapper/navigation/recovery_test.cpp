@@ -412,15 +412,6 @@ TEST(Recovery, AStepOfTheDopplerLogEndsWithItsLock) {
   EXPECT_LT(ErrorAt(dive, navigation, 590).velocity_mps, 0.1);
 }
 
-TEST(Recovery, AStepOfTheDopplerLogThatIsFollowedEndsAfterFiveMinutes) {
-  Dive dive = SimulatedDive(1, 900.0, 50.0);
-  ShiftDvl(&dive, 60.0, 1e9, 0.6);
-  const DeadReckoning navigation = Navigate(dive);
-  // On a straight line, where the error adds up.
-  EXPECT_GT(PositionSigmaM(dive, navigation, 650), PositionSigmaM(dive, navigation, 610) + 10.0);
-  EXPECT_LT(PositionSigmaM(dive, navigation, 890), PositionSigmaM(dive, navigation, 700) + 10.0);
-}
-
 // It steps back while the lock flickers, where the comparison with the accelerometers does not see
 // it.
 TEST(Recovery, ADopplerLogIsTakenBackAlsoWhereAStepOfItWasFollowed) {
@@ -430,24 +421,6 @@ TEST(Recovery, ADopplerLogIsTakenBackAlsoWhereAStepOfItWasFollowed) {
   const DeadReckoning navigation = Navigate(dive);
   EXPECT_GT(ErrorAt(dive, navigation, 399).velocity_mps, 0.5);
   EXPECT_LT(ErrorAt(dive, navigation, 420).velocity_mps, 0.1);
-}
-
-// Without an attitude only the DVL can set roll and pitch right. It comes too seldom to be compared
-// with the accelerometers.
-TEST(Recovery, AResetToTheDopplerLogSetsATiltRight) {
-  Dive dive = CleanDive();
-  EndAttitude(&dive, 100.0);
-  std::erase_if(dive.dvl, [&](const DvlSample& dvl) {
-    return std::fmod(ToSeconds(dvl.time - dive.imu[0].time), 3.0) > 0.1;
-  });
-  for (ImuSample& imu : dive.imu) {
-    const double t = ToSeconds(imu.time - dive.imu[0].time);
-    if (t > 200.0 && t < 206.0) imu.angular_rate_radps.x() += 0.01;
-  }
-  const DeadReckoning navigation = Navigate(dive);
-  EXPECT_GE(navigation.counters().at("dvl_reset"), 1);
-  EXPECT_LE(navigation.counters().at("dvl_reset"), 4);
-  EXPECT_LT(TiltErrorRad(dive, navigation, 260), Deg2Rad(0.5));
 }
 
 TEST(Recovery, ADopplerLogThatIsFasterThanTheVehicleIsNotFollowed) {
