@@ -41,13 +41,12 @@ std::string NameOf(const fs::path& path) {
 }
 
 DiveInput DiveIn(const fs::path& folder, bool raw) {
-  DiveInput dive{NameOf(folder), {}};
+  DiveInput dive{NameOf(folder), {}, folder};
   try {
     dive.files = IsDive(folder) ? LogsOfDive(folder, raw) : FilesIn(folder);
   } catch (const std::runtime_error& e) {  // of several dives the others are mapped
     dive.problem = e.what();
   }
-  if (dive.files.empty()) dive.folder = folder;
   return dive;
 }
 
