@@ -101,13 +101,12 @@ void ExpectOnce(const std::vector<DiveInput>& dives, const std::vector<fs::path>
 }
 
 DiveInput DiveIn(const fs::path& folder, bool raw) {
-  DiveInput dive{NameOf(folder), {}};
+  DiveInput dive{NameOf(folder), {}, folder};
   try {
     dive.files = IsDive(folder) ? LogsOfDive(folder, raw) : FilesIn(folder);
   } catch (const std::runtime_error& e) {  // of several dives the others are mapped
     dive.problem = e.what();
   }
-  if (dive.files.empty()) dive.folder = folder;
   return dive;
 }
 

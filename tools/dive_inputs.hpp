@@ -9,8 +9,8 @@ namespace seastitch {
 // Input of one dive of a replay: a folder, or files.
 struct DiveInput {
   std::string name;                          // for people; unique within a replay
-  std::vector<std::filesystem::path> files;  // logs or survey files; none: see folder
-  std::filesystem::path folder{};            // without a log or survey file; else empty
+  std::vector<std::filesystem::path> files;  // logs or survey files; none: a folder without
+  std::filesystem::path folder{};            // of the dive; empty: of files named one by one
   std::string problem{};                     // why the folder's files are not known
 };
 

@@ -374,7 +374,7 @@ void ExpectInputs(const ReplayOptions& options) {
 
 void ExpectDives(const std::vector<DiveInput>& dives, const ReplayOptions& options) {
   const bool submaps = std::any_of(dives.begin(), dives.end(), [](const DiveInput& dive) {
-    return !dive.folder.empty() && HoldsSubmaps(dive.folder);
+    return dive.files.empty() && HoldsSubmaps(dive.folder);
   });
   if (submaps && dives.size() > 1)
     throw UsageError("replay: a directory of submaps is mapped by itself");
@@ -412,7 +412,7 @@ std::runtime_error NothingIn(const fs::path& folder) {
 Input Open(const DiveInput& dive, const ReplayOptions& options) {
   Input input;
   if (!dive.problem.empty()) throw std::runtime_error(dive.problem);
-  if (!dive.folder.empty()) {
+  if (dive.files.empty()) {
     if (!HoldsSubmaps(dive.folder)) throw NothingIn(dive.folder);
     input.submaps = ReadSubmapDirectory(dive.folder, options.drift);
   } else if ((input.survey_files = OpenSurvey(dive.files, options.as_recorded))) {
@@ -657,8 +657,13 @@ ProductSummary RunReplay(const ReplayOptions& options) {
   const bool several = dive_inputs.size() > 1;
   Unread unread(several);
   std::vector<Dive> opened;
-  for (const DiveInput& dive : dive_inputs)
-    unread.Try(dive.name, [&] { opened.push_back({dive.name, Open(dive, options), {}, {}}); });
+  for (const DiveInput& dive : dive_inputs) {
+    const auto open = [&] { opened.push_back({dive.name, Open(dive, options), {}, {}}); };
+    if (dive.folder.empty())
+      open();  // a file that was named itself is not left out
+    else
+      unread.Try(dive.name, open);
+  }
   OutputFolder out(options.out);
   std::optional<Interruption> interruption;
   if (options.interruptible) interruption.emplace([&out] { out.Discard(); });

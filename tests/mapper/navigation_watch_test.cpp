@@ -27,10 +27,11 @@ class Dive : public testing::Test {
   explicit Dive(const MapperParams& params = {}) : mapper_(params) { vehicle_.sonar_on = false; }
 
   // Weaves, so that a late attitude has an effect.
-  void Drive(double duration_s) {
+  void Drive(double duration_s, double most_yaw_rate_radps = 0.2) {
     for (int i = 0; i < static_cast<int>(duration_s / PerfectVehicle::kImuStepS); ++i) {
       const double t_s = ToSeconds(vehicle_.time - FromUtime(1'700'000'000'000'000));
-      for (const auto& sample : vehicle_.Step(kSpeedMps, 0.2 * std::sin(0.4 * t_s))) {
+      for (const auto& sample :
+           vehicle_.Step(kSpeedMps, most_yaw_rate_radps * std::sin(0.4 * t_s))) {
         const double late_s = std::holds_alternative<DvlSample>(sample) ? dvl_late_s_ : 0.0;
         std::visit([&](const auto& s) { waiting_.emplace(s.time + FromSeconds(late_s), s); },
                    sample);
@@ -289,13 +290,12 @@ TEST_F(Dive, LateAttitudeIsToldWithWhatToPutIntoTheConfiguration) {
   EXPECT_THAT(*offset, HasSubstr("1 sigma 0.0"));
 }
 
-// The clock was put right within the dive: at its end nothing is suspected.
+// Almost straight ahead nothing shows the delay, and the estimate is forgotten.
 TEST_F(Dive, ALateAttitudeIsInTheReportAlsoAfterItIsForgotten) {
   EXPECT_TRUE(mapper_.stamp_offsets().empty());
   vehicle_.attitude_late_steps = 15;
   Drive(200.0);
-  vehicle_.attitude_late_steps = 0;
-  Drive(1500.0);
+  Drive(3000.0, 1e-4);
   EXPECT_FALSE(Holds(conditions::kTimeOffsetSuspected));
   const std::vector<StampOffsetEstimate> offsets = mapper_.stamp_offsets();
   ASSERT_EQ(offsets.size(), 1u);
@@ -304,7 +304,7 @@ TEST_F(Dive, ALateAttitudeIsInTheReportAlsoAfterItIsForgotten) {
   EXPECT_NEAR(offsets[0].add_s, -0.29, 0.01);
   EXPECT_LT(offsets[0].sigma_s, 0.05);
   EXPECT_GT(offsets[0].suspected_s, 100.0);
-  EXPECT_LT(offsets[0].suspected_s, 1500.0);
+  EXPECT_LT(offsets[0].suspected_s, 3000.0);
 }
 
 }  // namespace
