@@ -25,7 +25,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // Format version of journal and checkpoint; every change of the format changes it.
-constexpr std::uint32_t kFormat = 4;
+constexpr std::uint32_t kFormat = 5;
 constexpr char kStart[] = "JOURNAL_START";
 constexpr char kEntry[] = "JOURNAL_ENTRY";
 constexpr int kSlots = 2;

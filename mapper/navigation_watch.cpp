@@ -13,6 +13,8 @@ namespace seastitch {
 namespace {
 
 constexpr double kEventHoldsS = 60.0;
+// Longest time between two attitudes of a device of 1 Hz, with some lost [s].
+constexpr double kAttitudeSilentS = 3.0;
 
 std::string Text(const NavSensorHealth& health) {
   char text[100];
@@ -36,6 +38,7 @@ std::int64_t Resets(const std::map<std::string, std::int64_t>& counters) {
 void NavigationWatch::Add(const ImuSample& sample) {
   if (!first_imu_) first_imu_ = sample.time;
   newest_imu_ = sample.time;
+  if (sample.attitude) last_attitude_ = sample.time;
 }
 
 void NavigationWatch::Add(const DvlSample& sample) {
@@ -52,6 +55,18 @@ void NavigationWatch::Recent::AddTo(std::vector<Condition>* conditions,
                                     Time now) const {
   if (last && ToSeconds(now - *last) < kEventHoldsS)
     conditions->push_back({&kind, std::to_string(count) + " in all, the last at " + UtcOf(*last)});
+}
+
+void NavigationWatch::Lasting::Look(bool holds, std::optional<Time> now) {
+  if (!holds)
+    since.reset();
+  else if (!since)
+    since = now;
+}
+
+void NavigationWatch::Lasting::AddTo(std::vector<Condition>* conditions,
+                                     const ConditionKind& kind) const {
+  if (since) conditions->push_back({&kind, "since " + UtcOf(*since)});
 }
 
 void NavigationWatch::Late::Look(const std::map<std::string, std::int64_t>& counters,
@@ -84,6 +99,10 @@ void NavigationWatch::Look(const Navigation& navigation) {
   resets_.Look(Resets(counters), navigation.latest());
   const auto steps = counters.find("heading_step");
   heading_steps_.Look(steps == counters.end() ? 0 : steps->second, navigation.latest());
+  const NavDoubts doubts = navigation.doubts();
+  gyros_doubted_.Look(doubts.gyros, navigation.latest());
+  accelerometers_doubted_.Look(doubts.accelerometers, navigation.latest());
+  attitude_frozen_.Look(doubts.attitude_frozen, navigation.latest());
 }
 
 std::vector<Condition> NavigationWatch::conditions(const Navigation& navigation) const {
@@ -99,6 +118,7 @@ std::vector<Condition> NavigationWatch::conditions(const Navigation& navigation)
   if (!navigation.place_is_known()) now.push_back({&conditions::kPlaceUnknown, {}});
   AddDvl(navigation, &now);
   AddRefusals(navigation, &now);
+  AddDoubts(&now);
   resets_.AddTo(&now, conditions::kNavigationReset, *latest);
   heading_steps_.AddTo(&now, conditions::kHeadingStep, *latest);
   late_.AddTo(&now, *latest);
@@ -133,6 +153,14 @@ void NavigationWatch::AddRefusals(const Navigation& navigation, std::vector<Cond
   add(NavSensor::kAttitude, conditions::kAttitudeRefused);
   add(NavSensor::kDepth, conditions::kDepthRefused);
   add(NavSensor::kPositionFix, conditions::kFixesRefused);
+}
+
+void NavigationWatch::AddDoubts(std::vector<Condition>* now) const {
+  gyros_doubted_.AddTo(now, conditions::kGyroDoubted);
+  accelerometers_doubted_.AddTo(now, conditions::kAccelerometerDoubted);
+  attitude_frozen_.AddTo(now, conditions::kAttitudeFrozen);
+  if (last_attitude_ && ToSeconds(*newest_imu_ - *last_attitude_) > kAttitudeSilentS)
+    now->push_back({&conditions::kAttitudeSilent, "since " + UtcOf(*last_attitude_)});
 }
 
 void NavigationWatch::AddOffsets(const Navigation& navigation, std::vector<Condition>* now) const {

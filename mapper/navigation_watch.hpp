@@ -38,7 +38,14 @@ class NavigationWatch {
     std::optional<Time> last;
   };
 
-  // Samples that came too late to be sorted in. A few are no fault.
+  // A state that may last.
+  struct Lasting {
+    void Look(bool holds, std::optional<Time> now);
+    void AddTo(std::vector<Condition>* conditions, const ConditionKind& kind) const;
+    std::optional<Time> since;
+  };
+
+  // Samples that came too late to be used: counters that end in "_late". A few are no fault.
   struct Late {
     static constexpr std::size_t kMany = 10;
     void Look(const std::map<std::string, std::int64_t>& counters, std::optional<Time> now);
@@ -49,6 +56,7 @@ class NavigationWatch {
   };
 
   bool SeesBottom() const;
+  void AddDoubts(std::vector<Condition>* now) const;
   void AddRefusals(const Navigation& navigation, std::vector<Condition>* now) const;
   void AddDvl(const Navigation& navigation, std::vector<Condition>* now) const;
   void AddOffsets(const Navigation& navigation, std::vector<Condition>* now) const;
@@ -56,9 +64,13 @@ class NavigationWatch {
   const NavigationParams params_;
   std::optional<Time> first_imu_;
   std::optional<Time> newest_imu_;
+  std::optional<Time> last_attitude_;
   std::optional<Time> last_lock_;  // newest ensemble with bottom lock by its own flag
   Recent resets_;                  // resets of navigation to a sensor
   Recent heading_steps_;           // steps of the attitude device's heading
+  Lasting gyros_doubted_;
+  Lasting accelerometers_doubted_;
+  Lasting attitude_frozen_;
   Late late_;
 };
 

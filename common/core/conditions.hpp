@@ -184,6 +184,30 @@ inline constexpr ConditionKind kDvlRefused{
     "the Doppler log has bottom lock, but its velocities are refused",
     "Check its mounting in vehicle.yaml and its stamps; fish and mud cause it, too. Counters "
     "nav_dvl_ have the reasons. Dead reckoning drifts meanwhile, and its sigma grows accordingly."};
+inline constexpr ConditionKind kAttitudeFrozen{
+    "attitude_frozen",
+    Severity::kDegraded,
+    "the attitude repeats its value while the vehicle turns, and is not used",
+    "Dead reckoning goes on with the gyros, and its sigma of heading grows. Check the attitude "
+    "output of the inertial unit, or restart the unit."};
+inline constexpr ConditionKind kAttitudeSilent{
+    "attitude_silent",
+    Severity::kDegraded,
+    "the inertial unit sends rates, but no attitude any more",
+    "Dead reckoning goes on with the gyros, and its sigma of heading grows. Check the attitude "
+    "output of the inertial unit."};
+inline constexpr ConditionKind kGyroDoubted{
+    "gyro_doubted",
+    Severity::kDegraded,
+    "the gyros contradict the attitude and are not used",
+    "Dead reckoning follows the attitude instead. The gyros are stuck or damaged, or the stamps of "
+    "the attitude are wrong (a suspected time offset)."};
+inline constexpr ConditionKind kAccelerometerDoubted{
+    "accelerometer_doubted",
+    Severity::kDegraded,
+    "the accelerometers contradict the other sensors and are not used",
+    "Velocity is that of the Doppler log, and without bottom lock the last one. The accelerometers "
+    "are stuck or damaged, or roll, pitch or the stamps of the Doppler log are wrong."};
 inline constexpr ConditionKind kDepthRefused{"depth_refused",
                                              Severity::kDegraded,
                                              "the depth disagrees with the rest and is refused",
@@ -310,7 +334,8 @@ inline constexpr const ConditionKind* kAll[] = {
     &kSenderRefused,        &kCanController,       &kLogNotWriting,        &kMessagesNotRecorded,
     &kUnloggableMessages,   &kRecordingsDeleted,   &kDiskSpaceLow,         &kGraphIncomplete,
     &kSubmapMalformed,      &kNoSolution,          &kSolutionNotConverged, &kNoCovariance,
-    &kNoBottomLock,         &kDvlRefused,          &kAttitudeRefused,      &kDepthRefused,
+    &kNoBottomLock,         &kDvlRefused,          &kAccelerometerDoubted, &kAttitudeRefused,
+    &kAttitudeFrozen,       &kAttitudeSilent,      &kGyroDoubted,          &kDepthRefused,
     &kFixesRefused,         &kNavigationReset,     &kHeadingStep,          &kTimeOffsetSuspected,
     &kNavigationNotStarted, &kPlaceUnknown,        &kInsNotUsable,         &kInsJumps,
     &kNoWaterLevel,         &kNoSoundSpeedProfile, &kSolutionWithheld,     &kStoreNotWriting,

@@ -23,6 +23,8 @@ constexpr double kMinStepRad = Deg2Rad(1.0);
 constexpr double kSteppedBack = 0.2;
 // Time after the device reports that it is aligned, during which it may step [s].
 constexpr double kAfterAlignmentS = 5.0;
+// Time without a doubt about the gyros after which the attitude is trusted [s].
+constexpr double kSoundS = 60.0;
 
 using HeadingHypothesis = ErrorStateFilter::HeadingHypothesis;
 
@@ -140,6 +142,10 @@ bool AttitudeAiding::gyros_in_doubt(Time t) const {
   return watch_.GoesOn(t) || (doubted_until_ && t < *doubted_until_);
 }
 
+bool AttitudeAiding::IsSound(Time t) const {
+  return !refusals_.Since(t) && (!doubted_ || ToSeconds(t - *doubted_) > kSoundS);
+}
+
 void AttitudeAiding::Use(Time t, const AttitudeEvent& attitude) {
   const bool due = ToSeconds(t - compared_) >= params_.attitude_interval_s - 1e-6;
   if (!due && !in_doubt_) return;
@@ -161,8 +167,8 @@ void AttitudeAiding::Use(Time t, const AttitudeEvent& attitude) {
 
 void AttitudeAiding::UseCarried(Time t, const AttitudeEvent& attitude, bool compares) {
   if (compares) Compare(t, attitude);
-  filter_->LearnInertialBiases(!gyros_in_doubt(t));
   if (gyros_in_doubt(t)) {
+    doubted_ = t;
     if (!in_doubt_) {
       Count("gyro_doubted");
       filter_->ReopenInertialBiases();
@@ -170,7 +176,7 @@ void AttitudeAiding::UseCarried(Time t, const AttitudeEvent& attitude, bool comp
     }
     Take(t, attitude);
     in_doubt_ = true;
-    return refusals_.Add(t, true);
+    return refusals_.Add(t, false);
   }
   in_doubt_ = false;
   if (watch_.StepIsSure() && Step(t, attitude)) return refusals_.Add(t, false);

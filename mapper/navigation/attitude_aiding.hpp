@@ -62,10 +62,14 @@ class AttitudeAiding {
     archive(self.aligned_, self.alignment_, self.in_doubt_, self.stamps_, self.pairs_);
     archive(self.last_, self.rate_from_, self.device_rate_radps_);
     archive(self.anchor_, self.turn_, self.turned_rad_);
-    archive(self.stuck_, self.doubted_until_, self.is_frozen_);
+    archive(self.stuck_, self.doubted_until_, self.doubted_, self.is_frozen_);
   }
 
-  const RefusalRecord& refusals() const { return refusals_; }
+  RefusalRecord* refusals() { return &refusals_; }
+  bool gyros_in_doubt(Time t) const;
+  bool is_frozen() const { return is_frozen_; }
+  // False: the device was refused, or the gyros were in doubt, within the last minute.
+  bool IsSound(Time t) const;
   const StampOffset& stamps() const { return stamps_; }
   // The rates as measured. While the gyros are in doubt, the angular rate is the device's.
   InertialRates Sound(Time t, const InertialRates& measured) const;
@@ -74,7 +78,6 @@ class AttitudeAiding {
   void Count(const std::string& name, std::int64_t n = 1) { (*counters_)[name] += n; }
   bool IsRepeated(const AttitudeEvent& attitude) const;  // to the last bit
   bool LooksFrozen(const AttitudeEvent& attitude);
-  bool gyros_in_doubt(Time t) const;
   // The attitude, extrapolated by the gyros from its time of measurement (t minus the suspected
   // delay) to t.
   AttitudeEvent CarriedTo(Time t, const AttitudeEvent& attitude) const;
@@ -121,6 +124,7 @@ class AttitudeAiding {
   double turned_rad_ = 0.0;  // sum of the absolute rotations since
   StuckGyroWatch stuck_;
   std::optional<Time> doubted_until_;  // the gyros, after they were stuck
+  std::optional<Time> doubted_;        // the gyros, last
   bool is_frozen_ = false;             // the device, until its attitude changes
 };
 

@@ -25,6 +25,7 @@ std::vector<SuspectedOffset> DeadReckoning::suspected_offsets() const {
   return impl_->suspected_offsets();
 }
 NavSensorHealth DeadReckoning::health(NavSensor sensor) const { return impl_->health(sensor); }
+NavDoubts DeadReckoning::doubts() const { return impl_->doubts(); }
 
 std::optional<Time> DeadReckoning::latest() const { return impl_->track().latest(); }
 std::optional<NavState> DeadReckoning::StateAt(Time t) const { return impl_->track().StateAt(t); }

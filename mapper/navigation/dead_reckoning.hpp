@@ -62,6 +62,7 @@ class DeadReckoning : public Navigation {
   StartState start_state() const override;
   bool place_is_known() const override;
   NavSensorHealth health(NavSensor sensor) const override;
+  NavDoubts doubts() const override;
   std::vector<SuspectedOffset> suspected_offsets() const override;
 
   // Time of the newest final state. std::nullopt before the start.

@@ -65,7 +65,9 @@ void DeadReckoning::Impl::Process() {
 
 void DeadReckoning::Impl::Handle(const Event& event) {
   const auto* imu = std::get_if<ImuEvent>(&event.measurement);
-  if (!imu)
+  if (const auto* unusable = std::get_if<UnusableEvent>(&event.measurement))
+    RefusalsOf(unusable->sensor)->AddUnusable(event.time);
+  else if (!imu)
     started_ ? between_.push_back(event) : RememberForStart(event);
   else if (started_)
     Advance(event.time, imu->rates);
@@ -170,6 +172,7 @@ void DeadReckoning::Impl::Propagate(Time to_time,
   const InertialRates free_from = filter_.WithoutBias(from);
   const InertialRates free_to = filter_.WithoutBias(to);
   history_.Add(to_time, free_from, free_to, dt_s);
+  filter_.LearnInertialBiases(!attitude_.gyros_in_doubt(to_time));
   attitude_.AddTurn(0.5 * (from.angular_rate_radps + to.angular_rate_radps), dt_s);
   velocity_.AddForce(force, dt_s);
   const Eigen::Vector3d acceleration = filter_.state().q_map_imu * force + earth_.gravity_mps2;
@@ -228,8 +231,8 @@ DvlEvent DeadReckoning::Impl::Corrected(const DvlEvent& dvl) const {
 }
 
 void DeadReckoning::Impl::UseDvl(Time t, const DvlEvent& dvl, const InertialRates& rates) {
-  if (!IsPossible(dvl, rates)) return;
-  velocity_.Use(t, dvl, rates.angular_rate_radps, !attitude_.refusals().since());
+  if (!IsPossible(dvl, rates)) return velocity_.refusals()->AddUnusable(t);
+  velocity_.Use(t, dvl, rates.angular_rate_radps, attitude_.IsSound(t));
 }
 
 // False if the measured velocity exceeds the vehicle's largest speed: then the DVL is wrong.
@@ -295,7 +298,7 @@ void DeadReckoning::Impl::UseLateFix(Time t, const FixEvent& of_antenna) {
                      ToSeconds(now_ - t) <= params_.window_s;
   const std::optional<NavState> then = taken ? track_.StateAt(t) : std::nullopt;
   if (!then) return Count("fix_late");
-  Count("fix_taken_late");
+  Count("fix_late_taken");
   place_is_known_ = true;
   const Eigen::Isometry3d& T_map_vehicle = then->T_map_vehicle;
   fixes_.Keep(
@@ -328,17 +331,25 @@ bool DeadReckoning::Impl::Restore(Bytes saved) {
   return usable;
 }
 
-NavSensorHealth DeadReckoning::Impl::health(NavSensor sensor) const {
-  const auto of = [](const RefusalRecord& record) {
-    return NavSensorHealth{record.Share(), record.since()};
-  };
+RefusalRecord* DeadReckoning::Impl::RefusalsOf(NavSensor sensor) {
   switch (sensor) {
-    case NavSensor::kAttitude: return of(attitude_.refusals());
-    case NavSensor::kDvl: return of(velocity_.refusals());
-    case NavSensor::kDepth: return of(depth_refusals_);
-    case NavSensor::kPositionFix: return of(fix_refusals_);
+    case NavSensor::kAttitude: return attitude_.refusals();
+    case NavSensor::kDvl: return velocity_.refusals();
+    case NavSensor::kDepth: return &depth_refusals_;
+    case NavSensor::kPositionFix: break;
   }
-  return {};
+  return &fix_refusals_;
+}
+
+NavSensorHealth DeadReckoning::Impl::health(NavSensor sensor) {
+  const RefusalRecord& record = *RefusalsOf(sensor);
+  return {record.Share(now_), record.Since(now_)};
+}
+
+NavDoubts DeadReckoning::Impl::doubts() const {
+  return {attitude_.gyros_in_doubt(now_),
+          velocity_.accelerometers_in_doubt(now_),
+          attitude_.is_frozen()};
 }
 
 std::vector<SuspectedOffset> DeadReckoning::Impl::suspected_offsets() const {

@@ -56,7 +56,8 @@ class DeadReckoning::Impl {
 
   StartState start_state() const { return start_.state(); }
   bool place_is_known() const { return place_is_known_; }
-  NavSensorHealth health(NavSensor sensor) const;
+  NavSensorHealth health(NavSensor sensor);
+  NavDoubts doubts() const;
   std::vector<SuspectedOffset> suspected_offsets() const;
   std::optional<NavState> Predicted() const;
   std::optional<Eigen::Matrix3d> RelativeCovariance(Time a, Time b) const {
@@ -100,6 +101,7 @@ class DeadReckoning::Impl {
       archive(self.off_m, self.covariance_m2);
     }
   };
+  RefusalRecord* RefusalsOf(NavSensor sensor);
   bool OverruleByFixes(const RefusedFix& fix);
   void UseLateFix(Time t, const FixEvent& of_antenna);
 

@@ -7,6 +7,7 @@
 
 #include "common/core/sensors.hpp"
 #include "common/core/time.hpp"
+#include "mapper/navigation/navigation.hpp"
 #include "mapper/navigation/strapdown.hpp"
 
 // Checked samples with corrected times.
@@ -67,6 +68,15 @@ struct AttitudeEvent {
     archive(self.q_map_imu, self.sigma_rpy_rad, self.alignment);
   }
 };
+// A sample that was refused before it got here: for the share of refused samples.
+struct UnusableEvent {
+  NavSensor sensor;
+
+  template <class Archive, class Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.sensor);
+  }
+};
 struct ImuEvent {
   InertialRates rates;
 
@@ -78,8 +88,13 @@ struct ImuEvent {
 
 // Order at the same instant: sound speed before the DVL that it corrects, and aiding before
 // inertial data, which carry the state further.
-using Measurement =
-    std::variant<SoundSpeedEvent, DvlEvent, DepthEvent, FixEvent, AttitudeEvent, ImuEvent>;
+using Measurement = std::variant<SoundSpeedEvent,
+                                 DvlEvent,
+                                 DepthEvent,
+                                 FixEvent,
+                                 AttitudeEvent,
+                                 UnusableEvent,
+                                 ImuEvent>;
 
 struct Event {
   Time time;

@@ -32,8 +32,15 @@ enum class NavSensor : std::uint8_t { kAttitude, kDvl, kDepth, kPositionFix };
 
 // Recent refusals of a sensor's samples.
 struct NavSensorHealth {
-  double refused_share = 0.0;         // of the samples of the last minute, 0 to 1
+  double refused_share = 0.0;  // of the samples of the last minute, 0 to 1; unusable ones included
   std::optional<Time> refused_since;  // since when the share has been above a tenth
+};
+
+// Sensors that contradict the others and are not used at present.
+struct NavDoubts {
+  bool gyros = false;            // the attitude is followed instead
+  bool accelerometers = false;   // the DVL is followed, or without it the last velocity
+  bool attitude_frozen = false;  // it repeats while the gyros turn
 };
 
 // Suspected error of a sensor's stamps with respect to the inertial unit's: value to be added to
@@ -104,6 +111,7 @@ class Navigation {
   virtual StartState start_state() const = 0;
   virtual bool place_is_known() const = 0;
   virtual NavSensorHealth health(NavSensor sensor) const = 0;
+  virtual NavDoubts doubts() const { return {}; }
   // Significant errors of stamps, for the configuration. Meanwhile navigation compensates them: it
   // extrapolates each sample from its time of measurement. Once configured, the offset here is 0.
   virtual std::vector<SuspectedOffset> suspected_offsets() const = 0;

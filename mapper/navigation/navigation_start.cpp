@@ -1,5 +1,7 @@
 #include "mapper/navigation/navigation_start.hpp"
 
+#include <utility>
+
 #include "common/core/pose.hpp"
 #include "mapper/navigation/strapdown.hpp"
 
@@ -57,7 +59,7 @@ void NavigationStart::Use(Time t, const AttitudeEvent& attitude) {
 }
 
 StartState NavigationStart::StateAt(Time t) const {
-  if (!attitude_) return StartState::kNoAttitude;
+  if (!IsFresh(attitude_, t)) return StartState::kNoAttitude;
   if (!steady_since_) return StartState::kAttitudeUnsteady;
   if (attitude_->value.alignment == Alignment::kAligning ||
       attitude_->value.sigma_rpy_rad.z() > params_.start_heading_sigma_rad)
@@ -70,10 +72,11 @@ StartState NavigationStart::StateAt(Time t) const {
 }
 
 std::optional<NavigationStart::First> NavigationStart::Try(Time t, const InertialRates& rates) {
-  state_ = StateAt(t);
-  const bool now = attitude_is_new_;
-  attitude_is_new_ = false;
-  if (state_ != StartState::kStarted || !now) return std::nullopt;
+  const bool is_new = std::exchange(attitude_is_new_, false);
+  const StartState state = StateAt(t);
+  if (state == StartState::kStarted && !is_new) return std::nullopt;
+  state_ = state;
+  if (state != StartState::kStarted) return std::nullopt;
   First first;
   first.attitude = attitude_->value;
   // The gyros carry the attitude from its own time to the start.

@@ -7,35 +7,48 @@ namespace {
 
 constexpr double kMuch = 0.1;
 
+std::int64_t SecondOf(Time t) {
+  return static_cast<std::int64_t>(std::floor(ToSeconds(t - Time())));
+}
+
 }  // namespace
 
 void RefusalRecord::Add(Time t, bool refused) {
-  if (!first_) first_ = t;
+  Tally(t, refused);
   last_ = t;
-  const auto second = static_cast<std::int64_t>(std::floor(ToSeconds(t - *first_)));
-  Second& bin = seconds_[static_cast<std::size_t>(second) % kSeconds];
+  if (!refused)
+    streak_since_.reset();
+  else if (!streak_since_)
+    streak_since_ = t;
+}
+
+void RefusalRecord::AddUnusable(Time t) { Tally(t, true); }
+
+void RefusalRecord::Tally(Time t, bool refused) {
+  since_ = Since(t);
+  const std::int64_t second = SecondOf(t);
+  Second& bin = seconds_[static_cast<std::size_t>(second) % seconds_.size()];
   if (bin.second != second) bin = {second, 0, 0};
   ++bin.samples;
   if (refused) {
     ++bin.refused;
     last_refused_ = t;
-    if (!streak_since_) streak_since_ = t;
-  } else {
-    streak_since_.reset();
   }
-  if (Share() <= kMuch)
+  if (Share(t) <= kMuch)
     since_.reset();
   else if (!since_)
     since_ = t;
 }
 
-double RefusalRecord::Share() const {
-  if (!last_) return 0.0;
-  const auto now = static_cast<std::int64_t>(std::floor(ToSeconds(*last_ - *first_)));
+std::optional<Time> RefusalRecord::Since(Time now) const {
+  return Share(now) > kMuch ? since_ : std::nullopt;
+}
+
+double RefusalRecord::Share(Time now) const {
   int samples = 0;
   int refused = 0;
   for (const Second& bin : seconds_) {
-    if (bin.second < 0 || now - bin.second >= static_cast<std::int64_t>(kSeconds)) continue;
+    if (SecondOf(now) - bin.second >= kSeconds) continue;
     samples += bin.samples;
     refused += bin.refused;
   }

@@ -12,10 +12,13 @@ namespace seastitch {
 class RefusalRecord {
  public:
   void Add(Time t, bool refused);
-  // Fraction refused in the minute before the last sample, 0 to 1.
-  double Share() const;
-  // Since when the share has been above a tenth.
-  std::optional<Time> since() const { return since_; }
+  // Adds a sample that was refused before the filter: it counts in the share, not in the streak. Up
+  // to some seconds out of order.
+  void AddUnusable(Time t);
+  // Fraction refused in the minute before `now`, 0 to 1; 0 without a sample.
+  double Share(Time now) const;
+  // Since when the share has been above a tenth, if it is at `now`.
+  std::optional<Time> Since(Time now) const;
   // Seconds for which every sample has been refused, up to the last one.
   double StreakS() const;
   // Seconds since the last refusal; std::nullopt: there was none.
@@ -24,18 +27,13 @@ class RefusalRecord {
 
   template <class Archive, class Self>
   static void Fields(Archive& archive, Self& self) {
-    archive(self.seconds_,
-            self.first_,
-            self.last_,
-            self.last_refused_,
-            self.streak_since_,
-            self.since_);
+    archive(self.seconds_, self.last_, self.last_refused_, self.streak_since_, self.since_);
   }
 
  private:
-  static constexpr std::size_t kSeconds = 60;
+  static constexpr std::int64_t kSeconds = 60;
   struct Second {
-    std::int64_t second = -1;
+    std::int64_t second = -kSeconds;  // since 1970
     int samples = 0;
     int refused = 0;
 
@@ -44,8 +42,9 @@ class RefusalRecord {
       archive(self.second, self.samples, self.refused);
     }
   };
+  void Tally(Time t, bool refused);
+
   std::array<Second, kSeconds> seconds_{};
-  std::optional<Time> first_;
   std::optional<Time> last_;
   std::optional<Time> last_refused_;
   std::optional<Time> streak_since_;

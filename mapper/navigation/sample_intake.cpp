@@ -38,6 +38,7 @@ std::string NameOf(const Event& event) {
     const char* operator()(const DepthEvent&) const { return "depth"; }
     const char* operator()(const FixEvent&) const { return "fix"; }
     const char* operator()(const SoundSpeedEvent&) const { return "sound_speed"; }
+    const char* operator()(const UnusableEvent&) const { return "unusable"; }
   };
   return std::visit(Name{}, event.measurement);
 }
@@ -77,13 +78,20 @@ void SampleIntake::AddAttitude(Time t, const Attitude& attitude, Alignment align
   const bool usable = std::abs(attitude.q_ned_imu.norm() - 1.0) < 1e-2 &&
                       Within(attitude.sigma_rpy_rad, kPi) &&
                       (attitude.sigma_rpy_rad.array() >= 0.0).all();
-  if (!usable) return Count("attitude_refused");
+  const Time measured = t + FromSeconds(params_.attitude_time_offset_s);
+  if (!usable) return Refuse(NavSensor::kAttitude, measured, "attitude_refused");
   const Eigen::AngleAxisd to_true_north(DeclinationAt(params_, t), Eigen::Vector3d::UnitZ());
   AddAiding(
       "attitude",
-      t + FromSeconds(params_.attitude_time_offset_s),
+      measured,
       AttitudeEvent{
           (to_true_north * attitude.q_ned_imu).normalized(), attitude.sigma_rpy_rad, alignment});
+}
+
+void SampleIntake::Refuse(NavSensor sensor, Time t, const std::string& counter) {
+  Count(counter);
+  const bool in_time = newest_imu_ && !IsLate(t) && t <= *newest_imu_ + FromSeconds(kMaxAheadS);
+  if (in_time) Insert({t, UnusableEvent{sensor}});
 }
 
 // Decides whether an inertial sample is used. The inertial unit is the clock: a single wild stamp
@@ -120,20 +128,21 @@ void SampleIntake::Add(const DvlSample& sample) {
   const bool possible = Within(sample.v_dvl_mps, kMaxSpeedMps) &&
                         Within(sample.sigma_v_mps, kMaxSpeedSigmaMps) &&
                         (sample.sigma_v_mps.array() >= 0.0).all();
-  if (!possible) return Count("dvl_refused");
+  const Time measured = sample.time + FromSeconds(params_.dvl_time_offset_s);
+  if (!possible) return Refuse(NavSensor::kDvl, measured, "dvl_refused");
   if (sample.error_velocity_mps &&
       !(std::abs(*sample.error_velocity_mps) <= params_.dvl_max_error_velocity_mps))
-    return Count("dvl_error_velocity");
+    return Refuse(NavSensor::kDvl, measured, "dvl_error_velocity");
   DvlEvent dvl{sample.v_dvl_mps, sample.sigma_v_mps};
   for (double& sigma : dvl.sigma_mps)
     sigma = sigma > 0.0 ? std::max(sigma, params_.dvl_sigma_floor_mps) : params_.dvl_sigma_mps;
-  AddAiding("dvl", sample.time + FromSeconds(params_.dvl_time_offset_s), dvl);
+  AddAiding("dvl", measured, dvl);
 }
 
 void SampleIntake::Add(const DepthSample& sample) {
   const bool possible = sample.depth_m >= kMinDepthM && sample.depth_m <= kMaxDepthM &&
                         sample.sigma_m >= 0.0 && sample.sigma_m <= kMaxDepthSigmaM;
-  if (!possible) return Count("depth_refused");
+  if (!possible) return Refuse(NavSensor::kDepth, sample.time, "depth_refused");
   const double sigma = sample.sigma_m > 0.0 ? std::max(sample.sigma_m, params_.depth_sigma_floor_m)
                                             : params_.depth_sigma_m;
   AddAiding("depth", sample.time, DepthEvent{sample.depth_m, sigma});
@@ -146,7 +155,7 @@ std::optional<Event> SampleIntake::Add(const PositionFix& fix) {
                         C(0, 0) > 0.0 && C.determinant() > 0.0 &&
                         std::abs(C(0, 1) - C(1, 0)) <= 1e-9 * C.trace();
   if (!possible) {
-    Count("fix_refused");
+    Refuse(NavSensor::kPositionFix, fix.time, "fix_refused");
     return std::nullopt;
   }
   double east = 0.0;
@@ -155,7 +164,7 @@ std::optional<Event> SampleIntake::Add(const PositionFix& fix) {
   to_map_.Forward(Rad2Deg(fix.latitude_rad), Rad2Deg(fix.longitude_rad), 0.0, east, north, up);
   const Eigen::Vector2d north_east(north, east);
   if (!Within(north_east, kMaxFixDistanceM)) {
-    Count("fix_refused");
+    Refuse(NavSensor::kPositionFix, fix.time, "fix_refused");
     return std::nullopt;
   }
   const FixEvent event{north_east, C, fix.source, vehicle_.FixPointOf(fix.source)};

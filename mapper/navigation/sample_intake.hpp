@@ -48,6 +48,8 @@ class SampleIntake {
 
  private:
   void Count(const std::string& name) { ++(*counters_)[name]; }
+  // Counts a sample that is not usable, and hands its time on for the share of refused samples.
+  void Refuse(NavSensor sensor, Time t, const std::string& counter);
   void AddAttitude(Time t, const Attitude& attitude, Alignment alignment);
   bool TakesTime(Time t);
   bool IsLate(Time t) const { return settled_ && t <= *settled_; }

@@ -10,7 +10,7 @@ constexpr double kIncrementGate = 1.5;
 constexpr double kQuietS = 5.0;
 // Longest time between two ensembles that are compared with the accelerometers [s].
 constexpr double kMaxIncrementS = 2.5;
-// Time after a refusal for which the DVL's scale and mounting are not estimated [s].
+// Time after a refusal or a doubt for which the DVL's scale and mounting are not estimated [s].
 constexpr double kLearnAgainS = 10.0;
 // Time for which accelerometers must repeat their value (apart from rounding) to count as stuck
 // [s].
@@ -92,7 +92,7 @@ void VelocityAiding::Decide(Time t, const DvlEvent& dvl) {
     }
     in_doubt_ = true;
     Take(t, dvl);
-    return refusals_.Add(t, true);
+    return refusals_.Add(t, false);
   }
   in_doubt_ = false;
   // The DVL agrees better than the step allows: it stepped back unnoticed, or there was no step.
@@ -179,14 +179,20 @@ DvlStamping VelocityAiding::StampingOf(Time t, const DvlEvent& dvl) const {
           stamps_.IsSuspected() ? stamps_.delay_s() : 0.0};
 }
 
-void VelocityAiding::Weigh(Time t, const DvlEvent& dvl) {
+// DVL scale and mounting are estimated only some time after a refusal or a doubt.
+bool VelocityAiding::LearnsSlowStates(Time t) const {
   const std::optional<double> quiet_s = refusals_.QuietS(t);
-  const bool learns = !quiet_s || *quiet_s > kLearnAgainS;
-  const int refused = filter_->UpdateDvl(
-      dvl.v_dvl_mps,
-      dvl.sigma_mps,
-      StampingOf(t, dvl),
-      learns ? ErrorStateFilter::SlowStates::kLearned : ErrorStateFilter::SlowStates::kLeft);
+  return (!quiet_s || *quiet_s > kLearnAgainS) &&
+         (!doubted_ || ToSeconds(t - *doubted_) > kLearnAgainS);
+}
+
+void VelocityAiding::Weigh(Time t, const DvlEvent& dvl) {
+  const int refused =
+      filter_->UpdateDvl(dvl.v_dvl_mps,
+                         dvl.sigma_mps,
+                         StampingOf(t, dvl),
+                         LearnsSlowStates(t) ? ErrorStateFilter::SlowStates::kLearned
+                                             : ErrorStateFilter::SlowStates::kLeft);
   refusals_.Add(t, refused > 0);
   if (refused == 0) {
     used_ = agreed_ = t;

@@ -48,8 +48,8 @@ class VelocityAiding {
   void Interrupt();
   // Specific force since the last inertial sample: as measured, bias included, imu axes.
   void AddForce(const Eigen::Vector3d& force_mps2, double dt_s);
-  // Uses an ensemble. rate_radps: angular rate, imu axes. attitude_is_sound: fewer than a tenth of
-  // the device's attitudes were refused lately (NavSensorHealth::refused_since).
+  // Uses an ensemble. rate_radps: angular rate, imu axes. attitude_is_sound:
+  // AttitudeAiding::IsSound().
   void Use(Time t, const DvlEvent& dvl, const Eigen::Vector3d& rate_radps, bool attitude_is_sound);
   // Doubts the accelerometers for kDoubtS: they integrated to a speed above max_speed_mps.
   void DoubtAccelerometers(Time t) { doubted_until_ = t + FromSeconds(kDoubtS); }
@@ -64,7 +64,7 @@ class VelocityAiding {
 
   // The last ensemble by which the velocity was corrected.
   std::optional<Time> used() const { return used_; }
-  const RefusalRecord& refusals() const { return refusals_; }
+  RefusalRecord* refusals() { return &refusals_; }
   const StampOffset& stamps() const { return stamps_; }
   bool accelerometers_in_doubt(Time t) const;
 
@@ -100,6 +100,7 @@ class VelocityAiding {
   // Weigh: update with gate. Follow: reset of the velocity to the DVL's. Take: the same, with the
   // displacement since the two last agreed.
   void Weigh(Time t, const DvlEvent& dvl);
+  bool LearnsSlowStates(Time t) const;
   void Take(Time t, const DvlEvent& dvl);
   void Move(const Eigen::Vector3d& way_m);
   void Follow(Time t, const DvlEvent& dvl);

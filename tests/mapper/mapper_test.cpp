@@ -325,7 +325,7 @@ TEST(Mapper, EveryLateFixThatThinningKeepsIsInTheGraph) {
   EXPECT_EQ(count("position_fixes_in_graph") + count("nav_fix_thinned"), sent);
   EXPECT_EQ(count("nav_fix_late"), 1) << "older than anything that is remembered";
   EXPECT_EQ(count("position_fixes_too_far"), 0);
-  EXPECT_GT(count("nav_fix_taken_late"), kSeconds / 20);
+  EXPECT_GT(count("nav_fix_late_taken"), kSeconds / 20);
   // One fix in 10 s per source.
   EXPECT_GE(edges.size(), static_cast<std::size_t>(2 * kSeconds / 20));
   EXPECT_LE(edges.size(), static_cast<std::size_t>(2 * kSeconds / 10 + 2));

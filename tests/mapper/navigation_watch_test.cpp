@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
 #include <set>
 #include <string>
 #include <variant>
@@ -19,17 +20,26 @@ namespace {
 using testing::HasSubstr;
 
 constexpr double kSpeedMps = 1.5;
+constexpr double kMetresPerRadian = 6.37e6;
 
 class Dive : public testing::Test {
  protected:
-  Dive() : mapper_(MapperParams{}) { vehicle_.sonar_on = false; }
+  explicit Dive(const MapperParams& params = {}) : mapper_(params) { vehicle_.sonar_on = false; }
 
   // Weaves, so that a late attitude has an effect.
   void Drive(double duration_s) {
     for (int i = 0; i < static_cast<int>(duration_s / PerfectVehicle::kImuStepS); ++i) {
       const double t_s = ToSeconds(vehicle_.time - FromUtime(1'700'000'000'000'000));
-      for (const auto& sample : vehicle_.Step(kSpeedMps, 0.2 * std::sin(0.4 * t_s)))
-        std::visit([this](const auto& s) { mapper_.Add(s); }, sample);
+      for (const auto& sample : vehicle_.Step(kSpeedMps, 0.2 * std::sin(0.4 * t_s))) {
+        const double late_s = std::holds_alternative<DvlSample>(sample) ? dvl_late_s_ : 0.0;
+        std::visit([&](const auto& s) { waiting_.emplace(s.time + FromSeconds(late_s), s); },
+                   sample);
+      }
+      if (fix_every_s_ > 0.0 && std::fmod(t_s, fix_every_s_) < PerfectVehicle::kImuStepS)
+        waiting_.emplace(vehicle_.time + FromSeconds(2.0), Fix());
+      for (; !waiting_.empty() && waiting_.begin()->first <= vehicle_.time;
+           waiting_.erase(waiting_.begin()))
+        std::visit([this](const auto& s) { mapper_.Add(s); }, waiting_.begin()->second);
       for (const Condition& condition : mapper_.conditions()) seen_.insert(condition.kind->name);
     }
     mapper_.TakeEvents();
@@ -41,9 +51,49 @@ class Dive : public testing::Test {
     return std::nullopt;
   }
 
+  // Of its true position.
+  PositionFix Fix() const {
+    const Eigen::Vector3d p = vehicle_.TrueAt(vehicle_.time).translation();
+    PositionFix fix;
+    fix.time = vehicle_.time;
+    fix.latitude_rad = p.x() / kMetresPerRadian;
+    fix.longitude_rad = p.y() / kMetresPerRadian;
+    fix.covariance_north_east_m2 = Eigen::Matrix2d::Identity();
+    fix.source = "usbl";
+    return fix;
+  }
+  std::int64_t Counter(const std::string& name) const {
+    const auto counters = mapper_.counters();
+    const auto found = counters.find(name);
+    return found == counters.end() ? 0 : found->second;
+  }
+
+  using Sample = std::variant<ImuSample, DvlSample, DepthSample, MbesPing, PositionFix>;
+  std::multimap<Time, Sample> waiting_;  // by arrival
+  double dvl_late_s_ = 0.0;
+  double fix_every_s_ = 0.0;  // they arrive 2 s late; 0: none
   PerfectVehicle vehicle_;
   Mapper mapper_;
   std::set<std::string> seen_;  // names of all faults so far
+};
+
+struct WaitingDive : Dive {
+  WaitingDive()
+      : Dive([] {
+          MapperParams params;
+          params.navigation.start_at_first_fix = true;
+          return params;
+        }()) {}
+};
+
+struct FusingDive : Dive {
+  FusingDive()
+      : Dive([] {
+          MapperParams params;
+          params.navigation.fuse_position_fixes = true;
+          params.navigation.fix_interval_s = 0.0;
+          return params;
+        }()) {}
 };
 
 TEST_F(Dive, NothingIsSaidOfGoodNavigation) {
@@ -63,6 +113,112 @@ TEST_F(Dive, WithoutAttitudeSaysWhyItDoesNotStart) {
   vehicle_.attitude_on = true;
   Drive(5.0);
   EXPECT_FALSE(Holds(conditions::kNavigationNotStarted));
+}
+
+TEST_F(WaitingDive, AnAttitudeThatEndsBeforeTheStartIsTheReasonWhyItDoesNotStart) {
+  Drive(3.0);
+  vehicle_.attitude_on = false;
+  Drive(20.0);
+  EXPECT_THAT(mapper_.WaitsFor(), HasSubstr("enable its attitude output"));
+  const auto why = Holds(conditions::kNavigationNotStarted);
+  ASSERT_TRUE(why);
+  EXPECT_THAT(*why, HasSubstr("enable its attitude output"));
+}
+
+TEST_F(Dive, AnAttitudeThatEndsIsNamed) {
+  Drive(20.0);
+  EXPECT_FALSE(Holds(conditions::kAttitudeSilent));
+  vehicle_.attitude_on = false;
+  Drive(5.0);
+  EXPECT_EQ(Holds(conditions::kAttitudeSilent), "since 22:13:40");
+  vehicle_.attitude_on = true;
+  Drive(1.0);
+  EXPECT_FALSE(Holds(conditions::kAttitudeSilent));
+}
+
+TEST_F(Dive, FixesThatComeLateAndAreUsedAreNoLoss) {
+  fix_every_s_ = 2.0;
+  Drive(60.0);
+  EXPECT_GT(Counter("nav_fix_late_taken"), 20);
+  EXPECT_FALSE(seen_.contains("samples_late"));
+}
+
+TEST_F(Dive, SamplesThatComeTooLateAreNamed) {
+  Drive(20.0);
+  dvl_late_s_ = 2.0;
+  Drive(20.0);
+  const auto late = Holds(conditions::kSamplesLate);
+  ASSERT_TRUE(late);
+  EXPECT_THAT(*late, HasSubstr("dvl "));
+}
+
+TEST_F(Dive, StuckGyrosAreNamedAndNotTheAttitudeThatIsFollowed) {
+  Drive(60.0);
+  vehicle_.gyros_stuck = true;
+  Drive(30.0);
+  EXPECT_TRUE(Holds(conditions::kGyroDoubted));
+  EXPECT_FALSE(seen_.contains("attitude_refused"));
+  vehicle_.gyros_stuck = false;
+  Drive(30.0);
+  EXPECT_FALSE(Holds(conditions::kGyroDoubted));
+}
+
+TEST_F(Dive, StuckAccelerometersAreNamedAndNotTheDopplerLogThatIsFollowed) {
+  Drive(60.0);
+  vehicle_.accelerometers_stuck = true;
+  Drive(30.0);
+  EXPECT_TRUE(Holds(conditions::kAccelerometerDoubted));
+  EXPECT_FALSE(seen_.contains("dvl_refused")) << testing::PrintToString(seen_);
+  vehicle_.accelerometers_stuck = false;
+  Drive(60.0);
+  EXPECT_FALSE(Holds(conditions::kAccelerometerDoubted));
+}
+
+TEST_F(Dive, AFrozenAttitudeIsNamed) {
+  Drive(60.0);
+  vehicle_.attitude_frozen = true;
+  Drive(10.0);
+  EXPECT_TRUE(Holds(conditions::kAttitudeFrozen));
+  vehicle_.attitude_frozen = false;
+  Drive(5.0);
+  EXPECT_FALSE(Holds(conditions::kAttitudeFrozen));
+}
+
+// Every other ensemble: their beams do not see the same bottom.
+TEST_F(Dive, EnsemblesOfBeamsThatDisagreeCountAsRefused) {
+  Drive(60.0);
+  for (int i = 0; i < 100; ++i) {
+    vehicle_.dvl_error_velocity_mps = i % 2 == 0 ? -0.31 : 0.29;
+    Drive(0.2);
+  }
+  EXPECT_EQ(Counter("nav_dvl_error_velocity"), 50);
+  const auto refused = Holds(conditions::kDvlRefused);
+  ASSERT_TRUE(refused);
+  EXPECT_THAT(*refused, HasSubstr("% of the last minute, since 22:14:"));
+  EXPECT_FALSE(seen_.contains("no_bottom_lock"));
+}
+
+TEST_F(Dive, EnsemblesFasterThanTheVehicleCountAsRefused) {
+  Drive(60.0);
+  vehicle_.dvl_error_mps = 15.0;
+  Drive(20.0);
+  EXPECT_GT(Counter("nav_dvl_too_fast"), 90);
+  const auto refused = Holds(conditions::kDvlRefused);
+  ASSERT_TRUE(refused);
+  EXPECT_THAT(*refused, HasSubstr("% of the last minute, since 22:14:"));
+}
+
+TEST_F(FusingDive, RefusalsOfLongAgoAreNotOfTheLastMinute) {
+  Drive(20.0);
+  for (int i = 0; i < 2; ++i) {
+    PositionFix wild = Fix();
+    wild.latitude_rad += 1e-4;
+    mapper_.Add(wild);
+    Drive(1.0);
+  }
+  EXPECT_TRUE(Holds(conditions::kFixesRefused));
+  Drive(70.0);
+  EXPECT_FALSE(Holds(conditions::kFixesRefused));
 }
 
 TEST_F(Dive, RefusedVelocitiesAreNoLossOfBottomLock) {

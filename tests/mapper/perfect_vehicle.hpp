@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <map>
+#include <optional>
 #include <variant>
 #include <vector>
 
@@ -58,9 +59,22 @@ class PerfectVehicle {
   double compass_step_rad = 0.0;
   bool bottom_lock = true;
   double dvl_error_mps = 0.0;  // forward
+  std::optional<double> dvl_error_velocity_mps;
+  // Stuck at their last values.
+  bool gyros_stuck = false;
+  bool accelerometers_stuck = false;
+  bool attitude_frozen = false;
 
  private:
-  ImuSample Imu(double speed_mps, double yaw_rate_radps) const {
+  ImuSample Imu(double speed_mps, double yaw_rate_radps) {
+    ImuSample imu = SoundImu(speed_mps, yaw_rate_radps);
+    if (gyros_stuck) imu.angular_rate_radps = last_imu_.angular_rate_radps;
+    if (accelerometers_stuck) imu.specific_force_mps2 = last_imu_.specific_force_mps2;
+    if (attitude_frozen) imu.attitude = last_imu_.attitude;
+    last_imu_ = imu;
+    return imu;
+  }
+  ImuSample SoundImu(double speed_mps, double yaw_rate_radps) const {
     ImuSample imu;
     imu.time = time;
     imu.angular_rate_radps = {0.0, 0.0, yaw_rate_radps};
@@ -80,6 +94,7 @@ class PerfectVehicle {
     if (!bottom_lock) return dvl;
     dvl.v_dvl_mps = {speed_mps + dvl_error_mps, 0.0, 0.0};
     dvl.sigma_v_mps = {0.01, 0.01, 0.01};
+    dvl.error_velocity_mps = dvl_error_velocity_mps;
     return dvl;
   }
   MbesPing Ping() const {
@@ -109,6 +124,7 @@ class PerfectVehicle {
   double compass_error_rad_ = 0.0;
   std::map<Time, Eigen::Isometry3d> truth_;
   int steps_ = 0;
+  ImuSample last_imu_;
 };
 
 // A finished submap of its seabed, x_m north of the datum.
