@@ -136,6 +136,12 @@ Eigen::Vector3d FromBeams(const std::array<double, 4>& v, double beam_angle_rad)
   return {across * (v[0] - v[1]), across * (v[3] - v[2]), along * (v[0] + v[1] + v[2] + v[3])};
 }
 
+// Error velocity as the device computes it in all other axes: the difference of the two vertical
+// velocities that the pairs of beams give, scaled to the noise of a horizontal velocity.
+double ErrorVelocity(const std::array<double, 4>& v, double beam_angle_rad) {
+  return (v[0] + v[1] - v[2] - v[3]) / (std::sqrt(8.0) * std::sin(beam_angle_rad));
+}
+
 // Rotation from the DVL's axes to the axes of its velocities.
 Eigen::Matrix3d RotationToItsAxes(const Pd0Ensemble& e) {
   const bool earth = e.axes == Pd0Ensemble::Axes::kEarth;
@@ -229,19 +235,20 @@ DvlSample ToDvlSample(const Pd0Ensemble& e, const Pd0Params& params) {
   DvlSample sample;
   sample.bottom_lock = HasVelocity(e);
   if (sample.bottom_lock) {
+    sample.error_velocity_mps = e.velocity_mps[3];
     Eigen::Vector3d v_bottom(*e.velocity_mps[0], *e.velocity_mps[1], *e.velocity_mps[2]);
     if (e.axes == Pd0Ensemble::Axes::kBeam) {
       std::array<double, 4> along;
       for (std::size_t beam = 0; beam < 4; ++beam)
         sample.beams[beam].velocity_mps = along[beam] = *e.velocity_mps[beam];
       v_bottom = FromBeams(along, params.beam_angle_rad);
+      sample.error_velocity_mps = ErrorVelocity(along, params.beam_angle_rad);
     }
     // The DVL moves against the bottom: opposite sign. Starboard, forward, up become forward,
     // starboard, down.
     const Eigen::Vector3d v_its_axes(-v_bottom.y(), -v_bottom.x(), v_bottom.z());
     sample.v_dvl_mps = RotationToItsAxes(e).transpose() * v_its_axes;
     sample.sigma_v_mps.setConstant(params.sigma_mps);
-    if (e.axes != Pd0Ensemble::Axes::kBeam) sample.error_velocity_mps = e.velocity_mps[3];
   }
   double sum_m = 0.0;
   int num_ranges = 0;

@@ -154,10 +154,17 @@ TEST(Pd0, ErrorVelocityAndCorrelationAreGivenWhereTheLogGivesThem) {
   const DvlSample with = ToDvlSample(e, Pd0Params{});
   EXPECT_NEAR(with.error_velocity_mps.value(), -0.012, 1e-12);
   for (const DvlBeam& beam : with.beams) EXPECT_NEAR(beam.quality.value(), 0.4, 1e-12);
+}
 
-  // The fourth velocity of a log that gives its beams is a beam's.
+// The fourth velocity of a log that gives its beams is a beam's. The scale is that of the device:
+// 1 / (2 sqrt(2) sin 30 degrees).
+TEST(Pd0, ErrorVelocityOfBeamVelocitiesIsTheDisagreementOfTheTwoPairs) {
+  Pd0Ensemble e;
   e.axes = Axes::kBeam;
-  EXPECT_FALSE(ToDvlSample(e, Pd0Params{}).error_velocity_mps);
+  e.velocity_mps = {0.3, 0.1, 0.5, -0.1};
+  EXPECT_NEAR(ToDvlSample(e, Pd0Params{}).error_velocity_mps.value(), 0.0, 1e-12);
+  e.velocity_mps[3] = 0.4;  // off by 0.5
+  EXPECT_NEAR(ToDvlSample(e, Pd0Params{}).error_velocity_mps.value(), -0.353553, 1e-6);
 }
 
 TEST(Pd0, BeamVelocitiesBecomeThoseOfTheAxes) {
