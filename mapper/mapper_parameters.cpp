@@ -104,8 +104,9 @@ void DeclareLimits(MapperConfig* c, ParameterTable* table) {
             &c->sonar_time_offset_s,
             Unit::kSecond,
             Range::Within(-1.0, 1.0),
-            "Added to the stamp of every ping: negative where stamps are late. The report of a "
-            "replay estimates the value.")
+            "Added to the stamp of every ping of MBES_PING: negative where stamps are late. The "
+            "report of a replay estimates the value. Not added to MBES_SOUNDINGS: their source has "
+            "placed them.")
       .DataSheet();
   table->Add("nav_rate_hz",
              &c->nav_rate_hz,
