@@ -13,12 +13,14 @@
 namespace seastitch::test {
 namespace {
 
-// The goals: so many times the reference's error or so much, and never more than the last two.
+// The goals: so many times the reference's error or so much, and never more than the next two.
+// After a fault that ends, right again within kRecoveryS.
 constexpr double kTimesReference = 1.5;
-constexpr double kSlackM = 2.0;
+constexpr double kLeastM = 2.0;
 constexpr double kLimitPart = 0.03;
 constexpr double kLimitM = 12.0;
 constexpr double kSeenSigma = 3.0;
+constexpr double kRecoveryS = 60.0;
 
 std::vector<Dive> DivesOf(const FaultOptions& options) {
   std::vector<Dive> dives;
@@ -35,14 +37,18 @@ std::vector<Dive> DivesOf(const FaultOptions& options) {
 }
 
 bool IsWithin(const TrackScore& score, const TrackScore& reference) {
-  const auto limit = [](double m) { return std::max(kTimesReference * m, m + kSlackM); };
+  const auto limit = [](double m) { return std::max(kTimesReference * m, kLeastM); };
   return score.rms_m <= limit(reference.rms_m) && score.largest_m <= limit(reference.largest_m);
 }
+
+bool Ends(const FaultCase& fault) { return fault.to_s >= 0.0 && std::isfinite(fault.to_s); }
 
 bool MeetsGoal(const FaultCase& fault,
                const Dive& dive,
                const FilterScore& score,
                const TrackScore& reference) {
+  if (score.largest_speed_mps > dive.params.max_speed_mps) return false;
+  if (Ends(fault) && !(score.recovery_s && *score.recovery_s <= kRecoveryS)) return false;
   if (fault.unseen)
     return IsWithin(score, reference) && 2.0 * score.worst_nees <= kSeenSigma * kSeenSigma;
   const double most_m = std::max(kLimitPart * DistanceM(dive), kLimitM);
@@ -65,7 +71,7 @@ void PrintRow(const FaultCase& fault, const Dive& dive, bool counters, int* fail
   Dive faulty = dive;
   fault.apply(&faulty);
   const TrackScore baseline = ScoreBaseline(faulty);
-  const FilterScore score = ScoreFilter(faulty, std::isfinite(fault.to_s) ? fault.to_s : -1.0);
+  const FilterScore score = ScoreFilter(faulty, Ends(fault) ? fault.to_s : -1.0);
   TrackScore reference = baseline;
   if (fault.unseen) {
     Dive told = dive;
@@ -86,7 +92,7 @@ void PrintRow(const FaultCase& fault, const Dive& dive, bool counters, int* fail
               score.nees,
               score.relative_nees,
               score.largest_speed_mps);
-  if (fault.to_s < 0.0 || !std::isfinite(fault.to_s))
+  if (!Ends(fault))
     std::printf("%7s", "");
   else if (score.recovery_s)
     std::printf("%7.0f", *score.recovery_s);
