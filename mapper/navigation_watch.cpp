@@ -168,14 +168,15 @@ void NavigationWatch::AddOffsets(const Navigation& navigation, std::vector<Condi
   for (const SuspectedOffset& offset : navigation.suspected_offsets()) {
     const bool is_dvl = offset.sensor == NavSensor::kDvl;
     const double told_s = is_dvl ? params_.dvl_time_offset_s : params_.attitude_time_offset_s;
-    char text[120];
+    char text[160];
     std::snprintf(text,
                   sizeof text,
-                  "%sset navigation.%s_time_offset_s to %.3f (1 sigma %.3f s)",
+                  "%sset navigation.%s_time_offset_s to %.3f (1 sigma %.3f s%s)",
                   all.empty() ? "" : ", ",
                   is_dvl ? "dvl" : "attitude",
                   told_s + offset.add_s,
-                  offset.sigma_s);
+                  offset.sigma_s,
+                  offset.add_s > 0.0 ? "; early stamps are not corrected meanwhile" : "");
     all += text;
   }
   if (!all.empty()) now->push_back({&conditions::kTimeOffsetSuspected, all});

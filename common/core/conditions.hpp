@@ -233,8 +233,9 @@ inline constexpr ConditionKind kTimeOffsetSuspected{
     "time_offset_suspected",
     Severity::kDegraded,
     "a sensor's time stamps are wrong",
-    "Dead reckoning corrects the offset meanwhile. Write it into the configuration, or correct the "
-    "clock. A recorded log can be replayed with the offset configured."};
+    "Write the offset into the configuration, or correct the clock. Dead reckoning corrects stamps "
+    "that are late meanwhile, but not early ones. A recorded log can be replayed with the offset "
+    "configured."};
 inline constexpr ConditionKind kInsNotUsable{
     "ins_not_usable",
     Severity::kDegraded,

@@ -23,8 +23,6 @@ constexpr double kMinStepRad = Deg2Rad(1.0);
 constexpr double kSteppedBack = 0.2;
 // Time after the device reports that it is aligned, during which it may step [s].
 constexpr double kAfterAlignmentS = 5.0;
-// Time without a doubt about the gyros after which the attitude is trusted [s].
-constexpr double kSoundS = 60.0;
 
 using HeadingHypothesis = ErrorStateFilter::HeadingHypothesis;
 
@@ -69,9 +67,9 @@ void AttitudeAiding::AddTurn(const Eigen::Vector3d& rate_radps, double dt_s) {
 }
 
 AttitudeEvent AttitudeAiding::CarriedTo(Time t, const AttitudeEvent& attitude) const {
-  if (!stamps_.IsSuspected() || history_->empty()) return attitude;
+  if (stamps_.carried_s() == 0.0 || history_->empty()) return attitude;
   AttitudeEvent carried = attitude;
-  const Time measured = t - FromSeconds(stamps_.delay_s());
+  const Time measured = t - FromSeconds(stamps_.carried_s());
   carried.q_map_imu = (carried.q_map_imu * history_->Turn(measured, t)).normalized();
   return carried;
 }
@@ -142,8 +140,8 @@ bool AttitudeAiding::gyros_in_doubt(Time t) const {
   return watch_.GoesOn(t) || (doubted_until_ && t < *doubted_until_);
 }
 
-bool AttitudeAiding::IsSound(Time t) const {
-  return !refusals_.Since(t) && (!doubted_ || ToSeconds(t - *doubted_) > kSoundS);
+bool AttitudeAiding::HoldsInertialBiases(Time t) const {
+  return gyros_in_doubt(t) || (in_doubt_ && ToSeconds(t - *doubted_) < kMaxIncrementS);
 }
 
 void AttitudeAiding::Use(Time t, const AttitudeEvent& attitude) {
@@ -176,7 +174,7 @@ void AttitudeAiding::UseCarried(Time t, const AttitudeEvent& attitude, bool comp
     }
     Take(t, attitude);
     in_doubt_ = true;
-    return refusals_.Add(t, false);
+    return refusals_.AddTaken(t);
   }
   in_doubt_ = false;
   if (watch_.StepIsSure() && Step(t, attitude)) return refusals_.Add(t, false);

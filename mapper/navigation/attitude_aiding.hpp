@@ -67,9 +67,12 @@ class AttitudeAiding {
 
   RefusalRecord* refusals() { return &refusals_; }
   bool gyros_in_doubt(Time t) const;
+  // Whether biases of the inertial unit must not be estimated: a doubt about the gyros ends with an
+  // attitude that agrees, or with the silence of the device.
+  bool HoldsInertialBiases(Time t) const;
   bool is_frozen() const { return is_frozen_; }
-  // False: the device was refused, or the gyros were in doubt, within the last minute.
-  bool IsSound(Time t) const;
+  // False: more than a tenth of the attitudes of the last minute disagreed with gyros or filter.
+  bool IsSound(Time t) const { return !refusals_.AreOften(t); }
   const StampOffset& stamps() const { return stamps_; }
   // The rates as measured. While the gyros are in doubt, the angular rate is the device's.
   InertialRates Sound(Time t, const InertialRates& measured) const;

@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <utility>
 #include <variant>
 
@@ -16,6 +17,9 @@ namespace {
 constexpr std::size_t kFixesRemembered = 8;
 
 constexpr std::size_t kOverrulingFixes = 3;
+// Part of the largest speed to which a larger one is limited: at the limit itself, rounding would
+// exceed it again with the next sample.
+constexpr double kLimitedTo = 0.99;
 // Longest wait for an attitude after a gap of the inertial data [s]: for a device of 1 Hz and some
 // jitter.
 constexpr double kWaitForAttitudeS = 2.5;
@@ -116,28 +120,49 @@ void DeadReckoning::Impl::Advance(Time t, const InertialRates& rates) {
     IntegrateTo(t, rates);
 }
 
-// Bridges a gap in the inertial data. Aiding samples inside the gap cannot be used. If there is no
-// attitude at its end, waits for one.
+// Bridges a gap in the inertial data. Of the aiding samples inside the gap only fixes can be used:
+// by the graph. If there is no attitude at the end of the gap, waits for one.
 void DeadReckoning::Impl::CoastTo(Time t, const InertialRates& rates) {
-  const AttitudeEvent* attitude = nullptr;
-  std::int64_t unused = 0;
-  for (const Event& event : between_) {
-    const auto* newer = std::get_if<AttitudeEvent>(&event.measurement);
-    if (newer && ToSeconds(t - event.time) <= params_.imu_gap_s) attitude = newer;
-    if (!newer) ++unused;
-  }
+  const std::optional<AttitudeEvent> attitude = AttitudeAfterGap(t, rates);
+  const auto is_fix = [](const Event& event) {
+    return std::holds_alternative<FixEvent>(event.measurement);
+  };
+  const auto unused = std::count_if(between_.begin(), between_.end(), [&](const Event& event) {
+    return !is_fix(event) && !std::holds_alternative<AttitudeEvent>(event.measurement);
+  });
   if (unused > 0) Count("aiding_in_imu_gap", unused);
+  std::erase_if(between_, std::not_fn(is_fix));
   if (!resumed_) resumed_ = t;
   if (!attitude) Count("imu_gap_without_attitude");
-  if (!attitude && ToSeconds(t - *resumed_) < kWaitForAttitudeS) return between_.clear();
+  if (!attitude && ToSeconds(t - *resumed_) < kWaitForAttitudeS) return;
   Count("imu_gap");
   resumed_.reset();
   filter_.Coast(
       ToSeconds(t - now_), attitude ? std::optional(attitude->q_map_imu) : std::nullopt, rates);
   history_.Clear();
-  attitude_.Resume(t, attitude);
+  attitude_.Resume(t, attitude ? &*attitude : nullptr);
   velocity_.Interrupt();
+  const std::vector<Event> waiting = std::exchange(between_, {});
   Publish(t, rates);
+  for (const Event& fix : waiting)
+    if (!KeepPastFix(fix.time, std::get<FixEvent>(fix.measurement))) Count("aiding_in_imu_gap");
+}
+
+// The newest attitude, if it is not older than imu_gap_s, extrapolated from its time of measurement
+// to t by the rates at t.
+std::optional<AttitudeEvent> DeadReckoning::Impl::AttitudeAfterGap(
+    Time t, const InertialRates& rates) const {
+  std::optional<AttitudeEvent> attitude;
+  for (const Event& event : between_) {
+    const auto* newer = std::get_if<AttitudeEvent>(&event.measurement);
+    const double old_s = ToSeconds(t - event.time);
+    if (!newer || old_s > params_.imu_gap_s) continue;
+    const Eigen::Vector3d turn =
+        (old_s + attitude_.stamps().carried_s()) * filter_.WithoutBias(rates).angular_rate_radps;
+    attitude = *newer;
+    attitude->q_map_imu = (newer->q_map_imu * QuaternionFromRotationVector(turn)).normalized();
+  }
+  return attitude;
 }
 
 // Integrates from now_ to t, and uses each aiding sample on the way. Rates are linear between the
@@ -172,7 +197,7 @@ void DeadReckoning::Impl::Propagate(Time to_time,
   const InertialRates free_from = filter_.WithoutBias(from);
   const InertialRates free_to = filter_.WithoutBias(to);
   history_.Add(to_time, free_from, free_to, dt_s);
-  filter_.LearnInertialBiases(!attitude_.gyros_in_doubt(to_time));
+  filter_.LearnInertialBiases(!attitude_.HoldsInertialBiases(to_time));
   attitude_.AddTurn(0.5 * (from.angular_rate_radps + to.angular_rate_radps), dt_s);
   velocity_.AddForce(force, dt_s);
   const Eigen::Vector3d acceleration = filter_.state().q_map_imu * force + earth_.gravity_mps2;
@@ -191,7 +216,7 @@ void DeadReckoning::Impl::LimitSpeed(Time t) {
   if (v.norm() <= params_.max_speed_mps) return;
   Count("speed_limited");
   const double by_lever_mps = (v - filter_.state().v_map_mps).norm();
-  filter_.LimitSpeed(std::max(params_.max_speed_mps - by_lever_mps, 0.0));
+  filter_.LimitSpeed(std::max(kLimitedTo * params_.max_speed_mps - by_lever_mps, 0.0));
   velocity_.DoubtAccelerometers(t);
 }
 
@@ -292,17 +317,30 @@ bool DeadReckoning::Impl::OverruleByFixes(const RefusedFix& fix) {
   return refused_fixes_.size() >= kOverrulingFixes;
 }
 
-// Keeps a late fix for the graph, which can use it at its time of measurement.
-void DeadReckoning::Impl::UseLateFix(Time t, const FixEvent& of_antenna) {
-  const bool taken = started_ && t >= started_at_ && !params_.fuse_position_fixes &&
-                     ToSeconds(now_ - t) <= params_.window_s;
-  const std::optional<NavState> then = taken ? track_.StateAt(t) : std::nullopt;
-  if (!then) return Count("fix_late");
-  Count("fix_late_taken");
+// A fix at a time beyond now_ lies in a gap of the inertial data that is not bridged yet.
+void DeadReckoning::Impl::UseLateFix(Time t, const FixEvent& fix) {
+  if (started_ && t > now_) {
+    const Event event{t, fix};
+    between_.insert(std::upper_bound(between_.begin(), between_.end(), event), event);
+    return;
+  }
+  const bool for_start = !started_ && params_.start_at_first_fix;
+  if (for_start) start_.Use(t, fix);
+  Count(for_start || KeepPastFix(t, fix) ? "fix_late_taken" : "fix_late");
+}
+
+// Keeps a fix for the graph, which can use it at its time of measurement. False: there is no state
+// at that time, or the filter uses the fixes.
+bool DeadReckoning::Impl::KeepPastFix(Time t, const FixEvent& of_antenna) {
+  const bool can = started_ && t >= started_at_ && !params_.fuse_position_fixes &&
+                   ToSeconds(now_ - t) <= params_.window_s;
+  const std::optional<NavState> then = can ? track_.StateAt(t) : std::nullopt;
+  if (!then) return false;
   place_is_known_ = true;
   const Eigen::Isometry3d& T_map_vehicle = then->T_map_vehicle;
   fixes_.Keep(
       t, of_antenna.OfVehicle(T_map_vehicle.linear()), T_map_vehicle.translation().head<2>());
+  return true;
 }
 
 // --- over a restart ----------------------------------------------------------------------------
@@ -368,13 +406,15 @@ std::optional<NavState> DeadReckoning::Impl::Predicted() const {
   const auto velocity_covariance = track_.VelocityCovariance(now_);
   if (!state || !velocity_covariance) return std::nullopt;
   Prediction prediction(*state,
-                        rates_,
+                        attitude_.Sound(now_, rates_),
                         Eigen::Quaterniond(mounting_.T_imu_vehicle.linear().transpose()),
                         filter_.biases().segment<3>(kGyroBias));
   for (const Event& event : intake_.waiting())
     if (const auto* imu = std::get_if<ImuEvent>(&event.measurement))
-      prediction.CarryTo(event.time, imu->rates);
-  return prediction.state(*velocity_covariance);
+      prediction.CarryTo(event.time, attitude_.Sound(now_, imu->rates));
+  // In doubt, the gyros do not measure how the turn has changed since the device's last attitudes.
+  const double turn_sigma_radps = attitude_.gyros_in_doubt(now_) ? kCoastTurnRadps : 0.0;
+  return prediction.state(*velocity_covariance, turn_sigma_radps);
 }
 
 }  // namespace seastitch

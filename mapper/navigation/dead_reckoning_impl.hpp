@@ -80,6 +80,7 @@ class DeadReckoning::Impl {
   void Start(Time t, const InertialRates& rates);
   void Advance(Time t, const InertialRates& rates);
   void CoastTo(Time t, const InertialRates& rates);
+  std::optional<AttitudeEvent> AttitudeAfterGap(Time t, const InertialRates& rates) const;
   void IntegrateTo(Time t, const InertialRates& rates);
   void Propagate(Time to_time, const InertialRates& from, const InertialRates& to, double dt_s);
   void Publish(Time t, const InertialRates& rates);
@@ -103,7 +104,8 @@ class DeadReckoning::Impl {
   };
   RefusalRecord* RefusalsOf(NavSensor sensor);
   bool OverruleByFixes(const RefusedFix& fix);
-  void UseLateFix(Time t, const FixEvent& of_antenna);
+  void UseLateFix(Time t, const FixEvent& fix);
+  bool KeepPastFix(Time t, const FixEvent& of_antenna);
 
   const NavigationParams params_;
   const VehicleGeometry vehicle_;

@@ -298,16 +298,29 @@ bool ErrorStateFilter::Offer(NavSensor sensor,
                              double variance,
                              double change_per_s,
                              double carried_s) {
+  const double innovation = residual - H * correction_;
+  const double S = H * P_ * H.transpose() + variance;
+  if (!(innovation * innovation <= params_.gate_sigma * params_.gate_sigma * S)) {
+    ++innovations_[static_cast<std::size_t>(sensor)].summary.gated;
+    return false;
+  }
+  Use(sensor, component, H, residual, variance, change_per_s, carried_s);
+  return true;
+}
+
+void ErrorStateFilter::Use(NavSensor sensor,
+                           int component,
+                           const ErrorRow& H,
+                           double residual,
+                           double variance,
+                           double change_per_s,
+                           double carried_s) {
   Innovations& of_sensor = innovations_[static_cast<std::size_t>(sensor)];
   InnovationSummary& summary = of_sensor.summary;
   const double innovation = residual - H * correction_;
   const ErrorVector PH = P_ * H.transpose();
   const double S = H * PH + variance;
   const double nis = innovation * innovation / S;
-  if (!(nis <= params_.gate_sigma * params_.gate_sigma)) {
-    ++summary.gated;
-    return false;
-  }
   ++summary.used;
   const auto used = static_cast<double>(summary.used);
   summary.mean_nis += (nis - summary.mean_nis) / used;
@@ -343,7 +356,6 @@ bool ErrorStateFilter::Offer(NavSensor sensor,
   // A correction of the scale corrects all other states by their covariance with the scale.
   if (scale_step != 0.0)
     since_.news += since_.A.row(kDvlScale).transpose() * (scale_step / P_(kDvlScale, kDvlScale));
-  return true;
 }
 
 // Values marked 0 belong to a filter that knows the scale: error = error0 + by_scale * (error of

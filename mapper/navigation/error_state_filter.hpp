@@ -138,7 +138,7 @@ class ErrorStateFilter {
   // DVL scale and mounting, which would be learned from it.
   void LearnInertialBiases(bool learn) { learns_inertial_ = learn; }
   void ReopenAttitudeBias();
-  // Shortens the velocity to limit_mps, and adds the limit to its sigma in quadrature.
+  // Shortens the velocity to limit_mps; its sigma is then the limit at least.
   void LimitSpeed(double limit_mps);
 
   // Treats a step of the device's heading that the gyros did not measure; step_rad: new minus old,
@@ -280,6 +280,14 @@ class ErrorStateFilter {
              double variance,
              double change_per_s = 0.0,
              double carried_s = 0.0);
+  // The same without a gate: for components that pass it together.
+  void Use(NavSensor sensor,
+           int component,
+           const ErrorRow& H,
+           double residual,
+           double variance,
+           double change_per_s = 0.0,
+           double carried_s = 0.0);
   // Before the update by such a scalar, with PH = P_ H^T: takes from the correction what noise
   // times noise would teach of the DVL's scale.
   double TakeNoiseOffScale(NavSensor sensor,

@@ -177,7 +177,8 @@ void ErrorStateFilter::LimitSpeed(double limit_mps) {
   PropagateCovariance();
   const double speed_mps = state_.v_map_mps.norm();
   if (speed_mps > limit_mps) state_.v_map_mps *= limit_mps / speed_mps;
-  P_.diagonal().segment<3>(kVelocity).array() += limit_mps * limit_mps;
+  for (int i = kVelocity; i < kVelocity + 3; ++i)
+    P_(i, i) = std::max(P_(i, i), limit_mps * limit_mps);
 }
 
 // --- two hypotheses of the heading -------------------------------------------------------------

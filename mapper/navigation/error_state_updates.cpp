@@ -145,11 +145,10 @@ int ErrorStateFilter::UpdatePosition(const Eigen::Vector2d& north_east_m,
   const Eigen::Matrix2d whiten = L.inverse();
   const Eigen::Vector2d white_residual = whiten * residual;
   const Eigen::Matrix<double, 2, kErrorSize> white_H = whiten * H;
-  int refused = 0;
   for (int i = 0; i < 2; ++i)
-    if (!Offer(NavSensor::kPositionFix, i, white_H.row(i), white_residual(i), 1.0)) ++refused;
+    Use(NavSensor::kPositionFix, i, white_H.row(i), white_residual(i), 1.0);
   Inject();
-  return refused;
+  return 0;
 }
 
 }  // namespace seastitch

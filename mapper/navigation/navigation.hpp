@@ -112,8 +112,9 @@ class Navigation {
   virtual bool place_is_known() const = 0;
   virtual NavSensorHealth health(NavSensor sensor) const = 0;
   virtual NavDoubts doubts() const { return {}; }
-  // Significant errors of stamps, for the configuration. Meanwhile navigation compensates them: it
-  // extrapolates each sample from its time of measurement. Once configured, the offset here is 0.
+  // Significant errors of stamps, for the configuration. Meanwhile navigation compensates stamps
+  // that are late: it extrapolates each sample from its time of measurement. Early ones it cannot.
+  // Once configured, the offset here is 0.
   virtual std::vector<SuspectedOffset> suspected_offsets() const = 0;
   // Counts of refused samples, resets and bridged gaps, by name, such as "dvl_not_finite".
   virtual const std::map<std::string, std::int64_t>& counters() const = 0;

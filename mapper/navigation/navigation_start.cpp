@@ -15,8 +15,6 @@ constexpr double kFreshS = 2.0;
 constexpr double kSteadyAttitudeS = 1.5;
 constexpr double kSteadyAttitudeRad = 0.1;
 constexpr double kMaxTurnRadps = 0.6;
-// Sigma of an unknown start position [m].
-constexpr double kUnknownPlaceM = 1000.0;
 
 template <class T>
 bool IsFresh(const std::optional<Stamped<T>>& last, Time t) {
@@ -58,6 +56,14 @@ void NavigationStart::Use(Time t, const AttitudeEvent& attitude) {
   attitude_is_new_ = true;
 }
 
+void NavigationStart::Use(Time t, const FixEvent& fix) {
+  if (!fix_ || t >= fix_->time) fix_ = {t, fix};
+}
+
+double NavigationStart::MovedSinceFix(Time t) const {
+  return ToSeconds(t - fix_->time) * params_.start_speed_sigma_mps;
+}
+
 StartState NavigationStart::StateAt(Time t) const {
   if (!IsFresh(attitude_, t)) return StartState::kNoAttitude;
   if (!steady_since_) return StartState::kAttitudeUnsteady;
@@ -67,7 +73,7 @@ StartState NavigationStart::StateAt(Time t) const {
   const bool waits = ToSeconds(t - *steady_since_) < params_.start_wait_s;
   const bool aided = IsFresh(dvl_, t) && IsFresh(depth_, t);
   if (!aided && waits) return StartState::kNoDepthOrVelocity;
-  if (params_.start_at_first_fix && !fix_ && waits) return StartState::kNoFix;
+  if (params_.start_at_first_fix && !HasFix(t) && waits) return StartState::kNoFix;
   return StartState::kStarted;
 }
 
@@ -102,10 +108,10 @@ void NavigationStart::Place(Time t, First* first) const {
   if (!params_.start_at_first_fix)
     p_map_vehicle.head<2>() << params_.start_north_m, params_.start_east_m;
   ErrorStateFilter::Start& start = first->start;
-  first->place_is_known = !params_.start_at_first_fix || fix_.has_value();
+  first->place_is_known = !params_.start_at_first_fix || HasFix(t);
   start.sigma_p_m.setConstant(first->place_is_known ? params_.start_sigma_m : kUnknownPlaceM);
-  if (params_.start_at_first_fix && fix_) {
-    const double moved_m = ToSeconds(t - fix_->time) * params_.start_speed_sigma_mps;
+  if (params_.start_at_first_fix && HasFix(t)) {
+    const double moved_m = MovedSinceFix(t);
     const Eigen::Vector2d variance = fix_->value.covariance_m2.diagonal();
     const Eigen::Matrix3d R_map_vehicle = R * mounting_.T_imu_vehicle.linear();
     p_map_vehicle.head<2>() = fix_->value.OfVehicle(R_map_vehicle).north_east_m;

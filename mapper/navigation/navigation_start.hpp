@@ -19,7 +19,8 @@ class NavigationStart {
 
   void Use(Time t, const DvlEvent& dvl) { dvl_ = {t, dvl}; }
   void Use(Time t, const DepthEvent& depth) { depth_ = {t, depth}; }
-  void Use(Time t, const FixEvent& fix) { fix_ = {t, fix}; }
+  // Fixes may come late and in any order: the newest one is used.
+  void Use(Time t, const FixEvent& fix);
   void Use(Time t, const AttitudeEvent& attitude);
 
   struct First {
@@ -45,7 +46,12 @@ class NavigationStart {
   }
 
  private:
+  // Sigma of an unknown start position [m].
+  static constexpr double kUnknownPlaceM = 1000.0;
   StartState StateAt(Time t) const;
+  // How far the vehicle may have moved since the fix [m].
+  double MovedSinceFix(Time t) const;
+  bool HasFix(Time t) const { return fix_ && MovedSinceFix(t) < kUnknownPlaceM; }
   void Place(Time t, First* first) const;
 
   const NavigationParams params_;

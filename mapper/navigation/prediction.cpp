@@ -35,9 +35,12 @@ void Prediction::CarryTo(Time t, const InertialRates& rates) {
 }
 
 // Bounds the covariance of p + dt v: (1 + a) Cov(p) + (1 + 1 / a) dt^2 Cov(v), for every a > 0.
-NavState Prediction::state(const Eigen::Matrix2d& velocity_covariance) const {
+NavState Prediction::state(const Eigen::Matrix2d& velocity_covariance,
+                           double turn_sigma_radps) const {
   NavState state = state_;
   const double dt_s = ToSeconds(state.time - from_);
+  const double turned_rad = dt_s * turn_sigma_radps;
+  state.covariance(5, 5) += turned_rad * turned_rad;
   Eigen::Matrix2d P = state.covariance.topLeftCorner<2, 2>();
   const double moved = dt_s * std::sqrt(velocity_covariance.trace());
   if (!(moved > 0.0) || !(P.trace() > 0.0)) return state;

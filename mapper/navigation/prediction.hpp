@@ -24,7 +24,8 @@ class Prediction {
   void CarryTo(Time t, const InertialRates& rates);
   // velocity_covariance: north and east [m2/s2], of `from`. Its correlation with the position is
   // not known: the covariance is one that no correlation exceeds.
-  NavState state(const Eigen::Matrix2d& velocity_covariance) const;
+  // turn_sigma_radps: of the rates.
+  NavState state(const Eigen::Matrix2d& velocity_covariance, double turn_sigma_radps) const;
 
  private:
   Eigen::Vector3d Rate(const InertialRates& rates) const;

@@ -22,6 +22,8 @@ constexpr double kMaxFixVarianceM2 = 1e8;
 constexpr double kMaxFixDistanceM = 100e3;  // from the datum, because the map is flat
 // Largest time by which a sensor may be ahead of the inertial unit [s].
 constexpr double kMaxAheadS = 5.0;
+// The same for fixes, which the graph can use inside a gap of the inertial data.
+constexpr double kMaxFixAheadS = 60.0;
 constexpr std::size_t kMaxWaiting = 20000;
 constexpr std::size_t kMostBeforeImu = 2000;  // the newest ones by time
 
@@ -205,7 +207,9 @@ void SampleIntake::AddAiding(const std::string& sensor, Time t, Measurement meas
     return;
   }
   if (IsLate(t)) return Count(sensor + "_late");
-  if (t > *newest_imu_ + FromSeconds(kMaxAheadS)) return Count(sensor + "_ahead");
+  const bool is_fix = std::holds_alternative<FixEvent>(measurement);
+  if (t > *newest_imu_ + FromSeconds(is_fix ? kMaxFixAheadS : kMaxAheadS))
+    return Count(sensor + "_ahead");
   Insert({t, std::move(measurement)});
 }
 

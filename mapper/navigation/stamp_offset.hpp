@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <functional>
@@ -26,6 +27,9 @@ class StampOffset {
 
   double delay_s() const { return delay_s_; }
   double sigma_s() const { return sigma_s_; }
+  // Delay over which the inertial unit can extrapolate a sample to its stamp: 0 where none is
+  // suspected, and where stamps are early, which would take inertial data of the future.
+  double carried_s() const { return IsSuspected() ? std::max(delay_s_, 0.0) : 0.0; }
   // Whether the delay exceeds 10 ms and 4 sigma.
   bool IsSuspected() const;
 

@@ -21,6 +21,9 @@ constexpr double kSameForceMps2 = 1e-9;
 constexpr double kSoundS = 60.0;
 constexpr double kUnsoundResetS = 1.0;
 constexpr double kLongestStepS = 300.0;
+// Time without an ensemble after which bottom lock is a new one [s]: an error of the last one is
+// gone. A lock that flickers is the old one.
+constexpr double kNewLockS = 10.0;
 constexpr double kNotThatStep = 0.4;
 // Time constant of the position error that accumulates before a doubt is raised [s].
 constexpr double kBesideS = 3.0;
@@ -74,15 +77,16 @@ void VelocityAiding::Use(Time t,
 }
 
 void VelocityAiding::UseCarried(Time t, const DvlEvent& dvl, const Eigen::Vector3d& rate_radps) {
+  ForgetOldStep(t);
   Compare(t, dvl, rate_radps);
   Decide(t, dvl);
   off_mps_ = Off(dvl);
 }
 
 void VelocityAiding::Decide(Time t, const DvlEvent& dvl) {
-  if (watch_.step() && !follows_step_ && repeated_s_ > kStuckS) DoubtAccelerometers(t);
+  if (watch_.step() && !followed_since_ && repeated_s_ > kStuckS) DoubtAccelerometers(t);
   // Only a filter that is trusted can decide that the DVL is wrong.
-  if (!is_sound_ && !follows_step_) watch_.ForgetStep();
+  if (!is_sound_ && !followed_since_) watch_.ForgetStep();
   if (accelerometers_in_doubt(t)) {
     doubted_ = t;
     if (!in_doubt_) {
@@ -92,15 +96,15 @@ void VelocityAiding::Decide(Time t, const DvlEvent& dvl) {
     }
     in_doubt_ = true;
     Take(t, dvl);
-    return refusals_.Add(t, false);
+    return refusals_.AddTaken(t);
   }
   in_doubt_ = false;
   // The DVL agrees better than the step allows: it stepped back unnoticed, or there was no step.
-  if (watch_.step() && !follows_step_ &&
+  if (watch_.step() && !followed_since_ &&
       filter_->DvlResidual(dvl.v_dvl_mps).norm() < kNotThatStep * watch_.step()->norm())
     watch_.ForgetStep();
-  if (follows_step_ && !watch_.step()) {
-    follows_step_ = false;
+  if (followed_since_ && !watch_.step()) {
+    followed_since_.reset();
     Follow(t, dvl);
   }
   if (watch_.StepIsSure() && RefusesStep(t, dvl)) {
@@ -150,8 +154,8 @@ void VelocityAiding::LearnFrom(Time now,
 }
 
 DvlEvent VelocityAiding::CarriedTo(Time t, const DvlEvent& dvl) const {
-  if (!stamps_.IsSuspected() || history_->empty()) return dvl;
-  const double delay_s = stamps_.delay_s();
+  const double delay_s = stamps_.carried_s();
+  if (delay_s == 0.0 || history_->empty()) return dvl;
   DvlEvent carried{Carried(t, dvl, delay_s), dvl.sigma_mps};
   const Eigen::Vector3d off = Carried(t, dvl, delay_s + stamps_.sigma_s()) - carried.v_dvl_mps;
   carried.sigma_mps = (dvl.sigma_mps.cwiseAbs2() + off.cwiseAbs2()).cwiseSqrt();
@@ -175,24 +179,17 @@ Eigen::Vector3d VelocityAiding::Carried(Time t, const DvlEvent& dvl, double dela
 // the DVL.
 DvlStamping VelocityAiding::StampingOf(Time t, const DvlEvent& dvl) const {
   if (history_->empty()) return {};
-  return {(Carried(t, dvl, kChangeS) - dvl.v_dvl_mps) / kChangeS,
-          stamps_.IsSuspected() ? stamps_.delay_s() : 0.0};
-}
-
-// DVL scale and mounting are estimated only some time after a refusal or a doubt.
-bool VelocityAiding::LearnsSlowStates(Time t) const {
-  const std::optional<double> quiet_s = refusals_.QuietS(t);
-  return (!quiet_s || *quiet_s > kLearnAgainS) &&
-         (!doubted_ || ToSeconds(t - *doubted_) > kLearnAgainS);
+  return {(Carried(t, dvl, kChangeS) - dvl.v_dvl_mps) / kChangeS, stamps_.carried_s()};
 }
 
 void VelocityAiding::Weigh(Time t, const DvlEvent& dvl) {
-  const int refused =
-      filter_->UpdateDvl(dvl.v_dvl_mps,
-                         dvl.sigma_mps,
-                         StampingOf(t, dvl),
-                         LearnsSlowStates(t) ? ErrorStateFilter::SlowStates::kLearned
-                                             : ErrorStateFilter::SlowStates::kLeft);
+  const std::optional<double> quiet_s = refusals_.QuietS(t);
+  const bool learns = !quiet_s || *quiet_s > kLearnAgainS;
+  const int refused = filter_->UpdateDvl(
+      dvl.v_dvl_mps,
+      dvl.sigma_mps,
+      StampingOf(t, dvl),
+      learns ? ErrorStateFilter::SlowStates::kLearned : ErrorStateFilter::SlowStates::kLeft);
   refusals_.Add(t, refused > 0);
   if (refused == 0) {
     used_ = agreed_ = t;
@@ -200,7 +197,8 @@ void VelocityAiding::Weigh(Time t, const DvlEvent& dvl) {
     return;
   }
   Count("dvl_axis_gated", refused);
-  if (watch_.step() || refusals_.StreakS() < (is_sound_ ? params_.gate_reset_s : kUnsoundResetS))
+  const bool awaits_step_back = watch_.step() && !followed_since_;
+  if (awaits_step_back || refusals_.StreakS() < (is_sound_ ? params_.gate_reset_s : kUnsoundResetS))
     return;
   refusals_.EndStreak();
   Count("dvl_reset");
@@ -261,15 +259,27 @@ void VelocityAiding::Compare(Time t, const DvlEvent& dvl, const Eigen::Vector3d&
   change_mps_.setZero();
 }
 
+// Whether the filter knows the velocity well enough to tell that the DVL is off by the step.
+bool VelocityAiding::CanTellStep() const {
+  const double sigma_mps =
+      std::sqrt(filter_->covariance().diagonal().segment<2>(kVelocity).maxCoeff());
+  return sigma_mps < kToldByVelocity * watch_.step()->norm();
+}
+
+// Forgets a step whose end may not have been seen: the lock is a new one, or the step has been
+// followed for long.
+void VelocityAiding::ForgetOldStep(Time t) {
+  if (!watch_.step()) return;
+  const bool long_followed = followed_since_ && ToSeconds(t - *followed_since_) > kLongestStepS;
+  const bool new_lock = last_ && ToSeconds(t - last_->time) > kNewLockS;
+  if (long_followed || (new_lock && (followed_since_ || !CanTellStep()))) watch_.ForgetStep();
+}
+
 bool VelocityAiding::RefusesStep(Time t, const DvlEvent& dvl) {
-  const double step_mps = watch_.step()->norm();
-  if (!follows_step_) {
-    const double sigma_mps =
-        std::sqrt(filter_->covariance().diagonal().segment<2>(kVelocity).maxCoeff());
-    const bool can_tell = sigma_mps < kToldByVelocity * step_mps;
+  if (!followed_since_) {
     const double stepped_s = ToSeconds(t - watch_.step_time());
-    if (stepped_s < params_.dvl_step_s || (can_tell && stepped_s < kLongestStepS)) return true;
-    follows_step_ = true;
+    if (stepped_s < params_.dvl_step_s || (CanTellStep() && stepped_s < kLongestStepS)) return true;
+    followed_since_ = t;
     off_by_step_m_.setZero();
     Count("dvl_reset");
     Follow(t, dvl);

@@ -27,7 +27,8 @@ namespace seastitch {
 //   seen    the DVL's velocity stepped once, and the accelerometers measured nothing
 //   faulty  the DVL
 //   done    it is not used until it steps back, or until dvl_step_s has passed and the filter's
-//           velocity sigma is above a third of the step; 300 s at most
+//           velocity sigma is above a third of the step; 300 s at most. Then it is followed, and
+//           the step is forgotten after a loss of lock of 10 s, or after 300 s.
 //
 //   seen    ensembles refused for gate_reset_s, for neither reason
 //   faulty  the filter
@@ -58,7 +59,7 @@ class VelocityAiding {
   static void Fields(Archive& archive, Self& self) {
     archive(self.watch_, self.refusals_, self.stamps_, self.pairs_, self.used_, self.agreed_);
     archive(self.doubted_until_, self.in_doubt_, self.doubted_, self.is_sound_);
-    archive(self.last_force_mps2_, self.repeated_s_, self.follows_step_, self.off_by_step_m_);
+    archive(self.last_force_mps2_, self.repeated_s_, self.followed_since_, self.off_by_step_m_);
     archive(self.last_, self.change_mps_, self.beside_m_, self.off_mps_);
   }
 
@@ -96,11 +97,12 @@ class VelocityAiding {
   Eigen::Vector3d Off(const DvlEvent& dvl) const;  // DVL minus filter velocity, map axes
   void AddWayBeside(const DvlEvent& dvl, double dt_s);
   void Compare(Time t, const DvlEvent& dvl, const Eigen::Vector3d& rate_radps);
+  bool CanTellStep() const;
+  void ForgetOldStep(Time t);
   bool RefusesStep(Time t, const DvlEvent& dvl);
   // Weigh: update with gate. Follow: reset of the velocity to the DVL's. Take: the same, with the
   // displacement since the two last agreed.
   void Weigh(Time t, const DvlEvent& dvl);
-  bool LearnsSlowStates(Time t) const;
   void Take(Time t, const DvlEvent& dvl);
   void Move(const Eigen::Vector3d& way_m);
   void Follow(Time t, const DvlEvent& dvl);
@@ -123,9 +125,10 @@ class VelocityAiding {
   // The attitude is not refused, and the accelerometers were not in doubt for a minute.
   bool is_sound_ = true;
   Eigen::Vector3d last_force_mps2_ = Eigen::Vector3d::Zero();
-  double repeated_s_ = 0.0;    // seconds for which the force was identical
-  bool follows_step_ = false;  // a step of the DVL is followed, since the filter got too uncertain
-  // the position error that it would cause
+  double repeated_s_ = 0.0;  // seconds for which the force was identical
+  // Since when a step of the DVL is followed, because the filter got too uncertain; and the
+  // position error that the step would cause.
+  std::optional<Time> followed_since_;
   Eigen::Vector3d off_by_step_m_ = Eigen::Vector3d::Zero();
   // Distance by DVL minus distance by filter over the last seconds [m], map axes.
   Eigen::Vector3d beside_m_ = Eigen::Vector3d::Zero();

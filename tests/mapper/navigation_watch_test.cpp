@@ -86,6 +86,16 @@ struct WaitingDive : Dive {
         }()) {}
 };
 
+// Its attitude is taken to be measured 0.2 s before it was.
+struct WronglyConfiguredDive : Dive {
+  WronglyConfiguredDive()
+      : Dive([] {
+          MapperParams params;
+          params.navigation.attitude_time_offset_s = -0.2;
+          return params;
+        }()) {}
+};
+
 struct FusingDive : Dive {
   FusingDive()
       : Dive([] {
@@ -130,7 +140,7 @@ TEST_F(Dive, AnAttitudeThatEndsIsNamed) {
   EXPECT_FALSE(Holds(conditions::kAttitudeSilent));
   vehicle_.attitude_on = false;
   Drive(5.0);
-  EXPECT_EQ(Holds(conditions::kAttitudeSilent), "since 22:13:40");
+  EXPECT_EQ(Holds(conditions::kAttitudeSilent), "since 22:13:40 UTC");
   vehicle_.attitude_on = true;
   Drive(1.0);
   EXPECT_FALSE(Holds(conditions::kAttitudeSilent));
@@ -163,13 +173,13 @@ TEST_F(Dive, StuckGyrosAreNamedAndNotTheAttitudeThatIsFollowed) {
   EXPECT_FALSE(Holds(conditions::kGyroDoubted));
 }
 
-TEST_F(Dive, StuckAccelerometersAreNamedAndNotTheDopplerLogThatIsFollowed) {
+TEST_F(Dive, WrongAccelerometersAreNamedAndNotTheDopplerLogThatIsFollowed) {
   Drive(60.0);
-  vehicle_.accelerometers_stuck = true;
-  Drive(30.0);
+  vehicle_.accelerometer_error_mps2 = 2.0;
+  Drive(100.0);
   EXPECT_TRUE(Holds(conditions::kAccelerometerDoubted));
-  EXPECT_FALSE(seen_.contains("dvl_refused")) << testing::PrintToString(seen_);
-  vehicle_.accelerometers_stuck = false;
+  EXPECT_FALSE(Holds(conditions::kDvlRefused));
+  vehicle_.accelerometer_error_mps2 = 0.0;
   Drive(60.0);
   EXPECT_FALSE(Holds(conditions::kAccelerometerDoubted));
 }
@@ -219,6 +229,21 @@ TEST_F(FusingDive, RefusalsOfLongAgoAreNotOfTheLastMinute) {
   EXPECT_TRUE(Holds(conditions::kFixesRefused));
   Drive(70.0);
   EXPECT_FALSE(Holds(conditions::kFixesRefused));
+}
+
+TEST_F(WaitingDive, AFixThatComesLateBeforeTheStartIsItsPlace) {
+  fix_every_s_ = 2.0;
+  Drive(20.0);
+  EXPECT_EQ(mapper_.WaitsFor(), "waiting for navigation: ");
+  EXPECT_FALSE(seen_.contains("place_unknown"));
+}
+
+TEST_F(WronglyConfiguredDive, EarlyStampsAreNotSaidToBeCorrected) {
+  Drive(200.0);
+  const auto offset = Holds(conditions::kTimeOffsetSuspected);
+  ASSERT_TRUE(offset);
+  EXPECT_THAT(*offset, HasSubstr("set navigation.attitude_time_offset_s to 0.01"));
+  EXPECT_THAT(*offset, HasSubstr("early stamps are not corrected meanwhile"));
 }
 
 TEST_F(Dive, RefusedVelocitiesAreNoLossOfBottomLock) {

@@ -60,16 +60,16 @@ class PerfectVehicle {
   bool bottom_lock = true;
   double dvl_error_mps = 0.0;  // forward
   std::optional<double> dvl_error_velocity_mps;
+  double accelerometer_error_mps2 = 0.0;  // forward
   // Stuck at their last values.
   bool gyros_stuck = false;
-  bool accelerometers_stuck = false;
   bool attitude_frozen = false;
 
  private:
   ImuSample Imu(double speed_mps, double yaw_rate_radps) {
     ImuSample imu = SoundImu(speed_mps, yaw_rate_radps);
     if (gyros_stuck) imu.angular_rate_radps = last_imu_.angular_rate_radps;
-    if (accelerometers_stuck) imu.specific_force_mps2 = last_imu_.specific_force_mps2;
+    imu.specific_force_mps2.x() += accelerometer_error_mps2;
     if (attitude_frozen) imu.attitude = last_imu_.attitude;
     last_imu_ = imu;
     return imu;

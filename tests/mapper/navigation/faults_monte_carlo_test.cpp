@@ -74,6 +74,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Reset{HeadingStep(20.0, 80.0, 110.0), "heading_step_back"},
                     Reset{LateDvl(0.1), ""},
                     Reset{LateDvl(1.0), ""},
+                    Reset{LateDvl(-0.2), ""},
                     Reset{LateAttitude(0.45), ""},
                     Reset{Stuck(StuckSensor::kAttitude, 80.0, 30.0), "attitude_frozen"},
                     Reset{Stuck(StuckSensor::kGyro, 80.0, 30.0), "gyro_doubted"}),

@@ -6,12 +6,14 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <string>
 
 #include "mapper/navigation/dead_reckoning.hpp"
 #include "tests/mapper/navigation/fault_cases.hpp"
 #include "tests/mapper/navigation/fault_dives.hpp"
 #include "tests/mapper/navigation/fault_score.hpp"
+#include "tests/paths.hpp"
 
 namespace seastitch::test {
 namespace {
@@ -42,6 +44,9 @@ TEST_P(Fault, IsNoWorseThanDeadReckoningWithoutAFilterAndNeverRunsAway) {
   EXPECT_LT(score.largest_m, std::max(1.5 * baseline.largest_m, baseline.largest_m + 2.0));
   EXPECT_LT(score.largest_m, std::max(0.03 * DistanceM(CleanDive()), 12.0));
   EXPECT_LE(score.largest_speed_mps, CleanDive().params.max_speed_mps);
+  if (GetParam().to_s < 0.0) return;
+  ASSERT_TRUE(score.recovery_s);
+  EXPECT_LE(*score.recovery_s, 60.0);
 }
 
 INSTANTIATE_TEST_SUITE_P(Faults,
@@ -130,6 +135,33 @@ TEST(Faults, AConfiguredOffsetPutsTheStampsRight) {
   const FilterScore score = ScoreFilter(dive, -1.0);
   EXPECT_TRUE(score.offsets.empty());
   EXPECT_LT(score.largest_m, 1.2);
+}
+
+TEST(Faults, AConfiguredOffsetPutsTheStampsOfTheDopplerLogRight) {
+  Dive dive = CleanDive();
+  LateDvl(0.5).apply(&dive);
+  dive.params.dvl_time_offset_s = -0.5;
+  const FilterScore score = ScoreFilter(dive, -1.0);
+  EXPECT_TRUE(score.offsets.empty());
+  EXPECT_LT(score.largest_m, 1.2);
+}
+
+TEST(Faults, EarlyStampsAreFound) {
+  const FilterScore score = ScoreOf(LateDvl(-0.2));
+  ASSERT_EQ(score.offsets.size(), 1u);
+  EXPECT_NEAR(score.offsets[0].add_s, 0.2, 3.0 * score.offsets[0].sigma_s);
+}
+
+// A real run that ran away: 32 km off, with bottom lock all the time.
+TEST(Faults, ARealRunWithLateAttitudeDoesNotRunAway) {
+  std::optional<Dive> run = AkitDive(Shared("data/akit"), "T6");
+  if (!run) GTEST_SKIP() << "the run is not at " << Shared("data/akit");
+  Dive& dive = *run;
+  LateAttitude(0.45).apply(&dive);
+  const FilterScore score = ScoreFilter(dive, -1.0);
+  EXPECT_LE(score.largest_m, std::max(0.03 * DistanceM(dive), 12.0));
+  EXPECT_LE(score.largest_m, std::max(1.5 * ScoreBaseline(dive).largest_m, 2.0));
+  EXPECT_LE(score.largest_speed_mps, dive.params.max_speed_mps);
 }
 
 // Longer than a turn: wrong in the vehicle's axes, they are as wrong after it.

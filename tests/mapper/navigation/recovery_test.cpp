@@ -7,6 +7,7 @@
 #include <limits>
 #include <optional>
 #include <stdexcept>
+#include <string>
 
 #include "common/core/pose.hpp"
 #include "mapper/navigation/dead_reckoning.hpp"
@@ -49,6 +50,43 @@ Error ErrorAt(const Dive& dive, const DeadReckoning& navigation, std::size_t sec
           (state.v_map_mps - truth.v_map_mps).norm(),
           std::abs(WrapAngle(yaw)),
           std::sqrt(state.covariance(5, 5))};
+}
+
+double PositionSigmaM(const Dive& dive, const DeadReckoning& navigation, std::size_t second) {
+  const NavState state = navigation.StateAt(dive.truth.at(second).time).value();
+  return std::sqrt(state.covariance.topLeftCorner<2, 2>().trace());
+}
+
+// Calls act(ensemble) for those from from_s to to_s.
+template <class Act>
+void ForDvl(Dive* dive, double from_s, double to_s, const Act& act) {
+  for (DvlSample& dvl : dive->dvl) {
+    const double t = ToSeconds(dvl.time - dive->imu[0].time);
+    if (t >= from_s && t < to_s) act(&dvl);
+  }
+}
+
+void ShiftDvl(Dive* dive, double from_s, double to_s, double starboard_mps) {
+  const Eigen::Vector3d shift =
+      dive->vehicle.T_vehicle_dvl.linear().transpose() * Eigen::Vector3d(0.0, starboard_mps, 0.0);
+  ForDvl(dive, from_s, to_s, [&](DvlSample* dvl) { dvl->v_dvl_mps += shift; });
+}
+
+void LoseLock(Dive* dive, double from_s, double to_s) {
+  ForDvl(dive, from_s, to_s, [](DvlSample* dvl) { dvl->bottom_lock = false; });
+}
+
+// Roll and pitch.
+double TiltErrorRad(const Dive& dive, const DeadReckoning& navigation, std::size_t second) {
+  const NavState state = navigation.StateAt(dive.truth.at(second).time).value();
+  const Eigen::Vector3d rpy = RpyFromRotation(state.T_map_vehicle.linear()) -
+                              RpyFromRotation(dive.truth.at(second).T_map_vehicle.linear());
+  return rpy.head<2>().norm();
+}
+
+void EndAttitude(Dive* dive, double from_s) {
+  for (ImuSample& imu : dive->imu)
+    if (ToSeconds(imu.time - dive->imu[0].time) > from_s) imu.attitude.reset();
 }
 
 PositionFix FixAt(const Dive& dive, std::size_t second, double sigma_m) {
@@ -149,13 +187,25 @@ TEST(Recovery, FixesThatDisagreeOverruleNothing) {
   EXPECT_EQ(navigation.counters().at("fix_gated"), 4);
 }
 
+// Of two components one may be beyond the gate of a single one, where both together are not.
+TEST(Recovery, AFixIsUsedWithBothComponentsOrNotAtAll) {
+  Dive dive = CleanDive();
+  dive.params.fuse_position_fixes = true;
+  PositionFix fix = FixAt(dive, 60, 1.0);
+  fix.latitude_rad += 4.6 / 6.38e6;
+  fix.longitude_rad += 1.0 / (6.38e6 * std::cos(fix.latitude_rad));
+  dive.fixes.push_back(fix);
+  const DeadReckoning navigation = Navigate(dive);
+  EXPECT_EQ(navigation.innovations(NavSensor::kPositionFix).used, 2);
+  EXPECT_EQ(navigation.innovations(NavSensor::kPositionFix).gated, 0);
+}
+
 // --- inertial data
 // --------------------------------------------------------------------------------
 
 TEST(Recovery, AGapOfInertialDataWithoutAnAttitudeAfterItIsBridged) {
   Dive dive = CleanDive();
-  for (ImuSample& imu : dive.imu)
-    if (ToSeconds(imu.time - dive.imu[0].time) > 180.0) imu.attitude.reset();
+  EndAttitude(&dive, 180.0);
   InertialGap(195.0, 2.0).apply(&dive);
   const DeadReckoning navigation = Navigate(dive);
   ASSERT_EQ(navigation.latest(), dive.imu.back().time);
@@ -164,10 +214,7 @@ TEST(Recovery, AGapOfInertialDataWithoutAnAttitudeAfterItIsBridged) {
   const Error after = ErrorAt(dive, navigation, 210);
   EXPECT_LT(after.velocity_mps, 0.2);
   EXPECT_LT(after.heading_rad, 3.0 * after.heading_sigma_rad);
-  const NavState state = navigation.StateAt(dive.truth.at(260).time).value();
-  const Eigen::Vector3d tilt = RpyFromRotation(state.T_map_vehicle.linear()) -
-                               RpyFromRotation(dive.truth.at(260).T_map_vehicle.linear());
-  EXPECT_LT(tilt.head<2>().norm(), Deg2Rad(0.5));
+  EXPECT_LT(TiltErrorRad(dive, navigation, 260), Deg2Rad(0.5));
 }
 
 // The pose there is interpolated: by what the vehicle did meanwhile it may be wrong.
@@ -196,6 +243,59 @@ TEST(Recovery, PosesInsideAGapOfInertialDataAreAsUncertainAsTheGapIsLong) {
   EXPECT_NEAR(relative_m(199, 201), std::sqrt(2.0) * 2.0, 0.6);
   // After it nothing is added but what the gap itself left.
   EXPECT_LT(relative_m(210, 240), 1.0);
+}
+
+TEST(Recovery, FixesInsideAGapOfInertialDataGoToTheGraph) {
+  Dive dive = CleanDive();
+  InertialGap(195.0, 10.0).apply(&dive);
+  // Without an attitude for the first two seconds after the gap.
+  for (ImuSample& imu : dive.imu)
+    if (const double t = ToSeconds(imu.time - dive.imu[0].time); t > 195.0 && t < 207.0)
+      imu.attitude.reset();
+  // One comes while the inertial unit is silent, one after that, one during the wait for attitude.
+  const PositionFix early = FixAt(dive, 198, 1.0);
+  for (const std::size_t second : {201u, 206u}) {
+    dive.fixes.push_back(FixAt(dive, second, 1.0));
+    dive.fixes.back().source = std::to_string(second);
+  }
+  DeadReckoning navigation(dive.params, dive.vehicle);
+  Dive before = dive;
+  std::erase_if(before.imu, [&](const ImuSample& imu) { return imu.time > early.time; });
+  std::erase_if(before.dvl, [&](const DvlSample& dvl) { return dvl.time > early.time; });
+  before.fixes.clear();
+  FeedDive(before, &navigation);
+  navigation.Add(early);
+  std::erase_if(dive.imu, [&](const ImuSample& imu) { return imu.time <= early.time; });
+  std::erase_if(dive.dvl, [&](const DvlSample& dvl) { return dvl.time <= early.time; });
+  FeedDive(dive, &navigation);
+  ASSERT_EQ(navigation.WaitingFixes().size(), 3u);
+  EXPECT_EQ(navigation.WaitingFixes()[0].time, early.time);
+  EXPECT_EQ(navigation.counters().count("fix_late"), 0u);
+}
+
+// The first attitude after the gap is 0.15 s old, and the vehicle turns by 20 deg/s.
+TEST(Recovery, AGapThatEndsInATurnEndsWithTheHeadingOfItsEnd) {
+  for (const double configured_s : {-0.15, 0.0}) {
+    Dive dive = CleanDive();
+    LateAttitude(0.15).apply(&dive);
+    dive.params.attitude_time_offset_s = configured_s;
+    InertialGap(205.0, 10.0).apply(&dive);
+    const DeadReckoning navigation = Navigate(dive);
+    EXPECT_LT(ErrorAt(dive, navigation, 216).heading_rad, Deg2Rad(1.2)) << configured_s;
+  }
+}
+
+// The accelerometers integrate to more than the vehicle's largest speed, again and again.
+TEST(Recovery, ALimitedSpeedDoesNotFeedItself) {
+  Dive dive = CleanDive();
+  LoseLock(&dive, 195.0, 1e9);
+  for (ImuSample& imu : dive.imu)
+    if (ToSeconds(imu.time - dive.imu[0].time) > 195.0) imu.specific_force_mps2.x() += 0.5;
+  const DeadReckoning navigation = Navigate(dive);
+  // One limit for every doubt of 5 s.
+  EXPECT_GE(navigation.counters().at("speed_limited"), 5);
+  EXPECT_LE(navigation.counters().at("speed_limited"), 100);
+  EXPECT_LT(PositionSigmaM(dive, navigation, 590), 4000.0);
 }
 
 // --- gyros and attitude
@@ -243,6 +343,40 @@ TEST(Recovery, GyrosThatAreStuckAreFoundBeforeTheyBendTheTrack) {
     EXPECT_LT(ErrorAt(dive, navigation, second).heading_rad, Deg2Rad(1.5)) << second;
 }
 
+// Of the autopilot's state half a second ahead: stuck in a turn, the gyros go on turning.
+TEST(Recovery, APredictionDoesNotTurnByGyrosInDoubt) {
+  Dive dive = CleanDive();
+  Stuck(StuckSensor::kGyro, 214.0, 30.0).apply(&dive);
+  DeadReckoning navigation(dive.params, dive.vehicle);
+  std::size_t dvl = 0;
+  std::size_t second = 0;
+  for (const ImuSample& imu : dive.imu) {
+    navigation.Add(imu);
+    for (; dvl < dive.dvl.size() && dive.dvl[dvl].time <= imu.time; ++dvl)
+      navigation.Add(dive.dvl[dvl]);
+    if (second > 240 || dive.truth[second].time > imu.time) continue;
+    const TruthSample& truth = dive.truth[second++];
+    if (second < 228) continue;
+    const NavState state = navigation.Predicted().value();
+    const double off_rad = WrapAngle(RpyFromRotation(state.T_map_vehicle.linear()).z() -
+                                     RpyFromRotation(truth.T_map_vehicle.linear()).z());
+    EXPECT_LT(std::abs(off_rad), Deg2Rad(3.0)) << second;
+    EXPECT_GT(std::sqrt(state.covariance(5, 5)), 0.04) << second;
+  }
+  EXPECT_EQ(navigation.counters().at("gyro_doubted"), 1);
+}
+
+// The device stops while the gyros are in doubt.
+TEST(Recovery, BiasesAreEstimatedAgainAfterADoubt) {
+  Dive dive = CleanDive();
+  Stuck(StuckSensor::kGyro, 195.0, 10.0).apply(&dive);
+  EndAttitude(&dive, 203.0);
+  const DeadReckoning navigation = Navigate(dive);
+  ASSERT_EQ(navigation.counters().at("gyro_doubted"), 1);
+  const NavState state = navigation.StateAt(dive.truth.at(500).time).value();
+  EXPECT_LT(std::sqrt(state.covariance(3, 3)), Deg2Rad(0.36));
+}
+
 // --- hindsight
 // -------------------------------------------------------------------------------------
 
@@ -267,6 +401,27 @@ TEST(Recovery, HindsightIsTheSameHoweverItWasAskedBefore) {
 
 // --- DVL
 // ------------------------------------------------------------------------------------------
+
+// Fish, then no lock, then right data.
+TEST(Recovery, AStepOfTheDopplerLogEndsWithItsLock) {
+  Dive dive = CleanDive();
+  ShiftDvl(&dive, 60.0, 65.0, 0.6);
+  LoseLock(&dive, 65.0, 125.0);
+  const DeadReckoning navigation = Navigate(dive);
+  EXPECT_LT(PositionSigmaM(dive, navigation, 590), PositionSigmaM(dive, navigation, 140) + 5.0);
+  EXPECT_LT(ErrorAt(dive, navigation, 590).velocity_mps, 0.1);
+}
+
+// It steps back while the lock flickers, where the comparison with the accelerometers does not see
+// it.
+TEST(Recovery, ADopplerLogIsTakenBackAlsoWhereAStepOfItWasFollowed) {
+  Dive dive = CleanDive();
+  ShiftDvl(&dive, 60.0, 400.0, 0.6);
+  LoseLock(&dive, 400.0, 404.0);
+  const DeadReckoning navigation = Navigate(dive);
+  EXPECT_GT(ErrorAt(dive, navigation, 399).velocity_mps, 0.5);
+  EXPECT_LT(ErrorAt(dive, navigation, 420).velocity_mps, 0.1);
+}
 
 TEST(Recovery, ADopplerLogThatIsFasterThanTheVehicleIsNotFollowed) {
   Dive dive = CleanDive();
