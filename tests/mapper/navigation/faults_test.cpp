@@ -40,8 +40,8 @@ class Fault : public testing::TestWithParam<FaultCase> {};
 TEST_P(Fault, IsNoWorseThanDeadReckoningWithoutAFilterAndNeverRunsAway) {
   const FilterScore score = ScoreOf(GetParam());
   const TrackScore baseline = BaselineOf(GetParam());
-  EXPECT_LT(score.rms_m, std::max(1.5 * baseline.rms_m, baseline.rms_m + 2.0));
-  EXPECT_LT(score.largest_m, std::max(1.5 * baseline.largest_m, baseline.largest_m + 2.0));
+  EXPECT_LT(score.rms_m, std::max(1.5 * baseline.rms_m, 2.0));
+  EXPECT_LT(score.largest_m, std::max(1.5 * baseline.largest_m, 2.0));
   EXPECT_LT(score.largest_m, std::max(0.03 * DistanceM(CleanDive()), 12.0));
   EXPECT_LE(score.largest_speed_mps, CleanDive().params.max_speed_mps);
   if (GetParam().to_s < 0.0) return;
