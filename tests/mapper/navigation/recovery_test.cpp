@@ -366,17 +366,6 @@ TEST(Recovery, APredictionDoesNotTurnByGyrosInDoubt) {
   EXPECT_EQ(navigation.counters().at("gyro_doubted"), 1);
 }
 
-// The device stops while the gyros are in doubt.
-TEST(Recovery, BiasesAreEstimatedAgainAfterADoubt) {
-  Dive dive = CleanDive();
-  Stuck(StuckSensor::kGyro, 195.0, 10.0).apply(&dive);
-  EndAttitude(&dive, 203.0);
-  const DeadReckoning navigation = Navigate(dive);
-  ASSERT_EQ(navigation.counters().at("gyro_doubted"), 1);
-  const NavState state = navigation.StateAt(dive.truth.at(500).time).value();
-  EXPECT_LT(std::sqrt(state.covariance(3, 3)), Deg2Rad(0.36));
-}
-
 // --- hindsight
 // -------------------------------------------------------------------------------------
 
