@@ -498,7 +498,7 @@ TEST(PoseGraphOptimizer, ClosuresWithAnotherCovarianceKeepTheirWeights) {
   const auto verdicts = [](const PoseGraph& solution) {
     std::vector<bool> accepted;
     for (const SolvedEdge& edge : solution.loop_edges)
-      accepted.push_back(edge.weight >= kBelievedWeight);
+      accepted.push_back(edge.weight >= kAcceptedWeight);
     return accepted;
   };
   int continued = 0;
