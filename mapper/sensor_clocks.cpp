@@ -1,8 +1,10 @@
 #include "mapper/sensor_clocks.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
+#include <string_view>
 #include <utility>
 
 #include "common/core/channel_names.hpp"
@@ -45,6 +47,12 @@ bool IsRare(std::size_t channel) {
 }
 
 double Size(Duration d) { return std::abs(ToSeconds(d)); }
+
+bool IsOwn(const std::string& process) {
+  constexpr std::array<std::string_view, 7> kOwn{
+      "imu-driver", "dvl-driver", "mbes-driver", "nav-driver", "mapper", "optimizer", "logger"};
+  return std::find(kOwn.begin(), kOwn.end(), process) != kOwn.end();
+}
 
 }  // namespace
 
@@ -292,10 +300,11 @@ void SensorClocks::AddSilent(std::vector<Condition>* all) const {
   if (!names.empty()) all->push_back({&conditions::kSensorSilent, names});
 }
 
+// Of this program's own processes: others on the bus may end whenever they like.
 void SensorClocks::AddSilentProcesses(std::vector<Condition>* all) const {
   std::string names;
   for (const auto& [name, process] : processes_)
-    if (health_time_s_ - process.heard_s > kSilentProcessS)
+    if (IsOwn(name) && health_time_s_ - process.heard_s > kSilentProcessS)
       names += (names.empty() ? "" : ", ") + name;
   if (!names.empty()) all->push_back({&conditions::kProcessSilent, names});
 }
