@@ -282,7 +282,7 @@ double MeanNees(const GivenNavigationParams& params, double lag_s, int trials) {
   return sum / n;
 }
 
-TEST(GivenNavigation, RelativeCovarianceIsHonest) {
+TEST(GivenNavigationMonteCarlo, RelativeCovarianceIsHonest) {
   for (const bool fixed : {false, true}) {
     GivenNavigationParams params;
     params.uses_position_fixes = fixed;
