@@ -43,6 +43,7 @@ HtmlTable::HtmlTable(const std::vector<std::string>& head) : html_("<table>\n<tr
 }
 
 void HtmlTable::Row(const std::vector<std::string>& cells) {
+  has_rows_ = true;
   html_ += "<tr>";
   for (const std::string& c : cells) html_ += "<td>" + c + "</td>";
   html_ += "</tr>\n";

@@ -22,10 +22,12 @@ class HtmlTable {
  public:
   explicit HtmlTable(const std::vector<std::string>& head);
   void Row(const std::vector<std::string>& cells);
+  bool has_rows() const { return has_rows_; }
   std::string Finish() const { return html_ + "</table>\n"; }
 
  private:
   std::string html_;
+  bool has_rows_ = false;
 };
 
 // Fills a page template. {{name}} is replaced by the value of that name. {{#name}}...{{/name}} is

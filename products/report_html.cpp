@@ -141,6 +141,7 @@ void AddTiming(const std::string& dive, const SonarTimingEstimate& timing, HtmlT
   add("Time offset of the sonar's stamps, by pitch", timing.pitch);
 }
 
+// Empty if nothing was estimated.
 std::string NoiseTable(const Survey& survey, const ProductOptions& options) {
   HtmlTable table({"", "Configured", "Estimate", "1 sigma"});
   for (const NoiseRow& row : NoiseRows(options.noise))
@@ -152,7 +153,7 @@ std::string NoiseTable(const Survey& survey, const ProductOptions& options) {
   AddTiming("", options.noise.timing, &table);
   for (std::size_t k = 0; k < survey.dives.size() && k < options.dives.size(); ++k)
     AddTiming(survey.dives[k] + ": ", options.dives[k].sonar, &table);
-  return table.Finish();
+  return table.has_rows() ? table.Finish() : "";
 }
 
 std::string FindingsText(const ProductSummary& s, const ProductOptions& options) {

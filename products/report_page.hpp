@@ -48,10 +48,10 @@ all. Raise that key then.</li>
 </ul>
 {{mounting}}{{/mounting}}<h2>Noise</h2>
 <p>{{noise_findings}}</p>
-<p class="small">Estimated from the height differences that remain where submaps overlap. The covariance of every loop
+{{#noise}}<p class="small">Estimated from the height differences that remain where submaps overlap. The covariance of every loop
 closure is computed from these values. A time offset of the sonar is estimated from changes of the measured slope from
 ping to ping with the roll rate (or, where the seabed slopes along the track, of the depth with the pitch rate).</p>
-{{noise}}{{#dives}}<h2>Dives</h2>
+{{noise}}{{/noise}}{{#dives}}<h2>Dives</h2>
 <ul>
 {{dives}}</ul>
 {{/dives}}<h2>Loop closures</h2>

@@ -376,9 +376,11 @@ TEST(WriteProducts, StatesWhyTheNoiseWasNotEstimated) {
   EXPECT_THAT(page(), HasSubstr("The noise was not estimated: estimate_noise is off."));
   EXPECT_THAT(page(), Not(HasSubstr("Nothing differs")));
   EXPECT_THAT(page(), Not(HasSubstr("no closure was")));
+  EXPECT_THAT(page(), HasSubstr("Estimated from the height differences")) << "the time offset";
 
   WriteProducts(survey, {}, folder.path());
   EXPECT_THAT(page(), HasSubstr("no accepted closure has statistics of its overlap"));
+  EXPECT_THAT(page(), Not(HasSubstr("Estimated from the height differences"))) << "no empty table";
   const Survey without = Collect(Drifting(), folder.path(), SolutionAt(Drifting().truth), {});
   WriteProducts(without, {}, folder.path());
   EXPECT_THAT(page(), HasSubstr("no closure was accepted"));
