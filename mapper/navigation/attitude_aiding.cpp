@@ -82,7 +82,7 @@ InertialRates AttitudeAiding::Sound(Time t, const InertialRates& measured) const
 
 // Turn rate of the device, measured over a time in which its noise is small compared with a turn,
 // and no longer: a rate that lags in a turn moves the DVL's lever arm wrongly.
-void AttitudeAiding::LearnRate(Time t, const AttitudeEvent& attitude) {
+void AttitudeAiding::EstimateRate(Time t, const AttitudeEvent& attitude) {
   if (!rate_from_.empty() && ToSeconds(t - rate_from_.back().time) > kMaxIncrementS) {
     rate_from_.clear();
     device_rate_radps_.reset();
@@ -98,16 +98,16 @@ void AttitudeAiding::LearnRate(Time t, const AttitudeEvent& attitude) {
                        ToSeconds(t - from.time);
 }
 
-void AttitudeAiding::LearnStamps(Time t, const AttitudeEvent& attitude) {
+void AttitudeAiding::EstimateStamps(Time t, const AttitudeEvent& attitude) {
   pairs_.Add(t, attitude.q_map_imu, [this](const auto& from, const auto& to, double share) {
-    LearnFrom(from, to, share);
+    AddStampPair(from, to, share);
   });
 }
 
 // Compares the device's turn between two samples with that of the gyros, for a range of delays.
-void AttitudeAiding::LearnFrom(const Stamped<Eigen::Quaterniond>& from,
-                               const Stamped<Eigen::Quaterniond>& to,
-                               double share) {
+void AttitudeAiding::AddStampPair(const Stamped<Eigen::Quaterniond>& from,
+                                  const Stamped<Eigen::Quaterniond>& to,
+                                  double share) {
   const Duration longest = FromSeconds(StampOffset::kLongestS);
   if (!history_->Covers(from.time - longest) || !history_->Covers(to.time + longest)) return;
   const Eigen::Quaterniond turn = from.value.conjugate() * to.value;
@@ -157,9 +157,9 @@ void AttitudeAiding::Use(Time t, const AttitudeEvent& attitude) {
     return refusals_.Add(t, true);
   }
   if (due) compared_ = t;
-  LearnRate(t, attitude);
+  EstimateRate(t, attitude);
   const bool compares = due && !IsRepeated(attitude);
-  if (compares) LearnStamps(t, attitude);
+  if (compares) EstimateStamps(t, attitude);
   last_ = attitude.q_map_imu;
   UseCarried(t, CarriedTo(t, attitude), compares);
 }

@@ -84,11 +84,11 @@ class AttitudeAiding {
   // The attitude, extrapolated by the gyros from its time of measurement (t minus the suspected
   // delay) to t.
   AttitudeEvent CarriedTo(Time t, const AttitudeEvent& attitude) const;
-  void LearnRate(Time t, const AttitudeEvent& attitude);
-  void LearnStamps(Time t, const AttitudeEvent& attitude);
-  void LearnFrom(const Stamped<Eigen::Quaterniond>& from,
-                 const Stamped<Eigen::Quaterniond>& to,
-                 double share);
+  void EstimateRate(Time t, const AttitudeEvent& attitude);
+  void EstimateStamps(Time t, const AttitudeEvent& attitude);
+  void AddStampPair(const Stamped<Eigen::Quaterniond>& from,
+                    const Stamped<Eigen::Quaterniond>& to,
+                    double share);
   void UseCarried(Time t, const AttitudeEvent& attitude, bool compares);
   void Compare(Time t, const AttitudeEvent& attitude);
   void CompareStuck(Time t, const Eigen::Vector3d& difference_rad, double dt_s);

@@ -11,7 +11,7 @@ constexpr double kQuietS = 5.0;
 // Longest time between two ensembles that are compared with the accelerometers [s].
 constexpr double kMaxIncrementS = 2.5;
 // Time after a refusal or a doubt for which the DVL's scale and mounting are not estimated [s].
-constexpr double kLearnAgainS = 10.0;
+constexpr double kEstimateAgainS = 10.0;
 // Time for which accelerometers must repeat their value (apart from rounding) to count as stuck
 // [s].
 constexpr double kStuckS = 0.5;
@@ -71,7 +71,7 @@ void VelocityAiding::Use(Time t,
                          const DvlEvent& dvl,
                          const Eigen::Vector3d& rate_radps,
                          bool attitude_is_sound) {
-  if (attitude_is_sound) LearnStamps(t, dvl);
+  if (attitude_is_sound) EstimateStamps(t, dvl);
   is_sound_ = attitude_is_sound && (!doubted_ || ToSeconds(t - *doubted_) > kSoundS);
   UseCarried(t, CarriedTo(t, dvl), rate_radps);
 }
@@ -125,18 +125,18 @@ Eigen::Vector3d VelocityAiding::VelocityAt(const InertialHistory::Moment& then,
   return then.turn * (T_imu_dvl.linear() * dvl.v_dvl_mps - swing);
 }
 
-void VelocityAiding::LearnStamps(Time t, const DvlEvent& dvl) {
+void VelocityAiding::EstimateStamps(Time t, const DvlEvent& dvl) {
   if (repeated_s_ > kStuckS) return pairs_.Clear();
   pairs_.Add(t, dvl, [&](const auto& from, const auto& to, double share) {
-    LearnFrom(t, from, to, share);
+    AddStampPair(t, from, to, share);
   });
 }
 
 // Compares the change between two ensembles with that by the accelerometers, for a range of delays.
-void VelocityAiding::LearnFrom(Time now,
-                               const Stamped<DvlEvent>& from,
-                               const Stamped<DvlEvent>& to,
-                               double share) {
+void VelocityAiding::AddStampPair(Time now,
+                                  const Stamped<DvlEvent>& from,
+                                  const Stamped<DvlEvent>& to,
+                                  double share) {
   const Duration longest = FromSeconds(StampOffset::kLongestS);
   if (!history_->Covers(from.time - longest) || !history_->Covers(to.time + longest)) return;
   const double dt_s = ToSeconds(to.time - from.time);
@@ -184,7 +184,7 @@ DvlStamping VelocityAiding::StampingOf(Time t, const DvlEvent& dvl) const {
 
 void VelocityAiding::Weigh(Time t, const DvlEvent& dvl) {
   const std::optional<double> quiet_s = refusals_.QuietS(t);
-  const bool estimates = !quiet_s || *quiet_s > kLearnAgainS;
+  const bool estimates = !quiet_s || *quiet_s > kEstimateAgainS;
   const int refused = filter_->UpdateDvl(dvl.v_dvl_mps,
                                          dvl.sigma_mps,
                                          StampingOf(t, dvl),
@@ -259,8 +259,8 @@ void VelocityAiding::Compare(Time t, const DvlEvent& dvl, const Eigen::Vector3d&
   change_mps_.setZero();
 }
 
-// Whether the filter knows the velocity well enough to tell that the DVL is off by the step.
-bool VelocityAiding::CanTellStep() const {
+// Whether the filter knows the velocity well enough to attribute the step to the DVL.
+bool VelocityAiding::KnowsStep() const {
   const double sigma_mps =
       std::sqrt(filter_->covariance().diagonal().segment<2>(kVelocity).maxCoeff());
   return sigma_mps < kMaxSigmaPerStep * watch_.step()->norm();
@@ -272,13 +272,13 @@ void VelocityAiding::ForgetOldStep(Time t) {
   if (!watch_.step()) return;
   const bool long_followed = followed_since_ && ToSeconds(t - *followed_since_) > kLongestStepS;
   const bool new_lock = last_ && ToSeconds(t - last_->time) > kNewLockS;
-  if (long_followed || (new_lock && (followed_since_ || !CanTellStep()))) watch_.ForgetStep();
+  if (long_followed || (new_lock && (followed_since_ || !KnowsStep()))) watch_.ForgetStep();
 }
 
 bool VelocityAiding::RefusesStep(Time t, const DvlEvent& dvl) {
   if (!followed_since_) {
     const double stepped_s = ToSeconds(t - watch_.step_time());
-    if (stepped_s < params_.dvl_step_s || (CanTellStep() && stepped_s < kLongestStepS)) return true;
+    if (stepped_s < params_.dvl_step_s || (KnowsStep() && stepped_s < kLongestStepS)) return true;
     followed_since_ = t;
     off_by_step_m_.setZero();
     Count("dvl_reset");

@@ -78,12 +78,12 @@ class VelocityAiding {
   Eigen::Vector3d Gravity(Time t) const;
   // Velocity of the inertial unit over ground by an ensemble measured at `then`, in those axes.
   Eigen::Vector3d VelocityAt(const InertialHistory::Moment& then, const DvlEvent& dvl) const;
-  void LearnStamps(Time t, const DvlEvent& dvl);
+  void EstimateStamps(Time t, const DvlEvent& dvl);
   // share: part of the pair's time that does not overlap with other pairs.
-  void LearnFrom(Time now,
-                 const Stamped<DvlEvent>& from,
-                 const Stamped<DvlEvent>& to,
-                 double share);
+  void AddStampPair(Time now,
+                    const Stamped<DvlEvent>& from,
+                    const Stamped<DvlEvent>& to,
+                    double share);
   // The ensemble, extrapolated by the inertial unit from its time of measurement (t minus the
   // suspected delay) to t.
   DvlEvent CarriedTo(Time t, const DvlEvent& dvl) const;
@@ -97,7 +97,7 @@ class VelocityAiding {
   Eigen::Vector3d Off(const DvlEvent& dvl) const;  // DVL minus filter velocity, map axes
   void AddWayBeside(const DvlEvent& dvl, double dt_s);
   void Compare(Time t, const DvlEvent& dvl, const Eigen::Vector3d& rate_radps);
-  bool CanTellStep() const;
+  bool KnowsStep() const;
   void ForgetOldStep(Time t);
   bool RefusesStep(Time t, const DvlEvent& dvl);
   // Weigh: update with gate. Follow: reset of the velocity to the DVL's. Take: the same, with the
