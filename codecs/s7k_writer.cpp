@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <stdexcept>
 
 #include "codecs/s7k.hpp"
@@ -14,6 +15,11 @@ void WritePlace(const Eigen::Vector3d& forward_starboard_down_m, ByteWriter* out
   out->Le(static_cast<float>(forward_starboard_down_m.y()));
   out->Le(static_cast<float>(forward_starboard_down_m.x()));
   out->Le(static_cast<float>(-forward_starboard_down_m.z()));
+}
+
+// 0 to 2 pi [rad].
+float Compass(double angle_rad) {
+  return static_cast<float>(angle_rad < 0.0 ? angle_rad + 2.0 * kPi : angle_rad);
 }
 
 void WriteMounting(const Eigen::Isometry3d& pose, ByteWriter* out) {
@@ -36,6 +42,24 @@ std::vector<std::uint8_t> EncodeS7k1003(const NavigationRecord& sample) {
   return EncodeS7kRecord(1003, S7kPingId{}, sample.time, data.bytes());
 }
 
+std::vector<std::uint8_t> EncodeS7k1015(const NavigationRecord& sample) {
+  constexpr std::uint8_t kEllipsoid = 1;
+  const GivenPosition position = sample.position.value_or(GivenPosition{});
+  const Eigen::Vector2d v_mps =
+      sample.velocity.value_or(GivenVelocity{}).v_ned_mps.head<2>();  // north, east
+  ByteWriter data;
+  data.Le(sample.height_m ? kEllipsoid : std::uint8_t{0});
+  data.Le(position.latitude_rad);
+  data.Le(position.longitude_rad);
+  data.Le(static_cast<float>(position.sigma_north_east_m.maxCoeff()));
+  data.Le(static_cast<float>(sample.height_m.value_or(0.0)));
+  data.Le(0.0f);  // accuracy of the height
+  data.Le(static_cast<float>(v_mps.norm()));
+  data.Le(Compass(std::atan2(v_mps.y(), v_mps.x())));
+  data.Le(Compass(sample.heading_rad.value_or(0.0)));
+  return EncodeS7kRecord(1015, S7kPingId{}, sample.time, data.bytes());
+}
+
 std::vector<std::uint8_t> EncodeS7k1016(const std::vector<NavigationRecord>& samples) {
   if (samples.empty() || samples.size() > 255 ||
       samples.back().time - samples.front().time > std::chrono::seconds(65))
@@ -52,7 +76,7 @@ std::vector<std::uint8_t> EncodeS7k1016(const std::vector<NavigationRecord>& sam
     data.Le(static_cast<float>(rpy.x()));
     data.Le(static_cast<float>(rpy.y()));
     data.Le(static_cast<float>(-sample.heave_m.value_or(0.0)));
-    data.Le(static_cast<float>(rpy.z() < 0.0 ? rpy.z() + 2.0 * kPi : rpy.z()));
+    data.Le(Compass(rpy.z()));
   }
   return EncodeS7kRecord(1016, S7kPingId{}, begin, data.bytes());
 }

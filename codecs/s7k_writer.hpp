@@ -9,6 +9,9 @@
 namespace seastitch {
 
 std::vector<std::uint8_t> EncodeS7k1003(const NavigationRecord& sample);
+// Position with height above the ellipsoid, speed and course, and heading. What the sample lacks is
+// zero.
+std::vector<std::uint8_t> EncodeS7k1015(const NavigationRecord& sample);
 // 1 to 255 samples with attitude and heave, within 65 s. Throws std::invalid_argument otherwise.
 std::vector<std::uint8_t> EncodeS7k1016(const std::vector<NavigationRecord>& samples);
 std::vector<std::uint8_t> EncodeS7k1009(const SoundVelocityProfile& profile);

@@ -80,7 +80,7 @@ using Counts = std::map<std::string, std::int64_t>;  // records by source
 
 // Contents of the files' heads, counted by source.
 struct Census {
-  Counts positions, attitudes, levels, headings, heaves, depths;
+  Counts positions, velocities, attitudes, levels, headings, heaves, depths;
   std::optional<GivenPosition> first_position;
   std::optional<Eigen::Vector2d> first_grid;
   std::map<std::string, GivenPosition> first_of_source;
@@ -123,6 +123,7 @@ struct Census {
       AddOwn({n.time, n.position->latitude_rad, n.position->longitude_rad});
     if (n.grid_north_east_m && !first_grid) first_grid = n.grid_north_east_m;
     positions[n.source] += n.position || n.grid_north_east_m ? 1 : 0;
+    velocities[n.source] += n.velocity ? 1 : 0;
     attitudes[n.source] += n.attitude ? 1 : 0;
     levels[n.source] += n.roll_pitch_rad ? 1 : 0;
     headings[n.source] += n.heading_rad ? 1 : 0;
@@ -248,9 +249,11 @@ constexpr char kSbet[] = "sbet";
 constexpr char kText[] = "text";  // text navigation, by a map of columns that the user has written
 
 // Source of position: that of the active sensor; a pure position sensor comes before an INS's
-// position, as in the makers' programs.
+// position, as in the makers' programs. In `.s7k`, 1015 with speed and course comes before 1003,
+// because that velocity is of the same time as its position.
 std::string PositionSource(const Census& census, const SurveyPlan& plan) {
   if (const std::string beside = BesideAmong(census.positions); !beside.empty()) return beside;
+  if (!Most(census.velocities, "1015").empty()) return "1015";
   for (const Counts& counts : {OfActive(census.positions, plan), census.positions})
     for (const char* const alone : {"#SPO", "P", "xtf_position", "1003", "1015"})
       if (const auto best = Most(counts, alone); !best.empty()) return best;

@@ -16,6 +16,7 @@
 #include "codecs/s7k_writer.hpp"
 #include "common/convert/convert.hpp"
 #include "common/core/channel_names.hpp"
+#include "common/core/pose.hpp"
 #include "common/storage/event_log.hpp"
 #include "mapper/mapper_config.hpp"
 #include "mapper/navigation/dead_reckoning.hpp"
@@ -46,6 +47,15 @@ FileBytes S7kPing(const MbesPing& ping) {
   return bytes;
 }
 
+// 1015 is the only record with a velocity.
+FileBytes S7kPosition(const NavigationRecord& sample) {
+  FileBytes bytes = EncodeS7k1003(sample);
+  if (!sample.velocity) return bytes;
+  const FileBytes navigation = EncodeS7k1015(sample);
+  bytes.insert(bytes.end(), navigation.begin(), navigation.end());
+  return bytes;
+}
+
 constexpr Format kFormats[] = {
     {".kmall",
      [](const SonarInstallation& i) { return EncodeIip(i, KmallHeader{}); },
@@ -54,7 +64,7 @@ constexpr Format kFormats[] = {
      [](const std::vector<NavigationRecord>& m) { return EncodeSkm(m, KmallHeader{}); },
      [](const NavigationRecord& p) { return EncodeSpo(p, KmallHeader{}); }},
     {".all", EncodeEmI, EncodeEmU, EncodeEmN, EncodeEmA, EncodeEmP, true},
-    {".s7k", EncodeS7k7030, EncodeS7k1009, S7kPing, EncodeS7k1016, EncodeS7k1003},
+    {".s7k", EncodeS7k7030, EncodeS7k1009, S7kPing, EncodeS7k1016, S7kPosition},
 };
 
 const Format* FormatOf(const std::filesystem::path& file) {
@@ -174,7 +184,9 @@ class Writer {
     record.position = PositionOf(*state);
     // height for a water line on the ellipsoid
     record.height_m = -state->T_map_vehicle.translation().z();
-    record.velocity = GivenVelocity{state->v_map_mps};
+    // That of the INS's navigation: its corrections of position are not motion.
+    if (options_.velocity_with_position) record.velocity = GivenVelocity{state->v_map_mps};
+    record.heading_rad = RpyFromRotation(state->T_map_vehicle.linear()).z();
     Write(format_.position(record));
     ++result_.positions;
   }

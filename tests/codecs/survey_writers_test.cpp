@@ -134,12 +134,16 @@ TEST(S7kWriter, IsReadBackWithinItsRounding) {
   const std::vector<NavigationRecord> motion{Motion(kMidnight + 100, 359.999),
                                              Motion(kMidnight + 20'000, 0.001)};
   SoundVelocityProfile profile{FromUtime(kMidnight), {0.0, 10.5}, {1490.0, 1485.25}};
+  NavigationRecord navigation_sent = motion[0];
+  navigation_sent.heading_rad = Deg2Rad(-90.0);
+  navigation_sent.height_m = -12.5;
   S7kPingId id;
   id.ping_number = ping.ping_number;
   const auto file = ReadBack<S7kFileReader>({EncodeS7k7030(Installation()),
                                              EncodeS7k1009(profile),
                                              EncodeS7k1016(motion),
                                              EncodeS7k1003(motion[0]),
+                                             EncodeS7k1015(navigation_sent),
                                              EncodeS7k7000(id, ping.time, ping.sound_speed_mps),
                                              EncodeS7k7027(id, ping)});
   EXPECT_TRUE(file.counters.empty()) << file.counters.begin()->first;
@@ -147,10 +151,15 @@ TEST(S7kWriter, IsReadBackWithinItsRounding) {
   ASSERT_EQ(pings.size(), 1u);
   ExpectBeams(pings[0], ping, 1e-6, false);
   const auto navigation = file.All<NavigationRecord>();
-  ASSERT_EQ(navigation.size(), 3u);
+  ASSERT_EQ(navigation.size(), 4u);
   for (std::size_t i = 0; i < 2; ++i) ExpectMotion(navigation[i], motion[i], 1e-6);
   ASSERT_TRUE(navigation[2].position);
   EXPECT_NEAR(navigation[2].position->longitude_rad, motion[0].position->longitude_rad, 1e-12);
+  ASSERT_TRUE(navigation[3].position && navigation[3].velocity && navigation[3].heading_rad);
+  EXPECT_NEAR(navigation[3].position->latitude_rad, motion[0].position->latitude_rad, 1e-12);
+  EXPECT_TRUE(navigation[3].velocity->v_ned_mps.isApprox(Eigen::Vector3d(1.0, -1.0, 0.0), 1e-6));
+  EXPECT_NEAR(*navigation[3].heading_rad, Deg2Rad(270.0), 1e-6);
+  EXPECT_EQ(navigation[3].height_m, -12.5);
   const auto installations = file.All<SonarInstallation>();
   ASSERT_EQ(installations.size(), 1u);
   const SonarInstallation sent = Installation();

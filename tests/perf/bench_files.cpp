@@ -74,13 +74,16 @@ void Run(const std::string& survey_file,
          int runs,
          int dives,
          const std::string& format,
+         bool velocities,
          const std::string& keep) {
   std::printf(
-      "survey %s, errors %s, as .%s, a fix of %.0f m every %.0f s; shape error RMS [m], before and "
+      "survey %s, errors %s, as .%s%s, a fix of %.0f m every %.0f s; shape error RMS [m], before "
+      "and "
       "after\n",
       survey_file.c_str(),
       errors.c_str(),
       format.c_str(),
+      velocities ? "" : ", positions without velocities",
       kFixSigmaM,
       kFixEveryS);
   std::printf("%5s %10s %10s | %10s %10s | %6s %6s",
@@ -115,14 +118,15 @@ void Run(const std::string& survey_file,
     const fs::path log = dir.path() / "survey.lcmlog";
     bench::WriteLog(&simulator, drivers, {}, log, {});
     const fs::path mapper = WriteMapperConfigFor(survey, ConfigDir(), dir.path());
-    const fs::path kmall = dir.path() / ("survey." + format);
-    const SurveyWriterResult file =
-        WriteSurveyFile({log, LoadMapperConfig(mapper.string()), kmall});
+    const fs::path given_file = dir.path() / ("survey." + format);
+    SurveyWriterOptions writer{log, LoadMapperConfig(mapper.string()), given_file};
+    writer.velocity_with_position = velocities;
+    const SurveyWriterResult file = WriteSurveyFile(writer);
     const fs::path truth = bench::TruthPathFor(log);
     const ProductSummary a = Map({log}, mapper, truth, dir.path() / "a");
     const fs::path given = dir.path() / "given.yaml";
     WriteGivenConfig(mapper, survey.errors, given);
-    const ProductSummary b = Map({kmall}, given, truth, dir.path() / "b");
+    const ProductSummary b = Map({given_file}, given, truth, dir.path() / "b");
     const double sensors = a.truth->after_aligned.position_rms_m;
     const double files = b.truth->after_aligned.position_rms_m;
     sensors2 += sensors * sensors;
@@ -136,7 +140,7 @@ void Run(const std::string& survey_file,
                 static_cast<long long>(file.fixes),
                 files / sensors);
     if (dives > 1) {
-      const auto folders = testing::CutKmall(kmall, dives, dir.path(), "dive");
+      const auto folders = testing::CutKmall(given_file, dives, dir.path(), "dive");
       const ProductSummary c = Map(folders, given, truth, dir.path() / "c");
       const double cut = c.truth->after_aligned.position_rms_m;
       dives2 += cut * cut;
@@ -179,10 +183,12 @@ int main(int argc, char** argv) try {
   app.add_option("--format", format, "of the files; dives are cut from kmall")
       ->check(CLI::IsMember({"kmall", "all", "s7k"}))
       ->capture_default_str();
+  bool velocities = true;
+  app.add_flag("!--no-velocities", velocities, "positions of the INS without velocities");
   std::string keep;
   app.add_option("--keep", keep, "leaves logs, files and maps in this folder, by seed");
   CLI11_PARSE(app, argc, argv);
-  seastitch::Run(survey, errors, first_seed, runs, dives, format, keep);
+  seastitch::Run(survey, errors, first_seed, runs, dives, format, velocities, keep);
   return 0;
 } catch (const std::exception& e) {
   std::fprintf(stderr, "seastitch-bench-files: %s\n", e.what());

@@ -230,7 +230,7 @@ TEST_F(SeveralDives, EachHasItsOwnNavigationAndTimeOffsetInTheReport) {
 }
 
 // Maps made from survey files of each format agree, except for the formats' rounding and for what
-// .s7k does not contain (velocity, delays of sectors).
+// .s7k does not contain (delays of sectors).
 TEST_F(SeveralDives, EveryFormatThatIsWrittenGivesTheMap) {
   ASSERT_EQ(Replay("whole.kmall").exit_code, 0);
   const double kmall_m = Report()["truth"]["aligned_position_rms_m"]["after"];
@@ -248,7 +248,7 @@ TEST_F(SeveralDives, EveryFormatThatIsWrittenGivesTheMap) {
   }
 }
 
-// An INS that uses a fix now and then, and jumps. .s7k contains no velocities.
+// An INS that uses a fix now and then, and jumps. A .s7k with 1003 alone has no velocities.
 TEST_F(SeveralDives, JumpsOfTheInsAreTakenOutWhateverTheFormat) {
   const TemporaryDir dir;
   const std::string survey = std::regex_replace(
@@ -258,11 +258,12 @@ TEST_F(SeveralDives, JumpsOfTheInsAreTakenOutWhateverTheFormat) {
       dir.Write("s.yaml", survey + "position_fixes: {interval_s: 60.0, sigma_m: 3.0}\n") +
       " --log " + (dir.path() / "l.lcmlog").string());
   ASSERT_EQ(bench.exit_code, 0) << bench.output;
-  for (const char* const name : {"jumps.kmall", "jumps.all", "jumps.s7k"}) {
-    const SurveyWriterResult written =
-        WriteSurveyFile({dir.path() / "l.lcmlog",
-                         InsAtDatum(ConfigFile("mapper_ins_tactical.yaml")),
-                         dir.path() / name});
+  for (const char* const name : {"jumps.kmall", "jumps.all", "jumps.s7k", "of_1003.s7k"}) {
+    SurveyWriterOptions options{dir.path() / "l.lcmlog",
+                                InsAtDatum(ConfigFile("mapper_ins_tactical.yaml")),
+                                dir.path() / name};
+    options.velocity_with_position = std::string(name) != "of_1003.s7k";
+    const SurveyWriterResult written = WriteSurveyFile(options);
     ASSERT_GE(written.fixes, 2);
     const CommandResult result = Replay((dir.path() / name).string());
     ASSERT_EQ(result.exit_code, 0) << result.output;

@@ -282,6 +282,37 @@ TEST(SurveySensors, HeadingIsNotInterpolatedOverAGap) {
   EXPECT_LE(played.Count("survey_attitude_without_heading"), 220);
 }
 
+// 7k Center writes 1003 and 1015 of one INS, once per second. Only 1015 has a velocity.
+TEST(SurveySensors, PositionsOf1015AreUsedWithTheirVelocity) {
+  TemporaryDir dir;
+  for (const double speed_mps : {1.5, 0.0}) {  // 0: not filled in
+    std::string bytes;
+    for (int i = 0; i < 10; ++i) {
+      NavigationRecord sample;
+      sample.time = Kmall::At(i);
+      sample.position = GivenPosition{Deg2Rad(57.0), Deg2Rad(5.0)};
+      sample.velocity = GivenVelocity{{speed_mps, 0.0, 0.0}};
+      sample.attitude = Attitude{};
+      for (const auto& record :
+           {EncodeS7k1003(sample), EncodeS7k1015(sample), EncodeS7k1016({sample})})
+        bytes.append(record.begin(), record.end());
+    }
+    SurveyFiles survey(PlanSurvey({dir.Write("a.s7k", bytes)}));
+    Bus bus("memq://");
+    int positions = 0, velocities = 0;
+    bus.Subscribe<navigation_t>(channels::kIns, 0, [&](const navigation_t& message) {
+      const auto sample = FromLcm(message);
+      ASSERT_TRUE(sample);
+      positions += sample->position ? 1 : 0;
+      velocities += sample->velocity ? 1 : 0;
+    });
+    while (survey.PublishNext(&bus)) bus.HandleAll();
+    EXPECT_EQ(survey.plan().position_source, speed_mps > 0.0 ? "1015" : "1003");
+    EXPECT_EQ(positions, 10);
+    EXPECT_EQ(velocities, speed_mps > 0.0 ? 10 : 0);
+  }
+}
+
 // --- files ---------------------------------------------------------------------------------------
 
 TEST(SurveyInputs, LargeFirstDatagramsDoNotHideThePositions) {
