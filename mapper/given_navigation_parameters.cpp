@@ -69,6 +69,15 @@ void DeclareGivenNavigation(MapperParams* params, ParameterTable* table) {
            "equally good everywhere. False: it dead reckons, and an occasional fix shows as a jump "
            "of its position.")
       .DataSheet();
+  section
+      .Add(
+          "follow_velocity",
+          &p->follow_velocity,
+          "True: the track follows the system's velocity, and whatever else its position does is a "
+          "correction of the system: for one that dead reckons with a Doppler log. False: the "
+          "track "
+          "follows the position, apart from jumps: for velocities of GPS, and all that lag.")
+      .DataSheet();
   section.Add(
       "min_jump_m",
       &p->min_jump_m,

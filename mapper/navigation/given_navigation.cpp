@@ -80,7 +80,7 @@ GivenNavigation::GivenNavigation(const GivenNavigationParams& params,
       vehicle_(vehicle),
       to_map_(std::make_unique<GeographicLib::LocalCartesian>(
           Rad2Deg(vehicle.datum_latitude_rad), Rad2Deg(vehicle.datum_longitude_rad), 0.0)),
-      jumps_(params.min_jump_m) {}
+      jumps_(params.min_jump_m, params.follow_velocity) {}
 GivenNavigation::~GivenNavigation() = default;
 
 // --- samples in ----------------------------------------------------------------------------------
@@ -187,11 +187,11 @@ void GivenNavigation::Finish() {
   early_fixes_.clear();
 }
 
-// Converts positions of the INS to the vehicle's, finds their jumps, and stores them as places.
+// Finds the jumps of the INS's positions, which its velocities are of as well, and stores them as
+// places of the vehicle.
 void GivenNavigation::Proceed(bool finish) {
   if (attitudes_.empty()) return;
-  const Eigen::Vector3d lever_m = vehicle_.T_vehicle_imu.translation();
-  const bool has_lever = !lever_m.isZero();
+  const bool has_lever = !vehicle_.T_vehicle_imu.translation().isZero();
   const auto waits_for_attitude = [&](const JumpFinder::Position& position) {
     return (has_lever || !position.v_mps) && position.time > attitudes_.back().time;
   };
@@ -203,7 +203,6 @@ void GivenNavigation::Proceed(bool finish) {
       Count("ins_position_without_attitude");
       continue;
     }
-    if (has_lever) position.given_m -= (attitude->q_map_vehicle * lever_m).head<2>();
     if (attitude)
       position.heading_rad = RpyFromRotation(attitude->q_map_vehicle.toRotationMatrix()).z();
     jumps_.Add(position);
@@ -217,6 +216,9 @@ void GivenNavigation::Proceed(bool finish) {
 
 void GivenNavigation::AddPlace(const JumpFinder::Steady& steady) {
   Place place{steady.time, steady.steady_m, kUnknownVelocity, steady.sigma_m, 0.0, 0.0};
+  const Eigen::Vector3d& lever_m = vehicle_.T_vehicle_imu.translation();
+  if (!lever_m.isZero())
+    place.p_map -= (AttitudeAt(steady.time)->q_map_vehicle * lever_m).head<2>();
   if (place.sigma_m <= 0.0) place.sigma_m = params_.position_sigma_m;
   if (!places_.empty()) {
     const Place& from = places_.back();
@@ -245,7 +247,7 @@ void GivenNavigation::GiveFix(const JumpFinder::Steady& steady) {
          {steady.given_m,
           sigma_m * sigma_m * Eigen::Matrix2d::Identity(),
           kOfIns,
-          Eigen::Vector3d::Zero()});
+          vehicle_.T_vehicle_imu.translation()});
 }
 
 void GivenNavigation::Trim() {

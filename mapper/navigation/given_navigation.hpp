@@ -41,6 +41,8 @@ struct GivenNavigationParams {
   // its track, and its position is known.
   bool uses_position_fixes = false;
   double min_jump_m = 0.3;  // a smaller jump of the position counts as motion
+  // True: the track follows the INS's velocity, and its position counts only where it jumps.
+  bool follow_velocity = false;
 };
 
 // Navigation that an INS (or a file) has computed: its poses, interpolated between samples.

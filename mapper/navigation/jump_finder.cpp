@@ -128,21 +128,29 @@ void JumpFinder::DecideFirst(std::vector<Steady>* out) {
     return;
   }
   Steady steady{first.position, {}};
+  Eigen::Vector2d correction_m = Eigen::Vector2d::Zero();   // no motion of the vehicle
+  Eigen::Vector2d unexplained_m = Eigen::Vector2d::Zero();  // by the velocity
+  if (first.by_velocity && !before_.empty())
+    unexplained_m = first.residual_m - before_.back().residual_m;
   if (const auto jump_m = JumpIn(window, noise_m)) {
     steady.jumped = true;
     steady.jump_variance_m2 = window.variance * noise_m * noise_m;
-    jumps_m_ += *jump_m;
+    correction_m = *jump_m;
     slide_m_.setZero();
     before_.clear();
   } else if (Slides(noise_m, first)) {
-    const Eigen::Vector2d moved_m = first.residual_m - before_.back().residual_m;
-    jumps_m_ += moved_m;
-    slide_m_ += moved_m;
+    correction_m = unexplained_m;
+    slide_m_ += unexplained_m;
   } else if (!slide_m_.isZero()) {
     steady.jumped = slide_m_.norm() > min_jump_m_;
     steady.jump_variance_m2 = 2.0 * noise_m * noise_m;
     slide_m_.setZero();
   }
+  if (follow_velocity_ && first.by_velocity) {
+    correction_m = unexplained_m;
+    steady.jump_variance_m2 = 0.0;
+  }
+  jumps_m_ += correction_m;
   if (!before_.empty()) {
     std::vector<double> step_m;
     AddDistances(window.after_m.front(), window.before_m.back(), &step_m);

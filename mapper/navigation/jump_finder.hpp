@@ -37,14 +37,18 @@ class JumpFinder {
     }
   };
   struct Steady : Position {
-    Eigen::Vector2d steady_m = Eigen::Vector2d::Zero();  // given_m minus all jumps so far
+    // given_m minus all jumps so far, and minus what the velocity does not explain if it is
+    // followed
+    Eigen::Vector2d steady_m = Eigen::Vector2d::Zero();
     bool jumped =
         false;  // between the previous position and this one, or by a slide that ends here
     double jump_variance_m2 = 0.0;  // variance of the jump, each axis
   };
 
-  // min_jump_m: smaller steps are not jumps.
-  explicit JumpFinder(double min_jump_m) : min_jump_m_(min_jump_m) {}
+  // min_jump_m: smaller steps are not jumps. follow_velocity: the track follows the velocity, where
+  // there is one, between jumps as well; else the position.
+  JumpFinder(double min_jump_m, bool follow_velocity)
+      : min_jump_m_(min_jump_m), follow_velocity_(follow_velocity) {}
 
   // Times must increase.
   void Add(const Position& position);
@@ -58,7 +62,8 @@ class JumpFinder {
   std::vector<Position> Waiting() const;
   int spikes() const { return spikes_; }
 
-  // For a restart. Not saved: min_jump_m_, which is configured; spikes_, of one process.
+  // For a restart. Not saved: min_jump_m_ and follow_velocity_, which are configured; spikes_, of
+  // one process.
   template <class Archive, class Self>
   static void Fields(Archive& archive, Self& self) {
     archive(self.waiting_, self.last_, self.before_, self.steps_m_, self.jumps_m_);
@@ -92,12 +97,13 @@ class JumpFinder {
   double Noise(const Window& window) const;
 
   double min_jump_m_;
+  bool follow_velocity_;
   std::deque<Entry> waiting_;    // not decided
   std::optional<Entry> last_;    // the last one added
   std::deque<Entry> before_;     // decided, since the last jump or gap
   std::deque<double> steps_m_;   // of the residual from one position to the next, both axes
   std::deque<double> shifts_m_;  // of the residual, from the positions before to those after
-  Eigen::Vector2d jumps_m_ = Eigen::Vector2d::Zero();  // slides included
+  Eigen::Vector2d jumps_m_ = Eigen::Vector2d::Zero();  // given_m minus steady_m
   Eigen::Vector2d slide_m_ = Eigen::Vector2d::Zero();  // since the slide began; 0: none
   int spikes_ = 0;
 };

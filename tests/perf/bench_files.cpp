@@ -65,6 +65,7 @@ void WriteGivenConfig(const fs::path& base, const bench::SensorErrors& e, const 
   ins.distance_ratio = e.dvl_scale;
   ins.random_walk_m_per_rtm = 0.01;
   ins.position_sigma_m = kFixSigmaM;
+  ins.follow_velocity = true;  // of an INS with a Doppler log
   std::ofstream(path) << PrintConfig(config);
 }
 

@@ -70,6 +70,9 @@ struct JumpSurvey {
   double jump_takes_s = 0.0;                                      // 0: it is sudden
   double lag_s = 0.0;                                             // of the velocity
   Eigen::Vector2d not_in_velocity_mps = Eigen::Vector2d::Zero();  // as of one through the water
+  double walk_m_per_rts = 0.0;  // of the position: an INS that corrects itself all the time
+  bool follow_velocity = false;
+  double lever_m = 0.0;   // of the INS, forward of the vehicle's reference point
   bool restless = false;  // turns of 5 m radius, comes to a stop and sets off again, side current
 };
 
@@ -89,9 +92,17 @@ Eigen::Vector2d TrueVelocity(const JumpSurvey& survey, double t_s, double* yaw_r
 
 JumpTrial RunJumps(const JumpSurvey& survey, Rng* rng) {
   GivenNavigationParams params;
-  GivenNavigation navigation(params, NavigationParams{}, VehicleGeometry{});
+  params.follow_velocity = survey.follow_velocity;
+  VehicleGeometry vehicle;
+  vehicle.T_vehicle_imu.translation().x() = survey.lever_m;
+  GivenNavigation navigation(params, NavigationParams{}, vehicle);
   JumpTrial trial;
   const double dt_s = 1.0 / survey.rate_hz;
+  const auto lever_at = [&survey](double t_s) -> Eigen::Vector2d {
+    double yaw_rad = 0.0;
+    TrueVelocity(survey, t_s, &yaw_rad);
+    return survey.lever_m * Eigen::Vector2d(std::cos(yaw_rad), std::sin(yaw_rad));
+  };
   const int between = static_cast<int>(100.0 * survey.rate_hz);
   Eigen::Vector2d p = Eigen::Vector2d::Zero();
   Eigen::Vector2d error = Eigen::Vector2d::Zero();
@@ -109,11 +120,14 @@ JumpTrial RunJumps(const JumpSurvey& survey, Rng* rng) {
     const double left = std::max(0.0, survey.jump_takes_s - std::fmod(dt_s * i, 100.0));
     const bool moves = i >= between && (survey.jump_takes_s == 0.0 ? i % between == 0 : left > 0.0);
     if (moves) error += share * to_come;
-    Eigen::Vector2d given = p + error + survey.noise_m * Eigen::Vector2d(Normal(rng), Normal(rng));
+    error += survey.walk_m_per_rts * std::sqrt(dt_s) * Eigen::Vector2d(Normal(rng), Normal(rng));
+    Eigen::Vector2d given =
+        p + lever_at(dt_s * i) + error + survey.noise_m * Eigen::Vector2d(Normal(rng), Normal(rng));
     if (i % between == between / 2) given.x() += survey.spike_m;
     double yaw_then = 0.0;
     const Eigen::Vector2d v_given = TrueVelocity(survey, dt_s * i - survey.lag_s, &yaw_then) -
                                     survey.not_in_velocity_mps +
+                                    (lever_at(dt_s * i) - lever_at(dt_s * (i - 1))) / dt_s +
                                     0.02 * Eigen::Vector2d(Normal(rng), Normal(rng));
     navigation.Add(
         SampleOf(dt_s * i, given, yaw, survey.velocity ? std::optional(v_given) : std::nullopt));
@@ -181,6 +195,44 @@ TEST(GivenNavigation, TakesASlideOfSecondsOutOfTheTrack) {
         RunJumps({.jump_m = 6.0, .noise_m = noise_m, .jump_takes_s = 4.0}, &rng);
     EXPECT_EQ(slides.jumps, 10);
     EXPECT_LT(slides.largest_off_m, 1.5);  // of some 20 m that ten slides of any direction make
+  }
+}
+
+// An INS that corrects its position by some centimetres all the time, and jumps now and then. Only
+// its velocity is how the vehicle moved.
+TEST(GivenNavigation, FollowsTheVelocityIfThatIsStated) {
+  for (const double takes_s : {0.0, 4.0}) {
+    JumpSurvey survey{
+        .jump_m = 6.0, .noise_m = 0.0, .jump_takes_s = takes_s, .walk_m_per_rts = 0.03};
+    Rng rng(8);
+    const JumpTrial by_position = RunJumps(survey, &rng);
+    survey.follow_velocity = true;
+    rng.seed(8);
+    const JumpTrial by_velocity = RunJumps(survey, &rng);
+    std::printf("off by %.2f m, %.2f m where the velocity is followed\n",
+                by_position.largest_off_m,
+                by_velocity.largest_off_m);
+    EXPECT_EQ(by_velocity.jumps, 10);
+    EXPECT_GT(by_position.largest_off_m, 1.0);
+    EXPECT_LT(by_velocity.largest_off_m, 0.5);
+    EXPECT_LT(by_velocity.largest_step_m, 0.43) << "0.4 m of way";
+  }
+  Rng rng(8);
+  const JumpTrial alone =
+      RunJumps({.jump_m = 1.0, .velocity = false, .follow_velocity = true}, &rng);
+  EXPECT_EQ(alone.jumps, 10) << "positions alone are followed as ever";
+  EXPECT_LT(alone.largest_off_m, 1.5);
+}
+
+// In a turn of 180 degrees an INS 5 m ahead of the reference point moves 10 m relative to it. Its
+// velocity shows that.
+TEST(GivenNavigation, TakesALeverArmForNoSlide) {
+  for (const bool follow : {false, true}) {
+    Rng rng(9);
+    const JumpTrial none =
+        RunJumps({.noise_m = 0.02, .follow_velocity = follow, .lever_m = 5.0}, &rng);
+    EXPECT_EQ(none.jumps, 0);
+    EXPECT_LT(none.largest_off_m, 0.6);
   }
 }
 
