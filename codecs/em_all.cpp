@@ -228,21 +228,16 @@ void AddSensors(SonarInstallation* out) {
     out->sensors.push_back({name,
                             i == active,
                             Eigen::Isometry3d(Eigen::Translation3d(Place(values, name))),
-                            NumberOr0(values, name + "D")});
+                            NumberOr0(values, name + "D"),
+                            true});
   }
   const double attitude = NumberOr0(values, "ARO");
   for (const auto& [name, number] : {std::pair{"MS", 2.0}, std::pair{"NS", 3.0}})
     out->sensors.push_back({name,
                             attitude == number,
                             Eigen::Isometry3d(Eigen::Translation3d(Place(values, name))),
-                            NumberOr0(values, std::string(name) + "D") / 1000.0});
-}
-
-const InstalledSensor* SensorOf(const SonarInstallation& installation, const std::string& name) {
-  const auto found = std::find_if(installation.sensors.begin(),
-                                  installation.sensors.end(),
-                                  [&name](const InstalledSensor& s) { return s.name == name; });
-  return found == installation.sensors.end() ? nullptr : &*found;
+                            NumberOr0(values, std::string(name) + "D") / 1000.0,
+                            true});
 }
 
 }  // namespace
@@ -366,7 +361,7 @@ std::optional<NavigationRecord> DecodeEmP(const EmDatagram& datagram,
   if ((descriptor & kActiveByItsOwnTime) == kActiveByItsOwnTime)
     if (const auto time_of_day = TimeOfGga(raw))
       sample.time = NearestTimeOfDay(*time_of_day, datagram.time);
-  if (const InstalledSensor* const sensor = SensorOf(installation, sample.source);
+  if (const InstalledSensor* const sensor = installation.SensorOf(sample.source);
       sensor != nullptr && std::abs(sensor->delay_s) < 60.0)
     sample.time -= FromSeconds(sensor->delay_s);
   const double sigma_m = quality_cm < kNoQuality ? quality_cm / 100.0 : 0.0;

@@ -1,5 +1,6 @@
 #include "codecs/kmall_file.hpp"
 
+#include <cmath>
 #include <string>
 #include <utility>
 
@@ -30,14 +31,36 @@ void KmallFileReader::Read(Bytes record, std::vector<SurveyRecord>* out) {
 bool KmallFileReader::ReadSensor(const KmallHeader& header,
                                  Bytes datagram,
                                  std::vector<SurveyRecord>* out) {
-  if (header.Is("#SKM")) return AppendRecords(DecodeSkm(datagram), out);
-  if (header.Is("#SPO")) return AppendRecords(DecodeSpo(datagram), out);
+  if (header.Is("#SKM")) {
+    auto motion = DecodeSkm(datagram);
+    if (motion)
+      for (NavigationRecord& sample : *motion) sample.time -= DelayOf("ATTI_", sample.source);
+    return AppendRecords(std::move(motion), out);
+  }
+  if (header.Is("#SPO")) {
+    auto position = DecodeSpo(datagram);
+    if (position) position->time -= DelayOf("POSI_", position->source);
+    return AppendRecords(std::move(position), out);
+  }
   if (header.Is("#SVP")) return AppendRecords(DecodeSvp(datagram), out);
   if (header.Is("#SVT")) return AppendRecords(DecodeSvt(datagram), out);
-  if (header.Is("#IIP")) return AppendRecords(DecodeIip(datagram), out);
+  if (header.Is("#IIP")) {
+    auto installation = DecodeIip(datagram);
+    if (installation) installation_ = *installation;
+    return AppendRecords(std::move(installation), out);
+  }
   if (header.Is("#IOP")) return AppendRecords(DecodeIop(datagram), out);
   CountIgnored("kmall", std::string(header.type.begin() + 1, header.type.end()));
   return true;
+}
+
+Duration KmallFileReader::DelayOf(const std::string& kind, const std::string& source) const {
+  constexpr double kMostS = 60.0;
+  // Records of system 0 ("#SKM0") are those of sensor 1 ("ATTI_1").
+  const std::string name = kind + std::to_string(std::stoi(source.substr(4)) + 1);
+  const InstalledSensor* const sensor = installation_.SensorOf(name);
+  const bool usable = sensor != nullptr && std::abs(sensor->delay_s) < kMostS;
+  return usable ? FromSeconds(sensor->delay_s) : Duration{};
 }
 
 void KmallFileReader::ReadPing(Bytes datagram, std::vector<SurveyRecord>* out) {

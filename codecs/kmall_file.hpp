@@ -10,7 +10,8 @@ namespace seastitch {
 
 // Reader of a .kmall file: #MRZ (raw ping, then the same ray traced by the sonar), #SKM (motion),
 // #SPO (position), #SVP (profile), #SVT (sound speed at the transducer), #IIP (installation), #IOP
-// (settings).
+// (settings). The delays of sensors in #IIP are subtracted from the times of #SKM and #SPO, which
+// are those of the sensor's data or of their arrival, uncorrected (Kongsberg 410224).
 class KmallFileReader : public SurveyReader {
  public:
   // Counters of every reader and of KmallReassembler, and kmall_version_unknown and
@@ -26,7 +27,11 @@ class KmallFileReader : public SurveyReader {
   // False: malformed.
   bool ReadSensor(const KmallHeader& header, Bytes datagram, std::vector<SurveyRecord>* out);
 
+  // Delay of the sensor of this kind ("ATTI_", "POSI_") with these records; 0: none is stated.
+  Duration DelayOf(const std::string& kind, const std::string& source) const;
+
   KmallReassembler reassembler_{PartCollectorParams{}};
+  SonarInstallation installation_;  // the latest
 };
 
 }  // namespace seastitch

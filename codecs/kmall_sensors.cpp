@@ -226,7 +226,8 @@ void AddItem(const std::string& name, const Values& item, SonarInstallation* out
   } else if (name.starts_with("POSI_") || name.starts_with("ATTI_")) {
     const auto use = item.find("U");
     if (use == item.end() || use->second == "NOT_SET") return;
-    out->sensors.push_back({name, use->second == "ACTIVE", Mounting(item), NumberOr0(item, "D")});
+    out->sensors.push_back(
+        {name, use->second == "ACTIVE", Mounting(item), NumberOr0(item, "D"), true});
   }
 }
 

@@ -99,7 +99,8 @@ struct InstalledSensor {
   std::string name;     // as in the file: "POSI_1", "P1", "MS"
   bool active = false;  // the sonar used this one, where there are several
   Eigen::Isometry3d T_vehicle_sensor = Eigen::Isometry3d::Identity();
-  double delay_s = 0.0;  // its stamps are late by this: subtract it
+  double delay_s = 0.0;           // as the file states it: by so much its stamps are late
+  bool delay_is_applied = false;  // NavigationRecord::time has it subtracted
 };
 
 // Installation parameters of a survey. Vehicle axes: forward, starboard, down from the reference
@@ -117,6 +118,12 @@ struct SonarInstallation {
   // Null where the file names no array.
   const InstalledArray* TransmitterOf(std::size_t head) const { return Of(transmitters, head); }
   const InstalledArray* ReceiverOf(std::size_t head) const { return Of(receivers, head); }
+  // Null where the file has no sensor of this name.
+  const InstalledSensor* SensorOf(const std::string& name) const {
+    const auto found = std::find_if(
+        sensors.begin(), sensors.end(), [&name](const auto& s) { return s.name == name; });
+    return found == sensors.end() ? nullptr : &*found;
+  }
 
  private:
   static const InstalledArray* Of(const std::vector<InstalledArray>& arrays, std::size_t head) {

@@ -129,6 +129,7 @@ void SurveyFiles::OnNavigation(const NavigationRecord& n, Bus* bus) {
   if (n.velocity) {
     velocity_ = n.velocity;
     velocity_time_ = n.time;
+    velocity_source_ = n.source;
   }
   if (n.source == plan_.attitude_source) {
     if (n.attitude)
@@ -151,11 +152,28 @@ void SurveyFiles::OnNavigation(const NavigationRecord& n, Bus* bus) {
   sample.source = n.source;
   sample.position =
       InsPosition{position.latitude_rad, position.longitude_rad, position.sigma_north_east_m};
-  if (velocity_ && velocity_time_ <= n.time && ToSeconds(n.time - velocity_time_) <= kVelocityHoldS)
-    sample.velocity = InsVelocity{velocity_->v_ned_mps, velocity_->sigma_mps};
+  sample.velocity = VelocityAtPosition(n.time);
   if (n.height_m) sample.height = InsVertical{*n.height_m, 0.0};
   PublishIns(sample, bus);
   position_.AddSample(n.time, position_.max_gap_s);
+}
+
+// Velocity of the point that positions are of. Where the velocity is that of another point, the
+// mean motion of the one relative to the other since the last position is added.
+std::optional<InsVelocity> SurveyFiles::VelocityAtPosition(Time t) {
+  if (!velocity_ || velocity_time_ > t || ToSeconds(t - velocity_time_) > kVelocityHoldS)
+    return std::nullopt;
+  InsVelocity velocity{velocity_->v_ned_mps, velocity_->sigma_mps};
+  const Eigen::Vector3d p_vehicle_m =
+      plan_.PointOf(plan_.position_source) - plan_.PointOf(velocity_source_);
+  if (p_vehicle_m.isZero()) return velocity;
+  if (!q_ned_vehicle_) return std::nullopt;
+  const Lever now{t, *q_ned_vehicle_ * p_vehicle_m};
+  const std::optional<Lever> before = std::exchange(lever_, now);
+  if (!before || before->time >= t || ToSeconds(t - before->time) > position_.max_gap_s)
+    return std::nullopt;
+  velocity.v_ned_mps += (now.p_ned_m - before->p_ned_m) / ToSeconds(t - before->time);
+  return velocity;
 }
 
 void SurveyFiles::OnAttitude(Time t,

@@ -95,6 +95,7 @@ class SurveyFiles {
   void CloseIfEnded(Input* input);
   bool IsRepeated(Time t, const PingId& id);
   void OnNavigation(const NavigationRecord& record, Bus* bus);
+  std::optional<InsVelocity> VelocityAtPosition(Time t);
   void OnAttitude(Time t, const Attitude& attitude, const NavigationRecord& record, Bus* bus);
   void OnHeading(Time t, double heading_rad, Bus* bus);
   void OnPing(const MbesPing& ping, Bus* bus);
@@ -118,7 +119,13 @@ class SurveyFiles {
   std::optional<Turn> heading_;
   std::optional<GivenVelocity> velocity_;
   Time velocity_time_;
+  std::string velocity_source_;
   std::optional<Eigen::Quaterniond> q_ned_vehicle_;  // the last
+  struct Lever {
+    Time time;
+    Eigen::Vector3d p_ned_m;
+  };
+  std::optional<Lever> lever_;  // at the last position, from the velocity's point to the position's
   std::optional<double> depth_m_;
   std::optional<RayTracer> rays_;  // of the last profile
   std::function<void(const PlacedPing&)> on_placed_ping_;

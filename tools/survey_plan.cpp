@@ -340,11 +340,8 @@ VehicleGeometry VehicleOf(const SurveyPlan& plan) {
   for (std::size_t head = 1; head < heads; ++head)
     vehicle.more_heads.push_back({Centre(*i.TransmitterOf(head)), i.ReceiverOf(head)->At(0)});
   if (plan.depth == SurveyPlan::Depth::kHeave) vehicle.p_vehicle_depth_m = HeavingPoint(plan);
-  // The lever arm is that of the position sensor, which may be another than the attitude sensor.
-  // #SPO already refers to the reference point, as #MRZ does.
-  if (plan.position_source.starts_with("#SPO")) return vehicle;
-  if (const InstalledSensor* const sensor = plan.SensorOf(plan.position_source))
-    vehicle.T_vehicle_imu.translation() = sensor->T_vehicle_sensor.translation();
+  // The position sensor may be another than the attitude sensor.
+  vehicle.T_vehicle_imu.translation() = plan.PointOf(plan.position_source);
   return vehicle;
 }
 
@@ -391,6 +388,18 @@ std::string Text(const char* name, const Eigen::Isometry3d& pose) {
   return line;
 }
 
+// A line about the delay that the installation states for a sensor; empty: none.
+std::string DelayText(const InstalledSensor* sensor) {
+  if (sensor == nullptr || sensor->delay_s == 0.0) return "";
+  char line[120];
+  std::snprintf(line,
+                sizeof line,
+                "    its stamps are late by %.3f s: %s\n",
+                sensor->delay_s,
+                sensor->delay_is_applied ? "corrected" : "not corrected (docs/survey-files.md)");
+  return line;
+}
+
 // The names of the files for which this holds: three, and the number of the others.
 std::string Names(const std::vector<PlannedFile>& files,
                   const std::function<bool(const PlannedFile&)>& holds) {
@@ -428,10 +437,14 @@ GivenPosition FromGrid(const Eigen::Vector2d& north_east_m) {
 }
 
 const InstalledSensor* SurveyPlan::SensorOf(const std::string& source) const {
-  const std::string name = SensorNameOf(source);
-  for (const InstalledSensor& sensor : installation.sensors)
-    if (sensor.name == name) return &sensor;
-  return nullptr;
+  return installation.SensorOf(SensorNameOf(source));
+}
+
+// #SPO already refers to the reference point, as #MRZ does.
+Eigen::Vector3d SurveyPlan::PointOf(const std::string& source) const {
+  const InstalledSensor* const sensor = SensorOf(source);
+  if (sensor == nullptr || source.starts_with("#SPO")) return Eigen::Vector3d::Zero();
+  return sensor->T_vehicle_sensor.translation();
 }
 
 std::optional<std::string> SurveyPlan::Problem() const {
@@ -487,8 +500,9 @@ std::string SurveyPlan::InstallationText() const {
     text += seastitch::Text("  next receiver", head.T_mbes_rx);
   }
   text += seastitch::Text("  position sensor", vehicle.T_vehicle_imu);
+  text += DelayText(SensorOf(position_source));
   if (const InstalledSensor* const motion = SensorOf(attitude_source))
-    text += seastitch::Text("  motion sensor", motion->T_vehicle_sensor);
+    text += seastitch::Text("  motion sensor", motion->T_vehicle_sensor) + DelayText(motion);
   char line[80];
   std::snprintf(line, sizeof line, "  water line %.3f m down\n", installation.water_line_m);
   return text + line;

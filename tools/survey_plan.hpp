@@ -57,6 +57,8 @@ struct SurveyPlan {
   std::optional<std::string> Problem() const;
   // The sensor that a source's records come from, if the installation has it; else null.
   const InstalledSensor* SensorOf(const std::string& source) const;
+  // Point of the vehicle that a source's positions and velocities are of, from its reference point.
+  Eigen::Vector3d PointOf(const std::string& source) const;
   // A summary of some lines, for people.
   std::string Text() const;
   std::string InstallationText() const;

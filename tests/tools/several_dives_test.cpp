@@ -69,6 +69,15 @@ class SeveralDives : public ::testing::Test {
     return nlohmann::json::parse(TextOf(out_.path() / "map/report.json"));
   }
 
+  // Of the survey.
+  static double DurationSeconds() {
+    std::istringstream truth(TextOf(Folder() / "l.lcmlog.truth.csv"));
+    std::string line, first, last;
+    std::getline(truth, line);  // names of the columns
+    for (std::getline(truth, first); std::getline(truth, line);) last = line;
+    return 1e-6 * (std::stod(last) - std::stod(first));
+  }
+
   double DepthOfFirstSubmap() const {
     std::istringstream poses(TextOf(out_.path() / "map/poses.txt"));
     double id = 0.0, x = 0.0, y = 0.0, z = 0.0;
@@ -145,6 +154,49 @@ TEST_F(SeveralDives, BecomeOneMapAndOneElsewhereStandsApart) {
   EXPECT_THAT(four.output, HasSubstr("stands apart"));
   EXPECT_THAT(TextOf(out_.path() / "map/report.html"), HasSubstr("stands apart"));
   EXPECT_THAT(TextOf(out_.path() / "map/export/files.csv"), HasSubstr("4,lines.kmall"));
+}
+
+// A survey of three dives, each of which begins with a GPS fix of 1 m at the surface.
+TEST_F(SeveralDives, EachWithAFixAtItsBeginAreAsGoodAsOne) {
+  const TemporaryDir dir;
+  double in_one2 = 0.0, in_three2 = 0.0;
+  for (const char* const seed : {"11", "12", "13"}) {
+    const fs::path at = dir.path() / seed;
+    const std::string survey =
+        std::regex_replace(
+            std::regex_replace(
+                TextOf(ConfigFile("bench/short.yaml")), std::regex("mems"), "ins_tactical"),
+            std::regex("seed: 11"),
+            std::string("seed: ") + seed) +
+        "position_fixes: {interval_s: " + std::to_string(DurationSeconds() / 3.0) +
+        ", sigma_m: 1.0}\n";
+    fs::create_directories(at);
+    const auto bench = RunCommand(
+        Program("seastitch") + " bench --survey " + dir.Write("s.yaml", survey) + " --log " +
+        (at / "l.lcmlog").string() + " --survey-file " + (at / "whole.kmall").string());
+    ASSERT_EQ(bench.exit_code, 0) << bench.output;
+    testing::CutKmall(at / "whole.kmall", 3, at, "dive");
+    MapperConfig sheet = LoadMapperConfig(ConfigFile("mapper_ins_tactical.yaml"));
+    sheet.given_navigation.position_sigma_m = 1.0;
+    sheet.given_navigation.follow_velocity = true;
+    std::ofstream(at / "mapper.yaml") << PrintConfig(sheet);
+    const auto shape_m = [&](const std::string& inputs) -> double {
+      const CommandResult result =
+          RunCommand("cd " + at.string() + " && " + Program("seastitch") + " replay --quiet " +
+                     inputs + " --config mapper.yaml --truth l.lcmlog.truth.csv --out " +
+                     (out_.path() / "map").string());
+      EXPECT_EQ(result.exit_code, 0) << result.output;
+      return Report()["truth"]["aligned_position_rms_m"]["after"];
+    };
+    const double in_one_m = shape_m("whole.kmall");
+    const double in_three_m = shape_m("dive1 dive2 dive3");
+    std::printf(
+        "seed %s: shape %.3f m in one, %.3f m in three dives\n", seed, in_one_m, in_three_m);
+    for (const nlohmann::json& dive : Report()["dives"]) EXPECT_EQ(dive["group"], 0) << dive;
+    in_one2 += in_one_m * in_one_m;
+    in_three2 += in_three_m * in_three_m;
+  }
+  EXPECT_LT(std::sqrt(in_three2), 1.2 * std::sqrt(in_one2));
 }
 
 TEST_F(SeveralDives, TheSameInputsGiveTheSameMap) {

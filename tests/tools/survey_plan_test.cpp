@@ -78,6 +78,21 @@ class Kmall {
     datagram[22] = static_cast<std::uint8_t>(system);
     return Add(datagram);
   }
+  // The same, on the spot at 0.1 rad/s, with the velocity of a sensor ahead of the reference point.
+  Kmall& Turning(double t_s, double ahead_m) {
+    constexpr double kRateRadps = 0.1;
+    std::vector<NavigationRecord> samples;
+    for (int i = 0; i < 20; ++i) {
+      NavigationRecord sample = Sample(t_s + i / 20.0);
+      const double yaw_rad = kRateRadps * (t_s + i / 20.0);
+      sample.attitude = Attitude{Eigen::Quaterniond(RotationFromRpy(0.0, 0.0, yaw_rad))};
+      sample.velocity = GivenVelocity{kRateRadps * ahead_m *
+                                      Eigen::Vector3d(-std::sin(yaw_rad), std::cos(yaw_rad), 0.0)};
+      sample.heave_m = 5.0;
+      samples.push_back(sample);
+    }
+    return Add(EncodeSkm(samples, KmallHeader{}));
+  }
   Kmall& Position(double t_s, int system = 0, bool valid = true) {
     auto datagram = EncodeSpo(Sample(t_s), KmallHeader{});
     datagram[22] = static_cast<std::uint8_t>(system);
@@ -280,6 +295,59 @@ TEST(SurveySensors, HeadingIsNotInterpolatedOverAGap) {
   EXPECT_GT(played.messages.at(channels::kIns), 180);
   EXPECT_GE(played.Count("survey_attitude_without_heading"), 180);
   EXPECT_LE(played.Count("survey_attitude_without_heading"), 220);
+}
+
+// The vehicle turns on the spot; its INS, 5 m ahead of the reference point, moves at 0.5 m/s. The
+// positions are of the reference point.
+TEST(SurveySensors, VelocityIsThatOfThePointOfThePositions) {
+  TemporaryDir dir;
+  Kmall kmall;
+  kmall.Installation().Replace("ATTI_1:X=0.000", "ATTI_1:X=5.000");
+  for (int i = 0; i < 10; ++i) kmall.Turning(i, 5.0).Position(i + 0.95);
+  SurveyFiles survey(PlanSurvey({dir.Write("a.kmall", kmall.bytes())}));
+  Bus bus("memq://");
+  int velocities = 0;
+  bus.Subscribe<navigation_t>(channels::kIns, 0, [&](const navigation_t& message) {
+    const auto sample = FromLcm(message);
+    ASSERT_TRUE(sample);
+    if (!sample->position || !sample->velocity) return;
+    ++velocities;
+    EXPECT_LT(sample->velocity->v_ned_mps.norm(), 0.03);
+  });
+  while (survey.PublishNext(&bus)) bus.HandleAll();
+  EXPECT_EQ(velocities, 9) << "nothing precedes the first position";
+}
+
+// Stamps of #SKM and #SPO are uncorrected; the installation states by how much they are late.
+TEST(SurveySensors, DelaysOfSensorsAreSubtracted) {
+  TemporaryDir dir;
+  const std::string at_zero = "X=0.000;Y=0.000;Z=0.000;R=0.000;P=0.000;H=0.000;D=0.";
+  Kmall kmall;
+  kmall.Survey()
+      .Replace("POSI_1:" + at_zero + "000", "POSI_1:" + at_zero + "500")
+      .Replace("ATTI_1:" + at_zero + "000", "ATTI_1:" + at_zero + "025");
+  SurveyFiles survey(PlanSurvey({dir.Write("a.kmall", kmall.bytes())}));
+  EXPECT_THAT(survey.plan().Text(), HasSubstr("its stamps are late by 0.500 s: corrected"));
+  EXPECT_THAT(survey.plan().Text(), HasSubstr("its stamps are late by 0.025 s: corrected"));
+  Bus bus("memq://");
+  std::optional<Time> attitude, position;
+  bus.Subscribe<navigation_t>(channels::kIns, 0, [&](const navigation_t& message) {
+    const auto sample = FromLcm(message);
+    ASSERT_TRUE(sample);
+    if (sample->attitude && !attitude) attitude = sample->time;
+    if (sample->position && !position) position = sample->time;
+  });
+  while (survey.PublishNext(&bus)) bus.HandleAll();
+  EXPECT_EQ(attitude, Kmall::At(-0.025));
+  EXPECT_EQ(position, Kmall::At(-0.5));
+}
+
+TEST(SurveySensors, DelaysOf7030AreNamed) {
+  const fs::path file = Shared("vectors/survey/s7k/synthetic.s7k");
+  SKIP_WITHOUT(file);
+  const std::string text = MakeSurveyPlan({file}).Text();
+  EXPECT_THAT(text, HasSubstr("its stamps are late by 0.120 s: not corrected"));
+  EXPECT_THAT(text, HasSubstr("its stamps are late by 0.004 s: not corrected"));
 }
 
 // 7k Center writes 1003 and 1015 of one INS, once per second. Only 1015 has a velocity.
