@@ -232,9 +232,10 @@ void AddSensors(SonarInstallation* out) {
                             true});
   }
   const double attitude = NumberOr0(values, "ARO");
+  constexpr double kToNetwork = 6.0;  // from the number of a serial port to that of the network
   for (const auto& [name, number] : {std::pair{"MS", 2.0}, std::pair{"NS", 3.0}})
     out->sensors.push_back({name,
-                            attitude == number,
+                            attitude == number || attitude == number + kToNetwork,
                             Eigen::Isometry3d(Eigen::Translation3d(Place(values, name))),
                             NumberOr0(values, std::string(name) + "D") / 1000.0,
                             true});

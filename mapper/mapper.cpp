@@ -230,6 +230,8 @@ void Mapper::AddToSubmap(const MbesPing& ping) {
       ping, [this](Time t) { return PoseAt(t); }, params_.vehicle, *sound_speed.rays);
   if (!georeferenced) return RefuseWithoutPose(ping.time);
   if (georeferenced->speed_from_profile) Count("pings_with_impossible_sound_speed");
+  if (georeferenced->beams_of_unknown_part > 0)
+    Count("beams_of_unknown_transmit_array", georeferenced->beams_of_unknown_part);
   AddToSubmap(*georeferenced);
 }
 

@@ -23,9 +23,10 @@ namespace {
 // Feeds a survey's messages to the mapper's navigation and geometry, and compares ping by ping.
 class Comparer {
  public:
-  Comparer(const SurveyPlan& plan, int max_pings)
+  Comparer(const SurveyPlan& plan, int max_pings, PositionInPing position)
       : plan_(plan),
         max_pings_(max_pings),
+        position_(position),
         survey_(plan),
         navigation_(GivenNavigationParams{}, NavigationParams{}, plan.vehicle) {
     Listen<navigation_t>(channels::kIns, [this](const NavigationSample& s) { navigation_.Add(s); });
@@ -36,7 +37,7 @@ class Comparer {
       ++heard_;
       pings_.push_back(p);
     });
-    survey_.OnPlacedPing([this](const PlacedPing& p) { placed_[IdOf(p)] = p; });
+    survey_.OnPlacedPing([this](const PlacedPing& p) { placed_.emplace(IdOf(p), p); });
   }
 
   SoundingComparison Run() {
@@ -46,7 +47,6 @@ class Comparer {
     }
     navigation_.Finish();
     while (!pings_.empty()) Take();
-    result_.rms_percent = (sum_percent2_ / std::max(result_.beams, 1)).cwiseSqrt();
     return result_;
   }
 
@@ -78,9 +78,15 @@ class Comparer {
     pings_.pop_front();
     const auto placed = placed_.extract(IdOf(ping));
     if (placed.empty() || !rays_ || !placed.mapped().origin_depth_m) return;
-    const auto pose_at = [this](Time t) -> std::optional<Eigen::Isometry3d> {
-      const std::optional<NavState> state = navigation_.StateAt(t);
-      return state ? std::optional(state->T_map_vehicle) : std::nullopt;
+    const auto state_at_ping = navigation_.StateAt(ping.time);
+    if (!state_at_ping) return;
+    const Eigen::Vector3d p_map = state_at_ping->T_map_vehicle.translation();
+    const auto pose_at = [this, &p_map](Time t) -> std::optional<Eigen::Isometry3d> {
+      std::optional<NavState> state = navigation_.StateAt(t);
+      if (!state) return std::nullopt;
+      if (position_ == PositionInPing::kHeld)
+        state->T_map_vehicle.translation().head<2>() = p_map.head<2>();
+      return state->T_map_vehicle;
     };
     if (const auto ours = Georeference(ping, pose_at, plan_.vehicle, *rays_))
       Compare(*ours, placed.mapped());
@@ -101,21 +107,20 @@ class Comparer {
       Eigen::Vector3d off = level_from_map * (sounding.p_map - ours.T_map_vehicle.translation()) -
                             p_level_origin - p_theirs;
       off.z() = sounding.p_map.z() - depth_m;
-      sum_percent2_ += (100.0 / depth_m * off).cwiseAbs2();
-      ++result_.beams;
+      result_.residuals.push_back({std::atan2(p_theirs.y(), p_theirs.z()), 100.0 / depth_m * off});
     }
   }
 
   const SurveyPlan plan_;
   const int max_pings_;
+  const PositionInPing position_;
   Bus bus_{"memq://"};
   SurveyFiles survey_;
   GivenNavigation navigation_;
   std::optional<RayTracer> rays_;
   std::deque<MbesPing> pings_;
-  std::map<PingId, PlacedPing> placed_;
-  int heard_ = 0;  // pings
-  Eigen::Vector3d sum_percent2_ = Eigen::Vector3d::Zero();
+  std::multimap<PingId, PlacedPing> placed_;  // the swaths of one ping share its number and time
+  int heard_ = 0;                             // pings
   SoundingComparison result_;
 };
 
@@ -134,9 +139,20 @@ std::string ChoiceText(bool profile_alone, double better_percent, double worse_p
 
 }  // namespace
 
-SoundingComparison CompareWithMaker(const SurveyPlan& plan, int max_pings) {
+Eigen::Vector3d SoundingComparison::RmsPercent(double from_deg, double to_deg) const {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  int n = 0;
+  for (const SoundingResidual& r : residuals)
+    if (Rad2Deg(r.angle_rad) >= from_deg && Rad2Deg(r.angle_rad) < to_deg)
+      sum += r.percent_of_depth.cwiseAbs2(), ++n;
+  return (sum / std::max(n, 1)).cwiseSqrt();
+}
+
+SoundingComparison CompareWithMaker(const SurveyPlan& plan,
+                                    int max_pings,
+                                    PositionInPing position) {
   if (!plan.raw_pings || plan.Problem()) return {};
-  return Comparer(plan, max_pings).Run();
+  return Comparer(plan, max_pings, position).Run();
 }
 
 SurveyPlan PlanSurvey(const std::vector<std::filesystem::path>& files) {
@@ -149,9 +165,9 @@ SurveyPlan PlanSurvey(const std::vector<std::filesystem::path>& files) {
   alone.profile_alone = true;
   const SoundingComparison probe = CompareWithMaker(plan, kPings);
   const SoundingComparison profile = CompareWithMaker(alone, kPings);
-  if (probe.beams < kLeastBeams || profile.beams < kLeastBeams) return plan;
-  const double probe_percent = probe.rms_percent.norm();
-  const double profile_percent = profile.rms_percent.norm();
+  if (probe.beams() < kLeastBeams || profile.beams() < kLeastBeams) return plan;
+  const double probe_percent = probe.RmsPercent().norm();
+  const double profile_percent = profile.RmsPercent().norm();
   plan.profile_alone = profile_percent < kClearly * probe_percent;
   plan.sound_speed_text = plan.profile_alone ? ChoiceText(true, profile_percent, probe_percent)
                                              : ChoiceText(false, probe_percent, profile_percent);

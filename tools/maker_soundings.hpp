@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <filesystem>
 #include <vector>
 
@@ -8,18 +9,31 @@
 
 namespace seastitch {
 
-// Soundings that a replay computes from raw times and angles, less those that the sonar's software
-// has ray traced from the same pings.
+// A sounding that a replay computes from raw times and angles, less the one that the sonar's
+// software has ray traced from the same beam.
+struct SoundingResidual {
+  double angle_rad;  // of the sounding from the vertical under the vehicle; negative: to port
+  Eigen::Vector3d percent_of_depth;  // forward, starboard, down; of the depth below the water line
+};
+
 struct SoundingComparison {
   int pings = 0;
-  int beams = 0;
-  // Forward, starboard, down: root mean square, percent of the depth below the water line.
-  Eigen::Vector3d rms_percent = Eigen::Vector3d::Zero();
+  std::vector<SoundingResidual> residuals;
+
+  int beams() const { return static_cast<int>(residuals.size()); }
+  // Root mean square over the beams of these angles; zero without any.
+  Eigen::Vector3d RmsPercent(double from_deg = -90.0, double to_deg = 90.0) const;
 };
+
+// Position of the vehicle between a ping's time and its last echo: as navigation has it, or held at
+// the ping's time, as the makers' software does.
+enum class PositionInPing : std::uint8_t { kMoves, kHeld };
 
 // Compares the first max_pings pings of a survey. Without raw pings, soundings, profile or poses
 // nothing is compared.
-SoundingComparison CompareWithMaker(const SurveyPlan& plan, int max_pings);
+SoundingComparison CompareWithMaker(const SurveyPlan& plan,
+                                    int max_pings,
+                                    PositionInPing position = PositionInPing::kMoves);
 
 // The plan of a survey, with the sound speed that agrees better with the sonar's own soundings
 // (SurveyPlan::profile_alone). Throws DataError naming the file that cannot be used.

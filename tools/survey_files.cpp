@@ -93,9 +93,9 @@ bool SurveyFiles::PublishNext(Bus* bus) {
   Input* const input = Earliest();
   if (input == nullptr) return false;
   file_ = static_cast<std::size_t>(input - inputs_.data());
+  now_ = std::max(now_, *input->stream->next());
   const SurveyRecord record = input->stream->Take();
   CloseIfEnded(input);
-  now_ = std::max(now_, TimeOf(record));
   std::visit(Publish{this, bus}, record);
   return true;
 }

@@ -320,25 +320,39 @@ Eigen::Isometry3d Centre(const InstalledArray& transmitter) {
   return transmitter.At(transmitter.centres_m.size() / 2);
 }
 
+// The parts of a transmitter that has several, relative to its centre.
+std::vector<Eigen::Vector3d> PartsOf(const InstalledArray& transmitter) {
+  std::vector<Eigen::Vector3d> parts_m = transmitter.centres_m;
+  if (parts_m.size() < 2) return {};
+  const Eigen::Vector3d centre_m = parts_m[parts_m.size() / 2];
+  for (Eigen::Vector3d& part_m : parts_m) part_m -= centre_m;
+  return parts_m;
+}
+
 // Point of the vehicle whose depth is heave, plus its depth at rest below the water line. Heave in
-// `.all` is that of the transmitter; that of other formats is of the water line above the
-// reference point.
+// `.all` is that of the transmitter as installed, from which its acoustic centres are some
+// centimetres away; that of other formats is of the reference point.
 Eigen::Vector3d HeavingPoint(const SurveyPlan& plan) {
   const InstalledArray* const tx = plan.installation.TransmitterOf(0);
   const std::string sensor = SensorNameOf(plan.heave_source);
-  if ((sensor == "MS" || sensor == "NS") && tx != nullptr) return Centre(*tx).translation();
-  return {0.0, 0.0, plan.installation.water_line_m};
+  if ((sensor == "MS" || sensor == "NS") && tx != nullptr) return tx->T_vehicle_array.translation();
+  return Eigen::Vector3d::Zero();
 }
 
 VehicleGeometry VehicleOf(const SurveyPlan& plan) {
   VehicleGeometry vehicle;
   const SonarInstallation& i = plan.installation;
-  if (const InstalledArray* const tx = i.TransmitterOf(0)) vehicle.T_mbes_tx = Centre(*tx);
+  if (const InstalledArray* const tx = i.TransmitterOf(0)) {
+    vehicle.T_mbes_tx = Centre(*tx);
+    vehicle.p_tx_parts_m = PartsOf(*tx);
+  }
   if (const InstalledArray* const rx = i.ReceiverOf(0)) vehicle.T_mbes_rx = rx->At(0);
   const bool both = !i.transmitters.empty() && !i.receivers.empty();
   const std::size_t heads = both ? std::max(i.transmitters.size(), i.receivers.size()) : 1;
   for (std::size_t head = 1; head < heads; ++head)
-    vehicle.more_heads.push_back({Centre(*i.TransmitterOf(head)), i.ReceiverOf(head)->At(0)});
+    vehicle.more_heads.push_back({Centre(*i.TransmitterOf(head)),
+                                  i.ReceiverOf(head)->At(0),
+                                  PartsOf(*i.TransmitterOf(head))});
   if (plan.depth == SurveyPlan::Depth::kHeave) vehicle.p_vehicle_depth_m = HeavingPoint(plan);
   // The position sensor may be another than the attitude sensor.
   vehicle.T_vehicle_imu.translation() = plan.PointOf(plan.position_source);
@@ -398,6 +412,16 @@ std::string DelayText(const InstalledSensor* sensor) {
                 sensor->delay_s,
                 sensor->delay_is_applied ? "corrected" : "not corrected (docs/survey-files.md)");
   return line;
+}
+
+// A transmit array and its parts.
+std::string Text(const char* name,
+                 const Eigen::Isometry3d& array,
+                 const std::vector<Eigen::Vector3d>& parts_m) {
+  std::string text = Text(name, array);
+  for (const Eigen::Vector3d& part_m : parts_m)
+    text += Text("    a part of it", array * Eigen::Translation3d(part_m));
+  return text;
 }
 
 // The names of the files for which this holds: three, and the number of the others.
@@ -493,10 +517,10 @@ std::string SurveyPlan::InstallationText() const {
                        "one, sonar, INS and reference point are taken to be at one place\n"
                      : "no installation parameters: soundings are relative to the position\n";
   std::string text = "installation of " + installation.model + ":\n";
-  text += seastitch::Text("  transmitter", vehicle.T_mbes_tx);
+  text += seastitch::Text("  transmitter", vehicle.T_mbes_tx, vehicle.p_tx_parts_m);
   text += seastitch::Text("  receiver", vehicle.T_mbes_rx);
   for (const SonarHead& head : vehicle.more_heads) {
-    text += seastitch::Text("  next transmitter", head.T_mbes_tx);
+    text += seastitch::Text("  next transmitter", head.T_mbes_tx, head.p_tx_parts_m);
     text += seastitch::Text("  next receiver", head.T_mbes_rx);
   }
   text += seastitch::Text("  position sensor", vehicle.T_vehicle_imu);

@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <variant>
 
 #include "codecs/cereal_file.hpp"
 #include "codecs/em_all_file.hpp"
@@ -79,6 +80,14 @@ std::optional<Time> SurveyStream::next() const {
   return records_.begin()->first;
 }
 
+// Place of a record in the order of time. Profiles have the time of their cast, but the sonar uses
+// them from their place in the file on; the first one also before.
+Time SurveyStream::PlaceOf(const SurveyRecord& record) {
+  const Time own = TimeOf(record);
+  if (!std::holds_alternative<SoundVelocityProfile>(record) || last_read_ == Time{}) return own;
+  return std::exchange(has_profile_, true) ? last_read_ : std::min(own, last_read_);
+}
+
 SurveyRecord SurveyStream::Take() {
   auto node = records_.extract(records_.begin());
   Fill();
@@ -102,7 +111,7 @@ void SurveyStream::Fill() {
     ended_ = got == 0;
     for (SurveyRecord& record :
          ended_ ? reader_->Finish() : reader_->Add(Bytes(piece.data(), got))) {
-      last_read_ = TimeOf(record);
+      last_read_ = PlaceOf(record);
       records_.emplace(last_read_, std::move(record));
     }
   }

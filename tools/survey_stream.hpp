@@ -36,6 +36,7 @@ class SurveyStream {
   Counters counters() const { return reader_->counters(); }
 
  private:
+  Time PlaceOf(const SurveyRecord& record);
   void Fill();
   bool IsSettled() const;
 
@@ -47,6 +48,7 @@ class SurveyStream {
   std::uint64_t bytes_read_ = 0;
   bool ended_ = false;
   Time last_read_;
+  bool has_profile_ = false;
   std::multimap<Time, SurveyRecord> records_;
 };
 

@@ -13,6 +13,9 @@ namespace seastitch {
 struct SonarHead {
   Eigen::Isometry3d T_mbes_tx = Eigen::Isometry3d::Identity();
   Eigen::Isometry3d T_mbes_rx = Eigen::Isometry3d::Identity();
+  // Acoustic centres of the parts of a transmit array that sends from several places, in its own
+  // axes [m], by MbesBeam::tx_array. Empty: one, at its origin.
+  std::vector<Eigen::Vector3d> p_tx_parts_m{};
 };
 
 // Point of the vehicle whose position the fixes of a source measure: an antenna or a transponder.
@@ -33,7 +36,8 @@ struct VehicleGeometry {
   // and have its axes.
   Eigen::Isometry3d T_mbes_tx = Eigen::Isometry3d::Identity();
   Eigen::Isometry3d T_mbes_rx = Eigen::Isometry3d::Identity();
-  // Heads 1, 2, ... of a sonar with several (MbesPing::head); head 0 is T_mbes_tx and T_mbes_rx.
+  std::vector<Eigen::Vector3d> p_tx_parts_m;  // as in SonarHead
+  // Heads 1, 2, ... of a sonar with several (MbesPing::head); head 0 is the one above.
   std::vector<SonarHead> more_heads;
   Eigen::Vector3d p_vehicle_depth_m = Eigen::Vector3d::Zero();  // pressure port [m]
 
@@ -48,7 +52,8 @@ struct VehicleGeometry {
   // Arrays of a head; those of head 0 where the vehicle has no such head.
   SonarHead Head(std::uint8_t head) const {
     const std::size_t i = head;
-    return i > 0 && i <= more_heads.size() ? more_heads[i - 1] : SonarHead{T_mbes_tx, T_mbes_rx};
+    return i > 0 && i <= more_heads.size() ? more_heads[i - 1]
+                                           : SonarHead{T_mbes_tx, T_mbes_rx, p_tx_parts_m};
   }
 };
 

@@ -167,12 +167,21 @@ std::string PrintParameters(const ParameterTable& values, const ParameterTable& 
   return text.empty() || text.front() != '\n' ? text : text.substr(1);
 }
 
+namespace {
+
+void WriteLists(const ParameterTable& table, std::string* out) {
+  for (const ParameterTable& section : table.sections()) WriteLists(section, out);
+  for (const ParameterTable::List& list : table.lists())
+    *out += "`" + table.path() + list.key + "`: " + list.sentence + "\n\n";
+}
+
+}  // namespace
+
 std::string ReferenceOf(const ParameterTable& defaults) {
   std::string text;
   WriteRows(defaults, Level::kDataSheet, "From the data sheets:", &text);
   WriteRows(defaults, Level::kExpert, HasDataSheet(defaults) ? "Expert:" : "All:", &text);
-  for (const ParameterTable::List& list : defaults.lists())
-    text += "`" + list.key + "`: " + list.sentence + "\n\n";
+  WriteLists(defaults, &text);
   return text;
 }
 

@@ -53,8 +53,29 @@ void DeclareArray(VehicleFile::Mounting* array, ParameterTable* table) {
              "mbes.roll_pitch_yaw_deg.");
 }
 
+void DeclarePart(Eigen::Vector3d* part_m, ParameterTable* table) {
+  table->Add("position_m",
+             part_m,
+             Unit::kMetre,
+             Range::Any(),
+             "Acoustic centre of the part in the array's own axes: forward, right and down of its "
+             "position_m.");
+}
+
+void DeclareTransmitter(VehicleFile::Transmitter* array, ParameterTable* table) {
+  DeclareArray(array, table);
+  table->AddList<Eigen::Vector3d>(
+      "parts",
+      &array->parts_m,
+      DeclarePart,
+      "Parts of a transmit array that sends sectors from several places (EM 2040: port, centre, "
+      "starboard), in the order of tx_array in MBES_PING. Each entry has a position_m: the part's "
+      "acoustic centre in the array's own axes, forward, right and down of the array's position_m. "
+      "Without parts, all sectors come from there.");
+}
+
 void DeclareHead(VehicleFile::Head* head, ParameterTable* table) {
-  DeclareArray(&head->transmitter, &table->AddSection("transmitter", "Its transmit array."));
+  DeclareTransmitter(&head->transmitter, &table->AddSection("transmitter", "Its transmit array."));
   DeclareArray(&head->receiver, &table->AddSection("receiver", "Its receive array."));
 }
 
@@ -98,11 +119,12 @@ ParameterTable TableOf(VehicleFile* file) {
                   &table.AddSection("mbes",
                                     "Sonar: its reference point, which is its acoustic centre "
                                     "unless mbes_transmitter and mbes_receiver say otherwise."));
-  DeclareArray(&file->mbes_transmitter,
-               &table.AddSection("mbes_transmitter",
-                                 "Transmit array with respect to the sonar. Only for a sonar whose "
-                                 "arrays are apart, rotated relative to each other, or mounted "
-                                 "backwards (yaw 180)."));
+  DeclareTransmitter(
+      &file->mbes_transmitter,
+      &table.AddSection("mbes_transmitter",
+                        "Transmit array with respect to the sonar. Only for a sonar whose arrays "
+                        "are apart, rotated relative to each other, or mounted backwards (yaw "
+                        "180)."));
   DeclareArray(&file->mbes_receiver,
                &table.AddSection("mbes_receiver", "Receive array with respect to the sonar."));
   table.AddList<VehicleFile::Head>(
@@ -110,8 +132,8 @@ ParameterTable TableOf(VehicleFile* file) {
       &file->more_heads,
       DeclareHead,
       "The second and further heads of a sonar with several, in the order of their numbers. Each "
-      "entry has a section `transmitter` and a section `receiver`, with position_m and "
-      "roll_pitch_yaw_deg as in mbes_transmitter.");
+      "entry has a section `transmitter` and a section `receiver`, with the keys of "
+      "mbes_transmitter and mbes_receiver.");
   DeclarePosition(&file->depth_position_m,
                   &table.AddSection("depth", "Pressure sensor: its port."));
   table.AddList<FixPoint>("position_fixes",
@@ -134,8 +156,10 @@ VehicleGeometry LoadVehicle(const std::string& path) {
   vehicle.T_vehicle_mbes = PoseOf(file.mbes);
   vehicle.T_mbes_tx = PoseOf(file.mbes_transmitter);
   vehicle.T_mbes_rx = PoseOf(file.mbes_receiver);
+  vehicle.p_tx_parts_m = file.mbes_transmitter.parts_m;
   for (const VehicleFile::Head& head : file.more_heads)
-    vehicle.more_heads.push_back({PoseOf(head.transmitter), PoseOf(head.receiver)});
+    vehicle.more_heads.push_back(
+        {PoseOf(head.transmitter), PoseOf(head.receiver), head.transmitter.parts_m});
   vehicle.p_vehicle_depth_m = file.depth_position_m;
   vehicle.fix_points = file.position_fixes;
   return vehicle;
@@ -148,10 +172,11 @@ std::string PrintConfig(const VehicleGeometry& vehicle) {
   file.imu = MountingOf(vehicle.T_vehicle_imu);
   file.dvl = MountingOf(vehicle.T_vehicle_dvl);
   file.mbes = MountingOf(vehicle.T_vehicle_mbes);
-  file.mbes_transmitter = MountingOf(vehicle.T_mbes_tx);
+  file.mbes_transmitter = {MountingOf(vehicle.T_mbes_tx), vehicle.p_tx_parts_m};
   file.mbes_receiver = MountingOf(vehicle.T_mbes_rx);
   for (const SonarHead& head : vehicle.more_heads)
-    file.more_heads.push_back({MountingOf(head.T_mbes_tx), MountingOf(head.T_mbes_rx)});
+    file.more_heads.push_back(
+        {{MountingOf(head.T_mbes_tx), head.p_tx_parts_m}, MountingOf(head.T_mbes_rx)});
   file.depth_position_m = vehicle.p_vehicle_depth_m;
   file.position_fixes = vehicle.fix_points;
   return PrintWithDefaults(file, {});

@@ -26,10 +26,13 @@ struct VehicleFile {
   Mounting imu;
   Mounting dvl;
   Mounting mbes;
-  Mounting mbes_transmitter;
+  struct Transmitter : Mounting {
+    std::vector<Eigen::Vector3d> parts_m;
+  };
+  Transmitter mbes_transmitter;
   Mounting mbes_receiver;
   struct Head {
-    Mounting transmitter;
+    Transmitter transmitter;
     Mounting receiver;
   };
   std::vector<Head> more_heads;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "common/core/pose.hpp"
 #include "common/core/sound_speed.hpp"
@@ -12,7 +13,7 @@ namespace {
 // Time between knots [s]; between them the sonar's motion is interpolated. At the strongest roll
 // acceleration of a vehicle (100 deg/s2) the error is a thousandth of a degree.
 constexpr double kKnotS = 0.01;
-constexpr int kMaxKnots = 200;  // limit, for implausible travel times
+constexpr int kMaxKnots = static_cast<int>(kMaxTravelTime_s / kKnotS);
 // Rounding tolerance of the sonar's float angles. Beyond it the two cones do not intersect.
 constexpr double kConeSlack = 1e-9;
 // Limit of the ratio of a ray's depth to that of a straight ray: sound speed that rises along the
@@ -49,6 +50,7 @@ class SonarMotion {
     const Eigen::Isometry3d T_vehicle_tx = T_vehicle_mbes * head.T_mbes_tx;
     const Eigen::Isometry3d T_vehicle_rx = T_vehicle_mbes * head.T_mbes_rx;
     SonarMotion motion;
+    motion.parts_.resize(head.p_tx_parts_m.size());
     const int steps = std::clamp(static_cast<int>(std::ceil(span_s / kKnotS)), 1, kMaxKnots);
     motion.step_s_ = std::max(span_s, 1e-6) / steps;
     motion.knots_.reserve(static_cast<std::size_t>(steps) + 1);
@@ -63,12 +65,23 @@ class SonarMotion {
       const Eigen::Isometry3d T_map_rx = *T_map_vehicle * T_vehicle_rx;
       motion.knots_.push_back({{T_map_tx.translation(), T_map_tx.linear().col(0)},
                                {T_map_rx.translation(), T_map_rx.linear().col(1)}});
+      for (std::size_t part = 0; part < motion.parts_.size(); ++part)
+        motion.parts_[part].push_back(T_map_tx.linear() * head.p_tx_parts_m[part]);
     }
     return motion;
   }
 
   ArrayState TxAt(double after_start_s) const { return At(after_start_s, &Knot::tx); }
   ArrayState RxAt(double after_start_s) const { return At(after_start_s, &Knot::rx); }
+  // The transmit array with the position of one of its parts; without such a part, of the first.
+  ArrayState TxPartAt(double after_start_s, std::size_t part) const {
+    ArrayState tx = TxAt(after_start_s);
+    if (parts_.empty()) return tx;
+    const std::vector<Eigen::Vector3d>& track = parts_[part < parts_.size() ? part : 0];
+    const auto [i, w] = KnotBefore(after_start_s);
+    tx.p_map += track[i] + w * (track[i + 1] - track[i]);
+    return tx;
+  }
 
   const Eigen::Isometry3d& T_map_vehicle_first() const { return first_; }
   double SpeedMps() const {
@@ -81,14 +94,21 @@ class SonarMotion {
     ArrayState tx;
     ArrayState rx;
   };
-  ArrayState At(double after_start_s, ArrayState Knot::*array) const {
+  // The knot before a time, and how far the time is on the way to the next, 0 to 1.
+  std::pair<std::size_t, double> KnotBefore(double after_start_s) const {
     const double at = std::clamp(after_start_s / step_s_, 0.0, double(knots_.size() - 1));
     const std::size_t i = std::min(static_cast<std::size_t>(at), knots_.size() - 2);
-    return Between(knots_[i].*array, knots_[i + 1].*array, at - static_cast<double>(i));
+    return {i, at - static_cast<double>(i)};
+  }
+  ArrayState At(double after_start_s, ArrayState Knot::*array) const {
+    const auto [i, w] = KnotBefore(after_start_s);
+    return Between(knots_[i].*array, knots_[i + 1].*array, w);
   }
 
   double step_s_ = 0.0;
   std::vector<Knot> knots_;
+  // Of each part of the transmit array, at each knot: from the array's position to the part's.
+  std::vector<std::vector<Eigen::Vector3d>> parts_;
   Eigen::Isometry3d first_ = Eigen::Isometry3d::Identity();
   Eigen::Isometry3d last_ = Eigen::Isometry3d::Identity();
 };
@@ -97,14 +117,16 @@ class SonarMotion {
 struct Sector {
   float delay_s = -1.0f;
   float tilt_rad = 0.0f;
+  std::uint8_t part = 0;
   ArrayState tx;
   double sin_tilt = 0.0;
 
   void Take(const MbesBeam& beam, const SonarMotion& sonar) {
-    if (beam.tx_delay_s == delay_s && beam.tx_tilt_rad == tilt_rad) return;
+    if (beam.tx_delay_s == delay_s && beam.tx_tilt_rad == tilt_rad && beam.tx_array == part) return;
     delay_s = beam.tx_delay_s;
     tilt_rad = beam.tx_tilt_rad;
-    tx = sonar.TxAt(delay_s);
+    part = beam.tx_array;
+    tx = sonar.TxPartAt(delay_s, part);
     sin_tilt = std::sin(double{tilt_rad});
   }
 };
@@ -124,6 +146,15 @@ double ListeningTime(const MbesPing& ping) {
     if ((beam.flags & kBeamValid) != 0 && IsUsable(beam))
       span_s = std::max(span_s, double{beam.tx_delay_s} + double{beam.twtt_s});
   return span_s;
+}
+
+// Number of usable beams of a part that the transmit array does not have.
+int BeamsOfUnknownPart(const MbesPing& ping, std::size_t parts) {
+  if (parts == 0) return 0;
+  return static_cast<int>(
+      std::count_if(ping.beams.begin(), ping.beams.end(), [parts](const MbesBeam& beam) {
+        return (beam.flags & kBeamValid) != 0 && IsUsable(beam) && beam.tx_array >= parts;
+      }));
 }
 
 // A beam's ray; nothing if its two cones and its travel time have no common point.
@@ -224,11 +255,9 @@ std::optional<GeoreferencedPing> Georeference(const MbesPing& ping,
                                               const PoseLookup& T_map_vehicle_at,
                                               const VehicleGeometry& vehicle,
                                               const RayTracer& rays) {
-  const auto sonar = SonarMotion::Make(ping.time,
-                                       ListeningTime(ping),
-                                       T_map_vehicle_at,
-                                       vehicle.T_vehicle_mbes,
-                                       vehicle.Head(ping.head));
+  const SonarHead head = vehicle.Head(ping.head);
+  const auto sonar = SonarMotion::Make(
+      ping.time, ListeningTime(ping), T_map_vehicle_at, vehicle.T_vehicle_mbes, head);
   if (!sonar) return std::nullopt;
 
   GeoreferencedPing result;
@@ -238,6 +267,7 @@ std::optional<GeoreferencedPing> Georeference(const MbesPing& ping,
   result.T_map_vehicle = sonar->T_map_vehicle_first();
   result.speed_mps = sonar->SpeedMps();
   result.beams_read = static_cast<int>(ping.beams.size());
+  result.beams_of_unknown_part = BeamsOfUnknownPart(ping, head.p_tx_parts_m.size());
   result.speed_from_profile = !IsSoundSpeed(ping.sound_speed_mps);
   const double start_depth_m = sonar->TxAt(0.0).p_map.z();
   const double speed_mps =

@@ -30,6 +30,8 @@ struct GeoreferencedPing {
   int beams_read = 0;      // all that the sonar delivered
   int beams_invalid = 0;   // of these, without kBeamValid
   int beams_refused = 0;   // of these, refused: implausible values, or a ray bent upwards
+  // Of a part of the transmit array that the vehicle does not have; the first one is used.
+  int beams_of_unknown_part = 0;
   // The ping's sound speed is implausible; the profile's is used.
   bool speed_from_profile = false;
   std::vector<Sounding> soundings;  // by rising beam
@@ -55,10 +57,11 @@ struct Detection {
 std::optional<Eigen::Vector3d> EchoFromMidway(const Detection& detection);
 
 // Georeferences every valid beam of the ping. The transmit cone uses position and axis of the
-// transmit array when this beam's pulse left; the receive cone those of the receive array when the
-// echo arrived. The sounding lies on both cones and on the ellipsoid whose foci are the two
-// positions. The ray is traced once, one-way, from midway between them. The error by using one path
-// for both is below 0.2 mm (arrays 25 cm apart, a seabed 5 m away; kongsberg_test.cpp).
+// transmit array (of its part that sent this beam) when this beam's pulse left; the receive cone
+// those of the receive array when the echo arrived. The sounding lies on both cones and on the
+// ellipsoid whose foci are the two positions. The ray is traced once, one-way, from midway between
+// them. The error by using one path for both is below 0.2 mm (arrays 25 cm apart, a seabed 5 m
+// away; kongsberg_test.cpp).
 //
 // Nothing where the lookup has no pose for some instant from `time` to the last echo.
 std::optional<GeoreferencedPing> Georeference(const MbesPing& ping,

@@ -185,6 +185,8 @@ bool SonarTiming::AddRates(const PoseLookup& T_map_vehicle_at, double gap_s, Loo
 
 void SonarTiming::Add(const GeoreferencedPing& ping, const PoseLookup& T_map_vehicle_at) {
   Head& head = heads_[ping.head];
+  // Of several swaths with one time, the first is used.
+  if (head.last && ping.time == head.last->time) return;
   std::optional<Look> now = LookAt(ping);
   if (head.last &&
       AddRates(T_map_vehicle_at, ToSeconds(ping.time - head.last->time), &*head.last)) {

@@ -44,6 +44,9 @@ double MedianHeightBelow(const GeoreferencedPing& ping) {
   return Median(std::move(below));
 }
 
+// Most swaths of one ping. More pings of one time are those of a clock that stands still.
+constexpr std::ptrdiff_t kMaxSwaths = 4;
+
 double HorizontalStep(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
   return (b.translation() - a.translation()).head<2>().norm();
 }
@@ -115,13 +118,22 @@ bool SubmapBuilder::Accept(const GeoreferencedPing& ping) {
     ++counters_["pings_not_finite"];
     return false;
   }
-  if (last_ && ping.time > last_->time) heads_.reset();
-  if ((last_ && ping.time < last_->time) || heads_.test(ping.head)) {
+  if (last_ && ping.time > last_->time) swaths_.clear();
+  const Swath swath{
+      ping.head,
+      ping.soundings.empty() ? Eigen::Vector3d::Zero().eval() : ping.soundings.front().p_map};
+  if ((last_ && ping.time < last_->time) || !IsNew(swath)) {
     ++counters_["pings_out_of_order"];
     return false;
   }
-  heads_.set(ping.head);
+  swaths_.push_back(swath);
   return true;
+}
+
+bool SubmapBuilder::IsNew(const Swath& swath) const {
+  const auto of_head = std::count_if(
+      swaths_.begin(), swaths_.end(), [&](const Swath& s) { return s.head == swath.head; });
+  return of_head < kMaxSwaths && std::find(swaths_.begin(), swaths_.end(), swath) == swaths_.end();
 }
 
 std::optional<SubmapTrigger> SubmapBuilder::Break(const GeoreferencedPing& ping) const {

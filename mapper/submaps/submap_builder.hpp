@@ -1,6 +1,5 @@
 #pragma once
 
-#include <bitset>
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -85,8 +84,9 @@ class SubmapBuilder {
                 Hindsight hindsight);
 
   // Adds a ping and returns the submap that it closed, if any. A submap that a gap or a turn closes
-  // does not contain the ping. Pings of several sonar heads may have the same time. The caller
-  // fills in id, covariance_from_previous and heading_sigma_rad.
+  // does not contain the ping. Pings of several heads, or several swaths of one ping, may have the
+  // same time; the same soundings again are refused. The caller fills in id,
+  // covariance_from_previous and heading_sigma_rad.
   std::optional<Submap> Add(const GeoreferencedPing& ping);
   // Closes the open submap at the end of the survey.
   std::optional<Submap> Finish();
@@ -142,12 +142,20 @@ class SubmapBuilder {
       archive(self.time, self.p_map);
     }
   };
+  // What distinguishes a ping from others of the same time.
+  struct Swath {
+    std::uint8_t head;
+    Eigen::Vector3d p_map_first;  // its first sounding
+    friend bool operator==(const Swath&, const Swath&) = default;
+  };
   struct Heading {
     double along_m;
     double yaw_rad;
   };
 
   bool Accept(const GeoreferencedPing& ping);
+  // Neither a repeated swath nor one too many of its head at one time.
+  bool IsNew(const Swath& swath) const;
   std::optional<SubmapTrigger> Break(const GeoreferencedPing& ping) const;
   bool TurnBefore(const GeoreferencedPing& ping);  // a turn begins or ends before this ping
   bool HasLeftHeading(const GeoreferencedPing& ping) const;
@@ -170,7 +178,7 @@ class SubmapBuilder {
   const Hindsight hindsight_;
   std::optional<Open> open_;
   std::optional<Pose> last_;
-  std::bitset<256> heads_;            // heads with a ping at the time of the last ping
+  std::vector<Swath> swaths_;         // of the time of the last ping
   double along_m_ = 0.0;              // length of the whole track
   double first_yaw_rad_ = 0.0;        // of the submap opened last
   std::vector<Frame> frames_;         // of the submaps closed

@@ -274,6 +274,23 @@ ByteVector RawPing(bool big_endian, std::uint16_t num_beams) {
   return body.Datagram('N', 20240101, 5);
 }
 
+// ARO: 2 and 3 are the motion sensors at the serial ports, 8 and 9 the same over the network.
+TEST(EmAllFile, TheActiveMotionSensorMayBeOnTheNetwork) {
+  for (const auto& [number, active] :
+       {std::pair{"2", "MS"}, {"3", "NS"}, {"8", "MS"}, {"9", "NS"}}) {
+    Body body(false);
+    body.Put(std::uint16_t{0});
+    for (const char c : "WLZ=0.5,ARO=" + std::string(number) + ",")
+      body.Put(static_cast<std::uint8_t>(c));
+    const auto file = ReadSurvey<EmAllFileReader>(body.Datagram('I', 20260502, 0));
+    const auto installation = file.All<SonarInstallation>().at(0);
+    for (const InstalledSensor& sensor : installation.sensors)
+      if (!sensor.name.starts_with('P')) {
+        EXPECT_EQ(sensor.active, sensor.name == active) << number << ' ' << sensor.name;
+      }
+  }
+}
+
 class EmAllByteOrder : public testing::TestWithParam<bool> {};
 
 TEST_P(EmAllByteOrder, APingIsReadInBothByteOrders) {

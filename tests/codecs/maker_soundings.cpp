@@ -52,7 +52,9 @@ void ComparePulse(const Setting& s,
   const double heave_at = s.motion.HeaveAt(s.options.depth_from_transmitter ? sent : ping.time);
   double depth_m = *placed.origin_depth_m;
   if (s.options.depth_from_transmitter)
-    depth_m -= (s.motion.RotationAt(sent, heading_rad) * vehicle.T_mbes_tx.translation()).z();
+    depth_m -= (s.motion.RotationAt(sent, heading_rad) *
+                VehicleOf(s, ping, placed, 0).T_mbes_tx.translation())
+                   .z();
   const auto pose_at = [&](Time t) -> std::optional<Eigen::Isometry3d> {
     return MakePose({0.0, 0.0, depth_m + s.motion.HeaveAt(t) - heave_at},
                     s.motion.RotationAt(t, heading_rad));

@@ -118,6 +118,21 @@ TEST(SonarTiming, SaysNothingOfFewPingsOrOfAVehicleThatDoesNotRoll) {
   }
 }
 
+// Both swaths of a dual swath have the time of the first.
+TEST(SonarTiming, FindsTheOffsetOfADualSwath) {
+  std::mt19937 random(5);
+  const Boat boat;
+  SonarTiming timing;
+  for (int i = 0; i < 1000; ++i)
+    for (int swath = 0; swath < 2; ++swath)
+      timing.Add(Ping(boat, {}, FromUtime(i * 100'000), 0.02, 0.05, &random),
+                 [&](Time t) { return boat.At(t); });
+  const auto found = timing.estimate().roll;
+  ASSERT_TRUE(found);
+  EXPECT_LT(found->sigma_s, 0.005);
+  EXPECT_NEAR(found->add_s, 0.02, 4.0 * found->sigma_s);
+}
+
 // A wreck under one ping in twenty, and pings without a pose, do not change the estimate.
 TEST(SonarTiming, IsRobust) {
   std::mt19937 random(3);

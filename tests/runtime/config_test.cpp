@@ -171,6 +171,24 @@ TEST_F(ConfigTest, VehicleMayHaveTheSonarsArraysApart) {
   EXPECT_EQ(vehicle.T_mbes_tx.translation().x(), -0.5);
   EXPECT_NEAR(vehicle.T_mbes_tx.linear()(0, 0), -1.0, 1e-12);
   EXPECT_EQ(vehicle.T_mbes_rx.translation().x(), 0.1);
+  EXPECT_TRUE(vehicle.p_tx_parts_m.empty());
+}
+
+TEST_F(ConfigTest, TransmitterMayHaveParts) {
+  VehicleGeometry vehicle;
+  vehicle.p_tx_parts_m = {{0.0, -0.0554, -0.012}, {0.0, 0.013, -0.006}, {0.0, 0.0554, -0.012}};
+  vehicle.more_heads.resize(2);
+  vehicle.more_heads[1].p_tx_parts_m = {{0.01, 0.02, 0.03}};
+  const std::string path = dir_.Write("vehicle.yaml", PrintConfig(vehicle));
+  const VehicleGeometry again = LoadVehicle(path);
+  EXPECT_EQ(again.p_tx_parts_m, vehicle.p_tx_parts_m);
+  EXPECT_EQ(again.Head(0).p_tx_parts_m, vehicle.p_tx_parts_m);
+  EXPECT_TRUE(again.Head(1).p_tx_parts_m.empty());
+  EXPECT_EQ(again.Head(2).p_tx_parts_m, vehicle.more_heads[1].p_tx_parts_m);
+  const std::string datum = "datum: {latitude_deg: 1, longitude_deg: 2}, ";
+  const std::string misspelt = dir_.Write(
+      "vehicle.yaml", "{" + datum + "mbes_transmitter: {parts: [{postion_m: [0, 0.05, 0]}]}}");
+  EXPECT_THROW(LoadVehicle(misspelt), ConfigError);
 }
 
 }  // namespace

@@ -122,6 +122,62 @@ TEST(Georeference, EachHeadHasAPlaceAndAnAngleOfItsOwn) {
   ExpectNear(OnlySounding(ping, Standing(east), vehicle), {10 + out, 22.1, depth}, kFloat);
 }
 
+// Three parts that send at times of their own, of a transmitter turned by a quarter, on a vehicle
+// that moves and rolls.
+TEST(Georeference, EachPartOfTheTransmitterHasItsOwnPlace) {
+  VehicleGeometry vehicle;
+  vehicle.T_vehicle_mbes = MakePose({0.3, 0.0, 0.5}, RotationFromRpy(0.02, 0.01, 0.0));
+  vehicle.T_mbes_tx = MakePose({-0.3, -0.1, 0.02}, RotationFromRpy(0.01, 0.015, Deg2Rad(85.0)));
+  vehicle.T_mbes_rx = MakePose({0.05, 0.03, 0.0}, RotationFromRpy(0.0, 0.0, Deg2Rad(90.0)));
+  vehicle.p_tx_parts_m = {{0.1, -0.06, -0.01}, {0.0, 0.0, 0.0}, {-0.1, 0.06, -0.02}};
+  const auto pose_at = [](Time t) -> std::optional<Eigen::Isometry3d> {
+    const double s = ToSeconds(t - kPing);
+    return MakePose({10.0 + 3.0 * s, 20.0, 5.0}, RotationFromRpy(0.03 + 0.3 * s, -0.04, 1.0));
+  };
+  MbesPing ping = Ping({});
+  for (int i = 0; i < 30; ++i) {
+    MbesBeam beam = Beam(2.0 * i - 30.0, 1.0, 5.0);
+    beam.tx_array = static_cast<std::uint8_t>(i / 10);
+    beam.tx_delay_s = 0.002f * static_cast<float>(i / 10);
+    ping.beams.push_back(beam);
+  }
+  const auto together = Georeference(ping, pose_at, vehicle, RayTracer::Constant(kSpeed));
+  ASSERT_TRUE(together);
+  ASSERT_EQ(together->soundings.size(), ping.beams.size());
+  EXPECT_EQ(together->beams_of_unknown_part, 0);
+  const auto with_one_place = [&](std::size_t part) {
+    VehicleGeometry one = vehicle;
+    one.T_mbes_tx = vehicle.T_mbes_tx * Eigen::Translation3d(vehicle.p_tx_parts_m[part]);
+    one.p_tx_parts_m.clear();
+    return Georeference(ping, pose_at, one, RayTracer::Constant(kSpeed));
+  };
+  for (std::size_t i = 0; i < ping.beams.size(); ++i)
+    ExpectNear(together->soundings[i].p_map, with_one_place(i / 10)->soundings[i].p_map, 1e-9);
+
+  // A part that the vehicle does not have.
+  for (std::size_t i = 20; i < 30; ++i) ping.beams[i].tx_array = 7;
+  const auto unknown = Georeference(ping, pose_at, vehicle, RayTracer::Constant(kSpeed));
+  EXPECT_EQ(unknown->beams_of_unknown_part, 10);
+  ExpectNear(unknown->soundings[25].p_map, with_one_place(0)->soundings[25].p_map, 1e-9);
+  vehicle.p_tx_parts_m.clear();
+  EXPECT_EQ(
+      Georeference(ping, pose_at, vehicle, RayTracer::Constant(kSpeed))->beams_of_unknown_part, 0);
+}
+
+// A ship over deep water: it rolls by 5 degrees in 8 s while a ping is on its way for 12 s.
+TEST(Georeference, TakesTheAttitudeOfALateEcho) {
+  const auto roll_rad = [](double s) { return Deg2Rad(5.0) * std::sin(2.0 * kPi / 8.0 * s); };
+  const auto rolling = [&](Time t) -> std::optional<Eigen::Isometry3d> {
+    return MakePose({0, 0, 5}, RotationFromRpy(roll_rad(ToSeconds(t - kPing)), 0.0, 0.0));
+  };
+  for (double twtt_s = 11.0; twtt_s < 12.0; twtt_s += 0.01) {
+    const double range_m = 0.5 * twtt_s * kSpeed;
+    const auto p = OnlySounding(Ping({Beam(60, 0, range_m)}), rolling, {});
+    const double across_rad = Deg2Rad(60.0) - roll_rad(twtt_s);
+    EXPECT_NEAR(p.y(), range_m * std::sin(across_rad), 0.02) << twtt_s;
+  }
+}
+
 TEST(Georeference, BothAnglesLieOnTheirCones) {
   const auto level = MakePose({0, 0, 0}, Eigen::Matrix3d::Identity());
   const Eigen::Vector3d p = OnlySounding(Ping({Beam(60, 10, 40)}), Standing(level), {}) / 40.0;

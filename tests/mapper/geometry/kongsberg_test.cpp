@@ -321,7 +321,7 @@ TEST_F(KongsbergPings, SoundingsFromRawTimesAndAnglesAreWhereKongsbergPutsThem) 
   }
 }
 
-// What the message does not carry: which third of the transmitter sent a beam. 5 cm to either side.
+// With the three parts of the transmitter, 5 cm to either side, taken to be at its centre.
 TEST_F(KongsbergPings, WithoutTheTransmittersSubArraysTheyAreOffByCentimetres) {
   const auto residuals = AllResiduals([&](int) { return Vehicle(file_.installation, 1); });
   const Summary summary = Summarise(residuals);

@@ -516,10 +516,35 @@ TEST(SubmapBuilder, TakesPingsOfTwoHeadsAtOneTime) {
   EXPECT_EQ(both->soundings_read, one_head->soundings_read + other.beams_read);
 }
 
+// KMALL gives the two swaths of a dual swath the time of their first pulse.
+TEST(SubmapBuilder, TakesSwathsOfOneHeadAtOneTime) {
+  Drive drive;
+  drive.Straight(5.0);
+  const std::optional<Submap> one = SubmapBuilder(drive.builder).Finish();
+  const GeoreferencedPing fore = drive.swath.At(drive.time, drive.x + 0.4, drive.y, 0.0);
+  drive.builder.Add(fore);
+  EXPECT_EQ(drive.builder.counters().count("pings_out_of_order"), 0U);
+  drive.builder.Add(fore);
+  EXPECT_EQ(drive.builder.counters().at("pings_out_of_order"), 1);
+  const std::optional<Submap> both = drive.builder.Finish();
+  ASSERT_TRUE(one && both);
+  EXPECT_EQ(both->soundings_read, one->soundings_read + fore.beams_read);
+}
+
+TEST(SubmapBuilder, RefusesPingsOfAClockThatStandsStill) {
+  Drive drive;
+  drive.Straight(5.0);
+  for (int i = 1; i <= 100; ++i)
+    drive.builder.Add(drive.swath.At(drive.time, drive.x + 0.1 * i, drive.y, 0.0));
+  EXPECT_GE(drive.builder.counters().at("pings_out_of_order"), 97);
+}
+
 TEST(SubmapBuilder, RefusesPingsThatCannotBe) {
   Drive drive;
   drive.Straight(5.0);
+  drive.time += FromSeconds(0.05);
   const GeoreferencedPing again = drive.swath.At(drive.time, drive.x, drive.y, 0.0);
+  EXPECT_FALSE(drive.builder.Add(again));
   EXPECT_FALSE(drive.builder.Add(again));
   GeoreferencedPing bad = drive.swath.At(drive.time + FromSeconds(0.1), 0.0, 0.0, 0.0);
   bad.T_map_vehicle.translation().x() = std::numeric_limits<double>::quiet_NaN();
