@@ -96,7 +96,7 @@ std::string NothingMovedStatement(const ProductSummary& s, const Survey& survey)
 }
 
 // Names the loop closures and position fixes in the graph. How many of the fixes are inliers is not
-// known here.
+// known here: at most all.
 std::string Corrections(const ProductSummary& s, const Survey& survey) {
   const auto fixes = static_cast<std::uint64_t>(
       std::count_if(survey.edges.begin(), survey.edges.end(), [](const GraphEdge& edge) {
@@ -105,7 +105,7 @@ std::string Corrections(const ProductSummary& s, const Survey& survey) {
   std::string of_loops = Counted(s.loops_accepted, "loop closure", "loop closures");
   if (s.loops_refused > 0)
     of_loops = std::to_string(s.loops_accepted - s.loops_refused) + " of " + of_loops;
-  const std::string of_fixes = "position fixes (" + std::to_string(fixes) + " given)";
+  const std::string of_fixes = "up to " + Counted(fixes, "position fix", "position fixes");
   if (fixes == 0) return of_loops;
   return s.loops_accepted == 0 ? of_fixes : of_loops + " and " + of_fixes;
 }

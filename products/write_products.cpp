@@ -335,7 +335,6 @@ class ProductWriter {
       delivered_ = dead_reckoned_;
       after_ = before_;
     }
-    Progress(options_, summary_.statement);
   }
 
   ConsistencyMap Measure(const SurveyPoses& poses, const char* which) {

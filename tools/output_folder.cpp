@@ -76,10 +76,22 @@ void OutputFolder::Publish() {
     if (error) throw FolderError(out_, error.message());
     return;
   }
-  fs::remove(out_ / kLast, error);
+  if (fs::remove(out_ / kLast, error)) RemoveOldProducts();
   for (const fs::path& file : EntriesOf(partial_))
     if (file.filename() != kLast) MoveTo(out_ / file.filename(), file);
   if (fs::exists(partial_ / kLast)) MoveTo(out_ / kLast, partial_ / kLast);
+}
+
+// Those that were not made this time, in a folder of an earlier command.
+void OutputFolder::RemoveOldProducts() const {
+  std::vector<const char*> products(kFolders.begin(), kFolders.end());
+  products.insert(products.end(), kFiles.begin(), kFiles.end());
+  for (const char* product : products) {
+    if (fs::exists(partial_ / product)) continue;
+    std::error_code error;
+    fs::remove_all(out_ / product, error);
+    if (error) throw FolderError(out_ / product, error.message());
+  }
 }
 
 void OutputFolder::Discard() const {

@@ -7,12 +7,27 @@ namespace seastitch {
 
 // Output folder of a command. Files are written to a temporary folder first: OUT.partial, which
 // Publish() renames to OUT; or, if OUT exists, OUT/.partial, whose files and folders Publish()
-// moves to OUT, replacing those of the same name, report.json last. A command that fails or is
+// moves to OUT, replacing those of the same name, report.json last; products of an earlier command
+// that this one did not make are removed. A command that fails or is
 // interrupted leaves OUT unchanged.
 class OutputFolder {
  public:
   // Folders of products; Publish() replaces each as a whole.
   static constexpr std::array<const char*, 3> kFolders{"config", "export", "submaps"};
+  // All other products of a replay, but for report.json.
+  static constexpr std::array<const char*, 13> kFiles{"consistency.png",
+                                                      "consistency.tif",
+                                                      "consistency_dead_reckoned.png",
+                                                      "consistency_dead_reckoned.tif",
+                                                      "depth.png",
+                                                      "depth.tif",
+                                                      "depth_dead_reckoned.png",
+                                                      "depth_dead_reckoned.tif",
+                                                      "graph.g2o",
+                                                      "poses.txt",
+                                                      "report.html",
+                                                      "survey.gpkg",
+                                                      "track.csv"};
 
   // Creates the temporary folder and the folders above it, and removes what a killed command left
   // there. Throws std::runtime_error "FOLDER: reason" if another command writes to the same OUT, or
@@ -30,6 +45,8 @@ class OutputFolder {
   void Discard() const;
 
  private:
+  void RemoveOldProducts() const;
+
   const std::filesystem::path out_;
   const bool exists_;
   const std::filesystem::path partial_;

@@ -51,10 +51,11 @@ struct ReplayOptions {
 
 // `seastitch replay`: runs mapper and optimizer in one process. It is deterministic: the same input
 // gives the same output bytes. The products are written to a temporary folder. When they are
-// complete they are moved to `out`: files of the same names are replaced, others stay. Throws
-// std::runtime_error with one line for an input that cannot be used; UsageError if the output would
-// overwrite the input, or if a log has no configuration and none is given; DataError if no message
-// of a channel has the LCM type of that channel. After any of these `out` is unchanged.
+// complete they are moved to `out`: products of an earlier replay are replaced or removed, other
+// files stay. Throws std::runtime_error with one line for an input that cannot be used; UsageError
+// if the output would overwrite the input, or if a log has no configuration and none is given;
+// DataError if no message of a channel has the LCM type of that channel. After any of these `out` is
+// unchanged.
 ProductSummary RunReplay(const ReplayOptions& options);
 
 // Prints the mapper's configuration to stdout: options.mapper_config, else the defaults.

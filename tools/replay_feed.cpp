@@ -75,8 +75,8 @@ void FeedLogs(const RecordedLogs& recorded,
   }
   if (feeding->stopped()) NoteStop(logs.percent_read(), feeding);
   if (!any)
-    throw std::runtime_error(recorded.recorders[0][0].string() +
-                             ": no event on a channel that a replay reads");
+    throw DataError(recorded.recorders[0][0].string() +
+                    ": no event on a channel that a replay reads");
   feeding->refused = logs.refused();
   if (raw != nullptr) feeding->refused.merge(raw->counters());
   for (const auto& [channel, events] : types.Foreign())

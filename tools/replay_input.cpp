@@ -101,6 +101,10 @@ void ExpectInputs(const ReplayOptions& options) {
     if (!file.empty()) read.push_back(file);
   if (options.truth) read.push_back(*options.truth);
   ExpectApart(read, options.out);
+  // An error in a file of all dives is one error, not one of each dive.
+  MapperConfig mapper;
+  if (!options.mapper_config.empty()) mapper = LoadMapperConfig(options.mapper_config.string());
+  if (!options.water_level.empty()) LoadWaterLevel(options.water_level, &mapper);
 }
 
 void ExpectDives(const std::vector<DiveInput>& dives, const ReplayOptions& options) {

@@ -447,6 +447,9 @@ int main(int argc, char** argv) try {
 } catch (const seastitch::DataError& e) {
   std::fprintf(stderr, "seastitch: %s\n", e.what());
   return EX_DATAERR;
+} catch (const seastitch::NoEventError& e) {
+  std::fprintf(stderr, "seastitch: %s\n", e.what());
+  return EX_DATAERR;
 } catch (const std::exception& e) {
   std::fprintf(stderr, "seastitch: %s\n", e.what());
   return EXIT_FAILURE;

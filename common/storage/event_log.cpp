@@ -187,7 +187,7 @@ struct EventLogReader::Impl {
 EventLogReader::EventLogReader(const std::filesystem::path& path)
     : impl_(std::make_unique<Impl>(path)) {
   impl_->first = impl_->Next();
-  if (!impl_->first) throw FileError(path, "holds no LCM event");
+  if (!impl_->first) throw NoEventError(path.string() + ": holds no LCM event");
 }
 
 EventLogReader::~EventLogReader() = default;

@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -30,10 +31,14 @@ std::size_t SizeInLog(const LogEvent& event);
 // most 256 MB. (The LCM bus also delivers messages with an empty channel name.)
 bool IsLoggable(const std::string& channel, std::size_t data_size);
 
+// A file that has no LCM event, such as an empty one or one of another kind.
+struct NoEventError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
 class EventLogReader {
  public:
-  // Throws std::runtime_error "FILE: reason" where the file cannot be opened or has no LCM event,
-  // such as an empty file.
+  // Throws std::runtime_error "FILE: reason" where the file cannot be opened; NoEventError.
   explicit EventLogReader(const std::filesystem::path& path);
   ~EventLogReader();
   // The next intact event; std::nullopt at the end of the file. An event is intact if a sync word

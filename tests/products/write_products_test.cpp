@@ -141,9 +141,9 @@ TEST(WriteProducts, NamesThePositionFixesThatCorrected) {
     const Survey survey = Collect(Drifting(), folder.path(), SolutionAt(Drifting().truth), edges);
     return WriteProducts(survey, {}, folder.path()).statement;
   };
-  EXPECT_THAT(statement({fix}), HasSubstr("corrected by position fixes (1 given):"));
+  EXPECT_THAT(statement({fix}), HasSubstr("corrected by up to 1 position fix:"));
   EXPECT_THAT(statement({LoopEdge(0, 5), fix}),
-              HasSubstr("corrected by 1 loop closure and position fixes (1 given):"));
+              HasSubstr("corrected by 1 loop closure and up to 1 position fix:"));
 }
 
 TEST(WriteProducts, RewritesSubmapsWithTheirCorrectedFrames) {

@@ -67,6 +67,33 @@ TEST(OutputFolder, ReplacesFilesOfTheSameNameAndKeepsTheOthers) {
   EXPECT_FALSE(fs::exists(dir / "map" / ".partial"));
 }
 
+// A track alone after a map: the old map is not beside the new report.
+TEST(OutputFolder, RemovesOldProductsThatAreNotMadeAgain) {
+  const TemporaryDir dir;
+  for (const char* const name : {"depth.tif", "report.json", "submaps/submap_9.pcd", "mine.tif"})
+    Write(dir / "map" / name, "old");
+  {
+    OutputFolder out(dir / "map");
+    Write(out.path() / "track.csv", "new");
+    Write(out.path() / "report.json", "{}");
+    EXPECT_EQ(Read(dir / "map" / "depth.tif"), "old");
+    out.Publish();
+  }
+  EXPECT_FALSE(fs::exists(dir / "map" / "depth.tif"));
+  EXPECT_FALSE(fs::exists(dir / "map" / "submaps"));
+  EXPECT_EQ(Read(dir / "map" / "mine.tif"), "old");
+  EXPECT_EQ(Read(dir / "map" / "track.csv"), "new");
+}
+
+TEST(OutputFolder, KeepsFilesWithAProductsNameThatNoReplayMade) {
+  const TemporaryDir dir;
+  Write(dir / "map" / "depth.tif", "mine");
+  OutputFolder out(dir / "map");
+  Write(out.path() / "report.json", "{}");
+  out.Publish();
+  EXPECT_EQ(Read(dir / "map" / "depth.tif"), "mine");
+}
+
 TEST(OutputFolder, LeavesFoldersAloneThatNoReplayMade) {
   const TemporaryDir dir;
   Write(dir / "home" / "config" / "mapper.yaml", "mine");

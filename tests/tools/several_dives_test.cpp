@@ -9,6 +9,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <regex>
+#include <set>
 #include <sstream>
 
 #include "mapper/mapper_config.hpp"
@@ -18,6 +19,7 @@
 #include "tests/runtime/temporary_dir.hpp"
 #include "tests/tools/kmall_pieces.hpp"
 #include "tools/dive_inputs.hpp"
+#include "tools/output_folder.hpp"
 #include "tools/survey_writer.hpp"
 
 namespace seastitch {
@@ -67,15 +69,6 @@ class SeveralDives : public ::testing::Test {
   }
   nlohmann::json Report() const {
     return nlohmann::json::parse(TextOf(out_.path() / "map/report.json"));
-  }
-
-  // Of the survey.
-  static double DurationSeconds() {
-    std::istringstream truth(TextOf(Folder() / "l.lcmlog.truth.csv"));
-    std::string line, first, last;
-    std::getline(truth, line);  // names of the columns
-    for (std::getline(truth, first); std::getline(truth, line);) last = line;
-    return 1e-6 * (std::stod(last) - std::stod(first));
   }
 
   double DepthOfFirstSubmap() const {
@@ -156,42 +149,37 @@ TEST_F(SeveralDives, BecomeOneMapAndOneElsewhereStandsApart) {
   EXPECT_THAT(TextOf(out_.path() / "map/export/files.csv"), HasSubstr("4,lines.kmall"));
 }
 
-// A survey of three dives, each of which begins with a GPS fix of 1 m at the surface.
+// Whole surveys of twenty minutes in three dives, each of which begins with a GPS fix of 1 m at the
+// surface.
 TEST_F(SeveralDives, EachWithAFixAtItsBeginAreAsGoodAsOne) {
-  const TemporaryDir dir;
+  constexpr double kDiveS = 394.95;  // a third of the survey
   double in_one2 = 0.0, in_three2 = 0.0;
-  for (const char* const seed : {"11", "12", "13"}) {
-    const fs::path at = dir.path() / seed;
-    const std::string survey =
-        std::regex_replace(
-            std::regex_replace(
-                TextOf(ConfigFile("bench/short.yaml")), std::regex("mems"), "ins_tactical"),
-            std::regex("seed: 11"),
-            std::string("seed: ") + seed) +
-        "position_fixes: {interval_s: " + std::to_string(DurationSeconds() / 3.0) +
-        ", sigma_m: 1.0}\n";
-    fs::create_directories(at);
+  for (const char* const seed : {"1", "2"}) {
+    const TemporaryDir dir;
+    std::string survey = std::regex_replace(
+        TextOf(ConfigFile("bench/demo.yaml")), std::regex("class: mems"), "class: ins_tactical");
+    survey = std::regex_replace(survey, std::regex("seed: 7"), std::string("seed: ") + seed);
+    survey = survey.substr(0, survey.find("position_fixes:")) +
+             "position_fixes: {interval_s: " + std::to_string(kDiveS) + ", sigma_m: 1.0}\n";
     const auto bench = RunCommand(
         Program("seastitch") + " bench --survey " + dir.Write("s.yaml", survey) + " --log " +
-        (at / "l.lcmlog").string() + " --survey-file " + (at / "whole.kmall").string());
+        (dir / "l.lcmlog").string() + " --survey-file " + (dir / "whole.kmall").string());
     ASSERT_EQ(bench.exit_code, 0) << bench.output;
-    testing::CutKmall(at / "whole.kmall", 3, at, "dive");
-    MapperConfig sheet = LoadMapperConfig(ConfigFile("mapper_ins_tactical.yaml"));
-    sheet.given_navigation.position_sigma_m = 1.0;
-    sheet.given_navigation.follow_velocity = true;
-    std::ofstream(at / "mapper.yaml") << PrintConfig(sheet);
+    testing::CutKmall(dir / "whole.kmall", 3, dir.path(), "dive");
+    dir.Write("mapper.yaml",
+              "vehicle: " + ConfigFile("vehicle.yaml") +
+                  "\ngiven_navigation: {position_sigma_m: 1, follow_velocity: true}\n");
     const auto shape_m = [&](const std::string& inputs) -> double {
-      const CommandResult result =
-          RunCommand("cd " + at.string() + " && " + Program("seastitch") + " replay --quiet " +
-                     inputs + " --config mapper.yaml --truth l.lcmlog.truth.csv --out " +
-                     (out_.path() / "map").string());
+      const CommandResult result = RunCommand(
+          "cd " + dir.path().string() + " && " + Program("seastitch") + " replay --quiet " +
+          inputs + " --config mapper.yaml --truth l.lcmlog.truth.csv --out " +
+          (out_.path() / "map").string());
       EXPECT_EQ(result.exit_code, 0) << result.output;
       return Report()["truth"]["aligned_position_rms_m"]["after"];
     };
     const double in_one_m = shape_m("whole.kmall");
     const double in_three_m = shape_m("dive1 dive2 dive3");
-    std::printf(
-        "seed %s: shape %.3f m in one, %.3f m in three dives\n", seed, in_one_m, in_three_m);
+    std::printf("seed %s: shape %.3f m in one, %.3f m in three\n", seed, in_one_m, in_three_m);
     for (const nlohmann::json& dive : Report()["dives"]) EXPECT_EQ(dive["group"], 0) << dive;
     in_one2 += in_one_m * in_one_m;
     in_three2 += in_three_m * in_three_m;
@@ -204,6 +192,39 @@ TEST_F(SeveralDives, TheSameInputsGiveTheSameMap) {
   const std::string first = TextOf(out_.path() / "map/depth.tif");
   ASSERT_EQ(Replay("dive1 dive2").exit_code, 0);
   EXPECT_TRUE(first == TextOf(out_.path() / "map/depth.tif"));
+  // Publish() knows every product by its name.
+  std::set<std::string> known(OutputFolder::kFolders.begin(), OutputFolder::kFolders.end());
+  known.insert(OutputFolder::kFiles.begin(), OutputFolder::kFiles.end());
+  known.insert("report.json");
+  for (const auto& entry : fs::directory_iterator(out_.path() / "map"))
+    EXPECT_TRUE(known.contains(entry.path().filename().string())) << entry.path();
+}
+
+// One line about the file that all dives share, and one about the map.
+TEST_F(SeveralDives, AnErrorOrAResultIsPrintedOnce) {
+  std::ofstream(Folder() / "wrong.yaml") << "no_such_key: 1\n";
+  const CommandResult wrong = Replay("dive1 dive2", "--config wrong.yaml");
+  EXPECT_EQ(wrong.exit_code, 78) << wrong.output;
+  EXPECT_EQ(wrong.output.find('\n'), wrong.output.size() - 1) << wrong.output;
+
+  const CommandResult loud = RunCommand("cd " + Folder().string() + " && " + Program("seastitch") +
+                                        " replay dive1 --out " + (out_.path() / "map").string());
+  ASSERT_EQ(loud.exit_code, 0) << loud.output;
+  const std::string statement = Report()["statement"];
+  const std::size_t first = loud.output.find(statement);
+  ASSERT_NE(first, std::string::npos) << loud.output;
+  EXPECT_EQ(loud.output.find(statement, first + 1), std::string::npos) << loud.output;
+}
+
+// Not damage of the computer or the command line: 65, so that a batch of surveys goes on.
+TEST_F(SeveralDives, ALogWithoutEventsIsNoData) {
+  std::ofstream(Folder() / "empty.lcmlog").close();
+  std::ofstream(Folder() / "foreign.lcmlog") << "not a log, though its name says so";
+  for (const char* const name : {"empty.lcmlog", "foreign.lcmlog"}) {
+    const CommandResult result = Replay(name);
+    EXPECT_EQ(result.exit_code, 65) << result.output;
+    EXPECT_THAT(result.output, HasSubstr("holds no LCM event\n"));
+  }
 }
 
 TEST_F(SeveralDives, TheDatumIsThatOfTheFirstUnlessOneIsGiven) {

@@ -407,11 +407,10 @@ TEST(SurveySensors, VelocityIsThatOfThePointOfThePositions) {
 // Stamps of #SKM and #SPO are uncorrected; the installation states by how much they are late.
 TEST(SurveySensors, DelaysOfSensorsAreSubtracted) {
   TemporaryDir dir;
-  const std::string at_zero = "X=0.000;Y=0.000;Z=0.000;R=0.000;P=0.000;H=0.000;D=0.";
   Kmall kmall;
   kmall.Survey()
-      .Replace("POSI_1:" + at_zero + "000", "POSI_1:" + at_zero + "500")
-      .Replace("ATTI_1:" + at_zero + "000", "ATTI_1:" + at_zero + "025");
+      .Replace("D=0.000;U=ACTIVE,ATTI_1", "D=0.500;U=ACTIVE,ATTI_1")
+      .Replace("D=0.000;U=ACTIVE", "D=0.025;U=ACTIVE");  // of ATTI_1
   SurveyFiles survey(PlanSurvey({dir.Write("a.kmall", kmall.bytes())}));
   EXPECT_THAT(survey.plan().Text(), HasSubstr("its stamps are late by 0.500 s: corrected"));
   EXPECT_THAT(survey.plan().Text(), HasSubstr("its stamps are late by 0.025 s: corrected"));
