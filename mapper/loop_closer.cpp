@@ -150,9 +150,11 @@ void LoopCloser::SetCovariances(const PairCovariances& answer) {
 std::vector<LoopPair> LoopCloser::PairsFor(SubmapId source) const {
   const std::size_t n = IndexOf(source);
   if (n == entries_.size()) return {};
+  const SubmapId map_begins_at = entries_[n].chain.map_begins_at;
+  const std::size_t num_targets = map_begins_at.value < 0 ? n : IndexOf(map_begins_at);
   const std::vector<RelativePose> priors = Priors(n);
   std::vector<OverlapCandidate> candidates;
-  for (std::size_t i = 0; i < n; ++i) {
+  for (std::size_t i = 0; i < num_targets; ++i) {
     candidates.push_back(
         JudgePair(entries_[i].outline, entries_[n].outline, priors[i], params_.expected_overlap));
   }

@@ -58,6 +58,9 @@ struct Chain {
   std::optional<Eigen::Matrix3d> start_covariance{};
   // A priori sigmas of the mounting errors of its vehicle.
   MountingSigmas mounting{};
+  // Of a dive in a finished map: the first submap of that map. The pairs among the map's submaps
+  // were registered when it was made. -1: of no finished map.
+  SubmapId map_begins_at{};
 };
 
 // Selector of loop-closure candidates: from the poses of all submaps and their covariances it
@@ -78,7 +81,8 @@ class LoopCloser {
 
   // Pairs of a submap with earlier ones, highest predicted information gain first, with their
   // priors. Between solved submaps a prior is the relative pose in the solution. For newer submaps
-  // it is composed of that of the newest solved submap and dead reckoning from there on.
+  // it is composed of that of the newest solved submap and dead reckoning from there on. Of a
+  // submap of a finished map: pairs with submaps from before that map only.
   std::vector<LoopPair> PairsFor(SubmapId source) const;
 
   // Records the results of registering these pairs. Returns the edges that are new to the graph,

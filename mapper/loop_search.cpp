@@ -116,9 +116,9 @@ void LoopSearch::UpdateNoise(RegistrationResultSet* results) {
   }
 }
 
-void LoopSearch::Restore(RegistrationResultSet results) {
+std::vector<GraphEdge> LoopSearch::Restore(RegistrationResultSet results) {
   registrations_left_ -= static_cast<std::int64_t>(results.job.pairs.size());
-  Record(std::move(results));
+  return Record(std::move(results));
 }
 
 LoopSearch::Verdict LoopSearch::Take(const PoseGraph& solution, std::int64_t newest_version) {

@@ -42,9 +42,9 @@ class LoopSearch {
   // Records the results of a job and returns the edges for the graph. If they change the estimate
   // of the survey's noise, these include earlier closures with new information.
   std::vector<GraphEdge> Record(RegistrationResultSet results);
-  // The same after a restart, for a job from before it; its registrations are subtracted from the
-  // budget.
-  void Restore(RegistrationResultSet results);
+  // The same for a job from before a restart, or from when a finished map was made; its
+  // registrations are subtracted from the budget.
+  std::vector<GraphEdge> Restore(RegistrationResultSet results);
   std::vector<GraphEdge> DeadReckoningEdge(SubmapId to) const {
     return closer_.DeadReckoningEdge(to);
   }

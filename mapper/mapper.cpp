@@ -86,6 +86,17 @@ std::unique_ptr<Navigation> MakeNavigation(const MapperParams& params) {
   return std::make_unique<DeadReckoning>(params.navigation, params.vehicle);
 }
 
+// Journal entry of a job, without the versions of the graph that it makes.
+GraphGrowth GrowthBy(const RegistrationResultSet& results) {
+  GraphGrowth growth;
+  if (results.job.closed) growth.closed = results.job.closed->id;
+  growth.pairs = results.job.pairs;
+  growth.registered = results.edges;
+  for (const ClosureStatistics& closure : results.statistics)
+    growth.statistics.push_back(ToNumbers(closure));
+  return growth;
+}
+
 // Computes outline and predicted information if the submap has none.
 void Complete(const MapperParams& params, Submap* submap) {
   const PointCloud level = LevelCloud(submap->cloud, LevelFromBody(submap->T_map_submap));
@@ -324,10 +335,7 @@ void Mapper::Enqueue(Submap submap, OfDive dive) {
   events_.emplace_back(
       JournalEntry(ClosedSubmap{closed, dive.position_edges, skip, CheckpointNow()}));
   events_.emplace_back(closed);
-  submaps_.push_back({keep_points ? closed : WithoutPoints(*closed),
-                      std::move(dive.position_edges),
-                      skip,
-                      dive.chain});
+  submaps_.push_back({keep_points ? closed : WithoutPoints(*closed), std::move(dive), skip});
 }
 
 std::optional<RegistrationJob> Mapper::NextJob() {
@@ -351,19 +359,21 @@ void Mapper::Take(RegistrationResultSet results) {
   job_is_out_ = false;
   std::vector<GraphVertex> vertices;
   std::vector<GraphEdge> edges;
+  std::vector<RegistrationResultSet> made;
   Time submap_time;
   if (const Submap* submap = results.job.closed.get()) {
+    OfDive dive = std::move(submaps_.front().dive);
+    submaps_.pop_front();
     submap_time = submap->frame_time;
     vertices.push_back({submap->id,
                         submap->frame_time,
                         LevelPose(submap->T_map_submap),
                         submap->heading_sigma_rad,
-                        submaps_.front().chain.number});
-    graph_.SetMounting(submaps_.front().chain.mounting);
+                        dive.chain.number});
+    graph_.SetMounting(dive.chain.mounting);
     edges = search_.DeadReckoningEdge(submap->id);
-    const std::vector<GraphEdge> position_edges = std::move(submaps_.front().position_edges);
-    submaps_.pop_front();
-    edges.insert(edges.end(), position_edges.begin(), position_edges.end());
+    edges.insert(edges.end(), dive.position_edges.begin(), dive.position_edges.end());
+    made = std::move(dive.made);
   } else {
     submap_time = graph_.submap_time();
     Count("pairs_retried", static_cast<std::int64_t>(results.job.pairs.size()));
@@ -373,16 +383,18 @@ void Mapper::Take(RegistrationResultSet results) {
   Count("registrations", registered);
   Count("registrations_failed", results.failed);
   failed_in_last_job_ = results.failed;
-  GraphGrowth growth;
-  if (results.job.closed) growth.closed = results.job.closed->id;
-  growth.pairs = results.job.pairs;
-  growth.registered = results.edges;
-  for (const ClosureStatistics& closure : results.statistics)
-    growth.statistics.push_back(ToNumbers(closure));
+  GraphGrowth growth = GrowthBy(results);
   Count("registrations_without_result", pairs - registered);
   const std::vector<GraphEdge> closures = search_.Record(std::move(results));
   edges.insert(edges.end(), closures.begin(), closures.end());
   Extend(std::move(vertices), std::move(edges), submap_time, std::move(growth));
+  for (RegistrationResultSet& job : made) RecordMade(std::move(job), submap_time);
+}
+
+void Mapper::RecordMade(RegistrationResultSet results, Time submap_time) {
+  Count("registrations_of_finished_maps", static_cast<std::int64_t>(results.job.pairs.size()));
+  GraphGrowth growth = GrowthBy(results);
+  Extend({}, search_.Restore(std::move(results)), submap_time, std::move(growth));
 }
 
 bool Mapper::LookAgain() {
@@ -535,7 +547,8 @@ bool Mapper::Restore(const ClosedSubmap& closed) {
   if (closed.submap->id.value < next_id_ || !IsUsable(*closed.submap)) return false;
   next_id_ = closed.submap->id.value + 1;
   search_.Add(*closed.submap, OwnChain());
-  submaps_.push_back({closed.submap, closed.position_edges, closed.skip_registration, OwnChain()});
+  submaps_.push_back(
+      {closed.submap, {OwnChain(), closed.position_edges}, closed.skip_registration});
   return true;
 }
 

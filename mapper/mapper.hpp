@@ -124,6 +124,9 @@ class Mapper {
   struct OfDive {
     Chain chain;
     std::vector<GraphEdge> position_edges;  // absolute positions of this submap or earlier ones
+    // Of a submap in a finished map: the jobs that ran when that map was made, from this submap on
+    // and before the next. They are recorded and not run again.
+    std::vector<RegistrationResultSet> made{};
   };
   void AddSubmap(Submap submap, OfDive dive);
 
@@ -199,9 +202,8 @@ class Mapper {
  private:
   struct Waiting {
     std::shared_ptr<const Submap> submap;
-    std::vector<GraphEdge> position_edges;
+    OfDive dive;
     bool skip_registration = false;
-    Chain chain;
   };
 
   // That of the submaps which this mapper makes itself.
@@ -227,6 +229,7 @@ class Mapper {
               Time submap_time,
               GraphGrowth growth);
   void GiveGraph(GraphGrowth growth);
+  void RecordMade(RegistrationResultSet results, Time submap_time);
   Checkpoint CheckpointNow();
   SensorClocks ClocksOf(const Checkpoint& checkpoint) const;
   // Replays one journal entry. False where it does not continue the entries before it.

@@ -204,10 +204,8 @@ std::string ReportJson(const Survey& survey,
                           {"largest", Measured(s.z_offset_max_m)}}}};
   if (s.dives.empty()) r["mounting"] = MountingJson(survey, 0);  // of several: in each of `dives`
   r["noise"] = NoiseJson(s, options);
-  if (!s.dives.empty()) {
-    r["dives"] = DivesJson(survey, s.dives, options.dives);
-    r["dives_not_read"] = UnreadJson(options.unread);
-  }
+  if (!s.dives.empty()) r["dives"] = DivesJson(survey, s.dives, options.dives);
+  if (!s.dives.empty() || !options.unread.empty()) r["dives_not_read"] = UnreadJson(options.unread);
   r["soundings"] = {{"read", s.soundings_read}, {"used", s.soundings_used}};
   r["points"] = s.points;
   if (s.truth) AddTruth(&r, s);

@@ -106,15 +106,19 @@ void SurveyCollector::Add(const NavState& state) {
     ++counters_["nav_not_finite"];
     return;
   }
-  const auto chain = static_cast<std::int32_t>(dives_.empty() ? 0 : dives_.size() - 1);
-  if (!track_.empty() && track_.back().chain == chain) {
+  Add(ToTrackState(state, 0));
+}
+
+void SurveyCollector::Add(TrackState state) {
+  state.chain = static_cast<std::int32_t>(dives_.empty() ? 0 : dives_.size() - 1);
+  if (!track_.empty() && track_.back().chain == state.chain) {
     if (state.time <= track_.back().time) {
       ++counters_["nav_out_of_order"];
       return;
     }
     if (ToSeconds(state.time - track_.back().time) < options_.track_interval_s) return;
   }
-  track_.push_back(ToTrackState(state, chain));
+  track_.push_back(state);
 }
 
 void SurveyCollector::Add(const CorrectedNavState& corrected) {

@@ -33,6 +33,7 @@ class SurveyCollector {
   void BeginDive(const std::string& name);
   void Add(const Submap& submap);  // throws std::runtime_error where the file cannot be written
   void Add(const NavState& state);
+  void Add(TrackState state);  // of the dive that began last, whatever its `chain`
   void Add(const CorrectedNavState& corrected);
   void Add(const GraphUpdate& update);
   void Add(const PoseGraph& graph);

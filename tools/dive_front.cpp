@@ -13,7 +13,8 @@ MapperConfig WithoutRegistration(MapperConfig config) {
   return config;
 }
 
-// Covariance of x, y [m], yaw [rad] of the submap that the dive starts with.
+}  // namespace
+
 std::optional<Eigen::Matrix3d> StartCovariance(const GraphEdge& start, double heading_sigma_rad) {
   const Eigen::Matrix2d covariance = start.information.topLeftCorner<2, 2>().inverse();
   if (!covariance.allFinite()) return std::nullopt;
@@ -22,8 +23,6 @@ std::optional<Eigen::Matrix3d> StartCovariance(const GraphEdge& start, double he
   of_start(2, 2) = heading_sigma_rad * heading_sigma_rad;
   return of_start;
 }
-
-}  // namespace
 
 DiveFront::DiveFront(MapperConfig config,
                      std::int32_t chain,

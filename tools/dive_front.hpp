@@ -10,6 +10,10 @@
 
 namespace seastitch {
 
+// Covariance of x, y [m], yaw [rad] of the submap that a dive starts with, from its start edge.
+// Absent where its place is not known.
+std::optional<Eigen::Matrix3d> StartCovariance(const GraphEdge& start, double heading_sigma_rad);
+
 // Processing of one dive when several dives are mapped together: dead reckoning, georeferencing and
 // building of submaps, with the vehicle configuration of that dive, and without registration.
 // Closed submaps go to the mapper that all dives share, which registers them.

@@ -12,7 +12,9 @@
 #include "common/convert/channels.hpp"
 #include "common/runtime/durable_file.hpp"
 #include "common/storage/event_log.hpp"
+#include "tools/finished_map.hpp"
 #include "tools/log_figures.hpp"
+#include "tools/map_info.hpp"
 #include "tools/message_types.hpp"
 #include "tools/progress.hpp"
 #include "tools/recorded_dive.hpp"
@@ -230,6 +232,11 @@ void Finish(EventLogWriter* repaired, const fs::path& path) {
 }  // namespace
 
 int RunInfo(const InfoOptions& options) {
+  if (options.inputs.size() == 1 && IsFinishedMap(options.inputs[0])) {
+    if (options.repair_to) throw UsageError("info: --repair takes a log");
+    PrintMap(options.inputs[0], options.json);
+    return EXIT_SUCCESS;
+  }
   std::vector<fs::path> inputs = options.inputs;
   if (inputs.size() == 1 && IsDive(inputs[0])) inputs = LogsOfDive(inputs[0]);
   if (options.repair_to && inputs.size() > 1)

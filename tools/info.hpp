@@ -7,13 +7,15 @@
 namespace seastitch {
 
 struct InfoOptions {
-  std::vector<std::filesystem::path> inputs;  // LCM logs in any order, or the folder of a dive
+  std::vector<std::filesystem::path>
+      inputs;  // LCM logs in any order, the folder of a dive, or a map
   bool json = false;
   // If set, writes all complete events of the log to this file.
   std::optional<std::filesystem::path> repair_to;
 };
 
-// `seastitch info`: prints the content of logs, one line per channel and sender, then their faults.
+// `seastitch info`: prints the content of logs, one line per channel and sender, then their faults;
+// of a map that a replay made its dives, closures and what it lacks.
 // Throws UsageError if more than one log is to be repaired; std::runtime_error as EventLogReader.
 int RunInfo(const InfoOptions& options);
 

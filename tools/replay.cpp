@@ -93,13 +93,11 @@ double DurationSeconds(const Survey& survey) {
 }
 
 // Makes the map from the input.
-void Remake(Dive* dive,
-            RawReplay* raw,
-            const SurveyCollector& collector,
-            ProductOptions* products,
-            Feeding* feeding) {
+void Remake(Dive* dive, RawReplay* raw, Outputs outputs, Feeding* feeding) {
+  const SurveyCollector& collector = *outputs.collector;
+  ProductOptions* const products = outputs.products;
   SoundingLog* const soundings = products->soundings;
-  Pipeline pipeline(dive->config, dive->mapper, feeding->bus, feeding->stopped);
+  Pipeline pipeline(dive->config, dive->mapper, feeding->bus, feeding->stopped, outputs.recorder);
   std::optional<OtherNavigation> other;
   if (dive->input.logs) other.emplace(dive->mapper, feeding->bus);
   if (soundings != nullptr)
@@ -194,6 +192,7 @@ ProductSummary RunReplay(const ReplayOptions& options) {
   const std::unique_ptr<RawReplay> raw =
       options.from_raw ? OpenRaw(options, first.input, out.path(), &bus) : nullptr;
   SurveyCollector collector(out.path());
+  MapRecorder recorder;
   CollectorNode collector_node(&bus, &collector);
   PingInputs inputs(
       first.input.names, options.soundings.has_value(), first.mapper.sonar_time_offset_s, &bus);
@@ -212,10 +211,11 @@ ProductSummary RunReplay(const ReplayOptions& options) {
   } else {
     const ScratchDir store(out.path() / ".store");
     first.mapper.map_dir = store.path();
-    if (several)
-      spans = RemakeTogether(&dives, store.path(), &collector, &products, &unread, &feeding);
+    const Outputs outputs{&collector, &recorder, &products};
+    if (several || first.input.map)
+      spans = RemakeTogether(&dives, store.path(), outputs, &unread, &feeding);
     else
-      Remake(&first, raw.get(), collector, &products, &feeding);
+      Remake(&first, raw.get(), outputs, &feeding);
   }
   if (inputs.unknown() > 0) feeding.refused["pings_of_an_unknown_input"] = inputs.unknown();
   products.refused = feeding.refused;
@@ -228,6 +228,8 @@ ProductSummary RunReplay(const ReplayOptions& options) {
   const bool track_alone = survey.submaps.empty() && !options.as_recorded && first.input.logs;
   ProductSummary summary = track_alone ? WriteTrackProducts(survey, products, out.path())
                                        : WriteProducts(survey, products, out.path());
+  if (!survey.submaps.empty() && !options.as_recorded)
+    WriteFinishedMap(out.path(), recorder, survey, products, summary.outcome, first.configuration);
   soundings.reset();
   interruption.reset();  // publishing is not interrupted
   out.Publish();

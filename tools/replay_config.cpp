@@ -1,5 +1,7 @@
 #include "tools/replay_config.hpp"
 
+#include <utility>
+
 #include "common/runtime/durable_file.hpp"
 #include "mapper/mapper_config.hpp"
 #include "tools/message_types.hpp"
@@ -26,6 +28,19 @@ std::string ChangesIn(const RecordedLogs& recorded) {
   return text;
 }
 
+// Writes the files to OUT/config, to be read from there.
+ReplayConfig Written(const GivenConfig& given,
+                     const ConfigTexts& files,
+                     const fs::path& out,
+                     std::string statement) {
+  const fs::path folder = out / "config";
+  fs::create_directories(folder);
+  for (const auto& [name, text] : files) WriteAtomically(folder / name, text);
+  GivenConfig chosen = given;
+  chosen.mapper = folder / "mapper.yaml";
+  return {chosen.mapper, OptimizerFile(chosen), std::move(statement)};
+}
+
 }  // namespace
 
 ReplayConfig ChooseConfig(const GivenConfig& given,
@@ -41,14 +56,16 @@ ReplayConfig ChooseConfig(const GivenConfig& given,
   if (!is_recorded)
     throw UsageError(recorded.recorders.at(0).at(0).string() +
                      ": holds no configuration (channel CONFIG): name the mapper's with --config");
-  const fs::path folder = out / "config";
-  fs::create_directories(folder);
+  ConfigTexts texts;
   for (const char* name :
        {"mapper.yaml", "vehicle.yaml", "optimizer.yaml", kWaterLevelFile, kSeparationFile})
-    if (files.contains(name)) WriteAtomically(folder / name, files.at(name).text);
-  GivenConfig chosen = given;
-  chosen.mapper = folder / "mapper.yaml";
-  return {chosen.mapper, OptimizerFile(chosen), "as recorded" + ChangesIn(recorded)};
+    if (files.contains(name)) texts.emplace_back(name, files.at(name).text);
+  return Written(given, texts, out, "as recorded" + ChangesIn(recorded));
+}
+
+ReplayConfig ChooseConfig(const GivenConfig& given, const FinishedMap& map, const fs::path& out) {
+  if (given.mapper.empty()) return Written(given, map.configuration, out, "as the map was made");
+  return ChooseConfig(given);
 }
 
 DriverFiles ChooseDriverFiles(const GivenConfig& given,

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <string>
 
+#include "tools/finished_map.hpp"
 #include "tools/raw_replay.hpp"
 #include "tools/recorded_dive.hpp"
 
@@ -32,7 +33,13 @@ ReplayConfig ChooseConfig(const GivenConfig& given,
                           const RecordedLogs& recorded,
                           const std::filesystem::path& out);
 
-// The same for the drivers that recorded raw bytes.
+// Configuration for a finished map: the given files, else those that the map was made with, which
+// are written to OUT/config.
+ReplayConfig ChooseConfig(const GivenConfig& given,
+                          const FinishedMap& map,
+                          const std::filesystem::path& out);
+
+// For a replay of logs: the same for the drivers that recorded raw bytes.
 DriverFiles ChooseDriverFiles(const GivenConfig& given,
                               const RecordedLogs& recorded,
                               const RawSources& sources,

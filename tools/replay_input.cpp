@@ -1,6 +1,9 @@
 #include "tools/replay_input.hpp"
 
 #include <algorithm>
+#include <fstream>
+#include <iterator>
+#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -71,13 +74,32 @@ std::runtime_error NothingIn(const fs::path& folder) {
     found += (i == 0 ? " " : ", ") + names[i];
   if (names.size() > kMostNames)
     found += " and " + std::to_string(names.size() - kMostNames) + " more";
-  return std::runtime_error(folder.string() +
-                            ": no logs, no survey files and no submaps (.pcd, .pdc): " + found);
+  return std::runtime_error(
+      folder.string() + ": no logs, no survey files, no map and no submaps (.pcd, .pdc): " + found);
 }
 
 GivenConfig GivenBy(const ReplayOptions& options) {
   return {
       options.mapper_config, options.optimizer_config, options.drivers, options.default_config_dir};
+}
+
+// The effective configuration, to be stored in the map.
+ConfigTexts ConfigurationOf(const Dive& dive) {
+  ConfigTexts texts = ConfigFiles(dive.mapper);
+  std::ifstream optimizer(dive.config.optimizer, std::ios::binary);
+  texts.emplace_back("optimizer.yaml", std::string(std::istreambuf_iterator<char>(optimizer), {}));
+  return texts;
+}
+
+bool IsMap(const DiveInput& dive) {
+  return dive.files.empty() && dive.problem.empty() && IsFinishedMap(dive.folder);
+}
+
+void ExpectMapsOnce(const std::vector<DiveInput>& dives) {
+  std::set<fs::path> maps;
+  for (const DiveInput& dive : dives)
+    if (IsMap(dive) && !maps.insert(fs::canonical(dive.folder)).second)
+      throw UsageError("replay: " + dive.folder.string() + ": given twice");
 }
 
 }  // namespace
@@ -113,17 +135,25 @@ void ExpectDives(const std::vector<DiveInput>& dives, const ReplayOptions& optio
   });
   if (submaps && dives.size() > 1)
     throw UsageError("replay: a directory of submaps is mapped by itself");
+  const bool maps = std::any_of(dives.begin(), dives.end(), IsMap);
+  ExpectMapsOnce(dives);
   if (options.from_raw && dives.size() > 1) throw UsageError("replay: --from-raw takes one dive");
-  if (options.as_recorded && (submaps || dives.size() > 1))
+  if (options.as_recorded && (submaps || maps || dives.size() > 1))
     throw UsageError("replay: --as-recorded needs the logs of one dive");
   if (options.soundings && (options.as_recorded || submaps))
     throw UsageError("replay: --soundings needs pings to be placed: no submaps, no --as-recorded");
+  if (options.soundings && maps)
+    throw UsageError(
+        "replay: --soundings: a finished map holds no single soundings; map its dives "
+        "from their own files");
 }
 
 Input Open(const DiveInput& dive, const ReplayOptions& options) {
   Input input;
   if (!dive.problem.empty()) throw std::runtime_error(dive.problem);
-  if (dive.files.empty()) {
+  if (IsMap(dive)) {
+    input.map = ReadFinishedMap(dive.folder, dive.name);
+  } else if (dive.files.empty()) {
     if (!HoldsSubmaps(dive.folder)) throw NothingIn(dive.folder);
     input.submaps = ReadSubmapDirectory(dive.folder, options.drift);
   } else if ((input.survey_files = OpenSurvey(dive.files, options.as_recorded))) {
@@ -141,12 +171,19 @@ Input Open(const DiveInput& dive, const ReplayOptions& options) {
 void Prepare(const ReplayOptions& options, const fs::path& out, Dive* dive) {
   const GivenConfig given = GivenBy(options);
   const Input& input = dive->input;
-  dive->config = input.logs ? ChooseConfig(given, *input.logs, out) : ChooseConfig(given);
+  dive->config = input.logs  ? ChooseConfig(given, *input.logs, out)
+                 : input.map ? ChooseConfig(given, *input.map, out)
+                             : ChooseConfig(given);
   dive->mapper = LoadChosen(dive->config, options.mapper_config.empty());
   if (!options.water_level.empty()) LoadWaterLevel(options.water_level, &dive->mapper);
   const bool given_vehicle = !options.mapper_config.empty();
   if (input.survey_files) UseSurvey(input.survey_files->plan(), given_vehicle, &dive->mapper);
   if (input.submaps) dive->mapper.mounting = {};  // submaps may be of any vehicle
+  if (input.map) {
+    dive->mapper.vehicle.datum_latitude_rad = Deg2Rad(input.map->datum.latitude_deg);
+    dive->mapper.vehicle.datum_longitude_rad = Deg2Rad(input.map->datum.longitude_deg);
+  }
+  dive->configuration = ConfigurationOf(*dive);
 }
 
 std::unique_ptr<RawReplay> OpenRaw(const ReplayOptions& options,

@@ -8,6 +8,7 @@
 
 #include "mapper/mapper_config.hpp"
 #include "tools/dive_inputs.hpp"
+#include "tools/finished_map.hpp"
 #include "tools/recorded_dive.hpp"
 #include "tools/replay.hpp"
 #include "tools/replay_config.hpp"
@@ -16,11 +17,12 @@
 
 namespace seastitch {
 
-// Exactly one of the first three is set.
+// Exactly one of the first four is set.
 struct Input {
   std::optional<RecordedLogs> logs;
   std::unique_ptr<SurveyFiles> survey_files;
   std::optional<SubmapDirectory> submaps;
+  std::optional<FinishedMap> map;
   std::vector<std::string> names;  // names of the files
 };
 
@@ -30,6 +32,7 @@ struct Dive {
   Input input;
   ReplayConfig config;
   MapperConfig mapper;
+  ConfigTexts configuration{};  // as the files and options state it, for a later replay
 };
 
 // Refuse impossible options, before and after the inputs are sorted into dives. Throw UsageError or

@@ -55,12 +55,19 @@ DiveReport ReportOf(MapperNode* mapper) {
 Pipeline::Pipeline(const ReplayConfig& config,
                    const MapperConfig& mapper,
                    Bus* bus,
-                   std::function<bool()> stopped)
+                   std::function<bool()> stopped,
+                   MapRecorder* recorder)
     : bus_(bus),
       stopped_(std::move(stopped)),
       mapper_(mapper, bus, &worker_),
       optimizer_(LoadOptimizerConfig(config.optimizer.string()), bus, &worker_) {
+  mapper_.Listen([recorder](const MapperEvent& event) { recorder->Add(event); });
   bus_->HandleAll();
+}
+
+void Pipeline::AddSubmap(Submap submap, Mapper::OfDive of_dive) {
+  mapper_.AddSubmap(std::move(submap), std::move(of_dive));
+  Settle();
 }
 
 void Pipeline::Settle() {

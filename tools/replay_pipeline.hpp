@@ -11,6 +11,7 @@
 #include "optimizer/optimizer_node.hpp"
 #include "products/dive_report.hpp"
 #include "products/survey_collector.hpp"
+#include "tools/finished_map.hpp"
 #include "tools/replay_config.hpp"
 
 namespace seastitch {
@@ -34,11 +35,14 @@ class Pipeline {
   Pipeline(const ReplayConfig& config,
            const MapperConfig& mapper,
            Bus* bus,
-           std::function<bool()> stopped);
+           std::function<bool()> stopped,
+           MapRecorder* recorder);
   Pipeline(const Pipeline&) = delete;
   Pipeline& operator=(const Pipeline&) = delete;
 
   MapperNode& mapper() { return mapper_; }
+  // Adds a submap and settles.
+  void AddSubmap(Submap submap, Mapper::OfDive of_dive);
   // Handles messages until all are answered and no pair is left for a retry.
   void Settle();
   void Finish();

@@ -129,13 +129,13 @@ void AddReplay(CLI::App* app, int* status) {
   auto arguments = std::make_shared<Arguments>();
   ReplayOptions& options = arguments->replay;
   CLI::App* replay = app->add_subcommand(
-      "replay", "makes map, track and report from dives, logs, survey files or submaps");
+      "replay", "makes map, track and report from dives, logs, survey files, maps or submaps");
   Example(replay, "replay /var/lib/seastitch/dives/DIVE_20261122T101500Z --out map");
   CLI::Option* const input = replay->add_option(
       "input",
       options.inputs,
-      "folders of dives (or of logs or survey files), LCM logs in any order, survey files: several "
-      "dives go into one map; or a directory of submap PCD files");
+      "folders of dives (or of logs or survey files), maps of earlier replays, LCM logs in any "
+      "order, survey files: several dives go into one map; or a directory of submap PCD files");
   CLI::Option* const out = replay->add_option("--out", options.out, "folder of the products");
   replay->add_option(
       "--config",
@@ -380,10 +380,12 @@ void AddInfo(CLI::App* app, int* status) {
     fs::path repair_to;
   };
   auto arguments = std::make_shared<Arguments>();
-  CLI::App* info =
-      app->add_subcommand("info", "lists the content of LCM logs or of a dive, and what was lost");
+  CLI::App* info = app->add_subcommand(
+      "info", "lists the content of LCM logs, of a dive or of a map, and what was lost");
   Example(info, "info /var/lib/seastitch/dives/DIVE_20261122T101500Z");
-  info->add_option("input", arguments->info.inputs, "LCM logs in any order, or a dive's folder")
+  info->add_option("input",
+                   arguments->info.inputs,
+                   "LCM logs in any order, a dive's folder, or the folder of a map")
       ->required();
   info->add_flag("--json", arguments->info.json, "prints JSON, for programs");
   info->add_option(

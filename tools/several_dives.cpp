@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <map>
 #include <optional>
+#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -13,18 +14,183 @@
 #include "tools/message_types.hpp"
 #include "tools/other_navigation.hpp"
 #include "tools/ping_inputs.hpp"
+#include "tools/progress.hpp"
 
 namespace seastitch {
 namespace {
 
-// Publishes one of several dives.
-void FeedOneOfSeveral(Dive* dive, Unread* unread, Feeding* feeding) {
-  const std::map<std::string, std::int64_t> refused_before = std::exchange(feeding->refused, {});
-  unread->Try(dive->name, [&] { Feed(&dive->input, nullptr, feeding); });
-  for (const auto& [reason, count] : refused_before) feeding->refused[reason] += count;
+std::size_t NumChains(const std::vector<Dive>& dives) {
+  std::size_t chains = 0;
+  for (const Dive& dive : dives) chains += dive.input.map ? dive.input.map->dives.size() : 1;
+  return chains;
 }
 
+// One back end for the submaps of all dives.
+class Together {
+ public:
+  Together(const std::vector<Dive>& dives,
+           std::filesystem::path store,
+           Outputs outputs,
+           Unread* unread,
+           Feeding* feeding)
+      : first_(dives.front()),
+        has_names_(NumChains(dives) > 1),
+        store_(std::move(store)),
+        outputs_(outputs),
+        unread_(unread),
+        feeding_(feeding),
+        bus_(feeding->bus),
+        pipeline_(first_.config, BackEnd(), bus_, feeding->stopped, outputs.recorder) {}
+
+  void Add(Dive* dive) {
+    if (!feeding_->quiet) std::fprintf(stderr, "dive %s\n", dive->name.c_str());
+    if (dive->input.map)
+      AddMap(dive);
+    else
+      AddDive(dive);
+  }
+
+  // Returns the time spans of the inputs.
+  std::vector<SurveyInput> Finish() {
+    pipeline_.Finish();
+    feeding_->bus = bus_;
+    ProductOptions* const products = outputs_.products;
+    products->mapper_counters = CountersOf(&pipeline_.mapper());
+    products->conditions = ConditionsOf(&pipeline_.mapper());
+    TakeNoise(pipeline_.mapper().mapper(), first_.mapper, products);
+    if (!has_names_) products->noise.timing = products->dives.front().sonar;
+    ExpectSubmaps(
+        *outputs_.collector, first_.input.survey_files != nullptr, statements_, *feeding_);
+    return std::move(spans_);
+  }
+
+ private:
+  MapperConfig BackEnd() const {
+    MapperConfig config = first_.mapper;
+    config.map_dir = store_ / "all";
+    return config;
+  }
+
+  void AddDive(Dive* dive) {
+    outputs_.collector->BeginDive(dive->name);
+    dive->mapper.map_dir = store_ / std::to_string(next_chain_);
+    DiveFront front(
+        dive->mapper,
+        next_chain_,
+        next_id_,
+        [&](Submap submap, Mapper::OfDive of_dive) {
+          ExpectNew(submap, of_dive.chain, *dive);
+          pipeline_.AddSubmap(std::move(submap), std::move(of_dive));
+        },
+        [&](const NavState& nav) { outputs_.collector->Add(nav); });
+    SoundingLog* const soundings = outputs_.products->soundings;
+    PingInputs inputs(
+        dive->input.names, soundings != nullptr, dive->mapper.sonar_time_offset_s, front.bus());
+    const auto first_input = static_cast<std::uint16_t>(spans_.size());
+    if (soundings != nullptr)
+      front.mapper().OnSoundings([&](SubmapSoundings submap) {
+        std::vector<std::uint16_t> of_pings = inputs.Take(submap);
+        for (std::uint16_t& input : of_pings)
+          input = static_cast<std::uint16_t>(input + first_input);
+        submap.id.value += next_id_;
+        soundings->Add(submap, of_pings);
+      });
+    std::optional<OtherNavigation> other;
+    if (dive->input.logs) other.emplace(dive->mapper, front.bus());
+    feeding_->bus = front.bus();
+    feeding_->inputs = &inputs;
+    Publish(dive);
+    front.Finish();
+    if (!given_twice_.empty()) throw UsageError("replay: " + given_twice_);
+    if (other) feeding_->other_tracks.push_back({next_chain_, other->source(), other->Finish()});
+    outputs_.products->dives.push_back(ReportOf(&front.mapper()));
+    ++next_chain_;
+    next_id_ = front.next_id();
+    statements_ += dive->name + ": " + front.mapper().health().text() + "; ";
+    spans_.insert(spans_.end(), inputs.spans().begin(), inputs.spans().end());
+  }
+
+  // The files of a dive and a map of it would count twice, and so would two maps of it. A dive is
+  // known by its first submap: by the time of its first ping and its depth, which no map origin
+  // changes. No exception, since messages are being handled.
+  void ExpectNew(const Submap& submap, const Chain& chain, const Dive& input) {
+    if (!begun_.insert(chain.number).second) return;
+    const auto [place, is_new] =
+        input_of_.try_emplace({submap.start, submap.T_map_submap.translation().z()}, &input);
+    const Dive& same = *place->second;
+    if (is_new || (!same.input.map && !input.input.map)) return;
+    given_twice_ = input.name + ": its dive is in " + same.name + ", too; leave one of them out";
+  }
+
+  void Publish(Dive* dive) {
+    const std::map<std::string, std::int64_t> refused_before = std::exchange(feeding_->refused, {});
+    unread_->Try(dive->name, [&] { Feed(&dive->input, nullptr, feeding_); });
+    for (const auto& [reason, count] : refused_before) feeding_->refused[reason] += count;
+  }
+
+  void AddMap(Dive* dive) {
+    FinishedMap& map = *dive->input.map;
+    const VehicleGeometry& vehicle = dive->mapper.vehicle;
+    MoveTo({Rad2Deg(vehicle.datum_latitude_rad), Rad2Deg(vehicle.datum_longitude_rad)}, &map);
+    Renumber(next_id_, next_chain_, &map);
+    for (const FinishedSubmap& submap : map.submaps)
+      ExpectNew(submap.submap, submap.dive.chain, *dive);
+    if (!given_twice_.empty()) throw UsageError("replay: " + given_twice_);
+    for (std::size_t k = 0; k < map.dives.size(); ++k) {
+      if (has_names_) outputs_.collector->BeginDive(map.dives[k].name);
+      for (const TrackState& state : map.track)
+        if (state.chain == static_cast<std::int32_t>(k)) outputs_.collector->Add(state);
+      outputs_.products->dives.push_back(std::move(map.dives[k].report));
+    }
+    AddSubmaps(&map);
+    for (const UnreadDive& of_map : map.unread) unread_->Add(of_map);
+    for (const auto& [reason, count] : map.refused) feeding_->refused[reason] += count;
+    next_chain_ += static_cast<std::int32_t>(map.dives.size());
+    next_id_ = map.submaps.back().submap.id.value + 1;
+    spans_.insert(spans_.end(), map.inputs.begin(), map.inputs.end());
+  }
+
+  void AddSubmaps(FinishedMap* map) {
+    ProgressLine progress("adding submaps", map->submaps.size(), feeding_->quiet);
+    for (std::size_t i = 0; i < map->submaps.size(); ++i) {
+      if (feeding_->stopped())
+        return NoteStop(static_cast<int>(100 * i / map->submaps.size()), feeding_);
+      FinishedSubmap& submap = map->submaps[i];
+      try {
+        submap.submap.cloud = LoadPoints(submap);
+      } catch (const std::runtime_error& e) {
+        std::fprintf(stderr, "points left out: %s\n", e.what());
+        ++feeding_->refused["submaps_of_a_map_without_their_points"];
+      }
+      pipeline_.AddSubmap(std::move(submap.submap), std::move(submap.dive));
+      progress.Advance(1);
+    }
+    progress.Finish();
+  }
+
+  const Dive& first_;
+  const bool has_names_;  // of dives; not for a map of one dive alone
+  const std::filesystem::path store_;
+  const Outputs outputs_;
+  Unread* const unread_;
+  Feeding* const feeding_;
+  Bus* const bus_;
+  Pipeline pipeline_;
+  std::vector<SurveyInput> spans_;
+  std::int32_t next_id_ = 0;
+  std::int32_t next_chain_ = 0;
+  std::string statements_;
+  std::set<std::int32_t> begun_;                             // chains with a submap
+  std::map<std::pair<Time, double>, const Dive*> input_of_;  // by time and depth of the first
+  std::string given_twice_;                                  // sentence; empty: none was
+};
+
 }  // namespace
+
+void Unread::Add(const UnreadDive& dive) {
+  std::fprintf(stderr, "%s: %s\n", dive.name.c_str(), dive.reason.c_str());
+  dives_.push_back(dive);
+}
 
 bool Unread::Try(const std::string& dive, const std::function<void()>& step) {
   try {
@@ -71,64 +237,13 @@ void UseDatum(const Datum& datum, std::vector<Dive>* dives) {
 
 std::vector<SurveyInput> RemakeTogether(std::vector<Dive>* dives,
                                         const std::filesystem::path& store,
-                                        SurveyCollector* collector,
-                                        ProductOptions* products,
+                                        Outputs outputs,
                                         Unread* unread,
                                         Feeding* feeding) {
-  Bus* const bus = feeding->bus;
-  SoundingLog* const soundings = products->soundings;
-  MapperConfig all = dives->front().mapper;
-  all.map_dir = store / "all";
-  Pipeline pipeline(dives->front().config, all, bus, feeding->stopped);
-  std::vector<SurveyInput> spans;
-  std::int32_t next_id = 0;
-  std::string statements;
-  for (std::size_t k = 0; k < dives->size() && !feeding->stopped(); ++k) {
-    Dive& dive = (*dives)[k];
-    collector->BeginDive(dive.name);
-    dive.mapper.map_dir = store / std::to_string(k);
-    DiveFront front(
-        dive.mapper,
-        static_cast<std::int32_t>(k),
-        next_id,
-        [&](Submap submap, Mapper::OfDive of_dive) {
-          pipeline.mapper().AddSubmap(std::move(submap), std::move(of_dive));
-          pipeline.Settle();
-        },
-        [&](const NavState& nav) { collector->Add(nav); });
-    PingInputs inputs(
-        dive.input.names, soundings != nullptr, dive.mapper.sonar_time_offset_s, front.bus());
-    const auto first_input = static_cast<std::uint16_t>(spans.size());
-    if (soundings != nullptr)
-      front.mapper().OnSoundings([&](SubmapSoundings submap) {
-        std::vector<std::uint16_t> of_pings = inputs.Take(submap);
-        for (std::uint16_t& input : of_pings)
-          input = static_cast<std::uint16_t>(input + first_input);
-        submap.id.value += next_id;
-        soundings->Add(submap, of_pings);
-      });
-    std::optional<OtherNavigation> other;
-    if (dive.input.logs) other.emplace(dive.mapper, front.bus());
-    feeding->bus = front.bus();
-    feeding->inputs = &inputs;
-    if (!feeding->quiet) std::fprintf(stderr, "dive %s\n", dive.name.c_str());
-    FeedOneOfSeveral(&dive, unread, feeding);
-    front.Finish();
-    if (other)
-      feeding->other_tracks.push_back(
-          {static_cast<std::int32_t>(k), other->source(), other->Finish()});
-    products->dives.push_back(ReportOf(&front.mapper()));
-    next_id = front.next_id();
-    statements += dive.name + ": " + front.mapper().health().text() + "; ";
-    spans.insert(spans.end(), inputs.spans().begin(), inputs.spans().end());
-  }
-  pipeline.Finish();
-  feeding->bus = bus;
-  products->mapper_counters = CountersOf(&pipeline.mapper());
-  products->conditions = ConditionsOf(&pipeline.mapper());
-  TakeNoise(pipeline.mapper().mapper(), dives->front().mapper, products);
-  ExpectSubmaps(*collector, dives->front().input.survey_files != nullptr, statements, *feeding);
-  return spans;
+  Together together(*dives, store, outputs, unread, feeding);
+  for (Dive& dive : *dives)
+    if (!feeding->stopped()) together.Add(&dive);
+  return together.Finish();
 }
 
 }  // namespace seastitch

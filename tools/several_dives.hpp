@@ -20,6 +20,8 @@ class Unread {
 
   // False: it failed.
   bool Try(const std::string& dive, const std::function<void()>& step);
+  // One that a finished map lacks.
+  void Add(const UnreadDive& dive);
   [[noreturn]] void ThrowFirst() const { std::rethrow_exception(first_); }
   const std::vector<UnreadDive>& dives() const { return dives_; }
 
@@ -41,12 +43,19 @@ void ExpectSubmaps(const SurveyCollector& collector,
 // Sets one datum for all dives, and converts each dive's start position to it.
 void UseDatum(const Datum& datum, std::vector<Dive>* dives);
 
-// Maps several dives together. A front end per dive makes its submaps; one back end makes one graph
-// of all. Files of the inputs are numbered consecutively. Returns the time spans of the inputs.
+// What a replay fills besides the products.
+struct Outputs {
+  SurveyCollector* collector;
+  MapRecorder* recorder;
+  ProductOptions* products;
+};
+
+// Maps several dives together, and finished maps with their dives. A front end per dive makes its
+// submaps; one back end makes one graph of all. Files of the inputs are numbered consecutively.
+// Returns the time spans of the inputs.
 std::vector<SurveyInput> RemakeTogether(std::vector<Dive>* dives,
                                         const std::filesystem::path& store,
-                                        SurveyCollector* collector,
-                                        ProductOptions* products,
+                                        Outputs outputs,
                                         Unread* unread,
                                         Feeding* feeding);
 

@@ -95,7 +95,10 @@ void Run(const std::string& survey_file,
               "map",
               "jumps",
               "ratio");
-  std::printf("%s\n", dives > 1 ? " | cut into dives: map, ratio to one, joined" : "");
+  std::printf("%s\n",
+              dives > 1 ? " | cut into dives: map, ratio to one, joined | map of all but the "
+                          "last, with the last: map, ratio to all at once"
+                        : "");
   double sensors2 = 0.0;
   double files2 = 0.0;
   double dives2 = 0.0;
@@ -141,7 +144,7 @@ void Run(const std::string& survey_file,
                 static_cast<long long>(file.fixes),
                 files / sensors);
     if (dives > 1) {
-      const auto folders = testing::CutKmall(given_file, dives, dir.path(), "dive");
+      auto folders = testing::CutKmall(given_file, dives, dir.path(), "dive");
       const ProductSummary c = Map(folders, given, truth, dir.path() / "c");
       const double cut = c.truth->after_aligned.position_rms_m;
       dives2 += cut * cut;
@@ -149,6 +152,12 @@ void Run(const std::string& survey_file,
           c.dives.begin(), c.dives.end(), [](const DiveInMap& dive) { return dive.group == 0; });
       std::printf(
           " | %.3f %.2f %lld of %d", cut, cut / files, static_cast<long long>(joined), dives);
+      const fs::path last = folders.back();
+      folders.pop_back();
+      Map(folders, given, truth, dir.path() / "earlier");
+      const ProductSummary d = Map({dir.path() / "earlier", last}, given, truth, dir.path() / "d");
+      const double later = d.truth->after_aligned.position_rms_m;
+      std::printf(" | %.3f %.3f", later, later / cut);
     }
     std::printf("\n");
     std::fflush(stdout);
@@ -180,7 +189,11 @@ int main(int argc, char** argv) try {
   app.add_option("--errors", errors, "class of sensors: ins_tactical, mems")->capture_default_str();
   app.add_option("--first-seed", first_seed, "of the surveys")->capture_default_str();
   app.add_option("--runs", runs, "surveys")->capture_default_str();
-  app.add_option("--dives", dives, "also cuts the file into so many dives")->capture_default_str();
+  app.add_option(
+         "--dives",
+         dives,
+         "also cuts the file into so many dives, and maps the last with a map of the others")
+      ->capture_default_str();
   app.add_option("--format", format, "of the files; dives are cut from kmall")
       ->check(CLI::IsMember({"kmall", "all", "s7k"}))
       ->capture_default_str();
