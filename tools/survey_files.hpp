@@ -96,6 +96,7 @@ class SurveyFiles {
   bool IsRepeated(Time t, const PingId& id);
   void OnNavigation(const NavigationRecord& record, Bus* bus);
   void OnAttitude(Time t, const Attitude& attitude, const NavigationRecord& record, Bus* bus);
+  void AddLevel(Time t, Bus* bus);
   void OnHeading(Time t, double heading_rad, Bus* bus);
   void OnPing(const MbesPing& ping, Bus* bus);
   void OnPlaced(const PlacedPing& ping, Bus* bus);

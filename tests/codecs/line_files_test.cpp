@@ -111,6 +111,15 @@ TEST(LasFile, AHeadThatContradictsItselfGivesNothing) {
   EXPECT_EQ(with(104, 129).counters, (Counters{{"las_malformed", 1}}));   // compressed
 }
 
+// A record that is said to be longer than the head, first of 4 billion.
+TEST(LasFile, NumbersOfRecordsThatCannotBeTakeNoTime) {
+  ByteVector bytes = Las({{"epsg", 32632}, {"points", Points()}});
+  for (const std::size_t at : {100, 101, 102, 103, 227 + 20, 227 + 21}) bytes[at] = 0xFF;
+  const auto file = ReadLas(bytes);
+  EXPECT_EQ(file.All<PlacedPing>().size(), 2u);
+  EXPECT_EQ(ReadLasHead(bytes)->crs, "");
+}
+
 TEST(LasFile, AnyPiecesAndAnyDamage) {
   json points = json::array();
   for (int i = 0; i < 200; ++i) points.push_back({i, 2 * i, -30, 1000 + i, i % 9, i % 3, 0, 0});
