@@ -44,7 +44,7 @@ void ReadGeoKeys(Bytes body, LasHead* head) {
 
 void ReadRecords(Bytes records, std::uint32_t count, LasHead* head) {
   ByteReader in(records);
-  for (std::uint32_t i = 0; i < count && in.left() >= kRecordHead; ++i) {
+  for (std::uint32_t i = 0; i < count && in.ok() && in.left() >= kRecordHead; ++i) {
     in.Skip(2);
     const std::string user = TextFromBytes(in.Take(16));
     const auto id = in.Le<std::uint16_t>();
