@@ -9,7 +9,11 @@ std::vector<SurveyRecord> SurveyReader::Add(Bytes bytes) {
   return ReadAll(false);
 }
 
-std::vector<SurveyRecord> SurveyReader::Finish() { return ReadAll(true); }
+std::vector<SurveyRecord> SurveyReader::Finish() {
+  std::vector<SurveyRecord> out = ReadAll(true);
+  End(&out);
+  return out;
+}
 
 std::vector<SurveyRecord> SurveyReader::ReadAll(bool at_end) {
   std::vector<SurveyRecord> out;

@@ -1,33 +1,28 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "codecs/survey_reader.hpp"
+#include "codecs/text_table.hpp"
 
 namespace seastitch {
 
-// A column of a text file. Value = text * scale: the scale converts unit and sign.
-struct TextColumn {
-  // Time, UTC: "epoch" (since 1970) [s]; "year" "month" "day" "hour" "minute" "second"; "date"
-  // (2024-05-02), "clock" (10:20:30.5), "iso" (both, with T or a blank that is not the delimiter).
-  // Position: "latitude" "longitude" [deg], "north" "east" of a grid [m], "depth" (positive down)
-  // and "height" (positive up) [m]. Attitude: "heading" "roll" "pitch" [deg]. "heave" (positive
-  // down) [m].
-  std::string quantity;
-  std::size_t column = 0;  // from 0
-  double scale = 1.0;
-};
-
 struct TextNavigationFormat {
+  // Beside time: "latitude" "longitude" [deg], "north" "east" of a grid [m], "depth" (positive
+  // down) and "height" (positive up) [m], "heading" "roll" "pitch" [deg], "heave" (positive down)
+  // [m].
+  std::vector<TextColumn> columns;
   std::string source = "text";  // of the samples
   char delimiter = ' ';         // ' ': any run of blanks and tabs
   std::size_t header_lines = 0;
   char comment = '#';  // lines that begin so are left out
-  std::vector<TextColumn> columns;
+
+  // Position of a point of the grid. Empty: the grid is unknown.
+  std::function<std::optional<GivenPosition>(const Eigen::Vector2d& north_east_m)> from_grid;
 
   // The columns must include a time and a position.
   std::string Validate() const;
@@ -36,22 +31,18 @@ struct TextNavigationFormat {
   static TextNavigationFormat Na0();  // MB-System .na0, .na1 (mbnavadjust)
 };
 
-// The columns of a line, as text.
-std::vector<std::string_view> TextColumns(std::string_view line, char delimiter);
-
 // Reader of navigation in lines of text. A column that is empty or missing in a line is absent in
 // its record. Also counts text_time_not_rising (lines, left out).
-class TextNavigationReader : public SurveyReader {
+class TextNavigationReader : public TextLineReader {
  public:
   // Throws std::invalid_argument where the format is unusable.
   explicit TextNavigationReader(TextNavigationFormat format);
 
  protected:
-  Look LookAt(Bytes bytes, bool at_end) const override;
-  void Read(Bytes record, std::vector<SurveyRecord>* out) override;
+  void ReadLine(std::string_view line, std::vector<SurveyRecord>* out) override;
 
  private:
-  std::optional<NavigationRecord> ReadLine(std::string_view line) const;
+  std::optional<NavigationRecord> SampleOf(std::string_view line) const;
 
   TextNavigationFormat format_;
   std::size_t lines_ = 0;

@@ -13,6 +13,8 @@
 #include <memory>
 #include <stdexcept>
 
+#include "common/core/pose.hpp"
+
 namespace seastitch {
 namespace {
 
@@ -185,6 +187,55 @@ std::string GeoPackage(const std::vector<VectorLayer>& layers, const std::option
   for (const VectorLayer& layer : layers) WriteLayer(dataset.get(), layer, srs ? &*srs : nullptr);
   dataset.reset();
   return file.Bytes();
+}
+
+struct GeographicConverter::Transformation {
+  struct Destroy {
+    void operator()(OGRCoordinateTransformation* t) const {
+      OGRCoordinateTransformation::DestroyCT(t);
+    }
+  };
+  std::unique_ptr<OGRCoordinateTransformation, Destroy> to_wgs84;
+};
+
+GeographicConverter::GeographicConverter(const std::string& crs)
+    : transformation_(std::make_unique<Transformation>()) {
+  const QuietGdal quiet;
+  OGRSpatialReference from;
+  Require(
+      from.SetFromUserInput(
+          crs.c_str(), OGRSpatialReference::SET_FROM_USER_INPUT_LIMITATIONS_get()) == OGRERR_NONE,
+      "coordinate reference system");
+  name_ = from.GetName() != nullptr ? from.GetName() : "without a name";
+  OGRAxisOrientation axis = OAO_Other;
+  if (from.GetAxis("VERT_CS", 0, &axis) != nullptr) z_is_down_ = axis == OAO_Down;
+  if (from.GetAttrNode("VERT_CS") != nullptr)
+    z_unit_m_ = from.GetTargetLinearUnits("VERT_CS");
+  else if (from.IsProjected() != 0)
+    z_unit_m_ = from.GetLinearUnits();
+  if (from.IsCompound() != 0) from.StripVertical();
+  from.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
+  OGRSpatialReference to;
+  Require(to.importFromProj4("+proj=longlat +datum=WGS84 +no_defs") == OGRERR_NONE, "WGS 84");
+  to.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
+  transformation_->to_wgs84.reset(OGRCreateCoordinateTransformation(&from, &to));
+  Require(transformation_->to_wgs84 != nullptr, "coordinate reference system");
+}
+GeographicConverter::~GeographicConverter() = default;
+
+void GeographicConverter::Convert(std::vector<Eigen::Vector2d>* points) const {
+  const QuietGdal quiet;
+  std::vector<double> x, y;
+  for (const Eigen::Vector2d& p : *points) {
+    x.push_back(p.x());
+    y.push_back(p.y());
+  }
+  std::vector<int> good(points->size(), FALSE);
+  transformation_->to_wgs84->Transform(
+      static_cast<int>(points->size()), x.data(), y.data(), nullptr, good.data());
+  for (std::size_t i = 0; i < points->size(); ++i)
+    (*points)[i] = good[i] != FALSE ? Eigen::Vector2d(Deg2Rad(y[i]), Deg2Rad(x[i]))
+                                    : Eigen::Vector2d::Constant(std::nan(""));
 }
 
 }  // namespace seastitch

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <Eigen/Core>
+#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
@@ -7,7 +9,8 @@
 
 #include "common/core/grid.hpp"
 
-// Rasters and vector layers as the bytes of a file. The only code that uses GDAL.
+// Rasters and vector layers as the bytes of a file, and coordinates of other reference systems. The
+// only code that uses GDAL.
 namespace seastitch {
 
 // Map origin, WGS 84, degrees.
@@ -49,6 +52,32 @@ struct VectorLayer {
   std::string name;
   bool polygons = false;  // else lines
   std::vector<VectorFeature> features;
+};
+
+// Coordinates in a reference system that a file states, as latitude and longitude on WGS 84.
+class GeographicConverter {
+ public:
+  // crs: WKT, "EPSG:32632", or a PROJ string. Throws std::runtime_error with GDAL's reason.
+  explicit GeographicConverter(const std::string& crs);
+  ~GeographicConverter();
+  GeographicConverter(const GeographicConverter&) = delete;
+  GeographicConverter& operator=(const GeographicConverter&) = delete;
+
+  const std::string& name() const { return name_; }
+  // Length of a unit of z: of the vertical system, else of the grid.
+  double z_unit_m() const { return z_unit_m_; }
+  // The system states depths, not heights.
+  bool z_is_down() const { return z_is_down_; }
+  // From east (or longitude) and north (or latitude), in the system's units, to latitude and
+  // longitude [rad]. NaN: the system does not reach there.
+  void Convert(std::vector<Eigen::Vector2d>* points) const;
+
+ private:
+  struct Transformation;
+  std::unique_ptr<Transformation> transformation_;
+  std::string name_;
+  double z_unit_m_ = 1.0;
+  bool z_is_down_ = false;
 };
 
 // A GeoPackage with the same projection as GeoTiff(). Throws std::runtime_error.

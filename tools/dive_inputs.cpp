@@ -5,16 +5,19 @@
 #include <cstdio>
 #include <fstream>
 #include <map>
+#include <optional>
 #include <set>
 #include <stdexcept>
 #include <variant>
 
 #include "products/navigation_files.hpp"
+#include "tools/line_plan.hpp"
 #include "tools/message_types.hpp"
 #include "tools/recorded_dive.hpp"
 #include "tools/sbet_beside.hpp"
 #include "tools/survey_files.hpp"
 #include "tools/survey_stream.hpp"
+#include "tools/text_columns.hpp"
 
 namespace seastitch {
 namespace {
@@ -55,6 +58,10 @@ std::vector<fs::path> FilesIn(const fs::path& folder) {
 
 // Date of the first ping or navigation record, such as 2026-05-02. A profile may be of another day.
 std::string DayOf(const fs::path& file) {
+  if (IsLineFile(file)) {
+    const std::optional<Time> first = FirstTimeOf(file);
+    return first ? IsoTime(*first).substr(0, 10) : "lines";
+  }
   for (SurveyStream stream(file, SurveyFiles::kReorderS); stream.next();) {
     const SurveyRecord record = stream.Take();
     if (std::holds_alternative<MbesPing>(record) || std::holds_alternative<PlacedPing>(record) ||

@@ -156,7 +156,7 @@ bool IsSbet(const fs::path& path) {
 bool IsNavigationBeside(const fs::path& path) {
   const std::string extension = LowerExtension(path);
   return IsSbet(path) || extension == ".fnv" || extension == ".na0" || extension == ".na1" ||
-         fs::exists(ColumnsFileOf(path));
+         HasTextColumns(path);
 }
 
 bool IsBeside(const std::string& source) {

@@ -13,7 +13,7 @@ namespace seastitch {
 bool IsSbet(const std::filesystem::path& path);
 
 // True for processed navigation beside a sonar's files: SBET, MB-System's .fnv and .na0, and text
-// with a file that describes its columns (ColumnsFileOf).
+// whose columns are known (HasTextColumns).
 bool IsNavigationBeside(const std::filesystem::path& path);
 // True if `source` (of a NavigationRecord) is such navigation.
 bool IsBeside(const std::string& source);

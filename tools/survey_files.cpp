@@ -76,7 +76,7 @@ SurveyFiles::Input* SurveyFiles::Earliest() {
 }
 
 void SurveyFiles::Open(Input* input) {
-  input->stream = std::make_unique<SurveyStream>(input->file.path, kReorderS, input->file.sbet);
+  input->stream = std::make_unique<SurveyStream>(input->file.path, kReorderS, input->file.params);
   open_.push_back(input);
   CloseIfEnded(input);
 }
@@ -154,6 +154,7 @@ void SurveyFiles::OnNavigation(const NavigationRecord& n, Bus* bus) {
       InsPosition{position.latitude_rad, position.longitude_rad, position.sigma_north_east_m};
   sample.velocity = VelocityAtPosition(n.time);
   if (n.height_m) sample.height = InsVertical{*n.height_m, 0.0};
+  AddLevel(n.time, bus);
   PublishIns(sample, bus);
   position_.AddSample(n.time, position_.max_gap_s);
 }
@@ -174,6 +175,16 @@ std::optional<InsVelocity> SurveyFiles::VelocityAtPosition(Time t) {
     return std::nullopt;
   velocity.v_ned_mps += (now.p_ned_m - before->p_ned_m) / ToSeconds(t - before->time);
   return velocity;
+}
+
+// Attitude of a vehicle of which only the track is known.
+void SurveyFiles::AddLevel(Time t, Bus* bus) {
+  const auto vehicle = plan_.level_track ? plan_.level_track->At(t) : std::nullopt;
+  if (!vehicle) return;
+  NavigationRecord level;
+  level.source = plan_.attitude_source;
+  const Attitude attitude{Eigen::Quaterniond(RotationFromRpy(0.0, 0.0, vehicle->heading_rad))};
+  OnAttitude(t, attitude, level, bus);
 }
 
 void SurveyFiles::OnAttitude(Time t,
@@ -254,6 +265,7 @@ void SurveyFiles::OnPlaced(const PlacedPing& ping, Bus* bus) {
   ++counters_["survey_pings"];
   attitude_.AddPing(ping.time);
   position_.AddPing(ping.time);
+  AddLevel(ping.time, bus);
   SoundingPing soundings{ping.time, ping.ping_number, ping.head, {}};
   for (const PlacedBeam& beam : ping.soundings)
     soundings.soundings.push_back(

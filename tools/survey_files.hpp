@@ -97,6 +97,7 @@ class SurveyFiles {
   void OnNavigation(const NavigationRecord& record, Bus* bus);
   std::optional<InsVelocity> VelocityAtPosition(Time t);
   void OnAttitude(Time t, const Attitude& attitude, const NavigationRecord& record, Bus* bus);
+  void AddLevel(Time t, Bus* bus);
   void OnHeading(Time t, double heading_rad, Bus* bus);
   void OnPing(const MbesPing& ping, Bus* bus);
   void OnPlaced(const PlacedPing& ping, Bus* bus);

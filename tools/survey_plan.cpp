@@ -16,9 +16,12 @@
 #include "common/core/counters.hpp"
 #include "common/core/median.hpp"
 #include "common/core/pose.hpp"
+#include "tools/line_plan.hpp"
 #include "tools/message_types.hpp"
 #include "tools/sbet_beside.hpp"
+#include "tools/survey_files.hpp"
 #include "tools/survey_stream.hpp"
+#include "tools/text_columns.hpp"
 
 namespace seastitch {
 namespace {
@@ -167,7 +170,7 @@ struct Census {
 };
 
 void Look(PlannedFile* file, Census* census) {
-  const auto reader = ReaderFor(file->path, file->sbet);
+  const auto reader = ReaderFor(file->path, file->params);
   if (!reader) throw DataError(file->path.string() + ": no survey file of a format that is known");
   std::ifstream in(file->path, std::ios::binary);
   std::vector<std::uint8_t> piece(65'536);
@@ -187,17 +190,34 @@ void Look(PlannedFile* file, Census* census) {
   census->EndFile(file);
 }
 
-// An SBET states only the time of the week: it is read after the survey.
+// Earliest record of all files.
+std::optional<Time> BeginOf(const std::vector<PlannedFile>& files) {
+  std::optional<Time> begin;
+  for (const PlannedFile& file : files)
+    if (file.begin && (!begin || *file.begin < *begin)) begin = file.begin;
+  return begin;
+}
+
+// Time of the survey, from soundings by line if nothing else states it.
+std::optional<Time> TimeOfSurvey(const std::vector<PlannedFile>& files, const Census& census) {
+  std::optional<Time> time = census.reach().first ? census.reach().first : BeginOf(files);
+  for (const PlannedFile& file : files)
+    if (!time && IsLineFile(file.path)) time = FirstTimeOf(file.path);
+  return time;
+}
+
+// All files but soundings by line. An SBET states only the time of the week: it is read after the
+// survey.
 Census LookAtAll(std::vector<PlannedFile>* files) {
   Census census;
   for (PlannedFile& file : *files)
-    if (!IsSbet(file.path)) Look(&file, &census);
+    if (!IsSbet(file.path) && !IsLineFile(file.path)) Look(&file, &census);
   for (PlannedFile& file : *files) {
     if (!IsSbet(file.path)) continue;
-    const std::optional<Time> first_ping = census.reach().first;
-    if (!first_ping)
+    const std::optional<Time> time = TimeOfSurvey(*files, census);
+    if (!time)
       throw DataError(file.path.string() + ": an SBET needs the survey beside it, for its week");
-    file.sbet = SbetParamsFor(file.path, *first_ping, census.own);
+    file.params.sbet = SbetParamsFor(file.path, *time, census.own);
     Look(&file, &census);
   }
   return census;
@@ -313,6 +333,91 @@ void ChooseDepth(const Census& census, SurveyPlan* plan) {
   }
 }
 
+void ChooseSources(const Census& census, SurveyPlan* plan) {
+  plan->raw_pings = census.raw.pings > 0;
+  plan->position_source = PositionSource(census, *plan);
+  ChooseAttitude(census, plan);
+  ChooseDepth(census, plan);
+  if (!plan->level_track) return;
+  plan->heading_source.clear();
+  plan->attitude_source = plan->level_track->has_headings() ? "heading" : "course";
+}
+
+// The names of the files for which this holds: three, and the number of the others.
+std::string Names(const std::vector<PlannedFile>& files,
+                  const std::function<bool(const PlannedFile&)>& holds) {
+  constexpr int kShown = 3;
+  std::string text;
+  int found = 0;
+  for (const PlannedFile& file : files) {
+    if (!holds(file) || ++found > kShown) continue;
+    text += (found == 1 ? "" : ", ") + file.path.filename().string();
+  }
+  return found > kShown ? text + " and " + std::to_string(found - kShown) + " more" : text;
+}
+
+// --- soundings by line ---------------------------------------------------------------------------
+
+// The track that the chosen sources give. Nothing: they give no position.
+std::shared_ptr<LineTrack> TrackOf(const SurveyPlan& plan, const Census& census) {
+  const auto origin = census.first_of_source.find(plan.position_source);
+  if (origin == census.first_of_source.end()) return nullptr;
+  const std::string heading =
+      plan.heading_source.empty() ? Most(census.headings) : plan.heading_source;
+  auto track = std::make_shared<LineTrack>(origin->second);
+  for (const PlannedFile& file : plan.files) {
+    if (IsLineFile(file.path)) continue;
+    for (SurveyStream stream(file.path, SurveyFiles::kReorderS, file.params); stream.next();) {
+      const SurveyRecord record = stream.Take();
+      const auto* const n = std::get_if<NavigationRecord>(&record);
+      if (n == nullptr) continue;
+      if (n->source == plan.position_source && n->position)
+        track->AddPosition(n->time, *n->position);
+      if (n->source == plan.attitude_source && n->attitude)
+        track->AddHeading(n->time, RpyFromRotation(n->attitude->q_ned_imu.toRotationMatrix()).z());
+      else if (n->source == heading && n->heading_rad)
+        track->AddHeading(n->time, *n->heading_rad);
+      if (plan.depth == SurveyPlan::Depth::kNavigation && n->source == plan.depth_source &&
+          n->depth_m)
+        track->AddDepth(n->time, *n->depth_m);
+    }
+  }
+  track->Finish();
+  return track;
+}
+
+// Soundings by line, after the navigation that places them.
+void LookAtLines(SurveyPlan* plan, Census* census) {
+  if (std::none_of(plan->files.begin(), plan->files.end(), [](const PlannedFile& file) {
+        return IsLineFile(file.path);
+      }))
+    return;
+  ChooseSources(*census, plan);
+  const std::shared_ptr<LineTrack> track = TrackOf(*plan, *census);
+  if (!track && census->first_grid)
+    throw DataError(
+        plan->files[0].path.string() +
+        ": the track beside it is in a grid without a name; state it as crs in the file "
+        "that describes its columns");
+  std::map<std::string, std::vector<PlannedFile>> by_text;
+  for (PlannedFile& file : plan->files) {
+    if (!IsLineFile(file.path)) continue;
+    LinePlan line = PlanLine(file.path, track);
+    file.params.line = std::move(line.params);
+    Look(&file, census);
+    file.begin = std::min(file.begin, line.begin);
+    by_text[line.text].push_back(file);
+  }
+  // Of one attitude per second, the mapper would not interpolate every other.
+  constexpr double kSlowS = 0.5;
+  if (plan->attitude_source.empty() || track->heading_interval_s() > kSlowS)
+    plan->level_track = track;
+  for (const auto& [text, files] : by_text)
+    plan->lines_text +=
+        "soundings by line: " + Names(files, [](const PlannedFile&) { return true; }) + ": " +
+        text + "\n";
+}
+
 // --- geometry ------------------------------------------------------------------------------------
 
 // Position of a transmitter; if it has three parts, of the middle one.
@@ -424,19 +529,6 @@ std::string Text(const char* name,
   return text;
 }
 
-// The names of the files for which this holds: three, and the number of the others.
-std::string Names(const std::vector<PlannedFile>& files,
-                  const std::function<bool(const PlannedFile&)>& holds) {
-  constexpr int kShown = 3;
-  std::string text;
-  int found = 0;
-  for (const PlannedFile& file : files) {
-    if (!holds(file) || ++found > kShown) continue;
-    text += (found == 1 ? "" : ", ") + file.path.filename().string();
-  }
-  return found > kShown ? text + " and " + std::to_string(found - kShown) + " more" : text;
-}
-
 // The three commonest: "812 xtf_sonar, 3 xtf_notes".
 std::string Commonest(const Counters& ignored) {
   std::vector<std::pair<std::int64_t, std::string>> by_count;
@@ -501,14 +593,15 @@ std::string SurveyPlan::Text() const {
     text += "not used: " + unused +
             ": soundings without raw times and angles, which other files have; map them as a dive "
             "of their own\n";
-  const std::string utc = Names(
-      files, [](const PlannedFile& f) { return IsSbet(f.path) && f.sbet.leap_seconds == 0.0; });
+  const std::string utc = Names(files, [](const PlannedFile& f) {
+    return IsSbet(f.path) && f.params.sbet.leap_seconds == 0.0;
+  });
   if (!utc.empty())
     text += "times are UTC, not GPS, as the files' own positions show: " + utc + "\n";
   const std::string otherwise =
       Names(files, [](const PlannedFile& f) { return f.is_installed_otherwise; });
   if (!otherwise.empty()) text += "not used: another installation in " + otherwise + "\n";
-  return text + sound_speed_text + InstallationText();
+  return text + lines_text + sound_speed_text + InstallationText();
 }
 
 std::string SurveyPlan::InstallationText() const {
@@ -535,15 +628,13 @@ std::string SurveyPlan::InstallationText() const {
 SurveyPlan MakeSurveyPlan(const std::vector<fs::path>& files) {
   SurveyPlan plan;
   for (const fs::path& file : files) plan.files.push_back({file});
-  const Census census = LookAtAll(&plan.files);
+  Census census = LookAtAll(&plan.files);
   plan.has_installation = census.installation.has_value();
   if (census.installation) plan.installation = *census.installation;
+  LookAtLines(&plan, &census);
   plan.soundings = census.reach().pings > 0;
-  plan.raw_pings = census.raw.pings > 0;
   if (!plan.soundings) plan.ignored = Commonest(census.ignored);
-  plan.position_source = PositionSource(census, plan);
-  ChooseAttitude(census, &plan);
-  ChooseDepth(census, &plan);
+  ChooseSources(census, &plan);
   plan.depth_m = census.reach().depths_m.MedianOr0();
   plan.max_range_m = census.reach().max_range_m;
   plan.ping_interval_s = census.reach().intervals_s.MedianOr0();

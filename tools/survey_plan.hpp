@@ -2,20 +2,21 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "codecs/sbet_file.hpp"
 #include "codecs/survey_records.hpp"
 #include "common/core/vehicle.hpp"
+#include "tools/survey_stream.hpp"
 
 namespace seastitch {
 
 // One file of a survey, as its head describes it.
 struct PlannedFile {
   std::filesystem::path path;
-  SbetParams sbet{};  // used if it is an SBET
+  ReaderParams params{};
   // Earliest ping or navigation record; nothing: there is none.
   std::optional<Time> begin{};
   std::optional<SonarInstallation> installation{};  // the first
@@ -45,6 +46,11 @@ struct SurveyPlan {
   bool has_installation = false;
   // T_vehicle_imu: place of the position source. p_vehicle_depth_m: point that depths are of.
   VehicleGeometry vehicle;
+  // Soundings by line: how their files were read, a line of text for each way.
+  std::string lines_text;
+  // Track of the vehicle, if its attitude is not stated or too seldom: it is level, with the heading
+  // of the track.
+  std::shared_ptr<const LineTrack> level_track;
   // If there are no soundings: the commonest types of records that no reader reads, such as
   // "812 xtf_sonar, 3 xtf_notes".
   std::string ignored;

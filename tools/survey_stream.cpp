@@ -15,6 +15,9 @@
 #include "codecs/s7k_file.hpp"
 #include "codecs/text_navigation.hpp"
 #include "codecs/xtf_file.hpp"
+#include "common/runtime/config.hpp"
+#include "products/geo_files.hpp"
+#include "tools/line_plan.hpp"
 #include "tools/sbet_beside.hpp"
 #include "tools/text_columns.hpp"
 
@@ -35,14 +38,33 @@ std::string LowerExtension(const fs::path& path) {
   return extension;
 }
 
+// Columns of navigation, with positions in a grid that the file describing them names.
+TextNavigationFormat TextFormatOf(const fs::path& path) {
+  TextNavigationFormat format = LoadTextColumns(path);
+  const std::string crs = fs::exists(ColumnsFileOf(path)) ? LoadFileNotes(path).crs : "";
+  if (crs.empty()) return format;
+  try {
+    format.from_grid = [grid = std::make_shared<GeographicConverter>(crs)](
+                           const Eigen::Vector2d& north_east_m) -> std::optional<GivenPosition> {
+      std::vector<Eigen::Vector2d> p{{north_east_m.y(), north_east_m.x()}};
+      grid->Convert(&p);
+      return p[0].allFinite() ? std::optional(GivenPosition{p[0].x(), p[0].y()}) : std::nullopt;
+    };
+  } catch (const std::runtime_error& e) {
+    throw ConfigError(ColumnsFileOf(path).string() + ": crs: " + e.what());
+  }
+  return format;
+}
+
 }  // namespace
 
-std::unique_ptr<SurveyReader> ReaderFor(const fs::path& path, const SbetParams& sbet) {
+std::unique_ptr<SurveyReader> ReaderFor(const fs::path& path, const ReaderParams& params) {
   std::string bytes(32, '\0');
   std::ifstream in(path, std::ios::binary);
   if (fs::is_directory(path) || !in.read(bytes.data(), static_cast<std::streamsize>(bytes.size())))
     return nullptr;
-  if (IsSbet(path)) return std::make_unique<SbetFileReader>(sbet);
+  if (IsSbet(path)) return std::make_unique<SbetFileReader>(params.sbet);
+  if (IsLineFile(path)) return LineReader(path, std::make_unique<LinePlacer>(params.line));
   if (IsKmallTypeName(bytes.substr(4, 4))) return std::make_unique<KmallFileReader>();
   if (bytes.substr(8, 4) == "GSF-") return std::make_unique<GsfFileReader>();
   if (bytes.substr(4, 4) == std::string_view("\xFF\xFF\0\0", 4))
@@ -56,8 +78,7 @@ std::unique_ptr<SurveyReader> ReaderFor(const fs::path& path, const SbetParams& 
     return std::make_unique<TextNavigationReader>(TextNavigationFormat::Fnv());
   if (extension == ".na0" || extension == ".na1")
     return std::make_unique<TextNavigationReader>(TextNavigationFormat::Na0());
-  if (fs::exists(ColumnsFileOf(path)))
-    return std::make_unique<TextNavigationReader>(LoadTextColumns(path));
+  if (HasTextColumns(path)) return std::make_unique<TextNavigationReader>(TextFormatOf(path));
   return nullptr;
 }
 
@@ -65,10 +86,10 @@ Time TimeOf(const SurveyRecord& record) {
   return std::visit([](const auto& r) { return r.time; }, record);
 }
 
-SurveyStream::SurveyStream(const fs::path& path, double reorder_s, const SbetParams& sbet)
+SurveyStream::SurveyStream(const fs::path& path, double reorder_s, const ReaderParams& params)
     : path_(path),
       reorder_s_(reorder_s),
-      reader_(ReaderFor(path, sbet)),
+      reader_(ReaderFor(path, params)),
       in_(path, std::ios::binary),
       bytes_(fs::file_size(path)) {
   if (!reader_ || !in_) throw std::runtime_error(path.string() + ": no survey file that is known");

@@ -9,13 +9,19 @@
 
 #include "codecs/sbet_file.hpp"
 #include "codecs/survey_reader.hpp"
+#include "tools/line_placer.hpp"
 
 namespace seastitch {
 
-// The reader for a file, by its content or its name. sbet: parameters if it is an SBET. Nothing:
-// not a supported format.
+// What a reader needs and its file does not state.
+struct ReaderParams {
+  SbetParams sbet{};  // of an SBET
+  LineParams line{};  // of soundings by line
+};
+
+// The reader for a file, by its content or its name. Nothing: not a supported format.
 std::unique_ptr<SurveyReader> ReaderFor(const std::filesystem::path& path,
-                                        const SbetParams& sbet = {});
+                                        const ReaderParams& params = {});
 
 // Time of any record.
 Time TimeOf(const SurveyRecord& record);
@@ -25,7 +31,9 @@ Time TimeOf(const SurveyRecord& record);
 class SurveyStream {
  public:
   // Throws std::runtime_error naming the file.
-  SurveyStream(const std::filesystem::path& path, double reorder_s, const SbetParams& sbet = {});
+  SurveyStream(const std::filesystem::path& path,
+               double reorder_s,
+               const ReaderParams& params = {});
 
   // Time of the next record; nothing at the end.
   std::optional<Time> next() const;

@@ -1,6 +1,7 @@
 #include "tools/text_columns.hpp"
 
 #include <algorithm>
+#include <array>
 #include <fstream>
 #include <string>
 #include <string_view>
@@ -9,6 +10,7 @@
 
 #include "codecs/text.hpp"
 #include "common/runtime/parameters.hpp"
+#include "products/navigation_files.hpp"
 
 namespace seastitch {
 namespace {
@@ -27,6 +29,9 @@ struct ColumnsFile {
   int header_lines = 0;
   std::string comment = "#";
   std::vector<ColumnEntry> columns;
+  bool soundings = false;
+  std::string crs;
+  ZAxis z = ZAxis::kNotStated;
 };
 
 void DeclareColumn(ColumnEntry* entry, ParameterTable* table) {
@@ -34,7 +39,8 @@ void DeclareColumn(ColumnEntry* entry, ParameterTable* table) {
       ->Add("quantity",
             &entry->quantity,
             "epoch, iso, date, clock, year, month, day, hour, minute, second; latitude, longitude, "
-            "north, east, depth, height, heading, roll, pitch, heave.")
+            "north, east, depth, height, heading, roll, pitch, heave; of soundings also z, line, "
+            "used.")
       .Required();
   table->Add("column",
              &entry->column,
@@ -61,6 +67,17 @@ ParameterTable TableOf(ColumnsFile* file) {
             Range::Within(0, 1000),
             "At the beginning, left out.");
   table.Add("comment", &file->comment, "Lines that begin so are left out: one letter, or none.");
+  table.Add("soundings", &file->soundings, "It holds soundings; else navigation.");
+  table.Add(
+      "crs",
+      &file->crs,
+      "Coordinate reference system of east and north (of a LAS file: of x and y): EPSG:32632, "
+      "WKT or PROJ.");
+  table.AddChoice<ZAxis>(
+      "z",
+      &file->z,
+      {{"not_stated", ZAxis::kNotStated}, {"up", ZAxis::kUp}, {"down", ZAxis::kDown}},
+      "Direction in which z of soundings grows.");
   table.AddList("columns", &file->columns, DeclareColumn, "What the columns hold.");
   return table;
 }
@@ -92,29 +109,72 @@ std::size_t PlaceOf(const ColumnEntry& entry, const std::vector<std::string>& he
   return static_cast<std::size_t>(found - header.begin());
 }
 
+bool IsExport(const fs::path& text) {
+  std::string heading(sizeof kNavigationCsvHeading - 1, '\0');
+  std::ifstream(text, std::ios::binary)
+      .read(heading.data(), static_cast<std::streamsize>(heading.size()));
+  return heading == kNavigationCsvHeading;
+}
+
+TextNavigationFormat ExportFormat() {
+  TextNavigationFormat format;
+  format.delimiter = ',';
+  format.header_lines = 1;
+  for (const char* const quantity :
+       {"iso", "latitude", "longitude", "depth", "heading", "roll", "pitch"})
+    format.columns.push_back({quantity, format.columns.size()});
+  return format;
+}
+
 }  // namespace
 
 fs::path ColumnsFileOf(const fs::path& text) { return text.string() + ".yaml"; }
 
-TextNavigationFormat LoadTextColumns(const fs::path& text) {
+FileNotes LoadFileNotes(const fs::path& text) {
   const fs::path path = ColumnsFileOf(text);
   ColumnsFile file;
   TableOf(&file).Load(path.string());
-  TextNavigationFormat format;
-  format.delimiter = file.delimiter;
-  format.header_lines = static_cast<std::size_t>(file.header_lines);
+  FileNotes notes{file.delimiter,
+                  static_cast<std::size_t>(file.header_lines),
+                  file.comment.empty() ? '\0' : file.comment[0],
+                  {},
+                  file.soundings,
+                  file.crs,
+                  file.z};
   if (file.comment.size() > 1)
     throw ConfigError(path.string() + ": comment: '" + file.comment + "' is not one letter");
-  format.comment = file.comment.empty() ? '\0' : file.comment[0];
   const std::vector<std::string> header = HeaderOf(text, file);
   try {
     for (const ColumnEntry& entry : file.columns)
-      format.columns.push_back({entry.quantity, PlaceOf(entry, header), entry.scale});
+      notes.columns.push_back({entry.quantity, PlaceOf(entry, header), entry.scale});
   } catch (const ConfigError& e) {
     throw ConfigError(path.string() + ": " + e.what());
   }
+  return notes;
+}
+
+bool IsLineFile(const fs::path& path) {
+  constexpr std::array<char, 4> kLas{'L', 'A', 'S', 'F'};
+  std::array<char, 4> begin{};
+  std::ifstream(path, std::ios::binary).read(begin.data(), begin.size());
+  return begin == kLas || path.extension() == ".xyz" || path.extension() == ".XYZ" ||
+         (fs::exists(ColumnsFileOf(path)) && LoadFileNotes(path).soundings);
+}
+
+bool HasTextColumns(const fs::path& text) {
+  return !IsLineFile(text) && (fs::exists(ColumnsFileOf(text)) || IsExport(text));
+}
+
+TextNavigationFormat LoadTextColumns(const fs::path& text) {
+  if (!fs::exists(ColumnsFileOf(text))) return ExportFormat();
+  const FileNotes notes = LoadFileNotes(text);
+  TextNavigationFormat format;
+  format.delimiter = notes.delimiter;
+  format.header_lines = notes.header_lines;
+  format.comment = notes.comment;
+  format.columns = notes.columns;
   if (const std::string problem = format.Validate(); !problem.empty())
-    throw ConfigError(path.string() + ": columns: " + problem);
+    throw ConfigError(ColumnsFileOf(text).string() + ": columns: " + problem);
   return format;
 }
 

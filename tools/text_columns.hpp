@@ -1,7 +1,10 @@
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
-#include <optional>
+#include <string>
+#include <vector>
 
 #include "codecs/text_navigation.hpp"
 
@@ -9,7 +12,28 @@ namespace seastitch {
 
 // The file that describes the columns of a text file: NAME.yaml beside NAME.
 std::filesystem::path ColumnsFileOf(const std::filesystem::path& text);
+
+enum class ZAxis : std::uint8_t { kNotStated, kUp, kDown };
+
+// What that file states.
+struct FileNotes {
+  char delimiter = ',';
+  std::size_t header_lines = 0;
+  char comment = '#';  // NUL: none
+  std::vector<TextColumn> columns;
+  bool soundings = false;  // the text holds soundings; else navigation
+  std::string crs;         // of coordinates in a grid
+  ZAxis z = ZAxis::kNotStated;
+};
+
 // Reads it. Names of columns are looked up in the last header line of the text. Throws ConfigError.
+FileNotes LoadFileNotes(const std::filesystem::path& file);
+// True for soundings by line: LAS, text named .xyz, and text whose FileNotes call it soundings.
+bool IsLineFile(const std::filesystem::path& path);
+// True for text of navigation whose columns are known: by that file, or as the navigation.csv that
+// a replay has exported.
+bool HasTextColumns(const std::filesystem::path& text);
+// Its format. Throws ConfigError.
 TextNavigationFormat LoadTextColumns(const std::filesystem::path& text);
 
 }  // namespace seastitch

@@ -17,7 +17,7 @@ struct Print {
   }
   void operator()(const PlacedPing& p) const {
     out << "soundings " << ToUtime(p.time) << ' ' << p.ping_number << ' ' << int{p.head} << ' '
-        << p.origin_depth_m.value_or(-1.0);
+        << p.origin_depth_m.value_or(-1.0) << ' ' << p.p_vehicle_origin_m.transpose();
     for (const PlacedBeam& b : p.soundings)
       out << ' ' << b.p_level_m.transpose() << ' ' << int{b.flags};
   }

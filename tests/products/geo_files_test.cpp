@@ -6,9 +6,13 @@
 #include <ogrsf_frmts.h>
 
 #include <GeographicLib/LocalCartesian.hpp>
+#include <GeographicLib/UTMUPS.hpp>
 #include <memory>
+#include <stdexcept>
 #include <string>
+#include <vector>
 
+#include "common/core/pose.hpp"
 #include "common/runtime/durable_file.hpp"
 #include "tests/products/synthetic_survey.hpp"
 
@@ -150,6 +154,48 @@ TEST(GeoPackage, HoldsEveryLayerAndFieldAndTheSameBytesEveryTime) {
   EXPECT_FALSE(line->IsFieldSetAndNotNull(0));
   EXPECT_EQ(line->GetGeometryRef()->toLineString()->getX(1), 20.0);  // east
   EXPECT_EQ(line->GetGeometryRef()->toLineString()->getY(1), 10.0);  // north
+}
+
+// Against GeographicLib, over a zone and beyond.
+TEST(GeographicConverter, UtmIsThatOfGeographicLib) {
+  const GeographicConverter grid("EPSG:32632");
+  EXPECT_EQ(grid.name(), "WGS 84 / UTM zone 32N");
+  EXPECT_EQ(grid.z_unit_m(), 1.0);
+  EXPECT_FALSE(grid.z_is_down());
+  for (const double latitude : {1.0, 57.1, 80.0})
+    for (const double longitude : {5.0, 9.0, 12.5}) {
+      int zone = 0;
+      bool north = false;
+      double x = 0.0, y = 0.0;
+      GeographicLib::UTMUPS::Forward(latitude, longitude, zone, north, x, y, 32);
+      std::vector<Eigen::Vector2d> p{{x, y}};
+      grid.Convert(&p);
+      EXPECT_NEAR(Rad2Deg(p[0].x()), latitude, 1e-9);
+      EXPECT_NEAR(Rad2Deg(p[0].y()), longitude, 1e-9);
+    }
+}
+
+// East comes first whatever the order of axes of the system, and the vertical system has its own
+// unit and direction.
+TEST(GeographicConverter, AxesAndUnitsOfTheSystem) {
+  std::vector<Eigen::Vector2d> p{{11.2, 57.1}};
+  GeographicConverter("EPSG:4326").Convert(&p);
+  EXPECT_NEAR(Rad2Deg(p[0].x()), 57.1, 1e-12);
+  EXPECT_NEAR(GeographicConverter("EPSG:2263").z_unit_m(), 1200.0 / 3937.0, 1e-9);  // feet
+  EXPECT_EQ(GeographicConverter("EPSG:2263+5703").z_unit_m(), 1.0);
+  EXPECT_NEAR(GeographicConverter("EPSG:32618+6360").z_unit_m(), 1200.0 / 3937.0, 1e-9);
+  EXPECT_TRUE(GeographicConverter("EPSG:32632+5715").z_is_down());  // depth
+  EXPECT_FALSE(GeographicConverter("EPSG:32632+5714").z_is_down());
+  EXPECT_NEAR(GeographicConverter(ProjectionWkt(kDatum)).z_unit_m(), 1.0, 1e-12);
+}
+
+TEST(GeographicConverter, WhatCannotBeConvertedIsNamed) {
+  EXPECT_THROW(GeographicConverter("EPSG:1"), std::runtime_error);
+  EXPECT_THROW(GeographicConverter("chart datum"), std::runtime_error);
+  std::vector<Eigen::Vector2d> p{{1e9, 1e9}, {500'000.0, 6'300'000.0}};
+  GeographicConverter("EPSG:32632").Convert(&p);
+  EXPECT_FALSE(p[0].allFinite());
+  EXPECT_TRUE(p[1].allFinite());
 }
 
 }  // namespace
