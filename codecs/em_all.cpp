@@ -11,6 +11,7 @@
 
 #include "codecs/calendar.hpp"
 #include "codecs/mbes_codec.hpp"
+#include "codecs/sound_profile.hpp"
 #include "codecs/text.hpp"
 #include "common/core/pose.hpp"
 
@@ -403,20 +404,19 @@ std::optional<SoundVelocityProfile> DecodeEmU(const EmDatagram& datagram) {
   const std::size_t count = in.Get<std::uint16_t>();
   const double resolution_m = in.Get<std::uint16_t>() / 100.0;
   if (!in.ok() || in.left() < 8 * count) return std::nullopt;
-  SoundVelocityProfile profile;
-  const auto midnight = Midnight(date / 10'000, date / 100 % 100, date % 100);
-  profile.time = !midnight       ? datagram.time
-                 : time < 86'400 ? *midnight + std::chrono::seconds(time)
-                                 : *midnight + std::chrono::milliseconds(time);
-  for (std::size_t i = 0; i < count; ++i) {
-    const double depth_m = in.Get<std::uint32_t>() * resolution_m;
-    const double speed_mps = in.Get<std::uint32_t>() / 10.0;
-    if (speed_mps <= 0.0) return std::nullopt;
-    if (!profile.depth_m.empty() && depth_m <= profile.depth_m.back()) continue;
-    profile.depth_m.push_back(depth_m);
-    profile.speed_mps.push_back(speed_mps);
+  // A cast stamped in a ship's local time can lie ahead of the sonar's clock; the profile is in use
+  // from this datagram on.
+  Time cast = datagram.time;
+  if (const auto midnight = Midnight(date / 10'000, date / 100 % 100, date % 100))
+    cast = std::min(cast,
+                    *midnight + (time < 86'400 ? Duration(std::chrono::seconds(time))
+                                               : Duration(std::chrono::milliseconds(time))));
+  std::vector<ProfileRow> rows(count);
+  for (ProfileRow& row : rows) {
+    row.depth_m = in.Get<std::uint32_t>() * resolution_m;
+    row.speed_mps = in.Get<std::uint32_t>() / 10.0;
   }
-  return profile.depth_m.empty() ? std::nullopt : std::optional(std::move(profile));
+  return ProfileFrom(cast, std::move(rows));
 }
 
 std::optional<std::vector<SurfaceSoundSpeed>> DecodeEmG(const EmDatagram& datagram) {

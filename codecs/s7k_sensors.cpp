@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "codecs/sound_profile.hpp"
 #include "codecs/text.hpp"
 #include "common/core/pose.hpp"
 
@@ -143,18 +144,12 @@ std::optional<SoundVelocityProfile> DecodeS7k1009(const S7kRecord& record) {
   in.Skip(20);
   const std::size_t count = in.Le<std::uint32_t>();
   if (!in.ok() || in.left() / 8 < count) return std::nullopt;
-  SoundVelocityProfile profile;
-  profile.time = record.time;
-  for (std::size_t i = 0; i < count; ++i) {
-    const double depth_m = in.Le<float>();
-    const double speed_mps = in.Le<float>();
-    if (!std::isfinite(depth_m) || !std::isfinite(speed_mps) || speed_mps <= 0.0)
-      return std::nullopt;
-    if (!profile.depth_m.empty() && depth_m <= profile.depth_m.back()) continue;
-    profile.depth_m.push_back(depth_m);
-    profile.speed_mps.push_back(speed_mps);
+  std::vector<ProfileRow> rows(count);
+  for (ProfileRow& row : rows) {
+    row.depth_m = in.Le<float>();
+    row.speed_mps = in.Le<float>();
   }
-  return profile.depth_m.empty() ? std::nullopt : std::optional(std::move(profile));
+  return ProfileFrom(record.time, std::move(rows));
 }
 
 std::optional<SonarInstallation> DecodeS7k7030(const S7kRecord& record) {
