@@ -3,6 +3,7 @@
 #include <string>
 #include <utility>
 
+#include "codecs/calendar.hpp"
 #include "codecs/kmall_sensors.hpp"
 
 namespace seastitch {
@@ -30,18 +31,49 @@ void KmallFileReader::Read(Bytes record, std::vector<SurveyRecord>* out) {
 bool KmallFileReader::ReadSensor(const KmallHeader& header,
                                  Bytes datagram,
                                  std::vector<SurveyRecord>* out) {
-  if (header.Is("#SKM")) return AppendRecords(DecodeSkm(datagram), out);
-  if (header.Is("#SPO")) return AppendRecords(DecodeSpo(datagram), out);
+  if (header.Is("#SKM")) return AppendRecords(WithRightStamps(header, DecodeSkm(datagram)), out);
+  if (header.Is("#SPO")) return ReadPosition(header, datagram, out);
   if (header.Is("#SVP")) return AppendRecords(DecodeSvp(datagram), out);
-  if (header.Is("#SVT")) return AppendRecords(DecodeSvt(datagram), out);
+  if (header.Is("#SVT")) return AppendRecords(WithRightStamps(header, DecodeSvt(datagram)), out);
   if (header.Is("#IIP")) return AppendRecords(DecodeIip(datagram), out);
   if (header.Is("#IOP")) return AppendRecords(DecodeIop(datagram), out);
   CountIgnored("kmall", std::string(header.type.begin() + 1, header.type.end()));
   return true;
 }
 
+std::optional<Time> KmallFileReader::RightStamp(const KmallHeader& header, Time stamp) {
+  if (!AreNear(stamp, header.time())) Count("stamps_wrong");
+  return SensorTime(stamp, header.time());
+}
+
+template <class Sample>
+std::optional<std::vector<Sample>> KmallFileReader::WithRightStamps(
+    const KmallHeader& header, std::optional<std::vector<Sample>> samples) {
+  if (!samples) return std::nullopt;
+  std::vector<Sample> right;
+  for (Sample& sample : *samples) {
+    const std::optional<Time> time = RightStamp(header, sample.time);
+    if (!time) continue;
+    sample.time = *time;
+    right.push_back(std::move(sample));
+  }
+  return right;
+}
+
+// A position whose own stamp is wrong has the time of its arrival.
+bool KmallFileReader::ReadPosition(const KmallHeader& header,
+                                   Bytes datagram,
+                                   std::vector<SurveyRecord>* out) {
+  auto position = DecodeSpo(datagram);
+  if (position) position->time = RightStamp(header, position->time).value_or(header.time());
+  return AppendRecords(std::move(position), out);
+}
+
 void KmallFileReader::ReadPing(Bytes datagram, std::vector<SurveyRecord>* out) {
-  if (ReadKmallHeader(datagram)->version > kNewestMrz) return Count("kmall_version_unknown");
+  if (ReadKmallHeader(datagram)->version > kNewestMrz) {
+    if (!IsWholeMrz(datagram)) return Count("kmall_version_unknown");
+    Count("kmall_version_newer");
+  }
   if (datagram.size() < kKmallHeaderBytes + kKmallPartitionBytes + kKmallTailBytes)
     return Count("kmall_malformed");
   const auto whole = reassembler_.Add(datagram);
@@ -52,6 +84,7 @@ void KmallFileReader::ReadPing(Bytes datagram, std::vector<SurveyRecord>* out) {
   if (unusable > 0) Count("mbes_beam_unusable", unusable);
   auto soundings = DecodeMrzSoundings(*whole);
   if (!soundings) return Count("kmall_ping_empty");
+  AppendRecords(DecodeMrzNavigation(*whole), out);
   out->emplace_back(std::move(*ping));
   out->emplace_back(std::move(*soundings));
 }

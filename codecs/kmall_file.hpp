@@ -8,13 +8,15 @@
 
 namespace seastitch {
 
-// Reader of a .kmall file: #MRZ (raw ping, then the same ray traced by the sonar), #SKM (motion),
-// #SPO (position), #SVP (profile), #SVT (sound speed at the transducer), #IIP (installation), #IOP
-// (settings).
+// Reader of a .kmall file: #MRZ (its position and heading, the raw ping, then the same ray traced
+// by the sonar), #SKM (motion), #SPO (position), #SVP (profile), #SVT (sound speed at the
+// transducer), #IIP (installation), #IOP (settings).
 class KmallFileReader : public SurveyReader {
  public:
-  // Counters of every reader and of KmallReassembler, and kmall_version_unknown and
-  // kmall_ping_empty (pings without a valid sounding, which are left out).
+  // Counters of every reader and of KmallReassembler, and stamps_wrong (of sensors: more than
+  // kMaxStampError from their datagram's), kmall_version_newer (#MRZ of a version
+  // after kNewestMrz, decoded because all of its sizes fit), kmall_version_unknown (those whose
+  // sizes do not) and kmall_ping_empty (pings without a valid sounding, which are left out).
   Counters counters() const override;
 
  protected:
@@ -23,6 +25,13 @@ class KmallFileReader : public SurveyReader {
 
  private:
   void ReadPing(Bytes datagram, std::vector<SurveyRecord>* out);
+  bool ReadPosition(const KmallHeader& header, Bytes datagram, std::vector<SurveyRecord>* out);
+  // SensorTime() by the datagram's time; counts a wrong stamp.
+  std::optional<Time> RightStamp(const KmallHeader& header, Time stamp);
+  // Without the samples that have a wrong stamp.
+  template <class Sample>
+  std::optional<std::vector<Sample>> WithRightStamps(const KmallHeader& header,
+                                                     std::optional<std::vector<Sample>> samples);
   // False: malformed.
   bool ReadSensor(const KmallHeader& header, Bytes datagram, std::vector<SurveyRecord>* out);
 
