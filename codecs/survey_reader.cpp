@@ -26,6 +26,7 @@ std::vector<SurveyRecord> SurveyReader::ReadAll(bool at_end) {
       Count("damaged_bytes", static_cast<std::int64_t>(look.bytes));
     left = left.subspan(look.bytes);
   }
+  if (at_end) ReadEnd(&out);
   buffer_.erase(buffer_.begin(), buffer_.end() - static_cast<std::ptrdiff_t>(left.size()));
   return out;
 }
