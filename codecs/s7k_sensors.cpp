@@ -53,15 +53,19 @@ std::optional<NavigationRecord> DecodeS7k1003(const S7kRecord& record) {
   ByteReader in(record.data);
   in.Skip(4);  // datum
   const float latency_s = in.Le<float>();
-  const double latitude_rad = in.Le<double>();
-  const double longitude_rad = in.Le<double>();
+  const double north = in.Le<double>();  // latitude [rad], or metres of a grid
+  const double east = in.Le<double>();
   const double height_m = in.Le<double>();
   const bool geographic = in.Le<std::uint8_t>() == 0;
   in.Skip(2);
   NavigationRecord sample = SampleOf(record);
   sample.status = in.Le<std::uint8_t>();  // positioning method
-  sample.position = Position(latitude_rad, longitude_rad, 0.0);
-  if (!in.ok() || !geographic || !sample.position || !(std::abs(latency_s) < 60.0f))
+  constexpr double kLargestGridM = 1e8;
+  if (geographic)
+    sample.position = Position(north, east, 0.0);
+  else if (std::abs(north) < kLargestGridM && std::abs(east) < kLargestGridM)
+    sample.grid_north_east_m = Eigen::Vector2d(north, east);
+  if (!in.ok() || !(sample.position || sample.grid_north_east_m) || !(std::abs(latency_s) < 60.0f))
     return std::nullopt;
   sample.time -= FromSeconds(latency_s);
   if (std::isfinite(height_m)) sample.height_m = height_m;
