@@ -27,6 +27,9 @@ constexpr std::size_t kMaxBeams = 2048;
 constexpr std::size_t kSectorBytes = 24;
 constexpr std::size_t kBeamBytes = 16;
 constexpr std::size_t kSoundingBytes = 20;
+constexpr std::size_t kDepthBeamBytes = 16;
+constexpr std::uint16_t kEm120 = 120;
+constexpr std::uint16_t kEm300 = 300;
 constexpr std::uint16_t kEm2040 = 2040;
 constexpr std::uint16_t kEm2040C = 2045;
 constexpr std::uint16_t kEm3020 = 3020;
@@ -300,6 +303,43 @@ std::optional<PlacedPing> DecodeEmX(const EmDatagram& datagram,
     return std::nullopt;
   for (std::size_t i = 0; i < num_beams; ++i)
     ping.soundings.push_back(ReadSounding(EmReader(in.Take(kSoundingBytes), datagram.big_endian)));
+  return ping;
+}
+
+std::optional<PlacedPing> DecodeEmD(const EmDatagram& datagram,
+                                    std::uint8_t head,
+                                    const SonarInstallation& installation) {
+  constexpr std::uint8_t kFoundByPhase = 0x80;  // a flag of the quality
+  EmReader in(datagram);
+  in.Skip(4);  // heading, sound speed
+  PlacedPing ping;
+  ping.time = datagram.time;
+  ping.ping_number = datagram.counter;
+  ping.head = head;
+  ping.p_vehicle_origin_m = EmSoundingOrigin(installation);
+  const double depth_cm = in.Get<std::uint16_t>();
+  in.Skip(1);  // largest number of beams
+  const std::size_t num_beams = in.Get<std::uint8_t>();
+  const double unit_z_m = in.Get<std::uint8_t>() / 100.0;
+  const double unit_xy_m = in.Get<std::uint8_t>() / 100.0;
+  in.Skip(2);  // sampling rate
+  const Bytes beams = in.Take(num_beams * kDepthBeamBytes);
+  ping.origin_depth_m = (depth_cm + 65'536.0 * in.Get<std::int8_t>()) / 100.0;
+  if (!in.ok()) return std::nullopt;
+  for (std::size_t i = 0; i < num_beams; ++i) {
+    EmReader beam_in(beams.subspan(i * kDepthBeamBytes, kDepthBeamBytes), datagram.big_endian);
+    const auto z = beam_in.Get<std::uint16_t>();
+    const double y_m = beam_in.Get<std::int16_t>() * unit_xy_m;
+    const double x_m = beam_in.Get<std::int16_t>() * unit_xy_m;
+    beam_in.Skip(6);  // angles and range
+    PlacedBeam beam;
+    const bool deep = datagram.model == kEm120 || datagram.model == kEm300;
+    const double z_m = (deep ? int{z} : int{static_cast<std::int16_t>(z)}) * unit_z_m;
+    beam.p_level_m = Eigen::Vector3d(x_m, y_m, z_m).cast<float>();
+    const bool phase = (beam_in.Get<std::uint8_t>() & kFoundByPhase) != 0;
+    beam.flags = kBeamValid | (phase ? kBeamPhase : kBeamAmplitude);
+    ping.soundings.push_back(beam);
+  }
   return ping;
 }
 
