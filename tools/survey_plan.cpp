@@ -78,9 +78,14 @@ struct Reach {
 
 using Counts = std::map<std::string, std::int64_t>;  // records by source
 
+// Source of the pose that the sonar states with each ping: heading without roll and pitch, which is
+// enough for soundings that the sonar has ray traced.
+constexpr char kOfPings[] = "#MRZ";
+
 // Contents of the files' heads, counted by source.
 struct Census {
   Counts positions, attitudes, levels, headings, heaves, depths;
+  Counts attitudes_of_pings;  // kOfPings
   std::optional<GivenPosition> first_position;
   std::optional<Eigen::Vector2d> first_grid;
   std::map<std::string, GivenPosition> first_of_source;
@@ -123,7 +128,7 @@ struct Census {
       AddOwn({n.time, n.position->latitude_rad, n.position->longitude_rad});
     if (n.grid_north_east_m && !first_grid) first_grid = n.grid_north_east_m;
     positions[n.source] += n.position || n.grid_north_east_m ? 1 : 0;
-    attitudes[n.source] += n.attitude ? 1 : 0;
+    (n.source == kOfPings ? attitudes_of_pings : attitudes)[n.source] += n.attitude ? 1 : 0;
     levels[n.source] += n.roll_pitch_rad ? 1 : 0;
     headings[n.source] += n.heading_rad ? 1 : 0;
     heaves[n.source] += n.heave_m ? 1 : 0;
@@ -131,9 +136,10 @@ struct Census {
   }
   void operator()(const SoundVelocityProfile&) {}
   void operator()(const SurfaceSoundSpeed&) {}
+  // A `.s7k` has a record for each head, of which the last has them all.
   void operator()(const SonarInstallation& i) {
-    if (!installation) installation = i;
-    if (!installation_of_file) installation_of_file = i;
+    for (auto* const first : {&installation, &installation_of_file})
+      if (!*first || (*first)->transmitters.size() < i.transmitters.size()) *first = i;
   }
   void operator()(const SonarSettings&) {}
 
@@ -254,7 +260,10 @@ std::string PositionSource(const Census& census, const SurveyPlan& plan) {
   for (const Counts& counts : {OfActive(census.positions, plan), census.positions})
     for (const char* const alone : {"#SPO", "P", "xtf_position", "1003", "1015"})
       if (const auto best = Most(counts, alone); !best.empty()) return best;
-  return Most(census.positions);
+  Counts of_sensors = census.positions;
+  of_sensors.erase(kOfPings);
+  const std::string best = Most(of_sensors);
+  return best.empty() ? Most(census.positions) : best;
 }
 
 // Source of attitude in the sonar's own files: that of the active sensor. In `.all`, the attitude
@@ -289,6 +298,14 @@ void ChooseAttitude(const Census& census, SurveyPlan* plan) {
   plan->attitude_source = Most(census.levels);
   const std::string own = Most(Own(census.headings));
   plan->heading_source = own.empty() ? Most(census.headings) : own;
+}
+
+// Without the attitude of a sensor: the soundings that the sonar has ray traced.
+void ChoosePings(const Census& census, SurveyPlan* plan) {
+  plan->raw_pings = census.raw.pings > 0;
+  if (!plan->attitude_source.empty() || census.placed_with_depth == 0) return;
+  plan->attitude_source = Most(census.attitudes_of_pings);
+  if (!plan->attitude_source.empty()) plan->raw_pings = false;
 }
 
 void ChooseDepth(const Census& census, SurveyPlan* plan) {
@@ -339,7 +356,7 @@ VehicleGeometry VehicleOf(const SurveyPlan& plan) {
   if (plan.depth == SurveyPlan::Depth::kHeave) vehicle.p_vehicle_depth_m = HeavingPoint(plan);
   // The lever arm is that of the position sensor, which may be another than the attitude sensor.
   // #SPO already refers to the reference point, as #MRZ does.
-  if (plan.position_source.starts_with("#SPO")) return vehicle;
+  if (plan.position_source.starts_with("#SPO") || plan.position_source == kOfPings) return vehicle;
   if (const InstalledSensor* const sensor = plan.SensorOf(plan.position_source))
     vehicle.T_vehicle_imu.translation() = sensor->T_vehicle_sensor.translation();
   return vehicle;
@@ -498,10 +515,10 @@ SurveyPlan MakeSurveyPlan(const std::vector<fs::path>& files) {
   plan.has_installation = census.installation.has_value();
   if (census.installation) plan.installation = *census.installation;
   plan.soundings = census.reach().pings > 0;
-  plan.raw_pings = census.raw.pings > 0;
   if (!plan.soundings) plan.ignored = Commonest(census.ignored);
   plan.position_source = PositionSource(census, plan);
   ChooseAttitude(census, &plan);
+  ChoosePings(census, &plan);
   ChooseDepth(census, &plan);
   plan.depth_m = census.reach().depths_m.MedianOr0();
   plan.max_range_m = census.reach().max_range_m;
