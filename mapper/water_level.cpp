@@ -7,7 +7,6 @@
 #include <iterator>
 #include <sstream>
 #include <stdexcept>
-#include <utility>
 
 namespace seastitch {
 namespace {
@@ -108,7 +107,8 @@ WaterLevel WaterLevel::Parse(const std::string& text, const std::string& name) {
     const auto metres = Number(column);
     if (!metres || std::abs(*metres) > kHighest_m)
       throw wrong("'" + column + "' is not a number of metres");
-    if (!level.entries_.empty() && *level.entries_.rbegin() == std::pair(*time, *metres)) continue;
+    const auto same = level.entries_.find(*time);
+    if (same != level.entries_.end() && same->second == *metres) continue;  // the line once more
     if (!level.entries_.empty() && *time <= level.entries_.rbegin()->first)
       throw wrong("times must rise");
     level.entries_.emplace_hint(level.entries_.end(), *time, *metres);
