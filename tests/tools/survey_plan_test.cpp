@@ -259,6 +259,31 @@ TEST(SurveySensors, ActiveMotionSensorIsUsedThoughAnotherIsFaster) {
 }
 
 // Roll and pitch at 20 Hz, and a heading once per second but for a gap of ten.
+TEST(SurveySensors, EachHeadOfAnS7kHasItsOwnMounting) {
+  TemporaryDir dir;
+  std::string bytes;
+  for (const std::uint16_t head : {std::uint16_t{0}, std::uint16_t{1}}) {
+    SonarInstallation installation;
+    installation.time = Kmall::At(0.0);
+    const Eigen::Isometry3d mounting =
+        MakePose({0.0, 2.0 * head - 1.0, 0.0}, RotationFromRpy(0.6 - 1.2 * head, 0.0, 0.0));
+    installation.transmitters.push_back({mounting});
+    installation.receivers.push_back({mounting});
+    const auto of_head_0 = EncodeS7k7030(installation);
+    const auto record = ReadS7kRecord(of_head_0);
+    ASSERT_TRUE(record);
+    const auto one = EncodeS7kRecord(7030, {7125, head, 0, 0}, installation.time, record->data);
+    bytes.append(one.begin(), one.end());
+  }
+  const SurveyPlan plan = MakeSurveyPlan({dir.Write("a.s7k", bytes)});
+  EXPECT_EQ(plan.vehicle.T_mbes_rx.translation().y(), -1.0);
+  ASSERT_EQ(plan.vehicle.more_heads.size(), 1u);
+  const Eigen::Isometry3d& second = plan.vehicle.more_heads[0].T_mbes_rx;
+  EXPECT_EQ(second.translation().y(), 1.0);
+  EXPECT_NEAR(RpyFromRotation(second.linear()).x(), -0.6, 1e-6);
+  EXPECT_FALSE(plan.files[0].is_installed_otherwise);
+}
+
 // A .kmall without the datagrams of these sensors.
 std::string Without(const std::set<std::string>& types, const fs::path& kmall) {
   std::ifstream in(kmall, std::ios::binary);
