@@ -35,4 +35,11 @@ Time NearestTimeOfDay(Duration time_of_day, Time near) {
   return Time(days + time_of_day);
 }
 
+std::optional<Time> SensorTime(Time stamp, Time datagram) {
+  constexpr Duration kOverflow = std::chrono::weeks(1024);
+  for (const Duration late : {Duration::zero(), kOverflow})
+    if (AreNear(stamp + late, datagram)) return stamp + late;
+  return std::nullopt;
+}
+
 }  // namespace seastitch

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <optional>
 
@@ -14,5 +15,15 @@ std::optional<Time> MidnightOfYearDay(int year, int day_of_year);
 
 // The instant with this time of day that is nearest to another instant.
 Time NearestTimeOfDay(Duration time_of_day, Time near);
+
+// Largest difference between a sensor's stamp and that of the datagram that has it.
+constexpr Duration kMaxStampError = std::chrono::minutes(1);
+
+inline bool AreNear(Time a, Time b) { return std::chrono::abs(a - b) <= kMaxStampError; }
+
+// A sensor's stamp in a datagram with a stamp of its own. A GNSS receiver whose 10-bit count of
+// weeks has overflowed is 1024 weeks late: these are added. Absent for any other difference beyond
+// kMaxStampError.
+std::optional<Time> SensorTime(Time stamp, Time datagram);
 
 }  // namespace seastitch

@@ -37,13 +37,16 @@ Eigen::Vector3d ReadPoint(ByteReader* in) {
 }
 
 // Stamps are milliseconds in files of AUVLIB's parsers, seconds in files of its naviedit script.
+bool IsInMilliseconds(std::int64_t stamp) { return stamp > 100'000'000'000; }
 Time TimeOf(std::int64_t stamp) {
-  constexpr std::int64_t kMilliseconds = 100'000'000'000;
-  return stamp > kMilliseconds ? Time(std::chrono::milliseconds(stamp))
-                               : Time(std::chrono::seconds(stamp));
+  return IsInMilliseconds(stamp) ? Time(std::chrono::milliseconds(stamp))
+                                 : Time(std::chrono::seconds(stamp));
 }
 
-bool IsStamp(std::int64_t stamp) { return stamp >= 0 && stamp < 100'000'000'000'000; }
+bool IsStamp(std::int64_t stamp) { return stamp > 0 && stamp < 100'000'000'000'000; }
+
+// More than any sonar sends in a second.
+constexpr std::size_t kMaxPerSecond = 1000;
 
 }  // namespace
 
@@ -90,6 +93,8 @@ void CerealFileReader::Read(Bytes record, std::vector<SurveyRecord>* out) {
   if (!IsStamp(stamp) || !std::isfinite(yaw_rad) || !place.allFinite())
     return Count("cereal_malformed");
 
+  if (!same_stamp_.empty() && same_stamp_.front().pose.time != TimeOf(stamp)) Spread(out);
+  if (same_stamp_.size() >= kMaxPerSecond) return Count("cereal_stamp_stands_still");
   NavigationRecord pose;
   pose.source = "auvlib";
   pose.time = ping.time = TimeOf(stamp);
@@ -112,8 +117,23 @@ void CerealFileReader::Read(Bytes record, std::vector<SurveyRecord>* out) {
     beam.flags = kBeamValid;
     ping.soundings.push_back(beam.p_level_m.allFinite() ? beam : PlacedBeam{});
   }
-  out->emplace_back(std::move(pose));
-  out->emplace_back(std::move(ping));
+  same_stamp_.push_back({std::move(pose), std::move(ping)});
+  if (IsInMilliseconds(stamp)) Spread(out);
+}
+
+void CerealFileReader::ReadEnd(std::vector<SurveyRecord>* out) { Spread(out); }
+
+void CerealFileReader::Spread(std::vector<SurveyRecord>* out) {
+  if (same_stamp_.empty()) return;
+  constexpr Duration kSecond = std::chrono::seconds(1);
+  const auto pings = static_cast<std::int64_t>(same_stamp_.size());
+  for (std::int64_t i = 0; i < pings; ++i) {
+    Ping& ping = same_stamp_[static_cast<std::size_t>(i)];
+    ping.pose.time = ping.soundings.time = ping.pose.time + i * kSecond / pings;
+    out->emplace_back(std::move(ping.pose));
+    out->emplace_back(std::move(ping.soundings));
+  }
+  same_stamp_.clear();
 }
 
 }  // namespace seastitch

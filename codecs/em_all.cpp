@@ -11,6 +11,7 @@
 
 #include "codecs/calendar.hpp"
 #include "codecs/mbes_codec.hpp"
+#include "codecs/sound_profile.hpp"
 #include "codecs/text.hpp"
 #include "common/core/pose.hpp"
 
@@ -26,6 +27,9 @@ constexpr std::size_t kMaxBeams = 2048;
 constexpr std::size_t kSectorBytes = 24;
 constexpr std::size_t kBeamBytes = 16;
 constexpr std::size_t kSoundingBytes = 20;
+constexpr std::size_t kDepthBeamBytes = 16;
+constexpr std::uint16_t kEm120 = 120;
+constexpr std::uint16_t kEm300 = 300;
 constexpr std::uint16_t kEm2040 = 2040;
 constexpr std::uint16_t kEm2040C = 2045;
 constexpr std::uint16_t kEm3020 = 3020;
@@ -298,6 +302,43 @@ std::optional<PlacedPing> DecodeEmX(const EmDatagram& datagram,
   return ping;
 }
 
+std::optional<PlacedPing> DecodeEmD(const EmDatagram& datagram,
+                                    std::uint8_t head,
+                                    const SonarInstallation& installation) {
+  constexpr std::uint8_t kFoundByPhase = 0x80;  // a flag of the quality
+  EmReader in(datagram);
+  in.Skip(4);  // heading, sound speed
+  PlacedPing ping;
+  ping.time = datagram.time;
+  ping.ping_number = datagram.counter;
+  ping.head = head;
+  ping.p_vehicle_origin_m = EmSoundingOrigin(installation);
+  const double depth_cm = in.Get<std::uint16_t>();
+  in.Skip(1);  // largest number of beams
+  const std::size_t num_beams = in.Get<std::uint8_t>();
+  const double unit_z_m = in.Get<std::uint8_t>() / 100.0;
+  const double unit_xy_m = in.Get<std::uint8_t>() / 100.0;
+  in.Skip(2);  // sampling rate
+  const Bytes beams = in.Take(num_beams * kDepthBeamBytes);
+  ping.origin_depth_m = (depth_cm + 65'536.0 * in.Get<std::int8_t>()) / 100.0;
+  if (!in.ok()) return std::nullopt;
+  for (std::size_t i = 0; i < num_beams; ++i) {
+    EmReader beam_in(beams.subspan(i * kDepthBeamBytes, kDepthBeamBytes), datagram.big_endian);
+    const auto z = beam_in.Get<std::uint16_t>();
+    const double y_m = beam_in.Get<std::int16_t>() * unit_xy_m;
+    const double x_m = beam_in.Get<std::int16_t>() * unit_xy_m;
+    beam_in.Skip(6);  // angles and range
+    PlacedBeam beam;
+    const bool deep = datagram.model == kEm120 || datagram.model == kEm300;
+    const double z_m = (deep ? int{z} : int{static_cast<std::int16_t>(z)}) * unit_z_m;
+    beam.p_level_m = Eigen::Vector3d(x_m, y_m, z_m).cast<float>();
+    const bool phase = (beam_in.Get<std::uint8_t>() & kFoundByPhase) != 0;
+    beam.flags = kBeamValid | (phase ? kBeamPhase : kBeamAmplitude);
+    ping.soundings.push_back(beam);
+  }
+  return ping;
+}
+
 std::optional<std::vector<NavigationRecord>> DecodeEmA(const EmDatagram& datagram) {
   constexpr std::size_t kSampleBytes = 12;
   EmReader in(datagram);
@@ -399,20 +440,19 @@ std::optional<SoundVelocityProfile> DecodeEmU(const EmDatagram& datagram) {
   const std::size_t count = in.Get<std::uint16_t>();
   const double resolution_m = in.Get<std::uint16_t>() / 100.0;
   if (!in.ok() || in.left() < 8 * count) return std::nullopt;
-  SoundVelocityProfile profile;
-  const auto midnight = Midnight(date / 10'000, date / 100 % 100, date % 100);
-  profile.time = !midnight       ? datagram.time
-                 : time < 86'400 ? *midnight + std::chrono::seconds(time)
-                                 : *midnight + std::chrono::milliseconds(time);
-  for (std::size_t i = 0; i < count; ++i) {
-    const double depth_m = in.Get<std::uint32_t>() * resolution_m;
-    const double speed_mps = in.Get<std::uint32_t>() / 10.0;
-    if (speed_mps <= 0.0) return std::nullopt;
-    if (!profile.depth_m.empty() && depth_m <= profile.depth_m.back()) continue;
-    profile.depth_m.push_back(depth_m);
-    profile.speed_mps.push_back(speed_mps);
+  // A cast stamped in a ship's local time can lie ahead of the sonar's clock; the profile is in use
+  // from this datagram on.
+  Time cast = datagram.time;
+  if (const auto midnight = Midnight(date / 10'000, date / 100 % 100, date % 100))
+    cast = std::min(cast,
+                    *midnight + (time < 86'400 ? Duration(std::chrono::seconds(time))
+                                               : Duration(std::chrono::milliseconds(time))));
+  std::vector<ProfileRow> rows(count);
+  for (ProfileRow& row : rows) {
+    row.depth_m = in.Get<std::uint32_t>() * resolution_m;
+    row.speed_mps = in.Get<std::uint32_t>() / 10.0;
   }
-  return profile.depth_m.empty() ? std::nullopt : std::optional(std::move(profile));
+  return ProfileFrom(cast, std::move(rows));
 }
 
 std::optional<std::vector<SurfaceSoundSpeed>> DecodeEmG(const EmDatagram& datagram) {

@@ -37,6 +37,12 @@ std::optional<PlacedPing> DecodeEmX(const EmDatagram& datagram,
                                     std::uint8_t head,
                                     const SonarInstallation& installation);
 
+// A ping as ray traced by an older sonar, such as the EM 3002 (D). Origin: as X. All beams are
+// valid.
+std::optional<PlacedPing> DecodeEmD(const EmDatagram& datagram,
+                                    std::uint8_t head,
+                                    const SonarInstallation& installation);
+
 // Attitude (A, n): angles of the vehicle, since the sonar has already applied the motion sensor's
 // mounting and delay. Values that the sensor flags invalid are left out.
 std::optional<std::vector<NavigationRecord>> DecodeEmA(const EmDatagram& datagram);

@@ -51,6 +51,7 @@ bool EmAllFileReader::ReadDatagram(const EmDatagram& datagram, std::vector<Surve
       return read;
     }
     case 'X': return AppendRecords(DecodeEmX(datagram, HeadOf(datagram), installation_), out);
+    case 'D': return AppendRecords(DecodeEmD(datagram, HeadOf(datagram), installation_), out);
     case 'A': return AppendRecords(DecodeEmA(datagram), out);
     case 'n': return AppendRecords(DecodeEmNetworkAttitude(datagram), out);
     case 'P': return AppendRecords(DecodeEmP(datagram, installation_), out);

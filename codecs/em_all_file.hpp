@@ -8,9 +8,9 @@
 
 namespace seastitch {
 
-// Reader of a Kongsberg .all file: N (raw pings), X (the same, ray traced by the sonar), A and n
-// (attitude), P (position), U (sound-speed profile), G (sound speed at the transducer), I
-// (installation).
+// Reader of a Kongsberg .all file: N (raw pings), X (the same, ray traced by the sonar), D (the
+// same of older sonars, whose raw datagrams are not read), A and n (attitude), P (position), U
+// (sound-speed profile), G (sound speed at the transducer), I (installation).
 class EmAllFileReader : public SurveyReader {
  protected:
   Look LookAt(Bytes bytes, bool at_end) const override;

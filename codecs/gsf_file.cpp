@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "codecs/sound_profile.hpp"
 #include "codecs/text.hpp"
 #include "common/core/pose.hpp"
 
@@ -103,20 +104,16 @@ std::optional<std::vector<NavigationRecord>> ReadAttitude(Bytes data) {
 
 std::optional<SoundVelocityProfile> ReadProfile(Bytes data) {
   ByteReader in(data);
-  SoundVelocityProfile profile;
-  profile.time = ReadTime(&in);
+  const Time time = ReadTime(&in);
   in.Skip(16);  // time of application, place of the cast
   const std::size_t count = in.Be<std::uint32_t>();
   if (!in.ok() || in.left() / 8 < count) return std::nullopt;
-  for (std::size_t i = 0; i < count; ++i) {
-    const double depth_m = in.Be<std::uint32_t>() / 100.0;
-    const double speed_mps = in.Be<std::uint32_t>() / 100.0;
-    if (speed_mps <= 0.0) return std::nullopt;
-    if (!profile.depth_m.empty() && depth_m <= profile.depth_m.back()) continue;
-    profile.depth_m.push_back(depth_m);
-    profile.speed_mps.push_back(speed_mps);
+  std::vector<ProfileRow> rows(count);
+  for (ProfileRow& row : rows) {
+    row.depth_m = in.Be<std::uint32_t>() / 100.0;
+    row.speed_mps = in.Be<std::uint32_t>() / 100.0;
   }
-  return profile.depth_m.empty() ? std::nullopt : std::optional(std::move(profile));
+  return ProfileFrom(time, std::move(rows));
 }
 
 std::optional<SonarSettings> ReadProcessing(Bytes data) {

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "codecs/mbes_codec.hpp"
+#include "codecs/text.hpp"
 #include "common/core/pose.hpp"
 
 namespace seastitch {
@@ -26,6 +27,8 @@ constexpr std::size_t kSectorBytes = 48;
 constexpr std::size_t kSectorBytesV0 = 36;
 constexpr std::size_t kRxInfoBytes = 32;
 constexpr std::size_t kSoundingBytes = 120;
+
+constexpr double kNoHeight_m = -999.0;
 
 enum DetectionType : std::uint8_t { kNormal = 0, kExtra = 1, kRejected = 2 };
 enum DetectionMethod : std::uint8_t { kNoMethod = 0, kAmplitude = 1, kPhase = 2 };
@@ -213,11 +216,8 @@ bool IsWholeMrz(Bytes datagram) { return ReadMrzLayout(datagram).has_value(); }
 std::optional<MbesPing> DecodeMrz(Bytes datagram, int* unusable_beams) {
   const std::optional<MrzLayout> layout = ReadMrzLayout(datagram);
   if (!layout) return std::nullopt;
-  const KmallHeader header = *ReadKmallHeader(datagram);
-  if (header.version > kNewestMrz) return std::nullopt;
-
   MbesPing ping;
-  ping.time = header.time();
+  ping.time = ReadKmallHeader(datagram)->time();
   ByteReader common(layout->common);
   common.Skip(2);
   ping.ping_number = common.Le<std::uint16_t>();
@@ -265,6 +265,27 @@ std::optional<PlacedPing> DecodeMrzSoundings(Bytes datagram) {
     any_valid = any_valid || (ping.soundings.back().flags & kBeamValid) != 0;
   }
   return any_valid ? std::optional(std::move(ping)) : std::nullopt;
+}
+
+std::optional<NavigationRecord> DecodeMrzNavigation(Bytes datagram) {
+  const std::optional<MrzLayout> layout = ReadMrzLayout(datagram);
+  if (!layout) return std::nullopt;
+  ByteReader info(layout->ping_info);
+  info.Skip(96);
+  const double heading_deg = info.Le<float>();
+  info.Skip(24);
+  const double latitude_deg = info.Le<double>();
+  const double longitude_deg = info.Le<double>();
+  const double height_m = info.Le<float>();
+  if (!(std::abs(latitude_deg) <= 90.0) || !(std::abs(longitude_deg) <= 180.0)) return std::nullopt;
+  NavigationRecord sample;
+  sample.time = ReadKmallHeader(datagram)->time();
+  sample.source = "#MRZ";
+  sample.position = GivenPosition{Deg2Rad(latitude_deg), Deg2Rad(longitude_deg)};
+  if (std::isfinite(height_m) && height_m != kNoHeight_m) sample.height_m = height_m;
+  if (heading_deg >= 0.0 && heading_deg <= 360.0)
+    sample.attitude = AttitudeFromDegrees(0.0, 0.0, heading_deg);
+  return sample;
 }
 
 std::vector<std::uint8_t> EncodeMrz(const MbesPing& ping, const KmallHeader& header) {

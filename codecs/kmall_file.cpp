@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "codecs/calendar.hpp"
 #include "codecs/kmall_sensors.hpp"
 
 namespace seastitch {
@@ -32,18 +33,14 @@ bool KmallFileReader::ReadSensor(const KmallHeader& header,
                                  Bytes datagram,
                                  std::vector<SurveyRecord>* out) {
   if (header.Is("#SKM")) {
-    auto motion = DecodeSkm(datagram);
+    auto motion = WithRightStamps(header, DecodeSkm(datagram));
     if (motion)
       for (NavigationRecord& sample : *motion) sample.time -= DelayOf("ATTI_", sample.source);
     return AppendRecords(std::move(motion), out);
   }
-  if (header.Is("#SPO")) {
-    auto position = DecodeSpo(datagram);
-    if (position) position->time -= DelayOf("POSI_", position->source);
-    return AppendRecords(std::move(position), out);
-  }
+  if (header.Is("#SPO")) return ReadPosition(header, datagram, out);
   if (header.Is("#SVP")) return AppendRecords(DecodeSvp(datagram), out);
-  if (header.Is("#SVT")) return AppendRecords(DecodeSvt(datagram), out);
+  if (header.Is("#SVT")) return AppendRecords(WithRightStamps(header, DecodeSvt(datagram)), out);
   if (header.Is("#IIP")) {
     auto installation = DecodeIip(datagram);
     if (installation) installation_ = *installation;
@@ -63,8 +60,41 @@ Duration KmallFileReader::DelayOf(const std::string& kind, const std::string& so
   return usable ? FromSeconds(sensor->delay_s) : Duration{};
 }
 
+std::optional<Time> KmallFileReader::RightStamp(const KmallHeader& header, Time stamp) {
+  if (!AreNear(stamp, header.time())) Count("stamps_wrong");
+  return SensorTime(stamp, header.time());
+}
+
+template <class Sample>
+std::optional<std::vector<Sample>> KmallFileReader::WithRightStamps(
+    const KmallHeader& header, std::optional<std::vector<Sample>> samples) {
+  if (!samples) return std::nullopt;
+  std::vector<Sample> right;
+  for (Sample& sample : *samples) {
+    const std::optional<Time> time = RightStamp(header, sample.time);
+    if (!time) continue;
+    sample.time = *time;
+    right.push_back(std::move(sample));
+  }
+  return right;
+}
+
+// A position whose own stamp is wrong has the time of its arrival.
+bool KmallFileReader::ReadPosition(const KmallHeader& header,
+                                   Bytes datagram,
+                                   std::vector<SurveyRecord>* out) {
+  auto position = DecodeSpo(datagram);
+  if (position)
+    position->time = RightStamp(header, position->time).value_or(header.time()) -
+                     DelayOf("POSI_", position->source);
+  return AppendRecords(std::move(position), out);
+}
+
 void KmallFileReader::ReadPing(Bytes datagram, std::vector<SurveyRecord>* out) {
-  if (ReadKmallHeader(datagram)->version > kNewestMrz) return Count("kmall_version_unknown");
+  if (ReadKmallHeader(datagram)->version > kNewestMrz) {
+    if (!IsWholeMrz(datagram)) return Count("kmall_version_unknown");
+    Count("kmall_version_newer");
+  }
   if (datagram.size() < kKmallHeaderBytes + kKmallPartitionBytes + kKmallTailBytes)
     return Count("kmall_malformed");
   const auto whole = reassembler_.Add(datagram);
@@ -75,6 +105,7 @@ void KmallFileReader::ReadPing(Bytes datagram, std::vector<SurveyRecord>* out) {
   if (unusable > 0) Count("mbes_beam_unusable", unusable);
   auto soundings = DecodeMrzSoundings(*whole);
   if (!soundings) return Count("kmall_ping_empty");
+  AppendRecords(DecodeMrzNavigation(*whole), out);
   out->emplace_back(std::move(*ping));
   out->emplace_back(std::move(*soundings));
 }

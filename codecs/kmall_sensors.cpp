@@ -9,7 +9,9 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 
+#include "codecs/sound_profile.hpp"
 #include "codecs/text.hpp"
 #include "common/core/pose.hpp"
 
@@ -248,21 +250,18 @@ std::optional<SoundVelocityProfile> DecodeSvp(Bytes datagram) {
   // Files of real sonars have stray text after the samples.
   if (num_samples > kMaxProfileSamples || in.left() < num_samples * 20) return std::nullopt;
 
-  SoundVelocityProfile profile;
-  profile.time = cast_time_s == 0 ? ReadKmallHeader(datagram)->time()
-                                  : FromUtime(std::int64_t{cast_time_s} * 1'000'000);
-  for (std::size_t i = 0; i < num_samples; ++i) {
-    const double depth_m = in.Le<float>();
-    const double speed_mps = in.Le<float>();
+  // A cast stamped in a ship's local time can lie ahead of the sonar's clock; the profile is in use
+  // from this datagram on.
+  const Time now = ReadKmallHeader(datagram)->time();
+  const Time time =
+      cast_time_s == 0 ? now : std::min(now, FromUtime(std::int64_t{cast_time_s} * 1'000'000));
+  std::vector<ProfileRow> rows(num_samples);
+  for (ProfileRow& row : rows) {
+    row.depth_m = in.Le<float>();
+    row.speed_mps = in.Le<float>();
     in.Skip(12);
-    if (!std::isfinite(depth_m) || !std::isfinite(speed_mps) || speed_mps <= 0.0)
-      return std::nullopt;
-    if (!profile.depth_m.empty() && depth_m <= profile.depth_m.back()) continue;
-    profile.depth_m.push_back(depth_m);
-    profile.speed_mps.push_back(speed_mps);
   }
-  if (profile.depth_m.empty()) return std::nullopt;
-  return profile;
+  return ProfileFrom(time, std::move(rows));
 }
 
 std::vector<std::uint8_t> EncodeSvp(const SoundVelocityProfile& profile,

@@ -11,8 +11,8 @@
 // (sound speed at the transducer), #IIP (installation), #IOP (settings).
 namespace seastitch {
 
-// Decodes a whole #SVP. Samples that are not deeper than the one before are left out. Absent where
-// a value is out of range or no sample is left.
+// Decodes a whole #SVP. Its time is that of the cast, the datagram's at the latest. Rows:
+// ProfileFrom().
 std::optional<SoundVelocityProfile> DecodeSvp(Bytes datagram);
 std::vector<std::uint8_t> EncodeSvp(const SoundVelocityProfile& profile, const KmallHeader& header);
 

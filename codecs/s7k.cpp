@@ -102,6 +102,10 @@ MbesBeam ReadDetection(Bytes detection, float sampling_hz, bool sigma_given) {
 
 }  // namespace
 
+std::uint8_t S7kHead(std::uint16_t system_enumerator) {
+  return static_cast<std::uint8_t>(std::min(system_enumerator, kMaxHead));
+}
+
 std::optional<S7kRecord> ReadS7kRecord(Bytes bytes) {
   ByteReader in(bytes);
   const auto version = in.Le<std::uint16_t>();
@@ -168,7 +172,7 @@ std::optional<S7kDetections> DecodeS7k7027(const S7kRecord& record, int* unusabl
 
   out.ping.time = record.time;
   out.ping.ping_number = out.id.ping_number;
-  out.ping.head = static_cast<std::uint8_t>(std::min<std::uint16_t>(out.id.head, kMaxHead));
+  out.ping.head = S7kHead(out.id.head);
   int unusable = 0;
   out.ping.beams.reserve(num_beams);
   for (std::size_t i = 0; i < num_beams; ++i) {
@@ -364,7 +368,7 @@ S7kPings::HalfPing* S7kPings::HalfPingOf(const S7kRecord& record, Time now, std:
     const std::optional<S7kSettings> settings = DecodeS7k7000(record);
     if (!settings) return nullptr;
     HalfPing& half = HalfPingFor(sender, settings->id, now);
-    half.sound_speed_mps = settings->sound_speed_mps;
+    half.sound_speed_mps = last_speed_mps_ = settings->sound_speed_mps;
     return &half;
   }
   int unusable = 0;
@@ -377,8 +381,13 @@ S7kPings::HalfPing* S7kPings::HalfPingOf(const S7kRecord& record, Time now, std:
 }
 
 void S7kPings::GiveUpFirst() {
-  const bool settings = half_pings_.front().sound_speed_mps.has_value();
-  ++counters_[settings ? "s7k_ping_without_detections" : "s7k_ping_without_settings"];
+  HalfPing& first = half_pings_.front();
+  ++counters_[first.detections ? "s7k_ping_without_settings" : "s7k_ping_without_detections"];
+  if (first.detections) {
+    first.detections->sound_speed_mps = last_speed_mps_;
+    without_settings_.push_back(std::move(*first.detections));
+    if (without_settings_.size() > kMaxHalfPings) without_settings_.pop_front();
+  }
   half_pings_.pop_front();
 }
 

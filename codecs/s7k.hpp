@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <deque>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "codecs/mbes_codec.hpp"
@@ -30,6 +31,8 @@ struct S7kRecord {
   Bytes data;            // type header and record data
   std::size_t size = 0;  // of the whole record, from frame to checksum [bytes]
 };
+// Index of a record's head (MbesPing::head).
+std::uint8_t S7kHead(std::uint16_t system_enumerator);
 // The record at the beginning of the bytes.
 std::optional<S7kRecord> ReadS7kRecord(Bytes bytes);
 
@@ -73,6 +76,9 @@ class S7kPings {
   // sender: distinguishes sonars that use the same ping numbers.
   std::optional<MbesPing> Add(const S7kRecord& record, Time now, std::uint64_t sender);
   void GiveUpOld(Time now);
+  // Removes and returns the pings that were given up without settings, the last eight at most: with
+  // the sound speed of the last settings of any device; 0 if there were none.
+  std::deque<MbesPing> TakeWithoutSettings() { return std::exchange(without_settings_, {}); }
   // s7k_malformed, s7k_ping_without_settings, s7k_ping_without_detections, mbes_beam_unusable.
   const Counters& counters() const { return counters_; }
 
@@ -90,6 +96,8 @@ class S7kPings {
 
   Duration max_age_;
   std::deque<HalfPing> half_pings_;  // oldest first
+  std::deque<MbesPing> without_settings_;
+  double last_speed_mps_ = 0.0;
   Counters counters_;
 };
 

@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "codecs/sound_profile.hpp"
 #include "codecs/text.hpp"
 #include "common/core/pose.hpp"
 
@@ -52,15 +53,19 @@ std::optional<NavigationRecord> DecodeS7k1003(const S7kRecord& record) {
   ByteReader in(record.data);
   in.Skip(4);  // datum
   const float latency_s = in.Le<float>();
-  const double latitude_rad = in.Le<double>();
-  const double longitude_rad = in.Le<double>();
+  const double north = in.Le<double>();  // latitude [rad], or metres of a grid
+  const double east = in.Le<double>();
   const double height_m = in.Le<double>();
   const bool geographic = in.Le<std::uint8_t>() == 0;
   in.Skip(2);
   NavigationRecord sample = SampleOf(record);
   sample.status = in.Le<std::uint8_t>();  // positioning method
-  sample.position = Position(latitude_rad, longitude_rad, 0.0);
-  if (!in.ok() || !geographic || !sample.position || !(std::abs(latency_s) < 60.0f))
+  constexpr double kLargestGridM = 1e8;
+  if (geographic)
+    sample.position = Position(north, east, 0.0);
+  else if (std::abs(north) < kLargestGridM && std::abs(east) < kLargestGridM)
+    sample.grid_north_east_m = Eigen::Vector2d(north, east);
+  if (!in.ok() || !(sample.position || sample.grid_north_east_m) || !(std::abs(latency_s) < 60.0f))
     return std::nullopt;
   sample.time -= FromSeconds(latency_s);
   if (std::isfinite(height_m)) sample.height_m = height_m;
@@ -143,18 +148,12 @@ std::optional<SoundVelocityProfile> DecodeS7k1009(const S7kRecord& record) {
   in.Skip(20);
   const std::size_t count = in.Le<std::uint32_t>();
   if (!in.ok() || in.left() / 8 < count) return std::nullopt;
-  SoundVelocityProfile profile;
-  profile.time = record.time;
-  for (std::size_t i = 0; i < count; ++i) {
-    const double depth_m = in.Le<float>();
-    const double speed_mps = in.Le<float>();
-    if (!std::isfinite(depth_m) || !std::isfinite(speed_mps) || speed_mps <= 0.0)
-      return std::nullopt;
-    if (!profile.depth_m.empty() && depth_m <= profile.depth_m.back()) continue;
-    profile.depth_m.push_back(depth_m);
-    profile.speed_mps.push_back(speed_mps);
+  std::vector<ProfileRow> rows(count);
+  for (ProfileRow& row : rows) {
+    row.depth_m = in.Le<float>();
+    row.speed_mps = in.Le<float>();
   }
-  return profile.depth_m.empty() ? std::nullopt : std::optional(std::move(profile));
+  return ProfileFrom(record.time, std::move(rows));
 }
 
 std::optional<SonarInstallation> DecodeS7k7030(const S7kRecord& record) {

@@ -10,8 +10,7 @@
 // heave is positive up; results are in our axes (forward, starboard, down).
 namespace seastitch {
 
-// Position (1003), at the time of the fix (stamp less latency). Absent also for a position in a
-// grid.
+// Position (1003), geographic or in a map grid, at the time of the fix (stamp less latency).
 std::optional<NavigationRecord> DecodeS7k1003(const S7kRecord& record);
 std::optional<NavigationRecord> DecodeS7k1012(const S7kRecord& record);  // roll, pitch, heave
 std::optional<NavigationRecord> DecodeS7k1013(const S7kRecord& record);  // heading

@@ -37,7 +37,8 @@ bool ReadTimeText(const std::string& quantity, std::string_view text, TextNumber
     const std::size_t split = text.find_first_of("T ");
     if (split == std::string_view::npos) return false;
     std::string_view clock = text.substr(split + 1);
-    if (clock.ends_with('Z')) clock.remove_suffix(1);
+    for (const std::string_view utc : {"Z", "+00:00"})
+      if (clock.ends_with(utc)) clock.remove_suffix(utc.size());
     return ReadTimeText("date", text.substr(0, split), numbers) &&
            ReadTimeText("clock", clock, numbers);
   }

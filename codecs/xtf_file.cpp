@@ -1,6 +1,7 @@
 #include "codecs/xtf_file.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <string>
@@ -22,7 +23,7 @@ constexpr std::uint16_t kMagic = 0xFACE;
 constexpr std::size_t kPacketHeaderBytes = 14;
 constexpr std::size_t kBathymetryHeaderBytes = 256;
 
-enum Type : std::uint8_t { kAttitude = 3, kR2Sonic = 65, kPosition = 107 };
+enum Type : std::uint8_t { kAttitude = 3, kQinsyR2Sonic = 65, kR2Sonic = 68, kPosition = 107 };
 
 // Names of types that are not read, by number; other types are named by their number.
 const std::map<int, std::string> kTypeNames{{0, "sonar"},
@@ -70,6 +71,30 @@ std::optional<Time> ReadTime(ByteReader* in) {
   if (!midnight || hour > 23 || minute > 59 || second > 60) return std::nullopt;
   return *midnight + std::chrono::hours(hour) + std::chrono::minutes(minute) +
          std::chrono::seconds(second);
+}
+
+// The sonar's own datagram, after the bathymetry header.
+Bytes ContentOf(Bytes packet) {
+  return packet.subspan(std::min(packet.size(), kBathymetryHeaderBytes));
+}
+
+// Type 68 is Triton's own packet of an R2Sonic, of which no file is known here: it is read where
+// its content begins as that of QINSy's does.
+bool HoldsBth0(Bytes packet) {
+  constexpr std::array<std::uint8_t, 4> kBegin{'B', 'T', 'H', '0'};
+  const Bytes content = ContentOf(packet);
+  return packet[2] == kQinsyR2Sonic || (packet[2] == kR2Sonic && content.size() >= kBegin.size() &&
+                                        std::equal(kBegin.begin(), kBegin.end(), content.begin()));
+}
+
+// Time of the bathymetry header.
+std::optional<Time> TimeOfPacket(Bytes packet) {
+  ByteReader in(packet);
+  in.Skip(kPacketHeaderBytes);
+  const auto time = ReadTime(&in);
+  const int hundredths = in.Le<std::uint8_t>();
+  if (!in.ok() || !time || hundredths > 99) return std::nullopt;
+  return *time + std::chrono::milliseconds(10 * hundredths);
 }
 
 std::optional<NavigationRecord> ReadAttitude(Bytes packet) {
@@ -129,7 +154,7 @@ SurveyReader::Look XtfFileReader::LookAt(Bytes bytes, bool /*at_end*/) const {
 void XtfFileReader::Read(Bytes record, std::vector<SurveyRecord>* out) {
   if (std::exchange(at_start_, false) && record[0] == kFileHeader) return ReadFileHeader(record);
   const std::uint8_t type = record[2];
-  if (type == kR2Sonic) {
+  if (HoldsBth0(record)) {
     ReadPing(record, out);
   } else if (type == kAttitude) {
     if (!AppendRecords(ReadAttitude(record), out)) Count("xtf_malformed");
@@ -153,7 +178,7 @@ void XtfFileReader::ReadFileHeader(Bytes header) {
 
 void XtfFileReader::ReadPing(Bytes packet, std::vector<SurveyRecord>* out) {
   const std::uint8_t head = packet[3];
-  const Bytes content = packet.subspan(std::min(packet.size(), kBathymetryHeaderBytes));
+  const Bytes content = ContentOf(packet);
   // The packet may be longer than the sonar's own datagram: padding follows.
   ByteReader in(content);
   in.Skip(4);
@@ -163,6 +188,11 @@ void XtfFileReader::ReadPing(Bytes packet, std::vector<SurveyRecord>* out) {
   if (!ping) return Count("xtf_malformed");
   if (unusable > 0) Count("mbes_beam_unusable", unusable);
   ping->head = head;
+  // A sonar whose clock was not set.
+  if (const auto time = TimeOfPacket(packet); time && !AreNear(ping->time, *time)) {
+    Count("stamps_wrong");
+    ping->time = SensorTime(ping->time, *time).value_or(*time);
+  }
   out->emplace_back(std::move(*ping));
 }
 

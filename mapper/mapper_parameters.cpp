@@ -252,7 +252,7 @@ void DeclareFilter(CloudFilterParams* p, ParameterTable* table) {
   const Parameter& max_range = section.Add("max_range_m",
                                            &p->max_range_m,
                                            Unit::kMetre,
-                                           Range::Above(0.0).AtMost(10'000.0),
+                                           Range::Above(0.0).AtMost(kLargestRangeM),
                                            "Farther soundings are dropped.");
   section.AddRule(max_range, "above min_range_m", [p] { return p->max_range_m > p->min_range_m; });
   section.Add("voxel_m",

@@ -21,9 +21,8 @@ void PingQueue<Ping>::Add(Ping ping) {
 template <class Ping>
 std::optional<Ping> PingQueue<Ping>::Take(Time latest) {
   while (!pings_.empty()) {
-    const Duration ahead = LastEcho(pings_.front()) - latest;
-    if (ahead <= Duration::zero()) return TakeAny();
-    if (ToSeconds(ahead) <= kMaxAheadS) return std::nullopt;
+    if (LastEcho(pings_.front()) <= latest) return TakeAny();
+    if (ToSeconds(pings_.front().time - latest) <= kMaxAheadS) return std::nullopt;
     pings_.pop_front();
     ++from_the_future_;
   }

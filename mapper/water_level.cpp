@@ -37,11 +37,18 @@ std::optional<Time> Utc(const std::string& text) {
   int year = 0, hour = 0, minute = 0, read = 0;
   unsigned month = 0, day = 0;
   double second = 0.0;
-  const int fields = std::sscanf(
-      text.c_str(), "%4d-%2u-%2u%*1[T ]%2d:%2d%n", &year, &month, &day, &hour, &minute, &read);
+  const int fields = std::sscanf(text.c_str(),
+                                 "%4d%*1[-/]%2u%*1[-/]%2u%*1[T ]%2d:%2d%n",
+                                 &year,
+                                 &month,
+                                 &day,
+                                 &hour,
+                                 &minute,
+                                 &read);
   if (fields != 5) return std::nullopt;
   std::string rest = text.substr(static_cast<std::size_t>(read));
-  if (rest.ends_with('Z')) rest.pop_back();
+  for (const std::string utc : {"Z", "+00:00"})
+    if (rest.ends_with(utc)) rest.resize(rest.size() - utc.size());
   if (rest.starts_with(':')) {
     const auto seconds = Number(rest.substr(1));
     if (!seconds) return std::nullopt;
@@ -57,6 +64,18 @@ std::optional<Time> Utc(const std::string& text) {
   const auto midnight = std::chrono::sys_days(date).time_since_epoch();
   return Time(std::chrono::duration_cast<Duration>(midnight) +
               FromSeconds(3600.0 * hour + 60.0 * minute + second));
+}
+
+// The first column of the rest of a line, after the time. Of the further columns (sigma and flags,
+// in files of NOAA) none is needed. A whole number before one of digits alone may be a number with
+// a decimal comma: then both.
+std::string FirstColumn(const std::string& rest, char separator) {
+  const std::size_t end = rest.find(separator);
+  const std::string first = Trimmed(rest.substr(0, end));
+  if (end == std::string::npos || first.find('.') != std::string::npos) return first;
+  const std::string next = Trimmed(rest.substr(end + 1, rest.find(separator, end + 1) - end - 1));
+  const bool digits = !next.empty() && next.find_first_not_of("0123456789") == std::string::npos;
+  return digits && !first.empty() ? first + separator + next : first;
 }
 
 }  // namespace
@@ -83,9 +102,13 @@ WaterLevel WaterLevel::Parse(const std::string& text, const std::string& name) {
     if (!time)
       throw wrong("'" + line.substr(0, between) +
                   "' is not a time, such as 2026-05-02T10:20:30Z or seconds since 1970");
-    const auto metres = Number(Trimmed(line.substr(between + 1)));
+    const std::string column = FirstColumn(line.substr(between + 1), line[between]);
+    if (column.empty()) continue;  // a gauge without a reading
+    const auto metres = Number(column);
     if (!metres || std::abs(*metres) > kHighest_m)
-      throw wrong("'" + line.substr(between + 1) + "' is not a number of metres");
+      throw wrong("'" + column + "' is not a number of metres");
+    const auto same = level.entries_.find(*time);
+    if (same != level.entries_.end() && same->second == *metres) continue;  // the line once more
     if (!level.entries_.empty() && *time <= level.entries_.rbegin()->first)
       throw wrong("times must rise");
     level.entries_.emplace_hint(level.entries_.end(), *time, *metres);

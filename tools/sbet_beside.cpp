@@ -150,7 +150,8 @@ bool IsSbet(const fs::path& path) {
   if (extension != ".sbet" && extension != ".out") return false;
   std::error_code error;
   const std::uintmax_t size = fs::file_size(path, error);
-  return !error && size > 0 && size % kRecordBytes == 0;
+  // Other programs' files end in .out, too. A .sbet may be cut off within a record.
+  return !error && size >= kRecordBytes && (extension == ".sbet" || size % kRecordBytes == 0);
 }
 
 bool IsNavigationBeside(const fs::path& path) {

@@ -12,7 +12,7 @@ namespace {
 void ScaleToDepth(const SurveyPlan& plan, MapperConfig* config) {
   const auto at_least = [](double value, double* key) { *key = std::max(*key, value); };
   at_least(1.5 * plan.max_range_m, &config->filter.max_range_m);
-  config->filter.max_range_m = std::min(config->filter.max_range_m, 10'000.0);
+  config->filter.max_range_m = std::min(config->filter.max_range_m, kLargestRangeM);
   at_least(std::min(0.01 * plan.depth_m, 10.0), &config->filter.voxel_m);
   at_least(0.01 * plan.depth_m, &config->filter.min_spike_m);
   at_least(1.0 * plan.depth_m, &config->submap.min_length_m);

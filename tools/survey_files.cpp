@@ -238,6 +238,7 @@ bool SurveyFiles::IsRepeated(Time t, const PingId& id) {
 }
 
 void SurveyFiles::OnPing(const MbesPing& ping, Bus* bus) {
+  if (!plan_.raw_pings) return;
   double sum = 0.0;
   for (const MbesBeam& beam : ping.beams) sum += double{beam.twtt_s};
   if (IsRepeated(ping.time, {ping.head, ping.ping_number, sum})) return;

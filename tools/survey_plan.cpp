@@ -81,9 +81,14 @@ struct Reach {
 
 using Counts = std::map<std::string, std::int64_t>;  // records by source
 
+// Source of the pose that the sonar states with each ping: heading without roll and pitch, which is
+// enough for soundings that the sonar has ray traced.
+constexpr char kOfPings[] = "#MRZ";
+
 // Contents of the files' heads, counted by source.
 struct Census {
   Counts positions, velocities, attitudes, levels, headings, heaves, depths;
+  Counts attitudes_of_pings;  // kOfPings
   std::optional<GivenPosition> first_position;
   std::optional<Eigen::Vector2d> first_grid;
   std::map<std::string, GivenPosition> first_of_source;
@@ -127,7 +132,7 @@ struct Census {
     if (n.grid_north_east_m && !first_grid) first_grid = n.grid_north_east_m;
     positions[n.source] += n.position || n.grid_north_east_m ? 1 : 0;
     velocities[n.source] += n.velocity ? 1 : 0;
-    attitudes[n.source] += n.attitude ? 1 : 0;
+    (n.source == kOfPings ? attitudes_of_pings : attitudes)[n.source] += n.attitude ? 1 : 0;
     levels[n.source] += n.roll_pitch_rad ? 1 : 0;
     headings[n.source] += n.heading_rad ? 1 : 0;
     heaves[n.source] += n.heave_m ? 1 : 0;
@@ -135,9 +140,10 @@ struct Census {
   }
   void operator()(const SoundVelocityProfile&) {}
   void operator()(const SurfaceSoundSpeed&) {}
+  // A `.s7k` has a record for each head, of which the last has them all.
   void operator()(const SonarInstallation& i) {
-    if (!installation) installation = i;
-    if (!installation_of_file) installation_of_file = i;
+    for (auto* const first : {&installation, &installation_of_file})
+      if (!*first || (*first)->transmitters.size() < i.transmitters.size()) *first = i;
   }
   void operator()(const SonarSettings&) {}
 
@@ -277,7 +283,10 @@ std::string PositionSource(const Census& census, const SurveyPlan& plan) {
   for (const Counts& counts : {OfActive(census.positions, plan), census.positions})
     for (const char* const alone : {"#SPO", "P", "xtf_position", "1003", "1015"})
       if (const auto best = Most(counts, alone); !best.empty()) return best;
-  return Most(census.positions);
+  Counts of_sensors = census.positions;
+  of_sensors.erase(kOfPings);
+  const std::string best = Most(of_sensors);
+  return best.empty() ? Most(census.positions) : best;
 }
 
 // Source of attitude in the sonar's own files: that of the active sensor. In `.all`, the attitude
@@ -314,6 +323,14 @@ void ChooseAttitude(const Census& census, SurveyPlan* plan) {
   plan->heading_source = own.empty() ? Most(census.headings) : own;
 }
 
+// Without the attitude of a sensor: the soundings that the sonar has ray traced.
+void ChoosePings(const Census& census, SurveyPlan* plan) {
+  plan->raw_pings = census.raw.pings > 0;
+  if (!plan->attitude_source.empty() || census.placed_with_depth == 0) return;
+  plan->attitude_source = Most(census.attitudes_of_pings);
+  if (!plan->attitude_source.empty()) plan->raw_pings = false;
+}
+
 void ChooseDepth(const Census& census, SurveyPlan* plan) {
   using Depth = SurveyPlan::Depth;
   plan->depth_source = BesideAmong(census.depths);
@@ -334,9 +351,9 @@ void ChooseDepth(const Census& census, SurveyPlan* plan) {
 }
 
 void ChooseSources(const Census& census, SurveyPlan* plan) {
-  plan->raw_pings = census.raw.pings > 0;
   plan->position_source = PositionSource(census, *plan);
   ChooseAttitude(census, plan);
+  ChoosePings(census, plan);
   ChooseDepth(census, plan);
   if (!plan->level_track) return;
   plan->heading_source.clear();

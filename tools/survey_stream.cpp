@@ -56,6 +56,27 @@ TextNavigationFormat TextFormatOf(const fs::path& path) {
   return format;
 }
 
+// The reader for the name of a sonar's file.
+std::unique_ptr<SurveyReader> ReaderByName(const std::string& extension) {
+  if (extension == ".kmall") return std::make_unique<KmallFileReader>();
+  if (extension == ".all") return std::make_unique<EmAllFileReader>();
+  if (extension == ".s7k") return std::make_unique<S7kFileReader>();
+  if (extension == ".gsf") return std::make_unique<GsfFileReader>();
+  if (extension == ".xtf") return std::make_unique<XtfFileReader>();
+  return nullptr;
+}
+
+// True for a file whose beginning is damaged, if a whole record of the format that its name states
+// follows within a megabyte.
+bool HoldsRecordOfItsName(const fs::path& path) {
+  const auto reader = ReaderByName(LowerExtension(path));
+  if (!reader) return false;
+  std::vector<std::uint8_t> head(1 << 20);
+  std::ifstream in(path, std::ios::binary);
+  in.read(reinterpret_cast<char*>(head.data()), static_cast<std::streamsize>(head.size()));
+  return !reader->Add(Bytes(head.data(), static_cast<std::size_t>(in.gcount()))).empty();
+}
+
 }  // namespace
 
 std::unique_ptr<SurveyReader> ReaderFor(const fs::path& path, const ReaderParams& params) {
@@ -79,7 +100,7 @@ std::unique_ptr<SurveyReader> ReaderFor(const fs::path& path, const ReaderParams
   if (extension == ".na0" || extension == ".na1")
     return std::make_unique<TextNavigationReader>(TextNavigationFormat::Na0());
   if (HasTextColumns(path)) return std::make_unique<TextNavigationReader>(TextFormatOf(path));
-  return nullptr;
+  return HoldsRecordOfItsName(path) ? ReaderByName(extension) : nullptr;
 }
 
 Time TimeOf(const SurveyRecord& record) {

@@ -87,8 +87,8 @@ struct MbesBeam {
   std::uint8_t tx_array = 0;       // index of the transmit array, for a sonar with several
 };
 
-// Upper limit of a travel time: 15 km of water under the sonar.
-constexpr float kMaxTravelTime_s = 20.0f;
+// Upper limit of a travel time: outer beams in 11 km of water, 30 km long.
+constexpr float kMaxTravelTime_s = 40.0f;
 
 // True if all values are finite, times are 0 to kMaxTravelTime_s and angles within half a turn, so
 // that the beam can be computed with. Whether it is a bottom detection is in its flags.

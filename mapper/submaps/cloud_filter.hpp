@@ -12,11 +12,14 @@
 // vehicle, and a filter on the finished, voxelled submap.
 namespace seastitch {
 
+// Upper limit of max_range_m: that of kMaxTravelTime_s.
+constexpr double kLargestRangeM = 30'000.0;
+
 struct CloudFilterParams {
   // Range from the vehicle's reference point. Below the minimum is ringing of the sonar; beyond the
   // maximum no supported sonar finds the bottom.
   double min_range_m = 0.5;
-  double max_range_m = 300.0;
+  double max_range_m = 300.0;  // at most kLargestRangeM
 
   // Size of a voxel: about the footprint of a beam at survey altitude.
   double voxel_m = 0.25;

@@ -98,6 +98,48 @@ TEST(CerealFile, EastIsAheadOfAVehicleThatHeadsEast) {
   EXPECT_EQ(ToUtime(ping.time), 1'714'645'230'000'000);  // seconds, as its script has them
 }
 
+// Pings with these stamps, in one file.
+ByteVector FileOf(const std::vector<std::int64_t>& stamps) {
+  ByteVector file;
+  for (const std::int64_t stamp : stamps) {
+    PingParts parts;
+    parts.stamp = stamp;
+    ByteVector one = File(parts);
+    if (!file.empty()) one.erase(one.begin(), one.begin() + 8);
+    file.insert(file.end(), one.begin(), one.end());
+  }
+  return file;
+}
+
+std::vector<std::int64_t> TimesMs(const SurveyContents& file) {
+  std::vector<std::int64_t> times;
+  for (const PlacedPing& ping : file.All<PlacedPing>()) times.push_back(ToUtime(ping.time) / 1000);
+  return times;
+}
+
+TEST(CerealFile, PingsOfOneSecondAreSpreadOverIt) {
+  const auto file = ReadSurvey<CerealFileReader>(FileOf({100, 100, 100, 100, 101, 103, 103}));
+  EXPECT_EQ(
+      TimesMs(file),
+      (std::vector<std::int64_t>{100'000, 100'250, 100'500, 100'750, 101'000, 103'000, 103'500}));
+  const auto poses = file.All<NavigationRecord>();
+  ASSERT_EQ(poses.size(), 7u);
+  EXPECT_EQ(ToUtime(poses[3].time), 100'750'000);
+  const std::int64_t ms = 1'714'645'230'000;
+  EXPECT_EQ(TimesMs(ReadSurvey<CerealFileReader>(FileOf({ms, ms, ms + 5}))),
+            (std::vector<std::int64_t>{ms, ms, ms + 5}));
+}
+
+TEST(CerealFile, PingsWithoutATimeAreRefusedAndCounted) {
+  const auto none = ReadSurvey<CerealFileReader>(FileOf({0, 0, 0}));
+  EXPECT_TRUE(none.records.empty());
+  EXPECT_EQ(none.counters, (Counters{{"cereal_malformed", 3}}));
+  const auto still =
+      ReadSurvey<CerealFileReader>(FileOf(std::vector<std::int64_t>(1005, 1'714'645'230)));
+  EXPECT_EQ(still.All<PlacedPing>().size(), 1000u);
+  EXPECT_EQ(still.counters, (Counters{{"cereal_stamp_stands_still", 5}}));
+}
+
 TEST(CerealFile, CountsThatCannotBeAllocateNothing) {
   for (const std::uint64_t count : {std::uint64_t{3}, ~std::uint64_t{0}, std::uint64_t{1} << 61}) {
     PingParts beams;

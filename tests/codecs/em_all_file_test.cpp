@@ -327,6 +327,54 @@ INSTANTIATE_TEST_SUITE_P(Orders, EmAllByteOrder, testing::Bool(), [](const auto&
   return test.param ? "big" : "little";
 });
 
+ByteVector AttitudeOf(std::uint32_t date, std::uint32_t ms) {
+  Body body(false);
+  body.Put(std::uint16_t{1}).Put(std::uint16_t{0}).Put(std::uint16_t{0x9090});
+  for (int i = 0; i < 4; ++i) body.Put(std::int16_t{0});
+  return body.Put(std::uint8_t{0}).Datagram('A', date, ms);
+}
+
+// Datagram D of one beam, 12.34 m below a transmitter in 3.21 m: 7.5 m forward, 20 m to port.
+ByteVector DepthRecord(std::uint16_t z, std::uint8_t quality, std::uint8_t num_beams = 1) {
+  Body body(false);
+  body.Put(std::uint16_t{9000}).Put(std::uint16_t{14905}).Put(std::uint16_t{321});
+  body.Put(std::uint8_t{254}).Put(num_beams).Put(std::uint8_t{2}).Put(std::uint8_t{5});
+  body.Put(std::uint16_t{15000});
+  body.Put(z).Put(std::int16_t{-400}).Put(std::int16_t{150});
+  body.Put(std::int16_t{4500}).Put(std::uint16_t{27000}).Put(std::uint16_t{500});
+  body.Put(quality).Put(std::uint8_t{10}).Put(std::int8_t{-50}).Put(std::uint8_t{1});
+  body.Put(std::int8_t{1});  // of 655.36 m more
+  return body.Datagram('D', 20240101, 5);
+}
+
+TEST(EmAllFile, SoundingsOfAnOlderSonar) {
+  const auto file = ReadSurvey<EmAllFileReader>(DepthRecord(617, 0x85));
+  EXPECT_TRUE(file.counters.empty());
+  const auto pings = file.All<PlacedPing>();
+  ASSERT_EQ(pings.size(), 1u);
+  EXPECT_EQ(pings[0].ping_number, 7u);
+  EXPECT_DOUBLE_EQ(*pings[0].origin_depth_m, 655.36 + 3.21);
+  ASSERT_EQ(pings[0].soundings.size(), 1u);
+  EXPECT_TRUE(pings[0].soundings[0].p_level_m.isApprox(Eigen::Vector3f(7.5f, -20.0f, 12.34f)));
+  EXPECT_EQ(pings[0].soundings[0].flags, kBeamValid | kBeamPhase);
+  const auto above = ReadSurvey<EmAllFileReader>(DepthRecord(0xFFFF, 5)).All<PlacedPing>();
+  EXPECT_FLOAT_EQ(above.at(0).soundings[0].p_level_m.z(), -0.02f);
+  EXPECT_EQ(above.at(0).soundings[0].flags, kBeamValid | kBeamAmplitude);
+  const auto too_short = ReadSurvey<EmAllFileReader>(DepthRecord(617, 5, 2));
+  EXPECT_EQ(too_short.counters, (Counters{{"all_malformed", 1}}));
+}
+
+// Stamped eight hours ahead, in a ship's local time.
+TEST(EmAllFile, AProfileIsInUseFromItsDatagramOnAtTheLatest) {
+  Body body(false);
+  body.Put(std::uint32_t{20240101}).Put(std::uint32_t{8 * 3600}).Put(std::uint16_t{1});
+  body.Put(std::uint16_t{100}).Put(std::uint32_t{10}).Put(std::uint32_t{15000});
+  const auto file = ReadSurvey<EmAllFileReader>(body.Datagram('U', 20240101, 60'000));
+  const auto profiles = file.All<SoundVelocityProfile>();
+  ASSERT_EQ(profiles.size(), 1u);
+  EXPECT_EQ(ToUtime(profiles[0].time), 1'704'067'260'000'000);
+}
+
 TEST(EmAllFile, MotionThatItsSensorCallsInvalidIsNotGiven) {
   for (const std::uint16_t status : {std::uint16_t{0x909A}, std::uint16_t{0x90AF}}) {
     const auto file = ReadSurvey<EmAllFileReader>(AttitudeRecord(false, 0, status));
@@ -356,6 +404,15 @@ TEST(EmAllFile, CountsThatThePayloadDoesNotHoldAreRefused) {
   body.Put(std::uint16_t{1}).Put(14000.0f).Put(std::uint32_t{0});
   const auto file = ReadSurvey<EmAllFileReader>(body.Datagram('N', 20240101, 5));
   EXPECT_EQ(file.counters, (Counters{{"all_malformed", 1}}));
+}
+
+TEST(EmAllFile, AnyPiecesAndAnyDamageOfAnOlderSonar) {
+  ByteVector file;
+  for (int i = 0; i < 8; ++i) {
+    const ByteVector one = i % 2 == 0 ? DepthRecord(617, 0x85) : AttitudeOf(20240101, 10);
+    file.insert(file.end(), one.begin(), one.end());
+  }
+  ExpectRobust(file, [] { return std::make_unique<EmAllFileReader>(); });
 }
 
 TEST(EmAllFile, AnyPiecesAndAnyDamage) {

@@ -30,7 +30,7 @@ TEST(KmallFile, EverythingInARealFileIsReadOrCountedByName) {
   const auto file = ReadSurvey<KmallFileReader>(ReadBytes(Shared("data/mbes/em2040_OS01.kmall")));
   EXPECT_EQ(file.All<MbesPing>().size(), 5u);  // of six one has no valid sounding
   EXPECT_EQ(file.All<PlacedPing>().size(), 5u);
-  EXPECT_EQ(file.All<NavigationRecord>().size(), 204u + 3u);
+  EXPECT_EQ(file.All<NavigationRecord>().size(), 204u + 3u + 5u);  // #SKM, #SPO, #MRZ
   EXPECT_EQ(file.All<SoundVelocityProfile>().size(), 1u);
   EXPECT_EQ(file.All<SurfaceSoundSpeed>().size(), 2u);
   EXPECT_EQ(file.All<SonarInstallation>().size(), 1u);
@@ -196,6 +196,143 @@ TEST(KmallFile, GoldenSensorDatagramsOfRealSonars) {
                 golden["#SVT"]["first"]["s"][0][2].get<double>(),
                 1e-4);
   }
+}
+
+// Bytes of a datagram with its stamp, at that offset, moved by some seconds.
+ByteVector Moved(ByteVector datagram, std::size_t at, std::int64_t by_s) {
+  const std::uint32_t stamp = static_cast<std::uint32_t>(
+      ByteReader(Bytes(datagram).subspan(at)).Le<std::uint32_t>() + by_s);
+  for (std::size_t i = 0; i < 4; ++i)
+    datagram[at + i] = static_cast<std::uint8_t>(stamp >> (8 * i));
+  return datagram;
+}
+
+constexpr std::int64_t k1024Weeks_s = 1024LL * 7 * 86'400;
+constexpr std::size_t kSpoStampAt = 28;
+constexpr std::size_t kFirstKmbStampAt = 20 + 12 + 8;
+
+NavigationRecord SensorSample() {
+  NavigationRecord sample;
+  sample.time = FromUtime(1'700'000'000'100'000);
+  sample.position = GivenPosition{Deg2Rad(57.0), Deg2Rad(-5.0), {0.5, 0.5}};
+  sample.attitude = Attitude{};
+  return sample;
+}
+
+TEST(KmallFile, APositionWithAWrongStampHasThatOfItsDatagram) {
+  const NavigationRecord sample = SensorSample();
+  const ByteVector spo = EncodeSpo(sample, KmallHeader{});
+  for (const std::int64_t by_s :
+       {-k1024Weeks_s, std::int64_t{-1'700'000'000}, std::int64_t{3600}}) {
+    const auto file = ReadSurvey<KmallFileReader>(Moved(spo, kSpoStampAt, by_s));
+    ASSERT_EQ(file.records.size(), 1u);
+    EXPECT_EQ(file.All<NavigationRecord>()[0].time, sample.time) << by_s;
+    EXPECT_EQ(file.counters, (Counters{{"stamps_wrong", 1}}));
+  }
+  const auto near = ReadSurvey<KmallFileReader>(Moved(spo, kSpoStampAt, -59));
+  EXPECT_EQ(near.All<NavigationRecord>().at(0).time, sample.time - FromSeconds(59.0));
+  EXPECT_TRUE(near.counters.empty());
+}
+
+TEST(KmallFile, MotionSamplesWithWrongStampsAreLeftOutAndOverflownWeeksAdded) {
+  NavigationRecord first = SensorSample();
+  NavigationRecord second = first;
+  second.time += FromSeconds(0.01);
+  const ByteVector skm = EncodeSkm({first, second}, KmallHeader{});
+  const auto one = ReadSurvey<KmallFileReader>(Moved(skm, kFirstKmbStampAt, -1'700'000'000));
+  ASSERT_EQ(one.All<NavigationRecord>().size(), 1u);
+  EXPECT_EQ(one.All<NavigationRecord>()[0].time, second.time);
+  EXPECT_EQ(one.counters, (Counters{{"stamps_wrong", 1}}));
+
+  const auto both = ReadSurvey<KmallFileReader>(
+      Moved(Moved(skm, kFirstKmbStampAt, -k1024Weeks_s), kFirstKmbStampAt + 120, -k1024Weeks_s));
+  ASSERT_EQ(both.All<NavigationRecord>().size(), 2u);
+  EXPECT_EQ(both.All<NavigationRecord>()[0].time, first.time);
+  EXPECT_EQ(both.All<NavigationRecord>()[1].time, second.time);
+  EXPECT_EQ(both.counters, (Counters{{"stamps_wrong", 2}}));
+}
+
+TEST(KmallFile, AProfileIsInUseFromItsDatagramOnAtTheLatest) {
+  SoundVelocityProfile profile;
+  profile.time = FromUtime(1'700'000'000'000'000);
+  profile.depth_m = {0.0, 10.0};
+  profile.speed_mps = {1500.0, 1490.0};
+  const ByteVector svp = EncodeSvp(profile, KmallHeader{});
+  constexpr std::size_t kCastTimeAt = 28;
+  EXPECT_EQ(DecodeSvp(Moved(svp, kCastTimeAt, 8 * 3600))->time, profile.time);
+  EXPECT_EQ(DecodeSvp(Moved(svp, kCastTimeAt, -8 * 3600))->time,
+            profile.time - std::chrono::hours(8));
+}
+
+TEST(KmallFile, ANewerPingIsReadIfItsSizesFit) {
+  SKIP_WITHOUT(Shared("data/mbes/em2040_OS01.kmall"));
+  const ByteVector file = ReadBytes(Shared("data/mbes/em2040_OS01.kmall"));
+  ByteVector newer = file;
+  ByteVector grown;  // the ping's part longer than its size: a structure that is not known
+  constexpr std::size_t kVersionAt = 8;
+  for (std::size_t at = 0; at < file.size();) {
+    const std::size_t size = ByteReader(Bytes(file).subspan(at)).Le<std::uint32_t>();
+    if (file[at + 5] == 'M' && file[at + 6] == 'R') {
+      newer[at + kVersionAt] = 4;
+      ByteWriter out;
+      out.Append(Bytes(newer).subspan(at, size - 4));
+      out.Zeros(4);
+      const ByteVector one = SealKmall(&out);
+      grown.insert(grown.end(), one.begin(), one.end());
+    }
+    at += size;
+  }
+  const auto read = ReadSurvey<KmallFileReader>(newer);
+  const auto pings = read.All<MbesPing>();
+  const auto before = ReadSurvey<KmallFileReader>(file).All<MbesPing>();
+  ASSERT_EQ(pings.size(), 5u);
+  for (std::size_t i = 0; i < pings.size(); ++i) {
+    EXPECT_EQ(pings[i].beams.size(), before[i].beams.size());
+    EXPECT_EQ(pings[i].beams.back().twtt_s, before[i].beams.back().twtt_s);
+  }
+  EXPECT_EQ(read.counters.at("kmall_version_newer"), 6);
+  const auto refused = ReadSurvey<KmallFileReader>(grown);
+  EXPECT_TRUE(refused.records.empty());
+  EXPECT_EQ(refused.counters, (Counters{{"kmall_version_unknown", 6}}));
+}
+
+// The sonar's own interpolation, in a file whose #SPO refer to the same point.
+TEST(KmallFile, APingStatesPositionHeightAndHeadingOfTheVessel) {
+  SKIP_WITHOUT(Shared("data/mbes/em2040_OS01.kmall"));
+  const auto file = ReadSurvey<KmallFileReader>(ReadBytes(Shared("data/mbes/em2040_OS01.kmall")));
+  std::vector<NavigationRecord> of_pings, positions;
+  for (const NavigationRecord& sample : file.All<NavigationRecord>()) {
+    if (sample.source == "#MRZ") of_pings.push_back(sample);
+    if (sample.source == "#SPO0") positions.push_back(sample);
+  }
+  const auto pings = file.All<MbesPing>();
+  ASSERT_EQ(of_pings.size(), pings.size());
+  ASSERT_EQ(positions.size(), 3u);
+  int between = 0;
+  for (std::size_t i = 0; i < of_pings.size(); ++i) {
+    const NavigationRecord& ping = of_pings[i];
+    EXPECT_EQ(ping.time, pings[i].time);
+    const Eigen::Vector3d rpy = RpyFromRotation(ping.attitude->q_ned_imu.toRotationMatrix());
+    EXPECT_NEAR(rpy.x(), 0.0, 1e-9);
+    EXPECT_NEAR(rpy.y(), 0.0, 1e-9);
+    EXPECT_NEAR(WrapAngle(rpy.z() - Deg2Rad(186.0)), 0.0, Deg2Rad(0.5));
+    EXPECT_NEAR(*ping.height_m, 43.77, 0.02);
+    for (std::size_t k = 1; k < positions.size(); ++k) {
+      const NavigationRecord& a = positions[k - 1];
+      const NavigationRecord& b = positions[k];
+      if (ping.time < a.time || ping.time > b.time) continue;
+      ++between;
+      const double w = ToSeconds(ping.time - a.time) / ToSeconds(b.time - a.time);
+      constexpr double kEarthM = 6'371'000.0;
+      EXPECT_NEAR(ping.position->latitude_rad,
+                  (1.0 - w) * a.position->latitude_rad + w * b.position->latitude_rad,
+                  0.005 / kEarthM);
+      EXPECT_NEAR(ping.position->longitude_rad,
+                  (1.0 - w) * a.position->longitude_rad + w * b.position->longitude_rad,
+                  0.01 / kEarthM);
+    }
+  }
+  EXPECT_GE(between, 2);
 }
 
 TEST(KmallFile, EveryCutOfASensorDatagramIsRefused) {

@@ -176,6 +176,16 @@ TEST(TextNavigation, ColumnsAreMappedByNameUnitAndSign) {
   EXPECT_FALSE(samples[2].heading_rad);
 }
 
+TEST(TextNavigation, UtcIsWrittenAsZOrAsAnOffsetOfZero) {
+  const auto file = ReadWith(ToBytes("header\n"
+                                     "2024-05-02T10:20:30.25+00:00,1,2,3,4,5,6\n"
+                                     "2024-05-02T10:20:31+02:00,1,2,3,4,5,6\n"),
+                             Text(Csv()));
+  ASSERT_EQ(file.records.size(), 1u);
+  EXPECT_EQ(ToUtime(file.All<NavigationRecord>().at(0).time), 1'714'645'230'250'000);
+  EXPECT_EQ(file.counters, (Counters{{"text_malformed", 1}}));
+}
+
 TEST(TextNavigation, LinesThatAreNoneAndTimeThatFallsAreCounted) {
   const auto file = ReadWith(ToBytes("header\n"
                                      "2024-05-02T10:20:31,1,2,3,4,5,6\n"

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
+
 #include "codecs/s7k_sensors.hpp"
 #include "common/core/pose.hpp"
 #include "tests/codecs/mbes_pings.hpp"
@@ -142,6 +144,108 @@ TEST(S7kFile, TwoHeadsOfOnePingAreToldApart) {
   ASSERT_EQ(pings.size(), 2u);
   EXPECT_EQ(pings[0].head, 0);
   EXPECT_EQ(pings[1].head, 1);
+}
+
+void Append(const ByteVector& more, ByteVector* all) {
+  all->insert(all->end(), more.begin(), more.end());
+}
+
+// A record of the golden file, of that type, with some bytes of its data changed.
+ByteVector GoldenRecord(std::uint32_t type,
+                        const S7kPingId& id,
+                        const std::function<void(ByteVector*)>& change = {}) {
+  const ByteVector golden = ReadBytes(Shared(kGolden));
+  for (std::size_t at = 0; at < golden.size();) {
+    const auto record = ReadS7kRecord(Bytes(golden).subspan(at));
+    if (!record) break;
+    if (record->type == type) {
+      ByteVector data(record->data.begin(), record->data.end());
+      if (change) change(&data);
+      return EncodeS7kRecord(type, id, record->time, data);
+    }
+    at += record->size;
+  }
+  ADD_FAILURE() << "no record " << type;
+  return {};
+}
+
+void PutFloat(float value, std::size_t at, ByteVector* data) {
+  ByteWriter out;
+  out.Le(value);
+  std::copy(out.bytes().begin(), out.bytes().end(), data->begin() + std::ptrdiff_t(at));
+}
+
+TEST(S7kFile, EachHeadHasItsOwnInstallation) {
+  SKIP_WITHOUT(Shared(kGolden));
+  // Frequency, four texts of 130 bytes; then the transmitter's place and angles, and the
+  // receiver's.
+  constexpr std::size_t kTxAt = 4 + 4 * 130;
+  constexpr std::size_t kRollAt = 12;
+  const auto tilted = [&](float starboard_m, float roll_rad) {
+    return [=](ByteVector* data) {
+      for (const std::size_t array : {kTxAt, kTxAt + 24}) {
+        PutFloat(starboard_m, array, data);
+        PutFloat(roll_rad, array + kRollAt, data);
+      }
+    };
+  };
+  ByteVector bytes = GoldenRecord(7030, {7125, 0, 0, 0}, tilted(-1.0f, 0.6f));
+  Append(GoldenRecord(7030, {7125, 1, 0, 0}, tilted(1.0f, -0.6f)), &bytes);
+  const auto installations = ReadSurvey<S7kFileReader>(bytes).All<SonarInstallation>();
+  ASSERT_EQ(installations.size(), 2u);
+  EXPECT_EQ(installations[0].transmitters.size(), 1u);
+  ASSERT_EQ(installations[1].transmitters.size(), 2u);
+  ASSERT_EQ(installations[1].receivers.size(), 2u);
+  for (const std::size_t head : {0u, 1u}) {
+    const double side = head == 0 ? -1.0 : 1.0;
+    const Eigen::Isometry3d rx = installations[1].ReceiverOf(head)->At(0);
+    EXPECT_EQ(rx.translation().y(), side);
+    EXPECT_NEAR(RpyFromRotation(rx.linear()).x(), -0.6 * side, 1e-6);
+    EXPECT_EQ(installations[1].TransmitterOf(head)->At(0).translation().y(), side);
+  }
+}
+
+TEST(S7kFile, DetectionsWithoutSettingsHaveTheLastSoundSpeedOrNone) {
+  MbesPing ping;
+  ping.beams.resize(3);
+  for (MbesBeam& beam : ping.beams) beam.twtt_s = 0.04f;
+  const auto detections = [&ping](std::uint32_t number) {
+    ping.time = FromUtime(1'700'000'000'000'000 + 500'000 * std::int64_t{number});
+    return EncodeS7k7027({7125, 0, number, 0}, ping);
+  };
+  ByteVector none;
+  for (std::uint32_t number = 0; number < 20; ++number) Append(detections(number), &none);
+  const auto without = ReadSurvey<S7kFileReader>(none);
+  ASSERT_EQ(without.All<MbesPing>().size(), 20u);
+  EXPECT_EQ(without.All<MbesPing>()[7].sound_speed_mps, 0.0);
+  EXPECT_EQ(without.counters, (Counters{{"s7k_ping_without_settings", 20}}));
+
+  ByteVector of_another_device;
+  for (std::uint32_t number = 0; number < 20; ++number) {
+    Append(EncodeS7k7000({7000, 0, number, 0},
+                         FromUtime(1'700'000'000'000'000 + 500'000 * std::int64_t{number}),
+                         1480.0),
+           &of_another_device);
+    Append(detections(number), &of_another_device);
+  }
+  const auto pings = ReadSurvey<S7kFileReader>(of_another_device).All<MbesPing>();
+  ASSERT_EQ(pings.size(), 20u);
+  for (const MbesPing& one : pings) EXPECT_EQ(one.sound_speed_mps, 1480.0);
+}
+
+TEST(S7kFile, PositionsInAGridAreGivenAsSuch) {
+  SKIP_WITHOUT(Shared(kGolden));
+  const auto in_grid = [](ByteVector* data) {
+    ByteWriter out;
+    out.Le(6'375'000.0);
+    out.Le(325'000.0);
+    std::copy(out.bytes().begin(), out.bytes().end(), data->begin() + 8);
+    (*data)[32] = 1;
+  };
+  const auto file = ReadSurvey<S7kFileReader>(GoldenRecord(1003, {}, in_grid));
+  const NavigationRecord sample = SampleOf(file, "1003");
+  EXPECT_FALSE(sample.position);
+  EXPECT_EQ(sample.grid_north_east_m, Eigen::Vector2d(6'375'000.0, 325'000.0));
 }
 
 TEST(S7kFile, DamageIsSteppedOverToTheNextRecord) {

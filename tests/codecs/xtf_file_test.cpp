@@ -162,9 +162,11 @@ ByteVector Packet(std::uint8_t type, const ByteWriter& content, std::size_t padd
   return out.Release();
 }
 
-ByteVector PingPacket() {
+ByteVector PingPacket(std::uint8_t type = 65,
+                      Time time = FromUtime(1'700'000'000'000'000),
+                      const ByteVector& time_of_packet = {}) {
   MbesPing ping;
-  ping.time = FromUtime(1'700'000'000'000'000);
+  ping.time = time;
   ping.sound_speed_mps = 1500.0;
   for (int i = 0; i < 12; ++i) {
     MbesBeam beam;
@@ -174,9 +176,10 @@ ByteVector PingPacket() {
     ping.beams.push_back(beam);
   }
   ByteWriter content;
-  content.Zeros(242);
+  content.Append(time_of_packet);
+  content.Zeros(242 - content.size());
   content.Append(EncodeBth0(ping));
-  return Packet(65, content, 1024);
+  return Packet(type, content, 1024);
 }
 
 ByteVector PositionPacket(std::uint8_t month = 2) {
@@ -218,6 +221,32 @@ TEST(XtfFile, ALongHeaderUnknownPacketsAndImpossibleDates) {
   EXPECT_EQ(file.All<MbesPing>().size(), 1u);
   EXPECT_EQ(file.counters,
             (Counters{{"xtf_ignored_42", 2}, {"xtf_ignored_sonar", 1}, {"xtf_malformed", 1}}));
+}
+
+TEST(XtfFile, ASonarWhoseClockIsNotSetHasTheTimeOfItsPackets) {
+  // 2023-11-14 22:13:20.25
+  const ByteVector packet_time{0xE7, 0x07, 11, 14, 22, 13, 20, 25};
+  const Time right = FromUtime(1'700'000'000'250'000);
+  const auto time_of = [&](Time of_sonar) {
+    const auto file =
+        ReadSurvey<XtfFileReader>(Join({FileHeader(3, 1), PingPacket(65, of_sonar, packet_time)}));
+    EXPECT_EQ(file.counters.contains("stamps_wrong"),
+              std::chrono::abs(of_sonar - right) > std::chrono::minutes(1));
+    return file.All<MbesPing>().at(0).time;
+  };
+  EXPECT_EQ(time_of(right - std::chrono::days(100)), right);
+  EXPECT_EQ(time_of(FromUtime(5'000'000)), right);
+  const Time near = right + std::chrono::milliseconds(123);
+  EXPECT_EQ(time_of(near), near);
+}
+
+TEST(XtfFile, TritonsPacketIsReadIfItHoldsADatagramOfTheSonar) {
+  ByteVector other = PingPacket(68);
+  other[256] = 'X';
+  const auto file =
+      ReadSurvey<XtfFileReader>(Join({FileHeader(3, 1), PingPacket(68), other, PingPacket(68)}));
+  EXPECT_EQ(file.All<MbesPing>().size(), 2u);
+  EXPECT_EQ(file.counters, (Counters{{"xtf_ignored_r2sonic", 1}}));
 }
 
 TEST(XtfFile, AnyPiecesAndAnyDamage) {

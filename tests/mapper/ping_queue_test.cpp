@@ -61,5 +61,15 @@ TEST(PingQueue, IsNotHeldUpByAPingFromTheFuture) {
   EXPECT_FALSE(queue.TakeAny());
 }
 
+// In deep water the echoes of a ping come later than kMaxAheadS after it.
+TEST(PingQueue, WaitsForTheLastEchoOfDeepWater) {
+  PingQueue queue(10);
+  queue.Add(PingAt(1.0, 39.0f));
+  EXPECT_FALSE(queue.Take(At(1.0)));
+  EXPECT_FALSE(queue.Take(At(39.9)));
+  EXPECT_TRUE(queue.Take(At(40.1)));
+  EXPECT_EQ(queue.from_the_future(), 0);
+}
+
 }  // namespace
 }  // namespace seastitch

@@ -59,6 +59,24 @@ TEST(WaterLevel, FormsOfTimeAndColumnsAreTheSame) {
   }
 }
 
+TEST(WaterLevel, FilesOfGaugesAreReadAsTheyAre) {
+  for (const char* text :
+       {// NOAA: sigma and flags; a gap; a line repeated
+        "Date Time, Water Level, Sigma, O or I (for verified), F, R, L, Quality \n"
+        "2026-05-02 10:00,1.0,0.005,0,0,0,0,v\n"
+        "2026-05-02 10:00,1.0,0.005,0,0,0,0,v\n"
+        "2026-05-02 10:06,,,1,1,1,1,v\n"
+        "2026-05-02 10:10,2.0,0.004,0,0,0,0,v\n",
+        "2026/05/02 10:00;1.0;x\n2026/05/02 10:10;2.0;\n",
+        "2026-05-02T10:00:00+00:00,1.0\n2026-05-02T10:10:00.5+00:00,2.0\n"}) {
+    const WaterLevel level = WaterLevel::Parse(text, "tide.csv");
+    EXPECT_NEAR(level.At(At(0.0)), 1.0, 1e-12) << text;
+    EXPECT_NEAR(level.At(At(5.0)), 1.5, 1e-3) << text;
+    EXPECT_NEAR(level.At(At(11.0)), 2.0, 1e-12) << text;
+  }
+  EXPECT_THAT(ErrorOf("2026-05-02T10:00,1,25\n"), HasSubstr("'1,25' is not a number of metres"));
+}
+
 TEST(WaterLevel, OutsideItIsTheNearestAndSaysSo) {
   const WaterLevel level =
       WaterLevel::Parse("2026-05-02T10:00Z,1.0\n2026-05-02T10:10Z,2.0\n", "tide.csv");

@@ -6,8 +6,11 @@
 
 #include <cmath>
 #include <cstring>
+#include <fstream>
+#include <iterator>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 
 #include "codecs/kmall.hpp"
@@ -38,6 +41,7 @@ namespace fs = std::filesystem;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
+using ::testing::StartsWith;
 using ::testing::ThrowsMessage;
 
 constexpr std::int64_t kNoon = 1'777'723'200'000'000;  // 2026-05-02T12:00:00Z
@@ -356,6 +360,71 @@ TEST(SurveySensors, ActiveMotionSensorIsUsedThoughAnotherIsFaster) {
 }
 
 // Roll and pitch at 20 Hz, and a heading once per second but for a gap of ten.
+TEST(SurveySensors, EachHeadOfAnS7kHasItsOwnMounting) {
+  TemporaryDir dir;
+  std::string bytes;
+  for (const std::uint16_t head : {std::uint16_t{0}, std::uint16_t{1}}) {
+    SonarInstallation installation;
+    installation.time = Kmall::At(0.0);
+    const Eigen::Isometry3d mounting =
+        MakePose({0.0, 2.0 * head - 1.0, 0.0}, RotationFromRpy(0.6 - 1.2 * head, 0.0, 0.0));
+    installation.transmitters.push_back({mounting});
+    installation.receivers.push_back({mounting});
+    const auto of_head_0 = EncodeS7k7030(installation);
+    const auto record = ReadS7kRecord(of_head_0);
+    ASSERT_TRUE(record);
+    const auto one = EncodeS7kRecord(7030, {7125, head, 0, 0}, installation.time, record->data);
+    bytes.append(one.begin(), one.end());
+  }
+  const SurveyPlan plan = MakeSurveyPlan({dir.Write("a.s7k", bytes)});
+  EXPECT_EQ(plan.vehicle.T_mbes_rx.translation().y(), -1.0);
+  ASSERT_EQ(plan.vehicle.more_heads.size(), 1u);
+  const Eigen::Isometry3d& second = plan.vehicle.more_heads[0].T_mbes_rx;
+  EXPECT_EQ(second.translation().y(), 1.0);
+  EXPECT_NEAR(RpyFromRotation(second.linear()).x(), -0.6, 1e-6);
+  EXPECT_FALSE(plan.files[0].is_installed_otherwise);
+}
+
+// A .kmall without the datagrams of these sensors.
+std::string Without(const std::set<std::string>& types, const fs::path& kmall) {
+  std::ifstream in(kmall, std::ios::binary);
+  const std::string all{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+  std::string left;
+  for (std::size_t at = 0; at + 20 <= all.size();) {
+    std::uint32_t size = 0;
+    std::memcpy(&size, all.data() + at, sizeof size);
+    if (!types.contains(all.substr(at + 4, 4))) left += all.substr(at, size);
+    at += size;
+  }
+  return left;
+}
+
+// The sonar's own soundings, with position and heading of each ping.
+TEST(SurveySensors, AKmallWithoutNavigationIsMappedByWhatItsPingsState) {
+  const fs::path file = Shared("data/mbes/em2040_eg.kmall");
+  SKIP_WITHOUT(file);
+  TemporaryDir dir;
+  const Played whole({file});
+  EXPECT_TRUE(whole.survey.plan().raw_pings);
+  EXPECT_THAT(whole.survey.plan().position_source, StartsWith("#SPO"));
+  const Played without({dir.Write("a.kmall", Without({"#SKM", "#SPO"}, file))});
+  const SurveyPlan& plan = without.survey.plan();
+  EXPECT_EQ(plan.Problem(), std::nullopt);
+  EXPECT_EQ(plan.position_source, "#MRZ");
+  EXPECT_EQ(plan.attitude_source, "#MRZ");
+  EXPECT_FALSE(plan.raw_pings);
+  EXPECT_EQ(plan.depth, SurveyPlan::Depth::kPing);
+  EXPECT_EQ(without.Count("survey_pings"), whole.Count("survey_pings"));
+  EXPECT_EQ(without.Count("survey_pings_without_position"), 0);
+  EXPECT_EQ(without.Count("survey_pings_without_attitude"), 0);
+  EXPECT_EQ(without.messages.count("MBES_PING"), 0u);
+  // Motion without positions: raw pings at the positions of the pings.
+  const Played placed({dir.Write("b.kmall", Without({"#SPO"}, file))});
+  EXPECT_EQ(placed.survey.plan().position_source, "#MRZ");
+  EXPECT_TRUE(placed.survey.plan().raw_pings);
+  EXPECT_EQ(placed.Count("survey_pings_without_position"), 0);
+}
+
 TEST(SurveySensors, HeadingIsNotInterpolatedOverAGap) {
   TemporaryDir dir;
   std::string bytes;
@@ -621,6 +690,33 @@ TEST(SurveyInputs, AnSbetIsNoKmallWhateverItsBytes) {
   EXPECT_EQ(ReaderFor(dir.Write("a.dat", sbet)), nullptr);
 }
 
+TEST(SurveyInputs, AFileWithoutItsBeginningIsRead) {
+  TemporaryDir dir;
+  const std::string whole = Kmall().Survey().bytes();
+  const std::string zeros(512, '\0');
+  for (const std::string& bytes : {whole.substr(7), zeros + whole}) {
+    const Played played({dir.Write("a.kmall", bytes)});
+    EXPECT_EQ(played.Count("survey_pings"), 5);
+    EXPECT_GT(played.Count("damaged_bytes"), 0);
+  }
+  for (const char* const name : {"em710_g.all", "gsf_v3_08.gsf", "r2sonic2026.xtf"}) {
+    const fs::path file = Shared(std::string("data/mbes/") + name);
+    SKIP_WITHOUT(file);
+    std::ifstream in(file, std::ios::binary);
+    std::string bytes(200'000, '\0');
+    in.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    EXPECT_NE(ReaderFor(dir.Write(name, bytes.substr(100))), nullptr) << name;
+  }
+  EXPECT_EQ(ReaderFor(dir.Write("b.kmall", std::string(100'000, 'x'))), nullptr);
+}
+
+TEST(SurveyInputs, AnSbetThatEndsWithinARecordIsRead) {
+  TemporaryDir dir;
+  const std::string sbet(3 * 136 - 50, '\0');
+  EXPECT_NE(dynamic_cast<SbetFileReader*>(ReaderFor(dir.Write("a.sbet", sbet)).get()), nullptr);
+  EXPECT_EQ(ReaderFor(dir.Write("a.out", sbet)), nullptr);
+}
+
 TEST(SurveyInputs, AFileOfAnotherKindIsNamedAndIsNoData) {
   TemporaryDir dir;
   for (const auto& [name, bytes] :
@@ -716,6 +812,23 @@ TEST(SurveyVehicle, WithoutInstallationInTheFilesTheGivenOneIsKept) {
     UseSurvey(plan, has_installation, &config);
     EXPECT_TRUE(config.vehicle.T_vehicle_mbes.translation().isZero());
   }
+}
+
+// Outer beams in 8.6 km of water are 17 km long and come back after 23 s.
+TEST(SurveyVehicle, SoundingsOfTheDeepestWaterAreKept) {
+  SurveyPlan plan;
+  plan.max_range_m = 17'000.0;
+  MapperConfig config;
+  UseSurvey(plan, false, &config);
+  EXPECT_EQ(config.filter.max_range_m, 25'500.0);
+  plan.max_range_m = 25'000.0;
+  UseSurvey(plan, false, &config);
+  EXPECT_EQ(config.filter.max_range_m, 30'000.0);
+  MbesBeam beam;
+  beam.twtt_s = 23.0f;
+  EXPECT_TRUE(IsPlausible(beam));
+  beam.twtt_s = 41.0f;
+  EXPECT_FALSE(IsPlausible(beam));
 }
 
 }  // namespace
