@@ -350,6 +350,38 @@ TEST_F(SeveralDives, JumpsOfTheInsAreTakenOutWhateverTheFormat) {
   }
 }
 
+// The same survey of 20 minutes through sensors and our dead reckoning, and from the file of an INS
+// with the same sensors (class mems) that uses a fix of 2 m every four minutes. The INS finds in
+// its first turn that its heading is wrong, and its position moves by 1 m in a second.
+TEST_F(SeveralDives, AFileOfAnInsIsAsGoodAsItsSensors) {
+  const TemporaryDir dir;
+  std::string survey =
+      std::regex_replace(TextOf(ConfigFile("bench/demo.yaml")), std::regex("seed: 7"), "seed: 5");
+  survey = survey.substr(0, survey.find("position_fixes:")) +
+           "position_fixes: {interval_s: 240.0, sigma_m: 2.0}\n";
+  const auto bench = RunCommand(
+      Program("seastitch") + " bench --survey " + dir.Write("s.yaml", survey) + " --log " +
+      (dir / "l.lcmlog").string() + " --survey-file " + (dir / "ins.s7k").string());
+  ASSERT_EQ(bench.exit_code, 0) << bench.output;
+  // The data sheet: the errors of class mems.
+  dir.Write("mapper.yaml",
+            "vehicle: " + ConfigFile("vehicle.yaml") +
+                "\ngiven_navigation:\n  {heading_sigma_deg: 0.6, heading_wander_deg: 0.78,"
+                " heading_wander_tau_s: 300, distance_error_ratio: 0.005,"
+                " random_walk_m_per_sqrt_m: 0.01, position_sigma_m: 2, follow_velocity: true}\n");
+  const auto shape_m = [&](const std::string& input) -> double {
+    const CommandResult result = RunCommand(
+        "cd " + dir.path().string() + " && " + Program("seastitch") + " replay --quiet " + input +
+        " --truth l.lcmlog.truth.csv --out " + (out_.path() / "map").string());
+    EXPECT_EQ(result.exit_code, 0) << result.output;
+    return Report()["truth"]["aligned_position_rms_m"]["after"];
+  };
+  const double sensors_m = shape_m("l.lcmlog");
+  const double file_m = shape_m("ins.s7k --config mapper.yaml");
+  std::printf("shape: %.3f m through sensors, %.3f m from the file\n", sensors_m, file_m);
+  EXPECT_LT(file_m, 1.1 * sensors_m);
+}
+
 // The exported corrected navigation, used as an SBET beside the same pings.
 TEST_F(SeveralDives, ASbetBesideTheFilesIsTheirNavigation) {
   ASSERT_EQ(Replay("whole.kmall").exit_code, 0);
