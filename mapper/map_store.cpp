@@ -24,8 +24,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Format version of journal and checkpoint; every change of the format changes it.
-constexpr std::uint32_t kFormat = 5;
 constexpr char kStart[] = "JOURNAL_START";
 constexpr char kEntry[] = "JOURNAL_ENTRY";
 constexpr int kSlots = 2;
@@ -87,7 +85,7 @@ std::vector<std::pair<int, fs::path>> SegmentsIn(const fs::path& folder) {
 
 std::vector<std::uint8_t> StartOf(const std::string& configuration) {
   ArchiveWriter archive;
-  archive(kFormat,
+  archive(kJournalFormat,
           Crc(Bytes(reinterpret_cast<const std::uint8_t*>(configuration.data()),
                     configuration.size())));
   return archive.Release();
@@ -113,7 +111,7 @@ class JournalReader {
     std::ifstream in(slot, std::ios::binary);
     const std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(in), {}};
     const std::optional<Opened> opened = Open(bytes);
-    if (opened && opened->number == kFormat) Offer(DecodeCheckpoint(opened->bytes));
+    if (opened && opened->number == kJournalFormat) Offer(DecodeCheckpoint(opened->bytes));
   }
 
   bool is_of_another_configuration() const { return other_start_; }
@@ -291,7 +289,7 @@ bool MapJournal::WriteCheckpoint(Time time, const std::vector<std::uint8_t>& che
     if (!log_) OpenSegment(time);
     const fs::path slot = SlotPath(folder_, slot_);
     const bool is_new = !fs::exists(slot);
-    WriteSynced(slot, Sealed(kFormat, checkpoint));
+    WriteSynced(slot, Sealed(kJournalFormat, checkpoint));
     if (is_new) SyncFolder(folder_);
     slot_ = (slot_ + 1) % kSlots;
     warned_ = false;

@@ -19,6 +19,9 @@
 // graph, sound speed), and a checkpoint of the state that changes with every sample.
 namespace seastitch {
 
+// Format version of journal entries and checkpoints; every change of the format changes it.
+inline constexpr std::uint32_t kJournalFormat = 5;
+
 // State of the mapper at one time; about 100 kB.
 struct Checkpoint {
   std::int64_t number = 0;  // counts up, over restarts too

@@ -65,7 +65,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kMagic = "SEASTITCH MAP\n";
-// Every change of the format, also of the mapper's journal (mapper/saved_map.cpp), changes it.
+// Every change of the format changes it; the journal inside has its own, kJournalFormat.
 constexpr std::uint32_t kFormat = 1;
 
 using Counts = std::vector<std::pair<std::string, std::int64_t>>;
@@ -168,8 +168,9 @@ StoredMap Decode(std::string_view bytes) {
                    bytes.size() - kMagic.size());
   ByteReader reader(rest);
   const auto format = reader.Le<std::uint32_t>();
+  const auto journal_format = reader.Le<std::uint32_t>();
   const auto crc = reader.Le<std::uint32_t>();
-  if (reader.ok() && format != kFormat)
+  if (reader.ok() && (format != kFormat || journal_format != kJournalFormat))
     throw std::runtime_error("of another version of Seastitch: map its dives again");
   const Bytes content = rest.subspan(reader.at());
   if (!reader.ok() || crc != Crc(content.data(), content.size()))
@@ -381,6 +382,7 @@ void WriteFinishedMap(const fs::path& folder,
   ByteWriter file;
   file.Append(Bytes(reinterpret_cast<const std::uint8_t*>(kMagic.data()), kMagic.size()));
   file.Le(kFormat);
+  file.Le(kJournalFormat);
   file.Le(Crc(content.data(), content.size()));
   file.Append(content);
   const std::vector<std::uint8_t> bytes = file.Release();

@@ -58,9 +58,9 @@ class Together {
     products->mapper_counters = CountersOf(&pipeline_.mapper());
     products->conditions = ConditionsOf(&pipeline_.mapper());
     TakeNoise(pipeline_.mapper().mapper(), first_.mapper, products);
-    if (!has_names_) products->noise.timing = products->dives.front().sonar;
     ExpectSubmaps(
         *outputs_.collector, first_.input.survey_files != nullptr, statements_, *feeding_);
+    if (!has_names_) products->noise.timing = products->dives.front().sonar;
     return std::move(spans_);
   }
 
@@ -142,11 +142,12 @@ class Together {
         if (state.chain == static_cast<std::int32_t>(k)) outputs_.collector->Add(state);
       outputs_.products->dives.push_back(std::move(map.dives[k].report));
     }
+    const SubmapId last = map.submaps.back().submap.id;
     AddSubmaps(&map);
     for (const UnreadDive& of_map : map.unread) unread_->Add(of_map);
     for (const auto& [reason, count] : map.refused) feeding_->refused[reason] += count;
     next_chain_ += static_cast<std::int32_t>(map.dives.size());
-    next_id_ = map.submaps.back().submap.id.value + 1;
+    next_id_ = last.value + 1;
     spans_.insert(spans_.end(), map.inputs.begin(), map.inputs.end());
   }
 

@@ -368,6 +368,19 @@ TEST_F(InterruptedReplay, LeavesAMapOfWhatWasReadThatSaysSo) {
   EXPECT_NE(ReadFile(Out("report.html")).find("the replay was interrupted after "),
             std::string::npos);
   EXPECT_FALSE(fs::exists(Out(".store")));
+
+  // As an input of another replay it says so, too; that replay itself is complete.
+  ReplayOptions with_map = Options([] {});
+  with_map.inputs = {Out("")};
+  with_map.out = dir_.path() / "again";
+  const ProductSummary again = RunReplay(with_map);
+  EXPECT_FALSE(again.partial);
+  EXPECT_EQ(again.submaps, summary.submaps);
+  const auto lacks =
+      nlohmann::json::parse(ReadFile(with_map.out / "report.json"))["dives_not_read"];
+  ASSERT_EQ(lacks.size(), 1u);
+  EXPECT_NE(lacks[0]["reason"].get<std::string>().find("the replay was interrupted after "),
+            std::string::npos);
 }
 
 TEST_F(InterruptedReplay, WhileTheLastPairsAreLookedAtAgainSaysSo) {
