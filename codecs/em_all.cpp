@@ -260,11 +260,11 @@ std::optional<MbesPing> DecodeEmN(const EmDatagram& datagram,
   ping.time = datagram.time;
   ping.ping_number = datagram.counter;
   ping.head = head;
-  ping.sound_speed_mps = in.Get<std::uint16_t>() / 10.0;
+  ping.sound_speed_mps = in.Get<std::uint16_t>() / 10.0;  // 0: the sonar has none
   const std::size_t num_sectors = in.Get<std::uint16_t>();
   const std::size_t num_beams = in.Get<std::uint16_t>();
   in.Skip(2 + 4 + 4);
-  if (!in.ok() || num_beams > kMaxBeams || !(ping.sound_speed_mps > 0.0) ||
+  if (!in.ok() || num_beams > kMaxBeams ||
       in.left() < num_sectors * kSectorBytes + num_beams * kBeamBytes)
     return std::nullopt;
   std::vector<Sector> sectors;

@@ -192,8 +192,10 @@ Eigen::Isometry3d Mounting(const Values& item) {
                   RotationFromRpy(rpy_rad.x(), rpy_rad.y(), rpy_rad.z()));
 }
 
-// Port, centre and starboard part of the transmitter, in the order of txSubArray.
+// A transmitter with one acoustic centre, or with those of its port, centre and starboard part, in
+// the order of txSubArray.
 InstalledArray Transmitter(const Values& item) {
+  if (!item.contains("IPX")) return {Mounting(item), {Vector(item, "ITX", "ITY", "ITZ")}};
   return {Mounting(item),
           {Vector(item, "IPX", "IPY", "IPZ"),
            Vector(item, "ICX", "ICY", "ICZ"),

@@ -52,7 +52,10 @@ struct SurveyFiles::Publish {
   void operator()(const NavigationRecord& n) { self->OnNavigation(n, bus); }
   void operator()(const MbesPing& ping) { self->OnPing(ping, bus); }
   void operator()(const PlacedPing& ping) { self->OnPlaced(ping, bus); }
-  void operator()(const SoundVelocityProfile& profile) {
+  // Published with the time of its use instead of that of its cast: the mapper takes the profile
+  // nearest in time, and a sonar may be given an older cast again.
+  void operator()(SoundVelocityProfile profile) {
+    profile.time = self->now_;
     self->rays_ = RayTracer::Make(profile);
     bus->Publish(channels::kSvp, ToLcm(profile, {self->now_, self->seqs_[channels::kSvp]++}));
   }

@@ -442,12 +442,13 @@ Eigen::Isometry3d Centre(const InstalledArray& transmitter) {
   return transmitter.At(transmitter.centres_m.size() / 2);
 }
 
-// The parts of a transmitter that has several, relative to its centre.
+// The parts of a transmitter that has several, relative to its centre, to 1 um.
 std::vector<Eigen::Vector3d> PartsOf(const InstalledArray& transmitter) {
   std::vector<Eigen::Vector3d> parts_m = transmitter.centres_m;
   if (parts_m.size() < 2) return {};
   const Eigen::Vector3d centre_m = parts_m[parts_m.size() / 2];
-  for (Eigen::Vector3d& part_m : parts_m) part_m -= centre_m;
+  for (Eigen::Vector3d& part_m : parts_m)
+    part_m = ((part_m - centre_m) * 1e6).array().round() / 1e6;
   return parts_m;
 }
 

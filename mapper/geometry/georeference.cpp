@@ -121,8 +121,10 @@ struct Sector {
   ArrayState tx;
   double sin_tilt = 0.0;
 
+  bool Has(const MbesBeam& beam) const {
+    return beam.tx_delay_s == delay_s && beam.tx_tilt_rad == tilt_rad && beam.tx_array == part;
+  }
   void Take(const MbesBeam& beam, const SonarMotion& sonar) {
-    if (beam.tx_delay_s == delay_s && beam.tx_tilt_rad == tilt_rad && beam.tx_array == part) return;
     delay_s = beam.tx_delay_s;
     tilt_rad = beam.tx_tilt_rad;
     part = beam.tx_array;
@@ -191,7 +193,7 @@ std::vector<Launch> LaunchesOf(const MbesPing& ping,
       continue;
     }
     if (IsUsable(beam)) {
-      sector.Take(beam, sonar);
+      if (!sector.Has(beam)) sector.Take(beam, sonar);
       if (const auto launch = LaunchOf(beam, i, sector, sonar, speed_mps)) {
         launches.push_back(*launch);
         continue;

@@ -103,7 +103,7 @@ class SubmapBuilder {
   // Everything left out, by name, such as "soundings_too_far" or "pings_in_turns".
   const std::map<std::string, std::int64_t>& counters() const { return counters_; }
 
-  // For a restart. Not saved: open_, soundings_ and keeps_soundings_; last_, heads_, turning_ and
+  // For a restart. Not saved: open_, soundings_ and keeps_soundings_; last_, swaths_, turning_ and
   // headings_, which begin anew with the next ping; counters_, which begin anew with the process.
   template <class Archive, class Self>
   static void Fields(Archive& archive, Self& self) {

@@ -23,7 +23,9 @@ struct RealFile {
   std::string name;
   int pings;
   std::size_t beams;
-  Eigen::Vector3d rms_percent;  // that an independent ray trace of the same file reached
+  // That an independent ray trace of the same file reached. z of em2040_ac is better than its
+  // 0.0233: it counted depths from each part of the transmitter, not from the first.
+  Eigen::Vector3d rms_percent;
 };
 
 class EmAllRealFile : public testing::TestWithParam<RealFile> {};
@@ -47,7 +49,7 @@ INSTANTIATE_TEST_SUITE_P(
     Files,
     EmAllRealFile,
     testing::Values(RealFile{"em710_g.all", 7, 2800, {0.0018, 0.0031, 0.0042}},
-                    RealFile{"em2040_ac.all", 8, 3191, {0.0052, 0.0167, 0.0233}},
+                    RealFile{"em2040_ac.all", 8, 3191, {0.0052, 0.0167, 0.0155}},
                     RealFile{"em2040c_ay.all", 28, 10833, {0.0022, 0.0037, 0.0017}}),
     [](const auto& test) {
       std::string name = test.param.name;
@@ -258,9 +260,9 @@ ByteVector AttitudeRecord(bool big_endian, std::uint32_t ms, std::uint16_t statu
   return body.Datagram('A', 20231231, ms);
 }
 
-ByteVector RawPing(bool big_endian, std::uint16_t num_beams) {
+ByteVector RawPing(bool big_endian, std::uint16_t num_beams, std::uint16_t speed_dmps = 14905) {
   Body body(big_endian);
-  body.Put(std::uint16_t{14905}).Put(std::uint16_t{1}).Put(num_beams).Put(num_beams);
+  body.Put(speed_dmps).Put(std::uint16_t{1}).Put(num_beams).Put(num_beams);
   body.Put(14000.0f).Put(std::uint32_t{0});
   body.Put(std::int16_t{-150}).Put(std::uint16_t{0}).Put(0.001f).Put(0.0005f).Put(300e3f);
   body.Put(std::uint16_t{0}).Put(std::uint8_t{0}).Put(std::uint8_t{2}).Put(1e3f);
@@ -289,6 +291,13 @@ TEST(EmAllFile, TheActiveMotionSensorMayBeOnTheNetwork) {
         EXPECT_EQ(sensor.active, sensor.name == active) << number << ' ' << sensor.name;
       }
   }
+}
+
+// Without a probe; the mapper then uses the profile.
+TEST(EmAllFile, APingWithoutASoundSpeedIsRead) {
+  const auto file = ReadSurvey<EmAllFileReader>(RawPing(false, 6, 0));
+  EXPECT_TRUE(file.counters.empty());
+  EXPECT_EQ(file.All<MbesPing>().at(0).sound_speed_mps, 0.0);
 }
 
 class EmAllByteOrder : public testing::TestWithParam<bool> {};

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "codecs/kmall_frame.hpp"
 #include "codecs/kmall_sensors.hpp"
 #include "common/core/pose.hpp"
 #include "tests/codecs/maker_soundings.hpp"
@@ -145,6 +146,31 @@ TEST(KmallFile, InstallationParametersOfTwoArraysAndOfOneHead) {
   EXPECT_EQ(head->transmitters[0].At(0).translation(),
             Eigen::Vector3d(1.102, 0.02 - 0.10421, 0.51 - 0.01494));
   EXPECT_EQ(head->receivers.at(0).At(0).translation(), Eigen::Vector3d(1.304, 0.02, 0.51 - 0.0315));
+}
+
+// A head with one transmit array (EM 2040C), turned by 180 degrees, and a ship's arrays without
+// places of their own.
+TEST(KmallFile, InstallationParametersOfOneTransmitPlace) {
+  const auto read = [](const std::string& text) {
+    KmallHeader header;
+    header.type = {'#', 'I', 'I', 'P'};
+    ByteWriter out;
+    WriteKmallHeader(header, FromUtime(1'700'000'000'000'000), &out);
+    out.Le(static_cast<std::uint16_t>(text.size() + 6));
+    out.Zeros(4);
+    for (const char c : text) out.Le(static_cast<std::uint8_t>(c));
+    return *DecodeIip(SealKmall(&out));
+  };
+  const auto head = read(
+      "TRAI_HD1:N=1;X=1.0;Y=0.5;Z=0.25;R=0;P=0;H=180;ITX=0.0038;ITY=0.04;ITZ=-0.006;IRX=0;"
+      "IRY=-0.0455;IRZ=-0.006,");
+  ASSERT_EQ(head.transmitters.at(0).centres_m.size(), 1u);
+  EXPECT_TRUE(head.transmitters[0].At(0).translation().isApprox(
+      Eigen::Vector3d(0.9962, 0.46, 0.244), 1e-12));
+  EXPECT_TRUE(head.receivers.at(0).At(0).translation().isApprox(Eigen::Vector3d(1.0, 0.5455, 0.244),
+                                                                1e-12));
+  const auto ship = read("TRAI_TX1:N=1;X=12;Y=0;Z=7;R=0;P=0;H=0;S=0.5,");
+  EXPECT_EQ(ship.transmitters.at(0).centres_m, std::vector{Eigen::Vector3d(0, 0, 0)});
 }
 
 TEST(KmallFile, GoldenSensorDatagramsOfRealSonars) {

@@ -51,23 +51,27 @@ TEST(SurveyFiles, RealFilesBecomeMaps) {
   }
 }
 
-// Import and replay of the log, and replay of the file.
+// Import and replay of the log, and replay of the file: without installation parameters, and with
+// those of a transmitter in three parts.
 TEST(SurveyFiles, ImportedLogGivesTheSameMapAsTheFile) {
-  const fs::path file = Shared("data/mbes/r2sonic2026.xtf");
-  SKIP_WITHOUT(file);
-  TemporaryDir dir;
-  const fs::path log = dir.path() / "a.lcmlog";
-  const auto imported = RunCommand(Program("seastitch") + " import --quiet " + file.string() +
-                                   " --log " + log.string());
-  ASSERT_EQ(imported.exit_code, 0) << imported.output;
-  EXPECT_NE(imported.output.find("no installation parameters"), std::string::npos);
-  ASSERT_EQ(RunCommand(Replay(file, dir.path() / "file")).exit_code, 0);
-  const auto replayed = RunCommand(Replay(log, dir.path() / "log"));
-  ASSERT_EQ(replayed.exit_code, 0) << replayed.output;
-  for (const char* const product : {"poses.txt", "graph.g2o", "depth.tif"})
-    EXPECT_TRUE(TextOfFile(dir.path() / "file" / product) ==
-                TextOfFile(dir.path() / "log" / product))
-        << product;
+  for (const char* const name : {"r2sonic2026.xtf", "em2040_OS01.kmall"}) {
+    const fs::path file = Shared(std::string("data/mbes/") + name);
+    SKIP_WITHOUT(file);
+    TemporaryDir dir;
+    const fs::path log = dir.path() / "a.lcmlog";
+    const auto imported = RunCommand(Program("seastitch") + " import --quiet " + file.string() +
+                                     " --log " + log.string());
+    ASSERT_EQ(imported.exit_code, 0) << imported.output;
+    const bool installed = imported.output.find("no installation parameters") == std::string::npos;
+    EXPECT_EQ(installed, std::string(name) == "em2040_OS01.kmall");
+    ASSERT_EQ(RunCommand(Replay(file, dir.path() / "file")).exit_code, 0);
+    const auto replayed = RunCommand(Replay(log, dir.path() / "log"));
+    ASSERT_EQ(replayed.exit_code, 0) << replayed.output;
+    for (const char* const product : {"poses.txt", "graph.g2o", "depth.tif"})
+      EXPECT_TRUE(TextOfFile(dir.path() / "file" / product) ==
+                  TextOfFile(dir.path() / "log" / product))
+          << name << ' ' << product;
+  }
 }
 
 // Every sounding of the file is exported, and those marked as used are those of the map.

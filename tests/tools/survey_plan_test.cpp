@@ -646,6 +646,9 @@ TEST(SurveyInputs, AProfileIsUsedFromItsPlaceInTheFile) {
   std::string order;
   bus.Subscribe<sound_velocity_profile_t>(channels::kSvp, 0, [&](const auto& profile) {
     order += " speed " + std::to_string(static_cast<int>(profile.speed_mps.at(0)));
+    if (profile.speed_mps.at(0) == 1490.0) {
+      EXPECT_NEAR(ToSeconds(FromUtime(profile.utime) - Kmall::At(0.0)), 40.0, 1.0);
+    }
   });
   int pings = 0;
   bus.Subscribe<mbes_ping_t>(channels::kMbesPing, 0, [&](const auto&) {
