@@ -37,10 +37,14 @@ Eigen::Vector3d ReadPoint(ByteReader* in) {
 }
 
 // Stamps are milliseconds in files of AUVLIB's parsers, seconds in files of its naviedit script.
-bool IsInMilliseconds(std::int64_t stamp) { return stamp > 100'000'000'000; }
 Time TimeOf(std::int64_t stamp) {
-  return IsInMilliseconds(stamp) ? Time(std::chrono::milliseconds(stamp))
-                                 : Time(std::chrono::seconds(stamp));
+  constexpr std::int64_t kMilliseconds = 100'000'000'000;
+  return stamp > kMilliseconds ? Time(std::chrono::milliseconds(stamp))
+                               : Time(std::chrono::seconds(stamp));
+}
+
+bool IsWholeSecond(Time t) {
+  return t.time_since_epoch() % std::chrono::seconds(1) == Duration::zero();
 }
 
 bool IsStamp(std::int64_t stamp) { return stamp > 0 && stamp < 100'000'000'000'000; }
@@ -118,7 +122,7 @@ void CerealFileReader::Read(Bytes record, std::vector<SurveyRecord>* out) {
     ping.soundings.push_back(beam.p_level_m.allFinite() ? beam : PlacedBeam{});
   }
   same_stamp_.push_back({std::move(pose), std::move(ping)});
-  if (IsInMilliseconds(stamp)) Spread(out);
+  if (!IsWholeSecond(TimeOf(stamp))) Spread(out);
 }
 
 void CerealFileReader::ReadEnd(std::vector<SurveyRecord>* out) { Spread(out); }

@@ -357,6 +357,7 @@ std::optional<MbesPing> S7kPings::Add(const S7kRecord& record, Time now, std::ui
     return std::nullopt;
   }
   if (!half->sound_speed_mps || !half->detections) return std::nullopt;
+  any_joined_ = true;
   MbesPing ping = std::move(*half->detections);
   ping.sound_speed_mps = *half->sound_speed_mps;
   std::erase_if(half_pings_, [half](const HalfPing& p) { return &p == half; });
@@ -383,7 +384,7 @@ S7kPings::HalfPing* S7kPings::HalfPingOf(const S7kRecord& record, Time now, std:
 void S7kPings::GiveUpFirst() {
   HalfPing& first = half_pings_.front();
   ++counters_[first.detections ? "s7k_ping_without_settings" : "s7k_ping_without_detections"];
-  if (first.detections) {
+  if (first.detections && !any_joined_) {
     first.detections->sound_speed_mps = last_speed_mps_;
     without_settings_.push_back(std::move(*first.detections));
     if (without_settings_.size() > kMaxHalfPings) without_settings_.pop_front();

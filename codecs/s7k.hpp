@@ -76,8 +76,9 @@ class S7kPings {
   // sender: distinguishes sonars that use the same ping numbers.
   std::optional<MbesPing> Add(const S7kRecord& record, Time now, std::uint64_t sender);
   void GiveUpOld(Time now);
-  // Removes and returns the pings that were given up without settings, the last eight at most: with
-  // the sound speed of the last settings of any device; 0 if there were none.
+  // Removes and returns the pings that were given up without settings, the last eight at most,
+  // while no ping has had settings of its own: with the sound speed of the last settings of any
+  // device; 0 if there were none.
   std::deque<MbesPing> TakeWithoutSettings() { return std::exchange(without_settings_, {}); }
   // s7k_malformed, s7k_ping_without_settings, s7k_ping_without_detections, mbes_beam_unusable.
   const Counters& counters() const { return counters_; }
@@ -98,6 +99,7 @@ class S7kPings {
   std::deque<HalfPing> half_pings_;  // oldest first
   std::deque<MbesPing> without_settings_;
   double last_speed_mps_ = 0.0;
+  bool any_joined_ = false;
   Counters counters_;
 };
 

@@ -12,8 +12,9 @@ namespace seastitch {
 // (position), 1012 (roll, pitch, heave), 1013 (heading), 1015 (navigation), 1016 (attitude), 1009
 // (sound-speed profile), 7030 (installation, one record for each head).
 //
-// A 7027 without its 7000 is used with the sound speed of the last 7000 of any device
-// (s7k_ping_without_settings); without one, with 0, which stands for that of the profile.
+// In a file whose 7027 have no 7000 of their own (s7k_ping_without_settings) they are used with the
+// sound speed of the last 7000 of any device; without one, with 0, which stands for that of the
+// profile.
 class S7kFileReader : public SurveyReader {
  public:
   // Counters of every reader and of S7kPings.

@@ -125,9 +125,11 @@ TEST(CerealFile, PingsOfOneSecondAreSpreadOverIt) {
   const auto poses = file.All<NavigationRecord>();
   ASSERT_EQ(poses.size(), 7u);
   EXPECT_EQ(ToUtime(poses[3].time), 100'750'000);
-  const std::int64_t ms = 1'714'645'230'000;
+  const std::int64_t ms = 1'714'645'230'001;
   EXPECT_EQ(TimesMs(ReadSurvey<CerealFileReader>(FileOf({ms, ms, ms + 5}))),
             (std::vector<std::int64_t>{ms, ms, ms + 5}));
+  EXPECT_EQ(TimesMs(ReadSurvey<CerealFileReader>(FileOf({ms - 1, ms - 1, ms + 999}))),
+            (std::vector<std::int64_t>{ms - 1, ms + 499, ms + 999}));
 }
 
 TEST(CerealFile, PingsWithoutATimeAreRefusedAndCounted) {

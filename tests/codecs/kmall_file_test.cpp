@@ -334,15 +334,19 @@ TEST(KmallFile, APingStatesPositionHeightAndHeadingOfTheVessel) {
   const auto pings = file.All<MbesPing>();
   ASSERT_EQ(of_pings.size(), pings.size());
   ASSERT_EQ(positions.size(), 3u);
+  // As read by a script of the format's description.
+  const NavigationRecord& first = of_pings[0];
+  EXPECT_NEAR(Rad2Deg(first.position->latitude_rad), 51.23961270943543, 1e-12);
+  EXPECT_NEAR(Rad2Deg(first.position->longitude_rad), 2.9221876443389614, 1e-12);
+  EXPECT_NEAR(*first.height_m, 43.76780319213867, 1e-9);
+  const Eigen::Vector3d rpy = RpyFromRotation(first.attitude->q_ned_imu.toRotationMatrix());
+  EXPECT_NEAR(rpy.x(), 0.0, 1e-9);
+  EXPECT_NEAR(rpy.y(), 0.0, 1e-9);
+  EXPECT_NEAR(WrapAngle(rpy.z() - Deg2Rad(185.9210968017578)), 0.0, 1e-9);
   int between = 0;
   for (std::size_t i = 0; i < of_pings.size(); ++i) {
     const NavigationRecord& ping = of_pings[i];
     EXPECT_EQ(ping.time, pings[i].time);
-    const Eigen::Vector3d rpy = RpyFromRotation(ping.attitude->q_ned_imu.toRotationMatrix());
-    EXPECT_NEAR(rpy.x(), 0.0, 1e-9);
-    EXPECT_NEAR(rpy.y(), 0.0, 1e-9);
-    EXPECT_NEAR(WrapAngle(rpy.z() - Deg2Rad(186.0)), 0.0, Deg2Rad(0.5));
-    EXPECT_NEAR(*ping.height_m, 43.77, 0.02);
     for (std::size_t k = 1; k < positions.size(); ++k) {
       const NavigationRecord& a = positions[k - 1];
       const NavigationRecord& b = positions[k];
