@@ -227,7 +227,8 @@ void FeedLogs(const RecordedLogs& recorded,
 
 // Publishes survey files as messages, as drivers would have.
 void FeedSurvey(SurveyFiles* survey, Feeding* feeding) {
-  if (!feeding->quiet) std::fputs(survey->plan().Text().c_str(), stderr);
+  const SurveyPlan& plan = survey->plan();
+  std::fputs((feeding->quiet ? plan.warning : plan.Text()).c_str(), stderr);
   ProgressLine progress("reading", survey->bytes(), feeding->quiet);
   while (!feeding->stopped() && survey->PublishNext(feeding->bus)) {
     feeding->inputs->Reading(survey->file());
@@ -248,13 +249,14 @@ void FeedSurvey(SurveyFiles* survey, Feeding* feeding) {
 }
 
 // The survey files if all inputs are survey files; nothing if none is.
-std::unique_ptr<SurveyFiles> OpenSurvey(const std::vector<fs::path>& inputs, bool as_recorded) {
+std::unique_ptr<SurveyFiles> OpenSurvey(const std::vector<fs::path>& inputs,
+                                        const ReplayOptions& options) {
   const auto files = std::count_if(inputs.begin(), inputs.end(), SurveyFiles::IsSurveyFile);
   if (files == 0) return nullptr;
   if (static_cast<std::size_t>(files) < inputs.size())
     throw UsageError("replay: survey files and LCM logs in one folder are not one dive");
-  if (as_recorded) throw UsageError("replay: --as-recorded needs a log");
-  SurveyPlan plan = PlanSurvey(inputs);
+  if (options.as_recorded) throw UsageError("replay: --as-recorded needs a log");
+  SurveyPlan plan = PlanSurvey(inputs, !options.mapper_config.empty());
   if (const auto problem = plan.Problem()) throw DataError(*problem);
   return std::make_unique<SurveyFiles>(std::move(plan));
 }
@@ -415,7 +417,7 @@ Input Open(const DiveInput& dive, const ReplayOptions& options) {
   if (dive.files.empty()) {
     if (!HoldsSubmaps(dive.folder)) throw NothingIn(dive.folder);
     input.submaps = ReadSubmapDirectory(dive.folder, options.drift);
-  } else if ((input.survey_files = OpenSurvey(dive.files, options.as_recorded))) {
+  } else if ((input.survey_files = OpenSurvey(dive.files, options))) {
     for (const fs::path& file : dive.files) input.names.push_back(file.filename().string());
   } else {
     const ChannelRole role = options.as_recorded ? ChannelRole::kResult : ChannelRole::kSensor;
@@ -561,6 +563,17 @@ void UseDatum(const Datum& datum, std::vector<Dive>* dives) {
   }
 }
 
+// Places the dives that have positions of a grid in that of the first one.
+void ShareGrid(const std::vector<Dive>& dives) {
+  std::optional<Eigen::Vector2d> origin_m;
+  for (const Dive& dive : dives) {
+    SurveyFiles* const survey = dive.input.survey_files.get();
+    if (survey == nullptr || !survey->plan().grid_origin_m) continue;
+    if (!origin_m) origin_m = survey->plan().grid_origin_m;
+    survey->UseGridOrigin(*origin_m);
+  }
+}
+
 // Publishes one of several dives.
 void FeedOneOfSeveral(Dive* dive, Unread* unread, Feeding* feeding) {
   const std::map<std::string, std::int64_t> refused_before = std::exchange(feeding->refused, {});
@@ -664,6 +677,7 @@ ProductSummary RunReplay(const ReplayOptions& options) {
     else
       unread.Try(dive.name, open);
   }
+  ShareGrid(opened);
   OutputFolder out(options.out);
   std::optional<Interruption> interruption;
   if (options.interruptible) interruption.emplace([&out] { out.Discard(); });
