@@ -35,6 +35,7 @@
 #include "tools/other_navigation.hpp"
 #include "tools/output_folder.hpp"
 #include "tools/ping_inputs.hpp"
+#include "tools/ping_losses.hpp"
 #include "tools/progress.hpp"
 #include "tools/recorded_dive.hpp"
 #include "tools/replay_config.hpp"
@@ -246,6 +247,11 @@ void FeedSurvey(SurveyFiles* survey, Feeding* feeding) {
     if (!feeding->quiet)
       std::fprintf(stderr, "%s: %lld\n", name.c_str(), static_cast<long long>(value));
   if (const auto outcome = survey->Outcome()) throw DataError(*outcome);
+}
+
+void PrintPingLosses(const SurveyFiles& survey, const Counters& mapper, bool quiet) {
+  const PingLosses losses(survey.counters()["survey_pings"], mapper);
+  if (!quiet || losses.is_warning) std::fputs(losses.text.c_str(), stderr);
 }
 
 // The survey files if all inputs are survey files; nothing if none is.
@@ -540,6 +546,8 @@ void Remake(Dive* dive,
   if (other) feeding->other_tracks.push_back({0, other->source(), other->Finish()});
   products->dives = {ReportOf(&pipeline.mapper())};
   products->mapper_counters = products->dives.front().counters;
+  if (const SurveyFiles* const survey = dive->input.survey_files.get())
+    PrintPingLosses(*survey, products->mapper_counters, feeding->quiet);
   TakeNoise(pipeline.mapper().mapper(), dive->mapper, products);
   const bool track_alone =
       dive->input.logs && !feeding->inputs->HasPings() && collector.states() > 0;
@@ -632,6 +640,8 @@ std::vector<SurveyInput> RemakeTogether(std::vector<Dive>* dives,
       feeding->other_tracks.push_back(
           {static_cast<std::int32_t>(k), other->source(), other->Finish()});
     products->dives.push_back(ReportOf(&front.mapper()));
+    if (const SurveyFiles* const survey = dive.input.survey_files.get())
+      PrintPingLosses(*survey, products->dives.back().counters, feeding->quiet);
     next_id = front.next_id();
     statements += dive.name + ": " + front.mapper().health().text() + "; ";
     spans.insert(spans.end(), inputs.spans().begin(), inputs.spans().end());
@@ -670,13 +680,8 @@ ProductSummary RunReplay(const ReplayOptions& options) {
   const bool several = dive_inputs.size() > 1;
   Unread unread(several);
   std::vector<Dive> opened;
-  for (const DiveInput& dive : dive_inputs) {
-    const auto open = [&] { opened.push_back({dive.name, Open(dive, options), {}, {}}); };
-    if (dive.folder.empty())
-      open();  // a file that was named itself is not left out
-    else
-      unread.Try(dive.name, open);
-  }
+  for (const DiveInput& dive : dive_inputs)
+    unread.Try(dive.name, [&] { opened.push_back({dive.name, Open(dive, options), {}, {}}); });
   ShareGrid(opened);
   OutputFolder out(options.out);
   std::optional<Interruption> interruption;

@@ -20,6 +20,7 @@
 #include "tests/paths.hpp"
 #include "tests/runtime/temporary_dir.hpp"
 #include "tests/tools/small_kmall.hpp"
+#include "tools/ping_losses.hpp"
 #include "tools/survey_plan.hpp"
 
 namespace seastitch {
@@ -270,6 +271,77 @@ TEST(SurveyGrid, TextOfAGridPlacesFilesThatHavePositions) {
   EXPECT_EQ(plan.position_source, "text");
   EXPECT_EQ(plan.vehicle.datum_latitude_rad, 0.0);
   EXPECT_THAT(plan.Text(), HasSubstr("6375000.000 north, 325000.000 east"));
+}
+
+// --- what is lost --------------------------------------------------------------------------------
+
+TEST(PingLosses, AreNamedBelowNineTenths) {
+  const PingLosses few(1000, {{"pings_without_pose", 7}, {"pings_in_turns", 500}});
+  EXPECT_EQ(few.text, "993 of 1000 pings used\n");
+  EXPECT_FALSE(few.is_warning);
+  const PingLosses many(1000, {{"pings_out_of_order", 300}, {"pings_without_pose", 7}});
+  EXPECT_EQ(many.text,
+            "warning: 693 of 1000 pings used: 300 because they came after a later ping was used; 7 "
+            "because navigation has no pose at their times\n");
+  EXPECT_TRUE(many.is_warning);
+}
+
+TEST(PingLosses, AreNamedByAQuietReplay) {
+  TemporaryDir dir;
+  Kmall kmall;
+  kmall.Survey();
+  for (int i = 0; i < 20; ++i) kmall.Ping(6.0 + i);  // without navigation
+  const std::string file = dir.Write("a.kmall", kmall.bytes());
+  const CommandResult replay = Replay(file, dir.path() / "map");
+  EXPECT_THAT(replay.output, HasSubstr("warning: 5 of 25 pings used: "));
+}
+
+// Pings of a clock that was not set come before everything else.
+TEST(PingLosses, PingsLongBeforeNavigationAreWithoutPosition) {
+  TemporaryDir dir;
+  Kmall pings, navigation;
+  pings.Profile(0.0);
+  navigation.Installation();
+  for (int i = 0; i < 5; ++i) {
+    pings.Ping(i);
+    navigation.Motion(8e6 + i).Position(8e6 + i);
+  }
+  const Played played(
+      {dir.Write("a.kmall", pings.bytes()), dir.Write("b.kmall", navigation.bytes())});
+  EXPECT_EQ(played.Count("survey_pings_without_position"), 5);
+  ASSERT_TRUE(played.survey.Outcome());
+  EXPECT_THAT(*played.survey.Outcome(), HasSubstr("within 2 s of a position"));
+}
+
+TEST(SurveyLosses, FilesWithoutContentDoNotEndTheReplayOfOthers) {
+  TemporaryDir dir;
+  Kmall line;
+  line.Installation().Profile(0.0);
+  for (int i = 0; i < 60; ++i) line.Motion(i).Position(i).Ping(i + 0.5);
+  const std::string good = dir.Write("good.kmall", line.bytes());
+  const std::string empty = dir.Write("empty.kmall", "");
+  const std::string head = dir.Write("head.kmall", Kmall().Installation().Profile(0.0).bytes());
+  const std::string still =
+      dir.Write("still.kmall", Kmall().Motion(2e5).Position(2e5).Position(2e5 + 1).bytes());
+  const CommandResult replay =
+      Replay(good + " " + empty + " " + head + " " + still, dir.path() / "map");
+  EXPECT_EQ(replay.exit_code, 0) << replay.output;
+  EXPECT_THAT(replay.output, HasSubstr("not used: " + empty + ": empty\n"));
+  EXPECT_THAT(replay.output, HasSubstr("left out: " + head + ": no sounding in it"));
+  EXPECT_THAT(replay.output, HasSubstr("left out: " + still + ": no sounding in it"));
+}
+
+// GSF with compressed arrays.
+TEST(SurveyLosses, WhatCannotBeReadIsTheReasonForAFileWithoutSoundings) {
+  const fs::path file = Shared("data/mbes/gsf_v3_08.gsf");
+  SKIP_WITHOUT(file);
+  std::string other = Content(file);
+  other.replace(other.find("GSF-v03"), 7, "GSF-v02");
+  TemporaryDir dir;
+  const CommandResult replay = Replay(dir.Write("a.gsf", other), dir.path() / "map");
+  EXPECT_EQ(replay.exit_code, 65);
+  EXPECT_THAT(replay.output, HasSubstr("no sounding in it; not read: "));
+  EXPECT_THAT(replay.output, HasSubstr("gsf_version_unknown"));
 }
 
 }  // namespace
