@@ -14,19 +14,17 @@ constexpr double kOverS = 60.0;
 constexpr std::int64_t kMany = 5;
 constexpr double kShare = 0.02;
 
-struct Reason {
-  const char* counter;
-  const char* sentence;
-};
 constexpr std::array kReasons{
-    Reason{"pings_from_the_future", "their stamps are more than 30 s ahead of navigation"},
-    Reason{"pings_out_of_order", "they came after a later ping was used"},
-    Reason{"pings_without_pose", "navigation has no pose at their times"},
-    Reason{"pings_dropped_waiting", "too many waited for navigation"},
-    Reason{"pings_not_finite", "their poses are not finite"},
+    PingRefusal{"pings_from_the_future", "their stamps are more than 30 s ahead of navigation"},
+    PingRefusal{"pings_out_of_order", "they came after a later ping was used"},
+    PingRefusal{"pings_without_pose", "navigation has no pose at their times"},
+    PingRefusal{"pings_dropped_waiting", "too many waited for navigation"},
+    PingRefusal{"pings_not_finite", "their poses are not finite"},
 };
 
 }  // namespace
+
+std::span<const PingRefusal> PingRefusals() { return kReasons; }
 
 bool PingWatch::IsDue(Time now) const {
   if (last_minute_.empty()) return true;
@@ -36,7 +34,7 @@ bool PingWatch::IsDue(Time now) const {
 
 void PingWatch::Look(Time now, std::int64_t received, const Counts& refused) {
   Counted counted{now, received, {}};
-  for (const Reason& reason : kReasons) {
+  for (const PingRefusal& reason : kReasons) {
     const auto found = refused.find(reason.counter);
     counted.refused.push_back(found == refused.end() ? 0 : found->second);
   }

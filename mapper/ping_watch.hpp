@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <deque>
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,13 @@
 #include "common/core/time.hpp"
 
 namespace seastitch {
+
+// A reason for which no submap gets a ping, by the name of its counter.
+struct PingRefusal {
+  const char* counter;
+  const char* sentence;
+};
+std::span<const PingRefusal> PingRefusals();
 
 // Monitor for HEALTH of the pings that no submap gets: their share of the last minute, and the
 // commonest reason. Pure; its time is that of navigation.

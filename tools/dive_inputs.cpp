@@ -31,6 +31,11 @@ const char* ForeignText(const fs::path& path) {
   return fs::file_size(path) == 0 ? "empty" : "neither a log nor a survey file of a known format";
 }
 
+void NameForeign(const std::vector<fs::path>& files) {
+  for (const fs::path& path : files)
+    std::fprintf(stderr, "not used: %s: %s\n", path.c_str(), ForeignText(path));
+}
+
 bool IsLog(const fs::path& path) {
   constexpr std::array<char, 4> kSync{'\xED', '\xA1', '\xDA', '\x01'};
   std::array<char, 4> begin{};
@@ -51,8 +56,7 @@ std::vector<fs::path> FilesIn(const fs::path& folder) {
   std::sort(files.begin(), files.end());
   std::sort(others.begin(), others.end());
   if (files.empty()) return files;
-  for (const fs::path& path : others)
-    std::fprintf(stderr, "not used: %s: %s\n", path.c_str(), ForeignText(path));
+  NameForeign(others);
   return files;
 }
 
@@ -122,7 +126,7 @@ DiveInput DiveIn(const fs::path& folder, bool raw) {
 std::vector<DiveInput> DivesAmong(const std::vector<fs::path>& inputs, bool raw) {
   std::vector<DiveInput> dives;
   std::map<std::string, std::size_t> loose;  // index of the dive in `dives`, by day or kLogs
-  std::vector<fs::path> beside;
+  std::vector<fs::path> beside, foreign;
   for (const fs::path& input : inputs) {
     if (!fs::is_directory(input) && IsNavigationBeside(input)) {
       beside.push_back(input);
@@ -133,12 +137,18 @@ std::vector<DiveInput> DivesAmong(const std::vector<fs::path>& inputs, bool raw)
       continue;
     }
     const bool survey = SurveyFiles::IsSurveyFile(input);
-    if (!survey && !IsLog(input)) throw DataError(input.string() + ": " + ForeignText(input));
+    if (!survey && !IsLog(input)) {
+      foreign.push_back(input);
+      continue;
+    }
     const std::string group = survey ? DayOf(input) : kLogs;
     const auto [place, is_new] = loose.try_emplace(group, dives.size());
     if (is_new) dives.push_back({group, {}});
     dives[place->second].files.push_back(input);
   }
+  if (dives.empty() && !foreign.empty())
+    throw DataError(foreign[0].string() + ": " + ForeignText(foreign[0]));
+  NameForeign(foreign);
   ExpectOnce(dives, beside);
   AddBeside(beside, &dives);
   std::set<std::string> names;

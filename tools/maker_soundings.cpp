@@ -124,17 +124,41 @@ class Comparer {
   SoundingComparison result_;
 };
 
-std::string ChoiceText(bool profile_alone, double better_percent, double worse_percent) {
-  char line[200];
-  std::snprintf(line,
-                sizeof line,
-                "sound speed: %s; against the sonar's own soundings %.3f %% of depth RMS (%s: "
-                "%.3f %%)\n",
-                profile_alone ? "the profile alone" : "at the transducer, then the profile",
-                better_percent,
-                profile_alone ? "with that at the transducer" : "with the profile alone",
-                worse_percent);
-  return line;
+std::string Percent(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3f %%", value);
+  return text;
+}
+
+// A plan, and how far its soundings are from the sonar's own: RMS over all axes, percent of depth.
+struct Trial {
+  SurveyPlan plan;
+  double percent;
+};
+
+// The sound speed that agrees better. Nothing: too few soundings of the sonar to compare with.
+std::optional<Trial> WithSoundSpeed(SurveyPlan plan) {
+  constexpr int kPings = 50;
+  constexpr int kLeastBeams = 100;
+  // Where both fit about as well, they differ by nothing that counts.
+  constexpr double kClearly = 0.5;
+  SurveyPlan alone = plan;
+  alone.profile_alone = true;
+  const SoundingComparison probe = CompareWithMaker(plan, kPings);
+  const SoundingComparison profile = CompareWithMaker(alone, kPings);
+  if (probe.beams() < kLeastBeams || profile.beams() < kLeastBeams) return std::nullopt;
+  const double probe_percent = probe.RmsPercent().norm();
+  const double profile_percent = profile.RmsPercent().norm();
+  plan.profile_alone = profile_percent < kClearly * probe_percent;
+  const double better = plan.profile_alone ? profile_percent : probe_percent;
+  const double worse = plan.profile_alone ? probe_percent : profile_percent;
+  plan.sound_speed_text =
+      std::string("sound speed: ") +
+      (plan.profile_alone ? "the profile alone" : "at the transducer, then the profile") +
+      "; against the sonar's own soundings " + Percent(better) + " of depth RMS (" +
+      (plan.profile_alone ? "with that at the transducer" : "with the profile alone") + ": " +
+      Percent(worse) + ")\n";
+  return Trial{std::move(plan), better};
 }
 
 }  // namespace
@@ -155,23 +179,29 @@ SoundingComparison CompareWithMaker(const SurveyPlan& plan,
   return Comparer(plan, max_pings, position).Run();
 }
 
-SurveyPlan PlanSurvey(const std::vector<std::filesystem::path>& files) {
-  constexpr int kPings = 50;
-  constexpr int kLeastBeams = 100;
-  // Where both fit about as well, they differ by nothing that counts.
-  constexpr double kClearly = 0.5;
-  SurveyPlan plan = MakeSurveyPlan(files);
-  SurveyPlan alone = plan;
-  alone.profile_alone = true;
-  const SoundingComparison probe = CompareWithMaker(plan, kPings);
-  const SoundingComparison profile = CompareWithMaker(alone, kPings);
-  if (probe.beams() < kLeastBeams || profile.beams() < kLeastBeams) return plan;
-  const double probe_percent = probe.RmsPercent().norm();
-  const double profile_percent = profile.RmsPercent().norm();
-  plan.profile_alone = profile_percent < kClearly * probe_percent;
-  plan.sound_speed_text = plan.profile_alone ? ChoiceText(true, profile_percent, probe_percent)
-                                             : ChoiceText(false, probe_percent, profile_percent);
-  return plan;
+SurveyPlan PlanSurvey(const std::vector<std::filesystem::path>& files, bool mounting_is_given) {
+  // Real files with a known installation fit to 0.3 %.
+  constexpr double kFitsPercent = 1.0;
+  const SurveyPlan plan = MakeSurveyPlan(files);
+  std::optional<Trial> best = WithSoundSpeed(plan);
+  if (!best) return plan;
+  const bool unknown_mounting = mounting_is_given && !plan.has_installation;
+  if (best->percent < kFitsPercent || unknown_mounting) return best->plan;
+  const double first_percent = best->percent;
+  if (plan.depth != SurveyPlan::Depth::kPing) {
+    const std::optional<Trial> by_ping = WithSoundSpeed(plan.WithDepthOfPings());
+    if (by_ping && by_ping->percent < best->percent) best = by_ping;
+    if (best->percent < kFitsPercent) {
+      best->plan.warning += "depth: that of the sonar for each ping, because the other is " +
+                            Percent(first_percent) + " of depth off its soundings\n";
+      return best->plan;
+    }
+  }
+  SurveyPlan placed = plan.WithPlacedSoundings();
+  placed.warning +=
+      "warning: the sonar's own soundings are used, because those from raw times and angles are " +
+      Percent(best->percent) + " of depth off them: is the installation known?\n";
+  return placed;
 }
 
 }  // namespace seastitch

@@ -35,8 +35,13 @@ SoundingComparison CompareWithMaker(const SurveyPlan& plan,
                                     int max_pings,
                                     PositionInPing position = PositionInPing::kMoves);
 
-// The plan of a survey, with the sound speed that agrees better with the sonar's own soundings
-// (SurveyPlan::profile_alone). Throws DataError naming the file that cannot be used.
-SurveyPlan PlanSurvey(const std::vector<std::filesystem::path>& files);
+// The plan of a survey that agrees best with the sonar's own soundings: with the sound speed at the
+// transducer or without (SurveyPlan::profile_alone), and if soundings from raw times and angles
+// are more than 1 % of depth off, with the depth that the sonar states for each ping, or with the
+// sonar's own soundings (SurveyPlan::warning). mounting_is_given: without an installation in the
+// files, that of a vehicle.yaml applies, so that nothing follows from a difference. Throws
+// DataError naming the file that cannot be used.
+SurveyPlan PlanSurvey(const std::vector<std::filesystem::path>& files,
+                      bool mounting_is_given = false);
 
 }  // namespace seastitch

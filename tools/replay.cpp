@@ -113,6 +113,7 @@ void Remake(Dive* dive, RawReplay* raw, Outputs outputs, Feeding* feeding) {
   if (other) feeding->other_tracks.push_back({0, other->source(), other->Finish()});
   products->dives = {ReportOf(&pipeline.mapper())};
   products->mapper_counters = products->dives.front().counters;
+  PrintPingLosses(dive->input, products->mapper_counters, feeding->quiet);
   TakeNoise(pipeline.mapper().mapper(), dive->mapper, products);
   const bool track_alone =
       dive->input.logs && !feeding->inputs->HasPings() && collector.states() > 0;
@@ -145,13 +146,9 @@ ProductSummary RunReplay(const ReplayOptions& options) {
   const bool several = dive_inputs.size() > 1;
   Unread unread(several);
   std::vector<Dive> opened;
-  for (const DiveInput& dive : dive_inputs) {
-    const auto open = [&] { opened.push_back({dive.name, Open(dive, options), {}, {}}); };
-    if (dive.folder.empty())
-      open();  // a file that was named itself is not left out
-    else
-      unread.Try(dive.name, open);
-  }
+  for (const DiveInput& dive : dive_inputs)
+    unread.Try(dive.name, [&] { opened.push_back({dive.name, Open(dive, options), {}, {}}); });
+  ShareGrid(opened);
   OutputFolder out(options.out);
   std::optional<Interruption> interruption;
   if (options.interruptible) interruption.emplace([&out] { out.Discard(); });

@@ -54,8 +54,8 @@ struct ReplayOptions {
 // complete they are moved to `out`: products of an earlier replay are replaced or removed, other
 // files stay. Throws std::runtime_error with one line for an input that cannot be used; UsageError
 // if the output would overwrite the input, or if a log has no configuration and none is given;
-// DataError if no message of a channel has the LCM type of that channel. After any of these `out` is
-// unchanged.
+// DataError if no message of a channel has the LCM type of that channel. After any of these `out`
+// is unchanged.
 ProductSummary RunReplay(const ReplayOptions& options);
 
 // Prints the mapper's configuration to stdout: options.mapper_config, else the defaults.

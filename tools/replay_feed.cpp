@@ -7,6 +7,7 @@
 
 #include "tools/merged_logs.hpp"
 #include "tools/message_types.hpp"
+#include "tools/ping_losses.hpp"
 #include "tools/progress.hpp"
 
 namespace seastitch {
@@ -19,7 +20,8 @@ bool IsOfRole(const LogEvent& event, ChannelRole role) {
 
 // Publishes survey files as messages, as drivers would have.
 void FeedSurvey(SurveyFiles* survey, Feeding* feeding) {
-  if (!feeding->quiet) std::fputs(survey->plan().Text().c_str(), stderr);
+  const SurveyPlan& plan = survey->plan();
+  std::fputs((feeding->quiet ? plan.warning : plan.Text()).c_str(), stderr);
   ProgressLine progress("reading", survey->bytes(), feeding->quiet);
   while (!feeding->stopped() && survey->PublishNext(feeding->bus)) {
     feeding->inputs->Reading(survey->file());
@@ -97,6 +99,12 @@ void FeedSubmaps(SubmapDirectory directory, Pipeline* pipeline, Feeding* feeding
     ++done;
   }
   progress.Finish();
+}
+
+void PrintPingLosses(const Input& input, const Counters& mapper, bool quiet) {
+  if (!input.survey_files) return;
+  const PingLosses losses(input.survey_files->counters()["survey_pings"], mapper);
+  if (!quiet || losses.is_warning) std::fputs(losses.text.c_str(), stderr);
 }
 
 void Feed(Input* input, RawReplay* raw, Feeding* feeding) {

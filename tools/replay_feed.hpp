@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/convert/channels.hpp"
+#include "common/core/counters.hpp"
 #include "common/runtime/bus.hpp"
 #include "products/survey.hpp"
 #include "tools/ping_inputs.hpp"
@@ -46,6 +47,9 @@ void FeedLogs(const RecordedLogs& recorded,
 // Publishes the messages of logs or survey files. raw: decodes recorded raw bytes, if these are
 // replayed.
 void Feed(Input* input, RawReplay* raw, Feeding* feeding);
+// Prints how many pings of survey files are in the map, by the mapper's counters. quiet: only a
+// warning.
+void PrintPingLosses(const Input& input, const Counters& mapper, bool quiet);
 // Adds submaps of files.
 void FeedSubmaps(SubmapDirectory directory, Pipeline* pipeline, Feeding* feeding);
 

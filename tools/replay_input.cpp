@@ -19,13 +19,14 @@ namespace {
 namespace fs = std::filesystem;
 
 // The survey files if all inputs are survey files; nothing if none is.
-std::unique_ptr<SurveyFiles> OpenSurvey(const std::vector<fs::path>& inputs, bool as_recorded) {
+std::unique_ptr<SurveyFiles> OpenSurvey(const std::vector<fs::path>& inputs,
+                                        const ReplayOptions& options) {
   const auto files = std::count_if(inputs.begin(), inputs.end(), SurveyFiles::IsSurveyFile);
   if (files == 0) return nullptr;
   if (static_cast<std::size_t>(files) < inputs.size())
     throw UsageError("replay: survey files and LCM logs in one folder are not one dive");
-  if (as_recorded) throw UsageError("replay: --as-recorded needs a log");
-  SurveyPlan plan = PlanSurvey(inputs);
+  if (options.as_recorded) throw UsageError("replay: --as-recorded needs a log");
+  SurveyPlan plan = PlanSurvey(inputs, !options.mapper_config.empty());
   if (const auto problem = plan.Problem()) throw DataError(*problem);
   return std::make_unique<SurveyFiles>(std::move(plan));
 }
@@ -156,7 +157,7 @@ Input Open(const DiveInput& dive, const ReplayOptions& options) {
   } else if (dive.files.empty()) {
     if (!HoldsSubmaps(dive.folder)) throw NothingIn(dive.folder);
     input.submaps = ReadSubmapDirectory(dive.folder, options.drift);
-  } else if ((input.survey_files = OpenSurvey(dive.files, options.as_recorded))) {
+  } else if ((input.survey_files = OpenSurvey(dive.files, options))) {
     for (const fs::path& file : dive.files) input.names.push_back(file.filename().string());
   } else {
     const ChannelRole role = options.as_recorded ? ChannelRole::kResult : ChannelRole::kSensor;

@@ -104,6 +104,7 @@ class Together {
     if (!given_twice_.empty()) throw UsageError("replay: " + given_twice_);
     if (other) feeding_->other_tracks.push_back({next_chain_, other->source(), other->Finish()});
     outputs_.products->dives.push_back(ReportOf(&front.mapper()));
+    PrintPingLosses(dive->input, outputs_.products->dives.back().counters, feeding_->quiet);
     ++next_chain_;
     next_id_ = front.next_id();
     statements_ += dive->name + ": " + front.mapper().health().text() + "; ";
@@ -233,6 +234,16 @@ void UseDatum(const Datum& datum, std::vector<Dive>* dives) {
     map.Forward(latitude_deg, longitude_deg, 0.0, start.start_east_m, start.start_north_m, up_m);
     vehicle.datum_latitude_rad = Deg2Rad(datum.latitude_deg);
     vehicle.datum_longitude_rad = Deg2Rad(datum.longitude_deg);
+  }
+}
+
+void ShareGrid(const std::vector<Dive>& dives) {
+  std::optional<Eigen::Vector2d> origin_m;
+  for (const Dive& dive : dives) {
+    SurveyFiles* const survey = dive.input.survey_files.get();
+    if (survey == nullptr || !survey->plan().grid_origin_m) continue;
+    if (!origin_m) origin_m = survey->plan().grid_origin_m;
+    survey->UseGridOrigin(*origin_m);
   }
 }
 

@@ -43,6 +43,9 @@ void ExpectSubmaps(const SurveyCollector& collector,
 // Sets one datum for all dives, and converts each dive's start position to it.
 void UseDatum(const Datum& datum, std::vector<Dive>* dives);
 
+// Places the dives that have positions of a grid in that of the first one.
+void ShareGrid(const std::vector<Dive>& dives);
+
 // What a replay fills besides the products.
 struct Outputs {
   SurveyCollector* collector;

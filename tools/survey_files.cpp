@@ -9,6 +9,8 @@
 #include "common/convert/channels.hpp"
 #include "common/convert/convert.hpp"
 #include "common/core/pose.hpp"
+#include "tools/sbet_beside.hpp"
+#include "tools/survey_census.hpp"
 #include "tools/survey_stream.hpp"
 
 namespace seastitch {
@@ -37,13 +39,19 @@ SurveyFiles::~SurveyFiles() = default;
 
 void SurveyFiles::Coverage::AddSample(Time t, double hold_s) {
   for (; !pings.empty() && pings.front() <= t; pings.pop_front()) {
-    const bool between = last && ToSeconds(t - *last) <= max_gap_s;
-    const bool held = (last && ToSeconds(pings.front() - *last) <= hold_s) ||
+    const bool after = last && pings.front() >= *last;
+    const bool between = after && ToSeconds(t - *last) <= max_gap_s;
+    const bool held = (after && ToSeconds(pings.front() - *last) <= hold_s) ||
                       (!last && ToSeconds(t - pings.front()) <= hold_s);
     const bool at_once = pings.front() == t;
     if (!between && !held && !at_once) ++uncovered;
   }
   last = t;
+}
+
+std::int64_t SurveyFiles::Coverage::Uncovered(double hold_s) const {
+  const auto is_held = [&](Time t) { return last && t >= *last && ToSeconds(t - *last) <= hold_s; };
+  return uncovered + std::count_if(pings.begin(), pings.end(), std::not_fn(is_held));
 }
 
 struct SurveyFiles::Publish {
@@ -109,6 +117,7 @@ void SurveyFiles::PublishIns(const NavigationSample& sample, Bus* bus) {
 
 void SurveyFiles::PublishDepth(Time t, double depth_m, Bus* bus) {
   depth_m_ = depth_m;
+  depth_time_ = t;
   DepthSample sample;
   sample.time = t;
   sample.depth_m = depth_m;
@@ -128,18 +137,57 @@ void SurveyFiles::PublishWaterLine(Time t, double height_m, Bus* bus) {
   PublishIns(sample, bus);
 }
 
+bool SurveyFiles::Choice::Uses(const NavigationRecord& n, const std::string& chosen) {
+  const bool is_chosen = n.source == chosen;
+  if (is_chosen || !chosen_time) chosen_time = n.time;
+  if (is_chosen) return true;
+  const double silent_s = IsBeside(chosen) ? 60.0 : 5.0;
+  if (IsBeside(n.source) || ToSeconds(n.time - *chosen_time) <= silent_s) return false;
+  if (n.source != substitute && ToSeconds(n.time - substitute_time) <= silent_s) return false;
+  substitute = n.source;
+  substitute_time = n.time;
+  return true;
+}
+
+bool SurveyFiles::UsesPosition(const NavigationRecord& n) {
+  if (!n.position && !n.grid_north_east_m) return false;
+  const bool is_chosen = n.source == plan_.position_source;
+  if (!is_chosen && (!n.position || plan_.grid_origin_m)) return false;
+  const bool uses = position_choice_.Uses(n, plan_.position_source);
+  if (uses && !is_chosen) ++counters_["survey_positions_of_another_source"];
+  return uses;
+}
+
+bool SurveyFiles::UsesAttitude(const NavigationRecord& n) {
+  const bool is_chosen = n.source == plan_.attitude_source;
+  const bool is_sparse = plan_.raw_pings && IsOfPings(n.source);
+  if (!n.attitude || (!is_chosen && (is_sparse || !plan_.heading_source.empty()))) return false;
+  const bool uses = attitude_choice_.Uses(n, plan_.attitude_source);
+  if (uses && !is_chosen) ++counters_["survey_attitudes_of_another_source"];
+  return uses;
+}
+
+// The position of the point that the chosen source's positions are of.
+GivenPosition SurveyFiles::AtChosenPoint(const NavigationRecord& n) const {
+  GivenPosition position = *n.position;
+  if (n.source == plan_.position_source || !q_ned_vehicle_) return position;
+  constexpr double kEarthM = 6'371'000.0;
+  const Eigen::Vector3d p_ned_m =
+      *q_ned_vehicle_ * (plan_.vehicle.T_vehicle_imu.translation() - plan_.PointOf(n.source));
+  position.latitude_rad += p_ned_m.x() / kEarthM;
+  position.longitude_rad += p_ned_m.y() / (kEarthM * std::cos(position.latitude_rad));
+  return position;
+}
+
 void SurveyFiles::OnNavigation(const NavigationRecord& n, Bus* bus) {
   if (n.velocity) {
     velocity_ = n.velocity;
     velocity_time_ = n.time;
     velocity_source_ = n.source;
   }
-  if (n.source == plan_.attitude_source) {
-    if (n.attitude)
-      OnAttitude(n.time, *n.attitude, n, bus);
-    else if (n.roll_pitch_rad && levels_.size() < 1000)
-      levels_.push_back(n);
-  }
+  if (UsesAttitude(n)) OnAttitude(n.time, *n.attitude, n, bus);
+  if (n.source == plan_.attitude_source && !n.attitude && n.roll_pitch_rad && levels_.size() < 1000)
+    levels_.push_back(n);
   const double depth_at_rest_m =
       plan_.vehicle.p_vehicle_depth_m.z() - plan_.installation.water_line_m;
   if (plan_.depth == SurveyPlan::Depth::kHeave && n.source == plan_.heave_source && n.heave_m)
@@ -148,8 +196,9 @@ void SurveyFiles::OnNavigation(const NavigationRecord& n, Bus* bus) {
   if (plan_.depth == SurveyPlan::Depth::kNavigation && n.source == plan_.depth_source && n.depth_m)
     PublishDepth(n.time, *n.depth_m, bus);
   if (n.water_line_height_m) PublishWaterLine(n.time, *n.water_line_height_m, bus);
-  if (n.source != plan_.position_source || !(n.position || n.grid_north_east_m)) return;
-  const GivenPosition position = n.position ? *n.position : FromGrid(*n.grid_north_east_m);
+  if (!UsesPosition(n)) return;
+  const GivenPosition position =
+      n.position ? AtChosenPoint(n) : plan_.FromGrid(*n.grid_north_east_m);
   NavigationSample sample;
   sample.time = n.time;
   sample.source = n.source;
@@ -255,10 +304,24 @@ void SurveyFiles::OnPing(const MbesPing& ping, Bus* bus) {
   bus->Publish(channels::kMbesPing, message);
 }
 
+// Echoes come between pings: navigation interpolates depths that are at most a second apart.
+void SurveyFiles::OnDepthOfPing(const PlacedPing& ping, Bus* bus) {
+  constexpr double kStepS = 0.8;
+  constexpr double kLongestS = 60.0;
+  const double to_m = *ping.origin_depth_m - (plan_.raw_pings ? 0.0 : ping.p_vehicle_origin_m.z());
+  const double from_m = depth_m_.value_or(to_m);
+  const double gap_s = depth_m_ ? ToSeconds(ping.time - depth_time_) : 0.0;
+  const int steps = gap_s < kLongestS ? static_cast<int>(gap_s / kStepS) : 0;
+  for (int i = steps; i >= 1; --i) {
+    const double left = i / (steps + 1.0);
+    PublishDepth(ping.time - FromSeconds(left * gap_s), to_m + left * (from_m - to_m), bus);
+  }
+  PublishDepth(ping.time, to_m, bus);
+}
+
 void SurveyFiles::OnPlaced(const PlacedPing& ping, Bus* bus) {
   if (on_placed_ping_) on_placed_ping_(ping);
-  if (plan_.depth == SurveyPlan::Depth::kPing && ping.origin_depth_m)
-    PublishDepth(ping.time, *ping.origin_depth_m - ping.p_vehicle_origin_m.z(), bus);
+  if (plan_.depth == SurveyPlan::Depth::kPing && ping.origin_depth_m) OnDepthOfPing(ping, bus);
   if (plan_.raw_pings) {
     if (inputs_[file_].file.placed_alone) ++counters_["survey_pings_not_used"];
     return;
@@ -299,15 +362,8 @@ Counters SurveyFiles::counters() const {
   Counters all = counters_;
   for (const Input* const input : open_)
     for (const auto& [name, value] : input->stream->counters()) all[name] += value;
-  const auto uncovered = [](const Coverage& c) {
-    const auto held = [&c](Time t) { return c.last && ToSeconds(t - *c.last) <= 0.0; };
-    return c.uncovered + std::count_if(c.pings.begin(), c.pings.end(), std::not_fn(held));
-  };
-  all["survey_pings_without_attitude"] = uncovered(attitude_);
-  all["survey_pings_without_position"] = position_.uncovered;
-  for (const Time t : position_.pings)
-    if (!position_.last || ToSeconds(t - *position_.last) > position_.max_gap_s)
-      ++all["survey_pings_without_position"];
+  all["survey_pings_without_attitude"] = attitude_.Uncovered(0.0);
+  all["survey_pings_without_position"] = position_.Uncovered(position_.max_gap_s);
   return all;
 }
 

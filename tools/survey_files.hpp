@@ -39,6 +39,8 @@ class SurveyFiles {
   ~SurveyFiles();
 
   const SurveyPlan& plan() const { return plan_; }
+  // See SurveyPlan. Before the first record.
+  void UseGridOrigin(const Eigen::Vector2d& north_east_m) { plan_.UseGridOrigin(north_east_m); }
   // Callback for every ping that the sonar's software has placed, used or not.
   void OnPlacedPing(std::function<void(const PlacedPing&)> callback) {
     on_placed_ping_ = std::move(callback);
@@ -55,6 +57,7 @@ class SurveyFiles {
   // Counters of the readers, and survey_pings, survey_pings_repeated (read twice, used once),
   // survey_pings_not_used (soundings beside raw pings of other files),
   // survey_pings_without_attitude, survey_pings_without_position,
+  // survey_positions_of_another_source, survey_attitudes_of_another_source,
   // survey_attitude_without_heading.
   Counters counters() const;
   // Call it after the last record. If no ping can be mapped: the reason, one line.
@@ -70,6 +73,16 @@ class SurveyFiles {
 
     void AddPing(Time t) { pings.push_back(t); }
     void AddSample(Time t, double hold_s);
+    std::int64_t Uncovered(double hold_s) const;
+  };
+  // Decides between the chosen source of the plan and others. Another one is used while the chosen
+  // one is silent: with navigation beside the files after a minute, which may be its interval.
+  struct Choice {
+    std::optional<Time> chosen_time{};  // of its last record
+    std::string substitute{};           // source of the last record of another one
+    Time substitute_time{};
+
+    bool Uses(const NavigationRecord& record, const std::string& chosen);
   };
   struct Publish;
   struct Turn {
@@ -94,6 +107,9 @@ class SurveyFiles {
   void Open(Input* input);
   void CloseIfEnded(Input* input);
   bool IsRepeated(Time t, const PingId& id);
+  bool UsesPosition(const NavigationRecord& record);
+  bool UsesAttitude(const NavigationRecord& record);
+  GivenPosition AtChosenPoint(const NavigationRecord& record) const;
   void OnNavigation(const NavigationRecord& record, Bus* bus);
   std::optional<InsVelocity> VelocityAtPosition(Time t);
   void OnAttitude(Time t, const Attitude& attitude, const NavigationRecord& record, Bus* bus);
@@ -101,6 +117,7 @@ class SurveyFiles {
   void OnHeading(Time t, double heading_rad, Bus* bus);
   void OnPing(const MbesPing& ping, Bus* bus);
   void OnPlaced(const PlacedPing& ping, Bus* bus);
+  void OnDepthOfPing(const PlacedPing& ping, Bus* bus);
   void PublishIns(const NavigationSample& sample, Bus* bus);
   void PublishDepth(Time t, double depth_m, Bus* bus);
   void PublishWaterLine(Time t, double height_m, Bus* bus);
@@ -118,6 +135,8 @@ class SurveyFiles {
   std::vector<PingId> pings_at_time_;
   std::deque<NavigationRecord> levels_;  // roll and pitch, until a heading comes
   std::optional<Turn> heading_;
+  Choice position_choice_;
+  Choice attitude_choice_;
   std::optional<GivenVelocity> velocity_;
   Time velocity_time_;
   std::string velocity_source_;
@@ -127,7 +146,8 @@ class SurveyFiles {
     Eigen::Vector3d p_ned_m;
   };
   std::optional<Lever> lever_;  // at the last position, from the velocity's point to the position's
-  std::optional<double> depth_m_;
+  std::optional<double> depth_m_;  // the last
+  Time depth_time_;
   std::optional<RayTracer> rays_;  // of the last profile
   std::function<void(const PlacedPing&)> on_placed_ping_;
   Coverage attitude_{.max_gap_s = 1.0};

@@ -108,12 +108,10 @@ Time TimeOf(const SurveyRecord& record) {
 }
 
 SurveyStream::SurveyStream(const fs::path& path, double reorder_s, const ReaderParams& params)
-    : path_(path),
-      reorder_s_(reorder_s),
-      reader_(ReaderFor(path, params)),
-      in_(path, std::ios::binary),
-      bytes_(fs::file_size(path)) {
-  if (!reader_ || !in_) throw std::runtime_error(path.string() + ": no survey file that is known");
+    : path_(path), reorder_s_(reorder_s), in_(path, std::ios::binary), bytes_(fs::file_size(path)) {
+  auto reader = ReaderFor(path, params);
+  if (!reader || !in_) throw std::runtime_error(path.string() + ": no survey file that is known");
+  reader_.emplace(std::move(reader));
   Fill();
 }
 

@@ -9,6 +9,7 @@
 
 #include "codecs/sbet_file.hpp"
 #include "codecs/survey_reader.hpp"
+#include "tools/checked_reader.hpp"
 #include "tools/line_placer.hpp"
 
 namespace seastitch {
@@ -50,7 +51,7 @@ class SurveyStream {
 
   std::filesystem::path path_;
   double reorder_s_;
-  std::unique_ptr<SurveyReader> reader_;
+  std::optional<CheckedReader> reader_;
   std::ifstream in_;
   std::uint64_t bytes_;
   std::uint64_t bytes_read_ = 0;

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "codecs/survey_reader.hpp"
+
+namespace seastitch {
+
+// Finds pings and navigation records whose stamps do not fit those around them in the file, such as
+// a time of 0 while the receiver has no fix.
+//
+// A *run* is a row of records whose stamps differ by at most a minute from one to the next. A file
+// that returns from a run to the time before it shows that the run is wrong, unless the run is the
+// longer one. Of a run at the beginning or end of a file nothing shows that: it is left out if it
+// is later than what follows (earlier than what went before), or if it is short and half a day
+// apart.
+//
+// The first kSure records of a run are held until it is clear whether they are used.
+class StampCheck {
+ public:
+  void Add(SurveyRecord record, std::vector<SurveyRecord>* out);
+  void Finish(std::vector<SurveyRecord>* out);
+  std::int64_t left_out() const { return left_out_; }
+
+ private:
+  // Longer than a datagram of motion, which a wrong clock stamps as a whole.
+  static constexpr std::size_t kSure = 200;
+  static constexpr std::size_t kMostRuns = 100;
+
+  struct Run {
+    Time first, last;
+    std::size_t records = 0;
+    std::vector<SurveyRecord> held{};
+  };
+
+  void Append(SurveyRecord record, Run* run);
+  bool IsBeside(const Run& run, const Run& sure) const;
+  void Release(Run* run, std::vector<SurveyRecord>* out);
+  void Settle(std::size_t sure, std::vector<SurveyRecord>* out);
+  void LeaveOut(const Run& run) { left_out_ += static_cast<std::int64_t>(run.held.size()); }
+
+  std::vector<Run> runs_;  // in the order of the file; the first may be released already
+  std::int64_t left_out_ = 0;
+};
+
+// The records of a reader, without stamps that do not fit (survey_stamps_far_off) and without
+// positions at latitude and longitude 0, which mean that there is none (survey_positions_at_zero).
+class CheckedReader {
+ public:
+  explicit CheckedReader(std::unique_ptr<SurveyReader> reader) : reader_(std::move(reader)) {}
+
+  std::vector<SurveyRecord> Add(Bytes bytes);
+  std::vector<SurveyRecord> Finish();
+  Counters counters() const;
+
+ private:
+  std::vector<SurveyRecord> Checked(std::vector<SurveyRecord> records);
+
+  std::unique_ptr<SurveyReader> reader_;
+  StampCheck stamps_;
+  std::int64_t at_zero_ = 0;
+};
+
+}  // namespace seastitch
