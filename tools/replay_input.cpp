@@ -135,7 +135,7 @@ void ExpectDives(const std::vector<DiveInput>& dives, const ReplayOptions& optio
     return dive.files.empty() && HoldsSubmaps(dive.folder);
   });
   if (submaps && dives.size() > 1)
-    throw UsageError("replay: a directory of submaps is mapped by itself");
+    throw UsageError("replay: a directory of submaps is mapped by itself: it has no map origin");
   const bool maps = std::any_of(dives.begin(), dives.end(), IsMap);
   ExpectMapsOnce(dives);
   if (options.from_raw && dives.size() > 1) throw UsageError("replay: --from-raw takes one dive");

@@ -16,6 +16,7 @@
 #include <sstream>
 #include <vector>
 
+#include "common/storage/submap_file.hpp"
 #include "tests/drivers/test_data.hpp"
 #include "tests/paths.hpp"
 #include "tests/process/run_command.hpp"
@@ -154,6 +155,16 @@ void ExpectOneLine(const CommandResult& result, int exit_code, const std::string
   EXPECT_EQ(std::count(result.output.begin(), result.output.end(), '\n'), 1) << result.output;
 }
 
+PointCloud PointsOf(const fs::path& pcd) { return ReadSubmapPcd(pcd).cloud; }
+
+float LargestDistanceM(const PointCloud& a, const PointCloud& b) {
+  if (a.size() != b.size()) return HUGE_VALF;
+  float largest = 0.0f;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    largest = std::max(largest, (a.points[i] - b.points[i]).norm());
+  return largest;
+}
+
 TEST_F(FinishedMaps, AloneGivesTheSameMapAndRegistersNothing) {
   for (const char* const map : {"A", "AB"}) {
     const CommandResult result = Replay(map, map);
@@ -168,6 +179,11 @@ TEST_F(FinishedMaps, AloneGivesTheSameMapAndRegistersNothing) {
     EXPECT_EQ(fs::file_size(again / "export/navigation.sbet"),
               fs::file_size(first / "export/navigation.sbet"));
     EXPECT_EQ(TextOf(again / "export/lines.csv"), TextOf(first / "export/lines.csv"));
+    // Sheared once, not twice: the graph found an angle of the DVL.
+    for (const auto& file : fs::directory_iterator(first / "submaps"))
+      EXPECT_LT(LargestDistanceM(PointsOf(file.path()),
+                                 PointsOf(again / "submaps" / file.path().filename())),
+                1e-5);
   }
   EXPECT_TRUE(TextOf(Out("A") / "depth.tif") == TextOf(Folder() / "A/depth.tif"));
 }
@@ -284,6 +300,7 @@ TEST_F(FinishedMaps, OptionsThatNeedTheFilesOfItsDivesAreRefused) {
   ExpectOneLine(Replay("A dive3 --soundings las"), 64, "a finished map holds no single soundings");
   ExpectOneLine(Replay("A --as-recorded"), 64, "--as-recorded needs the logs of one dive");
   ExpectOneLine(Replay("A --from-raw"), 64, "--from-raw needs a log");
+  ExpectOneLine(Run(Folder(), "A --out A"), 64, "choose another folder");
 }
 
 TEST_F(FinishedMaps, ASubmapWithoutItsPointsStaysInTheGraphAndIsNamed) {
@@ -316,6 +333,7 @@ TEST_F(FinishedMaps, ThoseOfImportedSubmapsHaveNoPlaceOnTheEarth) {
     fs::copy(file.path(), Out("pcd"));
   ASSERT_EQ(Replay(Out("pcd").string(), "imported").exit_code, 0);
   ExpectOneLine(Replay(Out("imported").string()), 65, "has no map origin");
+  ExpectOneLine(Replay("A " + Out("pcd").string()), 64, "mapped by itself: it has no map origin");
 }
 
 TEST_F(FinishedMaps, WhatAMapLacksIsPassedOn) {
@@ -352,7 +370,7 @@ TEST_F(FinishedMaps, InfoListsWhatItHolds) {
 TEST_F(FinishedMaps, NoContentOfTheFileHarms) {
   const fs::path map = CopyOf("AB", "AB");
   const std::string good = TextOf(map / "survey.bin");
-  const std::size_t crc_at = good.find('\n') + 1 + sizeof(std::uint32_t);
+  const std::size_t crc_at = good.find('\n') + 1 + 2 * sizeof(std::uint32_t);
   const std::size_t content_at = crc_at + sizeof(std::uint32_t);
   int refused = 0;
   std::uint32_t random = 1;
