@@ -125,7 +125,7 @@ void CerealFileReader::Read(Bytes record, std::vector<SurveyRecord>* out) {
   if (!IsWholeSecond(TimeOf(stamp))) Spread(out);
 }
 
-void CerealFileReader::ReadEnd(std::vector<SurveyRecord>* out) { Spread(out); }
+void CerealFileReader::End(std::vector<SurveyRecord>* out) { Spread(out); }
 
 void CerealFileReader::Spread(std::vector<SurveyRecord>* out) {
   if (same_stamp_.empty()) return;

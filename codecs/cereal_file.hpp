@@ -13,7 +13,7 @@ class CerealFileReader : public SurveyReader {
  protected:
   Look LookAt(Bytes bytes, bool at_end) const override;
   void Read(Bytes record, std::vector<SurveyRecord>* out) override;
-  void ReadEnd(std::vector<SurveyRecord>* out) override;
+  void End(std::vector<SurveyRecord>* out) override;
 
  private:
   struct Ping {

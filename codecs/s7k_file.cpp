@@ -36,7 +36,7 @@ void S7kFileReader::Read(Bytes record_bytes, std::vector<SurveyRecord>* out) {
   }
 }
 
-void S7kFileReader::ReadEnd(std::vector<SurveyRecord>* out) { GiveUpOld(Time::max(), out); }
+void S7kFileReader::End(std::vector<SurveyRecord>* out) { GiveUpOld(Time::max(), out); }
 
 void S7kFileReader::GiveUpOld(Time now, std::vector<SurveyRecord>* out) {
   pings_.GiveUpOld(now);

@@ -23,7 +23,7 @@ class S7kFileReader : public SurveyReader {
  protected:
   Look LookAt(Bytes bytes, bool at_end) const override;
   void Read(Bytes record, std::vector<SurveyRecord>* out) override;
-  void ReadEnd(std::vector<SurveyRecord>* out) override;
+  void End(std::vector<SurveyRecord>* out) override;
 
  private:
   struct Arrays {

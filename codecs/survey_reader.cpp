@@ -9,7 +9,11 @@ std::vector<SurveyRecord> SurveyReader::Add(Bytes bytes) {
   return ReadAll(false);
 }
 
-std::vector<SurveyRecord> SurveyReader::Finish() { return ReadAll(true); }
+std::vector<SurveyRecord> SurveyReader::Finish() {
+  std::vector<SurveyRecord> out = ReadAll(true);
+  End(&out);
+  return out;
+}
 
 std::vector<SurveyRecord> SurveyReader::ReadAll(bool at_end) {
   std::vector<SurveyRecord> out;
@@ -26,7 +30,6 @@ std::vector<SurveyRecord> SurveyReader::ReadAll(bool at_end) {
       Count("damaged_bytes", static_cast<std::int64_t>(look.bytes));
     left = left.subspan(look.bytes);
   }
-  if (at_end) ReadEnd(&out);
   buffer_.erase(buffer_.begin(), buffer_.end() - static_cast<std::ptrdiff_t>(left.size()));
   return out;
 }

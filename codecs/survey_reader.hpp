@@ -46,8 +46,8 @@ class SurveyReader {
   // The record or damage at the beginning of `bytes`. at_end: no bytes follow these.
   virtual Look LookAt(Bytes bytes, bool at_end) const = 0;
   virtual void Read(Bytes record, std::vector<SurveyRecord>* out) = 0;
-  // What waited for the next record when the file ended.
-  virtual void ReadEnd(std::vector<SurveyRecord>* /*out*/) {}
+  // After the last record.
+  virtual void End(std::vector<SurveyRecord>* /*out*/) {}
 
   void Count(const std::string& name, std::int64_t n = 1) { counters_[name] += n; }
   // Counts a type of record that is not read. At most 256 types are counted by name.
