@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <fstream>
 #include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -466,6 +467,17 @@ TEST_F(SurveyLines, ReplayMakesAMapOfTheFolder) {
   EXPECT_TRUE(fs::exists(out.path() / "map/depth.tif"));
 }
 
+// Columns of navigation.csv.
+std::string TrackColumnsText() {
+  std::string text = "columns:\n";
+  int column = 0;
+  for (const char* const quantity :
+       {"iso", "latitude", "longitude", "depth", "heading", "roll", "pitch"})
+    text +=
+        "  - {quantity: " + std::string(quantity) + ", column: " + std::to_string(++column) + "}\n";
+  return text;
+}
+
 // Depths of the first band, by place.
 std::map<std::pair<double, double>, double> CellsOf(const fs::path& raster) {
   const auto text =
@@ -493,6 +505,7 @@ TEST_F(SurveyLines, ExportedSoundingsAndNavigationGiveTheSameMapAgain) {
   for (const char* const format : {"las", "xyz"}) {
     fs::remove_all(exported);
     fs::rename(dir_.path() / "map/export", exported);
+    std::ofstream(exported / "navigation.csv.yaml") << "header_lines: 1\n" << TrackColumnsText();
     const auto again = Replay((exported / "soundings.").string() + format + " " +
                               (exported / "navigation.csv").string() + datum + "xyz");
     ASSERT_EQ(again.exit_code, 0) << again.output;
