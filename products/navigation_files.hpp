@@ -31,9 +31,6 @@ std::string IsoTime(Time time);
 // GPS time, which has no leap seconds, since 6 January 1980.
 double GpsSeconds(Time time);
 
-constexpr char kNavigationCsvHeading[] =
-    "time,latitude_deg,longitude_deg,depth_m,heading_deg,roll_deg,pitch_deg,sigma_north_m,"
-    "sigma_east_m,sigma_heading_deg";
 // Text of navigation.csv: one header line, ISO time, degrees. An empty field is not known.
 std::string NavigationCsv(const std::vector<GeographicState>& track);
 

@@ -203,9 +203,12 @@ class Planner {
   std::string NotesName() const { return ColumnsFileOf(path_).filename().string(); }
 
   void UseCrs() {
-    const Eigen::Vector3d most =
-        figures_.box.min().cwiseAbs().cwiseMax(figures_.box.max().cwiseAbs());
-    const bool degrees = most.x() <= 360.0 && most.y() <= 90.0;
+    const bool degrees = figures_.box.min()
+                                 .head<2>()
+                                 .cwiseAbs()
+                                 .cwiseMax(figures_.box.max().head<2>().cwiseAbs())
+                                 .y() <= 90.0 &&
+                         std::max(-figures_.box.min().x(), figures_.box.max().x()) <= 360.0;
     std::string crs = notes_.crs;
     if (crs.empty() && las_) crs = las_->crs;
     if (crs.empty() && (degrees || (xyz_ && HasColumns(xyz_->columns, {"longitude"}))))

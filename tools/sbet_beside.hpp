@@ -13,7 +13,7 @@ namespace seastitch {
 bool IsSbet(const std::filesystem::path& path);
 
 // True for processed navigation beside a sonar's files: SBET, MB-System's .fnv and .na0, and text
-// whose columns are known (HasTextColumns).
+// with a file that describes its columns (HasTextColumns).
 bool IsNavigationBeside(const std::filesystem::path& path);
 // True if `source` (of a NavigationRecord) is such navigation.
 bool IsBeside(const std::string& source);

@@ -41,7 +41,7 @@ std::string LowerExtension(const fs::path& path) {
 // Columns of navigation, with positions in a grid that the file describing them names.
 TextNavigationFormat TextFormatOf(const fs::path& path) {
   TextNavigationFormat format = LoadTextColumns(path);
-  const std::string crs = fs::exists(ColumnsFileOf(path)) ? LoadFileNotes(path).crs : "";
+  const std::string crs = LoadFileNotes(path).crs;
   if (crs.empty()) return format;
   try {
     format.from_grid = [grid = std::make_shared<GeographicConverter>(crs)](

@@ -10,7 +10,6 @@
 
 #include "codecs/text.hpp"
 #include "common/runtime/parameters.hpp"
-#include "products/navigation_files.hpp"
 
 namespace seastitch {
 namespace {
@@ -109,23 +108,6 @@ std::size_t PlaceOf(const ColumnEntry& entry, const std::vector<std::string>& he
   return static_cast<std::size_t>(found - header.begin());
 }
 
-bool IsExport(const fs::path& text) {
-  std::string heading(sizeof kNavigationCsvHeading - 1, '\0');
-  std::ifstream(text, std::ios::binary)
-      .read(heading.data(), static_cast<std::streamsize>(heading.size()));
-  return heading == kNavigationCsvHeading;
-}
-
-TextNavigationFormat ExportFormat() {
-  TextNavigationFormat format;
-  format.delimiter = ',';
-  format.header_lines = 1;
-  for (const char* const quantity :
-       {"iso", "latitude", "longitude", "depth", "heading", "roll", "pitch"})
-    format.columns.push_back({quantity, format.columns.size()});
-  return format;
-}
-
 }  // namespace
 
 fs::path ColumnsFileOf(const fs::path& text) { return text.string() + ".yaml"; }
@@ -162,11 +144,10 @@ bool IsLineFile(const fs::path& path) {
 }
 
 bool HasTextColumns(const fs::path& text) {
-  return !IsLineFile(text) && (fs::exists(ColumnsFileOf(text)) || IsExport(text));
+  return fs::exists(ColumnsFileOf(text)) && !IsLineFile(text);
 }
 
 TextNavigationFormat LoadTextColumns(const fs::path& text) {
-  if (!fs::exists(ColumnsFileOf(text))) return ExportFormat();
   const FileNotes notes = LoadFileNotes(text);
   TextNavigationFormat format;
   format.delimiter = notes.delimiter;

@@ -30,8 +30,7 @@ struct FileNotes {
 FileNotes LoadFileNotes(const std::filesystem::path& file);
 // True for soundings by line: LAS, text named .xyz, and text whose FileNotes call it soundings.
 bool IsLineFile(const std::filesystem::path& path);
-// True for text of navigation whose columns are known: by that file, or as the navigation.csv that
-// a replay has exported.
+// True for text of navigation whose columns that file describes.
 bool HasTextColumns(const std::filesystem::path& text);
 // Its format. Throws ConfigError.
 TextNavigationFormat LoadTextColumns(const std::filesystem::path& text);
