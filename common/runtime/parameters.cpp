@@ -209,8 +209,8 @@ Parameter& Parameter::Required() {
   return *this;
 }
 
-Parameter& Parameter::WasCalled(std::string old_key) {
-  old_keys_.push_back(std::move(old_key));
+Parameter& Parameter::WasCalled(std::string_view old_key) {
+  old_keys_.emplace_back(old_key);
   return *this;
 }
 
@@ -303,44 +303,71 @@ bool Parameter::Set(const YAML::Node& node) const {
       value_);
 }
 
-Parameter& ParameterTable::AddChoice(const std::string& key,
-                                     std::string* value,
-                                     const std::vector<std::string>& names,
-                                     std::string sentence) {
-  std::vector<std::pair<std::string, std::string>> choices;
-  for (const std::string& name : names) choices.emplace_back(name, name);
-  return AddChoice<std::string>(key, value, choices, std::move(sentence));
+template <class T>
+Parameter& ParameterTable::Add(
+    std::string_view key, T* value, Unit unit, Range range, std::string_view sentence) {
+  return Insert(key, value, unit, range, sentence);
 }
 
-ParameterTable& ParameterTable::AddSection(const std::string& key, std::string sentence) {
+template Parameter& ParameterTable::Add(std::string_view, bool*, Unit, Range, std::string_view);
+template Parameter& ParameterTable::Add(std::string_view, int*, Unit, Range, std::string_view);
+template Parameter& ParameterTable::Add(
+    std::string_view, std::int64_t*, Unit, Range, std::string_view);
+template Parameter& ParameterTable::Add(
+    std::string_view, std::uint64_t*, Unit, Range, std::string_view);
+template Parameter& ParameterTable::Add(std::string_view, double*, Unit, Range, std::string_view);
+template Parameter& ParameterTable::Add(
+    std::string_view, std::vector<double>*, Unit, Range, std::string_view);
+template Parameter& ParameterTable::Add(
+    std::string_view, std::string*, Unit, Range, std::string_view);
+template Parameter& ParameterTable::Add(
+    std::string_view, std::filesystem::path*, Unit, Range, std::string_view);
+
+Parameter& ParameterTable::AddChoice(std::string_view key,
+                                     std::string* value,
+                                     const std::vector<std::string>& names,
+                                     std::string_view sentence) {
+  std::vector<std::pair<std::string, std::string>> choices;
+  for (const std::string& name : names) choices.emplace_back(name, name);
+  return AddChoice<std::string>(key, value, choices, sentence);
+}
+
+ParameterTable& ParameterTable::AddSection(std::string_view key, std::string_view sentence) {
   ParameterTable& section = sections_.emplace_back();
   section.key_ = key;
-  section.path_ = path_ + key + ".";
-  section.sentence_ = std::move(sentence);
+  section.path_ = path_ + section.key_ + ".";
+  section.sentence_ = sentence;
   return section;
 }
 
-Parameter& ParameterTable::Insert(
-    const std::string& key, Parameter::Value value, Unit unit, Range range, std::string sentence) {
-  return parameters_.emplace_back(
-      key, path_ + key, std::move(value), unit, range, std::move(sentence));
+Parameter& ParameterTable::Insert(std::string_view key,
+                                  Parameter::Value value,
+                                  Unit unit,
+                                  Range range,
+                                  std::string_view sentence) {
+  return parameters_.emplace_back(std::string(key),
+                                  path_ + std::string(key),
+                                  std::move(value),
+                                  unit,
+                                  range,
+                                  std::string(sentence));
 }
 
 void ParameterTable::AddRule(const Parameter& parameter,
-                             std::string expected,
+                             std::string_view expected,
                              std::function<bool()> holds) {
   rules_.push_back({parameter.path(),
                     [copy = parameter] { return copy.Text(); },
-                    std::move(expected),
+                    std::string(expected),
                     std::move(holds)});
 }
 
-void ParameterTable::AddRemoved(std::string key, std::string instead) {
-  removed_.emplace_back(std::move(key), std::move(instead));
+void ParameterTable::AddRemoved(std::string_view key, std::string_view instead) {
+  removed_.emplace_back(key, instead);
 }
 
-void ParameterTable::AddIgnored(std::string key, std::string why) {
-  ignored_.emplace_back(std::move(key), std::move(why));
+void ParameterTable::AddIgnored(std::string_view key, std::string_view why) {
+  ignored_.emplace_back(key, why);
 }
 
 const Parameter& ParameterTable::Find(const std::string& path) const {

@@ -10,6 +10,7 @@
 #include <limits>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -101,7 +102,7 @@ class Parameter {
   // The file must have the key.
   Parameter& Required();
   // An earlier name: read with one warning, so that a dive replays with its own configuration.
-  Parameter& WasCalled(std::string old_key);
+  Parameter& WasCalled(std::string_view old_key);
 
   const std::string& key() const { return key_; }
   const std::string& path() const { return path_; }  // with the sections' keys: "submap.turn_deg"
@@ -140,29 +141,28 @@ class ParameterTable {
   ParameterTable(ParameterTable&&) = default;
   ParameterTable& operator=(ParameterTable&&) = default;
 
-  // A number, numbers of a fixed (Eigen) or any count, a text, a path or a flag.
+  // A number, numbers of a fixed (Eigen) or any count, a text, a path or a flag. Compiled once, for
+  // each type of Parameter::Value: inlined into its hundreds of calls it takes minutes to compile.
   template <class T>
-  Parameter& Add(const std::string& key, T* value, Unit unit, Range range, std::string sentence) {
-    return Insert(key, value, unit, range, std::move(sentence));
-  }
+  Parameter& Add(std::string_view key, T* value, Unit unit, Range range, std::string_view sentence);
   template <int kSize>
-  Parameter& Add(const std::string& key,
+  Parameter& Add(std::string_view key,
                  Eigen::Matrix<double, kSize, 1>* value,
                  Unit unit,
                  Range range,
-                 std::string sentence) {
-    return Insert(key, std::span<double>(value->data(), kSize), unit, range, std::move(sentence));
+                 std::string_view sentence) {
+    return Insert(key, std::span<double>(value->data(), kSize), unit, range, sentence);
   }
   template <class T>
-  Parameter& Add(const std::string& key, T* value, std::string sentence) {
-    return Insert(key, value, Unit::kNone, Range::Any(), std::move(sentence));
+  Parameter& Add(std::string_view key, T* value, std::string_view sentence) {
+    return Add(key, value, Unit::kNone, Range::Any(), sentence);
   }
   // One of several, by name.
   template <class Enum>
-  Parameter& AddChoice(const std::string& key,
+  Parameter& AddChoice(std::string_view key,
                        Enum* value,
                        const std::vector<std::pair<std::string, Enum>>& choices,
-                       std::string sentence) {
+                       std::string_view sentence) {
     Choice choice;
     for (const auto& [name, unused] : choices) choice.names.push_back(name);
     choice.get = [value, choices] {
@@ -171,24 +171,24 @@ class ParameterTable {
       return i;
     };
     choice.set = [value, choices](std::size_t i) { *value = choices[i].second; };
-    return Insert(key, std::move(choice), Unit::kNone, Range::Any(), std::move(sentence));
+    return Insert(key, std::move(choice), Unit::kNone, Range::Any(), sentence);
   }
   // A text that is one of these.
-  Parameter& AddChoice(const std::string& key,
+  Parameter& AddChoice(std::string_view key,
                        std::string* value,
                        const std::vector<std::string>& names,
-                       std::string sentence);
+                       std::string_view sentence);
 
   // A map below this one. The reference stays good.
-  ParameterTable& AddSection(const std::string& key, std::string sentence);
+  ParameterTable& AddSection(std::string_view key, std::string_view sentence);
   // A list of maps.
   template <class T>
-  void AddList(const std::string& key,
+  void AddList(std::string_view key,
                std::vector<T>* values,
                void (*declare)(T*, ParameterTable*),
-               std::string sentence) {
-    lists_.push_back({key,
-                      std::move(sentence),
+               std::string_view sentence) {
+    lists_.push_back({std::string(key),
+                      std::string(sentence),
                       [values] { return values->size(); },
                       [values](std::size_t size) { values->resize(size); },
                       [values, declare](std::size_t i, ParameterTable* table) {
@@ -196,13 +196,13 @@ class ParameterTable {
                       }});
   }
   // Adds a condition beyond the ranges. The error is "FILE: PATH: 'VALUE' is not EXPECTED".
-  void AddRule(const Parameter& parameter, std::string expected, std::function<bool()> holds);
+  void AddRule(const Parameter& parameter, std::string_view expected, std::function<bool()> holds);
   // A key of an earlier version whose place another has taken: a file that has it stops the program
   // with one line, "FILE: KEY: was removed, INSTEAD".
-  void AddRemoved(std::string key, std::string instead);
+  void AddRemoved(std::string_view key, std::string_view instead);
   // A key of an earlier version without a replacement: it is ignored with one warning, so that a
   // dive replays with its own configuration.
-  void AddIgnored(std::string key, std::string why);
+  void AddIgnored(std::string_view key, std::string_view why);
   // By its path from here, such as "submap.turn_deg". It must be there.
   const Parameter& Find(const std::string& path) const;
 
@@ -238,8 +238,11 @@ class ParameterTable {
     std::function<bool()> holds;
   };
 
-  Parameter& Insert(
-      const std::string& key, Parameter::Value value, Unit unit, Range range, std::string sentence);
+  Parameter& Insert(std::string_view key,
+                    Parameter::Value value,
+                    Unit unit,
+                    Range range,
+                    std::string_view sentence);
   void ReadParameters(ConfigMap* map) const;
   void ReadSome(ConfigMap* map) const;
   void ReadAll(ConfigMap* map) const;

@@ -1,6 +1,5 @@
 #include "mapper/submaps/overlap.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
@@ -10,6 +9,7 @@
 #include <boost/geometry/geometries/polygon.hpp>
 #include <cmath>
 
+#include "mapper/submaps/eigenvalues.hpp"
 #include "mapper/submaps/footprint.hpp"
 
 namespace seastitch {

@@ -1,7 +1,8 @@
 #include "mapper/submaps/relative_pose.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
+
+#include "mapper/submaps/eigenvalues.hpp"
 
 namespace seastitch {
 

@@ -1,13 +1,13 @@
 #include "mapper/submaps/submap_builder.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
 
 #include "common/core/median.hpp"
+#include "mapper/submaps/eigenvalues.hpp"
 #include "mapper/submaps/footprint.hpp"
 #include "mapper/submaps/level_cloud.hpp"
 #include "mapper/submaps/relative_pose.hpp"
@@ -54,7 +54,8 @@ double HorizontalStep(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
 // True if the covariance is smaller in every horizontal direction and in yaw.
 bool IsBetter(const Eigen::Matrix3d& covariance, const Eigen::Matrix3d& than) {
   const Eigen::Matrix3d gained = than - covariance;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> horizontal(gained.topLeftCorner<2, 2>());
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> horizontal(
+      Eigen::Matrix2d(gained.topLeftCorner<2, 2>()));
   return horizontal.eigenvalues()(0) > 0.0 && gained(2, 2) > 0.0;
 }
 

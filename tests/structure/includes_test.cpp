@@ -202,5 +202,31 @@ TEST(Includes, LibrariesFromOutsideStayBehindTheirDoors) {
   }
 }
 
+bool UsesSpdlog(const fs::path& file) {
+  std::ifstream in(file);
+  for (std::string line; std::getline(in, line);)
+    if (line.starts_with("#include <spdlog/")) return true;
+  return false;
+}
+
+// A target that does not link spdlog compiles all of it into each file, with a logger of its own.
+TEST(Includes, SpdlogIsLinkedWhereItIsUsed) {
+  std::ifstream commands(BuildDir() / "compile_commands.json");
+  if (!commands) GTEST_SKIP() << "this tree was not configured with a preset";
+  static const std::regex source(R"re(^\s*"file": "([^"]+)")re");
+  std::string command;
+  int files = 0;
+  for (std::string line; std::getline(commands, line);) {
+    std::smatch file;
+    if (line.find("\"command\": ") != std::string::npos)
+      command = line;
+    else if (std::regex_search(line, file, source) && UsesSpdlog(file[1].str())) {
+      ++files;
+      EXPECT_NE(command.find("-DSPDLOG_COMPILED_LIB"), std::string::npos) << file[1];
+    }
+  }
+  EXPECT_GT(files, 10);
+}
+
 }  // namespace
 }  // namespace seastitch
