@@ -48,7 +48,7 @@ void StampCheck::Add(SurveyRecord record, std::vector<SurveyRecord>* out) {
   const auto found = std::find_if(
       runs_.rbegin(), runs_.rend(), [t](const Run& run) { return IsNear(t, run.last); });
   if (found == runs_.rend()) {
-    if (runs_.size() == kMostRuns) {  // sparse records, such as text with a line per hour
+    if (runs_.size() == kMostRuns) {  // sparse records show nothing
       for (Run& run : runs_) Release(&run, out);
       runs_.erase(runs_.begin(), runs_.end() - 1);
     }

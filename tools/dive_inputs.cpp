@@ -119,7 +119,7 @@ DiveInput DiveIn(const fs::path& folder, bool raw) {
 std::vector<DiveInput> DivesAmong(const std::vector<fs::path>& inputs, bool raw) {
   std::vector<DiveInput> dives;
   std::map<std::string, std::size_t> loose;  // index of the dive in `dives`, by day or kLogs
-  std::vector<fs::path> beside, foreign;
+  std::vector<fs::path> beside, empty;
   for (const fs::path& input : inputs) {
     if (!fs::is_directory(input) && IsNavigationBeside(input)) {
       beside.push_back(input);
@@ -131,7 +131,8 @@ std::vector<DiveInput> DivesAmong(const std::vector<fs::path>& inputs, bool raw)
     }
     const bool survey = SurveyFiles::IsSurveyFile(input);
     if (!survey && !IsLog(input)) {
-      foreign.push_back(input);
+      if (fs::file_size(input) > 0) throw DataError(input.string() + ": " + ForeignText(input));
+      empty.push_back(input);
       continue;
     }
     const std::string group = survey ? DayOf(input) : kLogs;
@@ -139,9 +140,9 @@ std::vector<DiveInput> DivesAmong(const std::vector<fs::path>& inputs, bool raw)
     if (is_new) dives.push_back({group, {}});
     dives[place->second].files.push_back(input);
   }
-  if (dives.empty() && !foreign.empty())
-    throw DataError(foreign[0].string() + ": " + ForeignText(foreign[0]));
-  NameForeign(foreign);
+  if (dives.empty() && !empty.empty())
+    throw DataError(empty[0].string() + ": " + ForeignText(empty[0]));
+  NameForeign(empty);
   ExpectOnce(dives, beside);
   AddBeside(beside, &dives);
   std::set<std::string> names;

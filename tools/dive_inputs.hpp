@@ -17,7 +17,7 @@ struct DiveInput {
 // Splits the inputs of a replay into dives, in their order: each folder of a dive; each folder of
 // logs or survey files; the survey files of one day (UTC, by their first ping or navigation
 // record); all other logs. Navigation beside survey files (IsNavigationBeside) belongs to all dives
-// of survey files. Files of other kinds are named on stderr. raw: includes the logs of raw bytes.
+// of survey files. Empty files are named on stderr. raw: includes the logs of raw bytes.
 // Throws UsageError or DataError with the name of what is given twice or cannot be used.
 std::vector<DiveInput> DivesAmong(const std::vector<std::filesystem::path>& inputs,
                                   bool raw = false);
