@@ -13,6 +13,7 @@
 #include "tools/survey_census.hpp"
 #include "tools/survey_files.hpp"
 #include "tools/survey_stream.hpp"
+#include "tools/text_columns.hpp"
 
 namespace seastitch {
 namespace {
@@ -234,19 +235,15 @@ std::vector<Eigen::Vector3d> PartsOf(const InstalledArray& transmitter) {
 
 // Point of the vehicle that depths are of. In `.all`, heave is that of the transmitter as
 // installed, from which its acoustic centres are some centimetres away, and stated depths are those
-// of its centre. In other formats heave is that of the water line above the reference point, and
-// stated depths are those of the reference point.
+// of its centre. In other formats both are those of the reference point.
 Eigen::Vector3d DepthPoint(const SurveyPlan& plan) {
-  using Depth = SurveyPlan::Depth;
+  const bool is_heave = plan.depth == SurveyPlan::Depth::kHeave;
   const InstalledArray* const tx = plan.installation.TransmitterOf(0);
   const std::string sensor = SensorNameOf(plan.heave_source);
-  const bool of_transmitter = plan.depth == Depth::kHeave ? sensor == "MS" || sensor == "NS"
-                                                          : plan.SensorOf("A1") != nullptr;
-  if (of_transmitter && tx != nullptr)
-    return plan.depth == Depth::kHeave ? tx->T_vehicle_array.translation()
-                                       : Centre(*tx).translation();
-  if (plan.depth == Depth::kHeave) return {0.0, 0.0, plan.installation.water_line_m};
-  return Eigen::Vector3d::Zero();
+  const bool of_transmitter =
+      is_heave ? sensor == "MS" || sensor == "NS" : plan.SensorOf("A1") != nullptr;
+  if (!of_transmitter || tx == nullptr) return Eigen::Vector3d::Zero();
+  return (is_heave ? tx->T_vehicle_array : Centre(*tx)).translation();
 }
 
 VehicleGeometry VehicleOf(const SurveyPlan& plan) {
