@@ -161,7 +161,7 @@ void LasFileReader::ReadPoint(Bytes record, std::vector<SurveyRecord>* out) {
   points_->Add(point, out);
 }
 
-void LasFileReader::ReadEnd(std::vector<SurveyRecord>* out) {
+void LasFileReader::End(std::vector<SurveyRecord>* out) {
   if (head_ && read_ < head_->points)
     Count("las_points_missing",
           static_cast<std::int64_t>(

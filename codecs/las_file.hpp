@@ -46,7 +46,7 @@ class LasFileReader : public SurveyReader {
  protected:
   Look LookAt(Bytes bytes, bool at_end) const override;
   void Read(Bytes record, std::vector<SurveyRecord>* out) override;
-  void ReadEnd(std::vector<SurveyRecord>* out) override;
+  void End(std::vector<SurveyRecord>* out) override;
 
  private:
   bool IsInPoints() const { return head_ && (head_->points == 0 || read_ < head_->points); }

@@ -41,7 +41,7 @@ class XyzFileReader : public TextLineReader {
 
  protected:
   void ReadLine(std::string_view line, std::vector<SurveyRecord>* out) override;
-  void ReadEnd(std::vector<SurveyRecord>* out) override { points_->Finish(out); }
+  void End(std::vector<SurveyRecord>* out) override { points_->Finish(out); }
 
  private:
   XyzFormat format_;

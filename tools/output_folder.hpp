@@ -15,7 +15,7 @@ class OutputFolder {
   // Folders of products; Publish() replaces each as a whole.
   static constexpr std::array<const char*, 3> kFolders{"config", "export", "submaps"};
   // All other products of a replay, but for report.json.
-  static constexpr std::array<const char*, 13> kFiles{"consistency.png",
+  static constexpr std::array<const char*, 14> kFiles{"consistency.png",
                                                       "consistency.tif",
                                                       "consistency_dead_reckoned.png",
                                                       "consistency_dead_reckoned.tif",
@@ -26,6 +26,7 @@ class OutputFolder {
                                                       "graph.g2o",
                                                       "poses.txt",
                                                       "report.html",
+                                                      "survey.bin",
                                                       "survey.gpkg",
                                                       "track.csv"};
 
