@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "common/core/pose.hpp"
 #include "common/core/sound_speed.hpp"
@@ -78,8 +77,9 @@ class SonarMotion {
     ArrayState tx = TxAt(after_start_s);
     if (parts_.empty()) return tx;
     const std::vector<Eigen::Vector3d>& track = parts_[part < parts_.size() ? part : 0];
-    const auto [i, w] = KnotBefore(after_start_s);
-    tx.p_map += track[i] + w * (track[i + 1] - track[i]);
+    const double at = KnotsSince(after_start_s);
+    const std::size_t i = KnotAt(at);
+    tx.p_map += track[i] + (at - static_cast<double>(i)) * (track[i + 1] - track[i]);
     return tx;
   }
 
@@ -94,15 +94,17 @@ class SonarMotion {
     ArrayState tx;
     ArrayState rx;
   };
-  // The knot before a time, and how far the time is on the way to the next, 0 to 1.
-  std::pair<std::size_t, double> KnotBefore(double after_start_s) const {
-    const double at = std::clamp(after_start_s / step_s_, 0.0, double(knots_.size() - 1));
-    const std::size_t i = std::min(static_cast<std::size_t>(at), knots_.size() - 2);
-    return {i, at - static_cast<double>(i)};
+  double KnotsSince(double after_start_s) const {
+    return std::clamp(after_start_s / step_s_, 0.0, double(knots_.size() - 1));
+  }
+  // The knot before.
+  std::size_t KnotAt(double knots) const {
+    return std::min(static_cast<std::size_t>(knots), knots_.size() - 2);
   }
   ArrayState At(double after_start_s, ArrayState Knot::*array) const {
-    const auto [i, w] = KnotBefore(after_start_s);
-    return Between(knots_[i].*array, knots_[i + 1].*array, w);
+    const double at = KnotsSince(after_start_s);
+    const std::size_t i = KnotAt(at);
+    return Between(knots_[i].*array, knots_[i + 1].*array, at - static_cast<double>(i));
   }
 
   double step_s_ = 0.0;
@@ -124,7 +126,8 @@ struct Sector {
   bool Has(const MbesBeam& beam) const {
     return beam.tx_delay_s == delay_s && beam.tx_tilt_rad == tilt_rad && beam.tx_array == part;
   }
-  void Take(const MbesBeam& beam, const SonarMotion& sonar) {
+  // Not inlined: it is seldom called, and would slow down the loop over the beams.
+  [[gnu::noinline]] void Take(const MbesBeam& beam, const SonarMotion& sonar) {
     delay_s = beam.tx_delay_s;
     tilt_rad = beam.tx_tilt_rad;
     part = beam.tx_array;
