@@ -74,9 +74,8 @@ void DeclareGivenNavigation(MapperParams* params, ParameterTable* table) {
           "follow_velocity",
           &p->follow_velocity,
           "True: the track follows the system's velocity, and whatever else its position does is a "
-          "correction of the system: for one that dead reckons with a Doppler log. False: the "
-          "track "
-          "follows the position, apart from jumps: for velocities of GPS, and all that lag.")
+          "correction of the system: for one that corrects its position all the time. False: the "
+          "track follows the position, apart from jumps: for velocities of GPS, and all that lag.")
       .DataSheet();
   section.Add(
       "min_jump_m",

@@ -64,7 +64,7 @@ MapperConfig LoadChosen(const ReplayConfig& chosen, bool recorded) {
 }
 
 // Error of a folder without an input: names what is in it.
-std::runtime_error NothingIn(const fs::path& folder) {
+DataError NothingIn(const fs::path& folder) {
   constexpr std::size_t kMostNames = 5;
   std::vector<std::string> names;
   for (const auto& entry : fs::directory_iterator(folder))
@@ -75,8 +75,8 @@ std::runtime_error NothingIn(const fs::path& folder) {
     found += (i == 0 ? " " : ", ") + names[i];
   if (names.size() > kMostNames)
     found += " and " + std::to_string(names.size() - kMostNames) + " more";
-  return std::runtime_error(
-      folder.string() + ": no logs, no survey files, no map and no submaps (.pcd, .pdc): " + found);
+  return DataError(folder.string() +
+                   ": no logs, no survey files, no map and no submaps (.pcd, .pdc): " + found);
 }
 
 GivenConfig GivenBy(const ReplayOptions& options) {

@@ -55,7 +55,10 @@ ProductSummary Map(const std::vector<fs::path>& inputs,
 }
 
 // mapper.yaml with the data sheet of the INS: of what is wrong with its sensors.
-void WriteGivenConfig(const fs::path& base, const bench::SensorErrors& e, const fs::path& path) {
+void WriteGivenConfig(const fs::path& base,
+                      const bench::SensorErrors& e,
+                      bool follow_velocity,
+                      const fs::path& path) {
   MapperConfig config = LoadMapperConfig(base.string());
   GivenNavigationParams& ins = config.given_navigation;
   ins.heading_rad = Deg2Rad(e.heading_bias_deg);
@@ -65,7 +68,7 @@ void WriteGivenConfig(const fs::path& base, const bench::SensorErrors& e, const 
   ins.distance_ratio = e.dvl_scale;
   ins.random_walk_m_per_rtm = 0.01;
   ins.position_sigma_m = kFixSigmaM;
-  ins.follow_velocity = true;  // of an INS with a Doppler log
+  ins.follow_velocity = follow_velocity;
   std::ofstream(path) << PrintConfig(config);
 }
 
@@ -76,6 +79,7 @@ void Run(const std::string& survey_file,
          int dives,
          const std::string& format,
          bool velocities,
+         bool follow_velocity,
          const std::string& keep) {
   std::printf(
       "survey %s, errors %s, as .%s%s, a fix of %.0f m every %.0f s; shape error RMS [m], before "
@@ -129,7 +133,7 @@ void Run(const std::string& survey_file,
     const fs::path truth = bench::TruthPathFor(log);
     const ProductSummary a = Map({log}, mapper, truth, dir.path() / "a");
     const fs::path given = dir.path() / "given.yaml";
-    WriteGivenConfig(mapper, survey.errors, given);
+    WriteGivenConfig(mapper, survey.errors, follow_velocity, given);
     const ProductSummary b = Map({given_file}, given, truth, dir.path() / "b");
     const double sensors = a.truth->after_aligned.position_rms_m;
     const double files = b.truth->after_aligned.position_rms_m;
@@ -199,10 +203,13 @@ int main(int argc, char** argv) try {
       ->capture_default_str();
   bool velocities = true;
   app.add_flag("!--no-velocities", velocities, "positions of the INS without velocities");
+  bool follow_velocity = false;
+  app.add_flag("--follow-velocity", follow_velocity, "given_navigation.follow_velocity");
   std::string keep;
   app.add_option("--keep", keep, "leaves logs, files and maps in this folder, by seed");
   CLI11_PARSE(app, argc, argv);
-  seastitch::Run(survey, errors, first_seed, runs, dives, format, velocities, keep);
+  seastitch::Run(
+      survey, errors, first_seed, runs, dives, format, velocities, follow_velocity, keep);
   return 0;
 } catch (const std::exception& e) {
   std::fprintf(stderr, "seastitch-bench-files: %s\n", e.what());

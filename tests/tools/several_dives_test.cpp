@@ -225,6 +225,8 @@ TEST_F(SeveralDives, ALogWithoutEventsIsNoData) {
     EXPECT_EQ(result.exit_code, 65) << result.output;
     EXPECT_THAT(result.output, HasSubstr("holds no LCM event\n"));
   }
+  fs::create_directories(Folder() / "nothing");
+  EXPECT_EQ(Replay("nothing").exit_code, 65);
 }
 
 TEST_F(SeveralDives, TheDatumIsThatOfTheFirstUnlessOneIsGiven) {
