@@ -55,7 +55,7 @@ std::string Changed(const fs::path& file, const std::function<bool(std::string*)
 }
 
 double OffMaker(const fs::path& file) {
-  return CompareWithMaker(PlanSurvey({file}), 1000).rms_percent.norm();
+  return CompareWithMaker(PlanSurvey({file}), 1000).RmsPercent().norm();
 }
 
 // --- sources that are there for a part only ------------------------------------------------------
