@@ -189,7 +189,7 @@ TEST(ConvertMbes, RefusesEachDamage) {
        {"sound speed NaN", [](mbes_ping_t& m) { m.sound_speed_mps = kNan; }},
        {"travel time negative", [](mbes_ping_t& m) { m.twtt_s[5] = -0.1f; }},
        {"travel time NaN", [](mbes_ping_t& m) { m.twtt_s[5] = kNanF; }},
-       {"travel time beyond any sea", [](mbes_ping_t& m) { m.twtt_s[5] = 21.0f; }},
+       {"travel time beyond any sea", [](mbes_ping_t& m) { m.twtt_s[5] = 41.0f; }},
        {"delay negative", [](mbes_ping_t& m) { m.tx_delay_s[5] = -0.1f; }},
        {"angle in degrees", [](mbes_ping_t& m) { m.rx_angle_rad[5] = 60.0f; }},
        {"angle NaN", [](mbes_ping_t& m) { m.rx_angle_rad[5] = kNanF; }},
