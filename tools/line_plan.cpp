@@ -135,7 +135,7 @@ LasHead HeadOf(const fs::path& path) {
   if (head->compressed)
     throw DataError(
         path.string() + ": compressed (LAZ), which is not read; decompress it: pdal translate " +
-        path.filename().string() + " " + path.stem().string() + ".las (Debian package pdal)");
+        path.filename().string() + " " + path.stem().string() + ".las (PDAL)");
   return *head;
 }
 
