@@ -215,15 +215,28 @@ void Mapper::GiveNav() {
   // rate.
   const double due_s = 1.0 / params_.nav_rate_hz - 5e-4;
   if (last_nav_ && *latest >= *last_nav_ && ToSeconds(*latest - *last_nav_) < due_s) return;
-  const std::optional<NavState> state = navigation_->StateAt(*latest);
-  if (!state) return;
-  graph_.SetId(state->time);
-  last_nav_ = *latest;
-  if (!nav_began_) nav_began_ = *latest;
-  if (ping_watch_.IsDue(*latest)) ping_watch_.Look(*latest, pings_received_, PingsRefused());
-  events_.emplace_back(*state);
+  if (!GiveNavAt(*latest)) return;
   correction_.TakeFixes();
   if (const auto corrected = correction_.Now()) events_.emplace_back(*corrected);
+}
+
+// The states of the last seconds, which an INS's navigation knows only at the end.
+void Mapper::GiveLastNav() {
+  const std::optional<Time> latest = navigation_->latest();
+  if (!latest || !last_nav_) return;
+  const Duration period = FromSeconds(1.0 / params_.nav_rate_hz);
+  for (Time t = *last_nav_ + period; t <= *latest; t += period) GiveNavAt(t);
+}
+
+bool Mapper::GiveNavAt(Time t) {
+  const std::optional<NavState> state = navigation_->StateAt(t);
+  if (!state) return false;
+  graph_.SetId(state->time);
+  last_nav_ = t;
+  if (!nav_began_) nav_began_ = t;
+  if (ping_watch_.IsDue(t)) ping_watch_.Look(t, pings_received_, PingsRefused());
+  events_.emplace_back(*state);
+  return true;
 }
 
 void Mapper::GeoreferencePings() {
@@ -462,6 +475,7 @@ void Mapper::GiveGraph(GraphGrowth growth) {
 
 void Mapper::Finish() {
   navigation_->Finish();
+  GiveLastNav();
   GeoreferencePings();
   while (const std::optional<MbesPing> ping = pings_.TakeAny()) AddToSubmap(*ping);
   while (const std::optional<SoundingPing> ping = sounding_pings_.TakeAny()) AddToSubmap(*ping);

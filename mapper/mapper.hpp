@@ -212,6 +212,8 @@ class Mapper {
   void Navigate(const Sample& sample);
   void AddProfile(const SoundVelocityProfile& profile, Time received);
   void GiveNav();
+  void GiveLastNav();
+  bool GiveNavAt(Time t);  // false: navigation has no state there
   void GeoreferencePings();
   void AddToSubmap(const MbesPing& ping);
   void AddToSubmap(const SoundingPing& ping);

@@ -108,17 +108,16 @@ std::vector<SurveyRecord> CheckedReader::Checked(std::vector<SurveyRecord> recor
   std::vector<SurveyRecord> checked;
   checked.reserve(records.size());
   for (SurveyRecord& record : records) {
-    if (!HasTimeOfFile(record)) {
-      checked.push_back(std::move(record));
-      continue;
-    }
     if (auto* const n = std::get_if<NavigationRecord>(&record); n != nullptr && n->position &&
                                                                 n->position->latitude_rad == 0.0 &&
                                                                 n->position->longitude_rad == 0.0) {
       n->position.reset();
       ++at_zero_;
     }
-    stamps_.Add(std::move(record), &checked);
+    if (HasTimeOfFile(record))
+      stamps_.Add(std::move(record), &checked);
+    else
+      checked.push_back(std::move(record));
   }
   return checked;
 }

@@ -133,9 +133,9 @@ LasHead HeadOf(const fs::path& path) {
   const auto head = in ? ReadLasHead(bytes) : std::nullopt;
   if (!head) throw DataError(path.string() + ": its LAS head is damaged");
   if (head->compressed)
-    throw DataError(
-        path.string() + ": compressed (LAZ), which is not read; decompress it: pdal translate " +
-        path.filename().string() + " " + path.stem().string() + ".las (PDAL)");
+    throw DataError(path.string() +
+                    ": compressed (LAZ), which is not read; decompress it: pdal translate " +
+                    path.filename().string() + " " + path.stem().string() + ".las (PDAL)");
   return *head;
 }
 

@@ -103,7 +103,8 @@ class Comparer {
       if (i >= theirs.soundings.size() || (theirs.soundings[i].flags & kBeamValid) == 0) continue;
       const Eigen::Vector3d p_theirs = theirs.soundings[i].p_level_m.cast<double>();
       const double depth_m = p_theirs.z() + *theirs.origin_depth_m;
-      if (!(depth_m > 0.1)) continue;  // a sonar that places no soundings fills in zeros
+      // A sonar that places no soundings fills in zeros.
+      if (p_theirs.isZero() || !(depth_m > 0.1)) continue;
       Eigen::Vector3d off = level_from_map * (sounding.p_map - ours.T_map_vehicle.translation()) -
                             p_level_origin - p_theirs;
       off.z() = sounding.p_map.z() - depth_m;

@@ -8,8 +8,7 @@ namespace seastitch {
 // Output folder of a command. Files are written to a temporary folder first: OUT.partial, which
 // Publish() renames to OUT; or, if OUT exists, OUT/.partial, whose files and folders Publish()
 // moves to OUT, replacing those of the same name, report.json last; products of an earlier command
-// that this one did not make are removed. A command that fails or is
-// interrupted leaves OUT unchanged.
+// that this one did not make are removed. A command that fails leaves OUT unchanged.
 class OutputFolder {
  public:
   // Folders of products; Publish() replaces each as a whole.

@@ -143,6 +143,10 @@ void ExpectDives(const std::vector<DiveInput>& dives, const ReplayOptions& optio
     throw UsageError("replay: --as-recorded needs the logs of one dive");
   if (options.soundings && (options.as_recorded || submaps))
     throw UsageError("replay: --soundings needs pings to be placed: no submaps, no --as-recorded");
+  if (!options.water_level.empty() && maps)
+    throw UsageError(
+        "replay: --water-level: the depths of a finished map are what they were; map its dives "
+        "again");
   if (options.soundings && maps)
     throw UsageError(
         "replay: --soundings: a finished map holds no single soundings; map its dives "

@@ -185,12 +185,16 @@ void SurveyFiles::OnNavigation(const NavigationRecord& n, Bus* bus) {
     velocity_time_ = n.time;
     velocity_source_ = n.source;
   }
-  if (UsesAttitude(n)) OnAttitude(n.time, *n.attitude, n, bus);
+  const bool uses_attitude = UsesAttitude(n);
+  if (uses_attitude) OnAttitude(n.time, *n.attitude, n, bus);
   if (n.source == plan_.attitude_source && !n.attitude && n.roll_pitch_rad && levels_.size() < 1000)
     levels_.push_back(n);
   const double depth_at_rest_m =
       plan_.vehicle.p_vehicle_depth_m.z() - plan_.installation.water_line_m;
-  if (plan_.depth == SurveyPlan::Depth::kHeave && n.source == plan_.heave_source && n.heave_m)
+  // Heave of the sensor that replaces a silent one.
+  const bool replaces_heave = uses_attitude && plan_.heave_source == plan_.attitude_source;
+  const bool uses_heave = n.source == plan_.heave_source || replaces_heave;
+  if (plan_.depth == SurveyPlan::Depth::kHeave && uses_heave && n.heave_m)
     PublishDepth(n.time, *n.heave_m + depth_at_rest_m, bus);
   if (n.source == plan_.heading_source && n.heading_rad) OnHeading(n.time, *n.heading_rad, bus);
   if (plan_.depth == SurveyPlan::Depth::kNavigation && n.source == plan_.depth_source && n.depth_m)
@@ -209,6 +213,8 @@ void SurveyFiles::OnNavigation(const NavigationRecord& n, Bus* bus) {
   AddLevel(n.time, bus);
   PublishIns(sample, bus);
   position_.AddSample(n.time, position_.max_gap_s);
+  if (n.source == plan_.position_source)
+    chosen_position_.AddSample(n.time, chosen_position_.max_gap_s);
 }
 
 // Velocity of the point that positions are of. Where the velocity is that of another point, the
@@ -219,11 +225,15 @@ std::optional<InsVelocity> SurveyFiles::VelocityAtPosition(Time t) {
   InsVelocity velocity{velocity_->v_ned_mps, velocity_->sigma_mps};
   const Eigen::Vector3d p_vehicle_m =
       plan_.PointOf(plan_.position_source) - plan_.PointOf(velocity_source_);
-  if (p_vehicle_m.isZero()) return velocity;
+  if (p_vehicle_m.isZero()) {
+    lever_.reset();
+    return velocity;
+  }
   if (!q_ned_vehicle_) return std::nullopt;
-  const Lever now{t, *q_ned_vehicle_ * p_vehicle_m};
+  const Lever now{t, velocity_source_, *q_ned_vehicle_ * p_vehicle_m};
   const std::optional<Lever> before = std::exchange(lever_, now);
-  if (!before || before->time >= t || ToSeconds(t - before->time) > position_.max_gap_s)
+  if (!before || before->source != now.source || before->time >= t ||
+      ToSeconds(t - before->time) > position_.max_gap_s)
     return std::nullopt;
   velocity.v_ned_mps += (now.p_ned_m - before->p_ned_m) / ToSeconds(t - before->time);
   return velocity;
@@ -297,6 +307,7 @@ void SurveyFiles::OnPing(const MbesPing& ping, Bus* bus) {
   ++counters_["survey_pings"];
   attitude_.AddPing(ping.time);
   position_.AddPing(ping.time);
+  chosen_position_.AddPing(ping.time);
   mbes_ping_t message = ToLcm(ping, {now_, seqs_[channels::kMbesPing]++});
   // Near the reference point the profile changes by less than 0.1 m/s.
   if (plan_.profile_alone && rays_)
@@ -321,17 +332,19 @@ void SurveyFiles::OnDepthOfPing(const PlacedPing& ping, Bus* bus) {
 
 void SurveyFiles::OnPlaced(const PlacedPing& ping, Bus* bus) {
   if (on_placed_ping_) on_placed_ping_(ping);
-  if (plan_.depth == SurveyPlan::Depth::kPing && ping.origin_depth_m) OnDepthOfPing(ping, bus);
-  if (plan_.raw_pings) {
-    if (inputs_[file_].file.placed_alone) ++counters_["survey_pings_not_used"];
+  if (plan_.raw_pings && inputs_[file_].file.placed_alone) {
+    ++counters_["survey_pings_not_used"];
     return;
   }
+  if (plan_.depth == SurveyPlan::Depth::kPing && ping.origin_depth_m) OnDepthOfPing(ping, bus);
+  if (plan_.raw_pings) return;
   double sum = 0.0;
   for (const PlacedBeam& beam : ping.soundings) sum += double{beam.p_level_m.z()};
   if (IsRepeated(ping.time, {ping.head, ping.ping_number, sum})) return;
   ++counters_["survey_pings"];
   attitude_.AddPing(ping.time);
   position_.AddPing(ping.time);
+  chosen_position_.AddPing(ping.time);
   AddLevel(ping.time, bus);
   SoundingPing soundings{ping.time, ping.ping_number, ping.head, {}};
   for (const PlacedBeam& beam : ping.soundings)
@@ -378,6 +391,10 @@ std::optional<std::string> SurveyFiles::Outcome() const {
   if (pings == 0) return file + ": no sounding in it";
   if (count("survey_pings_without_position") == pings)
     return file + ": none of its " + std::to_string(pings) + " pings lies within 2 s of a position";
+  if (IsBeside(plan_.position_source) &&
+      chosen_position_.Uncovered(chosen_position_.max_gap_s) == pings)
+    return file + ": none of its " + std::to_string(pings) +
+           " pings lies within a minute of a position of the navigation beside it";
   if (count("survey_pings_without_attitude") == pings)
     return file + ": none of its " + std::to_string(pings) + " pings lies within its attitude";
   return std::nullopt;

@@ -143,6 +143,7 @@ class SurveyFiles {
   std::optional<Eigen::Quaterniond> q_ned_vehicle_;  // the last
   struct Lever {
     Time time;
+    std::string source;  // of the velocity
     Eigen::Vector3d p_ned_m;
   };
   std::optional<Lever> lever_;  // at the last position, from the velocity's point to the position's
@@ -152,6 +153,7 @@ class SurveyFiles {
   std::function<void(const PlacedPing&)> on_placed_ping_;
   Coverage attitude_{.max_gap_s = 1.0};
   Coverage position_{.max_gap_s = 2.0};
+  Coverage chosen_position_{.max_gap_s = 60.0};  // of plan_.position_source alone
 };
 
 }  // namespace seastitch

@@ -212,8 +212,8 @@ void LookAtLines(SurveyPlan* plan, Census* census) {
   AddLines(TakeLineCensus(&plan->files), census);
   // Of one attitude per second, the mapper would not interpolate every other.
   constexpr double kSlowS = 0.5;
-  if (plan->attitude_source.empty() || track->heading_interval_s() > kSlowS)
-    plan->level_track = track;
+  const bool is_slow = plan->attitude_source.empty() || track->heading_interval_s() > kSlowS;
+  if (census->raw_pings == 0 && is_slow) plan->level_track = track;
 }
 
 // --- geometry ------------------------------------------------------------------------------------

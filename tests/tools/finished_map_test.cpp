@@ -298,6 +298,8 @@ TEST_F(FinishedMaps, OneThatCannotBeUsedSaysWhyInOneLine) {
 TEST_F(FinishedMaps, OptionsThatNeedTheFilesOfItsDivesAreRefused) {
   Folder();
   ExpectOneLine(Replay("A dive3 --soundings las"), 64, "a finished map holds no single soundings");
+  Write(Folder() / "tide.csv", "2026-05-02T10:00:00Z,1.2\n");
+  ExpectOneLine(Replay("A dive3 --water-level tide.csv"), 64, "depths of a finished map");
   ExpectOneLine(Replay("A --as-recorded"), 64, "--as-recorded needs the logs of one dive");
   ExpectOneLine(Replay("A --from-raw"), 64, "--from-raw needs a log");
   ExpectOneLine(Run(Folder(), "A --out A"), 64, "choose another folder");

@@ -465,9 +465,8 @@ class ShuffledReplay : public Replay {
     for (const auto& entry : fs::recursive_directory_iterator(dir_.path() / "out")) {
       const std::string name = fs::relative(entry.path(), dir_.path() / "out").string();
       // These name the files; the report's costs are others each time.
-      const bool names_files =
-          name.ends_with(".png") || name.starts_with("report.") || name == "export/lines.csv" ||
-          name == "survey.bin";
+      const bool names_files = name.ends_with(".png") || name.starts_with("report.") ||
+                               name == "export/lines.csv" || name == "survey.bin";
       if (entry.is_regular_file() && !names_files) products[name] = ReadFile(entry.path());
     }
     return products;

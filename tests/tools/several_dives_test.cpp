@@ -11,6 +11,7 @@
 #include <regex>
 #include <set>
 #include <sstream>
+#include <variant>
 
 #include "mapper/mapper_config.hpp"
 #include "tests/drivers/test_data.hpp"
@@ -20,6 +21,8 @@
 #include "tests/tools/kmall_pieces.hpp"
 #include "tools/dive_inputs.hpp"
 #include "tools/output_folder.hpp"
+#include "tools/survey_files.hpp"
+#include "tools/survey_stream.hpp"
 #include "tools/survey_writer.hpp"
 
 namespace seastitch {
@@ -185,6 +188,21 @@ TEST_F(SeveralDives, EachWithAFixAtItsBeginAreAsGoodAsOne) {
     in_three2 += in_three_m * in_three_m;
   }
   EXPECT_LT(std::sqrt(in_three2), 1.2 * std::sqrt(in_one2));
+}
+
+// Positions of an INS wait for what follows them, in which they may turn out to be jumps.
+TEST_F(SeveralDives, TheTrackReachesToTheLastPing) {
+  const CommandResult result = Replay("whole.kmall");
+  ASSERT_EQ(result.exit_code, 0) << result.output;
+  Time last_ping;
+  for (SurveyStream stream(Folder() / "whole.kmall", SurveyFiles::kReorderS); stream.next();) {
+    const SurveyRecord record = stream.Take();
+    if (const auto* const ping = std::get_if<MbesPing>(&record)) last_ping = ping->time;
+  }
+  std::ifstream track(out_.path() / "map" / "track.csv");
+  std::string line, last;
+  while (std::getline(track, line)) last = line;
+  EXPECT_GE(std::stoll(last), ToUtime(last_ping) - 200'000) << "states are 0.1 s apart";
 }
 
 TEST_F(SeveralDives, TheSameInputsGiveTheSameMap) {

@@ -163,6 +163,40 @@ TEST(SurveySources, TheFilesOwnNavigationTakesOverWhereAnSbetEnds) {
 
 // --- what the sonar itself has made of its times and angles --------------------------------------
 
+TEST(SurveySources, NavigationOfAnotherYearBesideTheFilesIsRefused) {
+  TemporaryDir dir;
+  const fs::path survey = dir.Write("a.kmall", Kmall().Survey().bytes());
+  const std::string columns =
+      "delimiter: comma\ncolumns:\n  - {quantity: iso, column: 1}\n"
+      "  - {quantity: latitude, column: 2}\n  - {quantity: longitude, column: 3}\n";
+  for (const std::string year : {"2026", "2025"}) {
+    std::string lines;
+    for (int i = 0; i < 6; ++i)
+      lines += year + "-05-02T12:00:0" + std::to_string(i) + "Z,57.0,5.0\n";
+    const fs::path text = dir.Write("track.csv", lines);
+    dir.Write("track.csv.yaml", columns);
+    const std::string outcome = Played({survey, text}).survey.Outcome().value_or("mapped");
+    EXPECT_THAT(
+        outcome,
+        HasSubstr(year == "2026" ? "mapped"
+                                 : "none of its 5 pings lies within a minute of a position"));
+  }
+}
+
+// A heave goes on where another motion sensor takes over.
+TEST(SurveySources, HeaveOfTheMotionSensorThatTakesOverIsUsed) {
+  TemporaryDir dir;
+  Kmall kmall;
+  kmall.Installation().Profile(0.0);
+  for (int i = 0; i < 100; ++i) {
+    if (i < 91) kmall.Motion(i, 0, 30);
+    kmall.Motion(i, 1).Position(i).Ping(i + 0.5);
+  }
+  const Played played({dir.Write("a.kmall", kmall.bytes())});
+  ASSERT_EQ(played.survey.plan().attitude_source, "#SKM0");
+  EXPECT_GT(played.messages.at(channels::kDepth), 91 * 30) << "some of the second sensor";
+}
+
 TEST(SurveyDepth, AHeaveThatIsAlwaysZeroIsNone) {
   const fs::path file = Shared("data/mbes/em2040c_ay.all");
   SKIP_WITHOUT(file);
