@@ -281,16 +281,24 @@ std::optional<MbesPing> DecodeEmN(const EmDatagram& datagram,
   return ping;
 }
 
-std::optional<PlacedPing> DecodeEmX(const EmDatagram& datagram,
-                                    std::uint8_t head,
-                                    const SonarInstallation& installation) {
-  EmReader in(datagram);
-  in.Skip(4);  // heading, sound speed
+// The ping of a datagram of soundings, without them.
+static PlacedPing PlacedPingOf(const EmDatagram& datagram,
+                               std::uint8_t head,
+                               const SonarInstallation& installation) {
   PlacedPing ping;
   ping.time = datagram.time;
   ping.ping_number = datagram.counter;
   ping.head = head;
   ping.p_vehicle_origin_m = EmSoundingOrigin(installation);
+  return ping;
+}
+
+std::optional<PlacedPing> DecodeEmX(const EmDatagram& datagram,
+                                    std::uint8_t head,
+                                    const SonarInstallation& installation) {
+  EmReader in(datagram);
+  in.Skip(4);  // heading, sound speed
+  PlacedPing ping = PlacedPingOf(datagram, head, installation);
   ping.origin_depth_m = in.Get<float>();
   const std::size_t num_beams = in.Get<std::uint16_t>();
   in.Skip(10);
@@ -308,11 +316,7 @@ std::optional<PlacedPing> DecodeEmD(const EmDatagram& datagram,
   constexpr std::uint8_t kFoundByPhase = 0x80;  // a flag of the quality
   EmReader in(datagram);
   in.Skip(4);  // heading, sound speed
-  PlacedPing ping;
-  ping.time = datagram.time;
-  ping.ping_number = datagram.counter;
-  ping.head = head;
-  ping.p_vehicle_origin_m = EmSoundingOrigin(installation);
+  PlacedPing ping = PlacedPingOf(datagram, head, installation);
   const double depth_cm = in.Get<std::uint16_t>();
   in.Skip(1);  // largest number of beams
   const std::size_t num_beams = in.Get<std::uint8_t>();

@@ -3,66 +3,20 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <cstdio>
-#include <stdexcept>
 #include <utility>
 
 #include "mapper/navigation/dead_reckoning.hpp"
 #include "mapper/navigation/given_navigation.hpp"
 #include "mapper/submaps/footprint.hpp"
 #include "mapper/submaps/level_cloud.hpp"
-#include "mapper/submaps/rejection.hpp"
 #include "mapper/submaps/terrain_information.hpp"
-#include "mapper/utc_text.hpp"
 
 namespace seastitch {
 namespace {
 
 // Submaps with points in memory that wait behind others, per submap of max_waiting_submaps.
 constexpr std::size_t kUnregisteredPerRegistered = 4;
-// Time without NAV that is reported [s].
-constexpr double kNoNavS = 2.0;
 constexpr char kOptimizer[] = "optimizer";
-constexpr double kNoOptimizerS = 10.0;  // it may be started later than the mapper
-
-bool IsProfile(SoundSpeed::Source source) {
-  return source == SoundSpeed::Source::kProfile || source == SoundSpeed::Source::kConfigured;
-}
-
-const char* Sentence(SoundSpeed::Source source) {
-  switch (source) {
-    case SoundSpeed::Source::kProfile: return "sound speed from a profile";
-    case SoundSpeed::Source::kConfigured: return "sound speed from the configured profile";
-    case SoundSpeed::Source::kTransducer: return "sound speed from the transducer alone";
-    case SoundSpeed::Source::kAssumed: return "sound speed assumed";
-  }
-  return "";
-}
-
-std::string Sentence(const Judgement& harm) {
-  char text[200];
-  if (harm.torn)
-    std::snprintf(text,
-                  sizeof text,
-                  "it would tear the map apart (%zu cells seen twice in place of %zu by dead "
-                  "reckoning)",
-                  harm.cells_solved,
-                  harm.cells_dead_reckoned);
-  else
-    std::snprintf(text,
-                  sizeof text,
-                  "it would make the map less consistent than dead reckoning (%.3f m in place of "
-                  "%.3f m)",
-                  harm.solved_m,
-                  harm.dead_reckoned_m);
-  return text;
-}
-
-bool IsUsable(const Submap& submap) {
-  return submap.T_map_submap.matrix().allFinite() &&
-         !(submap.covariance_from_previous && !submap.covariance_from_previous->allFinite()) &&
-         !(submap.heading_sigma_rad && !std::isfinite(*submap.heading_sigma_rad));
-}
 
 std::shared_ptr<const Submap> WithoutPoints(Submap submap) {
   submap.cloud = {};
@@ -108,6 +62,12 @@ void Complete(const MapperParams& params, Submap* submap) {
 }
 
 }  // namespace
+
+bool Mapper::IsUsable(const Submap& submap) {
+  return submap.T_map_submap.matrix().allFinite() &&
+         !(submap.covariance_from_previous && !submap.covariance_from_previous->allFinite()) &&
+         !(submap.heading_sigma_rad && !std::isfinite(*submap.heading_sigma_rad));
+}
 
 Mapper::Mapper(const MapperParams& params) : Mapper(params, MakeNavigation(params)) {}
 
@@ -209,23 +169,34 @@ void Mapper::Hear(const std::string& process, double uptime_s) {
 }
 
 void Mapper::GiveNav() {
-  const std::optional<Time> latest = navigation_->latest();
-  if (!latest) return;
-  // Half a millisecond less than the period, so that the rounding of a stamp does not halve the
-  // rate.
-  const double due_s = 1.0 / params_.nav_rate_hz - 5e-4;
-  if (last_nav_ && *latest >= *last_nav_ && ToSeconds(*latest - *last_nav_) < due_s) return;
-  if (!GiveNavAt(*latest)) return;
+  if (!GiveStates()) return;
   correction_.TakeFixes();
   if (const auto corrected = correction_.Now()) events_.emplace_back(*corrected);
 }
 
-// The states of the last seconds, which an INS's navigation knows only at the end.
-void Mapper::GiveLastNav() {
+// Gives the states that are due. An INS's navigation knows those of some seconds at once, because
+// positions wait for what follows them. False: none is due.
+bool Mapper::GiveStates() {
   const std::optional<Time> latest = navigation_->latest();
-  if (!latest || !last_nav_) return;
+  if (!latest) return false;
+  // Half a millisecond less than the period, so that the rounding of a stamp does not halve the
+  // rate.
+  const double period_s = 1.0 / params_.nav_rate_hz;
+  if (last_nav_ && *latest >= *last_nav_ && ToSeconds(*latest - *last_nav_) < period_s - 5e-4)
+    return false;
+  const Duration period = FromSeconds(period_s);
+  for (Time t = last_nav_ ? *last_nav_ + period : FirstStateBefore(*latest); *latest - t >= period;
+       t += period)
+    GiveNavAt(t);
+  return GiveNavAt(*latest);
+}
+
+// The first instant, in steps of NAV's period back from t, from which on navigation has states.
+Time Mapper::FirstStateBefore(Time t) const {
   const Duration period = FromSeconds(1.0 / params_.nav_rate_hz);
-  for (Time t = *last_nav_ + period; t <= *latest; t += period) GiveNavAt(t);
+  const Time oldest = t - FromSeconds(params_.navigation.window_s);
+  while (t - period >= oldest && navigation_->StateAt(t - period)) t -= period;
+  return t;
 }
 
 bool Mapper::GiveNavAt(Time t) {
@@ -249,7 +220,7 @@ void Mapper::GeoreferencePings() {
 void Mapper::AddToSubmap(const MbesPing& ping) {
   const SoundSpeed::Choice sound_speed = sound_speed_.For(ping);
   sound_speed_source_ = sound_speed.source;
-  if (!IsProfile(sound_speed.source)) Count("pings_without_profile");
+  if (!SoundSpeed::IsProfile(sound_speed.source)) Count("pings_without_profile");
   const std::optional<GeoreferencedPing> georeferenced = Georeference(
       ping, [this](Time t) { return PoseAt(t); }, params_.vehicle, *sound_speed.rays);
   if (!georeferenced) return RefuseWithoutPose(ping.time);
@@ -475,7 +446,7 @@ void Mapper::GiveGraph(GraphGrowth growth) {
 
 void Mapper::Finish() {
   navigation_->Finish();
-  GiveLastNav();
+  GiveStates();
   GeoreferencePings();
   while (const std::optional<MbesPing> ping = pings_.TakeAny()) AddToSubmap(*ping);
   while (const std::optional<SoundingPing> ping = sounding_pings_.TakeAny()) AddToSubmap(*ping);
@@ -484,190 +455,6 @@ void Mapper::Finish() {
   if (IsLastStep() && !graph_.empty()) Extend({}, {}, graph_.submap_time(), {});
 }
 
-// --- over a restart ------------------------------------------------------------------------------
-
-std::optional<Checkpoint> Mapper::MakeCheckpoint() {
-  if (!navigation_->latest()) return std::nullopt;
-  return CheckpointNow();
-}
-
-Checkpoint Mapper::CheckpointNow() {
-  Checkpoint checkpoint;
-  checkpoint.number = ++checkpoint_number_;
-  checkpoint.time = navigation_->latest().value_or(Time());
-  checkpoint.graph_id = graph_.graph_id();
-  checkpoint.next_submap = next_id_;
-  if (auto saved = navigation_->Save(frames_.previous_time()))
-    checkpoint.navigation = *std::move(saved);
-  ArchiveWriter archive;
-  archive(frames_, builder_);
-  checkpoint.frames = archive.Release();
-  ArchiveWriter clocks;
-  clocks(clocks_);
-  checkpoint.clocks = clocks.Release();
-  return checkpoint;
-}
-
-SensorClocks Mapper::ClocksOf(const Checkpoint& checkpoint) const {
-  SensorClocks clocks(params_.navigation.clock_jump_s);
-  ArchiveReader archive(checkpoint.clocks);
-  archive(clocks);
-  return archive.IsDone() ? clocks : SensorClocks(params_.navigation.clock_jump_s);
-}
-
-bool Mapper::Resume(const SavedMap& saved,
-                    const LoadSubmap& load,
-                    const std::function<void()>& progress) {
-  const Checkpoint& checkpoint = saved.checkpoint;
-  if (next_id_ > 0 || !navigation_->Restore(checkpoint.navigation)) return false;
-  ArchiveReader archive(checkpoint.frames);
-  archive(frames_, builder_);
-  constexpr auto kJudged = static_cast<std::int32_t>(SolutionJudge::kMaxSubmaps);
-  const SubmapId first_judged{checkpoint.next_submap - kJudged};
-  load_ = [&](SubmapId id) { return id < first_judged ? nullptr : load(id); };
-  const auto restore = [this](const auto& entry) {
-    try {
-      return Restore(entry);
-    } catch (const std::invalid_argument&) {  // unreadable statistics
-      return false;
-    }
-  };
-  std::size_t restored = 0;
-  while (restored < saved.journal.size() && std::visit(restore, saved.journal[restored])) {
-    ++restored;
-    progress();
-  }
-  load_ = nullptr;
-  Count("journal_entries_unusable", static_cast<std::int64_t>(saved.journal.size() - restored));
-  // The frame that navigation refers to is not that of the last submap here: part of the journal is
-  // lost.
-  if (!archive.IsDone() || next_id_ != checkpoint.next_submap) frames_.Forget();
-  next_id_ = std::max(next_id_, checkpoint.next_submap);
-  checkpoint_number_ = checkpoint.number;
-  clocks_ = ClocksOf(checkpoint);
-  resumed_ = Resumed{checkpoint.time, frames_.previous_time()};
-  graph_.SetId(FromUtime(checkpoint.graph_id));
-  graph_.Resume();
-  graph_given_ = graph_.version();
-  for (Waiting& waiting : submaps_)
-    if (const auto submap = load(waiting.submap->id)) waiting.submap = submap;
-  Count("submaps_resumed", static_cast<std::int64_t>(search_.size()));
-  return true;
-}
-
-bool Mapper::Restore(const SoundVelocityProfile& profile) { return sound_speed_.Add(profile); }
-
-bool Mapper::Restore(const ClosedSubmap& closed) {
-  if (closed.submap->id.value < next_id_ || !IsUsable(*closed.submap)) return false;
-  next_id_ = closed.submap->id.value + 1;
-  search_.Add(*closed.submap, OwnChain());
-  submaps_.push_back(
-      {closed.submap, {OwnChain(), closed.position_edges}, closed.skip_registration});
-  return true;
-}
-
-// All checks come before the first change.
-bool Mapper::Restore(const GraphGrowth& growth) {
-  std::vector<ClosureStatistics> statistics;
-  for (const std::vector<double>& numbers : growth.statistics)
-    statistics.push_back(ClosureStatisticsFromNumbers(numbers));
-  for (const LoopPair& pair : growth.pairs)
-    if (!search_.Has(pair.target) || !search_.Has(pair.source)) return false;
-  std::int64_t version = graph_.version();
-  for (const GraphStep& step : growth.steps)
-    if (step.update.version != ++version) return false;
-  RegistrationResultSet results;
-  if (growth.closed.value >= 0) {
-    if (submaps_.empty() || submaps_.front().submap->id != growth.closed) return false;
-    submaps_.pop_front();
-    const RegistrationJob closed{load_(growth.closed), {}};
-    if (closed.closed) results = Run(closed, params_.loop_closer, load_, nullptr);
-  }
-  for (const GraphStep& step : growth.steps) {
-    graph_.Restore(step);
-    correction_.Add(step.update);
-  }
-  results.job.pairs = growth.pairs;
-  results.edges = growth.registered;
-  results.statistics = std::move(statistics);
-  search_.Restore(std::move(results));
-  return true;
-}
-
-// The instant to use for t in navigation's covariances: one that navigation remembers, with as much
-// drift since then as since t. At a restart navigation forgets all frames except the last.
-Time Mapper::KnownAt(Time t) const {
-  if (!resumed_ || t >= resumed_->at) return t;
-  const Time since = resumed_->since.value_or(resumed_->at);
-  const Time oldest = *navigation_->latest() - FromSeconds(params_.navigation.window_s);
-  return since > oldest ? since : resumed_->at;
-}
-
 std::vector<MapperEvent> Mapper::TakeEvents() { return std::exchange(events_, {}); }
-
-std::vector<Condition> Mapper::conditions() const {
-  std::vector<Condition> now;
-  if (const auto& harm = search_.harm())
-    now.push_back({&conditions::kSolutionWithheld, Sentence(*harm)});
-  if (!solution_refused_.empty())
-    now.push_back({&conditions::kSolutionsRefused, solution_refused_});
-  const bool given = params_.navigation_source == NavigationSource::kGiven;
-  const std::vector<Condition> of_navigation =
-      given ? given_watch_.conditions(*navigation_) : watch_.conditions(*navigation_);
-  now.insert(now.end(), of_navigation.begin(), of_navigation.end());
-  const std::vector<Condition> of_clocks = clocks_.conditions();
-  now.insert(now.end(), of_clocks.begin(), of_clocks.end());
-  const std::vector<Condition> of_pings = ping_watch_.conditions();
-  now.insert(now.end(), of_pings.begin(), of_pings.end());
-  if (nav_came_at_ && ToSeconds(*clocks_.newest() - *nav_came_at_) > kNoNavS)
-    now.push_back({&conditions::kNoNavigation, "since " + UtcOf(*last_nav_)});
-  if (vertical_.IsMissed()) now.push_back({&conditions::kNoWaterLevel, ""});
-  if (clocks_.health_time_s() - optimizer_heard_s_ > kNoOptimizerS &&
-      search_.solution_version() < graph_.version())
-    now.push_back({&conditions::kNoOptimizer,
-                   "solved up to version " + std::to_string(search_.solution_version()) + " of " +
-                       std::to_string(graph_.version())});
-  if (sound_speed_source_ && !IsProfile(*sound_speed_source_))
-    now.push_back({&conditions::kNoSoundSpeedProfile, Sentence(*sound_speed_source_)});
-  if (failed_in_last_job_ > 0)
-    now.push_back({&conditions::kRegistrationFailed, std::to_string(failed_in_last_job_)});
-  return now;
-}
-
-std::string Mapper::WaitsFor() const {
-  return "waiting for navigation: " + Explain(navigation_->start_state());
-}
-
-std::map<std::string, std::int64_t> Mapper::counters() const {
-  std::map<std::string, std::int64_t> all = counters_;
-  for (const auto& [name, count] : navigation_->counters()) all["nav_" + name] = count;
-  for (const auto& [name, count] : PingsRefused()) all[name] = count;
-  for (const auto& [name, count] : clocks_.counters()) all[name] = count;
-  all["position_fixes_in_graph"] = frames_.fixes_in_graph();
-  all["position_fixes_too_far"] = frames_.fixes_too_far();
-  all["relative_covariances_missing"] = frames_.independent();
-  all["pings_waiting"] = static_cast<std::int64_t>(pings_.size() + sounding_pings_.size());
-  all["submaps_waiting"] = static_cast<std::int64_t>(submaps_.size());
-  all["solution_version"] = search_.solution_version();
-  all["loop_closures_accepted"] = search_.accepted();
-  all["loop_closures_rejected"] = search_.rejected();
-  return all;
-}
-
-std::string Mapper::Summary() const {
-  std::map<std::string, std::int64_t> refused = builder_.counters();
-  const auto count = [this](const char* name) {
-    const auto found = counters_.find(name);
-    return found == counters_.end() ? 0 : found->second;
-  };
-  refused["beams_refused"] = count("beams_refused");
-  const Rejection rejection = RejectionOf(count("beams_read") - count("beams_invalid"), refused);
-  std::string summary = std::to_string(search_.size()) + " submaps, " +
-                        std::to_string(search_.accepted()) + " loop closures accepted, " +
-                        std::to_string(search_.rejected()) + " rejected, " + rejection.Text();
-  if (sound_speed_source_ && IsProfile(*sound_speed_source_))
-    summary += std::string("; ") + Sentence(*sound_speed_source_);
-  return summary;
-}
 
 }  // namespace seastitch

@@ -212,7 +212,8 @@ class Mapper {
   void Navigate(const Sample& sample);
   void AddProfile(const SoundVelocityProfile& profile, Time received);
   void GiveNav();
-  void GiveLastNav();
+  bool GiveStates();
+  Time FirstStateBefore(Time t) const;
   bool GiveNavAt(Time t);  // false: navigation has no state there
   void GeoreferencePings();
   void AddToSubmap(const MbesPing& ping);
@@ -222,6 +223,7 @@ class Mapper {
   PingWatch::Counts PingsRefused() const;
   std::optional<Eigen::Isometry3d> PoseAt(Time t) const;
   std::optional<Eigen::Matrix3d> DriftBetween(Time a, Time b) const;
+  static bool IsUsable(const Submap& submap);  // finite numbers
   void OnClosed(Submap submap);
   void Enqueue(Submap submap, OfDive dive);
   // Appends vertices and edges to the graph as its next version (GraphStep). growth: the journal

@@ -18,6 +18,9 @@ namespace seastitch {
 class SoundSpeed {
  public:
   enum class Source : std::uint8_t { kProfile, kConfigured, kTransducer, kAssumed };
+  static bool IsProfile(Source source) {
+    return source == Source::kProfile || source == Source::kConfigured;
+  }
   // Speed used if the sonar measures none: sea water of 10 degrees and 35 psu near the surface
   // [m/s].
   static constexpr double kAssumedMps = 1490.0;

@@ -22,6 +22,7 @@
 #include "tests/process/run_command.hpp"
 #include "tests/runtime/temporary_dir.hpp"
 #include "tests/tools/kmall_pieces.hpp"
+#include "tests/tools/three_dives.hpp"
 #include "tools/message_types.hpp"
 
 namespace seastitch {
@@ -53,14 +54,7 @@ class FinishedMaps : public ::testing::Test {
   static const fs::path& Folder() {
     static const TemporaryDir dir;
     static const bool made = [] {
-      const std::string survey = std::regex_replace(
-          TextOf(ConfigFile("bench/short.yaml")), std::regex("mems"), "ins_tactical");
-      const std::string yaml = dir.Write("survey.yaml", survey);
-      const auto bench = RunCommand(Program("seastitch") + " bench --survey " + yaml + " --log " +
-                                    (dir.path() / "l.lcmlog").string() + " --survey-file " +
-                                    (dir.path() / "whole.kmall").string());
-      EXPECT_EQ(bench.exit_code, 0) << bench.output;
-      testing::CutKmall(dir.path() / "whole.kmall", 3, dir.path(), "dive");
+      testing::MakeThreeDives(dir.path());
       for (const char* const map : {"dive1 --out A", "dive1 dive2 --out AB", "dive3 --out C"}) {
         const CommandResult result = Run(dir.path(), map);
         EXPECT_EQ(result.exit_code, 0) << result.output;

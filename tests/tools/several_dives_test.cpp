@@ -19,6 +19,7 @@
 #include "tests/process/run_command.hpp"
 #include "tests/runtime/temporary_dir.hpp"
 #include "tests/tools/kmall_pieces.hpp"
+#include "tests/tools/three_dives.hpp"
 #include "tools/dive_inputs.hpp"
 #include "tools/output_folder.hpp"
 #include "tools/survey_files.hpp"
@@ -51,14 +52,7 @@ class SeveralDives : public ::testing::Test {
   static const fs::path& Folder() {
     static const TemporaryDir dir;
     static const bool made = [] {
-      const std::string survey = std::regex_replace(
-          TextOf(ConfigFile("bench/short.yaml")), std::regex("mems"), "ins_tactical");
-      const std::string yaml = dir.Write("survey.yaml", survey);
-      const auto bench = RunCommand(Program("seastitch") + " bench --survey " + yaml + " --log " +
-                                    (dir.path() / "l.lcmlog").string() + " --survey-file " +
-                                    (dir.path() / "whole.kmall").string());
-      EXPECT_EQ(bench.exit_code, 0) << bench.output;
-      testing::CutKmall(dir.path() / "whole.kmall", 3, dir.path(), "dive");
+      testing::MakeThreeDives(dir.path());
       return true;
     }();
     EXPECT_TRUE(made);

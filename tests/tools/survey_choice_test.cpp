@@ -70,8 +70,8 @@ TEST(SurveySources, APositionSystemOfAFewRecordsDoesNotHideAnother) {
   EXPECT_EQ(played.Count("survey_pings_without_position"), 0);
 }
 
-TEST(SurveySources, OneAttitudeDoesNotHideRollAndPitchBesideAHeading) {
-  TemporaryDir dir;
+// A .s7k of 20 s: ten times a second roll of 0.01 rad, pitch and heave, once a second a heading.
+std::string WithSlowHeading() {
   std::string bytes;
   const auto record = [&bytes](std::uint32_t type, double t_s, std::vector<float> values) {
     ByteWriter data;
@@ -79,12 +79,6 @@ TEST(SurveySources, OneAttitudeDoesNotHideRollAndPitchBesideAHeading) {
     const auto encoded = EncodeS7kRecord(type, S7kPingId{}, Kmall::At(t_s), data.bytes());
     bytes.append(encoded.begin(), encoded.end());
   };
-  NavigationRecord attitude;
-  attitude.time = Kmall::At(0.0);
-  attitude.attitude = Attitude{};
-  attitude.heave_m = 0.0;
-  const auto one = EncodeS7k1016({attitude});
-  bytes.append(one.begin(), one.end());
   for (int i = 0; i < 20; ++i) {
     for (int k = 0; k < 10; ++k) record(1012, i + 0.1 * k, {0.01f, 0.0f, 0.1f});
     record(1013, i, {1.0f});
@@ -97,7 +91,18 @@ TEST(SurveySources, OneAttitudeDoesNotHideRollAndPitchBesideAHeading) {
                              EncodeS7k7027(S7kPingId{}, ping)})
       bytes.append(part.begin(), part.end());
   }
-  const SurveyPlan plan = MakeSurveyPlan({dir.Write("a.s7k", bytes)});
+  return bytes;
+}
+
+TEST(SurveySources, OneAttitudeDoesNotHideRollAndPitchBesideAHeading) {
+  TemporaryDir dir;
+  NavigationRecord attitude;
+  attitude.time = Kmall::At(0.0);
+  attitude.attitude = Attitude{};
+  attitude.heave_m = 0.0;
+  const auto one = EncodeS7k1016({attitude});
+  const SurveyPlan plan =
+      MakeSurveyPlan({dir.Write("a.s7k", std::string(one.begin(), one.end()) + WithSlowHeading())});
   EXPECT_EQ(plan.attitude_source, "1012");
   EXPECT_EQ(plan.heading_source, "1013");
 }
@@ -183,6 +188,43 @@ TEST(SurveySources, NavigationOfAnotherYearBesideTheFilesIsRefused) {
   }
 }
 
+// A track of 20 s, once a second, with a position of no receiver's fix at its end.
+fs::path TrackIn(const TemporaryDir& dir) {
+  std::string lines;
+  for (int i = 0; i < 20; ++i)
+    lines += "2026-05-02T12:00:" + std::string(i < 10 ? "0" : "") + std::to_string(i) + "Z," +
+             std::to_string(57.0 + 1e-5 * i) + ",5.0\n";
+  dir.Write("track.csv.yaml",
+            "delimiter: comma\ncolumns:\n  - {quantity: iso, column: 1}\n"
+            "  - {quantity: latitude, column: 2}\n  - {quantity: longitude, column: 3}\n");
+  return dir.Write("track.csv", lines + "2026-05-02T12:00:20Z,0.0,0.0\n");
+}
+
+TEST(SurveySources, APositionAtZeroIsNoneInTextEither) {
+  TemporaryDir dir;
+  const Played played({dir.Write("a.kmall", Kmall().Survey().bytes()), TrackIn(dir)});
+  EXPECT_EQ(played.Count("survey_positions_at_zero"), 1);
+}
+
+// Soundings by line that are not used, beside raw pings.
+TEST(SurveySources, UnusedLinesLeaveAttitudeAndDepthOfRawPings) {
+  TemporaryDir dir;
+  std::string points;
+  for (int i = 0; i < 20; ++i) points += "5.0 " + std::to_string(57.0 + 1e-5 * i) + " -10.0\n";
+  const fs::path lines = dir.Write("b.xyz", points), track = TrackIn(dir);
+  const fs::path slow = dir.Write("a.s7k", WithSlowHeading());
+  Kmall kmall;  // depth: that of each ping
+  kmall.Installation().Profile(0.0).Heave(0.0);
+  for (int i = 0; i < 20; ++i) kmall.Motion(i).Position(i).Ping(i + 0.5);
+  for (const fs::path& file : {slow, fs::path(dir.Write("a.kmall", kmall.bytes()))}) {
+    const Played alone({file, track}), beside({file, track, lines});
+    EXPECT_GT(beside.Count("survey_pings_not_used"), 0) << file;
+    EXPECT_EQ(beside.survey.plan().level_track, nullptr) << file;
+    EXPECT_EQ(beside.survey.plan().attitude_source, alone.survey.plan().attitude_source) << file;
+    EXPECT_EQ(beside.messages, alone.messages) << file;
+  }
+}
+
 // A heave goes on where another motion sensor takes over.
 TEST(SurveySources, HeaveOfTheMotionSensorThatTakesOverIsUsed) {
   TemporaryDir dir;
@@ -254,6 +296,24 @@ TEST(SurveyDepth, ThatOfTheSonarIsUsedWhereHeaveIsFarOff) {
   EXPECT_TRUE(plan.raw_pings);
   EXPECT_THAT(plan.warning, HasSubstr("depth: that of the sonar for each ping"));
   EXPECT_LT(OffMaker(auv), 0.1);
+}
+
+// A sonar that places no soundings fills in zeros, which are no soundings at 100 m either.
+TEST(SurveyDepth, ZerosAreNoSoundingsToCompareWith) {
+  TemporaryDir dir;
+  Kmall kmall;
+  kmall.Installation().Profile(0.0);
+  for (int i = 0; i < 20; ++i) kmall.Motion(i).Position(i).Ping(i + 0.5);
+  const fs::path file = dir.Write("a.kmall", kmall.bytes());
+  const fs::path deep = dir.Write("b.kmall", Changed(file, [](std::string* d) {
+                                    constexpr std::size_t kWaterLine = 36 + 108;
+                                    const float water_line_m = -100.0f;
+                                    if (d->substr(4, 4) == "#MRZ")
+                                      std::memcpy(d->data() + kWaterLine, &water_line_m, 4);
+                                    return true;
+                                  }));
+  EXPECT_EQ(CompareWithMaker(MakeSurveyPlan({deep}), 50).beams(), 0);
+  EXPECT_TRUE(PlanSurvey({deep}).raw_pings);
 }
 
 TEST(SurveyDepth, WithoutAnInstallationTheSonarsOwnSoundingsAreUsed) {
