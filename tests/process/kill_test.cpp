@@ -5,6 +5,7 @@
 #include <sys/mount.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
@@ -245,8 +246,9 @@ TEST(CutMap, IsStartedFromAndTheLossIsNamed) {
     const bool is_journal = cut % 4 != 0;
     const std::string name =
         is_journal ? "journal_000.lcmlog" : "checkpoint_" + std::to_string(cut % 8 / 4);
-    const auto size =
-        std::uniform_int_distribution<std::uintmax_t>(0, fs::file_size(kept / name) - 1)(random);
+    // The kill itself may have left a checkpoint empty.
+    const std::uintmax_t whole = std::max<std::uintmax_t>(fs::file_size(kept / name), 1);
+    const auto size = std::uniform_int_distribution<std::uintmax_t>(0, whole - 1)(random);
     SCOPED_TRACE(name + " cut to " + std::to_string(size) + " bytes");
     for (const std::string& of_before : vehicle.Maps()) fs::remove_all(vehicle.Dive() / of_before);
     fs::copy(kept, map, fs::copy_options::recursive);
