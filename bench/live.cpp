@@ -46,6 +46,11 @@ FileDescriptor ConnectUdp(const std::string& target) {
   return fd;
 }
 
+Time SystemNow() {
+  return Time(
+      std::chrono::duration_cast<Duration>(std::chrono::system_clock::now().time_since_epoch()));
+}
+
 class LiveSender {
  public:
   explicit LiveSender(const LiveTargets& targets)
@@ -68,7 +73,8 @@ class LiveSender {
  private:
   void SendFix(const BenchEvent& event) {
     if (!bus_) bus_.emplace(lcm_url_);
-    bus_->Publish(channels::kPositionFix, ToLcm(*event.fix, {event.recv, fix_seq_++}));
+    // Received now, as everything else is: event.recv is by the simulation's clock.
+    bus_->Publish(channels::kPositionFix, ToLcm(*event.fix, {SystemNow(), fix_seq_++}));
     ++result.packets;
   }
 
@@ -96,11 +102,6 @@ class LiveSender {
   std::optional<Bus> bus_;  // present if position fixes are sent
   std::int64_t fix_seq_ = 0;
 };
-
-Time SystemNow() {
-  return Time(
-      std::chrono::duration_cast<Duration>(std::chrono::system_clock::now().time_since_epoch()));
-}
 
 double SecondsSince(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();

@@ -124,7 +124,6 @@ int DeviceDriver::Run(int fd,
                       const std::function<void()>& update_health,
                       EventLoop* loop) {
   loop->Add(fd, feed);
-  loop->Add(bus_->fd(), [this] { bus_->HandleAll(Bus::kBurst); });
   update_health();
   loop->Every(std::chrono::seconds(1), update_health);
   health_.PublishEverySecond(bus_, loop);

@@ -19,6 +19,7 @@ class EventSink {
     std::int64_t bytes_deleted = 0;
     bool short_of_space = false;  // a limit is exceeded, and no file may be deleted
     std::int64_t config_errors = 0;
+    std::int64_t files_vanished = 0;  // deleted by others, or hidden, while they were written
   };
 
   virtual ~EventSink() = default;

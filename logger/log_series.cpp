@@ -1,5 +1,7 @@
 #include "logger/log_series.hpp"
 
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <stdexcept>
 #include <utility>
@@ -26,7 +28,34 @@ fs::path NextLog(const fs::path& folder) {
 LogSeries::LogSeries(fs::path folder, SplitParams split)
     : folder_(std::move(folder)), split_(split) {}
 
+std::optional<FileIdentity> IdentityOf(const fs::path& path) {
+  struct stat found {};
+  if (::stat(path.c_str(), &found) != 0) return std::nullopt;
+  return FileIdentity{found.st_dev, found.st_ino};
+}
+
+// Makes the dive's folder and the one in it, where somebody deleted them; never the folder of the
+// dives, below which a disk may be missing.
+void LogSeries::MakeFolder() const {
+  std::error_code error;
+  fs::create_directory(folder_.parent_path(), error);
+  fs::create_directory(folder_, error);
+}
+
+bool LogSeries::CheckPlace() {
+  if (!log_ || IdentityOf(path_) == identity_) return true;
+  events_closed_ += log_->events();
+  bytes_closed_ += log_->bytes();
+  log_.reset();
+  path_.clear();
+  return false;
+}
+
 void LogSeries::Open() {
+  if (!fs::exists(folder_)) MakeFolder();
+  const std::optional<FileIdentity> folder = IdentityOf(folder_);
+  if (folder && device_ && folder->device != *device_)
+    throw std::runtime_error(folder_.string() + ": is on another disk than before");
   const fs::path path = NextLog(folder_);
   EventLogWriter log(path, IfExists::kRefuse);
   if (log_) {
@@ -35,6 +64,8 @@ void LogSeries::Open() {
   }
   log_.emplace(std::move(log));
   path_ = path;
+  identity_ = IdentityOf(path);
+  if (identity_ && !device_) device_ = identity_->device;
   first_utime_.reset();
   SyncFolder(folder_);
 }

@@ -16,6 +16,15 @@ struct SplitParams {
   std::int64_t max_us = 3'600'000'000;
 };
 
+// What identifies a file, whatever its path.
+struct FileIdentity {
+  std::uint64_t device;
+  std::uint64_t inode;
+  bool operator==(const FileIdentity&) const = default;
+};
+// Absent if the path leads nowhere.
+std::optional<FileIdentity> IdentityOf(const std::filesystem::path& path);
+
 // Writes events to a series of files in a folder: 000.lcmlog, 001.lcmlog, ... A new file has a
 // number above all existing ones, so that an existing file is never changed.
 class LogSeries {
@@ -29,6 +38,9 @@ class LogSeries {
   // next begins.
   void Write(const LogEvent& event);
   void Flush();
+  // Ends the file if its path does not lead to it any more: it was deleted, or another file system
+  // hides it. The next event opens a new one. False: it was so.
+  bool CheckPlace();
   std::function<void()> Syncer() const;
 
   const std::filesystem::path& file() const { return path_; }  // written to now; empty: none yet
@@ -37,11 +49,14 @@ class LogSeries {
 
  private:
   bool IsFull(const LogEvent& next) const;
+  void MakeFolder() const;
 
   const std::filesystem::path folder_;
   const SplitParams split_;
   std::filesystem::path path_;
   std::optional<EventLogWriter> log_;
+  std::optional<FileIdentity> identity_;     // of log_
+  std::optional<std::uint64_t> device_;      // that the folder was on at first
   std::optional<std::int64_t> first_utime_;  // in log_
   std::int64_t events_closed_ = 0;
   std::int64_t bytes_closed_ = 0;

@@ -1,22 +1,29 @@
 #include "logger/log_writer.hpp"
 
 #include <algorithm>
+#include <array>
 #include <exception>
 #include <iterator>
 #include <utility>
+
+#include "common/core/channel_names.hpp"
 
 namespace seastitch {
 namespace {
 
 constexpr auto kTidyEvery = std::chrono::seconds(1);
 
-// Memory that an event takes in the queue [bytes], with its strings and pointers.
-std::int64_t CostOf(const LogEvent& event) {
-  constexpr std::int64_t kOverhead = 128;
-  return kOverhead + static_cast<std::int64_t>(event.channel.size() + event.data.size());
-}
+bool IsRaw(const LogEvent& event) { return event.channel.starts_with(channels::kRawPrefix); }
 
 }  // namespace
+
+// Memory that an event takes in the queue, with its strings and pointers.
+void LogWriter::Cost::Add(const LogEvent& event, int times) {
+  constexpr std::int64_t kOverhead = 128;
+  const auto bytes = static_cast<std::int64_t>(event.channel.size() + event.data.size());
+  all += times * (kOverhead + bytes);
+  if (IsRaw(event)) raw += times * (kOverhead + bytes);
+}
 
 LogWriter::LogWriter(std::unique_ptr<EventSink> files,
                      std::int64_t max_queue_bytes,
@@ -35,12 +42,14 @@ void LogWriter::Add(LogEvent event) {
     ++status_.events_unloggable;
     return;
   }
-  const std::int64_t cost = CostOf(event);
-  if (status_.queued_bytes + cost > max_queue_bytes_) {
+  Cost cost = queued_;
+  cost.Add(event);
+  if (cost.all > max_queue_bytes_ || cost.raw > max_queue_bytes_ / 4 * 3) {
     ++status_.events_dropped;
     return;
   }
-  status_.queued_bytes += cost;
+  queued_ = cost;
+  status_.queued_bytes = queued_.all;
   ++events_taken_;
   if (!queued_since_) queued_since_ = Clock::now();
   queue_.push_back(std::move(event));
@@ -83,7 +92,7 @@ void LogWriter::WriteMain() {
     std::deque<LogEvent> batch = std::exchange(queue_, {});
     batch_since_ = std::exchange(queued_since_, std::nullopt);
     lock.unlock();
-    std::int64_t cost = 0;
+    Cost cost;
     std::string error = WriteBatch(&batch, &cost);
     const bool written = error.empty();
     const std::string tidy_error = TidyNow(!written);
@@ -97,7 +106,9 @@ void LogWriter::WriteMain() {
     // After a failure some events still wait, and the events in the file may not be flushed.
     if (!written && since) queued_since_ = since;
     if (written && since && !unsynced_since_) unsynced_since_ = since;
-    status_.queued_bytes -= cost;
+    queued_.all -= cost.all;
+    queued_.raw -= cost.raw;
+    status_.queued_bytes = queued_.all;
     status_.files = std::move(figures);
     status_.events_written = status_.files.events;
     status_.write_errors += error.empty() ? 0 : 1;
@@ -135,19 +146,30 @@ void LogWriter::SyncOnce(std::unique_lock<std::mutex>* lock) {
   sync_error_ = std::move(error);
 }
 
-std::string LogWriter::WriteBatch(std::deque<LogEvent>* batch, std::int64_t* cost) {
-  try {
-    while (!batch->empty()) {
-      const LogEvent& event = batch->front();
-      files_->Write(event);
-      *cost += CostOf(event);
-      batch->pop_front();
+std::string LogWriter::WriteBatch(std::deque<LogEvent>* batch, Cost* cost) {
+  std::string error;
+  const auto tried = [&error](const auto& write) {
+    try {
+      write();
+      return true;
+    } catch (const std::exception& e) {
+      if (error.empty()) error = e.what();
+      return false;
     }
-    files_->Flush();
-    return "";
-  } catch (const std::exception& e) {
-    return e.what();
+  };
+  std::deque<LogEvent> left;
+  std::array<bool, 2> failed{};  // of others, of raw bytes
+  for (LogEvent& event : *batch) {
+    bool& has_failed = failed[IsRaw(event) ? 1 : 0];
+    has_failed = has_failed || !tried([&] { files_->Write(event); });
+    if (has_failed)
+      left.push_back(std::move(event));
+    else
+      cost->Add(event);
   }
+  *batch = std::move(left);
+  tried([&] { files_->Flush(); });
+  return error;
 }
 
 std::string LogWriter::TidyNow(bool after_error) {

@@ -18,7 +18,8 @@ namespace seastitch {
 // Writes events to files in background threads, so that a slow disk does not delay the event loop
 // and a full disk does not end the process. If the disk is full, the file stays intact and events
 // wait in a queue of bounded size. Events that come while the queue is full are dropped and
-// counted.
+// counted. Raw bytes (RAW_*) have a folder of their own, and at most three quarters of the queue:
+// an event of theirs that cannot be written holds up none of the others, and the reverse.
 //
 // One thread writes to the kernel eight times per flush interval: a crash of the process loses less
 // than the interval. A second thread calls fsync once per flush interval, or as often as the disk
@@ -54,9 +55,15 @@ class LogWriter {
   void WriteMain();
   void SyncMain();
   void SyncOnce(std::unique_lock<std::mutex>* lock);
-  // Writes events to the kernel and removes them from the batch. *cost: adds their bytes in the
-  // queue. Returns the error, empty if none.
-  std::string WriteBatch(std::deque<LogEvent>* batch, std::int64_t* cost);
+  // Bytes in the queue.
+  struct Cost {
+    std::int64_t all = 0;
+    std::int64_t raw = 0;
+    void Add(const LogEvent& event, int times = 1);
+  };
+  // Writes events to the kernel and removes them from the batch. *cost: adds theirs. Returns the
+  // first error, empty if none.
+  std::string WriteBatch(std::deque<LogEvent>* batch, Cost* cost);
   // Puts unwritten events back to the front of the queue.
   void TakeBack(std::deque<LogEvent> left);
 
@@ -81,6 +88,7 @@ class LogWriter {
   std::string sync_error_;
   Clock::time_point tidied_{};     // last call of Tidy(); used by the writing thread only
   std::int64_t events_taken_ = 0;  // accepted by Add()
+  Cost queued_;
   Status status_;
   bool stop_ = false;
   bool stop_sync_ = false;

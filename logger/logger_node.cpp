@@ -79,6 +79,8 @@ void LoggerNode::UpdateHealth() {
   health_.Set("queued_bytes", status.queued_bytes);
   health_.Set("file_bytes", status.files.bytes);
   health_.Set("files_deleted", status.files.files_deleted);
+  health_.Set("files_vanished", status.files.files_vanished);
+  health_.HoldIf(vanished_.Add(status.files.files_vanished), conditions::kLogVanished);
   health_.Set("config_write_errors", status.files.config_errors);
   for (const auto& [channel, figures] : foreign_.figures()) {
     health_.Set("foreign_" + channel, figures.events);

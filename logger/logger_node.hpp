@@ -50,6 +50,7 @@ class LoggerNode {
   RecentGrowth losses_;
   RecentGrowth unloggable_;
   RecentGrowth deleted_;
+  RecentGrowth vanished_;
   std::int64_t request_seq_ = 0;
 };
 

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <exception>
 #include <stdexcept>
 
 #include "common/core/channel_names.hpp"
@@ -37,8 +38,15 @@ void Recording::Write(const LogEvent& event) {
 }
 
 void Recording::Flush() {
-  log_.Flush();
-  raw_.Flush();
+  std::exception_ptr error;
+  for (LogSeries* series : {&log_, &raw_}) {
+    try {
+      series->Flush();
+    } catch (const std::runtime_error&) {
+      error = std::current_exception();
+    }
+  }
+  if (error) std::rethrow_exception(error);
 }
 
 std::function<void()> Recording::Syncer() {
@@ -49,7 +57,11 @@ std::function<void()> Recording::Syncer() {
   };
 }
 
-void Recording::Tidy() { housekeeper_.Tidy({log_.file(), raw_.file()}); }
+void Recording::Tidy() {
+  for (LogSeries* series : {&log_, &raw_})
+    if (!series->CheckPlace()) ++files_vanished_;
+  housekeeper_.Tidy({log_.file(), raw_.file()});
+}
 
 EventSink::Figures Recording::figures() const {
   Figures figures;
@@ -59,6 +71,7 @@ EventSink::Figures Recording::figures() const {
   figures.files_deleted = housekeeper_.files_deleted();
   figures.bytes_deleted = housekeeper_.bytes_deleted();
   figures.short_of_space = housekeeper_.short_of_space();
+  figures.files_vanished = files_vanished_;
   figures.config_errors = configuration_->errors();
   return figures;
 }

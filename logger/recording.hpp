@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 
@@ -31,6 +32,7 @@ class Recording : public EventSink {
   LogSeries raw_;
   const std::shared_ptr<ConfigArchive> configuration_;
   Housekeeper housekeeper_;
+  std::int64_t files_vanished_ = 0;
 };
 
 }  // namespace seastitch

@@ -69,11 +69,14 @@ bool Mapper::IsUsable(const Submap& submap) {
          !(submap.heading_sigma_rad && !std::isfinite(*submap.heading_sigma_rad));
 }
 
-Mapper::Mapper(const MapperParams& params) : Mapper(params, MakeNavigation(params)) {}
+Mapper::Mapper(const MapperParams& params) : Mapper(params, MakeNavigation(params), true) {}
 
-Mapper::Mapper(const MapperParams& params, std::unique_ptr<Navigation> navigation)
+Mapper::Mapper(const MapperParams& params,
+               std::unique_ptr<Navigation> navigation,
+               bool own_navigation)
     : params_(params),
       navigation_(std::move(navigation)),
+      own_navigation_(own_navigation),
       clocks_(params.navigation.clock_jump_s),
       watch_(params.navigation),
       stamp_offsets_(params.navigation),
@@ -163,9 +166,34 @@ void Mapper::AddProfile(const SoundVelocityProfile& profile, Time received) {
   events_.emplace_back(JournalEntry(profile));
 }
 
-void Mapper::Hear(const std::string& process, double uptime_s) {
-  clocks_.Hear(process, uptime_s);
-  if (process == kOptimizer) optimizer_heard_s_ = clocks_.health_time_s();
+void Mapper::OnHeartbeat(const Heartbeat& heartbeat) {
+  clocks_.OnHeartbeat(heartbeat);
+  if (heartbeat.process == kOptimizer) optimizer_heard_s_ = clocks_.health_time_s();
+  if (search_.solution_version() >= graph_.version())
+    unsolved_since_s_.reset();
+  else if (!unsolved_since_s_ || unsolved_version_ != search_.solution_version())
+    unsolved_since_s_ = clocks_.health_time_s();
+  unsolved_version_ = search_.solution_version();
+}
+
+DiveStage Mapper::Stage() const {
+  if (next_id_ > 0) return DiveStage::kMapping;
+  if (!last_nav_) return DiveStage::kStarting;
+  return own_navigation_ ? DiveStage::kNavigating : DiveStage::kMapping;
+}
+
+void Mapper::RestartNavigation() {
+  Count("navigation_restarts");
+  navigation_ = MakeNavigation(params_);
+  frames_ = SubmapFrames(navigation_.get());
+  correction_ = NavCorrection(navigation_.get());
+  builder_.Finish();
+  if (on_soundings_) builder_.TakeSoundings();
+  while (pings_.TakeAny()) Count("pings_before_navigation");
+  while (sounding_pings_.TakeAny()) Count("pings_before_navigation");
+  watch_ = NavigationWatch(params_.navigation);
+  last_nav_.reset();
+  nav_began_.reset();
 }
 
 void Mapper::GiveNav() {
@@ -185,8 +213,9 @@ bool Mapper::GiveStates() {
   if (last_nav_ && *latest >= *last_nav_ && ToSeconds(*latest - *last_nav_) < period_s - 5e-4)
     return false;
   const Duration period = FromSeconds(period_s);
-  for (Time t = last_nav_ ? *last_nav_ + period : FirstStateBefore(*latest); *latest - t >= period;
-       t += period)
+  for (Time t = last_nav_ ? navigation_->AfterGap(*last_nav_ + period) : FirstStateBefore(*latest);
+       *latest - t >= period;
+       t = navigation_->AfterGap(t + period))
     GiveNavAt(t);
   return GiveNavAt(*latest);
 }
@@ -204,6 +233,7 @@ bool Mapper::GiveNavAt(Time t) {
   if (!state) return false;
   graph_.SetId(state->time);
   last_nav_ = t;
+  clocks_.SetStage(Stage());
   if (!nav_began_) nav_began_ = t;
   if (ping_watch_.IsDue(t)) ping_watch_.Look(t, pings_received_, PingsRefused());
   events_.emplace_back(*state);
@@ -308,6 +338,7 @@ void Mapper::AddSubmap(Submap submap, OfDive dive) {
 
 void Mapper::Enqueue(Submap submap, OfDive dive) {
   next_id_ = submap.id.value + 1;
+  clocks_.SetStage(Stage());
   if (submap.footprint.empty() || !submap.predicted_information) Complete(params_, &submap);
   search_.Add(submap, dive.chain);
   Count(std::string("submaps_by_") + ToString(submap.trigger));
@@ -437,11 +468,17 @@ bool Mapper::IsLastStep() const {
 void Mapper::GiveGraph(GraphGrowth growth) {
   while (const GraphStep* step = graph_.After(graph_given_)) {
     graph_given_ = step->update.version;
-    correction_.Add(step->update);
+    AddToCorrection(step->update);
     growth.steps.push_back(*step);
   }
   events_.emplace_back(JournalEntry(growth));
   for (GraphStep& step : growth.steps) events_.emplace_back(std::move(step));
+}
+
+void Mapper::AddToCorrection(const GraphUpdate& update) {
+  correction_.Add(update);
+  for (const GraphEdge& edge : update.edges)
+    fixes_in_graph_ += edge.kind == EdgeKind::kPositionFix ? 1 : 0;
 }
 
 void Mapper::Finish() {

@@ -73,7 +73,8 @@ class Mapper {
   // Throws std::invalid_argument where params.navigation breaks a rule of CheckParams().
   explicit Mapper(const MapperParams& params);
   // With a navigation of your own in place of the one that params.navigation_source names.
-  Mapper(const MapperParams& params, std::unique_ptr<Navigation> navigation);
+  Mapper(const MapperParams& params, std::unique_ptr<Navigation> navigation)
+      : Mapper(params, std::move(navigation), false) {}
   Mapper(const Mapper&) = delete;
   Mapper& operator=(const Mapper&) = delete;
 
@@ -99,15 +100,16 @@ class Mapper {
   template <class Sample>
   void Add(Sample sample, const MessageStamp& stamp) {
     sample.time = clocks_.InDiveTime(ChannelOf(sample), sample.time, stamp, DurationOf(sample));
+    if (clocks_.TakeRestart()) RestartNavigation();
     Add(sample);
     if (last_nav_ != nav_seen_) nav_came_at_ = clocks_.newest();
     nav_seen_ = last_nav_;
   }
   // The profile is used from its message's time on, not from the profile's own: see SoundSpeed.
   void Add(SoundVelocityProfile profile, const MessageStamp& stamp);
-  // Heartbeat (HEALTH) of any process, with the seconds since its start: a clock that does not step
-  // and goes on while the sensors are silent. See SensorClocks.
-  void Hear(const std::string& process, double uptime_s);
+  // Heartbeat of any process on this computer: it tells steps of the computer's clock, and time
+  // goes on by it while the sensors are silent. See SensorClocks.
+  void OnHeartbeat(const Heartbeat& heartbeat);
 
   // Sets a callback that gets every sounding of each submap that closes, before the submap's event
   // and on the thread of Add(). A submap's cloud holds the filtered and thinned points only. A
@@ -200,6 +202,8 @@ class Mapper {
   std::string Summary() const;
 
  private:
+  Mapper(const MapperParams& params, std::unique_ptr<Navigation> navigation, bool own_navigation);
+
   struct Waiting {
     std::shared_ptr<const Submap> submap;
     OfDive dive;
@@ -211,6 +215,10 @@ class Mapper {
   template <class Sample>
   void Navigate(const Sample& sample);
   void AddProfile(const SoundVelocityProfile& profile, Time received);
+  // Forgets all states so far: they are by a clock that was wrong. No submap is made of them.
+  void RestartNavigation();
+  // That of the dive, for SensorClocks.
+  DiveStage Stage() const;
   void GiveNav();
   bool GiveStates();
   Time FirstStateBefore(Time t) const;
@@ -233,6 +241,7 @@ class Mapper {
               Time submap_time,
               GraphGrowth growth);
   void GiveGraph(GraphGrowth growth);
+  void AddToCorrection(const GraphUpdate& update);
   void RecordMade(RegistrationResultSet results, Time submap_time);
   Checkpoint CheckpointNow();
   SensorClocks ClocksOf(const Checkpoint& checkpoint) const;
@@ -246,11 +255,15 @@ class Mapper {
   void Count(const std::string& name, std::int64_t n = 1) { counters_[name] += n; }
 
   const MapperParams params_;
-  const std::unique_ptr<Navigation> navigation_;
+  std::unique_ptr<Navigation> navigation_;
+  const bool own_navigation_;  // made from params_
   SensorClocks clocks_;
   std::optional<Time> nav_seen_;     // last_nav_ at the last message
   std::optional<Time> nav_came_at_;  // when that state came: SensorClocks::newest()
   double optimizer_heard_s_ = 0.0;   // SensorClocks::health_time_s() at its last HEALTH
+  // SensorClocks::health_time_s() since when the graph has been newer than this solution.
+  std::optional<double> unsolved_since_s_;
+  std::int64_t unsolved_version_ = 0;
   NavigationWatch watch_;
   PingWatch ping_watch_;
   std::int64_t pings_received_ = 0;
@@ -278,7 +291,8 @@ class Mapper {
   LoopSearch search_;
   std::string solution_refused_;  // reason; empty: the last solution could be used
   GraphLog graph_;
-  std::int64_t graph_given_ = 0;  // number of versions that were events so far
+  std::int64_t graph_given_ = 0;     // number of versions that were events so far
+  std::int64_t fixes_in_graph_ = 0;  // edges of position fixes, that of the start included
   bool finishing_ = false;
 
   std::int64_t checkpoint_number_ = 0;

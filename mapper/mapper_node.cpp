@@ -117,7 +117,7 @@ void MapperNode::SubscribeSensors() {
   Subscribe<sound_velocity_profile_t>(channels::kSvp, "svp", add);
   bus_->Subscribe<health_t>(
       channels::kHealth, QueueOf(channels::kHealth), [this](const health_t& msg) {
-        mapper_.Hear(msg.process, msg.uptime_s);
+        if (const auto heartbeat = FromLcm(msg)) mapper_.OnHeartbeat(*heartbeat);
         ReportHealth();
       });
 }
@@ -173,6 +173,7 @@ void MapperNode::OnGraphRequest(const graph_request_t& msg) {
   if (msg.sender == kName) return;  // the mapper's own request
   health_.Count("graph_requests");
   const bool same_graph = msg.graph_id == mapper_.graph().graph_id();
+  if (!same_graph && msg.graph_id != 0) return;  // another mapper's
   const std::int64_t have = same_graph ? std::max<std::int64_t>(0, msg.have_version) : 0;
   version_sent_ = std::min(version_sent_, have);
   // Some at once, the rest one by one, like the points of a submap.

@@ -66,6 +66,7 @@ bool Mapper::Resume(const SavedMap& saved,
   next_id_ = std::max(next_id_, checkpoint.next_submap);
   checkpoint_number_ = checkpoint.number;
   clocks_ = ClocksOf(checkpoint);
+  clocks_.SetStage(Stage());
   resumed_ = Resumed{checkpoint.time, frames_.previous_time()};
   graph_.SetId(FromUtime(checkpoint.graph_id));
   graph_.Resume();
@@ -106,7 +107,7 @@ bool Mapper::Restore(const GraphGrowth& growth) {
   }
   for (const GraphStep& step : growth.steps) {
     graph_.Restore(step);
-    correction_.Add(step.update);
+    AddToCorrection(step.update);
   }
   results.job.pairs = growth.pairs;
   results.edges = growth.registered;

@@ -11,6 +11,7 @@ namespace {
 // Time without NAV that is reported [s].
 constexpr double kNoNavS = 2.0;
 constexpr double kNoOptimizerS = 10.0;  // it may be started later than the mapper
+constexpr double kNoSolutionS = 60.0;   // that a solution may take
 
 const char* Sentence(SoundSpeed::Source source) {
   switch (source) {
@@ -59,9 +60,13 @@ std::vector<Condition> Mapper::conditions() const {
   now.insert(now.end(), of_pings.begin(), of_pings.end());
   if (nav_came_at_ && ToSeconds(*clocks_.newest() - *nav_came_at_) > kNoNavS)
     now.push_back({&conditions::kNoNavigation, "since " + UtcOf(*last_nav_)});
+  if (navigation_->starts_from_fix() && fixes_in_graph_ == 1)
+    now.push_back({&conditions::kPlaceFromOneFix, ""});
   if (vertical_.IsMissed()) now.push_back({&conditions::kNoWaterLevel, ""});
-  if (clocks_.health_time_s() - optimizer_heard_s_ > kNoOptimizerS &&
-      search_.solution_version() < graph_.version())
+  const bool is_silent = clocks_.health_time_s() - optimizer_heard_s_ > kNoOptimizerS;
+  const bool is_late =
+      unsolved_since_s_ && clocks_.health_time_s() - *unsolved_since_s_ > kNoSolutionS;
+  if ((is_silent || is_late) && search_.solution_version() < graph_.version())
     now.push_back({&conditions::kNoOptimizer,
                    "solved up to version " + std::to_string(search_.solution_version()) + " of " +
                        std::to_string(graph_.version())});

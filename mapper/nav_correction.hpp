@@ -70,7 +70,7 @@ class NavCorrection {
   Eigen::Matrix3d Covariance(const NavState& predicted) const;
   void CountJump(const std::optional<CorrectedNavState>& before);
 
-  const Navigation* const navigation_;
+  const Navigation* navigation_;
   std::map<SubmapId, Frame> frames_;    // from the solution's newest frame on
   std::optional<std::int64_t> placed_;  // graph version from which on the map's position is known
   std::vector<GivenFix> given_;         // given to the graph, not in the solution yet

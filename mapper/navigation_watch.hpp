@@ -61,7 +61,7 @@ class NavigationWatch {
   void AddDvl(const Navigation& navigation, std::vector<Condition>* now) const;
   void AddOffsets(const Navigation& navigation, std::vector<Condition>* now) const;
 
-  const NavigationParams params_;
+  NavigationParams params_;
   std::optional<Time> first_imu_;
   std::optional<Time> newest_imu_;
   std::optional<Time> last_attitude_;

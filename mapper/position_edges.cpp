@@ -6,9 +6,9 @@
 
 namespace seastitch {
 
-GraphEdge StartEdge(SubmapId submap, const NavState& frame) {
+GraphEdge StartEdge(SubmapId submap, const NavState& frame, bool from_fix) {
   GraphEdge edge;
-  edge.kind = EdgeKind::kDeadReckoning;
+  edge.kind = from_fix ? EdgeKind::kPositionFix : EdgeKind::kDeadReckoning;
   edge.from = edge.to = submap;
   edge.T_from_to = LevelPose(frame.T_map_vehicle);
   edge.information.topLeftCorner<2, 2>() = frame.covariance.topLeftCorner<2, 2>().inverse();

@@ -12,7 +12,7 @@ namespace seastitch {
 
 // Edge of the first submap: position and its uncertainty. Its yaw is not included; the vertex has
 // the sigma of it (GraphVertex::heading_sigma_rad).
-GraphEdge StartEdge(SubmapId submap, const NavState& frame);
+GraphEdge StartEdge(SubmapId submap, const NavState& frame, bool from_fix = false);
 
 // Edge of a fix at another time, carried to the submap by dead reckoning. With l the vehicle's
 // position at the fix in the axes of the submap,

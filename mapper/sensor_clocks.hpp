@@ -3,16 +3,18 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "common/core/channel_names.hpp"
 #include "common/core/conditions.hpp"
 #include "common/core/counters.hpp"
 #include "common/core/message_stamp.hpp"
 #include "common/core/sensors.hpp"
 #include "common/core/time.hpp"
+#include "mapper/process_clocks.hpp"
 
 namespace seastitch {
 
@@ -37,6 +39,25 @@ constexpr SensorChannel ChannelOf(const SoundingPing&) { return SensorChannel::k
 constexpr SensorChannel ChannelOf(const PositionFix&) { return SensorChannel::kPositionFix; }
 constexpr SensorChannel ChannelOf(const SoundVelocityProfile&) { return SensorChannel::kSvp; }
 
+// The name of its LCM channel.
+constexpr const char* NameOf(SensorChannel channel) {
+  constexpr std::array<const char*, kSensorChannels> kNames{channels::kImu,
+                                                            channels::kDvl,
+                                                            channels::kDepth,
+                                                            channels::kIns,
+                                                            channels::kMbesPing,
+                                                            channels::kMbesSoundings,
+                                                            channels::kPositionFix,
+                                                            channels::kSvp};
+  return kNames[static_cast<std::size_t>(channel)];
+}
+
+// Index of a channel whose messages come at any time, about any time before.
+constexpr bool IsRare(std::size_t channel) {
+  return channel == static_cast<std::size_t>(SensorChannel::kPositionFix) ||
+         channel == static_cast<std::size_t>(SensorChannel::kSvp);
+}
+
 // Duration of a measurement, from its stamp to its last echo: a message cannot come before its end.
 // Absent: not known, since no beam has an echo.
 template <class Sample>
@@ -47,22 +68,39 @@ std::optional<Duration> DurationOf(const MbesPing& ping);
 // Of points the travel time of the farthest one, at 1500 m/s: within 4 %.
 std::optional<Duration> DurationOf(const SoundingPing& ping);
 
+// How much of the dive depends on the time scale of the inertial unit (or INS).
+enum class DiveStage : std::uint8_t {
+  kStarting,    // no state of navigation yet
+  kNavigating,  // states, and no submap
+  kMapping,
+};
+
 // Corrector of clock steps: turns stamps into dive time, the UTC of the clocks at the start of the
 // dive, continued as if no clock had been set since. Every message has two stamps: utime by the
 // sensor's clock, recv by the computer's, which all sensors share. Sequence numbers distinguish a
 // clock step from lost messages. The nominal interval of the messages gives the size of the step.
 //
-//   what is seen                                    what is concluded
-//   recv goes back                                  the computer's clock was set back
-//   recv leaps, uptime in HEALTH grew by less       the computer's clock was set forward
-//   recv leaps, uptime grew as much or is unknown   the sensor was silent
-//   utime leaps, recv does not                      the sensor's clock was set
-//   utime and recv leap by the same                 the sensor's clock is set by the computer's
+//   what is seen                                  what is concluded
+//   recv leaps, the heartbeats show the same      the computer's clock was set
+//   recv leaps, the heartbeats show no step       the receive stamps of this sensor stepped;
+//   forward
+//                                                 over a time that the heartbeats saw pass: silence
+//   recv goes back, no heartbeat can tell         the computer's clock, if two sensors agree on it
+//   recv goes forward, no heartbeat can tell      the sensor was silent
+//   utime leaps, recv does not                    the sensor's clock was set
+//   utime and recv leap by the same               the sensor's clock is set by the computer's
 //
-// A step is corrected from its first message on and confirmed by the third. If a message with
-// stamps as before the step comes earlier, the messages between were damaged and are counted; their
-// samples have been used. Not corrected, since navigation treats them as gaps in the data: steps of
-// up to jump_s (navigation.clock_jump_s), and steps of the computer's clock by up to 3 s forward.
+// A step is corrected from its first message on. A step of a sensor's clock is confirmed by the
+// third message. If a message with stamps as before the step comes earlier, the messages between
+// were damaged and are counted; their samples have been used. Fixes and profiles come at any time,
+// about any time before, and decide nothing.
+//
+// A confirmed step is taken off (held), so that dive time goes on; it is followed where the stamps
+// after it agree with more of the other sensors and receive stamps than those before it: then the
+// clock was wrong before. While the dive starts, the stamps after a step also win a draw. The
+// inertial unit's clock is followed until the first submap; where navigation has started, it has to
+// begin again. Not corrected, since navigation treats them as gaps in the data: steps of up to
+// jump_s (navigation.clock_jump_s), and steps of the computer's clock by up to 3 s forward.
 // Pure: no clock of its own, no input or output.
 class SensorClocks {
  public:
@@ -74,15 +112,16 @@ class SensorClocks {
                   Time utime,
                   const MessageStamp& stamp,
                   std::optional<Duration> measured = Duration::zero());
-  // Adds a HEALTH message of any process. uptime_s, the seconds since that process's start, is
-  // monotonic and goes on while sensors are silent. Two processes of the same name whose uptimes
-  // alternate between two values are ignored. If they began less than a second apart, so that the
-  // uptimes increase in the order of the messages, they count as one, wrong by at most that second.
-  void Hear(const std::string& process, double uptime_s);
+  // Adds a heartbeat of any process on this computer: see ProcessClocks.
+  void OnHeartbeat(const Heartbeat& heartbeat);
+  void SetStage(DiveStage stage) { stage_ = stage; }
+  // True once after the inertial unit's time scale has changed: states of navigation so far are by
+  // a clock that was wrong.
+  bool TakeRestart() { return std::exchange(restart_, false); }
 
   // Seconds that passed, by the uptimes in HEALTH, since the first HEALTH message that this object
   // heard.
-  double health_time_s() const { return health_time_s_; }
+  double health_time_s() const { return processes_.elapsed_s(); }
 
   // Now, in dive time: arrival (recv) of the newest message, plus the time by HEALTH since then.
   std::optional<Time> newest() const;
@@ -97,8 +136,9 @@ class SensorClocks {
   std::vector<Condition> conditions() const;
   const Counters& counters() const { return counters_; }
 
-  // For a restart. Not saved: processes_, health_time_s_ and counters_, which begin anew with the
-  // process; jump_s_, which is configured.
+  // For a restart. Not saved: processes_, accounted_, unseen_since_s_, leap_, restart_ and
+  // counters_, which begin anew with the process; jump_s_, which is configured; stage_, which the
+  // caller sets.
   template <class Archive, class Self>
   static void Fields(Archive& archive, Self& self) {
     archive(self.channels_, self.computer_, self.computer_stepped_at_, self.last_step_);
@@ -154,23 +194,30 @@ class SensorClocks {
     std::array<double, kIntervals> intervals_s{};
     std::int32_t intervals = 0;
     Latency latency;
-    double health_time_s = 0.0;  // at its last message
+    std::optional<double> health_time_s;  // at its last message
     std::optional<Time> heard;   // arrival of its last message that came after a new HEALTH
+    std::vector<double> late_s;  // latencies of the last messages since the last step, newest last
 
     double interval_s() const;
     void AddInterval(double interval_s);
+    void AddLateness(double s);
+    // Absent for fewer than three messages since the last step.
+    std::optional<double> lateness_s() const;
 
-    // Not saved: health_time_s and heard, which begin anew with the process.
+    // Not saved: health_time_s, heard and late_s, which begin anew with the process.
     template <class Archive, class Self>
     static void Fields(Archive& archive, Self& self) {
       archive(self.has_come, self.era, self.before, self.intervals_s, self.intervals, self.latency);
     }
   };
-  struct Process {
-    double uptime_s = 0.0;
-    double to_health_time_s = 0.0;           // health_time_s = uptime_s + this
-    double heard_s = 0.0;                    // health_time_s at its last HEALTH
-    std::optional<double> before_restart_s;  // uptime_s of the process before this one
+
+  // Leap of receive stamps that may be a step of the computer's clock.
+  struct Leap {
+    Duration correction;  // the same for all channels that took part in it
+    Time at;              // arrival of the first message after it
+    double health_time_s;
+    bool heartbeats_tell;  // false: two sensors have to agree
+    std::array<bool, kSensorChannels> channels{};
   };
 
   // False for a replay or simulation faster or slower than real time: utime and recv then cannot be
@@ -184,9 +231,24 @@ class SensorClocks {
   bool Follows(const Channel& c, const Era& era, const Era& message) const;
   Era Next(SensorChannel channel, const Channel& c, Era message) const;
   Duration ComputerStep(const Channel& c, const Era& message, double typical_s) const;
-  void Confirm(SensorChannel channel, Channel* c);
+  void Join(SensorChannel channel, const Channel& c, Duration correction);
+  // Decides on leap_, if there is enough evidence by now.
+  void Judge();
+  void AdoptUnseenStep(Duration step);
+  void CorrectLeap(Duration correction);
+  void EndLeapAsStep();
+  void EndLeapAsNoStep();
+  void ConfirmAll(const Leap& leap);
+  bool ComputerWasWrong(const Leap& leap) const;
+  void TakeBack(const Leap& leap, bool was_wrong);
+  bool MovesWithComputer(const Channel& c, const Leap& leap) const;
+  // Ends a step of one channel: holds or follows its clock.
+  void Confirm(SensorChannel channel);
+  bool WasWrong(SensorChannel channel, Duration own) const;
+  bool IsPeer(std::size_t channel) const;
+  bool IsSilent(const Channel& c) const;
   // Keeps a step for conditions(). whose: name of the clock.
-  void Note(const std::string& whose, Duration step);
+  void Note(const std::string& whose, Duration step, bool followed);
   void AddSilent(std::vector<Condition>* now) const;
   void AddSilentProcesses(std::vector<Condition>* now) const;
   void AddDrifts(std::vector<Condition>* now) const;
@@ -198,8 +260,12 @@ class SensorClocks {
   std::string last_step_;
   std::optional<Time> last_step_at_;
   double pace_ = 1.0;  // seconds of utime per second of recv, over the last kLatencies messages
-  std::map<std::string, Process> processes_;
-  double health_time_s_ = 0.0;
+  ProcessClocks processes_;
+  Duration accounted_{};                  // of processes_.stepped()
+  std::optional<double> unseen_since_s_;  // health_time_s() since a step that no sensor has shown
+  std::optional<Leap> leap_;
+  DiveStage stage_ = DiveStage::kStarting;
+  bool restart_ = false;
   Counters counters_;
 };
 

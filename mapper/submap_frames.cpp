@@ -58,7 +58,7 @@ std::vector<GraphEdge> SubmapFrames::Place(Submap* submap,
   }
   std::vector<GraphEdge> edges = EdgesOf(fixes);
   if (first && state && navigation_->place_is_known())
-    edges.push_back(StartEdge(submap->id, *state));
+    edges.push_back(StartEdge(submap->id, *state, navigation_->starts_from_fix()));
   return edges;
 }
 

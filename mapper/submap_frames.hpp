@@ -69,7 +69,7 @@ class SubmapFrames {
   std::optional<Eigen::Matrix3d> CovarianceFromPrevious(const NavState& state);
   const Frame* NearestTo(Time t) const;
 
-  const Navigation* const navigation_;
+  const Navigation* navigation_;
   std::deque<Frame> earlier_;      // before previous_, in order; in navigation's history
   std::optional<Frame> previous_;  // of the submap closed last
   std::optional<OpenFrame> open_;

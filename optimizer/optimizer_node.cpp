@@ -18,6 +18,9 @@ constexpr std::size_t kMaxUpdates = 1000;
 constexpr int kUpdatesWhenCatchingUp = 10;
 // Requests for a missing version before it is given up. The mapper answers within seconds.
 constexpr int kMaxAskedInVain = 3;
+// Calls of AskAgain(), 5 s apart.
+constexpr int kTicksUntilLeft = 2;     // without an answer of the present graph's mapper
+constexpr int kTicksOfTwoMappers = 6;  // that the condition holds
 
 std::int64_t Accepted(const PoseGraph& solution) {
   return std::count_if(solution.loop_edges.begin(),
@@ -63,9 +66,9 @@ void OptimizerNode::OnUpdate(const graph_update_t& msg) {
 void OptimizerNode::Take(const graph_update_t& msg) {
   const std::optional<GraphUpdate> update = Checked(msg);
   if (!update) return;
-  if (IsOfLeftGraph(*update)) return health_.Count("updates_of_a_left_graph");
   const bool another_graph = newest_version_ > 0 && update->graph_id != graph_id_;
-  if (another_graph) left_graph_ = graph_id_;
+  if (another_graph && !IsBegin(*update)) return OnAnotherGraph(*update);
+  if (!another_graph) HearOwnGraph();
   if (another_graph || optimizer_->store().Contradicts(*update)) StartOver();
   graph_id_ = update->graph_id;
   const bool is_new = update->version > optimizer_->version();
@@ -80,10 +83,42 @@ void OptimizerNode::Take(const graph_update_t& msg) {
   if (when_ == SolveOn::kEachUpdate) SolveWaiting();
 }
 
-// True for a late update of the graph before this one: it is ignored. Its version 1 is not ignored,
-// because a log of that graph is being replayed then.
-bool OptimizerNode::IsOfLeftGraph(const GraphUpdate& update) const {
-  return update.graph_id != graph_id_ && update.graph_id == left_graph_ && update.version > 1;
+// In a replay another graph begins with its version 1; later versions are late ones of the graph
+// before.
+bool OptimizerNode::IsBegin(const GraphUpdate& update) const {
+  return when_ == SolveOn::kEachUpdate && update.version == 1;
+}
+
+// Live, the mapper of the present graph may have ended, or another mapper may have begun beside it.
+// Its last version is requested: if it answers, its graph goes on.
+void OptimizerNode::OnAnotherGraph(const GraphUpdate& update) {
+  health_.Count("updates_of_another_graph");
+  if (when_ == SolveOn::kEachUpdate) return;
+  if (!other_graph_) {
+    ticks_unanswered_ = 0;
+    AskFrom(optimizer_->version() - 1);
+  }
+  other_graph_ = update.graph_id;
+  ReportState();
+}
+
+void OptimizerNode::HearOwnGraph() {
+  if (!other_graph_) return;
+  other_graph_.reset();
+  ticks_of_two_mappers_ = kTicksOfTwoMappers;
+  ReportState();
+}
+
+// Takes up the other graph if the present one's mapper has not answered for two ticks.
+void OptimizerNode::WaitForOwnGraph() {
+  if (ticks_of_two_mappers_ > 0 && --ticks_of_two_mappers_ == 0) ReportState();
+  if (!other_graph_) return;
+  if (++ticks_unanswered_ < kTicksUntilLeft) return AskFrom(optimizer_->version() - 1);
+  StartOver();
+  graph_id_ = *std::exchange(other_graph_, std::nullopt);
+  ticks_of_two_mappers_ = 0;
+  Ask();
+  ReportState();
 }
 
 // Requests the versions that are missing before this one, once per newest version: later versions
@@ -154,13 +189,15 @@ void OptimizerNode::OnRequest(const graph_request_t& msg) {
   PublishSolution();
 }
 
-void OptimizerNode::Ask() {
+void OptimizerNode::Ask() { AskFrom(optimizer_->version()); }
+
+void OptimizerNode::AskFrom(std::int64_t have_version) {
   graph_request_t msg{};
   msg.utime = update_utime_;
   msg.seq = request_seq_++;
   msg.sender = "optimizer";
   msg.graph_id = graph_id_;
-  msg.have_version = optimizer_->version();
+  msg.have_version = std::max<std::int64_t>(0, have_version);
   bus_->Publish(channels::kGraphRequest, msg);
   health_.Count("requests");
 }
@@ -170,6 +207,7 @@ void OptimizerNode::AskAgain() {
   if (!IsMissing() || catching_up) asked_in_vain_ = 0;
   taken_since_tick_ = 0;
   if (worker_busy_) return;
+  WaitForOwnGraph();
   if (IsMissing() && asked_in_vain_ == kMaxAskedInVain) {
     health_.Count("versions_given_up");
     newest_version_ = optimizer_->version();
@@ -284,6 +322,10 @@ void OptimizerNode::ReportSolution(double solve_s) {
     fixes += fix.Pulls() ? 1 : 0;
     fixes_accepted += fix.weight.value_or(0.0) >= kAcceptedWeight ? 1 : 0;
   }
+  constexpr std::int64_t kFewFixes = 4;
+  health_.HoldIf(fixes >= kFewFixes && 2 * fixes_accepted < fixes,
+                 conditions::kFixesContradictMap,
+                 std::to_string(fixes - fixes_accepted) + " of " + std::to_string(fixes));
   health_.Set("position_fixes", fixes);
   health_.Set("position_fixes_accepted", fixes_accepted);
   const MountingErrors mounting = solution_.MountingOf(0);  // on the vehicle there is one dive
@@ -298,6 +340,7 @@ void OptimizerNode::ReportState() {
   health_.HoldIf(
       submaps_lost_ > 0, conditions::kSubmapMalformed, std::to_string(submaps_lost_) + " so far");
   health_.HoldIf(solve_failed_, conditions::kNoSolution);
+  health_.HoldIf(ticks_of_two_mappers_ > 0, conditions::kTwoMappers);
   health_.HoldIf(!optimizer_->converged(), conditions::kSolutionNotConverged);
   health_.HoldIf(optimizer_->lacks_covariance(), conditions::kNoCovariance);
   health_.SetText("version " + std::to_string(optimizer_->version()) + ", " +

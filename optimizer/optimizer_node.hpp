@@ -40,7 +40,8 @@ class OptimizerNode {
   // waits until no update has come between two calls.
   void EndStart();
   // To be called live, every few seconds. Repeats the request for a missing version, since a
-  // request or its answer may be lost. After three requests in vain the version is given up.
+  // request or its answer may be lost. After three requests in vain the version is given up. Takes
+  // up another graph whose updates came, if the mapper of the present one does not answer.
   void AskAgain();
 
   Health& health() { return health_; }
@@ -50,10 +51,14 @@ class OptimizerNode {
   void Take(const graph_update_t& msg);
   std::optional<GraphUpdate> Checked(const graph_update_t& msg);
   std::optional<GraphUpdate> WithoutBadEdges(const graph_update_t& msg) const;
-  bool IsOfLeftGraph(const GraphUpdate& update) const;
+  bool IsBegin(const GraphUpdate& update) const;
+  void OnAnotherGraph(const GraphUpdate& update);
+  void HearOwnGraph();
+  void WaitForOwnGraph();
   void StartOver();
   void Expect(std::int64_t version);
   void Ask();
+  void AskFrom(std::int64_t have_version);
   bool IsMissing() const { return newest_version_ > optimizer_->version(); }
   bool Post(Worker::Job job);
   void OnSolved(std::optional<PoseGraph> solution, double solve_s);
@@ -74,17 +79,19 @@ class OptimizerNode {
   bool worker_busy_ = false;
   std::deque<graph_update_t> updates_;  // received while worker_busy_
   PoseGraph solution_;
-  std::int64_t graph_id_ = 0;               // of the last update added
-  std::optional<std::int64_t> left_graph_;  // id of the graph that the mapper had before
-  std::int64_t newest_version_ = 0;         // newest version that the mapper is known to have
-  std::int64_t malformed_version_ = 0;      // requested again because a vertex was malformed
-  std::int64_t submaps_lost_ = 0;           // malformed twice
-  int asked_in_vain_ = 0;                   // requests since the last version was added
-  bool starting_;                           // live: the first request may still be answered
-  int taken_since_tick_ = 0;                // updates added since the last AskAgain()
-  int taken_while_starting_ = 0;            // updates added since the last EndStart()
-  std::int64_t update_utime_ = 0;           // of the last update added
-  bool waiting_ = false;                    // there are updates that no solution has
+  std::int64_t graph_id_ = 0;                // of the last update added
+  std::optional<std::int64_t> other_graph_;  // of updates since the present graph was last heard
+  int ticks_unanswered_ = 0;                 // calls of AskAgain() since then
+  int ticks_of_two_mappers_ = 0;             // for which both have been heard
+  std::int64_t newest_version_ = 0;          // newest version that the mapper is known to have
+  std::int64_t malformed_version_ = 0;       // requested again because a vertex was malformed
+  std::int64_t submaps_lost_ = 0;            // malformed twice
+  int asked_in_vain_ = 0;                    // requests since the last version was added
+  bool starting_;                            // live: the first request may still be answered
+  int taken_since_tick_ = 0;                 // updates added since the last AskAgain()
+  int taken_while_starting_ = 0;             // updates added since the last EndStart()
+  std::int64_t update_utime_ = 0;            // of the last update added
+  bool waiting_ = false;                     // there are updates that no solution has
   SolveStart next_start_ = SolveStart::kWarm;
   bool solve_failed_ = false;
   std::int64_t solution_number_ = 0;

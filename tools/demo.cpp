@@ -160,6 +160,8 @@ int RunDemo(const DemoOptions& options) {
     std::fprintf(
         stderr, "this machine fell %.1f s behind at speed %.0f\n", sent.max_lag_s, options.speed);
   }
+  live.Poll();
+  const std::string faults = live.Faults();
   std::fprintf(stderr, "stopping the processes\n");
   live.Stop();
 
@@ -177,6 +179,7 @@ int RunDemo(const DemoOptions& options) {
       "  live beside the replay (%s):\n%s",
       lost.empty() ? "nothing was lost on the way" : ("lost on the way:" + lost).c_str(),
       Text(CompareRuns(options.out / "live", options.out / "replay"), "live", "replay").c_str());
+  std::printf("  faults at the end of the survey:%s\n", faults.empty() ? " none" : faults.c_str());
   std::printf("  map and report: %s\n", (options.out / "replay" / "report.html").c_str());
   return EXIT_SUCCESS;
 }

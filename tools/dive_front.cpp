@@ -57,7 +57,7 @@ void DiveFront::AddEdges(const GraphUpdate& update) {
     if (edge.from != edge.to || !closed_) continue;
     edge.from.value += first_id_;
     edge.to = edge.from;
-    if (edge.kind == EdgeKind::kDeadReckoning)
+    if (edge.kind == EdgeKind::kDeadReckoning || !closed_->dive.chain.start_covariance)
       closed_->dive.chain.start_covariance =
           StartCovariance(edge, closed_->submap.heading_sigma_rad.value_or(kPi));
     closed_->dive.position_edges.push_back(edge);

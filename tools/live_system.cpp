@@ -91,6 +91,8 @@ LiveSystem::Listener::Listener(const std::string& url) : bus_(url) {
         for (const counter_t& counter : m.counters)
           if (counter.value > 0 && IsLoss(counter.name))
             lost_[m.process + " " + counter.name] = counter.value;
+        faults_[m.process].clear();
+        for (const condition_t& fault : m.conditions) faults_[m.process] += " " + fault.name;
       });
   bus_.Subscribe<graph_update_t>(channels::kGraphUpdate, 0, [this](const graph_update_t& m) {
     mapped_ = std::max(mapped_, m.version);
@@ -178,6 +180,13 @@ void LiveSystem::Stop() {
   }
   StopOne("optimizer");
   StopOne("logger");
+}
+
+std::string LiveSystem::Faults() const {
+  std::string text;
+  for (const auto& [process, names] : listener_.faults())
+    if (!names.empty()) text += " " + process + ":" + names;
+  return text;
 }
 
 void LiveSystem::Kill(const std::string& name) {

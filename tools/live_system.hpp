@@ -42,6 +42,8 @@ class LiveSystem {
   // Losses of received messages that processes reported in HEALTH: " mapper imu_lost 3"; empty:
   // none.
   std::string Lost() const;
+  // Faults in the last HEALTH of each process: " mapper: clock_step late_samples"; empty: none.
+  std::string Faults() const;
   // Stops the drivers first; then the mapper, which closes its last submap; the optimizer when it
   // has solved the last graph version; the logger last.
   void Stop();
@@ -61,13 +63,15 @@ class LiveSystem {
     std::size_t alive() const { return alive_.size(); }
     bool solved() const { return solved_ >= mapped_; }
     const std::map<std::string, std::int64_t>& lost() const { return lost_; }
+    const std::map<std::string, std::string>& faults() const { return faults_; }
 
    private:
     Bus bus_;
     std::set<std::string> alive_;
-    std::map<std::string, std::int64_t> lost_;  // by process and counter
-    std::int64_t mapped_ = 0;                   // last version of the graph
-    std::int64_t solved_ = 0;                   // last version that is solved
+    std::map<std::string, std::int64_t> lost_;   // by process and counter
+    std::map<std::string, std::string> faults_;  // by process, in its last HEALTH
+    std::int64_t mapped_ = 0;                    // last version of the graph
+    std::int64_t solved_ = 0;                    // last version that is solved
   };
 
   void CheckRunning();

@@ -36,7 +36,7 @@ OtherNavigation::OtherNavigation(const MapperConfig& config, Bus* bus)
   Subscribe<position_fix_t>(channels::kPositionFix);
   Subscribe<mbes_ping_t>(channels::kMbesPing);
   bus_->Subscribe<health_t>(channels::kHealth, 0, [this](const health_t& msg) {
-    clocks_.Hear(msg.process, msg.uptime_s);
+    if (const auto heartbeat = FromLcm(msg)) clocks_.OnHeartbeat(*heartbeat);
   });
 }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/core/graph.hpp"
+#include "common/core/heartbeat.hpp"
 #include "common/core/message_stamp.hpp"
 #include "common/core/sensors.hpp"
 #include "common/core/submap.hpp"
@@ -18,6 +19,7 @@
 #include "seastitch/depth_t.hpp"
 #include "seastitch/dvl_t.hpp"
 #include "seastitch/graph_update_t.hpp"
+#include "seastitch/health_t.hpp"
 #include "seastitch/imu_t.hpp"
 #include "seastitch/mbes_ping_t.hpp"
 #include "seastitch/mbes_soundings_t.hpp"
@@ -85,6 +87,7 @@ std::optional<SoundingPing> FromLcm(const mbes_soundings_t& msg);
 std::optional<SoundVelocityProfile> FromLcm(const sound_velocity_profile_t& msg);
 std::optional<PositionFix> FromLcm(const position_fix_t& msg);
 std::optional<NavigationSample> FromLcm(const navigation_t& msg);
+std::optional<Heartbeat> FromLcm(const health_t& msg);
 std::optional<NavState> FromLcm(const nav_t& msg);
 std::optional<CorrectedNavState> FromLcm(const nav_corrected_t& msg);
 std::optional<GraphUpdate> FromLcm(const graph_update_t& msg);

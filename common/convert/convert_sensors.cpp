@@ -280,6 +280,13 @@ position_fix_t ToLcm(const PositionFix& fix, const MessageStamp& stamp) {
   return msg;
 }
 
+std::optional<Heartbeat> FromLcm(const health_t& msg) {
+  if (!IsTime(msg.utime) || !(msg.uptime_s >= 0.0 && std::isfinite(msg.uptime_s)) ||
+      msg.process.empty() || msg.process.size() > kMaxProcessName)
+    return std::nullopt;
+  return Heartbeat{msg.process, FromUtime(msg.utime), msg.uptime_s};
+}
+
 std::optional<PositionFix> FromLcm(const position_fix_t& msg) {
   PositionFix fix;
   fix.time = FromUtime(msg.utime);

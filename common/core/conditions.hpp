@@ -97,6 +97,13 @@ inline constexpr ConditionKind kLogNotWriting{
     "Check the data disk: mounted, writable, not full. Messages wait in memory, up to "
     "max_queue_mb. "
     "Further messages are lost and counted in events_dropped."};
+inline constexpr ConditionKind kLogVanished{
+    "log_vanished",
+    Severity::kDegraded,
+    "the file that was written was deleted, or another disk hides it",
+    "What it held is lost, or below the mount point. A new file was begun if the data disk is "
+    "there: "
+    "see log_not_writing. Mount the data disk, and delete no dive that is being recorded."};
 inline constexpr ConditionKind kUnloggableMessages{
     "unloggable_messages",
     Severity::kDegraded,
@@ -136,6 +143,20 @@ inline constexpr ConditionKind kSubmapMalformed{
     Severity::kDegraded,
     "submaps were malformed and are not in the graph",
     "The corrected map lacks them. Compare the versions of mapper and optimizer in HEALTH."};
+inline constexpr ConditionKind kFixesContradictMap{
+    "fixes_contradict_map",
+    Severity::kDegraded,
+    "most position fixes contradict the map and are refused",
+    "Compare the stated sigma with the scatter of the fixes, check that they are WGS 84, and check "
+    "the "
+    "mounting of the antenna or transponder in vehicle.yaml. The place of the map rests on the "
+    "others."};
+inline constexpr ConditionKind kTwoMappers{"two_mappers",
+                                           Severity::kDegraded,
+                                           "two mappers send graphs",
+                                           "End one of them. The optimizer serves the one that it "
+                                           "followed first, until that is silent for "
+                                           "10 s."};
 inline constexpr ConditionKind kNoSolution{
     "no_solution",
     Severity::kDegraded,
@@ -218,6 +239,13 @@ inline constexpr ConditionKind kFixesRefused{
     Severity::kDegraded,
     "position fixes disagree with dead reckoning and are refused",
     "Compare the stated sigma with the scatter of the fixes, and check that the fixes are WGS 84."};
+inline constexpr ConditionKind kPlaceFromOneFix{
+    "place_from_one_fix",
+    Severity::kDegraded,
+    "the place of the map rests on a single position fix",
+    "Nothing shows whether that fix is right. Give the vehicle another fix, at the surface or by "
+    "USBL: "
+    "the map is moved as a whole then."};
 inline constexpr ConditionKind kNavigationReset{
     "navigation_reset",
     Severity::kDegraded,
@@ -321,9 +349,12 @@ inline constexpr ConditionKind kProcessSilent{
 inline constexpr ConditionKind kNoOptimizer{
     "no_optimizer",
     Severity::kDegraded,
-    "the optimizer is silent and the newest graph is not solved",
-    "Start it (systemctl status seastitch-optimizer). It requests the whole graph from the mapper. "
-    "Until then new submaps stay dead reckoned."};
+    "the newest graph is not solved",
+    "Start the optimizer (systemctl status seastitch-optimizer). It requests the whole graph from "
+    "the "
+    "mapper. If it runs, it solves another mapper's graph, or takes very long: see its HEALTH. "
+    "Until "
+    "then new submaps stay dead reckoned."};
 inline constexpr ConditionKind kSolutionWithheld{
     "solution_withheld",
     Severity::kDegraded,
@@ -363,19 +394,34 @@ inline constexpr ConditionKind kPointsLost{
     "makes the points again."};
 
 inline constexpr const ConditionKind* kAll[] = {
-    &kUndecodableMessages,  &kMessagesNotSent,     &kSocketDrops,          &kLoopLate,
-    &kWorkerStalled,        &kDiskStalled,         &kNoDeviceData,         &kSourceUnavailable,
-    &kSenderRefused,        &kCanController,       &kLogNotWriting,        &kMessagesNotRecorded,
-    &kUnloggableMessages,   &kRecordingsDeleted,   &kDiskSpaceLow,         &kGraphIncomplete,
-    &kSubmapMalformed,      &kNoSolution,          &kSolutionNotConverged, &kNoCovariance,
-    &kNoBottomLock,         &kDvlRefused,          &kAccelerometerDoubted, &kAttitudeRefused,
-    &kAttitudeFrozen,       &kAttitudeSilent,      &kGyroDoubted,          &kDepthRefused,
-    &kFixesRefused,         &kNavigationReset,     &kHeadingStep,          &kTimeOffsetSuspected,
-    &kNavigationNotStarted, &kPlaceUnknown,        &kInsNotUsable,         &kInsJumps,
-    &kNoWaterLevel,         &kNoSoundSpeedProfile, &kSolutionWithheld,     &kSolutionsRefused,
-    &kStoreNotWriting,      &kRegistrationFailed,  &kMapBegunAnew,         &kJournalDamaged,
-    &kPointsLost,           &kClockStep,           &kClockDrift,           &kSamplesLate,
-    &kPingsRefused,         &kMessagesMalformed,   &kSensorSilent,         &kNoNavigation,
+    &kUndecodableMessages,  &kMessagesNotSent,
+    &kSocketDrops,          &kLoopLate,
+    &kWorkerStalled,        &kDiskStalled,
+    &kNoDeviceData,         &kSourceUnavailable,
+    &kSenderRefused,        &kCanController,
+    &kLogNotWriting,        &kMessagesNotRecorded,
+    &kLogVanished,          &kUnloggableMessages,
+    &kRecordingsDeleted,    &kDiskSpaceLow,
+    &kGraphIncomplete,      &kSubmapMalformed,
+    &kTwoMappers,           &kFixesContradictMap,
+    &kNoSolution,           &kSolutionNotConverged,
+    &kNoCovariance,         &kNoBottomLock,
+    &kDvlRefused,           &kAccelerometerDoubted,
+    &kAttitudeRefused,      &kAttitudeFrozen,
+    &kAttitudeSilent,       &kGyroDoubted,
+    &kDepthRefused,         &kFixesRefused,
+    &kPlaceFromOneFix,      &kNavigationReset,
+    &kHeadingStep,          &kTimeOffsetSuspected,
+    &kNavigationNotStarted, &kPlaceUnknown,
+    &kInsNotUsable,         &kInsJumps,
+    &kNoWaterLevel,         &kNoSoundSpeedProfile,
+    &kSolutionWithheld,     &kSolutionsRefused,
+    &kStoreNotWriting,      &kRegistrationFailed,
+    &kMapBegunAnew,         &kJournalDamaged,
+    &kPointsLost,           &kClockStep,
+    &kClockDrift,           &kSamplesLate,
+    &kPingsRefused,         &kMessagesMalformed,
+    &kSensorSilent,         &kNoNavigation,
     &kProcessSilent,        &kNoOptimizer,
 };
 

@@ -15,8 +15,9 @@ constexpr std::chrono::milliseconds kSendPeriod(100);
 
 }  // namespace
 
-ConfigPublisher::ConfigPublisher(std::vector<config_t> parts, Bus* bus)
-    : parts_(std::move(parts)), bus_(bus) {
+ConfigPublisher::ConfigPublisher(std::vector<config_t> parts, Bus* bus, When when)
+    : parts_(std::move(parts)), bus_(bus), when_(when) {
+  if (when_ == When::kByTimer) return;
   bus_->Subscribe<config_request_t>(
       channels::kConfigRequest, kRequestQueue, [this](const config_request_t& msg) {
         const bool ours =
@@ -30,8 +31,9 @@ void ConfigPublisher::SendBy(EventLoop* loop) {
 }
 
 void ConfigPublisher::SendNext(double now_s, std::int64_t now_utime) {
-  if (wanted_ && waiting_.empty() && (!last_s_ || now_s - *last_s_ >= kPauseS)) {
-    wanted_ = false;
+  const double pause_s = when_ == When::kByTimer ? kTimerS : kPauseS;
+  if (wanted_ && waiting_.empty() && (!last_s_ || now_s - *last_s_ >= pause_s)) {
+    wanted_ = when_ == When::kByTimer;
     last_s_ = now_s;
     waiting_.assign(parts_.begin(), parts_.end());
     for (config_t& part : waiting_) {  // the parts of a file have one time

@@ -12,14 +12,18 @@
 namespace seastitch {
 
 // Publishes the configuration of a process on CONFIG: at its start, and on a CONFIG_REQUEST, at
-// most once in 10 s. A request that comes sooner is answered when the 10 s are over.
+// most once in 10 s. A request that comes sooner is answered when the 10 s are over. A driver,
+// which the sensors' network reaches, subscribes to nothing (LCM 1.3.1 ends at a crafted fragment):
+// it sends every 8 s.
 class ConfigPublisher {
  public:
   static constexpr double kPauseS = 10.0;
+  static constexpr double kTimerS = 8.0;  // seastitch doctor listens for 9 s
+  enum class When { kOnRequest, kByTimer };
 
   // parts: from ConfigParts() (common/convert/convert.hpp). Version, time and seq are set when they
   // are sent.
-  ConfigPublisher(std::vector<config_t> parts, Bus* bus);
+  ConfigPublisher(std::vector<config_t> parts, Bus* bus, When when = When::kOnRequest);
   ConfigPublisher(const ConfigPublisher&) = delete;
   ConfigPublisher& operator=(const ConfigPublisher&) = delete;
 
@@ -32,6 +36,7 @@ class ConfigPublisher {
  private:
   const std::vector<config_t> parts_;
   Bus* const bus_;
+  const When when_;
   bool wanted_ = true;
   std::optional<double> last_s_;  // when the last answer began
   std::deque<config_t> waiting_;  // to be sent

@@ -17,7 +17,9 @@ int RunPd0(const ProcessArgs& args) {
   Bus bus(args.lcm_url);
   Pd0Driver driver(*config, &bus);
   ConfigPublisher configuration(
-      ConfigParts("dvl-driver", {{"dvl_driver.yaml", PrintConfig(*config)}}), &bus);
+      ConfigParts("dvl-driver", {{"dvl_driver.yaml", PrintConfig(*config)}}),
+      &bus,
+      ConfigPublisher::When::kByTimer);
   configuration.SendBy(&loop);
   return RunDatagramDriver(&driver, config->driver, &loop);
 }
@@ -28,7 +30,8 @@ int RunCan(const ProcessArgs& args) {
   EventLoop loop;
   Bus bus(args.lcm_url);
   DvlDriver driver(*config, &bus);
-  ConfigPublisher configuration(ConfigParts("dvl-driver", ConfigFiles(*config)), &bus);
+  ConfigPublisher configuration(
+      ConfigParts("dvl-driver", ConfigFiles(*config)), &bus, ConfigPublisher::When::kByTimer);
   configuration.SendBy(&loop);
   return RunCanDriver(&driver, config->driver, &loop);
 }

@@ -18,7 +18,8 @@ int main(int argc, char** argv) {
                       Bus bus(args.lcm_url);
                       ImuDriver driver(*config, &bus);
                       ConfigPublisher configuration(ConfigParts("imu-driver", ConfigFiles(*config)),
-                                                    &bus);
+                                                    &bus,
+                                                    ConfigPublisher::When::kByTimer);
                       configuration.SendBy(&loop);
                       return RunCanDriver(&driver, config->driver, &loop);
                     });

@@ -19,7 +19,8 @@ int main(int argc, char** argv) {
                       MbesDriver driver(*config, &bus);
                       ConfigPublisher configuration(
                           ConfigParts("mbes-driver", {{"mbes_driver.yaml", PrintConfig(*config)}}),
-                          &bus);
+                          &bus,
+                          ConfigPublisher::When::kByTimer);
                       configuration.SendBy(&loop);
                       return RunDatagramDriver(&driver, config->driver, &loop);
                     });

@@ -426,7 +426,6 @@ int RunNavDriver(const NavDriverConfig& config, NavDriver* driver, Bus* bus, Eve
       if (source->finished()) loop->Stop();
     });
   }
-  loop->Add(bus->fd(), [bus] { bus->HandleAll(Bus::kBurst); });
   const auto update_health = [&] {
     std::map<std::string, NavDriver::SourceState> states;
     for (const auto& [url, source] : sources) {

@@ -23,7 +23,8 @@ int main(int argc, char** argv) {
         EventLoop loop;
         Bus bus(args.lcm_url);
         NavDriver driver(*config, &bus);
-        ConfigPublisher configuration(ConfigParts("nav-driver", ConfigFiles(*config)), &bus);
+        ConfigPublisher configuration(
+            ConfigParts("nav-driver", ConfigFiles(*config)), &bus, ConfigPublisher::When::kByTimer);
         configuration.SendBy(&loop);
         return RunNavDriver(*config, &driver, &bus, &loop);
       });

@@ -21,6 +21,7 @@ void DeadReckoning::Finish() { impl_->Finish(); }
 
 StartState DeadReckoning::start_state() const { return impl_->start_state(); }
 bool DeadReckoning::place_is_known() const { return impl_->place_is_known(); }
+bool DeadReckoning::starts_from_fix() const { return impl_->starts_from_fix(); }
 std::vector<SuspectedOffset> DeadReckoning::suspected_offsets() const {
   return impl_->suspected_offsets();
 }
@@ -29,6 +30,7 @@ NavDoubts DeadReckoning::doubts() const { return impl_->doubts(); }
 
 std::optional<Time> DeadReckoning::latest() const { return impl_->track().latest(); }
 std::optional<NavState> DeadReckoning::StateAt(Time t) const { return impl_->track().StateAt(t); }
+Time DeadReckoning::AfterGap(Time t) const { return impl_->track().AfterGap(t); }
 std::optional<NavState> DeadReckoning::Predicted() const { return impl_->Predicted(); }
 std::optional<Eigen::Matrix2d> DeadReckoning::VelocityCovariance(Time t) const {
   return impl_->track().VelocityCovariance(t);

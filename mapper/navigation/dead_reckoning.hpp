@@ -61,6 +61,7 @@ class DeadReckoning : public Navigation {
 
   StartState start_state() const override;
   bool place_is_known() const override;
+  bool starts_from_fix() const override;
   NavSensorHealth health(NavSensor sensor) const override;
   NavDoubts doubts() const override;
   std::vector<SuspectedOffset> suspected_offsets() const override;
@@ -70,6 +71,7 @@ class DeadReckoning : public Navigation {
   // std::nullopt outside [latest() - window_s, latest()]. The covariance is that of the state when
   // it was published.
   std::optional<NavState> StateAt(Time t) const override;
+  Time AfterGap(Time t) const override;
   std::optional<NavState> Predicted() const override;
   // Covariance of the velocity north and east [m2/s2], at the nearest key. std::nullopt as
   // StateAt().

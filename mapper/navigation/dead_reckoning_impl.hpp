@@ -56,6 +56,7 @@ class DeadReckoning::Impl {
 
   StartState start_state() const { return start_.state(); }
   bool place_is_known() const { return place_is_known_; }
+  bool starts_from_fix() const { return params_.start_at_first_fix; }
   NavSensorHealth health(NavSensor sensor);
   NavDoubts doubts() const;
   std::vector<SuspectedOffset> suspected_offsets() const;

@@ -14,6 +14,8 @@ namespace {
 
 // Longest time between samples over which attitude and depth are interpolated [s].
 constexpr double kMaxGapS = 1.0;
+// Time without a depth of the INS after which that of a pressure sensor is used [s].
+constexpr double kInsDepthHoldsS = 5.0;
 constexpr std::size_t kMaxWaiting = 20'000;  // positions that wait for an attitude
 constexpr std::size_t kMostEarlyFixes = 1000;
 // Longest time by which a fix may be ahead of the INS [s].
@@ -91,6 +93,7 @@ void GivenNavigation::Add(const NavigationSample& sample) {
   if (sample.attitude) AddAttitude(sample);
   if (sample.depth) {
     ins_gives_depth_ = true;
+    ins_depth_at_ = sample.time;
     AddDepth(sample.time, sample.depth->value_m, vehicle_.T_vehicle_imu.translation());
   }
   if (sample.position) AddPosition(sample);
@@ -98,7 +101,10 @@ void GivenNavigation::Add(const NavigationSample& sample) {
 }
 
 void GivenNavigation::Add(const DepthSample& sample) {
-  if (ins_gives_depth_) return Count("depth_not_used");
+  if (ins_gives_depth_ && !ins_depth_at_) ins_depth_at_ = sample.time;  // after a restart
+  if (ins_gives_depth_ && ToSeconds(sample.time - *ins_depth_at_) <= kInsDepthHoldsS)
+    return Count("depth_not_used");
+  ins_gives_depth_ = false;
   if (!std::isfinite(sample.depth_m)) return Count("depth_not_finite");
   AddDepth(sample.time, sample.depth_m, vehicle_.p_vehicle_depth_m);
 }
@@ -399,6 +405,14 @@ std::optional<NavState> GivenNavigation::StateAt(Time t) const {
       heading2;
   state.bottom_lock = true;  // unknown for an INS
   return state;
+}
+
+Time GivenNavigation::AfterGap(Time t) const {
+  const auto next = After(attitudes_, t);
+  if (next == attitudes_.end()) return t;
+  if (next == attitudes_.begin()) return next->time;
+  const Time last = std::prev(next)->time;
+  return last == t || ToSeconds(next->time - last) <= kMaxGapS ? t : next->time;
 }
 
 // --- over a restart ------------------------------------------------------------------------------

@@ -77,6 +77,7 @@ class GivenNavigation : public Navigation {
 
   std::optional<Time> latest() const override;
   std::optional<NavState> StateAt(Time t) const override;
+  Time AfterGap(Time t) const override;
   // The latest state, which is late by the search for jumps, carried to the newest attitude by the
   // INS's velocities; without these at a constant velocity in vehicle axes.
   std::optional<NavState> Predicted() const override;
@@ -169,7 +170,7 @@ class GivenNavigation : public Navigation {
   }
   // Not saved: params_, navigation_, vehicle_ and to_map_, which are configured; counters_, which
   // are of one process; attitudes_, depths_ and places_, of which History() has a part; finished_,
-  // which a restart is not.
+  // which a restart is not; ins_depth_at_, which the next depth sets.
   template <class Archive, class Self>
   static void Fields(Archive& archive, Self& self) {
     archive(
@@ -194,6 +195,7 @@ class GivenNavigation : public Navigation {
   std::deque<Stamped<FixEvent>> early_fixes_;  // of no known pose yet, in order of time
   FixKeeper fixes_{navigation_, &counters_};
   bool ins_gives_depth_ = false;
+  std::optional<Time> ins_depth_at_;  // the last; not saved
   bool finished_ = false;
 };
 

@@ -8,6 +8,8 @@
 namespace seastitch {
 namespace {
 
+constexpr double kBridgedByStatesS = 2.0;
+
 template <class T>
 void DropBefore(Time oldest, std::deque<T>* items) {
   // Keeps one older item, so that the window's first instant can be interpolated.
@@ -218,6 +220,15 @@ Matrix6d NavTrack::CovarianceAt(Time t) const {
   covariance.diagonal().segment<2>(3).array() += tilted_rad * tilted_rad;
   covariance(5, 5) += turned_rad * turned_rad;
   return covariance;
+}
+
+Time NavTrack::AfterGap(Time t) const {
+  if (const std::optional<Hole> hole = HoleAt(t))
+    return ToSeconds(hole->to - hole->from) > kBridgedByStatesS ? hole->to : t;
+  if (poses_.empty()) return t;
+  const Time oldest =
+      coarse_.empty() ? poses_.front().time : std::min(poses_.front().time, coarse_.front().time);
+  return std::max(t, oldest);
 }
 
 std::optional<NavState> NavTrack::StateAt(Time t) const {

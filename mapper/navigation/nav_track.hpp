@@ -43,6 +43,8 @@ class NavTrack {
 
   std::optional<Time> latest() const;
   std::optional<NavState> StateAt(Time t) const;
+  // See Navigation. A gap of up to 2 s is bridged by states.
+  Time AfterGap(Time t) const;
   std::optional<Eigen::Matrix2d> VelocityCovariance(Time t) const;
   // dvl_stamps: estimated delay of the DVL stamps, or null. Its effect on both poses is added, also
   // for times before the delay was found.

@@ -75,6 +75,8 @@ class Navigation {
   // State at t, interpolated. std::nullopt after latest(), and before the history that is kept
   // (NavigationParams::window_s).
   virtual std::optional<NavState> StateAt(Time t) const = 0;
+  // t, or the end of the gap in the data that t lies in. No state is published inside a gap.
+  virtual Time AfterGap(Time t) const { return t; }
   // Current state: the latest one extrapolated to the newest inertial sample. Not final.
   virtual std::optional<NavState> Predicted() const = 0;
   // Covariance of (x, y [m], yaw [rad]) of the vehicle at b with respect to the vehicle at a, in
@@ -110,6 +112,8 @@ class Navigation {
   // its sigma is 1 km.
   virtual StartState start_state() const = 0;
   virtual bool place_is_known() const = 0;
+  // True if a position fix gives the start, and not the configuration.
+  virtual bool starts_from_fix() const { return false; }
   virtual NavSensorHealth health(NavSensor sensor) const = 0;
   virtual NavDoubts doubts() const { return {}; }
   // Significant errors of stamps, for the configuration. Meanwhile navigation compensates stamps

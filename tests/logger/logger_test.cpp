@@ -124,7 +124,7 @@ TEST(LogSeries, BeginsAfterEveryLogThatIsThere) {
   EXPECT_EQ(next(), "001.lcmlog");
   dir.Write("999.lcmlog", "");
   EXPECT_EQ(next(), "1000.lcmlog");
-  LogSeries missing(dir / "missing", {});
+  LogSeries missing(dir / "dives/dive/missing", {});
   EXPECT_THAT([&] { missing.Open(); },
               ThrowsMessage<std::runtime_error>(EndsWith("missing: No such file or directory")));
 }
@@ -581,10 +581,81 @@ TEST(LoggerNode, NeverTouchesALogThatIsThere) {
 TEST(LoggerNode, SaysWhereItCannotRecord) {
   const TemporaryDir dir;
   const DiveFolder dive({dir / "dives", 60.0}, "logger", 0);
-  std::filesystem::remove_all(dive.log());
+  std::filesystem::remove_all(dir / "dives");
   Bus bus("memq://");
   EXPECT_THAT([&] { LoggerNode({}, dive, &bus); },
               ThrowsMessage<std::runtime_error>(EndsWith("/log: No such file or directory")));
+}
+
+// A dive that somebody spoils while it is recorded.
+class SpoiltDive : public testing::Test {
+ protected:
+  void Send(const char* channel, int count) {
+    for (int i = 0; i < count; ++i) bus.PublishBytes(channel, "x", 1);
+    bus.HandleAll();
+  }
+  bool Says(const ConditionKind& kind) {
+    node.UpdateHealth();
+    const health_t health = node.health().Snapshot(0, 1.0);
+    return std::any_of(health.conditions.begin(), health.conditions.end(), [&](const auto& c) {
+      return c.name == kind.name;
+    });
+  }
+  // Within the three seconds in which it has to be said.
+  bool Eventually(const std::function<bool()>& happens) {
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(3);
+    while (std::chrono::steady_clock::now() < deadline) {
+      if (happens()) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+    return false;
+  }
+  // Of the channels that the test sends on.
+  static int Events(const std::filesystem::path& log) {
+    EventLogReader reader(log);
+    int events = 0;
+    while (const auto event = reader.Next())
+      events += event->channel == "A" || event->channel == "RAW_CAN" ? 1 : 0;
+    return events;
+  }
+
+  const TemporaryDir dir;
+  const DiveFolder dive{{dir / "dives", 60.0}, "logger", 0};
+  Bus bus{"memq://"};
+  LoggerNode node{{}, dive, &bus};
+};
+
+TEST_F(SpoiltDive, ADeletedDiveIsNamedAndBegunAnew) {
+  Send("A", 3);
+  ASSERT_TRUE(Eventually([&] { return std::filesystem::file_size(node.file()) > 0; }));
+  std::filesystem::remove_all(dive.path());
+  EXPECT_TRUE(Eventually([&] { return Says(conditions::kLogVanished); }));
+  Send("A", 5);
+  node.Finish();
+  EXPECT_EQ(Events(dive.log() / "000.lcmlog"), 5);
+}
+
+TEST_F(SpoiltDive, WithoutTheFolderOfTheDivesItWaits) {
+  std::filesystem::rename(dir / "dives", dir / "elsewhere");
+  EXPECT_TRUE(Eventually([&] { return Says(conditions::kLogVanished); }));
+  Send("A", 5);
+  EXPECT_TRUE(Eventually([&] { return Says(conditions::kLogNotWriting); }));
+  EXPECT_FALSE(std::filesystem::exists(dir / "dives"));
+  std::filesystem::rename(dir / "elsewhere", dir / "dives");
+  node.Finish();
+  EXPECT_EQ(Events(dive.log() / "001.lcmlog"), 5);
+}
+
+TEST_F(SpoiltDive, RawBytesThatCannotBeWrittenHoldUpNoOthers) {
+  std::filesystem::remove(dive.raw());
+  std::ofstream(dive.raw()) << "no folder";
+  Send("RAW_CAN", 2);
+  Send("A", 5);
+  EXPECT_TRUE(Eventually([&] { return Says(conditions::kLogNotWriting); }));
+  EXPECT_TRUE(Eventually([&] { return Events(dive.log() / "000.lcmlog") == 5; }));
+  std::filesystem::remove(dive.raw());
+  node.Finish();
+  EXPECT_EQ(Events(dive.raw() / "000.lcmlog"), 2);
 }
 
 }  // namespace

@@ -137,6 +137,7 @@ class Dive {
           each.utime_s += h.step_s();
           each.recv_s += h.step_s();
         }
+        computer_s_ += h.step_s();
         Fault(h, 5.0);
         break;
       case What::kSensorSteps:
@@ -191,7 +192,7 @@ class Dive {
     for (double slept_s = 0.0; slept_s < h.seconds(); slept_s += 1.0) {
       vehicle_.Sleep(1.0);
       uptime_s_ += 1.0;
-      mapper_->Hear("imu-driver", uptime_s_);
+      SendHeartbeat();
       if (slept_s >= 2.0) ExpectSaid(h);
     }
   }
@@ -240,7 +241,7 @@ class Dive {
       for (const auto& sample : vehicle_.Step(1.5, yaw_rate))
         std::visit([this](const auto& s) { Send(s); }, sample);
       Deliver();
-      if (++steps_ % 50 == 0 && !is_down_) mapper_->Hear("imu-driver", uptime_s_);
+      if (++steps_ % 50 == 0 && !is_down_) SendHeartbeat();
       if (steps_ % 100 == 0 && !is_down_) {
         Register();
         Look();
@@ -248,6 +249,9 @@ class Dive {
       }
       if (steps_ % kSolveEvery == 0 && !is_down_) Solve();
     }
+  }
+  void SendHeartbeat() {
+    mapper_->OnHeartbeat({"imu-driver", vehicle_.time + FromSeconds(computer_s_), uptime_s_});
   }
   template <class Sample>
   void Send(Sample sample) {
@@ -491,6 +495,7 @@ class Dive {
   std::map<SensorChannel, Clock> clocks_;
   std::multimap<Time, Message> late_;
   double uptime_s_ = 0.0;
+  double computer_s_ = 0.0;  // the computer's clock, ahead of the truth
   double delay_s_ = 0.0;
   double damaged_share_ = 0.0;
   int copies_ = 1;

@@ -107,6 +107,7 @@ struct Process {
     health_t msg{};
     msg.process = "logger";
     for (const double end_s = uptime_s + duration_s; uptime_s < end_s; uptime_s += 1.0) {
+      msg.utime = ToUtime(FromUtime(1'700'000'000'000'000) + FromSeconds(uptime_s + clock_s));
       msg.uptime_s = uptime_s;
       bus.Publish("HEALTH", msg);
       bus.HandleAll();

@@ -214,6 +214,68 @@ TEST_P(MapperWithFixes, SendsThemAllToTheOptimizerInMessagesThatFit) {
 }
 INSTANTIATE_TEST_SUITE_P(Numbers, MapperWithFixes, ::testing::Values(0, 199, 200, 201, 500));
 
+// --- the first fix is one of many ---------------------------------------------------------------
+
+class FirstFix : public ::testing::TestWithParam<double> {
+ protected:
+  FirstFix() : dive(Params()) {}
+  static MapperParams Params() {
+    MapperParams params;
+    params.navigation.start_at_first_fix = true;
+    params.navigation.fix_interval_s = 5.0;
+    return params;
+  }
+  void AddFix(double off_m) {
+    const auto at = dive.vehicle.time;
+    PositionFix fix;
+    fix.time = at;
+    fix.latitude_rad = (dive.vehicle.TrueAt(at).translation().x() + off_m) / 6335439.3;
+    fix.longitude_rad = dive.vehicle.TrueAt(at).translation().y() / 6378137.0;
+    fix.covariance_north_east_m2 = Eigen::Matrix2d::Identity();
+    fix.source = "gps";
+    dive.mapper.Add(fix);
+  }
+  // Distance of the solved map from the truth, at its last submap [m].
+  double OffM() {
+    PoseGraphOptimizer optimizer({});
+    for (const GraphStep& step : dive.steps) optimizer.Add(step.update);
+    const std::optional<PoseGraph> solution = optimizer.Solve(SolveStart::kFromDeadReckoning);
+    const auto last = std::prev(dive.submaps.end())->second;
+    const Eigen::Vector2d truth = dive.vehicle.TrueAt(last->frame_time).translation().head<2>();
+    return (solution->vertices.back().T_map_level.Translation() - truth).norm();
+  }
+  bool Says(const ConditionKind& kind) const {
+    const auto now = dive.mapper.conditions();
+    return std::any_of(now.begin(), now.end(), [&](const Condition& c) { return c.kind == &kind; });
+  }
+
+  Embedding dive;
+};
+
+TEST_P(FirstFix, ThatIsWrongIsOutvoted) {
+  dive.Drive(0.1);
+  AddFix(GetParam());
+  for (int i = 0; i < 60; ++i) {
+    dive.Drive(1.0);
+    AddFix(0.0);
+  }
+  dive.Drive(60.0);
+  EXPECT_FALSE(Says(conditions::kPlaceFromOneFix));
+  dive.Finish();
+  ASSERT_GE(dive.submaps.size(), 2u);
+  EXPECT_LT(OffM(), 0.5);
+}
+INSTANTIATE_TEST_SUITE_P(Errors, FirstFix, ::testing::Values(0.0, 20.0, 300.0));
+
+TEST_F(FirstFix, WithoutAnotherIsNamed) {
+  dive.Drive(0.1);
+  AddFix(20.0);
+  dive.Drive(120.0);
+  EXPECT_TRUE(Says(conditions::kPlaceFromOneFix));
+  dive.Finish();
+  EXPECT_NEAR(OffM(), 20.0, 0.5) << "the only fix places the map";
+}
+
 TEST(Mapper, SaysThatTheOptimizerIsSilent) {
   MapperParams params;
   params.submap.max_duration_s = 20.0;
@@ -223,7 +285,9 @@ TEST(Mapper, SaysThatTheOptimizerIsSilent) {
     for (double t = 0.0; t < duration_s; t += 1.0) {
       dive.Drive(1.0);
       uptime_s += 1.0;
-      for (const std::string& process : processes) dive.mapper.Hear(process, uptime_s);
+      for (const std::string& process : processes)
+        dive.mapper.OnHeartbeat(
+            {process, FromUtime(1'700'000'000'000'000) + FromSeconds(uptime_s), uptime_s});
     }
   };
   const auto says = [&] {

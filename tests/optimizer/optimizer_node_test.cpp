@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <deque>
 #include <fstream>
 #include <limits>
@@ -23,7 +24,8 @@ class MapperStub {
   MapperStub(const std::vector<GraphUpdate>& updates, Bus* bus) : updates_(updates), bus_(bus) {
     NameGraph(7);
     bus_->Subscribe<graph_request_t>("GRAPH_REQUEST", 16, [this](const graph_request_t& msg) {
-      if (msg.sender != "optimizer") return;
+      const bool is_of_another = msg.graph_id != 0 && msg.graph_id != graph_id;
+      if (msg.sender != "optimizer" || is_of_another || silent) return;
       requests.push_back(msg.have_version);
       for (std::int64_t v = msg.have_version + 1; v <= published; ++v) Send(v);
     });
@@ -71,6 +73,7 @@ class MapperStub {
   }
 
   std::int64_t graph_id = 0;
+  bool silent = false;
   std::int64_t published = 0;
   std::vector<std::int64_t> requests;
   std::vector<std::int64_t> utimes;
@@ -357,7 +360,67 @@ TEST(OptimizerNode, BeginsAgainWhenTheMapperHasAnotherGraph) {
   EXPECT_EQ(mapper.solutions.back().graph_version, 4);
   EXPECT_EQ(node.health().counter("graphs_started_over"), 1)
       << "a late update of the mapper before";
-  EXPECT_EQ(node.health().counter("updates_of_a_left_graph"), 1);
+  EXPECT_EQ(node.health().counter("updates_of_another_graph"), 1);
+}
+
+// --- two mappers on one bus ----------------------------------------------------------------------
+
+class TwoMappers : public ::testing::Test {
+ protected:
+  TwoMappers() : node({}, &bus, &worker, OptimizerNode::SolveOn::kWhenAsked) {
+    node.EndStart();
+    for (int k = 0; k < 5; ++k) first.PublishNext();
+    other.NameGraph(99);
+    node.SolveWaiting();
+  }
+  bool Says(const ConditionKind& kind) {
+    const health_t health = node.health().Snapshot(0, 1.0);
+    return std::any_of(health.conditions.begin(), health.conditions.end(), [&](const auto& c) {
+      return c.name == kind.name;
+    });
+  }
+
+  Bus bus{"memq://"};
+  InlineWorker worker;
+  MapperStub first{SmallSurvey(), &bus};
+  MapperStub other{SmallSurvey(4), &bus};
+  OptimizerNode node;
+};
+
+TEST_F(TwoMappers, TheFirstIsServedWhileItLives) {
+  for (int k = 0; k < 6; ++k) {
+    other.PublishNext();
+    node.AskAgain();
+    bus.HandleAll();
+  }
+  EXPECT_TRUE(Says(conditions::kTwoMappers));
+  first.PublishNext();
+  node.SolveWaiting();
+  bus.HandleAll();
+  EXPECT_EQ(first.solutions.back().graph_id, first.graph_id);
+  EXPECT_EQ(first.solutions.back().graph_version, 6);
+  EXPECT_EQ(node.health().counter("graphs_started_over"), 0);
+  // The second one ends.
+  for (int k = 0; k < 6; ++k) node.AskAgain();
+  EXPECT_FALSE(Says(conditions::kTwoMappers));
+}
+
+TEST_F(TwoMappers, TheSecondIsTakenUpWhenTheFirstIsSilent) {
+  first.silent = true;
+  other.PublishNext();
+  other.PublishNext();
+  node.AskAgain();
+  bus.HandleAll();
+  EXPECT_EQ(node.health().counter("graphs_started_over"), 0);
+  node.AskAgain();
+  bus.HandleAll();
+  EXPECT_EQ(node.health().counter("graphs_started_over"), 1);
+  other.PublishNext();
+  node.SolveWaiting();
+  bus.HandleAll();
+  EXPECT_EQ(other.solutions.back().graph_id, 99);
+  EXPECT_EQ(other.solutions.back().graph_version, 3) << "whatever version came first";
+  EXPECT_FALSE(Says(conditions::kTwoMappers));
 }
 
 TEST(OptimizerNode, AMapperOfAnotherGraphIsGivenTheSolutionWhateverVersionItHad) {

@@ -67,6 +67,25 @@ TEST(Demo, CorrectsTheMapLiveAndInReplay) {
       demo.output, apart, std::regex("poses: at most ([0-9.]+) of their stated sigma apart")))
       << demo.output;
   EXPECT_LE(std::stod(apart[1]), 1.0 / 3.0) << demo.output;
+
+  // At the surface, where the survey ends, the sonar is off.
+  std::smatch faults;
+  ASSERT_TRUE(
+      std::regex_search(demo.output, faults, std::regex("faults at the end of the survey: (.*)\n")))
+      << demo.output;
+  const std::regex sonar_is_off("none|mapper: sensor_silent|mbes-driver: no_device_data| ");
+  EXPECT_EQ(std::regex_replace(faults[1].str(), sonar_is_off, ""), "");
+  // The same survey without processes.
+  const std::string log = (dir.path() / "short.lcmlog").string();
+  const std::string map = (dir.path() / "map").string();
+  const CommandResult made =
+      RunCommand(Program("seastitch") + " bench --survey " + kConfig + "bench/short.yaml --log " +
+                 log + " && " + Program("seastitch") + " replay " + log + " --out " + map);
+  ASSERT_EQ(made.exit_code, 0) << made.output;
+  const auto position_m = [](const fs::path& run) {
+    return ReadJson(run / "report.json")["position_rms_m"]["after"].get<double>();
+  };
+  EXPECT_NEAR(position_m(out / "replay"), position_m(map), 0.1 * position_m(map)) << demo.output;
 }
 
 // How many processes have `word` in their command line.

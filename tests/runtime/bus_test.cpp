@@ -118,6 +118,28 @@ TEST(SequenceWatch, CountsWhatIsMissingAndForgivesARestart) {
   EXPECT_EQ(watch.Add(11), 2);
   EXPECT_EQ(watch.Add(0), 0);
   EXPECT_EQ(watch.Add(1), 0);
+  EXPECT_EQ(watch.Add(3), 1);
+}
+
+TEST(SequenceWatch, CountsNothingOfDamagedNumbers) {
+  SequenceWatch watch;
+  std::int64_t lost = 0;
+  for (std::int64_t seq = 0; seq < 1000; ++seq) {
+    if (seq == 300) lost += watch.Add(std::int64_t{1} << 62);
+    if (seq == 400) lost += watch.Add(std::int64_t{1} << 52);
+    if (seq == 500) lost += watch.Add(-7);
+    if (seq == 600) lost += watch.Add(17);
+    if (seq % 10 != 9) lost += watch.Add(seq);
+  }
+  EXPECT_EQ(lost, 99);
+}
+
+TEST(SequenceWatch, CountsALongLoss) {
+  SequenceWatch watch;
+  watch.Add(0);
+  EXPECT_EQ(watch.Add(50'000), 0) << "not known yet";
+  EXPECT_EQ(watch.Add(50'001), 49'999);
+  EXPECT_EQ(watch.Add(50'003), 1);
 }
 
 }  // namespace

@@ -85,6 +85,17 @@ TEST_F(ConfigPublisherTest, AnswersARequestOfItsOwnNameOrOfAll) {
   EXPECT_THAT(SendFor(&publisher, 11.0), SizeIs(1));
 }
 
+TEST_F(ConfigPublisherTest, OfADriverSendsByTimerAndHearsNoRequest) {
+  ConfigPublisher publisher(ConfigParts("imu-driver", {{"imu_driver.yaml", "a: 1\n"}}),
+                            &bus,
+                            ConfigPublisher::When::kByTimer);
+  EXPECT_THAT(SendFor(&publisher, 7.0), SizeIs(1));
+  Ask("imu-driver");
+  EXPECT_THAT(SendFor(&publisher, 0.8), IsEmpty());
+  EXPECT_THAT(SendFor(&publisher, 8.0), SizeIs(1));
+  EXPECT_THAT(SendFor(&publisher, 8.0), SizeIs(1));
+}
+
 TEST_F(ConfigPublisherTest, AFloodOfRequestsIsAnsweredOnceInTenSeconds) {
   ConfigPublisher publisher(ConfigParts("mapper", {{"mapper.yaml", "a: 1\n"}}), &bus);
   std::size_t answers = 0;

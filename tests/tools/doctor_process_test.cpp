@@ -19,6 +19,7 @@
 #include "seastitch/health_t.hpp"
 #include "tests/drivers/driver_process.hpp"
 #include "tests/process/run_command.hpp"
+#include "tests/tools/short_survey.hpp"
 #include "tools/vehicle/doctor.hpp"
 #include "tools/vehicle/machine_checks.hpp"
 
@@ -79,9 +80,9 @@ class DoctorVehicle : public DriverProcess {
     Replace(config / "dvl_driver.yaml", kCan, kSource + Udp(dvl_port));
     Replace(
         config / "mbes_driver.yaml", kSource + "udp:224.1.20.40:6020", kSource + Udp(mbes_port));
+    std::ofstream(config / "bench/short.yaml")
+        << ShortSurveyUnderWater() << "position_fixes: {interval_s: 2.0}\n";
     Replace(config / "bench/short.yaml", "lines: 3", "lines: 30");
-    std::ofstream(config / "bench/short.yaml", std::ios::app)
-        << "position_fixes: {interval_s: 2.0}\n";
     options.config_dir = config;
     options.lcm_url = lcm_url;
     options.under_water = true;

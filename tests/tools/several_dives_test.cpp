@@ -19,6 +19,7 @@
 #include "tests/process/run_command.hpp"
 #include "tests/runtime/temporary_dir.hpp"
 #include "tests/tools/kmall_pieces.hpp"
+#include "tests/tools/short_survey.hpp"
 #include "tests/tools/three_dives.hpp"
 #include "tools/dive_inputs.hpp"
 #include "tools/output_folder.hpp"
@@ -338,8 +339,8 @@ TEST_F(SeveralDives, EveryFormatThatIsWrittenGivesTheMap) {
 // An INS that uses a fix now and then, and jumps. A .s7k with 1003 alone has no velocities.
 TEST_F(SeveralDives, JumpsOfTheInsAreTakenOutWhateverTheFormat) {
   const TemporaryDir dir;
-  const std::string survey = std::regex_replace(
-      TextOf(ConfigFile("bench/short.yaml")), std::regex("mems"), "ins_tactical");
+  const std::string survey =
+      std::regex_replace(ShortSurveyUnderWater(), std::regex("mems"), "ins_tactical");
   const auto bench = RunCommand(
       Program("seastitch") + " bench --survey " +
       dir.Write("s.yaml", survey + "position_fixes: {interval_s: 60.0, sigma_m: 3.0}\n") +

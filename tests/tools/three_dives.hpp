@@ -11,16 +11,15 @@
 #include "tests/paths.hpp"
 #include "tests/process/run_command.hpp"
 #include "tests/tools/kmall_pieces.hpp"
+#include "tests/tools/short_survey.hpp"
 
 namespace seastitch::testing {
 
 // Three lines of 60 m of a vehicle whose INS navigates, in a folder: l.lcmlog, whole.kmall, and
 // that file cut into the folders dive1, dive2 and dive3.
 inline void MakeThreeDives(const std::filesystem::path& dir) {
-  std::ifstream in(ConfigFile("bench/short.yaml"));
-  const std::string mems{std::istreambuf_iterator<char>(in), {}};
   std::ofstream(dir / "survey.yaml")
-      << std::regex_replace(mems, std::regex("mems"), "ins_tactical");
+      << std::regex_replace(ShortSurveyUnderWater(), std::regex("mems"), "ins_tactical");
   const auto bench = RunCommand(
       Program("seastitch") + " bench --survey " + (dir / "survey.yaml").string() + " --log " +
       (dir / "l.lcmlog").string() + " --survey-file " + (dir / "whole.kmall").string());

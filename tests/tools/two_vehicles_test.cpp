@@ -16,6 +16,7 @@
 #include "tests/paths.hpp"
 #include "tests/process/run_command.hpp"
 #include "tests/runtime/temporary_dir.hpp"
+#include "tests/tools/short_survey.hpp"
 
 namespace seastitch {
 namespace {
@@ -123,7 +124,7 @@ class TwoVehicles : public ::testing::Test {
             yaml.find(kToldDvl),
             &yaml);
     std::ofstream(config / "vehicle.yaml") << yaml;
-    std::string survey = TextOf(ConfigFile("bench/short.yaml"));
+    std::string survey = ShortSurveyUnderWater();
     Replace("mems", "ins_tactical", 0, &survey);
     for (const auto& [what, with] : vehicle.plan) Replace(what, with, 0, &survey);
     std::ofstream(folder / (vehicle.name + ".yaml")) << survey;

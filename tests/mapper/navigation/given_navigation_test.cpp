@@ -641,5 +641,21 @@ TEST(GivenNavigation, WithoutDepthThereIsNoPose) {
   EXPECT_FALSE(navigation.latest());
 }
 
+// The depth of the INS ends; that of a pressure sensor, refused until then, takes over.
+TEST(GivenNavigation, APressureSensorTakesOverFromAnInsThatGivesNoDepthAnyMore) {
+  GivenNavigation navigation({}, {}, {});
+  for (int i = 0; i < 400; ++i) {
+    NavigationSample sample = SampleOf(0.1 * i, {0.2 * i, 0.0}, 0.0, std::nullopt);
+    if (i >= 100) sample.depth.reset();
+    navigation.Add(sample);
+    navigation.Add(DepthSample{sample.time, 0.0, 12.0, 0.01});
+  }
+  navigation.Finish();
+  ASSERT_TRUE(navigation.latest());
+  EXPECT_GT(ToSeconds(*navigation.latest() - At(0.0)), 39.0);
+  EXPECT_NEAR(navigation.StateAt(At(5.0))->T_map_vehicle.translation().z(), 10.0, 1e-6);
+  EXPECT_NEAR(navigation.StateAt(At(39.0))->T_map_vehicle.translation().z(), 12.0, 1e-6);
+}
+
 }  // namespace
 }  // namespace seastitch
