@@ -20,9 +20,9 @@
 #include <utility>
 #include <vector>
 
-#include "common/runtime/freed_memory.hpp"
-#include "mapper/map_store.hpp"
+#include "common/runtime/process/freed_memory.hpp"
 #include "mapper/mapper_node.hpp"
+#include "mapper/restart/map_store.hpp"
 #include "optimizer/optimizer_config.hpp"
 #include "optimizer/optimizer_node.hpp"
 #include "tests/perf/surveying_vehicle.hpp"

@@ -18,7 +18,7 @@
 #include "bench/survey_config.hpp"
 #include "bench/truth.hpp"
 #include "common/core/pose.hpp"
-#include "common/runtime/vehicle_config.hpp"
+#include "common/runtime/config/vehicle_config.hpp"
 #include "mapper/mapper_config.hpp"
 #include "tests/runtime/temporary_dir.hpp"
 #include "tests/tools/kmall_pieces.hpp"

@@ -28,7 +28,7 @@
 #include <thread>
 #include <vector>
 
-#include "codecs/kmall_stream.hpp"
+#include "codecs/kongsberg/kmall_stream.hpp"
 #include "common/runtime/bus.hpp"
 #include "drivers/socket/file_descriptor.hpp"
 #include "drivers/socket/receive.hpp"

@@ -22,7 +22,7 @@
 
 #include "bench/log.hpp"
 #include "bench/survey_config.hpp"
-#include "common/runtime/vehicle_config.hpp"
+#include "common/runtime/config/vehicle_config.hpp"
 #include "common/storage/submap_file.hpp"
 #include "mapper/mapper_config.hpp"
 #include "tests/perf/flat_table.hpp"

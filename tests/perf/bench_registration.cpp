@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "common/core/median.hpp"
-#include "common/runtime/freed_memory.hpp"
+#include "common/runtime/process/freed_memory.hpp"
 #include "tests/perf/flat_table.hpp"
 #include "tests/perf/pcl_gicp.hpp"
 #include "tests/perf/registration_trial.hpp"

@@ -22,7 +22,7 @@
 #include "bench/random.hpp"
 #include "bench/survey_config.hpp"
 #include "common/convert/convert.hpp"
-#include "common/runtime/vehicle_config.hpp"
+#include "common/runtime/config/vehicle_config.hpp"
 #include "optimizer/optimizer_config.hpp"
 #include "optimizer/pose_graph_optimizer.hpp"
 #include "tests/perf/graph_file.hpp"

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "codecs/kmall_stream.hpp"
-#include "codecs/r2sonic.hpp"
-#include "codecs/s7k.hpp"
+#include "codecs/kongsberg/kmall_stream.hpp"
+#include "codecs/makers/r2sonic.hpp"
+#include "codecs/makers/s7k.hpp"
 #include "drivers/mbes/mbes_decoder.hpp"
 
 // What the sonar formats cost: items are soundings, of pings of 1024 beams. BM_Copy is a plain

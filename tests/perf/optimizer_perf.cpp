@@ -3,8 +3,8 @@
 #include <cstdint>
 
 #include "common/core/information.hpp"
-#include "optimizer/graph_covariance.hpp"
 #include "optimizer/pose_graph_optimizer.hpp"
+#include "optimizer/solver/graph_covariance.hpp"
 #include "tests/optimizer/survey_graph.hpp"
 
 // The optimizer on lawn-mower surveys of N submaps in lines of 50, 5 loop closures each. Argument

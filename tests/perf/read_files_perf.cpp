@@ -9,10 +9,10 @@
 #include <iterator>
 #include <vector>
 
-#include "codecs/em_all_file.hpp"
-#include "codecs/gsf_file.hpp"
-#include "codecs/kmall_file.hpp"
-#include "codecs/xtf_file.hpp"
+#include "codecs/kongsberg/em_all_file.hpp"
+#include "codecs/kongsberg/kmall_file.hpp"
+#include "codecs/makers/gsf_file.hpp"
+#include "codecs/makers/xtf_file.hpp"
 #include "tests/paths.hpp"
 
 // What reading a survey file costs, in pieces of 64 kB as they come from a disk, beside a plain

@@ -6,7 +6,7 @@
 #include <Eigen/LU>
 #include <cmath>
 
-#include "common/runtime/freed_memory.hpp"
+#include "common/runtime/process/freed_memory.hpp"
 #include "mapper/registration/registration.hpp"
 #include "tests/mapper/registration/synthetic_pair.hpp"
 #include "tests/perf/pcl_gicp.hpp"
