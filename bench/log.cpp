@@ -6,7 +6,7 @@
 #include "common/convert/convert.hpp"
 #include "common/core/channel_names.hpp"
 #include "common/runtime/bus.hpp"
-#include "common/runtime/process.hpp"
+#include "common/runtime/process/process.hpp"
 #include "common/storage/event_log.hpp"
 
 namespace seastitch::bench {

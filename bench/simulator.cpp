@@ -6,8 +6,8 @@
 #include <stdexcept>
 #include <utility>
 
-#include "codecs/kmall_sensors.hpp"
-#include "codecs/kmall_stream.hpp"
+#include "codecs/kongsberg/kmall_sensors.hpp"
+#include "codecs/kongsberg/kmall_stream.hpp"
 #include "common/core/pose.hpp"
 #include "drivers/dvl/dvl_can.hpp"
 #include "drivers/imu/imu_can.hpp"

@@ -6,7 +6,7 @@
 #include <iterator>
 #include <utility>
 
-#include "common/runtime/durable_file.hpp"
+#include "common/runtime/files/durable_file.hpp"
 
 namespace seastitch {
 namespace {

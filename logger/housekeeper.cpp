@@ -6,8 +6,8 @@
 #include <system_error>
 #include <utility>
 
-#include "common/runtime/dive_folder.hpp"
-#include "common/runtime/durable_file.hpp"
+#include "common/runtime/files/dive_folder.hpp"
+#include "common/runtime/files/durable_file.hpp"
 
 namespace seastitch {
 namespace {

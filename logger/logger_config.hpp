@@ -2,8 +2,8 @@
 
 #include <string>
 
-#include "common/runtime/dive_folder.hpp"
-#include "common/runtime/parameters.hpp"
+#include "common/runtime/config/parameters.hpp"
+#include "common/runtime/files/dive_folder.hpp"
 
 namespace seastitch {
 

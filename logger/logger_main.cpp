@@ -6,10 +6,10 @@
 
 #include "common/convert/convert.hpp"
 #include "common/runtime/bus.hpp"
-#include "common/runtime/config_publisher.hpp"
+#include "common/runtime/config/config_publisher.hpp"
 #include "common/runtime/event_loop.hpp"
-#include "common/runtime/folder_lock.hpp"
-#include "common/runtime/process.hpp"
+#include "common/runtime/files/folder_lock.hpp"
+#include "common/runtime/process/process.hpp"
 #include "logger/logger_config.hpp"
 #include "logger/logger_node.hpp"
 
@@ -36,7 +36,7 @@ int Run(const ProcessArgs& args) {
   if (!config) return EXIT_SUCCESS;
   EventLoop loop;
   Bus bus(args.lcm_url);
-  const DiveFolder dive(config->dive, "logger", NowUtime());
+  const DiveFolder dive(config->dive, "logger", NowUtime(), DiveFolder::JoinNewest::kIfDiskFailed);
   const std::optional<FolderLock> lock = LockOf(dive.log());
   dive.Enter(NowUtime());
   LoggerNode node(*config, dive, &bus);

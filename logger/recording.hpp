@@ -4,7 +4,7 @@
 #include <functional>
 #include <memory>
 
-#include "common/runtime/dive_folder.hpp"
+#include "common/runtime/files/dive_folder.hpp"
 #include "logger/config_archive.hpp"
 #include "logger/event_sink.hpp"
 #include "logger/housekeeper.hpp"

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "mapper/navigation/dead_reckoning.hpp"
-#include "mapper/navigation/given_navigation.hpp"
+#include "mapper/navigation/ins/given_navigation.hpp"
 #include "mapper/submaps/footprint.hpp"
 #include "mapper/submaps/level_cloud.hpp"
 #include "mapper/submaps/terrain_information.hpp"

@@ -5,7 +5,7 @@
 #include <iterator>
 #include <stdexcept>
 
-#include "common/runtime/vehicle_config.hpp"
+#include "common/runtime/config/vehicle_config.hpp"
 
 namespace seastitch {
 namespace {

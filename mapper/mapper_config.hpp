@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "common/runtime/dive_folder.hpp"
-#include "common/runtime/parameters.hpp"
+#include "common/runtime/config/parameters.hpp"
+#include "common/runtime/files/dive_folder.hpp"
 #include "mapper/mapper_params.hpp"
 
 namespace seastitch {

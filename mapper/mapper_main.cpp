@@ -7,14 +7,14 @@
 #include <thread>
 
 #include "common/convert/convert.hpp"
-#include "common/runtime/config_publisher.hpp"
+#include "common/runtime/config/config_publisher.hpp"
+#include "common/runtime/config/vehicle_config.hpp"
 #include "common/runtime/event_loop.hpp"
-#include "common/runtime/folder_lock.hpp"
-#include "common/runtime/freed_memory.hpp"
-#include "common/runtime/process.hpp"
-#include "common/runtime/vehicle_config.hpp"
-#include "mapper/map_starts.hpp"
+#include "common/runtime/files/folder_lock.hpp"
+#include "common/runtime/process/freed_memory.hpp"
+#include "common/runtime/process/process.hpp"
 #include "mapper/mapper_node.hpp"
+#include "mapper/restart/map_starts.hpp"
 
 namespace {
 

@@ -6,12 +6,12 @@
 #include "common/core/mounting.hpp"
 #include "common/core/sensors.hpp"
 #include "common/core/vehicle.hpp"
-#include "mapper/loop_closer.hpp"
-#include "mapper/navigation/given_navigation.hpp"
+#include "mapper/input/vertical_reference.hpp"
+#include "mapper/loops/loop_closer.hpp"
+#include "mapper/navigation/ins/given_navigation.hpp"
 #include "mapper/navigation/navigation_params.hpp"
 #include "mapper/submaps/cloud_filter.hpp"
 #include "mapper/submaps/submap_builder.hpp"
-#include "mapper/vertical_reference.hpp"
 
 namespace seastitch {
 

@@ -1,8 +1,8 @@
 #include <cstdio>
 
+#include "mapper/input/utc_text.hpp"
 #include "mapper/mapper.hpp"
 #include "mapper/submaps/rejection.hpp"
-#include "mapper/utc_text.hpp"
 
 // What HEALTH and people are told of a mapper: faults, counters, one line.
 namespace seastitch {

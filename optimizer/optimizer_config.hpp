@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "common/runtime/parameters.hpp"
+#include "common/runtime/config/parameters.hpp"
 #include "optimizer/optimizer_params.hpp"
 
 namespace seastitch {

@@ -2,8 +2,8 @@
 #include <cstdlib>
 
 #include "common/convert/convert.hpp"
-#include "common/runtime/config_publisher.hpp"
-#include "common/runtime/process.hpp"
+#include "common/runtime/config/config_publisher.hpp"
+#include "common/runtime/process/process.hpp"
 #include "optimizer/optimizer_config.hpp"
 #include "optimizer/optimizer_node.hpp"
 

@@ -2,8 +2,8 @@
 
 #include <utility>
 
-#include "optimizer/graph_builder.hpp"
-#include "optimizer/robust_solver.hpp"
+#include "optimizer/solver/graph_builder.hpp"
+#include "optimizer/solver/robust_solver.hpp"
 
 namespace seastitch {
 

@@ -8,9 +8,9 @@
 #include <utility>
 #include <vector>
 
-#include "optimizer/graph_covariance.hpp"
-#include "optimizer/graph_store.hpp"
 #include "optimizer/optimizer_params.hpp"
+#include "optimizer/solver/graph_covariance.hpp"
+#include "optimizer/solver/graph_store.hpp"
 
 namespace seastitch {
 

@@ -12,18 +12,18 @@
 #include <utility>
 
 #include "common/core/median.hpp"
-#include "common/runtime/durable_file.hpp"
+#include "common/runtime/files/durable_file.hpp"
 #include "common/storage/submap_file.hpp"
-#include "products/depth_map.hpp"
-#include "products/graph_files.hpp"
-#include "products/judge.hpp"
-#include "products/navigation_files.hpp"
-#include "products/noise_report.hpp"
-#include "products/picture.hpp"
-#include "products/report.hpp"
-#include "products/survey_drawing.hpp"
-#include "products/survey_lines.hpp"
-#include "products/track.hpp"
+#include "products/files/graph_files.hpp"
+#include "products/files/navigation_files.hpp"
+#include "products/map/depth_map.hpp"
+#include "products/map/judge.hpp"
+#include "products/report/noise_report.hpp"
+#include "products/report/picture.hpp"
+#include "products/report/report.hpp"
+#include "products/report/survey_drawing.hpp"
+#include "products/track/survey_lines.hpp"
+#include "products/track/track.hpp"
 
 namespace seastitch {
 namespace {

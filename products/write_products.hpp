@@ -9,14 +9,14 @@
 #include <vector>
 
 #include "common/core/survey_noise.hpp"
-#include "products/consistency.hpp"
-#include "products/dive_report.hpp"
-#include "products/dives.hpp"
-#include "products/geo_files.hpp"
-#include "products/map_points.hpp"
-#include "products/sounding_files.hpp"
+#include "products/files/geo_files.hpp"
+#include "products/files/sounding_files.hpp"
+#include "products/map/consistency.hpp"
+#include "products/map/map_points.hpp"
+#include "products/report/dive_report.hpp"
 #include "products/survey.hpp"
-#include "products/truth.hpp"
+#include "products/track/dives.hpp"
+#include "products/track/truth.hpp"
 
 namespace seastitch {
 

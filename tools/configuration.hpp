@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "common/runtime/parameters.hpp"
+#include "common/runtime/config/parameters.hpp"
 
 namespace seastitch {
 

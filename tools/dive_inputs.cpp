@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <variant>
 
-#include "products/navigation_files.hpp"
+#include "products/files/navigation_files.hpp"
 #include "tools/line_plan.hpp"
 #include "tools/message_types.hpp"
 #include "tools/recorded_dive.hpp"

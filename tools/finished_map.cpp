@@ -15,10 +15,10 @@
 #include <variant>
 
 #include "common/core/archive.hpp"
-#include "common/runtime/durable_file.hpp"
-#include "common/runtime/process.hpp"
-#include "mapper/saved_map.hpp"
-#include "products/map_points.hpp"
+#include "common/runtime/files/durable_file.hpp"
+#include "common/runtime/process/process.hpp"
+#include "mapper/restart/saved_map.hpp"
+#include "products/map/map_points.hpp"
 #include "tools/dive_front.hpp"
 #include "tools/message_types.hpp"
 

@@ -10,8 +10,8 @@
 
 #include "common/core/submap.hpp"
 #include "mapper/mapper.hpp"
-#include "products/dive_report.hpp"
-#include "products/geo_files.hpp"
+#include "products/files/geo_files.hpp"
+#include "products/report/dive_report.hpp"
 #include "products/survey.hpp"
 #include "products/write_products.hpp"
 

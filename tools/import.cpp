@@ -12,12 +12,12 @@
 #include <string_view>
 #include <utility>
 
-#include "codecs/kmall.hpp"
+#include "codecs/kongsberg/kmall.hpp"
 #include "common/convert/convert.hpp"
 #include "common/core/channel_names.hpp"
 #include "common/runtime/bus.hpp"
-#include "common/runtime/process.hpp"
-#include "common/runtime/vehicle_config.hpp"
+#include "common/runtime/config/vehicle_config.hpp"
+#include "common/runtime/process/process.hpp"
 #include "common/storage/event_log.hpp"
 #include "drivers/dvl/dvl_driver.hpp"
 #include "drivers/imu/imu_driver.hpp"

@@ -10,7 +10,7 @@
 #include <string>
 
 #include "common/convert/channels.hpp"
-#include "common/runtime/durable_file.hpp"
+#include "common/runtime/files/durable_file.hpp"
 #include "common/storage/event_log.hpp"
 #include "tools/finished_map.hpp"
 #include "tools/log_figures.hpp"

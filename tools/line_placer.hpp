@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "codecs/line_points.hpp"
-#include "products/geo_files.hpp"
+#include "codecs/lines/line_points.hpp"
+#include "products/files/geo_files.hpp"
 #include "tools/line_track.hpp"
 
 namespace seastitch {

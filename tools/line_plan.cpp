@@ -12,10 +12,10 @@
 #include <utility>
 #include <vector>
 
-#include "codecs/las_file.hpp"
-#include "codecs/xyz_file.hpp"
+#include "codecs/lines/las_file.hpp"
+#include "codecs/lines/xyz_file.hpp"
 #include "common/core/median.hpp"
-#include "products/navigation_files.hpp"
+#include "products/files/navigation_files.hpp"
 #include "tools/message_types.hpp"
 #include "tools/text_columns.hpp"
 

@@ -11,7 +11,7 @@
 
 #include "common/convert/channels.hpp"
 #include "common/convert/convert.hpp"
-#include "common/runtime/dive_folder.hpp"
+#include "common/runtime/files/dive_folder.hpp"
 #include "drivers/dvl/dvl_driver.hpp"
 #include "drivers/imu/imu_driver.hpp"
 #include "drivers/mbes/mbes_driver.hpp"

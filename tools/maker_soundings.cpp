@@ -14,7 +14,7 @@
 #include "common/core/pose.hpp"
 #include "common/runtime/bus.hpp"
 #include "mapper/geometry/georeference.hpp"
-#include "mapper/navigation/given_navigation.hpp"
+#include "mapper/navigation/ins/given_navigation.hpp"
 #include "tools/survey_files.hpp"
 
 namespace seastitch {

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "products/navigation_files.hpp"
+#include "products/files/navigation_files.hpp"
 #include "tools/finished_map.hpp"
 
 namespace seastitch {

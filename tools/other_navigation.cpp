@@ -6,7 +6,7 @@
 #include "common/convert/channels.hpp"
 #include "common/convert/convert.hpp"
 #include "mapper/navigation/dead_reckoning.hpp"
-#include "mapper/navigation/given_navigation.hpp"
+#include "mapper/navigation/ins/given_navigation.hpp"
 #include "seastitch/health_t.hpp"
 
 namespace seastitch {

@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "common/runtime/bus.hpp"
+#include "mapper/input/sensor_clocks.hpp"
 #include "mapper/mapper_config.hpp"
 #include "mapper/navigation/navigation.hpp"
-#include "mapper/sensor_clocks.hpp"
 #include "products/survey.hpp"
 
 namespace seastitch {

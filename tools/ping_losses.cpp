@@ -1,6 +1,6 @@
 #include "tools/ping_losses.hpp"
 
-#include "mapper/ping_watch.hpp"
+#include "mapper/health/ping_watch.hpp"
 
 namespace seastitch {
 namespace {

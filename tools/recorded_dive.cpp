@@ -10,7 +10,7 @@
 
 #include "common/convert/convert.hpp"
 #include "common/core/channel_names.hpp"
-#include "common/runtime/dive_folder.hpp"
+#include "common/runtime/files/dive_folder.hpp"
 #include "common/storage/event_log.hpp"
 #include "tools/progress.hpp"
 

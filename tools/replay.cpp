@@ -13,7 +13,7 @@
 
 #include "bench/truth.hpp"
 #include "mapper/mapper_config.hpp"
-#include "products/sounding_log.hpp"
+#include "products/files/sounding_log.hpp"
 #include "products/survey_collector.hpp"
 #include "tools/dive_inputs.hpp"
 #include "tools/interruption.hpp"

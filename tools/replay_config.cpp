@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "common/runtime/durable_file.hpp"
+#include "common/runtime/files/durable_file.hpp"
 #include "mapper/mapper_config.hpp"
 #include "tools/message_types.hpp"
 

@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "common/runtime/vehicle_config.hpp"
+#include "common/runtime/config/vehicle_config.hpp"
 #include "tools/maker_soundings.hpp"
 #include "tools/message_types.hpp"
 #include "tools/output_folder.hpp"

@@ -9,7 +9,7 @@
 #include "common/runtime/worker.hpp"
 #include "mapper/mapper_node.hpp"
 #include "optimizer/optimizer_node.hpp"
-#include "products/dive_report.hpp"
+#include "products/report/dive_report.hpp"
 #include "products/survey_collector.hpp"
 #include "tools/finished_map.hpp"
 #include "tools/replay_config.hpp"

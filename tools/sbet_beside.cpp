@@ -12,7 +12,7 @@
 #include "common/core/bytes.hpp"
 #include "common/core/median.hpp"
 #include "common/core/pose.hpp"
-#include "products/navigation_files.hpp"
+#include "products/files/navigation_files.hpp"
 #include "tools/text_columns.hpp"
 
 namespace seastitch {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "codecs/sbet_file.hpp"
+#include "codecs/navigation/sbet_file.hpp"
 
 namespace seastitch {
 

@@ -12,10 +12,10 @@
 #include <string>
 #include <vector>
 
-#include "common/runtime/config.hpp"
-#include "common/runtime/dive_folder.hpp"
-#include "common/runtime/freed_memory.hpp"
-#include "common/runtime/process.hpp"
+#include "common/runtime/config/config.hpp"
+#include "common/runtime/files/dive_folder.hpp"
+#include "common/runtime/process/freed_memory.hpp"
+#include "common/runtime/process/process.hpp"
 #include "logger/logger_config.hpp"
 #include "tools/bench_command.hpp"
 #include "tools/configuration.hpp"

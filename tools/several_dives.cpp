@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "products/sounding_log.hpp"
+#include "products/files/sounding_log.hpp"
 #include "tools/dive_front.hpp"
 #include "tools/message_types.hpp"
 #include "tools/other_navigation.hpp"

@@ -7,7 +7,7 @@
 #include <memory>
 #include <optional>
 
-#include "codecs/sbet_file.hpp"
+#include "codecs/navigation/sbet_file.hpp"
 #include "codecs/survey_reader.hpp"
 #include "tools/checked_reader.hpp"
 #include "tools/line_placer.hpp"

@@ -9,11 +9,11 @@
 #include <stdexcept>
 #include <vector>
 
-#include "codecs/em_all_writer.hpp"
-#include "codecs/kmall.hpp"
-#include "codecs/kmall_sensors.hpp"
-#include "codecs/s7k.hpp"
-#include "codecs/s7k_writer.hpp"
+#include "codecs/kongsberg/em_all_writer.hpp"
+#include "codecs/kongsberg/kmall.hpp"
+#include "codecs/kongsberg/kmall_sensors.hpp"
+#include "codecs/makers/s7k.hpp"
+#include "codecs/makers/s7k_writer.hpp"
 #include "common/convert/convert.hpp"
 #include "common/core/channel_names.hpp"
 #include "common/core/pose.hpp"

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "codecs/text.hpp"
-#include "common/runtime/parameters.hpp"
+#include "common/runtime/config/parameters.hpp"
 
 namespace seastitch {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "codecs/text_navigation.hpp"
+#include "codecs/navigation/text_navigation.hpp"
 
 namespace seastitch {
 

@@ -27,7 +27,7 @@ struct Condition {
 // All types of faults, grouped by the component that detects them.
 namespace conditions {
 
-// Every process (common/runtime/self_watch.hpp).
+// Every process (common/runtime/process/self_watch.hpp).
 inline constexpr ConditionKind kUndecodableMessages{
     "undecodable_messages",
     Severity::kDegraded,
@@ -199,6 +199,13 @@ inline constexpr ConditionKind kAttitudeRefused{
     "the attitude disagrees with the other sensors and is refused",
     "Look at its stamps (a suspected time offset), its alignment, and what magnets or motors are "
     "near a compass."};
+inline constexpr ConditionKind kImuTooSlow{
+    "imu_too_slow",
+    Severity::kDegraded,
+    "inertial samples come too seldom, or with holes",
+    "Dead reckoning bridges each gap without the Doppler log, and drifts. Raise the unit's output "
+    "rate "
+    "(50 Hz or more), and look for lost messages: counters imu_lost and can_frames_dropped."};
 inline constexpr ConditionKind kDvlRefused{
     "dvl_refused",
     Severity::kDegraded,
@@ -282,9 +289,9 @@ inline constexpr ConditionKind kClockStep{
     "clock_step",
     Severity::kDegraded,
     "a clock stepped within the last minute",
-    "The dive continues with the time before the step, also in the stamps of the mapper's "
-    "messages. "
-    "Synchronise the clock before the dive, and do not step it under water."};
+    "Unless the text says that the clock came right, the dive continues with the time before the "
+    "step, also in the stamps of the mapper's messages. Synchronise the clock before the dive, and "
+    "do not step it under water."};
 inline constexpr ConditionKind kClockDrift{
     "clock_drift",
     Severity::kDegraded,
@@ -394,35 +401,65 @@ inline constexpr ConditionKind kPointsLost{
     "makes the points again."};
 
 inline constexpr const ConditionKind* kAll[] = {
-    &kUndecodableMessages,  &kMessagesNotSent,
-    &kSocketDrops,          &kLoopLate,
-    &kWorkerStalled,        &kDiskStalled,
-    &kNoDeviceData,         &kSourceUnavailable,
-    &kSenderRefused,        &kCanController,
-    &kLogNotWriting,        &kMessagesNotRecorded,
-    &kLogVanished,          &kUnloggableMessages,
-    &kRecordingsDeleted,    &kDiskSpaceLow,
-    &kGraphIncomplete,      &kSubmapMalformed,
-    &kTwoMappers,           &kFixesContradictMap,
-    &kNoSolution,           &kSolutionNotConverged,
-    &kNoCovariance,         &kNoBottomLock,
-    &kDvlRefused,           &kAccelerometerDoubted,
-    &kAttitudeRefused,      &kAttitudeFrozen,
-    &kAttitudeSilent,       &kGyroDoubted,
-    &kDepthRefused,         &kFixesRefused,
-    &kPlaceFromOneFix,      &kNavigationReset,
-    &kHeadingStep,          &kTimeOffsetSuspected,
-    &kNavigationNotStarted, &kPlaceUnknown,
-    &kInsNotUsable,         &kInsJumps,
-    &kNoWaterLevel,         &kNoSoundSpeedProfile,
-    &kSolutionWithheld,     &kSolutionsRefused,
-    &kStoreNotWriting,      &kRegistrationFailed,
-    &kMapBegunAnew,         &kJournalDamaged,
-    &kPointsLost,           &kClockStep,
-    &kClockDrift,           &kSamplesLate,
-    &kPingsRefused,         &kMessagesMalformed,
-    &kSensorSilent,         &kNoNavigation,
-    &kProcessSilent,        &kNoOptimizer,
+    &kUndecodableMessages,
+    &kMessagesNotSent,
+    &kSocketDrops,
+    &kLoopLate,
+    &kWorkerStalled,
+    &kDiskStalled,
+    &kNoDeviceData,
+    &kSourceUnavailable,
+    &kSenderRefused,
+    &kCanController,
+    &kLogNotWriting,
+    &kMessagesNotRecorded,
+    &kLogVanished,
+    &kUnloggableMessages,
+    &kRecordingsDeleted,
+    &kDiskSpaceLow,
+    &kGraphIncomplete,
+    &kSubmapMalformed,
+    &kTwoMappers,
+    &kFixesContradictMap,
+    &kNoSolution,
+    &kSolutionNotConverged,
+    &kNoCovariance,
+    &kNoBottomLock,
+    &kImuTooSlow,
+    &kDvlRefused,
+    &kAccelerometerDoubted,
+    &kAttitudeRefused,
+    &kAttitudeFrozen,
+    &kAttitudeSilent,
+    &kGyroDoubted,
+    &kDepthRefused,
+    &kFixesRefused,
+    &kPlaceFromOneFix,
+    &kNavigationReset,
+    &kHeadingStep,
+    &kTimeOffsetSuspected,
+    &kNavigationNotStarted,
+    &kPlaceUnknown,
+    &kInsNotUsable,
+    &kInsJumps,
+    &kNoWaterLevel,
+    &kNoSoundSpeedProfile,
+    &kSolutionWithheld,
+    &kSolutionsRefused,
+    &kStoreNotWriting,
+    &kRegistrationFailed,
+    &kMapBegunAnew,
+    &kJournalDamaged,
+    &kPointsLost,
+    &kClockStep,
+    &kClockDrift,
+    &kSamplesLate,
+    &kPingsRefused,
+    &kMessagesMalformed,
+    &kSensorSilent,
+    &kNoNavigation,
+    &kProcessSilent,
+    &kNoOptimizer,
 };
 
 }  // namespace conditions

@@ -11,7 +11,7 @@
 
 #include "common/core/channel_names.hpp"
 #include "common/core/utf8.hpp"
-#include "common/runtime/restart_counter.hpp"
+#include "common/runtime/process/restart_counter.hpp"
 
 namespace seastitch {
 namespace {

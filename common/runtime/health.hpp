@@ -13,7 +13,7 @@
 #include "common/core/conditions.hpp"
 #include "common/runtime/bus.hpp"
 #include "common/runtime/event_loop.hpp"
-#include "common/runtime/self_watch.hpp"
+#include "common/runtime/process/self_watch.hpp"
 #include "seastitch/health_t.hpp"
 
 namespace seastitch {

@@ -1,8 +1,8 @@
 #include <cstdlib>
 
 #include "common/convert/convert.hpp"
-#include "common/runtime/config_publisher.hpp"
-#include "common/runtime/process.hpp"
+#include "common/runtime/config/config_publisher.hpp"
+#include "common/runtime/process/process.hpp"
 #include "drivers/imu/imu_driver.hpp"
 
 int main(int argc, char** argv) {

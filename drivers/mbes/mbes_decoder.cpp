@@ -5,10 +5,10 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "codecs/kmall_stream.hpp"
-#include "codecs/r2sonic.hpp"
-#include "codecs/s7k.hpp"
-#include "codecs/wbms.hpp"
+#include "codecs/kongsberg/kmall_stream.hpp"
+#include "codecs/makers/r2sonic.hpp"
+#include "codecs/makers/s7k.hpp"
+#include "codecs/makers/wbms.hpp"
 #include "drivers/registry.hpp"
 
 namespace seastitch {

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "codecs/depth_text.hpp"
+#include "codecs/navigation/depth_text.hpp"
 #include "drivers/nav/nmea_codec.hpp"
 
 namespace seastitch {
@@ -29,7 +29,7 @@ struct DepthCodecParams {
   double water_density_kgpm3 = 1025.0;
 };
 
-// Decodes a pressure sensor's lines (codecs/depth_text.hpp) to depths, positive down.
+// Decodes a pressure sensor's lines (codecs/navigation/depth_text.hpp) to depths, positive down.
 class DepthCodec : public NmeaCodec {
  public:
   explicit DepthCodec(const DepthCodecParams& params);

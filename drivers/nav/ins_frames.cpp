@@ -2,8 +2,8 @@
 
 #include <utility>
 
-#include "codecs/kmall_sensors.hpp"
-#include "codecs/phins.hpp"
+#include "codecs/kongsberg/kmall_sensors.hpp"
+#include "codecs/navigation/phins.hpp"
 
 namespace seastitch {
 

@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "common/runtime/bus.hpp"
+#include "common/runtime/config/parameters.hpp"
 #include "common/runtime/event_loop.hpp"
 #include "common/runtime/health.hpp"
-#include "common/runtime/parameters.hpp"
 #include "drivers/nav/depth_codec.hpp"
 #include "drivers/nav/ecan_ins.hpp"
 #include "drivers/nav/nmea_fixes.hpp"

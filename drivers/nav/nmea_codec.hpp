@@ -5,8 +5,8 @@
 #include <string>
 #include <string_view>
 
-#include "codecs/line_stream.hpp"
-#include "codecs/nmea0183.hpp"
+#include "codecs/lines/line_stream.hpp"
+#include "codecs/navigation/nmea0183.hpp"
 #include "drivers/nav/nav_codec.hpp"
 
 namespace seastitch {

@@ -8,7 +8,7 @@
 #include <variant>
 
 #include "common/core/pose.hpp"
-#include "mapper/navigation/prediction.hpp"
+#include "mapper/navigation/filter/prediction.hpp"
 
 namespace seastitch {
 namespace {

@@ -9,19 +9,19 @@
 #include <vector>
 
 #include "common/core/archive.hpp"
-#include "mapper/navigation/attitude_aiding.hpp"
+#include "mapper/navigation/aiding/attitude_aiding.hpp"
+#include "mapper/navigation/aiding/inertial_history.hpp"
+#include "mapper/navigation/aiding/refusal_record.hpp"
+#include "mapper/navigation/aiding/sample_pairs.hpp"
+#include "mapper/navigation/aiding/stamp_offset.hpp"
+#include "mapper/navigation/aiding/velocity_aiding.hpp"
 #include "mapper/navigation/dead_reckoning.hpp"
-#include "mapper/navigation/error_state_filter.hpp"
+#include "mapper/navigation/filter/error_state_filter.hpp"
+#include "mapper/navigation/filter/nav_track.hpp"
 #include "mapper/navigation/fix_keeper.hpp"
-#include "mapper/navigation/inertial_history.hpp"
 #include "mapper/navigation/nav_events.hpp"
-#include "mapper/navigation/nav_track.hpp"
 #include "mapper/navigation/navigation_start.hpp"
-#include "mapper/navigation/refusal_record.hpp"
 #include "mapper/navigation/sample_intake.hpp"
-#include "mapper/navigation/sample_pairs.hpp"
-#include "mapper/navigation/stamp_offset.hpp"
-#include "mapper/navigation/velocity_aiding.hpp"
 
 namespace seastitch {
 

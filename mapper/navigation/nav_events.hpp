@@ -7,8 +7,8 @@
 
 #include "common/core/sensors.hpp"
 #include "common/core/time.hpp"
+#include "mapper/navigation/filter/strapdown.hpp"
 #include "mapper/navigation/navigation.hpp"
-#include "mapper/navigation/strapdown.hpp"
 
 // Checked samples with corrected times.
 namespace seastitch {

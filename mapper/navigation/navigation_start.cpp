@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "common/core/pose.hpp"
-#include "mapper/navigation/strapdown.hpp"
+#include "mapper/navigation/filter/strapdown.hpp"
 
 namespace seastitch {
 namespace {

@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "common/core/time.hpp"
-#include "mapper/navigation/error_state_filter.hpp"
+#include "mapper/navigation/filter/error_state_filter.hpp"
 #include "mapper/navigation/nav_events.hpp"
 #include "mapper/navigation/navigation_params.hpp"
 #include "mapper/navigation/start_state.hpp"

@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "common/runtime/durable_file.hpp"
+#include "common/runtime/files/durable_file.hpp"
 #include "common/storage/submap_file.hpp"
 
 namespace seastitch {

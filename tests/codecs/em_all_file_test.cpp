@@ -1,4 +1,4 @@
-#include "codecs/em_all_file.hpp"
+#include "codecs/kongsberg/em_all_file.hpp"
 
 #include <gtest/gtest.h>
 

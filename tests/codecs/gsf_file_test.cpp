@@ -1,4 +1,4 @@
-#include "codecs/gsf_file.hpp"
+#include "codecs/makers/gsf_file.hpp"
 
 #include <gtest/gtest.h>
 

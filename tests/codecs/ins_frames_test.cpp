@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "codecs/frame_stream.hpp"
-#include "codecs/kmall_sensors.hpp"
-#include "codecs/phins.hpp"
+#include "codecs/kongsberg/kmall_sensors.hpp"
+#include "codecs/navigation/phins.hpp"
 #include "common/core/pose.hpp"
 #include "tests/drivers/test_data.hpp"
 #include "tests/paths.hpp"

@@ -1,9 +1,9 @@
-#include "codecs/kmall_file.hpp"
+#include "codecs/kongsberg/kmall_file.hpp"
 
 #include <gtest/gtest.h>
 
-#include "codecs/kmall_frame.hpp"
-#include "codecs/kmall_sensors.hpp"
+#include "codecs/kongsberg/kmall_frame.hpp"
+#include "codecs/kongsberg/kmall_sensors.hpp"
 #include "common/core/pose.hpp"
 #include "tests/codecs/maker_soundings.hpp"
 #include "tests/codecs/mbes_pings.hpp"

@@ -1,4 +1,4 @@
-#include "codecs/kmall_stream.hpp"
+#include "codecs/kongsberg/kmall_stream.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "codecs/kmall_sensors.hpp"
+#include "codecs/kongsberg/kmall_sensors.hpp"
 #include "common/core/pose.hpp"
 #include "drivers/mbes/mbes_decoder.hpp"
 #include "tests/codecs/mbes_pings.hpp"

@@ -5,8 +5,8 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "codecs/las_file.hpp"
-#include "codecs/xyz_file.hpp"
+#include "codecs/lines/las_file.hpp"
+#include "codecs/lines/xyz_file.hpp"
 #include "tests/codecs/one_each.hpp"
 #include "tests/codecs/survey_files.hpp"
 #include "tests/drivers/test_data.hpp"

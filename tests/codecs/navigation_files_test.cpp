@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
-#include "codecs/sbet_file.hpp"
-#include "codecs/text_navigation.hpp"
+#include "codecs/navigation/sbet_file.hpp"
+#include "codecs/navigation/text_navigation.hpp"
 #include "common/core/pose.hpp"
 #include "tests/codecs/survey_files.hpp"
 #include "tests/drivers/test_data.hpp"

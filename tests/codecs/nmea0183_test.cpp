@@ -1,4 +1,4 @@
-#include "codecs/nmea0183.hpp"
+#include "codecs/navigation/nmea0183.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,8 +6,8 @@
 #include <cmath>
 #include <random>
 
-#include "codecs/depth_text.hpp"
-#include "codecs/line_stream.hpp"
+#include "codecs/lines/line_stream.hpp"
+#include "codecs/navigation/depth_text.hpp"
 #include "common/core/pose.hpp"
 #include "tests/drivers/test_data.hpp"
 #include "tests/paths.hpp"

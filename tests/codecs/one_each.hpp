@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "codecs/line_points.hpp"
+#include "codecs/lines/line_points.hpp"
 
 namespace seastitch {
 

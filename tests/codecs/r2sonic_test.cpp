@@ -1,4 +1,4 @@
-#include "codecs/r2sonic.hpp"
+#include "codecs/makers/r2sonic.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,10 +1,10 @@
-#include "codecs/s7k_file.hpp"
+#include "codecs/makers/s7k_file.hpp"
 
 #include <gtest/gtest.h>
 
 #include <functional>
 
-#include "codecs/s7k_sensors.hpp"
+#include "codecs/makers/s7k_sensors.hpp"
 #include "common/core/pose.hpp"
 #include "tests/codecs/mbes_pings.hpp"
 #include "tests/codecs/survey_files.hpp"

@@ -1,4 +1,4 @@
-#include "codecs/s7k.hpp"
+#include "codecs/makers/s7k.hpp"
 
 #include <gtest/gtest.h>
 

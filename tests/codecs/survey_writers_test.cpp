@@ -3,11 +3,11 @@
 
 #include <cmath>
 
-#include "codecs/em_all_file.hpp"
-#include "codecs/em_all_writer.hpp"
-#include "codecs/s7k.hpp"
-#include "codecs/s7k_file.hpp"
-#include "codecs/s7k_writer.hpp"
+#include "codecs/kongsberg/em_all_file.hpp"
+#include "codecs/kongsberg/em_all_writer.hpp"
+#include "codecs/makers/s7k.hpp"
+#include "codecs/makers/s7k_file.hpp"
+#include "codecs/makers/s7k_writer.hpp"
 #include "common/core/pose.hpp"
 #include "tests/codecs/survey_files.hpp"
 

@@ -1,4 +1,4 @@
-#include "codecs/wbms.hpp"
+#include "codecs/makers/wbms.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
-#include "codecs/xtf_file.hpp"
+#include "codecs/makers/xtf_file.hpp"
 
 #include <gtest/gtest.h>
 
-#include "codecs/r2sonic.hpp"
+#include "codecs/makers/r2sonic.hpp"
 #include "common/core/pose.hpp"
 #include "mapper/geometry/georeference.hpp"
 #include "tests/codecs/mbes_pings.hpp"

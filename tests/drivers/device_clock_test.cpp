@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-#include "codecs/kmall.hpp"
+#include "codecs/kongsberg/kmall.hpp"
 #include "drivers/imu/imu_driver.hpp"
 #include "drivers/mbes/mbes_decoder.hpp"
 #include "tests/paths.hpp"

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "common/convert/convert.hpp"
-#include "common/runtime/config.hpp"
+#include "common/runtime/config/config.hpp"
 #include "drivers/dvl/dvl_driver.hpp"
 #include "drivers/dvl/pd0_driver.hpp"
 #include "drivers/imu/imu_driver.hpp"

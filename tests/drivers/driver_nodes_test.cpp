@@ -1,8 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "codecs/kmall_sensors.hpp"
-#include "codecs/kmall_stream.hpp"
+#include "codecs/kongsberg/kmall_sensors.hpp"
+#include "codecs/kongsberg/kmall_stream.hpp"
 #include "common/convert/convert.hpp"
 #include "drivers/dvl/dvl_driver.hpp"
 #include "drivers/imu/imu_driver.hpp"

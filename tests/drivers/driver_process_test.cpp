@@ -9,9 +9,9 @@
 #include <cstdio>
 #include <map>
 
-#include "codecs/kmall_sensors.hpp"
-#include "codecs/kmall_stream.hpp"
-#include "codecs/wbms.hpp"
+#include "codecs/kongsberg/kmall_sensors.hpp"
+#include "codecs/kongsberg/kmall_stream.hpp"
+#include "codecs/makers/wbms.hpp"
 #include "common/runtime/bus.hpp"
 #include "drivers/dvl/dvl_nmea2000.hpp"
 #include "drivers/dvl/pd0.hpp"

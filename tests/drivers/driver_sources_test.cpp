@@ -8,7 +8,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "common/runtime/config.hpp"
+#include "common/runtime/config/config.hpp"
 #include "drivers/dvl/dvl_driver.hpp"
 #include "drivers/imu/imu_driver.hpp"
 #include "drivers/mbes/mbes_driver.hpp"

@@ -2,7 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "codecs/kmall_sensors.hpp"
+#include "codecs/kongsberg/kmall_sensors.hpp"
 #include "common/core/pose.hpp"
 #include "drivers/nav/depth_codec.hpp"
 #include "drivers/nav/ins_frames.hpp"

@@ -1,4 +1,4 @@
-#include "codecs/cereal_file.hpp"
+#include "codecs/makers/cereal_file.hpp"
 #include "tests/fuzz/survey_file.hpp"
 
 namespace {

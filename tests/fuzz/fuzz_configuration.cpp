@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "common/runtime/config.hpp"
-#include "common/runtime/parameters.hpp"
-#include "common/runtime/vehicle_config.hpp"
+#include "common/runtime/config/config.hpp"
+#include "common/runtime/config/parameters.hpp"
+#include "common/runtime/config/vehicle_config.hpp"
 #include "tests/fuzz/memory_file.hpp"
 
 namespace {

@@ -4,7 +4,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "mapper/datum_height.hpp"
+#include "mapper/input/datum_height.hpp"
 
 // A grid of the zero of depth: heights that are numbers, or an error that names the file.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

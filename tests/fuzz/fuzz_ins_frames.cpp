@@ -3,7 +3,7 @@
 #include <cstdlib>
 #include <vector>
 
-#include "codecs/phins.hpp"
+#include "codecs/navigation/phins.hpp"
 #include "drivers/nav/ins_frames.hpp"
 
 namespace {

@@ -1,4 +1,4 @@
-#include "codecs/kmall_file.hpp"
+#include "codecs/kongsberg/kmall_file.hpp"
 #include "tests/fuzz/survey_file.hpp"
 
 namespace {

@@ -1,4 +1,4 @@
-#include "codecs/las_file.hpp"
+#include "codecs/lines/las_file.hpp"
 #include "tests/codecs/one_each.hpp"
 #include "tests/fuzz/survey_file.hpp"
 

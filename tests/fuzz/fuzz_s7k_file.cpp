@@ -1,4 +1,4 @@
-#include "codecs/s7k_file.hpp"
+#include "codecs/makers/s7k_file.hpp"
 #include "tests/fuzz/survey_file.hpp"
 
 namespace {

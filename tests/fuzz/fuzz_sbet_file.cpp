@@ -1,4 +1,4 @@
-#include "codecs/sbet_file.hpp"
+#include "codecs/navigation/sbet_file.hpp"
 #include "tests/fuzz/survey_file.hpp"
 
 namespace {

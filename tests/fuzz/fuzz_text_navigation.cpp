@@ -1,4 +1,4 @@
-#include "codecs/text_navigation.hpp"
+#include "codecs/navigation/text_navigation.hpp"
 #include "tests/fuzz/survey_file.hpp"
 
 namespace {

@@ -3,7 +3,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "mapper/water_level.hpp"
+#include "mapper/input/water_level.hpp"
 
 // A table of water levels: levels that are numbers, or an error that names a line.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -1,4 +1,4 @@
-#include "codecs/wbms.hpp"
+#include "codecs/makers/wbms.hpp"
 #include "tests/fuzz/mbes_stream.hpp"
 
 namespace {

@@ -1,4 +1,4 @@
-#include "codecs/xtf_file.hpp"
+#include "codecs/makers/xtf_file.hpp"
 #include "tests/fuzz/survey_file.hpp"
 
 namespace {

@@ -1,4 +1,4 @@
-#include "codecs/xyz_file.hpp"
+#include "codecs/lines/xyz_file.hpp"
 #include "tests/codecs/one_each.hpp"
 #include "tests/fuzz/survey_file.hpp"
 

@@ -28,7 +28,7 @@
 #include "bench/random.hpp"
 #include "bench/survey_config.hpp"
 #include "bench/truth.hpp"
-#include "common/runtime/dive_folder.hpp"
+#include "common/runtime/files/dive_folder.hpp"
 #include "common/runtime/health.hpp"
 #include "logger/logger_config.hpp"
 #include "tests/kill/recorded_kills.hpp"

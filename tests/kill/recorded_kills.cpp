@@ -8,7 +8,7 @@
 
 #include "common/convert/channels.hpp"
 #include "common/core/channel_names.hpp"
-#include "common/runtime/dive_folder.hpp"
+#include "common/runtime/files/dive_folder.hpp"
 #include "common/storage/submap_file.hpp"
 #include "seastitch/graph_request_t.hpp"
 #include "seastitch/pose_graph_t.hpp"

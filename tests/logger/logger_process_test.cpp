@@ -27,7 +27,7 @@
 #include <vector>
 
 #include "common/runtime/bus.hpp"
-#include "common/runtime/dive_folder.hpp"
+#include "common/runtime/files/dive_folder.hpp"
 #include "common/runtime/health.hpp"
 #include "common/storage/event_log.hpp"
 #include "seastitch/raw_bytes_t.hpp"

@@ -19,7 +19,7 @@
 #include <vector>
 
 #include "common/convert/convert.hpp"
-#include "common/runtime/config.hpp"
+#include "common/runtime/config/config.hpp"
 #include "logger/config_archive.hpp"
 #include "logger/foreign_channels.hpp"
 #include "logger/gap_counter.hpp"

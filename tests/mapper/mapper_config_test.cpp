@@ -8,7 +8,7 @@
 #include <string>
 
 #include "bench/sensor_errors.hpp"
-#include "common/runtime/config.hpp"
+#include "common/runtime/config/config.hpp"
 #include "tests/paths.hpp"
 
 namespace seastitch {

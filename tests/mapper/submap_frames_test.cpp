@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "common/core/pose.hpp"
-#include "mapper/navigation/given_navigation.hpp"
+#include "mapper/navigation/ins/given_navigation.hpp"
 
 namespace seastitch {
 namespace {

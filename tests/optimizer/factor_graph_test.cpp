@@ -1,10 +1,10 @@
-#include "optimizer/factor_graph.hpp"
+#include "optimizer/solver/factor_graph.hpp"
 
 #include <gtest/gtest.h>
 
 #include "common/core/information.hpp"
 #include "common/core/mounting.hpp"
-#include "optimizer/robust_solver.hpp"
+#include "optimizer/solver/robust_solver.hpp"
 #include "tests/core/example_information.hpp"
 
 namespace seastitch {

@@ -1,4 +1,4 @@
-#include "optimizer/graduated_loss.hpp"
+#include "optimizer/solver/graduated_loss.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "optimizer/graph_covariance.hpp"
+#include "optimizer/solver/graph_covariance.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "optimizer/heading_chain.hpp"
+#include "optimizer/solver/heading_chain.hpp"
 
 #include <gtest/gtest.h>
 

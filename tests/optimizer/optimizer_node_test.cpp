@@ -8,7 +8,7 @@
 #include <limits>
 #include <utility>
 
-#include "common/runtime/config.hpp"
+#include "common/runtime/config/config.hpp"
 #include "optimizer/optimizer_config.hpp"
 #include "seastitch/pose_graph_t.hpp"
 #include "tests/optimizer/survey_graph.hpp"

@@ -12,8 +12,8 @@
 #include <random>
 #include <set>
 
-#include "optimizer/graph_builder.hpp"
-#include "optimizer/robust_solver.hpp"
+#include "optimizer/solver/graph_builder.hpp"
+#include "optimizer/solver/robust_solver.hpp"
 #include "tests/optimizer/hostile_graph.hpp"
 #include "tests/optimizer/survey_graph.hpp"
 

@@ -1,4 +1,4 @@
-#include "optimizer/robust_solver.hpp"
+#include "optimizer/solver/robust_solver.hpp"
 
 #include <gtest/gtest.h>
 

@@ -19,7 +19,7 @@
 #include <vector>
 
 #include "common/runtime/bus.hpp"
-#include "common/runtime/dive_folder.hpp"
+#include "common/runtime/files/dive_folder.hpp"
 #include "seastitch/graph_update_t.hpp"
 #include "seastitch/health_t.hpp"
 #include "seastitch/imu_t.hpp"

@@ -16,7 +16,7 @@
 #include <string>
 
 #include "common/runtime/bus.hpp"
-#include "common/runtime/dive_folder.hpp"
+#include "common/runtime/files/dive_folder.hpp"
 #include "seastitch/graph_update_t.hpp"
 #include "seastitch/health_t.hpp"
 #include "seastitch/pose_graph_t.hpp"

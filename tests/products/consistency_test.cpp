@@ -1,4 +1,4 @@
-#include "products/consistency.hpp"
+#include "products/map/consistency.hpp"
 
 #include <gmock/gmock.h>
 

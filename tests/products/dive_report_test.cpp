@@ -1,4 +1,4 @@
-#include "products/dive_report.hpp"
+#include "products/report/dive_report.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "products/dives.hpp"
+#include "products/track/dives.hpp"
 
 #include <gmock/gmock.h>
 

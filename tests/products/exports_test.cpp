@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "products/navigation_files.hpp"
-#include "products/survey_lines.hpp"
+#include "products/files/navigation_files.hpp"
+#include "products/track/survey_lines.hpp"
 #include "products/write_products.hpp"
 #include "tests/paths.hpp"
 #include "tests/process/run_command.hpp"

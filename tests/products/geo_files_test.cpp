@@ -1,4 +1,4 @@
-#include "products/geo_files.hpp"
+#include "products/files/geo_files.hpp"
 
 #include <gdal_priv.h>
 #include <gmock/gmock.h>
@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "common/core/pose.hpp"
-#include "common/runtime/durable_file.hpp"
+#include "common/runtime/files/durable_file.hpp"
 #include "tests/products/synthetic_survey.hpp"
 
 namespace seastitch {

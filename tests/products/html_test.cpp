@@ -1,4 +1,4 @@
-#include "products/html.hpp"
+#include "products/report/html.hpp"
 
 #include <gtest/gtest.h>
 

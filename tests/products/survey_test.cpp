@@ -6,9 +6,9 @@
 #include <sstream>
 
 #include "common/storage/submap_file.hpp"
-#include "products/depth_map.hpp"
-#include "products/graph_files.hpp"
-#include "products/map_points.hpp"
+#include "products/files/graph_files.hpp"
+#include "products/map/depth_map.hpp"
+#include "products/map/map_points.hpp"
 #include "products/survey_collector.hpp"
 #include "tests/products/synthetic_survey.hpp"
 

@@ -1,4 +1,4 @@
-#include "products/track.hpp"
+#include "products/track/track.hpp"
 
 #include <gmock/gmock.h>
 

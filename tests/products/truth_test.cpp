@@ -1,4 +1,4 @@
-#include "products/truth.hpp"
+#include "products/track/truth.hpp"
 
 #include <gmock/gmock.h>
 

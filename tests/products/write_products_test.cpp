@@ -9,10 +9,10 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "common/runtime/durable_file.hpp"
+#include "common/runtime/files/durable_file.hpp"
 #include "common/storage/submap_file.hpp"
-#include "products/judge.hpp"
-#include "products/noise_report.hpp"
+#include "products/map/judge.hpp"
+#include "products/report/noise_report.hpp"
 #include "tests/products/synthetic_survey.hpp"
 
 namespace seastitch {

@@ -1,4 +1,4 @@
-#include "common/runtime/config_publisher.hpp"
+#include "common/runtime/config/config_publisher.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

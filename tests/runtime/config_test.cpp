@@ -1,10 +1,10 @@
-#include "common/runtime/parameters.hpp"
+#include "common/runtime/config/parameters.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "common/core/pose.hpp"
-#include "common/runtime/vehicle_config.hpp"
+#include "common/runtime/config/vehicle_config.hpp"
 #include "tests/paths.hpp"
 #include "tests/runtime/temporary_dir.hpp"
 

@@ -1,4 +1,4 @@
-#include "common/runtime/dive_folder.hpp"
+#include "common/runtime/files/dive_folder.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -167,6 +167,19 @@ TEST_F(DiveFolderTest, ADiskThatIsNotMountedIsNotMadeUp) {
         CheckDivesDir({dir_.Write("file", ""), 1800.0}, "l.yaml");
       },
       ThrowsMessage<ConfigError>(EndsWith("is not a directory")));
+}
+
+// Such as a lock that belongs to root. An old dive must not be recorded to for that.
+TEST_F(DiveFolderTest, TheLoggerJoinsAnOldDiveOfAFailedDiskOnly) {
+  const DiveParams params{dives(), 1800.0};
+  const fs::path old = Start("logger", kNow).path();
+  fs::remove(dives() / ".lock");
+  fs::create_directory(dives() / ".lock");
+  constexpr std::int64_t kWeek = 7 * 86'400 * kSecond;
+  EXPECT_THAT(
+      [&] { DiveFolder(params, "logger", kNow + kWeek, DiveFolder::JoinNewest::kIfDiskFailed); },
+      ThrowsMessage<ConfigError>(HasSubstr("dives: ")));
+  EXPECT_EQ(DiveFolder(params, "mapper", kNow + kWeek).path(), old) << "NAV goes on";
 }
 
 TEST_F(DiveFolderTest, DivesDirIsRelativeToTheConfiguration) {

@@ -1,4 +1,4 @@
-#include "common/runtime/folder_lock.hpp"
+#include "common/runtime/files/folder_lock.hpp"
 
 #include <gtest/gtest.h>
 #include <signal.h>

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "common/core/utf8.hpp"
-#include "common/runtime/restart_counter.hpp"
+#include "common/runtime/process/restart_counter.hpp"
 #include "tests/runtime/notify_socket.hpp"
 #include "tests/runtime/temporary_dir.hpp"
 

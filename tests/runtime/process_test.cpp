@@ -1,4 +1,4 @@
-#include "common/runtime/process.hpp"
+#include "common/runtime/process/process.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -34,7 +34,8 @@ std::string CastToWiderType(const std::string& line) {
 
 // Where the library that allocated it vouches for the alignment: FFTW (its complex is that of C++),
 // Cairo (rows of pixels of 32 bits).
-const std::set<std::string> kAligned{"mapper/registration/correlator.cpp", "products/picture.cpp"};
+const std::set<std::string> kAligned{"mapper/registration/correlator.cpp",
+                                     "products/report/picture.cpp"};
 
 TEST(Portability, TheChecksSeeWhatTheyLookFor) {
   EXPECT_NE(OfOneProcessor("#include <immintrin.h>"), "");

@@ -194,7 +194,7 @@ TEST_F(DoctorVehicle, NamesEachFaultAndGivesNoFalseAlarm) {
   }
 
   Stop("optimizer");
-  EXPECT_THAT(Alarms({"mapper: the optimizer is silent",
+  EXPECT_THAT(Alarms({"mapper: the newest graph is not solved",
                       "mapper: a process that was there is silent: optimizer"}),
               testing::ElementsAre("process: optimizer: not heard"));
   StartOne("optimizer");

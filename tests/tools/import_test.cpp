@@ -6,8 +6,8 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "codecs/kmall.hpp"
-#include "codecs/kmall_sensors.hpp"
+#include "codecs/kongsberg/kmall.hpp"
+#include "codecs/kongsberg/kmall_sensors.hpp"
 #include "common/storage/event_log.hpp"
 #include "drivers/dvl/dvl_driver.hpp"
 #include "drivers/imu/imu_driver.hpp"

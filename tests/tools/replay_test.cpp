@@ -25,7 +25,7 @@
 #include "common/convert/convert.hpp"
 #include "common/core/pose.hpp"
 #include "common/runtime/bus.hpp"
-#include "common/runtime/dive_folder.hpp"
+#include "common/runtime/files/dive_folder.hpp"
 #include "common/storage/event_log.hpp"
 #include "seastitch/graph_update_t.hpp"
 #include "tests/paths.hpp"

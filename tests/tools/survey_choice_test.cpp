@@ -12,8 +12,8 @@
 #include <string_view>
 #include <vector>
 
-#include "codecs/s7k.hpp"
-#include "codecs/s7k_writer.hpp"
+#include "codecs/makers/s7k.hpp"
+#include "codecs/makers/s7k_writer.hpp"
 #include "common/convert/channels.hpp"
 #include "common/convert/convert.hpp"
 #include "tests/drivers/test_data.hpp"

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "codecs/kmall.hpp"
+#include "codecs/kongsberg/kmall.hpp"
 #include "tests/drivers/test_data.hpp"
 #include "tests/paths.hpp"
 #include "tests/process/run_command.hpp"

@@ -21,7 +21,7 @@
 #include "common/core/median.hpp"
 #include "common/core/pose.hpp"
 #include "mapper/geometry/georeference.hpp"
-#include "mapper/navigation/given_navigation.hpp"
+#include "mapper/navigation/ins/given_navigation.hpp"
 #include "tests/codecs/survey_files.hpp"
 #include "tests/drivers/test_data.hpp"
 #include "tests/paths.hpp"

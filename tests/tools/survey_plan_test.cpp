@@ -13,14 +13,14 @@
 #include <set>
 #include <string>
 
-#include "codecs/s7k.hpp"
-#include "codecs/s7k_writer.hpp"
+#include "codecs/makers/s7k.hpp"
+#include "codecs/makers/s7k_writer.hpp"
 #include "common/convert/channels.hpp"
 #include "common/convert/convert.hpp"
 #include "common/core/pose.hpp"
 #include "mapper/geometry/georeference.hpp"
 #include "mapper/mapper_config.hpp"
-#include "mapper/navigation/given_navigation.hpp"
+#include "mapper/navigation/ins/given_navigation.hpp"
 #include "tests/drivers/test_data.hpp"
 #include "tests/paths.hpp"
 #include "tests/process/run_command.hpp"

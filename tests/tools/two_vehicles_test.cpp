@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "products/truth.hpp"
+#include "products/track/truth.hpp"
 #include "tests/paths.hpp"
 #include "tests/process/run_command.hpp"
 #include "tests/runtime/temporary_dir.hpp"

@@ -13,9 +13,9 @@
 #include <vector>
 
 #include "common/core/channel_names.hpp"
-#include "common/runtime/dive_folder.hpp"
+#include "common/runtime/files/dive_folder.hpp"
 #include "common/runtime/health.hpp"
-#include "common/runtime/process.hpp"
+#include "common/runtime/process/process.hpp"
 #include "common/storage/event_log.hpp"
 #include "tools/recorded_dive.hpp"
 #include "tools/vehicle/doctor.hpp"

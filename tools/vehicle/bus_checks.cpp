@@ -13,7 +13,7 @@
 #include "common/convert/channels.hpp"
 #include "common/core/conditions.hpp"
 #include "common/runtime/health.hpp"
-#include "common/runtime/process.hpp"
+#include "common/runtime/process/process.hpp"
 #include "seastitch/config_request_t.hpp"
 #include "seastitch/config_t.hpp"
 #include "seastitch/depth_t.hpp"

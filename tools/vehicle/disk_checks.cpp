@@ -14,7 +14,7 @@
 #include <sstream>
 #include <vector>
 
-#include "common/runtime/dive_folder.hpp"
+#include "common/runtime/files/dive_folder.hpp"
 #include "drivers/socket/file_descriptor.hpp"
 #include "tools/vehicle/machine_checks.hpp"
 #include "tools/vehicle/process_roll.hpp"
@@ -29,10 +29,16 @@ constexpr double kGigabyte = 1e9;
 constexpr char kOtherDisk[] =
     "Make room: fetch old dives and delete them, or name a data disk (docs/operations.md).";
 
-// A test file. It loses its name at once: however the doctor ends, nothing is left.
+// A test file without a name where the file system knows such files; elsewhere it loses its name at
+// once. However the doctor ends, nothing is left.
 class TrialFile {
  public:
   explicit TrialFile(const fs::path& folder) {
+    fd_ = FileDescriptor(open(folder.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0600));
+    if (fd_ || (errno != EOPNOTSUPP && errno != EISDIR && errno != EINVAL)) {
+      error_ = fd_ ? 0 : errno;
+      return;
+    }
     const fs::path path = folder / (".doctor-" + std::to_string(getpid()));
     fd_ = FileDescriptor(open(path.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0600));
     error_ = fd_ ? 0 : errno;

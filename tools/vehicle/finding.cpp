@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "common/runtime/process.hpp"
+#include "common/runtime/process/process.hpp"
 #include "tools/vehicle/terminal_text.hpp"
 
 namespace seastitch {

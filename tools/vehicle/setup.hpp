@@ -6,7 +6,7 @@
 #include <set>
 #include <string>
 
-#include "common/runtime/dive_folder.hpp"
+#include "common/runtime/files/dive_folder.hpp"
 #include "drivers/device_driver.hpp"
 #include "tools/vehicle/finding.hpp"
 

@@ -13,8 +13,8 @@
 #include <string>
 #include <vector>
 
-#include "codecs/kmall.hpp"
-#include "codecs/kmall_sensors.hpp"
+#include "codecs/kongsberg/kmall.hpp"
+#include "codecs/kongsberg/kmall_sensors.hpp"
 #include "common/core/bytes.hpp"
 #include "common/core/pose.hpp"
 #include "mapper/geometry/georeference.hpp"

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "common/core/pose.hpp"
-#include "mapper/navigation/error_state_filter.hpp"
-#include "mapper/navigation/nav_track.hpp"
+#include "mapper/navigation/filter/error_state_filter.hpp"
+#include "mapper/navigation/filter/nav_track.hpp"
 #include "tests/mapper/navigation/survey_motion.hpp"
 
 namespace seastitch {

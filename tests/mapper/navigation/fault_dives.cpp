@@ -10,7 +10,7 @@
 #include <stdexcept>
 
 #include "common/core/pose.hpp"
-#include "mapper/navigation/strapdown.hpp"
+#include "mapper/navigation/filter/strapdown.hpp"
 #include "tests/mapper/navigation/survey_motion.hpp"
 
 namespace seastitch::test {

@@ -1,4 +1,4 @@
-#include "mapper/navigation/given_navigation.hpp"
+#include "mapper/navigation/ins/given_navigation.hpp"
 
 #include <gtest/gtest.h>
 

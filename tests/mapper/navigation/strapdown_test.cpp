@@ -1,4 +1,4 @@
-#include "mapper/navigation/strapdown.hpp"
+#include "mapper/navigation/filter/strapdown.hpp"
 
 #include <gtest/gtest.h>
 

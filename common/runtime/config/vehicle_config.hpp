@@ -1,0 +1,44 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/core/vehicle.hpp"
+#include "common/runtime/config/parameters.hpp"
+
+namespace seastitch {
+
+// Reads vehicle.yaml: lever arms in metres, mounting angles and map origin in degrees. Throws
+// ConfigError.
+VehicleGeometry LoadVehicle(const std::string& path);
+
+// Text of vehicle.yaml for a geometry; angles are rounded to 1e-9 degrees.
+std::string PrintConfig(const VehicleGeometry& vehicle);
+
+// Content of vehicle.yaml with the file's keys and units.
+struct VehicleFile {
+  struct Mounting {
+    Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+    Eigen::Vector3d roll_pitch_yaw_deg = Eigen::Vector3d::Zero();
+  };
+  double datum_latitude_deg = 0.0;
+  double datum_longitude_deg = 0.0;
+  Mounting imu;
+  Mounting dvl;
+  Mounting mbes;
+  struct Transmitter : Mounting {
+    std::vector<Eigen::Vector3d> parts_m;
+  };
+  Transmitter mbes_transmitter;
+  Mounting mbes_receiver;
+  struct Head {
+    Transmitter transmitter;
+    Mounting receiver;
+  };
+  std::vector<Head> more_heads;
+  Eigen::Vector3d depth_position_m = Eigen::Vector3d::Zero();
+  std::vector<FixPoint> position_fixes;
+};
+ParameterTable TableOf(VehicleFile* file);
+
+}  // namespace seastitch

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "common/core/conditions.hpp"
+#include "common/runtime/bus.hpp"
+#include "common/runtime/process/own_sockets.hpp"
+
+namespace seastitch {
+
+// Detects the faults that every process can have: messages that cannot be decoded or sent,
+// datagrams that the kernel dropped, a blocked event loop, work that waits for too long.
+class SelfWatch {
+ public:
+  struct Age {
+    std::string name;  // of the counter NAME_age_ms
+    const ConditionKind* kind;
+    double limit_s;
+    std::function<double()> age_s;  // age of the oldest waiting item; 0: none waits
+  };
+  void AddAge(Age age) { ages_.push_back(std::move(age)); }
+
+  struct Report {
+    std::vector<Condition> conditions;
+    std::map<std::string, std::int64_t> counters;
+  };
+  // To be called once a second; returns the active faults. now_s: monotonic clock. late_s: largest
+  // lateness of the loop's timer since the last call. A fault that is a count is active for 10 s
+  // after the count last grew.
+  Report Check(const Bus& bus, double now_s, double late_s);
+
+ private:
+  // True if a counter grew within the last 10 s.
+  class Growth {
+   public:
+    bool Lately(std::int64_t total, double now_s);
+
+   private:
+    std::int64_t total_ = 0;
+    double grew_s_ = 0.0;
+  };
+
+  void CheckBus(const Bus& bus, double now_s, Report* report);
+  void CheckSockets(double now_s, Report* report);
+  void CheckLoop(double now_s, double late_s, Report* report);
+  void CheckAges(Report* report) const;
+
+  std::vector<Age> ages_;
+  std::map<std::string, Growth> undecodable_;  // by channel
+  Growth unsent_;
+  OwnSockets sockets_;
+  std::map<std::string, Growth> drops_;  // by socket
+  double longest_late_s_ = 0.0;          // lately
+  Growth late_;
+  std::int64_t times_late_ = 0;
+};
+
+}  // namespace seastitch

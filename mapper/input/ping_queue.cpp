@@ -1,0 +1,43 @@
+#include "mapper/input/ping_queue.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace seastitch {
+
+template <class Ping>
+void PingQueue<Ping>::Add(Ping ping) {
+  if (pings_.size() >= capacity_) {
+    pings_.pop_front();
+    ++dropped_;
+  }
+  const auto place =
+      std::upper_bound(pings_.begin(), pings_.end(), ping.time, [](Time t, const Ping& other) {
+        return t < other.time;
+      });
+  pings_.insert(place, std::move(ping));
+}
+
+template <class Ping>
+std::optional<Ping> PingQueue<Ping>::Take(Time latest) {
+  while (!pings_.empty()) {
+    if (LastEcho(pings_.front()) <= latest) return TakeAny();
+    if (ToSeconds(pings_.front().time - latest) <= kMaxAheadS) return std::nullopt;
+    pings_.pop_front();
+    ++from_the_future_;
+  }
+  return std::nullopt;
+}
+
+template <class Ping>
+std::optional<Ping> PingQueue<Ping>::TakeAny() {
+  if (pings_.empty()) return std::nullopt;
+  Ping ping = std::move(pings_.front());
+  pings_.pop_front();
+  return ping;
+}
+
+template class PingQueue<MbesPing>;
+template class PingQueue<SoundingPing>;
+
+}  // namespace seastitch

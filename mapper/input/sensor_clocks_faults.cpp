@@ -1,0 +1,86 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "mapper/input/sensor_clocks.hpp"
+#include "mapper/input/utc_text.hpp"
+
+// What HEALTH is told of the clocks.
+namespace seastitch {
+namespace {
+
+constexpr double kEventHoldsS = 60.0;
+constexpr double kSilentS = 2.0;
+constexpr double kSilentIntervals = 2.5;
+constexpr double kDriftS = 0.2;
+
+}  // namespace
+
+bool SensorClocks::IsSilent(const Channel& c) const {
+  return ToSeconds(*newest() - c.era.ReceivedAt()) >
+         std::max(kSilentS, kSilentIntervals * c.interval_s());
+}
+
+std::vector<Condition> SensorClocks::conditions() const {
+  std::vector<Condition> all;
+  const std::optional<Time> at = newest();
+  if (last_step_at_ && ToSeconds(*at - *last_step_at_) < kEventHoldsS)
+    all.push_back({&conditions::kClockStep, last_step_ + " at " + UtcOf(*last_step_at_)});
+  AddSilent(&all);
+  AddSilentProcesses(&all);
+  AddDrifts(&all);
+  return all;
+}
+
+void SensorClocks::AddSilent(std::vector<Condition>* all) const {
+  std::string names;
+  for (std::size_t i = 0; i < kSensorChannels; ++i) {
+    const Channel& c = channels_[i];
+    if (!c.has_come || IsRare(i) || !IsSilent(c)) continue;
+    char text[60];
+    std::snprintf(text,
+                  sizeof text,
+                  "%s%s since %s",
+                  names.empty() ? "" : ", ",
+                  NameOf(static_cast<SensorChannel>(i)),
+                  UtcOf(c.era.At()).c_str());
+    names += text;
+  }
+  if (!names.empty()) all->push_back({&conditions::kSensorSilent, names});
+}
+
+void SensorClocks::AddSilentProcesses(std::vector<Condition>* all) const {
+  std::string names;
+  for (const std::string& name : processes_.silent()) names += (names.empty() ? "" : ", ") + name;
+  if (!names.empty()) all->push_back({&conditions::kProcessSilent, names});
+}
+
+void SensorClocks::AddDrifts(std::vector<Condition>* all) const {
+  std::vector<double> drifts_s;
+  for (const Channel& c : channels_)
+    if (c.latency.first_s) drifts_s.push_back(c.latency.drift_s());
+  if (drifts_s.size() < 2 || !IsRealTime()) return;
+  // Of two drifts the smaller one is the common drift.
+  std::sort(drifts_s.begin(), drifts_s.end(), [](double a, double b) {
+    return std::abs(a) < std::abs(b);
+  });
+  const double common_s = drifts_s[(drifts_s.size() - 1) / 2];
+  std::string names;
+  for (std::size_t i = 0; i < kSensorChannels; ++i) {
+    const double drift_s = channels_[i].latency.drift_s();
+    if (!channels_[i].latency.first_s || std::abs(drift_s) <= kDriftS ||
+        std::abs(drift_s - common_s) <= kDriftS)
+      continue;
+    char text[80];
+    std::snprintf(text,
+                  sizeof text,
+                  "%s%s has come to lag by %.2f s",
+                  names.empty() ? "" : ", ",
+                  NameOf(static_cast<SensorChannel>(i)),
+                  drift_s);
+    names += text;
+  }
+  if (!names.empty()) all->push_back({&conditions::kClockDrift, names});
+}
+
+}  // namespace seastitch

@@ -1,0 +1,299 @@
+#include <algorithm>
+#include <cstddef>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "products/report/html.hpp"
+#include "products/report/noise_report.hpp"
+#include "products/report/report.hpp"
+#include "products/report/report_page.hpp"
+#include "products/report/report_rows.hpp"
+
+namespace seastitch {
+namespace {
+
+constexpr std::size_t kMostLoopRows = 500;
+
+const char* BannerClass(Outcome outcome) {
+  switch (outcome) {
+    case Outcome::kCorrected: return "good";
+    case Outcome::kNothingToCorrect: return "plain";
+    case Outcome::kWithheld: return "bad";
+    case Outcome::kTrackAlone: return "plain";
+  }
+  return "plain";
+}
+
+std::string BeforeAfterTable(const ProductSummary& s) {
+  HtmlTable table({"", "Dead reckoned", "Delivered map"});
+  const ErrorFigures &b = s.before.point, &a = s.after().point;
+  table.Row({"Consistency error, RMS", Fixed(b.rms_m, 3) + " m", Fixed(a.rms_m, 3) + " m"});
+  table.Row({"&ensp;median", Fixed(b.median_m, 3) + " m", Fixed(a.median_m, 3) + " m"});
+  table.Row({"&ensp;95 % of cells below", Fixed(b.p95_m, 3) + " m", Fixed(a.p95_m, 3) + " m"});
+  table.Row({"Surface error, RMS",
+             Fixed(s.before.surface.rms_m, 3) + " m",
+             Fixed(s.after().surface.rms_m, 3) + " m"});
+  table.Row({"&ensp;95 % of cells below",
+             Fixed(s.before.surface.p95_m, 3) + " m",
+             Fixed(s.after().surface.p95_m, 3) + " m"});
+  table.Row({"Cells compared", Grouped(b.cells), Grouped(a.cells)});
+  if (s.truth) {
+    const TrackError &tb = s.truth->before, &ta = s.truth->after;
+    table.Row({"Position error against truth, RMS",
+               Fixed(tb.position_rms_m, 2) + " m",
+               Fixed(ta.position_rms_m, 2) + " m"});
+    table.Row(
+        {"&ensp;largest", Fixed(tb.position_max_m, 2) + " m", Fixed(ta.position_max_m, 2) + " m"});
+    table.Row({"&ensp;of the shape alone, RMS",
+               Fixed(s.truth->before_aligned.position_rms_m, 2) + " m",
+               Fixed(s.truth->after_aligned.position_rms_m, 2) + " m"});
+    table.Row({"&ensp;at the end, of distance",
+               Fixed(Percent(tb.position_end_m, s.distance_m), 3) + " %",
+               Fixed(Percent(ta.position_end_m, s.distance_m), 3) + " %"});
+    table.Row({"Heading error against truth, RMS",
+               Fixed(tb.yaw_rms_deg, 3) + "&deg;",
+               Fixed(ta.yaw_rms_deg, 3) + "&deg;"});
+    table.Row({"&ensp;in the mean",
+               Fixed(tb.yaw_mean_deg, 3) + "&deg;",
+               Fixed(ta.yaw_mean_deg, 3) + "&deg;"});
+  }
+  if (s.published) {
+    table.Row({"As published live: NAV, NAV_CORRECTED, RMS",
+               Fixed(s.published->before.position_rms_m, 2) + " m",
+               Fixed(s.published->after.position_rms_m, 2) + " m"});
+    table.Row({"&ensp;largest",
+               Fixed(s.published->before.position_max_m, 2) + " m",
+               Fixed(s.published->after.position_max_m, 2) + " m"});
+    table.Row({"&ensp;of the shape alone, RMS",
+               Fixed(s.published->before_aligned.position_rms_m, 2) + " m",
+               Fixed(s.published->after_aligned.position_rms_m, 2) + " m"});
+  }
+  return table.Finish();
+}
+
+std::string SurveyTable(const ProductSummary& s, const ProductOptions& options) {
+  HtmlTable table({"Survey", ""});
+  table.Row({"Track", Fixed(s.distance_m, 0) + " m in " + Fixed(s.duration_s / 60.0, 1) + " min"});
+  table.Row({"Submaps", Grouped(s.submaps)});
+  table.Row({"Soundings read, used", Grouped(s.soundings_read) + ", " + Grouped(s.soundings_used)});
+  table.Row({"Points in the map", Grouped(s.points)});
+  table.Row({"Cell", Fixed(s.cell_m, 2) + " m, " + Grouped(s.cells_mapped) + " with depth"});
+  table.Row({"Cells seen by two or more submaps",
+             Grouped(s.before_all.point.cells) + " dead reckoned, " +
+                 Grouped(s.solved_all.point.cells) + " solved"});
+  table.Row({"Loop closures",
+             Grouped(s.loops_accepted) + " accepted, " + Grouped(s.loops_refused) +
+                 " of them refused by the graph, " + Grouped(s.loops_rejected) + " rejected"});
+  table.Row({"Their height offset",
+             "mean " + Fixed(s.z_offset_mean_m, 3) + " m, scatter " + Fixed(s.z_offset_sigma_m, 3) +
+                 " m, largest " + Fixed(s.z_offset_max_m, 3) + " m"});
+  table.Row({"Largest correction of a submap",
+             Fixed(s.correction_max_m, 2) + " m, " + Fixed(s.correction_max_yaw_deg, 3) + "&deg;"});
+  if (!options.configuration.empty()) table.Row({"Configuration", Escaped(options.configuration)});
+  if (options.datum) {
+    table.Row({"Datum (WGS 84)",
+               Fixed(options.datum->latitude_deg, 7) + "&deg;, " +
+                   Fixed(options.datum->longitude_deg, 7) + "&deg;"});
+  }
+  for (const auto& [name, seed] : options.seeds) {
+    table.Row({"Seed: " + Escaped(name), std::to_string(seed)});
+  }
+  return table.Finish();
+}
+
+std::string DivesList(const std::vector<DiveInMap>& dives, const std::vector<UnreadDive>& unread) {
+  std::string html;
+  for (const std::string& sentence : SentencesOf(dives))
+    html += "<li>" + Escaped(sentence) + "</li>\n";
+  for (const auto& [name, reason] : unread)
+    html += "<li>" + Escaped(name + " was not read, or not to its end: " + reason) + "</li>\n";
+  return html;
+}
+
+std::string MountingTable(const Survey& survey, const ProductSummary& s) {
+  if (s.outcome != Outcome::kCorrected) return {};
+  std::string html;
+  for (std::size_t k = 0; k < std::max<std::size_t>(1, s.dives.size()); ++k) {
+    const std::vector<MountingRow> rows = MountingRows(survey, static_cast<std::int32_t>(k));
+    if (rows.empty()) continue;
+    std::string title = "Against vehicle.yaml";
+    if (!s.dives.empty()) title = Escaped(s.dives[k].name) + ", against its vehicle.yaml";
+    HtmlTable table({title, "Estimate", "1 sigma"});
+    for (const MountingRow& row : rows)
+      table.Row({row.label, Fixed(row.value, 3) + row.unit, Fixed(row.sigma, 3) + row.unit});
+    html += table.Finish();
+  }
+  return html;
+}
+
+std::string Milliseconds(double seconds) { return Fixed(1000.0 * seconds, 1) + " ms"; }
+
+void AddTiming(const std::string& dive, const SonarTimingEstimate& timing, HtmlTable* table) {
+  const auto add = [&](const char* label, const std::optional<TimeOffsetEstimate>& offset) {
+    if (offset)
+      table->Row({Escaped(dive) + label,
+                  Milliseconds(timing.configured_s),
+                  Milliseconds(timing.configured_s + offset->add_s),
+                  Milliseconds(offset->sigma_s)});
+  };
+  add("Time offset of the sonar's stamps, by roll", timing.roll);
+  add("Time offset of the sonar's stamps, by pitch", timing.pitch);
+}
+
+// Empty if nothing was estimated.
+std::string NoiseTable(const Survey& survey, const ProductOptions& options) {
+  HtmlTable table({"", "Configured", "Estimate", "1 sigma"});
+  for (const NoiseRow& row : NoiseRows(options.noise))
+    table.Row({row.label,
+               Fixed(row.configured, row.digits) + row.unit,
+               (row.bound != nullptr ? std::string(row.bound) + " " : "") +
+                   Fixed(row.value, row.digits) + row.unit,
+               Fixed(row.sigma, row.digits) + row.unit});
+  AddTiming("", options.noise.timing, &table);
+  for (std::size_t k = 0; k < survey.dives.size() && k < options.dives.size(); ++k)
+    AddTiming(survey.dives[k] + ": ", options.dives[k].sonar, &table);
+  return table.has_rows() ? table.Finish() : "";
+}
+
+std::string FindingsText(const ProductSummary& s, const ProductOptions& options) {
+  std::string html;
+  for (const std::string& finding : s.noise_findings) html += Escaped(finding) + " ";
+  if (const std::string why = WhyNoNoise(s, options); !why.empty())
+    return html + "The noise was not estimated: " + why + ".";
+  return html.empty() ? "Nothing differs clearly from the configuration." : html;
+}
+
+std::string LoopTable(const Survey& survey) {
+  const std::vector<LoopRow> rows = LoopRows(survey);
+  if (rows.empty()) return "<p>No pair of submaps was registered.</p>\n";
+  HtmlTable table({"From",
+                   "To",
+                   "Verdict",
+                   "Weight",
+                   "x (m)",
+                   "y (m)",
+                   "yaw (&deg;)",
+                   "Height offset (m)",
+                   "Fit RMS (m)",
+                   "Overlap (m&sup2;)"});
+  for (std::size_t i = 0; i < std::min(rows.size(), kMostLoopRows); ++i) {
+    const GraphEdge& e = *rows[i].edge;
+    table.Row({std::to_string(e.from.value),
+               std::to_string(e.to.value),
+               ToString(e.verdict),
+               Fixed(rows[i].weight, 2),
+               Fixed(e.T_from_to.x, 2),
+               Fixed(e.T_from_to.y, 2),
+               Fixed(Rad2Deg(e.T_from_to.yaw), 2),
+               Fixed(e.z_offset_m, 3),
+               Fixed(e.rms_m, 3),
+               Fixed(e.overlap_m2, 0)});
+  }
+  std::string html = table.Finish();
+  if (rows.size() > kMostLoopRows) {
+    html += "<p>" + Grouped(rows.size() - kMostLoopRows) +
+            " more are in survey.gpkg, layer edges.</p>\n";
+  }
+  return html;
+}
+
+void AddOffsets(const DiveReport& dive, HtmlTable* table) {
+  for (const StampOffsetEstimate& offset : dive.stamp_offsets)
+    table->Row({offset.key + ": configured, suggested, 1 sigma",
+                Milliseconds(offset.configured_s) + ", " +
+                    Milliseconds(offset.configured_s + offset.add_s) + ", " +
+                    Milliseconds(offset.sigma_s) + " (corrected for " +
+                    Fixed(offset.suspected_s, 0) + " s)"});
+}
+
+void AddOther(const NavigationDifference& difference, HtmlTable* table) {
+  table->Row({"navigation_source: " + difference.source +
+                  ", difference from this track: horizontal RMS, largest; mean heading",
+              Fixed(difference.rms_m, 2) + " m, " + Fixed(difference.max_m, 2) + " m, " +
+                  Fixed(difference.heading_mean_deg, 2) + "&deg; (over " +
+                  Fixed(difference.duration_s, 0) + " s)"});
+}
+
+// name: of the dive, where there are several.
+std::string NavigationOf(const Survey& survey,
+                         const DiveReport& dive,
+                         std::int32_t chain,
+                         const std::string& name) {
+  const TrackState* const last = LastState(survey, chain);
+  if (last == nullptr) return {};
+  const std::string head = name.empty() ? "" : Escaped(name) + ": ";
+  std::string html;
+  for (const std::string& condition : dive.conditions)
+    html += "<p>" + head + "At the end: " + Escaped(condition) + "</p>\n";
+  HtmlTable table({head + "Dead reckoning", ""});
+  table.Row({"Stated at the end, 1 sigma: north, east, heading",
+             Fixed(last->sigma.x(), 2) + " m, " + Fixed(last->sigma.y(), 2) + " m, " +
+                 Fixed(Rad2Deg(last->sigma.z()), 2) + "&deg;"});
+  AddOffsets(dive, &table);
+  if (dive.other_navigation) AddOther(*dive.other_navigation, &table);
+  for (const auto& [counter, count] : NavigationCounters(dive))
+    table.Row({Escaped(counter), std::to_string(count)});
+  return html + table.Finish();
+}
+
+std::string NavigationSection(const Survey& survey, const ProductOptions& options) {
+  if (survey.dives.empty())
+    return NavigationOf(
+        survey, options.dives.empty() ? DiveReport{} : options.dives.front(), 0, "");
+  std::string html;
+  for (const std::string& condition : options.conditions)
+    html += "<p>At the end: " + Escaped(condition) + "</p>\n";
+  for (std::size_t k = 0; k < survey.dives.size() && k < options.dives.size(); ++k)
+    html += NavigationOf(survey, options.dives[k], static_cast<std::int32_t>(k), survey.dives[k]);
+  return html;
+}
+
+std::string CounterTable(const char* title, const std::map<std::string, std::int64_t>& counters) {
+  if (counters.empty()) return {};
+  HtmlTable table({title, "Count"});
+  for (const auto& [name, count] : counters)
+    table.Row({Escaped(name), Grouped(static_cast<std::uint64_t>(count))});
+  return table.Finish();
+}
+
+void AddClosureErrors(const ClosureErrors& e, std::map<std::string, std::string>* values) {
+  (*values)["has_closure_errors"] = "yes";
+  (*values)["closures"] = Grouped(e.closures);
+  (*values)["chi2"] = Fixed(e.chi2, 1);
+  (*values)["degrees_of_freedom"] = Grouped(e.degrees_of_freedom);
+  (*values)["worst_chi2"] = Fixed(e.worst_chi2, 1);
+}
+
+}  // namespace
+
+std::string ReportHtml(const Survey& survey,
+                       const ProductSummary& s,
+                       const ProductOptions& options) {
+  const bool has_map = s.outcome != Outcome::kTrackAlone;
+  std::map<std::string, std::string> values{
+      {"title", Escaped(options.title)},
+      {"banner", BannerClass(s.outcome)},
+      {"statement", Escaped(s.statement)},
+      {"before_after", BeforeAfterTable(s)},
+      {"survey", SurveyTable(s, options)},
+      {"has_map", has_map ? "yes" : ""},
+      {"has_truth", s.truth ? "yes" : ""},
+      {"mounting", MountingTable(survey, s)},
+      {"noise_findings", FindingsText(s, options)},
+      {"noise", NoiseTable(survey, options)},
+      {"dives", DivesList(s.dives, options.unread)},
+      {"loops", LoopTable(survey)},
+      {"navigation", NavigationSection(survey, options)},
+      {"refused", CounterTable("Refused, late or doubled", Refused(survey, options))},
+      {"mapper", CounterTable("Counted by the mapper", options.mapper_counters)},
+      {"files",
+       has_map ? "depth.tif, depth_dead_reckoned.tif (mean depth, spread, soundings), "
+                 "consistency.tif, consistency_dead_reckoned.tif, track.csv, poses.txt, graph.g2o, "
+                 "survey.gpkg, submaps/, export/, report.json (with run time and memory)."
+               : "track.csv, survey.gpkg, export/, report.json (with run time and memory)."}};
+  if (s.closures_against_truth) AddClosureErrors(*s.closures_against_truth, &values);
+  return FillTemplate(kReportPage, values);
+}
+
+}  // namespace seastitch

@@ -1,0 +1,75 @@
+#include "products/report/report_rows.hpp"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <limits>
+#include <set>
+
+#include "common/core/pose.hpp"
+
+namespace seastitch {
+namespace {
+
+// Whether the graph did not refuse a closure with a submap of this dive.
+bool HasClosures(const Survey& survey, std::int32_t chain) {
+  std::set<SubmapId> submaps;
+  for (const SurveySubmap& submap : survey.submaps)
+    if (submap.chain == chain) submaps.insert(submap.id);
+  const std::vector<LoopRow> rows = LoopRows(survey);
+  return std::any_of(rows.begin(), rows.end(), [&submaps](const LoopRow& row) {
+    const bool refused = row.weight < kAcceptedWeight;
+    return row.edge->verdict == LoopVerdict::kAccepted && !refused &&
+           (submaps.contains(row.edge->from) || submaps.contains(row.edge->to));
+  });
+}
+
+}  // namespace
+
+double Percent(double part, double whole) {
+  return whole > 0.0 ? 100.0 * part / whole : std::numeric_limits<double>::quiet_NaN();
+}
+
+std::map<std::string, std::int64_t> Refused(const Survey& survey, const ProductOptions& options) {
+  std::map<std::string, std::int64_t> refused = options.refused;
+  for (const auto& [reason, count] : survey.counters)
+    refused[reason] += static_cast<std::int64_t>(count);
+  return refused;
+}
+
+std::map<std::string, std::int64_t> NavigationCounters(const DiveReport& dive) {
+  std::map<std::string, std::int64_t> counters;
+  for (const auto& [name, count] : dive.counters)
+    if (name.starts_with("nav_")) counters[name] = count;
+  return counters;
+}
+
+const TrackState* LastState(const Survey& survey, std::int32_t chain) {
+  const auto last = std::find_if(
+      survey.track.rbegin(), survey.track.rend(), [&](const auto& s) { return s.chain == chain; });
+  return last == survey.track.rend() ? nullptr : &*last;
+}
+
+std::string WhyNoNoise(const ProductSummary& summary, const ProductOptions& options) {
+  if (!options.noise_not_estimated.empty()) return options.noise_not_estimated;
+  if (options.noise.components.closures > 0) return {};
+  return summary.loops_accepted > 0 ? "no accepted closure has statistics of its overlap"
+                                    : "no closure was accepted";
+}
+
+std::vector<MountingRow> MountingRows(const Survey& survey, std::int32_t chain) {
+  if (!HasClosures(survey, chain)) return {};
+  const MountingErrors m = survey.solution.MountingOf(chain);
+  const Eigen::Vector3d sigma = m.covariance.diagonal().cwiseSqrt();
+  std::vector<MountingRow> rows{
+      {"sonar_forward_m", "Sonar is further forward by", m.sonar_m.x(), sigma.x(), " m"},
+      {"sonar_starboard_m", "Sonar is further to starboard by", m.sonar_m.y(), sigma.y(), " m"},
+      {"dvl_yaw_deg",
+       "DVL is turned clockwise against the sonar, beyond what navigation estimated, by",
+       Rad2Deg(m.dvl_yaw_rad),
+       Rad2Deg(sigma.z()),
+       "&deg;"}};
+  std::erase_if(rows, [](const MountingRow& row) { return row.sigma == 0.0; });
+  return rows;
+}
+
+}  // namespace seastitch

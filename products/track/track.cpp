@@ -1,0 +1,169 @@
+#include "products/track/track.hpp"
+
+#include <GeographicLib/LocalCartesian.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <utility>
+
+namespace seastitch {
+namespace {
+
+double SmoothStep(double u) { return u * u * (3.0 - 2.0 * u); }
+
+void AppendNumber(std::string* out, const char* format, double value) {
+  char text[48];
+  std::snprintf(text, sizeof text, format, value);
+  *out += ',';
+  *out += text;
+}
+
+}  // namespace
+
+TrackCorrection::TrackCorrection(const Survey& survey,
+                                 const SurveyPoses& poses,
+                                 const std::vector<std::optional<Eigen::Vector3d>>& sigmas) {
+  for (std::size_t i = 0; i < survey.submaps.size(); ++i) {
+    const SurveySubmap& s = survey.submaps[i];
+    frames_.push_back({s.chain,
+                       s.frame_time,
+                       LevelPose(s.T_map_submap),
+                       poses.VehicleAt(i),
+                       sigmas[i],
+                       poses.MountingOf(i)});
+  }
+  const auto place = [](const Frame& f) { return std::pair(f.chain, f.time); };
+  const auto earlier = [&](const Frame& a, const Frame& b) { return place(a) < place(b); };
+  const auto same = [&](const Frame& a, const Frame& b) { return place(a) == place(b); };
+  std::stable_sort(frames_.begin(), frames_.end(), earlier);
+  frames_.erase(std::unique(frames_.begin(), frames_.end(), same), frames_.end());
+}
+
+TrackCorrection::Between TrackCorrection::Find(Time time, std::int32_t chain) const {
+  const auto [begin, end] =
+      std::equal_range(frames_.begin(),
+                       frames_.end(),
+                       Frame{chain, {}, {}, {}, {}, {}},
+                       [](const auto& a, const auto& b) { return a.chain < b.chain; });
+  if (begin == end) return {nullptr, nullptr, 0.0};
+  const auto after =
+      std::upper_bound(begin, end, time, [](Time t, const Frame& f) { return t < f.time; });
+  if (after == begin) return {&*begin, &*begin, 0.0};
+  const auto before = after - 1;
+  if (after == end) return {&*before, &*before, 0.0};
+  const double u = ToSeconds(time - before->time) / ToSeconds(after->time - before->time);
+  return {&*before, &*after, SmoothStep(u)};
+}
+
+Pose2 TrackCorrection::operator()(Time time, const Pose2& T_map_level, std::int32_t chain) const {
+  const Between at = Find(time, chain);
+  if (at.before == nullptr) return T_map_level;
+  const auto moved_with = [&](const Frame& f) {
+    return f.corrected * TravelledPose(Inverse(f.dead_reckoned) * T_map_level, f.mounting);
+  };
+  const Pose2 a = moved_with(*at.before);
+  if (at.before == at.after) return a;
+  const Pose2 b = moved_with(*at.after);
+  const double w = at.weight_after;
+  return {(1.0 - w) * a.x + w * b.x,
+          (1.0 - w) * a.y + w * b.y,
+          WrapAngle(a.yaw + w * WrapAngle(b.yaw - a.yaw))};
+}
+
+std::optional<Eigen::Vector3d> TrackCorrection::Sigma(Time time, std::int32_t chain) const {
+  const Between at = Find(time, chain);
+  if (at.before == nullptr || !at.before->sigma || !at.after->sigma) return std::nullopt;
+  return (1.0 - at.weight_after) * *at.before->sigma + at.weight_after * *at.after->sigma;
+}
+
+std::vector<CorrectedState> CorrectTrack(const Survey& survey, const TrackCorrection& correction) {
+  std::vector<TrackState> states = survey.track;
+  if (states.empty()) {
+    for (const SurveySubmap& s : survey.submaps) {
+      states.push_back({s.frame_time,
+                        s.T_map_submap.translation(),
+                        RpyFromRotation(s.T_map_submap.linear()),
+                        Eigen::Vector3d::Zero(),
+                        s.chain});
+    }
+  }
+  std::vector<CorrectedState> track;
+  track.reserve(states.size());
+  for (const TrackState& s : states) {
+    const Pose2 dead_reckoned{s.p_map.x(), s.p_map.y(), s.rpy_rad.z()};
+    std::optional<Eigen::Vector3d> sigma = correction.Sigma(s.time, s.chain);
+    if (survey.submaps.empty()) sigma = s.sigma;
+    track.push_back(
+        {s.time, s.p_map, s.rpy_rad, correction(s.time, dead_reckoned, s.chain), sigma, s.chain});
+  }
+  return track;
+}
+
+std::vector<std::vector<CorrectedState>> TracksOfDives(const std::vector<CorrectedState>& track) {
+  std::vector<std::vector<CorrectedState>> dives;
+  for (const CorrectedState& state : track) {
+    if (dives.empty() || dives.back().front().chain != state.chain) dives.emplace_back();
+    dives.back().push_back(state);
+  }
+  std::stable_sort(dives.begin(), dives.end(), [](const auto& a, const auto& b) {
+    return a.front().time < b.front().time;
+  });
+  return dives;
+}
+
+double TrackLength(const std::vector<CorrectedState>& track) {
+  double length = 0.0;
+  for (std::size_t i = 1; i < track.size(); ++i) {
+    if (track[i].chain != track[i - 1].chain) continue;
+    length += (track[i].p_dead_reckoned - track[i - 1].p_dead_reckoned).head<2>().norm();
+  }
+  return length;
+}
+
+double TrackDuration(const std::vector<CorrectedState>& track) {
+  double duration_s = 0.0;
+  for (std::size_t i = 1; i < track.size(); ++i)
+    if (track[i].chain == track[i - 1].chain)
+      duration_s += ToSeconds(track[i].time - track[i - 1].time);
+  return duration_s;
+}
+
+std::string TrackCsv(const std::vector<CorrectedState>& track, const std::optional<Datum>& datum) {
+  std::string out =
+      "utime_us,dr_x_m,dr_y_m,dr_z_m,dr_roll_deg,dr_pitch_deg,dr_yaw_deg,x_m,y_m,z_m,yaw_deg,"
+      "sigma_x_m,sigma_y_m,sigma_yaw_deg";
+  if (datum) out += ",latitude_deg,longitude_deg";
+  out += '\n';
+  GeographicLib::LocalCartesian local;
+  if (datum) local.Reset(datum->latitude_deg, datum->longitude_deg, 0.0);
+  for (const CorrectedState& s : track) {
+    out += std::to_string(ToUtime(s.time));
+    for (const double v : s.p_dead_reckoned) AppendNumber(&out, "%.4f", v);
+    for (const double v : s.rpy_dead_reckoned_rad) AppendNumber(&out, "%.5f", Rad2Deg(v));
+    AppendNumber(&out, "%.4f", s.corrected.x);
+    AppendNumber(&out, "%.4f", s.corrected.y);
+    AppendNumber(&out, "%.4f", s.p_dead_reckoned.z());
+    AppendNumber(&out, "%.5f", Rad2Deg(s.corrected.yaw));
+    if (s.sigma) {
+      AppendNumber(&out, "%.4f", s.sigma->x());
+      AppendNumber(&out, "%.4f", s.sigma->y());
+      AppendNumber(&out, "%.5f", Rad2Deg(s.sigma->z()));
+    } else {
+      out += ",,,";
+    }
+    if (datum) {
+      double latitude_deg = 0.0, longitude_deg = 0.0, height_m = 0.0;
+      local.Reverse(s.corrected.y,
+                    s.corrected.x,
+                    -s.p_dead_reckoned.z(),
+                    latitude_deg,
+                    longitude_deg,
+                    height_m);
+      AppendNumber(&out, "%.9f", latitude_deg);
+      AppendNumber(&out, "%.9f", longitude_deg);
+    }
+    out += '\n';
+  }
+  return out;
+}
+
+}  // namespace seastitch
