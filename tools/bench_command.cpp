@@ -92,6 +92,11 @@ std::vector<config_t> ConfigurationOf(const MapperConfig& mapper,
 }  // namespace
 
 int RunBench(const BenchOptions& options) {
+  const std::filesystem::path truth = options.log.string() + ".truth.csv";
+  if (!options.overwrite && std::filesystem::exists(options.log) && !std::filesystem::exists(truth))
+    throw UsageError(options.log.string() + ": exists, and no bench made it (" +
+                     truth.filename().string() +
+                     " is not beside it): name another file, or give --overwrite");
   bench::SurveySimulator simulator = MakeSimulator(options);
   ProgressLine progress("simulating", 1000, false);
   const auto show = [&](double part) {

@@ -16,6 +16,8 @@ struct BenchOptions {
   std::filesystem::path
       config_dir;             // vehicle.yaml and the drivers' files: both sides agree on these
   std::filesystem::path log;  // empty: device bytes are sent live
+  bool overwrite =
+      false;  // also a log that this command did not make: one without a truth beside it
   // With log: also writes the survey as a .kmall, .all or .s7k file with the navigation of an INS;
   // empty: none.
   std::filesystem::path survey_file;

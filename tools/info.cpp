@@ -237,6 +237,11 @@ int RunInfo(const InfoOptions& options) {
     PrintMap(options.inputs[0], options.json);
     return EXIT_SUCCESS;
   }
+  for (const fs::path& input : options.inputs)
+    if (fs::is_directory(input) && !IsDive(input))
+      throw UsageError(input.string() +
+                       ": a folder with neither a map nor a dive in it; info takes a log, a dive's "
+                       "folder or a map");
   std::vector<fs::path> inputs = options.inputs;
   if (inputs.size() == 1 && IsDive(inputs[0])) inputs = LogsOfDive(inputs[0]);
   if (options.repair_to && inputs.size() > 1)

@@ -171,8 +171,10 @@ void AddReplay(CLI::App* app, int* status) {
           "--drift-xy-m",
           options.drift.sigma_xy_m,
           "for submap files: 1 sigma of the drift between successive submaps, x and y each [m]")
+      ->check(CLI::PositiveNumber)
       ->capture_default_str();
   replay->add_option("--drift-yaw-deg", options.drift.sigma_yaw_deg, "the same for yaw [deg]")
+      ->check(CLI::PositiveNumber)
       ->capture_default_str();
   replay
       ->add_option("--datum",
@@ -304,6 +306,9 @@ void AddBench(CLI::App* app, int* status) {
                     "folder of vehicle.yaml and the drivers' files (default: the shipped one)");
   CLI::Option* log = bench->add_option(
       "--log", options->log, "writes an LCM log, and LOG.truth.csv beside it, instead of sending");
+  bench->add_flag("--overwrite",
+                  options->overwrite,
+                  "with --log: also replaces a file that has no truth beside it");
   bench
       ->add_option("--survey-file",
                    options->survey_file,

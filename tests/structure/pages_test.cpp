@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 std::vector<fs::path> Pages() {
-  std::vector<fs::path> pages{SourceDir() / "README.md"};
+  std::vector<fs::path> pages{SourceDir() / "README.md", SourceDir() / "CONTRIBUTING.md"};
   for (const auto& entry : fs::recursive_directory_iterator(SourceDir() / "docs")) {
     if (entry.path().extension() == ".md") pages.push_back(entry.path());
   }

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -28,6 +30,25 @@ nlohmann::json InfoOf(const std::string& log) {
   const CommandResult result = RunCommand(Program("seastitch") + " info --json " + log);
   EXPECT_EQ(result.exit_code, 0) << result.output;
   return nlohmann::json::parse(result.output);
+}
+
+TEST(Info, AFolderOfNeitherMapNorDiveIsRefused) {
+  const TemporaryDir dir;
+  const CommandResult result = RunCommand(Program("seastitch") + " info " + dir.path().string());
+  EXPECT_EQ(result.exit_code, 64);
+  EXPECT_EQ(std::count(result.output.begin(), result.output.end(), '\n'), 1) << result.output;
+}
+
+// A log of the bench has its truth beside it, and is replaced; another file is not.
+TEST(Bench, OverwritesNothingThatItDidNotMake) {
+  const TemporaryDir dir;
+  const std::string log = dir.Write("dive.lcmlog", "somebody's dive");
+  const std::string bench =
+      Program("seastitch") + " bench --survey " + ConfigFile("bench/short.yaml") + " --log " + log;
+  EXPECT_EQ(RunCommand(bench).exit_code, 64);
+  EXPECT_EQ(std::filesystem::file_size(log), 15U) << "untouched";
+  EXPECT_EQ(RunCommand(bench + " --overwrite").exit_code, 0);
+  EXPECT_EQ(RunCommand(bench).exit_code, 0) << "its own";
 }
 
 TEST(Info, CountsWhatTheSequenceNumbersMiss) {
