@@ -37,10 +37,16 @@ seastitch::FoundMap OpenMap(const seastitch::MapperConfig& config, seastitch::Ma
   using namespace seastitch;
   const std::filesystem::path newest = NewestMap(config.map_dir);
   if (!HasJournal(newest)) return FindMap(config.map_dir, ConfigurationOf(config));
-  if (starts->ended_soon() >= MapStarts::kMost)
-    return GiveUpMap(newest,
-                     "the last " + std::to_string(starts->ended_soon()) +
-                         " mappers ended soon after they had gone on in it");
+  if (starts->ended_soon() >= MapStarts::kMost) {
+    FoundMap found = GiveUpMap(newest,
+                               "the last " + std::to_string(starts->ended_soon()) +
+                                   " mappers ended soon after they had gone on in it");
+    // Unless reading these ended the mapper before.
+    const bool may_read = starts->ended_soon() == MapStarts::kMost;
+    starts->Begin();
+    if (may_read) found.profiles = ProfilesOf(newest);
+    return found;
+  }
   starts->Begin();
   return FindMap(config.map_dir, ConfigurationOf(config));
 }

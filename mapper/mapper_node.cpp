@@ -225,7 +225,9 @@ void MapperNode::Begin() {
     archive_ = MakeArchive(found.folder);
     if (found.saved && !Resume(*found.saved)) found.why_not = "its navigation cannot be used";
   }
-  for (const SoundVelocityProfile& profile : found.profiles) mapper_.Add(profile);
+  const bool goes_on = found.saved && found.why_not.empty();
+  if (!goes_on)
+    for (const SoundVelocityProfile& profile : found.profiles) mapper_.Add(profile);
   OpenJournal(std::move(found));
 }
 

@@ -192,7 +192,8 @@ SensorClocks::Era SensorClocks::Next(SensorChannel channel, const Channel& c, Er
   }
   const double off_s = ToSeconds(passed - received);
   const bool comparable = received > Duration::zero() && IsRealTime();
-  const bool stepped = goes_on && std::abs(off_s) > jump_s_ && comparable &&
+  // Also of a sensor that was restarted with its driver.
+  const bool stepped = std::abs(off_s) > jump_s_ && comparable &&
                        !IsNormal(ToSeconds(passed), typical_s) && !is_rare;
   if (stepped) message.utime_offset -= passed - received;
   const bool is_new = !goes_on || stepped || (computer != Duration::zero() && !is_known);

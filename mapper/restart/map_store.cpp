@@ -118,16 +118,26 @@ class JournalReader {
   std::int64_t next_entry() const { return next_; }
   std::int64_t lost_entries() const { return lost_; }
   std::int64_t damaged_bytes() const { return damaged_bytes_; }
-  // The profiles, if the journal is whole and holds nothing else.
-  std::optional<std::vector<SoundVelocityProfile>> ProfilesAlone() const {
-    if (entries_.empty() || lost_ > 0 || damaged_bytes_ > 0) return std::nullopt;
+  // True if the journal is whole and holds nothing but profiles.
+  bool HoldsProfilesAlone() const {
+    return !entries_.empty() && lost_ == 0 && damaged_bytes_ == 0 &&
+           std::all_of(entries_.begin(), entries_.end(), [](const JournalEntry& entry) {
+             return std::holds_alternative<SoundVelocityProfile>(entry);
+           });
+  }
+  // All profiles that can be read: a dive keeps them when its map cannot be continued.
+  std::vector<SoundVelocityProfile> Profiles() const {
     std::vector<SoundVelocityProfile> profiles;
-    for (const JournalEntry& entry : entries_) {
-      const auto* profile = std::get_if<SoundVelocityProfile>(&entry);
-      if (profile == nullptr) return std::nullopt;
-      profiles.push_back(*profile);
-    }
+    for (const JournalEntry& entry : entries_)
+      if (const auto* profile = std::get_if<SoundVelocityProfile>(&entry))
+        profiles.push_back(*profile);
     return profiles;
+  }
+  std::int32_t ClosedSubmaps() const {
+    return static_cast<std::int32_t>(
+        std::count_if(entries_.begin(), entries_.end(), [](const JournalEntry& entry) {
+          return std::holds_alternative<ClosedSubmap>(entry);
+        }));
   }
   std::optional<SavedMap> Take() {
     if (!checkpoint_) return std::nullopt;
@@ -177,6 +187,22 @@ class JournalReader {
   std::int64_t damaged_bytes_ = 0;
 };
 
+// True for a folder in which a map was made: it has checkpoints or clouds.
+bool HoldsMap(const fs::path& folder) {
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    const std::string name = entry.path().filename().string();
+    if (name.starts_with("checkpoint_") || entry.path().extension() == ".pcd") return true;
+  }
+  return false;
+}
+
+// Submaps that the checkpoint has and the journal lacks.
+void AddLost(std::int32_t submaps, FoundMap* found) {
+  if (submaps <= 0 || !found->lost.empty()) return;
+  found->lost = std::to_string(submaps) + " closed submaps of its journal";
+}
+
 void WriteSynced(const fs::path& path, const std::vector<std::uint8_t>& bytes) {
   const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
   if (fd < 0) throw std::runtime_error(path.string() + ": " + std::strerror(errno));
@@ -205,6 +231,12 @@ fs::path NewestMap(const fs::path& map) {
 
 bool HasJournal(const fs::path& map) { return !SegmentsIn(map).empty(); }
 
+std::vector<SoundVelocityProfile> ProfilesOf(const fs::path& map) {
+  JournalReader journal("");
+  for (const auto& [number, path] : SegmentsIn(map)) journal.Read(path);
+  return journal.Profiles();
+}
+
 FoundMap GiveUpMap(const fs::path& newest_map, std::string why) {
   FoundMap found;
   found.folder = newest_map;
@@ -216,7 +248,10 @@ FoundMap FindMap(const fs::path& map, const std::string& configuration) {
   FoundMap found;
   found.folder = NewestMap(map);
   const auto segments = SegmentsIn(found.folder);
-  if (segments.empty()) return found;
+  if (segments.empty()) {
+    if (HoldsMap(found.folder)) found.why_not = "its journal is missing";
+    return found;
+  }
   JournalReader journal(configuration);
   for (const auto& [number, path] : segments) journal.Read(path);
   for (int slot = 0; slot < kSlots; ++slot) journal.ReadCheckpoint(SlotPath(found.folder, slot));
@@ -226,13 +261,14 @@ FoundMap FindMap(const fs::path& map, const std::string& configuration) {
     found.lost = std::to_string(journal.lost_entries()) + " entries of its journal";
   else if (journal.damaged_bytes() > 0)
     found.lost = std::to_string(journal.damaged_bytes()) + " bytes of its journal";
+  found.profiles = journal.Profiles();
+  const std::int32_t closed = journal.ClosedSubmaps();
+  const bool has_nothing_else = journal.HoldsProfilesAlone();
   if (journal.is_of_another_configuration())
     found.why_not = "the configuration or the format of the journal is another";
   else if (found.saved = journal.Take(); found.saved)
-    return found;
-  else if (auto profiles = journal.ProfilesAlone())
-    found.profiles = *std::move(profiles);
-  else
+    AddLost(found.saved->checkpoint.next_submap - closed, &found);
+  else if (!has_nothing_else)
     found.why_not = "no checkpoint can be read";
   return found;
 }

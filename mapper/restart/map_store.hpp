@@ -27,7 +27,7 @@ namespace seastitch {
 struct FoundMap {
   std::filesystem::path folder;   // folder of the map
   std::optional<SavedMap> saved;  // its state, if it can be continued
-  // Sound-speed profiles of a map that ended before navigation had started: it has no state.
+  // Its sound-speed profiles: the dive keeps them where the map cannot be continued.
   std::vector<SoundVelocityProfile> profiles;
   std::string why_not;  // reason why it cannot be continued; empty if it can, or if there is none
   std::string lost;     // what could not be read, for people; empty: nothing
@@ -38,6 +38,8 @@ struct FoundMap {
 // Folder of the newest map, beside the first map's folder.
 std::filesystem::path NewestMap(const std::filesystem::path& map);
 bool HasJournal(const std::filesystem::path& map);
+// The sound-speed profiles of a map that is not read otherwise.
+std::vector<SoundVelocityProfile> ProfilesOf(const std::filesystem::path& map);
 // A map that must not be read; why: the reason.
 FoundMap GiveUpMap(const std::filesystem::path& newest_map, std::string why);
 // map: the first map's folder in the dive. configuration: as for MapJournal; a map with another

@@ -328,6 +328,26 @@ TEST_F(SteppingClocks, ADriverThatRestartsMeanwhileFollowsTheOthers) {
     EXPECT_NE(condition.kind, &conditions::kNoBottomLock);
 }
 
+// Power fails for the inertial unit and its driver; its clock begins ten years back.
+TEST_F(SteppingClocks, ASensorThatRestartsWithAnotherClockIsHeld) {
+  Drive(90.0);
+  for (const SensorChannel channel : {SensorChannel::kImu, SensorChannel::kDvl}) {
+    Clock& clock = clocks_[channel];
+    clock.silent = true;
+    Drive(5.0);
+    clock.silent = false;
+    clock.seq = 0;
+    clock.utime_s = -3.2e8;
+    navs_.clear();
+    Drive(30.0);
+    ASSERT_GT(navs_.size(), 280U);
+    EXPECT_NEAR(ToSeconds(navs_.back().second - navs_.back().first.time), 0.5, 0.15);
+  }
+  EXPECT_EQ(Counter("clock_steps_IMU"), 1);
+  EXPECT_EQ(Counter("clock_steps_DVL"), 1);
+  EXPECT_EQ(Counter("nav_dvl_late"), 0);
+}
+
 TEST_F(SteppingClocks, StepsAddUp) {
   for (const double by_s : {-600.0, 60.0, -5.0, 4000.0, 61.0}) {
     Drive(20.0);

@@ -170,6 +170,26 @@ TEST_F(MapStore, AnotherConfigurationIsAnotherMap) {
   EXPECT_NE(found.why_not, "");
 }
 
+TEST_F(MapStore, AJournalThatIsGoneOrEmptyIsNamed) {
+  Write(Find(), Entries(3));
+  MapJournal(Find(), kConfiguration, 100)
+      .WriteCheckpoint(FromUtime(1), Encode(CheckpointOf(40, 3)));
+  for (int n = 0; fs::exists(Segment(n)); ++n) WriteFile(Segment(n), {});
+  const FoundMap empty = Find();
+  ASSERT_TRUE(empty.saved) << "navigation goes on";
+  EXPECT_EQ(empty.lost, "3 closed submaps of its journal");
+  for (int n = 0; fs::exists(Segment(n)); ++n) fs::remove(Segment(n));
+  EXPECT_FALSE(Find().saved);
+  EXPECT_EQ(Find().why_not, "its journal is missing");
+}
+
+// The dive's water is the same for its next map.
+TEST_F(MapStore, TheProfilesOfAMapThatCannotBeContinuedAreKept) {
+  Write(Find(), Entries(2));
+  EXPECT_EQ(FindMap(map_, "vehicle: another\n").profiles.size(), 1U);
+  EXPECT_EQ(ProfilesOf(map_).size(), 1U);
+}
+
 TEST_F(MapStore, FindsTheNewestMap) {
   Write(Find(), Entries(2));
   FoundMap next;
