@@ -5,14 +5,29 @@
 #include <iterator>
 #include <stdexcept>
 #include <system_error>
+#include <type_traits>
 #include <utility>
 #include <variant>
 #include <vector>
 
 #include "common/convert/channels.hpp"
+#include "mapper/input/stream_watch.hpp"
 
 namespace seastitch {
 namespace {
+
+// Types that one sender sends. Depths may come from two devices, fixes from GPS and USBL.
+template <class Msg>
+constexpr bool HasOneSender() {
+  return std::is_same_v<Msg, imu_t> || std::is_same_v<Msg, dvl_t> ||
+         std::is_same_v<Msg, navigation_t> || std::is_same_v<Msg, mbes_ping_t>;
+}
+
+// A message without a receive stamp counts as received when it was measured.
+template <class Msg>
+Time ReceivedAt(const Msg& msg) {
+  return FromUtime(msg.recv_utime > 0 ? msg.recv_utime : msg.utime);
+}
 
 constexpr char kName[] = "mapper";
 // Graph updates sent at once in answer to a request: about 20 kB. A receiver that needs more
@@ -29,6 +44,8 @@ constexpr std::size_t kMostToWrite = 32;
 constexpr std::size_t kMegabyte = 1'000'000;
 // HEALTH reports an event for this time [s].
 constexpr double kEventHoldsS = 10.0;
+// Messages of another sender from which on it is named: a restarted one has fewer.
+constexpr std::int64_t kManyOfAnother = 10;
 constexpr double kNoNavS = 2.0;
 
 std::string TimeApart(double silent_s) {
@@ -141,8 +158,11 @@ template <class Msg, class Handler>
 void MapperNode::Subscribe(const char* channel, const std::string& name, Handler handler) {
   bus_->Subscribe<Msg>(channel,
                        QueueOf(channel),
-                       [this, name, handler, watch = SequenceWatch()](const Msg& msg) mutable {
+                       [this, name, handler, watch = SequenceWatch(), stream = StreamWatch()](
+                           const Msg& msg) mutable {
                          health_.Tick(name);
+                         const bool is_first = stream.Add({ReceivedAt(msg), msg.seq});
+                         if (HasOneSender<Msg>() && !is_first) return CountOtherSender(name);
                          if (const std::int64_t lost = watch.Add(msg.seq); lost > 0)
                            health_.Count(name + "_lost", lost);
                          if (const auto sample = FromLcm(msg))
@@ -150,6 +170,15 @@ void MapperNode::Subscribe(const char* channel, const std::string& name, Handler
                          else
                            CountMalformed(name);
                        });
+}
+
+void MapperNode::CountOtherSender(const std::string& name) {
+  health_.Count(name + "_of_another_sender");
+  OtherSender& other = other_senders_[name];
+  if (mapper_.health_time_s() - other.last_s > kEventHoldsS) other.messages = 0;
+  other.last_s = mapper_.health_time_s();
+  ++other.messages;
+  ReportHealth();
 }
 
 void MapperNode::CountMalformed(const std::string& name) {
@@ -526,6 +555,9 @@ void MapperNode::AddFaults(std::vector<Condition>* faults) const {
     faults->push_back({&conditions::kNoNavigation, "since the mapper was started again"});
   if (pose_graph_.malformed() > malformed_before_solution_)
     faults->push_back({&conditions::kSolutionsRefused, "its messages are damaged or incomplete"});
+  for (const auto& [name, other] : other_senders_)
+    if (other.messages >= kManyOfAnother && mapper_.health_time_s() - other.last_s < kEventHoldsS)
+      faults->push_back({&conditions::kTwoSenders, name});
   for (const auto& [name, at_s] : malformed_at_s_)
     if (mapper_.health_time_s() - at_s < kEventHoldsS)
       faults->push_back({&conditions::kMessagesMalformed,

@@ -114,6 +114,7 @@ class MapperNode {
   void OnCovariances(const covariances_t& msg);
   void RequestSolution();
   void CountMalformed(const std::string& name);
+  void CountOtherSender(const std::string& name);
 
   // Sends the mapper's events, and posts the registrations that wait.
   void Deliver();
@@ -170,7 +171,13 @@ class MapperNode {
 
   std::function<void(const MapperEvent&)> listener_;
   PoseGraphAssembler pose_graph_;
-  std::int64_t malformed_before_solution_ = 0;    // pose_graph_.malformed() at the last solution
+  std::int64_t malformed_before_solution_ = 0;  // pose_graph_.malformed() at the last solution
+  // Messages of another sender, by name: how many, and Mapper::health_time_s() of the last.
+  struct OtherSender {
+    std::int64_t messages = 0;
+    double last_s = 0.0;
+  };
+  std::map<std::string, OtherSender> other_senders_;
   std::map<std::string, double> malformed_at_s_;  // Mapper::health_time_s() of the last, by name
   std::deque<submap_points_t> chunks_;            // waiting to be sent
   std::int64_t version_sent_ = 0;                 // newest graph version sent

@@ -304,6 +304,13 @@ inline constexpr ConditionKind kSamplesLate{
     "samples of a sensor come too late to be used",
     "They come later than navigation.reorder_window_s, or their stamps are too old. Check whether "
     "the machine is overloaded, and the latency in seastitch doctor; else raise the window."};
+inline constexpr ConditionKind kTwoSenders{
+    "two_senders",
+    Severity::kDegraded,
+    "two senders send the same kind of message",
+    "A second driver, another vehicle or a player of logs is on this bus. The mapper uses the one "
+    "that "
+    "it heard first, and the other one when that is silent. End the other one."};
 inline constexpr ConditionKind kSensorSilent{
     "sensor_silent",
     Severity::kDegraded,
@@ -456,6 +463,7 @@ inline constexpr const ConditionKind* kAll[] = {
     &kSamplesLate,
     &kPingsRefused,
     &kMessagesMalformed,
+    &kTwoSenders,
     &kSensorSilent,
     &kNoNavigation,
     &kProcessSilent,

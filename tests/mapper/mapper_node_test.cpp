@@ -783,8 +783,44 @@ TEST(MapperNode, IsNotHeldUpByAPingWithAStampFromTheFuture) {
   survey.bus.Publish("MBES_PING", ToLcm(ping, {survey.vehicle.time, 0}));
   survey.Drive(30.0, kSpeedMps, 0.0);
   survey.Finish();
-  EXPECT_EQ(survey.node->health().counter("stamps_damaged"), 1);
+  EXPECT_EQ(survey.node->health().counter("mbes_ping_of_another_sender"), 1)
+      << "its number is out of the order, too";
   EXPECT_GE(survey.submaps.size(), 1u);
+}
+
+// Another vehicle's inertial unit on the same bus, at another place of its sequence.
+TEST(MapperNode, KeepsToTheFirstOfTwoSendersAndNamesThem) {
+  Survey survey;
+  std::int64_t seq = 100'000;
+  const auto drive = [&](double duration_s, bool other) {
+    for (double t = 0.0; t < duration_s; t += 0.1) {
+      survey.Drive(0.1, kSpeedMps, 0.0);
+      if (!other) continue;
+      for (int i = 0; i < 5; ++i) {
+        ImuSample imu;
+        imu.time = survey.vehicle.time + FromSeconds(0.001 * i);
+        imu.angular_rate_radps = {0.0, 0.0, 0.5};
+        imu.specific_force_mps2 = {0.0, 0.0, -9.805};
+        survey.bus.Publish("IMU", ToLcm(imu, {imu.time, seq++}));
+      }
+    }
+  };
+  const auto says = [&] {
+    const health_t health = survey.node->health().Snapshot(0, 1.0);
+    return std::any_of(health.conditions.begin(), health.conditions.end(), [](const auto& c) {
+      return c.name == conditions::kTwoSenders.name;
+    });
+  };
+  drive(10.0, false);
+  EXPECT_FALSE(says());
+  drive(20.0, true);
+  survey.bus.HandleAll();
+  EXPECT_TRUE(says());
+  EXPECT_EQ(survey.node->health().counter("imu_of_another_sender"), seq - 100'000);
+  drive(30.0, false);
+  survey.Finish();
+  ASSERT_FALSE(survey.submaps.empty());
+  EXPECT_EQ(survey.node->health().counter("imu_lost"), 0);
 }
 
 TEST(MapperNode, MakesNothingOfNothing) {
