@@ -69,12 +69,12 @@ void Change(const fs::path& file,
   std::ofstream(file) << PrintConfig(config);
 }
 
-// Navigation leaves out a sample that is late for its reorder window, or far ahead of it. Which one
-// that is depends on the order in which a process hears two others, so that it can differ between
-// mapper and logger.
+// Navigation leaves out a sample that is late for its reorder window, or far ahead of it; a fix
+// that is late it takes at once. Which one that is depends on the order in which a process hears
+// two others, so that it can differ between mapper and logger.
 bool IsLoss(const std::string& counter) {
   return counter.ends_with("_lost") || counter.ends_with("_late") || counter.ends_with("_ahead") ||
-         counter.starts_with("socket_drops");
+         counter.ends_with("_late_taken") || counter.starts_with("socket_drops");
 }
 
 [[noreturn]] void Fail(const ChildProcess& process, const std::string& how) {
