@@ -112,13 +112,25 @@ void SurveyCollector::Add(const NavState& state) {
 void SurveyCollector::Add(TrackState state) {
   state.chain = static_cast<std::int32_t>(dives_.empty() ? 0 : dives_.size() - 1);
   if (!track_.empty() && track_.back().chain == state.chain) {
-    if (state.time <= track_.back().time) {
-      ++counters_["nav_out_of_order"];
-      return;
-    }
+    if (state.time <= track_.back().time) return AddEarlier(state);
+    earlier_.clear();
     if (ToSeconds(state.time - track_.back().time) < options_.track_interval_s) return;
   }
   track_.push_back(state);
+}
+
+// Navigation that begins again, since the inertial unit's clock was wrong, goes on at an earlier
+// time: the states before are by the wrong clock. A few stray states are only counted.
+void SurveyCollector::AddEarlier(const TrackState& state) {
+  constexpr std::size_t kBegunAgain = 20;
+  ++counters_["nav_out_of_order"];
+  if (!earlier_.empty() && state.time <= earlier_.back().time) earlier_.clear();
+  earlier_.push_back(state);
+  if (earlier_.size() < kBegunAgain) return;
+  std::erase_if(track_, [&](const TrackState& s) { return s.chain == state.chain; });
+  track_.insert(track_.end(), earlier_.begin(), earlier_.end());
+  earlier_.clear();
+  published_.clear();
 }
 
 void SurveyCollector::Add(const CorrectedNavState& corrected) {

@@ -43,10 +43,12 @@ class SurveyCollector {
   Survey Finish() const;
 
  private:
+  void AddEarlier(const TrackState& state);
   std::filesystem::path submap_dir_;
   SurveyCollectorOptions options_;
   std::map<SubmapId, SurveySubmap> submaps_;
   std::vector<TrackState> track_;
+  std::vector<TrackState> earlier_;  // states in a row from before the end of track_
   std::vector<PublishedState> published_;
   std::vector<std::string> dives_;
   std::map<SubmapId, std::int32_t> chains_;

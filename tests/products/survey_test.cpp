@@ -34,6 +34,27 @@ TEST(SurveyCollector, WritesCloudsAtOnceAndKeepsOnlyTheirMetadata) {
   EXPECT_GE(survey.submaps[0].hull.size(), 4u);
 }
 
+// The inertial unit's clock was 100 s ahead, and came right.
+TEST(SurveyCollector, ATrackThatBeginsAgainReplacesTheOneByAWrongClock) {
+  const TemporaryDir folder;
+  SurveyCollector collector(folder.path());
+  const auto add = [&](double from_s, int states) {
+    for (int i = 0; i < states; ++i) {
+      NavState state;
+      state.time = FromUtime(0) + FromSeconds(from_s + 0.1 * i);
+      collector.Add(state);
+    }
+  };
+  add(100.0, 50);
+  add(30.0, 5);  // a few stray ones
+  add(105.0, 5);
+  EXPECT_EQ(collector.states(), 55U);
+  add(25.0, 40);
+  const Survey survey = collector.Finish();
+  ASSERT_EQ(survey.track.size(), 40U);
+  EXPECT_EQ(survey.track.front().time, FromUtime(25'000'000));
+}
+
 TEST(SurveyCollector, CountsAndSkipsWhatItCannotUse) {
   const TemporaryDir folder;
   SurveyCollector collector(folder.path());
