@@ -26,7 +26,9 @@ fs::path NextLog(const fs::path& folder) {
 }  // namespace
 
 LogSeries::LogSeries(fs::path folder, SplitParams split)
-    : folder_(std::move(folder)), split_(split) {}
+    : folder_(std::move(folder)), split_(split) {
+  if (const std::optional<FileIdentity> there = IdentityOf(folder_)) device_ = there->device;
+}
 
 std::optional<FileIdentity> IdentityOf(const fs::path& path) {
   struct stat found {};
@@ -34,9 +36,12 @@ std::optional<FileIdentity> IdentityOf(const fs::path& path) {
   return FileIdentity{found.st_dev, found.st_ino};
 }
 
-// Makes the dive's folder and the one in it, where somebody deleted them; never the folder of the
-// dives, below which a disk may be missing.
 void LogSeries::MakeFolder() const {
+  fs::path there = folder_;
+  while (!fs::exists(there) && there.has_relative_path()) there = there.parent_path();
+  const std::optional<FileIdentity> disk = IdentityOf(there);
+  if (disk && device_ && disk->device != *device_)
+    throw std::runtime_error(folder_.string() + ": is on another disk than before");
   std::error_code error;
   fs::create_directory(folder_.parent_path(), error);
   fs::create_directory(folder_, error);
@@ -52,10 +57,7 @@ bool LogSeries::CheckPlace() {
 }
 
 void LogSeries::Open() {
-  if (!fs::exists(folder_)) MakeFolder();
-  const std::optional<FileIdentity> folder = IdentityOf(folder_);
-  if (folder && device_ && folder->device != *device_)
-    throw std::runtime_error(folder_.string() + ": is on another disk than before");
+  MakeFolder();
   const fs::path path = NextLog(folder_);
   EventLogWriter log(path, IfExists::kRefuse);
   if (log_) {
@@ -65,7 +67,6 @@ void LogSeries::Open() {
   log_.emplace(std::move(log));
   path_ = path;
   identity_ = IdentityOf(path);
-  if (identity_ && !device_) device_ = identity_->device;
   first_utime_.reset();
   SyncFolder(folder_);
 }

@@ -49,6 +49,8 @@ class LogSeries {
 
  private:
   bool IsFull(const LogEvent& next) const;
+  // Makes the dive's folder and the one in it where somebody deleted them; never the folder of the
+  // dives. Throws if the disk is another one than at first: nothing is made below a mount point.
   void MakeFolder() const;
 
   const std::filesystem::path folder_;

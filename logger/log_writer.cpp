@@ -18,11 +18,12 @@ bool IsRaw(const LogEvent& event) { return event.channel.starts_with(channels::k
 }  // namespace
 
 // Memory that an event takes in the queue, with its strings and pointers.
-void LogWriter::Cost::Add(const LogEvent& event, int times) {
+void LogWriter::Cost::Add(const LogEvent& event) {
   constexpr std::int64_t kOverhead = 128;
-  const auto bytes = static_cast<std::int64_t>(event.channel.size() + event.data.size());
-  all += times * (kOverhead + bytes);
-  if (IsRaw(event)) raw += times * (kOverhead + bytes);
+  const auto bytes =
+      kOverhead + static_cast<std::int64_t>(event.channel.size() + event.data.size());
+  all += bytes;
+  if (IsRaw(event)) raw += bytes;
 }
 
 LogWriter::LogWriter(std::unique_ptr<EventSink> files,

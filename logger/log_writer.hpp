@@ -59,7 +59,7 @@ class LogWriter {
   struct Cost {
     std::int64_t all = 0;
     std::int64_t raw = 0;
-    void Add(const LogEvent& event, int times = 1);
+    void Add(const LogEvent& event);
   };
   // Writes events to the kernel and removes them from the batch. *cost: adds theirs. Returns the
   // first error, empty if none.

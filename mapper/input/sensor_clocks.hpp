@@ -82,9 +82,9 @@ enum class DiveStage : std::uint8_t {
 //
 //   what is seen                                  what is concluded
 //   recv leaps, the heartbeats show the same      the computer's clock was set
-//   recv leaps, the heartbeats show no step       the receive stamps of this sensor stepped;
-//   forward
-//                                                 over a time that the heartbeats saw pass: silence
+//   recv leaps, the heartbeats show no step       the receive stamps of this sensor stepped
+//   the same, while the heartbeats saw time pass  the sensor was silent
+//   the same forward, on several sensors          a gap in the data, as from a player of logs
 //   recv goes back, no heartbeat can tell         the computer's clock, if two sensors agree on it
 //   recv goes forward, no heartbeat can tell      the sensor was silent
 //   utime leaps, recv does not                    the sensor's clock was set

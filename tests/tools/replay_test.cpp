@@ -28,6 +28,7 @@
 #include "common/runtime/files/dive_folder.hpp"
 #include "common/storage/event_log.hpp"
 #include "seastitch/graph_update_t.hpp"
+#include "seastitch/imu_t.hpp"
 #include "tests/paths.hpp"
 #include "tests/process/run_command.hpp"
 #include "tests/runtime/temporary_dir.hpp"
@@ -319,6 +320,40 @@ TEST_F(Replay, FromRawBytesTakesWhatWasPublishedWhereNoneAreLeft) {
   const auto report = nlohmann::json::parse(ReadFile(Out("report.json")));
   EXPECT_EQ(report["submaps"], 12);
   EXPECT_LT(report["position_rms_m"]["after"].get<double>(), 0.4);
+}
+
+// The inertial unit's clock is set 20 s after the start. Its stamps before are by a wrong clock.
+TEST_F(Replay, AnInertialClockThatIsWrongAtTheStartCostsThatTimeAlone) {
+  const std::string truth = " --truth " + ShortLog().string() + ".truth.csv";
+  const auto position_m = [&](const fs::path& log) {
+    const CommandResult result = ReplayOf(log, truth);
+    EXPECT_EQ(result.exit_code, 0) << result.output;
+    return nlohmann::json::parse(ReadFile(Out("report.json")))["position_rms_m"]["after"]
+        .get<double>();
+  };
+  const double undisturbed_m = position_m(ShortLog());
+  for (const double ahead_s : {-3.2e8, 100.0}) {
+    const fs::path altered = dir_.path() / "altered.lcmlog";
+    fs::remove(altered);
+    {
+      EventLogReader all(ShortLog());
+      EventLogWriter log(altered);
+      std::int64_t start = 0;
+      while (const auto event = all.Next()) {
+        if (start == 0) start = event->utime;
+        imu_t imu{};
+        const bool is_wrong = event->channel == "IMU" && event->utime < start + 20'000'000;
+        if (!is_wrong) {
+          log.Write(event->utime, event->channel, event->data.data(), event->data.size());
+          continue;
+        }
+        ASSERT_GT(imu.decode(event->data.data(), 0, static_cast<int>(event->data.size())), 0);
+        imu.utime += static_cast<std::int64_t>(1e6 * ahead_s);
+        log.Write(event->utime, event->channel, imu);
+      }
+    }
+    EXPECT_LT(position_m(altered), 1.5 * undisturbed_m + 0.1) << ahead_s;
+  }
 }
 
 TEST_F(Replay, FromRawBytesNeedsSome) {
