@@ -646,6 +646,27 @@ TEST_F(SpoiltDive, WithoutTheFolderOfTheDivesItWaits) {
   EXPECT_EQ(Events(dive.log() / "001.lcmlog"), 5);
 }
 
+// As where the data disk is gone, and its mount point is a folder of the root disk.
+TEST_F(SpoiltDive, AnotherDiskInItsPlaceIsNotWrittenTo) {
+  struct stat own {
+  }, other{};
+  const std::filesystem::path elsewhere = std::filesystem::path("/dev/shm") / dir.path().filename();
+  std::error_code error;
+  std::filesystem::create_directory(elsewhere, error);
+  if (error || stat(dir.path().c_str(), &own) != 0 || stat(elsewhere.c_str(), &other) != 0 ||
+      own.st_dev == other.st_dev)
+    GTEST_SKIP() << "needs /dev/shm on a file system of its own";
+  std::filesystem::rename(dir / "dives", dir / "away");
+  std::filesystem::create_directory_symlink(elsewhere, dir / "dives");
+  EXPECT_TRUE(Eventually([&] { return Says(conditions::kLogVanished); }));
+  Send("A", 5);
+  EXPECT_TRUE(Eventually([&] { return Says(conditions::kLogNotWriting); }));
+  EXPECT_TRUE(std::filesystem::is_empty(elsewhere));
+  node.Finish();
+  std::filesystem::remove(dir / "dives");
+  std::filesystem::remove_all(elsewhere);
+}
+
 TEST_F(SpoiltDive, RawBytesThatCannotBeWrittenHoldUpNoOthers) {
   std::filesystem::remove(dive.raw());
   std::ofstream(dive.raw()) << "no folder";
