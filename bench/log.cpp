@@ -3,9 +3,7 @@
 #include <vector>
 
 #include "bench/truth.hpp"
-#include "common/convert/convert.hpp"
 #include "common/core/channel_names.hpp"
-#include "common/runtime/bus.hpp"
 #include "common/runtime/process/process.hpp"
 #include "common/storage/event_log.hpp"
 
@@ -35,36 +33,32 @@ LogResult WriteLog(SurveySimulator* simulator,
   EventLogWriter writer(path);
   LogResult result;
   Time now = simulator->start();
-  Bus bus("memq://");
-  bus.SubscribeBytes(".*", 0, [&](const std::string& channel, const void* data, int size) {
-    writer.Write(ToUtime(now), channel, data, static_cast<std::size_t>(size));
+  const auto write = [&](const std::string& channel, const void* data, std::size_t size) {
+    writer.Write(ToUtime(now), channel, data, size);
     ++result.events;
     ++result.channels[channel];
-  });
+  };
   for (config_t& part : configuration) {
     part.utime = ToUtime(now);
     part.version = ProgramVersion();
-    bus.Publish(channels::kConfig, part);
+    MessageOutput(write).Send(channels::kConfig, part);
   }
-  bus.HandleAll();
-  ImuDriver imu(drivers.imu, &bus);
-  DvlDriver dvl(drivers.dvl, &bus);
-  MbesDriver mbes(drivers.mbes, &bus);
+  // One each, as every driver process numbers its own messages.
+  MessageOutput from_imu(write), from_dvl(write), from_mbes(write), from_fixes(write);
+  ImuDriver imu(drivers.imu, &from_imu);
+  DvlDriver dvl(drivers.dvl, &from_dvl);
+  MbesDriver mbes(drivers.mbes, &from_mbes);
 
   const double total_s = ToSeconds(simulator->total());
   Time next_progress = simulator->start();
-  std::int64_t num_fixes = 0;
   while (const std::optional<BenchEvent> event = simulator->Next()) {
     now = event->recv;
     switch (event->device) {
       case Device::kImu: imu.Feed(Received(event->frames, now)); break;
       case Device::kDvl: dvl.Feed(Received(event->frames, now)); break;
       case Device::kMbes: mbes.Feed(Datagram{event->bytes, now}); break;
-      case Device::kFix:
-        bus.Publish(channels::kPositionFix, ToLcm(*event->fix, {now, num_fixes++}));
-        break;
+      case Device::kFix: from_fixes.Put(*event->fix, now); break;
     }
-    bus.HandleAll();
     if (progress && now >= next_progress) {
       if (!progress(ToSeconds(now - simulator->start()) / total_s)) break;
       next_progress = now + std::chrono::seconds(1);
@@ -72,7 +66,6 @@ LogResult WriteLog(SurveySimulator* simulator,
   }
   imu.Finish();
   dvl.Finish();
-  bus.HandleAll();
   writer.Flush();
   WriteTruth(*simulator, TruthPathFor(path));
   return result;

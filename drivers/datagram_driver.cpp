@@ -8,11 +8,14 @@ namespace seastitch {
 
 bool DatagramDriver::Feed(const Datagram& datagram) {
   health().Tick("pieces");
-  PublishRaw(datagram.bytes, datagram.recv);
+  PutRaw(datagram.bytes, datagram.recv);
   return Decode(datagram);
 }
 
-int RunDatagramDriver(DatagramDriver* driver, const DriverParams& params, EventLoop* loop) {
+int RunDatagramDriver(DatagramDriver* driver,
+                      const DriverParams& params,
+                      Bus* bus,
+                      EventLoop* loop) {
   const std::unique_ptr<ByteSource> source =
       OpenByteSource(params.source, params.receive_buffer_bytes);
   Datagram datagram;
@@ -26,7 +29,7 @@ int RunDatagramDriver(DatagramDriver* driver, const DriverParams& params, EventL
     driver->UpdateHealth(
         source->counters(), DeviceWatch::Clock::now(), source->trouble(), source->refusal());
   };
-  return driver->Run(source->fd(), feed, update_health, loop);
+  return driver->Run(source->fd(), feed, update_health, bus, loop);
 }
 
 }  // namespace seastitch

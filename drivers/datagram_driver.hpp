@@ -13,10 +13,10 @@ class DatagramDriver : public DeviceDriver {
   DatagramDriver(const std::string& name,
                  const std::string& raw_channel,
                  const DriverParams& params,
-                 Bus* bus)
-      : DeviceDriver(name, raw_channel, params.source, params, bus) {}
+                 DriverOutput* output)
+      : DeviceDriver(name, raw_channel, params.source, params, output) {}
 
-  // Publishes the bytes, then decodes them. Returns whether they could be decoded.
+  // Puts out the bytes, then decodes them. Returns whether they could be decoded.
   bool Feed(const Datagram& datagram);
 
  protected:
@@ -24,6 +24,9 @@ class DatagramDriver : public DeviceDriver {
 };
 
 // Runs a driver on its source until a signal.
-int RunDatagramDriver(DatagramDriver* driver, const DriverParams& params, EventLoop* loop);
+int RunDatagramDriver(DatagramDriver* driver,
+                      const DriverParams& params,
+                      Bus* bus,
+                      EventLoop* loop);
 
 }  // namespace seastitch

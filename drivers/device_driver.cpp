@@ -2,8 +2,7 @@
 
 #include <chrono>
 #include <stdexcept>
-
-#include "common/convert/convert.hpp"
+#include <utility>
 
 namespace seastitch {
 
@@ -89,23 +88,21 @@ DeviceDriver::DeviceDriver(const std::string& name,
                            const std::string& raw_channel,
                            const std::string& raw_source,
                            const DriverParams& params,
-                           Bus* bus)
-    : bus_(bus),
+                           DriverOutput* output)
+    : output_(output),
       raw_channel_(raw_channel),
       raw_source_(raw_source),
       health_(name),
       watch_(params.source, params.timeout_s, &health_) {}
 
-void DeviceDriver::PublishRaw(const std::vector<std::uint8_t>& bytes, Time recv) {
-  for (const raw_bytes_t& part : ToRawParts(bytes, raw_source_, recv, raw_seq_)) {
-    bus_->Publish(raw_channel_, part);
-    ++raw_seq_;
-  }
+void DeviceDriver::Put(Sample sample, Time recv, const std::string& stream) {
+  PutAside(std::move(sample), recv, stream);
+  watch_.OnData();
 }
 
-void DeviceDriver::OnPublished(const std::string& stream) {
+void DeviceDriver::PutAside(Sample sample, Time recv, const std::string& stream) {
+  output_->Put(std::move(sample), recv);
   health_.Tick(stream);
-  watch_.OnData();
 }
 
 void DeviceDriver::UpdateHealth(const Counters& source,
@@ -122,11 +119,12 @@ void DeviceDriver::UpdateHealth(const Counters& source,
 int DeviceDriver::Run(int fd,
                       const std::function<void()>& feed,
                       const std::function<void()>& update_health,
+                      Bus* bus,
                       EventLoop* loop) {
   loop->Add(fd, feed);
   update_health();
   loop->Every(std::chrono::seconds(1), update_health);
-  health_.PublishEverySecond(bus_, loop);
+  health_.PublishEverySecond(bus, loop);
   return loop->Run();
 }
 

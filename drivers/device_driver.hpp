@@ -13,6 +13,7 @@
 #include "common/runtime/health.hpp"
 #include "drivers/device_clock.hpp"
 #include "drivers/device_watch.hpp"
+#include "drivers/driver_output.hpp"
 #include "drivers/socket/source_url.hpp"
 
 namespace seastitch {
@@ -39,9 +40,9 @@ void DeclareClock(ClockParams* params, bool has_clock, ParameterTable* table);
 // ConfigError.
 std::string DeviceIn(const std::string& path, const std::vector<std::string>& names);
 
-// Base class of all drivers: publishes the raw bytes, counters and health. CanDriver and
-// DatagramDriver derive from it and read the transport; the class of a device derives from one of
-// these, decodes, and publishes the measurements.
+// Base class of all drivers: puts out the raw bytes, and publishes counters and health. CanDriver
+// and DatagramDriver derive from it and read the transport; the class of a device derives from one
+// of these, decodes, and puts out the measurements.
 class DeviceDriver {
  public:
   // name: of the process, such as "imu-driver". raw_channel: such as channels::kRawCan. raw_source:
@@ -50,7 +51,7 @@ class DeviceDriver {
                const std::string& raw_channel,
                const std::string& raw_source,
                const DriverParams& params,
-               Bus* bus);
+               DriverOutput* output);
   virtual ~DeviceDriver() = default;
   DeviceDriver(const DeviceDriver&) = delete;
   DeviceDriver& operator=(const DeviceDriver&) = delete;
@@ -67,27 +68,25 @@ class DeviceDriver {
   virtual Counters clock_figures() const = 0;
 
   // Runs until a signal or loop->Stop(); returns the exit status. Calls feed when fd is readable,
-  // and update_health once a second.
+  // and update_health once a second. Publishes HEALTH on the bus.
   int Run(int fd,
           const std::function<void()>& feed,
           const std::function<void()>& update_health,
+          Bus* bus,
           EventLoop* loop);
 
  protected:
-  // Publishes the bytes, split into several messages above 50 kB.
-  void PublishRaw(const std::vector<std::uint8_t>& bytes, Time recv);
-  std::int64_t raw_seq() const { return raw_seq_; }  // of the next raw message
-  // Call it for each message that the device's part published: the device is alive.
-  void OnPublished(const std::string& stream);
-  // The same, for a message that is no proof of life, such as a sound speed profile.
-  void OnSidePublished(const std::string& stream) { health_.Tick(stream); }
-
-  Bus* bus_;
+  // Puts out the bytes.
+  void PutRaw(Bytes bytes, Time recv) { output_->Put({raw_channel_, raw_source_, recv, bytes}); }
+  // Puts out a measurement, which shows that the device is alive. stream: its name in HEALTH.
+  void Put(Sample sample, Time recv, const std::string& stream);
+  // Puts out what is no proof of life, such as a sound speed profile.
+  void PutAside(Sample sample, Time recv, const std::string& stream);
 
  private:
-  std::string raw_channel_;
-  std::string raw_source_;
-  std::int64_t raw_seq_ = 0;
+  DriverOutput* const output_;
+  const std::string raw_channel_;
+  const std::string raw_source_;
   Health health_;
   DeviceWatch watch_;
 };

@@ -4,8 +4,8 @@
 #include <map>
 #include <string>
 
+#include "common/convert/stream_watch.hpp"
 #include "common/core/bytes.hpp"
-#include "common/runtime/bus.hpp"
 
 namespace seastitch {
 

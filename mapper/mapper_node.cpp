@@ -11,23 +11,9 @@
 #include <vector>
 
 #include "common/convert/channels.hpp"
-#include "mapper/input/stream_watch.hpp"
 
 namespace seastitch {
 namespace {
-
-// Types that one sender sends. Depths may come from two devices, fixes from GPS and USBL.
-template <class Msg>
-constexpr bool HasOneSender() {
-  return std::is_same_v<Msg, imu_t> || std::is_same_v<Msg, dvl_t> ||
-         std::is_same_v<Msg, navigation_t> || std::is_same_v<Msg, mbes_ping_t>;
-}
-
-// A message without a receive stamp counts as received when it was measured.
-template <class Msg>
-Time ReceivedAt(const Msg& msg) {
-  return FromUtime(msg.recv_utime > 0 ? msg.recv_utime : msg.utime);
-}
 
 constexpr char kName[] = "mapper";
 // Graph updates sent at once in answer to a request: about 20 kB. A receiver that needs more
@@ -42,10 +28,6 @@ constexpr double kTellRestartS = 60.0;
 // Journal entries that may wait for the disk before a closed submap waits without its points.
 constexpr std::size_t kMostToWrite = 32;
 constexpr std::size_t kMegabyte = 1'000'000;
-// HEALTH reports an event for this time [s].
-constexpr double kEventHoldsS = 10.0;
-// Messages of another sender from which on it is named: a restarted one has fewer.
-constexpr std::int64_t kManyOfAnother = 10;
 constexpr double kNoNavS = 2.0;
 
 std::string TimeApart(double silent_s) {
@@ -99,7 +81,12 @@ MapperNode::MapperNode(
 void MapperNode::Subscribe() {
   SubscribeSensors();
   SubscribeOptimizer();
-  health_.ReadFrom({[this] { return mapper_.counters(); }, [this] { return mapper_.Summary(); }});
+  health_.ReadFrom({[this] {
+                      Counters counters = mapper_.counters();
+                      counters.merge(inbox_.counters());
+                      return counters;
+                    },
+                    [this] { return mapper_.Summary(); }});
   health_.SetStarting(mapper_.WaitsFor());
 }
 
@@ -124,14 +111,14 @@ void MapperNode::SubscribeSensors() {
     Deliver();
     ReportHealth();
   };
-  Subscribe<imu_t>(channels::kImu, "imu", navigate);
-  Subscribe<dvl_t>(channels::kDvl, "dvl", navigate);
-  Subscribe<depth_t>(channels::kDepth, "depth", navigate);
-  Subscribe<navigation_t>(channels::kIns, "ins", navigate);
-  Subscribe<position_fix_t>(channels::kPositionFix, "position_fix", navigate);
-  Subscribe<mbes_ping_t>(channels::kMbesPing, "mbes_ping", add);
-  Subscribe<mbes_soundings_t>(channels::kMbesSoundings, "mbes_soundings", add);
-  Subscribe<sound_velocity_profile_t>(channels::kSvp, "svp", add);
+  Subscribe<imu_t>(channels::kImu, navigate);
+  Subscribe<dvl_t>(channels::kDvl, navigate);
+  Subscribe<depth_t>(channels::kDepth, navigate);
+  Subscribe<navigation_t>(channels::kIns, navigate);
+  Subscribe<position_fix_t>(channels::kPositionFix, navigate);
+  Subscribe<mbes_ping_t>(channels::kMbesPing, add);
+  Subscribe<mbes_soundings_t>(channels::kMbesSoundings, add);
+  Subscribe<sound_velocity_profile_t>(channels::kSvp, add);
   bus_->Subscribe<health_t>(
       channels::kHealth, QueueOf(channels::kHealth), [this](const health_t& msg) {
         if (const auto heartbeat = FromLcm(msg)) mapper_.OnHeartbeat(*heartbeat);
@@ -155,35 +142,20 @@ void MapperNode::SubscribeOptimizer() {
 }
 
 template <class Msg, class Handler>
-void MapperNode::Subscribe(const char* channel, const std::string& name, Handler handler) {
-  bus_->Subscribe<Msg>(channel,
-                       QueueOf(channel),
-                       [this, name, handler, watch = SequenceWatch(), stream = StreamWatch()](
-                           const Msg& msg) mutable {
-                         health_.Tick(name);
-                         const bool is_first = stream.Add({ReceivedAt(msg), msg.seq});
-                         if (HasOneSender<Msg>() && !is_first) return CountOtherSender(name);
-                         if (const std::int64_t lost = watch.Add(msg.seq); lost > 0)
-                           health_.Count(name + "_lost", lost);
-                         if (const auto sample = FromLcm(msg))
-                           handler(*sample, {FromUtime(msg.recv_utime), msg.seq});
-                         else
-                           CountMalformed(name);
-                       });
-}
-
-void MapperNode::CountOtherSender(const std::string& name) {
-  health_.Count(name + "_of_another_sender");
-  OtherSender& other = other_senders_[name];
-  if (mapper_.health_time_s() - other.last_s > kEventHoldsS) other.messages = 0;
-  other.last_s = mapper_.health_time_s();
-  ++other.messages;
-  ReportHealth();
+void MapperNode::Subscribe(const char* channel, Handler handler) {
+  using T = typename decltype(FromLcm(Msg{}))::value_type;
+  const char* const name = NameOf(T{});
+  bus_->Subscribe<Msg>(channel, QueueOf(channel), [this, name, handler](const Msg& msg) {
+    health_.Tick(name);
+    if (const auto received = inbox_.Take(msg, mapper_.health_time_s()))
+      handler(std::get<T>(received->sample), received->stamp);
+    else
+      ReportHealth();
+  });
 }
 
 void MapperNode::CountMalformed(const std::string& name) {
-  health_.Count(name + "_malformed");
-  malformed_at_s_[name] = mapper_.health_time_s();
+  inbox_.CountMalformed(name, mapper_.health_time_s());
   ReportHealth();
 }
 
@@ -303,11 +275,6 @@ void MapperNode::AddSubmap(Submap submap) {
   Deliver();
 }
 
-void MapperNode::AddSubmap(Submap submap, Mapper::OfDive dive) {
-  mapper_.AddSubmap(std::move(submap), std::move(dive));
-  Deliver();
-}
-
 bool MapperNode::LookAgain() {
   const bool left = mapper_.LookAgain();
   if (left) PostNextJob();
@@ -334,10 +301,8 @@ void MapperNode::SendAll(const std::function<void()>& pause) {
 
 void MapperNode::Deliver() {
   is_delivering_ = true;
-  for (const MapperEvent& event : mapper_.TakeEvents()) {
-    if (listener_) listener_(event);
+  for (const MapperEvent& event : mapper_.TakeEvents())
     std::visit([this](const auto& what) { Send(what); }, event);
-  }
   is_delivering_ = false;
   PostNextWrite();
   if (mapper_.HasSubmapToRegister() || job_) PostNextJob();
@@ -548,42 +513,20 @@ void MapperNode::AddFaults(std::vector<Condition>* faults) const {
                        entries_dropped_ == 0
                            ? ""
                            : "the journal has ended, and a restart loses what came since"});
-  const std::string lost = PointsLost();
+  const std::string lost = store_counters_.PointsLost(not_stored_);
   if (!lost.empty()) faults->push_back({&conditions::kPointsLost, lost});
   // A map waits to be continued; Mapper does not know of it yet.
   if (found_ && found_->saved && mapper_.health_time_s() > kNoNavS)
     faults->push_back({&conditions::kNoNavigation, "since the mapper was started again"});
   if (pose_graph_.malformed() > malformed_before_solution_)
     faults->push_back({&conditions::kSolutionsRefused, "its messages are damaged or incomplete"});
-  for (const auto& [name, other] : other_senders_)
-    if (other.messages >= kManyOfAnother && mapper_.health_time_s() - other.last_s < kEventHoldsS)
-      faults->push_back({&conditions::kTwoSenders, name});
-  for (const auto& [name, at_s] : malformed_at_s_)
-    if (mapper_.health_time_s() - at_s < kEventHoldsS)
-      faults->push_back({&conditions::kMessagesMalformed,
-                         std::to_string(health_.counter(name + "_malformed")) + " of " + name});
-}
-
-std::string MapperNode::PointsLost() const {
-  std::string text;
-  const auto add = [&text](std::int64_t count, const char* what) {
-    if (count > 0) text += (text.empty() ? "" : ", ") + std::to_string(count) + what;
-  };
-  add(store_counters_.missing, " without a file");
-  add(store_counters_.lost, " never written");
-  add(not_stored_, " closed while the disk did not respond");
-  add(store_counters_.read_errors, " times a file could not be read");
-  return text;
+  for (Condition& fault : inbox_.Faults(mapper_.health_time_s()))
+    faults->push_back(std::move(fault));
 }
 
 void MapperNode::ReportStore(const SurveyStoreCounters& store) {
   store_counters_ = store;
-  health_.Set("store_saved", store.saved);
-  health_.Set("store_write_errors", store.write_errors);
-  health_.Set("store_read_errors", store.read_errors);
-  health_.Set("store_lost", store.lost);
-  health_.Set("store_missing", store.missing);
-  health_.Set("store_cached_kb", store.cached_bytes / 1000);
+  for (const auto& [name, value] : store.ByName()) health_.Set(name, value);
 }
 
 }  // namespace seastitch

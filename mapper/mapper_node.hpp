@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/convert/convert.hpp"
+#include "common/convert/message_inbox.hpp"
 #include "common/runtime/bus.hpp"
 #include "common/runtime/health.hpp"
 #include "common/runtime/worker.hpp"
@@ -35,15 +35,8 @@ class MapperNode {
   // whether the map that was found is continued or a new one begins beside it.
   MapperNode(const MapperConfig& config, Bus* bus, Worker* worker, Worker* writer, FoundMap found);
 
-  // Calls `listener` with every event of the mapper, in addition to sending it.
-  void Listen(std::function<void(const MapperEvent&)> listener) { listener_ = std::move(listener); }
-  // See Mapper::OnSoundings().
-  void OnSoundings(std::function<void(const SubmapSoundings&)> take) {
-    mapper_.OnSoundings(std::move(take));
-  }
   // Adds a finished submap of another source: see Mapper::AddSubmap().
   void AddSubmap(Submap submap);
-  void AddSubmap(Submap submap, Mapper::OfDive dive);
 
   // Call it after the last message: georeferences the pings that wait, closes the last submap, and
   // sends what is left, as SendAll(). With a ThreadWorker, call its Finish() and then SendAll() to
@@ -105,7 +98,7 @@ class MapperNode {
   std::shared_ptr<Archive> MakeArchive(const std::filesystem::path& folder) const;
 
   template <class Msg, class Handler>
-  void Subscribe(const char* channel, const std::string& name, Handler handler);
+  void Subscribe(const char* channel, Handler handler);
   void Subscribe();
   void SubscribeSensors();
   void SubscribeOptimizer();
@@ -114,7 +107,6 @@ class MapperNode {
   void OnCovariances(const covariances_t& msg);
   void RequestSolution();
   void CountMalformed(const std::string& name);
-  void CountOtherSender(const std::string& name);
 
   // Sends the mapper's events, and posts the registrations that wait.
   void Deliver();
@@ -139,7 +131,6 @@ class MapperNode {
   void ReportHealth();
   // Faults of the disk, of what it lost, and of messages.
   void AddFaults(std::vector<Condition>* faults) const;
-  std::string PointsLost() const;
   void ReportStore(const SurveyStoreCounters& store);
 
   Bus* const bus_;
@@ -169,20 +160,13 @@ class MapperNode {
   std::vector<Condition> at_restart_;   // reported for kTellRestartS
   std::optional<RegistrationJob> job_;  // not yet taken by the worker
 
-  std::function<void(const MapperEvent&)> listener_;
+  MessageInbox inbox_;
   PoseGraphAssembler pose_graph_;
   std::int64_t malformed_before_solution_ = 0;  // pose_graph_.malformed() at the last solution
-  // Messages of another sender, by name: how many, and Mapper::health_time_s() of the last.
-  struct OtherSender {
-    std::int64_t messages = 0;
-    double last_s = 0.0;
-  };
-  std::map<std::string, OtherSender> other_senders_;
-  std::map<std::string, double> malformed_at_s_;  // Mapper::health_time_s() of the last, by name
-  std::deque<submap_points_t> chunks_;            // waiting to be sent
-  std::int64_t version_sent_ = 0;                 // newest graph version sent
-  std::int64_t version_at_repeat_ = 0;            // newest version at the last RepeatNewest()
-  std::int64_t version_written_ = 0;              // newest graph version that may be sent
+  std::deque<submap_points_t> chunks_;          // waiting to be sent
+  std::int64_t version_sent_ = 0;               // newest graph version sent
+  std::int64_t version_at_repeat_ = 0;          // newest version at the last RepeatNewest()
+  std::int64_t version_written_ = 0;            // newest graph version that may be sent
   int updates_due_ = 0;  // new versions to send, without those that were requested again
 
   std::int64_t nav_seq_ = 0;

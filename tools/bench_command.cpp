@@ -13,8 +13,8 @@
 #include "common/runtime/config/vehicle_config.hpp"
 #include "common/runtime/health.hpp"
 #include "mapper/mapper_config.hpp"
-#include "tools/message_types.hpp"
-#include "tools/progress.hpp"
+#include "survey/progress.hpp"
+#include "survey/read/message_types.hpp"
 #include "tools/survey_writer.hpp"
 
 namespace seastitch {

@@ -9,11 +9,11 @@
 #include "bench/simulator.hpp"
 #include "bench/survey_config.hpp"
 #include "bench/truth.hpp"
+#include "survey/progress.hpp"
+#include "survey/replay/replay.hpp"
 #include "tools/bench_command.hpp"
-#include "tools/live_system.hpp"
-#include "tools/progress.hpp"
-#include "tools/replay.hpp"
-#include "tools/run_comparison.hpp"
+#include "tools/live/live_system.hpp"
+#include "tools/live/run_comparison.hpp"
 
 namespace seastitch {
 namespace {

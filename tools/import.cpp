@@ -15,7 +15,6 @@
 #include "codecs/kongsberg/kmall.hpp"
 #include "common/convert/convert.hpp"
 #include "common/core/channel_names.hpp"
-#include "common/runtime/bus.hpp"
 #include "common/runtime/config/vehicle_config.hpp"
 #include "common/runtime/process/process.hpp"
 #include "common/storage/event_log.hpp"
@@ -23,12 +22,12 @@
 #include "drivers/imu/imu_driver.hpp"
 #include "drivers/mbes/mbes_driver.hpp"
 #include "drivers/socket/candump.hpp"
+#include "survey/plan/maker_soundings.hpp"
+#include "survey/plan/survey_config.hpp"
+#include "survey/plan/survey_files.hpp"
+#include "survey/progress.hpp"
+#include "survey/read/message_types.hpp"
 #include "tools/install_paths.hpp"
-#include "tools/maker_soundings.hpp"
-#include "tools/message_types.hpp"
-#include "tools/progress.hpp"
-#include "tools/survey_config.hpp"
-#include "tools/survey_files.hpp"
 
 namespace seastitch {
 namespace {
@@ -190,14 +189,14 @@ class ImportLog {
         configuration_(ConfigParts("mapper", configuration)),
         result_(result) {}
 
-  void Write(Time now, const std::string& channel, const void* data, int size) {
+  void Write(Time now, const std::string& channel, const void* data, std::size_t size) {
     for (config_t& part : std::exchange(configuration_, {})) {
       part.utime = ToUtime(now);
       part.version = ProgramVersion();
       log_.Write(ToUtime(now), channels::kConfig, part);
       ++result_->channels[channels::kConfig];
     }
-    log_.Write(ToUtime(now), channel, data, static_cast<std::size_t>(size));
+    log_.Write(ToUtime(now), channel, data, size);
     ++result_->channels[channel];
   }
   void Flush() { log_.Flush(); }
@@ -217,10 +216,7 @@ std::vector<NamedText> FilesOf(const fs::path& mapper_config) {
 class Importer {
  public:
   explicit Importer(const ImportOptions& options)
-      : log_(options.log, FilesOf(options.mapper_config), &result_), bus_("memq://") {
-    bus_.SubscribeBytes(".*", 0, [this](const std::string& channel, const void* data, int size) {
-      log_.Write(now_, channel, data, size);
-    });
+      : log_(options.log, FilesOf(options.mapper_config), &result_) {
     for (const fs::path& file : options.files) {
       total_bytes_ += fs::file_size(file);
       if (KindOf(file) == Kind::kKmall)
@@ -235,13 +231,11 @@ class Importer {
     while (Source* const source = Earliest()) {
       now_ = std::max(now_, *source->next());  // stamps in a log never decrease
       source->Feed();
-      bus_.HandleAll();
       std::uint64_t done = 0;
       for (const auto& s : sources_) done += s->bytes_read();
       progress.Set(done);
     }
     for (const auto& driver : can_drivers_) driver->Finish();
-    bus_.HandleAll();
     log_.Flush();
     progress.Finish();
     for (const auto& source : sources_) Count(source->counters());
@@ -268,17 +262,17 @@ class Importer {
     if (!sonar_) {
       MbesDriverConfig config;  // KMALL, with its own stamps: a file has no receive stamps
       config.driver.source = "import";
-      sonar_ = std::make_unique<MbesDriver>(config, &bus_);
+      sonar_ = std::make_unique<MbesDriver>(config, &from_sonar_);
     }
     return sonar_.get();
   }
 
   std::vector<CanDriver*> CanDrivers(const ImportOptions& options) {
     if (can_drivers_.empty()) {
-      can_drivers_.push_back(
-          std::make_unique<ImuDriver>(LoadImuDriverConfig(options.imu_config.string()), &bus_));
-      can_drivers_.push_back(
-          std::make_unique<DvlDriver>(LoadDvlDriverConfig(options.dvl_config.string()), &bus_));
+      can_drivers_.push_back(std::make_unique<ImuDriver>(
+          LoadImuDriverConfig(options.imu_config.string()), &from_imu_));
+      can_drivers_.push_back(std::make_unique<DvlDriver>(
+          LoadDvlDriverConfig(options.dvl_config.string()), &from_dvl_));
     }
     std::vector<CanDriver*> drivers;
     for (const auto& driver : can_drivers_) drivers.push_back(driver.get());
@@ -287,8 +281,13 @@ class Importer {
 
   ImportResult result_;
   ImportLog log_;
-  Bus bus_;
   Time now_;
+  const MessageOutput::Write write_ =
+      [this](const std::string& channel, const void* data, std::size_t size) {
+        log_.Write(now_, channel, data, size);
+      };
+  // One each, as every driver process numbers its own messages.
+  MessageOutput from_imu_{write_}, from_dvl_{write_}, from_sonar_{write_};
   std::unique_ptr<MbesDriver> sonar_;
   std::vector<std::unique_ptr<CanDriver>> can_drivers_;
   std::vector<std::unique_ptr<Source>> sources_;
@@ -315,13 +314,12 @@ void WriteConfigs(const SurveyPlan& plan, const fs::path& log) {
 ImportResult ImportSurvey(SurveyFiles* survey, const ImportOptions& options) {
   ImportResult result;
   ImportLog log(options.log, ConfigFiles(ConfigFor(survey->plan())), &result);
-  Bus bus("memq://");
-  bus.SubscribeBytes(".*", 0, [&](const std::string& channel, const void* data, int size) {
+  MessageOutput output([&](const std::string& channel, const void* data, std::size_t size) {
     log.Write(survey->now(), channel, data, size);
   });
   ProgressLine progress("importing", survey->bytes(), options.quiet);
-  while (survey->PublishNext(&bus)) {
-    bus.HandleAll();
+  while (std::optional<Received> received = survey->Next()) {
+    output.Put(std::move(received->sample), received->stamp.recv);
     progress.Set(survey->bytes_read());
   }
   log.Flush();

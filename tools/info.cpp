@@ -12,12 +12,12 @@
 #include "common/convert/channels.hpp"
 #include "common/runtime/files/durable_file.hpp"
 #include "common/storage/event_log.hpp"
-#include "tools/finished_map.hpp"
-#include "tools/log_figures.hpp"
+#include "survey/progress.hpp"
+#include "survey/read/log_figures.hpp"
+#include "survey/read/message_types.hpp"
+#include "survey/read/recorded_dive.hpp"
+#include "survey/replay/finished_map.hpp"
 #include "tools/map_info.hpp"
-#include "tools/message_types.hpp"
-#include "tools/progress.hpp"
-#include "tools/recorded_dive.hpp"
 
 namespace seastitch {
 namespace {

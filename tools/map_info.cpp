@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "products/files/navigation_files.hpp"
-#include "tools/finished_map.hpp"
+#include "survey/replay/finished_map.hpp"
 
 namespace seastitch {
 namespace {

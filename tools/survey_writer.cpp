@@ -1,12 +1,12 @@
 #include "tools/survey_writer.hpp"
 
-#include <GeographicLib/LocalCartesian.hpp>
 #include <deque>
 #include <fstream>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <stdexcept>
+#include <variant>
 #include <vector>
 
 #include "codecs/kongsberg/em_all_writer.hpp"
@@ -14,9 +14,9 @@
 #include "codecs/kongsberg/kmall_sensors.hpp"
 #include "codecs/makers/s7k.hpp"
 #include "codecs/makers/s7k_writer.hpp"
-#include "common/convert/convert.hpp"
-#include "common/core/channel_names.hpp"
+#include "common/convert/message_inbox.hpp"
 #include "common/core/pose.hpp"
+#include "common/geo/map_frame.hpp"
 #include "common/storage/event_log.hpp"
 #include "mapper/mapper_config.hpp"
 #include "mapper/navigation/dead_reckoning.hpp"
@@ -86,9 +86,7 @@ class Writer {
       : options_(options),
         format_(ExpectFormat(options.file)),
         config_(options.ins),
-        to_map_(Rad2Deg(config_.vehicle.datum_latitude_rad),
-                Rad2Deg(config_.vehicle.datum_longitude_rad),
-                0.0),
+        map_frame_(DatumOf(config_.vehicle)),
         ins_(config_.navigation, config_.vehicle),
         out_(options.file, std::ios::binary) {
     if (!out_) throw std::runtime_error(options.file.string() + ": cannot be written");
@@ -96,7 +94,9 @@ class Writer {
 
   SurveyWriterResult Run() {
     EventLogReader reader(options_.log);
-    while (const std::optional<LogEvent> event = reader.Next()) Use(*event);
+    MessageInbox inbox;
+    while (const std::optional<LogEvent> event = reader.Next())
+      if (const auto received = inbox.Take(event->channel, event->data, 0.0)) Use(received->sample);
     ins_.Finish();
     Reckon();
     WriteMotion();
@@ -105,37 +105,30 @@ class Writer {
   }
 
  private:
-  void Use(const LogEvent& event) {
-    With<imu_t>(event, channels::kImu, [this](const ImuSample& s) { Navigate(s); });
-    With<dvl_t>(event, channels::kDvl, [this](const DvlSample& s) { Navigate(s); });
-    With<depth_t>(event, channels::kDepth, [this](const DepthSample& s) { Navigate(s); });
-    With<position_fix_t>(event, channels::kPositionFix, [this](const PositionFix& fix) {
-      if (ins_.start_state() != StartState::kStarted) ins_.Add(fix);  // it may start there
-      fixes_.push_back(fix);
-    });
-    With<mbes_ping_t>(event, channels::kMbesPing, [this](const MbesPing& ping) {
-      WriteInstallation(ping.time);
-      Write(format_.ping(ping));
-      ++result_.pings;
-    });
-    With<sound_velocity_profile_t>(
-        event, channels::kSvp, [this](const SoundVelocityProfile& profile) {
-          WriteInstallation(profile.time);
-          Write(format_.profile(profile));
-        });
+  void Use(const Sample& sample) {
+    std::visit(Overloaded{[this](const ImuSample& s) { Navigate(s); },
+                          [this](const DvlSample& s) { Navigate(s); },
+                          [this](const DepthSample& s) { Navigate(s); },
+                          [this](const PositionFix& fix) {
+                            if (ins_.start_state() != StartState::kStarted)
+                              ins_.Add(fix);  // may start it
+                            fixes_.push_back(fix);
+                          },
+                          [this](const MbesPing& ping) {
+                            WriteInstallation(ping.time);
+                            Write(format_.ping(ping));
+                            ++result_.pings;
+                          },
+                          [this](const SoundVelocityProfile& profile) {
+                            WriteInstallation(profile.time);
+                            Write(format_.profile(profile));
+                          },
+                          [](const auto&) {}},
+               sample);
   }
 
-  template <class Message, class Handler>
-  void With(const LogEvent& event, const char* channel, Handler handler) {
-    if (event.channel != channel) return;
-    Message message{};
-    const auto size = static_cast<int>(event.data.size());
-    if (message.decode(event.data.data(), 0, size) != size) return;
-    if (const auto sample = FromLcm(message)) handler(*sample);
-  }
-
-  template <class Sample>
-  void Navigate(const Sample& sample) {
+  template <class T>
+  void Navigate(const T& sample) {
     ins_.Add(sample);
     Reckon();
   }
@@ -195,17 +188,14 @@ class Writer {
   void Take(const PositionFix& fix) {
     const auto then = ins_.StateAt(fix.time);
     if (!then) return;
-    double east = 0.0, north = 0.0, up = 0.0;
-    to_map_.Forward(Rad2Deg(fix.latitude_rad), Rad2Deg(fix.longitude_rad), 0.0, east, north, up);
-    offset_m_ = Eigen::Vector2d(north, east) - then->T_map_vehicle.translation().head<2>();
+    offset_m_ = map_frame_.NorthEastOf(fix.latitude_rad, fix.longitude_rad) -
+                then->T_map_vehicle.translation().head<2>();
     ++result_.fixes;
   }
 
   GivenPosition PositionOf(const NavState& state) const {
-    const Eigen::Vector2d p = state.T_map_vehicle.translation().head<2>() + offset_m_;
-    double latitude_deg = 0.0, longitude_deg = 0.0, height_m = 0.0;
-    to_map_.Reverse(p.y(), p.x(), 0.0, latitude_deg, longitude_deg, height_m);
-    return {Deg2Rad(latitude_deg), Deg2Rad(longitude_deg)};
+    const Datum point = map_frame_.PointAt(state.T_map_vehicle.translation().head<2>() + offset_m_);
+    return {Deg2Rad(point.latitude_deg), Deg2Rad(point.longitude_deg)};
   }
 
   void WriteMotion() {
@@ -232,7 +222,7 @@ class Writer {
   const SurveyWriterOptions options_;
   const Format& format_;
   const MapperConfig config_;
-  const GeographicLib::LocalCartesian to_map_;
+  const MapFrame map_frame_;
   DeadReckoning ins_;
   std::ofstream out_;
   SurveyWriterResult result_;

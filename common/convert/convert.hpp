@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "common/core/bytes.hpp"
+#include "common/core/checked.hpp"
 #include "common/core/graph.hpp"
 #include "common/core/heartbeat.hpp"
 #include "common/core/message_stamp.hpp"
@@ -37,29 +39,16 @@
 //
 // ToLcm never fails. Data too large for one message are split into several where the function
 // returns a list, else reduced as stated below. Every message is smaller than kMaxMessageBytes.
-// FromLcm returns std::nullopt for a message with a value that is not finite or not within its
-// type's limits, or with array lengths that disagree. The caller has to count it.
+// FromLcm returns std::nullopt for a message with a value that is not finite or not within the
+// limits of core/checked.hpp, or with array lengths that disagree. The caller has to count it.
 namespace seastitch {
 
 // A message has to fit one UDP datagram: Debian's LCM 1.3.1 loses fragmented messages with the
 // default socket buffers.
 constexpr int kMaxMessageBytes = 60'000;
-// Longer pings are reduced to 1024 evenly spaced beams, first and last included. (The sonar codecs
-// reject such pings before.)
-constexpr int kMaxBeams = 1024;
-constexpr int kMaxSoundings = 2048;
-// Longer profiles are reduced to 2000 evenly spaced samples, first and last included.
-constexpr int kMaxProfileSamples = 2000;
 constexpr int kMaxPointsPerChunk = 3000;
-constexpr int kMaxSubmapPoints = 20'000'000;  // per submap; FromLcm rejects more
-// Of a footprint with more corners every k-th is sent, with the smallest k that suffices.
-constexpr int kMaxFootprintCorners = 3000;
-// Longer names are cut to so many bytes.
-constexpr std::size_t kMaxProcessName = 64;
-constexpr std::size_t kMaxSourceLength = 256;
 constexpr int kMaxRawBytesPerPart = 50'000;
 constexpr int kMaxConfigBytesPerPart = 50'000;
-constexpr std::uint8_t kMaxHead = 127;  // largest index of a sonar's head
 
 // seq: number of the message on its channel. newest_submap: Submap::frame_time of the newest submap
 // in the graph, which becomes the message's utime.
@@ -190,7 +179,7 @@ class ConfigAssembler {
 
 // Bytes from a device as messages with at most kMaxRawBytesPerPart bytes each; seq counts up from
 // first_seq. source: the driver's `source`. recv: receive time of the bytes.
-std::vector<raw_bytes_t> ToRawParts(const std::vector<std::uint8_t>& bytes,
+std::vector<raw_bytes_t> ToRawParts(Bytes bytes,
                                     const std::string& source,
                                     Time recv,
                                     std::int64_t first_seq);

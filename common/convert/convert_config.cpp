@@ -15,7 +15,7 @@ constexpr std::size_t kMaxFileName = 256;
 constexpr std::size_t kMaxFileBytes = 10'000'000;
 
 bool IsConfig(const config_t& msg) {
-  return convert::IsTime(msg.utime) && !msg.process.empty() &&
+  return IsTime(FromUtime(msg.utime)) && !msg.process.empty() &&
          msg.process.size() <= kMaxProcessName && msg.version.size() <= kMaxProcessName &&
          !msg.name.empty() && msg.name.size() <= kMaxFileName &&
          convert::ArePlausibleParts(msg.part, msg.num_parts) && msg.text.size() <= kPart;

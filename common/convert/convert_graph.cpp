@@ -14,9 +14,6 @@ constexpr std::size_t kVerticesPerPart = 250;
 constexpr std::size_t kEdgesPerPart = 500;
 constexpr std::size_t kMountingsPerPart = 50;
 
-// Limit of the distance of a submap's points from its frame.
-constexpr double kMaxSubmap_m = 1e4;
-
 std::size_t PartsFor(std::size_t count, std::size_t per_part) {
   return (count + per_part - 1) / per_part;
 }
@@ -43,12 +40,13 @@ graph_vertex_t ToLcm(const GraphVertex& vertex) {
 }
 
 std::optional<GraphVertex> FromLcm(const graph_vertex_t& msg) {
-  const Pose2 pose{msg.dead_reckoned_x_m, msg.dead_reckoned_y_m, msg.dead_reckoned_yaw_rad};
-  if (!IsTime(msg.utime) || msg.id < 0 || msg.chain < 0 || !IsPose2(pose) ||
-      !AreSigmas(&msg.heading_sigma_rad, 1))
-    return std::nullopt;
-  GraphVertex vertex{SubmapId{msg.id}, FromUtime(msg.utime), pose, {}, msg.chain};
-  if (msg.has_heading_sigma) vertex.heading_sigma_rad = msg.heading_sigma_rad;
+  std::optional<GraphVertex> vertex =
+      Checked(GraphVertex{SubmapId{msg.id},
+                          FromUtime(msg.utime),
+                          {msg.dead_reckoned_x_m, msg.dead_reckoned_y_m, msg.dead_reckoned_yaw_rad},
+                          msg.heading_sigma_rad,
+                          msg.chain});
+  if (vertex && !msg.has_heading_sigma) vertex->heading_sigma_rad.reset();
   return vertex;
 }
 
@@ -71,31 +69,18 @@ graph_edge_t ToLcm(const GraphEdge& edge) {
 }
 
 std::optional<GraphEdge> FromLcm(const graph_edge_t& msg) {
-  const bool known_enums = msg.kind >= graph_edge_t::KIND_DEAD_RECKONING &&
-                           msg.kind <= graph_edge_t::KIND_POSITION_FIX &&
-                           msg.verdict >= graph_edge_t::VERDICT_ACCEPTED &&
-                           msg.verdict <= graph_edge_t::VERDICT_NOT_CONVERGED;
-  const bool on_one_vertex = msg.from_id == msg.to_id;
-  const bool right_ends = on_one_vertex ? msg.kind != graph_edge_t::KIND_LOOP_CLOSURE
-                                        : msg.kind != graph_edge_t::KIND_POSITION_FIX;
-  if (!known_enums || msg.from_id < 0 || msg.to_id < 0 || !right_ends) return std::nullopt;
   GraphEdge edge;
   edge.kind = static_cast<EdgeKind>(msg.kind);
   edge.from = SubmapId{msg.from_id};
   edge.to = SubmapId{msg.to_id};
   edge.T_from_to = {msg.x_m, msg.y_m, msg.yaw_rad};
-  const auto information = SymmetricFrom<3>(msg.information);
-  if (!information || !IsPose2(edge.T_from_to) || !std::isfinite(msg.z_offset_m) ||
-      !AreSigmas(&msg.rms_m, 1) || !AreSigmas(&msg.overlap_m2, 1) ||
-      !(std::hypot(msg.overlap_center_x_m, msg.overlap_center_y_m) <= kMaxSubmap_m))
-    return std::nullopt;
-  edge.information = *information;
+  edge.information = MatrixFrom<3>(msg.information);
   edge.verdict = static_cast<LoopVerdict>(msg.verdict);
   edge.z_offset_m = msg.z_offset_m;
   edge.rms_m = msg.rms_m;
   edge.overlap_m2 = msg.overlap_m2;
   edge.overlap_center_m = {msg.overlap_center_x_m, msg.overlap_center_y_m};
-  return edge;
+  return Checked(edge);
 }
 
 solved_vertex_t ToLcm(const SolvedVertex& vertex) {
@@ -109,17 +94,11 @@ solved_vertex_t ToLcm(const SolvedVertex& vertex) {
   return msg;
 }
 
-std::optional<SolvedVertex> FromLcm(const solved_vertex_t& msg) {
-  SolvedVertex vertex;
-  vertex.id = SubmapId{msg.id};
-  vertex.T_map_level = {msg.x_m, msg.y_m, msg.yaw_rad};
-  const auto covariance = SymmetricFrom<3>(msg.covariance);
-  if (msg.id < 0 || !IsPose2(vertex.T_map_level) || !covariance ||
-      !AllFinite(&msg.covariance_with_newest[0][0], 9))
-    return std::nullopt;
-  vertex.covariance = *covariance;
-  vertex.covariance_with_newest = MatrixFrom<3>(msg.covariance_with_newest);
-  return vertex;
+SolvedVertex FromLcm(const solved_vertex_t& msg) {
+  return {SubmapId{msg.id},
+          {msg.x_m, msg.y_m, msg.yaw_rad},
+          MatrixFrom<3>(msg.covariance),
+          MatrixFrom<3>(msg.covariance_with_newest)};
 }
 
 solved_edge_t ToLcm(const SolvedEdge& edge) {
@@ -130,10 +109,8 @@ solved_edge_t ToLcm(const SolvedEdge& edge) {
   return msg;
 }
 
-std::optional<SolvedEdge> FromLcm(const solved_edge_t& msg) {
-  if (msg.from_id < 0 || msg.to_id < 0 || !(msg.weight >= 0.0 && msg.weight <= 1.0))
-    return std::nullopt;
-  return SolvedEdge{SubmapId{msg.from_id}, SubmapId{msg.to_id}, msg.weight};
+SolvedEdge FromLcm(const solved_edge_t& msg) {
+  return {SubmapId{msg.from_id}, SubmapId{msg.to_id}, msg.weight};
 }
 
 using MountingOfDive = std::pair<std::int32_t, MountingErrors>;  // chain number
@@ -149,14 +126,11 @@ mounting_errors_t ToLcm(const MountingOfDive& mounting) {
   return msg;
 }
 
-std::optional<MountingOfDive> FromLcm(const mounting_errors_t& msg) {
-  const auto covariance = SymmetricFrom<3>(msg.covariance);
-  if (msg.chain < 0 || !covariance ||
-      !IsPose2({msg.sonar_forward_m, msg.sonar_starboard_m, msg.dvl_yaw_rad}))
-    return std::nullopt;
-  return MountingOfDive{
-      msg.chain,
-      MountingErrors{{msg.sonar_forward_m, msg.sonar_starboard_m}, msg.dvl_yaw_rad, *covariance}};
+MountingOfDive FromLcm(const mounting_errors_t& msg) {
+  return {msg.chain,
+          MountingErrors{{msg.sonar_forward_m, msg.sonar_starboard_m},
+                         msg.dvl_yaw_rad,
+                         MatrixFrom<3>(msg.covariance)}};
 }
 
 pair_covariance_t ToLcm(const PairCovariance& pair) {
@@ -167,10 +141,8 @@ pair_covariance_t ToLcm(const PairCovariance& pair) {
   return msg;
 }
 
-std::optional<PairCovariance> FromLcm(const pair_covariance_t& msg) {
-  const auto covariance = SymmetricFrom<3>(msg.covariance);
-  if (msg.a_id < 0 || msg.b_id < 0 || !covariance) return std::nullopt;
-  return PairCovariance{SubmapId{msg.a_id}, SubmapId{msg.b_id}, *covariance};
+PairCovariance FromLcm(const pair_covariance_t& msg) {
+  return {SubmapId{msg.a_id}, SubmapId{msg.b_id}, MatrixFrom<3>(msg.covariance)};
 }
 
 template <class Core>
@@ -191,13 +163,6 @@ bool AppendFromLcm(const std::vector<Msg>& list, std::int32_t count, std::vector
     out->push_back(*element);
   }
   return true;
-}
-
-bool HasRisingIds(const std::vector<SolvedVertex>& vertices) {
-  return std::adjacent_find(
-             vertices.begin(), vertices.end(), [](const SolvedVertex& a, const SolvedVertex& b) {
-               return a.id >= b.id;
-             }) == vertices.end();
 }
 
 // False where a dive is there twice.
@@ -234,7 +199,7 @@ graph_update_t ToLcm(const GraphUpdate& update, Time newest_submap, std::int64_t
 }
 
 std::optional<GraphUpdate> FromLcm(const graph_update_t& msg) {
-  if (!IsTime(msg.utime) || msg.version < 1 || msg.num_vertices > kMaxVerticesPerUpdate ||
+  if (!IsTime(FromUtime(msg.utime)) || msg.num_vertices > kMaxVerticesPerUpdate ||
       msg.num_edges > kMaxEdgesPerUpdate)
     return std::nullopt;
   GraphUpdate update;
@@ -243,11 +208,10 @@ std::optional<GraphUpdate> FromLcm(const graph_update_t& msg) {
   update.final = msg.is_final != 0;
   update.resumed = msg.is_resumed != 0;
   update.mounting = {msg.sonar_sigma_m, msg.dvl_yaw_sigma_rad};
-  if (!update.mounting.AreUsable()) return std::nullopt;
   if (!AppendFromLcm(msg.vertices, msg.num_vertices, &update.vertices) ||
       !AppendFromLcm(msg.edges, msg.num_edges, &update.edges))
     return std::nullopt;
-  return update;
+  return Checked(std::move(update));
 }
 
 std::vector<pose_graph_t> ToLcm(const PoseGraph& graph,
@@ -298,13 +262,13 @@ covariance_request_t ToLcm(const CovarianceRequest& request, Time newest_submap)
 
 std::optional<CovarianceRequest> FromLcm(const covariance_request_t& msg) {
   const auto count = static_cast<std::size_t>(std::max(0, msg.num_pairs));
-  if (!IsTime(msg.utime) || msg.graph_version < 1 || msg.num_pairs > kMaxCovariancePairs ||
+  if (!IsTime(FromUtime(msg.utime)) || msg.num_pairs > kMaxCovariancePairs ||
       msg.sender.size() > kMaxProcessName || msg.a_id.size() != count || msg.b_id.size() != count)
     return std::nullopt;
   CovarianceRequest request{msg.sender, msg.seq, msg.graph_version, {}, msg.graph_id};
   for (std::size_t k = 0; k < count; ++k)
     request.pairs.emplace_back(SubmapId{msg.a_id[k]}, SubmapId{msg.b_id[k]});
-  return request;
+  return Checked(std::move(request));
 }
 
 covariances_t ToLcm(const PairCovariances& answer, Time newest_submap, std::int64_t seq) {
@@ -322,11 +286,11 @@ covariances_t ToLcm(const PairCovariances& answer, Time newest_submap, std::int6
 
 std::optional<PairCovariances> FromLcm(const covariances_t& msg) {
   PairCovariances answer{msg.recipient, msg.request_seq, msg.graph_version, {}, msg.graph_id};
-  if (!IsTime(msg.utime) || msg.graph_version < 1 || msg.num_pairs > kMaxCovariancePairs ||
+  if (!IsTime(FromUtime(msg.utime)) || msg.num_pairs > kMaxCovariancePairs ||
       msg.recipient.size() > kMaxProcessName ||
       !AppendFromLcm(msg.pairs, msg.num_pairs, &answer.pairs))
     return std::nullopt;
-  return answer;
+  return Checked(std::move(answer));
 }
 
 std::optional<PoseGraph> PoseGraphAssembler::Add(const pose_graph_t& msg) {
@@ -349,13 +313,15 @@ std::optional<PoseGraph> PoseGraphAssembler::Add(const pose_graph_t& msg) {
   next_part_ = msg.part + 1;
   if (!AppendFromLcm(msg.vertices, msg.num_vertices, &open_->vertices) ||
       !AppendFromLcm(msg.loop_edges, msg.num_loop_edges, &open_->loop_edges) ||
-      !AppendMountings(msg, &open_->mounting) || !HasRisingIds(open_->vertices)) {
+      !AppendMountings(msg, &open_->mounting)) {
     ++malformed_;
     open_.reset();
     return std::nullopt;
   }
   if (next_part_ < num_parts_) return std::nullopt;
-  return std::exchange(open_, std::nullopt);
+  std::optional<PoseGraph> checked = Checked(*std::exchange(open_, std::nullopt));
+  if (!checked) ++malformed_;
+  return checked;
 }
 
 }  // namespace seastitch

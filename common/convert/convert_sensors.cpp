@@ -1,18 +1,15 @@
 #include <algorithm>
 #include <cmath>
-#include <iterator>
+#include <utility>
 
 #include "common/convert/checks.hpp"
 #include "common/convert/convert.hpp"
 #include "common/core/bytes.hpp"
-#include "common/core/sound_speed.hpp"
 
 namespace seastitch {
 namespace {
 
 using namespace convert;  // the checks
-
-constexpr float kMaxSounding_m = 15'000.0f;  // limit of a sounding's coordinates
 
 bool HasEveryBeam(const mbes_ping_t& msg) {
   if (msg.num_beams < 0 || msg.num_beams > kMaxBeams) return false;
@@ -23,31 +20,13 @@ bool HasEveryBeam(const mbes_ping_t& msg) {
 }
 
 bool HasEverySounding(const mbes_soundings_t& msg) {
-  const std::int32_t n = msg.num_soundings;
-  return n >= 0 && n <= kMaxSoundings && IsFiniteArray(msg.x_m, n) && IsFiniteArray(msg.y_m, n) &&
-         IsFiniteArray(msg.z_m, n) && IsFiniteArray(msg.sigma_z_m, n) &&
-         msg.flags.size() == static_cast<std::size_t>(n);
+  if (msg.num_soundings < 0 || msg.num_soundings > kMaxSoundings) return false;
+  const auto n = static_cast<std::size_t>(msg.num_soundings);
+  return msg.x_m.size() == n && msg.y_m.size() == n && msg.z_m.size() == n &&
+         msg.sigma_z_m.size() == n && msg.flags.size() == n;
 }
 
 bool IsPingNumber(std::int64_t number) { return number >= 0 && number <= UINT32_MAX; }
-
-bool IsOnEarth(double latitude_rad, double longitude_rad) {
-  return std::abs(latitude_rad) <= kPi / 2.0 && std::abs(longitude_rad) <= kPi;
-}
-
-bool IsStrictlyRising(const std::vector<double>& values) {
-  return std::adjacent_find(values.begin(), values.end(), [](double a, double b) {
-           return !(a < b);
-         }) == values.end();
-}
-
-// Indices of at most `most` of `count` elements, evenly spaced, first and last included.
-std::vector<std::size_t> EvenlyChosen(std::size_t count, std::size_t most) {
-  std::vector<std::size_t> chosen;
-  const std::size_t n = std::min(count, most);
-  for (std::size_t i = 0; i < n; ++i) chosen.push_back(n == count ? i : i * (count - 1) / (n - 1));
-  return chosen;
-}
 
 std::int8_t HeadToLcm(std::uint8_t head) {
   return static_cast<std::int8_t>(std::min(head, kMaxHead));
@@ -79,21 +58,15 @@ imu_t ToLcm(const ImuSample& sample, const MessageStamp& stamp) {
 }
 
 std::optional<ImuSample> FromLcm(const imu_t& msg) {
-  if (!IsTime(msg.utime) || !AllFinite(msg.angular_rate_radps, 3) ||
-      !AllFinite(msg.specific_force_mps2, 3) || msg.alignment < imu_t::ALIGNMENT_UNKNOWN ||
-      msg.alignment > imu_t::ALIGNMENT_ALIGNED)
-    return std::nullopt;
   ImuSample sample;
   sample.time = FromUtime(msg.utime);
   sample.angular_rate_radps = VectorFrom(msg.angular_rate_radps);
   sample.specific_force_mps2 = VectorFrom(msg.specific_force_mps2);
-  if (msg.has_attitude) {
-    const std::optional<Eigen::Quaterniond> q = QuaternionFrom(msg.q_ned_imu);
-    if (!q || !AreSigmas(msg.sigma_roll_pitch_yaw_rad, 3)) return std::nullopt;
-    sample.attitude = Attitude{*q, VectorFrom(msg.sigma_roll_pitch_yaw_rad)};
-  }
+  if (msg.has_attitude)
+    sample.attitude =
+        Attitude{QuaternionFrom(msg.q_ned_imu), VectorFrom(msg.sigma_roll_pitch_yaw_rad)};
   sample.alignment = static_cast<HeadingAlignment>(msg.alignment);
-  return sample;
+  return Checked(sample);
 }
 
 dvl_t ToLcm(const DvlSample& sample, const MessageStamp& stamp) {
@@ -118,28 +91,25 @@ dvl_t ToLcm(const DvlSample& sample, const MessageStamp& stamp) {
   return msg;
 }
 
+// Fields without a meaning are checked, too: a message with one that is not finite is damaged.
 std::optional<DvlSample> FromLcm(const dvl_t& msg) {
-  if (!IsTime(msg.utime) || !AllFinite(msg.v_dvl_mps, 3) || !AreSigmas(msg.sigma_v_mps, 3) ||
-      !AreSigmas(msg.beam_range_m, 4) || !AllFinite(msg.beam_velocity_mps, 4) ||
-      !AreSigmas(&msg.altitude_m, 1) || !AreSigmas(msg.beam_quality, 4) ||
-      *std::max_element(msg.beam_quality, msg.beam_quality + 4) > 1.0 ||
-      !std::isfinite(msg.error_velocity_mps))
-    return std::nullopt;
   DvlSample sample;
   sample.time = FromUtime(msg.utime);
   sample.bottom_lock = msg.bottom_lock != 0;
-  if (sample.bottom_lock) {
-    sample.v_dvl_mps = VectorFrom(msg.v_dvl_mps);
-    sample.sigma_v_mps = VectorFrom(msg.sigma_v_mps);
-  }
-  for (std::size_t i = 0; i < sample.beams.size(); ++i) {
-    DvlBeam& beam = sample.beams[i];
-    beam = {msg.beam_valid[i] != 0, msg.beam_range_m[i], msg.beam_velocity_mps[i], std::nullopt};
-    if (msg.has_beam_quality) beam.quality = msg.beam_quality[i];
-  }
-  if (msg.has_altitude) sample.altitude_m = msg.altitude_m;
-  if (msg.has_error_velocity) sample.error_velocity_mps = msg.error_velocity_mps;
-  return sample;
+  sample.v_dvl_mps = VectorFrom(msg.v_dvl_mps);
+  sample.sigma_v_mps = VectorFrom(msg.sigma_v_mps);
+  for (std::size_t i = 0; i < sample.beams.size(); ++i)
+    sample.beams[i] = {
+        msg.beam_valid[i] != 0, msg.beam_range_m[i], msg.beam_velocity_mps[i], msg.beam_quality[i]};
+  sample.altitude_m = msg.altitude_m;
+  sample.error_velocity_mps = msg.error_velocity_mps;
+  std::optional<DvlSample> checked = Checked(sample);
+  if (!checked) return std::nullopt;
+  if (!msg.has_beam_quality)
+    for (DvlBeam& beam : checked->beams) beam.quality.reset();
+  if (!msg.has_altitude) checked->altitude_m.reset();
+  if (!msg.has_error_velocity) checked->error_velocity_mps.reset();
+  return checked;
 }
 
 depth_t ToLcm(const DepthSample& sample, const MessageStamp& stamp) {
@@ -153,22 +123,20 @@ depth_t ToLcm(const DepthSample& sample, const MessageStamp& stamp) {
 }
 
 std::optional<DepthSample> FromLcm(const depth_t& msg) {
-  if (!IsTime(msg.utime) || !std::isfinite(msg.pressure_pa) || !std::isfinite(msg.depth_m) ||
-      !AreSigmas(&msg.sigma_m, 1))
-    return std::nullopt;
-  DepthSample sample{FromUtime(msg.utime), std::nullopt, msg.depth_m, msg.sigma_m};
-  if (msg.has_pressure) sample.pressure_pa = msg.pressure_pa;
-  return sample;
+  std::optional<DepthSample> checked =
+      Checked(DepthSample{FromUtime(msg.utime), msg.pressure_pa, msg.depth_m, msg.sigma_m});
+  if (checked && !msg.has_pressure) checked->pressure_pa.reset();
+  return checked;
 }
 
 mbes_ping_t ToLcm(const MbesPing& ping, const MessageStamp& stamp) {
+  if (ping.beams.size() > kMaxBeams) return ToLcm(Thinned(ping), stamp);
   mbes_ping_t msg{};
   SetStamp(ping.time, stamp, &msg);
   msg.ping_number = ping.ping_number;
   msg.head = HeadToLcm(ping.head);
   msg.sound_speed_mps = ping.sound_speed_mps;
-  for (const std::size_t i : EvenlyChosen(ping.beams.size(), kMaxBeams)) {
-    const MbesBeam& beam = ping.beams[i];
+  for (const MbesBeam& beam : ping.beams) {
     msg.twtt_s.push_back(beam.twtt_s);
     msg.rx_angle_rad.push_back(beam.rx_angle_rad);
     msg.tx_tilt_rad.push_back(beam.tx_tilt_rad);
@@ -183,16 +151,14 @@ mbes_ping_t ToLcm(const MbesPing& ping, const MessageStamp& stamp) {
 }
 
 std::optional<MbesPing> FromLcm(const mbes_ping_t& msg) {
-  if (!IsTime(msg.utime) || !IsPingNumber(msg.ping_number) || msg.head < 0 ||
-      !(msg.sound_speed_mps >= 0.0) || !std::isfinite(msg.sound_speed_mps) || !HasEveryBeam(msg))
-    return std::nullopt;
+  if (!IsPingNumber(msg.ping_number) || msg.head < 0 || !HasEveryBeam(msg)) return std::nullopt;
   MbesPing ping;
   ping.time = FromUtime(msg.utime);
   ping.ping_number = static_cast<std::uint32_t>(msg.ping_number);
   ping.sound_speed_mps = msg.sound_speed_mps;
   ping.head = static_cast<std::uint8_t>(msg.head);
   ping.beams.resize(msg.twtt_s.size());
-  for (std::size_t i = 0; i < ping.beams.size(); ++i) {
+  for (std::size_t i = 0; i < ping.beams.size(); ++i)
     ping.beams[i] = {msg.twtt_s[i],
                      msg.rx_angle_rad[i],
                      msg.tx_tilt_rad[i],
@@ -201,71 +167,56 @@ std::optional<MbesPing> FromLcm(const mbes_ping_t& msg) {
                      msg.backscatter_db[i],
                      msg.flags[i],
                      msg.tx_array[i]};
-    if (!IsPlausible(ping.beams[i])) return std::nullopt;
-  }
-  return ping;
+  return Checked(std::move(ping));
 }
 
 std::vector<mbes_soundings_t> ToLcm(const SoundingPing& ping, const MessageStamp& first) {
-  constexpr auto kPart = static_cast<std::size_t>(kMaxSoundings);
   std::vector<mbes_soundings_t> messages;
-  std::size_t begin = 0;
-  do {  // a ping without soundings gives one message, too
-    const std::size_t end = std::min(ping.soundings.size(), begin + kPart);
+  for (const SoundingPing& part : Split(ping)) {
     mbes_soundings_t& msg = messages.emplace_back(mbes_soundings_t{});
-    SetStamp(ping.time, first, &msg);
-    msg.seq = first.seq + static_cast<std::int64_t>(begin / kPart);
-    msg.ping_number = ping.ping_number;
-    msg.head = HeadToLcm(ping.head);
-    msg.num_soundings = static_cast<std::int32_t>(end - begin);
-    for (; begin < end; ++begin) {
-      const LevelSounding& sounding = ping.soundings[begin];
+    SetStamp(part.time, first, &msg);
+    msg.seq = first.seq + static_cast<std::int64_t>(messages.size()) - 1;
+    msg.ping_number = part.ping_number;
+    msg.head = HeadToLcm(part.head);
+    msg.num_soundings = static_cast<std::int32_t>(part.soundings.size());
+    for (const LevelSounding& sounding : part.soundings) {
       msg.x_m.push_back(sounding.p_level_m.x());
       msg.y_m.push_back(sounding.p_level_m.y());
       msg.z_m.push_back(sounding.p_level_m.z());
       msg.sigma_z_m.push_back(sounding.sigma_z_m);
       msg.flags.push_back(sounding.flags);
     }
-  } while (begin < ping.soundings.size());
+  }
   return messages;
 }
 
 std::optional<SoundingPing> FromLcm(const mbes_soundings_t& msg) {
-  if (!IsTime(msg.utime) || !IsPingNumber(msg.ping_number) || msg.head < 0 ||
-      !HasEverySounding(msg))
-    return std::nullopt;
+  if (!IsPingNumber(msg.ping_number) || msg.head < 0 || !HasEverySounding(msg)) return std::nullopt;
   SoundingPing ping;
   ping.time = FromUtime(msg.utime);
   ping.ping_number = static_cast<std::uint32_t>(msg.ping_number);
   ping.head = static_cast<std::uint8_t>(msg.head);
-  for (std::size_t i = 0; i < msg.x_m.size(); ++i) {
-    const Eigen::Vector3f p_level_m(msg.x_m[i], msg.y_m[i], msg.z_m[i]);
-    if (!(p_level_m.cwiseAbs().maxCoeff() <= kMaxSounding_m) || msg.sigma_z_m[i] < 0.0f)
-      return std::nullopt;
-    ping.soundings.push_back({p_level_m, msg.sigma_z_m[i], msg.flags[i]});
-  }
-  return ping;
+  for (std::size_t i = 0; i < msg.x_m.size(); ++i)
+    ping.soundings.push_back(
+        {{msg.x_m[i], msg.y_m[i], msg.z_m[i]}, msg.sigma_z_m[i], msg.flags[i]});
+  return Checked(std::move(ping));
 }
 
 sound_velocity_profile_t ToLcm(const SoundVelocityProfile& profile, const MessageStamp& stamp) {
   sound_velocity_profile_t msg{};
   SetStamp(profile.time, stamp, &msg);
-  const std::size_t samples = std::min(profile.depth_m.size(), profile.speed_mps.size());
-  for (const std::size_t i : EvenlyChosen(samples, kMaxProfileSamples)) {
-    msg.depth_m.push_back(profile.depth_m[i]);
-    msg.speed_mps.push_back(profile.speed_mps[i]);
-  }
+  const SoundVelocityProfile thinned = Thinned(profile);
+  msg.depth_m = thinned.depth_m;
+  msg.speed_mps = thinned.speed_mps;
   msg.num_samples = static_cast<std::int32_t>(msg.depth_m.size());
   return msg;
 }
 
 std::optional<SoundVelocityProfile> FromLcm(const sound_velocity_profile_t& msg) {
-  if (!IsTime(msg.utime) || msg.num_samples < 1 || msg.num_samples > kMaxProfileSamples ||
-      !IsFiniteArray(msg.depth_m, msg.num_samples) ||
-      !IsFiniteArray(msg.speed_mps, msg.num_samples) || !IsStrictlyRising(msg.depth_m) ||
-      !std::all_of(msg.speed_mps.begin(), msg.speed_mps.end(), IsSoundSpeed))
+  const auto n = static_cast<std::size_t>(std::max(0, msg.num_samples));
+  if (n > kMaxProfileSamples || msg.depth_m.size() != n || msg.speed_mps.size() != n)
     return std::nullopt;
-  return SoundVelocityProfile{FromUtime(msg.utime), msg.depth_m, msg.speed_mps};
+  return Checked(SoundVelocityProfile{FromUtime(msg.utime), msg.depth_m, msg.speed_mps});
 }
 
 position_fix_t ToLcm(const PositionFix& fix, const MessageStamp& stamp) {
@@ -281,28 +232,22 @@ position_fix_t ToLcm(const PositionFix& fix, const MessageStamp& stamp) {
 }
 
 std::optional<Heartbeat> FromLcm(const health_t& msg) {
-  if (!IsTime(msg.utime) || !(msg.uptime_s >= 0.0 && std::isfinite(msg.uptime_s)) ||
-      msg.process.empty() || msg.process.size() > kMaxProcessName)
+  if (!IsTime(FromUtime(msg.utime)) || !IsSigma(msg.uptime_s) || msg.process.empty() ||
+      msg.process.size() > kMaxProcessName)
     return std::nullopt;
   return Heartbeat{msg.process, FromUtime(msg.utime), msg.uptime_s};
 }
 
 std::optional<PositionFix> FromLcm(const position_fix_t& msg) {
+  if (msg.source.size() > kMaxSourceLength) return std::nullopt;
   PositionFix fix;
   fix.time = FromUtime(msg.utime);
   fix.latitude_rad = msg.latitude_rad;
   fix.longitude_rad = msg.longitude_rad;
-  Eigen::Matrix2d& covariance = fix.covariance_north_east_m2;
-  covariance << msg.variance_north_m2, msg.covariance_north_east_m2, msg.covariance_north_east_m2,
-      msg.variance_east_m2;
+  fix.covariance_north_east_m2 << msg.variance_north_m2, msg.covariance_north_east_m2,
+      msg.covariance_north_east_m2, msg.variance_east_m2;
   fix.source = msg.source;
-  // Positive definite: a fix with a zero variance would fix the whole map exactly at its position.
-  const bool honest = covariance.allFinite() && msg.variance_north_m2 > 0.0 &&
-                      msg.variance_east_m2 > 0.0 && covariance.determinant() > 0.0;
-  if (!IsTime(msg.utime) || !IsOnEarth(fix.latitude_rad, fix.longitude_rad) || !honest ||
-      msg.source.size() > kMaxSourceLength)
-    return std::nullopt;
-  return fix;
+  return Checked(std::move(fix));
 }
 
 navigation_t ToLcm(const NavigationSample& sample, const MessageStamp& stamp) {
@@ -340,34 +285,27 @@ navigation_t ToLcm(const NavigationSample& sample, const MessageStamp& stamp) {
   return msg;
 }
 
+// Fields without a meaning are checked, too: a message with one that is not finite is damaged.
 std::optional<NavigationSample> FromLcm(const navigation_t& msg) {
-  const double sigmas[] = {
-      msg.sigma_north_m, msg.sigma_east_m, msg.sigma_depth_m, msg.sigma_height_m};
-  if (!IsTime(msg.utime) || msg.source.size() > kMaxSourceLength ||
-      msg.status < navigation_t::STATUS_UNKNOWN || msg.status > navigation_t::STATUS_INVALID ||
-      !AreSigmas(sigmas, std::size(sigmas)) || !IsOnEarth(msg.latitude_rad, msg.longitude_rad) ||
-      !(std::abs(msg.depth_m) <= kMaxCoordinate_m) ||
-      !(std::abs(msg.height_m) <= kMaxCoordinate_m) || !AllFinite(msg.v_ned_mps, 3) ||
-      !AreSigmas(msg.sigma_v_ned_mps, 3) || !AreSigmas(msg.sigma_roll_pitch_yaw_rad, 3))
-    return std::nullopt;
+  if (msg.source.size() > kMaxSourceLength) return std::nullopt;
   NavigationSample sample;
   sample.time = FromUtime(msg.utime);
   sample.status = static_cast<InsStatus>(msg.status);
   sample.source = msg.source;
-  if (msg.has_position) {
-    sample.position =
-        InsPosition{msg.latitude_rad, msg.longitude_rad, {msg.sigma_north_m, msg.sigma_east_m}};
-  }
-  if (msg.has_depth) sample.depth = InsVertical{msg.depth_m, msg.sigma_depth_m};
-  if (msg.has_height) sample.height = InsVertical{msg.height_m, msg.sigma_height_m};
-  if (msg.has_attitude) {
-    const std::optional<Eigen::Quaterniond> q = QuaternionFrom(msg.q_ned_ins);
-    if (!q) return std::nullopt;
-    sample.attitude = Attitude{*q, VectorFrom(msg.sigma_roll_pitch_yaw_rad)};
-  }
-  if (msg.has_velocity)
-    sample.velocity = InsVelocity{VectorFrom(msg.v_ned_mps), VectorFrom(msg.sigma_v_ned_mps)};
-  return sample;
+  sample.position =
+      InsPosition{msg.latitude_rad, msg.longitude_rad, {msg.sigma_north_m, msg.sigma_east_m}};
+  sample.depth = InsVertical{msg.depth_m, msg.sigma_depth_m};
+  sample.height = InsVertical{msg.height_m, msg.sigma_height_m};
+  const Eigen::Vector3d sigma_rpy_rad = VectorFrom(msg.sigma_roll_pitch_yaw_rad);
+  if (msg.has_attitude) sample.attitude = Attitude{QuaternionFrom(msg.q_ned_ins), sigma_rpy_rad};
+  sample.velocity = InsVelocity{VectorFrom(msg.v_ned_mps), VectorFrom(msg.sigma_v_ned_mps)};
+  std::optional<NavigationSample> checked = Checked(std::move(sample));
+  if (!checked || !AreSigmas(sigma_rpy_rad)) return std::nullopt;
+  if (!msg.has_position) checked->position.reset();
+  if (!msg.has_depth) checked->depth.reset();
+  if (!msg.has_height) checked->height.reset();
+  if (!msg.has_velocity) checked->velocity.reset();
+  return checked;
 }
 
 nav_t ToLcm(const NavState& nav, std::int64_t seq) {
@@ -383,16 +321,12 @@ nav_t ToLcm(const NavState& nav, std::int64_t seq) {
 
 std::optional<NavState> FromLcm(const nav_t& msg) {
   const std::optional<Eigen::Isometry3d> pose = PoseFrom(msg.p_map_vehicle_m, msg.q_map_vehicle);
-  const std::optional<Matrix6d> covariance = SymmetricFrom<6>(msg.covariance_ned_rpy);
-  if (!IsTime(msg.utime) || !pose || !covariance || !AllFinite(msg.v_map_mps, 3))
-    return std::nullopt;
-  NavState nav;
-  nav.time = FromUtime(msg.utime);
-  nav.T_map_vehicle = *pose;
-  nav.v_map_mps = VectorFrom(msg.v_map_mps);
-  nav.covariance = *covariance;
-  nav.bottom_lock = msg.bottom_lock != 0;
-  return nav;
+  if (!pose) return std::nullopt;
+  return Checked(NavState{FromUtime(msg.utime),
+                          *pose,
+                          VectorFrom(msg.v_map_mps),
+                          MatrixFrom<6>(msg.covariance_ned_rpy),
+                          msg.bottom_lock != 0});
 }
 
 nav_corrected_t ToLcm(const CorrectedNavState& corrected, std::int64_t seq) {
@@ -415,26 +349,21 @@ nav_corrected_t ToLcm(const CorrectedNavState& corrected, std::int64_t seq) {
 
 std::optional<CorrectedNavState> FromLcm(const nav_corrected_t& msg) {
   const std::optional<Eigen::Isometry3d> pose = PoseFrom(msg.p_map_vehicle_m, msg.q_map_vehicle);
-  const std::optional<Matrix6d> covariance = SymmetricFrom<6>(msg.covariance_ned_rpy);
-  const Pose2 correction{msg.correction_x_m, msg.correction_y_m, msg.correction_yaw_rad};
-  if (!IsTime(msg.utime) || !pose || !covariance || !AllFinite(msg.v_map_mps, 3) ||
-      !IsPose2(correction) || msg.graph_version < 0 || msg.jumps < 0 ||
-      !AreSigmas(&msg.last_jump_m, 1) || !std::isfinite(msg.last_jump_yaw_rad))
-    return std::nullopt;
+  if (!pose) return std::nullopt;
   CorrectedNavState corrected;
   corrected.state.time = FromUtime(msg.utime);
   corrected.state.T_map_vehicle = *pose;
   corrected.state.v_map_mps = VectorFrom(msg.v_map_mps);
-  corrected.state.covariance = *covariance;
-  corrected.T_map_nav = correction;
+  corrected.state.covariance = MatrixFrom<6>(msg.covariance_ned_rpy);
+  corrected.T_map_nav = {msg.correction_x_m, msg.correction_y_m, msg.correction_yaw_rad};
   corrected.graph_version = msg.graph_version;
   corrected.jumps = msg.jumps;
   corrected.last_jump_m = msg.last_jump_m;
   corrected.last_jump_yaw_rad = msg.last_jump_yaw_rad;
-  return corrected;
+  return Checked(std::move(corrected));
 }
 
-std::vector<raw_bytes_t> ToRawParts(const std::vector<std::uint8_t>& bytes,
+std::vector<raw_bytes_t> ToRawParts(Bytes bytes,
                                     const std::string& source,
                                     Time recv,
                                     std::int64_t first_seq) {
@@ -442,7 +371,7 @@ std::vector<raw_bytes_t> ToRawParts(const std::vector<std::uint8_t>& bytes,
   const std::size_t num_parts = std::max<std::size_t>(1, (bytes.size() + kPart - 1) / kPart);
   std::vector<raw_bytes_t> parts;
   for (std::size_t part = 0; part < num_parts; ++part) {
-    const Bytes rest = Bytes(bytes).subspan(part * kPart);
+    const Bytes rest = bytes.subspan(part * kPart);
     const Bytes payload = rest.first(std::min(rest.size(), kPart));
     raw_bytes_t msg{};
     msg.recv_utime = ToUtime(recv);

@@ -33,12 +33,10 @@ int ChunksFor(std::size_t points) {
   return static_cast<int>((points + kMaxPointsPerChunk - 1) / kMaxPointsPerChunk);
 }
 
-// Keeps every step-th corner of the footprint, so that the message fits into one datagram.
 void SetFootprint(const Footprint& footprint, submap_t* msg) {
-  const std::size_t step = (footprint.size() + kMaxFootprintCorners - 1) / kMaxFootprintCorners;
-  for (std::size_t i = 0; i < footprint.size(); i += step) {
-    msg->footprint_x_m.push_back(footprint[i].x());
-    msg->footprint_y_m.push_back(footprint[i].y());
+  for (const Eigen::Vector2d& corner : Thinned(footprint)) {
+    msg->footprint_x_m.push_back(corner.x());
+    msg->footprint_y_m.push_back(corner.y());
   }
   msg->num_corners = static_cast<std::int32_t>(msg->footprint_x_m.size());
 }
@@ -63,25 +61,16 @@ submap_points_t Chunk(const Submap& submap, int chunk, int num_chunks, std::int6
 }
 
 bool HasPlausibleCounts(const submap_t& msg) {
-  return msg.id >= 0 && msg.trigger >= submap_t::TRIGGER_INFORMATION &&
-         msg.trigger <= submap_t::TRIGGER_IMPORTED && msg.soundings_read >= 0 &&
-         msg.soundings_used >= 0 && msg.num_points >= 0 && msg.num_points <= kMaxSubmapPoints &&
+  return msg.soundings_read >= 0 && msg.soundings_used >= 0 && msg.num_points >= 0 &&
+         msg.num_points <= kMaxSubmapPoints &&
          msg.num_chunks == ChunksFor(static_cast<std::size_t>(msg.num_points)) &&
          msg.num_corners >= 0 && msg.num_corners <= kMaxFootprintCorners;
-}
-
-bool HasPlausibleTimes(const submap_t& msg) {
-  return IsTime(msg.utime) && IsTime(msg.end_utime) && msg.utime <= msg.frame_utime &&
-         msg.frame_utime <= msg.end_utime;
 }
 
 // The submap without its points, which come in messages of their own.
 std::optional<Submap> FromLcm(const submap_t& msg) {
   const auto pose = PoseFrom(msg.p_map_submap_m, msg.q_map_submap);
-  const auto covariance = SymmetricFrom<3>(msg.covariance_from_previous);
-  const auto information = SymmetricFrom<3>(msg.predicted_information);
-  if (!HasPlausibleTimes(msg) || !HasPlausibleCounts(msg) || !pose || !covariance || !information ||
-      !AreSigmas(&msg.heading_sigma_rad, 1) || !IsFiniteArray(msg.footprint_x_m, msg.num_corners) ||
+  if (!HasPlausibleCounts(msg) || !pose || !IsFiniteArray(msg.footprint_x_m, msg.num_corners) ||
       !IsFiniteArray(msg.footprint_y_m, msg.num_corners))
     return std::nullopt;
   Submap submap;
@@ -90,16 +79,21 @@ std::optional<Submap> FromLcm(const submap_t& msg) {
   submap.end = FromUtime(msg.end_utime);
   submap.frame_time = FromUtime(msg.frame_utime);
   submap.T_map_submap = *pose;
-  if (msg.has_covariance_from_previous) submap.covariance_from_previous = *covariance;
-  if (msg.has_heading_sigma) submap.heading_sigma_rad = msg.heading_sigma_rad;
+  submap.covariance_from_previous = MatrixFrom<3>(msg.covariance_from_previous);
+  submap.heading_sigma_rad = msg.heading_sigma_rad;
   submap.trigger = static_cast<SubmapTrigger>(msg.trigger);
-  // A zero matrix stands for "not computed": the information of a closed submap is never zero.
-  if (!information->isZero(0.0)) submap.predicted_information = *information;
+  submap.predicted_information = MatrixFrom<3>(msg.predicted_information);
   submap.soundings_read = static_cast<std::uint64_t>(msg.soundings_read);
   submap.soundings_used = static_cast<std::uint64_t>(msg.soundings_used);
   for (std::size_t i = 0; i < msg.footprint_x_m.size(); ++i)
     submap.footprint.emplace_back(msg.footprint_x_m[i], msg.footprint_y_m[i]);
-  return submap;
+  std::optional<Submap> checked = Checked(std::move(submap));
+  if (!checked) return std::nullopt;
+  if (!msg.has_covariance_from_previous) checked->covariance_from_previous.reset();
+  if (!msg.has_heading_sigma) checked->heading_sigma_rad.reset();
+  // A zero matrix stands for "not computed": the information of a closed submap is never zero.
+  if (checked->predicted_information->isZero(0.0)) checked->predicted_information.reset();
+  return checked;
 }
 
 bool IsChunk(const submap_points_t& msg) {

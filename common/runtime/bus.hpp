@@ -92,43 +92,4 @@ class Bus {
   std::map<std::string, std::int64_t> undecodable_;  // stable addresses for the handlers
 };
 
-// Watches the sequence numbers of one channel. Add() returns how many messages were lost before
-// this one. A number that goes back (its sender was restarted and begins at 0) or leaps by more
-// than a thousand is damaged, unless the next one goes on from it.
-class SequenceWatch {
- public:
-  std::int64_t Add(std::int64_t seq) {
-    if (seq < 0 || seq > kLast) return 0;  // damaged
-    std::int64_t lost = 0;
-    if (next_ >= 0 && !Follows(next_, seq)) {
-      if (!leap_ || !Follows(leap_->next, seq)) {
-        leap_ = Leap{seq, seq + 1};
-        return 0;
-      }
-      lost = std::max<std::int64_t>(0, leap_->first - next_) + seq - leap_->next;
-    } else if (next_ >= 0) {
-      lost = seq - next_;
-    }
-    leap_.reset();
-    next_ = seq + 1;
-    return lost;
-  }
-
- private:
-  static constexpr std::int64_t kLast = std::int64_t{1} << 53;
-  static constexpr std::int64_t kLongestLoss = 1000;
-  // A number outside the order, until the one after it confirms it.
-  struct Leap {
-    std::int64_t first;
-    std::int64_t next;
-  };
-
-  static bool Follows(std::int64_t next, std::int64_t seq) {
-    return seq >= next && seq - next <= kLongestLoss;
-  }
-
-  std::int64_t next_ = -1;
-  std::optional<Leap> leap_;
-};
-
 }  // namespace seastitch

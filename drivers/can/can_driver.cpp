@@ -11,8 +11,8 @@
 namespace seastitch {
 
 // Two drivers on one bus both publish RAW_CAN, each with its own sequence numbers.
-CanDriver::CanDriver(const std::string& name, const DriverParams& params, Bus* bus)
-    : DeviceDriver(name, channels::kRawCan, params.source + "#" + name, params, bus) {}
+CanDriver::CanDriver(const std::string& name, const DriverParams& params, DriverOutput* output)
+    : DeviceDriver(name, channels::kRawCan, params.source + "#" + name, params, output) {}
 
 void CanDriver::Feed(const CanFrame& frame, Time recv) {
   const ReceivedFrame one{frame, recv};
@@ -20,8 +20,10 @@ void CanDriver::Feed(const CanFrame& frame, Time recv) {
 }
 
 void CanDriver::Feed(std::span<const ReceivedFrame> frames) {
-  for (const StampedPacket& packet : PackReceived(frames, static_cast<std::uint8_t>(raw_seq())))
-    PublishRaw(packet.bytes, packet.recv);
+  for (const StampedPacket& packet : PackReceived(frames, packets_)) {
+    PutRaw(packet.bytes, packet.recv);
+    ++packets_;
+  }
   for (const ReceivedFrame& received : frames) {
     health().Tick("can_frames");
     if (received.frame.error) {
@@ -44,7 +46,7 @@ void CanDriver::UpdateHealth(const Counters& source,
   DeviceDriver::UpdateHealth(source, now, trouble, refusal);
 }
 
-int RunCanDriver(CanDriver* driver, const DriverParams& params, EventLoop* loop) {
+int RunCanDriver(CanDriver* driver, const DriverParams& params, Bus* bus, EventLoop* loop) {
   const auto source = OpenCanSource(params.source, driver->filters(), params.receive_buffer_bytes);
   const auto feed = [driver, &source, loop] {
     driver->Feed(source->Receive());
@@ -54,7 +56,7 @@ int RunCanDriver(CanDriver* driver, const DriverParams& params, EventLoop* loop)
     driver->UpdateHealth(
         source->counters(), DeviceWatch::Clock::now(), source->trouble(), source->refusal());
   };
-  const int code = driver->Run(source->fd(), feed, update_health, loop);
+  const int code = driver->Run(source->fd(), feed, update_health, bus, loop);
   driver->Finish();
   return code;
 }

@@ -17,9 +17,9 @@ namespace seastitch {
 // Base class of drivers of a device on a CAN bus.
 class CanDriver : public DeviceDriver {
  public:
-  CanDriver(const std::string& name, const DriverParams& params, Bus* bus);
+  CanDriver(const std::string& name, const DriverParams& params, DriverOutput* output);
 
-  // Publishes the frames on RAW_CAN: as cannelloni packets, each of frames that arrived within a
+  // Puts out the frames (RAW_CAN): as cannelloni packets, each of frames that arrived within a
   // millisecond, recv_utime that of the last. Then decodes each.
   void Feed(std::span<const ReceivedFrame> frames);
   void Feed(const CanFrame& frame, Time recv);
@@ -37,10 +37,11 @@ class CanDriver : public DeviceDriver {
 
  private:
   CanErrors errors_;
+  std::uint8_t packets_ = 0;  // cannelloni's number of the next packet
 };
 
 // Runs a driver on its source until a signal, or the end of a log.
-int RunCanDriver(CanDriver* driver, const DriverParams& params, EventLoop* loop);
+int RunCanDriver(CanDriver* driver, const DriverParams& params, Bus* bus, EventLoop* loop);
 
 // Keys `dbc` and `signals` of the configuration of a device that a DBC file describes.
 struct SignalFile {

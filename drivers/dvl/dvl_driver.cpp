@@ -1,8 +1,5 @@
 #include "drivers/dvl/dvl_driver.hpp"
 
-#include "common/convert/convert.hpp"
-#include "common/core/channel_names.hpp"
-
 namespace seastitch {
 namespace {
 
@@ -98,20 +95,14 @@ std::vector<std::pair<std::string, std::string>> ConfigFiles(const DvlDriverConf
   return WithDbc("dvl_driver.yaml", config, &DvlDriverConfig::signals);
 }
 
-DvlDriver::DvlDriver(const DvlDriverConfig& config, Bus* bus)
-    : CanDriver("dvl-driver", config.driver, bus),
+DvlDriver::DvlDriver(const DvlDriverConfig& config, DriverOutput* output)
+    : CanDriver("dvl-driver", config.driver, output),
       codec_(FindEntry(kDevices, config.device)->make(config)) {}
 
 void DvlDriver::Decode(const CanFrame& frame, Time recv) {
   const DvlOutput output = codec_->Add(frame, recv);
-  if (output.dvl) {
-    bus_->Publish(channels::kDvl, ToLcm(*output.dvl, MessageStamp{recv, dvl_seq_++}));
-    OnPublished("dvl");
-  }
-  if (output.depth) {
-    bus_->Publish(channels::kDepth, ToLcm(*output.depth, MessageStamp{recv, depth_seq_++}));
-    OnPublished("depth");
-  }
+  if (output.dvl) Put(*output.dvl, recv, "dvl");
+  if (output.depth) Put(*output.depth, recv, "depth");
 }
 
 }  // namespace seastitch

@@ -33,10 +33,10 @@ std::vector<std::string> DvlCanDevices();
 // Declares `sigma_mps`, for a DVL that does not send the sigma of its horizontal velocity.
 void DeclareVelocitySigma(double* sigma_mps, ParameterTable* table);
 
-// Driver of a DVL on CAN: publishes DVL, DEPTH and RAW_CAN.
+// Driver of a DVL on CAN: puts out DVL, DEPTH and RAW_CAN.
 class DvlDriver : public CanDriver {
  public:
-  DvlDriver(const DvlDriverConfig& config, Bus* bus);
+  DvlDriver(const DvlDriverConfig& config, DriverOutput* output);
 
   void Finish() override { codec_->Finish(); }
   std::vector<CanFilter> filters() const override { return codec_->filters(); }
@@ -47,8 +47,6 @@ class DvlDriver : public CanDriver {
   void Decode(const CanFrame& frame, Time recv) override;
 
   std::unique_ptr<DvlCodec> codec_;
-  std::int64_t dvl_seq_ = 0;
-  std::int64_t depth_seq_ = 0;
 };
 
 }  // namespace seastitch

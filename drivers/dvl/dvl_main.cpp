@@ -15,13 +15,14 @@ int RunPd0(const ProcessArgs& args) {
   if (!config) return EXIT_SUCCESS;
   EventLoop loop;
   Bus bus(args.lcm_url);
-  Pd0Driver driver(*config, &bus);
+  BusOutput output(&bus);
+  Pd0Driver driver(*config, &output);
   ConfigPublisher configuration(
       ConfigParts("dvl-driver", {{"dvl_driver.yaml", PrintConfig(*config)}}),
       &bus,
       ConfigPublisher::When::kByTimer);
   configuration.SendBy(&loop);
-  return RunDatagramDriver(&driver, config->driver, &loop);
+  return RunDatagramDriver(&driver, config->driver, &bus, &loop);
 }
 
 int RunCan(const ProcessArgs& args) {
@@ -29,11 +30,12 @@ int RunCan(const ProcessArgs& args) {
   if (!config) return EXIT_SUCCESS;
   EventLoop loop;
   Bus bus(args.lcm_url);
-  DvlDriver driver(*config, &bus);
+  BusOutput output(&bus);
+  DvlDriver driver(*config, &output);
   ConfigPublisher configuration(
       ConfigParts("dvl-driver", ConfigFiles(*config)), &bus, ConfigPublisher::When::kByTimer);
   configuration.SendBy(&loop);
-  return RunCanDriver(&driver, config->driver, &loop);
+  return RunCanDriver(&driver, config->driver, &bus, &loop);
 }
 
 }  // namespace

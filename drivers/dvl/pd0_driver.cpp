@@ -1,6 +1,5 @@
 #include "drivers/dvl/pd0_driver.hpp"
 
-#include "common/convert/convert.hpp"
 #include "common/core/channel_names.hpp"
 #include "drivers/dvl/dvl_driver.hpp"
 
@@ -46,18 +45,15 @@ std::set<std::string> Pd0DriverConfig::output_channels() const {
 
 std::string PrintConfig(const Pd0DriverConfig& config) { return PrintWithDefaults(config, {}); }
 
-Pd0Driver::Pd0Driver(const Pd0DriverConfig& config, Bus* bus)
-    : DatagramDriver("dvl-driver", channels::kRawDvl, config.driver, bus), decoder_(config.pd0) {}
+Pd0Driver::Pd0Driver(const Pd0DriverConfig& config, DriverOutput* output)
+    : DatagramDriver("dvl-driver", channels::kRawDvl, config.driver, output),
+      decoder_(config.pd0) {}
 
 bool Pd0Driver::Decode(const Datagram& datagram) {
   const std::vector<Pd0Output> outputs = decoder_.Add(datagram.bytes, datagram.recv);
   for (const Pd0Output& output : outputs) {
-    bus_->Publish(channels::kDvl, ToLcm(output.dvl, MessageStamp{datagram.recv, seq_++}));
-    OnPublished("dvl");
-    if (!output.depth) continue;
-    bus_->Publish(channels::kDepth,
-                  ToLcm(*output.depth, MessageStamp{datagram.recv, depth_seq_++}));
-    OnPublished("depth");
+    Put(output.dvl, datagram.recv, "dvl");
+    if (output.depth) Put(*output.depth, datagram.recv, "depth");
   }
   return !outputs.empty();
 }

@@ -25,7 +25,7 @@ ParameterTable TableOf(Pd0DriverConfig* config);
 // PD0 ensembles over UDP to DVL, RAW_DVL and, if configured, DEPTH.
 class Pd0Driver : public DatagramDriver {
  public:
-  Pd0Driver(const Pd0DriverConfig& config, Bus* bus);
+  Pd0Driver(const Pd0DriverConfig& config, DriverOutput* output);
 
   Counters decoder_counters() const override { return decoder_.counters(); }
   Counters clock_figures() const override { return decoder_.clock_figures(); }
@@ -34,8 +34,6 @@ class Pd0Driver : public DatagramDriver {
   bool Decode(const Datagram& datagram) override;
 
   Pd0Decoder decoder_;
-  std::int64_t seq_ = 0;
-  std::int64_t depth_seq_ = 0;
 };
 
 }  // namespace seastitch

@@ -1,7 +1,5 @@
 #include "drivers/imu/imu_driver.hpp"
 
-#include "common/convert/convert.hpp"
-#include "common/core/channel_names.hpp"
 #include "common/core/pose.hpp"
 
 namespace seastitch {
@@ -92,21 +90,16 @@ std::vector<std::pair<std::string, std::string>> ConfigFiles(const ImuDriverConf
   return WithDbc("imu_driver.yaml", config, &ImuDriverConfig::signals);
 }
 
-ImuDriver::ImuDriver(const ImuDriverConfig& config, Bus* bus)
-    : CanDriver("imu-driver", config.driver, bus),
+ImuDriver::ImuDriver(const ImuDriverConfig& config, DriverOutput* output)
+    : CanDriver("imu-driver", config.driver, output),
       codec_(FindEntry(kDevices, config.device)->make(config)) {}
 
 void ImuDriver::Decode(const CanFrame& frame, Time recv) {
-  if (const std::optional<ImuSample> sample = codec_->Add(frame, recv)) Publish(*sample);
+  if (const auto sample = codec_->Add(frame, recv)) Put(*sample, codec_->epoch_recv(), "imu");
 }
 
 void ImuDriver::Finish() {
-  if (const std::optional<ImuSample> sample = codec_->Finish()) Publish(*sample);
-}
-
-void ImuDriver::Publish(const ImuSample& sample) {
-  bus_->Publish(channels::kImu, ToLcm(sample, MessageStamp{codec_->epoch_recv(), seq_++}));
-  OnPublished("imu");
+  if (const auto sample = codec_->Finish()) Put(*sample, codec_->epoch_recv(), "imu");
 }
 
 }  // namespace seastitch

@@ -29,10 +29,10 @@ std::vector<std::pair<std::string, std::string>> ConfigFiles(const ImuDriverConf
 // Parameters of the device that config.device names.
 ParameterTable TableOf(ImuDriverConfig* config);
 
-// Driver of an inertial unit on CAN: publishes IMU and RAW_CAN.
+// Driver of an inertial unit on CAN: puts out IMU and RAW_CAN.
 class ImuDriver : public CanDriver {
  public:
-  ImuDriver(const ImuDriverConfig& config, Bus* bus);
+  ImuDriver(const ImuDriverConfig& config, DriverOutput* output);
 
   void Finish() override;
   std::vector<CanFilter> filters() const override { return codec_->filters(); }
@@ -41,10 +41,8 @@ class ImuDriver : public CanDriver {
 
  private:
   void Decode(const CanFrame& frame, Time recv) override;
-  void Publish(const ImuSample& sample);
 
   std::unique_ptr<ImuCodec> codec_;
-  std::int64_t seq_ = 0;
 };
 
 }  // namespace seastitch

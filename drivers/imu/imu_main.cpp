@@ -16,11 +16,12 @@ int main(int argc, char** argv) {
                       if (!config) return EXIT_SUCCESS;
                       EventLoop loop;
                       Bus bus(args.lcm_url);
-                      ImuDriver driver(*config, &bus);
+                      BusOutput output(&bus);
+                      ImuDriver driver(*config, &output);
                       ConfigPublisher configuration(ConfigParts("imu-driver", ConfigFiles(*config)),
                                                     &bus,
                                                     ConfigPublisher::When::kByTimer);
                       configuration.SendBy(&loop);
-                      return RunCanDriver(&driver, config->driver, &loop);
+                      return RunCanDriver(&driver, config->driver, &bus, &loop);
                     });
 }

@@ -1,6 +1,7 @@
 #include "drivers/mbes/mbes_driver.hpp"
 
-#include "common/convert/convert.hpp"
+#include <utility>
+
 #include "common/core/channel_names.hpp"
 
 namespace seastitch {
@@ -58,23 +59,19 @@ MbesDriverConfig LoadMbesDriverConfig(const std::string& path) {
 
 std::string PrintConfig(const MbesDriverConfig& config) { return PrintWithDefaults(config, {}); }
 
-MbesDriver::MbesDriver(const MbesDriverConfig& config, Bus* bus)
-    : DatagramDriver("mbes-driver", channels::kRawMbes, config.driver, bus),
+MbesDriver::MbesDriver(const MbesDriverConfig& config, DriverOutput* output)
+    : DatagramDriver("mbes-driver", channels::kRawMbes, config.driver, output),
       decoder_(config.decoder) {}
 
 bool MbesDriver::Decode(const Datagram& datagram) {
-  const std::vector<MbesOutput> outputs =
-      decoder_.Add(datagram.bytes, datagram.recv, datagram.sender);
-  for (const MbesOutput& output : outputs) {
-    if (const auto* ping = std::get_if<MbesPing>(&output)) {
-      bus_->Publish(channels::kMbesPing, ToLcm(*ping, MessageStamp{datagram.recv, ping_seq_++}));
-      OnPublished("mbes_pings");
-    } else {
-      bus_->Publish(channels::kSvp,
-                    ToLcm(std::get<SoundVelocityProfile>(output),
-                          MessageStamp{datagram.recv, profile_seq_++}));
-      OnSidePublished("sound_velocity_profiles");
-    }
+  std::vector<MbesOutput> outputs = decoder_.Add(datagram.bytes, datagram.recv, datagram.sender);
+  for (MbesOutput& output : outputs) {
+    if (auto* ping = std::get_if<MbesPing>(&output))
+      Put(std::move(*ping), datagram.recv, "mbes_pings");
+    else
+      PutAside(std::get<SoundVelocityProfile>(std::move(output)),
+               datagram.recv,
+               "sound_velocity_profiles");
   }
   return !outputs.empty();
 }

@@ -21,7 +21,7 @@ ParameterTable TableOf(MbesDriverConfig* config);
 // Datagrams, or what a connection gives, to MBES_PING, SVP and RAW_MBES.
 class MbesDriver : public DatagramDriver {
  public:
-  MbesDriver(const MbesDriverConfig& config, Bus* bus);
+  MbesDriver(const MbesDriverConfig& config, DriverOutput* output);
 
   Counters decoder_counters() const override { return decoder_.counters(); }
   Counters clock_figures() const override { return decoder_.clock_figures(); }
@@ -30,8 +30,6 @@ class MbesDriver : public DatagramDriver {
   bool Decode(const Datagram& datagram) override;
 
   MbesDecoder decoder_;
-  std::int64_t ping_seq_ = 0;
-  std::int64_t profile_seq_ = 0;
 };
 
 }  // namespace seastitch

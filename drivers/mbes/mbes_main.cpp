@@ -16,12 +16,13 @@ int main(int argc, char** argv) {
                       if (!config) return EXIT_SUCCESS;
                       EventLoop loop;
                       Bus bus(args.lcm_url);
-                      MbesDriver driver(*config, &bus);
+                      BusOutput output(&bus);
+                      MbesDriver driver(*config, &output);
                       ConfigPublisher configuration(
                           ConfigParts("mbes-driver", {{"mbes_driver.yaml", PrintConfig(*config)}}),
                           &bus,
                           ConfigPublisher::When::kByTimer);
                       configuration.SendBy(&loop);
-                      return RunDatagramDriver(&driver, config->driver, &loop);
+                      return RunDatagramDriver(&driver, config->driver, &bus, &loop);
                     });
 }

@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include "common/convert/convert.hpp"
 #include "common/core/channel_names.hpp"
 #include "drivers/can/can_driver.hpp"
 #include "drivers/device_driver.hpp"
@@ -289,7 +288,8 @@ std::vector<std::pair<std::string, std::string>> ConfigFiles(const NavDriverConf
 
 // --- driver --------------------------------------------------------------------------------------
 
-NavDriver::NavDriver(const NavDriverConfig& config, Bus* bus) : bus_(bus), health_("nav-driver") {
+NavDriver::NavDriver(const NavDriverConfig& config, DriverOutput* output)
+    : output_(output), health_("nav-driver") {
   AddDevice("ins", config.ins, FindEntry(kInsFormats, config.ins_format)->make(config));
   NmeaFixParams gps = config.gps_fixes, usbl = config.usbl_fixes;
   DepthCodecParams depth = config.depth_codec;
@@ -318,33 +318,24 @@ void NavDriver::AddDevice(const std::string& name,
 
 bool NavDriver::Feed(const std::string& source, const Datagram& piece) {
   health_.Tick("pieces");
-  for (const raw_bytes_t& part : ToRawParts(piece.bytes, source, piece.recv, raw_seq_)) {
-    bus_->Publish(channels::kRawNav, part);
-    ++raw_seq_;
-  }
+  static const std::string channel = channels::kRawNav;
+  output_->Put({channel, source, piece.recv, piece.bytes});
   bool understood = false;
   for (Device& device : devices_) {
     if (device.params.source != source) continue;
     const std::int64_t heard = device.codec->messages();
-    for (const NavOutput& output : device.codec->Add(piece.bytes, piece.recv))
-      Publish(output, piece.recv);
+    for (NavOutput& measured : device.codec->Add(piece.bytes, piece.recv))
+      Put(std::move(measured), piece.recv);
     understood = understood || device.codec->messages() > heard;
   }
   return understood;
 }
 
-void NavDriver::Publish(const NavOutput& output, Time recv) {
-  if (const auto* ins = std::get_if<NavigationSample>(&output)) {
-    bus_->Publish(channels::kIns, ToLcm(*ins, MessageStamp{recv, ins_seq_++}));
-    health_.Tick("ins");
-  } else if (const auto* fix = std::get_if<PositionFix>(&output)) {
-    bus_->Publish(channels::kPositionFix, ToLcm(*fix, MessageStamp{recv, fix_seq_++}));
-    health_.Tick("position_fixes");
-  } else {
-    const auto& depth = std::get<DepthSample>(output);
-    bus_->Publish(channels::kDepth, ToLcm(depth, MessageStamp{recv, depth_seq_++}));
-    health_.Tick("depth");
-  }
+void NavDriver::Put(NavOutput measured, Time recv) {
+  health_.Tick(std::holds_alternative<NavigationSample>(measured) ? "ins"
+               : std::holds_alternative<PositionFix>(measured)    ? "position_fixes"
+                                                                  : "depth");
+  std::visit([&](auto& sample) { output_->Put(std::move(sample), recv); }, measured);
 }
 
 std::vector<CanFilter> NavDriver::can_filters(const std::string& source) const {

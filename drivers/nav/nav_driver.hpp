@@ -14,6 +14,7 @@
 #include "common/runtime/config/parameters.hpp"
 #include "common/runtime/event_loop.hpp"
 #include "common/runtime/health.hpp"
+#include "drivers/driver_output.hpp"
 #include "drivers/nav/depth_codec.hpp"
 #include "drivers/nav/ecan_ins.hpp"
 #include "drivers/nav/nmea_fixes.hpp"
@@ -65,7 +66,7 @@ std::vector<std::pair<std::string, std::string>> ConfigFiles(const NavDriverConf
 ParameterTable TableOf(NavDriverConfig* config);
 
 // Driver of up to four instruments: an INS (channel INS), a GPS receiver and a USBL system (channel
-// POSITION_FIX), a pressure sensor (channel DEPTH). It publishes their bytes too (RAW_NAV).
+// POSITION_FIX), a pressure sensor (channel DEPTH). It puts out their bytes too (RAW_NAV).
 class NavDriver {
  public:
   using Clock = std::chrono::steady_clock;
@@ -78,11 +79,11 @@ class NavDriver {
     std::string can_trouble{};
   };
 
-  NavDriver(const NavDriverConfig& config, Bus* bus);
+  NavDriver(const NavDriverConfig& config, DriverOutput* output);
   NavDriver(const NavDriver&) = delete;
   NavDriver& operator=(const NavDriver&) = delete;
 
-  // Publishes bytes of a source, then the measurements decoded from them. source: its URL as
+  // Puts out bytes of a source, then the measurements decoded from them. source: its URL as
   // configured. piece: a datagram, or the bytes of one read call. Returns whether a message of an
   // instrument was decoded.
   bool Feed(const std::string& source, const Datagram& piece);
@@ -107,17 +108,13 @@ class NavDriver {
   void AddDevice(const std::string& name,
                  const NavDeviceParams& params,
                  std::unique_ptr<NavCodec> codec);
-  void Publish(const NavOutput& output, Time recv);
+  void Put(NavOutput measured, Time recv);
   void CheckSources(const std::map<std::string, SourceState>& sources, Clock::time_point now);
   void CheckDevices(Clock::time_point now);
 
-  Bus* bus_;
+  DriverOutput* const output_;
   Health health_;
   std::vector<Device> devices_;
-  std::int64_t raw_seq_ = 0;
-  std::int64_t ins_seq_ = 0;
-  std::int64_t fix_seq_ = 0;
-  std::int64_t depth_seq_ = 0;
   std::int64_t refused_ = 0;  // datagrams of other senders
   Clock::time_point refused_at_;
 };

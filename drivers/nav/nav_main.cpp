@@ -22,7 +22,8 @@ int main(int argc, char** argv) {
                             "and there is nothing to read");
         EventLoop loop;
         Bus bus(args.lcm_url);
-        NavDriver driver(*config, &bus);
+        BusOutput output(&bus);
+        NavDriver driver(*config, &output);
         ConfigPublisher configuration(
             ConfigParts("nav-driver", ConfigFiles(*config)), &bus, ConfigPublisher::When::kByTimer);
         configuration.SendBy(&loop);

@@ -59,7 +59,7 @@ SampleIntake::SampleIntake(const NavigationParams& params,
                            Counters* counters)
     : params_(params),
       vehicle_(vehicle),
-      to_map_(Rad2Deg(vehicle.datum_latitude_rad), Rad2Deg(vehicle.datum_longitude_rad), 0.0),
+      map_frame_(DatumOf(vehicle)),
       wait_s_(WaitS(params)),
       counters_(counters) {}
 
@@ -160,11 +160,7 @@ std::optional<Event> SampleIntake::Add(const PositionFix& fix) {
     Refuse(NavSensor::kPositionFix, fix.time, "fix_refused");
     return std::nullopt;
   }
-  double east = 0.0;
-  double north = 0.0;
-  double up = 0.0;
-  to_map_.Forward(Rad2Deg(fix.latitude_rad), Rad2Deg(fix.longitude_rad), 0.0, east, north, up);
-  const Eigen::Vector2d north_east(north, east);
+  const Eigen::Vector2d north_east = map_frame_.NorthEastOf(fix.latitude_rad, fix.longitude_rad);
   if (!Within(north_east, kMaxFixDistanceM)) {
     Refuse(NavSensor::kPositionFix, fix.time, "fix_refused");
     return std::nullopt;

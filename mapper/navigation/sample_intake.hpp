@@ -1,6 +1,5 @@
 #pragma once
 
-#include <GeographicLib/LocalCartesian.hpp>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
@@ -11,6 +10,7 @@
 #include "common/core/sensors.hpp"
 #include "common/core/time.hpp"
 #include "common/core/vehicle.hpp"
+#include "common/geo/map_frame.hpp"
 #include "mapper/navigation/nav_events.hpp"
 #include "mapper/navigation/navigation_params.hpp"
 
@@ -59,7 +59,7 @@ class SampleIntake {
 
   const NavigationParams params_;
   const VehicleGeometry vehicle_;
-  const GeographicLib::LocalCartesian to_map_;
+  const MapFrame map_frame_;
   const double wait_s_;  // for samples that come out of order
   Counters* counters_;
   std::deque<Event> waiting_;    // in order of time, none at or before settled_

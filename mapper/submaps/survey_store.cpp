@@ -134,6 +134,27 @@ void SurveyStore::Restore(const std::vector<std::shared_ptr<const Submap>>& subm
   EndAtWholeLine(dive_ / "index.jsonl");
 }
 
+Counters SurveyStoreCounters::ByName() const {
+  return {{"store_saved", saved},
+          {"store_write_errors", write_errors},
+          {"store_read_errors", read_errors},
+          {"store_lost", lost},
+          {"store_missing", missing},
+          {"store_cached_kb", cached_bytes / 1000}};
+}
+
+std::string SurveyStoreCounters::PointsLost(std::int64_t not_stored) const {
+  std::string text;
+  const auto add = [&text](std::int64_t count, const char* what) {
+    if (count > 0) text += (text.empty() ? "" : ", ") + std::to_string(count) + what;
+  };
+  add(missing, " without a file");
+  add(lost, " never written");
+  add(not_stored, " closed while the disk did not respond");
+  add(read_errors, " times a file could not be read");
+  return text;
+}
+
 SurveyStoreCounters SurveyStore::counters() const {
   const std::lock_guard lock(mutex_);
   return counters_;

@@ -8,6 +8,7 @@
 #include <mutex>
 #include <string>
 
+#include "common/core/counters.hpp"
 #include "common/core/submap.hpp"
 
 namespace seastitch {
@@ -29,6 +30,11 @@ struct SurveyStoreCounters {
   std::int64_t missing = 0;  // found without a file at the restart
   std::int64_t cached_bytes = 0;
   std::int64_t unsaved_bytes = 0;
+
+  Counters ByName() const;  // store_saved, ...
+  // The submaps without points and why, for people; empty: all have theirs. not_stored: those that
+  // never came to the store, because the disk did not respond.
+  std::string PointsLost(std::int64_t not_stored = 0) const;
 };
 
 // Store of closed submaps by id: PCD files and an index in DIRECTORY/UTIME_OF_FIRST_SUBMAP/, so

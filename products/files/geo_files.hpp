@@ -8,16 +8,11 @@
 #include <vector>
 
 #include "common/core/grid.hpp"
+#include "common/geo/datum.hpp"
 
 // Rasters and vector layers as the bytes of a file, and coordinates of other reference systems. The
 // only code that uses GDAL.
 namespace seastitch {
-
-// Map origin, WGS 84, degrees.
-struct Datum {
-  double latitude_deg = 0.0;
-  double longitude_deg = 0.0;
-};
 
 // The projection of every file with this datum, as text (WKT 1).
 std::string ProjectionWkt(const Datum& datum);

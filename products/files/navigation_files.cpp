@@ -1,6 +1,5 @@
 #include "products/files/navigation_files.hpp"
 
-#include <GeographicLib/LocalCartesian.hpp>
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -9,6 +8,7 @@
 
 #include "common/core/bytes.hpp"
 #include "common/core/pose.hpp"
+#include "common/geo/map_frame.hpp"
 
 namespace seastitch {
 namespace {
@@ -74,7 +74,7 @@ Calendar CalendarOf(Time time) {
 
 std::vector<GeographicState> ToGeographic(const std::vector<CorrectedState>& track,
                                           const Datum& datum) {
-  const GeographicLib::LocalCartesian map(datum.latitude_deg, datum.longitude_deg, 0.0);
+  const MapFrame map(datum);
   const auto place = [&track](std::size_t i) {
     const CorrectedState& s = track[i];
     return Eigen::Vector3d(s.corrected.x, s.corrected.y, s.p_dead_reckoned.z());
@@ -88,9 +88,8 @@ std::vector<GeographicState> ToGeographic(const std::vector<CorrectedState>& tra
   for (std::size_t i = 0; i < track.size(); ++i) {
     const CorrectedState& s = track[i];
     const Eigen::Vector3d p = place(i);
-    double latitude_deg = 0.0, longitude_deg = 0.0, height_m = 0.0;
-    map.Reverse(p.y(), p.x(), -p.z(), latitude_deg, longitude_deg, height_m);
-    GeographicState state{s.time, Deg2Rad(latitude_deg), Deg2Rad(longitude_deg), p.z()};
+    const Datum point = map.PointAt(p.head<2>(), p.z());
+    GeographicState state{s.time, Deg2Rad(point.latitude_deg), Deg2Rad(point.longitude_deg), p.z()};
     state.rpy_rad << s.rpy_dead_reckoned_rad.head<2>(), WrapAngle(s.corrected.yaw);
     const std::size_t before = i > 0 && near(i - 1, i) ? i - 1 : i;
     const std::size_t after = i + 1 < track.size() && near(i, i + 1) ? i + 1 : i;

@@ -1,7 +1,6 @@
 #include "products/files/sounding_files.hpp"
 
 #include <Eigen/Geometry>
-#include <GeographicLib/LocalCartesian.hpp>
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -14,6 +13,7 @@
 #include <string>
 
 #include "common/core/bytes.hpp"
+#include "common/geo/map_frame.hpp"
 #include "products/files/navigation_files.hpp"
 #include "products/track/survey_lines.hpp"
 
@@ -169,7 +169,7 @@ class LasWriter : public SoundingWriter {
 class XyzWriter : public SoundingWriter {
  public:
   XyzWriter(const std::optional<Datum>& datum, std::ofstream* out) : out_(out) {
-    if (datum) map_.emplace(datum->latitude_deg, datum->longitude_deg, 0.0);
+    if (datum) map_.emplace(*datum);
     *out_ << (datum ? "# longitude latitude" : "# east_m north_m")
           << " depth_m time file line ping head beam used\n";
   }
@@ -177,11 +177,13 @@ class XyzWriter : public SoundingWriter {
   void Add(const Row& row) override {
     char place[80];
     if (map_) {
-      double latitude_deg = 0.0, longitude_deg = 0.0, height_m = 0.0;
-      map_->Reverse(
-          row.p_ned.y(), row.p_ned.x(), -row.p_ned.z(), latitude_deg, longitude_deg, height_m);
-      std::snprintf(
-          place, sizeof place, "%.9f %.9f %.3f", longitude_deg, latitude_deg, row.p_ned.z());
+      const Datum point = map_->PointAt(row.p_ned.head<2>(), row.p_ned.z());
+      std::snprintf(place,
+                    sizeof place,
+                    "%.9f %.9f %.3f",
+                    point.longitude_deg,
+                    point.latitude_deg,
+                    row.p_ned.z());
     } else {
       std::snprintf(
           place, sizeof place, "%.3f %.3f %.3f", row.p_ned.y(), row.p_ned.x(), row.p_ned.z());
@@ -198,7 +200,7 @@ class XyzWriter : public SoundingWriter {
 
  private:
   std::ofstream* const out_;
-  std::optional<GeographicLib::LocalCartesian> map_;
+  std::optional<MapFrame> map_;
   Time time_;
   std::string text_;  // time_
 };

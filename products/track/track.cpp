@@ -1,9 +1,9 @@
 #include "products/track/track.hpp"
 
-#include <GeographicLib/LocalCartesian.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <utility>
+#include "common/geo/map_frame.hpp"
 
 namespace seastitch {
 namespace {
@@ -133,8 +133,7 @@ std::string TrackCsv(const std::vector<CorrectedState>& track, const std::option
       "sigma_x_m,sigma_y_m,sigma_yaw_deg";
   if (datum) out += ",latitude_deg,longitude_deg";
   out += '\n';
-  GeographicLib::LocalCartesian local;
-  if (datum) local.Reset(datum->latitude_deg, datum->longitude_deg, 0.0);
+  const MapFrame map(datum.value_or(Datum{}));
   for (const CorrectedState& s : track) {
     out += std::to_string(ToUtime(s.time));
     for (const double v : s.p_dead_reckoned) AppendNumber(&out, "%.4f", v);
@@ -151,15 +150,9 @@ std::string TrackCsv(const std::vector<CorrectedState>& track, const std::option
       out += ",,,";
     }
     if (datum) {
-      double latitude_deg = 0.0, longitude_deg = 0.0, height_m = 0.0;
-      local.Reverse(s.corrected.y,
-                    s.corrected.x,
-                    -s.p_dead_reckoned.z(),
-                    latitude_deg,
-                    longitude_deg,
-                    height_m);
-      AppendNumber(&out, "%.9f", latitude_deg);
-      AppendNumber(&out, "%.9f", longitude_deg);
+      const Datum point = map.PointAt({s.corrected.x, s.corrected.y}, s.p_dead_reckoned.z());
+      AppendNumber(&out, "%.9f", point.latitude_deg);
+      AppendNumber(&out, "%.9f", point.longitude_deg);
     }
     out += '\n';
   }

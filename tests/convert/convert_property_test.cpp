@@ -45,7 +45,7 @@ class Draw {
   }
   Time Instant() {
     return FromUtime(static_cast<std::int64_t>(
-        Within(0.0, static_cast<double>(convert::kLatestUtime - 1'000'000))));
+        Within(0.0, static_cast<double>(ToUtime(kLatestTime) - 1'000'000))));
   }
   std::int64_t Version() { return Coin() ? 1 : std::numeric_limits<std::int64_t>::max(); }
   SubmapId Id() { return SubmapId{Coin() ? Index(1000) : std::numeric_limits<int>::max()}; }
@@ -54,8 +54,8 @@ class Draw {
   }
   Eigen::Vector3d Sigmas() { return Vector(1e3).cwiseAbs(); }
   Pose2 Pose() {
-    return {Within(-convert::kMaxCoordinate_m, convert::kMaxCoordinate_m),
-            Within(-convert::kMaxCoordinate_m, convert::kMaxCoordinate_m),
+    return {Within(-kMaxCoordinate_m, kMaxCoordinate_m),
+            Within(-kMaxCoordinate_m, kMaxCoordinate_m),
             Within(-1e3, 1e3)};
   }
   Eigen::Quaterniond Rotation() {
@@ -63,7 +63,7 @@ class Draw {
     return q.norm() > 0.1 ? q.normalized() : Eigen::Quaterniond::Identity();
   }
   Eigen::Isometry3d Pose3() {
-    return MakePose(Vector(convert::kMaxCoordinate_m), Rotation().toRotationMatrix());
+    return MakePose(Vector(kMaxCoordinate_m), Rotation().toRotationMatrix());
   }
   // Metres and radians in one matrix: entries from 1e-12 to 1e12; singular now and then.
   template <int N>
@@ -200,7 +200,7 @@ TEST(WhatToLcmMakes, IsTakenOfNavigation) {
       sample.position = InsPosition{draw.Within(-kPi / 2, kPi / 2),
                                     draw.Within(-kPi, kPi),
                                     {draw.Within(0, 1e9), draw.Within(0, 1e9)}};
-    const double most = convert::kMaxCoordinate_m;
+    const double most = kMaxCoordinate_m;
     if (draw.Coin()) sample.depth = InsVertical{draw.Within(-most, most), draw.Within(0, 1e9)};
     if (draw.Coin()) sample.height = InsVertical{draw.Within(-most, most), draw.Within(0, 1e9)};
     if (draw.Coin()) sample.attitude = Attitude{draw.Rotation(), draw.Sigmas()};

@@ -245,9 +245,10 @@ void ForEach(Visit visit) {
   visit(channels::kSvp, ToLcm(SoundVelocityProfile{kTime, {1, 2, 3}, {1500, 1490, 1480}}, kStamp));
   visit(channels::kPositionFix,
         ToLcm(PositionFix{kTime, 0.75, -1.2, Eigen::Matrix2d::Identity(), "gps"}, kStamp));
+  const std::vector<std::uint8_t> bytes{1, 2, 3};
   for (const char* raw :
        {channels::kRawCan, channels::kRawDvl, channels::kRawMbes, channels::kRawNav})
-    visit(raw, ToRawParts({1, 2, 3}, "can:can0#imu-driver", kStamp.recv, kStamp.seq)[0]);
+    visit(raw, ToRawParts(bytes, "can:can0#imu-driver", kStamp.recv, kStamp.seq)[0]);
   visit(channels::kNav, ToLcm(Nav(), kStamp.seq));
   visit(channels::kNavCorrected, ToLcm(Corrected(), kStamp.seq));
   const SubmapMessages submap = ToLcm(ClosedSubmap(), kStamp.seq, kStamp.seq);

@@ -19,11 +19,13 @@ constexpr std::int64_t kStart = 1'700'000'000'000'000;
 TEST(DeviceConfigs, ShippedOnesLoad) {
   for (const char* const name : {"imu_driver.yaml", "imu_xsens_mti600.yaml", "imu_nmea2000.yaml"}) {
     Bus bus("memq://");
-    EXPECT_NO_THROW(ImuDriver(LoadImuDriverConfig(ConfigFile(name)), &bus)) << name;
+    BusOutput output(&bus);
+    EXPECT_NO_THROW(ImuDriver(LoadImuDriverConfig(ConfigFile(name)), &output)) << name;
   }
   for (const char* const name : {"dvl_driver.yaml", "dvl_nmea2000.yaml"}) {
     Bus bus("memq://");
-    EXPECT_NO_THROW(DvlDriver(LoadDvlDriverConfig(ConfigFile(name)), &bus)) << name;
+    BusOutput output(&bus);
+    EXPECT_NO_THROW(DvlDriver(LoadDvlDriverConfig(ConfigFile(name)), &output)) << name;
   }
 }
 
@@ -48,13 +50,14 @@ TEST(DeviceConfigs, UnknownDevicesAreOneLineWithTheKnownOnes) {
 
 TEST(DeviceConfigs, Pd0EnsemblesBecomeDvlAndRaw) {
   Bus bus("memq://");
+  BusOutput output(&bus);
   std::vector<dvl_t> velocities;
   std::vector<raw_bytes_t> raw;
   bus.Subscribe<dvl_t>("DVL", 0, [&](const dvl_t& msg) { velocities.push_back(msg); });
   bus.Subscribe<raw_bytes_t>("RAW_DVL", 0, [&](const raw_bytes_t& msg) { raw.push_back(msg); });
   Pd0DriverConfig config = LoadPd0DriverConfig(ConfigFile("dvl_pd0.yaml"));
   config.pd0.clock.clock = DeviceClock::kDevice;
-  Pd0Driver driver(config, &bus);
+  Pd0Driver driver(config, &output);
   std::vector<std::vector<std::uint8_t>> sent;
   for (int i = 0; i < 5; ++i) {
     DvlSample sample;

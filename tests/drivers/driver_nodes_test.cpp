@@ -38,6 +38,7 @@ class Recorder {
 class DriverNodes : public testing::Test {
  protected:
   Bus bus{"memq://"};
+  BusOutput output{&bus};
   Recorder<raw_bytes_t> raw_can{&bus, "RAW_CAN"};
   Recorder<raw_bytes_t> raw_mbes{&bus, "RAW_MBES"};
   Recorder<imu_t> imu{&bus, "IMU"};
@@ -49,7 +50,7 @@ class DriverNodes : public testing::Test {
 
 TEST_F(DriverNodes, ImuFramesBecomeImuAndRawCan) {
   const ImuDriverConfig config = LoadImuDriverConfig(ConfigFile("imu_driver.yaml"));
-  ImuDriver driver(config, &bus);
+  ImuDriver driver(config, &output);
   ImuCanEncoder encoder(config.can.signals, FromUtime(kStart - 1'000'000));
   std::vector<CanFrame> sent;
   for (int i = 0; i < 30; ++i) {
@@ -85,7 +86,7 @@ TEST_F(DriverNodes, ImuFramesBecomeImuAndRawCan) {
 
 TEST_F(DriverNodes, RawCanSpansNoMoreThanAMillisecond) {
   const ImuDriverConfig config = LoadImuDriverConfig(ConfigFile("imu_driver.yaml"));
-  ImuDriver driver(config, &bus);
+  ImuDriver driver(config, &output);
   std::vector<ReceivedFrame> batch;
   for (int i = 0; i < 10; ++i) batch.push_back({CanFrame{}, FromUtime(kStart + 400 * i)});
   driver.Feed(batch);
@@ -101,7 +102,7 @@ TEST_F(DriverNodes, RawCanSpansNoMoreThanAMillisecond) {
 
 TEST_F(DriverNodes, DvlFramesBecomeDvlAndDepth) {
   const DvlDriverConfig config = LoadDvlDriverConfig(ConfigFile("dvl_driver.yaml"));
-  DvlDriver driver(config, &bus);
+  DvlDriver driver(config, &output);
   const DvlCanEncoder encoder(config.can.signals);
   for (int i = 0; i < 5; ++i) {
     DvlSample sample;
@@ -129,7 +130,7 @@ TEST_F(DriverNodes, DvlFramesBecomeDvlAndDepth) {
 }
 
 TEST_F(DriverNodes, ErrorFramesAreCountedAndKept) {
-  ImuDriver driver(LoadImuDriverConfig(ConfigFile("imu_driver.yaml")), &bus);
+  ImuDriver driver(LoadImuDriverConfig(ConfigFile("imu_driver.yaml")), &output);
   CanFrame error;
   error.error = true;
   error.id = 0x44;
@@ -143,7 +144,7 @@ TEST_F(DriverNodes, ErrorFramesAreCountedAndKept) {
 }
 
 TEST_F(DriverNodes, TroubleOnTheWireDegradesWhileDataStillCome) {
-  ImuDriver driver(LoadImuDriverConfig(ConfigFile("imu_driver.yaml")), &bus);
+  ImuDriver driver(LoadImuDriverConfig(ConfigFile("imu_driver.yaml")), &output);
   ImuCanEncoder encoder(LoadImuDriverConfig(ConfigFile("imu_driver.yaml")).can.signals,
                         FromUtime(kStart - 1'000'000));
   DeviceWatch::Clock::time_point now{};
@@ -169,7 +170,7 @@ TEST_F(DriverNodes, TroubleOnTheWireDegradesWhileDataStillCome) {
 }
 
 TEST_F(DriverNodes, AControllerThatWasDownIsErrorPassiveNoMore) {
-  ImuDriver driver(LoadImuDriverConfig(ConfigFile("imu_driver.yaml")), &bus);
+  ImuDriver driver(LoadImuDriverConfig(ConfigFile("imu_driver.yaml")), &output);
   CanFrame passive;
   passive.error = true;
   passive.id = 0x004;
@@ -186,7 +187,7 @@ TEST_F(DriverNodes, AControllerThatWasDownIsErrorPassiveNoMore) {
 }
 
 TEST_F(DriverNodes, TheReasonOfASilenceIsSaid) {
-  DvlDriver driver(LoadDvlDriverConfig(ConfigFile("dvl_driver.yaml")), &bus);
+  DvlDriver driver(LoadDvlDriverConfig(ConfigFile("dvl_driver.yaml")), &output);
   const DeviceWatch::Clock::time_point t0{};
   driver.UpdateHealth({}, t0, "no such interface");
   EXPECT_EQ(driver.health().state(), HealthState::kDegraded);
@@ -205,7 +206,7 @@ TEST_F(DriverNodes, HealthIsLostAfterSilenceAndOkAgainByItself) {
   using std::chrono::seconds;
   ImuDriverConfig config = LoadImuDriverConfig(ConfigFile("imu_driver.yaml"));
   config.driver.timeout_s = 3.0;
-  ImuDriver driver(config, &bus);
+  ImuDriver driver(config, &output);
   ImuCanEncoder encoder(config.can.signals, FromUtime(kStart - 1'000'000));
   const DeviceWatch::Clock::time_point t0{};
   const auto feed = [&](int i) {
@@ -232,7 +233,7 @@ TEST_F(DriverNodes, HealthIsLostAfterSilenceAndOkAgainByItself) {
 }
 
 TEST_F(DriverNodes, MbesDatagramsBecomePingsProfilesAndRaw) {
-  MbesDriver driver(LoadMbesDriverConfig(ConfigFile("mbes_driver.yaml")), &bus);
+  MbesDriver driver(LoadMbesDriverConfig(ConfigFile("mbes_driver.yaml")), &output);
   MbesPing ping;
   ping.time = FromUtime(kStart);
   ping.sound_speed_mps = 1500.0;
@@ -272,7 +273,7 @@ TEST_F(DriverNodes, MbesDatagramsBecomePingsProfilesAndRaw) {
 }
 
 TEST_F(DriverNodes, BadDatagramsAreKeptAndCounted) {
-  MbesDriver driver(LoadMbesDriverConfig(ConfigFile("mbes_driver.yaml")), &bus);
+  MbesDriver driver(LoadMbesDriverConfig(ConfigFile("mbes_driver.yaml")), &output);
   driver.Feed({{1, 2, 3}, FromUtime(kStart), 7});
   driver.Feed({{}, FromUtime(kStart), 7});
   driver.UpdateHealth({{"udp_dropped", 4}}, {});
@@ -286,7 +287,7 @@ TEST_F(DriverNodes, BadDatagramsAreKeptAndCounted) {
 
 // A sonar whose network cuts, damages, repeats and shuffles, beside another instrument on its port.
 TEST_F(DriverNodes, EveryDatagramThatGivesNoPingIsCountedWithItsCause) {
-  MbesDriver driver(LoadMbesDriverConfig(ConfigFile("mbes_driver.yaml")), &bus);
+  MbesDriver driver(LoadMbesDriverConfig(ConfigFile("mbes_driver.yaml")), &output);
   MbesPing ping;
   ping.sound_speed_mps = 1500.0;
   ping.beams.resize(100);
@@ -342,7 +343,7 @@ TEST_F(DriverNodes, EveryDatagramThatGivesNoPingIsCountedWithItsCause) {
 
 TEST_F(DriverNodes, ASonarThatFallsSilentIsLostAndOkAgainByItself) {
   using std::chrono::seconds;
-  MbesDriver driver(LoadMbesDriverConfig(ConfigFile("mbes_driver.yaml")), &bus);
+  MbesDriver driver(LoadMbesDriverConfig(ConfigFile("mbes_driver.yaml")), &output);
   const DeviceWatch::Clock::time_point t0{};
   const auto feed = [&](int i) {
     MbesPing ping;

@@ -48,6 +48,7 @@ class NavNode : public testing::Test {
 
   NavDriverConfig config;
   Bus bus{"memq://"};
+  BusOutput output{&bus};
   std::vector<navigation_t> ins;
   std::vector<position_fix_t> fixes;
   std::vector<depth_t> depths;
@@ -56,7 +57,7 @@ class NavNode : public testing::Test {
 };
 
 TEST_F(NavNode, EachInstrumentReadsItsOwnSourceAndSeveralMayShareOne) {
-  NavDriver driver(config, &bus);
+  NavDriver driver(config, &output);
   Feed(&driver, kIns, std::string(kGga) + kPashr);
   Feed(&driver, kShared, std::string(kGga) + kDepth);
   ASSERT_EQ(ins.size(), 2u);
@@ -76,7 +77,7 @@ TEST_F(NavNode, EachInstrumentReadsItsOwnSourceAndSeveralMayShareOne) {
 }
 
 TEST_F(NavNode, HealthNamesWhoIsSilentAndWhatComesInstead) {
-  NavDriver driver(config, &bus);
+  NavDriver driver(config, &output);
   driver.UpdateHealth({}, t0);
   EXPECT_EQ(driver.health().state(), HealthState::kStarting);
   for (int s = 1; s <= 12; ++s) {
@@ -104,13 +105,13 @@ TEST_F(NavNode, HealthNamesWhoIsSilentAndWhatComesInstead) {
 TEST_F(NavNode, AnAcousticSystemMayBeSilent) {
   NavDriverConfig usbl;
   usbl.usbl.source = kIns;
-  NavDriver driver(usbl, &bus);
+  NavDriver driver(usbl, &output);
   for (const int s : {0, 5, 500}) driver.UpdateHealth({}, t0 + seconds(s));
   EXPECT_EQ(driver.health().state(), HealthState::kOk);
 }
 
 TEST_F(NavNode, TroubleOfASourceIsSaidWithItsName) {
-  NavDriver driver(config, &bus);
+  NavDriver driver(config, &output);
   Feed(&driver, kIns, kGga);
   driver.UpdateHealth({{kIns, {"", "10.0.0.9, while 10.0.0.5 sends", {{"udp_refused_senders", 3}}}},
                        {kShared, {"No such file or directory", "", {{"serial_lost", 1}}}}},
@@ -144,7 +145,7 @@ NavDriverConfig OnCan(const TemporaryDir& dir, const std::string& source) {
 
 TEST_F(NavNode, AnInsOnCanHasPacketsOfFramesAsBytes) {
   const TemporaryDir dir;
-  NavDriver driver(OnCan(dir, "can:can0"), &bus);
+  NavDriver driver(OnCan(dir, "can:can0"), &output);
   EXPECT_GT(driver.can_filters("can:can0").size(), 5u);
   EXPECT_TRUE(driver.can_filters(kShared).empty());
   const std::vector<CanFrame> frames{
@@ -161,7 +162,7 @@ TEST_F(NavNode, AnInsOnCanHasPacketsOfFramesAsBytes) {
 
 TEST_F(NavNode, TheControllerOfItsBusIsSaidWithItsName) {
   const TemporaryDir dir;
-  NavDriver driver(OnCan(dir, "can:can0"), &bus);
+  NavDriver driver(OnCan(dir, "can:can0"), &output);
   driver.UpdateHealth({{"can:can0", {"", "", {{"can_bus_off", 1}}, "controller is bus-off"}}}, t0);
   EXPECT_THAT(driver.health().text(), HasSubstr("can:can0: controller is bus-off"));
   EXPECT_EQ(driver.health().counter("can_bus_off"), 1);
@@ -177,7 +178,7 @@ TEST_F(NavNode, TheFileOfItsIdsIsPublishedBesideTheConfiguration) {
   for (const auto& [name, text] : files) replayed.Write(name, text);
   const NavDriverConfig again = LoadNavDriverConfig((replayed.path() / files[1].first).string());
   EXPECT_EQ(again.ins_signals.Filters().size(),
-            NavDriver(again, &bus).can_filters("can:can0").size());
+            NavDriver(again, &output).can_filters("can:can0").size());
   EXPECT_EQ(again.ins_dbc, (replayed.path() / "sbg_ecan.dbc").string());
   EXPECT_EQ(ConfigFiles(NavDriverConfig()).size(), 1u);
 }

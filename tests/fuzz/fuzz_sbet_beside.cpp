@@ -3,8 +3,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "survey/read/sbet_beside.hpp"
 #include "tests/fuzz/memory_file.hpp"
-#include "tools/sbet_beside.hpp"
 
 // What a survey finds out of the SBET beside it: a week within one of the survey's.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -31,12 +31,12 @@
 #include "common/runtime/files/dive_folder.hpp"
 #include "common/runtime/health.hpp"
 #include "logger/logger_config.hpp"
+#include "survey/replay/replay.hpp"
 #include "tests/kill/recorded_kills.hpp"
 #include "tools/bench_command.hpp"
-#include "tools/child_process.hpp"
 #include "tools/install_paths.hpp"
-#include "tools/live_system.hpp"
-#include "tools/replay.hpp"
+#include "tools/live/child_process.hpp"
+#include "tools/live/live_system.hpp"
 
 namespace seastitch {
 namespace {
@@ -202,7 +202,7 @@ void PrintMap(const char* what, const ProductSummary& map) {
               static_cast<unsigned long long>(map.soundings_used));
 }
 
-int Run(const Options& options) {
+int KillAndCompare(const Options& options) {
   if (fs::exists(options.out) && !fs::is_empty(options.out) && !fs::exists(options.out / "witness"))
     throw std::runtime_error(options.out.string() + " holds something else");
   fs::remove_all(options.out);
@@ -292,7 +292,7 @@ int main(int argc, char** argv) try {
       ->capture_default_str();
   app.add_option("--out", options.out, "folder, emptied before")->capture_default_str();
   CLI11_PARSE(app, argc, argv);
-  return seastitch::Run(options);
+  return seastitch::KillAndCompare(options);
 } catch (const std::exception& e) {
   std::fprintf(stderr, "seastitch-kill: %s\n", e.what());
   return EXIT_FAILURE;

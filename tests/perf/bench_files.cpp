@@ -20,11 +20,11 @@
 #include "common/core/pose.hpp"
 #include "common/runtime/config/vehicle_config.hpp"
 #include "mapper/mapper_config.hpp"
+#include "survey/replay/replay.hpp"
 #include "tests/runtime/temporary_dir.hpp"
 #include "tests/tools/kmall_pieces.hpp"
 #include "tools/bench_command.hpp"
 #include "tools/install_paths.hpp"
-#include "tools/replay.hpp"
 #include "tools/survey_writer.hpp"
 
 namespace seastitch {

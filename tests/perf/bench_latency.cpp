@@ -34,7 +34,7 @@
 #include "drivers/socket/receive.hpp"
 #include "seastitch/health_t.hpp"
 #include "seastitch/mbes_ping_t.hpp"
-#include "tools/child_process.hpp"
+#include "tools/live/child_process.hpp"
 
 namespace seastitch {
 namespace {

@@ -25,11 +25,11 @@
 #include "common/runtime/config/vehicle_config.hpp"
 #include "common/storage/submap_file.hpp"
 #include "mapper/mapper_config.hpp"
+#include "survey/replay/replay.hpp"
 #include "tests/perf/flat_table.hpp"
 #include "tests/runtime/temporary_dir.hpp"
 #include "tools/bench_command.hpp"
 #include "tools/install_paths.hpp"
-#include "tools/replay.hpp"
 
 namespace seastitch {
 namespace {

@@ -25,11 +25,11 @@
 #include "common/runtime/config/vehicle_config.hpp"
 #include "optimizer/optimizer_config.hpp"
 #include "optimizer/pose_graph_optimizer.hpp"
+#include "survey/replay/replay.hpp"
 #include "tests/perf/graph_file.hpp"
 #include "tests/runtime/temporary_dir.hpp"
 #include "tools/bench_command.hpp"
 #include "tools/install_paths.hpp"
-#include "tools/replay.hpp"
 
 namespace seastitch {
 namespace {

@@ -23,7 +23,7 @@
 #include "tests/paths.hpp"
 #include "tests/process/run_command.hpp"
 #include "tests/runtime/temporary_dir.hpp"
-#include "tools/child_process.hpp"
+#include "tools/live/child_process.hpp"
 
 namespace seastitch {
 namespace {

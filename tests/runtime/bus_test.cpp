@@ -1,4 +1,5 @@
 #include "common/runtime/bus.hpp"
+#include "common/convert/stream_watch.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

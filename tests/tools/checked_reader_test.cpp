@@ -1,14 +1,14 @@
 // Stamps and positions of survey files that do not fit the others.
-#include "tools/checked_reader.hpp"
+#include "survey/read/checked_reader.hpp"
 
 #include <gtest/gtest.h>
 
 #include <string>
 #include <vector>
 
+#include "survey/read/survey_stream.hpp"
 #include "tests/runtime/temporary_dir.hpp"
 #include "tests/tools/small_kmall.hpp"
-#include "tools/survey_stream.hpp"
 
 namespace seastitch {
 namespace {

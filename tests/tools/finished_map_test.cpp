@@ -1,6 +1,6 @@
 // The map of an earlier replay as an input, through the command line.
 
-#include "tools/finished_map.hpp"
+#include "survey/replay/finished_map.hpp"
 
 #include <gmock/gmock.h>
 
@@ -17,13 +17,13 @@
 #include <vector>
 
 #include "common/storage/submap_file.hpp"
+#include "survey/read/message_types.hpp"
 #include "tests/drivers/test_data.hpp"
 #include "tests/paths.hpp"
 #include "tests/process/run_command.hpp"
 #include "tests/runtime/temporary_dir.hpp"
 #include "tests/tools/kmall_pieces.hpp"
 #include "tests/tools/three_dives.hpp"
-#include "tools/message_types.hpp"
 
 namespace seastitch {
 namespace {

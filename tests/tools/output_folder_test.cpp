@@ -1,4 +1,4 @@
-#include "tools/output_folder.hpp"
+#include "survey/replay/output_folder.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

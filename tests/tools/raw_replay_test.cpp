@@ -1,5 +1,5 @@
 // Bytes of navigation instruments, decoded once more from a log.
-#include "tools/raw_replay.hpp"
+#include "survey/read/raw_replay.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -14,7 +14,8 @@ namespace seastitch {
 namespace {
 
 LogEvent Raw(const std::string& source, const std::string& text, std::int64_t utime) {
-  const auto parts = ToRawParts({text.begin(), text.end()}, source, FromUtime(utime), 0);
+  const std::vector<std::uint8_t> bytes(text.begin(), text.end());
+  const auto parts = ToRawParts(bytes, source, FromUtime(utime), 0);
   LogEvent event;
   event.utime = utime;
   event.channel = "RAW_NAV";
@@ -33,12 +34,7 @@ TEST(RawReplay, OfNavigationInstrumentsGoesByTheSourcesOfTheirBytes) {
   const RawSources sources({"RAW_NAV/udp:0.0.0.0:8001", "HEALTH/mapper"});
   EXPECT_TRUE(sources.nav);
   EXPECT_FALSE(sources.mbes);
-  Bus bus("memq://");
-  std::vector<navigation_t> ins;
-  std::vector<position_fix_t> fixes;
-  bus.Subscribe<navigation_t>("INS", 0, [&](const auto& m) { ins.push_back(m); });
-  bus.Subscribe<position_fix_t>("POSITION_FIX", 0, [&](const auto& m) { fixes.push_back(m); });
-  RawReplay replay(sources, files, &bus);
+  RawReplay replay(sources, files);
   EXPECT_FALSE(replay.MakesAnew("INS")) << "before its first bytes";
   constexpr std::int64_t kTime = 1'714'645'230'500'000;
   replay.Add(Raw("udp:0.0.0.0:8001", "$PRDID,-1.50,2.00,275.25*55\r\n", kTime));
@@ -48,16 +44,21 @@ TEST(RawReplay, OfNavigationInstrumentsGoesByTheSourcesOfTheirBytes) {
           kTime));
   replay.Add(Raw("udp:0.0.0.0:9999", "$PRDID,-1.50,2.00,275.25*55\r\n", kTime));
   replay.Finish();
-  bus.HandleAll();
+  std::vector<NavigationSample> ins;
+  int fixes = 0;
+  while (const auto received = replay.Take()) {
+    if (const auto* sample = std::get_if<NavigationSample>(&received->sample))
+      ins.push_back(*sample);
+    fixes += std::holds_alternative<PositionFix>(received->sample) ? 1 : 0;
+  }
   EXPECT_TRUE(replay.MakesAnew("INS"));
   EXPECT_FALSE(replay.MakesAnew("DVL"));
   ASSERT_EQ(ins.size(), 1u);
-  const auto sample = FromLcm(ins[0]);
-  ASSERT_TRUE(sample && sample->attitude);
+  ASSERT_TRUE(ins[0].attitude);
   EXPECT_NEAR(
-      RpyFromRotation(sample->attitude->q_ned_imu.toRotationMatrix()).x(), Deg2Rad(-2.0), 1e-12);
-  EXPECT_EQ(ins[0].utime, kTime);
-  EXPECT_EQ(fixes.size(), 1u);
+      RpyFromRotation(ins[0].attitude->q_ned_imu.toRotationMatrix()).x(), Deg2Rad(-2.0), 1e-12);
+  EXPECT_EQ(ins[0].time, FromUtime(kTime));
+  EXPECT_EQ(fixes, 1);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "tools/recorded_dive.hpp"
+#include "survey/read/recorded_dive.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,8 +12,8 @@
 #include "common/storage/event_log.hpp"
 #include "seastitch/depth_t.hpp"
 #include "seastitch/health_t.hpp"
+#include "survey/read/merged_logs.hpp"
 #include "tests/runtime/temporary_dir.hpp"
-#include "tools/merged_logs.hpp"
 
 namespace seastitch {
 namespace {

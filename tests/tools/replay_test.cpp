@@ -29,10 +29,10 @@
 #include "common/storage/event_log.hpp"
 #include "seastitch/graph_update_t.hpp"
 #include "seastitch/imu_t.hpp"
+#include "survey/replay/replay.hpp"
 #include "tests/paths.hpp"
 #include "tests/process/run_command.hpp"
 #include "tests/runtime/temporary_dir.hpp"
-#include "tools/replay.hpp"
 
 namespace seastitch {
 namespace {
@@ -379,11 +379,10 @@ class InterruptedReplay : public Replay {
     options.default_config_dir = SourceDir() / "config";
     options.quiet = true;
     options.interruptible = true;
-    options.listen = [at_first_submap](Bus* bus) {
-      bus->SubscribeBytes(
-          "SUBMAP", 0, [=](const std::string&, const void*, int) { at_first_submap(); });
+    options.on_event = [at_first_submap](const MapperEvent& event) {
+      if (std::holds_alternative<std::shared_ptr<const Submap>>(event)) at_first_submap();
       // Time for it to be seen, however busy the machine.
-      bus->SubscribeBytes("NAV", 0, [](const std::string&, const void*, int) { usleep(1'000); });
+      if (std::holds_alternative<NavState>(event)) usleep(1'000);
     };
     return options;
   }
@@ -420,12 +419,11 @@ TEST_F(InterruptedReplay, LeavesAMapOfWhatWasReadThatSaysSo) {
 
 TEST_F(InterruptedReplay, WhileTheLastPairsAreLookedAtAgainSaysSo) {
   ReplayOptions options = Options([] {});
-  options.listen = [](Bus* bus) {
-    bus->Subscribe<graph_update_t>(channels::kGraphUpdate, 0, [](const graph_update_t& update) {
-      if (update.is_final == 0) return;
-      kill(getpid(), SIGINT);
-      usleep(500'000);
-    });
+  options.on_event = [](const MapperEvent& event) {
+    const auto* step = std::get_if<GraphStep>(&event);
+    if (step == nullptr || !step->update.final) return;
+    kill(getpid(), SIGINT);
+    usleep(500'000);
   };
   EXPECT_TRUE(RunReplay(options).partial);
 }

@@ -1,4 +1,4 @@
-#include "tools/run_comparison.hpp"
+#include "tools/live/run_comparison.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -14,6 +14,10 @@
 #include <variant>
 
 #include "mapper/mapper_config.hpp"
+#include "survey/plan/dive_inputs.hpp"
+#include "survey/plan/survey_files.hpp"
+#include "survey/read/survey_stream.hpp"
+#include "survey/replay/output_folder.hpp"
 #include "tests/drivers/test_data.hpp"
 #include "tests/paths.hpp"
 #include "tests/process/run_command.hpp"
@@ -21,10 +25,6 @@
 #include "tests/tools/kmall_pieces.hpp"
 #include "tests/tools/short_survey.hpp"
 #include "tests/tools/three_dives.hpp"
-#include "tools/dive_inputs.hpp"
-#include "tools/output_folder.hpp"
-#include "tools/survey_files.hpp"
-#include "tools/survey_stream.hpp"
 #include "tools/survey_writer.hpp"
 
 namespace seastitch {

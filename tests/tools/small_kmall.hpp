@@ -13,10 +13,10 @@
 #include "codecs/kongsberg/kmall_sensors.hpp"
 #include "common/core/pose.hpp"
 #include "common/runtime/bus.hpp"
+#include "survey/plan/maker_soundings.hpp"
+#include "survey/plan/survey_files.hpp"
 #include "tests/paths.hpp"
 #include "tests/process/run_command.hpp"
-#include "tools/maker_soundings.hpp"
-#include "tools/survey_files.hpp"
 
 // Survey files for tests, and what is made of them.
 namespace seastitch {
@@ -133,13 +133,11 @@ class Kmall {
   double heave_m_ = 5.0;
 };
 
-// Counters after the whole survey is read, and the messages by channel.
+// Counters after the whole survey is read, and the number of samples of each kind.
 struct Played {
   explicit Played(const std::vector<std::filesystem::path>& files) : survey(PlanSurvey(files)) {
-    Bus bus("memq://");
-    bus.SubscribeBytes(
-        ".*", 0, [this](const std::string& channel, const void*, int) { ++messages[channel]; });
-    while (survey.PublishNext(&bus)) bus.HandleAll();
+    while (const auto received = survey.Next())
+      ++samples[std::visit([](const auto& sample) { return NameOf(sample); }, received->sample)];
     counters = survey.counters();
   }
   std::int64_t Count(const std::string& name) const {
@@ -147,7 +145,7 @@ struct Played {
     return found == counters.end() ? 0 : found->second;
   }
   SurveyFiles survey;
-  std::map<std::string, int> messages;
+  std::map<std::string, int> samples;
   Counters counters;
 };
 

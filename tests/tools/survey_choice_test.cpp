@@ -16,12 +16,13 @@
 #include "codecs/makers/s7k_writer.hpp"
 #include "common/convert/channels.hpp"
 #include "common/convert/convert.hpp"
+#include "survey/plan/ping_losses.hpp"
+#include "survey/plan/survey_plan.hpp"
 #include "tests/drivers/test_data.hpp"
 #include "tests/paths.hpp"
 #include "tests/runtime/temporary_dir.hpp"
+#include "tests/tools/read_all.hpp"
 #include "tests/tools/small_kmall.hpp"
-#include "tools/ping_losses.hpp"
-#include "tools/survey_plan.hpp"
 
 namespace seastitch {
 namespace {
@@ -221,7 +222,7 @@ TEST(SurveySources, UnusedLinesLeaveAttitudeAndDepthOfRawPings) {
     EXPECT_GT(beside.Count("survey_pings_not_used"), 0) << file;
     EXPECT_EQ(beside.survey.plan().level_track, nullptr) << file;
     EXPECT_EQ(beside.survey.plan().attitude_source, alone.survey.plan().attitude_source) << file;
-    EXPECT_EQ(beside.messages, alone.messages) << file;
+    EXPECT_EQ(beside.samples, alone.samples) << file;
   }
 }
 
@@ -236,7 +237,7 @@ TEST(SurveySources, HeaveOfTheMotionSensorThatTakesOverIsUsed) {
   }
   const Played played({dir.Write("a.kmall", kmall.bytes())});
   ASSERT_EQ(played.survey.plan().attitude_source, "#SKM0");
-  EXPECT_GT(played.messages.at(channels::kDepth), 91 * 30) << "some of the second sensor";
+  EXPECT_GT(played.samples.at("depth"), 91 * 30) << "some of the second sensor";
 }
 
 TEST(SurveyDepth, AHeaveThatIsAlwaysZeroIsNone) {
@@ -262,11 +263,9 @@ TEST(SurveyDepth, DepthsOfSlowPingsAreAtMostASecondApart) {
   SurveyFiles survey(MakeSurveyPlan({dir.Write("a.kmall", kmall.bytes())}));
   ASSERT_EQ(survey.plan().depth, SurveyPlan::Depth::kPing);
   std::vector<double> times_s;
-  Bus bus("memq://");
-  bus.Subscribe<depth_t>(channels::kDepth, 0, [&](const depth_t& message) {
-    times_s.push_back(1e-6 * static_cast<double>(message.utime - kNoon));
+  ReadAll(&survey, [&](const DepthSample& sample) {
+    times_s.push_back(1e-6 * static_cast<double>(ToUtime(sample.time) - kNoon));
   });
-  while (survey.PublishNext(&bus)) bus.HandleAll();
   ASSERT_GT(times_s.size(), 20u);
   EXPECT_NEAR(times_s.front(), 0.5, 1e-6);
   EXPECT_NEAR(times_s.back(), 25.5, 1e-6);
@@ -324,8 +323,8 @@ TEST(SurveyDepth, WithoutAnInstallationTheSonarsOwnSoundingsAreUsed) {
       dir.Write("a.kmall", Changed(file, [](std::string* d) { return d->substr(4, 4) != "#IIP"; }));
   const Played played({without});
   EXPECT_FALSE(played.survey.plan().raw_pings);
-  EXPECT_EQ(played.messages.count(channels::kMbesPing), 0u);
-  EXPECT_GT(played.messages.at(channels::kMbesSoundings), 0);
+  EXPECT_EQ(played.samples.count("mbes_ping"), 0u);
+  EXPECT_GT(played.samples.at("mbes_soundings"), 0);
   // Named also by a replay that is quiet.
   const CommandResult replay = Replay(without.string(), dir.path() / "map");
   EXPECT_EQ(replay.exit_code, 0) << replay.output;

@@ -1,4 +1,4 @@
-#include "tools/survey_plan.hpp"
+#include "survey/plan/survey_plan.hpp"
 
 #include <gtest/gtest.h>
 

@@ -22,17 +22,18 @@
 #include "common/core/pose.hpp"
 #include "mapper/geometry/georeference.hpp"
 #include "mapper/navigation/ins/given_navigation.hpp"
+#include "survey/line/line_plan.hpp"
+#include "survey/plan/dive_inputs.hpp"
+#include "survey/plan/maker_soundings.hpp"
+#include "survey/plan/survey_files.hpp"
+#include "survey/read/message_types.hpp"
 #include "tests/codecs/survey_files.hpp"
 #include "tests/drivers/test_data.hpp"
 #include "tests/paths.hpp"
 #include "tests/process/run_command.hpp"
 #include "tests/property.hpp"
 #include "tests/runtime/temporary_dir.hpp"
-#include "tools/dive_inputs.hpp"
-#include "tools/line_plan.hpp"
-#include "tools/maker_soundings.hpp"
-#include "tools/message_types.hpp"
-#include "tools/survey_files.hpp"
+#include "tests/tools/read_all.hpp"
 
 namespace seastitch {
 namespace {
@@ -211,14 +212,6 @@ Mapping MappingOf(const std::vector<fs::path>& files) {
   Mapping mapping{plan.Text(), {}, {}};
   GivenNavigation navigation({}, {}, plan.vehicle);
   std::deque<SoundingPing> pings;
-  Bus bus("memq://");
-  bus.Subscribe<navigation_t>(
-      channels::kIns, 0, [&](const navigation_t& m) { navigation.Add(*FromLcm(m)); });
-  bus.Subscribe<depth_t>(
-      channels::kDepth, 0, [&](const depth_t& m) { navigation.Add(*FromLcm(m)); });
-  bus.Subscribe<mbes_soundings_t>(channels::kMbesSoundings, 0, [&](const mbes_soundings_t& m) {
-    pings.push_back(*FromLcm(m));
-  });
   const auto place = [&] {
     const auto state = navigation.StateAt(pings.front().time);
     if (state)
@@ -233,10 +226,20 @@ Mapping MappingOf(const std::vector<fs::path>& files) {
     pings.pop_front();
   };
   SurveyFiles survey(plan);
-  while (survey.PublishNext(&bus)) {
-    bus.HandleAll();
+  const auto place_those_past = [&] {
     while (!pings.empty() && navigation.latest() > pings.front().time) place();
-  }
+  };
+  ReadAll(
+      &survey,
+      [&](const NavigationSample& sample) {
+        navigation.Add(sample);
+        place_those_past();
+      },
+      [&](const DepthSample& sample) {
+        navigation.Add(sample);
+        place_those_past();
+      },
+      [&](const SoundingPing& ping) { pings.push_back(ping); });
   navigation.Finish();
   while (!pings.empty()) place();
   EXPECT_EQ(survey.Outcome(), std::nullopt);

@@ -1,6 +1,6 @@
 // Which sensors, files and installation a replay of survey files uses, and what it does with files
 // that it cannot use.
-#include "tools/survey_plan.hpp"
+#include "survey/plan/survey_plan.hpp"
 
 #include <gmock/gmock.h>
 
@@ -21,17 +21,18 @@
 #include "mapper/geometry/georeference.hpp"
 #include "mapper/mapper_config.hpp"
 #include "mapper/navigation/ins/given_navigation.hpp"
+#include "survey/plan/dive_inputs.hpp"
+#include "survey/plan/maker_soundings.hpp"
+#include "survey/plan/survey_config.hpp"
+#include "survey/plan/survey_files.hpp"
+#include "survey/read/message_types.hpp"
+#include "survey/read/survey_stream.hpp"
 #include "tests/drivers/test_data.hpp"
 #include "tests/paths.hpp"
 #include "tests/process/run_command.hpp"
 #include "tests/runtime/temporary_dir.hpp"
+#include "tests/tools/read_all.hpp"
 #include "tests/tools/small_kmall.hpp"
-#include "tools/dive_inputs.hpp"
-#include "tools/maker_soundings.hpp"
-#include "tools/message_types.hpp"
-#include "tools/survey_config.hpp"
-#include "tools/survey_files.hpp"
-#include "tools/survey_stream.hpp"
 
 namespace seastitch {
 namespace {
@@ -51,12 +52,10 @@ std::vector<double> DepthErrorsM(const SurveyPlan& plan, const Eigen::Vector3d& 
   GivenNavigation navigation({}, {}, plan.vehicle);
   std::map<Time, double> stated_m;
   survey.OnPlacedPing([&](const PlacedPing& ping) { stated_m[ping.time] = *ping.origin_depth_m; });
-  Bus bus("memq://");
-  bus.Subscribe<navigation_t>(
-      channels::kIns, 0, [&](const navigation_t& message) { navigation.Add(*FromLcm(message)); });
-  bus.Subscribe<depth_t>(
-      channels::kDepth, 0, [&](const depth_t& message) { navigation.Add(*FromLcm(message)); });
-  while (survey.PublishNext(&bus)) bus.HandleAll();
+  ReadAll(
+      &survey,
+      [&](const NavigationSample& sample) { navigation.Add(sample); },
+      [&](const DepthSample& sample) { navigation.Add(sample); });
   navigation.Finish();
   std::vector<double> errors_m;
   for (const auto& [time, depth_m] : stated_m)
@@ -148,15 +147,11 @@ double SlopeChangeRmsDeg(const fs::path& file, double later_s) {
   SurveyFiles survey(PlanSurvey({file}));
   GivenNavigation navigation({}, {}, survey.plan().vehicle);
   std::vector<MbesPing> pings;
-  Bus bus("memq://");
-  bus.Subscribe<navigation_t>(
-      channels::kIns, 0, [&](const navigation_t& message) { navigation.Add(*FromLcm(message)); });
-  bus.Subscribe<depth_t>(
-      channels::kDepth, 0, [&](const depth_t& message) { navigation.Add(*FromLcm(message)); });
-  bus.Subscribe<mbes_ping_t>(channels::kMbesPing, 0, [&](const mbes_ping_t& message) {
-    pings.push_back(*FromLcm(message));
-  });
-  while (survey.PublishNext(&bus)) bus.HandleAll();
+  ReadAll(
+      &survey,
+      [&](const NavigationSample& sample) { navigation.Add(sample); },
+      [&](const DepthSample& sample) { navigation.Add(sample); },
+      [&](const MbesPing& ping) { pings.push_back(ping); });
   navigation.Finish();
   std::vector<double> slopes;
   for (MbesPing& ping : pings) {
@@ -225,7 +220,7 @@ TEST(SurveySensors, InvalidPositionsAreNotUsed) {
   kmall.Installation().Profile(0.0);
   for (int i = 0; i < 5; ++i) kmall.Motion(i).Position(i, 0, i != 2).Ping(i + 0.5);
   const auto played = Played({dir.Write("a.kmall", kmall.bytes())});
-  EXPECT_EQ(played.messages.at(channels::kIns), 5 * 20 + 4);
+  EXPECT_EQ(played.samples.at("ins"), 5 * 20 + 4);
 }
 
 TEST(SurveySensors, ActiveMotionSensorIsUsedThoughAnotherIsFaster) {
@@ -294,7 +289,7 @@ TEST(SurveySensors, AKmallWithoutNavigationIsMappedByWhatItsPingsState) {
   EXPECT_EQ(without.Count("survey_pings"), whole.Count("survey_pings"));
   EXPECT_EQ(without.Count("survey_pings_without_position"), 0);
   EXPECT_EQ(without.Count("survey_pings_without_attitude"), 0);
-  EXPECT_EQ(without.messages.count("MBES_PING"), 0u);
+  EXPECT_EQ(without.samples.count("mbes_ping"), 0u);
   // Motion without positions: raw pings at the positions of the pings.
   const Played placed({dir.Write("b.kmall", Without({"#SPO"}, file))});
   EXPECT_EQ(placed.survey.plan().position_source, "#MRZ");
@@ -324,7 +319,7 @@ TEST(SurveySensors, HeadingIsNotInterpolatedOverAGap) {
     if (i % 20 == 0 && (t_s < 4.5 || t_s > 13.5)) add(record(1013, t_s, {1.0f}));
   }
   const auto played = Played({dir.Write("a.s7k", bytes)});
-  EXPECT_GT(played.messages.at(channels::kIns), 180);
+  EXPECT_GT(played.samples.at("ins"), 180);
   EXPECT_GE(played.Count("survey_attitude_without_heading"), 180);
   EXPECT_LE(played.Count("survey_attitude_without_heading"), 220);
 }
@@ -337,16 +332,12 @@ TEST(SurveySensors, VelocityIsThatOfThePointOfThePositions) {
   kmall.Installation().Replace("ATTI_1:X=0.000", "ATTI_1:X=5.000");
   for (int i = 0; i < 10; ++i) kmall.Turning(i, 5.0).Position(i + 0.95);
   SurveyFiles survey(PlanSurvey({dir.Write("a.kmall", kmall.bytes())}));
-  Bus bus("memq://");
   int velocities = 0;
-  bus.Subscribe<navigation_t>(channels::kIns, 0, [&](const navigation_t& message) {
-    const auto sample = FromLcm(message);
-    ASSERT_TRUE(sample);
-    if (!sample->position || !sample->velocity) return;
+  ReadAll(&survey, [&](const NavigationSample& sample) {
+    if (!sample.position || !sample.velocity) return;
     ++velocities;
-    EXPECT_LT(sample->velocity->v_ned_mps.norm(), 0.03);
+    EXPECT_LT(sample.velocity->v_ned_mps.norm(), 0.03);
   });
-  while (survey.PublishNext(&bus)) bus.HandleAll();
   EXPECT_EQ(velocities, 9) << "nothing precedes the first position";
 }
 
@@ -360,15 +351,11 @@ TEST(SurveySensors, DelaysOfSensorsAreSubtracted) {
   SurveyFiles survey(PlanSurvey({dir.Write("a.kmall", kmall.bytes())}));
   EXPECT_THAT(survey.plan().Text(), HasSubstr("its stamps are late by 0.500 s: corrected"));
   EXPECT_THAT(survey.plan().Text(), HasSubstr("its stamps are late by 0.025 s: corrected"));
-  Bus bus("memq://");
   std::optional<Time> attitude, position;
-  bus.Subscribe<navigation_t>(channels::kIns, 0, [&](const navigation_t& message) {
-    const auto sample = FromLcm(message);
-    ASSERT_TRUE(sample);
-    if (sample->attitude && !attitude) attitude = sample->time;
-    if (sample->position && !position) position = sample->time;
+  ReadAll(&survey, [&](const NavigationSample& sample) {
+    if (sample.attitude && !attitude) attitude = sample.time;
+    if (sample.position && !position) position = sample.time;
   });
-  while (survey.PublishNext(&bus)) bus.HandleAll();
   EXPECT_EQ(attitude, Kmall::At(-0.025));
   EXPECT_EQ(position, Kmall::At(-0.5));
 }
@@ -397,15 +384,11 @@ TEST(SurveySensors, PositionsOf1015AreUsedWithTheirVelocity) {
         bytes.append(record.begin(), record.end());
     }
     SurveyFiles survey(PlanSurvey({dir.Write("a.s7k", bytes)}));
-    Bus bus("memq://");
     int positions = 0, velocities = 0;
-    bus.Subscribe<navigation_t>(channels::kIns, 0, [&](const navigation_t& message) {
-      const auto sample = FromLcm(message);
-      ASSERT_TRUE(sample);
-      positions += sample->position ? 1 : 0;
-      velocities += sample->velocity ? 1 : 0;
+    ReadAll(&survey, [&](const NavigationSample& sample) {
+      positions += sample.position ? 1 : 0;
+      velocities += sample.velocity ? 1 : 0;
     });
-    while (survey.PublishNext(&bus)) bus.HandleAll();
     EXPECT_EQ(survey.plan().position_source, speed_mps > 0.0 ? "1015" : "1003");
     EXPECT_EQ(positions, 10);
     EXPECT_EQ(velocities, speed_mps > 0.0 ? 10 : 0);
@@ -479,7 +462,7 @@ TEST(SurveyInputs, PingsOfACopyAreUsedOnce) {
   TemporaryDir dir;
   const std::string bytes = Kmall().Survey().bytes();
   const Played played({dir.Write("a.kmall", bytes), dir.Write("copy.kmall", bytes)});
-  EXPECT_EQ(played.messages.at(channels::kMbesPing), 5);
+  EXPECT_EQ(played.samples.at("mbes_ping"), 5);
   EXPECT_EQ(played.Count("survey_pings_repeated"), 5);
 }
 
@@ -519,19 +502,19 @@ TEST(SurveyInputs, AProfileIsUsedFromItsPlaceInTheFile) {
     kmall.Motion(i).Position(i).Ping(i + 0.5);
   }
   SurveyFiles survey(PlanSurvey({dir.Write("a.kmall", kmall.bytes())}));
-  Bus bus("memq://");
   std::string order;
-  bus.Subscribe<sound_velocity_profile_t>(channels::kSvp, 0, [&](const auto& profile) {
-    order += " speed " + std::to_string(static_cast<int>(profile.speed_mps.at(0)));
-    if (profile.speed_mps.at(0) == 1490.0) {
-      EXPECT_NEAR(ToSeconds(FromUtime(profile.utime) - Kmall::At(0.0)), 40.0, 1.0);
-    }
-  });
   int pings = 0;
-  bus.Subscribe<mbes_ping_t>(channels::kMbesPing, 0, [&](const auto&) {
-    if (++pings == 1 || pings == 39 || pings == 42) order += " ping " + std::to_string(pings);
-  });
-  while (survey.PublishNext(&bus)) bus.HandleAll();
+  ReadAll(
+      &survey,
+      [&](const SoundVelocityProfile& profile) {
+        order += " speed " + std::to_string(static_cast<int>(profile.speed_mps.at(0)));
+        if (profile.speed_mps.at(0) == 1490.0) {
+          EXPECT_NEAR(ToSeconds(profile.time - Kmall::At(0.0)), 40.0, 1.0);
+        }
+      },
+      [&](const MbesPing&) {
+        if (++pings == 1 || pings == 39 || pings == 42) order += " ping " + std::to_string(pings);
+      });
   EXPECT_EQ(order, " speed 1500 ping 1 ping 39 speed 1490 ping 42");
 }
 

@@ -17,7 +17,7 @@
 #include "common/runtime/health.hpp"
 #include "common/runtime/process/process.hpp"
 #include "common/storage/event_log.hpp"
-#include "tools/recorded_dive.hpp"
+#include "survey/read/recorded_dive.hpp"
 #include "tools/vehicle/doctor.hpp"
 #include "tools/vehicle/machine.hpp"
 #include "tools/vehicle/piped_child.hpp"

@@ -1,6 +1,5 @@
 #include "mapper/navigation/ins/given_navigation.hpp"
 
-#include <GeographicLib/LocalCartesian.hpp>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -80,8 +79,7 @@ GivenNavigation::GivenNavigation(const GivenNavigationParams& params,
     : params_(params),
       navigation_(navigation),
       vehicle_(vehicle),
-      to_map_(std::make_unique<GeographicLib::LocalCartesian>(
-          Rad2Deg(vehicle.datum_latitude_rad), Rad2Deg(vehicle.datum_longitude_rad), 0.0)),
+      map_frame_(DatumOf(vehicle)),
       jumps_(params.min_jump_m, params.follow_velocity) {}
 GivenNavigation::~GivenNavigation() = default;
 
@@ -111,12 +109,11 @@ void GivenNavigation::Add(const DepthSample& sample) {
 
 // Position fixes of other sensors go to the graph: the INS uses fixes by itself.
 void GivenNavigation::Add(const PositionFix& fix) {
-  double east = 0.0, north = 0.0, up = 0.0;
-  to_map_->Forward(Rad2Deg(fix.latitude_rad), Rad2Deg(fix.longitude_rad), 0.0, east, north, up);
-  if (!(std::hypot(east, north) < kMaxFromDatumM)) return Count("fix_far_from_datum");
+  const Eigen::Vector2d north_east = map_frame_.NorthEastOf(fix.latitude_rad, fix.longitude_rad);
+  if (!(north_east.norm() < kMaxFromDatumM)) return Count("fix_far_from_datum");
   AddFix(
       fix.time,
-      {{north, east}, fix.covariance_north_east_m2, fix.source, vehicle_.FixPointOf(fix.source)});
+      {north_east, fix.covariance_north_east_m2, fix.source, vehicle_.FixPointOf(fix.source)});
   KeepFixes();
 }
 
@@ -166,17 +163,12 @@ void GivenNavigation::AddDepth(Time t, double depth_m, const Eigen::Vector3d& p_
 void GivenNavigation::AddPosition(const NavigationSample& sample) {
   if (last_position_ && sample.time <= *last_position_) return Count("ins_position_late");
   last_position_ = sample.time;
-  double east = 0.0, north = 0.0, up = 0.0;
-  to_map_->Forward(Rad2Deg(sample.position->latitude_rad),
-                   Rad2Deg(sample.position->longitude_rad),
-                   0.0,
-                   east,
-                   north,
-                   up);
-  if (!(std::hypot(east, north) < kMaxFromDatumM)) return Count("ins_position_far_from_datum");
+  const Eigen::Vector2d north_east =
+      map_frame_.NorthEastOf(sample.position->latitude_rad, sample.position->longitude_rad);
+  if (!(north_east.norm() < kMaxFromDatumM)) return Count("ins_position_far_from_datum");
   JumpFinder::Position position;
   position.time = sample.time;
-  position.given_m = {north, east};
+  position.given_m = north_east;
   if (sample.velocity) position.v_mps = sample.velocity->v_ned_mps.head<2>();
   position.sigma_m = std::sqrt(0.5) * sample.position->sigma_north_east_m.norm();
   positions_.push_back(position);

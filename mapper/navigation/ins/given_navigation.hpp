@@ -16,15 +16,12 @@
 #include "common/core/sensors.hpp"
 #include "common/core/time.hpp"
 #include "common/core/vehicle.hpp"
+#include "common/geo/map_frame.hpp"
 #include "mapper/navigation/fix_keeper.hpp"
 #include "mapper/navigation/ins/jump_finder.hpp"
 #include "mapper/navigation/nav_events.hpp"
 #include "mapper/navigation/navigation.hpp"
 #include "mapper/navigation/navigation_params.hpp"
-
-namespace GeographicLib {
-class LocalCartesian;
-}
 
 namespace seastitch {
 
@@ -181,7 +178,7 @@ class GivenNavigation : public Navigation {
   const GivenNavigationParams params_;
   const NavigationParams navigation_;
   const VehicleGeometry vehicle_;
-  const std::unique_ptr<const GeographicLib::LocalCartesian> to_map_;
+  const MapFrame map_frame_;
   std::map<std::string, std::int64_t> counters_;
 
   std::deque<AttitudeRecord> attitudes_;

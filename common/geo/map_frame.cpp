@@ -1,0 +1,39 @@
+#include "common/geo/map_frame.hpp"
+
+#include <GeographicLib/LocalCartesian.hpp>
+
+#include "common/core/pose.hpp"
+
+namespace seastitch {
+
+Datum DatumOf(const VehicleGeometry& vehicle) {
+  return {Rad2Deg(vehicle.datum_latitude_rad), Rad2Deg(vehicle.datum_longitude_rad)};
+}
+
+MapFrame::MapFrame(const Datum& origin)
+    : plane_(std::make_shared<GeographicLib::LocalCartesian>(
+          origin.latitude_deg, origin.longitude_deg, 0.0)) {}
+
+Eigen::Vector2d MapFrame::NorthEastOf(double latitude_rad, double longitude_rad) const {
+  return NorthEastOf({Rad2Deg(latitude_rad), Rad2Deg(longitude_rad)});
+}
+
+Eigen::Vector2d MapFrame::NorthEastOf(const Datum& point) const {
+  double east_m = 0.0, north_m = 0.0, up_m = 0.0;
+  plane_->Forward(point.latitude_deg, point.longitude_deg, 0.0, east_m, north_m, up_m);
+  return {north_m, east_m};
+}
+
+Datum MapFrame::PointAt(const Eigen::Vector2d& north_east_m, double down_m) const {
+  Datum point;
+  double height_m = 0.0;
+  plane_->Reverse(north_east_m.y(),
+                  north_east_m.x(),
+                  -down_m,
+                  point.latitude_deg,
+                  point.longitude_deg,
+                  height_m);
+  return point;
+}
+
+}  // namespace seastitch

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+
+#include "common/geo/datum.hpp"
+#include "common/core/vehicle.hpp"
+
+namespace GeographicLib {
+class LocalCartesian;
+}
+
+namespace seastitch {
+
+// Datum of a vehicle.yaml.
+Datum DatumOf(const VehicleGeometry& vehicle);
+
+// The map frame: north, east, down [m] in the tangent plane at the map origin, on the WGS 84
+// ellipsoid (docs/frames.md).
+class MapFrame {
+ public:
+  explicit MapFrame(const Datum& origin);
+
+  // North and east of a point on the ellipsoid [m].
+  Eigen::Vector2d NorthEastOf(double latitude_rad, double longitude_rad) const;
+  Eigen::Vector2d NorthEastOf(const Datum& point) const;
+  // Latitude and longitude of a point of the map. down_m: without it, that of the map's origin.
+  Datum PointAt(const Eigen::Vector2d& north_east_m, double down_m = 0.0) const;
+
+ private:
+  std::shared_ptr<const GeographicLib::LocalCartesian> plane_;
+};
+
+}  // namespace seastitch

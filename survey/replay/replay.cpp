@@ -1,0 +1,257 @@
+#include "survey/replay/replay.hpp"
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <iterator>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+
+#include "bench/truth.hpp"
+#include "common/geo/map_frame.hpp"
+#include "mapper/mapper_config.hpp"
+#include "optimizer/optimizer_config.hpp"
+#include "products/files/sounding_log.hpp"
+#include "products/survey_collector.hpp"
+#include "survey/plan/dive_inputs.hpp"
+#include "survey/replay/interruption.hpp"
+#include "survey/replay/output_folder.hpp"
+#include "survey/replay/replay_feed.hpp"
+#include "survey/replay/replay_input.hpp"
+#include "survey/replay/several_dives.hpp"
+#include "survey/session/mapping_session.hpp"
+#include "survey/session/other_navigation.hpp"
+#include "survey/session/ping_inputs.hpp"
+
+namespace seastitch {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Folder of a survey store, deleted at the end of the replay.
+class ScratchDir {
+ public:
+  explicit ScratchDir(fs::path dir) : dir_(std::move(dir)) { fs::remove_all(dir_); }
+  ~ScratchDir() {
+    std::error_code ignored;
+    fs::remove_all(dir_, ignored);
+  }
+  ScratchDir(const ScratchDir&) = delete;
+  ScratchDir& operator=(const ScratchDir&) = delete;
+  const fs::path& path() const { return dir_; }
+
+ private:
+  fs::path dir_;
+};
+
+void UseTruth(const ReplayOptions& options, ProductOptions* products) {
+  const fs::path file = options.truth.value_or(bench::TruthPathFor(options.inputs[0]));
+  if (options.truth || fs::exists(file)) products->truth = ReadTruth(file);
+}
+
+double CpuSeconds() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  const auto seconds = [](const timeval& t) {
+    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+  };
+  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+}
+
+double PeakRssMb() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024.0;
+}
+
+// Time and memory used from here on. Peak memory is that of the whole process.
+class Stopwatch {
+ public:
+  RunFigures Read(double survey_s) const {
+    RunFigures run;
+    run.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+    run.cpu_s = CpuSeconds() - cpu_start_s_;
+    run.peak_rss_mb = PeakRssMb();
+    run.realtime_factor = survey_s / run.wall_s;
+    return run;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  double cpu_start_s_ = CpuSeconds();
+};
+
+// Duration of all dives together [s].
+double DurationSeconds(const Survey& survey) {
+  double duration_s = 0.0;
+  for (std::size_t i = 1; i < survey.track.size(); ++i)
+    if (survey.track[i].chain == survey.track[i - 1].chain)
+      duration_s += ToSeconds(survey.track[i].time - survey.track[i - 1].time);
+  return duration_s;
+}
+
+// Makes the map from the input.
+void Remake(Dive* dive, std::unique_ptr<RawReplay> raw, Outputs outputs, Feeding* feeding) {
+  const SurveyCollector& collector = *outputs.collector;
+  ProductOptions* const products = outputs.products;
+  SoundingLog* const soundings = products->soundings;
+  MappingSession session(dive->mapper,
+                         LoadOptimizerConfig(dive->config.optimizer.string()),
+                         outputs.collector,
+                         feeding->stopped,
+                         outputs.on_event);
+  Mapper& mapper = session.mapper().mapper();
+  PingInputs inputs(dive->input.names, soundings != nullptr, dive->mapper.sonar_time_offset_s);
+  if (soundings != nullptr)
+    mapper.OnSoundings(
+        [&](const SubmapSoundings& submap) { soundings->Add(submap, inputs.Take(submap)); });
+  std::optional<OtherNavigation> other;
+  if (dive->input.logs) other.emplace(dive->mapper);
+  Fed fed;
+  if (dive->input.submaps)
+    FeedSubmaps(std::move(*dive->input.submaps), &session, feeding);
+  else
+    fed = Feed(
+        &dive->input,
+        std::move(raw),
+        [&](const Received& sample, std::size_t input) {
+          inputs.Add(sample.sample, input);
+          if (other) other->Add(sample);
+          session.Add(sample);
+        },
+        feeding);
+  session.Finish();
+  if (feeding->stopped() && feeding->partial.empty()) NoteStop(100, feeding);
+  if (other) feeding->other_tracks.push_back({0, other->source(), other->Finish()});
+  if (inputs.unknown() > 0) feeding->refused["pings_of_an_unknown_input"] += inputs.unknown();
+  products->dives = {ReportOf(session.mapper(), fed)};
+  products->mapper_counters = products->dives.front().counters;
+  PrintPingLosses(dive->input, products->mapper_counters, feeding->quiet);
+  TakeNoise(mapper, dive->mapper, products);
+  feeding->spans = inputs.spans();
+  const bool track_alone = dive->input.logs && !inputs.HasPings() && collector.states() > 0;
+  if (track_alone) return;
+  ExpectSubmaps(collector,
+                dive->input.survey_files != nullptr,
+                session.mapper().Statement(fed.conditions),
+                *feeding);
+}
+
+// Compares the map's track with that of the other navigation.
+void CompareTracks(const Survey& survey,
+                   const std::vector<OtherTrack>& others,
+                   std::vector<DiveReport>* reports) {
+  for (const OtherTrack& other : others) {
+    std::vector<TrackState> own;
+    std::copy_if(
+        survey.track.begin(), survey.track.end(), std::back_inserter(own), [&](const auto& state) {
+          return state.chain == other.chain;
+        });
+    (*reports)[static_cast<std::size_t>(other.chain)].other_navigation =
+        CompareNavigations(own, other.states, other.source);
+  }
+}
+
+}  // namespace
+
+ProductSummary RunReplay(const ReplayOptions& options) {
+  const Stopwatch stopwatch;
+  ExpectInputs(options);
+  const std::vector<DiveInput> dive_inputs = DivesAmong(options.inputs, options.from_raw);
+  ExpectDives(dive_inputs, options);
+  const bool several = dive_inputs.size() > 1;
+  Unread unread(several);
+  std::vector<Dive> opened;
+  for (const DiveInput& dive : dive_inputs)
+    unread.Try(dive.name, [&] { opened.push_back({dive.name, Open(dive, options), {}, {}}); });
+  ShareGrid(opened);
+  OutputFolder out(options.out);
+  std::optional<Interruption> interruption;
+  if (options.interruptible) interruption.emplace([&out] { out.Discard(); });
+
+  std::vector<Dive> dives;
+  for (Dive& dive : opened) {
+    const fs::path of_dive = several ? out.path() / "config" / dive.name : out.path();
+    if (unread.Try(dive.name, [&] { Prepare(options, of_dive, &dive); }))
+      dives.push_back(std::move(dive));
+  }
+  if (dives.empty()) unread.ThrowFirst();
+  for (const Dive& dive : dives)
+    if (!options.quiet)
+      std::fprintf(stderr,
+                   "%sconfiguration: %s\n",
+                   several ? (dive.name + ": ").c_str() : "",
+                   dive.config.statement.c_str());
+  Dive& first = dives[0];
+  const VehicleGeometry& vehicle = first.mapper.vehicle;
+  const Datum datum = options.datum.value_or(DatumOf(vehicle));
+  if (several || options.datum) UseDatum(datum, &dives);
+
+  ProductOptions products;
+  products.title = options.inputs[0].filename().string();
+  products.configuration = first.config.statement;
+  if (!options.quiet) {
+    products.progress = [](const std::string& step) { std::fprintf(stderr, "%s\n", step.c_str()); };
+  }
+  if (first.input.submaps) {
+    products.axes = first.input.submaps->z_up ? MapAxes::kEastNorthUp : MapAxes::kNorthEastDown;
+  } else {
+    products.datum = datum;
+    UseTruth(options, &products);
+  }
+
+  std::unique_ptr<RawReplay> raw =
+      options.from_raw ? OpenRaw(options, first.input, out.path()) : nullptr;
+  SurveyCollector collector(out.path());
+  MapRecorder recorder;
+  std::optional<SoundingLog> soundings;
+  if (options.soundings) {
+    products.soundings = &soundings.emplace(out.path() / ".soundings");
+    products.sounding_format = *options.soundings;
+  }
+  Feeding feeding{options.quiet, [&] { return interruption && interruption->requested(); }};
+  if (options.as_recorded) {
+    FeedResults(*first.input.logs, &collector, &feeding);
+    products.noise_not_estimated = "this replay uses the recorded results";
+    for (const std::string& name : first.input.names) feeding.spans.push_back({name, {}, {}});
+  } else {
+    const ScratchDir store(out.path() / ".store");
+    first.mapper.map_dir = store.path();
+    const Outputs outputs{&collector, &products, [&](const MapperEvent& event) {
+                            recorder.Add(event);
+                            if (options.on_event) options.on_event(event);
+                          }};
+    if (several || first.input.map)
+      RemakeTogether(&dives, store.path(), outputs, &unread, &feeding);
+    else
+      Remake(&first, std::move(raw), outputs, &feeding);
+  }
+  products.refused = feeding.refused;
+  products.partial = feeding.partial;
+  products.unread = unread.dives();
+  Survey survey = collector.Finish();
+  CompareTracks(survey, feeding.other_tracks, &products.dives);
+  survey.inputs = feeding.spans;
+  products.run_figures = [&] { return stopwatch.Read(DurationSeconds(survey)); };
+  const bool track_alone = survey.submaps.empty() && !options.as_recorded && first.input.logs;
+  ProductSummary summary = track_alone ? WriteTrackProducts(survey, products, out.path())
+                                       : WriteProducts(survey, products, out.path());
+  if (!survey.submaps.empty() && !options.as_recorded)
+    WriteFinishedMap(out.path(), recorder, survey, products, summary.outcome, first.configuration);
+  soundings.reset();
+  interruption.reset();  // publishing is not interrupted
+  out.Publish();
+  return summary;
+}
+
+void PrintReplayConfig(const ReplayOptions& options) {
+  MapperConfig config;
+  if (!options.mapper_config.empty()) config = LoadMapperConfig(options.mapper_config.string());
+  std::fputs(PrintConfig(config).c_str(), stdout);
+}
+
+}  // namespace seastitch

@@ -1,0 +1,113 @@
+#include "survey/replay/replay_feed.hpp"
+
+#include <cstdio>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+
+#include "survey/plan/ping_losses.hpp"
+#include "survey/progress.hpp"
+#include "survey/read/log_source.hpp"
+#include "survey/read/message_types.hpp"
+#include "survey/read/recorded_results.hpp"
+
+namespace seastitch {
+namespace {
+
+void Pass(SampleSource* source, const TakeSample& take, const Feeding& feeding) {
+  while (!feeding.stopped()) {
+    const std::optional<Received> sample = source->Next();
+    if (!sample) break;
+    take(*sample, source->input());
+  }
+}
+
+void PrintSkipped(const Feeding& feeding) {
+  for (const auto& [reason, count] : feeding.refused)
+    std::fprintf(stderr, "skipped: %s %lld\n", reason.c_str(), static_cast<long long>(count));
+}
+
+void FeedSurvey(SurveyFiles* survey, const TakeSample& take, Feeding* feeding) {
+  const SurveyPlan& plan = survey->plan();
+  std::fputs((feeding->quiet ? plan.warning : plan.Text()).c_str(), stderr);
+  ProgressLine progress("reading", survey->bytes(), feeding->quiet);
+  Pass(
+      survey,
+      [&](const Received& sample, std::size_t input) {
+        take(sample, input);
+        progress.Set(survey->bytes_read());
+      },
+      *feeding);
+  if (feeding->stopped()) return NoteStop(survey->percent_read(), feeding);
+  progress.Finish();
+  for (const auto& [name, value] : survey->refused())
+    if (value != 0) feeding->refused[name] = value;
+  for (const auto& [name, value] : feeding->refused)
+    if (!feeding->quiet)
+      std::fprintf(stderr, "%s: %lld\n", name.c_str(), static_cast<long long>(value));
+  if (const auto outcome = survey->Outcome()) throw DataError(*outcome);
+}
+
+Fed FeedLogs(LogSource* source, const TakeSample& take, Feeding* feeding) {
+  Pass(source, take, *feeding);
+  if (feeding->stopped()) NoteStop(source->percent_read(), feeding);
+  feeding->refused = source->refused();
+  PrintSkipped(*feeding);
+  return {source->conditions(), source->messages()};
+}
+
+}  // namespace
+
+void NoteStop(int percent, Feeding* feeding) {
+  feeding->partial =
+      "Partial: the replay was interrupted after " + std::to_string(percent) + " % of the input.";
+}
+
+void FeedResults(const RecordedLogs& recorded, SurveyCollector* collector, Feeding* feeding) {
+  RecordedResults results(recorded, feeding->quiet, collector);
+  while (!feeding->stopped() && results.Next()) {
+  }
+  if (feeding->stopped()) NoteStop(results.percent_read(), feeding);
+  feeding->refused = results.refused();
+  PrintSkipped(*feeding);
+}
+
+void FeedSubmaps(SubmapDirectory directory, MappingSession* session, Feeding* feeding) {
+  ProgressLine progress("registering submaps", directory.submaps.size(), feeding->quiet);
+  std::size_t done = 0;
+  for (Submap& submap : directory.submaps) {
+    if (feeding->stopped())
+      return NoteStop(static_cast<int>(100 * done / directory.submaps.size()), feeding);
+    session->AddSubmap(std::move(submap));
+    progress.Advance(1);
+    ++done;
+  }
+  progress.Finish();
+}
+
+DiveReport ReportOf(const LocalMapper& mapper, const Fed& fed) {
+  Counters counters = mapper.counters();
+  counters.insert(fed.messages.begin(), fed.messages.end());
+  return {std::move(counters),
+          mapper.Conditions(fed.conditions),
+          mapper.mapper().noise().timing,
+          mapper.mapper().stamp_offsets(),
+          std::nullopt};
+}
+
+void PrintPingLosses(const Input& input, const Counters& mapper, bool quiet) {
+  if (!input.survey_files) return;
+  const PingLosses losses(input.survey_files->counters()["survey_pings"], mapper);
+  if (!quiet || losses.is_warning) std::fputs(losses.text.c_str(), stderr);
+}
+
+Fed Feed(Input* input, std::unique_ptr<RawReplay> raw, const TakeSample& take, Feeding* feeding) {
+  if (!input->survey_files) {
+    LogSource source(*input->logs, std::move(raw), feeding->quiet);
+    return FeedLogs(&source, take, feeding);
+  }
+  FeedSurvey(input->survey_files.get(), take, feeding);
+  return {};
+}
+
+}  // namespace seastitch

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/core/counters.hpp"
+#include "common/core/sample.hpp"
+#include "products/report/dive_report.hpp"
+#include "products/survey.hpp"
+#include "survey/read/raw_replay.hpp"
+#include "survey/replay/replay_input.hpp"
+#include "survey/session/mapping_session.hpp"
+
+namespace seastitch {
+
+// Track of a navigation that the map does not use.
+struct OtherTrack {
+  std::int32_t chain;
+  std::string source;
+  std::vector<TrackState> states;
+};
+
+// Input of a replay, and counts of what is not used.
+struct Feeding {
+  bool quiet;
+  std::function<bool()> stopped;                  // asked before every sample
+  std::map<std::string, std::int64_t> refused{};  // by reason
+  std::string partial{};                          // sentence about where it was stopped
+  std::vector<OtherTrack> other_tracks{};         // one of each dive with a log
+  std::vector<SurveyInput> spans{};               // the inputs, in order
+};
+
+// Notes that the replay was interrupted after this part of the input.
+void NoteStop(int percent, Feeding* feeding);
+
+// What a dive's input had besides what was taken.
+struct Fed {
+  std::vector<Condition> conditions;  // faults of its messages at its end
+  Counters messages;                  // lost or malformed
+};
+// Passes the samples of logs or survey files on: `take` gets each with the number of its input.
+// raw: decodes recorded raw bytes; null: they are not decoded.
+using TakeSample = std::function<void(const Received&, std::size_t input)>;
+Fed Feed(Input* input, std::unique_ptr<RawReplay> raw, const TakeSample& take, Feeding* feeding);
+// Passes the results on that are in logs.
+void FeedResults(const RecordedLogs& recorded, SurveyCollector* collector, Feeding* feeding);
+// What a mapper of a dive found.
+DiveReport ReportOf(const LocalMapper& mapper, const Fed& fed = {});
+// Prints how many pings of survey files are in the map, by the mapper's counters. quiet: only a
+// warning.
+void PrintPingLosses(const Input& input, const Counters& mapper, bool quiet);
+// Adds submaps of files.
+void FeedSubmaps(SubmapDirectory directory, MappingSession* session, Feeding* feeding);
+
+}  // namespace seastitch

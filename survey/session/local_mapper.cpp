@@ -1,0 +1,136 @@
+#include "survey/session/local_mapper.hpp"
+
+#include <filesystem>
+#include <memory>
+#include <stdexcept>
+#include <system_error>
+#include <variant>
+
+#include "common/runtime/health.hpp"
+
+namespace seastitch {
+namespace {
+
+void MakeDirectory(const std::filesystem::path& directory) {
+  std::error_code error;
+  std::filesystem::create_directories(directory, error);
+  if (!std::filesystem::is_directory(directory))
+    throw std::runtime_error(directory.string() + ": cannot be made a directory: " +
+                             (error ? error.message() : "not a directory"));
+}
+
+// Those that make navigation go on, and so the search for closures.
+bool IsOfNavigation(const Sample& sample) {
+  return std::holds_alternative<ImuSample>(sample) || std::holds_alternative<DvlSample>(sample) ||
+         std::holds_alternative<DepthSample>(sample) ||
+         std::holds_alternative<NavigationSample>(sample) ||
+         std::holds_alternative<PositionFix>(sample);
+}
+
+}  // namespace
+
+LocalMapper::LocalMapper(const MapperConfig& config,
+                         std::function<void(const MapperEvent&)> on_event)
+    : params_(config.loop_closer),
+      mapper_(config),
+      store_({config.map_dir, config.max_cached_mb, config.max_unsaved_mb}),
+      prepared_(config.loop_closer.registration),
+      on_event_(std::move(on_event)) {
+  MakeDirectory(config.map_dir);
+}
+
+void LocalMapper::Add(const Received& received) {
+  std::visit(Overloaded{[this](const Heartbeat& heartbeat) { mapper_.OnHeartbeat(heartbeat); },
+                        [&](const auto& sample) {
+                          mapper_.Add(sample, received.stamp);
+                          Deliver();
+                        }},
+             received.sample);
+  if (IsOfNavigation(received.sample)) LookAgain();
+}
+
+void LocalMapper::AddSubmap(Submap submap, std::optional<Mapper::OfDive> of_dive) {
+  if (of_dive)
+    mapper_.AddSubmap(std::move(submap), *std::move(of_dive));
+  else
+    mapper_.AddSubmap(std::move(submap));
+  Deliver();
+}
+
+bool LocalMapper::LookAgain() {
+  const bool left = mapper_.LookAgain();
+  if (left)
+    if (auto job = mapper_.NextJob()) Register(*std::move(job));
+  Deliver();
+  return left;
+}
+
+void LocalMapper::Finish() {
+  mapper_.Finish();
+  Deliver();
+}
+
+void LocalMapper::Store(const JournalEntry& entry) {
+  const auto* const closed = std::get_if<ClosedSubmap>(&entry);
+  if (closed == nullptr || closed->submap->cloud.empty()) return;
+  const std::int64_t errors = store_.counters().write_errors;
+  store_.Put(closed->submap);
+  store_fails_ = store_.counters().write_errors > errors;
+}
+
+// A submap is registered after it is stored, because jobs load its points.
+void LocalMapper::Deliver() {
+  while (true) {
+    for (const MapperEvent& event : mapper_.TakeEvents()) {
+      if (const auto* entry = std::get_if<JournalEntry>(&event)) Store(*entry);
+      on_event_(event);
+    }
+    if (!mapper_.HasSubmapToRegister()) return;
+    std::optional<RegistrationJob> job = mapper_.NextJob();
+    if (!job) return;
+    Register(*std::move(job));
+  }
+}
+
+void LocalMapper::Register(RegistrationJob job) {
+  const LoadSubmap load = [this](SubmapId id) { return store_.Get(id); };
+  mapper_.Take(Run(std::move(job), params_, load, &prepared_));
+}
+
+Counters LocalMapper::counters() const {
+  Counters counters = mapper_.counters();
+  counters.merge(store_.counters().ByName());
+  std::erase_if(counters, [](const auto& counter) { return counter.second == 0; });
+  return counters;
+}
+
+std::vector<Condition> LocalMapper::Faults(const std::vector<Condition>& more) const {
+  std::vector<Condition> faults = mapper_.conditions();
+  if (store_fails_) faults.push_back({&conditions::kStoreNotWriting, ""});
+  if (const std::string lost = store_.counters().PointsLost(); !lost.empty())
+    faults.push_back({&conditions::kPointsLost, lost});
+  faults.insert(faults.end(), more.begin(), more.end());
+  return faults;
+}
+
+std::vector<std::string> LocalMapper::Conditions(const std::vector<Condition>& more) const {
+  Health health("mapper");
+  health.SetConditions(Faults(more));
+  std::vector<std::string> sentences;
+  for (const condition_t& condition : health.Snapshot(0, 1.0).conditions)
+    sentences.push_back(condition.sentence);
+  return sentences;
+}
+
+std::string LocalMapper::Statement(const std::vector<Condition>& more) const {
+  Health health("mapper");
+  health.SetConditions(Faults(more));
+  health.SetText(mapper_.Summary());
+  if (mapper_.IsWaiting()) health.SetStarting(mapper_.WaitsFor());
+  std::string statement = health.text();
+  for (const auto& [name, value] : counters())
+    statement += ", " + name + " " + std::to_string(value);
+  return statement;
+}
+
+}  // namespace seastitch

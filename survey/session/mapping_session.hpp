@@ -1,0 +1,58 @@
+#pragma once
+
+#include <deque>
+#include <functional>
+#include <variant>
+
+#include "common/core/graph.hpp"
+#include "optimizer/pose_graph_optimizer.hpp"
+#include "products/survey_collector.hpp"
+#include "survey/session/local_mapper.hpp"
+
+namespace seastitch {
+
+// Mapper and optimizer of one map, joined by calls. What they exchange is answered in its order,
+// as on the vehicle; every version of the graph is solved.
+class MappingSession {
+ public:
+  // collector: gets the results. stopped: ends Settle() early. on_event: gets every event of the
+  // mapper before it has an effect.
+  MappingSession(const MapperConfig& mapper,
+                 const OptimizerParams& optimizer,
+                 SurveyCollector* collector,
+                 std::function<bool()> stopped,
+                 std::function<void(const MapperEvent&)> on_event);
+  MappingSession(const MappingSession&) = delete;
+  MappingSession& operator=(const MappingSession&) = delete;
+
+  void Add(const Received& received);
+  // Adds a submap and settles.
+  void AddSubmap(Submap submap, std::optional<Mapper::OfDive> of_dive = std::nullopt);
+  // Ends the dive, and settles.
+  void Finish();
+
+  LocalMapper& mapper() { return mapper_; }
+
+ private:
+  using Letter = std::variant<GraphUpdate, PoseGraph, CovarianceRequest, PairCovariances>;
+
+  void On(const MapperEvent& event);
+  // Until all is answered.
+  void Exchange();
+  // Until no pair is left for a retry, too.
+  void Settle();
+  void Deliver(const GraphUpdate& update);
+  void Deliver(const PoseGraph& solution);
+  void Deliver(const CovarianceRequest& request);
+  void Deliver(const PairCovariances& answer);
+
+  SurveyCollector* const collector_;
+  const std::function<bool()> stopped_;
+  const std::function<void(const MapperEvent&)> on_event_;
+  LocalMapper mapper_;
+  PoseGraphOptimizer optimizer_;
+  PoseGraph solution_;
+  std::deque<Letter> letters_;
+};
+
+}  // namespace seastitch

@@ -1,0 +1,154 @@
+#include "tools/live/run_comparison.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <set>
+#include <sstream>
+#include <stdexcept>
+
+#include "common/core/pose.hpp"
+
+namespace seastitch {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::ifstream Open(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  if (!in) throw std::runtime_error(file.string() + ": cannot be opened");
+  return in;
+}
+
+std::string Bytes(const fs::path& file) {
+  std::ifstream in = Open(file);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+std::set<std::string> SubmapFiles(const fs::path& products) {
+  std::set<std::string> names;
+  for (const auto& entry : fs::directory_iterator(products / "submaps"))
+    names.insert(entry.path().filename().string());
+  return names;
+}
+
+// Lines of graph.g2o by "target-source"; for neighbours this includes dead reckoning.
+std::map<std::string, std::string> Edges(const fs::path& products) {
+  std::map<std::string, std::string> edges;
+  std::ifstream in = Open(products / "graph.g2o");
+  for (std::string line; std::getline(in, line);) {
+    std::istringstream words(line);
+    std::string tag;
+    std::string from;
+    std::string to;
+    words >> tag >> from >> to;
+    if (tag == "EDGE_SE2") edges[from + "-" + to] += line;
+  }
+  return edges;
+}
+
+// x, y [m], yaw [rad] and their sigmas, by utime.
+using Track = std::map<std::int64_t, std::array<double, 6>>;
+
+Track ReadTrack(const fs::path& products) {
+  const fs::path file = products / "track.csv";
+  std::ifstream in = Open(file);
+  const auto cells_of = [](const std::string& line) {
+    std::vector<std::string> cells;
+    std::istringstream parts(line);
+    for (std::string cell; std::getline(parts, cell, ',');) cells.push_back(cell);
+    return cells;
+  };
+  std::string line;
+  std::getline(in, line);
+  const std::vector<std::string> names = cells_of(line);
+  std::array<std::size_t, 6> columns{};
+  const char* const wanted[] = {"x_m", "y_m", "yaw_deg", "sigma_x_m", "sigma_y_m", "sigma_yaw_deg"};
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const auto found = std::find(names.begin(), names.end(), wanted[i]);
+    if (found == names.end()) throw std::runtime_error(file.string() + ": no " + wanted[i]);
+    columns[i] = static_cast<std::size_t>(found - names.begin());
+  }
+  Track track;
+  while (std::getline(in, line)) {
+    const std::vector<std::string> cells = cells_of(line);
+    std::array<double, 6>& state = track[std::stoll(cells.at(0))];
+    for (std::size_t i = 0; i < columns.size(); ++i) state[i] = std::stod(cells.at(columns[i]));
+  }
+  return track;
+}
+
+double PosesApart(const Track& a, const Track& b) {
+  double most = 0.0;
+  for (const auto& [utime, state] : a) {
+    const auto found = b.find(utime);
+    if (found == b.end()) continue;
+    const std::array<double, 6>& other = found->second;
+    const double yaw_deg = Rad2Deg(WrapAngle(Deg2Rad(state[2] - other[2])));
+    most = std::max({most,
+                     std::abs(state[0] - other[0]) / other[3],
+                     std::abs(state[1] - other[1]) / other[4],
+                     std::abs(yaw_deg) / other[5]});
+  }
+  return most;
+}
+
+std::string List(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) text += " " + name;
+  return text;
+}
+
+}  // namespace
+
+RunComparison CompareRuns(const fs::path& first, const fs::path& second) {
+  RunComparison out;
+  std::set<std::string> files = SubmapFiles(first);
+  const std::set<std::string> others = SubmapFiles(second);
+  files.insert(others.begin(), others.end());
+  out.submaps = files.size();
+  for (const std::string& name : files) {
+    const fs::path a = first / "submaps" / name;
+    const fs::path b = second / "submaps" / name;
+    const bool both = fs::exists(a) && fs::exists(b);
+    if (!both || Bytes(a) != Bytes(b)) out.submaps_apart.push_back(name);
+  }
+  const auto edges = Edges(first);
+  const auto other_edges = Edges(second);
+  for (const auto& [pair, line] : edges) {
+    const auto found = other_edges.find(pair);
+    if (found == other_edges.end()) {
+      out.first_alone.push_back(pair);
+    } else {
+      ++out.edges;
+      if (found->second != line) out.edges_apart.push_back(pair);
+    }
+  }
+  for (const auto& [pair, line] : other_edges)
+    if (!edges.contains(pair)) out.second_alone.push_back(pair);
+  out.poses_apart = PosesApart(ReadTrack(first), ReadTrack(second));
+  return out;
+}
+
+std::string Text(const RunComparison& c, const std::string& first, const std::string& second) {
+  const auto same = [](std::size_t all, const std::vector<std::string>& apart) {
+    return std::to_string(all - apart.size()) + " of " + std::to_string(all);
+  };
+  std::string text = "submaps: " + same(c.submaps, c.submaps_apart) + " have the same bytes\n";
+  if (!c.submaps_apart.empty()) text += "  not the same:" + List(c.submaps_apart) + "\n";
+  text += "edges of the graph: " + same(c.edges, c.edges_apart) + " have the same figures\n";
+  if (!c.edges_apart.empty()) text += "  others:" + List(c.edges_apart) + "\n";
+  if (!c.first_alone.empty()) text += "  " + first + " alone:" + List(c.first_alone) + "\n";
+  if (!c.second_alone.empty()) text += "  " + second + " alone:" + List(c.second_alone) + "\n";
+  char poses[80];
+  std::snprintf(
+      poses, sizeof poses, "poses: at most %.2f of their stated sigma apart\n", c.poses_apart);
+  return text + poses;
+}
+
+}  // namespace seastitch
