@@ -3,8 +3,8 @@
 #include <Eigen/Core>
 #include <memory>
 
-#include "common/geo/datum.hpp"
 #include "common/core/vehicle.hpp"
+#include "common/geo/datum.hpp"
 
 namespace GeographicLib {
 class LocalCartesian;

@@ -111,9 +111,8 @@ void GivenNavigation::Add(const DepthSample& sample) {
 void GivenNavigation::Add(const PositionFix& fix) {
   const Eigen::Vector2d north_east = map_frame_.NorthEastOf(fix.latitude_rad, fix.longitude_rad);
   if (!(north_east.norm() < kMaxFromDatumM)) return Count("fix_far_from_datum");
-  AddFix(
-      fix.time,
-      {north_east, fix.covariance_north_east_m2, fix.source, vehicle_.FixPointOf(fix.source)});
+  AddFix(fix.time,
+         {north_east, fix.covariance_north_east_m2, fix.source, vehicle_.FixPointOf(fix.source)});
   KeepFixes();
 }
 
