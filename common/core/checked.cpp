@@ -328,15 +328,16 @@ std::optional<PoseGraph> Checked(PoseGraph graph) {
 }
 
 std::optional<CovarianceRequest> Checked(CovarianceRequest request) {
-  if (request.graph_version < 1 || request.pairs.size() > kMaxCovariancePairs) return std::nullopt;
+  if (request.graph_version < 1) return std::nullopt;
+  request.pairs.resize(std::min(request.pairs.size(), std::size_t{kMaxCovariancePairs}));
   request.sender.resize(std::min(request.sender.size(), kMaxProcessName));
   return request;
 }
 
 std::optional<PairCovariances> Checked(PairCovariances answer) {
-  if (answer.graph_version < 1 || answer.pairs.size() > kMaxCovariancePairs ||
-      !CheckAll(&answer.pairs))
-    return std::nullopt;
+  if (answer.pairs.size() > kMaxCovariancePairs)
+    answer.pairs.erase(answer.pairs.begin() + kMaxCovariancePairs, answer.pairs.end());
+  if (answer.graph_version < 1 || !CheckAll(&answer.pairs)) return std::nullopt;
   answer.recipient.resize(std::min(answer.recipient.size(), kMaxProcessName));
   return answer;
 }

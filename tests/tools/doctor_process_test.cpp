@@ -19,7 +19,7 @@
 #include "seastitch/health_t.hpp"
 #include "tests/drivers/driver_process.hpp"
 #include "tests/process/run_command.hpp"
-#include "tests/tools/short_survey.hpp"
+#include "tests/survey/short_survey.hpp"
 #include "tools/vehicle/doctor.hpp"
 #include "tools/vehicle/machine_checks.hpp"
 

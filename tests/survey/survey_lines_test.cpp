@@ -33,7 +33,7 @@
 #include "tests/process/run_command.hpp"
 #include "tests/property.hpp"
 #include "tests/runtime/temporary_dir.hpp"
-#include "tests/tools/read_all.hpp"
+#include "tests/survey/read_all.hpp"
 
 namespace seastitch {
 namespace {

@@ -16,7 +16,7 @@
 #include "tests/paths.hpp"
 #include "tests/process/run_command.hpp"
 #include "tests/runtime/temporary_dir.hpp"
-#include "tests/tools/short_survey.hpp"
+#include "tests/survey/short_survey.hpp"
 
 namespace seastitch {
 namespace {

@@ -22,8 +22,8 @@
 #include "tests/paths.hpp"
 #include "tests/process/run_command.hpp"
 #include "tests/runtime/temporary_dir.hpp"
-#include "tests/tools/kmall_pieces.hpp"
-#include "tests/tools/three_dives.hpp"
+#include "tests/survey/kmall_pieces.hpp"
+#include "tests/survey/three_dives.hpp"
 
 namespace seastitch {
 namespace {

@@ -31,8 +31,8 @@
 #include "tests/paths.hpp"
 #include "tests/process/run_command.hpp"
 #include "tests/runtime/temporary_dir.hpp"
-#include "tests/tools/read_all.hpp"
-#include "tests/tools/small_kmall.hpp"
+#include "tests/survey/read_all.hpp"
+#include "tests/survey/small_kmall.hpp"
 
 namespace seastitch {
 namespace {

@@ -10,8 +10,8 @@
 
 #include "tests/paths.hpp"
 #include "tests/process/run_command.hpp"
-#include "tests/tools/kmall_pieces.hpp"
-#include "tests/tools/short_survey.hpp"
+#include "tests/survey/kmall_pieces.hpp"
+#include "tests/survey/short_survey.hpp"
 
 namespace seastitch::testing {
 

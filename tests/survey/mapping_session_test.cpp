@@ -1,0 +1,127 @@
+// A session joins mapper and optimizer by calls. What they make is what their processes make, which
+// exchange messages.
+#include "survey/session/mapping_session.hpp"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "common/convert/channels.hpp"
+#include "common/convert/convert.hpp"
+#include "mapper/mapper_node.hpp"
+#include "optimizer/optimizer_config.hpp"
+#include "optimizer/optimizer_node.hpp"
+#include "survey/read/log_source.hpp"
+#include "tests/paths.hpp"
+#include "tests/process/run_command.hpp"
+#include "tests/runtime/temporary_dir.hpp"
+
+namespace seastitch {
+namespace {
+
+namespace fs = std::filesystem;
+
+template <class Msg>
+std::string Encoded(const Msg& msg) {
+  std::string bytes(static_cast<std::size_t>(msg.getEncodedSize()), '\0');
+  msg.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  return bytes;
+}
+
+// Versions of a graph, as the bytes of their messages, and the last solution of all.
+struct Graph {
+  std::vector<std::string> updates;
+  std::vector<std::string> solution;
+  std::size_t closures = 0;
+};
+
+class Session : public testing::Test {
+ protected:
+  void SetUp() override {
+    const CommandResult made =
+        RunCommand(Program("seastitch") + " bench --survey " + ConfigFile("bench/short.yaml") +
+                   " --log " + log_.string());
+    ASSERT_EQ(made.exit_code, 0) << made.output;
+  }
+  MapperConfig Config(const char* map) const {
+    MapperConfig config = LoadMapperConfig(ConfigFile("mapper.yaml"));
+    config.map_dir = dir_.path() / map;
+    return config;
+  }
+  static void AddSolution(const PoseGraph& solution, Graph* graph) {
+    graph->solution.clear();
+    for (pose_graph_t part : ToLcm(solution, 0, Time{}, 0))
+      graph->solution.push_back(Encoded(part));
+    graph->closures = solution.loop_edges.size();
+  }
+
+  Graph OfNodes() const {
+    Graph graph;
+    Bus bus("memq://");
+    InlineWorker worker;
+    bus.Subscribe<graph_update_t>(channels::kGraphUpdate, 0, [&](graph_update_t msg) {
+      msg.seq = 0;
+      graph.updates.push_back(Encoded(msg));
+    });
+    PoseGraphAssembler assembler;
+    bus.Subscribe<pose_graph_t>(channels::kPoseGraph, 0, [&](const pose_graph_t& msg) {
+      if (const auto solution = assembler.Add(msg)) AddSolution(*solution, &graph);
+    });
+    MapperNode mapper(Config("of_nodes"), &bus, &worker);
+    OptimizerNode optimizer(LoadOptimizerConfig(ConfigFile("optimizer.yaml")), &bus, &worker);
+    const auto settle = [&] {
+      bus.HandleAll();
+      while (mapper.LookAgain()) bus.HandleAll();
+    };
+    EventLogReader reader(log_);
+    while (const auto event = reader.Next()) {
+      const Channel* const channel = FindChannel(event->channel);
+      if (channel == nullptr || channel->role != ChannelRole::kSensor) continue;
+      bus.PublishBytes(event->channel, event->data.data(), event->data.size());
+      bus.HandleAll();
+    }
+    mapper.Finish();
+    settle();
+    return graph;
+  }
+
+  Graph OfSession() const {
+    Graph graph;
+    SurveyCollector collector(dir_.path() / "products");
+    MappingSession session(
+        Config("of_session"),
+        LoadOptimizerConfig(ConfigFile("optimizer.yaml")),
+        &collector,
+        [] { return false; },
+        [&graph](const MapperEvent& event) {
+          if (const auto* step = std::get_if<GraphStep>(&event))
+            graph.updates.push_back(Encoded(ToLcm(step->update, step->submap_time, 0)));
+        });
+    LogSource source(LookThrough({log_}, true), nullptr, true);
+    while (const auto sample = source.Next()) session.Add(*sample);
+    session.Finish();
+    AddSolution(collector.Finish().solution, &graph);
+    EXPECT_TRUE(source.refused().empty());
+    EXPECT_TRUE(source.messages().empty());
+    return graph;
+  }
+
+ private:
+  TemporaryDir dir_;
+  const fs::path log_ = dir_.path() / "short.lcmlog";
+};
+
+TEST_F(Session, MakesTheGraphOfTheProcesses) {
+  const Graph nodes = OfNodes();
+  const Graph session = OfSession();
+  EXPECT_GT(nodes.closures, 10u);
+  EXPECT_GT(nodes.updates.size(), 5u);
+  EXPECT_EQ(session.updates.size(), nodes.updates.size());
+  EXPECT_TRUE(session.updates == nodes.updates);
+  EXPECT_TRUE(session.solution == nodes.solution);
+}
+
+}  // namespace
+}  // namespace seastitch
