@@ -2,13 +2,18 @@
 
 #include <cstdio>
 #include <fstream>
+#include <functional>
+#include <memory>
 #include <stdexcept>
 #include <string>
+#include <utility>
+#include <variant>
 
 #include "bench/live.hpp"
 #include "bench/simulator.hpp"
 #include "bench/survey_config.hpp"
 #include "bench/truth.hpp"
+#include "common/storage/submap_file.hpp"
 #include "survey/progress.hpp"
 #include "survey/replay/replay.hpp"
 #include "tools/bench_command.hpp"
@@ -112,8 +117,10 @@ ProductSummary Replay(const fs::path& dive,
                       const fs::path& truth,
                       const fs::path& config_dir,
                       const fs::path& out,
-                      bool as_recorded) {
+                      bool as_recorded,
+                      std::function<void(const MapperEvent&)> on_event = {}) {
   ReplayOptions options;
+  options.on_event = std::move(on_event);
   options.inputs = {dive};
   options.truth = truth;
   options.mapper_config = config_dir / "mapper.yaml";
@@ -121,6 +128,25 @@ ProductSummary Replay(const fs::path& dive,
   options.as_recorded = as_recorded;
   options.out = out;
   return RunReplay(options);
+}
+
+// Folder of the submaps that the live mapper stored; its map is the only one of the dive.
+fs::path StoredSubmaps(const fs::path& dive) {
+  for (const auto& entry : fs::directory_iterator(dive / "map"))
+    if (entry.is_directory()) return entry.path();
+  throw std::runtime_error((dive / "map").string() + ": no submap");
+}
+
+// Writes each submap that closes as SurveyStore does.
+std::function<void(const MapperEvent&)> StoreIn(const fs::path& folder) {
+  fs::create_directories(folder);
+  return [folder](const MapperEvent& event) {
+    const auto* const submap = std::get_if<std::shared_ptr<const Submap>>(&event);
+    if (submap == nullptr) return;
+    char name[40];
+    std::snprintf(name, sizeof name, "submap_%06d.pcd", (*submap)->id.value);
+    WriteSubmapPcd(folder / name, (*submap)->cloud, (*submap)->T_map_submap);
+  };
 }
 
 }  // namespace
@@ -131,7 +157,8 @@ int RunDemo(const DemoOptions& options) {
     throw std::runtime_error("demo: " + options.out.string() +
                              " holds something else; choose another folder with --out");
   }
-  for (const char* old : {"config", "log", "run", "dives", "live", "replay", "survey.truth.csv"}) {
+  for (const char* old :
+       {"config", "log", "run", "dives", "live", "replay", "closed", "survey.truth.csv"}) {
     fs::remove_all(options.out / old);
   }
   fs::create_directories(options.out);
@@ -169,16 +196,24 @@ int RunDemo(const DemoOptions& options) {
   const ProductSummary at_sea =
       Replay(live.dive(), truth, live.config_dir(), options.out / "live", true);
   std::fprintf(stderr, "replaying the recorded log in one process\n");
-  const ProductSummary ashore =
-      Replay(live.dive(), truth, live.config_dir(), options.out / "replay", false);
+  const ProductSummary ashore = Replay(live.dive(),
+                                       truth,
+                                       live.config_dir(),
+                                       options.out / "replay",
+                                       false,
+                                       StoreIn(options.out / "closed"));
 
   PrintTable(at_sea, ashore);
   for (const std::string& finding : ashore.noise_findings) std::printf("  %s\n", finding.c_str());
   const std::string lost = live.Lost();
-  std::printf(
-      "  live beside the replay (%s):\n%s",
-      lost.empty() ? "nothing was lost on the way" : ("lost on the way:" + lost).c_str(),
-      Text(CompareRuns(options.out / "live", options.out / "replay"), "live", "replay").c_str());
+  std::printf("  live beside the replay (%s):\n%s",
+              lost.empty() ? "nothing was lost on the way" : ("lost on the way:" + lost).c_str(),
+              Text(CompareRuns({options.out / "live", StoredSubmaps(live.dive())},
+                               {options.out / "replay", options.out / "closed"}),
+                   "live",
+                   "replay")
+                  .c_str());
+  fs::remove_all(options.out / "closed");
   std::printf("  faults at the end of the survey:%s\n", faults.empty() ? " none" : faults.c_str());
   std::printf("  map and report: %s\n", (options.out / "replay" / "report.html").c_str());
   return EXIT_SUCCESS;

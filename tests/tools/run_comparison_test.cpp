@@ -31,11 +31,13 @@ void WriteProducts(const fs::path& products) {
   Write(products / "track.csv", kHead + "100,1,2,179.9,0.5,0.5,1\n200,3,4,5,0.5,0.5,1\n");
 }
 
+RunFolders RunIn(const fs::path& products) { return {products, products / "submaps"}; }
+
 TEST(RunComparison, OfTheSameProductsFindsNothing) {
   const TemporaryDir dir;
   WriteProducts(dir / "live");
   WriteProducts(dir / "replay");
-  const RunComparison c = CompareRuns(dir / "live", dir / "replay");
+  const RunComparison c = CompareRuns(RunIn(dir / "live"), RunIn(dir / "replay"));
   EXPECT_EQ(c.submaps, 2U);
   EXPECT_THAT(c.submaps_apart, IsEmpty());
   EXPECT_EQ(c.edges, 2U);
@@ -55,7 +57,7 @@ TEST(RunComparison, NamesEverySubmapAndEdgeThatDiffers) {
   Write(dir / "replay/submaps/submap_2.pcd", "two");
   Write(dir / "live/graph.g2o", "EDGE_SE2 0 1 1 1 7\nEDGE_SE2 1 3 1 1 1\n");
   Write(dir / "live/track.csv", kHead + "100,1.1,2,-179.8,0.5,0.5,1\n300,9,9,9,1,1,1\n");
-  const RunComparison c = CompareRuns(dir / "live", dir / "replay");
+  const RunComparison c = CompareRuns(RunIn(dir / "live"), RunIn(dir / "replay"));
   EXPECT_EQ(c.submaps, 3U);
   EXPECT_THAT(c.submaps_apart, ElementsAre("submap_1.pcd", "submap_2.pcd"));
   EXPECT_THAT(c.edges_apart, ElementsAre("0-1"));

@@ -30,10 +30,10 @@ std::string Bytes(const fs::path& file) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-std::set<std::string> SubmapFiles(const fs::path& products) {
+std::set<std::string> SubmapFiles(const fs::path& folder) {
   std::set<std::string> names;
-  for (const auto& entry : fs::directory_iterator(products / "submaps"))
-    names.insert(entry.path().filename().string());
+  for (const auto& entry : fs::directory_iterator(folder))
+    if (entry.path().extension() == ".pcd") names.insert(entry.path().filename().string());
   return names;
 }
 
@@ -106,20 +106,20 @@ std::string List(const std::vector<std::string>& names) {
 
 }  // namespace
 
-RunComparison CompareRuns(const fs::path& first, const fs::path& second) {
+RunComparison CompareRuns(const RunFolders& first, const RunFolders& second) {
   RunComparison out;
-  std::set<std::string> files = SubmapFiles(first);
-  const std::set<std::string> others = SubmapFiles(second);
+  std::set<std::string> files = SubmapFiles(first.submaps);
+  const std::set<std::string> others = SubmapFiles(second.submaps);
   files.insert(others.begin(), others.end());
   out.submaps = files.size();
   for (const std::string& name : files) {
-    const fs::path a = first / "submaps" / name;
-    const fs::path b = second / "submaps" / name;
+    const fs::path a = first.submaps / name;
+    const fs::path b = second.submaps / name;
     const bool both = fs::exists(a) && fs::exists(b);
     if (!both || Bytes(a) != Bytes(b)) out.submaps_apart.push_back(name);
   }
-  const auto edges = Edges(first);
-  const auto other_edges = Edges(second);
+  const auto edges = Edges(first.products);
+  const auto other_edges = Edges(second.products);
   for (const auto& [pair, line] : edges) {
     const auto found = other_edges.find(pair);
     if (found == other_edges.end()) {
@@ -131,7 +131,7 @@ RunComparison CompareRuns(const fs::path& first, const fs::path& second) {
   }
   for (const auto& [pair, line] : other_edges)
     if (!edges.contains(pair)) out.second_alone.push_back(pair);
-  out.poses_apart = PosesApart(ReadTrack(first), ReadTrack(second));
+  out.poses_apart = PosesApart(ReadTrack(first.products), ReadTrack(second.products));
   return out;
 }
 

@@ -20,8 +20,16 @@ struct RunComparison {
       0.0;  // most of x, y and yaw along the track, in sigmas that the second states
 };
 
-// Folders of products. Throws std::runtime_error "FILE: reason".
-RunComparison CompareRuns(const std::filesystem::path& first, const std::filesystem::path& second);
+// Where the results of a run are.
+struct RunFolders {
+  std::filesystem::path products;
+  // PCD files of the submaps as they were closed. Those among the products have the pose of the
+  // last solution and are sheared by it.
+  std::filesystem::path submaps;
+};
+
+// Throws std::runtime_error "FILE: reason".
+RunComparison CompareRuns(const RunFolders& first, const RunFolders& second);
 
 // The differences as text for people; names: of the two runs.
 std::string Text(const RunComparison& comparison,
