@@ -72,15 +72,15 @@ void WriteGivenConfig(const fs::path& base,
   std::ofstream(path) << PrintConfig(config);
 }
 
-void Run(const std::string& survey_file,
-         const std::string& errors,
-         std::uint64_t first_seed,
-         int runs,
-         int dives,
-         const std::string& format,
-         bool velocities,
-         bool follow_velocity,
-         const std::string& keep) {
+void CompareFiles(const std::string& survey_file,
+                  const std::string& errors,
+                  std::uint64_t first_seed,
+                  int runs,
+                  int dives,
+                  const std::string& format,
+                  bool velocities,
+                  bool follow_velocity,
+                  const std::string& keep) {
   std::printf(
       "survey %s, errors %s, as .%s%s, a fix of %.0f m every %.0f s; shape error RMS [m], before "
       "and "
@@ -208,7 +208,7 @@ int main(int argc, char** argv) try {
   std::string keep;
   app.add_option("--keep", keep, "leaves logs, files and maps in this folder, by seed");
   CLI11_PARSE(app, argc, argv);
-  seastitch::Run(
+  seastitch::CompareFiles(
       survey, errors, first_seed, runs, dives, format, velocities, follow_velocity, keep);
   return 0;
 } catch (const std::exception& e) {

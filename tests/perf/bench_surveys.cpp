@@ -126,10 +126,8 @@ Run RunSurvey(const Plan& plan, const Options& options) {
   replay.optimizer_config = ConfigDir() / "optimizer.yaml";
   replay.out = scratch.path() / "out";
   replay.quiet = true;
-  replay.listen = [&](Bus* bus) {
-    bus->Subscribe<graph_update_t>("GRAPH_UPDATE", 0, [&](const graph_update_t& msg) {
-      if (const auto update = FromLcm(msg)) run.updates.push_back(*update);
-    });
+  replay.on_event = [&](const MapperEvent& event) {
+    if (const auto* step = std::get_if<GraphStep>(&event)) run.updates.push_back(step->update);
   };
   const std::clock_t start = std::clock();
   run.summary = RunReplay(replay);
