@@ -10,7 +10,7 @@
 namespace seastitch::bench {
 namespace {
 
-std::vector<ReceivedFrame> Received(const std::vector<CanFrame>& frames, Time recv) {
+std::vector<ReceivedFrame> WithStamp(const std::vector<CanFrame>& frames, Time recv) {
   std::vector<ReceivedFrame> received;
   received.reserve(frames.size());
   for (const CanFrame& frame : frames) received.push_back({frame, recv});
@@ -38,13 +38,13 @@ LogResult WriteLog(SurveySimulator* simulator,
     ++result.events;
     ++result.channels[channel];
   };
+  // One each, as every process numbers its own messages.
+  MessageOutput from_imu(write), from_dvl(write), from_mbes(write), own(write);
   for (config_t& part : configuration) {
     part.utime = ToUtime(now);
     part.version = ProgramVersion();
-    MessageOutput(write).Send(channels::kConfig, part);
+    own.Send(channels::kConfig, part);
   }
-  // One each, as every driver process numbers its own messages.
-  MessageOutput from_imu(write), from_dvl(write), from_mbes(write), from_fixes(write);
   ImuDriver imu(drivers.imu, &from_imu);
   DvlDriver dvl(drivers.dvl, &from_dvl);
   MbesDriver mbes(drivers.mbes, &from_mbes);
@@ -54,10 +54,10 @@ LogResult WriteLog(SurveySimulator* simulator,
   while (const std::optional<BenchEvent> event = simulator->Next()) {
     now = event->recv;
     switch (event->device) {
-      case Device::kImu: imu.Feed(Received(event->frames, now)); break;
-      case Device::kDvl: dvl.Feed(Received(event->frames, now)); break;
+      case Device::kImu: imu.Feed(WithStamp(event->frames, now)); break;
+      case Device::kDvl: dvl.Feed(WithStamp(event->frames, now)); break;
       case Device::kMbes: mbes.Feed(Datagram{event->bytes, now}); break;
-      case Device::kFix: from_fixes.Put(*event->fix, now); break;
+      case Device::kFix: own.Put(*event->fix, now); break;
     }
     if (progress && now >= next_progress) {
       if (!progress(ToSeconds(now - simulator->start()) / total_s)) break;

@@ -3,6 +3,10 @@
 #include <chrono>
 #include <stdexcept>
 #include <utility>
+#include <variant>
+
+#include "common/convert/convert.hpp"
+#include "common/core/channel_names.hpp"
 
 namespace seastitch {
 
@@ -82,6 +86,44 @@ std::string DeviceIn(const std::string& path, const std::vector<std::string>& na
   DeclareDevice(&device, names, &table);
   table.Peek(path);
   return device;
+}
+
+namespace {
+
+const char* ChannelOf(const ImuSample&) { return channels::kImu; }
+const char* ChannelOf(const DvlSample&) { return channels::kDvl; }
+const char* ChannelOf(const DepthSample&) { return channels::kDepth; }
+const char* ChannelOf(const NavigationSample&) { return channels::kIns; }
+const char* ChannelOf(const PositionFix&) { return channels::kPositionFix; }
+const char* ChannelOf(const MbesPing&) { return channels::kMbesPing; }
+const char* ChannelOf(const SoundingPing&) { return channels::kMbesSoundings; }
+const char* ChannelOf(const SoundVelocityProfile&) { return channels::kSvp; }
+
+}  // namespace
+
+void MessageOutput::Put(Sample sample, Time recv) {
+  std::visit(
+      Overloaded{[](const Heartbeat&) {},
+                 [&](const SoundingPing& ping) {
+                   std::int64_t& seq = seqs_[ChannelOf(ping)];
+                   for (const mbes_soundings_t& part : ToLcm(ping, MessageStamp{recv, seq})) {
+                     Send(ChannelOf(ping), part);
+                     ++seq;
+                   }
+                 },
+                 [&](const auto& s) {
+                   Send(ChannelOf(s), ToLcm(s, MessageStamp{recv, seqs_[ChannelOf(s)]++}));
+                 }},
+      sample);
+}
+
+void MessageOutput::Put(const RawBytes& raw) {
+  const std::string channel(raw.channel);
+  std::int64_t& seq = seqs_[channel];
+  for (const raw_bytes_t& part : ToRawParts(raw.bytes, std::string(raw.source), raw.recv, seq)) {
+    Send(channel, part);
+    ++seq;
+  }
 }
 
 DeviceDriver::DeviceDriver(const std::string& name,

@@ -2,10 +2,14 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "common/core/bytes.hpp"
 #include "common/core/counters.hpp"
+#include "common/core/sample.hpp"
 #include "common/core/time.hpp"
 #include "common/runtime/bus.hpp"
 #include "common/runtime/config/parameters.hpp"
@@ -13,7 +17,6 @@
 #include "common/runtime/health.hpp"
 #include "drivers/device_clock.hpp"
 #include "drivers/device_watch.hpp"
-#include "drivers/driver_output.hpp"
 #include "drivers/socket/source_url.hpp"
 
 namespace seastitch {
@@ -39,6 +42,54 @@ void DeclareClock(ClockParams* params, bool has_clock, ParameterTable* table);
 // The value of `device` in a configuration file; names.front() if the key is absent. Throws
 // ConfigError.
 std::string DeviceIn(const std::string& path, const std::vector<std::string>& names);
+
+// Bytes from a device, as a driver records them. A view.
+struct RawBytes {
+  std::string_view channel;  // such as channels::kRawCan
+  std::string_view source;   // the driver's `source`
+  Time recv;
+  Bytes bytes;
+};
+
+// Takes what a driver makes: measurements, and the bytes that they were decoded from.
+class DriverOutput {
+ public:
+  virtual ~DriverOutput() = default;
+  // recv: receive time of the bytes.
+  virtual void Put(Sample sample, Time recv) = 0;
+  virtual void Put(const RawBytes& raw) = 0;
+};
+
+// Passes them on as encoded messages, such as to a log, and numbers these by channel.
+class MessageOutput : public DriverOutput {
+ public:
+  using Write = std::function<void(const std::string& channel, const void* data, std::size_t size)>;
+  explicit MessageOutput(Write write) : write_(std::move(write)) {}
+
+  // A heartbeat is not written: every process sends its own (Health).
+  void Put(Sample sample, Time recv) override;
+  void Put(const RawBytes& raw) override;
+  // A message of another kind, with the number that it has.
+  template <class Msg>
+  void Send(const std::string& channel, const Msg& msg) {
+    std::vector<std::uint8_t> bytes(static_cast<std::size_t>(msg.getEncodedSize()));
+    msg.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+    write_(channel, bytes.data(), bytes.size());
+  }
+
+ private:
+  const Write write_;
+  std::map<std::string, std::int64_t, std::less<>> seqs_;  // of the next message, by channel
+};
+
+// Publishes them: the output of a driver process.
+class BusOutput : public MessageOutput {
+ public:
+  explicit BusOutput(Bus* bus)
+      : MessageOutput([bus](const std::string& channel, const void* data, std::size_t size) {
+          bus->PublishBytes(channel, data, size);
+        }) {}
+};
 
 // Base class of all drivers: puts out the raw bytes, and publishes counters and health. CanDriver
 // and DatagramDriver derive from it and read the transport; the class of a device derives from one

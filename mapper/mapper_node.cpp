@@ -39,14 +39,6 @@ std::string TimeApart(double silent_s) {
   return text;
 }
 
-void MakeDirectory(const std::filesystem::path& directory) {
-  std::error_code error;
-  std::filesystem::create_directories(directory, error);
-  if (!std::filesystem::is_directory(directory))
-    throw std::runtime_error(directory.string() + ": cannot be made a directory: " +
-                             (error ? error.message() : "not a directory"));
-}
-
 bool IsInput(const ImuSample&, NavigationSource source) {
   return source == NavigationSource::kDeadReckoning;
 }
@@ -62,7 +54,7 @@ bool IsInput(const Sample&, NavigationSource) {
 
 MapperNode::MapperNode(const MapperConfig& config, Bus* bus, Worker* worker)
     : bus_(bus), worker_(worker), writer_(&inline_), config_(config), mapper_(config) {
-  MakeDirectory(config_.map_dir);
+  SurveyStore::MakeDirectory(config_.map_dir);
   archive_ = MakeArchive(config_.map_dir);
   Subscribe();
 }
@@ -98,27 +90,14 @@ std::shared_ptr<MapperNode::Archive> MapperNode::MakeArchive(
 }
 
 void MapperNode::SubscribeSensors() {
-  const auto navigate = [this](const auto& sample, const MessageStamp& stamp) {
-    if (found_ && IsInput(sample, config_.navigation_source) && !Begin(sample, stamp)) return;
-    mapper_.Add(sample, stamp);
-    Deliver();
-    SendWaiting();
-    LookAgain();
-    if (mapper_.IsWaiting()) ReportHealth();  // otherwise with every NAV
-  };
-  const auto add = [this](const auto& sample, const MessageStamp& stamp) {
-    mapper_.Add(sample, stamp);
-    Deliver();
-    ReportHealth();
-  };
-  Subscribe<imu_t>(channels::kImu, navigate);
-  Subscribe<dvl_t>(channels::kDvl, navigate);
-  Subscribe<depth_t>(channels::kDepth, navigate);
-  Subscribe<navigation_t>(channels::kIns, navigate);
-  Subscribe<position_fix_t>(channels::kPositionFix, navigate);
-  Subscribe<mbes_ping_t>(channels::kMbesPing, add);
-  Subscribe<mbes_soundings_t>(channels::kMbesSoundings, add);
-  Subscribe<sound_velocity_profile_t>(channels::kSvp, add);
+  Subscribe<imu_t>(channels::kImu);
+  Subscribe<dvl_t>(channels::kDvl);
+  Subscribe<depth_t>(channels::kDepth);
+  Subscribe<navigation_t>(channels::kIns);
+  Subscribe<position_fix_t>(channels::kPositionFix);
+  Subscribe<mbes_ping_t>(channels::kMbesPing);
+  Subscribe<mbes_soundings_t>(channels::kMbesSoundings);
+  Subscribe<sound_velocity_profile_t>(channels::kSvp);
   bus_->Subscribe<health_t>(
       channels::kHealth, QueueOf(channels::kHealth), [this](const health_t& msg) {
         if (const auto heartbeat = FromLcm(msg)) mapper_.OnHeartbeat(*heartbeat);
@@ -141,17 +120,28 @@ void MapperNode::SubscribeOptimizer() {
                                  [this](const covariances_t& msg) { OnCovariances(msg); });
 }
 
-template <class Msg, class Handler>
-void MapperNode::Subscribe(const char* channel, Handler handler) {
+template <class Msg>
+void MapperNode::Subscribe(const char* channel) {
   using T = typename decltype(FromLcm(Msg{}))::value_type;
-  const char* const name = NameOf(T{});
-  bus_->Subscribe<Msg>(channel, QueueOf(channel), [this, name, handler](const Msg& msg) {
-    health_.Tick(name);
+  bus_->Subscribe<Msg>(channel, QueueOf(channel), [this](const Msg& msg) {
+    health_.Tick(NameOf(T{}));
     if (const auto received = inbox_.Take(msg, mapper_.health_time_s()))
-      handler(std::get<T>(received->sample), received->stamp);
+      Add(std::get<T>(received->sample), received->stamp);
     else
       ReportHealth();
   });
+}
+
+template <class T>
+void MapperNode::Add(const T& sample, const MessageStamp& stamp) {
+  if (found_ && IsInput(sample, config_.navigation_source) && !Begin(sample, stamp)) return;
+  mapper_.Add(sample, stamp);
+  Deliver();
+  if constexpr (kIsOfNavigation<T>) {
+    SendWaiting();
+    LookAgain();
+  }
+  if (!kIsOfNavigation<T> || mapper_.IsWaiting()) ReportHealth();  // otherwise with every NAV
 }
 
 void MapperNode::CountMalformed(const std::string& name) {

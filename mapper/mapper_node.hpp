@@ -97,8 +97,10 @@ class MapperNode {
   bool Resume(const SavedMap& saved);
   std::shared_ptr<Archive> MakeArchive(const std::filesystem::path& folder) const;
 
-  template <class Msg, class Handler>
-  void Subscribe(const char* channel, Handler handler);
+  template <class Msg>
+  void Subscribe(const char* channel);
+  template <class T>
+  void Add(const T& sample, const MessageStamp& stamp);
   void Subscribe();
   void SubscribeSensors();
   void SubscribeOptimizer();

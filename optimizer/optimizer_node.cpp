@@ -64,7 +64,7 @@ void OptimizerNode::OnUpdate(const graph_update_t& msg) {
 }
 
 void OptimizerNode::Take(const graph_update_t& msg) {
-  const std::optional<GraphUpdate> update = Checked(msg);
+  const std::optional<GraphUpdate> update = Usable(msg);
   if (!update) return;
   const bool another_graph = newest_version_ > 0 && update->graph_id != graph_id_;
   if (another_graph && !IsBegin(*update)) return OnAnotherGraph(*update);
@@ -132,11 +132,12 @@ void OptimizerNode::Expect(std::int64_t version) {
 
 // Converts an update. Malformed edges are left out. An update with a malformed vertex is requested
 // once more; if it is malformed again, an empty update with its version takes its place.
-std::optional<GraphUpdate> OptimizerNode::Checked(const graph_update_t& msg) {
+std::optional<GraphUpdate> OptimizerNode::Usable(const graph_update_t& msg) {
   std::optional<GraphUpdate> update = FromLcm(msg);
   if (update) return update;
   health_.Count("updates_malformed");
-  update = WithoutBadEdges(msg);
+  const std::optional<GraphUpdate> malformed = UncheckedFromLcm(msg);
+  if (malformed) update = WithoutMalformedEdges(*malformed);
   if (update || msg.version != optimizer_->version() + 1) return update;
   if (malformed_version_ != msg.version) {
     malformed_version_ = msg.version;
@@ -146,29 +147,7 @@ std::optional<GraphUpdate> OptimizerNode::Checked(const graph_update_t& msg) {
     return std::nullopt;
   }
   ++submaps_lost_;
-  GraphUpdate empty;
-  empty.version = msg.version;
-  empty.graph_id = msg.graph_id;
-  empty.final = msg.is_final != 0;
-  empty.resumed = msg.is_resumed != 0;
-  return empty;
-}
-
-std::optional<GraphUpdate> OptimizerNode::WithoutBadEdges(const graph_update_t& msg) const {
-  graph_update_t part = msg;
-  part.edges.clear();
-  part.num_edges = 0;
-  std::optional<GraphUpdate> update = FromLcm(part);
-  if (!update) return update;
-  part.vertices.clear();
-  part.num_vertices = 0;
-  part.num_edges = 1;
-  for (const graph_edge_t& edge : msg.edges) {
-    part.edges = {edge};
-    if (const std::optional<GraphUpdate> alone = FromLcm(part))
-      update->edges.push_back(alone->edges.front());
-  }
-  return update;
+  return GraphUpdate{msg.version, {}, {}, {}, msg.graph_id, msg.is_final != 0, msg.is_resumed != 0};
 }
 
 void OptimizerNode::StartOver() {

@@ -49,8 +49,7 @@ class OptimizerNode {
  private:
   void OnUpdate(const graph_update_t& msg);
   void Take(const graph_update_t& msg);
-  std::optional<GraphUpdate> Checked(const graph_update_t& msg);
-  std::optional<GraphUpdate> WithoutBadEdges(const graph_update_t& msg) const;
+  std::optional<GraphUpdate> Usable(const graph_update_t& msg);
   bool IsBegin(const GraphUpdate& update) const;
   void OnAnotherGraph(const GraphUpdate& update);
   void HearOwnGraph();

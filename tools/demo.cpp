@@ -14,6 +14,7 @@
 #include "bench/survey_config.hpp"
 #include "bench/truth.hpp"
 #include "common/storage/submap_file.hpp"
+#include "mapper/submaps/survey_store.hpp"
 #include "survey/progress.hpp"
 #include "survey/replay/replay.hpp"
 #include "tools/bench_command.hpp"
@@ -143,9 +144,8 @@ std::function<void(const MapperEvent&)> StoreIn(const fs::path& folder) {
   return [folder](const MapperEvent& event) {
     const auto* const submap = std::get_if<std::shared_ptr<const Submap>>(&event);
     if (submap == nullptr) return;
-    char name[40];
-    std::snprintf(name, sizeof name, "submap_%06d.pcd", (*submap)->id.value);
-    WriteSubmapPcd(folder / name, (*submap)->cloud, (*submap)->T_map_submap);
+    WriteSubmapPcd(
+        folder / SubmapFileName((*submap)->id), (*submap)->cloud, (*submap)->T_map_submap);
   };
 }
 

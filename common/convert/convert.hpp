@@ -11,8 +11,7 @@
 #include "common/core/bytes.hpp"
 #include "common/core/checked.hpp"
 #include "common/core/graph.hpp"
-#include "common/core/heartbeat.hpp"
-#include "common/core/message_stamp.hpp"
+#include "common/core/sample.hpp"
 #include "common/core/sensors.hpp"
 #include "common/core/submap.hpp"
 #include "seastitch/config_t.hpp"
@@ -80,6 +79,8 @@ std::optional<Heartbeat> FromLcm(const health_t& msg);
 std::optional<NavState> FromLcm(const nav_t& msg);
 std::optional<CorrectedNavState> FromLcm(const nav_corrected_t& msg);
 std::optional<GraphUpdate> FromLcm(const graph_update_t& msg);
+// Without the limits of core/checked.hpp, for a receiver that can use a part.
+std::optional<GraphUpdate> UncheckedFromLcm(const graph_update_t& msg);
 std::optional<CovarianceRequest> FromLcm(const covariance_request_t& msg);
 std::optional<PairCovariances> FromLcm(const covariances_t& msg);
 

@@ -39,14 +39,15 @@ graph_vertex_t ToLcm(const GraphVertex& vertex) {
   return msg;
 }
 
-std::optional<GraphVertex> FromLcm(const graph_vertex_t& msg) {
-  std::optional<GraphVertex> vertex =
-      Checked(GraphVertex{SubmapId{msg.id},
-                          FromUtime(msg.utime),
-                          {msg.dead_reckoned_x_m, msg.dead_reckoned_y_m, msg.dead_reckoned_yaw_rad},
-                          msg.heading_sigma_rad,
-                          msg.chain});
-  if (vertex && !msg.has_heading_sigma) vertex->heading_sigma_rad.reset();
+// The sigma is there without its flag where it is not finite: then the message is damaged.
+GraphVertex FromLcm(const graph_vertex_t& msg) {
+  GraphVertex vertex{SubmapId{msg.id},
+                     FromUtime(msg.utime),
+                     {msg.dead_reckoned_x_m, msg.dead_reckoned_y_m, msg.dead_reckoned_yaw_rad},
+                     {},
+                     msg.chain};
+  if (msg.has_heading_sigma || !IsSigma(msg.heading_sigma_rad))
+    vertex.heading_sigma_rad = msg.heading_sigma_rad;
   return vertex;
 }
 
@@ -68,7 +69,7 @@ graph_edge_t ToLcm(const GraphEdge& edge) {
   return msg;
 }
 
-std::optional<GraphEdge> FromLcm(const graph_edge_t& msg) {
+GraphEdge FromLcm(const graph_edge_t& msg) {
   GraphEdge edge;
   edge.kind = static_cast<EdgeKind>(msg.kind);
   edge.from = SubmapId{msg.from_id};
@@ -80,7 +81,7 @@ std::optional<GraphEdge> FromLcm(const graph_edge_t& msg) {
   edge.rms_m = msg.rms_m;
   edge.overlap_m2 = msg.overlap_m2;
   edge.overlap_center_m = {msg.overlap_center_x_m, msg.overlap_center_y_m};
-  return Checked(edge);
+  return edge;
 }
 
 solved_vertex_t ToLcm(const SolvedVertex& vertex) {
@@ -152,16 +153,11 @@ auto ListToLcm(const std::vector<Core>& list) {
   return messages;
 }
 
-// Converts and appends every element of a list. False if the list's length differs from `count` or
-// an element is invalid.
+// Converts and appends every element of a list. False if the list's length differs from `count`.
 template <class Msg, class Core>
 bool AppendFromLcm(const std::vector<Msg>& list, std::int32_t count, std::vector<Core>* out) {
   if (count < 0 || list.size() != static_cast<std::size_t>(count)) return false;
-  for (const Msg& msg : list) {
-    const std::optional<Core> element = FromLcm(msg);
-    if (!element) return false;
-    out->push_back(*element);
-  }
+  for (const Msg& msg : list) out->push_back(FromLcm(msg));
   return true;
 }
 
@@ -198,10 +194,8 @@ graph_update_t ToLcm(const GraphUpdate& update, Time newest_submap, std::int64_t
   return msg;
 }
 
-std::optional<GraphUpdate> FromLcm(const graph_update_t& msg) {
-  if (!IsTime(FromUtime(msg.utime)) || msg.num_vertices > kMaxVerticesPerUpdate ||
-      msg.num_edges > kMaxEdgesPerUpdate)
-    return std::nullopt;
+std::optional<GraphUpdate> UncheckedFromLcm(const graph_update_t& msg) {
+  if (!IsTime(FromUtime(msg.utime))) return std::nullopt;
   GraphUpdate update;
   update.graph_id = msg.graph_id;
   update.version = msg.version;
@@ -211,7 +205,12 @@ std::optional<GraphUpdate> FromLcm(const graph_update_t& msg) {
   if (!AppendFromLcm(msg.vertices, msg.num_vertices, &update.vertices) ||
       !AppendFromLcm(msg.edges, msg.num_edges, &update.edges))
     return std::nullopt;
-  return Checked(std::move(update));
+  return update;
+}
+
+std::optional<GraphUpdate> FromLcm(const graph_update_t& msg) {
+  std::optional<GraphUpdate> update = UncheckedFromLcm(msg);
+  return update ? Checked(*std::move(update)) : std::nullopt;
 }
 
 std::vector<pose_graph_t> ToLcm(const PoseGraph& graph,

@@ -21,7 +21,7 @@ namespace seastitch {
 class MessageInbox {
  public:
   // The sample of a message. Absent: it is malformed, or of another sender than those before.
-  // now_s: monotonic, for Faults().
+  // now_s: any one clock of the caller, for Faults(): that of HEALTH, or that of a log.
   std::optional<Received> Take(const imu_t& msg, double now_s);
   std::optional<Received> Take(const dvl_t& msg, double now_s);
   std::optional<Received> Take(const depth_t& msg, double now_s);

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "common/core/message_stamp.hpp"
+#include "common/core/sample.hpp"
 #include "common/core/time.hpp"
 
 // Sequence numbers of the messages of one channel. Pure; time is that of the receive stamps.

@@ -313,6 +313,15 @@ std::optional<GraphUpdate> Checked(GraphUpdate update) {
   return update;
 }
 
+std::optional<GraphUpdate> WithoutMalformedEdges(GraphUpdate update) {
+  std::vector<GraphEdge> edges;
+  for (const GraphEdge& edge : std::exchange(update.edges, {}))
+    if (const std::optional<GraphEdge> checked = Checked(edge)) edges.push_back(*checked);
+  std::optional<GraphUpdate> rest = Checked(std::move(update));
+  if (rest) rest->edges = std::move(edges);
+  return rest;
+}
+
 std::optional<PoseGraph> Checked(PoseGraph graph) {
   if (graph.graph_version < 0 || !CheckAll(&graph.vertices) || !CheckAll(&graph.loop_edges) ||
       !HasRisingIds(graph.vertices))

@@ -13,8 +13,8 @@
 #include "common/core/submap.hpp"
 #include "common/core/time.hpp"
 
-// The limits of what the system computes with, in one place a type. Everything that comes from a
-// message, a file or a device passes here once.
+// The limits of what the system computes with, in one place a type. FromLcm() holds messages to
+// them; samples and results that stay inside a process are held to them where they are made.
 //
 // Checked() returns a value as a message holds it: unit quaternions, symmetric matrices, not more
 // beams than fit one message. It returns std::nullopt where a number is not finite or not within
@@ -40,6 +40,7 @@ std::optional<ImuSample> Checked(ImuSample sample);
 std::optional<DvlSample> Checked(DvlSample sample);
 std::optional<DepthSample> Checked(DepthSample sample);
 std::optional<NavigationSample> Checked(NavigationSample sample);
+// Of the covariance of north and east one of the two equal values is used, as in the message.
 std::optional<PositionFix> Checked(PositionFix fix);
 std::optional<MbesPing> Checked(MbesPing ping);
 // Refuses a ping of more than kMaxSoundings: see Split().
@@ -51,6 +52,9 @@ std::optional<Submap> Checked(Submap submap);
 std::optional<GraphUpdate> Checked(GraphUpdate update);
 std::optional<GraphVertex> Checked(GraphVertex vertex);
 std::optional<GraphEdge> Checked(GraphEdge edge);
+// A malformed update without its malformed edges, or with too many for one message. Absent where
+// more is wrong.
+std::optional<GraphUpdate> WithoutMalformedEdges(GraphUpdate update);
 std::optional<PoseGraph> Checked(PoseGraph graph);
 std::optional<CovarianceRequest> Checked(CovarianceRequest request);
 std::optional<PairCovariances> Checked(PairCovariances answer);

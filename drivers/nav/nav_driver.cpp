@@ -318,8 +318,7 @@ void NavDriver::AddDevice(const std::string& name,
 
 bool NavDriver::Feed(const std::string& source, const Datagram& piece) {
   health_.Tick("pieces");
-  static const std::string channel = channels::kRawNav;
-  output_->Put({channel, source, piece.recv, piece.bytes});
+  output_->Put({channels::kRawNav, source, piece.recv, piece.bytes});
   bool understood = false;
   for (Device& device : devices_) {
     if (device.params.source != source) continue;

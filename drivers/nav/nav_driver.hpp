@@ -14,7 +14,7 @@
 #include "common/runtime/config/parameters.hpp"
 #include "common/runtime/event_loop.hpp"
 #include "common/runtime/health.hpp"
-#include "drivers/driver_output.hpp"
+#include "drivers/device_driver.hpp"
 #include "drivers/nav/depth_codec.hpp"
 #include "drivers/nav/ecan_ins.hpp"
 #include "drivers/nav/nmea_fixes.hpp"

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "common/core/heartbeat.hpp"
+#include "common/core/sample.hpp"
 #include "common/core/time.hpp"
 
 namespace seastitch {

@@ -11,7 +11,7 @@
 #include "common/core/channel_names.hpp"
 #include "common/core/conditions.hpp"
 #include "common/core/counters.hpp"
-#include "common/core/message_stamp.hpp"
+#include "common/core/sample.hpp"
 #include "common/core/sensors.hpp"
 #include "common/core/time.hpp"
 #include "mapper/input/process_clocks.hpp"

@@ -134,6 +134,20 @@ void SurveyStore::Restore(const std::vector<std::shared_ptr<const Submap>>& subm
   EndAtWholeLine(dive_ / "index.jsonl");
 }
 
+std::string SubmapFileName(SubmapId id) {
+  char name[32];
+  std::snprintf(name, sizeof name, "submap_%06d.pcd", id.value);
+  return name;
+}
+
+void SurveyStore::MakeDirectory(const std::filesystem::path& directory) {
+  std::error_code error;
+  std::filesystem::create_directories(directory, error);
+  if (!std::filesystem::is_directory(directory))
+    throw std::runtime_error(directory.string() + ": cannot be made a directory: " +
+                             (error ? error.message() : "not a directory"));
+}
+
 Counters SurveyStoreCounters::ByName() const {
   return {{"store_saved", saved},
           {"store_write_errors", write_errors},
@@ -203,11 +217,7 @@ bool SurveyStore::AppendToIndex(const Submap& submap) {
                       IndexLine(submap, PcdPath(submap.id).filename().string()));
 }
 
-std::filesystem::path SurveyStore::PcdPath(SubmapId id) const {
-  char name[32];
-  std::snprintf(name, sizeof name, "submap_%06d.pcd", id.value);
-  return dive_ / name;
-}
+std::filesystem::path SurveyStore::PcdPath(SubmapId id) const { return dive_ / SubmapFileName(id); }
 
 void SurveyStore::Cache(SubmapId id, std::shared_ptr<const Submap> submap) {
   Entry& entry = entries_.at(id);

@@ -13,6 +13,9 @@
 
 namespace seastitch {
 
+// Name of the file with a submap's points.
+std::string SubmapFileName(SubmapId id);
+
 struct SurveyStoreParams {
   std::filesystem::path directory;
   // Limit of the clouds kept in memory; the least recently used are dropped first.
@@ -46,6 +49,9 @@ struct SurveyStoreCounters {
 class SurveyStore {
  public:
   explicit SurveyStore(const SurveyStoreParams& params) : params_(params) {}
+  // Makes the folder params.directory, which Put() otherwise does when it is needed. Throws
+  // std::runtime_error.
+  static void MakeDirectory(const std::filesystem::path& directory);
 
   // After a restart, before the first Put(): the submaps that were stored, without points. Those
   // with a file can be read with Get().

@@ -364,7 +364,7 @@ std::uint64_t SurveyFiles::bytes_read() const {
 
 Counters SurveyFiles::counters() const {
   Counters all = counters_;
-  all.insert(samples_.malformed().begin(), samples_.malformed().end());
+  all.merge(samples_.counters());
   for (const Input* const input : open_)
     for (const auto& [name, value] : input->stream->counters()) all[name] += value;
   all["survey_pings_without_attitude"] = attitude_.Uncovered(0.0);

@@ -52,6 +52,7 @@ class SurveyFiles : public SampleSource {
   std::size_t input() const override { return file_; }
   int percent_read() const override { return static_cast<int>(100 * bytes_read() / bytes()); }
   Counters refused() const override { return counters(); }
+  std::vector<Condition> conditions() const override { return samples_.Faults(); }
   // Time of the last record; does not decrease.
   Time now() const { return now_; }
   std::uint64_t bytes() const;

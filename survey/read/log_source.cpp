@@ -41,7 +41,14 @@ std::optional<Received> LogSource::Use(const LogEvent& event) {
   if ((raw_ && raw_->MakesAnew(event.channel)) || !types_.Add(event)) return std::nullopt;
   if (!is_raw) return inbox_.Take(event.channel, event.data, now_s_);
   raw_->Add(event);
-  return std::nullopt;  // Next() takes what it gave
+  return std::nullopt;
+}
+
+std::vector<Condition> LogSource::conditions() const {
+  std::vector<Condition> faults = inbox_.Faults(now_s_);
+  if (raw_)
+    for (Condition& fault : raw_->Faults()) faults.push_back(std::move(fault));
+  return faults;
 }
 
 Counters LogSource::refused() const {

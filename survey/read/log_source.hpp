@@ -28,12 +28,13 @@ class LogSource : public SampleSource {
   std::size_t input() const override { return logs_.log(); }
   int percent_read() const override { return logs_.percent_read(); }
   Counters refused() const override;
-  std::vector<Condition> conditions() const override { return inbox_.Faults(now_s_); }
+  std::vector<Condition> conditions() const override;
   // What was lost or is malformed.
   Counters messages() const { return inbox_.counters(); }
 
  private:
-  // Samples of an event; none: it is not read, or malformed.
+  // The sample of an event. Absent: it is not read, malformed, or raw bytes, whose samples Next()
+  // takes.
   std::optional<Received> Use(const LogEvent& event);
 
   const std::filesystem::path first_log_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "common/convert/convert.hpp"
 #include "common/core/channel_names.hpp"
 #include "drivers/dvl/dvl_driver.hpp"
 #include "drivers/dvl/pd0_driver.hpp"
@@ -136,7 +137,7 @@ std::map<std::string, std::int64_t> RawReplay::counters() const {
                                            static_cast<const DeviceDriver*>(mbes_.get())})
     if (driver != nullptr)
       for (const auto& [name, value] : driver->decoder_counters()) all[name] += value;
-  for (const auto& [name, value] : output_.samples.malformed()) all[name] += value;
+  for (const auto& [name, value] : output_.samples.counters()) all[name] += value;
   std::erase_if(all, [](const auto& counter) { return counter.second == 0; });
   return all;
 }

@@ -48,6 +48,8 @@ class RawReplay {
   void Finish();
   // The next sample that the drivers made.
   std::optional<Received> Take() { return output_.samples.Take(); }
+  // Samples that are malformed.
+  std::vector<Condition> Faults() const { return output_.samples.Faults(); }
   // Counters that are not zero: those of the drivers, of malformed samples, and of incomplete
   // messages.
   std::map<std::string, std::int64_t> counters() const;

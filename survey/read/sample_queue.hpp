@@ -3,12 +3,15 @@
 #include <array>
 #include <cstdint>
 #include <deque>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
 #include <variant>
+#include <vector>
 
 #include "common/core/checked.hpp"
+#include "common/core/conditions.hpp"
 #include "common/core/counters.hpp"
 #include "common/core/sample.hpp"
 
@@ -24,7 +27,7 @@ class SampleQueue {
     if (auto checked = Checked(std::move(sample)))
       queue_.push_back({*std::move(checked), {recv, seq}});
     else
-      ++malformed_[std::string(NameOf(T{})) + "_malformed"];
+      ++malformed_[NameOf(T{})];
   }
   void Put(SoundingPing ping, Time recv) {
     for (SoundingPing& part : Split(std::move(ping))) Put<SoundingPing>(std::move(part), recv);
@@ -39,12 +42,24 @@ class SampleQueue {
     queue_.pop_front();
     return first;
   }
-  const Counters& malformed() const { return malformed_; }
+  // Malformed samples, such as imu_malformed.
+  Counters counters() const {
+    Counters counters;
+    for (const auto& [name, count] : malformed_) counters[name + "_malformed"] = count;
+    return counters;
+  }
+  // Names them.
+  std::vector<Condition> Faults() const {
+    std::vector<Condition> faults;
+    for (const auto& [name, count] : malformed_)
+      faults.push_back({&conditions::kMessagesMalformed, std::to_string(count) + " of " + name});
+    return faults;
+  }
 
  private:
   std::deque<Received> queue_;
   std::array<std::int64_t, std::variant_size_v<Sample>> seqs_{};  // of the next, by kind
-  Counters malformed_;
+  std::map<std::string, std::int64_t> malformed_;                 // by kind
 };
 
 }  // namespace seastitch

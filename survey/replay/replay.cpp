@@ -111,11 +111,11 @@ void Remake(Dive* dive, std::unique_ptr<RawReplay> raw, Outputs outputs, Feeding
         [&](const SubmapSoundings& submap) { soundings->Add(submap, inputs.Take(submap)); });
   std::optional<OtherNavigation> other;
   if (dive->input.logs) other.emplace(dive->mapper);
-  Fed fed;
+  InputFaults faults;
   if (dive->input.submaps)
     FeedSubmaps(std::move(*dive->input.submaps), &session, feeding);
   else
-    fed = Feed(
+    faults = Feed(
         &dive->input,
         std::move(raw),
         [&](const Received& sample, std::size_t input) {
@@ -128,7 +128,9 @@ void Remake(Dive* dive, std::unique_ptr<RawReplay> raw, Outputs outputs, Feeding
   if (feeding->stopped() && feeding->partial.empty()) NoteStop(100, feeding);
   if (other) feeding->other_tracks.push_back({0, other->source(), other->Finish()});
   if (inputs.unknown() > 0) feeding->refused["pings_of_an_unknown_input"] += inputs.unknown();
-  products->dives = {ReportOf(session.mapper(), fed)};
+  for (Condition& fault : session.optimizer_faults()) faults.conditions.push_back(std::move(fault));
+  for (const auto& [reason, count] : session.refused()) feeding->refused[reason] += count;
+  products->dives = {ReportOf(session.mapper(), faults)};
   products->mapper_counters = products->dives.front().counters;
   PrintPingLosses(dive->input, products->mapper_counters, feeding->quiet);
   TakeNoise(mapper, dive->mapper, products);
@@ -137,7 +139,7 @@ void Remake(Dive* dive, std::unique_ptr<RawReplay> raw, Outputs outputs, Feeding
   if (track_alone) return;
   ExpectSubmaps(collector,
                 dive->input.survey_files != nullptr,
-                session.mapper().Statement(fed.conditions),
+                session.mapper().Statement(faults.conditions),
                 *feeding);
 }
 

@@ -48,7 +48,7 @@ void FeedSurvey(SurveyFiles* survey, const TakeSample& take, Feeding* feeding) {
   if (const auto outcome = survey->Outcome()) throw DataError(*outcome);
 }
 
-Fed FeedLogs(LogSource* source, const TakeSample& take, Feeding* feeding) {
+InputFaults FeedLogs(LogSource* source, const TakeSample& take, Feeding* feeding) {
   Pass(source, take, *feeding);
   if (feeding->stopped()) NoteStop(source->percent_read(), feeding);
   feeding->refused = source->refused();
@@ -85,11 +85,11 @@ void FeedSubmaps(SubmapDirectory directory, MappingSession* session, Feeding* fe
   progress.Finish();
 }
 
-DiveReport ReportOf(const LocalMapper& mapper, const Fed& fed) {
+DiveReport ReportOf(const LocalMapper& mapper, const InputFaults& faults) {
   Counters counters = mapper.counters();
-  counters.insert(fed.messages.begin(), fed.messages.end());
+  counters.insert(faults.messages.begin(), faults.messages.end());
   return {std::move(counters),
-          mapper.Conditions(fed.conditions),
+          mapper.Conditions(faults.conditions),
           mapper.mapper().noise().timing,
           mapper.mapper().stamp_offsets(),
           std::nullopt};
@@ -101,13 +101,16 @@ void PrintPingLosses(const Input& input, const Counters& mapper, bool quiet) {
   if (!quiet || losses.is_warning) std::fputs(losses.text.c_str(), stderr);
 }
 
-Fed Feed(Input* input, std::unique_ptr<RawReplay> raw, const TakeSample& take, Feeding* feeding) {
+InputFaults Feed(Input* input,
+                 std::unique_ptr<RawReplay> raw,
+                 const TakeSample& take,
+                 Feeding* feeding) {
   if (!input->survey_files) {
     LogSource source(*input->logs, std::move(raw), feeding->quiet);
     return FeedLogs(&source, take, feeding);
   }
   FeedSurvey(input->survey_files.get(), take, feeding);
-  return {};
+  return {input->survey_files->conditions(), {}};
 }
 
 }  // namespace seastitch

@@ -37,19 +37,22 @@ struct Feeding {
 // Notes that the replay was interrupted after this part of the input.
 void NoteStop(int percent, Feeding* feeding);
 
-// What a dive's input had besides what was taken.
-struct Fed {
+// What was wrong with a dive's input.
+struct InputFaults {
   std::vector<Condition> conditions;  // faults of its messages at its end
   Counters messages;                  // lost or malformed
 };
 // Passes the samples of logs or survey files on: `take` gets each with the number of its input.
 // raw: decodes recorded raw bytes; null: they are not decoded.
 using TakeSample = std::function<void(const Received&, std::size_t input)>;
-Fed Feed(Input* input, std::unique_ptr<RawReplay> raw, const TakeSample& take, Feeding* feeding);
+InputFaults Feed(Input* input,
+                 std::unique_ptr<RawReplay> raw,
+                 const TakeSample& take,
+                 Feeding* feeding);
 // Passes the results on that are in logs.
 void FeedResults(const RecordedLogs& recorded, SurveyCollector* collector, Feeding* feeding);
 // What a mapper of a dive found.
-DiveReport ReportOf(const LocalMapper& mapper, const Fed& fed = {});
+DiveReport ReportOf(const LocalMapper& mapper, const InputFaults& faults = {});
 // Prints how many pings of survey files are in the map, by the mapper's counters. quiet: only a
 // warning.
 void PrintPingLosses(const Input& input, const Counters& mapper, bool quiet);

@@ -58,7 +58,8 @@ class Together {
     session_.Finish();
     ProductOptions* const products = outputs_.products;
     products->mapper_counters = session_.mapper().counters();
-    products->conditions = session_.mapper().Conditions();
+    products->conditions = session_.mapper().Conditions(session_.optimizer_faults());
+    for (const auto& [reason, count] : session_.refused()) feeding_->refused[reason] += count;
     TakeNoise(session_.mapper().mapper(), first_.mapper, products);
     ExpectSubmaps(
         *outputs_.collector, first_.input.survey_files != nullptr, statements_, *feeding_);
@@ -97,7 +98,7 @@ class Together {
       });
     std::optional<OtherNavigation> other;
     if (dive->input.logs) other.emplace(dive->mapper);
-    const Fed fed = FeedDive(dive, [&](const Received& sample, std::size_t input) {
+    const InputFaults faults = FeedDive(dive, [&](const Received& sample, std::size_t input) {
       inputs.Add(sample.sample, input);
       if (other) other->Add(sample);
       front.Add(sample);
@@ -105,11 +106,11 @@ class Together {
     front.Finish();
     if (!given_twice_.empty()) throw UsageError("replay: " + given_twice_);
     if (other) feeding_->other_tracks.push_back({next_chain_, other->source(), other->Finish()});
-    outputs_.products->dives.push_back(ReportOf(front.mapper(), fed));
+    outputs_.products->dives.push_back(ReportOf(front.mapper(), faults));
     PrintPingLosses(dive->input, outputs_.products->dives.back().counters, feeding_->quiet);
     ++next_chain_;
     next_id_ = front.next_id();
-    statements_ += dive->name + ": " + front.mapper().Statement(fed.conditions) + "; ";
+    statements_ += dive->name + ": " + front.mapper().Statement(faults.conditions) + "; ";
     AddSpans(inputs.spans());
     if (inputs.unknown() > 0) feeding_->refused["pings_of_an_unknown_input"] += inputs.unknown();
   }
@@ -126,12 +127,12 @@ class Together {
     given_twice_ = input.name + ": its dive is in " + same.name + ", too; leave one of them out";
   }
 
-  Fed FeedDive(Dive* dive, const TakeSample& take) {
-    Fed fed;
+  InputFaults FeedDive(Dive* dive, const TakeSample& take) {
+    InputFaults faults;
     const std::map<std::string, std::int64_t> refused_before = std::exchange(feeding_->refused, {});
-    unread_->Try(dive->name, [&] { fed = Feed(&dive->input, nullptr, take, feeding_); });
+    unread_->Try(dive->name, [&] { faults = Feed(&dive->input, nullptr, take, feeding_); });
     for (const auto& [reason, count] : refused_before) feeding_->refused[reason] += count;
-    return fed;
+    return faults;
   }
 
   void AddSpans(const std::vector<SurveyInput>& spans) {

@@ -1,34 +1,11 @@
 #include "survey/session/local_mapper.hpp"
 
-#include <filesystem>
 #include <memory>
-#include <stdexcept>
-#include <system_error>
 #include <variant>
 
 #include "common/runtime/health.hpp"
 
 namespace seastitch {
-namespace {
-
-void MakeDirectory(const std::filesystem::path& directory) {
-  std::error_code error;
-  std::filesystem::create_directories(directory, error);
-  if (!std::filesystem::is_directory(directory))
-    throw std::runtime_error(directory.string() + ": cannot be made a directory: " +
-                             (error ? error.message() : "not a directory"));
-}
-
-// Those that make navigation go on, and so the search for closures.
-bool IsOfNavigation(const Sample& sample) {
-  return std::holds_alternative<ImuSample>(sample) || std::holds_alternative<DvlSample>(sample) ||
-         std::holds_alternative<DepthSample>(sample) ||
-         std::holds_alternative<NavigationSample>(sample) ||
-         std::holds_alternative<PositionFix>(sample);
-}
-
-}  // namespace
-
 LocalMapper::LocalMapper(const MapperConfig& config,
                          std::function<void(const MapperEvent&)> on_event)
     : params_(config.loop_closer),
@@ -36,17 +13,17 @@ LocalMapper::LocalMapper(const MapperConfig& config,
       store_({config.map_dir, config.max_cached_mb, config.max_unsaved_mb}),
       prepared_(config.loop_closer.registration),
       on_event_(std::move(on_event)) {
-  MakeDirectory(config.map_dir);
+  SurveyStore::MakeDirectory(config.map_dir);
 }
 
 void LocalMapper::Add(const Received& received) {
   std::visit(Overloaded{[this](const Heartbeat& heartbeat) { mapper_.OnHeartbeat(heartbeat); },
-                        [&](const auto& sample) {
+                        [&]<class T>(const T& sample) {
                           mapper_.Add(sample, received.stamp);
                           Deliver();
+                          if constexpr (kIsOfNavigation<T>) LookAgain();
                         }},
              received.sample);
-  if (IsOfNavigation(received.sample)) LookAgain();
 }
 
 void LocalMapper::AddSubmap(Submap submap, std::optional<Mapper::OfDive> of_dive) {

@@ -27,8 +27,7 @@ class LocalMapper {
 
   void Add(const Received& received);
   // See Mapper::AddSubmap().
-  void AddSubmap(Submap submap) { AddSubmap(std::move(submap), std::nullopt); }
-  void AddSubmap(Submap submap, std::optional<Mapper::OfDive> of_dive);
+  void AddSubmap(Submap submap, std::optional<Mapper::OfDive> of_dive = std::nullopt);
   // Retries registrations: see Mapper::LookAgain().
   bool LookAgain();
   // Ends the dive, after the last sample.

@@ -1,6 +1,7 @@
 #include "survey/session/mapping_session.hpp"
 
 #include <memory>
+#include <string>
 #include <utility>
 
 #include "common/core/checked.hpp"
@@ -35,26 +36,47 @@ void MappingSession::Finish() {
 
 void MappingSession::On(const MapperEvent& event) {
   on_event_(event);
-  const auto collect = [this](const auto& result) {
-    if (const auto checked = Checked(Quantised(result))) collector_->Add(*checked);
-  };
-  const auto send = [this](auto&& letter) {
-    if (auto checked = Checked(letter)) letters_.emplace_back(*std::move(checked));
-  };
-  std::visit(Overloaded{[&](const NavState& nav) { collect(nav); },
-                        [&](const CorrectedNavState& corrected) { collect(corrected); },
-                        [&](const std::shared_ptr<const Submap>& submap) { collect(*submap); },
-                        [&](const GraphStep& step) { send(step.update); },
-                        [&](const CovarianceQuestion& question) { send(question.request); },
+  std::visit(Overloaded{[this](const NavState& nav) { Collect(nav); },
+                        [this](const CorrectedNavState& corrected) { Collect(corrected); },
+                        [this](const std::shared_ptr<const Submap>& submap) { Collect(*submap); },
+                        [this](const GraphStep& step) { Queue(Usable(step.update)); },
+                        [this](const CovarianceQuestion& question) { Queue(question.request); },
                         [](const JournalEntry&) {}},
              event);
 }
 
+template <class Result>
+void MappingSession::Collect(const Result& result) {
+  if (const auto checked = Checked(Quantised(result)))
+    collector_->Add(*checked);
+  else
+    ++refused_["results_malformed"];
+}
+
+template <class Result>
+void MappingSession::Queue(const Result& result) {
+  if (auto checked = Checked(result))
+    queue_.emplace_back(*std::move(checked));
+  else
+    ++refused_["results_malformed"];
+}
+
+GraphUpdate MappingSession::Usable(GraphUpdate update) {
+  if (Checked(update)) return update;
+  ++refused_["updates_malformed"];
+  if (auto usable = WithoutMalformedEdges(update)) return *std::move(usable);
+  ++submaps_lost_;
+  update.vertices.clear();
+  update.edges.clear();
+  update.mounting = {};
+  return update;
+}
+
 void MappingSession::Exchange() {
-  while (!letters_.empty()) {
-    const Letter letter = std::move(letters_.front());
-    letters_.pop_front();
-    std::visit([this](const auto& what) { Deliver(what); }, letter);
+  while (!queue_.empty()) {
+    const Exchanged next = std::move(queue_.front());
+    queue_.pop_front();
+    std::visit([this](const auto& what) { Deliver(what); }, next);
   }
 }
 
@@ -68,10 +90,11 @@ void MappingSession::Deliver(const GraphUpdate& update) {
   if (!optimizer_.Add(update)) return;
   std::optional<PoseGraph> solution = optimizer_.Solve(
       update.final || update.resumed ? SolveStart::kFromDeadReckoning : SolveStart::kWarm);
+  solve_failed_ = !solution;
   if (!solution) return;  // the last one stays in use
   solution_ = *std::move(solution);
   solution_.graph_id = update.graph_id;
-  if (auto checked = Checked(solution_)) letters_.emplace_back(*std::move(checked));
+  Queue(solution_);
 }
 
 void MappingSession::Deliver(const PoseGraph& solution) {
@@ -83,12 +106,21 @@ void MappingSession::Deliver(const PoseGraph& solution) {
 void MappingSession::Deliver(const CovarianceRequest& request) {
   if (request.graph_version != solution_.graph_version || request.graph_id != solution_.graph_id)
     return;
-  PairCovariances answer{request.sender,
-                         request.seq,
-                         request.graph_version,
-                         optimizer_.RelativeCovariances(request.pairs),
-                         request.graph_id};
-  if (auto checked = Checked(std::move(answer))) letters_.emplace_back(*std::move(checked));
+  Queue(PairCovariances{request.sender,
+                        request.seq,
+                        request.graph_version,
+                        optimizer_.RelativeCovariances(request.pairs),
+                        request.graph_id});
+}
+
+std::vector<Condition> MappingSession::optimizer_faults() const {
+  std::vector<Condition> faults;
+  if (submaps_lost_ > 0)
+    faults.push_back({&conditions::kSubmapMalformed, std::to_string(submaps_lost_) + " so far"});
+  if (solve_failed_) faults.push_back({&conditions::kNoSolution, ""});
+  if (!optimizer_.converged()) faults.push_back({&conditions::kSolutionNotConverged, ""});
+  if (optimizer_.lacks_covariance()) faults.push_back({&conditions::kNoCovariance, ""});
+  return faults;
 }
 
 void MappingSession::Deliver(const PairCovariances& answer) { mapper_.mapper().Take(answer); }

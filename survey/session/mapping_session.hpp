@@ -1,9 +1,14 @@
 #pragma once
 
+#include <cstdint>
 #include <deque>
 #include <functional>
+#include <optional>
 #include <variant>
+#include <vector>
 
+#include "common/core/conditions.hpp"
+#include "common/core/counters.hpp"
 #include "common/core/graph.hpp"
 #include "optimizer/pose_graph_optimizer.hpp"
 #include "products/survey_collector.hpp"
@@ -32,11 +37,23 @@ class MappingSession {
   void Finish();
 
   LocalMapper& mapper() { return mapper_; }
+  // Faults of the optimizer that hold now.
+  std::vector<Condition> optimizer_faults() const;
+  // Results that are malformed and were left out, by reason.
+  const Counters& refused() const { return refused_; }
 
  private:
-  using Letter = std::variant<GraphUpdate, PoseGraph, CovarianceRequest, PairCovariances>;
+  // What mapper and optimizer exchange.
+  using Exchanged = std::variant<GraphUpdate, PoseGraph, CovarianceRequest, PairCovariances>;
 
   void On(const MapperEvent& event);
+  template <class Result>
+  void Collect(const Result& result);
+  template <class Result>
+  void Queue(const Result& result);
+  // A malformed edge is left out. An update with a malformed vertex becomes empty, so that the
+  // versions after it can be added.
+  GraphUpdate Usable(GraphUpdate update);
   // Until all is answered.
   void Exchange();
   // Until no pair is left for a retry, too.
@@ -52,7 +69,10 @@ class MappingSession {
   LocalMapper mapper_;
   PoseGraphOptimizer optimizer_;
   PoseGraph solution_;
-  std::deque<Letter> letters_;
+  bool solve_failed_ = false;
+  std::int64_t submaps_lost_ = 0;  // updates that became empty
+  std::deque<Exchanged> queue_;
+  Counters refused_;
 };
 
 }  // namespace seastitch

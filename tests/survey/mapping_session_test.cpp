@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -121,6 +122,40 @@ TEST_F(Session, MakesTheGraphOfTheProcesses) {
   EXPECT_EQ(session.updates.size(), nodes.updates.size());
   EXPECT_TRUE(session.updates == nodes.updates);
   EXPECT_TRUE(session.solution == nodes.solution);
+}
+
+// A submap of another program, far from its frame's origin or with a fix that is not finite, loses
+// the edge alone: the map goes on, and the report says so.
+TEST_F(Session, GoesOnWithoutAMalformedEdge) {
+  const TemporaryDir dir;
+  MapperConfig config = Config("of_submaps");
+  SurveyCollector collector(dir.path() / "products");
+  MappingSession session(
+      config,
+      LoadOptimizerConfig(ConfigFile("optimizer.yaml")),
+      &collector,
+      [] { return false; },
+      [](const MapperEvent&) {});
+  for (int id = 0; id < 3; ++id) {
+    Submap submap;
+    submap.id = SubmapId{id};
+    submap.start = submap.frame_time = submap.end = FromUtime(1'000'000 * (id + 1));
+    submap.T_map_submap.translation().x() = 60.0 * id;
+    if (id > 0) submap.covariance_from_previous = Eigen::Matrix3d::Identity() * 0.01;
+    for (int i = 0; i < 900; ++i)
+      submap.cloud.Add({static_cast<float>(i % 30), static_cast<float>(i / 30), 20.0f});
+    GraphEdge fix;
+    fix.kind = EdgeKind::kPositionFix;
+    fix.from = fix.to = submap.id;
+    fix.T_from_to = {60.0 * id, 0.0, 0.0};
+    fix.information = Eigen::Matrix3d::Identity();
+    if (id == 1) fix.information(0, 0) = std::numeric_limits<double>::quiet_NaN();
+    session.AddSubmap(std::move(submap), Mapper::OfDive{{0, std::nullopt, {}}, {fix}, {}});
+  }
+  session.Finish();
+  EXPECT_EQ(collector.Finish().solution.vertices.size(), 3u);
+  EXPECT_EQ(session.refused().at("updates_malformed"), 1);
+  EXPECT_TRUE(session.optimizer_faults().empty());
 }
 
 }  // namespace
