@@ -12,9 +12,10 @@ struct VarianceComponents {
   // smooth seabed (scatter).
   double sounding_variance_ratio = 1.0;
   // Correlated height errors of neighbouring soundings (roll bias, sound speed, heave), 1 sigma
-  // divided by the altitude. Their correlation is exp(-distance / kErrorCorrelationLengthM). A roll
-  // bias of 0.017 deg, usual after calibration, is 0.0003 of the altitude at 45 deg.
-  double correlated_error_ratio = 0.0003;
+  // divided by the altitude. Their correlation is exp(-distance / kErrorCorrelationLengthM). The
+  // middle of what surveys estimate of themselves, 0.00023 to 0.0006; a roll bias of 0.023 deg, at
+  // 45 deg.
+  double correlated_error_ratio = 0.0004;
   // Random walk of the position inside a submap, from its frame on [m/sqrt(m)]: the white noise of
   // a DVL of 1 cm/s at 5 Hz and 1.5 m/s is 0.0037.
   double position_walk = 0.002;

@@ -139,7 +139,6 @@ class Registrar {
     if (!OverlapsEnough(search_level, candidates)) return LoopVerdict::kLittleOverlap;
     for (Candidate& c : candidates) c.search_evidence_per_patch = c.fit.EvidencePerPatch();
     Select(search_level, &candidates);
-    if (candidates.empty()) return LoopVerdict::kNotConverged;
     Solution solution = Inform(search_level, Best(candidates));
     const std::size_t level = Descend(search_level, &candidates, &solution);
     AddRivalsNearby(solution.best, search_level, level, &candidates);
@@ -198,15 +197,8 @@ class Registrar {
   }
 
   // Removes repetitions, and candidates that are clearly worse than the best: a finer grid does not
-  // improve them. A candidate that did not converge can be a rival but not the best. Empty if none
-  // converged.
+  // improve them. One that did not converge is the best only where none did; Polish() then decides.
   void Select(std::size_t level, std::vector<Candidate>* candidates) const {
-    if (std::none_of(candidates->begin(), candidates->end(), [](const Candidate& c) {
-          return c.fit.converged;
-        })) {
-      candidates->clear();
-      return;
-    }
     const Alignment best = Best(*candidates).fit;
     std::erase_if(*candidates, [&](const Candidate& c) {
       return c.fit.Score() < best.Score() && !FitsAlike(best, c.fit, 2.0);
@@ -265,7 +257,6 @@ class Registrar {
       std::vector<Candidate> finer = *candidates;
       Refine(level - 1, &finer);
       Select(level - 1, &finer);
-      if (finer.empty()) break;
       Solution next = Inform(level - 1, Best(finer));
       if (!(next.known.Information() > solution->known.Information() + kWorthwhileNats)) break;
       *solution = std::move(next);

@@ -53,7 +53,9 @@ class NoiseInLoopSearch : public testing::Test {
   NoiseInLoopSearch() : search(Started()) {}
 
   static LoopSearch Started() {
-    LoopSearch search{LoopCloserParams{}};
+    LoopCloserParams params;
+    params.registration.noise = WithErrorRatio(kPriorRatio);
+    LoopSearch search{params};
     for (int id = 0; id < 4; ++id) {
       Submap submap;
       submap.id = SubmapId{id};
