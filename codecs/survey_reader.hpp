@@ -29,6 +29,8 @@ class SurveyReader {
   // damaged_bytes, FORMAT_malformed (records), mbes_beam_unusable, and FORMAT_ignored_TYPE for
   // types of records that are not read.
   virtual Counters counters() const { return counters_; }
+  // Why the first record that cannot be read cannot, for people, where the reader knows.
+  const std::string& problem() const { return problem_; }
 
  protected:
   static constexpr std::size_t kMaxRecordBytes = 16 * 1024 * 1024;
@@ -50,6 +52,8 @@ class SurveyReader {
   virtual void End(std::vector<SurveyRecord>* /*out*/) {}
 
   void Count(const std::string& name, std::int64_t n = 1) { counters_[name] += n; }
+  std::string problem_;
+
   // Counts a type of record that is not read. At most 256 types are counted by name.
   void CountIgnored(const std::string& format, const std::string& type);
 

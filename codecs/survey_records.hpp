@@ -108,6 +108,7 @@ struct InstalledSensor {
 struct SonarInstallation {
   Time time;  // of the record; valid until the next
   std::string model;
+  std::string serial;  // of the sonar head or transmitter; empty: not stated
   // Indexed by MbesPing::head. Heads beyond the end have the last one.
   std::vector<InstalledArray> transmitters;
   std::vector<InstalledArray> receivers;

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "codecs/calendar.hpp"
+#include "codecs/kongsberg/receiver_roll.hpp"
 #include "codecs/mbes_codec.hpp"
 #include "codecs/sound_profile.hpp"
 #include "codecs/text.hpp"
@@ -185,6 +186,13 @@ Eigen::Isometry3d Mounting(const Values& values, const std::string& prefix) {
                                   Deg2Rad(NumberOr0(values, prefix + "H"))));
 }
 
+Eigen::Isometry3d MountingOfReceiver(const Values& values, const std::string& prefix) {
+  const double pitch_rad = Deg2Rad(NumberOr0(values, prefix + "P"));
+  const double roll_rad = RollOfReceiver(Deg2Rad(NumberOr0(values, prefix + "R")), pitch_rad);
+  return MakePose(Place(values, prefix),
+                  RotationFromRpy(roll_rad, pitch_rad, Deg2Rad(NumberOr0(values, prefix + "H"))));
+}
+
 // Positions of the arrays in their housings [m]. EM 2040C: the receiver position that reproduces
 // the maker's own soundings; the manual exchanges x and y.
 std::vector<Eigen::Vector3d> TransmitCentres(int model) {
@@ -220,8 +228,12 @@ void AddArrays(int model, SonarInstallation* out) {
   const auto& [transmitters, receivers] = kConfigurations[static_cast<std::size_t>(number)];
   for (const std::string& name : transmitters)
     out->transmitters.push_back({Mounting(out->values, name), TransmitCentres(model)});
-  for (const std::string& name : receivers)
-    out->receivers.push_back({Mounting(out->values, name), ReceiveCentres(model)});
+  for (const std::string& name : receivers) {
+    const bool in_one_head = transmitters == receivers;
+    out->receivers.push_back(
+        {in_one_head ? Mounting(out->values, name) : MountingOfReceiver(out->values, name),
+         ReceiveCentres(model)});
+  }
 }
 
 void AddSensors(SonarInstallation* out) {
@@ -484,6 +496,8 @@ std::optional<SonarInstallation> DecodeEmI(const EmDatagram& datagram) {
     if (equals != std::string_view::npos)
       out.values.emplace(Trimmed(item.substr(0, equals)), Trimmed(item.substr(equals + 1)));
   }
+  if (const auto serial = out.values.find("SMH"); serial != out.values.end())
+    out.serial = serial->second;
   out.water_line_m = NumberOr0(out.values, "WLZ");
   AddArrays(datagram.model, &out);
   AddSensors(&out);

@@ -10,6 +10,7 @@
 #include <string>
 #include <tuple>
 
+#include "codecs/kongsberg/receiver_roll.hpp"
 #include "common/core/bytes.hpp"
 #include "common/core/pose.hpp"
 
@@ -222,8 +223,12 @@ std::vector<std::uint8_t> EncodeEmI(const SonarInstallation& installation) {
   text += "SMH=1,STC=0,";
   if (const InstalledArray* const tx = installation.TransmitterOf(0))
     Append("S1", tx->At(0), true, &text);
-  if (const InstalledArray* const rx = installation.ReceiverOf(0))
-    Append("S2", rx->At(0), true, &text);
+  if (const InstalledArray* const rx = installation.ReceiverOf(0)) {
+    Eigen::Isometry3d stated = rx->At(0);
+    const Eigen::Vector3d rpy = RpyFromRotation(stated.linear());
+    stated.linear() = RotationFromRpy(InclinationOfReceiver(rpy.x(), rpy.y()), rpy.y(), rpy.z());
+    Append("S2", stated, true, &text);
+  }
   Append("P1", Eigen::Isometry3d::Identity(), false, &text);
   text += "P1T=0,APS=0,";
   Append("MS", Eigen::Isometry3d::Identity(), true, &text);

@@ -11,6 +11,7 @@
 #include <string_view>
 #include <utility>
 
+#include "codecs/kongsberg/receiver_roll.hpp"
 #include "codecs/sound_profile.hpp"
 #include "codecs/text.hpp"
 #include "common/core/pose.hpp"
@@ -203,7 +204,11 @@ InstalledArray Transmitter(const Values& item) {
 }
 
 InstalledArray Receiver(const Values& item, const std::string& centre) {
-  return {Mounting(item), {Vector(item, centre + "X", centre + "Y", centre + "Z")}};
+  const Eigen::Vector3d rpy_rad = Vector(item, "R", "P", "H") * Deg2Rad(1.0);
+  const double roll_rad = RollOfReceiver(rpy_rad.x(), rpy_rad.y());
+  return {
+      MakePose(Vector(item, "X", "Y", "Z"), RotationFromRpy(roll_rad, rpy_rad.y(), rpy_rad.z())),
+      {Vector(item, centre + "X", centre + "Y", centre + "Z")}};
 }
 
 // "X=1.0;Y=2.0" to {X: 1.0, Y: 2.0}.
@@ -218,6 +223,8 @@ Values Pairs(std::string_view text) {
 }
 
 void AddItem(const std::string& name, const Values& item, SonarInstallation* out) {
+  if (name.starts_with("TRAI_") && out->serial.empty())
+    if (const auto serial = item.find("N"); serial != item.end()) out->serial = serial->second;
   if (name.starts_with("TRAI_TX")) {
     out->transmitters.push_back(Transmitter(item));
   } else if (name.starts_with("TRAI_RX")) {
@@ -417,10 +424,13 @@ std::vector<std::uint8_t> EncodeSkm(const std::vector<NavigationRecord>& samples
 std::vector<std::uint8_t> EncodeIip(const SonarInstallation& installation,
                                     const KmallHeader& header) {
   std::string text = "EMXI:SWLZ=" + Fixed(installation.water_line_m) + ";,";
-  const auto add = [&text](const char* name, const Eigen::Isometry3d& pose, const char* use) {
+  const auto add = [&text](
+                       const std::string& name, const Eigen::Isometry3d& pose, const char* use) {
     const Eigen::Vector3d& p = pose.translation();
-    const Eigen::Vector3d rpy = RpyFromRotation(pose.linear()) * (180.0 / kPi);
-    text += std::string(name) + ":X=" + Fixed(p.x()) + ";Y=" + Fixed(p.y()) + ";Z=" + Fixed(p.z()) +
+    Eigen::Vector3d rpy = RpyFromRotation(pose.linear());
+    if (name == "TRAI_RX1") rpy.x() = InclinationOfReceiver(rpy.x(), rpy.y());
+    rpy *= 180.0 / kPi;
+    text += name + ":X=" + Fixed(p.x()) + ";Y=" + Fixed(p.y()) + ";Z=" + Fixed(p.z()) +
             ";R=" + Fixed(rpy.x()) + ";P=" + Fixed(rpy.y()) + ";H=" + Fixed(rpy.z()) + ";D=0.000;" +
             use + ",";
   };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 
 #include "codecs/calendar.hpp"
@@ -18,9 +19,15 @@ bool IsTimeText(std::string_view quantity) {
   return quantity == "date" || quantity == "clock" || quantity == "iso";
 }
 
-// Three numbers with a separator between them; nothing for any other text.
-std::optional<std::array<double, 3>> Triple(std::string_view text, char separator) {
-  const auto parts = Split(text, separator);
+// Three numbers: with a separator between them, or the first two of so many digits and the rest.
+// Nothing for any other text.
+std::optional<std::array<double, 3>> Triple(std::string_view text,
+                                            char separator,
+                                            std::size_t first_digits) {
+  std::vector<std::string_view> parts = Split(text, separator);
+  if (parts.size() == 1 && text.size() >= first_digits + 4)
+    parts = {
+        text.substr(0, first_digits), text.substr(first_digits, 2), text.substr(first_digits + 2)};
   if (parts.size() != 3) return std::nullopt;
   std::array<double, 3> out{};
   for (std::size_t i = 0; i < 3; ++i) {
@@ -31,19 +38,41 @@ std::optional<std::array<double, 3>> Triple(std::string_view text, char separato
   return out;
 }
 
+// Takes an offset from UTC, such as +02:00, -0330 or +01, from the end of a clock. [s]; 0: none.
+std::optional<double> TakeOffset(std::string_view* clock) {
+  if (clock->ends_with('Z')) {
+    clock->remove_suffix(1);
+    return 0.0;
+  }
+  const std::size_t at = clock->find_last_of("+-");
+  if (at == std::string_view::npos) return 0.0;
+  std::string digits;
+  for (const char c : clock->substr(at + 1))
+    if (c != ':') digits += c;
+  const double sign = (*clock)[at] == '-' ? -1.0 : 1.0;
+  clock->remove_suffix(clock->size() - at);
+  if (digits.size() != 2 && digits.size() != 4) return std::nullopt;
+  const auto hours = ParseNumber(std::string_view(digits).substr(0, 2));
+  const auto minutes =
+      digits.size() == 2 ? std::optional(0.0) : ParseNumber(std::string_view(digits).substr(2));
+  if (!hours || !minutes || *hours > 14.0 || *minutes >= 60.0) return std::nullopt;
+  return sign * (*hours * 3600.0 + *minutes * 60.0);
+}
+
 // Date or clock as numbers; false for any other text.
 bool ReadTimeText(const std::string& quantity, std::string_view text, TextNumbers* numbers) {
   if (quantity == "iso") {
     const std::size_t split = text.find_first_of("T ");
     if (split == std::string_view::npos) return false;
     std::string_view clock = text.substr(split + 1);
-    for (const std::string_view utc : {"Z", "+00:00"})
-      if (clock.ends_with(utc)) clock.remove_suffix(utc.size());
+    const auto offset_s = TakeOffset(&clock);
+    if (!offset_s) return false;
+    (*numbers)["utc_offset"] = *offset_s;
     return ReadTimeText("date", text.substr(0, split), numbers) &&
            ReadTimeText("clock", clock, numbers);
   }
   const bool date = quantity == "date";
-  const auto parts = Triple(text, date ? '-' : ':');
+  const auto parts = date ? Triple(text, '-', 4) : Triple(text, ':', 2);
   if (!parts) return false;
   constexpr std::array kDate{"year", "month", "day"};
   constexpr std::array kClock{"hour", "minute", "second"};
@@ -51,16 +80,84 @@ bool ReadTimeText(const std::string& quantity, std::string_view text, TextNumber
   return true;
 }
 
+// Degrees, or degrees and minutes, or with seconds, with N, S, E or W at either end: "33.5S",
+// "27 45.6 N", "27d45'36\"N". [deg]
+std::optional<double> ParseAngle(std::string_view text, std::string_view hemispheres) {
+  if (const auto number = ParseNumber(text)) return number;
+  const auto upper = [](char c) { return static_cast<char>(c & ~0x20); };
+  double sign = 1.0;
+  bool has_letter = false;
+  for (const bool at_end : {true, false}) {
+    if (text.empty() || has_letter) break;
+    const char c = upper(at_end ? text.back() : text.front());
+    if (hemispheres.find(c) == std::string_view::npos) continue;
+    has_letter = true;
+    sign = c == 'S' || c == 'W' ? -1.0 : 1.0;
+    at_end ? text.remove_suffix(1) : text.remove_prefix(1);
+  }
+  text = Trimmed(text);
+  if (!has_letter && text.starts_with('-')) {
+    sign = -1.0;
+    text.remove_prefix(1);
+  }
+  std::string plain(text);
+  for (char& c : plain) {
+    const bool is_letter = std::isalpha(static_cast<unsigned char>(c)) != 0;
+    if (c == '-' || (is_letter && c != 'd' && c != 'm' && c != 's')) return std::nullopt;
+    if (c != '.' && (c < '0' || c > '9')) c = ' ';
+  }
+  const std::vector<std::string_view> parts = TextColumns(plain, ' ');
+  if (parts.empty() || parts.size() > 3) return std::nullopt;
+  double degrees = 0.0, unit = 1.0;
+  for (std::size_t i = 0; i < parts.size(); ++i, unit /= 60.0) {
+    const auto number = ParseNumber(parts[i]);
+    if (!number || (i > 0 && *number >= 60.0)) return std::nullopt;
+    degrees += *number * unit;
+  }
+  return sign * degrees;
+}
+
+std::optional<double> ReadNumber(const TextColumn& column, std::string_view text, char delimiter) {
+  std::string with_point(text);
+  if (delimiter != ',' && text.find('.') == std::string_view::npos)
+    std::replace(with_point.begin(), with_point.end(), ',', '.');
+  if (column.quantity == "latitude") return ParseAngle(with_point, "NS");
+  if (column.quantity == "longitude") return ParseAngle(with_point, "EW");
+  return ParseNumber(with_point);
+}
+
+// What a column should hold, for people.
+const char* FormOf(const std::string& quantity) {
+  if (quantity == "iso") return "a time such as 2026-05-02T10:20:30.5Z";
+  if (quantity == "date") return "a date such as 2026-05-02";
+  if (quantity == "clock") return "a time such as 10:20:30.5";
+  if (quantity == "latitude") return "degrees such as 27.76 or 27 45.6 N";
+  if (quantity == "longitude") return "degrees such as -82.63 or 82 37.8 W";
+  return "a number such as 12.5";
+}
+
 }  // namespace
 
 std::vector<std::string_view> TextColumns(std::string_view line, char delimiter) {
-  if (delimiter != ' ') return Split(line, delimiter);
   std::vector<std::string_view> fields;
-  for (std::size_t at = 0; (at = line.find_first_not_of(" \t", at)) != std::string_view::npos;) {
-    const std::size_t end = std::min(line.find_first_of(" \t", at), line.size());
-    fields.push_back(line.substr(at, end - at));
-    at = end;
+  const auto is_delimiter = [delimiter](char c) {
+    return c == delimiter || (delimiter == ' ' && c == '\t');
+  };
+  const auto add = [&](std::string_view field) {
+    if (delimiter == ' ' && field.empty()) return;
+    const std::string_view text = Trimmed(field);
+    const bool quoted = text.size() > 1 && text.starts_with('"') && text.ends_with('"');
+    fields.push_back(quoted ? text.substr(1, text.size() - 2) : field);
+  };
+  bool in_quotes = false;
+  std::size_t begin = 0;
+  for (std::size_t at = 0; at < line.size(); ++at) {
+    if (line[at] == '"') in_quotes = !in_quotes;
+    if (in_quotes || !is_delimiter(line[at])) continue;
+    add(line.substr(begin, at - begin));
+    begin = at + 1;
   }
+  add(line.substr(begin));
   return fields;
 }
 
@@ -71,20 +168,26 @@ std::optional<double> Find(const TextNumbers& numbers, std::string_view quantity
 
 std::optional<TextNumbers> ReadTextRow(std::string_view line,
                                        char delimiter,
-                                       const std::vector<TextColumn>& columns) {
+                                       const std::vector<TextColumn>& columns,
+                                       std::string* problem) {
   const std::vector<std::string_view> fields = TextColumns(line, delimiter);
   TextNumbers numbers;
   for (const TextColumn& column : columns) {
     const std::string_view text =
         column.column < fields.size() ? Trimmed(fields[column.column]) : std::string_view();
     if (text.empty()) continue;
+    bool is_read = false;
     if (IsTimeText(column.quantity)) {
-      if (!ReadTimeText(column.quantity, text, &numbers)) return std::nullopt;
-      continue;
+      is_read = ReadTimeText(column.quantity, text, &numbers);
+    } else if (const auto number = ReadNumber(column, text, delimiter)) {
+      is_read = std::abs(*number * column.scale) < 1e12;
+      numbers[column.quantity] = *number * column.scale;
     }
-    const auto number = ParseNumber(text);
-    if (!number || !(std::abs(*number * column.scale) < 1e12)) return std::nullopt;
-    numbers[column.quantity] = *number * column.scale;
+    if (is_read) continue;
+    if (problem != nullptr)
+      *problem = "column " + std::to_string(column.column + 1) + " holds '" +
+                 std::string(text.substr(0, 40)) + "', expected " + FormOf(column.quantity);
+    return std::nullopt;
   }
   return numbers;
 }
@@ -104,7 +207,8 @@ std::optional<Time> TimeOf(const TextNumbers& n) {
   if (!midnight || hour < 0 || hour > 23 || minute < 0 || minute > 59 ||
       !(second >= 0.0 && second < 61.0))
     return std::nullopt;
-  return *midnight + std::chrono::hours(hour) + std::chrono::minutes(minute) + FromSeconds(second);
+  return *midnight + std::chrono::hours(hour) + std::chrono::minutes(minute) +
+         FromSeconds(second - Find(n, "utc_offset").value_or(0.0));
 }
 
 std::string ProblemWith(const std::vector<TextColumn>& columns,
@@ -153,6 +257,10 @@ SurveyReader::Look TextLineReader::LookAt(Bytes bytes, bool at_end) const {
 void TextLineReader::Read(Bytes record, std::vector<SurveyRecord>* out) {
   const std::string text(record.begin(), record.end());
   ReadLine(Trimmed(text), out);
+}
+
+void TextLineReader::Note(std::size_t line, const std::string& problem) {
+  if (problem_.empty()) problem_ = "line " + std::to_string(line) + ": " + problem;
 }
 
 }  // namespace seastitch

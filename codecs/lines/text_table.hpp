@@ -17,24 +17,30 @@ namespace seastitch {
 // A column of a text file. Value = text * scale: the scale converts unit and sign.
 struct TextColumn {
   // Time, UTC: "epoch" (since 1970) [s]; "year" "month" "day" "hour" "minute" "second"; "date"
-  // (2024-05-02), "clock" (10:20:30.5), "iso" (both, with T or a blank that is not the delimiter).
-  // Other quantities are numbers, whose names are those of the format.
+  // (2024-05-02, 20240502), "clock" (10:20:30.5, 102030.5), "iso" (both, with T or a blank that is
+  // not the delimiter, and Z, an offset such as +02:00, or nothing at the end). "latitude" and
+  // "longitude" [deg] may have minutes, seconds and the letter of the hemisphere. Other quantities
+  // are numbers, whose names are those of the format. Where the delimiter is no comma, a comma may
+  // stand for the point.
   std::string quantity;
   std::size_t column = 0;  // from 0
   double scale = 1.0;
 };
 
-// The columns of a line, as text.
+// The columns of a line, as text. A delimiter between quotation marks is no delimiter; the marks
+// are taken off.
 std::vector<std::string_view> TextColumns(std::string_view line, char delimiter);
 
-// Values by quantity; "date", "clock" and "iso" as "year" to "second".
+// Values by quantity; "date", "clock" and "iso" as "year" to "second" and "utc_offset" [s].
 using TextNumbers = std::map<std::string, double, std::less<>>;
 std::optional<double> Find(const TextNumbers& numbers, std::string_view quantity);
 
-// A column that is empty or missing in the line is absent. Nothing: a column holds something else.
+// A column that is empty or missing in the line is absent. Nothing: a column holds something else;
+// problem, unless it is null, is then which one, and what it should hold.
 std::optional<TextNumbers> ReadTextRow(std::string_view line,
                                        char delimiter,
-                                       const std::vector<TextColumn>& columns);
+                                       const std::vector<TextColumn>& columns,
+                                       std::string* problem = nullptr);
 // Nothing: there is no time, or it cannot be.
 std::optional<Time> TimeOf(const TextNumbers& numbers);
 
@@ -53,6 +59,8 @@ class TextLineReader : public SurveyReader {
   void Read(Bytes record, std::vector<SurveyRecord>* out) final;
   // A line without blanks at its ends.
   virtual void ReadLine(std::string_view line, std::vector<SurveyRecord>* out) = 0;
+  // Notes why a line cannot be read. The first note stays.
+  void Note(std::size_t line, const std::string& problem);
 };
 
 }  // namespace seastitch

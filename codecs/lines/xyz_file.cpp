@@ -76,11 +76,19 @@ Counters XyzFileReader::counters() const {
 
 void XyzFileReader::ReadLine(std::string_view line, std::vector<SurveyRecord>* out) {
   if (lines_++ < format_.header_lines || line.empty() || line.front() == format_.comment) return;
-  const auto numbers = ReadTextRow(line, format_.delimiter, format_.columns);
+  std::string problem = "x, y and z, or the time, are not there";
+  const auto numbers = ReadTextRow(line, format_.delimiter, format_.columns, &problem);
+  // A line of words is a heading.
+  constexpr std::string_view kNumber = "+-.0123456789\"";
+  const bool is_number = kNumber.find(line.front()) != std::string_view::npos;
+  if (!numbers && is_number) Note(lines_, problem);
   if (!numbers && in_heading_) return;
   in_heading_ = false;
   const auto point = numbers ? PointOf(*numbers, has_time_) : std::nullopt;
-  if (!point) return Count("xyz_malformed");
+  if (!point) {
+    Note(lines_, problem);
+    return Count("xyz_malformed");
+  }
   if (Find(*numbers, "used") == 0.0) return Count("xyz_points_not_used");
   points_->Add(*point, out);
 }

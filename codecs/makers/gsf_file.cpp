@@ -175,10 +175,13 @@ void GsfFileReader::Read(Bytes record, std::vector<SurveyRecord>* out) {
 
 bool GsfFileReader::ReadRecord(std::uint32_t type, Bytes data, std::vector<SurveyRecord>* out) {
   if (type == kHeader) {
-    known_version_ = TextFromBytes(data).starts_with("GSF-v03");
+    const std::string text = TextFromBytes(data);
+    version_ = 0;
+    for (const int version : {1, 2, 3})
+      if (text.starts_with("GSF-v0" + std::to_string(version))) version_ = version;
     return true;
   }
-  if (!known_version_) {
+  if (version_ == 0) {
     Count("gsf_version_unknown");
     return true;
   }
@@ -210,8 +213,11 @@ bool GsfFileReader::ReadPing(Bytes data, std::vector<SurveyRecord>* out) {
   motion.roll_deg = in.Be<std::int16_t>() / 100.0;
   motion.heave_m = in.Be<std::int16_t>() / 100.0;
   in.Skip(4);  // course, speed
-  const double height_m = in.Be<std::int32_t>() / 1000.0;
-  in.Skip(4 + 4 + 2);
+  double height_m = 0.0;
+  if (version_ >= 3) {
+    height_m = in.Be<std::int32_t>() / 1000.0;
+    in.Skip(4 + 4 + 2);
+  }
   if (!in.ok() || !ReadSubrecords(&in, &arrays)) return false;
 
   Fill(motion, &navigation);
@@ -229,7 +235,11 @@ bool GsfFileReader::ReadPing(Bytes data, std::vector<SurveyRecord>* out) {
   const auto* const along = arrays.Find(kAlong);
   const auto* const beam_flags = arrays.Find(kBeamFlags);
   const auto* const error = arrays.Find(kVerticalError);
-  if (depth == nullptr || across == nullptr) return false;
+  if (depth == nullptr || across == nullptr) {
+    Count("gsf_ping_without_depths");
+    out->emplace_back(std::move(navigation));
+    return true;
+  }
   for (std::size_t i = 0; i < arrays.num_beams; ++i) {
     PlacedBeam beam;
     beam.p_level_m =

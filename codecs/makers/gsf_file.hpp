@@ -16,8 +16,9 @@ namespace seastitch {
 //
 // Travel times and angles are not read: in processed files they do not agree with the depths.
 //
-// Also counts gsf_version_unknown (records of a file that is not 3.x) and gsf_compressed (pings
-// with compressed arrays, which are not read).
+// Versions 1 to 3: up to 2.x a ping's head ends before height and separation. Also counts
+// gsf_version_unknown (records of a file of another version), gsf_compressed (pings with compressed
+// arrays, which are not read) and gsf_ping_without_depths (whose position is read).
 class GsfFileReader : public SurveyReader {
  protected:
   Look LookAt(Bytes bytes, bool at_end) const override;
@@ -40,7 +41,7 @@ class GsfFileReader : public SurveyReader {
   bool ReadScales(Bytes subrecord);
 
   Scales scales_;
-  bool known_version_ = true;
+  int version_ = 3;  // 0: not known
   std::uint32_t pings_ = 0;
 };
 

@@ -86,15 +86,20 @@ TextNavigationReader::TextNavigationReader(TextNavigationFormat format)
 
 void TextNavigationReader::ReadLine(std::string_view line, std::vector<SurveyRecord>* out) {
   if (lines_++ < format_.header_lines || line.empty() || line.front() == format_.comment) return;
-  auto sample = SampleOf(line);
-  if (!sample) return Count("text_malformed");
+  std::string problem = "no time and position";
+  auto sample = SampleOf(line, &problem);
+  if (!sample) {
+    Note(lines_, problem);
+    return Count("text_malformed");
+  }
   if (last_ && sample->time <= *last_) return Count("text_time_not_rising");
   last_ = sample->time;
   out->emplace_back(std::move(*sample));
 }
 
-std::optional<NavigationRecord> TextNavigationReader::SampleOf(std::string_view line) const {
-  const auto numbers = ReadTextRow(line, format_.delimiter, format_.columns);
+std::optional<NavigationRecord> TextNavigationReader::SampleOf(std::string_view line,
+                                                               std::string* problem) const {
+  const auto numbers = ReadTextRow(line, format_.delimiter, format_.columns, problem);
   const auto time = numbers ? TimeOf(*numbers) : std::nullopt;
   NavigationRecord sample;
   if (!time || !FillPlace(*numbers, &sample)) return std::nullopt;

@@ -42,7 +42,7 @@ class TextNavigationReader : public TextLineReader {
   void ReadLine(std::string_view line, std::vector<SurveyRecord>* out) override;
 
  private:
-  std::optional<NavigationRecord> SampleOf(std::string_view line) const;
+  std::optional<NavigationRecord> SampleOf(std::string_view line, std::string* problem) const;
 
   TextNavigationFormat format_;
   std::size_t lines_ = 0;

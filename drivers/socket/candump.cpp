@@ -24,18 +24,22 @@ bool ReadNumber(std::string_view text, int base, T* value) {
   return error == std::errc() && stop == end && !text.empty();
 }
 
-// Time from "1700000000.250000", or with nine digits after the point.
+// Time from "1700000000.250000", with any number of digits after the point. Those of parts of a
+// microsecond are cut off.
 std::optional<Time> ParseTime(std::string_view text) {
   const std::size_t dot = text.find('.');
   if (dot == std::string_view::npos) return std::nullopt;
+  constexpr std::size_t kMicro = 6;
+  constexpr std::size_t kMostDigits = 18;
   const std::string_view fraction_text = text.substr(dot + 1);
   std::uint64_t seconds = 0;
   std::uint64_t fraction = 0;
-  if (fraction_text.size() != 6 && fraction_text.size() != 9) return std::nullopt;
+  if (fraction_text.size() > kMostDigits) return std::nullopt;
   if (!ReadNumber(text.substr(0, dot), 10, &seconds)) return std::nullopt;
   if (!ReadNumber(fraction_text, 10, &fraction)) return std::nullopt;
   if (seconds > static_cast<std::uint64_t>(kLatestSecond)) return std::nullopt;
-  if (fraction_text.size() == 9) fraction /= 1000;
+  for (std::size_t digits = fraction_text.size(); digits < kMicro; ++digits) fraction *= 10;
+  for (std::size_t digits = fraction_text.size(); digits > kMicro; --digits) fraction /= 10;
   return FromUtime(static_cast<std::int64_t>(seconds * 1'000'000 + fraction));
 }
 

@@ -113,6 +113,7 @@ struct PingParts {
   std::size_t depth_bytes = 2;
   std::uint16_t ping_flags = 0;
   bool checksum = false;
+  bool of_version_2 = false;  // its head ends before height and separation
 };
 
 // Three beams, 51 m and 52 m deep, and one without a depth.
@@ -130,7 +131,7 @@ ByteVector Ping(const PingParts& parts = {}) {
   d.Be(std::int16_t{-150});
   d.Be(std::int16_t{200});
   d.Be(std::int16_t{25});
-  d.Zeros(18);
+  d.Zeros(parts.of_version_2 ? 4 : 18);
   const auto sub = [&d](std::uint8_t id, std::size_t size) {
     d.Be(std::uint32_t{id} << 24 | static_cast<std::uint32_t>(size));
   };
@@ -217,8 +218,36 @@ TEST(GsfFile, WhatCannotBeIsRefusedAndCounted) {
   EXPECT_EQ(counters(parts), (Counters{{"gsf_compressed", 1}, {"gsf_malformed", 1}}));
 }
 
+TEST(GsfFile, UpToVersion2AHeadOfAPingIsShorter) {
+  PingParts parts;
+  parts.of_version_2 = true;
+  const auto old = ReadSurvey<GsfFileReader>(Join({Header("GSF-v02.09"), Ping(parts)}));
+  const auto present = ReadSurvey<GsfFileReader>(Join({Header("GSF-v03.09"), Ping()}));
+  EXPECT_TRUE(old.counters.empty());
+  const auto pings = old.All<PlacedPing>();
+  ASSERT_EQ(pings.size(), 1u);
+  const PlacedPing expected = present.All<PlacedPing>().at(0);
+  EXPECT_EQ(pings[0].time, expected.time);
+  ASSERT_EQ(pings[0].soundings.size(), expected.soundings.size());
+  for (std::size_t i = 0; i < expected.soundings.size(); ++i) {
+    EXPECT_EQ(pings[0].soundings[i].p_level_m, expected.soundings[i].p_level_m);
+    EXPECT_EQ(pings[0].soundings[i].flags, expected.soundings[i].flags);
+  }
+}
+
+TEST(GsfFile, PositionsOfPingsWithoutDepthsAreRead) {
+  const std::filesystem::path real = Shared("cases/gsf_version/v2.gsf");
+  SKIP_WITHOUT(real);
+  const auto file = ReadSurvey<GsfFileReader>(ReadBytes(real));
+  const auto navigation = file.All<NavigationRecord>();
+  ASSERT_EQ(navigation.size(), 3u);
+  EXPECT_NEAR(Rad2Deg(navigation[0].position->latitude_rad), 38.0030681, 1e-7);
+  EXPECT_NEAR(Rad2Deg(navigation[0].position->longitude_rad), -76.3502001, 1e-7);
+  EXPECT_EQ(file.counters.at("gsf_ping_without_depths"), 3);
+}
+
 TEST(GsfFile, AnotherVersionIsNotReadByTheRulesOfThisOne) {
-  const auto file = ReadSurvey<GsfFileReader>(Join({Header("GSF-v02.03"), Ping()}));
+  const auto file = ReadSurvey<GsfFileReader>(Join({Header("GSF-v04.00"), Ping()}));
   EXPECT_TRUE(file.records.empty());
   EXPECT_EQ(file.counters, (Counters{{"gsf_version_unknown", 1}}));
 }

@@ -138,11 +138,14 @@ SurveyContents ReadXyz(const std::string& text, const XyzFormat& format) {
 }
 
 TEST(XyzFile, ThreeNumbersByAnyDelimiterBehindAnyHeading) {
-  for (const char* const text : {"X,Y,Z\n# a\n1.5,2.5,-3.5\nfoo\n4,5,6\n",
-                                 "Easting;Northing;Depth\n1.5;2.5;-3.5\n4;;6\n4;5;6\n",
-                                 "  1.5\t2.5  -3.5 9\r\n4 5\n4 5 6\n"}) {
+  for (const char* const text :
+       {"X,Y,Z\n# a\n1.5,2.5,-3.5\nfoo\n4,5,6\n",
+        "Easting;Northing;Depth\n1.5;2.5;-3.5\n4;;6\n4;5;6\n",
+        "Rechts;Hoch;Tiefe\n1,5;2,5;-3,5\n4;;6\n4,0;5,0;6,0\n",
+        "\"X\",\"Y\",\"Z\"\n\"1.5\",\"2.5\",\"-3.5\"\nfoo\n\"4\",\"5\",\"6\"\n",
+        "  1.5\t2.5  -3.5 9\r\n4 5\n4 5 6\n"}) {
     const std::string all(text);
-    const std::size_t first = all.find("1.5");
+    const std::size_t first = all.find_first_of("0123456789");
     const auto file =
         ReadXyz(all, XyzFormat::For(all.substr(first, all.find('\n', first) - first)));
     const auto points = file.All<PlacedPing>();

@@ -176,14 +176,62 @@ TEST(TextNavigation, ColumnsAreMappedByNameUnitAndSign) {
   EXPECT_FALSE(samples[2].heading_rad);
 }
 
-TEST(TextNavigation, UtcIsWrittenAsZOrAsAnOffsetOfZero) {
-  const auto file = ReadWith(ToBytes("header\n"
-                                     "2024-05-02T10:20:30.25+00:00,1,2,3,4,5,6\n"
-                                     "2024-05-02T10:20:31+02:00,1,2,3,4,5,6\n"),
-                             Text(Csv()));
-  ASSERT_EQ(file.records.size(), 1u);
-  EXPECT_EQ(ToUtime(file.All<NavigationRecord>().at(0).time), 1'714'645'230'250'000);
-  EXPECT_EQ(file.counters, (Counters{{"text_malformed", 1}}));
+TEST(TextNavigation, OneInstantIsWrittenInManyForms) {
+  for (const std::string time : {"2024-05-02T10:20:30.25Z",
+                                 "2024-05-02 10:20:30.25",
+                                 "\"2024-05-02T10:20:30.25\"",
+                                 "2024-05-02T10:20:30.25+00:00",
+                                 "2024-05-02T12:20:30.25+02:00",
+                                 "2024-05-02T06:50:30.25-0330",
+                                 "2024-05-03T00:20:30.25+14",
+                                 "20240502T102030.25Z"}) {
+    const auto file = ReadWith(ToBytes("header\n" + time + ",1,2,3,4,5,6\n"), Text(Csv()));
+    ASSERT_EQ(file.records.size(), 1u) << time;
+    EXPECT_EQ(ToUtime(file.All<NavigationRecord>().at(0).time), 1'714'645'230'250'000) << time;
+  }
+  for (const std::string time : {"2024-05-02T10:20:30+15:00",
+                                 "2024-05-02T10:20:30+2",
+                                 "2024-05-02T10:20:30+",
+                                 "2024-05-02T1020Z",
+                                 "240502T102030Z"})
+    EXPECT_TRUE(
+        ReadWith(ToBytes("header\n" + time + ",1,2,3,4,5,6\n"), Text(Csv())).records.empty())
+        << time;
+}
+
+TEST(TextNavigation, OnePlaceIsWrittenInManyForms) {
+  TextNavigationFormat format;
+  format.delimiter = ';';
+  format.columns = {{"epoch", 0}, {"latitude", 1}, {"longitude", 2}};
+  const auto read = [&](const std::string& latitude, const std::string& longitude) {
+    return ReadWith(ToBytes("1000;" + latitude + ";" + longitude + "\n"), Text(format));
+  };
+  for (const auto& [latitude, longitude] :
+       std::vector<std::pair<std::string, std::string>>{{"-33.51", "71.62"},
+                                                        {"-33,51", "71,62"},
+                                                        {"\"-33.51\"", "+71.62"},
+                                                        {"33.51S", "71.62E"},
+                                                        {"S 33 30.6", "E71 37.2"},
+                                                        {"33\u00b030.6'S", "71\u00b037.2'E"},
+                                                        {"33d30m36s S", "71 37 12 e"},
+                                                        {"-33 30.6", "71 37.2"}}) {
+    const auto file = read(latitude, longitude);
+    ASSERT_EQ(file.records.size(), 1u) << latitude;
+    const GivenPosition place = *file.All<NavigationRecord>().at(0).position;
+    EXPECT_NEAR(Rad2Deg(place.latitude_rad), -33.51, 1e-9) << latitude;
+    EXPECT_NEAR(Rad2Deg(place.longitude_rad), 71.62, 1e-9) << longitude;
+  }
+  for (const char* const wrong : {"33 60.5 S", "33.51E", "33 30.6 36 1 S", "north", "S", "-33 -30"})
+    EXPECT_TRUE(read(wrong, "71.62").records.empty()) << wrong;
+}
+
+TEST(TextNavigation, TheFirstLineThatCannotBeReadIsNamed) {
+  TextNavigationReader reader(Csv());
+  const ByteVector bytes = ToBytes(
+      "header\n2024-05-02T10:20:30Z,1,2,3,4,5,6\n2024-05-02T10:20:31Z,1,2,x,4,5,6\n"
+      "soon,1,2,3,4,5,6\n");
+  reader.Add(bytes);
+  EXPECT_EQ(reader.problem(), "line 3: column 4 holds 'x', expected a number such as 12.5");
 }
 
 TEST(TextNavigation, LinesThatAreNoneAndTimeThatFallsAreCounted) {

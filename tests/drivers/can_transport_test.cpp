@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <map>
+#include <string>
 
 #include "drivers/socket/candump.hpp"
 #include "drivers/socket/cannelloni.hpp"
@@ -122,6 +124,15 @@ TEST(Candump, AnyFrameComesBackFromItsLine) {
   }));
 }
 
+TEST(Candump, TakesAnyNumberOfDigits) {
+  for (const auto& [digits, us] : std::map<std::string, std::int64_t>{
+           {"2", 200'000}, {"25", 250'000}, {"00200000", 2'000}, {"123456789012345678", 123'456}}) {
+    const auto parsed = ParseCandumpLine("(1700000000." + digits + ") can0 121#00");
+    ASSERT_TRUE(parsed) << digits;
+    EXPECT_EQ(ToUtime(parsed->time), 1700000000'000000 + us) << digits;
+  }
+}
+
 TEST(Candump, AcceptsNanosecondsDirectionDotsAndLineEnds) {
   const auto parsed = ParseCandumpLine("(1700000000.250000999) can0 121#01.00.06 R\r");
   ASSERT_TRUE(parsed);
@@ -135,7 +146,8 @@ TEST(Candump, RefusesWhatIsNoFrame) {
   for (const char* const line : {"",
                                  "# comment",
                                  "(1700000000.250000) can0",
-                                 "(1700000000.25) can0 121#00",
+                                 "(1700000000.) can0 121#00",
+                                 "(1700000000.1234567890123456789) can0 121#00",
                                  "(1700000000.250000) can0 12#00",
                                  "(1700000000.250000) can0 800#00",
                                  "(1700000000.250000) can0 FFFFFFFF#00",
