@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "common/core/sound_speed.hpp"
+#include "common/runtime/config/parameter_file.hpp"
 
 namespace seastitch::bench {
 namespace {
@@ -499,7 +500,7 @@ std::string ClassIn(const std::string& path) {
   SurveyConfig config;
   ParameterTable table;
   DeclareClass(&config, &table.AddSection(kErrors, ""));
-  table.Peek(path);
+  PeekParameters(path, table);
   return config.error_class;
 }
 
@@ -531,7 +532,7 @@ ParameterTable TableOf(SurveyConfig* config) {
 
 SurveyConfig LoadSurvey(const std::string& path) {
   SurveyConfig config = DefaultsOf(ClassIn(path));
-  TableOf(&config).Load(path);
+  LoadParameters(path, TableOf(&config));
   std::string& file = config.raster.file;
   if (!file.empty() && std::filesystem::path(file).is_relative())
     file = (std::filesystem::path(path).parent_path() / file).string();
@@ -551,7 +552,7 @@ Fault ParseFault(const std::string& text) {
   ParameterTable table;
   DeclareFault(&fault, &table);
   try {
-    table.Parse(yaml + "}", "fault '" + text + "'");
+    ParseParameters(yaml + "}", "fault '" + text + "'", table);
   } catch (const ConfigError& e) {
     throw std::invalid_argument(e.what());
   }

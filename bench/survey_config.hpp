@@ -12,7 +12,7 @@
 #include "bench/terrain_raster.hpp"
 #include "bench/trajectory.hpp"
 #include "bench/water.hpp"
-#include "common/runtime/config/parameters.hpp"
+#include "common/parameters/parameters.hpp"
 
 namespace seastitch::bench {
 

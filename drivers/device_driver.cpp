@@ -7,6 +7,7 @@
 
 #include "common/convert/convert.hpp"
 #include "common/core/channel_names.hpp"
+#include "common/runtime/config/parameter_file.hpp"
 
 namespace seastitch {
 
@@ -84,7 +85,7 @@ std::string DeviceIn(const std::string& path, const std::vector<std::string>& na
   std::string device = names.front();
   ParameterTable table;
   DeclareDevice(&device, names, &table);
-  table.Peek(path);
+  PeekParameters(path, table);
   return device;
 }
 
@@ -150,12 +151,12 @@ void DeviceDriver::PutAside(Sample sample, Time recv, const std::string& stream)
 void DeviceDriver::UpdateHealth(const Counters& source,
                                 DeviceWatch::Clock::time_point now,
                                 const std::string& trouble,
-                                const std::string& refusal) {
+                                const SenderRefusal& refusal) {
   SetAll(source, &health_);
   SetAll(decoder_counters(), &health_);
   SetAll(clock_figures(), &health_);
   watch_.Check(now, trouble);
-  watch_.CheckSenders(now, health_.counter("udp_refused_senders"), refusal);
+  senders_.Check(now, refusal, &health_);
 }
 
 int DeviceDriver::Run(int fd,

@@ -11,8 +11,8 @@
 #include "common/core/counters.hpp"
 #include "common/core/sample.hpp"
 #include "common/core/time.hpp"
+#include "common/parameters/parameters.hpp"
 #include "common/runtime/bus.hpp"
-#include "common/runtime/config/parameters.hpp"
 #include "common/runtime/event_loop.hpp"
 #include "common/runtime/health.hpp"
 #include "drivers/device_clock.hpp"
@@ -108,12 +108,12 @@ class DeviceDriver {
   DeviceDriver& operator=(const DeviceDriver&) = delete;
 
   // Copies all counters into HEALTH and sets its state: ok, degraded, or lost after timeout_s
-  // without data. Call it once a second. now: monotonic. trouble: why the source cannot be read;
-  // refusal: the last sender whose datagrams were dropped; both for people, empty if none.
+  // without data. Call it once a second. now: monotonic. trouble: why the source cannot be read,
+  // for people; empty if it can.
   virtual void UpdateHealth(const Counters& source,
                             DeviceWatch::Clock::time_point now,
                             const std::string& trouble = "",
-                            const std::string& refusal = "");
+                            const SenderRefusal& refusal = {});
   Health& health() { return health_; }
   virtual Counters decoder_counters() const = 0;
   virtual Counters clock_figures() const = 0;
@@ -140,6 +140,7 @@ class DeviceDriver {
   const std::string raw_source_;
   Health health_;
   DeviceWatch watch_;
+  SenderWatch senders_;
 };
 
 }  // namespace seastitch

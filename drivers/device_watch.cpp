@@ -34,14 +34,14 @@ void DeviceWatch::Check(Clock::time_point now, const std::string& trouble) {
   health_->SetRunning();
 }
 
-void DeviceWatch::CheckSenders(Clock::time_point now,
-                               std::int64_t refused,
-                               const std::string& refusal) {
-  if (refused > refused_) refused_at_ = now;
-  refused_ = refused;
-  health_->HoldIf(refused_ > 0 && now - refused_at_ < kRefusalHolds,
-                  conditions::kSenderRefused,
-                  std::to_string(refused_) + " so far, the last of " + refusal);
+void SenderWatch::Check(std::chrono::steady_clock::time_point now,
+                        const SenderRefusal& refusal,
+                        Health* health) {
+  if (refusal.count > refused_) refused_at_ = now;
+  refused_ = refusal.count;
+  health->HoldIf(refused_ > 0 && now - refused_at_ < kRefusalHolds,
+                 conditions::kSenderRefused,
+                 std::to_string(refused_) + " so far, the last of " + refusal.last);
 }
 
 void SetAll(const Counters& counters, Health* health) {

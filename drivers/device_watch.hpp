@@ -7,8 +7,22 @@
 
 #include "common/core/counters.hpp"
 #include "common/runtime/health.hpp"
+#include "drivers/socket/sender_gate.hpp"
 
 namespace seastitch {
+
+// Reports datagrams of other senders in HEALTH, for 10 s after each.
+class SenderWatch {
+ public:
+  // refusal: all so far. now: monotonic.
+  void Check(std::chrono::steady_clock::time_point now,
+             const SenderRefusal& refusal,
+             Health* health);
+
+ private:
+  std::int64_t refused_ = 0;
+  std::chrono::steady_clock::time_point refused_at_;
+};
 
 // Sets the state of HEALTH: starting until the first data, lost after timeout_s without data, and
 // the faults of the source.
@@ -22,17 +36,12 @@ class DeviceWatch {
   void OnData();
   // Call it regularly. trouble: why the source cannot be used, for people; empty where it can.
   void Check(Clock::time_point now, const std::string& trouble);
-  // refused: datagrams of other senders so far; refusal: the last of these senders. A fault is
-  // reported for 10 s after each.
-  void CheckSenders(Clock::time_point now, std::int64_t refused, const std::string& refusal);
 
  private:
   double timeout_s_;
   Health* health_;
   bool data_since_check_ = false;
   std::optional<Clock::time_point> last_data_;  // with the resolution of the period of Check()
-  std::int64_t refused_ = 0;
-  Clock::time_point refused_at_;
 };
 
 // Copies the counters of a part into HEALTH.

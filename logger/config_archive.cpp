@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <exception>
-#include <fstream>
-#include <iterator>
 #include <utility>
 
 #include "common/runtime/files/durable_file.hpp"
+#include "common/runtime/files/whole_file.hpp"
 
 namespace seastitch {
 namespace {
@@ -23,11 +22,6 @@ bool IsPlainName(const std::string& name) {
   };
   return !name.empty() && name.size() <= 64 && name[0] != '.' &&
          std::all_of(name.begin(), name.end(), is_plain);
-}
-
-std::string ReadText(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
 }
 
 // Name of an older version: for mapper.yaml and 2, mapper.2.yaml.
@@ -73,7 +67,7 @@ std::int64_t ConfigArchive::errors() const {
 void ConfigArchive::Save(const std::string& name, const std::string& text) const {
   const fs::path path = folder_ / name;
   if (fs::exists(path)) {
-    if (ReadText(path) == text) return;
+    if (ReadWholeFile(path) == text) return;
     int number = 1;
     while (number < kMaxVersions && fs::exists(VersionOf(path, number))) ++number;
     // Copied, not renamed, so that the file exists at any moment.

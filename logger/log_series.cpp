@@ -1,7 +1,5 @@
 #include "logger/log_series.hpp"
 
-#include <sys/stat.h>
-
 #include <algorithm>
 #include <stdexcept>
 #include <utility>
@@ -28,12 +26,6 @@ fs::path NextLog(const fs::path& folder) {
 LogSeries::LogSeries(fs::path folder, SplitParams split)
     : folder_(std::move(folder)), split_(split) {
   if (const std::optional<FileIdentity> there = IdentityOf(folder_)) device_ = there->device;
-}
-
-std::optional<FileIdentity> IdentityOf(const fs::path& path) {
-  struct stat found {};
-  if (::stat(path.c_str(), &found) != 0) return std::nullopt;
-  return FileIdentity{found.st_dev, found.st_ino};
 }
 
 void LogSeries::MakeFolder() const {

@@ -5,6 +5,7 @@
 #include <functional>
 #include <optional>
 
+#include "common/runtime/files/file_identity.hpp"
 #include "common/storage/event_log.hpp"
 
 namespace seastitch {
@@ -15,15 +16,6 @@ struct SplitParams {
   // Largest difference between the times of a file's first and next event, forward or back [us].
   std::int64_t max_us = 3'600'000'000;
 };
-
-// What identifies a file, whatever its path.
-struct FileIdentity {
-  std::uint64_t device;
-  std::uint64_t inode;
-  bool operator==(const FileIdentity&) const = default;
-};
-// Absent if the path leads nowhere.
-std::optional<FileIdentity> IdentityOf(const std::filesystem::path& path);
 
 // Writes events to a series of files in a folder: 000.lcmlog, 001.lcmlog, ... A new file has a
 // number above all existing ones, so that an existing file is never changed.

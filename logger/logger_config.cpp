@@ -1,6 +1,7 @@
 #include "logger/logger_config.hpp"
 
 #include "common/runtime/bus.hpp"
+#include "common/runtime/config/parameter_file.hpp"
 
 namespace seastitch {
 
@@ -64,7 +65,7 @@ ParameterTable TableOf(LoggerConfig* config) {
 
 LoggerConfig LoadLoggerConfig(const std::string& path) {
   LoggerConfig config;
-  TableOf(&config).Load(path);
+  LoadParameters(path, TableOf(&config));
   ResolveDivesDir(path, &config.dive);
   return config;
 }

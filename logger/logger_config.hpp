@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "common/runtime/config/parameters.hpp"
+#include "common/parameters/parameters.hpp"
 #include "common/runtime/files/dive_folder.hpp"
 
 namespace seastitch {

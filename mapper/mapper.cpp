@@ -189,8 +189,8 @@ void Mapper::RestartNavigation() {
   correction_ = NavCorrection(navigation_.get());
   builder_.Finish();
   if (on_soundings_) builder_.TakeSoundings();
-  while (pings_.TakeAny()) Count("pings_before_navigation");
-  while (sounding_pings_.TakeAny()) Count("pings_before_navigation");
+  while (pings_.TakeAny()) pings_lost_.Add(PingLoss::kBeforeNavigation);
+  while (sounding_pings_.TakeAny()) pings_lost_.Add(PingLoss::kBeforeNavigation);
   watch_ = NavigationWatch(params_.navigation);
   last_nav_.reset();
   nav_began_.reset();
@@ -235,7 +235,7 @@ bool Mapper::GiveNavAt(Time t) {
   last_nav_ = t;
   clocks_.SetStage(Stage());
   if (!nav_began_) nav_began_ = t;
-  if (ping_watch_.IsDue(t)) ping_watch_.Look(t, pings_received_, PingsRefused());
+  if (ping_watch_.IsDue(t)) ping_watch_.Look(t, pings_received_, pings_lost());
   events_.emplace_back(*state);
   return true;
 }
@@ -268,9 +268,9 @@ void Mapper::AddToSubmap(const SoundingPing& ping) {
 }
 
 void Mapper::AddToSubmap(const GeoreferencedPing& ping) {
-  Count("beams_read", ping.beams_read);
-  Count("beams_invalid", ping.beams_invalid);
-  Count("beams_refused", ping.beams_refused);
+  beams_read_ += ping.beams_read;
+  beams_invalid_ += ping.beams_invalid;
+  beams_refused_ += ping.beams_refused;
   timing_.Add(ping, [this](Time t) { return PoseAt(t); });
   if (std::optional<Submap> closed = builder_.Add(ping)) OnClosed(std::move(*closed));
   if (const auto frame_time = builder_.frame_time()) frames_.Remember(*frame_time, ping.time);
@@ -279,16 +279,15 @@ void Mapper::AddToSubmap(const GeoreferencedPing& ping) {
 // Without a pose before navigation started, or before a restart: no fault.
 void Mapper::RefuseWithoutPose(Time ping) {
   const bool is_early = nav_began_ && ping < *nav_began_;
-  Count(is_early ? "pings_before_navigation" : "pings_without_pose");
+  pings_lost_.Add(is_early ? PingLoss::kBeforeNavigation : PingLoss::kWithoutPose);
 }
 
-PingWatch::Counts Mapper::PingsRefused() const {
-  PingWatch::Counts refused = builder_.counters();
-  refused["pings_dropped_waiting"] = pings_.dropped() + sounding_pings_.dropped();
-  refused["pings_from_the_future"] = pings_.from_the_future() + sounding_pings_.from_the_future();
-  const auto without_pose = counters_.find("pings_without_pose");
-  if (without_pose != counters_.end()) refused.insert(*without_pose);
-  return refused;
+PingTally Mapper::pings_lost() const {
+  PingTally lost = pings_lost_;
+  lost.Add(builder_.pings_lost());
+  lost.Add(PingLoss::kDroppedWaiting, pings_.dropped() + sounding_pings_.dropped());
+  lost.Add(PingLoss::kFromTheFuture, pings_.from_the_future() + sounding_pings_.from_the_future());
+  return lost;
 }
 
 std::optional<Eigen::Isometry3d> Mapper::PoseAt(Time t) const {

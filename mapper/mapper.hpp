@@ -166,6 +166,8 @@ class Mapper {
   // progress is called after each journal entry: a long dive takes seconds.
   bool Resume(
       const SavedMap& saved, const LoadSubmap& load, const std::function<void()>& progress = [] {});
+  // Entries of the saved journal that Resume() could not use, from the first such one on.
+  std::int64_t entries_unusable() const { return entries_unusable_; }
   // The corrected time (SensorClocks) of the first sample after a restart, by the clocks as they
   // are in the checkpoint: to decide, before Resume(), whether the checkpoint is recent enough.
   template <class Sample>
@@ -192,12 +194,16 @@ class Mapper {
   // Estimates of the survey's noise components, from overlaps, and of the time offset of the
   // sonar's stamps, from the seabed.
   SurveyNoise noise() const;
+  // Pings that no submap got.
+  PingTally pings_lost() const;
+  // Positions of an INS that are too far from the datum to be used.
+  std::int64_t positions_too_far() const { return navigation_->tally().too_far(); }
   // Time offsets of attitude and DVL that navigation suspected, the best estimate of each.
   std::vector<StampOffsetEstimate> stamp_offsets() const { return stamp_offsets_.estimates(); }
   // Faults that hold now.
   std::vector<Condition> conditions() const;
   // Everything counted, by name, such as "pings_without_pose".
-  std::map<std::string, std::int64_t> counters() const;
+  Counters counters() const;
   // One line for people: submaps, closures, soundings rejected.
   std::string Summary() const;
 
@@ -228,7 +234,6 @@ class Mapper {
   void AddToSubmap(const SoundingPing& ping);
   void AddToSubmap(const GeoreferencedPing& ping);
   void RefuseWithoutPose(Time ping);
-  PingWatch::Counts PingsRefused() const;
   std::optional<Eigen::Isometry3d> PoseAt(Time t) const;
   std::optional<Eigen::Matrix3d> DriftBetween(Time a, Time b) const;
   static bool IsUsable(const Submap& submap);  // finite numbers
@@ -301,10 +306,15 @@ class Mapper {
     std::optional<Time> since;  // of the last submap frame before it, whose pose is still known
   };
   std::optional<Resumed> resumed_;
+  std::int64_t entries_unusable_ = 0;
   LoadSubmap load_;  // while it resumes; of submaps that are still compared with solutions
 
   std::vector<MapperEvent> events_;
-  std::map<std::string, std::int64_t> counters_;
+  PingTally pings_lost_;  // before the builder
+  std::int64_t beams_read_ = 0;
+  std::int64_t beams_invalid_ = 0;
+  std::int64_t beams_refused_ = 0;
+  Counters counters_;
 };
 
 }  // namespace seastitch

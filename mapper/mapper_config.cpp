@@ -1,11 +1,12 @@
 #include "mapper/mapper_config.hpp"
 
 #include <cmath>
-#include <fstream>
-#include <iterator>
+#include <optional>
 #include <stdexcept>
 
+#include "common/runtime/config/parameter_file.hpp"
 #include "common/runtime/config/vehicle_config.hpp"
+#include "common/runtime/files/whole_file.hpp"
 
 namespace seastitch {
 namespace {
@@ -19,11 +20,10 @@ fs::path Beside(const std::string& file, const fs::path& path) {
 // Reads a text file and parses it.
 template <class T>
 T Parsed(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  const std::string text((std::istreambuf_iterator<char>(in)), {});
-  if (!in) throw ConfigError(file.string() + ": cannot be read");
+  const std::optional<std::string> text = ReadWholeFile(file);
+  if (!text) throw ConfigError(file.string() + ": cannot be read");
   try {
-    return T::Parse(text, file.string());
+    return T::Parse(*text, file.string());
   } catch (const std::runtime_error& e) {
     throw ConfigError(e.what());
   }
@@ -38,7 +38,7 @@ void LoadSeparation(const fs::path& file, MapperConfig* config) {
 
 MapperConfig LoadMapperConfig(const std::string& path) {
   MapperConfig config;
-  TableOf(&config).Load(path);
+  LoadParameters(path, TableOf(&config));
   config.vehicle_file = Beside(path, config.vehicle_file);
   config.vehicle = LoadVehicle(config.vehicle_file.string());
   if (!config.water_level_file.empty())

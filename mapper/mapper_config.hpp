@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/runtime/config/parameters.hpp"
+#include "common/parameters/parameters.hpp"
 #include "common/runtime/files/dive_folder.hpp"
 #include "mapper/mapper_params.hpp"
 
@@ -52,9 +52,5 @@ std::vector<std::pair<std::string, std::string>> ConfigFiles(const MapperConfig&
 std::string ConfigurationOf(const MapperConfig& config);
 
 ParameterTable TableOf(MapperConfig* config);
-// Declares its section `navigation`.
-void DeclareNavigation(NavigationParams* params, ParameterTable* table);
-// Declares the key `navigation_source` and the section `given_navigation`.
-void DeclareGivenNavigation(MapperParams* params, ParameterTable* table);
 
 }  // namespace seastitch

@@ -244,8 +244,7 @@ bool MapperNode::Resume(const SavedMap& saved) {
   store.Restore(submaps);
   const auto load = [&store](SubmapId id) { return store.Get(id); };
   if (!mapper_.Resume(saved, load, [this] { health_.ReportProgress(); })) return false;
-  const std::int64_t unusable = health_.counter("journal_entries_unusable");
-  if (unusable > 0)
+  if (const std::int64_t unusable = mapper_.entries_unusable(); unusable > 0)
     at_restart_.push_back({&conditions::kJournalDamaged,
                            std::to_string(unusable) + " entries do not continue those before"});
   ReportStore(store.counters());
@@ -437,6 +436,7 @@ void MapperNode::PostNextWrite() {
     Written written;
     if (write->submap && !write->submap->cloud.empty()) archive->store.Put(write->submap);
     if (journal) written.in_journal = AppendTo(journal.get(), *write);
+    if (journal) written.journal_is_gone = journal->is_gone();
     written.store = archive->store.counters();
     return [this, write, written] { OnWritten(*write, written); };
   });
@@ -461,9 +461,10 @@ void MapperNode::PostCheckpoint() {
   const auto bytes = std::make_shared<const std::vector<std::uint8_t>>(Encode(*checkpoint));
   const bool posted = writer_->Post([this, journal = journal_, time = checkpoint->time, bytes] {
     const bool written = journal->WriteCheckpoint(time, *bytes);
-    return [this, written] {
+    return [this, written, is_gone = journal->is_gone()] {
       is_writing_ = false;
       journal_fails_ = !written;
+      journal_is_gone_ = is_gone;
       PostNextWrite();
     };
   });
@@ -473,6 +474,7 @@ void MapperNode::PostCheckpoint() {
 void MapperNode::OnWritten(const Write& write, const Written& written) {
   is_writing_ = false;
   journal_fails_ = !written.in_journal;
+  journal_is_gone_ = written.journal_is_gone;
   if (write.submap) {
     stored_ = write.submap->id;
     store_fails_ = written.store.write_errors > store_counters_.write_errors;
@@ -499,10 +501,12 @@ void MapperNode::ReportHealth() {
 
 void MapperNode::AddFaults(std::vector<Condition>* faults) const {
   if (store_fails_ || journal_fails_ || entries_dropped_ > 0)
-    faults->push_back({&conditions::kStoreNotWriting,
-                       entries_dropped_ == 0
-                           ? ""
-                           : "the journal has ended, and a restart loses what came since"});
+    faults->push_back(
+        {&conditions::kStoreNotWriting,
+         journal_is_gone_ ? "the map's folder was deleted, or another disk hides it: a restart "
+                            "begins a new map"
+         : entries_dropped_ == 0 ? ""
+                                 : "the journal has ended, and a restart loses what came since"});
   const std::string lost = store_counters_.PointsLost(not_stored_);
   if (!lost.empty()) faults->push_back({&conditions::kPointsLost, lost});
   // A map waits to be continued; Mapper does not know of it yet.

@@ -85,6 +85,7 @@ class MapperNode {
   };
   struct Written {
     bool in_journal = true;
+    bool journal_is_gone = false;
     SurveyStoreCounters store;
   };
 
@@ -158,6 +159,7 @@ class MapperNode {
   std::int64_t not_stored_ = 0;         // submaps whose points were given up in to_write_
   bool store_fails_ = false;            // the last closed submap could not be stored
   bool journal_fails_ = false;          // the last entry could not be written to the journal
+  bool journal_is_gone_ = false;        // MapJournal::is_gone()
   std::optional<Time> begun_;           // first sample's time, with a journal
   std::vector<Condition> at_restart_;   // reported for kTellRestartS
   std::optional<RegistrationJob> job_;  // not yet taken by the worker

@@ -59,7 +59,8 @@ bool Mapper::Resume(const SavedMap& saved,
     progress();
   }
   load_ = nullptr;
-  Count("journal_entries_unusable", static_cast<std::int64_t>(saved.journal.size() - restored));
+  entries_unusable_ = static_cast<std::int64_t>(saved.journal.size() - restored);
+  Count("journal_entries_unusable", entries_unusable_);
   // The frame that navigation refers to is not that of the last submap here: part of the journal is
   // lost.
   if (!archive.IsDone() || next_id_ != checkpoint.next_submap) frames_.Forget();

@@ -1,8 +1,7 @@
 #include <cstdio>
 
-#include "mapper/input/utc_text.hpp"
 #include "mapper/mapper.hpp"
-#include "mapper/submaps/rejection.hpp"
+#include "mapper/submaps/losses.hpp"
 
 // What HEALTH and people are told of a mapper: faults, counters, one line.
 namespace seastitch {
@@ -81,10 +80,14 @@ std::string Mapper::WaitsFor() const {
   return "waiting for navigation: " + Explain(navigation_->start_state());
 }
 
-std::map<std::string, std::int64_t> Mapper::counters() const {
-  std::map<std::string, std::int64_t> all = counters_;
+Counters Mapper::counters() const {
+  Counters all = counters_;
   for (const auto& [name, count] : navigation_->counters()) all["nav_" + name] = count;
-  for (const auto& [name, count] : PingsRefused()) all[name] = count;
+  pings_lost().AddTo(&all);
+  for (const auto& [name, count] : builder_.counters()) all[name] = count;
+  all["beams_read"] = beams_read_;
+  all["beams_invalid"] = beams_invalid_;
+  all["beams_refused"] = beams_refused_;
   for (const auto& [name, count] : clocks_.counters()) all[name] = count;
   all["position_fixes_in_graph"] = frames_.fixes_in_graph();
   all["position_fixes_too_far"] = frames_.fixes_too_far();
@@ -98,13 +101,9 @@ std::map<std::string, std::int64_t> Mapper::counters() const {
 }
 
 std::string Mapper::Summary() const {
-  std::map<std::string, std::int64_t> refused = builder_.counters();
-  const auto count = [this](const char* name) {
-    const auto found = counters_.find(name);
-    return found == counters_.end() ? 0 : found->second;
-  };
-  refused["beams_refused"] = count("beams_refused");
-  const Rejection rejection = RejectionOf(count("beams_read") - count("beams_invalid"), refused);
+  Counters refused = builder_.soundings_lost();
+  refused["beams_refused"] = beams_refused_;
+  const Rejection rejection = RejectionOf(beams_read_ - beams_invalid_, refused);
   std::string summary = std::to_string(search_.size()) + " submaps, " +
                         std::to_string(search_.accepted()) + " loop closures accepted, " +
                         std::to_string(search_.rejected()) + " rejected, " + rejection.Text();

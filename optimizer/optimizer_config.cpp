@@ -1,5 +1,7 @@
 #include "optimizer/optimizer_config.hpp"
 
+#include "common/runtime/config/parameter_file.hpp"
+
 namespace seastitch {
 
 ParameterTable TableOf(OptimizerParams* p) {
@@ -46,7 +48,7 @@ ParameterTable TableOf(OptimizerParams* p) {
 
 OptimizerParams LoadOptimizerConfig(const std::string& path) {
   OptimizerParams params;
-  TableOf(&params).Load(path);
+  LoadParameters(path, TableOf(&params));
   return params;
 }
 

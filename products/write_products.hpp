@@ -17,6 +17,7 @@
 #include "products/survey.hpp"
 #include "products/track/dives.hpp"
 #include "products/track/truth.hpp"
+#include "products/warning.hpp"
 
 namespace seastitch {
 
@@ -59,7 +60,8 @@ struct ProductOptions {
   std::vector<std::string> conditions;
   // One of each dive, in the order of Survey::dives; one of a single dive. Empty: nothing is known.
   std::vector<DiveReport> dives;
-  std::vector<UnreadDive> unread;  // of several dives, for the report
+  std::vector<UnreadDive> unread;    // of several dives, for the report
+  std::vector<MapWarning> warnings;  // of the inputs, for the report
   // Why the map covers a part of the input only, as a sentence; empty: it covers all.
   std::string partial;
   std::function<RunFigures()> run_figures;  // called last, so that it includes the products' cost
@@ -80,8 +82,9 @@ const char* ToString(Outcome outcome);
 
 struct ProductSummary {
   Outcome outcome = Outcome::kNothingToCorrect;
-  std::string statement;  // why, in one or two sentences
-  bool partial = false;   // the map covers a part of the input only
+  std::string statement;     // why, in one or two sentences
+  bool partial = false;      // the map covers a part of the input only
+  std::size_t warnings = 0;  // ProductOptions::warnings
 
   std::size_t submaps = 0;
   std::uint64_t soundings_read = 0;  // as in SurveySubmap

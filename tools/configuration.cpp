@@ -1,6 +1,7 @@
 #include "tools/configuration.hpp"
 
 #include "bench/survey_config.hpp"
+#include "common/runtime/config/parameter_file.hpp"
 #include "common/runtime/config/vehicle_config.hpp"
 #include "drivers/dvl/dvl_driver.hpp"
 #include "drivers/dvl/pd0_driver.hpp"

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "common/runtime/config/parameters.hpp"
+#include "common/parameters/parameters.hpp"
 
 namespace seastitch {
 

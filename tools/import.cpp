@@ -25,6 +25,7 @@
 #include "survey/plan/maker_soundings.hpp"
 #include "survey/plan/survey_config.hpp"
 #include "survey/plan/survey_files.hpp"
+#include "survey/plan/survey_groups.hpp"
 #include "survey/progress.hpp"
 #include "survey/read/message_types.hpp"
 #include "tools/install_paths.hpp"
@@ -163,6 +164,8 @@ Kind KindOf(const fs::path& path) {
     throw std::runtime_error(path.string() + ": not a file that can be read");
   if (head[4] == '#') return Kind::kKmall;
   if (std::string_view(head.data(), head.size()).find_first_of('(') == 0) return Kind::kCandump;
+  if (std::string_view(head.data(), head.size()).find("  [") != std::string_view::npos)
+    throw DataError(path.string() + ": a candump log without times; record it with candump -l");
   if (SurveyFiles::IsSurveyFile(path))
     throw UsageError("import: " + path.string() +
                      ": its format is not imported together with candump logs");
@@ -346,6 +349,7 @@ ImportResult Import(const ImportOptions& options) {
       if (const auto problem = survey.plan().Problem()) throw DataError(*problem);
       ImportResult result = ImportSurvey(&survey, options);
       result.installation = survey.plan().Text();
+      result.warnings = survey.plan().warnings;
       if (const auto outcome = survey.Outcome()) {
         fs::remove(options.log);
         throw DataError(*outcome);
@@ -354,11 +358,31 @@ ImportResult Import(const ImportOptions& options) {
       return result;
     }
   }
-  return Importer(options).Run(options.quiet);
+  for (const fs::path& file : options.files) KindOf(file);  // throws before a log is made
+  ImportResult result = Importer(options).Run(options.quiet);
+  if (std::any_of(result.channels.begin(), result.channels.end(), [](const auto& channel) {
+        return channel.first != channels::kConfig;
+      }))
+    return result;
+  fs::remove(options.log);
+  throw DataError(options.files[0].string() +
+                  ": nothing in it that can be read; a line of candump -l is "
+                  "(1700000000.250000) can0 123#11223344");
 }
 
-int RunImport(const ImportOptions& options) {
+namespace {
+
+// For b.lcmlog and 2: b-2.lcmlog.
+fs::path LogOf(const fs::path& log, std::size_t dive) {
+  if (dive == 1) return log;
+  return log.parent_path() /
+         (log.stem().string() + "-" + std::to_string(dive) + log.extension().string());
+}
+
+void ImportDive(const ImportOptions& options) {
   const ImportResult result = Import(options);
+  for (const MapWarning& warning : result.warnings)
+    std::fprintf(stderr, "warning: %s\n", warning.text.c_str());
   if (!result.installation.empty()) std::fputs(result.installation.c_str(), stdout);
   for (const auto& [channel, events] : result.channels)
     std::printf("%-12s %10lld events\n", channel.c_str(), static_cast<long long>(events));
@@ -368,6 +392,26 @@ int RunImport(const ImportOptions& options) {
     std::printf("to map it: seastitch replay %s --out MAP (if you edit %s, add --config with it)\n",
                 options.log.c_str(),
                 SurveyConfigFilesFor(options.log).mapper.c_str());
+}
+
+}  // namespace
+
+int RunImport(const ImportOptions& options) {
+  std::vector<SurveyGroup> dives{{options.files}};
+  if (AreSurveyFiles(options.files)) dives = GroupSurveyFiles(options.files, options.one_dive);
+  for (std::size_t i = 0; i < dives.size(); ++i) {
+    ImportOptions of_dive = options;
+    of_dive.files = dives[i].files;
+    of_dive.log = LogOf(options.log, i + 1);
+    if (dives.size() > 1)
+      std::printf("%s: %s of %s%s%s\n",
+                  of_dive.log.c_str(),
+                  NumberOfFiles(of_dive.files.size()).c_str(),
+                  dives[i].sonar.empty() ? "a sonar" : dives[i].sonar.c_str(),
+                  dives[i].reason.empty() ? "" : "; ",
+                  dives[i].reason.c_str());
+    ImportDive(of_dive);
+  }
   return EXIT_SUCCESS;
 }
 

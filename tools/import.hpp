@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "products/warning.hpp"
+
 namespace seastitch {
 
 struct ImportOptions {
@@ -19,6 +21,8 @@ struct ImportOptions {
   // mapper.yaml to record in the log, so that a replay needs no other; empty: none. Survey files
   // with navigation need none.
   std::filesystem::path mapper_config;
+  // No pause and no distance splits survey files into dives (GroupSurveyFiles).
+  bool one_dive = false;
   bool quiet = false;
 };
 
@@ -27,6 +31,7 @@ struct ImportResult {
   std::map<std::string, std::int64_t> counters;  // of the decoders, those above 0
   // Of survey files with navigation: the sensors used and their mountings. Empty for other files.
   std::string installation;
+  std::vector<MapWarning> warnings;  // SurveyPlan::warnings
 };
 
 // Imports files. Survey files become the messages that drivers would have published (INS, DEPTH,
@@ -37,7 +42,8 @@ struct ImportResult {
 // name; DataError if nothing in it can be georeferenced.
 ImportResult Import(const ImportOptions& options);
 
-// `seastitch import`: Import(), and a summary on stdout.
+// `seastitch import`: Import() of each dive of the files (GroupSurveyFiles), and a summary on
+// stdout. The log of the second dive is LOG-2, and so on.
 int RunImport(const ImportOptions& options);
 
 }  // namespace seastitch

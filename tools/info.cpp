@@ -4,14 +4,15 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <ctime>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 
 #include "common/convert/channels.hpp"
+#include "common/core/time.hpp"
 #include "common/runtime/files/durable_file.hpp"
 #include "common/storage/event_log.hpp"
+#include "survey/plan/survey_files.hpp"
 #include "survey/progress.hpp"
 #include "survey/read/log_figures.hpp"
 #include "survey/read/message_types.hpp"
@@ -41,15 +42,11 @@ struct Record {
 };
 
 std::string Utc(std::int64_t utime) {
-  const auto seconds = static_cast<std::time_t>(std::floor(static_cast<double>(utime) * 1e-6));
-  std::tm utc{};
-  if (gmtime_r(&seconds, &utc) == nullptr) return "no date";
-  char text[64];
-  const std::size_t n = std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%S", &utc);
-  const auto ms = static_cast<int>((utime / 1000) % 1000);
+  const std::string second = UtcText(FromUtime(utime), "%Y-%m-%dT%H:%M:%S");
   char fraction[8];
-  std::snprintf(fraction, sizeof fraction, ".%03dZ", ms < 0 ? ms + 1000 : ms);
-  return std::string(text, n) + fraction;
+  std::snprintf(
+      fraction, sizeof fraction, ".%03dZ", static_cast<int>((utime / 1000 % 1000 + 1000) % 1000));
+  return second + fraction;
 }
 
 double Seconds(std::int64_t us) { return static_cast<double>(us) * 1e-6; }
@@ -224,6 +221,15 @@ void Print(const RecordedLogs& logs, const std::vector<Record>& records) {
     std::printf("%s\n", ToString(unreadable).c_str());
 }
 
+// A survey file, or a folder of some that is no dive of the logger.
+bool HoldsSurveyFiles(const fs::path& input) {
+  if (!fs::is_directory(input)) return SurveyFiles::IsSurveyFile(input);
+  if (IsDive(input)) return false;
+  return std::any_of(fs::directory_iterator(input), fs::directory_iterator(), [](const auto& file) {
+    return file.is_regular_file() && SurveyFiles::IsSurveyFile(file.path());
+  });
+}
+
 void Finish(EventLogWriter* repaired, const fs::path& path) {
   repaired->Sync();
   SyncFolder(fs::absolute(path).parent_path());
@@ -237,11 +243,17 @@ int RunInfo(const InfoOptions& options) {
     PrintMap(options.inputs[0], options.json);
     return EXIT_SUCCESS;
   }
+  if (std::all_of(options.inputs.begin(), options.inputs.end(), HoldsSurveyFiles)) {
+    if (options.repair_to) throw UsageError("info: --repair takes a log");
+    PrintSurvey(options.inputs, options.json);
+    return EXIT_SUCCESS;
+  }
   for (const fs::path& input : options.inputs)
     if (fs::is_directory(input) && !IsDive(input))
-      throw UsageError(input.string() +
-                       ": a folder with neither a map nor a dive in it; info takes a log, a dive's "
-                       "folder or a map");
+      throw UsageError(
+          input.string() +
+          ": a folder without a map, a dive or survey files; info takes logs, a dive's "
+          "folder, a map or survey files");
   std::vector<fs::path> inputs = options.inputs;
   if (inputs.size() == 1 && IsDive(inputs[0])) inputs = LogsOfDive(inputs[0]);
   if (options.repair_to && inputs.size() > 1)

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "common/runtime/config/config.hpp"
+#include "common/runtime/config/nearest_name.hpp"
 #include "common/runtime/files/dive_folder.hpp"
 #include "common/runtime/process/freed_memory.hpp"
 #include "common/runtime/process/process.hpp"
@@ -23,7 +24,6 @@
 #include "tools/bench_command.hpp"
 #include "tools/configuration.hpp"
 #include "tools/demo.hpp"
-#include "tools/help.hpp"
 #include "tools/import.hpp"
 #include "tools/info.hpp"
 #include "tools/install_paths.hpp"
@@ -120,11 +120,13 @@ void PrintSummary(const ProductSummary& summary, const fs::path& out) {
 }
 
 void AddReplay(CLI::App* app, int* status) {
+  constexpr int kWarned = 3;
   struct Arguments {
     ReplayOptions replay;
     fs::path truth;
     std::vector<double> datum;
     bool print_config = false;
+    bool fail_on_warning = false;
   };
   auto arguments = std::make_shared<Arguments>();
   ReplayOptions& options = arguments->replay;
@@ -154,6 +156,9 @@ void AddReplay(CLI::App* app, int* status) {
   replay->add_flag("--from-raw",
                    options.from_raw,
                    "decodes the recorded raw bytes again, in place of the drivers' messages");
+  replay->add_flag("--one-dive",
+                   options.one_dive,
+                   "survey files of a sonar are one dive, whatever time and distance lie between");
   replay->add_option(
       "--imu-config", options.drivers.imu, "imu_driver.yaml for --from-raw (default: as recorded)");
   replay->add_option(
@@ -190,7 +195,10 @@ void AddReplay(CLI::App* app, int* status) {
                    options.soundings,
                    "also writes all corrected soundings to export/soundings.las or .xyz")
       ->transform(CLI::CheckedTransformer(formats, CLI::ignore_case).description("las or xyz"));
-  replay->add_flag("--quiet", options.quiet, "no progress");
+  replay->add_flag("--quiet", options.quiet, "no progress; warnings are printed");
+  replay->add_flag("--fail-on-warning",
+                   arguments->fail_on_warning,
+                   "exit status 3 if there was a warning; the map is made all the same");
   replay->add_flag(
       "--print-config",
       arguments->print_config,
@@ -211,7 +219,9 @@ void AddReplay(CLI::App* app, int* status) {
     chosen.interruptible = true;
     const ProductSummary summary = RunReplay(chosen);
     PrintSummary(summary, chosen.out);
-    *status = summary.partial ? Interruption::kExitCode : EXIT_SUCCESS;
+    *status = summary.partial                                      ? Interruption::kExitCode
+              : arguments->fail_on_warning && summary.warnings > 0 ? kWarned
+                                                                   : EXIT_SUCCESS;
   });
 }
 
@@ -371,6 +381,9 @@ void AddImport(CLI::App* app, int* status) {
   command->add_option("--config",
                       options->mapper_config,
                       "mapper.yaml to record in the log if the files contain no navigation");
+  command->add_flag("--one-dive",
+                    options->one_dive,
+                    "survey files of a sonar are one dive, whatever time and distance lie between");
   command->add_flag("--quiet", options->quiet, "no progress");
   command->callback([options, status] {
     if (options->imu_config.empty()) options->imu_config = ConfigDir() / "imu_driver.yaml";
@@ -386,11 +399,12 @@ void AddInfo(CLI::App* app, int* status) {
   };
   auto arguments = std::make_shared<Arguments>();
   CLI::App* info = app->add_subcommand(
-      "info", "lists the content of LCM logs, of a dive or of a map, and what was lost");
+      "info",
+      "lists the content of LCM logs, of a dive, of a map or of survey files, and what is missing");
   Example(info, "info /var/lib/seastitch/dives/DIVE_20261122T101500Z");
   info->add_option("input",
                    arguments->info.inputs,
-                   "LCM logs in any order, a dive's folder, or the folder of a map")
+                   "LCM logs in any order, a dive's folder, the folder of a map, or survey files")
       ->required();
   info->add_flag("--json", arguments->info.json, "prints JSON, for programs");
   info->add_option(

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <limits>
 #include <span>
+#include <string_view>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -15,6 +16,11 @@
 namespace seastitch {
 
 using Bytes = std::span<const std::uint8_t>;
+
+// The bytes of a text, which must outlive them.
+inline Bytes AsBytes(std::string_view text) {
+  return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
+}
 
 // Devices and files have IEEE 754 numbers, and the processor must have them, too. Its byte order
 // and alignment do not matter, because numbers are assembled from bytes.

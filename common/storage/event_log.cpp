@@ -246,7 +246,7 @@ struct EventLogWriter::Impl {
     waiting.Be(utime);
     waiting.Be(static_cast<std::uint32_t>(channel.size()));
     waiting.Be(static_cast<std::uint32_t>(data.size()));
-    waiting.Append(Bytes(reinterpret_cast<const std::uint8_t*>(channel.data()), channel.size()));
+    waiting.Append(AsBytes(channel));
     waiting.Append(data);
     ends.push_back(waiting.size());
   }

@@ -312,7 +312,7 @@ std::string ReadFile(const std::filesystem::path& path) {
 SubmapPcd Parse(std::string_view file) {
   const Header header = ReadHeader(file);
   const std::string_view body = file.substr(header.size);
-  const Bytes bytes(reinterpret_cast<const std::uint8_t*>(body.data()), body.size());
+  const Bytes bytes = AsBytes(body);
   SubmapPcd pcd;
   pcd.T_map_submap = header.T_map_submap;
   switch (header.data) {

@@ -1,11 +1,12 @@
 #include "drivers/can/can_driver.hpp"
 
 #include <filesystem>
-#include <fstream>
-#include <iterator>
+#include <optional>
 #include <stdexcept>
 
 #include "common/core/channel_names.hpp"
+#include "common/runtime/config/parameter_file.hpp"
+#include "common/runtime/files/whole_file.hpp"
 #include "drivers/socket/cannelloni.hpp"
 
 namespace seastitch {
@@ -38,7 +39,7 @@ void CanDriver::Feed(std::span<const ReceivedFrame> frames) {
 void CanDriver::UpdateHealth(const Counters& source,
                              DeviceWatch::Clock::time_point now,
                              const std::string& trouble,
-                             const std::string& refusal) {
+                             const SenderRefusal& refusal) {
   errors_.SeeSource(source);
   SetAll(errors_.counters(), &health());
   const std::string on_the_wire = errors_.trouble();
@@ -97,9 +98,9 @@ SignalMap LoadSignals(const std::string& config_path,
 }
 
 std::string TextOfDbc(const std::filesystem::path& dbc) {
-  std::ifstream in(dbc, std::ios::binary);
-  if (!in) throw std::runtime_error(dbc.string() + ": cannot be read");
-  return {std::istreambuf_iterator<char>(in), {}};
+  std::optional<std::string> text = ReadWholeFile(dbc);
+  if (!text) throw std::runtime_error(dbc.string() + ": cannot be read");
+  return *std::move(text);
 }
 
 void DeclareSourceAddress(int* address, ParameterTable* table) {

@@ -30,7 +30,7 @@ class CanDriver : public DeviceDriver {
   void UpdateHealth(const Counters& source,
                     DeviceWatch::Clock::time_point now,
                     const std::string& trouble = "",
-                    const std::string& refusal = "") override;
+                    const SenderRefusal& refusal = {}) override;
 
  protected:
   virtual void Decode(const CanFrame& frame, Time recv) = 0;

@@ -1,5 +1,7 @@
 #include "drivers/dvl/dvl_driver.hpp"
 
+#include "common/runtime/config/parameter_file.hpp"
+
 namespace seastitch {
 namespace {
 
@@ -76,7 +78,7 @@ void DeclareVelocitySigma(double* sigma_mps, ParameterTable* table) {
 DvlDriverConfig LoadDvlDriverConfig(const std::string& path) {
   DvlDriverConfig config;
   config.device = DeviceIn(path, NamesOf(kDevices));
-  TableOf(&config).Load(path);
+  LoadParameters(path, TableOf(&config));
   CheckSource(path, config.driver, SourceKind::kCan);
   if (config.device != kSignalDevice) return config;
   config.can.signals = LoadSignals(path, kDvlFieldKeys, &config.signals);

@@ -1,6 +1,7 @@
 #include "drivers/dvl/pd0_driver.hpp"
 
 #include "common/core/channel_names.hpp"
+#include "common/runtime/config/parameter_file.hpp"
 #include "drivers/dvl/dvl_driver.hpp"
 
 namespace seastitch {
@@ -32,7 +33,7 @@ ParameterTable TableOf(Pd0DriverConfig* config) {
 
 Pd0DriverConfig LoadPd0DriverConfig(const std::string& path) {
   Pd0DriverConfig config;
-  TableOf(&config).Load(path);
+  LoadParameters(path, TableOf(&config));
   CheckSource(path, config.driver, SourceKind::kDatagrams);
   return config;
 }

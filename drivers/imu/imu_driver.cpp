@@ -1,6 +1,7 @@
 #include "drivers/imu/imu_driver.hpp"
 
 #include "common/core/pose.hpp"
+#include "common/runtime/config/parameter_file.hpp"
 
 namespace seastitch {
 namespace {
@@ -71,7 +72,7 @@ ParameterTable TableOf(ImuDriverConfig* config) {
 ImuDriverConfig LoadImuDriverConfig(const std::string& path) {
   ImuDriverConfig config;
   config.device = DeviceIn(path, NamesOf(kDevices));
-  TableOf(&config).Load(path);
+  LoadParameters(path, TableOf(&config));
   CheckSource(path, config.driver, SourceKind::kCan);
   if (config.device != kSignalDevice) return config;
   config.can.signals = LoadSignals(path, kImuFieldKeys, &config.signals);

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "common/core/channel_names.hpp"
+#include "common/runtime/config/parameter_file.hpp"
 
 namespace seastitch {
 
@@ -50,7 +51,7 @@ ParameterTable TableOf(MbesDriverConfig* config) {
 
 MbesDriverConfig LoadMbesDriverConfig(const std::string& path) {
   MbesDriverConfig config;
-  TableOf(&config).Load(path);
+  LoadParameters(path, TableOf(&config));
   CheckSource(path,
               config.driver,
               IsStream(config.decoder.format) ? SourceKind::kStream : SourceKind::kDatagrams);

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "common/core/channel_names.hpp"
+#include "common/runtime/config/parameter_file.hpp"
 #include "drivers/can/can_driver.hpp"
 #include "drivers/device_driver.hpp"
 #include "drivers/nav/ins_frames.hpp"
@@ -14,8 +15,6 @@
 
 namespace seastitch {
 namespace {
-
-constexpr std::chrono::seconds kRefusalHolds(10);
 
 struct InsFormat {
   const char* name;
@@ -257,7 +256,7 @@ ParameterTable TableOf(NavDriverConfig* config) {
 
 NavDriverConfig LoadNavDriverConfig(const std::string& path) {
   NavDriverConfig config;
-  TableOf(&config).Load(path);
+  LoadParameters(path, TableOf(&config));
   const bool ins_is_on_can = InsIsOnCan(config);
   CheckSourceOf(
       path, "ins.source", config.ins, ins_is_on_can ? SourceKind::kCan : SourceKind::kBytes);
@@ -360,7 +359,8 @@ void NavDriver::UpdateHealth(const std::map<std::string, SourceState>& sources,
 void NavDriver::CheckSources(const std::map<std::string, SourceState>& sources,
                              Clock::time_point now) {
   Counters sums;
-  std::string troubles, can_troubles, refusals;
+  std::string troubles, can_troubles;
+  SenderRefusal refusals;
   for (const auto& [url, state] : sources) {
     for (const auto& [name, value] : state.counters) sums[name] += value;
     const auto say = [&url = url](const std::string& what, std::string* text) {
@@ -368,17 +368,13 @@ void NavDriver::CheckSources(const std::map<std::string, SourceState>& sources,
     };
     say(state.trouble, &troubles);
     say(state.can_trouble, &can_troubles);
-    say(state.refusal, &refusals);
+    say(state.refusal.last, &refusals.last);
+    refusals.count += state.refusal.count;
   }
   SetAll(sums, &health_);
   health_.HoldIf(!troubles.empty(), conditions::kSourceUnavailable, troubles);
   health_.HoldIf(!can_troubles.empty(), conditions::kCanController, can_troubles);
-  const std::int64_t refused = sums["udp_refused_senders"];
-  if (refused > refused_) refused_at_ = now;
-  refused_ = refused;
-  health_.HoldIf(refused_ > 0 && now - refused_at_ < kRefusalHolds,
-                 conditions::kSenderRefused,
-                 std::to_string(refused_) + " so far, the last of " + refusals);
+  senders_.Check(now, refusals, &health_);
 }
 
 void NavDriver::CheckDevices(Clock::time_point now) {

@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "common/parameters/parameters.hpp"
 #include "common/runtime/bus.hpp"
-#include "common/runtime/config/parameters.hpp"
 #include "common/runtime/event_loop.hpp"
 #include "common/runtime/health.hpp"
 #include "drivers/device_driver.hpp"
@@ -70,11 +70,10 @@ ParameterTable TableOf(NavDriverConfig* config);
 class NavDriver {
  public:
   using Clock = std::chrono::steady_clock;
-  // State of one source. trouble: why it cannot be read; refusal: the last sender whose datagrams
-  // were dropped; both for people, empty if none.
+  // State of one source. trouble: why it cannot be read, for people; empty if it can.
   struct SourceState {
     std::string trouble;
-    std::string refusal;
+    SenderRefusal refusal;
     Counters counters;
     std::string can_trouble{};
   };
@@ -115,8 +114,7 @@ class NavDriver {
   DriverOutput* const output_;
   Health health_;
   std::vector<Device> devices_;
-  std::int64_t refused_ = 0;  // datagrams of other senders
-  Clock::time_point refused_at_;
+  SenderWatch senders_;
 };
 
 // Runs it on its sources until a signal.

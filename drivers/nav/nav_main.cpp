@@ -2,6 +2,7 @@
 
 #include "common/convert/convert.hpp"
 #include "common/runtime/config/config_publisher.hpp"
+#include "common/runtime/config/parameter_file.hpp"
 #include "common/runtime/process/process.hpp"
 #include "drivers/nav/nav_driver.hpp"
 

@@ -20,7 +20,7 @@ class UdpBytes : public ByteSource {
   void Understood(const Datagram& piece) override { socket_.Understood(piece); }
   void Check() override { socket_.CheckInterface(); }
   std::string trouble() const override { return socket_.trouble(); }
-  std::string refusal() const override { return socket_.refusal(); }
+  SenderRefusal refusal() const override { return socket_.refusal(); }
   Counters counters() const override { return socket_.counters(); }
 
  private:
@@ -68,7 +68,7 @@ class CanBytes : public ByteSource {
   bool finished() const override { return packets_.empty() && source_->finished(); }
   std::string trouble() const override { return source_->trouble(); }
   std::string can_trouble() const override { return errors_.trouble(); }
-  std::string refusal() const override { return source_->refusal(); }
+  SenderRefusal refusal() const override { return source_->refusal(); }
   Counters counters() const override {
     Counters all = source_->counters();
     all.insert(errors_.counters().begin(), errors_.counters().end());

@@ -31,8 +31,8 @@ class ByteSource {
   virtual std::string trouble() const = 0;
   // Of a CAN bus: state of the controller (CanErrors).
   virtual std::string can_trouble() const { return ""; }
-  // About the last datagram of another sender: see SenderGate.
-  virtual std::string refusal() const { return ""; }
+  // Datagrams of other senders: see SenderGate.
+  virtual SenderRefusal refusal() const { return {}; }
   virtual Counters counters() const = 0;
 };
 

@@ -39,7 +39,7 @@ class CannelloniSource : public CanSource {
   }
 
   std::string trouble() const override { return socket_.trouble(); }
-  std::string refusal() const override { return socket_.refusal(); }
+  SenderRefusal refusal() const override { return socket_.refusal(); }
 
   Counters counters() const override {
     Counters all = socket_.counters();

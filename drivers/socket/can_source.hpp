@@ -6,6 +6,7 @@
 
 #include "common/core/counters.hpp"
 #include "drivers/can/can_frame.hpp"
+#include "drivers/socket/sender_gate.hpp"
 
 namespace seastitch {
 
@@ -25,8 +26,8 @@ class CanSource {
   // Why no frames can be received, for people: "no such interface". Empty if they can.
   virtual std::string trouble() const { return ""; }
 
-  // The last sender that was not accepted: see SenderGate.
-  virtual std::string refusal() const { return ""; }
+  // Datagrams of other senders: see SenderGate.
+  virtual SenderRefusal refusal() const { return {}; }
 
   // Such as can_frames_dropped, can_interface_down, cannelloni_malformed.
   virtual Counters counters() const = 0;

@@ -34,13 +34,15 @@ SenderGate::SenderGate(const std::string& allowed) {
 bool SenderGate::Accepts(std::uint32_t address, Time recv) {
   if (allowed_.empty() ? IsItsTurn(address, recv) : allowed_.contains(address)) return true;
   refused_ = address;
+  ++refusals_;
   return false;
 }
 
-std::string SenderGate::refusal() const {
-  if (refused_ == kNobody) return "";
-  return TextOf(refused_) +
-         (allowed_.empty() ? ", while " + TextOf(understood_) + " sends" : ", which is not named");
+SenderRefusal SenderGate::refusal() const {
+  if (refused_ == kNobody) return {refusals_, ""};
+  return {refusals_,
+          TextOf(refused_) + (allowed_.empty() ? ", while " + TextOf(understood_) + " sends"
+                                               : ", which is not named")};
 }
 
 bool SenderGate::IsItsTurn(std::uint32_t address, Time recv) const {

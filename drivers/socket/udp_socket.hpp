@@ -45,7 +45,7 @@ class UdpSocket {
   const std::string& trouble() const { return socket_.trouble(); }
 
   // The last sender that was not accepted: see SenderGate.
-  std::string refusal() const { return gate_.refusal(); }
+  SenderRefusal refusal() const { return gate_.refusal(); }
 
   // udp_interface_gone, udp_refused_senders (datagrams), udp_dropped (receive buffer full),
   // udp_truncated, udp_receive_errors, udp_unstamped (without the kernel's stamp: the time of the

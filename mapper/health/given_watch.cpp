@@ -41,9 +41,7 @@ void GivenWatch::Add(const NavigationSample& sample) {
 }
 
 void GivenWatch::Look(const Navigation& navigation) {
-  const auto found = navigation.counters().find("ins_position_jumps");
-  const std::int64_t jumps = found == navigation.counters().end() ? 0 : found->second;
-  for (; jumps_ < jumps; ++jumps_)
+  for (const std::int64_t jumps = navigation.tally().jumps(); jumps_ < jumps; ++jumps_)
     if (newest_) jumped_.push_back(*newest_);
   while (!jumped_.empty() && newest_ && ToSeconds(*newest_ - jumped_.front()) > kJumpsWithinS)
     jumped_.pop_front();

@@ -5,9 +5,6 @@
 #include <cstdio>
 #include <map>
 #include <string>
-#include <string_view>
-
-#include "mapper/input/utc_text.hpp"
 
 namespace seastitch {
 namespace {
@@ -26,13 +23,6 @@ std::string Text(const NavSensorHealth& health) {
                 100.0 * health.refused_share,
                 UtcOf(*health.refused_since).c_str());
   return text;
-}
-
-std::int64_t Resets(const std::map<std::string, std::int64_t>& counters) {
-  std::int64_t resets = 0;
-  for (const auto& [name, count] : counters)
-    if (name.ends_with("_reset")) resets += count;
-  return resets;
 }
 
 }  // namespace
@@ -95,23 +85,18 @@ void NavigationWatch::Lasting::AddTo(std::vector<Condition>* conditions,
   if (since) conditions->push_back({&kind, "since " + UtcOf(*since)});
 }
 
-void NavigationWatch::Late::Look(const std::map<std::string, std::int64_t>& counters,
+void NavigationWatch::Late::Look(const std::map<std::string, std::int64_t>& by_sensor,
                                  std::optional<Time> now) {
-  constexpr std::string_view kLate = "_late";
   std::int64_t all = 0;
-  for (const auto& [name, n] : counters)
-    if (name.ends_with(kLate)) all += n;
+  for (const auto& [sensor, n] : by_sensor) all += n;
   if (all == count || !now) return;
   for (; count < all; ++count) {
     last.push_back(*now);
     if (last.size() > kMany) last.pop_front();
   }
   names.clear();
-  for (const auto& [name, n] : counters) {
-    if (!name.ends_with(kLate)) continue;
-    const std::string sensor = name.substr(0, name.size() - kLate.size());
+  for (const auto& [sensor, n] : by_sensor)
     names += (names.empty() ? "" : ", ") + sensor + " " + std::to_string(n);
-  }
 }
 
 void NavigationWatch::Late::AddTo(std::vector<Condition>* conditions, Time now) const {
@@ -120,11 +105,10 @@ void NavigationWatch::Late::AddTo(std::vector<Condition>* conditions, Time now) 
 }
 
 void NavigationWatch::Look(const Navigation& navigation) {
-  const auto& counters = navigation.counters();
-  late_.Look(counters, navigation.latest());
-  resets_.Look(Resets(counters), navigation.latest());
-  const auto steps = counters.find("heading_step");
-  heading_steps_.Look(steps == counters.end() ? 0 : steps->second, navigation.latest());
+  const NavTally& tally = navigation.tally();
+  late_.Look(tally.late(), navigation.latest());
+  resets_.Look(tally.resets(), navigation.latest());
+  heading_steps_.Look(tally.heading_steps(), navigation.latest());
   const NavDoubts doubts = navigation.doubts();
   gyros_doubted_.Look(doubts.gyros, navigation.latest());
   accelerometers_doubted_.Look(doubts.accelerometers, navigation.latest());

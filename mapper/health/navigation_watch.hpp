@@ -45,10 +45,10 @@ class NavigationWatch {
     std::optional<Time> since;
   };
 
-  // Samples that came too late to be used: counters that end in "_late". A few are no fault.
+  // Samples that came too late to be used. A few are no fault.
   struct Late {
     static constexpr std::size_t kMany = 10;
-    void Look(const std::map<std::string, std::int64_t>& counters, std::optional<Time> now);
+    void Look(const std::map<std::string, std::int64_t>& by_sensor, std::optional<Time> now);
     void AddTo(std::vector<Condition>* conditions, Time now) const;
     std::int64_t count = 0;
     std::deque<Time> last;  // times of the last kMany of them

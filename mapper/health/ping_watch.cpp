@@ -1,8 +1,6 @@
 #include "mapper/health/ping_watch.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cstddef>
 #include <cstdio>
 
 namespace seastitch {
@@ -14,17 +12,7 @@ constexpr double kOverS = 60.0;
 constexpr std::int64_t kMany = 5;
 constexpr double kShare = 0.02;
 
-constexpr std::array kReasons{
-    PingRefusal{"pings_from_the_future", "their stamps are more than 30 s ahead of navigation"},
-    PingRefusal{"pings_out_of_order", "they came after a later ping was used"},
-    PingRefusal{"pings_without_pose", "navigation has no pose at their times"},
-    PingRefusal{"pings_dropped_waiting", "too many waited for navigation"},
-    PingRefusal{"pings_not_finite", "their poses are not finite"},
-};
-
 }  // namespace
-
-std::span<const PingRefusal> PingRefusals() { return kReasons; }
 
 bool PingWatch::IsDue(Time now) const {
   if (last_minute_.empty()) return true;
@@ -32,13 +20,8 @@ bool PingWatch::IsDue(Time now) const {
   return since_s >= kLookEveryS || since_s < 0.0;
 }
 
-void PingWatch::Look(Time now, std::int64_t received, const Counts& refused) {
-  Counted counted{now, received, {}};
-  for (const PingRefusal& reason : kReasons) {
-    const auto found = refused.find(reason.counter);
-    counted.refused.push_back(found == refused.end() ? 0 : found->second);
-  }
-  last_minute_.push_back(std::move(counted));
+void PingWatch::Look(Time now, std::int64_t received, const PingTally& lost) {
+  last_minute_.push_back({now, received, lost});
   while (ToSeconds(now - last_minute_.front().time) > kOverS) last_minute_.pop_front();
 }
 
@@ -48,12 +31,12 @@ std::vector<Condition> PingWatch::conditions() const {
   const Counted& now = last_minute_.back();
   std::int64_t all = 0;
   std::int64_t most = 0;
-  std::size_t commonest = 0;
-  for (std::size_t i = 0; i < kReasons.size(); ++i) {
-    const std::int64_t refused = now.refused[i] - then.refused[i];
-    all += refused;
-    if (refused > most) commonest = i;
-    most = std::max(most, refused);
+  PingLoss commonest{};
+  for (PingLoss loss{}; IsFault(loss); loss = Next(loss)) {
+    const std::int64_t lost = now.lost[loss] - then.lost[loss];
+    all += lost;
+    if (lost > most) commonest = loss;
+    most = std::max(most, lost);
   }
   // Some of those refused in this minute came in the one before.
   const auto received = static_cast<double>(std::max(all, now.received - then.received));
@@ -63,7 +46,7 @@ std::vector<Condition> PingWatch::conditions() const {
                 sizeof text,
                 "%.0f %% of the last minute, mostly because %s",
                 100.0 * static_cast<double>(all) / received,
-                kReasons[commonest].sentence);
+                ReasonOf(commonest));
   return {{&conditions::kPingsRefused, text}};
 }
 

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "common/core/median.hpp"
-#include "mapper/input/utc_text.hpp"
 
 namespace seastitch {
 namespace {

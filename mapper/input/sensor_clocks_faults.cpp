@@ -3,7 +3,6 @@
 #include <cstdio>
 
 #include "mapper/input/sensor_clocks.hpp"
-#include "mapper/input/utc_text.hpp"
 
 // What HEALTH is told of the clocks.
 namespace seastitch {

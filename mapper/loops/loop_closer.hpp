@@ -12,6 +12,7 @@
 #include "common/core/graph.hpp"
 #include "common/core/mounting.hpp"
 #include "common/core/submap.hpp"
+#include "common/parameters/parameters.hpp"
 #include "mapper/registration/gicp.hpp"
 #include "mapper/registration/registration.hpp"
 #include "mapper/submaps/overlap.hpp"
@@ -39,6 +40,8 @@ struct LoopCloserParams {
   // False: it stays at registration.noise.
   bool estimate_noise = true;
 };
+// Declares the section `registration` of config/mapper.yaml.
+void DeclareRegistration(LoopCloserParams* params, ParameterTable* table);
 
 // Pair of submaps to be registered: the source (newer) on the target. Level frame: origin of the
 // submap's frame, axes forward, right, down with roll and pitch taken out.

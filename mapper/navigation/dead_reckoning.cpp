@@ -54,9 +54,7 @@ bool DeadReckoning::Restore(Bytes saved) {
   return true;
 }
 
-const std::map<std::string, std::int64_t>& DeadReckoning::counters() const {
-  return impl_->counters();
-}
+const NavTally& DeadReckoning::tally() const { return impl_->tally(); }
 InnovationSummary DeadReckoning::innovations(NavSensor sensor) const {
   return impl_->filter().innovations(sensor);
 }

@@ -97,7 +97,7 @@ class DeadReckoning : public Navigation {
   std::optional<std::vector<std::uint8_t>> Save(std::optional<Time> since) const override;
   bool Restore(Bytes saved) override;
 
-  const std::map<std::string, std::int64_t>& counters() const override;
+  const NavTally& tally() const override;
   InnovationSummary innovations(NavSensor sensor) const;
 
  private:

@@ -39,12 +39,12 @@ DeadReckoning::Impl::Impl(const NavigationParams& params, const VehicleGeometry&
       vehicle_(vehicle),
       mounting_(MountingOf(vehicle)),
       earth_(vehicle.datum_latitude_rad),
-      intake_(params_, vehicle, &counters_),
+      intake_(params_, vehicle, &tally_),
       filter_(params_, mounting_, earth_),
       start_(params_, mounting_),
-      attitude_(params_, &history_, &filter_, &counters_),
-      velocity_(params_, mounting_, earth_.gravity_mps2, &history_, &filter_, &counters_),
-      fixes_(params_, &counters_),
+      attitude_(params_, &history_, &filter_, &tally_),
+      velocity_(params_, mounting_, earth_.gravity_mps2, &history_, &filter_, &tally_),
+      fixes_(params_, &tally_),
       track_(params_) {}
 
 // --- in order of time --------------------------------------------------------------------------
@@ -226,8 +226,8 @@ void DeadReckoning::Impl::Publish(Time t, const InertialRates& rates) {
   rates_ = rates;
   const ErrorStateFilter::Moves& moves = filter_.moves();
   if (moves.count > 0) {
-    counters_["position_moved"] = moves.count;
-    counters_["position_moved_cm"] = std::llround(100.0 * moves.way_m);
+    tally_.Set("position_moved", moves.count);
+    tally_.Set("position_moved_cm", std::llround(100.0 * moves.way_m));
   }
   const std::optional<Time> used = velocity_.used();
   const bool lock = used && ToSeconds(t - *used) <= params_.bottom_lock_timeout_s;
@@ -279,7 +279,7 @@ void DeadReckoning::Impl::UseDepth(Time t, const DepthEvent& depth) {
   Count("depth_gated");
   if (depth_refusals_.StreakS() < params_.gate_reset_s) return;
   depth_refusals_.EndStreak();
-  Count("depth_reset");
+  tally_.CountReset("depth");
   filter_.TakeDepth(depth.depth_m, depth.sigma_m);
 }
 
@@ -297,7 +297,7 @@ void DeadReckoning::Impl::UseFix(Time t, const FixEvent& of_antenna) {
   if (refused) Count("fix_gated");
   if (refused && !OverruleByFixes({off_m, fix.covariance_m2})) return;
   if (refused) {
-    Count("fix_reset");
+    tally_.CountReset("fix");
     filter_.TakePosition(fix.north_east_m, fix.covariance_m2);
   }
   refused_fixes_.clear();
@@ -326,7 +326,10 @@ void DeadReckoning::Impl::UseLateFix(Time t, const FixEvent& fix) {
   }
   const bool for_start = !started_ && params_.start_at_first_fix;
   if (for_start) start_.Use(t, fix);
-  Count(for_start || KeepPastFix(t, fix) ? "fix_late_taken" : "fix_late");
+  if (for_start || KeepPastFix(t, fix))
+    Count("fix_late_taken");
+  else
+    tally_.CountLate("fix");
 }
 
 // Keeps a fix for the graph, which can use it at its time of measurement. False: there is no state

@@ -45,7 +45,7 @@ class DeadReckoning::Impl {
   bool Restore(Bytes saved);
   std::unique_ptr<Impl> Anew() const { return std::make_unique<Impl>(params_, vehicle_); }
 
-  // Not saved: counters_, which belong to one process; track_, of which only a part is needed.
+  // Not saved: tally_, which belong to one process; track_, of which only a part is needed.
   template <class Archive, class Self>
   static void Fields(Archive& archive, Self& self) {
     archive(self.intake_, self.filter_, self.start_, self.history_, self.attitude_, self.velocity_);
@@ -67,13 +67,13 @@ class DeadReckoning::Impl {
   }
   const NavTrack& track() const { return track_; }
   const ErrorStateFilter& filter() const { return filter_; }
-  const std::map<std::string, std::int64_t>& counters() const { return counters_; }
+  const NavTally& tally() const { return tally_; }
 
  private:
   // Long enough to compare any pair of samples with any delay of their stamps.
   static constexpr double kHistoryS =
       2.0 * StampOffset::kLongestS + 2.0 * SamplePairs<DvlEvent>::kMostS;
-  void Count(const std::string& name, std::int64_t n = 1) { counters_[name] += n; }
+  void Count(const std::string& name, std::int64_t n = 1) { tally_.Count(name, n); }
   void Process();
   void Handle(const Event& event);
   void RememberForStart(const Event& event);
@@ -112,7 +112,7 @@ class DeadReckoning::Impl {
   const VehicleGeometry vehicle_;
   const ErrorStateFilter::Mounting mounting_;
   const EarthModel earth_;
-  std::map<std::string, std::int64_t> counters_;
+  NavTally tally_;
   SampleIntake intake_;
   ErrorStateFilter filter_;
   NavigationStart start_;

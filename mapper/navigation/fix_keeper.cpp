@@ -39,14 +39,14 @@ void FixKeeper::Begin(Group group) {
   const auto later = [](const Group& a, const Group& b) { return a.time < b.time; };
   groups_.insert(std::upper_bound(groups_.begin(), groups_.end(), group, later), std::move(group));
   while (ToSeconds(groups_.back().time - groups_.front().time) > params_.window_s) {
-    if (groups_.front().waits) ++(*counters_)["fix_never_taken"];
+    if (groups_.front().waits) tally_->Count("fix_never_taken");
     groups_.pop_front();
   }
 }
 
 bool FixKeeper::Passes(Time t, const FixEvent& fix) {
   if (GroupOf(t, fix) != nullptr) {
-    ++(*counters_)["fix_thinned"];
+    tally_->Count("fix_thinned");
     return false;
   }
   Begin({t, fix.source, fix.covariance_m2, fix.north_east_m, {}, false});
@@ -57,7 +57,7 @@ void FixKeeper::Keep(Time t, const FixEvent& fix, const Eigen::Vector2d& dead_re
   Group* const group = GroupOf(t, fix);
   if (group == nullptr)
     return Begin({t, fix.source, fix.covariance_m2, dead_reckoned_m, {fix.north_east_m}, true});
-  ++(*counters_)["fix_thinned"];
+  tally_->Count("fix_thinned");
   const bool alike = kBetter * SigmaOf(fix.covariance_m2) <= SigmaOf(group->covariance_m2);
   if (!alike || !group->waits || group->fixes_m.size() >= kMostOfGroup) return;
   group->fixes_m.emplace_back(fix.north_east_m - dead_reckoned_m + group->dead_reckoned_m);

@@ -20,8 +20,7 @@ namespace seastitch {
 class FixKeeper {
  public:
   using Counters = std::map<std::string, std::int64_t>;
-  FixKeeper(const NavigationParams& params, Counters* counters)
-      : params_(params), counters_(counters) {}
+  FixKeeper(const NavigationParams& params, NavTally* tally) : params_(params), tally_(tally) {}
 
   // For a filter that uses each fix at once. False for all but the first of a group, which are
   // counted as thinned.
@@ -60,7 +59,7 @@ class FixKeeper {
   void Begin(Group group);
 
   const NavigationParams params_;
-  Counters* counters_;
+  NavTally* tally_;
   std::deque<Group> groups_;  // in order of time
 };
 

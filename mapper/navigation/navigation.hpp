@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,6 +10,7 @@
 #include "common/core/pose.hpp"
 #include "common/core/sensors.hpp"
 #include "common/core/time.hpp"
+#include "mapper/navigation/nav_tally.hpp"
 #include "mapper/navigation/start_state.hpp"
 
 namespace seastitch {
@@ -121,7 +121,8 @@ class Navigation {
   // Once configured, the offset here is 0.
   virtual std::vector<SuspectedOffset> suspected_offsets() const = 0;
   // Counts of refused samples, resets and bridged gaps, by name, such as "dvl_not_finite".
-  virtual const std::map<std::string, std::int64_t>& counters() const = 0;
+  virtual const NavTally& tally() const = 0;
+  const Counters& counters() const { return tally().by_name(); }
 };
 
 }  // namespace seastitch

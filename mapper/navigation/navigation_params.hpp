@@ -5,6 +5,7 @@
 
 #include "common/core/pose.hpp"
 #include "common/core/time.hpp"
+#include "common/parameters/parameters.hpp"
 
 namespace seastitch {
 
@@ -125,8 +126,10 @@ struct NavigationParams {
   double key_interval_s = 1.0;
 };
 
-// Checks parameters that were set in code; std::invalid_argument names one with which no filter can
-// work. Those of a file are checked where it is read.
+// Declares the section `navigation` of config/mapper.yaml.
+void DeclareNavigation(NavigationParams* params, ParameterTable* table);
+
+// Checks parameters that were set in code, by their declaration. Throws std::invalid_argument.
 void CheckParams(const NavigationParams& params);
 
 // Magnetic declination [rad, east positive] at t, by the yearly change.

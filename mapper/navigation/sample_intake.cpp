@@ -56,12 +56,12 @@ double WaitS(const NavigationParams& params) {
 
 SampleIntake::SampleIntake(const NavigationParams& params,
                            const VehicleGeometry& vehicle,
-                           Counters* counters)
+                           NavTally* tally)
     : params_(params),
       vehicle_(vehicle),
       map_frame_(DatumOf(vehicle)),
       wait_s_(WaitS(params)),
-      counters_(counters) {}
+      tally_(tally) {}
 
 void SampleIntake::Add(const ImuSample& sample) {
   const ImuEvent imu{{sample.angular_rate_radps, sample.specific_force_mps2}};
@@ -106,7 +106,10 @@ bool SampleIntake::TakesTime(Time t) {
     leap_.reset();
     return true;
   }
-  Count(late ? "imu_late" : "imu_ahead");
+  if (late)
+    tally_->CountLate("imu");
+  else
+    Count("imu_ahead");
   const bool goes_on = leap_ && t > *leap_ && t <= *leap_ + FromSeconds(params_.clock_jump_s);
   leap_samples_ = goes_on ? leap_samples_ + 1 : 1;
   leap_ = t;
@@ -202,7 +205,7 @@ void SampleIntake::AddAiding(const std::string& sensor, Time t, Measurement meas
     Insert({t, std::move(measurement)});
     return;
   }
-  if (IsLate(t)) return Count(sensor + "_late");
+  if (IsLate(t)) return tally_->CountLate(sensor);
   const bool is_fix = std::holds_alternative<FixEvent>(measurement);
   if (t > *newest_imu_ + FromSeconds(is_fix ? kMaxFixAheadS : kMaxAheadS))
     return Count(sensor + "_ahead");

@@ -21,8 +21,8 @@ namespace seastitch {
 class SampleIntake {
  public:
   using Counters = std::map<std::string, std::int64_t>;
-  // counters: must outlive this object.
-  SampleIntake(const NavigationParams& params, const VehicleGeometry& vehicle, Counters* counters);
+  // tally: must outlive this object.
+  SampleIntake(const NavigationParams& params, const VehicleGeometry& vehicle, NavTally* tally);
 
   void Add(const ImuSample& sample);
   void Add(const DvlSample& sample);
@@ -47,7 +47,7 @@ class SampleIntake {
   }
 
  private:
-  void Count(const std::string& name) { ++(*counters_)[name]; }
+  void Count(const std::string& name) { tally_->Count(name); }
   // Counts a sample that is not usable, and hands its time on for the share of refused samples.
   void Refuse(NavSensor sensor, Time t, const std::string& counter);
   void AddAttitude(Time t, const Attitude& attitude, HeadingAlignment alignment);
@@ -61,7 +61,7 @@ class SampleIntake {
   const VehicleGeometry vehicle_;
   const MapFrame map_frame_;
   const double wait_s_;  // for samples that come out of order
-  Counters* counters_;
+  NavTally* tally_;
   std::deque<Event> waiting_;    // in order of time, none at or before settled_
   std::optional<Time> settled_;  // all samples up to here were returned
   std::optional<Time> due_;      // all samples up to here may be returned

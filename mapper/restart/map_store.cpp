@@ -10,14 +10,13 @@
 #include <cstdio>
 #include <cstring>
 #include <exception>
-#include <fstream>
-#include <iterator>
 #include <stdexcept>
 #include <utility>
 #include <variant>
 
 #include "common/core/bytes.hpp"
 #include "common/runtime/files/durable_file.hpp"
+#include "common/runtime/files/whole_file.hpp"
 
 namespace seastitch {
 namespace {
@@ -85,9 +84,7 @@ std::vector<std::pair<int, fs::path>> SegmentsIn(const fs::path& folder) {
 
 std::vector<std::uint8_t> StartOf(const std::string& configuration) {
   ArchiveWriter archive;
-  archive(kJournalFormat,
-          Crc(Bytes(reinterpret_cast<const std::uint8_t*>(configuration.data()),
-                    configuration.size())));
+  archive(kJournalFormat, Crc(AsBytes(configuration)));
   return archive.Release();
 }
 
@@ -108,9 +105,8 @@ class JournalReader {
     }
   }
   void ReadCheckpoint(const fs::path& slot) {
-    std::ifstream in(slot, std::ios::binary);
-    const std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(in), {}};
-    const std::optional<Opened> opened = Open(bytes);
+    const std::string bytes = ReadWholeFile(slot).value_or("");
+    const std::optional<Opened> opened = Open(AsBytes(bytes));
     if (opened && opened->number == kJournalFormat) Offer(DecodeCheckpoint(opened->bytes));
   }
 
@@ -314,11 +310,22 @@ void MapJournal::OpenSegment(Time time) {
   log->Write(ToUtime(time), kStart, start.data(), start.size());
   log->Sync();
   log_ = std::move(log);
+  identity_ = IdentityOf(SegmentPath(folder_, segment_));
   SyncFolder(folder_);
   SyncFolder(folder_.parent_path());
 }
 
+// False if the path of the open file does not lead to it any more.
+bool MapJournal::CheckPlace() {
+  if (!log_ || IdentityOf(SegmentPath(folder_, segment_)) == identity_) return true;
+  log_.reset();
+  ended_ = is_gone_ = true;
+  spdlog::warn("{}: was deleted, or another disk hides it", folder_.string());
+  return false;
+}
+
 bool MapJournal::WriteCheckpoint(Time time, const std::vector<std::uint8_t>& checkpoint) {
+  if (!CheckPlace()) return false;
   // the journal lacks the entries that the checkpoint refers to
   if (!synced_ || ended_) return false;
   try {

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "common/runtime/files/file_identity.hpp"
 #include "common/storage/event_log.hpp"
 #include "mapper/restart/saved_map.hpp"
 
@@ -60,6 +61,9 @@ class MapJournal {
   bool WriteCheckpoint(Time time, const std::vector<std::uint8_t>& checkpoint);
   // Ends the journal: an entry is missing, so that none may follow.
   void End() { ended_ = true; }
+  // True if the file that was written was deleted, or another disk hides it: the map cannot be
+  // continued after a restart. It is looked at with every checkpoint.
+  bool is_gone() const { return is_gone_; }
 
  private:
   struct Unsaved {
@@ -68,6 +72,7 @@ class MapJournal {
   };
   void Write();
   void OpenSegment(Time time);
+  bool CheckPlace();
   void Warn(const char* reason);
 
   const std::filesystem::path folder_;
@@ -76,6 +81,8 @@ class MapJournal {
   int segment_;
   std::int64_t next_entry_;
   std::unique_ptr<EventLogWriter> log_;
+  std::optional<FileIdentity> identity_;  // of log_
+  bool is_gone_ = false;
   std::deque<Unsaved> unsaved_;
   std::int64_t unsaved_bytes_ = 0;
   bool synced_ = true;  // all entries so far are on the disk

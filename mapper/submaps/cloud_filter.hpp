@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/core/submap.hpp"
+#include "common/parameters/parameters.hpp"
 #include "mapper/submaps/voxel_grid.hpp"
 
 // Outlier rejection of soundings, in two steps: a gate on the range of each sounding from the
@@ -41,6 +42,8 @@ struct CloudFilterParams {
   // as wide as that takes.
   double soundings_per_column = 6.0;
 };
+// Declares the section `filter` of config/mapper.yaml.
+void DeclareFilter(CloudFilterParams* params, ParameterTable* table);
 
 enum class SoundingGate : std::uint8_t { kPass, kNotFinite, kAboveVehicle, kTooNear, kTooFar };
 

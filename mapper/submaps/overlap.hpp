@@ -6,6 +6,7 @@
 
 #include "common/core/ids.hpp"
 #include "common/core/submap.hpp"
+#include "common/parameters/parameters.hpp"
 #include "mapper/submaps/relative_pose.hpp"
 
 // Search for pairs of submaps that may show the same seabed: by their footprints, under the
@@ -22,6 +23,8 @@ struct OverlapParams {
   // Maximum number of registrations per submap, highest information gain first: bounds the work.
   int max_pairs = 6;
 };
+// Declares the section `overlap` of config/mapper.yaml.
+void DeclareOverlap(OverlapParams* params, ParameterTable* table);
 
 // Outline of a submap for the overlap search. Information: Submap::predicted_information, zero
 // where that was not computed.

@@ -97,7 +97,7 @@ std::optional<Submap> SubmapBuilder::Add(const GeoreferencedPing& ping) {
   }
   last_ = Pose{ping.time, ping.T_map_vehicle};
   if (turning_ && !params_.keep_turns) {
-    ++counters_["pings_in_turns"];
+    ++pings_in_turns_;
     return closed;
   }
   AddSoundings(ping);
@@ -112,11 +112,19 @@ std::optional<Time> SubmapBuilder::frame_time() const {
   return open_->track[open_->track.size() / 2].time;
 }
 
+Counters SubmapBuilder::counters() const {
+  Counters all = soundings_lost_;
+  pings_lost_.AddTo(&all);
+  if (pings_in_turns_ > 0) all["pings_in_turns"] = pings_in_turns_;
+  if (submaps_too_small_ > 0) all["submaps_too_small"] = submaps_too_small_;
+  return all;
+}
+
 std::optional<Submap> SubmapBuilder::Finish() { return Close(SubmapTrigger::kEnd); }
 
 bool SubmapBuilder::Accept(const GeoreferencedPing& ping) {
   if (!ping.T_map_vehicle.matrix().allFinite()) {
-    ++counters_["pings_not_finite"];
+    pings_lost_.Add(PingLoss::kNotFinite);
     return false;
   }
   if (last_ && ping.time > last_->time) swaths_.clear();
@@ -124,7 +132,7 @@ bool SubmapBuilder::Accept(const GeoreferencedPing& ping) {
       ping.head,
       ping.soundings.empty() ? Eigen::Vector3d::Zero().eval() : ping.soundings.front().p_map};
   if ((last_ && ping.time < last_->time) || !IsNew(swath)) {
-    ++counters_["pings_out_of_order"];
+    pings_lost_.Add(PingLoss::kOutOfOrder);
     return false;
   }
   swaths_.push_back(swath);
@@ -183,7 +191,7 @@ void SubmapBuilder::AddSoundings(const GeoreferencedPing& ping) {
   if (!open_) {
     // A submap starts at its first sounding.
     if (ping.soundings.empty()) {
-      ++counters_["pings_without_soundings"];
+      pings_lost_.Add(PingLoss::kWithoutSoundings);
       return;
     }
     const double altitude_m = MedianHeightBelow(ping);
@@ -208,7 +216,7 @@ void SubmapBuilder::AddSoundings(const GeoreferencedPing& ping) {
     const SoundingGate gate = CheckSounding(sounding.p_map, p_map_vehicle, filter_);
     const Eigen::Vector3d p_anchored = T_anchored_map * sounding.p_map;
     if (gate != SoundingGate::kPass) {
-      ++counters_[NameOf(gate)];
+      ++soundings_lost_[NameOf(gate)];
       Keep(sounding, p_anchored, kNoVoxel);
       continue;
     }
@@ -321,7 +329,7 @@ std::optional<Submap> SubmapBuilder::Close(SubmapTrigger trigger) {
       middle.T_anchored_vehicle.inverse() * Eigen::Translation3d(open.voxels.p_map_origin());
   for (std::size_t i = 0; i < all.size(); ++i) {
     if (seabed[i] == 0) {
-      counters_["soundings_outliers"] += static_cast<std::int64_t>(all.soundings[i]);
+      soundings_lost_["soundings_outliers"] += static_cast<std::int64_t>(all.soundings[i]);
       continue;
     }
     submap.cloud.Add((T_submap_voxels * all.points[i].cast<double>()).cast<float>(),
@@ -329,7 +337,7 @@ std::optional<Submap> SubmapBuilder::Close(SubmapTrigger trigger) {
     submap.soundings_used += static_cast<std::uint64_t>(all.soundings[i]);
   }
   if (submap.cloud.size() < static_cast<std::size_t>(params_.min_points)) {
-    ++counters_["submaps_too_small"];
+    ++submaps_too_small_;
     return std::nullopt;
   }
   for (std::size_t i = 0; i < open.voxel_of_sounding.size(); ++i) {

@@ -3,18 +3,20 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
-#include <map>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "common/core/counters.hpp"
 #include "common/core/placed_soundings.hpp"
 #include "common/core/pose.hpp"
 #include "common/core/submap.hpp"
 #include "common/core/time.hpp"
+#include "common/parameters/parameters.hpp"
 #include "mapper/geometry/georeference.hpp"
 #include "mapper/submaps/cloud_filter.hpp"
+#include "mapper/submaps/losses.hpp"
 #include "mapper/submaps/terrain_information.hpp"
 #include "mapper/submaps/voxel_grid.hpp"
 
@@ -61,6 +63,8 @@ struct SubmapParams {
   double max_gap_s = 5.0;
   double max_gap_m = 10.0;
 };
+// Declares the section `submap` of config/mapper.yaml.
+void DeclareSubmap(SubmapParams* params, ParameterTable* table);
 
 // Cutter of the stream of georeferenced pings into submaps (III-A-2 of the paper in
 // docs/design.md). A submap ends where it has enough information to be registered
@@ -100,11 +104,15 @@ class SubmapBuilder {
   // Time of the open submap's frame (its middle ping by number), if it were closed now.
   std::optional<Time> frame_time() const;
 
-  // Everything left out, by name, such as "soundings_too_far" or "pings_in_turns".
-  const std::map<std::string, std::int64_t>& counters() const { return counters_; }
+  const PingTally& pings_lost() const { return pings_lost_; }
+  // Soundings left out, by reason, such as "soundings_too_far".
+  const Counters& soundings_lost() const { return soundings_lost_; }
+  // Everything left out, by name: these, turns and submaps that are too small.
+  Counters counters() const;
 
   // For a restart. Not saved: open_, soundings_ and keeps_soundings_; last_, swaths_, turning_ and
-  // headings_, which begin anew with the next ping; counters_, which begin anew with the process.
+  // headings_, which begin anew with the next ping; pings_lost_, soundings_lost_, pings_in_turns_
+  // and submaps_too_small_, which begin anew with the process.
   template <class Archive, class Self>
   static void Fields(Archive& archive, Self& self) {
     archive(self.along_m_, self.first_yaw_rad_, self.frames_, self.on_earlier_lines_);
@@ -187,7 +195,10 @@ class SubmapBuilder {
   std::deque<Heading> headings_;  // over the last turn_settle_m, while turning
   bool keeps_soundings_ = false;
   SubmapSoundings soundings_;  // of the submap closed last
-  std::map<std::string, std::int64_t> counters_;
+  PingTally pings_lost_;
+  Counters soundings_lost_;
+  std::int64_t pings_in_turns_ = 0;
+  std::int64_t submaps_too_small_ = 0;
 };
 
 }  // namespace seastitch

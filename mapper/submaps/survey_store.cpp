@@ -5,12 +5,13 @@
 
 #include <cstdio>
 #include <exception>
-#include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <utility>
 
 #include "common/runtime/files/durable_file.hpp"
+#include "common/runtime/files/whole_file.hpp"
 #include "common/storage/submap_file.hpp"
 
 namespace seastitch {
@@ -88,8 +89,7 @@ bool AppendSynced(const std::filesystem::path& path, const std::string& text) {
 // Removes an incomplete last line, left when a process ended: it would make the next one
 // unreadable.
 void EndAtWholeLine(const std::filesystem::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  const std::string text = ReadWholeFile(path).value_or("");
   if (text.empty() || text.back() == '\n') return;
   std::error_code ignored;
   std::filesystem::resize_file(path, text.rfind('\n') + 1, ignored);

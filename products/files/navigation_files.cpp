@@ -122,9 +122,7 @@ double GpsSeconds(Time time) {
 }
 
 std::string NavigationCsv(const std::vector<GeographicState>& track) {
-  std::string out =
-      "time,latitude_deg,longitude_deg,depth_m,heading_deg,roll_deg,pitch_deg,sigma_north_m,"
-      "sigma_east_m,sigma_heading_deg\n";
+  std::string out = std::string(kNavigationCsvHeading) + "\n";
   char line[240];
   for (const GeographicState& s : track) {
     std::snprintf(line,

@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "products/files/geo_files.hpp"
@@ -32,6 +33,9 @@ std::string IsoTime(Time time);
 double GpsSeconds(Time time);
 
 // Text of navigation.csv: one header line, ISO time, degrees. An empty field is not known.
+inline constexpr std::string_view kNavigationCsvHeading =
+    "time,latitude_deg,longitude_deg,depth_m,heading_deg,roll_deg,pitch_deg,sigma_north_m,"
+    "sigma_east_m,sigma_heading_deg";
 std::string NavigationCsv(const std::vector<GeographicState>& track);
 
 // Applanix SBET: seconds of the GPS week (from 0 again after its end), heights below the water line

@@ -92,7 +92,7 @@ class LasWriter : public SoundingWriter {
 
   static void Text(const std::string& text, std::size_t size, ByteWriter* out) {
     const std::size_t n = std::min(text.size(), size);
-    out->Append(Bytes(reinterpret_cast<const std::uint8_t*>(text.data()), n));
+    out->Append(AsBytes({text.data(), n}));
     out->Zeros(size - n);
   }
 

@@ -15,8 +15,9 @@ namespace {
 
 constexpr std::size_t kMostLoopRows = 500;
 
-const char* BannerClass(Outcome outcome) {
-  switch (outcome) {
+const char* BannerClass(const ProductSummary& summary) {
+  if (summary.partial) return "part";
+  switch (summary.outcome) {
     case Outcome::kCorrected: return "good";
     case Outcome::kNothingToCorrect: return "plain";
     case Outcome::kWithheld: return "bad";
@@ -100,6 +101,12 @@ std::string SurveyTable(const ProductSummary& s, const ProductOptions& options) 
     table.Row({"Seed: " + Escaped(name), std::to_string(seed)});
   }
   return table.Finish();
+}
+
+std::string WarningsList(const std::vector<MapWarning>& warnings) {
+  std::string html;
+  for (const MapWarning& warning : warnings) html += "<li>" + Escaped(warning.text) + "</li>\n";
+  return html;
 }
 
 std::string DivesList(const std::vector<DiveInMap>& dives, const std::vector<UnreadDive>& unread) {
@@ -273,8 +280,9 @@ std::string ReportHtml(const Survey& survey,
   const bool has_map = s.outcome != Outcome::kTrackAlone;
   std::map<std::string, std::string> values{
       {"title", Escaped(options.title)},
-      {"banner", BannerClass(s.outcome)},
+      {"banner", BannerClass(s)},
       {"statement", Escaped(s.statement)},
+      {"warnings", WarningsList(options.warnings)},
       {"before_after", BeforeAfterTable(s)},
       {"survey", SurveyTable(s, options)},
       {"has_map", has_map ? "yes" : ""},

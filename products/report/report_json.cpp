@@ -190,6 +190,9 @@ std::string ReportJson(const Survey& survey,
   r["outcome"] = ToString(s.outcome);
   r["statement"] = s.statement;
   r["partial"] = s.partial;
+  r["warnings"] = Json::array();
+  for (const MapWarning& warning : options.warnings)
+    r["warnings"].push_back({{"code", NameOf(warning.code)}, {"text", warning.text}});
   r["configuration"] = options.configuration;
   r["consistency_rms_m"] = BeforeAfter(s.before.point.rms_m, s.after().point.rms_m);
   r["surface_rms_m"] = BeforeAfter(s.before.surface.rms_m, s.after().surface.rms_m);

@@ -10,14 +10,16 @@ h1{font-size:1.6em;margin-bottom:.2em}h2{font-size:1.15em;margin-top:2em}
 table{border-collapse:collapse;margin:1em 0}th,td{padding:.25em .9em;border-bottom:1px solid #dfe3e8;text-align:left}
 th{background:#f3f5f7}td{font-variant-numeric:tabular-nums}
 .banner{padding:.8em 1em;border-left:5px solid;background:#f3f5f7;margin:1em 0}
-.good{border-color:#2f9e62}.plain{border-color:#7a8794}.bad{border-color:#c8453c}
+.good{border-color:#2f9e62}.plain{border-color:#7a8794}.part{border-color:#d9911f}.bad{border-color:#c8453c}
 .pair{display:grid;grid-template-columns:repeat(auto-fit,minmax(440px,1fr));gap:1em}
 figure{margin:0}img{width:100%;border:1px solid #dfe3e8}figcaption{font-size:.9em;color:#57606a}
 .small{font-size:.9em;color:#57606a}
 </style></head><body>
 <h1>{{title}}</h1>
 <div class="banner {{banner}}">{{statement}}</div>
-{{before_after}}{{survey}}{{#has_map}}<h2>Depth</h2>
+{{#warnings}}<div class="banner bad">Warnings<ul>
+{{warnings}}</ul></div>
+{{/warnings}}{{before_after}}{{survey}}{{#has_map}}<h2>Depth</h2>
 <div class="pair">
 <figure><a href="depth_dead_reckoned.png"><img src="depth_dead_reckoned.png" alt="Dead reckoned"></a><figcaption>Dead reckoned</figcaption></figure>
 <figure><a href="depth.png"><img src="depth.png" alt="Delivered map"></a><figcaption>Delivered map</figcaption></figure>

@@ -98,8 +98,8 @@ class Summary : public LinePoints {
   Figures* figures_;
 };
 
-// Points at most max_bytes into the file.
-Summary::Figures FiguresOf(const fs::path& path, std::uint64_t max_bytes, Counters* counters) {
+// Points at most max_bytes into the file. losses: what was not read, for people.
+Summary::Figures FiguresOf(const fs::path& path, std::uint64_t max_bytes, std::string* losses) {
   Summary::Figures figures;
   const auto reader = LineReader(path, std::make_unique<Summary>(&figures));
   std::ifstream in(path, std::ios::binary);
@@ -111,7 +111,9 @@ Summary::Figures FiguresOf(const fs::path& path, std::uint64_t max_bytes, Counte
     reader->Add(Bytes(piece.data(), got));
   }
   reader->Finish();
-  *counters = reader->counters();
+  for (const auto& [name, count] : reader->counters())
+    *losses += ", " + name + " " + std::to_string(count);
+  if (!reader->problem().empty()) *losses += "; " + reader->problem();
   return figures;
 }
 
@@ -181,13 +183,9 @@ class Planner {
       Fail(
           "no track of the vehicle beside it: give its navigation, too (SBET, .fnv, .na0, or text "
           "with the file that describes its columns)");
-    Counters counters;
-    figures_ = FiguresOf(path_, std::numeric_limits<std::uint64_t>::max(), &counters);
-    if (figures_.points == 0) {
-      std::string text;
-      for (const auto& [name, count] : counters) text += ", " + name + " " + std::to_string(count);
-      Fail("no sounding in it that can be used" + text);
-    }
+    std::string losses;
+    figures_ = FiguresOf(path_, std::numeric_limits<std::uint64_t>::max(), &losses);
+    if (figures_.points == 0) Fail("no sounding in it that can be used" + losses);
     plan_.params.track = track_;
     UseCrs();
     UseTimes();
@@ -354,6 +352,7 @@ class Planner {
       zs.push_back(block.z);
       depths_m.push_back(vehicle->depth_m);
     }
+    const auto [least, most] = std::minmax_element(zs.begin(), zs.end());
     const double z = zs.empty() ? 0.0 : Median(zs);
     const double depth_m = depths_m.empty() ? 0.0 : Median(depths_m);
     double unit_m = 1.0;
@@ -362,16 +361,43 @@ class Planner {
     if (las_) {
       unit_m = las_->z_unit_m.value_or(plan_.params.to_geographic->z_unit_m());
       if (!stated) axis = plan_.params.to_geographic->z_is_down() ? ZAxis::kDown : ZAxis::kUp;
-    } else if (!HasColumns(xyz_->columns, {"z"})) {
+    } else if (unit_m = UnitOfColumns(); !HasColumns(xyz_->columns, {"z"})) {
       axis = HasColumns(xyz_->columns, {"depth"}) ? ZAxis::kDown : ZAxis::kUp;
     } else if (!stated) {
-      axis = -z > depth_m ? ZAxis::kUp : ZAxis::kDown;
+      axis = -z * unit_m > depth_m ? ZAxis::kUp : ZAxis::kDown;
     }
+    if (notes_.z_unit != LengthUnit::kNotStated) unit_m = MetresOf(notes_.z_unit);
     plan_.params.depth_per_z = axis == ZAxis::kUp ? -unit_m : unit_m;
+    if (!las_ && unit_m != 1.0 && notes_.z_unit == LengthUnit::kNotStated && !zs.empty()) {
+      char text[160];
+      std::snprintf(text,
+                    sizeof text,
+                    "depths are taken in the unit of its grid, %.6f m: %.2f to %.2f m; if that is "
+                    "wrong, state z_unit in ",
+                    unit_m,
+                    std::min(std::abs(*least), std::abs(*most)) * unit_m,
+                    std::max(std::abs(*least), std::abs(*most)) * unit_m);
+      plan_.warning = text + NotesName();
+    }
     if (!stated && plan_.params.depth_per_z * z < depth_m)
       Fail("its soundings lie above the vehicle; if its z grows the other way, state it in " +
            NotesName() + ": z: " + (axis == ZAxis::kUp ? "down" : "up"));
     Describe(axis == ZAxis::kUp ? "z up" : "z down");
+  }
+
+  // Unit of z, depth or height of text: that of the grid, unless its column is scaled already.
+  double UnitOfColumns() const {
+    for (const TextColumn& column : xyz_->columns)
+      if ((column.quantity == "z" || column.quantity == "depth" || column.quantity == "height") &&
+          column.scale != 1.0)
+        return 1.0;
+    return plan_.params.to_geographic ? plan_.params.to_geographic->z_unit_m() : 1.0;
+  }
+
+  static double MetresOf(LengthUnit unit) {
+    constexpr double kFootM = 0.3048;
+    constexpr double kUsFootM = 1200.0 / 3937.0;
+    return unit == LengthUnit::kFoot ? kFootM : unit == LengthUnit::kUsFoot ? kUsFootM : 1.0;
   }
 
   // At least one block lies within a swath's reach of the track.
@@ -414,8 +440,8 @@ LinePlan PlanLine(const fs::path& path, std::shared_ptr<const LineTrack> track) 
 }
 
 std::optional<Time> FirstTimeOf(const fs::path& line) {
-  Counters counters;
-  const Summary::Figures figures = FiguresOf(line, 1'000'000, &counters);
+  std::string losses;
+  const Summary::Figures figures = FiguresOf(line, 1'000'000, &losses);
   if (figures.with_time == 0) return std::nullopt;
   if (!IsLas(line)) return Time(FromSeconds(figures.first_s));
   if (!HeadOf(line).adjusted_time) return std::nullopt;

@@ -15,6 +15,7 @@ struct LinePlan {
   LineParams params;
   std::optional<Time> begin;  // the first sounding is not before it
   std::string text;           // for people: times, coordinate reference system, z
+  std::string warning{};      // what was assumed of its depths; empty: nothing
 };
 
 // Reader of a file of soundings by line (IsLineFile).

@@ -9,7 +9,8 @@
 #include <vector>
 
 #include "codecs/text.hpp"
-#include "common/runtime/config/parameters.hpp"
+#include "common/runtime/config/parameter_file.hpp"
+#include "products/files/navigation_files.hpp"
 
 namespace seastitch {
 namespace {
@@ -31,6 +32,7 @@ struct ColumnsFile {
   bool soundings = false;
   std::string crs;
   ZAxis z = ZAxis::kNotStated;
+  LengthUnit z_unit = LengthUnit::kNotStated;
 };
 
 void DeclareColumn(ColumnEntry* entry, ParameterTable* table) {
@@ -77,6 +79,14 @@ ParameterTable TableOf(ColumnsFile* file) {
       &file->z,
       {{"not_stated", ZAxis::kNotStated}, {"up", ZAxis::kUp}, {"down", ZAxis::kDown}},
       "Direction in which z of soundings grows.");
+  table.AddChoice<LengthUnit>("z_unit",
+                              &file->z_unit,
+                              {{"not_stated", LengthUnit::kNotStated},
+                               {"m", LengthUnit::kMetre},
+                               {"ft", LengthUnit::kFoot},
+                               {"us-ft", LengthUnit::kUsFoot}},
+                              "Unit of z, depth or height of soundings; ft: 0.3048 m, us-ft: "
+                              "1200/3937 m. Not stated: that of the grid.");
   table.AddList("columns", &file->columns, DeclareColumn, "What the columns hold.");
   return table;
 }
@@ -115,14 +125,15 @@ fs::path ColumnsFileOf(const fs::path& text) { return text.string() + ".yaml"; }
 FileNotes LoadFileNotes(const fs::path& text) {
   const fs::path path = ColumnsFileOf(text);
   ColumnsFile file;
-  TableOf(&file).Load(path.string());
+  LoadParameters(path.string(), TableOf(&file));
   FileNotes notes{file.delimiter,
                   static_cast<std::size_t>(file.header_lines),
                   file.comment.empty() ? '\0' : file.comment[0],
                   {},
                   file.soundings,
                   file.crs,
-                  file.z};
+                  file.z,
+                  file.z_unit};
   if (file.comment.size() > 1)
     throw ConfigError(path.string() + ": comment: '" + file.comment + "' is not one letter");
   const std::vector<std::string> header = HeaderOf(text, file);
@@ -143,11 +154,27 @@ bool IsLineFile(const fs::path& path) {
          (fs::exists(ColumnsFileOf(path)) && LoadFileNotes(path).soundings);
 }
 
+bool IsExportedNavigation(const fs::path& text) {
+  std::string heading(kNavigationCsvHeading.size(), '\0');
+  std::ifstream(text, std::ios::binary)
+      .read(heading.data(), static_cast<std::streamsize>(heading.size()));
+  return heading == kNavigationCsvHeading;
+}
+
 bool HasTextColumns(const fs::path& text) {
-  return fs::exists(ColumnsFileOf(text)) && !IsLineFile(text);
+  return fs::exists(ColumnsFileOf(text)) ? !IsLineFile(text) : IsExportedNavigation(text);
 }
 
 TextNavigationFormat LoadTextColumns(const fs::path& text) {
+  if (!fs::exists(ColumnsFileOf(text))) {
+    TextNavigationFormat exported;
+    exported.delimiter = ',';
+    exported.header_lines = 1;
+    for (const char* const quantity :
+         {"iso", "latitude", "longitude", "depth", "heading", "roll", "pitch"})
+      exported.columns.push_back({quantity, exported.columns.size()});
+    return exported;
+  }
   const FileNotes notes = LoadFileNotes(text);
   TextNavigationFormat format;
   format.delimiter = notes.delimiter;

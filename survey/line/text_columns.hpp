@@ -14,6 +14,7 @@ namespace seastitch {
 std::filesystem::path ColumnsFileOf(const std::filesystem::path& text);
 
 enum class ZAxis : std::uint8_t { kNotStated, kUp, kDown };
+enum class LengthUnit : std::uint8_t { kNotStated, kMetre, kFoot, kUsFoot };
 
 // What that file states.
 struct FileNotes {
@@ -24,13 +25,15 @@ struct FileNotes {
   bool soundings = false;  // the text holds soundings; else navigation
   std::string crs;         // of coordinates in a grid
   ZAxis z = ZAxis::kNotStated;
+  LengthUnit z_unit = LengthUnit::kNotStated;  // of z, depth or height of soundings
 };
 
 // Reads it. Names of columns are looked up in the last header line of the text. Throws ConfigError.
 FileNotes LoadFileNotes(const std::filesystem::path& file);
 // True for soundings by line: LAS, text named .xyz, and text whose FileNotes call it soundings.
 bool IsLineFile(const std::filesystem::path& path);
-// True for text of navigation whose columns that file describes.
+// True for text of navigation whose columns that file describes, and for the navigation.csv of a
+// replay, which needs none.
 bool HasTextColumns(const std::filesystem::path& text);
 // Its format. Throws ConfigError.
 TextNavigationFormat LoadTextColumns(const std::filesystem::path& text);

@@ -2,22 +2,22 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <fstream>
 #include <map>
-#include <optional>
 #include <set>
 #include <stdexcept>
-#include <variant>
+#include <utility>
 
-#include "products/files/navigation_files.hpp"
+#include "common/core/time.hpp"
 #include "survey/errors.hpp"
-#include "survey/line/line_plan.hpp"
 #include "survey/line/text_columns.hpp"
 #include "survey/plan/survey_files.hpp"
+#include "survey/plan/survey_groups.hpp"
 #include "survey/read/recorded_dive.hpp"
 #include "survey/read/sbet_beside.hpp"
-#include "survey/read/survey_stream.hpp"
 
 namespace seastitch {
 namespace {
@@ -27,13 +27,17 @@ namespace fs = std::filesystem;
 constexpr char kLogs[] = "logs";  // name of the dive of logs that are not in a dive's folder
 
 // Why a file is neither a log nor a survey file.
-const char* ForeignText(const fs::path& path) {
-  return fs::file_size(path) == 0 ? "empty" : "neither a log nor a survey file of a known format";
+std::string ForeignText(const fs::path& path) {
+  if (!std::ifstream(path)) return std::string("cannot be read: ") + std::strerror(errno);
+  if (fs::file_size(path) == 0) return "empty";
+  for (const char* const packed : {".gz", ".bz2", ".xz", ".zst", ".zip", ".7z", ".tar", ".rar"})
+    if (path.extension() == packed) return "packed: unpack it first";
+  return "neither a log nor a survey file of a known format";
 }
 
 void NameForeign(const std::vector<fs::path>& files) {
   for (const fs::path& path : files)
-    std::fprintf(stderr, "not used: %s: %s\n", path.c_str(), ForeignText(path));
+    std::fprintf(stderr, "not used: %s: %s\n", path.c_str(), ForeignText(path).c_str());
 }
 
 bool IsLog(const fs::path& path) {
@@ -60,19 +64,10 @@ std::vector<fs::path> FilesIn(const fs::path& folder) {
   return files;
 }
 
-// Date of the first ping or navigation record, such as 2026-05-02. A profile may be of another day.
-std::string DayOf(const fs::path& file) {
-  if (IsLineFile(file)) {
-    const std::optional<Time> first = FirstTimeOf(file);
-    return first ? IsoTime(*first).substr(0, 10) : "lines";
-  }
-  for (SurveyStream stream(file, SurveyFiles::kReorderS); stream.next();) {
-    const SurveyRecord record = stream.Take();
-    if (std::holds_alternative<MbesPing>(record) || std::holds_alternative<PlacedPing>(record) ||
-        std::holds_alternative<NavigationRecord>(record))
-      return IsoTime(TimeOf(record)).substr(0, 10);
-  }
-  return "without pings";
+// Name of a group of files that were named one by one: the date of its first record.
+std::string DayOf(const SurveyGroup& group) {
+  if (group.begin) return UtcText(*group.begin, "%Y-%m-%d");
+  return IsLineFile(group.files[0]) ? "lines" : "without pings";
 }
 
 std::string NameOf(const fs::path& path) {
@@ -111,42 +106,72 @@ void ExpectOnce(const std::vector<DiveInput>& dives, const std::vector<fs::path>
   std::for_each(beside.begin(), beside.end(), expect_new);
 }
 
-DiveInput DiveIn(const fs::path& folder, bool raw) {
+// A group of a folder or, without a folder, of files that were named one by one.
+DiveInput DiveOf(SurveyGroup group, const std::string& name) {
+  std::string note = group.reason;
+  if (!group.sonar.empty()) note = group.sonar + (note.empty() ? "" : "; ") + note;
+  return {name, std::move(group.files), {}, {}, std::move(note)};
+}
+
+// The dives of a folder: one, unless it holds survey files that do not belong together.
+std::vector<DiveInput> DivesIn(const fs::path& folder, bool raw, bool one_dive) {
   DiveInput dive{NameOf(folder), {}, folder};
   try {
     dive.files = IsDive(folder) ? LogsOfDive(folder, raw) : FilesIn(folder);
   } catch (const std::runtime_error& e) {  // of several dives the others are mapped
     dive.problem = e.what();
   }
-  return dive;
+  if (!IsOfSurveyFiles(dive)) return {dive};
+  std::vector<SurveyGroup> groups = GroupSurveyFiles(dive.files, one_dive);
+  if (groups.size() == 1) return {dive};
+  std::vector<DiveInput> dives;
+  for (SurveyGroup& group : groups) {
+    const std::string name = dive.name + " " + DayOf(group);
+    dives.push_back(DiveOf(std::move(group), name));
+  }
+  return dives;
+}
+
+// The dives of survey files that were named one by one, each with the place of its first file.
+void AddLoose(const std::vector<fs::path>& files,
+              const std::vector<fs::path>& inputs,
+              bool one_dive,
+              std::multimap<std::size_t, DiveInput>* dives) {
+  for (SurveyGroup& group : GroupSurveyFiles(files, one_dive)) {
+    const auto first = std::find(inputs.begin(), inputs.end(), group.files[0]) - inputs.begin();
+    const std::string name = DayOf(group);
+    dives->emplace(first, DiveOf(std::move(group), name));
+  }
 }
 
 }  // namespace
 
-std::vector<DiveInput> DivesAmong(const std::vector<fs::path>& inputs, bool raw) {
-  std::vector<DiveInput> dives;
-  std::map<std::string, std::size_t> loose;  // index of the dive in `dives`, by day or kLogs
-  std::vector<fs::path> beside, empty;
-  for (const fs::path& input : inputs) {
-    if (!fs::is_directory(input) && IsNavigationBeside(input)) {
-      beside.push_back(input);
-      continue;
-    }
+std::vector<DiveInput> DivesAmong(const std::vector<fs::path>& inputs, bool raw, bool one_dive) {
+  std::multimap<std::size_t, DiveInput> by_place;
+  std::vector<fs::path> loose, beside, empty;
+  DiveInput logs{kLogs, {}};
+  for (std::size_t i = 0; i < inputs.size(); ++i) {
+    const fs::path& input = inputs[i];
     if (fs::is_directory(input)) {
-      dives.push_back(DiveIn(input, raw));
-      continue;
-    }
-    const bool survey = SurveyFiles::IsSurveyFile(input);
-    if (!survey && !IsLog(input)) {
+      for (DiveInput& dive : DivesIn(input, raw, one_dive)) by_place.emplace(i, std::move(dive));
+    } else if (IsNavigationBeside(input)) {
+      beside.push_back(input);
+    } else if (SurveyFiles::IsSurveyFile(input)) {
+      loose.push_back(input);
+    } else if (IsLog(input)) {
+      logs.files.push_back(input);
+    } else {
       if (fs::file_size(input) > 0) throw DataError(input.string() + ": " + ForeignText(input));
       empty.push_back(input);
-      continue;
     }
-    const std::string group = survey ? DayOf(input) : kLogs;
-    const auto [place, is_new] = loose.try_emplace(group, dives.size());
-    if (is_new) dives.push_back({group, {}});
-    dives[place->second].files.push_back(input);
   }
+  AddLoose(loose, inputs, one_dive, &by_place);
+  if (!logs.files.empty()) {
+    const auto first = std::find(inputs.begin(), inputs.end(), logs.files[0]) - inputs.begin();
+    by_place.emplace(first, std::move(logs));
+  }
+  std::vector<DiveInput> dives;
+  for (auto& [place, dive] : by_place) dives.push_back(std::move(dive));
   if (dives.empty() && !empty.empty())
     throw DataError(empty[0].string() + ": " + ForeignText(empty[0]));
   NameForeign(empty);

@@ -12,14 +12,17 @@ struct DiveInput {
   std::vector<std::filesystem::path> files;  // logs or survey files; none: a folder without
   std::filesystem::path folder{};            // of the dive; empty: of files named one by one
   std::string problem{};                     // why the folder's files are not known
+  std::string note{};                        // its sonar, and why it is a dive of its own
 };
 
 // Splits the inputs of a replay into dives, in their order: each folder of a dive; each folder of
-// logs or survey files; the survey files of one day (UTC, by their first ping or navigation
-// record); all other logs. Navigation beside survey files (IsNavigationBeside) belongs to all dives
-// of survey files. Empty files are named on stderr. raw: includes the logs of raw bytes.
-// Throws UsageError or DataError with the name of what is given twice or cannot be used.
+// logs; the survey files of each folder, and those that are named one by one, as they belong
+// together (GroupSurveyFiles); all other logs. Navigation beside survey files (IsNavigationBeside)
+// belongs to all dives of survey files. Empty files are named on stderr. raw: includes the logs of
+// raw bytes. one_dive: no pause and no distance splits the files of a sonar. Throws UsageError or
+// DataError with the name of what is given twice or cannot be used.
 std::vector<DiveInput> DivesAmong(const std::vector<std::filesystem::path>& inputs,
-                                  bool raw = false);
+                                  bool raw = false,
+                                  bool one_dive = false);
 
 }  // namespace seastitch

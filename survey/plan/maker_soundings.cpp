@@ -190,15 +190,18 @@ SurveyPlan PlanSurvey(const std::vector<std::filesystem::path>& files, bool moun
     const std::optional<Trial> by_ping = WithSoundSpeed(plan.WithDepthOfPings());
     if (by_ping && by_ping->percent < best->percent) best = by_ping;
     if (best->percent < kFitsPercent) {
-      best->plan.warning += "depth: that of the sonar for each ping, because the other is " +
-                            Percent(first_percent) + " of depth off its soundings\n";
+      best->plan.warnings.push_back(
+          {WarningCode::kDepthOfPings,
+           "depth: that of the sonar for each ping, because the other is " +
+               Percent(first_percent) + " of depth off its soundings"});
       return best->plan;
     }
   }
   SurveyPlan placed = plan.WithPlacedSoundings();
-  placed.warning +=
-      "warning: the sonar's own soundings are used, because those from raw times and angles are " +
-      Percent(best->percent) + " of depth off them: is the installation known?\n";
+  placed.warnings.push_back(
+      {WarningCode::kSonarsOwnSoundings,
+       "the sonar's own soundings are used, because those from raw times and angles are " +
+           Percent(best->percent) + " of depth off them: is the installation known?"});
   return placed;
 }
 

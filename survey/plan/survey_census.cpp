@@ -192,9 +192,12 @@ class Counter {
   const Reach& reach() const { return raw_.pings > 0 ? raw_ : placed_; }
   const std::vector<TimedPosition>& own() const { return own_; }
 
-  void EndFile(const Counters& counters, PlannedFile* file) {
+  void EndFile(const CheckedReader& reader, PlannedFile* file) {
+    const std::string why = reader.problem().empty() ? "" : "; " + reader.problem();
     if (IsNavigationBeside(file->path) && navigation_of_file_ == 0)
-      throw DataError(file->path.string() + ": no line or record of navigation that can be read");
+      throw DataError(file->path.string() + ": no line or record of navigation that can be read" +
+                      why);
+    const Counters counters = reader.counters();
     for (const auto& [name, value] : counters)
       if (value > 0 && name != "mbes_beam_unusable") census_.not_read[name] += value;
     file->begin = std::exchange(begin_of_file_, std::nullopt);
@@ -300,7 +303,7 @@ void Look(PlannedFile* file, Counter* counter) {
       std::visit(*counter, record);
   }
   for (const SurveyRecord& record : reader.Finish()) std::visit(*counter, record);
-  counter->EndFile(reader.counters(), file);
+  counter->EndFile(reader, file);
 }
 
 // Time of the survey: the first ping, else the earliest record, else that which soundings by line

@@ -24,7 +24,8 @@ constexpr double kMaxHeadingGapS = 2.0;
 
 bool SurveyFiles::IsSurveyFile(const fs::path& path) { return ReaderFor(path) != nullptr; }
 
-SurveyFiles::SurveyFiles(SurveyPlan plan) : plan_(std::move(plan)) {
+SurveyFiles::SurveyFiles(SurveyPlan plan)
+    : plan_(std::move(plan)), water_line_m_(plan_.installation.water_line_m) {
   for (const PlannedFile& file : plan_.files) inputs_.push_back({file, fs::file_size(file.path)});
   for (Input& input : inputs_) waiting_.push_back(&input);
   std::stable_sort(waiting_.begin(), waiting_.end(), [](const Input* a, const Input* b) {
@@ -63,6 +64,13 @@ struct SurveyFiles::Use {
     profile.time = self->now_;
     self->rays_ = RayTracer::Make(profile);
     self->samples_.Put(std::move(profile), self->now_);
+  }
+  // The water line is followed; a moved array is another dive (GroupSurveyFiles).
+  void operator()(const SonarInstallation& installation) {
+    const SonarInstallation& used = self->plan_.installation;
+    if (installation.model == used.model &&
+        installation.transmitters.size() == used.transmitters.size())
+      self->water_line_m_ = installation.water_line_m;
   }
   template <class T>
   void operator()(const T&) {}
@@ -189,8 +197,7 @@ void SurveyFiles::OnNavigation(const NavigationRecord& n) {
   if (uses_attitude) OnAttitude(n.time, *n.attitude, n);
   if (n.source == plan_.attitude_source && !n.attitude && n.roll_pitch_rad && levels_.size() < 1000)
     levels_.push_back(n);
-  const double depth_at_rest_m =
-      plan_.vehicle.p_vehicle_depth_m.z() - plan_.installation.water_line_m;
+  const double depth_at_rest_m = plan_.vehicle.p_vehicle_depth_m.z() - water_line_m_;
   // Heave of the sensor that replaces a silent one.
   const bool replaces_heave = uses_attitude && plan_.heave_source == plan_.attitude_source;
   const bool uses_heave = n.source == plan_.heave_source || replaces_heave;
@@ -300,7 +307,7 @@ void SurveyFiles::OnPing(const MbesPing& ping) {
   double sum = 0.0;
   for (const MbesBeam& beam : ping.beams) sum += double{beam.twtt_s};
   if (IsRepeated(ping.time, {ping.head, ping.ping_number, sum})) return;
-  ++counters_["survey_pings"];
+  ++pings_;
   attitude_.AddPing(ping.time);
   position_.AddPing(ping.time);
   chosen_position_.AddPing(ping.time);
@@ -336,7 +343,7 @@ void SurveyFiles::OnPlaced(const PlacedPing& ping) {
   double sum = 0.0;
   for (const PlacedBeam& beam : ping.soundings) sum += double{beam.p_level_m.z()};
   if (IsRepeated(ping.time, {ping.head, ping.ping_number, sum})) return;
-  ++counters_["survey_pings"];
+  ++pings_;
   attitude_.AddPing(ping.time);
   position_.AddPing(ping.time);
   chosen_position_.AddPing(ping.time);
@@ -364,6 +371,7 @@ std::uint64_t SurveyFiles::bytes_read() const {
 
 Counters SurveyFiles::counters() const {
   Counters all = counters_;
+  if (pings_ > 0) all["survey_pings"] = pings_;
   all.merge(samples_.counters());
   for (const Input* const input : open_)
     for (const auto& [name, value] : input->stream->counters()) all[name] += value;
@@ -373,22 +381,17 @@ Counters SurveyFiles::counters() const {
 }
 
 std::optional<std::string> SurveyFiles::Outcome() const {
-  const Counters all = counters();
-  const auto count = [&all](const char* name) {
-    const auto found = all.find(name);
-    return found == all.end() ? 0 : found->second;
-  };
-  const std::int64_t pings = count("survey_pings");
   const std::string file = plan_.files[0].path.string();
-  if (pings == 0) return file + ": no sounding in it";
-  if (count("survey_pings_without_position") == pings)
-    return file + ": none of its " + std::to_string(pings) + " pings lies within 2 s of a position";
+  if (pings_ == 0) return file + ": no sounding in it";
+  if (position_.Uncovered(position_.max_gap_s) == pings_)
+    return file + ": none of its " + std::to_string(pings_) +
+           " pings lies within 2 s of a position";
   if (IsBeside(plan_.position_source) &&
-      chosen_position_.Uncovered(chosen_position_.max_gap_s) == pings)
-    return file + ": none of its " + std::to_string(pings) +
+      chosen_position_.Uncovered(chosen_position_.max_gap_s) == pings_)
+    return file + ": none of its " + std::to_string(pings_) +
            " pings lies within a minute of a position of the navigation beside it";
-  if (count("survey_pings_without_attitude") == pings)
-    return file + ": none of its " + std::to_string(pings) + " pings lies within its attitude";
+  if (attitude_.Uncovered(0.0) == pings_)
+    return file + ": none of its " + std::to_string(pings_) + " pings lies within its attitude";
   return std::nullopt;
 }
 

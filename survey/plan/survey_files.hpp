@@ -62,6 +62,8 @@ class SurveyFiles : public SampleSource {
   // survey_pings_without_attitude, survey_pings_without_position,
   // survey_positions_of_another_source, survey_attitudes_of_another_source,
   // survey_attitude_without_heading; and malformed samples.
+  // Pings given so far.
+  std::int64_t pings() const { return pings_; }
   Counters counters() const;
   // Call it after the last record. If no ping can be mapped: the reason, one line.
   std::optional<std::string> Outcome() const;
@@ -126,12 +128,14 @@ class SurveyFiles : public SampleSource {
   void PutWaterLine(Time t, double height_m);
 
   SurveyPlan plan_;
+  double water_line_m_;  // z of the water line in vehicle axes, by the last installation
   std::vector<Input> inputs_;
   std::vector<Input*> waiting_;  // not yet open; the last one begins first
   std::vector<Input*> open_;
   std::size_t file_ = 0;
   Time now_;
   SampleQueue samples_;  // of the last record
+  std::int64_t pings_ = 0;
   Counters counters_;
   std::uint64_t bytes_closed_ = 0;  // of the files that are read to their end
   Time ping_time_;

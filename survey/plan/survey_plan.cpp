@@ -121,7 +121,8 @@ void ChoosePings(const Census& census, SurveyPlan* plan) {
   plan->attitude_source = Most(census.attitudes_of_pings);
   if (plan->attitude_source.empty()) return;
   plan->raw_pings = false;
-  plan->warning = "no attitude of a sensor: the sonar's own soundings are used\n";
+  plan->warnings.push_back({WarningCode::kSonarsOwnSoundings,
+                            "no attitude of a sensor: the sonar's own soundings are used"});
 }
 
 // A heave that is always 0 is that of a sensor which does not measure it: a stated depth comes
@@ -207,6 +208,9 @@ void LookAtLines(SurveyPlan* plan, Census* census) {
     LinePlan line = PlanLine(file.path, track);
     file.params.line = std::move(line.params);
     file.line_text = line.text;
+    if (!line.warning.empty())
+      plan->warnings.push_back(
+          {WarningCode::kUnitAssumed, file.path.filename().string() + ": " + line.warning});
     file.begin = line.begin;
   }
   AddLines(TakeLineCensus(&plan->files), census);
@@ -268,10 +272,11 @@ VehicleGeometry VehicleOf(const SurveyPlan& plan) {
   return vehicle;
 }
 
-// True if this installation has something at another place than the plan's.
+// True if this installation has an array or a sensor at another place than the plan's.
 bool Differs(const SonarInstallation& installation, const SurveyPlan& plan) {
   SurveyPlan other = plan;
   other.installation = installation;
+  other.installation.water_line_m = plan.installation.water_line_m;
   other.vehicle = VehicleOf(other);
   return other.InstallationText() != plan.InstallationText();
 }
@@ -292,6 +297,23 @@ void SetDatum(const Census& census, SurveyPlan* plan) {
            grid != census.grid_start.end())
     plan->grid_origin_m = grid->second;
   PlaceDatum(datum, &plan->vehicle);
+}
+
+// Names files that give nothing, or less than they hold.
+void WarnOfFiles(SurveyPlan* plan) {
+  const auto warn = [&](WarningCode code, const std::string& files, const char* why) {
+    if (!files.empty()) plan->warnings.push_back({code, files + ": " + why});
+  };
+  warn(WarningCode::kSoundingsNotUsed,
+       plan->NamesOf([&](const PlannedFile& f) { return plan->raw_pings && f.placed_alone; }),
+       "soundings without raw times and angles, which other files have, are not used; map them as "
+       "a dive of their own");
+  warn(WarningCode::kOtherInstallation,
+       plan->NamesOf([](const PlannedFile& f) { return f.is_installed_otherwise; }),
+       "its installation is not used; without --one-dive it is a dive of its own");
+  warn(WarningCode::kFileWithoutRecords,
+       plan->NamesOf([](const PlannedFile& f) { return !f.begin && !IsLineFile(f.path); }),
+       "no ping and no position that can be read");
 }
 
 }  // namespace
@@ -351,6 +373,7 @@ SurveyPlan MakeSurveyPlan(const std::vector<std::filesystem::path>& files) {
   for (PlannedFile& file : plan.files)
     file.is_installed_otherwise = file.installation && Differs(*file.installation, plan);
   SetDatum(census, &plan);
+  WarnOfFiles(&plan);
   return plan;
 }
 

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -11,6 +12,7 @@
 #include "codecs/survey_records.hpp"
 #include "common/core/counters.hpp"
 #include "common/core/vehicle.hpp"
+#include "products/warning.hpp"
 #include "survey/read/survey_stream.hpp"
 
 namespace seastitch {
@@ -57,8 +59,8 @@ struct SurveyPlan {
 
   // The sonar has traced rays with the profile alone, without the sound speed at the transducer.
   bool profile_alone = false;
-  std::string sound_speed_text;  // a line about it, if it is known
-  std::string warning;           // lines about what the files do not have, or what does not fit
+  std::string sound_speed_text;      // a line about it, if it is known
+  std::vector<MapWarning> warnings;  // what the files do not have, and what does not fit
 
   // If the files cannot give a map: the reason, one line.
   std::optional<std::string> Problem() const;
@@ -74,6 +76,8 @@ struct SurveyPlan {
   void UseGridOrigin(const Eigen::Vector2d& north_east_m);
   // Point of the vehicle that a source's positions and velocities are of, from its reference point.
   Eigen::Vector3d PointOf(const std::string& source) const;
+  // The names of the files for which this holds: three, and the number of the others.
+  std::string NamesOf(const std::function<bool(const PlannedFile&)>& holds) const;
   // A summary of some lines, for people.
   std::string Text() const;
   std::string InstallationText() const;

@@ -17,6 +17,19 @@
 namespace seastitch {
 namespace {
 
+// The names of the files for which this holds: three, and the number of the others.
+std::string Names(const std::vector<PlannedFile>& files,
+                  const std::function<bool(const PlannedFile&)>& holds) {
+  constexpr int kShown = 3;
+  std::string text;
+  int found = 0;
+  for (const PlannedFile& file : files) {
+    if (!holds(file) || ++found > kShown) continue;
+    text += (found == 1 ? "" : ", ") + file.path.filename().string();
+  }
+  return found > kShown ? text + " and " + std::to_string(found - kShown) + " more" : text;
+}
+
 std::string Text(const char* name, const Eigen::Isometry3d& pose) {
   const Eigen::Vector3d& p = pose.translation();
   const Eigen::Vector3d rpy = RpyFromRotation(pose.linear()) * (180.0 / kPi);
@@ -55,19 +68,6 @@ std::string Text(const char* name,
   for (const Eigen::Vector3d& part_m : parts_m)
     text += Text("    a part of it", array * Eigen::Translation3d(part_m));
   return text;
-}
-
-// The names of the files for which this holds: three, and the number of the others.
-std::string Names(const std::vector<PlannedFile>& files,
-                  const std::function<bool(const PlannedFile&)>& holds) {
-  constexpr int kShown = 3;
-  std::string text;
-  int found = 0;
-  for (const PlannedFile& file : files) {
-    if (!holds(file) || ++found > kShown) continue;
-    text += (found == 1 ? "" : ", ") + file.path.filename().string();
-  }
-  return found > kShown ? text + " and " + std::to_string(found - kShown) + " more" : text;
 }
 
 // How soundings by line are read: a line of text for each way.
@@ -117,6 +117,10 @@ std::optional<std::string> SurveyPlan::Problem() const {
   return std::nullopt;
 }
 
+std::string SurveyPlan::NamesOf(const std::function<bool(const PlannedFile&)>& holds) const {
+  return Names(files, holds);
+}
+
 std::string SurveyPlan::Text() const {
   const auto or_none = [](const std::string& text) { return text.empty() ? "none" : text; };
   const char* const depths[] = {
@@ -129,20 +133,11 @@ std::string SurveyPlan::Text() const {
                       : raw_pings ? "raw times and angles"
                                   : "soundings as they were placed") +
                      "\n";
-  const std::string unused =
-      Names(files, [this](const PlannedFile& f) { return raw_pings && f.placed_alone; });
-  if (!unused.empty())
-    text += "not used: " + unused +
-            ": soundings without raw times and angles, which other files have; map them as a dive "
-            "of their own\n";
   const std::string utc = Names(files, [](const PlannedFile& f) {
     return IsSbet(f.path) && f.params.sbet.leap_seconds == 0.0;
   });
   if (!utc.empty())
     text += "times are UTC, not GPS, as the files' own positions show: " + utc + "\n";
-  const std::string otherwise =
-      Names(files, [](const PlannedFile& f) { return f.is_installed_otherwise; });
-  if (!otherwise.empty()) text += "not used: another installation in " + otherwise + "\n";
   if (grid_origin_m) {
     char line[160];
     std::snprintf(
@@ -155,7 +150,7 @@ std::string SurveyPlan::Text() const {
     text += line;
   }
   text += LinesText(files);
-  return text + sound_speed_text + warning + InstallationText();
+  return text + sound_speed_text + InstallationText();
 }
 
 std::string SurveyPlan::InstallationText() const {
@@ -176,7 +171,17 @@ std::string SurveyPlan::InstallationText() const {
     text += seastitch::Text("  motion sensor", motion->T_vehicle_sensor) + DelayText(motion);
   char line[80];
   std::snprintf(line, sizeof line, "  water line %.3f m down\n", installation.water_line_m);
-  return text + line;
+  text += line;
+  double water_line_m = installation.water_line_m;
+  for (const PlannedFile& file : files) {
+    if (!file.installation || file.is_installed_otherwise ||
+        file.installation->water_line_m == water_line_m)
+      continue;
+    water_line_m = file.installation->water_line_m;
+    std::snprintf(line, sizeof line, "  water line %.3f m down from ", water_line_m);
+    text += line + file.path.filename().string() + " on\n";
+  }
+  return text;
 }
 
 }  // namespace seastitch

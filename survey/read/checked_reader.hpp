@@ -56,6 +56,7 @@ class CheckedReader {
   std::vector<SurveyRecord> Add(Bytes bytes);
   std::vector<SurveyRecord> Finish();
   Counters counters() const;
+  const std::string& problem() const { return reader_->problem(); }
 
  private:
   std::vector<SurveyRecord> Checked(std::vector<SurveyRecord> records);

@@ -41,6 +41,7 @@ std::string LowerExtension(const fs::path& path) {
 // Columns of navigation, with positions in a grid that the file describing them names.
 TextNavigationFormat TextFormatOf(const fs::path& path) {
   TextNavigationFormat format = LoadTextColumns(path);
+  if (!fs::exists(ColumnsFileOf(path))) return format;
   const std::string crs = LoadFileNotes(path).crs;
   if (crs.empty()) return format;
   try {

@@ -4,8 +4,6 @@
 #include <boost/crc.hpp>
 #include <cmath>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <memory>
 #include <set>
@@ -16,6 +14,7 @@
 #include "common/core/archive.hpp"
 #include "common/geo/map_frame.hpp"
 #include "common/runtime/files/durable_file.hpp"
+#include "common/runtime/files/whole_file.hpp"
 #include "common/runtime/process/process.hpp"
 #include "mapper/restart/saved_map.hpp"
 #include "products/map/map_points.hpp"
@@ -113,10 +112,9 @@ std::uint32_t Crc(const void* bytes, std::size_t size) {
 }
 
 std::string BytesOf(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  std::string bytes((std::istreambuf_iterator<char>(in)), {});
-  if (!in) throw std::runtime_error(path.string() + ": cannot be read");
-  return bytes;
+  std::optional<std::string> bytes = ReadWholeFile(path);
+  if (!bytes) throw std::runtime_error(path.string() + ": cannot be read");
+  return *std::move(bytes);
 }
 
 fs::path PointsFile(const fs::path& folder, SubmapId id) {
@@ -164,8 +162,7 @@ bool IsFinite(const GraphEdge& edge) {
 
 StoredMap Decode(std::string_view bytes) {
   if (!bytes.starts_with(kMagic)) throw std::runtime_error("not a file of a map");
-  const Bytes rest(reinterpret_cast<const std::uint8_t*>(bytes.data()) + kMagic.size(),
-                   bytes.size() - kMagic.size());
+  const Bytes rest = AsBytes(bytes.substr(kMagic.size()));
   ByteReader reader(rest);
   const auto format = reader.Le<std::uint32_t>();
   const auto journal_format = reader.Le<std::uint32_t>();
@@ -376,7 +373,7 @@ void WriteFinishedMap(const fs::path& folder,
   archive(stored);
   const std::vector<std::uint8_t> content = archive.Release();
   ByteWriter file;
-  file.Append(Bytes(reinterpret_cast<const std::uint8_t*>(kMagic.data()), kMagic.size()));
+  file.Append(AsBytes(kMagic));
   file.Le(kFormat);
   file.Le(kJournalFormat);
   file.Le(Crc(content.data(), content.size()));

@@ -18,6 +18,7 @@
 #include "products/files/sounding_log.hpp"
 #include "products/survey_collector.hpp"
 #include "survey/plan/dive_inputs.hpp"
+#include "survey/plan/survey_groups.hpp"
 #include "survey/replay/interruption.hpp"
 #include "survey/replay/output_folder.hpp"
 #include "survey/replay/replay_feed.hpp"
@@ -132,7 +133,7 @@ void Remake(Dive* dive, std::unique_ptr<RawReplay> raw, Outputs outputs, Feeding
   for (const auto& [reason, count] : session.refused()) feeding->refused[reason] += count;
   products->dives = {ReportOf(session.mapper(), faults)};
   products->mapper_counters = products->dives.front().counters;
-  PrintPingLosses(dive->input, products->mapper_counters, feeding->quiet);
+  SayHowMapped(dive->input, session.mapper().mapper(), "", feeding);
   TakeNoise(mapper, dive->mapper, products);
   feeding->spans = inputs.spans();
   const bool track_alone = dive->input.logs && !inputs.HasPings() && collector.states() > 0;
@@ -141,6 +142,7 @@ void Remake(Dive* dive, std::unique_ptr<RawReplay> raw, Outputs outputs, Feeding
                 dive->input.survey_files != nullptr,
                 session.mapper().Statement(faults.conditions),
                 *feeding);
+  WarnOfDepths(session.mapper().mapper(), "", feeding);
 }
 
 // Compares the map's track with that of the other navigation.
@@ -163,13 +165,23 @@ void CompareTracks(const Survey& survey,
 ProductSummary RunReplay(const ReplayOptions& options) {
   const Stopwatch stopwatch;
   ExpectInputs(options);
-  const std::vector<DiveInput> dive_inputs = DivesAmong(options.inputs, options.from_raw);
+  const std::vector<DiveInput> dive_inputs =
+      DivesAmong(options.inputs, options.from_raw, options.one_dive);
   ExpectDives(dive_inputs, options);
   const bool several = dive_inputs.size() > 1;
   Unread unread(several);
   std::vector<Dive> opened;
-  for (const DiveInput& dive : dive_inputs)
+  for (const DiveInput& dive : dive_inputs) {
+    if (several && !dive.note.empty() && !options.quiet)
+      std::fprintf(stderr,
+                   "%s: %s of %s\n",
+                   dive.name.c_str(),
+                   NumberOfFiles(dive.files.size()).c_str(),
+                   dive.note.c_str());
     unread.Try(dive.name, [&] { opened.push_back({dive.name, Open(dive, options), {}, {}}); });
+  }
+  ExpectOneSurvey(opened);
+  if (options.datum) ExpectNear(*options.datum, opened);
   ShareGrid(opened);
   OutputFolder out(options.out);
   std::optional<Interruption> interruption;
@@ -234,6 +246,7 @@ ProductSummary RunReplay(const ReplayOptions& options) {
   }
   products.refused = feeding.refused;
   products.partial = feeding.partial;
+  products.warnings = feeding.warnings;
   products.unread = unread.dives();
   Survey survey = collector.Finish();
   CompareTracks(survey, feeding.other_tracks, &products.dives);
@@ -242,6 +255,7 @@ ProductSummary RunReplay(const ReplayOptions& options) {
   const bool track_alone = survey.submaps.empty() && !options.as_recorded && first.input.logs;
   ProductSummary summary = track_alone ? WriteTrackProducts(survey, products, out.path())
                                        : WriteProducts(survey, products, out.path());
+  summary.warnings = feeding.warnings.size();
   if (!survey.submaps.empty() && !options.as_recorded)
     WriteFinishedMap(out.path(), recorder, survey, products, summary.outcome, first.configuration);
   soundings.reset();

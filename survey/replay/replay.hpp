@@ -31,6 +31,8 @@ struct ReplayOptions {
   std::optional<std::filesystem::path> truth;
   // Use the recorded map and track of the live processes; do not compute them from the sensor data.
   bool as_recorded = false;
+  // No pause and no distance splits survey files into dives (GroupSurveyFiles).
+  bool one_dive = false;
   // Decode the recorded raw bytes again; ignore the recorded messages of the drivers.
   bool from_raw = false;
   // Configuration files of the drivers, with from_raw. Empty: as recorded.

@@ -29,7 +29,7 @@ void PrintSkipped(const Feeding& feeding) {
 
 void FeedSurvey(SurveyFiles* survey, const TakeSample& take, Feeding* feeding) {
   const SurveyPlan& plan = survey->plan();
-  std::fputs((feeding->quiet ? plan.warning : plan.Text()).c_str(), stderr);
+  if (!feeding->quiet) std::fputs(plan.Text().c_str(), stderr);
   ProgressLine progress("reading", survey->bytes(), feeding->quiet);
   Pass(
       survey,
@@ -95,10 +95,42 @@ DiveReport ReportOf(const LocalMapper& mapper, const InputFaults& faults) {
           std::nullopt};
 }
 
-void PrintPingLosses(const Input& input, const Counters& mapper, bool quiet) {
+void Warn(MapWarning warning, const std::string& dive, Feeding* feeding) {
+  if (!dive.empty()) warning.text = dive + ": " + warning.text;
+  std::fprintf(stderr, "warning: %s\n", warning.text.c_str());
+  feeding->warnings.push_back(std::move(warning));
+}
+
+void SayHowMapped(const Input& input,
+                  const Mapper& mapper,
+                  const std::string& dive,
+                  Feeding* feeding) {
   if (!input.survey_files) return;
-  const PingLosses losses(input.survey_files->counters()["survey_pings"], mapper);
-  if (!quiet || losses.is_warning) std::fputs(losses.text.c_str(), stderr);
+  for (const MapWarning& warning : input.survey_files->plan().warnings)
+    Warn(warning, dive, feeding);
+  const PingLosses losses(
+      input.survey_files->pings(), mapper.pings_lost(), mapper.positions_too_far());
+  if (losses.is_warning)
+    Warn({WarningCode::kPingsLost, losses.text}, dive, feeding);
+  else if (!feeding->quiet)
+    std::fprintf(stderr, "%s\n", losses.text.c_str());
+}
+
+void WarnOfDepths(const Mapper& mapper, const std::string& dive, Feeding* feeding) {
+  for (const Condition& fault : mapper.conditions()) {
+    if (fault.kind == &conditions::kNoSoundSpeedProfile)
+      Warn({WarningCode::kNoSoundSpeedProfile,
+            "no sound speed profile: rays are straight (" + fault.detail +
+                "); state one as sound_velocity_profile in a mapper.yaml for --config"},
+           dive,
+           feeding);
+    if (fault.kind == &conditions::kNoWaterLevel)
+      Warn({WarningCode::kNoWaterLevel,
+            std::string("depths are off by the tide: ") + fault.kind->sentence +
+                (fault.detail.empty() ? "" : ": " + fault.detail)},
+           dive,
+           feeding);
+  }
 }
 
 InputFaults Feed(Input* input,

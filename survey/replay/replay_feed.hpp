@@ -11,6 +11,7 @@
 #include "common/core/sample.hpp"
 #include "products/report/dive_report.hpp"
 #include "products/survey.hpp"
+#include "products/warning.hpp"
 #include "survey/read/raw_replay.hpp"
 #include "survey/replay/replay_input.hpp"
 #include "survey/session/mapping_session.hpp"
@@ -32,6 +33,7 @@ struct Feeding {
   std::string partial{};                          // sentence about where it was stopped
   std::vector<OtherTrack> other_tracks{};         // one of each dive with a log
   std::vector<SurveyInput> spans{};               // the inputs, in order
+  std::vector<MapWarning> warnings{};             // as they were printed
 };
 
 // Notes that the replay was interrupted after this part of the input.
@@ -53,9 +55,16 @@ InputFaults Feed(Input* input,
 void FeedResults(const RecordedLogs& recorded, SurveyCollector* collector, Feeding* feeding);
 // What a mapper of a dive found.
 DiveReport ReportOf(const LocalMapper& mapper, const InputFaults& faults = {});
-// Prints how many pings of survey files are in the map, by the mapper's counters. quiet: only a
-// warning.
-void PrintPingLosses(const Input& input, const Counters& mapper, bool quiet);
+// Prints a warning, also of a quiet replay, and keeps it for the report. dive: its name among
+// several; else empty.
+void Warn(MapWarning warning, const std::string& dive, Feeding* feeding);
+// Prints how many pings of survey files are in the map, and the warnings of their plan.
+void SayHowMapped(const Input& input,
+                  const Mapper& mapper,
+                  const std::string& dive,
+                  Feeding* feeding);
+// Warns of what changed the depths of a map.
+void WarnOfDepths(const Mapper& mapper, const std::string& dive, Feeding* feeding);
 // Adds submaps of files.
 void FeedSubmaps(SubmapDirectory directory, MappingSession* session, Feeding* feeding);
 

@@ -1,13 +1,16 @@
 #include "survey/replay/replay_input.hpp"
 
 #include <algorithm>
-#include <fstream>
-#include <iterator>
+#include <cmath>
+#include <cstdio>
 #include <set>
 #include <stdexcept>
 #include <utility>
 
+#include "common/geo/map_frame.hpp"
+#include "common/runtime/config/parameter_file.hpp"
 #include "common/runtime/config/vehicle_config.hpp"
+#include "common/runtime/files/whole_file.hpp"
 #include "survey/plan/maker_soundings.hpp"
 #include "survey/plan/survey_config.hpp"
 #include "survey/read/message_types.hpp"
@@ -87,8 +90,7 @@ GivenConfig GivenBy(const ReplayOptions& options) {
 // The effective configuration, to be stored in the map.
 ConfigTexts ConfigurationOf(const Dive& dive) {
   ConfigTexts texts = ConfigFiles(dive.mapper);
-  std::ifstream optimizer(dive.config.optimizer, std::ios::binary);
-  texts.emplace_back("optimizer.yaml", std::string(std::istreambuf_iterator<char>(optimizer), {}));
+  texts.emplace_back("optimizer.yaml", ReadWholeFile(dive.config.optimizer).value_or(""));
   return texts;
 }
 
@@ -171,6 +173,55 @@ Input Open(const DiveInput& dive, const ReplayOptions& options) {
       for (const fs::path& log : recorder) input.names.push_back(log.filename().string());
   }
   return input;
+}
+
+void ExpectOneSurvey(const std::vector<Dive>& dives) {
+  struct Place {
+    MapFrame frame;
+    std::string command;
+  };
+  std::vector<Place> surveys;
+  for (const Dive& dive : dives) {
+    if (!dive.input.survey_files || dive.input.survey_files->plan().grid_origin_m) continue;
+    const SurveyPlan& plan = dive.input.survey_files->plan();
+    const Datum datum = DatumOf(plan.vehicle);
+    auto place = std::find_if(surveys.begin(), surveys.end(), [&](const Place& survey) {
+      return survey.frame.NorthEastOf(datum).norm() < kLargestMapM;
+    });
+    if (place == surveys.end()) {
+      surveys.push_back({MapFrame(datum), "seastitch replay"});
+      place = surveys.end() - 1;
+    }
+    for (const PlannedFile& file : plan.files) place->command += " '" + file.path.string() + "'";
+  }
+  if (surveys.size() < 2) return;
+  std::string text = "replay: these are " + std::to_string(surveys.size()) +
+                     " surveys, more than 200 km apart; map each by itself:";
+  for (std::size_t i = 0; i < surveys.size(); ++i)
+    text += "\n  " + surveys[i].command + " --out map-" + std::to_string(i + 1);
+  throw DataError(text);
+}
+
+void ExpectNear(const Datum& origin, const std::vector<Dive>& dives) {
+  const MapFrame frame(origin);
+  for (const Dive& dive : dives) {
+    if (!dive.input.survey_files || dive.input.survey_files->plan().grid_origin_m) continue;
+    const Datum begin = DatumOf(dive.input.survey_files->plan().vehicle);
+    const double away_m = frame.NorthEastOf(begin).norm();
+    if (away_m < kLargestMapM) continue;
+    const Datum swapped{origin.longitude_deg, origin.latitude_deg};
+    const bool is_swapped = std::abs(swapped.latitude_deg) <= 90.0 &&
+                            MapFrame(swapped).NorthEastOf(begin).norm() < kLargestMapM;
+    char text[160];
+    std::snprintf(text,
+                  sizeof text,
+                  "--datum: %s begins at %.4f,%.4f, more than 200 km from it%s",
+                  dive.name.c_str(),
+                  begin.latitude_deg,
+                  begin.longitude_deg,
+                  is_swapped ? ": latitude comes first" : "");
+    throw UsageError(text);
+  }
 }
 
 void Prepare(const ReplayOptions& options, const fs::path& out, Dive* dive) {

@@ -42,6 +42,12 @@ void ExpectDives(const std::vector<DiveInput>& dives, const ReplayOptions& optio
 
 // Opens the files of a dive. Throws std::runtime_error, UsageError or DataError.
 Input Open(const DiveInput& dive, const ReplayOptions& options);
+// Refuses survey files that lie farther apart than a map may reach. Throws DataError with a line
+// for each survey: the command that maps it.
+void ExpectOneSurvey(const std::vector<Dive>& dives);
+// Refuses a map origin that is farther away from survey files than a map may reach. Throws
+// UsageError.
+void ExpectNear(const Datum& origin, const std::vector<Dive>& dives);
 // Chooses and loads the configuration of a dive. out: folder for recorded configuration files.
 void Prepare(const ReplayOptions& options, const std::filesystem::path& out, Dive* dive);
 // Decoder of the raw bytes in a log, with --from-raw.

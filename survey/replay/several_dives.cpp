@@ -107,7 +107,9 @@ class Together {
     if (!given_twice_.empty()) throw UsageError("replay: " + given_twice_);
     if (other) feeding_->other_tracks.push_back({next_chain_, other->source(), other->Finish()});
     outputs_.products->dives.push_back(ReportOf(front.mapper(), faults));
-    PrintPingLosses(dive->input, outputs_.products->dives.back().counters, feeding_->quiet);
+    const std::string among = has_names_ ? dive->name : "";
+    SayHowMapped(dive->input, front.mapper().mapper(), among, feeding_);
+    WarnOfDepths(front.mapper().mapper(), among, feeding_);
     ++next_chain_;
     next_id_ = front.next_id();
     statements_ += dive->name + ": " + front.mapper().Statement(faults.conditions) + "; ";

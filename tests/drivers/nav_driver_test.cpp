@@ -1,5 +1,6 @@
 // The driver of navigation instruments on a bus: messages, HEALTH, configuration.
 #include "drivers/nav/nav_driver.hpp"
+#include "common/runtime/config/parameter_file.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -113,15 +114,14 @@ TEST_F(NavNode, AnAcousticSystemMayBeSilent) {
 TEST_F(NavNode, TroubleOfASourceIsSaidWithItsName) {
   NavDriver driver(config, &output);
   Feed(&driver, kIns, kGga);
-  driver.UpdateHealth({{kIns, {"", "10.0.0.9, while 10.0.0.5 sends", {{"udp_refused_senders", 3}}}},
-                       {kShared, {"No such file or directory", "", {{"serial_lost", 1}}}}},
+  driver.UpdateHealth({{kIns, {"", {3, "10.0.0.9, while 10.0.0.5 sends"}, {}}},
+                       {kShared, {"No such file or directory", {}, {{"serial_lost", 1}}}}},
                       t0);
   EXPECT_THAT(driver.health().text(), HasSubstr(std::string(kShared) + ": No such file"));
   EXPECT_THAT(driver.health().text(),
               HasSubstr("3 so far, the last of udp:0.0.0.0:8001: 10.0.0.9"));
   EXPECT_EQ(driver.health().counter("serial_lost"), 1);
-  driver.UpdateHealth({{kIns, {"", "", {{"udp_refused_senders", 3}}}}, {kShared, {}}},
-                      t0 + seconds(11));
+  driver.UpdateHealth({{kIns, {"", {3, ""}, {}}}, {kShared, {}}}, t0 + seconds(11));
   EXPECT_THAT(driver.health().text(), testing::Not(HasSubstr("sender")));
   EXPECT_THAT(driver.health().text(), testing::Not(HasSubstr("No such file")));
 }
@@ -163,7 +163,7 @@ TEST_F(NavNode, AnInsOnCanHasPacketsOfFramesAsBytes) {
 TEST_F(NavNode, TheControllerOfItsBusIsSaidWithItsName) {
   const TemporaryDir dir;
   NavDriver driver(OnCan(dir, "can:can0"), &output);
-  driver.UpdateHealth({{"can:can0", {"", "", {{"can_bus_off", 1}}, "controller is bus-off"}}}, t0);
+  driver.UpdateHealth({{"can:can0", {"", {}, {{"can_bus_off", 1}}, "controller is bus-off"}}}, t0);
   EXPECT_THAT(driver.health().text(), HasSubstr("can:can0: controller is bus-off"));
   EXPECT_EQ(driver.health().counter("can_bus_off"), 1);
   driver.UpdateHealth({{"can:can0", {}}}, t0);

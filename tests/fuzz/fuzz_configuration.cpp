@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "common/runtime/config/config.hpp"
-#include "common/runtime/config/parameters.hpp"
+#include "common/runtime/config/parameter_file.hpp"
 #include "common/runtime/config/vehicle_config.hpp"
 #include "tests/fuzz/memory_file.hpp"
 
@@ -54,7 +54,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       LoadVehicle(file.path());
     } else {
       Everything everything;
-      TableOf(&everything).Load(file.path());
+      LoadParameters(file.path(), TableOf(&everything));
     }
   } catch (const ConfigError&) {
   }

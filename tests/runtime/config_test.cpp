@@ -1,4 +1,4 @@
-#include "common/runtime/config/parameters.hpp"
+#include "common/runtime/config/parameter_file.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -48,7 +48,7 @@ class ConfigTest : public testing::Test {
  protected:
   Thing Load(const std::string& text) {
     Thing thing;
-    TableOf(&thing).Load(dir_.Write("m.yaml", text));
+    LoadParameters(dir_.Write("m.yaml", text), TableOf(&thing));
     return thing;
   }
 
@@ -111,7 +111,8 @@ TEST_F(ConfigTest, CutsAnEndlessValueShort) {
 }
 
 TEST_F(ConfigTest, RefusesUnknownAndDoubledKeys) {
-  EXPECT_EQ(ErrorOf("submap: {voxel: 1}"), "m.yaml: submap.voxel: unknown key");
+  EXPECT_EQ(ErrorOf("submap: {voxel: 1}"),
+            "m.yaml: submap.voxel: unknown key; did you mean 'voxel_m'?");
   EXPECT_EQ(ErrorOf("b: 1"), "m.yaml: b: unknown key");
   EXPECT_EQ(ErrorOf("submap: {voxel_m: 1, voxel_m: 2}"), "m.yaml: voxel_m: stands twice");
 }
@@ -149,8 +150,9 @@ TEST_F(ConfigTest, RefusesWhatIsNoFileOrNoMap) {
   EXPECT_THAT(ErrorOf("- 1\n"), HasSubstr("expected a map of keys"));
   EXPECT_NO_THROW(Load("{}"));
   Thing thing;
-  EXPECT_THROW(TableOf(&thing).Load((dir_.path() / "absent.yaml").string()), ConfigError);
-  EXPECT_THROW(TableOf(&thing).Load(dir_.path().string()), ConfigError);
+  EXPECT_THROW(LoadParameters((dir_.path() / "absent.yaml").string(), TableOf(&thing)),
+               ConfigError);
+  EXPECT_THROW(LoadParameters(dir_.path().string(), TableOf(&thing)), ConfigError);
 }
 
 TEST_F(ConfigTest, SurvivesAFileThatContainsItself) {

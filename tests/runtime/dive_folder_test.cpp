@@ -1,4 +1,5 @@
 #include "common/runtime/files/dive_folder.hpp"
+#include "common/runtime/config/parameter_file.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 #include "common/runtime/process/process.hpp"
+#include "common/runtime/config/parameter_file.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -86,12 +86,13 @@ class Kmall {
     if (!valid) datagram[24] |= 1 << 4;
     return Add(datagram);
   }
-  // A position of a receiver without a fix.
-  Kmall& PositionAtZero(double t_s) {
+  Kmall& PositionAt(double t_s, const GivenPosition& position) {
     NavigationRecord sample = Sample(t_s);
-    sample.position = GivenPosition{};
+    sample.position = position;
     return Add(EncodeSpo(sample, KmallHeader{}));
   }
+  // A position of a receiver without a fix.
+  Kmall& PositionAtZero(double t_s) { return PositionAt(t_s, {}); }
   // A datagram of another type, of that size.
   Kmall& Foreign(const std::string& type, std::size_t bytes) {
     std::string datagram = bytes_.substr(0, 20);

@@ -293,7 +293,8 @@ TEST(SurveyDepth, ThatOfTheSonarIsUsedWhereHeaveIsFarOff) {
   const SurveyPlan plan = PlanSurvey({auv});
   EXPECT_EQ(plan.depth, SurveyPlan::Depth::kPing);
   EXPECT_TRUE(plan.raw_pings);
-  EXPECT_THAT(plan.warning, HasSubstr("depth: that of the sonar for each ping"));
+  ASSERT_EQ(plan.warnings.size(), 1u);
+  EXPECT_EQ(plan.warnings[0].code, WarningCode::kDepthOfPings);
   EXPECT_LT(OffMaker(auv), 0.1);
 }
 
@@ -368,14 +369,17 @@ TEST(SurveyGrid, TextOfAGridPlacesFilesThatHavePositions) {
 
 // --- what is lost --------------------------------------------------------------------------------
 
-TEST(PingLosses, AreNamedBelowNineTenths) {
-  const PingLosses few(1000, {{"pings_without_pose", 7}, {"pings_in_turns", 500}});
-  EXPECT_EQ(few.text, "993 of 1000 pings used\n");
+TEST(PingLosses, AreNamedBelowNinetyNineHundredths) {
+  PingTally lost;
+  lost.Add(PingLoss::kWithoutPose, 7);
+  const PingLosses few(1000, lost, 0);
+  EXPECT_EQ(few.text, "993 of 1000 pings used");
   EXPECT_FALSE(few.is_warning);
-  const PingLosses many(1000, {{"pings_out_of_order", 300}, {"pings_without_pose", 7}});
+  lost.Add(PingLoss::kOutOfOrder, 300);
+  const PingLosses many(1000, lost, 0);
   EXPECT_EQ(many.text,
-            "warning: 693 of 1000 pings used: 300 because they came after a later ping was used; 7 "
-            "because navigation has no pose at their times\n");
+            "693 of 1000 pings used: 300 because they came after a later ping was used; 7 "
+            "because navigation has no pose at their times");
   EXPECT_TRUE(many.is_warning);
 }
 
@@ -427,7 +431,7 @@ TEST(SurveyLosses, WhatCannotBeReadIsTheReasonForAFileWithoutSoundings) {
   const fs::path file = Shared("data/mbes/gsf_v3_08.gsf");
   SKIP_WITHOUT(file);
   std::string other = Content(file);
-  other.replace(other.find("GSF-v03"), 7, "GSF-v02");
+  other.replace(other.find("GSF-v03"), 7, "GSF-v04");
   TemporaryDir dir;
   const CommandResult replay = Replay(dir.Write("a.gsf", other), dir.path() / "map");
   EXPECT_EQ(replay.exit_code, 65);

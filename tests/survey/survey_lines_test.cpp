@@ -395,6 +395,30 @@ TEST_F(SurveyLines, XyzInDegreesOrInAGridWithDepthsOrHeights) {
     }
 }
 
+TEST_F(SurveyLines, XyzInAGridInFeetHasDepthsInTheUnitThatIsStatedElseInThatOfTheGrid) {
+  constexpr double kUsFootM = 1200.0 / 3937.0;
+  const fs::path track = Track();
+  for (const auto& [stated, unit_m] :
+       {std::pair{"", kUsFootM}, std::pair{"m", 1.0}, std::pair{"ft", 0.3048}}) {
+    std::ostringstream text;
+    text.precision(12);
+    for (const Point& point : OfLine(1)) {
+      const Eigen::Vector2d p = Utm(point.p_ned_m.head<2>()) / kUsFootM;
+      text << p.x() << ' ' << p.y() << ' ' << point.p_ned_m.z() / unit_m << '\n';
+    }
+    const fs::path file = dir_.Write("b.xyz", text.str());
+    const std::string z_unit = *stated == 0 ? "" : std::string("z_unit: ") + stated + "\n";
+    dir_.Write("b.xyz.yaml", "crs: +proj=utm +zone=32 +datum=WGS84 +units=us-ft\n" + z_unit);
+    EXPECT_LT(ExpectMapped(MappingOf({file, track}), OfLine(1), 0.99).worst_m, kTolerance_m)
+        << stated;
+    const SurveyPlan plan = MakeSurveyPlan({file, track});
+    ASSERT_EQ(plan.warnings.size(), *stated == 0 ? 1u : 0u) << stated;
+    if (*stated == 0) {
+      EXPECT_EQ(plan.warnings[0].code, WarningCode::kUnitAssumed);
+    }
+  }
+}
+
 TEST_F(SurveyLines, TextWithAMapOfColumnsHasTimes) {
   std::ostringstream text;
   text.precision(15);
@@ -471,16 +495,6 @@ TEST_F(SurveyLines, ReplayMakesAMapOfTheFolder) {
 }
 
 // Columns of navigation.csv.
-std::string TrackColumnsText() {
-  std::string text = "columns:\n";
-  int column = 0;
-  for (const char* const quantity :
-       {"iso", "latitude", "longitude", "depth", "heading", "roll", "pitch"})
-    text +=
-        "  - {quantity: " + std::string(quantity) + ", column: " + std::to_string(++column) + "}\n";
-  return text;
-}
-
 // Depths of the first band, by place.
 std::map<std::pair<double, double>, double> CellsOf(const fs::path& raster) {
   const auto text =
@@ -508,7 +522,6 @@ TEST_F(SurveyLines, ExportedSoundingsAndNavigationGiveTheSameMapAgain) {
   for (const char* const format : {"las", "xyz"}) {
     fs::remove_all(exported);
     fs::rename(dir_.path() / "map/export", exported);
-    std::ofstream(exported / "navigation.csv.yaml") << "header_lines: 1\n" << TrackColumnsText();
     const auto again = Replay((exported / "soundings.").string() + format + " " +
                               (exported / "navigation.csv").string() + datum + "xyz");
     ASSERT_EQ(again.exit_code, 0) << again.output;

@@ -111,7 +111,10 @@ void PrintByAngle(const char* title, const SoundingComparison& result) {
 // Raw times and angles through the replay's own navigation and geometry. The software behind `.all`
 // leaves out how far the ship moves between sending and receiving; the one behind `.kmall` does
 // not. So each agrees with one of the two comparisons, as well as the best independent computation
-// from the same files (survey-formats.md, A8).
+// from the same files (survey-formats.md, A8): but em2040_ac, whose receivers are tilted by 35
+// degrees. A drift of the ship of 0.3 m/s looks there like an error of their roll of 0.02 degrees.
+// With R as the inclination of the across axis the map's own geometry, where the ship moves, fits
+// best, as in two other files of tilted receivers.
 TEST(SurveyGeometry, ReplayedSoundingsAreWhereTheSonarPutsThem) {
   struct Case {
     const char* name;
@@ -120,7 +123,7 @@ TEST(SurveyGeometry, ReplayedSoundingsAreWhereTheSonarPutsThem) {
   };
   for (const Case& c : {
            Case{"em710_g.all", 7, 2800, {0.0026, 0.0276, 0.0086}, {0.0019, 0.0031, 0.0033}},
-           Case{"em2040_ac.all", 8, 3191, {0.0121, 0.0540, 0.0281}, {0.0051, 0.0130, 0.0143}},
+           Case{"em2040_ac.all", 8, 3191, {0.0100, 0.0396, 0.0135}, {0.0041, 0.0430, 0.0395}},
            Case{"em2040c_ay.all", 27, 10461, {0.0023, 0.0110, 0.0028}, {0.0023, 0.0036, 0.0016}},
            Case{"em2040_OS01.kmall", 4, 1919, {0.0022, 0.0127, 0.0037}, {0.0019, 0.0180, 0.0039}},
            Case{"em2040_eg.kmall", 23, 10536, {0.0116, 0.0267, 0.0062}, {0.0117, 0.1069, 0.0245}},
@@ -636,9 +639,16 @@ TEST(SurveyInputs, AnotherInstallationIsNamed) {
   TemporaryDir dir;
   const SurveyPlan plan =
       MakeSurveyPlan({dir.Write("a.kmall", Kmall().Survey().bytes()),
-                      dir.Write("b.kmall", Kmall().Installation(0.5).Motion(9.0).bytes()),
+                      dir.Write("b.kmall",
+                                Kmall()
+                                    .Installation()
+                                    .Replace("TRAI_TX1:X=0.000000", "TRAI_TX1:X=0.100000")
+                                    .Motion(9.0)
+                                    .bytes()),
                       dir.Write("c.kmall", Kmall().Survey(20.0).bytes())});
-  EXPECT_THAT(plan.Text(), HasSubstr("not used: another installation in b.kmall\n"));
+  ASSERT_EQ(plan.warnings.size(), 1u);
+  EXPECT_EQ(plan.warnings[0].code, WarningCode::kOtherInstallation);
+  EXPECT_THAT(plan.warnings[0].text, StartsWith("b.kmall: "));
 }
 
 // Soundings of a GSF beside raw pings: counted and named.
@@ -647,7 +657,8 @@ TEST(SurveyInputs, PlacedSoundingsBesideRawPingsAreNamed) {
   SKIP_WITHOUT(gsf);
   TemporaryDir dir;
   const Played played({dir.Write("a.kmall", Kmall().Survey().bytes()), gsf});
-  EXPECT_THAT(played.survey.plan().Text(), HasSubstr("not used: gsf_v3_08.gsf: soundings"));
+  ASSERT_EQ(played.survey.plan().warnings.size(), 1u);
+  EXPECT_EQ(played.survey.plan().warnings[0].code, WarningCode::kSoundingsNotUsed);
   EXPECT_EQ(played.Count("survey_pings_not_used"), 8);
 }
 

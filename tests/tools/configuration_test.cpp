@@ -2,6 +2,7 @@
 // comes out.
 
 #include "tools/configuration.hpp"
+#include "common/runtime/config/parameter_file.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -70,7 +71,7 @@ std::string ErrorOf(const std::string& name, const std::string& text) {
   for (ConfigurationFile& fresh : ConfigurationFiles()) {
     if (fresh.name != name) continue;
     try {
-      fresh.table.Parse(text, "test.yaml");
+      ParseParameters(text, "test.yaml", fresh.table);
     } catch (const ConfigError& e) {
       return e.what();
     }
@@ -203,21 +204,22 @@ RC_GTEST_PROP(Configuration, PrintedOneIsReadAsTheSame, ()) {
   auto again = ConfigurationFiles();
   for (std::size_t i = 0; i < files.size(); ++i) {
     for (const Parameter* p : AllOf(files[i])) {
-      if (p->required() && p->IsUnset()) RC_ASSERT(p->Set(YAML::Load("'some: #thing'")));
+      if (p->required() && p->IsUnset()) RC_ASSERT(SetParameter(*p, YAML::Load("'some: #thing'")));
       // Together all of them would break the rules between them; a few are changed.
       if ((IsNumber(*p) || IsNumbers(*p)) && *rc::gen::inRange(0, 25) == 0) {
         const std::string before = p->Text();
-        RC_ASSERT(p->Set(YAML::Load(TextOf(*p, Inside(*p, part / 1000.0)))));
+        RC_ASSERT(SetParameter(*p, YAML::Load(TextOf(*p, Inside(*p, part / 1000.0)))));
         auto fresh = ConfigurationFiles();
         try {
-          fresh[i].table.Parse(PrintParameters(files[i].table, again[i].table), "test.yaml");
+          ParseParameters(
+              PrintParameters(files[i].table, again[i].table), "test.yaml", fresh[i].table);
         } catch (const ConfigError&) {
-          RC_ASSERT(p->Set(YAML::Load(before)));
+          RC_ASSERT(SetParameter(*p, YAML::Load(before)));
         }
       }
     }
     const std::string printed = PrintParameters(files[i].table, again[i].table);
-    again[i].table.Parse(printed, "test.yaml");
+    ParseParameters(printed, "test.yaml", again[i].table);
     const auto given = AllOf(files[i]);
     const auto read = AllOf(again[i]);
     for (std::size_t k = 0; k < given.size(); ++k) RC_ASSERT(given[k]->Text() == read[k]->Text());
@@ -228,7 +230,7 @@ TEST(Configuration, NegativeZeroIsPrintedAsZero) {
   auto files = ConfigurationFiles();
   for (const Parameter* p : AllOf(files[0]))
     if (p->key() == "sonar_time_offset_s") {
-      ASSERT_TRUE(p->Set(YAML::Load("-0.0")));
+      ASSERT_TRUE(SetParameter(*p, YAML::Load("-0.0")));
       EXPECT_EQ(p->Text(), "0");
       return;
     }
@@ -279,7 +281,7 @@ TEST(Configuration, ShippedFilesAreWhatTheProgramsPrint) {
       continue;  // one of many, with what differs alone
     const fs::path path = ConfigFile(files[i].name);
     SCOPED_TRACE(path.string());
-    files[i].table.Load(path.string());
+    LoadParameters(path.string(), files[i].table);
     ExpectFile(path,
                HeadOf(ReadText(path)) + "\n" + PrintParameters(files[i].table, defaults[i].table));
   }

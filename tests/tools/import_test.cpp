@@ -14,6 +14,7 @@
 #include "drivers/socket/candump.hpp"
 #include "seastitch/imu_t.hpp"
 #include "seastitch/mbes_ping_t.hpp"
+#include "survey/errors.hpp"
 #include "tests/drivers/test_data.hpp"
 #include "tests/process/run_command.hpp"
 #include "tests/runtime/temporary_dir.hpp"
@@ -142,6 +143,17 @@ TEST(Import, DamageIsCountedAndSkipped) {
   EXPECT_GT(result.counters.at("kmall_file_damaged_bytes"), 0);
   EXPECT_EQ(result.counters.at("candump_malformed"), 1);
   EXPECT_EQ(result.channels.at("IMU"), 100);
+}
+
+// Nothing usable is no success, and leaves no log behind.
+TEST(Import, ALogWithoutAUsableLineIsRefused) {
+  const TemporaryDir dir;
+  for (const std::string text :
+       {"(what) can0 121#00\n", "  can0  110   [8]  00 00 00 00 50 B6 99 14\n"}) {
+    const ImportOptions options = Options(dir, {dir.Write("a.log", text)});
+    EXPECT_THROW(Import(options), DataError) << text;
+    EXPECT_FALSE(std::filesystem::exists(options.log));
+  }
 }
 
 TEST(Import, ARealFile) {

@@ -39,6 +39,20 @@ TEST(Info, AFolderOfNeitherMapNorDiveIsRefused) {
   EXPECT_EQ(std::count(result.output.begin(), result.output.end(), '\n'), 1) << result.output;
 }
 
+TEST(Info, SaysHowAReplayWouldUseSurveyFiles) {
+  const std::filesystem::path files = Shared("data/mbes");
+  if (!std::filesystem::exists(files)) GTEST_SKIP() << "no " << files;
+  const nlohmann::json json =
+      InfoOf((files / "em2040_OS01.kmall").string() + " " + (files / "r2sonic2026.xtf").string());
+  ASSERT_EQ(json["dives"].size(), 2u);
+  const auto& kongsberg = json["dives"][json["dives"][0]["sonar"] == "" ? 1 : 0];
+  EXPECT_EQ(kongsberg["sonar"], "EM 2042");
+  EXPECT_EQ(kongsberg["serial"], "5001");
+  EXPECT_EQ(kongsberg["problem"], "");
+  EXPECT_TRUE(kongsberg["raw_times_and_angles"]);
+  EXPECT_GT(kongsberg["depth_below_sonar_m"], 1.0);
+}
+
 // A log of the bench has its truth beside it, and is replaced; another file is not.
 TEST(Bench, OverwritesNothingThatItDidNotMake) {
   const TemporaryDir dir;

@@ -6,13 +6,14 @@
 #include <cstdint>
 #include <cstdio>
 #include <fstream>
-#include <iterator>
 #include <map>
+#include <optional>
 #include <set>
 #include <sstream>
 #include <stdexcept>
 
 #include "common/core/pose.hpp"
+#include "common/runtime/files/whole_file.hpp"
 
 namespace seastitch {
 namespace {
@@ -26,8 +27,9 @@ std::ifstream Open(const fs::path& file) {
 }
 
 std::string Bytes(const fs::path& file) {
-  std::ifstream in = Open(file);
-  return {std::istreambuf_iterator<char>(in), {}};
+  std::optional<std::string> bytes = ReadWholeFile(file);
+  if (!bytes) throw std::runtime_error(file.string() + ": cannot be opened");
+  return *std::move(bytes);
 }
 
 std::set<std::string> SubmapFiles(const fs::path& folder) {

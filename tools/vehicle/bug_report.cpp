@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "common/core/channel_names.hpp"
+#include "common/core/time.hpp"
 #include "common/runtime/files/dive_folder.hpp"
 #include "common/runtime/health.hpp"
 #include "common/runtime/process/process.hpp"
@@ -57,14 +58,6 @@ void Write(const fs::path& file, const std::string& text) {
   out << text;
   out.flush();
   if (!out) throw std::runtime_error(file.string() + ": cannot be written");
-}
-
-std::string TimeText() {
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  gmtime_r(&now, &utc);
-  char text[40];
-  return std::string(text, std::strftime(text, sizeof text, "%Y%m%dT%H%M%SZ", &utc));
 }
 
 // Each command with its output and, unless it is 0, its exit status. A program that names a fault,
@@ -189,7 +182,8 @@ Json PackDives(const fs::path& dives_dir, const fs::path& to) {
 }  // namespace
 
 int RunBugReport(const BugReportOptions& options) {
-  const std::string name = "seastitch-report-" + TimeText();
+  const std::string name =
+      "seastitch-report-" + UtcText(FromUtime(std::time(nullptr) * 1'000'000), "%Y%m%dT%H%M%SZ");
   const fs::path out = fs::absolute(options.out.empty() ? fs::path(name + ".tar.gz") : options.out);
   if (fs::exists(out)) throw std::runtime_error(out.string() + ": exists already");
   const Folder work;

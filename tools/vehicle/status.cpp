@@ -7,11 +7,11 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
-#include <ctime>
 #include <sstream>
 
 #include "common/convert/channels.hpp"
 #include "common/core/conditions.hpp"
+#include "common/core/time.hpp"
 #include "common/runtime/bus.hpp"
 #include "common/runtime/event_loop.hpp"
 #include "common/runtime/health.hpp"
@@ -28,14 +28,6 @@ std::string Padded(const std::string& text, std::size_t columns) {
   std::string cell = Cut(text, columns);
   cell.resize(std::max(cell.size(), columns), ' ');
   return cell;
-}
-
-std::string Utc(std::int64_t utime, const char* format) {
-  const std::time_t seconds = static_cast<std::time_t>(utime / 1'000'000);
-  std::tm utc{};
-  gmtime_r(&seconds, &utc);
-  char text[64];
-  return std::string(text, std::strftime(text, sizeof text, format, &utc));
 }
 
 std::string Span(double seconds) {
@@ -119,7 +111,7 @@ std::string DiveLine(const ProcessRoll& roll, double now_s, std::int64_t now_uti
     return "no dive is recorded: no logger";
   std::string line = "dive";
   if (const std::int64_t start = CounterOf(*logger, "dive_start_utime"); start > 0)
-    line += " since " + Utc(start, "%Y-%m-%d %H:%M:%S") + " (" +
+    line += " since " + UtcText(FromUtime(start), "%Y-%m-%d %H:%M:%S") + " (" +
             Span(1e-6 * static_cast<double>(now_utime - start)) + ")";
   if (const std::int64_t free_mb = CounterOf(*logger, "disk_free_mb"); free_mb >= 0) {
     char text[60];
@@ -179,7 +171,8 @@ std::vector<std::string> StatusLines(const ProcessRoll& roll,
                                      std::int64_t now_utime,
                                      std::size_t columns) {
   std::vector<std::string> lines{
-      Cut(Utc(now_utime, "%H:%M:%S UTC  ") + DiveLine(roll, now_s, now_utime), columns),
+      Cut(UtcText(FromUtime(now_utime), "%H:%M:%S UTC  ") + DiveLine(roll, now_s, now_utime),
+          columns),
       Row("process", "state", "drops", "messages a second", "", columns)};
   for (const std::string& process : roll.names())
     lines.push_back(RowOf(Printable(process), roll, now_s, columns));

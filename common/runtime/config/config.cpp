@@ -5,8 +5,10 @@
 #include <cstddef>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
+#include <optional>
+
+#include "common/runtime/config/nearest_name.hpp"
+#include "common/runtime/files/whole_file.hpp"
 
 namespace seastitch {
 namespace {
@@ -16,9 +18,9 @@ constexpr std::size_t kLongestQuote = 60;
 
 std::string ReadFile(const std::string& path) {
   if (std::filesystem::is_directory(path)) throw ConfigError(path + ": is a directory");
-  std::ifstream in(path, std::ios::binary);
-  if (!in) throw ConfigError(path + ": cannot be opened: " + std::strerror(errno));
-  return std::string(std::istreambuf_iterator<char>(in), {});
+  const std::optional<std::string> text = ReadWholeFile(path);
+  if (!text) throw ConfigError(path + ": cannot be opened: " + std::strerror(errno));
+  return *text;
 }
 
 YAML::Node ParseYaml(const std::string& text, const std::string& path) {
@@ -72,6 +74,7 @@ ConfigMap ConfigMap::Parse(const std::string& text, const std::string& name) {
 
 YAML::Node ConfigMap::Take(const std::string& key) {
   taken_.insert(key);
+  known_.push_back(key);
   return Get(key);
 }
 
@@ -97,8 +100,13 @@ std::vector<ConfigMap> ConfigMap::Children(const std::string& key) {
 }
 
 void ConfigMap::Finish() const {
-  for (const auto& entry : node_)
-    if (!taken_.contains(entry.first.Scalar())) Fail(entry.first.Scalar(), "unknown key");
+  for (const auto& entry : node_) {
+    const std::string& key = entry.first.Scalar();
+    if (taken_.contains(key)) continue;
+    constexpr std::size_t kShortest = 3;  // a shorter word is similar to any
+    const std::string nearest = key.size() < kShortest ? "" : NearestName(key, known_);
+    Fail(key, nearest.empty() ? "unknown key" : "unknown key; did you mean '" + nearest + "'?");
+  }
 }
 
 void ConfigMap::Fail(const std::string& key, const std::string& problem) const {

@@ -27,13 +27,16 @@ class ConfigMap {
   static ConfigMap Parse(const std::string& text, const std::string& name);
 
   bool Has(const std::string& key) const { return static_cast<bool>(Get(key)); }
+  // A key that may stand in the map: an error of an unknown one names the most similar of them.
+  void Know(const std::string& key) { known_.push_back(key); }
   // The value of a key, which then counts as read.
   YAML::Node Take(const std::string& key);
   // A nested map (empty where absent) and a list of maps.
   ConfigMap Child(const std::string& key);
   std::vector<ConfigMap> Children(const std::string& key);
 
-  // Throws ConfigError for the first key that was not read.
+  // Throws ConfigError for the first key that was not read: "FILE: PATH: unknown key; did you mean
+  // 'NAME'?".
   void Finish() const;
   // Throws ConfigError "FILE: PATH: problem".
   [[noreturn]] void Fail(const std::string& key, const std::string& problem) const;
@@ -53,6 +56,7 @@ class ConfigMap {
   std::string file_;
   std::string path_;
   std::set<std::string> taken_;
+  std::vector<std::string> known_;
 };
 
 }  // namespace seastitch

@@ -4,7 +4,7 @@
 #include <cctype>
 #include <sstream>
 
-#include "common/runtime/config/parameters.hpp"
+#include "common/runtime/config/parameter_file.hpp"
 
 namespace seastitch {
 namespace {

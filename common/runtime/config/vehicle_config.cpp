@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "common/core/pose.hpp"
+#include "common/runtime/config/parameter_file.hpp"
 
 namespace seastitch {
 namespace {
@@ -147,7 +148,7 @@ ParameterTable TableOf(VehicleFile* file) {
 
 VehicleGeometry LoadVehicle(const std::string& path) {
   VehicleFile file;
-  TableOf(&file).Load(path);
+  LoadParameters(path, TableOf(&file));
   VehicleGeometry vehicle;
   vehicle.datum_latitude_rad = Deg2Rad(file.datum_latitude_deg);
   vehicle.datum_longitude_rad = Deg2Rad(file.datum_longitude_deg);

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "common/core/vehicle.hpp"
-#include "common/runtime/config/parameters.hpp"
+#include "common/parameters/parameters.hpp"
 
 namespace seastitch {
 

@@ -12,13 +12,14 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <ctime>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <tuple>
 #include <utility>
 
+#include "common/core/time.hpp"
+#include "common/runtime/config/parameter_file.hpp"
 #include "common/runtime/files/durable_file.hpp"
 #include "common/runtime/health.hpp"
 
@@ -34,14 +35,6 @@ constexpr char kLogExtension[] = ".lcmlog";
 
 std::runtime_error FolderError(const fs::path& folder, const std::string& reason) {
   return std::runtime_error(folder.string() + ": " + reason);
-}
-
-std::string Utc(std::int64_t utime, const char* format) {
-  const std::time_t seconds = static_cast<std::time_t>(utime / 1'000'000);
-  std::tm utc{};
-  gmtime_r(&seconds, &utc);
-  char text[64];
-  return std::string(text, std::strftime(text, sizeof text, format, &utc));
 }
 
 std::string HostName() {
@@ -92,9 +85,9 @@ Json ToJson(const DiveRecord& record) {
   Json json{{"format", kFormat},
             {"number", record.number},
             {"host", record.host},
-            {"start", Utc(record.start_utime, "%Y-%m-%dT%H:%M:%SZ")},
+            {"start", UtcText(FromUtime(record.start_utime))},
             {"start_utime", record.start_utime},
-            {"last_sign_of_life", Utc(record.last_utime, "%Y-%m-%dT%H:%M:%SZ")},
+            {"last_sign_of_life", UtcText(FromUtime(record.last_utime))},
             {"last_sign_of_life_utime", record.last_utime},
             {"closed", record.closed}};
   for (const auto& [name, process] : record.processes)
@@ -167,7 +160,7 @@ bool GoesOn(const DiveRecord& record, double resume_within_s, std::int64_t now_u
 
 // Makes a folder with a name that is not taken.
 fs::path MakeDive(const fs::path& dives_dir, std::int64_t now_utime) {
-  const std::string name = Utc(now_utime, "DIVE_%Y%m%dT%H%M%SZ");
+  const std::string name = UtcText(FromUtime(now_utime), "DIVE_%Y%m%dT%H%M%SZ");
   fs::path dive = dives_dir / name;
   for (int n = 2; fs::exists(dive); ++n) dive = dives_dir / (name + "_" + std::to_string(n));
   MakeFolder(dive);

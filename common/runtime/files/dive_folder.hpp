@@ -10,7 +10,7 @@
 #include <thread>
 #include <vector>
 
-#include "common/runtime/config/parameters.hpp"
+#include "common/parameters/parameters.hpp"
 
 // The folder of a dive, which logger and mapper share:
 //

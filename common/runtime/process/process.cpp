@@ -11,6 +11,8 @@
 #include <exception>
 #include <memory>
 
+#include "common/runtime/config/parameter_file.hpp"
+
 namespace seastitch {
 namespace {
 

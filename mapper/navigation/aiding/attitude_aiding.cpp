@@ -31,11 +31,11 @@ using HeadingHypothesis = ErrorStateFilter::HeadingHypothesis;
 AttitudeAiding::AttitudeAiding(const NavigationParams& params,
                                const InertialHistory* history,
                                ErrorStateFilter* filter,
-                               Counters* counters)
+                               NavTally* tally)
     : params_(params),
       history_(history),
       filter_(filter),
-      counters_(counters),
+      tally_(tally),
       watch_(kIncrementGate * params.gate_sigma, kQuietS) {}
 
 void AttitudeAiding::Begin(Time t, const AttitudeEvent& attitude) {
@@ -190,7 +190,7 @@ void AttitudeAiding::UseCarried(Time t, const AttitudeEvent& attitude, bool comp
   refusals_.EndStreak();
   filter_->ReopenInertialBiases();
   filter_->ReopenAttitudeBias();
-  Count("attitude_reset");
+  tally_->CountReset("attitude");
   Take(t, attitude);
 }
 
@@ -248,7 +248,7 @@ bool AttitudeAiding::Step(Time t, const AttitudeEvent& attitude) {
   if (std::abs(seen_rad) < kMinStepRad || std::abs(step_rad) < std::max(kMinStepRad, gate_rad))
     return false;
   if (StepsBack(step_rad)) return true;
-  Count("heading_step");
+  tally_->CountHeadingStep();
   const bool announced = aligned_ && ToSeconds(t - *aligned_) < kAfterAlignmentS;
   const bool settles = announced || alignment_ == HeadingAlignment::kAligning ||
                        (alignment_ == HeadingAlignment::kUnknown &&

@@ -46,7 +46,7 @@ class AttitudeAiding {
   AttitudeAiding(const NavigationParams& params,
                  const InertialHistory* history,
                  ErrorStateFilter* filter,
-                 Counters* counters);
+                 NavTally* tally);
 
   // Call at the start of the filter, with its initial attitude.
   void Begin(Time t, const AttitudeEvent& attitude);
@@ -78,7 +78,7 @@ class AttitudeAiding {
   InertialRates Sound(Time t, const InertialRates& measured) const;
 
  private:
-  void Count(const std::string& name, std::int64_t n = 1) { (*counters_)[name] += n; }
+  void Count(const std::string& name, std::int64_t n = 1) { tally_->Count(name, n); }
   bool IsRepeated(const AttitudeEvent& attitude) const;  // to the last bit
   bool LooksFrozen(const AttitudeEvent& attitude);
   // The attitude, extrapolated by the gyros from its time of measurement (t minus the suspected
@@ -107,7 +107,7 @@ class AttitudeAiding {
   const NavigationParams params_;
   const InertialHistory* history_;
   ErrorStateFilter* filter_;
-  Counters* counters_;
+  NavTally* tally_;
   IncrementWatch watch_;
   RefusalRecord refusals_;
   Time begun_;

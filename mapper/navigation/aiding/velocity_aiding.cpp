@@ -40,13 +40,13 @@ VelocityAiding::VelocityAiding(const NavigationParams& params,
                                const Eigen::Vector3d& gravity_mps2,
                                const InertialHistory* history,
                                ErrorStateFilter* filter,
-                               Counters* counters)
+                               NavTally* tally)
     : params_(params),
       mounting_(mounting),
       gravity_mps2_(gravity_mps2),
       history_(history),
       filter_(filter),
-      counters_(counters),
+      tally_(tally),
       watch_(kIncrementGate * params.gate_sigma, kQuietS) {}
 
 void VelocityAiding::Interrupt() {
@@ -201,7 +201,7 @@ void VelocityAiding::Weigh(Time t, const DvlEvent& dvl) {
   if (awaits_step_back || refusals_.StreakS() < (is_sound_ ? params_.gate_reset_s : kUnsoundResetS))
     return;
   refusals_.EndStreak();
-  Count("dvl_reset");
+  tally_->CountReset("dvl");
   filter_->ReopenInertialBiases();
   Take(t, dvl);
 }
@@ -281,7 +281,7 @@ bool VelocityAiding::RefusesStep(Time t, const DvlEvent& dvl) {
     if (stepped_s < params_.dvl_step_s || (KnowsStep() && stepped_s < kLongestStepS)) return true;
     followed_since_ = t;
     off_by_step_m_.setZero();
-    Count("dvl_reset");
+    tally_->CountReset("dvl");
     Follow(t, dvl);
     return false;
   }

@@ -41,7 +41,7 @@ class VelocityAiding {
                  const Eigen::Vector3d& gravity_mps2,
                  const InertialHistory* history,
                  ErrorStateFilter* filter,
-                 Counters* counters);
+                 NavTally* tally);
 
   // Call once if the filter's initial velocity is an ensemble's; t: time of the ensemble.
   void Begin(Time t) { used_ = t; }
@@ -71,7 +71,7 @@ class VelocityAiding {
 
  private:
   static constexpr double kDoubtS = 5.0;
-  void Count(const std::string& name, std::int64_t n = 1) { (*counters_)[name] += n; }
+  void Count(const std::string& name, std::int64_t n = 1) { tally_->Count(name, n); }
   // Velocity of the inertial unit over ground, map axes.
   Eigen::Vector3d ImuVelocity(const DvlEvent& dvl, const Eigen::Vector3d& rate_radps) const;
   // Gravity in the history's axes: those of the inertial unit when the InertialHistory began.
@@ -112,7 +112,7 @@ class VelocityAiding {
   const Eigen::Vector3d gravity_mps2_;
   const InertialHistory* history_;
   ErrorStateFilter* filter_;
-  Counters* counters_;
+  NavTally* tally_;
   IncrementWatch watch_;
   RefusalRecord refusals_;
   StampOffset stamps_;

@@ -20,7 +20,6 @@ constexpr std::size_t kMostEarlyFixes = 1000;
 // Longest time by which a fix may be ahead of the INS [s].
 constexpr double kMaxAheadS = 5.0;
 constexpr char kOfIns[] = "ins";  // source of the fixes that the INS used
-constexpr double kMaxFromDatumM = 200'000.0;
 // State kept over a restart: everything of the last kRememberedS; before that, one position per
 // kWayStepS.
 constexpr double kRememberedS = 3.0;
@@ -110,7 +109,7 @@ void GivenNavigation::Add(const DepthSample& sample) {
 // Position fixes of other sensors go to the graph: the INS uses fixes by itself.
 void GivenNavigation::Add(const PositionFix& fix) {
   const Eigen::Vector2d north_east = map_frame_.NorthEastOf(fix.latitude_rad, fix.longitude_rad);
-  if (!(north_east.norm() < kMaxFromDatumM)) return Count("fix_far_from_datum");
+  if (!(north_east.norm() < kLargestMapM)) return Count("fix_far_from_datum");
   AddFix(fix.time,
          {north_east, fix.covariance_north_east_m2, fix.source, vehicle_.FixPointOf(fix.source)});
   KeepFixes();
@@ -138,7 +137,7 @@ void GivenNavigation::KeepFix(Time t, const FixEvent& fix) {
   const std::optional<NavState> then = StateAt(t);
   if (!then) {
     const bool late = ToSeconds(*latest() - t) > navigation_.window_s;
-    return Count(late ? "fix_late" : "fix_without_pose");
+    return late ? tally_.CountLate("fix") : Count("fix_without_pose");
   }
   const Eigen::Isometry3d& T_map_vehicle = then->T_map_vehicle;
   fixes_.Keep(t, fix.OfVehicle(T_map_vehicle.linear()), T_map_vehicle.translation().head<2>());
@@ -146,7 +145,7 @@ void GivenNavigation::KeepFix(Time t, const FixEvent& fix) {
 
 void GivenNavigation::AddAttitude(const NavigationSample& sample) {
   if (!attitudes_.empty() && sample.time <= attitudes_.back().time)
-    return Count("ins_attitude_late");
+    return tally_.CountLate("ins_attitude");
   const Attitude& attitude = *sample.attitude;
   const Eigen::Quaterniond q_vehicle_ins(vehicle_.T_vehicle_imu.linear());
   attitudes_.push_back({sample.time,
@@ -155,16 +154,16 @@ void GivenNavigation::AddAttitude(const NavigationSample& sample) {
 }
 
 void GivenNavigation::AddDepth(Time t, double depth_m, const Eigen::Vector3d& p_vehicle_sensor_m) {
-  if (!depths_.empty() && t <= depths_.back().time) return Count("ins_depth_late");
+  if (!depths_.empty() && t <= depths_.back().time) return tally_.CountLate("ins_depth");
   depths_.push_back({t, depth_m, p_vehicle_sensor_m});
 }
 
 void GivenNavigation::AddPosition(const NavigationSample& sample) {
-  if (last_position_ && sample.time <= *last_position_) return Count("ins_position_late");
+  if (last_position_ && sample.time <= *last_position_) return tally_.CountLate("ins_position");
   last_position_ = sample.time;
   const Eigen::Vector2d north_east =
       map_frame_.NorthEastOf(sample.position->latitude_rad, sample.position->longitude_rad);
-  if (!(north_east.norm() < kMaxFromDatumM)) return Count("ins_position_far_from_datum");
+  if (!(north_east.norm() < kLargestMapM)) return tally_.CountTooFar();
   JumpFinder::Position position;
   position.time = sample.time;
   position.given_m = north_east;
@@ -206,7 +205,7 @@ void GivenNavigation::Proceed(bool finish) {
   }
   const Time now = positions_.empty() ? attitudes_.back().time : positions_.front().time;
   for (const auto& steady : finish ? jumps_.Finish() : jumps_.Take(now)) AddPlace(steady);
-  counters_["ins_position_spikes"] = jumps_.spikes();
+  tally_.Set("ins_position_spikes", jumps_.spikes());
   KeepFixes();
   Trim();
 }
@@ -233,7 +232,7 @@ void GivenNavigation::AddPlace(const JumpFinder::Steady& steady) {
   const double renewed_m = 2.0 * place.sigma_m * place.sigma_m / std::max(walk * walk, 1e-9);
   const bool known_anew =
       params_.uses_position_fixes && place.travelled_m - travelled_at_fix_m_ > renewed_m;
-  if (steady.jumped) Count("ins_position_jumps");
+  if (steady.jumped) tally_.CountJump();
   if (steady.jumped || known_anew) GiveFix(steady);
 }
 

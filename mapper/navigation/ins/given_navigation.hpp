@@ -17,6 +17,7 @@
 #include "common/core/time.hpp"
 #include "common/core/vehicle.hpp"
 #include "common/geo/map_frame.hpp"
+#include "common/parameters/parameters.hpp"
 #include "mapper/navigation/fix_keeper.hpp"
 #include "mapper/navigation/ins/jump_finder.hpp"
 #include "mapper/navigation/nav_events.hpp"
@@ -41,6 +42,8 @@ struct GivenNavigationParams {
   // True: the track follows the INS's velocity, and its position counts only where it jumps.
   bool follow_velocity = false;
 };
+// Declares the section `given_navigation` of config/mapper.yaml.
+void DeclareGivenNavigation(GivenNavigationParams* params, ParameterTable* table);
 
 // Navigation that an INS (or a file) has computed: its poses, interpolated between samples.
 // Position, attitude and depth may be in separate samples, each with its own rate; depth is from
@@ -93,7 +96,7 @@ class GivenNavigation : public Navigation {
   // An INS monitors its own sensors.
   NavSensorHealth health(NavSensor) const override { return {}; }
   std::vector<SuspectedOffset> suspected_offsets() const override { return {}; }
-  const std::map<std::string, std::int64_t>& counters() const override { return counters_; }
+  const NavTally& tally() const override { return tally_; }
 
  private:
   void AddFix(Time t, FixEvent fix);
@@ -141,7 +144,7 @@ class GivenNavigation : public Navigation {
     double Covariance(Time s, Time t) const;
   };
 
-  void Count(const std::string& name, std::int64_t n = 1) { counters_[name] += n; }
+  void Count(const std::string& name, std::int64_t n = 1) { tally_.Count(name, n); }
   void AddAttitude(const NavigationSample& sample);
   void AddDepth(Time t, double depth_m, const Eigen::Vector3d& p_vehicle_sensor_m);
   void AddPosition(const NavigationSample& sample);
@@ -165,7 +168,7 @@ class GivenNavigation : public Navigation {
                       Of<Archive, std::deque<Place>>& places) {
     archive(attitudes, depths, places);
   }
-  // Not saved: params_, navigation_, vehicle_ and to_map_, which are configured; counters_, which
+  // Not saved: params_, navigation_, vehicle_ and to_map_, which are configured; tally_, which
   // are of one process; attitudes_, depths_ and places_, of which History() has a part; finished_,
   // which a restart is not; ins_depth_at_, which the next depth sets.
   template <class Archive, class Self>
@@ -179,7 +182,7 @@ class GivenNavigation : public Navigation {
   const NavigationParams navigation_;
   const VehicleGeometry vehicle_;
   const MapFrame map_frame_;
-  std::map<std::string, std::int64_t> counters_;
+  NavTally tally_;
 
   std::deque<AttitudeRecord> attitudes_;
   std::deque<DepthRecord> depths_;
@@ -190,7 +193,7 @@ class GivenNavigation : public Navigation {
   std::optional<Place> first_;
   double travelled_at_fix_m_ = 0.0;            // travelled_m at the last fix for the graph
   std::deque<Stamped<FixEvent>> early_fixes_;  // of no known pose yet, in order of time
-  FixKeeper fixes_{navigation_, &counters_};
+  FixKeeper fixes_{navigation_, &tally_};
   bool ins_gives_depth_ = false;
   std::optional<Time> ins_depth_at_;  // the last; not saved
   bool finished_ = false;

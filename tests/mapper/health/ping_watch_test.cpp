@@ -95,8 +95,11 @@ TEST_F(Pings, OfASonarThatIsLaterThanTheOtherAreNamedSoon) {
 
 TEST(PingWatch, AFewAreNoFault) {
   PingWatch watch;
-  for (int s = 0; s < 200; ++s)
-    watch.Look(FromUtime(1'000'000 * s), 40 * s, {{"pings_out_of_order", s / 10}});
+  PingTally lost;
+  for (int s = 0; s < 200; ++s) {
+    if (s % 10 == 0) lost.Add(PingLoss::kOutOfOrder);
+    watch.Look(FromUtime(1'000'000 * s), 40 * s, lost);
+  }
   EXPECT_TRUE(watch.conditions().empty()) << "one in 400";
 }
 

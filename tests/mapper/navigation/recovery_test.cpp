@@ -440,7 +440,7 @@ TEST(Recovery, ParametersThatNoFilterCanWorkWithAreNamed) {
     const DeadReckoning navigation(params, TestVehicle());
     FAIL();
   } catch (const std::invalid_argument& e) {
-    EXPECT_STREQ(e.what(), "NavigationParams::dvl_scale.sigma = nan, must be above 0");
+    EXPECT_STREQ(e.what(), "navigation.dvl_scale = nan, must be above 0");
   }
 }
 

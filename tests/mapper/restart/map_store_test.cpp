@@ -222,6 +222,22 @@ TEST_F(MapStore, WritesLaterWhatTheDiskDidNotTake) {
   EXPECT_EQ(found.saved->checkpoint.number, 25);
 }
 
+// Somebody deletes the dive, or another disk is mounted over it: writing to the open file would
+// succeed, and nothing would be there after a restart.
+TEST_F(MapStore, NoticesThatItsFolderIsGone) {
+  const std::vector<JournalEntry> entries = Entries(2);
+  MapJournal journal(Find(), kConfiguration, 100);
+  EXPECT_TRUE(journal.Append(FromUtime(1), Encode(entries[0])));
+  EXPECT_TRUE(journal.WriteCheckpoint(FromUtime(1), Encode(CheckpointOf(99, 9))));
+  EXPECT_FALSE(journal.is_gone());
+  fs::rename(map_, dir_ / "elsewhere");
+  fs::create_directory(map_);
+  EXPECT_FALSE(journal.WriteCheckpoint(FromUtime(2), Encode(CheckpointOf(100, 9))));
+  EXPECT_TRUE(journal.is_gone());
+  EXPECT_FALSE(journal.Append(FromUtime(2), Encode(entries[1])));
+  EXPECT_TRUE(fs::is_empty(map_)) << "no half of a journal";
+}
+
 TEST_F(MapStore, EndsTheJournalWhereTooMuchWaits) {
   MapJournal journal(Find(), kConfiguration, 0);
   EXPECT_FALSE(journal.Append(FromUtime(1), Encode(Entries(1)[0])));

@@ -15,10 +15,9 @@
 #include <variant>
 #include <vector>
 
-#include "common/runtime/config/config.hpp"
-
-// Declarations of configuration parameters, one per parameter. Reading, checking, --print-config,
-// docs/configuration.md and the shipped YAML files are all made from it.
+// Declarations of parameters, one per parameter: its key, unit, range and meaning. Reading,
+// checking, --print-config, docs/configuration.md and the shipped YAML files are all made from it
+// (common/runtime/config/parameter_file.hpp). Pure.
 //
 //   ParameterTable TableOf(FilterParams* p) {
 //     ParameterTable table;
@@ -27,7 +26,8 @@
 //     return table;
 //   }
 //   FilterParams p;                      // what the file leaves out keeps the struct's default
-//   TableOf(&p).Load("filter.yaml");     // throws ConfigError, one line
+//   LoadParameters("filter.yaml", TableOf(&p));    // throws ConfigError, one line
+//   TableOf(&p).Check();                 // values that were set in code
 namespace seastitch {
 
 // Unit of the value in the file. The key ends with the unit's suffix; a test checks that.
@@ -119,8 +119,8 @@ class Parameter {
   // The value as YAML; it reads as the same value again. IsUnset(): there is nothing to write.
   std::string Text() const;
   bool IsUnset() const;
-  // Sets the value. False, without any change, where it is not usable.
-  bool Set(const YAML::Node& node) const;
+  // True if a number, or each of several, is finite and within its range. Others always are.
+  bool IsInRange() const;
 
  private:
   std::string key_;
@@ -206,13 +206,9 @@ class ParameterTable {
   // By its path from here, such as "submap.turn_deg". It must be there.
   const Parameter& Find(const std::string& path) const;
 
-  // Reads a whole file. Throws ConfigError for the first key that is unknown, doubled, missing or
-  // not as expected.
-  void Load(const std::string& path);
-  // The same for a text; errors have `name` as the file's name.
-  void Parse(const std::string& text, const std::string& name);
-  // Reads these keys of a file and leaves the others alone: for a key that chooses among tables.
-  void Peek(const std::string& path);
+  // Checks values that were set in code. Throws std::invalid_argument for the first one that is out
+  // of its range or breaks a rule: "submap.turn_deg = -1, must be above 0".
+  void Check() const;
 
   struct List {
     std::string key;
@@ -230,23 +226,23 @@ class ParameterTable {
   const std::deque<ParameterTable>& sections() const { return sections_; }
   const std::vector<List>& lists() const { return lists_; }
 
- private:
   struct Rule {
-    std::string path;
+    std::string path;  // of the parameter that is wrong where it is broken
     std::function<std::string()> value;
     std::string expected;
     std::function<bool()> holds;
   };
+  const std::vector<Rule>& rules() const { return rules_; }
+  using KeyAndText = std::pair<std::string, std::string>;
+  const std::vector<KeyAndText>& removed() const { return removed_; }  // key, instead
+  const std::vector<KeyAndText>& ignored() const { return ignored_; }  // key, why
 
+ private:
   Parameter& Insert(std::string_view key,
                     Parameter::Value value,
                     Unit unit,
                     Range range,
                     std::string_view sentence);
-  void ReadParameters(ConfigMap* map) const;
-  void ReadSome(ConfigMap* map) const;
-  void ReadAll(ConfigMap* map) const;
-  void CheckRules(const ConfigMap& map) const;
 
   std::string key_;
   std::string path_;  // ends with a dot unless empty
@@ -255,21 +251,8 @@ class ParameterTable {
   std::deque<ParameterTable> sections_;
   std::vector<List> lists_;
   std::vector<Rule> rules_;
-  std::vector<std::pair<std::string, std::string>> removed_;  // key, instead
-  std::vector<std::pair<std::string, std::string>> ignored_;  // key, why
+  std::vector<KeyAndText> removed_;
+  std::vector<KeyAndText> ignored_;
 };
-
-// The configuration as YAML with a comment above each key, data sheet first; it loads as the same
-// configuration again. `defaults`: the table of a configuration as nobody changed it.
-std::string PrintParameters(const ParameterTable& values, const ParameterTable& defaults);
-
-// Of a configuration for which `ParameterTable TableOf(Config*)` is declared.
-template <class Config>
-std::string PrintWithDefaults(Config values, Config defaults) {
-  return PrintParameters(TableOf(&values), TableOf(&defaults));
-}
-
-// The same as a section of docs/configuration.md.
-std::string ReferenceOf(const ParameterTable& defaults);
 
 }  // namespace seastitch

@@ -1,24 +1,14 @@
-// The key navigation_source and the section `given_navigation` of config/mapper.yaml.
+// The section `given_navigation` of config/mapper.yaml.
 
-#include "mapper/mapper_config.hpp"
+#include "mapper/navigation/ins/given_navigation.hpp"
 
 namespace seastitch {
 
-void DeclareGivenNavigation(MapperParams* params, ParameterTable* table) {
+void DeclareGivenNavigation(GivenNavigationParams* p, ParameterTable* table) {
   using enum Unit;
-  table
-      ->AddChoice<NavigationSource>(
-          "navigation_source",
-          &params->navigation_source,
-          {{"dead_reckoning", NavigationSource::kDeadReckoning},
-           {"given", NavigationSource::kGiven}},
-          "dead_reckoning: poses are computed here from IMU, DVL and DEPTH. given: poses are taken "
-          "from channel INS, computed by an inertial navigation system or read from survey files.")
-      .DataSheet();
   ParameterTable& section = table->AddSection("given_navigation",
                                               "Errors of the poses on channel INS (the system's "
                                               "data sheet), where navigation_source is given.");
-  GivenNavigationParams* const p = &params->given_navigation;
   section
       .Add("heading_sigma_deg",
            &p->heading_rad,

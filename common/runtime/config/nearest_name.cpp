@@ -1,6 +1,7 @@
-#include "tools/help.hpp"
+#include "common/runtime/config/nearest_name.hpp"
 
 #include <algorithm>
+#include <cstddef>
 #include <numeric>
 
 namespace seastitch {

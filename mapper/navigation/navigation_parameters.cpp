@@ -1,7 +1,7 @@
 // The section `navigation` of config/mapper.yaml.
 
 #include "common/core/sound_speed.hpp"
-#include "mapper/mapper_config.hpp"
+#include "mapper/navigation/navigation_params.hpp"
 
 namespace seastitch {
 namespace {
@@ -440,6 +440,13 @@ void DeclareNavigation(NavigationParams* params, ParameterTable* table) {
   DeclareStart(params, &section);
   DeclareTime(params, &section);
   DeclareHistory(params, &section);
+}
+
+void CheckParams(const NavigationParams& params) {
+  NavigationParams copy = params;
+  ParameterTable table;
+  DeclareNavigation(&copy, &table);
+  table.Check();
 }
 
 }  // namespace seastitch

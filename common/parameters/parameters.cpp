@@ -1,6 +1,4 @@
-#include "common/runtime/config/parameters.hpp"
-
-#include <spdlog/spdlog.h>
+#include "common/parameters/parameters.hpp"
 
 #include <algorithm>
 #include <array>
@@ -92,48 +90,17 @@ std::string TextOf(const std::string& value) {
   if (starts_plain && std::all_of(value.begin(), value.end(), is_plain) && value != "null" &&
       value != "Null" && value != "NULL")
     return value;
-  YAML::Emitter out;
-  out << YAML::DoubleQuoted << value;
-  return out.c_str();
-}
-
-template <class T>
-std::optional<T> Scalar(const YAML::Node& node) {
-  try {
-    if (node.IsScalar()) return node.as<T>();
-  } catch (const YAML::Exception&) {
-    // Not a number: the caller's message states what was expected.
+  std::string quoted = "\"";
+  for (const char c : value) {
+    const auto code = static_cast<unsigned char>(c);
+    char escape[8];
+    std::snprintf(escape, sizeof escape, "\\x%02X", code);
+    if (c == '"' || c == '\\')
+      quoted += {'\\', c};
+    else
+      quoted += code < 0x20 || code == 0x7f ? std::string(escape) : std::string{c};
   }
-  return std::nullopt;
-}
-
-// YAML accepts .nan and .inf as numbers; a configuration does not.
-std::optional<double> NumberIn(const YAML::Node& node, Unit unit, const Range& range) {
-  const auto number = Scalar<double>(node);
-  if (!number || !std::isfinite(*number) || !range.Contains(*number)) return std::nullopt;
-  return unit == Unit::kDegreeFromRadian ? Deg2Rad(*number) : *number;
-}
-
-std::optional<std::vector<double>> NumbersIn(const YAML::Node& node,
-                                             Unit unit,
-                                             const Range& range) {
-  if (!node.IsSequence()) return std::nullopt;
-  std::vector<double> numbers;
-  for (const YAML::Node& element : node) {
-    const auto number = NumberIn(element, unit, range);
-    if (!number) return std::nullopt;
-    numbers.push_back(*number);
-  }
-  return numbers;
-}
-
-bool Assign(const YAML::Node& node, const Choice& choice) {
-  const auto name = Scalar<std::string>(node);
-  const auto found =
-      name ? std::find(choice.names.begin(), choice.names.end(), *name) : choice.names.end();
-  if (found == choice.names.end()) return false;
-  choice.set(static_cast<std::size_t>(found - choice.names.begin()));
-  return true;
+  return quoted + "\"";
 }
 
 std::string AnyOf(const std::vector<std::string>& names) {
@@ -268,37 +235,24 @@ bool Parameter::IsUnset() const {
   return false;
 }
 
-bool Parameter::Set(const YAML::Node& node) const {
+bool Parameter::IsInRange() const {
+  const auto is_in = [this](double value) {
+    const double in_file = unit_ == Unit::kDegreeFromRadian ? Rad2Deg(value) : value;
+    return std::isfinite(value) && range_.Contains(in_file);
+  };
   return std::visit(
-      [this, &node](const auto& value) -> bool {
+      [&](const auto& value) -> bool {
         using T = std::remove_cvref_t<decltype(value)>;
-        if constexpr (std::is_same_v<T, Choice>) {
-          return Assign(node, value);
-        } else if constexpr (std::is_same_v<T, std::span<double>>) {
-          const auto numbers = NumbersIn(node, unit_, range_);
-          if (!numbers || numbers->size() != value.size()) return false;
-          std::copy(numbers->begin(), numbers->end(), value.begin());
+        if constexpr (std::is_same_v<T, std::span<double>>)
+          return std::all_of(value.begin(), value.end(), is_in);
+        else if constexpr (std::is_same_v<T, std::vector<double>*>)
+          return std::all_of(value->begin(), value->end(), is_in);
+        else if constexpr (!std::is_same_v<T, Choice> && std::is_pointer_v<T> &&
+                           std::is_arithmetic_v<std::remove_pointer_t<T>> &&
+                           !std::is_same_v<T, bool*>)
+          return is_in(static_cast<double>(*value));
+        else
           return true;
-        } else if constexpr (std::is_same_v<T, std::vector<double>*>) {
-          auto numbers = NumbersIn(node, unit_, range_);
-          if (numbers) *value = std::move(*numbers);
-          return numbers.has_value();
-        } else if constexpr (std::is_same_v<T, double*>) {
-          const auto number = NumberIn(node, unit_, range_);
-          if (number) *value = *number;
-          return number.has_value();
-        } else if constexpr (std::is_same_v<T, std::filesystem::path*>) {
-          const auto text = Scalar<std::string>(node);
-          if (text) *value = *text;
-          return text.has_value();
-        } else {
-          const auto scalar = Scalar<std::remove_pointer_t<T>>(node);
-          if (!scalar) return false;
-          if constexpr (std::is_arithmetic_v<std::remove_pointer_t<T>>)
-            if (!range_.Contains(static_cast<double>(*scalar))) return false;
-          *value = *scalar;
-          return true;
-        }
       },
       value_);
 }
@@ -385,74 +339,20 @@ ParameterTable ParameterTable::List::Element(std::size_t i) const {
   return table;
 }
 
-void ParameterTable::Load(const std::string& path) {
-  ConfigMap root = ConfigMap::Load(path);
-  ReadAll(&root);
-}
-
-void ParameterTable::Parse(const std::string& text, const std::string& name) {
-  ConfigMap root = ConfigMap::Parse(text, name);
-  ReadAll(&root);
-}
-
-void ParameterTable::Peek(const std::string& path) {
-  ConfigMap root = ConfigMap::Load(path);
-  ReadSome(&root);
-}
-
-void ParameterTable::ReadSome(ConfigMap* map) const {
-  ReadParameters(map);
-  for (const ParameterTable& section : sections_) {
-    ConfigMap child = map->Child(section.key_);
-    section.ReadSome(&child);
-  }
-}
-
-void ParameterTable::ReadParameters(ConfigMap* map) const {
-  for (const auto& [key, instead] : removed_)
-    if (map->Has(key)) map->Fail(key, "was removed, " + instead);
-  for (const auto& [key, why] : ignored_) {
-    if (!map->Has(key)) continue;
-    map->Take(key);
-    spdlog::warn("{}: {}{} is ignored: {}", map->file(), path_, key, why);
-  }
-  for (const Parameter& parameter : parameters_) {
-    std::string key = parameter.key();
-    for (const std::string& old_key : parameter.old_keys()) {
-      if (!map->Has(old_key)) continue;
-      if (map->Has(key)) map->Fail(old_key, "is the earlier name of " + key + ", which stands too");
-      spdlog::warn("{}: {} is now called {}", map->file(), old_key, parameter.path());
-      key = old_key;
+void ParameterTable::Check() const {
+  const auto fail = [](const std::string& path, const std::string& value, const std::string& why) {
+    throw std::invalid_argument(path + " = " + value + ", must be " + why);
+  };
+  for (const Parameter& parameter : parameters_)
+    if (!parameter.IsInRange()) {
+      const std::string range = parameter.range().Text();
+      fail(parameter.path(), parameter.Text(), range.empty() ? "finite" : range);
     }
-    if (!map->Has(key)) {
-      if (parameter.required()) map->Fail(key, "missing, expected " + parameter.Expected());
-      continue;
-    }
-    const YAML::Node node = map->Take(key);
-    if (!parameter.Set(node)) map->FailNotA(key, node, parameter.Expected());
-    if (parameter.required() && parameter.IsUnset()) map->FailNotA(key, node, "a text");
-  }
-}
-
-void ParameterTable::ReadAll(ConfigMap* map) const {
-  ReadParameters(map);
-  for (const ParameterTable& section : sections_) {
-    ConfigMap child = map->Child(section.key_);
-    section.ReadAll(&child);
-  }
-  for (const List& list : lists_) {
-    std::vector<ConfigMap> children = map->Children(list.key);
-    list.resize(children.size());
-    for (std::size_t i = 0; i < children.size(); ++i) list.Element(i).ReadAll(&children[i]);
-  }
-  map->Finish();
-  CheckRules(*map);
-}
-
-void ParameterTable::CheckRules(const ConfigMap& map) const {
+  for (const ParameterTable& section : sections_) section.Check();
+  for (const List& list : lists_)
+    for (std::size_t i = 0; i < list.size(); ++i) list.Element(i).Check();
   for (const Rule& rule : rules_)
-    if (!rule.holds())
-      map.Fail(rule.path.substr(path_.size()), "'" + rule.value() + "' is not " + rule.expected);
+    if (!rule.holds()) fail(rule.path, rule.value(), rule.expected);
 }
 
 }  // namespace seastitch

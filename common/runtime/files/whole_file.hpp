@@ -1,0 +1,12 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+namespace seastitch {
+
+// The bytes of a file. std::nullopt where it cannot be read: missing, a folder, without permission.
+std::optional<std::string> ReadWholeFile(const std::filesystem::path& path);
+
+}  // namespace seastitch

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace seastitch {
+
+enum class WarningCode : std::uint8_t {
+  kPingsLost,            // more than 1 % of the pings are not in the map
+  kNoSoundSpeedProfile,  // rays are straight
+  kNoWaterLevel,         // of the table or heights that were configured, at the end
+  kSonarsOwnSoundings,   // used in place of travel times and angles
+  kDepthOfPings,         // used in place of heave or navigation
+  kSoundingsNotUsed,     // of a file, since others have raw times and angles
+  kFileWithoutRecords,
+  kOtherInstallation,  // of a file, not used
+  kUnitAssumed,        // of depths
+};
+
+// Key for programs; never renamed.
+constexpr const char* NameOf(WarningCode code) {
+  switch (code) {
+    case WarningCode::kPingsLost: return "pings_lost";
+    case WarningCode::kNoSoundSpeedProfile: return "no_sound_speed_profile";
+    case WarningCode::kNoWaterLevel: return "no_water_level";
+    case WarningCode::kSonarsOwnSoundings: return "sonars_own_soundings";
+    case WarningCode::kDepthOfPings: return "depth_of_pings";
+    case WarningCode::kSoundingsNotUsed: return "soundings_not_used";
+    case WarningCode::kFileWithoutRecords: return "file_without_records";
+    case WarningCode::kOtherInstallation: return "other_installation";
+    case WarningCode::kUnitAssumed: return "unit_assumed";
+  }
+  return "";
+}
+
+// What changes depths or loses data in a map of files: the cause, and a remedy where there is one.
+struct MapWarning {
+  WarningCode code;
+  std::string text;  // one line without a full stop
+};
+
+}  // namespace seastitch
