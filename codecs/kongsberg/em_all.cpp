@@ -209,7 +209,9 @@ std::vector<Eigen::Vector3d> ReceiveCentres(int model) {
 
 // Number of the transducer configuration ("S0" to "S3" below); files before 2013 do not state it.
 int TransducerConfiguration(const Values& values, int model) {
-  if (values.contains("STC")) return static_cast<int>(NumberOr0(values, "STC"));
+  constexpr double kMost = 100.0;
+  if (values.contains("STC"))
+    return static_cast<int>(std::clamp(NumberOr0(values, "STC"), -1.0, kMost));
   if (model != kEm2040C && model != kEm3020) return 0;
   return values.contains("S2X") ? 2 : 1;
 }
