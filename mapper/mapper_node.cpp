@@ -503,8 +503,8 @@ void MapperNode::AddFaults(std::vector<Condition>* faults) const {
   if (store_fails_ || journal_fails_ || entries_dropped_ > 0)
     faults->push_back(
         {&conditions::kStoreNotWriting,
-         journal_is_gone_ ? "the map's folder was deleted, or another disk hides it: a restart "
-                            "begins a new map"
+         journal_is_gone_ ? "the map's folder was deleted, or another disk hides it: unless it "
+                            "comes back, a restart begins a new map"
          : entries_dropped_ == 0 ? ""
                                  : "the journal has ended, and a restart loses what came since"});
   const std::string lost = store_counters_.PointsLost(not_stored_);

@@ -164,7 +164,9 @@ Kind KindOf(const fs::path& path) {
     throw std::runtime_error(path.string() + ": not a file that can be read");
   if (head[4] == '#') return Kind::kKmall;
   if (std::string_view(head.data(), head.size()).find_first_of('(') == 0) return Kind::kCandump;
-  if (std::string_view(head.data(), head.size()).find("  [") != std::string_view::npos)
+  const std::string_view text(head.data(), head.size());
+  const std::size_t length = text.find("  [");  // "  can0  110   [8]  00 00 ..."
+  if (text.starts_with(' ') && length != std::string_view::npos && text.find("]  ", length) < 64)
     throw DataError(path.string() + ": a candump log without times; record it with candump -l");
   if (SurveyFiles::IsSurveyFile(path))
     throw UsageError("import: " + path.string() +

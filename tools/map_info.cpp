@@ -226,7 +226,9 @@ void PrintSurvey(const std::vector<std::filesystem::path>& inputs, bool json) {
     else
       Print(dive);
   }
-  if (json) std::printf("%s\n", Json{{"dives", list}}.dump(2).c_str());
+  if (json)
+    std::printf("%s\n",
+                Json{{"dives", list}}.dump(2, ' ', false, Json::error_handler_t::replace).c_str());
   if (std::all_of(dives.begin(), dives.end(), [](const auto& d) { return !d.problem.empty(); }))
     throw DataError("info: nothing in these files can be mapped");
 }

@@ -85,12 +85,15 @@ bool ReadTimeText(const std::string& quantity, std::string_view text, TextNumber
 std::optional<double> ParseAngle(std::string_view text, std::string_view hemispheres) {
   if (const auto number = ParseNumber(text)) return number;
   const auto upper = [](char c) { return static_cast<char>(c & ~0x20); };
+  // In 33d30m36s the last letter is that of the seconds.
+  const bool has_marks = text.find_first_of("dm") != std::string_view::npos;
   double sign = 1.0;
   bool has_letter = false;
   for (const bool at_end : {true, false}) {
     if (text.empty() || has_letter) break;
     const char c = upper(at_end ? text.back() : text.front());
     if (hemispheres.find(c) == std::string_view::npos) continue;
+    if (at_end && has_marks && text.back() == 's') continue;
     has_letter = true;
     sign = c == 'S' || c == 'W' ? -1.0 : 1.0;
     at_end ? text.remove_suffix(1) : text.remove_prefix(1);
@@ -117,13 +120,17 @@ std::optional<double> ParseAngle(std::string_view text, std::string_view hemisph
   return sign * degrees;
 }
 
-std::optional<double> ReadNumber(const TextColumn& column, std::string_view text, char delimiter) {
+std::string WithPoint(std::string_view text, char delimiter) {
   std::string with_point(text);
   if (delimiter != ',' && text.find('.') == std::string_view::npos)
     std::replace(with_point.begin(), with_point.end(), ',', '.');
-  if (column.quantity == "latitude") return ParseAngle(with_point, "NS");
-  if (column.quantity == "longitude") return ParseAngle(with_point, "EW");
-  return ParseNumber(with_point);
+  return with_point;
+}
+
+std::optional<double> ReadNumber(const std::string& quantity, std::string_view text) {
+  if (quantity == "latitude") return ParseAngle(text, "NS");
+  if (quantity == "longitude") return ParseAngle(text, "EW");
+  return ParseNumber(text);
 }
 
 // What a column should hold, for people.
@@ -139,25 +146,36 @@ const char* FormOf(const std::string& quantity) {
 }  // namespace
 
 std::vector<std::string_view> TextColumns(std::string_view line, char delimiter) {
-  std::vector<std::string_view> fields;
   const auto is_delimiter = [delimiter](char c) {
     return c == delimiter || (delimiter == ' ' && c == '\t');
   };
-  const auto add = [&](std::string_view field) {
-    if (delimiter == ' ' && field.empty()) return;
-    const std::string_view text = Trimmed(field);
-    const bool quoted = text.size() > 1 && text.starts_with('"') && text.ends_with('"');
-    fields.push_back(quoted ? text.substr(1, text.size() - 2) : field);
+  const auto end_of = [&](std::size_t at) {
+    while (at < line.size() && !is_delimiter(line[at])) ++at;
+    return at;
   };
-  bool in_quotes = false;
-  std::size_t begin = 0;
-  for (std::size_t at = 0; at < line.size(); ++at) {
-    if (line[at] == '"') in_quotes = !in_quotes;
-    if (in_quotes || !is_delimiter(line[at])) continue;
-    add(line.substr(begin, at - begin));
-    begin = at + 1;
+  std::vector<std::string_view> fields;
+  for (std::size_t begin = 0; begin <= line.size();) {
+    // A field in quotation marks ends at a mark before a delimiter or the end; any other mark is
+    // text.
+    std::size_t text = begin;
+    while (text < line.size() && line[text] == ' ' && delimiter != ' ') ++text;
+    std::size_t mark =
+        text < line.size() && line[text] == '"' ? line.find('"', text + 1) : std::string_view::npos;
+    const auto closes = [&](std::size_t at) {
+      do ++at;
+      while (at < line.size() && line[at] == ' ' && !is_delimiter(line[at]));
+      return at == line.size() || is_delimiter(line[at]);
+    };
+    while (mark != std::string_view::npos && !closes(mark)) mark = line.find('"', mark + 1);
+    if (mark != std::string_view::npos) {
+      fields.push_back(line.substr(text + 1, mark - text - 1));
+      begin = end_of(mark + 1) + 1;
+      continue;
+    }
+    const std::size_t end = end_of(begin);
+    if (delimiter != ' ' || end > begin) fields.push_back(line.substr(begin, end - begin));
+    begin = end + 1;
   }
-  add(line.substr(begin));
   return fields;
 }
 
@@ -173,20 +191,21 @@ std::optional<TextNumbers> ReadTextRow(std::string_view line,
   const std::vector<std::string_view> fields = TextColumns(line, delimiter);
   TextNumbers numbers;
   for (const TextColumn& column : columns) {
-    const std::string_view text =
+    const std::string_view stated =
         column.column < fields.size() ? Trimmed(fields[column.column]) : std::string_view();
-    if (text.empty()) continue;
+    if (stated.empty()) continue;
+    const std::string text = WithPoint(stated, delimiter);
     bool is_read = false;
     if (IsTimeText(column.quantity)) {
       is_read = ReadTimeText(column.quantity, text, &numbers);
-    } else if (const auto number = ReadNumber(column, text, delimiter)) {
+    } else if (const auto number = ReadNumber(column.quantity, text)) {
       is_read = std::abs(*number * column.scale) < 1e12;
       numbers[column.quantity] = *number * column.scale;
     }
     if (is_read) continue;
     if (problem != nullptr)
       *problem = "column " + std::to_string(column.column + 1) + " holds '" +
-                 std::string(text.substr(0, 40)) + "', expected " + FormOf(column.quantity);
+                 std::string(stated.substr(0, 40)) + "', expected " + FormOf(column.quantity);
     return std::nullopt;
   }
   return numbers;

@@ -6,6 +6,10 @@
 
 namespace seastitch {
 
+std::string LargestMapText() {
+  return std::to_string(static_cast<int>(kLargestMapM / 1000.0)) + " km";
+}
+
 Datum DatumOf(const VehicleGeometry& vehicle) {
   return {Rad2Deg(vehicle.datum_latitude_rad), Rad2Deg(vehicle.datum_longitude_rad)};
 }

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <string>
 
 #include "common/core/vehicle.hpp"
 #include "common/geo/datum.hpp"
@@ -11,6 +12,9 @@ class LocalCartesian;
 }
 
 namespace seastitch {
+
+// kLargestMapM for people: "200 km".
+std::string LargestMapText();
 
 // Datum of a vehicle.yaml.
 Datum DatumOf(const VehicleGeometry& vehicle);

@@ -45,7 +45,7 @@ class DeadReckoning::Impl {
   bool Restore(Bytes saved);
   std::unique_ptr<Impl> Anew() const { return std::make_unique<Impl>(params_, vehicle_); }
 
-  // Not saved: tally_, which belong to one process; track_, of which only a part is needed.
+  // Not saved: tally_, which belongs to one process; track_, of which only a part is needed.
   template <class Archive, class Self>
   static void Fields(Archive& archive, Self& self) {
     archive(self.intake_, self.filter_, self.start_, self.history_, self.attitude_, self.velocity_);

@@ -283,6 +283,7 @@ bool MapJournal::Append(Time time, std::vector<std::uint8_t> entry) {
   unsaved_bytes_ += static_cast<std::int64_t>(event.size());
   unsaved_.push_back({time, std::move(event)});
   synced_ = false;
+  if (!CheckPlace()) return false;
   try {
     Write();
     synced_ = true;
@@ -315,13 +316,15 @@ void MapJournal::OpenSegment(Time time) {
   SyncFolder(folder_.parent_path());
 }
 
-// False if the path of the open file does not lead to it any more.
+// False while the path of the open file does not lead to it: it was deleted, or another disk hides
+// it. The file stays open, since it may come back; nothing is written meanwhile.
 bool MapJournal::CheckPlace() {
-  if (!log_ || IdentityOf(SegmentPath(folder_, segment_)) == identity_) return true;
-  log_.reset();
-  ended_ = is_gone_ = true;
-  spdlog::warn("{}: was deleted, or another disk hides it", folder_.string());
-  return false;
+  const bool gone = log_ && IdentityOf(SegmentPath(folder_, segment_)) != identity_;
+  if (gone && !is_gone_)
+    spdlog::warn("{}: was deleted, or another disk hides it", folder_.string());
+  if (!gone && is_gone_) spdlog::warn("{}: is back, and is written again", folder_.string());
+  is_gone_ = gone;
+  return !gone;
 }
 
 bool MapJournal::WriteCheckpoint(Time time, const std::vector<std::uint8_t>& checkpoint) {

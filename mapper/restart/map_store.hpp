@@ -61,8 +61,8 @@ class MapJournal {
   bool WriteCheckpoint(Time time, const std::vector<std::uint8_t>& checkpoint);
   // Ends the journal: an entry is missing, so that none may follow.
   void End() { ended_ = true; }
-  // True if the file that was written was deleted, or another disk hides it: the map cannot be
-  // continued after a restart. It is looked at with every checkpoint.
+  // True while the file that is written was deleted, or another disk hides it: entries wait, and a
+  // restart begins another map. It is looked at with every entry and checkpoint.
   bool is_gone() const { return is_gone_; }
 
  private:

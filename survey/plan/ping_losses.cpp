@@ -1,5 +1,7 @@
 #include "survey/plan/ping_losses.hpp"
 
+#include "common/geo/map_frame.hpp"
+
 namespace seastitch {
 namespace {
 
@@ -18,8 +20,8 @@ PingLosses::PingLosses(std::int64_t pings, const PingTally& tally, std::int64_t 
                ReasonOf(loss);
   }
   if (too_far > 0)
-    reasons +=
-        "; " + std::to_string(too_far) + " positions are more than 200 km from the map origin";
+    reasons += "; " + std::to_string(too_far) + " positions are more than " + LargestMapText() +
+               " from the map origin";
   const std::int64_t used = pings - lost;
   is_warning = static_cast<double>(used) < kLeastShare * static_cast<double>(pings);
   text = std::to_string(used) + " of " + std::to_string(pings) + " pings used" +

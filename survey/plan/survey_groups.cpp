@@ -10,10 +10,12 @@
 #include <utility>
 #include <variant>
 
+#include "common/core/median.hpp"
 #include "common/core/pose.hpp"
 #include "survey/line/line_plan.hpp"
 #include "survey/line/text_columns.hpp"
 #include "survey/plan/survey_files.hpp"
+#include "survey/read/checked_reader.hpp"
 #include "survey/read/sbet_beside.hpp"
 #include "survey/read/survey_stream.hpp"
 
@@ -26,10 +28,10 @@ constexpr double kLongestPauseS = 12.0 * 3600.0;
 constexpr double kFastestMps = 20.0;
 // Two positions may differ by this much at one place: lever arms, a GPS without corrections.
 constexpr double kSamePlaceM = 500.0;
-// Bytes of a head that are read in search of a ping and a position; of the installation, which
-// stands at the beginning where a format has one; and of an end.
+// Bytes of a head that are read in search of a ping; of positions and the installation, which stand
+// near the beginning where a file has them; and of an end.
 constexpr std::uint64_t kHeadBytes = 16 * 1024 * 1024;
-constexpr std::uint64_t kInstallationBytes = 1024 * 1024;
+constexpr std::uint64_t kStatedBytes = 4 * 1024 * 1024;
 constexpr std::uint64_t kEndBytes = 1024 * 1024;
 // A record of an end that is later than this after the begin is damaged.
 constexpr double kLongestFileS = 7.0 * 86'400.0;
@@ -45,8 +47,7 @@ double DistanceM(const GivenPosition& a, const GivenPosition& b) {
 // a record and of the bytes read so far.
 template <class Take>
 void ReadPart(const fs::path& file, std::uint64_t from, std::uint64_t bytes, Take&& take) {
-  const std::unique_ptr<SurveyReader> reader = ReaderFor(file);
-  if (!reader) return;
+  CheckedReader reader(ReaderFor(file));
   std::ifstream in(file, std::ios::binary);
   in.seekg(static_cast<std::streamoff>(from));
   std::vector<std::uint8_t> piece(65'536);
@@ -54,10 +55,10 @@ void ReadPart(const fs::path& file, std::uint64_t from, std::uint64_t bytes, Tak
     in.read(reinterpret_cast<char*>(piece.data()), static_cast<std::streamsize>(piece.size()));
     const auto got = static_cast<std::size_t>(in.gcount());
     if (got == 0) break;
-    for (const SurveyRecord& record : reader->Add(Bytes(piece.data(), got)))
+    for (const SurveyRecord& record : reader.Add(Bytes(piece.data(), got)))
       if (!take(record, read + got)) return;
   }
-  for (const SurveyRecord& record : reader->Finish())
+  for (const SurveyRecord& record : reader.Finish())
     if (!take(record, bytes)) return;
 }
 
@@ -65,7 +66,26 @@ bool IsPing(const SurveyRecord& record) {
   return std::holds_alternative<MbesPing>(record) || std::holds_alternative<PlacedPing>(record);
 }
 
-void TakeHead(const SurveyRecord& record, FileHead* head) {
+// Positions of a head, of which one may be wrong.
+struct Places {
+  static constexpr std::size_t kEnough = 5;
+  std::vector<TimedPosition> positions;
+
+  // Their median, and the time of the middle one.
+  void Give(FileHead* head) const {
+    if (positions.empty()) return;
+    const TimedPosition& first = positions.front();
+    std::vector<double> north, east;
+    for (const TimedPosition& p : positions) {
+      north.push_back(p.latitude_rad);
+      east.push_back(WrapAngle(p.longitude_rad - first.longitude_rad));
+    }
+    head->place = GivenPosition{Median(north), WrapAngle(first.longitude_rad + Median(east))};
+    head->place_time = positions[positions.size() / 2].time;
+  }
+};
+
+void TakeHead(const SurveyRecord& record, FileHead* head, Places* places) {
   if (const auto* const i = std::get_if<SonarInstallation>(&record)) {
     if (!head->installation || head->installation->transmitters.size() < i->transmitters.size())
       head->installation = *i;
@@ -77,15 +97,16 @@ void TakeHead(const SurveyRecord& record, FileHead* head) {
   const Time t = TimeOf(record);
   if (!head->begin || t < *head->begin) head->begin = t;
   if (!head->end || t > *head->end) head->end = t;
-  if (navigation == nullptr || !navigation->position || head->place) return;
-  head->place = *navigation->position;
-  head->place_time = t;
+  if (navigation != nullptr && navigation->position && places->positions.size() < Places::kEnough)
+    places->positions.push_back(
+        {t, navigation->position->latitude_rad, navigation->position->longitude_rad});
 }
 
 bool IsStated(const std::string& serial) { return !serial.empty() && serial != "0"; }
 
-bool IsOneSonar(const FileHead& a, const FileHead& b) {
-  if (!a.installation || !b.installation) return a.format == b.format;
+// What both files state is of one sonar.
+bool MayBeOneSonar(const FileHead& a, const FileHead& b) {
+  if (!a.installation || !b.installation) return true;
   if (a.installation->model != b.installation->model) return false;
   const std::string& serial = a.installation->serial;
   const std::string& other = b.installation->serial;
@@ -117,10 +138,20 @@ bool IsInstalledAlike(const SonarInstallation& a, const SonarInstallation& b) {
 // Files of one sonar.
 struct Sonar {
   std::vector<const FileHead*> heads;
+
+  // None of its files contradicts this one; one that states no sonar has the format of one of them.
+  bool Takes(const FileHead& head) const {
+    return std::all_of(heads.begin(),
+                       heads.end(),
+                       [&](const FileHead* own) { return MayBeOneSonar(*own, head); }) &&
+           (head.installation || std::any_of(heads.begin(), heads.end(), [&](const FileHead* own) {
+              return own->format == head.format;
+            }));
+  }
 };
 
-// The reason for which `next` does not continue `before`, for people; empty: it does. placed: the
-// last file before it with a position; installed: with an installation.
+// The reason for which `next` does not continue the files before it, for people; empty: it does.
+// end: of these. placed: the last of them with a position; installed: with an installation.
 std::string BreakBetween(const FileHead& next,
                          Time end,
                          const FileHead* placed,
@@ -148,20 +179,19 @@ std::vector<SurveyGroup> Split(const Sonar& sonar, bool one_dive) {
   std::vector<SurveyGroup> groups;
   const FileHead* placed = nullptr;
   const FileHead* installed = nullptr;
-  Time end{};
+  std::optional<Time> end;  // of the files of the last group that state a time
   for (const FileHead* const head : sonar.heads) {
     std::string reason;
-    if (!groups.empty() && head->begin && !one_dive)
-      reason = BreakBetween(*head, end, placed, installed);
+    if (end && head->begin && !one_dive) reason = BreakBetween(*head, *end, placed, installed);
     if (groups.empty() || !reason.empty()) {
       groups.push_back({{}, head->begin, {}, reason});
       placed = installed = nullptr;
-      if (head->end) end = *head->end;
+      end.reset();
     }
     SurveyGroup& group = groups.back();
     group.files.push_back(head->path);
     if (!group.begin) group.begin = head->begin;
-    if (head->end) end = std::max(end, *head->end);
+    end = std::max(end, head->end);  // no time is before any
     if (head->place) placed = head;
     if (head->installation) installed = head;
     if (head->installation && group.sonar.empty()) group.sonar = head->installation->model;
@@ -191,10 +221,13 @@ FileHead HeadOf(const fs::path& file) {
   if (!reader || IsNavigationBeside(file)) return head;
   const SurveyReader& of_format = *reader;
   head.format = typeid(of_format).name();
+  Places places;
   ReadPart(file, 0, kHeadBytes, [&](const SurveyRecord& record, std::uint64_t read) {
-    TakeHead(record, &head);
-    return !head.has_pings || !head.place || (!head.installation && read < kInstallationBytes);
+    TakeHead(record, &head, &places);
+    const bool has_places = places.positions.size() >= Places::kEnough;
+    return !head.has_pings || ((!has_places || !head.installation) && read < kStatedBytes);
   });
+  places.Give(&head);
   const std::uint64_t size = fs::file_size(file);
   if (!head.begin || size <= kEndBytes) return head;
   ReadPart(file, size - kEndBytes, kEndBytes, [&](const SurveyRecord& record, std::uint64_t) {
@@ -222,9 +255,8 @@ std::vector<SurveyGroup> GroupSurveyFiles(const std::vector<fs::path>& files, bo
   });
   std::vector<Sonar> sonars;
   for (const FileHead* const head : stated_first) {
-    const auto same = std::find_if(sonars.begin(), sonars.end(), [&](const Sonar& sonar) {
-      return IsOneSonar(*sonar.heads.front(), *head);
-    });
+    const auto same = std::find_if(
+        sonars.begin(), sonars.end(), [&](const Sonar& sonar) { return sonar.Takes(*head); });
     if (same == sonars.end())
       sonars.push_back({{head}});
     else

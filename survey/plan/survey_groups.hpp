@@ -18,7 +18,7 @@ struct FileHead {
   std::filesystem::path path;
   std::string format;                    // the same for files of one format
   std::optional<Time> begin{}, end{};    // pings and navigation
-  std::optional<GivenPosition> place{};  // the first position, at place_time
+  std::optional<GivenPosition> place{};  // median of the first positions
   Time place_time{};
   std::optional<SonarInstallation> installation{};
   bool has_pings = false;

@@ -94,6 +94,13 @@ ConfigTexts ConfigurationOf(const Dive& dive) {
   return texts;
 }
 
+// A path as a word of a command line.
+std::string ForShell(const fs::path& path) {
+  std::string word = "'";
+  for (const char c : path.string()) word += c == '\'' ? std::string("'\\''") : std::string{c};
+  return word + "'";
+}
+
 bool IsMap(const DiveInput& dive) {
   return dive.files.empty() && dive.problem.empty() && IsFinishedMap(dive.folder);
 }
@@ -192,11 +199,11 @@ void ExpectOneSurvey(const std::vector<Dive>& dives) {
       surveys.push_back({MapFrame(datum), "seastitch replay"});
       place = surveys.end() - 1;
     }
-    for (const PlannedFile& file : plan.files) place->command += " '" + file.path.string() + "'";
+    for (const PlannedFile& file : plan.files) place->command += " " + ForShell(file.path);
   }
   if (surveys.size() < 2) return;
   std::string text = "replay: these are " + std::to_string(surveys.size()) +
-                     " surveys, more than 200 km apart; map each by itself:";
+                     " surveys, more than " + LargestMapText() + " apart; map each by itself:";
   for (std::size_t i = 0; i < surveys.size(); ++i)
     text += "\n  " + surveys[i].command + " --out map-" + std::to_string(i + 1);
   throw DataError(text);
@@ -212,15 +219,10 @@ void ExpectNear(const Datum& origin, const std::vector<Dive>& dives) {
     const Datum swapped{origin.longitude_deg, origin.latitude_deg};
     const bool is_swapped = std::abs(swapped.latitude_deg) <= 90.0 &&
                             MapFrame(swapped).NorthEastOf(begin).norm() < kLargestMapM;
-    char text[160];
-    std::snprintf(text,
-                  sizeof text,
-                  "--datum: %s begins at %.4f,%.4f, more than 200 km from it%s",
-                  dive.name.c_str(),
-                  begin.latitude_deg,
-                  begin.longitude_deg,
-                  is_swapped ? ": latitude comes first" : "");
-    throw UsageError(text);
+    char place[60];
+    std::snprintf(place, sizeof place, "%.4f,%.4f", begin.latitude_deg, begin.longitude_deg);
+    throw UsageError("--datum: " + dive.name + " begins at " + place + ", more than " +
+                     LargestMapText() + " from it" + (is_swapped ? ": latitude comes first" : ""));
   }
 }
 

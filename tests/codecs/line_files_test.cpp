@@ -156,6 +156,15 @@ TEST(XyzFile, ThreeNumbersByAnyDelimiterBehindAnyHeading) {
   }
 }
 
+TEST(TextTable, AMarkThatEnclosesNoFieldIsText) {
+  using Fields = std::vector<std::string_view>;
+  EXPECT_EQ(TextColumns("\"a,b\" , 12\",\"c\"d,\"e", ','),
+            (Fields{"a,b", " 12\"", "\"c\"d", "\"e"}));
+  EXPECT_EQ(TextColumns("\"a b\" c\t\"d", ' '), (Fields{"a b", "c", "\"d"}));
+  EXPECT_EQ(TextColumns("a,,b,", ','), (Fields{"a", "", "b", ""}));
+  EXPECT_EQ(TextColumns("", ' '), Fields{});
+}
+
 TEST(XyzFile, ColumnsOfTimeLineAndUse) {
   XyzFormat format;
   format.delimiter = ',';

@@ -214,6 +214,8 @@ TEST(TextNavigation, OnePlaceIsWrittenInManyForms) {
                                                         {"S 33 30.6", "E71 37.2"},
                                                         {"33\u00b030.6'S", "71\u00b037.2'E"},
                                                         {"33d30m36s S", "71 37 12 e"},
+                                                        {"-33d30m36s", "71d37m12s"},
+                                                        {"33d30'36\"S", "71d37'12\"E"},
                                                         {"-33 30.6", "71 37.2"}}) {
     const auto file = read(latitude, longitude);
     ASSERT_EQ(file.records.size(), 1u) << latitude;

@@ -41,6 +41,13 @@ TEST(SurveyGroups, AreOfOneSonarWithoutAPauseAJumpOrAMove) {
   const std::string transmitter = "TRAI_TX1:X=0.000000", motion = "ATTI_1:X=0.000000";
   Kmall without;  // begins in the middle of a line: no installation
   for (int i = 0; i < 5; ++i) without.Motion(i).Position(i).Ping(i + 0.5);
+  // Before the clock and the receiver are right.
+  Kmall with_stamp, with_place;
+  with_stamp.Installation().Position(-1e8);
+  with_place.Installation().PositionAt(kHourS, {Deg2Rad(-10.0), Deg2Rad(20.0)});
+  for (Kmall* const kmall : {&with_stamp, &with_place})
+    for (int i = 0; i < 20; ++i)
+      kmall->Motion(kHourS + i).Position(kHourS + i + 0.1).Ping(kHourS + i + 0.5);
   const std::vector<Pair> pairs{
       {"lines", File(0.0), File(kHourS), 1, 1},
       {"a lunch break", File(0.0), File(3.0 * kHourS), 1, 1},
@@ -60,6 +67,9 @@ TEST(SurveyGroups, AreOfOneSonarWithoutAPauseAJumpOrAMove) {
        2,
        2},
       {"no installation", File(kHourS), without.bytes(), 1, 1},
+      {"no record with a time", File(0.0), Kmall().Installation().bytes(), 1, 1},
+      {"one wrong stamp at the begin", File(0.0), with_stamp.bytes(), 1, 1},
+      {"one wrong position at the begin", File(0.0), with_place.bytes(), 1, 1},
   };
   for (const Pair& pair : pairs) {
     SCOPED_TRACE(pair.what);
@@ -72,6 +82,18 @@ TEST(SurveyGroups, AreOfOneSonarWithoutAPauseAJumpOrAMove) {
     EXPECT_TRUE(dives.size() > 1 || dives[0].files == files) << "in the order given";
     EXPECT_EQ(dives.back().reason.empty(), pair.dives == pair.dives_of_one);
   }
+}
+
+// One file states no serial number: it does not make one sonar of two.
+TEST(SurveyGroups, TwoSerialNumbersAreTwoSonarsWhateverAThirdFileLacks) {
+  const TemporaryDir dir;
+  const std::string place = "D=0.000;,TRAI_RX1";
+  const auto dives =
+      GroupSurveyFiles({dir.Write("a.kmall", File(0.0)),
+                        dir.Write("b.kmall", File(kHourS, place, "N=77776;,TRAI_RX1")),
+                        dir.Write("c.kmall", File(2.0 * kHourS, place, "N=77777;,TRAI_RX1"))},
+                       false);
+  EXPECT_EQ(dives.size(), 2u);
 }
 
 TEST(SurveyGroups, NoVehicleIsFasterThanTwentyMetresASecond) {

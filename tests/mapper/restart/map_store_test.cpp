@@ -224,8 +224,8 @@ TEST_F(MapStore, WritesLaterWhatTheDiskDidNotTake) {
 
 // Somebody deletes the dive, or another disk is mounted over it: writing to the open file would
 // succeed, and nothing would be there after a restart.
-TEST_F(MapStore, NoticesThatItsFolderIsGone) {
-  const std::vector<JournalEntry> entries = Entries(2);
+TEST_F(MapStore, NoticesThatItsFolderIsGoneAndBack) {
+  const std::vector<JournalEntry> entries = Entries(3);
   MapJournal journal(Find(), kConfiguration, 100);
   EXPECT_TRUE(journal.Append(FromUtime(1), Encode(entries[0])));
   EXPECT_TRUE(journal.WriteCheckpoint(FromUtime(1), Encode(CheckpointOf(99, 9))));
@@ -236,6 +236,15 @@ TEST_F(MapStore, NoticesThatItsFolderIsGone) {
   EXPECT_TRUE(journal.is_gone());
   EXPECT_FALSE(journal.Append(FromUtime(2), Encode(entries[1])));
   EXPECT_TRUE(fs::is_empty(map_)) << "no half of a journal";
+  // It comes back, as where a disk is mounted again: what waited is written.
+  fs::remove(map_);
+  fs::rename(dir_ / "elsewhere", map_);
+  EXPECT_TRUE(journal.Append(FromUtime(3), Encode(entries[2])));
+  EXPECT_FALSE(journal.is_gone());
+  EXPECT_TRUE(journal.WriteCheckpoint(FromUtime(3), Encode(CheckpointOf(101, 9))));
+  const FoundMap found = Find();
+  ASSERT_TRUE(found.saved);
+  EXPECT_EQ(found.saved->journal.size(), 3u) << "with the one that came meanwhile";
 }
 
 TEST_F(MapStore, EndsTheJournalWhereTooMuchWaits) {
