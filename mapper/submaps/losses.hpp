@@ -5,7 +5,7 @@
 
 #include "common/core/counters.hpp"
 
-// What of the sonar's data no submap gets: pings and soundings.
+// Data of the sonar that no submap gets: pings and soundings.
 namespace seastitch {
 
 // Reasons for which no submap gets a ping. Up to kNotFinite they are faults; the others are usual

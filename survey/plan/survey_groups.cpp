@@ -175,27 +175,42 @@ std::string BreakBetween(const FileHead& next,
   return "";
 }
 
+void Add(const FileHead& head, SurveyGroup* group) {
+  group->files.push_back(head.path);
+  group->has_pings = group->has_pings || head.has_pings;
+  if (head.installation && group->sonar.empty()) group->sonar = head.installation->model;
+}
+
 std::vector<SurveyGroup> Split(const Sonar& sonar, bool one_dive) {
   std::vector<SurveyGroup> groups;
   const FileHead* placed = nullptr;
   const FileHead* installed = nullptr;
-  std::optional<Time> end;  // of the files of the last group that state a time
+  std::optional<Time> end;  // of the files of the last group
+  std::vector<const FileHead*> without_time;
   for (const FileHead* const head : sonar.heads) {
+    if (!head->begin) {
+      without_time.push_back(head);
+      continue;
+    }
     std::string reason;
-    if (end && head->begin && !one_dive) reason = BreakBetween(*head, *end, placed, installed);
+    if (end && !one_dive) reason = BreakBetween(*head, *end, placed, installed);
     if (groups.empty() || !reason.empty()) {
       groups.push_back({{}, head->begin, {}, reason});
       placed = installed = nullptr;
       end.reset();
     }
-    SurveyGroup& group = groups.back();
-    group.files.push_back(head->path);
-    if (!group.begin) group.begin = head->begin;
+    Add(*head, &groups.back());
     end = std::max(end, head->end);  // no time is before any
     if (head->place) placed = head;
     if (head->installation) installed = head;
-    if (head->installation && group.sonar.empty()) group.sonar = head->installation->model;
   }
+  if (without_time.empty()) return groups;
+  // A file without a record joins the first dive that has soundings; it makes none of another's
+  // files.
+  auto with_pings = std::find_if(
+      groups.begin(), groups.end(), [](const SurveyGroup& group) { return group.has_pings; });
+  if (with_pings == groups.end()) with_pings = groups.insert(groups.end(), SurveyGroup{});
+  for (const FileHead* const head : without_time) Add(*head, &*with_pings);
   return groups;
 }
 

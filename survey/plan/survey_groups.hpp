@@ -29,7 +29,7 @@ inline std::string NumberOfFiles(std::size_t files) {
   return std::to_string(files) + (files == 1 ? " file" : " files");
 }
 
-// Reads the head of a file up to the first ping, position and installation, and its last records.
+// Reads the head of a file up to the first ping, positions and installation, and its last records.
 FileHead HeadOf(const std::filesystem::path& file);
 
 // Files of one dive.
@@ -37,8 +37,9 @@ struct SurveyGroup {
   std::vector<std::filesystem::path> files;  // in the order in which they were given
   std::optional<Time> begin{};               // first ping or navigation record
   std::string sonar{};                       // its model; empty: not stated
-  std::string
-      reason{};  // why the group is not one with an earlier one, for people; empty: it could not be
+  // Why it does not continue an earlier group of the sonar, for people; empty: there is none.
+  std::string reason{};
+  bool has_pings = false;
 };
 
 // Groups files by sonar (format, model and serial, where a serial that is not stated matches any),
