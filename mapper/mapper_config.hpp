@@ -22,6 +22,7 @@ struct MapperConfig : MapperParams {
   std::filesystem::path vehicle_file = "vehicle.yaml";  // of `vehicle`
   std::filesystem::path water_level_file;               // of `water_level`; empty: none
   std::filesystem::path separation_file;  // of `ellipsoid_heights.separation_grid`; empty: none
+  std::int64_t vertical_datum_epsg = 0;   // of `vertical_datum`; 0: not stated
   double sonar_mounting_yaw_rad = Deg2Rad(0.1);
   DiveParams dive;
   std::filesystem::path map_dir;  // of submaps, in the dive's folder; no key of the file

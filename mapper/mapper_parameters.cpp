@@ -23,6 +23,14 @@ void DeclareFiles(MapperConfig* c, ParameterTable* table) {
             "depth in metres, positive up, from a tide gauge or a prediction; linear between "
             "entries (docs/survey-files.md). Empty: depths count from the water line.")
       .DataSheet();
+  table
+      ->Add("vertical_datum",
+            &c->vertical_datum_epsg,
+            Unit::kNone,
+            Range::Within(0.0, 999999.0),
+            "EPSG code of the vertical reference system whose zero water_level or "
+            "ellipsoid_heights state, for the map files. 0: not known.")
+      .DataSheet();
   DeclareDive(&c->dive, table);
   table->Add("map_resume_within_s",
              &c->map_resume_within_s,

@@ -4,24 +4,25 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
-#include <iterator>
 #include <set>
 #include <stdexcept>
 #include <string_view>
 #include <system_error>
 #include <utility>
 
-#include "common/core/median.hpp"
 #include "common/runtime/files/durable_file.hpp"
 #include "common/storage/submap_file.hpp"
 #include "products/files/graph_files.hpp"
 #include "products/files/navigation_files.hpp"
+#include "products/files/placed_soundings.hpp"
+#include "products/geo/qgis_project.hpp"
 #include "products/map/depth_map.hpp"
 #include "products/map/judge.hpp"
+#include "products/product_files.hpp"
 #include "products/report/noise_report.hpp"
-#include "products/report/picture.hpp"
 #include "products/report/report.hpp"
 #include "products/report/survey_drawing.hpp"
+#include "products/report/survey_layers.hpp"
 #include "products/track/survey_lines.hpp"
 #include "products/track/track.hpp"
 
@@ -42,12 +43,29 @@ void Progress(const ProductOptions& options, const std::string& line) {
 
 // ---- where the map lies
 
-Eigen::AlignedBox2d BoxOf(const Survey& survey, const SurveyPoses& poses, MapAxes axes) {
+Eigen::AlignedBox2d BoxOf(const Survey& survey,
+                          const SurveyPoses& poses,
+                          const MapProjection& projection) {
   Eigen::AlignedBox2d box;
   for (std::size_t i = 0; i < survey.submaps.size(); ++i) {
-    box.extend(NorthEastBox(survey.submaps, poses, i, axes));
+    box.extend(NorthEastBox(survey.submaps, poses, i, projection));
   }
   return box;
+}
+
+// Of the submaps as navigated; without them of the track.
+Eigen::Vector2d MiddleOf(const Survey& survey) {
+  Eigen::AlignedBox2d box;
+  for (const SurveySubmap& s : survey.submaps)
+    box.extend(s.T_map_submap.translation().head<2>().eval());
+  if (box.isEmpty())
+    for (const TrackState& s : survey.track) box.extend(s.p_map.head<2>().eval());
+  return box.center();
+}
+
+MapProjection ProjectionOf(const Survey& survey, const ProductOptions& options) {
+  if (!options.datum) return MapProjection(options.axes);
+  return {*options.datum, MiddleOf(survey), options.crs, options.vertical_epsg};
 }
 
 // A solution that scatters the submaps so far cannot be right, and would make a grid of nothing.
@@ -78,119 +96,13 @@ double ChooseCell(const Survey& survey,
   return cell_m;
 }
 
-// ---- rasters
-
-struct DepthRaster {
-  std::vector<RasterBand> bands;  // mean, spread, soundings
-  std::uint64_t cells = 0;        // with depth
-  std::vector<float>& mean() { return bands[0].values; }
-};
-
-DepthRaster ToRaster(const DepthMap& map) {
-  DepthRaster raster;
-  raster.bands = {{"mean depth, positive down", "m", {}},
-                  {"standard deviation of depth within the cell", "m", {}},
-                  {"soundings", "", {}}};
-  for (RasterBand& band : raster.bands) band.values.reserve(map.cells().cells().size());
-  for (const DepthCell& cell : map.cells().cells()) {
-    const bool seen = cell.soundings > 0.0;
-    const auto add = [&](std::size_t band, double value) {
-      raster.bands[band].values.push_back(seen ? static_cast<float>(value) : kNoData);
-    };
-    add(0, cell.mean_m);
-    add(1, cell.Spread());
-    add(2, cell.soundings);
-    raster.cells += seen ? 1 : 0;
-  }
-  return raster;
-}
-
-DepthRaster ComputeDepth(const Survey& survey,
-                         const SurveyPoses& poses,
-                         MapAxes axes,
-                         const GridGeometry& geometry) {
-  DepthMap map(geometry);
-  for (std::size_t i = 0; i < survey.submaps.size(); ++i) {
-    map.Add(LoadMapPoints(survey.submaps, poses, i, axes));
-  }
-  return ToRaster(map);
-}
-
-std::vector<float> ErrorValues(const Grid<float>& error_m) {
-  std::vector<float> values = error_m.cells();
-  std::replace(values.begin(), values.end(), kNoValue, kNoData);
-  return values;
-}
-
-std::vector<RasterBand> ToBands(const ConsistencyMap& map) {
-  RasterBand seen{"submaps that see the cell", "", {}};
-  for (const std::uint16_t n : map.submaps.cells()) {
-    seen.values.push_back(n == 0 ? kNoData : static_cast<float>(n));
-  }
-  return {{"consistency error (Roman and Singh 2006)", "m", ErrorValues(map.point_error_m)},
-          {"surface error between submaps", "m", ErrorValues(map.surface_error_m)},
-          std::move(seen)};
-}
-
 // ---- pictures
-
-// The values below which the shares lo and hi of all cells lie.
-std::pair<double, double> Quantiles(const std::vector<const std::vector<float>*>& rasters,
-                                    double lo,
-                                    double hi) {
-  std::vector<float> values;
-  for (const std::vector<float>* raster : rasters) {
-    std::copy_if(raster->begin(), raster->end(), std::back_inserter(values), [](float v) {
-      return v != kNoData;
-    });
-  }
-  if (values.empty()) return {0.0, 1.0};
-  const auto index = [&](double share) {
-    return static_cast<std::size_t>(std::lround(share * static_cast<double>(values.size() - 1)));
-  };
-  return OrderStatistics(index(lo), index(hi), &values);
-}
-
-void WidenFlatRange(std::pair<double, double>* range, double least) {
-  if (range->second - range->first >= least) return;
-  const double middle = 0.5 * (range->first + range->second);
-  *range = {middle - 0.5 * least, middle + 0.5 * least};
-}
-
-Picture DepthPicture(const GridGeometry& geometry,
-                     const std::vector<float>& values,
-                     const std::pair<double, double>& range) {
-  Picture picture;
-  picture.geometry = geometry;
-  picture.values = values;
-  picture.lowest = range.first;
-  picture.highest = range.second;
-  picture.value_label = "Depth (m)";
-  picture.deeper_is_down = true;
-  picture.hill_shade = true;
-  picture.colours = &DepthColours();
-  return picture;
-}
-
-// Of the surface error: the point error's ground level would hide what there is to see.
-Picture ConsistencyPicture(const GridGeometry& geometry,
-                           const std::vector<RasterBand>& bands,
-                           double highest) {
-  Picture picture;
-  picture.geometry = geometry;
-  picture.values = bands[1].values;
-  picture.underlay = bands[2].values;
-  picture.highest = highest;
-  picture.value_label = "Surface error (m)";
-  picture.colours = &ConsistencyColours();
-  return picture;
-}
 
 const char* MapName(Outcome outcome) {
   switch (outcome) {
     case Outcome::kCorrected: return "corrected";
-    case Outcome::kNothingToCorrect: return "dead reckoned, nothing to correct";
-    case Outcome::kWithheld: return "dead reckoned, correction withheld";
+    case Outcome::kNothingToCorrect: return "as navigated, nothing to correct";
+    case Outcome::kWithheld: return "as navigated, correction withheld";
     case Outcome::kTrackAlone: break;
   }
   return "";
@@ -239,8 +151,7 @@ std::string Subtitle(const ProductSummary& s, const ConsistencyFigures& figures)
   if (s.distance_m > 0.0) text += Format(", track %.2f km", s.distance_m / 1000.0);
   text += Format(", cell %g m", s.cell_m);
   if (figures.point.cells > 0) {
-    text += Format(
-        ", consistency RMS %.3f m, surface RMS %.3f m", figures.point.rms_m, figures.surface.rms_m);
+    text += Format(", swath mismatch RMS %.3f m", figures.surface.rms_m);
   }
   return text;
 }
@@ -264,6 +175,7 @@ class ProductWriter {
       : survey_(survey),
         options_(options),
         dir_(std::move(dir)),
+        projection_(ProjectionOf(survey, options)),
         dead_reckoned_(DeadReckonedPoses(survey)),
         delivered_(SolvedPoses(survey)),
         summary_(Summarise(survey, dead_reckoned_.T_map_level, delivered_.T_map_level)) {}
@@ -276,35 +188,27 @@ class ProductWriter {
     for (std::size_t k = 0; k < survey_.dives.size() && k < options_.dives.size(); ++k)
       for (const std::string& finding : TimingFindings(options_.dives[k].sonar))
         summary_.noise_findings.push_back(survey_.dives[k] + ": " + finding);
-    WriteDepth();
-    WriteConsistency();
-    Write("track.csv", TrackCsv(track_, options_.datum));
-    Write("poses.txt", PosesTxt(survey_, delivered_.T_map_level));
-    Write("graph.g2o", GraphG2o(survey_, delivered_));
-    Write("survey.gpkg",
-          GeoPackage(SurveyLayers(survey_, delivered_.T_map_level, track_, options_.axes),
-                     options_.datum));
-    RewriteSubmaps(survey_, delivered_, dir_ / "submaps");
+    WriteMap();
+    WriteMismatch();
+    WriteTrackAndLayers();
+    Write(product_files::kPoses, PosesTxt(survey_, delivered_.T_map_level));
+    Write(product_files::kGraph, GraphG2o(survey_, delivered_));
+    if (projection_.has_crs()) WriteQgisProject();
+    RewriteSubmaps(survey_, delivered_, dir_ / product_files::kSubmapFolder);
     WriteExports();
-    Write("report.html", ReportHtml(survey_, summary_, options_));
-    // Last, so that its run figures cover all of the above.
-    Write("report.json", ReportJson(survey_, summary_, options_));
+    WriteReport();
     return std::move(summary_);
   }
 
   ProductSummary RunTrackAlone() {
     summary_.outcome = Outcome::kTrackAlone;
-    summary_.statement = "There is no map: nothing was sounded. The track is as dead reckoned.";
+    summary_.statement = "There is no map: nothing was sounded. The track is as navigated.";
     if (!options_.partial.empty()) summary_.statement = options_.partial + " " + summary_.statement;
     summary_.partial = !options_.partial.empty();
     CorrectTheTrack();
-    Write("track.csv", TrackCsv(track_, options_.datum));
-    Write("survey.gpkg",
-          GeoPackage(SurveyLayers(survey_, delivered_.T_map_level, track_, options_.axes),
-                     options_.datum));
+    WriteTrackAndLayers();
     WriteNavigation();
-    Write("report.html", ReportHtml(survey_, summary_, options_));
-    Write("report.json", ReportJson(survey_, summary_, options_));
+    WriteReport();
     return std::move(summary_);
   }
 
@@ -312,14 +216,32 @@ class ProductWriter {
   void Write(const std::string& name, const std::string& bytes) {
     WriteAtomically(dir_ / name, bytes);
     Progress(options_, name);
+    summary_.files.push_back(name);
+  }
+
+  void WriteTrackAndLayers() {
+    Write(product_files::kTrack, TrackCsv(track_, options_.datum));
+    Write(product_files::kGeoPackage,
+          GeoPackage(SurveyLayers(survey_, delivered_, track_, projection_), projection_));
+  }
+
+  void WriteReport() {
+    summary_.horizontal_crs = projection_.horizontal();
+    summary_.crs = projection_.compound();
+    Write(product_files::kReportPage, ReportHtml(survey_, summary_, options_));
+    // Last, so that its run figures cover all of the above.
+    Write(product_files::kReport, ReportJson(survey_, summary_, options_));
   }
 
   // Grids both maps alike, measures both, and keeps the poses of the one to deliver.
   void ChooseMap() {
-    const Eigen::AlignedBox2d box = BoxOf(survey_, dead_reckoned_, options_.axes);
-    const Eigen::AlignedBox2d both = box.merged(BoxOf(survey_, delivered_, options_.axes));
+    // In the map frame: no projection reaches a wild solution.
+    const MapProjection flat(options_.axes);
+    const Eigen::AlignedBox2d box = BoxOf(survey_, dead_reckoned_, flat);
+    const Eigen::AlignedBox2d both = box.merged(BoxOf(survey_, delivered_, flat));
     const bool wild = IsWild(both, box);
-    const Eigen::AlignedBox2d& extent = wild ? box : both;
+    Eigen::AlignedBox2d extent = BoxOf(survey_, dead_reckoned_, projection_);
+    if (!wild) extent.extend(BoxOf(survey_, delivered_, projection_));
     summary_.cell_m = ChooseCell(survey_, extent, options_);
     geometry_ =
         GridGeometry::Covering(extent.min(), extent.max(), summary_.cell_m, options_.max_cells);
@@ -341,20 +263,20 @@ class ProductWriter {
     const std::size_t n = survey_.submaps.size();
     return ComputeConsistency(survey_.submaps,
                               poses,
-                              options_.axes,
+                              projection_,
                               geometry_,
                               options_.cache_points,
                               [&](std::size_t i) {
                                 if (i % 50 == 0) {
                                   Progress(options_,
-                                           std::string("consistency ") + which + ": submap " +
+                                           std::string("swath mismatch ") + which + ": submap " +
                                                std::to_string(i + 1) + " of " + std::to_string(n));
                                 }
                               });
   }
 
   void MeasureBoth(bool solved_too) {
-    before_ = Measure(dead_reckoned_, "dead reckoned");
+    before_ = Measure(dead_reckoned_, "as navigated");
     after_ = solved_too ? Measure(delivered_, "solved") : before_;
     summary_.before = FiguresOfComparableCells(before_, after_);
     summary_.solved = FiguresOfComparableCells(after_, before_);
@@ -363,7 +285,11 @@ class ProductWriter {
   }
 
   void CorrectTheTrack() {
-    const TrackCorrection correction(survey_, delivered_, DeliveredSigmas());
+    if (summary_.outcome == Outcome::kCorrected)
+      delivered_sigmas_ = SolvedSigmas(survey_);
+    else
+      delivered_sigmas_.resize(survey_.submaps.size());
+    const TrackCorrection correction(survey_, delivered_, delivered_sigmas_);
     track_ = CorrectTrack(survey_, correction);
     summary_.distance_m = TrackLength(track_);
     summary_.duration_s = TrackDuration(track_);
@@ -374,13 +300,8 @@ class ProductWriter {
     }
   }
 
-  std::vector<std::optional<Eigen::Vector3d>> DeliveredSigmas() const {
-    if (summary_.outcome == Outcome::kCorrected) return SolvedSigmas(survey_);
-    return std::vector<std::optional<Eigen::Vector3d>>(survey_.submaps.size());
-  }
-
   void WriteNavigation() {
-    MakeFolder(dir_ / "export");
+    MakeFolder(dir_ / product_files::kExportFolder);
     if (!options_.datum) return;
     const std::vector<std::vector<CorrectedState>> dives = TracksOfDives(track_);
     // Other programs skip a state whose time does not rise.
@@ -406,15 +327,13 @@ class ProductWriter {
   void WriteExports() {
     WriteNavigation();
     Write("export/lines.csv",
-          LinesCsv(survey_, dead_reckoned_, delivered_, DeliveredSigmas(), options_.axes));
-    if (options_.soundings == nullptr) return;
-    const bool las = options_.sounding_format == SoundingFormat::kLas;
+          LinesCsv(survey_, dead_reckoned_, delivered_, delivered_sigmas_, options_.axes));
+    if (options_.soundings == nullptr || !options_.sounding_format) return;
+    const bool las = *options_.sounding_format == SoundingFormat::kLas;
     const std::string name = las ? "export/soundings.las" : "export/soundings.xyz";
     WriteSoundings(survey_,
                    delivered_,
-                   options_.axes,
-                   options_.datum,
-                   options_.sounding_format,
+                   {*options_.sounding_format, projection_, options_.datum},
                    options_.soundings,
                    dir_ / name);
     Progress(options_, name);
@@ -424,65 +343,141 @@ class ProductWriter {
     Write("export/files.csv", files);
   }
 
-  void WriteDepth() {
+  // Grids the points of all submaps at `poses`.
+  DepthMap Grid(const SurveyPoses& poses) const {
+    DepthMap map(geometry_);
+    for (std::size_t i = 0; i < survey_.submaps.size(); ++i)
+      map.Add(LoadMapPoints(survey_.submaps, poses, i, projection_),
+              ErrorsOf(i),
+              ToNorthEastDown(survey_.submaps[i].T_map_submap.translation(), options_.axes).z());
+    return map;
+  }
+
+  // Of a submap in the delivered map.
+  SubmapErrors ErrorsOf(std::size_t i) const {
+    const SurveySubmap& s = survey_.submaps[i];
+    const double ratio = options_.noise.components.correlated_error_ratio.value;
+    if (const auto& solved = delivered_sigmas_[i]) return {solved->x(), solved->y(), ratio};
+    const auto state = std::lower_bound(
+        survey_.track.begin(), survey_.track.end(), s, [](const TrackState& a, const auto& b) {
+          return std::pair(a.chain, a.time) < std::pair(b.chain, b.frame_time);
+        });
+    if (state == survey_.track.end()) return {0.0, 0.0, ratio};
+    return {state->sigma.x(), state->sigma.y(), ratio};
+  }
+
+  void WriteMap() {
     std::vector<float> before;
     {
-      DepthRaster raster = Depth(dead_reckoned_);
-      Write("depth_dead_reckoned.tif", GeoTiff(geometry_, raster.bands, options_.datum));
-      before = std::move(raster.mean());
+      Raster raster = Grid(dead_reckoned_).Elevation();
+      Write(product_files::kElevationAsNavigated, GeoTiff(geometry_, raster, projection_));
+      before = std::move(raster.values);
     }
-    DepthRaster after = Depth(delivered_);
-    Write("depth.tif", GeoTiff(geometry_, after.bands, options_.datum));
-    summary_.cells_mapped = after.cells;
-    auto range = Quantiles({&before, &after.mean()}, 0.005, 0.995);
-    WidenFlatRange(&range, 0.1);
+    std::vector<float> after = WriteDelivered();
+    ColourRange range = RangeOf({&before, &after}, 0.005, 0.995, 0.1);
+    summary_.elevation_range_m = range;
+    range = {-range.second, -range.first};
     Picture picture = DepthPicture(geometry_, before, range);
-    picture.title = options_.title + ": depth, dead reckoned";
+    picture.title = options_.title + ": depth, as navigated";
     picture.subtitle = Subtitle(summary_, summary_.before);
-    picture.lines = TrackLines(track_, false, options_.axes);
-    Write("depth_dead_reckoned.png", RenderPng(picture));
-    picture = DepthPicture(geometry_, after.mean(), range);
+    picture.lines = TrackLines(track_, false, projection_);
+    Write(product_files::kDepthPictureAsNavigated, RenderPng(picture));
+    picture = DepthPicture(geometry_, after, range);
     picture.title = options_.title + ": depth, " + MapName(summary_.outcome);
     picture.subtitle = Subtitle(summary_, summary_.after());
-    picture.lines = LoopLines(survey_, delivered_.T_map_level, options_.axes);
+    picture.lines = LoopLines(survey_, delivered_, projection_);
     const bool corrected = summary_.outcome == Outcome::kCorrected;
-    for (PictureLine& line : TrackLines(track_, corrected, options_.axes))
+    for (PictureLine& line : TrackLines(track_, corrected, projection_))
       picture.lines.push_back(std::move(line));
-    Write("depth.png", RenderPng(picture));
+    Write(product_files::kDepthPicture, RenderPng(picture));
   }
 
-  DepthRaster Depth(const SurveyPoses& poses) const {
-    return ComputeDepth(survey_, poses, options_.axes, geometry_);
+  // Returns the elevations.
+  std::vector<float> WriteDelivered() {
+    const DepthMap map = Grid(delivered_);
+    summary_.cells_mapped = map.CountSeen();
+    Raster elevation = map.Elevation();
+    Write(product_files::kElevation, GeoTiff(geometry_, elevation, projection_));
+    Write(product_files::kSpread, GeoTiff(geometry_, map.Spread(), projection_));
+    seen_ = map.Density();
+    Write(product_files::kDensity, GeoTiff(geometry_, seen_, projection_));
+    const Raster uncertainty = map.Uncertainty(
+        {options_.depth_bias_m, options_.noise.components.sounding_variance_ratio.value});
+    Write(product_files::kUncertainty, GeoTiff(geometry_, uncertainty, projection_));
+    if (options_.soundings != nullptr)
+      Write(product_files::kShoalest,
+            GeoTiff(geometry_,
+                    Shoalest(survey_, delivered_, projection_, geometry_, options_.soundings),
+                    projection_));
+    if (projection_.has_crs())
+      Write(product_files::kBag,
+            Bag(geometry_,
+                {elevation,
+                 uncertainty,
+                 options_.title,
+                 survey_.submaps.front().start,
+                 survey_.submaps.back().end},
+                projection_));
+    return std::move(elevation.values);
   }
 
-  void WriteConsistency() {
-    const std::vector<RasterBand> before = ToBands(before_);
-    const std::vector<RasterBand> after = ToBands(after_);
-    Write("consistency_dead_reckoned.tif", GeoTiff(geometry_, before, options_.datum));
-    Write("consistency.tif", GeoTiff(geometry_, after, options_.datum));
-    std::pair<double, double> range = Quantiles({&before[1].values, &after[1].values}, 0.0, 0.98);
-    range.first = 0.0;
-    WidenFlatRange(&range, 0.01);
-    range.first = 0.0;
-    Picture picture = ConsistencyPicture(geometry_, before, range.second);
-    picture.title = options_.title + ": consistency, dead reckoned";
+  void WriteMismatch() {
+    const Raster before = Mismatch(before_);
+    const Raster after = Mismatch(after_);
+    Write(product_files::kMismatchAsNavigated, GeoTiff(geometry_, before, projection_));
+    Write(product_files::kMismatch, GeoTiff(geometry_, after, projection_));
+    const double highest_m =
+        std::max(0.01, RangeOf({&before.values, &after.values}, 0.0, 0.98, 0.0).second);
+    Picture picture = MismatchPicture(geometry_, before.values, seen_.values, highest_m);
+    picture.title = options_.title + ": swath mismatch, as navigated";
     picture.subtitle = Subtitle(summary_, summary_.before) + "; grey: seen by one submap";
-    Write("consistency_dead_reckoned.png", RenderPng(picture));
-    picture = ConsistencyPicture(geometry_, after, range.second);
-    picture.title = options_.title + ": consistency, " + MapName(summary_.outcome);
+    Write(product_files::kMismatchPictureAsNavigated, RenderPng(picture));
+    picture = MismatchPicture(geometry_, after.values, seen_.values, highest_m);
+    picture.title = options_.title + ": swath mismatch, " + MapName(summary_.outcome);
     picture.subtitle = Subtitle(summary_, summary_.after()) + "; grey: seen by one submap";
-    Write("consistency.png", RenderPng(picture));
+    Write(product_files::kMismatchPicture, RenderPng(picture));
+  }
+
+  void WriteQgisProject() {
+    using Kind = QgisLayer::Kind;
+    const auto of_survey = [](Kind kind, const char* table, const char* title, const char* colour) {
+      return QgisLayer{kind, product_files::kGeoPackage, table, title, false, {}, colour};
+    };
+    std::vector<QgisLayer> layers{
+        of_survey(Kind::kLines, kTrackLayer, "Track", "20,20,25,255"),
+        of_survey(Kind::kLines, kTrackAsNavigatedLayer, "Track as navigated", "150,60,40,255"),
+        of_survey(Kind::kLines, kEdgeLayer, "Loop closures", "220,30,90,160"),
+        of_survey(Kind::kPoints, kFixLayer, "Position fixes", "40,140,60,255"),
+        of_survey(Kind::kPolygons, kFootprintLayer, "Submaps", "90,90,100,255")};
+    layers.front().visible = true;
+    const auto map = [&](const char* file, const char* title, bool visible) {
+      layers.push_back(
+          {Kind::kElevation, file, "", title, visible, summary_.elevation_range_m, ""});
+    };
+    map(product_files::kElevation, "Elevation", true);
+    map(product_files::kElevationAsNavigated, "Elevation as navigated", false);
+    layers.push_back(
+        {Kind::kHillshade, product_files::kElevation, "", "Relief", true, {}, ""});
+    const Eigen::Vector2d& min = geometry_.origin;
+    const Eigen::Vector2d max =
+        min + geometry_.cell_m * Eigen::Vector2d(geometry_.rows, geometry_.cols);
+    Write(product_files::kQgisProject,
+          QgisProject(options_.title, projection_, {min, max}, layers));
   }
 
   const Survey& survey_;
   const ProductOptions& options_;
   fs::path dir_;
+  MapProjection projection_;
   SurveyPoses dead_reckoned_;
   SurveyPoses delivered_;  // the solved ones unless ChooseMap() withholds them
+  // Of the submaps in the map's axes; absent where the map is as navigated.
+  std::vector<std::optional<Eigen::Vector3d>> delivered_sigmas_;
   ProductSummary summary_;
   GridGeometry geometry_;
   ConsistencyMap before_;
   ConsistencyMap after_;
+  Raster seen_;  // Density() of the delivered map
   std::vector<CorrectedState> track_;
 };
 
@@ -507,7 +502,7 @@ ProductSummary WriteProducts(const Survey& survey,
   if (survey.submaps.empty()) throw std::runtime_error("no submap: there is nothing to map");
   if (!any_point) throw std::runtime_error("no submap has a point: there is nothing to map");
   MakeFolder(dir);
-  MakeFolder(dir / "submaps");
+  MakeFolder(dir / product_files::kSubmapFolder);
   return ProductWriter(survey, options, dir).Run();
 }
 

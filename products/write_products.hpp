@@ -6,10 +6,11 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/core/survey_noise.hpp"
-#include "products/files/geo_files.hpp"
+#include "common/geo/datum.hpp"
 #include "products/files/sounding_files.hpp"
 #include "products/map/consistency.hpp"
 #include "products/map/map_points.hpp"
@@ -34,6 +35,9 @@ struct ProductOptions {
   double cell_m = 0.0;           // cell size of every raster; 0: chosen from the points' density
   MapAxes axes = MapAxes::kNorthEastDown;
   std::optional<Datum> datum;  // map origin; absent for imported submaps, whose axes have no origin
+  // Reference system of the map files, with a datum: MapProjection.
+  std::string crs;
+  int vertical_epsg = 0;
   // Limit of a raster, about 0.7 GB at the peak. With cell_m = 0 the cell is enlarged to stay below
   // it; a given cell_m that exceeds it is an error.
   std::size_t max_cells = 16'000'000;
@@ -43,12 +47,15 @@ struct ProductOptions {
   // this fraction of it does not count as larger. Moving points between cells changes the errors of
   // a small survey by about as much.
   double harm_tolerance = 0.05;
-  SurveyNoise noise;  // for the report; of several dives without a timing
+  SurveyNoise noise;  // for report and uncertainty; of several dives without a timing
+  double depth_bias_m = 0.0;  // of the vehicle's depth, 1 sigma
   // Why the noise was not estimated, for the report; empty: it was.
   std::string noise_not_estimated;
   std::vector<TruthState> truth;     // ground truth; empty: not known
-  SoundingLog* soundings = nullptr;  // every sounding, to be exported; null: no export of soundings
-  SoundingFormat sounding_format = SoundingFormat::kLas;
+  // Every sounding, for the shallowest of each cell and for export; null: single soundings are not
+  // known.
+  SoundingLog* soundings = nullptr;
+  std::optional<SoundingFormat> sounding_format;  // of an export of soundings; absent: none
   std::map<std::string, std::uint64_t> seeds;  // of a simulated survey, for the report
   std::string configuration;                   // sentence that names its files, for the report
   // Messages that never reached the mapper, by reason: malformed, late, repeated. For the report.
@@ -103,6 +110,10 @@ struct ProductSummary {
 
   double cell_m = 0.0;
   std::uint64_t cells_mapped = 0;
+  std::string horizontal_crs;  // of the map files, such as "EPSG:32632"; empty: none
+  std::string crs;             // the same with the vertical system
+  std::pair<double, double> elevation_range_m;  // of the colours of both maps
+  std::vector<std::string> files;               // that were written so far
   // Consistency of the dead-reckoned map (before) and of the graph's (solved), over comparable
   // cells: FiguresOfComparableCells().
   ConsistencyFigures before;
@@ -130,9 +141,9 @@ struct ProductSummary {
   std::vector<DiveInMap> dives;             // where there are several
 };
 
-// Writes every product into dir (created if need be): depth, depth_dead_reckoned, consistency,
-// consistency_dead_reckoned as .tif and .png, track.csv, poses.txt, graph.g2o, survey.gpkg,
-// submaps/submap_ID.pcd, report.json, report.html; in export/ lines.csv and, with a datum,
+// Writes every product into dir (created if need be): those of product_files.hpp, and
+// submaps/submap_ID.pcd; survey.bag and survey.qgs with a datum, shoalest.tif with
+// options.soundings; in export/ lines.csv and, with a datum,
 // navigation.csv, navigation.sbet and navigation.na0 (MB-System), with the dives in order of time;
 // where dives overlap in time, navigation_1.csv ... of each dive; with options.soundings the
 // soundings file and files.csv. Each file appears whole or not at all. The same survey and options

@@ -98,16 +98,14 @@ void PrintSummary(const ProductSummary& summary, const fs::path& out) {
       static_cast<unsigned long long>(summary.loops_accepted),
       static_cast<unsigned long long>(summary.loops_rejected));
   if (summary.after().point.cells == 0)
-    std::printf("no overlap between submaps: no consistency error\n");
+    std::printf("no overlap between submaps: no swath mismatch\n");
   else
-    std::printf("consistency RMS %.3f m before, %.3f m after; surface error RMS %.3f m, %.3f m\n",
-                summary.before.point.rms_m,
-                summary.after().point.rms_m,
+    std::printf("swath mismatch RMS %.3f m as navigated, %.3f m in the map\n",
                 summary.before.surface.rms_m,
                 summary.after().surface.rms_m);
   if (summary.truth) {
     std::printf(
-        "position RMS %.3f m before, %.3f m after; yaw RMS %.3f deg before, %.3f deg after\n",
+        "position error RMS %.3f m as navigated, %.3f m in the map; heading %.3f deg, %.3f deg\n",
         summary.truth->before.position_rms_m,
         summary.truth->after.position_rms_m,
         summary.truth->before.yaw_rms_deg,
@@ -188,6 +186,16 @@ void AddReplay(CLI::App* app, int* status) {
                    "input)")
       ->delimiter(',')
       ->expected(2);
+  replay->add_option("--crs",
+                     options.crs,
+                     "coordinate reference system of the map files, in metres, such as EPSG:25832 "
+                     "(default: the survey's UTM zone on WGS 84)");
+  replay
+      ->add_option("--cell",
+                   options.cell_m,
+                   "cell of the rasters [m] (default: twice the spacing of the points, rounded up "
+                   "to 1, 2 or 5 times a power of ten)")
+      ->check(CLI::PositiveNumber);
   const std::map<std::string, SoundingFormat> formats{{"las", SoundingFormat::kLas},
                                                       {"xyz", SoundingFormat::kXyz}};
   replay

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "products/files/geo_files.hpp"
+#include "common/geo/datum.hpp"
 #include "products/track/track.hpp"
 
 // The corrected track in formats of other programs. Heading is the corrected yaw; roll, pitch and

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
-#include <map>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -15,7 +14,7 @@
 #include "common/core/bytes.hpp"
 #include "common/geo/map_frame.hpp"
 #include "products/files/navigation_files.hpp"
-#include "products/track/survey_lines.hpp"
+#include "products/files/placed_soundings.hpp"
 
 namespace seastitch {
 namespace {
@@ -24,6 +23,7 @@ namespace fs = std::filesystem;
 
 struct Row {
   Eigen::Vector3d p_ned;
+  Eigen::Vector2d north_east;  // in the map's files
   SubmapSoundings::Ping ping;
   std::uint16_t beam;
   std::uint16_t file;
@@ -41,16 +41,21 @@ class SoundingWriter {
 // ASPRS LAS specification 1.4, revision 15.
 class LasWriter : public SoundingWriter {
  public:
-  LasWriter(const std::optional<Datum>& datum, Time day, std::ofstream* out)
-      : wkt_(datum ? ProjectionWkt(*datum) : ""), day_(day), out_(out) {
+  LasWriter(const MapProjection& projection, Time day, std::ofstream* out)
+      : wkt_(projection.Wkt()), day_(day), out_(out) {
     WriteHead();
   }
 
   void Add(const Row& row) override {
-    const Eigen::Vector3d p(row.p_ned.y(), row.p_ned.x(), -row.p_ned.z());
+    const Eigen::Vector3d p(row.north_east.y(), row.north_east.x(), -row.p_ned.z());
+    // Millimetres in 32 bits reach 2147 km: less than northings.
+    if (count_ == 0)
+      offset_ = {std::round(p.x() / kOffsetStepM) * kOffsetStepM,
+                 std::round(p.y() / kOffsetStepM) * kOffsetStepM,
+                 0.0};
     box_.extend(p);
     ByteWriter point;
-    for (const double coordinate : p)
+    for (const double coordinate : p - offset_)
       point.Le(static_cast<std::int32_t>(std::lround(coordinate / kScale)));
     point.Le(std::uint16_t{0});    // intensity
     point.Le(std::uint8_t{0x11});  // return 1 of 1
@@ -75,6 +80,7 @@ class LasWriter : public SoundingWriter {
 
  private:
   static constexpr double kScale = 0.001;
+  static constexpr double kOffsetStepM = 10'000.0;
   static constexpr int kNoise = 7;
   static constexpr int kBathymetricPoint = 40;
   static constexpr std::uint16_t kHeaderBytes = 375;
@@ -146,7 +152,7 @@ class LasWriter : public SoundingWriter {
     h.Le(kPointBytes);
     h.Zeros(4 + 5 * 4);  // counts of before 1.4
     for (int axis = 0; axis < 3; ++axis) h.Le(kScale);
-    for (int axis = 0; axis < 3; ++axis) h.Le(0.0);
+    for (const double offset : offset_) h.Le(offset);
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
       h.Le(count_ == 0 ? 0.0 : box_.max()(axis));
       h.Le(count_ == 0 ? 0.0 : box_.min()(axis));
@@ -163,6 +169,7 @@ class LasWriter : public SoundingWriter {
   const Time day_;
   std::ofstream* const out_;
   std::uint64_t count_ = 0;
+  Eigen::Vector3d offset_ = Eigen::Vector3d::Zero();
   Eigen::AlignedBox3d box_;
 };
 
@@ -205,76 +212,35 @@ class XyzWriter : public SoundingWriter {
   std::string text_;  // time_
 };
 
-// From the level frame of a submap to north, east, depth.
-class Placer {
- public:
-  Placer(const Survey& survey, const SurveyPoses& poses, MapAxes axes)
-      : survey_(survey), poses_(poses), axes_(axes) {
-    for (std::size_t i = 0; i < survey.submaps.size(); ++i) place_of_[survey.submaps[i].id] = i;
-    const std::vector<SurveyLine> lines = LinesOf(survey);
-    line_of_.resize(survey.submaps.size());
-    for (std::size_t n = 0; n < lines.size(); ++n)
-      for (std::size_t i = lines[n].first; i <= lines[n].last; ++i)
-        line_of_[i] = static_cast<std::uint16_t>(n + 1);
-  }
-
-  // False: the survey does not have it.
-  bool Take(SubmapId id) {
-    const auto found = place_of_.find(id);
-    if (found == place_of_.end()) return false;
-    i_ = found->second;
-    T_map_submap_ = SubmapPose(survey_.submaps[i_], poses_.T_map_level[i_]);
-    mounting_ = poses_.MountingOf(i_);
-    R_level_submap_ = LevelFromBody(survey_.submaps[i_].T_map_submap);
-    return true;
-  }
-  Eigen::Vector3d operator()(const Eigen::Vector3f& p_submap_m) const {
-    Eigen::Vector3d p_level = R_level_submap_ * p_submap_m.cast<double>();
-    p_level.head<2>() += Shear(p_level.head<2>(), mounting_);
-    return ToNorthEastDown(T_map_submap_ * (R_level_submap_.transpose() * p_level), axes_);
-  }
-  std::uint16_t line() const { return line_of_[i_]; }
-
- private:
-  const Survey& survey_;
-  const SurveyPoses& poses_;
-  const MapAxes axes_;
-  std::map<SubmapId, std::size_t> place_of_;
-  std::vector<std::uint16_t> line_of_;
-  std::size_t i_ = 0;
-  MountingErrors mounting_;
-  Eigen::Isometry3d T_map_submap_ = Eigen::Isometry3d::Identity();
-  Eigen::Matrix3d R_level_submap_ = Eigen::Matrix3d::Identity();
-};
-
 }  // namespace
 
 std::uint64_t WriteSoundings(const Survey& survey,
                              const SurveyPoses& poses,
-                             MapAxes axes,
-                             const std::optional<Datum>& datum,
-                             SoundingFormat format,
+                             const SoundingOutput& output,
                              SoundingLog* log,
                              const fs::path& path) {
   const fs::path partial = path.string() + ".partial";
   std::ofstream out(partial, std::ios::binary | std::ios::trunc);
   std::unique_ptr<SoundingWriter> writer;
-  if (format == SoundingFormat::kLas)
-    writer = std::make_unique<LasWriter>(datum, survey.submaps.back().end, &out);
+  if (output.format == SoundingFormat::kLas)
+    writer = std::make_unique<LasWriter>(output.projection, survey.submaps.back().end, &out);
   else
-    writer = std::make_unique<XyzWriter>(datum, &out);
-  Placer place(survey, poses, axes);
+    writer = std::make_unique<XyzWriter>(output.datum, &out);
   std::uint64_t count = 0;
-  log->ForEach([&](const SubmapSoundings& submap, const std::vector<std::uint16_t>& inputs) {
-    if (!place.Take(submap.id)) return;
-    for (const SubmapSoundings::Sounding& s : submap.soundings)
-      writer->Add({place(s.p_submap_m),
-                   submap.pings[s.ping],
+  const MapAxes axes = output.projection.axes();
+  ForEachPlaced(survey, poses, axes, log, [&](const PlacedSoundings& placed) {
+    const std::vector<Eigen::Vector2d> north_east = output.projection.NorthEast(placed.p_ned);
+    for (std::size_t k = 0; k < placed.p_ned.size(); ++k) {
+      const SubmapSoundings::Sounding& s = placed.submap.soundings[k];
+      writer->Add({placed.p_ned[k],
+                   north_east[k],
+                   placed.submap.pings[s.ping],
                    s.beam,
-                   static_cast<std::uint16_t>(inputs[s.ping] + 1),
-                   place.line(),
+                   static_cast<std::uint16_t>(placed.inputs[s.ping] + 1),
+                   placed.line,
                    s.used});
-    count += submap.soundings.size();
+    }
+    count += placed.p_ned.size();
   });
   writer->Finish();
   out.close();

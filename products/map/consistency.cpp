@@ -33,8 +33,8 @@ class CellCloud {
     cells.reserve(points.size());
     box_ = {std::numeric_limits<int>::max(), std::numeric_limits<int>::max(), -1, -1};
     for (const MapPoint& point : points) {
-      const int row = std::clamp(geometry.Row(point.p_ned.x()), 0, geometry.rows - 1);
-      const int col = std::clamp(geometry.Col(point.p_ned.y()), 0, geometry.cols - 1);
+      const int row = std::clamp(geometry.Row(point.north_east.x()), 0, geometry.rows - 1);
+      const int col = std::clamp(geometry.Col(point.north_east.y()), 0, geometry.cols - 1);
       cells.emplace_back(row, col);
       box_ = {std::min(box_.row0, row),
               std::min(box_.col0, col),
@@ -253,7 +253,7 @@ std::vector<float> WhereAlike(const ConsistencyMap& map,
 
 ConsistencyMap ComputeConsistency(const std::vector<SurveySubmap>& submaps,
                                   const SurveyPoses& poses,
-                                  MapAxes axes,
+                                  const MapProjection& projection,
                                   const GridGeometry& geometry,
                                   std::size_t cache_points,
                                   const std::function<void(std::size_t)>& on_submap) {
@@ -262,11 +262,11 @@ ConsistencyMap ComputeConsistency(const std::vector<SurveySubmap>& submaps,
                      Grid<std::uint16_t>(geometry, 0)};
   std::vector<Eigen::AlignedBox2d> boxes;
   for (std::size_t i = 0; i < submaps.size(); ++i) {
-    boxes.push_back(NorthEastBox(submaps, poses, i, axes));
+    boxes.push_back(NorthEastBox(submaps, poses, i, projection));
   }
   CloudCache clouds(
       [&](std::size_t i) {
-        return std::make_shared<const CellCloud>(LoadMapPoints(submaps, poses, i, axes), geometry);
+        return std::make_shared<const CellCloud>(LoadMapPoints(submaps, poses, i, projection), geometry);
       },
       cache_points);
   for (std::size_t m = 0; m < submaps.size(); ++m) {
@@ -285,6 +285,15 @@ ConsistencyMap ComputeConsistency(const std::vector<SurveySubmap>& submaps,
     }
   }
   return map;
+}
+
+Raster Mismatch(const ConsistencyMap& map) {
+  Raster raster;
+  raster.description = "swath mismatch: surface error between submaps";
+  raster.unit = "m";
+  raster.values = map.surface_error_m.cells();
+  std::replace(raster.values.begin(), raster.values.end(), kNoValue, kNoData);
+  return raster;
 }
 
 ConsistencyFigures Figures(const ConsistencyMap& map) { return FiguresOfComparableCells(map, map); }

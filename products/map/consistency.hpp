@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/core/grid.hpp"
+#include "products/geo/raster.hpp"
 #include "products/map/map_points.hpp"
 #include "products/survey.hpp"
 
@@ -47,15 +48,19 @@ struct ConsistencyMap {
   Grid<std::uint16_t> submaps;  // number of submaps with points in the cell
 };
 
-// Computes both errors with the submaps at `poses`. axes: those of the submaps' map frame.
+// Computes both errors with the submaps at `poses`. The cells are those of the
+// projection; distances are measured in the map frame.
 // Memory: the grid, the points of two submaps, and a cache of at most cache_points points (24 bytes
 // each). on_submap(i) is called before the pairs of submap i, to show progress.
 ConsistencyMap ComputeConsistency(const std::vector<SurveySubmap>& submaps,
                                   const SurveyPoses& poses,
-                                  MapAxes axes,
+                                  const MapProjection& projection,
                                   const GridGeometry& geometry,
                                   std::size_t cache_points,
                                   const std::function<void(std::size_t)>& on_submap = {});
+
+// The surface error as a raster: the swath mismatch.
+Raster Mismatch(const ConsistencyMap& map);
 
 // Statistics over cells. Without any cell, `cells` is 0 and the others are NaN.
 struct ErrorFigures {

@@ -74,25 +74,25 @@ std::string Counted(std::uint64_t count, const char* one, const char* many) {
 
 std::string NothingMovedStatement(const ProductSummary& s, const Survey& survey) {
   if (s.loops_accepted > 0 && survey.solution.vertices.empty()) {
-    return "Loop closures were found, but the graph was not solved: the map is dead reckoning.";
+    return "Loop closures were found, but the graph was not solved: the map is as navigated.";
   }
   if (s.loops_accepted > 0 && s.loops_refused == s.loops_accepted) {
     return "Nothing could be corrected: of " +
            Counted(s.loops_accepted, "loop closure", "loop closures") +
-           " the graph accepts none, since they contradict dead reckoning. The map is dead "
-           "reckoning. Check the mounting in vehicle.yaml, and whether sonar_mounting_sigma_m "
+           " the graph accepts none, since they contradict the navigation. The map is as "
+           "navigated. Check the mounting in vehicle.yaml, and whether sonar_mounting_sigma_m "
            "covers its error.";
   }
   if (s.loops_accepted > 0) {
-    return "The loop closures agree with dead reckoning: nothing had to be corrected.";
+    return "The loop closures agree with the navigation: nothing had to be corrected.";
   }
   if (s.loops_rejected > 0) {
     return "Nothing could be corrected: " +
            Counted(s.loops_rejected, "pair of submaps was", "pairs of submaps were") +
-           " registered, and none became a loop closure. The map is dead reckoning.";
+           " registered, and none became a loop closure. The map is as navigated.";
   }
-  return "Nothing could be corrected: no two passes of this survey overlap. The map is dead "
-         "reckoning.";
+  return "Nothing could be corrected: no two passes of this survey overlap. The map is as "
+         "navigated.";
 }
 
 // Names the loop closures and position fixes in the graph. How many of the fixes are inliers is not
@@ -136,7 +136,7 @@ bool Worse(const ErrorFigures& solved, const ErrorFigures& before, double tolera
 std::string WorseStatement(const char* measure, double solved_m, double before_m) {
   return std::string("The correction was withheld: it would have made the map less consistent (") +
          measure +
-         Format(" %.3f m in place of %.3f m). The map is dead reckoning.", solved_m, before_m);
+         Format(" %.3f m in place of %.3f m). The map is as navigated.", solved_m, before_m);
 }
 
 }  // namespace
@@ -178,7 +178,7 @@ void Judge(const Survey& survey, double harm_tolerance, ProductSummary* s) {
     s->outcome = Outcome::kWithheld;
     s->statement = Format(
         "The correction was withheld: it would have torn overlapping swaths apart (%.0f cells seen "
-        "twice in place of %.0f). The map is dead reckoning.",
+        "twice in place of %.0f). The map is as navigated.",
         kept,
         static_cast<double>(s->before_all.point.cells));
     return;

@@ -40,30 +40,43 @@ PointCloud LoadCloud(const SurveySubmap& submap, const MountingErrors& mounting)
 std::vector<MapPoint> LoadMapPoints(const std::vector<SurveySubmap>& submaps,
                                     const SurveyPoses& poses,
                                     std::size_t i,
-                                    MapAxes axes) {
+                                    const MapProjection& projection) {
   const PointCloud cloud = LoadCloud(submaps[i], poses.MountingOf(i));
   const Eigen::Isometry3d T_map_submap = SubmapPose(submaps[i], poses.T_map_level[i]);
+  std::vector<Eigen::Vector3d> p_ned;
+  p_ned.reserve(cloud.size());
+  for (const Eigen::Vector3f& p : cloud.points)
+    p_ned.push_back(ToNorthEastDown(T_map_submap * p.cast<double>(), projection.axes()));
+  const std::vector<Eigen::Vector2d> north_east = projection.NorthEast(p_ned);
   std::vector<MapPoint> points;
   points.reserve(cloud.size());
-  for (std::size_t k = 0; k < cloud.size(); ++k) {
-    const Eigen::Vector3d p_map = T_map_submap * cloud.points[k].cast<double>();
-    points.push_back({ToNorthEastDown(p_map, axes), static_cast<double>(cloud.soundings[k])});
-  }
+  for (std::size_t k = 0; k < cloud.size(); ++k)
+    points.push_back({p_ned[k], north_east[k], static_cast<double>(cloud.soundings[k])});
   return points;
 }
 
 Eigen::AlignedBox2d NorthEastBox(const std::vector<SurveySubmap>& submaps,
                                  const SurveyPoses& poses,
                                  std::size_t i,
-                                 MapAxes axes) {
-  // The hull was made from the same points in double; this covers the rounding of shearing and
-  // placing them in float.
-  constexpr double kSlackM = 1e-3;
-  Eigen::AlignedBox2d box;
+                                 const MapProjection& projection) {
+  // The hull was made from the same points in double. The slack covers the rounding of shearing
+  // and placing them in float, and the bend of the hull's straight sides by the projection.
+  constexpr double kSlackM = 0.01;
+  // Where a point lies in the files depends a little on its depth. The altitude is not known here:
+  // half a swath is no smaller than it, for a swath of 90 degrees and more.
+  Eigen::AlignedBox2d level;
+  for (const Eigen::Vector2d& corner : submaps[i].hull) level.extend(corner);
+  if (level.isEmpty()) return level;
+  const double down_m = submaps[i].T_map_submap.translation().z();
+  std::vector<Eigen::Vector3d> corners;
   for (const Eigen::Vector2d& corner : submaps[i].hull) {
-    const Eigen::Vector2d sheared = corner + Shear(corner, poses.MountingOf(i));
-    box.extend(ToNorthEast(poses.T_map_level[i] * sheared, axes));
+    const Eigen::Vector2d at =
+        poses.T_map_level[i] * (corner + Shear(corner, poses.MountingOf(i))).eval();
+    for (const double below_m : {0.0, level.diagonal().norm()})
+      corners.push_back(ToNorthEastDown({at.x(), at.y(), down_m + below_m}, projection.axes()));
   }
+  Eigen::AlignedBox2d box;
+  for (const Eigen::Vector2d& corner : projection.NorthEast(corners)) box.extend(corner);
   if (!box.isEmpty()) {
     box.min().array() -= kSlackM;
     box.max().array() += kSlackM;

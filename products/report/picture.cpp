@@ -9,7 +9,7 @@
 #include <memory>
 #include <stdexcept>
 
-#include "products/files/geo_files.hpp"
+#include "products/geo/raster.hpp"
 
 namespace seastitch {
 namespace {
@@ -48,7 +48,7 @@ Rgb ColourAt(const ColourScale& scale, double t) {
 }
 
 // Values at the picture's own resolution; NaN where there are none.
-struct Raster {
+struct PictureCells {
   int rows = 0, cols = 0;
   double cell_m = 1.0;
   std::vector<double> values;
@@ -59,9 +59,9 @@ struct Raster {
   }
 };
 
-Raster Averaged(const GridGeometry& g, const std::vector<float>& values) {
+PictureCells Averaged(const GridGeometry& g, const std::vector<float>& values) {
   const int factor = (std::max(g.rows, g.cols) + kMostCells - 1) / kMostCells;
-  Raster out;
+  PictureCells out;
   out.rows = (g.rows + factor - 1) / factor;
   out.cols = (g.cols + factor - 1) / factor;
   out.cell_m = g.cell_m * factor;
@@ -86,7 +86,7 @@ Raster Averaged(const GridGeometry& g, const std::vector<float>& values) {
 }
 
 // Slope of depth towards north and east; a missing neighbour counts as level ground.
-Eigen::Vector2d SlopeAt(const Raster& raster, int row, int col) {
+Eigen::Vector2d SlopeAt(const PictureCells& raster, int row, int col) {
   const double here = raster.At(row, col);
   const auto difference = [&](double low, double high) {
     const bool has_low = std::isfinite(low), has_high = std::isfinite(high);
@@ -101,7 +101,7 @@ Eigen::Vector2d SlopeAt(const Raster& raster, int row, int col) {
 
 // Slopes are raised until the typical one is about 20 degrees, so that a smooth seabed shows its
 // shape and a rough one does not turn black.
-double Exaggeration(const Raster& raster) {
+double Exaggeration(const PictureCells& raster) {
   double squares = 0.0, n = 0.0;
   for (int row = 0; row < raster.rows; ++row) {
     for (int col = 0; col < raster.cols; ++col) {
@@ -132,7 +132,7 @@ std::uint32_t Pack(const Rgb& c) {
 
 // One pixel a cell, north up.
 template <class ColourOf>
-cairo_surface_t* CellImage(const Raster& raster, ColourOf colour_of) {
+cairo_surface_t* CellImage(const PictureCells& raster, ColourOf colour_of) {
   cairo_surface_t* image =
       cairo_image_surface_create(CAIRO_FORMAT_ARGB32, raster.cols, raster.rows);
   cairo_surface_flush(image);
@@ -241,10 +241,10 @@ void DrawMap(cairo_t* cr, const View& view, const Picture& p) {
   cairo_rectangle(cr, kLeft, kTop, view.width(), view.height());
   cairo_fill(cr);
   if (!p.underlay.empty()) {
-    const Raster under = Averaged(p.geometry, p.underlay);
+    const PictureCells under = Averaged(p.geometry, p.underlay);
     DrawImage(cr, view, p, CellImage(under, [](int, int) { return kSeenOnce; }));
   }
-  const Raster raster = Averaged(p.geometry, p.values);
+  const PictureCells raster = Averaged(p.geometry, p.values);
   const double exaggeration = p.hill_shade ? Exaggeration(raster) : 1.0;
   DrawImage(cr, view, p, CellImage(raster, [&](int row, int col) {
               const double t = (raster.At(row, col) - p.lowest) / (p.highest - p.lowest);

@@ -31,7 +31,7 @@ struct Picture {
   std::string subtitle;
   std::string value_label;  // beside the colour bar, with unit
   GridGeometry geometry;
-  std::vector<float> values;    // grid order; kNoData of geo_files.hpp is left blank
+  std::vector<float> values;    // grid order; kNoData of raster.hpp is left blank
   std::vector<float> underlay;  // empty, or values: cells with one have a pale grey background
   double lowest = 0.0;          // ends of the colour bar
   double highest = 1.0;

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "products/product_files.hpp"
 #include "products/report/html.hpp"
 #include "products/report/noise_report.hpp"
 #include "products/report/report.hpp"
@@ -27,17 +28,17 @@ const char* BannerClass(const ProductSummary& summary) {
 }
 
 std::string BeforeAfterTable(const ProductSummary& s) {
-  HtmlTable table({"", "Dead reckoned", "Delivered map"});
-  const ErrorFigures &b = s.before.point, &a = s.after().point;
-  table.Row({"Consistency error, RMS", Fixed(b.rms_m, 3) + " m", Fixed(a.rms_m, 3) + " m"});
-  table.Row({"&ensp;median", Fixed(b.median_m, 3) + " m", Fixed(a.median_m, 3) + " m"});
-  table.Row({"&ensp;95 % of cells below", Fixed(b.p95_m, 3) + " m", Fixed(a.p95_m, 3) + " m"});
-  table.Row({"Surface error, RMS",
+  HtmlTable table({"", "As navigated", "Delivered map"});
+  table.Row({"Swath mismatch, RMS",
              Fixed(s.before.surface.rms_m, 3) + " m",
              Fixed(s.after().surface.rms_m, 3) + " m"});
   table.Row({"&ensp;95 % of cells below",
              Fixed(s.before.surface.p95_m, 3) + " m",
              Fixed(s.after().surface.p95_m, 3) + " m"});
+  const ErrorFigures &b = s.before.point, &a = s.after().point;
+  table.Row({"Consistency error, RMS", Fixed(b.rms_m, 3) + " m", Fixed(a.rms_m, 3) + " m"});
+  table.Row({"&ensp;median", Fixed(b.median_m, 3) + " m", Fixed(a.median_m, 3) + " m"});
+  table.Row({"&ensp;95 % of cells below", Fixed(b.p95_m, 3) + " m", Fixed(a.p95_m, 3) + " m"});
   table.Row({"Cells compared", Grouped(b.cells), Grouped(a.cells)});
   if (s.truth) {
     const TrackError &tb = s.truth->before, &ta = s.truth->after;
@@ -81,7 +82,7 @@ std::string SurveyTable(const ProductSummary& s, const ProductOptions& options) 
   table.Row({"Points in the map", Grouped(s.points)});
   table.Row({"Cell", Fixed(s.cell_m, 2) + " m, " + Grouped(s.cells_mapped) + " with depth"});
   table.Row({"Cells seen by two or more submaps",
-             Grouped(s.before_all.point.cells) + " dead reckoned, " +
+             Grouped(s.before_all.point.cells) + " as navigated, " +
                  Grouped(s.solved_all.point.cells) + " solved"});
   table.Row({"Loop closures",
              Grouped(s.loops_accepted) + " accepted, " + Grouped(s.loops_refused) +
@@ -233,7 +234,7 @@ std::string NavigationOf(const Survey& survey,
   std::string html;
   for (const std::string& condition : dive.conditions)
     html += "<p>" + head + "At the end: " + Escaped(condition) + "</p>\n";
-  HtmlTable table({head + "Dead reckoning", ""});
+  HtmlTable table({head + "Navigation", ""});
   table.Row({"Stated at the end, 1 sigma: north, east, heading",
              Fixed(last->sigma.x(), 2) + " m, " + Fixed(last->sigma.y(), 2) + " m, " +
                  Fixed(Rad2Deg(last->sigma.z()), 2) + "&deg;"});
@@ -262,6 +263,20 @@ std::string CounterTable(const char* title, const std::map<std::string, std::int
   for (const auto& [name, count] : counters)
     table.Row({Escaped(name), Grouped(static_cast<std::uint64_t>(count))});
   return table.Finish();
+}
+
+// What lies beside the page.
+std::string FilesText(const ProductSummary& s, const ProductOptions& options, bool has_map) {
+  std::string text;
+  for (const std::string& name : s.files)
+    if (name.find('/') == std::string::npos) text += Escaped(name) + ", ";
+  if (has_map) text += std::string(product_files::kSubmapFolder) + "/, ";
+  text += std::string(product_files::kExportFolder) + "/, " + product_files::kReport + ".";
+  if (!s.crs.empty()) text += " Coordinates: " + Escaped(s.crs) + ".";
+  if (has_map && options.soundings == nullptr)
+    text += std::string(" There is no ") + product_files::kShoalest +
+            ", because the input holds no single soundings.";
+  return text;
 }
 
 void AddClosureErrors(const ClosureErrors& e, std::map<std::string, std::string>* values) {
@@ -295,11 +310,11 @@ std::string ReportHtml(const Survey& survey,
       {"navigation", NavigationSection(survey, options)},
       {"refused", CounterTable("Refused, late or doubled", Refused(survey, options))},
       {"mapper", CounterTable("Counted by the mapper", options.mapper_counters)},
-      {"files",
-       has_map ? "depth.tif, depth_dead_reckoned.tif (mean depth, spread, soundings), "
-                 "consistency.tif, consistency_dead_reckoned.tif, track.csv, poses.txt, graph.g2o, "
-                 "survey.gpkg, submaps/, export/, report.json (with run time and memory)."
-               : "track.csv, survey.gpkg, export/, report.json (with run time and memory)."}};
+      {"depth_before", product_files::kDepthPictureAsNavigated},
+      {"depth", product_files::kDepthPicture},
+      {"mismatch_before", product_files::kMismatchPictureAsNavigated},
+      {"mismatch", product_files::kMismatchPicture},
+      {"files", FilesText(s, options, has_map)}};
   if (s.closures_against_truth) AddClosureErrors(*s.closures_against_truth, &values);
   return FillTemplate(kReportPage, values);
 }

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "products/product_files.hpp"
 #include "products/report/noise_report.hpp"
 #include "products/report/report.hpp"
 #include "products/report/report_rows.hpp"
@@ -186,6 +187,7 @@ std::string ReportJson(const Survey& survey,
                        const ProductSummary& s,
                        const ProductOptions& options) {
   Json r;
+  r["products_version"] = product_files::kVersion;
   r["title"] = options.title;
   r["outcome"] = ToString(s.outcome);
   r["statement"] = s.statement;
@@ -219,7 +221,7 @@ std::string ReportJson(const Survey& survey,
       {"measure", "Roman and Singh 2006; see products/map/consistency.hpp"},
       {"compared_cells", {{"dead_reckoned", ToJson(s.before)}, {"solved", ToJson(s.solved)}}},
       {"all_cells", {{"dead_reckoned", ToJson(s.before_all)}, {"solved", ToJson(s.solved_all)}}}};
-  r["map"] = {{"cell_m", s.cell_m}, {"cells", s.cells_mapped}};
+  r["map"] = {{"cell_m", s.cell_m}, {"cells", s.cells_mapped}, {"crs", s.crs}};
   r["track"] = {{"distance_m", s.distance_m}, {"duration_s", s.duration_s}};
   r["correction"] = {
       {"largest_m", s.correction_max_m},

@@ -21,18 +21,18 @@ figure{margin:0}img{width:100%;border:1px solid #dfe3e8}figcaption{font-size:.9e
 {{warnings}}</ul></div>
 {{/warnings}}{{before_after}}{{survey}}{{#has_map}}<h2>Depth</h2>
 <div class="pair">
-<figure><a href="depth_dead_reckoned.png"><img src="depth_dead_reckoned.png" alt="Dead reckoned"></a><figcaption>Dead reckoned</figcaption></figure>
-<figure><a href="depth.png"><img src="depth.png" alt="Delivered map"></a><figcaption>Delivered map</figcaption></figure>
+<figure><a href="{{depth_before}}"><img src="{{depth_before}}" alt="As navigated"></a><figcaption>As navigated</figcaption></figure>
+<figure><a href="{{depth}}"><img src="{{depth}}" alt="Delivered map"></a><figcaption>Delivered map</figcaption></figure>
 </div>
-<h2>Consistency</h2>
+<h2>Swath mismatch</h2>
 <div class="pair">
-<figure><a href="consistency_dead_reckoned.png"><img src="consistency_dead_reckoned.png" alt="Dead reckoned"></a><figcaption>Dead reckoned</figcaption></figure>
-<figure><a href="consistency.png"><img src="consistency.png" alt="Delivered map"></a><figcaption>Delivered map</figcaption></figure>
+<figure><a href="{{mismatch_before}}"><img src="{{mismatch_before}}" alt="As navigated"></a><figcaption>As navigated</figcaption></figure>
+<figure><a href="{{mismatch}}"><img src="{{mismatch}}" alt="Delivered map"></a><figcaption>Delivered map</figcaption></figure>
 </div>
 <p class="small">Both measures have one value [m] per cell with points of two or more submaps: the largest over pairs of
-submaps. The consistency error is the mean distance from the points of one submap to the nearest points of the other
-(Roman and Singh, 2006). The surface error, which the pictures show, is the mean distance to the other's surface. It does
-not depend on the spacing of points. Before and after are compared over the cells with the same number of submaps in both
+submaps. The swath mismatch, which the pictures show, is the mean distance from the points of one submap to the surface
+of the other. It does not depend on the spacing of points. The consistency error is the mean distance to the nearest
+points of the other (Roman and Singh, 2006). Before and after are compared over the cells with the same number of submaps in both
 maps. Both pictures have the same colour scale.{{#has_truth}} Errors with respect to the truth are horizontal, along the
 delivered track. Shape errors are those after the best-fitting rigid motion of the track.{{/has_truth}} Loop closures make
 a map consistent. By themselves they do not make its absolute position more accurate.</p>

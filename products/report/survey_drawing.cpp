@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <string>
 #include <utility>
+
+#include "common/core/median.hpp"
 
 namespace seastitch {
 namespace {
@@ -13,12 +16,16 @@ constexpr Rgb kTrackColour{0.10, 0.10, 0.12};
 constexpr Rgb kLoopColour{0.86, 0.12, 0.36};
 
 std::map<SubmapId, Eigen::Vector2d> FramePositions(const Survey& survey,
-                                                   const std::vector<Pose2>& poses,
-                                                   MapAxes axes) {
+                                                   const SurveyPoses& poses,
+                                                   const MapProjection& projection) {
+  std::vector<Eigen::Vector3d> frames;
+  for (std::size_t i = 0; i < survey.submaps.size(); ++i)
+    frames.push_back(ToNorthEastDown(
+        SubmapPose(survey.submaps[i], poses.T_map_level[i]).translation(), projection.axes()));
+  const std::vector<Eigen::Vector2d> north_east = projection.NorthEast(frames);
   std::map<SubmapId, Eigen::Vector2d> positions;
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    positions[survey.submaps[i].id] = ToNorthEast(poses[i].Translation(), axes);
-  }
+  for (std::size_t i = 0; i < frames.size(); ++i)
+    positions[survey.submaps[i].id] = north_east[i];
   return positions;
 }
 
@@ -26,29 +33,31 @@ std::map<SubmapId, Eigen::Vector2d> FramePositions(const Survey& survey,
 
 std::vector<PictureLine> TrackLines(const std::vector<CorrectedState>& track,
                                     bool corrected,
-                                    MapAxes axes) {
+                                    const MapProjection& projection) {
   std::vector<PictureLine> lines;
-  for (std::size_t i = 0; i < track.size(); ++i) {
-    if (i == 0 || track[i].chain != track[i - 1].chain) {
-      PictureLine line;
-      line.colour = kTrackColour;
-      line.width_px = 1.2;
-      line.opacity = 0.75;
-      line.legend = corrected ? "track, corrected" : "track, dead reckoned";
-      lines.push_back(std::move(line));
+  for (const std::vector<CorrectedState>& dive : TracksOfDives(track)) {
+    std::vector<Eigen::Vector3d> points;
+    for (const CorrectedState& s : dive) {
+      const Eigen::Vector2d at =
+          corrected ? s.corrected.Translation() : s.p_dead_reckoned.head<2>().eval();
+      points.push_back(
+          ToNorthEastDown({at.x(), at.y(), s.p_dead_reckoned.z()}, projection.axes()));
     }
-    const CorrectedState& s = track[i];
-    lines.back().north_east.push_back(ToNorthEast(
-        corrected ? s.corrected.Translation() : Eigen::Vector2d(s.p_dead_reckoned.head<2>()),
-        axes));
+    PictureLine line;
+    line.colour = kTrackColour;
+    line.width_px = 1.2;
+    line.opacity = 0.75;
+    line.legend = corrected ? "track, corrected" : "track, as navigated";
+    line.north_east = projection.NorthEast(points);
+    lines.push_back(std::move(line));
   }
   return lines;
 }
 
 std::vector<PictureLine> LoopLines(const Survey& survey,
-                                   const std::vector<Pose2>& poses,
-                                   MapAxes axes) {
-  const auto at = FramePositions(survey, poses, axes);
+                                   const SurveyPoses& poses,
+                                   const MapProjection& projection) {
+  const auto at = FramePositions(survey, poses, projection);
   std::vector<PictureLine> lines;
   for (const LoopRow& row : LoopRows(survey)) {
     const GraphEdge& e = *row.edge;
@@ -63,54 +72,57 @@ std::vector<PictureLine> LoopLines(const Survey& survey,
   return lines;
 }
 
-std::vector<VectorLayer> SurveyLayers(const Survey& survey,
-                                      const std::vector<Pose2>& poses,
-                                      const std::vector<CorrectedState>& track,
-                                      MapAxes axes) {
-  VectorLayer tracks{"track", false, {}};
-  for (const bool corrected : {true, false}) {
-    for (PictureLine& of_chain : TrackLines(track, corrected, axes)) {
-      VectorFeature line;
-      line.north_east = std::move(of_chain.north_east);
-      line.fields = {{"kind", std::string(corrected ? "corrected" : "dead reckoned")}};
-      if (line.north_east.size() > 1) tracks.features.push_back(std::move(line));
-    }
+ColourRange RangeOf(const std::vector<const std::vector<float>*>& rasters,
+                    double lo,
+                    double hi,
+                    double width) {
+  std::vector<float> values;
+  for (const std::vector<float>* raster : rasters) {
+    std::copy_if(raster->begin(), raster->end(), std::back_inserter(values), [](float v) {
+      return v != kNoData;
+    });
   }
-  VectorLayer footprints{"footprints", true, {}};
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    const SurveySubmap& s = survey.submaps[i];
-    const Footprint& corners = s.footprint.size() >= 3 ? s.footprint : s.hull;
-    if (corners.size() < 3) continue;
-    VectorFeature area;
-    for (const Eigen::Vector2d& p : corners) {
-      area.north_east.push_back(ToNorthEast(poses[i] * p, axes));
-    }
-    area.fields = {{"submap", static_cast<double>(s.id.value)},
-                   {"closed_by", std::string(ToString(s.trigger))},
-                   {"start_utime_us", static_cast<double>(ToUtime(s.start))},
-                   {"end_utime_us", static_cast<double>(ToUtime(s.end))},
-                   {"soundings_read", static_cast<double>(s.soundings_read)},
-                   {"soundings_used", static_cast<double>(s.soundings_used)},
-                   {"points", static_cast<double>(s.points)}};
-    footprints.features.push_back(std::move(area));
+  ColourRange range{0.0, 1.0};
+  if (!values.empty()) {
+    const auto index = [&](double share) {
+      return static_cast<std::size_t>(std::lround(share * static_cast<double>(values.size() - 1)));
+    };
+    range = OrderStatistics(index(lo), index(hi), &values);
   }
-  VectorLayer edges{"edges", false, {}};
-  const auto at = FramePositions(survey, poses, axes);
-  for (const LoopRow& row : LoopRows(survey)) {
-    const GraphEdge& e = *row.edge;
-    if (!at.contains(e.from) || !at.contains(e.to)) continue;
-    VectorFeature line;
-    line.north_east = {at.at(e.from), at.at(e.to)};
-    line.fields = {{"from_submap", static_cast<double>(e.from.value)},
-                   {"to_submap", static_cast<double>(e.to.value)},
-                   {"verdict", std::string(ToString(e.verdict))},
-                   {"weight", row.weight},
-                   {"z_offset_m", e.z_offset_m},
-                   {"rms_m", e.rms_m},
-                   {"overlap_m2", e.overlap_m2}};
-    edges.features.push_back(std::move(line));
-  }
-  return {std::move(tracks), std::move(footprints), std::move(edges)};
+  if (range.second - range.first >= width) return range;
+  const double middle = 0.5 * (range.first + range.second);
+  return {middle - 0.5 * width, middle + 0.5 * width};
+}
+
+Picture DepthPicture(const GridGeometry& geometry,
+                     const std::vector<float>& elevation_m,
+                     const ColourRange& depth_m) {
+  Picture picture;
+  picture.geometry = geometry;
+  picture.values = elevation_m;
+  for (float& value : picture.values)
+    if (value != kNoData) value = -value;
+  picture.lowest = depth_m.first;
+  picture.highest = depth_m.second;
+  picture.value_label = "Depth (m)";
+  picture.deeper_is_down = true;
+  picture.hill_shade = true;
+  picture.colours = &DepthColours();
+  return picture;
+}
+
+Picture MismatchPicture(const GridGeometry& geometry,
+                        const std::vector<float>& mismatch_m,
+                        const std::vector<float>& seen,
+                        double highest_m) {
+  Picture picture;
+  picture.geometry = geometry;
+  picture.values = mismatch_m;
+  picture.underlay = seen;
+  picture.highest = highest_m;
+  picture.value_label = "Swath mismatch (m)";
+  picture.colours = &ConsistencyColours();
+  return picture;
 }
 
 }  // namespace seastitch

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <utility>
+
 #include "common/geo/map_frame.hpp"
 
 namespace seastitch {

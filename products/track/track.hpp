@@ -8,7 +8,7 @@
 #include "common/core/mounting.hpp"
 #include "common/core/pose.hpp"
 #include "common/core/time.hpp"
-#include "products/files/geo_files.hpp"
+#include "common/geo/datum.hpp"
 #include "products/survey.hpp"
 
 namespace seastitch {

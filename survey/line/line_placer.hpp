@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "codecs/lines/line_points.hpp"
-#include "products/files/geo_files.hpp"
+#include "products/geo/geographic_converter.hpp"
 #include "survey/line/line_track.hpp"
 
 namespace seastitch {

@@ -16,7 +16,7 @@
 #include "codecs/makers/xtf_file.hpp"
 #include "codecs/navigation/text_navigation.hpp"
 #include "common/runtime/config/config.hpp"
-#include "products/files/geo_files.hpp"
+#include "products/geo/geographic_converter.hpp"
 #include "survey/line/line_plan.hpp"
 #include "survey/line/text_columns.hpp"
 #include "survey/read/sbet_beside.hpp"

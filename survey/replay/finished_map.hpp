@@ -10,7 +10,7 @@
 
 #include "common/core/submap.hpp"
 #include "mapper/mapper.hpp"
-#include "products/files/geo_files.hpp"
+#include "common/geo/datum.hpp"
 #include "products/report/dive_report.hpp"
 #include "products/survey.hpp"
 #include "products/write_products.hpp"

@@ -9,7 +9,10 @@
 #include <stdexcept>
 #include <string>
 #include <system_error>
+#include <string_view>
 #include <vector>
+
+#include "products/product_files.hpp"
 
 namespace seastitch {
 namespace {
@@ -17,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // Written last: if it exists, the products are complete.
-constexpr char kLast[] = "report.json";
+constexpr const char* kLast = product_files::kReport;
 
 std::runtime_error FolderError(const fs::path& folder, const std::string& reason) {
   return std::runtime_error(folder.string() + ": " + reason);
@@ -43,7 +46,7 @@ OutputFolder::OutputFolder(const fs::path& out)
       exists_(fs::exists(out_)),
       partial_(exists_ ? out_ / ".partial" : fs::path(out_.string() + ".partial")) {
   if (exists_ && !fs::is_directory(out_)) throw FolderError(out_, "is not a folder");
-  for (const char* folder : kFolders)
+  for (const char* folder : product_files::kFolders)
     if (exists_ && fs::exists(out_ / folder) && !fs::exists(out_ / kLast))
       throw FolderError(out_,
                         "holds " + std::string(folder) +
@@ -84,9 +87,10 @@ void OutputFolder::Publish() {
 
 // Those that were not made this time, in a folder of an earlier command.
 void OutputFolder::RemoveOldProducts() const {
-  std::vector<const char*> products(kFolders.begin(), kFolders.end());
-  products.insert(products.end(), kFiles.begin(), kFiles.end());
-  for (const char* product : products) {
+  std::vector<std::string_view> products(product_files::kFolders.begin(),
+                                         product_files::kFolders.end());
+  products.insert(products.end(), product_files::kAll.begin(), product_files::kAll.end());
+  for (const std::string_view product : products) {
     if (fs::exists(partial_ / product)) continue;
     std::error_code error;
     fs::remove_all(out_ / product, error);

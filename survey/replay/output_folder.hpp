@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <filesystem>
 
 namespace seastitch {
@@ -11,27 +10,9 @@ namespace seastitch {
 // that this one did not make are removed. A command that fails leaves OUT unchanged.
 class OutputFolder {
  public:
-  // Folders of products; Publish() replaces each as a whole.
-  static constexpr std::array<const char*, 3> kFolders{"config", "export", "submaps"};
-  // All other products of a replay, but for report.json.
-  static constexpr std::array<const char*, 14> kFiles{"consistency.png",
-                                                      "consistency.tif",
-                                                      "consistency_dead_reckoned.png",
-                                                      "consistency_dead_reckoned.tif",
-                                                      "depth.png",
-                                                      "depth.tif",
-                                                      "depth_dead_reckoned.png",
-                                                      "depth_dead_reckoned.tif",
-                                                      "graph.g2o",
-                                                      "poses.txt",
-                                                      "report.html",
-                                                      "survey.bin",
-                                                      "survey.gpkg",
-                                                      "track.csv"};
-
   // Creates the temporary folder and the folders above it, and removes what a killed command left
   // there. Throws std::runtime_error "FOLDER: reason" if another command writes to the same OUT, or
-  // if OUT has one of kFolders but no report.json: then the folder is not from an earlier output.
+  // if OUT has a folder of product_files.hpp but no report.json: then the folder is not from an earlier output.
   explicit OutputFolder(const std::filesystem::path& out);
   ~OutputFolder();  // Discard()
   OutputFolder(const OutputFolder&) = delete;

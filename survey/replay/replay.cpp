@@ -86,6 +86,14 @@ class Stopwatch {
   double cpu_start_s_ = CpuSeconds();
 };
 
+// Code of the vertical system in which the map's elevations count; 0: not known.
+int VerticalEpsg(const MapperConfig& config) {
+  constexpr int kInstantaneousWaterLevelHeight = 5829;
+  if (config.vertical_datum_epsg != 0) return static_cast<int>(config.vertical_datum_epsg);
+  const bool from_water_line = config.water_level_file.empty() && !config.vertical.by_heights;
+  return from_water_line ? kInstantaneousWaterLevelHeight : 0;
+}
+
 // Duration of all dives together [s].
 double DurationSeconds(const Survey& survey) {
   double duration_s = 0.0;
@@ -215,18 +223,27 @@ ProductSummary RunReplay(const ReplayOptions& options) {
     products.axes = first.input.submaps->z_up ? MapAxes::kEastNorthUp : MapAxes::kNorthEastDown;
   } else {
     products.datum = datum;
+    products.crs = options.crs;
+    products.depth_bias_m = first.mapper.navigation.depth_bias_m.sigma;
+    products.vertical_epsg = VerticalEpsg(first.mapper);
+    // A wrong one ends the command here, not after the mapping.
+    if (!options.crs.empty())
+      MapProjection(datum, Eigen::Vector2d::Zero(), options.crs, products.vertical_epsg);
     UseTruth(options, &products);
   }
+  products.cell_m = options.cell_m;
 
   std::unique_ptr<RawReplay> raw =
       options.from_raw ? OpenRaw(options, first.input, out.path()) : nullptr;
   SurveyCollector collector(out.path());
   MapRecorder recorder;
   std::optional<SoundingLog> soundings;
-  if (options.soundings) {
-    products.soundings = &soundings.emplace(out.path() / ".soundings");
-    products.sounding_format = *options.soundings;
-  }
+  products.sounding_format = options.soundings;
+  const bool of_pings = !options.as_recorded && !first.input.submaps &&
+                        std::none_of(dives.begin(), dives.end(), [](const Dive& dive) {
+                          return dive.input.map.has_value();
+                        });
+  if (of_pings) products.soundings = &soundings.emplace(out.path() / ".soundings");
   Feeding feeding{options.quiet, [&] { return interruption && interruption->requested(); }};
   if (options.as_recorded) {
     FeedResults(*first.input.logs, &collector, &feeding);

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "mapper/mapper.hpp"
@@ -39,6 +40,9 @@ struct ReplayOptions {
   DriverFiles drivers;
   // Drift of dead reckoning between two submaps of a directory of submaps, 1 sigma [m, deg].
   ImportedDrift drift;
+  // Reference system of the map files, such as "EPSG:25832"; empty: the UTM zone of the survey.
+  std::string crs;
+  double cell_m = 0.0;  // cell of the rasters; 0: chosen from the density of the points
   // If set, all soundings are also exported, in this format.
   std::optional<SoundingFormat> soundings;
   bool quiet = false;

@@ -14,6 +14,7 @@
 #include "survey/plan/maker_soundings.hpp"
 #include "survey/plan/survey_config.hpp"
 #include "survey/read/message_types.hpp"
+#include "products/product_files.hpp"
 #include "survey/replay/output_folder.hpp"
 
 namespace seastitch {
@@ -44,7 +45,7 @@ void ExpectApart(const std::vector<fs::path>& inputs, const fs::path& out) {
         std::mismatch(folder.begin(), folder.end(), target.begin(), target.end());
     const bool inside = fs::is_directory(input) && unlike == folder.end();
     const bool is_replaced = std::any_of(
-        OutputFolder::kFolders.begin(), OutputFolder::kFolders.end(), [&](const char* name) {
+        product_files::kFolders.begin(), product_files::kFolders.end(), [&](const char* name) {
           return fs::exists(target / name) && fs::equivalent(folder, target / name);
         });
     if (inside || is_replaced)
