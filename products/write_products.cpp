@@ -261,18 +261,14 @@ class ProductWriter {
 
   ConsistencyMap Measure(const SurveyPoses& poses, const char* which) {
     const std::size_t n = survey_.submaps.size();
-    return ComputeConsistency(survey_.submaps,
-                              poses,
-                              projection_,
-                              geometry_,
-                              options_.cache_points,
-                              [&](std::size_t i) {
-                                if (i % 50 == 0) {
-                                  Progress(options_,
-                                           std::string("swath mismatch ") + which + ": submap " +
-                                               std::to_string(i + 1) + " of " + std::to_string(n));
-                                }
-                              });
+    return ComputeConsistency(
+        survey_.submaps, poses, projection_, geometry_, options_.cache_points, [&](std::size_t i) {
+          if (i % 50 == 0) {
+            Progress(options_,
+                     std::string("swath mismatch ") + which + ": submap " + std::to_string(i + 1) +
+                         " of " + std::to_string(n));
+          }
+        });
   }
 
   void MeasureBoth(bool solved_too) {
@@ -456,8 +452,7 @@ class ProductWriter {
     };
     map(product_files::kElevation, "Elevation", true);
     map(product_files::kElevationAsNavigated, "Elevation as navigated", false);
-    layers.push_back(
-        {Kind::kHillshade, product_files::kElevation, "", "Relief", true, {}, ""});
+    layers.push_back({Kind::kHillshade, product_files::kElevation, "", "Relief", true, {}, ""});
     const Eigen::Vector2d& min = geometry_.origin;
     const Eigen::Vector2d max =
         min + geometry_.cell_m * Eigen::Vector2d(geometry_.rows, geometry_.cols);

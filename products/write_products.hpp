@@ -47,17 +47,17 @@ struct ProductOptions {
   // this fraction of it does not count as larger. Moving points between cells changes the errors of
   // a small survey by about as much.
   double harm_tolerance = 0.05;
-  SurveyNoise noise;  // for report and uncertainty; of several dives without a timing
+  SurveyNoise noise;          // for report and uncertainty; of several dives without a timing
   double depth_bias_m = 0.0;  // of the vehicle's depth, 1 sigma
   // Why the noise was not estimated, for the report; empty: it was.
   std::string noise_not_estimated;
-  std::vector<TruthState> truth;     // ground truth; empty: not known
+  std::vector<TruthState> truth;  // ground truth; empty: not known
   // Every sounding, for the shallowest of each cell and for export; null: single soundings are not
   // known.
   SoundingLog* soundings = nullptr;
   std::optional<SoundingFormat> sounding_format;  // of an export of soundings; absent: none
-  std::map<std::string, std::uint64_t> seeds;  // of a simulated survey, for the report
-  std::string configuration;                   // sentence that names its files, for the report
+  std::map<std::string, std::uint64_t> seeds;     // of a simulated survey, for the report
+  std::string configuration;                      // sentence that names its files, for the report
   // Messages that never reached the mapper, by reason: malformed, late, repeated. For the report.
   std::map<std::string, std::int64_t> refused;
   // The mapper's counters: samples that it rejected, gated or found late, and its own work. For the

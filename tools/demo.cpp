@@ -43,14 +43,8 @@ void PrintRow(const char* what,
 
 void PrintTable(const ProductSummary& live, const ProductSummary& replay) {
   std::printf("\n  %-22s %-17s   %-17s\n", "", "live", "replayed");
-  std::printf("  %-22s %8s %8s   %8s %8s\n", "", "before", "after", "before", "after");
-  PrintRow("consistency RMS",
-           "m",
-           live.before.point.rms_m,
-           live.after().point.rms_m,
-           replay.before.point.rms_m,
-           replay.after().point.rms_m);
-  PrintRow("surface error RMS",
+  std::printf("  %-22s %8s %8s   %8s %8s\n", "", "as nav.", "map", "as nav.", "map");
+  PrintRow("swath mismatch RMS",
            "m",
            live.before.surface.rms_m,
            live.after().surface.rms_m,

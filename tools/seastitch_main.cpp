@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "common/runtime/config/config.hpp"
-#include "common/runtime/config/nearest_name.hpp"
 #include "common/runtime/files/dive_folder.hpp"
 #include "common/runtime/process/freed_memory.hpp"
 #include "common/runtime/process/process.hpp"
@@ -22,6 +21,7 @@
 #include "survey/replay/interruption.hpp"
 #include "survey/replay/replay.hpp"
 #include "tools/bench_command.hpp"
+#include "tools/command_line.hpp"
 #include "tools/configuration.hpp"
 #include "tools/demo.hpp"
 #include "tools/import.hpp"
@@ -40,22 +40,6 @@ namespace fs = std::filesystem;
 // Adds an example to the end of a command's help.
 void Example(CLI::App* command, const std::string& arguments) {
   command->footer("Example:\n  seastitch " + arguments);
-}
-
-std::string UnknownCommand(const CLI::App& app, const std::string& word) {
-  std::vector<std::string> names;
-  for (const CLI::App* command : app.get_subcommands({})) names.push_back(command->get_name());
-  const std::string nearest = NearestName(word, names);
-  return "there is no command '" + word + "'" +
-         (nearest.empty() ? std::string() : "; did you mean '" + nearest + "'?") +
-         " (seastitch --help lists them)";
-}
-
-// Null if there is none.
-const CLI::App* FindCommand(const CLI::App& app, const std::string& name) {
-  const auto found =
-      app.get_subcommands([&](const CLI::App* command) { return command->get_name() == name; });
-  return found.empty() ? nullptr : found.front();
 }
 
 void ExpectCommand(const CLI::App& app, int argc, char** argv) {
@@ -77,7 +61,7 @@ void AddDemo(CLI::App* app, int* status) {
   demo->add_option("--terrain", options->terrain, "seabed from a raster that GDAL reads");
   demo->add_option("--speed", options->speed, "simulated seconds per second")
       ->capture_default_str()
-      ->check(CLI::PositiveNumber);
+      ->check(AboveZero());
   demo->add_option("--out", options->out, "folder for log, map and report")->capture_default_str();
   demo->callback([options, status] {
     if (options->survey.empty()) options->survey = ConfigDir() / "bench" / "demo.yaml";
@@ -122,7 +106,7 @@ void AddReplay(CLI::App* app, int* status) {
   struct Arguments {
     ReplayOptions replay;
     fs::path truth;
-    std::vector<double> datum;
+    std::vector<std::string> datum;
     bool print_config = false;
     bool fail_on_warning = false;
   };
@@ -174,18 +158,17 @@ void AddReplay(CLI::App* app, int* status) {
           "--drift-xy-m",
           options.drift.sigma_xy_m,
           "for submap files: 1 sigma of the drift between successive submaps, x and y each [m]")
-      ->check(CLI::PositiveNumber)
+      ->check(AboveZero())
       ->capture_default_str();
   replay->add_option("--drift-yaw-deg", options.drift.sigma_yaw_deg, "the same for yaw [deg]")
-      ->check(CLI::PositiveNumber)
+      ->check(AboveZero())
       ->capture_default_str();
   replay
       ->add_option("--datum",
                    arguments->datum,
                    "LATITUDE,LONGITUDE of the map's origin in degrees (default: that of the first "
                    "input)")
-      ->delimiter(',')
-      ->expected(2);
+      ->expected(1, 2);
   replay->add_option("--crs",
                      options.crs,
                      "coordinate reference system of the map files, in metres, such as EPSG:25832 "
@@ -195,14 +178,21 @@ void AddReplay(CLI::App* app, int* status) {
                    options.cell_m,
                    "cell of the rasters [m] (default: twice the spacing of the points, rounded up "
                    "to 1, 2 or 5 times a power of ten)")
-      ->check(CLI::PositiveNumber);
+      ->check(AboveZero());
   const std::map<std::string, SoundingFormat> formats{{"las", SoundingFormat::kLas},
                                                       {"xyz", SoundingFormat::kXyz}};
   replay
       ->add_option("--soundings",
                    options.soundings,
                    "also writes all corrected soundings to export/soundings.las or .xyz")
-      ->transform(CLI::CheckedTransformer(formats, CLI::ignore_case).description("las or xyz"));
+      ->transform(CLI::Validator(
+          [formats](std::string& text) {
+            const auto found = formats.find(CLI::detail::to_lower(text));
+            if (found == formats.end()) return "'" + text + "': expected las or xyz";
+            text = std::to_string(static_cast<int>(found->second));
+            return std::string();
+          },
+          "las or xyz"));
   replay->add_flag("--quiet", options.quiet, "no progress; warnings are printed");
   replay->add_flag("--fail-on-warning",
                    arguments->fail_on_warning,
@@ -222,7 +212,7 @@ void AddReplay(CLI::App* app, int* status) {
     for (const CLI::Option* needed : {input, out})
       if (needed->empty()) throw CLI::RequiredError(needed->get_name());
     if (!arguments->truth.empty()) chosen.truth = arguments->truth;
-    if (!arguments->datum.empty()) chosen.datum = Datum{arguments->datum[0], arguments->datum[1]};
+    if (!arguments->datum.empty()) chosen.datum = ParseDatum(arguments->datum);
     chosen.default_config_dir = ConfigDir();
     chosen.interruptible = true;
     const ProductSummary summary = RunReplay(chosen);
@@ -339,7 +329,7 @@ void AddBench(CLI::App* app, int* status) {
       ->needs(log);
   bench->add_option("--speed", options->speed, "when sending: simulated seconds per second")
       ->capture_default_str()
-      ->check(CLI::PositiveNumber)
+      ->check(AboveZero())
       ->excludes(log);
   bench
       ->add_option("--epoch",
@@ -350,7 +340,7 @@ void AddBench(CLI::App* app, int* status) {
   bench
       ->add_option(
           "--from", options->from_s, "when sending: second of the survey at which to begin")
-      ->check(CLI::NonNegativeNumber)
+      ->check(AtLeastZero())
       ->excludes(log);
   bench->add_option("--imu", options->targets.imu, "HOST:PORT of the imu driver, cannelloni")
       ->capture_default_str();
@@ -378,7 +368,10 @@ void AddImport(CLI::App* app, int* status) {
   Example(command, "import LINE1.kmall LINE2.kmall --log survey.lcmlog");
   command->add_option("file", options->files, "survey files (such as .kmall) and candump logs")
       ->required()
-      ->check(CLI::ExistingFile);
+      ->check([](const std::string& file) {
+        if (fs::is_directory(file)) return file + " is a folder: name its files";
+        return fs::exists(file) ? std::string() : file + ": there is no such file";
+      });
   command->add_option("--log", options->log, "LCM log to write; must not exist")->required();
   command->add_option("--imu-config",
                       options->imu_config,
@@ -464,7 +457,8 @@ int main(int argc, char** argv) try {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? EX_OK : EX_USAGE;
+    if (e.get_exit_code() == 0) return app.exit(e);  // --help, --version
+    throw seastitch::UsageError(seastitch::Explain(app, argc > 1 ? argv[1] : "", e));
   }
   return status;
 } catch (const seastitch::UsageError& e) {

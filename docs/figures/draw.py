@@ -4,6 +4,7 @@
   draw.py REPLAY TRUTH.csv OUT    (./run figures calls it)
 """
 import csv
+import datetime
 import math
 import pathlib
 import sqlite3
@@ -44,13 +45,33 @@ def geometry(blob):
     return list(zip(values[0::dimensions], values[1::dimensions]))
 
 
+def utime(text):
+    return 1e6 * datetime.datetime.fromisoformat(text.replace("Z", "+00:00")).timestamp()
+
+
+def similarity(points, onto):
+    """The rotation, scale and shift that moves points (x, y) best onto others, as a function."""
+    a, b = ([complex(*p) for p in group] for group in (points, onto))
+    mean_a, mean_b = sum(a) / len(a), sum(b) / len(b)
+    factor = (sum((q - mean_b) * (p - mean_a).conjugate() for p, q in zip(a, b)) /
+              sum(abs(p - mean_a) ** 2 for p in a))
+
+    def move(point):
+        moved = mean_b + factor * (complex(*point) - mean_a)
+        return moved.real, moved.imag
+    return move
+
+
 class Survey:
     def __init__(self):
         self.track = rows(REPLAY / "track.csv")
         self.truth = {int(r["utime_us"]): r for r in rows(TRUTH)}
         data = sqlite3.connect(REPLAY / "survey.gpkg")
-        self.footprints = {int(i): (geometry(g), why, start, end) for i, g, why, start, end in data.execute(
-            "select submap, geom, closed_by, start_utime_us, end_utime_us from footprints")}
+        (line,), = data.execute("select geom from track")
+        to_map = similarity(geometry(line), [(r["y_m"], r["x_m"]) for r in self.track])  # from UTM
+        self.footprints = {int(i): ([to_map(p) for p in geometry(g)], why, utime(start), utime(end))
+                           for i, g, why, start, end in data.execute(
+                               "select submap, geom, closed_by, start, end from footprints")}
         self.closures = [(int(a), int(b)) for a, b in data.execute(
             "select from_submap, to_submap from edges where verdict = 'accepted'")]
         self.poses = {}
@@ -99,11 +120,11 @@ def heights(points, cell):
 
 def map_before_after():
     canvas = Canvas(860, 1020)
-    for column, (name, words) in enumerate((("_dead_reckoned", "Before: dead reckoning"), ("", "After: loop closures"))):
+    for column, (name, words) in enumerate((("_as_navigated", "As navigated"), ("", "After: loop closures"))):
         x = 20 + 420 * column
         canvas.text(x, 28, words, 17, bold=True)
         canvas.png(REPLAY / f"depth{name}.png", PLOT, x, 40, 0.52)
-        canvas.png(REPLAY / f"consistency{name}.png", PLOT, x, 530, 0.52)
+        canvas.png(REPLAY / f"mismatch{name}.png", PLOT, x, 530, 0.52)
     canvas.text(20, 510, "Depth, with the track (black) and the loop closures (red). The map is 210 m wide.", 13)
     canvas.text(20, 1000, "Misfit of overlapping swaths: pale agrees, dark purple differs by 0.2 m; grey was seen once.", 13)
     canvas.save(OUT / "map_before_after.png")
@@ -172,7 +193,7 @@ def navigation(survey):
                      GREEN, 0.3)
         axes.line([(p[0], p[dr]) for p in series], RED, 2)
         axes.line([(p[0], p[solved]) for p in series], GREEN, 2)
-    legend(canvas, 75, 392, [(RED, "dead reckoning")])
+    legend(canvas, 75, 392, [(RED, "as navigated")])
     legend(canvas, 300, 392, [(GREEN, "track of the solved graph; band: its stated 2 sigma")])
     canvas.save(OUT / "navigation.png")
 
@@ -267,22 +288,22 @@ def graph(survey):
 
 
 def surface_errors(name):
-    out = subprocess.run(["gdal_translate", "-q", "-of", "XYZ", "-b", "2", REPLAY / name, "/vsistdout/"],
+    out = subprocess.run(["gdal_translate", "-q", "-of", "XYZ", REPLAY / name, "/vsistdout/"],
                          capture_output=True, check=True, text=True).stdout
     return sorted(v for v in (float(line.split()[2]) for line in out.splitlines()) if v >= 0.0)
 
 
 def consistency():
     canvas = Canvas(1180, 500)
-    for column, (name, words) in enumerate((("_dead_reckoned", "Dead reckoning"), ("", "Corrected"))):
+    for column, (name, words) in enumerate((("_as_navigated", "As navigated"), ("", "Corrected"))):
         canvas.text(20 + 375 * column, 38, words, 15, bold=True)
-        canvas.png(REPLAY / f"consistency{name}.png", PLOT, 20 + 375 * column, 50, 0.47)
-    axes = Axes(canvas, (830, 50, 320, 360), (0, 0.3), (0, 100), "surface error [m]", "cells below it [%]", "Distribution")
-    for name, colour in (("consistency_dead_reckoned.tif", RED), ("consistency.tif", GREEN)):
+        canvas.png(REPLAY / f"mismatch{name}.png", PLOT, 20 + 375 * column, 50, 0.47)
+    axes = Axes(canvas, (830, 50, 320, 360), (0, 0.3), (0, 100), "swath mismatch [m]", "cells below it [%]", "Distribution")
+    for name, colour in (("mismatch_as_navigated.tif", RED), ("mismatch.tif", GREEN)):
         errors = surface_errors(name)
         step = max(1, len(errors) // 400)
         axes.line([(e, 100 * i / len(errors)) for i, e in list(enumerate(errors))[::step] if e <= 0.3], colour, 2.5)
-    legend(canvas, 830, 478, [(RED, "dead reckoning")])
+    legend(canvas, 830, 478, [(RED, "as navigated")])
     legend(canvas, 1000, 478, [(GREEN, "corrected")])
     canvas.save(OUT / "consistency.png")
 

@@ -17,22 +17,24 @@ class Placer {
          const Pose2& T_map_level,
          const MountingErrors& mounting,
          MapAxes axes)
-      : mounting_(mounting),
-        axes_(axes),
-        T_map_submap_(SubmapPose(submap, T_map_level)),
-        R_level_submap_(LevelFromBody(submap.T_map_submap)) {}
+      : axes_(axes) {
+    const Eigen::Isometry3d T_map_submap = SubmapPose(submap, T_map_level);
+    const Eigen::Matrix3d R_level_submap = LevelFromBody(submap.T_map_submap);
+    Eigen::Matrix3d sheared = Eigen::Matrix3d::Identity();  // the shear is linear
+    sheared.block<2, 1>(0, 0) += Shear(Eigen::Vector2d::UnitX(), mounting);
+    sheared.block<2, 1>(0, 1) += Shear(Eigen::Vector2d::UnitY(), mounting);
+    linear_ = T_map_submap.linear() * R_level_submap.transpose() * sheared * R_level_submap;
+    origin_ = T_map_submap.translation();
+  }
 
   Eigen::Vector3d operator()(const Eigen::Vector3f& p_submap_m) const {
-    Eigen::Vector3d p_level = R_level_submap_ * p_submap_m.cast<double>();
-    p_level.head<2>() += Shear(p_level.head<2>(), mounting_);
-    return ToNorthEastDown(T_map_submap_ * (R_level_submap_.transpose() * p_level), axes_);
+    return ToNorthEastDown(origin_ + linear_ * p_submap_m.cast<double>(), axes_);
   }
 
  private:
-  MountingErrors mounting_;
   MapAxes axes_;
-  Eigen::Isometry3d T_map_submap_;
-  Eigen::Matrix3d R_level_submap_;
+  Eigen::Matrix3d linear_;
+  Eigen::Vector3d origin_;
 };
 
 }  // namespace

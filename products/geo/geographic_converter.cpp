@@ -35,8 +35,8 @@ void Transform(OGRCoordinateTransformation* by, std::vector<Eigen::Vector2d>* po
   std::vector<int> good(points->size(), FALSE);
   by->Transform(static_cast<int>(points->size()), x.data(), y.data(), nullptr, good.data());
   for (std::size_t i = 0; i < points->size(); ++i)
-    (*points)[i] = good[i] != FALSE ? Eigen::Vector2d(x[i], y[i])
-                                    : Eigen::Vector2d::Constant(std::nan(""));
+    (*points)[i] =
+        good[i] != FALSE ? Eigen::Vector2d(x[i], y[i]) : Eigen::Vector2d::Constant(std::nan(""));
 }
 
 }  // namespace
@@ -72,10 +72,10 @@ GeographicConverter::GeographicConverter(const std::string& crs)
 std::string WktOf(const std::string& crs) {
   const QuietGdal quiet;
   OGRSpatialReference srs;
-  Require(srs.SetFromUserInput(crs.c_str(),
-                               OGRSpatialReference::SET_FROM_USER_INPUT_LIMITATIONS_get()) ==
-              OGRERR_NONE,
-          crs);
+  Require(
+      srs.SetFromUserInput(
+          crs.c_str(), OGRSpatialReference::SET_FROM_USER_INPUT_LIMITATIONS_get()) == OGRERR_NONE,
+      crs);
   char* text = nullptr;
   const char* const options[] = {"FORMAT=WKT1_GDAL", nullptr};
   Require(srs.exportToWkt(&text, options) == OGRERR_NONE, crs);

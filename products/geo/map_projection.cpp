@@ -15,13 +15,12 @@ namespace {
 
 // Fewer points than this are projected one by one.
 constexpr std::size_t kFewPoints = 64;
-// The error of a quadratic over so long a side, by the third derivatives of a conformal projection
-// (1 / R^2), is below 0.2 mm.
-constexpr double kLargestPatchM = 10'000.0;
+// The error of the polynomial is below 1 mm over so long a side and such differences of depth, at
+// 80 km from the map's origin and at 82 degrees of latitude.
+constexpr double kLargestPatchM = 5000.0, kLargestDepthsM = 1000.0;
 
 std::string UtmOf(const Datum& point) {
-  const int zone =
-      GeographicLib::UTMUPS::StandardZone(point.latitude_deg, point.longitude_deg);
+  const int zone = GeographicLib::UTMUPS::StandardZone(point.latitude_deg, point.longitude_deg);
   const bool north = point.latitude_deg >= 0.0;
   if (zone == GeographicLib::UTMUPS::UPS) return north ? "EPSG:32661" : "EPSG:32761";
   return "EPSG:" + std::to_string((north ? 32600 : 32700) + zone);
@@ -41,43 +40,55 @@ GeographicConverter Metric(const std::string& crs) {
   throw wrong("is not in metres");
 }
 
-// A polynomial through exact values: quadratic in north and east, linear in depth.
+// A polynomial through exact values at nodes 0, 1/2 and 1 of a box: quadratic in north and east; in
+// depth linear, with a gradient that is linear in north and east.
 class Patch {
  public:
   template <class Project>
-  Patch(const Eigen::AlignedBox3d& box, const Project& project) : box_(box) {
+  Patch(const Eigen::AlignedBox3d& box, const Project& project)
+      : min_(box.min()), per_m_(box.sizes().cwiseMax(1e-9).cwiseInverse()) {
     std::vector<Eigen::Vector3d> nodes;
-    for (int k = 0; k < 2; ++k)
-      for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j)
-          nodes.push_back(box.min() +
-                          box.sizes().cwiseProduct(Eigen::Vector3d(0.5 * i, 0.5 * j, 1.0 * k)));
-    const std::vector<Eigen::Vector2d> values = project(nodes);
-    std::copy(values.begin(), values.end(), values_.begin());
+    const auto add = [&](double u, double v, double w) {
+      nodes.push_back(box.min() + box.sizes().cwiseProduct(Eigen::Vector3d(u, v, w)));
+    };
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) add(0.5 * i, 0.5 * j, 0.0);
+    add(0.0, 0.0, 1.0);
+    add(1.0, 0.0, 1.0);
+    add(0.0, 1.0, 1.0);
+    const std::vector<Eigen::Vector2d> at = project(nodes);
+    // Along east for each node of north, then along north.
+    std::array<std::array<Eigen::Vector2d, 3>, 3> along_east;
+    for (std::size_t i = 0; i < 3; ++i)
+      along_east[i] = Quadratic(at[3 * i], at[3 * i + 1], at[3 * i + 2]);
+    for (std::size_t j = 0; j < 3; ++j)
+      terms_[j] = Quadratic(along_east[0][j], along_east[1][j], along_east[2][j]);
+    depth_[0] = at[9] - at[0];
+    depth_[1] = at[10] - at[6] - depth_[0];
+    depth_[2] = at[11] - at[2] - depth_[0];
   }
 
   Eigen::Vector2d operator()(const Eigen::Vector3d& p) const {
-    const Eigen::Vector3d u =
-        (p - box_.min()).cwiseQuotient(box_.sizes().cwiseMax(1e-9)).cwiseMin(1.0).cwiseMax(0.0);
-    const Eigen::Vector3d north = Lagrange(u.x()), east = Lagrange(u.y());
-    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-    std::size_t node = 0;
-    for (int k = 0; k < 2; ++k) {
-      const double by_depth = k == 0 ? 1.0 - u.z() : u.z();
-      for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j) sum += by_depth * north(i) * east(j) * values_[node++];
-    }
-    return sum;
+    const Eigen::Vector3d u = (p - min_).cwiseProduct(per_m_);
+    const auto along_north = [&](const std::array<Eigen::Vector2d, 3>& t) -> Eigen::Vector2d {
+      return t[0] + u.x() * (t[1] + u.x() * t[2]);
+    };
+    return along_north(terms_[0]) +
+           u.y() * (along_north(terms_[1]) + u.y() * along_north(terms_[2])) +
+           u.z() * (depth_[0] + u.x() * depth_[1] + u.y() * depth_[2]);
   }
 
  private:
-  // Of the nodes 0, 1/2, 1.
-  static Eigen::Vector3d Lagrange(double u) {
-    return {(2.0 * u - 1.0) * (u - 1.0), 4.0 * u * (1.0 - u), u * (2.0 * u - 1.0)};
+  // Coefficients of 1, u, u^2 from the values at 0, 1/2 and 1.
+  static std::array<Eigen::Vector2d, 3> Quadratic(const Eigen::Vector2d& at_0,
+                                                  const Eigen::Vector2d& at_half,
+                                                  const Eigen::Vector2d& at_1) {
+    return {at_0, 4.0 * at_half - 3.0 * at_0 - at_1, 2.0 * (at_0 + at_1) - 4.0 * at_half};
   }
 
-  Eigen::AlignedBox3d box_;
-  std::array<Eigen::Vector2d, 18> values_;
+  Eigen::Vector3d min_, per_m_;
+  std::array<std::array<Eigen::Vector2d, 3>, 3> terms_;  // by powers of east, then of north
+  std::array<Eigen::Vector2d, 3> depth_;
 };
 
 }  // namespace
@@ -127,7 +138,8 @@ std::vector<Eigen::Vector2d> MapProjection::NorthEast(
   }
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3d& p : p_ned) box.extend(p);
-  if (p_ned.size() < kFewPoints || box.sizes().head<2>().maxCoeff() > kLargestPatchM)
+  if (p_ned.size() < kFewPoints || box.sizes().head<2>().maxCoeff() > kLargestPatchM ||
+      box.sizes().z() > kLargestDepthsM)
     return (*exact_)(p_ned);
   const Patch patch(box, *exact_);
   points.reserve(p_ned.size());

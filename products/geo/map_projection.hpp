@@ -51,7 +51,7 @@ class MapProjection {
   std::string Wkt() const;
 
   // North and east of points of the map frame, given as north, east, down. Within 1 mm where they
-  // lie within 10 km of each other, else exact. Throws std::runtime_error where the CRS does not
+  // lie within 5 km of each other, else exact. Throws std::runtime_error where the CRS does not
   // reach them.
   std::vector<Eigen::Vector2d> NorthEast(const std::vector<Eigen::Vector3d>& p_ned) const;
   Eigen::Vector2d NorthEast(const Eigen::Vector3d& p_ned) const;

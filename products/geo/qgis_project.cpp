@@ -82,8 +82,8 @@ std::string RasterRenderer(const QgisLayer& layer) {
   return "<pipe><rasterrenderer type=\"singlebandpseudocolor\" band=\"1\" opacity=\"1\" "
          "alphaBand=\"-1\" classificationMin=\"" +
          Number(layer.range_m.first) + "\" classificationMax=\"" + Number(layer.range_m.second) +
-         "\">" + ColourRamp(layer.range_m) + "</rasterrenderer>" + kSmooth + "</pipe><blendMode>" + kMultiply +
-         "</blendMode>";
+         "\">" + ColourRamp(layer.range_m) + "</rasterrenderer>" + kSmooth + "</pipe><blendMode>" +
+         kMultiply + "</blendMode>";
 }
 
 std::string Property(const char* name, const std::string& value) {
@@ -105,8 +105,8 @@ std::string VectorRenderer(const QgisLayer& layer) {
                "</layer>";
       break;
     default:
-      symbol = "<layer class=\"SimpleLine\" enabled=\"1\">" +
-               Property("line_color", layer.colour) + Property("line_width", "0.3") + "</layer>";
+      symbol = "<layer class=\"SimpleLine\" enabled=\"1\">" + Property("line_color", layer.colour) +
+               Property("line_width", "0.3") + "</layer>";
   }
   return "<renderer-v2 type=\"singleSymbol\"><symbols><symbol name=\"0\" alpha=\"1\" type=\"" +
          type + "\">" + symbol + "</symbol></symbols></renderer-v2>";
@@ -153,7 +153,8 @@ std::string QgisProject(const std::string& title,
       << "</destinationsrs></mapcanvas>\n<layerorder>";
   for (std::size_t i = 0; i < layers.size(); ++i) xml << "<layer id=\"" << IdOf(i) << "\"/>";
   xml << "</layerorder>\n<properties><SpatialRefSys><ProjectionsEnabled type=\"int\">1"
-      << "</ProjectionsEnabled></SpatialRefSys><Paths><Absolute type=\"bool\">false</Absolute></Paths>"
+      << "</ProjectionsEnabled></SpatialRefSys><Paths><Absolute "
+         "type=\"bool\">false</Absolute></Paths>"
       << "</properties>\n<projectlayers>\n";
   for (std::size_t i = 0; i < layers.size(); ++i) xml << MapLayer(layers[i], IdOf(i), srs);
   xml << "</projectlayers>\n</qgis>\n";

@@ -266,7 +266,8 @@ ConsistencyMap ComputeConsistency(const std::vector<SurveySubmap>& submaps,
   }
   CloudCache clouds(
       [&](std::size_t i) {
-        return std::make_shared<const CellCloud>(LoadMapPoints(submaps, poses, i, projection), geometry);
+        return std::make_shared<const CellCloud>(LoadMapPoints(submaps, poses, i, projection),
+                                                 geometry);
       },
       cache_points);
   for (std::size_t m = 0; m < submaps.size(); ++m) {

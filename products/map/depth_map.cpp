@@ -13,41 +13,59 @@ double Square(double x) { return x * x; }
 }  // namespace
 
 void DepthCell::Add(double depth_m, double weight) {
-  soundings += weight;
+  soundings += static_cast<float>(weight);
   ++points;
   const double delta = depth_m - mean_m;
-  mean_m += delta * weight / soundings;
-  squares_m2 += weight * delta * (depth_m - mean_m);
+  mean_m += delta * weight / static_cast<double>(soundings);
+  squares_m2 += static_cast<float>(weight * delta * (depth_m - mean_m));
 }
 
 double DepthCell::Spread() const {
-  return soundings > 0.0 ? std::sqrt(std::max(0.0, squares_m2 / soundings)) : 0.0;
+  return points > 0 ? std::sqrt(std::max(0.0, static_cast<double>(squares_m2 / soundings))) : 0.0;
 }
 
 void DepthMap::Add(const std::vector<MapPoint>& points,
                    const SubmapErrors& errors,
                    double reference_m) {
   const GridGeometry& g = cells_.geometry();
-  std::vector<std::size_t> seen;
+  const auto row_of = [&](const MapPoint& point) {
+    return std::clamp(g.Row(point.north_east.x()), 0, g.rows - 1);
+  };
+  const auto col_of = [&](const MapPoint& point) {
+    return std::clamp(g.Col(point.north_east.y()), 0, g.cols - 1);
+  };
+  // Sums over the soundings of this submap, in the rows and columns that it reaches.
+  struct OfSubmap {
+    float soundings = 0.0f, altitudes_m = 0.0f;
+  };
+  GridGeometry reach = g;
+  int row_0 = g.rows, row_1 = -1, col_0 = g.cols, col_1 = -1;
   for (const MapPoint& point : points) {
-    const int row = std::clamp(g.Row(point.north_east.x()), 0, g.rows - 1);
-    const int col = std::clamp(g.Col(point.north_east.y()), 0, g.cols - 1);
+    row_0 = std::min(row_0, row_of(point));
+    row_1 = std::max(row_1, row_of(point));
+    col_0 = std::min(col_0, col_of(point));
+    col_1 = std::max(col_1, col_of(point));
+  }
+  reach.rows = std::max(0, row_1 - row_0 + 1);
+  reach.cols = std::max(0, col_1 - col_0 + 1);
+  Grid<OfSubmap> of_submap(reach);
+  for (const MapPoint& point : points) {
+    const int row = row_of(point), col = col_of(point);
     cells_(row, col).Add(point.p_ned.z(), point.soundings);
-    OfSubmap& here = of_submap_(row, col);
-    if (here.soundings == 0.0f) seen.push_back(g.Index(row, col));
+    OfSubmap& here = of_submap(row - row_0, col - col_0);
     here.soundings += static_cast<float>(point.soundings);
     here.altitudes_m +=
         static_cast<float>(point.soundings * std::abs(point.p_ned.z() - reference_m));
   }
-  for (const std::size_t i : seen) {
-    OfSubmap& here = of_submap_.cells()[i];
-    Shared& shared = shared_.cells()[i];
-    shared.height_m2 += static_cast<float>(
-        Square(errors.height_ratio * static_cast<double>(here.altitudes_m)));
-    shared.north_m2 += here.soundings * static_cast<float>(Square(errors.north_m));
-    shared.east_m2 += here.soundings * static_cast<float>(Square(errors.east_m));
-    here = {};
-  }
+  for (int row = 0; row < reach.rows; ++row)
+    for (int col = 0; col < reach.cols; ++col) {
+      const OfSubmap& here = of_submap(row, col);
+      Shared& shared = shared_(row + row_0, col + col_0);
+      shared.height_m2 +=
+          static_cast<float>(Square(errors.height_ratio * static_cast<double>(here.altitudes_m)));
+      shared.north_m2 += here.soundings * static_cast<float>(Square(errors.north_m));
+      shared.east_m2 += here.soundings * static_cast<float>(Square(errors.east_m));
+    }
 }
 
 std::uint64_t DepthMap::CountSeen() const {
@@ -87,7 +105,7 @@ Raster DepthMap::Density() const {
   raster.type = RasterType::kCount;
   for (std::size_t i = 0; i < raster.values.size(); ++i)
     if (const DepthCell& cell = cells_.cells()[i]; cell.points > 0)
-      raster.values[i] = static_cast<float>(cell.soundings);
+      raster.values[i] = cell.soundings;
   return raster;
 }
 
@@ -126,16 +144,15 @@ Raster DepthMap::Uncertainty(const MapErrors& errors) const {
       const DepthCell& cell = cells_(row, col);
       if (cell.points == 0) continue;
       const Shared& shared = shared_(row, col);
-      const double n = cell.points, weight = cell.soundings;
+      const double n = cell.points, weight = static_cast<double>(cell.soundings);
       const double point_m2 =
           (kBorrowed * typical_m2 + n * Square(cell.Spread())) / (kBorrowed + n - 1.0);
       const Eigen::Vector2d slope = Slope(row, col);
-      const double variance_m2 =
-          Square(errors.depth_m) +
-          std::max(1.0, errors.sounding_variance_ratio) * point_m2 / n +
-          static_cast<double>(shared.height_m2) / (weight * weight) +
-          Square(slope.x()) * static_cast<double>(shared.north_m2) / weight +
-          Square(slope.y()) * static_cast<double>(shared.east_m2) / weight;
+      const double variance_m2 = Square(errors.depth_m) +
+                                 std::max(1.0, errors.sounding_variance_ratio) * point_m2 / n +
+                                 static_cast<double>(shared.height_m2) / (weight * weight) +
+                                 Square(slope.x()) * static_cast<double>(shared.north_m2) / weight +
+                                 Square(slope.y()) * static_cast<double>(shared.east_m2) / weight;
       raster.values[g.Index(row, col)] = static_cast<float>(std::sqrt(variance_m2));
     }
   return raster;

@@ -13,8 +13,8 @@ namespace seastitch {
 // mean and variance estimates", CACM 1979): keeps millimetres at 6000 m.
 struct DepthCell {
   double mean_m = 0.0;
-  double squares_m2 = 0.0;  // sum of weight * (depth - mean)^2
-  double soundings = 0.0;
+  float squares_m2 = 0.0f;  // sum of weight * (depth - mean)^2
+  float soundings = 0.0f;
   std::uint32_t points = 0;
 
   void Add(double depth_m, double weight);
@@ -64,17 +64,12 @@ class DepthMap {
     float north_m2 = 0.0f;   // weight * sigma^2
     float east_m2 = 0.0f;
   };
-  struct OfSubmap {
-    float soundings = 0.0f;
-    float altitudes_m = 0.0f;
-  };
   Raster Make(const char* description, const char* unit) const;
   double TypicalVariance() const;
   Eigen::Vector2d Slope(int row, int col) const;
 
   Grid<DepthCell> cells_;
   Grid<Shared> shared_{cells_.geometry()};
-  Grid<OfSubmap> of_submap_{cells_.geometry()};
 };
 
 }  // namespace seastitch

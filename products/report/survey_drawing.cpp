@@ -24,8 +24,7 @@ std::map<SubmapId, Eigen::Vector2d> FramePositions(const Survey& survey,
         SubmapPose(survey.submaps[i], poses.T_map_level[i]).translation(), projection.axes()));
   const std::vector<Eigen::Vector2d> north_east = projection.NorthEast(frames);
   std::map<SubmapId, Eigen::Vector2d> positions;
-  for (std::size_t i = 0; i < frames.size(); ++i)
-    positions[survey.submaps[i].id] = north_east[i];
+  for (std::size_t i = 0; i < frames.size(); ++i) positions[survey.submaps[i].id] = north_east[i];
   return positions;
 }
 
@@ -40,8 +39,7 @@ std::vector<PictureLine> TrackLines(const std::vector<CorrectedState>& track,
     for (const CorrectedState& s : dive) {
       const Eigen::Vector2d at =
           corrected ? s.corrected.Translation() : s.p_dead_reckoned.head<2>().eval();
-      points.push_back(
-          ToNorthEastDown({at.x(), at.y(), s.p_dead_reckoned.z()}, projection.axes()));
+      points.push_back(ToNorthEastDown({at.x(), at.y(), s.p_dead_reckoned.z()}, projection.axes()));
     }
     PictureLine line;
     line.colour = kTrackColour;

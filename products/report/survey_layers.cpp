@@ -26,9 +26,10 @@ class LayerMaker {
     for (const std::vector<CorrectedState>& dive : TracksOfDives(track)) {
       if (dive.size() < 2) continue;
       std::vector<Eigen::Vector3d> points;
-      for (const CorrectedState& s : dive) points.push_back(At(corrected ? s.corrected.Translation()
-                                                     : s.p_dead_reckoned.head<2>().eval(),
-                                           s.p_dead_reckoned.z()));
+      for (const CorrectedState& s : dive)
+        points.push_back(
+            At(corrected ? s.corrected.Translation() : s.p_dead_reckoned.head<2>().eval(),
+               s.p_dead_reckoned.z()));
       VectorFeature line;
       line.north_east = projection_.NorthEast(points);
       line.fields = {{"dive", DiveName(dive.front().chain)},
@@ -105,8 +106,7 @@ class LayerMaker {
           {"time", survey_.submaps[i].frame_time},
           {"sigma_north_m", sigma.x()},
           {"sigma_east_m", sigma.y()},
-          {"residual_m",
-           (poses_.VehicleAt(i).Translation() - e.T_from_to.Translation()).norm()}};
+          {"residual_m", (poses_.VehicleAt(i).Translation() - e.T_from_to.Translation()).norm()}};
       layer.features.push_back(std::move(point));
     }
     return layer;
@@ -138,9 +138,8 @@ class LayerMaker {
   Eigen::Vector3d Residual(const GraphEdge& e, std::size_t from, std::size_t to) const {
     const bool one_dive = survey_.submaps[from].chain == survey_.submaps[to].chain;
     const Eigen::Vector3d measured =
-        e.T_from_to.Vector() + MountingCorrection(ByMounting(e, one_dive),
-                                                  poses_.MountingOf(from),
-                                                  poses_.MountingOf(to));
+        e.T_from_to.Vector() +
+        MountingCorrection(ByMounting(e, one_dive), poses_.MountingOf(from), poses_.MountingOf(to));
     const Pose2 T_from_to = Inverse(poses_.T_map_level[from]) * poses_.T_map_level[to];
     Eigen::Vector3d residual = T_from_to.Vector() - measured;
     residual.z() = WrapAngle(residual.z());

@@ -20,10 +20,11 @@ std::vector<SurveyLine> LinesOf(const Survey& survey);
 // As one field of a CSV: in quotes where it needs them.
 std::string CsvText(const std::string& text);
 
-// Text of lines.csv, one row per survey line: input, times, length, and the graph's correction: the
-// mean over its submaps, north and east, along and to starboard [m], and clockwise [degrees]. The
-// sigma of its position is that of one submap, because its submaps have common errors. An empty
-// field is not known.
+// Text of lines.csv, one row per survey line: input, times, and the graph's correction: the mean
+// over its submaps, north and east, along and to starboard [m], and clockwise [degrees]. The sigma
+// of its position is that of one submap, because its submaps have common errors. length_m is the
+// length along the track as navigated, without turns; runs of submaps that are turns for more than
+// half of their length have no row, but keep their number. An empty field is not known.
 std::string LinesCsv(const Survey& survey,
                      const SurveyPoses& dead_reckoned,
                      const SurveyPoses& delivered,

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "common/core/submap.hpp"
-#include "mapper/mapper.hpp"
 #include "common/geo/datum.hpp"
+#include "mapper/mapper.hpp"
 #include "products/report/dive_report.hpp"
 #include "products/survey.hpp"
 #include "products/write_products.hpp"

@@ -8,8 +8,8 @@
 #include <cstring>
 #include <stdexcept>
 #include <string>
-#include <system_error>
 #include <string_view>
+#include <system_error>
 #include <vector>
 
 #include "products/product_files.hpp"
@@ -42,17 +42,20 @@ std::vector<fs::path> EntriesOf(const fs::path& folder) {
 }  // namespace
 
 OutputFolder::OutputFolder(const fs::path& out)
-    : out_((fs::weakly_canonical(out) / "").parent_path()),
+    : out_((fs::weakly_canonical(fs::absolute(out)) / "").parent_path()),
       exists_(fs::exists(out_)),
       partial_(exists_ ? out_ / ".partial" : fs::path(out_.string() + ".partial")) {
   if (exists_ && !fs::is_directory(out_)) throw FolderError(out_, "is not a folder");
-  for (const char* folder : product_files::kFolders)
-    if (exists_ && fs::exists(out_ / folder) && !fs::exists(out_ / kLast))
-      throw FolderError(out_,
-                        "holds " + std::string(folder) +
-                            "/ and no report.json, so no replay made it: choose another folder");
+  if (exists_ && !fs::exists(out_ / kLast))
+    for (const fs::path& entry : EntriesOf(out_))
+      if (entry != partial_)
+        throw FolderError(out_,
+                          "holds " + entry.filename().string() +
+                              " and no map of a replay: choose an empty or new folder");
+  if (!fs::is_directory(out_.parent_path()))
+    throw FolderError(out_, "there is no folder " + out_.parent_path().string());
   std::error_code error;
-  fs::create_directories(partial_, error);
+  fs::create_directory(partial_, error);
   if (error) throw FolderError(partial_, error.message());
   lock_ = ::open(partial_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (lock_ < 0) throw FolderError(partial_, std::strerror(errno));

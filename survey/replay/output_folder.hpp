@@ -10,9 +10,10 @@ namespace seastitch {
 // that this one did not make are removed. A command that fails leaves OUT unchanged.
 class OutputFolder {
  public:
-  // Creates the temporary folder and the folders above it, and removes what a killed command left
-  // there. Throws std::runtime_error "FOLDER: reason" if another command writes to the same OUT, or
-  // if OUT has a folder of product_files.hpp but no report.json: then the folder is not from an earlier output.
+  // Creates the temporary folder, and removes what a killed command left there. Throws
+  // std::runtime_error "FOLDER: reason" if another command writes to the same OUT, if the folder
+  // above OUT does not exist, or if OUT is not empty and has no report.json: then it is not from an
+  // earlier output.
   explicit OutputFolder(const std::filesystem::path& out);
   ~OutputFolder();  // Discard()
   OutputFolder(const OutputFolder&) = delete;

@@ -11,10 +11,10 @@
 #include "common/runtime/config/parameter_file.hpp"
 #include "common/runtime/config/vehicle_config.hpp"
 #include "common/runtime/files/whole_file.hpp"
+#include "products/product_files.hpp"
 #include "survey/plan/maker_soundings.hpp"
 #include "survey/plan/survey_config.hpp"
 #include "survey/read/message_types.hpp"
-#include "products/product_files.hpp"
 #include "survey/replay/output_folder.hpp"
 
 namespace seastitch {

@@ -62,7 +62,7 @@ check_work() {
   inside seastitch bench --survey /etc/seastitch/bench/short.yaml --log /tmp/short.lcmlog >"$work/survey" 2>&1 &&
     inside seastitch replay /tmp/short.lcmlog --out /tmp/map --quiet >"$work/survey" 2>&1 ||
     { cat "$work/survey" >&2; fail "a simulated survey"; }
-  [ -s "$root/tmp/map/depth.tif" ] && [ -s "$root/tmp/map/report.html" ] || fail "a replay leaves no map"
+  [ -s "$root/tmp/map/elevation.tif" ] && [ -s "$root/tmp/map/report.html" ] || fail "a replay leaves no map"
 }
 
 # The next version, which ships two configuration files with another content.

@@ -101,14 +101,15 @@ void Print(const SlopeClass& cells) {
     within_2 += error <= 1.96 * cells.sigmas_m[i] ? 1.0 : 0.0;
   }
   const double n = static_cast<double>(cells.errors_m.size());
-  std::printf("  %-12s %7.0f cells, error RMS %.4f m, median sigma %.4f m: %5.1f %% within 1, "
-              "%5.1f %% within 1.96 sigma\n",
-              cells.name,
-              n,
-              std::sqrt(squares / n),
-              Median(cells.sigmas_m),
-              100.0 * within_1 / n,
-              100.0 * within_2 / n);
+  std::printf(
+      "  %-12s %7.0f cells, error RMS %.4f m, median sigma %.4f m: %5.1f %% within 1, "
+      "%5.1f %% within 1.96 sigma\n",
+      cells.name,
+      n,
+      std::sqrt(squares / n),
+      Median(cells.sigmas_m),
+      100.0 * within_1 / n,
+      100.0 * within_2 / n);
 }
 
 // Mean depth of the true seabed over a cell.

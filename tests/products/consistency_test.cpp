@@ -22,11 +22,11 @@ ConsistencyMap MapOf(const Survey& survey, double cell_m, std::size_t cache_poin
   const SurveyPoses poses = DeadReckonedPoses(survey);
   Eigen::AlignedBox2d box;
   for (std::size_t i = 0; i < survey.submaps.size(); ++i) {
-    box.extend(NorthEastBox(survey.submaps, poses, i, MapAxes::kNorthEastDown));
+    box.extend(NorthEastBox(survey.submaps, poses, i, MapProjection()));
   }
   return ComputeConsistency(survey.submaps,
                             poses,
-                            MapAxes::kNorthEastDown,
+                            MapProjection(),
                             GridGeometry::Covering(box.min(), box.max(), cell_m),
                             cache_points);
 }
@@ -137,7 +137,7 @@ TEST(Consistency, FallsWhenDriftingSubmapsArePutRightOverTheSameCells) {
   const Survey survey = CollectAll(folder, drifting.submaps);
   const GridGeometry geometry = GridGeometry::Covering({-40, -40}, {120, 120}, 1.0);
   const auto map_at = [&](const SurveyPoses& poses) {
-    return ComputeConsistency(survey.submaps, poses, MapAxes::kNorthEastDown, geometry, 1'000'000);
+    return ComputeConsistency(survey.submaps, poses, MapProjection(), geometry, 1'000'000);
   };
   const ConsistencyMap before = map_at(DeadReckonedPoses(survey));
   const ConsistencyMap after = map_at({drifting.truth, {}});

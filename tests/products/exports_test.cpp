@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 
 #include <GeographicLib/LocalCartesian.hpp>
+#include <GeographicLib/UTMUPS.hpp>
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -61,6 +62,7 @@ class Exports : public ::testing::Test {
     }
     options_.datum = kDatum;
     options_.soundings = &log_;
+    options_.sounding_format = SoundingFormat::kLas;
   }
 
   ProductSummary Write() { return WriteProducts(survey_, options_, folder_.path()); }
@@ -156,18 +158,25 @@ TEST_F(Exports, NavigationCsvIsReadByGdal) {
 TEST_F(Exports, SoundingsStandWhereTheirSubmapsDo) {
   ASSERT_EQ(Write().outcome, Outcome::kCorrected);
   const nlohmann::json las = ReadBy("las", Export("soundings.las"));
-  EXPECT_THAT(std::string(las["wkt"]), HasSubstr("Azimuthal_Equidistant"));
+  EXPECT_THAT(std::string(las["wkt"]), HasSubstr("UTM zone 32N"));
   const nlohmann::json& points = las["points"];
   ASSERT_EQ(points.size(), 6 * survey_.submaps.size());
+  const GeographicLib::LocalCartesian map(kDatum.latitude_deg, kDatum.longitude_deg, 0.0);
   for (std::size_t k = 0; k < points.size(); ++k) {
     const SurveySubmap& submap = survey_.submaps[k / 6];
     const bool second = k % 6 >= 3;
     const int beam = static_cast<int>(k % 3);
     const Eigen::Vector2d p =
         drifting_.truth[k / 6] * Eigen::Vector2d(second ? 5.0 : -5.0, 3.0 * (beam - 1));
-    EXPECT_NEAR(points[k]["x"], p.y(), 2e-3);
-    EXPECT_NEAR(points[k]["y"], p.x(), 2e-3);
-    EXPECT_NEAR(points[k]["z"], -(submap.T_map_submap.translation().z() + 12.0), 2e-3);
+    const double down_m = submap.T_map_submap.translation().z() + 12.0;
+    double latitude = 0, longitude = 0, height = 0, x = 0, y = 0;
+    map.Reverse(p.y(), p.x(), -down_m, latitude, longitude, height);
+    int zone = 0;
+    bool north = false;
+    GeographicLib::UTMUPS::Forward(latitude, longitude, zone, north, x, y, 32);
+    EXPECT_NEAR(points[k]["x"], x, 2e-3);
+    EXPECT_NEAR(points[k]["y"], y, 2e-3);
+    EXPECT_NEAR(points[k]["z"], -down_m, 2e-3);
     EXPECT_EQ(points[k]["ping"], (second ? 2000 : 1000) + submap.id.value);
     EXPECT_EQ(points[k]["beam"], beam);
     EXPECT_EQ(points[k]["head"], second ? 1 : 0);
@@ -227,12 +236,45 @@ TEST_F(Exports, LinesSayByHowMuchTheyWereMoved) {
   std::vector<std::string> fields;
   std::istringstream of_line(lines[2]);
   for (std::string field; std::getline(of_line, field, ',');) fields.push_back(field);
-  ASSERT_EQ(fields.size(), 15u);
+  ASSERT_EQ(fields.size(), 16u);
+  // 59 steps of 0.4 m in each of three submaps; the track drifts between them.
+  EXPECT_NEAR(std::stod(fields[15]), 3 * 59 * 0.4, 4.0);
   EXPECT_EQ(fields[4], "3");
   EXPECT_NEAR(std::stod(fields[7]), moved.x(), 1e-3);
   EXPECT_NEAR(std::stod(fields[8]), moved.y(), 1e-3);
   EXPECT_EQ(fields[12], "0.200");
   EXPECT_EQ(fields[13], "0.300");
+}
+
+// A turn with the sonar on.
+TEST_F(Exports, ARunOfSubmapsThatIsATurnIsNoLine) {
+  for (TrackState& state : survey_.track) {
+    const double s = ToSeconds(state.time - survey_.submaps[3].start);
+    if (s >= 0.0 && s < 90.0) state.rpy_rad.z() += Deg2Rad(3.0) * s;
+  }
+  Write();
+  const std::string text = Slurp(Export("lines.csv"));
+  EXPECT_THAT(text, HasSubstr("\n1,"));
+  EXPECT_THAT(text, ::testing::Not(HasSubstr("\n2,")));
+  EXPECT_THAT(text, HasSubstr("\n3,"));
+}
+
+// The shallowest of the used ones: the third beam is left out.
+TEST_F(Exports, TheShoalestSoundingOfEachCellIsAUsedOne) {
+  options_.cell_m = 1.0;
+  Write();
+  const auto text = RunCommand("gdal_translate -q -of XYZ " +
+                               (folder_.path() / "shoalest.tif").string() + " /vsistdout/");
+  ASSERT_EQ(text.exit_code, 0) << text.output;
+  std::istringstream in(text.output);
+  std::size_t cells = 0;
+  for (double x = 0, y = 0, z = 0; in >> x >> y >> z;) {
+    if (z < -9000.0) continue;
+    ++cells;
+    EXPECT_NEAR(z, -40.0, 4.0);
+  }
+  EXPECT_GT(cells, survey_.submaps.size());
+  EXPECT_LE(cells, 4 * survey_.submaps.size());
 }
 
 TEST_F(Exports, WithoutADatumThereIsNoNavigationOnTheEllipsoid) {

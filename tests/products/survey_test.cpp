@@ -209,9 +209,15 @@ TEST(MapPoints, AreShearedInTheirLevelFrameByADvlThatIsTurned) {
     EXPECT_LT((after - before - Eigen::Vector3d(0.0, 0.01 * before.x(), 0.0)).norm(), 1e-5);
   }
   const SurveyPoses poses{{{5.0, -3.0, 0.4}}, {mounting}};
-  const Eigen::AlignedBox2d box = NorthEastBox(survey.submaps, poses, 0, MapAxes::kNorthEastDown);
-  for (const MapPoint& point : LoadMapPoints(survey.submaps, poses, 0, MapAxes::kNorthEastDown))
+  const Eigen::AlignedBox2d box = NorthEastBox(survey.submaps, poses, 0, MapProjection());
+  for (const MapPoint& point : LoadMapPoints(survey.submaps, poses, 0, MapProjection()))
     EXPECT_TRUE(box.contains(point.p_ned.head<2>()));
+  // Far from the map's origin, where the place in the files depends on the depth.
+  const SurveyPoses far_poses{{{90'000.0, -120'000.0, 0.4}}, {mounting}};
+  const MapProjection utm({57.1, 11.2}, Eigen::Vector2d::Zero(), "", 0);
+  const Eigen::AlignedBox2d far = NorthEastBox(survey.submaps, far_poses, 0, utm);
+  for (const MapPoint& point : LoadMapPoints(survey.submaps, far_poses, 0, utm))
+    EXPECT_TRUE(far.contains(point.north_east));
 }
 
 TEST(MapPoints, DefaultCellIsTwiceThePointSpacingRoundedUp) {

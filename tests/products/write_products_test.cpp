@@ -29,18 +29,23 @@ using testing::Slurp;
 using testing::SolutionAt;
 namespace fs = std::filesystem;
 
-const std::vector<std::string> kFiles = {"depth.tif",
-                                         "depth_dead_reckoned.tif",
-                                         "consistency.tif",
-                                         "consistency_dead_reckoned.tif",
+const std::vector<std::string> kFiles = {"elevation.tif",
+                                         "elevation_as_navigated.tif",
+                                         "mismatch.tif",
+                                         "mismatch_as_navigated.tif",
                                          "depth.png",
-                                         "depth_dead_reckoned.png",
-                                         "consistency.png",
-                                         "consistency_dead_reckoned.png",
+                                         "depth_as_navigated.png",
+                                         "mismatch.png",
+                                         "mismatch_as_navigated.png",
                                          "track.csv",
+                                         "spread.tif",
+                                         "density.tif",
+                                         "uncertainty.tif",
                                          "poses.txt",
                                          "graph.g2o",
                                          "survey.gpkg",
+                                         "survey.bag",
+                                         "survey.qgs",
                                          "report.json",
                                          "report.html"};
 
@@ -163,7 +168,7 @@ TEST(WriteProducts, RewritesSubmapsWithTheirCorrectedFrames) {
 
 TEST(WriteProducts, WithoutRoomOnTheDiskGivesOneLineAndKeepsTheOldFile) {
   const TemporaryDir folder;
-  WriteAtomically(folder / "depth.tif", "the old map");
+  WriteAtomically(folder / "elevation.tif", "the old map");
   struct rlimit old {};
   ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &old), 0);
   const auto old_handler = ::signal(SIGXFSZ, SIG_IGN);
@@ -171,15 +176,15 @@ TEST(WriteProducts, WithoutRoomOnTheDiskGivesOneLineAndKeepsTheOldFile) {
   ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &small), 0);
   std::string error = "no error";
   try {
-    WriteAtomically(folder / "depth.tif", std::string(5000, 'x'));
+    WriteAtomically(folder / "elevation.tif", std::string(5000, 'x'));
   } catch (const std::runtime_error& e) {
     error = e.what();
   }
   ::setrlimit(RLIMIT_FSIZE, &old);
   ::signal(SIGXFSZ, old_handler);
-  EXPECT_THAT(error, HasSubstr("depth.tif: cannot be written: "));
-  EXPECT_EQ(Slurp(folder / "depth.tif"), "the old map");
-  EXPECT_FALSE(fs::exists(folder / "depth.tif.partial"));
+  EXPECT_THAT(error, HasSubstr("elevation.tif: cannot be written: "));
+  EXPECT_EQ(Slurp(folder / "elevation.tif"), "the old map");
+  EXPECT_FALSE(fs::exists(folder / "elevation.tif.partial"));
 }
 
 TEST(WriteProducts, GivesTheSameBytesTwice) {
@@ -439,8 +444,8 @@ TEST(WriteProducts, ReportsNavigationAndTimeOffsetsOfEachDive) {
   EXPECT_EQ(report["dives_not_read"][0]["name"], "far");
   EXPECT_THAT(summary.noise_findings, ElementsAre(HasSubstr("north: The sonar's stamps are 12.0")));
   const std::string page = Slurp(folder / "report.html");
-  EXPECT_THAT(page, HasSubstr("north: Dead reckoning"));
-  EXPECT_THAT(page, HasSubstr("south: Dead reckoning"));
+  EXPECT_THAT(page, HasSubstr("north: Navigation"));
+  EXPECT_THAT(page, HasSubstr("south: Navigation"));
   EXPECT_THAT(page, HasSubstr("far was not read, or not to its end: it is empty"));
 }
 
@@ -454,8 +459,8 @@ TEST(WriteProducts, WithholdsACorrectionThatMakesTheMapWorse) {
   EXPECT_EQ(summary.outcome, Outcome::kWithheld);
   EXPECT_GT(summary.solved.surface.rms_m, summary.before.surface.rms_m);
   EXPECT_EQ(summary.after().point.rms_m, summary.before.point.rms_m);
-  EXPECT_EQ(Slurp(folder / "depth.tif"), Slurp(folder / "depth_dead_reckoned.tif"));
-  EXPECT_EQ(Slurp(folder / "consistency.tif"), Slurp(folder / "consistency_dead_reckoned.tif"));
+  EXPECT_EQ(Slurp(folder / "elevation.tif"), Slurp(folder / "elevation_as_navigated.tif"));
+  EXPECT_EQ(Slurp(folder / "mismatch.tif"), Slurp(folder / "mismatch_as_navigated.tif"));
   const auto poses = PosesIn(folder / "poses.txt");
   EXPECT_EQ(poses.at(4), DeadReckonedPoses(survey).T_map_level[4].Translation());
   EXPECT_EQ(Json(folder / "report.json")["outcome"], "withheld");
@@ -539,7 +544,7 @@ TEST(WriteProducts, OfNothingIsOneClearLine) {
   collector.Add(empty);
   EXPECT_EQ(ErrorOf(collector.Finish(), {}, folder.path()),
             "no submap has a point: there is nothing to map");
-  EXPECT_FALSE(fs::exists(folder / "depth.tif"));
+  EXPECT_FALSE(fs::exists(folder / "elevation.tif"));
 }
 
 TEST(WriteProducts, RefusesUnusableOptions) {
@@ -564,7 +569,7 @@ TEST(WriteProducts, MakesADefaultCellLargerThanTheLimitAllows) {
   EXPECT_EQ(WriteProducts(survey, options, folder.path()).cell_m, 5.0);
 }
 
-TEST(WriteProducts, OfAZUpSurveyHasDepthsPositiveDownAndNorthUp) {
+TEST(WriteProducts, OfAZUpSurveyHasElevationsPositiveUpAndNorthUp) {
   const TemporaryDir folder;
   SurveyCollector collector(folder.path());
   Submap submap;
@@ -584,7 +589,7 @@ TEST(WriteProducts, OfAZUpSurveyHasDepthsPositiveDownAndNorthUp) {
   WriteProducts(collector.Finish(), options, folder.path());
   GDALAllRegister();
   GDALDataset* tif =
-      static_cast<GDALDataset*>(GDALOpen((folder / "depth.tif").c_str(), GA_ReadOnly));
+      static_cast<GDALDataset*>(GDALOpen((folder / "elevation.tif").c_str(), GA_ReadOnly));
   ASSERT_NE(tif, nullptr);
   EXPECT_GT(tif->GetRasterXSize(), tif->GetRasterYSize());  // longer in x, which is east
   float north_edge = 0, south_edge = 0;
@@ -604,8 +609,8 @@ TEST(WriteProducts, OfAZUpSurveyHasDepthsPositiveDownAndNorthUp) {
                                             0,
                                             nullptr),
             CE_None);
-  EXPECT_GT(south_edge, 34.9f);
-  EXPECT_GT(north_edge, south_edge);  // deeper towards larger y
+  EXPECT_LT(south_edge, -34.9f);
+  EXPECT_LT(north_edge, south_edge);  // deeper towards larger y
   GDALClose(tif);
 }
 

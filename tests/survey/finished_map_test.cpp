@@ -179,7 +179,7 @@ TEST_F(FinishedMaps, AloneGivesTheSameMapAndRegistersNothing) {
                                  PointsOf(again / "submaps" / file.path().filename())),
                 1e-5);
   }
-  EXPECT_TRUE(TextOf(Out("A") / "depth.tif") == TextOf(Folder() / "A/depth.tif"));
+  EXPECT_TRUE(TextOf(Out("A") / "elevation.tif") == TextOf(Folder() / "A/elevation.tif"));
 }
 
 // Whole surveys: docs/measurements/surveys.md.
@@ -231,7 +231,8 @@ TEST_F(FinishedMaps, InAnyOrderAndTwoOfThem) {
 TEST_F(FinishedMaps, TheSameInputsGiveTheSameBytes) {
   ASSERT_EQ(Replay("AB dive3", "one").exit_code, 0);
   ASSERT_EQ(Replay("AB dive3", "two").exit_code, 0);
-  for (const char* const file : {"depth.tif", "poses.txt", "track.csv", "graph.g2o", "survey.bin"})
+  for (const char* const file :
+       {"elevation.tif", "poses.txt", "track.csv", "graph.g2o", "survey.bin"})
     EXPECT_TRUE(TextOf(Out("one") / file) == TextOf(Out("two") / file)) << file;
 }
 

@@ -29,37 +29,44 @@ std::string Read(const fs::path& path) {
 
 TEST(OutputFolder, AppearsWhole) {
   const TemporaryDir dir;
-  OutputFolder out(dir / "deep" / "map");
-  Write(out.path() / "depth.tif", "new");
-  EXPECT_FALSE(fs::exists(dir / "deep" / "map"));
+  OutputFolder out(dir / "map");
+  Write(out.path() / "elevation.tif", "new");
+  EXPECT_FALSE(fs::exists(dir / "map"));
   out.Publish();
-  EXPECT_EQ(Read(dir / "deep" / "map" / "depth.tif"), "new");
+  EXPECT_EQ(Read(dir / "map" / "elevation.tif"), "new");
+}
+
+// A mistyped path makes no folders.
+TEST(OutputFolder, LiesInAFolderThatExists) {
+  const TemporaryDir dir;
+  EXPECT_THROW(OutputFolder(dir / "deep" / "map"), std::runtime_error);
+  EXPECT_FALSE(fs::exists(dir / "deep"));
 }
 
 TEST(OutputFolder, ThatIsNotPublishedLeavesNothing) {
   const TemporaryDir dir;
   {
     OutputFolder out(dir / "map");
-    Write(out.path() / "depth.tif", "new");
+    Write(out.path() / "elevation.tif", "new");
   }
   EXPECT_TRUE(fs::is_empty(dir.path()));
 }
 
 TEST(OutputFolder, ReplacesFilesOfTheSameNameAndKeepsTheOthers) {
   const TemporaryDir dir;
-  Write(dir / "map" / "depth.tif", "old");
+  Write(dir / "map" / "elevation.tif", "old");
   Write(dir / "map" / "report.json", "old");
   Write(dir / "map" / "notes.txt", "mine");
   Write(dir / "map" / "submaps" / "submap_9.pcd", "old");
   {
     OutputFolder out(dir / "map");
-    Write(out.path() / "depth.tif", "new");
+    Write(out.path() / "elevation.tif", "new");
     Write(out.path() / "report.json", "{}");
     Write(out.path() / "submaps" / "submap_1.pcd", "new");
-    EXPECT_EQ(Read(dir / "map" / "depth.tif"), "old");
+    EXPECT_EQ(Read(dir / "map" / "elevation.tif"), "old");
     out.Publish();
   }
-  EXPECT_EQ(Read(dir / "map" / "depth.tif"), "new");
+  EXPECT_EQ(Read(dir / "map" / "elevation.tif"), "new");
   EXPECT_EQ(Read(dir / "map" / "report.json"), "{}");
   EXPECT_EQ(Read(dir / "map" / "notes.txt"), "mine");
   EXPECT_FALSE(fs::exists(dir / "map" / "submaps" / "submap_9.pcd"));
@@ -70,35 +77,45 @@ TEST(OutputFolder, ReplacesFilesOfTheSameNameAndKeepsTheOthers) {
 // A track alone after a map: the old map is not beside the new report.
 TEST(OutputFolder, RemovesOldProductsThatAreNotMadeAgain) {
   const TemporaryDir dir;
-  for (const char* const name : {"depth.tif", "report.json", "submaps/submap_9.pcd", "mine.tif"})
+  for (const char* const name :
+       {"elevation.tif", "report.json", "submaps/submap_9.pcd", "mine.tif"})
     Write(dir / "map" / name, "old");
   {
     OutputFolder out(dir / "map");
     Write(out.path() / "track.csv", "new");
     Write(out.path() / "report.json", "{}");
-    EXPECT_EQ(Read(dir / "map" / "depth.tif"), "old");
+    EXPECT_EQ(Read(dir / "map" / "elevation.tif"), "old");
     out.Publish();
   }
-  EXPECT_FALSE(fs::exists(dir / "map" / "depth.tif"));
+  EXPECT_FALSE(fs::exists(dir / "map" / "elevation.tif"));
   EXPECT_FALSE(fs::exists(dir / "map" / "submaps"));
   EXPECT_EQ(Read(dir / "map" / "mine.tif"), "old");
   EXPECT_EQ(Read(dir / "map" / "track.csv"), "new");
 }
 
-TEST(OutputFolder, KeepsFilesWithAProductsNameThatNoReplayMade) {
+TEST(OutputFolder, LeavesAFolderAloneThatHoldsAnotherFileAndNoMap) {
   const TemporaryDir dir;
-  Write(dir / "map" / "depth.tif", "mine");
+  Write(dir / "map" / "elevation.tif", "mine");
+  EXPECT_THROW(OutputFolder(dir / "map"), std::runtime_error);
+  EXPECT_EQ(Read(dir / "map" / "elevation.tif"), "mine");
+}
+
+TEST(OutputFolder, RemovesTheProductsOfOlderVersions) {
+  const TemporaryDir dir;
+  for (const char* const name : {"depth.tif", "consistency_dead_reckoned.png", "report.json"})
+    Write(dir / "map" / name, "old");
   OutputFolder out(dir / "map");
   Write(out.path() / "report.json", "{}");
   out.Publish();
-  EXPECT_EQ(Read(dir / "map" / "depth.tif"), "mine");
+  EXPECT_FALSE(fs::exists(dir / "map" / "depth.tif"));
+  EXPECT_FALSE(fs::exists(dir / "map" / "consistency_dead_reckoned.png"));
 }
 
 TEST(OutputFolder, LeavesFoldersAloneThatNoReplayMade) {
   const TemporaryDir dir;
   Write(dir / "home" / "config" / "mapper.yaml", "mine");
   EXPECT_THAT([&] { OutputFolder out(dir / "home"); },
-              ThrowsMessage<std::runtime_error>(testing::HasSubstr("holds config/")));
+              ThrowsMessage<std::runtime_error>(testing::HasSubstr("holds config and no map")));
   EXPECT_EQ(Read(dir / "home" / "config" / "mapper.yaml"), "mine");
   EXPECT_FALSE(fs::exists(dir / "home" / ".partial"));
 }

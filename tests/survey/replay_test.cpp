@@ -161,7 +161,7 @@ TEST_F(Replay, OfNavigationAloneGivesItsTrackAndAReport) {
   EXPECT_NE(ReadFile(Out("report.html")).find("Navigation"), std::string::npos);
   for (const char* file : {"survey.gpkg", "export/navigation.csv", "export/navigation.sbet"})
     EXPECT_TRUE(fs::exists(Out(file))) << file;
-  for (const char* file : {"depth.tif", "graph.g2o", "poses.txt"})
+  for (const char* file : {"elevation.tif", "graph.g2o", "poses.txt"})
     EXPECT_FALSE(fs::exists(Out(file))) << file;
 }
 
@@ -499,6 +499,7 @@ class ShuffledReplay : public Replay {
       const std::string name = fs::relative(entry.path(), dir_.path() / "out").string();
       // These name the files; the report's costs are others each time.
       const bool names_files = name.ends_with(".png") || name.starts_with("report.") ||
+                               name == "survey.bag" || name == "survey.qgs" ||
                                name == "export/lines.csv" || name == "survey.bin";
       if (entry.is_regular_file() && !names_files) products[name] = ReadFile(entry.path());
     }
@@ -601,7 +602,7 @@ TEST_F(Replay, OfAChannelOfAnotherTypeEndsWith65) {
   ExpectOneClearLine(result, "DVL: fingerprint ");
   EXPECT_NE(result.output.find(", expected dvl_t ("), std::string::npos) << result.output;
   EXPECT_EQ(result.exit_code, 65);
-  EXPECT_FALSE(fs::exists(Out("depth.tif")));
+  EXPECT_FALSE(fs::exists(Out("elevation.tif")));
 }
 
 TEST_F(Replay, SkipsAndCountsSingleEventsOfAnotherType) {
@@ -639,14 +640,14 @@ TEST_F(Replay, WithAnUnknownKeyNamesFileAndKey) {
 TEST_F(Replay, LeavesEveryProduct) {
   const CommandResult result = ReplayOf(ShortLog());
   ASSERT_EQ(result.exit_code, 0) << result.output;
-  for (const char* file : {"depth.tif",
-                           "depth_dead_reckoned.tif",
-                           "consistency.tif",
-                           "consistency_dead_reckoned.tif",
+  for (const char* file : {"elevation.tif",
+                           "elevation_as_navigated.tif",
+                           "mismatch.tif",
+                           "mismatch_as_navigated.tif",
                            "depth.png",
-                           "depth_dead_reckoned.png",
-                           "consistency.png",
-                           "consistency_dead_reckoned.png",
+                           "depth_as_navigated.png",
+                           "mismatch.png",
+                           "mismatch_as_navigated.png",
                            "track.csv",
                            "poses.txt",
                            "graph.g2o",
@@ -751,7 +752,7 @@ TEST_F(Replay, OfASurveyWithoutOverlapGivesAMapAndSaysThatNothingCouldBeCorrecte
   const CommandResult result = ReplayOf(log);
   EXPECT_EQ(result.exit_code, 0) << result.output;
   EXPECT_NE(result.output.find("othing"), std::string::npos) << result.output;
-  EXPECT_TRUE(fs::exists(Out("depth.tif")));
+  EXPECT_TRUE(fs::exists(Out("elevation.tif")));
 }
 
 // The sonar stands half a metre further back, and 0.3 m further to port, than vehicle.yaml says.

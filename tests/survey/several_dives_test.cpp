@@ -14,10 +14,10 @@
 #include <variant>
 
 #include "mapper/mapper_config.hpp"
+#include "products/product_files.hpp"
 #include "survey/plan/dive_inputs.hpp"
 #include "survey/plan/survey_files.hpp"
 #include "survey/read/survey_stream.hpp"
-#include "survey/replay/output_folder.hpp"
 #include "tests/drivers/test_data.hpp"
 #include "tests/paths.hpp"
 #include "tests/process/run_command.hpp"
@@ -202,12 +202,12 @@ TEST_F(SeveralDives, TheTrackReachesToTheLastPing) {
 
 TEST_F(SeveralDives, TheSameInputsGiveTheSameMap) {
   ASSERT_EQ(Replay("dive1 dive2").exit_code, 0);
-  const std::string first = TextOf(out_.path() / "map/depth.tif");
+  const std::string first = TextOf(out_.path() / "map/elevation.tif");
   ASSERT_EQ(Replay("dive1 dive2").exit_code, 0);
-  EXPECT_TRUE(first == TextOf(out_.path() / "map/depth.tif"));
+  EXPECT_TRUE(first == TextOf(out_.path() / "map/elevation.tif"));
   // Publish() knows every product by its name.
-  std::set<std::string> known(OutputFolder::kFolders.begin(), OutputFolder::kFolders.end());
-  known.insert(OutputFolder::kFiles.begin(), OutputFolder::kFiles.end());
+  std::set<std::string> known(product_files::kFolders.begin(), product_files::kFolders.end());
+  known.insert(product_files::kAll.begin(), product_files::kAll.end());
   known.insert("report.json");
   for (const auto& entry : fs::directory_iterator(out_.path() / "map"))
     EXPECT_TRUE(known.contains(entry.path().filename().string())) << entry.path();
@@ -577,14 +577,14 @@ TEST_F(SeveralDives, EightSurveysTwoAtATimeOfWhichOneIsDamaged) {
   const std::map<int, int> codes = exit_codes();
   ASSERT_EQ(codes.size(), 8u);
   for (const auto& [job, code] : codes) EXPECT_EQ(code, job == 3 ? 65 : 0) << job;
-  EXPECT_FALSE(fs::exists(out_.path() / "maps/s3/depth.tif"));
+  EXPECT_FALSE(fs::exists(out_.path() / "maps/s3/elevation.tif"));
   const std::string said = TextOf(out_.path() / "maps/s3.txt");
   EXPECT_THAT(said, HasSubstr("seastitch: "));
   EXPECT_EQ(said.find('\n'), said.size() - 1) << said;
-  const std::string first = TextOf(out_.path() / "maps/s1/depth.tif");
+  const std::string first = TextOf(out_.path() / "maps/s1/elevation.tif");
   ASSERT_FALSE(first.empty());
   for (const char* const name : {"s2", "s4", "s5", "s6", "s7", "s8"})
-    EXPECT_TRUE(TextOf(out_.path() / "maps" / name / "depth.tif") == first) << name;
+    EXPECT_TRUE(TextOf(out_.path() / "maps" / name / "elevation.tif") == first) << name;
 
   fs::copy_file(Folder() / "whole.kmall",
                 archive / "s3" / "lines.kmall",
@@ -592,7 +592,7 @@ TEST_F(SeveralDives, EightSurveysTwoAtATimeOfWhichOneIsDamaged) {
   const auto mended = RunCommand(command + "--resume-failed " + jobs);
   EXPECT_EQ(mended.exit_code, 0) << mended.output;
   EXPECT_EQ(exit_codes().at(3), 0);
-  EXPECT_TRUE(TextOf(out_.path() / "maps/s3/depth.tif") == first);
+  EXPECT_TRUE(TextOf(out_.path() / "maps/s3/elevation.tif") == first);
 }
 
 TEST(DivesAmong, FoldersDaysAndLooseLogs) {

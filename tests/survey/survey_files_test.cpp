@@ -47,7 +47,7 @@ TEST(SurveyFiles, RealFilesBecomeMaps) {
     TemporaryDir dir;
     const auto result = RunCommand(Replay(file, dir.path() / "map"));
     EXPECT_EQ(result.exit_code, 0) << name << ": " << result.output;
-    EXPECT_TRUE(fs::exists(dir.path() / "map" / "depth.tif")) << name;
+    EXPECT_TRUE(fs::exists(dir.path() / "map" / "elevation.tif")) << name;
   }
 }
 
@@ -67,7 +67,7 @@ TEST(SurveyFiles, ImportedLogGivesTheSameMapAsTheFile) {
     ASSERT_EQ(RunCommand(Replay(file, dir.path() / "file")).exit_code, 0);
     const auto replayed = RunCommand(Replay(log, dir.path() / "log"));
     ASSERT_EQ(replayed.exit_code, 0) << replayed.output;
-    for (const char* const product : {"poses.txt", "graph.g2o", "depth.tif"})
+    for (const char* const product : {"poses.txt", "graph.g2o", "elevation.tif"})
       EXPECT_TRUE(TextOfFile(dir.path() / "file" / product) ==
                   TextOfFile(dir.path() / "log" / product))
           << name << ' ' << product;
@@ -162,7 +162,7 @@ TEST(SurveyFiles, AFileThatCannotBePlacedEndsWithOneLineThatSaysWhy) {
              dir.path() / "none"));
   EXPECT_EQ(empty.exit_code, 65) << empty.output;
   EXPECT_NE(empty.output.find("no sounding in it"), std::string::npos) << empty.output;
-  EXPECT_FALSE(fs::exists(dir.path() / "map" / "depth.tif"));
+  EXPECT_FALSE(fs::exists(dir.path() / "map" / "elevation.tif"));
 }
 
 }  // namespace

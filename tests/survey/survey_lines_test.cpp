@@ -491,7 +491,7 @@ TEST_F(SurveyLines, ReplayMakesAMapOfTheFolder) {
   const auto result = RunCommand(Program("seastitch") + " replay --quiet " + dir_.path().string() +
                                  " --out " + (out.path() / "map").string());
   EXPECT_EQ(result.exit_code, 0) << result.output;
-  EXPECT_TRUE(fs::exists(out.path() / "map/depth.tif"));
+  EXPECT_TRUE(fs::exists(out.path() / "map/elevation.tif"));
 }
 
 // Columns of navigation.csv.
@@ -517,7 +517,7 @@ TEST_F(SurveyLines, ExportedSoundingsAndNavigationGiveTheSameMapAgain) {
                 .exit_code,
             0);
   ASSERT_EQ(Replay(log + datum + "las").exit_code, 0);
-  const auto survey = CellsOf(dir_.path() / "map/depth.tif");
+  const auto survey = CellsOf(dir_.path() / "map/elevation.tif");
   const fs::path exported = dir_.path() / "export";
   for (const char* const format : {"las", "xyz"}) {
     fs::remove_all(exported);
@@ -527,7 +527,7 @@ TEST_F(SurveyLines, ExportedSoundingsAndNavigationGiveTheSameMapAgain) {
     ASSERT_EQ(again.exit_code, 0) << again.output;
     double sum2 = 0.0;
     std::size_t both = 0;
-    for (const auto& [place, depth] : CellsOf(dir_.path() / "map/depth.tif"))
+    for (const auto& [place, depth] : CellsOf(dir_.path() / "map/elevation.tif"))
       if (const auto cell = survey.find(place); cell != survey.end())
         ++both, sum2 += std::pow(depth - cell->second, 2);
     EXPECT_GT(both, 0.99 * static_cast<double>(survey.size())) << format;

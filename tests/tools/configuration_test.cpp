@@ -326,7 +326,8 @@ std::map<std::string, int> QuotedTexts() {
 }
 
 // Names that results have too (report.json, info), where they are no keys of a configuration.
-const std::set<std::string> kNamesInReports{"latitude_deg", "longitude_deg", "rate_hz", "rms_m"};
+const std::set<std::string> kNamesInReports{
+    "latitude_deg", "length_m", "longitude_deg", "rate_hz", "rms_m"};
 
 // The same name in two sections is two parameters; a declaration that several files share is one.
 TEST(Configuration, EachKeyStandsOnceAsAQuotedString) {

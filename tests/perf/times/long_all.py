@@ -2,7 +2,7 @@
 """A long Kongsberg .all from a short one: its datagrams over and over, each time later and further
 north, as a ship sails. Little-endian, within a day.
 
-    tests/perf/long_all.py SHORT.all LONG.all BYTES
+    tests/perf/times/long_all.py SHORT.all LONG.all BYTES
 """
 
 import struct
