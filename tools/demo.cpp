@@ -18,6 +18,7 @@
 #include "survey/progress.hpp"
 #include "survey/replay/replay.hpp"
 #include "tools/bench_command.hpp"
+#include "tools/install_paths.hpp"
 #include "tools/live/live_system.hpp"
 #include "tools/live/run_comparison.hpp"
 
@@ -25,6 +26,9 @@ namespace seastitch {
 namespace {
 
 namespace fs = std::filesystem;
+
+// Beside the results: what processes reported as lost or late.
+constexpr char kLostFile[] = "lost.txt";
 
 void PrintRow(const char* what,
               const char* unit,
@@ -151,8 +155,15 @@ int RunDemo(const DemoOptions& options) {
     throw std::runtime_error("demo: " + options.out.string() +
                              " holds something else; choose another folder with --out");
   }
-  for (const char* old :
-       {"config", "log", "run", "dives", "live", "replay", "closed", "survey.truth.csv"}) {
+  for (const char* old : {"config",
+                          "log",
+                          "run",
+                          "dives",
+                          "live",
+                          "replay",
+                          "closed",
+                          "survey.truth.csv",
+                          kLostFile}) {
     fs::remove_all(options.out / old);
   }
   fs::create_directories(options.out);
@@ -169,6 +180,10 @@ int RunDemo(const DemoOptions& options) {
 
   std::fprintf(stderr, "starting logger, drivers, mapper and optimizer\n");
   live.WaitUntilUp();
+  std::fprintf(stderr,
+               "to watch it: %s status --lcm-url '%s'\n",
+               (BinDir() / "seastitch").c_str(),
+               live.targets().lcm_url.c_str());
   ProgressLine progress("surveying", 1000, false);
   const bench::LiveResult sent =
       bench::SendLive(&simulator, live.targets(), options.speed, [&](double part) {
@@ -200,8 +215,12 @@ int RunDemo(const DemoOptions& options) {
   PrintTable(at_sea, ashore);
   for (const std::string& finding : ashore.noise_findings) std::printf("  %s\n", finding.c_str());
   const std::string lost = live.Lost();
+  if (!lost.empty()) std::ofstream(options.out / kLostFile) << lost;
   std::printf("  live beside the replay (%s):\n%s",
-              lost.empty() ? "nothing was lost on the way" : ("lost on the way:" + lost).c_str(),
+              lost.empty() ? "nothing was lost on the way"
+                           : ("this machine lost or delayed samples: " + std::string(kLostFile) +
+                              " lists them")
+                                 .c_str(),
               Text(CompareRuns({options.out / "live", StoredSubmaps(live.dive())},
                                {options.out / "replay", options.out / "closed"}),
                    "live",

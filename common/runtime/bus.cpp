@@ -1,13 +1,19 @@
 #include "common/runtime/bus.hpp"
 
+#include <arpa/inet.h>
 #include <glib.h>
+#include <netinet/in.h>
 #include <spdlog/spdlog.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <cstdlib>
 #include <fstream>
 #include <stdexcept>
+#include <string_view>
 
 namespace seastitch {
 namespace {
@@ -51,15 +57,39 @@ std::runtime_error CannotOpen(const std::string& url, const std::string& reason)
   return std::runtime_error("cannot open LCM bus " + url + ": " + reason);
 }
 
+// The way to a bus within one computer.
+constexpr char kRouteCommands[] =
+    "for this computer alone: ip link set lo multicast on; ip route add 224.0.0.0/4 dev lo";
+
 std::runtime_error CannotReceive(const std::string& url) {
-  return CannotOpen(url,
-                    "it does not receive (is there a multicast route? "
-                    "ip link set lo multicast on; ip route add 224.0.0.0/4 dev lo)");
+  return CannotOpen(
+      url, std::string("it does not receive. Is there a multicast route? ") + kRouteCommands);
+}
+
+// The same URL. Throws where the kernel has no route to its multicast address, which LCM itself
+// reports in words of its own.
+std::string WithRoute(const std::string& url) {
+  constexpr std::string_view kScheme = "udpm://";
+  if (!url.starts_with(kScheme)) return url;
+  const std::string host =
+      url.substr(kScheme.size(), url.find(':', kScheme.size()) - kScheme.size());
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(7667);
+  if (inet_pton(AF_INET, host.c_str(), &address.sin_addr) != 1) return url;
+  const int probe = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  if (probe < 0) return url;
+  const int connected = ::connect(probe, reinterpret_cast<sockaddr*>(&address), sizeof address);
+  const int error = errno;
+  ::close(probe);
+  if (connected != 0 && error == ENETUNREACH)
+    throw CannotOpen(url, "no route to " + host + "; " + kRouteCommands);
+  return url;
 }
 
 }  // namespace
 
-Bus::Bus(const std::string& url) : url_(Resolved(url)), lcm_(WithReceiveBuffer(url_)) {
+Bus::Bus(const std::string& url) : url_(WithRoute(Resolved(url))), lcm_(WithReceiveBuffer(url_)) {
   if (!lcm_.good())
     throw CannotOpen(url_,
                      "not an address that LCM can open, such as udpm://239.255.76.67:7667?ttl=0");

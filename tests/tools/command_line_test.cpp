@@ -4,6 +4,7 @@
 #include <sysexits.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -59,6 +60,17 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"FolderToImport", "import EMPTY --log x.lcmlog", "is a folder: name its files"},
         Mistake{"EmptyFolder", "info EMPTY", "a folder without a map, a dive or survey files"}),
     [](const auto& mistake) { return mistake.param.name; });
+
+// A new computer without a network.
+TEST(NoMulticastRoute, IsNamedOnceWithTheCommandThatMakesIt) {
+  const std::string alone = "unshare --map-root-user --net ";
+  if (RunCommand(alone + "true").exit_code != 0) GTEST_SKIP() << "needs a network namespace";
+  const auto run = RunCommand(alone + Program("seastitch") + " status --once");
+  EXPECT_EQ(run.exit_code, EXIT_FAILURE);
+  EXPECT_THAT(run.output, StartsWith("seastitch: cannot open LCM bus udpm://"));
+  EXPECT_THAT(run.output, HasSubstr("ip route add 224.0.0.0/4 dev lo"));
+  EXPECT_EQ(std::count(run.output.begin(), run.output.end(), '\n'), 1) << run.output;
+}
 
 TEST(ParseDatum, TakesACommaASpaceOrTwoWords) {
   for (const std::vector<std::string>& words : {std::vector<std::string>{"43.07,-70.71"},

@@ -515,13 +515,21 @@ TEST(Findings, AreTextAndJson) {
       Ok("cpu", "CPU: 2 cores"),
       Warning("clock", "clock: runs\x1b[2J free", std::string(40, 'x') + " end")};
   EXPECT_EQ(ToText(findings, 50),
-            "ok       CPU: 2 cores\n"
             "warning  clock: runs [2J free\n"
             "         ->\n"
             "         " +
                 std::string(40, 'x') +
                 "\n"
-                "         end\n");
+                "         end\n"
+                "ok       CPU: 2 cores\n"
+                "0 errors, 1 warning, 1 ok\n");
+  EXPECT_EQ(
+      ToText({Warning("a", "one", "Look."), Error("b", "two", ""), Warning("c", "3", "Look.")}, 50),
+      "error    two\n"
+      "warning  one\n"
+      "         -> Look.\n"
+      "warning  3\n"
+      "1 error, 2 warnings, 0 ok\n");
   const auto json = nlohmann::json::parse(ToJson(findings));
   EXPECT_EQ(json["result"], "warning");
   EXPECT_EQ(json["checks"][1]["check"], "clock");

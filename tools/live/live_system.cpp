@@ -153,7 +153,7 @@ std::vector<std::string> LiveSystem::names() const {
 std::string LiveSystem::Lost() const {
   std::string lost;
   for (const auto& [counter, count] : listener_.lost())
-    lost += " " + counter + " " + std::to_string(count);
+    lost += counter + " " + std::to_string(count) + "\n";
   return lost;
 }
 

@@ -39,8 +39,8 @@ class LiveSystem {
   // Call it several times a second while the survey runs: handles received messages, so that the
   // receive buffer does not overflow.
   void Poll();
-  // Losses of received messages that processes reported in HEALTH: " mapper imu_lost 3"; empty:
-  // none.
+  // Losses of received messages that processes reported in HEALTH, a line each: "mapper imu_lost
+  // 3"; empty: none.
   std::string Lost() const;
   // Faults in the last HEALTH of each process: " mapper: clock_step late_samples"; empty: none.
   std::string Faults() const;

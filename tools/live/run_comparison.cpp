@@ -100,9 +100,12 @@ double PosesApart(const Track& a, const Track& b) {
   return most;
 }
 
+// At most five, and the number of the others.
 std::string List(const std::vector<std::string>& names) {
+  constexpr std::size_t kMost = 5;
   std::string text;
-  for (const std::string& name : names) text += " " + name;
+  for (std::size_t i = 0; i < std::min(kMost, names.size()); ++i) text += " " + names[i];
+  if (names.size() > kMost) text += " and " + std::to_string(names.size() - kMost) + " more";
   return text;
 }
 

@@ -91,6 +91,14 @@ std::string ClockText(const BusWatch& watch, const std::string& process) {
                 1e-3 * static_cast<double>(figures["clock_drift_ppb"]));
 }
 
+// In the unit that a person would take.
+std::string DurationText(double seconds) {
+  constexpr double kHourS = 3600.0, kDayS = 86400.0;
+  if (std::abs(seconds) >= 2.0 * kDayS) return Format("%.1f days", seconds / kDayS);
+  if (std::abs(seconds) >= 2.0 * kHourS) return Format("%.1f h", seconds / kHourS);
+  return Format("%.3f s", seconds);
+}
+
 Findings SensorFindings(const BusWatch& watch,
                         const std::string& channel,
                         const std::string& process) {
@@ -100,10 +108,10 @@ Findings SensorFindings(const BusWatch& watch,
                   channel + ": not heard",
                   "Check the sensor's power and cable, and what " + process + " says above.")};
   const Heard& latency = found->second;
-  const std::string is = Format("%s: %.1f a second, stamps %.3f s behind receipt, ",
+  const std::string is = Format("%s: %.1f a second, stamps %s behind receipt, ",
                                 channel.c_str(),
                                 latency.rate_hz(),
-                                latency.mean()) +
+                                DurationText(latency.mean()).c_str()) +
                          ClockText(watch, process);
   constexpr double kMaxLatencyS = 1.0;
   if (std::abs(latency.mean()) > kMaxLatencyS)  // a single late message only shows a busy machine

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "common/runtime/process/process.hpp"
 #include "tools/vehicle/terminal_text.hpp"
@@ -61,11 +62,21 @@ std::string ToText(const Findings& findings, std::size_t columns) {
       level.clear();
     }
   };
-  for (const Finding& finding : findings) {
-    add(Printable(finding.text), NameOf(finding.level));
-    if (!finding.remedy.empty()) add("-> " + Printable(finding.remedy), "");
+  std::string sum;
+  for (const Level level : {Level::kError, Level::kWarning, Level::kOk}) {
+    std::set<std::string> remedies;
+    std::size_t count = 0;
+    for (const Finding& finding : findings) {
+      if (finding.level != level) continue;
+      ++count;
+      add(Printable(finding.text), NameOf(level));
+      if (!finding.remedy.empty() && remedies.insert(finding.remedy).second)
+        add("-> " + Printable(finding.remedy), "");
+    }
+    sum += (sum.empty() ? "" : ", ") + std::to_string(count) + " " + NameOf(level);
+    if (level != Level::kOk && count != 1) sum += "s";
   }
-  return text;
+  return text + sum + "\n";
 }
 
 std::string ToJson(const Findings& findings) {

@@ -22,7 +22,8 @@ namespace {
 
 constexpr double kSilentS = 3.0;
 constexpr std::chrono::milliseconds kOnce(2500);  // HEALTH is sent once a second
-constexpr std::size_t kPlainColumns = 80;
+constexpr std::size_t kTerminalColumns = 80;      // where it does not say
+constexpr std::size_t kWhole = 100'000;           // columns of a pipe or file
 
 std::string Padded(const std::string& text, std::size_t columns) {
   std::string cell = Cut(text, columns);
@@ -206,7 +207,7 @@ int RunStatus(const StatusOptions& options) {
   int code = EXIT_SUCCESS;
   if (live) {
     Screen screen;
-    const auto show = [&] { screen.Show(lines(TerminalSize(&winsize::ws_col, kPlainColumns))); };
+    const auto show = [&] { screen.Show(lines(TerminalSize(&winsize::ws_col, kTerminalColumns))); };
     show();
     loop.Every(std::chrono::seconds(1), show);
     code = loop.Run();
@@ -214,7 +215,8 @@ int RunStatus(const StatusOptions& options) {
     loop.Every(kOnce, [&] { loop.Stop(); });
     code = loop.Run();
   }
-  for (const std::string& line : lines(kPlainColumns)) std::printf("%s\n", line.c_str());
+  for (const std::string& line : lines(TerminalSize(&winsize::ws_col, kWhole)))
+    std::printf("%s\n", line.c_str());
   if (code != EXIT_SUCCESS) return code;
   return AllOk(roll, MonotonicSeconds()) ? EXIT_SUCCESS : EXIT_FAILURE;
 }
