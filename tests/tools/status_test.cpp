@@ -5,9 +5,12 @@
 #include <pty.h>
 #include <sys/ioctl.h>
 
+#include <cmath>
+#include <optional>
 #include <regex>
 
 #include "common/core/conditions.hpp"
+#include "common/core/pose.hpp"
 #include "tests/drivers/driver_process.hpp"
 
 namespace seastitch {
@@ -53,14 +56,14 @@ TEST(Status, HasOneLineAProcessAndNoneIsWider) {
     roll.Add(health, 1.0);
   }
   for (const std::size_t columns : {40, 80, 200}) {
-    const auto lines = StatusLines(roll, 2.0, kNow, columns);
+    const auto lines = StatusLines(roll, "", 2.0, kNow, columns);
     EXPECT_EQ(lines.size(), 2 + kProcesses.size());
     for (const std::string& line : lines) {
       EXPECT_LE(line.size(), columns);
       EXPECT_EQ(line.find('\x1b'), std::string::npos);
     }
   }
-  EXPECT_THAT(LineOf(StatusLines(roll, 2.0, kNow, 80), "mapper"),
+  EXPECT_THAT(LineOf(StatusLines(roll, "", 2.0, kNow, 80), "mapper"),
               AllOf(StartsWith("mapper       ok        1234  imu 100, can_fram...  "),
                     HasSubstr("  all is well with mapper")));
   EXPECT_TRUE(AllOk(roll, 2.0));
@@ -68,15 +71,35 @@ TEST(Status, HasOneLineAProcessAndNoneIsWider) {
 
 TEST(Status, SaysTheDiveAndTheDisk) {
   ProcessRoll roll;
-  EXPECT_THAT(StatusLines(roll, 1.0, kNow, 80).front(),
+  EXPECT_THAT(StatusLines(roll, "", 1.0, kNow, 80).front(),
               StartsWith("10:15:00 UTC  no dive is recorded: no logger"));
   health_t logger = Ok("logger");
   logger.counters = {Counter("disk_free_mb", 12'345),
                      Counter("dive_start_utime", kNow - 8'100'000'000)};
   roll.Add(logger, 1.0);
-  EXPECT_EQ(StatusLines(roll, 1.0, kNow, 100).front(),
+  EXPECT_EQ(StatusLines(roll, "", 1.0, kNow, 100).front(),
             "10:15:00 UTC  dive since 2025-11-22 08:00:00 (2 h 15 min), 12.3 GB of disk left");
-  EXPECT_LE(StatusLines(roll, 1.0, kNow, 80).front().size(), 80u);
+  EXPECT_LE(StatusLines(roll, "", 1.0, kNow, 80).front().size(), 80u);
+}
+
+TEST(Status, SaysWhereTheVehicleIs) {
+  nav_corrected_t nav{};
+  nav.p_map_vehicle_m[0] = 120.04;
+  nav.p_map_vehicle_m[1] = -35.5;
+  nav.p_map_vehicle_m[2] = 12.3;
+  nav.q_map_vehicle[0] = std::cos(-kPi / 4.0);
+  nav.q_map_vehicle[3] = std::sin(-kPi / 4.0);
+  nav.v_map_mps[1] = -1.5;
+  nav.covariance_ned_rpy[0][0] = 0.09;
+  nav.covariance_ned_rpy[1][1] = 0.16;
+  const std::string line = VehicleLine(nav, 11.0);
+  EXPECT_EQ(line,
+            "vehicle: north 120.0 m, east -35.5 m of the map origin (1 sigma 0.5 m), depth 12.3 m, "
+            "altitude 11.0 m, heading 270.0 deg, 1.50 m/s");
+  EXPECT_THAT(VehicleLine(nav, std::nullopt), Not(HasSubstr("altitude")));
+  const auto lines = StatusLines(ProcessRoll(), line, 1.0, kNow, 80);
+  EXPECT_THAT(lines[1], StartsWith("vehicle: north 120.0 m"));
+  EXPECT_LE(lines[1].size(), 80u);
 }
 
 TEST(Status, NamesFaultsWithWhatToDo) {
@@ -91,7 +114,7 @@ TEST(Status, NamesFaultsWithWhatToDo) {
   dvl.conditions = {silent};
   dvl.text = silent.sentence + "; can:can0";
   roll.Add(dvl, 9.9);
-  const auto lines = StatusLines(roll, 10.0, kNow, 80);
+  const auto lines = StatusLines(roll, "", 10.0, kNow, 80);
   EXPECT_THAT(LineOf(lines, "dvl-driver"), ContainsRegex("^dvl-driver   lost .*no usable data"));
   EXPECT_THAT(lines, testing::Contains("dvl-driver: no usable data from the device: for 7 s"));
   EXPECT_THAT(lines, testing::Contains(StartsWith("    Check its power, its cable")));
@@ -107,7 +130,7 @@ TEST(Status, NamesASilentProcessAndASecondOne) {
       mapper.seq = start + i;
       roll.Add(mapper, 6.0 + i);
     }
-  const auto lines = StatusLines(roll, 8.0, kNow, 80);
+  const auto lines = StatusLines(roll, "", 8.0, kNow, 80);
   EXPECT_THAT(LineOf(lines, "imu-driver"), ContainsRegex("silent .* not heard for 7 s"));
   EXPECT_THAT(LineOf(lines, "dvl-driver"), ContainsRegex("- .* not heard"));
   EXPECT_THAT(LineOf(lines, "mapper"), HasSubstr("runs twice; "));

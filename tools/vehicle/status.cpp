@@ -3,18 +3,22 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <sstream>
 
 #include "common/convert/channels.hpp"
 #include "common/core/conditions.hpp"
+#include "common/core/pose.hpp"
 #include "common/core/time.hpp"
 #include "common/runtime/bus.hpp"
 #include "common/runtime/event_loop.hpp"
 #include "common/runtime/health.hpp"
+#include "seastitch/dvl_t.hpp"
 #include "tools/vehicle/terminal_text.hpp"
 
 namespace seastitch {
@@ -167,7 +171,31 @@ class Screen {
 
 }  // namespace
 
+std::string VehicleLine(const nav_corrected_t& nav, std::optional<double> altitude_m) {
+  const double* const q = nav.q_map_vehicle;
+  const Eigen::Vector3d rpy =
+      RpyFromRotation(Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized().toRotationMatrix());
+  const double sigma_m =
+      std::sqrt(std::max(0.0, nav.covariance_ned_rpy[0][0] + nav.covariance_ned_rpy[1][1]));
+  char altitude[40] = "";
+  if (altitude_m) std::snprintf(altitude, sizeof altitude, ", altitude %.1f m", *altitude_m);
+  char text[240];
+  std::snprintf(text,
+                sizeof text,
+                "vehicle: north %.1f m, east %.1f m of the map origin (1 sigma %.1f m), depth %.1f "
+                "m%s, heading %.1f deg, %.2f m/s",
+                nav.p_map_vehicle_m[0],
+                nav.p_map_vehicle_m[1],
+                sigma_m,
+                nav.p_map_vehicle_m[2],
+                altitude,
+                std::fmod(Rad2Deg(rpy.z()) + 360.0, 360.0),
+                std::hypot(nav.v_map_mps[0], nav.v_map_mps[1]));
+  return text;
+}
+
 std::vector<std::string> StatusLines(const ProcessRoll& roll,
+                                     const std::string& vehicle,
                                      double now_s,
                                      std::int64_t now_utime,
                                      std::size_t columns) {
@@ -175,6 +203,7 @@ std::vector<std::string> StatusLines(const ProcessRoll& roll,
       Cut(UtcText(FromUtime(now_utime), "%H:%M:%S UTC  ") + DiveLine(roll, now_s, now_utime),
           columns),
       Row("process", "state", "drops", "messages a second", "", columns)};
+  if (!vehicle.empty()) lines.insert(lines.begin() + 1, Cut(vehicle, columns));
   for (const std::string& process : roll.names())
     lines.push_back(RowOf(Printable(process), roll, now_s, columns));
   for (const std::string& process : roll.names())
@@ -199,9 +228,26 @@ int RunStatus(const StatusOptions& options) {
   bus.Subscribe<health_t>(channels::kHealth, QueueOf(channels::kHealth), [&](const health_t& msg) {
     roll.Add(msg, MonotonicSeconds());
   });
+  std::optional<nav_corrected_t> nav;
+  std::optional<double> altitude_m;
+  double nav_s = 0.0, altitude_s = 0.0;  // when they were heard
+  bus.Subscribe<nav_corrected_t>(
+      channels::kNavCorrected, QueueOf(channels::kNavCorrected), [&](const nav_corrected_t& msg) {
+        nav = msg;
+        nav_s = MonotonicSeconds();
+      });
+  bus.Subscribe<dvl_t>(channels::kDvl, QueueOf(channels::kDvl), [&](const dvl_t& msg) {
+    if (!msg.has_altitude) return;
+    altitude_m = msg.altitude_m;
+    altitude_s = MonotonicSeconds();
+  });
   loop.Add(bus.fd(), [&] { bus.HandleAll(Bus::kBurst); });
   const auto lines = [&](std::size_t columns) {
-    return StatusLines(roll, MonotonicSeconds(), NowUtime(), columns);
+    const double now_s = MonotonicSeconds();
+    std::string vehicle;
+    if (nav && now_s - nav_s < kSilentS)
+      vehicle = VehicleLine(*nav, now_s - altitude_s < kSilentS ? altitude_m : std::nullopt);
+    return StatusLines(roll, vehicle, now_s, NowUtime(), columns);
   };
   const bool live = !options.once && isatty(STDOUT_FILENO) == 1;
   int code = EXIT_SUCCESS;

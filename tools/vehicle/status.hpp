@@ -2,16 +2,24 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "seastitch/nav_corrected_t.hpp"
 #include "tools/vehicle/process_roll.hpp"
 
 namespace seastitch {
 
-// Text of `seastitch status`: the dive, one line per process, then the faults that are present with
-// their remedies. No line is longer than `columns`. now_s: monotonic, as in the roll.
+// One line of where the vehicle is: north and east of the map origin, depth, altitude, heading,
+// speed, and 1 sigma of the position.
+std::string VehicleLine(const nav_corrected_t& nav, std::optional<double> altitude_m);
+
+// Text of `seastitch status`: the dive, where the vehicle is (empty: not known), one line per
+// process, then the faults that are present with their remedies. No line is longer than `columns`.
+// now_s: monotonic, as in the roll.
 std::vector<std::string> StatusLines(const ProcessRoll& roll,
+                                     const std::string& vehicle,
                                      double now_s,
                                      std::int64_t now_utime,
                                      std::size_t columns);
