@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "common/core/time.hpp"
+#include "common/runtime/process/process.hpp"
 #include "products/product_files.hpp"
 #include "products/report/html.hpp"
 #include "products/report/noise_report.hpp"
@@ -87,9 +89,11 @@ std::string SurveyTable(const ProductSummary& s, const ProductOptions& options) 
   table.Row({"Loop closures",
              Grouped(s.loops_accepted) + " accepted, " + Grouped(s.loops_refused) +
                  " of them refused by the graph, " + Grouped(s.loops_rejected) + " rejected"});
-  table.Row({"Their height offset",
-             "mean " + Fixed(s.z_offset_mean_m, 3) + " m, scatter " + Fixed(s.z_offset_sigma_m, 3) +
-                 " m, largest " + Fixed(s.z_offset_max_m, 3) + " m"});
+  if (s.loops_accepted > 0)
+    table.Row({"Their height offset",
+               "mean " + Fixed(s.z_offset_mean_m, 3) + " m, scatter " +
+                   Fixed(s.z_offset_sigma_m, 3) + " m, largest " + Fixed(s.z_offset_max_m, 3) +
+                   " m"});
   table.Row({"Largest correction of a submap",
              Fixed(s.correction_max_m, 2) + " m, " + Fixed(s.correction_max_yaw_deg, 3) + "&deg;"});
   if (!options.configuration.empty()) table.Row({"Configuration", Escaped(options.configuration)});
@@ -265,6 +269,46 @@ std::string CounterTable(const char* title, const std::map<std::string, std::int
   return table.Finish();
 }
 
+std::string Tile(const std::string& figure, const std::string& meaning) {
+  return "<div class=\"tile\"><b>" + figure + "</b>" + meaning + "</div>\n";
+}
+
+// The four figures at which one looks first.
+std::string Tiles(const ProductSummary& s) {
+  std::string html;
+  if (s.before.surface.cells > 0)
+    html += Tile(Fixed(100.0 * s.before.surface.rms_m, 1) + " &rarr; " +
+                     Fixed(100.0 * s.after().surface.rms_m, 1) + " cm",
+                 "swath mismatch, RMS: as navigated, delivered map");
+  else
+    html += Tile("&ndash;", "swath mismatch: no swaths overlap");
+  const std::uint64_t loops = s.loops_accepted + s.loops_rejected;
+  html += Tile(Grouped(s.loops_accepted) + " of " + Grouped(loops),
+               "pairs of submaps became loop closures");
+  const double read = static_cast<double>(s.soundings_read);
+  html += Tile(Fixed(Percent(static_cast<double>(s.soundings_used), read), 1) + " %",
+               "of " + Grouped(s.soundings_read) + " soundings used");
+  html += Tile(Grouped(s.cells_mapped), "cells of " + Fixed(s.cell_m, 2) + " m");
+  return html;
+}
+
+// Where and when, and by which program.
+std::string HeadOf(const Survey& survey, const ProductSummary& s, const ProductOptions& options) {
+  std::string text;
+  const auto add = [&](const std::string& part) {
+    text += (text.empty() ? "" : " &middot; ") + part;
+  };
+  if (options.datum)
+    add("map origin " + Fixed(options.datum->latitude_deg, 5) + "&deg;, " +
+        Fixed(options.datum->longitude_deg, 5) + "&deg;");
+  if (!survey.track.empty())
+    add(UtcText(survey.track.front().time, "%Y-%m-%d %H:%M") + " to " +
+        UtcText(survey.track.back().time, "%Y-%m-%d %H:%M UTC"));
+  if (!s.crs.empty()) add(Escaped(s.crs));
+  add(std::string("Seastitch ") + ProgramVersion());
+  return text;
+}
+
 // What lies beside the page.
 std::string FilesText(const ProductSummary& s, const ProductOptions& options, bool has_map) {
   std::string text;
@@ -298,6 +342,11 @@ std::string ReportHtml(const Survey& survey,
       {"banner", BannerClass(s)},
       {"statement", Escaped(s.statement)},
       {"warnings", WarningsList(options.warnings)},
+      {"head", HeadOf(survey, s, options)},
+      {"tiles", Tiles(s)},
+      {"figures_open", has_map ? "" : " open"},
+      {"corrected", s.outcome == Outcome::kCorrected ? "yes" : ""},
+      {"has_overlap", s.before_all.surface.cells + s.solved_all.surface.cells > 0 ? "yes" : ""},
       {"before_after", BeforeAfterTable(s)},
       {"survey", SurveyTable(s, options)},
       {"has_map", has_map ? "yes" : ""},

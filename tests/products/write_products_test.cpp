@@ -132,6 +132,9 @@ TEST(WriteProducts, CorrectsTheMapAndSaysByHowMuch) {
   const std::string html = Slurp(folder / "report.html");
   EXPECT_THAT(html, HasSubstr("A &lt;test&gt; survey"));
   EXPECT_THAT(html, HasSubstr("The map is corrected by 2 loop closures"));
+  EXPECT_THAT(html, HasSubstr("depth_as_navigated.png\"><img"));
+  EXPECT_THAT(html, HasSubstr("2023-11-14 22:13 to 2023-11-14 22:17 UTC &middot; EPSG:32632"));
+  EXPECT_THAT(html, HasSubstr("<b>2 of 3</b>"));
   EXPECT_THAT(html, HasSubstr("of the 2 accepted closures"));
 }
 
@@ -460,6 +463,8 @@ TEST(WriteProducts, WithholdsACorrectionThatMakesTheMapWorse) {
   EXPECT_GT(summary.solved.surface.rms_m, summary.before.surface.rms_m);
   EXPECT_EQ(summary.after().point.rms_m, summary.before.point.rms_m);
   EXPECT_EQ(Slurp(folder / "elevation.tif"), Slurp(folder / "elevation_as_navigated.tif"));
+  // Not twice the same picture.
+  EXPECT_THAT(Slurp(folder / "report.html"), Not(HasSubstr("depth_as_navigated.png\"><img")));
   EXPECT_EQ(Slurp(folder / "mismatch.tif"), Slurp(folder / "mismatch_as_navigated.tif"));
   const auto poses = PosesIn(folder / "poses.txt");
   EXPECT_EQ(poses.at(4), DeadReckonedPoses(survey).T_map_level[4].Translation());
