@@ -253,10 +253,7 @@ class ProductWriter {
     }
     summary_.partial = !options_.partial.empty();
     if (summary_.partial) summary_.statement = options_.partial + " " + summary_.statement;
-    if (summary_.outcome != Outcome::kCorrected) {
-      delivered_ = dead_reckoned_;
-      after_ = before_;
-    }
+    if (summary_.outcome != Outcome::kCorrected) delivered_ = dead_reckoned_;
   }
 
   ConsistencyMap Measure(const SurveyPoses& poses, const char* which) {
@@ -272,12 +269,23 @@ class ProductWriter {
   }
 
   void MeasureBoth(bool solved_too) {
-    before_ = Measure(dead_reckoned_, "as navigated");
-    after_ = solved_too ? Measure(delivered_, "solved") : before_;
-    summary_.before = FiguresOfComparableCells(before_, after_);
-    summary_.solved = FiguresOfComparableCells(after_, before_);
-    summary_.before_all = Figures(before_);
-    summary_.solved_all = Figures(after_);
+    const ConsistencyMap before = Measure(dead_reckoned_, "as navigated");
+    if (!solved_too) {
+      summary_.before = summary_.solved = summary_.before_all = summary_.solved_all =
+          Figures(before);
+    } else {
+      const ConsistencyMap solved = Measure(delivered_, "solved");
+      summary_.before = FiguresOfComparableCells(before, solved);
+      summary_.solved = FiguresOfComparableCells(solved, before);
+      summary_.before_all = Figures(before);
+      summary_.solved_all = Figures(solved);
+      mismatch_solved_ = Mismatch(solved);
+    }
+    mismatch_before_ = Mismatch(before);
+  }
+
+  const Raster& MismatchOfDelivered() const {
+    return summary_.outcome == Outcome::kCorrected ? mismatch_solved_ : mismatch_before_;
   }
 
   void CorrectTheTrack() {
@@ -390,16 +398,7 @@ class ProductWriter {
 
   // Returns the elevations.
   std::vector<float> WriteDelivered() {
-    const DepthMap map = Grid(delivered_);
-    summary_.cells_mapped = map.CountSeen();
-    Raster elevation = map.Elevation();
-    Write(product_files::kElevation, GeoTiff(geometry_, elevation, projection_));
-    Write(product_files::kSpread, GeoTiff(geometry_, map.Spread(), projection_));
-    seen_ = map.Density();
-    Write(product_files::kDensity, GeoTiff(geometry_, seen_, projection_));
-    const Raster uncertainty = map.Uncertainty(
-        {options_.depth_bias_m, options_.noise.components.sounding_variance_ratio.value});
-    Write(product_files::kUncertainty, GeoTiff(geometry_, uncertainty, projection_));
+    auto [elevation, uncertainty] = WriteOfDepthMap();
     if (options_.soundings != nullptr)
       Write(product_files::kShoalest,
             GeoTiff(geometry_,
@@ -417,14 +416,28 @@ class ProductWriter {
     return std::move(elevation.values);
   }
 
+  // Returns elevation and uncertainty. The depth map is the largest part of a large raster.
+  std::pair<Raster, Raster> WriteOfDepthMap() {
+    const DepthMap map = Grid(delivered_);
+    summary_.cells_mapped = map.CountSeen();
+    Write(product_files::kSpread, GeoTiff(geometry_, map.Spread(), projection_));
+    seen_ = map.Density();
+    Write(product_files::kDensity, GeoTiff(geometry_, seen_, projection_));
+    Raster elevation = map.Elevation();
+    Write(product_files::kElevation, GeoTiff(geometry_, elevation, projection_));
+    Raster uncertainty = map.Uncertainty(
+        {options_.depth_bias_m, options_.noise.components.sounding_variance_ratio.value});
+    Write(product_files::kUncertainty, GeoTiff(geometry_, uncertainty, projection_));
+    return {std::move(elevation), std::move(uncertainty)};
+  }
+
   void WriteMismatch() {
-    const Raster before = Mismatch(before_);
-    const Raster after = Mismatch(after_);
-    Write(product_files::kMismatchAsNavigated, GeoTiff(geometry_, before, projection_));
+    const Raster& after = MismatchOfDelivered();
+    Write(product_files::kMismatchAsNavigated, GeoTiff(geometry_, mismatch_before_, projection_));
     Write(product_files::kMismatch, GeoTiff(geometry_, after, projection_));
     const double highest_m =
-        std::max(0.01, RangeOf({&before.values, &after.values}, 0.0, 0.98, 0.0).second);
-    Picture picture = MismatchPicture(geometry_, before.values, seen_.values, highest_m);
+        std::max(0.01, RangeOf({&mismatch_before_.values, &after.values}, 0.0, 0.98, 0.0).second);
+    Picture picture = MismatchPicture(geometry_, mismatch_before_.values, seen_.values, highest_m);
     picture.title = options_.title + ": swath mismatch, as navigated";
     picture.subtitle = Subtitle(summary_, summary_.before) + "; grey: seen by one submap";
     Write(product_files::kMismatchPictureAsNavigated, RenderPng(picture));
@@ -470,9 +483,9 @@ class ProductWriter {
   std::vector<std::optional<Eigen::Vector3d>> delivered_sigmas_;
   ProductSummary summary_;
   GridGeometry geometry_;
-  ConsistencyMap before_;
-  ConsistencyMap after_;
-  Raster seen_;  // Density() of the delivered map
+  Raster mismatch_before_;
+  Raster mismatch_solved_;  // empty where it was not measured
+  Raster seen_;             // Density() of the delivered map
   std::vector<CorrectedState> track_;
 };
 

@@ -38,7 +38,7 @@ struct ProductOptions {
   // Reference system of the map files, with a datum: MapProjection.
   std::string crs;
   int vertical_epsg = 0;
-  // Limit of a raster, about 0.7 GB at the peak. With cell_m = 0 the cell is enlarged to stay below
+  // Limit of a raster, about 1.3 GB at the peak. With cell_m = 0 the cell is enlarged to stay below
   // it; a given cell_m that exceeds it is an error.
   std::size_t max_cells = 16'000'000;
   // Points kept in memory, 100 MB: a few survey lines, so that each submap is read from disk once.

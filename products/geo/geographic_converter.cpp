@@ -61,6 +61,8 @@ GeographicConverter::GeographicConverter(const std::string& crs)
   else if (from.IsProjected() != 0)
     z_unit_m_ = from.GetLinearUnits();
   is_metric_ = from.IsProjected() != 0 && from.GetLinearUnits() == 1.0;
+  std::array<double, 4> area{};
+  if (from.GetAreaOfUse(&area[0], &area[1], &area[2], &area[3], nullptr)) area_deg_ = area;
   if (from.IsCompound() != 0) from.StripVertical();
   from.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
   OGRSpatialReference to;
@@ -86,6 +88,18 @@ std::string WktOf(const std::string& crs) {
 
 GeographicConverter::~GeographicConverter() = default;
 GeographicConverter::GeographicConverter(GeographicConverter&&) noexcept = default;
+
+bool GeographicConverter::IsMadeFor(const Datum& point) const {
+  constexpr double kSlackDeg = 6.0;  // a neighbouring zone
+  if (!area_deg_) return true;
+  const auto [west, south, east, north] = *area_deg_;
+  if (point.latitude_deg < south - kSlackDeg || point.latitude_deg > north + kSlackDeg)
+    return false;
+  // East of west, once around the earth; the area may cross the antimeridian.
+  const double width = std::fmod(east - west + 720.0, 360.0);
+  const double at = std::fmod(point.longitude_deg - west + kSlackDeg + 720.0, 360.0);
+  return width == 0.0 || at <= width + 2.0 * kSlackDeg;
+}
 
 void GeographicConverter::Convert(std::vector<Eigen::Vector2d>* points) const {
   Transform(transformation_->to_wgs84.get(), points);

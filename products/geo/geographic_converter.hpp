@@ -1,9 +1,13 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
+
+#include "common/geo/datum.hpp"
 
 namespace seastitch {
 
@@ -25,6 +29,9 @@ class GeographicConverter {
   bool z_is_down() const { return z_is_down_; }
   // The system is a projection whose unit is the metre.
   bool is_metric() const { return is_metric_; }
+  // False: a point [deg] lies far outside of the area for which the system is made, by its
+  // register. True where that states none.
+  bool IsMadeFor(const Datum& point) const;
   // From east (or longitude) and north (or latitude), in the system's units, to latitude and
   // longitude [rad]. NaN: the system does not reach there.
   void Convert(std::vector<Eigen::Vector2d>* points) const;
@@ -38,6 +45,7 @@ class GeographicConverter {
   double z_unit_m_ = 1.0;
   bool z_is_down_ = false;
   bool is_metric_ = false;
+  std::optional<std::array<double, 4>> area_deg_;  // west, south, east, north
 };
 
 // A reference system as text (WKT 1). Throws std::runtime_error with GDAL's reason.

@@ -26,18 +26,24 @@ std::string UtmOf(const Datum& point) {
   return "EPSG:" + std::to_string((north ? 32600 : 32700) + zone);
 }
 
-GeographicConverter Metric(const std::string& crs) {
-  const auto wrong = [&](const std::string& reason) {
-    return std::runtime_error("--crs " + crs + ": " + reason +
-                              "; expected a projection in metres, such as EPSG:32632");
-  };
+// Throws where the system cannot be that of a map at `origin`.
+GeographicConverter Metric(const std::string& crs, const Datum& origin) {
+  std::string reason;
   try {
     GeographicConverter converter(crs);
-    if (converter.is_metric()) return converter;
+    if (crs.find('+') != std::string::npos && crs.starts_with("EPSG:"))
+      reason = "has a vertical system, which vertical_datum of mapper.yaml states";
+    else if (!converter.is_metric())
+      reason = "is not in metres";
+    else if (!converter.IsMadeFor(origin))
+      reason = converter.name() + " is not made for the place of the survey";
+    else
+      return converter;
   } catch (const std::exception& e) {
-    throw wrong(e.what());
+    reason = e.what();
   }
-  throw wrong("is not in metres");
+  throw std::runtime_error("--crs " + crs + ": " + reason +
+                           "; expected a projection in metres, such as EPSG:32632");
 }
 
 // A polynomial through exact values at nodes 0, 1/2 and 1 of a box: quadratic in north and east; in
@@ -95,7 +101,7 @@ class Patch {
 
 class MapProjection::Exact {
  public:
-  Exact(const Datum& origin, const std::string& crs) : frame_(origin), crs_(Metric(crs)) {}
+  Exact(const Datum& origin, const std::string& crs) : frame_(origin), crs_(Metric(crs, origin)) {}
 
   std::vector<Eigen::Vector2d> operator()(const std::vector<Eigen::Vector3d>& p_ned) const {
     std::vector<Eigen::Vector2d> points;
@@ -123,8 +129,15 @@ MapProjection::MapProjection(const Datum& origin,
     : horizontal_(crs.empty() ? UtmOf(MapFrame(origin).PointAt(middle)) : crs),
       compound_(horizontal_),
       exact_(std::make_shared<const Exact>(origin, horizontal_)) {
-  if (vertical_epsg != 0 && horizontal_.starts_with("EPSG:"))
-    compound_ += "+" + std::to_string(vertical_epsg);
+  if (vertical_epsg == 0 || !horizontal_.starts_with("EPSG:")) return;
+  compound_ += "+" + std::to_string(vertical_epsg);
+  try {
+    if (WktOf(compound_).find("VERT_CS[") == std::string::npos)
+      throw std::runtime_error("it is of another kind");
+  } catch (const std::exception& e) {
+    throw std::runtime_error("vertical_datum: " + std::to_string(vertical_epsg) +
+                             " is no code of a vertical reference system: " + e.what());
+  }
 }
 
 std::string MapProjection::Wkt() const { return has_crs() ? WktOf(compound_) : std::string(); }

@@ -35,7 +35,7 @@ class MapProjection {
   // WGS 84 of `middle` (north and east of the survey's middle), with the exceptions of zones 31 to
   // 37 (32V, Svalbard), and UPS beyond 84 degrees north and 80 degrees south. vertical_epsg: code
   // of the vertical system of elevations; 0: unknown. Throws std::runtime_error that names a CRS
-  // that is unknown or not in metres.
+  // that is unknown, not in metres or made for another place, or a code that is no vertical system.
   MapProjection(const Datum& origin,
                 const Eigen::Vector2d& middle,
                 const std::string& crs,

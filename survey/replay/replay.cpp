@@ -227,8 +227,7 @@ ProductSummary RunReplay(const ReplayOptions& options) {
     products.depth_bias_m = first.mapper.navigation.depth_bias_m.sigma;
     products.vertical_epsg = VerticalEpsg(first.mapper);
     // A wrong one ends the command here, not after the mapping.
-    if (!options.crs.empty())
-      MapProjection(datum, Eigen::Vector2d::Zero(), options.crs, products.vertical_epsg);
+    MapProjection(datum, Eigen::Vector2d::Zero(), options.crs, products.vertical_epsg);
     UseTruth(options, &products);
   }
   products.cell_m = options.cell_m;

@@ -136,7 +136,9 @@ TEST(MapProjection, TakesACrsInMetresAndNamesAnother) {
              Utm().NorthEast(Eigen::Vector3d(100, 50, 20)))
                 .norm(),
             1e-3);
-  for (const char* crs : {"EPSG:4326", "EPSG:2263", "EPSG:1", "chart datum"}) {
+  // Degrees, feet, unknown, no CRS, the other side of the earth, with a vertical system.
+  for (const char* crs :
+       {"EPSG:4326", "EPSG:2263", "EPSG:1", "chart datum", "EPSG:32755", "EPSG:25832+5783"}) {
     try {
       MapProjection(kDatum, Eigen::Vector2d::Zero(), crs, 0);
       ADD_FAILURE() << crs;
@@ -144,6 +146,29 @@ TEST(MapProjection, TakesACrsInMetresAndNamesAnother) {
       EXPECT_THAT(e.what(), ::testing::HasSubstr(crs));
     }
   }
+}
+
+TEST(MapProjection, NamesACodeThatIsNoVerticalSystem) {
+  for (const int code : {4326, 99'999}) {
+    try {
+      MapProjection(kDatum, Eigen::Vector2d::Zero(), "", code);
+      ADD_FAILURE() << code;
+    } catch (const std::runtime_error& e) {
+      EXPECT_THAT(e.what(), ::testing::StartsWith("vertical_datum: " + std::to_string(code)));
+    }
+  }
+}
+
+// A zone that crosses the antimeridian, and neighbours.
+TEST(GeographicConverter, KnowsForWhichPlacesItIsMade) {
+  EXPECT_TRUE(GeographicConverter("EPSG:32632").IsMadeFor({57.0, 9.0}));
+  EXPECT_TRUE(GeographicConverter("EPSG:32632").IsMadeFor({57.0, 13.0}));
+  EXPECT_FALSE(GeographicConverter("EPSG:32632").IsMadeFor({57.0, -70.0}));
+  EXPECT_FALSE(GeographicConverter("EPSG:32632").IsMadeFor({-20.0, 9.0}));
+  EXPECT_TRUE(GeographicConverter("EPSG:2193").IsMadeFor({-44.0, -177.0}));  // New Zealand
+  EXPECT_TRUE(GeographicConverter("EPSG:2193").IsMadeFor({-44.0, 170.0}));
+  EXPECT_FALSE(GeographicConverter("EPSG:2193").IsMadeFor({-44.0, 0.0}));
+  EXPECT_TRUE(GeographicConverter("+proj=utm +zone=32 +datum=WGS84").IsMadeFor({10.0, 100.0}));
 }
 
 TEST(GeoTiff, PutsAKnownLatitudeAndLongitudeIntoTheRightCell) {
