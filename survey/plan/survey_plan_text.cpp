@@ -31,8 +31,12 @@ std::string Names(const std::vector<PlannedFile>& files,
 }
 
 std::string Text(const char* name, const Eigen::Isometry3d& pose) {
-  const Eigen::Vector3d& p = pose.translation();
-  const Eigen::Vector3d rpy = RpyFromRotation(pose.linear()) * (180.0 / kPi);
+  // Rounded as printed, plus 0: no "-0.000".
+  const auto printed = [](const Eigen::Vector3d& v) {
+    return Eigen::Vector3d((1000.0 * v).array().round() / 1000.0 + 0.0);
+  };
+  const Eigen::Vector3d p = printed(pose.translation());
+  const Eigen::Vector3d rpy = printed(RpyFromRotation(pose.linear()) * (180.0 / kPi));
   char line[200];
   std::snprintf(line,
                 sizeof line,
