@@ -40,7 +40,6 @@ void CanDriver::UpdateHealth(const Counters& source,
                              DeviceWatch::Clock::time_point now,
                              const std::string& trouble,
                              const SenderRefusal& refusal) {
-  errors_.SeeSource(source);
   SetAll(errors_.counters(), &health());
   const std::string on_the_wire = errors_.trouble();
   health().HoldIf(!on_the_wire.empty(), conditions::kCanController, on_the_wire);
@@ -54,6 +53,7 @@ int RunCanDriver(CanDriver* driver, const DriverParams& params, Bus* bus, EventL
     if (source->finished()) loop->Stop();
   };
   const auto update_health = [driver, &source] {
+    driver->SeeOutages(source->outages());
     driver->UpdateHealth(
         source->counters(), DeviceWatch::Clock::now(), source->trouble(), source->refusal());
   };

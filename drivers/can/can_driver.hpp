@@ -27,6 +27,8 @@ class CanDriver : public DeviceDriver {
   virtual void Finish() = 0;
 
   virtual std::vector<CanFilter> filters() const = 0;
+  // CanSource::outages(), before UpdateHealth().
+  void SeeOutages(std::int64_t outages) { errors_.SeeOutages(outages); }
   void UpdateHealth(const Counters& source,
                     DeviceWatch::Clock::time_point now,
                     const std::string& trouble = "",

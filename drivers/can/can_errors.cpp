@@ -32,10 +32,7 @@ void CanErrors::SeeData() {
   if (state_ == State::kBusOff) state_ = State::kActive;
 }
 
-void CanErrors::SeeSource(const Counters& source) {
-  std::int64_t outages = 0;
-  for (const char* name : {"can_interface_down", "can_interface_gone"})
-    if (const auto counter = source.find(name); counter != source.end()) outages += counter->second;
+void CanErrors::SeeOutages(std::int64_t outages) {
   if (outages != outages_) state_ = State::kActive;
   outages_ = outages;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include "common/core/counters.hpp"
@@ -16,9 +17,9 @@ class CanErrors {
   // Any other frame: a controller that is off the bus receives none.
   void SeeData();
 
-  // Counters of the source: after its interface was down or gone the controller begins anew, and
+  // CanSource::outages(): after its interface was down or gone the controller begins anew, and
   // sends no frame to say so.
-  void SeeSource(const Counters& source);
+  void SeeOutages(std::int64_t outages);
 
   // For people, such as "controller is bus-off"; empty where it takes its full part.
   std::string trouble() const;

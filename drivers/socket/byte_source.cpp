@@ -64,7 +64,7 @@ class CanBytes : public ByteSource {
     packets_.pop_front();
     return true;
   }
-  void Check() override { errors_.SeeSource(source_->counters()); }
+  void Check() override { errors_.SeeOutages(source_->outages()); }
   bool finished() const override { return packets_.empty() && source_->finished(); }
   std::string trouble() const override { return source_->trouble(); }
   std::string can_trouble() const override { return errors_.trouble(); }

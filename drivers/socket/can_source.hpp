@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -25,6 +26,9 @@ class CanSource {
 
   // Why no frames can be received, for people: "no such interface". Empty if they can.
   virtual std::string trouble() const { return ""; }
+
+  // Times that the interface was down or gone: its controller then begins anew.
+  virtual std::int64_t outages() const { return 0; }
 
   // Datagrams of other senders: see SenderGate.
   virtual SenderRefusal refusal() const { return {}; }

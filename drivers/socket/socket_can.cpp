@@ -94,11 +94,13 @@ std::vector<ReceivedFrame> SocketCanSource::Receive() {
     if (received.error == EAGAIN) break;
     if (received.error == ENODEV) {
       ++counters_["can_interface_gone"];
+      ++outages_;
       socket_.Lose("interface is gone");
       break;
     }
     if (received.error != 0) {
       ++counters_[received.error == ENETDOWN ? "can_interface_down" : "can_receive_errors"];
+      if (received.error == ENETDOWN) ++outages_;
       break;
     }
     if (received.dropped > 0) counters_["can_frames_dropped"] += received.dropped;

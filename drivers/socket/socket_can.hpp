@@ -20,6 +20,7 @@ class SocketCanSource : public CanSource {
   int fd() const override { return socket_.fd(); }
   std::vector<ReceivedFrame> Receive() override;
   std::string trouble() const override;
+  std::int64_t outages() const override { return outages_; }
   // can_frames_dropped (receive buffer full), can_interface_down, can_interface_gone,
   // can_interface_back, can_receive_errors, can_frames_unstamped (by the kernel),
   // can_receive_buffer_bytes (granted).
@@ -32,6 +33,7 @@ class SocketCanSource : public CanSource {
   std::vector<CanFilter> filters_;
   int wanted_buffer_bytes_;
   std::uint32_t kernel_drops_ = 0;
+  std::int64_t outages_ = 0;
   Counters counters_;
   PatientSocket socket_;
 };

@@ -179,10 +179,12 @@ TEST_F(DriverNodes, AControllerThatWasDownIsErrorPassiveNoMore) {
   driver.Feed(passive, Imu(0).time);
   driver.UpdateHealth({}, {});
   EXPECT_THAT(driver.health().text(), testing::HasSubstr("error-passive"));
-  driver.UpdateHealth({{"can_interface_down", 1}}, {});
+  driver.SeeOutages(1);
+  driver.UpdateHealth({}, {});
   EXPECT_THAT(driver.health().text(), testing::Not(testing::HasSubstr("error-passive")));
   driver.Feed(passive, Imu(1).time);
-  driver.UpdateHealth({{"can_interface_down", 1}}, {});
+  driver.SeeOutages(1);
+  driver.UpdateHealth({}, {});
   EXPECT_THAT(driver.health().text(), testing::HasSubstr("error-passive"));
 }
 
