@@ -24,7 +24,25 @@ constexpr char kHead[] =
     "A key that is unknown, occurs twice or has a value out of range ends the program at its "
     "start, "
     "with\none line: file, key, value, what was expected. A key under an earlier name is accepted "
-    "with one\nwarning. Start with the values from the data sheets; the others are for experts.\n";
+    "with one\nwarning. Start with the values from the data sheets; the others are for experts.\n\n"
+    "## Ten keys that people change\n\n"
+    "| file | key | when |\n|---|---|---|\n"
+    "| `vehicle.yaml` | `position_m`, `roll_pitch_yaw_deg` of each sensor | always: "
+    "lever arms and mounting angles |\n"
+    "| `vehicle.yaml` | `datum` | always: origin of the map, within 200 km of the survey |\n"
+    "| `*_driver.yaml` | `source` | always: the interface, port or address of the device |\n"
+    "| `*_driver.yaml` | `clock` | where the device's clock is not disciplined |\n"
+    "| `mapper.yaml` | `navigation.*` | always: accuracies from the data sheets of compass, "
+    "inertial "
+    "unit and Doppler log; begin with `mapper_mems.yaml` or `mapper_ins_tactical.yaml` |\n"
+    "| `mapper.yaml` | `navigation_source` | where an INS navigates |\n"
+    "| `mapper.yaml` | `given_navigation.uses_position_fixes` | for an INS with GPS or USBL all "
+    "the "
+    "time |\n"
+    "| `mapper.yaml` | `sonar_mounting_sigma_m`, `sonar_mounting_sigma_deg` | after a patch test "
+    "|\n"
+    "| `mapper.yaml` | `water_level`, `vertical_datum` | with a tide gauge |\n"
+    "| `logger.yaml` | `dives_dir` | where the data disk is mounted |\n";
 
 template <class Config>
 ConfigurationFile FileOf(std::string name, std::string title, Config defaults = {}) {

@@ -25,8 +25,8 @@ Finding Error(const std::string& check, const std::string& text, const std::stri
 void Append(const Findings& more, Findings* findings);
 Finding::Level Worst(const Findings& findings);
 
-// Errors first, then warnings, then what is right, and a sum: lines of at most `columns` bytes, each
-// with its remedy below, but for one that stands there already.
+// Errors first, then warnings, then what is right, and a sum: lines of at most `columns` bytes,
+// each with its remedy below, but for one that stands there already.
 std::string ToText(const Findings& findings, std::size_t columns);
 // {"result": "warning", "version": "...", "checks": [{"check", "level", "text", "remedy"}, ...]}.
 std::string ToJson(const Findings& findings);
