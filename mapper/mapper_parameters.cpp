@@ -28,8 +28,8 @@ void DeclareFiles(MapperConfig* c, ParameterTable* table) {
             &c->vertical_datum_epsg,
             Unit::kNone,
             Range::Within(0.0, 999999.0),
-            "EPSG code of the vertical reference system whose zero water_level or "
-            "ellipsoid_heights state, for the map files. 0: not known.")
+            "EPSG code of the vertical reference system of heights (positive up) whose zero "
+            "water_level or ellipsoid_heights state, for the map files. 0: not known.")
       .DataSheet();
   DeclareDive(&c->dive, table);
   table->Add("map_resume_within_s",

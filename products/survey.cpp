@@ -1,5 +1,6 @@
 #include "products/survey.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -24,6 +25,12 @@ TrackState ToTrackState(const NavState& state, std::int32_t chain) {
           RpyFromRotation(state.T_map_vehicle.linear()),
           Eigen::Vector3d(variance(0), variance(1), variance(5)).cwiseMax(0).cwiseSqrt(),
           chain};
+}
+
+Time Survey::End() const {
+  Time end;
+  for (const SurveySubmap& submap : submaps) end = std::max(end, submap.end);
+  return end;
 }
 
 std::string Survey::InputAt(Time time) const {

@@ -75,6 +75,8 @@ struct Survey {
   std::vector<SurveyInput> inputs;        // in the order in which they were given
   std::map<std::string, std::uint64_t> counters;  // input rejected while collecting, by reason
 
+  // End of the last submap, whatever the order of the dives; the epoch without submaps.
+  Time End() const;
   // Name of the input whose pings enclose that time; of several, the one of shortest duration.
   // Empty: there is none.
   std::string InputAt(Time time) const;

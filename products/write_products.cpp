@@ -373,13 +373,7 @@ class ProductWriter {
                     projection_));
     if (projection_.has_crs())
       Write(product_files::kBag,
-            Bag(geometry_,
-                {elevation,
-                 uncertainty,
-                 options_.title,
-                 survey_.submaps.front().start,
-                 survey_.submaps.back().end},
-                projection_));
+            Bag(geometry_, {elevation, uncertainty, options_.title, survey_.End()}, projection_));
     return std::move(elevation.values);
   }
 

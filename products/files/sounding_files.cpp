@@ -223,7 +223,7 @@ std::uint64_t WriteSoundings(const Survey& survey,
   std::ofstream out(partial, std::ios::binary | std::ios::trunc);
   std::unique_ptr<SoundingWriter> writer;
   if (output.format == SoundingFormat::kLas)
-    writer = std::make_unique<LasWriter>(output.projection, survey.submaps.back().end, &out);
+    writer = std::make_unique<LasWriter>(output.projection, survey.End(), &out);
   else
     writer = std::make_unique<XyzWriter>(output.datum, &out);
   std::uint64_t count = 0;

@@ -1,5 +1,6 @@
 #include "products/geo/gdal_use.hpp"
 
+#include <cpl_conv.h>
 #include <gdal_frmts.h>
 #include <ogrsf_frmts.h>
 
@@ -17,6 +18,23 @@ QuietGdal::QuietGdal() {
 
 void Require(bool good, const std::string& what) {
   if (!good) throw std::runtime_error(what + ": " + CPLGetLastErrorMsg());
+}
+
+OGRSpatialReference ReferenceSystem(const std::string& crs) {
+  OGRSpatialReference srs;
+  Require(
+      srs.SetFromUserInput(
+          crs.c_str(), OGRSpatialReference::SET_FROM_USER_INPUT_LIMITATIONS_get()) == OGRERR_NONE,
+      "coordinate reference system");
+  srs.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
+  return srs;
+}
+
+std::string XmlText(const std::string& text) {
+  char* escaped = CPLEscapeString(text.c_str(), -1, CPLES_XML);
+  const std::string xml(escaped);
+  CPLFree(escaped);
+  return xml;
 }
 
 GDALDriver* GdalDriver(const char* name) {

@@ -25,6 +25,13 @@ class QuietGdal {
 // Throws std::runtime_error "WHAT: GDAL's last message" where `good` is false.
 void Require(bool good, const std::string& what);
 
+// A reference system from WKT, "EPSG:32632" or a PROJ string, with east (longitude) first. Reads no
+// file and no address. Throws std::runtime_error with GDAL's reason.
+OGRSpatialReference ReferenceSystem(const std::string& crs);
+
+// Text for an element or an attribute of XML.
+std::string XmlText(const std::string& text);
+
 // The driver of that name.
 GDALDriver* GdalDriver(const char* name);
 

@@ -102,11 +102,7 @@ std::string GeoPackage(const std::vector<VectorLayer>& layers, const MapProjecti
   Dataset dataset(GdalDriver("GPKG")->Create(file.path(), 0, 0, 0, GDT_Unknown, nullptr));
   Require(dataset != nullptr, "GeoPackage");
   std::optional<OGRSpatialReference> srs;
-  if (projection.has_crs()) {
-    Require(srs.emplace().SetFromUserInput(projection.horizontal().c_str()) == OGRERR_NONE,
-            "GeoPackage");
-    srs->SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
-  }
+  if (projection.has_crs()) srs = ReferenceSystem(projection.horizontal());
   for (const VectorLayer& layer : layers) WriteLayer(dataset.get(), layer, srs ? &*srs : nullptr);
   dataset.reset();
   return file.Bytes();

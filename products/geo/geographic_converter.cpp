@@ -48,11 +48,7 @@ struct GeographicConverter::Transformation {
 GeographicConverter::GeographicConverter(const std::string& crs)
     : transformation_(std::make_unique<Transformation>()) {
   const QuietGdal quiet;
-  OGRSpatialReference from;
-  Require(
-      from.SetFromUserInput(
-          crs.c_str(), OGRSpatialReference::SET_FROM_USER_INPUT_LIMITATIONS_get()) == OGRERR_NONE,
-      "coordinate reference system");
+  OGRSpatialReference from = ReferenceSystem(crs);
   name_ = from.GetName() != nullptr ? from.GetName() : "without a name";
   OGRAxisOrientation axis = OAO_Other;
   if (from.GetAxis("VERT_CS", 0, &axis) != nullptr) z_is_down_ = axis == OAO_Down;
@@ -64,20 +60,14 @@ GeographicConverter::GeographicConverter(const std::string& crs)
   std::array<double, 4> area{};
   if (from.GetAreaOfUse(&area[0], &area[1], &area[2], &area[3], nullptr)) area_deg_ = area;
   if (from.IsCompound() != 0) from.StripVertical();
-  from.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
-  OGRSpatialReference to;
-  Require(to.importFromProj4("+proj=longlat +datum=WGS84 +no_defs") == OGRERR_NONE, "WGS 84");
-  to.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
+  const OGRSpatialReference to = ReferenceSystem("+proj=longlat +datum=WGS84 +no_defs");
   transformation_->to_wgs84 = Between(from, to);
   transformation_->from_wgs84 = Between(to, from);
 }
+
 std::string WktOf(const std::string& crs) {
   const QuietGdal quiet;
-  OGRSpatialReference srs;
-  Require(
-      srs.SetFromUserInput(
-          crs.c_str(), OGRSpatialReference::SET_FROM_USER_INPUT_LIMITATIONS_get()) == OGRERR_NONE,
-      crs);
+  const OGRSpatialReference srs = ReferenceSystem(crs);
   char* text = nullptr;
   const char* const options[] = {"FORMAT=WKT1_GDAL", nullptr};
   Require(srs.exportToWkt(&text, options) == OGRERR_NONE, crs);

@@ -32,7 +32,7 @@ GeographicConverter Metric(const std::string& crs, const Datum& origin) {
   try {
     GeographicConverter converter(crs);
     if (crs.find('+') != std::string::npos && crs.starts_with("EPSG:"))
-      reason = "has a vertical system, which vertical_datum of mapper.yaml states";
+      reason = "has a vertical system: that is stated by vertical_datum in mapper.yaml";
     else if (!converter.is_metric())
       reason = "is not in metres";
     else if (!converter.IsMadeFor(origin))
@@ -42,7 +42,7 @@ GeographicConverter Metric(const std::string& crs, const Datum& origin) {
   } catch (const std::exception& e) {
     reason = e.what();
   }
-  throw std::runtime_error("--crs " + crs + ": " + reason +
+  throw std::runtime_error("map files in " + crs + ": " + reason +
                            "; expected a projection in metres, such as EPSG:32632");
 }
 
@@ -99,6 +99,15 @@ class Patch {
 
 }  // namespace
 
+bool IsHeightSystem(int epsg) {
+  try {
+    const std::string wkt = WktOf("EPSG:" + std::to_string(epsg));
+    return wkt.starts_with("VERT_CS[") && wkt.find(",UP]") != std::string::npos;
+  } catch (const std::exception&) {
+    return false;
+  }
+}
+
 class MapProjection::Exact {
  public:
   Exact(const Datum& origin, const std::string& crs) : frame_(origin), crs_(Metric(crs, origin)) {}
@@ -112,8 +121,7 @@ class MapProjection::Exact {
     }
     crs_.Project(&points);
     for (const Eigen::Vector2d& p : points)
-      if (!p.allFinite())
-        throw std::runtime_error(crs_.name() + " does not reach the survey: choose another --crs");
+      if (!p.allFinite()) throw std::runtime_error(crs_.name() + " does not reach the survey");
     return points;
   }
 
@@ -129,15 +137,11 @@ MapProjection::MapProjection(const Datum& origin,
     : horizontal_(crs.empty() ? UtmOf(MapFrame(origin).PointAt(middle)) : crs),
       compound_(horizontal_),
       exact_(std::make_shared<const Exact>(origin, horizontal_)) {
-  if (vertical_epsg == 0 || !horizontal_.starts_with("EPSG:")) return;
-  compound_ += "+" + std::to_string(vertical_epsg);
-  try {
-    if (WktOf(compound_).find("VERT_CS[") == std::string::npos)
-      throw std::runtime_error("it is of another kind");
-  } catch (const std::exception& e) {
-    throw std::runtime_error("vertical_datum: " + std::to_string(vertical_epsg) +
-                             " is no code of a vertical reference system: " + e.what());
-  }
+  if (vertical_epsg == 0) return;
+  vertical_ = "EPSG:" + std::to_string(vertical_epsg);
+  if (!IsHeightSystem(vertical_epsg))
+    throw std::runtime_error(vertical_ + " is no reference system of heights");
+  if (horizontal_.starts_with("EPSG:")) compound_ += "+" + std::to_string(vertical_epsg);
 }
 
 std::string MapProjection::Wkt() const { return has_crs() ? WktOf(compound_) : std::string(); }

@@ -23,6 +23,9 @@ inline Eigen::Vector2d ToNorthEast(const Eigen::Vector2d& p_map, MapAxes axes) {
   return {p_map.y(), p_map.x()};
 }
 
+// True: the EPSG code is that of a vertical reference system of heights (positive up).
+bool IsHeightSystem(int epsg);
+
 // Where the points of a map frame lie in map files: north and east [m] of a projected coordinate
 // reference system (CRS), or of the map frame itself where that has no known origin. Every point
 // is projected by itself: no raster is warped.
@@ -33,9 +36,10 @@ class MapProjection {
 
   // origin: of a map frame North-East-Down. crs: such as "EPSG:25832"; empty: the UTM zone on
   // WGS 84 of `middle` (north and east of the survey's middle), with the exceptions of zones 31 to
-  // 37 (32V, Svalbard), and UPS beyond 84 degrees north and 80 degrees south. vertical_epsg: code
-  // of the vertical system of elevations; 0: unknown. Throws std::runtime_error that names a CRS
-  // that is unknown, not in metres or made for another place, or a code that is no vertical system.
+  // 37 (32V, Svalbard), and UPS beyond 84 degrees north and 80 degrees south. vertical_epsg: EPSG
+  // code of the system of heights in which elevations count; 0: unknown. Throws std::runtime_error
+  // that names a CRS that is unknown, not in metres or made for another place, or a code that is no
+  // system of heights.
   MapProjection(const Datum& origin,
                 const Eigen::Vector2d& middle,
                 const std::string& crs,
@@ -45,7 +49,9 @@ class MapProjection {
   bool has_crs() const { return exact_ != nullptr; }
   // Name of the horizontal system, such as "EPSG:32632"; empty without.
   const std::string& horizontal() const { return horizontal_; }
-  // The same with the vertical system, such as "EPSG:32632+5829".
+  // Vertical system of elevations, such as "EPSG:5829"; empty: unknown.
+  const std::string& vertical() const { return vertical_; }
+  // Both, such as "EPSG:32632+5829"; a horizontal system without an EPSG code stands alone.
   const std::string& compound() const { return compound_; }
   // compound() as text (WKT 1); empty without a CRS.
   std::string Wkt() const;
@@ -60,6 +66,7 @@ class MapProjection {
   class Exact;
   MapAxes axes_ = MapAxes::kNorthEastDown;
   std::string horizontal_;
+  std::string vertical_;
   std::string compound_;
   std::shared_ptr<const Exact> exact_;
 };

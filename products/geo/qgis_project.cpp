@@ -4,23 +4,11 @@
 #include <cstdio>
 #include <sstream>
 
+#include "products/geo/gdal_use.hpp"
 #include "products/geo/geographic_converter.hpp"
 
 namespace seastitch {
 namespace {
-
-// Of an attribute or a text.
-std::string Xml(const std::string& text) {
-  std::string out;
-  for (const char c : text) switch (c) {
-      case '&': out += "&amp;"; break;
-      case '<': out += "&lt;"; break;
-      case '>': out += "&gt;"; break;
-      case '"': out += "&quot;"; break;
-      default: out += c;
-    }
-  return out;
-}
 
 std::string Number(double value) {
   char text[40];
@@ -44,8 +32,8 @@ std::string IdOf(std::size_t index) {
 
 // The horizontal system.
 std::string ReferenceSystem(const MapProjection& projection) {
-  return "<spatialrefsys><wkt>" + Xml(WktOf(projection.horizontal())) + "</wkt><authid>" +
-         Xml(projection.horizontal()) + "</authid></spatialrefsys>";
+  return "<spatialrefsys><wkt>" + XmlText(WktOf(projection.horizontal())) + "</wkt><authid>" +
+         XmlText(projection.horizontal()) + "</authid></spatialrefsys>";
 }
 
 // Deep blue to pale sand, as in depth.png.
@@ -87,7 +75,7 @@ std::string RasterRenderer(const QgisLayer& layer) {
 }
 
 std::string Property(const char* name, const std::string& value) {
-  return std::string("<prop k=\"") + name + "\" v=\"" + Xml(value) + "\"/>";
+  return std::string("<prop k=\"") + name + "\" v=\"" + XmlText(value) + "\"/>";
 }
 
 std::string VectorRenderer(const QgisLayer& layer) {
@@ -124,8 +112,8 @@ std::string MapLayer(const QgisLayer& layer, const std::string& id, const std::s
   const bool raster = IsRaster(layer);
   return std::string("<maplayer type=\"") +
          (raster ? "raster\"" : "vector\" geometry=\"" + GeometryOf(layer) + "\"") + "><id>" + id +
-         "</id><datasource>" + Xml(SourceOf(layer)) + "</datasource><layername>" +
-         Xml(layer.title) + "</layername><srs>" + srs + "</srs><provider>" +
+         "</id><datasource>" + XmlText(SourceOf(layer)) + "</datasource><layername>" +
+         XmlText(layer.title) + "</layername><srs>" + srs + "</srs><provider>" +
          (raster ? "gdal" : "ogr") + "</provider>" +
          (raster ? RasterRenderer(layer) : VectorRenderer(layer)) + "</maplayer>\n";
 }
@@ -139,12 +127,12 @@ std::string QgisProject(const std::string& title,
   const std::string srs = ReferenceSystem(projection);
   std::ostringstream xml;
   xml << "<!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>\n"
-      << "<qgis version=\"3.22.0\" projectname=\"" << Xml(title) << "\">\n<title>" << Xml(title)
-      << "</title>\n<projectCrs>" << srs << "</projectCrs>\n<layer-tree-group>\n";
+      << "<qgis version=\"3.22.0\" projectname=\"" << XmlText(title) << "\">\n<title>"
+      << XmlText(title) << "</title>\n<projectCrs>" << srs << "</projectCrs>\n<layer-tree-group>\n";
   for (std::size_t i = 0; i < layers.size(); ++i)
-    xml << "<layer-tree-layer id=\"" << IdOf(i) << "\" name=\"" << Xml(layers[i].title)
+    xml << "<layer-tree-layer id=\"" << IdOf(i) << "\" name=\"" << XmlText(layers[i].title)
         << "\" checked=\"" << (layers[i].visible ? "Qt::Checked" : "Qt::Unchecked")
-        << "\" source=\"" << Xml(SourceOf(layers[i])) << "\" providerKey=\""
+        << "\" source=\"" << XmlText(SourceOf(layers[i])) << "\" providerKey=\""
         << (IsRaster(layers[i]) ? "gdal" : "ogr") << "\" expanded=\"0\"/>\n";
   xml << "</layer-tree-group>\n<mapcanvas name=\"theMapCanvas\"><units>meters</units><extent><xmin>"
       << Number(north_east.min().y()) << "</xmin><ymin>" << Number(north_east.min().x())

@@ -4,20 +4,13 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
+#include <cstddef>
 
 #include "products/geo/gdal_use.hpp"
 #include "products/geo/geographic_converter.hpp"
 
 namespace seastitch {
 namespace {
-
-OGRSpatialReference Reference(const std::string& crs) {
-  OGRSpatialReference srs;
-  Require(srs.SetFromUserInput(crs.c_str()) == OGRERR_NONE, crs);
-  srs.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
-  return srs;
-}
 
 // A dataset in memory with the place of the grid.
 Dataset Empty(const GridGeometry& g, int bands, GDALDataType type) {
@@ -52,34 +45,16 @@ void AddStatistics(GDALRasterBand* band) {
   band->ComputeStatistics(FALSE, &unused, &unused, &unused, &unused, nullptr, nullptr);
 }
 
-std::string XmlText(const std::string& text) {
-  char* escaped = CPLEscapeString(text.c_str(), -1, CPLES_XML);
-  const std::string xml(escaped);
-  CPLFree(escaped);
-  return xml;
-}
-
-// HDF5 stores in the header of each object when it was made (message 0x0012, version 1: seconds).
-// Zero in its place, so that the same map gives the same bytes. `from`, `to`: when the file was
-// written.
-void ForgetTimes(std::uint32_t from, std::uint32_t to, std::string* hdf5) {
+// HDF5 stores in the header of each object when it was made: message 0x0012 of 8 bytes, version 1,
+// then seconds. Zeros in their place, so that the same map gives the same bytes.
+void ForgetTimes(std::string* hdf5) {
   constexpr std::array<char, 12> kHead{0x12, 0, 8, 0, 0, 0, 0, 0, 1, 0, 0, 0};
-  for (auto at = hdf5->begin();;) {
-    // The flags and the reserved bytes between them are not compared.
-    at = std::search(at, hdf5->end(), kHead.begin(), kHead.begin() + 4);
-    if (hdf5->end() - at < 16) return;
-    std::uint32_t time = 0;
-    for (int i = 3; i >= 0; --i) time = time << 8 | static_cast<unsigned char>(at[12 + i]);
-    const bool version_1 = std::equal(at + 8, at + 12, kHead.begin() + 8);
-    if (version_1 && time >= from && time <= to) std::fill(at + 12, at + 16, '\0');
-    ++at;
+  constexpr std::ptrdiff_t kTimeBytes = 4;
+  auto at = hdf5->begin();
+  while ((at = std::search(at, hdf5->end(), kHead.begin(), kHead.end())) != hdf5->end()) {
+    at += kHead.size();
+    std::fill_n(at, std::min(kTimeBytes, hdf5->end() - at), '\0');
   }
-}
-
-std::uint32_t SystemSeconds() {
-  return static_cast<std::uint32_t>(std::chrono::duration_cast<std::chrono::seconds>(
-                                        std::chrono::system_clock::now().time_since_epoch())
-                                        .count());
 }
 
 }  // namespace
@@ -90,7 +65,7 @@ std::string GeoTiff(const GridGeometry& g, const Raster& raster, const MapProjec
   const Dataset content = Empty(g, 1, counts ? GDT_UInt32 : GDT_Float32);
   if (projection.has_crs()) {
     const OGRSpatialReference srs =
-        Reference(raster.is_vertical ? projection.compound() : projection.horizontal());
+        ReferenceSystem(raster.is_vertical ? projection.compound() : projection.horizontal());
     Require(content->SetSpatialRef(&srs) == CE_None, "GeoTIFF");
   }
   WriteBand(content->GetRasterBand(1), raster, g, counts ? 0.0f : kNoData);
@@ -112,19 +87,18 @@ std::string Bag(const GridGeometry& g, const BagContent& content, const MapProje
   constexpr float kBagNoData = 1e6f;
   const QuietGdal quiet;
   const Dataset both = Empty(g, 2, GDT_Float32);
-  const OGRSpatialReference horizontal = Reference(projection.horizontal());
+  const OGRSpatialReference horizontal = ReferenceSystem(projection.horizontal());
   Require(both->SetSpatialRef(&horizontal) == CE_None, "BAG");
   WriteBand(both->GetRasterBand(1), content.elevation, g, kBagNoData);
   WriteBand(both->GetRasterBand(2), content.uncertainty, g, kBagNoData);
   CPLStringList options;
-  if (const std::size_t plus = projection.compound().find('+'); plus != std::string::npos)
-    options.SetNameValue("VAR_VERT_WKT",
-                         WktOf("EPSG:" + projection.compound().substr(plus + 1)).c_str());
-  const std::string day = UtcText(content.last, "%Y-%m-%d");
+  if (!projection.vertical().empty())
+    options.SetNameValue("VAR_VERT_WKT", WktOf(projection.vertical()).c_str());
+  const std::string day = UtcText(content.end, "%Y-%m-%d");
   options.SetNameValue("VAR_DATE", day.c_str());
-  options.SetNameValue("VAR_DATETIME", UtcText(content.last, "%Y-%m-%dT%H:%M:%S").c_str());
+  options.SetNameValue("VAR_DATETIME", UtcText(content.end, "%Y-%m-%dT%H:%M:%S").c_str());
   options.SetNameValue("VAR_VERTICAL_UNCERT_CODE", "productUncert");
-  options.SetNameValue("VAR_ABSTRACT", XmlText(content.title).c_str());
+  options.SetNameValue("VAR_ABSTRACT", content.title.c_str());  // GDAL escapes it
   options.SetNameValue("VAR_PROCESS_STEP_DESCRIPTION", "Gridded by Seastitch");
   options.SetNameValue(
       "VAR_XML_IDENTIFICATION_CITATION",
@@ -136,13 +110,12 @@ std::string Bag(const GridGeometry& g, const BagContent& content, const MapProje
        "</gmd:CI_DateTypeCode></gmd:dateType></gmd:CI_Date></gmd:date></gmd:CI_Citation>")
           .c_str());
   const MemoryFile file("/vsimem/seastitch_survey.bag");
-  const std::uint32_t begun = SystemSeconds();
   Dataset copy(GdalDriver("BAG")->CreateCopy(
       file.path(), both.get(), TRUE, options.List(), nullptr, nullptr));
   Require(copy != nullptr, "BAG");
   copy.reset();
   std::string bytes = file.Bytes();
-  ForgetTimes(begun, SystemSeconds(), &bytes);
+  ForgetTimes(&bytes);
   return bytes;
 }
 

@@ -32,13 +32,12 @@ std::string GeoTiff(const GridGeometry& geometry,
                     const MapProjection& projection);
 
 // A Bathymetric Attributed Grid (BAG, Open Navigation Surface): elevation and its uncertainty,
-// 1 sigma, for a map with a CRS. Its dates are those of the survey.
+// 1 sigma, for a map with a CRS. Its date is the end of the survey.
 struct BagContent {
   const Raster& elevation;
   const Raster& uncertainty;
   std::string title;
-  Time first;
-  Time last;
+  Time end;  // of the survey
 };
 std::string Bag(const GridGeometry& geometry,
                 const BagContent& content,

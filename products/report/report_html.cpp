@@ -301,9 +301,12 @@ std::string HeadOf(const Survey& survey, const ProductSummary& s, const ProductO
   if (options.datum)
     add("map origin " + Fixed(options.datum->latitude_deg, 5) + "&deg;, " +
         Fixed(options.datum->longitude_deg, 5) + "&deg;");
-  if (!survey.track.empty())
-    add(UtcText(survey.track.front().time, "%Y-%m-%d %H:%M") + " to " +
-        UtcText(survey.track.back().time, "%Y-%m-%d %H:%M UTC"));
+  // Dives stand in the order in which they were given.
+  const auto earlier = [](const TrackState& a, const TrackState& b) { return a.time < b.time; };
+  const auto [first, last] = std::minmax_element(survey.track.begin(), survey.track.end(), earlier);
+  if (first != survey.track.end())
+    add(UtcText(first->time, "%Y-%m-%d %H:%M") + " to " +
+        UtcText(last->time, "%Y-%m-%d %H:%M UTC"));
   if (!s.crs.empty()) add(Escaped(s.crs));
   add(std::string("Seastitch ") + ProgramVersion());
   return text;

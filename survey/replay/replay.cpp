@@ -13,10 +13,12 @@
 
 #include "bench/truth.hpp"
 #include "common/geo/map_frame.hpp"
+#include "common/runtime/config/config.hpp"
 #include "mapper/mapper_config.hpp"
 #include "optimizer/optimizer_config.hpp"
 #include "products/files/sounding_log.hpp"
 #include "products/survey_collector.hpp"
+#include "survey/errors.hpp"
 #include "survey/plan/dive_inputs.hpp"
 #include "survey/plan/survey_groups.hpp"
 #include "survey/replay/interruption.hpp"
@@ -94,6 +96,20 @@ int VerticalEpsg(const MapperConfig& config) {
   return from_water_line ? kInstantaneousWaterLevelHeight : 0;
 }
 
+// A wrong reference system ends the command before the mapping.
+void ExpectReferenceSystem(const std::string& crs, const Datum& datum, int vertical_epsg) {
+  if (vertical_epsg != 0 && !IsHeightSystem(vertical_epsg))
+    throw ConfigError("mapper.yaml: vertical_datum: " + std::to_string(vertical_epsg) +
+                      ", expected the EPSG code of a vertical system of heights (positive up), "
+                      "such as 5714");
+  if (crs.empty()) return;
+  try {
+    MapProjection(datum, Eigen::Vector2d::Zero(), crs, vertical_epsg);
+  } catch (const std::exception& e) {
+    throw UsageError(std::string("replay: --crs: ") + e.what());
+  }
+}
+
 // Duration of all dives together [s].
 double DurationSeconds(const Survey& survey) {
   double duration_s = 0.0;
@@ -114,7 +130,8 @@ void Remake(Dive* dive, std::unique_ptr<RawReplay> raw, Outputs outputs, Feeding
                          feeding->stopped,
                          outputs.on_event);
   Mapper& mapper = session.mapper().mapper();
-  PingInputs inputs(dive->input.names, soundings != nullptr, dive->mapper.sonar_time_offset_s);
+  const bool exported = products->sounding_format.has_value();
+  PingInputs inputs(dive->input.names, exported, dive->mapper.sonar_time_offset_s);
   if (soundings != nullptr)
     mapper.OnSoundings(
         [&](const SubmapSoundings& submap) { soundings->Add(submap, inputs.Take(submap)); });
@@ -226,8 +243,7 @@ ProductSummary RunReplay(const ReplayOptions& options) {
     products.crs = options.crs;
     products.depth_bias_m = first.mapper.navigation.depth_bias_m.sigma;
     products.vertical_epsg = VerticalEpsg(first.mapper);
-    // A wrong one ends the command here, not after the mapping.
-    MapProjection(datum, Eigen::Vector2d::Zero(), options.crs, products.vertical_epsg);
+    ExpectReferenceSystem(options.crs, datum, products.vertical_epsg);
     UseTruth(options, &products);
   }
   products.cell_m = options.cell_m;

@@ -86,7 +86,8 @@ class Together {
         },
         [&](const NavState& nav) { outputs_.collector->Add(nav); });
     SoundingLog* const soundings = outputs_.products->soundings;
-    PingInputs inputs(dive->input.names, soundings != nullptr, dive->mapper.sonar_time_offset_s);
+    const bool exported = outputs_.products->sounding_format.has_value();
+    PingInputs inputs(dive->input.names, exported, dive->mapper.sonar_time_offset_s);
     const auto first_input = static_cast<std::uint16_t>(feeding_->spans.size());
     if (soundings != nullptr)
       front.mapper().mapper().OnSoundings([&](SubmapSoundings submap) {

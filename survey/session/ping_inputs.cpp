@@ -31,6 +31,7 @@ void PingInputs::Note(const Ping& ping, double offset_s, std::size_t input) {
 }
 
 std::vector<std::uint16_t> PingInputs::Take(const SubmapSoundings& submap) {
+  if (!each_) return std::vector<std::uint16_t>(submap.pings.size(), 0);
   std::vector<std::uint16_t> inputs;
   inputs.reserve(submap.pings.size());
   for (const SubmapSoundings::Ping& ping : submap.pings) {

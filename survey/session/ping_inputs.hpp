@@ -24,7 +24,7 @@ class PingInputs {
   // Notes a ping of this input; other samples are nothing to it.
   void Add(const Sample& sample, std::size_t input);
   // The numbers of these pings' inputs; a ping can be asked for once. An unknown ping gives 0 and
-  // is counted.
+  // is counted. Without `each` all are 0.
   std::vector<std::uint16_t> Take(const SubmapSoundings& submap);
   bool HasPings() const { return std::find(seen_.begin(), seen_.end(), true) != seen_.end(); }
   std::int64_t unknown() const { return unknown_; }

@@ -148,15 +148,28 @@ TEST(MapProjection, TakesACrsInMetresAndNamesAnother) {
   }
 }
 
-TEST(MapProjection, NamesACodeThatIsNoVerticalSystem) {
-  for (const int code : {4326, 99'999}) {
-    try {
-      MapProjection(kDatum, Eigen::Vector2d::Zero(), "", code);
-      ADD_FAILURE() << code;
-    } catch (const std::runtime_error& e) {
-      EXPECT_THAT(e.what(), ::testing::StartsWith("vertical_datum: " + std::to_string(code)));
-    }
+// Elevations are positive up: a system of depths would turn them over.
+TEST(MapProjection, TakesNoCodeThatIsNoSystemOfHeights) {
+  for (const int heights : {5829, 5714, 5703}) EXPECT_TRUE(IsHeightSystem(heights)) << heights;
+  for (const int code : {5831, 5861, 4326, 32'632, 99'999, -1}) {
+    EXPECT_FALSE(IsHeightSystem(code)) << code;
+    EXPECT_THROW(MapProjection(kDatum, Eigen::Vector2d::Zero(), "", code), std::runtime_error);
   }
+}
+
+// Its text has plus signs of its own.
+TEST(MapProjection, OfAProjStringMakesEveryFile) {
+  const MapProjection projection(
+      kDatum, Eigen::Vector2d::Zero(), "+proj=utm +zone=32 +datum=WGS84 +units=m", 5829);
+  EXPECT_LT((projection.NorthEast(Eigen::Vector3d(100, 50, 20)) -
+             Utm().NorthEast(Eigen::Vector3d(100, 50, 20)))
+                .norm(),
+            1e-6);
+  const GridGeometry g = SmallGrid();
+  const Raster raster = Ramp(g);
+  EXPECT_FALSE(GeoTiff(g, raster, projection).empty());
+  EXPECT_FALSE(Bag(g, {raster, raster, "a", FromUtime(1)}, projection).empty());
+  EXPECT_FALSE(GeoPackage({}, projection).empty());
 }
 
 // A zone that crosses the antimeridian, and neighbours.
@@ -290,7 +303,7 @@ TEST(Bag, IsReadBackByGdalAndHoldsNoTimeOfItsMaking) {
     if (value != kNoData) value = 0.25f;
   const Raster elevation = Ramp(g);
   const Time start = FromUtime(1'700'000'000'000'000);
-  const BagContent content{elevation, sigma, "Bay & <wreck>", start, start + FromSeconds(600.0)};
+  const BagContent content{elevation, sigma, "Bay & <wreck>", start + FromSeconds(600.0)};
   const std::string bytes = Bag(g, content, Utm(5829));
   std::this_thread::sleep_for(std::chrono::milliseconds(1100));
   EXPECT_EQ(bytes, Bag(g, content, Utm(5829)));
@@ -315,6 +328,7 @@ TEST(Bag, IsReadBackByGdalAndHoldsNoTimeOfItsMaking) {
   for (const char* part :
        {"productUncert", "<gco:Date>2023-11-14</gco:Date>", "Bay &amp; &lt;wreck&gt;"})
     EXPECT_THAT(xml[0], ::testing::HasSubstr(part));
+  EXPECT_THAT(xml[0], ::testing::Not(::testing::HasSubstr("&amp;amp;")));
 }
 
 TEST(GeoPackage, HoldsEveryLayerAndFieldAndTheSameBytesEveryTime) {

@@ -12,7 +12,7 @@
 namespace seastitch {
 
 // One line of where the vehicle is: north and east of the map origin, depth, altitude, heading,
-// speed, and 1 sigma of the position.
+// speed, and the horizontal 1 sigma of the position (root of the sum of both variances).
 std::string VehicleLine(const nav_corrected_t& nav, std::optional<double> altitude_m);
 
 // Text of `seastitch status`: the dive, where the vehicle is (empty: not known), one line per
