@@ -39,8 +39,7 @@ void LoadSeparation(const fs::path& file, MapperConfig* config) {
 MapperConfig LoadMapperConfig(const std::string& path) {
   MapperConfig config;
   LoadParameters(path, TableOf(&config));
-  config.vehicle_file = Beside(path, config.vehicle_file);
-  config.vehicle = LoadVehicle(config.vehicle_file.string());
+  config.vehicle = LoadVehicleBeside(path, &config.vehicle_file);
   if (!config.water_level_file.empty())
     LoadWaterLevel(Beside(path, config.water_level_file), &config);
   if (!config.separation_file.empty())

@@ -3,6 +3,7 @@
 
 #include "common/core/pose.hpp"
 #include "common/core/sound_speed.hpp"
+#include "common/runtime/config/vehicle_config.hpp"
 #include "mapper/geometry/sound_ray.hpp"
 #include "mapper/mapper_config.hpp"
 
@@ -10,12 +11,7 @@ namespace seastitch {
 namespace {
 
 void DeclareFiles(MapperConfig* c, ParameterTable* table) {
-  table
-      ->Add("vehicle",
-            &c->vehicle_file,
-            "File with the vehicle's lever arms, mounting angles and datum.")
-      .DataSheet()
-      .Required();
+  DeclareVehicleFile(&c->vehicle_file, table);
   table
       ->Add("water_level",
             &c->water_level_file,

@@ -8,6 +8,7 @@
 #include "drivers/imu/imu_driver.hpp"
 #include "drivers/mbes/mbes_driver.hpp"
 #include "drivers/nav/nav_driver.hpp"
+#include "drivers/output/nav_output.hpp"
 #include "logger/logger_config.hpp"
 #include "mapper/mapper_config.hpp"
 #include "optimizer/optimizer_config.hpp"
@@ -77,6 +78,7 @@ std::vector<ConfigurationFile> ConfigurationFiles() {
   files.push_back(FileOf<Pd0DriverConfig>("dvl_pd0.yaml", "Doppler log with PD0 over UDP"));
   files.push_back(FileOf<MbesDriverConfig>("mbes_driver.yaml", "Sonar"));
   files.push_back(FileOf<NavDriverConfig>("nav_driver.yaml", "INS, GPS, USBL and pressure sensor"));
+  files.push_back(FileOf<NavOutputConfig>("nav_output.yaml", "NAV as NMEA 0183 for others"));
   files.push_back(FileOf<bench::SurveyConfig>("config/bench/demo.yaml",
                                               "Simulated survey of `seastitch bench`"));
   return files;

@@ -12,15 +12,8 @@
 namespace seastitch {
 namespace {
 
-constexpr double kMpsPerKnot = 1852.0 / 3600.0;
 constexpr double kMetresPerFoot = 0.3048;
 constexpr double kMetresPerFathom = 1.8288;
-
-int XorOf(std::string_view text) {
-  int sum = 0;
-  for (const char c : text) sum ^= static_cast<unsigned char>(c);
-  return sum;
-}
 
 std::optional<int> Hex(std::string_view text) {
   int value = 0;
@@ -114,6 +107,12 @@ std::optional<Time> DayFromNmea(std::string_view text) {
 
 }  // namespace
 
+int NmeaChecksum(std::string_view text) {
+  int sum = 0;
+  for (const char c : text) sum ^= static_cast<unsigned char>(c);
+  return sum;
+}
+
 std::optional<double> NmeaSentence::Number(std::size_t field) const {
   return ParseNumber(Trimmed(Text(field)));
 }
@@ -145,7 +144,7 @@ std::optional<NmeaSentence> ParseNmea(std::string_view line,
     if (needs_checksum && sentence.type != "PSIMSSB") return refuse("nmea_checksum_missing");
   } else if (const auto stated = Hex(sum); !stated) {
     return refuse("nmea_malformed");
-  } else if (*stated != XorOf(body)) {
+  } else if (*stated != NmeaChecksum(body)) {
     return refuse("nmea_checksum_wrong");
   }
   return sentence;

@@ -26,6 +26,11 @@ struct NmeaSentence {
   std::optional<double> Number(std::size_t field) const;
 };
 
+inline constexpr double kMpsPerKnot = 1852.0 / 3600.0;
+
+// Checksum of the text between $ and *: the exclusive or of its bytes.
+int NmeaChecksum(std::string_view text);
+
 // Splits one line "$..." and checks its checksum. needs_checksum: a line without a checksum is
 // rejected, except PSIMSSB, which its maker sends without. A wrong checksum is always rejected.
 // Counts nmea_malformed, nmea_checksum_wrong, nmea_checksum_missing in *counters (not null).

@@ -89,6 +89,27 @@ inline constexpr ConditionKind kCanController{
     "the CAN controller sees errors on the wire",
     "Check bit rate, termination and wiring, and that another node acknowledges."};
 
+// NAV for others (drivers/output).
+inline constexpr ConditionKind kNavNotHeard{
+    "nav_not_heard",
+    Severity::kLost,
+    "no navigation is heard, and nothing is sent",
+    "The mapper does not run, waits for its sensors, or sends the other of NAV and NAV_CORRECTED: "
+    "seastitch status says which. The receiver of the sentences sees a receiver without data."};
+inline constexpr ConditionKind kPositionNotSent{
+    "position_not_sent",
+    Severity::kDegraded,
+    "the position is too uncertain to be sent",
+    "Its sigma is above position_sigma_max_m of nav_output.yaml. GGA has quality 0 until a "
+    "position fix, or a start stated in mapper.yaml, tells the mapper where the vehicle is."};
+inline constexpr ConditionKind kOutputUnavailable{
+    "output_unavailable",
+    Severity::kDegraded,
+    "sentences cannot be sent",
+    "Check the port and its cable. Not permitted: the service may reach only this computer; allow "
+    "the address in a drop-in (docs/nav-output.md). Fewer bytes than are sent: raise the port's "
+    "rate, or lower the rates in nav_output.yaml. The process tries again every second."};
+
 // Logger.
 inline constexpr ConditionKind kLogNotWriting{
     "log_not_writing",
@@ -418,6 +439,9 @@ inline constexpr const ConditionKind* kAll[] = {
     &kSourceUnavailable,
     &kSenderRefused,
     &kCanController,
+    &kNavNotHeard,
+    &kPositionNotSent,
+    &kOutputUnavailable,
     &kLogNotWriting,
     &kMessagesNotRecorded,
     &kLogVanished,

@@ -38,14 +38,8 @@ NotYet Problem(const char* what) { return NotYet(std::string(what) + ": " + std:
 
 }  // namespace
 
-SerialPort::SerialPort(const std::string& url)
-    : url_(ParseSourceUrl(url, {"baud"})),
-      baud_(BaudOf(url_)),
-      buffer_(4096),
-      port_(url, [this] { return Open(); }) {}
-
-FileDescriptor SerialPort::Open() const {
-  FileDescriptor fd(open(url_.address.c_str(), O_RDONLY | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+FileDescriptor OpenSerialPort(const SourceUrl& url, int access) {
+  FileDescriptor fd(open(url.address.c_str(), access | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   if (!fd) throw Problem("cannot open the port");
   termios settings{};
   if (tcgetattr(fd.get(), &settings) != 0) throw NotYet("is not a serial port");
@@ -54,12 +48,18 @@ FileDescriptor SerialPort::Open() const {
   settings.c_cflag &= ~static_cast<tcflag_t>(CSTOPB | CRTSCTS);
   settings.c_cc[VMIN] = 1;  // read() gives EAGAIN without data, and 0 if the port is gone
   settings.c_cc[VTIME] = 0;
-  cfsetispeed(&settings, SpeedOf(baud_));
-  cfsetospeed(&settings, SpeedOf(baud_));
+  cfsetispeed(&settings, SpeedOf(BaudOf(url)));
+  cfsetospeed(&settings, SpeedOf(BaudOf(url)));
   if (tcsetattr(fd.get(), TCSANOW, &settings) != 0) throw Problem("cannot set the rate");
   ioctl(fd.get(), TIOCEXCL);
   return fd;
 }
+
+SerialPort::SerialPort(const std::string& url)
+    : url_(ParseSourceUrl(url, {"baud"})),
+      baud_(BaudOf(url_)),
+      buffer_(4096),
+      port_(url, [this] { return OpenSerialPort(url_, O_RDONLY); }) {}
 
 bool SerialPort::Receive(Datagram* piece) {
   port_.TryToOpen();

@@ -10,8 +10,12 @@
 
 namespace seastitch {
 
-// Reads a serial port: 8 data bits, no parity, one stop bit, no handshake. No other process can
-// open it meanwhile. It retries while the port is missing or unplugged.
+// Opens "serial:DEVICE[?baud=9600]" with 8 data bits, no parity, one stop bit, no handshake, without
+// waiting in read() and write(), and for no other process. access: of open(), such as O_RDONLY.
+// Throws NotYet while the port is missing.
+FileDescriptor OpenSerialPort(const SourceUrl& url, int access);
+
+// Reads a serial port (OpenSerialPort). It retries while the port is missing or unplugged.
 class SerialPort {
  public:
   // "serial:/dev/ttyUSB0[?baud=9600]". Throws std::runtime_error "URL: reason".
@@ -32,8 +36,6 @@ class SerialPort {
   const Counters& counters() const { return counters_; }
 
  private:
-  FileDescriptor Open() const;
-
   SourceUrl url_;
   int baud_;
   std::vector<std::uint8_t> buffer_;

@@ -1,9 +1,7 @@
 // seastitch-nav-driver as people start it: a real process, UDP, a real terminal as serial port.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <pty.h>
 #include <sysexits.h>
-#include <termios.h>
 
 #include <filesystem>
 
@@ -14,6 +12,7 @@
 #include "seastitch/navigation_t.hpp"
 #include "seastitch/position_fix_t.hpp"
 #include "tests/drivers/driver_process.hpp"
+#include "tests/drivers/serial_line.hpp"
 
 namespace seastitch {
 namespace {
@@ -38,39 +37,6 @@ std::vector<CanFrame> EcanFrames(int i) {
   frames[2].SetData(velocity.bytes());
   return frames;
 }
-
-// The instrument's end of a serial line; the driver opens a link to the other, as udev makes them.
-class SerialLine {
- public:
-  explicit SerialLine(std::filesystem::path link) : link_(std::move(link)) { Plug(); }
-  void Plug() {
-    int instrument = -1, port = -1;
-    ASSERT_EQ(openpty(&instrument, &port, nullptr, nullptr, nullptr), 0);
-    instrument_ = FileDescriptor(instrument);
-    port_ = FileDescriptor(port);
-    std::filesystem::remove(link_);
-    std::filesystem::create_symlink(ttyname(port), link_);
-  }
-  void Unplug() {
-    std::filesystem::remove(link_);
-    port_ = FileDescriptor();
-    instrument_ = FileDescriptor();
-  }
-  void Send(const std::string& text) const {
-    EXPECT_EQ(write(instrument_.get(), text.data(), text.size()),
-              static_cast<ssize_t>(text.size()));
-  }
-  // The rate that the driver has set.
-  speed_t rate() const {
-    termios settings{};
-    tcgetattr(port_.get(), &settings);
-    return cfgetispeed(&settings);
-  }
-
- private:
-  std::filesystem::path link_;
-  FileDescriptor instrument_, port_;
-};
 
 class NavProcess : public DriverProcess {
  protected:

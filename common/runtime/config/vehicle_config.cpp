@@ -146,6 +146,18 @@ ParameterTable TableOf(VehicleFile* file) {
   return table;
 }
 
+void DeclareVehicleFile(std::filesystem::path* file, ParameterTable* table) {
+  table
+      ->Add("vehicle", file, "File with the vehicle's lever arms, mounting angles and datum.")
+      .DataSheet()
+      .Required();
+}
+
+VehicleGeometry LoadVehicleBeside(const std::string& path, std::filesystem::path* file) {
+  *file = (std::filesystem::absolute(path).parent_path() / *file).lexically_normal();
+  return LoadVehicle(file->string());
+}
+
 VehicleGeometry LoadVehicle(const std::string& path) {
   VehicleFile file;
   LoadParameters(path, TableOf(&file));

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,12 @@ namespace seastitch {
 // Reads vehicle.yaml: lever arms in metres, mounting angles and map origin in degrees. Throws
 // ConfigError.
 VehicleGeometry LoadVehicle(const std::string& path);
+
+// Declares `vehicle`, the vehicle.yaml that a configuration names.
+void DeclareVehicleFile(std::filesystem::path* file, ParameterTable* table);
+// Reads the vehicle.yaml that the configuration at `path` names. *file becomes absolute. Throws
+// ConfigError.
+VehicleGeometry LoadVehicleBeside(const std::string& path, std::filesystem::path* file);
 
 // Text of vehicle.yaml for a geometry; angles are rounded to 1e-9 degrees.
 std::string PrintConfig(const VehicleGeometry& vehicle);
