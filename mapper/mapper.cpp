@@ -78,6 +78,7 @@ Mapper::Mapper(const MapperParams& params,
       navigation_(std::move(navigation)),
       own_navigation_(own_navigation),
       clocks_(params.navigation.clock_jump_s),
+      rewind_(params.navigation.clock_jump_s),
       watch_(params.navigation),
       stamp_offsets_(params.navigation),
       vertical_(params.vertical, params.vehicle),
@@ -183,6 +184,7 @@ DiveStage Mapper::Stage() const {
 }
 
 void Mapper::RestartNavigation() {
+  rewind_ = RewindWatch(params_.navigation.clock_jump_s);
   Count("navigation_restarts");
   navigation_ = MakeNavigation(params_);
   frames_ = SubmapFrames(navigation_.get());
@@ -231,7 +233,7 @@ Time Mapper::FirstStateBefore(Time t) const {
 bool Mapper::GiveNavAt(Time t) {
   const std::optional<NavState> state = navigation_->StateAt(t);
   if (!state) return false;
-  graph_.SetId(state->time);
+  graph_.SetId(params_.graph_id != 0 ? params_.graph_id : ToUtime(state->time));
   last_nav_ = t;
   clocks_.SetStage(Stage());
   if (!nav_began_) nav_began_ = t;

@@ -21,6 +21,7 @@
 #include "mapper/health/ping_watch.hpp"
 #include "mapper/health/stamp_offset_record.hpp"
 #include "mapper/input/ping_queue.hpp"
+#include "mapper/input/rewind_watch.hpp"
 #include "mapper/input/sensor_clocks.hpp"
 #include "mapper/input/sound_speed.hpp"
 #include "mapper/loops/graph_log.hpp"
@@ -101,6 +102,7 @@ class Mapper {
   void Add(Sample sample, const MessageStamp& stamp) {
     sample.time = clocks_.InDiveTime(ChannelOf(sample), sample.time, stamp, DurationOf(sample));
     if (clocks_.TakeRestart()) RestartNavigation();
+    if (last_nav_) rewind_.Add(ChannelOf(sample), sample.time);
     Add(sample);
     if (last_nav_ != nav_seen_) nav_came_at_ = clocks_.newest();
     nav_seen_ = last_nav_;
@@ -184,6 +186,9 @@ class Mapper {
   const GraphLog& graph() const { return graph_; }
   std::int64_t solution_version() const { return search_.solution_version(); }
   std::optional<Time> last_nav() const { return last_nav_; }
+  // True once the time of the sensors went back as a whole (RewindWatch): nothing that comes can be
+  // used here, and another mapper has to begin a new map.
+  bool TimeWentBack() const { return rewind_.IsSure(); }
   // See SensorClocks.
   double health_time_s() const { return clocks_.health_time_s(); }
 
@@ -263,6 +268,7 @@ class Mapper {
   std::unique_ptr<Navigation> navigation_;
   const bool own_navigation_;  // made from params_
   SensorClocks clocks_;
+  RewindWatch rewind_;
   std::optional<Time> nav_seen_;     // last_nav_ at the last message
   std::optional<Time> nav_came_at_;  // when that state came: SensorClocks::newest()
   double optimizer_heard_s_ = 0.0;   // SensorClocks::health_time_s() at its last HEALTH

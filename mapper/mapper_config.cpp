@@ -4,6 +4,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "common/core/pose.hpp"
 #include "common/runtime/config/parameter_file.hpp"
 #include "common/runtime/config/vehicle_config.hpp"
 #include "common/runtime/files/whole_file.hpp"
@@ -47,7 +48,7 @@ MapperConfig LoadMapperConfig(const std::string& path) {
   ResolveDivesDir(path, &config.dive);
   if (config.sound_velocity_profile->depth_m.empty()) config.sound_velocity_profile.reset();
   config.mounting.dvl_yaw_rad =
-      std::hypot(config.navigation.dvl_mounting_rad.sigma, config.sonar_mounting_yaw_rad);
+      Hypotenuse(config.navigation.dvl_mounting_rad.sigma, config.sonar_mounting_yaw_rad);
   config.loop_closer.expected_overlap = config.submap.expected_overlap;
   return config;
 }

@@ -3,6 +3,9 @@
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
+#include <limits>
+#include <optional>
+#include <random>
 #include <string>
 #include <thread>
 
@@ -51,61 +54,80 @@ seastitch::FoundMap OpenMap(const seastitch::MapperConfig& config, seastitch::Ma
   return FindMap(config.map_dir, ConfigurationOf(config));
 }
 
+// Maps until a signal, or until the time of the sensors goes back. Absent in that case: the next
+// call begins a new map.
+std::optional<int> RunMap(seastitch::MapperConfig config,
+                          const std::string& lcm_url,
+                          const seastitch::DiveFolder& dive) {
+  using namespace seastitch;
+  dive.Enter(NowUtime());
+  std::random_device random;
+  config.graph_id = std::uniform_int_distribution<std::int64_t>(
+      1, std::numeric_limits<std::int64_t>::max())(random);
+  EventLoop loop;
+  Bus bus(lcm_url);
+  ThreadWorker worker(kWorkerQueue);
+  ThreadWorker writer(kWorkerQueue);
+  MapStarts starts(NewestMap(config.map_dir));
+  MapperNode node(config, &bus, &worker, &writer, OpenMap(config, &starts));
+  if (config.navigation_source == NavigationSource::kDeadReckoning)
+    spdlog::info(NorthSentence(config.navigation, config.vehicle.datum_latitude_rad));
+  DiveKeeper keeper(dive);
+  loop.Add(bus.fd(), [&] { bus.HandleAll(Bus::kBurst); });
+  loop.Add(worker.fd(), [&] { worker.Drain(); });
+  loop.Add(writer.fd(), [&] { writer.Drain(); });
+  loop.Every(kSendPeriod, [&] {
+    node.SendWaiting();
+    if (node.TimeWentBack()) loop.Stop();
+  });
+  loop.Every(kRepeatPeriod, [&] { node.RepeatNewest(); });
+  loop.Every(std::chrono::seconds(1), [&] { starts.Tick(node.HasBegun(), MonotonicSeconds()); });
+  node.health().WatchAge(
+      "registration", conditions::kWorkerStalled, kJobMayTakeS, [&] { return worker.age_s(); });
+  node.health().WatchAge(
+      "map", conditions::kDiskStalled, kWriteMayTakeS, [&] { return writer.age_s(); });
+  node.health().PublishEverySecond(&bus, &loop);
+  ConfigPublisher configuration(ConfigParts("mapper", ConfigFiles(config)), &bus);
+  configuration.SendBy(&loop);
+  const int code = loop.Run();
+  const bool again = node.TimeWentBack();
+  if (again)
+    spdlog::warn("the time of the sensors went back: this map ends, and a new one begins");
+  else
+    bus.HandleUntilQuiet();  // messages that the drivers sent before they ended
+  const auto pause = [] { std::this_thread::sleep_for(kPause); };
+  node.Finish(pause);
+  while (node.IsBusy()) {
+    writer.Finish();
+    worker.Finish();
+  }
+  node.SendAll(pause);
+  starts.Survive();
+  keeper.End();
+  return again ? std::nullopt : std::optional(code);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   using namespace seastitch;
   KeepFreedMemory();
-  return RunProcess(
-      argc,
-      argv,
-      "seastitch-mapper",
-      "Dead reckoning, submaps and loop closures: sensor messages in, SUBMAP and "
-      "GRAPH_UPDATE out.",
-      [](const ProcessArgs& args) {
-        auto config = LoadConfig(args, LoadMapperConfig, [&](const MapperConfig& read) {
-          CheckDivesDir(read.dive, args.config);
-        });
-        if (!config) return EXIT_SUCCESS;
-        EventLoop loop;
-        Bus bus(args.lcm_url);
-        ThreadWorker worker(kWorkerQueue);
-        const DiveFolder dive(config->dive, "mapper", NowUtime());
-        const FolderLock lock(dive.map());
-        dive.Enter(NowUtime());
-        config->map_dir = dive.map();
-        ThreadWorker writer(kWorkerQueue);
-        MapStarts starts(NewestMap(dive.map()));
-        MapperNode node(*config, &bus, &worker, &writer, OpenMap(*config, &starts));
-        if (config->navigation_source == NavigationSource::kDeadReckoning)
-          spdlog::info(NorthSentence(config->navigation, config->vehicle.datum_latitude_rad));
-        DiveKeeper keeper(dive);
-        loop.Add(bus.fd(), [&] { bus.HandleAll(Bus::kBurst); });
-        loop.Add(worker.fd(), [&] { worker.Drain(); });
-        loop.Add(writer.fd(), [&] { writer.Drain(); });
-        loop.Every(kSendPeriod, [&] { node.SendWaiting(); });
-        loop.Every(kRepeatPeriod, [&] { node.RepeatNewest(); });
-        loop.Every(std::chrono::seconds(1),
-                   [&] { starts.Tick(node.HasBegun(), MonotonicSeconds()); });
-        node.health().WatchAge("registration", conditions::kWorkerStalled, kJobMayTakeS, [&] {
-          return worker.age_s();
-        });
-        node.health().WatchAge(
-            "map", conditions::kDiskStalled, kWriteMayTakeS, [&] { return writer.age_s(); });
-        node.health().PublishEverySecond(&bus, &loop);
-        ConfigPublisher configuration(ConfigParts("mapper", ConfigFiles(*config)), &bus);
-        configuration.SendBy(&loop);
-        const int code = loop.Run();
-        bus.HandleUntilQuiet();  // messages that the drivers sent before they ended
-        const auto pause = [] { std::this_thread::sleep_for(kPause); };
-        node.Finish(pause);
-        while (node.IsBusy()) {
-          writer.Finish();
-          worker.Finish();
-        }
-        node.SendAll(pause);
-        starts.Survive();
-        keeper.End();
-        return code;
-      });
+  return RunProcess(argc,
+                    argv,
+                    "seastitch-mapper",
+                    "Dead reckoning, submaps and loop closures: sensor messages in, SUBMAP and "
+                    "GRAPH_UPDATE out.",
+                    [](const ProcessArgs& args) {
+                      auto config =
+                          LoadConfig(args, LoadMapperConfig, [&](const MapperConfig& read) {
+                            CheckDivesDir(read.dive, args.config);
+                          });
+                      if (!config) return EXIT_SUCCESS;
+                      const DiveFolder dive(config->dive, "mapper", NowUtime());
+                      const FolderLock lock(dive.map());
+                      config->map_dir = dive.map();
+                      std::optional<int> code;
+                      while (!code) code = RunMap(*config, args.lcm_url, dive);
+                      return *code;
+                    });
 }

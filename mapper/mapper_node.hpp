@@ -63,6 +63,9 @@ class MapperNode {
   // sensors are off.
   void SendWaiting();
 
+  // See Mapper: end this node, and begin another one.
+  bool TimeWentBack() const { return mapper_.TimeWentBack(); }
+
   // True when it is decided whether the map that was found is continued.
   bool HasBegun() const { return begun_.has_value(); }
 

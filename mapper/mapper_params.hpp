@@ -35,6 +35,8 @@ struct MapperParams {
   double sonar_time_offset_s = 0.0;  // added to the stamp of every MbesPing
   double nav_rate_hz = 10.0;
   MountingSigmas mounting{0.3, 0.0};  // dvl_yaw_rad: from the configuration
+  // Name of the graph. 0: the time of the first navigation state, so that a replay names it alike.
+  std::int64_t graph_id = 0;
   // Limit of pings that wait for navigation to reach their last echo; beyond it the oldest are
   // dropped.
   int max_waiting_pings = 600;

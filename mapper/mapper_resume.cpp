@@ -69,7 +69,7 @@ bool Mapper::Resume(const SavedMap& saved,
   clocks_ = ClocksOf(checkpoint);
   clocks_.SetStage(Stage());
   resumed_ = Resumed{checkpoint.time, frames_.previous_time()};
-  graph_.SetId(FromUtime(checkpoint.graph_id));
+  graph_.SetId(checkpoint.graph_id);
   graph_.Resume();
   graph_given_ = graph_.version();
   for (Waiting& waiting : submaps_)

@@ -57,6 +57,11 @@ std::vector<Condition> Mapper::conditions() const {
   now.insert(now.end(), of_clocks.begin(), of_clocks.end());
   const std::vector<Condition> of_pings = ping_watch_.conditions();
   now.insert(now.end(), of_pings.begin(), of_pings.end());
+  if (const std::optional<double> behind_s = rewind_.behind_s()) {
+    char text[40];
+    std::snprintf(text, sizeof text, "by %.0f s", *behind_s);
+    now.push_back({&conditions::kTimeWentBack, text});
+  }
   if (nav_came_at_ && ToSeconds(*clocks_.newest() - *nav_came_at_) > kNoNavS)
     now.push_back({&conditions::kNoNavigation, "since " + UtcOf(*last_nav_)});
   if (navigation_->starts_from_fix() && fixes_in_graph_ == 1)

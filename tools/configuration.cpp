@@ -8,7 +8,7 @@
 #include "drivers/imu/imu_driver.hpp"
 #include "drivers/mbes/mbes_driver.hpp"
 #include "drivers/nav/nav_driver.hpp"
-#include "drivers/output/nav_output.hpp"
+#include "drivers/output/nav_output_node.hpp"
 #include "logger/logger_config.hpp"
 #include "mapper/mapper_config.hpp"
 #include "optimizer/optimizer_config.hpp"

@@ -249,6 +249,7 @@ void AddStatus(CLI::App* app, int* status) {
   Example(command, "status");
   command->add_option("--lcm-url", options->lcm_url, "LCM bus (default: LCM_DEFAULT_URL)");
   command->add_flag("--once", options->once, "prints one table instead of a screen that refreshes");
+  command->add_flag("--json", options->json, "prints one JSON object, for programs");
   command->callback([options, status] { *status = RunStatus(*options); });
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/core/pose.hpp"
 #include "common/core/sound_speed.hpp"
 
 namespace seastitch {
@@ -299,7 +300,7 @@ std::optional<GraphEdge> Checked(GraphEdge edge) {
       edge.from.value < 0 || edge.to.value < 0 || !right_ends || !information ||
       !IsPose2(edge.T_from_to) || !std::isfinite(edge.z_offset_m) || !IsSigma(edge.rms_m) ||
       !IsSigma(edge.overlap_m2) ||
-      !(std::hypot(edge.overlap_center_m.x(), edge.overlap_center_m.y()) <= kMaxSubmap_m))
+      !(Hypotenuse(edge.overlap_center_m.x(), edge.overlap_center_m.y()) <= kMaxSubmap_m))
     return std::nullopt;
   edge.information = *information;
   return edge;

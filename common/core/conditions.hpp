@@ -107,7 +107,7 @@ inline constexpr ConditionKind kOutputUnavailable{
     Severity::kDegraded,
     "sentences cannot be sent",
     "Check the port and its cable. Not permitted: the service may reach only this computer; allow "
-    "the address in a drop-in (docs/nav-output.md). Fewer bytes than are sent: raise the port's "
+    "the address in a drop-in (docs/listening.md). Fewer bytes than are sent: raise the port's "
     "rate, or lower the rates in nav_output.yaml. The process tries again every second."};
 
 // Logger.
@@ -408,6 +408,13 @@ inline constexpr ConditionKind kStoreNotWriting{
     "the survey folder cannot be written",
     "Check the data disk: mounted, writable, not full. Submaps that were not written stay in "
     "memory, up to max_unsaved_mb."};
+inline constexpr ConditionKind kTimeWentBack{
+    "time_went_back",
+    Severity::kLost,
+    "the time of the sensors went back",
+    "A log is played again, from an earlier place, or after a later one. Once all sensors agree on "
+    "it, the mapper ends its map and begins a new one in the same dive. With real sensors: the "
+    "clock that they are all set by was set back."};
 inline constexpr ConditionKind kMapBegunAnew{
     "map_begun_anew",
     Severity::kDegraded,
@@ -429,69 +436,22 @@ inline constexpr ConditionKind kPointsLost{
     "makes the points again."};
 
 inline constexpr const ConditionKind* kAll[] = {
-    &kUndecodableMessages,
-    &kMessagesNotSent,
-    &kSocketDrops,
-    &kLoopLate,
-    &kWorkerStalled,
-    &kDiskStalled,
-    &kNoDeviceData,
-    &kSourceUnavailable,
-    &kSenderRefused,
-    &kCanController,
-    &kNavNotHeard,
-    &kPositionNotSent,
-    &kOutputUnavailable,
-    &kLogNotWriting,
-    &kMessagesNotRecorded,
-    &kLogVanished,
-    &kUnloggableMessages,
-    &kRecordingsDeleted,
-    &kDiskSpaceLow,
-    &kGraphIncomplete,
-    &kSubmapMalformed,
-    &kTwoMappers,
-    &kFixesContradictMap,
-    &kNoSolution,
-    &kSolutionNotConverged,
-    &kNoCovariance,
-    &kNoBottomLock,
-    &kImuTooSlow,
-    &kDvlRefused,
-    &kAccelerometerDoubted,
-    &kAttitudeRefused,
-    &kAttitudeFrozen,
-    &kAttitudeSilent,
-    &kGyroDoubted,
-    &kDepthRefused,
-    &kFixesRefused,
-    &kPlaceFromOneFix,
-    &kNavigationReset,
-    &kHeadingStep,
-    &kTimeOffsetSuspected,
-    &kNavigationNotStarted,
-    &kPlaceUnknown,
-    &kInsNotUsable,
-    &kInsJumps,
-    &kNoWaterLevel,
-    &kNoSoundSpeedProfile,
-    &kSolutionWithheld,
-    &kSolutionsRefused,
-    &kStoreNotWriting,
-    &kRegistrationFailed,
-    &kMapBegunAnew,
-    &kJournalDamaged,
-    &kPointsLost,
-    &kClockStep,
-    &kClockDrift,
-    &kSamplesLate,
-    &kPingsRefused,
-    &kMessagesMalformed,
-    &kTwoSenders,
-    &kSensorSilent,
-    &kNoNavigation,
-    &kProcessSilent,
-    &kNoOptimizer,
+    &kUndecodableMessages,  &kMessagesNotSent,      &kSocketDrops,         &kLoopLate,
+    &kWorkerStalled,        &kDiskStalled,          &kNoDeviceData,        &kSourceUnavailable,
+    &kSenderRefused,        &kCanController,        &kNavNotHeard,         &kPositionNotSent,
+    &kOutputUnavailable,    &kLogNotWriting,        &kMessagesNotRecorded, &kLogVanished,
+    &kUnloggableMessages,   &kRecordingsDeleted,    &kDiskSpaceLow,        &kGraphIncomplete,
+    &kSubmapMalformed,      &kTwoMappers,           &kFixesContradictMap,  &kNoSolution,
+    &kSolutionNotConverged, &kNoCovariance,         &kNoBottomLock,        &kImuTooSlow,
+    &kDvlRefused,           &kAccelerometerDoubted, &kAttitudeRefused,     &kAttitudeFrozen,
+    &kAttitudeSilent,       &kGyroDoubted,          &kDepthRefused,        &kFixesRefused,
+    &kPlaceFromOneFix,      &kNavigationReset,      &kHeadingStep,         &kTimeOffsetSuspected,
+    &kNavigationNotStarted, &kPlaceUnknown,         &kInsNotUsable,        &kInsJumps,
+    &kNoWaterLevel,         &kNoSoundSpeedProfile,  &kSolutionWithheld,    &kSolutionsRefused,
+    &kStoreNotWriting,      &kRegistrationFailed,   &kTimeWentBack,        &kMapBegunAnew,
+    &kJournalDamaged,       &kPointsLost,           &kClockStep,           &kClockDrift,
+    &kSamplesLate,          &kPingsRefused,         &kMessagesMalformed,   &kTwoSenders,
+    &kSensorSilent,         &kNoNavigation,         &kProcessSilent,       &kNoOptimizer,
 };
 
 }  // namespace conditions

@@ -98,7 +98,7 @@ struct GraphUpdate {
   // A priori sigmas of the mounting errors of the dive whose vertices this update has; zero: not
   // estimated. All vertices of an update are of one dive.
   MountingSigmas mounting{};
-  // Identifies the graph: time of the first navigation state of the mapper that began it [us].
+  // Identifies the graph: a random number live; in a replay the time of the first navigation state.
   std::int64_t graph_id = 0;
   // The next solution starts from dead-reckoned poses instead of the last solution.
   bool final = false;    // because the mapper has stopped

@@ -19,7 +19,7 @@ Eigen::Matrix3d RotationFromRpy(double roll_rad, double pitch_rad, double yaw_ra
 
 Eigen::Vector3d RpyFromRotation(const Eigen::Matrix3d& R) {
   return {std::atan2(R(2, 1), R(2, 2)),
-          std::atan2(-R(2, 0), std::hypot(R(2, 1), R(2, 2))),
+          std::atan2(-R(2, 0), Hypotenuse(R(2, 1), R(2, 2))),
           std::atan2(R(1, 0), R(0, 0))};
 }
 

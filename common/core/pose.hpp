@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <cmath>
 
 // Frames: map = local North-East-Down; vehicle = Forward-Right-Down. T_a_b takes b coordinates to
 // a. A gravity-levelled frame ("level") shares origin and yaw with its body frame; its z is the
@@ -14,6 +15,10 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 constexpr double kPi = 3.14159265358979323846;
 constexpr double Deg2Rad(double deg) { return deg * (kPi / 180.0); }
 constexpr double Rad2Deg(double rad) { return rad * (180.0 / kPi); }
+
+// Root of a^2 + b^2. glibc rounds std::hypot, std::cbrt and std::erf differently on x86-64 and on
+// arm64; this it rounds alike.
+inline double Hypotenuse(double a, double b) { return std::sqrt(a * a + b * b); }
 
 // The same angle in [-pi, pi).
 double WrapAngle(double rad);

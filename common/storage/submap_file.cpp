@@ -8,6 +8,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <fstream>
 #include <iomanip>
 #include <limits>
@@ -20,6 +21,7 @@
 #include <vector>
 
 #include "common/core/bytes.hpp"
+#include "common/storage/crc32.hpp"
 
 // Own reader and writer of PCD. PCL's PCDWriter writes VIEWPOINT with six digits (10 cm at 12 km),
 // and its reader allocates as much as a header claims. The tests compare both with PCL.
@@ -31,6 +33,10 @@ constexpr std::uintmax_t kMaxFileSize = std::uintmax_t{1} << 30;
 constexpr std::size_t kMaxHeaderSize = 16'384;
 constexpr std::size_t kMaxFields = 64;
 constexpr std::size_t kMaxPointSize = 4096;
+// First line of our files.
+constexpr char kFormatLine[] = "# .PCD v0.7 - Point Cloud Data file format\n";
+// Then this, with eight hexadecimal digits.
+constexpr char kChecksumLine[] = "# CRC-32 of the lines and points below: ";
 
 // One element of a point: its position and its type in the file.
 struct Field {
@@ -309,7 +315,22 @@ std::string ReadFile(const std::filesystem::path& path) {
   return bytes;
 }
 
+// Throws where the file has a checksum that is not that of its content. Files of other programs,
+// and those of before, have none.
+void CheckChecksum(std::string_view file) {
+  std::string_view rest = file;
+  TakeLine(&rest);
+  std::string_view line = TakeLine(&rest);
+  if (!line.starts_with(kChecksumLine)) return;
+  line.remove_prefix(sizeof kChecksumLine - 1);
+  std::uint32_t stated = 0;
+  const auto [end, error] = std::from_chars(line.data(), line.data() + line.size(), stated, 16);
+  if (error != std::errc() || end != line.data() + line.size() || stated != Crc32(AsBytes(rest)))
+    throw Refused("is damaged: its content is not that of its checksum");
+}
+
 SubmapPcd Parse(std::string_view file) {
+  CheckChecksum(file);
   const Header header = ReadHeader(file);
   const std::string_view body = file.substr(header.size);
   const Bytes bytes = AsBytes(body);
@@ -328,8 +349,8 @@ std::string HeaderText(std::size_t points, const Eigen::Isometry3d& T_map_submap
   const Eigen::Quaterniond q(T_map_submap.linear());
   std::ostringstream out;
   out.imbue(std::locale::classic());
-  out << "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z intensity\n"
-      << "SIZE 4 4 4 4\nTYPE F F F F\nCOUNT 1 1 1 1\nWIDTH " << points << "\nHEIGHT 1\n"
+  out << "VERSION 0.7\nFIELDS x y z intensity\nSIZE 4 4 4 4\nTYPE F F F F\nCOUNT 1 1 1 1\nWIDTH "
+      << points << "\nHEIGHT 1\n"
       << std::setprecision(17) << "VIEWPOINT " << p.x() << ' ' << p.y() << ' ' << p.z() << ' '
       << q.w() << ' ' << q.x() << ' ' << q.y() << ' ' << q.z() << "\nPOINTS " << points
       << "\nDATA binary\n";
@@ -360,11 +381,14 @@ void WriteSubmapPcd(const std::filesystem::path& path,
                     const PointCloud& cloud,
                     const Eigen::Isometry3d& T_map_submap) {
   const std::filesystem::path temporary = path.string() + ".part";
-  const std::string header = HeaderText(cloud.size(), T_map_submap);
+  std::string content = HeaderText(cloud.size(), T_map_submap);
   const std::vector<std::uint8_t> body = Body(cloud);
+  content.append(body.begin(), body.end());
+  char checksum[9];
+  std::snprintf(checksum, sizeof checksum, "%08x", Crc32(AsBytes(content)));
   std::ofstream out(temporary, std::ios::binary);
-  out.write(header.data(), static_cast<std::streamsize>(header.size()));
-  out.write(reinterpret_cast<const char*>(body.data()), static_cast<std::streamsize>(body.size()));
+  out << kFormatLine << kChecksumLine << checksum << '\n';
+  out.write(content.data(), static_cast<std::streamsize>(content.size()));
   out.close();
   const bool written = out && Sync(temporary);
   std::error_code error;

@@ -10,15 +10,17 @@
 // reference code can read them.
 namespace seastitch {
 
-// Writes binary PCD to a temporary file and renames it. T_map_submap goes to VIEWPOINT (PCL keeps
-// it as float: the exact pose belongs in poses.txt). Throws std::runtime_error naming the file.
+// Writes binary PCD, with a checksum in a comment, to a temporary file and renames it. T_map_submap
+// goes to VIEWPOINT (PCL keeps it as float: the exact pose belongs in poses.txt). Throws
+// std::runtime_error naming the file.
 void WriteSubmapPcd(const std::filesystem::path& path,
                     const PointCloud& cloud,
                     const Eigen::Isometry3d& T_map_submap);
 
 // Cloud and frame of a PCD file (ascii, binary, compressed; with or without intensity). Points that
 // are not finite are left out. The VIEWPOINT is read from the header as double. Throws
-// std::runtime_error "FILE: reason" for anything that is not a PCD file with x, y and z.
+// std::runtime_error "FILE: reason" for anything that is not a PCD file with x, y and z, and where
+// the file has our checksum and another content.
 struct SubmapPcd {
   PointCloud cloud;
   Eigen::Isometry3d T_map_submap = Eigen::Isometry3d::Identity();

@@ -10,15 +10,20 @@ rm -rf "$making" "$folder"
 mmdebstrap --architectures=arm64 --variant=extract --hook-dir=/usr/share/mmdebstrap/hooks/merged-usr \
   --aptopt='Apt::Install-Recommends "false"' --include="$(IFS=,; echo "$*")" bookworm "$making" >"$folder.log" 2>&1 ||
   { tail -n 20 "$folder.log" >&2; exit 1; }
-# The links of update-alternatives.
 libraries=$making/usr/lib/aarch64-linux-gnu
+# The links of update-alternatives.
 for library in blas lapack; do
   for file in "$libraries/$library"/*.so*; do
     [ ! -e "$file" ] || ln -sf "$library/$(basename "$file")" "$libraries/"
   done
 done
-# A link from the root would leave the folder.
+[ ! -e "$libraries/pkgconfig/hdf5-serial.pc" ] || ln -sf hdf5-serial.pc "$libraries/pkgconfig/hdf5.pc"
+# A link or a path from the root would leave the folder.
 find "$making" -xdev -type l -lname '/*' | while read -r link; do
   ln -sfrT "$making$(readlink "$link")" "$link"
+done
+for packages in "$making/usr/lib/cmake" "$libraries/cmake"; do
+  [ ! -d "$packages" ] || find "$packages" -name '*.cmake' -exec \
+    sed -i -E 's#(["; ])/usr/(lib|include)#\1${CMAKE_SYSROOT}/usr/\2#g' {} +
 done
 mv "$making" "$folder"

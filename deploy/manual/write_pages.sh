@@ -49,7 +49,7 @@ page 1 seastitch
 for subcommand in $(seastitch --help | sed -n '/^Subcommands:/,$s/^  \([a-z-]*\) .*/\1/p'); do
   page 1 seastitch "$subcommand"
 done
-for program in "$bin_dir"/seastitch-*-driver "$bin_dir"/seastitch-mapper "$bin_dir"/seastitch-optimizer \
-  "$bin_dir"/seastitch-logger; do
+for program in "$bin_dir"/seastitch-*-driver "$bin_dir"/seastitch-nav-output "$bin_dir"/seastitch-mapper \
+  "$bin_dir"/seastitch-optimizer "$bin_dir"/seastitch-logger; do
   page 8 "$(basename "$program")"
 done

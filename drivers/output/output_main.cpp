@@ -5,7 +5,7 @@
 #include "common/runtime/config/config_publisher.hpp"
 #include "common/runtime/event_loop.hpp"
 #include "common/runtime/process/process.hpp"
-#include "drivers/output/nav_output.hpp"
+#include "drivers/output/nav_output_node.hpp"
 
 int main(int argc, char** argv) {
   using namespace seastitch;
@@ -13,7 +13,8 @@ int main(int argc, char** argv) {
       argc,
       argv,
       "seastitch-nav-output",
-      "NAV_CORRECTED or NAV as NMEA 0183 to a UDP or serial port, for autopilots, chart plotters and gpsd",
+      "NAV_CORRECTED or NAV as NMEA 0183 to a UDP or serial port, for autopilots, chart plotters "
+      "and gpsd",
       [](const ProcessArgs& args) {
         const auto config = LoadConfig(args, LoadNavOutputConfig);
         if (!config) return EXIT_SUCCESS;

@@ -302,14 +302,15 @@ void SensorClocks::EndLeapAsStep() {
   ConfirmAll(leap);
 }
 
-// No clock of the computer stepped. Forward, it was a gap in the data where the heartbeats were
-// missing too, or where several sensors agree on it. Otherwise these receive stamps stepped.
+// No clock of the computer stepped. Where several sensors agree, or the heartbeats were missing
+// too, the time itself leapt: forward it was a gap in the data, back another place of a log
+// (RewindWatch). Otherwise these receive stamps stepped.
 void SensorClocks::EndLeapAsNoStep() {
   const Leap leap = *std::exchange(leap_, std::nullopt);
   const double forward_s = -ToSeconds(leap.correction);
   const auto joined = std::count(leap.channels.begin(), leap.channels.end(), true);
   const bool missed = health_time_s() - leap.health_time_s >= forward_s - kHeardS;
-  if (forward_s > 0.0 && (missed || joined >= 2)) return TakeBack(leap, false);
+  if (joined >= 2 || (forward_s > 0.0 && missed)) return TakeBack(leap, false);
   ConfirmAll(leap);
 }
 

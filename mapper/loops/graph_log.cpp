@@ -21,15 +21,15 @@ std::vector<T> TakeFront(std::vector<T>* list, int most) {
 
 }  // namespace
 
-void GraphLog::SetId(Time first_navigation_state) {
-  if (!graph_id_) graph_id_ = ToUtime(first_navigation_state);
+void GraphLog::SetId(std::int64_t graph_id) {
+  if (!graph_id_) graph_id_ = graph_id;
 }
 
 void GraphLog::Append(std::vector<GraphVertex> vertices,
                       std::vector<GraphEdge> edges,
                       Time submap_time,
                       bool final) {
-  SetId(submap_time);
+  SetId(ToUtime(submap_time));
   bool ends = final && !ended_;
   while (!vertices.empty() || !edges.empty() || ends) {
     GraphUpdate update;

@@ -26,7 +26,7 @@ class GraphLog {
   void SetMounting(const MountingSigmas& mounting) { mounting_ = mounting; }
 
   // Names the graph; the first call counts. Without one, the first submap's time names it.
-  void SetId(Time first_navigation_state);
+  void SetId(std::int64_t graph_id);
 
   // Appends vertices and edges in as many versions as they need; an edge never precedes its
   // vertices. No version is made of nothing. final: the mapper has stopped, and the last of these

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "common/core/pose.hpp"
 #include "mapper/registration/grid_alignment.hpp"
 #include "mapper/registration/height_grid.hpp"
 #include "mapper/registration/known_directions.hpp"
@@ -117,8 +118,8 @@ class Registrar {
       : levels_(CommonLevels(target, source)),
         prior_(prior),
         noise_{params.noise,
-               std::hypot(target.sounding_sigma_m(), source.sounding_sigma_m()) / std::sqrt(2.0),
-               std::hypot(target.height_datum_m(), source.height_datum_m())},
+               Hypotenuse(target.sounding_sigma_m(), source.sounding_sigma_m()) / std::sqrt(2.0),
+               Hypotenuse(target.height_datum_m(), source.height_datum_m())},
         params_(params) {
     result_.T_target_source = prior.T_target_source;
   }

@@ -5,7 +5,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <boost/crc.hpp>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -17,6 +16,7 @@
 #include "common/core/bytes.hpp"
 #include "common/runtime/files/durable_file.hpp"
 #include "common/runtime/files/whole_file.hpp"
+#include "common/storage/crc32.hpp"
 
 namespace seastitch {
 namespace {
@@ -28,19 +28,13 @@ constexpr char kEntry[] = "JOURNAL_ENTRY";
 constexpr int kSlots = 2;
 constexpr std::int64_t kMegabyte = 1'000'000;
 
-std::uint32_t Crc(Bytes bytes) {
-  boost::crc_32_type crc;
-  crc.process_bytes(bytes.data(), bytes.size());
-  return crc.checksum();
-}
-
 // CRC-32 of the number and the bytes, then both.
 std::vector<std::uint8_t> Sealed(std::int64_t number, Bytes bytes) {
   ByteWriter content;
   content.Le(number);
   content.Append(bytes);
   ByteWriter sealed;
-  sealed.Le(Crc(content.bytes()));
+  sealed.Le(Crc32(content.bytes()));
   sealed.Append(content.bytes());
   return sealed.Release();
 }
@@ -53,7 +47,7 @@ std::optional<Opened> Open(Bytes sealed) {
   ByteReader reader(sealed);
   const auto crc = reader.Le<std::uint32_t>();
   const auto number = reader.Le<std::int64_t>();
-  if (!reader.ok() || crc != Crc(sealed.subspan(sizeof crc))) return std::nullopt;
+  if (!reader.ok() || crc != Crc32(sealed.subspan(sizeof crc))) return std::nullopt;
   return Opened{number, sealed.subspan(reader.at())};
 }
 
@@ -84,7 +78,7 @@ std::vector<std::pair<int, fs::path>> SegmentsIn(const fs::path& folder) {
 
 std::vector<std::uint8_t> StartOf(const std::string& configuration) {
   ArchiveWriter archive;
-  archive(kJournalFormat, Crc(AsBytes(configuration)));
+  archive(kJournalFormat, Crc32(AsBytes(configuration)));
   return archive.Release();
 }
 

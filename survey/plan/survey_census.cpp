@@ -123,7 +123,7 @@ struct Places {
     }
     const double north = Median(norths), east = Median(easts);
     for (std::size_t i = 0; i < positions.size(); ++i)
-      if (kEarthM * std::hypot(norths[i] - north, std::cos(north) * WrapAngle(easts[i] - east)) <
+      if (kEarthM * Hypotenuse(norths[i] - north, std::cos(north) * WrapAngle(easts[i] - east)) <
           kFarM)
         return {positions[i].latitude_rad, positions[i].longitude_rad};
     return {positions[0].latitude_rad, longitude_rad};

@@ -40,7 +40,7 @@ double DistanceM(const GivenPosition& a, const GivenPosition& b) {
   constexpr double kEarthM = 6'371'000.0;
   const double north = a.latitude_rad - b.latitude_rad;
   const double east = std::cos(a.latitude_rad) * WrapAngle(a.longitude_rad - b.longitude_rad);
-  return kEarthM * std::hypot(north, east);
+  return kEarthM * Hypotenuse(north, east);
 }
 
 // Reads `bytes` of a file from `from` on, piece by piece, until `take` returns false: a function of

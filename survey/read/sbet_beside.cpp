@@ -98,7 +98,7 @@ std::optional<double> MedianDistance(SbetRows* rows,
     if (!row || std::abs(row->week_s - week_s) > 1.0) continue;
     distances_m.push_back(
         kEarthM *
-        std::hypot(row->latitude_rad - p.latitude_rad,
+        Hypotenuse(row->latitude_rad - p.latitude_rad,
                    std::cos(p.latitude_rad) * WrapAngle(row->longitude_rad - p.longitude_rad)));
   }
   if (distances_m.size() < kLeast) return std::nullopt;
@@ -134,7 +134,7 @@ int WanderSign(const std::vector<Row>& rows) {
     const double north_m = kEarthM * (rows[i].latitude_rad - rows[i - 1].latitude_rad);
     const double east_m = kEarthM * std::cos(rows[i].latitude_rad) *
                           WrapAngle(rows[i].longitude_rad - rows[i - 1].longitude_rad);
-    if (std::hypot(north_m, east_m) < kUnderWayMps * dt_s || dt_s > 5.0) continue;
+    if (Hypotenuse(north_m, east_m) < kUnderWayMps * dt_s || dt_s > 5.0) continue;
     for (int sign = -1; sign <= 1; ++sign)
       off[static_cast<std::size_t>(sign + 1)] += std::abs(
           WrapAngle(rows[i].heading_rad + sign * rows[i].wander_rad - std::atan2(east_m, north_m)));

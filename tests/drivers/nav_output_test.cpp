@@ -4,7 +4,7 @@
 
 #include "common/core/pose.hpp"
 #include "common/runtime/config/config.hpp"
-#include "drivers/output/nav_output.hpp"
+#include "drivers/output/nav_output_node.hpp"
 #include "tests/paths.hpp"
 #include "tests/runtime/temporary_dir.hpp"
 
@@ -17,8 +17,7 @@ NavState StateAt(double time_s, double sigma_m = 1.0) {
   NavState state;
   state.time = FromUtime(1'772'368'496'000'000) + FromSeconds(time_s);
   state.T_map_vehicle.translation() = Eigen::Vector3d(100.0, 50.0, 30.0);
-  state.covariance.topLeftCorner<2, 2>() =
-      0.5 * sigma_m * sigma_m * Eigen::Matrix2d::Identity();
+  state.covariance.topLeftCorner<2, 2>() = 0.5 * sigma_m * sigma_m * Eigen::Matrix2d::Identity();
   return state;
 }
 

@@ -69,7 +69,7 @@ class InstalledUnits : public ::testing::Test {
       const std::string extension = entry.path().extension();
       if (extension == ".service" || extension == ".target") units_.push_back(entry.path());
     }
-    ASSERT_EQ(units_.size(), 9u);  // seven processes, the route, the target
+    ASSERT_EQ(units_.size(), 10u);  // eight processes, the route, the target
     const std::string root = root_.path().string();
     const CommandResult copied =
         RunCommand("cp -an /usr/lib/systemd/system/. " + root + "/usr/lib/systemd/system && " +
@@ -149,8 +149,7 @@ TEST_F(InstalledUnits, ShareNoSettingOfOneValueWithTheDropInForAll) {
 }
 
 // A private /dev has no serial ports.
-TEST_F(InstalledUnits, OfTheNavDriverReachSerialPorts) {
-  const fs::path unit = Path(kUnitDir) / "seastitch-nav-driver.service";
+TEST_F(InstalledUnits, OfNavDriverAndNavOutputReachSerialPorts) {
   const auto private_devices = [&](const std::string& name) {
     const CommandResult security =
         Analyze("security --offline=true --no-pager --json=short /" + std::string(kUnitDir) + "/" +
@@ -160,18 +159,20 @@ TEST_F(InstalledUnits, OfTheNavDriverReachSerialPorts) {
     ADD_FAILURE() << security.output;
     return false;
   };
-  EXPECT_FALSE(private_devices("nav-driver"));
   EXPECT_TRUE(private_devices("imu-driver"));
-
-  const auto settings = Settings(unit);
-  // By the names of /proc/devices: PC, Raspberry Pi, Jetson, i.MX, USB.
-  for (const char* port : {"ttyS", "ttyAMA", "ttyTHS", "ttymxc", "ttyUSB", "ttyACM"})
-    EXPECT_TRUE(Allows(settings, port)) << port;
-  for (const char* other : {"tty", "mem", "input", "usb_device"})
-    EXPECT_FALSE(Allows(settings, other)) << other;
-  for (const char* module : {"modprobe@cdc_acm.service", "modprobe@usbserial.service"}) {
-    EXPECT_NE(settings.at("Wants").find(module), std::string::npos) << module;
-    EXPECT_NE(settings.at("After").find(module), std::string::npos) << module;
+  for (const std::string process : {"nav-driver", "nav-output"}) {
+    SCOPED_TRACE(process);
+    EXPECT_FALSE(private_devices(process));
+    const auto settings = Settings(Path(kUnitDir) / ("seastitch-" + process + ".service"));
+    // By the names of /proc/devices: PC, Raspberry Pi, Jetson, i.MX, USB.
+    for (const char* port : {"ttyS", "ttyAMA", "ttyTHS", "ttymxc", "ttyUSB", "ttyACM"})
+      EXPECT_TRUE(Allows(settings, port)) << port;
+    for (const char* other : {"tty", "mem", "input", "usb_device"})
+      EXPECT_FALSE(Allows(settings, other)) << other;
+    for (const char* module : {"modprobe@cdc_acm.service", "modprobe@usbserial.service"}) {
+      EXPECT_NE(settings.at("Wants").find(module), std::string::npos) << module;
+      EXPECT_NE(settings.at("After").find(module), std::string::npos) << module;
+    }
   }
 }
 

@@ -122,8 +122,8 @@ TEST(Demo, LeavesNoProcessBehindWhenItIsKilled) {
   EXPECT_TRUE(Eventually([&] { return ProcessesWith(out) == 0; }, seconds(20)));
 }
 
-// On a bus of its own, with a log of the bench played by Debian's lcm-logplayer.
-TEST(LogPlayer, FeedsAFreshMapperAndOptimizer) {
+// On a bus of its own, with a log of the bench played by Debian's lcm-logplayer, and played again.
+TEST(LogPlayer, FeedsAMapperThatBeginsANewMapWhenItBeginsAgain) {
   const TemporaryDir dir;
   const std::string log = (dir.path() / "short.lcmlog").string();
   const CommandResult made = RunCommand(Program("seastitch") + " bench --survey " + kConfig +
@@ -133,20 +133,36 @@ TEST(LogPlayer, FeedsAFreshMapperAndOptimizer) {
   const std::string url = "udpm://239.255.76.67:7821?ttl=0&recv_buf_size=4194304";
   fs::copy(kConfig, dir.path() / "config", fs::copy_options::recursive);
   Bus bus(url);
-  std::size_t submaps = 0;
-  std::size_t solved = 0;
-  std::int64_t mapped_version = 0;
-  std::int64_t solved_version = 0;
+  struct Graph {
+    std::set<std::int32_t> submaps;
+    std::int64_t version = 0;
+    std::size_t solved = 0;
+    std::int64_t solved_version = 0;
+  };
+  std::map<std::int64_t, Graph> graphs;  // by id
+  std::vector<std::int64_t> ids;         // in their order
   std::set<std::string> alive;
-  bus.Subscribe<health_t>("HEALTH", 0, [&](const health_t& m) { alive.insert(m.process); });
+  std::set<std::string> said;  // conditions of the mapper
+  bus.Subscribe<health_t>("HEALTH", 0, [&](const health_t& m) {
+    alive.insert(m.process);
+    if (m.process != "mapper") return;
+    for (const condition_t& condition : m.conditions) said.insert(condition.name);
+  });
   bus.Subscribe<graph_update_t>("GRAPH_UPDATE", 0, [&](const graph_update_t& m) {
-    submaps += static_cast<std::size_t>(m.num_vertices);
-    mapped_version = m.version;
+    if (!graphs.contains(m.graph_id)) ids.push_back(m.graph_id);
+    Graph& graph = graphs[m.graph_id];
+    for (const graph_vertex_t& vertex : m.vertices) graph.submaps.insert(vertex.id);
+    graph.version = std::max(graph.version, m.version);
   });
   bus.Subscribe<pose_graph_t>("POSE_GRAPH", 0, [&](const pose_graph_t& m) {
-    solved = static_cast<std::size_t>(m.num_vertices);
-    solved_version = m.graph_version;
+    Graph& graph = graphs[m.graph_id];
+    graph.solved = static_cast<std::size_t>(m.num_vertices);
+    graph.solved_version = m.graph_version;
   });
+  const auto is_solved = [&] {
+    const Graph& last = graphs[ids.back()];
+    return last.version > 0 && last.solved_version == last.version;
+  };
   const auto listen_until = [&](const auto& done, seconds patience) {
     const auto deadline = std::chrono::steady_clock::now() + patience;
     while (!done() && std::chrono::steady_clock::now() < deadline) {
@@ -169,17 +185,27 @@ TEST(LogPlayer, FeedsAFreshMapperAndOptimizer) {
   ChildProcess mapper = start("mapper");
   ASSERT_TRUE(listen_until([&] { return alive.size() == 2; }, seconds(20)));
 
-  ChildProcess player("lcm-logplayer",
-                      {"/usr/bin/lcm-logplayer", "--speed=12", "--lcm-url=" + url, log},
-                      dir.path() / "player.txt");
-  ASSERT_TRUE(listen_until([&] { return player.ExitCode().has_value(); }, seconds(120)));
-  EXPECT_EQ(player.ExitCode(), 0);
+  const auto play = [&](const std::string& speed) {
+    ChildProcess player("lcm-logplayer",
+                        {"/usr/bin/lcm-logplayer", "--speed=" + speed, "--lcm-url=" + url, log},
+                        dir.path() / "player.txt");
+    ASSERT_TRUE(listen_until([&] { return player.ExitCode().has_value(); }, seconds(120)));
+    EXPECT_EQ(player.ExitCode(), 0);
+  };
+  play("12");
+  ASSERT_EQ(ids.size(), 1u);
+  EXPECT_TRUE(listen_until(is_solved, seconds(20)));
+  EXPECT_FALSE(said.contains("map_begun_anew"));
+  play("30");
   EXPECT_EQ(mapper.Stop(seconds(30)), 0);
-  EXPECT_TRUE(listen_until([&] { return mapped_version > 0 && solved_version == mapped_version; },
-                           seconds(20)));
+  ASSERT_EQ(ids.size(), 2u);
+  EXPECT_TRUE(listen_until(is_solved, seconds(20)));
   EXPECT_EQ(optimizer.Stop(seconds(20)), 0);
-  EXPECT_GE(submaps, 4u);
-  EXPECT_EQ(solved, submaps);
+  EXPECT_TRUE(said.contains("map_begun_anew"));
+  for (const std::int64_t id : ids) {
+    EXPECT_GE(graphs[id].submaps.size(), 4u);
+    EXPECT_EQ(graphs[id].solved, graphs[id].submaps.size());
+  }
 }
 
 TEST(Mapper, RefusesToStartBesideAnother) {

@@ -80,6 +80,24 @@ TEST_F(SubmapFileTest, GivesBackEveryBitOfTheCloudAndTheFrameAsDouble) {
   }
 }
 
+TEST_F(SubmapFileTest, ADamagedPointOrFrameIsNamed) {
+  WriteSubmapPcd(path(), Cloud(100), Frame());
+  std::stringstream text;
+  text << std::ifstream(path(), std::ios::binary).rdbuf();
+  const std::string whole = text.str();
+  for (const std::size_t at :
+       {whole.find("VIEWPOINT") + 12, whole.size() - 1000, whole.size() - 1}) {
+    std::string damaged = whole;
+    damaged[at] = static_cast<char>(damaged[at] ^ 1);
+    EXPECT_THAT(ErrorOf(damaged), HasSubstr("is damaged")) << at;
+  }
+  // One of before, without a checksum.
+  const std::size_t checksum = whole.find("# CRC-32");
+  dir_.Write("submap_0.pcd",
+             whole.substr(0, checksum) + whole.substr(whole.find('\n', checksum) + 1));
+  EXPECT_EQ(ReadSubmapPcd(path()).cloud.points, Cloud(100).points);
+}
+
 TEST_F(SubmapFileTest, LeavesNothingButTheFile) {
   WriteSubmapPcd(path(), Cloud(10), Frame());
   const auto entries = std::filesystem::directory_iterator(dir_.path());

@@ -32,6 +32,14 @@ std::string CastToWiderType(const std::string& line) {
   return std::regex_search(line, match, pattern) ? match.str() : "";
 }
 
+// A function of the C library that rounds differently on x86-64 and on arm64
+// (common/core/pose.hpp).
+std::string RoundedByProcessor(const std::string& line) {
+  static const std::regex pattern(R"re(\bstd::(hypot|cbrt|erf|fma)\()re");
+  std::smatch match;
+  return std::regex_search(line, match, pattern) ? match.str() : "";
+}
+
 // Where the library that allocated it vouches for the alignment: FFTW (its complex is that of C++),
 // Cairo (rows of pixels of 32 bits).
 const std::set<std::string> kAligned{"mapper/registration/correlator.cpp",
@@ -41,6 +49,8 @@ TEST(Portability, TheChecksSeeWhatTheyLookFor) {
   EXPECT_NE(OfOneProcessor("#include <immintrin.h>"), "");
   EXPECT_NE(OfOneProcessor("  __m128 sum = _mm_add_ps(a, b);"), "");
   EXPECT_EQ(OfOneProcessor("  const double sum = a + b;"), "");
+  EXPECT_NE(RoundedByProcessor("  return std::hypot(x, y);"), "");
+  EXPECT_EQ(RoundedByProcessor("  return std::sin(x);"), "");
   EXPECT_NE(CastToWiderType("*reinterpret_cast<const std::uint32_t*>(bytes)"), "");
   EXPECT_NE(CastToWiderType("auto* header = reinterpret_cast<Header*>(bytes);"), "");
   EXPECT_EQ(CastToWiderType("reinterpret_cast<const char*>(bytes.data())"), "");
@@ -59,6 +69,9 @@ TEST(Portability, NothingIsOfOneProcessorOrCastToAWiderType) {
       std::ifstream in(entry.path());
       for (std::string line; std::getline(in, line);) {
         EXPECT_EQ(OfOneProcessor(line), "") << name;
+        if (!name.starts_with("bench/")) {
+          EXPECT_EQ(RoundedByProcessor(line), "") << name;
+        }
         if (kAligned.contains(name)) continue;
         EXPECT_EQ(CastToWiderType(line), "") << name;
       }

@@ -140,8 +140,14 @@ std::string SectionsOfSeastitch() {
 std::string SectionOfProcesses() {
   std::string section = "\n## The processes\n\n| program | task |\n|---|---|\n";
   std::string options;
-  for (const char* name :
-       {"imu-driver", "dvl-driver", "mbes-driver", "nav-driver", "mapper", "optimizer", "logger"}) {
+  for (const char* name : {"imu-driver",
+                           "dvl-driver",
+                           "mbes-driver",
+                           "nav-driver",
+                           "nav-output",
+                           "mapper",
+                           "optimizer",
+                           "logger"}) {
     const std::string program = std::string("seastitch-") + name;
     const Help help = HelpOf(program, "--help");
     std::string task = help.description;

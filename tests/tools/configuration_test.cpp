@@ -357,6 +357,7 @@ TEST(Configuration, ProcessesAndReplayPrintWhatTheyUse) {
                            "seastitch-dvl-driver",
                            "seastitch-mbes-driver",
                            "seastitch-nav-driver",
+                           "seastitch-nav-output",
                            "seastitch replay"}) {
     const std::string out = (dir / "out.yaml").string();
     const bool is_replay = std::string(name) == "seastitch replay";

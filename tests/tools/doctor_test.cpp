@@ -218,6 +218,25 @@ TEST_F(DoctorMachine, NamesAFilterThatLetsOthersIn) {
   EXPECT_THAT(Lines(CheckFilter(machine, kUrl)).front(), HasSubstr("has 192.168.1.0/24"));
 }
 
+// The unit of nav-output reaches this computer alone, but for what a drop-in allows.
+TEST_F(DoctorMachine, NamesAnOutputThatTheFilterStops) {
+  std::string allow = "239.255.76.67/32 ::1/128 127.0.0.0/8";
+  AnswerUnits([&](const std::string&) { return kDenies + ("IPAddressAllow=" + allow) + "\n"; });
+  const auto level = [&](const std::string& url) { return Worst(CheckOutputFilter(machine, url)); };
+  EXPECT_EQ(level("udp:127.0.0.1:10110"), Level::kOk);
+  EXPECT_EQ(level("udp:10.0.0.7:10110"), Level::kError);
+  EXPECT_THAT(Lines(CheckOutputFilter(machine, "udp:10.0.0.7:10110")).front(),
+              HasSubstr("error output of nav-output: its unit may not send to 10.0.0.7"));
+  for (const char* const drop_in : {"10.0.0.7/32", "10.0.0.0/24", "0.0.0.0/0"}) {
+    allow = drop_in;
+    EXPECT_EQ(level("udp:10.0.0.7:10110?interface=eth1"), Level::kOk) << drop_in;
+  }
+  allow = "10.0.0.8/29";
+  EXPECT_EQ(level("udp:10.0.0.7:10110"), Level::kError);
+  AnswerUnits([](const std::string&) { return "IPAddressDeny=\n"; });
+  EXPECT_EQ(level("udp:10.0.0.7:10110"), Level::kOk) << "no filter";
+}
+
 class DoctorDataDisk : public DoctorMachine {
  protected:
   DoctorDataDisk() {
@@ -451,11 +470,26 @@ TEST(DoctorSetup, TheNavDriverIsLookedForWhereItsFileNamesAnInstrument) {
   const seastitch::Setup setup = LoadSetup(dir.path(), &findings);
   EXPECT_TRUE(setup.Needs("nav-driver"));
   EXPECT_EQ(setup.drivers.count("nav-driver"), 2u) << "one a source";
-  EXPECT_THAT(Lines(CheckTogether(setup)),
-              testing::Contains(HasSubstr("both listen on UDP port 6020")));
+  EXPECT_THAT(Lines(CheckTogether(setup)), testing::Contains(HasSubstr("both use UDP port 6020")));
   EXPECT_THAT(Lines(CheckSerial("nav-driver", "serial:/dev/nowhere")),
               ElementsAre(HasSubstr("error serial port /dev/nowhere of nav-driver: No such file")));
   EXPECT_THAT(Lines(CheckSerial("nav-driver", "serial:/dev/null")), ElementsAre(HasSubstr("ok ")));
+}
+
+TEST(DoctorSetup, TheNavOutputIsLookedForWhereItsFileNamesAnOutput) {
+  const TemporaryDir dir;
+  std::filesystem::copy(ConfigFile(""), dir.path(), std::filesystem::copy_options::recursive);
+  Findings findings;
+  EXPECT_FALSE(LoadSetup(dir.path(), &findings).Needs("nav-output"));
+  dir.Write("nav_driver.yaml", "gps: {source: \"serial:/dev/nowhere\"}\n");
+  dir.Write("nav_output.yaml",
+            "vehicle: vehicle.yaml\nudp: \"udp:10.0.0.7:10110\"\n"
+            "serial: \"serial:/dev/nowhere?baud=38400\"\n");
+  const seastitch::Setup setup = LoadSetup(dir.path(), &findings);
+  EXPECT_TRUE(setup.Needs("nav-output"));
+  EXPECT_THAT(Lines(CheckTogether(setup)),
+              testing::Contains(
+                  HasSubstr("error nav-driver and nav-output both use serial port /dev/nowhere")));
 }
 
 // Two programs that read one device get half of the bytes each.
@@ -473,7 +507,7 @@ TEST(DoctorSetup, TwoSourcesOnOneSerialPortAreNamed) {
     return Lines(CheckTogether(LoadSetup(dir.path(), &findings)));
   };
   const auto named =
-      testing::Contains(HasSubstr("error nav-driver and nav-driver both listen on serial port "));
+      testing::Contains(HasSubstr("error nav-driver and nav-driver both use serial port "));
   EXPECT_THAT(together(port, by_id), named);
   EXPECT_THAT(together(port, port + "?baud=9600"), named);
   EXPECT_THAT(together(port, port), Not(named)) << "one source of two instruments";

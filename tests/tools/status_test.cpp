@@ -6,6 +6,7 @@
 #include <sys/ioctl.h>
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <regex>
 
@@ -56,14 +57,14 @@ TEST(Status, HasOneLineAProcessAndNoneIsWider) {
     roll.Add(health, 1.0);
   }
   for (const std::size_t columns : {40, 80, 200}) {
-    const auto lines = StatusLines(roll, "", 2.0, kNow, columns);
+    const auto lines = StatusLines({roll, {}, 2.0, kNow}, columns);
     EXPECT_EQ(lines.size(), 2 + kProcesses.size());
     for (const std::string& line : lines) {
       EXPECT_LE(line.size(), columns);
       EXPECT_EQ(line.find('\x1b'), std::string::npos);
     }
   }
-  EXPECT_THAT(LineOf(StatusLines(roll, "", 2.0, kNow, 80), "mapper"),
+  EXPECT_THAT(LineOf(StatusLines({roll, {}, 2.0, kNow}, 80), "mapper"),
               AllOf(StartsWith("mapper       ok        1234  imu 100, can_fram...  "),
                     HasSubstr("  all is well with mapper")));
   EXPECT_TRUE(AllOk(roll, 2.0));
@@ -71,15 +72,15 @@ TEST(Status, HasOneLineAProcessAndNoneIsWider) {
 
 TEST(Status, SaysTheDiveAndTheDisk) {
   ProcessRoll roll;
-  EXPECT_THAT(StatusLines(roll, "", 1.0, kNow, 80).front(),
+  EXPECT_THAT(StatusLines({roll, {}, 1.0, kNow}, 80).front(),
               StartsWith("10:15:00 UTC  no dive is recorded: no logger"));
   health_t logger = Ok("logger");
   logger.counters = {Counter("disk_free_mb", 12'345),
                      Counter("dive_start_utime", kNow - 8'100'000'000)};
   roll.Add(logger, 1.0);
-  EXPECT_EQ(StatusLines(roll, "", 1.0, kNow, 100).front(),
+  EXPECT_EQ(StatusLines({roll, {}, 1.0, kNow}, 100).front(),
             "10:15:00 UTC  dive since 2025-11-22 08:00:00 (2 h 15 min), 12.3 GB of disk left");
-  EXPECT_LE(StatusLines(roll, "", 1.0, kNow, 80).front().size(), 80u);
+  EXPECT_LE(StatusLines({roll, {}, 1.0, kNow}, 80).front().size(), 80u);
 }
 
 TEST(Status, SaysWhereTheVehicleIs) {
@@ -92,12 +93,12 @@ TEST(Status, SaysWhereTheVehicleIs) {
   nav.v_map_mps[1] = -1.5;
   nav.covariance_ned_rpy[0][0] = 0.09;
   nav.covariance_ned_rpy[1][1] = 0.16;
-  const std::string line = VehicleLine(nav, 11.0);
-  EXPECT_EQ(line,
+  const VehiclePlace place = PlaceOf(nav, 11.0);
+  EXPECT_EQ(VehicleLine(place),
             "vehicle: north 120.0 m, east -35.5 m of the map origin (1 sigma 0.5 m), depth 12.3 m, "
             "altitude 11.0 m, heading 270.0 deg, 1.50 m/s");
-  EXPECT_THAT(VehicleLine(nav, std::nullopt), Not(HasSubstr("altitude")));
-  const auto lines = StatusLines(ProcessRoll(), line, 1.0, kNow, 80);
+  EXPECT_THAT(VehicleLine(PlaceOf(nav, std::nullopt)), Not(HasSubstr("altitude")));
+  const auto lines = StatusLines({ProcessRoll(), place, 1.0, kNow}, 80);
   EXPECT_THAT(lines[1], StartsWith("vehicle: north 120.0 m"));
   EXPECT_LE(lines[1].size(), 80u);
 }
@@ -114,11 +115,49 @@ TEST(Status, NamesFaultsWithWhatToDo) {
   dvl.conditions = {silent};
   dvl.text = silent.sentence + "; can:can0";
   roll.Add(dvl, 9.9);
-  const auto lines = StatusLines(roll, "", 10.0, kNow, 80);
+  const auto lines = StatusLines({roll, {}, 10.0, kNow}, 80);
   EXPECT_THAT(LineOf(lines, "dvl-driver"), ContainsRegex("^dvl-driver   lost .*no usable data"));
   EXPECT_THAT(lines, testing::Contains("dvl-driver: no usable data from the device: for 7 s"));
   EXPECT_THAT(lines, testing::Contains(StartsWith("    Check its power, its cable")));
   EXPECT_FALSE(AllOk(roll, 10.0));
+}
+
+TEST(Status, IsSaidToProgramsToo) {
+  ProcessRoll roll;
+  for (const char* process : kProcesses) roll.Add(Ok(process), 9.5);
+  health_t logger = Ok("logger");
+  logger.seq = 1;
+  logger.counters = {Counter("disk_free_mb", 12'345), Counter("dive_start_utime", kNow - 1000)};
+  condition_t full{};
+  full.name = conditions::kDiskSpaceLow.name;
+  full.sentence = "the disk \xff is full \x1b[31m";
+  logger.conditions = {full};
+  logger.state = health_t::STATE_DEGRADED;
+  logger.rate_names = {"events"};
+  logger.rate_hz = {120.0};
+  roll.Add(logger, 9.9);
+  VehiclePlace place;
+  place.north_m = 120.0;
+  place.sigma_m = 0.5;
+  const auto json = nlohmann::json::parse(StatusJson({roll, place, 10.0, kNow}));
+  EXPECT_EQ(json["utime"], kNow);
+  EXPECT_EQ(json["ok"], false);
+  EXPECT_EQ(json["dive"]["start_utime"], kNow - 1000);
+  EXPECT_EQ(json["dive"]["disk_free_mb"], 12'345);
+  EXPECT_EQ(json["vehicle"]["north_m"], 120.0);
+  EXPECT_EQ(json["vehicle"]["sigma_m"], 0.5);
+  EXPECT_TRUE(json["vehicle"]["altitude_m"].is_null());
+  ASSERT_EQ(json["processes"].size(), kProcesses.size());
+  const auto& last = json["processes"].back();
+  EXPECT_EQ(last["name"], "logger");
+  EXPECT_EQ(last["state"], "degraded");
+  EXPECT_EQ(last["rates_hz"]["events"], 120.0);
+  EXPECT_EQ(last["conditions"][0]["name"], "disk_space_low");
+  EXPECT_EQ(last["conditions"][0]["remedy"], conditions::kDiskSpaceLow.remedy);
+
+  const auto silent = nlohmann::json::parse(StatusJson({ProcessRoll(), {}, 10.0, kNow}));
+  EXPECT_TRUE(silent["vehicle"].is_null() && silent["dive"].is_null());
+  EXPECT_EQ(silent["processes"][0]["state"], "silent");
 }
 
 TEST(Status, NamesASilentProcessAndASecondOne) {
@@ -130,7 +169,7 @@ TEST(Status, NamesASilentProcessAndASecondOne) {
       mapper.seq = start + i;
       roll.Add(mapper, 6.0 + i);
     }
-  const auto lines = StatusLines(roll, "", 8.0, kNow, 80);
+  const auto lines = StatusLines({roll, {}, 8.0, kNow}, 80);
   EXPECT_THAT(LineOf(lines, "imu-driver"), ContainsRegex("silent .* not heard for 7 s"));
   EXPECT_THAT(LineOf(lines, "dvl-driver"), ContainsRegex("- .* not heard"));
   EXPECT_THAT(LineOf(lines, "mapper"), HasSubstr("runs twice; "));

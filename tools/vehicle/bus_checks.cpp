@@ -12,6 +12,7 @@
 
 #include "common/convert/channels.hpp"
 #include "common/core/conditions.hpp"
+#include "common/core/pose.hpp"
 #include "common/runtime/health.hpp"
 #include "common/runtime/process/process.hpp"
 #include "seastitch/config_request_t.hpp"
@@ -35,7 +36,7 @@ std::string Format(const char* format, Args... args) {
   return text;
 }
 
-double Norm(const double (&v)[3]) { return std::hypot(v[0], v[1], v[2]); }
+double Norm(const double (&v)[3]) { return Hypotenuse(Hypotenuse(v[0], v[1]), v[2]); }
 
 std::string RemedyOf(const std::string& condition) {
   for (const ConditionKind* kind : conditions::kAll)
@@ -244,8 +245,8 @@ Findings CheckLoopback(const BusWatch& watch) {
 Findings CheckProcesses(const BusWatch& watch, const Setup& setup, double now_s) {
   Findings findings;
   std::vector<std::string> processes = watch.roll.names();
-  if (setup.Needs(kNavDriver) && watch.roll.Find(kNavDriver) == nullptr)
-    processes.push_back(kNavDriver);
+  for (const char* const process : kOptionalProcesses)
+    if (setup.Needs(process) && watch.roll.Find(process) == nullptr) processes.push_back(process);
   for (const std::string& process : processes) {
     const health_t* const health = watch.roll.Find(process);
     const std::string unit = "seastitch-" + process;
@@ -253,8 +254,8 @@ Findings CheckProcesses(const BusWatch& watch, const Setup& setup, double now_s)
     if (health == nullptr || watch.roll.SilentFor(process, now_s) > kSilentS) {
       findings.push_back(Error("process",
                                process + ": not heard",
-                               (process == kNavDriver ? "sudo systemctl enable --now " + unit
-                                                      : "sudo systemctl start seastitch.target") +
+                               (IsOptional(process) ? "sudo systemctl enable --now " + unit
+                                                    : "sudo systemctl start seastitch.target") +
                                    "; why it does not run: systemctl status " + unit));
       continue;
     }

@@ -215,7 +215,7 @@ Findings CheckDisk(const fs::path& dives_dir) {
 Findings CheckDataDisk(const Machine& machine, const fs::path& dives_dir) {
   if (IsBelow(dives_dir, "/var/lib/seastitch")) return {};
   std::vector<std::string> processes(kProcesses.begin(), kProcesses.end());
-  processes.push_back(kNavDriver);
+  processes.insert(processes.end(), kOptionalProcesses.begin(), kOptionalProcesses.end());
   std::vector<std::string> units;
   for (const std::string& process : processes) units.push_back(UnitOf(process));
   UnitProperties shown =

@@ -67,6 +67,8 @@ void CheckMachine(const Setup& setup,
   Append(CheckBuffers(machine, setup.largest_buffer_bytes()), findings);
   Append(CheckRoute(machine, url), findings);
   Append(CheckFilter(machine, url), findings);
+  if (!setup.nav_output_udp.empty())
+    Append(CheckOutputFilter(machine, setup.nav_output_udp), findings);
   Append(CheckClock(machine), findings);
   Append(CheckProcessor(machine), findings);
   Append(CheckMemory(machine), findings);
@@ -109,6 +111,8 @@ void CheckBus(const Setup& setup, bool at_surface, BusWatch* watch, Findings* fi
     if (driver.source.starts_with("udp:") && watch->roll.Find(process) == nullptr)
       Append(CheckPort(process, driver.source), findings);
   }
+  if (!setup.nav_output_serial.empty())
+    Append(CheckSerial(kNavOutput, setup.nav_output_serial), findings);
   Append(CheckProcesses(*watch, setup, MonotonicSeconds()), findings);
   Append(CheckRunningConfigs(*watch, setup), findings);
   Append(CheckSensors(*watch, setup, at_surface), findings);

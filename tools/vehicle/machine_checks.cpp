@@ -145,6 +145,18 @@ Finding FilterFinding(const Machine& machine,
   return Ok("ip_filter", name + ": holds");
 }
 
+// network: "10.0.0.0/24", as systemctl prints it.
+bool IsWithin(in_addr address, const std::string& network) {
+  const std::size_t slash = network.find('/');
+  in_addr base{};
+  if (slash == std::string::npos ||
+      inet_pton(AF_INET, network.substr(0, slash).c_str(), &base) != 1)
+    return false;
+  const int bits = std::clamp(std::atoi(network.c_str() + slash + 1), 0, 32);
+  const std::uint32_t mask = bits == 0 ? 0 : ~std::uint32_t{0} << (32 - bits);
+  return ((ntohl(address.s_addr) ^ ntohl(base.s_addr)) & mask) == 0;
+}
+
 double MegabytesIn(const std::string& meminfo, const std::string& key) {
   std::smatch value;
   const std::regex pattern("(^|\n)" + key + ":\\s*([0-9]+) kB");
@@ -252,6 +264,25 @@ Findings CheckPort(const std::string& driver, const std::string& source) {
                 error == EADDRINUSE
                     ? "End the program that holds it (sudo ss -ulpn), or change the source."
                     : "The source must name an address of this computer, or 0.0.0.0.")};
+}
+
+Findings CheckOutputFilter(const Machine& machine, const std::string& udp) {
+  const std::string host = HostPortOf(ParseSourceUrl(udp, {"interface"})).host;
+  in_addr address{};
+  if (inet_pton(AF_INET, host.c_str(), &address) != 1) return {};  // a host's name
+  const std::string unit = "seastitch-nav-output.service";
+  auto shown = ShowUnits(machine, {unit}, "IPAddressAllow,IPAddressDeny")[unit];
+  const std::set<std::string> allowed = WordsOf(shown["IPAddressAllow"]);
+  const std::string name = "output of nav-output: ";
+  if (!WordsOf(shown["IPAddressDeny"]).contains("0.0.0.0/0") ||
+      std::any_of(allowed.begin(), allowed.end(), [&](const std::string& network) {
+        return IsWithin(address, network);
+      }))
+    return {Ok("output_filter", name + "its unit may send to " + host)};
+  return {Error("output_filter",
+                name + "its unit may not send to " + host,
+                "sudo systemctl edit seastitch-nav-output, with [Service] and IPAddressAllow=" +
+                    host + "; then sudo systemctl restart seastitch-nav-output.")};
 }
 
 Findings CheckSerial(const std::string& driver, const std::string& source) {

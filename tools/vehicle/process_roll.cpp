@@ -57,8 +57,13 @@ std::vector<std::string> ProcessRoll::names() const {
   return all;
 }
 
+bool IsOptional(const std::string& process) {
+  return std::find(kOptionalProcesses.begin(), kOptionalProcesses.end(), process) !=
+         kOptionalProcesses.end();
+}
+
 bool IsOurs(const std::string& process) {
-  return process == kNavDriver ||
+  return IsOptional(process) ||
          std::find(kProcesses.begin(), kProcesses.end(), process) != kProcesses.end();
 }
 

@@ -15,6 +15,11 @@ inline constexpr std::array kProcesses = {
     "imu-driver", "dvl-driver", "mbes-driver", "mapper", "optimizer", "logger"};
 // Runs if nav_driver.yaml has an instrument.
 inline constexpr char kNavDriver[] = "nav-driver";
+// Runs if nav_output.yaml has an output.
+inline constexpr char kNavOutput[] = "nav-output";
+// Not part of seastitch.target: enabled one by one.
+inline constexpr std::array kOptionalProcesses = {kNavDriver, kNavOutput};
+bool IsOptional(const std::string& process);
 // True for one of the processes above.
 bool IsOurs(const std::string& process);
 

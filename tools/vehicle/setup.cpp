@@ -10,6 +10,7 @@
 #include "drivers/imu/imu_driver.hpp"
 #include "drivers/mbes/mbes_driver.hpp"
 #include "drivers/nav/nav_driver.hpp"
+#include "drivers/output/nav_output_node.hpp"
 #include "drivers/socket/source_url.hpp"
 #include "logger/logger_config.hpp"
 #include "mapper/mapper_config.hpp"
@@ -58,6 +59,14 @@ void LoadNav(const std::string& file, Setup* setup) {
         DriverParams{.source = source, .receive_buffer_bytes = config.receive_buffer_bytes});
 }
 
+void LoadNavOutput(const std::string& file, Setup* setup) {
+  const NavOutputConfig config = LoadNavOutputConfig(file);
+  if (config.outputs().empty()) return;
+  setup->nav_output_udp = config.udp;
+  setup->nav_output_serial = config.serial;
+  for (const auto& [name, text] : ConfigFiles(config)) setup->texts[kNavOutput][name] = text;
+}
+
 void LoadMapper(const std::string& file, Setup* setup) {
   const MapperConfig config = LoadMapperConfig(file);
   for (const auto& [name, text] : ConfigFiles(config)) setup->texts["mapper"][name] = text;
@@ -92,6 +101,7 @@ std::string PortOf(const std::string& source) {
 
 bool Setup::Needs(const std::string& process) const {
   if (process == kNavDriver) return !nav_channels.empty();
+  if (process == kNavOutput) return texts.contains(kNavOutput);
   return !given_navigation || (process != "imu-driver" && process != "dvl-driver");
 }
 
@@ -117,12 +127,14 @@ Setup LoadSetup(const std::filesystem::path& config_dir, Findings* findings) {
       {"dvl_driver.yaml", LoadDvl},
       {"mbes_driver.yaml", LoadMbes},
       {"nav_driver.yaml", LoadNav},
+      {"nav_output.yaml", LoadNavOutput},
       {"mapper.yaml", LoadMapper},
       {"optimizer.yaml", LoadOptimizer},
       {"logger.yaml", LoadLogger}};
   for (const auto& [name, load] : files) {
     const std::string file = (config_dir / name).string();
-    if (name == "nav_driver.yaml" && !std::filesystem::exists(file)) continue;
+    const bool may_be_absent = name == "nav_driver.yaml" || name == "nav_output.yaml";
+    if (may_be_absent && !std::filesystem::exists(file)) continue;
     try {
       load(file, &setup);
       findings->push_back(Ok("configuration", file + ": can be used"));
@@ -145,9 +157,14 @@ Findings CheckTogether(const Setup& setup) {
     const auto [other, is_free] = taken.try_emplace(port, process);
     if (!is_free)
       findings.push_back(Error("sources",
-                               other->second + " and " + process + " both listen on " + port,
+                               other->second + " and " + process + " both use " + port,
                                "Give each its own port in source."));
   }
+  const std::string output = PortOf(setup.nav_output_serial);
+  if (taken.contains(output))
+    findings.push_back(Error("sources",
+                             taken.at(output) + " and " + kNavOutput + " both use " + output,
+                             "Give each its own port: source, and serial of nav_output.yaml."));
   const auto logger = setup.dives.find("logger");
   const auto mapper = setup.dives.find("mapper");
   if (logger == setup.dives.end() || mapper == setup.dives.end()) return findings;

@@ -22,6 +22,8 @@ struct Setup {
   // out.
   bool given_navigation = false;
   std::set<std::string> nav_channels;  // of the instruments of the nav-driver
+  std::string nav_output_udp;          // URLs to which the nav-output sends; empty: none
+  std::string nav_output_serial;
 
   bool Needs(const std::string& process) const;
 

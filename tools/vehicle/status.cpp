@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "common/convert/channels.hpp"
@@ -126,6 +127,13 @@ std::string DiveLine(const ProcessRoll& roll, double now_s, std::int64_t now_uti
   return line;
 }
 
+// Empty for a fault of another version of the program.
+std::string RemedyOf(const condition_t& condition) {
+  for (const ConditionKind* kind : conditions::kAll)
+    if (condition.name == kind->name) return kind->remedy;
+  return "";
+}
+
 void AddFaults(const std::string& process,
                const health_t& health,
                std::size_t columns,
@@ -137,8 +145,7 @@ void AddFaults(const std::string& process,
   for (const condition_t& condition : health.conditions) {
     lines->emplace_back();
     add("", process + ": " + Printable(condition.sentence));
-    for (const ConditionKind* kind : conditions::kAll)
-      if (condition.name == kind->name) add("    ", kind->remedy);
+    if (const std::string remedy = RemedyOf(condition); !remedy.empty()) add("    ", remedy);
   }
 }
 
@@ -171,39 +178,50 @@ class Screen {
 
 }  // namespace
 
-std::string VehicleLine(const nav_corrected_t& nav, std::optional<double> altitude_m) {
+VehiclePlace PlaceOf(const nav_corrected_t& nav, std::optional<double> altitude_m) {
   const double* const q = nav.q_map_vehicle;
   const Eigen::Vector3d rpy =
       RpyFromRotation(Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized().toRotationMatrix());
-  const double sigma_m =
+  VehiclePlace place;
+  place.utime = nav.utime;
+  place.north_m = nav.p_map_vehicle_m[0];
+  place.east_m = nav.p_map_vehicle_m[1];
+  place.sigma_m =
       std::sqrt(std::max(0.0, nav.covariance_ned_rpy[0][0] + nav.covariance_ned_rpy[1][1]));
+  place.depth_m = nav.p_map_vehicle_m[2];
+  place.altitude_m = altitude_m;
+  place.heading_deg = std::fmod(Rad2Deg(rpy.z()) + 360.0, 360.0);
+  place.speed_mps = Hypotenuse(nav.v_map_mps[0], nav.v_map_mps[1]);
+  return place;
+}
+
+std::string VehicleLine(const VehiclePlace& place) {
   char altitude[40] = "";
-  if (altitude_m) std::snprintf(altitude, sizeof altitude, ", altitude %.1f m", *altitude_m);
+  if (place.altitude_m)
+    std::snprintf(altitude, sizeof altitude, ", altitude %.1f m", *place.altitude_m);
   char text[240];
   std::snprintf(text,
                 sizeof text,
                 "vehicle: north %.1f m, east %.1f m of the map origin (1 sigma %.1f m), depth %.1f "
                 "m%s, heading %.1f deg, %.2f m/s",
-                nav.p_map_vehicle_m[0],
-                nav.p_map_vehicle_m[1],
-                sigma_m,
-                nav.p_map_vehicle_m[2],
+                place.north_m,
+                place.east_m,
+                place.sigma_m,
+                place.depth_m,
                 altitude,
-                std::fmod(Rad2Deg(rpy.z()) + 360.0, 360.0),
-                std::hypot(nav.v_map_mps[0], nav.v_map_mps[1]));
+                place.heading_deg,
+                place.speed_mps);
   return text;
 }
 
-std::vector<std::string> StatusLines(const ProcessRoll& roll,
-                                     const std::string& vehicle,
-                                     double now_s,
-                                     std::int64_t now_utime,
-                                     std::size_t columns) {
-  std::vector<std::string> lines{
-      Cut(UtcText(FromUtime(now_utime), "%H:%M:%S UTC  ") + DiveLine(roll, now_s, now_utime),
-          columns),
-      Row("process", "state", "drops", "messages a second", "", columns)};
-  if (!vehicle.empty()) lines.insert(lines.begin() + 1, Cut(vehicle, columns));
+std::vector<std::string> StatusLines(const StatusView& view, std::size_t columns) {
+  const ProcessRoll& roll = view.roll;
+  const double now_s = view.now_s;
+  std::vector<std::string> lines{Cut(
+      UtcText(FromUtime(view.now_utime), "%H:%M:%S UTC  ") + DiveLine(roll, now_s, view.now_utime),
+      columns)};
+  if (view.vehicle) lines.push_back(Cut(VehicleLine(*view.vehicle), columns));
+  lines.push_back(Row("process", "state", "drops", "messages a second", "", columns));
   for (const std::string& process : roll.names())
     lines.push_back(RowOf(Printable(process), roll, now_s, columns));
   for (const std::string& process : roll.names())
@@ -212,13 +230,66 @@ std::vector<std::string> StatusLines(const ProcessRoll& roll,
   return lines;
 }
 
+std::string StatusJson(const StatusView& view) {
+  using Json = nlohmann::ordered_json;
+  const auto number = [](std::optional<double> value) { return value ? Json(*value) : Json(); };
+  Json vehicle;
+  if (view.vehicle)
+    vehicle = {{"utime", view.vehicle->utime},
+               {"north_m", view.vehicle->north_m},
+               {"east_m", view.vehicle->east_m},
+               {"sigma_m", view.vehicle->sigma_m},
+               {"depth_m", view.vehicle->depth_m},
+               {"altitude_m", number(view.vehicle->altitude_m)},
+               {"heading_deg", view.vehicle->heading_deg},
+               {"speed_mps", view.vehicle->speed_mps}};
+  Json processes = Json::array();
+  for (const std::string& name : view.roll.names()) {
+    const health_t* const health = view.roll.Find(name);
+    const bool is_heard = view.roll.SilentFor(name, view.now_s) <= kSilentS;
+    Json process{{"name", Printable(name)}, {"state", is_heard ? StateOf(*health) : "silent"}};
+    if (is_heard) {
+      process["text"] = Printable(health->text);
+      process["version"] = Printable(health->version);
+      process["uptime_s"] = health->uptime_s;
+      process["restarts"] = health->restarts;
+      process["runs_twice"] = view.roll.IsTwice(name, view.now_s);
+      process["drops"] = DropsOf(*health);
+      process["rates_hz"] = Json::object();
+      for (std::size_t i = 0; i < health->rate_hz.size(); ++i)
+        process["rates_hz"][Printable(health->rate_names[i])] = health->rate_hz[i];
+      process["conditions"] = Json::array();
+      for (const condition_t& condition : health->conditions)
+        process["conditions"].push_back({{"name", Printable(condition.name)},
+                                         {"sentence", Printable(condition.sentence)},
+                                         {"remedy", RemedyOf(condition)}});
+    }
+    processes.push_back(std::move(process));
+  }
+  const health_t* const logger = view.roll.Find("logger");
+  const bool records = logger != nullptr && view.roll.SilentFor("logger", view.now_s) <= kSilentS;
+  Json dive;
+  if (records)
+    dive = {{"start_utime", CounterOf(*logger, "dive_start_utime")},
+            {"disk_free_mb", CounterOf(*logger, "disk_free_mb")}};
+  const Json status{{"utime", view.now_utime},
+                    {"ok", AllOk(view.roll, view.now_s)},
+                    {"dive", dive},
+                    {"vehicle", vehicle},
+                    {"processes", processes}};
+  return status.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
 bool AllOk(const ProcessRoll& roll, double now_s) {
   const auto is_ok = [&](const char* process) {
     return roll.SilentFor(process, now_s) <= kSilentS && !roll.IsTwice(process, now_s) &&
            roll.Find(process)->state == health_t::STATE_OK;
   };
   return std::all_of(kProcesses.begin(), kProcesses.end(), is_ok) &&
-         (roll.Find(kNavDriver) == nullptr || is_ok(kNavDriver));
+         std::all_of(
+             kOptionalProcesses.begin(), kOptionalProcesses.end(), [&](const char* process) {
+               return roll.Find(process) == nullptr || is_ok(process);
+             });
 }
 
 int RunStatus(const StatusOptions& options) {
@@ -242,18 +313,19 @@ int RunStatus(const StatusOptions& options) {
     altitude_s = MonotonicSeconds();
   });
   loop.Add(bus.fd(), [&] { bus.HandleAll(Bus::kBurst); });
-  const auto lines = [&](std::size_t columns) {
-    const double now_s = MonotonicSeconds();
-    std::string vehicle;
-    if (nav && now_s - nav_s < kSilentS)
-      vehicle = VehicleLine(*nav, now_s - altitude_s < kSilentS ? altitude_m : std::nullopt);
-    return StatusLines(roll, vehicle, now_s, NowUtime(), columns);
+  const auto view = [&] {
+    StatusView now{roll, std::nullopt, MonotonicSeconds(), NowUtime()};
+    if (nav && now.now_s - nav_s < kSilentS)
+      now.vehicle = PlaceOf(*nav, now.now_s - altitude_s < kSilentS ? altitude_m : std::nullopt);
+    return now;
   };
-  const bool live = !options.once && isatty(STDOUT_FILENO) == 1;
+  const bool live = !options.once && !options.json && isatty(STDOUT_FILENO) == 1;
   int code = EXIT_SUCCESS;
   if (live) {
     Screen screen;
-    const auto show = [&] { screen.Show(lines(TerminalSize(&winsize::ws_col, kTerminalColumns))); };
+    const auto show = [&] {
+      screen.Show(StatusLines(view(), TerminalSize(&winsize::ws_col, kTerminalColumns)));
+    };
     show();
     loop.Every(std::chrono::seconds(1), show);
     code = loop.Run();
@@ -261,8 +333,12 @@ int RunStatus(const StatusOptions& options) {
     loop.Every(kOnce, [&] { loop.Stop(); });
     code = loop.Run();
   }
-  for (const std::string& line : lines(TerminalSize(&winsize::ws_col, kWhole)))
-    std::printf("%s\n", line.c_str());
+  if (options.json) {
+    std::fputs(StatusJson(view()).c_str(), stdout);
+  } else {
+    for (const std::string& line : StatusLines(view(), TerminalSize(&winsize::ws_col, kWhole)))
+      std::printf("%s\n", line.c_str());
+  }
   if (code != EXIT_SUCCESS) return code;
   return AllOk(roll, MonotonicSeconds()) ? EXIT_SUCCESS : EXIT_FAILURE;
 }

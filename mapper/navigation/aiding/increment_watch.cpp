@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "common/core/pose.hpp"
+
 namespace seastitch {
 
 void IncrementWatch::Add(Time t, const Eigen::Vector3d& difference, double sigma) {
@@ -42,7 +44,7 @@ void IncrementWatch::AddStep(Time t, const Difference& difference) {
   }
   const double before = step_->norm();
   *step_ += difference.value;
-  step_sigma_ = std::hypot(step_sigma_, difference.sigma);
+  step_sigma_ = Hypotenuse(step_sigma_, difference.sigma);
   since_step_ = 0;
   // A step counts as taken back if it is smaller than the noise or than this part of itself before.
   constexpr double kBack = 0.2;

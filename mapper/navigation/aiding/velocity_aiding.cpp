@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/core/pose.hpp"
+
 namespace seastitch {
 namespace {
 
@@ -149,7 +151,7 @@ void VelocityAiding::AddStampPair(Time now,
   };
   // Overlapping pairs share the accelerometers' noise.
   const double noise = params_.accel_noise_mps2_rthz * std::sqrt(dt_s / share);
-  const double sigma = std::hypot(std::sqrt(2.0) * to.value.sigma_mps.maxCoeff(), noise);
+  const double sigma = Hypotenuse(std::sqrt(2.0) * to.value.sigma_mps.maxCoeff(), noise);
   stamps_.Add(difference, sigma, DriftSigma(dt_s), share * dt_s);
 }
 
@@ -215,7 +217,7 @@ Eigen::Vector3d VelocityAiding::ImuVelocity(const DvlEvent& dvl,
 
 double VelocityAiding::DriftSigma(double dt_s) const {
   const double tilt = params_.attitude_roll_pitch_rad.sigma.maxCoeff();
-  return dt_s * std::hypot(params_.accel_bias_mps2.sigma + params_.accel_step_mps2,
+  return dt_s * Hypotenuse(params_.accel_bias_mps2.sigma + params_.accel_step_mps2,
                            gravity_mps2_.norm() * tilt);
 }
 
@@ -249,7 +251,7 @@ void VelocityAiding::Compare(Time t, const DvlEvent& dvl, const Eigen::Vector3d&
     const Eigen::Vector3d step = watch_.step().value_or(Eigen::Vector3d::Zero());
     const Eigen::Vector3d difference = now.Without(step) - last_->Without(step) - change_mps_;
     const double stamp = params_.dvl_time_sigma_s * change_mps_.norm() / std::max(dt_s, 1e-3);
-    const double sigma = std::hypot(IncrementSigma(dvl, dt_s), std::sqrt(2.0) * stamp);
+    const double sigma = Hypotenuse(IncrementSigma(dvl, dt_s), std::sqrt(2.0) * stamp);
     watch_.Add(t, q_map_imu.conjugate() * difference, sigma);
     AddWayBeside(dvl, dt_s);
   } else {

@@ -107,7 +107,7 @@ void ErrorStateFilter::FollowStatedSigma(int axis, double sigma) {
 // Adds the lost part to the wandering error of the heading, not to the constant one.
 void ErrorStateFilter::LoseHeading(double lost_rad) {
   const GaussMarkov<double>& wander = params_.attitude_heading_wander_rad;
-  const double sigma = std::hypot(wander.sigma, lost_rad);
+  const double sigma = Hypotenuse(wander.sigma, lost_rad);
   double& held = bias_sigma_(kHeadingWander);
   const bool less = sigma <= kStatedSigmaFalls * held;
   const bool more = sigma * kStatedSigmaFalls >= held;

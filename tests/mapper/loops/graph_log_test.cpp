@@ -62,8 +62,8 @@ TEST(GraphLog, GivesAnyVersionAgain) {
 
 TEST(GraphLog, IsNamedOnceAndEndsOnce) {
   GraphLog log({});
-  log.SetId(FromUtime(7));
-  log.SetId(FromUtime(8));
+  log.SetId(7);
+  log.SetId(8);
   log.Append(Vertices(1), {}, kTime);
   EXPECT_FALSE(log.HasEnded());
   log.Append({}, Edges(201), kTime, true);
@@ -92,7 +92,7 @@ TEST(GraphLog, EndsWithAnEmptyVersionWhereNothingIsLeft) {
 TEST(GraphLog, OfImportedSubmapsIsNamedByTheFirst) {
   GraphLog log({});
   log.Append(Vertices(1), {}, kTime);
-  log.SetId(FromUtime(9));
+  log.SetId(9);
   EXPECT_EQ(log.graph_id(), ToUtime(kTime));
 }
 

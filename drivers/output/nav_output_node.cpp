@@ -1,4 +1,4 @@
-#include "drivers/output/nav_output.hpp"
+#include "drivers/output/nav_output_node.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -83,7 +83,7 @@ ParameterTable TableOf(NavOutputConfig* config) {
            &config->udp,
            "Receiver of the sentences: udp:HOST:PORT, a host, a broadcast address or a multicast "
            "group (?interface=eth1). As a service the process reaches only this computer: another "
-           "address needs a drop-in (docs/nav-output.md). Empty: none.")
+           "address needs a drop-in (docs/listening.md). Empty: none.")
       .DataSheet();
   table
       .Add("serial",
@@ -105,8 +105,7 @@ ParameterTable TableOf(NavOutputConfig* config) {
       &sentences->talker,
       "First two letters of each sentence: IN for integrated navigation, GP where a receiver of "
       "the sentences knows nothing but GPS.");
-  table.AddRule(
-      talker, "two capital letters", [sentences] { return IsTalker(sentences->talker); });
+  table.AddRule(talker, "two capital letters", [sentences] { return IsTalker(sentences->talker); });
   table.Add("fix_sigma_m",
             &sentences->fix_sigma_m,
             Unit::kMetre,
