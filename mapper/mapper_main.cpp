@@ -4,10 +4,12 @@
 #include <cstdlib>
 #include <filesystem>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <random>
 #include <string>
 #include <thread>
+#include <utility>
 
 #include "common/convert/convert.hpp"
 #include "common/runtime/config/config_publisher.hpp"
@@ -54,13 +56,47 @@ seastitch::FoundMap OpenMap(const seastitch::MapperConfig& config, seastitch::Ma
   return FindMap(config.map_dir, ConfigurationOf(config));
 }
 
+// Folder in memory: systemd's for this unit, which it keeps over restarts of the process.
+std::filesystem::path FolderInMemory() {
+  const char* const directory = std::getenv("RUNTIME_DIRECTORY");
+  return directory != nullptr && *directory != '\0' ? directory : "/dev/shm/seastitch-mapper";
+}
+
+// Where a map is written to.
+struct MapPlace {
+  MapPlace(const seastitch::DiveParams& params, std::string why)
+      : dive(params, "mapper", seastitch::NowUtime()),
+        lock(dive.map()),
+        why_in_memory(std::move(why)) {}
+
+  seastitch::DiveFolder dive;
+  seastitch::FolderLock lock;
+  std::string why_in_memory;  // why the data disk cannot be used; empty: it can
+};
+
+// The newest dive. Where the data disk cannot be used, in memory: NAV does not depend on a disk.
+// Throws FolderInUse where another mapper writes there.
+std::unique_ptr<MapPlace> OpenPlace(seastitch::DiveParams params) {
+  using namespace seastitch;
+  try {
+    return std::make_unique<MapPlace>(params, "");
+  } catch (const FolderInUse&) {
+    throw;
+  } catch (const std::exception& e) {
+    spdlog::warn("{}; the map is kept in memory, in {}", e.what(), FolderInMemory().string());
+    std::filesystem::create_directories(FolderInMemory());
+    params.dives_dir = FolderInMemory() / "dives";
+    return std::make_unique<MapPlace>(params, e.what());
+  }
+}
+
 // Maps until a signal, or until the time of the sensors goes back. Absent in that case: the next
 // call begins a new map.
 std::optional<int> RunMap(seastitch::MapperConfig config,
                           const std::string& lcm_url,
-                          const seastitch::DiveFolder& dive) {
+                          const MapPlace& place) {
   using namespace seastitch;
-  dive.Enter(NowUtime());
+  place.dive.Enter(NowUtime());
   std::random_device random;
   config.graph_id = std::uniform_int_distribution<std::int64_t>(
       1, std::numeric_limits<std::int64_t>::max())(random);
@@ -72,7 +108,8 @@ std::optional<int> RunMap(seastitch::MapperConfig config,
   MapperNode node(config, &bus, &worker, &writer, OpenMap(config, &starts));
   if (config.navigation_source == NavigationSource::kDeadReckoning)
     spdlog::info(NorthSentence(config.navigation, config.vehicle.datum_latitude_rad));
-  DiveKeeper keeper(dive);
+  node.health().HoldIf(!place.why_in_memory.empty(), conditions::kMapInMemory, place.why_in_memory);
+  DiveKeeper keeper(place.dive);
   loop.Add(bus.fd(), [&] { bus.HandleAll(Bus::kBurst); });
   loop.Add(worker.fd(), [&] { worker.Drain(); });
   loop.Add(writer.fd(), [&] { writer.Drain(); });
@@ -107,27 +144,27 @@ std::optional<int> RunMap(seastitch::MapperConfig config,
   return again ? std::nullopt : std::optional(code);
 }
 
+int Run(const seastitch::ProcessArgs& args) {
+  using namespace seastitch;
+  auto config = LoadConfig(args, LoadMapperConfig, [&](const MapperConfig& read) {
+    CheckDivesDir(read.dive, args.config);
+  });
+  if (!config) return EXIT_SUCCESS;
+  const std::unique_ptr<const MapPlace> place = OpenPlace(config->dive);
+  config->map_dir = place->dive.map();
+  std::optional<int> code;
+  while (!code) code = RunMap(*config, args.lcm_url, *place);
+  return *code;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-  using namespace seastitch;
-  KeepFreedMemory();
-  return RunProcess(argc,
-                    argv,
-                    "seastitch-mapper",
-                    "Dead reckoning, submaps and loop closures: sensor messages in, SUBMAP and "
-                    "GRAPH_UPDATE out.",
-                    [](const ProcessArgs& args) {
-                      auto config =
-                          LoadConfig(args, LoadMapperConfig, [&](const MapperConfig& read) {
-                            CheckDivesDir(read.dive, args.config);
-                          });
-                      if (!config) return EXIT_SUCCESS;
-                      const DiveFolder dive(config->dive, "mapper", NowUtime());
-                      const FolderLock lock(dive.map());
-                      config->map_dir = dive.map();
-                      std::optional<int> code;
-                      while (!code) code = RunMap(*config, args.lcm_url, dive);
-                      return *code;
-                    });
+  seastitch::KeepFreedMemory();
+  return seastitch::RunProcess(argc,
+                               argv,
+                               "seastitch-mapper",
+                               "Dead reckoning, submaps and loop closures: sensor messages in, "
+                               "SUBMAP and GRAPH_UPDATE out.",
+                               Run);
 }

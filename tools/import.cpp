@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -23,6 +24,7 @@
 #include "drivers/mbes/mbes_driver.hpp"
 #include "drivers/socket/candump.hpp"
 #include "survey/plan/maker_soundings.hpp"
+#include "survey/plan/profiles_beside.hpp"
 #include "survey/plan/survey_config.hpp"
 #include "survey/plan/survey_files.hpp"
 #include "survey/plan/survey_groups.hpp"
@@ -344,7 +346,7 @@ bool AreSurveyFiles(const std::vector<fs::path>& files) {
 // files are imported by ImportSurvey().
 ImportResult Import(const ImportOptions& options) {
   if (AreSurveyFiles(options.files)) {
-    SurveyFiles survey(PlanSurvey(options.files));
+    SurveyFiles survey(PlanSurvey(options.files, false, {options.profile, options.profiles}));
     const bool sonar_alone = survey.plan().soundings && survey.plan().position_source.empty() &&
                              survey.plan().attitude_source.empty() && IsKmall(options.files);
     if (!sonar_alone) {
@@ -398,7 +400,13 @@ void ImportDive(const ImportOptions& options) {
 
 }  // namespace
 
-int RunImport(const ImportOptions& options) {
+int RunImport(ImportOptions options) {
+  const auto files =
+      std::stable_partition(options.files.begin(), options.files.end(), std::not_fn(IsProfileFile));
+  options.profiles.assign(files, options.files.end());
+  options.files.erase(files, options.files.end());
+  if (options.files.empty())
+    throw UsageError("import: sound speed profiles beside survey files, but no survey file");
   std::vector<SurveyGroup> dives{{options.files}};
   if (AreSurveyFiles(options.files)) dives = GroupSurveyFiles(options.files, options.one_dive);
   for (std::size_t i = 0; i < dives.size(); ++i) {

@@ -21,6 +21,10 @@ struct ImportOptions {
   // mapper.yaml to record in the log, so that a replay needs no other; empty: none. Survey files
   // with navigation need none.
   std::filesystem::path mapper_config;
+  // Sound speed profile of survey files, in place of any other; empty: none is given.
+  std::filesystem::path profile;
+  // Profiles beside the survey files, perhaps in other folders (IsProfileFile).
+  std::vector<std::filesystem::path> profiles;
   // No pause and no distance splits survey files into dives (GroupSurveyFiles).
   bool one_dive = false;
   bool quiet = false;
@@ -44,6 +48,6 @@ ImportResult Import(const ImportOptions& options);
 
 // `seastitch import`: Import() of each dive of the files (GroupSurveyFiles), and a summary on
 // stdout. The log of the second dive is LOG-2, and so on.
-int RunImport(const ImportOptions& options);
+int RunImport(ImportOptions options);
 
 }  // namespace seastitch

@@ -154,7 +154,7 @@ SurveyDive LookAt(const DiveInput& dive) {
   SurveyDive out{dive.name, {}, {}, {}};
   for (const std::filesystem::path& file : dive.files) out.heads.push_back(HeadOf(file));
   try {
-    out.plan = PlanSurvey(dive.files);
+    out.plan = PlanSurvey(dive.files, false, {{}, dive.profiles});
     out.problem = out.plan.Problem().value_or("");
   } catch (const DataError& e) {
     out.problem = e.what();

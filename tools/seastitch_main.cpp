@@ -151,6 +151,13 @@ void AddReplay(CLI::App* app, int* status) {
   replay->add_option("--water-level",
                      options.water_level,
                      "CSV of UTC and metres of the water line above the map's zero of depth");
+  replay
+      ->add_option(
+          "--profile",
+          options.profile,
+          "sound speed profile of survey files (.asvp, CARIS .svp, or two columns of metres "
+          "and m/s), in place of any other")
+      ->check(CLI::ExistingFile);
   replay->add_option(
       "--nav-config", options.drivers.nav, "nav_driver.yaml for --from-raw (default: as recorded)");
   replay
@@ -383,6 +390,13 @@ void AddImport(CLI::App* app, int* status) {
   command->add_option("--config",
                       options->mapper_config,
                       "mapper.yaml to record in the log if the files contain no navigation");
+  command
+      ->add_option(
+          "--profile",
+          options->profile,
+          "sound speed profile of survey files (.asvp, CARIS .svp, or two columns of metres "
+          "and m/s), in place of any other")
+      ->check(CLI::ExistingFile);
   command->add_flag("--one-dive",
                     options->one_dive,
                     "survey files of a sonar are one dive, whatever time and distance lie between");

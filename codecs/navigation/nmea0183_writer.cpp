@@ -75,8 +75,7 @@ std::string NmeaWriter::Sentence(const char* type, const std::string& fields) co
 
 std::string NmeaWriter::Gga(const NmeaState& state) const {
   if (!state.position) return Sentence("GGA", TimeOfDay(state.time) + ",,,,,0,00,,,M,,M,,");
-  const double sigma_m =
-      Sigma(0.5 * (state.covariance_ned(0, 0) + state.covariance_ned(1, 1)));
+  const double sigma_m = Sigma(0.5 * (state.covariance_ned(0, 0) + state.covariance_ned(1, 1)));
   return Sentence("GGA",
                   TimeOfDay(state.time) + "," + PositionOf(state) +
                       Format(",%d,12,%.1f,%.2f,M,,M,,",
@@ -86,13 +85,12 @@ std::string NmeaWriter::Gga(const NmeaState& state) const {
 }
 
 std::string NmeaWriter::Rmc(const NmeaState& state) const {
-  return Sentence("RMC",
-                  TimeOfDay(state.time) + (state.position ? ",A," : ",V,") + PositionOf(state) +
-                      Format(",%.3f,%.2f,",
-                             state.v_north_east_mps.norm() / kMpsPerKnot,
-                             CourseOf(state)) +
-                      UtcText(state.time, "%d%m").append(UtcText(state.time, "%Y").substr(2)) +
-                      ",,," + ModeOf(state));
+  return Sentence(
+      "RMC",
+      TimeOfDay(state.time) + (state.position ? ",A," : ",V,") + PositionOf(state) +
+          Format(",%.3f,%.2f,", state.v_north_east_mps.norm() / kMpsPerKnot, CourseOf(state)) +
+          UtcText(state.time, "%d%m").append(UtcText(state.time, "%Y").substr(2)) + ",,," +
+          ModeOf(state));
 }
 
 std::string NmeaWriter::Gst(const NmeaState& state) const {

@@ -415,6 +415,13 @@ inline constexpr ConditionKind kTimeWentBack{
     "A log is played again, from an earlier place, or after a later one. Once all sensors agree on "
     "it, the mapper ends its map and begins a new one in the same dive. With real sensors: the "
     "clock that they are all set by was set back."};
+inline constexpr ConditionKind kMapInMemory{
+    "map_in_memory",
+    Severity::kDegraded,
+    "the data disk cannot be used, and the map is kept in memory",
+    "Navigation and the live map work; what the logger does not record is lost when the computer "
+    "stops. Mount the data disk, or mend dives_dir, and restart the mapper: it begins a map "
+    "there."};
 inline constexpr ConditionKind kMapBegunAnew{
     "map_begun_anew",
     Severity::kDegraded,
@@ -448,10 +455,11 @@ inline constexpr const ConditionKind* kAll[] = {
     &kPlaceFromOneFix,      &kNavigationReset,      &kHeadingStep,         &kTimeOffsetSuspected,
     &kNavigationNotStarted, &kPlaceUnknown,         &kInsNotUsable,        &kInsJumps,
     &kNoWaterLevel,         &kNoSoundSpeedProfile,  &kSolutionWithheld,    &kSolutionsRefused,
-    &kStoreNotWriting,      &kRegistrationFailed,   &kTimeWentBack,        &kMapBegunAnew,
-    &kJournalDamaged,       &kPointsLost,           &kClockStep,           &kClockDrift,
-    &kSamplesLate,          &kPingsRefused,         &kMessagesMalformed,   &kTwoSenders,
-    &kSensorSilent,         &kNoNavigation,         &kProcessSilent,       &kNoOptimizer,
+    &kStoreNotWriting,      &kRegistrationFailed,   &kTimeWentBack,        &kMapInMemory,
+    &kMapBegunAnew,         &kJournalDamaged,       &kPointsLost,          &kClockStep,
+    &kClockDrift,           &kSamplesLate,          &kPingsRefused,        &kMessagesMalformed,
+    &kTwoSenders,           &kSensorSilent,         &kNoNavigation,        &kProcessSilent,
+    &kNoOptimizer,
 };
 
 }  // namespace conditions

@@ -123,6 +123,10 @@ struct SolvedEdge {
   double weight = 1.0;  // inlier weight, 0 (not used) to 1 (used in full)
 };
 
+// "Do no harm", live and in a replay: a solution that leaves less than this share of what two
+// submaps overlap by dead reckoning is withheld.
+constexpr double kOverlapKept = 0.2;
+
 // Solution of the graph up to graph_version, by the optimizer.
 struct PoseGraph {
   std::int64_t graph_version = 0;

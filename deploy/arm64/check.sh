@@ -30,10 +30,15 @@ done
 say "each process takes the configuration that it is shipped with"
 
 "$programs/seastitch" bench --survey "$root/etc/seastitch/bench/short.yaml" --log "$work/short.lcmlog" >/dev/null
-replay() { "$@" replay "$work/short.lcmlog" --out "$work/$map" --quiet >"$work/log" 2>&1 || { cat "$work/log" >&2; fail "a replay"; }; }
-map=here replay "$programs/seastitch"
-map=there replay emulate "$root/usr/bin/seastitch"
-map=unfused GLIBC_TUNABLES=glibc.cpu.hwcaps=-FMA,-FMA4,-AVX2 replay "$programs/seastitch"
+# replay MAP PROGRAM...
+replay() {
+  local map=$work/$1
+  shift
+  "$@" replay "$work/short.lcmlog" --out "$map" --quiet >"$work/log" 2>&1 || { cat "$work/log" >&2; fail "a replay"; }
+}
+replay here "$programs/seastitch"
+replay there emulate "$root/usr/bin/seastitch"
+GLIBC_TUNABLES=glibc.cpu.hwcaps=-FMA,-FMA4,-AVX2 replay unfused "$programs/seastitch"
 say "a simulated survey becomes a map; beside that of this machine:"
 python3 "$here/compare_maps.py" "$work/here" "$work/there" "arm64"
 python3 "$here/compare_maps.py" "$work/here" "$work/unfused" "x86-64 without FMA"
@@ -45,3 +50,6 @@ for test in "$tests"/*_test; do
   say "$(basename "$test"): $(tail -n 1 "$work/log")"
 done
 [ "$failed" = 0 ] || fail "$failed of the test programs failed"
+printf '%s, version %s, commit %s\n' "$(date -u +%Y-%m-%d)" "$(dpkg-deb -f "$package" Version)" \
+  "$(git -c safe.directory='*' -C "$here" rev-parse --short HEAD)" >"$here/last_passed.txt"
+say "passed: $(cat "$here/last_passed.txt")"

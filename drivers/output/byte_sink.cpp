@@ -67,7 +67,8 @@ class SerialSink : public ByteSink {
     if (!port_.is_open()) return;
     if (!rest_.empty()) Write(std::exchange(rest_, {}));
     if (!port_.is_open()) return;
-    // The rest of a line has to go first. A port that takes less than it is given drops whole lines.
+    // The rest of a line has to go first. A port that takes less than it is given drops whole
+    // lines.
     late_ = !rest_.empty();
     if (late_)
       counters_["serial_dropped"] += std::count(lines.begin(), lines.end(), '\n');

@@ -63,7 +63,7 @@ class NavOutputNode {
   NavSentences sentences_;
   std::vector<Output> sinks_;
   std::optional<double> altitude_m_;
-  double altitude_s_ = 0.0;  // monotonic time of altitude_m_
+  double altitude_s_ = 0.0;        // monotonic time of altitude_m_
   std::optional<double> heard_s_;  // monotonic time of the last NAV, or of the first Check()
   Health health_{"nav-output"};
 };

@@ -32,14 +32,14 @@ struct NavSentencesParams {
 double BytesPerSecondOf(const NavSentencesParams& params);
 
 // Navigation as NMEA 0183 sentences, each at its rate. A sentence is made with the first state of
-// each period of its rate, by the state's time, periods counted from a whole second; so a clock that
-// steps delays nothing.
+// each period of its rate, by the state's time, periods counted from a whole second; so a clock
+// that steps delays nothing.
 class NavSentences {
  public:
   NavSentences(const NavSentencesParams& params, const MapFrame& map);
 
-  // The sentences that are due with this state, in the order GGA, RMC, GST, HDT, VTG, DPT, ZDA. altitude:
-  // above the bottom.
+  // The sentences that are due with this state, in the order GGA, RMC, GST, HDT, VTG, DPT, ZDA.
+  // altitude: above the bottom.
   std::string Add(const NavState& state, std::optional<double> altitude_m);
   // Whether the last state had a position whose sigma is small enough to be sent.
   bool has_position() const { return has_position_; }

@@ -10,9 +10,9 @@
 
 namespace seastitch {
 
-// Opens "serial:DEVICE[?baud=9600]" with 8 data bits, no parity, one stop bit, no handshake, without
-// waiting in read() and write(), and for no other process. access: of open(), such as O_RDONLY.
-// Throws NotYet while the port is missing.
+// Opens "serial:DEVICE[?baud=9600]" with 8 data bits, no parity, one stop bit, no handshake,
+// without waiting in read() and write(), and for no other process. access: of open(), such as
+// O_RDONLY. Throws NotYet while the port is missing.
 FileDescriptor OpenSerialPort(const SourceUrl& url, int access);
 
 // Reads a serial port (OpenSerialPort). It retries while the port is missing or unplugged.

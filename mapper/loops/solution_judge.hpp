@@ -43,7 +43,6 @@ class SolutionJudge {
   static constexpr int kMaxCells = 1024;
   static constexpr double kSigmas = 4.0;
   static constexpr double kTolerance = 1.04;  // 2 % of RMS
-  static constexpr double kOverlapKept = 0.2;
 
   // Coarse surface of a submap's cloud, which is stored in place of the cloud.
   static RegistrationSubmap Surface(const Submap& submap);

@@ -12,8 +12,6 @@ namespace {
 // Below this nothing moved: rounding of the solver.
 constexpr double kMovedM = 1e-6;
 constexpr double kMovedRad = 1e-8;
-// A solution is withheld where it leaves less than this fraction of the cells seen by two submaps.
-constexpr double kOverlapKept = 0.2;
 
 std::string Format(const char* format, double a, double b = 0.0) {
   char text[160];

@@ -14,6 +14,7 @@
 #include "common/core/time.hpp"
 #include "survey/errors.hpp"
 #include "survey/line/text_columns.hpp"
+#include "survey/plan/profiles_beside.hpp"
 #include "survey/plan/survey_files.hpp"
 #include "survey/plan/survey_groups.hpp"
 #include "survey/read/recorded_dive.hpp"
@@ -54,6 +55,7 @@ std::vector<fs::path> FilesIn(const fs::path& folder) {
   for (const auto& entry : fs::directory_iterator(folder)) {
     const fs::path& path = entry.path();
     if (!entry.is_regular_file() || path.extension() == ".yaml") continue;
+    if (IsProfileFile(path)) continue;  // SurveyPlan looks for them itself
     const bool known = path.extension() == ".lcmlog" || SurveyFiles::IsSurveyFile(path);
     (known ? files : others).push_back(path);
   }
@@ -148,7 +150,7 @@ void AddLoose(const std::vector<fs::path>& files,
 
 std::vector<DiveInput> DivesAmong(const std::vector<fs::path>& inputs, bool raw, bool one_dive) {
   std::multimap<std::size_t, DiveInput> by_place;
-  std::vector<fs::path> loose, beside, empty;
+  std::vector<fs::path> loose, beside, profiles, empty;
   DiveInput logs{kLogs, {}};
   for (std::size_t i = 0; i < inputs.size(); ++i) {
     const fs::path& input = inputs[i];
@@ -156,6 +158,8 @@ std::vector<DiveInput> DivesAmong(const std::vector<fs::path>& inputs, bool raw,
       for (DiveInput& dive : DivesIn(input, raw, one_dive)) by_place.emplace(i, std::move(dive));
     } else if (IsNavigationBeside(input)) {
       beside.push_back(input);
+    } else if (IsProfileFile(input)) {
+      profiles.push_back(input);
     } else if (SurveyFiles::IsSurveyFile(input)) {
       loose.push_back(input);
     } else if (IsLog(input)) {
@@ -177,6 +181,10 @@ std::vector<DiveInput> DivesAmong(const std::vector<fs::path>& inputs, bool raw,
   NameForeign(empty);
   ExpectOnce(dives, beside);
   AddBeside(beside, &dives);
+  for (DiveInput& dive : dives) dive.profiles = profiles;
+  if (dives.empty() && !profiles.empty())
+    throw UsageError("replay: " + profiles[0].string() +
+                     ": a sound speed profile beside survey files, but no input has any");
   std::set<std::string> names;
   for (DiveInput& dive : dives) {
     const std::string name = dive.name;

@@ -177,10 +177,12 @@ SoundingComparison CompareWithMaker(const SurveyPlan& plan,
   return Comparer(plan, max_pings, position).Run();
 }
 
-SurveyPlan PlanSurvey(const std::vector<std::filesystem::path>& files, bool mounting_is_given) {
+SurveyPlan PlanSurvey(const std::vector<std::filesystem::path>& files,
+                      bool mounting_is_given,
+                      const ProfileChoice& profiles) {
   // Real files with a known installation fit to 0.3 %.
   constexpr double kFitsPercent = 1.0;
-  const SurveyPlan plan = MakeSurveyPlan(files);
+  const SurveyPlan plan = MakeSurveyPlan(files, profiles);
   std::optional<Trial> best = WithSoundSpeed(plan);
   if (!best) return plan;
   const bool unknown_mounting = mounting_is_given && !plan.has_installation;

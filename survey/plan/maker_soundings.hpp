@@ -42,6 +42,7 @@ SoundingComparison CompareWithMaker(const SurveyPlan& plan,
 // files, that of a vehicle.yaml applies, so that nothing follows from a difference. Throws
 // DataError naming the file that cannot be used.
 SurveyPlan PlanSurvey(const std::vector<std::filesystem::path>& files,
-                      bool mounting_is_given = false);
+                      bool mounting_is_given = false,
+                      const ProfileChoice& profiles = {});
 
 }  // namespace seastitch

@@ -174,7 +174,7 @@ class Counter {
     still_heaves_.Add(n, n.heave_m == 0.0);
     depths_.Add(n, n.depth_m.has_value());
   }
-  void operator()(const SoundVelocityProfile&) {}
+  void operator()(const SoundVelocityProfile&) { ++census_.profiles; }
   void operator()(const SurfaceSoundSpeed&) {}
   // A `.s7k` has a record for each head, of which the last has them all.
   void operator()(const SonarInstallation& i) {

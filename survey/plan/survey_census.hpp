@@ -28,6 +28,7 @@ struct Census {
   std::int64_t raw_pings = 0;
   std::int64_t placed_pings = 0;
   std::int64_t placed_with_depth = 0;
+  std::int64_t profiles = 0;  // of sound speed
   // Of the raw pings; without any, of the placed ones.
   double depth_m = 0.0;          // median
   double max_range_m = 0.0;      // largest

@@ -25,7 +25,9 @@ constexpr double kMaxHeadingGapS = 2.0;
 bool SurveyFiles::IsSurveyFile(const fs::path& path) { return ReaderFor(path) != nullptr; }
 
 SurveyFiles::SurveyFiles(SurveyPlan plan)
-    : plan_(std::move(plan)), water_line_m_(plan_.installation.water_line_m) {
+    : plan_(std::move(plan)),
+      water_line_m_(plan_.installation.water_line_m),
+      profiles_(plan_.profiles) {
   for (const PlannedFile& file : plan_.files) inputs_.push_back({file, fs::file_size(file.path)});
   for (Input& input : inputs_) waiting_.push_back(&input);
   std::stable_sort(waiting_.begin(), waiting_.end(), [](const Input* a, const Input* b) {
@@ -61,6 +63,7 @@ struct SurveyFiles::Use {
   // With the time of its use instead of that of its cast: the mapper takes the profile nearest in
   // time, and a sonar may be given an older cast again.
   void operator()(SoundVelocityProfile profile) {
+    if (self->plan_.own_profiles_unused) return;
     profile.time = self->now_;
     self->rays_ = RayTracer::Make(profile);
     self->samples_.Put(std::move(profile), self->now_);
@@ -119,6 +122,10 @@ bool SurveyFiles::ReadNext() {
   now_ = std::max(now_, *input->stream->next());
   const SurveyRecord record = input->stream->Take();
   CloseIfEnded(input);
+  for (SoundVelocityProfile& profile : std::exchange(profiles_, {})) {
+    if (!rays_) rays_ = RayTracer::Make(profile);
+    samples_.Put(std::move(profile), now_);
+  }
   std::visit(Use{this}, record);
   return true;
 }

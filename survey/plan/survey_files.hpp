@@ -156,7 +156,8 @@ class SurveyFiles : public SampleSource {
   std::optional<Lever> lever_;  // at the last position, from the velocity's point to the position's
   std::optional<double> depth_m_;  // the last
   Time depth_time_;
-  std::optional<RayTracer> rays_;  // of the last profile
+  std::vector<SoundVelocityProfile> profiles_;  // of the plan, until the first record
+  std::optional<RayTracer> rays_;               // of the last profile
   std::function<void(const PlacedPing&)> on_placed_ping_;
   Coverage attitude_{.max_gap_s = 1.0};
   Coverage position_{.max_gap_s = 2.0};

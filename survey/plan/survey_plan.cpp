@@ -10,6 +10,7 @@
 #include "survey/errors.hpp"
 #include "survey/line/line_plan.hpp"
 #include "survey/line/text_columns.hpp"
+#include "survey/plan/profiles_beside.hpp"
 #include "survey/plan/survey_census.hpp"
 #include "survey/plan/survey_files.hpp"
 #include "survey/read/sbet_beside.hpp"
@@ -356,7 +357,8 @@ SurveyPlan SurveyPlan::WithPlacedSoundings() const {
   return other.WithDepthOfPings();
 }
 
-SurveyPlan MakeSurveyPlan(const std::vector<std::filesystem::path>& files) {
+SurveyPlan MakeSurveyPlan(const std::vector<std::filesystem::path>& files,
+                          const ProfileChoice& profiles) {
   SurveyPlan plan;
   for (const auto& file : files) plan.files.push_back({file});
   Census census = TakeCensus(&plan.files);
@@ -374,6 +376,7 @@ SurveyPlan MakeSurveyPlan(const std::vector<std::filesystem::path>& files) {
     file.is_installed_otherwise = file.installation && Differs(*file.installation, plan);
   SetDatum(census, &plan);
   WarnOfFiles(&plan);
+  ChooseProfiles(profiles, census.profiles > 0, &plan);
   return plan;
 }
 

@@ -59,7 +59,11 @@ struct SurveyPlan {
 
   // The sonar has traced rays with the profile alone, without the sound speed at the transducer.
   bool profile_alone = false;
-  std::string sound_speed_text;      // a line about it, if it is known
+  std::string sound_speed_text;  // a line about it, if it is known
+  // Profiles of files of their own, for each ping the nearest in time; not in the survey files.
+  std::vector<SoundVelocityProfile> profiles;
+  bool own_profiles_unused = false;  // of the survey files
+  std::string profile_text;          // a line about profiles of files of their own
   std::vector<MapWarning> warnings;  // what the files do not have, and what does not fit
 
   // If the files cannot give a map: the reason, one line.
@@ -83,7 +87,14 @@ struct SurveyPlan {
   std::string InstallationText() const;
 };
 
+// What the user says of sound speed profiles.
+struct ProfileChoice {
+  std::filesystem::path only{};                // used in place of all others; empty: none
+  std::vector<std::filesystem::path> named{};  // beside the survey files, perhaps in other folders
+};
+
 // Reads the heads of the files. Throws DataError naming the file that cannot be used.
-SurveyPlan MakeSurveyPlan(const std::vector<std::filesystem::path>& files);
+SurveyPlan MakeSurveyPlan(const std::vector<std::filesystem::path>& files,
+                          const ProfileChoice& profiles = {});
 
 }  // namespace seastitch

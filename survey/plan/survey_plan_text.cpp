@@ -154,7 +154,7 @@ std::string SurveyPlan::Text() const {
     text += line;
   }
   text += LinesText(files);
-  return text + sound_speed_text + InstallationText();
+  return text + sound_speed_text + profile_text + InstallationText();
 }
 
 std::string SurveyPlan::InstallationText() const {

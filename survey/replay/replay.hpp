@@ -28,6 +28,9 @@ struct ReplayOptions {
   // CSV of water levels (tide): UTC, metres above the map's zero of depth. Empty: that of the
   // configuration, if any.
   std::filesystem::path water_level;
+  // Sound speed profile of survey files, in place of any other (ChooseProfiles). Empty: none is
+  // given.
+  std::filesystem::path profile;
   // Ground truth file of the simulator; absent: LOG.truth.csv if it exists.
   std::optional<std::filesystem::path> truth;
   // Use the recorded map and track of the live processes; do not compute them from the sensor data.

@@ -121,7 +121,8 @@ void WarnOfDepths(const Mapper& mapper, const std::string& dive, Feeding* feedin
     if (fault.kind == &conditions::kNoSoundSpeedProfile)
       Warn({WarningCode::kNoSoundSpeedProfile,
             "no sound speed profile: rays are straight (" + fault.detail +
-                "); state one as sound_velocity_profile in a mapper.yaml for --config"},
+                "); state one by --profile, or as sound_velocity_profile in a mapper.yaml for "
+                "--config"},
            dive,
            feeding);
     if (fault.kind == &conditions::kNoWaterLevel)

@@ -23,14 +23,15 @@ namespace {
 namespace fs = std::filesystem;
 
 // The survey files if all inputs are survey files; nothing if none is.
-std::unique_ptr<SurveyFiles> OpenSurvey(const std::vector<fs::path>& inputs,
-                                        const ReplayOptions& options) {
+std::unique_ptr<SurveyFiles> OpenSurvey(const DiveInput& dive, const ReplayOptions& options) {
+  const std::vector<fs::path>& inputs = dive.files;
   const auto files = std::count_if(inputs.begin(), inputs.end(), SurveyFiles::IsSurveyFile);
   if (files == 0) return nullptr;
   if (static_cast<std::size_t>(files) < inputs.size())
     throw UsageError("replay: survey files and LCM logs in one folder are not one dive");
   if (options.as_recorded) throw UsageError("replay: --as-recorded needs a log");
-  SurveyPlan plan = PlanSurvey(inputs, !options.mapper_config.empty());
+  SurveyPlan plan =
+      PlanSurvey(inputs, !options.mapper_config.empty(), {options.profile, dive.profiles});
   if (const auto problem = plan.Problem()) throw DataError(*problem);
   return std::make_unique<SurveyFiles>(std::move(plan));
 }
@@ -130,7 +131,7 @@ void ExpectInputs(const ReplayOptions& options) {
   }
   std::vector<fs::path> read = options.inputs;
   for (const fs::path& file :
-       {options.mapper_config, options.optimizer_config, options.water_level})
+       {options.mapper_config, options.optimizer_config, options.water_level, options.profile})
     if (!file.empty()) read.push_back(file);
   if (options.truth) read.push_back(*options.truth);
   ExpectApart(read, options.out);
@@ -171,9 +172,13 @@ Input Open(const DiveInput& dive, const ReplayOptions& options) {
   } else if (dive.files.empty()) {
     if (!HoldsSubmaps(dive.folder)) throw NothingIn(dive.folder);
     input.submaps = ReadSubmapDirectory(dive.folder, options.drift);
-  } else if ((input.survey_files = OpenSurvey(dive.files, options))) {
+  } else if ((input.survey_files = OpenSurvey(dive, options))) {
     for (const fs::path& file : dive.files) input.names.push_back(file.filename().string());
   } else {
+    if (!options.profile.empty())
+      throw UsageError(
+          "replay: --profile is for survey files; a log has its profiles, or "
+          "sound_velocity_profile of mapper.yaml");
     const ChannelRole role = options.as_recorded ? ChannelRole::kResult : ChannelRole::kSensor;
     input.logs = LookThrough(dive.files, options.quiet);
     if (!options.from_raw) ExpectReadable(input.logs->types, role);

@@ -77,8 +77,7 @@ TEST_F(NavOutputProcess, WithNowhereToSendToItEndsWithOneLine) {
 TEST_F(NavOutputProcess, ASerialPortGetsWholeSentencesAndNothingWhileNavIsLost) {
   const std::filesystem::path link = dir.path() / "autopilot";
   SerialLine line(link);
-  const auto process =
-      StartWith("serial: \"serial:" + link.string() + "?baud=115200\"\n");
+  const auto process = StartWith("serial: \"serial:" + link.string() + "?baud=115200\"\n");
   std::string text;
   const auto read = [&] {
     while (WaitReadable(line.fd(), 0)) text += line.Receive();
@@ -99,8 +98,8 @@ TEST_F(NavOutputProcess, ASerialPortGetsWholeSentencesAndNothingWhileNavIsLost) 
   EXPECT_EQ(text, "") << "no navigation, no sentence";
 
   line.Unplug();
-  EXPECT_TRUE(SendNavUntil([&] { return health.text.find("cannot be sent") != std::string::npos; },
-                           20'000))
+  EXPECT_TRUE(
+      SendNavUntil([&] { return health.text.find("cannot be sent") != std::string::npos; }, 20'000))
       << health.text;
   line.Plug();
   EXPECT_TRUE(SendNavUntil(read, 20'000)) << process->Output();
@@ -154,7 +153,10 @@ class GpsdClient {
 TEST_F(NavOutputProcess, GpsdTakesPositionSpeedAndErrors) {
   const int sentences_port = FreeUdpPort(), gpsd_port = FreeUdpPort();
   Process gpsd("gpsd",
-               {"-N", "-n", "-S", std::to_string(gpsd_port),
+               {"-N",
+                "-n",
+                "-S",
+                std::to_string(gpsd_port),
                 "udp://127.0.0.1:" + std::to_string(sentences_port)},
                (dir.path() / "gpsd.txt").string());
   usleep(300'000);

@@ -1,4 +1,9 @@
+// Text beside survey files: navigation, and sound speed profiles.
 #include "codecs/navigation/text_navigation.hpp"
+
+#include <cstdlib>
+
+#include "codecs/profile_text.hpp"
 #include "tests/fuzz/survey_file.hpp"
 
 namespace {
@@ -33,5 +38,9 @@ void Seal(ByteVector*) {}
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   FuzzSurveyFile(
       Bytes(data, size), [] { return std::make_unique<TextNavigationReader>(Format()); }, Seal);
+  const ProfileText profiles =
+      ParseProfileText(std::string_view(reinterpret_cast<const char*>(data), size));
+  for (const ProfileCast& cast : profiles.casts)
+    if (cast.profile.depth_m.size() < 2) std::abort();
   return 0;
 }

@@ -12,11 +12,14 @@
 #include <iterator>
 #include <list>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <regex>
+#include <set>
 #include <string>
 
 #include "common/runtime/bus.hpp"
 #include "common/runtime/files/dive_folder.hpp"
+#include "mapper/mapper_config.hpp"
 #include "seastitch/graph_update_t.hpp"
 #include "seastitch/health_t.hpp"
 #include "seastitch/pose_graph_t.hpp"
@@ -239,6 +242,50 @@ TEST(Mapper, RefusesToStartBesideAnother) {
   const auto starts = [&] { return ReadDiveRecord(dive).processes["mapper"].starts; };
   ASSERT_TRUE(Eventually([&] { return starts() > 0; }, seconds(20)));
   EXPECT_EQ(starts(), 1) << "the second leaves no trace in the dive's record";
+}
+
+// NAV does not depend on a disk.
+TEST(Mapper, WithoutItsDiskStartsInMemoryAndSaysSo) {
+  const TemporaryDir dir;
+  fs::copy(kConfig, dir.path() / "config", fs::copy_options::recursive);
+  const fs::path config = dir.path() / "config" / "mapper.yaml";
+  const fs::path disk = dir.path() / "disk";
+  MapperConfig changed = LoadMapperConfig(config.string());
+  changed.dive.dives_dir = disk / "dives";
+  std::ofstream(config) << PrintConfig(changed);
+  const std::string url = "udpm://239.255.76.67:7824?ttl=0";
+  Bus bus(url);
+  std::optional<health_t> health;
+  bus.Subscribe<health_t>("HEALTH", 0, [&](const health_t& m) { health = m; });
+  // Starts it, and gives the names of its first conditions.
+  const auto run = [&] {
+    health.reset();
+    ChildProcess mapper("mapper",
+                        {"/usr/bin/env",
+                         "RUNTIME_DIRECTORY=" + (dir.path() / "run").string(),
+                         Program("seastitch-mapper"),
+                         "--config",
+                         config.string(),
+                         "--lcm-url",
+                         url},
+                        dir.path() / "mapper.txt");
+    EXPECT_TRUE(Eventually(
+        [&] {
+          bus.HandleAll();
+          return health.has_value();
+        },
+        seconds(20)));
+    EXPECT_EQ(mapper.Stop(seconds(20)), 0);
+    std::set<std::string> names;
+    if (health)
+      for (const condition_t& condition : health->conditions) names.insert(condition.name);
+    return names;
+  };
+  EXPECT_TRUE(run().contains("map_in_memory"));
+  EXPECT_TRUE(NewestDive(dir.path() / "run" / "dives"));
+  fs::create_directory(disk);
+  EXPECT_FALSE(run().contains("map_in_memory")) << "the next start uses the disk";
+  EXPECT_TRUE(NewestDive(disk / "dives"));
 }
 
 TEST(TypesJar, IsFoundByLcmSpy) {

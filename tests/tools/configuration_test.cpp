@@ -325,9 +325,19 @@ std::map<std::string, int> QuotedTexts() {
   return counts;
 }
 
-// Names that results have too (report.json, info), where they are no keys of a configuration.
-const std::set<std::string> kNamesInReports{
-    "latitude_deg", "length_m", "longitude_deg", "rate_hz", "rms_m"};
+// Names that results have too (report.json, info, status), where they are no keys of a
+// configuration.
+const std::set<std::string> kNamesInReports{"altitude_m",
+                                            "depth_m",
+                                            "east_m",
+                                            "heading_deg",
+                                            "latitude_deg",
+                                            "length_m",
+                                            "longitude_deg",
+                                            "north_m",
+                                            "rate_hz",
+                                            "rms_m",
+                                            "speed_mps"};
 
 // The same name in two sections is two parameters; a declaration that several files share is one.
 TEST(Configuration, EachKeyStandsOnceAsAQuotedString) {

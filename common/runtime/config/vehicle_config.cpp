@@ -147,8 +147,7 @@ ParameterTable TableOf(VehicleFile* file) {
 }
 
 void DeclareVehicleFile(std::filesystem::path* file, ParameterTable* table) {
-  table
-      ->Add("vehicle", file, "File with the vehicle's lever arms, mounting angles and datum.")
+  table->Add("vehicle", file, "File with the vehicle's lever arms, mounting angles and datum.")
       .DataSheet()
       .Required();
 }
