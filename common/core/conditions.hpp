@@ -224,9 +224,9 @@ inline constexpr ConditionKind kImuTooSlow{
     "imu_too_slow",
     Severity::kDegraded,
     "inertial samples come too seldom, or with holes",
-    "Dead reckoning bridges each gap without the Doppler log, and drifts. Raise the unit's output "
-    "rate "
-    "(50 Hz or more), and look for lost messages: counters imu_lost and can_frames_dropped."};
+    "Dead reckoning is less accurate: it integrates a slow unit with the Doppler log's help, and "
+    "bridges each hole without it. Raise the unit's output rate (50 Hz or more), and look for lost "
+    "messages: counters imu_lost and can_frames_dropped."};
 inline constexpr ConditionKind kDvlRefused{
     "dvl_refused",
     Severity::kDegraded,

@@ -7,6 +7,7 @@
 #include <utility>
 #include <variant>
 
+#include "common/core/median.hpp"
 #include "common/core/pose.hpp"
 #include "mapper/navigation/filter/prediction.hpp"
 
@@ -23,6 +24,17 @@ constexpr double kLimitedTo = 0.99;
 // Longest wait for an attitude after a gap of the inertial data [s]: for a device of 1 Hz and some
 // jitter.
 constexpr double kWaitForAttitudeS = 2.5;
+// Intervals of inertial samples whose median is the unit's own.
+constexpr std::size_t kIntervals = 9;
+constexpr std::size_t kFewestIntervals = 5;
+// The slowest unit that is integrated [s]: attitude sensors on NMEA 2000 send once a second.
+constexpr double kSlowestS = 1.1;
+// Longest interval [s] over which specific force, which turns with the vehicle, is integrated.
+constexpr double kForceHoldsS = 1.0;
+// Error of the mean rate between two samples of a slow unit, 1 sigma, as a part of the difference
+// of their rates: by measurement, for units of 1 to 4 Hz in a swell of 6 s.
+constexpr double kBetweenSamples = 0.5;
+constexpr double kBetweenSamplesPerS = 1.0;  // the larger of the two counts
 
 ErrorStateFilter::Mounting MountingOf(const VehicleGeometry& vehicle) {
   ErrorStateFilter::Mounting mounting;
@@ -45,7 +57,8 @@ DeadReckoning::Impl::Impl(const NavigationParams& params, const VehicleGeometry&
       attitude_(params_, &history_, &filter_, &tally_),
       velocity_(params_, mounting_, earth_.gravity_mps2, &history_, &filter_, &tally_),
       fixes_(params_, &tally_),
-      track_(params_) {}
+      track_(params_),
+      longest_interval_s_(params.imu_gap_s) {}
 
 // --- in order of time --------------------------------------------------------------------------
 
@@ -114,10 +127,23 @@ void DeadReckoning::Impl::Start(Time t, const InertialRates& rates) {
 }
 
 void DeadReckoning::Impl::Advance(Time t, const InertialRates& rates) {
-  if (ToSeconds(t - now_) > params_.imu_gap_s)
+  const double passed_s = ToSeconds(t - now_);
+  const bool is_gap = passed_s > longest_interval_s_;
+  track_.SetLongestInterval(longest_interval_s_);
+  AddInterval(passed_s);
+  if (is_gap)
     CoastTo(t, rates);
   else
     IntegrateTo(t, rates);
+}
+
+void DeadReckoning::Impl::AddInterval(double s) {
+  intervals_s_.push_back(s);
+  if (intervals_s_.size() > kIntervals) intervals_s_.pop_front();
+  if (intervals_s_.size() < kFewestIntervals) return;
+  const double typical_s = Median(std::vector<double>(intervals_s_.begin(), intervals_s_.end()));
+  longest_interval_s_ =
+      typical_s > kSlowestS ? params_.imu_gap_s : std::max(params_.imu_gap_s, 1.5 * typical_s);
 }
 
 // Bridges a gap in the inertial data. Of the aiding samples inside the gap only fixes can be used:
@@ -156,7 +182,7 @@ std::optional<AttitudeEvent> DeadReckoning::Impl::AttitudeAfterGap(
   for (const Event& event : between_) {
     const auto* newer = std::get_if<AttitudeEvent>(&event.measurement);
     const double old_s = ToSeconds(t - event.time);
-    if (!newer || old_s > params_.imu_gap_s) continue;
+    if (!newer || old_s > longest_interval_s_) continue;
     const Eigen::Vector3d turn =
         (old_s + attitude_.stamps().carried_s()) * filter_.WithoutBias(rates).angular_rate_radps;
     attitude = *newer;
@@ -180,6 +206,11 @@ void DeadReckoning::Impl::IntegrateTo(Time t, const InertialRates& rates) {
     at = stop;
     from = to;
   };
+  if (span_s > params_.imu_gap_s) {
+    const double of_s = span_s * std::max(kBetweenSamples, kBetweenSamplesPerS * span_s);
+    filter_.AddErrorOfRates(of_s * (rates.angular_rate_radps - rates_.angular_rate_radps),
+                            of_s * (rates.specific_force_mps2 - rates_.specific_force_mps2));
+  }
   for (const Event& event : between_) {
     carry_to(event.time);
     Use(event, attitude_.Sound(event.time, from));
@@ -205,7 +236,8 @@ void DeadReckoning::Impl::Propagate(Time to_time,
   if (!possible) Count("acceleration_limited");
   const InertialRates sound_from = attitude_.Sound(to_time, from);
   const InertialRates sound_to = attitude_.Sound(to_time, to);
-  if (possible && !velocity_.accelerometers_in_doubt(to_time))
+  const bool is_slow = longest_interval_s_ > kForceHoldsS;
+  if (possible && !is_slow && !velocity_.accelerometers_in_doubt(to_time))
     filter_.Propagate(sound_from, sound_to, dt_s);
   else
     filter_.PropagateHoldingVelocity(sound_from, sound_to, dt_s);

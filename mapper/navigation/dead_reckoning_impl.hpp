@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <deque>
 #include <map>
 #include <memory>
 #include <optional>
@@ -45,7 +46,8 @@ class DeadReckoning::Impl {
   bool Restore(Bytes saved);
   std::unique_ptr<Impl> Anew() const { return std::make_unique<Impl>(params_, vehicle_); }
 
-  // Not saved: tally_, which belongs to one process; track_, of which only a part is needed.
+  // Not saved: tally_, which belongs to one process; track_, of which only a part is needed;
+  // intervals_s_ and longest_interval_s_, which a restart interrupts.
   template <class Archive, class Self>
   static void Fields(Archive& archive, Self& self) {
     archive(self.intake_, self.filter_, self.start_, self.history_, self.attitude_, self.velocity_);
@@ -80,6 +82,7 @@ class DeadReckoning::Impl {
   void StartWith(Time t, const DvlEvent& dvl);
   void Start(Time t, const InertialRates& rates);
   void Advance(Time t, const InertialRates& rates);
+  void AddInterval(double s);  // of inertial samples
   void CoastTo(Time t, const InertialRates& rates);
   std::optional<AttitudeEvent> AttitudeAfterGap(Time t, const InertialRates& rates) const;
   void IntegrateTo(Time t, const InertialRates& rates);
@@ -131,7 +134,10 @@ class DeadReckoning::Impl {
   Time started_at_;
   Time now_;
   InertialRates rates_;
-  std::vector<Event> between_;   // aiding samples since now_
+  std::vector<Event> between_;      // aiding samples since now_
+  std::deque<double> intervals_s_;  // of the last inertial samples
+  // Longest interval over which rates are integrated: imu_gap_s, or of a slow unit 1.5 of its own.
+  double longest_interval_s_;
   std::optional<Time> resumed_;  // first inertial sample after a gap that is not bridged yet
 };
 

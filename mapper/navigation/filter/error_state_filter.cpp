@@ -196,6 +196,17 @@ void ErrorStateFilter::PropagateHoldingVelocity(const InertialRates& from,
   Step(held_from, held_to, dt_s);
 }
 
+void ErrorStateFilter::AddErrorOfRates(const Eigen::Vector3d& turn_rad,
+                                       const Eigen::Vector3d& push_mps) {
+  PropagateCovariance();
+  const Eigen::Matrix3d R = state_.q_map_imu.toRotationMatrix();
+  const auto in_map = [&R](const Eigen::Vector3d& sigma) -> Eigen::Matrix3d {
+    return R * sigma.cwiseAbs2().asDiagonal() * R.transpose();
+  };
+  P_.block<3, 3>(kTilt, kTilt) += in_map(turn_rad);
+  P_.block<3, 3>(kVelocity, kVelocity) += in_map(push_mps);
+}
+
 // Specific force that keeps the velocity along the vehicle's own axes, as the accelerometers would
 // measure it.
 Eigen::Vector3d ErrorStateFilter::ForceThatHolds(const Eigen::Vector3d& rate_radps) const {

@@ -99,6 +99,9 @@ class ErrorStateFilter {
   void Propagate(const InertialRates& from, const InertialRates& to, double dt_s);
   // The same while the accelerometers are in doubt: the velocity in vehicle axes is held constant.
   void PropagateHoldingVelocity(const InertialRates& from, const InertialRates& to, double dt_s);
+  // Adds the error of attitude and velocity by rates that were not linear between two samples: 1
+  // sigma in imu axes [rad, m/s].
+  void AddErrorOfRates(const Eigen::Vector3d& turn_rad, const Eigen::Vector3d& push_mps);
   // Bridges a gap in the inertial data by a constant velocity. The attitude afterwards is the
   // device's, or without one that before the gap.
   void Coast(double dt_s,

@@ -195,7 +195,7 @@ std::optional<TrackPose> NavTrack::PoseAt(Time t) const {
 // Among coarse poses only gaps that are longer by their interval can be detected.
 std::optional<NavTrack::Hole> NavTrack::HoleAt(Time t) const {
   const bool fine = !poses_.empty() && t >= poses_.front().time;
-  const double longest_s = params_.imu_gap_s + (fine ? 0.0 : params_.epoch_interval_s);
+  const double longest_s = longest_interval_s_ + (fine ? 0.0 : params_.epoch_interval_s);
   const auto gap = GapAround(t, fine ? poses_ : coarse_, longest_s);
   if (!gap || IsForgotten(t)) return std::nullopt;
   return Hole{gap->first, gap->second};

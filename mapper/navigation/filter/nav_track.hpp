@@ -35,7 +35,10 @@ struct TrackPose {
 // configuration are pose_history_s, history_s, epoch_interval_s and key_interval_s.
 class NavTrack {
  public:
-  explicit NavTrack(const NavigationParams& params) : params_(params) {}
+  explicit NavTrack(const NavigationParams& params)
+      : params_(params), longest_interval_s_(params.imu_gap_s) {}
+  // Longest interval between poses that is no hole. At first it is imu_gap_s.
+  void SetLongestInterval(double s) { longest_interval_s_ = s; }
 
   // Records the filter's state after every inertial sample, in order of time. Takes the transition
   // from the filter (TakeTransition()) where a key is due.
@@ -149,6 +152,7 @@ class NavTrack {
   const Smoothed& Smooth(std::size_t first, std::size_t last) const;
 
   const NavigationParams params_;
+  double longest_interval_s_;     // of poses that are no hole
   std::deque<TrackPose> poses_;   // for pose_window_s
   std::deque<TrackPose> coarse_;  // for window_s, at the times of epochs_
   std::deque<Epoch> epochs_;

@@ -217,6 +217,29 @@ TEST(Recovery, AGapOfInertialDataWithoutAnAttitudeAfterItIsBridged) {
   EXPECT_LT(TiltErrorRad(dive, navigation, 260), Deg2Rad(0.5));
 }
 
+// Attitude sensors on NMEA 2000 send once a second.
+TEST(Recovery, ASlowInertialUnitIsIntegratedWithTheDopplerLog) {
+  const std::size_t last = CleanDive().truth.size() - 2;
+  const double full_m = ErrorAt(CleanDive(), Navigate(CleanDive()), last).position_m;
+  for (const double hz : {4.0, 2.0, 1.0}) {
+    Dive dive = CleanDive();
+    std::optional<Time> kept;
+    std::erase_if(dive.imu, [&](const ImuSample& imu) {
+      if (kept && ToSeconds(imu.time - *kept) < 1.0 / hz - 1e-3) return true;
+      kept = imu.time;
+      return false;
+    });
+    const DeadReckoning navigation = Navigate(dive);
+    const std::size_t second = last - 2;
+    EXPECT_LT(ErrorAt(dive, navigation, second).position_m,
+              3.0 * PositionSigmaM(dive, navigation, second))
+        << hz;
+    EXPECT_LT(ErrorAt(dive, navigation, second).position_m, full_m + 3.0) << hz;
+    Counters counters = navigation.counters();
+    EXPECT_LE(counters["imu_gap"], 6) << hz;  // until its rate is known
+  }
+}
+
 // The pose there is interpolated: by what the vehicle did meanwhile it may be wrong.
 TEST(Recovery, PosesInsideAGapOfInertialDataAreAsUncertainAsTheGapIsLong) {
   Dive dive = CleanDive();
