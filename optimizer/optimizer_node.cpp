@@ -67,13 +67,14 @@ void OptimizerNode::Take(const graph_update_t& msg) {
   const std::optional<GraphUpdate> update = Usable(msg);
   if (!update) return;
   const bool another_graph = newest_version_ > 0 && update->graph_id != graph_id_;
-  if (another_graph && !IsBegin(*update)) return OnAnotherGraph(*update);
+  if (another_graph && !IsBegin(*update) && !has_ended_) return OnAnotherGraph(*update);
   if (!another_graph) HearOwnGraph();
   if (another_graph || optimizer_->store().Contradicts(*update)) StartOver();
   graph_id_ = update->graph_id;
   const bool is_new = update->version > optimizer_->version();
   if (!optimizer_->Add(*update)) return Expect(update->version);
   if (!is_new) return;
+  has_ended_ = update->final;
   if (update->final || update->resumed) next_start_ = SolveStart::kFromDeadReckoning;
   update_utime_ = msg.utime;
   waiting_ = true;
@@ -89,8 +90,9 @@ bool OptimizerNode::IsBegin(const GraphUpdate& update) const {
   return when_ == SolveOn::kEachUpdate && update.version == 1;
 }
 
-// Live, the mapper of the present graph may have ended, or another mapper may have begun beside it.
-// Its last version is requested: if it answers, its graph goes on.
+// Live, the mapper of the present graph may have been killed, or another mapper may have begun
+// beside it. (A graph that has ended is left at once.) Its last version is requested: if it
+// answers, its graph goes on.
 void OptimizerNode::OnAnotherGraph(const GraphUpdate& update) {
   health_.Count("updates_of_another_graph");
   if (when_ == SolveOn::kEachUpdate) return;
@@ -155,7 +157,7 @@ void OptimizerNode::StartOver() {
   optimizer_ = std::make_shared<PoseGraphOptimizer>(params_);
   solution_ = {};
   newest_version_ = malformed_version_ = submaps_lost_ = 0;
-  waiting_ = solve_failed_ = false;
+  waiting_ = solve_failed_ = has_ended_ = false;
   asked_in_vain_ = 0;
   next_start_ = SolveStart::kWarm;
 }

@@ -79,6 +79,7 @@ class OptimizerNode {
   std::deque<graph_update_t> updates_;  // received while worker_busy_
   PoseGraph solution_;
   std::int64_t graph_id_ = 0;                // of the last update added
+  bool has_ended_ = false;                   // that update was the last one of its mapper
   std::optional<std::int64_t> other_graph_;  // of updates since the present graph was last heard
   int ticks_unanswered_ = 0;                 // calls of AskAgain() since then
   int ticks_of_two_mappers_ = 0;             // for which both have been heard

@@ -67,6 +67,9 @@ class MapperStub {
     bus_->HandleAll();
   }
 
+  // The next update is the last one.
+  void EndWithNext() { updates_[static_cast<std::size_t>(published)].final = true; }
+
   void NameGraph(std::int64_t id) {
     graph_id = id;
     for (GraphUpdate& update : updates_) update.graph_id = id;
@@ -420,6 +423,22 @@ TEST_F(TwoMappers, TheSecondIsTakenUpWhenTheFirstIsSilent) {
   bus.HandleAll();
   EXPECT_EQ(other.solutions.back().graph_id, 99);
   EXPECT_EQ(other.solutions.back().graph_version, 3) << "whatever version came first";
+  EXPECT_FALSE(Says(conditions::kTwoMappers));
+}
+
+// Such as by a mapper that begins a new map after its last.
+TEST_F(TwoMappers, TheSecondIsTakenUpAtOnceWhenTheFirstHasEnded) {
+  first.EndWithNext();
+  first.PublishNext();
+  node.SolveWaiting();
+  first.silent = true;
+  other.PublishNext();
+  other.PublishNext();
+  node.SolveWaiting();
+  bus.HandleAll();
+  EXPECT_EQ(node.health().counter("graphs_started_over"), 1);
+  EXPECT_EQ(other.solutions.back().graph_id, 99);
+  EXPECT_EQ(other.solutions.back().graph_version, 2);
   EXPECT_FALSE(Says(conditions::kTwoMappers));
 }
 
