@@ -22,6 +22,8 @@ names=$(tr ',' '\n' <<<"$depends" | sed 's/^ *//; s/[ |(].*//' | sort -u | grep 
 dpkg-deb -x "$package" "$root"
 say "unpacked with what it depends on: $(du -sm "$root" | cut -f1) MB"
 
+# This machine has no folder of the package for dives.
+sed -i "s#/var/lib/seastitch/dives#$work/dives#" "$root"/etc/seastitch/*.yaml
 for program in "$root"/usr/bin/seastitch-*; do
   name=$(basename "$program" | sed 's/^seastitch-//; s/-/_/')
   emulate "$program" --check-config --config "$root/etc/seastitch/$name.yaml" >"$work/log" 2>&1 ||
@@ -29,7 +31,7 @@ for program in "$root"/usr/bin/seastitch-*; do
 done
 say "each process takes the configuration that it is shipped with"
 
-"$programs/seastitch" bench --survey "$root/etc/seastitch/bench/short.yaml" --log "$work/short.lcmlog" >/dev/null
+"$programs/seastitch" bench --survey "$root/etc/seastitch/bench/short.yaml" --log "$work/short.lcmlog" >"$work/log" 2>&1
 # replay MAP PROGRAM...
 replay() {
   local map=$work/$1

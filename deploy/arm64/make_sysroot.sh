@@ -11,8 +11,8 @@ mmdebstrap --architectures=arm64 --variant=extract --hook-dir=/usr/share/mmdebst
   --aptopt='Apt::Install-Recommends "false"' --include="$(IFS=,; echo "$*")" bookworm "$making" >"$folder.log" 2>&1 ||
   { tail -n 20 "$folder.log" >&2; exit 1; }
 libraries=$making/usr/lib/aarch64-linux-gnu
-# The links of update-alternatives.
-for library in blas lapack; do
+# The links of update-alternatives: the reference BLAS and LAPACK where both are there.
+for library in atlas blas lapack; do
   for file in "$libraries/$library"/*.so*; do
     [ ! -e "$file" ] || ln -sf "$library/$(basename "$file")" "$libraries/"
   done
