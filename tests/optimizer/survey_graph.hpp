@@ -134,8 +134,10 @@ class SurveySimulator {
     Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
     axes.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(Uniform(0.0, kPi)).toRotationMatrix();
     edge.information = axes * sigma.cwiseAbs2().cwiseInverse().asDiagonal() * axes.transpose();
-    const Eigen::Vector3d error =
-        axes * Eigen::Vector3d(Normal(0.1), Normal(0.3), Normal(0.01)) + offset;
+    // One after the other: compilers evaluate arguments in different orders.
+    Eigen::Vector3d along;
+    for (int axis = 2; axis >= 0; --axis) along[axis] = Normal(sigma[axis]);
+    const Eigen::Vector3d error = axes * along + offset;
     const Pose2 T = Inverse(Truth(m)) * Truth(n);
     edge.T_from_to = {T.x + error.x(), T.y + error.y(), WrapAngle(T.yaw + error.z())};
     return edge;

@@ -22,8 +22,10 @@ constexpr int kPoints = 10'000;
 std::vector<Eigen::Vector2d> Places(std::mt19937_64* random) {
   std::uniform_real_distribution<double> unit(-0.5, 0.5);
   std::vector<Eigen::Vector2d> places;
-  for (int i = 0; i < kPoints; ++i)
-    places.emplace_back(kLengthM * unit(*random), kWidthM * unit(*random));
+  for (int i = 0; i < kPoints; ++i) {
+    const double y = kWidthM * unit(*random);  // before x, on every processor
+    places.emplace_back(kLengthM * unit(*random), y);
+  }
   return places;
 }
 

@@ -437,9 +437,10 @@ TEST(Registration, ASchoolOfFishInOneSubmapMovesLittle) {
   std::mt19937_64 random(1);
   std::normal_distribution<double> spread(0.0, 1.5);
   const Eigen::Vector3f middle = pair.target.cloud.points.front();
-  for (int i = 0; i < 100; ++i)
-    pair.target.cloud.Add(middle +
-                          Eigen::Vector3d(spread(random), spread(random), -3.0).cast<float>());
+  for (int i = 0; i < 100; ++i) {
+    const double y = spread(random);  // before x, on every processor
+    pair.target.cloud.Add(middle + Eigen::Vector3d(spread(random), y, -3.0).cast<float>());
+  }
   const RegistrationResult result = RegisterPair(pair, prior);
   const Eigen::Vector3d error = ErrorOf(result.T_target_source, pair.T_target_source);
   EXPECT_LT(error.head<2>().norm(), 0.2);

@@ -138,8 +138,10 @@ SyntheticPair MakePair(const Seabed& seabed,
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> unit(-0.5, 0.5);
   const auto frame = [&](const Pose2& middle) {
-    const Eigen::Matrix3d R =
-        RotationFromRpy(0.05 * unit(random), 0.05 * unit(random), middle.yaw + 0.3 * unit(random));
+    // One after the other: compilers evaluate arguments in different orders.
+    const double yaw = middle.yaw + 0.3 * unit(random);
+    const double pitch = 0.05 * unit(random);
+    const Eigen::Matrix3d R = RotationFromRpy(0.05 * unit(random), pitch, yaw);
     return MakePose(
         {middle.x + 5.0 * unit(random), middle.y + 5.0 * unit(random), -10.0 + unit(random)}, R);
   };
