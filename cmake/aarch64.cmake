@@ -5,7 +5,7 @@ set(CMAKE_SYSTEM_NAME Linux)
 set(CMAKE_SYSTEM_PROCESSOR aarch64)
 set(CMAKE_CXX_COMPILER aarch64-linux-gnu-g++)
 # GCC 12 sees strings run over that do not (its bug 105329), and notes what GCC 10 changed in calls.
-set(CMAKE_CXX_FLAGS_INIT "-Wno-array-bounds -Wno-stringop-overflow -Wno-psabi")
+add_compile_options(-Wno-array-bounds -Wno-stringop-overflow -Wno-psabi)
 list(APPEND CMAKE_TRY_COMPILE_PLATFORM_VARIABLES SEASTITCH_SYSROOT)
 if(SEASTITCH_SYSROOT)
   set(CMAKE_SYSROOT ${SEASTITCH_SYSROOT})

@@ -1,10 +1,12 @@
 #include "codecs/profile_text.hpp"
 
 #include <algorithm>
-#include <cctype>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "codecs/calendar.hpp"
+#include "codecs/lines/text_table.hpp"
 #include "codecs/sound_profile.hpp"
 #include "codecs/text.hpp"
 
@@ -14,15 +16,22 @@ namespace {
 constexpr std::size_t kMostCasts = 1000;
 constexpr std::size_t kMostRows = 100'000;  // of a cast
 
-std::vector<std::string_view> Words(std::string_view line) {
-  constexpr std::string_view kBetween = " \t\r,;";
-  std::vector<std::string_view> words;
-  for (std::size_t at = line.find_first_not_of(kBetween); at != std::string_view::npos;) {
-    const std::size_t end = std::min(line.find_first_of(kBetween, at), line.size());
-    words.push_back(line.substr(at, end - at));
-    at = line.find_first_not_of(kBetween, end);
-  }
-  return words;
+// Depth and sound speed, separated by semicolons, blanks and tabs, or commas.
+std::optional<ProfileRow> RowOf(std::string_view line) {
+  static const std::vector<TextColumn> kColumns{{"depth", 0}, {"speed", 1}};
+  for (const char delimiter : {';', ' ', ','})
+    if (const auto numbers = ReadTextRow(line, delimiter, kColumns)) {
+      const auto depth_m = Find(*numbers, "depth"), speed_mps = Find(*numbers, "speed");
+      if (depth_m && speed_mps) return ProfileRow{*depth_m, *speed_mps};
+    }
+  return std::nullopt;
+}
+
+// "20150521" and "145630" or "14:56:30".
+std::optional<Time> TimeFrom(std::string_view date, std::string_view clock) {
+  const std::string text = std::string(date) + " " + std::string(clock);
+  const auto numbers = ReadTextRow(text, ' ', {{"date", 0}, {"clock", 1}});
+  return numbers ? TimeOf(*numbers) : std::nullopt;
 }
 
 std::optional<int> Digits(std::string_view text) {
@@ -37,38 +46,28 @@ std::optional<int> Digits(std::string_view text) {
 
 // "201505211456" or, with seconds, "20150521145630".
 std::optional<Time> TimeOfAsvp(std::string_view word) {
-  if (word.size() != 12 && word.size() != 14) return std::nullopt;
-  const auto part = [word](std::size_t at, std::size_t digits) {
-    return Digits(word.substr(std::min(at, word.size()), digits)).value_or(-1);
-  };
-  const std::optional<Time> day = Midnight(part(0, 4), part(4, 2), part(6, 2));
-  const int hour = part(8, 2), minute = part(10, 2), second = word.size() == 14 ? part(12, 2) : 0;
-  if (!day || hour < 0 || hour > 23 || minute < 0 || minute > 59 || second < 0 || second > 60)
-    return std::nullopt;
-  return *day + std::chrono::hours(hour) + std::chrono::minutes(minute) +
-         std::chrono::seconds(second);
+  const bool is_digits = word.find_first_not_of("0123456789") == std::string_view::npos;
+  if (!is_digits || (word.size() != 12 && word.size() != 14)) return std::nullopt;
+  return TimeFrom(word.substr(0, 8), std::string(word.substr(8)) + (word.size() == 12 ? "00" : ""));
 }
 
-// "2005-123" and "12:30:00".
-std::optional<Time> TimeOfSection(std::string_view day, std::string_view time) {
+// "2005-123" and "12:30:00" or "12:30".
+std::optional<Time> TimeOfSection(std::string_view day, std::string_view clock) {
   const std::vector<std::string_view> date = Split(day, '-');
-  const std::vector<std::string_view> clock = Split(time, ':');
-  if (date.size() != 2 || clock.size() < 2 || clock.size() > 3) return std::nullopt;
-  const std::optional<Time> midnight =
+  if (date.size() != 2) return std::nullopt;
+  const auto midnight =
       MidnightOfYearDay(Digits(date[0]).value_or(-1), Digits(date[1]).value_or(-1));
-  const int hour = Digits(clock[0]).value_or(-1), minute = Digits(clock[1]).value_or(-1);
-  const double second = clock.size() == 3 ? ParseNumber(clock[2]).value_or(-1.0) : 0.0;
-  if (!midnight || hour < 0 || hour > 23 || minute < 0 || minute > 59 || second < 0.0 ||
-      second >= 61.0)
-    return std::nullopt;
-  return *midnight + std::chrono::hours(hour) + std::chrono::minutes(minute) + FromSeconds(second);
+  const bool has_seconds = std::count(clock.begin(), clock.end(), ':') == 2;
+  const auto of_day = TimeFrom("19700101", std::string(clock) + (has_seconds ? "" : ":00"));
+  if (!midnight || !of_day) return std::nullopt;
+  return *midnight + of_day->time_since_epoch();
 }
 
 class Reader {
  public:
   void ReadLine(std::string_view line) {
     ++line_;
-    const std::vector<std::string_view> words = Words(line);
+    const std::vector<std::string_view> words = TextColumns(line, ' ');
     if (words.empty() || words[0].starts_with('#')) return;
     if (words[0].starts_with('(')) return BeginAsvp(words);
     if (words[0].starts_with('[')) {
@@ -77,7 +76,7 @@ class Reader {
     }
     if (words[0] == "Section") return BeginSection(words);
     if (is_caris_ && !is_open_) return;  // the name of the file
-    AddRow(words);
+    AddRow(line);
   }
   ProfileText Finish() {
     EndCast();
@@ -102,11 +101,14 @@ class Reader {
     is_open_ = true;
     time_ = time;
   }
-  void AddRow(const std::vector<std::string_view>& words) {
-    const auto first = ParseNumber(words[0]);
-    const auto second = words.size() < 2 ? std::nullopt : ParseNumber(words[1]);
-    if (first && second && rows_.size() < kMostRows) return rows_.push_back({*first, *second});
-    if (is_open_ || !rows_.empty()) Complain("expected depth and sound speed");
+  void AddRow(std::string_view line) {
+    const std::optional<ProfileRow> row = RowOf(line);
+    if (row && rows_.size() < kMostRows)
+      rows_.push_back(*row);
+    else if (row)
+      Complain("a cast of more than " + std::to_string(kMostRows) + " depths");
+    else if (is_open_ || !rows_.empty())
+      Complain("expected depth and sound speed");
   }
   void Complain(const std::string& what) {
     if (result_.problem.empty()) result_.problem = "line " + std::to_string(line_) + ": " + what;
@@ -136,7 +138,7 @@ ProfileText ParseProfileText(std::string_view text) {
   Reader reader;
   while (!text.empty()) {
     const std::size_t end = std::min(text.find('\n'), text.size());
-    reader.ReadLine(text.substr(0, end));
+    reader.ReadLine(Trimmed(text.substr(0, end)));
     text.remove_prefix(std::min(end + 1, text.size()));
   }
   return reader.Finish();

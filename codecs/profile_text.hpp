@@ -24,8 +24,8 @@ struct ProfileText {
 // Reads Kongsberg's ASVP ("( SoundVelocity 1.0 0 201505211456 ... )", then depth and speed), CARIS
 // SVP ("[SVP_VERSION_2]", then sections, each with a day of the year and rows of depth and speed),
 // and two columns of depth [m] and sound speed [m/s] without a header, separated by blanks, commas
-// or semicolons. Times are UTC. Further columns, lines before the first row of two columns and
-// lines that begin with # are not read.
+// or semicolons; where it is no comma, a comma may stand for the point. Times are UTC. Further
+// columns, lines before the first row of two columns and lines that begin with # are not read.
 ProfileText ParseProfileText(std::string_view text);
 
 }  // namespace seastitch

@@ -194,14 +194,26 @@ void Mapper::RestartNavigation() {
   while (pings_.TakeAny()) pings_lost_.Add(PingLoss::kBeforeNavigation);
   while (sounding_pings_.TakeAny()) pings_lost_.Add(PingLoss::kBeforeNavigation);
   watch_ = NavigationWatch(params_.navigation);
+  smoothed_until_.reset();
   last_nav_.reset();
   nav_began_.reset();
 }
 
 void Mapper::GiveNav() {
   if (!GiveStates()) return;
+  // Each pose by what was measured in half a window after it at least.
+  const double window_s = params_.navigation.window_s;
+  if (!smoothed_until_) smoothed_until_ = last_nav_;
+  if (ToSeconds(*last_nav_ - *smoothed_until_) > 0.9 * window_s)
+    GiveSmoothed(*last_nav_ - FromSeconds(0.5 * window_s));
   correction_.TakeFixes();
   if (const auto corrected = correction_.Now()) events_.emplace_back(*corrected);
+}
+
+void Mapper::GiveSmoothed(Time until) {
+  smoothed_until_ = until;
+  if (!on_smoothed_) return;
+  for (const SmoothedPose& pose : navigation_->TakeSmoothed(until)) on_smoothed_(pose);
 }
 
 // Gives the states that are due. An INS's navigation knows those of some seconds at once, because
@@ -317,17 +329,26 @@ std::optional<Eigen::Matrix3d> Mapper::DriftBetween(Time a, Time b) const {
 }
 
 void Mapper::OnClosed(Submap submap) {
+  correction_.TakeFixes();
+  const std::vector<MapFix> fixes = navigation_->TakeFixes(submap.end);
+  AddFramesFor(fixes, submap.start);
   submap.id = SubmapId{next_id_};
   if (on_soundings_) {
     SubmapSoundings soundings = builder_.TakeSoundings();
     soundings.id = submap.id;
     on_soundings_(soundings);
   }
-  correction_.TakeFixes();
-  const std::vector<MapFix> fixes = navigation_->TakeFixes(submap.end);
   correction_.Given(fixes, submap.id);
   std::vector<GraphEdge> edges = frames_.Place(&submap, next_id_ == 0, fixes);
   Enqueue(std::move(submap), {OwnChain(), std::move(edges)});
+}
+
+void Mapper::AddFramesFor(const std::vector<MapFix>& fixes, std::optional<Time> next) {
+  for (Submap& frame : frames_.FramesFor(fixes, next)) {
+    frame.id = SubmapId{next_id_};
+    std::vector<GraphEdge> edges = frames_.Place(&frame, next_id_ == 0, {});
+    Enqueue(std::move(frame), {OwnChain(), std::move(edges)});
+  }
 }
 
 void Mapper::AddSubmap(Submap submap, OfDive dive) {
@@ -340,7 +361,8 @@ void Mapper::AddSubmap(Submap submap, OfDive dive) {
 void Mapper::Enqueue(Submap submap, OfDive dive) {
   next_id_ = submap.id.value + 1;
   clocks_.SetStage(Stage());
-  if (submap.footprint.empty() || !submap.predicted_information) Complete(params_, &submap);
+  if (HasSoundings(submap.trigger) && (submap.footprint.empty() || !submap.predicted_information))
+    Complete(params_, &submap);
   search_.Add(submap, dive.chain);
   Count(std::string("submaps_by_") + ToString(submap.trigger));
   const auto most = static_cast<std::size_t>(params_.max_waiting_submaps);
@@ -485,10 +507,12 @@ void Mapper::AddToCorrection(const GraphUpdate& update) {
 void Mapper::Finish() {
   navigation_->Finish();
   GiveStates();
+  if (const std::optional<Time> latest = navigation_->latest()) GiveSmoothed(*latest);
   GeoreferencePings();
   while (const std::optional<MbesPing> ping = pings_.TakeAny()) AddToSubmap(*ping);
   while (const std::optional<SoundingPing> ping = sounding_pings_.TakeAny()) AddToSubmap(*ping);
   if (std::optional<Submap> last = builder_.Finish()) OnClosed(std::move(*last));
+  if (next_id_ > 0) AddFramesFor(navigation_->WaitingFixes(), std::nullopt);
   finishing_ = true;
   if (IsLastStep() && !graph_.empty()) Extend({}, {}, graph_.submap_time(), {});
 }

@@ -118,6 +118,10 @@ class Mapper {
   // later call replaces the callback.
   void OnSoundings(std::function<void(const SubmapSoundings&)> take);
 
+  // Sets a callback that gets the smoothed track (Navigation::TakeSmoothed()) in parts, in order of
+  // time, the last from Finish(). A later call replaces the callback.
+  void OnSmoothed(std::function<void(const SmoothedPose&)> take) { on_smoothed_ = std::move(take); }
+
   // Adds a closed submap that was made elsewhere, from a file or by another Mapper, to the graph.
   // An id below 0 becomes the next number; one that is not above all before it is refused and
   // counted. Footprint and predicted information (Submap) are computed where they are missing.
@@ -232,6 +236,7 @@ class Mapper {
   DiveStage Stage() const;
   void GiveNav();
   bool GiveStates();
+  void GiveSmoothed(Time until);
   Time FirstStateBefore(Time t) const;
   bool GiveNavAt(Time t);  // false: navigation has no state there
   void GeoreferencePings();
@@ -243,6 +248,8 @@ class Mapper {
   std::optional<Eigen::Matrix3d> DriftBetween(Time a, Time b) const;
   static bool IsUsable(const Submap& submap);  // finite numbers
   void OnClosed(Submap submap);
+  // See SubmapFrames::FramesFor().
+  void AddFramesFor(const std::vector<MapFix>& fixes, std::optional<Time> next);
   void Enqueue(Submap submap, OfDive dive);
   // Appends vertices and edges to the graph as its next version (GraphStep). growth: the journal
   // entry of these versions; its steps are filled in here.
@@ -290,6 +297,8 @@ class Mapper {
   bool soundings_came_placed_ = false;  // SoundingPing: the sonar georeferences by itself
   SubmapBuilder builder_;
   std::function<void(const SubmapSoundings&)> on_soundings_;
+  std::function<void(const SmoothedPose&)> on_smoothed_;
+  std::optional<Time> smoothed_until_;
   SubmapFrames frames_;
   NavCorrection correction_;
   std::optional<Time> last_nav_;

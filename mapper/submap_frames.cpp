@@ -51,10 +51,13 @@ std::vector<GraphEdge> SubmapFrames::Place(Submap* submap,
   }
   submap->covariance_from_previous = state ? CovarianceFromPrevious(*state) : std::nullopt;
   Forget();
-  open_.reset();
+  if (HasSoundings(submap->trigger))
+    open_.reset();
+  else if (open_)
+    open_->from_previous.reset();  // from another one
   if (state) {
     submap->heading_sigma_rad = HeadingSigma(*state);
-    previous_ = Frame{submap->id, *state};
+    previous_ = Frame{submap->id, *state, submap->end};
   }
   std::vector<GraphEdge> edges = EdgesOf(fixes);
   if (first && state && navigation_->place_is_known())
@@ -78,6 +81,27 @@ std::optional<Eigen::Matrix3d> SubmapFrames::CovarianceFromPrevious(const NavSta
 
 void SubmapFrames::Forget() {
   if (previous_) earlier_.push_back(*std::exchange(previous_, std::nullopt));
+}
+
+std::vector<Submap> SubmapFrames::FramesFor(const std::vector<MapFix>& fixes,
+                                            std::optional<Time> next) const {
+  const Duration far = FromSeconds(kFarS);
+  std::vector<Submap> frames;
+  std::optional<Time> last;
+  if (previous_) last = std::max(previous_->end, previous_->state.time);
+  for (const MapFix& fix : fixes) {
+    if ((last && fix.time <= *last + far) || (next && fix.time >= *next - far)) continue;
+    const std::optional<NavState> state = navigation_->StateAt(fix.time);
+    if (!state) continue;
+    Submap frame;
+    frame.start = frame.end = frame.frame_time = fix.time;
+    frame.T_map_submap = state->T_map_vehicle;
+    frame.trigger = SubmapTrigger::kFixes;
+    frame.predicted_information = Eigen::Matrix3d::Zero();
+    frames.push_back(std::move(frame));
+    last = fix.time;
+  }
+  return frames;
 }
 
 std::vector<GraphEdge> SubmapFrames::EdgesOf(const std::vector<MapFix>& fixes) {

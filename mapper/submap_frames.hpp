@@ -14,7 +14,8 @@ namespace seastitch {
 // Poses and covariances of submap frames by navigation: of the closed submaps in navigation's
 // history, and of the open one. That of the open submap is computed every two seconds while pings
 // come, because the history is bounded: after a long silence of the sensors a submap may close when
-// its frame is no longer in that history. Pure.
+// its frame is no longer in that history. Position fixes that are far from any
+// submap, at the surface before and after a survey, get frames of their own. Pure.
 class SubmapFrames {
  public:
   // navigation: must live longer.
@@ -27,6 +28,12 @@ class SubmapFrames {
   // are known. Returns the start edge, if it is the first submap of the graph, and the edges of
   // `fixes`, each on the frame that is nearest in time.
   std::vector<GraphEdge> Place(Submap* submap, bool first, const std::vector<MapFix>& fixes);
+  // Submaps without soundings (SubmapTrigger::kFixes), for fixes more than kFarS after the submap
+  // closed last and, if given, before `next`, the begin of the one that closes now: the first of
+  // these fixes, and each that is more than kFarS after the one before. They have no id yet. fixes:
+  // in order of time.
+  std::vector<Submap> FramesFor(const std::vector<MapFix>& fixes, std::optional<Time> next) const;
+  static constexpr double kFarS = 20.0;
   // Edges of fixes that came after the submap closed last.
   std::vector<GraphEdge> EdgesOf(const std::vector<MapFix>& fixes);
 
@@ -54,6 +61,7 @@ class SubmapFrames {
   struct Frame {
     SubmapId id;
     NavState state;
+    Time end{};  // of the submap; not saved: after a restart it is that of the frame
 
     template <class Archive, class Self>
     static void Fields(Archive& archive, Self& self) {

@@ -29,8 +29,16 @@ TrackState ToTrackState(const NavState& state, std::int32_t chain) {
 
 Time Survey::End() const {
   Time end;
-  for (const SurveySubmap& submap : submaps) end = std::max(end, submap.end);
+  for (const SurveySubmap& submap : submaps)
+    if (HasSoundings(submap.trigger)) end = std::max(end, submap.end);
   return end;
+}
+
+std::size_t Survey::Mapped(std::optional<std::int32_t> chain) const {
+  return static_cast<std::size_t>(
+      std::count_if(submaps.begin(), submaps.end(), [chain](const SurveySubmap& submap) {
+        return HasSoundings(submap.trigger) && submap.chain == chain.value_or(submap.chain);
+      }));
 }
 
 std::string Survey::InputAt(Time time) const {

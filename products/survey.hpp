@@ -45,6 +45,12 @@ struct TrackState {
   // 1 sigma of x, y [m], yaw [rad], from the covariance in the message NAV.
   Eigen::Vector3d sigma = Eigen::Vector3d::Zero();
   std::int32_t chain = 0;
+  // x, y [m], yaw [rad] as navigation knew them later (Navigation::TakeSmoothed()): only the shape
+  // of the track counts. Absent where it does not correct its past.
+  std::optional<Pose2> smoothed{};
+
+  Pose2 Level() const { return {p_map.x(), p_map.y(), rpy_rad.z()}; }
+  Pose2 Smoothed() const { return smoothed.value_or(Level()); }
 };
 TrackState ToTrackState(const NavState& state, std::int32_t chain);
 
@@ -75,8 +81,10 @@ struct Survey {
   std::vector<SurveyInput> inputs;        // in the order in which they were given
   std::map<std::string, std::uint64_t> counters;  // input rejected while collecting, by reason
 
-  // End of the last submap, whatever the order of the dives; the epoch without submaps.
+  // End of the last submap with soundings, whatever the order of the dives; the epoch without one.
   Time End() const;
+  // Number of submaps with soundings (HasSoundings()), of one dive or of all.
+  std::size_t Mapped(std::optional<std::int32_t> chain = std::nullopt) const;
   // Name of the input whose pings enclose that time; of several, the one of shortest duration.
   // Empty: there is none.
   std::string InputAt(Time time) const;

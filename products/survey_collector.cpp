@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "common/storage/submap_file.hpp"
+#include "products/track/track.hpp"
 
 namespace seastitch {
 namespace {
@@ -92,7 +93,7 @@ void SurveyCollector::Add(const Submap& submap) {
   kept.points = cloud.size();
   kept.footprint = submap.footprint;
   if (cloud.empty()) {
-    ++counters_["submap_without_points"];
+    if (HasSoundings(submap.trigger)) ++counters_["submap_without_points"];
   } else {
     kept.hull = LevelHull(cloud, submap.T_map_submap);
     kept.cloud_file = submap_dir_ / ("submap_" + std::to_string(submap.id.value) + ".pcd");
@@ -109,8 +110,18 @@ void SurveyCollector::Add(const NavState& state) {
   Add(ToTrackState(state, 0));
 }
 
+std::int32_t SurveyCollector::Chain() const {
+  return static_cast<std::int32_t>(dives_.empty() ? 0 : dives_.size() - 1);
+}
+
+void SurveyCollector::Add(const SmoothedPose& pose) {
+  std::vector<SmoothedPose>& of_dive = smoothed_[Chain()];
+  if (pose.smoothed.Vector().allFinite() && (of_dive.empty() || of_dive.back().time < pose.time))
+    of_dive.push_back(pose);
+}
+
 void SurveyCollector::Add(TrackState state) {
-  state.chain = static_cast<std::int32_t>(dives_.empty() ? 0 : dives_.size() - 1);
+  state.chain = Chain();
   if (!track_.empty() && track_.back().chain == state.chain) {
     if (state.time <= track_.back().time) return AddEarlier(state);
     earlier_.clear();
@@ -131,6 +142,7 @@ void SurveyCollector::AddEarlier(const TrackState& state) {
   track_.insert(track_.end(), earlier_.begin(), earlier_.end());
   earlier_.clear();
   published_.clear();
+  smoothed_.erase(state.chain);
 }
 
 void SurveyCollector::Add(const CorrectedNavState& corrected) {
@@ -174,6 +186,7 @@ Survey SurveyCollector::Finish() const {
   }
   survey.dives = dives_;
   survey.track = track_;
+  for (const auto& [chain, poses] : smoothed_) Smooth(poses, chain, &survey.track);
   survey.published = published_;
   // A pair that was registered again counts with its last verdict.
   std::map<std::pair<SubmapId, SubmapId>, std::size_t> place_of_closure;

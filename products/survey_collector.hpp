@@ -33,7 +33,8 @@ class SurveyCollector {
   void BeginDive(const std::string& name);
   void Add(const Submap& submap);  // throws std::runtime_error where the file cannot be written
   void Add(const NavState& state);
-  void Add(TrackState state);  // of the dive that began last, whatever its `chain`
+  void Add(TrackState state);          // of the dive that began last, whatever its `chain`
+  void Add(const SmoothedPose& pose);  // of the dive that began last
   void Add(const CorrectedNavState& corrected);
   void Add(const GraphUpdate& update);
   void Add(const PoseGraph& graph);
@@ -44,11 +45,13 @@ class SurveyCollector {
 
  private:
   void AddEarlier(const TrackState& state);
+  std::int32_t Chain() const;
   std::filesystem::path submap_dir_;
   SurveyCollectorOptions options_;
   std::map<SubmapId, SurveySubmap> submaps_;
   std::vector<TrackState> track_;
   std::vector<TrackState> earlier_;  // states in a row from before the end of track_
+  std::map<std::int32_t, std::vector<SmoothedPose>> smoothed_;  // by chain
   std::vector<PublishedState> published_;
   std::vector<std::string> dives_;
   std::map<SubmapId, std::int32_t> chains_;

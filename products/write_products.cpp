@@ -54,7 +54,7 @@ Eigen::AlignedBox2d BoxOf(const Survey& survey,
 Eigen::Vector2d MiddleOf(const Survey& survey) {
   Eigen::AlignedBox2d box;
   for (const SurveySubmap& s : survey.submaps)
-    box.extend(s.T_map_submap.translation().head<2>().eval());
+    if (HasSoundings(s.trigger)) box.extend(s.T_map_submap.translation().head<2>().eval());
   if (box.isEmpty())
     for (const TrackState& s : survey.track) box.extend(s.p_map.head<2>().eval());
   return box.center();

@@ -362,6 +362,10 @@ ImportResult Import(const ImportOptions& options) {
       return result;
     }
   }
+  if (!options.profile.empty() || !options.profiles.empty())
+    throw UsageError(
+        "import: a sound speed profile is for survey files with navigation; a log of a sonar alone "
+        "takes sound_velocity_profile of mapper.yaml");
   for (const fs::path& file : options.files) KindOf(file);  // throws before a log is made
   ImportResult result = Importer(options).Run(options.quiet);
   if (std::any_of(result.channels.begin(), result.channels.end(), [](const auto& channel) {

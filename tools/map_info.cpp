@@ -62,7 +62,9 @@ Json ToJson(const FinishedMap& map) {
   for (std::size_t k = 0; k < map.dives.size(); ++k)
     json["dives"].push_back(DiveJson(map, static_cast<std::int32_t>(k)));
   const auto [accepted, rejected] = Closures(map);
-  json["submaps"] = map.submaps.size();
+  json["submaps"] = std::count_if(map.submaps.begin(), map.submaps.end(), [](const auto& submap) {
+    return HasSoundings(submap.submap.trigger);
+  });
   json["loop_closures"] = {{"accepted", accepted}, {"rejected", rejected}};
   json["track_states"] = map.track.size();
   json["dives_not_read"] = Json::array();

@@ -59,6 +59,9 @@ enum class FixQuality : int {
   kSimulated = 8,
 };
 
+// Sigma of north and east each that an HDOP of 1 stands for, unless a receiver says otherwise [m].
+inline constexpr double kGpsSigmaAtHdop1M = 3.0;
+
 struct NmeaPosition {
   std::optional<Duration> time_of_day;
   FixQuality quality = FixQuality::kNone;

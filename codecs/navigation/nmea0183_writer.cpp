@@ -80,7 +80,7 @@ std::string NmeaWriter::Gga(const NmeaState& state) const {
                   TimeOfDay(state.time) + "," + PositionOf(state) +
                       Format(",%d,12,%.1f,%.2f,M,,M,,",
                              static_cast<int>(state.quality),
-                             std::clamp(sigma_m / kSigmaAtHdop1M, 0.1, 99.9),
+                             std::clamp(sigma_m / kGpsSigmaAtHdop1M, 0.1, 99.9),
                              -state.depth_m));
 }
 

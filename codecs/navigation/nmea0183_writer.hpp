@@ -31,8 +31,8 @@ class NmeaWriter {
   explicit NmeaWriter(std::string talker) : talker_(std::move(talker)) {}
 
   // Position; altitude is minus the depth. HDOP is the horizontal sigma (root of the mean of both
-  // variances) by kSigmaAtHdop1M, so that a reader that multiplies the two gets the sigma back. The
-  // number of satellites is 12, because readers take a position of fewer than four for none.
+  // variances) by kGpsSigmaAtHdop1M, so that a reader that multiplies the two gets the sigma back.
+  // The number of satellites is 12, because readers take a position of fewer than four for none.
   // Without a position: quality 0 and empty fields.
   std::string Gga(const NmeaState& state) const;
   // Position, course and speed over ground, date. Status V (void) without a position.
@@ -46,8 +46,6 @@ class NmeaWriter {
   // the depth of the water. Empty without an altitude.
   std::string Dpt(const NmeaState& state) const;
   std::string Zda(const NmeaState& state) const;
-
-  static constexpr double kSigmaAtHdop1M = 3.0;  // as NmeaFixes expects of a GPS receiver
 
  private:
   std::string Sentence(const char* type, const std::string& fields) const;

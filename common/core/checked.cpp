@@ -270,7 +270,7 @@ Footprint Thinned(const Footprint& footprint) {
 std::optional<Submap> Checked(Submap submap) {
   const bool in_order = IsTime(submap.start) && IsTime(submap.end) &&
                         submap.start <= submap.frame_time && submap.frame_time <= submap.end;
-  if (submap.id.value < 0 || !in_order || submap.trigger > SubmapTrigger::kImported ||
+  if (submap.id.value < 0 || !in_order || submap.trigger > SubmapTrigger::kFixes ||
       !IsChecked(submap.T_map_submap) || !IsSigma(submap.heading_sigma_rad.value_or(0.0)) ||
       !IsChecked(submap.cloud))
     return std::nullopt;

@@ -191,6 +191,15 @@ struct NavState {
   bool bottom_lock = false;
 };
 
+// x, y [m], yaw [rad] of the vehicle in the map: as they were given at that time, and as they are
+// known later.
+struct SmoothedPose {
+  Time time;
+  Pose2 given;
+  Pose2 smoothed;
+  Eigen::Vector2d v_map_mps = Eigen::Vector2d::Zero();  // smoothed
+};
+
 // State of the vehicle, corrected by the pose graph (message NAV_CORRECTED).
 struct CorrectedNavState {
   NavState state;  // corrected, at the newest inertial or INS sample

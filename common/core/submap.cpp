@@ -10,6 +10,7 @@ const char* ToString(SubmapTrigger trigger) {
     case SubmapTrigger::kGap: return "gap";
     case SubmapTrigger::kEnd: return "end";
     case SubmapTrigger::kImported: return "imported";
+    case SubmapTrigger::kFixes: return "fixes";
   }
   return "unknown";
 }

@@ -39,8 +39,10 @@ enum class SubmapTrigger : std::uint8_t {
   kGap,          // soundings or navigation were missing for a time
   kEnd,          // the survey ended
   kImported,     // another program made the submap
+  kFixes,        // it has no soundings: a frame of the track for position fixes far from any other
 };
 const char* ToString(SubmapTrigger trigger);
+constexpr bool HasSoundings(SubmapTrigger trigger) { return trigger != SubmapTrigger::kFixes; }
 
 // Soundings of a stretch of track so short that the drift of dead reckoning within it is
 // negligible.

@@ -11,8 +11,8 @@ struct NmeaFixParams {
   std::string source{};  // of the fixes: "gps" or "usbl"
   ClockParams clock;
   bool needs_checksum = true;
-  double sigma_m = 3.0;     // north and east each, 1 sigma; for GPS at an HDOP of 1
-  double interval_s = 1.0;  // minimum between two fixes, whose errors are correlated
+  double sigma_m = kGpsSigmaAtHdop1M;  // north and east each, 1 sigma; for GPS at an HDOP of 1
+  double interval_s = 1.0;             // minimum between two fixes, whose errors are correlated
   // USBL: the transponder of this vehicle; empty: the first that is received.
   std::string transponder{};
 };

@@ -20,16 +20,23 @@ namespace {
 class UdpSink : public ByteSink {
  public:
   explicit UdpSink(const SourceUrl& url)
-      : url_(url), address_(AddressOf(url_)), socket_(url.text, [this] { return Open(); }) {}
+      : url_(url),
+        address_(AddressOf(url_)),
+        socket_(
+            url.text, [this] { return Open(); }, /*logs=*/false) {}
 
   void Send(std::string_view lines) override {
     socket_.TryToOpen();
     if (!socket_.is_open()) return;
     const auto* const to = reinterpret_cast<const sockaddr*>(&address_);
-    const bool sent =
-        sendto(socket_.get(), lines.data(), lines.size(), MSG_DONTWAIT, to, sizeof address_) >= 0;
-    error_ = sent ? "" : std::strerror(errno);
-    if (!sent) ++counters_["udp_send_errors"];
+    if (sendto(socket_.get(), lines.data(), lines.size(), MSG_DONTWAIT, to, sizeof address_) >= 0) {
+      error_.clear();
+      return;
+    }
+    ++counters_["udp_send_errors"];
+    error_ = std::strerror(errno);
+    // An interface that came back has another number: the socket is opened again.
+    if (errno != EAGAIN && errno != ENOBUFS) socket_.Lose(error_);
   }
 
   void Check() override { socket_.TryToOpen(); }

@@ -1,6 +1,7 @@
 #include "mapper/input/rewind_watch.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace seastitch {
 namespace {
@@ -14,13 +15,19 @@ void RewindWatch::Add(SensorChannel channel, Time time) {
   if (IsRare(index)) return;
   Channel& c = channels_[index];
   ++messages_;
-  if (!c.newest || time >= *c.newest - FromSeconds(jump_s_)) {
+  const Duration jump = FromSeconds(jump_s_);
+  const std::optional<Time> ahead = std::exchange(c.ahead, std::nullopt);
+  if (c.newest && time > *c.newest + jump && !(ahead && time >= *ahead - jump)) {
+    c.ahead = time;
+    return;
+  }
+  if (!c.newest || time >= *c.newest - jump) {
     c.newest = c.newest ? std::max(*c.newest, time) : time;
     c.went_on = messages_;
     c.run.reset();
     return;
   }
-  const bool goes_on = c.run && time >= c.run->last - FromSeconds(jump_s_);
+  const bool goes_on = c.run && time >= c.run->last - jump;
   if (!goes_on) c.run = Run{messages_, 0, time, time};
   ++c.run->messages;
   c.run->last = std::max(c.run->last, time);

@@ -11,7 +11,8 @@ namespace seastitch {
 
 // Finds that the time of all sensors went back: a log that is played again or from an earlier
 // place, or the log of another dive. A step of a clock is no such thing, since SensorClocks
-// corrects it before. Fixes and profiles come about any time before, and decide nothing.
+// corrects it before. Fixes and profiles come about any time before, and decide nothing. Nor does
+// a single stamp, behind or ahead.
 class RewindWatch {
  public:
   explicit RewindWatch(double jump_s) : jump_s_(jump_s) {}
@@ -37,7 +38,8 @@ class RewindWatch {
   };
   struct Channel {
     std::optional<Time> newest;
-    std::int64_t went_on = 0;  // number of its last message that was not behind
+    std::optional<Time> ahead;  // of the last message, if that leapt ahead of newest
+    std::int64_t went_on = 0;   // number of its last message that was not behind
     std::optional<Run> run;
   };
 

@@ -84,9 +84,8 @@ enum class DiveStage : std::uint8_t {
 //   recv leaps, the heartbeats show the same      the computer's clock was set
 //   recv leaps, the heartbeats show no step       the receive stamps of this sensor stepped
 //   the same, while the heartbeats saw time pass  the sensor was silent
-//   the same, on several sensors                  forward a gap in the data, back another place of
-//   a
-//                                                 log, as from a player (RewindWatch)
+//   the same, on several sensors                  forward a gap in the data; back an earlier place
+//                                                 in a log, as from a player (RewindWatch)
 //   recv goes back, no heartbeat can tell         the computer's clock, if two sensors agree on it
 //   recv goes forward, no heartbeat can tell      the sensor was silent
 //   utime leaps, recv does not                    the sensor's clock was set

@@ -57,6 +57,7 @@ void LoopCloser::Add(const Submap& submap, const Chain& chain) {
                       submap.covariance_from_previous,
                       chain,
                       std::nullopt});
+  mapped_ += HasSoundings(submap.trigger) ? 1 : 0;
 }
 
 bool LoopCloser::IsUsable(const PoseGraph& graph) const {

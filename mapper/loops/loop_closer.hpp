@@ -128,7 +128,8 @@ class LoopCloser {
   // `accepted`.
   std::int64_t accepted() const { return accepted_; }
   std::int64_t rejected() const { return static_cast<std::int64_t>(tried_.size()) - accepted_; }
-  std::size_t size() const { return entries_.size(); }
+  // Number of submaps with soundings.
+  std::size_t size() const { return mapped_; }
   bool Has(SubmapId id) const;
   // Newest submap of the solution in use; -1 before the first.
   SubmapId newest_solved() const;
@@ -191,6 +192,7 @@ class LoopCloser {
 
   const LoopCloserParams params_;
   std::vector<Entry> entries_;  // by increasing id
+  std::size_t mapped_ = 0;      // of entries_, with soundings
   std::int64_t solution_version_ = 0;
   std::vector<SolvedVertex> solved_;                 // of entries_[0 .. size)
   std::map<std::int32_t, MountingErrors> mounting_;  // in that solution, by chain

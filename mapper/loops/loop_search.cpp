@@ -19,7 +19,7 @@ LoopSearch::LoopSearch(const LoopCloserParams& params)
 
 void LoopSearch::Add(const Submap& submap, const Chain& chain) {
   closer_.Add(submap, chain);
-  registrations_left_ += pairs_per_submap_;
+  if (HasSoundings(submap.trigger)) registrations_left_ += pairs_per_submap_;
 }
 
 std::vector<LoopPair> LoopSearch::PairsFor(SubmapId id) {

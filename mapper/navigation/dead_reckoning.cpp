@@ -38,6 +38,9 @@ std::optional<Eigen::Matrix2d> DeadReckoning::VelocityCovariance(Time t) const {
 std::optional<Eigen::Matrix3d> DeadReckoning::RelativeCovariance(Time a, Time b) const {
   return impl_->RelativeCovariance(a, b);
 }
+std::vector<SmoothedPose> DeadReckoning::TakeSmoothed(Time until) {
+  return impl_->TakeSmoothed(until);
+}
 std::optional<Pose2> DeadReckoning::Hindsight(Time anchor, Time t) const {
   return impl_->track().Hindsight(anchor, t);
 }

@@ -87,6 +87,10 @@ class DeadReckoning : public Navigation {
   // StateAt().
   std::optional<Pose2> Hindsight(Time anchor, Time t) const override;
 
+  // One pose every key_interval_s. Fixed-interval smoothing: modified Bryson-Frazier, backwards
+  // from latest(). A reset (TakePosition and the like) is no measurement: its step stays.
+  std::vector<SmoothedPose> TakeSmoothed(Time until) override;
+
   // Fixes after the start that the filter does not use, in order of time, kept for window_s.
   // TakeFixes() removes and returns those up to `until`.
   std::vector<MapFix> WaitingFixes() const override;

@@ -39,6 +39,7 @@ class DeadReckoning::Impl {
   void Add(const PositionFix& fix);
   void AddSoundSpeed(Time t, double speed_mps);
   void Finish();
+  std::vector<SmoothedPose> TakeSmoothed(Time until) { return track_.TakeSmoothed(until); }
   std::vector<MapFix> WaitingFixes() const { return fixes_.Waiting(); }
   std::vector<MapFix> TakeFixes(Time until) { return fixes_.Take(until); }
   std::optional<std::vector<std::uint8_t>> Save(std::optional<Time> since) const;

@@ -87,6 +87,14 @@ class Navigation {
   // and `t`. It takes places in the map as navigation knows it at `t` to a map in which the
   // vehicle's pose at `anchor` is the one that was returned for it. anchor <= t.
   virtual std::optional<Pose2> Hindsight(Time anchor, Time t) const = 0;
+  // Poses of the track since the last call and up to `until`, smoothed by all measurements up to
+  // latest(): call it before they are older than window_s. Each call continues the smoothed track
+  // of the one before without a step, so that only its shape counts. Empty where a navigation does
+  // not correct its past.
+  virtual std::vector<SmoothedPose> TakeSmoothed(Time until) {
+    static_cast<void>(until);
+    return {};
+  }
   // Position fixes that are left to the graph and not taken yet by TakeFixes(), in order of time,
   // up to latest().
   virtual std::vector<MapFix> WaitingFixes() const = 0;

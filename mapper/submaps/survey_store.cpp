@@ -122,6 +122,7 @@ void SurveyStore::Restore(const std::vector<std::shared_ptr<const Submap>>& subm
   const std::lock_guard lock(mutex_);
   dive_ = params_.directory / std::to_string(ToUtime(submaps.front()->start));
   for (const auto& submap : submaps) {
+    if (!HasSoundings(submap->trigger)) continue;
     const std::filesystem::path file = PcdPath(submap->id);
     std::error_code error;
     Entry& entry = entries_[submap->id];

@@ -38,6 +38,7 @@ void AppendEdge(std::string* out, const GraphEdge& edge, const Eigen::Vector3d& 
 std::string PosesTxt(const Survey& survey, const std::vector<Pose2>& T_map_level) {
   std::string out;
   for (std::size_t i = 0; i < survey.submaps.size(); ++i) {
+    if (!HasSoundings(survey.submaps[i].trigger)) continue;
     const Eigen::Isometry3d T = SubmapPose(survey.submaps[i], T_map_level[i]);
     Eigen::Quaterniond q(T.linear());
     q.normalize();

@@ -47,7 +47,7 @@ void CountLoops(const Survey& survey, ProductSummary* s) {
 }
 
 void CountSoundings(const Survey& survey, ProductSummary* s) {
-  s->submaps = survey.submaps.size();
+  s->submaps = survey.Mapped();
   for (const SurveySubmap& submap : survey.submaps) {
     s->soundings_read += submap.soundings_read;
     s->soundings_used += submap.soundings_used;

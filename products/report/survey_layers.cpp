@@ -36,7 +36,7 @@ class LayerMaker {
                      {"start", dive.front().time},
                      {"end", dive.back().time},
                      {"length_m", TrackLength(dive)},
-                     {"submaps", Count(SubmapsOf(dive.front().chain))}};
+                     {"submaps", Count(survey_.Mapped(dive.front().chain))}};
       layer.features.push_back(std::move(line));
     }
     return layer;
@@ -118,12 +118,6 @@ class LayerMaker {
   std::string DiveName(std::int32_t chain) const {
     const auto k = static_cast<std::size_t>(chain);
     return k < survey_.dives.size() ? survey_.dives[k] : std::string();
-  }
-
-  std::size_t SubmapsOf(std::int32_t chain) const {
-    std::size_t n = 0;
-    for (const SurveySubmap& s : survey_.submaps) n += s.chain == chain ? 1 : 0;
-    return n;
   }
 
   Eigen::Vector3d At(const Eigen::Vector2d& p_map, double z_map) const {

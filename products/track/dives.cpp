@@ -28,7 +28,7 @@ std::vector<DiveInMap> DivesInMap(const Survey& survey) {
   for (const SurveySubmap& submap : survey.submaps) {
     const auto chain = static_cast<std::size_t>(submap.chain);
     if (chain >= dives.size()) continue;
-    ++dives[chain].submaps;
+    dives[chain].submaps += HasSoundings(submap.trigger) ? 1 : 0;
     dive_of[submap.id] = chain;
   }
   for (const LoopRow& row : LoopRows(survey)) {

@@ -95,6 +95,7 @@ Shift ShiftOf(const SurveyLine& line,
 std::vector<SurveyLine> LinesOf(const Survey& survey) {
   std::vector<SurveyLine> lines;
   for (std::size_t i = 0; i < survey.submaps.size(); ++i) {
+    if (!HasSoundings(survey.submaps[i].trigger)) continue;
     const bool goes_on = i > 0 && GoesOn(survey.submaps[i - 1].trigger) &&
                          survey.submaps[i - 1].chain == survey.submaps[i].chain;
     if (goes_on)

@@ -18,7 +18,65 @@ void AppendNumber(std::string* out, const char* format, double value) {
   *out += text;
 }
 
+Pose2 Blend(const Pose2& a, const Pose2& b, double weight_of_b) {
+  return {a.x + weight_of_b * (b.x - a.x),
+          a.y + weight_of_b * (b.y - a.y),
+          WrapAngle(a.yaw + weight_of_b * WrapAngle(b.yaw - a.yaw))};
+}
+
+// Position between two poses, cubic with the velocities at both; w: 0 at the first, 1 at the
+// second.
+Eigen::Vector2d Cubic(const SmoothedPose& a, const SmoothedPose& b, double w) {
+  const double dt_s = ToSeconds(b.time - a.time);
+  const double step = SmoothStep(w);
+  return (1.0 - step) * a.smoothed.Translation() + step * b.smoothed.Translation() +
+         dt_s * w * (1.0 - w) * ((1.0 - w) * a.v_map_mps - w * b.v_map_mps);
+}
+
+// The smoothed pose of a submap's frame, from the states of the track around it.
+Pose2 SmoothedFrame(const Survey& survey, const SurveySubmap& submap) {
+  const Pose2 frame = LevelPose(submap.T_map_submap);
+  const auto after = std::lower_bound(
+      survey.track.begin(),
+      survey.track.end(),
+      std::pair(submap.chain, submap.frame_time),
+      [](const TrackState& s, const auto& place) { return std::pair(s.chain, s.time) < place; });
+  const bool has_after = after != survey.track.end() && after->chain == submap.chain;
+  const bool has_before = after != survey.track.begin() && std::prev(after)->chain == submap.chain;
+  if (!has_after && !has_before) return frame;
+  const TrackState& next = has_after ? *after : *std::prev(after);
+  const TrackState& last = has_before ? *std::prev(after) : next;
+  if (!next.smoothed || !last.smoothed) return frame;
+  if (!has_after || !has_before) return *next.smoothed * Inverse(next.Level()) * frame;
+  const double w = ToSeconds(submap.frame_time - last.time) / ToSeconds(next.time - last.time);
+  return Blend(*last.smoothed, *next.smoothed, w);
+}
+
 }  // namespace
+
+void Smooth(const std::vector<SmoothedPose>& poses,
+            std::int32_t chain,
+            std::vector<TrackState>* track) {
+  if (poses.empty()) return;
+  auto after = poses.begin();
+  for (TrackState& state : *track) {
+    if (state.chain != chain) continue;
+    while (after != poses.end() && after->time <= state.time) ++after;
+    const SmoothedPose& next = after == poses.end() ? poses.back() : *after;
+    const SmoothedPose& last = after == poses.begin() ? next : *std::prev(after);
+    if (after == poses.begin() || after == poses.end()) {
+      state.smoothed = next.smoothed * Inverse(next.given) * state.Level();
+      continue;
+    }
+    const double w = ToSeconds(state.time - last.time) / ToSeconds(next.time - last.time);
+    const Eigen::Vector2d p = Cubic(last, next, w);
+    const auto turned = [](const SmoothedPose& pose) {
+      return WrapAngle(pose.smoothed.yaw - pose.given.yaw);
+    };
+    const double turned_rad = turned(last) + w * WrapAngle(turned(next) - turned(last));
+    state.smoothed = {p.x(), p.y(), WrapAngle(state.rpy_rad.z() + turned_rad)};
+  }
+}
 
 TrackCorrection::TrackCorrection(const Survey& survey,
                                  const SurveyPoses& poses,
@@ -27,7 +85,7 @@ TrackCorrection::TrackCorrection(const Survey& survey,
     const SurveySubmap& s = survey.submaps[i];
     frames_.push_back({s.chain,
                        s.frame_time,
-                       LevelPose(s.T_map_submap),
+                       SmoothedFrame(survey, s),
                        poses.VehicleAt(i),
                        sigmas[i],
                        poses.MountingOf(i)});
@@ -59,15 +117,11 @@ Pose2 TrackCorrection::operator()(Time time, const Pose2& T_map_level, std::int3
   const Between at = Find(time, chain);
   if (at.before == nullptr) return T_map_level;
   const auto moved_with = [&](const Frame& f) {
-    return f.corrected * TravelledPose(Inverse(f.dead_reckoned) * T_map_level, f.mounting);
+    return f.corrected * TravelledPose(Inverse(f.smoothed) * T_map_level, f.mounting);
   };
   const Pose2 a = moved_with(*at.before);
   if (at.before == at.after) return a;
-  const Pose2 b = moved_with(*at.after);
-  const double w = at.weight_after;
-  return {(1.0 - w) * a.x + w * b.x,
-          (1.0 - w) * a.y + w * b.y,
-          WrapAngle(a.yaw + w * WrapAngle(b.yaw - a.yaw))};
+  return Blend(a, moved_with(*at.after), at.weight_after);
 }
 
 std::optional<Eigen::Vector3d> TrackCorrection::Sigma(Time time, std::int32_t chain) const {
@@ -90,11 +144,10 @@ std::vector<CorrectedState> CorrectTrack(const Survey& survey, const TrackCorrec
   std::vector<CorrectedState> track;
   track.reserve(states.size());
   for (const TrackState& s : states) {
-    const Pose2 dead_reckoned{s.p_map.x(), s.p_map.y(), s.rpy_rad.z()};
     std::optional<Eigen::Vector3d> sigma = correction.Sigma(s.time, s.chain);
     if (survey.submaps.empty()) sigma = s.sigma;
     track.push_back(
-        {s.time, s.p_map, s.rpy_rad, correction(s.time, dead_reckoned, s.chain), sigma, s.chain});
+        {s.time, s.p_map, s.rpy_rad, correction(s.time, s.Smoothed(), s.chain), sigma, s.chain});
   }
   return track;
 }

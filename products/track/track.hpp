@@ -13,9 +13,17 @@
 
 namespace seastitch {
 
+// Sets TrackState::smoothed of one dive. poses: in order of time. Between two of them the position
+// is cubic with the velocities at both ends, since the given one may step, and the correction of
+// the yaw is linear. Before the first and after the last, the state moves rigidly with that one.
+void Smooth(const std::vector<SmoothedPose>& poses,
+            std::int32_t chain,
+            std::vector<TrackState>* track);
+
 // Interpolates the corrections of the submap frames over the whole track.
 //
-// Each corrected submap defines a rigid motion of the dead-reckoned track. At the time of a
+// Each corrected submap defines a rigid motion of the track as navigation smoothed it
+// (TrackState::smoothed). At the time of a
 // submap's frame the track is moved by that submap's motion. Between the times of two frames both
 // motions are blended: the later one has the weight 3 u^2 - 2 u^3, where u, 0 to 1, is the elapsed
 // part of the time between them. The weight's slope is zero at both ends. So the corrected track
@@ -30,7 +38,7 @@ class TrackCorrection {
                   const SurveyPoses& poses,
                   const std::vector<std::optional<Eigen::Vector3d>>& sigmas);
 
-  // Corrects a dead-reckoned pose of the vehicle (x, y, yaw in the map) at this time of this dive.
+  // Corrects a smoothed pose of the vehicle (x, y, yaw in the map) at this time of this dive.
   // The result is the vehicle's pose: the estimated offset of the sonar is taken out of the frames'
   // corrections.
   Pose2 operator()(Time time, const Pose2& T_map_level, std::int32_t chain = 0) const;
@@ -44,7 +52,7 @@ class TrackCorrection {
   struct Frame {
     std::int32_t chain;
     Time time;
-    Pose2 dead_reckoned;
+    Pose2 smoothed;
     Pose2 corrected;
     std::optional<Eigen::Vector3d> sigma;
     MountingErrors mounting;

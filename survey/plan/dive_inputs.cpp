@@ -55,10 +55,12 @@ std::vector<fs::path> FilesIn(const fs::path& folder) {
   for (const auto& entry : fs::directory_iterator(folder)) {
     const fs::path& path = entry.path();
     if (!entry.is_regular_file() || path.extension() == ".yaml") continue;
-    if (IsProfileFile(path)) continue;  // SurveyPlan looks for them itself
     const bool known = path.extension() == ".lcmlog" || SurveyFiles::IsSurveyFile(path);
     (known ? files : others).push_back(path);
   }
+  // A survey plan looks for profiles itself.
+  if (std::any_of(files.begin(), files.end(), SurveyFiles::IsSurveyFile))
+    std::erase_if(others, IsProfileFile);
   std::sort(files.begin(), files.end());
   std::sort(others.begin(), others.end());
   if (files.empty()) return files;
@@ -81,19 +83,22 @@ bool IsOfSurveyFiles(const DiveInput& dive) {
          std::all_of(dive.files.begin(), dive.files.end(), SurveyFiles::IsSurveyFile);
 }
 
+// Refuses files that belong beside survey files where no dive has any. what: such as "navigation".
+void ExpectSurveyFiles(const std::vector<DiveInput>& dives,
+                       const fs::path& beside,
+                       const std::string& what) {
+  if (std::none_of(dives.begin(), dives.end(), IsOfSurveyFiles))
+    throw UsageError("replay: " + beside.string() + ": " + what +
+                     " beside survey files, but no input has any");
+}
+
 // Adds navigation files to every dive of survey files: they apply where they have records.
 void AddBeside(const std::vector<fs::path>& beside, std::vector<DiveInput>* dives) {
   if (beside.empty()) return;
   if (dives->empty()) return dives->push_back({beside[0].filename().string(), beside});
-  bool any = false;
-  for (DiveInput& dive : *dives) {
-    if (!IsOfSurveyFiles(dive)) continue;
-    dive.files.insert(dive.files.end(), beside.begin(), beside.end());
-    any = true;
-  }
-  if (!any)
-    throw UsageError("replay: " + beside[0].string() +
-                     ": navigation beside survey files, but no input has any");
+  ExpectSurveyFiles(*dives, beside[0], "navigation");
+  for (DiveInput& dive : *dives)
+    if (IsOfSurveyFiles(dive)) dive.files.insert(dive.files.end(), beside.begin(), beside.end());
 }
 
 // Refuses files that are given twice, also by another name or within a folder.
@@ -181,10 +186,8 @@ std::vector<DiveInput> DivesAmong(const std::vector<fs::path>& inputs, bool raw,
   NameForeign(empty);
   ExpectOnce(dives, beside);
   AddBeside(beside, &dives);
+  if (!profiles.empty()) ExpectSurveyFiles(dives, profiles[0], "a sound speed profile");
   for (DiveInput& dive : dives) dive.profiles = profiles;
-  if (dives.empty() && !profiles.empty())
-    throw UsageError("replay: " + profiles[0].string() +
-                     ": a sound speed profile beside survey files, but no input has any");
   std::set<std::string> names;
   for (DiveInput& dive : dives) {
     const std::string name = dive.name;

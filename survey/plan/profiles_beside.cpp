@@ -33,10 +33,12 @@ std::vector<fs::path> FilesBeside(const ProfileChoice& choice, const SurveyPlan&
   for (const PlannedFile& file : plan.files) folders.insert(fs::absolute(file.path).parent_path());
   std::map<fs::path, fs::path> files;  // by their real path
   for (const fs::path& file : choice.named) files.emplace(fs::weakly_canonical(file), file);
-  for (const fs::path& folder : folders)
-    for (const auto& entry : fs::directory_iterator(folder))
+  for (const fs::path& folder : folders) {
+    std::error_code unreadable;  // a file can be read in a folder that cannot be listed
+    for (const auto& entry : fs::directory_iterator(folder, unreadable))
       if (entry.is_regular_file() && IsProfileFile(entry.path()))
         files.emplace(fs::weakly_canonical(entry.path()), entry.path());
+  }
   std::vector<fs::path> sorted;
   for (const auto& [real, file] : files) sorted.push_back(file);
   return sorted;
@@ -61,9 +63,25 @@ std::string CastsText(std::size_t casts) {
   return casts == 1 ? "1 cast" : std::to_string(casts) + " casts";
 }
 
+std::string NamesOf(const std::vector<fs::path>& files) {
+  return files[0].filename().string() + (files.size() > 1 ? " and others beside it" : "");
+}
+
+void Warn(const fs::path& file, const std::string& why, SurveyPlan* plan) {
+  plan->warnings.push_back({WarningCode::kProfileNotUsed, file.filename().string() + ": " + why});
+}
+
+// Soundings that are placed already need no profile.
+void UseNone(const ProfileChoice& choice, SurveyPlan* plan) {
+  constexpr char kWhy[] = "not used: the files have soundings that are placed already";
+  if (!choice.only.empty()) return Warn(choice.only, kWhy, plan);
+  for (const fs::path& file : choice.named) Warn(file, kWhy, plan);
+}
+
 void UseOnly(const fs::path& file, SurveyPlan* plan) {
   ProfileText read = Read(file);
   if (read.casts.empty()) throw DataError(file.string() + ": " + read.problem);
+  if (!read.problem.empty()) Warn(file, read.problem, plan);
   for (ProfileCast& cast : read.casts) {
     if (!cast.time) cast.profile.time = BeginOf(*plan);
     plan->profiles.push_back(std::move(cast.profile));
@@ -84,25 +102,20 @@ bool IsProfileFile(const fs::path& path) {
 }
 
 void ChooseProfiles(const ProfileChoice& choice, bool has_own, SurveyPlan* plan) {
-  if (!plan->raw_pings) return;
+  if (!plan->raw_pings) return UseNone(choice, plan);
   if (!choice.only.empty()) return UseOnly(choice.only, plan);
   const std::vector<fs::path> files = FilesBeside(choice, *plan);
   if (files.empty()) return;
   if (has_own) {
-    plan->profile_text = "sound speed profiles: those of the survey files; not used: " +
-                         files[0].filename().string() +
-                         (files.size() > 1 ? " and others beside it" : "") + "\n";
+    plan->profile_text =
+        "sound speed profiles: those of the survey files; not used: " + NamesOf(files) + "\n";
     return;
   }
   std::vector<std::pair<double, SoundVelocityProfile>> casts;  // with seconds to the survey
   std::string names;
   for (const fs::path& file : files) {
-    const auto warn = [&](const std::string& why) {
-      plan->warnings.push_back(
-          {WarningCode::kProfileNotUsed, file.filename().string() + ": " + why});
-    };
     ProfileText read = Read(file);
-    if (!read.problem.empty()) warn(read.problem);
+    if (!read.problem.empty()) Warn(file, read.problem, plan);
     const std::size_t before = casts.size();
     for (ProfileCast& cast : read.casts) {
       if (!cast.time) cast.profile.time = BeginOf(*plan);
@@ -112,7 +125,7 @@ void ChooseProfiles(const ProfileChoice& choice, bool has_own, SurveyPlan* plan)
     if (casts.size() > before)
       names += (names.empty() ? "" : ", ") + file.filename().string();
     else if (!read.casts.empty())
-      warn("no cast within 24 h of a survey file; --profile uses it all the same");
+      Warn(file, "no cast within 24 h of a survey file; --profile uses it all the same", plan);
   }
   if (casts.empty()) return;
   std::stable_sort(

@@ -65,7 +65,9 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kMagic = "SEASTITCH MAP\n";
 // Every change of the format changes it; the journal inside has its own, kJournalFormat.
-constexpr std::uint32_t kFormat = 1;
+// Format 1 has no smoothed track.
+constexpr std::uint32_t kFormat = 2;
+constexpr std::uint32_t kOldestFormat = 1;
 
 using Counts = std::vector<std::pair<std::string, std::int64_t>>;
 
@@ -167,7 +169,8 @@ StoredMap Decode(std::string_view bytes) {
   const auto format = reader.Le<std::uint32_t>();
   const auto journal_format = reader.Le<std::uint32_t>();
   const auto crc = reader.Le<std::uint32_t>();
-  if (reader.ok() && (format != kFormat || journal_format != kJournalFormat))
+  const bool is_known = format >= kOldestFormat && format <= kFormat;
+  if (reader.ok() && (!is_known || journal_format != kJournalFormat))
     throw std::runtime_error("of another version of Seastitch: map its dives again");
   const Bytes content = rest.subspan(reader.at());
   if (!reader.ok() || crc != Crc(content.data(), content.size()))
@@ -175,7 +178,13 @@ StoredMap Decode(std::string_view bytes) {
   StoredMap stored;
   ArchiveReader archive(content);
   archive(stored);
-  Expect(archive.IsDone() && !stored.dives.empty());
+  std::vector<std::optional<Pose2>> smoothed(stored.track.size());
+  if (format > 1) archive(smoothed);
+  Expect(archive.IsDone() && !stored.dives.empty() && smoothed.size() == stored.track.size());
+  for (std::size_t i = 0; i < smoothed.size(); ++i) {
+    Expect(!smoothed[i] || IsFinite(*smoothed[i]));
+    stored.track[i].smoothed = smoothed[i];
+  }
   return stored;
 }
 
@@ -371,6 +380,9 @@ void WriteFinishedMap(const fs::path& folder,
 
   ArchiveWriter archive;
   archive(stored);
+  std::vector<std::optional<Pose2>> smoothed;
+  for (const TrackState& state : stored.track) smoothed.push_back(state.smoothed);
+  archive(smoothed);
   const std::vector<std::uint8_t> content = archive.Release();
   ByteWriter file;
   file.Append(AsBytes(kMagic));
@@ -451,6 +463,7 @@ void MoveTo(const Datum& datum, FinishedMap* map) {
   for (TrackState& state : map->track) {
     state.p_map = moved * state.p_map;
     state.rpy_rad.z() = WrapAngle(state.rpy_rad.z() + T_new_old.yaw);
+    if (state.smoothed) state.smoothed = T_new_old * *state.smoothed;
   }
 }
 

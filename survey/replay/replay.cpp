@@ -135,6 +135,7 @@ void Remake(Dive* dive, std::unique_ptr<RawReplay> raw, Outputs outputs, Feeding
   if (soundings != nullptr)
     mapper.OnSoundings(
         [&](const SubmapSoundings& submap) { soundings->Add(submap, inputs.Take(submap)); });
+  mapper.OnSmoothed([&](const SmoothedPose& pose) { outputs.collector->Add(pose); });
   std::optional<OtherNavigation> other;
   if (dive->input.logs) other.emplace(dive->mapper);
   InputFaults faults;

@@ -175,16 +175,16 @@ Input Open(const DiveInput& dive, const ReplayOptions& options) {
   } else if ((input.survey_files = OpenSurvey(dive, options))) {
     for (const fs::path& file : dive.files) input.names.push_back(file.filename().string());
   } else {
-    if (!options.profile.empty())
-      throw UsageError(
-          "replay: --profile is for survey files; a log has its profiles, or "
-          "sound_velocity_profile of mapper.yaml");
     const ChannelRole role = options.as_recorded ? ChannelRole::kResult : ChannelRole::kSensor;
     input.logs = LookThrough(dive.files, options.quiet);
     if (!options.from_raw) ExpectReadable(input.logs->types, role);
     for (const auto& recorder : input.logs->recorders)
       for (const fs::path& log : recorder) input.names.push_back(log.filename().string());
   }
+  if (!options.profile.empty() && !input.survey_files)
+    throw UsageError(
+        "replay: --profile is for survey files; a log has its profiles, or sound_velocity_profile "
+        "of mapper.yaml");
   return input;
 }
 

@@ -85,6 +85,8 @@ class Together {
           session_.AddSubmap(std::move(submap), std::move(of_dive));
         },
         [&](const NavState& nav) { outputs_.collector->Add(nav); });
+    front.mapper().mapper().OnSmoothed(
+        [this](const SmoothedPose& pose) { outputs_.collector->Add(pose); });
     SoundingLog* const soundings = outputs_.products->soundings;
     const bool exported = outputs_.products->sounding_format.has_value();
     PingInputs inputs(dive->input.names, exported, dive->mapper.sonar_time_offset_s);

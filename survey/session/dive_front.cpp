@@ -40,37 +40,41 @@ DiveFront::DiveFront(MapperConfig config,
 void DiveFront::On(const MapperEvent& event) {
   if (const auto* nav = std::get_if<NavState>(&event)) give_nav_(*nav);
   if (const auto* submap = std::get_if<std::shared_ptr<const Submap>>(&event)) {
-    GiveClosed();
-    closed_ = Closed{**submap, {chain_, {}}};
-    closed_->submap.id.value += first_id_;
-    next_id_ = closed_->submap.id.value + 1;
+    closed_.push_back({**submap, {chain_, {}}});
+    closed_.back().submap.id.value += first_id_;
+    next_id_ = closed_.back().submap.id.value + 1;
   }
-  if (const auto* step = std::get_if<GraphStep>(&event)) AddEdges(step->update);
+  if (const auto* step = std::get_if<GraphStep>(&event)) Take(step->update);
 }
 
-// Collects the edges that tie a submap to the map. The other edges are computed again for all dives
-// together.
-void DiveFront::AddEdges(const GraphUpdate& update) {
+// Gives the submaps before the one that joins the graph, and collects the edges that tie that one
+// to the map. The other edges are computed again for all dives together.
+void DiveFront::Take(const GraphUpdate& update) {
+  for (const GraphVertex& vertex : update.vertices)
+    while (!closed_.empty() && closed_.front().submap.id.value < vertex.id.value + first_id_)
+      GiveFirst();
+  if (closed_.empty()) return;
+  Mapper::OfDive& dive = closed_.front().dive;
   for (GraphEdge edge : update.edges) {
-    if (edge.from != edge.to || !closed_) continue;
+    if (edge.from != edge.to) continue;
     edge.from.value += first_id_;
     edge.to = edge.from;
-    if (edge.kind == EdgeKind::kDeadReckoning || !closed_->dive.chain.start_covariance)
-      closed_->dive.chain.start_covariance =
-          StartCovariance(edge, closed_->submap.heading_sigma_rad.value_or(kPi));
-    closed_->dive.position_edges.push_back(edge);
+    if (edge.kind == EdgeKind::kDeadReckoning || !dive.chain.start_covariance)
+      dive.chain.start_covariance =
+          StartCovariance(edge, closed_.front().submap.heading_sigma_rad.value_or(kPi));
+    dive.position_edges.push_back(edge);
   }
 }
 
-void DiveFront::GiveClosed() {
-  if (!closed_) return;
-  Closed closed = *std::exchange(closed_, std::nullopt);
+void DiveFront::GiveFirst() {
+  Closed closed = std::move(closed_.front());
+  closed_.pop_front();
   give_submap_(std::move(closed.submap), std::move(closed.dive));
 }
 
 void DiveFront::Finish() {
   mapper_.Finish();
-  GiveClosed();
+  while (!closed_.empty()) GiveFirst();
 }
 
 }  // namespace seastitch

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <optional>
 
@@ -43,15 +44,15 @@ class DiveFront {
     Mapper::OfDive dive;
   };
   void On(const MapperEvent& event);
-  void AddEdges(const GraphUpdate& update);
-  void GiveClosed();
+  void Take(const GraphUpdate& update);
+  void GiveFirst();
 
   const Chain chain_;  // without a start
   const std::int32_t first_id_;
   std::int32_t next_id_;
   const GiveSubmap give_submap_;
   const GiveNav give_nav_;
-  std::optional<Closed> closed_;  // its edges come in a later event
+  std::deque<Closed> closed_;  // their edges come in later events
   LocalMapper mapper_;
 };
 

@@ -421,7 +421,7 @@ TEST(NmeaWriter, WhatItWritesIsReadAgain) {
     EXPECT_NEAR(gga->position->longitude_rad, state.position->longitude_rad, 1.5e-10);
     const double sigma_m =
         std::sqrt(0.5 * (state.covariance_ned(0, 0) + state.covariance_ned(1, 1)));
-    EXPECT_NEAR(NmeaWriter::kSigmaAtHdop1M * *gga->hdop, sigma_m, 0.301);
+    EXPECT_NEAR(kGpsSigmaAtHdop1M * *gga->hdop, sigma_m, 0.301);
     EXPECT_EQ(ToUtime(*DecodeZda(Read(zda_line, &counters))), utime / 10'000 * 10'000);
     const std::string rmc_line = writer.Rmc(state);
     const auto rmc = DecodeRmc(Read(rmc_line, &counters));

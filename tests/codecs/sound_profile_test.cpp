@@ -73,7 +73,10 @@ TEST(ProfileText, CarisHasACastASection) {
 TEST(ProfileText, TwoColumnsHaveNoTime) {
   for (const char* const text : {"0 1500\n10 1495\n",
                                  "# cast 3\ndepth,speed\n0,1500\n10,1495\n",
-                                 "10.0;1495.0;8.1\n0.0;1500.0;9.3\n"}) {
+                                 "10.0;1495.0;8.1\n0.0;1500.0;9.3\n",
+                                 "0,0;1500,0\n10,0;1495,0\n",
+                                 "0,0\t1500,0\n10,0\t1495,0\n",
+                                 "\"0\", \"1500\"\n\"10\", \"1495\"\n"}) {
     const ProfileText read = ParseProfileText(text);
     EXPECT_EQ(read.problem, "") << text;
     ASSERT_EQ(read.casts.size(), 1u) << text;

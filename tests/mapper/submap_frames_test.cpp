@@ -78,5 +78,52 @@ TEST(SubmapFrames, AFixIsAttachedToTheNearestFrameThatNavigationKnows) {
   EXPECT_EQ(dive.frames.fixes_too_far(), 0);
 }
 
+std::vector<double> SecondsOf(const std::vector<Submap>& frames) {
+  std::vector<double> seconds;
+  for (const Submap& frame : frames) seconds.push_back(ToSeconds(frame.frame_time - At(0.0)));
+  return seconds;
+}
+
+// At the surface before and after the survey.
+TEST(SubmapFrames, FixesFarFromAnySubmapGetFramesOfTheirOwn) {
+  Dive dive;
+  dive.Drive(110.0);
+  for (double t_s = 5.0; t_s < 100.0; t_s += 10.0) dive.AddFix(t_s);
+  const std::vector<MapFix> early = dive.navigation.TakeFixes(At(110.0));
+  const std::vector<Submap> frames = dive.frames.FramesFor(early, At(115.0));
+  EXPECT_EQ(SecondsOf(frames), (std::vector{5.0, 35.0, 65.0}));
+  for (const Submap& frame : frames) {
+    EXPECT_FALSE(HasSoundings(frame.trigger));
+    EXPECT_NEAR(frame.T_map_submap.translation().x(),
+                kSpeedMps * ToSeconds(frame.frame_time - At(0.0)),
+                0.05);
+  }
+  dive.Close(1);  // its frame: at 90 s
+  dive.Drive(200.0);
+  for (const double t_s : {105.0, 115.0, 125.0, 150.0}) dive.AddFix(t_s);
+  EXPECT_EQ(SecondsOf(dive.frames.FramesFor(dive.navigation.WaitingFixes(), std::nullopt)),
+            (std::vector{115.0, 150.0}));
+}
+
+// Each fix is attached to the frame that it gave.
+TEST(SubmapFrames, AFrameForFixesTakesThePositionOfTheStartAndTheFixesNearIt) {
+  Dive dive;
+  dive.Drive(100.0);
+  for (const double t_s : {5.0, 15.0}) dive.AddFix(t_s);
+  const std::vector<MapFix> fixes = dive.navigation.TakeFixes(At(100.0));
+  std::vector<Submap> frames = dive.frames.FramesFor(fixes, At(100.0));
+  ASSERT_EQ(frames.size(), 1u);
+  frames[0].id = SubmapId{0};
+  EXPECT_EQ(dive.frames.Place(&frames[0], true, {}).size(), 1u);
+  Submap submap;
+  submap.id = SubmapId{1};
+  submap.frame_time = At(110.0);
+  dive.Drive(120.0);
+  const std::vector<GraphEdge> edges = dive.frames.Place(&submap, false, fixes);
+  ASSERT_EQ(edges.size(), 2u);
+  for (const GraphEdge& edge : edges) EXPECT_EQ(edge.to, SubmapId{0});
+  EXPECT_TRUE(submap.covariance_from_previous);
+}
+
 }  // namespace
 }  // namespace seastitch

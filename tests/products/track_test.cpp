@@ -143,6 +143,65 @@ TEST(TrackCorrection, CountsFramesOfOneTimeOnce) {
   EXPECT_TRUE(correction(At(11), PathAt(11)).Vector().allFinite());
 }
 
+// Navigation moved its estimate by 2 m and a degree at 55 s, and knows later that it was off
+// before.
+TEST(TrackCorrection, HasNoStepWhereNavigationMovedItsEstimate) {
+  Bent bent;
+  const Pose2 step{2.0, -1.0, Deg2Rad(1.0)};
+  const auto given_at = [&](double s) { return s < 55.0 ? step * PathAt(s) : PathAt(s); };
+  std::vector<SmoothedPose> smoothed;
+  const auto velocity_at = [](double s) {
+    return Eigen::Vector2d(1.5 * std::cos(PathAt(s).yaw), 1.5 * std::sin(PathAt(s).yaw));
+  };
+  for (int s = 0; s <= 200; ++s)
+    smoothed.push_back({At(s), given_at(s), PathAt(s), velocity_at(s)});
+  for (int i = 0; i <= 2000; ++i) {
+    const Pose2 p = given_at(0.1 * i);
+    bent.survey.track.push_back({At(0.1 * i), {p.x, p.y, 20.0}, {0.0, 0.0, p.yaw}});
+  }
+  for (std::size_t i = 0; i < kFrameTimes.size(); ++i) {
+    const Pose2 p = given_at(kFrameTimes[i]);
+    bent.survey.submaps[i].T_map_submap =
+        MakePose({p.x, p.y, 20.0}, RotationFromRpy(0.0, 0.0, p.yaw));
+  }
+  const auto largest_step_m = [](const std::vector<CorrectedState>& track) {
+    double largest_m = 0.0;
+    for (std::size_t i = 1; i < track.size(); ++i)
+      largest_m = std::max(
+          largest_m,
+          (track[i].corrected.Translation() - track[i - 1].corrected.Translation()).norm());
+    return largest_m;
+  };
+  EXPECT_GT(largest_step_m(CorrectTrack(bent.survey, bent.Correction())), 2.0);
+  Smooth(smoothed, 0, &bent.survey.track);
+  const std::vector<CorrectedState> track = CorrectTrack(bent.survey, bent.Correction());
+  EXPECT_LT(largest_step_m(track), 0.1 * 1.5 + 0.03);
+  for (std::size_t i = 0; i < kFrameTimes.size(); ++i) {
+    const auto at = static_cast<std::size_t>(std::lround(10.0 * kFrameTimes[i]));
+    EXPECT_LT((track[at].corrected.Vector() - bent.corrected[i].Vector()).norm(), 1e-3) << i;
+  }
+}
+
+// States before the first smoothed pose and after the last move rigidly; between them they are as
+// the cubic has them.
+TEST(Smooth, MovesTheStatesOfOneDive) {
+  std::vector<TrackState> track;
+  for (const double s : {0.0, 10.0, 20.0})
+    track.push_back({At(s), {PathAt(s).x, PathAt(s).y, 20.0}, {0.0, 0.0, PathAt(s).yaw}});
+  track.push_back({At(10.0), {1.0, 2.0, 3.0}, {0.0, 0.0, 0.0}, Eigen::Vector3d::Zero(), 1});
+  const Pose2 by{3.0, 4.0, 0.1};
+  const auto pose_at = [&](double s) {
+    const double yaw = PathAt(s).yaw + by.yaw;
+    return SmoothedPose{
+        At(s), PathAt(s), by * PathAt(s), {1.5 * std::cos(yaw), 1.5 * std::sin(yaw)}};
+  };
+  Smooth({pose_at(5.0), pose_at(15.0)}, 0, &track);
+  for (const std::size_t i : {0u, 2u})
+    EXPECT_LT((track[i].smoothed->Vector() - (by * track[i].Level()).Vector()).norm(), 1e-9) << i;
+  EXPECT_LT((track[1].smoothed->Vector() - (by * track[1].Level()).Vector()).norm(), 1e-3);
+  EXPECT_FALSE(track[3].smoothed);
+}
+
 TEST(TrackCsv, HasAHeaderWithUnitsAndTheLatitudeOfTheCorrectedPosition) {
   const Bent bent;
   Survey survey = bent.survey;

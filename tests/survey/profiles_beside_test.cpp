@@ -104,6 +104,27 @@ TEST_F(ProfilesBeside, OneThatIsNamedAmongTheInputsIsNoSurveyFile) {
   EXPECT_THAT(Surface(PlanSurvey(dives[0].files, false, {{}, dives[0].profiles})),
               ElementsAre(1501.0));
   EXPECT_THROW(DivesAmong({cast}), UsageError);
+  EXPECT_THROW(DivesAmong({dir.Write("dive.lcmlog", ""), cast}), UsageError);
+}
+
+TEST_F(ProfilesBeside, OneThatIsReadInPartIsAWarningWhoeverNamesIt) {
+  const fs::path line = Line();
+  const fs::path cast = dir.Write("cast.txt", "0 1510\n50 1505\nend\n");
+  const SurveyPlan plan = PlanSurvey({line}, false, {cast});
+  EXPECT_THAT(Surface(plan), ElementsAre(1510.0));
+  ASSERT_EQ(plan.warnings.size(), 1u);
+  EXPECT_EQ(plan.warnings[0].code, WarningCode::kProfileNotUsed);
+  EXPECT_THAT(plan.warnings[0].text, HasSubstr("cast.txt: line 3: expected depth"));
+}
+
+TEST_F(ProfilesBeside, PlacedSoundingsUseNoneAndANamedOneIsAWarning) {
+  SurveyPlan plan;
+  const fs::path cast = dir.Write("noon.asvp", kAtNoon);
+  ChooseProfiles({cast, {}}, false, &plan);
+  ChooseProfiles({{}, {cast}}, false, &plan);
+  EXPECT_THAT(plan.profiles, IsEmpty());
+  ASSERT_EQ(plan.warnings.size(), 2u);
+  EXPECT_EQ(plan.warnings[1].code, WarningCode::kProfileNotUsed);
 }
 
 }  // namespace

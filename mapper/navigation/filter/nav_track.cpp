@@ -168,6 +168,7 @@ void NavTrack::Restore(const Memory& memory) {
   keys_.assign(memory.keys.begin(), memory.keys.end());
   carried_.reset();
   smoothed_.clear();
+  taken_.reset();
 }
 
 const NavTrack::Instant* NavTrack::Remembered(Time t) const {
@@ -398,6 +399,37 @@ std::optional<Pose2> NavTrack::Hindsight(Time anchor, Time t) const {
   const Pose2 known_at_t{
       frozen.x + correction.x(), frozen.y + correction.y(), WrapAngle(frozen.yaw + correction.z())};
   return frozen * Inverse(known_at_t);
+}
+
+std::vector<SmoothedPose> NavTrack::TakeSmoothed(Time until) {
+  if (keys_.empty()) return {};
+  const std::size_t first = taken_ ? LastAtOrBefore(taken_->time, keys_).value_or(0) : 0;
+  const Epoch& now = epochs_.back();
+  ErrorVector adjoint = ErrorVector::Zero();  // of the measurements after a key
+  if (now.time >= keys_.back().time) adjoint = now.adjoint.cast<double>();
+  std::vector<SmoothedPose> smoothed;
+  for (std::size_t i = keys_.size(); i-- > first;) {
+    const Key& key = keys_[i];
+    const KeyVector correction = key.PJ.transpose() * adjoint;
+    smoothed.push_back({key.time,
+                        key.level,
+                        Moved(key.level, correction.head<3>()),
+                        key.v_map_mps + correction.tail<2>()});
+    adjoint = (key.from_last.adjoint + key.from_last.A.transpose() * adjoint).eval();
+  }
+  std::reverse(smoothed.begin(), smoothed.end());
+  // Since then it is known better where the last one was.
+  if (taken_ && taken_->time == smoothed.front().time) {
+    const Pose2 T_taken_now = taken_->smoothed * Inverse(smoothed.front().smoothed);
+    for (SmoothedPose& pose : smoothed) {
+      pose.smoothed = T_taken_now * pose.smoothed;
+      pose.v_map_mps = T_taken_now.Rotation() * pose.v_map_mps;
+    }
+    smoothed.erase(smoothed.begin());
+  }
+  std::erase_if(smoothed, [until](const SmoothedPose& pose) { return pose.time > until; });
+  if (!smoothed.empty()) taken_ = smoothed.back();
+  return smoothed;
 }
 
 }  // namespace seastitch

@@ -55,6 +55,7 @@ class NavTrack {
                                                     Time b,
                                                     const StampOffset* dvl_stamps = nullptr) const;
   std::optional<Pose2> Hindsight(Time anchor, Time t) const;
+  std::vector<SmoothedPose> TakeSmoothed(Time until);
 
   // For a restart: the newest state, and the poses at `instants` with what RelativeCovariance()
   // needs for them.
@@ -164,6 +165,8 @@ class NavTrack {
   // open submap take turns. The oldest is replaced.
   static constexpr std::size_t kSmoothed = 4;
   mutable std::deque<Smoothed> smoothed_;
+
+  std::optional<SmoothedPose> taken_;  // the last of TakeSmoothed()
 
   // After a restart, the only poses known before resumed_at_.
   struct Instant {

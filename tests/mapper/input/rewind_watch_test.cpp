@@ -69,6 +69,23 @@ TEST(RewindWatch, OneSensorWithAnEarlierTimeIsNoRewind) {
   EXPECT_FALSE(others.watch.behind_s());
 }
 
+TEST(RewindWatch, OneStampFarAheadIsNoRewind) {
+  Sensors sensors;
+  sensors.Play(0.0, 60.0, kAll);
+  for (const SensorChannel channel : kAll) sensors.Play(1e6, 1e6 + 0.01, {channel});
+  sensors.Play(60.0, 90.0, kAll);
+  EXPECT_FALSE(sensors.watch.behind_s());
+  EXPECT_FALSE(sensors.sure_after_s);
+}
+
+TEST(RewindWatch, ALogThatIsPlayedAgainAfterALongGapIsNamed) {
+  Sensors sensors;
+  sensors.Play(0.0, 60.0, kAll);
+  sensors.Play(1e6, 1e6 + 60.0, kAll);
+  sensors.Play(0.0, 10.0, kAll);
+  EXPECT_TRUE(sensors.sure_after_s);
+}
+
 TEST(RewindWatch, AnInertialUnitAloneIsNoRewind) {
   Sensors sensors;
   sensors.Play(0.0, 60.0, {SensorChannel::kImu});

@@ -308,6 +308,7 @@ class ClonedDive {
     const Pose2 T_anchored_map = *track_.Hindsight(test::At(frames_s_[a]), test::At(frames_s_[b]));
     return (Inverse(T_anchored_map) * frames_[a]).Vector() - frames_[a].Vector();
   }
+  const NavTrack& track() const { return track_; }
   Eigen::Vector3d ClonedCorrection(std::size_t a, std::size_t b) const {
     return corrections_at_[b].segment<3>(3 * static_cast<int>(a));
   }
@@ -472,6 +473,34 @@ TEST(ClonedStates, CorrectedAfterwardsGiveHindsight) {
     }
   EXPECT_GT(largest.head<2>().norm(), 0.25);
   EXPECT_GT(largest.z(), Deg2Rad(0.06));
+}
+
+// In one piece, and in two that meet in the middle of the dive.
+TEST(ClonedStates, TheSmoothedTrackIsThatOfHindsight) {
+  const ClonedDive& dive = DiveWithFramesOnWholeSeconds();
+  const Time end = *dive.track().latest();
+  NavTrack whole = dive.track();
+  const std::vector<SmoothedPose> smoothed = whole.TakeSmoothed(end);
+  ASSERT_GT(smoothed.size(), 200u);
+  double largest_m = 0.0;
+  for (const SmoothedPose& pose : smoothed) {
+    const Pose2 known_at_end = Inverse(*dive.track().Hindsight(pose.time, end)) * pose.given;
+    EXPECT_LT((pose.smoothed.Vector() - known_at_end.Vector()).norm(), 1e-9);
+    largest_m =
+        std::max(largest_m, (pose.smoothed.Translation() - pose.given.Translation()).norm());
+  }
+  EXPECT_GT(largest_m, 0.25);
+
+  NavTrack in_parts = dive.track();
+  std::vector<SmoothedPose> parts = in_parts.TakeSmoothed(test::At(100.0));
+  EXPECT_LE(parts.back().time, test::At(100.0));
+  for (const SmoothedPose& pose : in_parts.TakeSmoothed(end)) parts.push_back(pose);
+  EXPECT_TRUE(in_parts.TakeSmoothed(end).empty());
+  ASSERT_EQ(parts.size(), smoothed.size());
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    EXPECT_EQ(parts[i].time, smoothed[i].time);
+    EXPECT_LT((parts[i].smoothed.Vector() - smoothed[i].smoothed.Vector()).norm(), 1e-9);
+  }
 }
 
 }  // namespace
