@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "common/core/pose.hpp"
 
@@ -318,8 +319,11 @@ PositionFix FixModel::FixAt(double t_s) {
   const VehicleGeometry& vehicle = scene_.vehicle;
   const Eigen::Vector3d p_map =
       scene_.trajectory.StateAt(t_s).T_map_vehicle * vehicle.FixPointOf(source);
-  double north_m = p_map.x() + params_.sigma_m * random_.Normal();
-  double east_m = p_map.y() + params_.sigma_m * random_.Normal();
+  const double dt_s = t_s - std::exchange(last_s_, t_s);
+  wander_north_.Step(dt_s, &wander_random_);
+  wander_east_.Step(dt_s, &wander_random_);
+  double north_m = p_map.x() + wander_north_.value() + params_.sigma_m * random_.Normal();
+  double east_m = p_map.y() + wander_east_.value() + params_.sigma_m * random_.Normal();
   const double direction_rad = 2.0 * kPi * random_.Uniform();
   if (random_.Chance(params_.wrong_rate)) {
     north_m += params_.wrong_m * std::cos(direction_rad);
@@ -334,7 +338,9 @@ PositionFix FixModel::FixAt(double t_s) {
   PositionFix fix;
   fix.latitude_rad = Deg2Rad(latitude_deg);
   fix.longitude_rad = Deg2Rad(longitude_deg);
-  fix.covariance_north_east_m2 = params_.sigma_m * params_.sigma_m * Eigen::Matrix2d::Identity();
+  fix.covariance_north_east_m2 =
+      (params_.sigma_m * params_.sigma_m + params_.wander_m * params_.wander_m) *
+      Eigen::Matrix2d::Identity();
   fix.source = source;
   return fix;
 }

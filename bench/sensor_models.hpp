@@ -152,7 +152,11 @@ class MbesModel {
 struct FixParams {
   double interval_s = 0.0;  // 0: none
   bool gps = false;  // true: only while the vehicle is at the surface; false: USBL, all the time
-  double sigma_m = 2.0;  // north and east, independent in each fix; also the stated sigma
+  double sigma_m = 2.0;  // north and east, independent in each fix
+  // Error of north and east that wanders (Gauss-Markov), as a receiver's does with the satellites
+  // and the air. A fix states sigma_m and wander_m together.
+  double wander_m = 0.0;
+  double wander_s = 120.0;  // correlation time
   // fraction of fixes that are off by wrong_m in a random direction, with the usual stated sigma
   double wrong_rate = 0.0;
   double wrong_m = 100.0;
@@ -161,7 +165,10 @@ struct FixParams {
 class FixModel {
  public:
   FixModel(const FixParams& params, const Scene& scene, std::uint64_t seed)
-      : params_(params), scene_(scene), random_(seed, "position fixes") {}
+      : params_(params),
+        scene_(scene),
+        random_(seed, "position fixes"),
+        wander_random_(seed, "wander of position fixes") {}
   // Time of the first fix after t_s; nothing after the last.
   std::optional<double> TimeAfter(double t_s) const;
   PositionFix FixAt(double t_s);
@@ -170,6 +177,10 @@ class FixModel {
   FixParams params_;
   Scene scene_;
   Random random_;
+  Random wander_random_;
+  CorrelatedError wander_north_{params_.wander_m, params_.wander_s, &wander_random_};
+  CorrelatedError wander_east_{params_.wander_m, params_.wander_s, &wander_random_};
+  double last_s_ = 0.0;
 };
 
 }  // namespace seastitch::bench

@@ -452,11 +452,16 @@ void DeclareFixes(FixParams* p, ParameterTable* root) {
   table.Add("gps",
             &p->gps,
             "True: GPS, only while the vehicle is at the surface. False: USBL, all the time.");
-  table.Add("sigma_m",
-            &p->sigma_m,
-            kMetre,
-            Range::Above(0.0),
-            "Noise of north and east of each fix, which the fix also states.");
+  table.Add(
+      "sigma_m", &p->sigma_m, kMetre, Range::Above(0.0), "Noise of north and east of each fix.");
+  table.Add(
+      "wander_m",
+      &p->wander_m,
+      kMetre,
+      Range::AtLeast(0.0),
+      "Error of north and east that wanders (Gauss-Markov). A fix states sigma_m and wander_m "
+      "together.");
+  table.Add("wander_s", &p->wander_s, kSecond, Range::AtLeast(1.0), "Its correlation time.");
   table.Add("wrong_rate",
             &p->wrong_rate,
             kNone,

@@ -66,6 +66,7 @@ std::unique_ptr<GridTerrain> LoadRaster(const RasterParams& params, const MapBox
   cells.depth_m.resize(static_cast<std::size_t>(cells.rows) * cols);
   std::vector<float> line(cols);
   std::size_t known = 0;
+  bool any_water = false;
   for (int row = 0; row < cells.rows; ++row) {
     if (band->RasterIO(
             GF_Read, 0, row, cells.cols, 1, line.data(), cells.cols, 1, GDT_Float32, 0, 0) !=
@@ -81,9 +82,15 @@ std::unique_ptr<GridTerrain> LoadRaster(const RasterParams& params, const MapBox
       out[col] = static_cast<float>((params.positive_down ? double{v} : -double{v}) +
                                     params.depth_offset_m);
       ++known;
+      any_water = any_water || out[col] > 0.0f;
     }
   }
   if (known == 0) throw std::runtime_error(params.file + ": no cell has a value");
+  if (!any_water)
+    throw std::runtime_error(
+        params.file +
+        ": no cell lies below the water, where values are heights, negative below it; if they are "
+        "depths, set positive_down: true of terrain.raster in the survey's file");
   return std::make_unique<GridTerrain>(std::move(cells), params.fill_m, survey);
 }
 

@@ -18,7 +18,7 @@ struct RasterParams {
 // Loads the first band of a raster that GDAL reads, with the survey placed where it covers most
 // known cells. The map's north is the raster's up. Throws std::runtime_error "FILE: reason" if it
 // is not a raster, not in metres (geographic coordinates are not), rotated, too large, or without a
-// known cell.
+// known cell below the water.
 std::unique_ptr<GridTerrain> LoadRaster(const RasterParams& params, const MapBox& survey);
 
 }  // namespace seastitch::bench

@@ -61,8 +61,9 @@ class SubmapFrames {
   struct Frame {
     SubmapId id;
     NavState state;
-    Time end{};  // of the submap; not saved: after a restart it is that of the frame
+    Time end{};  // of the submap
 
+    // Not saved: end, which is that of the frame after a restart.
     template <class Archive, class Self>
     static void Fields(Archive& archive, Self& self) {
       archive(self.id, self.state);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 #include <stdexcept>
 #include <system_error>
 #include <utility>
@@ -16,6 +17,7 @@
 #include "products/map/depth_map.hpp"
 #include "products/map/judge.hpp"
 #include "products/product_files.hpp"
+#include "products/report/map_viewer.hpp"
 #include "products/report/noise_report.hpp"
 #include "products/report/report.hpp"
 #include "products/report/survey_drawing.hpp"
@@ -188,14 +190,15 @@ class ProductWriter {
 
   void WriteTrackAndLayers() {
     Write(product_files::kTrack, TrackCsv(track_, options_.datum));
-    Write(product_files::kGeoPackage,
-          GeoPackage(SurveyLayers(survey_, delivered_, track_, projection_), projection_));
+    const std::vector<VectorLayer> layers = SurveyLayers(survey_, delivered_, track_, projection_);
+    Write(product_files::kGeoPackage, GeoPackage(layers, projection_));
+    if (viewer_) map_data_ = viewer_->Data(layers);
   }
 
   void WriteReport() {
     summary_.horizontal_crs = projection_.horizontal();
     summary_.crs = projection_.compound();
-    Write(product_files::kReportPage, ReportHtml(survey_, summary_, options_));
+    Write(product_files::kReportPage, ReportHtml(survey_, summary_, options_, map_data_));
     // Last, so that its run figures cover all of the above.
     Write(product_files::kReport, ReportJson(survey_, summary_, options_));
   }
@@ -338,10 +341,12 @@ class ProductWriter {
   }
 
   void WriteMap() {
+    viewer_.emplace(geometry_);
     std::vector<float> before;
     {
       Raster raster = Grid(dead_reckoned_).Elevation();
       Write(product_files::kElevationAsNavigated, GeoTiff(geometry_, raster, projection_));
+      if (summary_.outcome == Outcome::kCorrected) viewer_->Add("elevation_before", raster);
       before = std::move(raster.values);
     }
     std::vector<float> after = WriteDelivered();
@@ -389,6 +394,9 @@ class ProductWriter {
     Raster uncertainty = map.Uncertainty(
         {options_.depth_bias_m, options_.noise.components.sounding_variance_ratio.value});
     Write(product_files::kUncertainty, GeoTiff(geometry_, uncertainty, projection_));
+    viewer_->Add("elevation", elevation);
+    viewer_->Add("uncertainty", uncertainty);
+    summary_.s44 = CompareWithS44(elevation, MismatchOfDelivered());
     return {std::move(elevation), std::move(uncertainty)};
   }
 
@@ -396,6 +404,8 @@ class ProductWriter {
     const Raster& after = MismatchOfDelivered();
     Write(product_files::kMismatchAsNavigated, GeoTiff(geometry_, mismatch_before_, projection_));
     Write(product_files::kMismatch, GeoTiff(geometry_, after, projection_));
+    if (summary_.outcome == Outcome::kCorrected) viewer_->Add("mismatch_before", mismatch_before_);
+    viewer_->Add("mismatch", after);
     const double highest_m =
         std::max(0.01, RangeOf({&mismatch_before_.values, &after.values}, 0.0, 0.98, 0.0).second);
     Picture picture = MismatchPicture(geometry_, mismatch_before_.values, seen_.values, highest_m);
@@ -448,6 +458,8 @@ class ProductWriter {
   Raster mismatch_solved_;  // empty where it was not measured
   Raster seen_;             // Density() of the delivered map
   std::vector<CorrectedState> track_;
+  std::optional<MapViewer> viewer_;
+  std::string map_data_;  // of viewer_
 };
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include "products/files/sounding_files.hpp"
 #include "products/map/consistency.hpp"
 #include "products/map/map_points.hpp"
+#include "products/map/s44.hpp"
 #include "products/report/dive_report.hpp"
 #include "products/survey.hpp"
 #include "products/track/dives.hpp"
@@ -125,6 +126,8 @@ struct ProductSummary {
   const ConsistencyFigures& after() const {
     return outcome == Outcome::kCorrected ? solved : before;
   }
+
+  S44Shares s44;  // of the delivered map
 
   double distance_m = 0.0;  // along the dead-reckoned track
   double duration_s = 0.0;

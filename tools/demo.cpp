@@ -141,7 +141,7 @@ std::function<void(const MapperEvent&)> StoreIn(const fs::path& folder) {
   fs::create_directories(folder);
   return [folder](const MapperEvent& event) {
     const auto* const submap = std::get_if<std::shared_ptr<const Submap>>(&event);
-    if (submap == nullptr) return;
+    if (submap == nullptr || (*submap)->cloud.empty()) return;
     WriteSubmapPcd(
         folder / SubmapFileName((*submap)->id), (*submap)->cloud, (*submap)->T_map_submap);
   };

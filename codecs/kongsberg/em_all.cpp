@@ -307,6 +307,17 @@ static PlacedPing PlacedPingOf(const EmDatagram& datagram,
   return ping;
 }
 
+std::optional<NavigationRecord> DecodeEmPingHeading(const EmDatagram& datagram) {
+  EmReader in(datagram);
+  const double heading_deg = in.Get<std::uint16_t>() / 100.0;
+  if (!in.ok() || heading_deg > 360.0) return std::nullopt;
+  NavigationRecord record;
+  record.time = datagram.time;
+  record.attitude = AttitudeFromDegrees(0.0, 0.0, heading_deg);
+  record.source = "em_ping";
+  return record;
+}
+
 std::optional<PlacedPing> DecodeEmX(const EmDatagram& datagram,
                                     std::uint8_t head,
                                     const SonarInstallation& installation) {

@@ -43,6 +43,10 @@ std::optional<PlacedPing> DecodeEmD(const EmDatagram& datagram,
                                     std::uint8_t head,
                                     const SonarInstallation& installation);
 
+// The heading that X and D state, as an attitude without roll and pitch (source "em_ping"): their
+// soundings are level. For files without an attitude.
+std::optional<NavigationRecord> DecodeEmPingHeading(const EmDatagram& datagram);
+
 // Attitude (A, n): angles of the vehicle, since the sonar has already applied the motion sensor's
 // mounting and delay. Values that the sensor flags invalid are left out.
 std::optional<std::vector<NavigationRecord>> DecodeEmA(const EmDatagram& datagram);

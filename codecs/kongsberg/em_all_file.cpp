@@ -50,8 +50,12 @@ bool EmAllFileReader::ReadDatagram(const EmDatagram& datagram, std::vector<Surve
       if (unusable > 0) Count("mbes_beam_unusable", unusable);
       return read;
     }
-    case 'X': return AppendRecords(DecodeEmX(datagram, HeadOf(datagram), installation_), out);
-    case 'D': return AppendRecords(DecodeEmD(datagram, HeadOf(datagram), installation_), out);
+    case 'X':
+      AppendRecords(DecodeEmPingHeading(datagram), out);
+      return AppendRecords(DecodeEmX(datagram, HeadOf(datagram), installation_), out);
+    case 'D':
+      AppendRecords(DecodeEmPingHeading(datagram), out);
+      return AppendRecords(DecodeEmD(datagram, HeadOf(datagram), installation_), out);
     case 'A': return AppendRecords(DecodeEmA(datagram), out);
     case 'n': return AppendRecords(DecodeEmNetworkAttitude(datagram), out);
     case 'P': return AppendRecords(DecodeEmP(datagram, installation_), out);

@@ -86,7 +86,9 @@ void AddOverlaps(const NoiseEstimate& noise, std::vector<std::string>* findings)
 
 bool IsClear(const std::optional<TimeOffsetEstimate>& offset) {
   constexpr double kLeastS = 0.002;
-  return offset && std::abs(offset->add_s) > std::max(kLeastS, 3.0 * offset->sigma_s);
+  constexpr double kMostS = 1.0;  // beyond it sonar_time_offset_s takes none
+  return offset && std::abs(offset->add_s) > std::max(kLeastS, 4.0 * offset->sigma_s) &&
+         std::abs(offset->add_s) < kMostS;
 }
 
 }  // namespace

@@ -14,9 +14,11 @@ std::string ReportJson(const Survey& survey,
                        const ProductSummary& summary,
                        const ProductOptions& options);
 
-// Text of report.html: one page; its pictures are the PNG files beside it. The same in every run.
+// Text of report.html: one page, with a map in it (MapViewer::Data(); empty: without); its pictures
+// are the PNG files beside it. The same in every run.
 std::string ReportHtml(const Survey& survey,
                        const ProductSummary& summary,
-                       const ProductOptions& options);
+                       const ProductOptions& options,
+                       const std::string& map_data);
 
 }  // namespace seastitch

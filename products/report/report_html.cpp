@@ -12,6 +12,7 @@
 #include "products/report/report.hpp"
 #include "products/report/report_page.hpp"
 #include "products/report/report_rows.hpp"
+#include "products/report/viewer_script.hpp"
 
 namespace seastitch {
 namespace {
@@ -104,6 +105,22 @@ std::string SurveyTable(const ProductSummary& s, const ProductOptions& options) 
   }
   for (const auto& [name, seed] : options.seeds) {
     table.Row({"Seed: " + Escaped(name), std::to_string(seed)});
+  }
+  return table.Finish();
+}
+
+// Empty where no swaths overlap.
+std::string S44Table(const S44Shares& shares) {
+  if (shares.cells == 0) return {};
+  HtmlTable table({"S-44 edition 6.1.0", "Largest TVU (95 %)", "Cells within"});
+  for (std::size_t k = 0; k < kS44Orders.size(); ++k) {
+    const S44Order& order = kS44Orders[k];
+    table.Row(
+        {order.name,
+         "&radic;(" + Fixed(order.a_m, 2) + "&sup2; + (" + Fixed(order.b, 4) + " depth)&sup2;) m",
+         Fixed(Percent(static_cast<double>(shares.within[k]), static_cast<double>(shares.cells)),
+               2) +
+             " %"});
   }
   return table.Finish();
 }
@@ -338,7 +355,8 @@ void AddClosureErrors(const ClosureErrors& e, std::map<std::string, std::string>
 
 std::string ReportHtml(const Survey& survey,
                        const ProductSummary& s,
-                       const ProductOptions& options) {
+                       const ProductOptions& options,
+                       const std::string& map_data) {
   const bool has_map = s.outcome != Outcome::kTrackAlone;
   std::map<std::string, std::string> values{
       {"title", Escaped(options.title)},
@@ -352,7 +370,11 @@ std::string ReportHtml(const Survey& survey,
       {"has_overlap", s.before_all.surface.cells + s.solved_all.surface.cells > 0 ? "yes" : ""},
       {"before_after", BeforeAfterTable(s)},
       {"survey", SurveyTable(s, options)},
+      {"s44", S44Table(s.s44)},
       {"has_map", has_map ? "yes" : ""},
+      {"has_viewer", map_data.empty() ? "" : "yes"},
+      {"map_data", map_data},
+      {"viewer_script", kViewerScript},
       {"has_truth", s.truth ? "yes" : ""},
       {"mounting", MountingTable(survey, s)},
       {"noise_findings", FindingsText(s, options)},

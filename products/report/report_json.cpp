@@ -221,6 +221,9 @@ std::string ReportJson(const Survey& survey,
       {"measure", "Roman and Singh 2006; see products/map/consistency.hpp"},
       {"compared_cells", {{"dead_reckoned", ToJson(s.before)}, {"solved", ToJson(s.solved)}}},
       {"all_cells", {{"dead_reckoned", ToJson(s.before_all)}, {"solved", ToJson(s.solved_all)}}}};
+  for (std::size_t k = 0; s.s44.cells > 0 && k < kS44Orders.size(); ++k)
+    r["s44_percent"][kS44Orders[k].key] =
+        Percent(static_cast<double>(s.s44.within[k]), static_cast<double>(s.s44.cells));
   r["map"] = {{"cell_m", s.cell_m}, {"cells", s.cells_mapped}, {"crs", s.crs}};
   r["track"] = {{"distance_m", s.distance_m}, {"duration_s", s.duration_s}};
   r["correction"] = {

@@ -208,7 +208,7 @@ class Counter {
     placed_.EndFile();
   }
   Census Finish() {
-    if (raw_.pings > 0) SetAttitudesOfPingsApart();
+    SetAttitudesOfPingsApart();
     KeepWhatCovers({&positions_});
     // Roll and pitch with a heading of another record are as good as an attitude.
     if (headings_.records.empty())
@@ -249,12 +249,14 @@ class Counter {
   }
   bool IsStated(const Quantity& quantity) const {
     return std::any_of(quantity.records.begin(), quantity.records.end(), [this](const auto& entry) {
-      return raw_.pings == 0 || !IsOfPings(entry.first);
+      return entry.first != kHeadingOfPings && (raw_.pings == 0 || !IsOfPings(entry.first));
     });
   }
+  // Beside raw pings they are too seldom; a heading alone is for want of an attitude.
   void SetAttitudesOfPingsApart() {
     for (const auto& [source, records] : attitudes_.records)
-      if (IsOfPings(source)) census_.attitudes_of_pings[source] = records;
+      if (IsOfPings(source) && (raw_.pings > 0 || source == kHeadingOfPings))
+        census_.attitudes_of_pings[source] = records;
     for (const auto& [source, records] : census_.attitudes_of_pings)
       attitudes_.records.erase(source);
   }
@@ -358,6 +360,8 @@ void AddLines(const Census& lines, Census* census) {
   census->ping_interval_s = lines.ping_interval_s;
 }
 
-bool IsOfPings(const std::string& source) { return source == "#MRZ" || source == "gsf_ping"; }
+bool IsOfPings(const std::string& source) {
+  return source == "#MRZ" || source == "gsf_ping" || source == kHeadingOfPings;
+}
 
 }  // namespace seastitch

@@ -19,7 +19,8 @@ namespace seastitch {
 // Sources of navigation beside the files are all kept: they are there on purpose.
 struct Census {
   Counters positions, velocities, attitudes, levels, headings, heaves, depths;
-  Counters attitudes_of_pings;  // IsOfPings(): beside raw pings not among the attitudes
+  // IsOfPings(), not among the attitudes: all beside raw pings, else those without roll and pitch.
+  Counters attitudes_of_pings;
   Counters still_heaves;        // sources whose heave is always 0
   // First position of each source. One that is far from most others of the source is left out.
   std::map<std::string, GivenPosition> start;
@@ -44,6 +45,9 @@ Census TakeCensus(std::vector<PlannedFile>* files);
 Census TakeLineCensus(std::vector<PlannedFile>* files);
 // Adds soundings by line, which are used where there are no others.
 void AddLines(const Census& lines, Census* census);
+
+// Source of headings that the pings of a sonar state, for want of an attitude.
+inline constexpr char kHeadingOfPings[] = "em_ping";
 
 // True if the records of this source state the pose of each ping for soundings that the sonar has
 // placed. Their attitude is too sparse for travel times and angles.

@@ -114,14 +114,15 @@ void ChooseAttitude(const Census& census, SurveyPlan* plan) {
   plan->heading_source = own.empty() ? Most(census.headings) : own;
 }
 
-// Raw pings without the attitude of a sensor: the sonar's own soundings, which need the heading of
-// each ping alone.
+// Without the attitude of a sensor: the sonar's own soundings, which need the heading of each ping
+// alone.
 void ChoosePings(const Census& census, SurveyPlan* plan) {
   plan->raw_pings = census.raw_pings > 0;
-  if (!plan->raw_pings || !plan->attitude_source.empty() || census.placed_with_depth == 0) return;
+  if (!plan->attitude_source.empty() || census.placed_with_depth == 0) return;
   plan->attitude_source = Most(census.attitudes_of_pings);
   if (plan->attitude_source.empty()) return;
-  plan->raw_pings = false;
+  plan->heading_source.clear();
+  if (!std::exchange(plan->raw_pings, false)) return;
   plan->warnings.push_back({WarningCode::kSonarsOwnSoundings,
                             "no attitude of a sensor: the sonar's own soundings are used"});
 }

@@ -1,6 +1,7 @@
 #include "bench/terrain.hpp"
 
 #include <gdal_priv.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <ogr_spatialref.h>
 
@@ -226,6 +227,16 @@ TEST_F(RasterFile, StandsAloneUnlessAnOverlayIsAskedFor) {
 TEST_F(RasterFile, RefusesDegrees) {
   Write("EPSG:4326");
   EXPECT_NE(ReasonOfRefusal().find("metres"), std::string::npos);
+}
+
+TEST_F(RasterFile, WithoutWaterNamesTheKeyForDepths) {
+  Write("EPSG:32619");
+  EXPECT_THAT(
+      [this] {
+        LoadRaster({path_.string(), /*positive_down=*/true, 0.0, 0.0, false},
+                   {{0.0, 0.0}, {10.0, 10.0}});
+      },
+      testing::ThrowsMessage<std::runtime_error>(testing::HasSubstr("positive_down")));
 }
 
 TEST_F(RasterFile, NamesAMissingFile) {

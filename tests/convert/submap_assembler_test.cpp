@@ -131,7 +131,7 @@ TEST(SubmapAssembler, RefusesEachDamagedAnnouncement) {
       {"too many points", [](submap_t& m) { m.num_points = kMaxSubmapPoints + 1; }},
       {"points negative", [](submap_t& m) { m.num_points = -1; }},
       {"chunks do not fit points", [](submap_t& m) { m.num_chunks = 2; }},
-      {"trigger unknown", [](submap_t& m) { m.trigger = 6; }},
+      {"trigger unknown", [](submap_t& m) { m.trigger = 7; }},
       {"ends before it starts", [](submap_t& m) { m.end_utime = m.utime - 1; }},
       {"frame outside", [](submap_t& m) { m.frame_utime = m.end_utime + 1; }},
       {"pose NaN", [](submap_t& m) { m.p_map_submap_m[0] = kNan; }},

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "products/map/s44.hpp"
 #include "tests/products/synthetic_survey.hpp"
 
 namespace seastitch {
@@ -168,6 +169,17 @@ TEST(Consistency, ComparesCellsThatAsManySubmapsSee) {
   EXPECT_EQ(FiguresOfComparableCells(thrice, twice).surface.cells, cells - 1);
   EXPECT_NEAR(FiguresOfComparableCells(thrice, twice).surface.rms_m, 0.1, 1e-6);
   EXPECT_GT(FiguresOfComparableCells(twice, twice).surface.rms_m, 0.13);
+}
+
+// At 100 m: sqrt(2) sqrt(0.15^2 + 0.75^2) = 1.082 m for the Exclusive Order.
+TEST(S44, CountsTheCellsOfEachOrderAndLeavesOutThoseOfOneSwath) {
+  Raster elevation, mismatch;
+  elevation.values = {-100.0f, -100.0f, -100.0f, kNoData};
+  mismatch.values = {1.07f, 1.09f, kNoData, 0.0f};
+  const S44Shares shares = CompareWithS44(elevation, mismatch);
+  EXPECT_EQ(shares.cells, 2u);
+  EXPECT_EQ(shares.within, (std::array<std::uint64_t, 4>{1, 2, 2, 2}));
+  EXPECT_NEAR(kS44Orders[3].TvuM(100.0), std::hypot(1.0, 2.3), 1e-12);
 }
 
 }  // namespace

@@ -1,10 +1,11 @@
-// The files of a map as other people's programs read them: GDAL, GMT and QGIS.
+// The files of a map as other people's programs read them: GDAL, GMT, QGIS and Chromium.
 
 #include <gmock/gmock.h>
 
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <sstream>
 #include <string>
 
@@ -145,6 +146,40 @@ TEST_F(MapReaders, QgisDrawsTheProjectAsItIsMeant) {
   EXPECT_GT(double(deep[2]), 1.3 * double(deep[0])) << deep;         // blue above red
   EXPECT_GT(double(shallow[0]), double(shallow[2])) << shallow;      // red above blue
   EXPECT_GT(double(shallow[1]), double(deep[1]) + 50.0) << shallow;  // lighter
+}
+
+// The map in the report says of a place what the map files say.
+TEST_F(MapReaders, ChromiumShowsTheReportsMapOnADeskAndOnAPhone) {
+  const auto north_east_text = [](const nlohmann::json& center) {
+    std::ostringstream text;
+    text.precision(12);
+    text << double(center[1]) << " " << double(center[0]);
+    return text.str();
+  };
+  const nlohmann::json center = GdalInfo("elevation.tif")["cornerCoordinates"]["center"];
+  const TemporaryDir home;
+  const auto run =
+      RunCommand("HOME=" + home.path().string() + " /usr/bin/python3 " +
+                 (SourceDir() / "tests/survey/report_in_browser.py").string() + " " +
+                 (Map() / "report.html").string() + " " + north_east_text(center) + " 2>/dev/null");
+  if (run.exit_code == 77) GTEST_SKIP() << "no Chromium here";
+  ASSERT_EQ(run.exit_code, 0) << run.output;
+  const nlohmann::json seen = nlohmann::json::parse(run.output);
+  EXPECT_EQ(seen["title"], "short.lcmlog");
+  EXPECT_TRUE(seen["drawn"]);
+  EXPECT_TRUE(seen["errors"].empty()) << seen["errors"];
+  EXPECT_LE(seen["too_wide_px"], 0);
+  EXPECT_EQ(seen["layers"], nlohmann::json({"depth", "difference", "mismatch", "uncertainty"}));
+  // "north N m, east E m, depth D m": of the cell at N, E.
+  const std::string says = seen["says"];
+  std::smatch found;
+  ASSERT_TRUE(std::regex_search(
+      says, found, std::regex("north ([0-9.]+) m, east ([0-9.]+) m .* depth ([0-9.]+) m")))
+      << says;
+  const auto value =
+      RunCommand("gdallocationinfo -valonly -geoloc " + (Map() / "elevation.tif").string() + " " +
+                 found[2].str() + " " + found[1].str());
+  EXPECT_NEAR(std::stod(found[3].str()), -std::stod(value.output), 0.011) << says;
 }
 
 }  // namespace

@@ -16,6 +16,7 @@
 #include "codecs/makers/s7k_writer.hpp"
 #include "common/convert/channels.hpp"
 #include "common/convert/convert.hpp"
+#include "common/core/pose.hpp"
 #include "survey/plan/ping_losses.hpp"
 #include "survey/plan/survey_plan.hpp"
 #include "tests/drivers/test_data.hpp"
@@ -238,6 +239,34 @@ TEST(SurveySources, HeaveOfTheMotionSensorThatTakesOverIsUsed) {
   const Played played({dir.Write("a.kmall", kmall.bytes())});
   ASSERT_EQ(played.survey.plan().attitude_source, "#SKM0");
   EXPECT_GT(played.samples.at("depth"), 91 * 30) << "some of the second sensor";
+}
+
+// Soundings of X and D are level: the heading that each ping states suffices.
+TEST(SurveySources, SoundingsOfAllWithoutAnAttitudeLieWhereTheirHeadingPutsThem) {
+  for (const char* const name : {"d.all", "x.all"}) {
+    const fs::path file = Shared("cases/all_soundings_without_attitude") / name;
+    SKIP_WITHOUT(file);
+    SurveyFiles survey(MakeSurveyPlan({file}));
+    EXPECT_EQ(survey.plan().Problem(), std::nullopt) << name;
+    double depth_m = 0.0, sum_m = 0.0;
+    int soundings = 0;
+    ReadAll(
+        &survey,
+        [&](const DepthSample& sample) { depth_m = sample.depth_m; },
+        [&](const NavigationSample& sample) {
+          if (!sample.attitude) return;
+          const Eigen::Vector3d ahead = sample.attitude->q_ned_imu * Eigen::Vector3d::UnitX();
+          EXPECT_NEAR(ahead.y(), 1.0, 1e-6) << "east";
+        },
+        [&](const SoundingPing& ping) {
+          for (const auto& sounding : ping.soundings) {
+            sum_m += depth_m + double{sounding.p_level_m.z()};
+            ++soundings;
+          }
+        });
+    ASSERT_EQ(soundings, 1300) << name;
+    EXPECT_NEAR(sum_m / soundings, 20.0, 0.01) << name;
+  }
 }
 
 TEST(SurveyDepth, AHeaveThatIsAlwaysZeroIsNone) {

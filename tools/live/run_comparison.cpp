@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
 #include <cstdio>
 #include <fstream>
+#include <limits>
 #include <map>
 #include <optional>
 #include <set>
@@ -54,10 +54,23 @@ std::map<std::string, std::string> Edges(const fs::path& products) {
   return edges;
 }
 
-// x, y [m], yaw [rad] and their sigmas, by utime.
-using Track = std::map<std::int64_t, std::array<double, 6>>;
+// Solved vertices of graph.g2o by id: x, y [m], yaw [rad].
+std::map<int, Pose2> Vertices(const fs::path& products) {
+  std::map<int, Pose2> vertices;
+  std::ifstream in = Open(products / "graph.g2o");
+  for (std::string line; std::getline(in, line);) {
+    std::istringstream words(line);
+    std::string tag;
+    int id = 0;
+    Pose2 pose;
+    if (words >> tag >> id >> pose.x >> pose.y >> pose.yaw && tag == "VERTEX_SE2")
+      vertices[id] = pose;
+  }
+  return vertices;
+}
 
-Track ReadTrack(const fs::path& products) {
+// The smallest sigmas of x, y [m] and yaw [rad] along track.csv.
+std::array<double, 3> SmallestSigmas(const fs::path& products) {
   const fs::path file = products / "track.csv";
   std::ifstream in = Open(file);
   const auto cells_of = [](const std::string& line) {
@@ -69,33 +82,37 @@ Track ReadTrack(const fs::path& products) {
   std::string line;
   std::getline(in, line);
   const std::vector<std::string> names = cells_of(line);
-  std::array<std::size_t, 6> columns{};
-  const char* const wanted[] = {"x_m", "y_m", "yaw_deg", "sigma_x_m", "sigma_y_m", "sigma_yaw_deg"};
+  std::array<std::size_t, 3> columns{};
+  const char* const wanted[] = {"sigma_x_m", "sigma_y_m", "sigma_yaw_deg"};
   for (std::size_t i = 0; i < columns.size(); ++i) {
     const auto found = std::find(names.begin(), names.end(), wanted[i]);
     if (found == names.end()) throw std::runtime_error(file.string() + ": no " + wanted[i]);
     columns[i] = static_cast<std::size_t>(found - names.begin());
   }
-  Track track;
+  std::array<double, 3> smallest;
+  smallest.fill(std::numeric_limits<double>::infinity());
   while (std::getline(in, line)) {
     const std::vector<std::string> cells = cells_of(line);
-    std::array<double, 6>& state = track[std::stoll(cells.at(0))];
-    for (std::size_t i = 0; i < columns.size(); ++i) state[i] = std::stod(cells.at(columns[i]));
+    for (std::size_t i = 0; i < columns.size(); ++i)
+      if (columns[i] < cells.size() && !cells[columns[i]].empty())
+        smallest[i] = std::min(smallest[i], std::stod(cells[columns[i]]));
   }
-  return track;
+  smallest[2] = Deg2Rad(smallest[2]);
+  return smallest;
 }
 
-double PosesApart(const Track& a, const Track& b) {
+// Of the submaps' poses: the track between them is smoothed in a replay of the sensors alone.
+double PosesApart(const fs::path& first, const fs::path& second) {
+  const std::map<int, Pose2> vertices = Vertices(first), others = Vertices(second);
+  const std::array<double, 3> sigma = SmallestSigmas(second);
   double most = 0.0;
-  for (const auto& [utime, state] : a) {
-    const auto found = b.find(utime);
-    if (found == b.end()) continue;
-    const std::array<double, 6>& other = found->second;
-    const double yaw_deg = Rad2Deg(WrapAngle(Deg2Rad(state[2] - other[2])));
+  for (const auto& [id, pose] : vertices) {
+    const auto found = others.find(id);
+    if (found == others.end()) continue;
     most = std::max({most,
-                     std::abs(state[0] - other[0]) / other[3],
-                     std::abs(state[1] - other[1]) / other[4],
-                     std::abs(yaw_deg) / other[5]});
+                     std::abs(pose.x - found->second.x) / sigma[0],
+                     std::abs(pose.y - found->second.y) / sigma[1],
+                     std::abs(WrapAngle(pose.yaw - found->second.yaw)) / sigma[2]});
   }
   return most;
 }
@@ -136,7 +153,7 @@ RunComparison CompareRuns(const RunFolders& first, const RunFolders& second) {
   }
   for (const auto& [pair, line] : other_edges)
     if (!edges.contains(pair)) out.second_alone.push_back(pair);
-  out.poses_apart = PosesApart(ReadTrack(first.products), ReadTrack(second.products));
+  out.poses_apart = PosesApart(first.products, second.products);
   return out;
 }
 
@@ -151,8 +168,10 @@ std::string Text(const RunComparison& c, const std::string& first, const std::st
   if (!c.first_alone.empty()) text += "  " + first + " alone:" + List(c.first_alone) + "\n";
   if (!c.second_alone.empty()) text += "  " + second + " alone:" + List(c.second_alone) + "\n";
   char poses[80];
-  std::snprintf(
-      poses, sizeof poses, "poses: at most %.2f of their stated sigma apart\n", c.poses_apart);
+  std::snprintf(poses,
+                sizeof poses,
+                "poses: at most %.2f of the smallest stated sigma apart\n",
+                c.poses_apart);
   return text + poses;
 }
 

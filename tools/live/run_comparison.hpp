@@ -16,8 +16,8 @@ struct RunComparison {
   std::vector<std::string> edges_apart;    // edges with different values
   std::vector<std::string> first_alone;
   std::vector<std::string> second_alone;
-  double poses_apart =
-      0.0;  // most of x, y and yaw along the track, in sigmas that the second states
+  // Most of x, y and yaw of a submap's pose, in the smallest sigmas that the second states.
+  double poses_apart = 0.0;
 };
 
 // Where the results of a run are.
