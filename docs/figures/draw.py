@@ -220,7 +220,8 @@ def submaps(survey):
 
 def registration(survey):
     cell = 0.5
-    target, source = PAIR
+    mapped = sorted(survey.footprints)
+    target, source = mapped[PAIR[0]], mapped[PAIR[1]]
     fixed = heights(survey.points(target, True), cell)
     canvas = Canvas(1180, 760)
     # The whole misfit of the pair is drawn at the source: the target keeps its place.

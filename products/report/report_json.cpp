@@ -36,19 +36,21 @@ void AddTruth(Json* report, const ProductSummary& s) {
   r["position_rms_m"] = BeforeAfter(t.before.position_rms_m, t.after.position_rms_m);
   r["position_max_m"] = BeforeAfter(t.before.position_max_m, t.after.position_max_m);
   r["yaw_rms_deg"] = BeforeAfter(t.before.yaw_rms_deg, t.after.yaw_rms_deg);
-  r["truth"] = {{"states", t.before.states},
-                {"yaw_mean_deg", BeforeAfter(t.before.yaw_mean_deg, t.after.yaw_mean_deg)},
-                {"aligned_position_rms_m",
-                 BeforeAfter(t.before_aligned.position_rms_m, t.after_aligned.position_rms_m)},
-                {"aligned_yaw_rms_deg",
-                 BeforeAfter(t.before_aligned.yaw_rms_deg, t.after_aligned.yaw_rms_deg)},
-                {"drift_percent_of_distance",
-                 {{"at_end",
-                   BeforeAfter(Percent(t.before.position_end_m, s.distance_m),
-                               Percent(t.after.position_end_m, s.distance_m))},
-                  {"largest",
-                   BeforeAfter(Percent(t.before.position_max_m, s.distance_m),
-                               Percent(t.after.position_max_m, s.distance_m))}}}};
+  r["truth"] = {
+      {"states", t.before.states},
+      {"yaw_mean_deg", BeforeAfter(t.before.yaw_mean_deg, t.after.yaw_mean_deg)},
+      {"position_change_m", BeforeAfter(t.before.position_change_m, t.after.position_change_m)},
+      {"aligned_position_rms_m",
+       BeforeAfter(t.before_aligned.position_rms_m, t.after_aligned.position_rms_m)},
+      {"aligned_yaw_rms_deg",
+       BeforeAfter(t.before_aligned.yaw_rms_deg, t.after_aligned.yaw_rms_deg)},
+      {"drift_percent_of_distance",
+       {{"at_end",
+         BeforeAfter(Percent(t.before.position_end_m, s.distance_m),
+                     Percent(t.after.position_end_m, s.distance_m))},
+        {"largest",
+         BeforeAfter(Percent(t.before.position_max_m, s.distance_m),
+                     Percent(t.after.position_max_m, s.distance_m))}}}};
 }
 
 void AddPublished(Json* report, const TruthComparison& published) {

@@ -37,7 +37,7 @@ summary{cursor:pointer}details{overflow-x:auto}figure{margin:0}img{width:100%;bo
 <label><input type="checkbox" name="submaps"> submaps</label>
 <button data-part="closer" aria-label="Closer">+</button><button data-part="farther" aria-label="Farther">&minus;</button><button data-part="whole">Whole map</button></p>
 <canvas data-part="map" tabindex="0" role="img" aria-label="Map. Arrow keys move it, plus and minus zoom, 0 shows all, Enter tells about its middle."></canvas>
-<p class="row" data-part="slider"><label class="wide">delivered map <input data-part="split" type="range" min="0" max="100" value="0"> as navigated</label></p>
+<p class="row" data-part="slider"><label class="wide">compare with the map as navigated <input data-part="split" type="range" min="0" max="100" value="0"></label></p>
 <p class="row small"><span data-part="low"></span><span class="bar" data-part="bar"></span><span data-part="high"></span></p>
 <p class="small" data-part="readout" aria-live="polite">Click the map, or press Enter in it, for depth, sigma and submaps at that place.</p>
 </section>

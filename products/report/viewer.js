@@ -133,8 +133,10 @@
       for (const closure of map.closures)
         drawLine(closure.line, closure.used ? 'rgba(220,30,90,.6)' : 'rgba(120,120,130,.5)', 1);
     if (isOn('track')) {
-      for (const line of map.track_before) drawLine(line, 'rgba(150,60,40,.8)', 1);
-      for (const line of map.track) drawLine(line, 'rgba(20,20,25,.9)', 1.4);
+      for (const line of map.track_before) drawLine(line, 'rgba(190,70,40,.9)', 1);
+      // With a pale edge, to be seen on dark ground too.
+      for (const line of map.track) drawLine(line, 'rgba(255,255,255,.7)', 3);
+      for (const line of map.track) drawLine(line, 'rgba(20,20,25,.95)', 1.4);
     }
     if (marked) {
       const [x, y] = toScreen(...marked);
@@ -172,6 +174,17 @@
     context.fillText('N', 20, 28);
   }
 
+  // The border between both maps, and which is which.
+  function drawSplit(x, ink) {
+    context.fillStyle = ink;
+    if (x < canvas.clientWidth) context.fillRect(x - 1, 0, 2, canvas.clientHeight);
+    context.font = '13px "DejaVu Sans", system-ui, sans-serif';
+    context.textAlign = 'right';
+    context.fillText('as navigated', x - 8, 20);
+    context.textAlign = 'left';
+    if (x < canvas.clientWidth) context.fillText('delivered map', x + 8, 20);
+  }
+
   function draw() {
     const ratio = window.devicePixelRatio || 1;
     const width = Math.round(canvas.clientWidth * ratio), height = Math.round(canvas.clientHeight * ratio);
@@ -183,10 +196,7 @@
     drawRaster(layer.after, x, canvas.clientWidth);
     drawOverlays();
     const ink = getComputedStyle(root).color;
-    if (x > 0 && x < canvas.clientWidth) {
-      context.fillStyle = ink;
-      context.fillRect(x - 1, 0, 2, canvas.clientHeight);
-    }
+    if (x > 0) drawSplit(x, ink);
     drawScale(ink);
   }
 

@@ -62,6 +62,7 @@ std::optional<Pose2> TruthAt(const std::vector<TruthState>& truth, Time time) {
 }
 
 struct Matched {
+  Time time;
   Pose2 truth;
   Pose2 dead_reckoned;
   Pose2 corrected;
@@ -74,7 +75,7 @@ std::vector<Matched> Match(const std::vector<CorrectedState>& track,
     if (const std::optional<Pose2> there = TruthAt(truth, s.time)) {
       const Pose2 dead_reckoned{
           s.p_dead_reckoned.x(), s.p_dead_reckoned.y(), s.rpy_dead_reckoned_rad.z()};
-      matched.push_back({*there, dead_reckoned, s.corrected});
+      matched.push_back({s.time, *there, dead_reckoned, s.corrected});
     }
   }
   return matched;
@@ -101,6 +102,25 @@ Pose2 BestFit(const std::vector<Matched>& matched, Pose2 Matched::*estimate) {
   return {shift.x(), shift.y(), turn.yaw};
 }
 
+// The value below which 99.9 % of the changes of the position error within a second lie.
+double ChangeWithinASecond(const std::vector<Matched>& matched, Pose2 Matched::*estimate) {
+  constexpr double kShare = 0.999;
+  const auto error = [estimate](const Matched& m) -> Eigen::Vector2d {
+    return (m.*estimate).Translation() - m.truth.Translation();
+  };
+  std::vector<double> changes;
+  auto before = matched.begin();
+  for (auto m = matched.begin(); m != matched.end(); ++m) {
+    if (m->time < before->time) before = m;  // another dive
+    while (ToSeconds(m->time - before->time) > 1.0) ++before;
+    changes.push_back((error(*m) - error(*before)).norm());
+  }
+  const auto at = changes.begin() +
+                  static_cast<std::ptrdiff_t>(kShare * static_cast<double>(changes.size() - 1));
+  std::nth_element(changes.begin(), at, changes.end());
+  return *at;
+}
+
 TrackError ErrorOf(const std::vector<Matched>& matched,
                    Pose2 Matched::*estimate,
                    const Pose2& T_truth_map) {
@@ -121,6 +141,7 @@ TrackError ErrorOf(const std::vector<Matched>& matched,
   error.position_rms_m = std::sqrt(position2 / n);
   error.yaw_rms_deg = Rad2Deg(std::sqrt(yaw2 / n));
   error.yaw_mean_deg = Rad2Deg(yaw / n);
+  error.position_change_m = ChangeWithinASecond(matched, estimate);
   return error;
 }
 
@@ -169,7 +190,7 @@ std::optional<TruthComparison> ComparePublishedWithTruth(
   std::vector<Matched> matched;
   for (const PublishedState& s : published)
     if (const std::optional<Pose2> there = TruthAt(truth, s.time))
-      matched.push_back({*there, s.nav, s.corrected});
+      matched.push_back({s.time, *there, s.nav, s.corrected});
   return Compare(matched);
 }
 

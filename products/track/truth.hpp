@@ -30,6 +30,8 @@ struct TrackError {
   double position_rms_m = 0.0;
   double position_max_m = 0.0;
   double position_end_m = 0.0;  // at the last state compared
+  // 99.9 % of the changes of the position error within a second: steps of the track.
+  double position_change_m = 0.0;
   double yaw_rms_deg = 0.0;
   double yaw_mean_deg = 0.0;  // positive: the track is turned clockwise
   std::uint64_t states = 0;

@@ -84,15 +84,16 @@ TEST(Demo, CorrectsTheMapLiveAndInReplay) {
     EXPECT_EQ(faults[1].str().find(fault), std::string::npos) << faults[1];
   // The same survey without processes.
   const std::string log = (dir.path() / "short.lcmlog").string();
-  const std::string map = (dir.path() / "map").string();
+  const fs::path map = dir.path() / "map";
   const CommandResult made =
       RunCommand(Program("seastitch") + " bench --survey " + kConfig + "bench/short.yaml --log " +
-                 log + " && " + Program("seastitch") + " replay " + log + " --out " + map);
+                 log + " && " + Program("seastitch") + " replay " + log + " --out " + map.string());
   ASSERT_EQ(made.exit_code, 0) << made.output;
   const auto position_m = [](const fs::path& run) {
     return ReadJson(run / "report.json")["position_rms_m"]["after"].get<double>();
   };
   EXPECT_NEAR(position_m(out / "replay"), position_m(map), 0.1 * position_m(map)) << demo.output;
+  EXPECT_LT(ReadJson(map / "report.json")["truth"]["position_change_m"]["after"], 0.1);
 }
 
 // How many processes have `word` in their command line.

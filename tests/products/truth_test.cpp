@@ -82,6 +82,23 @@ TEST(Truth, IsComparedAsDeliveredAndForTheShapeAlone) {
   EXPECT_NEAR(result->before_aligned.position_rms_m, 0.01 * std::hypot(2.9155, 3.0129), 1e-3);
 }
 
+// As navigated the position steps by half a metre once; the delivered track creeps by a centimetre
+// a second.
+TEST(Truth, AStepOfTheTrackIsAChangeOfItsErrorWithinASecond) {
+  std::vector<CorrectedState> track;
+  std::vector<TruthState> truth;
+  for (int i = 0; i <= 1000; ++i) {
+    const double s = 0.1 * i;
+    const Pose2 p{1.5 * s, 0.0, 0.0};
+    track.push_back(StateOf(s, {p.x, i < 500 ? 0.0 : 0.5, 0.0}, {p.x, 0.01 * s, 0.0}));
+    truth.push_back({FromUtime(0) + FromSeconds(s), p});
+  }
+  const auto result = CompareWithTruth(track, truth);
+  ASSERT_TRUE(result);
+  EXPECT_NEAR(result->before.position_change_m, 0.5, 1e-9);
+  EXPECT_NEAR(result->after.position_change_m, 0.01, 1e-4);
+}
+
 TEST(Truth, IsNotInterpolatedOverGaps) {
   std::vector<CorrectedState> track;
   for (int i = 0; i <= 40; ++i) track.push_back(StateOf(0.1 * i, {}, {}));
