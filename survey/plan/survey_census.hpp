@@ -21,7 +21,7 @@ struct Census {
   Counters positions, velocities, attitudes, levels, headings, heaves, depths;
   // IsOfPings(), not among the attitudes: all beside raw pings, else those without roll and pitch.
   Counters attitudes_of_pings;
-  Counters still_heaves;        // sources whose heave is always 0
+  Counters still_heaves;  // sources whose heave is always 0
   // First position of each source. One that is far from most others of the source is left out.
   std::map<std::string, GivenPosition> start;
   std::map<std::string, Eigen::Vector2d> grid_start;
