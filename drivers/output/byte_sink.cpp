@@ -33,10 +33,11 @@ class UdpSink : public ByteSink {
       error_.clear();
       return;
     }
+    const int error = errno;
     ++counters_["udp_send_errors"];
-    error_ = std::strerror(errno);
+    error_ = std::strerror(error);
     // An interface that came back has another number: the socket is opened again.
-    if (errno != EAGAIN && errno != ENOBUFS) socket_.Lose(error_);
+    if (error != EAGAIN && error != ENOBUFS) socket_.Lose(error_);
   }
 
   void Check() override { socket_.TryToOpen(); }

@@ -332,9 +332,9 @@
         if (rasters[raster]) pictures[raster] = pictureOf(raster, layer);
     }
     root.hidden = false;
-    document.getElementById('pictures').hidden = true;
     showAll();
     chooseLayer();
+    document.getElementById('pictures').hidden = true;
     root.dataset.ready = 'yes';
   }
   // Without a browser that can unpack the rasters, the pictures stay.

@@ -23,13 +23,12 @@ void Smooth(const std::vector<SmoothedPose>& poses,
 // Interpolates the corrections of the submap frames over the whole track.
 //
 // Each corrected submap defines a rigid motion of the track as navigation smoothed it
-// (TrackState::smoothed). At the time of a
-// submap's frame the track is moved by that submap's motion. Between the times of two frames both
-// motions are blended: the later one has the weight 3 u^2 - 2 u^3, where u, 0 to 1, is the elapsed
-// part of the time between them. The weight's slope is zero at both ends. So the corrected track
-// and its velocity are continuous, and the track passes through every corrected frame with that
-// submap's correction of yaw. Before the first and after the last frame of a dive the motion of
-// that submap applies.
+// (TrackState::smoothed). At the time of a submap's frame the track is moved by that submap's
+// motion. Between the times of two frames both motions are blended: the later one has the weight 3
+// u^2 - 2 u^3, where u, 0 to 1, is the elapsed part of the time between them. The weight's slope is
+// zero at both ends. So the corrected track and its velocity are continuous, and the track passes
+// through every corrected frame with that submap's correction of yaw. Before the first and after
+// the last frame of a dive the motion of that submap applies.
 class TrackCorrection {
  public:
   // poses, sigmas: one per submap of the survey. Of frames of one dive with the same time, the

@@ -1,9 +1,11 @@
 // The sentences of seastitch-nav-output: when, with what quality, and what its file may say.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include "common/core/pose.hpp"
 #include "common/runtime/config/config.hpp"
+#include "drivers/output/byte_sink.hpp"
 #include "drivers/output/nav_output_node.hpp"
 #include "tests/paths.hpp"
 #include "tests/runtime/temporary_dir.hpp"
@@ -93,6 +95,20 @@ TEST(NavOutputConfig, MistakesAreNamedByFileKeyAndWhatWasExpected) {
   const std::string usable = "serial: \"serial:/dev/ttyS0?baud=38400\"\n";
   EXPECT_EQ(LoadNavOutputConfig(dir.Write("nav_output.yaml", vehicle + usable)).outputs().size(),
             1u);
+}
+
+// A datagram that the kernel refuses loses the socket; it is opened again within two seconds.
+TEST(UdpSink, IsOpenedAgainAfterAnError) {
+  const auto sink = OpenByteSink("udp:127.0.0.1:9");
+  sink->Send(std::string(70'000, 'x'));
+  EXPECT_NE(sink->trouble(), "");
+  EXPECT_EQ(sink->counters().at("udp_send_errors"), 1);
+  for (int i = 0; i < 40 && !sink->trouble().empty(); ++i) {
+    usleep(50'000);
+    sink->Send("short\r\n");
+  }
+  EXPECT_EQ(sink->trouble(), "");
+  EXPECT_EQ(sink->counters().at("udp_send_errors"), 1);
 }
 
 }  // namespace

@@ -399,6 +399,37 @@ TEST_F(SeveralDives, AFileOfAnInsIsNearlyAsGoodAsItsSensors) {
   EXPECT_LT(sensors_m, 0.1);
 }
 
+// Each dive has its fixes and its frames for them, which are no submaps to a person.
+TEST_F(SeveralDives, EachKeepsItsFixesAtTheSurface) {
+  const TemporaryDir dir;
+  const auto replay = [&](const std::string& inputs) {
+    const CommandResult result =
+        RunCommand("cd " + dir.path().string() + " && " + Program("seastitch") +
+                   " replay --quiet " + inputs + " --out " + (out_.path() / "map").string());
+    EXPECT_EQ(result.exit_code, 0) << result.output;
+    std::smatch fixes;
+    const std::string statement = Report()["statement"];
+    EXPECT_TRUE(std::regex_search(statement, fixes, std::regex("up to (\\d+) position fixes")))
+        << statement;
+    return std::pair(Report()["submaps"].get<int>(), std::stoi(fixes[1].str()));
+  };
+  std::pair<int, int> sum{0, 0};
+  for (const std::string seed : {"11", "12"}) {
+    fs::create_directory(dir / seed);
+    const std::string survey = std::regex_replace(
+        TextOf(ConfigFile("bench/short.yaml")), std::regex("seed: 11"), "seed: " + seed);
+    const auto bench =
+        RunCommand(Program("seastitch") + " bench --survey " + dir.Write("s.yaml", survey) +
+                   " --log " + (dir / seed / "l.lcmlog").string());
+    ASSERT_EQ(bench.exit_code, 0) << bench.output;
+    const auto [submaps, fixes] = replay(seed);
+    EXPECT_GE(fixes, 4);
+    sum.first += submaps;
+    sum.second += fixes;
+  }
+  EXPECT_EQ(replay("11 12"), sum);
+}
+
 // The exported corrected navigation, used as an SBET beside the same pings.
 TEST_F(SeveralDives, ASbetBesideTheFilesIsTheirNavigation) {
   ASSERT_EQ(Replay("whole.kmall").exit_code, 0);
