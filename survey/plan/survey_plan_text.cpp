@@ -60,7 +60,7 @@ std::string DelayText(const InstalledSensor* sensor) {
                 sizeof line,
                 "    its stamps are late by %.3f s: %s\n",
                 sensor->delay_s,
-                sensor->delay_is_applied ? "corrected" : "not corrected (docs/survey-files.md)");
+                sensor->delay_is_applied ? "corrected" : "not corrected (docs/survey-files-accuracy.md)");
   return line;
 }
 

@@ -25,7 +25,7 @@ struct RealFile {
   int pings;
   std::size_t beams;
   // That an independent ray trace of the same file reached; of em2040_ac that of this geometry,
-  // with R of its tilted receivers as an inclination (docs/survey-files.md).
+  // with R of its tilted receivers as an inclination (docs/survey-files-accuracy.md).
   Eigen::Vector3d rms_percent;
 };
 

@@ -127,7 +127,7 @@ TEST_F(SeveralDives, BecomeOneMapAndOneElsewhereStandsApart) {
   RecordProperty("shape_in_one_m", std::to_string(in_one_m));
   RecordProperty("shape_in_three_m", std::to_string(in_three_m));
   std::printf("shape: %.3f m in one, %.3f m in three\n", in_one_m, in_three_m);
-  // Three lines of 60 m without a fix. Whole surveys: docs/survey-files.md.
+  // Three lines of 60 m without a fix. Whole surveys: docs/several-dives.md.
   EXPECT_LT(in_three_m, 1.5 * in_one_m);
 
   const CommandResult four = Replay("dive1/ dive2 dive3 elsewhere/dive4", "--soundings las");
@@ -570,7 +570,7 @@ TEST_F(SeveralDives, HeightsAboveTheEllipsoidTakeThePlaceOfATideGauge) {
   EXPECT_THAT(wrong.output, HasSubstr("zero.asc: no ESRI ASCII grid: no nrows"));
 }
 
-// As docs/survey-files.md describes it: each survey has its own exit code and files, and a failed
+// As docs/several-dives.md describes it: each survey has its own exit code and files, and a failed
 // one is processed again alone.
 TEST_F(SeveralDives, EightSurveysTwoAtATimeOfWhichOneIsDamaged) {
   if (RunCommand("command -v parallel").exit_code != 0) {
