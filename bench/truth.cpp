@@ -30,7 +30,7 @@ void WriteTruth(const SurveySimulator& simulator, const std::filesystem::path& p
     out << line;
   }
   out.flush();
-  if (!out) throw std::runtime_error(path.string() + ": cannot be written");
+  if (!out) throw std::runtime_error(path.string() + ": cannot be written: disk full?");
 }
 
 std::filesystem::path TruthPathFor(const std::filesystem::path& log) {

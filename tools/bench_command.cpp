@@ -11,6 +11,7 @@
 #include "bench/survey_config.hpp"
 #include "common/convert/convert.hpp"
 #include "common/runtime/config/vehicle_config.hpp"
+#include "common/runtime/files/unfinished_files.hpp"
 #include "common/runtime/health.hpp"
 #include "mapper/mapper_config.hpp"
 #include "survey/progress.hpp"
@@ -116,6 +117,9 @@ int RunBench(const BenchOptions& options) {
                 static_cast<long long>(sent.refused),
                 sent.max_lag_s);
   } else {
+    // A log of an earlier bench goes first, so that none is left beside another one's truth.
+    for (const std::filesystem::path& old : {options.log, truth}) std::filesystem::remove(old);
+    UnfinishedFiles unfinished({options.log, truth, options.survey_file});
     const bench::SurveyConfig survey = bench::LoadSurvey(options.survey.string());
     const std::filesystem::path mapper = MapperConfigFor(survey, options.config_dir);
     const bench::DriverConfigs drivers = bench::LoadDriverConfigs(options.config_dir);
@@ -136,6 +140,7 @@ int RunBench(const BenchOptions& options) {
                   static_cast<long long>(file.fixes),
                   options.survey_file.c_str());
     }
+    unfinished.Keep();
   }
   std::printf("%lld pings, %lld soundings\n",
               static_cast<long long>(simulator.counts().pings),

@@ -16,7 +16,10 @@
 #include "codecs/kongsberg/kmall.hpp"
 #include "common/convert/convert.hpp"
 #include "common/core/channel_names.hpp"
+#include "common/core/counter_words.hpp"
 #include "common/runtime/config/vehicle_config.hpp"
+#include "common/runtime/files/durable_file.hpp"
+#include "common/runtime/files/unfinished_files.hpp"
 #include "common/runtime/process/process.hpp"
 #include "common/storage/event_log.hpp"
 #include "drivers/dvl/dvl_driver.hpp"
@@ -181,12 +184,6 @@ bool IsKmall(const std::vector<fs::path>& files) {
       files.begin(), files.end(), [](const fs::path& f) { return KindOf(f) == Kind::kKmall; });
 }
 
-void WriteText(const fs::path& path, const std::string& text) {
-  std::ofstream out(path, std::ios::binary);
-  out << text;
-  if (!out.flush()) throw std::runtime_error(path.string() + ": cannot be written");
-}
-
 // Writes the imported messages to a log. It begins with the configuration to map it with.
 class ImportLog {
  public:
@@ -311,10 +308,10 @@ MapperConfig ConfigFor(const SurveyPlan& plan) {
 // Writes the configuration beside the log, for people to edit.
 void WriteConfigs(const SurveyPlan& plan, const fs::path& log) {
   const SurveyConfigFiles files = SurveyConfigFilesFor(log);
-  WriteText(files.vehicle, PrintConfig(plan.vehicle));
+  WriteAtomically(files.vehicle, PrintConfig(plan.vehicle));
   MapperConfig config = ConfigFor(plan);
   config.vehicle_file = files.vehicle.filename();
-  WriteText(files.mapper, PrintConfig(config));
+  WriteAtomically(files.mapper, PrintConfig(config));
 }
 
 // Imports survey files that contain navigation.
@@ -345,6 +342,10 @@ bool AreSurveyFiles(const std::vector<fs::path>& files) {
 // Candump logs, and KMALL files without navigation, go through the drivers, as at sea. Other survey
 // files are imported by ImportSurvey().
 ImportResult Import(const ImportOptions& options) {
+  if (fs::exists(options.log))
+    throw UsageError(options.log.string() + ": exists already; name another log, or delete it");
+  const SurveyConfigFiles configs = SurveyConfigFilesFor(options.log);
+  UnfinishedFiles unfinished({options.log, configs.vehicle, configs.mapper});
   if (AreSurveyFiles(options.files)) {
     SurveyFiles survey(PlanSurvey(options.files, false, {options.profile, options.profiles}));
     const bool sonar_alone = survey.plan().soundings && survey.plan().position_source.empty() &&
@@ -354,11 +355,9 @@ ImportResult Import(const ImportOptions& options) {
       ImportResult result = ImportSurvey(&survey, options);
       result.installation = survey.plan().Text();
       result.warnings = survey.plan().warnings;
-      if (const auto outcome = survey.Outcome()) {
-        fs::remove(options.log);
-        throw DataError(*outcome);
-      }
+      if (const auto outcome = survey.Outcome()) throw DataError(*outcome);
       WriteConfigs(survey.plan(), options.log);
+      unfinished.Keep();
       return result;
     }
   }
@@ -368,14 +367,14 @@ ImportResult Import(const ImportOptions& options) {
         "takes sound_velocity_profile of mapper.yaml");
   for (const fs::path& file : options.files) KindOf(file);  // throws before a log is made
   ImportResult result = Importer(options).Run(options.quiet);
-  if (std::any_of(result.channels.begin(), result.channels.end(), [](const auto& channel) {
+  if (std::none_of(result.channels.begin(), result.channels.end(), [](const auto& channel) {
         return channel.first != channels::kConfig;
       }))
-    return result;
-  fs::remove(options.log);
-  throw DataError(options.files[0].string() +
-                  ": nothing in it that can be read; a line of candump -l is "
-                  "(1700000000.250000) can0 123#11223344");
+    throw DataError(options.files[0].string() +
+                    ": nothing in it that can be read; a line of candump -l is "
+                    "(1700000000.250000) can0 123#11223344");
+  unfinished.Keep();
+  return result;
 }
 
 namespace {
@@ -395,7 +394,7 @@ void ImportDive(const ImportOptions& options) {
   for (const auto& [channel, events] : result.channels)
     std::printf("%-12s %10lld events\n", channel.c_str(), static_cast<long long>(events));
   for (const auto& [name, value] : result.counters)
-    std::printf("%s: %lld\n", name.c_str(), static_cast<long long>(value));
+    std::printf("%s: %lld\n", CounterInWords(name).c_str(), static_cast<long long>(value));
   if (!result.installation.empty())
     std::printf("to map it: seastitch replay %s --out MAP (if you edit %s, add --config with it)\n",
                 options.log.c_str(),

@@ -100,7 +100,7 @@ class Writer {
     ins_.Finish();
     Reckon();
     WriteMotion();
-    if (!out_.flush()) throw std::runtime_error(options_.file.string() + ": cannot be written");
+    if (!out_.flush()) throw std::runtime_error(options_.file.string() + ": cannot be written: disk full?");
     return result_;
   }
 

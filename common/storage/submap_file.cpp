@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
@@ -18,6 +19,7 @@
 #include <sstream>
 #include <stdexcept>
 #include <string_view>
+#include <system_error>
 #include <vector>
 
 #include "common/core/bytes.hpp"
@@ -386,18 +388,20 @@ void WriteSubmapPcd(const std::filesystem::path& path,
   content.append(body.begin(), body.end());
   char checksum[9];
   std::snprintf(checksum, sizeof checksum, "%08x", Crc32(AsBytes(content)));
+  errno = 0;
   std::ofstream out(temporary, std::ios::binary);
   out << kFormatLine << kChecksumLine << checksum << '\n';
   out.write(content.data(), static_cast<std::streamsize>(content.size()));
   out.close();
-  const bool written = out && Sync(temporary);
   std::error_code error;
-  if (written) std::filesystem::rename(temporary, path, error);
-  if (!written || error) {
+  if (out && Sync(temporary))
+    std::filesystem::rename(temporary, path, error);
+  else
+    error.assign(errno != 0 ? errno : EIO, std::generic_category());
+  if (error) {
     std::error_code ignored;
     std::filesystem::remove(temporary, ignored);
-    throw std::runtime_error(path.string() + ": cannot be written" +
-                             (error ? ": " + error.message() : ""));
+    throw std::runtime_error(path.string() + ": cannot be written: " + error.message());
   }
 }
 

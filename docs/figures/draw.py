@@ -12,6 +12,7 @@ import struct
 import subprocess
 import sys
 
+import conventions
 from canvas import BLUE, GREEN, GREY, INK, ORANGE, PALE, RED, Axes, Canvas, legend
 
 REPLAY, TRUTH, OUT = (pathlib.Path(a) for a in sys.argv[1:4])
@@ -128,52 +129,6 @@ def map_before_after():
     canvas.text(20, 510, "Depth, with the track (black) and the loop closures (red). The map is 210 m wide.", 13)
     canvas.text(20, 1000, "Misfit of overlapping swaths: pale agrees, dark purple differs by 0.2 m; grey was seen once.", 13)
     canvas.save(OUT / "map_before_after.png")
-
-
-def frames():
-    canvas = Canvas(1100, 440)
-    canvas.text(30, 32, "From above", 16, bold=True)
-    origin = (90, 380)
-    canvas.arrow(origin, (90, 260))
-    canvas.arrow(origin, (210, 380))
-    canvas.text(80, 250, "x north", 14)
-    canvas.text(216, 385, "y east", 14)
-    canvas.text(60, 408, "map (z down, into the page); origin: the datum", 13, GREY)
-    yaw, (vx, vy) = math.radians(35), (330, 200)
-    forward = (math.sin(yaw), -math.cos(yaw))
-    right = (math.cos(yaw), math.sin(yaw))
-    along = lambda f, r: (vx + f * forward[0] + r * right[0], vy + f * forward[1] + r * right[1])
-    canvas.polygon([along(75, 0), along(50, 18), along(-70, 18), along(-70, -18), along(50, -18)], BLUE, 0.25)
-    canvas.arrow((vx, vy), along(115, 0), BLUE)
-    canvas.arrow((vx, vy), along(0, 90), BLUE)
-    canvas.text(*along(122, -30), "x forward", 14, BLUE)
-    canvas.text(along(0, 96)[0], along(0, 96)[1] + 4, "y right", 14, BLUE)
-    canvas.line([(vx, vy), (vx, vy - 130)], GREY, 1, dash=(5.0, 4.0))
-    canvas.text(vx - 2, vy - 138, "north", 12, GREY, "middle")
-    canvas.text(vx + 14, vy - 92, "yaw", 13)
-    canvas.line([(vx + 70 * math.sin(t * yaw / 12), vy - 70 * math.cos(t * yaw / 12)) for t in range(13)], INK, 1.2)
-    sonar = along(-40, 0)
-    canvas.circle(*sonar, 5, RED)
-    canvas.text(sonar[0] - 42, sonar[1] - 12, "sonar: T_vehicle_mbes", 13, RED, "right")
-
-    canvas.text(600, 32, "From the port side, descending", 16, bold=True)
-    canvas.line([(600, 80), (1070, 80)], BLUE, 1.5)
-    canvas.text(1070, 72, "water line: z = 0 of the map", 13, BLUE, "right")
-    pitch, (sx, sy) = math.radians(14), (840, 200)
-    cosp, sinp = math.cos(pitch), math.sin(pitch)
-    body = lambda f, d: (sx - f * cosp - d * sinp, sy + f * sinp * 1.0 + d * cosp)
-    canvas.polygon([body(90, 0), body(60, 16), body(-90, 16), body(-90, -16), body(60, -16)], BLUE, 0.25)
-    canvas.arrow((sx, sy), body(130, 0), BLUE)
-    canvas.arrow((sx, sy), body(0, 110), BLUE)
-    canvas.text(body(138, 0)[0], body(138, 0)[1] + 22, "submap: x forward", 14, BLUE, "right")
-    canvas.text(body(0, 122)[0] - 6, body(0, 122)[1] + 4, "z down of the vehicle", 14, BLUE, "right")
-    canvas.arrow((sx, sy), (sx - 130, sy), GREEN)
-    canvas.arrow((sx, sy), (sx, sy + 110), GREEN)
-    canvas.text(sx - 136, sy - 6, "level: x", 14, GREEN, "right")
-    canvas.text(sx + 8, sy + 112, "z along gravity", 14, GREEN)
-    canvas.line([(600 + i * 10, 380 + 7 * math.sin(i / 5) + 4 * math.sin(i / 2)) for i in range(48)], ORANGE, 3)
-    canvas.text(1070, 412, "seabed", 13, ORANGE, "right")
-    canvas.save(OUT / "frames.png")
 
 
 def navigation(survey):
@@ -312,7 +267,8 @@ def consistency():
 OUT.mkdir(parents=True, exist_ok=True)
 SURVEY = Survey()
 map_before_after()
-frames()
+conventions.frames(OUT)
+conventions.signs(OUT)
 navigation(SURVEY)
 submaps(SURVEY)
 registration(SURVEY)

@@ -199,7 +199,7 @@ void WriteSynced(const fs::path& path, const std::vector<std::uint8_t>& bytes) {
   const ssize_t written = ::write(fd, bytes.data(), bytes.size());
   const bool whole = written == static_cast<ssize_t>(bytes.size()) && ::fsync(fd) == 0;
   ::close(fd);
-  if (!whole) throw std::runtime_error(path.string() + ": cannot be written");
+  if (!whole) throw std::runtime_error(path.string() + ": cannot be written: disk full?");
 }
 
 }  // namespace

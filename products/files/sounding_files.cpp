@@ -248,7 +248,7 @@ std::uint64_t WriteSoundings(const Survey& survey,
   if (out) fs::rename(partial, path, error);
   if (out && !error) return count;
   fs::remove(partial, error);
-  throw std::runtime_error(path.string() + ": cannot be written");
+  throw std::runtime_error(path.string() + ": cannot be written: disk full?");
 }
 
 }  // namespace seastitch

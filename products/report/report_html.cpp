@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "common/core/counter_words.hpp"
 #include "common/core/time.hpp"
 #include "common/runtime/process/process.hpp"
 #include "products/product_files.hpp"
@@ -262,7 +263,7 @@ std::string NavigationOf(const Survey& survey,
   AddOffsets(dive, &table);
   if (dive.other_navigation) AddOther(*dive.other_navigation, &table);
   for (const auto& [counter, count] : NavigationCounters(dive))
-    table.Row({Escaped(counter), std::to_string(count)});
+    table.Row({Escaped(CounterInWords(counter)), Grouped(static_cast<std::uint64_t>(count))});
   return html + table.Finish();
 }
 
@@ -282,7 +283,7 @@ std::string CounterTable(const char* title, const std::map<std::string, std::int
   if (counters.empty()) return {};
   HtmlTable table({title, "Count"});
   for (const auto& [name, count] : counters)
-    table.Row({Escaped(name), Grouped(static_cast<std::uint64_t>(count))});
+    table.Row({Escaped(CounterInWords(name)), Grouped(static_cast<std::uint64_t>(count))});
   return table.Finish();
 }
 

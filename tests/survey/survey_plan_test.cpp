@@ -530,7 +530,7 @@ TEST(SurveyInputs, MoreFilesThanAProcessMayOpen) {
       RunCommand("ulimit -n 40; " + Program("seastitch") + " import --quiet" + files + " --log " +
                  (dir.path() / "a.lcmlog").string());
   ASSERT_EQ(result.exit_code, 0) << result.output;
-  EXPECT_THAT(result.output, HasSubstr("survey_pings: 300\n"));
+  EXPECT_THAT(result.output, HasSubstr("pings: 300\n"));
 }
 
 TEST(SurveyInputs, NavigationWithoutARecordIsRefused) {

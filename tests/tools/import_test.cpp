@@ -1,6 +1,7 @@
 #include "tools/import.hpp"
 #include "tests/paths.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -167,6 +168,24 @@ TEST(Import, ARealFile) {
   EXPECT_EQ(result.channels.at("SVP"), 1);
   EXPECT_FALSE(result.counters.contains("kmall_malformed"));
   EXPECT_FALSE(result.counters.contains("kmall_file_damaged_bytes"));
+}
+
+// No half log is left where the disk is full, here by a limit of the size of files.
+TEST(Import, AFullDiskIsNamedAndLeavesNoLog) {
+  const TemporaryDir dir;
+  std::string lines;
+  for (int i = 0; i < 20; ++i) lines += CandumpText();
+  const std::string input = dir.Write("a.log", lines);
+  const std::string full = "trap '' XFSZ; ulimit -f 64; exec " + Program("seastitch");
+  const std::string log = (dir.path() / "out.lcmlog").string();
+  for (const std::string& command :
+       {" import " + input + " --log " + log,
+        " bench --survey " + ConfigFile("bench/short.yaml") + " --log " + log}) {
+    const CommandResult result = RunCommand(full + command);
+    EXPECT_EQ(result.exit_code, 1) << result.output;
+    EXPECT_THAT(result.output, testing::HasSubstr("File too large"));
+    EXPECT_FALSE(std::filesystem::exists(log)) << command;
+  }
 }
 
 TEST(Import, CommandNamesTheFileItCannotUseAndKeepsLogs) {
