@@ -58,6 +58,9 @@ struct GivenVelocity {
 // sensor's axes. A field is absent where the source does not state it or flags it invalid.
 struct NavigationRecord {
   Time time;
+  // Time of arrival by the clock of the sonar, where `time` is that of the sensor and the file has
+  // both.
+  std::optional<Time> arrival{};
   std::optional<GivenPosition> position;
   std::optional<Eigen::Vector2d> grid_north_east_m;  // in a map grid that the source does not name
   std::optional<double> depth_m;                     // below the water line

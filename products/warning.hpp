@@ -15,6 +15,7 @@ enum class WarningCode : std::uint8_t {
   kFileWithoutRecords,
   kOtherInstallation,  // of a file, not used
   kUnitAssumed,        // of depths
+  kSensorClock,        // of a file, off the sonar's
   kProfileNotUsed,     // a file of sound speeds that cannot be read, or is of another time
 };
 
@@ -30,6 +31,7 @@ constexpr const char* NameOf(WarningCode code) {
     case WarningCode::kFileWithoutRecords: return "file_without_records";
     case WarningCode::kOtherInstallation: return "other_installation";
     case WarningCode::kUnitAssumed: return "unit_assumed";
+    case WarningCode::kSensorClock: return "sensor_clock";
     case WarningCode::kProfileNotUsed: return "profile_not_used";
   }
   return "";

@@ -430,8 +430,10 @@ std::optional<NavigationRecord> DecodeEmP(const EmDatagram& datagram,
   sample.status = descriptor;
   sample.time = datagram.time;
   if ((descriptor & kActiveByItsOwnTime) == kActiveByItsOwnTime)
-    if (const auto time_of_day = TimeOfGga(raw))
+    if (const auto time_of_day = TimeOfGga(raw)) {
       sample.time = NearestTimeOfDay(*time_of_day, datagram.time);
+      sample.arrival = datagram.time;
+    }
   if (const InstalledSensor* const sensor = installation.SensorOf(sample.source);
       sensor != nullptr && std::abs(sensor->delay_s) < 60.0)
     sample.time -= FromSeconds(sensor->delay_s);

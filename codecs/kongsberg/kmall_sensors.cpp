@@ -310,8 +310,9 @@ std::optional<NavigationRecord> DecodeSpo(Bytes datagram) {
   sample.source = "#SPO" + std::to_string(system);
   sample.status = common.Le<std::uint16_t>();
   const Time sensor_time = ReadKmallTime(&in);
-  sample.time =
-      (sample.status & kTimeFromSensor) != 0 ? sensor_time : ReadKmallHeader(datagram)->time();
+  sample.time = ReadKmallHeader(datagram)->time();
+  if ((sample.status & kTimeFromSensor) != 0)
+    sample.arrival = std::exchange(sample.time, sensor_time);
   const float quality_m = in.Le<float>();
   const double latitude_deg = in.Le<double>();
   const double longitude_deg = in.Le<double>();

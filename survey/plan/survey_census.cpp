@@ -146,6 +146,9 @@ class Counter {
                              range_m * std::cos(double{beam.rx_angle_rad}));
     }
     raw_.Add(ping.time, soundings);
+    double longest_s = 0.0;
+    for (const MbesBeam& beam : ping.beams) longest_s = std::max(longest_s, double{beam.twtt_s});
+    clocks_.AddPing(ping.time, longest_s);
   }
   void operator()(const PlacedPing& ping) {
     Begin(ping.time);
@@ -154,11 +157,13 @@ class Counter {
       if ((beam.flags & kBeamValid) != 0)
         soundings.emplace_back(double{beam.p_level_m.y()}, double{beam.p_level_m.z()});
     placed_.Add(ping.time, soundings);
+    clocks_.AddPing(ping.time, 0.0);
     if (ping.origin_depth_m) ++census_.placed_with_depth;
   }
   void operator()(const NavigationRecord& n) {
     Begin(n.time);
     ++navigation_of_file_;
+    clocks_.Add(n);
     if (n.position) {
       const TimedPosition position{n.time, n.position->latitude_rad, n.position->longitude_rad};
       places_[n.source].Add(position);
@@ -200,6 +205,8 @@ class Counter {
     const Counters counters = reader.counters();
     for (const auto& [name, value] : counters)
       if (value > 0 && name != "mbes_beam_unusable") census_.not_read[name] += value;
+    auto clocks = clocks_.Finish();
+    if (file->clocks.empty()) file->clocks = std::move(clocks);  // not again where they are mended
     file->begin = std::exchange(begin_of_file_, std::nullopt);
     file->installation = std::exchange(installation_of_file_, std::nullopt);
     file->placed_alone = placed_.pings_of_file > 0 && raw_.pings_of_file == 0;
@@ -285,6 +292,7 @@ class Counter {
   std::map<std::string, Places> places_;
   std::vector<TimedPosition> own_;
   // Of the present file.
+  SensorClocks clocks_;
   std::optional<SonarInstallation> installation_of_file_;
   std::optional<Time> begin_of_file_;
   std::int64_t navigation_of_file_ = 0;
@@ -293,7 +301,7 @@ class Counter {
 void Look(PlannedFile* file, Counter* counter) {
   auto found = ReaderFor(file->path, file->params);
   if (!found) throw DataError(file->path.string() + ": no survey file of a format that is known");
-  CheckedReader reader(std::move(found));
+  CheckedReader reader(std::move(found), file->params.clock_offsets_s);
   std::ifstream in(file->path, std::ios::binary);
   std::vector<std::uint8_t> piece(65'536);
   for (std::uint64_t read = 0; read < kHeadBytes || !counter->IsComplete();) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <utility>
 
 #include "codecs/text.hpp"
@@ -318,6 +319,28 @@ void WarnOfFiles(SurveyPlan* plan) {
        "no ping and no position that can be read");
 }
 
+// Takes whole seconds off sensors' stamps where the sonar's own clock shows them. True if a file
+// has to be read anew.
+bool MendClocks(SurveyPlan* plan) {
+  bool mended = false;
+  for (PlannedFile& file : plan->files)
+    for (const auto& [source, clock] : file.clocks) {
+      if (clock.is_moved) file.params.clock_offsets_s[source] = clock.ahead_s;
+      mended = mended || clock.is_moved;
+      const auto is_like_this = [name = source, clock = clock](const PlannedFile& f) {
+        const auto found = f.clocks.find(name);
+        return found != f.clocks.end() && found->second.is_moved == clock.is_moved &&
+               std::round(found->second.ahead_s) == std::round(clock.ahead_s);
+      };
+      // Once for all files of which it holds.
+      const auto first = std::find_if(plan->files.begin(), plan->files.end(), is_like_this);
+      if (&*first == &file)
+        plan->warnings.push_back({WarningCode::kSensorClock,
+                                  plan->NamesOf(is_like_this) + ": " + ClockText(source, clock)});
+    }
+  return mended;
+}
+
 }  // namespace
 
 GivenPosition SurveyPlan::FromGrid(const Eigen::Vector2d& north_east_m) const {
@@ -363,6 +386,7 @@ SurveyPlan MakeSurveyPlan(const std::vector<std::filesystem::path>& files,
   SurveyPlan plan;
   for (const auto& file : files) plan.files.push_back({file});
   Census census = TakeCensus(&plan.files);
+  if (MendClocks(&plan)) census = TakeCensus(&plan.files);
   plan.has_installation = census.installation.has_value();
   if (census.installation) plan.installation = *census.installation;
   LookAtLines(&plan, &census);

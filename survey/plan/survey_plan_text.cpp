@@ -56,11 +56,12 @@ std::string Text(const char* name, const Eigen::Isometry3d& pose) {
 std::string DelayText(const InstalledSensor* sensor) {
   if (sensor == nullptr || sensor->delay_s == 0.0) return "";
   char line[120];
-  std::snprintf(line,
-                sizeof line,
-                "    its stamps are late by %.3f s: %s\n",
-                sensor->delay_s,
-                sensor->delay_is_applied ? "corrected" : "not corrected (docs/survey-files-accuracy.md)");
+  std::snprintf(
+      line,
+      sizeof line,
+      "    its stamps are late by %.3f s: %s\n",
+      sensor->delay_s,
+      sensor->delay_is_applied ? "corrected" : "not corrected (docs/survey-files-accuracy.md)");
   return line;
 }
 

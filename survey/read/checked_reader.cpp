@@ -108,9 +108,12 @@ std::vector<SurveyRecord> CheckedReader::Checked(std::vector<SurveyRecord> recor
   std::vector<SurveyRecord> checked;
   checked.reserve(records.size());
   for (SurveyRecord& record : records) {
-    if (auto* const n = std::get_if<NavigationRecord>(&record); n != nullptr && n->position &&
-                                                                n->position->latitude_rad == 0.0 &&
-                                                                n->position->longitude_rad == 0.0) {
+    auto* const n = std::get_if<NavigationRecord>(&record);
+    if (n != nullptr)
+      if (const auto off = clock_offsets_s_.find(n->source); off != clock_offsets_s_.end())
+        n->time -= FromSeconds(off->second);
+    if (n != nullptr && n->position && n->position->latitude_rad == 0.0 &&
+        n->position->longitude_rad == 0.0) {
       n->position.reset();
       ++at_zero_;
     }

@@ -2,7 +2,9 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <memory>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -51,7 +53,9 @@ class StampCheck {
 // positions at latitude and longitude 0, which mean that there is none (survey_positions_at_zero).
 class CheckedReader {
  public:
-  explicit CheckedReader(std::unique_ptr<SurveyReader> reader) : reader_(std::move(reader)) {}
+  // clock_offsets_s: taken off the stamps of navigation, by source.
+  CheckedReader(std::unique_ptr<SurveyReader> reader, std::map<std::string, double> clock_offsets_s)
+      : reader_(std::move(reader)), clock_offsets_s_(std::move(clock_offsets_s)) {}
 
   std::vector<SurveyRecord> Add(Bytes bytes);
   std::vector<SurveyRecord> Finish();
@@ -62,6 +66,7 @@ class CheckedReader {
   std::vector<SurveyRecord> Checked(std::vector<SurveyRecord> records);
 
   std::unique_ptr<SurveyReader> reader_;
+  const std::map<std::string, double> clock_offsets_s_;
   StampCheck stamps_;
   std::int64_t at_zero_ = 0;
 };

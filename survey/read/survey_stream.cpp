@@ -112,7 +112,7 @@ SurveyStream::SurveyStream(const fs::path& path, double reorder_s, const ReaderP
     : path_(path), reorder_s_(reorder_s), in_(path, std::ios::binary), bytes_(fs::file_size(path)) {
   auto reader = ReaderFor(path, params);
   if (!reader || !in_) throw std::runtime_error(path.string() + ": no survey file that is known");
-  reader_.emplace(std::move(reader));
+  reader_.emplace(std::move(reader), params.clock_offsets_s);
   Fill();
 }
 

@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <string>
 
 #include "codecs/navigation/sbet_file.hpp"
 #include "codecs/survey_reader.hpp"
@@ -18,6 +19,8 @@ namespace seastitch {
 struct ReaderParams {
   SbetParams sbet{};  // of an SBET
   LineParams line{};  // of soundings by line
+  // Of navigation whose clock is off, by source: taken off its stamps.
+  std::map<std::string, double> clock_offsets_s{};
 };
 
 // The reader for a file, by its content or its name. Nothing: not a supported format.

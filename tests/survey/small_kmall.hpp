@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <filesystem>
 #include <map>
 #include <string>
@@ -45,11 +46,18 @@ class Kmall {
     ping.beams.resize(50, {twtt_s, 0.1f, 0, 0, 0, -20, kBeamValid | kBeamPhase});
     return Add(EncodeMrz(ping, KmallHeader{}));
   }
+  // The clocks of the sensors to come are ahead of the sonar's by so much; of positions by whole
+  // seconds.
+  Kmall& SensorsAhead(double motion_s, int positions_s) {
+    motion_ahead_s_ = motion_s;
+    positions_ahead_s_ = positions_s;
+    return *this;
+  }
   // From t_s for a second: system 0 level, system 1 with 10 degrees of roll.
   Kmall& Motion(double t_s, int system = 0, int count = 20, bool with_position = false) {
     std::vector<NavigationRecord> samples;
     for (int i = 0; i < count; ++i) {
-      NavigationRecord sample = Sample(t_s + i / double(count));
+      NavigationRecord sample = Sample(t_s + motion_ahead_s_ + i / double(count));
       if (!with_position) sample.position.reset();
       sample.attitude =
           Attitude{Eigen::Quaterniond(RotationFromRpy(Deg2Rad(10.0 * system), 0.0, 0.0))};
@@ -84,6 +92,10 @@ class Kmall {
     auto datagram = EncodeSpo(Sample(t_s), KmallHeader{});
     datagram[22] = static_cast<std::uint8_t>(system);
     if (!valid) datagram[24] |= 1 << 4;
+    std::uint32_t stamp_s = 0;
+    std::memcpy(&stamp_s, &datagram[28], sizeof stamp_s);
+    stamp_s += static_cast<std::uint32_t>(positions_ahead_s_);
+    std::memcpy(&datagram[28], &stamp_s, sizeof stamp_s);
     return Add(datagram);
   }
   Kmall& PositionAt(double t_s, const GivenPosition& position) {
@@ -132,6 +144,8 @@ class Kmall {
   }
   std::string bytes_;
   double heave_m_ = 5.0;
+  double motion_ahead_s_ = 0.0;
+  int positions_ahead_s_ = 0;
 };
 
 // Counters after the whole survey is read, and the number of samples of each kind.

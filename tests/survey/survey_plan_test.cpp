@@ -363,6 +363,42 @@ TEST(SurveySensors, DelaysOfSensorsAreSubtracted) {
   EXPECT_EQ(position, Kmall::At(-0.5));
 }
 
+// The sonar's own clock shows the offset of a sensor's: in the time of arrival of positions, and in
+// the pings between which an attitude was recorded.
+TEST(SurveySensors, AClockOffByWholeSecondsIsMovedOntoTheSonars) {
+  struct Case {
+    double motion_s;
+    int positions_s;
+    std::size_t warnings;
+    bool as_if_right;
+  };
+  const auto times = [](const fs::path& file, std::size_t warnings) {
+    SurveyFiles survey(PlanSurvey({file}));
+    std::size_t of_clocks = 0;
+    for (const MapWarning& warning : survey.plan().warnings)
+      of_clocks += warning.code == WarningCode::kSensorClock ? 1 : 0;
+    EXPECT_EQ(of_clocks, warnings);
+    std::vector<Time> all;
+    ReadAll(&survey, [&](const NavigationSample& sample) { all.push_back(sample.time); });
+    return all;
+  };
+  TemporaryDir dir;
+  const std::vector<Time> right = times(dir.Write("right.kmall", Kmall().Survey().bytes()), 0);
+  ASSERT_GT(right.size(), 100U);
+  for (const Case& c :
+       {Case{18.0, 18, 2, true},
+        Case{0.0, 18, 1, true},
+        Case{-18.0, -18, 2, true},
+        Case{0.0, -1, 1, true},
+        Case{0.3, 0, 0, false},     // a latency
+        Case{-0.8, 0, 0, false},    // a latency
+        Case{1.7, 0, 1, false}}) {  // attitude alone: no whole number of seconds is shown
+    const std::string bytes = Kmall().SensorsAhead(c.motion_s, c.positions_s).Survey().bytes();
+    const std::vector<Time> all = times(dir.Write("off.kmall", bytes), c.warnings);
+    EXPECT_EQ(all == right, c.as_if_right) << c.motion_s << " s, " << c.positions_s << " s";
+  }
+}
+
 TEST(SurveySensors, DelaysOf7030AreNamed) {
   const fs::path file = Shared("vectors/survey/s7k/synthetic.s7k");
   SKIP_WITHOUT(file);
