@@ -16,6 +16,11 @@ constexpr double kNearS = 60.0;
 constexpr double kLongestPauseS = 43'200.0;  // beside a few records
 constexpr std::size_t kFew = 20;
 
+constexpr double kJumpS = 5.0;
+constexpr double kLongJumpS = 10.0;
+
+bool HasJumped(Time from, Time to) { return std::abs(ToSeconds(to - from)) > kJumpS; }
+
 bool IsNear(Time a, Time b) { return std::abs(ToSeconds(a - b)) <= kNearS; }
 
 // Profiles, installations and settings may have the time at which they were made. Lines of text
@@ -102,6 +107,42 @@ void StampCheck::Finish(std::vector<SurveyRecord>* out) {
   runs_.clear();
 }
 
+void PingJumpCheck::Add(SurveyRecord record, std::vector<SurveyRecord>* out) {
+  const bool is_ping =
+      std::holds_alternative<MbesPing>(record) || std::holds_alternative<PlacedPing>(record);
+  if (!is_ping) {
+    out->push_back(std::move(record));
+    return;
+  }
+  const Time t = TimeOf(record);
+  if (!held_.empty() && HasComeBack(t)) {
+    left_out_ += static_cast<std::int64_t>(held_.size());
+    held_.clear();
+  }
+  const bool goes_on = held_.empty() || !HasJumped(TimeOf(held_.back()), t);
+  if (!goes_on || (!held_.empty() && std::abs(ToSeconds(t - TimeOf(held_.front()))) > kLongJumpS))
+    Finish(out);
+  if (!held_.empty() || (last_ && HasJumped(*last_, t))) {
+    held_.push_back(std::move(record));
+    return;
+  }
+  last_ = t;
+  out->push_back(std::move(record));
+}
+
+// Forward, to between the last ping given and those held; back, to after both.
+bool PingJumpCheck::HasComeBack(Time t) const {
+  const Time held = TimeOf(held_.back());
+  return t >= *last_ && HasJumped(held, t) && (TimeOf(held_.front()) < *last_ || t < held);
+}
+
+void PingJumpCheck::Finish(std::vector<SurveyRecord>* out) {
+  if (held_.empty()) return;
+  last_ = TimeOf(held_.back());
+  std::move(held_.begin(), held_.end(), std::back_inserter(*out));
+  held_.clear();
+}
+
 // --- reader --------------------------------------------------------------------------------------
 
 std::vector<SurveyRecord> CheckedReader::Checked(std::vector<SurveyRecord> records) {
@@ -125,17 +166,24 @@ std::vector<SurveyRecord> CheckedReader::Checked(std::vector<SurveyRecord> recor
   return checked;
 }
 
-std::vector<SurveyRecord> CheckedReader::Add(Bytes bytes) { return Checked(reader_->Add(bytes)); }
+std::vector<SurveyRecord> CheckedReader::Add(Bytes bytes) {
+  std::vector<SurveyRecord> records;
+  for (SurveyRecord& record : Checked(reader_->Add(bytes))) jumps_.Add(std::move(record), &records);
+  return records;
+}
 
 std::vector<SurveyRecord> CheckedReader::Finish() {
-  std::vector<SurveyRecord> records = Checked(reader_->Finish());
-  stamps_.Finish(&records);
+  std::vector<SurveyRecord> checked = Checked(reader_->Finish()), records;
+  stamps_.Finish(&checked);
+  for (SurveyRecord& record : checked) jumps_.Add(std::move(record), &records);
+  jumps_.Finish(&records);
   return records;
 }
 
 Counters CheckedReader::counters() const {
   Counters all = reader_->counters();
-  if (stamps_.left_out() > 0) all["survey_stamps_far_off"] = stamps_.left_out();
+  const std::int64_t off = stamps_.left_out() + jumps_.left_out();
+  if (off > 0) all["survey_stamps_far_off"] = off;
   if (at_zero_ > 0) all["survey_positions_at_zero"] = at_zero_;
   return all;
 }

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -49,6 +50,22 @@ class StampCheck {
   std::int64_t left_out_ = 0;
 };
 
+// Finds pings whose stamps jump by more than 5 s and come back: the clock of the sonar was wrong
+// for some pings. Pings after a jump are held until one comes back, or until they go on for 10 s.
+class PingJumpCheck {
+ public:
+  void Add(SurveyRecord record, std::vector<SurveyRecord>* out);
+  void Finish(std::vector<SurveyRecord>* out);
+  std::int64_t left_out() const { return left_out_; }
+
+ private:
+  bool HasComeBack(Time t) const;
+
+  std::optional<Time> last_;        // of the last ping given
+  std::vector<SurveyRecord> held_;  // since a jump
+  std::int64_t left_out_ = 0;
+};
+
 // The records of a reader, without stamps that do not fit (survey_stamps_far_off) and without
 // positions at latitude and longitude 0, which mean that there is none (survey_positions_at_zero).
 class CheckedReader {
@@ -68,6 +85,7 @@ class CheckedReader {
   std::unique_ptr<SurveyReader> reader_;
   const std::map<std::string, double> clock_offsets_s_;
   StampCheck stamps_;
+  PingJumpCheck jumps_;
   std::int64_t at_zero_ = 0;
 };
 

@@ -112,5 +112,40 @@ TEST(CheckedReader, NoPositionIsAtLatitudeAndLongitudeZero) {
   EXPECT_NEAR(Rad2Deg(played.survey.plan().vehicle.datum_latitude_rad), 57.0, 0.01);
 }
 
+// Seconds after kNoon of the pings that pass, of pings with these.
+std::vector<double> PassPings(const std::vector<double>& seconds) {
+  PingJumpCheck check;
+  std::vector<SurveyRecord> out;
+  for (const double s : seconds) {
+    MbesPing ping;
+    ping.time = Kmall::At(s);
+    check.Add(std::move(ping), &out);
+  }
+  check.Finish(&out);
+  EXPECT_EQ(check.left_out(), static_cast<std::int64_t>(seconds.size() - out.size()));
+  std::vector<double> passed;
+  for (const SurveyRecord& record : out) passed.push_back(ToSeconds(TimeOf(record) - Kmall::At(0)));
+  return passed;
+}
+
+TEST(PingJumpCheck, StampsThatJumpAndComeBackAreLeftOut) {
+  const auto before = Steady(100, 0.0, 0.25), after = Steady(100, 27.0, 0.25);
+  for (const double jump_s : {20.0, -20.0, 6.0, -6.0, 50.0})
+    for (const int pings : {1, 5})
+      EXPECT_EQ(PassPings(Joined({before, Steady(pings, 25.0 + jump_s, 0.25), after})),
+                Joined({before, after}))
+          << pings << " by " << jump_s;
+}
+
+TEST(PingJumpCheck, PausesDeepWaterAndPartsInTheWrongOrderPass) {
+  const auto line = Steady(100, 0.0, 0.25);
+  for (const auto& seconds : {Joined({line, Steady(100, 60.0, 0.25)}),
+                              Steady(50, 0.0, 15.0),
+                              Joined({Steady(100, 1000.0, 0.25), line, Steady(100, 2000.0, 0.25)}),
+                              Joined({line, Steady(3, 80.0, 0.25)}),
+                              Steady(1)})
+    EXPECT_EQ(PassPings(seconds), seconds);
+}
+
 }  // namespace
 }  // namespace seastitch
