@@ -130,10 +130,10 @@ void PingJumpCheck::Add(SurveyRecord record, std::vector<SurveyRecord>* out) {
   out->push_back(std::move(record));
 }
 
-// Forward, to between the last ping given and those held; back, to after both.
+// To between the last ping given and those held ahead of it; or to after it, from those held behind it.
 bool PingJumpCheck::HasComeBack(Time t) const {
-  const Time held = TimeOf(held_.back());
-  return t >= *last_ && HasJumped(held, t) && (TimeOf(held_.front()) < *last_ || t < held);
+  const Time held = TimeOf(held_.front());
+  return t >= *last_ && (held < *last_ || t < held);
 }
 
 void PingJumpCheck::Finish(std::vector<SurveyRecord>* out) {
