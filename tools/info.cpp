@@ -34,9 +34,9 @@ struct Tears {
   std::int64_t bytes = 0;
 };
 
-// The logs of one recorder, and what they contain.
+// The logs of one recorder in order, perhaps parts of a file, and what they contain.
 struct Record {
-  std::vector<fs::path> logs;
+  std::vector<LogPart> logs;
   LogFigures figures;
   Tears tears;
 };
@@ -57,12 +57,13 @@ std::uint64_t BytesOf(const std::vector<fs::path>& logs) {
   return bytes;
 }
 
-Record Read(const std::vector<fs::path>& logs, EventLogWriter* repaired) {
+Record Read(const std::vector<LogPart>& logs, EventLogWriter* repaired) {
   Record record;
   record.logs = logs;
-  const std::uint64_t bytes = BytesOf(logs);
+  std::uint64_t bytes = 0;
+  for (const LogPart& log : logs) bytes += log.Size();
   ProgressLine progress("reading", bytes, bytes < kLarge);
-  for (const fs::path& log : logs) {
+  for (const LogPart& log : logs) {
     EventLogReader reader(log);
     while (const auto event = reader.Next()) {
       progress.Advance(SizeInLog(*event));
@@ -111,7 +112,7 @@ std::string StepsText(const std::vector<ClockStep>& steps, bool forward) {
 }
 
 void PrintText(const Record& record) {
-  for (const fs::path& log : record.logs) std::printf("%s\n", log.c_str());
+  for (const LogPart& log : record.logs) std::printf("%s\n", log.path.c_str());
   std::printf("%-16s %-14s %9s %10s %10s %10s %7s %7s\n",
               "channel",
               "sender",
@@ -166,7 +167,7 @@ Json ToJson(const SenderFigures& f) {
 
 Json ToJson(const Record& record) {
   Json json;
-  for (const fs::path& log : record.logs) json["logs"].push_back(log.string());
+  for (const LogPart& log : record.logs) json["logs"].push_back(log.path.string());
   json["start"] = Utc(record.figures.first_utime());
   json["end"] = Utc(record.figures.last_utime());
   json["events"] = record.figures.events();

@@ -85,8 +85,10 @@ std::size_t SizeInLog(const LogEvent& event) {
 }
 
 struct EventLogReader::Impl {
-  explicit Impl(const std::filesystem::path& path)
-      : file(path, O_RDONLY), size(SizeOf(file.get(), path)) {}
+  explicit Impl(const LogPart& log)
+      : file(log.path, O_RDONLY),
+        size(std::min(log.end, SizeOf(file.get(), log.path))),
+        position(log.begin) {}
 
   // Bytes [at, at + n) of the file, fewer at its end. Valid until the next call.
   Bytes View(std::uint64_t at, std::uint64_t n) {
@@ -174,8 +176,8 @@ struct EventLogReader::Impl {
   }
 
   Descriptor file;
-  std::uint64_t size;
-  std::uint64_t position = 0;
+  std::uint64_t size;  // end of the part
+  std::uint64_t position;
   std::int64_t damaged_bytes = 0;
   std::int64_t tears = 0;
   bool torn = false;  // since the last whole event
@@ -184,10 +186,9 @@ struct EventLogReader::Impl {
   std::optional<LogEvent> first;  // read by the constructor
 };
 
-EventLogReader::EventLogReader(const std::filesystem::path& path)
-    : impl_(std::make_unique<Impl>(path)) {
+EventLogReader::EventLogReader(const LogPart& log) : impl_(std::make_unique<Impl>(log)) {
   impl_->first = impl_->Next();
-  if (!impl_->first) throw NoEventError(path.string() + ": holds no LCM event");
+  if (!impl_->first) throw NoEventError(log.path.string() + ": holds no LCM event");
 }
 
 EventLogReader::~EventLogReader() = default;
@@ -196,6 +197,8 @@ std::optional<LogEvent> EventLogReader::Next() {
   if (impl_->first) return std::exchange(impl_->first, std::nullopt);
   return impl_->Next();
 }
+
+std::uint64_t EventLogReader::position() const { return impl_->position; }
 
 std::int64_t EventLogReader::damaged_bytes() const { return impl_->damaged_bytes; }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -8,6 +9,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 // Reader and writer of LCM event logs. Format (big endian): sync word 0xEDA1DA01, event number i64,
@@ -31,6 +33,21 @@ std::size_t SizeInLog(const LogEvent& event);
 // most 256 MB. (The LCM bus also delivers messages with an empty channel name.)
 bool IsLoggable(const std::string& channel, std::size_t data_size);
 
+// A log, or the bytes from `begin` to `end` of one: whole events.
+struct LogPart {
+  // NOLINTNEXTLINE(google-explicit-constructor): a log is its own only part
+  LogPart(std::filesystem::path log) : path(std::move(log)) {}
+  LogPart(std::filesystem::path log, std::uint64_t from, std::uint64_t to)
+      : path(std::move(log)), begin(from), end(to) {}
+  friend bool operator==(const LogPart&, const LogPart&) = default;
+  // Bytes in the file as it is now. Throws std::filesystem::filesystem_error.
+  std::uint64_t Size() const { return std::min(end, std::filesystem::file_size(path)) - begin; }
+
+  std::filesystem::path path;
+  std::uint64_t begin = 0;
+  std::uint64_t end = UINT64_MAX;
+};
+
 // A file that has no LCM event, such as an empty one or one of another kind.
 struct NoEventError : std::runtime_error {
   using std::runtime_error::runtime_error;
@@ -39,11 +56,13 @@ struct NoEventError : std::runtime_error {
 class EventLogReader {
  public:
   // Throws std::runtime_error "FILE: reason" where the file cannot be opened; NoEventError.
-  explicit EventLogReader(const std::filesystem::path& path);
+  explicit EventLogReader(const LogPart& log);
   ~EventLogReader();
   // The next intact event; std::nullopt at the end of the file. An event is intact if a sync word
   // or the end of the file follows its last byte. Damaged bytes are skipped and counted.
   std::optional<LogEvent> Next();
+  // Byte of the file after the last event given.
+  std::uint64_t position() const;
   std::int64_t damaged_bytes() const;
   std::int64_t tears() const;  // number of damaged sections
 

@@ -10,12 +10,10 @@
 namespace seastitch {
 namespace {
 
-namespace fs = std::filesystem;
-
 std::uint64_t BytesIn(const RecordedLogs& logs) {
   std::uint64_t bytes = 0;
   for (const auto& recorder : logs.recorders)
-    for (const fs::path& log : recorder) bytes += fs::file_size(log);
+    for (const LogPart& log : recorder) bytes += log.Size();
   return bytes;
 }
 
@@ -25,7 +23,7 @@ std::uint64_t BytesIn(const RecordedLogs& logs) {
 class MergedLogs::Recorder {
  public:
   // first_log: number of its first log among the logs of all recorders.
-  Recorder(std::vector<fs::path> logs, std::size_t first_log)
+  Recorder(std::vector<LogPart> logs, std::size_t first_log)
       : logs_(std::move(logs)), first_log_(first_log) {
     Advance();
   }
@@ -58,7 +56,7 @@ class MergedLogs::Recorder {
     if (next_) utime_ = std::max(utime_, next_->utime);
   }
 
-  std::vector<fs::path> logs_;
+  std::vector<LogPart> logs_;
   const std::size_t first_log_;
   std::size_t log_ = 0;
   std::optional<EventLogReader> reader_;

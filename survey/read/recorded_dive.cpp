@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 // What a first pass over a log finds.
 struct Scan {
-  fs::path path;
+  LogPart log;
   std::int64_t first_utime = 0;
   std::int64_t last_utime = 0;
   // Sequence numbers of the first and the last message, by channel and sender.
@@ -36,28 +36,47 @@ std::optional<config_t> Decode(const LogEvent& event) {
   return msg.decode(event.data.data(), 0, size) == size ? std::optional(msg) : std::nullopt;
 }
 
-void NoteNumber(const LogEvent& event, Scan* scan) {
+// Notes the number of a message. False if it goes back.
+bool NoteNumber(const LogEvent& event, Scan* scan) {
   const auto place = PlaceOf(event.data);
-  if (!place) return;
+  if (!place) return true;
   const auto [found, is_first] = scan->numbers.try_emplace(event.channel + "/" + place->sender,
                                                            std::pair(place->seq, place->seq));
-  if (!is_first) found->second.second = place->seq;
+  if (is_first) return true;
+  if (place->seq < found->second.second) return false;
+  found->second.second = place->seq;
+  return true;
 }
 
-Scan ScanLog(const fs::path& log, MessageTypes* types, bool quiet) {
+// The parts of a log: one, unless both numbers and time go back within it.
+std::vector<Scan> ScanLog(const fs::path& log, MessageTypes* types, bool quiet) {
+  constexpr std::int64_t kBackUs = 1'000'000;
   EventLogReader reader(log);
   ProgressLine progress("looking through " + log.filename().string(), fs::file_size(log), quiet);
-  Scan scan{log, 0, 0, {}, {}};
-  for (bool first = true; const auto event = reader.Next(); first = false) {
+  std::vector<Scan> parts;
+  std::optional<std::uint64_t> back_at;  // byte from which the time is an earlier one
+  while (const auto event = reader.Next()) {
     progress.Advance(SizeInLog(*event));
-    if (first) scan.first_utime = event->utime;
-    scan.last_utime = event->utime;
-    NoteNumber(*event, &scan);
+    const std::uint64_t at = reader.position() - SizeInLog(*event);
+    const auto begin_part = [&](std::uint64_t from) {
+      parts.push_back({{log, from, UINT64_MAX}, event->utime, event->utime, {}, {}});
+      NoteNumber(*event, &parts.back());
+    };
+    if (parts.empty()) {
+      begin_part(0);
+    } else {
+      if (event->utime < parts.back().last_utime - kBackUs) back_at = at;
+      if (!NoteNumber(*event, &parts.back()) && back_at) {
+        parts.back().log.end = *back_at;
+        begin_part(*std::exchange(back_at, std::nullopt));
+      }
+    }
+    parts.back().last_utime = event->utime;
     types->Add(*event);
-    if (auto part = Decode(*event)) scan.configuration.push_back(std::move(*part));
+    if (auto part = Decode(*event)) parts.back().configuration.push_back(std::move(*part));
   }
   progress.Finish();
-  return scan;
+  return parts;
 }
 
 // ---- order
@@ -96,8 +115,9 @@ std::optional<Link> FindLink(const Scan& a, const Scan& b) {
   if (votes <= 0) return std::nullopt;
   // If messages are missing, b may belong to another dive or be older than a restart of all
   // senders: then times and log numbers must not contradict the order.
-  const bool against_names = a.path.parent_path() == b.path.parent_path() && LogNumber(a.path) &&
-                             LogNumber(b.path) && *LogNumber(b.path) < *LogNumber(a.path);
+  const bool against_names = a.log.path.parent_path() == b.log.path.parent_path() &&
+                             LogNumber(a.log.path) && LogNumber(b.log.path) &&
+                             *LogNumber(b.log.path) < *LogNumber(a.log.path);
   if (*missing > 0 && (b.first_utime < a.last_utime || against_names)) return std::nullopt;
   return Link{*missing, missing_in_all, &a, &b};
 }
@@ -132,9 +152,9 @@ std::vector<Chain> ChainsOf(const std::vector<Scan>& scans) {
 
 // The folder of a chain of numbered logs; nothing for other chains.
 std::optional<fs::path> FolderOfNumbered(const Chain& chain) {
-  const fs::path folder = chain.front()->path.parent_path();
+  const fs::path folder = chain.front()->log.path.parent_path();
   const bool numbered = std::all_of(chain.begin(), chain.end(), [&](const Scan* scan) {
-    return LogNumber(scan->path) && scan->path.parent_path() == folder;
+    return LogNumber(scan->log.path) && scan->log.path.parent_path() == folder;
   });
   return numbered ? std::optional(folder) : std::nullopt;
 }
@@ -142,7 +162,7 @@ std::optional<fs::path> FolderOfNumbered(const Chain& chain) {
 // Joins the chains of numbered logs in one folder: they are of one recorder.
 std::vector<Chain> JoinNumbered(std::vector<Chain> chains) {
   std::stable_sort(chains.begin(), chains.end(), [](const Chain& a, const Chain& b) {
-    return LogNumber(a.front()->path) < LogNumber(b.front()->path);
+    return LogNumber(a.front()->log.path) < LogNumber(b.front()->log.path);
   });
   std::vector<Chain> joined;
   std::map<fs::path, std::size_t> place_of_folder;
@@ -218,13 +238,13 @@ RecordedLogs LookThrough(const std::vector<fs::path>& logs, bool quiet) {
   std::set<fs::path> seen;
   for (const fs::path& log : logs)
     if (seen.insert(fs::weakly_canonical(log)).second)
-      scans.push_back(ScanLog(log, &recorded.types, quiet));
+      for (Scan& part : ScanLog(log, &recorded.types, quiet)) scans.push_back(std::move(part));
   for (const Scan& scan : scans)
     for (const auto& [sender, numbers] : scan.numbers) recorded.senders.insert(sender);
   std::set<std::string> known;
   for (const Chain& chain : JoinNumbered(ChainsOf(scans))) {
-    std::vector<fs::path>& paths = recorded.recorders.emplace_back();
-    for (const Scan* scan : chain) paths.push_back(scan->path);
+    std::vector<LogPart>& parts = recorded.recorders.emplace_back();
+    for (const Scan* scan : chain) parts.push_back(scan->log);
     // Another recorder received the same messages: only files that are missing so far are added.
     const std::vector<RecordedFile> files = ConfigurationOf(chain);
     for (const RecordedFile& file : files)

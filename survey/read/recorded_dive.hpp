@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "common/storage/event_log.hpp"
 #include "survey/read/message_types.hpp"
 
 namespace seastitch {
@@ -23,7 +24,7 @@ struct RecordedFile {
 // Content of a dive's logs, found by reading them before the replay.
 struct RecordedLogs {
   // One list per recorder, its logs in order; recorders by the time of their first event.
-  std::vector<std::vector<std::filesystem::path>> recorders;
+  std::vector<std::vector<LogPart>> recorders;
   // In order, without unchanged repetitions: a file that changed is listed with each version.
   std::vector<RecordedFile> configuration;
   std::map<std::string, RecordedFile> Newest() const;  // by name
@@ -35,8 +36,10 @@ struct RecordedLogs {
 };
 
 // Reads the logs completely and orders those of one recorder by the sequence numbers of their
-// messages, since file names and clocks may be wrong. Where every sender restarted: by the numbers
-// of the files in one folder, then by time. Throws std::runtime_error as EventLogReader.
+// messages, since file names and clocks may be wrong. A file that was joined from logs in the wrong
+// order is taken apart where both the numbers and the time of the recorder go back. Where every
+// sender restarted: by the numbers of the files in one folder, then by time. Throws
+// std::runtime_error as EventLogReader.
 RecordedLogs LookThrough(const std::vector<std::filesystem::path>& logs, bool quiet);
 
 // True for a folder with a dive.json.

@@ -54,7 +54,7 @@ ReplayConfig ChooseConfig(const GivenConfig& given,
             given.mapper.filename().string() +
                 (is_recorded ? " by --config, in place of the recorded one" : " by --config")};
   if (!is_recorded)
-    throw UsageError(recorded.recorders.at(0).at(0).string() +
+    throw UsageError(recorded.recorders.at(0).at(0).path.string() +
                      ": holds no configuration (channel CONFIG): name the mapper's with --config");
   ConfigTexts texts;
   for (const char* name :

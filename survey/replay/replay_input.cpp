@@ -179,7 +179,7 @@ Input Open(const DiveInput& dive, const ReplayOptions& options) {
     input.logs = LookThrough(dive.files, options.quiet);
     if (!options.from_raw) ExpectReadable(input.logs->types, role);
     for (const auto& recorder : input.logs->recorders)
-      for (const fs::path& log : recorder) input.names.push_back(log.filename().string());
+      for (const LogPart& log : recorder) input.names.push_back(log.path.filename().string());
   }
   if (!options.profile.empty() && !input.survey_files)
     throw UsageError(
@@ -256,7 +256,7 @@ std::unique_ptr<RawReplay> OpenRaw(const ReplayOptions& options,
   if (!input.logs) throw UsageError("replay: --from-raw needs a log");
   const RawSources sources(input.logs->senders);
   if (!sources.imu && !sources.dvl && !sources.mbes && !sources.nav)
-    throw DataError(input.logs->recorders[0][0].string() + ": no raw bytes (RAW_*)");
+    throw DataError(input.logs->recorders[0][0].path.string() + ": no raw bytes (RAW_*)");
   return std::make_unique<RawReplay>(
       sources, ChooseDriverFiles(GivenBy(options), *input.logs, sources, out));
 }

@@ -3,7 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdint>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <numeric>
 #include <string>
 #include <utility>
 #include <vector>
@@ -99,6 +103,34 @@ TEST_F(RecordedDive, OrdersWhatBeganAnewByTheNumbersOfTheFiles) {
   const fs::path third = Depths("log/002.lcmlog", 10, 20, 1'010);
   EXPECT_THAT(Look({third, second, first}).recorders,
               ElementsAre(ElementsAre(first, second, third)));
+}
+
+// As `cat later.lcmlog earlier.lcmlog > joined.lcmlog` makes it; the last log repeats nothing and
+// is in order.
+TEST_F(RecordedDive, TakesAFileApartThatWasJoinedInTheWrongOrder) {
+  std::string joined;
+  for (const auto& log :
+       {Depths("c", 20, 30, 1'020), Depths("a", 0, 10, 1'000), Depths("b", 10, 20, 1'010)}) {
+    std::ifstream in(log, std::ios::binary);
+    joined += std::string(std::istreambuf_iterator<char>(in), {});
+  }
+  const RecordedLogs logs = Look({dir_.Write("joined.lcmlog", joined)});
+  ASSERT_EQ(logs.recorders.size(), 1U);
+  EXPECT_EQ(logs.recorders[0].size(), 2U);
+  std::vector<std::int64_t> all(30);
+  std::iota(all.begin(), all.end(), std::int64_t{0});
+  EXPECT_EQ(NumbersIn(logs), all);
+}
+
+// The recorder's clock steps back: its messages go on.
+TEST_F(RecordedDive, AStepOfTheClockLeavesALogWhole) {
+  std::string joined;
+  for (const auto& log : {Depths("a", 0, 10, 2'000), Depths("b", 10, 20, 1'000)}) {
+    std::ifstream in(log, std::ios::binary);
+    joined += std::string(std::istreambuf_iterator<char>(in), {});
+  }
+  const fs::path log = dir_.Write("joined.lcmlog", joined);
+  EXPECT_THAT(Look({log}).recorders, ElementsAre(ElementsAre(log)));
 }
 
 TEST_F(RecordedDive, OrdersOtherLogsByTime) {
