@@ -56,6 +56,7 @@ struct NoEventError : std::runtime_error {
 class EventLogReader {
  public:
   // Throws std::runtime_error "FILE: reason" where the file cannot be opened; NoEventError.
+  explicit EventLogReader(const std::filesystem::path& path) : EventLogReader(LogPart(path)) {}
   explicit EventLogReader(const LogPart& log);
   ~EventLogReader();
   // The next intact event; std::nullopt at the end of the file. An event is intact if a sync word
