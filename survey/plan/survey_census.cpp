@@ -292,7 +292,7 @@ class Counter {
   std::map<std::string, Places> places_;
   std::vector<TimedPosition> own_;
   // Of the present file.
-  SensorClocks clocks_;
+  FileClocks clocks_;
   std::optional<SonarInstallation> installation_of_file_;
   std::optional<Time> begin_of_file_;
   std::int64_t navigation_of_file_ = 0;

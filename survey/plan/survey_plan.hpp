@@ -14,7 +14,7 @@
 #include "common/core/counters.hpp"
 #include "common/core/vehicle.hpp"
 #include "products/warning.hpp"
-#include "survey/plan/sensor_clocks.hpp"
+#include "survey/plan/file_clocks.hpp"
 #include "survey/read/survey_stream.hpp"
 
 namespace seastitch {
@@ -26,7 +26,7 @@ struct PlannedFile {
   // Earliest ping or navigation record; nothing: there is none.
   std::optional<Time> begin{};
   std::optional<SonarInstallation> installation{};  // the first
-  std::map<std::string, SensorClock> clocks{};      // sources that are off the sonar's clock
+  std::map<std::string, ClockOffset> clocks{};      // sources that are off the sonar's clock
   std::string line_text{};              // how its soundings by line are read, for people
   bool placed_alone = false;            // it has georeferenced soundings, and no raw pings
   bool is_installed_otherwise = false;  // its installation is not the one that is used

@@ -71,7 +71,8 @@ class PingJumpCheck {
 class CheckedReader {
  public:
   // clock_offsets_s: taken off the stamps of navigation, by source.
-  CheckedReader(std::unique_ptr<SurveyReader> reader, std::map<std::string, double> clock_offsets_s)
+  explicit CheckedReader(std::unique_ptr<SurveyReader> reader,
+                         std::map<std::string, double> clock_offsets_s = {})
       : reader_(std::move(reader)), clock_offsets_s_(std::move(clock_offsets_s)) {}
 
   std::vector<SurveyRecord> Add(Bytes bytes);

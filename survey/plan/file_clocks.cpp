@@ -1,4 +1,4 @@
-#include "survey/plan/sensor_clocks.hpp"
+#include "survey/plan/file_clocks.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -57,7 +57,7 @@ void AddTo(std::vector<double>* values, double value) {
 
 }  // namespace
 
-void SensorClocks::Add(const NavigationRecord& record) {
+void FileClocks::Add(const NavigationRecord& record) {
   Source& source = sources_[record.source];
   source.last = record.time;
   if (!record.position) return;
@@ -74,7 +74,7 @@ void SensorClocks::Add(const NavigationRecord& record) {
 
 // A record was written after the ping before it and before the ping after it. Both have been
 // written when their echoes had come.
-void SensorClocks::AddPing(Time time, double travel_time_s) {
+void FileClocks::AddPing(Time time, double travel_time_s) {
   const std::optional<Time> before = std::exchange(ping_, time);
   for (auto& [name, source] : sources_) {
     const std::optional<Time> last = std::exchange(source.last, std::nullopt);
@@ -87,8 +87,8 @@ void SensorClocks::AddPing(Time time, double travel_time_s) {
   }
 }
 
-std::map<std::string, SensorClock> SensorClocks::Finish() {
-  std::map<std::string, SensorClock> off;
+std::map<std::string, ClockOffset> FileClocks::Finish() {
+  std::map<std::string, ClockOffset> off;
   std::optional<double> moved_s;
   double speed_mps = 0.0;
   for (const auto& [name, source] : sources_) {
@@ -117,7 +117,7 @@ std::map<std::string, SensorClock> SensorClocks::Finish() {
   return off;
 }
 
-std::string ClockText(const std::string& source, const SensorClock& clock) {
+std::string ClockText(const std::string& source, const ClockOffset& clock) {
   const double off_s = std::abs(clock.ahead_s);
   char text[400];
   std::snprintf(text,

@@ -11,7 +11,7 @@
 namespace seastitch {
 
 // How the stamps of one source of navigation in a file lie to the sonar's own clock.
-struct SensorClock {
+struct ClockOffset {
   double ahead_s = 0.0;    // of the sonar's clock: median
   double speed_mps = 0.0;  // of the vehicle: mean; 0 = not known
   bool is_moved = false;   // a whole number of seconds, which the reader takes off
@@ -19,7 +19,7 @@ struct SensorClock {
 };
 
 // What a clock that is off means for the map: a line for people.
-std::string ClockText(const std::string& source, const SensorClock& clock);
+std::string ClockText(const std::string& source, const ClockOffset& clock);
 
 // Compares the stamps of sensors with the clock of the sonar that recorded them. A position with a
 // time of arrival (NavigationRecord::arrival) shows its offset to some milliseconds. Of other
@@ -30,14 +30,14 @@ std::string ClockText(const std::string& source, const SensorClock& clock);
 // whole number of seconds within 30 ms (GPS time in place of UTC: 18 s); an attitude that its pings
 // show to be off by the same is moved with it. A smaller or varying latency, as of a serial line,
 // is none.
-class SensorClocks {
+class FileClocks {
  public:
   // In the order of the file.
   void Add(const NavigationRecord& record);
   void AddPing(Time time, double travel_time_s);
 
   // The sources that are off. For one file; begins anew.
-  std::map<std::string, SensorClock> Finish();
+  std::map<std::string, ClockOffset> Finish();
 
  private:
   struct Source {
