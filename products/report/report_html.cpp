@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "common/core/counter_words.hpp"
 #include "common/core/time.hpp"
 #include "common/runtime/process/process.hpp"
 #include "products/product_files.hpp"
+#include "products/report/counter_words.hpp"
 #include "products/report/html.hpp"
 #include "products/report/noise_report.hpp"
 #include "products/report/report.hpp"
