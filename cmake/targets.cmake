@@ -70,8 +70,8 @@ function(seastitch_executable name)
   add_dependencies(programs ${name})
 endfunction()
 
-# seastitch_test(NAME SOURCES... LINK TARGETS... [LABEL unit|process]): one GoogleTest binary a unit,
-# one ctest a case; with SEASTITCH_TESTS_BY_BINARY one ctest a binary, without its Monte Carlo cases,
+# seastitch_test(NAME SOURCES... LINK TARGETS... [LABEL unit|process] [SUITES NAMES...]): one GoogleTest
+# binary a unit, one ctest a case, but one a suite for SUITES, whose cases share what takes long to make; with SEASTITCH_TESTS_BY_BINARY one ctest a binary, without its Monte Carlo cases,
 # since a sanitizer needs a second to start a process. Unit tests (the default) need no other binary and
 # run under the sanitizers; process tests start the real programs, take longest and so start first.
 # With SEASTITCH_TEST_OBJECTS, the folder of another build, the tests' own objects are those of that build:
@@ -89,7 +89,7 @@ endfunction()
 
 add_custom_target(unit_tests)
 function(seastitch_test name)
-  cmake_parse_arguments(ARG "" "LABEL" "LINK" ${ARGN})
+  cmake_parse_arguments(ARG "" "LABEL" "LINK;SUITES" ${ARGN})
   if(NOT ARG_LABEL)
     set(ARG_LABEL unit)
   endif()
@@ -110,7 +110,13 @@ function(seastitch_test name)
     add_test(NAME ${name} COMMAND ${name} --gtest_brief=1 --gtest_filter=-*MonteCarlo*)
     set_tests_properties(${name} PROPERTIES LABELS ${ARG_LABEL})
   else()
-    gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST
+    set(others "")
+    foreach(suite IN LISTS ARG_SUITES)
+      add_test(NAME ${suite} COMMAND ${name} --gtest_brief=1 --gtest_filter=${suite}.*)
+      set_tests_properties(${suite} PROPERTIES LABELS ${ARG_LABEL} COST 2000)
+      string(APPEND others ":${suite}.*")
+    endforeach()
+    gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST TEST_FILTER "-${others}"
       PROPERTIES LABELS ${ARG_LABEL} COST $<IF:$<STREQUAL:${ARG_LABEL},process>,1000,1>)
   endif()
   if(ARG_LABEL STREQUAL unit)
