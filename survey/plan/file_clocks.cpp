@@ -13,6 +13,8 @@ namespace seastitch {
 namespace {
 
 constexpr double kLeastOffsetS = 0.9;
+// The next ping comes up to so much later than the record.
+constexpr double kLeastByPingsS = 0.7;
 constexpr double kWholeS = 0.03;
 // Most of a file lies within this of its median, or the offset is not one of the whole file.
 constexpr double kConstantS = 0.1;
@@ -24,7 +26,7 @@ constexpr double kAsPositionsS = 5.0;
 constexpr std::size_t kFewest = 3;
 constexpr std::size_t kMost = 100'000;  // values kept of a source
 
-double WithoutSmall(double offset_s) { return std::abs(offset_s) < kLeastOffsetS ? 0.0 : offset_s; }
+bool IsLarge(double offset_s, double least_s) { return std::abs(offset_s) >= least_s; }
 
 // The median, if nine tenths of the values are within `constant_s` of it.
 std::optional<double> Constant(const std::vector<double>& values, double constant_s) {
@@ -94,7 +96,7 @@ std::map<std::string, ClockOffset> FileClocks::Finish() {
   for (const auto& [name, source] : sources_) {
     if (source.time_s > 0.0) speed_mps = std::max(speed_mps, source.distance_m / source.time_s);
     const auto ahead_s = Constant(source.by_arrival_s, kConstantS);
-    if (!ahead_s || WithoutSmall(*ahead_s) == 0.0) continue;
+    if (!ahead_s || !IsLarge(*ahead_s, kLeastOffsetS)) continue;
     const double whole_s = std::round(*ahead_s);
     const bool is_whole = std::abs(*ahead_s - whole_s) <= kWholeS;
     if (is_whole) moved_s = whole_s;
@@ -105,7 +107,7 @@ std::map<std::string, ClockOffset> FileClocks::Finish() {
     if (!source.by_arrival_s.empty() || source.by_pings_s.size() < (moved_s ? 1 : kFewest))
       continue;
     const auto ahead_s = Constant(source.by_pings_s, kConstantByPingsS);
-    if (!ahead_s || WithoutSmall(*ahead_s) == 0.0) continue;
+    if (!ahead_s || !IsLarge(*ahead_s, kLeastByPingsS)) continue;
     const bool as_positions = moved_s && std::abs(*ahead_s - *moved_s) < kAsPositionsS;
     off[name] = {.ahead_s = as_positions ? *moved_s : *ahead_s,
                  .is_moved = as_positions,
