@@ -1,7 +1,9 @@
 #include "survey/read/recorded_dive.hpp"
 
 #include <algorithm>
+#include <cstdint>
 #include <cstdio>
+#include <iterator>
 #include <optional>
 #include <set>
 #include <stdexcept>
@@ -22,11 +24,12 @@ namespace fs = std::filesystem;
 // What a first pass over a log finds.
 struct Scan {
   LogPart log;
+  std::int64_t events = 0;
   std::int64_t first_utime = 0;
   std::int64_t last_utime = 0;
   // Sequence numbers of the first and the last message, by channel and sender.
-  std::map<std::string, std::pair<std::int64_t, std::int64_t>> numbers;
-  std::vector<config_t> configuration;  // in parts: the rest of a file may be in the next log
+  std::map<std::string, std::pair<std::int64_t, std::int64_t>> numbers{};
+  std::vector<config_t> configuration{};  // in parts: the rest of a file may be in the next log
 };
 
 std::optional<config_t> Decode(const LogEvent& event) {
@@ -36,45 +39,63 @@ std::optional<config_t> Decode(const LogEvent& event) {
   return msg.decode(event.data.data(), 0, size) == size ? std::optional(msg) : std::nullopt;
 }
 
-// Notes the number of a message. False if it goes back.
-bool NoteNumber(const LogEvent& event, Scan* scan) {
-  const auto place = PlaceOf(event.data);
-  if (!place) return true;
-  const auto [found, is_first] = scan->numbers.try_emplace(event.channel + "/" + place->sender,
-                                                           std::pair(place->seq, place->seq));
-  if (is_first) return true;
-  if (place->seq < found->second.second) return false;
-  found->second.second = place->seq;
-  return true;
+void Add(const LogEvent& event, Scan* scan) {
+  if (scan->events++ == 0) scan->first_utime = event.utime;
+  scan->last_utime = event.utime;
+  if (const auto place = PlaceOf(event.data)) {
+    const auto [found, is_first] = scan->numbers.try_emplace(event.channel + "/" + place->sender,
+                                                             std::pair(place->seq, place->seq));
+    if (!is_first) found->second.second = place->seq;
+  }
+  if (auto part = Decode(event)) scan->configuration.push_back(std::move(*part));
 }
 
-// The parts of a log: one, unless both numbers and time go back within it.
+// Senders whose numbers continue from one scan to the next, minus senders whose numbers went back.
+int Votes(const Scan& a, const Scan& b) {
+  int votes = 0;
+  for (const auto& [sender, of_b] : b.numbers)
+    if (const auto of_a = a.numbers.find(sender); of_a != a.numbers.end())
+      votes += of_b.first > of_a->second.second ? 1 : -1;
+  return votes;
+}
+
+// What follows a step back in time, as part of the scan before.
+void Append(Scan next, Scan* scan) {
+  scan->events += next.events;
+  scan->last_utime = next.last_utime;
+  for (const auto& [sender, numbers] : next.numbers)
+    scan->numbers.try_emplace(sender, numbers).first->second.second = numbers.second;
+  std::move(next.configuration.begin(),
+            next.configuration.end(),
+            std::back_inserter(scan->configuration));
+}
+
+// The parts of a log: one, unless its time goes back and the numbers of most senders with it.
 std::vector<Scan> ScanLog(const fs::path& log, MessageTypes* types, bool quiet) {
   constexpr std::int64_t kBackUs = 1'000'000;
+  constexpr std::int64_t kFewest = 10;  // events that show a part: one that is damaged shows none
   EventLogReader reader(log);
   ProgressLine progress("looking through " + log.filename().string(), fs::file_size(log), quiet);
-  std::vector<Scan> parts;
-  std::optional<std::uint64_t> back_at;  // byte from which the time is an earlier one
+  std::vector<Scan> parts{Scan{log}};
+  std::optional<Scan> next;  // after a step back
+  const auto settle = [&] {
+    if (next->events >= kFewest && Votes(parts.back(), *next) < 0) {
+      parts.back().log.end = next->log.begin;
+      parts.push_back(std::move(*next));
+    } else {
+      Append(std::move(*next), &parts.back());
+    }
+    next.reset();
+  };
   while (const auto event = reader.Next()) {
     progress.Advance(SizeInLog(*event));
-    const std::uint64_t at = reader.position() - SizeInLog(*event);
-    const auto begin_part = [&](std::uint64_t from) {
-      parts.push_back({{log, from, UINT64_MAX}, event->utime, event->utime, {}, {}});
-      NoteNumber(*event, &parts.back());
-    };
-    if (parts.empty()) {
-      begin_part(0);
-    } else {
-      if (event->utime < parts.back().last_utime - kBackUs) back_at = at;
-      if (!NoteNumber(*event, &parts.back()) && back_at) {
-        parts.back().log.end = *back_at;
-        begin_part(*std::exchange(back_at, std::nullopt));
-      }
-    }
-    parts.back().last_utime = event->utime;
     types->Add(*event);
-    if (auto part = Decode(*event)) parts.back().configuration.push_back(std::move(*part));
+    if (!next && parts.back().events > 0 && event->utime < parts.back().last_utime - kBackUs)
+      next = Scan{{log, reader.position() - SizeInLog(*event), UINT64_MAX}};
+    Add(*event, next ? &*next : &parts.back());
+    if (next && next->events == kFewest) settle();
   }
+  if (next) settle();
   progress.Finish();
   return parts;
 }
@@ -98,21 +119,17 @@ struct Link {
 };
 
 std::optional<Link> FindLink(const Scan& a, const Scan& b) {
-  int votes = 0;  // senders whose numbers continue, minus senders whose numbers restarted
+  if (Votes(a, b) <= 0) return std::nullopt;
   std::optional<std::int64_t> missing;
   std::int64_t missing_in_all = 0;
   for (const auto& [sender, of_b] : b.numbers) {
     const auto of_a = a.numbers.find(sender);
     if (of_a == a.numbers.end()) continue;
-    const bool goes_on = of_b.first > of_a->second.second;
-    votes += goes_on ? 1 : -1;
-    if (goes_on) {
-      const std::int64_t between = of_b.first - of_a->second.second - 1;
-      missing = std::min(missing.value_or(between), between);
-      missing_in_all += between;
-    }
+    if (of_b.first <= of_a->second.second) continue;
+    const std::int64_t between = of_b.first - of_a->second.second - 1;
+    missing = std::min(missing.value_or(between), between);
+    missing_in_all += between;
   }
-  if (votes <= 0) return std::nullopt;
   // If messages are missing, b may belong to another dive or be older than a restart of all
   // senders: then times and log numbers must not contradict the order.
   const bool against_names = a.log.path.parent_path() == b.log.path.parent_path() &&
