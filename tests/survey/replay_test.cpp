@@ -14,6 +14,7 @@
 #include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <random>
 #include <set>
 #include <sstream>
@@ -81,6 +82,50 @@ class Replay : public ::testing::Test {
 
   TemporaryDir dir_;
 };
+
+// Largest speed [m/s] between the rows of a CSV with a head: of each the time [s] and the place
+// [m].
+double LargestSpeed(
+    const fs::path& csv,
+    const std::function<Eigen::Vector3d(const std::vector<std::string>&)>& time_and_place) {
+  std::ifstream in(csv);
+  std::string line;
+  std::getline(in, line);
+  double largest = 0.0;
+  std::optional<Eigen::Vector3d> last;
+  while (std::getline(in, line)) {
+    std::vector<std::string> fields;
+    std::istringstream columns(line);
+    for (std::string field; std::getline(columns, field, ',');) fields.push_back(field);
+    const Eigen::Vector3d now = time_and_place(fields);
+    if (last && now.x() > last->x())
+      largest = std::max(largest, (now - *last).tail<2>().norm() / (now.x() - last->x()));
+    last = now;
+  }
+  return largest;
+}
+
+// The corrected track is smooth: fixes and the ends of submaps are no steps in it.
+TEST_F(Replay, TheExportedTrackMovesNoFasterThanTheVehicle) {
+  ASSERT_EQ(ReplayOf(ShortLog()).exit_code, 0);
+  const double exported_mps =
+      LargestSpeed(Out("export/navigation.csv"), [](const std::vector<std::string>& row) {
+        constexpr double kDegM = 111'200.0;
+        const std::string& iso = row[0];  // 2026-01-01T00:00:00.000Z
+        const double time_s = 3600.0 * std::stod(iso.substr(11, 2)) +
+                              60.0 * std::stod(iso.substr(14, 2)) + std::stod(iso.substr(17));
+        const double latitude_deg = std::stod(row[1]);
+        return Eigen::Vector3d(time_s,
+                               kDegM * latitude_deg,
+                               kDegM * std::cos(Deg2Rad(latitude_deg)) * std::stod(row[2]));
+      });
+  const double true_mps =
+      LargestSpeed(ShortLog().string() + ".truth.csv", [](const std::vector<std::string>& row) {
+        return Eigen::Vector3d(1e-6 * std::stod(row[0]), std::stod(row[1]), std::stod(row[2]));
+      });
+  EXPECT_GT(true_mps, 1.0);
+  EXPECT_LT(exported_mps, true_mps + 0.15);
+}
 
 TEST_F(Replay, DiveNewClosesTheNewestDive) {
   const fs::path dives = dir_.path() / "dives";
