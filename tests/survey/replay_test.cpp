@@ -111,13 +111,12 @@ TEST_F(Replay, TheExportedTrackMovesNoFasterThanTheVehicle) {
   const double exported_mps =
       LargestSpeed(Out("export/navigation.csv"), [](const std::vector<std::string>& row) {
         constexpr double kDegM = 111'200.0;
-        const std::string& iso = row[0];  // 2026-01-01T00:00:00.000Z
+        constexpr double kLatitudeRad = Deg2Rad(43.07);  // of config/vehicle.yaml
+        const std::string& iso = row[0];                 // 2026-01-01T00:00:00.000Z
         const double time_s = 3600.0 * std::stod(iso.substr(11, 2)) +
                               60.0 * std::stod(iso.substr(14, 2)) + std::stod(iso.substr(17));
-        const double latitude_deg = std::stod(row[1]);
-        return Eigen::Vector3d(time_s,
-                               kDegM * latitude_deg,
-                               kDegM * std::cos(Deg2Rad(latitude_deg)) * std::stod(row[2]));
+        return Eigen::Vector3d(
+            time_s, kDegM * std::stod(row[1]), kDegM * std::cos(kLatitudeRad) * std::stod(row[2]));
       });
   const double true_mps =
       LargestSpeed(ShortLog().string() + ".truth.csv", [](const std::vector<std::string>& row) {
