@@ -110,7 +110,7 @@ Damaged Draw(Damage damage,
 class SurveyMutations : public testing::TestWithParam<RealFile> {};
 
 TEST_P(SurveyMutations, PingsThatDamageDoesNotTouchStayAsTheyAre) {
-  constexpr int kDraws = 4;
+  constexpr int kDraws = 2;
   const std::filesystem::path path = Shared(std::string("data/mbes/") + GetParam().name);
   SKIP_WITHOUT(path);
   const ByteVector file = BytesOf(path);

@@ -1,6 +1,7 @@
 #include "common/runtime/files/unfinished_files.hpp"
 
 #include <gtest/gtest.h>
+#include <signal.h>
 
 #include <csignal>
 #include <filesystem>
@@ -38,6 +39,9 @@ TEST(UnfinishedFiles, AreDeletedAtASignalWhichThenEndsTheProcess) {
   for (const int signal : {SIGINT, SIGTERM}) {
     EXPECT_EXIT(
         {
+          sigset_t none;
+          sigemptyset(&none);
+          sigprocmask(SIG_SETMASK, &none, nullptr);  // an event loop of another test blocks signals
           UnfinishedFiles unfinished({dir.path() / "half"});
           dir.Write("half", "begun");
           std::raise(signal);
