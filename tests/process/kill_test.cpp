@@ -269,7 +269,7 @@ TEST(CutMap, IsStartedFromAndTheLossIsNamed) {
       return says("journal cannot be read") || says("another map begins") ||
              (!is_journal && vehicle.navs > navs);
     };
-    EXPECT_TRUE(vehicle.ListenUntil(started, seconds(30))) << vehicle.mapper_text;
+    EXPECT_TRUE(vehicle.ListenUntil(started, seconds(5))) << vehicle.mapper_text;
     EXPECT_EQ(mapper->Stop(seconds(10)), 0);
   }
 }
