@@ -100,7 +100,8 @@ class Writer {
     ins_.Finish();
     Reckon();
     WriteMotion();
-    if (!out_.flush()) throw std::runtime_error(options_.file.string() + ": cannot be written: disk full?");
+    if (!out_.flush())
+      throw std::runtime_error(options_.file.string() + ": cannot be written: disk full?");
     return result_;
   }
 

@@ -35,8 +35,9 @@ inline std::string CounterInWords(std::string_view name) {
     const std::size_t end = std::min(name.find('_', begin), name.size());
     std::string word(name.substr(begin, end - begin));
     if (std::find(kAbbreviations.begin(), kAbbreviations.end(), word) != kAbbreviations.end())
-      std::transform(
-          word.begin(), word.end(), word.begin(), [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+      std::transform(word.begin(), word.end(), word.begin(), [](unsigned char c) {
+        return static_cast<char>(std::toupper(c));
+      });
     if (!words.empty() && !word.empty()) words += ' ';
     words += word;
     begin = end + 1;

@@ -130,7 +130,8 @@ void PingJumpCheck::Add(SurveyRecord record, std::vector<SurveyRecord>* out) {
   out->push_back(std::move(record));
 }
 
-// To between the last ping given and those held ahead of it; or to after it, from those held behind it.
+// To between the last ping given and those held ahead of it; or to after it, from those held behind
+// it.
 bool PingJumpCheck::HasComeBack(Time t) const {
   const Time held = TimeOf(held_.front());
   return t >= *last_ && (held < *last_ || t < held);
