@@ -71,7 +71,7 @@ function(seastitch_executable name)
 endfunction()
 
 # seastitch_test(NAME SOURCES... LINK TARGETS... [LABEL unit|process] [SUITES NAMES...]): one GoogleTest
-# binary a unit, one ctest a case, but one a suite for SUITES, whose cases share what takes long to make; with SEASTITCH_TESTS_BY_BINARY one ctest a binary, without its Monte Carlo cases,
+# binary a unit, one ctest a case, but one a suite for SUITES, whose cases share what takes long to make; with SEASTITCH_TESTS_BY_BINARY one ctest a binary, without Monte Carlo and restarts at many moments,
 # since a sanitizer needs a second to start a process. Unit tests (the default) need no other binary and
 # run under the sanitizers; process tests start the real programs, take longest and so start first.
 # With SEASTITCH_TEST_OBJECTS, the folder of another build, the tests' own objects are those of that build:
@@ -107,7 +107,7 @@ function(seastitch_test name)
     ${ARG_LINK} seastitch_test_paths seastitch_warnings GTest::gmock GTest::gtest_main)
   target_compile_options(${name} PRIVATE ${SEASTITCH_ALL_TEST_OPTIONS})
   if(SEASTITCH_TESTS_BY_BINARY)
-    add_test(NAME ${name} COMMAND ${name} --gtest_brief=1 --gtest_filter=-*MonteCarlo*)
+    add_test(NAME ${name} COMMAND ${name} --gtest_brief=1 --gtest_filter=-*MonteCarlo*:Moments/*:Faults/Restart.*)
     set_tests_properties(${name} PROPERTIES LABELS ${ARG_LABEL})
   else()
     set(others "")
