@@ -183,10 +183,16 @@ TEST(KilledMapper, GoesOnInTheSameGraphAndLosesNoClosedSubmap) {
   ASSERT_TRUE(vehicle.ListenUntil([&] { return vehicle.mapper_health > 0; }, seconds(20)));
   const auto player = vehicle.Play(8);
   std::mt19937 random(5);
+  int kills = 0;
   for (const int first_submaps : {1, 3}) {
+    // Not before the mapper that was started again has sent its graph.
     ASSERT_TRUE(vehicle.ListenUntil(
-        [&] { return vehicle.updates.size() >= static_cast<std::size_t>(first_submaps); },
+        [&] {
+          return vehicle.updates.size() >= static_cast<std::size_t>(first_submaps) &&
+                 vehicle.resumed >= kills;
+        },
         seconds(120)));
+    ++kills;
     vehicle.Listen(milliseconds(std::uniform_int_distribution(0, 1000)(random)));
     mapper.reset();  // SIGKILL
     vehicle.Listen(milliseconds(200));
