@@ -17,6 +17,7 @@
 #include "common/runtime/process/freed_memory.hpp"
 #include "common/runtime/process/process.hpp"
 #include "logger/logger_config.hpp"
+#include "products/counted.hpp"
 #include "survey/read/message_types.hpp"
 #include "survey/replay/interruption.hpp"
 #include "survey/replay/replay.hpp"
@@ -74,13 +75,12 @@ void PrintSummary(const ProductSummary& summary, const fs::path& out) {
     std::printf("%s\ntrack and report in %s\n", summary.statement.c_str(), out.c_str());
     return;
   }
-  std::printf(
-      "%zu submaps, %llu of %llu soundings used, %llu loop closures accepted, %llu rejected\n",
-      summary.submaps,
-      static_cast<unsigned long long>(summary.soundings_used),
-      static_cast<unsigned long long>(summary.soundings_read),
-      static_cast<unsigned long long>(summary.loops_accepted),
-      static_cast<unsigned long long>(summary.loops_rejected));
+  std::printf("%s, %llu of %llu soundings used, %s accepted, %llu rejected\n",
+              Counted(summary.submaps, "submap").c_str(),
+              static_cast<unsigned long long>(summary.soundings_used),
+              static_cast<unsigned long long>(summary.soundings_read),
+              Counted(summary.loops_accepted, "loop closure").c_str(),
+              static_cast<unsigned long long>(summary.loops_rejected));
   if (summary.after().point.cells == 0)
     std::printf("no overlap between submaps: no swath mismatch\n");
   else

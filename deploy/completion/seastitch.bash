@@ -8,7 +8,7 @@ _seastitch() {
   if [[ $current == -* ]]; then
     words=$(sed -n 's/^  \(-[a-z],\)\{0,1\}\(--[a-z0-9-]*\).*/\2/p' <<<"$help")
   else
-    words=$(sed -n '/^Subcommands:/,$s/^  \([a-z-]*\) .*/\1/p' <<<"$help")
+    words=$(sed -n '/^Subcommands:/,/^$/s/^  \([a-z-]*\) .*/\1/p' <<<"$help")
   fi
   mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current")
 }

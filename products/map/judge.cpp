@@ -6,6 +6,8 @@
 #include <limits>
 #include <string>
 
+#include "products/counted.hpp"
+
 namespace seastitch {
 namespace {
 
@@ -66,17 +68,12 @@ void MeasureCorrection(const std::vector<Pose2>& from,
   }
 }
 
-std::string Counted(std::uint64_t count, const char* one, const char* many) {
-  return std::to_string(count) + " " + (count == 1 ? one : many);
-}
-
 std::string NothingMovedStatement(const ProductSummary& s, const Survey& survey) {
   if (s.loops_accepted > 0 && survey.solution.vertices.empty()) {
     return "Loop closures were found, but the graph was not solved: the map is as navigated.";
   }
   if (s.loops_accepted > 0 && s.loops_refused == s.loops_accepted) {
-    return "Nothing could be corrected: of " +
-           Counted(s.loops_accepted, "loop closure", "loop closures") +
+    return "Nothing could be corrected: of " + Counted(s.loops_accepted, "loop closure") +
            " the graph accepts none, since they contradict the navigation. The map is as "
            "navigated. Check the mounting in vehicle.yaml, and whether sonar_mounting_sigma_m "
            "covers its error.";
@@ -100,7 +97,7 @@ std::string Corrections(const ProductSummary& s, const Survey& survey) {
       std::count_if(survey.edges.begin(), survey.edges.end(), [](const GraphEdge& edge) {
         return edge.kind == EdgeKind::kPositionFix;
       }));
-  std::string of_loops = Counted(s.loops_accepted, "loop closure", "loop closures");
+  std::string of_loops = Counted(s.loops_accepted, "loop closure");
   if (s.loops_refused > 0)
     of_loops = std::to_string(s.loops_accepted - s.loops_refused) + " of " + of_loops;
   const std::string of_fixes = "up to " + Counted(fixes, "position fix", "position fixes");

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "products/counted.hpp"
+
 namespace seastitch {
 namespace {
 
@@ -13,10 +15,6 @@ void Group(std::vector<DiveInMap>* dives) {
     for (DiveInMap& dive : *dives)
       for (const auto& [other, closures] : dive.closures)
         dive.group = std::min(dive.group, (*dives)[other].group);
-}
-
-std::string Counted(std::size_t n, const std::string& what) {
-  return std::to_string(n) + " " + what + (n == 1 ? "" : "s");
 }
 
 }  // namespace
@@ -61,8 +59,8 @@ std::vector<std::string> SentencesOf(const std::vector<DiveInMap>& dives) {
     sentence += " is joined to ";
     std::size_t left = dive.closures.size();
     for (const auto& [other, closures] : dive.closures) {
-      sentence +=
-          dives[other].name + " by " + Counted(static_cast<std::size_t>(closures), "loop closure");
+      sentence += dives[other].name + " by " +
+                  Counted(static_cast<std::uint64_t>(closures), "loop closure");
       --left;
       sentence += left == 0 ? "." : left == 1 ? " and to " : ", to ";
     }

@@ -37,7 +37,7 @@ check_installed() {
     inside "$program" --help >/dev/null || fail "$program does not start"
     compgen -G "$root/usr/share/man/man[18]/$program.[18].gz" >/dev/null || fail "$program has no manual page"
   done
-  for subcommand in $(inside seastitch --help | sed -n '/^Subcommands:/,$s/^  \([a-z-]*\) .*/\1/p'); do
+  for subcommand in $(inside seastitch --help | sed -n '/^Subcommands:/,/^$/s/^  \([a-z-]*\) .*/\1/p'); do
     [ -e "$root/usr/share/man/man1/seastitch-$subcommand.1.gz" ] || fail "seastitch $subcommand has no manual page"
   done
   for program in imu-driver dvl-driver mbes-driver nav-driver nav-output mapper optimizer logger; do
@@ -55,6 +55,7 @@ check_completion() {
   inside bash -c '. /usr/share/bash-completion/completions/seastitch
     complete_at() { COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _seastitch "$1" "${!#}"; echo "${COMPREPLY[*]}"; }
     [ "$(complete_at seastitch rep)" = replay ] && [ "$(complete_at seastitch replay --ou)" = --out ] &&
+      [ "$(complete_at seastitch dive "")" = new ] &&
       [ "$(complete_at seastitch-mapper --check)" = --check-config ]' || fail "completion"
 }
 
