@@ -71,9 +71,10 @@ function(seastitch_executable name)
 endfunction()
 
 # seastitch_test(NAME SOURCES... LINK TARGETS... [LABEL unit|process] [SUITES NAMES...]): one GoogleTest
-# binary a unit, one ctest a case, but one a suite for SUITES, whose cases share what takes long to make; with SEASTITCH_TESTS_BY_BINARY one ctest a binary, without Monte Carlo and restarts at many moments,
-# since a sanitizer needs a second to start a process. Unit tests (the default) need no other binary and
-# run under the sanitizers; process tests start the real programs, take longest and so start first.
+# binary a unit, one ctest a case. A suite among SUITES is one ctest: its cases share surveys that take long
+# to make. With SEASTITCH_TESTS_BY_BINARY there is one ctest a binary, without Monte Carlo and restarts at
+# many moments, since a sanitizer needs a second to start a process. Unit tests (the default) need no other
+# binary and run under the sanitizers; process tests start the real programs, take longest and so start first.
 # With SEASTITCH_TEST_OBJECTS, the folder of another build, the tests' own objects are those of that build:
 # what a sanitizer watches is compiled anew, and the tests, which take longer to compile, are not.
 set(SEASTITCH_TEST_OBJECTS "" CACHE PATH "Build whose objects of tests are linked")

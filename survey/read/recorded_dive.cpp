@@ -124,8 +124,7 @@ std::optional<Link> FindLink(const Scan& a, const Scan& b) {
   std::int64_t missing_in_all = 0;
   for (const auto& [sender, of_b] : b.numbers) {
     const auto of_a = a.numbers.find(sender);
-    if (of_a == a.numbers.end()) continue;
-    if (of_b.first <= of_a->second.second) continue;
+    if (of_a == a.numbers.end() || of_b.first <= of_a->second.second) continue;
     const std::int64_t between = of_b.first - of_a->second.second - 1;
     missing = std::min(missing.value_or(between), between);
     missing_in_all += between;
