@@ -14,6 +14,8 @@ pkg_check_modules(CAIRO REQUIRED IMPORTED_TARGET cairo)
 pkg_check_modules(FFTW REQUIRED IMPORTED_TARGET fftw3)
 pkg_check_modules(SYSTEMD REQUIRED IMPORTED_TARGET libsystemd)
 pkg_check_modules(GEOGRAPHICLIB REQUIRED IMPORTED_TARGET geographiclib)
+pkg_check_modules(HTTPLIB REQUIRED IMPORTED_TARGET cpp-httplib)
+pkg_check_modules(ZLIB REQUIRED IMPORTED_TARGET zlib)
 # PCL through its component libraries: find_package(PCL) would look for all of VTK and Qt.
 pkg_check_modules(PCL_IO REQUIRED IMPORTED_TARGET pcl_io)
 pkg_check_modules(PCL_REGISTRATION REQUIRED IMPORTED_TARGET pcl_registration)

@@ -124,3 +124,12 @@ function(seastitch_test name)
     add_dependencies(unit_tests ${name})
   endif()
 endfunction()
+
+# read_page_part(FILE VARIABLE): the text of a file, and its SHA-256 in VARIABLE_SHA256.
+function(read_page_part file variable)
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${file})
+  file(READ ${file} text)
+  string(SHA256 hash "${text}")
+  set(${variable} "${text}" PARENT_SCOPE)
+  set(${variable}_SHA256 ${hash} PARENT_SCOPE)
+endfunction()

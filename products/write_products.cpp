@@ -17,7 +17,6 @@
 #include "products/map/depth_map.hpp"
 #include "products/map/judge.hpp"
 #include "products/product_files.hpp"
-#include "products/report/map_viewer.hpp"
 #include "products/report/noise_report.hpp"
 #include "products/report/report.hpp"
 #include "products/report/survey_drawing.hpp"
@@ -192,7 +191,7 @@ class ProductWriter {
     Write(product_files::kTrack, TrackCsv(track_, options_.datum));
     const std::vector<VectorLayer> layers = SurveyLayers(survey_, delivered_, track_, projection_);
     Write(product_files::kGeoPackage, GeoPackage(layers, projection_));
-    if (viewer_) map_data_ = viewer_->Data(layers);
+    if (viewer_) map_data_ = viewer_->Json(LinesOf(layers));
   }
 
   void WriteReport() {
@@ -346,7 +345,7 @@ class ProductWriter {
     {
       Raster raster = Grid(dead_reckoned_).Elevation();
       Write(product_files::kElevationAsNavigated, GeoTiff(geometry_, raster, projection_));
-      if (summary_.outcome == Outcome::kCorrected) viewer_->Add("elevation_before", raster);
+      if (summary_.outcome == Outcome::kCorrected) viewer_->Add("elevation_before", raster.values, kNoData);
       before = std::move(raster.values);
     }
     std::vector<float> after = WriteDelivered();
@@ -394,8 +393,8 @@ class ProductWriter {
     Raster uncertainty = map.Uncertainty(
         {options_.depth_bias_m, options_.noise.components.sounding_variance_ratio.value});
     Write(product_files::kUncertainty, GeoTiff(geometry_, uncertainty, projection_));
-    viewer_->Add("elevation", elevation);
-    viewer_->Add("uncertainty", uncertainty);
+    viewer_->Add("elevation", elevation.values, kNoData);
+    viewer_->Add("uncertainty", uncertainty.values, kNoData);
     summary_.s44 = CompareWithS44(elevation, MismatchOfDelivered());
     return {std::move(elevation), std::move(uncertainty)};
   }
@@ -404,8 +403,9 @@ class ProductWriter {
     const Raster& after = MismatchOfDelivered();
     Write(product_files::kMismatchAsNavigated, GeoTiff(geometry_, mismatch_before_, projection_));
     Write(product_files::kMismatch, GeoTiff(geometry_, after, projection_));
-    if (summary_.outcome == Outcome::kCorrected) viewer_->Add("mismatch_before", mismatch_before_);
-    viewer_->Add("mismatch", after);
+    if (summary_.outcome == Outcome::kCorrected)
+      viewer_->Add("mismatch_before", mismatch_before_.values, kNoData);
+    viewer_->Add("mismatch", after.values, kNoData);
     const double highest_m =
         std::max(0.01, RangeOf({&mismatch_before_.values, &after.values}, 0.0, 0.98, 0.0).second);
     Picture picture = MismatchPicture(geometry_, mismatch_before_.values, seen_.values, highest_m);
@@ -458,7 +458,7 @@ class ProductWriter {
   Raster mismatch_solved_;  // empty where it was not measured
   Raster seen_;             // Density() of the delivered map
   std::vector<CorrectedState> track_;
-  std::optional<MapViewer> viewer_;
+  std::optional<MapData> viewer_;
   std::string map_data_;  // of viewer_
 };
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <string>
 #include <string_view>
 
 namespace seastitch {
@@ -15,6 +16,13 @@ inline std::size_t WholeCharacters(std::string_view text, std::size_t max_bytes)
     if ((static_cast<unsigned char>(text[end]) & 0xC0) != 0x80) return end;
   }
   return max_bytes;
+}
+
+// Text from other processes without control characters, for people.
+inline std::string Printable(std::string text) {
+  for (char& c : text)
+    if (static_cast<unsigned char>(c) < ' ' || c == '\x7f') c = ' ';
+  return text;
 }
 
 }  // namespace seastitch

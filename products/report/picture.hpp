@@ -5,18 +5,10 @@
 #include <vector>
 
 #include "common/core/grid.hpp"
+#include "viewer/colours.hpp"
 
 // A raster as a picture for people: axes in metres, colour bar with unit, scale bar, lines on top.
 namespace seastitch {
-
-struct Rgb {
-  double r = 0.0, g = 0.0, b = 0.0;  // 0 to 1
-};
-
-// Colours at equal steps from the lowest value to the highest.
-using ColourScale = std::vector<Rgb>;
-const ColourScale& DepthColours();        // pale sand (shallow) to deep blue
-const ColourScale& ConsistencyColours();  // pale yellow (agrees) to dark purple (does not)
 
 struct PictureLine {
   std::vector<Eigen::Vector2d> north_east;

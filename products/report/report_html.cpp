@@ -8,12 +8,12 @@
 #include "common/runtime/process/process.hpp"
 #include "products/product_files.hpp"
 #include "products/report/counter_words.hpp"
-#include "products/report/html.hpp"
 #include "products/report/noise_report.hpp"
 #include "products/report/report.hpp"
 #include "products/report/report_page.hpp"
 #include "products/report/report_rows.hpp"
-#include "products/report/viewer_script.hpp"
+#include "viewer/html.hpp"
+#include "viewer/page_parts.hpp"
 
 namespace seastitch {
 namespace {
@@ -375,7 +375,11 @@ std::string ReportHtml(const Survey& survey,
       {"has_map", has_map ? "yes" : ""},
       {"has_viewer", map_data.empty() ? "" : "yes"},
       {"map_data", map_data},
-      {"viewer_script", kViewerScript},
+      {"viewer", ViewerSection()},
+      {"viewer_script", ViewerScript().text},
+      {"style", PageStyle().text},
+      {"policy",
+       ContentPolicy({ViewerScript()}, PageStyle(), "img-src 'self' file: data:")},
       {"has_truth", s.truth ? "yes" : ""},
       {"mounting", MountingTable(survey, s)},
       {"noise_findings", FindingsText(s, options)},

@@ -4,25 +4,7 @@ namespace seastitch {
 
 // report.html as a template of FillTemplate(). Values whose names begin with `has_` are conditions.
 constexpr const char* kReportPage = R"(<!DOCTYPE html>
-<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width"><title>{{title}}</title><style>
-:root{color-scheme:light dark;--ink:#21262d;--soft:#57606a;--ground:#fff;--panel:#f3f5f7;--rule:#dfe3e8;--sea:#e9edf1}
-@media(prefers-color-scheme:dark){:root{--ink:#e3e7ec;--soft:#a3adb8;--ground:#14181d;--panel:#1f252c;--rule:#343c45;--sea:#0d1013}}
-body{font:15px/1.5 "DejaVu Sans",system-ui,sans-serif;color:var(--ink);background:var(--ground);max-width:1240px;margin:2em auto;padding:0 1em}
-h1{font-size:1.6em;margin-bottom:.2em}h2{font-size:1.15em;margin-top:2em}
-table{border-collapse:collapse;margin:1em 0;display:block;overflow-x:auto}th,td{padding:.25em .9em;border-bottom:1px solid var(--rule);text-align:left}
-th{background:var(--panel)}td{font-variant-numeric:tabular-nums}
-.banner{padding:.8em 1em;border-left:5px solid;background:var(--panel);margin:1em 0}
-.good{border-color:#2f9e62}.plain{border-color:#7a8794}.part{border-color:#d9911f}.bad{border-color:#c8453c}
-.pair{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(440px,100%),1fr));gap:1em}
-.tiles{display:grid;grid-template-columns:repeat(auto-fit,minmax(180px,1fr));gap:1em;margin:1em 0}
-.tile{background:var(--panel);padding:.8em 1em}.tile b{display:block;font-size:1.5em;font-weight:600}
-summary{cursor:pointer}details{overflow-x:auto}figure{margin:0}img{width:100%;border:1px solid var(--rule)}figcaption{font-size:.9em;color:var(--soft)}
-.small{font-size:.9em;color:var(--soft)}
-#viewer canvas{box-sizing:border-box;width:100%;height:min(70vh,620px);background:var(--sea);border:1px solid var(--rule);touch-action:none;display:block}
-#viewer canvas:focus-visible{outline:2px solid #2c76b4}.row{display:flex;flex-wrap:wrap;gap:.4em 1em;align-items:center;margin:.5em 0}
-.row[hidden]{display:none}.wide{display:flex;flex:1;gap:.6em;align-items:center}.wide input{flex:1;min-width:80px}.bar{flex:1;height:.7em;max-width:320px}
-#viewer button,#viewer select{font:inherit}
-</style></head><body>
+<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width"><meta http-equiv="Content-Security-Policy" content="{{policy}}"><title>{{title}}</title><style>{{style}}</style></head><body>
 <h1>{{title}}</h1>
 <p class="small">{{head}}</p>
 <div class="banner {{banner}}">{{statement}}</div>
@@ -30,18 +12,7 @@ summary{cursor:pointer}details{overflow-x:auto}figure{margin:0}img{width:100%;bo
 {{warnings}}</ul></div>
 {{/warnings}}{{#has_map}}<div class="tiles">
 {{tiles}}</div>
-{{#has_viewer}}<section id="viewer" hidden>
-<p class="row"><label>Show <select data-part="layer"><option value="depth">depth</option><option value="difference">what the correction changed</option><option value="mismatch">swath mismatch</option><option value="uncertainty">uncertainty, 1 sigma</option></select></label>
-<label><input type="checkbox" name="track" checked> track</label>
-<label><input type="checkbox" name="closures"> loop closures</label>
-<label><input type="checkbox" name="submaps"> submaps</label>
-<button data-part="closer" aria-label="Closer">+</button><button data-part="farther" aria-label="Farther">&minus;</button><button data-part="whole">Whole map</button></p>
-<canvas data-part="map" tabindex="0" role="img" aria-label="Map. Arrow keys move it, plus and minus zoom, 0 shows all, Enter tells about its middle."></canvas>
-<p class="row" data-part="slider"><label class="wide">compare with the map as navigated <input data-part="split" type="range" min="0" max="100" value="0"></label></p>
-<p class="row small"><span data-part="low"></span><span class="bar" data-part="bar"></span><span data-part="high"></span></p>
-<p class="small" data-part="readout" aria-live="polite">Click the map, or press Enter in it, for depth, sigma and submaps at that place.</p>
-</section>
-<p class="small" id="viewer-problem"></p>
+{{#has_viewer}}{{viewer}}<p class="small" id="viewer-problem"></p>
 {{/has_viewer}}<div id="pictures">
 {{#has_overlap}}<h2>Swath mismatch</h2>
 <div class="pair">

@@ -5,6 +5,7 @@
 #include <map>
 #include <string>
 #include <utility>
+#include <variant>
 
 #include "common/core/mounting.hpp"
 #include "common/core/pose.hpp"
@@ -146,7 +147,32 @@ class LayerMaker {
   std::map<SubmapId, std::size_t> place_of_;
 };
 
+template <class T>
+T FieldOf(const VectorFeature& feature, const std::string& name, const T& missing) {
+  for (const auto& [field, value] : feature.fields)
+    if (field == name)
+      if (const T* const held = std::get_if<T>(&value)) return *held;
+  return missing;
+}
+
 }  // namespace
+
+MapLines LinesOf(const std::vector<VectorLayer>& layers) {
+  MapLines lines;
+  for (const VectorLayer& layer : layers)
+    for (const VectorFeature& feature : layer.features) {
+      if (layer.name == kTrackLayer) lines.track.push_back(feature.north_east);
+      if (layer.name == kTrackAsNavigatedLayer)
+        lines.track_as_navigated.push_back(feature.north_east);
+      if (layer.name == kEdgeLayer)
+        lines.closures.push_back(
+            {feature.north_east, FieldOf<double>(feature, "weight", 0.0) >= kAcceptedWeight});
+      if (layer.name == kFootprintLayer)
+        lines.submaps.push_back(
+            {FieldOf<std::int64_t>(feature, "submap", -1), feature.north_east});
+    }
+  return lines;
+}
 
 std::vector<VectorLayer> SurveyLayers(const Survey& survey,
                                       const SurveyPoses& poses,

@@ -5,6 +5,7 @@
 #include "products/geo/geo_package.hpp"
 #include "products/survey.hpp"
 #include "products/track/track.hpp"
+#include "viewer/map_data.hpp"
 
 namespace seastitch {
 
@@ -22,5 +23,8 @@ std::vector<VectorLayer> SurveyLayers(const Survey& survey,
                                       const SurveyPoses& poses,
                                       const std::vector<CorrectedState>& track,
                                       const MapProjection& projection);
+
+// The same for the map of report.html.
+MapLines LinesOf(const std::vector<VectorLayer>& layers);
 
 }  // namespace seastitch

@@ -1,4 +1,4 @@
-#include "products/report/html.hpp"
+#include "viewer/html.hpp"
 
 #include <gtest/gtest.h>
 

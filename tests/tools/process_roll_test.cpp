@@ -1,4 +1,4 @@
-#include "tools/vehicle/process_roll.hpp"
+#include "page/process_roll.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

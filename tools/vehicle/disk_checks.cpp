@@ -17,7 +17,7 @@
 #include "common/runtime/files/dive_folder.hpp"
 #include "drivers/socket/file_descriptor.hpp"
 #include "tools/vehicle/machine_checks.hpp"
-#include "tools/vehicle/process_roll.hpp"
+#include "page/process_roll.hpp"
 
 // The checks of machine_checks.hpp that concern the disk and its dives.
 namespace seastitch {

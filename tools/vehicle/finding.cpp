@@ -5,6 +5,7 @@
 #include <set>
 
 #include "common/runtime/process/process.hpp"
+#include "common/core/utf8.hpp"
 #include "tools/vehicle/terminal_text.hpp"
 
 namespace seastitch {

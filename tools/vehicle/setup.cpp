@@ -15,7 +15,7 @@
 #include "logger/logger_config.hpp"
 #include "mapper/mapper_config.hpp"
 #include "optimizer/optimizer_config.hpp"
-#include "tools/vehicle/process_roll.hpp"
+#include "page/process_roll.hpp"
 
 namespace seastitch {
 namespace {

@@ -6,12 +6,6 @@
 
 namespace seastitch {
 
-std::string Printable(std::string text) {
-  for (char& c : text)
-    if (static_cast<unsigned char>(c) < ' ' || c == '\x7f') c = ' ';
-  return text;
-}
-
 std::string Cut(const std::string& text, std::size_t columns) {
   if (text.size() <= columns) return text;
   constexpr char kDots[] = "...";

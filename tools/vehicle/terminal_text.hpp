@@ -6,8 +6,6 @@
 
 namespace seastitch {
 
-// Text from other processes without control characters, for a terminal.
-std::string Printable(std::string text);
 // At most `columns` bytes; "..." at the end if the text is longer.
 std::string Cut(const std::string& text, std::size_t columns);
 // Breaks a text at spaces into lines of limited length, each with the indent.

@@ -1,4 +1,4 @@
-#include "tools/vehicle/process_roll.hpp"
+#include "page/process_roll.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -8,10 +8,22 @@ namespace {
 
 constexpr double kLatelyS = 3.0;       // HEALTH is sent once a second
 constexpr std::int64_t kMaxLost = 10;  // consecutive messages of one program
+// Names and programs that are kept: a bus may carry any number of them.
+constexpr std::size_t kMaxNames = 60;
+constexpr std::size_t kMaxPrograms = 20;
 
 }  // namespace
 
 void ProcessRoll::Add(const health_t& msg, double now_s) {
+  if (!entries_.contains(msg.process) && entries_.size() >= kMaxNames) {
+    // In place of the one that is silent for longest; ours stay.
+    auto oldest = entries_.end();
+    for (auto it = entries_.begin(); it != entries_.end(); ++it)
+      if (!IsOurs(it->first) &&
+          (oldest == entries_.end() || it->second.heard_s < oldest->second.heard_s))
+        oldest = it;
+    if (oldest != entries_.end()) entries_.erase(oldest);
+  }
   Entry& entry = entries_[msg.process];
   entry.last = msg;
   entry.heard_s = now_s;
@@ -22,6 +34,8 @@ void ProcessRoll::Add(const health_t& msg, double now_s) {
     const bool follows = msg.seq > program.seq && msg.seq - program.seq <= kMaxLost;
     if (follows && (its == nullptr || program.seq > its->seq)) its = &program;
   }
+  if (its == nullptr && entry.programs.size() >= kMaxPrograms)
+    entry.programs.erase(entry.programs.begin());
   if (its == nullptr)
     its = &entry.programs.emplace_back(Program{.seq = 0, .first_s = now_s, .last_s = now_s});
   its->seq = msg.seq;

@@ -17,8 +17,10 @@ inline constexpr std::array kProcesses = {
 inline constexpr char kNavDriver[] = "nav-driver";
 // Runs if nav_output.yaml has an output.
 inline constexpr char kNavOutput[] = "nav-output";
+// The page of the vehicle.
+inline constexpr char kPage[] = "page";
 // Not part of seastitch.target: enabled one by one.
-inline constexpr std::array kOptionalProcesses = {kNavDriver, kNavOutput};
+inline constexpr std::array kOptionalProcesses = {kNavDriver, kNavOutput, kPage};
 bool IsOptional(const std::string& process);
 // True for one of the processes above.
 bool IsOurs(const std::string& process);

@@ -1,34 +1,38 @@
-// The map of report.html: one canvas, drawn from the data in the element "map-data". Coordinates are
-// north and east [m] in the reference system of the map files; heights are positive up.
+// The map of report.html and of the page of seastitch-page: one canvas. Coordinates are north and
+// east [m] in the reference system of the map; heights are positive up.
 'use strict';
-(() => {
+const seastitchViewer = (() => {
   const root = document.getElementById('viewer');
-  const map = JSON.parse(document.getElementById('map-data').textContent);
+  let map = null;  // made by map_data.cpp
+  let vehicle = null;  // where the vehicle is, see showVehicle()
   const find = (name) => root.querySelector(`[data-part=${name}]`);
   const canvas = find('map'), context = canvas.getContext('2d');
   const layerChoice = find('layer'), split = find('split'), readout = find('readout');
   const overlays = [...root.querySelectorAll('input[type=checkbox]')];
-  const rasters = {};  // by name: values [m], NaN where there is none
-  const pictures = {};  // by name: canvas of one pixel a cell, north up
+  const layerOptions = [...layerChoice.options];
+  let rasters = {};  // by name: values [m], NaN where there is none
+  let pictures = {};  // by name: canvas of one pixel a cell, north up
   const view = {east: 0, north: 0, scale: 1};  // middle of the canvas, pixels per metre
   let marked = null;  // north, east of the last click
+  let isMoved = false;  // by the person: the view stays where it is
 
   const kDifferenceColours =
       [[33, 102, 172], [146, 197, 222], [247, 247, 247], [244, 165, 130], [178, 24, 43]];
 
   // What can be shown: the rasters left and right of the slider, colours and unit of its values.
   const kLayers = {
-    depth: {before: 'elevation_before', after: 'elevation', colours: map.colours.depth,
-            factor: -1, unit: 'm', relief: true},
-    difference: {after: 'difference', colours: kDifferenceColours, factor: 100, unit: 'cm'},
-    mismatch: {before: 'mismatch_before', after: 'mismatch', colours: map.colours.mismatch,
-               factor: 100, unit: 'cm'},
-    uncertainty: {after: 'uncertainty', colours: map.colours.mismatch, factor: 100, unit: 'cm'},
+    depth: {before: 'elevation_before', after: 'elevation', scale: 'depth', factor: -1, unit: 'm', relief: true},
+    difference: {after: 'difference', scale: 'difference', factor: 100, unit: 'cm'},
+    mismatch: {before: 'mismatch_before', after: 'mismatch', scale: 'mismatch', factor: 100, unit: 'cm'},
+    uncertainty: {after: 'uncertainty', scale: 'mismatch', factor: 100, unit: 'cm'},
   };
+
+  const coloursOf = (layer) =>
+      (layer.scale === 'difference' ? kDifferenceColours : map.colours[layer.scale]);
 
   // Values are 16-bit numbers, 0 for none: of each row the differences, first all low bytes, then
   // all high bytes; compressed by zlib.
-  async function decode(raster) {
+  async function decode(raster, map) {
     const packed = Uint8Array.from(atob(raster.data), (c) => c.charCodeAt(0));
     const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream('deflate'));
     const bytes = new Uint8Array(await new Response(stream).arrayBuffer());
@@ -73,7 +77,7 @@
   }
 
   function pictureOf(name, layer) {
-    const values = rasters[name], [low, high] = layer.limits, colours = layer.colours;
+    const values = rasters[name], [low, high] = layer.limits, colours = coloursOf(layer);
     const picture = document.createElement('canvas');
     picture.width = map.cols;
     picture.height = map.rows;
@@ -124,6 +128,39 @@
     context.stroke();
   }
 
+  // An arrow in a circle of 1 sigma, and a cross where dead reckoning alone has the vehicle.
+  function drawVehicle() {
+    drawLine(vehicle.trail, 'rgba(20,20,25,.95)', 1.4);
+    const [x, y] = toScreen(vehicle.north_m, vehicle.east_m);
+    context.beginPath();
+    context.arc(x, y, Math.max(1, vehicle.sigma_m * view.scale), 0, 2 * Math.PI);
+    context.fillStyle = 'rgba(200,69,60,.18)';
+    context.fill();
+    if (vehicle.navigated) {
+      const [cx, cy] = toScreen(...vehicle.navigated);
+      context.beginPath();
+      for (const [dx, dy] of [[5, 5], [5, -5]]) {
+        context.moveTo(cx - dx, cy - dy);
+        context.lineTo(cx + dx, cy + dy);
+      }
+      context.strokeStyle = 'rgba(190,70,40,.95)';
+      context.lineWidth = 2;
+      context.stroke();
+    }
+    context.save();
+    context.translate(x, y);
+    context.rotate(vehicle.heading_deg * Math.PI / 180);
+    context.beginPath();
+    for (const [dx, dy] of [[0, -11], [7, 8], [0, 4], [-7, 8]]) context.lineTo(dx, dy);
+    context.closePath();
+    context.fillStyle = '#c8453c';
+    context.strokeStyle = '#fff';
+    context.lineWidth = 1.5;
+    context.fill();
+    context.stroke();
+    context.restore();
+  }
+
   const isOn = (name) => overlays.some((box) => box.name === name && box.checked);
   const splitX = () => (split.hidden ? 0 : canvas.clientWidth * split.value / 100);
 
@@ -138,6 +175,7 @@
       for (const line of map.track) drawLine(line, 'rgba(255,255,255,.7)', 3);
       for (const line of map.track) drawLine(line, 'rgba(20,20,25,.95)', 1.4);
     }
+    if (vehicle) drawVehicle();
     if (marked) {
       const [x, y] = toScreen(...marked);
       context.beginPath();
@@ -186,6 +224,7 @@
   }
 
   function draw() {
+    if (!map) return;
     const ratio = window.devicePixelRatio || 1;
     const width = Math.round(canvas.clientWidth * ratio), height = Math.round(canvas.clientHeight * ratio);
     if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, {width, height});
@@ -208,7 +247,7 @@
     find('low').textContent = `${low.toFixed(digits(layer))} ${layer.unit}`;
     find('high').textContent = `${high.toFixed(digits(layer))} ${layer.unit}`;
     find('bar').style.background = `linear-gradient(to right, ${
-        layer.colours.map((c) => `rgb(${c.map(Math.round)})`)})`;
+        coloursOf(layer).map((c) => `rgb(${c.map(Math.round)})`)})`;
     draw();
   }
 
@@ -255,8 +294,14 @@
     draw();
   }
 
+  function showWhole() {
+    isMoved = false;
+    showAll();
+  }
+
   // Zooms about a point of the canvas.
   function zoom(factor, x = canvas.clientWidth / 2, y = canvas.clientHeight / 2) {
+    isMoved = true;
     const [north, east] = toMap(x, y);
     view.scale = Math.min(500, Math.max(1e-3, view.scale * factor));
     const [after_north, after_east] = toMap(x, y);
@@ -266,6 +311,7 @@
   }
 
   function move(x, y) {
+    isMoved = true;
     view.east -= x / view.scale;
     view.north += y / view.scale;
     draw();
@@ -302,7 +348,7 @@
     const actions = {
       ArrowLeft: () => move(step, 0), ArrowRight: () => move(-step, 0),
       ArrowUp: () => move(0, step), ArrowDown: () => move(0, -step),
-      '+': () => zoom(1.3), '-': () => zoom(1 / 1.3), 0: showAll,
+      '+': () => zoom(1.3), '-': () => zoom(1 / 1.3), 0: showWhole,
       Enter: () => tellAbout(view.north, view.east),
     };
     if (!actions[event.key]) return;
@@ -311,33 +357,49 @@
   });
   find('closer').addEventListener('click', () => zoom(1.3));
   find('farther').addEventListener('click', () => zoom(1 / 1.3));
-  find('whole').addEventListener('click', showAll);
+  find('whole').addEventListener('click', showWhole);
   split.addEventListener('input', draw);
   layerChoice.addEventListener('change', chooseLayer);
   for (const box of overlays) box.addEventListener('change', draw);
   window.addEventListener('resize', draw);
   matchMedia('(prefers-color-scheme: dark)').addEventListener('change', draw);
 
-  async function start() {
-    await Promise.all(map.rasters.map(async (raster) => (rasters[raster.name] = await decode(raster))));
-    if (rasters.elevation_before)
-      rasters.difference = rasters.elevation.map((value, i) => value - rasters.elevation_before[i]);
-    for (const [name, layer] of Object.entries(kLayers)) {
-      if (!rasters[layer.after]) {
-        layerChoice.querySelector(`[value=${name}]`).remove();
-        continue;
-      }
+  // Shows a map in place of the one before.
+  async function show(data) {
+    const decoded = {};
+    await Promise.all(data.rasters.map(async (raster) => (decoded[raster.name] = await decode(raster, data))));
+    if (decoded.elevation && decoded.elevation_before)
+      decoded.difference = decoded.elevation.map((value, i) => value - decoded.elevation_before[i]);
+    [map, rasters, pictures] = [data, decoded, {}];
+    const chosen = layerChoice.value;
+    layerChoice.replaceChildren(...layerOptions.filter((o) => rasters[kLayers[o.value].after]));
+    if (rasters[kLayers[chosen].after]) layerChoice.value = chosen;
+    for (const layer of Object.values(kLayers)) {
+      if (!rasters[layer.after]) continue;
       layer.limits = limitsOf(layer);
       for (const raster of [layer.before, layer.after])
         if (rasters[raster]) pictures[raster] = pictureOf(raster, layer);
     }
     root.hidden = false;
-    showAll();
+    if (!isMoved) showAll();
     chooseLayer();
-    document.getElementById('pictures').hidden = true;
     root.dataset.ready = 'yes';
   }
-  // Without a browser that can unpack the rasters, the pictures stay.
-  start().catch((error) => (document.getElementById('viewer-problem').textContent =
-                                `The map cannot be drawn here (${error.message}); the pictures show it.`));
+
+  // A vehicle: north_m, east_m, sigma_m, heading_deg; navigated: north, east by dead reckoning, or
+  // null; trail: its track since the map was made.
+  function showVehicle(state) {
+    vehicle = state;
+    draw();
+  }
+
+  return {show, showVehicle};
 })();
+
+// In report.html the map is an element of the page. Without a browser that can unpack the rasters,
+// the pictures stay.
+if (document.getElementById('map-data'))
+  seastitchViewer.show(JSON.parse(document.getElementById('map-data').textContent))
+      .then(() => (document.getElementById('pictures').hidden = true))
+      .catch((error) => (document.getElementById('viewer-problem').textContent =
+                             `The map cannot be drawn here (${error.message}); the pictures show it.`));

@@ -11,6 +11,9 @@ namespace seastitch {
 // Escapes text for HTML. All text from outside the program has to pass it.
 std::string Escaped(const std::string& text);
 
+// JSON with each < escaped, so that it may stand in an element of an HTML page.
+std::string WithoutMarkup(std::string json);
+
 // A number with so many decimals; a dash for NaN.
 std::string Fixed(double value, int digits);
 

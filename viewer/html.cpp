@@ -1,4 +1,4 @@
-#include "products/report/html.hpp"
+#include "viewer/html.hpp"
 
 #include <cmath>
 #include <cstddef>
@@ -19,6 +19,12 @@ std::string Escaped(const std::string& text) {
     }
   }
   return out;
+}
+
+std::string WithoutMarkup(std::string json) {
+  for (std::size_t at = 0; (at = json.find('<', at)) != std::string::npos;)
+    json.replace(at, 1, "\\u003c");
+  return json;
 }
 
 std::string Fixed(double value, int digits) {
