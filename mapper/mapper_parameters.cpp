@@ -3,6 +3,7 @@
 
 #include "common/core/pose.hpp"
 #include "common/core/sound_speed.hpp"
+#include "common/core/survey_noise.hpp"
 #include "common/runtime/config/vehicle_config.hpp"
 #include "mapper/geometry/sound_ray.hpp"
 #include "mapper/mapper_config.hpp"
@@ -105,7 +106,7 @@ void DeclareLimits(MapperConfig* c, ParameterTable* table) {
              "Memory for submaps that wait while the disk cannot be written. Beyond this the "
              "oldest are lost.");
   table
-      ->Add("sonar_time_offset_s",
+      ->Add(SonarTimingEstimate::kKey,
             &c->sonar_time_offset_s,
             Unit::kSecond,
             Range::Within(-1.0, 1.0),

@@ -28,7 +28,9 @@ fs::path NewestIndex(const fs::path& dive) {
     if (it.depth() > 2) it.disable_recursion_pending();
     if (it->path().filename() != kIndex) continue;
     const fs::file_time_type time = it->last_write_time(error);
-    if (newest.empty() || time > newest_time) std::tie(newest, newest_time) = {it->path(), time};
+    if (!newest.empty() && time <= newest_time) continue;
+    newest = it->path();
+    newest_time = time;
   }
   return newest;
 }

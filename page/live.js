@@ -84,7 +84,7 @@
       const answer = await fetch('map.json');
       if (answer.status !== 200) return;
       const map = await answer.json();
-      trail = trail.slice(-2);
+      trail = trail.slice(-20);  // the map is some seconds old
       await seastitchViewer.show(map);
       find('no-map').hidden = true;
       shownMap = version;

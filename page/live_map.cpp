@@ -59,7 +59,8 @@ void Join(std::vector<Cell>* cells) {
 
 }  // namespace
 
-LiveMap::LiveMap(double cell_m, std::size_t most_cells) : cell_m_(cell_m), most_cells_(most_cells) {}
+LiveMap::LiveMap(double cell_m, std::size_t most_cells)
+    : cell_m_(cell_m), most_cells_(most_cells) {}
 
 void LiveMap::Clear() {
   pieces_.clear();
@@ -156,11 +157,10 @@ std::optional<GridGeometry> LiveMap::Geometry() const {
   for (const auto& [id, piece] : pieces_) {
     if (piece.cells.empty()) continue;
     Eigen::Vector2d low = least, high = most;
-    for (const Cell& cell : piece.cells) {
-      const Eigen::Vector2d p = cell_m_ * Eigen::Vector2d(cell.row + 0.5, cell.col + 0.5);
-      for (const Poses poses : {Poses::kDeadReckoned, Poses::kSolved}) {
-        // The four corners of a piece would do where it is a rectangle; a piece has few cells.
-        const Eigen::Vector2d at = PoseOf(id, piece, poses) * p;
+    for (const Poses poses : {Poses::kDeadReckoned, Poses::kSolved}) {
+      const Pose2 T_map_level = PoseOf(id, piece, poses);
+      for (const Cell& cell : piece.cells) {
+        const Eigen::Vector2d at = T_map_level * Middle(cell);
         low = low.cwiseMin(at);
         high = high.cwiseMax(at);
       }
@@ -184,12 +184,10 @@ std::vector<float> LiveMap::Elevations(const GridGeometry& geometry, Poses poses
     const Pose2 T_map_level = PoseOf(id, piece, poses);
     for (const Cell& cell : piece.cells) {
       // Shared between the four nearest cells of the picture.
-      const Eigen::Vector2d p =
-          (T_map_level * (cell_m_ * Eigen::Vector2d(cell.row + 0.5, cell.col + 0.5)).eval() -
-           geometry.origin) /
-              geometry.cell_m -
-          Eigen::Vector2d::Constant(0.5);
+      const Eigen::Vector2d p = (T_map_level * Middle(cell) - geometry.origin) / geometry.cell_m -
+                                Eigen::Vector2d::Constant(0.5);
       const double row = std::floor(p.x()), col = std::floor(p.y());
+      if (std::abs(row) > kFarthestM || std::abs(col) > kFarthestM) continue;
       for (const int down : {0, 1})
         for (const int right : {0, 1}) {
           const int r = static_cast<int>(row) + down, c = static_cast<int>(col) + right;
@@ -204,8 +202,7 @@ std::vector<float> LiveMap::Elevations(const GridGeometry& geometry, Poses poses
   }
   std::vector<float> elevations(geometry.size(), kNone);
   for (std::size_t i = 0; i < elevations.size(); ++i)
-    if (weights[i] >= kLeastWeight)
-      elevations[i] = static_cast<float>(-sums[i] / weights[i]);
+    if (weights[i] >= kLeastWeight) elevations[i] = static_cast<float>(-sums[i] / weights[i]);
   return elevations;
 }
 
@@ -225,8 +222,10 @@ MapLines::Line LiveMap::CorrectedTrack() const {
       line.push_back(point.north_east);
       continue;
     }
-    const auto after = std::upper_bound(
-        frames.begin(), frames.end(), point.time, [](Time t, const Frame& f) { return t < f.time; });
+    const auto after =
+        std::upper_bound(frames.begin(), frames.end(), point.time, [](Time t, const Frame& f) {
+          return t < f.time;
+        });
     const Frame& next = after == frames.end() ? frames.back() : *after;
     const Frame& last = after == frames.begin() ? frames.front() : *(after - 1);
     const double span_s = ToSeconds(next.time - last.time);

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "common/core/grid.hpp"
 #include "common/core/graph.hpp"
+#include "common/core/grid.hpp"
 #include "common/core/submap.hpp"
 #include "viewer/map_data.hpp"
 
@@ -64,6 +64,10 @@ class LiveMap {
   };
   enum class Poses { kDeadReckoned, kSolved };
 
+  // In the level frame of its submap.
+  Eigen::Vector2d Middle(const Cell& cell) const {
+    return cell_m_ * Eigen::Vector2d(cell.row + 0.5, cell.col + 0.5);
+  }
   void Clear();
   void Coarsen();
   Pose2 PoseOf(SubmapId id, const Piece& piece, Poses poses) const;

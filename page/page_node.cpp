@@ -11,8 +11,8 @@ namespace seastitch {
 namespace {
 
 constexpr double kTrackEveryS = 1.0;
-constexpr double kMapEveryS = 3.0;     // at most: drawing a large map takes a tenth of a second
-constexpr double kLookEveryS = 10.0;   // for submaps on the disk
+constexpr double kMapEveryS = 3.0;    // at most: drawing a large map takes a tenth of a second
+constexpr double kLookEveryS = 10.0;  // for submaps on the disk
 
 }  // namespace
 
@@ -51,9 +51,10 @@ std::string PrintConfig(const PageConfig& config) { return PrintWithDefaults(con
 
 PageNode::PageNode(const PageConfig& config, Bus* bus)
     : status_(bus), kept_(config.dives_dir), server_(ParseListenAddress(config.listen), &feed_) {
-  bus->Subscribe<submap_t>(channels::kSubmap, QueueOf(channels::kSubmap), [this](const submap_t& m) {
-    if (const auto submap = submaps_.Add(m)) map_.Add(*submap);
-  });
+  bus->Subscribe<submap_t>(
+      channels::kSubmap, QueueOf(channels::kSubmap), [this](const submap_t& m) {
+        if (const auto submap = submaps_.Add(m)) map_.Add(*submap);
+      });
   bus->Subscribe<submap_points_t>(channels::kSubmapPoints,
                                   QueueOf(channels::kSubmapPoints),
                                   [this](const submap_points_t& msg) {
@@ -76,8 +77,9 @@ void PageNode::Hear(const nav_t& msg) {
   }
   nav_ = nav;
   nav_s_ = MonotonicSeconds();
-  if (nav_s_ - track_s_ < kTrackEveryS) return;
-  track_s_ = nav_s_;
+  // Time of the vehicle: a player may be faster than the clock, and may go back.
+  if (track_time_ && std::abs(ToSeconds(nav->time - *track_time_)) < kTrackEveryS) return;
+  track_time_ = nav->time;
   map_.AddTrack(nav->time, nav->T_map_vehicle.translation().head<2>());
 }
 

@@ -56,7 +56,8 @@ class PageNode {
   SubmapAssembler submaps_;
   PoseGraphAssembler solutions_;
   std::optional<NavState> nav_;
-  double nav_s_ = 0.0, track_s_ = 0.0;  // monotonic: of nav_, of the track's last point
+  double nav_s_ = 0.0;              // monotonic, of nav_
+  std::optional<Time> track_time_;  // of the track's last point
   double shown_s_ = 0.0, looked_s_ = 0.0;
   std::uint64_t shown_version_ = 0;
   Health health_{kPage};

@@ -2,11 +2,12 @@
 
 #include <arpa/inet.h>
 #include <httplib.h>
+#include <sys/socket.h>
 
 #include <algorithm>
 #include <atomic>
-#include <charconv>
 #include <cerrno>
+#include <charconv>
 #include <chrono>
 #include <condition_variable>
 #include <cstring>
@@ -109,6 +110,11 @@ bool IsLoopback(const ListenAddress& address) { return address.host.starts_with(
 struct PageServer::Impl {
   Impl(const ListenAddress& address, PageFeed* to_show) : feed(to_show) {
     server.new_task_queue = [] { return new BoundedQueue; };
+    // Not SO_REUSEPORT, the library's default: another program could take half of the connections.
+    server.set_socket_options([](int socket) {
+      const int on = 1;
+      setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
+    });
     server.set_keep_alive_max_count(1);
     server.set_keep_alive_timeout(kIdleS);
     server.set_read_timeout(kSilentS);
@@ -118,17 +124,17 @@ struct PageServer::Impl {
                                 {"X-Content-Type-Options", "nosniff"},
                                 {"Referrer-Policy", "no-referrer"},
                                 {"Cache-Control", "no-store"}});
-    server.set_pre_routing_handler([this](const httplib::Request& request,
-                                          httplib::Response& response) {
-      const std::string name = NameOf(request.get_header_value("Host"));
-      if (request.method != "GET")
-        Refuse(405, &response);
-      else if (name != "localhost" && !IsIpAddress(name))
-        Refuse(421, &response);
-      else
-        return httplib::Server::HandlerResponse::Unhandled;
-      return httplib::Server::HandlerResponse::Handled;
-    });
+    server.set_pre_routing_handler(
+        [this](const httplib::Request& request, httplib::Response& response) {
+          const std::string name = NameOf(request.get_header_value("Host"));
+          if (request.method != "GET")
+            Refuse(405, &response);
+          else if (name != "localhost" && !IsIpAddress(name))
+            Refuse(421, &response);
+          else
+            return httplib::Server::HandlerResponse::Unhandled;
+          return httplib::Server::HandlerResponse::Handled;
+        });
     server.Get("/", [](const httplib::Request&, httplib::Response& response) {
       response.set_content(LivePage(), "text/html; charset=utf-8");
     });
@@ -139,9 +145,8 @@ struct PageServer::Impl {
       else
         response.status = 204;
     });
-    server.Get("/events", [this](const httplib::Request&, httplib::Response& response) {
-      Follow(&response);
-    });
+    server.Get("/events",
+               [this](const httplib::Request&, httplib::Response& response) { Follow(&response); });
     if (address.port == 0)
       port = server.bind_to_any_port(address.host);
     else if (server.bind_to_port(address.host, address.port))
@@ -158,7 +163,8 @@ struct PageServer::Impl {
   ~Impl() {
     feed->Close();
     // stop() does nothing before the thread listens.
-    while (!server.is_running() && !ended) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    while (!server.is_running() && !ended)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
     server.stop();
     thread.join();
   }

@@ -36,8 +36,8 @@ class PageServer {
   PageServer& operator=(const PageServer&) = delete;
 
   int port() const;
-  int clients() const;            // that follow the events
-  std::int64_t refused() const;   // requests, for any reason
+  int clients() const;           // that follow the events
+  std::int64_t refused() const;  // requests, for any reason
 
  private:
   struct Impl;

@@ -7,10 +7,9 @@
 namespace seastitch {
 
 StatusListener::StatusListener(Bus* bus) {
-  bus->Subscribe<health_t>(
-      channels::kHealth, QueueOf(channels::kHealth), [this](const health_t& msg) {
-        roll_.Add(msg, MonotonicSeconds());
-      });
+  bus->Subscribe<health_t>(channels::kHealth,
+                           QueueOf(channels::kHealth),
+                           [this](const health_t& msg) { roll_.Add(msg, MonotonicSeconds()); });
   bus->Subscribe<nav_corrected_t>(channels::kNavCorrected,
                                   QueueOf(channels::kNavCorrected),
                                   [this](const nav_corrected_t& msg) {

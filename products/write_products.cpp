@@ -345,7 +345,8 @@ class ProductWriter {
     {
       Raster raster = Grid(dead_reckoned_).Elevation();
       Write(product_files::kElevationAsNavigated, GeoTiff(geometry_, raster, projection_));
-      if (summary_.outcome == Outcome::kCorrected) viewer_->Add("elevation_before", raster.values, kNoData);
+      if (summary_.outcome == Outcome::kCorrected)
+        viewer_->Add("elevation_before", raster.values, kNoData);
       before = std::move(raster.values);
     }
     std::vector<float> after = WriteDelivered();

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "common/core/survey_noise.hpp"
+#include "common/core/vehicle.hpp"
 #include "common/geo/datum.hpp"
 #include "products/files/sounding_files.hpp"
 #include "products/map/consistency.hpp"
@@ -59,6 +60,8 @@ struct ProductOptions {
   std::optional<SoundingFormat> sounding_format;  // of an export of soundings; absent: none
   std::map<std::string, std::uint64_t> seeds;     // of a simulated survey, for the report
   std::string configuration;                      // sentence that names its files, for the report
+  std::uint32_t configuration_crc = 0;            // CRC-32 of its texts; 0: not known
+  std::vector<VehicleGeometry> vehicles;          // as configured, one a dive; empty: not known
   // Messages that never reached the mapper, by reason: malformed, late, repeated. For the report.
   std::map<std::string, std::int64_t> refused;
   // The mapper's counters: samples that it rejected, gated or found late, and its own work. For the

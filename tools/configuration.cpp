@@ -12,6 +12,7 @@
 #include "logger/logger_config.hpp"
 #include "mapper/mapper_config.hpp"
 #include "optimizer/optimizer_config.hpp"
+#include "page/page_node.hpp"
 
 namespace seastitch {
 namespace {
@@ -79,6 +80,7 @@ std::vector<ConfigurationFile> ConfigurationFiles() {
   files.push_back(FileOf<MbesDriverConfig>("mbes_driver.yaml", "Sonar"));
   files.push_back(FileOf<NavDriverConfig>("nav_driver.yaml", "INS, GPS, USBL and pressure sensor"));
   files.push_back(FileOf<NavOutputConfig>("nav_output.yaml", "NAV as NMEA 0183 for others"));
+  files.push_back(FileOf<PageConfig>("page.yaml", "Page of the vehicle for browsers"));
   files.push_back(FileOf<bench::SurveyConfig>("config/bench/demo.yaml",
                                               "Simulated survey of `seastitch bench`"));
   return files;

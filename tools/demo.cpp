@@ -181,7 +181,8 @@ int RunDemo(const DemoOptions& options) {
   std::fprintf(stderr, "starting logger, drivers, mapper and optimizer\n");
   live.WaitUntilUp();
   std::fprintf(stderr,
-               "to watch it: %s status --lcm-url '%s'\n",
+               "to watch it: %s, or %s status --lcm-url '%s'\n",
+               live.page().c_str(),
                (BinDir() / "seastitch").c_str(),
                live.targets().lcm_url.c_str());
   ProgressLine progress("surveying", 1000, false);

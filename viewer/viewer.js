@@ -396,6 +396,10 @@ const seastitchViewer = (() => {
   return {show, showVehicle};
 })();
 
+for (const button of document.querySelectorAll('button[data-copy]'))
+  button.addEventListener('click', () => navigator.clipboard.writeText(button.dataset.copy)
+      .then(() => (button.textContent = 'copied')));
+
 // In report.html the map is an element of the page. Without a browser that can unpack the rasters,
 // the pictures stay.
 if (document.getElementById('map-data'))

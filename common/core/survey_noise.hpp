@@ -43,6 +43,7 @@ struct TimeOffsetEstimate {
 
 // Time offset from two independent regressions.
 struct SonarTimingEstimate {
+  static constexpr char kKey[] = "sonar_time_offset_s";  // of mapper.yaml
   double configured_s =
       0.0;  // sonar_time_offset_s, already added; the estimate is to be added to it
   // True: the soundings were ray traced by their source. Then the offset cannot be corrected here.

@@ -27,6 +27,7 @@ struct FixPoint {
 // Map origin and mounting of the sensors, as configured in vehicle.yaml. Vehicle axes: forward,
 // right, down of the vehicle's reference point.
 struct VehicleGeometry {
+  std::string name;                 // for people; empty: none
   double datum_latitude_rad = 0.0;  // map origin, WGS 84
   double datum_longitude_rad = 0.0;
   Eigen::Isometry3d T_vehicle_imu = Eigen::Isometry3d::Identity();

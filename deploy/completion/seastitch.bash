@@ -13,4 +13,4 @@ _seastitch() {
   mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current")
 }
 complete -o default -F _seastitch seastitch seastitch-imu-driver seastitch-dvl-driver seastitch-mbes-driver \
-  seastitch-nav-driver seastitch-nav-output seastitch-mapper seastitch-optimizer seastitch-logger
+  seastitch-nav-driver seastitch-nav-output seastitch-mapper seastitch-optimizer seastitch-logger seastitch-page

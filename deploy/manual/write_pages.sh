@@ -50,6 +50,6 @@ for subcommand in $(seastitch --help | sed -n '/^Subcommands:/,$s/^  \([a-z-]*\)
   page 1 seastitch "$subcommand"
 done
 for program in "$bin_dir"/seastitch-*-driver "$bin_dir"/seastitch-nav-output "$bin_dir"/seastitch-mapper \
-  "$bin_dir"/seastitch-optimizer "$bin_dir"/seastitch-logger; do
+  "$bin_dir"/seastitch-optimizer "$bin_dir"/seastitch-logger "$bin_dir"/seastitch-page; do
   page 8 "$(basename "$program")"
 done

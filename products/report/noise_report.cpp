@@ -87,16 +87,21 @@ void AddOverlaps(const NoiseEstimate& noise, std::vector<std::string>* findings)
 bool IsClear(const std::optional<TimeOffsetEstimate>& offset) {
   constexpr double kLeastS = 0.002;
   constexpr double kMostS = 1.0;  // beyond it sonar_time_offset_s takes none
-  return offset && std::abs(offset->add_s) > std::max(kLeastS, 4.0 * offset->sigma_s) &&
+  return offset && std::abs(offset->add_s) > std::max(kLeastS, kAdviceSigmas * offset->sigma_s) &&
          std::abs(offset->add_s) < kMostS;
 }
 
 }  // namespace
 
+std::optional<TimeOffsetEstimate> ClearTiming(const SonarTimingEstimate& timing) {
+  if (IsClear(timing.roll)) return timing.roll;
+  return IsClear(timing.pitch) ? timing.pitch : std::nullopt;
+}
+
 std::vector<std::string> TimingFindings(const SonarTimingEstimate& timing) {
-  const bool by_roll = timing.roll.has_value() && (IsClear(timing.roll) || !IsClear(timing.pitch));
-  const std::optional<TimeOffsetEstimate>& offset = by_roll ? timing.roll : timing.pitch;
-  if (!IsClear(offset)) return {};
+  const std::optional<TimeOffsetEstimate> offset = ClearTiming(timing);
+  if (!offset) return {};
+  const bool by_roll = IsClear(timing.roll);
   std::string text =
       "The sonar's stamps are " + Format("%.1f ms too ", 1000.0 * std::abs(offset->add_s)) +
       (offset->add_s > 0.0 ? "early" : "late") + " for the " + (by_roll ? "roll" : "pitch") +

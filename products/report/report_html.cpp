@@ -7,6 +7,7 @@
 #include "common/core/time.hpp"
 #include "common/runtime/process/process.hpp"
 #include "products/product_files.hpp"
+#include "products/report/advice.hpp"
 #include "products/report/counter_words.hpp"
 #include "products/report/noise_report.hpp"
 #include "products/report/report.hpp"
@@ -316,6 +317,8 @@ std::string HeadOf(const Survey& survey, const ProductSummary& s, const ProductO
   const auto add = [&](const std::string& part) {
     text += (text.empty() ? "" : " &middot; ") + part;
   };
+  if (!options.vehicles.empty() && !options.vehicles[0].name.empty())
+    add(Escaped(options.vehicles[0].name));
   if (options.datum)
     add("map origin " + Fixed(options.datum->latitude_deg, 5) + "&deg;, " +
         Fixed(options.datum->longitude_deg, 5) + "&deg;");
@@ -327,7 +330,30 @@ std::string HeadOf(const Survey& survey, const ProductSummary& s, const ProductO
         UtcText(last->time, "%Y-%m-%d %H:%M UTC"));
   if (!s.crs.empty()) add(Escaped(s.crs));
   add(std::string("Seastitch ") + ProgramVersion());
+  if (options.configuration_crc != 0)
+    add("configuration " + ConfigurationHash(options.configuration_crc));
   return text;
+}
+
+// What the survey says of its own configuration. Empty: nothing.
+std::string AdviceTable(const std::vector<Advice>& advice) {
+  HtmlTable table({"Key", "Now", "Suggested", "", "Why"});
+  for (const Advice& a : advice)
+    table.Row({"<code>" + Escaped(a.key) + "</code><br>" + Escaped(a.file),
+               Escaped(a.now),
+               Escaped(a.suggested),
+               "<button data-copy=\"" +
+                   Escaped(a.key.substr(a.key.rfind('.') + 1) + ": " + a.suggested) +
+                   "\">copy</button>",
+               Escaped(a.reason)});
+  return table.has_rows() ? table.Finish() : std::string();
+}
+
+std::string VerdictTable(const ProductSummary& s) {
+  HtmlTable table({"Registrations", "Pairs of submaps"});
+  for (const auto& [verdict, pairs] : s.loop_verdicts)
+    table.Row({Escaped(verdict), Grouped(pairs)});
+  return table.has_rows() ? table.Finish() : std::string();
 }
 
 // What lies beside the page.
@@ -378,13 +404,14 @@ std::string ReportHtml(const Survey& survey,
       {"viewer", ViewerSection()},
       {"viewer_script", ViewerScript().text},
       {"style", PageStyle().text},
-      {"policy",
-       ContentPolicy({ViewerScript()}, PageStyle(), "img-src 'self' file: data:")},
+      {"policy", ContentPolicy({ViewerScript()}, PageStyle(), "img-src 'self' file: data:")},
       {"has_truth", s.truth ? "yes" : ""},
       {"mounting", MountingTable(survey, s)},
       {"noise_findings", FindingsText(s, options)},
       {"noise", NoiseTable(survey, options)},
       {"dives", DivesList(s.dives, options.unread)},
+      {"advice", AdviceTable(AdviceOf(survey, s, options))},
+      {"verdicts", VerdictTable(s)},
       {"loops", LoopTable(survey)},
       {"navigation", NavigationSection(survey, options)},
       {"refused", CounterTable("Refused, late or doubled", Refused(survey, options))},

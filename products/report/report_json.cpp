@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "products/product_files.hpp"
+#include "products/report/advice.hpp"
 #include "products/report/noise_report.hpp"
 #include "products/report/report.hpp"
 #include "products/report/report_rows.hpp"
@@ -198,6 +199,17 @@ std::string ReportJson(const Survey& survey,
   for (const MapWarning& warning : options.warnings)
     r["warnings"].push_back({{"code", NameOf(warning.code)}, {"text", warning.text}});
   r["configuration"] = options.configuration;
+  if (options.configuration_crc != 0)
+    r["configuration_hash"] = ConfigurationHash(options.configuration_crc);
+  if (!options.vehicles.empty() && !options.vehicles[0].name.empty())
+    r["vehicle"] = options.vehicles[0].name;
+  r["advice"] = Json::array();
+  for (const Advice& advice : AdviceOf(survey, s, options))
+    r["advice"].push_back({{"file", advice.file},
+                           {"key", advice.key},
+                           {"now", advice.now},
+                           {"suggested", advice.suggested},
+                           {"reason", advice.reason}});
   r["consistency_rms_m"] = BeforeAfter(s.before.point.rms_m, s.after().point.rms_m);
   r["surface_rms_m"] = BeforeAfter(s.before.surface.rms_m, s.after().surface.rms_m);
   r["submaps"] = s.submaps;

@@ -25,7 +25,10 @@ constexpr const char* kReportPage = R"(<!DOCTYPE html>
 {{/corrected}}<figure><a href="{{depth}}"><img src="{{depth}}" alt="Delivered map"></a><figcaption>Delivered map</figcaption></figure>
 </div>
 </div>
-{{/has_map}}<details{{figures_open}}><summary>All figures</summary>
+{{/has_map}}{{#advice}}<h2>What to do</h2>
+<p class="small">The survey contradicts these values of its configuration by more than four sigma. This map is corrected
+for what its mounting table has; a corrected file makes the next one right from its beginning.</p>
+{{advice}}{{/advice}}<details{{figures_open}}><summary>All figures</summary>
 {{before_after}}{{survey}}{{#has_map}}<p class="small">Both measures have one value [m] per cell with points of two or more submaps: the largest over pairs of
 submaps. The swath mismatch, which the pictures show, is the mean distance from the points of one submap to the surface
 of the other. It does not depend on the spacing of points. The consistency error is the mean distance to the nearest
@@ -61,7 +64,7 @@ ping to ping with the roll rate (or, where the seabed slopes along the track, of
 {{#has_closure_errors}}<p>With respect to the truth, the normalised squared errors of the {{closures}} accepted closures
 add up to {{chi2}}, with {{degrees_of_freedom}} degrees of freedom; the largest is {{worst_chi2}}. With consistent
 covariances the first two are about equal, and one closure in a thousand (of rank 3) is above 16.</p>
-{{/has_closure_errors}}<details><summary>Every registration</summary>
+{{/has_closure_errors}}{{verdicts}}<details><summary>Every registration</summary>
 {{loops}}</details>
 {{/has_map}}{{#navigation}}<h2>Navigation</h2>
 {{navigation}}{{/navigation}}{{#refused}}<h2>Rejected input</h2>

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <cstdio>
 #include <limits>
 #include <set>
 
@@ -24,6 +25,12 @@ bool HasClosures(const Survey& survey, std::int32_t chain) {
 }
 
 }  // namespace
+
+std::string ConfigurationHash(std::uint32_t crc) {
+  char text[16];
+  std::snprintf(text, sizeof text, "%08x", crc);
+  return text;
+}
 
 double Percent(double part, double whole) {
   return whole > 0.0 ? 100.0 * part / whole : std::numeric_limits<double>::quiet_NaN();

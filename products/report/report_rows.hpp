@@ -11,6 +11,9 @@
 // Values that both report.json and report.html have.
 namespace seastitch {
 
+// CRC-32 of the configuration, for people to compare: eight hexadecimal digits.
+std::string ConfigurationHash(std::uint32_t crc);
+
 // Percentage of the whole; NaN where the whole is 0.
 double Percent(double part, double whole);
 

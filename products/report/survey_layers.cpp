@@ -168,8 +168,7 @@ MapLines LinesOf(const std::vector<VectorLayer>& layers) {
         lines.closures.push_back(
             {feature.north_east, FieldOf<double>(feature, "weight", 0.0) >= kAcceptedWeight});
       if (layer.name == kFootprintLayer)
-        lines.submaps.push_back(
-            {FieldOf<std::int64_t>(feature, "submap", -1), feature.north_east});
+        lines.submaps.push_back({FieldOf<std::int64_t>(feature, "submap", -1), feature.north_east});
     }
   return lines;
 }

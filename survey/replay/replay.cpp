@@ -234,6 +234,8 @@ ProductSummary RunReplay(const ReplayOptions& options) {
   ProductOptions products;
   products.title = options.inputs[0].filename().string();
   products.configuration = first.config.statement;
+  products.configuration_crc = CrcOfConfiguration(dives);
+  for (const Dive& dive : dives) products.vehicles.push_back(dive.mapper.vehicle);
   if (!options.quiet) {
     products.progress = [](const std::string& step) { std::fprintf(stderr, "%s\n", step.c_str()); };
   }

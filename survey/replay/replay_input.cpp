@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <set>
+#include <sstream>
 #include <stdexcept>
 #include <utility>
 
@@ -11,6 +12,7 @@
 #include "common/runtime/config/parameter_file.hpp"
 #include "common/runtime/config/vehicle_config.hpp"
 #include "common/runtime/files/whole_file.hpp"
+#include "common/storage/crc32.hpp"
 #include "products/product_files.hpp"
 #include "survey/plan/maker_soundings.hpp"
 #include "survey/plan/survey_config.hpp"
@@ -248,6 +250,18 @@ void Prepare(const ReplayOptions& options, const fs::path& out, Dive* dive) {
     dive->mapper.vehicle.datum_longitude_rad = Deg2Rad(input.map->datum.longitude_deg);
   }
   dive->configuration = ConfigurationOf(*dive);
+}
+
+std::uint32_t CrcOfConfiguration(const std::vector<Dive>& dives) {
+  std::string text;
+  for (const Dive& dive : dives)
+    for (const auto& [name, content] : dive.configuration) {
+      text += name + "\n";
+      std::istringstream lines(content);
+      for (std::string line; std::getline(lines, line);)
+        if (!line.starts_with("dives_dir:")) text += line + "\n";
+    }
+  return Crc32({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
 }
 
 std::unique_ptr<RawReplay> OpenRaw(const ReplayOptions& options,

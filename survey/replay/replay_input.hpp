@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -34,6 +35,10 @@ struct Dive {
   MapperConfig mapper;
   ConfigTexts configuration{};  // as the files and options state it, for a later replay
 };
+
+// CRC-32 of the texts of all dives' configuration, without dives_dir: where the dives lie changes
+// no map.
+std::uint32_t CrcOfConfiguration(const std::vector<Dive>& dives);
 
 // Refuse impossible options, before and after the inputs are sorted into dives. Throw UsageError or
 // std::runtime_error.

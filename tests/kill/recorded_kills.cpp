@@ -10,7 +10,9 @@
 #include "common/core/channel_names.hpp"
 #include "common/runtime/files/dive_folder.hpp"
 #include "common/storage/submap_file.hpp"
+#include "page/process_roll.hpp"
 #include "seastitch/graph_request_t.hpp"
+#include "seastitch/health_t.hpp"
 #include "seastitch/pose_graph_t.hpp"
 #include "seastitch/submap_t.hpp"
 
@@ -110,6 +112,9 @@ void RecordedKills::Read(const fs::path& log) {
 void RecordedKills::Use(const LogEvent& event) {
   const auto output = kOutputOf.find(event.channel);
   if (output != kOutputOf.end()) outputs_[output->second].insert(event.utime);
+  // On the bus the page has no other output.
+  if (event.channel == channels::kHealth && Decoded<health_t>(event).process == kPage)
+    outputs_[kPage].insert(event.utime);
   if (event.channel == channels::kSubmap) {
     const auto submap = Decoded<submap_t>(event);
     Announced& announced = submaps_[submap.id];

@@ -40,7 +40,7 @@ check_installed() {
   for subcommand in $(inside seastitch --help | sed -n '/^Subcommands:/,/^$/s/^  \([a-z-]*\) .*/\1/p'); do
     [ -e "$root/usr/share/man/man1/seastitch-$subcommand.1.gz" ] || fail "seastitch $subcommand has no manual page"
   done
-  for program in imu-driver dvl-driver mbes-driver nav-driver nav-output mapper optimizer logger; do
+  for program in imu-driver dvl-driver mbes-driver nav-driver nav-output mapper optimizer logger page; do
     inside "seastitch-$program" --check-config --config "/etc/seastitch/${program/-/_}.yaml" >/dev/null ||
       fail "seastitch-$program does not take the configuration that it is shipped with"
   done
@@ -101,7 +101,7 @@ check_life() {
   [ -z "$(left_over)" ] || fail "a purge leaves $(left_over)"
 
   run_dpkg -i /tmp/seastitch.deb
-  inside systemctl enable seastitch.target seastitch-nav-driver.service seastitch-nav-output.service 2>/dev/null
+  inside systemctl enable seastitch.target seastitch-nav-driver.service seastitch-nav-output.service seastitch-page.service 2>/dev/null
   echo recorded >"$root/var/lib/seastitch/dive.lcmlog"
   run_dpkg -P seastitch
   [ "$(left_over | tr '\n' ' ')" = "./var/lib/seastitch ./var/lib/seastitch/dive.lcmlog " ] ||

@@ -69,7 +69,7 @@ class InstalledUnits : public ::testing::Test {
       const std::string extension = entry.path().extension();
       if (extension == ".service" || extension == ".target") units_.push_back(entry.path());
     }
-    ASSERT_EQ(units_.size(), 10u);  // eight processes, the route, the target
+    ASSERT_EQ(units_.size(), 11u);  // eight processes, the route, the target
     const std::string root = root_.path().string();
     const CommandResult copied =
         RunCommand("cp -an /usr/lib/systemd/system/. " + root + "/usr/lib/systemd/system && " +

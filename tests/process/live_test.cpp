@@ -116,7 +116,7 @@ bool Eventually(const std::function<bool()>& happened, seconds patience) {
 TEST(Demo, LeavesNoProcessBehindWhenItIsKilled) {
   const TemporaryDir dir;
   const std::string out = (dir.path() / "out").string();
-  constexpr std::size_t kDemoAndItsProcesses = 7;
+  constexpr std::size_t kDemoAndItsProcesses = 8;
   {
     const ChildProcess demo(
         "demo",

@@ -31,7 +31,9 @@ const std::map<std::string, std::set<std::string>> kMayInclude{
     {"mapper", {"common", "mapper", "seastitch"}},
     {"optimizer", {"common", "optimizer", "seastitch"}},
     {"logger", {"common", "logger", "seastitch"}},
-    {"products", {"common", "products", "seastitch"}},
+    {"viewer", {"common/core", "viewer"}},
+    {"products", {"common", "products", "seastitch", "viewer"}},
+    {"page", {"common", "page", "seastitch", "viewer"}},
     {"bench", {"common", "bench", "codecs", "drivers", "seastitch"}},
     {"survey",
      {"common", "bench", "codecs", "drivers", "mapper", "optimizer", "products", "survey"}},
@@ -100,7 +102,9 @@ const std::map<std::string, std::set<std::string>> kMayUse{
     {"mapper", {"Eigen", "GeographicLib", "boost", "nlohmann", "pcl", "spdlog"}},
     {"optimizer", {"Eigen", "boost", "ceres"}},
     {"logger", {"spdlog"}},
+    {"viewer", {"Eigen", "nlohmann"}},
     {"products", {"Eigen", "GeographicLib", "boost", "nlohmann"}},
+    {"page", {"Eigen", "nlohmann", "spdlog"}},
     {"survey", {"Eigen", "boost", "nlohmann"}},
     {"bench", {"Eigen", "GeographicLib"}},
 };
@@ -109,7 +113,7 @@ const std::set<std::string> kOfTheSystem{"arpa", "linux", "net", "netinet", "sys
 // Everything in these is pure (no messages, no process shell, no files, no clock, no thread) but
 // for the shells, which are known by their names.
 const std::vector<std::string> kPure{
-    "common/core", "common/parameters", "codecs", "drivers", "mapper", "optimizer"};
+    "common/core", "common/parameters", "codecs", "drivers", "mapper", "optimizer", "viewer"};
 const std::regex kShell(
     ".*_(node|main|config|driver|starts|store|watch)\\.[ch]pp|mapper/mapper_parameters\\.cpp|"
     "drivers/socket/.*");
@@ -129,6 +133,8 @@ const std::vector<std::pair<std::string, std::regex>> kDoors{
                 "filter/strapdown\\.cpp|"
                 "bench/sensor_models\\.cpp")},
     {"systemd/", std::regex("common/runtime/.*\\.cpp")},
+    {"httplib", std::regex("page/page_server\\.cpp")},
+    {"zlib", std::regex("viewer/packing\\.cpp")},
     {"yaml-cpp/", std::regex("common/runtime/config/config\\.hpp")},
     {"ceres/", std::regex("optimizer/solver/ceres_minimiser\\.cpp")},
 };
@@ -140,7 +146,9 @@ const std::vector<std::string> kProgramFolders{"common",
                                                "mapper",
                                                "optimizer",
                                                "logger",
+                                               "viewer",
                                                "products",
+                                               "page",
                                                "bench",
                                                "survey",
                                                "tools",

@@ -6,39 +6,12 @@ status 77: no Chromium.
     report_in_browser.py REPORT.html NORTH EAST [PICTURE.png]
 """
 import json
-import os
 import pathlib
 import sys
 import tempfile
 
-try:
-    from selenium import webdriver
-    from selenium.webdriver.support.ui import WebDriverWait
-except ImportError:
-    sys.exit(77)
-if not os.path.exists("/usr/bin/chromium") or not os.path.exists("/usr/bin/chromedriver"):
-    sys.exit(77)
-
-
-def browser(folder):
-    options = webdriver.ChromeOptions()
-    options.binary_location = "/usr/bin/chromium"
-    for argument in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
-                     "--disable-background-networking", "--disable-component-update", "--disable-sync",
-                     "--hide-scrollbars", f"--user-data-dir={folder}"):
-        options.add_argument(argument)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    return webdriver.Chrome(options=options)
-
-
-def open_page(driver, url, width, height, phone):
-    driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride",
-                           {"width": width, "height": height, "deviceScaleFactor": 2 if phone else 1, "mobile": phone})
-    driver.get(url)
-    WebDriverWait(driver, 20).until(lambda d: d.execute_script(
-        "return document.readyState == 'complete' && (!document.getElementById('viewer') || "
-        "document.getElementById('viewer').dataset.ready == 'yes')"))
-
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from browser import browser, errors, open_page, too_wide_px  # noqa: E402
 
 # Puts the place into the middle of the map and asks for it by the keyboard.
 ASK = """
@@ -63,7 +36,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         driver = browser(folder)
         try:
-            open_page(driver, report.as_uri(), 1200, 1000, False)
+            open_page(driver, report.as_uri(), phone=False)
             seen = {"title": driver.title,
                     "drawn": driver.execute_script("return !document.getElementById('viewer').hidden"),
                     "says": driver.execute_script(ASK, north, east),
@@ -71,9 +44,9 @@ def main():
                         "return [...document.querySelectorAll('[data-part=layer] option')].map(o => o.value)")}
             if len(sys.argv) > 4:
                 driver.save_screenshot(sys.argv[4])
-            open_page(driver, report.as_uri(), 390, 844, True)
-            seen["too_wide_px"] = driver.execute_script("return document.documentElement.scrollWidth - 390")
-            seen["errors"] = [entry["message"] for entry in driver.get_log("browser") if entry["level"] == "SEVERE"]
+            open_page(driver, report.as_uri(), phone=True)
+            seen["too_wide_px"] = too_wide_px(driver)
+            seen["errors"] = errors(driver)
             if len(sys.argv) > 4:
                 driver.save_screenshot(sys.argv[4].replace(".png", "-phone.png"))
         finally:

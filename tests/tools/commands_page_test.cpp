@@ -147,7 +147,8 @@ std::string SectionOfProcesses() {
                            "nav-output",
                            "mapper",
                            "optimizer",
-                           "logger"}) {
+                           "logger",
+                           "page"}) {
     const std::string program = std::string("seastitch-") + name;
     const Help help = HelpOf(program, "--help");
     std::string task = help.description;

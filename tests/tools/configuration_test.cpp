@@ -368,6 +368,7 @@ TEST(Configuration, ProcessesAndReplayPrintWhatTheyUse) {
                            "seastitch-mbes-driver",
                            "seastitch-nav-driver",
                            "seastitch-nav-output",
+                           "seastitch-page",
                            "seastitch replay"}) {
     const std::string out = (dir / "out.yaml").string();
     const bool is_replay = std::string(name) == "seastitch replay";

@@ -17,6 +17,7 @@
 #include "drivers/mbes/mbes_driver.hpp"
 #include "logger/logger_config.hpp"
 #include "mapper/mapper_config.hpp"
+#include "page/page_node.hpp"
 #include "seastitch/graph_update_t.hpp"
 #include "seastitch/health_t.hpp"
 #include "seastitch/pose_graph_t.hpp"
@@ -30,23 +31,23 @@ namespace fs = std::filesystem;
 using std::chrono::seconds;
 using std::chrono::steady_clock;
 
-// A UDP socket bound to a free port of the loopback interface.
-int BindFreePort() {
-  const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+// A socket bound to a free port of the loopback interface. type: SOCK_DGRAM (UDP) or SOCK_STREAM.
+int BindFreePort(int type) {
+  const int fd = socket(AF_INET, type | SOCK_CLOEXEC, 0);
   sockaddr_in address{};
   address.sin_family = AF_INET;
   address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
   if (fd < 0 || bind(fd, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0) {
-    throw std::runtime_error("no free UDP port on the loopback interface");
+    throw std::runtime_error("no free port on the loopback interface");
   }
   return fd;
 }
 
 // Different free ports. All are held until all are found.
-std::vector<int> FreeUdpPorts(int count) {
+std::vector<int> FreePorts(int type, int count) {
   std::vector<int> sockets;
   std::vector<int> ports;
-  for (int i = 0; i < count; ++i) sockets.push_back(BindFreePort());
+  for (int i = 0; i < count; ++i) sockets.push_back(BindFreePort(type));
   for (const int fd : sockets) {
     sockaddr_in address{};
     socklen_t size = sizeof address;
@@ -116,7 +117,8 @@ bool LiveSystem::Listener::WaitUntil(const std::function<bool()>& done, seconds 
 LiveSystem::LiveSystem(const fs::path& out, const bench::SurveyConfig& survey)
     : out_(out),
       config_(out / "config"),
-      ports_(FreeUdpPorts(4)),
+      ports_(FreePorts(SOCK_DGRAM, 4)),
+      page_(Loopback(FreePorts(SOCK_STREAM, 1).front())),
       lcm_url_("udpm://239.255.76.67:" + std::to_string(ports_[3]) +
                "?ttl=0&recv_buf_size=4194304"),
       targets_{Loopback(ports_[0]), Loopback(ports_[1]), Loopback(ports_[2]), lcm_url_},
@@ -136,8 +138,12 @@ LiveSystem::LiveSystem(const fs::path& out, const bench::SurveyConfig& survey)
   const auto set_dives_dir = [this](auto* c) { c->dive.dives_dir = fs::absolute(dives_dir()); };
   Change<LoggerConfig>(config_ / "logger.yaml", LoadLoggerConfig, set_dives_dir);
   Change<MapperConfig>(config_ / "mapper.yaml", LoadMapperConfig, set_dives_dir);
+  Change<PageConfig>(config_ / "page.yaml", LoadPageConfig, [this](auto* c) {
+    c->listen = page_;
+    c->dives_dir = fs::absolute(dives_dir());
+  });
   for (const char* name :
-       {"logger", "optimizer", "mapper", "imu-driver", "dvl-driver", "mbes-driver"}) {
+       {"logger", "optimizer", "mapper", "imu-driver", "dvl-driver", "mbes-driver", kPage}) {
     Start(name);
   }
 }
@@ -178,8 +184,7 @@ void LiveSystem::Stop() {
   if (!listener_.WaitUntil([&] { return listener_.solved(); }, seconds(20))) {
     throw std::runtime_error("the optimizer did not answer the mapper's last graph");
   }
-  StopOne("optimizer");
-  StopOne("logger");
+  for (const char* name : {kPage, "optimizer", "logger"}) StopOne(name);
 }
 
 std::string LiveSystem::Faults() const {

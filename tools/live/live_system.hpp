@@ -17,8 +17,8 @@
 
 namespace seastitch {
 
-// Runs six processes of a vehicle as child processes: three drivers (IMU, DVL, sonar), mapper,
-// optimizer, logger. They use their own LCM URL and free UDP ports of the loopback interface.
+// Runs seven processes of a vehicle as child processes: three drivers (IMU, DVL, sonar), mapper,
+// optimizer, logger, page. They use their own LCM URL and free UDP ports of the loopback interface.
 // Folders in OUT: config/ (shipped files, adapted to the simulated survey), dives/, log/ (output of
 // each process).
 class LiveSystem {
@@ -31,6 +31,8 @@ class LiveSystem {
   // Folder of the newest dive.
   std::filesystem::path dive() const;
   const bench::LiveTargets& targets() const { return targets_; }
+  // URL of the page, for a browser on this computer.
+  std::string page() const { return "http://" + page_; }
   std::vector<std::string> names() const;
 
   // These throw std::runtime_error if a process ends, or does not answer in time (20 s; 60 s to
@@ -80,6 +82,7 @@ class LiveSystem {
   std::filesystem::path out_;
   std::filesystem::path config_;
   std::vector<int> ports_;
+  std::string page_;
   std::string lcm_url_;
   bench::LiveTargets targets_;
   Listener listener_;

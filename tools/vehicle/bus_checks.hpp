@@ -7,8 +7,8 @@
 
 #include "common/convert/convert.hpp"
 #include "common/runtime/bus.hpp"
-#include "tools/vehicle/finding.hpp"
 #include "page/process_roll.hpp"
+#include "tools/vehicle/finding.hpp"
 #include "tools/vehicle/setup.hpp"
 
 namespace seastitch {

@@ -16,8 +16,8 @@
 
 #include "common/runtime/files/dive_folder.hpp"
 #include "drivers/socket/file_descriptor.hpp"
-#include "tools/vehicle/machine_checks.hpp"
 #include "page/process_roll.hpp"
+#include "tools/vehicle/machine_checks.hpp"
 
 // The checks of machine_checks.hpp that concern the disk and its dives.
 namespace seastitch {

@@ -69,6 +69,7 @@ void CheckMachine(const Setup& setup,
   Append(CheckFilter(machine, url), findings);
   if (!setup.nav_output_udp.empty())
     Append(CheckOutputFilter(machine, setup.nav_output_udp), findings);
+  if (!setup.page_listen.empty()) Append(CheckPage(setup.page_listen), findings);
   Append(CheckClock(machine), findings);
   Append(CheckProcessor(machine), findings);
   Append(CheckMemory(machine), findings);

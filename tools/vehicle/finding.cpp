@@ -4,8 +4,8 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "common/runtime/process/process.hpp"
 #include "common/core/utf8.hpp"
+#include "common/runtime/process/process.hpp"
 #include "tools/vehicle/terminal_text.hpp"
 
 namespace seastitch {

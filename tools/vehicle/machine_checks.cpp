@@ -19,6 +19,7 @@
 
 #include "drivers/socket/file_descriptor.hpp"
 #include "drivers/socket/source_url.hpp"
+#include "page/page_server.hpp"
 
 namespace seastitch {
 namespace {
@@ -283,6 +284,16 @@ Findings CheckOutputFilter(const Machine& machine, const std::string& udp) {
                 name + "its unit may not send to " + host,
                 "sudo systemctl edit seastitch-nav-output, with [Service] and IPAddressAllow=" +
                     host + "; then sudo systemctl restart seastitch-nav-output.")};
+}
+
+Findings CheckPage(const std::string& listen) {
+  const std::string name = "page: listens at " + listen;
+  if (IsLoopback(ParseListenAddress(listen)))
+    return {Ok("page_address", name + ", which only this computer reaches")};
+  return {Warning("page_address",
+                  name + ": whoever reaches this computer by network sees the survey",
+                  "Listen at 127.0.0.1 and use ssh -L (docs/operations.md). Where the network is "
+                  "trusted, the unit needs IPAddressAllow with the browsers' addresses too.")};
 }
 
 Findings CheckSerial(const std::string& driver, const std::string& source) {

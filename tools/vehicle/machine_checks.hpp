@@ -27,6 +27,8 @@ Findings CheckPort(const std::string& driver, const std::string& source);
 // The device of a serial source must exist.
 // udp: the URL to which the nav-output sends. Its unit's filter has to let it.
 Findings CheckOutputFilter(const Machine& machine, const std::string& udp);
+// listen: address of the page.
+Findings CheckPage(const std::string& listen);
 Findings CheckSerial(const std::string& driver, const std::string& source);
 
 // Free space and write speed. Writes at most 64 MB for at most 1.5 s to a file without a name.

@@ -15,6 +15,7 @@
 #include "logger/logger_config.hpp"
 #include "mapper/mapper_config.hpp"
 #include "optimizer/optimizer_config.hpp"
+#include "page/page_node.hpp"
 #include "page/process_roll.hpp"
 
 namespace seastitch {
@@ -84,6 +85,12 @@ void LoadLogger(const std::string& file, Setup* setup) {
   setup->dives["logger"] = config.dive;
 }
 
+void LoadPage(const std::string& file, Setup* setup) {
+  const PageConfig config = LoadPageConfig(file);
+  setup->page_listen = config.listen;
+  if (!config.dives_dir.empty()) setup->dives[kPage].dives_dir = config.dives_dir;
+}
+
 // The port of which only one process gets the bytes; empty for a source of another kind.
 std::string PortOf(const std::string& source) {
   if (source.starts_with("udp:"))
@@ -102,6 +109,7 @@ std::string PortOf(const std::string& source) {
 bool Setup::Needs(const std::string& process) const {
   if (process == kNavDriver) return !nav_channels.empty();
   if (process == kNavOutput) return texts.contains(kNavOutput);
+  if (process == kPage) return false;
   return !given_navigation || (process != "imu-driver" && process != "dvl-driver");
 }
 
@@ -130,11 +138,12 @@ Setup LoadSetup(const std::filesystem::path& config_dir, Findings* findings) {
       {"nav_output.yaml", LoadNavOutput},
       {"mapper.yaml", LoadMapper},
       {"optimizer.yaml", LoadOptimizer},
-      {"logger.yaml", LoadLogger}};
+      {"logger.yaml", LoadLogger},
+      {"page.yaml", LoadPage}};
+  const std::set<std::string> optional{"nav_driver.yaml", "nav_output.yaml", "page.yaml"};
   for (const auto& [name, load] : files) {
     const std::string file = (config_dir / name).string();
-    const bool may_be_absent = name == "nav_driver.yaml" || name == "nav_output.yaml";
-    if (may_be_absent && !std::filesystem::exists(file)) continue;
+    if (optional.contains(name) && !std::filesystem::exists(file)) continue;
     try {
       load(file, &setup);
       findings->push_back(Ok("configuration", file + ": can be used"));

@@ -24,6 +24,7 @@ struct Setup {
   std::set<std::string> nav_channels;  // of the instruments of the nav-driver
   std::string nav_output_udp;          // URLs to which the nav-output sends; empty: none
   std::string nav_output_serial;
+  std::string page_listen;  // address of the page; empty: no page.yaml
 
   bool Needs(const std::string& process) const;
 

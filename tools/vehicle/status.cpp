@@ -199,7 +199,8 @@ int RunStatus(const StatusOptions& options) {
   if (options.json) {
     std::fputs(StatusJson(listener.View()).c_str(), stdout);
   } else {
-    for (const std::string& line : StatusLines(listener.View(), TerminalSize(&winsize::ws_col, kWhole)))
+    for (const std::string& line :
+         StatusLines(listener.View(), TerminalSize(&winsize::ws_col, kWhole)))
       std::printf("%s\n", line.c_str());
   }
   if (code != EXIT_SUCCESS) return code;

@@ -111,6 +111,7 @@ void DeclareDatum(VehicleFile* file, ParameterTable* table) {
 
 ParameterTable TableOf(VehicleFile* file) {
   ParameterTable table;
+  table.Add("name", &file->name, "Name of the vehicle, for the head of a report. Empty: none.");
   DeclareDatum(file, &table);
   DeclareMounting(&file->imu,
                   &table.AddSection("imu", "Inertial unit or INS: its measuring point."));
@@ -161,6 +162,7 @@ VehicleGeometry LoadVehicle(const std::string& path) {
   VehicleFile file;
   LoadParameters(path, TableOf(&file));
   VehicleGeometry vehicle;
+  vehicle.name = file.name;
   vehicle.datum_latitude_rad = Deg2Rad(file.datum_latitude_deg);
   vehicle.datum_longitude_rad = Deg2Rad(file.datum_longitude_deg);
   vehicle.T_vehicle_imu = PoseOf(file.imu);
@@ -179,6 +181,7 @@ VehicleGeometry LoadVehicle(const std::string& path) {
 
 std::string PrintConfig(const VehicleGeometry& vehicle) {
   VehicleFile file;
+  file.name = vehicle.name;
   file.datum_latitude_deg = std::round(Rad2Deg(vehicle.datum_latitude_rad) * 1e9) / 1e9;
   file.datum_longitude_deg = std::round(Rad2Deg(vehicle.datum_longitude_rad) * 1e9) / 1e9;
   file.imu = MountingOf(vehicle.T_vehicle_imu);

@@ -28,6 +28,7 @@ struct VehicleFile {
     Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
     Eigen::Vector3d roll_pitch_yaw_deg = Eigen::Vector3d::Zero();
   };
+  std::string name;
   double datum_latitude_deg = 0.0;
   double datum_longitude_deg = 0.0;
   Mounting imu;
