@@ -89,7 +89,8 @@ void PageNode::CatchUp() {
     looked_s_ = now_s;
     kept_.LookForNewest();
   }
-  if (const auto submap = kept_.Next()) map_.Add(*submap);
+  // What the bus gave is newer.
+  if (const auto submap = kept_.Next(); submap && !map_.Holds(submap->id)) map_.Add(*submap);
 }
 
 std::string PageNode::State() const {

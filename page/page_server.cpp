@@ -127,12 +127,13 @@ struct PageServer::Impl {
     server.set_pre_routing_handler(
         [this](const httplib::Request& request, httplib::Response& response) {
           const std::string name = NameOf(request.get_header_value("Host"));
-          if (request.method != "GET")
-            Refuse(405, &response);
-          else if (name != "localhost" && !IsIpAddress(name))
-            Refuse(421, &response);
-          else
+          const bool is_get = request.method == "GET";
+          if (is_get && (name == "localhost" || IsIpAddress(name)))
             return httplib::Server::HandlerResponse::Unhandled;
+          Refuse(is_get ? 421 : 405, &response);
+          if (is_get)
+            response.set_content("Open the page by localhost or an IP address, not by a name.\n",
+                                 "text/plain; charset=utf-8");
           return httplib::Server::HandlerResponse::Handled;
         });
     server.Get("/", [](const httplib::Request&, httplib::Response& response) {

@@ -11,9 +11,9 @@ namespace seastitch {
 std::string Deflated(const std::string& bytes) {
   uLongf size = compressBound(static_cast<uLong>(bytes.size()));
   std::string packed(size, '\0');
-  const int result = compress2(reinterpret_cast<Bytef*>(packed.data()),
+  const int result = compress2(reinterpret_cast<unsigned char*>(packed.data()),
                                &size,
-                               reinterpret_cast<const Bytef*>(bytes.data()),
+                               reinterpret_cast<const unsigned char*>(bytes.data()),
                                static_cast<uLong>(bytes.size()),
                                Z_DEFAULT_COMPRESSION);
   if (result != Z_OK) throw std::runtime_error(std::string("cannot compress: ") + zError(result));
