@@ -228,6 +228,7 @@ class Importer {
       else
         sources_.push_back(std::make_unique<CandumpFile>(file, CanDrivers(options)));
     }
+    ExpectTimesThatMeet(options.files);
   }
 
   ImportResult Run(bool quiet) {
@@ -249,6 +250,23 @@ class Importer {
   }
 
  private:
+  // A candump log whose times count from its own start says nothing of when it was recorded.
+  void ExpectTimesThatMeet(const std::vector<fs::path>& files) const {
+    constexpr double kMostApartS = 30.0 * 86'400.0;
+    std::vector<std::pair<Time, std::string>> starts;
+    for (std::size_t i = 0; i < files.size(); ++i)
+      if (const auto start = sources_[i]->next()) starts.emplace_back(*start, files[i].filename());
+    std::sort(starts.begin(), starts.end());
+    for (std::size_t i = 1; i < starts.size(); ++i) {
+      const auto& [before, first] = starts[i - 1];
+      const auto& [after, second] = starts[i];
+      if (ToSeconds(after - before) > kMostApartS)
+        throw DataError(
+            first + " begins at " + UtcText(before) + ", " + second + " at " + UtcText(after) +
+            ": these times do not meet. Record with candump -l, whose log has the date");
+    }
+  }
+
   void Count(const Counters& counters) {
     for (const auto& [name, value] : counters)
       if (value != 0) result_.counters[name] += value;

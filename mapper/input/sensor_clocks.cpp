@@ -133,7 +133,7 @@ Time SensorClocks::InDiveTime(SensorChannel channel,
   // Received during its own measurement: a time written by a program that imported a file.
   const bool is_received =
       measured && !(message.recv >= message.utime && message.recv < message.utime + *measured);
-  if (measured && !IsRare(static_cast<std::size_t>(channel)))
+  if (measured)
     c.AddLateness(
         ToSeconds(c.era.ReceivedAt() - c.era.At() - (is_received ? *measured : Duration::zero())));
   if (is_received && !IsRare(static_cast<std::size_t>(channel)))
@@ -330,7 +330,7 @@ bool SensorClocks::ComputerWasWrong(const Leap& leap) const {
   std::vector<double> held_s;
   std::vector<double> followed_s;
   for (std::size_t i = 0; i < kSensorChannels; ++i) {
-    if (!leap.channels[i] || !channels_[i].lateness_s()) continue;
+    if (!leap.channels[i] || IsRare(i) || !channels_[i].lateness_s()) continue;
     held_s.push_back(*channels_[i].lateness_s());
     const bool moves = MovesWithComputer(channels_[i], leap);
     followed_s.push_back(held_s.back() - (moves ? 0.0 : ToSeconds(leap.correction)));

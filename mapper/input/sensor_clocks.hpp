@@ -132,8 +132,9 @@ class SensorClocks {
   Duration offset(SensorChannel channel) const { return Of(channel).era.utime_offset; }
 
   // Faults: a clock step within the last minute; a sensor whose latency has changed by 0.2 s
-  // against the others; a sensor that is silent for 2 s and 2.5 of its intervals; a process whose
-  // HEALTH has not come for 2.5 s.
+  // against the others; position fixes of the last minute by another clock than the others; a
+  // sensor that is silent for 2 s and 2.5 of its intervals; a process whose HEALTH has not come
+  // for 2.5 s.
   std::vector<Condition> conditions() const;
   const Counters& counters() const { return counters_; }
 
@@ -253,6 +254,7 @@ class SensorClocks {
   void AddSilent(std::vector<Condition>* now) const;
   void AddSilentProcesses(std::vector<Condition>* now) const;
   void AddDrifts(std::vector<Condition>* now) const;
+  void AddFixClock(std::vector<Condition>* now) const;
 
   double jump_s_;
   std::array<Channel, kSensorChannels> channels_;

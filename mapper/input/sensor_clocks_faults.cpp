@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "common/core/median.hpp"
 #include "mapper/input/sensor_clocks.hpp"
 
 // What HEALTH is told of the clocks.
@@ -12,6 +13,7 @@ constexpr double kEventHoldsS = 60.0;
 constexpr double kSilentS = 2.0;
 constexpr double kSilentIntervals = 2.5;
 constexpr double kDriftS = 0.2;
+constexpr double kFixLatencyS = 5.0;  // of an acoustic position, at most
 
 }  // namespace
 
@@ -28,6 +30,7 @@ std::vector<Condition> SensorClocks::conditions() const {
   AddSilent(&all);
   AddSilentProcesses(&all);
   AddDrifts(&all);
+  AddFixClock(&all);
   return all;
 }
 
@@ -80,6 +83,24 @@ void SensorClocks::AddDrifts(std::vector<Condition>* all) const {
     names += text;
   }
   if (!names.empty()) all->push_back({&conditions::kClockDrift, names});
+}
+
+// Fixes come at any time, but those of one source take about as long on the way.
+void SensorClocks::AddFixClock(std::vector<Condition>* all) const {
+  const Channel& fixes = Of(SensorChannel::kPositionFix);
+  const std::optional<double> fix_s = fixes.lateness_s();
+  if (!fix_s || !IsRealTime() || ToSeconds(*newest() - fixes.era.ReceivedAt()) > kEventHoldsS)
+    return;
+  std::vector<double> others_s;
+  for (std::size_t i = 0; i < kSensorChannels; ++i)
+    if (!IsRare(i) && channels_[i].lateness_s()) others_s.push_back(*channels_[i].lateness_s());
+  if (others_s.empty()) return;
+  const double late_s = *fix_s - Median(others_s);
+  if (std::abs(late_s) <= kFixLatencyS) return;
+  char text[60];
+  std::snprintf(
+      text, sizeof text, "%.1f s %s", std::abs(late_s), late_s > 0.0 ? "behind" : "ahead");
+  all->push_back({&conditions::kFixClock, text});
 }
 
 }  // namespace seastitch

@@ -459,6 +459,18 @@ TEST_F(DoctorSensors, WithASourceOfPositionsHaveThemAtTheSurface) {
               testing::Contains("ok POSITION_FIX: heard, 5 positions"));
 }
 
+// GPS time in place of UTC, and a week count that overflowed.
+TEST_F(DoctorSensors, PositionsByAnotherClockAreNamed) {
+  setup.nav_channels = {"POSITION_FIX"};
+  for (const auto& [behind_s, text] :
+       {std::pair(-18.0, "POSITION_FIX: stamps -18.000 s behind"),
+        {619'315'200.0, "POSITION_FIX: stamps 7168.0 days behind"}}) {
+    watch.latency_s["POSITION_FIX"] = {};
+    Hear(&watch.latency_s["POSITION_FIX"], behind_s);
+    EXPECT_THAT(Alarms(), ElementsAre(HasSubstr(text)));
+  }
+}
+
 TEST(DoctorSetup, TheNavDriverIsLookedForWhereItsFileNamesAnInstrument) {
   const TemporaryDir dir;
   std::filesystem::copy(ConfigFile(""), dir.path(), std::filesystem::copy_options::recursive);

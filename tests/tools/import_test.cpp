@@ -157,6 +157,18 @@ TEST(Import, ALogWithoutAUsableLineIsRefused) {
   }
 }
 
+// candump -tz: its times count from its start.
+TEST(Import, TimesThatDoNotMeetAreRefused) {
+  const TemporaryDir dir;
+  const ImportOptions options =
+      Options(dir,
+              {dir.Write("a.kmall", KmallBytes()),
+               dir.Write("z.log", "(0.001000) can0 110#0000000050B69914\n")});
+  EXPECT_THAT([&] { Import(options); },
+              testing::ThrowsMessage<DataError>(testing::HasSubstr("z.log begins at 1970-01-01")));
+  EXPECT_FALSE(std::filesystem::exists(options.log));
+}
+
 TEST(Import, ARealFile) {
   const std::filesystem::path file = Shared("data/mbes/em2040_OS01.kmall");
   SKIP_WITHOUT(file);

@@ -127,6 +127,15 @@ Findings SensorFindings(const BusWatch& watch,
 Findings FixFindings(const BusWatch& watch) {
   const std::string name = channels::kPositionFix;
   const auto found = watch.latency_s.find(name);
+  // An acoustic position takes some seconds.
+  constexpr double kMaxLatencyS = 5.0;
+  if (found != watch.latency_s.end() && std::abs(found->second.mean()) > kMaxLatencyS)
+    return {
+        Error("sensor",
+              name + ": stamps " + DurationText(found->second.mean()) + " behind receipt",
+              "The clock of its source and ours differ (GPS time in place of UTC is 18 s ahead; "
+              "an overflowed week count is 1024 weeks back): correct it, or set clock: model or "
+              "receive in nav_driver.yaml.")};
   if (found != watch.latency_s.end())
     return {Ok("sensor", name + ": heard, " + std::to_string(found->second.count) + " positions")};
   return {

@@ -563,6 +563,31 @@ TEST_P(FixesByAnotherClock, AreNoStep) {
 }
 INSTANTIATE_TEST_SUITE_P(Paces, FixesByAnotherClock, testing::Values(1.0, 15.0));
 
+// GPS time in place of UTC; an overflowed week count; an acoustic position on its way; GPS time of
+// a receiver that comes right.
+TEST_F(SteppingClocks, FixesWithTheTimeOfAnotherClockAreNamedAlone) {
+  for (const double ahead_s : {18.0, -1024.0 * 7 * 86'400, -3.0, 18.0, 0.0}) {
+    seen_.clear();
+    clocks_[SensorChannel::kPositionFix].utime_s = ahead_s;
+    Drive(ahead_s == 0.0 ? 5.0 : 1.0);
+    for (int i = 0; i < 8; ++i) {
+      Send(Fix());
+      if (i == 5) seen_.clear();  // those before it may have been of the last clock
+      Drive(1.0);
+    }
+    const bool is_off = std::abs(ahead_s) > 5.0;
+    EXPECT_EQ(seen_.contains("fix_clock"), is_off) << ahead_s;
+    for (const char* name : {"clock_step", "clock_drift", "sensor_silent"})
+      EXPECT_FALSE(seen_.contains(name)) << name << " " << ahead_s;
+  }
+  clocks_[SensorChannel::kPositionFix].utime_s = 18.0;
+  for (int i = 0; i < 5; ++i) Send(Fix());
+  Drive(61.0);
+  seen_.clear();
+  Drive(1.0);
+  EXPECT_FALSE(seen_.contains("fix_clock")) << "the last one is long ago";
+}
+
 TEST_F(SteppingClocks, AFixAfterARestartIsNoStep) {
   Drive(10.0);
   Send(Fix());
