@@ -1,5 +1,7 @@
+#include <cmath>
 #include <cstdio>
 
+#include "common/core/pose.hpp"
 #include "mapper/mapper.hpp"
 #include "mapper/submaps/losses.hpp"
 
@@ -11,6 +13,7 @@ namespace {
 constexpr double kNoNavS = 2.0;
 constexpr double kNoOptimizerS = 10.0;  // it may be started later than the mapper
 constexpr double kNoSolutionS = 60.0;   // that a solution may take
+constexpr double kTurnedSigmas = 4.0;   // of what the configuration allows
 
 const char* Sentence(SoundSpeed::Source source) {
   switch (source) {
@@ -47,6 +50,11 @@ std::vector<Condition> Mapper::conditions() const {
   std::vector<Condition> now;
   if (const auto& harm = search_.harm())
     now.push_back({&conditions::kSolutionWithheld, Sentence(*harm)});
+  if (const std::optional<double> turned_rad = dvl_turned_rad()) {
+    char text[40];
+    std::snprintf(text, sizeof text, "by %.1f deg", Rad2Deg(std::abs(*turned_rad)));
+    now.push_back({&conditions::kDvlTurned, text});
+  }
   if (!solution_refused_.empty())
     now.push_back({&conditions::kSolutionsRefused, solution_refused_});
   const bool given = params_.navigation_source == NavigationSource::kGiven;
@@ -79,6 +87,13 @@ std::vector<Condition> Mapper::conditions() const {
   if (failed_in_last_job_ > 0)
     now.push_back({&conditions::kRegistrationFailed, std::to_string(failed_in_last_job_)});
   return now;
+}
+
+std::optional<double> Mapper::dvl_turned_rad() const {
+  const double turned_rad =
+      navigation_->dvl_yaw_rad() + search_.MountingOf(OwnChain().number).dvl_yaw_rad;
+  if (std::abs(turned_rad) <= kTurnedSigmas * params_.mounting.dvl_yaw_rad) return std::nullopt;
+  return turned_rad;
 }
 
 std::string Mapper::WaitsFor() const {

@@ -313,6 +313,14 @@ inline constexpr ConditionKind kClockStep{
     "Unless the text says that the clock came right, the dive continues with the time before the "
     "step, also in the stamps of the mapper's messages. Synchronise the clock before the dive, and "
     "do not step it under water."};
+inline constexpr ConditionKind kDvlTurned{
+    "dvl_turned",
+    Severity::kDegraded,
+    "the Doppler log is turned about the vertical",
+    "Its angle is more than 4 sigma beyond dvl_mounting_deg and sonar_mounting_sigma_deg, against "
+    "inertial unit, sonar and fixes. The stated position sigma does not cover it. Correct the yaw "
+    "of "
+    "dvl in vehicle.yaml before the next dive; a replay with it makes this map right."};
 inline constexpr ConditionKind kFixClock{
     "fix_clock",
     Severity::kDegraded,
@@ -507,6 +515,7 @@ inline constexpr const ConditionKind* kAll[] = {
     &kJournalDamaged,
     &kPointsLost,
     &kClockStep,
+    &kDvlTurned,
     &kFixClock,
     &kClockDrift,
     &kSamplesLate,

@@ -126,6 +126,8 @@ class LoopCloser {
 
   // Number of pairs registered, by the last verdict of each; rejected() counts every verdict but
   // `accepted`.
+  // Mounting errors of a dive in the last solution; zero before it has any.
+  const MountingErrors& MountingOf(std::int32_t chain) const;
   std::int64_t accepted() const { return accepted_; }
   std::int64_t rejected() const { return static_cast<std::int64_t>(tried_.size()) - accepted_; }
   // Number of submaps with soundings.
@@ -169,8 +171,6 @@ class LoopCloser {
   // the sonar's lever arm, as the last solution estimates it and its sigma, makes inside the two
   // submaps.
   Eigen::Matrix3d InformationDespiteBends(const GraphEdge& edge) const;
-  // Mounting errors of a dive in the last solution; zero before it has any.
-  const MountingErrors& MountingOf(std::int32_t chain) const;
   // T_previous_i by dead reckoning, as navigation stated it.
   RelativePose StatedFromPrevious(std::size_t i) const;
   // The same, corrected by the mounting errors that the last solution estimated.

@@ -66,6 +66,7 @@ class LoopSearch {
   // Judgement of the last solution, if it was withheld.
   const std::optional<Judgement>& harm() const { return harm_; }
   std::int64_t solution_version() const { return solution_version_; }
+  const MountingErrors& MountingOf(std::int32_t chain) const { return closer_.MountingOf(chain); }
   std::int64_t accepted() const { return closer_.accepted(); }
   std::int64_t rejected() const { return closer_.rejected(); }
   std::size_t size() const { return closer_.size(); }

@@ -27,6 +27,7 @@ std::vector<SuspectedOffset> DeadReckoning::suspected_offsets() const {
 }
 NavSensorHealth DeadReckoning::health(NavSensor sensor) const { return impl_->health(sensor); }
 NavDoubts DeadReckoning::doubts() const { return impl_->doubts(); }
+double DeadReckoning::dvl_yaw_rad() const { return impl_->dvl_yaw_rad(); }
 
 std::optional<Time> DeadReckoning::latest() const { return impl_->track().latest(); }
 std::optional<NavState> DeadReckoning::StateAt(Time t) const { return impl_->track().StateAt(t); }

@@ -64,6 +64,7 @@ class DeadReckoning : public Navigation {
   bool starts_from_fix() const override;
   NavSensorHealth health(NavSensor sensor) const override;
   NavDoubts doubts() const override;
+  double dvl_yaw_rad() const override;
   std::vector<SuspectedOffset> suspected_offsets() const override;
 
   // Time of the newest final state. std::nullopt before the start.

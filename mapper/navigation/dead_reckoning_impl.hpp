@@ -62,6 +62,8 @@ class DeadReckoning::Impl {
   bool starts_from_fix() const { return params_.start_at_first_fix; }
   NavSensorHealth health(NavSensor sensor);
   NavDoubts doubts() const;
+  // The filter has the rotation of what the log measures, which turns against the log itself.
+  double dvl_yaw_rad() const { return -filter_.biases()[kDvlMounting + 2]; }
   std::vector<SuspectedOffset> suspected_offsets() const;
   std::optional<NavState> Predicted() const;
   std::optional<Eigen::Matrix3d> RelativeCovariance(Time a, Time b) const {

@@ -124,6 +124,9 @@ class Navigation {
   virtual bool starts_from_fix() const { return false; }
   virtual NavSensorHealth health(NavSensor sensor) const = 0;
   virtual NavDoubts doubts() const { return {}; }
+  // Angle by which the Doppler log is turned about the vertical, clockwise from above, beyond its
+  // mounting in the configuration: the present estimate.
+  virtual double dvl_yaw_rad() const { return 0.0; }
   // Significant errors of stamps, for the configuration. Meanwhile navigation compensates stamps
   // that are late: it extrapolates each sample from its time of measurement. Early ones it cannot.
   // Once configured, the offset here is 0.

@@ -20,7 +20,7 @@ constexpr double kLeastOffsetS = 0.002;
 constexpr double kMostOffsetS = 1.0;  // the range of the keys
 
 std::string Text(const char* format, double a, double b = 0.0, double c = 0.0) {
-  char text[200];
+  char text[320];
   std::snprintf(text, sizeof text, format, a, b, c);
   return text;
 }
@@ -33,6 +33,28 @@ std::string Vector(const Eigen::Vector3d& v) {
 
 bool IsClear(double value, double sigma, double least) {
   return std::abs(value) > std::max(least, kAdviceSigmas * sigma);
+}
+
+std::string Angles(const Eigen::Matrix3d& R, double turned_by_deg) {
+  Eigen::Vector3d angles = RpyFromRotation(R);
+  for (double& angle : angles) angle = Rad2Deg(angle);
+  angles.z() += turned_by_deg;
+  return Vector(angles);
+}
+
+void AddDvl(double turned_rad,
+            const VehicleGeometry& vehicle,
+            const std::string& file,
+            std::vector<Advice>* advice) {
+  const double turned_deg = Rad2Deg(turned_rad);
+  const Eigen::Matrix3d R = vehicle.T_vehicle_dvl.linear();
+  advice->push_back({file,
+                     "dvl.roll_pitch_yaw_deg",
+                     Angles(R, 0.0),
+                     Angles(R, turned_deg),
+                     Text("Navigation, closures and fixes find the Doppler log turned by %.1f "
+                          "degrees. This map suffers from it: replay the dive with the new value.",
+                          turned_deg)});
 }
 
 // The lever arm of the sonar, and its yaw against the Doppler log's.
@@ -59,14 +81,11 @@ void AddMounting(const MountingErrors& errors,
               errors.sonar_m.y())});
   const double yaw_deg = Rad2Deg(errors.dvl_yaw_rad);
   if (!IsClear(yaw_deg, Rad2Deg(sigma.z()), kLeastYawDeg)) return;
-  Eigen::Vector3d angles = RpyFromRotation(vehicle.T_vehicle_mbes.linear());
-  for (double& angle : angles) angle = Rad2Deg(angle);
-  Eigen::Vector3d turned = angles;
-  turned.z() -= yaw_deg;
+  const Eigen::Matrix3d R = vehicle.T_vehicle_mbes.linear();
   advice->push_back({file,
                      "mbes.roll_pitch_yaw_deg",
-                     Vector(angles),
-                     Vector(turned),
+                     Angles(R, 0.0),
+                     Angles(R, -yaw_deg),
                      Text("Sonar and Doppler log are turned against each other by %.3f degrees "
                           "(1 sigma %.3f). If the Doppler log is known to have the wrong angle, "
                           "add them to its yaw instead.",
@@ -101,18 +120,21 @@ std::vector<Advice> AdviceOf(const Survey& survey,
       std::any_of(options.warnings.begin(), options.warnings.end(), [](const MapWarning& warning) {
         return warning.code == WarningCode::kSensorClock;
       });
+  const bool knows_vehicles =
+      options.vehicles.size() == std::max<std::size_t>(1, options.dives.size());
   for (std::size_t k = 0; k < std::max<std::size_t>(1, options.dives.size()); ++k) {
+    const DiveReport dive = k < options.dives.size() ? options.dives[k] : DiveReport{};
     const std::string of_dive = k < summary.dives.size() ? " of " + summary.dives[k].name : "";
     const auto chain = static_cast<std::int32_t>(k);
-    if (summary.outcome == Outcome::kCorrected &&
-        options.vehicles.size() == std::max<std::size_t>(1, options.dives.size()) &&
-        !MountingRows(survey, chain).empty())
+    // A Doppler log that is turned spoils the other estimates of the mounting.
+    if (knows_vehicles && dive.dvl_turned_rad)
+      AddDvl(*dive.dvl_turned_rad, options.vehicles[k], "vehicle.yaml" + of_dive, &advice);
+    else if (knows_vehicles && summary.outcome == Outcome::kCorrected &&
+             !MountingRows(survey, chain).empty())
       AddMounting(survey.solution.MountingOf(chain),
                   options.vehicles[k],
                   "vehicle.yaml" + of_dive,
                   &advice);
-    if (k >= options.dives.size()) break;
-    const DiveReport& dive = options.dives[k];
     const auto timing = ClearTiming(dive.sonar);
     if (timing && !dive.sonar.placed_by_source && !has_wrong_clock)
       AddOffset(SonarTimingEstimate::kKey,

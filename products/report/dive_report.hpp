@@ -35,6 +35,8 @@ struct DiveReport {
   SonarTimingEstimate sonar;
   std::vector<StampOffsetEstimate> stamp_offsets;
   std::optional<NavigationDifference> other_navigation;
+  // Angle of the Doppler log beyond its yaw in vehicle.yaml, where it is clearly wrong.
+  std::optional<double> dvl_turned_rad{};
 };
 
 // A dive of several whose input was not read, or not to its end.

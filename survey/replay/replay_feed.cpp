@@ -92,7 +92,8 @@ DiveReport ReportOf(const LocalMapper& mapper, const InputFaults& faults) {
           mapper.Conditions(faults.conditions),
           mapper.mapper().noise().timing,
           mapper.mapper().stamp_offsets(),
-          std::nullopt};
+          std::nullopt,
+          mapper.mapper().dvl_turned_rad()};
 }
 
 void Warn(MapWarning warning, const std::string& dive, Feeding* feeding) {

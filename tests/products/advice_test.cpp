@@ -57,6 +57,16 @@ TEST(AdviceOf, CorrectsTheVehicleFileByWhatTheGraphFound) {
   EXPECT_EQ(advice[1].suggested, "[0, 0, 179.5]");
 }
 
+TEST(AdviceOf, OfADopplerLogThatIsTurnedTellsOfThatAlone) {
+  AdviceCase c;
+  c.options.dives[0].dvl_turned_rad = Deg2Rad(-9.8);
+  const std::vector<Advice> advice = AdviceOf(c.survey, c.summary, c.options);
+  ASSERT_EQ(advice.size(), 1u);
+  EXPECT_EQ(advice[0].key, "dvl.roll_pitch_yaw_deg");
+  EXPECT_EQ(advice[0].now, "[0, 0, 0]");
+  EXPECT_EQ(advice[0].suggested, "[0, 0, -9.8]");
+}
+
 TEST(AdviceOf, NeedsAClosureAndAMapThatIsCorrected) {
   AdviceCase withheld;
   withheld.summary.outcome = Outcome::kWithheld;

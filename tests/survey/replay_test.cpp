@@ -105,6 +105,35 @@ double LargestSpeed(
   return largest;
 }
 
+// The Doppler log's yaw in vehicle.yaml is wrong by so many degrees: what the mapper says at the
+// end.
+TEST_F(Replay, ADopplerLogThatIsTurnedIsNamedAndNoOtherSensor) {
+  for (const auto& [wrong_deg, is_named] : {std::pair("10", true), {"-6", true}, {"0.5", false}}) {
+    const fs::path config = dir_ / ("config" + std::string(wrong_deg));
+    fs::copy(ConfigFile(""), config, fs::copy_options::recursive);
+    std::string vehicle = ReadFile(config / "vehicle.yaml");
+    const std::size_t dvl = vehicle.find("\ndvl:");
+    const std::string angles = "roll_pitch_yaw_deg: [0, 0, ";
+    vehicle.replace(vehicle.find(angles, dvl) + angles.size(), 1, wrong_deg);
+    std::ofstream(config / "vehicle.yaml") << vehicle;
+    ASSERT_EQ(ReplayOf(ShortLog(), "--config " + (config / "mapper_mems.yaml").string()).exit_code,
+              0);
+    const nlohmann::json report = nlohmann::json::parse(ReadFile(Out("report.json")));
+    const std::string said = report["navigation"]["conditions_at_end"].dump();
+    EXPECT_EQ(said.find("the Doppler log is turned") != std::string::npos, is_named)
+        << wrong_deg << " " << said;
+    if (is_named) {
+      ASSERT_EQ(report["advice"].size(), 1u) << report["advice"];
+      EXPECT_EQ(report["advice"][0]["key"], "dvl.roll_pitch_yaw_deg");
+      const std::string suggested = report["advice"][0]["suggested"];
+      EXPECT_NEAR(std::stod(suggested.substr(suggested.rfind(' '))), 0.0, 1.2) << "the true yaw";
+    }
+    for (const char* other : {"accelerometer", "gyro", "attitude", "depth"})
+      EXPECT_EQ(said.find(other), std::string::npos) << wrong_deg << " " << said;
+    fs::remove_all(Out(""));
+  }
+}
+
 // The corrected track is smooth: fixes and the ends of submaps are no steps in it.
 TEST_F(Replay, TheExportedTrackMovesNoFasterThanTheVehicle) {
   ASSERT_EQ(ReplayOf(ShortLog()).exit_code, 0);

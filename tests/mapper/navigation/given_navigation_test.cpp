@@ -90,6 +90,12 @@ Eigen::Vector2d TrueVelocity(const JumpSurvey& survey, double t_s, double* yaw_r
   return speed_mps * Eigen::Vector2d(std::cos(*yaw_rad), std::sin(*yaw_rad)) + current_mps;
 }
 
+// Drawn one by one: the order of a call's arguments is the compiler's.
+Eigen::Vector2d NormalPair(Rng* rng) {
+  const double y = Normal(rng), x = Normal(rng);
+  return {x, y};
+}
+
 JumpTrial RunJumps(const JumpSurvey& survey, Rng* rng) {
   GivenNavigationParams params;
   params.follow_velocity = survey.follow_velocity;
@@ -120,15 +126,15 @@ JumpTrial RunJumps(const JumpSurvey& survey, Rng* rng) {
     const double left = std::max(0.0, survey.jump_takes_s - std::fmod(dt_s * i, 100.0));
     const bool moves = i >= between && (survey.jump_takes_s == 0.0 ? i % between == 0 : left > 0.0);
     if (moves) error += share * to_come;
-    error += survey.walk_m_per_rts * std::sqrt(dt_s) * Eigen::Vector2d(Normal(rng), Normal(rng));
+    error += survey.walk_m_per_rts * std::sqrt(dt_s) * NormalPair(rng);
     Eigen::Vector2d given =
-        p + lever_at(dt_s * i) + error + survey.noise_m * Eigen::Vector2d(Normal(rng), Normal(rng));
+        p + lever_at(dt_s * i) + error + survey.noise_m * NormalPair(rng);
     if (i % between == between / 2) given.x() += survey.spike_m;
     double yaw_then = 0.0;
     const Eigen::Vector2d v_given = TrueVelocity(survey, dt_s * i - survey.lag_s, &yaw_then) -
                                     survey.not_in_velocity_mps +
                                     (lever_at(dt_s * i) - lever_at(dt_s * (i - 1))) / dt_s +
-                                    0.02 * Eigen::Vector2d(Normal(rng), Normal(rng));
+                                    0.02 * NormalPair(rng);
     navigation.Add(
         SampleOf(dt_s * i, given, yaw, survey.velocity ? std::optional(v_given) : std::nullopt));
     for (const MapFix& fix : navigation.TakeFixes(t)) trial.fixes.push_back(fix);
@@ -310,7 +316,7 @@ double MeanNees(const GivenNavigationParams& params, double lag_s, int trials) {
       const double along = params.uses_position_fixes ? yaw : yaw + error;
       given += (1.0 + scale) * way * Eigen::Vector2d(std::cos(along), std::sin(along)) +
                params.random_walk_m_per_rtm * std::sqrt(way) *
-                   Eigen::Vector2d(Normal(&rng), Normal(&rng));
+                   NormalPair(&rng);
       wander = keep * wander + std::sqrt(1.0 - keep * keep) * w.sigma * Normal(&rng);
     }
     navigation.Finish();
