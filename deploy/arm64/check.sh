@@ -47,7 +47,8 @@ python3 "$here/compare_maps.py" "$work/here" "$work/unfused" "x86-64 without FMA
 
 # Beside each other, the longest first, and without Monte Carlo and restarts at many moments, as under the sanitizers.
 run_test() {
-  local test=$1 log=$2/$(basename "$1").log status=passed
+  local test=$1 log status=passed
+  log=$2/$(basename "$1").log
   emulate "$test" --gtest_brief=1 --gtest_filter='-*MonteCarlo*:Moments/*:Faults/Restart.*' >"$log" 2>&1 ||
     { cat "$log" >&2; status=failed; }
   say "$(basename "$test"): $status"
@@ -55,7 +56,7 @@ run_test() {
 }
 export root
 export -f emulate run_test say
-printf '%s\n' "$tests"/navigation_test $(ls "$tests"/*_test | grep -v /navigation_test) |
+printf '%s\n' "$tests"/navigation_test "$tests"/*_test | awk '!seen[$0]++' |
   xargs -P "$(nproc)" -I{} bash -c 'run_test "$@"' test {} "$work" || fail "tests failed"
 printf '%s, version %s, commit %s\n' "$(date -u +%Y-%m-%d)" "$(dpkg-deb -f "$package" Version)" \
   "$(git -c safe.directory='*' -C "$here" rev-parse --short HEAD)" >"$here/last_passed.txt"
