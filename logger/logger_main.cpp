@@ -40,6 +40,7 @@ int Run(const ProcessArgs& args) {
   const std::optional<FolderLock> lock = LockOf(dive.log());
   dive.Enter(NowUtime());
   LoggerNode node(*config, dive, &bus);
+  node.health().HoldIf(!dive.damaged().empty(), conditions::kDiveDamaged, dive.damaged());
   DiveKeeper keeper(dive);
   loop.Add(bus.fd(), [&] { bus.HandleAll(Bus::kBurst); });
   loop.Every(std::chrono::seconds(1), [&] { node.UpdateHealth(); });

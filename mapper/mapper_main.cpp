@@ -109,6 +109,8 @@ std::optional<int> RunMap(seastitch::MapperConfig config,
   if (config.navigation_source == NavigationSource::kDeadReckoning)
     spdlog::info(NorthSentence(config.navigation, config.vehicle.datum_latitude_rad));
   node.health().HoldIf(!place.why_in_memory.empty(), conditions::kMapInMemory, place.why_in_memory);
+  node.health().HoldIf(
+      !place.dive.damaged().empty(), conditions::kDiveDamaged, place.dive.damaged());
   DiveKeeper keeper(place.dive);
   loop.Add(bus.fd(), [&] { bus.HandleAll(Bus::kBurst); });
   loop.Add(worker.fd(), [&] { worker.Drain(); });

@@ -125,6 +125,12 @@ inline constexpr ConditionKind kLogVanished{
     "What it held is lost, or below the mount point. A new file was begun if the data disk is "
     "there: "
     "see log_not_writing. Mount the data disk, and delete no dive that is being recorded."};
+inline constexpr ConditionKind kDiveDamaged{
+    "dive_damaged",
+    Severity::kDegraded,
+    "the record of the last dive cannot be read: it is not continued",
+    "Its recordings and its map stay where they are. `seastitch replay` of both folders together "
+    "makes one map. Check the data disk."};
 inline constexpr ConditionKind kUnloggableMessages{
     "unloggable_messages",
     Severity::kDegraded,
@@ -515,6 +521,7 @@ inline constexpr const ConditionKind* kAll[] = {
     &kJournalDamaged,
     &kPointsLost,
     &kClockStep,
+    &kDiveDamaged,
     &kDvlTurned,
     &kFixClock,
     &kClockDrift,

@@ -40,6 +40,24 @@ class DiveFolderTest : public testing::Test {
   const TemporaryDir dir_;
 };
 
+// Damaged, cut off, emptied or gone: the dive is not continued, and is named.
+TEST_F(DiveFolderTest, ADiveWhoseRecordCannotBeReadIsNamedAndAnotherBegins) {
+  std::int64_t now = kNow;
+  for (const std::string damage : {"{\"format\": 1, \"num", "", "gone"}) {
+    const fs::path record = Start("logger", now).path() / "dive.json";
+    if (damage == "gone")
+      fs::remove(record);
+    else
+      std::ofstream(record) << damage;
+    const DiveFolder mapper = Start("mapper", now + 5 * kSecond);
+    EXPECT_FALSE(mapper.resumed());
+    EXPECT_NE(mapper.path(), record.parent_path());
+    EXPECT_THAT(mapper.damaged(), HasSubstr(record.string()));
+    EXPECT_EQ(Start("logger", now + 6 * kSecond).damaged(), "") << "the new one can be read";
+    now += 4000 * kSecond;
+  }
+}
+
 TEST_F(DiveFolderTest, TheFirstBeginsADiveAndTheOthersJoinIt) {
   const DiveFolder logger = Start("logger", kNow);
   EXPECT_EQ(logger.path(), dives() / "DIVE_20261122T101500Z");

@@ -32,6 +32,7 @@ using Json = nlohmann::ordered_json;
 constexpr std::chrono::seconds kSignOfLife(10);
 constexpr int kFormat = 1;
 constexpr char kLogExtension[] = ".lcmlog";
+constexpr char kDivePrefix[] = "DIVE_";
 
 std::runtime_error FolderError(const fs::path& folder, const std::string& reason) {
   return std::runtime_error(folder.string() + ": " + reason);
@@ -132,6 +133,26 @@ std::optional<DiveRecord> TryRead(const fs::path& dive) {
   }
 }
 
+// Why the record of the newest folder of a dive after `last` cannot be read; empty: there is none.
+// The names of dives, DIVE_20261122T101500Z, are in order of time.
+std::string DamagedAfter(const fs::path& last, const fs::path& dives_dir) {
+  const std::string least = kDivePrefix + std::string("0"), most = kDivePrefix + std::string(":");
+  fs::path newest;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(dives_dir, error)) {
+    const std::string name = entry.path().filename().string();
+    if (name >= least && name < most && name > last.filename() && name > newest.filename() &&
+        entry.is_directory(error))
+      newest = entry.path();
+  }
+  try {
+    if (!newest.empty()) ReadDiveRecord(newest);
+  } catch (const std::exception& e) {
+    return e.what();
+  }
+  return {};
+}
+
 struct Found {
   fs::path path;
   DiveRecord record;
@@ -160,7 +181,7 @@ bool GoesOn(const DiveRecord& record, double resume_within_s, std::int64_t now_u
 
 // Makes a folder with a name that is not taken.
 fs::path MakeDive(const fs::path& dives_dir, std::int64_t now_utime) {
-  const std::string name = UtcText(FromUtime(now_utime), "DIVE_%Y%m%dT%H%M%SZ");
+  const std::string name = kDivePrefix + UtcText(FromUtime(now_utime), "%Y%m%dT%H%M%SZ");
   fs::path dive = dives_dir / name;
   for (int n = 2; fs::exists(dive); ++n) dive = dives_dir / (name + "_" + std::to_string(n));
   MakeFolder(dive);
@@ -259,7 +280,10 @@ void DiveFolder::JoinOrBegin(const DiveParams& params, std::int64_t now_utime) {
   MakeFolder(params.dives_dir);
   const Lock lock(params.dives_dir);
   const std::optional<Found> newest = FindNewest(params.dives_dir);
-  resumed_ = newest && GoesOn(newest->record, params.resume_within_s, now_utime);
+  damaged_ = DamagedAfter(newest ? newest->path : fs::path(), params.dives_dir);
+  if (!damaged_.empty()) spdlog::warn("{}", damaged_);
+  resumed_ =
+      newest && damaged_.empty() && GoesOn(newest->record, params.resume_within_s, now_utime);
   if (resumed_) {
     path_ = newest->path;
     return;

@@ -86,6 +86,9 @@ class DiveFolder {
   std::filesystem::path config() const { return path_ / "config"; }
   // True: another process, or an earlier start of this one, began the dive.
   bool resumed() const { return resumed_; }
+  // A newer dive whose dive.json cannot be read, so that this one was begun or continued in its
+  // place: "FILE: reason". Empty: there is none.
+  const std::string& damaged() const { return damaged_; }
 
   // Writes the start of the process to dive.json. Call it once the process may write to its folder
   // of the dive: a process that is refused leaves no trace. Logs a warning where it cannot be
@@ -102,6 +105,7 @@ class DiveFolder {
   std::filesystem::path path_;
   std::string process_;
   bool resumed_ = false;
+  std::string damaged_;
 };
 
 // Writes heartbeats to dive.json from a thread of its own, because a disk may not respond. A failed
