@@ -489,8 +489,9 @@ void MapperNode::OnWritten(const Write& write, const Written& written) {
 void MapperNode::ReportHealth() {
   std::vector<Condition> faults = mapper_.conditions();
   AddFaults(&faults);
+  // Told from the first input on, also while navigation has not started.
   const std::optional<Time> now = mapper_.last_nav();
-  if (begun_ && now && ToSeconds(*now - *begun_) < kTellRestartS)
+  if (begun_ && (!now || ToSeconds(*now - *begun_) < kTellRestartS))
     faults.insert(faults.end(), at_restart_.begin(), at_restart_.end());
   health_.SetConditions(faults);
   if (mapper_.IsWaiting())

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -92,7 +93,9 @@ std::vector<Condition> Mapper::conditions() const {
 std::optional<double> Mapper::dvl_turned_rad() const {
   const double turned_rad =
       navigation_->dvl_yaw_rad() + search_.MountingOf(OwnChain().number).dvl_yaw_rad;
-  if (std::abs(turned_rad) <= kTurnedSigmas * params_.mounting.dvl_yaw_rad) return std::nullopt;
+  const double allowed_rad =
+      std::max(params_.mounting.dvl_yaw_rad, params_.navigation.dvl_mounting_rad.sigma);
+  if (std::abs(turned_rad) <= kTurnedSigmas * allowed_rad) return std::nullopt;
   return turned_rad;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 namespace seastitch {
@@ -41,6 +42,8 @@ constexpr const char* NameOf(WarningCode code) {
 struct MapWarning {
   WarningCode code;
   std::string text;  // one line without a full stop
+  // By how much the map is wrong, or would be without what was done [m]; absent: not known.
+  std::optional<double> effect_m{};
 };
 
 }  // namespace seastitch

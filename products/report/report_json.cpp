@@ -197,7 +197,9 @@ std::string ReportJson(const Survey& survey,
   r["partial"] = s.partial;
   r["warnings"] = Json::array();
   for (const MapWarning& warning : options.warnings)
-    r["warnings"].push_back({{"code", NameOf(warning.code)}, {"text", warning.text}});
+    r["warnings"].push_back({{"code", NameOf(warning.code)},
+                             {"text", warning.text},
+                             {"effect_m", warning.effect_m ? Json(*warning.effect_m) : Json()}});
   r["configuration"] = options.configuration;
   if (options.configuration_crc != 0)
     r["configuration_hash"] = ConfigurationHash(options.configuration_crc);

@@ -119,6 +119,11 @@ std::map<std::string, ClockOffset> FileClocks::Finish() {
   return off;
 }
 
+std::optional<double> EffectOf(const ClockOffset& clock) {
+  if (clock.speed_mps <= 0.0) return std::nullopt;
+  return clock.speed_mps * std::abs(clock.ahead_s);
+}
+
 std::string ClockText(const std::string& source, const ClockOffset& clock) {
   const double off_s = std::abs(clock.ahead_s);
   char text[400];
@@ -134,9 +139,8 @@ std::string ClockText(const std::string& source, const ClockOffset& clock) {
                 clock.ahead_s > 0.0 ? "ahead of" : "behind",
                 off_s > 15.5 && off_s < 18.5 ? " (GPS time in place of UTC?)" : "");
   std::string effect;
-  if (clock.speed_mps > 0.0)
-    effect = ", which is " + std::to_string(std::lround(clock.speed_mps * off_s)) +
-             " m of the vehicle's way";
+  if (const std::optional<double> effect_m = EffectOf(clock))
+    effect = ", which is " + std::to_string(std::lround(*effect_m)) + " m of the vehicle's way";
   return text + effect +
          (clock.is_moved ? "; moved onto it"
                          : "; not corrected: check how the sensor and the sonar were synchronised");

@@ -18,6 +18,8 @@ struct ClockOffset {
   bool is_position = false;
 };
 
+// Way of the vehicle in the time by which a clock is off [m]; absent: not known.
+std::optional<double> EffectOf(const ClockOffset& clock);
 // What a clock that is off means for the map: a line for people.
 std::string ClockText(const std::string& source, const ClockOffset& clock);
 

@@ -336,7 +336,8 @@ bool MendClocks(SurveyPlan* plan) {
       const auto first = std::find_if(plan->files.begin(), plan->files.end(), is_like_this);
       if (&*first == &file)
         plan->warnings.push_back({WarningCode::kSensorClock,
-                                  plan->NamesOf(is_like_this) + ": " + ClockText(source, clock)});
+                                  plan->NamesOf(is_like_this) + ": " + ClockText(source, clock),
+                                  EffectOf(clock)});
     }
   return mended;
 }
