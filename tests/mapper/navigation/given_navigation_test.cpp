@@ -127,14 +127,12 @@ JumpTrial RunJumps(const JumpSurvey& survey, Rng* rng) {
     const bool moves = i >= between && (survey.jump_takes_s == 0.0 ? i % between == 0 : left > 0.0);
     if (moves) error += share * to_come;
     error += survey.walk_m_per_rts * std::sqrt(dt_s) * NormalPair(rng);
-    Eigen::Vector2d given =
-        p + lever_at(dt_s * i) + error + survey.noise_m * NormalPair(rng);
+    Eigen::Vector2d given = p + lever_at(dt_s * i) + error + survey.noise_m * NormalPair(rng);
     if (i % between == between / 2) given.x() += survey.spike_m;
     double yaw_then = 0.0;
-    const Eigen::Vector2d v_given = TrueVelocity(survey, dt_s * i - survey.lag_s, &yaw_then) -
-                                    survey.not_in_velocity_mps +
-                                    (lever_at(dt_s * i) - lever_at(dt_s * (i - 1))) / dt_s +
-                                    0.02 * NormalPair(rng);
+    const Eigen::Vector2d v_given =
+        TrueVelocity(survey, dt_s * i - survey.lag_s, &yaw_then) - survey.not_in_velocity_mps +
+        (lever_at(dt_s * i) - lever_at(dt_s * (i - 1))) / dt_s + 0.02 * NormalPair(rng);
     navigation.Add(
         SampleOf(dt_s * i, given, yaw, survey.velocity ? std::optional(v_given) : std::nullopt));
     for (const MapFix& fix : navigation.TakeFixes(t)) trial.fixes.push_back(fix);
@@ -315,8 +313,7 @@ double MeanNees(const GivenNavigationParams& params, double lag_s, int trials) {
       p += way * Eigen::Vector2d(std::cos(yaw), std::sin(yaw));
       const double along = params.uses_position_fixes ? yaw : yaw + error;
       given += (1.0 + scale) * way * Eigen::Vector2d(std::cos(along), std::sin(along)) +
-               params.random_walk_m_per_rtm * std::sqrt(way) *
-                   NormalPair(&rng);
+               params.random_walk_m_per_rtm * std::sqrt(way) * NormalPair(&rng);
       wander = keep * wander + std::sqrt(1.0 - keep * keep) * w.sigma * Normal(&rng);
     }
     navigation.Finish();
