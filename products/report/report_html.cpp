@@ -288,12 +288,30 @@ std::string CounterTable(const char* title, const std::map<std::string, std::int
   return table.Finish();
 }
 
-std::string Tile(const std::string& figure, const std::string& meaning) {
-  return "<div class=\"tile\"><b>" + figure + "</b>" + meaning + "</div>\n";
+// kind: good, plain, part or bad.
+std::string Tile(const std::string& figure,
+                 const std::string& meaning,
+                 const std::string& kind = "plain") {
+  return "<div class=\"tile " + kind + "\"><b>" + figure + "</b>" + meaning + "</div>\n";
 }
 
-// The four figures at which one looks first.
-std::string Tiles(const ProductSummary& s) {
+std::string VerdictTile(const ProductSummary& s, std::size_t warnings) {
+  if (warnings > 0)
+    return Tile(Grouped(warnings) + (warnings == 1 ? " warning" : " warnings"),
+                "of what changed depths or lost data",
+                "bad");
+  if (s.partial) return Tile("partial", "the map covers a part of the input", "part");
+  switch (s.outcome) {
+    case Outcome::kCorrected: return Tile("corrected", "map and track by the graph", "good");
+    case Outcome::kWithheld: return Tile("withheld", "the correction: map as navigated", "bad");
+    case Outcome::kNothingToCorrect:
+    case Outcome::kTrackAlone: break;
+  }
+  return Tile("as navigated", "there was nothing to correct");
+}
+
+// The four at which one looks first.
+std::string Tiles(const ProductSummary& s, std::size_t warnings) {
   std::string html;
   if (s.before.surface.cells > 0)
     html += Tile(Fixed(100.0 * s.before.surface.rms_m, 1) + " &rarr; " +
@@ -307,8 +325,7 @@ std::string Tiles(const ProductSummary& s) {
   const double read = static_cast<double>(s.soundings_read);
   html += Tile(Fixed(Percent(static_cast<double>(s.soundings_used), read), 1) + " %",
                "of " + Grouped(s.soundings_read) + " soundings used");
-  html += Tile(Grouped(s.cells_mapped), "cells of " + Fixed(s.cell_m, 2) + " m");
-  return html;
+  return html + VerdictTile(s, warnings);
 }
 
 // Where and when, and by which program.
@@ -328,6 +345,15 @@ std::string HeadOf(const Survey& survey, const ProductSummary& s, const ProductO
   if (first != survey.track.end())
     add(UtcText(first->time, "%Y-%m-%d %H:%M") + " to " +
         UtcText(last->time, "%Y-%m-%d %H:%M UTC"));
+  if (s.cells_mapped > 0) {
+    const double area_m2 = static_cast<double>(s.cells_mapped) * s.cell_m * s.cell_m;
+    add(area_m2 < 1e5 ? Grouped(static_cast<std::uint64_t>(area_m2)) + " m&sup2;"
+                      : Fixed(1e-6 * area_m2, 2) + " km&sup2;");
+    if (options.axes == MapAxes::kNorthEastDown)
+      add("depths " + Fixed(-s.elevation_range_m.second, 1) + " to " +
+          Fixed(-s.elevation_range_m.first, 1) + " m");
+    add("cell " + Fixed(s.cell_m, 2) + " m");
+  }
   if (!s.crs.empty()) add(Escaped(s.crs));
   add(std::string("Seastitch ") + ProgramVersion());
   if (options.configuration_crc != 0)
@@ -391,7 +417,7 @@ std::string ReportHtml(const Survey& survey,
       {"statement", Escaped(s.statement)},
       {"warnings", WarningsList(options.warnings)},
       {"head", HeadOf(survey, s, options)},
-      {"tiles", Tiles(s)},
+      {"tiles", Tiles(s, options.warnings.size())},
       {"figures_open", has_map ? "" : " open"},
       {"corrected", s.outcome == Outcome::kCorrected ? "yes" : ""},
       {"has_overlap", s.before_all.surface.cells + s.solved_all.surface.cells > 0 ? "yes" : ""},

@@ -133,7 +133,10 @@ TEST(WriteProducts, CorrectsTheMapAndSaysByHowMuch) {
   EXPECT_THAT(html, HasSubstr("A &lt;test&gt; survey"));
   EXPECT_THAT(html, HasSubstr("The map is corrected by 2 loop closures"));
   EXPECT_THAT(html, HasSubstr("depth_as_navigated.png\"><img"));
-  EXPECT_THAT(html, HasSubstr("2023-11-14 22:13 to 2023-11-14 22:17 UTC &middot; EPSG:32632"));
+  EXPECT_THAT(html,
+              HasSubstr("2023-11-14 22:13 to 2023-11-14 22:17 UTC &middot; 5&#8239;437 m&sup2; "
+                        "&middot; depths 38.8 to 43.4 m &middot; cell 1.00 m &middot; EPSG:32632"));
+  EXPECT_THAT(html, HasSubstr("tile good\"><b>corrected</b>"));
   EXPECT_THAT(html, HasSubstr("<b>2 of 3</b>"));
   EXPECT_THAT(html, HasSubstr("of the 2 accepted closures"));
 }

@@ -22,6 +22,7 @@
 #include "mapper/mapper_config.hpp"
 #include "mapper/navigation/ins/given_navigation.hpp"
 #include "survey/plan/dive_inputs.hpp"
+#include "survey/plan/file_clocks.hpp"
 #include "survey/plan/maker_soundings.hpp"
 #include "survey/plan/survey_config.hpp"
 #include "survey/plan/survey_files.hpp"
@@ -361,6 +362,11 @@ TEST(SurveySensors, DelaysOfSensorsAreSubtracted) {
   });
   EXPECT_EQ(attitude, Kmall::At(-0.025));
   EXPECT_EQ(position, Kmall::At(-0.5));
+}
+
+TEST(SurveySensors, AClockThatIsOffHasTheWayOfTheVehicleAsItsEffect) {
+  EXPECT_EQ(EffectOf({.ahead_s = -18.0, .speed_mps = 1.5}), 27.0);
+  EXPECT_EQ(EffectOf({.ahead_s = 18.0, .speed_mps = 0.0}), std::nullopt) << "not known";
 }
 
 // The sonar's own clock shows the offset of a sensor's: in the time of arrival of positions, and in
