@@ -123,13 +123,14 @@ std::vector<PairCovariance> PoseGraphOptimizer::RelativeCovariances(
   for (const auto& [a, b] : pairs) {
     if (a == b || !number.contains(a) || !number.contains(b)) continue;
     const int i = number.at(a), j = number.at(b);
-    out.push_back({a,
-                   b,
-                   RelativeCovariance(*store_.vertices().at(a).solved,
-                                      *store_.vertices().at(b).solved,
-                                      between(i, i),
-                                      between(j, j),
-                                      between(i, j))});
+    const Eigen::Matrix3d covariance = RelativeCovariance(*store_.vertices().at(a).solved,
+                                                          *store_.vertices().at(b).solved,
+                                                          between(i, i),
+                                                          between(j, j),
+                                                          between(i, j));
+    // After a gap of days it is a small difference of large numbers, and not exact.
+    if (covariance.diagonal().minCoeff() < 0.0) continue;
+    out.push_back({a, b, 0.5 * (covariance + covariance.transpose())});
   }
   return out;
 }
