@@ -1,5 +1,6 @@
 #include "mapper/submap_frames.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -67,7 +68,8 @@ std::vector<GraphEdge> SubmapFrames::Place(Submap* submap,
 
 std::optional<Eigen::Matrix3d> SubmapFrames::CovarianceFromPrevious(const NavState& state) {
   if (!previous_) return std::nullopt;
-  if (auto known = navigation_->RelativeCovariance(previous_->state.time, state.time)) return known;
+  const auto known = navigation_->RelativeCovariance(previous_->state.time, state.time);
+  if (known && Eigen::LLT<Eigen::Matrix3d>(*known).info() == Eigen::Success) return known;
   if (open_ && open_->from_previous) return open_->from_previous;
   // The previous frame is older than navigation's window. Taken as independent, which gives a
   // covariance that is not too small.

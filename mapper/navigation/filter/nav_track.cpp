@@ -353,8 +353,14 @@ std::optional<Eigen::Matrix3d> NavTrack::RelativeCovariance(Time a,
   const Pose2 other = Inverse(Moved(level_a, doubt_a)) * Moved(level_b, doubt_b);
   Eigen::Vector3d off = other.Vector() - own.Vector();
   off.z() = WrapAngle(off.z());
-  const Eigen::Matrix3d relative =
+  Eigen::Matrix3d relative =
       seastitch::RelativeCovariance(level_a, level_b, covariance.a, covariance.b, covariance.a_b);
+  // A gap of days makes it a small difference of very large numbers, which is known to so many
+  // digits.
+  constexpr double kVeryLarge_m2 = 1e8, kLostShare = 1e-11;
+  const double largest_m2 = std::max(covariance.a.topLeftCorner<2, 2>().trace(),
+                                     covariance.b.topLeftCorner<2, 2>().trace());
+  if (largest_m2 > kVeryLarge_m2) relative.diagonal().head<2>().array() += kLostShare * largest_m2;
   return 0.5 * (relative + relative.transpose()) + off * off.transpose();
 }
 
