@@ -1,8 +1,10 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace seastitch {
 
@@ -45,5 +47,12 @@ struct MapWarning {
   // By how much the map is wrong, or would be without what was done [m]; absent: not known.
   std::optional<double> effect_m{};
 };
+
+// True if the clock of a sensor is off: what that does to the pings is no latency of the sonar.
+inline bool HasWrongClock(const std::vector<MapWarning>& warnings) {
+  return std::any_of(warnings.begin(), warnings.end(), [](const MapWarning& warning) {
+    return warning.code == WarningCode::kSensorClock;
+  });
+}
 
 }  // namespace seastitch

@@ -152,8 +152,13 @@ class ProductWriter {
     ChooseMap();
     CorrectTheTrack();
     summary_.noise = options_.noise;
-    summary_.noise_findings = NoiseFindings(options_.noise);
-    for (std::size_t k = 0; k < survey_.dives.size() && k < options_.dives.size(); ++k)
+    const bool tells_timing = !HasWrongClock(options_.warnings);
+    SurveyNoise noise = options_.noise;
+    if (!tells_timing) noise.timing = {};
+    summary_.noise_findings = NoiseFindings(noise);
+    const std::size_t told =
+        tells_timing ? std::min(survey_.dives.size(), options_.dives.size()) : 0;
+    for (std::size_t k = 0; k < told; ++k)
       for (const std::string& finding : TimingFindings(options_.dives[k].sonar))
         summary_.noise_findings.push_back(survey_.dives[k] + ": " + finding);
     WriteMap();

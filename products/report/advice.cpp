@@ -115,11 +115,7 @@ std::vector<Advice> AdviceOf(const Survey& survey,
                              const ProductSummary& summary,
                              const ProductOptions& options) {
   std::vector<Advice> advice;
-  // What a sensor's clock does to the pings is no latency of the sonar.
-  const bool has_wrong_clock =
-      std::any_of(options.warnings.begin(), options.warnings.end(), [](const MapWarning& warning) {
-        return warning.code == WarningCode::kSensorClock;
-      });
+  const bool has_wrong_clock = HasWrongClock(options.warnings);
   const bool knows_vehicles =
       options.vehicles.size() == std::max<std::size_t>(1, options.dives.size());
   for (std::size_t k = 0; k < std::max<std::size_t>(1, options.dives.size()); ++k) {

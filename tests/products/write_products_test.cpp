@@ -289,6 +289,10 @@ TEST(WriteProducts, SaysWhatTheSurveyShowsOfItsNoiseBesideWhatIsConfigured) {
   EXPECT_TRUE(noise["sonar_time_offset"]["by_pitch"].is_null());
   EXPECT_THAT(Slurp(folder / "report.html"), HasSubstr("1.6 x noisier"));
 
+  // What a sensor's clock does to the pings is no latency of the sonar.
+  options.warnings = {{WarningCode::kSensorClock, "attitude 1.7 s ahead"}};
+  EXPECT_EQ(WriteProducts(survey, options, folder.path()).noise_findings.size(), 2u);
+
   // Where nothing is known, nothing is said.
   EXPECT_THAT(WriteProducts(survey, {}, folder.path()).noise_findings, ElementsAre());
   EXPECT_EQ(Json(folder / "report.json")["noise"]["closures"], 0);
