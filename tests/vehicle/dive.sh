@@ -41,8 +41,7 @@ wait_for_services() {
 play_survey() {
   [ -e /host/epoch ] || date -u +%Y-%m-%dT%H:%M:%SZ >/host/epoch
   local survey=/etc/seastitch/bench/short.yaml
-  sed 's/lines: 3/lines: 30/' "$survey" >/tmp/survey.yaml
-  echo 'position_fixes: {interval_s: 2.0}' >>/tmp/survey.yaml
+  sed 's/lines: 3/lines: 30/; s/^position_fixes: .*/position_fixes: {interval_s: 2.0}/' "$survey" >/tmp/survey.yaml
   python3 /host/can_gateway.py can0 20001 20002 &
   python3 /host/nmea_ins.py 6100 &
   seastitch bench --survey /tmp/survey.yaml --epoch "$(cat /host/epoch)" \
