@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <iterator>
@@ -118,9 +119,13 @@ bool SurveyStore::Put(std::shared_ptr<const Submap> submap) {
 }
 
 void SurveyStore::Restore(const std::vector<std::shared_ptr<const Submap>>& submaps) {
-  if (submaps.empty()) return;
+  // As Put() names it: frames for fixes, which have no soundings, are not stored.
+  const auto first = std::find_if(submaps.begin(), submaps.end(), [](const auto& submap) {
+    return HasSoundings(submap->trigger);
+  });
+  if (first == submaps.end()) return;
   const std::lock_guard lock(mutex_);
-  dive_ = params_.directory / std::to_string(ToUtime(submaps.front()->start));
+  dive_ = params_.directory / std::to_string(ToUtime((*first)->start));
   for (const auto& submap : submaps) {
     if (!HasSoundings(submap->trigger)) continue;
     const std::filesystem::path file = PcdPath(submap->id);

@@ -127,6 +127,19 @@ TEST_F(Store, GoesOnFromMemoryWithinItsBoundWhenTheDiskTakesNothing) {
   EXPECT_NE(store.Get(SubmapId{3}), nullptr);
 }
 
+// A dive that begins at the surface begins with a frame for fixes, which is not stored.
+TEST_F(Store, FindsTheFilesOfADiveThatBeganWithFixes) {
+  SurveyStore(SurveyStoreParams{dir_}).Put(Make(1));
+  Submap fixes = *Make(0, 0);
+  fixes.trigger = SubmapTrigger::kFixes;
+  SurveyStore store({dir_});
+  store.Restore({std::make_shared<const Submap>(fixes), Make(1, 0)});
+  EXPECT_EQ(store.counters().missing, 0);
+  const auto found = store.Get(SubmapId{1});
+  ASSERT_NE(found, nullptr);
+  EXPECT_EQ(found->cloud.size(), 1000u);
+}
+
 TEST_F(Store, CountsAFileThatIsGone) {
   SurveyStore store({dir_, /*max_cached_mb=*/0, 16});
   store.Put(Make(0));
