@@ -210,7 +210,8 @@ class Mapper {
   // Time offsets of attitude and DVL that navigation suspected, the best estimate of each.
   std::vector<StampOffsetEstimate> stamp_offsets() const { return stamp_offsets_.estimates(); }
   // Angle of the Doppler log about the vertical beyond vehicle.yaml, clockwise from above, as
-  // navigation and the last solution estimate it. Absent: within 4 sigma of the configuration.
+  // navigation and the last solution estimate it. Absent: what navigation estimates is within
+  // kAdviceSigmas of the configuration.
   std::optional<double> dvl_turned_rad() const;
   // Faults that hold now.
   std::vector<Condition> conditions() const;

@@ -1,8 +1,8 @@
-#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
 #include "common/core/pose.hpp"
+#include "common/core/survey_noise.hpp"
 #include "mapper/mapper.hpp"
 #include "mapper/submaps/losses.hpp"
 
@@ -14,7 +14,6 @@ namespace {
 constexpr double kNoNavS = 2.0;
 constexpr double kNoOptimizerS = 10.0;  // it may be started later than the mapper
 constexpr double kNoSolutionS = 60.0;   // that a solution may take
-constexpr double kTurnedSigmas = 4.0;   // of what the configuration allows
 
 const char* Sentence(SoundSpeed::Source source) {
   switch (source) {
@@ -91,12 +90,11 @@ std::vector<Condition> Mapper::conditions() const {
 }
 
 std::optional<double> Mapper::dvl_turned_rad() const {
-  const double turned_rad =
-      navigation_->dvl_yaw_rad() + search_.MountingOf(OwnChain().number).dvl_yaw_rad;
-  const double allowed_rad =
-      std::max(params_.mounting.dvl_yaw_rad, params_.navigation.dvl_mounting_rad.sigma);
-  if (std::abs(turned_rad) <= kTurnedSigmas * allowed_rad) return std::nullopt;
-  return turned_rad;
+  // What the graph finds beyond it may be the sonar's angle: it alone names no log.
+  const double by_navigation_rad = navigation_->dvl_yaw_rad();
+  if (std::abs(by_navigation_rad) <= kAdviceSigmas * params_.navigation.dvl_mounting_rad.sigma)
+    return std::nullopt;
+  return by_navigation_rad + search_.MountingOf(OwnChain().number).dvl_yaw_rad;
 }
 
 std::string Mapper::WaitsFor() const {

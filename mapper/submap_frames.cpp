@@ -68,9 +68,12 @@ std::vector<GraphEdge> SubmapFrames::Place(Submap* submap,
 
 std::optional<Eigen::Matrix3d> SubmapFrames::CovarianceFromPrevious(const NavState& state) {
   if (!previous_) return std::nullopt;
+  const auto is_usable = [](const std::optional<Eigen::Matrix3d>& covariance) {
+    return covariance && Eigen::LLT<Eigen::Matrix3d>(*covariance).info() == Eigen::Success;
+  };
   const auto known = navigation_->RelativeCovariance(previous_->state.time, state.time);
-  if (known && Eigen::LLT<Eigen::Matrix3d>(*known).info() == Eigen::Success) return known;
-  if (open_ && open_->from_previous) return open_->from_previous;
+  if (is_usable(known)) return known;
+  if (open_ && is_usable(open_->from_previous)) return open_->from_previous;
   // The previous frame is older than navigation's window. Taken as independent, which gives a
   // covariance that is not too small.
   ++independent_;

@@ -16,8 +16,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr char kIndex[] = "index.jsonl";  // of SurveyStore
-
 // The index that was written last, in map/, map-2/, ... of a dive.
 fs::path NewestIndex(const fs::path& dive) {
   fs::path newest;
@@ -26,7 +24,7 @@ fs::path NewestIndex(const fs::path& dive) {
   for (fs::recursive_directory_iterator it(dive, error), end; !error && it != end;
        it.increment(error)) {
     if (it.depth() > 2) it.disable_recursion_pending();
-    if (it->path().filename() != kIndex) continue;
+    if (it->path().filename() != kSubmapIndex) continue;
     const fs::file_time_type time = it->last_write_time(error);
     if (!newest.empty() && time <= newest_time) continue;
     newest = it->path();

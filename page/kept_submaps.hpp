@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <utility>
 
 #include "common/core/submap.hpp"
 
@@ -17,6 +18,8 @@ class KeptSubmaps {
 
   // Looks which dive and map are the newest; those of another begin anew. Call it now and then.
   void LookForNewest();
+  // Gives all of them again, because the map of the page was begun anew.
+  void BeginAnew() { read_ = 0; }
   // The next submap that was not given yet, with its points; absent: none for now. A damaged one is
   // left out and counted.
   std::optional<Submap> Next();

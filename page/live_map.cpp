@@ -6,6 +6,7 @@
 #include <tuple>
 #include <utility>
 
+#include "common/core/median.hpp"
 #include "common/core/pose.hpp"
 
 namespace seastitch {
@@ -60,7 +61,7 @@ void Join(std::vector<Cell>* cells) {
 }  // namespace
 
 LiveMap::LiveMap(double cell_m, std::size_t most_cells)
-    : cell_m_(cell_m), most_cells_(most_cells) {}
+    : finest_m_(cell_m), cell_m_(cell_m), most_cells_(most_cells) {}
 
 void LiveMap::Clear() {
   pieces_.clear();
@@ -69,18 +70,25 @@ void LiveMap::Clear() {
   track_.clear();
   track_every_ = 1;
   cells_ = 0;
+  cell_m_ = finest_m_;
 }
 
-void LiveMap::Add(const Submap& submap) {
-  if (!HasSoundings(submap.trigger)) return;
+// The median: one odd submap makes no cells coarse.
+double LiveMap::TypicalSpacing() const {
+  std::vector<double> apart_m;
+  for (const auto& [id, piece] : pieces_) apart_m.push_back(piece.apart_m);
+  return Median(std::move(apart_m));
+}
+
+bool LiveMap::Add(const Submap& submap) {
+  if (!HasSoundings(submap.trigger)) return false;
   const auto held = pieces_.find(submap.id);
-  if (held != pieces_.end() && held->second.frame_time == submap.frame_time) return;
-  if (held != pieces_.end()) Clear();
-  // Cells at least as large as the points are apart, so that the map has no holes.
+  const bool is_held = held != pieces_.end();
+  if (is_held && held->second.frame_time == submap.frame_time) return false;
+  if (is_held) Clear();
   const double points = std::max(1.0, static_cast<double>(submap.cloud.size()));
   const double apart_m = std::min(kFarthestM, std::sqrt(AreaOf(submap.footprint) / points));
-  while (cell_m_ < apart_m) Coarsen();
-  Piece piece{submap.frame_time, LevelPose(submap.T_map_submap), submap.footprint, {}};
+  Piece piece{submap.frame_time, LevelPose(submap.T_map_submap), submap.footprint, apart_m, {}};
   const Eigen::Matrix3d R = LevelFromBody(submap.T_map_submap);
   const double z = submap.T_map_submap.translation().z();
   piece.cells.reserve(submap.cloud.size());
@@ -94,8 +102,11 @@ void LiveMap::Add(const Submap& submap) {
   Join(&piece.cells);
   cells_ += piece.cells.size();
   pieces_.emplace(submap.id, std::move(piece));
-  while (cells_ > most_cells_ && cells_ > pieces_.size()) Coarsen();
+  // Cells at least as large as the points are apart, so that the map has no holes.
+  const double spacing_m = TypicalSpacing();
+  while (cell_m_ < spacing_m || (cells_ > most_cells_ && cells_ > pieces_.size())) Coarsen();
   ++version_;
+  return is_held;
 }
 
 void LiveMap::Coarsen() {
@@ -113,7 +124,6 @@ void LiveMap::Coarsen() {
 }
 
 void LiveMap::Add(const PoseGraph& solution) {
-  if (solution_ && solution_->graph_id != solution.graph_id) Clear();
   solution_ = solution;
   solved_.clear();
   for (const SolvedVertex& vertex : solution.vertices) solved_[vertex.id] = vertex.T_map_level;

@@ -27,10 +27,9 @@ class LiveMap {
   // cell_m: of a submap's grid, at first.
   explicit LiveMap(double cell_m = 0.5, std::size_t most_cells = 1'000'000);
 
-  // A submap that was closed. One whose number belongs to another submap begins a new map.
-  void Add(const Submap& submap);
-  // The newest solution. One of another graph than before begins a new map, but for the submaps
-  // that it places.
+  // A submap that was closed. One whose number belongs to another submap begins a new map: true.
+  bool Add(const Submap& submap);
+  // The newest solution. One of a foreign graph misplaces submaps until the next of their own.
   void Add(const PoseGraph& solution);
   // The vehicle by dead reckoning (NAV): north, east [m].
   void AddTrack(Time time, const Eigen::Vector2d& north_east);
@@ -56,6 +55,7 @@ class LiveMap {
     Time frame_time;
     Pose2 dead_reckoned;
     Footprint outline;
+    double apart_m = 0.0;  // of its points, in the mean
     std::vector<Cell> cells;
   };
   struct TrackPoint {
@@ -70,12 +70,14 @@ class LiveMap {
   }
   void Clear();
   void Coarsen();
+  double TypicalSpacing() const;
   Pose2 PoseOf(SubmapId id, const Piece& piece, Poses poses) const;
   std::optional<GridGeometry> Geometry() const;
   std::vector<float> Elevations(const GridGeometry& geometry, Poses poses) const;
   MapLines::Line CorrectedTrack() const;
   MapLines Lines() const;
 
+  const double finest_m_;
   double cell_m_;
   const std::size_t most_cells_;
   std::size_t cells_ = 0;  // of all pieces

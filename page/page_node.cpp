@@ -51,15 +51,12 @@ std::string PrintConfig(const PageConfig& config) { return PrintWithDefaults(con
 
 PageNode::PageNode(const PageConfig& config, Bus* bus)
     : status_(bus), kept_(config.dives_dir), server_(ParseListenAddress(config.listen), &feed_) {
-  bus->Subscribe<submap_t>(
-      channels::kSubmap, QueueOf(channels::kSubmap), [this](const submap_t& m) {
-        if (const auto submap = submaps_.Add(m)) map_.Add(*submap);
-      });
+  bus->Subscribe<submap_t>(channels::kSubmap,
+                           QueueOf(channels::kSubmap),
+                           [this](const submap_t& m) { Add(submaps_.Add(m)); });
   bus->Subscribe<submap_points_t>(channels::kSubmapPoints,
                                   QueueOf(channels::kSubmapPoints),
-                                  [this](const submap_points_t& msg) {
-                                    if (const auto submap = submaps_.Add(msg)) map_.Add(*submap);
-                                  });
+                                  [this](const submap_points_t& msg) { Add(submaps_.Add(msg)); });
   bus->Subscribe<pose_graph_t>(
       channels::kPoseGraph, QueueOf(channels::kPoseGraph), [this](const pose_graph_t& msg) {
         if (const auto solution = solutions_.Add(msg)) map_.Add(*solution);
@@ -81,6 +78,10 @@ void PageNode::Hear(const nav_t& msg) {
   if (track_time_ && std::abs(ToSeconds(nav->time - *track_time_)) < kTrackEveryS) return;
   track_time_ = nav->time;
   map_.AddTrack(nav->time, nav->T_map_vehicle.translation().head<2>());
+}
+
+void PageNode::Add(const std::optional<Submap>& closed) {
+  if (closed && map_.Add(*closed)) kept_.BeginAnew();
 }
 
 void PageNode::CatchUp() {

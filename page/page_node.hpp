@@ -48,6 +48,7 @@ class PageNode {
 
  private:
   void Hear(const nav_t& msg);
+  void Add(const std::optional<Submap>& closed);
   std::string State() const;
 
   StatusListener status_;

@@ -323,10 +323,9 @@ inline constexpr ConditionKind kDvlTurned{
     "dvl_turned",
     Severity::kDegraded,
     "the Doppler log is turned about the vertical",
-    "Its angle is more than 4 sigma beyond dvl_mounting_deg and sonar_mounting_sigma_deg, against "
-    "inertial unit, sonar and fixes. The stated position sigma does not cover it. Correct the yaw "
-    "of "
-    "dvl in vehicle.yaml before the next dive; a replay with it makes this map right."};
+    "Against the inertial unit its angle is more than 4 sigma beyond dvl_mounting_deg. The stated "
+    "position sigma does not cover it. Correct the yaw of dvl in vehicle.yaml before the next "
+    "dive; a replay with it makes this map right."};
 inline constexpr ConditionKind kFixClock{
     "fix_clock",
     Severity::kDegraded,

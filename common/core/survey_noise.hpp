@@ -6,6 +6,9 @@
 
 namespace seastitch {
 
+// So many sigma from its configuration a value is called wrong, and another is advised.
+inline constexpr double kAdviceSigmas = 4.0;
+
 // Whether an estimate is an end of the range in which it was sought. The true value is then at most
 // (kLow) or at least (kHigh) that, and its sigma is the prior's.
 enum class RangeEnd : std::uint8_t { kNone, kLow, kHigh };

@@ -10,6 +10,9 @@
 // reference code can read them.
 namespace seastitch {
 
+// Beside the files of a dive's submaps: a line of JSON for each, with what its PCD file lacks.
+inline constexpr char kSubmapIndex[] = "index.jsonl";
+
 // Writes binary PCD, with a checksum in a comment, to a temporary file and renames it. T_map_submap
 // goes to VIEWPOINT (PCL keeps it as float: the exact pose belongs in poses.txt). Throws
 // std::runtime_error naming the file.

@@ -68,6 +68,9 @@ std::optional<Duration> DurationOf(const MbesPing& ping);
 // Of points the travel time of the farthest one, at 1500 m/s: within 4 %.
 std::optional<Duration> DurationOf(const SoundingPing& ping);
 
+// Longest latency of a position fix: an acoustic one takes some seconds.
+inline constexpr double kFixLatencyS = 5.0;
+
 // How much of the dive depends on the time scale of the inertial unit (or INS).
 enum class DiveStage : std::uint8_t {
   kStarting,    // no state of navigation yet

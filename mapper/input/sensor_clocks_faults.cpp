@@ -13,7 +13,6 @@ constexpr double kEventHoldsS = 60.0;
 constexpr double kSilentS = 2.0;
 constexpr double kSilentIntervals = 2.5;
 constexpr double kDriftS = 0.2;
-constexpr double kFixLatencyS = 5.0;  // of an acoustic position, at most
 
 }  // namespace
 

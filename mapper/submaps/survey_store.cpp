@@ -137,7 +137,7 @@ void SurveyStore::Restore(const std::vector<std::shared_ptr<const Submap>>& subm
     entry.bytes = entry.saved ? static_cast<std::int64_t>(std::filesystem::file_size(file, error))
                               : BytesOf(*submap);
   }
-  EndAtWholeLine(dive_ / "index.jsonl");
+  EndAtWholeLine(dive_ / kSubmapIndex);
 }
 
 std::string SubmapFileName(SubmapId id) {
@@ -208,7 +208,7 @@ bool SurveyStore::Save(const Submap& submap, bool first) {
       SyncFolder(std::filesystem::absolute(dive_).parent_path());
     // A dive starts with an empty index, so that a replay of the same log writes the same files
     // again.
-    if (first) std::filesystem::remove(dive_ / "index.jsonl");
+    if (first) std::filesystem::remove(dive_ / kSubmapIndex);
     WriteSubmapPcd(PcdPath(submap.id), submap.cloud, submap.T_map_submap);
     if (!AppendToIndex(submap)) return false;
     SyncFolder(dive_);
@@ -219,7 +219,7 @@ bool SurveyStore::Save(const Submap& submap, bool first) {
 }
 
 bool SurveyStore::AppendToIndex(const Submap& submap) {
-  return AppendSynced(dive_ / "index.jsonl",
+  return AppendSynced(dive_ / kSubmapIndex,
                       IndexLine(submap, PcdPath(submap.id).filename().string()));
 }
 

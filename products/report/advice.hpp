@@ -16,7 +16,7 @@ struct Advice {
   std::string reason;     // one sentence
 };
 
-// Each is beyond kAdviceSigmas (noise_report.hpp) and within the range of its key. Empty: the
+// Each is beyond kAdviceSigmas and within the range of its key. Empty: the
 // survey contradicts nothing.
 std::vector<Advice> AdviceOf(const Survey& survey,
                              const ProductSummary& summary,

@@ -23,9 +23,6 @@ struct NoiseRow {
 // One row per variance component, as 1 sigma. Empty without a closure.
 std::vector<NoiseRow> NoiseRows(const SurveyNoise& noise);
 
-// So many sigma from its configuration a value is advised to be changed.
-inline constexpr double kAdviceSigmas = 4.0;
-
 // The estimate of the sonar's time offset that differs clearly from the configuration, by roll if
 // it can be had; absent: none does.
 std::optional<TimeOffsetEstimate> ClearTiming(const SonarTimingEstimate& timing);

@@ -128,15 +128,35 @@ TEST(LiveMap, ASubmapThatIsNotSolvedYetFollowsTheOneBefore) {
 TEST(LiveMap, TheSubmapsOfAnotherMapBeginItAnew) {
   LiveMap map;
   for (const int id : {0, 1, 2}) map.Add(Square(id, 30.0 * id, 0.0, 20.0));
-  map.Add(Square(1, 30.0, 0.0, 20.0));
+  EXPECT_FALSE(map.Add(Square(1, 30.0, 0.0, 20.0)));
   EXPECT_EQ(map.submaps(), 3u) << "the same once more";
   Submap other = Square(1, 30.0, 0.0, 20.0);
   other.frame_time = FromUtime(999);
-  map.Add(other);
+  EXPECT_TRUE(map.Add(other));
   EXPECT_EQ(map.submaps(), 1u);
-  map.Add(Solution({}, 7));
-  map.Add(Solution({}, 8));
-  EXPECT_EQ(map.submaps(), 0u) << "another graph";
+}
+
+// Of another mapper on the bus: the next solution of its own brings the map back.
+TEST(LiveMap, TheSolutionOfAForeignGraphTakesNoSubmapAway) {
+  LiveMap map;
+  for (const int id : {0, 1}) map.Add(Square(id, 30.0 * id, 0.0, 20.0));
+  const PoseGraph own = Solution({{0, {0.0, 5.0, 0.0}}, {1, {30.0, 5.0, 0.0}}}, 7);
+  map.Add(own);
+  const std::string before = map.Json().value();
+  map.Add(Solution({{0, {900.0, 0.0, 0.0}}}, 8));
+  EXPECT_EQ(map.submaps(), 2u);
+  map.Add(own);
+  EXPECT_EQ(map.Json().value(), before);
+}
+
+// One submap of a few points over a large area, among others.
+TEST(LiveMap, OneOddSubmapMakesNoCellsCoarse) {
+  LiveMap map;
+  for (int id = 0; id < 3; ++id) map.Add(Square(id, 25.0 * id, 0.0, 20.0));
+  Submap odd = Square(3, 75.0, 0.0, 20.0);
+  odd.footprint = {{-9000, -9000}, {9000, -9000}, {9000, 9000}, {-9000, 9000}};
+  map.Add(odd);
+  EXPECT_LT(double(json::parse(map.Json().value())["cell_m"]), 1.0);
 }
 
 TEST(LiveMap, ItsMemoryIsBounded) {

@@ -58,6 +58,19 @@ TEST_F(DiveFolderTest, ADiveWhoseRecordCannotBeReadIsNamedAndAnotherBegins) {
   }
 }
 
+// The computer lost its clock with the power that damaged the record: the folder's name lies ahead.
+TEST_F(DiveFolderTest, ADamagedDiveFromTheFutureIsSetAsideOnce) {
+  std::ofstream(Start("logger", kNow).path() / "dive.json") << "{";
+  constexpr std::int64_t kYearsBefore = kNow - 100'000'000 * kSecond;
+  const DiveFolder logger = Start("logger", kYearsBefore);
+  EXPECT_FALSE(logger.damaged().empty());
+  for (int restart = 1; restart < 4; ++restart) {
+    const DiveFolder mapper = Start("mapper", kYearsBefore + restart * kSecond);
+    EXPECT_EQ(mapper.path(), logger.path()) << "one dive for both";
+    EXPECT_EQ(mapper.damaged(), "");
+  }
+}
+
 TEST_F(DiveFolderTest, TheFirstBeginsADiveAndTheOthersJoinIt) {
   const DiveFolder logger = Start("logger", kNow);
   EXPECT_EQ(logger.path(), dives() / "DIVE_20261122T101500Z");

@@ -105,16 +105,23 @@ double LargestSpeed(
   return largest;
 }
 
-// The Doppler log's yaw in vehicle.yaml is wrong by so many degrees: what the mapper says at the
-// end.
+// The yaw of a sensor in vehicle.yaml is wrong by so many degrees: what the mapper says at the end.
 TEST_F(Replay, ADopplerLogThatIsTurnedIsNamedAndNoOtherSensor) {
-  for (const auto& [wrong_deg, is_named] : {std::pair("10", true), {"-6", true}, {"0.5", false}}) {
-    const fs::path config = dir_ / ("config" + std::string(wrong_deg));
+  struct Case {
+    const char* sensor;
+    const char* wrong_deg;
+    bool is_named;
+  };
+  for (const auto& [sensor, wrong_deg, is_named] : {Case{"dvl", "10", true},
+                                                    Case{"dvl", "-6", true},
+                                                    Case{"dvl", "0.5", false},
+                                                    Case{"mbes", "3", false}}) {
+    const fs::path config = dir_ / (sensor + std::string(wrong_deg));
     fs::copy(ConfigFile(""), config, fs::copy_options::recursive);
     std::string vehicle = ReadFile(config / "vehicle.yaml");
-    const std::size_t dvl = vehicle.find("\ndvl:");
+    const std::size_t section = vehicle.find(std::string("\n") + sensor + ":");
     const std::string angles = "roll_pitch_yaw_deg: [0, 0, ";
-    vehicle.replace(vehicle.find(angles, dvl) + angles.size(), 1, wrong_deg);
+    vehicle.replace(vehicle.find(angles, section) + angles.size(), 1, wrong_deg);
     std::ofstream(config / "vehicle.yaml") << vehicle;
     ASSERT_EQ(ReplayOf(ShortLog(), "--config " + (config / "mapper_mems.yaml").string()).exit_code,
               0);

@@ -15,6 +15,7 @@
 #include "common/core/pose.hpp"
 #include "common/runtime/health.hpp"
 #include "common/runtime/process/process.hpp"
+#include "mapper/input/sensor_clocks.hpp"
 #include "seastitch/config_request_t.hpp"
 #include "seastitch/config_t.hpp"
 #include "seastitch/depth_t.hpp"
@@ -127,9 +128,7 @@ Findings SensorFindings(const BusWatch& watch,
 Findings FixFindings(const BusWatch& watch) {
   const std::string name = channels::kPositionFix;
   const auto found = watch.latency_s.find(name);
-  // An acoustic position takes some seconds.
-  constexpr double kMaxLatencyS = 5.0;
-  if (found != watch.latency_s.end() && std::abs(found->second.mean()) > kMaxLatencyS)
+  if (found != watch.latency_s.end() && std::abs(found->second.mean()) > kFixLatencyS)
     return {
         Error("sensor",
               name + ": stamps " + DurationText(found->second.mean()) + " behind receipt",

@@ -33,6 +33,7 @@ constexpr std::chrono::seconds kSignOfLife(10);
 constexpr int kFormat = 1;
 constexpr char kLogExtension[] = ".lcmlog";
 constexpr char kDivePrefix[] = "DIVE_";
+constexpr char kSetAside[] = "not_continued.txt";  // in a dive whose record cannot be read
 
 std::runtime_error FolderError(const fs::path& folder, const std::string& reason) {
   return std::runtime_error(folder.string() + ": " + reason);
@@ -133,9 +134,14 @@ std::optional<DiveRecord> TryRead(const fs::path& dive) {
   }
 }
 
-// Why the record of the newest folder of a dive after `last` cannot be read; empty: there is none.
-// The names of dives, DIVE_20261122T101500Z, are in order of time.
-std::string DamagedAfter(const fs::path& last, const fs::path& dives_dir) {
+struct DamagedDive {
+  fs::path path;
+  std::string why;  // "FILE: reason"
+};
+
+// The newest folder of a dive after `last`, if its record cannot be read and it was not set aside
+// yet. The names of dives, DIVE_20261122T101500Z, are in order of time.
+std::optional<DamagedDive> DamagedAfter(const fs::path& last, const fs::path& dives_dir) {
   const std::string least = kDivePrefix + std::string("0"), most = kDivePrefix + std::string(":");
   fs::path newest;
   std::error_code error;
@@ -145,12 +151,22 @@ std::string DamagedAfter(const fs::path& last, const fs::path& dives_dir) {
         entry.is_directory(error))
       newest = entry.path();
   }
+  if (newest.empty() || fs::exists(newest / kSetAside, error)) return std::nullopt;
   try {
-    if (!newest.empty()) ReadDiveRecord(newest);
+    ReadDiveRecord(newest);
   } catch (const std::exception& e) {
-    return e.what();
+    return DamagedDive{newest, e.what()};
   }
-  return {};
+  return std::nullopt;
+}
+
+// So that the processes that start after this one join its dive, whatever the clock says.
+void SetAside(const DamagedDive& dive) {
+  try {
+    WriteDurably(dive.path / kSetAside, dive.why + "\n");
+  } catch (const std::exception& e) {
+    spdlog::warn("{}", e.what());
+  }
 }
 
 struct Found {
@@ -280,10 +296,13 @@ void DiveFolder::JoinOrBegin(const DiveParams& params, std::int64_t now_utime) {
   MakeFolder(params.dives_dir);
   const Lock lock(params.dives_dir);
   const std::optional<Found> newest = FindNewest(params.dives_dir);
-  damaged_ = DamagedAfter(newest ? newest->path : fs::path(), params.dives_dir);
-  if (!damaged_.empty()) spdlog::warn("{}", damaged_);
-  resumed_ =
-      newest && damaged_.empty() && GoesOn(newest->record, params.resume_within_s, now_utime);
+  const auto damaged = DamagedAfter(newest ? newest->path : fs::path(), params.dives_dir);
+  if (damaged) {
+    damaged_ = damaged->why;
+    spdlog::warn("{}", damaged_);
+    SetAside(*damaged);
+  }
+  resumed_ = newest && !damaged && GoesOn(newest->record, params.resume_within_s, now_utime);
   if (resumed_) {
     path_ = newest->path;
     return;

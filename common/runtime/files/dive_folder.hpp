@@ -86,8 +86,8 @@ class DiveFolder {
   std::filesystem::path config() const { return path_ / "config"; }
   // True: another process, or an earlier start of this one, began the dive.
   bool resumed() const { return resumed_; }
-  // A newer dive whose dive.json cannot be read, so that this one was begun or continued in its
-  // place: "FILE: reason". Empty: there is none.
+  // A newer dive whose dive.json cannot be read, so that this process began another: "FILE:
+  // reason". That dive has a file not_continued.txt now, and is not named again. Empty: none.
   const std::string& damaged() const { return damaged_; }
 
   // Writes the start of the process to dive.json. Call it once the process may write to its folder
