@@ -104,6 +104,8 @@ void Mapper::OnSoundings(std::function<void(const SubmapSoundings&)> take) {
 
 template <class Sample>
 void Mapper::Navigate(const Sample& sample) {
+  if constexpr (std::is_same_v<Sample, ImuSample> || std::is_same_v<Sample, NavigationSample>)
+    newest_input_ = sample.time;
   navigation_->Add(sample);
   watch_.Look(*navigation_);
   given_watch_.Look(*navigation_);
@@ -257,8 +259,10 @@ bool Mapper::GiveNavAt(Time t) {
 void Mapper::GeoreferencePings() {
   const std::optional<Time> latest = navigation_->latest();
   if (!latest) return;
-  while (const std::optional<MbesPing> ping = pings_.Take(*latest)) AddToSubmap(*ping);
-  while (const std::optional<SoundingPing> ping = sounding_pings_.Take(*latest)) AddToSubmap(*ping);
+  const Time newest = newest_input_.value_or(*latest);
+  while (const std::optional<MbesPing> ping = pings_.Take(*latest, newest)) AddToSubmap(*ping);
+  while (const std::optional<SoundingPing> ping = sounding_pings_.Take(*latest, newest))
+    AddToSubmap(*ping);
 }
 
 void Mapper::AddToSubmap(const MbesPing& ping) {

@@ -305,6 +305,7 @@ class Mapper {
   std::optional<Time> smoothed_until_;
   SubmapFrames frames_;
   NavCorrection correction_;
+  std::optional<Time> newest_input_;  // of the inertial unit (or INS)
   std::optional<Time> last_nav_;
 
   std::int32_t next_id_ = 0;

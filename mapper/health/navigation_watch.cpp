@@ -149,9 +149,10 @@ void NavigationWatch::AddImuRate(std::vector<Condition>* now) const {
   now->push_back({&conditions::kImuTooSlow, text});
 }
 
+// Also in the first moments after a start, in which no ensemble has come yet.
 bool NavigationWatch::SeesBottom() const {
-  return last_lock_ && newest_imu_ &&
-         ToSeconds(*newest_imu_ - *last_lock_) <= params_.bottom_lock_timeout_s;
+  const std::optional<Time>& since = last_lock_ ? last_lock_ : first_imu_;
+  return since && ToSeconds(*newest_imu_ - *since) <= params_.bottom_lock_timeout_s;
 }
 
 // SeesBottom() is the instrument's own bottom lock; the state's bottom_lock also needs accepted
@@ -160,6 +161,8 @@ void NavigationWatch::AddDvl(const Navigation& navigation, std::vector<Condition
   const NavSensorHealth health = navigation.health(NavSensor::kDvl);
   if (!SeesBottom()) {
     now->push_back({&conditions::kNoBottomLock, {}});
+  } else if (!last_lock_) {
+    return;
   } else if (health.refused_since) {
     now->push_back({&conditions::kDvlRefused, Text(health)});
   } else if (const auto state = navigation.StateAt(*navigation.latest());

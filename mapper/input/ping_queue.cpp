@@ -19,10 +19,11 @@ void PingQueue<Ping>::Add(Ping ping) {
 }
 
 template <class Ping>
-std::optional<Ping> PingQueue<Ping>::Take(Time latest) {
+std::optional<Ping> PingQueue<Ping>::Take(Time latest, Time newest) {
   while (!pings_.empty()) {
     if (LastEcho(pings_.front()) <= latest) return TakeAny();
-    if (ToSeconds(pings_.front().time - latest) <= kMaxAheadS) return std::nullopt;
+    if (ToSeconds(pings_.front().time - std::max(latest, newest)) <= kMaxAheadS)
+      return std::nullopt;
     pings_.pop_front();
     ++from_the_future_;
   }

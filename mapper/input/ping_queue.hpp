@@ -17,13 +17,14 @@ class PingQueue {
  public:
   explicit PingQueue(std::size_t capacity) : capacity_(capacity) {}
 
-  // Limit of the time [s] by which a ping may be ahead of navigation: beyond it its clock is wrong,
-  // and it is dropped when its turn comes.
+  // Limit of the time [s] by which a ping may be ahead of navigation's input: beyond it its clock
+  // is wrong, and it is dropped when its turn comes.
   static constexpr double kMaxAheadS = 30.0;
 
   void Add(Ping ping);
   // The oldest ping, if navigation's final states reach its last echo. latest: of these states.
-  std::optional<Ping> Take(Time latest);
+  // newest: of the samples that navigation has, which go ahead of its states after a gap.
+  std::optional<Ping> Take(Time latest, Time newest);
   // The oldest ping, reached or not; for the end of a dive.
   std::optional<Ping> TakeAny();
 

@@ -16,7 +16,9 @@ constexpr double kDriftS = 0.2;
 
 }  // namespace
 
+// A sensor of before a restart is silent once the process has waited for it.
 bool SensorClocks::IsSilent(const Channel& c) const {
+  if (!c.health_time_s && health_time_s() < kSilentS) return false;
   return ToSeconds(*newest() - c.era.ReceivedAt()) >
          std::max(kSilentS, kSilentIntervals * c.interval_s());
 }

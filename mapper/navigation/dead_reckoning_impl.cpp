@@ -31,6 +31,8 @@ constexpr std::size_t kFewestIntervals = 5;
 constexpr double kSlowestS = 1.1;
 // Longest interval [s] over which specific force, which turns with the vehicle, is integrated.
 constexpr double kForceHoldsS = 1.0;
+// The same of a unit by which the stamps of other sensors are found, and their samples carried.
+constexpr double kStampsS = 0.5;
 // Error of the mean rate between two samples of a slow unit, 1 sigma, as a part of the difference
 // of their rates: by measurement, for units of 1 to 4 Hz in a swell of 6 s.
 constexpr double kBetweenSamples = 0.5;
@@ -227,7 +229,10 @@ void DeadReckoning::Impl::Propagate(Time to_time,
   const Eigen::Vector3d force = 0.5 * (from.specific_force_mps2 + to.specific_force_mps2);
   const InertialRates free_from = filter_.WithoutBias(from);
   const InertialRates free_to = filter_.WithoutBias(to);
-  history_.Add(to_time, free_from, free_to, dt_s);
+  if (longest_interval_s_ > kStampsS)
+    history_.Clear();
+  else
+    history_.Add(to_time, free_from, free_to, dt_s);
   filter_.EstimateInertialBiases(!attitude_.HoldsInertialBiases(to_time));
   attitude_.AddTurn(0.5 * (from.angular_rate_radps + to.angular_rate_radps), dt_s);
   velocity_.AddForce(force, dt_s);

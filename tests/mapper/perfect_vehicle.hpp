@@ -49,6 +49,11 @@ class PerfectVehicle {
 
   // Its true pose at the time of a step.
   Eigen::Isometry3d TrueAt(Time t) const { return truth_.at(t); }
+  // Its true pose at the first step at or after t, else at the last.
+  Eigen::Isometry3d NearestTrueTo(Time t) const {
+    const auto next = truth_.lower_bound(t);
+    return next == truth_.end() ? truth_.rbegin()->second : next->second;
+  }
 
   Time time = FromUtime(1'700'000'000'000'000);
   bool sonar_on = true;

@@ -19,10 +19,14 @@
 
 #include "common/runtime/bus.hpp"
 #include "common/runtime/files/dive_folder.hpp"
+#include "common/runtime/files/whole_file.hpp"
+#include "common/storage/submap_file.hpp"
 #include "mapper/mapper_config.hpp"
+#include "mapper/submaps/survey_store.hpp"
 #include "seastitch/graph_update_t.hpp"
 #include "seastitch/health_t.hpp"
 #include "seastitch/pose_graph_t.hpp"
+#include "survey/replay/replay.hpp"
 #include "tests/paths.hpp"
 #include "tests/process/run_command.hpp"
 #include "tests/runtime/temporary_dir.hpp"
@@ -128,6 +132,34 @@ TEST(Demo, LeavesNoProcessBehindWhenItIsKilled) {
   EXPECT_TRUE(Eventually([&] { return ProcessesWith(out) == 0; }, seconds(20)));
 }
 
+// Of a submap that a live mapper stored; empty: it has none.
+fs::path FileOf(const fs::path& map, SubmapId id) {
+  for (const auto& entry : fs::recursive_directory_iterator(map))
+    if (entry.path().filename() == SubmapFileName(id)) return entry.path();
+  return {};
+}
+
+// The submaps of the first map in a dive have the bytes that a replay of the log gives them.
+void ExpectSubmapsOfReplay(const fs::path& log, const fs::path& config, const fs::path& map) {
+  const fs::path closed = config / "closed.pcd";
+  int compared = 0;
+  ReplayOptions options;
+  options.inputs = {log};
+  options.mapper_config = config / "mapper.yaml";
+  options.optimizer_config = config / "optimizer.yaml";
+  options.out = config / "replayed";
+  options.on_event = [&](const MapperEvent& event) {
+    const auto* const submap = std::get_if<std::shared_ptr<const Submap>>(&event);
+    if (submap == nullptr || (*submap)->cloud.empty()) return;
+    WriteSubmapPcd(closed, (*submap)->cloud, (*submap)->T_map_submap);
+    EXPECT_TRUE(ReadWholeFile(closed) == ReadWholeFile(FileOf(map, (*submap)->id)))
+        << "submap " << (*submap)->id.value;
+    ++compared;
+  };
+  RunReplay(options);
+  EXPECT_GE(compared, 4);
+}
+
 // On a bus of its own, with a log of the bench played by Debian's lcm-logplayer, and played again.
 TEST(LogPlayer, FeedsAMapperThatBeginsANewMapWhenItBeginsAgain) {
   const TemporaryDir dir;
@@ -204,6 +236,8 @@ TEST(LogPlayer, FeedsAMapperThatBeginsANewMapWhenItBeginsAgain) {
   EXPECT_FALSE(said.contains("map_begun_anew"));
   play("30");
   EXPECT_EQ(mapper.Stop(seconds(30)), 0);
+  ExpectSubmapsOfReplay(
+      log, dir.path() / "config", NewestDive(dir.path() / "dives").value() / "map");
   ASSERT_EQ(ids.size(), 2u);
   EXPECT_TRUE(listen_until(is_solved, seconds(20)));
   EXPECT_EQ(optimizer.Stop(seconds(20)), 0);

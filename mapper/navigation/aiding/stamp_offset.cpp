@@ -50,29 +50,52 @@ double StampOffset::Cost(std::size_t i) const {
   return prior * prior + DataCost(sums_[i]) / kCorrelation;
 }
 
-// Finds the minimum by a parabola through the smallest cost and its neighbours. If the remaining
-// cost is larger than by the sensors' noise, sigma is scaled up.
+// Factor by which the remaining cost is larger than by the sensors' noise; at least 1.
+double StampOffset::Noisier(std::size_t i) const {
+  return std::max(1.0, DataCost(sums_[i]) / (kComponents * differences_));
+}
+
+// Finds the minimum by a parabola through the smallest cost and its neighbours. Where the cost is
+// flat, the noise bends it from one delay to the next: sigma then is half the width in which it
+// rises by 1.
 void StampOffset::Find() {
-  std::size_t best = kEachWay;
-  for (std::size_t i = 0; i < kDelays; ++i)
-    if (Cost(i) < Cost(best)) best = i;
+  const std::size_t best = Best();
   delay_s_ = 0.0;
   sigma_s_ = kPriorS;
   // the delay may be longer than the longest that is tried
   if (best == 0 || best == kDelays - 1) return;
   const double before = Cost(best - 1);
+  const double least = Cost(best);
   const double after = Cost(best + 1);
-  const double bend = before - 2.0 * Cost(best) + after;
-  const double noisier = std::max(1.0, DataCost(sums_[best]) / (kComponents * differences_));
+  const double bend = before - 2.0 * least + after;
   if (!(bend > 0.0)) return;
+  const double noisier = Noisier(best);
   delay_s_ = DelayS(best) + kStepS * std::clamp(0.5 * (before - after) / bend, -1.0, 1.0);
   sigma_s_ = kStepS * std::sqrt(2.0 * noisier / bend);
+  const auto is_near = [&](std::size_t i) { return Cost(i) < least + noisier; };
+  std::size_t first = 0;
+  std::size_t last = kDelays - 1;
+  while (!is_near(first)) ++first;
+  while (!is_near(last)) --last;
+  if (last > first + 1) sigma_s_ = std::max(sigma_s_, 0.5 * (DelayS(last) - DelayS(first)));
 }
 
+std::size_t StampOffset::Best() const {
+  std::size_t best = kEachWay;
+  for (std::size_t i = 0; i < kDelays; ++i)
+    if (Cost(i) < Cost(best)) best = i;
+  return best;
+}
+
+// Also by the likelihood ratio: a delay that explains hardly more than none is none.
 bool StampOffset::IsSuspected() const {
   if (!(seen_s_ > 0.0)) return false;
-  const double sigma_s = sigma_s_ * std::sqrt(1.0 + kManoeuvreS / seen_s_);
-  return std::abs(delay_s_) > std::max(kSuspectS, kSuspectSigma * sigma_s);
+  const double few = 1.0 + kManoeuvreS / seen_s_;
+  if (!(std::abs(delay_s_) > std::max(kSuspectS, kSuspectSigma * sigma_s_ * std::sqrt(few))))
+    return false;
+  if (std::abs(delay_s_) < kStepS) return true;  // finer than the grid
+  const std::size_t best = Best();
+  return Cost(kEachWay) - Cost(best) > kSuspectSigma * kSuspectSigma * few * Noisier(best);
 }
 
 }  // namespace seastitch

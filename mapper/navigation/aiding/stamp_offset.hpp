@@ -30,7 +30,8 @@ class StampOffset {
   // Delay over which the inertial unit can extrapolate a sample to its stamp: 0 where none is
   // suspected, and where stamps are early, which would take inertial data of the future.
   double carried_s() const { return IsSuspected() ? std::max(delay_s_, 0.0) : 0.0; }
-  // Whether the delay exceeds 10 ms and 4 sigma.
+  // Whether the delay exceeds 10 ms and 4 sigma, and explains the differences so much better than
+  // none.
   bool IsSuspected() const;
 
   template <class Archive, class Self>
@@ -60,6 +61,8 @@ class StampOffset {
   };
   double DataCost(const Sums& sums) const;  // -2 log likelihood
   double Cost(std::size_t i) const;
+  double Noisier(std::size_t i) const;
+  std::size_t Best() const;
   void Find();
 
   std::array<Sums, kDelays> sums_{};

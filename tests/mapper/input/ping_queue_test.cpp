@@ -22,9 +22,9 @@ MbesPing PingAt(double s, float twtt_s = 0.0f) {
 TEST(PingQueue, WaitsForTheLastEcho) {
   PingQueue queue(10);
   queue.Add(PingAt(1.0, 0.5f));
-  EXPECT_FALSE(queue.Take(At(1.4)));
-  EXPECT_TRUE(queue.Take(At(1.6)));
-  EXPECT_FALSE(queue.Take(At(9.0)));
+  EXPECT_FALSE(queue.Take(At(1.4), At(1.4)));
+  EXPECT_TRUE(queue.Take(At(1.6), At(1.6)));
+  EXPECT_FALSE(queue.Take(At(9.0), At(9.0)));
 }
 
 TEST(PingQueue, PutsPingsInOrderOfTimeAndKeepsThatOfEqualTimes) {
@@ -34,9 +34,9 @@ TEST(PingQueue, PutsPingsInOrderOfTimeAndKeepsThatOfEqualTimes) {
   queue.Add(PingAt(2.0));
   queue.Add(second_head);
   queue.Add(PingAt(1.0));
-  EXPECT_EQ(queue.Take(At(5.0))->time, At(1.0));
-  EXPECT_EQ(queue.Take(At(5.0))->head, 0);
-  EXPECT_EQ(queue.Take(At(5.0))->head, 1);
+  EXPECT_EQ(queue.Take(At(5.0), At(5.0))->time, At(1.0));
+  EXPECT_EQ(queue.Take(At(5.0), At(5.0))->head, 0);
+  EXPECT_EQ(queue.Take(At(5.0), At(5.0))->head, 1);
 }
 
 TEST(PingQueue, IsBounded) {
@@ -44,30 +44,39 @@ TEST(PingQueue, IsBounded) {
   for (int i = 0; i < 10; ++i) queue.Add(PingAt(i));
   EXPECT_EQ(queue.size(), 3u);
   EXPECT_EQ(queue.dropped(), 7);
-  EXPECT_EQ(queue.Take(At(20.0))->time, At(7.0));
+  EXPECT_EQ(queue.Take(At(20.0), At(20.0))->time, At(7.0));
 }
 
 TEST(PingQueue, IsNotHeldUpByAPingFromTheFuture) {
   PingQueue queue(10);
   queue.Add(PingAt(3600.0));
   queue.Add(PingAt(1.0));
-  EXPECT_TRUE(queue.Take(At(2.0)));
-  EXPECT_FALSE(queue.Take(At(2.0)));
+  EXPECT_TRUE(queue.Take(At(2.0), At(2.0)));
+  EXPECT_FALSE(queue.Take(At(2.0), At(2.0)));
   EXPECT_EQ(queue.from_the_future(), 1);
   queue.Add(PingAt(2.0 + 0.9 * PingQueue<>::kMaxAheadS));
-  EXPECT_FALSE(queue.Take(At(2.0)));
+  EXPECT_FALSE(queue.Take(At(2.0), At(2.0)));
   EXPECT_EQ(queue.size(), 1u);
   EXPECT_TRUE(queue.TakeAny());
   EXPECT_FALSE(queue.TakeAny());
+}
+
+// After a gap in the inertial data its final states come later than its next samples.
+TEST(PingQueue, WaitsForNavigationWhoseInputGoesOn) {
+  PingQueue queue(10);
+  queue.Add(PingAt(100.0));
+  EXPECT_FALSE(queue.Take(At(2.0), At(100.0)));
+  EXPECT_EQ(queue.from_the_future(), 0);
+  EXPECT_TRUE(queue.Take(At(100.5), At(100.5)));
 }
 
 // In deep water the echoes of a ping come later than kMaxAheadS after it.
 TEST(PingQueue, WaitsForTheLastEchoOfDeepWater) {
   PingQueue queue(10);
   queue.Add(PingAt(1.0, 39.0f));
-  EXPECT_FALSE(queue.Take(At(1.0)));
-  EXPECT_FALSE(queue.Take(At(39.9)));
-  EXPECT_TRUE(queue.Take(At(40.1)));
+  EXPECT_FALSE(queue.Take(At(1.0), At(1.0)));
+  EXPECT_FALSE(queue.Take(At(39.9), At(39.9)));
+  EXPECT_TRUE(queue.Take(At(40.1), At(40.1)));
   EXPECT_EQ(queue.from_the_future(), 0);
 }
 
