@@ -26,8 +26,9 @@ Eigen::Matrix3d LevelCovariance(const NavState& state) {
   return covariance;
 }
 
+// At most pi, where nothing is known of an angle any more.
 double HeadingSigma(const NavState& state) {
-  return std::sqrt(state.covariance(kHeadingOfCovariance, kHeadingOfCovariance));
+  return std::min(kPi, std::sqrt(state.covariance(kHeadingOfCovariance, kHeadingOfCovariance)));
 }
 
 }  // namespace
