@@ -285,7 +285,8 @@ void Mapper::AddToSubmap(const SoundingPing& ping) {
   AddToSubmap(Georeference(ping, state->T_map_vehicle, state->v_map_mps.head<2>().norm()));
 }
 
-void Mapper::AddToSubmap(const GeoreferencedPing& ping) {
+void Mapper::AddToSubmap(GeoreferencedPing ping) {
+  ping.dvl_yaw_rad = navigation_->dvl_yaw_rad();
   beams_read_ += ping.beams_read;
   beams_invalid_ += ping.beams_invalid;
   beams_refused_ += ping.beams_refused;
@@ -350,6 +351,7 @@ void Mapper::OnClosed(Submap submap) {
 void Mapper::AddFramesFor(const std::vector<MapFix>& fixes, std::optional<Time> next) {
   for (Submap& frame : frames_.FramesFor(fixes, next)) {
     frame.id = SubmapId{next_id_};
+    frame.dvl_yaw_rad = navigation_->dvl_yaw_rad();
     std::vector<GraphEdge> edges = frames_.Place(&frame, next_id_ == 0, {});
     Enqueue(std::move(frame), {OwnChain(), std::move(edges)});
   }

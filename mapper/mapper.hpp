@@ -246,7 +246,7 @@ class Mapper {
   void GeoreferencePings();
   void AddToSubmap(const MbesPing& ping);
   void AddToSubmap(const SoundingPing& ping);
-  void AddToSubmap(const GeoreferencedPing& ping);
+  void AddToSubmap(GeoreferencedPing ping);
   void RefuseWithoutPose(Time ping);
   std::optional<Eigen::Isometry3d> PoseAt(Time t) const;
   std::optional<Eigen::Matrix3d> DriftBetween(Time a, Time b) const;

@@ -52,6 +52,7 @@ std::vector<GraphEdge> SubmapFrames::Place(Submap* submap,
     state->T_map_vehicle = submap->T_map_submap;
   }
   submap->covariance_from_previous = state ? CovarianceFromPrevious(*state) : std::nullopt;
+  if (state && previous_) submap->T_previous_level = FromPrevious(*state);
   Forget();
   if (HasSoundings(submap->trigger))
     open_.reset();
@@ -65,6 +66,13 @@ std::vector<GraphEdge> SubmapFrames::Place(Submap* submap,
   if (first && state && navigation_->place_is_known())
     edges.push_back(StartEdge(submap->id, *state, navigation_->starts_from_fix()));
   return edges;
+}
+
+std::optional<Pose2> SubmapFrames::FromPrevious(const NavState& state) const {
+  const auto T_anchored_map = navigation_->Hindsight(previous_->state.time, state.time);
+  if (!T_anchored_map) return std::nullopt;
+  return Inverse(LevelPose(previous_->state.T_map_vehicle)) * *T_anchored_map *
+         LevelPose(state.T_map_vehicle);
 }
 
 std::optional<Eigen::Matrix3d> SubmapFrames::CovarianceFromPrevious(const NavState& state) {

@@ -75,6 +75,7 @@ class SubmapFrames {
     std::optional<Eigen::Matrix3d> from_previous;
   };
 
+  std::optional<Pose2> FromPrevious(const NavState& state) const;
   std::optional<Eigen::Matrix3d> CovarianceFromPrevious(const NavState& state);
   const Frame* NearestTo(Time t) const;
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <utility>
 
 namespace seastitch {
@@ -50,6 +51,12 @@ std::string Survey::InputAt(Time time) const {
   return found == nullptr ? std::string() : found->name;
 }
 
+double Survey::NewestDvlYaw(std::int32_t chain) const {
+  const auto newest = std::find_if(
+      submaps.rbegin(), submaps.rend(), [&](const SurveySubmap& s) { return s.chain == chain; });
+  return newest == submaps.rend() ? 0.0 : newest->dvl_yaw_rad;
+}
+
 SurveyPoses DeadReckonedPoses(const Survey& survey) {
   SurveyPoses poses;
   for (const SurveySubmap& s : survey.submaps)
@@ -62,9 +69,12 @@ SurveyPoses SolvedPoses(const Survey& survey) {
   const std::vector<Pose2> dead_reckoned = DeadReckonedPoses(survey).T_map_level;
   std::vector<Pose2> poses = dead_reckoned;
   std::vector<MountingErrors> of_submaps;
+  std::vector<double> learnt_yaw_rad(poses.size(), 0.0);
   for (std::size_t i = 0; i < poses.size(); ++i) {
+    const SurveySubmap& submap = survey.submaps[i];
     const MountingErrors& mounting =
-        of_submaps.emplace_back(survey.solution.MountingOf(survey.submaps[i].chain));
+        of_submaps.emplace_back(survey.solution.MountingOf(submap.chain));
+    learnt_yaw_rad[i] = survey.NewestDvlYaw(submap.chain) - submap.dvl_yaw_rad;
     const auto it = solved.find(survey.submaps[i].id);
     if (it != solved.end()) {
       poses[i] = it->second->T_map_level;
@@ -75,7 +85,7 @@ SurveyPoses SolvedPoses(const Survey& survey) {
       poses[i] = SoundingPose(poses[i], mounting);
     }
   }
-  return {std::move(poses), std::move(of_submaps)};
+  return {std::move(poses), std::move(of_submaps), std::move(learnt_yaw_rad)};
 }
 
 std::vector<std::optional<Eigen::Vector3d>> SolvedSigmas(const Survey& survey) {

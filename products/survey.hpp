@@ -34,6 +34,7 @@ struct SurveySubmap {
   std::uint64_t points = 0;          // in the cloud, after voxel averaging of the soundings used
   Footprint footprint;               // corners as the mapper published them, level frame [m]
   Footprint hull;                    // convex hull of the points, level frame [m]
+  double dvl_yaw_rad = 0.0;          // Submap::dvl_yaw_rad
   std::filesystem::path cloud_file;  // PCD file; empty where the submap has no point
 };
 
@@ -85,6 +86,8 @@ struct Survey {
   Time End() const;
   // Number of submaps with soundings (HasSoundings()), of one dive or of all.
   std::size_t Mapped(std::optional<std::int32_t> chain = std::nullopt) const;
+  // Submap::dvl_yaw_rad of the newest submap of a dive, to which its mounting errors are relative.
+  double NewestDvlYaw(std::int32_t chain) const;
   // Name of the input whose pings enclose that time; of several, the one of shortest duration.
   // Empty: there is none.
   std::string InputAt(Time time) const;
@@ -95,12 +98,18 @@ struct SurveyPoses {
   // Level frame of each submap, in the order of survey.submaps: where its soundings belong. The
   // vehicle's own pose differs by the sonar's offset: VehiclePose().
   std::vector<Pose2> T_map_level;
-  // Estimated mounting errors of each submap's dive, in the same order; empty: they are zero. The
-  // DVL's angle shears each cloud: Shear().
+  // Estimated mounting errors of each submap's dive, in the same order; empty: they are zero.
   std::vector<MountingErrors> mounting{};
+  // What navigation learnt of the DVL's angle after each submap was built; empty: nothing.
+  std::vector<double> learnt_yaw_rad{};
 
   MountingErrors MountingOf(std::size_t submap) const {
     return mounting.empty() ? MountingErrors{} : mounting[submap];
+  }
+  // By how much a submap's cloud is sheared (Shear()): by the angle that the graph estimates for
+  // the dive, and by what navigation learnt later.
+  double ShearOf(std::size_t submap) const {
+    return MountingOf(submap).dvl_yaw_rad + (learnt_yaw_rad.empty() ? 0.0 : learnt_yaw_rad[submap]);
   }
   // Pose of the vehicle at the frame of a submap.
   Pose2 VehicleAt(std::size_t submap) const {

@@ -92,6 +92,7 @@ void SurveyCollector::Add(const Submap& submap) {
   kept.soundings_used = submap.soundings_used;
   kept.points = cloud.size();
   kept.footprint = submap.footprint;
+  kept.dvl_yaw_rad = submap.dvl_yaw_rad;
   if (cloud.empty()) {
     if (HasSoundings(submap.trigger)) ++counters_["submap_without_points"];
   } else {

@@ -66,6 +66,7 @@ graph_edge_t ToLcm(const GraphEdge& edge) {
   msg.overlap_m2 = edge.overlap_m2;
   msg.overlap_center_x_m = edge.overlap_center_m.x();
   msg.overlap_center_y_m = edge.overlap_center_m.y();
+  msg.dvl_yaw_rad = edge.dvl_yaw_rad;
   return msg;
 }
 
@@ -81,6 +82,7 @@ GraphEdge FromLcm(const graph_edge_t& msg) {
   edge.rms_m = msg.rms_m;
   edge.overlap_m2 = msg.overlap_m2;
   edge.overlap_center_m = {msg.overlap_center_x_m, msg.overlap_center_y_m};
+  edge.dvl_yaw_rad = msg.dvl_yaw_rad;
   return edge;
 }
 

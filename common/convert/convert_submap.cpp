@@ -81,6 +81,7 @@ std::optional<Submap> FromLcm(const submap_t& msg) {
   submap.T_map_submap = *pose;
   submap.covariance_from_previous = MatrixFrom<3>(msg.covariance_from_previous);
   submap.heading_sigma_rad = msg.heading_sigma_rad;
+  submap.dvl_yaw_rad = msg.dvl_yaw_rad;
   submap.trigger = static_cast<SubmapTrigger>(msg.trigger);
   submap.predicted_information = MatrixFrom<3>(msg.predicted_information);
   submap.soundings_read = static_cast<std::uint64_t>(msg.soundings_read);
@@ -122,6 +123,7 @@ SubmapMessages ToLcm(const Submap& submap,
               msg.covariance_from_previous);
   msg.has_heading_sigma = submap.heading_sigma_rad.has_value();
   msg.heading_sigma_rad = submap.heading_sigma_rad.value_or(0.0);
+  msg.dvl_yaw_rad = submap.dvl_yaw_rad;
   MatrixTo<3>(submap.predicted_information.value_or(Eigen::Matrix3d::Zero()),
               msg.predicted_information);
   msg.trigger = static_cast<std::int8_t>(submap.trigger);

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <limits>
 #include <optional>
 #include <string>
 #include <type_traits>
@@ -137,6 +138,9 @@ class ArchiveWriter {
 class ArchiveReader {
  public:
   explicit ArchiveReader(Bytes bytes) : bytes_(bytes) {}
+  // format: of the file, for types that read an older one too.
+  ArchiveReader(Bytes bytes, std::uint32_t format) : bytes_(bytes), format_(format) {}
+  std::uint32_t format() const { return format_; }
 
   template <class... T>
   void operator()(T&... values) {
@@ -235,6 +239,7 @@ class ArchiveReader {
   }
 
   ByteReader bytes_;
+  std::uint32_t format_ = std::numeric_limits<std::uint32_t>::max();
   bool ok_ = true;
 };
 

@@ -16,6 +16,8 @@ bool IsOnEarth(double latitude_rad, double longitude_rad) {
   return std::abs(latitude_rad) <= kPi / 2.0 && std::abs(longitude_rad) <= kPi;
 }
 
+bool IsAngle(double rad) { return std::abs(rad) <= kPi; }
+
 bool IsStrictlyRising(const std::vector<double>& values) {
   return std::adjacent_find(values.begin(), values.end(), [](double a, double b) {
            return !(a < b);
@@ -272,7 +274,7 @@ std::optional<Submap> Checked(Submap submap) {
                         submap.start <= submap.frame_time && submap.frame_time <= submap.end;
   if (submap.id.value < 0 || !in_order || submap.trigger > SubmapTrigger::kFixes ||
       !IsChecked(submap.T_map_submap) || !IsSigma(submap.heading_sigma_rad.value_or(0.0)) ||
-      !IsChecked(submap.cloud))
+      !IsAngle(submap.dvl_yaw_rad) || !IsChecked(submap.cloud))
     return std::nullopt;
   for (std::optional<Eigen::Matrix3d>* const matrix :
        {&submap.covariance_from_previous, &submap.predicted_information})
@@ -299,7 +301,7 @@ std::optional<GraphEdge> Checked(GraphEdge edge) {
   if (edge.kind > EdgeKind::kPositionFix || edge.verdict > LoopVerdict::kNotConverged ||
       edge.from.value < 0 || edge.to.value < 0 || !right_ends || !information ||
       !IsPose2(edge.T_from_to) || !std::isfinite(edge.z_offset_m) || !IsSigma(edge.rms_m) ||
-      !IsSigma(edge.overlap_m2) ||
+      !IsSigma(edge.overlap_m2) || !IsAngle(edge.dvl_yaw_rad) ||
       !(Hypotenuse(edge.overlap_center_m.x(), edge.overlap_center_m.y()) <= kMaxSubmap_m))
     return std::nullopt;
   edge.information = *information;

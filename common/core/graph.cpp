@@ -46,6 +46,13 @@ EdgeByMounting ByMounting(const GraphEdge& edge, bool of_one_dive) {
   return by;
 }
 
+Pose2 MeasuredBy(double newest_dvl_yaw_rad, const GraphEdge& edge, const EdgeByMounting& by) {
+  if (edge.from == edge.to) return edge.T_from_to;
+  const Eigen::Vector3d measured =
+      edge.T_from_to.Vector() + (newest_dvl_yaw_rad - edge.dvl_yaw_rad) * by.of_to.col(2);
+  return {measured.x(), measured.y(), measured.z()};
+}
+
 Eigen::Vector3d MountingCorrection(const EdgeByMounting& by,
                                    const MountingErrors& from,
                                    const MountingErrors& to) {

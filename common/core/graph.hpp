@@ -64,6 +64,9 @@ struct GraphEdge {
   double rms_m = 0.0;                                          // of the vertical residuals
   double overlap_m2 = 0.0;                                     // common area
   Eigen::Vector2d overlap_center_m = Eigen::Vector2d::Zero();  // axes of `from`
+  // Angle of the DVL about the vertical [rad] in the dive of `to` by which it was measured, as
+  // navigation estimated it then: dead reckoning went by it, clouds were straightened to it.
+  double dvl_yaw_rad = 0.0;
 };
 
 // Jacobians of an edge's measurement with respect to the mounting errors of the dives of `from` and
@@ -78,7 +81,10 @@ struct EdgeByMounting {
 };
 // of_one_dive: whether both submaps are of one dive. If so, of_to is the whole and of_from is zero.
 EdgeByMounting ByMounting(const GraphEdge& edge, bool of_one_dive);
-// The correction of the measurement: of_from * (errors) + of_to * (errors).
+// The measurement as it is by the angle of the DVL that navigation estimates now: that of the
+// newest submap in the dive of `to` (Submap::dvl_yaw_rad). Mounting errors are relative to it.
+Pose2 MeasuredBy(double newest_dvl_yaw_rad, const GraphEdge& edge, const EdgeByMounting& by);
+// The correction of that measurement: of_from * (errors) + of_to * (errors).
 Eigen::Vector3d MountingCorrection(const EdgeByMounting& by,
                                    const MountingErrors& from,
                                    const MountingErrors& to);

@@ -27,8 +27,14 @@ Pose2 TravelledPose(const Pose2& T_from_to, const MountingErrors& errors) {
   return {p.x(), p.y(), T_from_to.yaw};
 }
 
-Eigen::Vector2d Shear(const Eigen::Vector2d& p_level_m, const MountingErrors& errors) {
-  return errors.dvl_yaw_rad * ShearOf(p_level_m.x());
+Eigen::Vector2d Shear(const Eigen::Vector2d& p_level_m, double dvl_yaw_rad) {
+  return dvl_yaw_rad * ShearOf(p_level_m.x());
+}
+
+Eigen::Matrix3d StraightFromBody(const Eigen::Isometry3d& T_map_submap, double added_yaw_rad) {
+  Eigen::Matrix3d sheared = Eigen::Matrix3d::Identity();
+  sheared.topLeftCorner<2, 1>() += added_yaw_rad * ShearOf(1.0);
+  return sheared * LevelFromBody(T_map_submap);
 }
 
 Eigen::Matrix3d DeadReckoningByMounting(const Pose2& T_from_to) {

@@ -48,8 +48,12 @@ Pose2 VehiclePose(const Pose2& T_map_level, const MountingErrors& errors);
 Pose2 TravelledPose(const Pose2& T_from_to, const MountingErrors& errors);
 
 // Correction to be added to a sounding at p in its level frame [m], when that frame is
-// SoundingPose(): the shear by dvl_yaw_rad.
-Eigen::Vector2d Shear(const Eigen::Vector2d& p_level_m, const MountingErrors& errors);
+// SoundingPose(): the shear by an angle of the DVL.
+Eigen::Vector2d Shear(const Eigen::Vector2d& p_level_m, double dvl_yaw_rad);
+
+// LevelFromBody() with the Shear() by an angle: takes soundings that were placed by another angle
+// of the DVL, smaller by added_yaw_rad, to where they belong in the level frame.
+Eigen::Matrix3d StraightFromBody(const Eigen::Isometry3d& T_map_submap, double added_yaw_rad);
 
 // Jacobians of measured relative poses with respect to (sonar_m.x, sonar_m.y, dvl_yaw_rad): rows x,
 // y [m], yaw [rad] in the axes of `from`; true value = measured value + Jacobian * errors. The row

@@ -57,12 +57,20 @@ struct Submap {
   // in the previous submap's level axes (Sigma in section III-B-1 of the paper). Absent for the
   // first submap of a dive.
   std::optional<Eigen::Matrix3d> covariance_from_previous;
+  // Level frame of this submap in that of the previous one by dead reckoning, as navigation knows
+  // it at frame_time: the difference of both T_map_submap also has what it learnt in between of the
+  // way before the previous submap. Absent: that difference.
+  std::optional<Pose2> T_previous_level;
   // 1 sigma of the yaw of T_map_submap with respect to true north, where it is known.
   std::optional<double> heading_sigma_rad;
   // Distortion of the submap per metre of an unknown lever-arm error of the sonar, RMS over its
   // pings [m/m]: 2 sin(a / 2), where a is the heading of a ping less that of the frame. 0 on a
   // straight line.
   double heading_spread = 0.0;
+  // Angle of the DVL about the vertical [rad] by which its soundings were placed: the mean of
+  // navigation's estimates while it was built; 0 where it estimates none. A later estimate says how
+  // far the submap is sheared: StraightFromBody().
+  double dvl_yaw_rad = 0.0;
   SubmapTrigger trigger = SubmapTrigger::kEnd;
   // Information of x, y [1/m2], yaw [1/rad2] (level axes) that a registration of this submap with
   // the expected overlap is predicted to have, from its relief. Absent where it was not computed.

@@ -27,9 +27,11 @@ struct GeoreferencedPing {
   std::uint32_t ping_number = 0;                                    // the device's counter
   std::uint8_t head = 0;                                            // of a sonar with several
   double speed_mps = 0.0;  // horizontal, from `time` to the last echo
-  int beams_read = 0;      // all that the sonar delivered
-  int beams_invalid = 0;   // of these, without kBeamValid
-  int beams_refused = 0;   // of these, refused: implausible values, or a ray bent upwards
+  // Navigation's estimate of the DVL's angle about the vertical, now.
+  double dvl_yaw_rad = 0.0;
+  int beams_read = 0;     // all that the sonar delivered
+  int beams_invalid = 0;  // of these, without kBeamValid
+  int beams_refused = 0;  // of these, refused: implausible values, or a ray bent upwards
   // Of a part of the transmit array that the vehicle does not have; the first one is used.
   int beams_of_unknown_part = 0;
   // The ping's sound speed is implausible; the profile's is used.

@@ -54,10 +54,13 @@ void LoopCloser::Add(const Submap& submap, const Chain& chain) {
                       LevelPose(submap.T_map_submap),
                       submap.T_map_submap.translation().z(),
                       submap.heading_spread,
+                      submap.dvl_yaw_rad,
+                      submap.T_previous_level,
                       submap.covariance_from_previous,
                       chain,
                       std::nullopt});
   mapped_ += HasSoundings(submap.trigger) ? 1 : 0;
+  newest_yaw_rad_[chain.number] = submap.dvl_yaw_rad;
 }
 
 bool LoopCloser::IsUsable(const PoseGraph& graph) const {
@@ -194,10 +197,25 @@ std::vector<LoopPair> LoopCloser::Choose(std::size_t n,
                                          std::vector<OverlapCandidate> candidates) const {
   std::vector<LoopPair> pairs;
   for (const OverlapCandidate& c : ChoosePairs(std::move(candidates), params_.overlap)) {
-    const double z_prior_m = entries_[n].z_m - entries_[IndexOf(c.target)].z_m;
-    pairs.push_back({c.target, entries_[n].outline.id, c.prior, z_prior_m});
+    pairs.push_back(PairOf(c.target, entries_[n].outline.id, c.prior));
   }
   return pairs;
+}
+
+LoopPair LoopCloser::PairOf(SubmapId target, SubmapId source, const RelativePose& prior) const {
+  const std::size_t a = IndexOf(target);
+  const std::size_t b = IndexOf(source);
+  return {target,
+          source,
+          prior,
+          entries_[b].z_m - entries_[a].z_m,
+          LearntYaw(a),
+          LearntYaw(b),
+          entries_[b].dvl_yaw_rad + LearntYaw(b)};
+}
+
+double LoopCloser::LearntYaw(std::size_t i) const {
+  return newest_yaw_rad_.at(entries_[i].chain.number) - entries_[i].dvl_yaw_rad;
 }
 
 std::vector<GraphEdge> LoopCloser::Record(const std::vector<LoopPair>& pairs,
@@ -231,8 +249,7 @@ std::optional<GraphEdge> LoopCloser::Restate(SubmapId target,
 std::optional<LoopPair> LoopCloser::PairAgain(SubmapId target, SubmapId source) const {
   const auto found = tried_.find({target, source});
   if (found == tried_.end()) return std::nullopt;
-  const double z_prior_m = entries_[IndexOf(source)].z_m - entries_[IndexOf(target)].z_m;
-  return LoopPair{target, source, found->second.prior, z_prior_m};
+  return PairOf(target, source, found->second.prior);
 }
 
 bool LoopCloser::IsRepetition(const LoopPair& pair) const {
@@ -275,6 +292,7 @@ std::vector<GraphEdge> LoopCloser::DeadReckoningEdge(SubmapId to) const {
   edge.from = entries_[n - 1].outline.id;
   edge.to = to;
   edge.T_from_to = relative.T_a_b;
+  edge.dvl_yaw_rad = entries_[n].dvl_yaw_rad;
   edge.information = WithFloor(relative.covariance).inverse();
   return {edge};
 }
@@ -298,7 +316,8 @@ RelativePose LoopCloser::FromPrevious(std::size_t i) const {
   const RelativePose stated = StatedFromPrevious(i);
   const Eigen::Matrix3d by = DeadReckoningByMounting(stated.T_a_b);
   const MountingErrors& mounting = MountingOf(entries_[i].chain.number);
-  const Eigen::Vector3d mean = stated.T_a_b.Vector() + by * mounting.Vector();
+  const Eigen::Vector3d mean =
+      stated.T_a_b.Vector() + by * mounting.Vector() + LearntYaw(i) * by.col(2);
   return {{mean.x(), mean.y(), mean.z()},
           stated.covariance + by * mounting.covariance * by.transpose()};
 }
@@ -311,7 +330,8 @@ const MountingErrors& LoopCloser::MountingOf(std::int32_t chain) const {
 
 RelativePose LoopCloser::StatedFromPrevious(std::size_t i) const {
   const Eigen::Matrix3d unknown = kUnknownVariance.asDiagonal();
-  return {Inverse(entries_[i - 1].T_map_level) * entries_[i].T_map_level,
+  return {entries_[i].T_previous_level.value_or(Inverse(entries_[i - 1].T_map_level) *
+                                                entries_[i].T_map_level),
           entries_[i].covariance_from_previous.value_or(unknown)};
 }
 

@@ -50,6 +50,11 @@ struct LoopPair {
   SubmapId source;
   RelativePose prior;      // T_target_source of the level frames, with covariance
   double z_prior_m = 0.0;  // z of the source's frame minus that of the target's, positive down
+  // By which the clouds are straightened: what navigation has learnt of the DVL's angle since they
+  // were built.
+  double target_yaw_rad = 0.0;
+  double source_yaw_rad = 0.0;
+  double dvl_yaw_rad = 0.0;  // GraphEdge::dvl_yaw_rad of the closure
 };
 
 // Chain of submaps: those of one dive, joined by dead reckoning. Submaps of two chains are joined
@@ -152,6 +157,8 @@ class LoopCloser {
     Pose2 T_map_level;      // dead-reckoned
     double z_m;             // of its frame, positive down
     double heading_spread;  // Submap::heading_spread
+    double dvl_yaw_rad;     // Submap::dvl_yaw_rad
+    std::optional<Pose2> T_previous_level;
     std::optional<Eigen::Matrix3d> covariance_from_previous;
     Chain chain;
     // Its solved pose in the map when PairsToRetry() last took it.
@@ -167,6 +174,9 @@ class LoopCloser {
   using PairKey = std::pair<SubmapId, SubmapId>;  // target, source
 
   std::size_t IndexOf(SubmapId id) const;
+  LoopPair PairOf(SubmapId target, SubmapId source, const RelativePose& prior) const;
+  // What navigation has learnt of the DVL's angle since submap i was built.
+  double LearntYaw(std::size_t i) const;
   // The closure's information after its covariance is inflated by the distortion that an error of
   // the sonar's lever arm, as the last solution estimates it and its sigma, makes inside the two
   // submaps.
@@ -191,8 +201,9 @@ class LoopCloser {
   void FindMoved();
 
   const LoopCloserParams params_;
-  std::vector<Entry> entries_;  // by increasing id
-  std::size_t mapped_ = 0;      // of entries_, with soundings
+  std::vector<Entry> entries_;                     // by increasing id
+  std::size_t mapped_ = 0;                         // of entries_, with soundings
+  std::map<std::int32_t, double> newest_yaw_rad_;  // Submap::dvl_yaw_rad, by dive
   std::int64_t solution_version_ = 0;
   std::vector<SolvedVertex> solved_;                 // of entries_[0 .. size)
   std::map<std::int32_t, MountingErrors> mounting_;  // in that solution, by chain

@@ -3,6 +3,7 @@
 #include <exception>
 #include <utility>
 
+#include "common/core/mounting.hpp"
 #include "mapper/loops/solution_judge.hpp"
 
 namespace seastitch {
@@ -25,7 +26,7 @@ void RegisterAll(const Prepare& prepare,
                  RegistrationResultSet* results) {
   for (const LoopPair& pair : results->job.pairs) {
     Guarded(&results->failed, [&] {
-      const auto on = prepare(pair.target);
+      const auto on = prepare(pair);
       if (!on) return;
       RegistrationResult result = register_one(*on, pair);
       results->edges.push_back(ToEdge(pair, result));
@@ -45,13 +46,14 @@ void RegisterByGicp(const Submap& source,
                     const LoopCloserParams& params,
                     const LoadSubmap& load,
                     RegistrationResultSet* results) {
-  const auto for_gicp = [&](const Submap& submap) {
-    return GicpSubmap(submap.cloud, LevelFromBody(submap.T_map_submap), params.gicp);
+  const auto for_gicp = [&](const Submap& submap, double added_yaw_rad) {
+    return GicpSubmap(
+        submap.cloud, StraightFromBody(submap.T_map_submap, added_yaw_rad), params.gicp);
   };
-  const GicpSubmap laid = for_gicp(source);
-  const auto prepare = [&](SubmapId id) {
-    const std::shared_ptr<const Submap> target = load(id);
-    return target ? std::optional(for_gicp(*target)) : std::nullopt;
+  const GicpSubmap laid = for_gicp(source, results->job.pairs.front().source_yaw_rad);
+  const auto prepare = [&](const LoopPair& pair) {
+    const std::shared_ptr<const Submap> target = load(pair.target);
+    return target ? std::optional(for_gicp(*target, pair.target_yaw_rad)) : std::nullopt;
   };
   const auto register_one = [&](const GicpSubmap& on, const LoopPair& pair) {
     return RegisterGicp(on, laid, PriorOf(pair, params), params.gicp, params.registration);
@@ -64,11 +66,12 @@ void RegisterByGrid(const Submap& source,
                     const LoadSubmap& load,
                     PreparedSubmaps* prepared,
                     RegistrationResultSet* results) {
-  const std::shared_ptr<const RegistrationSubmap> laid = prepared->Get(source);
-  const auto prepare = [&](SubmapId id) {
-    if (auto kept = prepared->Find(id)) return kept;
-    const std::shared_ptr<const Submap> target = load(id);
-    return target ? prepared->Get(*target) : nullptr;
+  const std::shared_ptr<const RegistrationSubmap> laid =
+      prepared->Get(source, results->job.pairs.front().source_yaw_rad);
+  const auto prepare = [&](const LoopPair& pair) {
+    if (auto kept = prepared->Find(pair.target, pair.target_yaw_rad)) return kept;
+    const std::shared_ptr<const Submap> target = load(pair.target);
+    return target ? prepared->Get(*target, pair.target_yaw_rad) : nullptr;
   };
   RegistrationParams expected = params.registration;
   if (results->job.noise) expected.noise = *results->job.noise;
@@ -112,6 +115,7 @@ GraphEdge ToEdge(const LoopPair& pair, const RegistrationResult& result) {
   edge.rms_m = result.rms_m;
   edge.overlap_m2 = result.overlap_m2;
   edge.overlap_center_m = result.overlap_center_m;
+  edge.dvl_yaw_rad = pair.dvl_yaw_rad;
   return edge;
 }
 

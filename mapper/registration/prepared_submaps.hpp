@@ -18,14 +18,16 @@ class PreparedSubmaps {
   explicit PreparedSubmaps(const RegistrationParams& params, std::size_t max_bytes = 32'000'000)
       : params_(params), max_bytes_(max_bytes) {}
 
-  // Prepares a submap, or returns it from the cache by its id: a submap's points never change.
-  std::shared_ptr<const RegistrationSubmap> Get(const Submap& submap);
+  // Prepares a submap, straightened by added_yaw_rad (StraightFromBody()), or returns it from the
+  // cache: a submap's points never change.
+  std::shared_ptr<const RegistrationSubmap> Get(const Submap& submap, double added_yaw_rad = 0.0);
   // Null if it is not in the cache.
-  std::shared_ptr<const RegistrationSubmap> Find(SubmapId id);
+  std::shared_ptr<const RegistrationSubmap> Find(SubmapId id, double added_yaw_rad = 0.0);
 
  private:
   struct Prepared {
     SubmapId id;
+    std::int32_t yaw_steps;  // by which it is straightened
     std::shared_ptr<const RegistrationSubmap> submap;
 
     std::size_t Bytes() const;

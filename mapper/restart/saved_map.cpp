@@ -4,6 +4,15 @@
 
 namespace seastitch {
 
+// A field that the journal has from a format on.
+template <class Archive, class T>
+void Since(std::uint32_t format, Archive& archive, T& value) {
+  if constexpr (std::same_as<Archive, ArchiveReader>) {
+    if (archive.format() < format) return;
+  }
+  archive(value);
+}
+
 template <class Archive>
 void Fields(Archive& archive, Of<Archive, SoundVelocityProfile>& profile) {
   archive(profile.time, profile.depth_m, profile.speed_mps);
@@ -14,6 +23,8 @@ void Fields(Archive& archive, Of<Archive, Submap>& submap) {
   archive(submap.id, submap.start, submap.end, submap.frame_time, submap.T_map_submap);
   archive(submap.covariance_from_previous, submap.heading_sigma_rad, submap.heading_spread);
   archive(submap.trigger, submap.predicted_information);
+  Since(6, archive, submap.dvl_yaw_rad);
+  Since(6, archive, submap.T_previous_level);
   archive(submap.soundings_read, submap.soundings_used, submap.footprint);
   // The cloud is not included: it has a file of its own.
 }
@@ -27,6 +38,7 @@ template <class Archive>
 void Fields(Archive& archive, Of<Archive, GraphEdge>& edge) {
   archive(edge.kind, edge.from, edge.to, edge.T_from_to, edge.information, edge.verdict);
   archive(edge.z_offset_m, edge.rms_m, edge.overlap_m2, edge.overlap_center_m);
+  Since(6, archive, edge.dvl_yaw_rad);
 }
 
 template <class Archive>
@@ -53,6 +65,8 @@ void Fields(Archive& archive, Of<Archive, RelativePose>& relative) {
 template <class Archive>
 void Fields(Archive& archive, Of<Archive, LoopPair>& pair) {
   archive(pair.target, pair.source, pair.prior, pair.z_prior_m);
+  // Not saved: target_yaw_rad, source_yaw_rad and dvl_yaw_rad, which a registration that was made
+  // does not need again; the closure has its own.
 }
 
 template <class Archive>
@@ -88,9 +102,9 @@ std::vector<std::uint8_t> Written(const T& value) {
 }
 
 template <class T>
-std::optional<T> ReadWhole(Bytes bytes) {
+std::optional<T> ReadWhole(Bytes bytes, std::uint32_t format = kJournalFormat) {
   T value;
-  ArchiveReader archive(bytes);
+  ArchiveReader archive(bytes, format);
   archive(value);
   if (!archive.IsDone()) return std::nullopt;
   return value;
@@ -101,8 +115,8 @@ std::optional<T> ReadWhole(Bytes bytes) {
 std::vector<std::uint8_t> Encode(const JournalEntry& entry) { return Written(entry); }
 std::vector<std::uint8_t> Encode(const Checkpoint& checkpoint) { return Written(checkpoint); }
 
-std::optional<JournalEntry> DecodeJournalEntry(Bytes bytes) {
-  return ReadWhole<JournalEntry>(bytes);
+std::optional<JournalEntry> DecodeJournalEntry(Bytes bytes, std::uint32_t format) {
+  return ReadWhole<JournalEntry>(bytes, format);
 }
 std::optional<Checkpoint> DecodeCheckpoint(Bytes bytes) { return ReadWhole<Checkpoint>(bytes); }
 

@@ -20,7 +20,7 @@
 namespace seastitch {
 
 // Format version of journal entries and checkpoints; every change of the format changes it.
-inline constexpr std::uint32_t kJournalFormat = 5;
+inline constexpr std::uint32_t kJournalFormat = 6;
 
 // State of the mapper at one time; about 100 kB.
 struct Checkpoint {
@@ -60,7 +60,7 @@ struct SavedMap {
 std::vector<std::uint8_t> Encode(const JournalEntry& entry);
 std::vector<std::uint8_t> Encode(const Checkpoint& checkpoint);
 // Nothing if the bytes are not a valid entry.
-std::optional<JournalEntry> DecodeJournalEntry(Bytes bytes);
+std::optional<JournalEntry> DecodeJournalEntry(Bytes bytes, std::uint32_t format = kJournalFormat);
 std::optional<Checkpoint> DecodeCheckpoint(Bytes bytes);
 
 }  // namespace seastitch

@@ -205,6 +205,7 @@ void SubmapBuilder::AddSoundings(const GeoreferencedPing& ping) {
   const Eigen::Isometry3d T_anchored_map =
       MakePose({level.x, level.y, 0.0}, RotationFromRpy(0.0, 0.0, level.yaw));
   open_->track.push_back({{ping.time, ping.T_map_vehicle}, T_anchored_map * ping.T_map_vehicle});
+  open_->sum_dvl_yaw_rad += ping.dvl_yaw_rad;
   open_->soundings_read += static_cast<std::uint64_t>(std::max(0, ping.beams_read));
 
   const auto ping_number = static_cast<std::uint32_t>(open_->track.size());
@@ -320,6 +321,7 @@ std::optional<Submap> SubmapBuilder::Close(SubmapTrigger trigger) {
   submap.frame_time = middle.time;
   submap.T_map_submap = middle.T_map_vehicle;
   submap.heading_spread = HeadingSpread(open.track, LevelPose(middle.T_map_vehicle).yaw);
+  submap.dvl_yaw_rad = open.sum_dvl_yaw_rad / static_cast<double>(open.track.size());
   submap.trigger = trigger;
   submap.soundings_read = open.soundings_read;
 

@@ -136,6 +136,7 @@ class SubmapBuilder {
     double turned_since_m = -1.0;  // length at which turn_rad was exceeded; negative: it is not
     std::uint64_t soundings_read = 0;
     double sum_variance_m2 = 0.0;
+    double sum_dvl_yaw_rad = 0.0;
     VoxelGrid voxels;
     TerrainInformation terrain;  // about the first ping, map axes
     SubmapSoundings soundings;   // if kept; relative to the origin of `voxels`, anchored map

@@ -84,6 +84,17 @@ class GraphBuilder {
     return {TermOf(to, by.of_to), TermOf(from, by.of_from)};
   }
 
+  Pose2 MeasurementOf(const GraphEdge& edge) {
+    const std::int32_t to = store_.vertices().at(edge.to).chain;
+    const auto newest = newest_yaw_rad_.find(to);
+    const double yaw_rad =
+        newest != newest_yaw_rad_.end()
+            ? newest->second
+            : newest_yaw_rad_.emplace(to, store_.newest_dvl_yaw_rad(to)).first->second;
+    const bool one_dive = store_.vertices().at(edge.from).chain == to;
+    return MeasuredBy(yaw_rad, edge, ByMounting(edge, one_dive));
+  }
+
   void AddMounting() {
     for (const auto& [chain, sigmas] : store_.mounting()) {
       mounting_vertex_[chain] = graph_.num_vertices++;
@@ -135,7 +146,7 @@ class GraphBuilder {
       const bool is_step = edge.root.rank == 3;
       graph_.factors.push_back({.i = number_.at(e.from),
                                 .j = number_.at(e.to),
-                                .T_i_j = e.T_from_to,
+                                .T_i_j = MeasurementOf(e),
                                 .W = edge.root.W,
                                 .is_dead_reckoning = true,
                                 .is_step = is_step,
@@ -211,7 +222,7 @@ class GraphBuilder {
       const bool is_fix = e.kind == EdgeKind::kPositionFix;
       graph_.factors.push_back({.i = is_fix ? kMap : number_.at(e.from),
                                 .j = number_.at(e.to),
-                                .T_i_j = e.T_from_to,
+                                .T_i_j = MeasurementOf(e),
                                 .W = edge->root.W,
                                 .loss = {threshold[static_cast<std::size_t>(edge->root.rank)]},
                                 .group_size = is_fix ? 1 : *group_size++,
@@ -222,7 +233,8 @@ class GraphBuilder {
   const GraphStore& store_;
   const OptimizerParams& params_;
   const std::map<SubmapId, int> number_;
-  std::map<std::int32_t, int> mounting_vertex_;  // by chain
+  std::map<std::int32_t, int> mounting_vertex_;    // by chain
+  std::map<std::int32_t, double> newest_yaw_rad_;  // by chain
   FactorGraph graph_;
 };
 

@@ -36,7 +36,8 @@ std::size_t FingerprintOf(const GraphUpdate& update) {
     words.push_back(static_cast<double>(edge.verdict));
     add(edge.T_from_to);
     words.insert(words.end(), edge.information.data(), edge.information.data() + 9);
-    words.insert(words.end(), {edge.overlap_center_m.x(), edge.overlap_center_m.y()});
+    words.insert(words.end(),
+                 {edge.overlap_center_m.x(), edge.overlap_center_m.y(), edge.dvl_yaw_rad});
   }
   return boost::hash_range(words.begin(), words.end());
 }
@@ -101,6 +102,12 @@ void GraphStore::AddVertex(const GraphVertex& vertex) {
   StoredVertex added{vertex.dead_reckoned, {}, {}, vertex.chain};
   if (usable) added.heading_sigma_rad = vertex.heading_sigma_rad;
   if (!vertices_.try_emplace(vertex.id, added).second) ++counters_["vertices_duplicate"];
+}
+
+double GraphStore::newest_dvl_yaw_rad(std::int32_t chain) const {
+  for (auto edge = dead_reckoning_.rbegin(); edge != dead_reckoning_.rend(); ++edge)
+    if (vertices_.at(edge->second.edge.to).chain == chain) return edge->second.edge.dvl_yaw_rad;
+  return 0.0;
 }
 
 bool GraphStore::BeginsChain(SubmapId id) const {

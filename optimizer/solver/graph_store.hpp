@@ -58,6 +58,8 @@ class GraphStore {
   // A priori sigmas of the mounting errors of each dive, by its chain number. A dive whose errors
   // the graph does not estimate is left out.
   const std::map<std::int32_t, MountingSigmas>& mounting() const { return mounting_; }
+  // Angle of the DVL that navigation estimated for the newest submap of a dive: see MeasuredBy().
+  double newest_dvl_yaw_rad(std::int32_t chain) const;
   // Edges with a robust loss that registration or the filter accepted: position fixes in the order
   // received, then loop closures by the ids of their submaps.
   std::vector<const StoredEdge*> RobustEdges() const;

@@ -70,10 +70,10 @@ std::string GraphG2o(const Survey& survey, const SurveyPoses& poses) {
       continue;
     const std::size_t i = from->second, j = to->second;
     const bool of_one_dive = survey.submaps[i].chain == survey.submaps[j].chain;
-    AppendEdge(&out,
-               edge,
-               MountingCorrection(
-                   ByMounting(edge, of_one_dive), poses.MountingOf(i), poses.MountingOf(j)));
+    const EdgeByMounting by = ByMounting(edge, of_one_dive);
+    GraphEdge by_now = edge;
+    by_now.T_from_to = MeasuredBy(survey.NewestDvlYaw(survey.submaps[j].chain), edge, by);
+    AppendEdge(&out, by_now, MountingCorrection(by, poses.MountingOf(i), poses.MountingOf(j)));
   }
   return out;
 }

@@ -13,17 +13,11 @@ namespace {
 // From the frame of a submap to north, east, depth.
 class Placer {
  public:
-  Placer(const SurveySubmap& submap,
-         const Pose2& T_map_level,
-         const MountingErrors& mounting,
-         MapAxes axes)
+  Placer(const SurveySubmap& submap, const Pose2& T_map_level, double shear_rad, MapAxes axes)
       : axes_(axes) {
     const Eigen::Isometry3d T_map_submap = SubmapPose(submap, T_map_level);
-    const Eigen::Matrix3d R_level_submap = LevelFromBody(submap.T_map_submap);
-    Eigen::Matrix3d sheared = Eigen::Matrix3d::Identity();  // the shear is linear
-    sheared.block<2, 1>(0, 0) += Shear(Eigen::Vector2d::UnitX(), mounting);
-    sheared.block<2, 1>(0, 1) += Shear(Eigen::Vector2d::UnitY(), mounting);
-    linear_ = T_map_submap.linear() * R_level_submap.transpose() * sheared * R_level_submap;
+    linear_ = T_map_submap.linear() * LevelFromBody(submap.T_map_submap).transpose() *
+              StraightFromBody(submap.T_map_submap, shear_rad);
     origin_ = T_map_submap.translation();
   }
 
@@ -55,7 +49,7 @@ void ForEachPlaced(const Survey& survey,
     const auto found = place_of.find(submap.id);
     if (found == place_of.end()) return;
     const std::size_t i = found->second;
-    const Placer place(survey.submaps[i], poses.T_map_level[i], poses.MountingOf(i), axes);
+    const Placer place(survey.submaps[i], poses.T_map_level[i], poses.ShearOf(i), axes);
     PlacedSoundings placed{submap, inputs, {}, line_of[i]};
     placed.p_ned.reserve(submap.soundings.size());
     for (const SubmapSoundings::Sounding& s : submap.soundings)

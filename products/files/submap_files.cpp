@@ -35,8 +35,7 @@ void RewriteSubmaps(const Survey& survey, const SurveyPoses& poses, const fs::pa
     if (s.points == 0) continue;
     const std::string name = "submap_" + std::to_string(s.id.value) + ".pcd";
     ours.insert(name);
-    WriteSubmapPcd(
-        dir / name, LoadCloud(s, poses.MountingOf(i)), SubmapPose(s, poses.T_map_level[i]));
+    WriteSubmapPcd(dir / name, LoadCloud(s, poses.ShearOf(i)), SubmapPose(s, poses.T_map_level[i]));
   }
   // Submaps of an earlier, longer run in the same folder would be read as part of this one.
   for (const fs::directory_entry& entry : fs::directory_iterator(dir)) {

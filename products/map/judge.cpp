@@ -101,6 +101,7 @@ std::string Corrections(const ProductSummary& s, const Survey& survey) {
   if (s.loops_refused > 0)
     of_loops = std::to_string(s.loops_accepted - s.loops_refused) + " of " + of_loops;
   const std::string of_fixes = "up to " + Counted(fixes, "position fix", "position fixes");
+  if (fixes == 0 && s.loops_accepted == 0) return "what navigation learnt later";
   if (fixes == 0) return of_loops;
   return s.loops_accepted == 0 ? of_fixes : of_loops + " and " + of_fixes;
 }

@@ -24,16 +24,14 @@ double Area(const Footprint& corners) {
 
 }  // namespace
 
-PointCloud LoadCloud(const SurveySubmap& submap, const MountingErrors& mounting) {
+PointCloud LoadCloud(const SurveySubmap& submap, double shear_rad) {
   if (submap.points == 0) return {};
   PointCloud cloud = ReadSubmapPcd(submap.cloud_file).cloud;
-  if (mounting.dvl_yaw_rad == 0.0) return cloud;
-  const Eigen::Matrix3d R_level_submap = LevelFromBody(submap.T_map_submap);
-  for (Eigen::Vector3f& point : cloud.points) {
-    Eigen::Vector3d p_level = R_level_submap * point.cast<double>();
-    p_level.head<2>() += Shear(p_level.head<2>(), mounting);
-    point = (R_level_submap.transpose() * p_level).cast<float>();
-  }
+  if (shear_rad == 0.0) return cloud;
+  const Eigen::Matrix3d straight = LevelFromBody(submap.T_map_submap).transpose() *
+                                   StraightFromBody(submap.T_map_submap, shear_rad);
+  for (Eigen::Vector3f& point : cloud.points)
+    point = (straight * point.cast<double>()).cast<float>();
   return cloud;
 }
 
@@ -41,7 +39,7 @@ std::vector<MapPoint> LoadMapPoints(const std::vector<SurveySubmap>& submaps,
                                     const SurveyPoses& poses,
                                     std::size_t i,
                                     const MapProjection& projection) {
-  const PointCloud cloud = LoadCloud(submaps[i], poses.MountingOf(i));
+  const PointCloud cloud = LoadCloud(submaps[i], poses.ShearOf(i));
   const Eigen::Isometry3d T_map_submap = SubmapPose(submaps[i], poses.T_map_level[i]);
   std::vector<Eigen::Vector3d> p_ned;
   p_ned.reserve(cloud.size());
@@ -71,7 +69,7 @@ Eigen::AlignedBox2d NorthEastBox(const std::vector<SurveySubmap>& submaps,
   std::vector<Eigen::Vector3d> corners;
   for (const Eigen::Vector2d& corner : submaps[i].hull) {
     const Eigen::Vector2d at =
-        poses.T_map_level[i] * (corner + Shear(corner, poses.MountingOf(i))).eval();
+        poses.T_map_level[i] * (corner + Shear(corner, poses.ShearOf(i))).eval();
     for (const double below_m : {0.0, level.diagonal().norm()})
       corners.push_back(ToNorthEastDown({at.x(), at.y(), down_m + below_m}, projection.axes()));
   }

@@ -16,9 +16,9 @@ struct MapPoint {
   double soundings = 1.0;                                // number that it is the mean of
 };
 
-// Cloud of a submap from its file, sheared by its dive's mounting errors; empty without points.
-// Throws std::runtime_error naming the file.
-PointCloud LoadCloud(const SurveySubmap& submap, const MountingErrors& mounting);
+// Cloud of a submap from its file, sheared by an angle of the DVL (SurveyPoses::ShearOf()); empty
+// without points. Throws std::runtime_error naming the file.
+PointCloud LoadCloud(const SurveySubmap& submap, double shear_rad);
 
 // Points of submap i in the map.
 std::vector<MapPoint> LoadMapPoints(const std::vector<SurveySubmap>& submaps,

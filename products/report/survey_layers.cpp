@@ -132,9 +132,10 @@ class LayerMaker {
   // Relative pose of the map less that of the closure, axes of `from`: x, y [m], yaw [rad].
   Eigen::Vector3d Residual(const GraphEdge& e, std::size_t from, std::size_t to) const {
     const bool one_dive = survey_.submaps[from].chain == survey_.submaps[to].chain;
+    const EdgeByMounting by = ByMounting(e, one_dive);
     const Eigen::Vector3d measured =
-        e.T_from_to.Vector() +
-        MountingCorrection(ByMounting(e, one_dive), poses_.MountingOf(from), poses_.MountingOf(to));
+        MeasuredBy(survey_.NewestDvlYaw(survey_.submaps[to].chain), e, by).Vector() +
+        MountingCorrection(by, poses_.MountingOf(from), poses_.MountingOf(to));
     const Pose2 T_from_to = Inverse(poses_.T_map_level[from]) * poses_.T_map_level[to];
     Eigen::Vector3d residual = T_from_to.Vector() - measured;
     residual.z() = WrapAngle(residual.z());

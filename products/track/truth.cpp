@@ -215,8 +215,8 @@ std::optional<ClosureErrors> CompareClosuresWithTruth(const Survey& survey,
     const Pose2 true_from_to =
         Inverse(SoundingPose(*from.truth, of_from)) * SoundingPose(*to.truth, of_to);
     const EdgeByMounting by = ByMounting(edge, from.chain == to.chain);
-    Eigen::Vector3d error =
-        edge.T_from_to.Vector() + MountingCorrection(by, of_from, of_to) - true_from_to.Vector();
+    Eigen::Vector3d error = MeasuredBy(survey.NewestDvlYaw(to.chain), edge, by).Vector() +
+                            MountingCorrection(by, of_from, of_to) - true_from_to.Vector();
     error.z() = WrapAngle(error.z());
     const double chi2 = (root->W * error).squaredNorm();
     ++errors.closures;

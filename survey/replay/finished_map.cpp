@@ -65,9 +65,11 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kMagic = "SEASTITCH MAP\n";
 // Every change of the format changes it; the journal inside has its own, kJournalFormat.
-// Format 1 has no smoothed track.
-constexpr std::uint32_t kFormat = 2;
+// Format 1 has no smoothed track, and 2 no submaps that know the DVL's angle (journals of format
+// 5).
+constexpr std::uint32_t kFormat = 3;
 constexpr std::uint32_t kOldestFormat = 1;
+constexpr std::uint32_t kOldestJournal = 5;
 
 using Counts = std::vector<std::pair<std::string, std::int64_t>>;
 
@@ -99,6 +101,10 @@ struct StoredMap {
   std::vector<UnreadDive> unread;
   Counts refused;
   ConfigTexts configuration;
+  // Not saved as fields: is_straight, whether the clouds among the products were straightened by
+  // what navigation learnt later; journal_format.
+  bool is_straight = false;
+  std::uint32_t journal_format = kJournalFormat;
 
   template <class Archive, class Self>
   static void Fields(Archive& archive, Self& self) {
@@ -159,7 +165,7 @@ bool IsFinite(const Pose2& pose) { return pose.Vector().allFinite(); }
 
 bool IsFinite(const GraphEdge& edge) {
   return IsFinite(edge.T_from_to) && edge.information.allFinite() &&
-         edge.overlap_center_m.allFinite();
+         edge.overlap_center_m.allFinite() && std::isfinite(edge.dvl_yaw_rad);
 }
 
 StoredMap Decode(std::string_view bytes) {
@@ -170,7 +176,8 @@ StoredMap Decode(std::string_view bytes) {
   const auto journal_format = reader.Le<std::uint32_t>();
   const auto crc = reader.Le<std::uint32_t>();
   const bool is_known = format >= kOldestFormat && format <= kFormat;
-  if (reader.ok() && (!is_known || journal_format != kJournalFormat))
+  if (reader.ok() &&
+      (!is_known || journal_format < kOldestJournal || journal_format > kJournalFormat))
     throw std::runtime_error("of another version of Seastitch: map its dives again");
   const Bytes content = rest.subspan(reader.at());
   if (!reader.ok() || crc != Crc(content.data(), content.size()))
@@ -180,6 +187,8 @@ StoredMap Decode(std::string_view bytes) {
   archive(stored);
   std::vector<std::optional<Pose2>> smoothed(stored.track.size());
   if (format > 1) archive(smoothed);
+  if (format > 2) archive(stored.is_straight);
+  stored.journal_format = journal_format;
   Expect(archive.IsDone() && !stored.dives.empty() && smoothed.size() == stored.track.size());
   for (std::size_t i = 0; i < smoothed.size(); ++i) {
     Expect(!smoothed[i] || IsFinite(*smoothed[i]));
@@ -220,7 +229,7 @@ class SubmapReader {
     Expect(submap.id.value >= 0 && submap.T_map_submap.matrix().allFinite());
     Expect(!submap.covariance_from_previous || submap.covariance_from_previous->allFinite());
     Expect(!submap.heading_sigma_rad || std::isfinite(*submap.heading_sigma_rad));
-    Expect(std::isfinite(submap.heading_spread));
+    Expect(std::isfinite(submap.heading_spread) && std::isfinite(submap.dvl_yaw_rad));
     Expect(submaps_.empty() || submaps_.back().submap.id < submap.id);
     submaps_.push_back({submap, {}, std::nullopt});
   }
@@ -279,18 +288,24 @@ class SubmapReader {
 std::vector<FinishedSubmap> SubmapsOf(const StoredMap& stored, const fs::path& folder) {
   SubmapReader reader(stored.dives.size());
   for (const std::vector<std::uint8_t>& bytes : stored.journal) {
-    const std::optional<JournalEntry> entry = DecodeJournalEntry(bytes);
+    const std::optional<JournalEntry> entry = DecodeJournalEntry(bytes, stored.journal_format);
     Expect(entry.has_value());
     reader.Add(*entry);
   }
   std::vector<FinishedSubmap> submaps = reader.Take();
   const std::map<SubmapId, std::uint32_t> points_crc(stored.points_crc.begin(),
                                                      stored.points_crc.end());
+  std::map<std::int32_t, double> newest_yaw_rad;  // by dive
+  for (const FinishedSubmap& submap : submaps)
+    newest_yaw_rad[submap.dive.chain.number] = submap.submap.dvl_yaw_rad;
   for (FinishedSubmap& submap : submaps) {
     const SubmapId id = submap.submap.id;
     const auto dive = static_cast<std::size_t>(submap.dive.chain.number);
+    double sheared_rad = stored.dives[dive].dvl_yaw_rad;
+    if (stored.is_straight)
+      sheared_rad += newest_yaw_rad[submap.dive.chain.number] - submap.submap.dvl_yaw_rad;
     if (const auto crc = points_crc.find(id); crc != points_crc.end())
-      submap.points = {PointsFile(folder, id), crc->second, stored.dives[dive].dvl_yaw_rad};
+      submap.points = {PointsFile(folder, id), crc->second, sheared_rad};
   }
   return submaps;
 }
@@ -382,7 +397,7 @@ void WriteFinishedMap(const fs::path& folder,
   archive(stored);
   std::vector<std::optional<Pose2>> smoothed;
   for (const TrackState& state : stored.track) smoothed.push_back(state.smoothed);
-  archive(smoothed);
+  archive(smoothed, outcome == Outcome::kCorrected);
   const std::vector<std::uint8_t> content = archive.Release();
   ByteWriter file;
   file.Append(AsBytes(kMagic));
@@ -440,9 +455,7 @@ PointCloud LoadPoints(const FinishedSubmap& submap) {
   sheared.T_map_submap = submap.submap.T_map_submap;
   sheared.cloud_file = points.file;
   sheared.points = 1;
-  MountingErrors back;
-  back.dvl_yaw_rad = -points.dvl_yaw_rad;
-  return LoadCloud(sheared, back);
+  return LoadCloud(sheared, -points.dvl_yaw_rad);
 }
 
 void MoveTo(const Datum& datum, FinishedMap* map) {

@@ -46,7 +46,7 @@ void WriteFinishedMap(const std::filesystem::path& folder,
 struct FinishedPoints {
   std::filesystem::path file;  // PCD
   std::uint32_t crc = 0;       // CRC-32 of the file as the replay wrote it
-  double dvl_yaw_rad = 0.0;    // angle by which the graph sheared them: MountingErrors
+  double dvl_yaw_rad = 0.0;    // angle by which they are sheared: SurveyPoses::ShearOf()
 };
 
 struct FinishedSubmap {

@@ -60,7 +60,8 @@ TEST(Mounting, SoundingsBelongWhereTheyWereOnceTheyAreShearedAndTheirFrameIsShif
     const Pose2 T_map_vehicle = draw.Pose();
     const Eigen::Vector2d place = draw.Near(T_map_vehicle);
     const Eigen::Vector2d told = Line(T_map_vehicle, errors).Told(place);
-    const Eigen::Vector2d put = SoundingPose(T_map_vehicle, errors) * (told + Shear(told, errors));
+    const Eigen::Vector2d put =
+        SoundingPose(T_map_vehicle, errors) * (told + Shear(told, errors.dvl_yaw_rad));
     EXPECT_LT((put - place).norm(), 1e-3);  // what is left of the shear along the sonar's own shift
     EXPECT_GT((T_map_vehicle * told - place).norm(), 0.5);
   }

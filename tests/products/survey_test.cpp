@@ -197,8 +197,8 @@ TEST(MapPoints, AreShearedInTheirLevelFrameByADvlThatIsTurned) {
   const Survey survey = collector.Finish();
   MountingErrors mounting;
   mounting.dvl_yaw_rad = 0.01;
-  const PointCloud told = LoadCloud(survey.submaps[0], {});
-  const PointCloud sheared = LoadCloud(survey.submaps[0], mounting);
+  const PointCloud told = LoadCloud(survey.submaps[0], 0.0);
+  const PointCloud sheared = LoadCloud(survey.submaps[0], mounting.dvl_yaw_rad);
   ASSERT_GT(told.size(), 100u);
   ASSERT_EQ(sheared.size(), told.size());
   EXPECT_EQ(sheared.soundings, told.soundings);

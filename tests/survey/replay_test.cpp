@@ -133,7 +133,7 @@ TEST_F(Replay, ADopplerLogThatIsTurnedIsNamedAndNoOtherSensor) {
       ASSERT_EQ(report["advice"].size(), 1u) << report["advice"];
       EXPECT_EQ(report["advice"][0]["key"], "dvl.roll_pitch_yaw_deg");
       const std::string suggested = report["advice"][0]["suggested"];
-      EXPECT_NEAR(std::stod(suggested.substr(suggested.rfind(' '))), 0.0, 1.2) << "the true yaw";
+      EXPECT_NEAR(std::stod(suggested.substr(suggested.rfind(' '))), 0.0, 1.5) << "the true yaw";
     }
     for (const char* other : {"accelerometer", "gyro", "attitude", "depth"})
       EXPECT_EQ(said.find(other), std::string::npos) << wrong_deg << " " << said;
@@ -823,7 +823,7 @@ TEST_F(ReplayWithFixes, NothingButWrongOnesDoNoHarm) {
   EXPECT_LE(wrong.after_m, 1.02 * wrong.before_m);
 }
 
-TEST_F(Replay, OfASurveyWithoutOverlapGivesAMapAndSaysThatNothingCouldBeCorrected) {
+TEST_F(Replay, OfASurveyWithoutOverlapSaysThatNavigationAloneCorrectsTheMap) {
   const fs::path log = dir_.path() / "single.lcmlog";
   const CommandResult made =
       RunCommand(Seastitch("bench --survey " + ConfigFile("bench/single_line.yaml") + " --log ") +
@@ -831,7 +831,8 @@ TEST_F(Replay, OfASurveyWithoutOverlapGivesAMapAndSaysThatNothingCouldBeCorrecte
   ASSERT_EQ(made.exit_code, 0) << made.output;
   const CommandResult result = ReplayOf(log);
   EXPECT_EQ(result.exit_code, 0) << result.output;
-  EXPECT_NE(result.output.find("othing"), std::string::npos) << result.output;
+  EXPECT_NE(result.output.find("corrected by what navigation learnt later"), std::string::npos)
+      << result.output;
   EXPECT_TRUE(fs::exists(Out("elevation.tif")));
 }
 
