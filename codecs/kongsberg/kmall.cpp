@@ -154,8 +154,9 @@ PlacedBeam ReadPlaced(Bytes sounding, const MbesBeam& raw) {
   const float y_m = in.Le<float>();
   const float x_m = in.Le<float>();
   const Eigen::Vector3f p_level_m(x_m, y_m, z_m);
-  if (!p_level_m.allFinite()) return {};
-  return {p_level_m, raw.depth_sigma_ratio * std::abs(z_m), raw.flags};
+  const float sigma_z_m = raw.depth_sigma_ratio * std::abs(z_m);
+  if (!p_level_m.allFinite() || !std::isfinite(sigma_z_m)) return {};
+  return {p_level_m, sigma_z_m, raw.flags};
 }
 
 struct Sectors {
