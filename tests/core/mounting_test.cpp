@@ -67,6 +67,16 @@ TEST(Mounting, SoundingsBelongWhereTheyWereOnceTheyAreShearedAndTheirFrameIsShif
   }
 }
 
+TEST(Mounting, ASubmapIsStraightenedByTheShearInItsLevelFrame) {
+  const Eigen::Isometry3d T_map_submap = MakePose({5.0, 6.0, 7.0}, RotationFromRpy(0.1, -0.2, 0.7));
+  const Eigen::Vector3d p(20.0, -30.0, 15.0);
+  const Eigen::Vector3d level = LevelFromBody(T_map_submap) * p;
+  const Eigen::Vector3d straight = StraightFromBody(T_map_submap, 0.01) * p;
+  EXPECT_NEAR(
+      (straight.head<2>() - level.head<2>() - Shear(level.head<2>(), 0.01)).norm(), 0.0, 1e-12);
+  EXPECT_EQ(straight.z(), level.z());
+}
+
 TEST(Mounting, ALoopClosureMeasuresWhereTheSoundingsOfBothBelong) {
   Draw draw;
   const MountingErrors errors = Wrong();

@@ -764,6 +764,33 @@ TEST(PoseGraphOptimizer, FindsErrorsOfMountingThatAllSubmapsOfADiveShare) {
   EXPECT_EQ(blind.MountingOf(0).covariance, Eigen::Matrix3d::Zero());
 }
 
+// The first edges were measured by a wrong angle of the DVL, the last ones by the right one: what
+// navigation learnt corrects the first.
+TEST(PoseGraphOptimizer, EdgesAreCorrectedByWhatNavigationLearntOfTheDvlsAngle) {
+  const SurveyGraph survey =
+      SimulateSurvey({.vertices = 300, .per_line = 20, .sigma_m = 0.1, .seed = 5});
+  std::vector<GraphUpdate> learning = survey.updates;
+  const std::size_t first = learning.size() / 3;
+  for (std::size_t i = 0; i < learning.size(); ++i) {
+    for (GraphEdge& edge : learning[i].edges) {
+      if (edge.from == edge.to) continue;
+      if (edge.kind == EdgeKind::kLoopClosure)
+        edge.overlap_center_m = 0.5 * edge.T_from_to.Translation();
+      edge.dvl_yaw_rad = Deg2Rad(i < first ? -0.6 : 0.2);
+      const Eigen::Vector3d measured =
+          edge.T_from_to.Vector() -
+          (Deg2Rad(0.2) - edge.dvl_yaw_rad) * ByMounting(edge, true).of_to.col(2);
+      edge.T_from_to = {measured.x(), measured.y(), measured.z()};
+    }
+  }
+  const PoseGraph right = SolveAll(survey.updates);
+  const double known_m = ShapeRms(SolveAll(learning), survey.truth);
+  for (GraphUpdate& update : learning)
+    for (GraphEdge& edge : update.edges) edge.dvl_yaw_rad = 0.0;
+  EXPECT_NEAR(known_m, ShapeRms(right, survey.truth), 0.02);
+  EXPECT_GT(ShapeRms(SolveAll(learning), survey.truth), 2.0 * known_m);
+}
+
 std::array<MountingErrors, 2> WrongMountings() {
   MountingErrors second;
   second.sonar_m = {0.5, -0.4};

@@ -113,6 +113,21 @@ TEST(LoopCloser, MovesNothingWhereTheSolutionIsDeadReckoning) {
   EXPECT_LT((after[0].prior.covariance - before[0].prior.covariance).norm(), 1e-3);
 }
 
+// What navigation learnt of the way before the first of both moves the published pose of the
+// second.
+TEST(LoopCloser, TiesEachSubmapToTheOneBeforeByWhatIsKnownAtTheLaterOne) {
+  LoopCloser closer(LoopCloserParams{});
+  closer.Add(At(0, 0.0, 0.0));
+  Submap later = At(1, 30.0, 4.0);
+  later.T_previous_level = Pose2{30.0, 0.0, 0.0};
+  later.dvl_yaw_rad = 0.01;
+  closer.Add(later);
+  const auto edges = closer.DeadReckoningEdge(SubmapId{1});
+  ASSERT_EQ(edges.size(), 1u);
+  EXPECT_EQ(edges[0].T_from_to.y, 0.0);
+  EXPECT_EQ(edges[0].dvl_yaw_rad, 0.01);
+}
+
 TEST(LoopCloser, TiesEachSubmapToTheOneBefore) {
   LoopCloser closer(LoopCloserParams{});
   closer.Add(At(2, 0.0, 0.0, 0.5));

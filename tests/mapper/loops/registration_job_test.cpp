@@ -42,6 +42,29 @@ TEST(Run, FindsWhereTheNewerSubmapLies) {
   EXPECT_NEAR(edges[0].T_from_to.y, 12.0, 0.1);
 }
 
+// The older submap was built before navigation knew the Doppler log's angle, and is sheared by 2
+// degrees: at the overlap, 20 m ahead of its middle, by 0.7 m.
+TEST(Run, StraightensWhatWasBuiltByAnAngleThatIsKnownBetterNow) {
+  const double learnt_rad = Deg2Rad(2.0);
+  Submap target = At(0, 0.0, 0.0);
+  for (Eigen::Vector3f& p : target.cloud.points) p.y() -= static_cast<float>(learnt_rad) * p.x();
+  const auto x_y_of = [&](double known_rad) {
+    Submap source = Make(1, {40.0, 0.0, 0.0}, {40.3, 0.2, 0.0});
+    source.dvl_yaw_rad = known_rad;
+    LoopCloser closer(LoopCloserParams{});
+    closer.Add(target);
+    closer.Add(source);
+    PreparedSubmaps prepared({});
+    const auto edges = EdgesOf(source, closer.PairsFor(SubmapId{1}), Always(target), {}, &prepared);
+    EXPECT_EQ(edges.size(), 1u);
+    EXPECT_EQ(edges.at(0).verdict, LoopVerdict::kAccepted);
+    EXPECT_EQ(edges.at(0).dvl_yaw_rad, known_rad);
+    return edges.at(0).T_from_to.Translation();
+  };
+  EXPECT_NEAR(x_y_of(learnt_rad).y(), 0.0, 0.1);
+  EXPECT_LT(x_y_of(0.0).y(), -0.4);
+}
+
 TEST(Run, GoThroughTheSameChainByThePapersMethod) {
   LoopCloserParams params;
   params.method = RegistrationMethod::kGicp;
