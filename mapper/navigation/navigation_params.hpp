@@ -113,7 +113,8 @@ struct NavigationParams {
   // extrapolated, with a sigma of coast_speed_sigma_mps.
   double imu_gap_s = 0.2;
   double coast_speed_sigma_mps = 1.0;
-  // Inertial stamps ahead by more than clock_jump_s are followed after clock_jump_samples in a row.
+  // Inertial stamps ahead by more than clock_jump_s are followed after clock_jump_samples in a row,
+  // or after 0.3 s, of a slow unit too.
   double clock_jump_s = 1.0;
   int clock_jump_samples = 50;
 

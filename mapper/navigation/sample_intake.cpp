@@ -10,6 +10,10 @@
 namespace seastitch {
 namespace {
 
+// Inertial stamps beyond clock_jump_s are followed after clock_jump_samples, or after so long.
+constexpr double kLeapLastsS = 0.3;
+constexpr int kFewestAfterLeap = 3;
+
 // Limits of plausible measurements.
 constexpr double kMaxRateRadps = 35.0;  // above the range of SBG ECAN
 constexpr double kMaxForceMps2 = 200.0;
@@ -112,8 +116,12 @@ bool SampleIntake::TakesTime(Time t) {
     Count("imu_ahead");
   const bool goes_on = leap_ && t > *leap_ && t <= *leap_ + FromSeconds(params_.clock_jump_s);
   leap_samples_ = goes_on ? leap_samples_ + 1 : 1;
+  if (!goes_on) leap_began_ = t;
   leap_ = t;
-  if (leap_samples_ < params_.clock_jump_samples) return false;
+  // So many samples of a slow unit would cost seconds.
+  const bool has_lasted =
+      leap_samples_ >= kFewestAfterLeap && ToSeconds(t - leap_began_) >= kLeapLastsS;
+  if (leap_samples_ < params_.clock_jump_samples && !has_lasted) return false;
   // Forward, it is a gap in the data. Backward, it can only be accepted while no state has been
   // published.
   if (late && frozen_) return false;

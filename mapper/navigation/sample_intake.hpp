@@ -43,7 +43,7 @@ class SampleIntake {
   template <class Archive, class Self>
   static void Fields(Archive& archive, Self& self) {
     archive(self.waiting_, self.settled_, self.due_, self.newest_imu_);
-    archive(self.leap_, self.leap_samples_, self.frozen_);
+    archive(self.leap_, self.leap_began_, self.leap_samples_, self.frozen_);
   }
 
  private:
@@ -67,6 +67,7 @@ class SampleIntake {
   std::optional<Time> due_;      // all samples up to here may be returned
   std::optional<Time> newest_imu_;
   std::optional<Time> leap_;  // last of a run of stamps beyond clock_jump_s
+  Time leap_began_;           // its first
   int leap_samples_ = 0;
   bool frozen_ = false;
 };
