@@ -48,8 +48,10 @@ EdgeByMounting ByMounting(const GraphEdge& edge, bool of_one_dive) {
 
 Pose2 MeasuredBy(double newest_dvl_yaw_rad, const GraphEdge& edge, const EdgeByMounting& by) {
   if (edge.from == edge.to) return edge.T_from_to;
-  const Eigen::Vector3d measured =
-      edge.T_from_to.Vector() + (newest_dvl_yaw_rad - edge.dvl_yaw_rad) * by.of_to.col(2);
+  const double learnt_rad = newest_dvl_yaw_rad - edge.dvl_yaw_rad;
+  if (edge.kind == EdgeKind::kDeadReckoning)  // exact: a log may be turned by degrees
+    return TravelledPose(edge.T_from_to, {.dvl_yaw_rad = learnt_rad});
+  const Eigen::Vector3d measured = edge.T_from_to.Vector() + learnt_rad * by.of_to.col(2);
   return {measured.x(), measured.y(), measured.z()};
 }
 

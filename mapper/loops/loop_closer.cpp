@@ -211,7 +211,7 @@ LoopPair LoopCloser::PairOf(SubmapId target, SubmapId source, const RelativePose
           entries_[b].z_m - entries_[a].z_m,
           LearntYaw(a),
           LearntYaw(b),
-          entries_[b].dvl_yaw_rad + LearntYaw(b)};
+          newest_yaw_rad_.at(entries_[b].chain.number)};
 }
 
 double LoopCloser::LearntYaw(std::size_t i) const {

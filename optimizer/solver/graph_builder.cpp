@@ -84,15 +84,11 @@ class GraphBuilder {
     return {TermOf(to, by.of_to), TermOf(from, by.of_from)};
   }
 
-  Pose2 MeasurementOf(const GraphEdge& edge) {
+  Pose2 MeasurementOf(const GraphEdge& edge) const {
     const std::int32_t to = store_.vertices().at(edge.to).chain;
-    const auto newest = newest_yaw_rad_.find(to);
-    const double yaw_rad =
-        newest != newest_yaw_rad_.end()
-            ? newest->second
-            : newest_yaw_rad_.emplace(to, store_.newest_dvl_yaw_rad(to)).first->second;
+    const std::optional<double> newest_rad = store_.newest_dvl_yaw_rad(to);
     const bool one_dive = store_.vertices().at(edge.from).chain == to;
-    return MeasuredBy(yaw_rad, edge, ByMounting(edge, one_dive));
+    return MeasuredBy(newest_rad.value_or(edge.dvl_yaw_rad), edge, ByMounting(edge, one_dive));
   }
 
   void AddMounting() {
@@ -233,8 +229,7 @@ class GraphBuilder {
   const GraphStore& store_;
   const OptimizerParams& params_;
   const std::map<SubmapId, int> number_;
-  std::map<std::int32_t, int> mounting_vertex_;    // by chain
-  std::map<std::int32_t, double> newest_yaw_rad_;  // by chain
+  std::map<std::int32_t, int> mounting_vertex_;  // by chain
   FactorGraph graph_;
 };
 

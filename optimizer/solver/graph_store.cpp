@@ -104,10 +104,19 @@ void GraphStore::AddVertex(const GraphVertex& vertex) {
   if (!vertices_.try_emplace(vertex.id, added).second) ++counters_["vertices_duplicate"];
 }
 
-double GraphStore::newest_dvl_yaw_rad(std::int32_t chain) const {
-  for (auto edge = dead_reckoning_.rbegin(); edge != dead_reckoning_.rend(); ++edge)
-    if (vertices_.at(edge->second.edge.to).chain == chain) return edge->second.edge.dvl_yaw_rad;
-  return 0.0;
+std::optional<double> GraphStore::newest_dvl_yaw_rad(std::int32_t chain) const {
+  const auto newest = newest_dvl_yaw_.find(chain);
+  return newest == newest_dvl_yaw_.end() ? std::nullopt : std::optional(newest->second.second);
+}
+
+void GraphStore::AddStep(const Pair& pair, const StoredEdge& step) {
+  dead_reckoning_.insert_or_assign(pair, step);
+  const GraphEdge& edge = step.edge;
+  auto& [newest, yaw_rad] =
+      newest_dvl_yaw_.try_emplace(vertices_.at(edge.to).chain, edge.to, 0.0).first->second;
+  if (edge.to < newest) return;
+  newest = edge.to;
+  yaw_rad = edge.dvl_yaw_rad;
 }
 
 bool GraphStore::BeginsChain(SubmapId id) const {
@@ -149,7 +158,7 @@ void GraphStore::AddEdge(const GraphEdge& edge) {
       if (edge.from == edge.to)
         starts_.insert_or_assign(edge.from, checked);
       else
-        dead_reckoning_.insert_or_assign(pair, checked);
+        AddStep(pair, checked);
       break;
     case EdgeKind::kLoopClosure: {
       const auto known = loops_.find(pair);

@@ -59,7 +59,8 @@ class GraphStore {
   // the graph does not estimate is left out.
   const std::map<std::int32_t, MountingSigmas>& mounting() const { return mounting_; }
   // Angle of the DVL that navigation estimated for the newest submap of a dive: see MeasuredBy().
-  double newest_dvl_yaw_rad(std::int32_t chain) const;
+  // Absent: no dead reckoning states it, as in a dive of one submap.
+  std::optional<double> newest_dvl_yaw_rad(std::int32_t chain) const;
   // Edges with a robust loss that registration or the filter accepted: position fixes in the order
   // received, then loop closures by the ids of their submaps.
   std::vector<const StoredEdge*> RobustEdges() const;
@@ -71,6 +72,7 @@ class GraphStore {
  private:
   void AddVertex(const GraphVertex& vertex);
   void AddEdge(const GraphEdge& edge);
+  void AddStep(const Pair& pair, const StoredEdge& step);
   // The counter's name; null: the edge is usable.
   const char* WhyUnusable(const GraphEdge& edge) const;
   bool BeginsChain(SubmapId id) const;
@@ -82,6 +84,7 @@ class GraphStore {
   std::map<SubmapId, StoredEdge> starts_;
   std::vector<StoredEdge> fixes_;
   std::map<std::int32_t, MountingSigmas> mounting_;
+  std::map<std::int32_t, std::pair<SubmapId, double>> newest_dvl_yaw_;  // by chain
   std::vector<std::size_t> fingerprints_;  // hash of each version; [0] is version 1
   std::map<std::string, std::int64_t> counters_;
 };

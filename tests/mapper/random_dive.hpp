@@ -55,9 +55,9 @@ inline constexpr std::array<const char*, kWhats> kNames{"sensor silent",
                                                         "driver restarts",
                                                         "optimizer restarts",
                                                         "foreign graph",
-                                                        "another clock",
+                                                        "fixes by another clock",
                                                         "two senders",
-                                                        "slow"};
+                                                        "slow inertial unit"};
 inline constexpr std::array kSensors{
     SensorChannel::kImu, SensorChannel::kDvl, SensorChannel::kDepth, SensorChannel::kMbesPing};
 
@@ -536,7 +536,7 @@ class Dive {
     expect("pings_waiting", params_.max_waiting_pings);
     // After a gap many pings are placed at once. Beyond max_waiting_submaps they are not
     // registered.
-    expect("submaps_waiting", 8 * params_.max_waiting_submaps);
+    expect("submaps_waiting", 4 * params_.max_waiting_submaps);
   }
   void Keep() {
     for (const MapperEvent& event : mapper_->TakeEvents())

@@ -791,6 +791,28 @@ TEST(PoseGraphOptimizer, EdgesAreCorrectedByWhatNavigationLearntOfTheDvlsAngle) 
   EXPECT_GT(ShapeRms(SolveAll(learning), survey.truth), 2.0 * known_m);
 }
 
+// A dive of one submap has no dead reckoning that says what navigation knows last: its closures
+// stand as they were measured.
+TEST(PoseGraphOptimizer, AClosureToADiveOfOneSubmapIsNotCorrected) {
+  const auto solved = [](double dvl_yaw_rad) {
+    std::vector<GraphUpdate> updates = DriftingSquare();
+    GraphUpdate single;
+    single.version = updates.back().version + 1;
+    const int last = updates.back().vertices.back().id.value;
+    GraphVertex vertex = updates.back().vertices.back();
+    vertex.id = SubmapId{last + 1};
+    vertex.chain = 1;
+    single.vertices = {vertex};
+    single.edges = {
+        Edge(EdgeKind::kLoopClosure, last, last + 1, {30.0, 4.0, 0.1}, 0.05, Deg2Rad(0.1))};
+    single.edges[0].overlap_center_m = {20.0, 0.0};
+    single.edges[0].dvl_yaw_rad = dvl_yaw_rad;
+    updates.push_back(single);
+    return SolveAll(updates).vertices.back().T_map_level.Vector();
+  };
+  EXPECT_EQ(solved(0.0), solved(0.02));
+}
+
 std::array<MountingErrors, 2> WrongMountings() {
   MountingErrors second;
   second.sonar_m = {0.5, -0.4};
