@@ -287,6 +287,7 @@ void Mapper::AddToSubmap(const SoundingPing& ping) {
 
 void Mapper::AddToSubmap(GeoreferencedPing ping) {
   ping.dvl_yaw_rad = navigation_->dvl_yaw_rad();
+  if (const auto state = navigation_->StateAt(ping.time)) ping.bottom_lock = state->bottom_lock;
   beams_read_ += ping.beams_read;
   beams_invalid_ += ping.beams_invalid;
   beams_refused_ += ping.beams_refused;

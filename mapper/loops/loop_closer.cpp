@@ -47,6 +47,9 @@ bool IsFinite(const SolvedVertex& v) {
          v.covariance_with_newest.allFinite();
 }
 
+// An overlap at the frame itself still reaches so far on both sides of it.
+constexpr double kShortestArmM = 3.0;
+
 }  // namespace
 
 void LoopCloser::Add(const Submap& submap, const Chain& chain) {
@@ -54,6 +57,7 @@ void LoopCloser::Add(const Submap& submap, const Chain& chain) {
                       LevelPose(submap.T_map_submap),
                       submap.T_map_submap.translation().z(),
                       submap.heading_spread,
+                      submap.drift_per_m,
                       submap.dvl_yaw_rad,
                       submap.T_previous_level,
                       submap.covariance_from_previous,
@@ -274,6 +278,12 @@ Eigen::Matrix3d LoopCloser::InformationDespiteBends(const GraphEdge& edge) const
         0.5 * (mounting.sonar_m.squaredNorm() + mounting.covariance.topLeftCorner<2, 2>().trace());
     bend_m2 += offset_m2 * of_dive;
   }
+  const Eigen::Vector2d center_to_m = Inverse(edge.T_from_to) * edge.overlap_center_m;
+  const auto drift_m = [&](SubmapId id, const Eigen::Vector2d& center_m) {
+    return entries_[IndexOf(id)].drift_per_m * std::max(std::abs(center_m.x()), kShortestArmM);
+  };
+  bend_m2 += std::pow(drift_m(edge.from, edge.overlap_center_m), 2) +
+             std::pow(drift_m(edge.to, center_to_m), 2);
   const std::optional<SqrtInformation> root = FactorInformation(edge.information);
   if (bend_m2 == 0.0 || !root) return edge.information;
   // Both covariances together, where the information may be singular.

@@ -157,6 +157,7 @@ class LoopCloser {
     Pose2 T_map_level;      // dead-reckoned
     double z_m;             // of its frame, positive down
     double heading_spread;  // Submap::heading_spread
+    double drift_per_m;     // Submap::drift_per_m
     double dvl_yaw_rad;     // Submap::dvl_yaw_rad
     std::optional<Pose2> T_previous_level;
     std::optional<Eigen::Matrix3d> covariance_from_previous;

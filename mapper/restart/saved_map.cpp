@@ -24,6 +24,7 @@ void Fields(Archive& archive, Of<Archive, Submap>& submap) {
   archive(submap.covariance_from_previous, submap.heading_sigma_rad, submap.heading_spread);
   archive(submap.trigger, submap.predicted_information);
   Since(6, archive, submap.dvl_yaw_rad);
+  Since(6, archive, submap.drift_per_m);
   Since(6, archive, submap.T_previous_level);
   archive(submap.soundings_read, submap.soundings_used, submap.footprint);
   // The cloud is not included: it has a file of its own.

@@ -206,6 +206,10 @@ void SubmapBuilder::AddSoundings(const GeoreferencedPing& ping) {
       MakePose({level.x, level.y, 0.0}, RotationFromRpy(0.0, 0.0, level.yaw));
   open_->track.push_back({{ping.time, ping.T_map_vehicle}, T_anchored_map * ping.T_map_vehicle});
   open_->sum_dvl_yaw_rad += ping.dvl_yaw_rad;
+  if (!ping.bottom_lock) {
+    if (!open_->first_without_lock) open_->first_without_lock = ping.time;
+    open_->last_without_lock = ping.time;
+  }
   open_->soundings_read += static_cast<std::uint64_t>(std::max(0, ping.beams_read));
 
   const auto ping_number = static_cast<std::uint32_t>(open_->track.size());
@@ -300,6 +304,15 @@ Time SubmapBuilder::NearestOnEarlierLine(const Eigen::Vector2d& p_map) const {
       ->time;
 }
 
+// Within a part without bottom lock navigation moves no pose, so that what it states of two of them
+// is what the submap was built with.
+double SubmapBuilder::DriftPerM(const Open& open) const {
+  if (!open.first_without_lock || open.length_m <= 0.0) return 0.0;
+  const auto drift = drift_(*open.first_without_lock, open.last_without_lock);
+  const double drift_m = drift ? WorstSigma(drift->topLeftCorner<2, 2>()) : open.length_m;
+  return std::min(1.0, drift_m / open.length_m);
+}
+
 double SubmapBuilder::HeadingSpread(const std::vector<AnchoredPose>& track, double frame_yaw_rad) {
   double sum = 0.0;
   for (const AnchoredPose& pose : track) {
@@ -322,6 +335,7 @@ std::optional<Submap> SubmapBuilder::Close(SubmapTrigger trigger) {
   submap.T_map_submap = middle.T_map_vehicle;
   submap.heading_spread = HeadingSpread(open.track, LevelPose(middle.T_map_vehicle).yaw);
   submap.dvl_yaw_rad = open.sum_dvl_yaw_rad / static_cast<double>(open.track.size());
+  submap.drift_per_m = DriftPerM(open);
   submap.trigger = trigger;
   submap.soundings_read = open.soundings_read;
 

@@ -137,6 +137,8 @@ class SubmapBuilder {
     std::uint64_t soundings_read = 0;
     double sum_variance_m2 = 0.0;
     double sum_dvl_yaw_rad = 0.0;
+    std::optional<Time> first_without_lock;
+    Time last_without_lock;
     VoxelGrid voxels;
     TerrainInformation terrain;  // about the first ping, map axes
     SubmapSoundings soundings;   // if kept; relative to the origin of `voxels`, anchored map
@@ -178,6 +180,7 @@ class SubmapBuilder {
   bool HoldsEnoughStructure() const;
   Time NearestOnEarlierLine(const Eigen::Vector2d& p_map) const;
   std::optional<Submap> Close(SubmapTrigger trigger);
+  double DriftPerM(const Open& open) const;
   // See Submap::heading_spread.
   static double HeadingSpread(const std::vector<AnchoredPose>& track, double frame_yaw_rad);
 

@@ -229,7 +229,8 @@ class SubmapReader {
     Expect(submap.id.value >= 0 && submap.T_map_submap.matrix().allFinite());
     Expect(!submap.covariance_from_previous || submap.covariance_from_previous->allFinite());
     Expect(!submap.heading_sigma_rad || std::isfinite(*submap.heading_sigma_rad));
-    Expect(std::isfinite(submap.heading_spread) && std::isfinite(submap.dvl_yaw_rad));
+    Expect(std::isfinite(submap.heading_spread) && std::isfinite(submap.drift_per_m) &&
+           std::isfinite(submap.dvl_yaw_rad));
     Expect(submaps_.empty() || submaps_.back().submap.id < submap.id);
     submaps_.push_back({submap, {}, std::nullopt});
   }

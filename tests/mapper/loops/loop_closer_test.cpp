@@ -270,6 +270,29 @@ TEST(LoopCloser, IsLessSureOfClosuresWhereAnOffsetOfTheSonarBendsASubmap) {
   EXPECT_NEAR(information(2, 2), 1e6, 1e-3);
 }
 
+TEST(LoopCloser, IsLessSureOfClosuresFarAlongASubmapThatDriftedWithoutBottomLock) {
+  LoopCloser closer(LoopCloserParams{});
+  closer.Add(At(0, 0.0, 0.0));
+  Submap drifted = At(1, 0.0, 12.0);
+  drifted.drift_per_m = 0.02;
+  closer.Add(drifted);
+  GraphEdge edge;
+  edge.kind = EdgeKind::kLoopClosure;
+  edge.from = SubmapId{0};
+  edge.to = SubmapId{1};
+  edge.T_from_to = {4.0, 12.0, 0.0};
+  edge.information.diagonal() << 100.0, 0.0, 1e6;
+  // Place of the overlap along the drifted submap, and how far from its frame that counts as.
+  for (const auto& [x_m, arm_m] :
+       {std::pair{14.0, 10.0}, std::pair{-6.0, 10.0}, std::pair{4.0, 3.0}}) {
+    edge.overlap_center_m = {x_m, 6.0};
+    const Eigen::Matrix3d information =
+        closer.Record({LoopPair{edge.from, edge.to, {}, 0.0}}, {edge})[0].information;
+    EXPECT_NEAR(information(0, 0), 1.0 / (0.01 + std::pow(0.02 * arm_m, 2)), 1e-9) << x_m;
+    EXPECT_EQ(information(1, 1), 0.0);
+  }
+}
+
 // Two dives: only the sonar of the second is off its place.
 TEST(LoopCloser, ExpectsEachDiveWhereItsOwnMountingPutsIt) {
   LoopCloser closer(LoopCloserParams{});

@@ -52,7 +52,9 @@ struct Drive {
     y += kStepM * std::sin(yaw);
     time += FromSeconds(kStepM / kSpeedMps);
     if (!sonar_on) return;
-    if (auto submap = builder.Add(swath.At(time, x, y, yaw))) closed.push_back(*submap);
+    GeoreferencedPing ping = swath.At(time, x, y, yaw);
+    ping.bottom_lock = bottom_lock;
+    if (auto submap = builder.Add(ping)) closed.push_back(*submap);
   }
   void Finish() {
     if (auto submap = builder.Finish()) closed.push_back(*submap);
@@ -65,6 +67,7 @@ struct Drive {
   double y = 0.0;
   double yaw = 0.0;
   bool sonar_on = true;
+  bool bottom_lock = true;
   Time time = FromUtime(1'700'000'000'000'000);
 };
 
@@ -219,6 +222,23 @@ TEST(SubmapBuilder, GivesATurnItsOwnSubmaps) {
   // For headings spread evenly over half a circle.
   EXPECT_NEAR(drive.closed[1].heading_spread, std::sqrt(2.0 - 4.0 / kPi), 0.15);
   EXPECT_LT(drive.closed[2].heading_spread, 0.2);
+}
+
+TEST(SubmapBuilder, StatesTheDriftOfTheTimeWithoutBottomLock) {
+  SubmapParams params;
+  params.max_drift_m = 1e6;
+  Drive drive(params, {}, Loses(0.1, 0.3, 0.0));
+  drive.Straight(130.0);
+  drive.bottom_lock = false;
+  drive.Straight(20.0);
+  drive.bottom_lock = true;
+  drive.Straight(45.0);
+  drive.Finish();
+  ASSERT_EQ(drive.closed.size(), 2u);
+  EXPECT_EQ(drive.closed[0].drift_per_m, 0.0);
+  const double length_m =
+      kSpeedMps * ToSeconds(drive.closed[1].end - drive.closed[1].start) + kStepM;
+  EXPECT_NEAR(drive.closed[1].drift_per_m, 0.3 / length_m, 0.02 * 0.3 / length_m);
 }
 
 TEST(SubmapBuilder, LeavesTurnsOutWhereSoConfigured) {
