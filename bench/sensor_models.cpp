@@ -179,7 +179,36 @@ DepthSample DvlModel::DepthAt(double t_s) {
 }
 
 MbesModel::MbesModel(const MbesParams& params, const Scene& scene, std::uint64_t seed)
-    : params_(params), scene_(scene), random_(seed, "mbes"), blunder_(seed, "mbes blunders") {}
+    : params_(params), scene_(scene), random_(seed, "mbes"), blunder_(seed, "mbes blunders") {
+  Random bias(seed, "mbes bias");
+  for (int i = 0; i < params_.beams; ++i)
+    beam_bias_.push_back(0.01 * params_.errors.beam_bias_percent * bias.Normal());
+}
+
+// Height of the vehicle above its mean of 20 s, down.
+double MbesModel::HeaveAt(double t_s) const {
+  constexpr int kSamples = 40;
+  constexpr double kWindowS = 20.0;
+  double mean_m = 0.0;
+  for (int i = 0; i < kSamples; ++i)
+    mean_m +=
+        scene_.trajectory.PoseAt(t_s + ((i + 0.5) / kSamples - 0.5) * kWindowS).translation().z() /
+        kSamples;
+  return scene_.trajectory.PoseAt(t_s).translation().z() - mean_m;
+}
+
+Eigen::Isometry3d MbesModel::SonarAt(double t_s) const {
+  const MbesErrors& e = params_.errors;
+  const double true_s = t_s + e.stamp_s;
+  Eigen::Isometry3d T_map_vehicle = scene_.trajectory.PoseAt(true_s);
+  const double roll_rad =
+      Deg2Rad(e.roll_deg) + 0.01 * e.roll_percent * RpyFromRotation(T_map_vehicle.linear()).x();
+  if (e.heave_percent != 0.0)
+    T_map_vehicle.translation().z() += 0.01 * e.heave_percent * HeaveAt(true_s);
+  Eigen::Isometry3d T_vehicle_sonar = scene_.vehicle.T_vehicle_mbes;
+  T_vehicle_sonar.linear() = RotationFromRpy(roll_rad, 0.0, 0.0) * T_vehicle_sonar.linear();
+  return T_map_vehicle * T_vehicle_sonar;
+}
 
 double MbesModel::NominalAngle(int beam) const {
   const double share = 2.0 * beam / (params_.beams - 1.0) - 1.0;
@@ -193,11 +222,18 @@ std::vector<MbesModel::Sector> MbesModel::SectorsAt(double t_s) const {
     Sector s;
     s.tilt_rad = Deg2Rad(params_.sector_tilt_deg[i]);
     s.delay_s = params_.sector_delay_s[i];
-    s.T_map_sonar = scene_.trajectory.PoseAt(t_s + s.delay_s) * scene_.vehicle.T_vehicle_mbes;
+    s.T_map_sonar = SonarAt(t_s + s.delay_s);
     s.roll_rad = RpyFromRotation(s.T_map_sonar.linear()).x();
     sectors.push_back(s);
   }
   return sectors;
+}
+
+// Angle of an echo as the sonar computes it with its sound speed. c: the true one [m/s].
+double MbesModel::AsComputed(double angle_rad, double c) const {
+  if (params_.errors.steering_mps == 0.0) return angle_rad;
+  const double ratio = (c - params_.errors.steering_mps) / c;
+  return std::asin(std::clamp(ratio * std::sin(angle_rad), -1.0, 1.0));
 }
 
 // Travel time and receive angle of one beam. The pulse leaves on the transmit cone. The echo
@@ -223,9 +259,7 @@ MbesBeam MbesModel::Listen(double t_s, const Sector& sector, double angle_rad) {
                          params_.max_range_m);
   if (!echo) return beam;
   // Time of the echo from twice the one-way time: relative error of speed / sound speed, 0.1 %.
-  const Eigen::Isometry3d T_map_rx =
-      scene_.trajectory.PoseAt(t_s + sector.delay_s + 2.0 * echo->one_way_s) *
-      scene_.vehicle.T_vehicle_mbes;
+  const Eigen::Isometry3d T_map_rx = SonarAt(t_s + sector.delay_s + 2.0 * echo->one_way_s);
   const auto back = scene_.water.Back(echo->p_map, T_map_rx.translation(), echo->snell_s_per_m);
   if (!back) return beam;
 
@@ -236,7 +270,7 @@ MbesBeam MbesModel::Listen(double t_s, const Sector& sector, double angle_rad) {
   const double true_angle =
       std::asin(std::clamp(back->towards.dot(T_map_rx.linear().col(1)), -1.0, 1.0));
   const double angle_sigma = Deg2Rad(params_.angle_noise_deg) / std::cos(true_angle);
-  beam.rx_angle_rad = static_cast<float>(true_angle + angle_sigma * angle_draw);
+  beam.rx_angle_rad = static_cast<float>(AsComputed(true_angle, c) + angle_sigma * angle_draw);
   beam.twtt_s = static_cast<float>(twtt + 2.0 * range_sigma * range_draw / c);
   // Angle of the beam from the vertical.
   const double down = echo->p_map.z() - p_tx.z();
@@ -289,6 +323,7 @@ MbesModel::Ping MbesModel::PingAt(double t_s) {
         static_cast<std::size_t>(i) * sectors.size() / static_cast<std::size_t>(params_.beams);
     const double angle = NominalAngle(i) - (params_.roll_stabilised ? sectors[s].roll_rad : 0.0);
     ping.beams.push_back(Listen(t_s, sectors[s], angle));
+    ping.beams.back().twtt_s *= static_cast<float>(1.0 + beam_bias_[static_cast<std::size_t>(i)]);
   }
   AddMisdetections(&ping.beams);
   FillRejected(&ping.beams);

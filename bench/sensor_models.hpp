@@ -96,6 +96,16 @@ class DvlModel {
   Eigen::Matrix<double, 4, 3> beams_;  // unit, towards the bottom, dvl axes
 };
 
+// Errors of a sonar that its software and vehicle.yaml do not know.
+struct MbesErrors {
+  double roll_deg = 0.0;      // mounted so much further to starboard down, about the vehicle's axis
+  double steering_mps = 0.0;  // angles are computed with a sound speed that is so much too low
+  double stamp_s = 0.0;       // stamps are so much too early
+  double roll_percent = 0.0;  // it rolls so much more than the vehicle
+  double heave_percent = 0.0;      // it heaves so much more than the vehicle
+  double beam_bias_percent = 0.0;  // of the range, constant for each beam, 1 sigma over the beams
+};
+
 struct MbesParams {
   int beams = 128;
   double swath_deg = 120.0;
@@ -116,6 +126,7 @@ struct MbesParams {
   // pings with several neighbouring beams at the nearest range: side lobes
   double misdetection_rate = 0.005;
   double latency_s = 0.010;  // after the last echo
+  MbesErrors errors;
 };
 
 class MbesModel {
@@ -136,8 +147,12 @@ class MbesModel {
     double delay_s;
     double roll_rad;  // roll of the sonar that is compensated
   };
+  // Pose of the sonar at a time of its clock.
+  Eigen::Isometry3d SonarAt(double t_s) const;
+  double HeaveAt(double t_s) const;
   std::vector<Sector> SectorsAt(double t_s) const;
   double NominalAngle(int beam) const;
+  double AsComputed(double angle_rad, double c) const;
   MbesBeam Listen(double t_s, const Sector& sector, double angle_rad);
   void AddMisdetections(std::vector<MbesBeam>* beams);
   void FillRejected(std::vector<MbesBeam>* beams) const;
@@ -146,6 +161,7 @@ class MbesModel {
   Scene scene_;
   Random random_;
   Random blunder_;
+  std::vector<double> beam_bias_;  // of the range
 };
 
 // GPS or USBL.

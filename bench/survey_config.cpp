@@ -8,7 +8,7 @@
 #include <functional>
 #include <stdexcept>
 
-#include "common/core/sound_speed.hpp"
+#include "common/core/sensors.hpp"
 #include "common/runtime/config/parameter_file.hpp"
 
 namespace seastitch::bench {
@@ -365,6 +365,38 @@ void DeclareDvl(DvlParams* p, ParameterTable* root) {
   table.AddRule(max_range, "above min_range_m", [p] { return p->max_range_m > p->min_range_m; });
 }
 
+void DeclareMbesErrors(MbesErrors* p, ParameterTable* parent) {
+  ParameterTable& table = parent->AddSection(
+      "errors", "Errors that the sonar's software and vehicle.yaml do not know.");
+  table.Add("mounting_roll_deg",
+            &p->roll_deg,
+            kDegree,
+            Range::Within(-10.0, 10.0),
+            "Mounting beyond vehicle.yaml, starboard down.");
+  table.Add("steering_mps",
+            &p->steering_mps,
+            kMetrePerSecond,
+            Range::Within(-50.0, 50.0),
+            "Sound speed at the transducer less that with which angles are computed.");
+  table.Add(
+      "stamp_s", &p->stamp_s, kSecond, Range::Within(-1.0, 1.0), "Stamps are so much too early.");
+  table.Add("roll_percent",
+            &p->roll_percent,
+            kNone,
+            Range::Within(-50.0, 50.0),
+            "The sonar rolls so much more than the vehicle.");
+  table.Add("heave_percent",
+            &p->heave_percent,
+            kNone,
+            Range::Within(-50.0, 50.0),
+            "The sonar heaves so much more than the vehicle.");
+  table.Add("beam_bias_percent",
+            &p->beam_bias_percent,
+            kNone,
+            Range::Within(0.0, 10.0),
+            "Bias of the range, constant for each beam, 1 sigma over the beams.");
+}
+
 void DeclareMbes(MbesParams* p, ParameterTable* root) {
   ParameterTable& table = root->AddSection("mbes", "Sonar.");
   table.Add("beams", &p->beams, kNone, Range::Within(2, 1024), "Beams across the swath.");
@@ -434,6 +466,7 @@ void DeclareMbes(MbesParams* p, ParameterTable* root) {
             "Fraction of pings with a run of beams at the nearest range (side lobes).");
   table.Add(
       "latency_s", &p->latency_s, kSecond, Range::Within(0.0, 1.0), "Delay after the last echo.");
+  DeclareMbesErrors(&p->errors, &table);
   table.AddRule(tilt, "1 to 9 sectors", [p] {
     return !p->sector_tilt_deg.empty() && p->sector_tilt_deg.size() <= 9;
   });

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/core/sound_speed.hpp"
+#include "common/core/sensors.hpp"
 
 namespace seastitch {
 

@@ -260,7 +260,9 @@ void Mapper::GeoreferencePings() {
   const std::optional<Time> latest = navigation_->latest();
   if (!latest) return;
   const Time newest = newest_input_.value_or(*latest);
-  while (const std::optional<MbesPing> ping = pings_.Take(*latest, newest)) AddToSubmap(*ping);
+  const Duration ahead = LooksAhead(params_.calibration);
+  while (const std::optional<MbesPing> ping = pings_.Take(*latest - ahead, newest))
+    AddToSubmap(*ping);
   while (const std::optional<SoundingPing> ping = sounding_pings_.Take(*latest, newest))
     AddToSubmap(*ping);
 }
@@ -269,9 +271,17 @@ void Mapper::AddToSubmap(const MbesPing& ping) {
   const SoundSpeed::Choice sound_speed = sound_speed_.For(ping);
   sound_speed_source_ = sound_speed.source;
   if (!SoundSpeed::IsProfile(sound_speed.source)) Count("pings_without_profile");
-  const std::optional<GeoreferencedPing> georeferenced = Georeference(
-      ping, [this](Time t) { return PoseAt(t); }, params_.vehicle, *sound_speed.rays);
+  const std::optional<Eigen::Isometry3d> pose = PoseAt(ping.time);
+  if (!pose) return RefuseWithoutPose(ping.time);
+  const double heave_m = heave_.Add(ping.time, pose->translation().z());
+  PoseLookup poses = [this](Time t) { return PoseAt(t); };
+  if (!params_.calibration.IsZero())
+    poses = CalibratedPoses(std::move(poses), params_.calibration, heave_m);
+  std::optional<GeoreferencedPing> georeferenced = Georeference(
+      ping, poses, params_.vehicle, *sound_speed.rays, SteeringFactor(params_.calibration));
   if (!georeferenced) return RefuseWithoutPose(ping.time);
+  georeferenced->T_map_vehicle = *pose;
+  georeferenced->heave_m = heave_m;
   if (georeferenced->speed_from_profile) Count("pings_with_impossible_sound_speed");
   if (georeferenced->beams_of_unknown_part > 0)
     Count("beams_of_unknown_transmit_array", georeferenced->beams_of_unknown_part);

@@ -15,6 +15,7 @@
 #include "common/core/graph.hpp"
 #include "common/core/sensors.hpp"
 #include "common/core/submap.hpp"
+#include "mapper/geometry/calibrated_motion.hpp"
 #include "mapper/geometry/georeference.hpp"
 #include "mapper/health/given_watch.hpp"
 #include "mapper/health/navigation_watch.hpp"
@@ -297,6 +298,7 @@ class Mapper {
   std::optional<SoundSpeed::Source> sound_speed_source_;  // of the last ping
   PingQueue<MbesPing> pings_;
   PingQueue<SoundingPing> sounding_pings_;
+  HeaveFilter heave_;
   SonarTiming timing_;
   bool soundings_came_placed_ = false;  // SoundingPing: the sonar georeferences by itself
   SubmapBuilder builder_;

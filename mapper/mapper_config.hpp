@@ -24,6 +24,8 @@ struct MapperConfig : MapperParams {
   std::filesystem::path separation_file;  // of `ellipsoid_heights.separation_grid`; empty: none
   std::int64_t vertical_datum_epsg = 0;   // of `vertical_datum`; 0: not stated
   double sonar_mounting_yaw_rad = Deg2Rad(0.1);
+  // A replay applies what the survey's overlaps show of `calibration`.
+  bool calibrate = true;
   DiveParams dive;
   std::filesystem::path map_dir;  // of submaps, in the dive's folder; no key of the file
   std::int64_t max_cached_mb = 64;

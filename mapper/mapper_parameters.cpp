@@ -2,7 +2,7 @@
 // mapper declare beside their parameters.
 
 #include "common/core/pose.hpp"
-#include "common/core/sound_speed.hpp"
+#include "common/core/sensors.hpp"
 #include "common/core/survey_noise.hpp"
 #include "common/runtime/config/vehicle_config.hpp"
 #include "mapper/geometry/sound_ray.hpp"
@@ -134,6 +134,54 @@ void DeclareLimits(MapperConfig* c, ParameterTable* table) {
              "the points of a waiting submap are on disk only.");
 }
 
+void DeclareCalibration(MapperConfig* c, ParameterTable* table) {
+  ParameterTable& section = table->AddSection(
+      "calibration",
+      "Corrections of how soundings are placed, as a replay of an earlier survey suggests them "
+      "(docs/self-calibration.md). Each is added to what sonar and navigation state.");
+  section.Add("by_survey",
+              &c->calibrate,
+              "True: a replay estimates these values from the overlaps of the survey itself, and "
+              "maps again with those that are clear. False: it uses them as they stand.");
+  struct Key {
+    CalibrationKey key;
+    Unit unit;
+    Range range;
+    const char* meaning;
+  };
+  const Key keys[] = {
+      {CalibrationKey::kRoll,
+       Unit::kDegreeFromRadian,
+       Range::Within(-10.0, 10.0),
+       "Roll of the sonar beyond its mounting in vehicle.yaml: positive is deeper to starboard."},
+      {CalibrationKey::kSmile,
+       Unit::kMetrePerSecond,
+       Range::Within(-50.0, 50.0),
+       "Steering error, as an error of the sound speed at the transducer: the sine of a beam's "
+       "angle grows by so much of 1500 m/s. The depth at nadir stays."},
+      {CalibrationKey::kAttitudeLatency,
+       Unit::kMillisecond,
+       Range::Within(-500.0, 500.0),
+       "Attitude is taken so much later than the sounding: positive where its stamps are late."},
+      {CalibrationKey::kDepthLatency,
+       Unit::kMillisecond,
+       Range::Within(-500.0, 500.0),
+       "The same for the vehicle's depth."},
+      {CalibrationKey::kRollScale,
+       Unit::kNone,
+       Range::Within(-20.0, 20.0),
+       "Roll is larger by so many percent than navigation states."},
+      {CalibrationKey::kHeaveScale,
+       Unit::kNone,
+       Range::Within(-50.0, 50.0),
+       "Changes of depth that are faster than 20 s are larger by so many percent."},
+  };
+  for (const auto& [key, unit, range, meaning] : keys) {
+    const CalibrationName& of = kCalibrationNames[static_cast<std::size_t>(key)];
+    section.Add(of.name, &(c->calibration.*of.value), unit, range, meaning).DataSheet();
+  }
+}
+
 void DeclareProfile(MapperConfig* c, ParameterTable* table) {
   ParameterTable& section = table->AddSection(
       "sound_velocity_profile",
@@ -182,6 +230,7 @@ ParameterTable TableOf(MapperConfig* c) {
   DeclareSource(c, &table);
   DeclareGivenNavigation(&c->given_navigation, &table);
   DeclareLimits(c, &table);
+  DeclareCalibration(c, &table);
   DeclareProfile(c, &table);
   DeclareSubmap(&c->submap, &table);
   DeclareFilter(&c->filter, &table);

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "common/core/calibration.hpp"
 #include "common/core/mounting.hpp"
 #include "common/core/sensors.hpp"
 #include "common/core/vehicle.hpp"
@@ -33,6 +34,7 @@ struct MapperParams {
   std::optional<SoundVelocityProfile> sound_velocity_profile;
   VerticalReferenceParams vertical;  // subtracted from every depth
   double sonar_time_offset_s = 0.0;  // added to the stamp of every MbesPing
+  SonarCalibration calibration;
   double nav_rate_hz = 10.0;
   MountingSigmas mounting{0.3, 0.0};  // dvl_yaw_rad: from the configuration
   // Name of the graph. 0: the time of the first navigation state, so that a replay names it alike.

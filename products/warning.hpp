@@ -19,6 +19,7 @@ enum class WarningCode : std::uint8_t {
   kOtherInstallation,  // of a file, not used
   kUnitAssumed,        // of depths
   kSensorClock,        // of a file, off the sonar's
+  kCalibrated,         // by the survey's own overlaps
   kProfileNotUsed,     // a file of sound speeds that cannot be read, or is of another time
 };
 
@@ -35,6 +36,7 @@ constexpr const char* NameOf(WarningCode code) {
     case WarningCode::kOtherInstallation: return "other_installation";
     case WarningCode::kUnitAssumed: return "unit_assumed";
     case WarningCode::kSensorClock: return "sensor_clock";
+    case WarningCode::kCalibrated: return "calibrated";
     case WarningCode::kProfileNotUsed: return "profile_not_used";
   }
   return "";

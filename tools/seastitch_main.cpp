@@ -138,6 +138,9 @@ void AddReplay(CLI::App* app, int* status) {
   replay->add_flag("--from-raw",
                    options.from_raw,
                    "decodes the recorded raw bytes again, in place of the drivers' messages");
+  replay->add_flag("--no-calibration",
+                   options.no_calibration,
+                   "does not map again with a calibration that the survey's overlaps show");
   replay->add_flag("--one-dive",
                    options.one_dive,
                    "survey files of a sonar are one dive, whatever time and distance lie between");

@@ -17,6 +17,12 @@ struct SubmapSoundings {
     std::uint32_t number = 0;  // the sonar's counter
     std::uint8_t head = 0;
   };
+  // The vehicle at the time of a ping, in the submap's level frame.
+  struct Motion {
+    Eigen::Vector3d p_level_m = Eigen::Vector3d::Zero();
+    Eigen::Vector3d rpy_rad = Eigen::Vector3d::Zero();
+    double heave_m = 0.0;  // depth less its mean of the last 20 s
+  };
   struct Sounding {
     Eigen::Vector3f p_submap_m = Eigen::Vector3f::Zero();
     std::uint32_t ping = 0;  // index into `pings`
@@ -25,7 +31,9 @@ struct SubmapSoundings {
   };
 
   SubmapId id;
+  Eigen::Matrix3d R_level_submap = Eigen::Matrix3d::Identity();
   std::vector<Ping> pings;
+  std::vector<Motion> motions;  // of each ping
   std::vector<Sounding> soundings;
 };
 

@@ -16,6 +16,14 @@
 // time is the instant of the measurement, UTC (docs/frames.md).
 namespace seastitch {
 
+// Limits of the sound speed in sea water, with a margin. A value beyond is an error of a sensor or
+// of a file.
+inline constexpr double kMinSoundSpeedMps = 1300.0;
+inline constexpr double kMaxSoundSpeedMps = 1800.0;
+constexpr bool IsSoundSpeed(double mps) {
+  return mps >= kMinSoundSpeedMps && mps <= kMaxSoundSpeedMps;
+}
+
 // Attitude of a sensor. Yaw is from the north that the device uses: true, or magnetic (then
 // navigation.magnetic_declination_deg is configured).
 struct Attitude {

@@ -38,21 +38,20 @@ struct TimeOffsetEstimate {
   double add_s = 0.0;    // correction to be added to the stamp of every ping
   double sigma_s = 0.0;  // 1 sigma
   std::int64_t pings = 0;
-  // RMS change from ping to ping, without and with the correction: of the slope across the track
-  // [rad] (from roll), or of the depth [m] (from pitch).
+  // RMS change from ping to ping of the slope across the track [rad], without and with the
+  // correction.
   double change_before = 0.0;
   double change_after = 0.0;
 };
 
-// Time offset from two independent regressions.
+// Time offset from the roll rate and the slope across the track.
 struct SonarTimingEstimate {
   static constexpr char kKey[] = "sonar_time_offset_s";  // of mapper.yaml
   double configured_s =
       0.0;  // sonar_time_offset_s, already added; the estimate is to be added to it
   // True: the soundings were ray traced by their source. Then the offset cannot be corrected here.
   bool placed_by_source = false;
-  std::optional<TimeOffsetEstimate> roll;   // from roll rate and slope across the track
-  std::optional<TimeOffsetEstimate> pitch;  // from pitch rate and depth, on a sloping seabed
+  std::optional<TimeOffsetEstimate> roll;
 };
 
 // Time offset of the stamps of attitude or DVL with respect to the inertial unit's.

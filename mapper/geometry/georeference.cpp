@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "common/core/pose.hpp"
-#include "common/core/sound_speed.hpp"
+#include "common/core/sensors.hpp"
 
 namespace seastitch {
 namespace {
@@ -162,21 +162,27 @@ int BeamsOfUnknownPart(const MbesPing& ping, std::size_t parts) {
       }));
 }
 
+// What turns angles and times into directions and ways.
+struct Water {
+  double speed_mps;
+  double steering;  // factor of the sine of a beam's angle
+};
+
 // A beam's ray; nothing if its two cones and its travel time have no common point.
 std::optional<Launch> LaunchOf(const MbesBeam& beam,
                                int number,
                                const Sector& sector,
                                const SonarMotion& sonar,
-                               double speed_mps) {
+                               const Water& water) {
   const double twtt_s{beam.twtt_s};
   const ArrayState rx = sonar.RxAt(beam.tx_delay_s + twtt_s);
   const Eigen::Vector3d half_baseline = 0.5 * (rx.p_map - sector.tx.p_map);
   const auto echo = EchoFromMidway({sector.tx.axis,
                                     rx.axis,
                                     sector.sin_tilt,
-                                    double{std::sin(beam.rx_angle_rad)},
+                                    water.steering * double{std::sin(beam.rx_angle_rad)},
                                     half_baseline,
-                                    0.5 * twtt_s * speed_mps});
+                                    0.5 * twtt_s * water.speed_mps});
   if (!echo) return std::nullopt;
   return Launch{number, sector.tx.p_map + half_baseline, *echo, echo->norm()};
 }
@@ -184,7 +190,7 @@ std::optional<Launch> LaunchOf(const MbesBeam& beam,
 // The rays of all usable beams; the others are counted.
 std::vector<Launch> LaunchesOf(const MbesPing& ping,
                                const SonarMotion& sonar,
-                               double speed_mps,
+                               const Water& water,
                                GeoreferencedPing* result) {
   std::vector<Launch> launches;
   launches.reserve(ping.beams.size());
@@ -197,7 +203,7 @@ std::vector<Launch> LaunchesOf(const MbesPing& ping,
     }
     if (IsUsable(beam)) {
       if (!sector.Has(beam)) sector.Take(beam, sonar);
-      if (const auto launch = LaunchOf(beam, i, sector, sonar, speed_mps)) {
+      if (const auto launch = LaunchOf(beam, i, sector, sonar, water)) {
         launches.push_back(*launch);
         continue;
       }
@@ -259,7 +265,8 @@ std::optional<Eigen::Vector3d> EchoFromMidway(const Detection& detection) {
 std::optional<GeoreferencedPing> Georeference(const MbesPing& ping,
                                               const PoseLookup& T_map_vehicle_at,
                                               const VehicleGeometry& vehicle,
-                                              const RayTracer& rays) {
+                                              const RayTracer& rays,
+                                              double steering) {
   const SonarHead head = vehicle.Head(ping.head);
   const auto sonar = SonarMotion::Make(
       ping.time, ListeningTime(ping), T_map_vehicle_at, vehicle.T_vehicle_mbes, head);
@@ -278,7 +285,7 @@ std::optional<GeoreferencedPing> Georeference(const MbesPing& ping,
   const double speed_mps =
       result.speed_from_profile ? rays.SpeedAt(start_depth_m) : ping.sound_speed_mps;
 
-  const std::vector<Launch> launches = LaunchesOf(ping, *sonar, speed_mps, &result);
+  const std::vector<Launch> launches = LaunchesOf(ping, *sonar, {speed_mps, steering}, &result);
   double deepest_m = start_depth_m;
   for (const Launch& launch : launches)
     deepest_m = std::max(deepest_m, start_depth_m + kDeeper * launch.echo.z());

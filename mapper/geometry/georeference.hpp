@@ -26,8 +26,9 @@ struct GeoreferencedPing {
   Eigen::Isometry3d T_map_vehicle = Eigen::Isometry3d::Identity();  // at `time`
   std::uint32_t ping_number = 0;                                    // the device's counter
   std::uint8_t head = 0;                                            // of a sonar with several
-  double speed_mps = 0.0;  // horizontal, from `time` to the last echo
+  double speed_mps = 0.0;   // horizontal, from `time` to the last echo
   bool bottom_lock = true;  // of navigation, at `time`
+  double heave_m = 0.0;     // of HeaveFilter, at `time`; down
   // Navigation's estimate of the DVL's angle about the vertical, now.
   double dvl_yaw_rad = 0.0;
   int beams_read = 0;     // all that the sonar delivered
@@ -66,11 +67,13 @@ std::optional<Eigen::Vector3d> EchoFromMidway(const Detection& detection);
 // them. The error by using one path for both is below 0.2 mm (arrays 25 cm apart, a seabed 5 m
 // away; kongsberg_test.cpp).
 //
-// Nothing where the lookup has no pose for some instant from `time` to the last echo.
+// steering: factor of the sine of a beam's angle. Nothing where the lookup has no pose for some
+// instant from `time` to the last echo.
 std::optional<GeoreferencedPing> Georeference(const MbesPing& ping,
                                               const PoseLookup& T_map_vehicle_at,
                                               const VehicleGeometry& vehicle,
-                                              const RayTracer& rays);
+                                              const RayTracer& rays,
+                                              double steering = 1.0);
 
 // Soundings that their source has placed already, where the vehicle was at the ping's time.
 // speed_mps: of the vehicle, horizontal.

@@ -5,7 +5,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "common/core/sound_speed.hpp"
+#include "common/core/sensors.hpp"
 
 namespace seastitch {
 namespace {

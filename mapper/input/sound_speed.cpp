@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <utility>
 
-#include "common/core/sound_speed.hpp"
+#include "common/core/sensors.hpp"
 
 namespace seastitch {
 namespace {

@@ -1,6 +1,6 @@
 // The section `navigation` of config/mapper.yaml.
 
-#include "common/core/sound_speed.hpp"
+#include "common/core/sensors.hpp"
 #include "mapper/navigation/navigation_params.hpp"
 
 namespace seastitch {

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "common/core/pose.hpp"
-#include "common/core/sound_speed.hpp"
+#include "common/core/sensors.hpp"
 
 namespace seastitch {
 namespace {

@@ -1,6 +1,6 @@
 #include "mapper/noise/sonar_timing.hpp"
 
-#include <Eigen/LU>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -47,20 +47,20 @@ struct Weighted {
 };
 
 // Fits a line; a second pass bounds points far from the first fit.
-std::optional<Line> FitLine(const std::vector<Eigen::Vector3d>& level) {
+std::optional<Line> FitLine(const std::vector<Eigen::Vector2d>& level) {
   Weighted all;
-  for (const Eigen::Vector3d& p : level) all.Add(1.0, p.y(), p.z());
+  for (const Eigen::Vector2d& p : level) all.Add(1.0, p.x(), p.y());
   const std::optional<Line> first = all.Fit();
   if (!first) return std::nullopt;
-  const auto off = [&](const Eigen::Vector3d& p) {
-    return std::abs(p.z() - first->at_zero - first->slope * p.y());
+  const auto off = [&](const Eigen::Vector2d& p) {
+    return std::abs(p.y() - first->at_zero - first->slope * p.x());
   };
   double sum = 0.0;
-  for (const Eigen::Vector3d& p : level) sum += off(p);
+  for (const Eigen::Vector2d& p : level) sum += off(p);
   const double bound = 2.0 * sum / static_cast<double>(level.size());
   Weighted bounded;
-  for (const Eigen::Vector3d& p : level)
-    bounded.Add(off(p) <= bound ? 1.0 : bound / off(p), p.y(), p.z());
+  for (const Eigen::Vector2d& p : level)
+    bounded.Add(off(p) <= bound ? 1.0 : bound / off(p), p.x(), p.y());
   return bounded.Fit();
 }
 
@@ -73,10 +73,9 @@ void BlockRegression::Sums::Add(const Sums& other) {
   rows += other.rows;
 }
 
-BlockRegression::Vector BlockRegression::Factors() const {
+double BlockRegression::Factor() const {
   const Sums total = Total();
-  const Vector factors = Inverse(total.xx) * total.xy;
-  return factors.allFinite() ? factors : Vector::Zero();
+  return total.xx > 0.0 ? total.xy / total.xx : 0.0;
 }
 
 BlockRegression::Sums BlockRegression::Total() const {
@@ -95,49 +94,34 @@ void BlockRegression::JoinNeighbours() {
 
 void BlockRegression::AddBlock(const std::vector<Row>& rows) {
   if (rows.empty()) return;
-  const Vector so_far = blocks_.size() < kFewestBlocks ? Vector::Zero() : Factors();
-  const auto off = [&](const Row& row) { return std::abs(row.y - so_far.dot(row.x)); };
+  const double so_far = blocks_.size() < kFewestBlocks ? 0.0 : Factor();
+  const auto off = [&](const Row& row) { return std::abs(row.y - so_far * row.x); };
   std::vector<double> sizes;
   for (const Row& row : rows) sizes.push_back(off(row));
   const double bound = kBoundInMedians * Median(std::move(sizes));
   Sums sums;
   for (const Row& row : rows) {
     const double w = off(row) <= bound ? 1.0 : bound / off(row);
-    sums.xx += w * row.x * row.x.transpose();
+    sums.xx += w * row.x * row.x;
     sums.xy += w * row.y * row.x;
     sums.yy += w * row.y * row.y;
     sums.rows += 1.0;
   }
-  if (!(sums.xx.allFinite() && std::isfinite(sums.yy))) return;
+  if (!(std::isfinite(sums.xx) && std::isfinite(sums.yy))) return;
   blocks_.push_back(sums);
   if (blocks_.size() == kMostBlocks) JoinNeighbours();
 }
 
-// Inverse for one or two regressors; an absent one (xx(1, 1) = 0) gets zeros. Not finite if the two
-// cannot be separated.
-Eigen::Matrix2d BlockRegression::Inverse(const Eigen::Matrix2d& xx) {
-  if (xx(1, 1) > 0.0) return xx.inverse();
-  Eigen::Matrix2d inverse = Eigen::Matrix2d::Zero();
-  inverse(0, 0) = 1.0 / xx(0, 0);
-  return inverse;
-}
-
 std::optional<BlockRegression::Result> BlockRegression::Estimate() const {
-  if (blocks_.size() < kFewestBlocks) return std::nullopt;
   const Sums total = Total();
-  const Eigen::Matrix2d inverse = Inverse(total.xx);
-  const Vector factors = inverse * total.xy;
-  if (!factors.allFinite()) return std::nullopt;
-  Eigen::Matrix2d scores = Eigen::Matrix2d::Zero();
-  for (const Sums& block : blocks_) {
-    const Vector score = block.xy - block.xx * factors;
-    scores += score * score.transpose();
-  }
+  if (blocks_.size() < kFewestBlocks || !(total.xx > 0.0)) return std::nullopt;
+  const double factor = total.xy / total.xx;
+  double scores = 0.0;
+  for (const Sums& block : blocks_) scores += std::pow(block.xy - block.xx * factor, 2);
   const auto n = static_cast<double>(blocks_.size());
-  const Eigen::Matrix2d covariance = n / (n - 1.0) * inverse * scores * inverse;
-  const double after = total.yy - 2.0 * factors.dot(total.xy) + factors.dot(total.xx * factors);
-  return Result{factors[0],
-                std::sqrt(covariance(0, 0)),
+  const double after = total.yy - 2.0 * factor * total.xy + factor * total.xx * factor;
+  return Result{factor,
+                std::sqrt(n / (n - 1.0) * scores) / total.xx,
                 std::sqrt(total.yy / total.rows),
                 std::sqrt(std::max(0.0, after) / total.rows)};
 }
@@ -146,26 +130,18 @@ std::optional<SonarTiming::Look> SonarTiming::LookAt(const GeoreferencedPing& pi
   if (static_cast<int>(ping.soundings.size()) < kFewestSoundings) return std::nullopt;
   const Eigen::Vector3d vehicle = ping.T_map_vehicle.translation();
   const double yaw = LevelPose(ping.T_map_vehicle).yaw;
-  const Eigen::Vector2d ahead(std::cos(yaw), std::sin(yaw));
-  const Eigen::Vector2d starboard(-ahead.y(), ahead.x());
-  std::vector<Eigen::Vector3d> level;  // forward, starboard, down from the vehicle
+  const Eigen::Vector2d starboard(-std::sin(yaw), std::cos(yaw));
+  std::vector<Eigen::Vector2d> level;  // starboard, down from the vehicle
   level.reserve(ping.soundings.size());
-  double way_m = 0.0;
   for (const Sounding& sounding : ping.soundings) {
     const Eigen::Vector3d p = sounding.p_map - vehicle;
-    level.emplace_back(ahead.dot(p.head<2>()), starboard.dot(p.head<2>()), p.z());
-    way_m += level.back().x();
+    level.emplace_back(starboard.dot(p.head<2>()), p.z());
   }
-  way_m /= static_cast<double>(level.size());
   const std::optional<Line> line = FitLine(level);
   if (!line || !(line->at_zero > 0.0)) return std::nullopt;
   Look look;
   look.time = ping.time;
   look.slope_rad = std::atan(line->slope);
-  look.depth_m = vehicle.z() + line->at_zero;
-  look.altitude_m = line->at_zero;
-  look.ahead = ahead;
-  look.p_map = vehicle.head<2>() + way_m * ahead;
   return look;
 }
 
@@ -178,8 +154,6 @@ bool SonarTiming::AddRates(const PoseLookup& T_map_vehicle_at, double gap_s, Loo
   const Eigen::Vector3d a = RpyFromRotation(early->rotation());
   const Eigen::Vector3d b = RpyFromRotation(late->rotation());
   look->roll_rate_radps = WrapAngle(b.x() - a.x()) / (2.0 * half_s);
-  look->pitch_rate_radps = WrapAngle(b.y() - a.y()) / (2.0 * half_s);
-  look->sink_rate_mps = (late->translation().z() - early->translation().z()) / (2.0 * half_s);
   return true;
 }
 
@@ -202,51 +176,22 @@ void SonarTiming::Add(const GeoreferencedPing& ping, const PoseLookup& T_map_veh
 void SonarTiming::Compare(const Look& from, const Look& to, Head* head) {
   const double gap_s = ToSeconds(to.time - from.time);
   if (!(gap_s > 0.0 && gap_s < kLongestGapS)) return Finish(head);
-  head->roll.push_back(
-      {{to.roll_rate_radps - from.roll_rate_radps, 0.0}, to.slope_rad - from.slope_rad});
-  head->along.push_back({to.depth_m - from.depth_m,
-                         from.ahead.dot(to.p_map - from.p_map),
-                         0.5 * (from.altitude_m + to.altitude_m),
-                         to.pitch_rate_radps - from.pitch_rate_radps,
-                         to.sink_rate_mps - from.sink_rate_mps});
+  head->roll.push_back({to.roll_rate_radps - from.roll_rate_radps, to.slope_rad - from.slope_rad});
   ++pings_;
 }
 
-// Ends a block. An error of roll adds to the slope across the track. An error of pitch puts the
-// soundings altitude x pitch too far forward, where the seabed is deeper by that distance times its
-// slope. With a late stamp the depth of the vehicle is taken after it sank further.
 void SonarTiming::Finish(Head* head) {
   roll_.AddBlock(head->roll);
-  double depth_m = 0.0;
-  double way_m = 0.0;
-  for (const Head::Along& a : head->along) {
-    depth_m += a.depth_m;
-    way_m += a.way_m;
-  }
-  if (std::abs(way_m) > 1.0) {
-    const double slope = depth_m / way_m;
-    std::vector<BlockRegression::Row> rows;
-    for (const Head::Along& a : head->along)
-      rows.push_back({{-slope * a.altitude_m * a.pitch_rate_radps, a.sink_rate_mps},
-                      a.depth_m - slope * a.way_m});
-    pitch_.AddBlock(rows);
-  }
   head->roll.clear();
-  head->along.clear();
   head->before.reset();  // blocks share no ping
 }
 
 SonarTimingEstimate SonarTiming::estimate() const {
-  // A stamp that is early by t changes slopes by -t times the change of the rate.
-  const auto of = [&](const BlockRegression& regression) -> std::optional<TimeOffsetEstimate> {
-    const auto result = regression.Estimate();
-    if (!result) return std::nullopt;
-    return TimeOffsetEstimate{
-        -result->factor, result->sigma, pings_, result->before, result->after};
-  };
   SonarTimingEstimate estimate;
-  estimate.roll = of(roll_);
-  estimate.pitch = of(pitch_);
+  // A stamp that is early by t changes slopes by -t times the change of the rate.
+  if (const auto result = roll_.Estimate())
+    estimate.roll =
+        TimeOffsetEstimate{-result->factor, result->sigma, pings_, result->before, result->after};
   return estimate;
 }
 

@@ -216,7 +216,10 @@ void SubmapBuilder::AddSoundings(const GeoreferencedPing& ping) {
   std::array<Eigen::Vector3d, kBeamsPerMedian> group;
   std::size_t grouped = 0;
   const Eigen::Vector3d p_map_vehicle = ping.T_map_vehicle.translation();
-  if (keeps_soundings_) open_->soundings.pings.push_back({ping.time, ping.ping_number, ping.head});
+  if (keeps_soundings_) {
+    open_->soundings.pings.push_back({ping.time, ping.ping_number, ping.head});
+    open_->soundings.motions.push_back({.heave_m = ping.heave_m});
+  }
   for (const Sounding& sounding : ping.soundings) {
     const SoundingGate gate = CheckSounding(sounding.p_map, p_map_vehicle, filter_);
     const Eigen::Vector3d p_anchored = T_anchored_map * sounding.p_map;
@@ -360,6 +363,15 @@ std::optional<Submap> SubmapBuilder::Close(SubmapTrigger trigger) {
     SubmapSoundings::Sounding& sounding = open.soundings.soundings[i];
     sounding.p_submap_m = (T_submap_voxels * sounding.p_submap_m.cast<double>()).cast<float>();
     sounding.used = open.voxel_of_sounding[i] != kNoVoxel && seabed[open.voxel_of_sounding[i]] != 0;
+  }
+  const Eigen::Matrix3d R_level_submap = LevelFromBody(submap.T_map_submap);
+  open.soundings.R_level_submap = R_level_submap;
+  const Eigen::Isometry3d T_submap_anchored = middle.T_anchored_vehicle.inverse();
+  for (std::size_t i = 0; i < open.soundings.motions.size(); ++i) {
+    SubmapSoundings::Motion& motion = open.soundings.motions[i];
+    const Eigen::Isometry3d T_submap_vehicle = T_submap_anchored * open.track[i].T_anchored_vehicle;
+    motion.p_level_m = R_level_submap * T_submap_vehicle.translation();
+    motion.rpy_rad = RpyFromRotation(R_level_submap * T_submap_vehicle.linear());
   }
   soundings_ = std::move(open.soundings);
   frames_.push_back({middle.time, middle.T_map_vehicle.translation().head<2>()});

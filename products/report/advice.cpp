@@ -109,6 +109,30 @@ void AddOffset(const std::string& key,
                          Text(" (1 sigma %.1f ms).", 1000.0 * offset.sigma_s)});
 }
 
+// Overlaps see a latency better than a single line.
+bool IsSeenByOverlaps(const DiveReport& dive) {
+  return !dive.calibration.empty() && dive.calibration.front().HasEnough();
+}
+
+// What the overlaps found, and this map has already.
+void AddCalibration(const std::vector<CalibrationEstimate>& rounds,
+                    const std::string& file,
+                    std::vector<Advice>* advice) {
+  if (rounds.size() < 2) return;
+  const CalibrationEstimate& first = rounds.front();
+  for (const CalibrationName& of : kCalibrationNames) {
+    if (!first.Of(of.key).is_applied) continue;
+    const auto text = [&](double value) { return Text("%.3f", value / of.per_unit + 0.0); };
+    advice->push_back({file,
+                       std::string("calibration.") + of.name,
+                       text(first.used.*of.value),
+                       text(rounds.back().used.*of.value),
+                       "Where swaths overlap, their heights differ as with this error (1 sigma " +
+                           text(first.Of(of.key).sigma) + " " + of.unit +
+                           "). This map was made with the new value."});
+  }
+}
+
 }  // namespace
 
 std::vector<Advice> AdviceOf(const Survey& survey,
@@ -131,8 +155,9 @@ std::vector<Advice> AdviceOf(const Survey& survey,
                   options.vehicles[k],
                   "vehicle.yaml" + of_dive,
                   &advice);
+    AddCalibration(dive.calibration, "mapper.yaml" + of_dive, &advice);
     const auto timing = ClearTiming(dive.sonar);
-    if (timing && !dive.sonar.placed_by_source && !has_wrong_clock)
+    if (timing && !dive.sonar.placed_by_source && !has_wrong_clock && !IsSeenByOverlaps(dive))
       AddOffset(SonarTimingEstimate::kKey,
                 dive.sonar.configured_s,
                 *timing,

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "common/core/calibration.hpp"
 #include "common/core/survey_noise.hpp"
 #include "products/survey.hpp"
 
@@ -37,6 +38,9 @@ struct DiveReport {
   std::optional<NavigationDifference> other_navigation;
   // Angle of the Doppler log beyond its yaw in vehicle.yaml, where it is clearly wrong.
   std::optional<double> dvl_turned_rad{};
+  // What the overlaps say of the sonar's calibration, one a round: the last is of this map. Empty:
+  // not estimated.
+  std::vector<CalibrationEstimate> calibration{};
 };
 
 // A dive of several whose input was not read, or not to its end.

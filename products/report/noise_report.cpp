@@ -94,18 +94,16 @@ bool IsClear(const std::optional<TimeOffsetEstimate>& offset) {
 }  // namespace
 
 std::optional<TimeOffsetEstimate> ClearTiming(const SonarTimingEstimate& timing) {
-  if (IsClear(timing.roll)) return timing.roll;
-  return IsClear(timing.pitch) ? timing.pitch : std::nullopt;
+  return IsClear(timing.roll) ? timing.roll : std::nullopt;
 }
 
 std::vector<std::string> TimingFindings(const SonarTimingEstimate& timing) {
   const std::optional<TimeOffsetEstimate> offset = ClearTiming(timing);
   if (!offset) return {};
-  const bool by_roll = IsClear(timing.roll);
-  std::string text =
-      "The sonar's stamps are " + Format("%.1f ms too ", 1000.0 * std::abs(offset->add_s)) +
-      (offset->add_s > 0.0 ? "early" : "late") + " for the " + (by_roll ? "roll" : "pitch") +
-      Format(" (1 sigma %.1f ms): ", 1000.0 * offset->sigma_s);
+  std::string text = "The sonar's stamps are " +
+                     Format("%.1f ms too ", 1000.0 * std::abs(offset->add_s)) +
+                     (offset->add_s > 0.0 ? "early" : "late") + " for the roll" +
+                     Format(" (1 sigma %.1f ms): ", 1000.0 * offset->sigma_s);
   if (timing.placed_by_source)
     text += "correct them in the program that computed the soundings.";
   else

@@ -8,6 +8,7 @@
 #include "common/runtime/process/process.hpp"
 #include "products/product_files.hpp"
 #include "products/report/advice.hpp"
+#include "products/report/calibration_report.hpp"
 #include "products/report/counter_words.hpp"
 #include "products/report/noise_report.hpp"
 #include "products/report/report.hpp"
@@ -169,7 +170,6 @@ void AddTiming(const std::string& dive, const SonarTimingEstimate& timing, HtmlT
                   Milliseconds(offset->sigma_s)});
   };
   add("Time offset of the sonar's stamps, by roll", timing.roll);
-  add("Time offset of the sonar's stamps, by pitch", timing.pitch);
 }
 
 // Empty if nothing was estimated.
@@ -435,6 +435,7 @@ std::string ReportHtml(const Survey& survey,
       {"mounting", MountingTable(survey, s)},
       {"noise_findings", FindingsText(s, options)},
       {"noise", NoiseTable(survey, options)},
+      {"calibration", CalibrationHtml(options)},
       {"dives", DivesList(s.dives, options.unread)},
       {"advice", AdviceTable(AdviceOf(survey, s, options))},
       {"verdicts", VerdictTable(s)},

@@ -101,9 +101,7 @@ Json ToJson(const std::optional<TimeOffsetEstimate>& offset) {
 }
 
 Json TimingJson(const SonarTimingEstimate& timing) {
-  return {{"configured_s", timing.configured_s},
-          {"by_roll", ToJson(timing.roll)},
-          {"by_pitch", ToJson(timing.pitch)}};
+  return {{"configured_s", timing.configured_s}, {"by_roll", ToJson(timing.roll)}};
 }
 
 Json NoiseJson(const ProductSummary& s, const ProductOptions& options) {
@@ -152,6 +150,33 @@ Json NavigationJson(const Survey& survey, const DiveReport& dive, std::int32_t c
                            {"sigma_east_m", last->sigma.y()},
                            {"sigma_heading_deg", Rad2Deg(last->sigma.z())}};
   return json;
+}
+
+Json ValuesJson(const SonarCalibration& calibration) {
+  Json json = Json::object();
+  for (const CalibrationName& of : kCalibrationNames)
+    json[of.name] = calibration.*of.value / of.per_unit;
+  return json;
+}
+
+// The rounds: what was used, and what the overlaps add to it.
+Json ToJson(const std::vector<CalibrationEstimate>& rounds) {
+  Json list = Json::array();
+  for (const CalibrationEstimate& e : rounds) {
+    Json values = Json::object();
+    for (const CalibrationName& of : kCalibrationNames) {
+      const CalibratedValue& value = e.Of(of.key);
+      values[of.name] = {{"add", value.add / of.per_unit},
+                         {"sigma", value.sigma / of.per_unit},
+                         {"is_clear", value.is_applied}};
+    }
+    list.push_back({{"used", ValuesJson(e.used)},
+                    {"values", values},
+                    {"pairs", e.pairs},
+                    {"cells", e.cells},
+                    {"overlaps_rms_m", {{"before", e.before_m}, {"after", e.after_m}}}});
+  }
+  return list;
 }
 
 Json DivesJson(const Survey& survey,
@@ -225,6 +250,7 @@ std::string ReportJson(const Survey& survey,
                           {"largest", Measured(s.z_offset_max_m)}}}};
   if (s.dives.empty()) r["mounting"] = MountingJson(survey, 0);  // of several: in each of `dives`
   r["noise"] = NoiseJson(s, options);
+  if (options.dives.size() == 1) r["calibration"] = ToJson(options.dives.front().calibration);
   if (!s.dives.empty()) r["dives"] = DivesJson(survey, s.dives, options.dives);
   if (!s.dives.empty() || !options.unread.empty()) r["dives_not_read"] = UnreadJson(options.unread);
   r["soundings"] = {{"read", s.soundings_read}, {"used", s.soundings_used}};

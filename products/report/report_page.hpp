@@ -57,7 +57,8 @@ all. Raise that key then.</li>
 {{#noise}}<p class="small">Estimated from the height differences that remain where submaps overlap. The covariance of every loop
 closure is computed from these values. A time offset of the sonar is estimated from changes of the measured slope from
 ping to ping with the roll rate (or, where the seabed slopes along the track, of the depth with the pitch rate).</p>
-{{noise}}{{/noise}}{{#dives}}<h2>Dives</h2>
+{{noise}}{{/noise}}{{#calibration}}<h2>Calibration</h2>
+{{calibration}}{{/calibration}}{{#dives}}<h2>Dives</h2>
 <ul>
 {{dives}}</ul>
 {{/dives}}<h2>Loop closures</h2>

@@ -30,7 +30,9 @@ void Fields(Archive& archive, Of<Archive, TimeOffsetEstimate>& offset) {
 
 template <class Archive>
 void Fields(Archive& archive, Of<Archive, SonarTimingEstimate>& timing) {
-  archive(timing.configured_s, timing.placed_by_source, timing.roll, timing.pitch);
+  // The place of an estimate that earlier versions of the program made.
+  std::optional<TimeOffsetEstimate> unused;
+  archive(timing.configured_s, timing.placed_by_source, timing.roll, unused);
 }
 
 template <class Archive>

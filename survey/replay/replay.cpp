@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <iterator>
 #include <memory>
 #include <optional>
+#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -17,6 +19,7 @@
 #include "mapper/mapper_config.hpp"
 #include "optimizer/optimizer_config.hpp"
 #include "products/files/sounding_log.hpp"
+#include "products/product_files.hpp"
 #include "products/survey_collector.hpp"
 #include "survey/errors.hpp"
 #include "survey/plan/dive_inputs.hpp"
@@ -29,6 +32,7 @@
 #include "survey/session/mapping_session.hpp"
 #include "survey/session/other_navigation.hpp"
 #include "survey/session/ping_inputs.hpp"
+#include "survey/session/self_calibration.hpp"
 
 namespace seastitch {
 namespace {
@@ -120,7 +124,11 @@ double DurationSeconds(const Survey& survey) {
 }
 
 // Makes the map from the input.
-void Remake(Dive* dive, std::unique_ptr<RawReplay> raw, Outputs outputs, Feeding* feeding) {
+void Remake(Dive* dive,
+            std::unique_ptr<RawReplay> raw,
+            Outputs outputs,
+            std::optional<SelfCalibration>* calibration,
+            Feeding* feeding) {
   const SurveyCollector& collector = *outputs.collector;
   ProductOptions* const products = outputs.products;
   SoundingLog* const soundings = products->soundings;
@@ -133,8 +141,10 @@ void Remake(Dive* dive, std::unique_ptr<RawReplay> raw, Outputs outputs, Feeding
   const bool exported = products->sounding_format.has_value();
   PingInputs inputs(dive->input.names, exported, dive->mapper.sonar_time_offset_s);
   if (soundings != nullptr)
-    mapper.OnSoundings(
-        [&](const SubmapSoundings& submap) { soundings->Add(submap, inputs.Take(submap)); });
+    mapper.OnSoundings([&](const SubmapSoundings& submap) {
+      if (*calibration) (*calibration)->Add(submap);
+      soundings->Add(submap, inputs.Take(submap));
+    });
   mapper.OnSmoothed([&](const SmoothedPose& pose) { outputs.collector->Add(pose); });
   std::optional<OtherNavigation> other;
   if (dive->input.logs) other.emplace(dive->mapper);
@@ -152,6 +162,8 @@ void Remake(Dive* dive, std::unique_ptr<RawReplay> raw, Outputs outputs, Feeding
         },
         feeding);
   session.Finish();
+  // Soundings that their source has placed cannot be placed otherwise here.
+  if (mapper.noise().timing.placed_by_source) calibration->reset();
   if (feeding->stopped() && feeding->partial.empty()) NoteStop(100, feeding);
   if (other) feeding->other_tracks.push_back({0, other->source(), other->Finish()});
   if (inputs.unknown() > 0) feeding->refused["pings_of_an_unknown_input"] += inputs.unknown();
@@ -169,6 +181,96 @@ void Remake(Dive* dive, std::unique_ptr<RawReplay> raw, Outputs outputs, Feeding
                 session.mapper().Statement(faults.conditions),
                 *feeding);
   WarnOfDepths(session.mapper().mapper(), "", feeding);
+}
+
+// Most runs over the inputs: as configured, and with what the overlaps then show.
+constexpr std::size_t kMostRounds = 2;
+
+// What one run over the inputs fills.
+struct MapRun {
+  // base: products of any run. of_pings: soundings are placed here.
+  MapRun(const fs::path& out, ProductOptions base, bool of_pings, Feeding input)
+      : collector(out), products(std::move(base)), feeding(std::move(input)) {
+    if (of_pings) products.soundings = &soundings.emplace(out / ".soundings");
+  }
+  MapRun(const MapRun&) = delete;
+  MapRun& operator=(const MapRun&) = delete;
+
+  SurveyCollector collector;
+  MapRecorder recorder;
+  std::optional<SoundingLog> soundings;
+  std::optional<SelfCalibration> calibration;
+  ProductOptions products;
+  Feeding feeding;
+};
+
+// Maps the inputs, or takes the recorded results.
+void MapInputs(const ReplayOptions& options,
+               const fs::path& out,
+               std::vector<Dive>* dives,
+               Unread* unread,
+               MapRun* run) {
+  Dive& first = dives->front();
+  std::unique_ptr<RawReplay> raw = options.from_raw ? OpenRaw(options, first.input, out) : nullptr;
+  if (options.as_recorded) {
+    FeedResults(*first.input.logs, &run->collector, &run->feeding);
+    run->products.noise_not_estimated = "this replay uses the recorded results";
+    for (const std::string& name : first.input.names) run->feeding.spans.push_back({name, {}, {}});
+    return;
+  }
+  const ScratchDir store(out / ".store");
+  first.mapper.map_dir = store.path();
+  const Outputs outputs{&run->collector, &run->products, [&](const MapperEvent& event) {
+                          run->recorder.Add(event);
+                          if (options.on_event) options.on_event(event);
+                        }};
+  if (dives->size() > 1 || first.input.map)
+    return RemakeTogether(dives, store.path(), outputs, unread, &run->feeding);
+  if (run->soundings && first.mapper.calibrate && !options.no_calibration && !options.on_event)
+    run->calibration.emplace(out / ".cells",
+                             first.mapper.vehicle.T_vehicle_mbes.translation(),
+                             first.mapper.calibration);
+  Remake(&first, std::move(raw), outputs, &run->calibration, &run->feeding);
+}
+
+// Prepares the next run, with what the overlaps showed.
+void MapAgain(const CalibrationEstimate& found,
+              const ReplayOptions& options,
+              const fs::path& out,
+              Dive* dive) {
+  dive->mapper.calibration = found.Corrected();
+  if (dive->input.survey_files)
+    dive->input.survey_files = std::make_unique<SurveyFiles>(dive->input.survey_files->plan());
+  fs::remove_all(out / product_files::kSubmapFolder);
+  if (!options.quiet)
+    std::fprintf(stderr,
+                 "overlaps show errors of the sonar's calibration: mapping again without them\n");
+}
+
+void WarnOfCalibration(const std::vector<CalibrationEstimate>& rounds, Feeding* feeding) {
+  const CalibrationEstimate& first = rounds.front();
+  std::string values;
+  for (const CalibrationName& of : kCalibrationNames) {
+    if (!first.Of(of.key).is_applied) continue;
+    char text[80];
+    std::snprintf(
+        text, sizeof text, "%s: %.3f", of.name, rounds.back().used.*of.value / of.per_unit + 0.0);
+    values += (values.empty() ? "" : ", ") + std::string(text);
+  }
+  char differences[120];
+  std::snprintf(differences,
+                sizeof differences,
+                "heights in overlaps differ by %.3f m in place of %.3f m",
+                rounds.back().before_m,
+                first.before_m);
+  const double removed_m2 = std::pow(first.before_m, 2) - std::pow(rounds.back().before_m, 2);
+  Warn({WarningCode::kCalibrated,
+        std::string("depths were corrected by a calibration from the survey's own overlaps: ") +
+            differences + "; for the next survey write calibration: {" + values +
+            "} into mapper.yaml, or map without it by --no-calibration",
+        std::sqrt(std::max(0.0, removed_m2))},
+       "",
+       feeding);
 }
 
 // Compares the map's track with that of the other navigation.
@@ -250,40 +352,37 @@ ProductSummary RunReplay(const ReplayOptions& options) {
     UseTruth(options, &products);
   }
   products.cell_m = options.cell_m;
-
-  std::unique_ptr<RawReplay> raw =
-      options.from_raw ? OpenRaw(options, first.input, out.path()) : nullptr;
-  SurveyCollector collector(out.path());
-  MapRecorder recorder;
-  std::optional<SoundingLog> soundings;
   products.sounding_format = options.soundings;
   const bool of_pings = !options.as_recorded && !first.input.submaps &&
                         std::none_of(dives.begin(), dives.end(), [](const Dive& dive) {
                           return dive.input.map.has_value();
                         });
-  if (of_pings) products.soundings = &soundings.emplace(out.path() / ".soundings");
-  Feeding feeding{options.quiet, [&] { return interruption && interruption->requested(); }};
-  if (options.as_recorded) {
-    FeedResults(*first.input.logs, &collector, &feeding);
-    products.noise_not_estimated = "this replay uses the recorded results";
-    for (const std::string& name : first.input.names) feeding.spans.push_back({name, {}, {}});
-  } else {
-    const ScratchDir store(out.path() / ".store");
-    first.mapper.map_dir = store.path();
-    const Outputs outputs{&collector, &products, [&](const MapperEvent& event) {
-                            recorder.Add(event);
-                            if (options.on_event) options.on_event(event);
-                          }};
-    if (several || first.input.map)
-      RemakeTogether(&dives, store.path(), outputs, &unread, &feeding);
-    else
-      Remake(&first, std::move(raw), outputs, &feeding);
+
+  const auto stopped = [&] { return interruption && interruption->requested(); };
+  std::set<std::string> said;
+  std::vector<CalibrationEstimate> rounds;
+  std::unique_ptr<MapRun> run;
+  Survey survey;
+  for (;;) {
+    run.reset();  // removes its files
+    run = std::make_unique<MapRun>(out.path(), products, of_pings, Feeding{options.quiet, stopped});
+    run->feeding.said = std::exchange(said, {});
+    MapInputs(options, out.path(), &dives, &unread, run.get());
+    survey = run->collector.Finish();
+    if (!run->calibration) break;
+    rounds.push_back(run->calibration->Estimate(survey));
+    if (rounds.size() == kMostRounds || !rounds.back().AppliesAny() || stopped()) break;
+    said = run->feeding.said;
+    MapAgain(rounds.back(), options, out.path(), &first);
   }
+  if (rounds.size() > 1) WarnOfCalibration(rounds, &run->feeding);
+  Feeding& feeding = run->feeding;
+  products = run->products;
+  if (!rounds.empty() && products.dives.size() == 1) products.dives.front().calibration = rounds;
   products.refused = feeding.refused;
   products.partial = feeding.partial;
   products.warnings = feeding.warnings;
   products.unread = unread.dives();
-  Survey survey = collector.Finish();
   CompareTracks(survey, feeding.other_tracks, &products.dives);
   survey.inputs = feeding.spans;
   products.run_figures = [&] { return stopwatch.Read(DurationSeconds(survey)); };
@@ -292,8 +391,9 @@ ProductSummary RunReplay(const ReplayOptions& options) {
                                        : WriteProducts(survey, products, out.path());
   summary.warnings = feeding.warnings.size();
   if (!survey.submaps.empty() && !options.as_recorded)
-    WriteFinishedMap(out.path(), recorder, survey, products, summary.outcome, first.configuration);
-  soundings.reset();
+    WriteFinishedMap(
+        out.path(), run->recorder, survey, products, summary.outcome, first.configuration);
+  run.reset();
   interruption.reset();  // publishing is not interrupted
   out.Publish();
   return summary;

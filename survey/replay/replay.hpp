@@ -37,6 +37,8 @@ struct ReplayOptions {
   bool as_recorded = false;
   // No pause and no distance splits survey files into dives (GroupSurveyFiles).
   bool one_dive = false;
+  // Do not map again with a calibration that the overlaps of the survey show.
+  bool no_calibration = false;
   // Decode the recorded raw bytes again; ignore the recorded messages of the drivers.
   bool from_raw = false;
   // Configuration files of the drivers, with from_raw. Empty: as recorded.
@@ -52,7 +54,8 @@ struct ReplayOptions {
   // The first Ctrl-C ends the reading of the input and makes the map of that part; the second ends
   // the process.
   bool interruptible = false;
-  // If set, called with every event of the mapper.
+  // If set, called with every event of the mapper; the input is then mapped once, as with
+  // no_calibration.
   std::function<void(const MapperEvent&)> on_event;
 };
 

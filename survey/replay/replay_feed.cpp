@@ -98,7 +98,8 @@ DiveReport ReportOf(const LocalMapper& mapper, const InputFaults& faults) {
 
 void Warn(MapWarning warning, const std::string& dive, Feeding* feeding) {
   if (!dive.empty()) warning.text = dive + ": " + warning.text;
-  std::fprintf(stderr, "warning: %s\n", warning.text.c_str());
+  if (feeding->said.insert(warning.text).second)
+    std::fprintf(stderr, "warning: %s\n", warning.text.c_str());
   feeding->warnings.push_back(std::move(warning));
 }
 

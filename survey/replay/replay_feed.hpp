@@ -4,6 +4,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -34,6 +35,7 @@ struct Feeding {
   std::vector<OtherTrack> other_tracks{};         // one of each dive with a log
   std::vector<SurveyInput> spans{};               // the inputs, in order
   std::vector<MapWarning> warnings{};             // as they were printed
+  std::set<std::string> said{};                   // warnings that are not printed again
 };
 
 // Notes that the replay was interrupted after this part of the input.

@@ -9,7 +9,7 @@
 
 #include "common/convert/checks.hpp"
 #include "common/convert/convert.hpp"
-#include "common/core/sound_speed.hpp"
+#include "common/core/sensors.hpp"
 #include "tests/convert/example_messages.hpp"
 #include "tests/property.hpp"
 

@@ -79,18 +79,6 @@ TEST(SonarTiming, FindsTheOffsetByRollOnASeabedThatIsFlat) {
   }
 }
 
-TEST(SonarTiming, FindsItByPitchWhereTheSeabedSlopesAlong) {
-  const SonarTimingEstimate found = Estimate({}, {10.0, 0.2, 0.1}, 0.08, 4000, 0.02);
-  ASSERT_TRUE(found.pitch);
-  EXPECT_LT(found.pitch->sigma_s, 0.02);
-  EXPECT_NEAR(found.pitch->add_s, 0.08, 3.0 * found.pitch->sigma_s);
-  // On a level seabed pitch has no information, and gives no estimate.
-  const SonarTimingEstimate level = Estimate({}, {}, 0.08, 4000, 0.02);
-  if (level.pitch) {
-    EXPECT_GT(level.pitch->sigma_s, 0.1);
-  }
-}
-
 // Sigma is consistent: over many surveys the errors divided by it have a standard deviation of 1.
 TEST(SonarTiming, SigmaIsHonest) {
   double sum = 0.0;

@@ -106,7 +106,7 @@ TEST(AdviceOf, NamesTheDiveOfSeveral) {
   c.summary.dives.resize(2);
   c.summary.dives[0].name = "north";
   c.summary.dives[1].name = "south";
-  c.options.dives[1].sonar.pitch = TimeOffsetEstimate{0.02, 0.001, 900};
+  c.options.dives[1].sonar.roll = TimeOffsetEstimate{0.02, 0.001, 900};
   const std::vector<Advice> advice = AdviceOf(c.survey, c.summary, c.options);
   ASSERT_EQ(advice.size(), 1u);
   EXPECT_EQ(advice[0].file, "mapper.yaml of south");

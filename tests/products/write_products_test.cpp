@@ -286,7 +286,6 @@ TEST(WriteProducts, SaysWhatTheSurveyShowsOfItsNoiseBesideWhatIsConfigured) {
   EXPECT_DOUBLE_EQ(noise["sounding_noise_ratio"]["sigma"], 0.08);
   EXPECT_DOUBLE_EQ(noise["shared_error_percent_of_altitude"]["configured"], 0.03);
   EXPECT_DOUBLE_EQ(noise["sonar_time_offset"]["by_roll"]["add_s"], 0.012);
-  EXPECT_TRUE(noise["sonar_time_offset"]["by_pitch"].is_null());
   EXPECT_THAT(Slurp(folder / "report.html"), HasSubstr("1.6 x noisier"));
 
   // What a sensor's clock does to the pings is no latency of the sonar.
@@ -348,7 +347,7 @@ TEST(NoiseReport, StatesABoundWhereAnEstimateIsAnEndOfItsRange) {
   EXPECT_THAT(Slurp(folder / "report.html"), HasSubstr("at least 0.01600"));
 }
 
-TEST(NoiseReport, StatesATimeOffsetOfEitherSignByRollOrPitch) {
+TEST(NoiseReport, StatesATimeOffsetOfEitherSign) {
   SonarTimingEstimate timing;
   timing.configured_s = 0.010;
   timing.roll = {-0.012, 0.001, 900, 2e-4, 1e-4};
@@ -356,20 +355,17 @@ TEST(NoiseReport, StatesATimeOffsetOfEitherSignByRollOrPitch) {
       FindingsOf({}, timing),
       ElementsAre("The sonar's stamps are 12.0 ms too late for the roll (1 sigma 1.0 ms): set "
                   "sonar_time_offset_s to -0.002."));
-  timing.pitch = {0.020, 0.002, 900, 0.1, 0.05};
-  EXPECT_THAT(FindingsOf({}, timing), ElementsAre(HasSubstr("for the roll")));
-  timing.roll->sigma_s = 0.005;  // not 3 sigma
-  EXPECT_THAT(
-      FindingsOf({}, timing),
-      ElementsAre("The sonar's stamps are 20.0 ms too early for the pitch (1 sigma 2.0 ms): "
-                  "set sonar_time_offset_s to 0.030."));
+  timing.roll = {0.020, 0.002, 900, 0.1, 0.05};
+  EXPECT_THAT(FindingsOf({}, timing),
+              ElementsAre("The sonar's stamps are 20.0 ms too early for the roll (1 sigma 2.0 ms): "
+                          "set sonar_time_offset_s to 0.030."));
   timing.placed_by_source = true;
   EXPECT_THAT(
       FindingsOf({}, timing),
       ElementsAre(HasSubstr("(1 sigma 2.0 ms): correct them in the program that computed the "
                             "soundings.")));
-  timing.pitch->add_s = 0.0019;  // too small to matter
-  timing.pitch->sigma_s = 1e-4;
+  timing.roll->add_s = 0.0019;  // too small to matter
+  timing.roll->sigma_s = 1e-4;
   EXPECT_THAT(FindingsOf({}, timing), ElementsAre());
 }
 

@@ -1,0 +1,53 @@
+#include "products/report/calibration_report.hpp"
+
+#include <vector>
+
+#include "common/core/calibration.hpp"
+#include "viewer/html.hpp"
+
+namespace seastitch {
+namespace {
+
+std::string WithUnit(double value, const CalibrationName& of) {
+  return Fixed(value / of.per_unit + 0.0, 3) + " " + of.unit;
+}
+
+std::string Estimated(const CalibratedValue& value, const CalibrationName& of) {
+  return Fixed(value.add / of.per_unit, 3) + " &plusmn; " + WithUnit(value.sigma, of);
+}
+
+std::string Table(const std::vector<CalibrationEstimate>& rounds) {
+  HtmlTable table({"", "Configured", "Used in this map", "Overlaps of this map add"});
+  for (const CalibrationName& of : kCalibrationNames)
+    table.Row({of.name,
+               WithUnit(rounds.front().used.*of.value, of),
+               WithUnit(rounds.back().used.*of.value, of),
+               Estimated(rounds.back().Of(of.key), of)});
+  return table.Finish();
+}
+
+std::string Sentences(const std::vector<CalibrationEstimate>& rounds) {
+  const CalibrationEstimate& first = rounds.front();
+  std::string text = "Estimated from " + std::to_string(first.cells) +
+                     " cells that two submaps measured, in " + std::to_string(first.pairs) +
+                     " pairs. ";
+  if (rounds.size() == 1) return text + "Nothing is clear enough to be applied.";
+  text += "The heights in overlaps differ by " + Fixed(rounds.back().before_m, 3) +
+          " m RMS in place of " + Fixed(first.before_m, 3) + " m as configured.";
+  if (first.Of(CalibrationKey::kSmile).is_applied)
+    text +=
+        " The smile was taken for an error of steering, which leaves the depth at nadir as it "
+        "is. If the sound-speed profile is its cause, all depths are off by " +
+        Fixed(100.0 * first.depth_part, 2) + " % of the altitude: overlaps do not tell.";
+  return text;
+}
+
+}  // namespace
+
+std::string CalibrationHtml(const ProductOptions& options) {
+  if (options.dives.size() != 1 || options.dives.front().calibration.empty()) return "";
+  const std::vector<CalibrationEstimate>& rounds = options.dives.front().calibration;
+  return "<p>" + Sentences(rounds) + "</p>\n" + Table(rounds);
+}
+
+}  // namespace seastitch

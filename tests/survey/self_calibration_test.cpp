@@ -1,0 +1,103 @@
+// `seastitch replay` of surveys whose sonar has errors that nobody configured: the bench makes them
+// in its devices.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "common/core/calibration.hpp"
+#include "products/warning.hpp"
+#include "tests/paths.hpp"
+#include "tests/process/run_command.hpp"
+#include "tests/runtime/temporary_dir.hpp"
+
+namespace seastitch {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+constexpr char kSurvey[] =
+    "seed: 104\n"
+    "terrain: {depth_m: 22.0, relief: {rms_m: 0.25, longest_m: 60.0, shortest_m: 1.0, hurst: "
+    "0.9}}\n"
+    "plan: {lines: 4, line_length_m: 80.0, spacing_m: 20.0, turn_radius_m: 8.0, crosslines: 1,\n"
+    "       lead_in_m: 8.0, speed_mps: 1.5, altitude_m: 11.0}\n"
+    "motion: {roll_rms_deg: 1.5, pitch_rms_deg: 0.7, heading_rms_deg: 1.0, heave_rms_m: 0.05,\n"
+    "         period_s: 6.0}\n"
+    "errors: {class: ins_tactical}\n";
+
+class SelfCalibration : public ::testing::Test {
+ protected:
+  fs::path LogWith(const std::string& sonar) {
+    const fs::path survey = dir_ / "survey.yaml", log = dir_ / "survey.lcmlog";
+    std::ofstream(survey) << kSurvey << "mbes: {beams: 96, swath_deg: 120.0, ping_rate_hz: 5.0"
+                          << sonar << "}\n";
+    const CommandResult made = RunCommand(Program("seastitch") + " bench --survey " +
+                                          survey.string() + " --log " + log.string());
+    EXPECT_EQ(made.exit_code, 0) << made.output;
+    return log;
+  }
+  Json ReportOf(const fs::path& log, const std::string& more, int status = 0) {
+    const fs::path out = dir_ / "out";
+    const CommandResult done = RunCommand(Program("seastitch") + " replay " + log.string() +
+                                          " --quiet --out " + out.string() + " " + more);
+    EXPECT_EQ(done.exit_code, status) << done.output;
+    return Json::parse(std::ifstream(out / "report.json"));
+  }
+  static double Surface(const Json& report) { return report["surface_rms_m"]["after"]; }
+  static double Used(const Json& report, const char* name) {
+    return report["calibration"].back()["used"][name];
+  }
+
+  TemporaryDir dir_;
+};
+
+TEST_F(SelfCalibration, FindsErrorsByOverlapsAndMapsWithoutThem) {
+  const fs::path log =
+      LogWith(", errors: {mounting_roll_deg: 0.3, steering_mps: 3.0, stamp_s: 0.02}");
+  const Json as_configured = ReportOf(log, "--no-calibration");
+  EXPECT_TRUE(as_configured["calibration"].empty());
+  const Json report = ReportOf(log, "--fail-on-warning", 3);
+  ASSERT_EQ(report["calibration"].size(), 2u);
+  EXPECT_NEAR(Used(report, "roll_deg"), 0.3, 0.03);
+  EXPECT_NEAR(Used(report, "smile_mps"), 3.0, 0.4);
+  EXPECT_NEAR(Used(report, "attitude_latency_ms"), 20.0, 3.0);
+  EXPECT_EQ(Used(report, "heave_scale_percent"), 0.0);
+  EXPECT_LT(Surface(report), 0.6 * Surface(as_configured));
+  ASSERT_EQ(report["warnings"].size(), 1u);
+  EXPECT_EQ(report["warnings"][0]["code"], NameOf(WarningCode::kCalibrated));
+
+  // The next survey, with what this one suggests.
+  std::string section;
+  for (const Json& advice : report["advice"]) {
+    const std::string key = advice["key"];
+    constexpr char kSection[] = "calibration.";
+    if (key.rfind(kSection, 0) != 0) continue;
+    section += (section.empty() ? "" : ", ") + key.substr(sizeof kSection - 1) + ": " +
+               advice["suggested"].get<std::string>();
+  }
+  const fs::path config = dir_ / "config";
+  fs::copy(ConfigFile(""), config, fs::copy_options::recursive);
+  std::ofstream(config / "mapper_ins_tactical.yaml", std::ios::app)
+      << "\ncalibration: {" << section << "}\n";
+  const Json next = ReportOf(log, "--config " + (config / "mapper_ins_tactical.yaml").string());
+  ASSERT_EQ(next["calibration"].size(), 1u);
+  EXPECT_NEAR(Used(next, "roll_deg"), Used(report, "roll_deg"), 0.001);
+  EXPECT_LT(Surface(next), 1.05 * Surface(report));
+  for (const Json& advice : next["advice"])
+    EXPECT_NE(advice["key"].get<std::string>().rfind("calibration.", 0), 0u) << advice;
+}
+
+TEST_F(SelfCalibration, AppliesNothingWhereNothingIsWrong) {
+  const Json report = ReportOf(LogWith(""), "--fail-on-warning");
+  ASSERT_EQ(report["calibration"].size(), 1u);
+  EXPECT_GT(report["calibration"][0]["cells"], 3000);
+}
+
+}  // namespace
+}  // namespace seastitch
