@@ -278,7 +278,7 @@ void Mapper::AddToSubmap(const MbesPing& ping) {
   if (!params_.calibration.IsZero())
     poses = CalibratedPoses(std::move(poses), params_.calibration, heave_m);
   std::optional<GeoreferencedPing> georeferenced = Georeference(
-      ping, poses, params_.vehicle, *sound_speed.rays, SteeringFactor(params_.calibration));
+      ping, poses, params_.vehicle, *sound_speed.rays, SwathCorrectionOf(params_.calibration));
   if (!georeferenced) return RefuseWithoutPose(ping.time);
   georeferenced->T_map_vehicle = *pose;
   georeferenced->heave_m = heave_m;

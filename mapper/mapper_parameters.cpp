@@ -159,6 +159,11 @@ void DeclareCalibration(MapperConfig* c, ParameterTable* table) {
        Range::Within(-50.0, 50.0),
        "Steering error, as an error of the sound speed at the transducer: the sine of a beam's "
        "angle grows by so much of 1500 m/s. The depth at nadir stays."},
+      {CalibrationKey::kSmileByWater,
+       Unit::kMetrePerSecond,
+       Range::Within(-50.0, 50.0),
+       "The part of the smile that the water causes, and not the sonar: it stretches the swath "
+       "too."},
       {CalibrationKey::kAttitudeLatency,
        Unit::kMillisecond,
        Range::Within(-500.0, 500.0),

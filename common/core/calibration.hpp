@@ -17,6 +17,9 @@ struct SonarCalibration {
   // smile_mps / kSmileSpeedMps. The depth at nadir stays.
   double smile_mps = 0.0;
   static constexpr double kSmileSpeedMps = 1500.0;
+  // The part of it that the sound-speed profile causes [m/s]: a swath that the water bends is also
+  // stretched.
+  double smile_by_water_mps = 0.0;
   double attitude_latency_ms = 0.0;  // attitude is taken so much later than the sounding
   double depth_latency_ms = 0.0;     // depth is taken so much later than the sounding
   double roll_scale_percent = 0.0;   // roll grows by so much
@@ -26,16 +29,17 @@ struct SonarCalibration {
   friend bool operator==(const SonarCalibration&, const SonarCalibration&) = default;
 };
 
-// One of the six values.
+// One of the values.
 enum class CalibrationKey : std::uint8_t {
   kRoll,
   kSmile,
+  kSmileByWater,
   kAttitudeLatency,
   kDepthLatency,
   kRollScale,
   kHeaveScale,
 };
-inline constexpr std::size_t kCalibrationKeys = 6;
+inline constexpr std::size_t kCalibrationKeys = 7;
 
 // What stands in files and pages of one value.
 struct CalibrationName {
@@ -49,6 +53,12 @@ struct CalibrationName {
 inline constexpr std::array<CalibrationName, kCalibrationKeys> kCalibrationNames{{
     {CalibrationKey::kRoll, "roll_deg", "deg", Deg2Rad(1.0), 0.02, &SonarCalibration::roll_rad},
     {CalibrationKey::kSmile, "smile_mps", "m/s", 1.0, 0.3, &SonarCalibration::smile_mps},
+    {CalibrationKey::kSmileByWater,
+     "smile_by_water_mps",
+     "m/s",
+     1.0,
+     0.3,
+     &SonarCalibration::smile_by_water_mps},
     {CalibrationKey::kAttitudeLatency,
      "attitude_latency_ms",
      "ms",

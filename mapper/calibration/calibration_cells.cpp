@@ -1,8 +1,8 @@
 #include "mapper/calibration/calibration_cells.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <optional>
 #include <utility>
 
@@ -88,6 +88,7 @@ std::optional<Plane> PlaneOf(const Moments& m, double cell_m) {
 struct MotionAt {
   Time time;
   SubmapSoundings::Motion motion;
+  Eigen::Matrix3d R_level_vehicle;
   Eigen::Vector3d rpy_rate = Eigen::Vector3d::Zero();  // [rad/s]
   double sink_mps = 0.0;
 };
@@ -95,8 +96,11 @@ struct MotionAt {
 // Between neighbouring pings: rates are those of the way from the ping before to the one after.
 std::vector<MotionAt> MotionsOf(const SubmapSoundings& submap) {
   std::vector<MotionAt> motions;
-  for (std::size_t i = 0; i < submap.motions.size(); ++i)
-    motions.push_back({submap.pings[i].time, submap.motions[i]});
+  for (std::size_t i = 0; i < submap.motions.size(); ++i) {
+    const Eigen::Vector3d& rpy = submap.motions[i].rpy_rad;
+    motions.push_back(
+        {submap.pings[i].time, submap.motions[i], RotationFromRpy(rpy.x(), rpy.y(), rpy.z())});
+  }
   const std::size_t n = motions.size();
   for (std::size_t i = 0; i < n; ++i) {
     std::size_t a = i, b = i;
@@ -135,7 +139,7 @@ Displacements DisplacementsOf(const Eigen::Vector3d& p,
                               const MotionAt& rx,
                               const Eigen::Vector3d& lever_m) {
   const Eigen::Vector3d& rpy = tx.motion.rpy_rad;
-  const Eigen::Matrix3d R = RotationFromRpy(rpy.x(), rpy.y(), rpy.z());
+  const Eigen::Matrix3d& R = tx.R_level_vehicle;
   const Eigen::Vector3d from_vehicle = p - tx.motion.p_level_m;
   const Eigen::Vector3d r = from_vehicle - R * lever_m;
   const Eigen::Vector3d forward = R.col(0), starboard = R.col(1), down = R.col(2);
@@ -173,23 +177,70 @@ struct Sum {
   Eigen::Matrix<double, kIntegrationErrors, 1> by_error =
       Eigen::Matrix<double, kIntegrationErrors, 1>::Zero();
 };
-using Sums = std::map<CellKey, Sum>;
 
-void FitPlanes(double cell_m, Sums* sums) {
-  for (auto& [key, sum] : *sums) {
-    Moments around;
-    for (int i = -1; i <= 1; ++i)
-      for (int j = -1; j <= 1; ++j)
-        if (const auto near = sums->find({key.first + i, key.second + j}); near != sums->end())
-          around.Add(near->second.moments);
-    sum.plane = PlaneOf(around, cell_m);
-    if (sum.plane && sum.plane->slope.norm() > kMaxSlope) sum.plane.reset();
-  }
-}
-
+// A used sounding.
 struct Placed {
   Eigen::Vector3d p_level;
   std::size_t ping;
+};
+
+// Cells of a rectangle, of which many may be empty.
+class Sums {
+ public:
+  // Nothing where the rectangle would be implausibly large.
+  static std::optional<Sums> Around(const std::vector<Placed>& soundings, double cell_m) {
+    Eigen::AlignedBox2d box;
+    for (const Placed& s : soundings) box.extend(s.p_level.head<2>());
+    Sums sums;
+    sums.cell_m_ = cell_m;
+    sums.first_ = KeyOf(box.min(), cell_m);
+    const CellKey last = KeyOf(box.max(), cell_m);
+    const double width = static_cast<double>(last.first) - sums.first_.first + 1.0;
+    const double height = static_cast<double>(last.second) - sums.first_.second + 1.0;
+    if (!(width * height <= kMostCells)) return std::nullopt;
+    sums.width_ = last.first - sums.first_.first + 1;
+    sums.height_ = last.second - sums.first_.second + 1;
+    sums.cells_.resize(static_cast<std::size_t>(sums.width_ * sums.height_));
+    return sums;
+  }
+
+  Sum& At(const Eigen::Vector2d& p) {
+    const CellKey key = KeyOf(p, cell_m_);
+    return *Find(key.first - first_.first, key.second - first_.second);
+  }
+  std::size_t used() const {
+    return static_cast<std::size_t>(std::count_if(
+        cells_.begin(), cells_.end(), [](const Sum& sum) { return sum.moments.n > 0.0; }));
+  }
+  const std::vector<Sum>& cells() const { return cells_; }
+
+  void FitPlanes() {
+    for (std::int32_t i = 0; i < width_; ++i)
+      for (std::int32_t j = 0; j < height_; ++j) {
+        Sum& sum = *Find(i, j);
+        if (!(sum.moments.n > 0.0)) continue;
+        Moments around;
+        for (std::int32_t k = -1; k <= 1; ++k)
+          for (std::int32_t l = -1; l <= 1; ++l)
+            if (const Sum* near = Find(i + k, j + l)) around.Add(near->moments);
+        sum.plane = PlaneOf(around, cell_m_);
+        if (sum.plane && sum.plane->slope.norm() > kMaxSlope) sum.plane.reset();
+      }
+  }
+
+ private:
+  static constexpr double kMostCells = 1e6;
+  Sum* Find(std::int32_t i, std::int32_t j) {
+    if (i < 0 || j < 0 || i >= width_ || j >= height_) return nullptr;
+    return &cells_[static_cast<std::size_t>(i) * static_cast<std::size_t>(height_) +
+                   static_cast<std::size_t>(j)];
+  }
+
+  double cell_m_ = 1.0;
+  CellKey first_{};
+  std::int32_t width_ = 0;
+  std::int32_t height_ = 0;
+  std::vector<Sum> cells_;
 };
 
 double MedianAltitude(const std::vector<Placed>& soundings,
@@ -283,19 +334,19 @@ CalibrationCells CellsOf(const SubmapSoundings& submap, const Eigen::Vector3d& p
   result.cell_m = kCellPerAltitude * MedianAltitude(soundings, submap.motions);
   if (!(result.cell_m > 0.01)) return result;
 
-  Sums sums;
-  for (const Placed& s : soundings)
-    sums[KeyOf(s.p_level.head<2>(), result.cell_m)].moments.Add(s.p_level);
-  FitPlanes(result.cell_m, &sums);
+  std::optional<Sums> sums = Sums::Around(soundings, result.cell_m);
+  if (!sums) return result;
+  for (const Placed& s : soundings) sums->At(s.p_level.head<2>()).moments.Add(s.p_level);
+  sums->FitPlanes();
   const std::vector<MotionAt> motions = MotionsOf(submap);
   const std::size_t every =
-      std::max<std::size_t>(1, soundings.size() / (kEnoughPerCell * sums.size()));
+      std::max<std::size_t>(1, soundings.size() / (kEnoughPerCell * sums->used()));
   for (std::size_t i = 0; i < soundings.size(); i += every) {
     const Placed& s = soundings[i];
-    Sum& sum = sums[KeyOf(s.p_level.head<2>(), result.cell_m)];
+    Sum& sum = sums->At(s.p_level.head<2>());
     if (sum.plane) AddTo(&sum, s.p_level, motions, s.ping, p_vehicle_sonar_m, result.cell_m);
   }
-  for (const auto& [key, sum] : sums)
+  for (const Sum& sum : sums->cells())
     if (sum.n >= kMinSoundings) result.cells.push_back(CellOf(sum));
   result.Sort();
   return result;

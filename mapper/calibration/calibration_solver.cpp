@@ -60,7 +60,7 @@ constexpr double kShortestStepS = 1.0;
 constexpr double kInflation = 1.5;
 constexpr std::array<double, 2> kTileSides_m{8.0, 16.0};
 
-// Where the six values stand among the unknowns, their unit in SI, and the least sigma stated, in
+// Where the values stand among the unknowns, their unit in SI, and the least sigma stated, in
 // the unit of SonarCalibration.
 struct Applied {
   CalibrationKey key;
@@ -71,6 +71,7 @@ struct Applied {
 constexpr std::array<Applied, kCalibrationKeys> kApplied{{
     {CalibrationKey::kRoll, IntegrationError::kRoll, 1.0, Deg2Rad(0.005)},
     {CalibrationKey::kSmile, IntegrationError::kSmile, kMps, 0.1},
+    {CalibrationKey::kSmileByWater, IntegrationError::kProfile, kMps, 0.1},
     {CalibrationKey::kAttitudeLatency, IntegrationError::kAttitudeLatency, 1e-3, 0.3},
     {CalibrationKey::kDepthLatency, IntegrationError::kDepthLatency, 1e-3, 1.0},
     {CalibrationKey::kRollScale, IntegrationError::kRollScale, 0.01, 0.05},
@@ -156,8 +157,10 @@ class System {
     }
     for (Index i = 0; i < kRowSize; ++i) {
       b_[unknowns_.Of(pair, i)] += b[i];
-      for (Index j = 0; j < kRowSize; ++j)
-        measured_.emplace_back(unknowns_.Of(pair, i), unknowns_.Of(pair, j), N(i, j));
+      for (Index j = 0; j < kRowSize; ++j) {
+        const Index row = unknowns_.Of(pair, i), column = unknowns_.Of(pair, j);
+        if (row >= column) measured_.emplace_back(row, column, N(i, j));  // the factor's half
+      }
     }
   }
 
@@ -264,12 +267,14 @@ double SigmaOf(const Applied& of, const Eigen::Matrix<double, kErrors, kErrors>&
   return std::sqrt(std::max(0.0, of_value.dot(covariance * of_value))) / of.si_per_unit;
 }
 
-// Integration errors of what is applied, with the smile as steering.
+// Integration errors of what is applied.
 ErrorVector AppliedErrors(const CalibrationEstimate& estimate) {
   ErrorVector errors = ErrorVector::Zero();
   for (const Applied& of : kApplied)
     if (estimate.Of(of.key).is_applied)
       errors[ColumnOf(of.error)] = estimate.Of(of.key).add * of.si_per_unit;
+  // The smile is the sum of both.
+  errors[ColumnOf(IntegrationError::kSmile)] -= errors[ColumnOf(IntegrationError::kProfile)];
   return errors;
 }
 
@@ -322,6 +327,9 @@ CalibrationEstimate EstimateCalibration(const std::vector<Time>& times, const Fo
     value.is_applied = estimate.HasEnough() && std::abs(value.add) > kAdviceSigmas * value.sigma &&
                        std::abs(value.add) >= name.smallest * name.per_unit;
   }
+  // The smile is known far better than the part of the water. The likelier split is taken.
+  estimate.values[static_cast<std::size_t>(CalibrationKey::kSmileByWater)].is_applied =
+      estimate.Of(CalibrationKey::kSmile).is_applied;
   estimate.before_m = estimate.after_m = before.Rms();
   estimate.depth_part =
       std::abs(estimate.Of(CalibrationKey::kSmile).add) / SonarCalibration::kSmileSpeedMps;

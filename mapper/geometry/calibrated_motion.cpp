@@ -52,8 +52,9 @@ Duration LooksAhead(const SonarCalibration& calibration) {
       std::max({0.0, calibration.attitude_latency_ms, calibration.depth_latency_ms}));
 }
 
-double SteeringFactor(const SonarCalibration& calibration) {
-  return 1.0 + calibration.smile_mps / SonarCalibration::kSmileSpeedMps;
+SwathCorrection SwathCorrectionOf(const SonarCalibration& calibration) {
+  return {calibration.smile_mps / SonarCalibration::kSmileSpeedMps,
+          calibration.smile_by_water_mps / SonarCalibration::kSmileSpeedMps};
 }
 
 }  // namespace seastitch

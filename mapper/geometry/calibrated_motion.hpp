@@ -30,7 +30,6 @@ PoseLookup CalibratedPoses(PoseLookup T_map_vehicle_at,
 // How much later than a ping's last echo a calibration needs a pose; never negative.
 Duration LooksAhead(const SonarCalibration& calibration);
 
-// Factor of the sine of a beam's angle.
-double SteeringFactor(const SonarCalibration& calibration);
+SwathCorrection SwathCorrectionOf(const SonarCalibration& calibration);
 
 }  // namespace seastitch

@@ -165,7 +165,7 @@ int BeamsOfUnknownPart(const MbesPing& ping, std::size_t parts) {
 // What turns angles and times into directions and ways.
 struct Water {
   double speed_mps;
-  double steering;  // factor of the sine of a beam's angle
+  SwathCorrection correction;
 };
 
 // A beam's ray; nothing if its two cones and its travel time have no common point.
@@ -177,12 +177,17 @@ std::optional<Launch> LaunchOf(const MbesBeam& beam,
   const double twtt_s{beam.twtt_s};
   const ArrayState rx = sonar.RxAt(beam.tx_delay_s + twtt_s);
   const Eigen::Vector3d half_baseline = 0.5 * (rx.p_map - sector.tx.p_map);
+  // With y across and z down, y' = (1 + smile + by_water) y and z' = z - smile y^2 / z, to first
+  // order.
+  const auto& [smile, by_water] = water.correction;
+  const double sine{std::sin(beam.rx_angle_rad)};
+  const double longer = by_water * sine * sine;
   const auto echo = EchoFromMidway({sector.tx.axis,
                                     rx.axis,
                                     sector.sin_tilt,
-                                    water.steering * double{std::sin(beam.rx_angle_rad)},
+                                    (1.0 + smile + by_water - longer) * sine,
                                     half_baseline,
-                                    0.5 * twtt_s * water.speed_mps});
+                                    (1.0 + longer) * 0.5 * twtt_s * water.speed_mps});
   if (!echo) return std::nullopt;
   return Launch{number, sector.tx.p_map + half_baseline, *echo, echo->norm()};
 }
@@ -266,7 +271,7 @@ std::optional<GeoreferencedPing> Georeference(const MbesPing& ping,
                                               const PoseLookup& T_map_vehicle_at,
                                               const VehicleGeometry& vehicle,
                                               const RayTracer& rays,
-                                              double steering) {
+                                              const SwathCorrection& correction) {
   const SonarHead head = vehicle.Head(ping.head);
   const auto sonar = SonarMotion::Make(
       ping.time, ListeningTime(ping), T_map_vehicle_at, vehicle.T_vehicle_mbes, head);
@@ -285,7 +290,7 @@ std::optional<GeoreferencedPing> Georeference(const MbesPing& ping,
   const double speed_mps =
       result.speed_from_profile ? rays.SpeedAt(start_depth_m) : ping.sound_speed_mps;
 
-  const std::vector<Launch> launches = LaunchesOf(ping, *sonar, {speed_mps, steering}, &result);
+  const std::vector<Launch> launches = LaunchesOf(ping, *sonar, {speed_mps, correction}, &result);
   double deepest_m = start_depth_m;
   for (const Launch& launch : launches)
     deepest_m = std::max(deepest_m, start_depth_m + kDeeper * launch.echo.z());

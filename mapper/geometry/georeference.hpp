@@ -60,6 +60,13 @@ struct Detection {
 // may be mounted backwards. Nothing where cones and ellipsoid do not meet.
 std::optional<Eigen::Vector3d> EchoFromMidway(const Detection& detection);
 
+// What bends a swath beyond the sound speeds that are known, as a part of one: the smile, of which
+// the depth at nadir stays, and the part of it that is caused by the water and stretches the swath.
+struct SwathCorrection {
+  double smile = 0.0;
+  double by_water = 0.0;
+};
+
 // Georeferences every valid beam of the ping. The transmit cone uses position and axis of the
 // transmit array (of its part that sent this beam) when this beam's pulse left; the receive cone
 // those of the receive array when the echo arrived. The sounding lies on both cones and on the
@@ -67,13 +74,13 @@ std::optional<Eigen::Vector3d> EchoFromMidway(const Detection& detection);
 // them. The error by using one path for both is below 0.2 mm (arrays 25 cm apart, a seabed 5 m
 // away; kongsberg_test.cpp).
 //
-// steering: factor of the sine of a beam's angle. Nothing where the lookup has no pose for some
+// Nothing where the lookup has no pose for some
 // instant from `time` to the last echo.
 std::optional<GeoreferencedPing> Georeference(const MbesPing& ping,
                                               const PoseLookup& T_map_vehicle_at,
                                               const VehicleGeometry& vehicle,
                                               const RayTracer& rays,
-                                              double steering = 1.0);
+                                              const SwathCorrection& correction = {});
 
 // Soundings that their source has placed already, where the vehicle was at the ping's time.
 // speed_mps: of the vehicle, horizontal.

@@ -183,8 +183,8 @@ void Remake(Dive* dive,
   WarnOfDepths(session.mapper().mapper(), "", feeding);
 }
 
-// Most runs over the inputs: as configured, and with what the overlaps then show.
-constexpr std::size_t kMostRounds = 2;
+// Most runs over the inputs: as configured, and twice with what the overlaps then show.
+constexpr std::size_t kMostRounds = 3;
 
 // What one run over the inputs fills.
 struct MapRun {

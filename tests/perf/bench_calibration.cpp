@@ -58,6 +58,7 @@ std::vector<Case> Cases() {
   bias.beam_bias_percent = 0.03;
   return {{kNothing, 5, 1, {}, 0.0},
           {"combined", 5, 1, with(0.3, 0.0, 0.02), -3.0},
+          {"combined, steering", 5, 1, with(0.3, 3.0, 0.02), 0.0},
           {"profile", 5, 1, {}, -2.0},
           {"beam bias", 5, 1, bias, 0.0},
           {"two lines", 2, 0, {}, 0.0},
@@ -85,6 +86,7 @@ std::map<std::string, double> TruthOf(const Case& of) {
   };
   return {{name(CalibrationKey::kRoll), e.roll_deg},
           {name(CalibrationKey::kSmile), e.steering_mps - of.profile_mps},
+          {name(CalibrationKey::kSmileByWater), -of.profile_mps},
           {name(CalibrationKey::kAttitudeLatency), 1e3 * e.stamp_s},
           {name(CalibrationKey::kDepthLatency), 1e3 * e.stamp_s},
           {name(CalibrationKey::kRollScale), e.roll_percent},

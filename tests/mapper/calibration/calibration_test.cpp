@@ -174,6 +174,7 @@ TEST(Calibration, FindsEachErrorAndOnlyThat) {
         EstimateOf(Survey(kThreeAndACross, injected[i], static_cast<std::uint32_t>(i + 1)));
     EXPECT_GE(found.pairs, 10) << i;
     for (const CalibrationName& of : kCalibrationNames) {
+      if (of.key == CalibrationKey::kSmileByWater) continue;  // goes with the smile
       const double truth = injected[i].*of.value;
       const CalibratedValue& value = found.Of(of.key);
       // One part in 30 of an error is left by the first linearisation.

@@ -53,9 +53,10 @@ TEST(CalibratedPoses, NeedThePosesOfTheirLatencies) {
   EXPECT_EQ(LooksAhead({.attitude_latency_ms = -20.0}), FromSeconds(0.0));
 }
 
-TEST(SteeringFactor, WidensTheAngles) {
-  EXPECT_EQ(SteeringFactor({}), 1.0);
-  EXPECT_NEAR(SteeringFactor({.smile_mps = 3.0}), 1.002, 1e-12);
+TEST(SwathCorrectionOf, IsAPartOf1500MetresPerSecond) {
+  EXPECT_EQ(SwathCorrectionOf({}).smile, 0.0);
+  EXPECT_NEAR(SwathCorrectionOf({.smile_mps = 3.0}).smile, 0.002, 1e-12);
+  EXPECT_NEAR(SwathCorrectionOf({.smile_by_water_mps = 1.5}).by_water, 0.001, 1e-12);
 }
 
 TEST(HeaveFilter, PassesWavesAndFollowsDepth) {

@@ -55,6 +55,30 @@ TEST(Georeference, LooksStraightDown) {
   ExpectNear(OnlySounding(Ping({Beam(0, 0, 40)}), Standing(T), {}), {100, 200, 70}, kFloat);
 }
 
+// The correction as it is stated: across, and down.
+TEST(Georeference, BendsAndStretchesASwath) {
+  for (const SwathCorrection& correction :
+       {SwathCorrection{0.002, 0.0}, SwathCorrection{0.0, 0.002}, SwathCorrection{0.003, -0.001}}) {
+    for (const double angle_deg : {-60.0, 0.0, 30.0}) {
+      const auto at = [&](const SwathCorrection& by) {
+        return Georeference(Ping({Beam(angle_deg, 0.0, 20.0)}),
+                            Standing(Eigen::Isometry3d::Identity()),
+                            {},
+                            RayTracer::Constant(kSpeed),
+                            by)
+            ->soundings.at(0)
+            .p_map;
+      };
+      const Eigen::Vector3d as_it_is = at({}), corrected = at(correction);
+      const double y = as_it_is.y(), z = as_it_is.z();
+      const Eigen::Vector3d expected(0.0,
+                                     y * (1.0 + correction.smile + correction.by_water),
+                                     z - correction.smile * y * y / z);
+      EXPECT_LT((corrected - expected).norm(), 1e-3) << angle_deg;
+    }
+  }
+}
+
 TEST(Georeference, PositiveReceiveAngleIsStarboardAndPositiveTiltForward) {
   const auto north = MakePose({0, 0, 0}, Eigen::Matrix3d::Identity());
   const double half = 20.0;
