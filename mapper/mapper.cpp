@@ -273,15 +273,16 @@ void Mapper::AddToSubmap(const MbesPing& ping) {
   if (!SoundSpeed::IsProfile(sound_speed.source)) Count("pings_without_profile");
   const std::optional<Eigen::Isometry3d> pose = PoseAt(ping.time);
   if (!pose) return RefuseWithoutPose(ping.time);
-  const double heave_m = heave_.Add(ping.time, pose->translation().z());
   PoseLookup poses = [this](Time t) { return PoseAt(t); };
-  if (!params_.calibration.IsZero())
+  if (!params_.calibration.IsZero()) {
+    const bool by_heave = params_.calibration.heave_scale_percent != 0.0;
+    const double heave_m = by_heave ? HeaveAt(poses, ping.time) : 0.0;
     poses = CalibratedPoses(std::move(poses), params_.calibration, heave_m);
+  }
   std::optional<GeoreferencedPing> georeferenced = Georeference(
       ping, poses, params_.vehicle, *sound_speed.rays, SwathCorrectionOf(params_.calibration));
   if (!georeferenced) return RefuseWithoutPose(ping.time);
   georeferenced->T_map_vehicle = *pose;
-  georeferenced->heave_m = heave_m;
   if (georeferenced->speed_from_profile) Count("pings_with_impossible_sound_speed");
   if (georeferenced->beams_of_unknown_part > 0)
     Count("beams_of_unknown_transmit_array", georeferenced->beams_of_unknown_part);

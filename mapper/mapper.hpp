@@ -298,7 +298,6 @@ class Mapper {
   std::optional<SoundSpeed::Source> sound_speed_source_;  // of the last ping
   PingQueue<MbesPing> pings_;
   PingQueue<SoundingPing> sounding_pings_;
-  HeaveFilter heave_;
   SonarTiming timing_;
   bool soundings_came_placed_ = false;  // SoundingPing: the sonar georeferences by itself
   SubmapBuilder builder_;

@@ -21,7 +21,6 @@ struct SubmapSoundings {
   struct Motion {
     Eigen::Vector3d p_level_m = Eigen::Vector3d::Zero();
     Eigen::Vector3d rpy_rad = Eigen::Vector3d::Zero();
-    double heave_m = 0.0;  // depth less its mean of the last 20 s
   };
   struct Sounding {
     Eigen::Vector3f p_submap_m = Eigen::Vector3f::Zero();

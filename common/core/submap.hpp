@@ -67,8 +67,8 @@ struct Submap {
   // pings [m/m]: 2 sin(a / 2), where a is the heading of a ping less that of the frame. 0 on a
   // straight line.
   double heading_spread = 0.0;
-  // Distortion along the track by a part of it without bottom lock, 1 sigma per metre from the frame
-  // [m/m]; 0: none.
+  // Distortion along the track by a part of it without bottom lock, 1 sigma per metre from the
+  // frame [m/m]; 0: none.
   double drift_per_m = 0.0;
   // Angle of the DVL about the vertical [rad] by which its soundings were placed: the mean of
   // navigation's estimates while it was built; 0 where it estimates none. A later estimate says how

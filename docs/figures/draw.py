@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
 """Draws the figures of the documentation from a replay of the demo survey.
 
-  draw.py REPLAY TRUTH.csv OUT    (./run figures calls it)
+  draw.py REPLAY TRUTH.csv OUT BENT CALIBRATED    (./run figures calls it)
+
+BENT, CALIBRATED: replays of a survey whose sonar has errors, without and with self-calibration.
 """
 import csv
 import datetime
@@ -15,7 +17,7 @@ import sys
 import conventions
 from canvas import BLUE, GREEN, GREY, INK, ORANGE, PALE, RED, Axes, Canvas, legend
 
-REPLAY, TRUTH, OUT = (pathlib.Path(a) for a in sys.argv[1:4])
+REPLAY, TRUTH, OUT, BENT, CALIBRATED = (pathlib.Path(a) for a in sys.argv[1:6])
 PAIR = (1, 58)  # submaps of the registration figure: the first line, and the crossline at the end
 PLOT = (92, 78, 760, 860)  # of the pictures of a replay: the map itself
 
@@ -264,6 +266,19 @@ def consistency():
     canvas.save(OUT / "consistency.png")
 
 
+def calibration():
+    canvas = Canvas(900, 620)
+    for column, (replay, words) in enumerate(((BENT, "As configured"), (CALIBRATED, "Calibrated by its own overlaps"))):
+        shaded = replay / "shaded.png"
+        subprocess.run(["gdaldem", "hillshade", "-q", "-z", "15", "-of", "PNG",
+                        replay / "elevation.tif", shaded], check=True)
+        x = 20 + 430 * column
+        canvas.text(x, 28, words, 17, bold=True)
+        canvas.png(shaded, (0, 0, 152, 203), x, 42, 2.6)
+    canvas.text(20, 598, "Flat mud, heights 15 times enlarged. Roll 0.3 degrees and sound speed 3 m/s wrong, stamps 60 ms early.", 13)
+    canvas.save(OUT / "calibration.png")
+
+
 OUT.mkdir(parents=True, exist_ok=True)
 SURVEY = Survey()
 map_before_after()
@@ -274,3 +289,4 @@ submaps(SURVEY)
 registration(SURVEY)
 graph(SURVEY)
 consistency()
+calibration()

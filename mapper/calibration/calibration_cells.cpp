@@ -9,6 +9,7 @@
 #include "common/core/calibration.hpp"
 #include "common/core/median.hpp"
 #include "common/core/pose.hpp"
+#include "mapper/geometry/calibrated_motion.hpp"
 
 namespace seastitch {
 namespace {
@@ -91,6 +92,7 @@ struct MotionAt {
   Eigen::Matrix3d R_level_vehicle;
   Eigen::Vector3d rpy_rate = Eigen::Vector3d::Zero();  // [rad/s]
   double sink_mps = 0.0;
+  double heave_m = 0.0;
 };
 
 // Between neighbouring pings: rates are those of the way from the ping before to the one after.
@@ -101,8 +103,11 @@ std::vector<MotionAt> MotionsOf(const SubmapSoundings& submap) {
     motions.push_back(
         {submap.pings[i].time, submap.motions[i], RotationFromRpy(rpy.x(), rpy.y(), rpy.z())});
   }
+  std::vector<DepthAt> depths;
+  for (const MotionAt& at : motions) depths.push_back({at.time, at.motion.p_level_m.z()});
   const std::size_t n = motions.size();
   for (std::size_t i = 0; i < n; ++i) {
+    motions[i].heave_m = HeaveAt(depths, motions[i].time);
     std::size_t a = i, b = i;
     while (a > 0 && motions[a].time == motions[i].time) --a;
     while (b + 1 < n && motions[b].time == motions[i].time) ++b;
@@ -137,27 +142,29 @@ using Displacements = Eigen::Matrix<double, 3, kIntegrationErrors>;
 Displacements DisplacementsOf(const Eigen::Vector3d& p,
                               const MotionAt& tx,
                               const MotionAt& rx,
-                              const Eigen::Vector3d& lever_m) {
+                              const Eigen::Isometry3d& T_vehicle_sonar) {
   const Eigen::Vector3d& rpy = tx.motion.rpy_rad;
   const Eigen::Matrix3d& R = tx.R_level_vehicle;
   const Eigen::Vector3d from_vehicle = p - tx.motion.p_level_m;
-  const Eigen::Vector3d r = from_vehicle - R * lever_m;
+  const Eigen::Vector3d r = from_vehicle - R * T_vehicle_sonar.translation();
   const Eigen::Vector3d forward = R.col(0), starboard = R.col(1), down = R.col(2);
   const Eigen::Vector3d level_starboard(-std::sin(rpy.z()), std::cos(rpy.z()), 0.0);
-  const double across = starboard.dot(r), below = down.dot(r);
+  // Steering is about the axes of the array, which may be mounted at an angle.
+  const Eigen::Matrix3d R_array = R * T_vehicle_sonar.linear();
+  const double across = R_array.col(1).dot(r), below = R_array.col(2).dot(r);
   const Eigen::Vector3d rolled = forward.cross(from_vehicle);
   const auto column = [](IntegrationError e) { return static_cast<Eigen::Index>(e); };
   Displacements J;
   J.col(column(IntegrationError::kRoll)) = forward.cross(r);
   J.col(column(IntegrationError::kSmile)) =
-      R * Eigen::Vector3d(0.0, across, -across * across / below);
+      R_array * Eigen::Vector3d(0.0, across, -across * across / below);
   J.col(column(IntegrationError::kAttitudeLatency)) =
       rx.rpy_rate.x() * rolled + tx.rpy_rate.y() * level_starboard.cross(from_vehicle) +
       tx.rpy_rate.z() * Eigen::Vector3d::UnitZ().cross(from_vehicle);
   J.col(column(IntegrationError::kDepthLatency)) =
       Eigen::Vector3d(0.0, 0.0, 0.5 * (tx.sink_mps + rx.sink_mps));
   J.col(column(IntegrationError::kRollScale)) = rx.motion.rpy_rad.x() * rolled;
-  J.col(column(IntegrationError::kHeaveScale)) = Eigen::Vector3d(0.0, 0.0, tx.motion.heave_m);
+  J.col(column(IntegrationError::kHeaveScale)) = Eigen::Vector3d(0.0, 0.0, tx.heave_m);
   J.col(column(IntegrationError::kPitch)) = starboard.cross(r);
   J.col(column(IntegrationError::kYaw)) = down.cross(r);
   J.col(column(IntegrationError::kProfile)) =
@@ -261,7 +268,7 @@ void AddTo(Sum* sum,
            const Eigen::Vector3d& p,
            const std::vector<MotionAt>& motions,
            std::size_t ping,
-           const Eigen::Vector3d& lever_m,
+           const Eigen::Isometry3d& T_vehicle_sonar,
            double cell_m) {
   const Plane& plane = *sum->plane;
   const double residual = p.z() - plane.mean.z() - plane.slope.dot((p - plane.mean).head<2>());
@@ -279,7 +286,7 @@ void AddTo(Sum* sum,
   const double angle_rad = std::atan2(way.head<2>().norm(), way.z());
   if (!(angle_rad < kMaxAngle_rad)) return;
   const MotionAt rx = After(motions, ping, 2.0 * way.norm() / kSoundSpeedMps);
-  const Displacements J = DisplacementsOf(at, tx, rx, lever_m);
+  const Displacements J = DisplacementsOf(at, tx, rx, T_vehicle_sonar);
   sum->n += 1.0;
   sum->mean += p;
   sum->residual += residual;
@@ -323,7 +330,7 @@ const CalibrationCell* CalibrationCells::At(const Eigen::Vector2d& p_level_m) co
   return found != cells.end() && key_of(*found) == key ? &*found : nullptr;
 }
 
-CalibrationCells CellsOf(const SubmapSoundings& submap, const Eigen::Vector3d& p_vehicle_sonar_m) {
+CalibrationCells CellsOf(const SubmapSoundings& submap, const Eigen::Isometry3d& T_vehicle_sonar) {
   CalibrationCells result;
   if (submap.motions.size() != submap.pings.size() || submap.pings.empty() || !IsOfOneHead(submap))
     return result;
@@ -344,7 +351,7 @@ CalibrationCells CellsOf(const SubmapSoundings& submap, const Eigen::Vector3d& p
   for (std::size_t i = 0; i < soundings.size(); i += every) {
     const Placed& s = soundings[i];
     Sum& sum = sums->At(s.p_level.head<2>());
-    if (sum.plane) AddTo(&sum, s.p_level, motions, s.ping, p_vehicle_sonar_m, result.cell_m);
+    if (sum.plane) AddTo(&sum, s.p_level, motions, s.ping, T_vehicle_sonar, result.cell_m);
   }
   for (const Sum& sum : sums->cells())
     if (sum.n >= kMinSoundings) result.cells.push_back(CellOf(sum));

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -53,9 +54,9 @@ struct CalibrationCells {
 // Cells of a submap's used soundings: side kCellPerAltitude of the median altitude. A cell has at
 // least three soundings, and a slope that the nine cells around it determine. The change of height
 // by each error is taken on the plane of the cell, at the middle of the cell across the track: a
-// sounding's own noise would otherwise be in its regressor. p_vehicle_sonar_m: lever arm of the
-// sonar. Empty where the submap has no motions, or soundings of more than one head.
-CalibrationCells CellsOf(const SubmapSoundings& submap, const Eigen::Vector3d& p_vehicle_sonar_m);
+// sounding's own noise would otherwise be in its regressor. T_vehicle_sonar: place and axes of the
+// receive array. Empty where the submap has no motions, or soundings of more than one head.
+CalibrationCells CellsOf(const SubmapSoundings& submap, const Eigen::Isometry3d& T_vehicle_sonar);
 
 // Side of a cell, as a part of the altitude.
 inline constexpr double kCellPerAltitude = 0.08;

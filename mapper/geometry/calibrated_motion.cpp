@@ -9,25 +9,42 @@
 namespace seastitch {
 namespace {
 
-constexpr double kMeanOverS = 20.0;
-constexpr double kForgottenAfterS = 60.0;
+constexpr double kHalfWindowS = 10.0;
 
 Duration FromMilliseconds(double ms) { return FromSeconds(1e-3 * ms); }
 
 }  // namespace
 
-double HeaveFilter::Add(Time t, double z_m) {
-  if (!last_ || ToSeconds(t - *last_) > kForgottenAfterS) {
-    mean_m_ = z_m;
-    heave_m_ = 0.0;
-  } else if (t > *last_) {
-    mean_m_ += (z_m - mean_m_) * -std::expm1(-ToSeconds(t - *last_) / kMeanOverS);
-    heave_m_ = z_m - mean_m_;
-  } else {
-    return heave_m_;
+double HeaveAt(const std::vector<DepthAt>& track, Time t) {
+  const Duration half = FromSeconds(kHalfWindowS);
+  const auto begin = std::lower_bound(
+      track.begin(), track.end(), t - half, [](const DepthAt& d, Time at) { return d.time < at; });
+  double n = 0.0, s = 0.0, z = 0.0, ss = 0.0, sz = 0.0, zero_m = 0.0, nearest_s = kHalfWindowS;
+  for (auto d = begin; d != track.end() && d->time <= t + half; ++d) {
+    const double at_s = ToSeconds(d->time - t);
+    n += 1.0;
+    s += at_s;
+    z += d->z_m;
+    ss += at_s * at_s;
+    sz += at_s * d->z_m;
+    if (std::abs(at_s) >= nearest_s) continue;
+    nearest_s = std::abs(at_s);
+    zero_m = d->z_m;
   }
-  last_ = t;
-  return heave_m_;
+  const double det = n * ss - s * s;
+  if (n < 3.0 || !(det > 0.0)) return 0.0;
+  return zero_m - (ss * z - s * sz) / det;
+}
+
+double HeaveAt(const PoseLookup& T_map_vehicle_at, Time t) {
+  constexpr double kStepS = 0.1;
+  constexpr int kSteps = static_cast<int>(kHalfWindowS / kStepS);
+  std::vector<DepthAt> track;
+  for (int i = -kSteps; i <= kSteps; ++i) {
+    const Time at = t + FromSeconds(kStepS * i);
+    if (const auto pose = T_map_vehicle_at(at)) track.push_back({at, pose->translation().z()});
+  }
+  return HeaveAt(track, t);
 }
 
 PoseLookup CalibratedPoses(PoseLookup T_map_vehicle_at,
@@ -48,8 +65,9 @@ PoseLookup CalibratedPoses(PoseLookup T_map_vehicle_at,
 }
 
 Duration LooksAhead(const SonarCalibration& calibration) {
+  const double for_heave_ms = calibration.heave_scale_percent == 0.0 ? 0.0 : 1e3 * kHalfWindowS;
   return FromMilliseconds(
-      std::max({0.0, calibration.attitude_latency_ms, calibration.depth_latency_ms}));
+      std::max({for_heave_ms, calibration.attitude_latency_ms, calibration.depth_latency_ms}));
 }
 
 SwathCorrection SwathCorrectionOf(const SonarCalibration& calibration) {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <optional>
+#include <vector>
 
 #include "common/core/calibration.hpp"
 #include "common/core/time.hpp"
@@ -8,21 +8,20 @@
 
 namespace seastitch {
 
-// Depth of the vehicle less its mean of the last 20 s: heave. A first-order high pass, whose phase
-// is 3 degrees early for waves of 6 s. Begins at zero, and again after a gap of a minute. Pure.
-class HeaveFilter {
- public:
-  // z_m: of the vehicle in the map, down. Times rise; an earlier one gives the last heave again.
-  double Add(Time t, double z_m);
-
- private:
-  std::optional<Time> last_;
-  double mean_m_ = 0.0;
-  double heave_m_ = 0.0;
+// Depth of the vehicle at a time [m, down].
+struct DepthAt {
+  Time time;
+  double z_m;
 };
 
+// Heave at t: the depth there less the straight line through the depths of the 20 s around t [m,
+// down]. track: by rising time. Zero with fewer than three depths.
+double HeaveAt(const std::vector<DepthAt>& track, Time t);
+// The same by poses, ten times a second; those that the lookup does not have are left out.
+double HeaveAt(const PoseLookup& T_map_vehicle_at, Time t);
+
 // Pose of the vehicle for the sonar: what the lookup states, with the calibration's corrections of
-// attitude and depth. heave_m: of the HeaveFilter, for the whole ping.
+// attitude and depth. heave_m: HeaveAt() the ping.
 PoseLookup CalibratedPoses(PoseLookup T_map_vehicle_at,
                            const SonarCalibration& calibration,
                            double heave_m);

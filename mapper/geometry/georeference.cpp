@@ -168,6 +168,15 @@ struct Water {
   SwathCorrection correction;
 };
 
+// The echo in water whose speed is larger by this part, without what that adds to all depths.
+Eigen::Vector3d ByWater(const Eigen::Vector3d& echo, double part) {
+  if (part == 0.0 || !(echo.z() > 0.0)) return echo;
+  const double stretch = 1.0 + 2.0 * part;
+  return {stretch * echo.x(),
+          stretch * echo.y(),
+          echo.z() - part * echo.head<2>().squaredNorm() / echo.z()};
+}
+
 // A beam's ray; nothing if its two cones and its travel time have no common point.
 std::optional<Launch> LaunchOf(const MbesBeam& beam,
                                int number,
@@ -177,19 +186,16 @@ std::optional<Launch> LaunchOf(const MbesBeam& beam,
   const double twtt_s{beam.twtt_s};
   const ArrayState rx = sonar.RxAt(beam.tx_delay_s + twtt_s);
   const Eigen::Vector3d half_baseline = 0.5 * (rx.p_map - sector.tx.p_map);
-  // With y across and z down, y' = (1 + smile + by_water) y and z' = z - smile y^2 / z, to first
-  // order.
   const auto& [smile, by_water] = water.correction;
-  const double sine{std::sin(beam.rx_angle_rad)};
-  const double longer = by_water * sine * sine;
   const auto echo = EchoFromMidway({sector.tx.axis,
                                     rx.axis,
                                     sector.sin_tilt,
-                                    (1.0 + smile + by_water - longer) * sine,
+                                    (1.0 + smile - by_water) * double{std::sin(beam.rx_angle_rad)},
                                     half_baseline,
-                                    (1.0 + longer) * 0.5 * twtt_s * water.speed_mps});
+                                    0.5 * twtt_s * water.speed_mps});
   if (!echo) return std::nullopt;
-  return Launch{number, sector.tx.p_map + half_baseline, *echo, echo->norm()};
+  const Eigen::Vector3d bent = ByWater(*echo, by_water);
+  return Launch{number, sector.tx.p_map + half_baseline, bent, bent.norm()};
 }
 
 // The rays of all usable beams; the others are counted.

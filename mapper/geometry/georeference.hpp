@@ -28,7 +28,6 @@ struct GeoreferencedPing {
   std::uint8_t head = 0;                                            // of a sonar with several
   double speed_mps = 0.0;   // horizontal, from `time` to the last echo
   bool bottom_lock = true;  // of navigation, at `time`
-  double heave_m = 0.0;     // of HeaveFilter, at `time`; down
   // Navigation's estimate of the DVL's angle about the vertical, now.
   double dvl_yaw_rad = 0.0;
   int beams_read = 0;     // all that the sonar delivered

@@ -218,7 +218,7 @@ void SubmapBuilder::AddSoundings(const GeoreferencedPing& ping) {
   const Eigen::Vector3d p_map_vehicle = ping.T_map_vehicle.translation();
   if (keeps_soundings_) {
     open_->soundings.pings.push_back({ping.time, ping.ping_number, ping.head});
-    open_->soundings.motions.push_back({.heave_m = ping.heave_m});
+    open_->soundings.motions.emplace_back();
   }
   for (const Sounding& sounding : ping.soundings) {
     const SoundingGate gate = CheckSounding(sounding.p_map, p_map_vehicle, filter_);

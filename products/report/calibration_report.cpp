@@ -36,18 +36,23 @@ std::string Sentences(const std::vector<CalibrationEstimate>& rounds) {
           " m RMS in place of " + Fixed(first.before_m, 3) + " m as configured.";
   if (first.Of(CalibrationKey::kSmile).is_applied)
     text +=
-        " The smile was taken for an error of steering, which leaves the depth at nadir as it "
-        "is. If the sound-speed profile is its cause, all depths are off by " +
+        " Without the smile the depth at nadir stays as it was. If the sound-speed profile is its "
+        "cause, all depths are off by " +
         Fixed(100.0 * first.depth_part, 2) + " % of the altitude: overlaps do not tell.";
   return text;
 }
 
 }  // namespace
 
-std::string CalibrationHtml(const ProductOptions& options) {
-  if (options.dives.size() != 1 || options.dives.front().calibration.empty()) return "";
-  const std::vector<CalibrationEstimate>& rounds = options.dives.front().calibration;
-  return "<p>" + Sentences(rounds) + "</p>\n" + Table(rounds);
+std::string CalibrationHtml(const Survey& survey, const ProductOptions& options) {
+  std::string html;
+  for (std::size_t k = 0; k < options.dives.size(); ++k) {
+    const std::vector<CalibrationEstimate>& rounds = options.dives[k].calibration;
+    if (rounds.empty()) continue;
+    if (k < survey.dives.size()) html += "<h3>" + Escaped(survey.dives[k]) + "</h3>\n";
+    html += "<p>" + Sentences(rounds) + "</p>\n" + Table(rounds);
+  }
+  return html;
 }
 
 }  // namespace seastitch

@@ -197,6 +197,7 @@ Json DivesJson(const Survey& survey,
       json["sonar_time_offset"] = TimingJson(reports[k].sonar);
       json["navigation"] = NavigationJson(survey, reports[k], chain);
       json["mapper_counters"] = reports[k].counters;
+      json["calibration"] = ToJson(reports[k].calibration);
     }
     list.push_back(std::move(json));
   }
@@ -250,7 +251,8 @@ std::string ReportJson(const Survey& survey,
                           {"largest", Measured(s.z_offset_max_m)}}}};
   if (s.dives.empty()) r["mounting"] = MountingJson(survey, 0);  // of several: in each of `dives`
   r["noise"] = NoiseJson(s, options);
-  if (options.dives.size() == 1) r["calibration"] = ToJson(options.dives.front().calibration);
+  if (s.dives.empty() && options.dives.size() == 1)  // of several: in each of `dives`
+    r["calibration"] = ToJson(options.dives.front().calibration);
   if (!s.dives.empty()) r["dives"] = DivesJson(survey, s.dives, options.dives);
   if (!s.dives.empty() || !options.unread.empty()) r["dives_not_read"] = UnreadJson(options.unread);
   r["soundings"] = {{"read", s.soundings_read}, {"used", s.soundings_used}};

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <cstdio>
 #include <iterator>
 #include <memory>
@@ -24,6 +23,7 @@
 #include "survey/errors.hpp"
 #include "survey/plan/dive_inputs.hpp"
 #include "survey/plan/survey_groups.hpp"
+#include "survey/replay/calibration_rounds.hpp"
 #include "survey/replay/interruption.hpp"
 #include "survey/replay/output_folder.hpp"
 #include "survey/replay/replay_feed.hpp"
@@ -32,7 +32,6 @@
 #include "survey/session/mapping_session.hpp"
 #include "survey/session/other_navigation.hpp"
 #include "survey/session/ping_inputs.hpp"
-#include "survey/session/self_calibration.hpp"
 
 namespace seastitch {
 namespace {
@@ -124,11 +123,7 @@ double DurationSeconds(const Survey& survey) {
 }
 
 // Makes the map from the input.
-void Remake(Dive* dive,
-            std::unique_ptr<RawReplay> raw,
-            Outputs outputs,
-            std::optional<SelfCalibration>* calibration,
-            Feeding* feeding) {
+void Remake(Dive* dive, std::unique_ptr<RawReplay> raw, Outputs outputs, Feeding* feeding) {
   const SurveyCollector& collector = *outputs.collector;
   ProductOptions* const products = outputs.products;
   SoundingLog* const soundings = products->soundings;
@@ -141,10 +136,11 @@ void Remake(Dive* dive,
   const bool exported = products->sounding_format.has_value();
   PingInputs inputs(dive->input.names, exported, dive->mapper.sonar_time_offset_s);
   if (soundings != nullptr)
-    mapper.OnSoundings([&](const SubmapSoundings& submap) {
-      if (*calibration) (*calibration)->Add(submap);
-      soundings->Add(submap, inputs.Take(submap));
-    });
+    mapper.OnSoundings(
+        [&, calibration = outputs.rounds->Begin(0, dive)](const SubmapSoundings& submap) {
+          if (calibration != nullptr) calibration->Add(submap);
+          soundings->Add(submap, inputs.Take(submap));
+        });
   mapper.OnSmoothed([&](const SmoothedPose& pose) { outputs.collector->Add(pose); });
   std::optional<OtherNavigation> other;
   if (dive->input.logs) other.emplace(dive->mapper);
@@ -162,8 +158,7 @@ void Remake(Dive* dive,
         },
         feeding);
   session.Finish();
-  // Soundings that their source has placed cannot be placed otherwise here.
-  if (mapper.noise().timing.placed_by_source) calibration->reset();
+  if (mapper.noise().timing.placed_by_source) outputs.rounds->Drop(0);
   if (feeding->stopped() && feeding->partial.empty()) NoteStop(100, feeding);
   if (other) feeding->other_tracks.push_back({0, other->source(), other->Finish()});
   if (inputs.unknown() > 0) feeding->refused["pings_of_an_unknown_input"] += inputs.unknown();
@@ -183,9 +178,6 @@ void Remake(Dive* dive,
   WarnOfDepths(session.mapper().mapper(), "", feeding);
 }
 
-// Most runs over the inputs: as configured, and twice with what the overlaps then show.
-constexpr std::size_t kMostRounds = 3;
-
 // What one run over the inputs fills.
 struct MapRun {
   // base: products of any run. of_pings: soundings are placed here.
@@ -199,17 +191,23 @@ struct MapRun {
   SurveyCollector collector;
   MapRecorder recorder;
   std::optional<SoundingLog> soundings;
-  std::optional<SelfCalibration> calibration;
   ProductOptions products;
   Feeding feeding;
+};
+
+// What all runs share.
+struct DivesOfRun {
+  std::vector<Dive>* dives;
+  Unread* unread;
+  CalibrationRounds* rounds;
 };
 
 // Maps the inputs, or takes the recorded results.
 void MapInputs(const ReplayOptions& options,
                const fs::path& out,
-               std::vector<Dive>* dives,
-               Unread* unread,
+               const DivesOfRun& of,
                MapRun* run) {
+  const auto& [dives, unread, rounds] = of;
   Dive& first = dives->front();
   std::unique_ptr<RawReplay> raw = options.from_raw ? OpenRaw(options, first.input, out) : nullptr;
   if (options.as_recorded) {
@@ -220,57 +218,16 @@ void MapInputs(const ReplayOptions& options,
   }
   const ScratchDir store(out / ".store");
   first.mapper.map_dir = store.path();
-  const Outputs outputs{&run->collector, &run->products, [&](const MapperEvent& event) {
+  const Outputs outputs{&run->collector,
+                        &run->products,
+                        [&](const MapperEvent& event) {
                           run->recorder.Add(event);
                           if (options.on_event) options.on_event(event);
-                        }};
+                        },
+                        rounds};
   if (dives->size() > 1 || first.input.map)
     return RemakeTogether(dives, store.path(), outputs, unread, &run->feeding);
-  if (run->soundings && first.mapper.calibrate && !options.no_calibration && !options.on_event)
-    run->calibration.emplace(out / ".cells",
-                             first.mapper.vehicle.T_vehicle_mbes.translation(),
-                             first.mapper.calibration);
-  Remake(&first, std::move(raw), outputs, &run->calibration, &run->feeding);
-}
-
-// Prepares the next run, with what the overlaps showed.
-void MapAgain(const CalibrationEstimate& found,
-              const ReplayOptions& options,
-              const fs::path& out,
-              Dive* dive) {
-  dive->mapper.calibration = found.Corrected();
-  if (dive->input.survey_files)
-    dive->input.survey_files = std::make_unique<SurveyFiles>(dive->input.survey_files->plan());
-  fs::remove_all(out / product_files::kSubmapFolder);
-  if (!options.quiet)
-    std::fprintf(stderr,
-                 "overlaps show errors of the sonar's calibration: mapping again without them\n");
-}
-
-void WarnOfCalibration(const std::vector<CalibrationEstimate>& rounds, Feeding* feeding) {
-  const CalibrationEstimate& first = rounds.front();
-  std::string values;
-  for (const CalibrationName& of : kCalibrationNames) {
-    if (!first.Of(of.key).is_applied) continue;
-    char text[80];
-    std::snprintf(
-        text, sizeof text, "%s: %.3f", of.name, rounds.back().used.*of.value / of.per_unit + 0.0);
-    values += (values.empty() ? "" : ", ") + std::string(text);
-  }
-  char differences[120];
-  std::snprintf(differences,
-                sizeof differences,
-                "heights in overlaps differ by %.3f m in place of %.3f m",
-                rounds.back().before_m,
-                first.before_m);
-  const double removed_m2 = std::pow(first.before_m, 2) - std::pow(rounds.back().before_m, 2);
-  Warn({WarningCode::kCalibrated,
-        std::string("depths were corrected by a calibration from the survey's own overlaps: ") +
-            differences + "; for the next survey write calibration: {" + values +
-            "} into mapper.yaml, or map without it by --no-calibration",
-        std::sqrt(std::max(0.0, removed_m2))},
-       "",
-       feeding);
+  Remake(&first, std::move(raw), outputs, &run->feeding);
 }
 
 // Compares the map's track with that of the other navigation.
@@ -359,26 +316,27 @@ ProductSummary RunReplay(const ReplayOptions& options) {
                         });
 
   const auto stopped = [&] { return interruption && interruption->requested(); };
+  CalibrationRounds rounds(out.path(),
+                           !options.no_calibration && !options.on_event,
+                           of_pings);  // a finished map cannot be read twice
   std::set<std::string> said;
-  std::vector<CalibrationEstimate> rounds;
   std::unique_ptr<MapRun> run;
   Survey survey;
   for (;;) {
     run.reset();  // removes its files
     run = std::make_unique<MapRun>(out.path(), products, of_pings, Feeding{options.quiet, stopped});
     run->feeding.said = std::exchange(said, {});
-    MapInputs(options, out.path(), &dives, &unread, run.get());
+    MapInputs(options, out.path(), {&dives, &unread, &rounds}, run.get());
     survey = run->collector.Finish();
-    if (!run->calibration) break;
-    rounds.push_back(run->calibration->Estimate(survey));
-    if (rounds.size() == kMostRounds || !rounds.back().AppliesAny() || stopped()) break;
+    if (!rounds.EndRun(survey, stopped())) break;
     said = run->feeding.said;
-    MapAgain(rounds.back(), options, out.path(), &first);
+    fs::remove_all(out.path() / product_files::kSubmapFolder);
+    if (!options.quiet) CalibrationRounds::SayThatItMapsAgain();
   }
-  if (rounds.size() > 1) WarnOfCalibration(rounds, &run->feeding);
+  rounds.Warn(survey, &run->feeding);
   Feeding& feeding = run->feeding;
   products = run->products;
-  if (!rounds.empty() && products.dives.size() == 1) products.dives.front().calibration = rounds;
+  rounds.Report(&products.dives);
   products.refused = feeding.refused;
   products.partial = feeding.partial;
   products.warnings = feeding.warnings;

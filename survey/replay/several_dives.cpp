@@ -1,5 +1,6 @@
 #include "survey/replay/several_dives.hpp"
 
+#include <algorithm>
 #include <cstdint>
 #include <cstdio>
 #include <map>
@@ -92,13 +93,15 @@ class Together {
     PingInputs inputs(dive->input.names, exported, dive->mapper.sonar_time_offset_s);
     const auto first_input = static_cast<std::uint16_t>(feeding_->spans.size());
     if (soundings != nullptr)
-      front.mapper().mapper().OnSoundings([&](SubmapSoundings submap) {
-        std::vector<std::uint16_t> of_pings = inputs.Take(submap);
-        for (std::uint16_t& input : of_pings)
-          input = static_cast<std::uint16_t>(input + first_input);
-        submap.id.value += next_id_;
-        soundings->Add(submap, of_pings);
-      });
+      front.mapper().mapper().OnSoundings(
+          [&, calibration = outputs_.rounds->Begin(next_chain_, dive)](SubmapSoundings submap) {
+            std::vector<std::uint16_t> of_pings = inputs.Take(submap);
+            for (std::uint16_t& input : of_pings)
+              input = static_cast<std::uint16_t>(input + first_input);
+            submap.id.value += next_id_;
+            if (calibration != nullptr) calibration->Add(submap);
+            soundings->Add(submap, of_pings);
+          });
     std::optional<OtherNavigation> other;
     if (dive->input.logs) other.emplace(dive->mapper);
     const InputFaults faults = FeedDive(dive, [&](const Received& sample, std::size_t input) {
@@ -108,6 +111,7 @@ class Together {
     });
     front.Finish();
     if (!given_twice_.empty()) throw UsageError("replay: " + given_twice_);
+    if (front.mapper().mapper().noise().timing.placed_by_source) outputs_.rounds->Drop(next_chain_);
     if (other) feeding_->other_tracks.push_back({next_chain_, other->source(), other->Finish()});
     outputs_.products->dives.push_back(ReportOf(front.mapper(), faults));
     const std::string among = has_names_ ? dive->name : "";
@@ -203,8 +207,15 @@ class Together {
 }  // namespace
 
 void Unread::Add(const UnreadDive& dive) {
+  // A replay may read its inputs again.
+  if (Has(dive.name)) return;
   std::fprintf(stderr, "%s: %s\n", dive.name.c_str(), dive.reason.c_str());
   dives_.push_back(dive);
+}
+
+bool Unread::Has(const std::string& name) const {
+  return std::any_of(
+      dives_.begin(), dives_.end(), [&](const UnreadDive& dive) { return dive.name == name; });
 }
 
 bool Unread::Try(const std::string& dive, const std::function<void()>& step) {
@@ -214,6 +225,7 @@ bool Unread::Try(const std::string& dive, const std::function<void()>& step) {
   } catch (const std::runtime_error& e) {
     if (!several_) throw;
     if (!first_) first_ = std::current_exception();
+    if (Has(dive)) return false;
     std::fprintf(stderr, "%s: left out: %s\n", dive.c_str(), e.what());
     dives_.push_back({dive, e.what()});
     return false;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "products/write_products.hpp"
+#include "survey/replay/calibration_rounds.hpp"
 #include "survey/replay/replay_feed.hpp"
 #include "survey/replay/replay_input.hpp"
 
@@ -26,6 +27,8 @@ class Unread {
   const std::vector<UnreadDive>& dives() const { return dives_; }
 
  private:
+  bool Has(const std::string& name) const;
+
   const bool several_;
   std::exception_ptr first_;
   std::vector<UnreadDive> dives_;
@@ -51,6 +54,7 @@ struct Outputs {
   SurveyCollector* collector;
   ProductOptions* products;
   std::function<void(const MapperEvent&)> on_event;  // gets the events of the map's mapper
+  CalibrationRounds* rounds;
 };
 
 // Maps several dives together, and finished maps with their dives. A front end per dive makes its

@@ -32,10 +32,10 @@ Extent ExtentOf(const CalibrationCells& cells, const Pose2& T_map_level) {
 }  // namespace
 
 SelfCalibration::SelfCalibration(std::filesystem::path file,
-                                 const Eigen::Vector3d& p_vehicle_sonar_m,
+                                 const Eigen::Isometry3d& T_vehicle_sonar,
                                  const SonarCalibration& used)
     : path_(std::move(file)),
-      p_vehicle_sonar_m_(p_vehicle_sonar_m),
+      T_vehicle_sonar_(T_vehicle_sonar),
       used_(used),
       file_(path_, std::ios::in | std::ios::out | std::ios::trunc | std::ios::binary) {
   if (!file_) throw std::runtime_error(path_.string() + ": cannot be written");
@@ -48,7 +48,7 @@ SelfCalibration::~SelfCalibration() {
 }
 
 void SelfCalibration::Add(const SubmapSoundings& submap) {
-  const CalibrationCells cells = CellsOf(submap, p_vehicle_sonar_m_);
+  const CalibrationCells cells = CellsOf(submap, T_vehicle_sonar_);
   if (cells.cells.empty()) return;
   blocks_.push_back(
       {submap.id, cells.cell_m, cells.cells.size(), static_cast<std::int64_t>(file_.tellp())});

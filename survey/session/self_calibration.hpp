@@ -1,6 +1,6 @@
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
@@ -17,10 +17,10 @@ namespace seastitch {
 // in a temporary file, which is deleted with this object.
 class SelfCalibration {
  public:
-  // p_vehicle_sonar_m: lever arm of the sonar. used: what the soundings are placed with. Throws
-  // std::runtime_error naming the file that cannot be made.
+  // T_vehicle_sonar: place and axes of the receive array. used: what the soundings are placed with.
+  // Throws std::runtime_error naming the file that cannot be made.
   SelfCalibration(std::filesystem::path file,
-                  const Eigen::Vector3d& p_vehicle_sonar_m,
+                  const Eigen::Isometry3d& T_vehicle_sonar,
                   const SonarCalibration& used);
   ~SelfCalibration();
   SelfCalibration(const SelfCalibration&) = delete;
@@ -41,7 +41,7 @@ class SelfCalibration {
   CalibrationCells Load(const Block& block);
 
   const std::filesystem::path path_;
-  const Eigen::Vector3d p_vehicle_sonar_m_;
+  const Eigen::Isometry3d T_vehicle_sonar_;
   const SonarCalibration used_;
   std::fstream file_;
   std::vector<Block> blocks_;

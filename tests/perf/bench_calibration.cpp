@@ -170,13 +170,13 @@ struct Tally {
   std::map<std::string, int> applied_by_key;
 };
 
-// Of the first round, whose values are those that are applied.
-void AddValues(const Case& of, const Json& round, Tally* tally) {
+// What is applied: of the first round. What is found: what the last round used and adds.
+void AddValues(const Case& of, const Json& rounds, Tally* tally) {
   const std::map<std::string, double> truth = TruthOf(of);
-  for (const auto& [key, value] : round["values"].items()) {
-    tally->t[key].push_back((value["add"].get<double>() - truth.at(key)) /
-                            value["sigma"].get<double>());
-    if (value["is_clear"].get<bool>()) ++tally->applied_by_key[key];
+  for (const auto& [key, value] : rounds.back()["values"].items()) {
+    const double found = rounds.back()["used"][key].get<double>() + value["add"].get<double>();
+    tally->t[key].push_back((found - truth.at(key)) / value["sigma"].get<double>());
+    if (rounds.front()["values"][key]["is_clear"].get<bool>()) ++tally->applied_by_key[key];
   }
 }
 
@@ -191,7 +191,7 @@ void Add(const Case& of, const Compared& c, Tally* tally) {
   tally->with_chi2 += c.with.chi2;
   tally->without_cpu += c.without.cpu_s;
   tally->with_cpu += c.with.cpu_s;
-  AddValues(of, c.with.rounds.at(0), tally);
+  AddValues(of, c.with.rounds, tally);
 }
 
 void Print(const std::string& name, const Tally& tally) {

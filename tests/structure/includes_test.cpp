@@ -55,7 +55,7 @@ const std::map<std::string, std::set<std::string>> kRooms{
     {"codecs/lines", {"codecs"}},
     {"codecs/makers", {"codecs"}},
     {"codecs/navigation", {"codecs", "codecs/lines"}},
-    {"mapper/calibration", {}},
+    {"mapper/calibration", {"mapper/geometry"}},
     {"mapper/geometry", {}},
     {"mapper/health", {"mapper/input", "mapper/navigation", "mapper/submaps"}},
     {"mapper/input", {"mapper/geometry"}},

@@ -33,8 +33,9 @@ constexpr char kSurvey[] =
 
 class SelfCalibration : public ::testing::Test {
  protected:
-  fs::path LogWith(const std::string& sonar) {
-    const fs::path survey = dir_ / "survey.yaml", log = dir_ / "survey.lcmlog";
+  fs::path LogWith(const std::string& sonar, const std::string& folder = ".") {
+    fs::create_directories(dir_ / folder);
+    const fs::path survey = dir_ / "survey.yaml", log = dir_ / folder / "survey.lcmlog";
     std::ofstream(survey) << kSurvey << "mbes: {beams: 96, swath_deg: 120.0, ping_rate_hz: 5.0"
                           << sonar << "}\n";
     const CommandResult made = RunCommand(Program("seastitch") + " bench --survey " +
@@ -42,9 +43,9 @@ class SelfCalibration : public ::testing::Test {
     EXPECT_EQ(made.exit_code, 0) << made.output;
     return log;
   }
-  Json ReportOf(const fs::path& log, const std::string& more, int status = 0) {
+  Json ReportOf(const std::string& inputs, const std::string& more, int status = 0) {
     const fs::path out = dir_ / "out";
-    const CommandResult done = RunCommand(Program("seastitch") + " replay " + log.string() +
+    const CommandResult done = RunCommand(Program("seastitch") + " replay " + inputs +
                                           " --quiet --out " + out.string() + " " + more);
     EXPECT_EQ(done.exit_code, status) << done.output;
     return Json::parse(std::ifstream(out / "report.json"));
@@ -60,9 +61,9 @@ class SelfCalibration : public ::testing::Test {
 TEST_F(SelfCalibration, FindsErrorsByOverlapsAndMapsWithoutThem) {
   const fs::path log =
       LogWith(", errors: {mounting_roll_deg: 0.3, steering_mps: 3.0, stamp_s: 0.02}");
-  const Json as_configured = ReportOf(log, "--no-calibration");
+  const Json as_configured = ReportOf(log.string(), "--no-calibration");
   EXPECT_TRUE(as_configured["calibration"].empty());
-  const Json report = ReportOf(log, "--fail-on-warning", 3);
+  const Json report = ReportOf(log.string(), "--fail-on-warning", 3);
   ASSERT_EQ(report["calibration"].size(), 2u);
   EXPECT_NEAR(Used(report, "roll_deg"), 0.3, 0.03);
   EXPECT_NEAR(Used(report, "smile_mps"), 3.0, 0.4);
@@ -85,7 +86,8 @@ TEST_F(SelfCalibration, FindsErrorsByOverlapsAndMapsWithoutThem) {
   fs::copy(ConfigFile(""), config, fs::copy_options::recursive);
   std::ofstream(config / "mapper_ins_tactical.yaml", std::ios::app)
       << "\ncalibration: {" << section << "}\n";
-  const Json next = ReportOf(log, "--config " + (config / "mapper_ins_tactical.yaml").string());
+  const Json next =
+      ReportOf(log.string(), "--config " + (config / "mapper_ins_tactical.yaml").string());
   ASSERT_EQ(next["calibration"].size(), 1u);
   EXPECT_NEAR(Used(next, "roll_deg"), Used(report, "roll_deg"), 0.001);
   EXPECT_LT(Surface(next), 1.05 * Surface(report));
@@ -93,8 +95,23 @@ TEST_F(SelfCalibration, FindsErrorsByOverlapsAndMapsWithoutThem) {
     EXPECT_NE(advice["key"].get<std::string>().rfind("calibration.", 0), 0u) << advice;
 }
 
+TEST_F(SelfCalibration, IsOfEachOfSeveralDives) {
+  const fs::path right = LogWith("", "right").parent_path();
+  const fs::path wrong = LogWith(", errors: {mounting_roll_deg: 0.4}", "wrong").parent_path();
+  const Json report = ReportOf(wrong.string() + " " + right.string(), "--fail-on-warning", 3);
+  ASSERT_EQ(report["dives"].size(), 2u);
+  for (const Json& dive : report["dives"]) {
+    const bool is_wrong = dive["name"] == "wrong";
+    ASSERT_EQ(dive["calibration"].size(), is_wrong ? 2u : 1u);
+    EXPECT_NEAR(
+        dive["calibration"].back()["used"]["roll_deg"].get<double>(), is_wrong ? 0.4 : 0.0, 0.03);
+  }
+  ASSERT_EQ(report["advice"].size(), 1u);
+  EXPECT_EQ(report["advice"][0]["file"], "mapper.yaml of wrong");
+}
+
 TEST_F(SelfCalibration, AppliesNothingWhereNothingIsWrong) {
-  const Json report = ReportOf(LogWith(""), "--fail-on-warning");
+  const Json report = ReportOf(LogWith("").string(), "--fail-on-warning");
   ASSERT_EQ(report["calibration"].size(), 1u);
   EXPECT_GT(report["calibration"][0]["cells"], 3000);
 }

@@ -21,7 +21,9 @@ constexpr double kLineM = 120.0;
 constexpr double kSubmapM = 40.0;
 constexpr double kPingS = 0.2;
 constexpr int kBeams = 64;
-const Eigen::Vector3d kLever(0.4, 0.1, 0.2);
+// A sonar that looks 10 degrees to starboard.
+const Eigen::Isometry3d kSonar =
+    MakePose({0.4, 0.1, 0.2}, RotationFromRpy(Deg2Rad(-10.0), 0.0, 0.0));
 
 double Seabed(const Eigen::Vector2d& p) {
   return 16.0 + 0.3 * std::sin(0.11 * p.x() + 0.05 * p.y()) + 0.2 * std::sin(0.17 * p.y()) +
@@ -101,21 +103,22 @@ Mapped Survey(const std::vector<Line>& lines, const SonarCalibration& errors, st
         const Eigen::Matrix3d R = RotationFromRpy(rpy.x(), rpy.y(), rpy.z());
         const Eigen::Matrix3d R_stated =
             RotationFromRpy(stated.rpy.x(), stated.rpy.y(), stated.rpy.z());
-        const Eigen::Vector3d level(0.0, 0.0, stated.p.z());
         const Eigen::Vector2d p_level = Inverse(frame) * Eigen::Vector2d(stated.p.head<2>());
-        submap.motions.push_back({{p_level.x(), p_level.y(), stated.p.z() - middle.p.z()},
-                                  {stated.rpy.x(), stated.rpy.y(), stated.rpy.z() - frame.yaw},
-                                  stated.heave_m});
+        SubmapSoundings::Motion motion;
+        motion.p_level_m << p_level, stated.p.z() - middle.p.z();
+        motion.rpy_rad = stated.rpy - Eigen::Vector3d(0.0, 0.0, frame.yaw);
+        submap.motions.push_back(motion);
         submap.pings.push_back({kStart + FromSeconds(1000.0 * static_cast<double>(l) + s), 0, 0});
         for (int beam = 0; beam < kBeams; ++beam) {
           const double sine = std::sin(Deg2Rad(60.0) * (2.0 * beam / (kBeams - 1.0) - 1.0));
           const Eigen::Vector3d ray(0.0, sine, std::sqrt(1.0 - sine * sine));
-          const double range_m = RangeTo(p + R * kLever, R * ray);
+          const double range_m = RangeTo(p + R * kSonar.translation(), R * kSonar.linear() * ray);
           const double stated_sine = sine / (1.0 + errors.smile_mps / 1500.0);
           const Eigen::Vector3d stated_ray(
               0.0, stated_sine, std::sqrt(1.0 - stated_sine * stated_sine));
           Eigen::Vector3d at =
-              stated.p + R_stated * (kLever + (range_m + 0.01 * normal(random)) * stated_ray);
+              stated.p + R_stated * (kSonar.translation() + (range_m + 0.01 * normal(random)) *
+                                                                (kSonar.linear() * stated_ray));
           at.head<2>() = Inverse(frame) * Eigen::Vector2d(at.head<2>());
           at.z() -= middle.p.z();
           submap.soundings.push_back({at.cast<float>(),
@@ -125,7 +128,7 @@ Mapped Survey(const std::vector<Line>& lines, const SonarCalibration& errors, st
         }
       }
       mapped.times.push_back(submap.pings[submap.pings.size() / 2].time);
-      mapped.cells.push_back(CellsOf(submap, kLever));
+      mapped.cells.push_back(CellsOf(submap, kSonar));
       // Registration leaves a few centimetres.
       const Pose2 placed{
           frame.x + 0.02 * normal(random), frame.y + 0.02 * normal(random), frame.yaw};
@@ -217,7 +220,7 @@ TEST(Calibration, IsNotMadeFromNothing) {
   const CalibrationEstimate one = EstimateOf(Survey({{{0.0, 0.0}, 0.0}}, {}, 1));
   EXPECT_EQ(one.pairs, 0);
   EXPECT_FALSE(one.AppliesAny());
-  EXPECT_TRUE(CellsOf({}, kLever).cells.empty());
+  EXPECT_TRUE(CellsOf({}, kSonar).cells.empty());
 }
 
 TEST(CalibrationCells, AreNotMadeOfTwoHeadsOrWithoutMotions) {
@@ -232,11 +235,11 @@ TEST(CalibrationCells, AreNotMadeOfTwoHeadsOrWithoutMotions) {
          static_cast<std::uint32_t>(i % 2),
          0,
          true});
-  EXPECT_TRUE(CellsOf(submap, kLever).cells.empty());
+  EXPECT_TRUE(CellsOf(submap, kSonar).cells.empty());
   submap.pings[1].head = 0;
-  EXPECT_FALSE(CellsOf(submap, kLever).cells.empty());
+  EXPECT_FALSE(CellsOf(submap, kSonar).cells.empty());
   submap.motions.clear();
-  EXPECT_TRUE(CellsOf(submap, kLever).cells.empty());
+  EXPECT_TRUE(CellsOf(submap, kSonar).cells.empty());
 }
 
 }  // namespace

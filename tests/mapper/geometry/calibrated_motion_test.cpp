@@ -51,6 +51,7 @@ TEST(CalibratedPoses, NeedThePosesOfTheirLatencies) {
   EXPECT_FALSE(CalibratedPoses(until_now, {.depth_latency_ms = 30.0}, 0.0)(kStart));
   EXPECT_EQ(LooksAhead({.attitude_latency_ms = 20.0, .depth_latency_ms = 30.0}), FromSeconds(0.03));
   EXPECT_EQ(LooksAhead({.attitude_latency_ms = -20.0}), FromSeconds(0.0));
+  EXPECT_EQ(LooksAhead({.heave_scale_percent = 1.0}), FromSeconds(10.0));
 }
 
 TEST(SwathCorrectionOf, IsAPartOf1500MetresPerSecond) {
@@ -59,25 +60,27 @@ TEST(SwathCorrectionOf, IsAPartOf1500MetresPerSecond) {
   EXPECT_NEAR(SwathCorrectionOf({.smile_by_water_mps = 1.5}).by_water, 0.001, 1e-12);
 }
 
-TEST(HeaveFilter, PassesWavesAndFollowsDepth) {
-  HeaveFilter filter;
-  double largest_m = 0.0, error_m = 0.0;
-  for (int i = 0; i < 4000; ++i) {
-    const double s = 0.1 * i;
-    const double wave_m = 0.2 * std::sin(2.0 * kPi * s / 6.0);
-    const double heave_m = filter.Add(kStart + FromSeconds(s), 20.0 + wave_m);
-    if (s < 100.0) continue;
-    largest_m = std::max(largest_m, heave_m);
-    error_m = std::max(error_m, std::abs(heave_m - wave_m));
+TEST(HeaveAt, IsTheWavesAndNotTheTerrain) {
+  const auto wave_m = [](double s) { return 0.2 * std::sin(2.0 * kPi * s / 6.0); };
+  std::vector<DepthAt> track;
+  const PoseLookup pose_at = [&](Time t) -> std::optional<Eigen::Isometry3d> {
+    const double s = ToSeconds(t - kStart);
+    if (s < 0.0 || s > 100.0) return std::nullopt;
+    // Down a slope, and over a hill that takes three minutes.
+    const double depth_m = 20.0 + 0.3 * s + 2.0 * std::sin(2.0 * kPi * s / 180.0);
+    return MakePose({0.0, 0.0, depth_m + wave_m(s)}, Eigen::Matrix3d::Identity());
+  };
+  for (int i = 0; i <= 1000; ++i) {
+    const Time t = kStart + FromSeconds(0.1 * i);
+    track.push_back({t, pose_at(t)->translation().z()});
   }
-  EXPECT_NEAR(largest_m, 0.2, 0.002);
-  EXPECT_LT(error_m, 0.2 * 0.06);  // a phase of 3 degrees
-  // The same time again, an earlier one, and a gap.
-  const Time end = kStart + FromSeconds(399.9);
-  const double last_m = filter.Add(end, 25.0);
-  EXPECT_EQ(filter.Add(end, 30.0), last_m);
-  EXPECT_EQ(filter.Add(end - FromSeconds(5.0), 30.0), last_m);
-  EXPECT_EQ(filter.Add(end + FromSeconds(100.0), 30.0), 0.0);
+  for (const double s : {15.0, 47.3, 80.0}) {
+    const Time t = kStart + FromSeconds(s);
+    EXPECT_NEAR(HeaveAt(track, t), wave_m(s), 0.05) << s;
+    EXPECT_NEAR(HeaveAt(pose_at, t), HeaveAt(track, t), 0.01) << s;
+  }
+  EXPECT_EQ(HeaveAt(track, kStart - FromSeconds(60.0)), 0.0);
+  EXPECT_LT(std::abs(HeaveAt(track, kStart + FromSeconds(100.0))), 0.3);  // half a window
 }
 
 }  // namespace

@@ -1,0 +1,93 @@
+#include "survey/replay/calibration_rounds.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+
+#include "survey/plan/survey_files.hpp"
+
+namespace seastitch {
+namespace {
+
+// The values that were applied, as YAML has them.
+std::string Values(const std::vector<CalibrationEstimate>& rounds) {
+  std::string values;
+  for (const CalibrationName& of : kCalibrationNames) {
+    const double value = rounds.back().used.*of.value;
+    if (value == rounds.front().used.*of.value) continue;
+    char text[80];
+    std::snprintf(text, sizeof text, "%s: %.3f", of.name, value / of.per_unit + 0.0);
+    values += (values.empty() ? "" : ", ") + std::string(text);
+  }
+  return values;
+}
+
+MapWarning WarningOf(const std::vector<CalibrationEstimate>& rounds) {
+  const double before_m = rounds.front().before_m, after_m = rounds.back().before_m;
+  char differences[120];
+  std::snprintf(differences,
+                sizeof differences,
+                "heights in overlaps differ by %.3f m in place of %.3f m",
+                after_m,
+                before_m);
+  return {WarningCode::kCalibrated,
+          std::string("depths were corrected by a calibration from the survey's own overlaps: ") +
+              differences + "; for the next survey write calibration: {" + Values(rounds) +
+              "} into mapper.yaml, or map without it by --no-calibration",
+          std::sqrt(std::max(0.0, before_m * before_m - after_m * after_m))};
+}
+
+}  // namespace
+
+SelfCalibration* CalibrationRounds::Begin(std::int32_t chain, Dive* dive) {
+  if (!is_wanted_ || !dive->mapper.calibrate) return nullptr;
+  OfDive& of = dives_.try_emplace(chain, OfDive{dive, nullptr}).first->second;
+  of.cells = std::make_unique<SelfCalibration>(
+      out_ / (".cells" + std::to_string(chain)),
+      dive->mapper.vehicle.T_vehicle_mbes * dive->mapper.vehicle.T_mbes_rx,
+      dive->mapper.calibration);
+  return of.cells.get();
+}
+
+bool CalibrationRounds::EndRun(const Survey& survey, bool is_stopped) {
+  ++runs_;
+  bool again = false;
+  for (auto& [chain, of] : dives_) {
+    const std::unique_ptr<SelfCalibration> cells = std::move(of.cells);
+    if (!cells || is_stopped) continue;
+    CalibrationEstimate estimate = cells->Estimate(survey);
+    if (!of.rounds.empty() && !of.rounds.back().AppliesAny())
+      of.rounds.back() = std::move(estimate);
+    else
+      of.rounds.push_back(std::move(estimate));
+    again = again || of.rounds.back().AppliesAny();
+  }
+  if (!again || !can_repeat_ || runs_ == kMostRuns) return false;
+  for (auto& [chain, of] : dives_) {
+    if (!of.rounds.empty()) of.dive->mapper.calibration = of.rounds.back().Corrected();
+    std::unique_ptr<SurveyFiles>& files = of.dive->input.survey_files;
+    if (files) files = std::make_unique<SurveyFiles>(files->plan());
+  }
+  return true;
+}
+
+void CalibrationRounds::SayThatItMapsAgain() {
+  std::fprintf(stderr,
+               "overlaps show errors of the sonar's calibration: mapping again without them\n");
+}
+
+void CalibrationRounds::Warn(const Survey& survey, Feeding* feeding) const {
+  for (const auto& [chain, of] : dives_)
+    if (of.rounds.size() > 1)
+      seastitch::Warn(WarningOf(of.rounds), survey.dives.empty() ? "" : of.dive->name, feeding);
+}
+
+void CalibrationRounds::Report(std::vector<DiveReport>* reports) const {
+  for (const auto& [chain, of] : dives_) {
+    const auto k = static_cast<std::size_t>(chain);
+    if (k < reports->size()) (*reports)[k].calibration = of.rounds;
+  }
+}
+
+}  // namespace seastitch
