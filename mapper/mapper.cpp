@@ -277,7 +277,7 @@ void Mapper::AddToSubmap(const MbesPing& ping) {
   if (!params_.calibration.IsZero()) {
     const bool by_heave = params_.calibration.heave_scale_percent != 0.0;
     const double heave_m = by_heave ? HeaveAt(poses, ping.time) : 0.0;
-    poses = CalibratedPoses(std::move(poses), params_.calibration, heave_m);
+    poses = CalibratedPoses(std::move(poses), params_.calibration, ping.head, heave_m);
   }
   std::optional<GeoreferencedPing> georeferenced = Georeference(
       ping, poses, params_.vehicle, *sound_speed.rays, SwathCorrectionOf(params_.calibration));

@@ -13,6 +13,7 @@ namespace seastitch {
 // that follow the motion, and swaths that tilt or smile.
 struct SonarCalibration {
   double roll_rad = 0.0;  // of the sonar, clockwise seen from behind: deeper to starboard
+  double second_head_roll_rad = 0.0;  // of head 1 of a sonar with two; roll_rad is of head 0
   // Steering error as a sound speed at the transducer [m/s]: the sine of a beam's angle grows by
   // smile_mps / kSmileSpeedMps. The depth at nadir stays.
   double smile_mps = 0.0;
@@ -32,6 +33,7 @@ struct SonarCalibration {
 // One of the values.
 enum class CalibrationKey : std::uint8_t {
   kRoll,
+  kSecondHeadRoll,
   kSmile,
   kSmileByWater,
   kAttitudeLatency,
@@ -39,7 +41,7 @@ enum class CalibrationKey : std::uint8_t {
   kRollScale,
   kHeaveScale,
 };
-inline constexpr std::size_t kCalibrationKeys = 7;
+inline constexpr std::size_t kCalibrationKeys = 8;
 
 // What stands in files and pages of one value.
 struct CalibrationName {
@@ -52,6 +54,12 @@ struct CalibrationName {
 };
 inline constexpr std::array<CalibrationName, kCalibrationKeys> kCalibrationNames{{
     {CalibrationKey::kRoll, "roll_deg", "deg", Deg2Rad(1.0), 0.02, &SonarCalibration::roll_rad},
+    {CalibrationKey::kSecondHeadRoll,
+     "second_head_roll_deg",
+     "deg",
+     Deg2Rad(1.0),
+     0.02,
+     &SonarCalibration::second_head_roll_rad},
     {CalibrationKey::kSmile, "smile_mps", "m/s", 1.0, 0.3, &SonarCalibration::smile_mps},
     {CalibrationKey::kSmileByWater,
      "smile_by_water_mps",
@@ -88,7 +96,7 @@ inline constexpr std::array<CalibrationName, kCalibrationKeys> kCalibrationNames
 // A value as the overlaps of a survey show it.
 struct CalibratedValue {
   double add = 0.0;    // to what was used, as in SonarCalibration
-  double sigma = 0.0;  // 1 sigma
+  double sigma = 0.0;  // 1 sigma; 0: the overlaps say nothing of it
   bool is_applied = false;
 };
 

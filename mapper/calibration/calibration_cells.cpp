@@ -88,6 +88,7 @@ std::optional<Plane> PlaneOf(const Moments& m, double cell_m) {
 // Motion of the vehicle at a ping, with its rates.
 struct MotionAt {
   Time time;
+  std::uint8_t head;
   SubmapSoundings::Motion motion;
   Eigen::Matrix3d R_level_vehicle;
   Eigen::Vector3d rpy_rate = Eigen::Vector3d::Zero();  // [rad/s]
@@ -100,8 +101,10 @@ std::vector<MotionAt> MotionsOf(const SubmapSoundings& submap) {
   std::vector<MotionAt> motions;
   for (std::size_t i = 0; i < submap.motions.size(); ++i) {
     const Eigen::Vector3d& rpy = submap.motions[i].rpy_rad;
-    motions.push_back(
-        {submap.pings[i].time, submap.motions[i], RotationFromRpy(rpy.x(), rpy.y(), rpy.z())});
+    motions.push_back({.time = submap.pings[i].time,
+                       .head = submap.pings[i].head,
+                       .motion = submap.motions[i],
+                       .R_level_vehicle = RotationFromRpy(rpy.x(), rpy.y(), rpy.z())});
   }
   std::vector<DepthAt> depths;
   for (const MotionAt& at : motions) depths.push_back({at.time, at.motion.p_level_m.z()});
@@ -155,7 +158,10 @@ Displacements DisplacementsOf(const Eigen::Vector3d& p,
   const Eigen::Vector3d rolled = forward.cross(from_vehicle);
   const auto column = [](IntegrationError e) { return static_cast<Eigen::Index>(e); };
   Displacements J;
-  J.col(column(IntegrationError::kRoll)) = forward.cross(r);
+  const bool is_second = tx.head == 1;
+  J.col(column(is_second ? IntegrationError::kSecondHeadRoll : IntegrationError::kRoll)) =
+      forward.cross(r);
+  J.col(column(is_second ? IntegrationError::kRoll : IntegrationError::kSecondHeadRoll)).setZero();
   J.col(column(IntegrationError::kSmile)) =
       R_array * Eigen::Vector3d(0.0, across, -across * across / below);
   J.col(column(IntegrationError::kAttitudeLatency)) =
@@ -258,18 +264,19 @@ double MedianAltitude(const std::vector<Placed>& soundings,
   return Median(std::move(below));
 }
 
-bool IsOfOneHead(const SubmapSoundings& submap) {
+bool AreOf(std::size_t heads, const SubmapSoundings& submap) {
+  constexpr std::size_t kMostHeads = 2;
   return std::all_of(submap.pings.begin(), submap.pings.end(), [&](const auto& ping) {
-    return ping.head == submap.pings.front().head;
+    return ping.head < std::min(heads, kMostHeads);
   });
 }
 
 void AddTo(Sum* sum,
-           const Eigen::Vector3d& p,
+           const Placed& sounding,
            const std::vector<MotionAt>& motions,
-           std::size_t ping,
            const Eigen::Isometry3d& T_vehicle_sonar,
            double cell_m) {
+  const auto& [p, ping] = sounding;
   const Plane& plane = *sum->plane;
   const double residual = p.z() - plane.mean.z() - plane.slope.dot((p - plane.mean).head<2>());
   if (std::abs(residual) > std::max(5.0 * plane.scatter_m, 0.15)) return;
@@ -330,9 +337,10 @@ const CalibrationCell* CalibrationCells::At(const Eigen::Vector2d& p_level_m) co
   return found != cells.end() && key_of(*found) == key ? &*found : nullptr;
 }
 
-CalibrationCells CellsOf(const SubmapSoundings& submap, const Eigen::Isometry3d& T_vehicle_sonar) {
+CalibrationCells CellsOf(const SubmapSoundings& submap, const SonarHeads& T_vehicle_sonar) {
   CalibrationCells result;
-  if (submap.motions.size() != submap.pings.size() || submap.pings.empty() || !IsOfOneHead(submap))
+  if (submap.motions.size() != submap.pings.size() || submap.pings.empty() ||
+      !AreOf(T_vehicle_sonar.size(), submap))
     return result;
   std::vector<Placed> soundings;
   for (const SubmapSoundings::Sounding& s : submap.soundings)
@@ -351,7 +359,7 @@ CalibrationCells CellsOf(const SubmapSoundings& submap, const Eigen::Isometry3d&
   for (std::size_t i = 0; i < soundings.size(); i += every) {
     const Placed& s = soundings[i];
     Sum& sum = sums->At(s.p_level.head<2>());
-    if (sum.plane) AddTo(&sum, s.p_level, motions, s.ping, T_vehicle_sonar, result.cell_m);
+    if (sum.plane) AddTo(&sum, s, motions, T_vehicle_sonar[motions[s.ping].head], result.cell_m);
   }
   for (const Sum& sum : sums->cells())
     if (sum.n >= kMinSoundings) result.cells.push_back(CellOf(sum));

@@ -12,11 +12,12 @@
 namespace seastitch {
 
 // Errors of integration that the overlaps of a survey are fitted with, each as what has to be added
-// to the configuration. The first six are those of SonarCalibration; the others may exist and are
-// never applied here. SI units: radians, metres, seconds; a smile and a sound speed as a part of
-// 1500 m/s; scales as a part of the whole.
+// to the configuration. Those of SonarCalibration are applied; pitch, yaw and
+// the lever arm may exist and are never applied here. SI units: radians, metres, seconds; a smile
+// and a sound speed as a part of 1500 m/s; scales as a part of the whole.
 enum class IntegrationError : std::uint8_t {
-  kRoll,
+  kRoll,  // of head 0
+  kSecondHeadRoll,
   kSmile,
   kAttitudeLatency,
   kDepthLatency,
@@ -28,7 +29,7 @@ enum class IntegrationError : std::uint8_t {
   kForward,  // lever arm of the sonar
   kStarboard,
 };
-inline constexpr std::size_t kIntegrationErrors = 11;
+inline constexpr std::size_t kIntegrationErrors = 12;
 
 // Part of the seabed that one submap measured, in the level frame of the submap [m].
 struct CalibrationCell {
@@ -55,8 +56,10 @@ struct CalibrationCells {
 // least three soundings, and a slope that the nine cells around it determine. The change of height
 // by each error is taken on the plane of the cell, at the middle of the cell across the track: a
 // sounding's own noise would otherwise be in its regressor. T_vehicle_sonar: place and axes of the
-// receive array. Empty where the submap has no motions, or soundings of more than one head.
-CalibrationCells CellsOf(const SubmapSoundings& submap, const Eigen::Isometry3d& T_vehicle_sonar);
+// receive array of each head, two at most. Empty where the submap has no motions, or pings of
+// another head.
+using SonarHeads = std::vector<Eigen::Isometry3d>;
+CalibrationCells CellsOf(const SubmapSoundings& submap, const SonarHeads& T_vehicle_sonar);
 
 // Side of a cell, as a part of the altitude.
 inline constexpr double kCellPerAltitude = 0.08;

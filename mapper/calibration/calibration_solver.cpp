@@ -27,6 +27,7 @@ using ErrorVector = Eigen::Matrix<double, kErrors, 1>;
 ErrorVector PriorSigmas() {
   ErrorVector sigma;
   sigma[ColumnOf(IntegrationError::kRoll)] = Deg2Rad(1.0);
+  sigma[ColumnOf(IntegrationError::kSecondHeadRoll)] = Deg2Rad(1.0);
   sigma[ColumnOf(IntegrationError::kSmile)] = 0.5 * kMps;
   sigma[ColumnOf(IntegrationError::kAttitudeLatency)] = 0.05;
   sigma[ColumnOf(IntegrationError::kDepthLatency)] = 0.1;
@@ -70,6 +71,7 @@ struct Applied {
 };
 constexpr std::array<Applied, kCalibrationKeys> kApplied{{
     {CalibrationKey::kRoll, IntegrationError::kRoll, 1.0, Deg2Rad(0.005)},
+    {CalibrationKey::kSecondHeadRoll, IntegrationError::kSecondHeadRoll, 1.0, Deg2Rad(0.005)},
     {CalibrationKey::kSmile, IntegrationError::kSmile, kMps, 0.1},
     {CalibrationKey::kSmileByWater, IntegrationError::kProfile, kMps, 0.1},
     {CalibrationKey::kAttitudeLatency, IntegrationError::kAttitudeLatency, 1e-3, 0.3},
@@ -319,6 +321,8 @@ CalibrationEstimate EstimateCalibration(const std::vector<Time>& times, const Fo
   for (const Applied& of : kApplied) {
     CalibratedValue& value = estimate.values[static_cast<std::size_t>(of.key)];
     double sigma = SigmaOf(of, of_model);
+    constexpr double kNoLess = 0.999;  // of the prior: nothing was measured
+    if (sigma > kNoLess * PriorSigmas()[ColumnOf(of.error)] / of.si_per_unit) continue;
     for (const Scores& by_part : scores)
       sigma = std::max(sigma, SigmaOf(of, by_part.Covariance() + of_priors));
     value.add = ValueOf(of, errors);

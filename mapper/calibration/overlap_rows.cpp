@@ -37,10 +37,14 @@ double VarianceOf(const CalibrationCell& cell, const SoundingNoise& noise) {
 // Change of a cell's height by the errors of its submap.
 Eigen::Matrix<double, kSubmapErrors, 1> BySubmap(const CalibrationCell& cell) {
   const double gx = cell.slope[0], gy = cell.slope[1];
+  const auto by_error = [&](IntegrationError error) {
+    return double{cell.by_error[static_cast<std::size_t>(error)]};
+  };
+  const double by_roll =
+      by_error(IntegrationError::kRoll) + by_error(IntegrationError::kSecondHeadRoll);
   Eigen::Matrix<double, kSubmapErrors, 1> by;
-  by << -gx, -gy, 1.0, gx * cell.mean_m[1] - gy * cell.mean_m[0],
-      cell.by_error[static_cast<std::size_t>(IntegrationError::kRoll)],
-      cell.by_error[static_cast<std::size_t>(IntegrationError::kPitch)];
+  by << -gx, -gy, 1.0, gx * cell.mean_m[1] - gy * cell.mean_m[0], by_roll,
+      by_error(IntegrationError::kPitch);
   return by;
 }
 

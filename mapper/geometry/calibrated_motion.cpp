@@ -49,8 +49,9 @@ double HeaveAt(const PoseLookup& T_map_vehicle_at, Time t) {
 
 PoseLookup CalibratedPoses(PoseLookup T_map_vehicle_at,
                            const SonarCalibration& calibration,
+                           std::uint8_t head,
                            double heave_m) {
-  return [at = std::move(T_map_vehicle_at), c = calibration, heave_m](
+  return [at = std::move(T_map_vehicle_at), c = calibration, head, heave_m](
              Time t) -> std::optional<Eigen::Isometry3d> {
     const auto place = at(t);
     const auto attitude = at(t + FromMilliseconds(c.attitude_latency_ms));
@@ -59,7 +60,8 @@ PoseLookup CalibratedPoses(PoseLookup T_map_vehicle_at,
     Eigen::Vector3d p = place->translation();
     p.z() = depth->translation().z() + 0.01 * c.heave_scale_percent * heave_m;
     const Eigen::Vector3d rpy = RpyFromRotation(attitude->linear());
-    const double roll_rad = rpy.x() * (1.0 + 0.01 * c.roll_scale_percent) + c.roll_rad;
+    const double roll_rad = rpy.x() * (1.0 + 0.01 * c.roll_scale_percent) +
+                            (head == 1 ? c.second_head_roll_rad : c.roll_rad);
     return MakePose(p, RotationFromRpy(roll_rad, rpy.y(), rpy.z()));
   };
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "common/core/calibration.hpp"
@@ -21,9 +22,10 @@ double HeaveAt(const std::vector<DepthAt>& track, Time t);
 double HeaveAt(const PoseLookup& T_map_vehicle_at, Time t);
 
 // Pose of the vehicle for the sonar: what the lookup states, with the calibration's corrections of
-// attitude and depth. heave_m: HeaveAt() the ping.
+// attitude and depth. head: of the ping. heave_m: HeaveAt() the ping.
 PoseLookup CalibratedPoses(PoseLookup T_map_vehicle_at,
                            const SonarCalibration& calibration,
+                           std::uint8_t head,
                            double heave_m);
 
 // How much later than a ping's last echo a calibration needs a pose; never negative.

@@ -19,10 +19,11 @@ std::string Estimated(const CalibratedValue& value, const CalibrationName& of) {
 std::string Table(const std::vector<CalibrationEstimate>& rounds) {
   HtmlTable table({"", "Configured", "Used in this map", "Overlaps of this map add"});
   for (const CalibrationName& of : kCalibrationNames)
-    table.Row({of.name,
-               WithUnit(rounds.front().used.*of.value, of),
-               WithUnit(rounds.back().used.*of.value, of),
-               Estimated(rounds.back().Of(of.key), of)});
+    if (rounds.back().Of(of.key).sigma > 0.0)
+      table.Row({of.name,
+                 WithUnit(rounds.front().used.*of.value, of),
+                 WithUnit(rounds.back().used.*of.value, of),
+                 Estimated(rounds.back().Of(of.key), of)});
   return table.Finish();
 }
 

@@ -166,6 +166,7 @@ Json ToJson(const std::vector<CalibrationEstimate>& rounds) {
     Json values = Json::object();
     for (const CalibrationName& of : kCalibrationNames) {
       const CalibratedValue& value = e.Of(of.key);
+      if (value.sigma == 0.0) continue;
       values[of.name] = {{"add", value.add / of.per_unit},
                          {"sigma", value.sigma / of.per_unit},
                          {"is_clear", value.is_applied}};

@@ -43,10 +43,13 @@ MapWarning WarningOf(const std::vector<CalibrationEstimate>& rounds) {
 SelfCalibration* CalibrationRounds::Begin(std::int32_t chain, Dive* dive) {
   if (!is_wanted_ || !dive->mapper.calibrate) return nullptr;
   OfDive& of = dives_.try_emplace(chain, OfDive{dive, nullptr}).first->second;
+  const VehicleGeometry& vehicle = dive->mapper.vehicle;
+  SonarHeads heads;
+  for (std::size_t head = 0; head <= vehicle.more_heads.size(); ++head)
+    heads.push_back(vehicle.T_vehicle_mbes *
+                    vehicle.Head(static_cast<std::uint8_t>(head)).T_mbes_rx);
   of.cells = std::make_unique<SelfCalibration>(
-      out_ / (".cells" + std::to_string(chain)),
-      dive->mapper.vehicle.T_vehicle_mbes * dive->mapper.vehicle.T_mbes_rx,
-      dive->mapper.calibration);
+      out_ / (".cells" + std::to_string(chain)), std::move(heads), dive->mapper.calibration);
   return of.cells.get();
 }
 
@@ -57,6 +60,7 @@ bool CalibrationRounds::EndRun(const Survey& survey, bool is_stopped) {
     const std::unique_ptr<SelfCalibration> cells = std::move(of.cells);
     if (!cells || is_stopped) continue;
     CalibrationEstimate estimate = cells->Estimate(survey);
+    if (estimate.pairs == 0) continue;
     if (!of.rounds.empty() && !of.rounds.back().AppliesAny())
       of.rounds.back() = std::move(estimate);
     else

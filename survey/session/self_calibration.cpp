@@ -32,10 +32,10 @@ Extent ExtentOf(const CalibrationCells& cells, const Pose2& T_map_level) {
 }  // namespace
 
 SelfCalibration::SelfCalibration(std::filesystem::path file,
-                                 const Eigen::Isometry3d& T_vehicle_sonar,
+                                 SonarHeads T_vehicle_sonar,
                                  const SonarCalibration& used)
     : path_(std::move(file)),
-      T_vehicle_sonar_(T_vehicle_sonar),
+      T_vehicle_sonar_(std::move(T_vehicle_sonar)),
       used_(used),
       file_(path_, std::ios::in | std::ios::out | std::ios::trunc | std::ios::binary) {
   if (!file_) throw std::runtime_error(path_.string() + ": cannot be written");

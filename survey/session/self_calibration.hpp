@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/Geometry>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
@@ -17,10 +16,10 @@ namespace seastitch {
 // in a temporary file, which is deleted with this object.
 class SelfCalibration {
  public:
-  // T_vehicle_sonar: place and axes of the receive array. used: what the soundings are placed with.
+  // T_vehicle_sonar: place and axes of each head. used: what the soundings are placed with.
   // Throws std::runtime_error naming the file that cannot be made.
   SelfCalibration(std::filesystem::path file,
-                  const Eigen::Isometry3d& T_vehicle_sonar,
+                  SonarHeads T_vehicle_sonar,
                   const SonarCalibration& used);
   ~SelfCalibration();
   SelfCalibration(const SelfCalibration&) = delete;
@@ -41,7 +40,7 @@ class SelfCalibration {
   CalibrationCells Load(const Block& block);
 
   const std::filesystem::path path_;
-  const Eigen::Isometry3d T_vehicle_sonar_;
+  const SonarHeads T_vehicle_sonar_;
   const SonarCalibration used_;
   std::fstream file_;
   std::vector<Block> blocks_;

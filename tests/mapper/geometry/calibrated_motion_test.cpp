@@ -35,11 +35,21 @@ TEST(CalibratedPoses, ChangesWhatEachValueSaysAndNothingElse) {
       {{.heave_scale_percent = 10.0}, 0.3, {20.0, -10.0, 10.03}, {0.24, 0.1, 1.0}},
   };
   for (std::size_t i = 0; i < std::size(cases); ++i) {
-    const auto pose =
-        CalibratedPoses(Moving, cases[i].calibration, cases[i].heave_m)(kStart + FromSeconds(10.0));
+    const auto pose = CalibratedPoses(
+        Moving, cases[i].calibration, 0, cases[i].heave_m)(kStart + FromSeconds(10.0));
     ASSERT_TRUE(pose);
     EXPECT_LT((pose->translation() - cases[i].p).norm(), 1e-9) << i;
     EXPECT_LT((RpyFromRotation(pose->linear()) - cases[i].rpy).norm(), 1e-9) << i;
+  }
+}
+
+TEST(CalibratedPoses, TurnsEachHeadByItsOwnRoll) {
+  const SonarCalibration calibration{.roll_rad = 0.01, .second_head_roll_rad = -0.02};
+  for (const auto& [head, roll_rad] :
+       {std::pair{0, 0.25}, std::pair{1, 0.22}, std::pair{2, 0.25}}) {
+    const auto pose = CalibratedPoses(
+        Moving, calibration, static_cast<std::uint8_t>(head), 0.0)(kStart + FromSeconds(10.0));
+    EXPECT_NEAR(RpyFromRotation(pose->linear()).x(), roll_rad, 1e-9) << head;
   }
 }
 
@@ -47,8 +57,8 @@ TEST(CalibratedPoses, NeedThePosesOfTheirLatencies) {
   const PoseLookup until_now = [](Time t) -> std::optional<Eigen::Isometry3d> {
     return t <= kStart ? Moving(t) : std::nullopt;
   };
-  EXPECT_TRUE(CalibratedPoses(until_now, {.depth_latency_ms = -30.0}, 0.0)(kStart));
-  EXPECT_FALSE(CalibratedPoses(until_now, {.depth_latency_ms = 30.0}, 0.0)(kStart));
+  EXPECT_TRUE(CalibratedPoses(until_now, {.depth_latency_ms = -30.0}, 0, 0.0)(kStart));
+  EXPECT_FALSE(CalibratedPoses(until_now, {.depth_latency_ms = 30.0}, 0, 0.0)(kStart));
   EXPECT_EQ(LooksAhead({.attitude_latency_ms = 20.0, .depth_latency_ms = 30.0}), FromSeconds(0.03));
   EXPECT_EQ(LooksAhead({.attitude_latency_ms = -20.0}), FromSeconds(0.0));
   EXPECT_EQ(LooksAhead({.heave_scale_percent = 1.0}), FromSeconds(10.0));
