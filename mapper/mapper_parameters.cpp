@@ -183,7 +183,8 @@ void DeclareCalibration(MapperConfig* c, ParameterTable* table) {
       {CalibrationKey::kHeaveScale,
        Unit::kNone,
        Range::Within(-50.0, 50.0),
-       "Changes of depth that are faster than 20 s are larger by so many percent."},
+       "Changes of depth that are faster than 20 s are larger by so many percent. With another "
+       "value than 0 pings wait 10 s longer: max_waiting_pings has to hold them."},
   };
   for (const auto& [key, unit, range, meaning] : keys) {
     const CalibrationName& of = kCalibrationNames[static_cast<std::size_t>(key)];

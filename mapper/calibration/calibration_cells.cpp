@@ -242,7 +242,7 @@ class Sums {
   }
 
  private:
-  static constexpr double kMostCells = 1e6;
+  static constexpr double kMostCells = 2e5;
   Sum* Find(std::int32_t i, std::int32_t j) {
     if (i < 0 || j < 0 || i >= width_ || j >= height_) return nullptr;
     return &cells_[static_cast<std::size_t>(i) * static_cast<std::size_t>(height_) +

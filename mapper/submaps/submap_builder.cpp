@@ -307,8 +307,8 @@ Time SubmapBuilder::NearestOnEarlierLine(const Eigen::Vector2d& p_map) const {
       ->time;
 }
 
-// Within a part without bottom lock navigation moves no pose, so that what it states of two of them
-// is what the submap was built with.
+// Within a part without bottom lock navigation moves no pose, so that the covariance between its
+// ends is the drift with which the submap was built. Of several such parts it is too large.
 double SubmapBuilder::DriftPerM(const Open& open) const {
   if (!open.first_without_lock || open.length_m <= 0.0) return 0.0;
   const auto drift = drift_(*open.first_without_lock, open.last_without_lock);

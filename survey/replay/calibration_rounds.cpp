@@ -58,13 +58,17 @@ bool CalibrationRounds::EndRun(const Survey& survey, bool is_stopped) {
   bool again = false;
   for (auto& [chain, of] : dives_) {
     const std::unique_ptr<SelfCalibration> cells = std::move(of.cells);
-    if (!cells || is_stopped) continue;
-    CalibrationEstimate estimate = cells->Estimate(survey);
-    if (estimate.pairs == 0) continue;
-    if (!of.rounds.empty() && !of.rounds.back().AppliesAny())
-      of.rounds.back() = std::move(estimate);
-    else
+    CalibrationEstimate estimate;
+    if (cells && !is_stopped) estimate = cells->Estimate(survey);
+    const bool was_changed = !of.rounds.empty() && of.rounds.back().AppliesAny();
+    // A map with another calibration is told of, also where its own overlaps say nothing.
+    if (estimate.pairs == 0 && !was_changed) continue;
+    estimate.used = of.dive->mapper.calibration;
+    if (estimate.pairs == 0) estimate.before_m = estimate.after_m = of.rounds.back().after_m;
+    if (of.rounds.empty() || was_changed)
       of.rounds.push_back(std::move(estimate));
+    else
+      of.rounds.back() = std::move(estimate);
     again = again || of.rounds.back().AppliesAny();
   }
   if (!again || !can_repeat_ || runs_ == kMostRuns) return false;
