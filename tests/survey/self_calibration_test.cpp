@@ -11,6 +11,8 @@
 
 #include "common/core/calibration.hpp"
 #include "products/warning.hpp"
+#include "survey/replay/calibration_rounds.hpp"
+#include "tests/mapper/calibration/simulated_survey.hpp"
 #include "tests/paths.hpp"
 #include "tests/process/run_command.hpp"
 #include "tests/runtime/temporary_dir.hpp"
@@ -31,7 +33,7 @@ constexpr char kSurvey[] =
     "         period_s: 6.0}\n"
     "errors: {class: ins_tactical}\n";
 
-class SelfCalibration : public ::testing::Test {
+class SelfCalibratingReplay : public ::testing::Test {
  protected:
   fs::path LogWith(const std::string& sonar, const std::string& folder = ".") {
     fs::create_directories(dir_ / folder);
@@ -58,7 +60,7 @@ class SelfCalibration : public ::testing::Test {
   TemporaryDir dir_;
 };
 
-TEST_F(SelfCalibration, FindsErrorsByOverlapsAndMapsWithoutThem) {
+TEST_F(SelfCalibratingReplay, FindsErrorsByOverlapsAndMapsWithoutThem) {
   const fs::path log =
       LogWith(", errors: {mounting_roll_deg: 0.3, steering_mps: 3.0, stamp_s: 0.02}");
   const Json as_configured = ReportOf(log.string(), "--no-calibration");
@@ -95,7 +97,7 @@ TEST_F(SelfCalibration, FindsErrorsByOverlapsAndMapsWithoutThem) {
     EXPECT_NE(advice["key"].get<std::string>().rfind("calibration.", 0), 0u) << advice;
 }
 
-TEST_F(SelfCalibration, IsOfEachOfSeveralDives) {
+TEST_F(SelfCalibratingReplay, IsOfEachOfSeveralDives) {
   const fs::path right = LogWith("", "right").parent_path();
   const fs::path wrong = LogWith(", errors: {mounting_roll_deg: 0.4}", "wrong").parent_path();
   const Json report = ReportOf(wrong.string() + " " + right.string(), "--fail-on-warning", 3);
@@ -110,10 +112,83 @@ TEST_F(SelfCalibration, IsOfEachOfSeveralDives) {
   EXPECT_EQ(report["advice"][0]["file"], "mapper.yaml of wrong");
 }
 
-TEST_F(SelfCalibration, AppliesNothingWhereNothingIsWrong) {
+TEST_F(SelfCalibratingReplay, AppliesNothingWhereNothingIsWrong) {
   const Json report = ReportOf(LogWith("").string(), "--fail-on-warning");
   ASSERT_EQ(report["calibration"].size(), 1u);
   EXPECT_GT(report["calibration"][0]["cells"], 3000);
+}
+
+// ---- the runs: when another follows, and what is told at the end
+
+const SonarCalibration kError{.roll_rad = Deg2Rad(0.4)};
+
+class CalibrationRoundsOfADive : public ::testing::Test {
+ protected:
+  CalibrationRoundsOfADive() { dive_.mapper.vehicle.T_vehicle_mbes = test::kSonar; }
+  // A run of a survey whose sonar has what is left of an error.
+  bool Run(CalibrationRounds* rounds, bool is_stopped) {
+    SonarCalibration left = kError;
+    left.roll_rad -= dive_.mapper.calibration.roll_rad;
+    const test::Mapped mapped = test::Simulated(test::kThreeAndACross, left, 1);
+    SelfCalibration* const calibration = rounds->Begin(0, &dive_);
+    Survey survey;
+    for (std::size_t i = 0; i < mapped.soundings.size(); ++i) {
+      SubmapSoundings soundings = mapped.soundings[i];
+      soundings.id = SubmapId{static_cast<std::int32_t>(i)};
+      calibration->Add(soundings);
+      SurveySubmap submap;
+      submap.id = soundings.id;
+      submap.frame_time = mapped.times[i];
+      const Pose2& pose = mapped.T_map_level[i];
+      submap.T_map_submap =
+          MakePose({pose.x, pose.y, mapped.z_m[i]}, RotationFromRpy(0.0, 0.0, pose.yaw));
+      survey.submaps.push_back(submap);
+    }
+    return rounds->EndRun(survey, is_stopped);
+  }
+  std::vector<CalibrationEstimate> Reported(const CalibrationRounds& rounds) {
+    std::vector<DiveReport> reports(1);
+    rounds.Report(&reports);
+    return reports[0].calibration;
+  }
+  std::size_t Warnings(const CalibrationRounds& rounds) {
+    Feeding feeding{true, [] { return false; }};
+    rounds.Warn({}, &feeding);
+    return feeding.warnings.size();
+  }
+
+  TemporaryDir dir_;
+  Dive dive_;
+};
+
+TEST_F(CalibrationRoundsOfADive, MapAgainUntilNothingIsClear) {
+  CalibrationRounds rounds(dir_.path(), true, true);
+  EXPECT_TRUE(Run(&rounds, false));
+  EXPECT_NEAR(dive_.mapper.calibration.roll_rad, kError.roll_rad, Deg2Rad(0.03));
+  EXPECT_FALSE(Run(&rounds, false));
+  EXPECT_EQ(Reported(rounds).size(), 2u);
+  EXPECT_EQ(Warnings(rounds), 1u);
+  EXPECT_TRUE(std::filesystem::is_empty(dir_.path()));
+}
+
+// The depths of a part are moved like those of the whole, and that is said.
+TEST_F(CalibrationRoundsOfADive, TellOfAMapThatWasStoppedInItsSecondRun) {
+  CalibrationRounds rounds(dir_.path(), true, true);
+  EXPECT_TRUE(Run(&rounds, false));
+  EXPECT_FALSE(Run(&rounds, true));
+  ASSERT_EQ(Reported(rounds).size(), 2u);
+  EXPECT_EQ(Reported(rounds).back().used, dive_.mapper.calibration);
+  EXPECT_EQ(Warnings(rounds), 1u);
+}
+
+TEST_F(CalibrationRoundsOfADive, ChangeNothingWhereTheInputCannotBeReadAgain) {
+  CalibrationRounds rounds(dir_.path(), true, false);
+  EXPECT_FALSE(Run(&rounds, false));
+  EXPECT_TRUE(dive_.mapper.calibration.IsZero());
+  EXPECT_EQ(Reported(rounds).size(), 1u);
+  EXPECT_EQ(Warnings(rounds), 0u);
+  dive_.mapper.calibrate = false;
+  EXPECT_EQ(CalibrationRounds(dir_.path(), true, true).Begin(0, &dive_), nullptr);
 }
 
 }  // namespace
