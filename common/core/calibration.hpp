@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -95,9 +96,17 @@ inline constexpr std::array<CalibrationName, kCalibrationKeys> kCalibrationNames
 
 // A value as the overlaps of a survey show it.
 struct CalibratedValue {
-  double add = 0.0;    // to what was used, as in SonarCalibration
-  double sigma = 0.0;  // 1 sigma; 0: the overlaps say nothing of it
-  bool is_applied = false;
+  double add = 0.0;       // to what was used, as in SonarCalibration
+  double sigma = 0.0;     // 1 sigma; 0: the overlaps say nothing of it
+  bool is_clear = false;  // beyond doubt, so that the next run of a replay uses it
+};
+
+// An error of submaps that changes slowly over a survey, as tide changes depth.
+struct SlowError {
+  double rms = 0.0;       // SI
+  double sigma = 0.0;     // RMS of its 1 sigma; 0: not estimated
+  double smallest = 0.0;  // that is worth a word
+  bool IsClear() const { return sigma > 0.0 && rms > std::max(smallest, 3.0 * sigma); }
 };
 
 // What the overlaps of one dive say about its calibration.
@@ -107,26 +116,29 @@ struct CalibrationEstimate {
   std::int64_t pairs = 0;  // of overlapping submaps
   std::int64_t cells = 0;  // that two submaps of a pair measured
   double before_m = 0.0;   // RMS of the height differences of these cells
-  double after_m = 0.0;    // the same with the applied values
+  double after_m = 0.0;    // the same with the clear values
   // Depth at nadir that the smile would change, as a part of the altitude, if the sound speed
   // profile were its cause.
   double depth_part = 0.0;
+  // What is left beside the values, without its mean. It is stated, never applied.
+  SlowError depth_m{.smallest = 0.02};            // tide, settling
+  SlowError roll_rad{.smallest = Deg2Rad(0.02)};  // of the attitude
 
   const CalibratedValue& Of(CalibrationKey key) const {
     return values[static_cast<std::size_t>(key)];
   }
   // Whether there are overlaps enough to apply anything.
   bool HasEnough() const { return pairs >= 10 && cells >= 3000; }
-  bool AppliesAny() const {
+  bool HasClear() const {
     for (const CalibratedValue& value : values)
-      if (value.is_applied) return true;
+      if (value.is_clear) return true;
     return false;
   }
-  // `used` with what is applied.
+  // `used` with what is clear.
   SonarCalibration Corrected() const {
     SonarCalibration corrected = used;
     for (const CalibrationName& of : kCalibrationNames)
-      if (Of(of.key).is_applied) corrected.*of.value += Of(of.key).add;
+      if (Of(of.key).is_clear) corrected.*of.value += Of(of.key).add;
     return corrected;
   }
 };

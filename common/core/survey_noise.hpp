@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -44,7 +46,19 @@ struct TimeOffsetEstimate {
   double change_after = 0.0;
 };
 
-// Time offset from the roll rate and the slope across the track.
+// Scale of roll, estimated from soundings without overlap: its sum with the steering of the beams.
+struct RollScaleEstimate {
+  // What 1 m/s of SonarCalibration::smile_mps looks like, for beams up to 65 degrees.
+  static constexpr double kPercentOfSteeringMps = 0.2;
+  double add_percent = 0.0;    // by which roll is to grow
+  double sigma_percent = 0.0;  // 1 sigma
+  bool IsClear() const {
+    constexpr double kLeastPercent = 0.5;
+    return std::abs(add_percent) > std::max(kLeastPercent, kAdviceSigmas * sigma_percent);
+  }
+};
+
+// Time offset from the roll rate, and scale of roll, by the slope across the track.
 struct SonarTimingEstimate {
   static constexpr char kKey[] = "sonar_time_offset_s";  // of mapper.yaml
   double configured_s =
@@ -52,6 +66,7 @@ struct SonarTimingEstimate {
   // True: the soundings were ray traced by their source. Then the offset cannot be corrected here.
   bool placed_by_source = false;
   std::optional<TimeOffsetEstimate> roll;
+  std::optional<RollScaleEstimate> roll_scale;
 };
 
 // Time offset of the stamps of attitude or DVL with respect to the inertial unit's.

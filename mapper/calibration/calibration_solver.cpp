@@ -272,11 +272,32 @@ double SigmaOf(const Applied& of, const Eigen::Matrix<double, kErrors, kErrors>&
 ErrorVector AppliedErrors(const CalibrationEstimate& estimate) {
   ErrorVector errors = ErrorVector::Zero();
   for (const Applied& of : kApplied)
-    if (estimate.Of(of.key).is_applied)
+    if (estimate.Of(of.key).is_clear)
       errors[ColumnOf(of.error)] = estimate.Of(of.key).add * of.si_per_unit;
   // The smile is the sum of both.
   errors[ColumnOf(IntegrationError::kSmile)] -= errors[ColumnOf(IntegrationError::kProfile)];
   return errors;
+}
+
+// Sets RMS and sigma of one error of the submaps. Of its sigma, some of them tell enough.
+void Measure(int error,
+             const Unknowns& unknowns,
+             const System& system,
+             const Eigen::VectorXd& x,
+             SlowError* out) {
+  constexpr std::size_t kMostLooks = 32;
+  constexpr double kTooSmall = 2.0;  // the model's sigma: docs/self-calibration.md
+  SlowError& slow = *out;
+  const auto submaps = static_cast<std::size_t>(unknowns.errors() / kSubmapErrors);
+  for (std::size_t i = 0; i < submaps; ++i) slow.rms += std::pow(x[unknowns.Of(i, error)], 2);
+  slow.rms = std::sqrt(slow.rms / static_cast<double>(submaps));
+  const std::size_t looks = std::min(kMostLooks, submaps);
+  Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(unknowns.size(), static_cast<Index>(looks));
+  const auto at = [&](std::size_t k) { return unknowns.Of(k * submaps / looks, error); };
+  for (std::size_t k = 0; k < looks; ++k) unit(at(k), static_cast<Index>(k)) = 1.0;
+  const Eigen::MatrixXd covariance = system.Solve(unit);
+  for (std::size_t k = 0; k < looks; ++k) slow.sigma += covariance(at(k), static_cast<Index>(k));
+  slow.sigma = kTooSmall * std::sqrt(std::max(0.0, slow.sigma) / static_cast<double>(looks));
 }
 
 }  // namespace
@@ -327,16 +348,20 @@ CalibrationEstimate EstimateCalibration(const std::vector<Time>& times, const Fo
     value.add = ValueOf(of, errors);
     value.sigma = Hypotenuse(kInflation * sigma, of.least_sigma);
     const CalibrationName& name = kCalibrationNames[static_cast<std::size_t>(of.key)];
-    value.is_applied = estimate.HasEnough() && std::abs(value.add) > kAdviceSigmas * value.sigma &&
-                       std::abs(value.add) >= name.smallest * name.per_unit;
+    value.is_clear = estimate.HasEnough() && std::abs(value.add) > kAdviceSigmas * value.sigma &&
+                     std::abs(value.add) >= name.smallest * name.per_unit;
   }
   // The smile is known far better than the part of the water. The likelier split is taken.
-  estimate.values[static_cast<std::size_t>(CalibrationKey::kSmileByWater)].is_applied =
-      estimate.Of(CalibrationKey::kSmile).is_applied;
+  estimate.values[static_cast<std::size_t>(CalibrationKey::kSmileByWater)].is_clear =
+      estimate.Of(CalibrationKey::kSmile).is_clear;
   estimate.before_m = estimate.after_m = before.Rms();
   estimate.depth_part =
       std::abs(estimate.Of(CalibrationKey::kSmile).add) / SonarCalibration::kSmileSpeedMps;
-  if (!estimate.AppliesAny()) return estimate;
+  if (estimate.HasEnough()) {
+    Measure(kDownError, unknowns, system, x, &estimate.depth_m);
+    Measure(kRollError, unknowns, system, x, &estimate.roll_rad);
+  }
+  if (!estimate.HasClear()) return estimate;
 
   const Eigen::VectorXd tried = system.Given(AppliedErrors(estimate));
   Mismatch after;
@@ -346,7 +371,7 @@ CalibrationEstimate EstimateCalibration(const std::vector<Time>& times, const Fo
   });
   estimate.after_m = after.Rms();
   if (estimate.after_m >= estimate.before_m)
-    for (CalibratedValue& value : estimate.values) value.is_applied = false;
+    for (CalibratedValue& value : estimate.values) value.is_clear = false;
   return estimate;
 }
 

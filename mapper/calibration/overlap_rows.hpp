@@ -11,6 +11,8 @@ namespace seastitch {
 // Errors of the place and attitude of one submap: x, y, down [m], yaw, roll, pitch [rad], in its
 // level frame.
 inline constexpr int kSubmapErrors = 6;
+inline constexpr int kDownError = 2;
+inline constexpr int kRollError = 4;
 inline constexpr int kRowSize = static_cast<int>(kIntegrationErrors) + 2 * kSubmapErrors;
 
 // Difference of the heights of one cell as two submaps measured it: y = coefficients . (integration

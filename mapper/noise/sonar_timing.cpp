@@ -153,7 +153,9 @@ bool SonarTiming::AddRates(const PoseLookup& T_map_vehicle_at, double gap_s, Loo
   if (!early || !late) return false;
   const Eigen::Vector3d a = RpyFromRotation(early->rotation());
   const Eigen::Vector3d b = RpyFromRotation(late->rotation());
-  look->roll_rate_radps = WrapAngle(b.x() - a.x()) / (2.0 * half_s);
+  const double change_rad = WrapAngle(b.x() - a.x());
+  look->roll_rate_radps = change_rad / (2.0 * half_s);
+  look->roll_rad = a.x() + 0.5 * change_rad;
   return true;
 }
 
@@ -176,12 +178,16 @@ void SonarTiming::Add(const GeoreferencedPing& ping, const PoseLookup& T_map_veh
 void SonarTiming::Compare(const Look& from, const Look& to, Head* head) {
   const double gap_s = ToSeconds(to.time - from.time);
   if (!(gap_s > 0.0 && gap_s < kLongestGapS)) return Finish(head);
-  head->roll.push_back({to.roll_rate_radps - from.roll_rate_radps, to.slope_rad - from.slope_rad});
+  const double change_rad = to.slope_rad - from.slope_rad;
+  head->rate.push_back({to.roll_rate_radps - from.roll_rate_radps, change_rad});
+  head->roll.push_back({WrapAngle(to.roll_rad - from.roll_rad), change_rad});
   ++pings_;
 }
 
 void SonarTiming::Finish(Head* head) {
-  roll_.AddBlock(head->roll);
+  by_rate_.AddBlock(head->rate);
+  by_roll_.AddBlock(head->roll);
+  head->rate.clear();
   head->roll.clear();
   head->before.reset();  // blocks share no ping
 }
@@ -189,9 +195,12 @@ void SonarTiming::Finish(Head* head) {
 SonarTimingEstimate SonarTiming::estimate() const {
   SonarTimingEstimate estimate;
   // A stamp that is early by t changes slopes by -t times the change of the rate.
-  if (const auto result = roll_.Estimate())
+  if (const auto result = by_rate_.Estimate())
     estimate.roll =
         TimeOffsetEstimate{-result->factor, result->sigma, pings_, result->before, result->after};
+  // A roll that is too small by a part s changes slopes by -s times the change of roll.
+  if (const auto result = by_roll_.Estimate())
+    estimate.roll_scale = RollScaleEstimate{-100.0 * result->factor, 100.0 * result->sigma};
   return estimate;
 }
 

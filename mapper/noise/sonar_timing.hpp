@@ -46,10 +46,11 @@ class BlockRegression {
   std::vector<Sums> blocks_;
 };
 
-// The time offset of the sonar against the attitude, from the seabed itself. A late stamp
-// georeferences a ping with the roll of another instant: the slope across the track then changes in
-// proportion to the roll rate. Successive pings are compared, so that the seabed's own slope
-// cancels. Pure.
+// The time offset of the sonar against the attitude, and the scale of roll, from the seabed itself.
+// A late stamp georeferences a ping with the roll of another instant: the slope across the track
+// then changes in proportion to the roll rate. With a wrong scale it changes in proportion to the
+// roll. Both are uncorrelated in a motion that lasts. Successive pings are compared, so that the
+// seabed's own slope cancels. Pure.
 class SonarTiming {
  public:
   // T_map_vehicle_at: about the time of the ping before, up to that of this one.
@@ -64,11 +65,13 @@ class SonarTiming {
     double slope_rad = 0.0;  // across, positive where it is deeper to starboard
     // Known when the next ping comes.
     double roll_rate_radps = 0.0;
+    double roll_rad = 0.0;
   };
   struct Head {
-    std::optional<Look> last;    // its rates are not known yet
-    std::optional<Look> before;  // its rates are
-    std::vector<BlockRegression::Row> roll;
+    std::optional<Look> last;                // its rates are not known yet
+    std::optional<Look> before;              // its rates are
+    std::vector<BlockRegression::Row> rate;  // slope by roll rate
+    std::vector<BlockRegression::Row> roll;  // slope by roll
   };
   static std::optional<Look> LookAt(const GeoreferencedPing& ping);
   // gap_s: to the next ping, which navigation has reached.
@@ -77,7 +80,8 @@ class SonarTiming {
   void Finish(Head* head);
 
   std::map<std::uint8_t, Head> heads_;
-  BlockRegression roll_;
+  BlockRegression by_rate_;
+  BlockRegression by_roll_;
   std::int64_t pings_ = 0;  // compared
 };
 

@@ -109,11 +109,6 @@ void AddOffset(const std::string& key,
                          Text(" (1 sigma %.1f ms).", 1000.0 * offset.sigma_s)});
 }
 
-// Overlaps see a latency better than a single line.
-bool IsSeenByOverlaps(const DiveReport& dive) {
-  return !dive.calibration.empty() && dive.calibration.front().HasEnough();
-}
-
 // What the overlaps found, and this map has already.
 void AddCalibration(const std::vector<CalibrationEstimate>& rounds,
                     const std::string& file,
@@ -121,7 +116,7 @@ void AddCalibration(const std::vector<CalibrationEstimate>& rounds,
   if (rounds.size() < 2) return;
   const CalibrationEstimate& first = rounds.front();
   for (const CalibrationName& of : kCalibrationNames) {
-    if (!first.Of(of.key).is_applied) continue;
+    if (!first.Of(of.key).is_clear) continue;
     const auto text = [&](double value) { return Text("%.3f", value / of.per_unit + 0.0); };
     advice->push_back({file,
                        std::string("calibration.") + of.name,
@@ -157,7 +152,7 @@ std::vector<Advice> AdviceOf(const Survey& survey,
                   &advice);
     AddCalibration(dive.calibration, "mapper.yaml" + of_dive, &advice);
     const auto timing = ClearTiming(dive.sonar);
-    if (timing && !dive.sonar.placed_by_source && !has_wrong_clock && !IsSeenByOverlaps(dive))
+    if (timing && !dive.sonar.placed_by_source && !has_wrong_clock && !dive.IsSeenByOverlaps())
       AddOffset(SonarTimingEstimate::kKey,
                 dive.sonar.configured_s,
                 *timing,

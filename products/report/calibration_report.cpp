@@ -27,20 +27,39 @@ std::string Table(const std::vector<CalibrationEstimate>& rounds) {
   return table.Finish();
 }
 
+// What changes during the survey.
+std::string SlowErrors(const CalibrationEstimate& estimate) {
+  std::string text;
+  if (estimate.depth_m.IsClear())
+    text += " Submaps lie up and down by " + Fixed(estimate.depth_m.rms, 3) + " m RMS (1 sigma " +
+            Fixed(estimate.depth_m.sigma, 3) +
+            " m), slowly over the survey, as by a tide or a draught that changes: "
+            "give a table of it as <code>water_level</code> of mapper.yaml.";
+  if (estimate.roll_rad.IsClear())
+    text += " The roll of submaps wanders by " + Fixed(Rad2Deg(estimate.roll_rad.rms), 3) +
+            " deg RMS (1 sigma " + Fixed(Rad2Deg(estimate.roll_rad.sigma), 3) + " deg).";
+  return text;
+}
+
 std::string Sentences(const std::vector<CalibrationEstimate>& rounds) {
   const CalibrationEstimate& first = rounds.front();
   std::string text = "Estimated from " + std::to_string(first.cells) +
                      " cells that two submaps measured, in " + std::to_string(first.pairs) +
                      " pairs. ";
-  if (rounds.size() == 1) return text + "Nothing is clear enough to be applied.";
+  if (rounds.size() == 1)
+    return text +
+           (first.HasClear() ? "What is clear was not applied: the correction of the track "
+                               "was withheld, or the pings cannot be mapped again."
+                             : "Nothing is clear enough to be applied.") +
+           SlowErrors(rounds.back());
   text += "The heights in overlaps differ by " + Fixed(rounds.back().before_m, 3) +
           " m RMS in place of " + Fixed(first.before_m, 3) + " m as configured.";
-  if (first.Of(CalibrationKey::kSmile).is_applied)
+  if (first.Of(CalibrationKey::kSmile).is_clear)
     text +=
         " Without the smile the depth at nadir stays as it was. If the sound-speed profile is its "
         "cause, all depths are off by " +
         Fixed(100.0 * first.depth_part, 2) + " % of the altitude: overlaps do not tell.";
-  return text;
+  return text + SlowErrors(rounds.back());
 }
 
 }  // namespace

@@ -41,6 +41,8 @@ struct DiveReport {
   // What the overlaps say of the sonar's calibration, one a round: the last is of this map. Empty:
   // not estimated.
   std::vector<CalibrationEstimate> calibration{};
+  // Whether overlaps tell of the calibration what single lines could only suggest.
+  bool IsSeenByOverlaps() const { return !calibration.empty() && calibration.front().HasEnough(); }
 };
 
 // A dive of several whose input was not read, or not to its end.

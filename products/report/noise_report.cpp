@@ -98,8 +98,19 @@ std::optional<TimeOffsetEstimate> ClearTiming(const SonarTimingEstimate& timing)
 }
 
 std::vector<std::string> TimingFindings(const SonarTimingEstimate& timing) {
+  std::vector<std::string> findings;
+  if (timing.roll_scale && timing.roll_scale->IsClear())
+    findings.push_back(
+        Format("Slopes across the track change with the roll as if roll were %.1f %% too ",
+               std::abs(timing.roll_scale->add_percent)) +
+        (timing.roll_scale->add_percent > 0.0 ? "small" : "large") +
+        Format(
+            " (1 sigma %.1f %%), or the sound speed at the sonar wrong by %.0f m/s: only "
+            "overlapping lines tell which.",
+            timing.roll_scale->sigma_percent,
+            std::abs(timing.roll_scale->add_percent) / RollScaleEstimate::kPercentOfSteeringMps));
   const std::optional<TimeOffsetEstimate> offset = ClearTiming(timing);
-  if (!offset) return {};
+  if (!offset) return findings;
   std::string text = "The sonar's stamps are " +
                      Format("%.1f ms too ", 1000.0 * std::abs(offset->add_s)) +
                      (offset->add_s > 0.0 ? "early" : "late") + " for the roll" +
@@ -108,7 +119,8 @@ std::vector<std::string> TimingFindings(const SonarTimingEstimate& timing) {
     text += "correct them in the program that computed the soundings.";
   else
     text += Format("set sonar_time_offset_s to %.3f.", timing.configured_s + offset->add_s);
-  return {text};
+  findings.push_back(std::move(text));
+  return findings;
 }
 
 std::vector<NoiseRow> NoiseRows(const SurveyNoise& noise) {

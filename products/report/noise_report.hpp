@@ -27,7 +27,7 @@ std::vector<NoiseRow> NoiseRows(const SurveyNoise& noise);
 // it can be had; absent: none does.
 std::optional<TimeOffsetEstimate> ClearTiming(const SonarTimingEstimate& timing);
 
-// A sentence where the time offset of the sonar differs clearly from the configuration.
+// A sentence each where time offset or scale of roll differ clearly from the configuration.
 std::vector<std::string> TimingFindings(const SonarTimingEstimate& timing);
 
 // One sentence per clear difference between estimate and configuration.

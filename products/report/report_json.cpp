@@ -101,7 +101,11 @@ Json ToJson(const std::optional<TimeOffsetEstimate>& offset) {
 }
 
 Json TimingJson(const SonarTimingEstimate& timing) {
-  return {{"configured_s", timing.configured_s}, {"by_roll", ToJson(timing.roll)}};
+  Json json{{"configured_s", timing.configured_s}, {"by_roll", ToJson(timing.roll)}};
+  if (timing.roll_scale)
+    json["roll_scale"] = {{"add_percent", timing.roll_scale->add_percent},
+                          {"sigma_percent", timing.roll_scale->sigma_percent}};
+  return json;
 }
 
 Json NoiseJson(const ProductSummary& s, const ProductOptions& options) {
@@ -159,6 +163,11 @@ Json ValuesJson(const SonarCalibration& calibration) {
   return json;
 }
 
+Json ToJson(const SlowError& error, double scale) {
+  if (error.sigma == 0.0) return nullptr;
+  return {{"rms", error.rms * scale}, {"sigma", error.sigma * scale}};
+}
+
 // The rounds: what was used, and what the overlaps add to it.
 Json ToJson(const std::vector<CalibrationEstimate>& rounds) {
   Json list = Json::array();
@@ -169,13 +178,15 @@ Json ToJson(const std::vector<CalibrationEstimate>& rounds) {
       if (value.sigma == 0.0) continue;
       values[of.name] = {{"add", value.add / of.per_unit},
                          {"sigma", value.sigma / of.per_unit},
-                         {"is_clear", value.is_applied}};
+                         {"is_clear", value.is_clear}};
     }
     list.push_back({{"used", ValuesJson(e.used)},
                     {"values", values},
                     {"pairs", e.pairs},
                     {"cells", e.cells},
-                    {"overlaps_rms_m", {{"before", e.before_m}, {"after", e.after_m}}}});
+                    {"overlaps_rms_m", {{"before", e.before_m}, {"after", e.after_m}}},
+                    {"slow_depth_m", ToJson(e.depth_m, 1.0)},
+                    {"slow_roll_deg", ToJson(e.roll_rad, Rad2Deg(1.0))}});
   }
   return list;
 }

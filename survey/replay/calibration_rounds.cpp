@@ -60,7 +60,7 @@ bool CalibrationRounds::EndRun(const Survey& survey, bool is_stopped) {
     const std::unique_ptr<SelfCalibration> cells = std::move(of.cells);
     CalibrationEstimate estimate;
     if (cells && !is_stopped) estimate = cells->Estimate(survey);
-    const bool was_changed = !of.rounds.empty() && of.rounds.back().AppliesAny();
+    const bool was_changed = !of.rounds.empty() && of.rounds.back().HasClear();
     // A map with another calibration is told of, also where its own overlaps say nothing.
     if (estimate.pairs == 0 && !was_changed) continue;
     estimate.used = of.dive->mapper.calibration;
@@ -69,9 +69,10 @@ bool CalibrationRounds::EndRun(const Survey& survey, bool is_stopped) {
       of.rounds.push_back(std::move(estimate));
     else
       of.rounds.back() = std::move(estimate);
-    again = again || of.rounds.back().AppliesAny();
+    again = again || of.rounds.back().HasClear();
   }
-  if (!again || !can_repeat_ || runs_ == kMostRuns) return false;
+  const bool is_withheld = std::exchange(is_withheld_, false);
+  if (!again || !can_repeat_ || is_withheld || runs_ == kMostRuns) return false;
   for (auto& [chain, of] : dives_) {
     if (!of.rounds.empty()) of.dive->mapper.calibration = of.rounds.back().Corrected();
     std::unique_ptr<SurveyFiles>& files = of.dive->input.survey_files;

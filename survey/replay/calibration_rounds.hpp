@@ -29,8 +29,10 @@ class CalibrationRounds {
   SelfCalibration* Begin(std::int32_t chain, Dive* dive);
   // The soundings of that dive came placed: they cannot be placed otherwise.
   void Drop(std::int32_t chain) { dives_.erase(chain); }
+  // The graph's solution was withheld in this run: what overlaps by it is not to be trusted.
+  void Withhold() { is_withheld_ = true; }
   // Ends a run, and removes its files. True: the dives have another calibration, and their inputs
-  // can be read again. Never where the run was stopped early.
+  // can be read again. Never where the run was stopped early or its solution withheld.
   bool EndRun(const Survey& survey, bool is_stopped);
   // One line to people before the next run, and the warnings after the last one.
   static void SayThatItMapsAgain();
@@ -51,6 +53,7 @@ class CalibrationRounds {
   const bool is_wanted_;
   const bool can_repeat_;
   std::size_t runs_ = 0;
+  bool is_withheld_ = false;
   std::map<std::int32_t, OfDive> dives_;  // by chain
 };
 

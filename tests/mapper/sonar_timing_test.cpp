@@ -79,6 +79,32 @@ TEST(SonarTiming, FindsTheOffsetByRollOnASeabedThatIsFlat) {
   }
 }
 
+TEST(SonarTiming, FindsTheScaleOfRollBesideTheOffset) {
+  for (const double add_percent : {-3.0, 0.0, 5.0}) {
+    std::mt19937 random(2);
+    const Boat truth;
+    Boat stated;
+    stated.roll_rad /= 1.0 + 0.01 * add_percent;
+    SonarTiming timing;
+    for (int i = 0; i < 3000; ++i) {
+      const Time time = FromUtime(i * 100'000);
+      GeoreferencedPing ping = Ping(truth, {}, time, 0.02, 0.05, &random);
+      // The same beams, placed by the roll that is stated.
+      const Eigen::Isometry3d T_stated_truth = stated.At(time) * ping.T_map_vehicle.inverse();
+      for (Sounding& s : ping.soundings) s.p_map = T_stated_truth * s.p_map;
+      ping.T_map_vehicle = stated.At(time);
+      timing.Add(ping, [&](Time t) { return stated.At(t); });
+    }
+    const SonarTimingEstimate found = timing.estimate();
+    ASSERT_TRUE(found.roll_scale && found.roll);
+    EXPECT_LT(found.roll_scale->sigma_percent, 0.6);
+    EXPECT_NEAR(
+        found.roll_scale->add_percent, add_percent, 3.0 * found.roll_scale->sigma_percent + 0.1);
+    EXPECT_EQ(found.roll_scale->IsClear(), add_percent != 0.0);
+    EXPECT_NEAR(found.roll->add_s, 0.02, 4.0 * found.roll->sigma_s + 0.001);
+  }
+}
+
 // Sigma is consistent: over many surveys the errors divided by it have a standard deviation of 1.
 TEST(SonarTiming, SigmaIsHonest) {
   double sum = 0.0;

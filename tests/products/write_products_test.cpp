@@ -367,6 +367,13 @@ TEST(NoiseReport, StatesATimeOffsetOfEitherSign) {
   timing.roll->add_s = 0.0019;  // too small to matter
   timing.roll->sigma_s = 1e-4;
   EXPECT_THAT(FindingsOf({}, timing), ElementsAre());
+  timing.roll_scale = {-1.2, 0.1};
+  EXPECT_THAT(FindingsOf({}, timing),
+              ElementsAre("Slopes across the track change with the roll as if roll were 1.2 % too "
+                          "large (1 sigma 0.1 %), or the sound speed at the sonar wrong by 6 m/s: "
+                          "only overlapping lines tell which."));
+  timing.roll_scale = {-1.2, 0.4};
+  EXPECT_THAT(FindingsOf({}, timing), ElementsAre());
 }
 
 // A replay of recorded results, or with estimate_noise off, estimates nothing. That is not the same

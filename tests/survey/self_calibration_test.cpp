@@ -181,12 +181,16 @@ TEST_F(CalibrationRoundsOfADive, TellOfAMapThatWasStoppedInItsSecondRun) {
   EXPECT_EQ(Warnings(rounds), 1u);
 }
 
-TEST_F(CalibrationRoundsOfADive, ChangeNothingWhereTheInputCannotBeReadAgain) {
+TEST_F(CalibrationRoundsOfADive, ChangeNothingWhereNothingCanBeMappedAgain) {
   CalibrationRounds rounds(dir_.path(), true, false);
   EXPECT_FALSE(Run(&rounds, false));
   EXPECT_TRUE(dive_.mapper.calibration.IsZero());
   EXPECT_EQ(Reported(rounds).size(), 1u);
   EXPECT_EQ(Warnings(rounds), 0u);
+  CalibrationRounds withheld(dir_.path(), true, true);
+  withheld.Withhold();
+  EXPECT_FALSE(Run(&withheld, false));
+  EXPECT_TRUE(dive_.mapper.calibration.IsZero());
   dive_.mapper.calibrate = false;
   EXPECT_EQ(CalibrationRounds(dir_.path(), true, true).Begin(0, &dive_), nullptr);
 }

@@ -71,9 +71,9 @@ TEST(Calibration, FindsEachErrorAndOnlyThat) {
       const CalibratedValue& value = found.Of(of.key);
       // One part in 30 of an error is left by the first linearisation.
       EXPECT_NEAR(value.add, truth, 3.0 * value.sigma + std::abs(truth) / 30.0) << i << of.name;
-      EXPECT_EQ(value.is_applied, truth != 0.0) << i << of.name << value.add / value.sigma;
+      EXPECT_EQ(value.is_clear, truth != 0.0) << i << of.name << value.add / value.sigma;
     }
-    if (found.AppliesAny()) {
+    if (found.HasClear()) {
       EXPECT_LT(found.after_m, found.before_m) << i;
     }
   }
@@ -92,8 +92,29 @@ TEST(Calibration, FindsTheRollOfEachOfTwoHeads) {
     const CalibratedValue& value = found.Of(of.key);
     const double truth = injected.*of.value;
     EXPECT_NEAR(value.add, truth, 3.0 * value.sigma + std::abs(truth) / 30.0) << of.name;
-    EXPECT_EQ(value.is_applied, truth != 0.0) << of.name;
+    EXPECT_EQ(value.is_clear, truth != 0.0) << of.name;
   }
+}
+
+// A tide is told of, and no value takes it.
+TEST(Calibration, StatesADepthThatChangesOverTheSurvey) {
+  Mapped mapped = Simulated(kThreeAndACross, {}, 6);
+  const CalibrationEstimate without = EstimateOf(mapped);
+  EXPECT_FALSE(without.depth_m.IsClear()) << without.depth_m.rms << " " << without.depth_m.sigma;
+  std::vector<double> tide_m;
+  double mean_m = 0.0, squares = 0.0;
+  for (std::size_t i = 0; i < mapped.times.size(); ++i) {
+    tide_m.push_back(0.1 * std::sin(ToSeconds(mapped.times[i] - kStart) / 900.0));
+    mapped.z_m[i] += tide_m.back();
+    mean_m += tide_m.back() / static_cast<double>(mapped.times.size());
+  }
+  for (const double m : tide_m)
+    squares += std::pow(m - mean_m, 2) / static_cast<double>(tide_m.size());
+  const CalibrationEstimate found = EstimateOf(mapped);
+  EXPECT_TRUE(found.depth_m.IsClear()) << found.depth_m.rms << " " << found.depth_m.sigma;
+  EXPECT_NEAR(found.depth_m.rms, std::sqrt(squares), 0.25 * std::sqrt(squares));
+  EXPECT_FALSE(found.roll_rad.IsClear());
+  EXPECT_FALSE(found.HasClear());
 }
 
 // What a second round has to find: nothing that is worth a change.
@@ -106,7 +127,7 @@ TEST(Calibration, LeavesNothingToTheNextRound) {
                            {.roll_rad = injected.roll_rad - corrected.roll_rad,
                             .smile_mps = injected.smile_mps - corrected.smile_mps},
                            3));
-  EXPECT_FALSE(again.AppliesAny());
+  EXPECT_FALSE(again.HasClear());
   EXPECT_LT(again.before_m, 0.5 * found.before_m);
 }
 
@@ -117,15 +138,15 @@ TEST(Calibration, RefusesOnTwoLinesWhatTheyCannotTellApart) {
     const CalibrationEstimate found = EstimateOf(Simulated(kTwo, injected, 5));
     for (const CalibrationKey key :
          {CalibrationKey::kRoll, CalibrationKey::kSmile, CalibrationKey::kRollScale})
-      EXPECT_FALSE(found.Of(key).is_applied) << int(key);
+      EXPECT_FALSE(found.Of(key).is_clear) << int(key);
   }
 }
 
 TEST(Calibration, IsNotMadeFromNothing) {
-  EXPECT_FALSE(EstimateOf({}).AppliesAny());
+  EXPECT_FALSE(EstimateOf({}).HasClear());
   const CalibrationEstimate one = EstimateOf(Simulated({{{0.0, 0.0}, 0.0}}, {}, 1));
   EXPECT_EQ(one.pairs, 0);
-  EXPECT_FALSE(one.AppliesAny());
+  EXPECT_FALSE(one.HasClear());
   EXPECT_TRUE(CellsOf({}, {kSonar}).cells.empty());
 }
 
