@@ -97,7 +97,7 @@ Mapper::Mapper(const MapperParams& params,
       search_(params.loop_closer),
       graph_(params.mounting) {}
 
-void Mapper::OnSoundings(std::function<void(const SubmapSoundings&)> take) {
+void Mapper::OnSoundings(std::function<void(SubmapSoundings)> take) {
   on_soundings_ = std::move(take);
   builder_.KeepSoundings();
 }
@@ -172,11 +172,16 @@ void Mapper::AddProfile(const SoundVelocityProfile& profile, Time received) {
 void Mapper::OnHeartbeat(const Heartbeat& heartbeat) {
   clocks_.OnHeartbeat(heartbeat);
   if (heartbeat.process == kOptimizer) optimizer_heard_s_ = clocks_.health_time_s();
-  if (search_.solution_version() >= graph_.version())
+  if (!AwaitsSolution())
     unsolved_since_s_.reset();
   else if (!unsolved_since_s_ || unsolved_version_ != search_.solution_version())
     unsolved_since_s_ = clocks_.health_time_s();
   unsolved_version_ = search_.solution_version();
+}
+
+bool Mapper::AwaitsSolution() const {
+  return search_.solution_version() < graph_.version() &&
+         (graph_.HasEnded() || IsSolutionDue(search_.size(), search_.solved()));
 }
 
 DiveStage Mapper::Stage() const {
@@ -353,7 +358,7 @@ void Mapper::OnClosed(Submap submap) {
   if (on_soundings_) {
     SubmapSoundings soundings = builder_.TakeSoundings();
     soundings.id = submap.id;
-    on_soundings_(soundings);
+    on_soundings_(std::move(soundings));
   }
   correction_.Given(fixes, submap.id);
   std::vector<GraphEdge> edges = frames_.Place(&submap, next_id_ == 0, fixes);
@@ -388,8 +393,7 @@ void Mapper::Enqueue(Submap submap, OfDive dive) {
   const bool keep_points = submaps_.size() < kUnregisteredPerRegistered * most;
   if (skip) Count("submaps_skipped_busy");
   const auto closed = std::make_shared<const Submap>(std::move(submap));
-  events_.emplace_back(
-      JournalEntry(ClosedSubmap{closed, dive.position_edges, skip, CheckpointNow()}));
+  events_.emplace_back(JournalEntry(ClosedSubmap{closed, dive.position_edges, skip}));
   events_.emplace_back(closed);
   submaps_.push_back({keep_points ? closed : WithoutPoints(*closed), std::move(dive), skip});
 }

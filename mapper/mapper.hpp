@@ -67,9 +67,10 @@ using MapperEvent = std::variant<NavState,
 //   for (const MapperEvent& event : mapper.TakeEvents()) ...
 //
 // Run() is in registration_job.hpp; load gives the cloud of a closed submap, and prepared is a
-// cache. For a restart, store every JournalEntry and, every second or so, MakeCheckpoint(): what
-// comes between the last checkpoint and the restart is a gap in the data; see Resume(). With an
-// optimizer, its solutions go to Take(), and LookAgain() is called while there is time.
+// cache. For a restart, store every JournalEntry and, before that of a closed submap and every
+// few seconds, MakeCheckpoint(): what comes between the last checkpoint and the restart is a gap in
+// the data; see Resume(). With an optimizer, its solutions go to Take(), and LookAgain() is called
+// while there is time.
 class Mapper {
  public:
   // Throws std::invalid_argument where params.navigation breaks a rule of CheckParams().
@@ -117,7 +118,10 @@ class Mapper {
   // Sets a callback that gets every sounding of each submap that closes, before the submap's event
   // and on the thread of Add(). A submap's cloud holds the filtered and thinned points only. A
   // later call replaces the callback.
-  void OnSoundings(std::function<void(const SubmapSoundings&)> take);
+  void OnSoundings(std::function<void(SubmapSoundings)> take);
+
+  // Submaps are filtered by it; in turn if it is not called. The results are the same.
+  void UseForEach(ForEach for_each) { builder_.UseForEach(std::move(for_each)); }
 
   // Sets a callback that gets the smoothed track (Navigation::TakeSmoothed()) in parts, in order of
   // time, the last from Finish(). A later call replaces the callback.
@@ -190,6 +194,8 @@ class Mapper {
   // All versions of the graph so far, for a receiver that missed some.
   const GraphLog& graph() const { return graph_; }
   std::int64_t solution_version() const { return search_.solution_version(); }
+  // Whether the optimizer owes a solution of the newest version.
+  bool AwaitsSolution() const;
   std::optional<Time> last_nav() const { return last_nav_; }
   // True once the time of the sensors went back as a whole (RewindWatch): nothing that comes can be
   // used here, and another mapper has to begin a new map.
@@ -204,6 +210,8 @@ class Mapper {
   // Estimates of the survey's noise components, from overlaps, and of the time offset of the
   // sonar's stamps, from the seabed.
   SurveyNoise noise() const;
+  // The last solution of the graph made the map worse, and was withheld.
+  bool has_withheld() const { return search_.harm().has_value(); }
   // Pings that no submap got.
   PingTally pings_lost() const;
   // Positions of an INS that are too far from the datum to be used.
@@ -265,7 +273,6 @@ class Mapper {
   void GiveGraph(GraphGrowth growth);
   void AddToCorrection(const GraphUpdate& update);
   void RecordMade(RegistrationResultSet results, Time submap_time);
-  Checkpoint CheckpointNow();
   SensorClocks ClocksOf(const Checkpoint& checkpoint) const;
   // Replays one journal entry. False where it does not continue the entries before it.
   bool Restore(const SoundVelocityProfile& profile);
@@ -301,7 +308,7 @@ class Mapper {
   SonarTiming timing_;
   bool soundings_came_placed_ = false;  // SoundingPing: the sonar georeferences by itself
   SubmapBuilder builder_;
-  std::function<void(const SubmapSoundings&)> on_soundings_;
+  std::function<void(SubmapSoundings)> on_soundings_;
   std::function<void(const SmoothedPose&)> on_smoothed_;
   std::optional<Time> smoothed_until_;
   SubmapFrames frames_;

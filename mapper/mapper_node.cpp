@@ -22,7 +22,7 @@ constexpr int kUpdatesAtOnce = 16;
 // Consecutive samples outside the time in which a map can be continued that end the wait: then a
 // new map begins.
 constexpr int kInputsOutside = 5;
-constexpr double kCheckpointEveryS = 1.0;
+constexpr double kCheckpointEveryS = 5.0;
 // Time [s] for which HEALTH reports what happened to the map at a restart.
 constexpr double kTellRestartS = 60.0;
 // Journal entries that may wait for the disk before a closed submap waits without its points.
@@ -341,6 +341,8 @@ void MapperNode::Send(const JournalEntry& entry) {
     to_write_bytes_ = 0;
   }
   if (const auto* closed = std::get_if<ClosedSubmap>(&entry)) {
+    if (const auto checkpoint = journal_ ? mapper_.MakeCheckpoint() : std::nullopt)
+      write.checkpoint = Encode(*checkpoint);
     write.submap = closed->submap;
     if (to_write_.size() >= kMostToWrite) {
       // The number stays in the journal and in order; the points would grow without bound.
@@ -352,12 +354,13 @@ void MapperNode::Send(const JournalEntry& entry) {
   }
   if (std::holds_alternative<GraphGrowth>(entry)) write.version = mapper_.graph().version();
   const auto most_bytes = static_cast<std::size_t>(config_.max_unsaved_mb) * kMegabyte;
-  const std::size_t bytes = write.entry ? write.entry->size() : 0;
-  if (bytes > 0 && (entries_dropped_ > 0 || to_write_bytes_ + bytes > most_bytes)) {
+  const std::size_t bytes = write.bytes();
+  if (write.entry && (entries_dropped_ > 0 || to_write_bytes_ + bytes > most_bytes)) {
     write.entry.reset();
+    write.checkpoint.clear();
     health_.Set("journal_entries_dropped", ++entries_dropped_);
   }
-  to_write_bytes_ += write.entry ? bytes : 0;
+  to_write_bytes_ += write.bytes();
   to_write_.push_back(std::move(write));
   PostNextWrite();
 }
@@ -386,7 +389,7 @@ bool MapperNode::SendNextUpdate() {
 void MapperNode::RepeatNewest() {
   const std::int64_t newest = mapper_.graph().version();
   const bool is_new = std::exchange(version_at_repeat_, newest) != newest;
-  if (is_new || version_sent_ < newest || mapper_.solution_version() >= newest) return;
+  if (is_new || version_sent_ < newest || !mapper_.AwaitsSolution()) return;
   version_sent_ = newest - 1;
   if (!SendNextUpdate()) return;
   health_.Count("updates_repeated");
@@ -430,11 +433,13 @@ void MapperNode::PostNextWrite() {
   is_writing_ = true;
   const auto write = std::make_shared<const Write>(std::move(to_write_.front()));
   to_write_.pop_front();
-  const std::size_t bytes = write->entry ? write->entry->size() : 0;
+  const std::size_t bytes = write->bytes();
   to_write_bytes_ -= bytes;
   const bool posted = writer_->Post([this, archive = archive_, journal = journal_, write] {
     Written written;
     if (write->submap && !write->submap->cloud.empty()) archive->store.Put(write->submap);
+    if (journal && !write->checkpoint.empty())
+      journal->WriteCheckpoint(write->time, write->checkpoint);
     if (journal) written.in_journal = AppendTo(journal.get(), *write);
     if (journal) written.journal_is_gone = journal->is_gone();
     written.store = archive->store.counters();

@@ -84,7 +84,9 @@ class MapperNode {
     Time time;
     std::optional<std::vector<std::uint8_t>> entry;  // absent: dropped, so that the journal ends
     std::shared_ptr<const Submap> submap;            // the submap that closed
+    std::vector<std::uint8_t> checkpoint{};          // with it, to be written before the entry
     std::optional<std::int64_t> version{};  // graph version that may be sent after this write
+    std::size_t bytes() const { return (entry ? entry->size() : 0) + checkpoint.size(); }
   };
   struct Written {
     bool in_journal = true;

@@ -8,14 +8,11 @@
 namespace seastitch {
 
 std::optional<Checkpoint> Mapper::MakeCheckpoint() {
-  if (!navigation_->latest()) return std::nullopt;
-  return CheckpointNow();
-}
-
-Checkpoint Mapper::CheckpointNow() {
+  const std::optional<Time> latest = navigation_->latest();
+  if (!latest) return std::nullopt;
   Checkpoint checkpoint;
   checkpoint.number = ++checkpoint_number_;
-  checkpoint.time = navigation_->latest().value_or(Time());
+  checkpoint.time = *latest;
   checkpoint.graph_id = graph_.graph_id();
   checkpoint.next_submap = next_id_;
   if (auto saved = navigation_->Save(frames_.previous_time()))
@@ -64,7 +61,7 @@ bool Mapper::Resume(const SavedMap& saved,
   // The frame that navigation refers to is not that of the last submap here: part of the journal is
   // lost.
   if (!archive.IsDone() || next_id_ != checkpoint.next_submap) frames_.Forget();
-  next_id_ = std::max(next_id_, checkpoint.next_submap);
+  next_id_ = std::max({next_id_, checkpoint.next_submap, saved.next_submap});
   checkpoint_number_ = checkpoint.number;
   clocks_ = ClocksOf(checkpoint);
   clocks_.SetStage(Stage());

@@ -77,7 +77,7 @@ void OptimizerNode::Take(const graph_update_t& msg) {
   has_ended_ = update->final;
   if (update->final || update->resumed) next_start_ = SolveStart::kFromDeadReckoning;
   update_utime_ = msg.utime;
-  waiting_ = true;
+  waiting_ = waiting_ || optimizer_->IsDue();
   ++taken_since_tick_;
   ++taken_while_starting_;
   newest_version_ = std::max(newest_version_, update->version);
@@ -254,8 +254,8 @@ void OptimizerNode::TakeWaiting() {
   if (when_ == SolveOn::kWhenAsked) SolveWaiting();
 }
 
-// Not answered while the worker is busy or the graph has grown: the answer would be out of date.
-// The mapper repeats its request.
+// Not answered while the worker is busy or a solution is due: the answer would be out of date. The
+// mapper repeats its request.
 void OptimizerNode::OnCovarianceRequest(const covariance_request_t& msg) {
   std::optional<CovarianceRequest> request = FromLcm(msg);
   if (!request) {

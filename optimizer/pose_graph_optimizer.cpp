@@ -1,7 +1,9 @@
 #include "optimizer/pose_graph_optimizer.hpp"
 
+#include <algorithm>
 #include <utility>
 
+#include "optimizer/solver/closure_prior.hpp"
 #include "optimizer/solver/graph_builder.hpp"
 #include "optimizer/solver/robust_solver.hpp"
 
@@ -11,6 +13,25 @@ std::map<std::string, std::int64_t> PoseGraphOptimizer::counters() const {
   std::map<std::string, std::int64_t> all = failures_;
   all.insert(store_.counters().begin(), store_.counters().end());
   return all;
+}
+
+bool PoseGraphOptimizer::Add(const GraphUpdate& update) {
+  const std::int64_t before = version();
+  if (!store_.Add(update)) return false;
+  if (version() == before) return true;  // a repetition
+  is_due_ = is_due_ || update.final || update.resumed ||
+            IsSolutionDue(store_.vertices().size(), solved_number_.size()) || HasSurprise(update);
+  return true;
+}
+
+bool PoseGraphOptimizer::HasSurprise(const GraphUpdate& update) const {
+  const LastSolution last{store_, solved_number_, solved_mounting_, covariance_};
+  return std::any_of(update.edges.begin(), update.edges.end(), [&](const GraphEdge& edge) {
+    if (edge.kind != EdgeKind::kLoopClosure) return false;
+    const auto stored = store_.loops().find(std::minmax(edge.from, edge.to));
+    return stored != store_.loops().end() && stored->second.Pulls() && !stored->second.weight &&
+           IsBeyondPrior(stored->second, last);
+  });
 }
 
 std::vector<Pose2> PoseGraphOptimizer::DeadReckoned() const {
@@ -53,6 +74,7 @@ std::vector<std::optional<double>> PoseGraphOptimizer::LastWeights(std::size_t n
 
 std::optional<PoseGraph> PoseGraphOptimizer::Solve(SolveStart start,
                                                    const std::function<void()>& on_step) {
+  is_due_ = false;
   if (store_.vertices().empty()) return PoseGraph{version(), {}, {}, {}};
   const FactorGraph graph = BuildFactorGraph(store_, params_);
   SolverStart from{DeadReckoned(), {}, {}, contradicted_, judged_size_};
@@ -78,6 +100,7 @@ std::optional<PoseGraph> PoseGraphOptimizer::Solve(SolveStart start,
   for (const auto& [chain, sigmas] : store_.mounting())
     solved_mounting_[chain] = solution.T_map_vertex[vertex++];
   solved_version_ = version();
+  solved_number_ = VertexNumbers(store_);
   return Published();
 }
 
@@ -117,8 +140,8 @@ PoseGraph PoseGraphOptimizer::Published() const {
 std::vector<PairCovariance> PoseGraphOptimizer::RelativeCovariances(
     const std::vector<std::pair<SubmapId, SubmapId>>& pairs) const {
   std::vector<PairCovariance> out;
-  if (solved_version_ != version() || !covariance_) return out;
-  const std::map<SubmapId, int> number = VertexNumbers(store_);
+  if (!covariance_) return out;
+  const std::map<SubmapId, int>& number = solved_number_;
   GraphCovariance::Pairs between(*covariance_);
   for (const auto& [a, b] : pairs) {
     if (a == b || !number.contains(a) || !number.contains(b)) continue;

@@ -36,7 +36,11 @@ class PoseGraphOptimizer {
 
   // Adds the next version of the mapper's graph. False: an earlier version is missing, and nothing
   // is added (GraphStore::Add).
-  bool Add(const GraphUpdate& update) { return store_.Add(update); }
+  bool Add(const GraphUpdate& update);
+  // Whether the graph is to be solved again: as IsSolutionDue() says, and at once when a mapper
+  // has stopped or resumed, or a closure is beyond 2 sigma of what the last solution predicts.
+  // Other solutions do no harm, and cost time.
+  bool IsDue() const { return is_due_; }
   const GraphStore& store() const { return store_; }
   // The newest graph version that was added; 0: none.
   std::int64_t version() const { return store_.version(); }
@@ -57,12 +61,12 @@ class PoseGraphOptimizer {
 
   // Covariances of the relative poses of pairs of submaps in the last solution, in the order of
   // `pairs`; axes and units: PairCovariance. A pair with a submap that the solution does not have
-  // is left out. Empty where the graph has grown since the last solution, because the covariance
-  // would be out of date, and where lacks_covariance().
+  // is left out. Empty where lacks_covariance().
   std::vector<PairCovariance> RelativeCovariances(
       const std::vector<std::pair<SubmapId, SubmapId>>& pairs) const;
 
  private:
+  bool HasSurprise(const GraphUpdate& update) const;
   std::vector<Pose2> DeadReckoned() const;
   std::vector<Pose2> Predicted() const;  // initial values of a warm start
   std::vector<std::optional<double>> LastWeights(std::size_t num_factors) const;
@@ -73,6 +77,8 @@ class PoseGraphOptimizer {
   // Of the last solution.
   std::map<std::int32_t, Pose2> solved_mounting_;  // by chain; its three numbers as x, y, yaw
   std::optional<GraphCovariance> covariance_;
+  std::map<SubmapId, int> solved_number_;  // of the vertices in it
+  bool is_due_ = false;
   bool converged_ = true;
   bool contradicted_ = false;  // RobustSolution::contradicted
   std::int64_t solved_version_ = 0;

@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <future>
 #include <optional>
 #include <stdexcept>
 #include <system_error>
 #include <utility>
 
 #include "common/runtime/files/durable_file.hpp"
+#include "common/runtime/for_each_beside.hpp"
 #include "products/files/graph_files.hpp"
 #include "products/files/navigation_files.hpp"
 #include "products/files/placed_soundings.hpp"
@@ -154,13 +156,16 @@ class ProductWriter {
     summary_.noise = options_.noise;
     const bool tells_timing = !HasWrongClock(options_.warnings);
     SurveyNoise noise = options_.noise;
-    if (!tells_timing) noise.timing = {};
+    if (!tells_timing || (options_.dives.size() == 1 && options_.dives[0].IsSeenByOverlaps()))
+      noise.timing = {};
     summary_.noise_findings = NoiseFindings(noise);
     const std::size_t told =
         tells_timing ? std::min(survey_.dives.size(), options_.dives.size()) : 0;
-    for (std::size_t k = 0; k < told; ++k)
+    for (std::size_t k = 0; k < told; ++k) {
+      if (options_.dives[k].IsSeenByOverlaps()) continue;
       for (const std::string& finding : TimingFindings(options_.dives[k].sonar))
         summary_.noise_findings.push_back(survey_.dives[k] + ": " + finding);
+    }
     WriteMap();
     WriteMismatch();
     WriteTrackAndLayers();
@@ -230,25 +235,33 @@ class ProductWriter {
     if (summary_.outcome != Outcome::kCorrected) delivered_ = dead_reckoned_;
   }
 
-  ConsistencyMap Measure(const SurveyPoses& poses, const char* which) {
+  ConsistencyMap Measure(const SurveyPoses& poses, std::size_t cache_points, bool tells) {
     const std::size_t n = survey_.submaps.size();
     return ComputeConsistency(
-        survey_.submaps, poses, projection_, geometry_, options_.cache_points, [&](std::size_t i) {
-          if (i % 50 == 0) {
-            Progress(options_,
-                     std::string("swath mismatch ") + which + ": submap " + std::to_string(i + 1) +
-                         " of " + std::to_string(n));
-          }
+        survey_.submaps, poses, projection_, geometry_, cache_points, [&](std::size_t i) {
+          if (tells && i % 50 == 0)
+            Progress(
+                options_,
+                "swath mismatch: submap " + std::to_string(i + 1) + " of " + std::to_string(n));
         });
   }
 
+  // As navigated, and as solved beside it.
   void MeasureBoth(bool solved_too) {
-    const ConsistencyMap before = Measure(dead_reckoned_, "as navigated");
+    const std::size_t cache_points = options_.cache_points / (solved_too ? 2 : 1);
+    std::optional<ConsistencyMap> measured, as_solved;
+    ForEachBeside(solved_too ? 2 : 1, [&](std::size_t k) {
+      if (k == 0)
+        measured = Measure(dead_reckoned_, cache_points, true);
+      else
+        as_solved = Measure(delivered_, cache_points, false);
+    });
+    const ConsistencyMap& before = *measured;
     if (!solved_too) {
       summary_.before = summary_.solved = summary_.before_all = summary_.solved_all =
           Figures(before);
     } else {
-      const ConsistencyMap solved = Measure(delivered_, "solved");
+      const ConsistencyMap& solved = *as_solved;
       summary_.before = FiguresOfComparableCells(before, solved);
       summary_.solved = FiguresOfComparableCells(solved, before);
       summary_.before_all = Figures(before);
@@ -346,6 +359,11 @@ class ProductWriter {
 
   void WriteMap() {
     viewer_.emplace(geometry_);
+    // Beside the depth maps.
+    if (options_.soundings != nullptr)
+      shoalest_ = std::async(std::launch::async, [this] {
+        return Shoalest(survey_, delivered_, projection_, geometry_, options_.soundings);
+      });
     std::vector<float> before;
     {
       Raster raster = Grid(dead_reckoned_).Elevation();
@@ -377,10 +395,7 @@ class ProductWriter {
   std::vector<float> WriteDelivered() {
     auto [elevation, uncertainty] = WriteOfDepthMap();
     if (options_.soundings != nullptr)
-      Write(product_files::kShoalest,
-            GeoTiff(geometry_,
-                    Shoalest(survey_, delivered_, projection_, geometry_, options_.soundings),
-                    projection_));
+      Write(product_files::kShoalest, GeoTiff(geometry_, shoalest_.get(), projection_));
     if (projection_.has_crs())
       Write(product_files::kBag,
             Bag(geometry_, {elevation, uncertainty, options_.title, survey_.End()}, projection_));
@@ -465,7 +480,8 @@ class ProductWriter {
   Raster seen_;             // Density() of the delivered map
   std::vector<CorrectedState> track_;
   std::optional<MapData> viewer_;
-  std::string map_data_;  // of viewer_
+  std::string map_data_;          // of viewer_
+  std::future<Raster> shoalest_;  // last: its thread uses the others
 };
 
 }  // namespace

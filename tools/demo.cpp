@@ -1,5 +1,6 @@
 #include "tools/demo.hpp"
 
+#include <chrono>
 #include <cstdio>
 #include <fstream>
 #include <functional>
@@ -206,6 +207,7 @@ int RunDemo(const DemoOptions& options) {
   const ProductSummary at_sea =
       Replay(live.dive(), truth, live.config_dir(), options.out / "live", true);
   std::fprintf(stderr, "replaying the recorded log in one process\n");
+  const auto began = std::chrono::steady_clock::now();
   const ProductSummary ashore = Replay(live.dive(),
                                        truth,
                                        live.config_dir(),
@@ -213,7 +215,12 @@ int RunDemo(const DemoOptions& options) {
                                        false,
                                        StoreIn(options.out / "closed"));
 
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - began;
+
   PrintTable(at_sea, ashore);
+  std::printf("  the replay took %.1f s: %.2f million soundings a second\n",
+              took.count(),
+              1e-6 * static_cast<double>(ashore.soundings_read) / took.count());
   for (const std::string& finding : ashore.noise_findings) std::printf("  %s\n", finding.c_str());
   const std::string lost = live.Lost();
   if (!lost.empty()) std::ofstream(options.out / kLostFile) << lost;

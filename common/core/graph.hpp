@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -93,6 +94,14 @@ Eigen::Vector3d MountingCorrection(const EdgeByMounting& by,
 constexpr int kMaxVerticesPerUpdate = 200;
 constexpr int kMaxEdgesPerUpdate = 200;
 constexpr int kMaxCovariancePairs = 500;
+
+// Whether a graph whose last solution has `solved` submaps is to be solved again: with every
+// version up to 300 submaps, then with every 300th part more of them. CPU time and messages of a
+// submap then stay the same, however long the dive. A function of the graph alone.
+constexpr bool IsSolutionDue(std::size_t submaps, std::size_t solved) {
+  constexpr std::size_t kSolvedEachTime = 300;
+  return submaps <= kSolvedEachTime || (submaps - solved) * kSolvedEachTime >= submaps;
+}
 
 // An increment of the mapper's graph. Versions count up from 1 without gaps. Update n has the
 // vertices and edges that version n adds to version n - 1, so updates 1 to n make up version n. A

@@ -126,6 +126,7 @@ LoopSearch::Verdict LoopSearch::Take(const PoseGraph& solution, std::int64_t new
     return Verdict::kRefused;
   if (solution.graph_version < solution_version_) return Verdict::kOlder;
   solution_version_ = solution.graph_version;
+  solved_ = solution.vertices.size();
   const Judgement judgement = judge_.Judge(solution);
   harm_.reset();
   if (judgement.harmful) {

@@ -66,6 +66,8 @@ class LoopSearch {
   // Judgement of the last solution, if it was withheld.
   const std::optional<Judgement>& harm() const { return harm_; }
   std::int64_t solution_version() const { return solution_version_; }
+  // Submaps that it has.
+  std::size_t solved() const { return solved_; }
   const MountingErrors& MountingOf(std::int32_t chain) const { return closer_.MountingOf(chain); }
   std::int64_t accepted() const { return closer_.accepted(); }
   std::int64_t rejected() const { return closer_.rejected(); }
@@ -87,6 +89,7 @@ class LoopSearch {
   SolutionJudge judge_;
   std::optional<Judgement> harm_;
   std::int64_t solution_version_ = 0;
+  std::size_t solved_ = 0;
   // Unused registration budget, spent on retries: pairs_per_submap_ for every submap, minus the
   // registrations made.
   std::int64_t registrations_left_ = 0;

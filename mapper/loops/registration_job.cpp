@@ -1,7 +1,9 @@
 #include "mapper/loops/registration_job.hpp"
 
 #include <exception>
+#include <optional>
 #include <utility>
+#include <vector>
 
 #include "common/core/mounting.hpp"
 #include "mapper/loops/solution_judge.hpp"
@@ -19,33 +21,53 @@ void Guarded(std::int64_t* failed, const Work& work) {
   }
 }
 
-// prepare: returns a target ready for register_one, or null if it cannot be loaded.
+// prepare: returns a target ready for register_one, or null if it cannot be loaded. Only
+// register_one is called by for_each.
 template <class Prepare, class RegisterOne>
 void RegisterAll(const Prepare& prepare,
                  const RegisterOne& register_one,
+                 const ForEach& for_each,
                  RegistrationResultSet* results) {
-  for (const LoopPair& pair : results->job.pairs) {
+  using Target = decltype(prepare(results->job.pairs.front()));
+  struct Attempt {
+    LoopPair pair;
+    Target on;
+    std::optional<RegistrationResult> result;
+    std::int64_t failed = 0;
+  };
+  std::vector<Attempt> attempts;
+  for (const LoopPair& pair : results->job.pairs)
     Guarded(&results->failed, [&] {
-      const auto on = prepare(pair);
-      if (!on) return;
-      RegistrationResult result = register_one(*on, pair);
-      results->edges.push_back(ToEdge(pair, result));
-      if (!result.statistics) return;
-      result.statistics->target = pair.target;
-      result.statistics->source = pair.source;
-      results->statistics.push_back(*std::move(result.statistics));
+      if (auto on = prepare(pair)) attempts.push_back({pair, std::move(on), std::nullopt});
     });
+  for_each(attempts.size(), [&](std::size_t i) {
+    Attempt& attempt = attempts[i];
+    Guarded(&attempt.failed, [&] { attempt.result = register_one(*attempt.on, attempt.pair); });
+  });
+  for (Attempt& attempt : attempts) {
+    results->failed += attempt.failed;
+    if (!attempt.result) continue;
+    results->edges.push_back(ToEdge(attempt.pair, *attempt.result));
+    if (!attempt.result->statistics) continue;
+    attempt.result->statistics->target = attempt.pair.target;
+    attempt.result->statistics->source = attempt.pair.source;
+    results->statistics.push_back(*std::move(attempt.result->statistics));
   }
 }
+
+// What all registrations of a job share.
+struct Shared {
+  const LoopCloserParams& params;
+  const LoadSubmap& load;
+  const ForEach& for_each;
+};
 
 RegistrationPrior PriorOf(const LoopPair& pair, const LoopCloserParams& params) {
   return {pair.prior.T_a_b, pair.prior.covariance, pair.z_prior_m, params.z_sigma_m};
 }
 
-void RegisterByGicp(const Submap& source,
-                    const LoopCloserParams& params,
-                    const LoadSubmap& load,
-                    RegistrationResultSet* results) {
+void RegisterByGicp(const Submap& source, const Shared& shared, RegistrationResultSet* results) {
+  const auto& [params, load, for_each] = shared;
   const auto for_gicp = [&](const Submap& submap, double added_yaw_rad) {
     return GicpSubmap(
         submap.cloud, StraightFromBody(submap.T_map_submap, added_yaw_rad), params.gicp);
@@ -58,14 +80,14 @@ void RegisterByGicp(const Submap& source,
   const auto register_one = [&](const GicpSubmap& on, const LoopPair& pair) {
     return RegisterGicp(on, laid, PriorOf(pair, params), params.gicp, params.registration);
   };
-  RegisterAll(prepare, register_one, results);
+  RegisterAll(prepare, register_one, for_each, results);
 }
 
 void RegisterByGrid(const Submap& source,
-                    const LoopCloserParams& params,
-                    const LoadSubmap& load,
+                    const Shared& shared,
                     PreparedSubmaps* prepared,
                     RegistrationResultSet* results) {
+  const auto& [params, load, for_each] = shared;
   const std::shared_ptr<const RegistrationSubmap> laid =
       prepared->Get(source, results->job.pairs.front().source_yaw_rad);
   const auto prepare = [&](const LoopPair& pair) {
@@ -78,7 +100,7 @@ void RegisterByGrid(const Submap& source,
   const auto register_one = [&](const RegistrationSubmap& on, const LoopPair& pair) {
     return Align(on, *laid, PriorOf(pair, params), expected);
   };
-  RegisterAll(prepare, register_one, results);
+  RegisterAll(prepare, register_one, for_each, results);
 }
 
 }  // namespace
@@ -86,7 +108,8 @@ void RegisterByGrid(const Submap& source,
 RegistrationResultSet Run(RegistrationJob job,
                           const LoopCloserParams& params,
                           const LoadSubmap& load,
-                          PreparedSubmaps* prepared) {
+                          PreparedSubmaps* prepared,
+                          const ForEach& for_each) {
   RegistrationResultSet results;
   results.job = std::move(job);
   const std::shared_ptr<const Submap>& closed = results.job.closed;
@@ -95,10 +118,11 @@ RegistrationResultSet Run(RegistrationJob job,
   Guarded(&results.failed, [&] {
     const auto source = closed ? closed : load(results.job.pairs.front().source);
     if (!source) return;
+    const Shared shared{params, load, for_each};
     if (params.method == RegistrationMethod::kGicp)
-      RegisterByGicp(*source, params, load, &results);
+      RegisterByGicp(*source, shared, &results);
     else
-      RegisterByGrid(*source, params, load, prepared, &results);
+      RegisterByGrid(*source, shared, prepared, &results);
   });
   return results;
 }

@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "common/core/for_each.hpp"
 #include "common/core/graph.hpp"
 #include "common/core/submap.hpp"
 #include "mapper/loops/loop_closer.hpp"
@@ -35,11 +36,13 @@ using LoadSubmap = std::function<std::shared_ptr<const Submap>(SubmapId)>;
 
 // Registers the source on each of its targets. A target that is in `prepared` is not loaded; one
 // that cannot be loaded gives no edge. An exception ends the registration of its pair only, and is
-// counted. prepared: cache of submaps prepared with params.registration. Pure, except for `load`.
+// counted. prepared: cache of submaps prepared with params.registration. for_each: runs the
+// registrations. Pure, except for `load`.
 RegistrationResultSet Run(RegistrationJob job,
                           const LoopCloserParams& params,
                           const LoadSubmap& load,
-                          PreparedSubmaps* prepared);
+                          PreparedSubmaps* prepared,
+                          const ForEach& for_each = ForEachInTurn);
 
 // Loop-closure edge of a registration result.
 GraphEdge ToEdge(const LoopPair& pair, const RegistrationResult& result);

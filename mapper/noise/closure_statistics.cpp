@@ -106,6 +106,15 @@ bool ClosureStatistics::IsOutdated(const VarianceComponents& survey) const {
          registered_under.correlated_error_ratio > kOutdated * survey.correlated_error_ratio;
 }
 
+double ClosureStatistics::LogUntilOutdated(const VarianceComponents& survey) const {
+  const auto until = [&](double VarianceComponents::*figure) {
+    const double log = std::log(registered_under.*figure / (kOutdated * survey.*figure));
+    return std::isnan(log) ? 0.0 : std::abs(log);
+  };
+  return std::min(until(&VarianceComponents::sounding_variance_ratio),
+                  until(&VarianceComponents::correlated_error_ratio));
+}
+
 std::vector<double> ToNumbers(const ClosureStatistics& statistics) {
   std::vector<double> numbers;
   Writer write(&numbers);

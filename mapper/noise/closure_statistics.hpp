@@ -54,6 +54,9 @@ struct ClosureStatistics {
   // (IsOutdated()).
   VarianceComponents Applicable(const VarianceComponents& survey) const;
   bool IsOutdated(const VarianceComponents& survey) const;
+  // By how much the logarithm of a figure of the survey has to change at least before Applicable()
+  // decides otherwise.
+  double LogUntilOutdated(const VarianceComponents& survey) const;
 };
 
 // For a record on disk: every number, in one order: 707 with three known directions. FromNumbers()

@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
+#include <set>
+#include <utility>
 
 namespace seastitch {
 namespace {
@@ -15,6 +18,8 @@ constexpr double kPriorLogSigma = 1.0;
 constexpr double kPriorDegrees = 10.0;
 constexpr double kRestatedSigmaRatio = 1.1;
 constexpr double kRestatedVarianceRatio = kRestatedSigmaRatio * kRestatedSigmaRatio;
+const double kRestatedLog = std::log(kRestatedVarianceRatio);
+constexpr double kRounding = 0.999;
 constexpr double kLogLikelihoodStep = 1.0 / (1 << 24);
 constexpr double kMostLogLikelihood = 1e6;  // larger differences change no result
 
@@ -47,29 +52,42 @@ ComponentEstimate Refine(const ComponentAxis& axis,
   return {configured, axis.At(i) * std::exp2(offset), std::min(sigma, kPriorLogSigma)};
 }
 
-// True if the ratio of the two sigmas exceeds the limit in any direction.
-bool DifferInASigma(const ClosureStatistics::SmallMatrix& a,
-                    const ClosureStatistics::SmallMatrix& b) {
+// The change of the logarithm of the variance in the direction that changes most.
+double LogChange(const ClosureStatistics::SmallMatrix& from,
+                 const ClosureStatistics::SmallMatrix& to) {
   const Eigen::GeneralizedSelfAdjointEigenSolver<ClosureStatistics::SmallMatrix> ratios(
-      a, b, Eigen::EigenvaluesOnly);
-  const double least = ratios.eigenvalues().minCoeff();
-  const double most = ratios.eigenvalues().maxCoeff();
-  return !(least * kRestatedVarianceRatio >= 1.0 && most <= kRestatedVarianceRatio);
+      to, from, Eigen::EigenvaluesOnly);
+  const double change = std::max(std::abs(std::log(ratios.eigenvalues().minCoeff())),
+                                 std::abs(std::log(ratios.eigenvalues().maxCoeff())));
+  return std::isfinite(change) ? change : std::numeric_limits<double>::infinity();
 }
 
-// False if the sigmas cannot differ by more than the limit. A covariance is a sum over components,
-// so that in no direction it changes by a larger factor than the component that changes most.
-bool MayDifferInASigma(const ClosureStatistics& closure,
-                       const VarianceComponents& a,
-                       const VarianceComponents& b) {
-  const auto differ = [](double x, double y) {
-    return !(x <= kRestatedVarianceRatio * y && y <= kRestatedVarianceRatio * x);
-  };
-  const auto squares_differ = [&](double x, double y) { return differ(x * x, y * y); };
-  return differ(closure.scatter.VarianceUnder(a), closure.scatter.VarianceUnder(b)) ||
-         squares_differ(a.correlated_error_ratio, b.correlated_error_ratio) ||
-         squares_differ(a.position_walk, b.position_walk) ||
-         squares_differ(a.heading_walk, b.heading_walk);
+// Change of the logarithm from one positive figure to another; else infinite, where they differ.
+double LogChange(double from, double to) {
+  if (from == to) return 0.0;
+  return from > 0.0 && to > 0.0 ? std::abs(std::log(from / to))
+                                : std::numeric_limits<double>::infinity();
+}
+
+// The largest change of the logarithm of a figure.
+double LogChange(const VarianceComponents& from, const VarianceComponents& to) {
+  return std::max({LogChange(from.sounding_variance_ratio, to.sounding_variance_ratio),
+                   LogChange(from.correlated_error_ratio, to.correlated_error_ratio),
+                   LogChange(from.position_walk, to.position_walk),
+                   LogChange(from.heading_walk, to.heading_walk)});
+}
+
+// The largest change of the logarithm of a part of the closure's covariance. A covariance is a sum
+// over components, so that in no direction it changes by a larger factor than the component that
+// changes most.
+double LogChangeOfVariance(const ClosureStatistics& closure,
+                           const VarianceComponents& from,
+                           const VarianceComponents& to) {
+  return std::max(
+      {LogChange(closure.scatter.VarianceUnder(from), closure.scatter.VarianceUnder(to)),
+       2.0 * LogChange(from.correlated_error_ratio, to.correlated_error_ratio),
+       2.0 * LogChange(from.position_walk, to.position_walk),
+       2.0 * LogChange(from.heading_walk, to.heading_walk)});
 }
 
 }  // namespace
@@ -96,6 +114,7 @@ void NoiseEstimator::Add(ClosureStatistics statistics) {
     known->second = std::move(statistics);
   }
   Include(known->second);
+  looks_.emplace(path_, known->first);
   Pool();
 }
 
@@ -151,15 +170,29 @@ void NoiseEstimator::StateAnew(const PairKey& pair) {
 }
 
 std::vector<const ClosureStatistics*> NoiseEstimator::TakeRestated() {
+  path_ += std::exchange(untravelled_, 0.0);
+  std::set<PairKey> due;
+  const auto end = looks_.upper_bound(path_);
+  for (auto look = looks_.begin(); look != end; ++look) due.insert(look->second);
+  looks_.erase(looks_.begin(), end);
   std::vector<const ClosureStatistics*> restated;
-  for (auto& [key, closure] : closures_) {
+  for (const PairKey& key : due) {
+    const auto found = closures_.find(key);
+    if (found == closures_.end()) continue;
+    ClosureStatistics& closure = found->second;
     const VarianceComponents now = closure.Applicable(components_);
-    if (!MayDifferInASigma(closure, now, closure.stated_under) ||
-        !DifferInASigma(closure.CovarianceUnder(now),
-                        closure.CovarianceUnder(closure.stated_under)))
-      continue;
-    closure.stated_under = now;
-    restated.push_back(&closure);
+    double change = LogChangeOfVariance(closure, closure.stated_under, now);
+    if (change > kRestatedLog)
+      change =
+          LogChange(closure.CovarianceUnder(closure.stated_under), closure.CovarianceUnder(now));
+    if (change > kRestatedLog) {
+      closure.stated_under = now;
+      restated.push_back(&closure);
+      change = 0.0;
+    }
+    const double until =
+        std::min(0.5 * (kRestatedLog - change), closure.LogUntilOutdated(components_));
+    looks_.emplace(path_ + std::max(0.0, kRounding * until), key);
   }
   return restated;
 }
@@ -210,7 +243,9 @@ void NoiseEstimator::Pool() {
   estimate_.correlated_error_ratio = Refine(kErrorRatioAxis, by_s, prior_.correlated_error_ratio);
   estimate_.position_walk = Refine(kPositionWalkAxis, by_q, prior_.position_walk);
   estimate_.heading_walk = Refine(kHeadingWalkAxis, by_p, prior_.heading_walk);
+  const VarianceComponents before = components_;
   components_ = closures_.empty() ? prior_ : ComponentsOf(estimate_);
+  untravelled_ += LogChange(before, components_);
 }
 
 }  // namespace seastitch

@@ -75,6 +75,12 @@ class NoiseEstimator {
   std::vector<std::int64_t> log_likelihood_;
   std::vector<Weighted> soundings_;  // by increasing ratio; with the prior
   std::int64_t revision_ = 0;
+  // The length of the way that components_ has travelled, as changes of logarithms, and for each
+  // closure the length before which its sigmas cannot have changed by 10 %. So TakeRestated() looks
+  // at few closures, however many there are.
+  double path_ = 0.0;
+  double untravelled_ = 0.0;  // since the last TakeRestated()
+  std::multimap<double, PairKey> looks_;
   NoiseEstimate estimate_;
   VarianceComponents components_;
 };

@@ -101,7 +101,9 @@ class JournalReader {
   void ReadCheckpoint(const fs::path& slot) {
     const std::string bytes = ReadWholeFile(slot).value_or("");
     const std::optional<Opened> opened = Open(AsBytes(bytes));
-    if (opened && opened->number == kJournalFormat) Offer(DecodeCheckpoint(opened->bytes));
+    if (!opened || opened->number != kJournalFormat) return;
+    if (std::optional<Checkpoint> checkpoint = DecodeCheckpoint(opened->bytes))
+      checkpoints_.push_back(*std::move(checkpoint));
   }
 
   bool is_of_another_configuration() const { return other_start_; }
@@ -129,9 +131,20 @@ class JournalReader {
           return std::holds_alternative<ClosedSubmap>(entry);
         }));
   }
+  // A submap's checkpoint is written before its entry. Where the entry is missing, the checkpoint
+  // before it fits the journal.
   std::optional<SavedMap> Take() {
-    if (!checkpoint_) return std::nullopt;
-    return SavedMap{std::move(entries_), *std::move(checkpoint_)};
+    const std::int32_t closed = ClosedSubmaps();
+    const auto newest = std::max_element(
+        checkpoints_.begin(), checkpoints_.end(), [&](const Checkpoint& a, const Checkpoint& b) {
+          const bool a_fits = a.next_submap <= closed, b_fits = b.next_submap <= closed;
+          return std::pair(a_fits, a.number) < std::pair(b_fits, b.number);
+        });
+    if (newest == checkpoints_.end()) return std::nullopt;
+    std::int32_t next_submap = 0;
+    for (const Checkpoint& checkpoint : checkpoints_)
+      next_submap = std::max(next_submap, checkpoint.next_submap);
+    return SavedMap{std::move(entries_), std::move(*newest), next_submap};
   }
 
  private:
@@ -159,19 +172,13 @@ class JournalReader {
       return;
     }
     ++next_;
-    if (auto* closed = std::get_if<ClosedSubmap>(&*entry))
-      Offer(std::exchange(closed->checkpoint, {}));
     entries_.push_back(*std::move(entry));
-  }
-  void Offer(std::optional<Checkpoint> checkpoint) {
-    const bool newer = checkpoint && (!checkpoint_ || checkpoint->number > checkpoint_->number);
-    if (newer) checkpoint_ = std::move(checkpoint);
   }
 
   const std::vector<std::uint8_t> start_;
   bool other_start_ = false;
   std::vector<JournalEntry> entries_;
-  std::optional<Checkpoint> checkpoint_;
+  std::vector<Checkpoint> checkpoints_;  // that can be read
   std::int64_t next_ = 0;
   std::int64_t lost_ = 0;
   std::int64_t damaged_bytes_ = 0;
@@ -257,7 +264,7 @@ FoundMap FindMap(const fs::path& map, const std::string& configuration) {
   if (journal.is_of_another_configuration())
     found.why_not = "the configuration or the format of the journal is another";
   else if (found.saved = journal.Take(); found.saved)
-    AddLost(found.saved->checkpoint.next_submap - closed, &found);
+    AddLost(found.saved->next_submap - closed, &found);
   else if (!has_nothing_else)
     found.why_not = "no checkpoint can be read";
   return found;

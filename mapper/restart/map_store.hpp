@@ -17,7 +17,7 @@
 //
 //   map/journal_000.lcmlog ...   One LCM event log per start of the mapper. No later start appends
 //                                to it, so a damaged end affects this file only.
-//   map/checkpoint_0, _1         written in turns, once a second
+//   map/checkpoint_0, _1         written in turns, before each closed submap and every 5 s
 //   map-2/ ...                   the same files of a second map, if the first cannot be continued
 //
 // Events: JOURNAL_START (format and configuration), then JOURNAL_ENTRY; each is CRC-32, number,

@@ -85,7 +85,9 @@ void Fields(Archive& archive, Of<Archive, ClosedSubmap>& closed) {
   } else {
     archive(*closed.submap);
   }
-  archive(closed.position_edges, closed.skip_registration, closed.checkpoint);
+  // The place of a checkpoint, which earlier versions of the program repeated here.
+  Checkpoint none;
+  archive(closed.position_edges, closed.skip_registration, none);
 }
 
 template <class Archive>

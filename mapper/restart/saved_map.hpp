@@ -38,7 +38,6 @@ struct ClosedSubmap {
   std::shared_ptr<const Submap> submap;
   std::vector<GraphEdge> position_edges;
   bool skip_registration = false;
-  Checkpoint checkpoint;  // right after it closed
 };
 
 // Journal entry of the graph's new versions, by a registration job or at the end of a dive.
@@ -53,8 +52,10 @@ struct GraphGrowth {
 using JournalEntry = std::variant<SoundVelocityProfile, ClosedSubmap, GraphGrowth>;
 
 struct SavedMap {
-  std::vector<JournalEntry> journal;  // the checkpoints of its submaps may be left out
-  Checkpoint checkpoint;              // the newest
+  std::vector<JournalEntry> journal;
+  Checkpoint checkpoint;  // the newest that does not know more submaps than the journal
+  // Number of the next submap by the newest checkpoint: those before it are taken.
+  std::int32_t next_submap = 0;
 };
 
 std::vector<std::uint8_t> Encode(const JournalEntry& entry);

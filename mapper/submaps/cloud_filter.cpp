@@ -251,17 +251,22 @@ SoundingGate CheckSounding(const Eigen::Vector3d& p_map,
 
 std::vector<std::uint8_t> FindSeabed(const PointCloud& cloud_level,
                                      const std::vector<PingSpan>& pings,
-                                     const CloudFilterParams& params) {
+                                     const CloudFilterParams& params,
+                                     const ForEach& for_each) {
   std::vector<std::uint8_t> seabed(cloud_level.size(), 0);
   const double cell_m = CellForDensity(
       cloud_level.points, cloud_level.soundings, params.voxel_m, params.soundings_per_column);
   const Columns columns(cloud_level, cell_m);
-  for (std::size_t c = 0; c < columns.size(); ++c) {
-    const ColumnJudge judge(columns, pings, c, params);
-    for (const std::uint32_t* i = columns.begin(c); i != columns.end(c); ++i) {
-      seabed[*i] = judge.IsSeabed(*i) ? 1 : 0;
+  constexpr std::size_t kPart = 256;
+  for_each((columns.size() + kPart - 1) / kPart, [&](std::size_t part) {
+    const std::size_t end = std::min(columns.size(), (part + 1) * kPart);
+    for (std::size_t c = part * kPart; c < end; ++c) {
+      const ColumnJudge judge(columns, pings, c, params);
+      for (const std::uint32_t* i = columns.begin(c); i != columns.end(c); ++i) {
+        seabed[*i] = judge.IsSeabed(*i) ? 1 : 0;
+      }
     }
-  }
+  });
   return seabed;
 }
 

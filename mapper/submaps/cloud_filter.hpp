@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "common/core/for_each.hpp"
 #include "common/core/submap.hpp"
 #include "common/parameters/parameters.hpp"
 #include "mapper/submaps/voxel_grid.hpp"
@@ -57,6 +58,7 @@ SoundingGate CheckSounding(const Eigen::Vector3d& p_map,
 // column heights is the local seabed, so that a slope is not taken for spikes.
 std::vector<std::uint8_t> FindSeabed(const PointCloud& cloud_level,
                                      const std::vector<PingSpan>& pings,
-                                     const CloudFilterParams& params);
+                                     const CloudFilterParams& params,
+                                     const ForEach& for_each = ForEachInTurn);
 
 }  // namespace seastitch

@@ -343,7 +343,7 @@ std::optional<Submap> SubmapBuilder::Close(SubmapTrigger trigger) {
   submap.soundings_read = open.soundings_read;
 
   const PointCloud all = open.voxels.Centroids();
-  const std::vector<std::uint8_t> seabed = FindSeabed(all, open.voxels.Pings(), filter_);
+  const std::vector<std::uint8_t> seabed = FindSeabed(all, open.voxels.Pings(), filter_, for_each_);
   const Eigen::Isometry3d T_submap_voxels =
       middle.T_anchored_vehicle.inverse() * Eigen::Translation3d(open.voxels.p_map_origin());
   for (std::size_t i = 0; i < all.size(); ++i) {

@@ -98,6 +98,8 @@ class SubmapBuilder {
   // Keeps every sounding from now on, of the open submap and the one closed last: about 20 bytes
   // each.
   void KeepSoundings() { keeps_soundings_ = true; }
+  // Filters closed submaps by it; in turn if it is not called.
+  void UseForEach(ForEach for_each) { for_each_ = std::move(for_each); }
   // Removes and returns the soundings of the submap closed last, without its id.
   SubmapSoundings TakeSoundings() { return std::exchange(soundings_, {}); }
 
@@ -110,9 +112,9 @@ class SubmapBuilder {
   // Everything left out, by name: these, turns and submaps that are too small.
   Counters counters() const;
 
-  // For a restart. Not saved: open_, soundings_ and keeps_soundings_; last_, swaths_, turning_ and
-  // headings_, which begin anew with the next ping; pings_lost_, soundings_lost_, pings_in_turns_
-  // and submaps_too_small_, which begin anew with the process.
+  // For a restart. Not saved: open_, soundings_, keeps_soundings_ and for_each_; last_, swaths_,
+  // turning_ and headings_, which begin anew with the next ping; pings_lost_, soundings_lost_,
+  // pings_in_turns_ and submaps_too_small_, which begin anew with the process.
   template <class Archive, class Self>
   static void Fields(Archive& archive, Self& self) {
     archive(self.along_m_, self.first_yaw_rad_, self.frames_, self.on_earlier_lines_);
@@ -198,6 +200,7 @@ class SubmapBuilder {
   bool turning_ = false;
   std::deque<Heading> headings_;  // over the last turn_settle_m, while turning
   bool keeps_soundings_ = false;
+  ForEach for_each_ = ForEachInTurn;
   SubmapSoundings soundings_;  // of the submap closed last
   PingTally pings_lost_;
   Counters soundings_lost_;

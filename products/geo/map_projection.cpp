@@ -4,6 +4,7 @@
 #include <GeographicLib/UTMUPS.hpp>
 #include <algorithm>
 #include <array>
+#include <mutex>
 #include <stdexcept>
 
 #include "common/core/pose.hpp"
@@ -119,7 +120,10 @@ class MapProjection::Exact {
       const Datum at = frame_.PointAt(p.head<2>(), p.z());
       points.emplace_back(Deg2Rad(at.latitude_deg), Deg2Rad(at.longitude_deg));
     }
-    crs_.Project(&points);
+    {
+      const std::lock_guard lock(mutex_);  // GDAL's transformation serves one thread at a time
+      crs_.Project(&points);
+    }
     for (const Eigen::Vector2d& p : points)
       if (!p.allFinite()) throw std::runtime_error(crs_.name() + " does not reach the survey");
     return points;
@@ -128,6 +132,7 @@ class MapProjection::Exact {
  private:
   MapFrame frame_;
   GeographicConverter crs_;
+  mutable std::mutex mutex_;
 };
 
 MapProjection::MapProjection(const Datum& origin,

@@ -124,25 +124,32 @@ class Quadrants {
 class Plane {
  public:
   void Add(const Eigen::Vector3d& d) {
-    const Eigen::Vector3d row(1.0, d.x(), d.y());
-    normal_ += row * row.transpose();
-    right_ += d.z() * row;
+    count_ += 1.0;
+    sum_ += d;
+    sum_xx_ += d.x() * d.x();
+    sum_xy_ += d.x() * d.y();
+    sum_yy_ += d.y() * d.y();
+    sum_zx_ += d.z() * d.x();
+    sum_zy_ += d.z() * d.y();
     quadrants_.Add(d.x(), d.y());
   }
   // Distance of p itself from the plane, or nothing where the points do not hold a plane.
   std::optional<double> Distance() const {
     constexpr double kFewestPoints = 5.0;
-    if (normal_(0, 0) < kFewestPoints || !quadrants_.all()) return std::nullopt;
-    const Eigen::LDLT<Eigen::Matrix3d> solver(normal_);
-    const Eigen::Vector3d plane = solver.solve(right_);
+    if (count_ < kFewestPoints || !quadrants_.all()) return std::nullopt;
+    Eigen::Matrix3d normal;
+    normal << count_, sum_.x(), sum_.y(), sum_.x(), sum_xx_, sum_xy_, sum_.y(), sum_xy_, sum_yy_;
+    const Eigen::LDLT<Eigen::Matrix3d> solver(normal);
+    const Eigen::Vector3d plane = solver.solve(Eigen::Vector3d(sum_.z(), sum_zx_, sum_zy_));
     const double distance = std::abs(plane(0)) / std::sqrt(1.0 + plane.tail<2>().squaredNorm());
     if (!std::isfinite(distance)) return std::nullopt;
     return distance;
   }
 
  private:
-  Eigen::Matrix3d normal_ = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d right_ = Eigen::Vector3d::Zero();
+  double count_ = 0.0;
+  Eigen::Vector3d sum_ = Eigen::Vector3d::Zero();
+  double sum_xx_ = 0.0, sum_xy_ = 0.0, sum_yy_ = 0.0, sum_zx_ = 0.0, sum_zy_ = 0.0;
   Quadrants quadrants_;
 };
 

@@ -364,12 +364,7 @@ void Move(const Pose2& T_new_old, GraphEdge* edge) {
 void MapRecorder::Add(const MapperEvent& event) {
   const auto* entry = std::get_if<JournalEntry>(&event);
   if (entry == nullptr || std::holds_alternative<SoundVelocityProfile>(*entry)) return;
-  const auto* closed = std::get_if<ClosedSubmap>(entry);
-  journal_.push_back(
-      closed == nullptr
-          ? Encode(*entry)
-          : Encode(ClosedSubmap{
-                closed->submap, closed->position_edges, closed->skip_registration, {}}));
+  journal_.push_back(Encode(*entry));
 }
 
 void WriteFinishedMap(const fs::path& folder,

@@ -32,6 +32,7 @@
 #include "survey/session/mapping_session.hpp"
 #include "survey/session/other_navigation.hpp"
 #include "survey/session/ping_inputs.hpp"
+#include "survey/session/soundings_stage.hpp"
 
 namespace seastitch {
 namespace {
@@ -135,12 +136,14 @@ void Remake(Dive* dive, std::unique_ptr<RawReplay> raw, Outputs outputs, Feeding
   Mapper& mapper = session.mapper().mapper();
   const bool exported = products->sounding_format.has_value();
   PingInputs inputs(dive->input.names, exported, dive->mapper.sonar_time_offset_s);
-  if (soundings != nullptr)
-    mapper.OnSoundings(
-        [&, calibration = outputs.rounds->Begin(0, dive)](const SubmapSoundings& submap) {
-          if (calibration != nullptr) calibration->Add(submap);
-          soundings->Add(submap, inputs.Take(submap));
-        });
+  std::optional<SoundingsStage> placed;
+  if (soundings != nullptr) {
+    placed.emplace(soundings, outputs.rounds->Begin(0, dive));
+    mapper.OnSoundings([&](SubmapSoundings submap) {
+      std::vector<std::uint16_t> of_pings = inputs.Take(submap);
+      placed->Add(std::move(submap), std::move(of_pings));
+    });
+  }
   mapper.OnSmoothed([&](const SmoothedPose& pose) { outputs.collector->Add(pose); });
   std::optional<OtherNavigation> other;
   if (dive->input.logs) other.emplace(dive->mapper);
@@ -158,7 +161,9 @@ void Remake(Dive* dive, std::unique_ptr<RawReplay> raw, Outputs outputs, Feeding
         },
         feeding);
   session.Finish();
+  if (placed) placed->Finish();
   if (mapper.noise().timing.placed_by_source) outputs.rounds->Drop(0);
+  if (mapper.has_withheld()) outputs.rounds->Withhold();
   if (feeding->stopped() && feeding->partial.empty()) NoteStop(100, feeding);
   if (other) feeding->other_tracks.push_back({0, other->source(), other->Finish()});
   if (inputs.unknown() > 0) feeding->refused["pings_of_an_unknown_input"] += inputs.unknown();

@@ -9,17 +9,25 @@
 #include "survey/progress.hpp"
 #include "survey/read/log_source.hpp"
 #include "survey/read/message_types.hpp"
+#include "survey/read/read_ahead.hpp"
 #include "survey/read/recorded_results.hpp"
 
 namespace seastitch {
 namespace {
 
-void Pass(SampleSource* source, const TakeSample& take, const Feeding& feeding) {
-  while (!feeding.stopped()) {
-    const std::optional<Received> sample = source->Next();
-    if (!sample) break;
-    take(*sample, source->input());
+// progress: gets the percentage that was read.
+void Pass(SampleSource* source,
+          const TakeSample& take,
+          const std::function<void(int)>& progress,
+          Feeding* feeding) {
+  ReadAhead ahead(source);
+  while (!feeding->stopped()) {
+    const std::optional<ReadAhead::Item> item = ahead.Next();
+    if (!item) return;
+    take(item->sample, item->input);
+    progress(ahead.percent_read());
   }
+  NoteStop(ahead.percent_read(), feeding);
 }
 
 void PrintSkipped(const Feeding& feeding) {
@@ -30,15 +38,10 @@ void PrintSkipped(const Feeding& feeding) {
 void FeedSurvey(SurveyFiles* survey, const TakeSample& take, Feeding* feeding) {
   const SurveyPlan& plan = survey->plan();
   if (!feeding->quiet) std::fputs(plan.Text().c_str(), stderr);
-  ProgressLine progress("reading", survey->bytes(), feeding->quiet);
-  Pass(
-      survey,
-      [&](const Received& sample, std::size_t input) {
-        take(sample, input);
-        progress.Set(survey->bytes_read());
-      },
-      *feeding);
-  if (feeding->stopped()) return NoteStop(survey->percent_read(), feeding);
+  ProgressLine progress("reading", 100, feeding->quiet);
+  const auto show = [&](int percent) { progress.Set(static_cast<std::uint64_t>(percent)); };
+  Pass(survey, take, show, feeding);
+  if (feeding->stopped()) return;
   progress.Finish();
   for (const auto& [name, value] : survey->refused())
     if (value != 0) feeding->refused[name] = value;
@@ -49,8 +52,8 @@ void FeedSurvey(SurveyFiles* survey, const TakeSample& take, Feeding* feeding) {
 }
 
 InputFaults FeedLogs(LogSource* source, const TakeSample& take, Feeding* feeding) {
-  Pass(source, take, *feeding);
-  if (feeding->stopped()) NoteStop(source->percent_read(), feeding);
+  Pass(
+      source, take, [](int) {}, feeding);
   feeding->refused = source->refused();
   PrintSkipped(*feeding);
   return {source->conditions(), source->messages()};

@@ -17,6 +17,7 @@
 #include "survey/session/dive_front.hpp"
 #include "survey/session/other_navigation.hpp"
 #include "survey/session/ping_inputs.hpp"
+#include "survey/session/soundings_stage.hpp"
 
 namespace seastitch {
 namespace {
@@ -57,6 +58,7 @@ class Together {
 
   void Finish() {
     session_.Finish();
+    if (session_.mapper().mapper().has_withheld()) outputs_.rounds->Withhold();
     ProductOptions* const products = outputs_.products;
     products->mapper_counters = session_.mapper().counters();
     products->conditions = session_.mapper().Conditions(session_.optimizer_faults());
@@ -92,16 +94,17 @@ class Together {
     const bool exported = outputs_.products->sounding_format.has_value();
     PingInputs inputs(dive->input.names, exported, dive->mapper.sonar_time_offset_s);
     const auto first_input = static_cast<std::uint16_t>(feeding_->spans.size());
-    if (soundings != nullptr)
-      front.mapper().mapper().OnSoundings(
-          [&, calibration = outputs_.rounds->Begin(next_chain_, dive)](SubmapSoundings submap) {
-            std::vector<std::uint16_t> of_pings = inputs.Take(submap);
-            for (std::uint16_t& input : of_pings)
-              input = static_cast<std::uint16_t>(input + first_input);
-            submap.id.value += next_id_;
-            if (calibration != nullptr) calibration->Add(submap);
-            soundings->Add(submap, of_pings);
-          });
+    std::optional<SoundingsStage> placed;
+    if (soundings != nullptr) {
+      placed.emplace(soundings, outputs_.rounds->Begin(next_chain_, dive));
+      front.mapper().mapper().OnSoundings([&](SubmapSoundings submap) {
+        std::vector<std::uint16_t> of_pings = inputs.Take(submap);
+        for (std::uint16_t& input : of_pings)
+          input = static_cast<std::uint16_t>(input + first_input);
+        submap.id.value += next_id_;
+        placed->Add(std::move(submap), std::move(of_pings));
+      });
+    }
     std::optional<OtherNavigation> other;
     if (dive->input.logs) other.emplace(dive->mapper);
     const InputFaults faults = FeedDive(dive, [&](const Received& sample, std::size_t input) {
@@ -110,6 +113,7 @@ class Together {
       front.Add(sample);
     });
     front.Finish();
+    if (placed) placed->Finish();
     if (!given_twice_.empty()) throw UsageError("replay: " + given_twice_);
     if (front.mapper().mapper().noise().timing.placed_by_source) outputs_.rounds->Drop(next_chain_);
     if (other) feeding_->other_tracks.push_back({next_chain_, other->source(), other->Finish()});

@@ -3,6 +3,7 @@
 #include <memory>
 #include <variant>
 
+#include "common/runtime/for_each_beside.hpp"
 #include "common/runtime/health.hpp"
 
 namespace seastitch {
@@ -14,6 +15,7 @@ LocalMapper::LocalMapper(const MapperConfig& config,
       prepared_(config.loop_closer.registration),
       on_event_(std::move(on_event)) {
   SurveyStore::MakeDirectory(config.map_dir);
+  mapper_.UseForEach(ForEachBeside);
 }
 
 void LocalMapper::Add(const Received& received) {
@@ -71,7 +73,7 @@ void LocalMapper::Deliver() {
 
 void LocalMapper::Register(RegistrationJob job) {
   const LoadSubmap load = [this](SubmapId id) { return store_.Get(id); };
-  mapper_.Take(Run(std::move(job), params_, load, &prepared_));
+  mapper_.Take(Run(std::move(job), params_, load, &prepared_, ForEachBeside));
 }
 
 Counters LocalMapper::counters() const {

@@ -87,7 +87,7 @@ void MappingSession::Settle() {
 
 void MappingSession::Deliver(const GraphUpdate& update) {
   collector_->Add(update);
-  if (!optimizer_.Add(update)) return;
+  if (!optimizer_.Add(update) || !optimizer_.IsDue()) return;
   std::optional<PoseGraph> solution = optimizer_.Solve(
       update.final || update.resumed ? SolveStart::kFromDeadReckoning : SolveStart::kWarm);
   solve_failed_ = !solution;
@@ -102,7 +102,7 @@ void MappingSession::Deliver(const PoseGraph& solution) {
   collector_->Add(solution);
 }
 
-// A graph that has grown since the request gives no answer: it would be out of date.
+// A solution since the request gives no answer: it would be out of date.
 void MappingSession::Deliver(const CovarianceRequest& request) {
   if (request.graph_version != solution_.graph_version || request.graph_id != solution_.graph_id)
     return;

@@ -17,7 +17,7 @@
 namespace seastitch {
 
 // Mapper and optimizer of one map, joined by calls. What they exchange is answered in its order,
-// as on the vehicle; every version of the graph is solved.
+// as on the vehicle; the graph is solved when it is due.
 class MappingSession {
  public:
   // collector: gets the results. stopped: ends Settle() early. on_event: gets every event of the

@@ -586,7 +586,7 @@ class Dive {
   void On(const JournalEntry& entry) {
     journal_.push_back(Encode(entry));
     if (const auto* closed = std::get_if<ClosedSubmap>(&entry)) {
-      KeepCheckpoint(closed->checkpoint);
+      if (const auto checkpoint = mapper_->MakeCheckpoint()) KeepCheckpoint(*checkpoint);
       clouds_[closed->submap->id] = closed->submap;
     }
   }

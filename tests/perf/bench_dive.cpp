@@ -116,6 +116,7 @@ struct State {
   double soundings = 0.0;
   std::int64_t submaps = 0;
   std::int64_t closures = 0;
+  std::int64_t solutions = 0;
   double memory_mb = 0.0;
   double disk_mb = 0.0;
   double cpu_s = 0.0;
@@ -134,6 +135,7 @@ class Dive {
             vehicle_.soundings(),
             Submaps(),
             processes_->Count("loop_closures_accepted"),
+            processes_->Count("solutions_used"),
             MemoryMb(),
             DiskMb(map_),
             CpuS()};
@@ -168,11 +170,12 @@ class Dive {
 };
 
 void Print(const State& now) {
-  std::printf("%6.2f  %12.1f  %8lld  %8lld  %9.0f  %8.0f  %7.0f\n",
+  std::printf("%6.2f  %12.1f  %8lld  %8lld  %9lld  %9.0f  %8.0f  %7.0f\n",
               now.hours,
               1e-6 * now.soundings,
               static_cast<long long>(now.submaps),
               static_cast<long long>(now.closures),
+              static_cast<long long>(now.solutions),
               now.memory_mb,
               now.disk_mb,
               now.cpu_s);
@@ -181,11 +184,12 @@ void Print(const State& now) {
 
 void Main(const Options& options) {
   Dive dive(options);
-  std::printf("%6s  %12s  %8s  %8s  %9s  %8s  %7s\n",
+  std::printf("%6s  %12s  %8s  %8s  %9s  %9s  %8s  %7s\n",
               "hours",
               "M soundings",
               "submaps",
               "closures",
+              "solutions",
               "memory MB",
               "disk MB",
               "CPU s");
@@ -208,6 +212,12 @@ void Main(const Options& options) {
             static_cast<double>(last.submaps - first->submaps),
         last.disk_mb / last.hours,
         1e3 * last.disk_mb / static_cast<double>(last.submaps));
+  if (states.size() > 1) {
+    const State& before = states[states.size() - 2];
+    std::printf("CPU of the last %.2f h: %.2f times that of the first\n",
+                options.every_h,
+                (last.cpu_s - before.cpu_s) / states.front().cpu_s);
+  }
   dive.Restart();
 }
 

@@ -2,7 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <limits>
+#include <stdexcept>
+
+#include "survey/read/read_ahead.hpp"
 
 namespace seastitch {
 namespace {
@@ -40,6 +44,61 @@ TEST(SampleQueue, NamesWhatItRefuses) {
   EXPECT_EQ(queue.counters(), (Counters{{"depth_malformed", 1}}));
   ASSERT_EQ(queue.Faults().size(), 1u);
   EXPECT_EQ(queue.Faults()[0].kind, &conditions::kMessagesMalformed);
+}
+
+// ---- reading ahead
+
+// A source of depths 0, 1, 2 ..., from two inputs in turn.
+class Depths : public SampleSource {
+ public:
+  Depths(int samples, bool ends_badly) : samples_(samples), ends_badly_(ends_badly) {}
+  std::optional<Received> Next() override {
+    if (given_ < samples_) return Received{Depth(given_++), {}};
+    if (ends_badly_) throw std::runtime_error("depths.log: damaged");
+    return std::nullopt;
+  }
+  std::size_t input() const override { return static_cast<std::size_t>((given_ - 1) % 2); }
+  int percent_read() const override { return 100 * given_ / samples_; }
+  Counters refused() const override { return {}; }
+  int given() const { return given_; }
+
+ private:
+  const int samples_;
+  const bool ends_badly_;
+  std::atomic<int> given_ = 0;
+};
+
+TEST(ReadAhead, GivesTheSameSamplesInTheirOrder) {
+  for (const int samples : {1, 63, 64, 65, 1000}) {
+    Depths source(samples, false);
+    ReadAhead ahead(&source);
+    for (int i = 0; i < samples; ++i) {
+      const auto item = ahead.Next();
+      ASSERT_TRUE(item) << i;
+      EXPECT_EQ(std::get<DepthSample>(item->sample.sample).depth_m, i);
+      EXPECT_EQ(item->input, static_cast<std::size_t>(i % 2));
+      EXPECT_GE(ahead.percent_read(), 100 * i / samples);
+    }
+    EXPECT_FALSE(ahead.Next());
+    EXPECT_FALSE(ahead.Next());
+    EXPECT_EQ(ahead.percent_read(), 100);
+  }
+}
+
+TEST(ReadAhead, ThrowsWhereTheSourceDidAfterWhatWasReadBefore) {
+  Depths source(100, true);
+  ReadAhead ahead(&source);
+  for (int i = 0; i < 100; ++i) ASSERT_TRUE(ahead.Next()) << i;
+  EXPECT_THROW(ahead.Next(), std::runtime_error);
+}
+
+TEST(ReadAhead, ReadsNoMoreThanItHolds) {
+  Depths source(1'000'000, false);
+  {
+    ReadAhead ahead(&source);
+    EXPECT_TRUE(ahead.Next());
+  }
+  EXPECT_LT(source.given(), 1000);
 }
 
 }  // namespace

@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
 #include <memory>
+#include <random>
 #include <stdexcept>
 
 #include "mapper/loops/registration_job.hpp"
@@ -86,6 +89,38 @@ TEST(NoiseEstimator, BeginsAtItsPriorAndDoesNotDependOnTheOrder) {
   EXPECT_TRUE(forwards.TakeRestated().empty());
   for (const ClosureStatistics& s : closures) forwards.Remove(s.target, s.source);
   EXPECT_EQ(forwards.components().position_walk, prior.position_walk);
+}
+
+// It looks at few closures each time, and overlooks none.
+TEST(NoiseEstimator, LeavesNoClosureWithASigmaThatIsOffByATenth) {
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal;
+  const ClosureStatistics one = Closure(1, 10.0, 12.0).statistics.at(0);
+  NoiseEstimator estimator{VarianceComponents()};
+  std::size_t restated = 0;
+  for (int i = 0; i < 120; ++i) {
+    ClosureStatistics closure = one;
+    closure.target = SubmapId{i};
+    closure.source = SubmapId{i + 1};
+    closure.scatter.residual_variance *= std::exp(0.03 * i + 0.5 * normal(random));
+    closure.registered_under.sounding_variance_ratio *= std::exp(2.0 * normal(random));
+    closure.registered_under.correlated_error_ratio *= std::exp(2.0 * normal(random));
+    const auto tilt = static_cast<float>(3.0 * normal(random));
+    for (float& value : closure.likelihood.values()) value *= tilt;
+    estimator.Add(closure);
+    estimator.StateAnew({closure.target, closure.source});
+    if (i % 7 == 3) estimator.Remove(SubmapId{i / 2}, SubmapId{i / 2 + 1});
+    restated += estimator.TakeRestated().size();
+    for (const auto& [key, each] : estimator.closures()) {
+      const Eigen::Matrix3d now = each.InformationUnder(each.Applicable(estimator.components()));
+      const Eigen::Matrix3d stated = each.InformationUnder(each.stated_under);
+      const auto ratios =
+          Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::Matrix3d>(now, stated).eigenvalues();
+      ASSERT_LT(std::sqrt(ratios.maxCoeff()), 1.1001) << i << " " << key.first.value;
+      ASSERT_GT(std::sqrt(ratios.minCoeff()), 0.9090) << i << " " << key.first.value;
+    }
+  }
+  EXPECT_GT(restated, 10u);
 }
 
 // A likelihood that rises up to an end of the axis and beyond.

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "common/runtime/for_each_beside.hpp"
 #include "tests/mapper/bumpy_submap.hpp"
 
 namespace seastitch {
@@ -103,6 +104,36 @@ TEST(Run, LoadsOnlyWhatIsNotPrepared) {
     EXPECT_EQ(edges.size(), 1u);
     EXPECT_EQ(loaded, 1);
   }
+}
+
+// The thread of a pair changes nothing of it.
+TEST(Run, GivesTheSameResultsOnSeveralThreads) {
+  const Submap source = Make(9, {10.0, 12.0, 0.0}, {11.2, 11.1, 0.0});
+  std::vector<LoopPair> pairs;
+  for (int i = 0; i < 6; ++i) {
+    LoopPair pair{SubmapId{i}, SubmapId{9}, {{11.0 + 0.1 * i, 11.0, 0.0}, {}}, 0.0};
+    pair.prior.covariance = Eigen::Vector3d(1.0, 1.0, 1e-4).asDiagonal();
+    pairs.push_back(pair);
+  }
+  const auto run = [&](const ForEach& for_each) {
+    PreparedSubmaps prepared({});
+    return seastitch::Run({std::make_shared<const Submap>(source), pairs},
+                          {},
+                          Always(At(0, 0.0, 0.0)),
+                          &prepared,
+                          for_each);
+  };
+  const RegistrationResultSet in_turn = run(ForEachInTurn), beside = run(ForEachBeside);
+  ASSERT_EQ(in_turn.edges.size(), 6u);
+  ASSERT_EQ(beside.edges.size(), 6u);
+  for (std::size_t i = 0; i < 6; ++i) {
+    EXPECT_EQ(beside.edges[i].from, in_turn.edges[i].from);
+    EXPECT_EQ(beside.edges[i].T_from_to.Vector(), in_turn.edges[i].T_from_to.Vector());
+    EXPECT_EQ(beside.edges[i].information, in_turn.edges[i].information);
+  }
+  ASSERT_EQ(beside.statistics.size(), in_turn.statistics.size());
+  for (std::size_t i = 0; i < in_turn.statistics.size(); ++i)
+    EXPECT_EQ(ToNumbers(beside.statistics[i]), ToNumbers(in_turn.statistics[i]));
 }
 
 TEST(Run, AnExceptionCostsItsOwnPairAlone) {

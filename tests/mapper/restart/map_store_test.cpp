@@ -49,7 +49,7 @@ std::vector<JournalEntry> Entries(int submaps) {
     const auto submap = std::make_shared<Submap>();
     submap->id = SubmapId{id};
     submap->footprint = {{1.0, 2.0}};
-    entries.emplace_back(ClosedSubmap{submap, {}, false, CheckpointOf(10 * id + 5, id + 1)});
+    entries.emplace_back(ClosedSubmap{submap, {}, false});
     GraphGrowth growth;
     growth.closed = SubmapId{id};
     growth.steps.push_back({GraphUpdate{id + 1, {{SubmapId{id}, FromUtime(id), {}}}, {}}, {}});
@@ -58,20 +58,28 @@ std::vector<JournalEntry> Entries(int submaps) {
   return entries;
 }
 
+// The checkpoint that goes before an entry: that of a closed submap.
+void WriteCheckpointOf(const JournalEntry& entry, MapJournal* journal) {
+  const auto* closed = std::get_if<ClosedSubmap>(&entry);
+  if (closed == nullptr) return;
+  const std::int32_t id = closed->submap->id.value;
+  EXPECT_TRUE(
+      journal->WriteCheckpoint(FromUtime(1'000'000), Encode(CheckpointOf(10 * id + 5, id + 1))));
+}
+
 void Write(const FoundMap& map, const std::vector<JournalEntry>& entries) {
   MapJournal journal(map, kConfiguration, 100);
-  for (const JournalEntry& entry : entries)
+  for (const JournalEntry& entry : entries) {
+    WriteCheckpointOf(entry, &journal);
     EXPECT_TRUE(journal.Append(FromUtime(1'000'000), Encode(entry)));
+  }
 }
 
 // Those of `whole` from its beginning.
 void ExpectBeginningOf(const std::vector<JournalEntry>& whole, const SavedMap& saved) {
   ASSERT_LE(saved.journal.size(), whole.size());
-  for (std::size_t i = 0; i < saved.journal.size(); ++i) {
-    JournalEntry expected = whole[i];
-    if (auto* closed = std::get_if<ClosedSubmap>(&expected)) closed->checkpoint = {};
-    EXPECT_EQ(Encode(saved.journal[i]), Encode(expected)) << i;
-  }
+  for (std::size_t i = 0; i < saved.journal.size(); ++i)
+    EXPECT_EQ(Encode(saved.journal[i]), Encode(whole[i])) << i;
 }
 
 class MapStore : public testing::Test {
@@ -119,6 +127,23 @@ TEST_F(MapStore, TakesTheNewestCheckpointThatIsWhole) {
     ASSERT_TRUE(Find().saved) << at;
     EXPECT_EQ(Find().saved->checkpoint.number, 3) << at;
   }
+}
+
+// The power goes after a submap's checkpoint and before its entry.
+TEST_F(MapStore, TakesACheckpointThatKnowsNoMoreSubmapsThanTheJournal) {
+  const std::vector<JournalEntry> entries = Entries(3);
+  MapJournal journal(Find(), kConfiguration, 100);
+  for (std::size_t i = 0; i + 2 < entries.size(); ++i) {
+    WriteCheckpointOf(entries[i], &journal);
+    EXPECT_TRUE(journal.Append(FromUtime(1), Encode(entries[i])));
+  }
+  EXPECT_TRUE(journal.WriteCheckpoint(FromUtime(1), Encode(CheckpointOf(16, 2))));
+  WriteCheckpointOf(entries[entries.size() - 2], &journal);
+  EXPECT_EQ(Find().saved->checkpoint.number, 16);
+  EXPECT_EQ(Find().saved->next_submap, 3) << "its number is used up";
+  EXPECT_EQ(Find().lost, "1 closed submaps of its journal");
+  EXPECT_TRUE(journal.Append(FromUtime(1), Encode(entries[entries.size() - 2])));
+  EXPECT_EQ(Find().saved->checkpoint.number, 25);
 }
 
 // Cut at every length, and gone on with: what was whole before the cut is there, and all that comes
@@ -216,6 +241,7 @@ TEST_F(MapStore, WritesLaterWhatTheDiskDidNotTake) {
   fs::remove(map_);
   for (std::size_t i = 2; i < entries.size(); ++i)
     EXPECT_TRUE(journal.Append(FromUtime(1), Encode(entries[i])));
+  WriteCheckpointOf(entries[entries.size() - 2], &journal);
   const FoundMap found = Find();
   ASSERT_TRUE(found.saved);
   EXPECT_EQ(found.saved->journal.size(), entries.size());

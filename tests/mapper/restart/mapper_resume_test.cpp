@@ -114,7 +114,7 @@ struct Process {
       if (const auto* entry = std::get_if<JournalEntry>(&event)) {
         disk->journal.push_back(Encode(*entry));
         if (const auto* closed = std::get_if<ClosedSubmap>(entry)) {
-          disk->checkpoint = Encode(closed->checkpoint);
+          disk->checkpoint = Encode(*mapper.MakeCheckpoint());
           disk->clouds[closed->submap->id] = closed->submap;
         }
       }

@@ -1,4 +1,5 @@
 #include "mapper/submaps/cloud_filter.hpp"
+#include "common/runtime/for_each_beside.hpp"
 #include "tests/property.hpp"
 
 #include <gtest/gtest.h>
@@ -89,6 +90,7 @@ TEST_P(SeabedFilter, DropsOutliersAndKeepsTheFeature) {
   const Case& c = GetParam();
   const Scene scene = MakeScene(c.per_m2, 0.03, c.feature, c.slope, 0.01, 3);
   const std::vector<std::uint8_t> kept = FindSeabed(scene.cloud, scene.pings, {});
+  EXPECT_EQ(FindSeabed(scene.cloud, scene.pings, {}, ForEachBeside), kept);
   std::vector<std::uint8_t> good = scene.is_outlier;
   for (std::uint8_t& g : good) g = g == 0 ? 1 : 0;
   EXPECT_LE(PartKept(kept, scene.is_outlier), 0.01);
