@@ -67,5 +67,7 @@ struct MessagePlace {
 // Reads them from the bytes, by their fingerprint, without decoding the rest. Absent where the type
 // is not in the table, the message is too short or its number is below 0.
 std::optional<MessagePlace> PlaceOf(Bytes message);
+// So many bytes from the beginning of a message hold its type and its place.
+inline constexpr std::size_t kBytesOfPlace = 512;
 
 }  // namespace seastitch

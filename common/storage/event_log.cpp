@@ -21,6 +21,7 @@ constexpr std::size_t kHeaderSize = 28;
 constexpr std::uint32_t kMaxChannelLength = 63;     // LCM_MAX_CHANNEL_NAME_LENGTH
 constexpr std::uint32_t kMaxDataLength = 1U << 28;  // limit of a message
 constexpr std::size_t kWindow = 1 << 20;
+constexpr std::size_t kWindowOfParts = 1 << 13;  // where a part of the data is wanted
 constexpr std::size_t kWriteBuffer = 1 << 18;
 
 std::runtime_error FileError(const std::filesystem::path& path, const std::string& reason) {
@@ -81,19 +82,21 @@ bool IsLoggable(const std::string& channel, std::size_t data_size) {
 }
 
 std::size_t SizeInLog(const LogEvent& event) {
-  return kHeaderSize + event.channel.size() + event.data.size();
+  return kHeaderSize + event.channel.size() + event.data.size() + event.unread;
 }
 
 struct EventLogReader::Impl {
-  explicit Impl(const LogPart& log)
-      : file(log.path, O_RDONLY),
+  Impl(const LogPart& log, Wanted wanted_of_channel)
+      : wanted(std::move(wanted_of_channel)),
+        file(log.path, O_RDONLY),
         size(std::min(log.end, SizeOf(file.get(), log.path))),
         position(log.begin) {}
 
   // Bytes [at, at + n) of the file, fewer at its end. Valid until the next call.
   Bytes View(std::uint64_t at, std::uint64_t n) {
     n = std::min(n, size - std::min(at, size));
-    if (at < window_at || at + n > window_at + window.size()) Fill(at, std::max(n, kWindow));
+    if (at < window_at || at + n > window_at + window.size())
+      Fill(at, std::max<std::uint64_t>(n, wanted ? kWindowOfParts : kWindow));
     const std::uint64_t begin = std::min<std::uint64_t>(at - window_at, window.size());
     return Bytes(window).subspan(begin, std::min<std::uint64_t>(n, window.size() - begin));
   }
@@ -142,8 +145,11 @@ struct EventLogReader::Impl {
     if (!IsChannelName(name) || !IsFollowed(at + header->EventSize())) return std::nullopt;
     LogEvent event{header->utime, std::string(name.begin(), name.end()), {}};
     const std::uint64_t data_at = at + kHeaderSize + header->channel_length;
-    const Bytes data = View(data_at, header->data_length);
-    if (data.size() != header->data_length) return std::nullopt;
+    const std::size_t length = header->data_length;
+    const std::size_t n = wanted ? std::min(length, wanted(event.channel)) : length;
+    const Bytes data = View(data_at, n);
+    if (data.size() != n) return std::nullopt;
+    event.unread = length - n;
     event.data.assign(data.begin(), data.end());
     return event;
   }
@@ -175,6 +181,7 @@ struct EventLogReader::Impl {
     return std::nullopt;
   }
 
+  const Wanted wanted;
   Descriptor file;
   std::uint64_t size;  // end of the part
   std::uint64_t position;
@@ -186,7 +193,8 @@ struct EventLogReader::Impl {
   std::optional<LogEvent> first;  // read by the constructor
 };
 
-EventLogReader::EventLogReader(const LogPart& log) : impl_(std::make_unique<Impl>(log)) {
+EventLogReader::EventLogReader(const LogPart& log, Wanted wanted)
+    : impl_(std::make_unique<Impl>(log, std::move(wanted))) {
   impl_->first = impl_->Next();
   if (!impl_->first) throw NoEventError(log.path.string() + ": holds no LCM event");
 }

@@ -24,6 +24,7 @@ struct LogEvent {
   std::int64_t utime = 0;  // receive time at the logger, not the measurement's time
   std::string channel;
   std::vector<std::uint8_t> data;
+  std::size_t unread = 0;  // bytes of the data, at its end, that were not read
 };
 
 // Bytes of an event in a log: header, channel and data.
@@ -55,9 +56,13 @@ struct NoEventError : std::runtime_error {
 
 class EventLogReader {
  public:
-  // Throws std::runtime_error "FILE: reason" where the file cannot be opened; NoEventError.
+  // How much of the data of a channel's events is wanted, from the beginning.
+  using Wanted = std::function<std::size_t(const std::string& channel)>;
+
+  // Throws std::runtime_error "FILE: reason" where the file cannot be opened; NoEventError. wanted:
+  // most of the rest stays unread on the disk; without it all is wanted.
   explicit EventLogReader(const std::filesystem::path& path) : EventLogReader(LogPart(path)) {}
-  explicit EventLogReader(const LogPart& log);
+  explicit EventLogReader(const LogPart& log, Wanted wanted = {});
   ~EventLogReader();
   // The next intact event; std::nullopt at the end of the file. An event is intact if a sync word
   // or the end of the file follows its last byte. Damaged bytes are skipped and counted.

@@ -13,7 +13,9 @@ bool IsOfRole(const LogEvent& event, ChannelRole role) {
 }  // namespace
 
 LogSource::LogSource(const RecordedLogs& recorded, std::unique_ptr<RawReplay> raw, bool quiet)
-    : first_log_(recorded.recorders[0][0].path), logs_(recorded, quiet), raw_(std::move(raw)) {}
+    : first_log_(recorded.recorders[0][0].path),
+      logs_(recorded, raw ? EventLogReader::Wanted() : WithoutRawBytes, quiet),
+      raw_(std::move(raw)) {}
 
 std::optional<Received> LogSource::Next() {
   while (true) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <deque>
+#include <limits>
 #include <set>
 #include <utility>
 
@@ -19,12 +20,18 @@ std::uint64_t BytesIn(const RecordedLogs& logs) {
 
 }  // namespace
 
+std::size_t WithoutRawBytes(const std::string& name) {
+  const Channel* channel = FindChannel(name);
+  const bool is_raw = channel != nullptr && channel->role == ChannelRole::kRaw;
+  return is_raw ? kBytesOfPlace : std::numeric_limits<std::size_t>::max();
+}
+
 // The logs of one recorder.
 class MergedLogs::Recorder {
  public:
   // first_log: number of its first log among the logs of all recorders.
-  Recorder(std::vector<LogPart> logs, std::size_t first_log)
-      : logs_(std::move(logs)), first_log_(first_log) {
+  Recorder(std::vector<LogPart> logs, std::size_t first_log, EventLogReader::Wanted wanted)
+      : logs_(std::move(logs)), first_log_(first_log), wanted_(std::move(wanted)) {
     Advance();
   }
 
@@ -47,7 +54,7 @@ class MergedLogs::Recorder {
   void Advance() {
     next_.reset();
     while (!next_ && (reader_ || log_ < logs_.size())) {
-      if (!reader_) reader_.emplace(logs_[log_++]);
+      if (!reader_) reader_.emplace(logs_[log_++], wanted_);
       next_ = reader_->Next();
       if (next_) continue;
       damaged_bytes_ += reader_->damaged_bytes();
@@ -58,6 +65,7 @@ class MergedLogs::Recorder {
 
   std::vector<LogPart> logs_;
   const std::size_t first_log_;
+  const EventLogReader::Wanted wanted_;
   std::size_t log_ = 0;
   std::optional<EventLogReader> reader_;
   std::optional<LogEvent> next_;
@@ -105,11 +113,11 @@ class MergedLogs::Doubles {
   std::map<std::string, Channel> channels_;
 };
 
-MergedLogs::MergedLogs(const RecordedLogs& logs, bool quiet)
+MergedLogs::MergedLogs(const RecordedLogs& logs, EventLogReader::Wanted wanted, bool quiet)
     : total_(BytesIn(logs)), progress_("reading", total_, quiet) {
   std::size_t first_log = 0;
   for (const auto& recorder : logs.recorders) {
-    recorders_.push_back(std::make_unique<Recorder>(recorder, first_log));
+    recorders_.push_back(std::make_unique<Recorder>(recorder, first_log, wanted));
     first_log += recorder.size();
   }
   if (recorders_.size() > 1) doubles_ = std::make_unique<Doubles>();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <map>
@@ -14,13 +15,16 @@
 
 namespace seastitch {
 
+// What is wanted of the logs by who reads none of the devices' bytes: of those the beginning.
+std::size_t WithoutRawBytes(const std::string& channel);
+
 // The events of a replay's logs in one sequence. Events of one recorder keep their order. Several
 // recorders are merged by log time. A time that goes back within a recorder counts as the largest
 // before it.
 class MergedLogs {
  public:
-  // Throws std::runtime_error as EventLogReader.
-  MergedLogs(const RecordedLogs& logs, bool quiet);
+  // wanted: as in EventLogReader, whose errors it throws.
+  MergedLogs(const RecordedLogs& logs, EventLogReader::Wanted wanted, bool quiet);
   ~MergedLogs();
 
   std::optional<LogEvent> Next();

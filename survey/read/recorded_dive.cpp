@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <iterator>
+#include <limits>
 #include <optional>
 #include <set>
 #include <stdexcept>
@@ -74,7 +75,9 @@ void Append(Scan next, Scan* scan) {
 std::vector<Scan> ScanLog(const fs::path& log, MessageTypes* types, bool quiet) {
   constexpr std::int64_t kBackUs = 1'000'000;
   constexpr std::int64_t kFewest = 10;  // events that show a part: one that is damaged shows none
-  EventLogReader reader(log);
+  EventLogReader reader(log, [](const std::string& channel) {
+    return channel == channels::kConfig ? std::numeric_limits<std::size_t>::max() : kBytesOfPlace;
+  });
   ProgressLine progress("looking through " + log.filename().string(), fs::file_size(log), quiet);
   std::vector<Scan> parts{Scan{log}};
   std::optional<Scan> next;  // after a step back

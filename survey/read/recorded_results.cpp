@@ -18,7 +18,9 @@ std::optional<Msg> Decoded(const LogEvent& event) {
 RecordedResults::RecordedResults(const RecordedLogs& recorded,
                                  bool quiet,
                                  SurveyCollector* collector)
-    : first_log_(recorded.recorders[0][0].path), logs_(recorded, quiet), collector_(collector) {}
+    : first_log_(recorded.recorders[0][0].path),
+      logs_(recorded, WithoutRawBytes, quiet),
+      collector_(collector) {}
 
 bool RecordedResults::Next() {
   const std::optional<LogEvent> event = logs_.Next();

@@ -5,6 +5,7 @@
 #include <lcm/eventlog.h>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
@@ -185,6 +186,45 @@ TEST_F(EventLogTest, SkipsAHoleOfZerosAndOfNoise) {
 }
 
 // Every 28 bytes a header that claims a gigabyte: no allocation, no reading of it, no hang.
+// Small and large events, some of them damaged: what is not wanted makes no difference.
+TEST_F(EventLogTest, GivesTheWantedPartsOfTheSameEvents) {
+  std::mt19937 random(5);
+  {
+    EventLogWriter writer(path());
+    for (int i = 0; i < 200; ++i) {
+      const std::size_t size = random() % (i % 3 == 0 ? 60'000 : 300);
+      std::vector<std::uint8_t> data(size);
+      for (std::uint8_t& byte : data) byte = static_cast<std::uint8_t>(random());
+      writer.Write(1000 + i, i % 3 == 0 ? "RAW" : "IMU", data.data(), size);
+    }
+  }
+  const std::string whole = Content();
+  for (int damages = 0; damages < 20; ++damages) {
+    std::string bytes = whole;
+    for (int k = 0; k < damages; ++k) bytes[random() % bytes.size()] ^= 0x10;
+    if (damages % 4 == 3) bytes.resize(bytes.size() - random() % 1000);
+    SetContent(bytes);
+    EventLogReader all(path());
+    EventLogReader parts(path(), [](const std::string& channel) {
+      return channel == "RAW" ? std::size_t{16} : std::size_t{100'000};
+    });
+    while (const auto expected = all.Next()) {
+      const auto event = parts.Next();
+      ASSERT_TRUE(event);
+      EXPECT_EQ(event->utime, expected->utime);
+      EXPECT_EQ(event->channel, expected->channel);
+      EXPECT_EQ(SizeInLog(*event), SizeInLog(*expected));
+      EXPECT_EQ(parts.position(), all.position());
+      std::vector<std::uint8_t> wanted = expected->data;
+      if (event->channel == "RAW") wanted.resize(std::min<std::size_t>(16, wanted.size()));
+      EXPECT_EQ(event->data, wanted);
+    }
+    EXPECT_FALSE(parts.Next());
+    EXPECT_EQ(parts.damaged_bytes(), all.damaged_bytes());
+    EXPECT_EQ(parts.tears(), all.tears());
+  }
+}
+
 TEST_F(EventLogTest, OfHostileLengthsIsRefusedQuickly) {
   std::string hostile;
   for (int i = 0; i < 40'000; ++i)

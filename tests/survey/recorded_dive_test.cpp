@@ -50,7 +50,7 @@ class RecordedDive : public testing::Test {
   }
   static RecordedLogs Look(const std::vector<fs::path>& logs) { return LookThrough(logs, true); }
   static std::vector<std::int64_t> NumbersIn(const RecordedLogs& logs) {
-    MergedLogs merged(logs, true);
+    MergedLogs merged(logs, {}, true);
     std::vector<std::int64_t> numbers;
     while (const auto event = merged.Next()) {
       depth_t msg{};
@@ -151,7 +151,7 @@ TEST_F(RecordedDive, MergesTwoRecordersAndLeavesOutWhatBothHave) {
   const RecordedLogs logs = Look({theirs, ours});
   EXPECT_THAT(logs.recorders, ElementsAre(ElementsAre(ours), ElementsAre(theirs)));
   EXPECT_THAT(NumbersIn(logs), ElementsAre(0, 1, 2, 3, 4, 5, 6, 7, 8, 9));
-  MergedLogs merged(logs, true);
+  MergedLogs merged(logs, {}, true);
   while (merged.Next()) {
   }
   EXPECT_THAT(merged.refused(), ElementsAre(Pair("doubled_DEPTH", 3)));
