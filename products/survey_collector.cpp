@@ -77,7 +77,7 @@ void SurveyCollector::Add(const Submap& submap) {
     ++counters_["submap_repeated"];
     return;
   }
-  const PointCloud cloud = FinitePoints(submap.cloud);
+  PointCloud cloud = FinitePoints(submap.cloud);
   if (cloud.size() != submap.cloud.size()) {
     counters_["submap_points_not_finite"] += submap.cloud.size() - cloud.size();
   }
@@ -93,14 +93,17 @@ void SurveyCollector::Add(const Submap& submap) {
   kept.points = cloud.size();
   kept.footprint = submap.footprint;
   kept.dvl_yaw_rad = submap.dvl_yaw_rad;
-  if (cloud.empty()) {
-    if (HasSoundings(submap.trigger)) ++counters_["submap_without_points"];
-  } else {
-    kept.hull = LevelHull(cloud, submap.T_map_submap);
+  const bool is_empty = cloud.empty();
+  if (is_empty && HasSoundings(submap.trigger)) ++counters_["submap_without_points"];
+  if (!is_empty)
     kept.cloud_file = submap_dir_ / ("submap_" + std::to_string(submap.id.value) + ".pcd");
-    WriteSubmapPcd(kept.cloud_file, cloud, submap.T_map_submap);
-  }
-  submaps_.emplace(submap.id, std::move(kept));
+  SurveySubmap& in_survey = submaps_.emplace(submap.id, std::move(kept)).first->second;
+  if (!is_empty) clouds_.Add({&in_survey, std::move(cloud)});
+}
+
+void SurveyCollector::Write(const Unwritten& submap) {
+  submap.kept->hull = LevelHull(submap.cloud, submap.kept->T_map_submap);
+  WriteSubmapPcd(submap.kept->cloud_file, submap.cloud, submap.kept->T_map_submap);
 }
 
 void SurveyCollector::Add(const NavState& state) {
@@ -178,7 +181,8 @@ void SurveyCollector::Add(const PoseGraph& graph) {
   }
 }
 
-Survey SurveyCollector::Finish() const {
+Survey SurveyCollector::Finish() {
+  clouds_.Finish();
   Survey survey;
   for (const auto& [id, submap] : submaps_) {
     survey.submaps.push_back(submap);

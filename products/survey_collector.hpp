@@ -9,6 +9,7 @@
 #include "common/core/graph.hpp"
 #include "common/core/sensors.hpp"
 #include "common/core/submap.hpp"
+#include "common/runtime/stage.hpp"
 #include "products/survey.hpp"
 
 namespace seastitch {
@@ -21,9 +22,9 @@ struct SurveyCollectorOptions {
 };
 
 // Collects the output of mapper and optimizer into a Survey. Points are written to
-// DIR/submaps/submap_ID.pcd at once. Memory: some 100 bytes per corner of a footprint and 56 bytes
-// per state of the track. Unusable input (repeated, not finite, out of order) is counted in
-// Survey::counters and left out.
+// DIR/submaps/submap_ID.pcd by a thread of its own. Memory: some 100 bytes per corner of a
+// footprint and 56 bytes per state of the track. Unusable input (repeated, not finite, out of
+// order) is counted in Survey::counters and left out.
 class SurveyCollector {
  public:
   // Creates DIR/submaps. Throws std::runtime_error naming the folder.
@@ -31,7 +32,8 @@ class SurveyCollector {
 
   // Begins the next of several dives: everything added from now on belongs to it.
   void BeginDive(const std::string& name);
-  void Add(const Submap& submap);  // throws std::runtime_error where the file cannot be written
+  // Throws std::runtime_error where a file cannot be written, this one's or one before.
+  void Add(const Submap& submap);
   void Add(const NavState& state);
   void Add(TrackState state);          // of the dive that began last, whatever its `chain`
   void Add(const SmoothedPose& pose);  // of the dive that began last
@@ -41,9 +43,18 @@ class SurveyCollector {
 
   std::size_t states() const { return track_.size(); }  // of the track
   std::size_t submaps() const { return submaps_.size(); }
-  Survey Finish() const;
+  // Waits for the clouds. Throws as Add().
+  Survey Finish();
 
  private:
+  // A submap whose cloud is to be written: beside what goes on.
+  struct Unwritten {
+    SurveySubmap* kept;  // of submaps_
+    PointCloud cloud;
+  };
+  static void Write(const Unwritten& submap);
+  static constexpr std::size_t kMostUnwritten = 2;
+
   void AddEarlier(const TrackState& state);
   std::int32_t Chain() const;
   std::filesystem::path submap_dir_;
@@ -58,6 +69,7 @@ class SurveyCollector {
   std::map<std::int64_t, std::vector<GraphEdge>> edges_by_version_;
   PoseGraph solution_;
   std::map<std::string, std::uint64_t> counters_;
+  Stage<Unwritten> clouds_{Write, kMostUnwritten};  // last: its thread uses submaps_
 };
 
 }  // namespace seastitch

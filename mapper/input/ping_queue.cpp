@@ -12,17 +12,18 @@ void PingQueue<Ping>::Add(Ping ping) {
     ++dropped_;
   }
   const auto place =
-      std::upper_bound(pings_.begin(), pings_.end(), ping.time, [](Time t, const Ping& other) {
-        return t < other.time;
+      std::upper_bound(pings_.begin(), pings_.end(), ping.time, [](Time t, const Waiting& other) {
+        return t < other.ping.time;
       });
-  pings_.insert(place, std::move(ping));
+  const Time last_echo = LastEcho(ping);
+  pings_.insert(place, {std::move(ping), last_echo});
 }
 
 template <class Ping>
 std::optional<Ping> PingQueue<Ping>::Take(Time latest, Time newest) {
   while (!pings_.empty()) {
-    if (LastEcho(pings_.front()) <= latest) return TakeAny();
-    if (ToSeconds(pings_.front().time - std::max(latest, newest)) <= kMaxAheadS)
+    if (pings_.front().last_echo <= latest) return TakeAny();
+    if (ToSeconds(pings_.front().ping.time - std::max(latest, newest)) <= kMaxAheadS)
       return std::nullopt;
     pings_.pop_front();
     ++from_the_future_;
@@ -33,7 +34,7 @@ std::optional<Ping> PingQueue<Ping>::Take(Time latest, Time newest) {
 template <class Ping>
 std::optional<Ping> PingQueue<Ping>::TakeAny() {
   if (pings_.empty()) return std::nullopt;
-  Ping ping = std::move(pings_.front());
+  Ping ping = std::move(pings_.front().ping);
   pings_.pop_front();
   return ping;
 }

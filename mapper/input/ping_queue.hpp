@@ -33,8 +33,13 @@ class PingQueue {
   std::int64_t from_the_future() const { return from_the_future_; }  // beyond kMaxAheadS
 
  private:
+  struct Waiting {
+    Ping ping;
+    Time last_echo;
+  };
+
   const std::size_t capacity_;
-  std::deque<Ping> pings_;
+  std::deque<Waiting> pings_;
   std::int64_t dropped_ = 0;
   std::int64_t from_the_future_ = 0;
 };
