@@ -11,7 +11,6 @@
 #include <set>
 #include <sstream>
 #include <stdexcept>
-#include <vector>
 
 #include "common/core/pose.hpp"
 #include "common/runtime/files/whole_file.hpp"
@@ -40,10 +39,9 @@ std::set<std::string> SubmapFiles(const fs::path& folder) {
   return names;
 }
 
-// Figures of graph.g2o by "target-source"; for neighbours this includes dead reckoning.
-using Figures = std::vector<double>;
-std::map<std::string, Figures> Edges(const fs::path& products) {
-  std::map<std::string, Figures> edges;
+// Lines of graph.g2o by "target-source"; for neighbours this includes dead reckoning.
+std::map<std::string, std::string> Edges(const fs::path& products) {
+  std::map<std::string, std::string> edges;
   std::ifstream in = Open(products / "graph.g2o");
   for (std::string line; std::getline(in, line);) {
     std::istringstream words(line);
@@ -51,20 +49,9 @@ std::map<std::string, Figures> Edges(const fs::path& products) {
     std::string from;
     std::string to;
     words >> tag >> from >> to;
-    if (tag != "EDGE_SE2") continue;
-    Figures& figures = edges[from + "-" + to];
-    for (double figure = 0.0; words >> figure;) figures.push_back(figure);
+    if (tag == "EDGE_SE2") edges[from + "-" + to] += line;
   }
   return edges;
-}
-
-// To nine digits: messages of two senders may have come in another order than they were logged, and
-// then the last digits differ.
-bool AreSame(const Figures& a, const Figures& b) {
-  constexpr double kPart = 1e-9;
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](double x, double y) {
-    return std::abs(x - y) <= kPart * std::max({1.0, std::abs(x), std::abs(y)});
-  });
 }
 
 // Solved vertices of graph.g2o by id: x, y [m], yaw [rad].
@@ -155,16 +142,16 @@ RunComparison CompareRuns(const RunFolders& first, const RunFolders& second) {
   }
   const auto edges = Edges(first.products);
   const auto other_edges = Edges(second.products);
-  for (const auto& [pair, figures] : edges) {
+  for (const auto& [pair, line] : edges) {
     const auto found = other_edges.find(pair);
     if (found == other_edges.end()) {
       out.first_alone.push_back(pair);
     } else {
       ++out.edges;
-      if (!AreSame(found->second, figures)) out.edges_apart.push_back(pair);
+      if (found->second != line) out.edges_apart.push_back(pair);
     }
   }
-  for (const auto& [pair, figures] : other_edges)
+  for (const auto& [pair, line] : other_edges)
     if (!edges.contains(pair)) out.second_alone.push_back(pair);
   out.poses_apart = PosesApart(first.products, second.products);
   return out;
