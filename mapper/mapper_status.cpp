@@ -78,7 +78,7 @@ std::vector<Condition> Mapper::conditions() const {
   const bool is_silent = clocks_.health_time_s() - optimizer_heard_s_ > kNoOptimizerS;
   const bool is_late =
       unsolved_since_s_ && clocks_.health_time_s() - *unsolved_since_s_ > kNoSolutionS;
-  if ((is_silent || is_late) && AwaitsSolution())
+  if ((is_silent || is_late) && search_.solution_version() < graph_.version())
     now.push_back({&conditions::kNoOptimizer,
                    "solved up to version " + std::to_string(search_.solution_version()) + " of " +
                        std::to_string(graph_.version())});

@@ -5,8 +5,9 @@
 
 namespace seastitch {
 
-// Calls work(0) to work(n - 1), in any order and on any threads: the calls must not depend on each
-// other. Who calls a pure function decides so how many processors it gets.
+// A function that calls work(0) to work(n - 1), in any order and on any threads; the calls must not
+// depend on each other. A pure function takes it as a parameter, so that its caller decides about
+// threads.
 using ForEach = std::function<void(std::size_t n, const std::function<void(std::size_t)>& work)>;
 
 // One after another.

@@ -125,19 +125,22 @@ class JournalReader {
         profiles.push_back(*profile);
     return profiles;
   }
-  std::int32_t ClosedSubmaps() const {
-    return static_cast<std::int32_t>(
-        std::count_if(entries_.begin(), entries_.end(), [](const JournalEntry& entry) {
-          return std::holds_alternative<ClosedSubmap>(entry);
-        }));
+  // Number after that of the last closed submap. Numbers may have been left out: that of a submap
+  // that was lost is not used again.
+  std::int32_t NextSubmap() const {
+    std::int32_t next = 0;
+    for (const JournalEntry& entry : entries_)
+      if (const auto* closed = std::get_if<ClosedSubmap>(&entry))
+        next = std::max(next, closed->submap->id.value + 1);
+    return next;
   }
   // A submap's checkpoint is written before its entry. Where the entry is missing, the checkpoint
   // before it fits the journal.
   std::optional<SavedMap> Take() {
-    const std::int32_t closed = ClosedSubmaps();
+    const std::int32_t next = NextSubmap();
     const auto newest = std::max_element(
         checkpoints_.begin(), checkpoints_.end(), [&](const Checkpoint& a, const Checkpoint& b) {
-          const bool a_fits = a.next_submap <= closed, b_fits = b.next_submap <= closed;
+          const bool a_fits = a.next_submap <= next, b_fits = b.next_submap <= next;
           return std::pair(a_fits, a.number) < std::pair(b_fits, b.number);
         });
     if (newest == checkpoints_.end()) return std::nullopt;
@@ -259,12 +262,12 @@ FoundMap FindMap(const fs::path& map, const std::string& configuration) {
   else if (journal.damaged_bytes() > 0)
     found.lost = std::to_string(journal.damaged_bytes()) + " bytes of its journal";
   found.profiles = journal.Profiles();
-  const std::int32_t closed = journal.ClosedSubmaps();
+  const std::int32_t next = journal.NextSubmap();
   const bool has_nothing_else = journal.HoldsProfilesAlone();
   if (journal.is_of_another_configuration())
     found.why_not = "the configuration or the format of the journal is another";
   else if (found.saved = journal.Take(); found.saved)
-    AddLost(found.saved->next_submap - closed, &found);
+    AddLost(found.saved->next_submap - next, &found);
   else if (!has_nothing_else)
     found.why_not = "no checkpoint can be read";
   return found;

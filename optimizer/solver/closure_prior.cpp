@@ -25,8 +25,27 @@ struct Reckoned {
 
 Pose2 SolvedOr(const StoredVertex& vertex) { return vertex.solved.value_or(vertex.dead_reckoned); }
 
+MountingErrors MountingOf(std::int32_t chain, const LastSolution& last) {
+  const auto found = last.mounting.find(chain);
+  if (found == last.mounting.end()) return {};
+  return {found->second.Translation(), found->second.yaw};
+}
+
+// The measurement as it is by the solution's mounting errors.
+Pose2 MeasurementOf(const GraphEdge& edge, const LastSolution& last) {
+  const std::int32_t from = last.store.vertices().at(edge.from).chain;
+  const std::int32_t to = last.store.vertices().at(edge.to).chain;
+  const EdgeByMounting by = ByMounting(edge, from == to);
+  const double newest_rad = last.store.newest_dvl_yaw_rad(to).value_or(edge.dvl_yaw_rad);
+  const Eigen::Vector3d measured =
+      MeasuredBy(newest_rad, edge, by).Vector() +
+      MountingCorrection(by, MountingOf(from, last), MountingOf(to, last));
+  return {measured.x(), measured.y(), measured.z()};
+}
+
 // From the last vertex before it that is solved, or from `other`. Nothing where a step is missing.
-std::optional<Reckoned> Reckon(SubmapId id, SubmapId other, const GraphStore& store) {
+std::optional<Reckoned> Reckon(SubmapId id, SubmapId other, const LastSolution& last) {
+  const GraphStore& store = last.store;
   const auto& vertices = store.vertices();
   auto base = vertices.find(id);
   std::vector<std::pair<SubmapId, SubmapId>> steps;
@@ -40,7 +59,7 @@ std::optional<Reckoned> Reckon(SubmapId id, SubmapId other, const GraphStore& st
   for (auto step = steps.rbegin(); step != steps.rend(); ++step) {
     const auto edge = store.dead_reckoning().find(*step);
     if (edge == store.dead_reckoning().end() || edge->second.root.rank < 3) return std::nullopt;
-    const Pose2& T = edge->second.edge.T_from_to;
+    const Pose2 T = MeasurementOf(edge->second.edge, last);
     const Eigen::Matrix2d R = Eigen::Rotation2Dd(at.T_map_vertex.yaw).toRotationMatrix();
     const Eigen::Vector2d moved = R * T.Translation();
     Eigen::Matrix3d by_before = Eigen::Matrix3d::Identity();
@@ -56,35 +75,19 @@ std::optional<Reckoned> Reckon(SubmapId id, SubmapId other, const GraphStore& st
   return at;
 }
 
-MountingErrors MountingOf(std::int32_t chain, const LastSolution& last) {
-  const auto found = last.mounting.find(chain);
-  if (found == last.mounting.end()) return {};
-  return {found->second.Translation(), found->second.yaw};
-}
-
-// The measurement as it is by the solution's mounting errors.
-Eigen::Vector3d MeasurementOf(const GraphEdge& edge, const LastSolution& last) {
-  const std::int32_t from = last.store.vertices().at(edge.from).chain;
-  const std::int32_t to = last.store.vertices().at(edge.to).chain;
-  const EdgeByMounting by = ByMounting(edge, from == to);
-  const double newest_rad = last.store.newest_dvl_yaw_rad(to).value_or(edge.dvl_yaw_rad);
-  return MeasuredBy(newest_rad, edge, by).Vector() +
-         MountingCorrection(by, MountingOf(from, last), MountingOf(to, last));
-}
-
 }  // namespace
 
 bool IsBeyondPrior(const StoredEdge& closure, const LastSolution& last) {
   const auto [a, b] = std::minmax(closure.edge.from, closure.edge.to);
   if (!last.covariance) return true;
-  const std::optional<Reckoned> later = Reckon(b, a, last.store);
+  const std::optional<Reckoned> later = Reckon(b, a, last);
   if (!later) return true;
   Reckoned earlier{a, SolvedOr(last.store.vertices().at(a))};
   Eigen::Matrix3d of_earlier = Eigen::Matrix3d::Zero();
   Eigen::Matrix3d of_later = later->covariance;
   Eigen::Matrix3d of_both = Eigen::Matrix3d::Zero();
   if (later->base != a) {
-    const auto reckoned = Reckon(a, b, last.store);
+    const auto reckoned = Reckon(a, b, last);
     if (!reckoned) return true;
     earlier = *reckoned;
     const auto i = last.number.find(earlier.base), j = last.number.find(later->base);
@@ -102,7 +105,7 @@ bool IsBeyondPrior(const StoredEdge& closure, const LastSolution& last) {
     of_both.transposeInPlace();
   }
   const Eigen::Matrix3d covariance = RelativeCovariance(from, to, of_earlier, of_later, of_both);
-  Eigen::Vector3d off = MeasurementOf(closure.edge, last) - (Inverse(from) * to).Vector();
+  Eigen::Vector3d off = MeasurementOf(closure.edge, last).Vector() - (Inverse(from) * to).Vector();
   off.z() = WrapAngle(off.z());
   const Eigen::Matrix3d& W = closure.root.W;
   const Eigen::Vector3d whitened = W * off;

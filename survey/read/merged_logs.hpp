@@ -15,7 +15,8 @@
 
 namespace seastitch {
 
-// What is wanted of the logs by who reads none of the devices' bytes: of those the beginning.
+// An EventLogReader::Wanted: all of every message but those with a device's bytes (RAW_*), of which
+// it wants the beginning.
 std::size_t WithoutRawBytes(const std::string& channel);
 
 // The events of a replay's logs in one sequence. Events of one recorder keep their order. Several

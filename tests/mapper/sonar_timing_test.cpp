@@ -105,6 +105,32 @@ TEST(SonarTiming, FindsTheScaleOfRollBesideTheOffset) {
   }
 }
 
+// On one line the steering of beams looks like a scale of roll, of the size that reports state.
+TEST(SonarTiming, TakesSteeringForAScaleOfRoll) {
+  constexpr double kSteeringMps = 20.0;  // of SonarCalibration::smile_mps
+  std::mt19937 random(4);
+  const Boat boat;
+  SonarTiming timing;
+  for (int i = 0; i < 3000; ++i) {
+    const Time time = FromUtime(i * 100'000);
+    GeoreferencedPing ping = Ping(boat, {}, time, 0.0, 0.02, &random);
+    for (Sounding& s : ping.soundings) {
+      const Eigen::Vector3d beam = ping.T_map_vehicle.inverse() * s.p_map;
+      const double range_m = beam.norm();
+      const double sine = beam.y() / range_m / (1.0 + kSteeringMps / 1500.0);
+      s.p_map = ping.T_map_vehicle *
+                Eigen::Vector3d(0.0, range_m * sine, range_m * std::sqrt(1.0 - sine * sine));
+    }
+    timing.Add(ping, [&](Time t) { return boat.At(t); });
+  }
+  const auto found = timing.estimate().roll_scale;
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(std::abs(found->add_percent),
+              kSteeringMps * RollScaleEstimate::kPercentOfSteeringMps,
+              0.3 * kSteeringMps * RollScaleEstimate::kPercentOfSteeringMps)
+      << found->add_percent << " +- " << found->sigma_percent;
+}
+
 // Sigma is consistent: over many surveys the errors divided by it have a standard deviation of 1.
 TEST(SonarTiming, SigmaIsHonest) {
   double sum = 0.0;

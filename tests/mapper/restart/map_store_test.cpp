@@ -142,8 +142,17 @@ TEST_F(MapStore, TakesACheckpointThatKnowsNoMoreSubmapsThanTheJournal) {
   EXPECT_EQ(Find().saved->checkpoint.number, 16);
   EXPECT_EQ(Find().saved->next_submap, 3) << "its number is used up";
   EXPECT_EQ(Find().lost, "1 closed submaps of its journal");
-  EXPECT_TRUE(journal.Append(FromUtime(1), Encode(entries[entries.size() - 2])));
-  EXPECT_EQ(Find().saved->checkpoint.number, 25);
+  {
+    // The mapper goes on with the number after it, and stops again: nothing more is lost.
+    const auto submap = std::make_shared<Submap>();
+    submap->id = SubmapId{3};
+    const JournalEntry next = ClosedSubmap{submap, {}, false};
+    MapJournal gone_on(Find(), kConfiguration, 100);
+    EXPECT_TRUE(gone_on.WriteCheckpoint(FromUtime(1), Encode(CheckpointOf(35, 4))));
+    EXPECT_TRUE(gone_on.Append(FromUtime(1), Encode(next)));
+    EXPECT_EQ(Find().saved->checkpoint.number, 35);
+    EXPECT_EQ(Find().lost, "");
+  }
 }
 
 // Cut at every length, and gone on with: what was whole before the cut is there, and all that comes

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <random>
 
@@ -90,6 +91,13 @@ TEST_P(SeabedFilter, DropsOutliersAndKeepsTheFeature) {
   const Case& c = GetParam();
   const Scene scene = MakeScene(c.per_m2, 0.03, c.feature, c.slope, 0.01, 3);
   const std::vector<std::uint8_t> kept = FindSeabed(scene.cloud, scene.pings, {});
+  std::size_t parts = 0;
+  const ForEach backwards = [&](std::size_t n, const std::function<void(std::size_t)>& work) {
+    parts = n;
+    for (std::size_t i = n; i-- > 0;) work(i);
+  };
+  EXPECT_EQ(FindSeabed(scene.cloud, scene.pings, {}, backwards), kept);
+  EXPECT_GT(parts, 1u);
   EXPECT_EQ(FindSeabed(scene.cloud, scene.pings, {}, ForEachBeside), kept);
   std::vector<std::uint8_t> good = scene.is_outlier;
   for (std::uint8_t& g : good) g = g == 0 ? 1 : 0;
