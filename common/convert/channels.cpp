@@ -31,7 +31,8 @@ namespace {
 
 constexpr int kUnlimited = 0;
 constexpr std::size_t kMaxSenderLength = 64;
-static_assert(kBytesOfPlace > 32 * sizeof(std::int64_t) + kMaxSenderLength, "words, and the sender");
+static_assert(kBytesOfPlace > 32 * sizeof(std::int64_t) + kMaxSenderLength,
+              "words, and the sender");
 
 constexpr MessageLayout kMeasured{.utime = 0, .recv_utime = 1, .seq = 2};
 constexpr MessageLayout kMade{.utime = 0, .seq = 1};
