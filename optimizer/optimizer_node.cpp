@@ -13,6 +13,9 @@ namespace {
 
 // Updates kept while the worker solves, at most 38 kB each. The mapper still has the others.
 constexpr std::size_t kMaxUpdates = 1000;
+// Up to so many waiting updates each get the solution that a replay gives it. Of more, one solution
+// serves all but the last of them.
+constexpr std::size_t kMostInTurn = 16;
 // So many updates between two calls of AskAgain() show that the mapper is resending its graph: no
 // survey closes submaps that fast.
 constexpr int kUpdatesWhenCatchingUp = 10;
@@ -81,7 +84,7 @@ void OptimizerNode::Take(const graph_update_t& msg) {
   ++taken_since_tick_;
   ++taken_while_starting_;
   newest_version_ = std::max(newest_version_, update->version);
-  if (when_ == SolveOn::kEachUpdate) SolveWaiting();
+  if (when_ == SolveOn::kEachUpdate || updates_.size() < kMostInTurn) SolveWaiting();
 }
 
 // In a replay another graph begins with its version 1; later versions are late ones of the graph

@@ -23,9 +23,9 @@ namespace seastitch {
 // are computed on the worker; graph updates wait meanwhile, HEALTH and requests do not.
 class OptimizerNode {
  public:
-  // When to solve. kEachUpdate: after every update, in replay, so that the same log gives the same
-  // solutions. kWhenAsked: in SolveWaiting(), live; one solution then serves all updates that came
-  // during the one before.
+  // When to solve. kEachUpdate: after every update, in a replay. kWhenAsked: live; after every
+  // update too, so that a replay gives the same solutions, but not at the start, nor while many
+  // wait. What then waits is solved in SolveWaiting().
   enum class SolveOn { kEachUpdate, kWhenAsked };
 
   OptimizerNode(const OptimizerParams& params,
