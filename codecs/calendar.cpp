@@ -1,6 +1,7 @@
 #include "codecs/calendar.hpp"
 
 #include <chrono>
+#include <cmath>
 
 namespace seastitch {
 namespace {
@@ -33,6 +34,10 @@ Time NearestTimeOfDay(Duration time_of_day, Time near) {
   const Duration off = near.time_since_epoch() - time_of_day;
   const auto days = std::chrono::floor<std::chrono::days>(off + kDay / 2);
   return Time(days + time_of_day);
+}
+
+double WeekSecondsNear(double week_s, double near_s) {
+  return week_s + kWeekS * std::round((near_s - week_s) / kWeekS);
 }
 
 std::optional<Time> SensorTime(Time stamp, Time datagram) {

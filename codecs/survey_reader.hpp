@@ -29,6 +29,10 @@ class SurveyReader {
   // damaged_bytes, FORMAT_malformed (records), mbes_beam_unusable, and FORMAT_ignored_TYPE for
   // types of records that are not read.
   virtual Counters counters() const { return counters_; }
+  // Records that the file's head states and the file does not have. To be called after Finish().
+  std::uint64_t missing() const { return missing_; }
+  // Records that are left out because they are older than those before them.
+  std::int64_t late() const { return late_; }
   // Why the first record that cannot be read cannot, for people, where the reader knows.
   const std::string& problem() const { return problem_; }
 
@@ -52,6 +56,8 @@ class SurveyReader {
   virtual void End(std::vector<SurveyRecord>* /*out*/) {}
 
   void Count(const std::string& name, std::int64_t n = 1) { counters_[name] += n; }
+  std::uint64_t missing_ = 0;
+  std::int64_t late_ = 0;
   std::string problem_;
 
   // Counts a type of record that is not read. At most 256 types are counted by name.

@@ -135,6 +135,13 @@ struct SonarInstallation {
   }
 };
 
+// Comparison of the sonar's own clock with the one that it is set by (ZDA).
+struct ClockComparison {
+  Time time;           // by the sonar's clock
+  Time external_time;  // by the other, at the same instant
+  std::string source;  // "#SCL0", "C"
+};
+
 // Settings of the sonar, with names and values as in the file.
 struct SonarSettings {
   Time time;
@@ -147,6 +154,7 @@ using SurveyRecord = std::variant<MbesPing,
                                   SoundVelocityProfile,
                                   SurfaceSoundSpeed,
                                   SonarInstallation,
+                                  ClockComparison,
                                   SonarSettings>;
 
 }  // namespace seastitch

@@ -16,6 +16,8 @@ enum class WarningCode : std::uint8_t {
   kDepthOfPings,         // used in place of heave or navigation
   kSoundingsNotUsed,     // of a file, since others have raw times and angles
   kFileWithoutRecords,
+  kFileCutOff,         // its head states more than it has
+  kFileOutOfOrder,     // its parts are not in the order of time
   kOtherInstallation,  // of a file, not used
   kUnitAssumed,        // of depths
   kSensorClock,        // of a file, off the sonar's
@@ -33,6 +35,8 @@ constexpr const char* NameOf(WarningCode code) {
     case WarningCode::kDepthOfPings: return "depth_of_pings";
     case WarningCode::kSoundingsNotUsed: return "soundings_not_used";
     case WarningCode::kFileWithoutRecords: return "file_without_records";
+    case WarningCode::kFileCutOff: return "file_cut_off";
+    case WarningCode::kFileOutOfOrder: return "file_out_of_order";
     case WarningCode::kOtherInstallation: return "other_installation";
     case WarningCode::kUnitAssumed: return "unit_assumed";
     case WarningCode::kSensorClock: return "sensor_clock";

@@ -372,7 +372,7 @@ ImportResult Import(const ImportOptions& options) {
       if (const auto problem = survey.plan().Problem()) throw DataError(*problem);
       ImportResult result = ImportSurvey(&survey, options);
       result.installation = survey.plan().Text();
-      result.warnings = survey.plan().warnings;
+      result.warnings = survey.warnings();
       if (const auto outcome = survey.Outcome()) throw DataError(*outcome);
       WriteConfigs(survey.plan(), options.log);
       unfinished.Keep();

@@ -56,6 +56,12 @@ class EmReader {
   bool big_endian_;
 };
 
+// Of a date as datagrams state it: year, month and day are its digits.
+std::optional<Time> MidnightOf(std::uint32_t date) {
+  const auto digits = static_cast<int>(date % 100'000'000);
+  return Midnight(digits / 10'000, digits / 100 % 100, digits % 100);
+}
+
 std::optional<EmDatagram> ReadIn(bool big_endian, Bytes datagram) {
   EmReader in(datagram, big_endian);
   const std::size_t length = in.Get<std::uint32_t>();
@@ -73,11 +79,10 @@ std::optional<EmDatagram> ReadIn(bool big_endian, Bytes datagram) {
   in.Skip(1);
   out.type = static_cast<char>(in.Get<std::uint8_t>());
   out.model = in.Get<std::uint16_t>();
-  const auto date = static_cast<int>(in.Get<std::uint32_t>() % 100'000'000);
+  const std::optional<Time> midnight = MidnightOf(in.Get<std::uint32_t>());
   const std::int64_t milliseconds = in.Get<std::uint32_t>();
   out.counter = in.Get<std::uint16_t>();
   out.serial = in.Get<std::uint16_t>();
-  const auto midnight = Midnight(date / 10'000, date / 100 % 100, date % 100);
   if (!midnight || milliseconds >= 86'400'000) return std::nullopt;
   out.time = *midnight + std::chrono::milliseconds(milliseconds);
   out.body = all.subspan(kHeaderBytes, length - kHeaderBytes - kTrailerBytes);
@@ -463,9 +468,18 @@ std::optional<NavigationRecord> DecodeEmHeight(const EmDatagram& datagram) {
   return sample;
 }
 
+std::optional<ClockComparison> DecodeEmC(const EmDatagram& datagram) {
+  constexpr std::uint32_t kDayMs = 86'400'000;
+  EmReader in(datagram);
+  const std::optional<Time> midnight = MidnightOf(in.Get<std::uint32_t>());
+  const auto time_of_day_ms = in.Get<std::uint32_t>();
+  if (!in.ok() || !midnight || time_of_day_ms >= kDayMs) return std::nullopt;
+  return ClockComparison{datagram.time, *midnight + std::chrono::milliseconds(time_of_day_ms), "C"};
+}
+
 std::optional<SoundVelocityProfile> DecodeEmU(const EmDatagram& datagram) {
   EmReader in(datagram);
-  const auto date = static_cast<int>(in.Get<std::uint32_t>() % 100'000'000);
+  const std::optional<Time> midnight = MidnightOf(in.Get<std::uint32_t>());
   // Milliseconds of the day by the manual; seconds in real files.
   const std::int64_t time = in.Get<std::uint32_t>();
   const std::size_t count = in.Get<std::uint16_t>();
@@ -474,7 +488,7 @@ std::optional<SoundVelocityProfile> DecodeEmU(const EmDatagram& datagram) {
   // A cast stamped in a ship's local time can lie ahead of the sonar's clock; the profile is in use
   // from this datagram on.
   Time cast = datagram.time;
-  if (const auto midnight = Midnight(date / 10'000, date / 100 % 100, date % 100))
+  if (midnight)
     cast = std::min(cast,
                     *midnight + (time < 86'400 ? Duration(std::chrono::seconds(time))
                                                : Duration(std::chrono::milliseconds(time))));

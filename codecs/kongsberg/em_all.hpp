@@ -60,6 +60,8 @@ std::optional<NavigationRecord> DecodeEmP(const EmDatagram& datagram,
 
 // h: the water line's height, as the sonar made it of what its positioning system states.
 std::optional<NavigationRecord> DecodeEmHeight(const EmDatagram& datagram);
+// Clock (C): the sonar's beside the external one. Absent where there is no external one.
+std::optional<ClockComparison> DecodeEmC(const EmDatagram& datagram);
 std::optional<SoundVelocityProfile> DecodeEmU(const EmDatagram& datagram);
 std::optional<std::vector<SurfaceSoundSpeed>> DecodeEmG(const EmDatagram& datagram);
 

@@ -59,6 +59,9 @@ bool EmAllFileReader::ReadDatagram(const EmDatagram& datagram, std::vector<Surve
     case 'A': return AppendRecords(DecodeEmA(datagram), out);
     case 'n': return AppendRecords(DecodeEmNetworkAttitude(datagram), out);
     case 'P': return AppendRecords(DecodeEmP(datagram, installation_), out);
+    case 'C':
+      if (!AppendRecords(DecodeEmC(datagram), out)) CountIgnored("all", NameOf(datagram.type));
+      return true;
     case 'U': return AppendRecords(DecodeEmU(datagram), out);
     case 'h': return AppendRecords(DecodeEmHeight(datagram), out);
     case 'G': return AppendRecords(DecodeEmG(datagram), out);

@@ -40,6 +40,7 @@ bool KmallFileReader::ReadSensor(const KmallHeader& header,
   }
   if (header.Is("#SPO")) return ReadPosition(header, datagram, out);
   if (header.Is("#SVP")) return AppendRecords(DecodeSvp(datagram), out);
+  if (header.Is("#SCL") && AppendRecords(DecodeScl(datagram), out)) return true;
   if (header.Is("#SVT")) return AppendRecords(WithRightStamps(header, DecodeSvt(datagram)), out);
   if (header.Is("#IIP")) {
     auto installation = DecodeIip(datagram);

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "codecs/kongsberg/receiver_roll.hpp"
+#include "codecs/navigation/nmea0183.hpp"
 #include "codecs/sound_profile.hpp"
 #include "codecs/text.hpp"
 #include "common/core/pose.hpp"
@@ -467,6 +468,29 @@ std::optional<std::vector<SurfaceSoundSpeed>> DecodeSvt(Bytes datagram) {
     speeds.push_back({time, speed_mps});
   }
   return speeds;
+}
+
+std::optional<ClockComparison> DecodeScl(Bytes datagram) {
+  const std::optional<Bytes> body = WholeKmall(datagram, "#SCL");
+  if (!body) return std::nullopt;
+  ByteReader in(*body);
+  in.Skip(kKmallHeaderBytes);
+  ByteReader common(TakeSizedKmall(&in, *body, 8));
+  common.Skip(2);
+  ClockComparison clock;
+  clock.source = "#SCL" + std::to_string(common.Le<std::uint16_t>());
+  clock.time = ReadKmallHeader(datagram)->time();
+  in.Skip(8);  // offset, and deviation from the PPS
+  if (!in.ok() || !common.ok()) return std::nullopt;
+  std::string text = TextFromBytes(in.Take(in.left()));
+  text.resize(std::min(text.size(), text.find_first_of(std::string_view("\r\n\0", 3))));
+  Counters unused;
+  const std::optional<NmeaSentence> sentence = ParseNmea(text, false, &unused);
+  if (!sentence || sentence->type != "ZDA") return std::nullopt;
+  const std::optional<Time> external = DecodeZda(*sentence);
+  if (!external) return std::nullopt;
+  clock.external_time = *external;
+  return clock;
 }
 
 std::optional<SonarInstallation> DecodeIip(Bytes datagram) {

@@ -7,8 +7,8 @@
 #include "codecs/kongsberg/kmall_frame.hpp"
 #include "codecs/survey_records.hpp"
 
-// KMALL's datagrams beside the soundings: #SVP (profile), #SPO (position), #SKM (motion), #SVT
-// (sound speed at the transducer), #IIP (installation), #IOP (settings).
+// KMALL's datagrams beside the soundings: #SVP (profile), #SPO (position), #SKM (motion), #SCL
+// (clock), #SVT (sound speed at the transducer), #IIP (installation), #IOP (settings).
 namespace seastitch {
 
 // Decodes a whole #SVP. Its time is that of the cast, the datagram's at the latest. Rows:
@@ -43,6 +43,9 @@ std::vector<std::uint8_t> EncodeSkm(const std::vector<NavigationRecord>& samples
 // the given lever arm, and the water line.
 std::vector<std::uint8_t> EncodeIip(const SonarInstallation& installation,
                                     const KmallHeader& header);
+
+// Clock (#SCL): the datagram's time beside that of the ZDA sentence in it, to a millisecond or so.
+std::optional<ClockComparison> DecodeScl(Bytes datagram);
 
 std::optional<std::vector<SurfaceSoundSpeed>> DecodeSvt(Bytes datagram);
 

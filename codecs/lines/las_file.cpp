@@ -6,6 +6,7 @@
 #include <string_view>
 #include <utility>
 
+#include "codecs/calendar.hpp"
 #include "codecs/text.hpp"
 
 namespace seastitch {
@@ -157,15 +158,15 @@ void LasFileReader::ReadPoint(Bytes record, std::vector<SurveyRecord>* out) {
   point.p = raw.cwiseProduct(head_->scale) + head_->offset;
   if (!(point.p.cwiseAbs().maxCoeff() < kMostCoordinate) || !(std::abs(time_s) < kMostCoordinate))
     return Count("las_malformed");
-  if (time_s != 0.0) point.time_s = time_s;
+  if (time_s != 0.0) {
+    if (!first_s_) first_s_ = time_s;
+    point.time_s = head_->adjusted_time ? time_s : WeekSecondsNear(time_s, *first_s_);
+  }
   points_->Add(point, out);
 }
 
 void LasFileReader::End(std::vector<SurveyRecord>* out) {
-  if (head_ && read_ < head_->points)
-    Count("las_points_missing",
-          static_cast<std::int64_t>(
-              std::min<std::uint64_t>(head_->points - read_, std::uint64_t{1} << 62)));
+  if (head_ && read_ < head_->points) missing_ = head_->points - read_;
   points_->Finish(out);
 }
 

@@ -35,8 +35,9 @@ std::optional<std::size_t> LasHeadBytes(Bytes bytes);
 std::optional<LasHead> ReadLasHead(Bytes bytes);
 
 // Reader of a LAS file. Points that are withheld or noise (classes 7 and 18) are left out. The line
-// of a point is its point source ID; a time of 0 is none. Also counts las_points_withheld,
-// las_points_noise, and las_points_missing at the end of a file that is cut off.
+// of a point is its point source ID; a time of 0 is none. Seconds of the GPS week are within half a
+// week of the first point's. Also counts las_points_withheld,
+// las_points_noise. missing() is in points.
 class LasFileReader : public SurveyReader {
  public:
   explicit LasFileReader(std::unique_ptr<LinePoints> points) : points_(std::move(points)) {}
@@ -55,7 +56,8 @@ class LasFileReader : public SurveyReader {
   std::unique_ptr<LinePoints> points_;
   bool at_start_ = true;
   std::optional<LasHead> head_;
-  std::uint64_t read_ = 0;  // points
+  std::uint64_t read_ = 0;         // points
+  std::optional<double> first_s_;  // time of the first point that has one
 };
 
 }  // namespace seastitch

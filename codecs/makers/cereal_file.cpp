@@ -82,8 +82,13 @@ SurveyReader::Look CerealFileReader::LookAt(Bytes bytes, bool /*at_end*/) const 
 }
 
 void CerealFileReader::Read(Bytes record, std::vector<SurveyRecord>* out) {
-  if (std::exchange(at_start_, false)) return;
   ByteReader in(record);
+  if (std::exchange(at_start_, false)) {
+    in.Skip(record.size() - kCountBytes);
+    missing_ = in.Le<std::uint64_t>();
+    return;
+  }
+  if (missing_ > 0) --missing_;
   PlacedPing ping;
   ping.ping_number = in.Le<std::uint32_t>();
   in.Skip(in.Le<std::uint64_t>());

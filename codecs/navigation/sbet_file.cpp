@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "codecs/calendar.hpp"
 #include "codecs/text.hpp"
 #include "common/core/pose.hpp"
 
@@ -13,7 +14,6 @@ namespace seastitch {
 namespace {
 
 constexpr std::size_t kNumbers = 17;
-constexpr double kWeek_s = 604'800.0;
 
 }  // namespace
 
@@ -37,16 +37,14 @@ void SbetFileReader::Read(Bytes record, std::vector<SurveyRecord>* out) {
   std::array<double, kNumbers> v{};
   for (double& number : v) number = in.Le<double>();
   const bool usable = std::all_of(v.begin(), v.end(), [](double n) { return std::abs(n) < 1e9; }) &&
-                      v[0] >= 0.0 && v[0] <= 2.0 * kWeek_s && std::abs(v[1]) <= kPi / 2.0 &&
+                      v[0] >= 0.0 && v[0] <= 2.0 * kWeekS && std::abs(v[1]) <= kPi / 2.0 &&
                       std::abs(v[2]) <= 2.0 * kPi;
   if (!usable) return Count("sbet_malformed");
-  // A time that falls by more than half a week has passed the end of the GPS week.
-  if (last_s_ && *last_s_ - v[0] > kWeek_s / 2.0) params_.week_start += FromSeconds(kWeek_s);
-  last_s_ = v[0];
+  last_s_ = WeekSecondsNear(v[0], last_s_.value_or(v[0]));
 
   NavigationRecord sample;
   sample.source = "sbet";
-  sample.time = params_.week_start + FromSeconds(v[0] - params_.leap_seconds);
+  sample.time = params_.week_start + FromSeconds(*last_s_ - params_.leap_seconds);
   sample.position = GivenPosition{v[1], WrapAngle(v[2])};
   sample.height_m = v[3];
   const double wander_rad = params_.wander_sign * v[10];

@@ -32,7 +32,7 @@ class SbetFileReader : public SurveyReader {
 
  private:
   SbetParams params_;
-  std::optional<double> last_s_;  // time of the last record, in seconds of the week
+  std::optional<double> last_s_;  // time of the last record, in seconds of the first one's week
 };
 
 }  // namespace seastitch

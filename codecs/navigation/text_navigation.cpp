@@ -92,7 +92,10 @@ void TextNavigationReader::ReadLine(std::string_view line, std::vector<SurveyRec
     Note(lines_, problem);
     return Count("text_malformed");
   }
-  if (last_ && sample->time <= *last_) return Count("text_time_not_rising");
+  if (last_ && sample->time <= *last_) {
+    ++late_;
+    return Count("text_time_not_rising");
+  }
   last_ = sample->time;
   out->emplace_back(std::move(*sample));
 }

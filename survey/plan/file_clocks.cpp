@@ -63,7 +63,7 @@ void FileClocks::Add(const NavigationRecord& record) {
   Source& source = sources_[record.source];
   source.last = record.time;
   if (!record.position) return;
-  source.is_position = true;
+  source.of = ClockOffset::Of::kPosition;
   if (record.arrival) AddTo(&source.by_arrival_s, ToSeconds(record.time - *record.arrival));
   const double step_s = source.place ? ToSeconds(record.time - source.place->time) : 0.0;
   if (source.place && step_s > 0.0 && step_s < 60.0) {
@@ -72,6 +72,12 @@ void FileClocks::Add(const NavigationRecord& record) {
     source.time_s += step_s;
   }
   source.place = record;
+}
+
+void FileClocks::Add(const ClockComparison& clock) {
+  Source& source = sources_[clock.source];
+  source.of = ClockOffset::Of::kClock;
+  AddTo(&source.by_arrival_s, ToSeconds(clock.external_time - clock.time));
 }
 
 // A record was written after the ping before it and before the ping after it. Both have been
@@ -99,9 +105,12 @@ std::map<std::string, ClockOffset> FileClocks::Finish() {
     if (!ahead_s || !IsLarge(*ahead_s, kLeastOffsetS)) continue;
     const double whole_s = std::round(*ahead_s);
     const bool is_whole = std::abs(*ahead_s - whole_s) <= kWholeS;
-    if (is_whole) moved_s = whole_s;
-    off[name] = {
-        .ahead_s = is_whole ? whole_s : *ahead_s, .is_moved = is_whole, .is_position = true};
+    const bool is_clock = source.of == ClockOffset::Of::kClock;
+    // What a position shows of itself goes before what a clock shows of others.
+    if (is_whole && !(is_clock && moved_s)) moved_s = whole_s;
+    off[name] = {.ahead_s = is_whole ? whole_s : *ahead_s,
+                 .is_moved = is_whole && !is_clock,
+                 .of = source.of};
   }
   for (const auto& [name, source] : sources_) {
     if (!source.by_arrival_s.empty() || source.by_pings_s.size() < (moved_s ? 1 : kFewest))
@@ -109,11 +118,15 @@ std::map<std::string, ClockOffset> FileClocks::Finish() {
     const auto ahead_s = Constant(source.by_pings_s, kConstantByPingsS);
     if (!ahead_s || !IsLarge(*ahead_s, kLeastByPingsS)) continue;
     const bool as_positions = moved_s && std::abs(*ahead_s - *moved_s) < kAsPositionsS;
-    off[name] = {.ahead_s = as_positions ? *moved_s : *ahead_s,
-                 .is_moved = as_positions,
-                 .is_position = source.is_position};
+    off[name] = {
+        .ahead_s = as_positions ? *moved_s : *ahead_s, .is_moved = as_positions, .of = source.of};
   }
-  for (auto& [name, clock] : off) clock.speed_mps = speed_mps;
+  // A clock is told of where no sensor is known to go by it.
+  std::erase_if(off, [&off](const auto& clock) {
+    return clock.second.of == ClockOffset::Of::kClock && off.size() > 1;
+  });
+  for (auto& [name, clock] : off)
+    if (clock.of != ClockOffset::Of::kClock) clock.speed_mps = speed_mps;
   sources_.clear();
   ping_.reset();
   return off;
@@ -126,13 +139,18 @@ std::optional<double> EffectOf(const ClockOffset& clock) {
 
 std::string ClockText(const std::string& source, const ClockOffset& clock) {
   const double off_s = std::abs(clock.ahead_s);
-  char text[400];
+  const char* what = "attitude (%s) is stamped";
+  switch (clock.of) {
+    case ClockOffset::Of::kAttitude: break;
+    case ClockOffset::Of::kPosition: what = "positions (%s) are stamped"; break;
+    case ClockOffset::Of::kClock: what = "the clock that sets the sonar's (%s) is"; break;
+  }
+  char subject[100], text[400];
+  std::snprintf(subject, sizeof subject, what, source.c_str());
   std::snprintf(text,
                 sizeof text,
-                "%s (%s) %s stamped %s%.*f s %s the sonar's clock%s",
-                clock.is_position ? "positions" : "attitude",
-                source.c_str(),
-                clock.is_position ? "are" : "is",
+                "%s %s%.*f s %s the sonar's clock%s",
+                subject,
                 clock.is_moved ? "" : "about ",
                 clock.is_moved ? 0 : 1,
                 off_s,

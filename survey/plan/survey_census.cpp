@@ -186,6 +186,7 @@ class Counter {
     for (auto* const first : {&census_.installation, &installation_of_file_})
       if (!*first || (*first)->transmitters.size() < i.transmitters.size()) *first = i;
   }
+  void operator()(const ClockComparison& clock) { clocks_.Add(clock); }
   void operator()(const SonarSettings&) {}
 
   bool IsComplete() const {

@@ -27,6 +27,7 @@ bool SurveyFiles::IsSurveyFile(const fs::path& path) { return ReaderFor(path) !=
 SurveyFiles::SurveyFiles(SurveyPlan plan)
     : plan_(std::move(plan)),
       water_line_m_(plan_.installation.water_line_m),
+      warnings_(plan_.warnings),
       profiles_(plan_.profiles) {
   for (const PlannedFile& file : plan_.files) inputs_.push_back({file, fs::file_size(file.path)});
   for (Input& input : inputs_) waiting_.push_back(&input);
@@ -103,6 +104,23 @@ void SurveyFiles::Open(Input* input) {
 void SurveyFiles::CloseIfEnded(Input* input) {
   if (input->stream->next()) return;
   for (const auto& [name, value] : input->stream->counters()) counters_[name] += value;
+  const std::string name = input->file.path.filename().string();
+  if (const std::uint64_t missing = input->stream->missing(); missing > 0)
+    warnings_.push_back({WarningCode::kFileCutOff,
+                         name + " is cut off: its head states " + std::to_string(missing) +
+                             " more records than it has; copy it again"});
+  const std::int64_t left_out = input->stream->pings_left_out(),
+                     all = input->stream->pings() + left_out;
+  if (100 * left_out > all)
+    warnings_.push_back({WarningCode::kPingsLost,
+                         name + ": " + std::to_string(left_out) + " of " + std::to_string(all) +
+                             " pings are left out, because their stamps are far from those around "
+                             "them in the file"});
+  if (input->stream->is_out_of_order())
+    warnings_.push_back({WarningCode::kFileOutOfOrder,
+                         name + " is not in the order of time, and what comes late is lost (" +
+                             std::to_string(input->stream->late()) +
+                             " records); give its parts as files of their own"});
   bytes_closed_ += input->bytes;
   input->stream.reset();
   std::erase(open_, input);

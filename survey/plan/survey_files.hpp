@@ -65,6 +65,8 @@ class SurveyFiles : public SampleSource {
   // Pings given so far.
   std::int64_t pings() const { return pings_; }
   Counters counters() const;
+  // Those of the plan, and what reading has found.
+  const std::vector<MapWarning>& warnings() const { return warnings_; }
   // Call it after the last record. If no ping can be mapped: the reason, one line.
   std::optional<std::string> Outcome() const;
 
@@ -137,6 +139,7 @@ class SurveyFiles : public SampleSource {
   SampleQueue samples_;  // of the last record
   std::int64_t pings_ = 0;
   Counters counters_;
+  std::vector<MapWarning> warnings_;
   std::uint64_t bytes_closed_ = 0;  // of the files that are read to their end
   Time ping_time_;
   std::vector<PingId> pings_at_time_;

@@ -62,10 +62,6 @@ void ReadPart(const fs::path& file, std::uint64_t from, std::uint64_t bytes, Tak
     if (!take(record, bytes)) return;
 }
 
-bool IsPing(const SurveyRecord& record) {
-  return std::holds_alternative<MbesPing>(record) || std::holds_alternative<PlacedPing>(record);
-}
-
 // Positions of a head, of which one may be wrong.
 struct Places {
   static constexpr std::size_t kEnough = 5;

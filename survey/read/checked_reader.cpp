@@ -27,9 +27,7 @@ bool IsNear(Time a, Time b) { return std::abs(ToSeconds(a - b)) <= kNearS; }
 // navigation may be hours apart.
 bool HasTimeOfFile(const SurveyRecord& record) {
   const auto* const n = std::get_if<NavigationRecord>(&record);
-  return n != nullptr ? !IsBeside(n->source)
-                      : std::holds_alternative<MbesPing>(record) ||
-                            std::holds_alternative<PlacedPing>(record);
+  return n != nullptr ? !IsBeside(n->source) : IsPing(record);
 }
 
 }  // namespace
@@ -48,6 +46,11 @@ void StampCheck::Release(Run* run, std::vector<SurveyRecord>* out) {
   run->held.clear();
 }
 
+void StampCheck::LeaveOut(const SurveyRecord& record) {
+  ++left_out_;
+  if (IsPing(record)) ++pings_left_out_;
+}
+
 void StampCheck::Add(SurveyRecord record, std::vector<SurveyRecord>* out) {
   const Time t = TimeOf(record);
   const auto found = std::find_if(
@@ -63,7 +66,7 @@ void StampCheck::Add(SurveyRecord record, std::vector<SurveyRecord>* out) {
     for (auto run = runs_.rbegin(); run != found; ++run) between += run->records;
     if (between > found->records) {
       LeaveOut(*found);
-      ++left_out_;
+      LeaveOut(record);
       runs_.erase(std::next(found).base());
       return;
     }
@@ -108,9 +111,7 @@ void StampCheck::Finish(std::vector<SurveyRecord>* out) {
 }
 
 void PingJumpCheck::Add(SurveyRecord record, std::vector<SurveyRecord>* out) {
-  const bool is_ping =
-      std::holds_alternative<MbesPing>(record) || std::holds_alternative<PlacedPing>(record);
-  if (!is_ping) {
+  if (!IsPing(record)) {
     out->push_back(std::move(record));
     return;
   }

@@ -28,6 +28,7 @@ class StampCheck {
   void Add(SurveyRecord record, std::vector<SurveyRecord>* out);
   void Finish(std::vector<SurveyRecord>* out);
   std::int64_t left_out() const { return left_out_; }
+  std::int64_t pings_left_out() const { return pings_left_out_; }
 
  private:
   // Longer than a datagram of motion, which a wrong clock stamps as a whole.
@@ -44,10 +45,14 @@ class StampCheck {
   bool IsBeside(const Run& run, const Run& sure) const;
   void Release(Run* run, std::vector<SurveyRecord>* out);
   void Settle(std::size_t sure, std::vector<SurveyRecord>* out);
-  void LeaveOut(const Run& run) { left_out_ += static_cast<std::int64_t>(run.held.size()); }
+  void LeaveOut(const SurveyRecord& record);
+  void LeaveOut(const Run& run) {
+    for (const SurveyRecord& record : run.held) LeaveOut(record);
+  }
 
   std::vector<Run> runs_;  // in the order of the file; the first may be released already
   std::int64_t left_out_ = 0;
+  std::int64_t pings_left_out_ = 0;
 };
 
 // Finds pings whose stamps jump by more than 5 s and come back: the clock of the sonar was wrong
@@ -79,6 +84,10 @@ class CheckedReader {
   std::vector<SurveyRecord> Finish();
   Counters counters() const;
   const std::string& problem() const { return reader_->problem(); }
+  std::uint64_t missing() const { return reader_->missing(); }
+  std::int64_t late() const { return reader_->late(); }
+  // By their stamps.
+  std::int64_t pings_left_out() const { return stamps_.pings_left_out() + jumps_.left_out(); }
 
  private:
   std::vector<SurveyRecord> Checked(std::vector<SurveyRecord> records);

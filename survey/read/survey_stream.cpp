@@ -104,6 +104,10 @@ std::unique_ptr<SurveyReader> ReaderFor(const fs::path& path, const ReaderParams
   return HoldsRecordOfItsName(path) ? ReaderByName(extension) : nullptr;
 }
 
+bool IsPing(const SurveyRecord& record) {
+  return std::holds_alternative<MbesPing>(record) || std::holds_alternative<PlacedPing>(record);
+}
+
 Time TimeOf(const SurveyRecord& record) {
   return std::visit([](const auto& r) { return r.time; }, record);
 }
@@ -132,6 +136,15 @@ Time SurveyStream::PlaceOf(const SurveyRecord& record) {
 SurveyRecord SurveyStream::Take() {
   auto node = records_.extract(records_.begin());
   Fill();
+  const SurveyRecord& record = node.mapped();
+  if (std::holds_alternative<NavigationRecord>(record) || IsPing(record)) {
+    ++taken_;
+    if (IsPing(record)) ++pings_;
+    if (newest_taken_ && TimeOf(record) < *newest_taken_)
+      ++taken_late_;
+    else
+      newest_taken_ = TimeOf(record);
+  }
   return std::move(node.mapped());
 }
 

@@ -27,6 +27,8 @@ struct ReaderParams {
 std::unique_ptr<SurveyReader> ReaderFor(const std::filesystem::path& path,
                                         const ReaderParams& params = {});
 
+// A ping, raw or placed.
+bool IsPing(const SurveyRecord& record);
 // Time of any record.
 Time TimeOf(const SurveyRecord& record);
 
@@ -46,6 +48,13 @@ class SurveyStream {
   std::uint64_t bytes() const { return bytes_; }
   std::uint64_t bytes_read() const { return bytes_read_; }
   Counters counters() const { return reader_->counters(); }
+  std::uint64_t missing() const { return reader_->missing(); }  // at the end
+  // Pings and navigation that came too late to be sorted, at the end.
+  std::int64_t late() const { return taken_late_ + reader_->late(); }
+  bool is_out_of_order() const { return 100 * late() > taken_; }
+  // Pings given so far, and those that were left out by their stamps.
+  std::int64_t pings() const { return pings_; }
+  std::int64_t pings_left_out() const { return reader_->pings_left_out(); }
 
  private:
   Time PlaceOf(const SurveyRecord& record);
@@ -61,6 +70,10 @@ class SurveyStream {
   bool ended_ = false;
   Time last_read_;
   bool has_profile_ = false;
+  std::optional<Time> newest_taken_;  // of pings and navigation, as the next two
+  std::int64_t taken_ = 0;
+  std::int64_t pings_ = 0;
+  std::int64_t taken_late_ = 0;  // after a newer one
   std::multimap<Time, SurveyRecord> records_;
 };
 

@@ -64,11 +64,11 @@ TEST(EmAllFile, EveryDatagramIsReadOrCountedByName) {
   EXPECT_EQ(file.All<MbesPing>().size(), 10u);
   EXPECT_EQ(file.All<PlacedPing>().size(), 10u);
   EXPECT_EQ(file.All<SurfaceSoundSpeed>().size(), 100u);
+  EXPECT_EQ(file.All<ClockComparison>().size(), 5u);
   EXPECT_EQ(file.counters,
             (Counters{{"all_ignored_0", 1},
                       {"all_ignored_1", 5},
                       {"all_ignored_3", 1},
-                      {"all_ignored_C", 5},
                       {"all_ignored_O", 10},
                       {"all_ignored_R", 3},
                       {"all_ignored_Y", 10}}));
@@ -132,6 +132,11 @@ TEST(EmAllFile, GoldenDatagramsOfThreeSonars) {
     EXPECT_EQ(profile.depth_m.back(), u["profile_last"][0]);
     // Seconds of the day, not milliseconds.
     EXPECT_EQ(ToUtime(profile.time) / 1'000'000 % 86'400, u["ptime"].get<std::int64_t>());
+
+    const auto& c = golden["C"]["first"];
+    const ClockComparison clock = file.All<ClockComparison>().at(0);
+    EXPECT_EQ(ToUtime(clock.external_time - clock.time + Time{}),
+              1000 * (c["xms"].get<std::int64_t>() - c["ms"].get<std::int64_t>()));
 
     const auto& n = golden["N"]["first"];
     const MbesPing ping = file.All<MbesPing>().at(0);

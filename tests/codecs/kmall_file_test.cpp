@@ -36,11 +36,10 @@ TEST(KmallFile, EverythingInARealFileIsReadOrCountedByName) {
   EXPECT_EQ(file.All<SurfaceSoundSpeed>().size(), 2u);
   EXPECT_EQ(file.All<SonarInstallation>().size(), 1u);
   EXPECT_EQ(file.All<SonarSettings>().size(), 1u);
-  EXPECT_EQ(file.counters,
-            (Counters{{"kmall_ignored_CPO", 3},
-                      {"kmall_ignored_SCL", 3},
-                      {"kmall_ignored_SPE", 3},
-                      {"kmall_ping_empty", 1}}));
+  EXPECT_EQ(file.All<ClockComparison>().size(), 3u);
+  EXPECT_EQ(
+      file.counters,
+      (Counters{{"kmall_ignored_CPO", 3}, {"kmall_ignored_SPE", 3}, {"kmall_ping_empty", 1}}));
 }
 
 TEST(KmallFile, NavigationAndInstallationComeBackAsTheyWereWritten) {
@@ -212,6 +211,14 @@ TEST(KmallFile, GoldenSensorDatagramsOfRealSonars) {
               p["tsec"].get<std::int64_t>() * 1'000'000 + p["tns"].get<std::int64_t>() / 1000);
     EXPECT_NEAR(spo->position->longitude_rad, Deg2Rad(p["lon"].get<double>()), 1e-13);
     EXPECT_NEAR(*spo->height_m, p["eh"].get<double>(), 1e-6);
+
+    // The sonar states how far it is behind, in microseconds and not, as its name says,
+    // nanoseconds.
+    const auto& c = golden["#SCL"]["first"];
+    const ClockComparison clock = file.All<ClockComparison>().at(0);
+    EXPECT_EQ(clock.source, "#SCL" + std::to_string(c["sys"].get<int>()));
+    EXPECT_NEAR(
+        ToSeconds(clock.time - clock.external_time), 1e-6 * c["dev_ns"].get<double>(), 2e-4);
 
     const auto& profile = golden["#SVP"]["first"]["profile"];
     const auto svp = file.All<SoundVelocityProfile>().at(0);

@@ -44,6 +44,9 @@ struct Print {
         << ' ' << i.receivers.size() << ' ' << i.sensors.size();
     for (const auto& [name, value] : i.values) out << ' ' << name << '=' << value;
   }
+  void operator()(const ClockComparison& c) const {
+    out << "clock " << ToUtime(c.time) << ' ' << c.source << ' ' << ToUtime(c.external_time);
+  }
   void operator()(const SonarSettings& s) const {
     out << "settings " << ToUtime(s.time);
     for (const auto& [name, value] : s.values) out << ' ' << name << '=' << value;
@@ -96,6 +99,7 @@ struct Check {
         if (!array.At(0).matrix().allFinite()) return "array";
     return std::isfinite(i.water_line_m) ? "" : "water line";
   }
+  std::string operator()(const ClockComparison&) const { return ""; }
   std::string operator()(const SonarSettings&) const { return ""; }
 };
 

@@ -1,4 +1,5 @@
-// Damage to real files costs the pings that it touches, and no other.
+// Damage to files costs the pings that it touches, and no other. The files are real, but of .s7k,
+// of which no real one was ever seen: that is of our own encoder.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,6 +16,9 @@
 #include "codecs/kongsberg/em_all_file.hpp"
 #include "codecs/kongsberg/kmall_file.hpp"
 #include "codecs/makers/gsf_file.hpp"
+#include "codecs/makers/s7k.hpp"
+#include "codecs/makers/s7k_file.hpp"
+#include "codecs/makers/s7k_writer.hpp"
 #include "codecs/makers/xtf_file.hpp"
 #include "tests/codecs/survey_files.hpp"
 #include "tests/drivers/test_data.hpp"
@@ -32,10 +36,12 @@ std::unique_ptr<SurveyReader> Make() {
   return std::make_unique<Reader>();
 }
 
-struct RealFile {
-  const char* name;
+struct SurveyFile {
+  std::string name;  // of a real file, or kOwnS7k
   std::unique_ptr<SurveyReader> (*make)();
+  std::string joined_with;  // of a file that the same reader reads
 };
+constexpr const char* kOwnS7k = "own.s7k";
 
 // A ping, and the byte of the file before which it was complete.
 struct ReadPing {
@@ -67,6 +73,51 @@ ByteVector BytesOf(const std::filesystem::path& path) {
   std::ifstream in(path, std::ios::binary);
   const std::vector<char> chars(std::istreambuf_iterator<char>(in), {});
   return ByteVector(chars.begin(), chars.end());
+}
+
+// 400 pings of 256 beams with position and motion.
+ByteVector OwnS7k() {
+  ByteVector file;
+  const auto add = [&file](const std::vector<std::uint8_t>& record) {
+    file.insert(file.end(), record.begin(), record.end());
+  };
+  SonarInstallation installation;
+  installation.time = FromUtime(1'700'000'000'000'000);
+  installation.transmitters.resize(1);
+  installation.receivers.resize(1);
+  add(EncodeS7k7030(installation));
+  for (std::uint32_t i = 0; i < 400; ++i) {
+    NavigationRecord sample;
+    sample.time = installation.time + std::chrono::milliseconds(200 * i);
+    sample.position = GivenPosition{1.0 + 1e-8 * i, 0.1};
+    sample.attitude = Attitude{};
+    add(EncodeS7k1003(sample));
+    add(EncodeS7k1016({sample}));
+    MbesPing ping;
+    ping.time = sample.time;
+    ping.ping_number = i;
+    ping.sound_speed_mps = 1500.0f;
+    ping.beams.resize(256, {0.02f, 0.1f, 0, 0, 0, -20, kBeamValid | kBeamPhase});
+    const S7kPingId id{.ping_number = i};
+    add(EncodeS7k7000(id, ping.time, 1500.0));
+    add(EncodeS7k7027(id, ping));
+  }
+  return file;
+}
+
+std::filesystem::path RealPath(const std::string& name) { return Shared("data/mbes/" + name); }
+
+ByteVector BytesOf(const std::string& name) {
+  return name == kOwnS7k ? OwnS7k() : BytesOf(RealPath(name));
+}
+
+// A file of another format.
+std::string ForeignTo(const std::string& name) {
+  return name.ends_with(".gsf") ? "em710_g.all" : "gsf_v3_08.gsf";
+}
+
+bool Exists(const std::string& name) {
+  return name == kOwnS7k || std::filesystem::exists(RealPath(name));
 }
 
 // A file and its damage: the original's bytes from `begin` to `end` are changed or gone.
@@ -107,16 +158,19 @@ Damaged Draw(Damage damage,
   return damaged;
 }
 
-class SurveyMutations : public testing::TestWithParam<RealFile> {};
+class SurveyMutations : public testing::TestWithParam<SurveyFile> {
+ protected:
+  void SetUp() override {
+    for (const std::string& name :
+         {GetParam().name, GetParam().joined_with, ForeignTo(GetParam().name)})
+      if (!Exists(name)) GTEST_SKIP() << "absent: " << RealPath(name);
+  }
+};
 
 TEST_P(SurveyMutations, PingsThatDamageDoesNotTouchStayAsTheyAre) {
   constexpr int kDraws = 2;
-  const std::filesystem::path path = Shared(std::string("data/mbes/") + GetParam().name);
-  SKIP_WITHOUT(path);
-  const ByteVector file = BytesOf(path);
-  const bool is_gsf = path.extension() == ".gsf";
-  const ByteVector foreign =
-      BytesOf(Shared(is_gsf ? "data/mbes/em710_g.all" : "data/mbes/gsf_v3_08.gsf"));
+  const ByteVector file = BytesOf(GetParam().name);
+  const ByteVector foreign = BytesOf(ForeignTo(GetParam().name));
   const std::vector<ReadPing> whole = PingsOf(file, GetParam().make().get());
   ASSERT_FALSE(whole.empty());
   std::mt19937 random(1);
@@ -141,20 +195,35 @@ TEST_P(SurveyMutations, PingsThatDamageDoesNotTouchStayAsTheyAre) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(RealFiles,
-                         SurveyMutations,
-                         testing::Values(RealFile{"em2040_OS01.kmall", Make<KmallFileReader>},
-                                         RealFile{"em2040_eg.kmall", Make<KmallFileReader>},
-                                         RealFile{"em2040_ac.all", Make<EmAllFileReader>},
-                                         RealFile{"em2040c_ay.all", Make<EmAllFileReader>},
-                                         RealFile{"em710_g.all", Make<EmAllFileReader>},
-                                         RealFile{"gsf_v3_08.gsf", Make<GsfFileReader>},
-                                         RealFile{"r2sonic2026.xtf", Make<XtfFileReader>}),
-                         [](const auto& test) {
-                           std::string name = test.param.name;
-                           std::replace(name.begin(), name.end(), '.', '_');
-                           return name;
-                         });
+TEST_P(SurveyMutations, JoinedFilesGiveThePingsOfBoth) {
+  ByteVector joined = BytesOf(GetParam().name);
+  const ByteVector other = BytesOf(GetParam().joined_with);
+  std::multiset<std::string> expected, read;
+  for (const ByteVector& file : {joined, other})
+    for (ReadPing& ping : PingsOf(file, GetParam().make().get()))
+      expected.insert(std::move(ping.text));
+  joined.insert(joined.end(), other.begin(), other.end());
+  for (ReadPing& ping : PingsOf(joined, GetParam().make().get())) read.insert(std::move(ping.text));
+  EXPECT_EQ(read.size(), expected.size());
+  EXPECT_TRUE(read == expected);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Files,
+    SurveyMutations,
+    testing::Values(SurveyFile{"em2040_OS01.kmall", Make<KmallFileReader>, "em2040_eg.kmall"},
+                    SurveyFile{"em2040_eg.kmall", Make<KmallFileReader>, "em2040_OS01.kmall"},
+                    SurveyFile{"em2040_ac.all", Make<EmAllFileReader>, "em2040c_ay.all"},
+                    SurveyFile{"em2040c_ay.all", Make<EmAllFileReader>, "em710_g.all"},
+                    SurveyFile{"em710_g.all", Make<EmAllFileReader>, "em2040_ac.all"},
+                    SurveyFile{"gsf_v3_08.gsf", Make<GsfFileReader>, "gsf_v3_08.gsf"},
+                    SurveyFile{"r2sonic2026.xtf", Make<XtfFileReader>, "r2sonic2026.xtf"},
+                    SurveyFile{kOwnS7k, Make<S7kFileReader>, kOwnS7k}),
+    [](const auto& test) {
+      std::string name = test.param.name;
+      std::replace(name.begin(), name.end(), '.', '_');
+      return name;
+    });
 
 }  // namespace
 }  // namespace seastitch

@@ -22,7 +22,7 @@
 #include "mapper/mapper_config.hpp"
 #include "survey/replay/replay.hpp"
 #include "tests/runtime/temporary_dir.hpp"
-#include "tests/survey/kmall_pieces.hpp"
+#include "tests/survey/files/kmall_pieces.hpp"
 #include "tools/bench_command.hpp"
 #include "tools/install_paths.hpp"
 #include "tools/survey_writer.hpp"

@@ -22,7 +22,7 @@
 #include "tests/paths.hpp"
 #include "tests/process/run_command.hpp"
 #include "tests/runtime/temporary_dir.hpp"
-#include "tests/survey/kmall_pieces.hpp"
+#include "tests/survey/files/kmall_pieces.hpp"
 #include "tests/survey/three_dives.hpp"
 
 namespace seastitch {

@@ -10,7 +10,7 @@
 
 #include "tests/paths.hpp"
 #include "tests/process/run_command.hpp"
-#include "tests/survey/kmall_pieces.hpp"
+#include "tests/survey/files/kmall_pieces.hpp"
 #include "tests/survey/short_survey.hpp"
 
 namespace seastitch::testing {

@@ -8,7 +8,7 @@
 
 #include "survey/read/survey_stream.hpp"
 #include "tests/runtime/temporary_dir.hpp"
-#include "tests/survey/small_kmall.hpp"
+#include "tests/survey/files/small_kmall.hpp"
 
 namespace seastitch {
 namespace {

@@ -9,8 +9,8 @@
 #include "survey/errors.hpp"
 #include "survey/plan/dive_inputs.hpp"
 #include "tests/runtime/temporary_dir.hpp"
-#include "tests/survey/read_all.hpp"
-#include "tests/survey/small_kmall.hpp"
+#include "tests/survey/files/read_all.hpp"
+#include "tests/survey/files/small_kmall.hpp"
 
 namespace seastitch {
 namespace {

@@ -98,6 +98,19 @@ class Kmall {
     std::memcpy(&datagram[28], &stamp_s, sizeof stamp_s);
     return Add(datagram);
   }
+  // The clock that sets the sonar's, ahead of it by so much.
+  Kmall& Clock(double t_s, double ahead_s) {
+    const std::string text = "$GPZDA," + UtcText(At(t_s + ahead_s), "%H%M%S") +
+                             std::to_string(std::fmod(ahead_s, 1.0)).substr(1) +
+                             UtcText(At(t_s + ahead_s), ",%d,%m,%Y,00,00");
+    ByteWriter out;
+    WriteKmallHeader({.type = {'#', 'S', 'C', 'L'}, .version = 1}, At(t_s), &out);
+    for (const int value : {8, 0, 1, 0}) out.Le(static_cast<std::uint16_t>(value));
+    out.Le(0.0f);
+    out.Le(std::int32_t{0});
+    out.Append(Bytes(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
+    return Add(SealKmall(&out));
+  }
   Kmall& PositionAt(double t_s, const GivenPosition& position) {
     NavigationRecord sample = Sample(t_s);
     sample.position = position;

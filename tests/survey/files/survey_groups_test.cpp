@@ -11,8 +11,8 @@
 #include "tests/drivers/test_data.hpp"
 #include "tests/paths.hpp"
 #include "tests/runtime/temporary_dir.hpp"
-#include "tests/survey/read_all.hpp"
-#include "tests/survey/small_kmall.hpp"
+#include "tests/survey/files/read_all.hpp"
+#include "tests/survey/files/small_kmall.hpp"
 
 namespace seastitch {
 namespace {

@@ -8,7 +8,6 @@
 #include <GeographicLib/UTMUPS.hpp>
 #include <algorithm>
 #include <cmath>
-#include <deque>
 #include <fstream>
 #include <functional>
 #include <map>
@@ -20,8 +19,6 @@
 #include "common/convert/convert.hpp"
 #include "common/core/median.hpp"
 #include "common/core/pose.hpp"
-#include "mapper/geometry/georeference.hpp"
-#include "mapper/navigation/ins/given_navigation.hpp"
 #include "survey/line/line_plan.hpp"
 #include "survey/plan/dive_inputs.hpp"
 #include "survey/plan/maker_soundings.hpp"
@@ -33,7 +30,8 @@
 #include "tests/process/run_command.hpp"
 #include "tests/property.hpp"
 #include "tests/runtime/temporary_dir.hpp"
-#include "tests/survey/read_all.hpp"
+#include "tests/survey/files/placed_pings.hpp"
+#include "tests/survey/files/read_all.hpp"
 
 namespace seastitch {
 namespace {
@@ -205,45 +203,18 @@ struct Mapping {
 
 // Soundings as navigation and geometry of the mapper place them.
 Mapping MappingOf(const std::vector<fs::path>& files) {
-  SurveyPlan plan = PlanSurvey(files);
-  EXPECT_EQ(plan.Problem(), std::nullopt);
+  PlacedSurvey placed = PlaceSurvey(files);
   const GeographicLib::LocalCartesian map(
-      Rad2Deg(plan.vehicle.datum_latitude_rad), Rad2Deg(plan.vehicle.datum_longitude_rad), 0.0);
-  Mapping mapping{plan.Text(), {}, {}};
-  GivenNavigation navigation({}, {}, plan.vehicle);
-  std::deque<SoundingPing> pings;
-  const auto place = [&] {
-    const auto state = navigation.StateAt(pings.front().time);
-    if (state)
-      for (const Sounding& s : Georeference(pings.front(), state->T_map_vehicle, 1.0).soundings) {
-        double latitude = 0.0, longitude = 0.0, height = 0.0, x = 0.0, y = 0.0, z = 0.0;
-        map.Reverse(s.p_map.y(), s.p_map.x(), 0.0, latitude, longitude, height);
-        Local().Forward(latitude, longitude, 0.0, x, y, z);
-        mapping.soundings.push_back(
-            {1e-6 * static_cast<double>(ToUtime(pings.front().time)) - kNoon_s,
-             {y, x, s.p_map.z()}});
-      }
-    pings.pop_front();
-  };
-  SurveyFiles survey(plan);
-  const auto place_those_past = [&] {
-    while (!pings.empty() && navigation.latest() > pings.front().time) place();
-  };
-  ReadAll(
-      &survey,
-      [&](const NavigationSample& sample) {
-        navigation.Add(sample);
-        place_those_past();
-      },
-      [&](const DepthSample& sample) {
-        navigation.Add(sample);
-        place_those_past();
-      },
-      [&](const SoundingPing& ping) { pings.push_back(ping); });
-  navigation.Finish();
-  while (!pings.empty()) place();
-  EXPECT_EQ(survey.Outcome(), std::nullopt);
-  mapping.counters = survey.counters();
+      placed.datum_latitude_deg, placed.datum_longitude_deg, 0.0);
+  Mapping mapping{std::move(placed.text), std::move(placed.counters), {}};
+  for (const PlacedSoundings& ping : placed.pings)
+    for (const Eigen::Vector3d& p : ping.p_map_m) {
+      double latitude = 0.0, longitude = 0.0, height = 0.0, x = 0.0, y = 0.0, z = 0.0;
+      map.Reverse(p.y(), p.x(), 0.0, latitude, longitude, height);
+      Local().Forward(latitude, longitude, 0.0, x, y, z);
+      mapping.soundings.push_back(
+          {1e-6 * static_cast<double>(ToUtime(ping.time)) - kNoon_s, {y, x, p.z()}});
+    }
   return mapping;
 }
 

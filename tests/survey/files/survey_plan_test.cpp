@@ -32,8 +32,8 @@
 #include "tests/paths.hpp"
 #include "tests/process/run_command.hpp"
 #include "tests/runtime/temporary_dir.hpp"
-#include "tests/survey/read_all.hpp"
-#include "tests/survey/small_kmall.hpp"
+#include "tests/survey/files/read_all.hpp"
+#include "tests/survey/files/small_kmall.hpp"
 
 namespace seastitch {
 namespace {
@@ -402,6 +402,37 @@ TEST(SurveySensors, AClockOffByWholeSecondsIsMovedOntoTheSonars) {
     const std::string bytes = Kmall().SensorsAhead(c.motion_s, c.positions_s).Survey().bytes();
     const std::vector<Time> all = times(dir.Write("off.kmall", bytes), c.warnings);
     EXPECT_EQ(all == right, c.as_if_right) << c.motion_s << " s, " << c.positions_s << " s";
+  }
+}
+
+// A clock that sets the sonar's and a sensor's alike shows to the millisecond what pings show of an
+// attitude to a second.
+TEST(SurveySensors, ASensorSetByAClockThatIsOffIsMovedWithIt) {
+  struct Case {
+    double motion_s;
+    double clock_s;
+    std::optional<double> moved_s;
+    std::size_t warnings;
+  };
+  TemporaryDir dir;
+  for (const Case& c :
+       {Case{18.0, 18.0, 18.0, 1},
+        Case{18.0, 0.0, std::nullopt, 1},  // what else the attitude goes by is not known
+        Case{0.0, 18.0, std::nullopt, 1},  // no sensor goes by the clock
+        Case{0.0, 0.004, std::nullopt, 0},
+        Case{18.0, 17.5, std::nullopt, 1}}) {  // no whole number of seconds
+    Kmall kmall;
+    for (int i = 0; i < 5; ++i) kmall.Clock(i, c.clock_s);
+    kmall.SensorsAhead(c.motion_s, 0).Survey();
+    const SurveyPlan plan = PlanSurvey({dir.Write("a.kmall", kmall.bytes())});
+    SCOPED_TRACE(testing::Message()
+                 << "motion " << c.motion_s << " s, clock " << c.clock_s << " s");
+    EXPECT_EQ(plan.warnings.size(), c.warnings);
+    const auto& moved = plan.files.at(0).params.clock_offsets_s;
+    const std::map<std::string, double> expected =
+        c.moved_s ? std::map<std::string, double>{{"#SKM0", *c.moved_s}}
+                  : std::map<std::string, double>{};
+    EXPECT_EQ(moved, expected);
   }
 }
 
