@@ -12,6 +12,7 @@
 #include "codecs/calendar.hpp"
 #include "codecs/kongsberg/receiver_roll.hpp"
 #include "codecs/mbes_codec.hpp"
+#include "codecs/navigation/nmea0183.hpp"
 #include "codecs/sound_profile.hpp"
 #include "codecs/text.hpp"
 #include "common/core/pose.hpp"
@@ -169,11 +170,7 @@ std::string SourceOf(char type, std::uint8_t descriptor) {
 std::optional<Duration> TimeOfGga(std::string_view text) {
   const std::size_t name = text.find("GGA,");
   if (name == std::string_view::npos) return std::nullopt;
-  const auto field = ParseNumber(Split(text.substr(name + 4), ',').front());
-  if (!field || *field < 0.0 || *field >= 240'000.0) return std::nullopt;
-  const int whole = static_cast<int>(*field);
-  return std::chrono::hours(whole / 10'000) + std::chrono::minutes(whole / 100 % 100) +
-         std::chrono::seconds(whole % 100) + FromSeconds(*field - whole);
+  return TimeOfDayFromNmea(Split(text.substr(name + 4), ',').front());
 }
 
 using Values = std::map<std::string, std::string>;

@@ -49,13 +49,15 @@ struct ReadPing {
   std::size_t end;
 };
 
-std::vector<ReadPing> PingsOf(const ByteVector& file, SurveyReader* reader) {
+std::vector<ReadPing> PingsOf(const ByteVector& file, SurveyReader* reader, bool numbered = true) {
   std::vector<ReadPing> pings;
-  const auto add = [&pings](std::vector<SurveyRecord> records, std::size_t end) {
+  const auto add = [&pings, numbered](std::vector<SurveyRecord> records, std::size_t end) {
     for (SurveyRecord& record : records) {
       EXPECT_EQ(ProblemWith(record), "");
       if (!std::holds_alternative<MbesPing>(record) && !std::holds_alternative<PlacedPing>(record))
         continue;
+      if (auto* const placed = std::get_if<PlacedPing>(&record); placed != nullptr && !numbered)
+        placed->ping_number = 0;
       SurveyContents one;
       one.records.push_back(std::move(record));
       pings.push_back({TextOf(one), end});
@@ -195,15 +197,17 @@ TEST_P(SurveyMutations, PingsThatDamageDoesNotTouchStayAsTheyAre) {
     }
 }
 
+// Without their numbers: the reader of GSF numbers them itself.
 TEST_P(SurveyMutations, JoinedFilesGiveThePingsOfBoth) {
   ByteVector joined = BytesOf(GetParam().name);
   const ByteVector other = BytesOf(GetParam().joined_with);
   std::multiset<std::string> expected, read;
   for (const ByteVector& file : {joined, other})
-    for (ReadPing& ping : PingsOf(file, GetParam().make().get()))
+    for (ReadPing& ping : PingsOf(file, GetParam().make().get(), false))
       expected.insert(std::move(ping.text));
   joined.insert(joined.end(), other.begin(), other.end());
-  for (ReadPing& ping : PingsOf(joined, GetParam().make().get())) read.insert(std::move(ping.text));
+  for (ReadPing& ping : PingsOf(joined, GetParam().make().get(), false))
+    read.insert(std::move(ping.text));
   EXPECT_EQ(read.size(), expected.size());
   EXPECT_TRUE(read == expected);
 }

@@ -51,7 +51,7 @@ const std::map<std::string, std::set<std::string>> kMayInclude{
 
 // What the rooms of a folder may know of the rest of that folder, besides themselves.
 const std::map<std::string, std::set<std::string>> kRooms{
-    {"codecs/kongsberg", {"codecs"}},
+    {"codecs/kongsberg", {"codecs", "codecs/navigation"}},
     {"codecs/lines", {"codecs"}},
     {"codecs/makers", {"codecs"}},
     {"codecs/navigation", {"codecs", "codecs/lines"}},
