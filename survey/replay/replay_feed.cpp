@@ -111,8 +111,7 @@ void SayHowMapped(const Input& input,
                   const std::string& dive,
                   Feeding* feeding) {
   if (!input.survey_files) return;
-  for (const MapWarning& warning : input.survey_files->warnings())
-    Warn(warning, dive, feeding);
+  for (const MapWarning& warning : input.survey_files->warnings()) Warn(warning, dive, feeding);
   const PingLosses losses(
       input.survey_files->pings(), mapper.pings_lost(), mapper.positions_too_far());
   if (losses.is_warning)
