@@ -84,19 +84,19 @@ double LowerEnvelope::spread() const {
   return sum / static_cast<double>(points_.size());
 }
 
-double ClockModel::Era::Y(Duration device, Time recv) const {
+double ClockModel::ClockSegment::Y(Duration device, Time recv) const {
   return ToSeconds(recv.time_since_epoch() - device - lag_zero);
 }
 
-void ClockModel::Era::Add(Duration device, Time recv) {
+void ClockModel::ClockSegment::Add(Duration device, Time recv) {
   lag.Add(X(device), Y(device, recv));
   ++messages;
 }
 
-ClockModel::Era ClockModel::Begin(Duration device, Time recv, double slope) {
-  Era era{device, recv.time_since_epoch() - device, recv, 0, LowerEnvelope(slope)};
-  era.Add(device, recv);
-  return era;
+ClockModel::ClockSegment ClockModel::Begin(Duration device, Time recv, double slope) {
+  ClockSegment segment{device, recv.time_since_epoch() - device, recv, 0, LowerEnvelope(slope)};
+  segment.Add(device, recv);
+  return segment;
 }
 
 std::optional<Time> ClockModel::Add(Duration device, Time recv) {
@@ -124,7 +124,7 @@ void ClockModel::Doubt(Duration device, Time recv) {
   if (recv - next_->began >= kStallLimit && next_->messages >= kStallMessages) Step(*next_);
 }
 
-void ClockModel::Step(const Era& next) {
+void ClockModel::Step(const ClockSegment& next) {
   // Steps before the model is settled are not counted: a clock that steps all the time does not run
   // at the computer's rate at all.
   if (settled()) ++steps_;

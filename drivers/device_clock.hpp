@@ -97,7 +97,7 @@ class ClockModel {
 
  private:
   // The estimate between two clock steps.
-  struct Era {
+  struct ClockSegment {
     Duration device_zero;
     Duration lag_zero;
     Time began;
@@ -108,13 +108,13 @@ class ClockModel {
     double Y(Duration device, Time recv) const;
     void Add(Duration device, Time recv);
   };
-  static Era Begin(Duration device, Time recv, double slope);
+  static ClockSegment Begin(Duration device, Time recv, double slope);
   void Doubt(Duration device, Time recv);
-  void Step(const Era& next);
+  void Step(const ClockSegment& next);
 
   double least_delay_s_;
-  std::optional<Era> now_;
-  std::optional<Era> next_;  // messages that came too late for now_: a step, or a stall
+  std::optional<ClockSegment> now_;
+  std::optional<ClockSegment> next_;  // messages that came too late for now_: a step, or a stall
   double offset_s_ = 0.0;
   std::int64_t steps_ = 0;
 };

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "mapper/navigation/dead_reckoning.hpp"
-#include "mapper/navigation/ins/given_navigation.hpp"
+#include "mapper/navigation/ins/ins_navigation.hpp"
 #include "mapper/submaps/footprint.hpp"
 #include "mapper/submaps/level_cloud.hpp"
 #include "mapper/submaps/terrain_information.hpp"
@@ -35,7 +35,7 @@ const char* CounterOf(LoopSearch::Verdict verdict) {
 
 std::unique_ptr<Navigation> MakeNavigation(const MapperParams& params) {
   if (params.navigation_source == NavigationSource::kGiven)
-    return std::make_unique<GivenNavigation>(
+    return std::make_unique<InsNavigation>(
         params.given_navigation, params.navigation, params.vehicle);
   return std::make_unique<DeadReckoning>(params.navigation, params.vehicle);
 }
@@ -108,7 +108,7 @@ void Mapper::Navigate(const Sample& sample) {
     newest_input_ = sample.time;
   navigation_->Add(sample);
   watch_.Look(*navigation_);
-  given_watch_.Look(*navigation_);
+  ins_monitor_.Look(*navigation_);
   stamp_offsets_.Look(*navigation_);
   GiveNav();
   GeoreferencePings();
@@ -130,7 +130,7 @@ void Mapper::Add(const DepthSample& sample) {
 }
 
 void Mapper::Add(const NavigationSample& sample) {
-  given_watch_.Add(sample);
+  ins_monitor_.Add(sample);
   vertical_.Add(sample);
   NavigationSample in_map = sample;
   if (in_map.depth) {
@@ -145,7 +145,7 @@ void Mapper::Add(const NavigationSample& sample) {
 void Mapper::Add(const MbesPing& ping) {
   MbesPing on_time = ping;
   on_time.time = ping.time + FromSeconds(params_.sonar_time_offset_s);
-  given_watch_.See(on_time.time);
+  ins_monitor_.See(on_time.time);
   navigation_->AddSoundSpeed(on_time.time, ping.sound_speed_mps);
   ++pings_received_;
   pings_.Add(std::move(on_time));
@@ -153,7 +153,7 @@ void Mapper::Add(const MbesPing& ping) {
 }
 
 void Mapper::Add(const SoundingPing& ping) {
-  given_watch_.See(ping.time);
+  ins_monitor_.See(ping.time);
   ++pings_received_;
   sounding_pings_.Add(ping);
   GeoreferencePings();
@@ -419,7 +419,7 @@ void Mapper::Take(RegistrationResultSet results) {
   job_is_out_ = false;
   std::vector<GraphVertex> vertices;
   std::vector<GraphEdge> edges;
-  std::vector<RegistrationResultSet> made;
+  std::vector<RegistrationResultSet> replayed_jobs;
   Time submap_time;
   if (const Submap* submap = results.job.closed.get()) {
     OfDive dive = std::move(submaps_.front().dive);
@@ -433,7 +433,7 @@ void Mapper::Take(RegistrationResultSet results) {
     graph_.SetMounting(dive.chain.mounting);
     edges = search_.DeadReckoningEdge(submap->id);
     edges.insert(edges.end(), dive.position_edges.begin(), dive.position_edges.end());
-    made = std::move(dive.made);
+    replayed_jobs = std::move(dive.replayed_jobs);
   } else {
     submap_time = graph_.submap_time();
     Count("pairs_retried", static_cast<std::int64_t>(results.job.pairs.size()));
@@ -448,7 +448,7 @@ void Mapper::Take(RegistrationResultSet results) {
   const std::vector<GraphEdge> closures = search_.Record(std::move(results));
   edges.insert(edges.end(), closures.begin(), closures.end());
   Extend(std::move(vertices), std::move(edges), submap_time, std::move(growth));
-  for (RegistrationResultSet& job : made) RecordMade(std::move(job), submap_time);
+  for (RegistrationResultSet& job : replayed_jobs) RecordMade(std::move(job), submap_time);
 }
 
 void Mapper::RecordMade(RegistrationResultSet results, Time submap_time) {

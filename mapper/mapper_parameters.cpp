@@ -238,7 +238,7 @@ ParameterTable TableOf(MapperConfig* c) {
   DeclareMounting(c, &table);
   DeclareNavigation(&c->navigation, &table);
   DeclareSource(c, &table);
-  DeclareGivenNavigation(&c->given_navigation, &table);
+  DeclareInsNavigation(&c->given_navigation, &table);
   DeclareLimits(c, &table);
   DeclareCalibration(c, &table);
   DeclareProfile(c, &table);

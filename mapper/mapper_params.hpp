@@ -9,7 +9,7 @@
 #include "common/core/vehicle.hpp"
 #include "mapper/input/vertical_reference.hpp"
 #include "mapper/loops/loop_closer.hpp"
-#include "mapper/navigation/ins/given_navigation.hpp"
+#include "mapper/navigation/ins/ins_navigation.hpp"
 #include "mapper/navigation/navigation_params.hpp"
 #include "mapper/submaps/cloud_filter.hpp"
 #include "mapper/submaps/submap_builder.hpp"
@@ -27,7 +27,7 @@ struct MapperParams {
   VehicleGeometry vehicle;
   NavigationSource navigation_source = NavigationSource::kDeadReckoning;
   NavigationParams navigation;
-  GivenNavigationParams given_navigation;
+  InsNavigationParams given_navigation;
   SubmapParams submap;
   CloudFilterParams filter;
   LoopCloserParams loop_closer;

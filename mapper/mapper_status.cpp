@@ -59,7 +59,7 @@ std::vector<Condition> Mapper::conditions() const {
     now.push_back({&conditions::kSolutionsRefused, solution_refused_});
   const bool given = params_.navigation_source == NavigationSource::kGiven;
   const std::vector<Condition> of_navigation =
-      given ? given_watch_.conditions(*navigation_) : watch_.conditions(*navigation_);
+      given ? ins_monitor_.conditions(*navigation_) : watch_.conditions(*navigation_);
   now.insert(now.end(), of_navigation.begin(), of_navigation.end());
   const std::vector<Condition> of_clocks = clocks_.conditions();
   now.insert(now.end(), of_clocks.begin(), of_clocks.end());

@@ -62,11 +62,11 @@ PageNode::PageNode(const PageConfig& config, Bus* bus)
         if (const auto solution = solutions_.Add(msg)) map_.Add(*solution);
       });
   bus->Subscribe<nav_t>(
-      channels::kNav, QueueOf(channels::kNav), [this](const nav_t& msg) { Hear(msg); });
+      channels::kNav, QueueOf(channels::kNav), [this](const nav_t& msg) { OnMessage(msg); });
   health_.SetRunning();
 }
 
-void PageNode::Hear(const nav_t& msg) {
+void PageNode::OnMessage(const nav_t& msg) {
   const auto nav = FromLcm(msg);
   if (!nav) {
     health_.Count("nav_rejected");

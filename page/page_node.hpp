@@ -47,7 +47,7 @@ class PageNode {
   int port() const { return server_.port(); }
 
  private:
-  void Hear(const nav_t& msg);
+  void OnMessage(const nav_t& msg);
   void Add(const std::optional<Submap>& closed);
   std::string State() const;
 

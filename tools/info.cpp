@@ -261,7 +261,7 @@ int RunInfo(const InfoOptions& options) {
     throw UsageError("info: --repair takes one log at a time");
   if (options.repair_to && fs::exists(*options.repair_to))
     throw UsageError(options.repair_to->string() + ": exists already");
-  const RecordedLogs logs = LookThrough(inputs, BytesOf(inputs) < kLarge);
+  const RecordedLogs logs = ScanLogs(inputs, BytesOf(inputs) < kLarge);
   std::optional<EventLogWriter> repaired;
   if (options.repair_to) repaired.emplace(*options.repair_to, IfExists::kRefuse);
   std::vector<Record> records;

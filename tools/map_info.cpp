@@ -45,7 +45,7 @@ Json DiveJson(const FinishedMap& map, std::int32_t number) {
 std::pair<std::size_t, std::size_t> Closures(const FinishedMap& map) {
   std::map<std::pair<SubmapId, SubmapId>, LoopVerdict> verdicts;
   for (const FinishedSubmap& submap : map.submaps)
-    for (const RegistrationResultSet& job : submap.dive.made)
+    for (const RegistrationResultSet& job : submap.dive.replayed_jobs)
       for (const GraphEdge& edge : job.edges) verdicts[{edge.from, edge.to}] = edge.verdict;
   const auto accepted = std::count_if(verdicts.begin(), verdicts.end(), [](const auto& pair) {
     return pair.second == LoopVerdict::kAccepted;

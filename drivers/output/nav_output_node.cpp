@@ -149,7 +149,7 @@ std::vector<std::string> NavOutputConfig::outputs() const {
 }
 
 template <class Msg>
-void NavOutputNode::Hear(const char* channel, Bus* bus) {
+void NavOutputNode::OnMessage(const char* channel, Bus* bus) {
   bus->Subscribe<Msg>(channel, QueueOf(channel), [this](const Msg& msg) {
     if (const auto sample = FromLcm(msg))
       Send(StateIn(*sample));
@@ -170,9 +170,9 @@ NavOutputNode::NavOutputNode(const NavOutputConfig& config, Bus* bus)
   health_.SetText(channel_ + " to " + to);
   health_.SetStarting("waiting for " + channel_);
   if (config.corrected)
-    Hear<nav_corrected_t>(channels::kNavCorrected, bus);
+    OnMessage<nav_corrected_t>(channels::kNavCorrected, bus);
   else
-    Hear<nav_t>(channels::kNav, bus);
+    OnMessage<nav_t>(channels::kNav, bus);
   bus->Subscribe<dvl_t>(channels::kDvl, QueueOf(channels::kDvl), [this](const dvl_t& msg) {
     const auto received = FromLcm(msg);
     if (!received || !received->altitude_m) return;

@@ -55,7 +55,7 @@ class NavOutputNode {
   };
 
   template <class Msg>
-  void Hear(const char* channel, Bus* bus);
+  void OnMessage(const char* channel, Bus* bus);
   void Send(const NavState& state);
 
   const std::string channel_;

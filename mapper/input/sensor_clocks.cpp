@@ -81,7 +81,7 @@ std::optional<double> SensorClocks::Channel::lateness_s() const {
   return Median(late_s);
 }
 
-std::optional<double> SensorClocks::Latency::Add(const Era& message, Duration measured) {
+std::optional<double> SensorClocks::Latency::Add(const ClockSegment& message, Duration measured) {
   if (open_s.empty()) begin = message;
   open_s.push_back(ToSeconds(message.ReceivedAt() - message.At() - measured));
   if (open_s.size() < kLatencies) return std::nullopt;
@@ -98,61 +98,62 @@ Time SensorClocks::InDiveTime(SensorChannel channel,
                               const MessageStamp& stamp,
                               std::optional<Duration> measured) {
   Channel& c = channels_[static_cast<std::size_t>(channel)];
-  if (stamp.seq < 0 || stamp.seq > kLastSeq) return utime + c.era.utime_offset;  // damaged message
+  if (stamp.seq < 0 || stamp.seq > kLastSeq)
+    return utime + c.segment.utime_offset;  // damaged message
   // A message without receive stamp counts as received at its utime.
   const bool says_when = stamp.recv > Time() && stamp.recv < kLatest;
-  const Era message{utime, says_when ? stamp.recv : utime, stamp.seq};
+  const ClockSegment message{utime, says_when ? stamp.recv : utime, stamp.seq};
   if (!c.has_come) {
     Begin(&c, message);
   } else {
-    const double recv_s = ToSeconds(message.recv - c.era.recv);
-    const bool repeated = message.seq <= c.era.seq && c.era.seq - message.seq < kReordered &&
-                          std::abs(recv_s) <= jump_s_;
-    if (repeated) return utime + c.era.utime_offset;
-    const bool is_sure = c.era.messages >= kSureAfter;
+    const double recv_s = ToSeconds(message.recv - c.segment.recv);
+    const bool repeated = message.seq <= c.segment.seq &&
+                          c.segment.seq - message.seq < kReordered && std::abs(recv_s) <= jump_s_;
+    if (repeated) return utime + c.segment.utime_offset;
+    const bool is_sure = c.segment.messages >= kSureAfter;
     if (c.before && !is_sure && Follows(c, *c.before, message)) {
       ++counters_["stamps_damaged"];
-      c.era = *std::exchange(c.before, std::nullopt);
-      c.era.utime = message.utime;
-      c.era.recv = message.recv;
-      c.era.seq = message.seq;
+      c.segment = *std::exchange(c.before, std::nullopt);
+      c.segment.utime = message.utime;
+      c.segment.recv = message.recv;
+      c.segment.seq = message.seq;
     } else {
-      const Era last = c.era;
-      c.era = Next(channel, c, message);
-      if (c.era.messages == 1 && !c.before) c.before = last;
-      const bool moved = c.era.recv_offset != last.recv_offset;
-      if (moved || c.era.utime_offset != last.utime_offset) c.late_s.clear();
-      if (moved && c.era.computer == last.computer)
-        Join(channel, c, c.era.recv_offset - last.recv_offset);
-      if (c.era.messages >= kSureAfter && !c.before && message.seq == last.seq + 1)
+      const ClockSegment last = c.segment;
+      c.segment = Next(channel, c, message);
+      if (c.segment.messages == 1 && !c.before) c.before = last;
+      const bool moved = c.segment.recv_offset != last.recv_offset;
+      if (moved || c.segment.utime_offset != last.utime_offset) c.late_s.clear();
+      if (moved && c.segment.computer == last.computer)
+        Join(channel, c, c.segment.recv_offset - last.recv_offset);
+      if (c.segment.messages >= kSureAfter && !c.before && message.seq == last.seq + 1)
         c.AddInterval(ToSeconds(message.utime - last.utime));
     }
   }
-  if (!c.health_time_s || health_time_s() > *c.health_time_s) c.heard = c.era.ReceivedAt();
+  if (!c.health_time_s || health_time_s() > *c.health_time_s) c.heard = c.segment.ReceivedAt();
   c.health_time_s = health_time_s();
   // Received during its own measurement: a time written by a program that imported a file.
   const bool is_received =
       measured && !(message.recv >= message.utime && message.recv < message.utime + *measured);
   if (measured)
-    c.AddLateness(
-        ToSeconds(c.era.ReceivedAt() - c.era.At() - (is_received ? *measured : Duration::zero())));
+    c.AddLateness(ToSeconds(c.segment.ReceivedAt() - c.segment.At() -
+                            (is_received ? *measured : Duration::zero())));
   if (is_received && !IsRare(static_cast<std::size_t>(channel)))
-    if (const auto pace = c.latency.Add(c.era, *measured)) pace_ = *pace;
+    if (const auto pace = c.latency.Add(c.segment, *measured)) pace_ = *pace;
   const bool waits = leap_ && leap_->channels[static_cast<std::size_t>(channel)];
-  if (c.before && !waits && c.era.messages >= kSureAfter) Confirm(channel);
+  if (c.before && !waits && c.segment.messages >= kSureAfter) Confirm(channel);
   Judge();
-  return c.era.At();
+  return c.segment.At();
 }
 
 // First message of a channel. After a step of the computer's clock its stamps may be by that clock
 // or by the sensor's own: the smaller latency decides.
-void SensorClocks::Begin(Channel* c, const Era& message) const {
+void SensorClocks::Begin(Channel* c, const ClockSegment& message) const {
   c->has_come = true;
-  c->era = message;
-  c->era.recv_offset = c->era.computer = computer_;
-  c->era.messages = kSureAfter;
+  c->segment = message;
+  c->segment.recv_offset = c->segment.computer = computer_;
+  c->segment.messages = kSureAfter;
   const Duration late = message.recv - message.utime;
-  if (Size(late) <= Size(late + computer_)) c->era.utime_offset = computer_;
+  if (Size(late) <= Size(late + computer_)) c->segment.utime_offset = computer_;
 }
 
 bool SensorClocks::IsNormal(double passed_s, double typical_s) const {
@@ -160,15 +161,19 @@ bool SensorClocks::IsNormal(double passed_s, double typical_s) const {
 }
 
 // True if no clock stepped between the two messages.
-bool SensorClocks::Follows(const Channel& c, const Era& era, const Era& message) const {
-  if (message.seq <= era.seq) return false;
-  const double typical_s = static_cast<double>(message.seq - era.seq) * c.interval_s();
-  return IsNormal(ToSeconds(message.recv - era.recv), typical_s) &&
-         IsNormal(ToSeconds(message.utime - era.utime), typical_s);
+bool SensorClocks::Follows(const Channel& c,
+                           const ClockSegment& segment,
+                           const ClockSegment& message) const {
+  if (message.seq <= segment.seq) return false;
+  const double typical_s = static_cast<double>(message.seq - segment.seq) * c.interval_s();
+  return IsNormal(ToSeconds(message.recv - segment.recv), typical_s) &&
+         IsNormal(ToSeconds(message.utime - segment.utime), typical_s);
 }
 
-SensorClocks::Era SensorClocks::Next(SensorChannel channel, const Channel& c, Era message) const {
-  const Era& last = c.era;
+SensorClocks::ClockSegment SensorClocks::Next(SensorChannel channel,
+                                              const Channel& c,
+                                              ClockSegment message) const {
+  const ClockSegment& last = c.segment;
   const bool goes_on = message.seq > last.seq;  // false: its driver was restarted
   const double count = goes_on ? static_cast<double>(message.seq - last.seq) : 1.0;
   const double typical_s = count * c.interval_s();
@@ -201,22 +206,24 @@ SensorClocks::Era SensorClocks::Next(SensorChannel channel, const Channel& c, Er
 }
 
 // Correction to add to the computer's clock from this message on.
-Duration SensorClocks::ComputerStep(const Channel& c, const Era& message, double typical_s) const {
-  const double passed_s = ToSeconds(message.recv - c.era.recv);
-  if (c.era.computer != computer_) {
+Duration SensorClocks::ComputerStep(const Channel& c,
+                                    const ClockSegment& message,
+                                    double typical_s) const {
+  const double passed_s = ToSeconds(message.recv - c.segment.recv);
+  if (c.segment.computer != computer_) {
     // The message may have been sent before the clock stepped.
     const bool may_be_older = !c.before && IsNormal(passed_s, typical_s) && computer_stepped_at_ &&
                               ToSeconds(*newest() - *computer_stepped_at_) < jump_s_;
-    return may_be_older ? Duration::zero() : computer_ - c.era.computer;
+    return may_be_older ? Duration::zero() : computer_ - c.segment.computer;
   }
-  if (message.seq <= c.era.seq) return {};
+  if (message.seq <= c.segment.seq) return {};
   Duration step{};
   if (passed_s < -jump_s_) {
     step = FromSeconds(typical_s - passed_s);
   } else if (c.health_time_s) {
     const double elapsed_s = health_time_s() - *c.health_time_s;
     const bool heard =
-        elapsed_s > 0.0 || (c.heard && ToSeconds(c.era.ReceivedAt() - *c.heard) <= kHeardS);
+        elapsed_s > 0.0 || (c.heard && ToSeconds(c.segment.ReceivedAt() - *c.heard) <= kHeardS);
     const double least_s = elapsed_s > typical_s + kHeardS ? elapsed_s : typical_s;
     if (heard && passed_s - least_s > kHeardS) step = FromSeconds(least_s - passed_s);
   }
@@ -228,7 +235,7 @@ void SensorClocks::Join(SensorChannel channel, const Channel& c, Duration correc
   if (leap_ && correction != leap_->correction) return;  // a leap of its own
   if (!leap_) {
     const bool tell = c.health_time_s && processes_.WouldFindStep(health_time_s());
-    leap_ = Leap{correction, c.era.ReceivedAt(), health_time_s(), tell, {}};
+    leap_ = Leap{correction, c.segment.ReceivedAt(), health_time_s(), tell, {}};
   }
   leap_->channels[static_cast<std::size_t>(channel)] = true;
 }
@@ -271,8 +278,8 @@ void SensorClocks::CorrectLeap(Duration correction) {
   const Duration more = correction - leap_->correction;
   for (std::size_t i = 0; i < kSensorChannels; ++i) {
     if (!leap_->channels[i]) continue;
-    if (MovesWithComputer(channels_[i], *leap_)) channels_[i].era.utime_offset += more;
-    channels_[i].era.recv_offset += more;
+    if (MovesWithComputer(channels_[i], *leap_)) channels_[i].segment.utime_offset += more;
+    channels_[i].segment.recv_offset += more;
   }
   leap_->correction = correction;
 }
@@ -290,10 +297,10 @@ void SensorClocks::EndLeapAsStep() {
   for (std::size_t i = 0; i < kSensorChannels; ++i) {
     Channel& c = channels_[i];
     if (!leap.channels[i]) continue;
-    c.era.computer = computer_;
+    c.segment.computer = computer_;
     // Sensors with a clock of their own were right all the time: they join the others.
     if (was_wrong && !MovesWithComputer(c, leap)) {
-      c.era.utime_offset += leap.correction;
+      c.segment.utime_offset += leap.correction;
       c.before.reset();
       c.late_s.clear();
     }
@@ -316,12 +323,12 @@ void SensorClocks::EndLeapAsNoStep() {
 
 void SensorClocks::ConfirmAll(const Leap& leap) {
   for (std::size_t i = 0; i < kSensorChannels; ++i)
-    if (leap.channels[i] && channels_[i].before && channels_[i].era.messages >= kSureAfter)
+    if (leap.channels[i] && channels_[i].before && channels_[i].segment.messages >= kSureAfter)
       Confirm(static_cast<SensorChannel>(i));
 }
 
 bool SensorClocks::MovesWithComputer(const Channel& c, const Leap& leap) const {
-  return c.before && c.era.utime_offset - c.before->utime_offset == leap.correction;
+  return c.before && c.segment.utime_offset - c.before->utime_offset == leap.correction;
 }
 
 // True if more sensors agree with each other by the clock after the step than by the clock before.
@@ -349,10 +356,10 @@ void SensorClocks::TakeBack(const Leap& leap, bool was_wrong) {
       continue;
     }
     if (MovesWithComputer(c, leap)) {
-      c.era.utime_offset -= leap.correction;
+      c.segment.utime_offset -= leap.correction;
       if (was_wrong && IsTimeBase(i)) restart_ = stage_ == DiveStage::kNavigating;
     }
-    c.era.recv_offset -= leap.correction;
+    c.segment.recv_offset -= leap.correction;
     c.before.reset();
     c.late_s.clear();
     c.latency = {};
@@ -363,22 +370,22 @@ void SensorClocks::TakeBack(const Leap& leap, bool was_wrong) {
 
 void SensorClocks::Confirm(SensorChannel channel) {
   Channel& c = channels_[static_cast<std::size_t>(channel)];
-  const Era before = *std::exchange(c.before, std::nullopt);
-  const Duration computer = c.era.computer - before.computer;
-  const Duration received = c.era.recv_offset - before.recv_offset - computer;
+  const ClockSegment before = *std::exchange(c.before, std::nullopt);
+  const Duration computer = c.segment.computer - before.computer;
+  const Duration received = c.segment.recv_offset - before.recv_offset - computer;
   const std::string name = NameOf(channel);
   if (received != Duration::zero()) {
     ++counters_["receive_stamps_stepped_" + name];
     Note("the receive stamps of " + name, -received, false);
   }
-  Duration own = c.era.utime_offset - before.utime_offset;
+  Duration own = c.segment.utime_offset - before.utime_offset;
   if (own == Duration::zero() || own == computer) return;
   if (Size(own - computer) < Size(own)) own -= computer;
   ++counters_["clock_steps_" + name];
   const bool follow = WasWrong(channel, own);
   Note("the clock of " + name, -own, follow);
   if (!follow) return;
-  c.era.utime_offset -= own;
+  c.segment.utime_offset -= own;
   c.late_s.clear();
   c.latency = {};
   if (IsTimeBase(static_cast<std::size_t>(channel))) restart_ = stage_ == DiveStage::kNavigating;
@@ -443,7 +450,7 @@ std::optional<Time> SensorClocks::newest() const {
     const Channel& c = channels_[i];
     const double heard_s = c.health_time_s.value_or(0.0);
     if (!counts(i) || heard_s < last_health_time_s) continue;
-    const Time at = c.era.ReceivedAt() + FromSeconds(health_time_s() - heard_s);
+    const Time at = c.segment.ReceivedAt() + FromSeconds(health_time_s() - heard_s);
     all = all ? std::max(*all, at) : at;
   }
   return all;

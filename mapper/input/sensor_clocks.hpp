@@ -130,9 +130,9 @@ class SensorClocks {
   // Now, in dive time: arrival (recv) of the newest message, plus the time by HEALTH since then.
   std::optional<Time> newest() const;
   // Arrival (recv) of a channel's newest message, in dive time.
-  Time came_at(SensorChannel channel) const { return Of(channel).era.ReceivedAt(); }
+  Time came_at(SensorChannel channel) const { return Of(channel).segment.ReceivedAt(); }
   // Correction added to the utime of a channel's last message.
-  Duration offset(SensorChannel channel) const { return Of(channel).era.utime_offset; }
+  Duration offset(SensorChannel channel) const { return Of(channel).segment.utime_offset; }
 
   // Faults: a clock step within the last minute; a sensor whose latency has changed by 0.2 s
   // against the others; position fixes of the last minute by another clock than the others; a
@@ -155,7 +155,7 @@ class SensorClocks {
   static constexpr std::size_t kLatencies = 63;
 
   // Last message of a channel, with the offsets that take its stamps to dive time.
-  struct Era {
+  struct ClockSegment {
     Time utime;
     Time recv;
     std::int64_t seq = 0;
@@ -178,10 +178,10 @@ class SensorClocks {
   // kLatencies messages.
   struct Latency {
     // Returns seconds of utime per second of recv, once every kLatencies messages.
-    std::optional<double> Add(const Era& message, Duration measured);
+    std::optional<double> Add(const ClockSegment& message, Duration measured);
     double drift_s() const { return first_s && last_s ? *last_s - *first_s : 0.0; }
 
-    Era begin;                      // first message in open_s
+    ClockSegment begin;             // first message in open_s
     std::vector<double> open_s;     // latencies of the median to come
     std::optional<double> first_s;  // first median
     std::optional<double> last_s;   // last median
@@ -194,8 +194,8 @@ class SensorClocks {
 
   struct Channel {
     bool has_come = false;
-    Era era;
-    std::optional<Era> before;  // before a step that is not confirmed yet
+    ClockSegment segment;
+    std::optional<ClockSegment> before;  // before a step that is not confirmed yet
     std::array<double, kIntervals> intervals_s{};
     std::int32_t intervals = 0;
     Latency latency;
@@ -212,7 +212,8 @@ class SensorClocks {
     // Not saved: health_time_s, heard and late_s, which begin anew with the process.
     template <class Archive, class Self>
     static void Fields(Archive& archive, Self& self) {
-      archive(self.has_come, self.era, self.before, self.intervals_s, self.intervals, self.latency);
+      archive(
+          self.has_come, self.segment, self.before, self.intervals_s, self.intervals, self.latency);
     }
   };
 
@@ -231,11 +232,11 @@ class SensorClocks {
   const Channel& Of(SensorChannel channel) const {
     return channels_[static_cast<std::size_t>(channel)];
   }
-  void Begin(Channel* c, const Era& message) const;
+  void Begin(Channel* c, const ClockSegment& message) const;
   bool IsNormal(double passed_s, double typical_s) const;
-  bool Follows(const Channel& c, const Era& era, const Era& message) const;
-  Era Next(SensorChannel channel, const Channel& c, Era message) const;
-  Duration ComputerStep(const Channel& c, const Era& message, double typical_s) const;
+  bool Follows(const Channel& c, const ClockSegment& segment, const ClockSegment& message) const;
+  ClockSegment Next(SensorChannel channel, const Channel& c, ClockSegment message) const;
+  Duration ComputerStep(const Channel& c, const ClockSegment& message, double typical_s) const;
   void Join(SensorChannel channel, const Channel& c, Duration correction);
   // Decides on leap_, if there is enough evidence by now.
   void Judge();

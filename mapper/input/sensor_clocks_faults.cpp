@@ -19,7 +19,7 @@ constexpr double kDriftS = 0.2;
 // A sensor of before a restart is silent once the process has waited for it.
 bool SensorClocks::IsSilent(const Channel& c) const {
   if (!c.health_time_s && health_time_s() < kSilentS) return false;
-  return ToSeconds(*newest() - c.era.ReceivedAt()) >
+  return ToSeconds(*newest() - c.segment.ReceivedAt()) >
          std::max(kSilentS, kSilentIntervals * c.interval_s());
 }
 
@@ -46,7 +46,7 @@ void SensorClocks::AddSilent(std::vector<Condition>* all) const {
                   "%s%s since %s",
                   names.empty() ? "" : ", ",
                   NameOf(static_cast<SensorChannel>(i)),
-                  UtcOf(c.era.At()).c_str());
+                  UtcOf(c.segment.At()).c_str());
     names += text;
   }
   if (!names.empty()) all->push_back({&conditions::kSensorSilent, names});
@@ -90,7 +90,7 @@ void SensorClocks::AddDrifts(std::vector<Condition>* all) const {
 void SensorClocks::AddFixClock(std::vector<Condition>* all) const {
   const Channel& fixes = Of(SensorChannel::kPositionFix);
   const std::optional<double> fix_s = fixes.lateness_s();
-  if (!fix_s || !IsRealTime() || ToSeconds(*newest() - fixes.era.ReceivedAt()) > kEventHoldsS)
+  if (!fix_s || !IsRealTime() || ToSeconds(*newest() - fixes.segment.ReceivedAt()) > kEventHoldsS)
     return;
   std::vector<double> others_s;
   for (std::size_t i = 0; i < kSensorChannels; ++i)

@@ -74,7 +74,7 @@ std::vector<GraphEdge> LoopSearch::Record(RegistrationResultSet results) {
   if (results.job.closed && results.surface)
     judge_.AddSubmap(*results.job.closed, *std::move(results.surface));
   for (const LoopPair& pair : results.job.pairs) judge_.AddPair(pair.target, pair.source);
-  SetRepetitionsApart(&results);
+  MarkRepeatedClosures(&results);
   if (estimates_noise_) UpdateNoise(&results);
   std::vector<GraphEdge> changed = closer_.Record(results.job.pairs, results.edges);
   for (const ClosureStatistics* closure : noise_.TakeRestated()) {
@@ -88,7 +88,7 @@ std::vector<GraphEdge> LoopSearch::Record(RegistrationResultSet results) {
 // Marks repeated registrations of a closure as made, also over a restart. One that is refused
 // leaves the closure and its larger covariance: it brings no new evidence, only a smaller expected
 // noise.
-void LoopSearch::SetRepetitionsApart(RegistrationResultSet* results) {
+void LoopSearch::MarkRepeatedClosures(RegistrationResultSet* results) {
   for (const LoopPair& pair : results->job.pairs) {
     if (!closer_.IsRepetition(pair)) continue;
     registered_again_.insert({pair.target, pair.source});

@@ -76,7 +76,7 @@ class LoopSearch {
 
  private:
   std::optional<CovarianceRequest> Ask(std::optional<Time> now);
-  void SetRepetitionsApart(RegistrationResultSet* results);
+  void MarkRepeatedClosures(RegistrationResultSet* results);
   void UpdateNoise(RegistrationResultSet* results);
   std::vector<LoopPair> OutdatedPairs(std::int64_t most);
 

@@ -72,13 +72,14 @@ void RegisterByGicp(const Submap& source, const Shared& shared, RegistrationResu
     return GicpSubmap(
         submap.cloud, StraightFromBody(submap.T_map_submap, added_yaw_rad), params.gicp);
   };
-  const GicpSubmap laid = for_gicp(source, results->job.pairs.front().source_yaw_rad);
+  const GicpSubmap source_cloud = for_gicp(source, results->job.pairs.front().source_yaw_rad);
   const auto prepare = [&](const LoopPair& pair) {
     const std::shared_ptr<const Submap> target = load(pair.target);
     return target ? std::optional(for_gicp(*target, pair.target_yaw_rad)) : std::nullopt;
   };
-  const auto register_one = [&](const GicpSubmap& on, const LoopPair& pair) {
-    return RegisterGicp(on, laid, PriorOf(pair, params), params.gicp, params.registration);
+  const auto register_one = [&](const GicpSubmap& target_cloud, const LoopPair& pair) {
+    return RegisterGicp(
+        target_cloud, source_cloud, PriorOf(pair, params), params.gicp, params.registration);
   };
   RegisterAll(prepare, register_one, for_each, results);
 }
@@ -88,7 +89,7 @@ void RegisterByGrid(const Submap& source,
                     PreparedSubmaps* prepared,
                     RegistrationResultSet* results) {
   const auto& [params, load, for_each] = shared;
-  const std::shared_ptr<const RegistrationSubmap> laid =
+  const std::shared_ptr<const RegistrationSubmap> source_surface =
       prepared->Get(source, results->job.pairs.front().source_yaw_rad);
   const auto prepare = [&](const LoopPair& pair) {
     if (auto kept = prepared->Find(pair.target, pair.target_yaw_rad)) return kept;
@@ -97,8 +98,8 @@ void RegisterByGrid(const Submap& source,
   };
   RegistrationParams expected = params.registration;
   if (results->job.noise) expected.noise = *results->job.noise;
-  const auto register_one = [&](const RegistrationSubmap& on, const LoopPair& pair) {
-    return Align(on, *laid, PriorOf(pair, params), expected);
+  const auto register_one = [&](const RegistrationSubmap& target_surface, const LoopPair& pair) {
+    return Align(target_surface, *source_surface, PriorOf(pair, params), expected);
   };
   RegisterAll(prepare, register_one, for_each, results);
 }

@@ -135,11 +135,11 @@ Judgement SolutionJudge::Judge(const PoseGraph& graph) const {
   for (const auto& [source, target] : pairs_) {
     const std::optional<Pose2> solved = Relative(graph, target, source);
     if (!solved) continue;
-    const View& on = views_.at(target);
-    const View& laid = views_.at(source);
-    const Comparison pair(on.surface.levels().front().grid,
-                          laid.surface.levels().front().grid,
-                          Inverse(on.T_map_level) * laid.T_map_level,
+    const View& target_view = views_.at(target);
+    const View& source_view = views_.at(source);
+    const Comparison pair(target_view.surface.levels().front().grid,
+                          source_view.surface.levels().front().grid,
+                          Inverse(target_view.T_map_level) * source_view.T_map_level,
                           *solved);
     out.cells_dead_reckoned += pair.cells_dead_reckoned;
     out.cells_solved += pair.cells_solved;

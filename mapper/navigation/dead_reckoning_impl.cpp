@@ -294,7 +294,7 @@ DvlEvent DeadReckoning::Impl::Corrected(const DvlEvent& dvl) const {
 
 void DeadReckoning::Impl::UseDvl(Time t, const DvlEvent& dvl, const InertialRates& rates) {
   if (!IsPossible(dvl, rates)) return velocity_.refusals()->AddUnusable(t);
-  velocity_.Use(t, dvl, rates.angular_rate_radps, attitude_.IsSound(t));
+  velocity_.Use(t, dvl, rates.angular_rate_radps, attitude_.IsTrusted(t));
 }
 
 // False if the measured velocity exceeds the vehicle's largest speed: then the DVL is wrong.

@@ -161,7 +161,7 @@ std::vector<DiveInput> DivesAmong(const std::vector<fs::path>& inputs, bool raw,
     const fs::path& input = inputs[i];
     if (fs::is_directory(input)) {
       for (DiveInput& dive : DivesIn(input, raw, one_dive)) by_place.emplace(i, std::move(dive));
-    } else if (IsNavigationBeside(input)) {
+    } else if (IsExternalNavigation(input)) {
       beside.push_back(input);
     } else if (IsProfileFile(input)) {
       profiles.push_back(input);

@@ -19,11 +19,11 @@ struct DiveInput {
 
 // Splits the inputs of a replay into dives, in their order: each folder of a dive; each folder of
 // logs; the survey files of each folder, and those that are named one by one, as they belong
-// together (GroupSurveyFiles); all other logs. Navigation beside survey files (IsNavigationBeside)
-// and sound speed profiles (IsProfileFile) belong to all dives of survey files. Empty files are
-// named on stderr. raw: includes the logs of raw bytes. one_dive: no pause and no distance splits
-// the files of a sonar. Throws UsageError or DataError with the name of what is given twice or
-// cannot be used.
+// together (GroupSurveyFiles); all other logs. Navigation beside survey files
+// (IsExternalNavigation) and sound speed profiles (IsProfileFile) belong to all dives of survey
+// files. Empty files are named on stderr. raw: includes the logs of raw bytes. one_dive: no pause
+// and no distance splits the files of a sonar. Throws UsageError or DataError with the name of what
+// is given twice or cannot be used.
 std::vector<DiveInput> DivesAmong(const std::vector<std::filesystem::path>& inputs,
                                   bool raw = false,
                                   bool one_dive = false);

@@ -13,7 +13,7 @@
 #include "common/core/pose.hpp"
 #include "common/core/sample.hpp"
 #include "mapper/geometry/georeference.hpp"
-#include "mapper/navigation/ins/given_navigation.hpp"
+#include "mapper/navigation/ins/ins_navigation.hpp"
 #include "survey/plan/survey_files.hpp"
 
 namespace seastitch {
@@ -27,7 +27,7 @@ class Comparer {
         max_pings_(max_pings),
         position_(position),
         survey_(plan),
-        navigation_(GivenNavigationParams{}, NavigationParams{}, plan.vehicle) {
+        navigation_(InsNavigationParams{}, NavigationParams{}, plan.vehicle) {
     survey_.OnPlacedPing([this](const PlacedPing& p) { placed_.emplace(IdOf(p), p); });
   }
 
@@ -114,7 +114,7 @@ class Comparer {
   const int max_pings_;
   const PositionInPing position_;
   SurveyFiles survey_;
-  GivenNavigation navigation_;
+  InsNavigation navigation_;
   std::optional<RayTracer> rays_;
   std::deque<MbesPing> pings_;
   std::multimap<PingId, PlacedPing> placed_;  // the swaths of one ping share its number and time

@@ -167,7 +167,7 @@ class Counter {
     if (n.position) {
       const TimedPosition position{n.time, n.position->latitude_rad, n.position->longitude_rad};
       places_[n.source].Add(position);
-      if (!IsBeside(n.source)) AddOwn(position);
+      if (!IsExternal(n.source)) AddOwn(position);
     }
     if (n.grid_north_east_m) census_.grid_start.emplace(n.source, *n.grid_north_east_m);
     positions_.Add(n, n.position || n.grid_north_east_m);
@@ -200,7 +200,7 @@ class Counter {
 
   void EndFile(const CheckedReader& reader, PlannedFile* file) {
     const std::string why = reader.problem().empty() ? "" : "; " + reader.problem();
-    if (IsNavigationBeside(file->path) && navigation_of_file_ == 0)
+    if (IsExternalNavigation(file->path) && navigation_of_file_ == 0)
       throw DataError(file->path.string() + ": no line or record of navigation that can be read" +
                       why);
     const Counters counters = reader.counters();
@@ -274,7 +274,7 @@ class Counter {
     std::int64_t best = 0;
     for (const Quantity* const quantity : quantities)
       for (const auto& [source, records] : quantity->records) {
-        if (IsBeside(source)) continue;
+        if (IsExternal(source)) continue;
         covered[source] = quantity->PingsCovered(source, reach());
         best = std::max(best, covered[source]);
       }

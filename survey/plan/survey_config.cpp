@@ -28,8 +28,8 @@ VehicleGeometry WithSurvey(VehicleGeometry own, const SurveyPlan& plan) {
   own.datum_latitude_rad = plan.vehicle.datum_latitude_rad;
   own.datum_longitude_rad = plan.vehicle.datum_longitude_rad;
   own.p_vehicle_depth_m = plan.vehicle.p_vehicle_depth_m;
-  if (IsBeside(plan.position_source)) own.T_vehicle_imu.translation().setZero();
-  if (IsBeside(plan.attitude_source)) own.T_vehicle_imu.linear().setIdentity();
+  if (IsExternal(plan.position_source)) own.T_vehicle_imu.translation().setZero();
+  if (IsExternal(plan.attitude_source)) own.T_vehicle_imu.linear().setIdentity();
   return own;
 }
 

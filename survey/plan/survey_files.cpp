@@ -174,8 +174,8 @@ bool SurveyFiles::Choice::Uses(const NavigationRecord& n, const std::string& cho
   const bool is_chosen = n.source == chosen;
   if (is_chosen || !chosen_time) chosen_time = n.time;
   if (is_chosen) return true;
-  const double silent_s = IsBeside(chosen) ? 60.0 : 5.0;
-  if (IsBeside(n.source) || ToSeconds(n.time - *chosen_time) <= silent_s) return false;
+  const double silent_s = IsExternal(chosen) ? 60.0 : 5.0;
+  if (IsExternal(n.source) || ToSeconds(n.time - *chosen_time) <= silent_s) return false;
   if (n.source != substitute && ToSeconds(n.time - substitute_time) <= silent_s) return false;
   substitute = n.source;
   substitute_time = n.time;
@@ -411,7 +411,7 @@ std::optional<std::string> SurveyFiles::Outcome() const {
   if (position_.Uncovered(position_.max_gap_s) == pings_)
     return file + ": none of its " + std::to_string(pings_) +
            " pings lies within 2 s of a position";
-  if (IsBeside(plan_.position_source) &&
+  if (IsExternal(plan_.position_source) &&
       chosen_position_.Uncovered(chosen_position_.max_gap_s) == pings_)
     return file + ": none of its " + std::to_string(pings_) +
            " pings lies within a minute of a position of the navigation beside it";

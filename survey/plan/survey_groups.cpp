@@ -229,7 +229,7 @@ FileHead HeadOf(const fs::path& file) {
     return head;
   }
   const std::unique_ptr<SurveyReader> reader = ReaderFor(file);
-  if (!reader || IsNavigationBeside(file)) return head;
+  if (!reader || IsExternalNavigation(file)) return head;
   const SurveyReader& of_format = *reader;
   head.format = typeid(of_format).name();
   Places places;

@@ -59,7 +59,7 @@ Counters OfActive(Counters counts, const SurveyPlan& plan) {
 
 // The sonar's own sources.
 Counters Own(Counters counts) {
-  std::erase_if(counts, [](const auto& entry) { return IsBeside(entry.first); });
+  std::erase_if(counts, [](const auto& entry) { return IsExternal(entry.first); });
   return counts;
 }
 

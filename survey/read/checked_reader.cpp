@@ -27,7 +27,7 @@ bool IsNear(Time a, Time b) { return std::abs(ToSeconds(a - b)) <= kNearS; }
 // navigation may be hours apart.
 bool HasTimeOfFile(const SurveyRecord& record) {
   const auto* const n = std::get_if<NavigationRecord>(&record);
-  return n != nullptr ? !IsBeside(n->source) : IsPing(record);
+  return n != nullptr ? !IsExternal(n->source) : IsPing(record);
 }
 
 }  // namespace

@@ -74,7 +74,7 @@ class MergedLogs::Recorder {
 };
 
 // Finds messages that were read before, by sender and sequence number.
-class MergedLogs::Doubles {
+class MergedLogs::DuplicateFilter {
  public:
   bool Add(const LogEvent& event) {
     const auto place = PlaceOf(event.data);
@@ -120,7 +120,7 @@ MergedLogs::MergedLogs(const RecordedLogs& logs, EventLogReader::Wanted wanted, 
     recorders_.push_back(std::make_unique<Recorder>(recorder, first_log, wanted));
     first_log += recorder.size();
   }
-  if (recorders_.size() > 1) doubles_ = std::make_unique<Doubles>();
+  if (recorders_.size() > 1) duplicates_ = std::make_unique<DuplicateFilter>();
 }
 
 MergedLogs::~MergedLogs() = default;
@@ -139,7 +139,7 @@ std::optional<LogEvent> MergedLogs::Next() {
     LogEvent event = first->Take();
     read_ += SizeInLog(event);
     progress_.Set(read_);
-    if (!doubles_ || !doubles_->Add(event)) return event;
+    if (!duplicates_ || !duplicates_->Add(event)) return event;
   }
 }
 
@@ -151,7 +151,7 @@ std::map<std::string, std::int64_t> MergedLogs::refused() const {
   std::map<std::string, std::int64_t> counts;
   for (const auto& recorder : recorders_)
     if (recorder->damaged_bytes() > 0) counts["damaged_bytes"] += recorder->damaged_bytes();
-  if (doubles_) doubles_->CountInto(&counts);
+  if (duplicates_) duplicates_->CountInto(&counts);
   return counts;
 }
 

@@ -39,10 +39,10 @@ class MergedLogs {
 
  private:
   class Recorder;
-  class Doubles;
+  class DuplicateFilter;
 
   std::vector<std::unique_ptr<Recorder>> recorders_;
-  std::unique_ptr<Doubles> doubles_;
+  std::unique_ptr<DuplicateFilter> duplicates_;
   std::size_t log_ = 0;
   std::uint64_t total_ = 0;
   std::uint64_t read_ = 0;

@@ -251,7 +251,7 @@ std::map<std::string, int> RecordedLogs::Changed() const {
   return versions;
 }
 
-RecordedLogs LookThrough(const std::vector<fs::path>& logs, bool quiet) {
+RecordedLogs ScanLogs(const std::vector<fs::path>& logs, bool quiet) {
   std::vector<Scan> scans;
   RecordedLogs recorded;
   std::set<fs::path> seen;

@@ -40,7 +40,7 @@ struct RecordedLogs {
 // order is taken apart where both the numbers and the time of the recorder go back. Where every
 // sender restarted: by the numbers of the files in one folder, then by time. Throws
 // std::runtime_error as EventLogReader.
-RecordedLogs LookThrough(const std::vector<std::filesystem::path>& logs, bool quiet);
+RecordedLogs ScanLogs(const std::vector<std::filesystem::path>& logs, bool quiet);
 
 // True for a folder with a dive.json.
 bool IsDive(const std::filesystem::path& path);

@@ -154,13 +154,13 @@ bool IsSbet(const fs::path& path) {
   return !error && size >= kRecordBytes && (extension == ".sbet" || size % kRecordBytes == 0);
 }
 
-bool IsNavigationBeside(const fs::path& path) {
+bool IsExternalNavigation(const fs::path& path) {
   const std::string extension = LowerExtension(path);
   return IsSbet(path) || extension == ".fnv" || extension == ".na0" || extension == ".na1" ||
          HasTextColumns(path);
 }
 
-bool IsBeside(const std::string& source) {
+bool IsExternal(const std::string& source) {
   return std::find(kBeside.begin(), kBeside.end(), source) != kBeside.end();
 }
 

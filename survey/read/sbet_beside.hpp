@@ -14,9 +14,9 @@ bool IsSbet(const std::filesystem::path& path);
 
 // True for processed navigation beside a sonar's files: SBET, MB-System's .fnv and .na0, and text
 // with a file that describes its columns (HasTextColumns).
-bool IsNavigationBeside(const std::filesystem::path& path);
+bool IsExternalNavigation(const std::filesystem::path& path);
 // True if `source` (of a NavigationRecord) is such navigation.
-bool IsBeside(const std::string& source);
+bool IsExternal(const std::string& source);
 // First source of such navigation that has records. counts: records by source. Empty: none.
 std::string BesideAmong(const std::map<std::string, std::int64_t>& counts);
 

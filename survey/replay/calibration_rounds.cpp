@@ -86,10 +86,11 @@ void CalibrationRounds::SayThatItMapsAgain() {
                "overlaps show errors of the sonar's calibration: mapping again without them\n");
 }
 
-void CalibrationRounds::Warn(const Survey& survey, Feeding* feeding) const {
+void CalibrationRounds::Warn(const Survey& survey, ReplayInput* replay_input) const {
   for (const auto& [chain, of] : dives_)
     if (of.rounds.size() > 1)
-      seastitch::Warn(WarningOf(of.rounds), survey.dives.empty() ? "" : of.dive->name, feeding);
+      seastitch::Warn(
+          WarningOf(of.rounds), survey.dives.empty() ? "" : of.dive->name, replay_input);
 }
 
 void CalibrationRounds::Report(std::vector<DiveReport>* reports) const {

@@ -36,7 +36,7 @@ class CalibrationRounds {
   bool EndRun(const Survey& survey, bool is_stopped);
   // One line to people before the next run, and the warnings after the last one.
   static void SayThatItMapsAgain();
-  void Warn(const Survey& survey, Feeding* feeding) const;
+  void Warn(const Survey& survey, ReplayInput* replay_input) const;
   // Adds what each dive's overlaps said to its report.
   void Report(std::vector<DiveReport>* reports) const;
 

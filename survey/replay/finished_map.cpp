@@ -255,7 +255,7 @@ class SubmapReader {
     }
     job.job.pairs = growth.pairs;
     job.edges = growth.registered;
-    submaps_.back().dive.made.push_back(std::move(job));
+    submaps_.back().dive.replayed_jobs.push_back(std::move(job));
   }
 
   // Takes what comes from outside the graph: dives and absolute positions.
@@ -488,7 +488,7 @@ void Renumber(std::int32_t first_submap, std::int32_t first_dive, FinishedMap* m
       add(&edge.from);
       add(&edge.to);
     }
-    for (RegistrationResultSet& job : submap.dive.made) {
+    for (RegistrationResultSet& job : submap.dive.replayed_jobs) {
       for (LoopPair& pair : job.job.pairs) {
         add(&pair.target);
         add(&pair.source);

@@ -124,14 +124,17 @@ double DurationSeconds(const Survey& survey) {
 }
 
 // Makes the map from the input.
-void Remake(Dive* dive, std::unique_ptr<RawReplay> raw, Outputs outputs, Feeding* feeding) {
+void Remake(Dive* dive,
+            std::unique_ptr<RawReplay> raw,
+            Outputs outputs,
+            ReplayInput* replay_input) {
   const SurveyCollector& collector = *outputs.collector;
   ProductOptions* const products = outputs.products;
   SoundingLog* const soundings = products->soundings;
   MappingSession session(dive->mapper,
                          LoadOptimizerConfig(dive->config.optimizer.string()),
                          outputs.collector,
-                         feeding->stopped,
+                         replay_input->stopped,
                          outputs.on_event);
   Mapper& mapper = session.mapper().mapper();
   const bool exported = products->sounding_format.has_value();
@@ -149,7 +152,7 @@ void Remake(Dive* dive, std::unique_ptr<RawReplay> raw, Outputs outputs, Feeding
   if (dive->input.logs) other.emplace(dive->mapper);
   InputFaults faults;
   if (dive->input.submaps)
-    FeedSubmaps(std::move(*dive->input.submaps), &session, feeding);
+    FeedSubmaps(std::move(*dive->input.submaps), &session, replay_input);
   else
     faults = Feed(
         &dive->input,
@@ -159,35 +162,35 @@ void Remake(Dive* dive, std::unique_ptr<RawReplay> raw, Outputs outputs, Feeding
           if (other) other->Add(sample);
           session.Add(sample);
         },
-        feeding);
+        replay_input);
   session.Finish();
   if (placed) placed->Finish();
   if (mapper.noise().timing.placed_by_source) outputs.rounds->Drop(0);
   if (mapper.has_withheld()) outputs.rounds->Withhold();
-  if (feeding->stopped() && feeding->partial.empty()) NoteStop(100, feeding);
-  if (other) feeding->other_tracks.push_back({0, other->source(), other->Finish()});
-  if (inputs.unknown() > 0) feeding->refused["pings_of_an_unknown_input"] += inputs.unknown();
+  if (replay_input->stopped() && replay_input->partial.empty()) NoteStop(100, replay_input);
+  if (other) replay_input->other_tracks.push_back({0, other->source(), other->Finish()});
+  if (inputs.unknown() > 0) replay_input->refused["pings_of_an_unknown_input"] += inputs.unknown();
   for (Condition& fault : session.optimizer_faults()) faults.conditions.push_back(std::move(fault));
-  for (const auto& [reason, count] : session.refused()) feeding->refused[reason] += count;
+  for (const auto& [reason, count] : session.refused()) replay_input->refused[reason] += count;
   products->dives = {ReportOf(session.mapper(), faults)};
   products->mapper_counters = products->dives.front().counters;
-  SayHowMapped(dive->input, session.mapper().mapper(), "", feeding);
+  SayHowMapped(dive->input, session.mapper().mapper(), "", replay_input);
   TakeNoise(mapper, dive->mapper, products);
-  feeding->spans = inputs.spans();
+  replay_input->spans = inputs.spans();
   const bool track_alone = dive->input.logs && !inputs.HasPings() && collector.states() > 0;
   if (track_alone) return;
   ExpectSubmaps(collector,
                 dive->input.survey_files != nullptr,
                 session.mapper().Statement(faults.conditions),
-                *feeding);
-  WarnOfDepths(session.mapper().mapper(), "", feeding);
+                *replay_input);
+  WarnOfDepths(session.mapper().mapper(), "", replay_input);
 }
 
 // What one run over the inputs fills.
 struct MapRun {
   // base: products of any run. of_pings: soundings are placed here.
-  MapRun(const fs::path& out, ProductOptions base, bool of_pings, Feeding input)
-      : collector(out), products(std::move(base)), feeding(std::move(input)) {
+  MapRun(const fs::path& out, ProductOptions base, bool of_pings, ReplayInput input)
+      : collector(out), products(std::move(base)), replay_input(std::move(input)) {
     if (of_pings) products.soundings = &soundings.emplace(out / ".soundings");
   }
   MapRun(const MapRun&) = delete;
@@ -197,13 +200,13 @@ struct MapRun {
   MapRecorder recorder;
   std::optional<SoundingLog> soundings;
   ProductOptions products;
-  Feeding feeding;
+  ReplayInput replay_input;
 };
 
 // What all runs share.
 struct DivesOfRun {
   std::vector<Dive>* dives;
-  Unread* unread;
+  SkippedDives* unread;
   CalibrationRounds* rounds;
 };
 
@@ -216,9 +219,10 @@ void MapInputs(const ReplayOptions& options,
   Dive& first = dives->front();
   std::unique_ptr<RawReplay> raw = options.from_raw ? OpenRaw(options, first.input, out) : nullptr;
   if (options.as_recorded) {
-    FeedResults(*first.input.logs, &run->collector, &run->feeding);
+    FeedResults(*first.input.logs, &run->collector, &run->replay_input);
     run->products.noise_not_estimated = "this replay uses the recorded results";
-    for (const std::string& name : first.input.names) run->feeding.spans.push_back({name, {}, {}});
+    for (const std::string& name : first.input.names)
+      run->replay_input.spans.push_back({name, {}, {}});
     return;
   }
   const ScratchDir store(out / ".store");
@@ -231,8 +235,8 @@ void MapInputs(const ReplayOptions& options,
                         },
                         rounds};
   if (dives->size() > 1 || first.input.map)
-    return RemakeTogether(dives, store.path(), outputs, unread, &run->feeding);
-  Remake(&first, std::move(raw), outputs, &run->feeding);
+    return RemakeTogether(dives, store.path(), outputs, unread, &run->replay_input);
+  Remake(&first, std::move(raw), outputs, &run->replay_input);
 }
 
 // Compares the map's track with that of the other navigation.
@@ -259,7 +263,7 @@ ProductSummary RunReplay(const ReplayOptions& options) {
       DivesAmong(options.inputs, options.from_raw, options.one_dive);
   ExpectDives(dive_inputs, options);
   const bool several = dive_inputs.size() > 1;
-  Unread unread(several);
+  SkippedDives unread(several);
   std::vector<Dive> opened;
   for (const DiveInput& dive : dive_inputs) {
     if (several && !dive.note.empty() && !options.quiet)
@@ -329,30 +333,31 @@ ProductSummary RunReplay(const ReplayOptions& options) {
   Survey survey;
   for (;;) {
     run.reset();  // removes its files
-    run = std::make_unique<MapRun>(out.path(), products, of_pings, Feeding{options.quiet, stopped});
-    run->feeding.said = std::exchange(said, {});
+    run = std::make_unique<MapRun>(
+        out.path(), products, of_pings, ReplayInput{options.quiet, stopped});
+    run->replay_input.said = std::exchange(said, {});
     MapInputs(options, out.path(), {&dives, &unread, &rounds}, run.get());
     survey = run->collector.Finish();
     if (!rounds.EndRun(survey, stopped())) break;
-    said = run->feeding.said;
+    said = run->replay_input.said;
     fs::remove_all(out.path() / product_files::kSubmapFolder);
     if (!options.quiet) CalibrationRounds::SayThatItMapsAgain();
   }
-  rounds.Warn(survey, &run->feeding);
-  Feeding& feeding = run->feeding;
+  rounds.Warn(survey, &run->replay_input);
+  ReplayInput& replay_input = run->replay_input;
   products = run->products;
   rounds.Report(&products.dives);
-  products.refused = feeding.refused;
-  products.partial = feeding.partial;
-  products.warnings = feeding.warnings;
+  products.refused = replay_input.refused;
+  products.partial = replay_input.partial;
+  products.warnings = replay_input.warnings;
   products.unread = unread.dives();
-  CompareTracks(survey, feeding.other_tracks, &products.dives);
-  survey.inputs = feeding.spans;
+  CompareTracks(survey, replay_input.other_tracks, &products.dives);
+  survey.inputs = replay_input.spans;
   products.run_figures = [&] { return stopwatch.Read(DurationSeconds(survey)); };
   const bool track_alone = survey.submaps.empty() && !options.as_recorded && first.input.logs;
   ProductSummary summary = track_alone ? WriteTrackProducts(survey, products, out.path())
                                        : WriteProducts(survey, products, out.path());
-  summary.warnings = feeding.warnings.size();
+  summary.warnings = replay_input.warnings.size();
   if (!survey.submaps.empty() && !options.as_recorded)
     WriteFinishedMap(
         out.path(), run->recorder, survey, products, summary.outcome, first.configuration);

@@ -27,7 +27,7 @@ struct OtherTrack {
 };
 
 // Input of a replay, and counts of what is not used.
-struct Feeding {
+struct ReplayInput {
   bool quiet;
   std::function<bool()> stopped;                  // asked before every sample
   std::map<std::string, std::int64_t> refused{};  // by reason
@@ -39,7 +39,7 @@ struct Feeding {
 };
 
 // Notes that the replay was interrupted after this part of the input.
-void NoteStop(int percent, Feeding* feeding);
+void NoteStop(int percent, ReplayInput* replay_input);
 
 // What was wrong with a dive's input.
 struct InputFaults {
@@ -52,22 +52,24 @@ using TakeSample = std::function<void(const Received&, std::size_t input)>;
 InputFaults Feed(Input* input,
                  std::unique_ptr<RawReplay> raw,
                  const TakeSample& take,
-                 Feeding* feeding);
+                 ReplayInput* replay_input);
 // Passes the results on that are in logs.
-void FeedResults(const RecordedLogs& recorded, SurveyCollector* collector, Feeding* feeding);
+void FeedResults(const RecordedLogs& recorded,
+                 SurveyCollector* collector,
+                 ReplayInput* replay_input);
 // What a mapper of a dive found.
 DiveReport ReportOf(const LocalMapper& mapper, const InputFaults& faults = {});
 // Prints a warning, also of a quiet replay, and keeps it for the report. dive: its name among
 // several; else empty.
-void Warn(MapWarning warning, const std::string& dive, Feeding* feeding);
+void Warn(MapWarning warning, const std::string& dive, ReplayInput* replay_input);
 // Prints how many pings of survey files are in the map, and the warnings of their plan.
 void SayHowMapped(const Input& input,
                   const Mapper& mapper,
                   const std::string& dive,
-                  Feeding* feeding);
+                  ReplayInput* replay_input);
 // Warns of what changed the depths of a map.
-void WarnOfDepths(const Mapper& mapper, const std::string& dive, Feeding* feeding);
+void WarnOfDepths(const Mapper& mapper, const std::string& dive, ReplayInput* replay_input);
 // Adds submaps of files.
-void FeedSubmaps(SubmapDirectory directory, MappingSession* session, Feeding* feeding);
+void FeedSubmaps(SubmapDirectory directory, MappingSession* session, ReplayInput* replay_input);
 
 }  // namespace seastitch

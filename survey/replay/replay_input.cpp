@@ -178,7 +178,7 @@ Input Open(const DiveInput& dive, const ReplayOptions& options) {
     for (const fs::path& file : dive.files) input.names.push_back(file.filename().string());
   } else {
     const ChannelRole role = options.as_recorded ? ChannelRole::kResult : ChannelRole::kSensor;
-    input.logs = LookThrough(dive.files, options.quiet);
+    input.logs = ScanLogs(dive.files, options.quiet);
     if (!options.from_raw) ExpectReadable(input.logs->types, role);
     for (const auto& recorder : input.logs->recorders)
       for (const LogPart& log : recorder) input.names.push_back(log.path.filename().string());

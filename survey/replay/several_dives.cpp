@@ -29,27 +29,27 @@ std::size_t NumChains(const std::vector<Dive>& dives) {
 }
 
 // One back end for the submaps of all dives.
-class Together {
+class CombinedSurvey {
  public:
-  Together(const std::vector<Dive>& dives,
-           std::filesystem::path store,
-           Outputs outputs,
-           Unread* unread,
-           Feeding* feeding)
+  CombinedSurvey(const std::vector<Dive>& dives,
+                 std::filesystem::path store,
+                 Outputs outputs,
+                 SkippedDives* unread,
+                 ReplayInput* replay_input)
       : first_(dives.front()),
         has_names_(NumChains(dives) > 1),
         store_(std::move(store)),
         outputs_(std::move(outputs)),
         unread_(unread),
-        feeding_(feeding),
+        replay_input_(replay_input),
         session_(BackEnd(),
                  LoadOptimizerConfig(first_.config.optimizer.string()),
                  outputs_.collector,
-                 feeding->stopped,
+                 replay_input->stopped,
                  outputs_.on_event) {}
 
   void Add(Dive* dive) {
-    if (!feeding_->quiet) std::fprintf(stderr, "dive %s\n", dive->name.c_str());
+    if (!replay_input_->quiet) std::fprintf(stderr, "dive %s\n", dive->name.c_str());
     if (dive->input.map)
       AddMap(dive);
     else
@@ -62,10 +62,10 @@ class Together {
     ProductOptions* const products = outputs_.products;
     products->mapper_counters = session_.mapper().counters();
     products->conditions = session_.mapper().Conditions(session_.optimizer_faults());
-    for (const auto& [reason, count] : session_.refused()) feeding_->refused[reason] += count;
+    for (const auto& [reason, count] : session_.refused()) replay_input_->refused[reason] += count;
     TakeNoise(session_.mapper().mapper(), first_.mapper, products);
     ExpectSubmaps(
-        *outputs_.collector, first_.input.survey_files != nullptr, statements_, *feeding_);
+        *outputs_.collector, first_.input.survey_files != nullptr, statements_, *replay_input_);
     if (!has_names_) products->noise.timing = products->dives.front().sonar;
   }
 
@@ -93,7 +93,7 @@ class Together {
     SoundingLog* const soundings = outputs_.products->soundings;
     const bool exported = outputs_.products->sounding_format.has_value();
     PingInputs inputs(dive->input.names, exported, dive->mapper.sonar_time_offset_s);
-    const auto first_input = static_cast<std::uint16_t>(feeding_->spans.size());
+    const auto first_input = static_cast<std::uint16_t>(replay_input_->spans.size());
     std::optional<SoundingsStage> placed;
     if (soundings != nullptr) {
       placed.emplace(soundings, outputs_.rounds->Begin(next_chain_, dive));
@@ -116,16 +116,18 @@ class Together {
     if (placed) placed->Finish();
     if (!given_twice_.empty()) throw UsageError("replay: " + given_twice_);
     if (front.mapper().mapper().noise().timing.placed_by_source) outputs_.rounds->Drop(next_chain_);
-    if (other) feeding_->other_tracks.push_back({next_chain_, other->source(), other->Finish()});
+    if (other)
+      replay_input_->other_tracks.push_back({next_chain_, other->source(), other->Finish()});
     outputs_.products->dives.push_back(ReportOf(front.mapper(), faults));
     const std::string among = has_names_ ? dive->name : "";
-    SayHowMapped(dive->input, front.mapper().mapper(), among, feeding_);
-    WarnOfDepths(front.mapper().mapper(), among, feeding_);
+    SayHowMapped(dive->input, front.mapper().mapper(), among, replay_input_);
+    WarnOfDepths(front.mapper().mapper(), among, replay_input_);
     ++next_chain_;
     next_id_ = front.next_id();
     statements_ += dive->name + ": " + front.mapper().Statement(faults.conditions) + "; ";
     AddSpans(inputs.spans());
-    if (inputs.unknown() > 0) feeding_->refused["pings_of_an_unknown_input"] += inputs.unknown();
+    if (inputs.unknown() > 0)
+      replay_input_->refused["pings_of_an_unknown_input"] += inputs.unknown();
   }
 
   // The files of a dive and a map of it would count twice, and so would two maps of it. A dive is
@@ -142,14 +144,15 @@ class Together {
 
   InputFaults FeedDive(Dive* dive, const TakeSample& take) {
     InputFaults faults;
-    const std::map<std::string, std::int64_t> refused_before = std::exchange(feeding_->refused, {});
-    unread_->Try(dive->name, [&] { faults = Feed(&dive->input, nullptr, take, feeding_); });
-    for (const auto& [reason, count] : refused_before) feeding_->refused[reason] += count;
+    const std::map<std::string, std::int64_t> refused_before =
+        std::exchange(replay_input_->refused, {});
+    unread_->Try(dive->name, [&] { faults = Feed(&dive->input, nullptr, take, replay_input_); });
+    for (const auto& [reason, count] : refused_before) replay_input_->refused[reason] += count;
     return faults;
   }
 
   void AddSpans(const std::vector<SurveyInput>& spans) {
-    feeding_->spans.insert(feeding_->spans.end(), spans.begin(), spans.end());
+    replay_input_->spans.insert(replay_input_->spans.end(), spans.begin(), spans.end());
   }
 
   void AddMap(Dive* dive) {
@@ -169,23 +172,23 @@ class Together {
     const SubmapId last = map.submaps.back().submap.id;
     AddSubmaps(&map);
     for (const UnreadDive& of_map : map.unread) unread_->Add(of_map);
-    for (const auto& [reason, count] : map.refused) feeding_->refused[reason] += count;
+    for (const auto& [reason, count] : map.refused) replay_input_->refused[reason] += count;
     next_chain_ += static_cast<std::int32_t>(map.dives.size());
     next_id_ = last.value + 1;
     AddSpans(map.inputs);
   }
 
   void AddSubmaps(FinishedMap* map) {
-    ProgressLine progress("adding submaps", map->submaps.size(), feeding_->quiet);
+    ProgressLine progress("adding submaps", map->submaps.size(), replay_input_->quiet);
     for (std::size_t i = 0; i < map->submaps.size(); ++i) {
-      if (feeding_->stopped())
-        return NoteStop(static_cast<int>(100 * i / map->submaps.size()), feeding_);
+      if (replay_input_->stopped())
+        return NoteStop(static_cast<int>(100 * i / map->submaps.size()), replay_input_);
       FinishedSubmap& submap = map->submaps[i];
       try {
         submap.submap.cloud = LoadPoints(submap);
       } catch (const std::runtime_error& e) {
         std::fprintf(stderr, "points left out: %s\n", e.what());
-        ++feeding_->refused["submaps_of_a_map_without_their_points"];
+        ++replay_input_->refused["submaps_of_a_map_without_their_points"];
       }
       session_.AddSubmap(std::move(submap.submap), std::move(submap.dive));
       progress.Advance(1);
@@ -197,8 +200,8 @@ class Together {
   const bool has_names_;  // of dives; not for a map of one dive alone
   const std::filesystem::path store_;
   const Outputs outputs_;
-  Unread* const unread_;
-  Feeding* const feeding_;
+  SkippedDives* const unread_;
+  ReplayInput* const replay_input_;
   MappingSession session_;
   std::int32_t next_id_ = 0;
   std::int32_t next_chain_ = 0;
@@ -210,19 +213,19 @@ class Together {
 
 }  // namespace
 
-void Unread::Add(const UnreadDive& dive) {
+void SkippedDives::Add(const UnreadDive& dive) {
   // A replay may read its inputs again.
   if (Has(dive.name)) return;
   std::fprintf(stderr, "%s: %s\n", dive.name.c_str(), dive.reason.c_str());
   dives_.push_back(dive);
 }
 
-bool Unread::Has(const std::string& name) const {
+bool SkippedDives::Has(const std::string& name) const {
   return std::any_of(
       dives_.begin(), dives_.end(), [&](const UnreadDive& dive) { return dive.name == name; });
 }
 
-bool Unread::Try(const std::string& dive, const std::function<void()>& step) {
+bool SkippedDives::Try(const std::string& dive, const std::function<void()>& step) {
   try {
     step();
     return true;
@@ -244,9 +247,9 @@ void TakeNoise(const Mapper& mapper, const MapperConfig& config, ProductOptions*
 void ExpectSubmaps(const SurveyCollector& collector,
                    bool survey_files,
                    const std::string& statement,
-                   const Feeding& feeding) {
+                   const ReplayInput& replay_input) {
   if (collector.submaps() > 0) return;
-  if (!feeding.partial.empty()) throw std::runtime_error("no submap: " + feeding.partial);
+  if (!replay_input.partial.empty()) throw std::runtime_error("no submap: " + replay_input.partial);
   if (survey_files) throw DataError("no submap: " + statement);
   throw std::runtime_error("no submap: " + statement);
 }
@@ -279,11 +282,11 @@ void ShareGrid(const std::vector<Dive>& dives) {
 void RemakeTogether(std::vector<Dive>* dives,
                     const std::filesystem::path& store,
                     const Outputs& outputs,
-                    Unread* unread,
-                    Feeding* feeding) {
-  Together together(*dives, store, outputs, unread, feeding);
+                    SkippedDives* unread,
+                    ReplayInput* replay_input) {
+  CombinedSurvey together(*dives, store, outputs, unread, replay_input);
   for (Dive& dive : *dives)
-    if (!feeding->stopped()) together.Add(&dive);
+    if (!replay_input->stopped()) together.Add(&dive);
   together.Finish();
 }
 

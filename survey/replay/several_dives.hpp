@@ -14,10 +14,10 @@
 namespace seastitch {
 
 // The dives of a replay that were not read, or not to their end.
-class Unread {
+class SkippedDives {
  public:
   // several: a dive that fails is left out and named, else its exception is passed on.
-  explicit Unread(bool several) : several_(several) {}
+  explicit SkippedDives(bool several) : several_(several) {}
 
   // False: it failed.
   bool Try(const std::string& dive, const std::function<void()>& step);
@@ -41,7 +41,7 @@ void TakeNoise(const Mapper& mapper, const MapperConfig& config, ProductOptions*
 void ExpectSubmaps(const SurveyCollector& collector,
                    bool survey_files,
                    const std::string& statement,
-                   const Feeding& feeding);
+                   const ReplayInput& replay_input);
 
 // Sets one datum for all dives, and converts each dive's start position to it.
 void UseDatum(const Datum& datum, std::vector<Dive>* dives);
@@ -62,7 +62,7 @@ struct Outputs {
 void RemakeTogether(std::vector<Dive>* dives,
                     const std::filesystem::path& store,
                     const Outputs& outputs,
-                    Unread* unread,
-                    Feeding* feeding);
+                    SkippedDives* unread,
+                    ReplayInput* replay_input);
 
 }  // namespace seastitch

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "mapper/navigation/dead_reckoning.hpp"
-#include "mapper/navigation/ins/given_navigation.hpp"
+#include "mapper/navigation/ins/ins_navigation.hpp"
 
 namespace seastitch {
 namespace {
@@ -13,7 +13,7 @@ constexpr double kTrackIntervalS = 0.1;
 
 std::unique_ptr<Navigation> MakeOther(const MapperConfig& config, bool given) {
   if (given)
-    return std::make_unique<GivenNavigation>(
+    return std::make_unique<InsNavigation>(
         config.given_navigation, config.navigation, config.vehicle);
   return std::make_unique<DeadReckoning>(config.navigation, config.vehicle);
 }

@@ -93,8 +93,7 @@ TEST(LasFile, ACutFileIsCounted) {
   bytes.resize(bytes.size() - 28 - 5);
   const auto file = ReadLas(bytes);
   EXPECT_EQ(file.All<PlacedPing>().size(), 1u);
-  EXPECT_EQ(file.counters,
-            (Counters{{"damaged_bytes", 23}, {"las_points_noise", 1}}));
+  EXPECT_EQ(file.counters, (Counters{{"damaged_bytes", 23}, {"las_points_noise", 1}}));
 }
 
 TEST(LasFile, AHeadThatContradictsItselfGivesNothing) {

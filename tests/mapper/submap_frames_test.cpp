@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "common/core/pose.hpp"
-#include "mapper/navigation/ins/given_navigation.hpp"
+#include "mapper/navigation/ins/ins_navigation.hpp"
 
 namespace seastitch {
 namespace {
@@ -47,7 +47,7 @@ struct Dive {
   }
 
   double t_s = 0.0;
-  GivenNavigation navigation{{}, {}, {}};
+  InsNavigation navigation{{}, {}, {}};
   SubmapFrames frames{&navigation};
 };
 

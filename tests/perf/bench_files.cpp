@@ -60,7 +60,7 @@ void WriteGivenConfig(const fs::path& base,
                       bool follow_velocity,
                       const fs::path& path) {
   MapperConfig config = LoadMapperConfig(base.string());
-  GivenNavigationParams& ins = config.given_navigation;
+  InsNavigationParams& ins = config.given_navigation;
   ins.heading_rad = Deg2Rad(e.heading_bias_deg);
   // What comes and goes with the heading is another on every line.
   ins.heading_wander_rad = {Deg2Rad(std::hypot(e.heading_wander_deg, e.heading_deviation_deg)),

@@ -100,7 +100,7 @@ class Session : public testing::Test {
           if (const auto* step = std::get_if<GraphStep>(&event))
             graph.updates.push_back(Encoded(ToLcm(step->update, step->submap_time, 0)));
         });
-    LogSource source(LookThrough({log_}, true), nullptr, true);
+    LogSource source(ScanLogs({log_}, true), nullptr, true);
     while (const auto sample = source.Next()) session.Add(*sample);
     session.Finish();
     AddSolution(collector.Finish().solution, &graph);

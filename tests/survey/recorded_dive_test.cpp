@@ -48,7 +48,7 @@ class RecordedDive : public testing::Test {
          ToLcm({"mapper", "1.0", "mapper.yaml", text}, FromUtime(at_s * kSecond), 0))
       log->Write(at_s * kSecond, "CONFIG", part);
   }
-  static RecordedLogs Look(const std::vector<fs::path>& logs) { return LookThrough(logs, true); }
+  static RecordedLogs Look(const std::vector<fs::path>& logs) { return ScanLogs(logs, true); }
   static std::vector<std::int64_t> NumbersIn(const RecordedLogs& logs) {
     MergedLogs merged(logs, {}, true);
     std::vector<std::int64_t> numbers;

@@ -152,9 +152,9 @@ class CalibrationRoundsOfADive : public ::testing::Test {
     return reports[0].calibration;
   }
   std::size_t Warnings(const CalibrationRounds& rounds) {
-    Feeding feeding{true, [] { return false; }};
-    rounds.Warn({}, &feeding);
-    return feeding.warnings.size();
+    ReplayInput replay_input{true, [] { return false; }};
+    rounds.Warn({}, &replay_input);
+    return replay_input.warnings.size();
   }
 
   TemporaryDir dir_;

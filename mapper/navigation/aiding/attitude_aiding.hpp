@@ -72,7 +72,7 @@ class AttitudeAiding {
   bool HoldsInertialBiases(Time t) const;
   bool is_frozen() const { return is_frozen_; }
   // False: more than a tenth of the attitudes of the last minute disagreed with gyros or filter.
-  bool IsSound(Time t) const { return !refusals_.AreOften(t); }
+  bool IsTrusted(Time t) const { return !refusals_.AreOften(t); }
   const StampOffset& stamps() const { return stamps_; }
   // The rates as measured. While the gyros are in doubt, the angular rate is the device's.
   InertialRates Sound(Time t, const InertialRates& measured) const;

@@ -232,7 +232,7 @@ double VelocityAiding::IncrementSigma(const DvlEvent& dvl, double dt_s) const {
 
 // Accumulates the position error of the last seconds by a velocity error. A doubt is raised later
 // than its cause, and until then the filter used the wrong velocity.
-void VelocityAiding::AddWayBeside(const DvlEvent& dvl, double dt_s) {
+void VelocityAiding::AccumulateDisplacementError(const DvlEvent& dvl, double dt_s) {
   beside_m_ *= std::exp(-dt_s / kBesideS);
   beside_m_ += 0.5 * dt_s * (off_mps_ + Off(dvl));
 }
@@ -253,7 +253,7 @@ void VelocityAiding::Compare(Time t, const DvlEvent& dvl, const Eigen::Vector3d&
     const double stamp = params_.dvl_time_sigma_s * change_mps_.norm() / std::max(dt_s, 1e-3);
     const double sigma = Hypotenuse(IncrementSigma(dvl, dt_s), std::sqrt(2.0) * stamp);
     watch_.Add(t, q_map_imu.conjugate() * difference, sigma);
-    AddWayBeside(dvl, dt_s);
+    AccumulateDisplacementError(dvl, dt_s);
   } else {
     watch_.Interrupt();
   }

@@ -50,7 +50,7 @@ class VelocityAiding {
   // Specific force since the last inertial sample: as measured, bias included, imu axes.
   void AddForce(const Eigen::Vector3d& force_mps2, double dt_s);
   // Uses an ensemble. rate_radps: angular rate, imu axes. attitude_is_sound:
-  // AttitudeAiding::IsSound().
+  // AttitudeAiding::IsTrusted().
   void Use(Time t, const DvlEvent& dvl, const Eigen::Vector3d& rate_radps, bool attitude_is_sound);
   // Doubts the accelerometers for kDoubtS: they integrated to a speed above max_speed_mps.
   void DoubtAccelerometers(Time t) { doubted_until_ = t + FromSeconds(kDoubtS); }
@@ -95,7 +95,7 @@ class VelocityAiding {
   double IncrementSigma(const DvlEvent& dvl, double dt_s) const;
   void Decide(Time t, const DvlEvent& dvl);
   Eigen::Vector3d Off(const DvlEvent& dvl) const;  // DVL minus filter velocity, map axes
-  void AddWayBeside(const DvlEvent& dvl, double dt_s);
+  void AccumulateDisplacementError(const DvlEvent& dvl, double dt_s);
   void Compare(Time t, const DvlEvent& dvl, const Eigen::Vector3d& rate_radps);
   bool KnowsStep() const;
   void ForgetOldStep(Time t);

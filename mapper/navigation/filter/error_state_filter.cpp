@@ -290,7 +290,7 @@ void ErrorStateFilter::PropagateCovariance() {
   P_.diagonal().tail<kBiasSize>().array() +=
       bias_sigma_.tail<kBiasSize>().array().square() * (1.0 - decay.array().square());
 
-  if (doubt_rad_ != 0.0) TurnWayByDoubt();
+  if (doubt_rad_ != 0.0) RotateDisplacementByHeadingDoubt();
   pending_s_ = 0.0;
   pending_R_.setZero();
   pending_move_.setZero();

@@ -266,7 +266,7 @@ class ErrorStateFilter {
   // Reduces the sigma of bias i from `before` to `after`, as a measurement of it would.
   void ShrinkBias(int i, double before, double after);
   void DoubtHeading(double other_rad);
-  void TurnWayByDoubt();
+  void RotateDisplacementByHeadingDoubt();
   double StepVariance() const;
   ErrorVector ByHeadingDoubt() const;
   bool DecideHeading(const Eigen::Vector2d& other_m,

@@ -211,7 +211,7 @@ void ErrorStateFilter::DoubtHeading(double other_rad) {
 
 // By the other hypothesis the way lies on an arc: what that is more than its tangent, which the
 // tilt makes of it.
-void ErrorStateFilter::TurnWayByDoubt() {
+void ErrorStateFilter::RotateDisplacementByHeadingDoubt() {
   const Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
   const Eigen::Matrix3d turn = Eigen::AngleAxisd(doubt_rad_, axis).toRotationMatrix();
   const Eigen::Vector3d more_m =

@@ -1,10 +1,10 @@
 // The section `given_navigation` of config/mapper.yaml.
 
-#include "mapper/navigation/ins/given_navigation.hpp"
+#include "mapper/navigation/ins/ins_navigation.hpp"
 
 namespace seastitch {
 
-void DeclareGivenNavigation(GivenNavigationParams* p, ParameterTable* table) {
+void DeclareInsNavigation(InsNavigationParams* p, ParameterTable* table) {
   using enum Unit;
   ParameterTable& section = table->AddSection("given_navigation",
                                               "Errors of the poses on channel INS (the system's "

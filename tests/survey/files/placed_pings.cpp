@@ -6,7 +6,7 @@
 
 #include "common/core/pose.hpp"
 #include "mapper/geometry/georeference.hpp"
-#include "mapper/navigation/ins/given_navigation.hpp"
+#include "mapper/navigation/ins/ins_navigation.hpp"
 #include "survey/errors.hpp"
 #include "survey/plan/maker_soundings.hpp"
 #include "survey/plan/survey_files.hpp"
@@ -63,7 +63,7 @@ class Placer {
   }
 
   const VehicleGeometry vehicle_;
-  GivenNavigation navigation_;
+  InsNavigation navigation_;
   std::optional<RayTracer> rays_;
   std::deque<MbesPing> raw_;
   std::deque<SoundingPing> given_;

@@ -196,13 +196,16 @@ std::vector<MapWarning> WarningsOf(const std::vector<std::filesystem::path>& fil
   config.map_dir = dir.path();
   UseSurvey(input.survey_files->plan(), false, &config);
   LocalMapper mapper(config, [](const MapperEvent&) {});
-  Feeding feeding{.quiet = true, .stopped = [] { return false; }};
+  ReplayInput replay_input{.quiet = true, .stopped = [] { return false; }};
   Feed(
-      &input, nullptr, [&](const Received& sample, std::size_t) { mapper.Add(sample); }, &feeding);
+      &input,
+      nullptr,
+      [&](const Received& sample, std::size_t) { mapper.Add(sample); },
+      &replay_input);
   mapper.Finish();
-  SayHowMapped(input, mapper.mapper(), "", &feeding);
-  WarnOfDepths(mapper.mapper(), "", &feeding);
-  return feeding.warnings;
+  SayHowMapped(input, mapper.mapper(), "", &replay_input);
+  WarnOfDepths(mapper.mapper(), "", &replay_input);
+  return replay_input.warnings;
 }
 
 class ReaderRules : public testing::TestWithParam<Cell> {};

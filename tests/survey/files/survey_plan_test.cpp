@@ -20,7 +20,7 @@
 #include "common/core/pose.hpp"
 #include "mapper/geometry/georeference.hpp"
 #include "mapper/mapper_config.hpp"
-#include "mapper/navigation/ins/given_navigation.hpp"
+#include "mapper/navigation/ins/ins_navigation.hpp"
 #include "survey/plan/dive_inputs.hpp"
 #include "survey/plan/file_clocks.hpp"
 #include "survey/plan/maker_soundings.hpp"
@@ -50,7 +50,7 @@ using ::testing::ThrowsMessage;
 // Depth of a point of the vehicle less the depth that the sonar states, for every ping.
 std::vector<double> DepthErrorsM(const SurveyPlan& plan, const Eigen::Vector3d& p_vehicle_m) {
   SurveyFiles survey(plan);
-  GivenNavigation navigation({}, {}, plan.vehicle);
+  InsNavigation navigation({}, {}, plan.vehicle);
   std::map<Time, double> stated_m;
   survey.OnPlacedPing([&](const PlacedPing& ping) { stated_m[ping.time] = *ping.origin_depth_m; });
   ReadAll(
@@ -149,7 +149,7 @@ TEST(SurveyGeometry, ReplayedSoundingsAreWhereTheSonarPutsThem) {
 // echo's time, later by the sonar's time_offset_s.
 double SlopeChangeRmsDeg(const fs::path& file, double later_s) {
   SurveyFiles survey(PlanSurvey({file}));
-  GivenNavigation navigation({}, {}, survey.plan().vehicle);
+  InsNavigation navigation({}, {}, survey.plan().vehicle);
   std::vector<MbesPing> pings;
   ReadAll(
       &survey,

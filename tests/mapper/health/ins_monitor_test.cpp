@@ -1,6 +1,6 @@
 // Faults of a given INS that the mapper reports.
 
-#include "mapper/health/given_watch.hpp"
+#include "mapper/health/ins_monitor.hpp"
 
 #include <gmock/gmock.h>
 

@@ -1,4 +1,4 @@
-#include "mapper/navigation/ins/given_navigation.hpp"
+#include "mapper/navigation/ins/ins_navigation.hpp"
 
 #include <gtest/gtest.h>
 
@@ -97,11 +97,11 @@ Eigen::Vector2d NormalPair(Rng* rng) {
 }
 
 JumpTrial RunJumps(const JumpSurvey& survey, Rng* rng) {
-  GivenNavigationParams params;
+  InsNavigationParams params;
   params.follow_velocity = survey.follow_velocity;
   VehicleGeometry vehicle;
   vehicle.T_vehicle_imu.translation().x() = survey.lever_m;
-  GivenNavigation navigation(params, NavigationParams{}, vehicle);
+  InsNavigation navigation(params, NavigationParams{}, vehicle);
   JumpTrial trial;
   const double dt_s = 1.0 / survey.rate_hz;
   const auto lever_at = [&survey](double t_s) -> Eigen::Vector2d {
@@ -159,7 +159,7 @@ JumpTrial RunJumps(const JumpSurvey& survey, Rng* rng) {
 }
 
 // With the velocity of the INS, and of files that have none.
-TEST(GivenNavigation, FindsEveryJumpOfOneMetreAmongTenCentimetresOfNoise) {
+TEST(InsNavigation, FindsEveryJumpOfOneMetreAmongTenCentimetresOfNoise) {
   for (const bool velocity : {true, false}) {
     SCOPED_TRACE(velocity ? "with velocities" : "positions alone");
     int found = 0;
@@ -184,14 +184,14 @@ TEST(GivenNavigation, FindsEveryJumpOfOneMetreAmongTenCentimetresOfNoise) {
   }
 }
 
-TEST(GivenNavigation, InventsNoJump) {
+TEST(InsNavigation, InventsNoJump) {
   Rng rng(2);
   for (int trial = 0; trial < 20; ++trial) EXPECT_EQ(RunJumps({}, &rng).jumps, 0);
 }
 
 // An INS that learns in a turn that its heading was wrong moves its position within seconds: that
 // is no way that the vehicle went. A step is 0.4 m of way, and noise.
-TEST(GivenNavigation, TakesASlideOfSecondsOutOfTheTrack) {
+TEST(InsNavigation, TakesASlideOfSecondsOutOfTheTrack) {
   Rng rng(5);
   for (const double noise_m : {0.0, 0.02, 0.1}) {
     SCOPED_TRACE(noise_m);
@@ -204,7 +204,7 @@ TEST(GivenNavigation, TakesASlideOfSecondsOutOfTheTrack) {
 
 // An INS that corrects its position by some centimetres all the time, and jumps now and then. Only
 // its velocity is how the vehicle moved.
-TEST(GivenNavigation, FollowsTheVelocityIfThatIsStated) {
+TEST(InsNavigation, FollowsTheVelocityIfThatIsStated) {
   for (const double takes_s : {0.0, 4.0}) {
     JumpSurvey survey{
         .jump_m = 6.0, .noise_m = 0.0, .jump_takes_s = takes_s, .walk_m_per_rts = 0.03};
@@ -230,7 +230,7 @@ TEST(GivenNavigation, FollowsTheVelocityIfThatIsStated) {
 
 // In a turn of 180 degrees an INS 5 m ahead of the reference point moves 10 m relative to it. Its
 // velocity shows that.
-TEST(GivenNavigation, TakesALeverArmForNoSlide) {
+TEST(InsNavigation, TakesALeverArmForNoSlide) {
   for (const bool follow : {false, true}) {
     Rng rng(9);
     const JumpTrial none =
@@ -241,7 +241,7 @@ TEST(GivenNavigation, TakesALeverArmForNoSlide) {
 }
 
 // A velocity that lags in turns, or is one through the water, is no reason to distrust positions.
-TEST(GivenNavigation, TakesAnErrorOfTheVelocityForNoSlide) {
+TEST(InsNavigation, TakesAnErrorOfTheVelocityForNoSlide) {
   Rng rng(6);
   for (const JumpSurvey& survey :
        {JumpSurvey{.lag_s = 0.2},
@@ -256,7 +256,7 @@ TEST(GivenNavigation, TakesAnErrorOfTheVelocityForNoSlide) {
 }
 
 // Nor where it has to tell a jump from turns, stops and starts by the positions themselves.
-TEST(GivenNavigation, InventsNoJumpWithoutVelocities) {
+TEST(InsNavigation, InventsNoJumpWithoutVelocities) {
   Rng rng(2);
   for (const bool restless : {false, true})
     for (const double rate_hz : {1.0, 5.0})
@@ -268,14 +268,14 @@ TEST(GivenNavigation, InventsNoJumpWithoutVelocities) {
       }
 }
 
-TEST(GivenNavigation, FindsJumpsAmongPositionsOnceASecond) {
+TEST(InsNavigation, FindsJumpsAmongPositionsOnceASecond) {
   Rng rng(4);
   const JumpTrial trial =
       RunJumps({.jump_m = 1.0, .velocity = false, .rate_hz = 1.0, .noise_m = 0.02}, &rng);
   EXPECT_EQ(trial.jumps, 10);
 }
 
-TEST(GivenNavigation, TakesASpikeForNoJump) {
+TEST(InsNavigation, TakesASpikeForNoJump) {
   for (const bool velocity : {true, false}) {
     Rng rng(3);
     const JumpTrial trial = RunJumps({.spike_m = 50.0, .velocity = velocity}, &rng);
@@ -288,14 +288,14 @@ TEST(GivenNavigation, TakesASpikeForNoJump) {
 
 // Mean normalised squared error of relative poses of an INS that errs as its data sheet says, over
 // 3: 1 of an honest covariance.
-double MeanNees(const GivenNavigationParams& params, double lag_s, int trials) {
+double MeanNees(const InsNavigationParams& params, double lag_s, int trials) {
   constexpr double kDt = 1.0;
   constexpr double kDuration = 1800.0;
   double sum = 0.0;
   int n = 0;
   Rng rng(7);
   for (int trial = 0; trial < trials; ++trial) {
-    GivenNavigation navigation(params, NavigationParams{}, VehicleGeometry{});
+    InsNavigation navigation(params, NavigationParams{}, VehicleGeometry{});
     const double constant = params.heading_rad * Normal(&rng);
     const GaussMarkov<double>& w = params.heading_wander_rad;
     double wander = w.sigma * Normal(&rng);
@@ -337,9 +337,9 @@ double MeanNees(const GivenNavigationParams& params, double lag_s, int trials) {
   return sum / n;
 }
 
-TEST(GivenNavigationMonteCarlo, RelativeCovarianceIsHonest) {
+TEST(InsNavigationMonteCarlo, RelativeCovarianceIsHonest) {
   for (const bool fixed : {false, true}) {
-    GivenNavigationParams params;
+    InsNavigationParams params;
     params.uses_position_fixes = fixed;
     for (const double lag_s : {20.0, 100.0, 400.0, 800.0}) {
       const double nees = MeanNees(params, lag_s, 100);
@@ -355,10 +355,10 @@ TEST(GivenNavigationMonteCarlo, RelativeCovarianceIsHonest) {
 
 // --- what is given -------------------------------------------------------------------------------
 
-TEST(GivenNavigation, TakesPositionFromTheInsToTheVehicle) {
+TEST(InsNavigation, TakesPositionFromTheInsToTheVehicle) {
   VehicleGeometry vehicle;
   vehicle.T_vehicle_imu = MakePose({2.0, 1.0, -3.0}, RotationFromRpy(0.0, 0.0, Deg2Rad(90.0)));
-  GivenNavigation navigation({}, {}, vehicle);
+  InsNavigation navigation({}, {}, vehicle);
   // The vehicle looks east: its INS, turned by 90 degrees, looks south.
   for (int i = 0; i < 100; ++i)
     navigation.Add(SampleOf(0.1 * i, {100.0, 50.0}, Deg2Rad(180.0), std::nullopt));
@@ -370,8 +370,8 @@ TEST(GivenNavigation, TakesPositionFromTheInsToTheVehicle) {
   EXPECT_LT((state->T_map_vehicle.translation() - expected).norm(), 1e-6);
 }
 
-TEST(GivenNavigation, HoldsPositionForTwoSecondsAndNoLonger) {
-  GivenNavigation navigation({}, {}, {});
+TEST(InsNavigation, HoldsPositionForTwoSecondsAndNoLonger) {
+  InsNavigation navigation({}, {}, {});
   for (int i = 0; i <= 200; ++i) {
     NavigationSample sample = SampleOf(0.1 * i, {0.2 * i, 0.0}, 0.0, Eigen::Vector2d(2.0, 0.0));
     if (i > 100 && i < 180) sample.position.reset();
@@ -385,8 +385,8 @@ TEST(GivenNavigation, HoldsPositionForTwoSecondsAndNoLonger) {
   EXPECT_TRUE(navigation.StateAt(At(18.5)));
 }
 
-TEST(GivenNavigation, HoldsPositionBeforeTheFirst) {
-  GivenNavigation navigation({}, {}, {});
+TEST(InsNavigation, HoldsPositionBeforeTheFirst) {
+  InsNavigation navigation({}, {}, {});
   for (int i = 0; i <= 100; ++i) {
     NavigationSample sample = SampleOf(0.1 * i, {0.2 * i, 0.0}, 0.0, std::nullopt);
     if (i < 50 || i % 5 != 0) sample.position.reset();
@@ -399,8 +399,8 @@ TEST(GivenNavigation, HoldsPositionBeforeTheFirst) {
   EXPECT_FALSE(navigation.StateAt(At(2.9)));
 }
 
-TEST(GivenNavigation, OnePositionWithoutVelocityIsNotHeld) {
-  GivenNavigation navigation({}, {}, {});
+TEST(InsNavigation, OnePositionWithoutVelocityIsNotHeld) {
+  InsNavigation navigation({}, {}, {});
   for (int i = 0; i <= 100; ++i) {
     NavigationSample sample = SampleOf(0.1 * i, {0.0, 0.0}, 0.0, std::nullopt);
     if (i != 50) sample.position.reset();
@@ -411,8 +411,8 @@ TEST(GivenNavigation, OnePositionWithoutVelocityIsNotHeld) {
   EXPECT_FALSE(navigation.StateAt(At(5.5)));
 }
 
-TEST(GivenNavigation, StatesDoNotChangeOnceGiven) {
-  GivenNavigation navigation({}, {}, {});
+TEST(InsNavigation, StatesDoNotChangeOnceGiven) {
+  InsNavigation navigation({}, {}, {});
   Rng rng(5);
   std::map<int, Eigen::Vector3d> given;
   for (int i = 0; i < 2000; ++i) {
@@ -447,15 +447,15 @@ PositionFix FixOf(double t_s, const Eigen::Vector2d& north_east_m, const char* s
   return fix;
 }
 
-std::int64_t CountOf(const GivenNavigation& navigation, const std::string& name) {
+std::int64_t CountOf(const InsNavigation& navigation, const std::string& name) {
   const auto found = navigation.counters().find(name);
   return found == navigation.counters().end() ? 0 : found->second;
 }
 
 // GPS at 10 Hz at the surface for half an hour without a submap: errors of a minute are alike, so
 // that 18,000 fixes are no 18,000 measurements, and they must neither be compared nor stored.
-TEST(GivenNavigation, ManyFixesOfOneSourceCountAsOneInTenSeconds) {
-  GivenNavigation navigation({}, {}, {});
+TEST(InsNavigation, ManyFixesOfOneSourceCountAsOneInTenSeconds) {
+  InsNavigation navigation({}, {}, {});
   constexpr int kSamples = 18'000;
   for (int i = 0; i < kSamples; ++i) {
     const Eigen::Vector2d p(0.2 * i, 0.0);
@@ -474,10 +474,10 @@ TEST(GivenNavigation, ManyFixesOfOneSourceCountAsOneInTenSeconds) {
   EXPECT_TRUE(navigation.WaitingFixes().empty()) << "each is returned once";
 }
 
-TEST(GivenNavigation, EveryFixIsGivenOnceOrCounted) {
+TEST(InsNavigation, EveryFixIsGivenOnceOrCounted) {
   NavigationParams params;
   params.window_s = 600.0;
-  GivenNavigation navigation({}, params, {});
+  InsNavigation navigation({}, params, {});
   navigation.Add(FixOf(-3.0, {0.0, 0.0}, "before"));
   for (int i = 0; i <= 10'000; ++i) {
     NavigationSample sample = SampleOf(0.1 * i, {0.2 * i, 0.0}, 0.0, Eigen::Vector2d(2.0, 0.0));
@@ -501,10 +501,10 @@ TEST(GivenNavigation, EveryFixIsGivenOnceOrCounted) {
 // --- the newest sample ---------------------------------------------------------------------------
 
 // The search for jumps needs 15 positions or 5 s. The state for the autopilot must not wait.
-TEST(GivenNavigation, PredictsToTheNewestSampleAlsoInATurn) {
+TEST(InsNavigation, PredictsToTheNewestSampleAlsoInATurn) {
   for (const bool velocity : {true, false}) {
     SCOPED_TRACE(velocity ? "with velocities" : "without velocities");
-    GivenNavigation navigation({}, {}, {});
+    InsNavigation navigation({}, {}, {});
     Eigen::Vector2d p = Eigen::Vector2d::Zero();
     double largest_m = 0.0, largest_delay_s = 0.0;
     for (int i = 0; i < 3000; ++i) {
@@ -535,8 +535,8 @@ TEST(GivenNavigation, PredictsToTheNewestSampleAlsoInATurn) {
   }
 }
 
-TEST(GivenNavigation, PredictsNotBeyondTwoSecondsWithoutAPosition) {
-  GivenNavigation navigation({}, {}, {});
+TEST(InsNavigation, PredictsNotBeyondTwoSecondsWithoutAPosition) {
+  InsNavigation navigation({}, {}, {});
   for (int i = 0; i <= 200; ++i) {
     NavigationSample sample = SampleOf(0.1 * i, {0.2 * i, 0.0}, 0.0, Eigen::Vector2d(2.0, 0.0));
     if (i > 100) sample.position.reset();
@@ -571,14 +571,14 @@ std::vector<std::variant<NavigationSample, PositionFix>> Survey(double duration_
   return samples;
 }
 
-TEST(GivenNavigation, GoesOnAfterARestartAsIfThereWereNone) {
-  GivenNavigationParams params;
+TEST(InsNavigation, GoesOnAfterARestartAsIfThereWereNone) {
+  InsNavigationParams params;
   params.heading_rad = 0.01;
   params.heading_wander_rad = {0.005, 300.0};
   VehicleGeometry vehicle;
   vehicle.T_vehicle_imu.translation() << 1.0, 0.5, 0.2;
   const auto samples = Survey(700.0);
-  const auto feed = [](const auto& sample, GivenNavigation* navigation) {
+  const auto feed = [](const auto& sample, InsNavigation* navigation) {
     std::visit([&](const auto& s) { navigation->Add(s); }, sample);
   };
   Rng rng(9);
@@ -587,13 +587,13 @@ TEST(GivenNavigation, GoesOnAfterARestartAsIfThereWereNone) {
   for (int run = 0; run < 30; ++run) {
     const std::size_t stop = moment(rng);
     SCOPED_TRACE("stopped after sample " + std::to_string(stop));
-    GivenNavigation whole(params, {}, vehicle);
+    InsNavigation whole(params, {}, vehicle);
     for (std::size_t i = 0; i <= stop; ++i) feed(samples[i], &whole);
     const Time since = *whole.latest() - FromSeconds(50.0 + run);
     const auto saved = whole.Save(since);
     ASSERT_TRUE(saved);
     most_bytes = std::max(most_bytes, saved->size());
-    GivenNavigation resumed(params, {}, vehicle);
+    InsNavigation resumed(params, {}, vehicle);
     ASSERT_TRUE(resumed.Restore(*saved));
     for (std::size_t i = stop + 1; i < samples.size(); ++i) {
       feed(samples[i], &whole);
@@ -620,21 +620,21 @@ TEST(GivenNavigation, GoesOnAfterARestartAsIfThereWereNone) {
   EXPECT_LT(most_bytes, 60'000U);
 }
 
-TEST(GivenNavigation, TakesNoBytesThatAreNone) {
+TEST(InsNavigation, TakesNoBytesThatAreNone) {
   const auto samples = Survey(60.0);
-  GivenNavigation navigation({}, {}, {});
+  InsNavigation navigation({}, {}, {});
   EXPECT_FALSE(navigation.Save(std::nullopt)) << "before the start";
   for (const auto& sample : samples) std::visit([&](const auto& s) { navigation.Add(s); }, sample);
   const auto saved = *navigation.Save(std::nullopt);
   for (std::size_t size = 0; size < saved.size(); ++size) {
-    GivenNavigation other({}, {}, {});
+    InsNavigation other({}, {}, {});
     ASSERT_FALSE(other.Restore(Bytes(saved.data(), size))) << size;
     ASSERT_FALSE(other.latest());
   }
 }
 
-TEST(GivenNavigation, WithoutDepthThereIsNoPose) {
-  GivenNavigation navigation({}, {}, {});
+TEST(InsNavigation, WithoutDepthThereIsNoPose) {
+  InsNavigation navigation({}, {}, {});
   for (int i = 0; i < 100; ++i) {
     NavigationSample sample = SampleOf(0.1 * i, {0.2 * i, 0.0}, 0.0, std::nullopt);
     sample.depth.reset();
@@ -645,8 +645,8 @@ TEST(GivenNavigation, WithoutDepthThereIsNoPose) {
 }
 
 // The depth of the INS ends; that of a pressure sensor, refused until then, takes over.
-TEST(GivenNavigation, APressureSensorTakesOverFromAnInsThatGivesNoDepthAnyMore) {
-  GivenNavigation navigation({}, {}, {});
+TEST(InsNavigation, APressureSensorTakesOverFromAnInsThatGivesNoDepthAnyMore) {
+  InsNavigation navigation({}, {}, {});
   for (int i = 0; i < 400; ++i) {
     NavigationSample sample = SampleOf(0.1 * i, {0.2 * i, 0.0}, 0.0, std::nullopt);
     if (i >= 100) sample.depth.reset();

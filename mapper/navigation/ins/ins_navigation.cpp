@@ -1,4 +1,4 @@
-#include "mapper/navigation/ins/given_navigation.hpp"
+#include "mapper/navigation/ins/ins_navigation.hpp"
 
 #include <algorithm>
 #include <array>
@@ -72,19 +72,19 @@ Eigen::Vector2d Turn90(const Eigen::Vector2d& v) { return {-v.y(), v.x()}; }
 
 }  // namespace
 
-GivenNavigation::GivenNavigation(const GivenNavigationParams& params,
-                                 const NavigationParams& navigation,
-                                 const VehicleGeometry& vehicle)
+InsNavigation::InsNavigation(const InsNavigationParams& params,
+                             const NavigationParams& navigation,
+                             const VehicleGeometry& vehicle)
     : params_(params),
       navigation_(navigation),
       vehicle_(vehicle),
       map_frame_(DatumOf(vehicle)),
       jumps_(params.min_jump_m, params.follow_velocity) {}
-GivenNavigation::~GivenNavigation() = default;
+InsNavigation::~InsNavigation() = default;
 
 // --- samples in ----------------------------------------------------------------------------------
 
-void GivenNavigation::Add(const NavigationSample& sample) {
+void InsNavigation::Add(const NavigationSample& sample) {
   if (sample.status == InsStatus::kInvalid) return Count("ins_invalid");
   if (sample.status == InsStatus::kAligning) return Count("ins_aligning");
   if (sample.attitude) AddAttitude(sample);
@@ -97,7 +97,7 @@ void GivenNavigation::Add(const NavigationSample& sample) {
   Proceed(false);
 }
 
-void GivenNavigation::Add(const DepthSample& sample) {
+void InsNavigation::Add(const DepthSample& sample) {
   if (ins_gives_depth_ && !ins_depth_at_) ins_depth_at_ = sample.time;  // after a restart
   if (ins_gives_depth_ && ToSeconds(sample.time - *ins_depth_at_) <= kInsDepthHoldsS)
     return Count("depth_not_used");
@@ -107,7 +107,7 @@ void GivenNavigation::Add(const DepthSample& sample) {
 }
 
 // Position fixes of other sensors go to the graph: the INS uses fixes by itself.
-void GivenNavigation::Add(const PositionFix& fix) {
+void InsNavigation::Add(const PositionFix& fix) {
   const Eigen::Vector2d north_east = map_frame_.NorthEastOf(fix.latitude_rad, fix.longitude_rad);
   if (!(north_east.norm() < kLargestMapM)) return Count("fix_far_from_datum");
   AddFix(fix.time,
@@ -115,7 +115,7 @@ void GivenNavigation::Add(const PositionFix& fix) {
   KeepFixes();
 }
 
-void GivenNavigation::AddFix(Time t, FixEvent fix) {
+void InsNavigation::AddFix(Time t, FixEvent fix) {
   std::optional<Time> newest = last_position_;
   if (!attitudes_.empty()) newest = std::max(newest, std::optional(attitudes_.back().time));
   if (newest && t > *newest + FromSeconds(kMaxAheadS)) return Count("fix_ahead");
@@ -126,14 +126,14 @@ void GivenNavigation::AddFix(Time t, FixEvent fix) {
 }
 
 // Groups the fixes for whose time the pose is known by now.
-void GivenNavigation::KeepFixes() {
+void InsNavigation::KeepFixes() {
   const std::optional<Time> end = latest();
   for (; end && !early_fixes_.empty() && early_fixes_.front().time <= *end;
        early_fixes_.pop_front())
     KeepFix(early_fixes_.front().time, early_fixes_.front().value);
 }
 
-void GivenNavigation::KeepFix(Time t, const FixEvent& fix) {
+void InsNavigation::KeepFix(Time t, const FixEvent& fix) {
   const std::optional<NavState> then = StateAt(t);
   if (!then) {
     const bool late = ToSeconds(*latest() - t) > navigation_.window_s;
@@ -143,7 +143,7 @@ void GivenNavigation::KeepFix(Time t, const FixEvent& fix) {
   fixes_.Keep(t, fix.OfVehicle(T_map_vehicle.linear()), T_map_vehicle.translation().head<2>());
 }
 
-void GivenNavigation::AddAttitude(const NavigationSample& sample) {
+void InsNavigation::AddAttitude(const NavigationSample& sample) {
   if (!attitudes_.empty() && sample.time <= attitudes_.back().time)
     return tally_.CountLate("ins_attitude");
   const Attitude& attitude = *sample.attitude;
@@ -153,12 +153,12 @@ void GivenNavigation::AddAttitude(const NavigationSample& sample) {
                         attitude.sigma_rpy_rad.z()});
 }
 
-void GivenNavigation::AddDepth(Time t, double depth_m, const Eigen::Vector3d& p_vehicle_sensor_m) {
+void InsNavigation::AddDepth(Time t, double depth_m, const Eigen::Vector3d& p_vehicle_sensor_m) {
   if (!depths_.empty() && t <= depths_.back().time) return tally_.CountLate("ins_depth");
   depths_.push_back({t, depth_m, p_vehicle_sensor_m});
 }
 
-void GivenNavigation::AddPosition(const NavigationSample& sample) {
+void InsNavigation::AddPosition(const NavigationSample& sample) {
   if (last_position_ && sample.time <= *last_position_) return tally_.CountLate("ins_position");
   last_position_ = sample.time;
   const Eigen::Vector2d north_east =
@@ -175,7 +175,7 @@ void GivenNavigation::AddPosition(const NavigationSample& sample) {
   Count("ins_position_without_attitude");
 }
 
-void GivenNavigation::Finish() {
+void InsNavigation::Finish() {
   finished_ = true;
   Proceed(true);
   if (!early_fixes_.empty())
@@ -185,7 +185,7 @@ void GivenNavigation::Finish() {
 
 // Finds the jumps of the INS's positions, which its velocities are of as well, and stores them as
 // places of the vehicle.
-void GivenNavigation::Proceed(bool finish) {
+void InsNavigation::Proceed(bool finish) {
   if (attitudes_.empty()) return;
   const bool has_lever = !vehicle_.T_vehicle_imu.translation().isZero();
   const auto waits_for_attitude = [&](const JumpFinder::Position& position) {
@@ -210,7 +210,7 @@ void GivenNavigation::Proceed(bool finish) {
   Trim();
 }
 
-void GivenNavigation::AddPlace(const JumpFinder::Steady& steady) {
+void InsNavigation::AddPlace(const JumpFinder::Steady& steady) {
   Place place{steady.time, steady.steady_m, kUnknownVelocity, steady.sigma_m, 0.0, 0.0};
   const Eigen::Vector3d& lever_m = vehicle_.T_vehicle_imu.translation();
   if (!lever_m.isZero())
@@ -236,7 +236,7 @@ void GivenNavigation::AddPlace(const JumpFinder::Steady& steady) {
   if (steady.jumped || known_anew) GiveFix(steady);
 }
 
-void GivenNavigation::GiveFix(const JumpFinder::Steady& steady) {
+void InsNavigation::GiveFix(const JumpFinder::Steady& steady) {
   const double sigma_m = places_.back().sigma_m;
   travelled_at_fix_m_ = places_.back().travelled_m;
   AddFix(steady.time,
@@ -246,7 +246,7 @@ void GivenNavigation::GiveFix(const JumpFinder::Steady& steady) {
           vehicle_.T_vehicle_imu.translation()});
 }
 
-void GivenNavigation::Trim() {
+void InsNavigation::Trim() {
   if (places_.empty()) return;
   const Time oldest = places_.back().time - FromSeconds(navigation_.window_s);
   TrimTo(oldest, &attitudes_);
@@ -256,7 +256,7 @@ void GivenNavigation::Trim() {
 
 // --- states out ----------------------------------------------------------------------------------
 
-std::optional<Time> GivenNavigation::latest() const {
+std::optional<Time> InsNavigation::latest() const {
   if (attitudes_.empty() || depths_.empty() || places_.empty()) return std::nullopt;
   const bool moves = places_[0].v_map_mps.allFinite() || places_.size() > 1;
   if (!moves && !finished_) return std::nullopt;  // how fast is not known yet
@@ -267,7 +267,7 @@ std::optional<Time> GivenNavigation::latest() const {
   return std::min({attitudes_.back().time, depths_.back().time, placed});
 }
 
-std::optional<GivenNavigation::AttitudeRecord> GivenNavigation::AttitudeAt(Time t) const {
+std::optional<InsNavigation::AttitudeRecord> InsNavigation::AttitudeAt(Time t) const {
   const auto next = After(attitudes_, t);
   if (next == attitudes_.begin()) return std::nullopt;
   const AttitudeRecord& a = *std::prev(next);
@@ -278,8 +278,8 @@ std::optional<GivenNavigation::AttitudeRecord> GivenNavigation::AttitudeAt(Time 
                         a.heading_sigma_rad};
 }
 
-std::optional<double> GivenNavigation::DepthAt(Time t,
-                                               const Eigen::Quaterniond& q_map_vehicle) const {
+std::optional<double> InsNavigation::DepthAt(Time t,
+                                             const Eigen::Quaterniond& q_map_vehicle) const {
   const auto next = After(depths_, t);
   if (next == depths_.begin()) return std::nullopt;
   const DepthRecord& a = *std::prev(next);
@@ -290,7 +290,7 @@ std::optional<double> GivenNavigation::DepthAt(Time t,
   return a.depth_m + w * (next->depth_m - a.depth_m) - lever_m;
 }
 
-std::optional<GivenNavigation::Place> GivenNavigation::PlaceAt(Time t) const {
+std::optional<InsNavigation::Place> InsNavigation::PlaceAt(Time t) const {
   const auto next = After(places_, t);
   if (next == places_.begin()) return BeforeFirst(t);
   Place place = *std::prev(next);
@@ -315,7 +315,7 @@ std::optional<GivenNavigation::Place> GivenNavigation::PlaceAt(Time t) const {
 }
 
 // Extrapolates to a time before the first position, with the velocity of the first two.
-std::optional<GivenNavigation::Place> GivenNavigation::BeforeFirst(Time t) const {
+std::optional<InsNavigation::Place> InsNavigation::BeforeFirst(Time t) const {
   if (places_.empty() || places_.front().time != first_->time) return std::nullopt;
   Place place = places_.front();
   const double before_s = ToSeconds(place.time - t);
@@ -328,7 +328,7 @@ std::optional<GivenNavigation::Place> GivenNavigation::BeforeFirst(Time t) const
   return place;
 }
 
-std::optional<NavState> GivenNavigation::Predicted() const {
+std::optional<NavState> InsNavigation::Predicted() const {
   const std::optional<Time> end = latest();
   std::optional<NavState> state = end ? StateAt(*end) : std::nullopt;
   if (!state || !PlaceAt(*end)->v_map_mps.allFinite()) return state;
@@ -346,9 +346,9 @@ std::optional<NavState> GivenNavigation::Predicted() const {
 
 // Extrapolates a state with this velocity at t; without one, with its velocity in vehicle axes. The
 // depth is that of its last sample.
-void GivenNavigation::CarryTo(Time t,
-                              const std::optional<Eigen::Vector2d>& v_map_mps,
-                              NavState* state) const {
+void InsNavigation::CarryTo(Time t,
+                            const std::optional<Eigen::Vector2d>& v_map_mps,
+                            NavState* state) const {
   const auto attitude = AttitudeAt(t);
   if (!attitude || t <= state->time) return;
   const Eigen::Matrix3d R = attitude->q_map_vehicle.toRotationMatrix();
@@ -368,7 +368,7 @@ void GivenNavigation::CarryTo(Time t,
   state->time = t;
 }
 
-std::optional<NavState> GivenNavigation::StateAt(Time t) const {
+std::optional<NavState> InsNavigation::StateAt(Time t) const {
   const std::optional<Time> end = latest();
   if (!end || t > *end) return std::nullopt;
   const auto place = PlaceAt(t);
@@ -397,7 +397,7 @@ std::optional<NavState> GivenNavigation::StateAt(Time t) const {
   return state;
 }
 
-Time GivenNavigation::AfterGap(Time t) const {
+Time InsNavigation::AfterGap(Time t) const {
   const auto next = After(attitudes_, t);
   if (next == attitudes_.end()) return t;
   if (next == attitudes_.begin()) return next->time;
@@ -407,7 +407,7 @@ Time GivenNavigation::AfterGap(Time t) const {
 
 // --- over a restart ------------------------------------------------------------------------------
 
-std::optional<std::vector<std::uint8_t>> GivenNavigation::Save(std::optional<Time> since) const {
+std::optional<std::vector<std::uint8_t>> InsNavigation::Save(std::optional<Time> since) const {
   const std::optional<Time> end = latest();
   if (!end) return std::nullopt;
   const Time recent = *end - FromSeconds(kRememberedS);
@@ -420,8 +420,8 @@ std::optional<std::vector<std::uint8_t>> GivenNavigation::Save(std::optional<Tim
   return archive.Release();
 }
 
-bool GivenNavigation::Restore(Bytes saved) {
-  GivenNavigation read(params_, navigation_, vehicle_);
+bool InsNavigation::Restore(Bytes saved) {
+  InsNavigation read(params_, navigation_, vehicle_);
   ArchiveReader archive(saved);
   History(archive, read.attitudes_, read.depths_, read.places_);
   Fields(archive, read);
@@ -434,13 +434,13 @@ bool GivenNavigation::Restore(Bytes saved) {
 
 // --- how well it is known ------------------------------------------------------------------------
 
-double GivenNavigation::HeadingError::Covariance(Time s, Time t) const {
+double InsNavigation::HeadingError::Covariance(Time s, Time t) const {
   return constant2 + wander2 * std::exp(-std::abs(ToSeconds(t - s)) / tau_s);
 }
 
 // A sigma stated by the sample is divided between the parts in the same ratio as the configured
 // one.
-GivenNavigation::HeadingError GivenNavigation::HeadingErrorAt(double own_sigma_rad) const {
+InsNavigation::HeadingError InsNavigation::HeadingErrorAt(double own_sigma_rad) const {
   const GaussMarkov<double>& wander = params_.heading_wander_rad;
   const double sheet2 = params_.heading_rad * params_.heading_rad + wander.sigma * wander.sigma;
   const bool given = own_sigma_rad > 0.0 && sheet2 > 0.0;
@@ -456,7 +456,7 @@ GivenNavigation::HeadingError GivenNavigation::HeadingErrorAt(double own_sigma_r
 //   position, with fixes:        -J h(a) (p_b - p_a)
 //   heading: h(b) - h(a)
 // plus the errors of scale and random walk.
-std::optional<Eigen::Matrix3d> GivenNavigation::RelativeCovariance(Time a, Time b) const {
+std::optional<Eigen::Matrix3d> InsNavigation::RelativeCovariance(Time a, Time b) const {
   const auto at_a = PlaceAt(a);
   const auto at_b = PlaceAt(b);
   const auto attitude_a = AttitudeAt(a);
@@ -501,13 +501,13 @@ std::optional<Eigen::Matrix3d> GivenNavigation::RelativeCovariance(Time a, Time 
   return level_from_map * of_b * level_from_map.transpose();
 }
 
-StartState GivenNavigation::start_state() const {
+StartState InsNavigation::start_state() const {
   if (attitudes_.empty()) return StartState::kNoGivenAttitude;
   if (places_.empty()) return StartState::kNoGivenPosition;
   return depths_.empty() ? StartState::kNoGivenDepth : StartState::kStarted;
 }
 
-std::optional<Pose2> GivenNavigation::Hindsight(Time anchor, Time t) const {
+std::optional<Pose2> InsNavigation::Hindsight(Time anchor, Time t) const {
   if (!PlaceAt(anchor) || !PlaceAt(t)) return std::nullopt;
   return Pose2{};
 }

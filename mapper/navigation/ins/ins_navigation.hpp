@@ -27,7 +27,7 @@
 namespace seastitch {
 
 // Accuracy of an INS, from its data sheet.
-struct GivenNavigationParams {
+struct InsNavigationParams {
   // Heading error of samples without a sigma: a constant part and a wandering part.
   double heading_rad = Deg2Rad(0.2);
   GaussMarkov<double> heading_wander_rad{Deg2Rad(0.1), 600.0};
@@ -43,7 +43,7 @@ struct GivenNavigationParams {
   bool follow_velocity = false;
 };
 // Declares the section `given_navigation` of config/mapper.yaml.
-void DeclareGivenNavigation(GivenNavigationParams* params, ParameterTable* table);
+void DeclareInsNavigation(InsNavigationParams* params, ParameterTable* table);
 
 // Navigation that an INS (or a file) has computed: its poses, interpolated between samples.
 // Position, attitude and depth may be in separate samples, each with its own rate; depth is from
@@ -57,15 +57,15 @@ void DeclareGivenNavigation(GivenNavigationParams* params, ParameterTable* table
 //
 // Relative covariances are computed from the data sheet's accuracy, exactly for these error models
 // (heading error = constant + Gauss-Markov) and for the actual track.
-class GivenNavigation : public Navigation {
+class InsNavigation : public Navigation {
  public:
   static constexpr double kHoldS = 2.0;
 
   // T_vehicle_imu of `vehicle` is the mounting of the INS.
-  GivenNavigation(const GivenNavigationParams& params,
-                  const NavigationParams& navigation,
-                  const VehicleGeometry& vehicle);
-  ~GivenNavigation() override;
+  InsNavigation(const InsNavigationParams& params,
+                const NavigationParams& navigation,
+                const VehicleGeometry& vehicle);
+  ~InsNavigation() override;
 
   void Add(const ImuSample&) override {}
   void Add(const DvlSample&) override {}
@@ -178,7 +178,7 @@ class GivenNavigation : public Navigation {
     archive(self.early_fixes_, self.fixes_, self.ins_gives_depth_);
   }
 
-  const GivenNavigationParams params_;
+  const InsNavigationParams params_;
   const NavigationParams navigation_;
   const VehicleGeometry vehicle_;
   const MapFrame map_frame_;

@@ -1,4 +1,4 @@
-#include "mapper/health/given_watch.hpp"
+#include "mapper/health/ins_monitor.hpp"
 
 #include <cstdio>
 #include <string>
@@ -6,7 +6,7 @@
 namespace seastitch {
 namespace {
 
-// GivenNavigation uses the last position and attitude for no longer than this.
+// InsNavigation uses the last position and attitude for no longer than this.
 constexpr double kSilentS = 2.0;
 constexpr double kStartS = 10.0;
 constexpr double kJumpsWithinS = 60.0;
@@ -26,7 +26,7 @@ bool IsBad(InsStatus status) {
 
 }  // namespace
 
-void GivenWatch::Add(const NavigationSample& sample) {
+void InsMonitor::Add(const NavigationSample& sample) {
   if (!first_) first_ = sample.time;
   See(sample.time);
   sample_ = sample.time;
@@ -40,14 +40,14 @@ void GivenWatch::Add(const NavigationSample& sample) {
   if (sample.attitude) attitude_ = sample.time;
 }
 
-void GivenWatch::Look(const Navigation& navigation) {
+void InsMonitor::Look(const Navigation& navigation) {
   for (const std::int64_t jumps = navigation.tally().jumps(); jumps_ < jumps; ++jumps_)
     if (newest_) jumped_.push_back(*newest_);
   while (!jumped_.empty() && newest_ && ToSeconds(*newest_ - jumped_.front()) > kJumpsWithinS)
     jumped_.pop_front();
 }
 
-std::optional<std::string> GivenWatch::WhyNotUsable() const {
+std::optional<std::string> InsMonitor::WhyNotUsable() const {
   const auto silent_s = [this](std::optional<Time> last) {
     return ToSeconds(*newest_ - last.value_or(*first_));
   };
@@ -61,7 +61,7 @@ std::optional<std::string> GivenWatch::WhyNotUsable() const {
   return std::nullopt;
 }
 
-std::vector<Condition> GivenWatch::conditions(const Navigation& navigation) const {
+std::vector<Condition> InsMonitor::conditions(const Navigation& navigation) const {
   std::vector<Condition> now;
   if (!newest_) return now;
   if (!first_) {

@@ -17,7 +17,7 @@ namespace seastitch {
 // Monitor of an INS whose poses are used (navigation_source: given) for HEALTH: a fault in its own
 // status, silence, a missing value that a map needs, jumps of its position. Pure; its time is that
 // of the samples.
-class GivenWatch {
+class InsMonitor {
  public:
   void Add(const NavigationSample& sample);
   // Takes the time of a ping: while pings come, a silent INS is a fault.
