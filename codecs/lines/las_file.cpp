@@ -158,9 +158,11 @@ void LasFileReader::ReadPoint(Bytes record, std::vector<SurveyRecord>* out) {
   point.p = raw.cwiseProduct(head_->scale) + head_->offset;
   if (!(point.p.cwiseAbs().maxCoeff() < kMostCoordinate) || !(std::abs(time_s) < kMostCoordinate))
     return Count("las_malformed");
-  if (time_s != 0.0) {
+  if (time_s != 0.0) point.time_s = time_s;
+  // Longer times are none of the week: a writer has forgotten the bit.
+  if (time_s != 0.0 && !head_->adjusted_time && std::abs(time_s) <= 2.0 * kWeekS) {
     if (!first_s_) first_s_ = time_s;
-    point.time_s = head_->adjusted_time ? time_s : WeekSecondsNear(time_s, *first_s_);
+    point.time_s = WeekSecondsNear(time_s, *first_s_);
   }
   points_->Add(point, out);
 }

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "codecs/calendar.hpp"
 #include "codecs/lines/las_file.hpp"
 #include "codecs/lines/xyz_file.hpp"
 #include "common/core/median.hpp"
@@ -26,7 +27,6 @@ namespace fs = std::filesystem;
 
 constexpr Time kGpsEpoch = FromUtime(315'964'800'000'000);
 constexpr double kAdjusted_s = 1e9;  // adjusted standard GPS time is less by this
-constexpr double kWeek_s = 604'800.0;
 constexpr char kWgs84[] = "+proj=longlat +datum=WGS84 +no_defs";
 
 // Points that follow each other in the file: the first of them, and their mean.
@@ -274,13 +274,13 @@ class Planner {
     };
     Time& zero = plan_.params.time_zero.emplace();
     // Times of a week are shorter: a writer has forgotten the bit.
-    if (las_->adjusted_time || figures_.last_s > 2.0 * kWeek_s) {
+    if (las_->adjusted_time || figures_.last_s > 2.0 * kWeekS) {
       zero = zero_of(kAdjusted_s, kGpsEpoch + FromSeconds(kAdjusted_s + figures_.first_s));
       Describe("GPS time");
     } else {
       const Time begin = track_->whole().begin;
-      const double week = std::round((GpsSeconds(begin) - figures_.first_s) / kWeek_s);
-      zero = zero_of(week * kWeek_s, begin);
+      const double week = std::round((GpsSeconds(begin) - figures_.first_s) / kWeekS);
+      zero = zero_of(week * kWeekS, begin);
       Describe("seconds of the GPS week");
     }
     const double leap_s =

@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "codecs/calendar.hpp"
 #include "common/core/bytes.hpp"
 #include "common/core/median.hpp"
 #include "common/core/pose.hpp"
@@ -21,7 +22,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kRecordBytes = 136;
-constexpr double kWeekS = 604'800.0;
 constexpr double kEarthM = 6'371'000.0;
 constexpr double kUnderWayMps = 1.0;
 

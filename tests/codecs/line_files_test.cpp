@@ -88,10 +88,31 @@ TEST(LasFile, TheHeadHasTheReferenceSystem) {
   EXPECT_TRUE(ReadLasHead(Las({{"compression", 128}, {"points", Points()}}))->compressed);
 }
 
+// Seconds of the GPS week go on past its end, whatever the order; longer times stay as they are.
+TEST(LasFile, AWeekThatEndsGoesOn) {
+  const auto times_of = [](const std::vector<double>& times_s, bool adjusted) {
+    json points = json::array();
+    for (const double time_s : times_s)
+      points.push_back({500'000.0, 6'400'000.0, -30.0, time_s, 2, 7, 0, 0});
+    std::vector<double> read_s;
+    for (const PlacedPing& point :
+         ReadLas(Las({{"adjusted", adjusted}, {"points", points}})).All<PlacedPing>())
+      read_s.push_back(1e-6 * static_cast<double>(ToUtime(point.time)));
+    return read_s;
+  };
+  EXPECT_THAT(times_of({604'799.0, 1.0, 604'798.0, 2.0}, false),
+              ElementsAre(604'799.0, 604'801.0, 604'798.0, 604'802.0));
+  EXPECT_THAT(times_of({1.0, 604'799.0}, false), ElementsAre(1.0, -1.0));
+  EXPECT_THAT(times_of({1'000.0, 500'000.0}, true), ElementsAre(1'000.0, 500'000.0));
+  EXPECT_THAT(times_of({3.0e8, 3.0e8 + 500'000.0}, false), ElementsAre(3.0e8, 3.0e8 + 500'000.0));
+}
+
 TEST(LasFile, ACutFileIsCounted) {
   ByteVector bytes = Las({{"points", Points()}});
   bytes.resize(bytes.size() - 28 - 5);
-  const auto file = ReadLas(bytes);
+  LasFileReader reader(std::make_unique<OneEach>());
+  const auto file = ReadSurvey(bytes, &reader);
+  EXPECT_EQ(reader.missing(), 2u);
   EXPECT_EQ(file.All<PlacedPing>().size(), 1u);
   EXPECT_EQ(file.counters, (Counters{{"damaged_bytes", 23}, {"las_points_noise", 1}}));
 }
