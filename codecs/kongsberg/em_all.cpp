@@ -57,7 +57,7 @@ class EmReader {
   bool big_endian_;
 };
 
-// Of a date as datagrams state it: year, month and day are its digits.
+// Midnight of a date as datagrams state it: a number with the digits of year, month and day.
 std::optional<Time> MidnightOf(std::uint32_t date) {
   const auto digits = static_cast<int>(date % 100'000'000);
   return Midnight(digits / 10'000, digits / 100 % 100, digits % 100);

@@ -36,8 +36,8 @@ std::optional<LasHead> ReadLasHead(Bytes bytes);
 
 // Reader of a LAS file. Points that are withheld or noise (classes 7 and 18) are left out. The line
 // of a point is its point source ID; a time of 0 is none. Seconds of the GPS week are within half a
-// week of the first point's. Also counts las_points_withheld,
-// las_points_noise. missing() is in points.
+// week of the first point's. Also counts las_points_withheld and las_points_noise. missing() counts
+// points.
 class LasFileReader : public SurveyReader {
  public:
   explicit LasFileReader(std::unique_ptr<LinePoints> points) : points_(std::move(points)) {}

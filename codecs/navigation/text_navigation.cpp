@@ -93,7 +93,7 @@ void TextNavigationReader::ReadLine(std::string_view line, std::vector<SurveyRec
     return Count("text_malformed");
   }
   if (last_ && sample->time <= *last_) {
-    ++late_;
+    if (sample->time < *last_) ++late_;  // lines of one time are no disorder
     return Count("text_time_not_rising");
   }
   last_ = sample->time;

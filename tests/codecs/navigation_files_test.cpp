@@ -251,6 +251,16 @@ TEST(TextNavigation, LinesThatAreNoneAndTimeThatFallsAreCounted) {
   EXPECT_EQ(file.counters, (Counters{{"text_malformed", 5}, {"text_time_not_rising", 2}}));
 }
 
+// Stamps of whole seconds, several lines a second: only a line that goes back is late.
+TEST(TextNavigation, LinesOfOneTimeAreNotLate) {
+  const auto reader = Text(Csv())();
+  ReadSurvey(ToBytes("2024-05-02T10:20:31,1,2,3,4,5,6\n"
+                     "2024-05-02T10:20:31,1,2,3,4,5,6\n"
+                     "2024-05-02T10:20:30,1,2,3,4,5,6\n"),
+             reader.get());
+  EXPECT_EQ(reader->late(), 1);
+}
+
 TEST(TextNavigation, ALineWithoutAnEndIsBounded) {
   ByteVector bytes(100'000, 'x');
   const auto file = ReadWith(bytes, Text(Csv()));
