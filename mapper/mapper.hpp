@@ -127,17 +127,17 @@ class Mapper {
   // time, the last from Finish(). A later call replaces the callback.
   void OnSmoothed(std::function<void(const SmoothedPose&)> take) { on_smoothed_ = std::move(take); }
 
-  // Adds a closed submap that was replayed_jobs elsewhere, from a file or by another Mapper, to the
+  // Adds a closed submap that was made elsewhere, from a file or by another Mapper, to the
   // graph. An id below 0 becomes the next number; one that is not above all before it is refused
   // and counted. Footprint and predicted information (Submap) are computed where they are missing.
   void AddSubmap(Submap submap) { AddSubmap(std::move(submap), {OwnChain(), {}}); }
-  // Adds a submap of one dive of several to a common graph, replayed_jobs from sensor data by a
+  // Adds a submap of one dive of several to a common graph, made from sensor data by a
   // Mapper of that dive: with the dive's chain, and position edges from that dive's position fixes.
   // The journal does not hold the chain, so a graph of several dives cannot be resumed.
   struct OfDive {
     Chain chain;
     std::vector<GraphEdge> position_edges;  // absolute positions of this submap or earlier ones
-    // Of a submap in a finished map: the jobs that ran when that map was replayed_jobs, from this
+    // Of a submap in a finished map: the jobs that ran when that map was made, from this
     // submap on and before the next. They are recorded and not run again.
     std::vector<RegistrationResultSet> replayed_jobs{};
   };
@@ -210,7 +210,7 @@ class Mapper {
   // Estimates of the survey's noise components, from overlaps, and of the time offset of the
   // sonar's stamps, from the seabed.
   SurveyNoise noise() const;
-  // The last solution of the graph replayed_jobs the map worse, and was withheld.
+  // The last solution of the graph made the map worse, and was withheld.
   bool has_withheld() const { return search_.harm().has_value(); }
   // Pings that no submap got.
   PingTally pings_lost() const;
@@ -243,7 +243,7 @@ class Mapper {
   template <class Sample>
   void Navigate(const Sample& sample);
   void AddProfile(const SoundVelocityProfile& profile, Time received);
-  // Forgets all states so far: they are by a clock that was wrong. No submap is replayed_jobs of
+  // Forgets all states so far: they are by a clock that was wrong. No submap is made of
   // them.
   void RestartNavigation();
   // That of the dive, for SensorClocks.
@@ -286,7 +286,7 @@ class Mapper {
 
   const MapperParams params_;
   std::unique_ptr<Navigation> navigation_;
-  const bool own_navigation_;  // replayed_jobs from params_
+  const bool own_navigation_;  // made from params_
   SensorClocks clocks_;
   RewindWatch rewind_;
   std::optional<Time> nav_seen_;     // last_nav_ at the last message
