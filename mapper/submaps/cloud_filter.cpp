@@ -4,8 +4,10 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 #include "mapper/submaps/cell_index.hpp"
+#include "mapper/submaps/lane_median.hpp"
 
 namespace seastitch {
 namespace {
@@ -14,36 +16,8 @@ namespace {
 constexpr int kReach = 2;
 constexpr int kSide = 2 * kReach + 1;
 constexpr std::size_t kWindow = kSide * kSide;
-
-// The heights of a window's columns.
-class Heights {
- public:
-  Heights() { values_.fill(std::numeric_limits<float>::infinity()); }
-  void Add(float height) { values_[size_++] = height; }
-  const float* begin() const { return values_.data(); }
-  const float* end() const { return values_.data() + size_; }
-
-  // Median: of an even number the upper one, of none 0. Computed as the largest value that has at
-  // most half of the others below it: for so few values, counting without branches is faster than a
-  // selection.
-  float Median() const {
-    constexpr float kNever = -std::numeric_limits<float>::infinity();
-    const auto half = static_cast<int>(size_ / 2);
-    float median = kNever;
-    for (const float value : *this) {
-      int below = 0;
-      for (const float other : values_) below += other < value ? 1 : 0;
-      median = std::max(median, below <= half ? value : kNever);
-    }
-    return size_ == 0 ? 0.0f : median;
-  }
-
- private:
-  static constexpr std::size_t kPadded = 28;  // a window, rounded up to vectors of four
-  static_assert(kPadded >= kWindow);
-  std::array<float, kPadded> values_;
-  std::size_t size_ = 0;
-};
+constexpr std::size_t kStepsOfWindow = kSide * (kSide - 1);
+static_assert(CellIndex::kBorder == kReach && CellIndex::kTileSide == kLanes);
 
 // The points of a cloud by column, and the height of each column.
 class Columns {
@@ -69,9 +43,7 @@ class Columns {
     for (std::size_t c = 0; c < index_.size(); ++c) SetHeight(c, &sorted);
   }
 
-  std::size_t size() const { return index_.size(); }
-  const CellKey& key(std::size_t column) const { return index_.keys()[column]; }
-  std::size_t At(std::int32_t x, std::int32_t y) const { return index_.Find({x, y, 0}); }
+  const CellIndex& index() const { return index_; }
   float height(std::size_t column) const { return heights_[column]; }
   float soundings(std::size_t column) const { return soundings_[column]; }
   const std::uint32_t* begin(std::size_t column) const { return points_.data() + begin_[column]; }
@@ -106,117 +78,152 @@ class Columns {
   std::vector<float> soundings_;
 };
 
-// The columns around one column; CellIndex::kNone for those without points.
-struct Neighbourhood {
-  std::array<std::size_t, kWindow> columns;
-  float soundings = 0.0f;
-
-  std::size_t at(int dx, int dy) const {
-    return columns[static_cast<std::size_t>((dx + kReach) * kSide + dy + kReach)];
-  }
-};
-
-Neighbourhood Around(const Columns& columns, std::size_t column) {
-  Neighbourhood window;
-  const CellKey key = columns.key(column);
-  for (int dx = -kReach; dx <= kReach; ++dx) {
-    for (int dy = -kReach; dy <= kReach; ++dy) {
-      const std::size_t c = columns.At(key.x + dx, key.y + dy);
-      window.columns[static_cast<std::size_t>((dx + kReach) * kSide + dy + kReach)] = c;
-      if (c != CellIndex::kNone) window.soundings += columns.soundings(c);
-    }
-  }
-  return window;
-}
-
-// The seabed around the centre of one column: height [m], slopes [m per column], scatter [m].
-struct LocalSeabed {
-  float height = 0.0f;
-  float slope_x = 0.0f;
-  float slope_y = 0.0f;
-  float sigma = 0.0f;
-};
-
-// Median difference in height between columns that are neighbours along x (or along y).
-float MedianStep(const Columns& columns, const Neighbourhood& window, int along_x) {
-  Heights steps;
-  for (int dx = -kReach; dx <= kReach - along_x; ++dx) {
-    for (int dy = -kReach; dy <= kReach - (1 - along_x); ++dy) {
-      const std::size_t a = window.at(dx, dy);
-      const std::size_t b = window.at(dx + along_x, dy + 1 - along_x);
-      if (a == CellIndex::kNone || b == CellIndex::kNone) continue;
-      steps.Add(columns.height(b) - columns.height(a));
-    }
-  }
-  return steps.Median();
-}
-
-LocalSeabed Fit(const Columns& columns, const Neighbourhood& window) {
-  LocalSeabed seabed;
-  seabed.slope_x = MedianStep(columns, window, 1);
-  seabed.slope_y = MedianStep(columns, window, 0);
-  Heights levelled;
-  for (int dx = -kReach; dx <= kReach; ++dx) {
-    for (int dy = -kReach; dy <= kReach; ++dy) {
-      const std::size_t c = window.at(dx, dy);
-      if (c == CellIndex::kNone) continue;
-      levelled.Add(columns.height(c) - seabed.slope_x * static_cast<float>(dx) -
-                   seabed.slope_y * static_cast<float>(dy));
-    }
-  }
-  seabed.height = levelled.Median();
-  Heights deviations;
-  for (const float height : levelled) deviations.Add(std::abs(height - seabed.height));
-  constexpr float kSigmaOfMedianDeviation = 1.4826f;  // for a Gaussian
-  seabed.sigma = kSigmaOfMedianDeviation * deviations.Median();
-  return seabed;
-}
-
-// Decides which points of one column are outliers, compared with the seabed around it.
-class ColumnJudge {
+// The columns of a tile of the index, with those around it.
+class TileColumns {
  public:
-  ColumnJudge(const Columns& columns,
-              const std::vector<PingSpan>& pings,
-              std::size_t column,
-              const CloudFilterParams& params)
-      : columns_(columns), pings_(pings), params_(params), key_(columns.key(column)) {
-    window_ = Around(columns, column);
-    seabed_ = Fit(columns, window_);
-    tolerance_ = std::max(static_cast<float>(params.min_spike_m),
-                          static_cast<float>(params.spike_sigmas) * seabed_.sigma);
+  TileColumns(const Columns& columns, std::size_t tile) : numbers_(columns.index().BlockOf(tile)) {
+    for (std::size_t k = 0; k < numbers_.size(); ++k) {
+      const bool is_there = numbers_[k] != CellIndex::kNoCell;
+      heights_[k] =
+          is_there ? columns.height(numbers_[k]) : std::numeric_limits<float>::quiet_NaN();
+      soundings_[k] = is_there ? columns.soundings(numbers_[k]) : 0.0f;
+    }
   }
 
-  bool IsSeabed(std::uint32_t i) const {
-    const float others = window_.soundings - columns_.cloud().soundings[i];
-    if (others < static_cast<float>(params_.min_neighbours)) return false;
-    const float off = HeightOff(i);
-    return std::abs(off) <= tolerance_ || IsSupported(off);
+  // Column x, y of the tile; those of the border have numbers below 0 and from kTileSide on.
+  std::uint32_t At(int x, int y) const { return numbers_[Place(x, y)]; }
+  // Of the columns x, y to x, y + 7. Of a column without points NaN, and 0 soundings.
+  Lanes HeightsFrom(int x, int y) const { return Eigen::Map<const Lanes>(&heights_[Place(x, y)]); }
+  Lanes SoundingsFrom(int x, int y) const {
+    return Eigen::Map<const Lanes>(&soundings_[Place(x, y)]);
   }
 
  private:
-  float HeightOff(std::uint32_t i) const {
+  static std::size_t Place(int x, int y) {
+    return static_cast<std::size_t>((x + kReach) * CellIndex::kBlockSide + y + kReach);
+  }
+  CellIndex::Block numbers_;
+  std::array<float, std::tuple_size_v<CellIndex::Block>> heights_;
+  std::array<float, std::tuple_size_v<CellIndex::Block>> soundings_;
+};
+
+// The seabed around the centre of each column of a row: height [m], slopes [m per column], scatter
+// [m]; soundings: in the window.
+struct RowSeabed {
+  Lanes height, slope_x, slope_y, sigma, soundings;
+};
+
+// Median difference in height between columns that are neighbours along x (or along y).
+Lanes MedianSteps(const TileColumns& tile, int x, int along_x) {
+  std::array<Lanes, kStepsOfWindow> steps;
+  std::size_t n = 0;
+  for (int dx = -kReach; dx <= kReach - along_x; ++dx)
+    for (int dy = -kReach; dy <= kReach - (1 - along_x); ++dy)
+      steps[n++] =
+          tile.HeightsFrom(x + dx + along_x, dy + 1 - along_x) - tile.HeightsFrom(x + dx, dy);
+  return UpperMedians(&steps);
+}
+
+RowSeabed FitRow(const TileColumns& tile, int x) {
+  RowSeabed row;
+  row.slope_x = MedianSteps(tile, x, 1);
+  row.slope_y = MedianSteps(tile, x, 0);
+  row.soundings.setZero();
+  std::array<Lanes, kWindow> levelled;
+  std::size_t n = 0;
+  for (int dx = -kReach; dx <= kReach; ++dx) {
+    for (int dy = -kReach; dy <= kReach; ++dy) {
+      levelled[n++] = tile.HeightsFrom(x + dx, dy) - row.slope_x * static_cast<float>(dx) -
+                      row.slope_y * static_cast<float>(dy);
+      row.soundings += tile.SoundingsFrom(x + dx, dy);
+    }
+  }
+  std::array<Lanes, kWindow> deviations = levelled;
+  row.height = UpperMedians(&levelled);
+  for (Lanes& deviation : deviations) deviation = (deviation - row.height).abs();
+  constexpr float kSigmaOfMedianDeviation = 1.4826f;  // for a Gaussian
+  row.sigma = kSigmaOfMedianDeviation * UpperMedians(&deviations);
+  return row;
+}
+
+// Decides which points of the columns of one tile are outliers, compared with the seabed around
+// each.
+class TileJudge {
+ public:
+  TileJudge(const Columns& columns,
+            const std::vector<PingSpan>& pings,
+            const CloudFilterParams& params,
+            std::size_t tile)
+      : columns_(columns), pings_(pings), params_(params), tile_(columns, tile) {}
+
+  // Sets the points of these columns: 1 if it stays, else 0.
+  void Judge(std::vector<std::uint8_t>* is_seabed) {
+    for (int x = 0; x < CellIndex::kTileSide; ++x) {
+      if (IsEmptyRow(x)) continue;
+      const RowSeabed row = FitRow(tile_, x);
+      for (int y = 0; y < CellIndex::kTileSide; ++y) {
+        const std::uint32_t c = tile_.At(x, y);
+        if (c == CellIndex::kNoCell) continue;
+        const LocalSeabed seabed(row, columns_.index().keys()[c], y);
+        for (const std::uint32_t* i = columns_.begin(c); i != columns_.end(c); ++i)
+          (*is_seabed)[*i] = IsSeabed(*i, seabed, x, y) ? 1 : 0;
+      }
+    }
+  }
+
+ private:
+  // Of one column: see RowSeabed.
+  struct LocalSeabed {
+    LocalSeabed(const RowSeabed& row, const CellKey& key, int lane)
+        : height(row.height[lane]),
+          slope_x(row.slope_x[lane]),
+          slope_y(row.slope_y[lane]),
+          sigma(row.sigma[lane]),
+          soundings(row.soundings[lane]),
+          center_x(static_cast<float>(key.x) + 0.5f),
+          center_y(static_cast<float>(key.y) + 0.5f) {}
+    float height, slope_x, slope_y, sigma, soundings;
+    float center_x, center_y;  // [columns]
+  };
+
+  bool IsEmptyRow(int x) const {
+    for (int y = 0; y < CellIndex::kTileSide; ++y)
+      if (tile_.At(x, y) != CellIndex::kNoCell) return false;
+    return true;
+  }
+
+  bool IsSeabed(std::uint32_t i, const LocalSeabed& seabed, int x, int y) const {
+    const float others = seabed.soundings - columns_.cloud().soundings[i];
+    if (others < static_cast<float>(params_.min_neighbours)) return false;
+    const float tolerance = std::max(static_cast<float>(params_.min_spike_m),
+                                     static_cast<float>(params_.spike_sigmas) * seabed.sigma);
+    const float off = HeightOff(i, seabed);
+    return std::abs(off) <= tolerance || IsSupported(off, seabed, x, y);
+  }
+
+  float HeightOff(std::uint32_t i, const LocalSeabed& seabed) const {
     const Eigen::Vector3f& p = columns_.cloud().points[i];
     const auto cell = static_cast<float>(columns_.cell_m());
-    const float dx = p.x() / cell - (static_cast<float>(key_.x) + 0.5f);
-    const float dy = p.y() / cell - (static_cast<float>(key_.y) + 0.5f);
-    return p.z() - seabed_.height - seabed_.slope_x * dx - seabed_.slope_y * dy;
+    const float dx = p.x() / cell - seabed.center_x;
+    const float dy = p.y() / cell - seabed.center_y;
+    return p.z() - seabed.height - seabed.slope_x * dx - seabed.slope_y * dy;
   }
 
   // Counts the soundings at the same height in this column and its neighbours. If two pings have
   // points here, soundings of both must be at that height.
-  bool IsSupported(float off) const {
+  bool IsSupported(float off, const LocalSeabed& seabed, int x, int y) const {
     const auto same = static_cast<float>(params_.min_spike_m);
     float support = -1.0f;  // the sounding itself does not count
     float total = -1.0f;
     PingSpan came, saw;
     for (int dx = -1; dx <= 1; ++dx) {
       for (int dy = -1; dy <= 1; ++dy) {
-        const std::size_t c = window_.at(dx, dy);
-        if (c == CellIndex::kNone) continue;
+        const std::uint32_t c = tile_.At(x + dx, y + dy);
+        if (c == CellIndex::kNoCell) continue;
         total += columns_.soundings(c);
         for (const std::uint32_t* j = columns_.begin(c); j != columns_.end(c); ++j) {
           came.Add(pings_[*j]);
-          if (std::abs(HeightOff(*j) - off) > same) continue;
+          if (std::abs(HeightOff(*j, seabed) - off) > same) continue;
           saw.Add(pings_[*j]);
           support += columns_.cloud().soundings[*j];
         }
@@ -229,10 +236,7 @@ class ColumnJudge {
   const Columns& columns_;
   const std::vector<PingSpan>& pings_;
   const CloudFilterParams& params_;
-  CellKey key_;
-  Neighbourhood window_;
-  LocalSeabed seabed_;
-  float tolerance_ = 0.0f;
+  TileColumns tile_;
 };
 
 }  // namespace
@@ -257,15 +261,12 @@ std::vector<std::uint8_t> FindSeabed(const PointCloud& cloud_level,
   const double cell_m = CellForDensity(
       cloud_level.points, cloud_level.soundings, params.voxel_m, params.soundings_per_column);
   const Columns columns(cloud_level, cell_m);
-  constexpr std::size_t kPart = 256;
-  for_each((columns.size() + kPart - 1) / kPart, [&](std::size_t part) {
-    const std::size_t end = std::min(columns.size(), (part + 1) * kPart);
-    for (std::size_t c = part * kPart; c < end; ++c) {
-      const ColumnJudge judge(columns, pings, c, params);
-      for (const std::uint32_t* i = columns.begin(c); i != columns.end(c); ++i) {
-        seabed[*i] = judge.IsSeabed(*i) ? 1 : 0;
-      }
-    }
+  constexpr std::size_t kPart = 8;
+  const std::size_t tiles = columns.index().tiles();
+  for_each((tiles + kPart - 1) / kPart, [&](std::size_t part) {
+    const std::size_t end = std::min(tiles, (part + 1) * kPart);
+    for (std::size_t tile = part * kPart; tile < end; ++tile)
+      TileJudge(columns, pings, params, tile).Judge(&seabed);
   });
   return seabed;
 }
