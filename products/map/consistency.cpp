@@ -1,14 +1,14 @@
 #include "products/map/consistency.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <list>
 #include <map>
 #include <memory>
 #include <optional>
-#include <span>
 #include <utility>
 
 namespace seastitch {
@@ -24,6 +24,24 @@ CellBox Intersection(const CellBox& a, const CellBox& b) {
           std::min(a.row1, b.row1),
           std::min(a.col1, b.col1)};
 }
+
+// Four numbers that are computed with beside each other, and masks of them (all bits of a lane set,
+// or none).
+using Float4 [[gnu::vector_size(16)]] = float;
+using Int4 [[gnu::vector_size(16)]] = std::int32_t;
+constexpr std::size_t kLanes = 4;
+
+Float4 All(float value) { return Float4{value, value, value, value}; }
+Float4 Where(Int4 mask, Float4 value) { return mask ? value : All(0.0f); }
+double Sum(Float4 v) { return double{v[0]} + double{v[1]} + double{v[2]} + double{v[3]}; }
+
+// Points in a row: their coordinates north, east, down from the cloud's origin.
+struct PointRun {
+  const float* north;
+  const float* east;
+  const float* down;
+  std::size_t size;
+};
 
 // The points of one submap, sorted by map cell.
 class CellCloud {
@@ -42,25 +60,36 @@ class CellCloud {
               std::max(box_.col1, col)};
     }
     if (cells.empty()) return;
+    origin_ = points.front().p_ned;
     width_ = static_cast<std::size_t>(box_.col1 - box_.col0 + 1);
     start_.assign(width_ * static_cast<std::size_t>(box_.row1 - box_.row0 + 1) + 1, 0);
     for (const auto& [row, col] : cells) ++start_[Local(row, col) + 1];
     for (std::size_t i = 1; i < start_.size(); ++i) start_[i] += start_[i - 1];
     std::vector<std::uint32_t> next(start_.begin(), start_.end() - 1);
-    points_.resize(points.size());
+    for (std::vector<float>* axis : {&north_, &east_, &down_}) axis->resize(points.size() + kLanes);
     for (std::size_t i = 0; i < points.size(); ++i) {
-      points_[next[Local(cells[i].first, cells[i].second)]++] = points[i].p_ned;
+      const std::uint32_t k = next[Local(cells[i].first, cells[i].second)]++;
+      const Eigen::Vector3f p = (points[i].p_ned - origin_).cast<float>();
+      north_[k] = p.x();
+      east_[k] = p.y();
+      down_[k] = p.z();
     }
   }
 
   const CellBox& box() const { return box_; }
-  std::size_t size() const { return points_.size(); }
+  std::size_t size() const { return north_.size(); }
+  // Of the coordinates of its points [m]: near them, so that floats hold them to micrometres.
+  const Eigen::Vector3d& origin() const { return origin_; }
 
-  std::span<const Eigen::Vector3d> At(int row, int col) const {
-    if (row < box_.row0 || row > box_.row1 || col < box_.col0 || col > box_.col1) return {};
-    const std::size_t i = Local(row, col);
-    return {points_.data() + start_[i], start_[i + 1] - start_[i]};
+  // The points of cells row, col_begin to row, col_end, both inclusive; kLanes numbers behind them
+  // may be read.
+  PointRun Run(int row, int col_begin, int col_end) const {
+    const int first = std::max(col_begin, box_.col0), last = std::min(col_end, box_.col1);
+    if (row < box_.row0 || row > box_.row1 || first > last) return {nullptr, nullptr, nullptr, 0};
+    const std::size_t begin = start_[Local(row, first)], end = start_[Local(row, last) + 1];
+    return {north_.data() + begin, east_.data() + begin, down_.data() + begin, end - begin};
   }
+  bool IsEmpty(int row, int col) const { return Run(row, col, col).size == 0; }
 
  private:
   std::size_t Local(int row, int col) const {
@@ -71,7 +100,8 @@ class CellCloud {
   CellBox box_;
   std::size_t width_ = 0;
   std::vector<std::uint32_t> start_;
-  std::vector<Eigen::Vector3d> points_;
+  Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
+  std::vector<float> north_, east_, down_;
 };
 
 // Cache of submaps: reads one when it is needed and drops the least recently used.
@@ -108,49 +138,81 @@ class CloudCache {
       held_;
 };
 
-// Which of the four quadrants about a point hold another.
-class Quadrants {
+// What lies around a point: the nearest of the points added, and the least-squares plane
+// depth = a + b north + c east through those within a radius of it horizontally.
+class Around {
  public:
-  void Add(double north, double east) {
-    seen_ |= 1u << ((north >= 0.0 ? 1u : 0u) + (east >= 0.0 ? 2u : 0u));
-  }
-  bool all() const { return seen_ == 0b1111u; }
+  // p: in the axes of the runs.
+  Around(const Eigen::Vector3f& p, float radius_m)
+      : north_(All(p.x())),
+        east_(All(p.y())),
+        down_(All(p.z())),
+        radius2_(All(radius_m * radius_m)) {}
 
- private:
-  unsigned seen_ = 0;
-};
-
-// Least-squares plane depth = a + b north + c east through points given relative to p.
-class Plane {
- public:
-  void Add(const Eigen::Vector3d& d) {
-    count_ += 1.0;
-    sum_ += d;
-    sum_xx_ += d.x() * d.x();
-    sum_xy_ += d.x() * d.y();
-    sum_yy_ += d.y() * d.y();
-    sum_zx_ += d.z() * d.x();
-    sum_zy_ += d.z() * d.y();
-    quadrants_.Add(d.x(), d.y());
+  void Add(const PointRun& run) {
+    for (std::size_t i = 0; i < run.size; i += kLanes) {
+      const auto left = static_cast<std::int32_t>(run.size - i);
+      const Int4 is_there = Int4{0, 1, 2, 3} < Int4{left, left, left, left};
+      const Float4 n = Load(run.north + i) - north_;
+      const Float4 e = Load(run.east + i) - east_;
+      const Float4 d = Load(run.down + i) - down_;
+      const Float4 level2 = n * n + e * e;
+      const Float4 distance2 = is_there ? level2 + d * d : All(kFar);
+      nearest2_ = distance2 < nearest2_ ? distance2 : nearest2_;
+      const Int4 is_north = n >= All(0.0f), is_east = e >= All(0.0f);
+      // One bit for each of the four quadrants.
+      const Int4 quadrant = (is_north & ((is_east & 8) | (~is_east & 4))) |
+                            (~is_north & ((is_east & 2) | (~is_east & 1)));
+      seen_ |= quadrant & is_there;
+      const Int4 is_near = is_there & (level2 <= radius2_);
+      seen_near_ |= quadrant & is_near;
+      count_ += Where(is_near, All(1.0f));
+      sum_n_ += Where(is_near, n);
+      sum_e_ += Where(is_near, e);
+      sum_d_ += Where(is_near, d);
+      sum_nn_ += Where(is_near, n * n);
+      sum_ne_ += Where(is_near, n * e);
+      sum_ee_ += Where(is_near, e * e);
+      sum_dn_ += Where(is_near, d * n);
+      sum_de_ += Where(is_near, d * e);
+    }
   }
-  // Distance of p itself from the plane, or nothing where the points do not hold a plane.
-  std::optional<double> Distance() const {
+
+  // Distance of the nearest point, or nothing where they are not on all sides.
+  std::optional<double> DistanceOfNearest() const {
+    if (!AreOnAllSides(seen_)) return std::nullopt;
+    return std::sqrt(double{std::min({nearest2_[0], nearest2_[1], nearest2_[2], nearest2_[3]})});
+  }
+  // Distance of the plane, or nothing where the points do not hold one.
+  std::optional<double> DistanceOfPlane() const {
     constexpr double kFewestPoints = 5.0;
-    if (count_ < kFewestPoints || !quadrants_.all()) return std::nullopt;
-    Eigen::Matrix3d normal;
-    normal << count_, sum_.x(), sum_.y(), sum_.x(), sum_xx_, sum_xy_, sum_.y(), sum_xy_, sum_yy_;
-    const Eigen::LDLT<Eigen::Matrix3d> solver(normal);
-    const Eigen::Vector3d plane = solver.solve(Eigen::Vector3d(sum_.z(), sum_zx_, sum_zy_));
-    const double distance = std::abs(plane(0)) / std::sqrt(1.0 + plane.tail<2>().squaredNorm());
-    if (!std::isfinite(distance)) return std::nullopt;
+    const double count = Sum(count_);
+    if (count < kFewestPoints || !AreOnAllSides(seen_near_)) return std::nullopt;
+    const double n = Sum(sum_n_) / count, e = Sum(sum_e_) / count, d = Sum(sum_d_) / count;
+    const double nn = Sum(sum_nn_) / count - n * n, ee = Sum(sum_ee_) / count - e * e;
+    const double ne = Sum(sum_ne_) / count - n * e;
+    const double dn = Sum(sum_dn_) / count - d * n, de = Sum(sum_de_) / count - d * e;
+    const double det = nn * ee - ne * ne;
+    const double by_north = (dn * ee - de * ne) / det, by_east = (de * nn - dn * ne) / det;
+    const double at_point = d - by_north * n - by_east * e;
+    const double distance =
+        std::abs(at_point) / std::sqrt(1.0 + by_north * by_north + by_east * by_east);
+    if (!(det > 0.0) || !std::isfinite(distance)) return std::nullopt;
     return distance;
   }
 
  private:
-  double count_ = 0.0;
-  Eigen::Vector3d sum_ = Eigen::Vector3d::Zero();
-  double sum_xx_ = 0.0, sum_xy_ = 0.0, sum_yy_ = 0.0, sum_zx_ = 0.0, sum_zy_ = 0.0;
-  Quadrants quadrants_;
+  static constexpr float kFar = std::numeric_limits<float>::infinity();
+  static Float4 Load(const float* values) {
+    return Float4{values[0], values[1], values[2], values[3]};
+  }
+  static bool AreOnAllSides(Int4 seen) { return (seen[0] | seen[1] | seen[2] | seen[3]) == 0b1111; }
+
+  const Float4 north_, east_, down_, radius2_;
+  Float4 nearest2_ = All(kFar);
+  Int4 seen_{}, seen_near_{};
+  Float4 count_{}, sum_n_{}, sum_e_{}, sum_d_{};
+  Float4 sum_nn_{}, sum_ne_{}, sum_ee_{}, sum_dn_{}, sum_de_{};
 };
 
 // Mean over what was added.
@@ -176,22 +238,17 @@ struct Errors {
 // e(c; from, to) by both measures.
 Errors CellErrors(const CellCloud& from, int row, int col, const CellCloud& to, double cell_m) {
   Mean point, surface;
-  for (const Eigen::Vector3d& p : from.At(row, col)) {
-    double nearest = std::numeric_limits<double>::infinity();
-    Quadrants quadrants;
-    Plane plane;
-    for (int r = row - 1; r <= row + 1; ++r) {
-      for (int c = col - 1; c <= col + 1; ++c) {
-        for (const Eigen::Vector3d& q : to.At(r, c)) {
-          const Eigen::Vector3d d = q - p;
-          nearest = std::min(nearest, d.squaredNorm());
-          quadrants.Add(d.x(), d.y());
-          if (d.head<2>().squaredNorm() <= cell_m * cell_m) plane.Add(d);
-        }
-      }
-    }
-    if (quadrants.all()) point.Add(std::sqrt(nearest));
-    surface.Add(plane.Distance());
+  const std::array<PointRun, 3> near{to.Run(row - 1, col - 1, col + 1),
+                                     to.Run(row, col - 1, col + 1),
+                                     to.Run(row + 1, col - 1, col + 1)};
+  const Eigen::Vector3d shift = from.origin() - to.origin();
+  const PointRun points = from.Run(row, col, col);
+  for (std::size_t i = 0; i < points.size; ++i) {
+    const Eigen::Vector3f p(points.north[i], points.east[i], points.down[i]);
+    Around around((p.cast<double>() + shift).cast<float>(), static_cast<float>(cell_m));
+    for (const PointRun& run : near) around.Add(run);
+    point.Add(around.DistanceOfNearest());
+    surface.Add(around.DistanceOfPlane());
   }
   return {point.OrNoValue(), surface.OrNoValue()};
 }
@@ -201,7 +258,7 @@ void AddPair(const CellCloud& a, const CellCloud& b, ConsistencyMap* map) {
   const CellBox shared = Intersection(a.box(), b.box());
   for (int row = shared.row0; row <= shared.row1; ++row) {
     for (int col = shared.col0; col <= shared.col1; ++col) {
-      if (a.At(row, col).empty() || b.At(row, col).empty()) continue;
+      if (a.IsEmpty(row, col) || b.IsEmpty(row, col)) continue;
       for (const Errors& e :
            {CellErrors(a, row, col, b, cell_m), CellErrors(b, row, col, a, cell_m)}) {
         float& point = map->point_error_m(row, col);
@@ -218,7 +275,7 @@ void CountSeen(const CellCloud& cloud, Grid<std::uint16_t>* seen) {
   for (int row = box.row0; row <= box.row1; ++row) {
     for (int col = box.col0; col <= box.col1; ++col) {
       std::uint16_t& cell = (*seen)(row, col);
-      if (!cloud.At(row, col).empty() && cell < std::numeric_limits<std::uint16_t>::max()) ++cell;
+      if (!cloud.IsEmpty(row, col) && cell < std::numeric_limits<std::uint16_t>::max()) ++cell;
     }
   }
 }
