@@ -1,7 +1,9 @@
 #include "mapper/geometry/georeference.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <utility>
 
 #include "common/core/pose.hpp"
 #include "common/core/sensors.hpp"
@@ -177,51 +179,79 @@ Eigen::Vector3d ByWater(const Eigen::Vector3d& echo, double part) {
           echo.z() - part * echo.head<2>().squaredNorm() / echo.z()};
 }
 
-// A beam's ray; nothing if its two cones and its travel time have no common point.
-std::optional<Launch> LaunchOf(const MbesBeam& beam,
-                               int number,
-                               const Sector& sector,
-                               const SonarMotion& sonar,
-                               const Water& water) {
-  const double twtt_s{beam.twtt_s};
-  const ArrayState rx = sonar.RxAt(beam.tx_delay_s + twtt_s);
-  const Eigen::Vector3d half_baseline = 0.5 * (rx.p_map - sector.tx.p_map);
-  const auto& [smile, by_water] = water.correction;
-  const auto echo = EchoFromMidway({sector.tx.axis,
-                                    rx.axis,
-                                    sector.sin_tilt,
-                                    (1.0 + smile - by_water) * double{std::sin(beam.rx_angle_rad)},
-                                    half_baseline,
-                                    0.5 * twtt_s * water.speed_mps});
-  if (!echo) return std::nullopt;
-  const Eigen::Vector3d bent = ByWater(*echo, by_water);
-  return Launch{number, sector.tx.p_map + half_baseline, bent, bent.norm()};
-}
+// Launches in batches, because EchoesFromMidway() takes several detections at once.
+class Launches {
+ public:
+  Launches(const SonarMotion& sonar, const Water& water, std::size_t beams)
+      : sonar_(sonar), water_(water) {
+    launches_.reserve(beams);
+  }
+
+  void Add(const MbesBeam& beam, int number) {
+    if (!sector_.Has(beam)) sector_.Take(beam, sonar_);
+    const double twtt_s{beam.twtt_s};
+    const ArrayState rx = sonar_.RxAt(beam.tx_delay_s + twtt_s);
+    const Eigen::Vector3d half_baseline = 0.5 * (rx.p_map - sector_.tx.p_map);
+    const auto& [smile, by_water] = water_.correction;
+    batch_.Set(waiting_,
+               {sector_.tx.axis,
+                rx.axis,
+                sector_.sin_tilt,
+                (1.0 + smile - by_water) * double{std::sin(beam.rx_angle_rad)},
+                half_baseline,
+                0.5 * twtt_s * water_.speed_mps});
+    starts_[waiting_] = {number, sector_.tx.p_map + half_baseline};
+    if (++waiting_ == Detections::kMost) Solve();
+  }
+  // All that were added but those whose two cones and travel time have no common point.
+  std::vector<Launch> Finish() {
+    if (waiting_ > 0) Solve();
+    return std::move(launches_);
+  }
+
+ private:
+  struct Start {
+    int beam;
+    Eigen::Vector3d p_map;
+  };
+  void Solve() {
+    const auto echoes = EchoesFromMidway(batch_);
+    for (std::size_t i = 0; i < waiting_; ++i) {
+      if (!echoes[i]) continue;
+      const Eigen::Vector3d bent = ByWater(*echoes[i], water_.correction.by_water);
+      launches_.push_back({starts_[i].beam, starts_[i].p_map, bent, bent.norm()});
+    }
+    waiting_ = 0;
+  }
+
+  const SonarMotion& sonar_;
+  const Water water_;
+  Sector sector_;
+  Detections batch_;
+  std::array<Start, Detections::kMost> starts_;
+  std::size_t waiting_ = 0;
+  std::vector<Launch> launches_;
+};
 
 // The rays of all usable beams; the others are counted.
 std::vector<Launch> LaunchesOf(const MbesPing& ping,
                                const SonarMotion& sonar,
                                const Water& water,
                                GeoreferencedPing* result) {
-  std::vector<Launch> launches;
-  launches.reserve(ping.beams.size());
-  Sector sector;
+  Launches launches(sonar, water, ping.beams.size());
+  int valid = 0;
   for (int i = 0; i < result->beams_read; ++i) {
     const MbesBeam& beam = ping.beams[static_cast<std::size_t>(i)];
     if ((beam.flags & kBeamValid) == 0) {
       ++result->beams_invalid;
       continue;
     }
-    if (IsUsable(beam)) {
-      if (!sector.Has(beam)) sector.Take(beam, sonar);
-      if (const auto launch = LaunchOf(beam, i, sector, sonar, water)) {
-        launches.push_back(*launch);
-        continue;
-      }
-    }
-    ++result->beams_refused;
+    ++valid;
+    if (IsUsable(beam)) launches.Add(beam, i);
   }
-  return launches;
+  std::vector<Launch> all = launches.Finish();
+  result->beams_refused += valid - static_cast<int>(all.size());
+  return all;
 }
 
 // The point where the ray meets the seabed. Nothing if the ray turns upward before.
@@ -241,36 +271,56 @@ std::optional<Eigen::Vector3d> Follow(const Launch& launch, double speed_mps, Ra
 //   x . tx_axis = sin_tilt (a + e) - f . tx_axis,  x . rx_axis = sin_angle (a - e) + f . rx_axis,
 // and the ellipsoid is |x|^2 = a^2 - f^2 + e^2. Solved iteratively: x for given e, then e again.
 // Each round reduces the error by the factor |f| / a.
-std::optional<Eigen::Vector3d> EchoFromMidway(const Detection& detection) {
+std::array<std::optional<Eigen::Vector3d>, Detections::kMost> EchoesFromMidway(
+    const Detections& detections) {
   constexpr int kRounds = 3;
-  const auto& [tx, rx, sin_tilt, sin_angle, f, a] = detection;
-  const double skew = tx.dot(rx);
-  const double det = 1.0 - skew * skew;
-  const double a2_less_f2 = a * a - f.squaredNorm();
-  if (!(det > kConeSlack && a2_less_f2 > 0.0)) return std::nullopt;
-  Eigen::Vector3d down = tx.cross(rx);
-  if (down.z() < 0.0) down = -down;
-  const double f_tx = f.dot(tx);
-  const double f_rx = f.dot(rx);
-  const double f_down = f.dot(down);
-  const double inverse_a = 1.0 / a;
-  const double inverse_det = 1.0 / det;
+  const auto& [tx, rx, sin_tilt, sin_angle, f, a] = detections;
+  using Numbers = Detections::Numbers;
+  const auto dot = [](const auto& u, const auto& v) -> Numbers {
+    return u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
+  };
+  const Numbers skew = dot(tx, rx);
+  const Numbers det = 1.0 - skew * skew;
+  const Numbers a2_less_f2 = a * a - dot(f, f);
+  Detections::Vectors down{
+      tx[1] * rx[2] - tx[2] * rx[1], tx[2] * rx[0] - tx[0] * rx[2], tx[0] * rx[1] - tx[1] * rx[0]};
+  const Numbers sign = (down[2] < 0.0).select(Numbers::Constant(-1.0), 1.0);
+  for (Numbers& component : down) component *= sign;
+  const Numbers f_tx = dot(f, tx), f_rx = dot(f, rx), f_down = dot(f, down);
+  const Numbers inverse_a = 1.0 / a;
+  const Numbers inverse_det = 1.0 / det;
+  const Numbers slack = kConeSlack * a * a;
 
-  double by_tx = 0.0;
-  double by_rx = 0.0;
-  double by_down = 0.0;
-  double e = 0.0;
+  Numbers by_tx, by_rx, by_down;
+  Numbers e = Numbers::Zero();
+  Numbers least = Numbers::Constant(1.0);  // of the rests, beyond the slack
   for (int round = 0; round < kRounds; ++round) {
-    const double x_tx = sin_tilt * (a + e) - f_tx;
-    const double x_rx = sin_angle * (a - e) + f_rx;
+    const Numbers x_tx = sin_tilt * (a + e) - f_tx;
+    const Numbers x_rx = sin_angle * (a - e) + f_rx;
     by_tx = (x_tx - skew * x_rx) * inverse_det;
     by_rx = (x_rx - skew * x_tx) * inverse_det;
-    const double rest = a2_less_f2 + e * e - (by_tx * x_tx + by_rx * x_rx);
-    if (!(rest > -kConeSlack * a * a)) return std::nullopt;
-    by_down = std::sqrt(std::max(rest, 0.0) * inverse_det);
+    const Numbers rest = a2_less_f2 + e * e - (by_tx * x_tx + by_rx * x_rx);
+    least = least.min(rest + slack);
+    by_down = (rest.max(0.0) * inverse_det).sqrt();
     e = (by_tx * f_tx + by_rx * f_rx + by_down * f_down) * inverse_a;
   }
-  return by_tx * tx + by_rx * rx + by_down * down;
+  std::array<std::optional<Eigen::Vector3d>, Detections::kMost> echoes;
+  for (std::size_t i = 0; i < Detections::kMost; ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    if (!(det[k] > kConeSlack && a2_less_f2[k] > 0.0 && least[k] > 0.0)) continue;
+    Eigen::Vector3d echo;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      echo[static_cast<Eigen::Index>(axis)] =
+          by_tx[k] * tx[axis][k] + by_rx[k] * rx[axis][k] + by_down[k] * down[axis][k];
+    if (echo.allFinite()) echoes[i] = echo;
+  }
+  return echoes;
+}
+
+std::optional<Eigen::Vector3d> EchoFromMidway(const Detection& detection) {
+  Detections alone;
+  for (std::size_t i = 0; i < Detections::kMost; ++i) alone.Set(i, detection);
+  return EchoesFromMidway(alone).front();
 }
 
 std::optional<GeoreferencedPing> Georeference(const MbesPing& ping,

@@ -2,6 +2,8 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -53,11 +55,37 @@ struct Detection {
   double half_path_m;               // half the way of the sound, there and back
 };
 
+// Several of them, whose components lie beside each other.
+struct Detections {
+  static constexpr std::size_t kMost = 4;
+  using Numbers = Eigen::Array<double, static_cast<int>(kMost), 1>;
+  using Vectors = std::array<Numbers, 3>;  // x, y, z
+  Vectors tx_axis{}, rx_axis{};
+  Numbers sin_tilt = Numbers::Zero(), sin_angle = Numbers::Zero();
+  Vectors half_baseline_m{};
+  Numbers half_path_m = Numbers::Zero();
+
+  void Set(std::size_t i, const Detection& detection) {
+    const auto k = static_cast<Eigen::Index>(i);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto c = static_cast<Eigen::Index>(axis);
+      tx_axis[axis][k] = detection.tx_axis[c];
+      rx_axis[axis][k] = detection.rx_axis[c];
+      half_baseline_m[axis][k] = detection.half_baseline_m[c];
+    }
+    sin_tilt[k] = detection.sin_tilt;
+    sin_angle[k] = detection.sin_angle;
+    half_path_m[k] = detection.half_path_m;
+  }
+};
+
 // The point that reflected, seen from midway between transmitter and receiver, in water of one
 // speed: on the transmit cone, on the receive cone and on the ellipsoid of equal travel time; of
 // the two such points the lower one (z is down). The axes need not be at right angles, and an array
 // may be mounted backwards. Nothing where cones and ellipsoid do not meet.
 std::optional<Eigen::Vector3d> EchoFromMidway(const Detection& detection);
+std::array<std::optional<Eigen::Vector3d>, Detections::kMost> EchoesFromMidway(
+    const Detections& detections);
 
 // What bends a swath beyond the sound speeds that are known, as a part of one: the smile, of which
 // the depth at nadir stays, and the part of it that is caused by the water and stretches the swath.
