@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <functional>
 #include <future>
+#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <system_error>
@@ -11,6 +13,7 @@
 
 #include "common/runtime/files/durable_file.hpp"
 #include "common/runtime/for_each_beside.hpp"
+#include "common/runtime/stage.hpp"
 #include "products/files/graph_files.hpp"
 #include "products/files/navigation_files.hpp"
 #include "products/files/placed_soundings.hpp"
@@ -172,7 +175,8 @@ class ProductWriter {
     Write(product_files::kPoses, PosesTxt(survey_, delivered_.T_map_level));
     Write(product_files::kGraph, GraphG2o(survey_, delivered_));
     if (projection_.has_crs()) WriteQgisProject();
-    RewriteSubmaps(survey_, delivered_, dir_ / product_files::kSubmapFolder);
+    files_.Add(
+        [this] { RewriteSubmaps(survey_, delivered_, dir_ / product_files::kSubmapFolder); });
     WriteExports();
     WriteReport();
     return std::move(summary_);
@@ -192,16 +196,32 @@ class ProductWriter {
 
  private:
   void Write(const std::string& name, const std::string& bytes) {
+    summary_.files.push_back(name);
     WriteAtomically(dir_ / name, bytes);
     Progress(options_, name);
+  }
+  // Encodes and writes a file beside what goes on. make: of what it holds itself, or of what does
+  // not change any more.
+  void WriteBeside(const std::string& name, std::function<std::string()> make) {
     summary_.files.push_back(name);
+    files_.Add([this, name, make = std::move(make)] {
+      WriteAtomically(dir_ / name, make());
+      Progress(options_, name);
+    });
+  }
+  void WriteBeside(const std::string& name, std::shared_ptr<const Raster> raster) {
+    WriteBeside(name, [this, raster = std::move(raster)] {
+      return GeoTiff(geometry_, *raster, projection_);
+    });
   }
 
   void WriteTrackAndLayers() {
     Write(product_files::kTrack, TrackCsv(track_, options_.datum));
-    const std::vector<VectorLayer> layers = SurveyLayers(survey_, delivered_, track_, projection_);
-    Write(product_files::kGeoPackage, GeoPackage(layers, projection_));
-    if (viewer_) map_data_ = viewer_->Json(LinesOf(layers));
+    const auto layers = std::make_shared<const std::vector<VectorLayer>>(
+        SurveyLayers(survey_, delivered_, track_, projection_));
+    WriteBeside(product_files::kGeoPackage,
+                [this, layers] { return GeoPackage(*layers, projection_); });
+    if (viewer_) map_data_ = viewer_->Json(LinesOf(*layers));
   }
 
   void WriteReport() {
@@ -209,6 +229,7 @@ class ProductWriter {
     summary_.crs = projection_.compound();
     Write(product_files::kReportPage, ReportHtml(survey_, summary_, options_, map_data_));
     // Last, so that its run figures cover all of the above.
+    files_.Finish();
     Write(product_files::kReport, ReportJson(survey_, summary_, options_));
   }
 
@@ -266,12 +287,12 @@ class ProductWriter {
       summary_.solved = FiguresOfComparableCells(solved, before);
       summary_.before_all = Figures(before);
       summary_.solved_all = Figures(solved);
-      mismatch_solved_ = Mismatch(solved);
+      mismatch_solved_ = std::make_shared<const Raster>(Mismatch(solved));
     }
-    mismatch_before_ = Mismatch(before);
+    mismatch_before_ = std::make_shared<const Raster>(Mismatch(before));
   }
 
-  const Raster& MismatchOfDelivered() const {
+  const std::shared_ptr<const Raster>& MismatchOfDelivered() const {
     return summary_.outcome == Outcome::kCorrected ? mismatch_solved_ : mismatch_before_;
   }
 
@@ -366,11 +387,11 @@ class ProductWriter {
       });
     std::vector<float> before;
     {
-      Raster raster = Grid(dead_reckoned_).Elevation();
-      Write(product_files::kElevationAsNavigated, GeoTiff(geometry_, raster, projection_));
+      const auto raster = std::make_shared<const Raster>(Grid(dead_reckoned_).Elevation());
+      WriteBeside(product_files::kElevationAsNavigated, raster);
       if (summary_.outcome == Outcome::kCorrected)
-        viewer_->Add("elevation_before", raster.values, kNoData);
-      before = std::move(raster.values);
+        viewer_->Add("elevation_before", raster->values, kNoData);
+      before = raster->values;
     }
     std::vector<float> after = WriteDelivered();
     ColourRange range = RangeOf({&before, &after}, 0.005, 0.995, 0.1);
@@ -393,47 +414,48 @@ class ProductWriter {
 
   // Returns the elevations.
   std::vector<float> WriteDelivered() {
-    auto [elevation, uncertainty] = WriteOfDepthMap();
+    const auto [elevation, uncertainty] = WriteOfDepthMap();
     if (options_.soundings != nullptr)
-      Write(product_files::kShoalest, GeoTiff(geometry_, shoalest_.get(), projection_));
+      WriteBeside(product_files::kShoalest, std::make_shared<const Raster>(shoalest_.get()));
     if (projection_.has_crs())
-      Write(product_files::kBag,
-            Bag(geometry_, {elevation, uncertainty, options_.title, survey_.End()}, projection_));
-    return std::move(elevation.values);
+      WriteBeside(product_files::kBag, [this, elevation, uncertainty] {
+        return Bag(
+            geometry_, {*elevation, *uncertainty, options_.title, survey_.End()}, projection_);
+      });
+    return elevation->values;
   }
 
   // Returns elevation and uncertainty. The depth map is the largest part of a large raster.
-  std::pair<Raster, Raster> WriteOfDepthMap() {
+  std::pair<std::shared_ptr<const Raster>, std::shared_ptr<const Raster>> WriteOfDepthMap() {
     const DepthMap map = Grid(delivered_);
     summary_.cells_mapped = map.CountSeen();
-    Write(product_files::kSpread, GeoTiff(geometry_, map.Spread(), projection_));
-    seen_ = map.Density();
-    Write(product_files::kDensity, GeoTiff(geometry_, seen_, projection_));
-    Raster elevation = map.Elevation();
-    Write(product_files::kElevation, GeoTiff(geometry_, elevation, projection_));
-    Raster uncertainty = map.Uncertainty(
-        {options_.depth_bias_m, options_.noise.components.sounding_variance_ratio.value});
-    Write(product_files::kUncertainty, GeoTiff(geometry_, uncertainty, projection_));
-    viewer_->Add("elevation", elevation.values, kNoData);
-    viewer_->Add("uncertainty", uncertainty.values, kNoData);
-    summary_.s44 = CompareWithS44(elevation, MismatchOfDelivered());
-    return {std::move(elevation), std::move(uncertainty)};
+    WriteBeside(product_files::kSpread, std::make_shared<const Raster>(map.Spread()));
+    seen_ = std::make_shared<const Raster>(map.Density());
+    WriteBeside(product_files::kDensity, seen_);
+    const auto elevation = std::make_shared<const Raster>(map.Elevation());
+    WriteBeside(product_files::kElevation, elevation);
+    const auto uncertainty = std::make_shared<const Raster>(map.Uncertainty(
+        {options_.depth_bias_m, options_.noise.components.sounding_variance_ratio.value}));
+    WriteBeside(product_files::kUncertainty, uncertainty);
+    viewer_->Add("elevation", elevation->values, kNoData);
+    viewer_->Add("uncertainty", uncertainty->values, kNoData);
+    summary_.s44 = CompareWithS44(*elevation, *MismatchOfDelivered());
+    return {elevation, uncertainty};
   }
 
   void WriteMismatch() {
-    const Raster& after = MismatchOfDelivered();
-    Write(product_files::kMismatchAsNavigated, GeoTiff(geometry_, mismatch_before_, projection_));
-    Write(product_files::kMismatch, GeoTiff(geometry_, after, projection_));
-    if (summary_.outcome == Outcome::kCorrected)
-      viewer_->Add("mismatch_before", mismatch_before_.values, kNoData);
-    viewer_->Add("mismatch", after.values, kNoData);
-    const double highest_m =
-        std::max(0.01, RangeOf({&mismatch_before_.values, &after.values}, 0.0, 0.98, 0.0).second);
-    Picture picture = MismatchPicture(geometry_, mismatch_before_.values, seen_.values, highest_m);
+    const std::vector<float>& before = mismatch_before_->values;
+    const std::vector<float>& after = MismatchOfDelivered()->values;
+    WriteBeside(product_files::kMismatchAsNavigated, mismatch_before_);
+    WriteBeside(product_files::kMismatch, MismatchOfDelivered());
+    if (summary_.outcome == Outcome::kCorrected) viewer_->Add("mismatch_before", before, kNoData);
+    viewer_->Add("mismatch", after, kNoData);
+    const double highest_m = std::max(0.01, RangeOf({&before, &after}, 0.0, 0.98, 0.0).second);
+    Picture picture = MismatchPicture(geometry_, before, seen_->values, highest_m);
     picture.title = options_.title + ": swath mismatch, as navigated";
     picture.subtitle = Subtitle(summary_, summary_.before) + "; grey: seen by one submap";
     Write(product_files::kMismatchPictureAsNavigated, RenderPng(picture));
-    picture = MismatchPicture(geometry_, after.values, seen_.values, highest_m);
+    picture = MismatchPicture(geometry_, after, seen_->values, highest_m);
     picture.title = options_.title + ": swath mismatch, " + MapName(summary_.outcome);
     picture.subtitle = Subtitle(summary_, summary_.after()) + "; grey: seen by one submap";
     Write(product_files::kMismatchPicture, RenderPng(picture));
@@ -475,13 +497,17 @@ class ProductWriter {
   std::vector<std::optional<Eigen::Vector3d>> delivered_sigmas_;
   ProductSummary summary_;
   GridGeometry geometry_;
-  Raster mismatch_before_;
-  Raster mismatch_solved_;  // empty where it was not measured
-  Raster seen_;             // Density() of the delivered map
+  std::shared_ptr<const Raster> mismatch_before_;
+  std::shared_ptr<const Raster> mismatch_solved_;  // null where it was not measured
+  std::shared_ptr<const Raster> seen_;             // Density() of the delivered map
   std::vector<CorrectedState> track_;
   std::optional<MapData> viewer_;
-  std::string map_data_;          // of viewer_
-  std::future<Raster> shoalest_;  // last: its thread uses the others
+  std::string map_data_;  // of viewer_
+  // Last: their threads use the others.
+  std::future<Raster> shoalest_;
+  static constexpr std::size_t kMostUnwritten = 4;  // files, some with a raster
+  Stage<std::function<void()>> files_{[](const std::function<void()>& write) { write(); },
+                                      kMostUnwritten};
 };
 
 }  // namespace

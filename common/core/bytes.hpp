@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <concepts>
 #include <cstddef>
@@ -22,8 +23,8 @@ inline Bytes AsBytes(std::string_view text) {
   return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
 }
 
-// Devices and files have IEEE 754 numbers, and the processor must have them, too. Its byte order
-// and alignment do not matter, because numbers are assembled from bytes.
+// Devices and files have IEEE 754 numbers, and the processor must have them, too. Its alignment
+// does not matter, because numbers are copied from bytes.
 static_assert(std::numeric_limits<float>::is_iec559 && std::numeric_limits<double>::is_iec559);
 static_assert(std::endian::native == std::endian::little ||
               std::endian::native == std::endian::big);
@@ -31,14 +32,6 @@ static_assert(std::endian::native == std::endian::little ||
 namespace detail {
 template <class T>
 concept WireNumber = std::integral<T> || std::floating_point<T>;
-
-template <std::size_t N>
-using UnsignedOf = std::conditional_t<
-    N == 1,
-    std::uint8_t,
-    std::conditional_t<N == 2,
-                       std::uint16_t,
-                       std::conditional_t<N == 4, std::uint32_t, std::uint64_t>>>;
 }  // namespace detail
 
 // Bounds-checked cursor over device bytes. After a short read ok() is false, every value is 0 and
@@ -76,13 +69,10 @@ class ByteReader {
   T Read(std::endian order) {
     const Bytes raw = Take(sizeof(T));
     if (raw.empty()) return T{};
-    detail::UnsignedOf<sizeof(T)> bits = 0;
-    for (std::size_t i = 0; i < sizeof(T); ++i) {
-      const std::size_t shift = 8 * (order == std::endian::little ? i : sizeof(T) - 1 - i);
-      bits = static_cast<decltype(bits)>(
-          bits | static_cast<decltype(bits)>(static_cast<decltype(bits)>(raw[i]) << shift));
-    }
-    return std::bit_cast<T>(bits);
+    std::array<std::uint8_t, sizeof(T)> number;
+    std::copy(raw.begin(), raw.end(), number.begin());
+    if (order != std::endian::native) std::reverse(number.begin(), number.end());
+    return std::bit_cast<T>(number);
   }
 
   Bytes bytes_;
@@ -102,6 +92,7 @@ class ByteWriter {
     Write(value, std::endian::big);
   }
   void Append(Bytes bytes) { bytes_.insert(bytes_.end(), bytes.begin(), bytes.end()); }
+  void Reserve(std::size_t n) { bytes_.reserve(n); }
   void Zeros(std::size_t n) { bytes_.resize(bytes_.size() + n); }
 
   std::size_t size() const { return bytes_.size(); }
@@ -111,11 +102,9 @@ class ByteWriter {
  private:
   template <class T>
   void Write(T value, std::endian order) {
-    const auto bits = std::bit_cast<detail::UnsignedOf<sizeof(T)>>(value);
-    for (std::size_t i = 0; i < sizeof(T); ++i) {
-      const std::size_t shift = 8 * (order == std::endian::little ? i : sizeof(T) - 1 - i);
-      bytes_.push_back(static_cast<std::uint8_t>(bits >> shift));
-    }
+    auto raw = std::bit_cast<std::array<std::uint8_t, sizeof(T)>>(value);
+    if (order != std::endian::native) std::reverse(raw.begin(), raw.end());
+    bytes_.insert(bytes_.end(), raw.begin(), raw.end());
   }
 
   std::vector<std::uint8_t> bytes_;

@@ -279,6 +279,14 @@ PointCloud ReadAscii(const Header& header, std::string_view body) {
 
 PointCloud ReadBinary(const Header& header, Bytes body) {
   if (header.points * header.point_size > body.size()) throw Refused("ends before its last point");
+  const bool are_floats =  // as in our own files
+      std::all_of(header.fields.begin(), header.fields.end(), [](const Field& field) {
+        return field.type == 'F' && field.size == 4;
+      });
+  if (are_floats)
+    return CollectPoints(header, [&](const Field& field, std::size_t i) {
+      return As<float>(body.subspan(i * header.point_size + field.offset, sizeof(float)));
+    });
   return CollectPoints(header, [&](const Field& field, std::size_t i) {
     return ElementFrom(field, body.subspan(i * header.point_size + field.offset, field.size));
   });
@@ -361,6 +369,7 @@ std::string HeaderText(std::size_t points, const Eigen::Isometry3d& T_map_submap
 
 std::vector<std::uint8_t> Body(const PointCloud& cloud) {
   ByteWriter out;
+  out.Reserve(4 * sizeof(float) * cloud.size());
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     for (const float value : cloud.points[i]) out.Le(value);
     out.Le(cloud.soundings[i]);

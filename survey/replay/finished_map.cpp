@@ -1,7 +1,6 @@
 #include "survey/replay/finished_map.hpp"
 
 #include <algorithm>
-#include <boost/crc.hpp>
 #include <cmath>
 #include <cstring>
 #include <map>
@@ -16,6 +15,7 @@
 #include "common/runtime/files/durable_file.hpp"
 #include "common/runtime/files/whole_file.hpp"
 #include "common/runtime/process/process.hpp"
+#include "common/storage/crc32.hpp"
 #include "mapper/restart/saved_map.hpp"
 #include "products/map/map_points.hpp"
 #include "survey/errors.hpp"
@@ -115,12 +115,6 @@ struct StoredMap {
   }
 };
 
-std::uint32_t Crc(const void* bytes, std::size_t size) {
-  boost::crc_32_type crc;
-  crc.process_bytes(bytes, size);
-  return crc.checksum();
-}
-
 std::string BytesOf(const fs::path& path) {
   std::optional<std::string> bytes = ReadWholeFile(path);
   if (!bytes) throw std::runtime_error(path.string() + ": cannot be read");
@@ -182,8 +176,7 @@ StoredMap Decode(std::string_view bytes) {
       (!is_known || journal_format < kOldestJournal || journal_format > kJournalFormat))
     throw std::runtime_error("of another version of Seastitch: map its dives again");
   const Bytes content = rest.subspan(reader.at());
-  if (!reader.ok() || crc != Crc(content.data(), content.size()))
-    throw std::runtime_error("damaged");
+  if (!reader.ok() || crc != Crc32(content)) throw std::runtime_error("damaged");
   StoredMap stored;
   ArchiveReader archive(content);
   archive(stored);
@@ -382,7 +375,7 @@ void WriteFinishedMap(const fs::path& folder,
   for (const SurveySubmap& submap : survey.submaps) {
     if (submap.points == 0) continue;
     const std::string bytes = BytesOf(PointsFile(folder, submap.id));
-    stored.points_crc.emplace_back(submap.id, Crc(bytes.data(), bytes.size()));
+    stored.points_crc.emplace_back(submap.id, Crc32(AsBytes(bytes)));
   }
   stored.track = survey.track;
   stored.inputs = survey.inputs;
@@ -401,7 +394,7 @@ void WriteFinishedMap(const fs::path& folder,
   file.Append(AsBytes(kMagic));
   file.Le(kFormat);
   file.Le(kJournalFormat);
-  file.Le(Crc(content.data(), content.size()));
+  file.Le(Crc32(content));
   file.Append(content);
   const std::vector<std::uint8_t> bytes = file.Release();
   WriteAtomically(folder / kFinishedMapFile,
@@ -447,7 +440,7 @@ PointCloud LoadPoints(const FinishedSubmap& submap) {
   if (!submap.points) return {};
   const FinishedPoints& points = *submap.points;
   const std::string bytes = BytesOf(points.file);
-  if (Crc(bytes.data(), bytes.size()) != points.crc)
+  if (Crc32(AsBytes(bytes)) != points.crc)
     throw std::runtime_error(points.file.string() + ": not as the replay wrote it");
   SurveySubmap sheared;
   sheared.T_map_submap = submap.submap.T_map_submap;
