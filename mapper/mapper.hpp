@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -148,6 +149,8 @@ class Mapper {
   // to Take(). Submaps join the graph in their order, each with the results of its job.
   std::optional<RegistrationJob> NextJob();
   bool HasSubmapToRegister() const { return !job_is_out_ && !submaps_.empty(); }
+  // Those that closed and are not in the graph yet.
+  std::size_t submaps_to_register() const { return submaps_.size(); }
   bool IsRegistering() const { return job_is_out_ || !submaps_.empty(); }
   // Takes the results of the job that NextJob() returned last.
   void Take(RegistrationResultSet results);

@@ -175,8 +175,7 @@ class ProductWriter {
     Write(product_files::kPoses, PosesTxt(survey_, delivered_.T_map_level));
     Write(product_files::kGraph, GraphG2o(survey_, delivered_));
     if (projection_.has_crs()) WriteQgisProject();
-    files_.Add(
-        [this] { RewriteSubmaps(survey_, delivered_, dir_ / product_files::kSubmapFolder); });
+    RewriteSubmaps(survey_, delivered_, dir_ / product_files::kSubmapFolder);
     WriteExports();
     WriteReport();
     return std::move(summary_);

@@ -96,10 +96,10 @@ constexpr int kMaxEdgesPerUpdate = 200;
 constexpr int kMaxCovariancePairs = 500;
 
 // Whether a graph whose last solution has `solved` submaps is to be solved again: with every
-// version up to 300 submaps, then with every 300th part more of them. CPU time and messages of a
+// version up to 200 submaps, then with every 200th part more of them. CPU time and messages of a
 // submap then stay the same, however long the dive. A function of the graph alone.
 constexpr bool IsSolutionDue(std::size_t submaps, std::size_t solved) {
-  constexpr std::size_t kSolvedEachTime = 300;
+  constexpr std::size_t kSolvedEachTime = 200;
   return submaps <= kSolvedEachTime || (submaps - solved) * kSolvedEachTime >= submaps;
 }
 

@@ -23,7 +23,8 @@ void LocalMapper::Add(const Received& received) {
                         [&]<class T>(const T& sample) {
                           mapper_.Add(sample, received.stamp);
                           Deliver();
-                          if constexpr (kIsOfNavigation<T>) LookAgain();
+                          if constexpr (kIsOfNavigation<T>)
+                            if (mapper_.LookAgain()) LookAgainNow();
                         }},
              received.sample);
 }
@@ -34,19 +35,25 @@ void LocalMapper::AddSubmap(Submap submap, std::optional<Mapper::OfDive> of_dive
   else
     mapper_.AddSubmap(std::move(submap));
   Deliver();
+  FinishRegistering();
 }
 
 bool LocalMapper::LookAgain() {
   const bool left = mapper_.LookAgain();
-  if (left)
-    if (auto job = mapper_.NextJob()) Register(*std::move(job));
-  Deliver();
+  if (left) LookAgainNow();
   return left;
+}
+
+// Retries are few, and run at once.
+void LocalMapper::LookAgainNow() {
+  if (auto job = mapper_.NextJob()) mapper_.Take(Register(*std::move(job), ForEachBeside));
+  Deliver();
 }
 
 void LocalMapper::Finish() {
   mapper_.Finish();
   Deliver();
+  FinishRegistering();
 }
 
 void LocalMapper::Store(const JournalEntry& entry) {
@@ -57,23 +64,58 @@ void LocalMapper::Store(const JournalEntry& entry) {
   store_fails_ = store_.counters().write_errors > errors;
 }
 
-// A submap is registered after it is stored, because jobs load its points.
-void LocalMapper::Deliver() {
-  while (true) {
-    for (const MapperEvent& event : mapper_.TakeEvents()) {
-      if (const auto* entry = std::get_if<JournalEntry>(&event)) Store(*entry);
-      on_event_(event);
-    }
-    if (!mapper_.HasSubmapToRegister()) return;
-    std::optional<RegistrationJob> job = mapper_.NextJob();
-    if (!job) return;
-    Register(*std::move(job));
+void LocalMapper::GiveEvents() {
+  for (const MapperEvent& event : mapper_.TakeEvents()) {
+    if (const auto* entry = std::get_if<JournalEntry>(&event)) Store(*entry);
+    on_event_(event);
   }
 }
 
-void LocalMapper::Register(RegistrationJob job) {
+// A submap is registered after it is stored, because jobs load its points.
+void LocalMapper::Deliver() {
+  GiveEvents();
+  while (running_ ? AreResultsDue() : mapper_.HasSubmapToRegister()) {
+    if (running_) {
+      TakeResults();
+      GiveEvents();
+    } else if (auto job = mapper_.NextJob()) {
+      // Where samples follow, they have the other processor.
+      const std::optional<Time> now = mapper_.last_nav();
+      const ForEach for_each = now ? ForEach(ForEachInTurn) : ForEachBeside;
+      running_ =
+          Running{now.value_or(Time()),
+                  std::async(std::launch::async, [this, for_each, job = *std::move(job)]() mutable {
+                    return Register(std::move(job), for_each);
+                  })};
+    } else {
+      return;
+    }
+  }
+}
+
+bool LocalMapper::AreResultsDue() const {
+  constexpr double kRegistrationS = 5.0;
+  const std::optional<Time> now = mapper_.last_nav();
+  return mapper_.submaps_to_register() > 1 || !now || *now < running_->since ||
+         ToSeconds(*now - running_->since) >= kRegistrationS;
+}
+
+void LocalMapper::TakeResults() {
+  RegistrationResultSet results = running_->results.get();
+  running_.reset();
+  mapper_.Take(std::move(results));
+}
+
+void LocalMapper::FinishRegistering() {
+  while (running_) {
+    TakeResults();
+    Deliver();
+  }
+}
+
+RegistrationResultSet LocalMapper::Register(RegistrationJob job, const ForEach& for_each) {
   const LoadSubmap load = [this](SubmapId id) { return store_.Get(id); };
-  mapper_.Take(Run(std::move(job), params_, load, &prepared_, ForEachBeside));
+  return Run(std::move(job), params_, load, &prepared_, for_each);
 }
 
 Counters LocalMapper::counters() const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <future>
 #include <optional>
 #include <string>
 #include <utility>
@@ -16,7 +17,9 @@
 
 namespace seastitch {
 
-// A mapper with its store of submaps, which runs each registration at once.
+// A mapper with its store of submaps. It registers a submap beside the samples that follow: the
+// results are taken some seconds of the dive later, as at sea, or when another submap closes. So
+// what comes out does not depend on how long a registration takes.
 class LocalMapper {
  public:
   // on_event: gets everything that the mapper makes, in order. Submaps are stored in
@@ -45,8 +48,19 @@ class LocalMapper {
  private:
   std::vector<Condition> Faults(const std::vector<Condition>& more) const;
   void Store(const JournalEntry& entry);
+  void GiveEvents();
   void Deliver();
-  void Register(RegistrationJob job);
+  void LookAgainNow();
+  RegistrationResultSet Register(RegistrationJob job, const ForEach& for_each);
+  bool AreResultsDue() const;
+  void TakeResults();        // waits for them
+  void FinishRegistering();  // of all submaps that closed
+
+  // Registrations of a submap, on a thread of their own.
+  struct Running {
+    Time since;  // of the dive
+    std::future<RegistrationResultSet> results;
+  };
 
   const LoopCloserParams params_;
   Mapper mapper_;
@@ -54,6 +68,8 @@ class LocalMapper {
   PreparedSubmaps prepared_;
   const std::function<void(const MapperEvent&)> on_event_;
   bool store_fails_ = false;  // the last submap could not be written
+  // Last: its thread uses the others.
+  std::optional<Running> running_;
 };
 
 }  // namespace seastitch
