@@ -21,6 +21,7 @@
 #include "products/geo/qgis_project.hpp"
 #include "products/map/depth_map.hpp"
 #include "products/map/judge.hpp"
+#include "products/map/map_extent.hpp"
 #include "products/product_files.hpp"
 #include "products/report/noise_report.hpp"
 #include "products/report/report.hpp"
@@ -44,59 +45,9 @@ void Progress(const ProductOptions& options, const std::string& line) {
   if (options.progress) options.progress(line);
 }
 
-// ---- where the map lies
-
-Eigen::AlignedBox2d BoxOf(const Survey& survey,
-                          const SurveyPoses& poses,
-                          const MapProjection& projection) {
-  Eigen::AlignedBox2d box;
-  for (std::size_t i = 0; i < survey.submaps.size(); ++i) {
-    box.extend(NorthEastBox(survey.submaps, poses, i, projection));
-  }
-  return box;
-}
-
-// Of the submaps as navigated; without them of the track.
-Eigen::Vector2d MiddleOf(const Survey& survey) {
-  Eigen::AlignedBox2d box;
-  for (const SurveySubmap& s : survey.submaps)
-    if (HasSoundings(s.trigger)) box.extend(s.T_map_submap.translation().head<2>().eval());
-  if (box.isEmpty())
-    for (const TrackState& s : survey.track) box.extend(s.p_map.head<2>().eval());
-  return box.center();
-}
-
 MapProjection ProjectionOf(const Survey& survey, const ProductOptions& options) {
   if (!options.datum) return MapProjection(options.axes);
   return {*options.datum, MiddleOf(survey), options.crs, options.vertical_epsg};
-}
-
-// A solution that scatters the submaps so far cannot be right, and would make a grid of nothing.
-bool IsWild(const Eigen::AlignedBox2d& with_solved, const Eigen::AlignedBox2d& dead_reckoned) {
-  constexpr double kGrowth = 3.0, kSlackM = 1000.0;
-  return with_solved.diagonal().norm() > kGrowth * dead_reckoned.diagonal().norm() + kSlackM;
-}
-
-double CellCount(const Eigen::AlignedBox2d& box, double cell_m) {
-  return (box.sizes().x() / cell_m + 2.0) * (box.sizes().y() / cell_m + 2.0);
-}
-
-double ChooseCell(const Survey& survey,
-                  const Eigen::AlignedBox2d& box,
-                  const ProductOptions& options) {
-  const double most = static_cast<double>(options.max_cells);
-  if (options.cell_m > 0.0) {
-    if (CellCount(box, options.cell_m) > most) {
-      throw std::runtime_error(Format("cell_m = %g: the map would have %.3g cells",
-                                      options.cell_m,
-                                      CellCount(box, options.cell_m)) +
-                               ", at most " + std::to_string(options.max_cells) + " are allowed");
-    }
-    return options.cell_m;
-  }
-  double cell_m = DefaultCell(survey.submaps);
-  while (CellCount(box, cell_m) > most) cell_m = RoundUpOneTwoFive(1.01 * cell_m);
-  return cell_m;
 }
 
 // ---- pictures
@@ -241,7 +192,7 @@ class ProductWriter {
     const bool wild = IsWild(both, box);
     Eigen::AlignedBox2d extent = BoxOf(survey_, dead_reckoned_, projection_);
     if (!wild) extent.extend(BoxOf(survey_, delivered_, projection_));
-    summary_.cell_m = ChooseCell(survey_, extent, options_);
+    summary_.cell_m = ChooseCell(survey_, extent, options_.cell_m, options_.max_cells);
     geometry_ =
         GridGeometry::Covering(extent.min(), extent.max(), summary_.cell_m, options_.max_cells);
     MeasureBoth(Moved(summary_) && !wild);

@@ -43,7 +43,7 @@ struct ProductOptions {
   // Limit of a raster, about 1.3 GB at the peak. With cell_m = 0 the cell is enlarged to stay below
   // it; a given cell_m that exceeds it is an error.
   std::size_t max_cells = 16'000'000;
-  // Points kept in memory, 100 MB: a few survey lines, so that each submap is read from disk once.
+  // Points kept in memory, 50 MB: a few survey lines, so that each submap is read from disk once.
   std::size_t cache_points = 4'000'000;
   // Do no harm: an error of the corrected map that is larger than dead reckoning's by less than
   // this fraction of it does not count as larger. Moving points between cells changes the errors of

@@ -254,14 +254,33 @@ std::vector<Launch> LaunchesOf(const MbesPing& ping,
   return all;
 }
 
-// The point where the ray meets the seabed. Nothing if the ray turns upward before.
-std::optional<Eigen::Vector3d> Follow(const Launch& launch, double speed_mps, RayFan* fan) {
-  const auto& [beam, start, echo, range_m] = launch;
-  const double straight_m = echo.head<2>().norm();
-  const auto end = fan->Trace(straight_m / range_m, echo.z() / range_m, range_m / speed_mps);
-  if (!end) return std::nullopt;
-  const double stretch = straight_m > 0.0 ? end->horizontal_m / straight_m : 0.0;
-  return start + Eigen::Vector3d(stretch * echo.x(), stretch * echo.y(), end->down_m);
+// The points where the rays of `count` launches from `first` on meet the seabed. Nothing where a
+// ray turns upward before.
+std::array<std::optional<Eigen::Vector3d>, RayFan::kBeside> Follow(const Launch* first,
+                                                                   std::size_t count,
+                                                                   double speed_mps,
+                                                                   RayFan* fan) {
+  RayFan::Launches rays;
+  RayFan::Numbers straight_m;
+  for (std::size_t i = 0; i < RayFan::kBeside; ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    const auto& [beam, start, echo, range_m] = first[std::min(i, count - 1)];
+    straight_m[k] = echo.head<2>().norm();
+    rays.sin[k] = straight_m[k] / range_m;
+    rays.cos[k] = echo.z() / range_m;
+    rays.one_way_s[k] = range_m / speed_mps;
+  }
+  const RayFan::Ends ends = fan->Trace(rays);
+  std::array<std::optional<Eigen::Vector3d>, RayFan::kBeside> points;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!ends[i]) continue;
+    const double straight = straight_m[static_cast<Eigen::Index>(i)];
+    const double stretch = straight > 0.0 ? ends[i]->horizontal_m / straight : 0.0;
+    const Eigen::Vector3d& echo = first[i].echo;
+    points[i] =
+        first[i].start + Eigen::Vector3d(stretch * echo.x(), stretch * echo.y(), ends[i]->down_m);
+  }
+  return points;
 }
 
 }  // namespace
@@ -354,16 +373,20 @@ std::optional<GeoreferencedPing> Georeference(const MbesPing& ping,
   // heave of the water.
   RayFan fan(rays, start_depth_m, speed_mps, deepest_m);
   result.soundings.reserve(launches.size());
-  for (const Launch& launch : launches) {
-    const auto p_map = Follow(launch, speed_mps, &fan);
-    if (!p_map) {
-      ++result.beams_refused;
-      continue;
+  for (std::size_t k = 0; k < launches.size(); k += RayFan::kBeside) {
+    const std::size_t count = std::min(RayFan::kBeside, launches.size() - k);
+    const auto points = Follow(&launches[k], count, speed_mps, &fan);
+    for (std::size_t i = 0; i < count; ++i) {
+      if (!points[i]) {
+        ++result.beams_refused;
+        continue;
+      }
+      const Launch& launch = launches[k + i];
+      const double down_m = points[i]->z() - launch.start.z();
+      const float sigma_ratio = ping.beams[static_cast<std::size_t>(launch.beam)].depth_sigma_ratio;
+      result.soundings.push_back(
+          {*points[i], launch.beam, static_cast<float>(double{sigma_ratio} * down_m)});
     }
-    const double down_m = p_map->z() - launch.start.z();
-    const float sigma_ratio = ping.beams[static_cast<std::size_t>(launch.beam)].depth_sigma_ratio;
-    result.soundings.push_back(
-        {*p_map, launch.beam, static_cast<float>(double{sigma_ratio} * down_m)});
   }
   return result;
 }

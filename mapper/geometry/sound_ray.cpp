@@ -17,16 +17,21 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 double Log1pOverX(double x) {
   return std::abs(x) < 1e-5 ? 1.0 - x * (0.5 - x / 3.0) : std::log1p(x) / x;
 }
-double Expm1OverX(double x) {
-  if (std::abs(x) > 0.01) return std::expm1(x) / x;
+constexpr double kSeriesOfExpm1 = 0.01;  // largest x of the series
+template <class T>
+T Expm1OverXBySeries(const T& x) {
   return 1.0 + x * (1.0 / 2.0 +
                     x * (1.0 / 6.0 + x * (1.0 / 24.0 + x * (1.0 / 120.0 + x * (1.0 / 720.0)))));
+}
+double Expm1OverX(double x) {
+  return std::abs(x) > kSeriesOfExpm1 ? std::expm1(x) / x : Expm1OverXBySeries(x);
 }
 
 // Horizontal distance of a ray over depth h in a layer with speed c0 + g h. p: Snell's constant;
 // cos0, cos1: cosines of the angle from the vertical. It is (cos0 - cos1) / (p g), rewritten
 // without the division by g.
-double Horizontal(double p, double g, double h, double c0, double cos0, double cos1) {
+template <class T>
+T Horizontal(const T& p, double g, const T& h, double c0, const T& cos0, const T& cos1) {
   return p * h * (2.0 * c0 + g * h) / (cos0 + cos1);
 }
 
@@ -38,17 +43,29 @@ double TravelTime(double p, double g, double h, double c0, double cos0, double c
   return k * Log1pOverX(g * k);
 }
 
-// End of a ray that travels left_s inside one layer. Nothing if it passes its turning point.
-// tan(angle / 2) grows as e^(g t); q is its square.
+// End of a ray that travels left_s inside one layer. increase: (e^x - 1) / x at x = g left_s.
+// tan(angle / 2) grows as e^(g t); q1 is its square at the end: the ray passes its turning point
+// where that is not below 1.
+template <class T>
+struct EndInLayer {
+  T horizontal_m, down_m, q1;
+};
+template <class T>
+EndInLayer<T> WithinLayer(
+    const T& p, double g, const T& left_s, double c0, const T& cos0, const T& increase) {
+  const T growth = 1.0 + g * left_s * increase;
+  const T q0 = (1.0 - cos0) / (1.0 + cos0);
+  const T q1 = q0 * growth * growth;
+  const T h = c0 * left_s * increase * (1.0 - q0 * growth) / (1.0 + q1);
+  const T cos1 = (1.0 - q1) / (1.0 + q1);
+  return {Horizontal(p, g, h, c0, cos0, cos1), h, q1};
+}
+
+// Nothing if it passes its turning point.
 std::optional<RayEnd> WithinLayer(double p, double g, double left_s, double c0, double cos0) {
-  const double increase = Expm1OverX(g * left_s);
-  const double growth = 1.0 + g * left_s * increase;
-  const double q0 = (1.0 - cos0) / (1.0 + cos0);
-  const double q1 = q0 * growth * growth;
-  if (!(q1 < 1.0)) return std::nullopt;
-  const double h = c0 * left_s * increase * (1.0 - q0 * growth) / (1.0 + q1);
-  const double cos1 = (1.0 - q1) / (1.0 + q1);
-  return RayEnd{Horizontal(p, g, h, c0, cos0, cos1), h};
+  const auto end = WithinLayer(p, g, left_s, c0, cos0, Expm1OverX(g * left_s));
+  if (!(end.q1 < 1.0)) return std::nullopt;
+  return RayEnd{end.horizontal_m, end.down_m};
 }
 
 }  // namespace
@@ -142,11 +159,41 @@ namespace {
 // Largest 2 tan^2(angle) (c - mean) / mean for which the terms left out are below 3e-6 of the
 // distance.
 constexpr double kMaxExpansion = 0.2;
+constexpr double kRounding_m = 1e-6;
 
-template <class Series>
-double Dot(const Series& a, const Series& b) {
-  double sum = 0.0;
-  for (std::size_t n = 0; n < a.size(); ++n) sum += a[n] * b[n];
+// Of one ray (T: double) or of several: see RayFan::Trace().
+template <class T, std::size_t kTerms>
+struct Expansion {
+  // sine: of the angle from the vertical where the speed is the mean.
+  explicit Expansion(const T& sine) : sin_mean(sine) {
+    using std::sqrt;
+    const T cos2_mean = 1.0 - sin_mean * sin_mean;
+    tan2 = sin_mean * sin_mean / cos2_mean;
+    cos_mean = sqrt(cos2_mean);
+    // With c = mean (1 + x): 1 / sqrt(1 - p^2 c^2) = (a0 + a1 x + a2 x^2 + ...) / cos_mean. Time is
+    // the integral of this over c, distance that of this times p c.
+    T before = 0.0 * sin_mean;
+    T a = 1.0 + before;
+    for (std::size_t n = 0; n < kTerms; ++n) {
+      if (n == 0)
+        time[n] = a;
+      else
+        time[n] = a - time[n - 1];
+      distance[n] = a + before;
+      const double share = static_cast<double>(n) / static_cast<double>(n + 1);
+      const T next = tan2 * (a + share * (a + before));
+      before = a;
+      a = next;
+    }
+  }
+  T sin_mean, cos_mean, tan2;
+  std::array<T, kTerms> time, distance;
+};
+
+template <class T, std::size_t kTerms>
+T Dot(const std::array<T, kTerms>& a, const std::array<double, kTerms>& b) {
+  T sum = a[0] * b[0];
+  for (std::size_t n = 1; n < kTerms; ++n) sum += a[n] * b[n];
   return sum;
 }
 
@@ -212,40 +259,68 @@ std::optional<RayEnd> RayFan::Trace(double sin_launch, double cos_launch, double
     return rays_.Trace(start_depth_m_, sin_launch, cos_launch, speed_at_transducer_mps_, one_way_s);
   };
   const double p = sin_launch / speed_at_transducer_mps_;
-  const double sin_mean = p * mean_mps_;
-  const double cos2_mean = 1.0 - sin_mean * sin_mean;
-  const double tan2 = sin_mean * sin_mean / cos2_mean;
-  if (!(cos2_mean > 0.0 && 2.0 * tan2 * spread_ <= kMaxExpansion)) return exactly();
-
-  // With c = mean (1 + x): 1 / sqrt(1 - p^2 c^2) = (a0 + a1 x + a2 x^2 + ...) / cos_mean. Time is
-  // the integral of this over c, distance that of this times p c.
-  Series time;
-  Series distance;
-  double before = 0.0;
-  double a = 1.0;
-  for (std::size_t n = 0; n < kTerms; ++n) {
-    time[n] = n == 0 ? a : a - time[n - 1];
-    distance[n] = a + before;
-    const double share = static_cast<double>(n) / static_cast<double>(n + 1);
-    const double next = tan2 * (a + share * (a + before));
-    before = a;
-    a = next;
-  }
-  const double cos_mean = std::sqrt(cos2_mean);
-  const double slant_m = one_way_s * mean_mps_ * cos_mean;
-  while (last_ > 0 && Dot(time, layers_[last_].moments) > slant_m) --last_;
-  while (last_ + 1 < layers_.size() && Dot(time, layers_[last_ + 1].moments) <= slant_m) ++last_;
+  const Expansion<double, kTerms> ray(p * mean_mps_);
+  if (!(ray.cos_mean > 0.0 && 2.0 * ray.tan2 * spread_ <= kMaxExpansion)) return exactly();
+  const double slant_m = one_way_s * mean_mps_ * ray.cos_mean;
+  while (last_ > 0 && Dot(ray.time, layers_[last_].moments) > slant_m) --last_;
+  while (last_ + 1 < layers_.size() && Dot(ray.time, layers_[last_ + 1].moments) <= slant_m)
+    ++last_;
 
   const Layer& layer = layers_[last_];
-  const double left_s = (slant_m - Dot(time, layer.moments)) / (mean_mps_ * cos_mean);
+  const double left_s = (slant_m - Dot(ray.time, layer.moments)) / (mean_mps_ * ray.cos_mean);
   const double sin0 = p * layer.speed_top_mps;
   const double cos0 = std::sqrt(1.0 - sin0 * sin0);
   const auto end = WithinLayer(p, layer.gradient_per_s, left_s, layer.speed_top_mps, cos0);
   // Positions within rounding of the layer's end count as inside it. Beyond the last layer of the
   // fan the ray is traced exactly.
-  if (!end || layer.top_m + end->down_m > layer.bottom_m + 1e-6) return exactly();
-  const double to_layer_m = sin_mean / cos_mean * Dot(distance, layer.moments);
+  if (!end || layer.top_m + end->down_m > layer.bottom_m + kRounding_m) return exactly();
+  const double to_layer_m = ray.sin_mean / ray.cos_mean * Dot(ray.distance, layer.moments);
   return RayEnd{to_layer_m + end->horizontal_m, layer.top_m + end->down_m};
+}
+
+bool RayFan::TraceInOneLayer(const Launches& rays, Ends* ends) {
+  if (layers_.empty()) return false;
+  const bool usable = (rays.sin >= 0.0 && rays.sin < 1.0 && rays.cos > 0.0 &&
+                       rays.one_way_s >= 0.0 && rays.one_way_s < kInfinity)
+                          .all();
+  if (!usable) return false;
+  const Numbers p = rays.sin / speed_at_transducer_mps_;
+  const Expansion<Numbers, kTerms> ray(p * mean_mps_);
+  if (!(ray.cos_mean > 0.0 && 2.0 * ray.tan2 * spread_ <= kMaxExpansion).all()) return false;
+  const Numbers slant_m = rays.one_way_s * mean_mps_ * ray.cos_mean;
+  const Layer& layer = layers_[last_];
+  const Numbers to_layer = Dot(ray.time, layer.moments);
+  if (last_ > 0 && (to_layer > slant_m).any()) return false;
+  if (last_ + 1 < layers_.size() && (Dot(ray.time, layers_[last_ + 1].moments) <= slant_m).any())
+    return false;
+
+  const Numbers left_s = (slant_m - to_layer) / (mean_mps_ * ray.cos_mean);
+  const Numbers x = layer.gradient_per_s * left_s;
+  const Numbers sin0 = p * layer.speed_top_mps;
+  const Numbers cos0 = (1.0 - sin0 * sin0).sqrt();
+  const auto end = WithinLayer<Numbers>(
+      p, layer.gradient_per_s, left_s, layer.speed_top_mps, cos0, Expm1OverXBySeries(x));
+  const bool are_inside = (x.abs() <= kSeriesOfExpm1 && end.q1 < 1.0 &&
+                           layer.top_m + end.down_m <= layer.bottom_m + kRounding_m)
+                              .all();
+  if (!are_inside) return false;
+  const Numbers to_layer_m = ray.sin_mean / ray.cos_mean * Dot(ray.distance, layer.moments);
+  const Numbers horizontal_m = to_layer_m + end.horizontal_m;
+  for (std::size_t i = 0; i < kBeside; ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    (*ends)[i] = RayEnd{horizontal_m[k], layer.top_m + end.down_m[k]};
+  }
+  return true;
+}
+
+RayFan::Ends RayFan::Trace(const Launches& rays) {
+  Ends ends;
+  if (TraceInOneLayer(rays, &ends)) return ends;
+  for (std::size_t i = 0; i < kBeside; ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    ends[i] = Trace(rays.sin[k], rays.cos[k], rays.one_way_s[k]);
+  }
+  return ends;
 }
 
 }  // namespace seastitch

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <cstddef>
 #include <optional>
@@ -85,6 +86,14 @@ class RayFan {
 
   // As RayTracer::Trace. Fastest for rays in the order of their angle.
   std::optional<RayEnd> Trace(double sin_launch, double cos_launch, double one_way_s);
+  // Several beside each other: faster where all of them end in one layer.
+  static constexpr std::size_t kBeside = 4;
+  using Numbers = Eigen::Array<double, static_cast<int>(kBeside), 1>;
+  struct Launches {
+    Numbers sin, cos, one_way_s;
+  };
+  using Ends = std::array<std::optional<RayEnd>, kBeside>;
+  Ends Trace(const Launches& rays);
 
  private:
   static constexpr std::size_t kTerms = 7;
@@ -98,6 +107,8 @@ class RayFan {
     Series moments;
   };
   void AddMoments();
+  // False where they do not all end in the layer in which the last ray ended.
+  bool TraceInOneLayer(const Launches& rays, Ends* ends);
 
   const RayTracer& rays_;
   double start_depth_m_;

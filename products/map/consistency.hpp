@@ -50,7 +50,7 @@ struct ConsistencyMap {
 
 // Computes both errors with the submaps at `poses`. The cells are those of the
 // projection; distances are measured in the map frame.
-// Memory: the grid, the points of two submaps, and a cache of at most cache_points points (24 bytes
+// Memory: the grid, the points of two submaps, and a cache of at most cache_points points (12 bytes
 // each). on_submap(i) is called before the pairs of submap i, to show progress.
 ConsistencyMap ComputeConsistency(const std::vector<SurveySubmap>& submaps,
                                   const SurveyPoses& poses,

@@ -15,6 +15,7 @@
 #include "bench/truth.hpp"
 #include "common/geo/map_frame.hpp"
 #include "common/runtime/config/config.hpp"
+#include "common/runtime/process/freed_memory.hpp"
 #include "mapper/mapper_config.hpp"
 #include "optimizer/optimizer_config.hpp"
 #include "products/files/sounding_log.hpp"
@@ -343,6 +344,7 @@ ProductSummary RunReplay(const ReplayOptions& options) {
     fs::remove_all(out.path() / product_files::kSubmapFolder);
     if (!options.quiet) CalibrationRounds::SayThatItMapsAgain();
   }
+  ReturnFreedMemory();
   rounds.Warn(survey, &run->replay_input);
   ReplayInput& replay_input = run->replay_input;
   products = run->products;

@@ -12,4 +12,7 @@ inline void KeepFreedMemory() {
   mallopt(M_TRIM_THRESHOLD, 128 << 20);
 }
 
+// Gives the kernel what is free now: between two parts of the work that need memory of their own.
+inline void ReturnFreedMemory() { malloc_trim(0); }
+
 }  // namespace seastitch

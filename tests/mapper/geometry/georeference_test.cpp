@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <limits>
+#include <random>
 
 #include "common/core/pose.hpp"
 
@@ -208,6 +210,41 @@ TEST(Georeference, BothAnglesLieOnTheirCones) {
   EXPECT_NEAR(p.x(), std::sin(Deg2Rad(10.0)), 1e-6);
   EXPECT_NEAR(p.y(), std::sin(Deg2Rad(60.0)), 1e-6);
   EXPECT_NEAR(p.norm(), 1.0, 1e-6);
+}
+
+// Detections beside each other have the bits of each alone, also where some have no echo.
+TEST(EchoFromMidway, IsTheSameOfSeveralBesideEachOther) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+  const auto around = [&](const Eigen::Vector3d& axis) {
+    return Eigen::Vector3d(axis +
+                           0.1 * Eigen::Vector3d(normal(random), normal(random), normal(random)))
+        .normalized();
+  };
+  int found = 0, none = 0;
+  for (int trial = 0; trial < 500; ++trial) {
+    Detections together;
+    std::array<Detection, Detections::kMost> each;
+    for (std::size_t i = 0; i < each.size(); ++i) {
+      each[i] = {around(Eigen::Vector3d::UnitX()),
+                 around(Eigen::Vector3d::UnitY()),
+                 0.5 * uniform(random),
+                 uniform(random),
+                 0.1 * Eigen::Vector3d(uniform(random), uniform(random), uniform(random)),
+                 uniform(random) < -0.95 ? 0.0 : 10.0 + 5.0 * uniform(random)};
+      together.Set(i, each[i]);
+    }
+    const auto echoes = EchoesFromMidway(together);
+    for (std::size_t i = 0; i < each.size(); ++i) {
+      const auto alone = EchoFromMidway(each[i]);
+      ASSERT_EQ(echoes[i].has_value(), alone.has_value());
+      ++(alone ? found : none);
+      if (alone) EXPECT_EQ(*echoes[i], *alone);
+    }
+  }
+  EXPECT_GT(found, 1500);
+  EXPECT_GT(none, 50);
 }
 
 TEST(EchoFromMidway, LiesOnBothConesAlsoOfAxesThatAreNotSquare) {

@@ -234,6 +234,39 @@ TEST(RayFan, AgreesWithRaysTracedLayerByLayer) {
   EXPECT_LT(worst_m, 1e-4);
 }
 
+// Rays beside each other have the bits of the same rays one by one, in one layer or in several,
+// also where one of them is none.
+TEST(RayFan, TracesSeveralRaysAsOneByOne) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> uniform(0.0, 1.0);
+  const auto rays =
+      RayTracer::Make(Profile({0.0, 10.0, 12.0, 80.0}, {1520.0, 1519.0, 1490.0, 1487.0}));
+  int traced = 0, refused = 0;
+  for (int ping = 0; ping < 500; ++ping) {
+    const double range_m = 3.0 + 60.0 * uniform(random);
+    RayFan together(*rays, 1.0, 1515.0, 70.0), alone = together;
+    RayFan::Launches launches;
+    for (Eigen::Index k = 0; k < launches.sin.size(); ++k) {
+      const double angle = Deg2Rad(75.0 * uniform(random));
+      launches.sin[k] = std::sin(angle);
+      launches.cos[k] = uniform(random) < 0.05 ? -1.0 : std::cos(angle);
+      launches.one_way_s[k] = range_m * (0.9 + 0.2 * uniform(random)) / 1515.0;
+    }
+    const RayFan::Ends ends = together.Trace(launches);
+    for (std::size_t i = 0; i < ends.size(); ++i) {
+      const auto k = static_cast<Eigen::Index>(i);
+      const auto end = alone.Trace(launches.sin[k], launches.cos[k], launches.one_way_s[k]);
+      ASSERT_EQ(ends[i].has_value(), end.has_value());
+      ++(end ? traced : refused);
+      if (!end) continue;
+      EXPECT_EQ(ends[i]->horizontal_m, end->horizontal_m);
+      EXPECT_EQ(ends[i]->down_m, end->down_m);
+    }
+  }
+  EXPECT_GT(traced, 1500);
+  EXPECT_GT(refused, 20);
+}
+
 TEST(RayFan, RefusesWhatIsNoRay) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double inf = std::numeric_limits<double>::infinity();
