@@ -4,6 +4,10 @@
 
 #include "mapper/submaps/eigenvalues.hpp"
 
+template Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>&
+Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>::compute(const Eigen::EigenBase<Eigen::Matrix2d>&,
+                                                        int options);
+
 namespace seastitch {
 
 double WorstSigma(const Eigen::Matrix2d& covariance) {

@@ -32,10 +32,12 @@ std::optional<GraphCovariance> GraphCovariance::At(const FactorGraph& graph,
   for (const Factor& factor : graph.factors)
     Residual(factor, T_map_vertex, &jacobians.emplace_back());
   covariance.Order(graph);
-  const Eigen::SimplicialLLT<Sparse, Eigen::Lower, Eigen::NaturalOrdering<int>> llt(
-      covariance.Information(graph, jacobians, weights));
-  if (llt.info() != Eigen::Success) return std::nullopt;
-  covariance.TakeBlocksOf(llt.matrixL().nestedExpression());
+  {
+    const Eigen::SimplicialLLT<Sparse, Eigen::Lower, Eigen::NaturalOrdering<int>> llt(
+        covariance.Information(graph, jacobians, weights));
+    if (llt.info() != Eigen::Success) return std::nullopt;
+    covariance.TakeBlocksOf(llt.matrixL().nestedExpression());
+  }
   covariance.Select(graph, jacobians);
   // H may have a factor although its inverse overflows.
   if (!AllFinite(covariance.marginal_) || !AllFinite(covariance.of_residual_)) return std::nullopt;

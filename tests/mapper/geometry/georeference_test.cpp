@@ -240,7 +240,9 @@ TEST(EchoFromMidway, IsTheSameOfSeveralBesideEachOther) {
       const auto alone = EchoFromMidway(each[i]);
       ASSERT_EQ(echoes[i].has_value(), alone.has_value());
       ++(alone ? found : none);
-      if (alone) EXPECT_EQ(*echoes[i], *alone);
+      if (alone) {
+        EXPECT_EQ(*echoes[i], *alone);
+      }
     }
   }
   EXPECT_GT(found, 1500);
