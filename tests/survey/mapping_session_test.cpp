@@ -5,8 +5,11 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <functional>
 #include <limits>
+#include <memory>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "common/convert/channels.hpp"
@@ -88,7 +91,7 @@ class Session : public testing::Test {
     return graph;
   }
 
-  Graph OfSession() const {
+  Graph OfSession(const std::function<void(const MapperEvent&)>& also = {}) const {
     Graph graph;
     SurveyCollector collector(dir_.path() / "products");
     MappingSession session(
@@ -96,9 +99,10 @@ class Session : public testing::Test {
         LoadOptimizerConfig(ConfigFile("optimizer.yaml")),
         &collector,
         [] { return false; },
-        [&graph](const MapperEvent& event) {
+        [&](const MapperEvent& event) {
           if (const auto* step = std::get_if<GraphStep>(&event))
             graph.updates.push_back(Encoded(ToLcm(step->update, step->submap_time, 0)));
+          if (also) also(event);
         });
     LogSource source(ScanLogs({log_}, true), nullptr, true);
     while (const auto sample = source.Next()) session.Add(*sample);
@@ -122,6 +126,35 @@ TEST_F(Session, MakesTheGraphOfTheProcesses) {
   EXPECT_EQ(session.updates.size(), nodes.updates.size());
   EXPECT_TRUE(session.updates == nodes.updates);
   EXPECT_TRUE(session.solution == nodes.solution);
+}
+
+// Its registrations run beside the samples that follow. A submap joins the graph 3 s of the dive
+// after it closed, or as soon as the next closes, however long its registrations take.
+TEST_F(Session, TakesTheResultsOfRegistrationsAtATimeOfTheDive) {
+  struct Joined {
+    double after_s;
+    std::size_t closed;  // submaps that had closed by then
+  };
+  std::vector<Time> closed;
+  std::vector<Joined> joined;
+  Time now;
+  OfSession([&](const MapperEvent& event) {
+    if (const auto* nav = std::get_if<NavState>(&event)) now = nav->time;
+    if (std::holds_alternative<std::shared_ptr<const Submap>>(event)) closed.push_back(now);
+    if (const auto* step = std::get_if<GraphStep>(&event); step && !step->update.vertices.empty())
+      joined.push_back({ToSeconds(now - closed[joined.size()]), closed.size()});
+  });
+  ASSERT_EQ(joined.size(), closed.size());
+  int later = 0;
+  for (std::size_t k = 0; k + 1 < joined.size(); ++k) {  // the last joins at the end
+    if (joined[k].closed == k + 1) {
+      EXPECT_NEAR(joined[k].after_s, 3.0, 0.05);
+      ++later;
+    } else {
+      EXPECT_EQ(joined[k].closed, k + 2);
+    }
+  }
+  EXPECT_GT(later, 3);
 }
 
 // A submap of another program, far from its frame's origin or with a fix that is not finite, loses
