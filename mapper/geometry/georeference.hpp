@@ -57,8 +57,8 @@ struct Detection {
 
 // Several of them, whose components lie beside each other.
 struct Detections {
-  static constexpr std::size_t kMost = 4;
-  using Numbers = Eigen::Array<double, static_cast<int>(kMost), 1>;
+  static constexpr std::size_t kMost = RayFan::kBeside;
+  using Numbers = RayFan::Numbers;
   using Vectors = std::array<Numbers, 3>;  // x, y, z
   Vectors tx_axis{}, rx_axis{};
   Numbers sin_tilt = Numbers::Zero(), sin_angle = Numbers::Zero();

@@ -35,7 +35,7 @@ Float4 All(float value) { return Float4{value, value, value, value}; }
 Float4 Where(Int4 mask, Float4 value) { return mask ? value : All(0.0f); }
 double Sum(Float4 v) { return double{v[0]} + double{v[1]} + double{v[2]} + double{v[3]}; }
 
-// Points in a row: their coordinates north, east, down from the cloud's origin.
+// Points in a row: their coordinates north, east, down from the cloud's origin [m].
 struct PointRun {
   const float* north;
   const float* east;
@@ -77,8 +77,9 @@ class CellCloud {
   }
 
   const CellBox& box() const { return box_; }
-  std::size_t size() const { return north_.size(); }
-  // Of the coordinates of its points [m]: near them, so that floats hold them to micrometres.
+  std::size_t size() const { return start_.empty() ? 0 : start_.back(); }
+  // Origin of the points' coordinates, north, east, down in the map frame [m]. It is one of them,
+  // so that floats hold a submap of 100 m to 10 micrometres.
   const Eigen::Vector3d& origin() const { return origin_; }
 
   // The points of cells row, col_begin to row, col_end, both inclusive; kLanes numbers behind them
