@@ -24,13 +24,16 @@ bool PoseGraphOptimizer::Add(const GraphUpdate& update) {
   return true;
 }
 
+LastSolution PoseGraphOptimizer::Last() const {
+  return {store_, solved_number_, solved_mounting_, covariance_};
+}
+
 bool PoseGraphOptimizer::HasSurprise(const GraphUpdate& update) const {
-  const LastSolution last{store_, solved_number_, solved_mounting_, covariance_};
   return std::any_of(update.edges.begin(), update.edges.end(), [&](const GraphEdge& edge) {
     if (edge.kind != EdgeKind::kLoopClosure) return false;
     const auto stored = store_.loops().find(std::minmax(edge.from, edge.to));
     return stored != store_.loops().end() && stored->second.Pulls() && !stored->second.weight &&
-           IsBeyondPrior(stored->second, last);
+           IsBeyondPrior(stored->second, Last());
   });
 }
 
@@ -72,15 +75,29 @@ std::vector<std::optional<double>> PoseGraphOptimizer::LastWeights(std::size_t n
   return weights;
 }
 
+// Of the loop closures that are not in the last solution.
+std::vector<std::optional<double>> PoseGraphOptimizer::NewInnovations(
+    std::size_t num_factors) const {
+  const std::vector<const StoredEdge*> robust = store_.RobustEdges();
+  std::vector<std::optional<double>> innovations(num_factors - robust.size());
+  for (const StoredEdge* edge : robust) {
+    const bool is_new = !edge->weight && edge->edge.kind == EdgeKind::kLoopClosure;
+    innovations.push_back(is_new ? InnovationOf(*edge, Last()) : std::nullopt);
+  }
+  return innovations;
+}
+
 std::optional<PoseGraph> PoseGraphOptimizer::Solve(SolveStart start,
                                                    const std::function<void()>& on_step) {
   is_due_ = false;
   if (store_.vertices().empty()) return PoseGraph{version(), {}, {}, {}};
   const FactorGraph graph = BuildFactorGraph(store_, params_);
-  SolverStart from{DeadReckoned(), {}, {}, contradicted_, judged_size_};
+  SolverStart from{
+      .dead_reckoned = DeadReckoned(), .contradicted = contradicted_, .judged_size = judged_size_};
   if (start == SolveStart::kWarm) {
     from.T_map_vertex = Predicted();
     from.weights = LastWeights(graph.factors.size());
+    from.innovations = NewInnovations(graph.factors.size());
   }
   RobustSolution solution = SolveRobustly(graph, from, params_, on_step);
   contradicted_ = solution.contradicted;

@@ -14,6 +14,8 @@
 
 namespace seastitch {
 
+struct LastSolution;
+
 // Initial values of the minimisation.
 //
 // kFromDeadReckoning: the dead-reckoned poses. The solution depends on the graph alone.
@@ -70,6 +72,8 @@ class PoseGraphOptimizer {
   std::vector<Pose2> DeadReckoned() const;
   std::vector<Pose2> Predicted() const;  // initial values of a warm start
   std::vector<std::optional<double>> LastWeights(std::size_t num_factors) const;
+  std::vector<std::optional<double>> NewInnovations(std::size_t num_factors) const;
+  LastSolution Last() const;
   PoseGraph Published() const;
 
   OptimizerParams params_;

@@ -77,21 +77,21 @@ std::optional<Reckoned> Reckon(SubmapId id, SubmapId other, const LastSolution& 
 
 }  // namespace
 
-bool IsBeyondPrior(const StoredEdge& closure, const LastSolution& last) {
+std::optional<double> InnovationOf(const StoredEdge& closure, const LastSolution& last) {
   const auto [a, b] = std::minmax(closure.edge.from, closure.edge.to);
-  if (!last.covariance) return true;
+  if (!last.covariance) return std::nullopt;
   const std::optional<Reckoned> later = Reckon(b, a, last);
-  if (!later) return true;
+  if (!later) return std::nullopt;
   Reckoned earlier{a, SolvedOr(last.store.vertices().at(a))};
   Eigen::Matrix3d of_earlier = Eigen::Matrix3d::Zero();
   Eigen::Matrix3d of_later = later->covariance;
   Eigen::Matrix3d of_both = Eigen::Matrix3d::Zero();
   if (later->base != a) {
     const auto reckoned = Reckon(a, b, last);
-    if (!reckoned) return true;
+    if (!reckoned) return std::nullopt;
     earlier = *reckoned;
     const auto i = last.number.find(earlier.base), j = last.number.find(later->base);
-    if (i == last.number.end() || j == last.number.end()) return true;
+    if (i == last.number.end() || j == last.number.end()) return std::nullopt;
     GraphCovariance::Pairs between(*last.covariance);
     of_earlier = earlier.by_base * between(i->second, i->second) * earlier.by_base.transpose() +
                  earlier.covariance;
@@ -110,8 +110,12 @@ bool IsBeyondPrior(const StoredEdge& closure, const LastSolution& last) {
   const Eigen::Matrix3d& W = closure.root.W;
   const Eigen::Vector3d whitened = W * off;
   const Eigen::Matrix3d expected = W * covariance * W.transpose() + Eigen::Matrix3d::Identity();
-  const double squared = whitened.dot(expected.ldlt().solve(whitened));
-  return !(squared <= kTwoSigma[static_cast<std::size_t>(closure.root.rank)]);
+  return whitened.dot(expected.ldlt().solve(whitened));
+}
+
+bool IsBeyondPrior(const StoredEdge& closure, const LastSolution& last) {
+  const std::optional<double> squared = InnovationOf(closure, last);
+  return !squared || !(*squared <= kTwoSigma[static_cast<std::size_t>(closure.root.rank)]);
 }
 
 }  // namespace seastitch

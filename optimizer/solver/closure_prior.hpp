@@ -17,9 +17,12 @@ struct LastSolution {
   const std::optional<GraphCovariance>& covariance;
 };
 
-// Whether a loop closure is beyond 2 sigma (95.4 %) of its prior: of what the last solution, and
-// dead reckoning from its submaps on, predict of the relative pose. True where they predict
-// nothing.
+// Squared normalised innovation of a loop closure: the squared Mahalanobis distance from its prior,
+// which is what the last solution, and dead reckoning from its submaps on, predict of the relative
+// pose. Absent where they predict nothing.
+std::optional<double> InnovationOf(const StoredEdge& closure, const LastSolution& last);
+
+// Whether a loop closure is beyond 2 sigma (95.4 %) of its prior. True where it has none.
 bool IsBeyondPrior(const StoredEdge& closure, const LastSolution& last);
 
 }  // namespace seastitch

@@ -22,7 +22,7 @@ constexpr double kGrowth = 1.02;
 // and for one from dead reckoning.
 constexpr double kNear = 1e-3;
 constexpr double kForCost = 1e-6;
-constexpr double kOnTheWay = 1e-7;
+constexpr double kOnTheWay = 1e-6;
 constexpr double kFine = 1e-8;
 constexpr int kStepsForSquares = 3;
 constexpr int kStepsAStage = 2;
@@ -78,13 +78,18 @@ class RobustSolver {
   // within its gate there.
   std::vector<bool> Predicted(const SolverStart& start) const {
     std::vector<double> weights;
-    for (const std::optional<double>& weight : start.weights)
-      weights.push_back(weight.value_or(0.0));
+    bool all_known = true;
+    for (std::size_t k = 0; k < start.weights.size(); ++k) {
+      weights.push_back(start.weights[k].value_or(0.0));
+      all_known = all_known && (start.weights[k] || start.innovations[k]);
+    }
     std::vector<bool> accepted = Accepted(weights);
-    if (std::count(start.weights.begin(), start.weights.end(), std::nullopt) == 0) return accepted;
-    const std::vector<bool> within = WithinGate(start.T_map_vertex, weights);
-    for (std::size_t k = 0; k < accepted.size(); ++k)
-      if (!start.weights[k]) accepted[k] = within[k];
+    const std::vector<bool> within = all_known ? accepted : WithinGate(start.T_map_vertex, weights);
+    for (std::size_t k = 0; k < accepted.size(); ++k) {
+      if (start.weights[k]) continue;
+      const std::optional<double>& innovation = start.innovations[k];
+      accepted[k] = innovation ? *innovation < graph_.factors[k].loss.c2 : within[k];
+    }
     return accepted;
   }
 

@@ -17,6 +17,9 @@ struct SolverStart {
   std::vector<Pose2> T_map_vertex{};
   // Inlier weight of each factor in the last solution; absent where the factor is new.
   std::vector<std::optional<double>> weights{};
+  // Squared normalised innovation of each new loop closure by the last solution (InnovationOf());
+  // absent for all other factors, and where it is not known.
+  std::vector<std::optional<double>> innovations{};
   bool contradicted = false;    // RobustSolution::contradicted of the last solution
   std::size_t judged_size = 0;  // number of factors at the last solution from dead reckoning
 };
