@@ -21,7 +21,7 @@ constexpr std::size_t kHeaderSize = 28;
 constexpr std::uint32_t kMaxChannelLength = 63;     // LCM_MAX_CHANNEL_NAME_LENGTH
 constexpr std::uint32_t kMaxDataLength = 1U << 28;  // limit of a message
 constexpr std::size_t kWindow = 1 << 20;
-constexpr std::size_t kWindowOfParts = 1 << 13;  // where a part of the data is wanted
+constexpr std::size_t kWindowAfterSkip = 1 << 10;  // it doubles where no data is skipped
 constexpr std::size_t kWriteBuffer = 1 << 18;
 
 std::runtime_error FileError(const std::filesystem::path& path, const std::string& reason) {
@@ -95,8 +95,12 @@ struct EventLogReader::Impl {
   // Bytes [at, at + n) of the file, fewer at its end. Valid until the next call.
   Bytes View(std::uint64_t at, std::uint64_t n) {
     n = std::min(n, size - std::min(at, size));
-    if (at < window_at || at + n > window_at + window.size())
-      Fill(at, std::max<std::uint64_t>(n, wanted ? kWindowOfParts : kWindow));
+    const std::uint64_t end = window_at + window.size();
+    if (at < window_at || at + n > end) {
+      const bool skips = wanted && (at < window_at || at > end);
+      window_size = skips ? kWindowAfterSkip : std::min(2 * window_size, kWindow);
+      Fill(at, std::max<std::uint64_t>(n, window_size));
+    }
     const std::uint64_t begin = std::min<std::uint64_t>(at - window_at, window.size());
     return Bytes(window).subspan(begin, std::min<std::uint64_t>(n, window.size() - begin));
   }
@@ -189,6 +193,7 @@ struct EventLogReader::Impl {
   std::int64_t tears = 0;
   bool torn = false;  // since the last whole event
   std::uint64_t window_at = 0;
+  std::size_t window_size = kWindow;  // of the last reading, at most
   std::vector<std::uint8_t> window;
   std::optional<LogEvent> first;  // read by the constructor
 };
