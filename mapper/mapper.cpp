@@ -261,71 +261,6 @@ bool Mapper::GiveNavAt(Time t) {
   return true;
 }
 
-void Mapper::GeoreferencePings() {
-  const std::optional<Time> latest = navigation_->latest();
-  if (!latest) return;
-  const Time newest = newest_input_.value_or(*latest);
-  const Duration ahead = LooksAhead(params_.calibration);
-  while (const std::optional<MbesPing> ping = pings_.Take(*latest - ahead, newest))
-    AddToSubmap(*ping);
-  while (const std::optional<SoundingPing> ping = sounding_pings_.Take(*latest, newest))
-    AddToSubmap(*ping);
-}
-
-void Mapper::AddToSubmap(const MbesPing& ping) {
-  const SoundSpeed::Choice sound_speed = sound_speed_.For(ping);
-  sound_speed_source_ = sound_speed.source;
-  if (!SoundSpeed::IsProfile(sound_speed.source)) Count("pings_without_profile");
-  const std::optional<Eigen::Isometry3d> pose = PoseAt(ping.time);
-  if (!pose) return RefuseWithoutPose(ping.time);
-  PoseLookup poses = [this](Time t) { return PoseAt(t); };
-  if (!params_.calibration.IsZero()) {
-    const bool by_heave = params_.calibration.heave_scale_percent != 0.0;
-    const double heave_m = by_heave ? HeaveAt(poses, ping.time) : 0.0;
-    poses = CalibratedPoses(std::move(poses), params_.calibration, ping.head, heave_m);
-  }
-  std::optional<GeoreferencedPing> georeferenced = Georeference(
-      ping, poses, params_.vehicle, *sound_speed.rays, SwathCorrectionOf(params_.calibration));
-  if (!georeferenced) return RefuseWithoutPose(ping.time);
-  georeferenced->T_map_vehicle = *pose;
-  if (georeferenced->speed_from_profile) Count("pings_with_impossible_sound_speed");
-  if (georeferenced->beams_of_unknown_part > 0)
-    Count("beams_of_unknown_transmit_array", georeferenced->beams_of_unknown_part);
-  AddToSubmap(*georeferenced);
-}
-
-void Mapper::AddToSubmap(const SoundingPing& ping) {
-  const std::optional<NavState> state = navigation_->StateAt(ping.time);
-  if (!state) return RefuseWithoutPose(ping.time);
-  soundings_came_placed_ = true;
-  AddToSubmap(Georeference(ping, state->T_map_vehicle, state->v_map_mps.head<2>().norm()));
-}
-
-void Mapper::AddToSubmap(GeoreferencedPing ping) {
-  ping.dvl_yaw_rad = navigation_->dvl_yaw_rad();
-  if (const auto state = navigation_->StateAt(ping.time)) ping.bottom_lock = state->bottom_lock;
-  beams_read_ += ping.beams_read;
-  beams_invalid_ += ping.beams_invalid;
-  beams_refused_ += ping.beams_refused;
-  timing_.Add(ping, [this](Time t) { return PoseAt(t); });
-  if (std::optional<Submap> closed = builder_.Add(ping)) OnClosed(std::move(*closed));
-  if (const auto frame_time = builder_.frame_time()) frames_.Remember(*frame_time, ping.time);
-}
-
-// Without a pose before navigation started, or before a restart: no fault.
-void Mapper::RefuseWithoutPose(Time ping) {
-  const bool is_early = nav_began_ && ping < *nav_began_;
-  pings_lost_.Add(is_early ? PingLoss::kBeforeNavigation : PingLoss::kWithoutPose);
-}
-
-PingTally Mapper::pings_lost() const {
-  PingTally lost = pings_lost_;
-  lost.Add(builder_.pings_lost());
-  lost.Add(PingLoss::kDroppedWaiting, pings_.dropped() + sounding_pings_.dropped());
-  lost.Add(PingLoss::kFromTheFuture, pings_.from_the_future() + sounding_pings_.from_the_future());
-  return lost;
-}
-
 std::optional<Eigen::Isometry3d> Mapper::PoseAt(Time t) const {
   const std::optional<NavState> state = navigation_->StateAt(t);
   if (!state) return std::nullopt;
@@ -333,7 +268,7 @@ std::optional<Eigen::Isometry3d> Mapper::PoseAt(Time t) const {
 }
 
 SurveyNoise Mapper::noise() const {
-  SurveyNoise noise{search_.noise().estimate(), timing_.estimate()};
+  SurveyNoise noise{search_.noise().estimate(), placer_.timing()};
   noise.timing.configured_s = params_.sonar_time_offset_s;
   noise.timing.placed_by_source = soundings_came_placed_;
   return noise;

@@ -22,6 +22,7 @@
 #include "mapper/health/navigation_watch.hpp"
 #include "mapper/health/ping_watch.hpp"
 #include "mapper/health/stamp_offset_record.hpp"
+#include "mapper/input/ping_placer.hpp"
 #include "mapper/input/ping_queue.hpp"
 #include "mapper/input/rewind_watch.hpp"
 #include "mapper/input/sensor_clocks.hpp"
@@ -32,7 +33,6 @@
 #include "mapper/mapper_params.hpp"
 #include "mapper/nav_correction.hpp"
 #include "mapper/navigation/navigation.hpp"
-#include "mapper/noise/sonar_timing.hpp"
 #include "mapper/restart/saved_map.hpp"
 #include "mapper/submap_frames.hpp"
 #include "mapper/submaps/submap_builder.hpp"
@@ -121,8 +121,12 @@ class Mapper {
   // later call replaces the callback.
   void OnSoundings(std::function<void(SubmapSoundings)> take);
 
-  // Submaps are filtered by it; in turn if it is not called. The results are the same.
-  void UseForEach(ForEach for_each) { builder_.UseForEach(std::move(for_each)); }
+  // Submaps are filtered by for_each, and soundings placed by jobs; in turn if it is not called.
+  // The results are the same. jobs: must end before this object.
+  void UseThreads(ForEach for_each, JobQueue* jobs) {
+    placer_.UseJobs(jobs);
+    builder_.UseThreads(std::move(for_each), jobs);
+  }
 
   // Sets a callback that gets the smoothed track (Navigation::TakeSmoothed()) in parts, in order of
   // time, the last from Finish(). A later call replaces the callback.
@@ -257,9 +261,10 @@ class Mapper {
   Time FirstStateBefore(Time t) const;
   bool GiveNavAt(Time t);  // false: navigation has no state there
   void GeoreferencePings();
-  void AddToSubmap(const MbesPing& ping);
+  void AddToSubmap(MbesPing ping);
   void AddToSubmap(const SoundingPing& ping);
-  void AddToSubmap(GeoreferencedPing ping);
+  // georeference: see PingPlacer.
+  void AddToSubmap(GeoreferencedPing ping, std::function<PingSoundings()> georeference);
   void RefuseWithoutPose(Time ping);
   std::optional<Eigen::Isometry3d> PoseAt(Time t) const;
   std::optional<Eigen::Matrix3d> DriftBetween(Time a, Time b) const;
@@ -309,7 +314,7 @@ class Mapper {
   std::optional<SoundSpeed::Source> sound_speed_source_;  // of the last ping
   PingQueue<MbesPing> pings_;
   PingQueue<SoundingPing> sounding_pings_;
-  SonarTiming timing_;
+  PingPlacer placer_;
   bool soundings_came_placed_ = false;  // SoundingPing: the sonar georeferences by itself
   SubmapBuilder builder_;
   std::function<void(SubmapSoundings)> on_soundings_;
@@ -343,9 +348,6 @@ class Mapper {
 
   std::vector<MapperEvent> events_;
   PingTally pings_lost_;  // before the builder
-  std::int64_t beams_read_ = 0;
-  std::int64_t beams_invalid_ = 0;
-  std::int64_t beams_refused_ = 0;
   Counters counters_;
 };
 

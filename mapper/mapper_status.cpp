@@ -106,9 +106,14 @@ Counters Mapper::counters() const {
   for (const auto& [name, count] : navigation_->counters()) all["nav_" + name] = count;
   pings_lost().AddTo(&all);
   for (const auto& [name, count] : builder_.counters()) all[name] = count;
-  all["beams_read"] = beams_read_;
-  all["beams_invalid"] = beams_invalid_;
-  all["beams_refused"] = beams_refused_;
+  const PingPlacer::Tally placed = placer_.tally();
+  all["beams_read"] = placed.beams_read;
+  all["beams_invalid"] = placed.beams_invalid;
+  all["beams_refused"] = placed.beams_refused;
+  if (placed.beams_of_unknown_part > 0)
+    all["beams_of_unknown_transmit_array"] = placed.beams_of_unknown_part;
+  if (placed.speeds_from_profile > 0)
+    all["pings_with_impossible_sound_speed"] = placed.speeds_from_profile;
   for (const auto& [name, count] : clocks_.counters()) all[name] = count;
   all["position_fixes_in_graph"] = frames_.fixes_in_graph();
   all["position_fixes_too_far"] = frames_.fixes_too_far();
@@ -123,8 +128,9 @@ Counters Mapper::counters() const {
 
 std::string Mapper::Summary() const {
   Counters refused = builder_.soundings_lost();
-  refused["beams_refused"] = beams_refused_;
-  const Rejection rejection = RejectionOf(beams_read_ - beams_invalid_, refused);
+  const PingPlacer::Tally placed = placer_.tally();
+  refused["beams_refused"] = placed.beams_refused;
+  const Rejection rejection = RejectionOf(placed.beams_read - placed.beams_invalid, refused);
   std::string summary = std::to_string(search_.size()) + " submaps, " +
                         std::to_string(search_.accepted()) + " loop closures accepted, " +
                         std::to_string(search_.rejected()) + " rejected, " + rejection.Text();

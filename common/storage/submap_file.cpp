@@ -390,7 +390,8 @@ bool Sync(const std::filesystem::path& path) {
 
 void WriteSubmapPcd(const std::filesystem::path& path,
                     const PointCloud& cloud,
-                    const Eigen::Isometry3d& T_map_submap) {
+                    const Eigen::Isometry3d& T_map_submap,
+                    PowerCut power_cut) {
   const std::filesystem::path temporary = path.string() + ".part";
   std::string content = HeaderText(cloud.size(), T_map_submap);
   const std::vector<std::uint8_t> body = Body(cloud);
@@ -403,7 +404,7 @@ void WriteSubmapPcd(const std::filesystem::path& path,
   out.write(content.data(), static_cast<std::streamsize>(content.size()));
   out.close();
   std::error_code error;
-  if (out && Sync(temporary))
+  if (out && (power_cut == PowerCut::kMayLoseFile || Sync(temporary)))
     std::filesystem::rename(temporary, path, error);
   else
     error.assign(errno != 0 ? errno : EIO, std::generic_category());

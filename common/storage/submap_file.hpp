@@ -13,12 +13,16 @@ namespace seastitch {
 // Beside the files of a dive's submaps: a line of JSON for each, with what its PCD file lacks.
 inline constexpr char kSubmapIndex[] = "index.jsonl";
 
+// What a power cut may do to a file that was just written.
+enum class PowerCut { kMayLoseFile, kLeavesFile };
+
 // Writes binary PCD, with a checksum in a comment, to a temporary file and renames it. T_map_submap
-// goes to VIEWPOINT (PCL keeps it as float: the exact pose belongs in poses.txt). Throws
-// std::runtime_error naming the file.
+// goes to VIEWPOINT (PCL keeps it as float: the exact pose belongs in poses.txt). kLeavesFile
+// flushes the file to the disk, for which it waits. Throws std::runtime_error naming the file.
 void WriteSubmapPcd(const std::filesystem::path& path,
                     const PointCloud& cloud,
-                    const Eigen::Isometry3d& T_map_submap);
+                    const Eigen::Isometry3d& T_map_submap,
+                    PowerCut power_cut = PowerCut::kMayLoseFile);
 
 // Cloud and frame of a PCD file (ascii, binary, compressed; with or without intensity). Points that
 // are not finite are left out. The VIEWPOINT is read from the header as double. Throws

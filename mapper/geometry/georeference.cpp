@@ -11,111 +11,11 @@
 namespace seastitch {
 namespace {
 
-// Time between knots [s]; between them the sonar's motion is interpolated. At the strongest roll
-// acceleration of a vehicle (100 deg/s2) the error is a thousandth of a degree.
-constexpr double kKnotS = 0.01;
-constexpr int kMaxKnots = static_cast<int>(kMaxTravelTime_s / kKnotS);
 // Rounding tolerance of the sonar's float angles. Beyond it the two cones do not intersect.
 constexpr double kConeSlack = 1e-9;
 // Limit of the ratio of a ray's depth to that of a straight ray: sound speed that rises along the
 // path bends rays down by at most 5 %.
 constexpr double kDeeper = 1.05;
-
-bool IsUsable(const MbesBeam& beam) {
-  return IsPlausible(beam) && beam.twtt_s > 0.0f && std::abs(beam.rx_angle_rad) < kPi / 2.0 &&
-         std::abs(beam.tx_tilt_rad) < kPi / 2.0;
-}
-
-// Position of an array in the map, and its axis: forward for the transmitter, starboard for the
-// receiver.
-struct ArrayState {
-  Eigen::Vector3d p_map = Eigen::Vector3d::Zero();
-  Eigen::Vector3d axis = Eigen::Vector3d::Zero();
-};
-
-ArrayState Between(const ArrayState& a, const ArrayState& b, double w) {
-  const Eigen::Vector3d axis = a.axis + w * (b.axis - a.axis);
-  // Normalised with 1 / sqrt(n) = (3 - n) / 2, valid near 1: axes at neighbouring knots differ by a
-  // few degrees at most.
-  return {a.p_map + w * (b.p_map - a.p_map), 0.5 * (3.0 - axis.squaredNorm()) * axis};
-}
-
-// Position and axis of both arrays at any time of one ping.
-class SonarMotion {
- public:
-  static std::optional<SonarMotion> Make(Time start,
-                                         double span_s,
-                                         const PoseLookup& T_map_vehicle_at,
-                                         const Eigen::Isometry3d& T_vehicle_mbes,
-                                         const SonarHead& head) {
-    const Eigen::Isometry3d T_vehicle_tx = T_vehicle_mbes * head.T_mbes_tx;
-    const Eigen::Isometry3d T_vehicle_rx = T_vehicle_mbes * head.T_mbes_rx;
-    SonarMotion motion;
-    motion.parts_.resize(head.p_tx_parts_m.size());
-    const int steps = std::clamp(static_cast<int>(std::ceil(span_s / kKnotS)), 1, kMaxKnots);
-    motion.step_s_ = std::max(span_s, 1e-6) / steps;
-    motion.knots_.reserve(static_cast<std::size_t>(steps) + 1);
-    for (int i = 0; i <= steps; ++i) {
-      // The last knot is rounded down: the caller may not have poses after the last echo.
-      const double at_s = std::floor(i * motion.step_s_ * 1e6) * 1e-6;
-      const auto T_map_vehicle = T_map_vehicle_at(start + FromSeconds(at_s));
-      if (!T_map_vehicle) return std::nullopt;
-      if (i == 0) motion.first_ = *T_map_vehicle;
-      motion.last_ = *T_map_vehicle;
-      const Eigen::Isometry3d T_map_tx = *T_map_vehicle * T_vehicle_tx;
-      const Eigen::Isometry3d T_map_rx = *T_map_vehicle * T_vehicle_rx;
-      motion.knots_.push_back({{T_map_tx.translation(), T_map_tx.linear().col(0)},
-                               {T_map_rx.translation(), T_map_rx.linear().col(1)}});
-      for (std::size_t part = 0; part < motion.parts_.size(); ++part)
-        motion.parts_[part].push_back(T_map_tx.linear() * head.p_tx_parts_m[part]);
-    }
-    return motion;
-  }
-
-  ArrayState TxAt(double after_start_s) const { return At(after_start_s, &Knot::tx); }
-  ArrayState RxAt(double after_start_s) const { return At(after_start_s, &Knot::rx); }
-  // The transmit array with the position of one of its parts; without such a part, of the first.
-  ArrayState TxPartAt(double after_start_s, std::size_t part) const {
-    ArrayState tx = TxAt(after_start_s);
-    if (parts_.empty()) return tx;
-    const std::vector<Eigen::Vector3d>& track = parts_[part < parts_.size() ? part : 0];
-    const double at = KnotsSince(after_start_s);
-    const std::size_t i = KnotAt(at);
-    tx.p_map += track[i] + (at - static_cast<double>(i)) * (track[i + 1] - track[i]);
-    return tx;
-  }
-
-  const Eigen::Isometry3d& T_map_vehicle_first() const { return first_; }
-  double SpeedMps() const {
-    const Eigen::Vector3d moved = last_.translation() - first_.translation();
-    return moved.head<2>().norm() / (step_s_ * static_cast<double>(knots_.size() - 1));
-  }
-
- private:
-  struct Knot {
-    ArrayState tx;
-    ArrayState rx;
-  };
-  double KnotsSince(double after_start_s) const {
-    return std::clamp(after_start_s / step_s_, 0.0, double(knots_.size() - 1));
-  }
-  // The knot before.
-  std::size_t KnotAt(double knots) const {
-    return std::min(static_cast<std::size_t>(knots), knots_.size() - 2);
-  }
-  ArrayState At(double after_start_s, ArrayState Knot::*array) const {
-    const double at = KnotsSince(after_start_s);
-    const std::size_t i = KnotAt(at);
-    return Between(knots_[i].*array, knots_[i + 1].*array, at - static_cast<double>(i));
-  }
-
-  double step_s_ = 0.0;
-  std::vector<Knot> knots_;
-  // Of each part of the transmit array, at each knot: from the array's position to the part's.
-  std::vector<std::vector<Eigen::Vector3d>> parts_;
-  Eigen::Isometry3d first_ = Eigen::Isometry3d::Identity();
-  Eigen::Isometry3d last_ = Eigen::Isometry3d::Identity();
-};
 
 // Quantities that the beams of one transmit sector share.
 struct Sector {
@@ -145,15 +45,6 @@ struct Launch {
   Eigen::Vector3d echo;  // relative to start, for a constant sound speed
   double range_m;
 };
-
-// Time from the first pulse to the last echo [s].
-double ListeningTime(const MbesPing& ping) {
-  double span_s = 0.0;
-  for (const MbesBeam& beam : ping.beams)
-    if ((beam.flags & kBeamValid) != 0 && IsUsable(beam))
-      span_s = std::max(span_s, double{beam.tx_delay_s} + double{beam.twtt_s});
-  return span_s;
-}
 
 // Number of usable beams of a part that the transmit array does not have.
 int BeamsOfUnknownPart(const MbesPing& ping, std::size_t parts) {
@@ -237,17 +128,17 @@ class Launches {
 std::vector<Launch> LaunchesOf(const MbesPing& ping,
                                const SonarMotion& sonar,
                                const Water& water,
-                               GeoreferencedPing* result) {
+                               PingSoundings* result) {
   Launches launches(sonar, water, ping.beams.size());
   int valid = 0;
-  for (int i = 0; i < result->beams_read; ++i) {
-    const MbesBeam& beam = ping.beams[static_cast<std::size_t>(i)];
+  for (std::size_t i = 0; i < ping.beams.size(); ++i) {
+    const MbesBeam& beam = ping.beams[i];
     if ((beam.flags & kBeamValid) == 0) {
       ++result->beams_invalid;
       continue;
     }
     ++valid;
-    if (IsUsable(beam)) launches.Add(beam, i);
+    if (IsUsable(beam)) launches.Add(beam, static_cast<int>(i));
   }
   std::vector<Launch> all = launches.Finish();
   result->beams_refused += valid - static_cast<int>(all.size());
@@ -342,30 +233,40 @@ std::optional<Eigen::Vector3d> EchoFromMidway(const Detection& detection) {
   return EchoesFromMidway(alone).front();
 }
 
+GeoreferencedPing WithoutSoundings(const MbesPing& ping, const SonarMotion& sonar) {
+  GeoreferencedPing result;
+  result.time = ping.time;
+  result.T_map_vehicle = sonar.T_map_vehicle_first();
+  result.ping_number = ping.ping_number;
+  result.head = ping.head;
+  result.beams_read = static_cast<int>(ping.beams.size());
+  return result;
+}
+
 std::optional<GeoreferencedPing> Georeference(const MbesPing& ping,
                                               const PoseLookup& T_map_vehicle_at,
                                               const VehicleGeometry& vehicle,
                                               const RayTracer& rays,
                                               const SwathCorrection& correction) {
-  const SonarHead head = vehicle.Head(ping.head);
-  const auto sonar = SonarMotion::Make(
-      ping.time, ListeningTime(ping), T_map_vehicle_at, vehicle.T_vehicle_mbes, head);
+  const std::optional<SonarMotion> sonar = SonarMotion::Of(ping, T_map_vehicle_at, vehicle);
   if (!sonar) return std::nullopt;
+  GeoreferencedPing result = WithoutSoundings(ping, *sonar);
+  static_cast<PingSoundings&>(result) = PlaceSoundings(ping, *sonar, rays, correction);
+  return result;
+}
 
-  GeoreferencedPing result;
-  result.time = ping.time;
-  result.ping_number = ping.ping_number;
-  result.head = ping.head;
-  result.T_map_vehicle = sonar->T_map_vehicle_first();
-  result.speed_mps = sonar->SpeedMps();
-  result.beams_read = static_cast<int>(ping.beams.size());
-  result.beams_of_unknown_part = BeamsOfUnknownPart(ping, head.p_tx_parts_m.size());
+PingSoundings PlaceSoundings(const MbesPing& ping,
+                             const SonarMotion& sonar,
+                             const RayTracer& rays,
+                             const SwathCorrection& correction) {
+  PingSoundings result;
+  result.beams_of_unknown_part = BeamsOfUnknownPart(ping, sonar.parts());
   result.speed_from_profile = !IsSoundSpeed(ping.sound_speed_mps);
-  const double start_depth_m = sonar->TxAt(0.0).p_map.z();
+  const double start_depth_m = sonar.TxAt(0.0).p_map.z();
   const double speed_mps =
       result.speed_from_profile ? rays.SpeedAt(start_depth_m) : ping.sound_speed_mps;
 
-  const std::vector<Launch> launches = LaunchesOf(ping, *sonar, {speed_mps, correction}, &result);
+  const std::vector<Launch> launches = LaunchesOf(ping, sonar, {speed_mps, correction}, &result);
   double deepest_m = start_depth_m;
   for (const Launch& launch : launches)
     deepest_m = std::max(deepest_m, start_depth_m + kDeeper * launch.echo.z());
@@ -391,15 +292,12 @@ std::optional<GeoreferencedPing> Georeference(const MbesPing& ping,
   return result;
 }
 
-GeoreferencedPing Georeference(const SoundingPing& ping,
-                               const Eigen::Isometry3d& T_map_vehicle,
-                               double speed_mps) {
+GeoreferencedPing Georeference(const SoundingPing& ping, const Eigen::Isometry3d& T_map_vehicle) {
   GeoreferencedPing result;
   result.time = ping.time;
   result.ping_number = ping.ping_number;
   result.head = ping.head;
   result.T_map_vehicle = T_map_vehicle;
-  result.speed_mps = speed_mps;
   result.beams_read = static_cast<int>(ping.soundings.size());
   const Eigen::Isometry3d T_map_level =
       T_map_vehicle * Eigen::Isometry3d(LevelFromBody(T_map_vehicle).transpose());

@@ -5,13 +5,13 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <vector>
 
 #include "common/core/sensors.hpp"
 #include "common/core/time.hpp"
 #include "common/core/vehicle.hpp"
+#include "mapper/geometry/sonar_motion.hpp"
 #include "mapper/geometry/sound_ray.hpp"
 
 namespace seastitch {
@@ -23,18 +23,10 @@ struct Sounding {
   float depth_sigma_m = 0.0f;  // 1 sigma by the sonar; 0 = not given
 };
 
-struct GeoreferencedPing {
-  Time time;                                                        // first transmit pulse
-  Eigen::Isometry3d T_map_vehicle = Eigen::Isometry3d::Identity();  // at `time`
-  std::uint32_t ping_number = 0;                                    // the device's counter
-  std::uint8_t head = 0;                                            // of a sonar with several
-  double speed_mps = 0.0;   // horizontal, from `time` to the last echo
-  bool bottom_lock = true;  // of navigation, at `time`
-  // Navigation's estimate of the DVL's angle about the vertical, now.
-  double dvl_yaw_rad = 0.0;
-  int beams_read = 0;     // all that the sonar delivered
-  int beams_invalid = 0;  // of these, without kBeamValid
-  int beams_refused = 0;  // of these, refused: implausible values, or a ray bent upwards
+// What a sonar measured in one ping.
+struct PingSoundings {
+  int beams_invalid = 0;  // of those read, without kBeamValid
+  int beams_refused = 0;  // of those read, refused: implausible values, or a ray bent upwards
   // Of a part of the transmit array that the vehicle does not have; the first one is used.
   int beams_of_unknown_part = 0;
   // The ping's sound speed is implausible; the profile's is used.
@@ -42,8 +34,16 @@ struct GeoreferencedPing {
   std::vector<Sounding> soundings;  // by rising beam
 };
 
-// T_map_vehicle at a time, or nothing.
-using PoseLookup = std::function<std::optional<Eigen::Isometry3d>(Time)>;
+struct GeoreferencedPing : PingSoundings {
+  Time time;                                                        // first transmit pulse
+  Eigen::Isometry3d T_map_vehicle = Eigen::Isometry3d::Identity();  // at `time`
+  std::uint32_t ping_number = 0;                                    // the device's counter
+  std::uint8_t head = 0;                                            // of a sonar with several
+  bool bottom_lock = true;                                          // of navigation, at `time`
+  // Navigation's estimate of the DVL's angle about the vertical, now.
+  double dvl_yaw_rad = 0.0;
+  int beams_read = 0;  // all that the sonar delivered
+};
 
 // Geometry of one detection by the transmit and the receive array, each at its own position.
 struct Detection {
@@ -99,10 +99,14 @@ struct SwathCorrection {
 // those of the receive array when the echo arrived. The sounding lies on both cones and on the
 // ellipsoid whose foci are the two positions. The ray is traced once, one-way, from midway between
 // them. The error by using one path for both is below 0.2 mm (arrays 25 cm apart, a seabed 5 m
-// away; kongsberg_test.cpp).
-//
-// Nothing where the lookup has no pose for some
-// instant from `time` to the last echo.
+// away; kongsberg_test.cpp). sonar: its motion during this ping.
+PingSoundings PlaceSoundings(const MbesPing& ping,
+                             const SonarMotion& sonar,
+                             const RayTracer& rays,
+                             const SwathCorrection& correction = {});
+// The ping without its soundings.
+GeoreferencedPing WithoutSoundings(const MbesPing& ping, const SonarMotion& sonar);
+// Both. Nothing where the lookup has no pose for some instant from `time` to the last echo.
 std::optional<GeoreferencedPing> Georeference(const MbesPing& ping,
                                               const PoseLookup& T_map_vehicle_at,
                                               const VehicleGeometry& vehicle,
@@ -110,9 +114,6 @@ std::optional<GeoreferencedPing> Georeference(const MbesPing& ping,
                                               const SwathCorrection& correction = {});
 
 // Soundings that their source has placed already, where the vehicle was at the ping's time.
-// speed_mps: of the vehicle, horizontal.
-GeoreferencedPing Georeference(const SoundingPing& ping,
-                               const Eigen::Isometry3d& T_map_vehicle,
-                               double speed_mps);
+GeoreferencedPing Georeference(const SoundingPing& ping, const Eigen::Isometry3d& T_map_vehicle);
 
 }  // namespace seastitch

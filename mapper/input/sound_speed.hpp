@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <memory>
 #include <optional>
 
 #include "common/core/sensors.hpp"
@@ -37,7 +38,7 @@ class SoundSpeed {
   bool Add(const SoundVelocityProfile& profile, Time sent = Time());
 
   struct Choice {
-    const RayTracer* rays;  // valid until the next call of Add() or For()
+    std::shared_ptr<const RayTracer> rays;
     Source source;
   };
   Choice For(const MbesPing& ping);
@@ -46,12 +47,12 @@ class SoundSpeed {
   struct Dated {
     Time time;
     Time sent;
-    RayTracer rays;
+    std::shared_ptr<const RayTracer> rays;
   };
 
-  std::optional<RayTracer> configured_;
-  std::deque<Dated> profiles_;  // in the order of arrival
-  std::optional<RayTracer> constant_;
+  std::shared_ptr<const RayTracer> configured_;  // null: none
+  std::deque<Dated> profiles_;                   // in the order of arrival
+  std::shared_ptr<const RayTracer> constant_;
   double constant_mps_ = 0.0;
 };
 

@@ -145,29 +145,31 @@ std::optional<SonarTiming::Look> SonarTiming::LookAt(const GeoreferencedPing& pi
   return look;
 }
 
-bool SonarTiming::AddRates(const PoseLookup& T_map_vehicle_at, double gap_s, Look* look) {
-  const double half_s = std::min(gap_s, kMostHalfRateS);
-  if (!(half_s > 0.0)) return false;
-  const auto early = T_map_vehicle_at(look->time - FromSeconds(half_s));
-  const auto late = T_map_vehicle_at(look->time + FromSeconds(half_s));
-  if (!early || !late) return false;
+std::optional<SonarTiming::Roll> SonarTiming::RollBefore(const GeoreferencedPing& ping,
+                                                         const PoseLookup& T_map_vehicle_at) {
+  const auto [last, is_first] = times_.try_emplace(ping.head, ping.time);
+  if (is_first || last->second == ping.time) return std::nullopt;
+  const Time time = std::exchange(last->second, ping.time);
+  const double half_s = std::min(ToSeconds(ping.time - time), kMostHalfRateS);
+  if (!(half_s > 0.0)) return std::nullopt;
+  const auto early = T_map_vehicle_at(time - FromSeconds(half_s));
+  const auto late = T_map_vehicle_at(time + FromSeconds(half_s));
+  if (!early || !late) return std::nullopt;
   const Eigen::Vector3d a = RpyFromRotation(early->rotation());
   const Eigen::Vector3d b = RpyFromRotation(late->rotation());
   const double change_rad = WrapAngle(b.x() - a.x());
-  look->roll_rate_radps = change_rad / (2.0 * half_s);
-  look->roll_rad = a.x() + 0.5 * change_rad;
-  return true;
+  return Roll{time, change_rad / (2.0 * half_s), a.x() + 0.5 * change_rad};
 }
 
-void SonarTiming::Add(const GeoreferencedPing& ping, const PoseLookup& T_map_vehicle_at) {
+void SonarTiming::Add(const GeoreferencedPing& ping, const std::optional<Roll>& before) {
   Head& head = heads_[ping.head];
   // Of several swaths with one time, the first is used.
   if (head.last && ping.time == head.last->time) return;
   std::optional<Look> now = LookAt(ping);
-  if (head.last &&
-      AddRates(T_map_vehicle_at, ToSeconds(ping.time - head.last->time), &*head.last)) {
-    const std::optional<Look> before = std::exchange(head.before, head.last);
-    if (before) Compare(*before, *head.last, &head);
+  if (head.last && before && before->time == head.last->time) {
+    head.last->roll = *before;
+    const std::optional<Look> earlier = std::exchange(head.before, head.last);
+    if (earlier) Compare(*earlier, *head.last, &head);
   } else {
     head.before.reset();
   }
@@ -179,8 +181,8 @@ void SonarTiming::Compare(const Look& from, const Look& to, Head* head) {
   const double gap_s = ToSeconds(to.time - from.time);
   if (!(gap_s > 0.0 && gap_s < kLongestGapS)) return Finish(head);
   const double change_rad = to.slope_rad - from.slope_rad;
-  head->rate.push_back({to.roll_rate_radps - from.roll_rate_radps, change_rad});
-  head->roll.push_back({WrapAngle(to.roll_rad - from.roll_rad), change_rad});
+  head->rate.push_back({to.roll.rate_radps - from.roll.rate_radps, change_rad});
+  head->roll.push_back({WrapAngle(to.roll.angle_rad - from.roll.angle_rad), change_rad});
   ++pings_;
 }
 

@@ -53,8 +53,18 @@ class BlockRegression {
 // seabed's own slope cancels. Pure.
 class SonarTiming {
  public:
+  // Roll about the time of one ping.
+  struct Roll {
+    Time time;
+    double rate_radps = 0.0;
+    double angle_rad = 0.0;
+  };
+  // Roll at the ping before of the same head and another time; nothing where it is not known. Call
+  // it for each ping in turn. It uses no soundings, and may run beside Add() of earlier pings.
   // T_map_vehicle_at: about the time of the ping before, up to that of this one.
-  void Add(const GeoreferencedPing& ping, const PoseLookup& T_map_vehicle_at);
+  std::optional<Roll> RollBefore(const GeoreferencedPing& ping, const PoseLookup& T_map_vehicle_at);
+  // before: of RollBefore().
+  void Add(const GeoreferencedPing& ping, const std::optional<Roll>& before);
 
   SonarTimingEstimate estimate() const;
 
@@ -63,22 +73,19 @@ class SonarTiming {
   struct Look {
     Time time;
     double slope_rad = 0.0;  // across, positive where it is deeper to starboard
-    // Known when the next ping comes.
-    double roll_rate_radps = 0.0;
-    double roll_rad = 0.0;
+    Roll roll;               // known when the next ping comes
   };
   struct Head {
-    std::optional<Look> last;                // its rates are not known yet
-    std::optional<Look> before;              // its rates are
+    std::optional<Look> last;                // its roll is not known yet
+    std::optional<Look> before;              // its roll is
     std::vector<BlockRegression::Row> rate;  // slope by roll rate
     std::vector<BlockRegression::Row> roll;  // slope by roll
   };
   static std::optional<Look> LookAt(const GeoreferencedPing& ping);
-  // gap_s: to the next ping, which navigation has reached.
-  static bool AddRates(const PoseLookup& T_map_vehicle_at, double gap_s, Look* look);
   void Compare(const Look& from, const Look& to, Head* head);
   void Finish(Head* head);
 
+  std::map<std::uint8_t, Time> times_;  // of each head's last ping, for RollBefore()
   std::map<std::uint8_t, Head> heads_;
   BlockRegression by_rate_;
   BlockRegression by_roll_;

@@ -61,10 +61,10 @@ bool IsBetter(const Eigen::Matrix3d& covariance, const Eigen::Matrix3d& than) {
 
 }  // namespace
 
-SubmapBuilder::Open::Open(const GeoreferencedPing& first,
+SubmapBuilder::Open::Open(const Eigen::Vector3d& p_map_vehicle,
                           const CloudFilterParams& filter,
                           double cell_m)
-    : voxels(first.T_map_vehicle.translation(), filter.voxel_m), terrain(cell_m) {}
+    : voxels(p_map_vehicle, filter.voxel_m), terrain(cell_m) {}
 
 SubmapBuilder::SubmapBuilder(const SubmapParams& params,
                              const CloudFilterParams& filter,
@@ -75,8 +75,9 @@ SubmapBuilder::SubmapBuilder(const SubmapParams& params,
       drift_(std::move(drift)),
       hindsight_(std::move(hindsight)) {}
 
-std::optional<Submap> SubmapBuilder::Add(const GeoreferencedPing& ping) {
-  if (!Accept(ping)) return std::nullopt;
+std::optional<Submap> SubmapBuilder::Add(Ping added) {
+  if (!Accept(added)) return std::nullopt;
+  const GeoreferencedPing& ping = *added;
   std::optional<Submap> closed;
   if (const auto trigger = Break(ping)) {
     closed = Close(*trigger);
@@ -100,7 +101,7 @@ std::optional<Submap> SubmapBuilder::Add(const GeoreferencedPing& ping) {
     ++pings_in_turns_;
     return closed;
   }
-  AddSoundings(ping);
+  AddPing(added);
   if (!closed) {
     if (const auto trigger = Full()) closed = Close(*trigger);
   }
@@ -113,7 +114,7 @@ std::optional<Time> SubmapBuilder::frame_time() const {
 }
 
 Counters SubmapBuilder::counters() const {
-  Counters all = soundings_lost_;
+  Counters all = soundings_lost();
   pings_lost_.AddTo(&all);
   if (pings_in_turns_ > 0) all["pings_in_turns"] = pings_in_turns_;
   if (submaps_too_small_ > 0) all["submaps_too_small"] = submaps_too_small_;
@@ -122,27 +123,32 @@ Counters SubmapBuilder::counters() const {
 
 std::optional<Submap> SubmapBuilder::Finish() { return Close(SubmapTrigger::kEnd); }
 
-bool SubmapBuilder::Accept(const GeoreferencedPing& ping) {
-  if (!ping.T_map_vehicle.matrix().allFinite()) {
+bool SubmapBuilder::Accept(const Ping& ping) {
+  if (!ping->T_map_vehicle.matrix().allFinite()) {
     pings_lost_.Add(PingLoss::kNotFinite);
     return false;
   }
-  if (last_ && ping.time > last_->time) swaths_.clear();
-  const Swath swath{
-      ping.head,
-      ping.soundings.empty() ? Eigen::Vector3d::Zero().eval() : ping.soundings.front().p_map};
-  if ((last_ && ping.time < last_->time) || !IsNew(swath)) {
+  if (last_ && ping->time > last_->time) swaths_.clear();
+  if ((last_ && ping->time < last_->time) || !IsNew(*ping)) {
     pings_lost_.Add(PingLoss::kOutOfOrder);
     return false;
   }
-  swaths_.push_back(swath);
+  swaths_.push_back(ping);
   return true;
 }
 
-bool SubmapBuilder::IsNew(const Swath& swath) const {
-  const auto of_head = std::count_if(
-      swaths_.begin(), swaths_.end(), [&](const Swath& s) { return s.head == swath.head; });
-  return of_head < kMaxSwaths && std::find(swaths_.begin(), swaths_.end(), swath) == swaths_.end();
+bool SubmapBuilder::IsNew(const GeoreferencedPing& ping) const {
+  const auto is_of_head = [&](const Ping& swath) { return swath->head == ping.head; };
+  const auto of_head = std::count_if(swaths_.begin(), swaths_.end(), is_of_head);
+  if (of_head == 0) return true;
+  if (of_head >= kMaxSwaths) return false;
+  jobs_->Finish();
+  const auto first = [](const GeoreferencedPing& swath) {
+    return swath.soundings.empty() ? Eigen::Vector3d::Zero().eval() : swath.soundings[0].p_map;
+  };
+  return std::none_of(swaths_.begin(), swaths_.end(), [&](const Ping& swath) {
+    return is_of_head(swath) && first(*swath) == first(ping);
+  });
 }
 
 std::optional<SubmapTrigger> SubmapBuilder::Break(const GeoreferencedPing& ping) const {
@@ -187,16 +193,19 @@ bool SubmapBuilder::HeadingSettled(double yaw_rad, double along_m) {
   });
 }
 
-void SubmapBuilder::AddSoundings(const GeoreferencedPing& ping) {
+void SubmapBuilder::AddPing(const Ping& added) {
+  const GeoreferencedPing& ping = *added;
   if (!open_) {
     // A submap starts at its first sounding.
+    jobs_->Finish();
     if (ping.soundings.empty()) {
       pings_lost_.Add(PingLoss::kWithoutSoundings);
       return;
     }
     const double altitude_m = MedianHeightBelow(ping);
     const double cell_m = std::isfinite(altitude_m) ? kCellPerAltitude * altitude_m : 0.0;
-    open_.emplace(ping, filter_, std::max(cell_m, 2.0 * filter_.voxel_m));
+    open_.emplace(
+        ping.T_map_vehicle.translation(), filter_, std::max(cell_m, 2.0 * filter_.voxel_m));
     open_->next_check_m = params_.min_length_m;
     first_yaw_rad_ = LevelPose(ping.T_map_vehicle).yaw;
   }
@@ -211,8 +220,14 @@ void SubmapBuilder::AddSoundings(const GeoreferencedPing& ping) {
     open_->last_without_lock = ping.time;
   }
   open_->soundings_read += static_cast<std::uint64_t>(std::max(0, ping.beams_read));
+  jobs_->Add([this, added, T_anchored_map, number = open_->track.size()] {
+    AddSoundings(*added, T_anchored_map, static_cast<std::uint32_t>(number));
+  });
+}
 
-  const auto ping_number = static_cast<std::uint32_t>(open_->track.size());
+void SubmapBuilder::AddSoundings(const GeoreferencedPing& ping,
+                                 const Eigen::Isometry3d& T_anchored_map,
+                                 std::uint32_t number) {
   std::array<Eigen::Vector3d, kBeamsPerMedian> group;
   std::size_t grouped = 0;
   const Eigen::Vector3d p_map_vehicle = ping.T_map_vehicle.translation();
@@ -230,7 +245,7 @@ void SubmapBuilder::AddSoundings(const GeoreferencedPing& ping) {
     }
     const double sigma_m =
         std::max(params_.sounding_sigma_m, static_cast<double>(sounding.depth_sigma_m));
-    const std::size_t voxel = open_->voxels.Add(p_anchored, 1.0 / (sigma_m * sigma_m), ping_number);
+    const std::size_t voxel = open_->voxels.Add(p_anchored, 1.0 / (sigma_m * sigma_m), number);
     Keep(sounding, p_anchored, voxel);
     open_->sum_variance_m2 += sigma_m * sigma_m;
     group[grouped++] = p_anchored;
@@ -262,7 +277,7 @@ std::optional<SubmapTrigger> SubmapBuilder::Full() {
   if (!open_) return std::nullopt;
   if (open_->length_m >= params_.max_length_m ||
       ToSeconds(open_->track.back().time - open_->track.front().time) >= params_.max_duration_s ||
-      open_->voxels.soundings() >= static_cast<std::size_t>(params_.max_soundings))
+      IsFullOfSoundings())
     return SubmapTrigger::kLength;
   if (open_->length_m >= open_->next_check_m) {
     open_->next_check_m = open_->length_m + kCheckEveryM;
@@ -272,6 +287,13 @@ std::optional<SubmapTrigger> SubmapBuilder::Full() {
   return std::nullopt;
 }
 
+bool SubmapBuilder::IsFullOfSoundings() const {
+  const auto most = static_cast<std::size_t>(params_.max_soundings);
+  if (open_->soundings_read < most) return false;
+  jobs_->Finish();
+  return open_->voxels.soundings() >= most;
+}
+
 bool SubmapBuilder::HasDrifted() const {
   const std::optional<Eigen::Matrix3d> lost =
       drift_(open_->track.front().time, open_->track.back().time);
@@ -279,6 +301,7 @@ bool SubmapBuilder::HasDrifted() const {
 }
 
 bool SubmapBuilder::HoldsEnoughStructure() const {
+  jobs_->Finish();
   const AnchoredPose& middle = open_->track[open_->track.size() / 2];
   const Time neighbour = NearestOnEarlierLine(middle.T_map_vehicle.translation().head<2>());
   Pose2 frame = LevelPose(middle.T_anchored_vehicle);
@@ -327,6 +350,7 @@ double SubmapBuilder::HeadingSpread(const std::vector<AnchoredPose>& track, doub
 
 std::optional<Submap> SubmapBuilder::Close(SubmapTrigger trigger) {
   if (!open_) return std::nullopt;
+  jobs_->Finish();
   Open open = std::move(*open_);
   open_.reset();
 

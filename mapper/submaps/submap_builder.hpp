@@ -3,12 +3,14 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "common/core/counters.hpp"
+#include "common/core/for_each.hpp"
 #include "common/core/placed_soundings.hpp"
 #include "common/core/pose.hpp"
 #include "common/core/submap.hpp"
@@ -90,16 +92,22 @@ class SubmapBuilder {
   // Adds a ping and returns the submap that it closed, if any. A submap that a gap or a turn closes
   // does not contain the ping. Pings of several heads, or several swaths of one ping, may have the
   // same time; the same soundings again are refused. The caller fills in id,
-  // covariance_from_previous and heading_sigma_rad.
-  std::optional<Submap> Add(const GeoreferencedPing& ping);
+  // covariance_from_previous and heading_sigma_rad. A job before may add the soundings.
+  std::optional<Submap> Add(std::shared_ptr<const GeoreferencedPing> ping);
+  std::optional<Submap> Add(const GeoreferencedPing& ping) {
+    return Add(std::make_shared<const GeoreferencedPing>(ping));
+  }
   // Closes the open submap at the end of the survey.
   std::optional<Submap> Finish();
 
   // Keeps every sounding from now on, of the open submap and the one closed last: about 20 bytes
   // each.
   void KeepSoundings() { keeps_soundings_ = true; }
-  // Filters closed submaps by it; in turn if it is not called.
-  void UseForEach(ForEach for_each) { for_each_ = std::move(for_each); }
+  // Filters closed submaps by for_each and adds soundings by jobs; in turn if it is not called.
+  void UseThreads(ForEach for_each, JobQueue* jobs) {
+    for_each_ = std::move(for_each);
+    jobs_ = jobs;
+  }
   // Removes and returns the soundings of the submap closed last, without its id.
   SubmapSoundings TakeSoundings() { return std::exchange(soundings_, {}); }
 
@@ -107,14 +115,17 @@ class SubmapBuilder {
   std::optional<Time> frame_time() const;
 
   const PingTally& pings_lost() const { return pings_lost_; }
-  // Soundings left out, by reason, such as "soundings_too_far".
-  const Counters& soundings_lost() const { return soundings_lost_; }
+  // Soundings left out, by reason, such as "soundings_too_far". Waits for all jobs, as counters().
+  const Counters& soundings_lost() const {
+    jobs_->Finish();
+    return soundings_lost_;
+  }
   // Everything left out, by name: these, turns and submaps that are too small.
   Counters counters() const;
 
-  // For a restart. Not saved: open_, soundings_, keeps_soundings_ and for_each_; last_, swaths_,
-  // turning_ and headings_, which begin anew with the next ping; pings_lost_, soundings_lost_,
-  // pings_in_turns_ and submaps_too_small_, which begin anew with the process.
+  // For a restart. Not saved: open_, soundings_, keeps_soundings_, for_each_ and jobs_; last_,
+  // swaths_, turning_ and headings_, which begin anew with the next ping; pings_lost_,
+  // soundings_lost_, pings_in_turns_ and submaps_too_small_, which begin anew with the process.
   template <class Archive, class Self>
   static void Fields(Archive& archive, Self& self) {
     archive(self.along_m_, self.first_yaw_rad_, self.frames_, self.on_earlier_lines_);
@@ -130,17 +141,18 @@ class SubmapBuilder {
   };
   // The open submap.
   struct Open {
-    Open(const GeoreferencedPing& first, const CloudFilterParams& filter, double cell_m);
+    Open(const Eigen::Vector3d& p_map_vehicle, const CloudFilterParams& filter, double cell_m);
 
     std::vector<AnchoredPose> track;
     double length_m = 0.0;
     double next_check_m = 0.0;     // length at which drift and information are checked next
     double turned_since_m = -1.0;  // length at which turn_rad was exceeded; negative: it is not
     std::uint64_t soundings_read = 0;
-    double sum_variance_m2 = 0.0;
     double sum_dvl_yaw_rad = 0.0;
     std::optional<Time> first_without_lock;
     Time last_without_lock;
+    // Jobs fill what follows.
+    double sum_variance_m2 = 0.0;
     VoxelGrid voxels;
     TerrainInformation terrain;  // about the first ping, map axes
     SubmapSoundings soundings;   // if kept; relative to the origin of `voxels`, anchored map
@@ -155,29 +167,29 @@ class SubmapBuilder {
       archive(self.time, self.p_map);
     }
   };
-  // What distinguishes a ping from others of the same time.
-  struct Swath {
-    std::uint8_t head;
-    Eigen::Vector3d p_map_first;  // its first sounding
-    friend bool operator==(const Swath&, const Swath&) = default;
-  };
   struct Heading {
     double along_m;
     double yaw_rad;
   };
 
-  bool Accept(const GeoreferencedPing& ping);
+  using Ping = std::shared_ptr<const GeoreferencedPing>;
+  bool Accept(const Ping& ping);
   // Neither a repeated swath nor one too many of its head at one time.
-  bool IsNew(const Swath& swath) const;
+  bool IsNew(const GeoreferencedPing& ping) const;
   std::optional<SubmapTrigger> Break(const GeoreferencedPing& ping) const;
   bool TurnBefore(const GeoreferencedPing& ping);  // a turn begins or ends before this ping
   bool HasLeftHeading(const GeoreferencedPing& ping) const;
   void EndLine() { on_earlier_lines_ = frames_.size(); }
   bool HeadingSettled(double yaw_rad, double along_m);
-  void AddSoundings(const GeoreferencedPing& ping);
+  void AddPing(const Ping& ping);
+  // In a job. number: of the ping in the open submap, from 1.
+  void AddSoundings(const GeoreferencedPing& ping,
+                    const Eigen::Isometry3d& T_anchored_map,
+                    std::uint32_t number);
   void Keep(const Sounding& sounding, const Eigen::Vector3d& p_anchored, std::size_t voxel);
   // Why the open submap ends with its last ping, if it does.
   std::optional<SubmapTrigger> Full();
+  bool IsFullOfSoundings() const;
   bool HasDrifted() const;
   bool HoldsEnoughStructure() const;
   Time NearestOnEarlierLine(const Eigen::Vector2d& p_map) const;
@@ -192,7 +204,7 @@ class SubmapBuilder {
   const Hindsight hindsight_;
   std::optional<Open> open_;
   std::optional<Pose> last_;
-  std::vector<Swath> swaths_;         // of the time of the last ping
+  std::vector<Ping> swaths_;          // of the time of the last ping
   double along_m_ = 0.0;              // length of the whole track
   double first_yaw_rad_ = 0.0;        // of the submap opened last
   std::vector<Frame> frames_;         // of the submaps closed
@@ -201,6 +213,7 @@ class SubmapBuilder {
   std::deque<Heading> headings_;  // over the last turn_settle_m, while turning
   bool keeps_soundings_ = false;
   ForEach for_each_ = ForEachInTurn;
+  JobQueue* jobs_ = JobsInTurn();
   SubmapSoundings soundings_;  // of the submap closed last
   PingTally pings_lost_;
   Counters soundings_lost_;

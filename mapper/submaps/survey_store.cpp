@@ -74,13 +74,14 @@ std::string IndexLine(const Submap& submap, const std::string& file) {
   return line.dump() + "\n";
 }
 
-// Appends the text and flushes it to the disk. On failure nothing of it remains.
-bool AppendSynced(const std::filesystem::path& path, const std::string& text) {
+// Appends the text. On failure nothing of it remains.
+bool Append(const std::filesystem::path& path, const std::string& text, PowerCut power_cut) {
   const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
   if (fd < 0) return false;
   const off_t before = ::lseek(fd, 0, SEEK_END);
   const ssize_t written = ::write(fd, text.data(), text.size());
-  const bool whole = written == static_cast<ssize_t>(text.size()) && ::fsync(fd) == 0;
+  const bool whole = written == static_cast<ssize_t>(text.size()) &&
+                     (power_cut == PowerCut::kMayLoseFile || ::fsync(fd) == 0);
   // An incomplete line would make the next one unreadable. If the disk refuses this too, the reader
   // has to skip it.
   const bool mended = whole || before < 0 || ::ftruncate(fd, before) == 0;
@@ -209,9 +210,9 @@ bool SurveyStore::Save(const Submap& submap, bool first) {
     // A dive starts with an empty index, so that a replay of the same log writes the same files
     // again.
     if (first) std::filesystem::remove(dive_ / kSubmapIndex);
-    WriteSubmapPcd(PcdPath(submap.id), submap.cloud, submap.T_map_submap);
+    WriteSubmapPcd(PcdPath(submap.id), submap.cloud, submap.T_map_submap, params_.power_cut);
     if (!AppendToIndex(submap)) return false;
-    SyncFolder(dive_);
+    if (params_.power_cut == PowerCut::kLeavesFile) SyncFolder(dive_);
   } catch (const std::exception&) {
     return false;
   }
@@ -219,8 +220,9 @@ bool SurveyStore::Save(const Submap& submap, bool first) {
 }
 
 bool SurveyStore::AppendToIndex(const Submap& submap) {
-  return AppendSynced(dive_ / kSubmapIndex,
-                      IndexLine(submap, PcdPath(submap.id).filename().string()));
+  return Append(dive_ / kSubmapIndex,
+                IndexLine(submap, PcdPath(submap.id).filename().string()),
+                params_.power_cut);
 }
 
 std::filesystem::path SurveyStore::PcdPath(SubmapId id) const { return dive_ / SubmapFileName(id); }

@@ -10,6 +10,7 @@
 
 #include "common/core/counters.hpp"
 #include "common/core/submap.hpp"
+#include "common/storage/submap_file.hpp"
 
 namespace seastitch {
 
@@ -23,6 +24,8 @@ struct SurveyStoreParams {
   // Limit of the clouds that could not be written and are kept in memory; beyond it the oldest are
   // lost.
   std::int64_t max_unsaved_mb = 128;
+  // kMayLoseFile for a replay, which can begin again and need not wait for the disk.
+  PowerCut power_cut = PowerCut::kLeavesFile;
 };
 
 struct SurveyStoreCounters {
@@ -43,7 +46,8 @@ struct SurveyStoreCounters {
 // Store of closed submaps by id: PCD files and an index in DIRECTORY/UTIME_OF_FIRST_SUBMAP/, so
 // that a dive never overwrites another. index.jsonl has one line per submap with everything except
 // the points. It is appended and flushed after the PCD file is in place, so that every file in it
-// is complete. A submap is saved when its files and their folder are flushed to the disk. Never
+// is complete. A submap is saved when its files and their folder are flushed to the disk, unless a
+// power cut may lose them. Never
 // throws: errors of the disk are counted, and the survey continues in memory. One thread may call
 // Put() while another calls Get().
 class SurveyStore {

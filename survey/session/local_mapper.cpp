@@ -11,11 +11,11 @@ LocalMapper::LocalMapper(const MapperConfig& config,
                          std::function<void(const MapperEvent&)> on_event)
     : params_(config.loop_closer),
       mapper_(config),
-      store_({config.map_dir, config.max_cached_mb, config.max_unsaved_mb}),
+      store_({config.map_dir, config.max_cached_mb, config.max_unsaved_mb, PowerCut::kMayLoseFile}),
       prepared_(config.loop_closer.registration),
       on_event_(std::move(on_event)) {
   SurveyStore::MakeDirectory(config.map_dir);
-  mapper_.UseForEach(ForEachBeside);
+  mapper_.UseThreads(ForEachBeside, &jobs_);
 }
 
 void LocalMapper::Add(const Received& received) {
@@ -46,7 +46,7 @@ bool LocalMapper::LookAgain() {
 
 // Retries are few, and run at once.
 void LocalMapper::LookAgainNow() {
-  if (auto job = mapper_.NextJob()) mapper_.Take(Register(*std::move(job), ForEachBeside));
+  if (auto job = mapper_.NextJob()) mapper_.Take(Register(*std::move(job)));
   Deliver();
 }
 
@@ -79,14 +79,10 @@ void LocalMapper::Deliver() {
       TakeResults();
       GiveEvents();
     } else if (auto job = mapper_.NextJob()) {
-      // Where samples follow, they have the other processor.
-      const std::optional<Time> now = mapper_.last_nav();
-      const ForEach for_each = now ? ForEach(ForEachInTurn) : ForEachBeside;
-      running_ =
-          Running{now.value_or(Time()),
-                  std::async(std::launch::async, [this, for_each, job = *std::move(job)]() mutable {
-                    return Register(std::move(job), for_each);
-                  })};
+      running_ = Running{mapper_.last_nav().value_or(Time()),
+                         std::async(std::launch::async, [this, job = *std::move(job)]() mutable {
+                           return Register(std::move(job));
+                         })};
     } else {
       return;
     }
@@ -113,9 +109,9 @@ void LocalMapper::FinishRegistering() {
   }
 }
 
-RegistrationResultSet LocalMapper::Register(RegistrationJob job, const ForEach& for_each) {
+RegistrationResultSet LocalMapper::Register(RegistrationJob job) {
   const LoadSubmap load = [this](SubmapId id) { return store_.Get(id); };
-  return Run(std::move(job), params_, load, &prepared_, for_each);
+  return Run(std::move(job), params_, load, &prepared_, ForEachBeside);
 }
 
 Counters LocalMapper::counters() const {

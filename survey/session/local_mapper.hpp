@@ -10,6 +10,7 @@
 #include "common/core/conditions.hpp"
 #include "common/core/counters.hpp"
 #include "common/core/sample.hpp"
+#include "common/runtime/jobs_beside.hpp"
 #include "mapper/mapper.hpp"
 #include "mapper/mapper_config.hpp"
 #include "mapper/registration/prepared_submaps.hpp"
@@ -51,7 +52,7 @@ class LocalMapper {
   void GiveEvents();
   void Deliver();
   void LookAgainNow();
-  RegistrationResultSet Register(RegistrationJob job, const ForEach& for_each);
+  RegistrationResultSet Register(RegistrationJob job);
   bool AreResultsDue() const;
   void TakeResults();        // waits for them
   void FinishRegistering();  // of all submaps that closed
@@ -68,8 +69,9 @@ class LocalMapper {
   PreparedSubmaps prepared_;
   const std::function<void(const MapperEvent&)> on_event_;
   bool store_fails_ = false;  // the last submap could not be written
-  // Last: its thread uses the others.
+  // Last: their threads use the others.
   std::optional<Running> running_;
+  JobsBeside jobs_;
 };
 
 }  // namespace seastitch

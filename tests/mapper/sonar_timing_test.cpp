@@ -56,6 +56,10 @@ GeoreferencedPing Ping(const Boat& boat,
   return ping;
 }
 
+void AddTo(SonarTiming* timing, const GeoreferencedPing& ping, const PoseLookup& pose_at) {
+  timing->Add(ping, timing->RollBefore(ping, pose_at));
+}
+
 SonarTimingEstimate Estimate(const Boat& boat,
                              const Seabed& seabed,
                              double early_s,
@@ -64,8 +68,9 @@ SonarTimingEstimate Estimate(const Boat& boat,
   std::mt19937 random(1);
   SonarTiming timing;
   for (int i = 0; i < pings; ++i)
-    timing.Add(Ping(boat, seabed, FromUtime(i * 100'000), early_s, noise_m, &random),
-               [&](Time t) { return boat.At(t); });
+    AddTo(&timing,
+          Ping(boat, seabed, FromUtime(i * 100'000), early_s, noise_m, &random),
+          [&](Time t) { return boat.At(t); });
   return timing.estimate();
 }
 
@@ -93,7 +98,7 @@ TEST(SonarTiming, FindsTheScaleOfRollBesideTheOffset) {
       const Eigen::Isometry3d T_stated_truth = stated.At(time) * ping.T_map_vehicle.inverse();
       for (Sounding& s : ping.soundings) s.p_map = T_stated_truth * s.p_map;
       ping.T_map_vehicle = stated.At(time);
-      timing.Add(ping, [&](Time t) { return stated.At(t); });
+      AddTo(&timing, ping, [&](Time t) { return stated.At(t); });
     }
     const SonarTimingEstimate found = timing.estimate();
     ASSERT_TRUE(found.roll_scale && found.roll);
@@ -121,7 +126,7 @@ TEST(SonarTiming, TakesSteeringForAScaleOfRoll) {
       s.p_map = ping.T_map_vehicle *
                 Eigen::Vector3d(0.0, range_m * sine, range_m * std::sqrt(1.0 - sine * sine));
     }
-    timing.Add(ping, [&](Time t) { return boat.At(t); });
+    AddTo(&timing, ping, [&](Time t) { return boat.At(t); });
   }
   const auto found = timing.estimate().roll_scale;
   ASSERT_TRUE(found);
@@ -140,8 +145,9 @@ TEST(SonarTiming, SigmaIsHonest) {
     const Boat boat;
     SonarTiming timing;
     for (int i = 0; i < 800; ++i)
-      timing.Add(Ping(boat, {}, FromUtime(i * 100'000), 0.02, 0.1, &random),
-                 [&](Time t) { return boat.At(t); });
+      AddTo(&timing, Ping(boat, {}, FromUtime(i * 100'000), 0.02, 0.1, &random), [&](Time t) {
+        return boat.At(t);
+      });
     const auto found = timing.estimate().roll;
     ASSERT_TRUE(found);
     sum += std::pow((found->add_s - 0.02) / found->sigma_s, 2);
@@ -165,8 +171,9 @@ TEST(SonarTiming, FindsTheOffsetOfADualSwath) {
   SonarTiming timing;
   for (int i = 0; i < 1000; ++i)
     for (int swath = 0; swath < 2; ++swath)
-      timing.Add(Ping(boat, {}, FromUtime(i * 100'000), 0.02, 0.05, &random),
-                 [&](Time t) { return boat.At(t); });
+      AddTo(&timing, Ping(boat, {}, FromUtime(i * 100'000), 0.02, 0.05, &random), [&](Time t) {
+        return boat.At(t);
+      });
   const auto found = timing.estimate().roll;
   ASSERT_TRUE(found);
   EXPECT_LT(found->sigma_s, 0.005);
@@ -183,7 +190,7 @@ TEST(SonarTiming, IsRobust) {
     if (i % 20 == 0)
       for (Sounding& s : ping.soundings)
         if (s.p_map.y() > 3.0) s.p_map.z() -= 2.0;
-    timing.Add(ping, [&](Time t) -> std::optional<Eigen::Isometry3d> {
+    AddTo(&timing, ping, [&](Time t) -> std::optional<Eigen::Isometry3d> {
       if (i % 100 == 7) return std::nullopt;
       return boat.At(t);
     });

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/runtime/for_each_beside.hpp"
+#include "common/runtime/jobs_beside.hpp"
 
 namespace seastitch {
 namespace {
@@ -48,6 +49,32 @@ TEST(Stage, ThrowsWhatATakeThrewAndNeverHangs) {
       },
       std::runtime_error);
   EXPECT_THROW(stage.Finish(), std::runtime_error);
+}
+
+TEST(JobsBeside, RunsEachInItsOrderBeforeItHasFinished) {
+  std::vector<int> ran;
+  JobsBeside jobs;
+  jobs.Finish();
+  for (int i = 0; i < 1000; ++i) {
+    jobs.Add([&ran, i] { ran.push_back(i); });
+    if (i % 77 != 0) continue;
+    jobs.Finish();
+    ASSERT_EQ(ran.size(), static_cast<std::size_t>(i) + 1);
+  }
+  jobs.Finish();
+  ASSERT_EQ(ran.size(), 1000u);
+  for (int i = 0; i < 1000; ++i) EXPECT_EQ(ran[static_cast<std::size_t>(i)], i);
+}
+
+TEST(JobsBeside, ThrowsWhatAJobThrewAndNeverHangs) {
+  JobsBeside jobs;
+  jobs.Add([] { throw std::runtime_error("full"); });
+  EXPECT_THROW(
+      {
+        for (int i = 0; i < 1000; ++i) jobs.Add([] {});
+        jobs.Finish();
+      },
+      std::runtime_error);
 }
 
 TEST(ForEachBeside, CallsEachOnce) {

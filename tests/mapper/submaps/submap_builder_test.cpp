@@ -8,7 +8,9 @@
 #include <functional>
 #include <limits>
 #include <map>
+#include <memory>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -575,6 +577,80 @@ TEST(SubmapBuilder, RefusesPingsThatCannotBe) {
   EXPECT_EQ(drive.builder.counters().at("pings_out_of_order"), 1);
   EXPECT_EQ(drive.builder.counters().at("pings_not_finite"), 1);
   EXPECT_EQ(drive.builder.counters().at("soundings_not_finite"), 128);
+}
+
+// Runs nothing before it has to.
+struct LateJobs : JobQueue {
+  void Add(std::function<void()> job) override { waiting.push_back(std::move(job)); }
+  void Finish() override {
+    for (const auto& job : std::exchange(waiting, {})) job();
+  }
+  std::vector<std::function<void()>> waiting;
+};
+
+// A line with bumps, a turn, a gap, and two swaths of each ping on the way back, of which one is
+// repeated.
+std::vector<GeoreferencedPing> PingsOfALineAndBack() {
+  SwathMaker swath;
+  swath.seabed = BumpySeabed;
+  swath.outlier_part = 0.01;
+  std::vector<GeoreferencedPing> pings;
+  Time time = FromUtime(1'700'000'000'000'000);
+  for (int i = 0; i < 600; ++i) {
+    time += FromSeconds(i == 450 ? 20.0 : kStepM / kSpeedMps);
+    const double out = kStepM * std::min(i, 300), back = kStepM * std::max(0, i - 300);
+    pings.push_back(swath.At(time, out - back, i < 300 ? 0.0 : 25.0, i < 300 ? 0.0 : kPi));
+    if (i < 300) continue;
+    pings.push_back(swath.At(time, out - back - 0.4, 25.0, kPi));
+    pings.push_back(pings.back());
+  }
+  return pings;
+}
+
+TEST(SubmapBuilder, MakesTheSameSubmapsWhereSoundingsComeLate) {
+  SubmapParams params;
+  params.max_soundings = 70'000;
+  const auto build = [&](JobQueue* jobs) {
+    SubmapBuilder builder(params, {}, Loses(0.1, 0.1, Deg2Rad(0.2)), NothingLearned);
+    builder.KeepSoundings();
+    builder.UseThreads(ForEachInTurn, jobs);
+    std::vector<Submap> closed;
+    std::vector<SubmapSoundings> soundings;
+    for (const GeoreferencedPing& ping : PingsOfALineAndBack()) {
+      const auto placed = std::make_shared<GeoreferencedPing>(ping);
+      placed->soundings.clear();
+      jobs->Add([placed, ping] { placed->soundings = ping.soundings; });
+      if (auto submap = builder.Add(std::shared_ptr<const GeoreferencedPing>(placed))) {
+        closed.push_back(*std::move(submap));
+        soundings.push_back(builder.TakeSoundings());
+      }
+    }
+    closed.push_back(builder.Finish().value());
+    soundings.push_back(builder.TakeSoundings());
+    return std::tuple(std::move(closed), std::move(soundings), builder.counters());
+  };
+  LateJobs late_jobs;
+  const auto [at_once, soundings_at_once, counters_at_once] = build(JobsInTurn());
+  const auto [late, soundings_late, counters_late] = build(&late_jobs);
+  EXPECT_EQ(counters_late, counters_at_once);
+  EXPECT_EQ(counters_late.at("pings_out_of_order"), 300);
+  ASSERT_GE(at_once.size(), 4u);
+  ASSERT_EQ(late.size(), at_once.size());
+  for (std::size_t i = 0; i < late.size(); ++i) {
+    SCOPED_TRACE(i);
+    EXPECT_EQ(late[i].trigger, at_once[i].trigger);
+    EXPECT_EQ(late[i].start, at_once[i].start);
+    EXPECT_EQ(late[i].end, at_once[i].end);
+    EXPECT_EQ(late[i].cloud.points, at_once[i].cloud.points);
+    EXPECT_EQ(late[i].cloud.soundings, at_once[i].cloud.soundings);
+    EXPECT_EQ(late[i].predicted_information, at_once[i].predicted_information);
+    ASSERT_EQ(soundings_late[i].soundings.size(), soundings_at_once[i].soundings.size());
+    for (std::size_t k = 0; k < soundings_late[i].soundings.size(); ++k) {
+      const auto& a = soundings_late[i].soundings[k];
+      const auto& b = soundings_at_once[i].soundings[k];
+      ASSERT_TRUE(a.p_submap_m == b.p_submap_m && a.ping == b.ping && a.used == b.used) << k;
+    }
+  }
 }
 
 TEST(SubmapBuilder, MakesNoSubmapOfNearlyNothing) {

@@ -54,7 +54,7 @@ class Placer {
     const SoundingPing ping = std::move(given_.front());
     given_.pop_front();
     if (const auto state = navigation_.StateAt(ping.time))
-      Keep(ping.time, Georeference(ping, state->T_map_vehicle, 1.0));
+      Keep(ping.time, Georeference(ping, state->T_map_vehicle));
   }
   void Keep(Time time, const GeoreferencedPing& ping) {
     PlacedSoundings& placed = placed_.emplace_back();
