@@ -111,27 +111,30 @@ void GraphCovariance::TakeBlocksOf(const Sparse& L) {
 // (Takahashi's recursion). It uses the structure of L and not its values: a step at yaw 0 leaves
 // zeros in L where the inverse has none.
 std::vector<Matrix3d> GraphCovariance::SelectedInverse() const {
-  std::vector<Matrix3d> Z(block_.size(), Matrix3d::Zero()), scaled = Z;
+  std::vector<Matrix3d> Z(block_.size(), Matrix3d::Zero());
+  std::vector<Matrix3d> column;               // the current one, times its diagonal block
   std::vector<int> place(begin_.size(), -1);  // index of each row's block in the current column
   for (int j = static_cast<int>(begin_.size()) - 2; j >= 0; --j) {
     const int diagonal = Of(begin_, j), end = Of(begin_, j + 1);
-    for (int p = diagonal + 1; p < end; ++p) {
-      Of(scaled, p) = Of(block_, p) * Of(block_, diagonal);
-      Of(place, Of(row_, p)) = p;
+    column.clear();
+    for (int p = diagonal; p < end; ++p) {
+      column.push_back(Of(block_, p) * Of(block_, diagonal));
+      Of(place, Of(row_, p)) = p > diagonal ? p : -1;
     }
+    const auto scaled = [&](int p) -> const Matrix3d& { return Of(column, p - diagonal); };
     for (int p = diagonal + 1; p < end; ++p) {
       const int k = Of(row_, p);
-      Of(Z, p) -= Of(Z, Of(begin_, k)) * Of(scaled, p);
+      Of(Z, p) -= Of(Z, Of(begin_, k)) * scaled(p);
       for (int q = Of(begin_, k) + 1; q < Of(begin_, k + 1); ++q) {
         const int below = Of(place, Of(row_, q));
         if (below < 0) continue;
-        Of(Z, below) -= Of(Z, q) * Of(scaled, p);
-        Of(Z, p) -= Of(Z, q).transpose() * Of(scaled, below);
+        Of(Z, below) -= Of(Z, q) * scaled(p);
+        Of(Z, p) -= Of(Z, q).transpose() * scaled(below);
       }
     }
     Matrix3d Z_jj = Of(block_, diagonal).transpose() * Of(block_, diagonal);
     for (int p = diagonal + 1; p < end; ++p) {
-      Z_jj -= Of(scaled, p).transpose() * Of(Z, p);
+      Z_jj -= scaled(p).transpose() * Of(Z, p);
       Of(place, Of(row_, p)) = -1;
     }
     Of(Z, diagonal) = 0.5 * (Z_jj + Z_jj.transpose());

@@ -6,10 +6,12 @@ namespace seastitch {
 
 // For main(): makes glibc keep freed memory for its next use. By default glibc returns large blocks
 // to the kernel at once and gets them again page by page, which takes a fifth of the time of a
-// registration.
+// registration. All threads share two heaps, so that one uses what another freed: a heap each takes
+// a tenth more memory and saves no time.
 inline void KeepFreedMemory() {
   mallopt(M_MMAP_THRESHOLD, 32 << 20);
   mallopt(M_TRIM_THRESHOLD, 128 << 20);
+  mallopt(M_ARENA_MAX, 2);
 }
 
 // Gives the kernel what is free now: between two parts of the work that need memory of their own.
