@@ -13,7 +13,6 @@
 
 #include "common/runtime/files/durable_file.hpp"
 #include "common/runtime/for_each_beside.hpp"
-#include "common/runtime/process/freed_memory.hpp"
 #include "common/runtime/stage.hpp"
 #include "products/files/graph_files.hpp"
 #include "products/files/navigation_files.hpp"
@@ -197,7 +196,6 @@ class ProductWriter {
     geometry_ =
         GridGeometry::Covering(extent.min(), extent.max(), summary_.cell_m, options_.max_cells);
     MeasureBoth(Moved(summary_) && !wild);
-    ReturnFreedMemory();
     if (wild) {
       WithholdScattered(both.diagonal().norm(), &summary_);
     } else {
@@ -345,7 +343,6 @@ class ProductWriter {
         viewer_->Add("elevation_before", raster->values, kNoData);
       before = raster->values;
     }
-    ReturnFreedMemory();
     std::vector<float> after = WriteDelivered();
     ColourRange range = RangeOf({&before, &after}, 0.005, 0.995, 0.1);
     summary_.elevation_range_m = range;

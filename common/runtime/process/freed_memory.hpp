@@ -14,7 +14,12 @@ inline void KeepFreedMemory() {
   mallopt(M_ARENA_MAX, 2);
 }
 
-// Gives the kernel what is free now: between two parts of the work that need memory of their own.
-inline void ReturnFreedMemory() { malloc_trim(0); }
+// Gives the kernel what is free now, and from now on large blocks as they are freed: before work
+// that needs each of them once.
+inline void ReturnFreedMemory() {
+  mallopt(M_MMAP_THRESHOLD, 1 << 20);
+  mallopt(M_TRIM_THRESHOLD, 1 << 20);
+  malloc_trim(0);
+}
 
 }  // namespace seastitch
