@@ -12,10 +12,8 @@ bool DatagramDriver::Feed(const Datagram& datagram) {
   return Decode(datagram);
 }
 
-int RunDatagramDriver(DatagramDriver* driver,
-                      const DriverParams& params,
-                      Bus* bus,
-                      EventLoop* loop) {
+int Run(DatagramDriver* driver, Bus* bus, EventLoop* loop) {
+  const DriverParams& params = driver->params();
   const std::unique_ptr<ByteSource> source =
       OpenByteSource(params.source, params.receive_buffer_bytes);
   Datagram datagram;

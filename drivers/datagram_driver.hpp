@@ -24,9 +24,6 @@ class DatagramDriver : public DeviceDriver {
 };
 
 // Runs a driver on its source until a signal.
-int RunDatagramDriver(DatagramDriver* driver,
-                      const DriverParams& params,
-                      Bus* bus,
-                      EventLoop* loop);
+int Run(DatagramDriver* driver, Bus* bus, EventLoop* loop);
 
 }  // namespace seastitch

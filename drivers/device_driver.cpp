@@ -133,6 +133,7 @@ DeviceDriver::DeviceDriver(const std::string& name,
                            const DriverParams& params,
                            DriverOutput* output)
     : output_(output),
+      params_(params),
       raw_channel_(raw_channel),
       raw_source_(raw_source),
       health_(name),

@@ -115,6 +115,7 @@ class DeviceDriver {
                             const std::string& trouble = "",
                             const SenderRefusal& refusal = {});
   Health& health() { return health_; }
+  const DriverParams& params() const { return params_; }
   virtual Counters decoder_counters() const = 0;
   virtual Counters clock_figures() const = 0;
 
@@ -136,6 +137,7 @@ class DeviceDriver {
 
  private:
   DriverOutput* const output_;
+  const DriverParams params_;
   const std::string raw_channel_;
   const std::string raw_source_;
   Health health_;

@@ -46,7 +46,8 @@ void CanDriver::UpdateHealth(const Counters& source,
   DeviceDriver::UpdateHealth(source, now, trouble, refusal);
 }
 
-int RunCanDriver(CanDriver* driver, const DriverParams& params, Bus* bus, EventLoop* loop) {
+int Run(CanDriver* driver, Bus* bus, EventLoop* loop) {
+  const DriverParams& params = driver->params();
   const auto source = OpenCanSource(params.source, driver->filters(), params.receive_buffer_bytes);
   const auto feed = [driver, &source, loop] {
     driver->Feed(source->Receive());

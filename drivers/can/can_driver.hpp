@@ -43,7 +43,7 @@ class CanDriver : public DeviceDriver {
 };
 
 // Runs a driver on its source until a signal, or the end of a log.
-int RunCanDriver(CanDriver* driver, const DriverParams& params, Bus* bus, EventLoop* loop);
+int Run(CanDriver* driver, Bus* bus, EventLoop* loop);
 
 // Keys `dbc` and `signals` of the configuration of a device that a DBC file describes.
 struct SignalFile {

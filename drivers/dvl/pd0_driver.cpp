@@ -46,6 +46,10 @@ std::set<std::string> Pd0DriverConfig::output_channels() const {
 
 std::string PrintConfig(const Pd0DriverConfig& config) { return PrintWithDefaults(config, {}); }
 
+std::vector<std::pair<std::string, std::string>> ConfigFiles(const Pd0DriverConfig& config) {
+  return {{"dvl_driver.yaml", PrintConfig(config)}};
+}
+
 Pd0Driver::Pd0Driver(const Pd0DriverConfig& config, DriverOutput* output)
     : DatagramDriver("dvl-driver", channels::kRawDvl, config.driver, output),
       decoder_(config.pd0) {}

@@ -3,6 +3,8 @@
 #include <cstdint>
 #include <set>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "drivers/datagram_driver.hpp"
 #include "drivers/dvl/pd0.hpp"
@@ -20,6 +22,8 @@ struct Pd0DriverConfig {
 // Throws ConfigError.
 Pd0DriverConfig LoadPd0DriverConfig(const std::string& path);
 std::string PrintConfig(const Pd0DriverConfig& config);
+// As it is published on CONFIG.
+std::vector<std::pair<std::string, std::string>> ConfigFiles(const Pd0DriverConfig& config);
 ParameterTable TableOf(Pd0DriverConfig* config);
 
 // PD0 ensembles over UDP to DVL, RAW_DVL and, if configured, DEPTH.

@@ -60,6 +60,10 @@ MbesDriverConfig LoadMbesDriverConfig(const std::string& path) {
 
 std::string PrintConfig(const MbesDriverConfig& config) { return PrintWithDefaults(config, {}); }
 
+std::vector<std::pair<std::string, std::string>> ConfigFiles(const MbesDriverConfig& config) {
+  return {{"mbes_driver.yaml", PrintConfig(config)}};
+}
+
 MbesDriver::MbesDriver(const MbesDriverConfig& config, DriverOutput* output)
     : DatagramDriver("mbes-driver", channels::kRawMbes, config.driver, output),
       decoder_(config.decoder) {}

@@ -2,6 +2,8 @@
 
 #include <cstdint>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "drivers/datagram_driver.hpp"
 #include "drivers/mbes/mbes_decoder.hpp"
@@ -16,6 +18,8 @@ struct MbesDriverConfig {
 // Throws ConfigError.
 MbesDriverConfig LoadMbesDriverConfig(const std::string& path);
 std::string PrintConfig(const MbesDriverConfig& config);
+// As it is published on CONFIG.
+std::vector<std::pair<std::string, std::string>> ConfigFiles(const MbesDriverConfig& config);
 ParameterTable TableOf(MbesDriverConfig* config);
 
 // Datagrams, or what a connection gives, to MBES_PING, SVP and RAW_MBES.

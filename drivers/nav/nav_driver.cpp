@@ -256,6 +256,7 @@ ParameterTable TableOf(NavDriverConfig* config) {
 
 NavDriverConfig LoadNavDriverConfig(const std::string& path) {
   NavDriverConfig config;
+  config.file = path;
   LoadParameters(path, TableOf(&config));
   const bool ins_is_on_can = InsIsOnCan(config);
   CheckSourceOf(
@@ -288,7 +289,7 @@ std::vector<std::pair<std::string, std::string>> ConfigFiles(const NavDriverConf
 // --- driver --------------------------------------------------------------------------------------
 
 NavDriver::NavDriver(const NavDriverConfig& config, DriverOutput* output)
-    : output_(output), health_("nav-driver") {
+    : config_(config), output_(output), health_("nav-driver") {
   AddDevice("ins", config.ins, FindEntry(kInsFormats, config.ins_format)->make(config));
   NmeaFixParams gps = config.gps_fixes, usbl = config.usbl_fixes;
   DepthCodecParams depth = config.depth_codec;
@@ -396,7 +397,12 @@ void NavDriver::CheckDevices(Clock::time_point now) {
   if (!silent.empty()) health_.SetRunning();
 }
 
-int RunNavDriver(const NavDriverConfig& config, NavDriver* driver, Bus* bus, EventLoop* loop) {
+int Run(NavDriver* driver, Bus* bus, EventLoop* loop) {
+  const NavDriverConfig& config = driver->config();
+  if (config.sources().empty())
+    throw ConfigError(config.file +
+                      ": ins.source, gps.source, usbl.source, depth.source: all are empty, and "
+                      "there is nothing to read");
   std::map<std::string, std::unique_ptr<ByteSource>> sources;
   for (const std::string& url : config.sources()) {
     const std::vector<CanFilter> filters = driver->can_filters(url);

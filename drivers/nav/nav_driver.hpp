@@ -32,6 +32,7 @@ struct NavDeviceParams {
 struct NavDriverConfig {
   NavDriverConfig();
 
+  std::string file;  // that it was loaded from, for messages
   int receive_buffer_bytes = 1024 * 1024;
   bool needs_checksum = true;
 
@@ -93,6 +94,7 @@ class NavDriver {
   std::vector<CanFilter> can_filters(const std::string& source) const;
 
   Health& health() { return health_; }
+  const NavDriverConfig& config() const { return config_; }
   // With the instrument's name as prefix: gps_no_position.
   Counters decoder_counters() const;
 
@@ -111,13 +113,14 @@ class NavDriver {
   void CheckSources(const std::map<std::string, SourceState>& sources, Clock::time_point now);
   void CheckDevices(Clock::time_point now);
 
+  const NavDriverConfig config_;
   DriverOutput* const output_;
   Health health_;
   std::vector<Device> devices_;
   SenderWatch senders_;
 };
 
-// Runs it on its sources until a signal.
-int RunNavDriver(const NavDriverConfig& config, NavDriver* driver, Bus* bus, EventLoop* loop);
+// Runs it on its sources until a signal. Throws ConfigError where it has none.
+int Run(NavDriver* driver, Bus* bus, EventLoop* loop);
 
 }  // namespace seastitch
