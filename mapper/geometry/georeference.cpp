@@ -71,9 +71,9 @@ Eigen::Vector3d ByWater(const Eigen::Vector3d& echo, double part) {
 }
 
 // Launches in batches, because EchoesFromMidway() takes several detections at once.
-class Launches {
+class LaunchSolver {
  public:
-  Launches(const SonarMotion& sonar, const Water& water, std::size_t beams)
+  LaunchSolver(const SonarMotion& sonar, const Water& water, std::size_t beams)
       : sonar_(sonar), water_(water) {
     launches_.reserve(beams);
   }
@@ -129,7 +129,7 @@ std::vector<Launch> LaunchesOf(const MbesPing& ping,
                                const SonarMotion& sonar,
                                const Water& water,
                                PingSoundings* result) {
-  Launches launches(sonar, water, ping.beams.size());
+  LaunchSolver launches(sonar, water, ping.beams.size());
   int valid = 0;
   for (std::size_t i = 0; i < ping.beams.size(); ++i) {
     const MbesBeam& beam = ping.beams[i];

@@ -1,8 +1,30 @@
 #include "mapper/submaps/cell_index.hpp"
 
+#include <algorithm>
 #include <utility>
 
 namespace seastitch {
+
+CellIndex::Block CellIndex::BlockOf(std::size_t tile) const {
+  Block block;
+  const CellKey& key = tiles_[tile].key;
+  for (int dx = -1; dx <= 1; ++dx) {
+    for (int dy = -1; dy <= 1; ++dy) {
+      const std::uint32_t from = slots_[SlotOf({key.x + dx, key.y + dy, key.z})];
+      // The block's rows and columns that lie in this tile.
+      const auto begin = [](int d) { return d < 0 ? 0 : kBorder + d * kTileSide; };
+      const auto end = [](int d) { return std::min(kBlockSide, kBorder + (d + 1) * kTileSide); };
+      for (int x = begin(dx); x < end(dx); ++x)
+        for (int y = begin(dy); y < end(dy); ++y)
+          block[static_cast<std::size_t>(x * kBlockSide + y)] =
+              from == kEmpty
+                  ? kNoCell
+                  : tiles_[from].cells[static_cast<std::size_t>(
+                        (x - kBorder - dx * kTileSide) * kTileSide + y - kBorder - dy * kTileSide)];
+    }
+  }
+  return block;
+}
 
 double CellForDensity(const std::vector<Eigen::Vector3f>& points,
                       const std::vector<float>& soundings,

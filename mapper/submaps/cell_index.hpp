@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -63,26 +62,7 @@ class CellIndex {
   static constexpr std::uint32_t kNoCell = 0xffffffff;
   using Block = std::array<std::uint32_t, kBlockSide * kBlockSide>;
   std::size_t tiles() const { return tiles_.size(); }
-  Block BlockOf(std::size_t tile) const {
-    Block block;
-    const CellKey& key = tiles_[tile].key;
-    for (int dx = -1; dx <= 1; ++dx) {
-      for (int dy = -1; dy <= 1; ++dy) {
-        const std::uint32_t from = slots_[SlotOf({key.x + dx, key.y + dy, key.z})];
-        // The block's rows and columns that lie in this tile.
-        const auto begin = [](int d) { return d < 0 ? 0 : kBorder + d * kTileSide; };
-        const auto end = [](int d) { return std::min(kBlockSide, kBorder + (d + 1) * kTileSide); };
-        for (int x = begin(dx); x < end(dx); ++x)
-          for (int y = begin(dy); y < end(dy); ++y)
-            block[static_cast<std::size_t>(x * kBlockSide + y)] =
-                from == kEmpty ? kNoCell
-                               : tiles_[from].cells[static_cast<std::size_t>(
-                                     (x - kBorder - dx * kTileSide) * kTileSide + y - kBorder -
-                                     dy * kTileSide)];
-      }
-    }
-    return block;
-  }
+  Block BlockOf(std::size_t tile) const;
 
  private:
   static constexpr int kSideBits = 3;

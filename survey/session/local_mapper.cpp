@@ -90,7 +90,6 @@ void LocalMapper::Deliver() {
 }
 
 bool LocalMapper::AreResultsDue() const {
-  constexpr double kRegistrationS = 3.0;
   const std::optional<Time> now = mapper_.last_nav();
   return mapper_.submaps_to_register() > 1 || !now || *now < running_->since ||
          ToSeconds(*now - running_->since) >= kRegistrationS;

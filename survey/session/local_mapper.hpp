@@ -23,6 +23,9 @@ namespace seastitch {
 // what comes out does not depend on how long a registration takes.
 class LocalMapper {
  public:
+  // Time of the dive after which the results of a registration are taken [s].
+  static constexpr double kRegistrationS = 3.0;
+
   // on_event: gets everything that the mapper makes, in order. Submaps are stored in
   // config.map_dir. Throws std::runtime_error if that folder cannot be made.
   LocalMapper(const MapperConfig& config, std::function<void(const MapperEvent&)> on_event);

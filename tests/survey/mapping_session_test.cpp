@@ -128,8 +128,8 @@ TEST_F(Session, MakesTheGraphOfTheProcesses) {
   EXPECT_TRUE(session.solution == nodes.solution);
 }
 
-// Its registrations run beside the samples that follow. A submap joins the graph 3 s of the dive
-// after it closed, or as soon as the next closes, however long its registrations take.
+// Its registrations run beside the samples that follow. A submap joins the graph some seconds of
+// the dive after it closed, or as soon as the next closes, however long its registrations take.
 TEST_F(Session, TakesTheResultsOfRegistrationsAtATimeOfTheDive) {
   struct Joined {
     double after_s;
@@ -148,7 +148,7 @@ TEST_F(Session, TakesTheResultsOfRegistrationsAtATimeOfTheDive) {
   int later = 0;
   for (std::size_t k = 0; k + 1 < joined.size(); ++k) {  // the last joins at the end
     if (joined[k].closed == k + 1) {
-      EXPECT_NEAR(joined[k].after_s, 3.0, 0.05);
+      EXPECT_NEAR(joined[k].after_s, LocalMapper::kRegistrationS, 0.05);
       ++later;
     } else {
       EXPECT_EQ(joined[k].closed, k + 2);
