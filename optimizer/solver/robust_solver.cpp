@@ -22,7 +22,7 @@ constexpr double kGrowth = 1.02;
 // and for one from dead reckoning.
 constexpr double kNear = 1e-3;
 constexpr double kForCost = 1e-6;
-constexpr double kOnTheWay = 1e-6;
+constexpr double kOnTheWay = 1e-7;
 constexpr double kFine = 1e-8;
 constexpr int kStepsForSquares = 3;
 constexpr int kStepsAStage = 2;

@@ -373,9 +373,8 @@ TEST(PoseGraphOptimizer, ErrorsOfMountingAreTheSameInBatchAndIncremental) {
     last = *incremental.Solve();
   }
   const PoseGraph batch = SolveAll(updates);
-  // A hundredth of the standard deviation of a submap's position.
-  EXPECT_LT((last.MountingOf(0).Vector() - batch.MountingOf(0).Vector()).norm(), 2e-4);
-  EXPECT_LT(LargestDifference(last, batch), 4e-3);
+  EXPECT_LT((last.MountingOf(0).Vector() - batch.MountingOf(0).Vector()).norm(), 1e-4);
+  EXPECT_LT(LargestDifference(last, batch), 1e-3);
   last = *incremental.Solve(SolveStart::kFromDeadReckoning);
   EXPECT_EQ(last.MountingOf(0).Vector(), batch.MountingOf(0).Vector());
   EXPECT_EQ(LargestDifference(last, batch), 0.0);
