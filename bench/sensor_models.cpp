@@ -50,7 +50,7 @@ ImuModel::ImuModel(const ImuParams& params,
       pitch_wander_(
           Deg2Rad(errors.roll_pitch_wander_deg), errors.roll_pitch_wander_tau_s, &random_),
       heading_wander_(Deg2Rad(errors.heading_wander_deg), errors.heading_wander_tau_s, &random_) {
-  const double latitude = scene.vehicle.datum_latitude_rad;
+  const double latitude = scene.vehicle.datum.latitude_rad;
   earth_rate_map_radps_ =
       kEarthRateRadps * Eigen::Vector3d(std::cos(latitude), 0.0, -std::sin(latitude));
   gravity_map_mps2_ = {0.0, 0.0, NormalGravity(latitude)};
@@ -173,7 +173,7 @@ DepthSample DvlModel::DepthAt(double t_s) {
   DepthSample sample;
   sample.depth_m = p_map.z() + depth_bias_m_ + errors_.depth_noise_m * random_.Normal();
   sample.pressure_pa = std::max(0.0, sample.depth_m) * kSeaWaterKgpm3 *
-                       NormalGravity(scene_.vehicle.datum_latitude_rad);
+                       NormalGravity(scene_.vehicle.datum.latitude_rad);
   sample.sigma_m = std::hypot(errors_.depth_noise_m, errors_.depth_bias_m);
   return sample;
 }
@@ -365,7 +365,7 @@ PositionFix FixModel::FixAt(double t_s) {
     east_m += params_.wrong_m * std::sin(direction_rad);
   }
   const GeographicLib::LocalCartesian map(
-      Rad2Deg(vehicle.datum_latitude_rad), Rad2Deg(vehicle.datum_longitude_rad), 0.0);
+      Rad2Deg(vehicle.datum.latitude_rad), Rad2Deg(vehicle.datum.longitude_rad), 0.0);
   double latitude_deg = 0.0;
   double longitude_deg = 0.0;
   double height_m = 0.0;

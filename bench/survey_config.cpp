@@ -217,13 +217,11 @@ void DeclareWater(SurveyConfig* config, ParameterTable* root) {
   });
   table.AddRule(
       speed, "as long as depth_m", [p] { return p->depth_m.size() == p->speed_mps.size(); });
-  table
-      .Add("profile_speed_error_mps",
-           &config->profile_speed_error_mps,
-           kMetrePerSecond,
-           Range::Within(-50.0, 50.0),
-           "Error of the sonar's own profile, the same at every depth.")
-      .WasCalled("told_speed_error_mps");
+  table.Add("profile_speed_error_mps",
+            &config->profile_speed_error_mps,
+            kMetrePerSecond,
+            Range::Within(-50.0, 50.0),
+            "Error of the sonar's own profile, the same at every depth.");
 }
 
 void DeclareClass(SurveyConfig* config, ParameterTable* table) {

@@ -37,7 +37,7 @@ Time NearestTimeOfDay(Duration time_of_day, Time near) {
 }
 
 double WeekSecondsNear(double week_s, double near_s) {
-  return week_s + kWeekS * std::round((near_s - week_s) / kWeekS);
+  return week_s + kGpsWeekS * std::round((near_s - week_s) / kGpsWeekS);
 }
 
 std::optional<Time> SensorTime(Time stamp, Time datagram) {

@@ -16,7 +16,6 @@ std::optional<Time> MidnightOfYearDay(int year, int day_of_year);
 // The instant with this time of day that is nearest to another instant.
 Time NearestTimeOfDay(Duration time_of_day, Time near);
 
-constexpr double kWeekS = 604'800.0;
 // Seconds of the GPS week, less or more by whole weeks: those nearest to another time. So a week
 // that ends inside a file goes on.
 double WeekSecondsNear(double week_s, double near_s);

@@ -7,7 +7,7 @@
 
 #include "codecs/part_collector.hpp"
 #include "common/core/bytes.hpp"
-#include "common/core/counters.hpp"
+#include "common/core/health/counters.hpp"
 #include "common/core/sensors.hpp"
 
 namespace seastitch {

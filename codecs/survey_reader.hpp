@@ -10,7 +10,7 @@
 
 #include "codecs/survey_records.hpp"
 #include "common/core/bytes.hpp"
-#include "common/core/counters.hpp"
+#include "common/core/health/counters.hpp"
 
 namespace seastitch {
 

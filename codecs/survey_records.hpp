@@ -40,19 +40,6 @@ struct PlacedPing {
   std::vector<PlacedBeam> soundings;
 };
 
-// Position as a source states it.
-struct GivenPosition {
-  double latitude_rad = 0.0;  // WGS 84
-  double longitude_rad = 0.0;
-  Eigen::Vector2d sigma_north_east_m = Eigen::Vector2d::Zero();  // 1 sigma; 0 = not given
-};
-
-// Velocity over ground as a source states it: north, east, down.
-struct GivenVelocity {
-  Eigen::Vector3d v_ned_mps = Eigen::Vector3d::Zero();
-  Eigen::Vector3d sigma_mps = Eigen::Vector3d::Zero();  // 1 sigma; 0 = not given
-};
-
 // Output of a navigation sensor or system at one instant, without any correction: position and
 // velocity are those of the sensor (not of the vehicle's reference point), attitude is that of the
 // sensor's axes. A field is absent where the source does not state it or flags it invalid.
@@ -61,7 +48,7 @@ struct NavigationRecord {
   // Time of arrival by the clock of the sonar, where `time` is that of the sensor and the file has
   // both.
   std::optional<Time> arrival{};
-  std::optional<GivenPosition> position;
+  std::optional<GeoPosition> position;
   std::optional<Eigen::Vector2d> grid_north_east_m;  // in a map grid that the source does not name
   std::optional<double> depth_m;                     // below the water line
   std::optional<double> height_m;                    // above the ellipsoid
@@ -71,7 +58,7 @@ struct NavigationRecord {
   // Instead of `attitude`, from sensors or messages that have only a part of it.
   std::optional<Eigen::Vector2d> roll_pitch_rad;  // roll port up, pitch bow up
   std::optional<double> heading_rad;              // clockwise from true north
-  std::optional<GivenVelocity> velocity;
+  std::optional<GeoVelocity> velocity;
   std::uint32_t status = 0;  // status word of the source, bits as its format defines them
   // Sensor or message that it comes from: "#SKM0" (KMALL), "A1" (.all attitude, sensor 1), "sbet".
   std::string source;

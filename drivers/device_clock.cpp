@@ -4,6 +4,8 @@
 #include <cmath>
 #include <vector>
 
+#include "common/core/health/health_values.hpp"
+
 namespace seastitch {
 namespace {
 
@@ -143,9 +145,9 @@ std::optional<Time> Stamper::Stamp(Time device, Time recv, Duration measuring) {
 Counters Stamper::Figures(const std::string& prefix) const {
   if (params_.clock == DeviceClock::kReceive) return {};
   return {{prefix + "_clock_steps", model_.steps()},
-          {prefix + "_clock_settled", model_.settled() ? 1 : 0},
-          {prefix + "_clock_offset_us", Rounded(model_.offset_s())},
-          {prefix + "_clock_drift_ppb", std::llround(model_.drift_ppm() * 1e3)},
+          {prefix + "_" + NameOf(HealthValue::kClockSettled), model_.settled() ? 1 : 0},
+          {prefix + "_" + NameOf(HealthValue::kClockOffset), Rounded(model_.offset_s())},
+          {prefix + "_" + NameOf(HealthValue::kClockDrift), std::llround(model_.drift_ppm() * 1e3)},
           {prefix + "_clock_error_us", Rounded(model_.error_s())}};
 }
 

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "common/core/counters.hpp"
+#include "common/core/health/counters.hpp"
 #include "common/core/time.hpp"
 
 namespace seastitch {

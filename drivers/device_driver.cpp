@@ -157,7 +157,7 @@ void DeviceDriver::UpdateHealth(const Counters& source,
   SetAll(decoder_counters(), &health_);
   SetAll(clock_figures(), &health_);
   watch_.Check(now, trouble);
-  senders_.Check(now, refusal, &health_);
+  FollowRefusals(refusal, now, &health_);
 }
 
 int DeviceDriver::Run(int fd,

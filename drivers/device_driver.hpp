@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "common/core/bytes.hpp"
-#include "common/core/counters.hpp"
+#include "common/core/health/counters.hpp"
 #include "common/core/sample.hpp"
 #include "common/core/time.hpp"
 #include "common/parameters/parameters.hpp"
@@ -142,7 +142,6 @@ class DeviceDriver {
   const std::string raw_source_;
   Health health_;
   DeviceWatch watch_;
-  SenderWatch senders_;
 };
 
 }  // namespace seastitch

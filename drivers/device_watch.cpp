@@ -4,11 +4,6 @@
 #include <cstdio>
 
 namespace seastitch {
-namespace {
-
-constexpr std::chrono::seconds kRefusalHolds(10);
-
-}  // namespace
 
 DeviceWatch::DeviceWatch(const std::string& device, double timeout_s, Health* health)
     : timeout_s_(timeout_s), health_(health) {
@@ -34,14 +29,13 @@ void DeviceWatch::Check(Clock::time_point now, const std::string& trouble) {
   health_->SetRunning();
 }
 
-void SenderWatch::Check(std::chrono::steady_clock::time_point now,
-                        const SenderRefusal& refusal,
-                        Health* health) {
-  if (refusal.count > refused_) refused_at_ = now;
-  refused_ = refusal.count;
-  health->HoldIf(refused_ > 0 && now - refused_at_ < kRefusalHolds,
-                 conditions::kSenderRefused,
-                 std::to_string(refused_) + " so far, the last of " + refusal.last);
+void FollowRefusals(const SenderRefusal& refusal,
+                    DeviceWatch::Clock::time_point now,
+                    Health* health) {
+  health->FollowEvents(conditions::kSenderRefused,
+                       refusal.count,
+                       std::chrono::duration<double>(now.time_since_epoch()).count(),
+                       std::to_string(refusal.count) + " so far, the last of " + refusal.last);
 }
 
 void SetAll(const Counters& counters, Health* health) {

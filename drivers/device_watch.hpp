@@ -1,28 +1,14 @@
 #pragma once
 
 #include <chrono>
-#include <cstdint>
 #include <optional>
 #include <string>
 
-#include "common/core/counters.hpp"
+#include "common/core/health/counters.hpp"
 #include "common/runtime/health.hpp"
 #include "drivers/socket/sender_gate.hpp"
 
 namespace seastitch {
-
-// Reports datagrams of other senders in HEALTH, for 10 s after each.
-class SenderWatch {
- public:
-  // refusal: all so far. now: monotonic.
-  void Check(std::chrono::steady_clock::time_point now,
-             const SenderRefusal& refusal,
-             Health* health);
-
- private:
-  std::int64_t refused_ = 0;
-  std::chrono::steady_clock::time_point refused_at_;
-};
 
 // Sets the state of HEALTH: starting until the first data, lost after timeout_s without data, and
 // the faults of the source.
@@ -44,6 +30,10 @@ class DeviceWatch {
   std::optional<Clock::time_point> last_data_;  // with the resolution of the period of Check()
 };
 
+// Reports datagrams of other senders in HEALTH. refusal: all so far.
+void FollowRefusals(const SenderRefusal& refusal,
+                    DeviceWatch::Clock::time_point now,
+                    Health* health);
 // Copies the counters of a part into HEALTH.
 void SetAll(const Counters& counters, Health* health);
 

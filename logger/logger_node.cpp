@@ -14,7 +14,6 @@ namespace seastitch {
 namespace {
 
 constexpr std::int64_t kMegabyte = 1'000'000;
-constexpr int kSecondsToReport = 10;
 // Allowed delay of the disk [s], in addition to the flush interval.
 constexpr double kDiskMayTakeS = 1.5;
 
@@ -45,7 +44,7 @@ LoggerNode::LoggerNode(const LoggerConfig& config, const DiveFolder& dive, Bus* 
         OnEvent(channel, buffer);
       });
   spdlog::info("{}, channels {}", TextOf(file_), config.channels);
-  health_.Set("dive_start_utime", ReadDiveRecord(dive.path()).start_utime);
+  health_.Set(HealthValue::kDiveStart, ReadDiveRecord(dive.path()).start_utime);
   health_.SetText(TextOf(file_));
   health_.SetRunning();
   health_.WatchAge("oldest_unwritten",
@@ -62,16 +61,10 @@ void LoggerNode::OnEvent(const std::string& channel, const lcm::ReceiveBuffer& b
   health_.Tick("events");
 }
 
-bool LoggerNode::RecentGrowth::Add(std::int64_t new_total) {
-  seconds_since = new_total > total ? 0 : seconds_since + 1;
-  total = new_total;
-  return total > 0 && seconds_since < kSecondsToReport;
-}
-
-void LoggerNode::UpdateHealth() {
+void LoggerNode::UpdateHealth(double now_s) {
   const LogWriter::Status status = writer_.status();
   health_.Set("events_written", status.events_written);
-  health_.Set("events_dropped", status.events_dropped);
+  health_.Set(HealthValue::kEventsDropped, status.events_dropped);
   health_.Set("events_unloggable", status.events_unloggable);
   health_.Set("events_lost_before_logger", gaps_.total());
   for (const auto& [channel, lost] : gaps_.lost()) health_.Set("lost_" + channel, lost);
@@ -80,7 +73,7 @@ void LoggerNode::UpdateHealth() {
   health_.Set("file_bytes", status.files.bytes);
   health_.Set("files_deleted", status.files.files_deleted);
   health_.Set("files_vanished", status.files.files_vanished);
-  health_.HoldIf(vanished_.Add(status.files.files_vanished), conditions::kLogVanished);
+  health_.FollowEvents(conditions::kLogVanished, status.files.files_vanished, now_s);
   health_.Set("config_write_errors", status.files.config_errors);
   for (const auto& [channel, figures] : foreign_.figures()) {
     health_.Set("foreign_" + channel, figures.events);
@@ -88,23 +81,26 @@ void LoggerNode::UpdateHealth() {
   }
   std::error_code unknown;
   const std::filesystem::space_info disk = std::filesystem::space(dive_, unknown);
-  if (!unknown) health_.Set("disk_free_mb", static_cast<std::int64_t>(disk.available / kMegabyte));
+  if (!unknown)
+    health_.Set(HealthValue::kDiskFree, static_cast<std::int64_t>(disk.available / kMegabyte));
 
-  const std::int64_t losses = status.events_dropped + gaps_.total();
-  health_.HoldIf(losses_.Add(losses),
-                 conditions::kMessagesNotRecorded,
-                 std::to_string(gaps_.total()) + " on the way here, " +
-                     std::to_string(status.events_dropped) + " for want of room");
-  health_.HoldIf(unloggable_.Add(status.events_unloggable),
-                 conditions::kUnloggableMessages,
-                 std::to_string(status.events_unloggable));
+  health_.FollowEvents(conditions::kMessagesNotRecorded,
+                       status.events_dropped + gaps_.total(),
+                       now_s,
+                       std::to_string(gaps_.total()) + " on the way here, " +
+                           std::to_string(status.events_dropped) + " for want of room");
+  health_.FollowEvents(conditions::kUnloggableMessages,
+                       status.events_unloggable,
+                       now_s,
+                       std::to_string(status.events_unloggable));
   health_.HoldIf(!status.error.empty(),
                  conditions::kLogNotWriting,
                  std::to_string(status.queued_bytes / kMegabyte) + " MB wait, " + status.error);
-  health_.HoldIf(deleted_.Add(status.files.files_deleted),
-                 conditions::kRecordingsDeleted,
-                 std::to_string(status.files.files_deleted) + " files, " +
-                     std::to_string(status.files.bytes_deleted / kMegabyte) + " MB");
+  health_.FollowEvents(conditions::kRecordingsDeleted,
+                       status.files.files_deleted,
+                       now_s,
+                       std::to_string(status.files.files_deleted) + " files, " +
+                           std::to_string(status.files.bytes_deleted / kMegabyte) + " MB");
   health_.HoldIf(status.files.short_of_space, conditions::kDiskSpaceLow);
   if (status.files.file != file_) {
     file_ = status.files.file;

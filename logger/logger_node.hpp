@@ -20,8 +20,8 @@ class LoggerNode {
   // Opens the next file of the dive. Throws std::runtime_error "FILE: reason".
   LoggerNode(const LoggerConfig& config, const DiveFolder& dive, Bus* bus);
 
-  // Updates counters and faults in HEALTH; to be called once a second.
-  void UpdateHealth();
+  // Updates counters and faults in HEALTH; to be called once a second. now_s: monotonic.
+  void UpdateHealth(double now_s = MonotonicSeconds());
   // Writes all received messages to the disk, and ends.
   void Finish();
 
@@ -31,13 +31,6 @@ class LoggerNode {
   void RequestConfiguration();
 
  private:
-  // True if a counter, read once a second, grew within the last seconds.
-  struct RecentGrowth {
-    bool Add(std::int64_t total);
-    std::int64_t total = 0;
-    int seconds_since = 0;
-  };
-
   void OnEvent(const std::string& channel, const lcm::ReceiveBuffer& buffer);
 
   Bus* const bus_;
@@ -47,10 +40,6 @@ class LoggerNode {
   GapCounter gaps_;
   ForeignChannels foreign_;
   Health health_{"logger"};
-  RecentGrowth losses_;
-  RecentGrowth unloggable_;
-  RecentGrowth deleted_;
-  RecentGrowth vanished_;
   std::int64_t request_seq_ = 0;
 };
 

@@ -12,8 +12,8 @@
 #include <variant>
 #include <vector>
 
-#include "common/core/conditions.hpp"
 #include "common/core/graph.hpp"
+#include "common/core/health/conditions.hpp"
 #include "common/core/sensors.hpp"
 #include "common/core/submap.hpp"
 #include "mapper/geometry/calibrated_motion.hpp"
@@ -222,6 +222,8 @@ class Mapper {
   // Pings that no submap got.
   PingTally pings_lost() const;
   // Positions of an INS that are too far from the datum to be used.
+  // Samples that came too late, or with a time too far ahead.
+  std::int64_t samples_out_of_time() const { return navigation_->tally().out_of_time(); }
   std::int64_t positions_too_far() const { return navigation_->tally().too_far(); }
   // Time offsets of attitude and DVL that navigation suspected, the best estimate of each.
   std::vector<StampOffsetEstimate> stamp_offsets() const { return stamp_offsets_.estimates(); }

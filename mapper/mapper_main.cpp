@@ -107,7 +107,7 @@ std::optional<int> RunMap(seastitch::MapperConfig config,
   MapStarts starts(NewestMap(config.map_dir));
   MapperNode node(config, &bus, &worker, &writer, OpenMap(config, &starts));
   if (config.navigation_source == NavigationSource::kDeadReckoning)
-    spdlog::info(NorthSentence(config.navigation, config.vehicle.datum_latitude_rad));
+    spdlog::info(NorthSentence(config.navigation, config.vehicle.datum.latitude_rad));
   node.health().HoldIf(!place.why_in_memory.empty(), conditions::kMapInMemory, place.why_in_memory);
   node.health().HoldIf(
       !place.dive.damaged().empty(), conditions::kDiveDamaged, place.dive.damaged());

@@ -84,6 +84,8 @@ void MapperNode::Subscribe() {
                       Counters counters = mapper_.counters();
                       counters.merge(inbox_.counters());
                       counters.merge(writer_.counters());
+                      counters[NameOf(HealthValue::kInputMissed)] =
+                          inbox_.lost() + mapper_.samples_out_of_time();
                       return counters;
                     },
                     [this] { return mapper_.Summary(); }});

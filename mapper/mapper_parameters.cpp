@@ -78,8 +78,7 @@ void DeclareMounting(MapperConfig* c, ParameterTable* table) {
             "sigma: 0.3 before a patch test, 0.1 after one, 0 for exact. Include what an unknown "
             "latency (times speed) and pitch angle (times altitude) displace: the pose graph "
             "estimates their sum where swaths overlap.")
-      .DataSheet()
-      .WasCalled("sonar_mounting_m");
+      .DataSheet();
   table
       ->Add("sonar_mounting_sigma_deg",
             &c->sonar_mounting_yaw_rad,
@@ -88,8 +87,7 @@ void DeclareMounting(MapperConfig* c, ParameterTable* table) {
             "Uncertainty of the sonar's mounting angle about the vertical, 1 sigma. The pose graph "
             "estimates the angle between sonar and Doppler log; its prior is the root sum of "
             "squares of this and navigation.dvl_mounting_deg.")
-      .DataSheet()
-      .WasCalled("sonar_mounting_deg");
+      .DataSheet();
 }
 
 void DeclareLimits(MapperConfig* c, ParameterTable* table) {

@@ -8,6 +8,7 @@
 
 #include "common/core/median.hpp"
 #include "common/core/pose.hpp"
+#include "common/core/time_series.hpp"
 
 namespace seastitch {
 namespace {
@@ -232,10 +233,7 @@ MapLines::Line LiveMap::CorrectedTrack() const {
       line.push_back(point.north_east);
       continue;
     }
-    const auto after =
-        std::upper_bound(frames.begin(), frames.end(), point.time, [](Time t, const Frame& f) {
-          return t < f.time;
-        });
+    const auto after = FirstAfter(frames, point.time);
     const Frame& next = after == frames.end() ? frames.back() : *after;
     const Frame& last = after == frames.begin() ? frames.front() : *(after - 1);
     const double span_s = ToSeconds(next.time - last.time);

@@ -6,20 +6,12 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "common/core/conditions.hpp"
+#include "common/core/health/conditions.hpp"
 #include "common/core/pose.hpp"
 #include "common/core/utf8.hpp"
+#include "common/runtime/health.hpp"
 
 namespace seastitch {
-namespace {
-
-std::int64_t CounterOf(const health_t& health, const std::string& name) {
-  for (const counter_t& counter : health.counters)
-    if (counter.name == name) return counter.value;
-  return -1;
-}
-
-}  // namespace
 
 VehiclePlace PlaceOf(const nav_corrected_t& nav, std::optional<double> altitude_m) {
   const double* const q = nav.q_map_vehicle;
@@ -42,7 +34,8 @@ std::optional<RecordedDive> DiveOf(const StatusView& view) {
   const health_t* const logger = view.roll.Find("logger");
   if (logger == nullptr || view.roll.SilentFor("logger", view.now_s) > kSilentS)
     return std::nullopt;
-  return RecordedDive{CounterOf(*logger, "dive_start_utime"), CounterOf(*logger, "disk_free_mb")};
+  return RecordedDive{ValueIn(*logger, HealthValue::kDiveStart),
+                      ValueIn(*logger, HealthValue::kDiskFree)};
 }
 
 const char* StateOf(const health_t& health) {
@@ -56,11 +49,8 @@ const char* StateOf(const health_t& health) {
 }
 
 std::int64_t DropsOf(const health_t& health) {
-  std::int64_t drops = 0;
-  for (const counter_t& counter : health.counters)
-    if (counter.name.starts_with("socket_drops_") || counter.name == "events_dropped")
-      drops += counter.value;
-  return drops;
+  return ValueIn(health, HealthValue::kSocketDrops).value_or(0) +
+         ValueIn(health, HealthValue::kEventsDropped).value_or(0);
 }
 
 std::string RemedyOf(const condition_t& condition) {
@@ -119,7 +109,8 @@ std::string StatusJson(const StatusView& view) {
   }
   Json dive;
   if (const auto recorded = DiveOf(view))
-    dive = {{"start_utime", recorded->start_utime}, {"disk_free_mb", recorded->disk_free_mb}};
+    dive = {{"start_utime", recorded->start_utime.value_or(-1)},
+            {"disk_free_mb", recorded->disk_free_mb.value_or(-1)}};
   const Json status{{"utime", view.now_utime},
                     {"ok", AllOk(view.roll, view.now_s)},
                     {"dive", dive},

@@ -35,10 +35,10 @@ struct StatusView {
   std::int64_t now_utime = 0;
 };
 
-// The dive that is recorded, as the logger reports it; -1: not stated.
+// The dive that is recorded, as the logger reports it.
 struct RecordedDive {
-  std::int64_t start_utime = -1;
-  std::int64_t disk_free_mb = -1;
+  std::optional<std::int64_t> start_utime;
+  std::optional<std::int64_t> disk_free_mb;
 };
 // Absent: no logger is heard.
 std::optional<RecordedDive> DiveOf(const StatusView& view);

@@ -177,10 +177,11 @@ class ProductWriter {
   void WriteReport() {
     summary_.horizontal_crs = projection_.horizontal();
     summary_.crs = projection_.compound();
-    Write(product_files::kReportPage, ReportHtml(survey_, summary_, options_, map_data_));
+    const Report report = ReportOf(survey_, summary_, options_);
+    Write(product_files::kReportPage, ReportHtml(report, map_data_));
     // Last, so that its run figures cover all of the above.
     files_.Finish();
-    Write(product_files::kReport, ReportJson(survey_, summary_, options_));
+    Write(product_files::kReport, ReportJson(report));
   }
 
   // Grids both maps alike, measures both, and keeps the poses of the one to deliver.

@@ -152,7 +152,7 @@ class Writer {
     NavigationRecord record;
     record.time = t;
     record.attitude = Attitude{Eigen::Quaterniond(state->T_map_vehicle.linear())};
-    record.velocity = GivenVelocity{state->v_map_mps};
+    record.velocity = GeoVelocity{state->v_map_mps};
     record.position = PositionOf(*state);
     record.heave_m = HeaveOf(*state);
     motion_.push_back(record);
@@ -179,7 +179,7 @@ class Writer {
     // height for a water line on the ellipsoid
     record.height_m = -state->T_map_vehicle.translation().z();
     // That of the INS's navigation: its corrections of position are not motion.
-    if (options_.velocity_with_position) record.velocity = GivenVelocity{state->v_map_mps};
+    if (options_.velocity_with_position) record.velocity = GeoVelocity{state->v_map_mps};
     record.heading_rad = RpyFromRotation(state->T_map_vehicle.linear()).z();
     Write(format_.position(record));
     ++result_.positions;
@@ -189,12 +189,11 @@ class Writer {
   void Take(const PositionFix& fix) {
     const auto then = ins_.StateAt(fix.time);
     if (!then) return;
-    offset_m_ = map_frame_.NorthEastOf(fix.latitude_rad, fix.longitude_rad) -
-                then->T_map_vehicle.translation().head<2>();
+    offset_m_ = map_frame_.NorthEastOf(fix) - then->T_map_vehicle.translation().head<2>();
     ++result_.fixes;
   }
 
-  GivenPosition PositionOf(const NavState& state) const {
+  GeoPosition PositionOf(const NavState& state) const {
     const Datum point = map_frame_.PointAt(state.T_map_vehicle.translation().head<2>() + offset_m_);
     return {Deg2Rad(point.latitude_deg), Deg2Rad(point.longitude_deg)};
   }

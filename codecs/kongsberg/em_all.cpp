@@ -348,13 +348,12 @@ std::optional<NavigationRecord> DecodeEmP(const EmDatagram& datagram,
       sensor != nullptr && std::abs(sensor->delay_s) < 60.0)
     sample.time -= FromSeconds(sensor->delay_s);
   const double sigma_m = quality_cm < kNoQuality ? quality_cm / 100.0 : 0.0;
-  sample.position =
-      GivenPosition{Deg2Rad(latitude_deg), Deg2Rad(longitude_deg), {sigma_m, sigma_m}};
+  sample.position = GeoPosition{Deg2Rad(latitude_deg), Deg2Rad(longitude_deg), {sigma_m, sigma_m}};
   constexpr std::uint16_t kNotGiven = 0xFFFF;
   if (speed_cmps != kNotGiven && course_cdeg < 36000) {
     const double course_rad = Deg2Rad(course_cdeg / 100.0);
-    sample.velocity = GivenVelocity{
-        speed_cmps / 100.0 * Eigen::Vector3d(std::cos(course_rad), std::sin(course_rad), 0.0)};
+    sample.velocity = GeoVelocity{speed_cmps / 100.0 *
+                                  Eigen::Vector3d(std::cos(course_rad), std::sin(course_rad), 0.0)};
   }
   return sample;
 }

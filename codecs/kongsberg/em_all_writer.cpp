@@ -182,7 +182,7 @@ std::vector<std::uint8_t> EncodeEmA(const std::vector<NavigationRecord>& samples
 std::vector<std::uint8_t> EncodeEmP(const NavigationRecord& sample) {
   constexpr std::uint8_t kFirstActive = 0x81;
   constexpr std::uint16_t kNotGiven = 0xFFFF;
-  const GivenPosition position = sample.position.value_or(GivenPosition{});
+  const GeoPosition position = sample.position.value_or(GeoPosition{});
   ByteWriter out = Begin('P', sample.time, 0);
   out.Le(Rounded<std::int32_t>(2e7 * Rad2Deg(position.latitude_rad)));
   out.Le(Rounded<std::int32_t>(1e7 * Rad2Deg(position.longitude_rad)));

@@ -282,7 +282,7 @@ std::optional<NavigationRecord> DecodeMrzNavigation(Bytes datagram) {
   NavigationRecord sample;
   sample.time = ReadKmallHeader(datagram)->time();
   sample.source = "#MRZ";
-  sample.position = GivenPosition{Deg2Rad(latitude_deg), Deg2Rad(longitude_deg)};
+  sample.position = GeoPosition{Deg2Rad(latitude_deg), Deg2Rad(longitude_deg)};
   if (std::isfinite(height_m) && height_m != kNoHeight_m) sample.height_m = height_m;
   if (heading_deg >= 0.0 && heading_deg <= 360.0)
     sample.attitude = AttitudeFromDegrees(0.0, 0.0, heading_deg);

@@ -85,9 +85,9 @@ void Fill(const Kmb& kmb, NavigationRecord* sample) {
   const auto sigma = [&](std::size_t i) { return SigmaOr0(kmb.sigmas[i], valid(kSigmasInvalid)); };
   if (valid(kPositionInvalid) && IsPosition(kmb.latitude_deg, kmb.longitude_deg)) {
     sample->position =
-        GivenPosition{Deg2Rad(kmb.latitude_deg), Deg2Rad(kmb.longitude_deg), {sigma(0), sigma(1)}};
+        GeoPosition{Deg2Rad(kmb.latitude_deg), Deg2Rad(kmb.longitude_deg), {sigma(0), sigma(1)}};
     if (std::isfinite(kmb.height_m) && kmb.height_m != kNoHeight_m) sample->height_m = kmb.height_m;
-    if (kmb.v_ned_mps.allFinite()) sample->velocity = GivenVelocity{kmb.v_ned_mps.cast<double>()};
+    if (kmb.v_ned_mps.allFinite()) sample->velocity = GeoVelocity{kmb.v_ned_mps.cast<double>()};
   }
   if (valid(kRollPitchInvalid | kHeadingInvalid) && std::isfinite(kmb.roll_deg) &&
       std::isfinite(kmb.pitch_deg) && std::isfinite(kmb.heading_deg)) {
@@ -136,7 +136,7 @@ void WriteKmb(const NavigationRecord& sample, ByteWriter* out) {
           invalid(sample.attitude.has_value(), kRollPitchInvalid) |
           invalid(sample.attitude.has_value(), kHeadingInvalid) |
           invalid(sample.heave_m.has_value(), kHeaveInvalid));
-  const GivenPosition position = sample.position.value_or(GivenPosition{});
+  const GeoPosition position = sample.position.value_or(GeoPosition{});
   out->Le(Rad2Deg(position.latitude_rad));
   out->Le(Rad2Deg(position.longitude_rad));
   out->Le(sample.height_m ? static_cast<float>(*sample.height_m) : kNoHeight_m);
@@ -148,7 +148,7 @@ void WriteKmb(const NavigationRecord& sample, ByteWriter* out) {
     number(angle);
   number(sample.heave_m.value_or(0.0));
   out->Zeros(12);  // rates
-  const GivenVelocity velocity = sample.velocity.value_or(GivenVelocity{});
+  const GeoVelocity velocity = sample.velocity.value_or(GeoVelocity{});
   for (const double v : velocity.v_ned_mps) number(v);
   const Eigen::Vector3d sigma_deg = attitude.sigma_rpy_rad * (180.0 / kPi);
   for (const double sigma : {position.sigma_north_east_m.x(),
@@ -244,14 +244,13 @@ std::optional<NavigationRecord> DecodeSpo(Bytes datagram) {
   if (!IsPosition(latitude_deg, longitude_deg)) return std::nullopt;
   constexpr float kNoQuality = 65535.0f;
   const double sigma_m = SigmaOr0(quality_m, quality_m < kNoQuality);
-  sample.position =
-      GivenPosition{Deg2Rad(latitude_deg), Deg2Rad(longitude_deg), {sigma_m, sigma_m}};
+  sample.position = GeoPosition{Deg2Rad(latitude_deg), Deg2Rad(longitude_deg), {sigma_m, sigma_m}};
   if (std::isfinite(height_m) && height_m != kNoHeight_m) sample.height_m = height_m;
   // Negative values (-1 and -4, by the manual) mean "unavailable".
   if (speed_mps >= 0.0f && speed_mps < 100.0f && course_deg >= 0.0f && course_deg <= 360.0f) {
     const double course_rad = Deg2Rad(double{course_deg});
-    sample.velocity = GivenVelocity{
-        double{speed_mps} * Eigen::Vector3d(std::cos(course_rad), std::sin(course_rad), 0.0)};
+    sample.velocity = GeoVelocity{double{speed_mps} *
+                                  Eigen::Vector3d(std::cos(course_rad), std::sin(course_rad), 0.0)};
   }
   return sample;
 }
@@ -314,7 +313,7 @@ std::vector<std::uint8_t> EncodeSpo(const NavigationRecord& sample, const KmallH
   out.Le(static_cast<float>(sample.position->sigma_north_east_m.maxCoeff()));
   out.Le(Rad2Deg(sample.position->latitude_rad));
   out.Le(Rad2Deg(sample.position->longitude_rad));
-  const Eigen::Vector3d v = sample.velocity.value_or(GivenVelocity{}).v_ned_mps;
+  const Eigen::Vector3d v = sample.velocity.value_or(GeoVelocity{}).v_ned_mps;
   const double course_rad = std::atan2(v.y(), v.x());
   out.Le(sample.velocity ? static_cast<float>(v.head<2>().norm()) : -1.0f);
   out.Le(sample.velocity

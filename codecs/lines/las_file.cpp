@@ -160,7 +160,7 @@ void LasFileReader::ReadPoint(Bytes record, std::vector<SurveyRecord>* out) {
     return Count("las_malformed");
   if (time_s != 0.0) point.time_s = time_s;
   // Longer times are none of the week: a writer has forgotten the bit.
-  if (time_s != 0.0 && !head_->adjusted_time && std::abs(time_s) <= 2.0 * kWeekS) {
+  if (time_s != 0.0 && !head_->adjusted_time && std::abs(time_s) <= 2.0 * kGpsWeekS) {
     if (!first_s_) first_s_ = time_s;
     point.time_s = WeekSecondsNear(time_s, *first_s_);
   }

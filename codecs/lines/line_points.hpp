@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "codecs/survey_records.hpp"
-#include "common/core/counters.hpp"
+#include "common/core/health/counters.hpp"
 
 namespace seastitch {
 

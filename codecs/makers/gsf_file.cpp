@@ -222,7 +222,7 @@ bool GsfFileReader::ReadPing(Bytes data, std::vector<SurveyRecord>* out) {
 
   Fill(motion, &navigation);
   if (std::abs(latitude_deg) <= 90.0 && std::abs(longitude_deg) <= 180.0)
-    navigation.position = GivenPosition{Deg2Rad(latitude_deg), Deg2Rad(longitude_deg)};
+    navigation.position = GeoPosition{Deg2Rad(latitude_deg), Deg2Rad(longitude_deg)};
   constexpr double kNoHeight_m = 9999.0;
   if (height_m != 0.0 && std::abs(height_m) < kNoHeight_m) navigation.height_m = height_m;
 

@@ -19,11 +19,11 @@ NavigationRecord SampleOf(const S7kRecord& record) {
 }
 
 // A position; nothing if the latitude or longitude is impossible.
-std::optional<GivenPosition> Position(double latitude_rad, double longitude_rad, double sigma_m) {
+std::optional<GeoPosition> Position(double latitude_rad, double longitude_rad, double sigma_m) {
   if (!(std::abs(latitude_rad) <= kPi / 2.0) || !(std::abs(longitude_rad) <= 2.0 * kPi))
     return std::nullopt;
   const double sigma = std::isfinite(sigma_m) && sigma_m > 0.0 ? sigma_m : 0.0;
-  return GivenPosition{latitude_rad, WrapAngle(longitude_rad), {sigma, sigma}};
+  return GeoPosition{latitude_rad, WrapAngle(longitude_rad), {sigma, sigma}};
 }
 
 Eigen::Vector3d ReadPlace(ByteReader* in) {
@@ -115,7 +115,7 @@ std::optional<NavigationRecord> DecodeS7k1015(const S7kRecord& record) {
   const bool moves = speed_mps > 0.0 || (speed_mps == 0.0 && course_rad != 0.0);
   if (moves && std::isfinite(speed_mps) && std::isfinite(course_rad))
     sample.velocity =
-        GivenVelocity{{speed_mps * std::cos(course_rad), speed_mps * std::sin(course_rad), 0.0}};
+        GeoVelocity{{speed_mps * std::cos(course_rad), speed_mps * std::sin(course_rad), 0.0}};
   if (vertical_reference == kEllipsoid && std::isfinite(height_m)) sample.height_m = height_m;
   return sample;
 }

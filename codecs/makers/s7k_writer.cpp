@@ -31,7 +31,7 @@ void WriteMounting(const Eigen::Isometry3d& pose, ByteWriter* out) {
 }  // namespace
 
 std::vector<std::uint8_t> EncodeS7k1003(const NavigationRecord& sample) {
-  const GivenPosition position = sample.position.value_or(GivenPosition{});
+  const GeoPosition position = sample.position.value_or(GeoPosition{});
   ByteWriter data;
   data.Le(std::uint32_t{0});  // WGS 84
   data.Le(0.0f);              // latency
@@ -44,9 +44,9 @@ std::vector<std::uint8_t> EncodeS7k1003(const NavigationRecord& sample) {
 
 std::vector<std::uint8_t> EncodeS7k1015(const NavigationRecord& sample) {
   constexpr std::uint8_t kEllipsoid = 1;
-  const GivenPosition position = sample.position.value_or(GivenPosition{});
+  const GeoPosition position = sample.position.value_or(GeoPosition{});
   const Eigen::Vector2d v_mps =
-      sample.velocity.value_or(GivenVelocity{}).v_ned_mps.head<2>();  // north, east
+      sample.velocity.value_or(GeoVelocity{}).v_ned_mps.head<2>();  // north, east
   ByteWriter data;
   data.Le(sample.height_m ? kEllipsoid : std::uint8_t{0});
   data.Le(position.latitude_rad);

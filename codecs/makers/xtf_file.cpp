@@ -132,7 +132,7 @@ std::optional<NavigationRecord> ReadPosition(Bytes packet) {
   NavigationRecord sample;
   sample.source = "xtf_position";
   sample.time = *time + Duration(100 * tenths_of_ms);
-  sample.position = GivenPosition{Deg2Rad(latitude_deg), Deg2Rad(longitude_deg)};
+  sample.position = GeoPosition{Deg2Rad(latitude_deg), Deg2Rad(longitude_deg)};
   if (std::isfinite(height_m)) sample.height_m = height_m;
   return sample;
 }

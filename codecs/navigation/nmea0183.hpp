@@ -7,7 +7,8 @@
 #include <string_view>
 #include <vector>
 
-#include "common/core/counters.hpp"
+#include "common/core/geo_point.hpp"
+#include "common/core/health/counters.hpp"
 #include "common/core/time.hpp"
 
 // Decoders of NMEA 0183 sentences, standard and proprietary. A field that is empty or not a number
@@ -40,11 +41,6 @@ std::optional<NmeaSentence> ParseNmea(std::string_view line,
 
 // Time since midnight UTC from "hhmmss.ss".
 std::optional<Duration> TimeOfDayFromNmea(std::string_view text);
-
-struct GeoPoint {
-  double latitude_rad = 0.0;  // WGS 84
-  double longitude_rad = 0.0;
-};
 
 // Quality of a GGA position, numbers as in the sentence.
 enum class FixQuality : int {

@@ -80,7 +80,7 @@ void ReadPosition(ByteReader* in, PhinsFrame* frame) {
   const double altitude_m = in->Be<float>();
   if (longitude_deg > 180.0) longitude_deg -= 360.0;
   if (!(std::abs(latitude_deg) <= 90.0) || !(std::abs(longitude_deg) <= 180.0)) return;
-  frame->position = InsPosition{Deg2Rad(latitude_deg), Deg2Rad(longitude_deg)};
+  frame->position = GeoPosition{Deg2Rad(latitude_deg), Deg2Rad(longitude_deg)};
   if (std::isfinite(altitude_m)) frame->altitude_m = altitude_m;
 }
 
@@ -98,7 +98,7 @@ void ReadVelocity(ByteReader* in, PhinsFrame* frame) {
   const Eigen::Vector3d north_east_up_mps = ReadVector(in);
   if (!north_east_up_mps.allFinite()) return;
   frame->velocity =
-      InsVelocity{{north_east_up_mps[0], north_east_up_mps[1], -north_east_up_mps[2]}};
+      GeoVelocity{{north_east_up_mps[0], north_east_up_mps[1], -north_east_up_mps[2]}};
 }
 
 InsStatus StatusOf(std::uint32_t user_status) {

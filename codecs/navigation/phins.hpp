@@ -19,11 +19,11 @@ struct PhinsFrame {
   std::uint32_t counter = 0;     // frame number
   std::optional<Time> midnight;  // of the day
   std::optional<Attitude> attitude;
-  std::optional<InsPosition> position;
+  std::optional<GeoPosition> position;
   std::optional<double> altitude_m;
   bool altitude_is_above_ellipsoid = false;  // else above the geoid
   double sigma_altitude_m = 0.0;             // 0: not given
-  std::optional<InsVelocity> velocity;
+  std::optional<GeoVelocity> velocity;
   InsStatus status = InsStatus::kUnknown;
   // Depth that a pressure sensor gave to the INS, and its time since midnight.
   std::optional<InsVertical> sensor_depth;

@@ -37,7 +37,7 @@ void SbetFileReader::Read(Bytes record, std::vector<SurveyRecord>* out) {
   std::array<double, kNumbers> v{};
   for (double& number : v) number = in.Le<double>();
   const bool usable = std::all_of(v.begin(), v.end(), [](double n) { return std::abs(n) < 1e9; }) &&
-                      v[0] >= 0.0 && v[0] <= 2.0 * kWeekS && std::abs(v[1]) <= kPi / 2.0 &&
+                      v[0] >= 0.0 && v[0] <= 2.0 * kGpsWeekS && std::abs(v[1]) <= kPi / 2.0 &&
                       std::abs(v[2]) <= 2.0 * kPi;
   if (!usable) return Count("sbet_malformed");
   last_s_ = WeekSecondsNear(v[0], last_s_.value_or(v[0]));
@@ -45,14 +45,14 @@ void SbetFileReader::Read(Bytes record, std::vector<SurveyRecord>* out) {
   NavigationRecord sample;
   sample.source = "sbet";
   sample.time = params_.week_start + FromSeconds(*last_s_ - params_.leap_seconds);
-  sample.position = GivenPosition{v[1], WrapAngle(v[2])};
+  sample.position = GeoPosition{v[1], WrapAngle(v[2])};
   sample.height_m = v[3];
   const double wander_rad = params_.wander_sign * v[10];
   sample.attitude = AttitudeFromRadians(v[7], v[8], v[9] + wander_rad);
   const double c = std::cos(wander_rad);
   const double s = std::sin(wander_rad);
   sample.velocity =
-      GivenVelocity{{c * v[4] - s * v[5], s * v[4] + c * v[5], params_.velocity_up ? -v[6] : v[6]}};
+      GeoVelocity{{c * v[4] - s * v[5], s * v[4] + c * v[5], params_.velocity_up ? -v[6] : v[6]}};
   out->emplace_back(std::move(sample));
 }
 

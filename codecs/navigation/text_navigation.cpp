@@ -29,7 +29,7 @@ bool FillPlace(const TextNumbers& n, NavigationRecord* sample) {
   const auto east_m = Find(n, "east");
   if (latitude_deg && longitude_deg) {
     if (std::abs(*latitude_deg) > 90.0 || std::abs(*longitude_deg) > 360.0) return false;
-    sample->position = GivenPosition{Deg2Rad(*latitude_deg), WrapAngle(Deg2Rad(*longitude_deg))};
+    sample->position = GeoPosition{Deg2Rad(*latitude_deg), WrapAngle(Deg2Rad(*longitude_deg))};
   }
   if (north_m && east_m) sample->grid_north_east_m = Eigen::Vector2d(*north_m, *east_m);
   return sample->position || sample->grid_north_east_m;

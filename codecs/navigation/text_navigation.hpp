@@ -22,7 +22,7 @@ struct TextNavigationFormat {
   char comment = '#';  // lines that begin so are left out
 
   // Position of a point of the grid. Empty: the grid is unknown.
-  std::function<std::optional<GivenPosition>(const Eigen::Vector2d& north_east_m)> from_grid;
+  std::function<std::optional<GeoPosition>(const Eigen::Vector2d& north_east_m)> from_grid;
 
   // The columns must include a time and a position.
   std::string Validate() const;

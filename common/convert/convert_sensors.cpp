@@ -293,12 +293,12 @@ std::optional<NavigationSample> FromLcm(const navigation_t& msg) {
   sample.status = static_cast<InsStatus>(msg.status);
   sample.source = msg.source;
   sample.position =
-      InsPosition{msg.latitude_rad, msg.longitude_rad, {msg.sigma_north_m, msg.sigma_east_m}};
+      GeoPosition{msg.latitude_rad, msg.longitude_rad, {msg.sigma_north_m, msg.sigma_east_m}};
   sample.depth = InsVertical{msg.depth_m, msg.sigma_depth_m};
   sample.height = InsVertical{msg.height_m, msg.sigma_height_m};
   const Eigen::Vector3d sigma_rpy_rad = VectorFrom(msg.sigma_roll_pitch_yaw_rad);
   if (msg.has_attitude) sample.attitude = Attitude{QuaternionFrom(msg.q_ned_ins), sigma_rpy_rad};
-  sample.velocity = InsVelocity{VectorFrom(msg.v_ned_mps), VectorFrom(msg.sigma_v_ned_mps)};
+  sample.velocity = GeoVelocity{VectorFrom(msg.v_ned_mps), VectorFrom(msg.sigma_v_ned_mps)};
   std::optional<NavigationSample> checked = Checked(std::move(sample));
   if (!checked || !AreSigmas(sigma_rpy_rad)) return std::nullopt;
   if (!msg.has_position) checked->position.reset();

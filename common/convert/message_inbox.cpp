@@ -7,10 +7,6 @@
 namespace seastitch {
 namespace {
 
-constexpr double kEventHoldsS = 10.0;  // a fault holds after its last message
-// Messages of another sender from which on it is named: a restarted one has fewer.
-constexpr std::int64_t kManyOfAnother = 10;
-
 // A message without a receive stamp counts as received when it was measured.
 template <class Msg>
 Time ReceivedAt(const Msg& msg) {
@@ -26,10 +22,7 @@ std::optional<Received> MessageInbox::TakeOne(const Msg& msg, bool has_one_sende
   Stream& stream = streams_[name];
   const bool is_first = stream.sender.Add({ReceivedAt(msg), msg.seq});
   if (has_one_sender && !is_first) {
-    if (stream.other_s && now_s - *stream.other_s > kEventHoldsS) stream.others_in_a_row = 0;
-    ++stream.others;
-    ++stream.others_in_a_row;
-    stream.other_s = now_s;
+    stream.others.Add(now_s);
     return std::nullopt;
   }
   stream.lost += stream.sequence.Add(msg.seq);
@@ -92,17 +85,21 @@ std::optional<Received> MessageInbox::Take(std::string_view channel, Bytes messa
 }
 
 void MessageInbox::CountMalformed(const std::string& name, double now_s) {
-  Stream& stream = streams_[name];
-  ++stream.malformed;
-  stream.malformed_s = now_s;
+  streams_[name].malformed.Add(now_s);
+}
+
+std::int64_t MessageInbox::lost() const {
+  std::int64_t all = 0;
+  for (const auto& [name, stream] : streams_) all += stream.lost;
+  return all;
 }
 
 Counters MessageInbox::counters() const {
   Counters counters;
   for (const auto& [name, stream] : streams_) {
     counters[name + "_lost"] = stream.lost;
-    counters[name + "_malformed"] = stream.malformed;
-    counters[name + "_of_another_sender"] = stream.others;
+    counters[name + "_malformed"] = stream.malformed.total();
+    counters[name + "_of_another_sender"] = stream.others.total();
   }
   std::erase_if(counters, [](const auto& counter) { return counter.second == 0; });
   return counters;
@@ -110,16 +107,12 @@ Counters MessageInbox::counters() const {
 
 std::vector<Condition> MessageInbox::Faults(double now_s) const {
   std::vector<Condition> faults;
-  const auto holds = [now_s](const std::optional<double>& last_s) {
-    return last_s && now_s - *last_s < kEventHoldsS;
-  };
   for (const auto& [name, stream] : streams_)
-    if (stream.others_in_a_row >= kManyOfAnother && holds(stream.other_s))
-      faults.push_back({&conditions::kTwoSenders, name});
+    if (stream.others.Holds(now_s)) faults.push_back({&conditions::kTwoSenders, name});
   for (const auto& [name, stream] : streams_)
-    if (holds(stream.malformed_s))
-      faults.push_back(
-          {&conditions::kMessagesMalformed, std::to_string(stream.malformed) + " of " + name});
+    if (stream.malformed.Holds(now_s))
+      faults.push_back({&conditions::kMessagesMalformed,
+                        std::to_string(stream.malformed.total()) + " of " + name});
   return faults;
 }
 

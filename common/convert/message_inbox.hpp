@@ -10,8 +10,9 @@
 #include "common/convert/convert.hpp"
 #include "common/convert/stream_watch.hpp"
 #include "common/core/bytes.hpp"
-#include "common/core/conditions.hpp"
-#include "common/core/counters.hpp"
+#include "common/core/health/conditions.hpp"
+#include "common/core/health/counters.hpp"
+#include "common/core/health/fault_events.hpp"
 #include "common/core/sample.hpp"
 
 namespace seastitch {
@@ -37,6 +38,8 @@ class MessageInbox {
   // Counts a malformed message of another kind, for Faults().
   void CountMalformed(const std::string& name, double now_s);
 
+  // Messages that did not arrive, by their numbers.
+  std::int64_t lost() const;
   // Such as imu_lost, imu_malformed, imu_of_another_sender; without those that are zero.
   Counters counters() const;
   // Faults of the messages of the last seconds before now_s.
@@ -47,11 +50,8 @@ class MessageInbox {
     SequenceWatch sequence;
     StreamWatch sender;
     std::int64_t lost = 0;
-    std::int64_t malformed = 0;
-    std::optional<double> malformed_s;  // time of the last
-    std::int64_t others = 0;            // messages of another sender
-    std::int64_t others_in_a_row = 0;
-    std::optional<double> other_s;  // time of the last
+    FaultEvents<double> malformed{conditions::kMessagesMalformed};
+    FaultEvents<double> others{conditions::kTwoSenders};  // messages of another sender
   };
 
   template <class Msg>

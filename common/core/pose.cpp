@@ -46,6 +46,12 @@ Eigen::Vector2d operator*(const Pose2& T_a_b, const Eigen::Vector2d& p_b) {
   return T_a_b.Rotation() * p_b + T_a_b.Translation();
 }
 
+Pose2 PoseBetween(const Pose2& a, const Pose2& b, double share) {
+  return {a.x + share * (b.x - a.x),
+          a.y + share * (b.y - a.y),
+          WrapAngle(a.yaw + share * WrapAngle(b.yaw - a.yaw))};
+}
+
 Pose2 LevelPose(const Eigen::Isometry3d& T_map_body) {
   const auto& R = T_map_body.linear();
   return {T_map_body.translation().x(), T_map_body.translation().y(), std::atan2(R(1, 0), R(0, 0))};

@@ -43,6 +43,8 @@ struct Pose2 {
 Pose2 operator*(const Pose2& T_a_b, const Pose2& T_b_c);  // T_a_c
 Pose2 Inverse(const Pose2& T_a_b);                        // T_b_a
 Eigen::Vector2d operator*(const Pose2& T_a_b, const Eigen::Vector2d& p_b);
+// The pose between two others, linear in x, y and yaw. share: 0 for a, 1 for b.
+Pose2 PoseBetween(const Pose2& a, const Pose2& b, double share);
 
 // x, y, yaw of a pose: where its level frame stands.
 Pose2 LevelPose(const Eigen::Isometry3d& T_map_body);

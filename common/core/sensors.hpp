@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "common/core/geo_point.hpp"
 #include "common/core/pose.hpp"
 #include "common/core/time.hpp"
 
@@ -142,10 +143,8 @@ struct SoundVelocityProfile {
 };
 
 // Position of an antenna or transponder of the vehicle: VehicleGeometry::FixPointOf(source).
-struct PositionFix {
+struct PositionFix : GeoPoint {
   Time time;
-  double latitude_rad = 0.0;  // WGS 84
-  double longitude_rad = 0.0;
   Eigen::Matrix2d covariance_north_east_m2 = Eigen::Matrix2d::Identity();
   std::string source;  // "gps", "usbl"
 };
@@ -159,10 +158,9 @@ enum class InsStatus : std::uint8_t {
   kInvalid,
 };
 
-struct InsPosition {
-  double latitude_rad = 0.0;  // WGS 84
-  double longitude_rad = 0.0;
-  Eigen::Vector2d sigma_north_east_m = Eigen::Vector2d::Zero();  // 0 where the device states none
+// Position as a source states it.
+struct GeoPosition : GeoPoint {
+  Eigen::Vector2d sigma_north_east_m = Eigen::Vector2d::Zero();  // 1 sigma; 0: not stated
 };
 
 // A vertical coordinate and its 1-sigma uncertainty.
@@ -171,9 +169,10 @@ struct InsVertical {
   double sigma_m = 0.0;  // 0 where the device states none
 };
 
-struct InsVelocity {
+// Velocity over ground as a source states it: north, east, down.
+struct GeoVelocity {
   Eigen::Vector3d v_ned_mps = Eigen::Vector3d::Zero();
-  Eigen::Vector3d sigma_ned_mps = Eigen::Vector3d::Zero();  // 0 where the device states none
+  Eigen::Vector3d sigma_ned_mps = Eigen::Vector3d::Zero();  // 1 sigma; 0: not stated
 };
 
 // Navigation solution of an INS. Position, depth, height and velocity are those of its measuring
@@ -181,11 +180,11 @@ struct InsVelocity {
 struct NavigationSample {
   Time time;
   InsStatus status = InsStatus::kUnknown;
-  std::optional<InsPosition> position;
+  std::optional<GeoPosition> position;
   std::optional<InsVertical> depth;   // below the water line, positive down
   std::optional<InsVertical> height;  // above the WGS 84 ellipsoid
   std::optional<Attitude> attitude;
-  std::optional<InsVelocity> velocity;
+  std::optional<GeoVelocity> velocity;
   std::string source;  // "phins", "kmall"
 };
 

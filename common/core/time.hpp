@@ -26,6 +26,10 @@ constexpr Time FromUtime(std::int64_t utime_us) { return Time(Duration(utime_us)
 constexpr std::int64_t ToUtime(Time t) { return t.time_since_epoch().count(); }
 constexpr double ToSeconds(Duration d) { return std::chrono::duration<double>(d).count(); }
 
+// Begin of GPS time, which has no leap seconds: 6 January 1980; and the length of its week.
+inline constexpr Time kGpsEpoch = FromUtime(315'964'800'000'000);
+inline constexpr double kGpsWeekS = 604'800.0;
+
 // Rounds to the nearest microsecond.
 constexpr Duration FromSeconds(double s) {
   return Duration(static_cast<std::int64_t>(s * 1e6 + (s < 0 ? -0.5 : 0.5)));

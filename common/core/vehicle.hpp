@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "common/core/geo_point.hpp"
+
 namespace seastitch {
 
 // Poses of the transmit and the receive array of one sonar head, with respect to the sonar.
@@ -27,9 +29,8 @@ struct FixPoint {
 // Map origin and mounting of the sensors, as configured in vehicle.yaml. Vehicle axes: forward,
 // right, down of the vehicle's reference point.
 struct VehicleGeometry {
-  std::string name;                 // for people; empty: none
-  double datum_latitude_rad = 0.0;  // map origin, WGS 84
-  double datum_longitude_rad = 0.0;
+  std::string name;  // for people; empty: none
+  GeoPoint datum;    // map origin
   Eigen::Isometry3d T_vehicle_imu = Eigen::Isometry3d::Identity();
   Eigen::Isometry3d T_vehicle_dvl = Eigen::Isometry3d::Identity();
   Eigen::Isometry3d T_vehicle_mbes = Eigen::Isometry3d::Identity();

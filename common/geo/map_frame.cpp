@@ -11,15 +11,15 @@ std::string LargestMapText() {
 }
 
 Datum DatumOf(const VehicleGeometry& vehicle) {
-  return {Rad2Deg(vehicle.datum_latitude_rad), Rad2Deg(vehicle.datum_longitude_rad)};
+  return {Rad2Deg(vehicle.datum.latitude_rad), Rad2Deg(vehicle.datum.longitude_rad)};
 }
 
 MapFrame::MapFrame(const Datum& origin)
     : plane_(std::make_shared<GeographicLib::LocalCartesian>(
           origin.latitude_deg, origin.longitude_deg, 0.0)) {}
 
-Eigen::Vector2d MapFrame::NorthEastOf(double latitude_rad, double longitude_rad) const {
-  return NorthEastOf({Rad2Deg(latitude_rad), Rad2Deg(longitude_rad)});
+Eigen::Vector2d MapFrame::NorthEastOf(const GeoPoint& point) const {
+  return NorthEastOf(Datum{Rad2Deg(point.latitude_rad), Rad2Deg(point.longitude_rad)});
 }
 
 Eigen::Vector2d MapFrame::NorthEastOf(const Datum& point) const {

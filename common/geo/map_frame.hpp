@@ -26,7 +26,7 @@ class MapFrame {
   explicit MapFrame(const Datum& origin);
 
   // North and east of a point on the ellipsoid [m].
-  Eigen::Vector2d NorthEastOf(double latitude_rad, double longitude_rad) const;
+  Eigen::Vector2d NorthEastOf(const GeoPoint& point) const;
   Eigen::Vector2d NorthEastOf(const Datum& point) const;
   // Latitude and longitude of a point of the map.
   Datum PointAt(const Eigen::Vector2d& north_east_m, double down_m = 0.0) const;

@@ -12,6 +12,7 @@
 #include <type_traits>
 
 #include "common/core/pose.hpp"
+#include "common/parameters/renamed_keys.hpp"
 
 namespace seastitch {
 namespace {
@@ -176,9 +177,11 @@ Parameter& Parameter::Required() {
   return *this;
 }
 
-Parameter& Parameter::WasCalled(std::string_view old_key) {
-  old_keys_.emplace_back(old_key);
-  return *this;
+std::vector<std::string> Parameter::old_keys() const {
+  std::vector<std::string> keys;
+  for (const RenamedKey& renamed : kRenamedKeys)
+    if (path_ == renamed.path) keys.emplace_back(renamed.was);
+  return keys;
 }
 
 std::string Parameter::Expected() const {

@@ -21,8 +21,7 @@
 //
 //   ParameterTable TableOf(FilterParams* p) {
 //     ParameterTable table;
-//     table.Add("edge_m", &p->edge_m, Unit::kMetre, Range::Within(0.01, 10.0), "Of a voxel.")
-//         .WasCalled("size_m");
+//     table.Add("edge_m", &p->edge_m, Unit::kMetre, Range::Within(0.01, 10.0), "Of a voxel.");
 //     return table;
 //   }
 //   FilterParams p;                      // what the file leaves out keeps the struct's default
@@ -101,8 +100,6 @@ class Parameter {
   Parameter& DataSheet();
   // The file must have the key.
   Parameter& Required();
-  // An earlier name: read with one warning, so that a dive replays with its own configuration.
-  Parameter& WasCalled(std::string_view old_key);
 
   const std::string& key() const { return key_; }
   const std::string& path() const { return path_; }  // with the sections' keys: "submap.turn_deg"
@@ -111,7 +108,8 @@ class Parameter {
   const Range& range() const { return range_; }
   Level level() const { return level_; }
   bool required() const { return required_; }
-  const std::vector<std::string>& old_keys() const { return old_keys_; }
+  // Its former names, by kRenamedKeys.
+  std::vector<std::string> old_keys() const;
   const std::string& sentence() const { return sentence_; }
 
   // Description of usable values: "a number above 0", "2 numbers, each above 0", "grid or gicp".
@@ -130,7 +128,6 @@ class Parameter {
   Range range_;
   Level level_ = Level::kExpert;
   bool required_ = false;
-  std::vector<std::string> old_keys_;
   std::string sentence_;
 };
 

@@ -98,6 +98,15 @@ void Health::HoldIf(bool holds, const ConditionKind& kind, std::string detail) {
     Release(kind);
 }
 
+void Health::FollowEvents(const ConditionKind& kind,
+                          std::int64_t total,
+                          double now_s,
+                          std::string detail) {
+  FaultEvents<double>& events = events_.try_emplace(kind.name, kind).first->second;
+  events.Follow(total, now_s);
+  HoldIf(events.Holds(now_s), kind, std::move(detail));
+}
+
 void Health::SetDetail(Finder finder,
                        const ConditionKind& kind,
                        std::optional<std::string> detail) {
@@ -279,6 +288,13 @@ void Health::Publish(Bus* bus) {
   }
   bus->Publish(channels::kHealth, Message(NowUtime()));
   ++seq_;
+}
+
+std::optional<std::int64_t> ValueIn(const health_t& health, HealthValue which) {
+  const std::string name = NameOf(which);
+  for (const counter_t& counter : health.counters)
+    if (counter.name == name || counter.name.ends_with("_" + name)) return counter.value;
+  return std::nullopt;
 }
 
 }  // namespace seastitch

@@ -10,7 +10,9 @@
 #include <utility>
 #include <vector>
 
-#include "common/core/conditions.hpp"
+#include "common/core/health/conditions.hpp"
+#include "common/core/health/fault_events.hpp"
+#include "common/core/health/health_values.hpp"
 #include "common/runtime/bus.hpp"
 #include "common/runtime/event_loop.hpp"
 #include "common/runtime/process/self_watch.hpp"
@@ -45,6 +47,12 @@ class Health {
   void Release(const ConditionKind& kind);
   // Hold() or Release().
   void HoldIf(bool holds, const ConditionKind& kind, std::string detail = {});
+  // Raises a fault that is an event as kind.events says. total: the number of its events so far.
+  // now_s: of any one monotonic clock. Call it regularly.
+  void FollowEvents(const ConditionKind& kind,
+                    std::int64_t total,
+                    double now_s,
+                    std::string detail = {});
   // Replaces the faults that the core of the process (such as Mapper) reports. Faults raised by
   // Hold() stay; one raised by both is active until both clear it.
   void SetConditions(const std::vector<Condition>& found) { SetFound(kByCore, found); }
@@ -67,6 +75,7 @@ class Health {
   void Count(const std::string& counter, std::int64_t n = 1) { counters_[counter] += n; }
   // Sets a counter.
   void Set(const std::string& counter, std::int64_t value) { counters_[counter] = value; }
+  void Set(HealthValue which, std::int64_t value) { Set(NameOf(which), value); }
   // Counts a message or frame of a stream, such as "imu". HEALTH has its rate [Hz] over the last
   // second.
   void Tick(const std::string& stream) { ++ticks_[stream]; }
@@ -123,6 +132,7 @@ class Health {
   const Clock clock_;
   const double start_s_;
   std::map<std::string_view, Record> records_;  // by the name of the kind; never removed
+  std::map<std::string_view, FaultEvents<double>> events_;  // by the name of the kind
   std::optional<std::string> starting_ = "starting";
   std::string figures_;
   std::optional<Core> core_;
@@ -141,5 +151,9 @@ class Health {
   double last_second_s_ = 0.0;
   double late_s_ = 0.0;  // largest lateness of the timer since last_second_s_
 };
+
+// A figure of another process, whatever device's name stands before it; absent where its message
+// has none.
+std::optional<std::int64_t> ValueIn(const health_t& health, HealthValue which);
 
 }  // namespace seastitch

@@ -6,10 +6,12 @@
 #include <utility>
 #include <vector>
 
+#include "common/runtime/config/parameter_file.hpp"
 #include "drivers/can/can_errors.hpp"
 #include "drivers/can/can_frame.hpp"
 #include "drivers/can/signal_map.hpp"
 #include "drivers/device_driver.hpp"
+#include "drivers/registry.hpp"
 #include "drivers/socket/can_source.hpp"
 
 namespace seastitch {
@@ -61,6 +63,40 @@ void DeclareSignals(const std::vector<std::string>& field_keys,
 SignalMap LoadSignals(const std::string& config_path,
                       const std::vector<std::string>& field_keys,
                       SignalFile* file);
+
+// Configuration of a device on a CAN bus, which a DBC file describes or which speaks NMEA 2000.
+template <class SignalParams, class Nmea2000Params>
+struct CanDeviceConfig {
+  std::string device = kSignalDevice;
+  DriverParams driver;
+  SignalFile signals;       // of "signals"
+  SignalParams can;         // of "signals", made from signals
+  Nmea2000Params nmea2000;  // of "nmea2000"
+};
+
+// devices: the names that `device` may have. Throws ConfigError.
+template <class Config>
+Config LoadCanConfig(const std::string& path,
+                     const std::vector<std::string>& devices,
+                     const std::vector<std::string>& field_keys) {
+  Config config;
+  config.device = DeviceIn(path, devices);
+  LoadParameters(path, TableOf(&config));
+  CheckSource(path, config.driver, SourceKind::kCan);
+  if (config.device != kSignalDevice) return config;
+  config.can.signals = LoadSignals(path, field_keys, &config.signals);
+  if (const std::string problem = config.can.Validate(); !problem.empty())
+    throw ConfigError(path + ": " + problem);
+  return config;
+}
+
+// With the defaults of its device.
+template <class Config>
+std::string PrintCanConfig(const Config& config) {
+  Config defaults;
+  defaults.device = config.device;
+  return PrintWithDefaults(config, defaults);
+}
 
 // The configuration of a driver as it is published: `name` and the DBC file that it reads, if any,
 // which it then names without a folder. file: its part of `config`.

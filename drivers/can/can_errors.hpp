@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <string>
 
-#include "common/core/counters.hpp"
+#include "common/core/health/counters.hpp"
 #include "drivers/can/can_frame.hpp"
 
 namespace seastitch {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "common/core/bytes.hpp"
-#include "common/core/counters.hpp"
+#include "common/core/health/counters.hpp"
 #include "drivers/can/can_frame.hpp"
 
 // NMEA 2000 on extended CAN frames, little-endian: parameter groups ("PGN") of one frame, or of up

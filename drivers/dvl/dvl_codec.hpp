@@ -3,7 +3,7 @@
 #include <optional>
 #include <vector>
 
-#include "common/core/counters.hpp"
+#include "common/core/health/counters.hpp"
 #include "common/core/sensors.hpp"
 #include "drivers/can/can_frame.hpp"
 

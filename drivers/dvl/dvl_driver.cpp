@@ -76,22 +76,10 @@ void DeclareVelocitySigma(double* sigma_mps, ParameterTable* table) {
 }
 
 DvlDriverConfig LoadDvlDriverConfig(const std::string& path) {
-  DvlDriverConfig config;
-  config.device = DeviceIn(path, NamesOf(kDevices));
-  LoadParameters(path, TableOf(&config));
-  CheckSource(path, config.driver, SourceKind::kCan);
-  if (config.device != kSignalDevice) return config;
-  config.can.signals = LoadSignals(path, kDvlFieldKeys, &config.signals);
-  if (const std::string problem = config.can.Validate(); !problem.empty())
-    throw ConfigError(path + ": " + problem);
-  return config;
+  return LoadCanConfig<DvlDriverConfig>(path, NamesOf(kDevices), kDvlFieldKeys);
 }
 
-std::string PrintConfig(const DvlDriverConfig& config) {
-  DvlDriverConfig defaults;
-  defaults.device = config.device;
-  return PrintWithDefaults(config, defaults);
-}
+std::string PrintConfig(const DvlDriverConfig& config) { return PrintCanConfig(config); }
 
 std::vector<std::pair<std::string, std::string>> ConfigFiles(const DvlDriverConfig& config) {
   return WithDbc("dvl_driver.yaml", config, &DvlDriverConfig::signals);

@@ -9,17 +9,10 @@
 #include "drivers/can/can_driver.hpp"
 #include "drivers/dvl/dvl_can.hpp"
 #include "drivers/dvl/dvl_nmea2000.hpp"
-#include "drivers/registry.hpp"
 
 namespace seastitch {
 
-struct DvlDriverConfig {
-  std::string device = kSignalDevice;  // one of DvlCanDevices()
-  DriverParams driver;
-  SignalFile signals;     // of "signals"
-  DvlCanParams can;       // of "signals", made from signals
-  DvlN2kParams nmea2000;  // of "nmea2000"
-};
+using DvlDriverConfig = CanDeviceConfig<DvlCanParams, DvlN2kParams>;
 
 // Throws ConfigError.
 DvlDriverConfig LoadDvlDriverConfig(const std::string& path);

@@ -11,9 +11,7 @@ namespace seastitch {
 namespace {
 
 constexpr Duration kAlignmentHolds = std::chrono::seconds(5);  // for units that send it at 1 Hz
-constexpr std::int64_t kGpsEpochS = 315'964'800;               // 1980-01-06
-constexpr std::int64_t kGpsMinusUtcS = 18;                     // since 2017
-constexpr std::int64_t kSecondsAWeek = 7 * 86'400;
+constexpr Duration kGpsMinusUtc = std::chrono::seconds(18);    // since 2017
 
 std::bitset<kMaxFields> Mapped(const SignalMap& signals, std::size_t first, std::size_t last) {
   std::bitset<kMaxFields> fields;
@@ -284,11 +282,10 @@ std::vector<CanFrame> ImuCanEncoder::Encode(const ImuSample& sample) {
 }
 
 std::vector<CanFrame> ImuCanEncoder::EncodeUtc(Time whole_second) const {
-  const std::int64_t utc_s = ToUtime(whole_second) / 1'000'000;
-  const std::int64_t week_s = (utc_s - kGpsEpochS + kGpsMinusUtcS) % kSecondsAWeek;
+  const double week_s = std::fmod(ToSeconds(whole_second - kGpsEpoch + kGpsMinusUtc), kGpsWeekS);
   FieldValues v;
   v.Set(kUtcTimeUs, DeviceUs(whole_second));
-  v.Set(kUtcTimeOfWeekMs, static_cast<double>(week_s * 1000));
+  v.Set(kUtcTimeOfWeekMs, 1000.0 * std::floor(week_s));
   SetCalendar(whole_second, &v);
   return signals_.Write(v);
 }

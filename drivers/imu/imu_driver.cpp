@@ -70,22 +70,10 @@ ParameterTable TableOf(ImuDriverConfig* config) {
 }
 
 ImuDriverConfig LoadImuDriverConfig(const std::string& path) {
-  ImuDriverConfig config;
-  config.device = DeviceIn(path, NamesOf(kDevices));
-  LoadParameters(path, TableOf(&config));
-  CheckSource(path, config.driver, SourceKind::kCan);
-  if (config.device != kSignalDevice) return config;
-  config.can.signals = LoadSignals(path, kImuFieldKeys, &config.signals);
-  if (const std::string problem = config.can.Validate(); !problem.empty())
-    throw ConfigError(path + ": " + problem);
-  return config;
+  return LoadCanConfig<ImuDriverConfig>(path, NamesOf(kDevices), kImuFieldKeys);
 }
 
-std::string PrintConfig(const ImuDriverConfig& config) {
-  ImuDriverConfig defaults;
-  defaults.device = config.device;
-  return PrintWithDefaults(config, defaults);
-}
+std::string PrintConfig(const ImuDriverConfig& config) { return PrintCanConfig(config); }
 
 std::vector<std::pair<std::string, std::string>> ConfigFiles(const ImuDriverConfig& config) {
   return WithDbc("imu_driver.yaml", config, &ImuDriverConfig::signals);

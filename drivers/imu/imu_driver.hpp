@@ -9,17 +9,10 @@
 #include "drivers/can/can_driver.hpp"
 #include "drivers/imu/imu_can.hpp"
 #include "drivers/imu/imu_nmea2000.hpp"
-#include "drivers/registry.hpp"
 
 namespace seastitch {
 
-struct ImuDriverConfig {
-  std::string device = kSignalDevice;  // a name in kDevices, imu_driver.cpp
-  DriverParams driver;
-  SignalFile signals;     // of "signals"
-  ImuCanParams can;       // of "signals", made from signals
-  ImuN2kParams nmea2000;  // of "nmea2000"
-};
+using ImuDriverConfig = CanDeviceConfig<ImuCanParams, ImuN2kParams>;
 
 // Throws ConfigError.
 ImuDriverConfig LoadImuDriverConfig(const std::string& path);

@@ -212,7 +212,7 @@ NavigationSample EcanIns::SampleOf(const FieldValues& v) const {
         Sigma(v, kRollSigma), Sigma(v, kPitchSigma), Sigma(v, kYawSigma)};
   }
   if (v.present.test(kLatitude))
-    sample.position = InsPosition{Deg2Rad(v.value[kLatitude]),
+    sample.position = GeoPosition{Deg2Rad(v.value[kLatitude]),
                                   Deg2Rad(v.value[kLongitude]),
                                   {Sigma(v, kNorthSigma), Sigma(v, kEastSigma)}};
   if (v.present.test(kAltitude)) {
@@ -224,7 +224,7 @@ NavigationSample EcanIns::SampleOf(const FieldValues& v) const {
   }
   if (v.present.test(kVelocityNorth))
     sample.velocity =
-        InsVelocity{{v.value[kVelocityNorth], v.value[kVelocityEast], v.value[kVelocityDown]},
+        GeoVelocity{{v.value[kVelocityNorth], v.value[kVelocityEast], v.value[kVelocityDown]},
                     {Sigma(v, kVelocityNorthSigma),
                      Sigma(v, kVelocityEastSigma),
                      Sigma(v, kVelocityDownSigma)}};

@@ -73,13 +73,9 @@ void KmBinaryIns::Take(const NavigationRecord& record, Time recv) {
   NavigationSample sample;
   sample.time = *time;
   sample.source = "kmb";
-  if (record.position)
-    sample.position = InsPosition{record.position->latitude_rad,
-                                  record.position->longitude_rad,
-                                  record.position->sigma_north_east_m};
+  sample.position = record.position;
   sample.attitude = record.attitude;
-  if (record.velocity)
-    sample.velocity = InsVelocity{record.velocity->v_ned_mps, record.velocity->sigma_mps};
+  sample.velocity = record.velocity;
   if (record.height_m) sample.height = InsVertical{*record.height_m};
   if (!sample.position && !sample.attitude) {
     Count("nothing_valid");

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "common/core/bytes.hpp"
-#include "common/core/counters.hpp"
+#include "common/core/health/counters.hpp"
 #include "common/core/sensors.hpp"
 #include "drivers/can/can_frame.hpp"
 #include "drivers/device_clock.hpp"

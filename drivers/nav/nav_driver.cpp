@@ -375,7 +375,7 @@ void NavDriver::CheckSources(const std::map<std::string, SourceState>& sources,
   SetAll(sums, &health_);
   health_.HoldIf(!troubles.empty(), conditions::kSourceUnavailable, troubles);
   health_.HoldIf(!can_troubles.empty(), conditions::kCanController, can_troubles);
-  senders_.Check(now, refusals, &health_);
+  FollowRefusals(refusals, now, &health_);
 }
 
 void NavDriver::CheckDevices(Clock::time_point now) {

@@ -117,7 +117,6 @@ class NavDriver {
   DriverOutput* const output_;
   Health health_;
   std::vector<Device> devices_;
-  SenderWatch senders_;
 };
 
 // Runs it on its sources until a signal. Throws ConfigError where it has none.

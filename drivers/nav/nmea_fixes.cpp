@@ -74,11 +74,7 @@ void NmeaFixes::Fix(const GeoPoint& point,
       return Count("too_soon");
   }
   last_ = time;
-  Emit(PositionFix{*time,
-                   point.latitude_rad,
-                   point.longitude_rad,
-                   sigma_m * sigma_m * Eigen::Matrix2d::Identity(),
-                   params_.source});
+  Emit(PositionFix{point, *time, sigma_m * sigma_m * Eigen::Matrix2d::Identity(), params_.source});
 }
 
 }  // namespace seastitch

@@ -66,8 +66,7 @@ void NmeaIns::TakeGga(const NmeaSentence& s, Time recv) {
   if (!gga->position) Count("no_position");
   NavigationSample sample;
   sample.status = StatusOf(gga->quality);
-  if (gga->position)
-    sample.position = InsPosition{gga->position->latitude_rad, gga->position->longitude_rad};
+  if (gga->position) sample.position = GeoPosition{*gga->position};
   if (gga->height_m) sample.height = InsVertical{*gga->height_m};
   sample.velocity = VelocityAt(recv);
   Finish(std::move(sample), gga->time_of_day, recv);
@@ -82,8 +81,7 @@ void NmeaIns::TakeRmc(const NmeaSentence& s, Time recv) {
   if (!rmc->position) Count("no_position");
   NavigationSample sample;
   sample.status = rmc->position ? InsStatus::kAided : InsStatus::kInvalid;
-  if (rmc->position)
-    sample.position = InsPosition{rmc->position->latitude_rad, rmc->position->longitude_rad};
+  if (rmc->position) sample.position = GeoPosition{*rmc->position};
   sample.velocity = VelocityAt(recv);
   Finish(std::move(sample), rmc->time_of_day, recv);
 }
@@ -98,13 +96,13 @@ void NmeaIns::TakeVtg(const NmeaSentence& s, Time recv) {
 void NmeaIns::SetVelocity(const NmeaCourse& course, Time recv) {
   if (!course.speed_mps || (!course.course_rad && *course.speed_mps > 0.0)) return;
   const double course_rad = course.course_rad.value_or(0.0);
-  InsVelocity velocity;
+  GeoVelocity velocity;
   velocity.v_ned_mps =
       *course.speed_mps * Eigen::Vector3d(std::cos(course_rad), std::sin(course_rad), 0.0);
   velocity_ = {velocity, recv};
 }
 
-std::optional<InsVelocity> NmeaIns::VelocityAt(Time recv) const {
+std::optional<GeoVelocity> NmeaIns::VelocityAt(Time recv) const {
   if (!velocity_ || !IsRecent(velocity_->recv, recv, kTogetherS)) return std::nullopt;
   return velocity_->value;
 }

@@ -38,7 +38,7 @@ class NmeaIns : public NmeaCodec {
   void TakeAttitude(const NmeaSentence& sentence, Attitude183 decode, Time recv);
   void Finish(NavigationSample sample, std::optional<Duration> time_of_day, Time recv);
   void SetVelocity(const NmeaCourse& course, Time recv);
-  std::optional<InsVelocity> VelocityAt(Time recv) const;
+  std::optional<GeoVelocity> VelocityAt(Time recv) const;
 
   template <class T>
   struct At {
@@ -48,7 +48,7 @@ class NmeaIns : public NmeaCodec {
 
   NmeaInsParams params_;
   std::optional<Time> last_gga_;
-  std::optional<At<InsVelocity>> velocity_;
+  std::optional<At<GeoVelocity>> velocity_;
   std::optional<At<double>> heading_rad_;
   std::optional<At<std::string>> attitude_type_;
   bool called_invalid_ = false;  // marked invalid by PSXN,20

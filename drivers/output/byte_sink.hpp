@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "common/core/counters.hpp"
+#include "common/core/health/counters.hpp"
 #include "drivers/socket/patient_socket.hpp"
 #include "drivers/socket/source_url.hpp"
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "common/core/counters.hpp"
+#include "common/core/health/counters.hpp"
 #include "drivers/can/can_frame.hpp"
 #include "drivers/socket/udp_socket.hpp"
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "common/core/counters.hpp"
+#include "common/core/health/counters.hpp"
 #include "drivers/can/can_frame.hpp"
 #include "drivers/socket/sender_gate.hpp"
 

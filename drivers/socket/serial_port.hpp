@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "common/core/counters.hpp"
+#include "common/core/health/counters.hpp"
 #include "drivers/socket/patient_socket.hpp"
 #include "drivers/socket/source_url.hpp"
 #include "drivers/socket/udp_socket.hpp"

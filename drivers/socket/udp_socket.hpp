@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "common/core/counters.hpp"
+#include "common/core/health/counters.hpp"
 #include "common/core/time.hpp"
 #include "drivers/socket/patient_socket.hpp"
 #include "drivers/socket/sender_gate.hpp"

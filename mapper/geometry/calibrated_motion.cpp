@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "common/core/pose.hpp"
+#include "common/core/time_series.hpp"
 
 namespace seastitch {
 namespace {
@@ -17,8 +18,7 @@ Duration FromMilliseconds(double ms) { return FromSeconds(1e-3 * ms); }
 
 double HeaveAt(const std::vector<DepthAt>& track, Time t) {
   const Duration half = FromSeconds(kHalfWindowS);
-  const auto begin = std::lower_bound(
-      track.begin(), track.end(), t - half, [](const DepthAt& d, Time at) { return d.time < at; });
+  const auto begin = FirstFrom(track, t - half);
   double n = 0.0, s = 0.0, z = 0.0, ss = 0.0, sz = 0.0, zero_m = 0.0, nearest_s = kHalfWindowS;
   for (auto d = begin; d != track.end() && d->time <= t + half; ++d) {
     const double at_s = ToSeconds(d->time - t);

@@ -9,10 +9,6 @@ namespace {
 // InsNavigation uses the last position and attitude for no longer than this.
 constexpr double kSilentS = 2.0;
 constexpr double kStartS = 10.0;
-constexpr double kJumpsWithinS = 60.0;
-// Jumps within kJumpsWithinS that are reported. An INS that takes a fix now and then has fewer;
-// more mean that its noise is taken for jumps.
-constexpr std::size_t kManyJumps = 5;
 
 std::string Since(const char* what, double seconds) {
   char text[100];
@@ -41,10 +37,7 @@ void InsMonitor::Add(const NavigationSample& sample) {
 }
 
 void InsMonitor::Look(const Navigation& navigation) {
-  for (const std::int64_t jumps = navigation.tally().jumps(); jumps_ < jumps; ++jumps_)
-    if (newest_) jumped_.push_back(*newest_);
-  while (!jumped_.empty() && newest_ && ToSeconds(*newest_ - jumped_.front()) > kJumpsWithinS)
-    jumped_.pop_front();
+  if (newest_) jumps_.Follow(navigation.tally().jumps(), *newest_);
 }
 
 std::optional<std::string> InsMonitor::WhyNotUsable() const {
@@ -71,8 +64,8 @@ std::vector<Condition> InsMonitor::conditions(const Navigation& navigation) cons
   if (const auto why = WhyNotUsable()) now.push_back({&conditions::kInsNotUsable, *why});
   if (!navigation.latest() && ToSeconds(*newest_ - *first_) > kStartS)
     now.push_back({&conditions::kNavigationNotStarted, Explain(navigation.start_state())});
-  if (jumped_.size() >= kManyJumps)
-    now.push_back({&conditions::kInsJumps, std::to_string(jumped_.size()) + " in the last minute"});
+  if (jumps_.Holds(*newest_))
+    now.push_back({&conditions::kInsJumps, std::to_string(jumps_.total()) + " in all"});
   return now;
 }
 

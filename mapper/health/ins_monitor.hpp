@@ -1,13 +1,12 @@
 #pragma once
 
 #include <algorithm>
-#include <cstdint>
-#include <deque>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "common/core/conditions.hpp"
+#include "common/core/health/conditions.hpp"
+#include "common/core/health/fault_events.hpp"
 #include "common/core/sensors.hpp"
 #include "common/core/time.hpp"
 #include "mapper/navigation/navigation.hpp"
@@ -35,8 +34,7 @@ class InsMonitor {
   std::optional<Time> sample_, position_, attitude_;  // times of the newest ones
   std::optional<Time> bad_since_;                     // bad by the INS's own status
   InsStatus status_ = InsStatus::kUnknown;
-  std::int64_t jumps_ = 0;
-  std::deque<Time> jumped_;  // jumps in the last minute
+  FaultEvents<Time> jumps_{conditions::kInsJumps};
 };
 
 }  // namespace seastitch

@@ -9,7 +9,6 @@
 namespace seastitch {
 namespace {
 
-constexpr double kEventHoldsS = 60.0;
 // Longest time between two attitudes of a device of 1 Hz, with some lost [s].
 constexpr double kAttitudeSilentS = 3.0;
 // Share of the time in gaps of the inertial data from which on that is a fault.
@@ -23,6 +22,19 @@ std::string Text(const NavSensorHealth& health) {
                 100.0 * health.refused_share,
                 UtcOf(*health.refused_since).c_str());
   return text;
+}
+
+std::int64_t NumberOf(const std::map<std::string, std::int64_t>& late) {
+  std::int64_t all = 0;
+  for (const auto& [sensor, n] : late) all += n;
+  return all;
+}
+
+std::string NamesOf(const std::map<std::string, std::int64_t>& late) {
+  std::string names;
+  for (const auto& [sensor, n] : late)
+    names += (names.empty() ? "" : ", ") + sensor + " " + std::to_string(n);
+  return names;
 }
 
 }  // namespace
@@ -61,18 +73,6 @@ double NavigationWatch::ImuRate::Hz() const {
   return rate_hz > 0.0 || measured_s <= 0.0 ? rate_hz : samples / measured_s;
 }
 
-void NavigationWatch::Recent::Look(std::int64_t new_count, std::optional<Time> now) {
-  if (new_count > count) last = now;
-  count = new_count;
-}
-
-void NavigationWatch::Recent::AddTo(std::vector<Condition>* conditions,
-                                    const ConditionKind& kind,
-                                    Time now) const {
-  if (last && ToSeconds(now - *last) < kEventHoldsS)
-    conditions->push_back({&kind, std::to_string(count) + " in all, the last at " + UtcOf(*last)});
-}
-
 void NavigationWatch::Lasting::Look(bool holds, std::optional<Time> now) {
   if (!holds)
     since.reset();
@@ -85,30 +85,13 @@ void NavigationWatch::Lasting::AddTo(std::vector<Condition>* conditions,
   if (since) conditions->push_back({&kind, "since " + UtcOf(*since)});
 }
 
-void NavigationWatch::Late::Look(const std::map<std::string, std::int64_t>& by_sensor,
-                                 std::optional<Time> now) {
-  std::int64_t all = 0;
-  for (const auto& [sensor, n] : by_sensor) all += n;
-  if (all == count || !now) return;
-  for (; count < all; ++count) {
-    last.push_back(*now);
-    if (last.size() > kMany) last.pop_front();
-  }
-  names.clear();
-  for (const auto& [sensor, n] : by_sensor)
-    names += (names.empty() ? "" : ", ") + sensor + " " + std::to_string(n);
-}
-
-void NavigationWatch::Late::AddTo(std::vector<Condition>* conditions, Time now) const {
-  if (last.size() == kMany && ToSeconds(now - last.front()) < kEventHoldsS)
-    conditions->push_back({&conditions::kSamplesLate, names + " in all"});
-}
-
 void NavigationWatch::Look(const Navigation& navigation) {
-  const NavTally& tally = navigation.tally();
-  late_.Look(tally.late(), navigation.latest());
-  resets_.Look(tally.resets(), navigation.latest());
-  heading_steps_.Look(tally.heading_steps(), navigation.latest());
+  if (const std::optional<Time> now = navigation.latest()) {
+    const NavTally& tally = navigation.tally();
+    late_.Follow(NumberOf(tally.late()), *now);
+    resets_.Follow(tally.resets(), *now);
+    heading_steps_.Follow(tally.heading_steps(), *now);
+  }
   const NavDoubts doubts = navigation.doubts();
   gyros_doubted_.Look(doubts.gyros, navigation.latest());
   accelerometers_doubted_.Look(doubts.accelerometers, navigation.latest());
@@ -130,9 +113,16 @@ std::vector<Condition> NavigationWatch::conditions(const Navigation& navigation)
   if (!imu_rate_.IsTooSlow()) AddDvl(navigation, &now);  // its velocities are not used in gaps
   AddRefusals(navigation, &now);
   AddDoubts(&now);
-  resets_.AddTo(&now, conditions::kNavigationReset, *latest);
-  heading_steps_.AddTo(&now, conditions::kHeadingStep, *latest);
-  late_.AddTo(&now, *latest);
+  const auto add_events = [&](const FaultEvents<Time>& events, const ConditionKind& kind) {
+    if (events.Holds(*latest))
+      now.push_back(
+          {&kind,
+           std::to_string(events.total()) + " in all, the last at " + UtcOf(*events.last())});
+  };
+  add_events(resets_, conditions::kNavigationReset);
+  add_events(heading_steps_, conditions::kHeadingStep);
+  if (late_.Holds(*latest))
+    now.push_back({&conditions::kSamplesLate, NamesOf(navigation.tally().late()) + " in all"});
   AddOffsets(navigation, &now);
   return now;
 }

@@ -2,13 +2,12 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <deque>
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "common/core/conditions.hpp"
+#include "common/core/health/conditions.hpp"
+#include "common/core/health/fault_events.hpp"
 #include "common/core/sensors.hpp"
 #include "common/core/time.hpp"
 #include "mapper/navigation/navigation.hpp"
@@ -30,29 +29,11 @@ class NavigationWatch {
   std::vector<Condition> conditions(const Navigation& navigation) const;
 
  private:
-  // Recent events of one kind, from a growing counter.
-  struct Recent {
-    void Look(std::int64_t count, std::optional<Time> now);
-    void AddTo(std::vector<Condition>* conditions, const ConditionKind& kind, Time now) const;
-    std::int64_t count = 0;
-    std::optional<Time> last;
-  };
-
   // A state that may last.
   struct Lasting {
     void Look(bool holds, std::optional<Time> now);
     void AddTo(std::vector<Condition>* conditions, const ConditionKind& kind) const;
     std::optional<Time> since;
-  };
-
-  // Samples that came too late to be used. A few are no fault.
-  struct Late {
-    static constexpr std::size_t kMany = 10;
-    void Look(const std::map<std::string, std::int64_t>& by_sensor, std::optional<Time> now);
-    void AddTo(std::vector<Condition>* conditions, Time now) const;
-    std::int64_t count = 0;
-    std::deque<Time> last;  // times of the last kMany of them
-    std::string names;      // their sensors, with the number of each
   };
 
   // Share of the time that lies in gaps of the inertial data, and the rate of the samples, over the
@@ -84,12 +65,12 @@ class NavigationWatch {
   ImuRate imu_rate_;
   std::optional<Time> last_attitude_;
   std::optional<Time> last_lock_;  // newest ensemble with bottom lock by its own flag
-  Recent resets_;                  // resets of navigation to a sensor
-  Recent heading_steps_;           // steps of the attitude device's heading
+  FaultEvents<Time> resets_{conditions::kNavigationReset};
+  FaultEvents<Time> heading_steps_{conditions::kHeadingStep};
+  FaultEvents<Time> late_{conditions::kSamplesLate};
   Lasting gyros_doubted_;
   Lasting accelerometers_doubted_;
   Lasting attitude_frozen_;
-  Late late_;
 };
 
 }  // namespace seastitch

@@ -4,7 +4,7 @@
 #include <deque>
 #include <vector>
 
-#include "common/core/conditions.hpp"
+#include "common/core/health/conditions.hpp"
 #include "common/core/time.hpp"
 #include "mapper/submaps/losses.hpp"
 

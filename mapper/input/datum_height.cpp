@@ -94,14 +94,14 @@ DatumHeight DatumHeight::Parse(const std::string& text, const std::string& name)
   return grid;
 }
 
-std::optional<double> DatumHeight::At(double latitude_rad, double longitude_rad) const {
+std::optional<double> DatumHeight::At(const GeoPoint& point) const {
   if (empty()) return std::nullopt;
   // Grids may count longitudes from -180 or from 0.
-  double east_deg = std::fmod(Rad2Deg(longitude_rad) - west_deg_ + 0.5 * cell_deg_, 360.0);
+  double east_deg = std::fmod(Rad2Deg(point.longitude_rad) - west_deg_ + 0.5 * cell_deg_, 360.0);
   if (east_deg < 0.0) east_deg += 360.0;
   const auto last = [](std::size_t count) { return static_cast<double>(count - 1); };
   const double column = east_deg / cell_deg_ - 0.5;
-  const double row = (north_deg_ - Rad2Deg(latitude_rad)) / cell_deg_;
+  const double row = (north_deg_ - Rad2Deg(point.latitude_rad)) / cell_deg_;
   const bool inside = column <= last(columns_) + 0.5 && row >= -0.5 && row <= last(rows_) + 0.5;
   if (!inside) return std::nullopt;
   const double x = std::clamp(column, 0.0, last(columns_));

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "common/core/geo_point.hpp"
+
 namespace seastitch {
 
 // Height of the zero of depth (chart datum, or a geoid) above the WGS 84 ellipsoid [m]: a grid over
@@ -19,7 +21,7 @@ class DatumHeight {
 
   bool empty() const { return metres_.empty(); }
   // Nothing outside the grid, or next to a point without data.
-  std::optional<double> At(double latitude_rad, double longitude_rad) const;
+  std::optional<double> At(const GeoPoint& point) const;
   const std::string& text() const { return text_; }
 
  private:

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "common/core/channel_names.hpp"
-#include "common/core/conditions.hpp"
-#include "common/core/counters.hpp"
+#include "common/core/health/conditions.hpp"
+#include "common/core/health/counters.hpp"
 #include "common/core/sample.hpp"
 #include "common/core/sensors.hpp"
 #include "common/core/time.hpp"

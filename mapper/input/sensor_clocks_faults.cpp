@@ -9,7 +9,7 @@
 namespace seastitch {
 namespace {
 
-constexpr double kEventHoldsS = 60.0;
+constexpr double kFixesHoldS = 60.0;  // their clock is judged so long after one
 constexpr double kSilentS = 2.0;
 constexpr double kSilentIntervals = 2.5;
 constexpr double kDriftS = 0.2;
@@ -26,7 +26,7 @@ bool SensorClocks::IsSilent(const Channel& c) const {
 std::vector<Condition> SensorClocks::conditions() const {
   std::vector<Condition> all;
   const std::optional<Time> at = newest();
-  if (last_step_at_ && ToSeconds(*at - *last_step_at_) < kEventHoldsS)
+  if (last_step_at_ && ToSeconds(*at - *last_step_at_) < conditions::kClockStep.events.holds_s)
     all.push_back({&conditions::kClockStep, last_step_ + " at " + UtcOf(*last_step_at_)});
   AddSilent(&all);
   AddSilentProcesses(&all);
@@ -90,7 +90,7 @@ void SensorClocks::AddDrifts(std::vector<Condition>* all) const {
 void SensorClocks::AddFixClock(std::vector<Condition>* all) const {
   const Channel& fixes = Of(SensorChannel::kPositionFix);
   const std::optional<double> fix_s = fixes.lateness_s();
-  if (!fix_s || !IsRealTime() || ToSeconds(*newest() - fixes.segment.ReceivedAt()) > kEventHoldsS)
+  if (!fix_s || !IsRealTime() || ToSeconds(*newest() - fixes.segment.ReceivedAt()) > kFixesHoldS)
     return;
   std::vector<double> others_s;
   for (std::size_t i = 0; i < kSensorChannels; ++i)

@@ -66,7 +66,7 @@ std::optional<double> VerticalReference::Below(const Eigen::Vector3d& p_vehicle_
 std::optional<double> VerticalReference::ZeroAboveEllipsoid(Time t) const {
   if (params_.separation.empty()) return params_.separation_m;
   if (!position_ || std::abs(ToSeconds(t - placed_at_)) > kPlaceHoldS) return std::nullopt;
-  return params_.separation.At(position_->latitude_rad, position_->longitude_rad);
+  return params_.separation.At(*position_);
 }
 
 std::optional<double> VerticalReference::LevelAt(Time t) const {

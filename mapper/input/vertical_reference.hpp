@@ -55,7 +55,7 @@ class VerticalReference {
   std::optional<Stamped> depth_;  // depth of the reference point below the water line
   Time turned_at_, placed_at_;
   std::optional<Eigen::Quaterniond> q_ned_vehicle_;
-  std::optional<InsPosition> position_;
+  std::optional<GeoPosition> position_;
   std::deque<Stamped> levels_;  // of the last minute
   std::optional<Stamped> level_;
 };

@@ -56,20 +56,17 @@ void DeclareErrorModel(RegistrationParams* p, bool* estimate_noise, ParameterTab
                Unit::kMetre,
                Range::Above(0.0),
                "Lower bound of the sounding noise that is estimated from the data, 1 sigma.");
-  section
-      ->Add("estimate_noise",
-            estimate_noise,
-            "True: the noise of the survey is estimated from its own overlaps "
-            "(docs/noise-from-overlaps.md). False: it stays as configured here.")
-      .WasCalled("learn_noise");
-  section
-      ->Add("correlated_error_ratio",
-            &p->noise.correlated_error_ratio,
-            Unit::kNone,
-            Range::AtLeast(0.0),
-            "Height error that neighbouring soundings share (roll, sound speed), 1 sigma, divided "
-            "by the altitude. With estimate_noise it is the prior.")
-      .WasCalled("shared_error_ratio");
+  section->Add("estimate_noise",
+               estimate_noise,
+               "True: the noise of the survey is estimated from its own overlaps "
+               "(docs/noise-from-overlaps.md). False: it stays as configured here.");
+  section->Add(
+      "correlated_error_ratio",
+      &p->noise.correlated_error_ratio,
+      Unit::kNone,
+      Range::AtLeast(0.0),
+      "Height error that neighbouring soundings share (roll, sound speed), 1 sigma, divided "
+      "by the altitude. With estimate_noise it is the prior.");
   for (const char* key : {"error_correlation_length_m", "shared_error_length_m"})
     section->AddIgnored(key, "overlaps show no more of that length than that it is long");
   section->Add("min_position_sigma_m",
@@ -92,33 +89,28 @@ void DeclareGates(RegistrationParams* p, ParameterTable* section) {
                Range::Above(0.0),
                "Smallest number of patches (independent measurements) in the overlap. A fit has "
                "four parameters, and its statistics need a few more patches.");
-  section
-      ->Add(
-          "min_evidence_nats",
-          &p->min_evidence_nats,
-          Unit::kNat,
-          Range::Above(0.0),
-          "Smallest evidence: log-likelihood ratio of the best hypothesis against chance. Below it "
-          "the verdict is degenerate. A rival of half as much evidence makes the verdict ambiguous "
-          "if evidence (compared per patch) plus log prior comes this near.")
-      .WasCalled("ambiguity_floor");
-  section
-      ->Add(
-          "ambiguity_margin_nats_per_patch",
-          &p->ambiguity_margin_nats_per_patch,
-          Unit::kNatPerPatch,
-          Range::AtLeast(0.0),
-          "Margin per patch within which a rival makes the verdict ambiguous. Times the number of "
-          "patches it applies where it is larger than min_evidence_nats.")
-      .WasCalled("ambiguity_per_patch");
-  section
-      ->Add("max_residual_ratio",
-            &p->max_residual_ratio,
-            Unit::kNone,
-            Range::Above(0.0),
-            "Largest ratio of the residual heights' sigma to its expectation from sounding noise "
-            "and shared errors. Above it the verdict is poor_fit.")
-      .WasCalled("max_misfit");
+  section->Add(
+      "min_evidence_nats",
+      &p->min_evidence_nats,
+      Unit::kNat,
+      Range::Above(0.0),
+      "Smallest evidence: log-likelihood ratio of the best hypothesis against chance. Below it "
+      "the verdict is degenerate. A rival of half as much evidence makes the verdict ambiguous "
+      "if evidence (compared per patch) plus log prior comes this near.");
+  section->Add(
+      "ambiguity_margin_nats_per_patch",
+      &p->ambiguity_margin_nats_per_patch,
+      Unit::kNatPerPatch,
+      Range::AtLeast(0.0),
+      "Margin per patch within which a rival makes the verdict ambiguous. Times the number of "
+      "patches it applies where it is larger than min_evidence_nats.");
+  section->Add(
+      "max_residual_ratio",
+      &p->max_residual_ratio,
+      Unit::kNone,
+      Range::Above(0.0),
+      "Largest ratio of the residual heights' sigma to its expectation from sounding noise "
+      "and shared errors. Above it the verdict is poor_fit.");
   section->Add("min_slope_significance",
                &p->min_slope_significance,
                Unit::kNone,

@@ -52,7 +52,7 @@ DeadReckoning::Impl::Impl(const NavigationParams& params, const VehicleGeometry&
     : params_(params),
       vehicle_(vehicle),
       mounting_(MountingOf(vehicle)),
-      earth_(vehicle.datum_latitude_rad),
+      earth_(vehicle.datum.latitude_rad),
       intake_(params_, vehicle, &tally_),
       filter_(params_, mounting_, earth_),
       start_(params_, mounting_),
@@ -364,7 +364,7 @@ void DeadReckoning::Impl::UseLateFix(Time t, const FixEvent& fix) {
   const bool for_start = !started_ && params_.start_at_first_fix;
   if (for_start) start_.Use(t, fix);
   if (for_start || KeepPastFix(t, fix))
-    Count("fix_late_taken");
+    tally_.CountLateTaken("fix");
   else
     tally_.CountLate("fix");
 }

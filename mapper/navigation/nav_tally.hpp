@@ -4,7 +4,7 @@
 #include <map>
 #include <string>
 
-#include "common/core/counters.hpp"
+#include "common/core/health/counters.hpp"
 
 namespace seastitch {
 
@@ -23,6 +23,17 @@ class NavTally {
   void CountLate(const std::string& sensor) {
     Count(sensor + "_late");
     ++late_[sensor];
+    ++out_of_time_;
+  }
+  // A sample came late, and was taken out of its order.
+  void CountLateTaken(const std::string& sensor) {
+    Count(sensor + "_late_taken");
+    ++out_of_time_;
+  }
+  // The time of a sample is too far ahead for it to be used.
+  void CountAhead(const std::string& sensor) {
+    Count(sensor + "_ahead");
+    ++out_of_time_;
   }
   void CountHeadingStep() {
     Count("heading_step");
@@ -41,6 +52,8 @@ class NavTally {
 
   const Counters& by_name() const { return by_name_; }
   const std::map<std::string, std::int64_t>& late() const { return late_; }  // by sensor
+  // Samples too late or too far ahead, used or not.
+  std::int64_t out_of_time() const { return out_of_time_; }
   std::int64_t resets() const { return resets_; }
   std::int64_t heading_steps() const { return heading_steps_; }
   std::int64_t jumps() const { return jumps_; }
@@ -49,6 +62,7 @@ class NavTally {
  private:
   Counters by_name_;
   std::map<std::string, std::int64_t> late_;
+  std::int64_t out_of_time_ = 0;
   std::int64_t resets_ = 0;
   std::int64_t heading_steps_ = 0;
   std::int64_t jumps_ = 0;

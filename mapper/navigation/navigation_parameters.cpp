@@ -53,22 +53,19 @@ void DeclareInertialUnit(NavigationParams* p, ParameterTable* t) {
          kRadianPerSecond,
          kNotNegative,
          "Quantisation step of the angular rate on the unit's bus: 0.001 for SBG ECAN. 0: the bus "
-         "carries floats.")
-      .WasCalled("gyro_step_radps");
+         "carries floats.");
   t->Add("accel_resolution_mps2",
          &p->accel_step_mps2,
          kMetrePerSecond2,
          kNotNegative,
          "Quantisation step of the specific force on the unit's bus: 0.01 for SBG ECAN. 0: the bus "
-         "carries floats.")
-      .WasCalled("accel_step_mps2");
+         "carries floats.");
   t->Add("resolution_correlation_s",
          &p->step_correlation_s,
          kSecond,
          kNotNegative,
          "Correlation time of the rounding errors: for so long a slowly turning vehicle stays "
-         "within one quantisation step. Without effect where both steps are 0.")
-      .WasCalled("step_correlation_s");
+         "within one quantisation step. Without effect where both steps are 0.");
 }
 
 void DeclareAttitude(NavigationParams* p, ParameterTable* t) {
@@ -113,14 +110,12 @@ void DeclareAttitude(NavigationParams* p, ParameterTable* t) {
          kDegreeFromRadian,
          kNotNegative,
          "Compass deviation that calibration left: 1 sigma of its coefficients of the sine and of "
-         "the cosine of heading. 0 for units without a compass.")
-      .WasCalled("attitude_deviation_deg");
+         "the cosine of heading. 0 for units without a compass.");
   t->Add("attitude_noise_deg",
          &p->attitude_white_rad,
          kDegreeFromRadian,
          kPositive,
-         "White noise of roll, pitch and heading, independent in each sample, 1 sigma.")
-      .WasCalled("attitude_white_deg");
+         "White noise of roll, pitch and heading, independent in each sample, 1 sigma.");
   t->Add("attitude_interval_s",
          &p->attitude_interval_s,
          kSecond,
@@ -179,8 +174,7 @@ void DeclareDopplerLog(NavigationParams* p, ParameterTable* t) {
          &p->dvl_sigma_floor_mps,
          kMetrePerSecond,
          kPositive,
-         "Lower bound of the Doppler log's noise, 1 sigma, whatever the device states.")
-      .WasCalled("dvl_sigma_floor_mps");
+         "Lower bound of the Doppler log's noise, 1 sigma, whatever the device states.");
   t->Add("dvl_scale",
          &p->dvl_scale.sigma,
          kNone,
@@ -271,8 +265,7 @@ void DeclareDepth(NavigationParams* p, ParameterTable* t) {
          kMetre,
          kPositive,
          "Lower bound of the depth sensor's noise, 1 sigma, whatever the device states: waves, and "
-         "flow at the pressure port.")
-      .WasCalled("depth_sigma_floor_m");
+         "flow at the pressure port.");
   t->Add("depth_bias_m",
          &p->depth_bias_m.sigma,
          kMetre,
@@ -402,16 +395,14 @@ void DeclareHistory(NavigationParams* p, ParameterTable* t) {
          &p->pose_window_s,
          kSecond,
          Range::Within(1.0, 3600.0),
-         "Time for which poses are kept at the inertial unit's rate, for pings that wait.")
-      .WasCalled("pose_window_s");
+         "Time for which poses are kept at the inertial unit's rate, for pings that wait.");
   const Parameter& history =
       t->Add("history_s",
              &p->window_s,
              kSecond,
              Range::Within(1.0, 36'000.0),
              "Time for which poses and transition matrices of the error are kept, for covariances "
-             "between submaps and for late position fixes; 11 kB per second.")
-          .WasCalled("window_s");
+             "between submaps and for late position fixes; 11 kB per second.");
   t->AddRule(history, "at least pose_history_s", [p] { return p->window_s >= p->pose_window_s; });
   t->Add("epoch_interval_s",
          &p->epoch_interval_s,

@@ -3,10 +3,11 @@
 #include <cmath>
 #include <cstdio>
 
+#include "common/core/geo_point.hpp"
+
 namespace seastitch {
 namespace {
 
-constexpr double kEarthRadiusM = 6.371e6;
 constexpr double kQuarterMeridianKm = 1e4;
 
 }  // namespace
@@ -18,12 +19,12 @@ double DeclinationAt(const NavigationParams& p, Time t) {
 }
 
 double ConvergenceLimitM(const NavigationParams& p, double datum_latitude_rad) {
-  return p.attitude_heading_rad.sigma * kEarthRadiusM / std::abs(std::tan(datum_latitude_rad));
+  return p.attitude_heading_rad.sigma * kMeanEarthRadiusM / std::abs(std::tan(datum_latitude_rad));
 }
 
 std::string NorthSentence(const NavigationParams& p, double datum_latitude_rad) {
   const double limit_km = 1e-3 * ConvergenceLimitM(p, datum_latitude_rad);
-  const double transport_degph = Rad2Deg(p.max_speed_mps / kEarthRadiusM) * 3600.0;
+  const double transport_degph = Rad2Deg(p.max_speed_mps / kMeanEarthRadiusM) * 3600.0;
   char text[240];
   if (limit_km < kQuarterMeridianKm)
     std::snprintf(

@@ -113,7 +113,7 @@ bool SampleIntake::TakesTime(Time t) {
   if (late)
     tally_->CountLate("imu");
   else
-    Count("imu_ahead");
+    tally_->CountAhead("imu");
   const bool goes_on = leap_ && t > *leap_ && t <= *leap_ + FromSeconds(params_.clock_jump_s);
   leap_samples_ = goes_on ? leap_samples_ + 1 : 1;
   if (!goes_on) leap_began_ = t;
@@ -171,7 +171,7 @@ std::optional<Event> SampleIntake::Add(const PositionFix& fix) {
     Refuse(NavSensor::kPositionFix, fix.time, "fix_refused");
     return std::nullopt;
   }
-  const Eigen::Vector2d north_east = map_frame_.NorthEastOf(fix.latitude_rad, fix.longitude_rad);
+  const Eigen::Vector2d north_east = map_frame_.NorthEastOf(fix);
   if (!Within(north_east, kMaxFixDistanceM)) {
     Refuse(NavSensor::kPositionFix, fix.time, "fix_refused");
     return std::nullopt;
@@ -191,15 +191,15 @@ void SampleIntake::AddSoundSpeed(Time t, double speed_mps) {
 // Drops samples from before the first inertial sample by their time only, not by their order of
 // arrival.
 void SampleIntake::LeaveOut(Time first_imu) {
-  const auto leave_out = [this](const Event& event, const char* why) {
-    if (!std::holds_alternative<ImuEvent>(event.measurement)) Count(NameOf(event) + why);
+  const auto is_inertial = [](const Event& event) {
+    return std::holds_alternative<ImuEvent>(event.measurement);
   };
   while (waiting_.front().time <= first_imu - FromSeconds(wait_s_)) {
-    leave_out(waiting_.front(), "_before_imu");
+    if (!is_inertial(waiting_.front())) Count(NameOf(waiting_.front()) + "_before_imu");
     waiting_.pop_front();
   }
   while (waiting_.back().time > first_imu + FromSeconds(kMaxAheadS)) {
-    leave_out(waiting_.back(), "_ahead");
+    if (!is_inertial(waiting_.back())) tally_->CountAhead(NameOf(waiting_.back()));
     waiting_.pop_back();
   }
 }
@@ -216,7 +216,7 @@ void SampleIntake::AddAiding(const std::string& sensor, Time t, Measurement meas
   if (IsLate(t)) return tally_->CountLate(sensor);
   const bool is_fix = std::holds_alternative<FixEvent>(measurement);
   if (t > *newest_imu_ + FromSeconds(is_fix ? kMaxFixAheadS : kMaxAheadS))
-    return Count(sensor + "_ahead");
+    return tally_->CountAhead(sensor);
   Insert({t, std::move(measurement)});
 }
 

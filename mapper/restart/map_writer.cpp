@@ -4,7 +4,7 @@
 #include <utility>
 #include <variant>
 
-#include "common/core/conditions.hpp"
+#include "common/core/health/conditions.hpp"
 
 namespace seastitch {
 namespace {

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "common/core/conditions.hpp"
-#include "common/core/counters.hpp"
+#include "common/core/health/conditions.hpp"
+#include "common/core/health/counters.hpp"
 #include "common/runtime/worker.hpp"
 #include "mapper/restart/map_store.hpp"
 #include "mapper/submaps/survey_store.hpp"

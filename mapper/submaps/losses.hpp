@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <string>
 
-#include "common/core/counters.hpp"
+#include "common/core/health/counters.hpp"
 
 // Data of the sonar that no submap gets: pings and soundings.
 namespace seastitch {

@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "common/core/counters.hpp"
 #include "common/core/for_each.hpp"
+#include "common/core/health/counters.hpp"
 #include "common/core/placed_soundings.hpp"
 #include "common/core/pose.hpp"
 #include "common/core/submap.hpp"

@@ -130,15 +130,13 @@ void DeclareFilter(CloudFilterParams* p, ParameterTable* table) {
               Range::AtLeast(1),
               "Smallest number of other soundings at a spike's height for which the spike is kept "
               "as a feature, together with min_support_fraction.");
-  section
-      .Add(
-          "min_support_fraction",
-          &p->min_support_fraction,
-          Unit::kNone,
-          Range::AtLeast(0.0).Below(1.0),
-          "Smallest fraction of all soundings around a spike that must lie at its height, from two "
-          "pings at least, to keep it.")
-      .WasCalled("min_support_part");
+  section.Add(
+      "min_support_fraction",
+      &p->min_support_fraction,
+      Unit::kNone,
+      Range::AtLeast(0.0).Below(1.0),
+      "Smallest fraction of all soundings around a spike that must lie at its height, from two "
+      "pings at least, to keep it.");
   section.Add(
       "min_neighbours",
       &p->min_neighbours,
@@ -162,14 +160,12 @@ void DeclareOverlap(OverlapParams* p, ParameterTable* table) {
               Range::Above(0.0),
               "Smallest expected overlap of a pair, averaged over the uncertainty of their "
               "relative pose.");
-  section
-      .Add("min_overlap_fraction",
-           &p->min_overlap_fraction,
-           Unit::kNone,
-           Range::AtLeast(0.0).Below(1.0),
-           "Smallest expected overlap as a fraction of the smaller footprint. Above 0, since "
-           "successive submaps of a line touch without a common sounding.")
-      .WasCalled("min_overlap_part");
+  section.Add("min_overlap_fraction",
+              &p->min_overlap_fraction,
+              Unit::kNone,
+              Range::AtLeast(0.0).Below(1.0),
+              "Smallest expected overlap as a fraction of the smaller footprint. Above 0, since "
+              "successive submaps of a line touch without a common sounding.");
   // A graph update has room for 200 edges, and one of them is the dead-reckoning edge.
   section.Add("max_pairs",
               &p->max_pairs,

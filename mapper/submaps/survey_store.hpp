@@ -8,7 +8,7 @@
 #include <mutex>
 #include <string>
 
-#include "common/core/counters.hpp"
+#include "common/core/health/counters.hpp"
 #include "common/core/submap.hpp"
 #include "common/storage/submap_file.hpp"
 

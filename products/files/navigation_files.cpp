@@ -14,8 +14,6 @@ namespace seastitch {
 namespace {
 
 constexpr double kMaxStepS = 1.0;
-constexpr std::int64_t kGpsEpochS = 315'964'800;
-constexpr double kWeekS = 604'800.0;
 
 double Heading_deg(const GeographicState& s) {
   const double deg = Rad2Deg(s.rpy_rad.z());
@@ -89,7 +87,8 @@ std::vector<GeographicState> ToGeographic(const std::vector<CorrectedState>& tra
     const CorrectedState& s = track[i];
     const Eigen::Vector3d p = place(i);
     const Datum point = map.PointAt(p.head<2>(), p.z());
-    GeographicState state{s.time, Deg2Rad(point.latitude_deg), Deg2Rad(point.longitude_deg), p.z()};
+    GeographicState state{
+        {Deg2Rad(point.latitude_deg), Deg2Rad(point.longitude_deg)}, s.time, p.z()};
     state.rpy_rad << s.rpy_dead_reckoned_rad.head<2>(), WrapAngle(s.corrected.yaw);
     const std::size_t before = i > 0 && near(i - 1, i) ? i - 1 : i;
     const std::size_t after = i + 1 < track.size() && near(i, i + 1) ? i + 1 : i;
@@ -118,7 +117,7 @@ std::string IsoTime(Time time) {
 }
 
 double GpsSeconds(Time time) {
-  return ToSeconds(time.time_since_epoch() + std::chrono::seconds(LeapSeconds(time) - kGpsEpochS));
+  return ToSeconds(time - kGpsEpoch + std::chrono::seconds(LeapSeconds(time)));
 }
 
 std::string NavigationCsv(const std::vector<GeographicState>& track) {
@@ -148,7 +147,7 @@ std::string SbetBytes(const std::vector<GeographicState>& track) {
   ByteWriter out;
   for (const GeographicState& s : track) {
     const double heading_rad = Deg2Rad(Heading_deg(s));
-    for (const double number : {std::fmod(GpsSeconds(s.time), kWeekS),
+    for (const double number : {std::fmod(GpsSeconds(s.time), kGpsWeekS),
                                 s.latitude_rad,
                                 s.longitude_rad,
                                 -s.depth_m,

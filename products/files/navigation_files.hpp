@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "common/core/geo_point.hpp"
 #include "common/geo/datum.hpp"
 #include "products/track/track.hpp"
 
@@ -14,10 +15,8 @@ namespace seastitch {
 
 // The corrected track on the ellipsoid, with velocity from its own positions: the mean over the
 // states before and after it, none further than 1 s.
-struct GeographicState {
+struct GeographicState : GeoPoint {
   Time time;
-  double latitude_rad = 0.0;
-  double longitude_rad = 0.0;
   double depth_m = 0.0;  // below the water line
   Eigen::Vector3d rpy_rad = Eigen::Vector3d::Zero();
   Eigen::Vector3d v_ned_mps = Eigen::Vector3d::Zero();

@@ -8,7 +8,7 @@
 
 #include "common/core/pose.hpp"
 #include "products/report/noise_report.hpp"
-#include "products/report/report_rows.hpp"
+#include "products/report/report.hpp"
 
 namespace seastitch {
 namespace {

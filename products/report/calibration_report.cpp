@@ -64,12 +64,12 @@ std::string Sentences(const std::vector<CalibrationEstimate>& rounds) {
 
 }  // namespace
 
-std::string CalibrationHtml(const Survey& survey, const ProductOptions& options) {
+std::string CalibrationHtml(const Report& report) {
   std::string html;
-  for (std::size_t k = 0; k < options.dives.size(); ++k) {
-    const std::vector<CalibrationEstimate>& rounds = options.dives[k].calibration;
+  for (const Report::Dive& dive : report.dives) {
+    const std::vector<CalibrationEstimate>& rounds = dive.results.calibration;
     if (rounds.empty()) continue;
-    if (k < survey.dives.size()) html += "<h3>" + Escaped(survey.dives[k]) + "</h3>\n";
+    if (!dive.name.empty()) html += "<h3>" + Escaped(dive.name) + "</h3>\n";
     html += "<p>" + Sentences(rounds) + "</p>\n" + Table(rounds);
   }
   return html;

@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "common/core/pose.hpp"
+#include "common/core/time_series.hpp"
 
 namespace seastitch {
 namespace {
@@ -12,19 +13,12 @@ namespace {
 constexpr double kMaxGapS = 1.0;
 
 std::optional<Pose2> PoseAt(const std::vector<TrackState>& track, Time t) {
-  const auto after = std::lower_bound(
-      track.begin(), track.end(), t, [](const TrackState& s, Time at) { return s.time < at; });
-  if (after == track.end()) return std::nullopt;
-  const Pose2 b{after->p_map.x(), after->p_map.y(), after->rpy_rad.z()};
-  if (after->time == t) return b;
-  if (after == track.begin()) return std::nullopt;
-  const TrackState& before = *std::prev(after);
-  const double step_s = ToSeconds(after->time - before.time);
-  if (step_s > kMaxGapS) return std::nullopt;
-  const double w = ToSeconds(t - before.time) / step_s;
-  const Eigen::Vector2d a = before.p_map.head<2>();
-  const Eigen::Vector2d p = a + w * (b.Translation() - a);
-  return Pose2{p.x(), p.y(), before.rpy_rad.z() + w * WrapAngle(b.yaw - before.rpy_rad.z())};
+  const auto around = AroundOf(track, t, kMaxGapS);
+  if (!around) return std::nullopt;
+  const auto level = [](const TrackState& s) {
+    return Pose2{s.p_map.x(), s.p_map.y(), s.rpy_rad.z()};
+  };
+  return PoseBetween(level(around->before), level(around->after), around->share);
 }
 
 }  // namespace

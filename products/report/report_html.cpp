@@ -7,13 +7,10 @@
 #include "common/core/time.hpp"
 #include "common/runtime/process/process.hpp"
 #include "products/product_files.hpp"
-#include "products/report/advice.hpp"
 #include "products/report/calibration_report.hpp"
 #include "products/report/counter_words.hpp"
-#include "products/report/noise_report.hpp"
 #include "products/report/report.hpp"
 #include "products/report/report_page.hpp"
-#include "products/report/report_rows.hpp"
 #include "viewer/html.hpp"
 #include "viewer/page_parts.hpp"
 
@@ -143,16 +140,15 @@ std::string DivesList(const std::vector<DiveInMap>& dives, const std::vector<Unr
   return html;
 }
 
-std::string MountingTable(const Survey& survey, const ProductSummary& s) {
-  if (s.outcome != Outcome::kCorrected) return {};
+std::string MountingTable(const Report& report) {
+  if (report.summary.outcome != Outcome::kCorrected) return {};
   std::string html;
-  for (std::size_t k = 0; k < std::max<std::size_t>(1, s.dives.size()); ++k) {
-    const std::vector<MountingRow> rows = MountingRows(survey, static_cast<std::int32_t>(k));
-    if (rows.empty()) continue;
+  for (const Report::Dive& dive : report.dives) {
+    if (dive.mounting.empty()) continue;
     std::string title = "Against vehicle.yaml";
-    if (!s.dives.empty()) title = Escaped(s.dives[k].name) + ", against its vehicle.yaml";
+    if (!dive.name.empty()) title = Escaped(dive.name) + ", against its vehicle.yaml";
     HtmlTable table({title, "Estimate", "1 sigma"});
-    for (const MountingRow& row : rows)
+    for (const MountingRow& row : dive.mounting)
       table.Row({row.label, Fixed(row.value, 3) + row.unit, Fixed(row.sigma, 3) + row.unit});
     html += table.Finish();
   }
@@ -173,30 +169,30 @@ void AddTiming(const std::string& dive, const SonarTimingEstimate& timing, HtmlT
 }
 
 // Empty if nothing was estimated.
-std::string NoiseTable(const Survey& survey, const ProductOptions& options) {
+std::string NoiseTable(const Report& report) {
   HtmlTable table({"", "Configured", "Estimate", "1 sigma"});
-  for (const NoiseRow& row : NoiseRows(options.noise))
+  for (const NoiseRow& row : report.noise)
     table.Row({row.label,
                Fixed(row.configured, row.digits) + row.unit,
                (row.bound != nullptr ? std::string(row.bound) + " " : "") +
                    Fixed(row.value, row.digits) + row.unit,
                Fixed(row.sigma, row.digits) + row.unit});
-  AddTiming("", options.noise.timing, &table);
-  for (std::size_t k = 0; k < survey.dives.size() && k < options.dives.size(); ++k)
-    AddTiming(survey.dives[k] + ": ", options.dives[k].sonar, &table);
+  AddTiming("", report.options.noise.timing, &table);
+  if (report.has_several_dives())
+    for (const Report::Dive& dive : report.dives)
+      AddTiming(dive.name + ": ", dive.results.sonar, &table);
   return table.has_rows() ? table.Finish() : "";
 }
 
-std::string FindingsText(const ProductSummary& s, const ProductOptions& options) {
+std::string FindingsText(const Report& report) {
   std::string html;
-  for (const std::string& finding : s.noise_findings) html += Escaped(finding) + " ";
-  if (const std::string why = WhyNoNoise(s, options); !why.empty())
-    return html + "The noise was not estimated: " + why + ".";
+  for (const std::string& finding : report.summary.noise_findings) html += Escaped(finding) + " ";
+  if (!report.why_no_noise.empty())
+    return html + "The noise was not estimated: " + report.why_no_noise + ".";
   return html.empty() ? "Nothing differs clearly from the configuration." : html;
 }
 
-std::string LoopTable(const Survey& survey) {
-  const std::vector<LoopRow> rows = LoopRows(survey);
+std::string LoopTable(const std::vector<LoopRow>& rows) {
   if (rows.empty()) return "<p>No pair of submaps was registered.</p>\n";
   HtmlTable table({"From",
                    "To",
@@ -246,37 +242,30 @@ void AddOther(const NavigationDifference& difference, HtmlTable* table) {
                   Fixed(difference.duration_s, 0) + " s)"});
 }
 
-// name: of the dive, where there are several.
-std::string NavigationOf(const Survey& survey,
-                         const DiveReport& dive,
-                         std::int32_t chain,
-                         const std::string& name) {
-  const TrackState* const last = LastState(survey, chain);
-  if (last == nullptr) return {};
-  const std::string head = name.empty() ? "" : Escaped(name) + ": ";
+std::string NavigationOf(const Report::Dive& dive) {
+  if (!dive.last) return {};
+  const Eigen::Vector3d& sigma = dive.last->sigma;
+  const std::string head = dive.name.empty() ? "" : Escaped(dive.name) + ": ";
   std::string html;
-  for (const std::string& condition : dive.conditions)
+  for (const std::string& condition : dive.results.conditions)
     html += "<p>" + head + "At the end: " + Escaped(condition) + "</p>\n";
   HtmlTable table({head + "Navigation", ""});
   table.Row({"Stated at the end, 1 sigma: north, east, heading",
-             Fixed(last->sigma.x(), 2) + " m, " + Fixed(last->sigma.y(), 2) + " m, " +
-                 Fixed(Rad2Deg(last->sigma.z()), 2) + "&deg;"});
-  AddOffsets(dive, &table);
-  if (dive.other_navigation) AddOther(*dive.other_navigation, &table);
-  for (const auto& [counter, count] : NavigationCounters(dive))
+             Fixed(sigma.x(), 2) + " m, " + Fixed(sigma.y(), 2) + " m, " +
+                 Fixed(Rad2Deg(sigma.z()), 2) + "&deg;"});
+  AddOffsets(dive.results, &table);
+  if (dive.results.other_navigation) AddOther(*dive.results.other_navigation, &table);
+  for (const auto& [counter, count] : dive.navigation_counters)
     table.Row({Escaped(CounterInWords(counter)), Grouped(static_cast<std::uint64_t>(count))});
   return html + table.Finish();
 }
 
-std::string NavigationSection(const Survey& survey, const ProductOptions& options) {
-  if (survey.dives.empty())
-    return NavigationOf(
-        survey, options.dives.empty() ? DiveReport{} : options.dives.front(), 0, "");
+std::string NavigationSection(const Report& report) {
   std::string html;
-  for (const std::string& condition : options.conditions)
-    html += "<p>At the end: " + Escaped(condition) + "</p>\n";
-  for (std::size_t k = 0; k < survey.dives.size() && k < options.dives.size(); ++k)
-    html += NavigationOf(survey, options.dives[k], static_cast<std::int32_t>(k), survey.dives[k]);
+  if (report.has_several_dives())
+    for (const std::string& condition : report.options.conditions)
+      html += "<p>At the end: " + Escaped(condition) + "</p>\n";
+  for (const Report::Dive& dive : report.dives) html += NavigationOf(dive);
   return html;
 }
 
@@ -329,7 +318,9 @@ std::string Tiles(const ProductSummary& s, std::size_t warnings) {
 }
 
 // Where and when, and by which program.
-std::string HeadOf(const Survey& survey, const ProductSummary& s, const ProductOptions& options) {
+std::string HeadOf(const Report& report) {
+  const ProductSummary& s = report.summary;
+  const ProductOptions& options = report.options;
   std::string text;
   const auto add = [&](const std::string& part) {
     text += (text.empty() ? "" : " &middot; ") + part;
@@ -339,12 +330,9 @@ std::string HeadOf(const Survey& survey, const ProductSummary& s, const ProductO
   if (options.datum)
     add("map origin " + Fixed(options.datum->latitude_deg, 5) + "&deg;, " +
         Fixed(options.datum->longitude_deg, 5) + "&deg;");
-  // Dives stand in the order in which they were given.
-  const auto earlier = [](const TrackState& a, const TrackState& b) { return a.time < b.time; };
-  const auto [first, last] = std::minmax_element(survey.track.begin(), survey.track.end(), earlier);
-  if (first != survey.track.end())
-    add(UtcText(first->time, "%Y-%m-%d %H:%M") + " to " +
-        UtcText(last->time, "%Y-%m-%d %H:%M UTC"));
+  if (report.times)
+    add(UtcText(report.times->first, "%Y-%m-%d %H:%M") + " to " +
+        UtcText(report.times->second, "%Y-%m-%d %H:%M UTC"));
   if (s.cells_mapped > 0) {
     const double area_m2 = static_cast<double>(s.cells_mapped) * s.cell_m * s.cell_m;
     add(area_m2 < 1e5 ? Grouped(static_cast<std::uint64_t>(area_m2)) + " m&sup2;"
@@ -406,17 +394,16 @@ void AddClosureErrors(const ClosureErrors& e, std::map<std::string, std::string>
 
 }  // namespace
 
-std::string ReportHtml(const Survey& survey,
-                       const ProductSummary& s,
-                       const ProductOptions& options,
-                       const std::string& map_data) {
+std::string ReportHtml(const Report& report, const std::string& map_data) {
+  const ProductSummary& s = report.summary;
+  const ProductOptions& options = report.options;
   const bool has_map = s.outcome != Outcome::kTrackAlone;
   std::map<std::string, std::string> values{
       {"title", Escaped(options.title)},
       {"banner", BannerClass(s)},
       {"statement", Escaped(s.statement)},
       {"warnings", WarningsList(options.warnings)},
-      {"head", HeadOf(survey, s, options)},
+      {"head", HeadOf(report)},
       {"tiles", Tiles(s, options.warnings.size())},
       {"figures_open", has_map ? "" : " open"},
       {"corrected", s.outcome == Outcome::kCorrected ? "yes" : ""},
@@ -432,16 +419,16 @@ std::string ReportHtml(const Survey& survey,
       {"style", PageStyle().text},
       {"policy", ContentPolicy({ViewerScript()}, PageStyle(), "img-src 'self' file: data:")},
       {"has_truth", s.truth ? "yes" : ""},
-      {"mounting", MountingTable(survey, s)},
-      {"noise_findings", FindingsText(s, options)},
-      {"noise", NoiseTable(survey, options)},
-      {"calibration", CalibrationHtml(survey, options)},
+      {"mounting", MountingTable(report)},
+      {"noise_findings", FindingsText(report)},
+      {"noise", NoiseTable(report)},
+      {"calibration", CalibrationHtml(report)},
       {"dives", DivesList(s.dives, options.unread)},
-      {"advice", AdviceTable(AdviceOf(survey, s, options))},
+      {"advice", AdviceTable(report.advice)},
       {"verdicts", VerdictTable(s)},
-      {"loops", LoopTable(survey)},
-      {"navigation", NavigationSection(survey, options)},
-      {"refused", CounterTable("Refused, late or doubled", Refused(survey, options))},
+      {"loops", LoopTable(report.loops)},
+      {"navigation", NavigationSection(report)},
+      {"refused", CounterTable("Refused, late or doubled", report.refused)},
       {"mapper", CounterTable("Counted by the mapper", options.mapper_counters)},
       {"depth_before", product_files::kDepthPictureAsNavigated},
       {"depth", product_files::kDepthPicture},

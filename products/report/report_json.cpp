@@ -4,10 +4,7 @@
 #include <utility>
 
 #include "products/product_files.hpp"
-#include "products/report/advice.hpp"
-#include "products/report/noise_report.hpp"
 #include "products/report/report.hpp"
-#include "products/report/report_rows.hpp"
 
 namespace seastitch {
 namespace {
@@ -84,10 +81,9 @@ void AddRun(Json* report, const RunFigures& run) {
   (*report)["not_reproducible"] = {"wall_s", "cpu_s", "peak_rss_mb", "realtime_factor", "run"};
 }
 
-Json MountingJson(const Survey& survey, std::int32_t chain) {
+Json MountingJson(const std::vector<MountingRow>& rows) {
   Json json = Json::object();
-  for (const MountingRow& row : MountingRows(survey, chain))
-    json[row.name] = {{"value", row.value}, {"sigma", row.sigma}};
+  for (const MountingRow& row : rows) json[row.name] = {{"value", row.value}, {"sigma", row.sigma}};
   return json;
 }
 
@@ -108,19 +104,20 @@ Json TimingJson(const SonarTimingEstimate& timing) {
   return json;
 }
 
-Json NoiseJson(const ProductSummary& s, const ProductOptions& options) {
+Json NoiseJson(const Report& report) {
+  const ProductOptions& options = report.options;
   Json json;
   if (!options.noise_not_estimated.empty())
     json["not_estimated"] = options.noise_not_estimated;
   else
     json["closures"] = options.noise.components.closures;
-  for (const NoiseRow& row : NoiseRows(options.noise))
+  for (const NoiseRow& row : report.noise)
     json[row.name] = {{"configured", row.configured},
                       {"value", row.value},
                       {"sigma", row.sigma},
                       {"bound", row.bound != nullptr ? Json(row.bound) : Json(nullptr)}};
-  if (s.dives.empty()) json["sonar_time_offset"] = TimingJson(options.noise.timing);
-  json["findings"] = s.noise_findings;
+  if (!report.has_several_dives()) json["sonar_time_offset"] = TimingJson(options.noise.timing);
+  json["findings"] = report.summary.noise_findings;
   return json;
 }
 
@@ -141,18 +138,18 @@ Json ToJson(const NavigationDifference& difference) {
           {"heading_mean_deg", difference.heading_mean_deg}};
 }
 
-Json NavigationJson(const Survey& survey, const DiveReport& dive, std::int32_t chain) {
-  Json json{{"conditions_at_end", dive.conditions},
-            {"counters", NavigationCounters(dive)},
+Json NavigationJson(const Report::Dive& dive) {
+  Json json{{"conditions_at_end", dive.results.conditions},
+            {"counters", dive.navigation_counters},
             {"time_offsets", Json::array()}};
-  for (const StampOffsetEstimate& offset : dive.stamp_offsets)
+  for (const StampOffsetEstimate& offset : dive.results.stamp_offsets)
     json["time_offsets"].push_back(ToJson(offset));
-  if (dive.other_navigation) json["other_navigation"] = ToJson(*dive.other_navigation);
-  const TrackState* const last = LastState(survey, chain);
-  if (last == nullptr) return json;
-  json["stated_at_end"] = {{"sigma_north_m", last->sigma.x()},
-                           {"sigma_east_m", last->sigma.y()},
-                           {"sigma_heading_deg", Rad2Deg(last->sigma.z())}};
+  if (dive.results.other_navigation)
+    json["other_navigation"] = ToJson(*dive.results.other_navigation);
+  if (!dive.last) return json;
+  json["stated_at_end"] = {{"sigma_north_m", dive.last->sigma.x()},
+                           {"sigma_east_m", dive.last->sigma.y()},
+                           {"sigma_heading_deg", Rad2Deg(dive.last->sigma.z())}};
   return json;
 }
 
@@ -191,12 +188,10 @@ Json ToJson(const std::vector<CalibrationEstimate>& rounds) {
   return list;
 }
 
-Json DivesJson(const Survey& survey,
-               const std::vector<DiveInMap>& dives,
-               const std::vector<DiveReport>& reports) {
+Json DivesJson(const Report& report) {
   Json list = Json::array();
+  const std::vector<DiveInMap>& dives = report.summary.dives;
   for (std::size_t k = 0; k < dives.size(); ++k) {
-    const auto chain = static_cast<std::int32_t>(k);
     const DiveInMap& dive = dives[k];
     Json closures = Json::object();
     for (const auto& [other, count] : dive.closures) closures[dives[other].name] = count;
@@ -204,12 +199,13 @@ Json DivesJson(const Survey& survey,
               {"submaps", dive.submaps},
               {"closures_with", closures},
               {"group", dive.group},
-              {"mounting", MountingJson(survey, chain)}};
-    if (k < reports.size()) {
-      json["sonar_time_offset"] = TimingJson(reports[k].sonar);
-      json["navigation"] = NavigationJson(survey, reports[k], chain);
-      json["mapper_counters"] = reports[k].counters;
-      json["calibration"] = ToJson(reports[k].calibration);
+              {"mounting", MountingJson(report.dives[k].mounting)}};
+    if (k < report.options.dives.size()) {
+      const DiveReport& results = report.dives[k].results;
+      json["sonar_time_offset"] = TimingJson(results.sonar);
+      json["navigation"] = NavigationJson(report.dives[k]);
+      json["mapper_counters"] = results.counters;
+      json["calibration"] = ToJson(results.calibration);
     }
     list.push_back(std::move(json));
   }
@@ -224,9 +220,10 @@ Json UnreadJson(const std::vector<UnreadDive>& unread) {
 
 }  // namespace
 
-std::string ReportJson(const Survey& survey,
-                       const ProductSummary& s,
-                       const ProductOptions& options) {
+std::string ReportJson(const Report& report) {
+  const ProductSummary& s = report.summary;
+  const ProductOptions& options = report.options;
+  const bool has_one_dive = !report.has_several_dives();
   Json r;
   r["products_version"] = product_files::kVersion;
   r["title"] = options.title;
@@ -244,7 +241,7 @@ std::string ReportJson(const Survey& survey,
   if (!options.vehicles.empty() && !options.vehicles[0].name.empty())
     r["vehicle"] = options.vehicles[0].name;
   r["advice"] = Json::array();
-  for (const Advice& advice : AdviceOf(survey, s, options))
+  for (const Advice& advice : report.advice)
     r["advice"].push_back({{"file", advice.file},
                            {"key", advice.key},
                            {"now", advice.now},
@@ -261,12 +258,13 @@ std::string ReportJson(const Survey& survey,
                          {{"mean", Measured(s.z_offset_mean_m)},
                           {"sigma", Measured(s.z_offset_sigma_m)},
                           {"largest", Measured(s.z_offset_max_m)}}}};
-  if (s.dives.empty()) r["mounting"] = MountingJson(survey, 0);  // of several: in each of `dives`
-  r["noise"] = NoiseJson(s, options);
-  if (s.dives.empty() && options.dives.size() == 1)  // of several: in each of `dives`
-    r["calibration"] = ToJson(options.dives.front().calibration);
-  if (!s.dives.empty()) r["dives"] = DivesJson(survey, s.dives, options.dives);
-  if (!s.dives.empty() || !options.unread.empty()) r["dives_not_read"] = UnreadJson(options.unread);
+  // What each dive has stands in `dives` where there are several.
+  if (has_one_dive) r["mounting"] = MountingJson(report.dives[0].mounting);
+  r["noise"] = NoiseJson(report);
+  if (has_one_dive && options.dives.size() == 1)
+    r["calibration"] = ToJson(report.dives[0].results.calibration);
+  if (!has_one_dive) r["dives"] = DivesJson(report);
+  if (!has_one_dive || !options.unread.empty()) r["dives_not_read"] = UnreadJson(options.unread);
   r["soundings"] = {{"read", s.soundings_read}, {"used", s.soundings_used}};
   r["points"] = s.points;
   if (s.truth) AddTruth(&r, s);
@@ -292,12 +290,9 @@ std::string ReportJson(const Survey& survey,
                   {"longitude_deg", options.datum->longitude_deg}};
   }
   r["seeds"] = options.seeds;
-  r["refused"] = Refused(survey, options);
-  if (s.dives.empty())
-    r["navigation"] =
-        NavigationJson(survey, options.dives.empty() ? DiveReport{} : options.dives.front(), 0);
-  else  // of each dive in `dives`
-    r["navigation"] = {{"conditions_at_end", options.conditions}};
+  r["refused"] = report.refused;
+  r["navigation"] = has_one_dive ? NavigationJson(report.dives[0])
+                                 : Json{{"conditions_at_end", options.conditions}};
   r["mapper_counters"] = options.mapper_counters;
   if (options.run_figures) AddRun(&r, options.run_figures());
   return r.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";

@@ -18,12 +18,6 @@ void AppendNumber(std::string* out, const char* format, double value) {
   *out += text;
 }
 
-Pose2 Blend(const Pose2& a, const Pose2& b, double weight_of_b) {
-  return {a.x + weight_of_b * (b.x - a.x),
-          a.y + weight_of_b * (b.y - a.y),
-          WrapAngle(a.yaw + weight_of_b * WrapAngle(b.yaw - a.yaw))};
-}
-
 // Position between two poses, cubic with the velocities at both; w: 0 at the first, 1 at the
 // second.
 Eigen::Vector2d Cubic(const SmoothedPose& a, const SmoothedPose& b, double w) {
@@ -49,7 +43,7 @@ Pose2 SmoothedFrame(const Survey& survey, const SurveySubmap& submap) {
   if (!next.smoothed || !last.smoothed) return frame;
   if (!has_after || !has_before) return *next.smoothed * Inverse(next.Level()) * frame;
   const double w = ToSeconds(submap.frame_time - last.time) / ToSeconds(next.time - last.time);
-  return Blend(*last.smoothed, *next.smoothed, w);
+  return PoseBetween(*last.smoothed, *next.smoothed, w);
 }
 
 }  // namespace
@@ -121,7 +115,7 @@ Pose2 TrackCorrection::operator()(Time time, const Pose2& T_map_level, std::int3
   };
   const Pose2 a = moved_with(*at.before);
   if (at.before == at.after) return a;
-  return Blend(a, moved_with(*at.after), at.weight_after);
+  return PoseBetween(a, moved_with(*at.after), at.weight_after);
 }
 
 std::optional<Eigen::Vector3d> TrackCorrection::Sigma(Time time, std::int32_t chain) const {

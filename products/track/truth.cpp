@@ -12,6 +12,7 @@
 
 #include "common/core/information.hpp"
 #include "common/core/mounting.hpp"
+#include "common/core/time_series.hpp"
 
 namespace seastitch {
 namespace {
@@ -45,20 +46,9 @@ std::optional<TruthState> ParseLine(std::string_view line) {
 
 // The true pose at that time, linear between the two states around it.
 std::optional<Pose2> TruthAt(const std::vector<TruthState>& truth, Time time) {
-  const auto after = std::lower_bound(
-      truth.begin(), truth.end(), time, [](const TruthState& s, Time t) { return s.time < t; });
-  if (after == truth.end()) return std::nullopt;
-  if (after->time == time) return after->T_map_level;
-  if (after == truth.begin()) return std::nullopt;
-  const auto before = after - 1;
-  const double gap_s = ToSeconds(after->time - before->time);
-  if (gap_s > kLongestGapS) return std::nullopt;
-  const double u = ToSeconds(time - before->time) / gap_s;
-  const Pose2& a = before->T_map_level;
-  const Pose2& b = after->T_map_level;
-  return Pose2{a.x + u * (b.x - a.x),
-               a.y + u * (b.y - a.y),
-               WrapAngle(a.yaw + u * WrapAngle(b.yaw - a.yaw))};
+  const auto around = AroundOf(truth, time, kLongestGapS);
+  if (!around) return std::nullopt;
+  return PoseBetween(around->before.T_map_level, around->after.T_map_level, around->share);
 }
 
 struct Matched {

@@ -45,7 +45,7 @@ void LinePlacer::PlaceBatch(std::vector<SurveyRecord>* out) {
   params_.to_geographic->Convert(&places);
   for (std::size_t i = 0; i < batch.size(); ++i)
     if (places[i].allFinite())
-      Place(batch[i], params_.track->ToMap(places[i].x(), places[i].y()), out);
+      Place(batch[i], params_.track->ToMap({places[i].x(), places[i].y()}), out);
     else
       ++counters_["line_points_outside_crs"];
 }

@@ -25,7 +25,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr Time kGpsEpoch = FromUtime(315'964'800'000'000);
 constexpr double kAdjusted_s = 1e9;  // adjusted standard GPS time is less by this
 constexpr char kWgs84[] = "+proj=longlat +datum=WGS84 +no_defs";
 
@@ -243,7 +242,7 @@ class Planner {
         plan_.params.to_geographic->Convert(&place);
         if (place[0].allFinite())
           placed.push_back({line,
-                            track_->ToMap(place[0].x(), place[0].y()),
+                            track_->ToMap({place[0].x(), place[0].y()}),
                             p.z(),
                             block.first.time_s.value_or(0.0)});
       }
@@ -274,13 +273,13 @@ class Planner {
     };
     Time& zero = plan_.params.time_zero.emplace();
     // Times of a week are shorter: a writer has forgotten the bit.
-    if (las_->adjusted_time || figures_.last_s > 2.0 * kWeekS) {
+    if (las_->adjusted_time || figures_.last_s > 2.0 * kGpsWeekS) {
       zero = zero_of(kAdjusted_s, kGpsEpoch + FromSeconds(kAdjusted_s + figures_.first_s));
       Describe("GPS time");
     } else {
       const Time begin = track_->whole().begin;
-      const double week = std::round((GpsSeconds(begin) - figures_.first_s) / kWeekS);
-      zero = zero_of(week * kWeekS, begin);
+      const double week = std::round((GpsSeconds(begin) - figures_.first_s) / kGpsWeekS);
+      zero = zero_of(week * kGpsWeekS, begin);
       Describe("seconds of the GPS week");
     }
     const double leap_s =

@@ -6,6 +6,7 @@
 
 #include "common/core/median.hpp"
 #include "common/core/pose.hpp"
+#include "common/core/time_series.hpp"
 
 namespace seastitch {
 namespace {
@@ -29,44 +30,15 @@ void SortByTime(std::vector<Item>* items) {
   items->erase(std::unique(items->begin(), items->end(), same), items->end());
 }
 
-// The first item that is not before t.
-template <class Item>
-auto From(const std::vector<Item>& items, Time t) {
-  return std::lower_bound(
-      items.begin(), items.end(), t, [](const Item& item, Time time) { return item.time < time; });
-}
-
-// The items around t and the share of the second. Nothing: t is outside, or in a gap.
-template <class Item>
-struct Around {
-  const Item& before;
-  const Item& after;
-  double share;
-};
-template <class Item>
-std::optional<Around<Item>> AroundOf(const std::vector<Item>& items, Time t) {
-  const auto after = From(items, t);
-  if (after == items.end()) return std::nullopt;
-  if (after->time == t) return Around<Item>{*after, *after, 0.0};
-  if (after == items.begin()) return std::nullopt;
-  const Item& before = *std::prev(after);
-  const double gap_s = ToSeconds(after->time - before.time);
-  if (gap_s > LineTrack::kMaxGapS) return std::nullopt;
-  return Around<Item>{before, *after, ToSeconds(t - before.time) / gap_s};
-}
-
 }  // namespace
 
-LineTrack::LineTrack(const GivenPosition& origin)
+LineTrack::LineTrack(const GeoPosition& origin)
     : map_({Rad2Deg(origin.latitude_rad), Rad2Deg(origin.longitude_rad)}) {}
 
-Eigen::Vector2d LineTrack::ToMap(double latitude_rad, double longitude_rad) const {
-  return map_.NorthEastOf(latitude_rad, longitude_rad);
-}
+Eigen::Vector2d LineTrack::ToMap(const GeoPoint& point) const { return map_.NorthEastOf(point); }
 
-void LineTrack::AddPosition(Time t, const GivenPosition& position) {
-  if (IsDue(positions_, t))
-    positions_.push_back({t, ToMap(position.latitude_rad, position.longitude_rad)});
+void LineTrack::AddPosition(Time t, const GeoPosition& position) {
+  if (IsDue(positions_, t)) positions_.push_back({t, ToMap(position)});
 }
 void LineTrack::AddHeading(Time t, double heading_rad) {
   if (IsDue(headings_, t)) headings_.push_back({t, heading_rad});
@@ -89,15 +61,15 @@ double LineTrack::heading_interval_s() const {
 }
 
 std::optional<Eigen::Vector2d> LineTrack::PositionAt(Time t) const {
-  const auto around = AroundOf(positions_, t);
+  const auto around = AroundOf(positions_, t, kMaxGapS);
   if (!around) return std::nullopt;
   const Eigen::Vector2d& from = around->before.p_m;
   return from + around->share * (around->after.p_m - from);
 }
 
 double LineTrack::CourseAt(Time t) const {
-  const auto begin = From(positions_, t - FromSeconds(kCourseS));
-  const auto end = From(positions_, t + FromSeconds(kCourseS));
+  const auto begin = FirstFrom(positions_, t - FromSeconds(kCourseS));
+  const auto end = FirstFrom(positions_, t + FromSeconds(kCourseS));
   const Eigen::Vector2d moved =
       (end == positions_.end() ? positions_.back() : *end).p_m - begin->p_m;
   return std::atan2(moved.y(), moved.x());
@@ -107,12 +79,12 @@ std::optional<LineTrack::State> LineTrack::At(Time t) const {
   const std::optional<Eigen::Vector2d> p = PositionAt(t);
   if (!p) return std::nullopt;
   State state{*p, 0.0, 0.0};
-  if (const auto heading = AroundOf(headings_, t))
+  if (const auto heading = AroundOf(headings_, t, kMaxGapS))
     state.heading_rad = heading->before.value +
                         heading->share * WrapAngle(heading->after.value - heading->before.value);
   else
     state.heading_rad = CourseAt(t);
-  if (const auto depth = AroundOf(depths_, t))
+  if (const auto depth = AroundOf(depths_, t, kMaxGapS))
     state.depth_m = depth->before.value + depth->share * (depth->after.value - depth->before.value);
   return state;
 }
@@ -120,8 +92,8 @@ std::optional<LineTrack::State> LineTrack::At(Time t) const {
 std::optional<Time> LineTrack::TimeNearest(const Eigen::Vector2d& p,
                                            const TrackPart& part,
                                            std::ptrdiff_t stride) const {
-  const auto first = From(positions_, part.begin);
-  const auto last = From(positions_, part.end + Duration(1));
+  const auto first = FirstFrom(positions_, part.begin);
+  const auto last = FirstFrom(positions_, part.end + Duration(1));
   const auto distance2 = [&p](const Position& position) {
     return (position.p_m - p).squaredNorm();
   };

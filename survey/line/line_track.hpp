@@ -29,10 +29,10 @@ class LineTrack {
   };
 
   // origin: of the map.
-  explicit LineTrack(const GivenPosition& origin);
+  explicit LineTrack(const GeoPosition& origin);
 
   // Records in any order; Finish() sorts them. Those nearer than 0.1 s to the last are left out.
-  void AddPosition(Time t, const GivenPosition& position);
+  void AddPosition(Time t, const GeoPosition& position);
   void AddHeading(Time t, double heading_rad);
   void AddDepth(Time t, double depth_m);
   void Finish();
@@ -42,7 +42,7 @@ class LineTrack {
   // Median time between two headings; 0: there are none.
   double heading_interval_s() const;
   TrackPart whole() const { return {positions_.front().time, positions_.back().time}; }
-  Eigen::Vector2d ToMap(double latitude_rad, double longitude_rad) const;
+  Eigen::Vector2d ToMap(const GeoPoint& point) const;
 
   // Nothing: no positions around that time.
   std::optional<State> At(Time t) const;

@@ -38,13 +38,6 @@ std::optional<double> Constant(const std::vector<double>& values, double constan
                                                                   : std::nullopt;
 }
 
-double DistanceM(const GivenPosition& a, const GivenPosition& b) {
-  constexpr double kEarthM = 6'371'000.0;
-  return kEarthM *
-         Hypotenuse(a.latitude_rad - b.latitude_rad,
-                    std::cos(a.latitude_rad) * WrapAngle(a.longitude_rad - b.longitude_rad));
-}
-
 // Kongsberg's files have these records where they came.
 bool IsWrittenAsItComes(const std::string& source) {
   for (const char* const begin : {"#SKM", "#SPO", "A", "n", "P"})

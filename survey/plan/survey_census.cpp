@@ -113,20 +113,17 @@ struct Places {
       positions.push_back(position);
   }
   // The first position near the median.
-  GivenPosition Start() const {
-    constexpr double kEarthM = 6'371'000.0;
+  GeoPosition Start() const {
     const double longitude_rad = positions[0].longitude_rad;
     std::vector<double> norths, easts;
     for (const TimedPosition& p : positions) {
       norths.push_back(p.latitude_rad);
       easts.push_back(WrapAngle(p.longitude_rad - longitude_rad));
     }
-    const double north = Median(norths), east = Median(easts);
-    for (std::size_t i = 0; i < positions.size(); ++i)
-      if (kEarthM * Hypotenuse(norths[i] - north, std::cos(north) * WrapAngle(easts[i] - east)) <
-          kFarM)
-        return {positions[i].latitude_rad, positions[i].longitude_rad};
-    return {positions[0].latitude_rad, longitude_rad};
+    const GeoPoint median{Median(norths), longitude_rad + Median(easts)};
+    for (const TimedPosition& p : positions)
+      if (DistanceM(median, p) < kFarM) return GeoPosition{p};
+    return GeoPosition{positions[0]};
   }
 };
 
@@ -165,7 +162,7 @@ class Counter {
     ++navigation_of_file_;
     clocks_.Add(n);
     if (n.position) {
-      const TimedPosition position{n.time, n.position->latitude_rad, n.position->longitude_rad};
+      const TimedPosition position{*n.position, n.time};
       places_[n.source].Add(position);
       if (!IsExternal(n.source)) AddOwn(position);
     }

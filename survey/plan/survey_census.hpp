@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "codecs/survey_records.hpp"
-#include "common/core/counters.hpp"
+#include "common/core/health/counters.hpp"
 #include "survey/plan/survey_plan.hpp"
 #include "survey/read/sbet_beside.hpp"
 
@@ -23,7 +23,7 @@ struct Census {
   Counters attitudes_of_pings;
   Counters still_heaves;  // sources whose heave is always 0
   // First position of each source. One that is far from most others of the source is left out.
-  std::map<std::string, GivenPosition> start;
+  std::map<std::string, GeoPosition> start;
   std::map<std::string, Eigen::Vector2d> grid_start;
   std::optional<SonarInstallation> installation;
   std::int64_t raw_pings = 0;

@@ -25,8 +25,8 @@ void ScaleToDepth(const SurveyPlan& plan, MapperConfig* config) {
 // The vehicle's own mounting, with what the files state: the map origin and the point whose depth
 // they give. Processed navigation is that of the reference point and in the vehicle's axes.
 VehicleGeometry WithSurvey(VehicleGeometry own, const SurveyPlan& plan) {
-  own.datum_latitude_rad = plan.vehicle.datum_latitude_rad;
-  own.datum_longitude_rad = plan.vehicle.datum_longitude_rad;
+  own.datum.latitude_rad = plan.vehicle.datum.latitude_rad;
+  own.datum.longitude_rad = plan.vehicle.datum.longitude_rad;
   own.p_vehicle_depth_m = plan.vehicle.p_vehicle_depth_m;
   if (IsExternal(plan.position_source)) own.T_vehicle_imu.translation().setZero();
   if (IsExternal(plan.attitude_source)) own.T_vehicle_imu.linear().setIdentity();

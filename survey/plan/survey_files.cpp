@@ -201,14 +201,13 @@ bool SurveyFiles::UsesAttitude(const NavigationRecord& n) {
 }
 
 // The position of the point that the chosen source's positions are of.
-GivenPosition SurveyFiles::AtChosenPoint(const NavigationRecord& n) const {
-  GivenPosition position = *n.position;
+GeoPosition SurveyFiles::AtChosenPoint(const NavigationRecord& n) const {
+  GeoPosition position = *n.position;
   if (n.source == plan_.position_source || !q_ned_vehicle_) return position;
-  constexpr double kEarthM = 6'371'000.0;
   const Eigen::Vector3d p_ned_m =
       *q_ned_vehicle_ * (plan_.vehicle.T_vehicle_imu.translation() - plan_.PointOf(n.source));
-  position.latitude_rad += p_ned_m.x() / kEarthM;
-  position.longitude_rad += p_ned_m.y() / (kEarthM * std::cos(position.latitude_rad));
+  position.latitude_rad += p_ned_m.x() / kMeanEarthRadiusM;
+  position.longitude_rad += p_ned_m.y() / (kMeanEarthRadiusM * std::cos(position.latitude_rad));
   return position;
 }
 
@@ -233,13 +232,10 @@ void SurveyFiles::OnNavigation(const NavigationRecord& n) {
     PutDepth(n.time, *n.depth_m);
   if (n.water_line_height_m) PutWaterLine(n.time, *n.water_line_height_m);
   if (!UsesPosition(n)) return;
-  const GivenPosition position =
-      n.position ? AtChosenPoint(n) : plan_.FromGrid(*n.grid_north_east_m);
   NavigationSample sample;
   sample.time = n.time;
   sample.source = n.source;
-  sample.position =
-      InsPosition{position.latitude_rad, position.longitude_rad, position.sigma_north_east_m};
+  sample.position = n.position ? AtChosenPoint(n) : plan_.FromGrid(*n.grid_north_east_m);
   sample.velocity = VelocityAtPosition(n.time);
   if (n.height_m) sample.height = InsVertical{*n.height_m, 0.0};
   AddLevel(n.time);
@@ -251,10 +247,10 @@ void SurveyFiles::OnNavigation(const NavigationRecord& n) {
 
 // Velocity of the point that positions are of. Where the velocity is that of another point, the
 // mean motion of the one relative to the other since the last position is added.
-std::optional<InsVelocity> SurveyFiles::VelocityAtPosition(Time t) {
+std::optional<GeoVelocity> SurveyFiles::VelocityAtPosition(Time t) {
   if (!velocity_ || velocity_time_ > t || ToSeconds(t - velocity_time_) > kVelocityHoldS)
     return std::nullopt;
-  InsVelocity velocity{velocity_->v_ned_mps, velocity_->sigma_mps};
+  GeoVelocity velocity{velocity_->v_ned_mps, velocity_->sigma_ned_mps};
   const Eigen::Vector3d p_vehicle_m =
       plan_.PointOf(plan_.position_source) - plan_.PointOf(velocity_source_);
   if (p_vehicle_m.isZero()) {

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "codecs/survey_records.hpp"
-#include "common/core/counters.hpp"
+#include "common/core/health/counters.hpp"
 #include "common/core/sample.hpp"
 #include "mapper/geometry/sound_ray.hpp"
 #include "survey/plan/survey_plan.hpp"
@@ -117,9 +117,9 @@ class SurveyFiles : public SampleSource {
   bool IsRepeated(Time t, const PingId& id);
   bool UsesPosition(const NavigationRecord& record);
   bool UsesAttitude(const NavigationRecord& record);
-  GivenPosition AtChosenPoint(const NavigationRecord& record) const;
+  GeoPosition AtChosenPoint(const NavigationRecord& record) const;
   void OnNavigation(const NavigationRecord& record);
-  std::optional<InsVelocity> VelocityAtPosition(Time t);
+  std::optional<GeoVelocity> VelocityAtPosition(Time t);
   void OnAttitude(Time t, const Attitude& attitude, const NavigationRecord& record);
   void AddLevel(Time t);
   void OnHeading(Time t, double heading_rad);
@@ -147,7 +147,7 @@ class SurveyFiles : public SampleSource {
   std::optional<Turn> heading_;
   Choice position_choice_;
   Choice attitude_choice_;
-  std::optional<GivenVelocity> velocity_;
+  std::optional<GeoVelocity> velocity_;
   Time velocity_time_;
   std::string velocity_source_;
   std::optional<Eigen::Quaterniond> q_ned_vehicle_;  // the last

@@ -36,13 +36,6 @@ constexpr std::uint64_t kEndBytes = 1024 * 1024;
 // A record of an end that is later than this after the begin is damaged.
 constexpr double kLongestFileS = 7.0 * 86'400.0;
 
-double DistanceM(const GivenPosition& a, const GivenPosition& b) {
-  constexpr double kEarthM = 6'371'000.0;
-  const double north = a.latitude_rad - b.latitude_rad;
-  const double east = std::cos(a.latitude_rad) * WrapAngle(a.longitude_rad - b.longitude_rad);
-  return kEarthM * Hypotenuse(north, east);
-}
-
 // Reads `bytes` of a file from `from` on, piece by piece, until `take` returns false: a function of
 // a record and of the bytes read so far.
 template <class Take>
@@ -76,7 +69,7 @@ struct Places {
       north.push_back(p.latitude_rad);
       east.push_back(WrapAngle(p.longitude_rad - first.longitude_rad));
     }
-    head->place = GivenPosition{Median(north), WrapAngle(first.longitude_rad + Median(east))};
+    head->place = GeoPosition{Median(north), WrapAngle(first.longitude_rad + Median(east))};
     head->place_time = positions[positions.size() / 2].time;
   }
 };
@@ -94,8 +87,7 @@ void TakeHead(const SurveyRecord& record, FileHead* head, Places* places) {
   if (!head->begin || t < *head->begin) head->begin = t;
   if (!head->end || t > *head->end) head->end = t;
   if (navigation != nullptr && navigation->position && places->positions.size() < Places::kEnough)
-    places->positions.push_back(
-        {t, navigation->position->latitude_rad, navigation->position->longitude_rad});
+    places->positions.push_back({*navigation->position, t});
 }
 
 bool IsStated(const std::string& serial) { return !serial.empty() && serial != "0"; }

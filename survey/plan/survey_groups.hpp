@@ -16,9 +16,9 @@ namespace seastitch {
 // What the head and the end of a survey file state.
 struct FileHead {
   std::filesystem::path path;
-  std::string format;                    // the same for files of one format
-  std::optional<Time> begin{}, end{};    // pings and navigation
-  std::optional<GivenPosition> place{};  // median of the first positions
+  std::string format;                  // the same for files of one format
+  std::optional<Time> begin{}, end{};  // pings and navigation
+  std::optional<GeoPosition> place{};  // median of the first positions
   Time place_time{};
   std::optional<SonarInstallation> installation{};
   bool has_pings = false;

@@ -285,15 +285,15 @@ bool Differs(const SonarInstallation& installation, const SurveyPlan& plan) {
 }
 
 // Rounded as in vehicle.yaml.
-void PlaceDatum(const GivenPosition& datum, VehicleGeometry* vehicle) {
+void PlaceDatum(const GeoPosition& datum, VehicleGeometry* vehicle) {
   const auto rounded = [](double rad) { return Deg2Rad(std::round(Rad2Deg(rad) * 1e9) / 1e9); };
-  vehicle->datum_latitude_rad = rounded(datum.latitude_rad);
-  vehicle->datum_longitude_rad = rounded(datum.longitude_rad);
+  vehicle->datum.latitude_rad = rounded(datum.latitude_rad);
+  vehicle->datum.longitude_rad = rounded(datum.longitude_rad);
 }
 
 // The map's origin: the first position of the source that is used.
 void SetDatum(const Census& census, SurveyPlan* plan) {
-  GivenPosition datum;
+  GeoPosition datum;
   if (const auto start = census.start.find(plan->position_source); start != census.start.end())
     datum = start->second;
   else if (const auto grid = census.grid_start.find(plan->position_source);
@@ -344,7 +344,7 @@ bool MendClocks(SurveyPlan* plan) {
 
 }  // namespace
 
-GivenPosition SurveyPlan::FromGrid(const Eigen::Vector2d& north_east_m) const {
+GeoPosition SurveyPlan::FromGrid(const Eigen::Vector2d& north_east_m) const {
   static const MapFrame grid(Datum{});
   const Datum point = grid.PointAt(north_east_m - grid_origin_m.value_or(Eigen::Vector2d::Zero()));
   return {Deg2Rad(point.latitude_deg), Deg2Rad(point.longitude_deg)};

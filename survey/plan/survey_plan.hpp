@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "codecs/survey_records.hpp"
-#include "common/core/counters.hpp"
+#include "common/core/health/counters.hpp"
 #include "common/core/vehicle.hpp"
 #include "products/warning.hpp"
 #include "survey/plan/file_clocks.hpp"
@@ -78,7 +78,7 @@ struct SurveyPlan {
   // The same survey with the soundings that the sonar has placed.
   SurveyPlan WithPlacedSoundings() const;
   // Latitude and longitude of a point of the grid.
-  GivenPosition FromGrid(const Eigen::Vector2d& north_east_m) const;
+  GeoPosition FromGrid(const Eigen::Vector2d& north_east_m) const;
   // Places the origin of the grid elsewhere, for a survey with others of that grid.
   void UseGridOrigin(const Eigen::Vector2d& north_east_m);
   // Point of the vehicle that a source's positions and velocities are of, from its reference point.

@@ -3,7 +3,7 @@
 #include <filesystem>
 
 #include "common/convert/convert.hpp"
-#include "common/core/counters.hpp"
+#include "common/core/health/counters.hpp"
 #include "products/survey_collector.hpp"
 #include "survey/read/merged_logs.hpp"
 #include "survey/read/message_types.hpp"

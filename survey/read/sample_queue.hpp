@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "common/core/checked.hpp"
-#include "common/core/conditions.hpp"
-#include "common/core/counters.hpp"
+#include "common/core/health/conditions.hpp"
+#include "common/core/health/counters.hpp"
 #include "common/core/sample.hpp"
 
 namespace seastitch {

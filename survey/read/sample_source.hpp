@@ -4,8 +4,8 @@
 #include <optional>
 #include <vector>
 
-#include "common/core/conditions.hpp"
-#include "common/core/counters.hpp"
+#include "common/core/health/conditions.hpp"
+#include "common/core/health/counters.hpp"
 #include "common/core/sample.hpp"
 
 namespace seastitch {

@@ -22,12 +22,11 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kRecordBytes = 136;
-constexpr double kEarthM = 6'371'000.0;
 constexpr double kUnderWayMps = 1.0;
 
 // The values of one record that are needed here.
-struct Row {
-  double week_s, latitude_rad, longitude_rad, heading_rad, wander_rad;
+struct Row : GeoPoint {
+  double week_s, heading_rad, wander_rad;
 };
 
 // Records of a file, by number.
@@ -51,8 +50,8 @@ class SbetRows {
     // Limits of seconds of a week, radians, metres and metres per second.
     const bool plausible =
         std::all_of(v.begin(), v.end(), [](double n) { return std::abs(n) < 1e7; });
-    if (!plausible || v[0] < 0.0 || v[0] > 2.0 * kWeekS) return std::nullopt;
-    return Row{v[0], v[1], v[2], v[9], v[10]};
+    if (!plausible || v[0] < 0.0 || v[0] > 2.0 * kGpsWeekS) return std::nullopt;
+    return Row{{v[1], v[2]}, v[0], v[9], v[10]};
   }
   // The first record from that time on, in a file whose times rise.
   std::optional<Row> From(double week_s) {
@@ -96,10 +95,7 @@ std::optional<double> MedianDistance(SbetRows* rows,
     const double week_s = ToSeconds(p.time - params.week_start) + params.leap_seconds;
     const std::optional<Row> row = rows->From(week_s);
     if (!row || std::abs(row->week_s - week_s) > 1.0) continue;
-    distances_m.push_back(
-        kEarthM *
-        Hypotenuse(row->latitude_rad - p.latitude_rad,
-                   std::cos(p.latitude_rad) * WrapAngle(row->longitude_rad - p.longitude_rad)));
+    distances_m.push_back(DistanceM(p, *row));
   }
   if (distances_m.size() < kLeast) return std::nullopt;
   return Median(distances_m);
@@ -131,13 +127,12 @@ int WanderSign(const std::vector<Row>& rows) {
   std::array<double, 3> off{};  // sums for -1, 0 and +1
   for (std::size_t i = 1; i < rows.size(); ++i) {
     const double dt_s = rows[i].week_s - rows[i - 1].week_s;
-    const double north_m = kEarthM * (rows[i].latitude_rad - rows[i - 1].latitude_rad);
-    const double east_m = kEarthM * std::cos(rows[i].latitude_rad) *
-                          WrapAngle(rows[i].longitude_rad - rows[i - 1].longitude_rad);
-    if (Hypotenuse(north_m, east_m) < kUnderWayMps * dt_s || dt_s > 5.0) continue;
+    const Eigen::Vector2d way_m = NorthEastBetween(rows[i - 1], rows[i]);
+    if (Hypotenuse(way_m.x(), way_m.y()) < kUnderWayMps * dt_s || dt_s > 5.0) continue;
+    const double course_rad = std::atan2(way_m.y(), way_m.x());
     for (int sign = -1; sign <= 1; ++sign)
-      off[static_cast<std::size_t>(sign + 1)] += std::abs(
-          WrapAngle(rows[i].heading_rad + sign * rows[i].wander_rad - std::atan2(east_m, north_m)));
+      off[static_cast<std::size_t>(sign + 1)] +=
+          std::abs(WrapAngle(rows[i].heading_rad + sign * rows[i].wander_rad - course_rad));
   }
   if (off[1] <= off[0] && off[1] <= off[2]) return 0;
   return off[0] < off[2] ? -1 : 1;
@@ -177,10 +172,10 @@ SbetParams SbetParamsFor(const fs::path& path,
   const std::vector<Row> rows = RowsOf(path);
   const double gps_s = GpsSeconds(of_survey);
   // Week in which a record is nearest to the survey: the file may begin in the week before.
-  const double week = std::round((gps_s - rows.front().week_s) / kWeekS);
+  const double week = std::round((gps_s - rows.front().week_s) / kGpsWeekS);
   SbetParams params;
-  params.leap_seconds = std::round(gps_s - ToSeconds(of_survey - FromUtime(315'964'800'000'000)));
-  params.week_start = FromUtime(315'964'800'000'000) + FromSeconds(week * kWeekS);
+  params.leap_seconds = std::round(gps_s - ToSeconds(of_survey - kGpsEpoch));
+  params.week_start = kGpsEpoch + FromSeconds(week * kGpsWeekS);
   params.wander_sign = WanderSign(rows);
   if (IsUtc(path, params, own)) params.leap_seconds = 0.0;
   return params;

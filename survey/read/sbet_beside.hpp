@@ -21,10 +21,8 @@ bool IsExternal(const std::string& source);
 std::string BesideAmong(const std::map<std::string, std::int64_t>& counts);
 
 // A position of a survey's own files.
-struct TimedPosition {
+struct TimedPosition : GeoPoint {
   Time time;
-  double latitude_rad = 0.0;
-  double longitude_rad = 0.0;
 };
 
 // Parameters that an SBET does not contain, from the survey: the GPS week, by a time of the survey;

@@ -46,10 +46,10 @@ TextNavigationFormat TextFormatOf(const fs::path& path) {
   if (crs.empty()) return format;
   try {
     format.from_grid = [grid = std::make_shared<GeographicConverter>(crs)](
-                           const Eigen::Vector2d& north_east_m) -> std::optional<GivenPosition> {
+                           const Eigen::Vector2d& north_east_m) -> std::optional<GeoPosition> {
       std::vector<Eigen::Vector2d> p{{north_east_m.y(), north_east_m.x()}};
       grid->Convert(&p);
-      return p[0].allFinite() ? std::optional(GivenPosition{p[0].x(), p[0].y()}) : std::nullopt;
+      return p[0].allFinite() ? std::optional(GeoPosition{p[0].x(), p[0].y()}) : std::nullopt;
     };
   } catch (const std::runtime_error& e) {
     throw ConfigError(ColumnsFileOf(path).string() + ": crs: " + e.what());

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "common/core/counters.hpp"
+#include "common/core/health/counters.hpp"
 #include "common/core/sample.hpp"
 #include "products/report/dive_report.hpp"
 #include "products/survey.hpp"

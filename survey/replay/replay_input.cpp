@@ -246,8 +246,8 @@ void Prepare(const ReplayOptions& options, const fs::path& out, Dive* dive) {
   if (input.survey_files) UseSurvey(input.survey_files->plan(), given_vehicle, &dive->mapper);
   if (input.submaps) dive->mapper.mounting = {};  // submaps may be of any vehicle
   if (input.map) {
-    dive->mapper.vehicle.datum_latitude_rad = Deg2Rad(input.map->datum.latitude_deg);
-    dive->mapper.vehicle.datum_longitude_rad = Deg2Rad(input.map->datum.longitude_deg);
+    dive->mapper.vehicle.datum.latitude_rad = Deg2Rad(input.map->datum.latitude_deg);
+    dive->mapper.vehicle.datum.longitude_rad = Deg2Rad(input.map->datum.longitude_deg);
   }
   dive->configuration = ConfigurationOf(*dive);
 }

@@ -264,8 +264,8 @@ void UseDatum(const Datum& datum, std::vector<Dive>* dives) {
         map.NorthEastOf(own.PointAt({start.start_north_m, start.start_east_m}));
     start.start_north_m = north_east_m.x();
     start.start_east_m = north_east_m.y();
-    vehicle.datum_latitude_rad = Deg2Rad(datum.latitude_deg);
-    vehicle.datum_longitude_rad = Deg2Rad(datum.longitude_deg);
+    vehicle.datum.latitude_rad = Deg2Rad(datum.latitude_deg);
+    vehicle.datum.longitude_rad = Deg2Rad(datum.longitude_deg);
   }
 }
 

@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "common/core/conditions.hpp"
-#include "common/core/counters.hpp"
+#include "common/core/health/conditions.hpp"
+#include "common/core/health/counters.hpp"
 #include "common/core/sample.hpp"
 #include "common/runtime/jobs_beside.hpp"
 #include "mapper/mapper.hpp"

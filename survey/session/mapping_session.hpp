@@ -7,9 +7,9 @@
 #include <variant>
 #include <vector>
 
-#include "common/core/conditions.hpp"
-#include "common/core/counters.hpp"
 #include "common/core/graph.hpp"
+#include "common/core/health/conditions.hpp"
+#include "common/core/health/counters.hpp"
 #include "optimizer/pose_graph_optimizer.hpp"
 #include "products/survey_collector.hpp"
 #include "survey/session/local_mapper.hpp"

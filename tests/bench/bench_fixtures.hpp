@@ -5,15 +5,15 @@
 #include "bench/log.hpp"
 #include "bench/simulator.hpp"
 #include "common/core/pose.hpp"
-#include "tests/paths.hpp"
+#include "tests/support/paths.hpp"
 
 namespace seastitch::bench {
 
 // Off in every way, so that a lever arm or an angle forgotten is seen.
 inline VehicleGeometry CrookedVehicle() {
   VehicleGeometry vehicle;
-  vehicle.datum_latitude_rad = Deg2Rad(43.0);
-  vehicle.datum_longitude_rad = Deg2Rad(-70.0);
+  vehicle.datum.latitude_rad = Deg2Rad(43.0);
+  vehicle.datum.longitude_rad = Deg2Rad(-70.0);
   vehicle.T_vehicle_imu =
       MakePose({0.5, 0.1, -0.2}, RotationFromRpy(Deg2Rad(1.0), Deg2Rad(-2.0), Deg2Rad(3.0)));
   vehicle.T_vehicle_dvl =

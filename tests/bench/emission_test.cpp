@@ -21,7 +21,8 @@
 #include "seastitch/imu_t.hpp"
 #include "seastitch/position_fix_t.hpp"
 #include "tests/bench/bench_fixtures.hpp"
-#include "tests/paths.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/paths.hpp"
 
 namespace seastitch::bench {
 namespace {
@@ -36,12 +37,6 @@ class SurveyFiles : public ::testing::Test {
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
-  std::string Contents(const std::filesystem::path& path) const {
-    std::ifstream in(path, std::ios::binary);
-    std::ostringstream out;
-    out << in.rdbuf();
-    return out.str();
-  }
   std::string Write(const std::string& text) const {
     const std::filesystem::path path = folder_ / "survey.yaml";
     std::ofstream(path) << text;
@@ -84,8 +79,8 @@ TEST_F(SurveyFiles, LogHoldsWhatTheDriversPublish) {
 TEST_F(SurveyFiles, SameSurveySameLog) {
   LogShortSurvey(folder_ / "a.lcmlog");
   LogShortSurvey(folder_ / "b.lcmlog");
-  EXPECT_EQ(Contents(folder_ / "a.lcmlog"), Contents(folder_ / "b.lcmlog"));
-  EXPECT_EQ(Contents(folder_ / "a.lcmlog.truth.csv"), Contents(folder_ / "b.lcmlog.truth.csv"));
+  EXPECT_EQ(TextOf(folder_ / "a.lcmlog"), TextOf(folder_ / "b.lcmlog"));
+  EXPECT_EQ(TextOf(folder_ / "a.lcmlog.truth.csv"), TextOf(folder_ / "b.lcmlog.truth.csv"));
 }
 
 TEST_F(SurveyFiles, TruthStartsAtTheOriginAndGoesToTheEnd) {

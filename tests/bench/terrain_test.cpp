@@ -13,7 +13,7 @@
 
 #include "bench/terrain_raster.hpp"
 #include "tests/bench/bench_fixtures.hpp"
-#include "tests/paths.hpp"
+#include "tests/support/paths.hpp"
 
 namespace seastitch::bench {
 namespace {

@@ -116,14 +116,14 @@ TEST_F(TrajectoryTest, IntegratedInertialDataReproduceTheTrack) {
   ImuModel imu({400.0, 0.0}, SensorErrors::OfClass("ideal"), scene, 1);
 
   // 15.041 deg/h; gravity of the 1980 formula, which is that of WGS 84 to 1e-6.
-  const double sine2 = std::pow(std::sin(vehicle.datum_latitude_rad), 2);
-  const double sine2_double = std::pow(std::sin(2.0 * vehicle.datum_latitude_rad), 2);
+  const double sine2 = std::pow(std::sin(vehicle.datum.latitude_rad), 2);
+  const double sine2_double = std::pow(std::sin(2.0 * vehicle.datum.latitude_rad), 2);
   const Eigen::Vector3d gravity(
       0.0, 0.0, 9.780327 * (1.0 + 0.0053024 * sine2 - 0.0000058 * sine2_double));
   const Eigen::Vector3d earth =
-      Deg2Rad(15.041067 / 3600.0) * Eigen::Vector3d(std::cos(vehicle.datum_latitude_rad),
+      Deg2Rad(15.041067 / 3600.0) * Eigen::Vector3d(std::cos(vehicle.datum.latitude_rad),
                                                     0.0,
-                                                    -std::sin(vehicle.datum_latitude_rad));
+                                                    -std::sin(vehicle.datum.latitude_rad));
 
   const auto imu_pose = [&](double t) {
     return Eigen::Isometry3d(trajectory_->PoseAt(t) * vehicle.T_vehicle_imu);

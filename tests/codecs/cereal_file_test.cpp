@@ -5,7 +5,8 @@
 #include "common/core/pose.hpp"
 #include "tests/codecs/survey_files.hpp"
 #include "tests/drivers/test_data.hpp"
-#include "tests/paths.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/paths.hpp"
 
 namespace seastitch {
 namespace {
@@ -29,7 +30,7 @@ Eigen::Vector3d EastNorthUp(const NavigationRecord& pose, const PlacedBeam& beam
 TEST(CerealFile, GoldenPingsAreWhereAuvlibPutsThem) {
   SKIP_WITHOUT(Shared(kGolden));
   const auto golden = ReadJson(Shared("vectors/survey/cereal/mbes_pings.json"))["pings"];
-  const auto file = ReadSurvey<CerealFileReader>(ReadBytes(Shared(kGolden)));
+  const auto file = ReadSurvey<CerealFileReader>(BytesOf(Shared(kGolden)));
   EXPECT_TRUE(file.counters.empty());
   const auto poses = file.All<NavigationRecord>();
   const auto pings = file.All<PlacedPing>();
@@ -54,7 +55,7 @@ TEST(CerealFile, GoldenPingsAreWhereAuvlibPutsThem) {
 
 TEST(CerealFile, ThePortableArchiveIsTheSameBehindOneByte) {
   SKIP_WITHOUT(Shared(kGolden));
-  ByteVector bytes = ReadBytes(Shared(kGolden));
+  ByteVector bytes = BytesOf(Shared(kGolden));
   const auto binary = ReadSurvey<CerealFileReader>(bytes);
   bytes.insert(bytes.begin(), 1);
   EXPECT_EQ(TextOf(ReadSurvey<CerealFileReader>(bytes)), TextOf(binary));
@@ -158,7 +159,7 @@ TEST(CerealFile, CountsThatCannotBeAllocateNothing) {
 
 TEST(CerealFile, AnyPiecesAndAnyDamage) {
   SKIP_WITHOUT(Shared(kGolden));
-  ExpectRobust(ReadBytes(Shared(kGolden)), Reader());
+  ExpectRobust(BytesOf(Shared(kGolden)), Reader());
 }
 
 }  // namespace

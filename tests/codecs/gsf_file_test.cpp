@@ -7,7 +7,8 @@
 #include "common/core/pose.hpp"
 #include "tests/codecs/survey_files.hpp"
 #include "tests/drivers/test_data.hpp"
-#include "tests/paths.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/paths.hpp"
 
 namespace seastitch {
 namespace {
@@ -51,7 +52,7 @@ void ExpectPing(const nlohmann::json& golden,
 TEST(GsfFile, GoldenPingsOfARealFile) {
   SKIP_WITHOUT(Shared(kGolden));
   const auto golden = ReadJson(Shared(kGolden));
-  const auto file = ReadSurvey<GsfFileReader>(ReadBytes(Shared(kRealFile)));
+  const auto file = ReadSurvey<GsfFileReader>(BytesOf(Shared(kRealFile)));
   const auto pings = file.All<PlacedPing>();
   ASSERT_EQ(pings.size(), 8u);
   std::vector<NavigationRecord> of_pings, attitudes;
@@ -238,7 +239,7 @@ TEST(GsfFile, UpToVersion2AHeadOfAPingIsShorter) {
 TEST(GsfFile, PositionsOfPingsWithoutDepthsAreRead) {
   const std::filesystem::path real = Shared("cases/gsf_version/v2.gsf");
   SKIP_WITHOUT(real);
-  const auto file = ReadSurvey<GsfFileReader>(ReadBytes(real));
+  const auto file = ReadSurvey<GsfFileReader>(BytesOf(real));
   const auto navigation = file.All<NavigationRecord>();
   ASSERT_EQ(navigation.size(), 3u);
   EXPECT_NEAR(Rad2Deg(navigation[0].position->latitude_rad), 38.0030681, 1e-7);
@@ -271,7 +272,7 @@ TEST(GsfFile, AnyPiecesAndAnyDamage) {
   ByteVector real;
   for (const char* number : {"01", "09", "06", "04", "03", "02", "12", "07"}) {
     const ByteVector one =
-        ReadBytes(Shared(std::string("vectors/survey/gsf/record_") + number + ".bin"));
+        BytesOf(Shared(std::string("vectors/survey/gsf/record_") + number + ".bin"));
     real.insert(real.end(), one.begin(), one.end());
   }
   ExpectRobust(real, Reader());

@@ -8,7 +8,8 @@
 #include "codecs/navigation/phins.hpp"
 #include "common/core/pose.hpp"
 #include "tests/drivers/test_data.hpp"
-#include "tests/paths.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/paths.hpp"
 
 namespace seastitch {
 namespace {
@@ -27,7 +28,7 @@ TEST_P(RealPhins, FramesAreReadAsTheMakersOwnDecoderReadsThem) {
   const std::string name = "real_stdv" + std::to_string(GetParam()) + ".bin";
   SKIP_WITHOUT(Golden("phins/" + name));
   const auto golden = ReadJson(Golden("phins/real.json"))[name];
-  const auto bytes = ReadBytes(Golden("phins/" + name));
+  const auto bytes = BytesOf(Golden("phins/" + name));
   const auto frame = DecodePhins(bytes);
   ASSERT_TRUE(frame);
   EXPECT_EQ(frame->version, golden["version"]);
@@ -63,7 +64,7 @@ TEST_P(RealPhins, FramesAreReadAsTheMakersOwnDecoderReadsThem) {
 TEST_P(RealPhins, NoCutAndNoFlippedByteIsRead) {
   const std::string name = "real_stdv" + std::to_string(GetParam()) + ".bin";
   SKIP_WITHOUT(Golden("phins/" + name));
-  const auto bytes = ReadBytes(Golden("phins/" + name));
+  const auto bytes = BytesOf(Golden("phins/" + name));
   for (std::size_t n = 0; n < bytes.size(); ++n) EXPECT_FALSE(DecodePhins(Bytes(bytes).first(n)));
   for (std::size_t i = 0; i < bytes.size(); ++i) {
     auto damaged = bytes;
@@ -77,7 +78,7 @@ INSTANTIATE_TEST_SUITE_P(Versions, RealPhins, testing::Values(2, 3, 4, 5));
 TEST(Phins, SyntheticFrameWithADepth) {
   SKIP_WITHOUT(Golden("phins/synthetic_v3.bin"));
   const auto golden = ReadJson(Golden("phins/synthetic_v3.json"));
-  const auto frame = DecodePhins(ReadBytes(Golden("phins/synthetic_v3.bin")));
+  const auto frame = DecodePhins(BytesOf(Golden("phins/synthetic_v3.bin")));
   ASSERT_TRUE(frame && frame->attitude && frame->position && frame->sensor_depth);
   EXPECT_EQ(ToSeconds(frame->valid_at), golden["validity_s"]);
   EXPECT_TRUE(HrpDeg(*frame->attitude)
@@ -100,7 +101,7 @@ TEST(Phins, SyntheticFrameWithADepth) {
 TEST(KmBinary, GoldenDatagram) {
   SKIP_WITHOUT(Golden("nav/synthetic_kmb.bin"));
   const auto golden = ReadJson(Golden("nav/kmb.json"));
-  const auto bytes = ReadBytes(Golden("nav/synthetic_kmb.bin"));
+  const auto bytes = BytesOf(Golden("nav/synthetic_kmb.bin"));
   const auto record = DecodeKmBinary(bytes);
   ASSERT_TRUE(record && record->position && record->attitude && record->velocity);
   EXPECT_EQ(ToUtime(record->time),
@@ -122,7 +123,7 @@ TEST(KmBinary, GoldenDatagram) {
 
 TEST(FrameStream, FramesAmongNoiseInPiecesOfAnySize) {
   SKIP_WITHOUT(Golden("phins/synthetic_v3.bin"));
-  const auto frame = ReadBytes(Golden("phins/synthetic_v3.bin"));
+  const auto frame = BytesOf(Golden("phins/synthetic_v3.bin"));
   std::vector<std::uint8_t> stream{'I', 'X', 3, 'x', 'A'};
   stream.insert(stream.end(), frame.begin(), frame.end());
   stream.insert(stream.end(), frame.begin(), frame.begin() + 40);  // one is cut
@@ -146,7 +147,7 @@ TEST(FrameStream, FramesAmongNoiseInPiecesOfAnySize) {
 
 TEST(FrameStream, AFrameHasTheStampOfThePieceInWhichItBegan) {
   SKIP_WITHOUT(Golden("nav/synthetic_kmb.bin"));
-  const auto frame = ReadBytes(Golden("nav/synthetic_kmb.bin"));
+  const auto frame = BytesOf(Golden("nav/synthetic_kmb.bin"));
   FrameStream frames(SizeOfKmBinary);
   EXPECT_TRUE(frames.Add(Bytes(frame).first(50), FromUtime(1)).empty());
   auto rest = std::vector<std::uint8_t>(frame.begin() + 50, frame.end());

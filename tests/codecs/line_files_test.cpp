@@ -10,9 +10,10 @@
 #include "tests/codecs/one_each.hpp"
 #include "tests/codecs/survey_files.hpp"
 #include "tests/drivers/test_data.hpp"
-#include "tests/paths.hpp"
-#include "tests/process/run_command.hpp"
-#include "tests/runtime/temporary_dir.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/run_command.hpp"
+#include "tests/support/temporary_dir.hpp"
 
 namespace seastitch {
 namespace {
@@ -28,7 +29,7 @@ ByteVector Las(const json& spec) {
       RunCommand("python3 " + (SourceDir() / "tests/codecs/write_las.py").string() + " " + file +
                  " < " + input);
   EXPECT_EQ(written.exit_code, 0) << written.output;
-  return ReadBytes(file);
+  return BytesOf(file);
 }
 
 // x, y, z, time, class, source, withheld, overlap

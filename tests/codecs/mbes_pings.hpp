@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "common/core/counters.hpp"
+#include "common/core/health/counters.hpp"
 #include "common/core/sensors.hpp"
-#include "tests/property.hpp"
+#include "tests/support/property.hpp"
 
 namespace seastitch {
 

@@ -5,7 +5,8 @@
 #include "common/core/pose.hpp"
 #include "tests/codecs/survey_files.hpp"
 #include "tests/drivers/test_data.hpp"
-#include "tests/paths.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/paths.hpp"
 
 namespace seastitch {
 namespace {
@@ -44,7 +45,7 @@ ByteVector SbetRow(double week_s, double latitude_rad = 1.0) {
 TEST(SbetFile, GoldenRecords) {
   SKIP_WITHOUT(Golden("synthetic.sbet"));
   const auto golden = ReadJson(Golden("sbet_smrmsg.json"));
-  const auto file = ReadWith(ReadBytes(Golden("synthetic.sbet")), Sbet());
+  const auto file = ReadWith(BytesOf(Golden("synthetic.sbet")), Sbet());
   const auto samples = file.All<NavigationRecord>();
   ASSERT_EQ(samples.size(), golden["sbet_rows"].size());
   EXPECT_EQ(ToUtime(samples[0].time),
@@ -120,7 +121,7 @@ TEST(TextNavigation, GoldenFilesOfMbSystem) {
        {std::tuple{"synthetic.fnv", TextNavigationFormat::Fnv(), 57.5, 11.25},
         std::tuple{"synthetic.na0", TextNavigationFormat::Na0(), 57.50001, 11.25002}}) {
     SCOPED_TRACE(name);
-    const auto file = ReadWith(ReadBytes(Golden(name)), Text(format));
+    const auto file = ReadWith(BytesOf(Golden(name)), Text(format));
     EXPECT_TRUE(file.counters.empty());
     const auto samples = file.All<NavigationRecord>();
     ASSERT_EQ(samples.size(), 3u);
@@ -219,7 +220,7 @@ TEST(TextNavigation, OnePlaceIsWrittenInManyForms) {
                                                         {"-33 30.6", "71 37.2"}}) {
     const auto file = read(latitude, longitude);
     ASSERT_EQ(file.records.size(), 1u) << latitude;
-    const GivenPosition place = *file.All<NavigationRecord>().at(0).position;
+    const GeoPosition place = *file.All<NavigationRecord>().at(0).position;
     EXPECT_NEAR(Rad2Deg(place.latitude_rad), -33.51, 1e-9) << latitude;
     EXPECT_NEAR(Rad2Deg(place.longitude_rad), 71.62, 1e-9) << longitude;
   }

@@ -11,7 +11,7 @@
 #include "codecs/navigation/nmea0183_writer.hpp"
 #include "common/core/pose.hpp"
 #include "tests/drivers/test_data.hpp"
-#include "tests/paths.hpp"
+#include "tests/support/paths.hpp"
 
 namespace seastitch {
 namespace {

@@ -9,7 +9,8 @@
 #include "drivers/mbes/mbes_decoder.hpp"
 #include "tests/codecs/mbes_pings.hpp"
 #include "tests/drivers/test_data.hpp"
-#include "tests/paths.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/paths.hpp"
 
 namespace seastitch {
 namespace {
@@ -20,7 +21,7 @@ void ExpectGolden(const std::string& stem) {
   SCOPED_TRACE(stem);
   const nlohmann::json golden = ReadJson(Shared("vectors/r2sonic/" + stem + ".json"));
   int unusable = -1;
-  const auto ping = DecodeBth0(ReadBytes(Shared("vectors/r2sonic/" + stem + ".bin")), &unusable);
+  const auto ping = DecodeBth0(BytesOf(Shared("vectors/r2sonic/" + stem + ".bin")), &unusable);
   ASSERT_TRUE(ping);
   const auto& h0 = golden["H0"];
   EXPECT_EQ(ToUtime(ping->time),
@@ -63,7 +64,7 @@ TEST(R2Sonic, RealDatagramsOfASonic2026) {
 TEST(R2Sonic, EveryTruncationOfAGoldenDatagramIsRefused) {
   SKIP_WITHOUT(Shared("vectors/r2sonic"));
   for (const char* const stem : {"bth0_a0_odd", "bth0_unknown_section"}) {
-    const ByteVector whole = ReadBytes(Shared(std::string("vectors/r2sonic/") + stem + ".bin"));
+    const ByteVector whole = BytesOf(Shared(std::string("vectors/r2sonic/") + stem + ".bin"));
     for (std::size_t n = 0; n < whole.size(); ++n) {
       ByteVector cut(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(n));
       EXPECT_FALSE(DecodeBth0(cut)) << n;

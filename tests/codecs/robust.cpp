@@ -1,7 +1,8 @@
 #include <gtest/gtest.h>
 
 #include "tests/codecs/survey_files.hpp"
-#include "tests/property.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/property.hpp"
 
 namespace seastitch {
 namespace {

@@ -9,7 +9,8 @@
 #include "tests/codecs/mbes_pings.hpp"
 #include "tests/codecs/survey_files.hpp"
 #include "tests/drivers/test_data.hpp"
-#include "tests/paths.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/paths.hpp"
 
 namespace seastitch {
 namespace {
@@ -28,7 +29,7 @@ NavigationRecord SampleOf(const SurveyContents& file, const std::string& source)
 TEST(S7kFile, GoldenFileHoldsThePing) {
   SKIP_WITHOUT(Shared(kGolden));
   const auto golden = GoldenValues();
-  const auto file = ReadSurvey<S7kFileReader>(ReadBytes(Shared(kGolden)));
+  const auto file = ReadSurvey<S7kFileReader>(BytesOf(Shared(kGolden)));
   const auto pings = file.All<MbesPing>();
   ASSERT_EQ(pings.size(), 1u);
   const MbesPing& ping = pings[0];
@@ -56,7 +57,7 @@ TEST(S7kFile, GoldenFileHoldsThePing) {
 TEST(S7kFile, GoldenFileHoldsNavigationAndProfile) {
   SKIP_WITHOUT(Shared(kGolden));
   const auto golden = GoldenValues();
-  const auto file = ReadSurvey<S7kFileReader>(ReadBytes(Shared(kGolden)));
+  const auto file = ReadSurvey<S7kFileReader>(BytesOf(Shared(kGolden)));
 
   const NavigationRecord position = SampleOf(file, "1003");
   EXPECT_NEAR(position.position->latitude_rad, golden["r1003"]["lat_rad"].get<double>(), 1e-15);
@@ -100,7 +101,7 @@ TEST(S7kFile, GoldenFileHoldsNavigationAndProfile) {
 TEST(S7kFile, GoldenInstallationComesInOurAxes) {
   SKIP_WITHOUT(Shared(kGolden));
   const auto golden = GoldenValues()["r7030"];
-  const auto file = ReadSurvey<S7kFileReader>(ReadBytes(Shared(kGolden)));
+  const auto file = ReadSurvey<S7kFileReader>(BytesOf(Shared(kGolden)));
   const auto installation = file.All<SonarInstallation>().at(0);
   const auto expect = [](const Eigen::Isometry3d& T, const nlohmann::json& values) {
     const auto v = values.get<std::vector<double>>();
@@ -154,7 +155,7 @@ void Append(const ByteVector& more, ByteVector* all) {
 ByteVector GoldenRecord(std::uint32_t type,
                         const S7kPingId& id,
                         const std::function<void(ByteVector*)>& change = {}) {
-  const ByteVector golden = ReadBytes(Shared(kGolden));
+  const ByteVector golden = BytesOf(Shared(kGolden));
   for (std::size_t at = 0; at < golden.size();) {
     const auto record = ReadS7kRecord(Bytes(golden).subspan(at));
     if (!record) break;
@@ -277,7 +278,7 @@ TEST(S7kFile, AnyPiecesAndAnyDamage) {
   }
   ExpectRobust(made, [] { return std::make_unique<S7kFileReader>(); });
   SKIP_WITHOUT(Shared(kGolden));
-  ByteVector golden = ReadBytes(Shared(kGolden));
+  ByteVector golden = BytesOf(Shared(kGolden));
   // Without checksums, so that damage reaches the decoders.
   for (std::size_t at = 0; at + 64 <= golden.size();) {
     golden[at + 48] &= 0xFE;

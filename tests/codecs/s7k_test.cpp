@@ -9,7 +9,8 @@
 #include "drivers/mbes/mbes_decoder.hpp"
 #include "tests/codecs/mbes_pings.hpp"
 #include "tests/drivers/test_data.hpp"
-#include "tests/paths.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/paths.hpp"
 
 namespace seastitch {
 namespace {
@@ -17,7 +18,7 @@ namespace {
 using ByteVector = std::vector<std::uint8_t>;
 
 ByteVector Vector(const std::string& stem) {
-  return ReadBytes(Shared("vectors/s7k/" + stem + ".bin"));
+  return BytesOf(Shared("vectors/s7k/" + stem + ".bin"));
 }
 
 MbesDecoder Decoder() {

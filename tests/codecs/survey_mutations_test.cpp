@@ -22,7 +22,8 @@
 #include "codecs/makers/xtf_file.hpp"
 #include "tests/codecs/survey_files.hpp"
 #include "tests/drivers/test_data.hpp"
-#include "tests/paths.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/paths.hpp"
 
 namespace seastitch {
 namespace {
@@ -71,12 +72,6 @@ std::vector<ReadPing> PingsOf(const ByteVector& file, SurveyReader* reader, bool
   return pings;
 }
 
-ByteVector BytesOf(const std::filesystem::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  const std::vector<char> chars(std::istreambuf_iterator<char>(in), {});
-  return ByteVector(chars.begin(), chars.end());
-}
-
 // 400 pings of 256 beams with position and motion.
 ByteVector OwnS7k() {
   ByteVector file;
@@ -91,7 +86,7 @@ ByteVector OwnS7k() {
   for (std::uint32_t i = 0; i < 400; ++i) {
     NavigationRecord sample;
     sample.time = installation.time + std::chrono::milliseconds(200 * i);
-    sample.position = GivenPosition{1.0 + 1e-8 * i, 0.1};
+    sample.position = GeoPosition{1.0 + 1e-8 * i, 0.1};
     sample.attitude = Attitude{};
     add(EncodeS7k1003(sample));
     add(EncodeS7k1016({sample}));

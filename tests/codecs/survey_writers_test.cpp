@@ -41,8 +41,8 @@ NavigationRecord Motion(std::int64_t utime, double heading_deg) {
   sample.attitude = Attitude{
       Eigen::Quaterniond(RotationFromRpy(Deg2Rad(2.0), Deg2Rad(-1.5), Deg2Rad(heading_deg)))};
   sample.heave_m = 12.34;
-  sample.position = GivenPosition{Deg2Rad(43.07123456), Deg2Rad(-70.70765432), {0.5, 0.5}};
-  sample.velocity = GivenVelocity{{1.0, -1.0, 0.0}};
+  sample.position = GeoPosition{Deg2Rad(43.07123456), Deg2Rad(-70.70765432), {0.5, 0.5}};
+  sample.velocity = GeoVelocity{{1.0, -1.0, 0.0}};
   return sample;
 }
 

@@ -9,7 +9,8 @@
 #include "drivers/mbes/mbes_decoder.hpp"
 #include "tests/codecs/mbes_pings.hpp"
 #include "tests/drivers/test_data.hpp"
-#include "tests/paths.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/paths.hpp"
 
 namespace seastitch {
 namespace {
@@ -79,7 +80,7 @@ TEST(WbmsCodec, GoldenPacketsOfEveryVersion) {
     SCOPED_TRACE(version);
     const std::string stem = Shared("vectors/wbms") / (std::string("wbms_bathy_v") + version);
     const nlohmann::json golden = ReadJson(stem + ".json");
-    const ByteVector packet = ReadBytes(stem + ".bin");
+    const ByteVector packet = BytesOf(stem + ".bin");
     EXPECT_EQ(SizeOfWbms(packet), packet.size());
     int unusable = -1;
     const auto ping = DecodeWbms(packet, &unusable);

@@ -9,7 +9,8 @@
 #include "tests/codecs/motion.hpp"
 #include "tests/codecs/survey_files.hpp"
 #include "tests/drivers/test_data.hpp"
-#include "tests/paths.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/paths.hpp"
 
 namespace seastitch {
 namespace {
@@ -17,7 +18,7 @@ namespace {
 const char* const kRealFile = "data/mbes/r2sonic2026.xtf";
 const char* const kGolden = "vectors/survey/r2sonic2026_xtf.json";
 
-SurveyContents RealFile() { return ReadSurvey<XtfFileReader>(ReadBytes(Shared(kRealFile))); }
+SurveyContents RealFile() { return ReadSurvey<XtfFileReader>(BytesOf(Shared(kRealFile))); }
 
 Time TimeOf(const nlohmann::json& one) {
   return FromUtime(std::llround(one["unix_time"].get<double>() * 1e6));

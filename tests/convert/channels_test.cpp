@@ -9,7 +9,8 @@
 #include <sstream>
 
 #include "tests/convert/example_messages.hpp"
-#include "tests/paths.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/paths.hpp"
 
 namespace seastitch {
 namespace {
@@ -104,9 +105,7 @@ std::string Table() {
 // SEASTITCH_UPDATE_DOCS=1 writes the table instead of comparing it.
 TEST(Channels, AreTheTableOfTheDocumentation) {
   const auto path = SourceDir() / "docs" / "channels.md";
-  std::ostringstream text;
-  text << std::ifstream(path).rdbuf();
-  const std::string page = text.str();
+  const std::string page = TextOf(path);
   const std::size_t begin = page.find(kBegin);
   const std::size_t end = page.find(kEnd);
   ASSERT_TRUE(begin != std::string::npos && end != std::string::npos) << path;

@@ -11,7 +11,7 @@
 #include "common/convert/convert.hpp"
 #include "common/core/sensors.hpp"
 #include "tests/convert/example_messages.hpp"
-#include "tests/property.hpp"
+#include "tests/support/property.hpp"
 
 namespace seastitch {
 namespace {
@@ -213,14 +213,14 @@ TEST(WhatToLcmMakes, IsTakenOfNavigation) {
     sample.time = draw.Instant();
     sample.status = static_cast<InsStatus>(draw.Index(5));
     if (draw.Coin())
-      sample.position = InsPosition{draw.Within(-kPi / 2, kPi / 2),
+      sample.position = GeoPosition{draw.Within(-kPi / 2, kPi / 2),
                                     draw.Within(-kPi, kPi),
                                     {draw.Within(0, 1e9), draw.Within(0, 1e9)}};
     const double most = kMaxCoordinate_m;
     if (draw.Coin()) sample.depth = InsVertical{draw.Within(-most, most), draw.Within(0, 1e9)};
     if (draw.Coin()) sample.height = InsVertical{draw.Within(-most, most), draw.Within(0, 1e9)};
     if (draw.Coin()) sample.attitude = Attitude{draw.Rotation(), draw.Sigmas()};
-    if (draw.Coin()) sample.velocity = InsVelocity{draw.Vector(1e300), draw.Sigmas()};
+    if (draw.Coin()) sample.velocity = GeoVelocity{draw.Vector(1e300), draw.Sigmas()};
     sample.source = draw.Text(kMaxSourceLength);
     ExpectSameAtBothEdges(sample, kStamp);
   });

@@ -339,7 +339,7 @@ TEST(ConvertProfile, GivesBackTheProfileAndRefusesEachDamage) {
 }
 
 TEST(ConvertFix, GivesBackTheFixAndRefusesEachDamage) {
-  PositionFix fix{kTime, 0.75, -1.2, Eigen::Matrix2d::Identity() * 4.0, "gps"};
+  PositionFix fix{{0.75, -1.2}, kTime, Eigen::Matrix2d::Identity() * 4.0, "gps"};
   fix.covariance_north_east_m2(0, 1) = fix.covariance_north_east_m2(1, 0) = 1.5;
   const auto back = FromLcm(Wire(ToLcm(fix, kStamp)));
   ASSERT_TRUE(back);

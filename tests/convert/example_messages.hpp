@@ -74,11 +74,11 @@ inline NavigationSample Navigation() {
   NavigationSample sample;
   sample.time = kTime;
   sample.status = InsStatus::kAided;
-  sample.position = InsPosition{0.75, -1.2, {1.5, 2.5}};
+  sample.position = GeoPosition{0.75, -1.2, {1.5, 2.5}};
   sample.depth = InsVertical{12.0, 0.1};
   sample.height = InsVertical{-12.5, 0.2};
   sample.attitude = Imu().attitude;
-  sample.velocity = InsVelocity{{1.0, -0.5, 0.1}, {0.01, 0.02, 0.03}};
+  sample.velocity = GeoVelocity{{1.0, -0.5, 0.1}, {0.01, 0.02, 0.03}};
   sample.source = "phins";
   return sample;
 }
@@ -244,7 +244,7 @@ void ForEach(Visit visit) {
   visit(channels::kIns, ToLcm(Navigation(), kStamp));
   visit(channels::kSvp, ToLcm(SoundVelocityProfile{kTime, {1, 2, 3}, {1500, 1490, 1480}}, kStamp));
   visit(channels::kPositionFix,
-        ToLcm(PositionFix{kTime, 0.75, -1.2, Eigen::Matrix2d::Identity(), "gps"}, kStamp));
+        ToLcm(PositionFix{{0.75, -1.2}, kTime, Eigen::Matrix2d::Identity(), "gps"}, kStamp));
   const std::vector<std::uint8_t> bytes{1, 2, 3};
   for (const char* raw :
        {channels::kRawCan, channels::kRawDvl, channels::kRawMbes, channels::kRawNav})

@@ -9,7 +9,7 @@
 
 #include "common/storage/event_log.hpp"
 #include "tests/convert/example_messages.hpp"
-#include "tests/paths.hpp"
+#include "tests/support/paths.hpp"
 
 namespace seastitch {
 namespace {

@@ -11,7 +11,7 @@
 #include <variant>
 #include <vector>
 
-#include "tests/property.hpp"
+#include "tests/support/property.hpp"
 
 namespace seastitch {
 namespace {

@@ -1,5 +1,5 @@
 #include "common/core/bytes.hpp"
-#include "tests/property.hpp"
+#include "tests/support/property.hpp"
 
 #include <gtest/gtest.h>
 

@@ -8,8 +8,9 @@
 #include "drivers/socket/cannelloni.hpp"
 #include "tests/drivers/can_generators.hpp"
 #include "tests/drivers/test_data.hpp"
-#include "tests/paths.hpp"
-#include "tests/property.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/property.hpp"
 
 namespace seastitch {
 namespace {
@@ -18,7 +19,7 @@ TEST(Cannelloni, GoldenPacketsDecodeAndComeBackByteForByte) {
   SKIP_WITHOUT(Shared("vectors/cannelloni"));
   for (const auto& vector : ReadJson(Shared("vectors/cannelloni/cannelloni_vectors.json"))) {
     const std::string name = vector["name"];
-    const auto bytes = ReadBytes(Shared("vectors/cannelloni/" + name + ".bin"));
+    const auto bytes = BytesOf(Shared("vectors/cannelloni/" + name + ".bin"));
     ASSERT_EQ(bytes, FromHex(vector["packet"])) << name;
     const auto packet = DecodeCannelloni(bytes);
     ASSERT_TRUE(packet) << name;

@@ -9,8 +9,9 @@
 
 #include "drivers/can/signal_map.hpp"
 #include "tests/drivers/test_data.hpp"
-#include "tests/paths.hpp"
-#include "tests/property.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/property.hpp"
 
 namespace seastitch {
 namespace {
@@ -186,12 +187,11 @@ TEST(Dbc, AMissingFileIsOneLine) {
 }
 
 TEST(Dbc, EveryTruncationOfAFileIsReadOrRefusedWithoutHarm) {
-  std::stringstream text;
-  text << std::ifstream(ConfigFile("seastitch_dvl.dbc")).rdbuf();
+  const std::string text = TextOf(ConfigFile("seastitch_dvl.dbc"));
   int refused = 0;
-  for (std::size_t n = 0; n < text.str().size(); n += 3) {
+  for (std::size_t n = 0; n < text.size(); n += 3) {
     try {
-      Dbc::Parse(text.str().substr(0, n), "cut.dbc");
+      Dbc::Parse(text.substr(0, n), "cut.dbc");
     } catch (const std::runtime_error&) {
       ++refused;
     }

@@ -11,7 +11,7 @@
 #include "codecs/kongsberg/kmall.hpp"
 #include "drivers/imu/imu_driver.hpp"
 #include "drivers/mbes/mbes_decoder.hpp"
-#include "tests/paths.hpp"
+#include "tests/support/paths.hpp"
 
 namespace seastitch {
 namespace {

@@ -8,8 +8,8 @@
 #include "drivers/dvl/dvl_driver.hpp"
 #include "drivers/dvl/pd0_driver.hpp"
 #include "drivers/imu/imu_driver.hpp"
-#include "tests/paths.hpp"
-#include "tests/runtime/temporary_dir.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/temporary_dir.hpp"
 
 namespace seastitch {
 namespace {

@@ -9,7 +9,7 @@
 #include "drivers/mbes/mbes_driver.hpp"
 #include "drivers/socket/cannelloni.hpp"
 #include "tests/drivers/test_data.hpp"
-#include "tests/paths.hpp"
+#include "tests/support/paths.hpp"
 
 namespace seastitch {
 namespace {

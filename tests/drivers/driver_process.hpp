@@ -18,8 +18,9 @@
 #include "common/runtime/bus.hpp"
 #include "seastitch/raw_bytes_t.hpp"
 #include "tests/drivers/loopback.hpp"
-#include "tests/paths.hpp"
-#include "tests/runtime/temporary_dir.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/temporary_dir.hpp"
 
 namespace seastitch {
 
@@ -58,11 +59,7 @@ class Process {
     Signal(signal);
     return Wait();
   }
-  std::string Output() const {
-    std::stringstream text;
-    text << std::ifstream(output_file_).rdbuf();
-    return text.str();
-  }
+  std::string Output() const { return TextOf(output_file_); }
 
  private:
   std::string output_file_;
@@ -73,9 +70,7 @@ class Process {
 inline std::string WithSource(const TemporaryDir& dir,
                               const std::string& file,
                               const std::string& source) {
-  std::stringstream text;
-  text << std::ifstream(ConfigFile(file)).rdbuf();
-  std::string content = text.str();
+  std::string content = TextOf(ConfigFile(file));
   const std::size_t at = content.find("source: ");
   content.replace(at, content.find('\n', at) - at, "source: " + source);
   for (const char* const dbc : {"sbg_ecan.dbc", "seastitch_dvl.dbc"})

@@ -29,7 +29,8 @@
 #include "tests/drivers/driver_process.hpp"
 #include "tests/drivers/loopback.hpp"
 #include "tests/drivers/test_data.hpp"
-#include "tests/paths.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/paths.hpp"
 
 namespace seastitch {
 namespace {
@@ -387,8 +388,9 @@ TEST_F(DriverProcess, SixRealPingsArriveAsAnIndependentReaderReadsThem) {
   if (!OpenBus()) {
     GTEST_SKIP() << "LCM cannot open " << lcm_url;
   }
-  const nlohmann::json expected = nlohmann::json::parse(OutputOf(
-      "python3 " + (SourceDir() / "tests/codecs/kmall_reference.py").string() + " " + file));
+  const nlohmann::json expected = nlohmann::json::parse(
+      OutputOf("python3 " + (SourceDir() / "tests/codecs/kongsberg/kmall_reference.py").string() +
+               " " + file));
   ASSERT_EQ(expected.size(), 6u);
 
   std::vector<mbes_ping_t> pings;
@@ -405,7 +407,7 @@ TEST_F(DriverProcess, SixRealPingsArriveAsAnIndependentReaderReadsThem) {
   // Its first HEALTH says that it listens.
   ASSERT_TRUE(HandleUntil([&] { return health.has_value(); }, 10'000)) << process->Output();
 
-  const std::vector<std::uint8_t> all = ReadBytes(file);
+  const std::vector<std::uint8_t> all = BytesOf(file);
   UdpSender sender(port);
   std::size_t sent = 0;
   for (std::size_t at = 0; at + 8 <= all.size();) {

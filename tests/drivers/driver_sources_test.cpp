@@ -21,8 +21,9 @@
 #include "drivers/socket/udp_socket.hpp"
 #include "tests/drivers/loopback.hpp"
 #include "tests/drivers/test_data.hpp"
-#include "tests/paths.hpp"
-#include "tests/runtime/temporary_dir.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/temporary_dir.hpp"
 
 namespace seastitch {
 namespace {
@@ -374,9 +375,7 @@ TEST(UdpSocket, WaitsForAnInterfaceThatIsMissing) {
 class Config : public testing::Test {
  protected:
   std::string Changed(const std::string& file, const std::string& from, const std::string& to) {
-    std::stringstream text;
-    text << std::ifstream(ConfigFile(file)).rdbuf();
-    std::string content = text.str();
+    std::string content = TextOf(ConfigFile(file));
     const std::size_t at = content.find(from);
     EXPECT_NE(at, std::string::npos) << from;
     content.replace(at, from.size(), to);
@@ -464,9 +463,7 @@ TEST_F(Config, ABrokenDbcIsNamedByItsLine) {
 
 TEST_F(Config, WithTheReceiveClockNoUtcIsNeeded) {
   Changed("imu_driver.yaml", "  utc_time_us: UTC_0.TIME_STAMP\n", "");
-  std::stringstream text;
-  text << std::ifstream(dir.path() / "imu_driver.yaml").rdbuf();
-  std::string content = text.str();
+  std::string content = TextOf(dir.path() / "imu_driver.yaml");
   content = content.substr(0, content.find("  utc_time_of_week_ms"));
   content.replace(content.find("clock: device"), 13, "clock: receive");
   EXPECT_NO_THROW(LoadImuDriverConfig(dir.Write("imu.yaml", content)));

@@ -7,9 +7,10 @@
 
 #include "drivers/dvl/dvl_driver.hpp"
 #include "tests/drivers/test_data.hpp"
-#include "tests/paths.hpp"
-#include "tests/property.hpp"
-#include "tests/runtime/temporary_dir.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/property.hpp"
+#include "tests/support/temporary_dir.hpp"
 
 namespace seastitch {
 namespace {
@@ -172,8 +173,7 @@ TEST_F(DvlCan, EitherPartMayComeAlone) {
 TEST_F(DvlCan, PressureAloneIsDepthByDensityAndGravity) {
   constexpr double kDensity = 1027.0, kGravity = 9.81;
   TemporaryDir dir;
-  std::ifstream shipped(ConfigFile("dvl_driver.yaml"));
-  std::string config(std::istreambuf_iterator<char>(shipped), {});
+  std::string config = TextOf(ConfigFile("dvl_driver.yaml"));
   const std::size_t depth = config.find("  depth_m:");
   config.erase(depth);
   config += "  depth_m: DEPTH_PRESSURE.PRESSURE * 9.9257e-5\n";

@@ -10,8 +10,9 @@
 #include "common/core/pose.hpp"
 #include "drivers/socket/cannelloni.hpp"
 #include "tests/drivers/test_data.hpp"
-#include "tests/paths.hpp"
-#include "tests/property.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/property.hpp"
 
 namespace seastitch {
 namespace {
@@ -292,9 +293,7 @@ TEST_F(EcanInsTest, ItsAltitudeUnderWaterIsItsDepth) {
 }
 
 TEST_F(EcanInsTest, IdsThatWereChangedInTheUnitAreChangedInTheFile) {
-  std::stringstream text;
-  text << std::ifstream(ConfigFile("sbg_ecan.dbc")).rdbuf();
-  std::string changed = text.str();
+  std::string changed = TextOf(ConfigFile("sbg_ecan.dbc"));
   const std::string from = "BO_ 304 ", to = "BO_ 2566848768 ";  // 0x130 to 0x18FF0100, 29 bits
   changed.replace(changed.find(from), from.size(), to);
   EcanInsParams params;

@@ -9,8 +9,8 @@
 #include "common/core/pose.hpp"
 #include "drivers/imu/imu_driver.hpp"
 #include "tests/drivers/test_data.hpp"
-#include "tests/paths.hpp"
-#include "tests/property.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/property.hpp"
 
 namespace seastitch {
 namespace {

@@ -9,7 +9,8 @@
 #include "drivers/nav/nmea_fixes.hpp"
 #include "drivers/nav/nmea_ins.hpp"
 #include "tests/drivers/test_data.hpp"
-#include "tests/paths.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/paths.hpp"
 
 namespace seastitch {
 namespace {
@@ -179,7 +180,7 @@ std::filesystem::path Golden(const std::string& name) { return Shared("vectors/s
 
 TEST(PhinsIns, AFrameIsASampleAndItsPressureSensorADepth) {
   SKIP_WITHOUT(Golden("phins/synthetic_v3.bin"));
-  const auto frame = ReadBytes(Golden("phins/synthetic_v3.bin"));
+  const auto frame = BytesOf(Golden("phins/synthetic_v3.bin"));
   PhinsIns ins({.clock = {DeviceClock::kDevice}});
   constexpr std::int64_t kWrong =
       1'000'000'000;  // the computer's day does not matter: it has a date
@@ -201,7 +202,7 @@ TEST(PhinsIns, AFrameIsASampleAndItsPressureSensorADepth) {
 TEST(PhinsIns, UnderWaterItsAltitudeMayBeItsDepth) {
   SKIP_WITHOUT(Golden("phins/real_stdv5.bin"));
   PhinsIns ins({.clock = {DeviceClock::kReceive}, .altitude_is_depth = true});
-  const auto frame = ReadBytes(Golden("phins/real_stdv5.bin"));
+  const auto frame = BytesOf(Golden("phins/real_stdv5.bin"));
   const auto samples = All<NavigationSample>(ins.Add(frame, FromUtime(kNoon)));
   ASSERT_EQ(samples.size(), 1u);
   const auto golden = ReadJson(Golden("phins/real.json"))["real_stdv5.bin"];
@@ -215,7 +216,7 @@ TEST(KmBinaryIns, ADatagramIsASampleByItsOwnTime) {
   SKIP_WITHOUT(Golden("nav/synthetic_kmb.bin"));
   KmBinaryIns ins({DeviceClock::kDevice});
   const auto samples =
-      All<NavigationSample>(ins.Add(ReadBytes(Golden("nav/synthetic_kmb.bin")), FromUtime(kNoon)));
+      All<NavigationSample>(ins.Add(BytesOf(Golden("nav/synthetic_kmb.bin")), FromUtime(kNoon)));
   ASSERT_EQ(samples.size(), 1u);
   EXPECT_EQ(ToUtime(samples[0].time), 1'714'645'232'015'000);
   EXPECT_TRUE(samples[0].position && samples[0].attitude && samples[0].velocity);
@@ -229,11 +230,11 @@ TEST(KmBinaryIns, EverySampleOfAnSkmIsASample) {
   for (std::size_t i = 0; i < records.size(); ++i) {
     records[i].time = FromUtime(kNoon + 10'000 * static_cast<std::int64_t>(i));
     records[i].attitude = Attitude{};
-    records[i].position = GivenPosition{1.0, 0.1};
+    records[i].position = GeoPosition{1.0, 0.1};
   }
   std::vector<std::uint8_t> stream{'n', 'o', 'i', 's', 'e'};
   for (const auto& part :
-       {EncodeSkm(records, KmallHeader{}), ReadBytes(Golden("nav/synthetic_kmb.bin"))})
+       {EncodeSkm(records, KmallHeader{}), BytesOf(Golden("nav/synthetic_kmb.bin"))})
     stream.insert(stream.end(), part.begin(), part.end());
   KmBinaryIns ins({DeviceClock::kDevice});
   const auto samples = All<NavigationSample>(ins.Add(stream, FromUtime(kNoon)));

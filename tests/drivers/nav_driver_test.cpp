@@ -12,8 +12,8 @@
 #include "seastitch/position_fix_t.hpp"
 #include "seastitch/raw_bytes_t.hpp"
 #include "tests/drivers/test_data.hpp"
-#include "tests/paths.hpp"
-#include "tests/runtime/temporary_dir.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/temporary_dir.hpp"
 
 namespace seastitch {
 namespace {

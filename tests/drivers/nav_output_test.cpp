@@ -7,8 +7,8 @@
 #include "common/runtime/config/config.hpp"
 #include "drivers/output/byte_sink.hpp"
 #include "drivers/output/nav_output_node.hpp"
-#include "tests/paths.hpp"
-#include "tests/runtime/temporary_dir.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/temporary_dir.hpp"
 
 namespace seastitch {
 namespace {

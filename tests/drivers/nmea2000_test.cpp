@@ -10,8 +10,8 @@
 #include "drivers/imu/imu_nmea2000.hpp"
 #include "drivers/socket/candump.hpp"
 #include "tests/drivers/test_data.hpp"
-#include "tests/paths.hpp"
-#include "tests/property.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/property.hpp"
 
 namespace seastitch {
 namespace {

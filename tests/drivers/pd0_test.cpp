@@ -6,8 +6,9 @@
 
 #include "common/core/pose.hpp"
 #include "tests/drivers/test_data.hpp"
-#include "tests/paths.hpp"
-#include "tests/property.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/property.hpp"
 
 namespace seastitch {
 namespace {
@@ -18,7 +19,7 @@ using Axes = Pd0Ensemble::Axes;
 constexpr std::int64_t kStart = 1'700'000'000'250'000;
 
 std::vector<ByteVector> RealEnsembles() {
-  const ByteVector all = ReadBytes(Shared("vectors/pd0_real/adcp_auv_3.pd0"));
+  const ByteVector all = BytesOf(Shared("vectors/pd0_real/adcp_auv_3.pd0"));
   std::vector<ByteVector> ensembles;
   for (std::size_t at = 0; at < all.size(); at += 432)
     ensembles.emplace_back(all.begin() + static_cast<std::ptrdiff_t>(at),

@@ -17,11 +17,6 @@ namespace seastitch {
     GTEST_SKIP() << path << " is not here"; \
   }
 
-inline std::vector<std::uint8_t> ReadBytes(const std::filesystem::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return std::vector<std::uint8_t>((std::istreambuf_iterator<char>(in)), {});
-}
-
 inline nlohmann::json ReadJson(const std::filesystem::path& path) {
   return nlohmann::json::parse(std::ifstream(path));
 }

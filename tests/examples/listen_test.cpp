@@ -5,7 +5,7 @@
 #include "seastitch/health_t.hpp"
 #include "seastitch/nav_corrected_t.hpp"
 #include "tests/drivers/driver_process.hpp"
-#include "tests/process/run_command.hpp"
+#include "tests/support/run_command.hpp"
 
 namespace seastitch {
 namespace {

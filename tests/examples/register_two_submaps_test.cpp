@@ -9,9 +9,9 @@
 
 #include "common/storage/submap_file.hpp"
 #include "tests/mapper/registration/synthetic_pair.hpp"
-#include "tests/paths.hpp"
-#include "tests/process/run_command.hpp"
-#include "tests/runtime/temporary_dir.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/run_command.hpp"
+#include "tests/support/temporary_dir.hpp"
 
 namespace seastitch {
 namespace {

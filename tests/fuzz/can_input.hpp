@@ -6,7 +6,7 @@
 
 #include "drivers/can/signal_map.hpp"
 #include "drivers/device_clock.hpp"
-#include "tests/paths.hpp"
+#include "tests/support/paths.hpp"
 
 namespace seastitch {
 

@@ -20,6 +20,7 @@ struct Everything {
   double length_m = 1.0;
   double angle_rad = 0.5;
   std::vector<double> list{1.0};
+  double fraction = 0.5;
   std::string text = "a";
   std::string choice = "one";
   std::filesystem::path dives_dir = "dives";
@@ -29,12 +30,15 @@ ParameterTable TableOf(Everything* e) {
   ParameterTable table;
   table.Add("flag", &e->flag, "");
   table.Add("count_mb", &e->count, Unit::kMegabyte, Range::Within(1, 100), "");
-  table.Add("length_m", &e->length_m, Unit::kMetre, Range::Above(0.0), "").WasCalled("size_m");
+  table.Add("length_m", &e->length_m, Unit::kMetre, Range::Above(0.0), "");
   table.Add("angle_deg", &e->angle_rad, Unit::kDegreeFromRadian, Range::Within(-180, 180), "");
   table.Add("text", &e->text, "");
   table.AddChoice("choice", &e->choice, {"one", "two"}, "");
   table.Add("dives_dir", &e->dives_dir, "");
   table.AddRemoved("file", "gone");
+  // A key that stands in kRenamedKeys.
+  table.AddSection("filter", "")
+      .Add("min_support_fraction", &e->fraction, Unit::kNone, Range::Above(0.0), "");
   return table;
 }
 

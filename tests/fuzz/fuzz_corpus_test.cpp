@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/paths.hpp"
+#include "tests/support/paths.hpp"
 
 #define FUZZER(format) extern "C" int fuzz_##format(const std::uint8_t* data, std::size_t size);
 #include "fuzzers.inc"

@@ -12,7 +12,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const MemoryFile file(data, size);
   const Time survey = FromUtime(1'714'645'230'000'000);
   std::vector<TimedPosition> own;
-  for (int i = 0; i < 6; ++i) own.push_back({survey + FromSeconds(5.0 * i), 1.0, 0.1 + 1e-6 * i});
+  for (int i = 0; i < 6; ++i) own.push_back({{1.0, 0.1 + 1e-6 * i}, survey + FromSeconds(5.0 * i)});
   try {
     const SbetParams params = SbetParamsFor(file.path(), survey, own);
     if (std::abs(params.wander_sign) > 1) std::abort();

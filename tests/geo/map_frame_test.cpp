@@ -31,11 +31,11 @@ TEST(MapFrame, IsNorthAndEastOfItsOrigin) {
     EXPECT_LT(map.NorthEastOf(origin).norm(), 1e-6);
     constexpr double kStepRad = 1e-6;  // about 6 m
     const Eigen::Vector2d north =
-        map.NorthEastOf(latitude_rad + kStepRad, Deg2Rad(origin.longitude_deg));
+        map.NorthEastOf(GeoPoint{latitude_rad + kStepRad, Deg2Rad(origin.longitude_deg)});
     EXPECT_NEAR(north.x(), kStepRad * radii.meridian_m, 1e-4);
     EXPECT_NEAR(north.y(), 0.0, 1e-4);
     const Eigen::Vector2d east =
-        map.NorthEastOf(latitude_rad, Deg2Rad(origin.longitude_deg) + kStepRad);
+        map.NorthEastOf(GeoPoint{latitude_rad, Deg2Rad(origin.longitude_deg) + kStepRad});
     EXPECT_NEAR(east.y(), kStepRad * radii.prime_vertical_m * std::cos(latitude_rad), 1e-4);
     EXPECT_NEAR(east.x(), 0.0, 1e-4);
   }

@@ -1,70 +1,14 @@
 // The real drivers on a real CAN stack and a real LCM bus, as root of a guest: see in_guest.sh.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-#include <linux/can.h>
-#include <linux/can/raw.h>
-#include <linux/tty.h>
-#include <net/if.h>
-#include <stdlib.h>
-#include <sys/ioctl.h>
-#include <sys/socket.h>
-#include <termios.h>
 
-#include <algorithm>
-#include <array>
-#include <atomic>
-#include <cstdio>
-#include <cstring>
-#include <map>
-#include <thread>
-
-#include "drivers/dvl/dvl_driver.hpp"
-#include "drivers/imu/imu_driver.hpp"
-#include "drivers/socket/candump.hpp"
-#include "drivers/socket/cannelloni.hpp"
-#include "seastitch/dvl_t.hpp"
-#include "seastitch/health_t.hpp"
-#include "seastitch/imu_t.hpp"
-#include "tests/drivers/driver_process.hpp"
-#include "tests/paths.hpp"
+#include "tests/hil/can_bus_fixture.hpp"
 
 namespace seastitch {
 namespace {
-
-using std::chrono::milliseconds;
-using std::chrono::steady_clock;
-using testing::HasSubstr;
-
-void Shell(const std::string& command) { ASSERT_EQ(std::system(command.c_str()), 0) << command; }
 
 int Seconds() {
   const char* const text = std::getenv("SEASTITCH_HIL_SECONDS");
   return text == nullptr ? 60 : std::atoi(text);
 }
-
-class CanWriter {
- public:
-  explicit CanWriter(const std::string& interface) : fd_(socket(PF_CAN, SOCK_RAW, CAN_RAW)) {
-    setsockopt(fd_.get(), SOL_CAN_RAW, CAN_RAW_FILTER, nullptr, 0);  // it only sends
-    sockaddr_can address{};
-    address.can_family = AF_CAN;
-    address.can_ifindex = static_cast<int>(if_nametoindex(interface.c_str()));
-    EXPECT_EQ(bind(fd_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
-  }
-  void Send(const CanFrame& frame) {
-    can_frame out{};
-    out.can_id = IdWord(frame);
-    out.len = frame.length;
-    std::memcpy(out.data, frame.bytes.data(), frame.length);
-    EXPECT_EQ(write(fd_.get(), &out, sizeof out), static_cast<ssize_t>(sizeof out));
-    ++sent_;
-  }
-  int sent() const { return sent_; }
-
- private:
-  FileDescriptor fd_;
-  int sent_ = 0;
-};
 
 CanFrame Foreign(int i) {
   CanFrame frame;
@@ -72,24 +16,6 @@ CanFrame Foreign(int i) {
   frame.SetData(std::vector<std::uint8_t>(8, static_cast<std::uint8_t>(i)));
   return frame;
 }
-
-// What one driver put on RAW_CAN.
-struct RawStream {
-  std::vector<CanFrame> frames;
-  std::map<std::size_t, std::int64_t>
-      recv_utime;  // of the last frame of each message, by its index
-  std::int64_t next_seq = 0;
-  int gaps = 0;
-
-  void Add(const raw_bytes_t& msg) {
-    if (msg.seq != next_seq) ++gaps;
-    next_seq = msg.seq + 1;
-    const auto packet = DecodeCannelloni(msg.data);
-    ASSERT_TRUE(packet);
-    frames.insert(frames.end(), packet->frames.begin(), packet->frames.end());
-    recv_utime[frames.size() - 1] = msg.recv_utime;
-  }
-};
 
 // The lines of a log that a driver's filters let through.
 std::vector<CandumpLine> Logged(const std::string& log, const std::vector<CanFilter>& filters) {
@@ -116,82 +42,6 @@ void ExpectSameFrames(const RawStream& raw, const std::vector<CandumpLine>& logg
     if (utime != ToUtime(logged[index].time)) ++stamped_otherwise;
   EXPECT_EQ(stamped_otherwise, 0u) << "of " << raw.recv_utime.size();
 }
-
-class CanBus : public DriverProcess {
- protected:
-  void SetUp() override {
-    if (!FileDescriptor(socket(PF_CAN, SOCK_RAW, CAN_RAW)))
-      GTEST_SKIP() << "this kernel has no CAN";
-    ASSERT_TRUE(OpenBus());
-    bus->Subscribe<raw_bytes_t>(
-        "RAW_CAN", 0, [this](const raw_bytes_t& m) { raw[m.source].Add(m); });
-    bus->Subscribe<imu_t>("IMU", 0, [this](const imu_t& m) { imu.push_back(m); });
-    bus->Subscribe<dvl_t>("DVL", 0, [this](const dvl_t& m) { dvl.push_back(m); });
-    bus->Subscribe<health_t>("HEALTH", 0, [this](const health_t& m) { health[m.process] = m; });
-  }
-  std::int64_t Count(const std::string& process, const std::string& counter) {
-    for (const counter_t& c : health[process].counters)
-      if (c.name == counter) return c.value;
-    return 0;
-  }
-  bool UntilText(const std::string& process, const std::string& text) {
-    return HandleUntil([&] { return health[process].text.find(text) != std::string::npos; },
-                       60'000);
-  }
-  bool UntilState(const std::string& process, HealthState state) {
-    return HandleUntil([&] { return health[process].state == static_cast<std::int8_t>(state); },
-                       60'000);
-  }
-  std::unique_ptr<Process> StartImu(const std::string& source) {
-    return Start("seastitch-imu-driver", WithSource(dir, "imu_driver.yaml", source));
-  }
-  // Until the drivers have published, and candump has written into the folder, what they were
-  // behind with; and a HEALTH after that.
-  void HandleUntilQuiet(const std::string& folder) {
-    const auto progress = [&] {
-      std::uintmax_t n = imu.size() + dvl.size();
-      for (const auto& [source, stream] : raw) n += stream.frames.size();
-      for (const auto& entry : std::filesystem::directory_iterator(folder)) n += entry.file_size();
-      return n;
-    };
-    for (std::uintmax_t before = 0; before != progress();) {
-      before = progress();
-      HandleUntil([] { return false; }, 3000);
-    }
-  }
-  // The next epoch of an inertial unit that stamps with our clock.
-  std::vector<CanFrame> NextEpoch() {
-    if (!encoder_) encoder_.emplace(imu_config.can.signals, FromUtime(NowUtime() - 1'000'000));
-    ImuSample sample;
-    sample.time = FromUtime(NowUtime());
-    sample.angular_rate_radps = {0.001 * (num_epochs_++ % 1000), 0.0, 0.0};
-    sample.specific_force_mps2 = {0.0, 0.0, -9.81};
-    sample.attitude.emplace().sigma_rpy_rad = {0.001, 0.001, 0.01};
-    return encoder_->Encode(sample);
-  }
-  // Sends epochs until one has come through.
-  bool ImuComesThrough(const std::string& interface) {
-    const std::size_t before = imu.size();
-    CanWriter writer(interface);
-    return HandleUntil(
-        [&] {
-          for (const CanFrame& frame : NextEpoch()) writer.Send(frame);
-          return imu.size() > before;
-        },
-        60'000);
-  }
-
-  const ImuDriverConfig imu_config = LoadImuDriverConfig(ConfigFile("imu_driver.yaml"));
-  const DvlDriverConfig dvl_config = LoadDvlDriverConfig(ConfigFile("dvl_driver.yaml"));
-  std::map<std::string, RawStream> raw;
-  std::vector<imu_t> imu;
-  std::vector<dvl_t> dvl;
-  std::map<std::string, health_t> health;
-
- private:
-  std::optional<ImuCanEncoder> encoder_;
-  int num_epochs_ = 0;
-};
 
 // 400 Hz of inertial unit, 10 Hz of Doppler log, and other devices' frames up to 4000 a second.
 // `received` is the number of the inertial unit's frames that this test has received on RAW_CAN.
@@ -389,158 +239,6 @@ TEST_F(CanBus, AnInterfaceMayComeLateGoDownAndBePulled) {
   EXPECT_TRUE(UntilState("imu-driver", HealthState::kOk));
   EXPECT_EQ(Count("imu-driver", "can_interface_gone"), 1);
   EXPECT_GE(Count("imu-driver", "can_interface_down"), 2);
-  EXPECT_EQ(driver->Stop(), EXIT_SUCCESS) << driver->Output();
-}
-
-// A serial-line CAN adapter (Lawicel's text protocol) at the other end of a pseudo terminal: the
-// only interface here whose controller can be in trouble.
-class SerialAdapter {
- public:
-  SerialAdapter() : master_(posix_openpt(O_RDWR | O_NOCTTY)) {
-    grantpt(master_.get());
-    unlockpt(master_.get());
-    slave_ = FileDescriptor(open(ptsname(master_.get()), O_RDWR | O_NOCTTY));
-    termios raw{};
-    tcgetattr(slave_.get(), &raw);
-    cfmakeraw(&raw);
-    tcsetattr(slave_.get(), TCSANOW, &raw);
-    const int discipline = N_SLCAN;
-    ifreq request{};
-    EXPECT_EQ(ioctl(slave_.get(), TIOCSETD, &discipline), 0);
-    EXPECT_EQ(ioctl(slave_.get(), SIOCGIFNAME, request.ifr_name), 0);
-    interface_ = request.ifr_name;
-    reader_ = std::thread([this] {  // swallows the host's commands: open, close, bit rate
-      std::array<char, 256> buffer{};
-      while (!done_)
-        if (WaitReadable(master_.get(), 50) && read(master_.get(), buffer.data(), 256) < 0) return;
-    });
-  }
-  ~SerialAdapter() {
-    done_ = true;
-    reader_.join();
-  }
-  const std::string& interface() const { return interface_; }
-  void Up() const {
-    Shell("ip link set " + interface_ + " type can bitrate 500000 && ip link set " + interface_ +
-          " up");
-  }
-  void Down() const { Shell("ip link set " + interface_ + " down"); }
-
-  // "sp" with two counters of three digits: the controller's state; "e1a": an error on the wire.
-  void Say(const std::string& line) const {
-    const std::string text = line + "\r";
-    EXPECT_EQ(write(master_.get(), text.data(), text.size()), static_cast<ssize_t>(text.size()));
-  }
-  void Receive(const CanFrame& frame) const {
-    std::array<char, 64> text{};
-    int n = std::snprintf(text.data(), text.size(), "t%03X%d", frame.id, frame.length);
-    for (const std::uint8_t byte : frame.data())
-      n += std::snprintf(&text[static_cast<std::size_t>(n)], 3, "%02X", byte);
-    Say(text.data());
-  }
-
- private:
-  FileDescriptor master_;
-  FileDescriptor slave_;
-  std::string interface_;
-  std::atomic<bool> done_ = false;
-  std::thread reader_;
-};
-
-TEST_F(CanBus, TroubleOfTheControllerIsSaidUntilItIsOver) {
-  const SerialAdapter adapter;
-  adapter.Up();
-  const auto driver = StartImu("can:" + adapter.interface());
-  ASSERT_TRUE(HandleUntil([&] { return !health.empty(); }, 60'000));
-  const auto imu_comes_through = [&] {
-    const std::size_t before = imu.size();
-    return HandleUntil(
-        [&] {
-          for (const CanFrame& frame : NextEpoch()) adapter.Receive(frame);
-          return imu.size() > before;
-        },
-        60'000);
-  };
-  EXPECT_TRUE(imu_comes_through());
-  adapter.Say("e1a");
-  EXPECT_TRUE(HandleUntil([&] { return Count("imu-driver", "can_no_ack") == 1; }, 60'000));
-  adapter.Say("sp130000");
-  EXPECT_TRUE(imu_comes_through());
-  EXPECT_TRUE(UntilText("imu-driver", "controller is error-passive"));
-  adapter.Say("sb256256");
-  EXPECT_TRUE(UntilText("imu-driver", "controller is bus-off"));
-  EXPECT_TRUE(UntilState("imu-driver", HealthState::kLost));
-  EXPECT_EQ(Count("imu-driver", "can_bus_off"), 1);
-  EXPECT_EQ(Count("imu-driver", "can_error_passive"), 1);
-
-  adapter.Down();
-  EXPECT_TRUE(UntilText("imu-driver", "interface is down"));
-  adapter.Up();
-  EXPECT_TRUE(imu_comes_through());
-  EXPECT_TRUE(UntilState("imu-driver", HealthState::kOk));
-  EXPECT_EQ(driver->Stop(), EXIT_SUCCESS) << driver->Output();
-}
-
-TEST_F(CanBus, ASonarsInterfaceMayComeLateAndBePulled) {
-  const std::string source = "udp:239.255.43.21:6020?interface=sonar0";
-  const auto driver = Start("seastitch-mbes-driver", WithSource(dir, "mbes_driver.yaml", source));
-  std::uint8_t heard = 0;  // the last datagram
-  bus->Subscribe<raw_bytes_t>(
-      "RAW_MBES", 0, [&](const raw_bytes_t& m) { heard = m.data.empty() ? 0 : m.data[0]; });
-  const auto sonar_is_heard = [&](std::uint8_t says) {
-    Shell(
-        "ip link add sonar0 type dummy && ip addr add 192.168.9.1/24 dev sonar0 && ip link set "
-        "sonar0 up");
-    const FileDescriptor sonar(socket(AF_INET, SOCK_DGRAM, 0));
-    ip_mreqn from{};
-    from.imr_ifindex = static_cast<int>(if_nametoindex("sonar0"));
-    setsockopt(sonar.get(), IPPROTO_IP, IP_MULTICAST_IF, &from, sizeof from);
-    sockaddr_in group{};
-    group.sin_family = AF_INET;
-    group.sin_port = htons(6020);
-    inet_pton(AF_INET, "239.255.43.21", &group.sin_addr);
-    return HandleUntil(
-        [&] {
-          sendto(sonar.get(), &says, 1, 0, reinterpret_cast<const sockaddr*>(&group), sizeof group);
-          return heard == says;
-        },
-        60'000);
-  };
-  EXPECT_TRUE(UntilText("mbes-driver", "no such interface: sonar0"));
-  EXPECT_TRUE(sonar_is_heard(1));
-  Shell("ip link del sonar0");
-  EXPECT_TRUE(sonar_is_heard(2));
-  Shell("ip link del sonar0");
-  EXPECT_TRUE(UntilText("mbes-driver", "no such interface: sonar0"));
-  EXPECT_TRUE(sonar_is_heard(3));
-  EXPECT_EQ(Count("mbes-driver", "udp_interface_gone"), 2);
-  EXPECT_EQ(driver->Stop(), EXIT_SUCCESS) << driver->Output();
-}
-
-TEST_F(CanBus, WithoutItsLcmNetworkADriverRunsOnAndCounts) {
-  Shell("ip link add vcan4 type vcan && ip link set vcan4 up");
-  const std::string config = WithSource(dir, "imu_driver.yaml", "can:vcan4");
-  // A guest that was stopped in the middle of an epoch shall not be one fault more.
-  Shell("sed -i 's/^max_epoch_s: .*/max_epoch_s: 1.0/' " + config);
-  const auto driver = Start("seastitch-imu-driver", config);
-  ASSERT_TRUE(HandleUntil([&] { return !health.empty(); }, 60'000));
-  EXPECT_TRUE(ImuComesThrough("vcan4"));
-  HandleUntil([] { return false; }, 500);
-  Shell("ip route del 224.0.0.0/4 dev lo");
-  CanWriter writer("vcan4");
-  const std::size_t before = imu.size();
-  for (int i = 0; i < 50; ++i) {
-    for (const CanFrame& frame : NextEpoch()) writer.Send(frame);
-    HandleUntil([] { return false; }, 20);
-  }
-  EXPECT_EQ(imu.size(), before);
-  Shell("ip route add 224.0.0.0/4 dev lo");
-  EXPECT_TRUE(ImuComesThrough("vcan4"));
-  // The jump in seq tells a subscriber what the counter tells HEALTH.
-  EXPECT_EQ(imu.back().seq - imu[before - 1].seq - static_cast<std::int64_t>(imu.size() - before),
-            50);
-  HandleUntil([] { return false; }, 1500);
-  EXPECT_GE(Count("imu-driver", "bus_publish_errors"), 100);  // IMU and RAW_CAN
   EXPECT_EQ(driver->Stop(), EXIT_SUCCESS) << driver->Output();
 }
 

@@ -31,9 +31,9 @@
 #include "common/runtime/health.hpp"
 #include "common/storage/event_log.hpp"
 #include "seastitch/raw_bytes_t.hpp"
-#include "tests/paths.hpp"
-#include "tests/process/run_command.hpp"
-#include "tests/runtime/temporary_dir.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/run_command.hpp"
+#include "tests/support/temporary_dir.hpp"
 
 namespace seastitch {
 namespace {

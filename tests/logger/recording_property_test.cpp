@@ -13,8 +13,8 @@
 
 #include "logger/log_writer.hpp"
 #include "logger/recording.hpp"
-#include "tests/property.hpp"
-#include "tests/runtime/temporary_dir.hpp"
+#include "tests/support/property.hpp"
+#include "tests/support/temporary_dir.hpp"
 
 namespace seastitch {
 

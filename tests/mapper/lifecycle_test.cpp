@@ -15,10 +15,10 @@
 #include <string>
 #include <vector>
 
-#include "common/core/conditions.hpp"
+#include "common/core/health/conditions.hpp"
 #include "common/runtime/files/whole_file.hpp"
 #include "tests/mapper/random_dive.hpp"
-#include "tests/paths.hpp"
+#include "tests/support/paths.hpp"
 
 namespace seastitch {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "bench/sensor_errors.hpp"
 #include "common/runtime/config/config.hpp"
-#include "tests/paths.hpp"
+#include "tests/support/paths.hpp"
 
 namespace seastitch {
 namespace {
@@ -38,7 +38,7 @@ std::string ErrorOf(const std::string& text) {
 TEST(MapperConfig, ShippedFileLoads) {
   const MapperConfig config = LoadMapperConfig((kConfigDir / "mapper.yaml").string());
   EXPECT_EQ(config.dive.dives_dir, SourceDir() / "dives");
-  EXPECT_NEAR(Rad2Deg(config.vehicle.datum_latitude_rad), 43.07, 1e-9);
+  EXPECT_NEAR(Rad2Deg(config.vehicle.datum.latitude_rad), 43.07, 1e-9);
 }
 
 TEST(MapperConfig, TurnsOfDvlAndSonarAddUpAsTheirSquares) {

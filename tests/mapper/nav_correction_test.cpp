@@ -66,15 +66,7 @@ class Dive {
   }
   // A fix at the vehicle with this error and a stated sigma of 1 m.
   PositionFix Fix(double north_off_m = 0.0, double east_off_m = 0.0) const {
-    constexpr double kMetresPerRadian = 6335439.3;  // at the datum's latitude, 0
-    constexpr double kMetresPerRadianEast = 6378137.0;
-    const Eigen::Vector3d p = vehicle_.TrueAt(vehicle_.time).translation();
-    PositionFix fix;
-    fix.time = vehicle_.time;
-    fix.latitude_rad = (p.x() + north_off_m) / kMetresPerRadian;
-    fix.longitude_rad = (p.y() + east_off_m) / kMetresPerRadianEast;
-    fix.source = "gps";
-    return fix;
+    return vehicle_.Fix("gps", {north_off_m, east_off_m});
   }
   // With a fix every 10 s.
   void DriveWithFixes(double duration_s) {

@@ -13,6 +13,11 @@
 
 namespace seastitch {
 
+// Latitude and longitude of a place of the map, whose datum is on the equator.
+inline GeoPoint PointAt(double north_m, double east_m = 0.0) {
+  return {north_m / 6335439.3, east_m / 6378137.0};
+}
+
 // A vehicle with perfect sensors (but what is asked of its compass) over a seabed of bumps.
 class PerfectVehicle {
  public:
@@ -53,6 +58,13 @@ class PerfectVehicle {
   Eigen::Isometry3d NearestTrueTo(Time t) const {
     const auto next = truth_.lower_bound(t);
     return next == truth_.end() ? truth_.rbegin()->second : next->second;
+  }
+
+  // A position fix of its reference point at its time, off by so much, with a sigma of 1 m.
+  PositionFix Fix(const std::string& source = "gps",
+                  const Eigen::Vector2d& off_m = Eigen::Vector2d::Zero()) const {
+    const Eigen::Vector2d at_m = TrueAt(time).translation().head<2>() + off_m;
+    return {PointAt(at_m.x(), at_m.y()), time, Eigen::Matrix2d::Identity(), source};
   }
 
   Time time = FromUtime(1'700'000'000'000'000);

@@ -8,12 +8,12 @@
 
 #include "common/core/pose.hpp"
 #include "mapper/navigation/ins/ins_navigation.hpp"
+#include "tests/mapper/perfect_vehicle.hpp"
 
 namespace seastitch {
 namespace {
 
 constexpr double kSpeedMps = 1.5;
-constexpr double kMetresPerRadian = 6335439.3;  // at the datum's latitude, 0
 
 Time At(double t_s) { return FromUtime(1'700'000'000'000'000) + FromSeconds(t_s); }
 
@@ -23,9 +23,9 @@ struct Dive {
     for (; t_s < until_s; t_s += 0.5) {
       NavigationSample sample;
       sample.time = At(t_s);
-      sample.position = InsPosition{kSpeedMps * t_s / kMetresPerRadian, 0.0, {0.0, 0.0}};
+      sample.position = GeoPosition{PointAt(kSpeedMps * t_s)};
       sample.depth = InsVertical{10.0, 0.0};
-      sample.velocity = InsVelocity{{kSpeedMps, 0.0, 0.0}};
+      sample.velocity = GeoVelocity{{kSpeedMps, 0.0, 0.0}};
       sample.attitude = Attitude{Eigen::Quaterniond::Identity()};
       navigation.Add(sample);
     }
@@ -39,11 +39,8 @@ struct Dive {
     return frames.Place(&submap, id == 0, navigation.TakeFixes(*navigation.latest()));
   }
   void AddFix(double at_s) {
-    PositionFix fix;
-    fix.time = At(at_s);
-    fix.latitude_rad = (kSpeedMps * at_s + 2.0) / kMetresPerRadian;
-    fix.covariance_north_east_m2 = Eigen::Matrix2d::Identity();
-    navigation.Add(fix);
+    navigation.Add(
+        PositionFix{PointAt(kSpeedMps * at_s + 2.0), At(at_s), Eigen::Matrix2d::Identity(), {}});
   }
 
   double t_s = 0.0;

@@ -13,7 +13,7 @@
 #include "common/runtime/health.hpp"
 #include "mapper/submaps/survey_store.hpp"
 #include "tests/drivers/driver_process.hpp"
-#include "tests/process/run_command.hpp"
+#include "tests/support/run_command.hpp"
 
 namespace seastitch {
 namespace {

@@ -25,7 +25,7 @@
 #include "common/core/calibration.hpp"
 #include "common/runtime/config/vehicle_config.hpp"
 #include "survey/replay/replay.hpp"
-#include "tests/runtime/temporary_dir.hpp"
+#include "tests/support/temporary_dir.hpp"
 #include "tools/bench_command.hpp"
 #include "tools/install_paths.hpp"
 

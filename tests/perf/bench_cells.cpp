@@ -24,7 +24,7 @@
 #include "products/geo/geographic_converter.hpp"
 #include "products/product_files.hpp"
 #include "survey/replay/replay.hpp"
-#include "tests/runtime/temporary_dir.hpp"
+#include "tests/support/temporary_dir.hpp"
 #include "tools/bench_command.hpp"
 #include "tools/install_paths.hpp"
 
@@ -126,7 +126,7 @@ double TrueDepth(const bench::Terrain& terrain,
   crs.Convert(&points);
   double sum = 0.0;
   for (const Eigen::Vector2d& p : points) {
-    const Eigen::Vector2d at = map.NorthEastOf(p.x(), p.y());
+    const Eigen::Vector2d at = map.NorthEastOf(GeoPoint{p.x(), p.y()});
     sum += terrain.DepthAt(at.x(), at.y()).value_or(std::nan(""));
   }
   return sum / static_cast<double>(points.size());

@@ -26,7 +26,7 @@
 #include "optimizer/optimizer_config.hpp"
 #include "optimizer/optimizer_node.hpp"
 #include "tests/perf/surveying_vehicle.hpp"
-#include "tests/runtime/temporary_dir.hpp"
+#include "tests/support/temporary_dir.hpp"
 
 namespace seastitch {
 namespace {

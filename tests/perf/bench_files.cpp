@@ -21,7 +21,7 @@
 #include "common/runtime/config/vehicle_config.hpp"
 #include "mapper/mapper_config.hpp"
 #include "survey/replay/replay.hpp"
-#include "tests/runtime/temporary_dir.hpp"
+#include "tests/support/temporary_dir.hpp"
 #include "tests/survey/files/kmall_pieces.hpp"
 #include "tools/bench_command.hpp"
 #include "tools/install_paths.hpp"

@@ -27,7 +27,7 @@
 #include "mapper/mapper_config.hpp"
 #include "survey/replay/replay.hpp"
 #include "tests/perf/flat_table.hpp"
-#include "tests/runtime/temporary_dir.hpp"
+#include "tests/support/temporary_dir.hpp"
 #include "tools/bench_command.hpp"
 #include "tools/install_paths.hpp"
 

@@ -27,7 +27,7 @@
 #include "optimizer/pose_graph_optimizer.hpp"
 #include "survey/replay/replay.hpp"
 #include "tests/perf/graph_file.hpp"
-#include "tests/runtime/temporary_dir.hpp"
+#include "tests/support/temporary_dir.hpp"
 #include "tools/bench_command.hpp"
 #include "tools/install_paths.hpp"
 

@@ -14,19 +14,15 @@
 #include <string>
 #include <vector>
 
-#include "tests/paths.hpp"
-#include "tests/process/run_command.hpp"
-#include "tests/runtime/temporary_dir.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/run_command.hpp"
+#include "tests/support/temporary_dir.hpp"
 
 namespace seastitch {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string Text(const fs::path& path) {
-  std::ifstream file(path);
-  return std::string(std::istreambuf_iterator<char>(file), {});
-}
 
 std::string InstallInto(const fs::path& root) {
   return "DESTDIR=" + root.string() + " cmake --install " + BuildDir().string() + " --prefix /usr";
@@ -41,20 +37,21 @@ TEST(Install, KeepsAnEditedConfigurationAndBringsWhatIsMissing) {
   ASSERT_EQ(first.exit_code, 0) << first.output;
   for (const char* mapper :
        {"logger.yaml", "mapper.yaml", "mapper_mems.yaml", "mapper_ins_tactical.yaml"})
-    EXPECT_NE(Text(config / mapper).find("dives_dir: /var/lib/seastitch/dives"), std::string::npos)
+    EXPECT_NE(TextOf(config / mapper).find("dives_dir: /var/lib/seastitch/dives"),
+              std::string::npos)
         << mapper;
-  EXPECT_EQ(Text(config / "sbg_ecan.dbc"), Text(ConfigFile("sbg_ecan.dbc")));
+  EXPECT_EQ(TextOf(config / "sbg_ecan.dbc"), TextOf(ConfigFile("sbg_ecan.dbc")));
   EXPECT_TRUE(fs::exists(root.path() / "usr/bin/seastitch-mapper"));
 
   std::ofstream(config / "vehicle.yaml") << "mine\n";
   fs::remove(config / "optimizer.yaml");
   const CommandResult second = RunCommand(install);
   ASSERT_EQ(second.exit_code, 0) << second.output;
-  EXPECT_EQ(Text(config / "vehicle.yaml"), "mine\n");
+  EXPECT_EQ(TextOf(config / "vehicle.yaml"), "mine\n");
   EXPECT_NE(second.output.find("Kept: " + (config / "vehicle.yaml").string()), std::string::npos);
   EXPECT_TRUE(fs::exists(config / "optimizer.yaml"));
-  EXPECT_EQ(Text(root.path() / "usr/share/seastitch/config/vehicle.yaml"),
-            Text(ConfigFile("vehicle.yaml")));
+  EXPECT_EQ(TextOf(root.path() / "usr/share/seastitch/config/vehicle.yaml"),
+            TextOf(ConfigFile("vehicle.yaml")));
 }
 
 // The units as they lie on a vehicle, among this machine's own.
@@ -88,7 +85,7 @@ class InstalledUnits : public ::testing::Test {
   // Settings of a unit by name; the values of a list with spaces between.
   static std::map<std::string, std::string> Settings(const fs::path& unit) {
     std::map<std::string, std::string> settings;
-    std::istringstream lines(Text(unit));
+    std::istringstream lines(TextOf(unit));
     for (std::string line; std::getline(lines, line);)
       if (const auto equals = line.find('='); equals != std::string::npos && line[0] != '#')
         settings[line.substr(0, equals)] += line.substr(equals + 1) + " ";

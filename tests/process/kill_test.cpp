@@ -27,9 +27,9 @@
 #include "seastitch/pose_graph_t.hpp"
 #include "seastitch/sound_velocity_profile_t.hpp"
 #include "seastitch/submap_t.hpp"
-#include "tests/paths.hpp"
-#include "tests/process/run_command.hpp"
-#include "tests/runtime/temporary_dir.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/run_command.hpp"
+#include "tests/support/temporary_dir.hpp"
 #include "tools/live/child_process.hpp"
 
 namespace seastitch {

@@ -27,9 +27,10 @@
 #include "seastitch/health_t.hpp"
 #include "seastitch/pose_graph_t.hpp"
 #include "survey/replay/replay.hpp"
-#include "tests/paths.hpp"
-#include "tests/process/run_command.hpp"
-#include "tests/runtime/temporary_dir.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/run_command.hpp"
+#include "tests/support/temporary_dir.hpp"
 #include "tools/live/child_process.hpp"
 
 namespace seastitch {
@@ -104,8 +105,7 @@ TEST(Demo, CorrectsTheMapLiveAndInReplay) {
 std::size_t ProcessesWith(const std::string& word) {
   std::size_t found = 0;
   for (const fs::directory_entry& process : fs::directory_iterator("/proc")) {
-    std::ifstream file(process.path() / "cmdline");
-    const std::string command_line(std::istreambuf_iterator<char>(file), {});
+    const std::string command_line = TextOf(process.path() / "cmdline");
     found += command_line.find(word) != std::string::npos ? 1 : 0;
   }
   return found;

@@ -10,9 +10,10 @@
 #include "products/files/navigation_files.hpp"
 #include "products/track/survey_lines.hpp"
 #include "products/write_products.hpp"
-#include "tests/paths.hpp"
-#include "tests/process/run_command.hpp"
 #include "tests/products/synthetic_survey.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/run_command.hpp"
 
 // What is exported, read by readers that are not ours: a script from the formats' descriptions,
 // and GDAL.
@@ -24,7 +25,6 @@ using testing::Collect;
 using ::testing::HasSubstr;
 using testing::LoopEdge;
 using testing::MakeDriftingSurvey;
-using testing::Slurp;
 using testing::SolutionAt;
 
 constexpr Datum kDatum{57.1, 11.2};
@@ -187,14 +187,14 @@ TEST_F(Exports, SoundingsStandWhereTheirSubmapsDo) {
     EXPECT_NEAR(
         points[k]["unix_s"], 1e-6 * double(ToUtime(second ? submap.end : submap.start)), 1e-5);
   }
-  EXPECT_EQ(Slurp(Export("files.csv")), "file,name\n1,\"a, first.all\"\n2,b.all\n");
+  EXPECT_EQ(TextOf(Export("files.csv")), "file,name\n1,\"a, first.all\"\n2,b.all\n");
   EXPECT_FALSE(fs::exists(Export("soundings.las.partial")));
 }
 
 TEST_F(Exports, SoundingsAsTextAreTheSame) {
   options_.sounding_format = SoundingFormat::kXyz;
   Write();
-  std::istringstream in(Slurp(Export("soundings.xyz")));
+  std::istringstream in(TextOf(Export("soundings.xyz")));
   std::string line;
   std::getline(in, line);
   EXPECT_EQ(line, "# longitude latitude depth_m time file line ping head beam used");
@@ -219,7 +219,7 @@ TEST_F(Exports, SoundingsAsTextAreTheSame) {
 
 TEST_F(Exports, LinesSayByHowMuchTheyWereMoved) {
   Write();
-  std::istringstream in(Slurp(Export("lines.csv")));
+  std::istringstream in(TextOf(Export("lines.csv")));
   std::string line;
   std::getline(in, line);
   std::vector<std::string> lines;
@@ -253,7 +253,7 @@ TEST_F(Exports, ARunOfSubmapsThatIsATurnIsNoLine) {
     if (s >= 0.0 && s < 90.0) state.rpy_rad.z() += Deg2Rad(3.0) * s;
   }
   Write();
-  const std::string text = Slurp(Export("lines.csv"));
+  const std::string text = TextOf(Export("lines.csv"));
   EXPECT_THAT(text, HasSubstr("\n1,"));
   EXPECT_THAT(text, ::testing::Not(HasSubstr("\n2,")));
   EXPECT_THAT(text, HasSubstr("\n3,"));

@@ -13,14 +13,9 @@
 #include "common/core/submap.hpp"
 #include "products/survey.hpp"
 #include "products/survey_collector.hpp"
-#include "tests/runtime/temporary_dir.hpp"
+#include "tests/support/temporary_dir.hpp"
 
 namespace seastitch::testing {
-
-inline std::string Slurp(const std::filesystem::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-}
 
 using Seabed = std::function<double(double north, double east)>;  // depth [m]
 

@@ -1,87 +1,7 @@
-#include "products/write_products.hpp"
-
-#include <gdal_priv.h>
-#include <gmock/gmock.h>
-#include <signal.h>
-#include <sys/resource.h>
-
-#include <limits>
-#include <memory>
-#include <nlohmann/json.hpp>
-
-#include "common/runtime/files/durable_file.hpp"
-#include "common/storage/submap_file.hpp"
-#include "products/map/judge.hpp"
-#include "products/report/noise_report.hpp"
-#include "tests/products/synthetic_survey.hpp"
+#include "tests/products/product_fixtures.hpp"
 
 namespace seastitch {
 namespace {
-
-using testing::Collect;
-using testing::DriftingSurvey;
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
-using testing::LoopEdge;
-using testing::MakeDriftingSurvey;
-using ::testing::Not;
-using testing::Slurp;
-using testing::SolutionAt;
-namespace fs = std::filesystem;
-
-const std::vector<std::string> kFiles = {"elevation.tif",
-                                         "elevation_as_navigated.tif",
-                                         "mismatch.tif",
-                                         "mismatch_as_navigated.tif",
-                                         "depth.png",
-                                         "depth_as_navigated.png",
-                                         "mismatch.png",
-                                         "mismatch_as_navigated.png",
-                                         "track.csv",
-                                         "spread.tif",
-                                         "density.tif",
-                                         "uncertainty.tif",
-                                         "poses.txt",
-                                         "graph.g2o",
-                                         "survey.gpkg",
-                                         "survey.bag",
-                                         "survey.qgs",
-                                         "report.json",
-                                         "report.html"};
-
-const DriftingSurvey& Drifting() {
-  static const DriftingSurvey survey = MakeDriftingSurvey();
-  return survey;
-}
-
-ProductOptions OptionsWithDatum() {
-  ProductOptions options;
-  options.datum = Datum{57.1, 11.2};
-  options.title = "A <test> survey";
-  options.seeds = {{"bench", 42}};
-  return options;
-}
-
-nlohmann::json Json(const fs::path& path) { return nlohmann::json::parse(Slurp(path)); }
-
-std::string ErrorOf(const Survey& survey, const ProductOptions& options, const fs::path& dir) {
-  try {
-    WriteProducts(survey, options, dir);
-  } catch (const std::exception& e) {
-    return e.what();
-  }
-  return "no error";
-}
-
-std::map<int, Eigen::Vector2d> PosesIn(const fs::path& path) {
-  std::ifstream in(path);
-  std::map<int, Eigen::Vector2d> poses;
-  int id = 0;
-  for (double x, y, skip; in >> id >> x >> y >> skip >> skip >> skip >> skip >> skip;) {
-    poses[id] = {x, y};
-  }
-  return poses;
-}
 
 TEST(WriteProducts, CorrectsTheMapAndSaysByHowMuch) {
   const TemporaryDir folder;
@@ -129,7 +49,7 @@ TEST(WriteProducts, CorrectsTheMapAndSaysByHowMuch) {
   EXPECT_EQ(report["truth"]["loop_closures"]["accepted"], 2);
   EXPECT_EQ(report["truth"]["loop_closures"]["degrees_of_freedom"], 6);
   EXPECT_EQ(report["seeds"]["bench"], 42);
-  const std::string html = Slurp(folder / "report.html");
+  const std::string html = TextOf(folder / "report.html");
   EXPECT_THAT(html, HasSubstr("A &lt;test&gt; survey"));
   EXPECT_THAT(html, HasSubstr("The map is corrected by 2 loop closures"));
   EXPECT_THAT(html, HasSubstr("depth_as_navigated.png\"><img"));
@@ -189,7 +109,7 @@ TEST(WriteProducts, WithoutRoomOnTheDiskGivesOneLineAndKeepsTheOldFile) {
   ::setrlimit(RLIMIT_FSIZE, &old);
   ::signal(SIGXFSZ, old_handler);
   EXPECT_THAT(error, HasSubstr("elevation.tif: cannot be written: "));
-  EXPECT_EQ(Slurp(folder / "elevation.tif"), "the old map");
+  EXPECT_EQ(TextOf(folder / "elevation.tif"), "the old map");
   EXPECT_FALSE(fs::exists(folder / "elevation.tif.partial"));
 }
 
@@ -200,8 +120,8 @@ TEST(WriteProducts, GivesTheSameBytesTwice) {
         Collect(Drifting(), folder->path(), SolutionAt(Drifting().truth), {LoopEdge(0, 5)});
     WriteProducts(survey, OptionsWithDatum(), folder->path());
   }
-  for (const std::string& name : kFiles) EXPECT_EQ(Slurp(a / name), Slurp(b / name)) << name;
-  EXPECT_EQ(Slurp(a / "submaps/submap_3.pcd"), Slurp(b / "submaps/submap_3.pcd"));
+  for (const std::string& name : kFiles) EXPECT_EQ(TextOf(a / name), TextOf(b / name)) << name;
+  EXPECT_EQ(TextOf(a / "submaps/submap_3.pcd"), TextOf(b / "submaps/submap_3.pcd"));
 }
 
 TEST(WriteProducts, SaysPlainlyThatTheGraphBelievesNoClosure) {
@@ -232,13 +152,13 @@ TEST(WriteProducts, SaysWhatTheGraphFoundOfTheMounting) {
   EXPECT_DOUBLE_EQ(mounting["sonar_forward_m"]["sigma"], 0.1);
   EXPECT_DOUBLE_EQ(mounting["sonar_starboard_m"]["value"], 0.125);
   EXPECT_DOUBLE_EQ(mounting["dvl_yaw_deg"]["value"], 0.5);
-  EXPECT_THAT(Slurp(folder / "report.html"), HasSubstr("-0.250 m"));
+  EXPECT_THAT(TextOf(folder / "report.html"), HasSubstr("-0.250 m"));
 
   WriteProducts(Collect(Drifting(), folder.path(), SolutionAt(Drifting().truth), {LoopEdge(0, 5)}),
                 {},
                 folder.path());
   EXPECT_TRUE(Json(folder / "report.json")["mounting"].empty());
-  EXPECT_THAT(Slurp(folder / "report.html"), Not(HasSubstr("Mounting")));
+  EXPECT_THAT(TextOf(folder / "report.html"), Not(HasSubstr("Mounting")));
 }
 
 TEST(WriteProducts, SaysWhatTheGraphFoundOfTheMountingOfEachDive) {
@@ -258,7 +178,7 @@ TEST(WriteProducts, SaysWhatTheGraphFoundOfTheMountingOfEachDive) {
   EXPECT_DOUBLE_EQ(report["dives"][0]["mounting"]["sonar_forward_m"]["value"], -0.25);
   EXPECT_DOUBLE_EQ(report["dives"][1]["mounting"]["sonar_forward_m"]["value"], 0.75);
   EXPECT_TRUE(report["dives"][2]["mounting"].empty()) << "no closure";
-  const std::string html = Slurp(folder / "report.html");
+  const std::string html = TextOf(folder / "report.html");
   EXPECT_THAT(html, HasSubstr("north, against its vehicle.yaml"));
   EXPECT_THAT(html, HasSubstr("0.750 m"));
   EXPECT_THAT(html, Not(HasSubstr("far, against its vehicle.yaml")));
@@ -286,7 +206,7 @@ TEST(WriteProducts, SaysWhatTheSurveyShowsOfItsNoiseBesideWhatIsConfigured) {
   EXPECT_DOUBLE_EQ(noise["sounding_noise_ratio"]["sigma"], 0.08);
   EXPECT_DOUBLE_EQ(noise["shared_error_percent_of_altitude"]["configured"], 0.03);
   EXPECT_DOUBLE_EQ(noise["sonar_time_offset"]["by_roll"]["add_s"], 0.012);
-  EXPECT_THAT(Slurp(folder / "report.html"), HasSubstr("1.6 x noisier"));
+  EXPECT_THAT(TextOf(folder / "report.html"), HasSubstr("1.6 x noisier"));
 
   // What a sensor's clock does to the pings is no latency of the sonar.
   options.warnings = {{WarningCode::kSensorClock, "attitude 1.7 s ahead"}};
@@ -344,7 +264,7 @@ TEST(NoiseReport, StatesABoundWhereAnEstimateIsAnEndOfItsRange) {
   const nlohmann::json json = Json(folder / "report.json")["noise"];
   EXPECT_EQ(json["position_walk_m_per_sqrt_m"]["bound"], "at least");
   EXPECT_TRUE(json["sounding_noise_ratio"]["bound"].is_null());
-  EXPECT_THAT(Slurp(folder / "report.html"), HasSubstr("at least 0.01600"));
+  EXPECT_THAT(TextOf(folder / "report.html"), HasSubstr("at least 0.01600"));
 }
 
 TEST(NoiseReport, StatesATimeOffsetOfEitherSign) {
@@ -382,7 +302,7 @@ TEST(WriteProducts, StatesWhyTheNoiseWasNotEstimated) {
   const TemporaryDir folder;
   const Survey survey =
       Collect(Drifting(), folder.path(), SolutionAt(Drifting().truth), {LoopEdge(0, 5)});
-  const auto page = [&] { return Slurp(folder / "report.html"); };
+  const auto page = [&] { return TextOf(folder / "report.html"); };
   ProductOptions options;
   options.noise_not_estimated = "estimate_noise is off";
   options.noise.timing.roll = {0.0, 0.001, 900, 2e-4, 2e-4};
@@ -436,7 +356,7 @@ TEST(WriteProducts, ReportsNavigationAndTimeOffsetsOfEachDive) {
   options.dives = {first};
   WriteProducts(survey, options, folder.path());
   expect_first(Json(folder / "report.json")["navigation"]);
-  EXPECT_THAT(Slurp(folder / "report.html"), HasSubstr("10.0 ms, -190.0 ms, 4.0 ms"));
+  EXPECT_THAT(TextOf(folder / "report.html"), HasSubstr("10.0 ms, -190.0 ms, 4.0 ms"));
 
   survey.dives = {"north", "south"};
   for (std::size_t i = 0; i < survey.submaps.size(); ++i) survey.submaps[i].chain = i < 4 ? 0 : 1;
@@ -456,215 +376,10 @@ TEST(WriteProducts, ReportsNavigationAndTimeOffsetsOfEachDive) {
   EXPECT_EQ(report["navigation"]["conditions_at_end"][0], "the solution is withheld");
   EXPECT_EQ(report["dives_not_read"][0]["name"], "far");
   EXPECT_THAT(summary.noise_findings, ElementsAre(HasSubstr("north: The sonar's stamps are 12.0")));
-  const std::string page = Slurp(folder / "report.html");
+  const std::string page = TextOf(folder / "report.html");
   EXPECT_THAT(page, HasSubstr("north: Navigation"));
   EXPECT_THAT(page, HasSubstr("south: Navigation"));
   EXPECT_THAT(page, HasSubstr("far was not read, or not to its end: it is empty"));
-}
-
-TEST(WriteProducts, WithholdsACorrectionThatMakesTheMapWorse) {
-  const TemporaryDir folder;
-  std::vector<Pose2> wrong =
-      DeadReckonedPoses(Collect(Drifting(), folder.path(), {}, {})).T_map_level;
-  for (std::size_t i = 3; i < 6; ++i) wrong[i].x += 4.0;
-  const Survey survey = Collect(Drifting(), folder.path(), SolutionAt(wrong), {LoopEdge(0, 5)});
-  const ProductSummary summary = WriteProducts(survey, {}, folder.path());
-  EXPECT_EQ(summary.outcome, Outcome::kWithheld);
-  EXPECT_GT(summary.solved.surface.rms_m, summary.before.surface.rms_m);
-  EXPECT_EQ(summary.after().point.rms_m, summary.before.point.rms_m);
-  EXPECT_EQ(Slurp(folder / "elevation.tif"), Slurp(folder / "elevation_as_navigated.tif"));
-  // Not twice the same picture.
-  EXPECT_THAT(Slurp(folder / "report.html"), Not(HasSubstr("depth_as_navigated.png\"><img")));
-  EXPECT_EQ(Slurp(folder / "mismatch.tif"), Slurp(folder / "mismatch_as_navigated.tif"));
-  const auto poses = PosesIn(folder / "poses.txt");
-  EXPECT_EQ(poses.at(4), DeadReckonedPoses(survey).T_map_level[4].Translation());
-  EXPECT_EQ(Json(folder / "report.json")["outcome"], "withheld");
-  EXPECT_THAT(Slurp(folder / "report.html"), HasSubstr("The correction was withheld"));
-}
-
-TEST(Judge, IsNotRuledByTheFewCellsWithAWrongSounding) {
-  const auto outcome = [](const ErrorFigures& before, const ErrorFigures& solved) {
-    ProductSummary summary;
-    summary.correction_max_m = 1.0;
-    summary.before = {before, before};
-    summary.solved = {solved, solved};
-    Judge({}, 0.05, &summary);
-    return summary.outcome;
-  };
-  const ErrorFigures before{0.203, 0.034, 0.134, 10'000};
-  EXPECT_EQ(outcome(before, {0.216, 0.028, 0.100, 10'000}), Outcome::kCorrected);
-  EXPECT_EQ(outcome(before, {0.190, 0.034, 0.150, 10'000}), Outcome::kCorrected);
-  EXPECT_EQ(outcome(before, {0.216, 0.034, 0.150, 10'000}), Outcome::kWithheld);
-  // Three submaps of a hundred, thrown off.
-  EXPECT_EQ(outcome(before, {1.015, 0.034, 0.134, 10'000}), Outcome::kWithheld);
-}
-
-TEST(WriteProducts, WithholdsACorrectionThatTearsTheSwathsApart) {
-  const TemporaryDir folder;
-  std::vector<Pose2> torn = Drifting().truth;
-  for (std::size_t i = 0; i < torn.size(); ++i) torn[i].y += 60.0 * static_cast<double>(i);
-  const Survey survey = Collect(Drifting(), folder.path(), SolutionAt(torn), {LoopEdge(0, 5)});
-  EXPECT_EQ(WriteProducts(survey, {}, folder.path()).outcome, Outcome::kWithheld);
-}
-
-TEST(WriteProducts, WithholdsASolutionTooWildToGrid) {
-  const TemporaryDir folder;
-  std::vector<Pose2> wild = Drifting().truth;
-  wild.back().x = 1e12;
-  const Survey survey = Collect(Drifting(), folder.path(), SolutionAt(wild), {LoopEdge(0, 5)});
-  const ProductSummary summary = WriteProducts(survey, {}, folder.path());
-  EXPECT_EQ(summary.outcome, Outcome::kWithheld);
-  EXPECT_EQ(summary.cell_m, 1.0);
-  EXPECT_THAT(summary.statement, HasSubstr("scattered"));
-}
-
-TEST(WriteProducts, SaysPlainlyThatNothingOverlaps) {
-  const TemporaryDir folder;
-  const DriftingSurvey line = MakeDriftingSurvey(1, 3, 0.0);
-  const Survey survey =
-      Collect(line,
-              folder.path(),
-              SolutionAt(DeadReckonedPoses(Collect(line, folder.path(), {}, {})).T_map_level),
-              {});
-  const ProductSummary summary = WriteProducts(survey, {}, folder.path());
-  EXPECT_EQ(summary.outcome, Outcome::kNothingToCorrect);
-  EXPECT_THAT(summary.statement, HasSubstr("no two passes of this survey overlap"));
-  EXPECT_THAT(Slurp(folder / "report.html"), HasSubstr("Nothing could be corrected"));
-}
-
-TEST(WriteProducts, SaysPlainlyThatNoRegistrationWasTrusted) {
-  const TemporaryDir folder;
-  const Survey survey =
-      Collect(Drifting(), folder.path(), PoseGraph{}, {LoopEdge(0, 5, LoopVerdict::kDegenerate)});
-  const ProductSummary summary = WriteProducts(survey, {}, folder.path());
-  EXPECT_EQ(summary.outcome, Outcome::kNothingToCorrect);
-  EXPECT_THAT(summary.statement, HasSubstr("none became a loop closure"));
-}
-
-TEST(WriteProducts, MapsASingleSubmap) {
-  const TemporaryDir folder;
-  const Survey survey = Collect(MakeDriftingSurvey(1, 1), folder.path(), {}, {});
-  const ProductSummary summary = WriteProducts(survey, OptionsWithDatum(), folder.path());
-  EXPECT_EQ(summary.before_all.point.cells, 0u);
-  EXPECT_TRUE(Json(folder / "report.json")["consistency_rms_m"]["before"].is_null());
-  for (const std::string& name : kFiles) EXPECT_TRUE(fs::exists(folder / name)) << name;
-}
-
-TEST(WriteProducts, OfNothingIsOneClearLine) {
-  const TemporaryDir folder;
-  EXPECT_EQ(ErrorOf({}, {}, folder.path()), "no submap: there is nothing to map");
-  SurveyCollector collector(folder.path());
-  Submap empty;
-  empty.id.value = 0;
-  collector.Add(empty);
-  EXPECT_EQ(ErrorOf(collector.Finish(), {}, folder.path()),
-            "no submap has a point: there is nothing to map");
-  EXPECT_FALSE(fs::exists(folder / "elevation.tif"));
-}
-
-TEST(WriteProducts, RefusesUnusableOptions) {
-  const TemporaryDir folder;
-  const Survey survey = Collect(MakeDriftingSurvey(1, 1), folder.path(), {}, {});
-  ProductOptions options;
-  options.cell_m = -1.0;
-  EXPECT_THAT(ErrorOf(survey, options, folder.path()), HasSubstr("cell_m = -1"));
-  options.cell_m = 0.001;
-  EXPECT_THAT(ErrorOf(survey, options, folder.path()), HasSubstr("cell_m = 0.001: the map would"));
-  options = OptionsWithDatum();
-  options.axes = MapAxes::kEastNorthUp;
-  EXPECT_THAT(ErrorOf(survey, options, folder.path()), HasSubstr("a datum needs"));
-  EXPECT_THAT(ErrorOf(survey, {}, "/proc/none"), HasSubstr("/proc/none"));
-}
-
-TEST(WriteProducts, MakesADefaultCellLargerThanTheLimitAllows) {
-  const TemporaryDir folder;
-  const Survey survey = Collect(MakeDriftingSurvey(1, 3), folder.path(), {}, {});
-  ProductOptions options;
-  options.max_cells = 400;
-  EXPECT_EQ(WriteProducts(survey, options, folder.path()).cell_m, 5.0);
-}
-
-TEST(WriteProducts, OfAZUpSurveyHasElevationsPositiveUpAndNorthUp) {
-  const TemporaryDir folder;
-  SurveyCollector collector(folder.path());
-  Submap submap;
-  submap.id.value = 0;
-  submap.T_map_submap.translation() = Eigen::Vector3d(100.0, 200.0, -30.0);
-  for (int i = 0; i < 40; ++i) {
-    for (int j = 0; j < 20; ++j) {
-      submap.cloud.Add(Eigen::Vector3f(0.5f * static_cast<float>(i),
-                                       0.5f * static_cast<float>(j),
-                                       -5.0f - 0.1f * static_cast<float>(j)));
-    }
-  }
-  collector.Add(submap);
-  ProductOptions options;
-  options.axes = MapAxes::kEastNorthUp;
-  options.cell_m = 1.0;
-  WriteProducts(collector.Finish(), options, folder.path());
-  GDALAllRegister();
-  GDALDataset* tif =
-      static_cast<GDALDataset*>(GDALOpen((folder / "elevation.tif").c_str(), GA_ReadOnly));
-  ASSERT_NE(tif, nullptr);
-  EXPECT_GT(tif->GetRasterXSize(), tif->GetRasterYSize());  // longer in x, which is east
-  float north_edge = 0, south_edge = 0;
-  ASSERT_EQ(tif->GetRasterBand(1)->RasterIO(
-                GF_Read, 5, 1, 1, 1, &north_edge, 1, 1, GDT_Float32, 0, 0, nullptr),
-            CE_None);
-  ASSERT_EQ(tif->GetRasterBand(1)->RasterIO(GF_Read,
-                                            5,
-                                            tif->GetRasterYSize() - 2,
-                                            1,
-                                            1,
-                                            &south_edge,
-                                            1,
-                                            1,
-                                            GDT_Float32,
-                                            0,
-                                            0,
-                                            nullptr),
-            CE_None);
-  EXPECT_LT(south_edge, -34.9f);
-  EXPECT_LT(north_edge, south_edge);  // deeper towards larger y
-  GDALClose(tif);
-}
-
-TEST(WriteProducts, RemovesSubmapsOfALongerRunBefore) {
-  const TemporaryDir folder;
-  const Survey survey = Collect(MakeDriftingSurvey(1, 2), folder.path(), {}, {});
-  WriteAtomically(folder / "submaps/submap_77.pcd", "old");
-  WriteAtomically(folder / "submaps/notes.txt", "mine");
-  WriteProducts(survey, {}, folder.path());
-  EXPECT_FALSE(fs::exists(folder / "submaps/submap_77.pcd"));
-  EXPECT_TRUE(fs::exists(folder / "submaps/notes.txt"));
-  EXPECT_TRUE(fs::exists(folder / "submaps/submap_1.pcd"));
-}
-
-TEST(WriteProducts, NamesASubmapFileThatIsGone) {
-  const TemporaryDir folder;
-  const Survey survey = Collect(MakeDriftingSurvey(1, 2), folder.path(), {}, {});
-  fs::remove(folder / "submaps/submap_1.pcd");
-  EXPECT_THAT(ErrorOf(survey, {}, folder.path()), HasSubstr("submap_1.pcd"));
-}
-
-TEST(WriteProducts, KeepsPicturesSmallOfASurveyOfAnyShape) {
-  const TemporaryDir folder;
-  SurveyCollector collector(folder.path());
-  for (int id = 0; id < 4; ++id) {
-    const Pose2 at{0.0, 700.0 * id, 0.5 * kPi};
-    collector.Add(testing::SeenFrom(id, at, at, testing::Hills, 700, 10, 2.0, 0.02));
-  }
-  ProductOptions options;
-  options.cell_m = 1.0;
-  WriteProducts(collector.Finish(), options, folder.path());
-  GDALAllRegister();
-  GDALDataset* png =
-      static_cast<GDALDataset*>(GDALOpen((folder / "depth.png").c_str(), GA_ReadOnly));
-  ASSERT_NE(png, nullptr);
-  EXPECT_LE(png->GetRasterXSize(), 1600);
-  EXPECT_LE(png->GetRasterYSize(), 1600);
-  EXPECT_GE(png->GetRasterYSize(), 400);
-  GDALClose(png);
 }
 
 }  // namespace

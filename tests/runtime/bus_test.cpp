@@ -10,7 +10,7 @@
 
 #include "seastitch/counter_t.hpp"
 #include "seastitch/graph_request_t.hpp"
-#include "tests/runtime/temporary_dir.hpp"
+#include "tests/support/temporary_dir.hpp"
 
 namespace seastitch {
 namespace {

@@ -5,8 +5,8 @@
 
 #include "common/core/pose.hpp"
 #include "common/runtime/config/vehicle_config.hpp"
-#include "tests/paths.hpp"
-#include "tests/runtime/temporary_dir.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/temporary_dir.hpp"
 
 namespace seastitch {
 namespace {
@@ -25,6 +25,7 @@ struct Thing {
   std::vector<double> list;
   Eigen::Vector2d angles_rad{Deg2Rad(0.1), Deg2Rad(0.7)};
   double voxel_m = 0.25;
+  double min_support = 0.1;
 };
 
 ParameterTable TableOf(Thing* t) {
@@ -39,8 +40,10 @@ ParameterTable TableOf(Thing* t) {
       "angles_deg", &t->angles_rad, Unit::kDegreeFromRadian, Range::Any().Below(90.0), "Angles.");
   ParameterTable& submap = table.AddSection("submap", "A section.");
   submap.Add("voxel_m", &t->voxel_m, Unit::kMetre, Range::Above(0.0).AtMost(10.0), "An edge.")
-      .DataSheet()
-      .WasCalled("voxel_size");
+      .DataSheet();
+  // A key that stands in kRenamedKeys.
+  table.AddSection("filter", "Another section.")
+      .Add("min_support_fraction", &t->min_support, Unit::kNone, Range::Above(0.0), "A share.");
   return table;
 }
 
@@ -118,9 +121,10 @@ TEST_F(ConfigTest, RefusesUnknownAndDoubledKeys) {
 }
 
 TEST_F(ConfigTest, ReadsAnEarlierNameButNotBoth) {
-  EXPECT_EQ(Load("submap: {voxel_size: 2}").voxel_m, 2.0);
-  EXPECT_EQ(ErrorOf("submap: {voxel_size: 1, voxel_m: 2}"),
-            "m.yaml: submap.voxel_size: is the earlier name of voxel_m, which stands too");
+  EXPECT_EQ(Load("filter: {min_support_part: 2}").min_support, 2.0);
+  EXPECT_EQ(ErrorOf("filter: {min_support_part: 1, min_support_fraction: 2}"),
+            "m.yaml: filter.min_support_part: is the earlier name of min_support_fraction, which "
+            "stands too");
 }
 
 TEST_F(ConfigTest, PrintsWhatIsReadAsTheSame) {

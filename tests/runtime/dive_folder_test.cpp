@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/runtime/temporary_dir.hpp"
+#include "tests/support/temporary_dir.hpp"
 
 namespace seastitch {
 namespace {

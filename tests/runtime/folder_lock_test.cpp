@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "tests/runtime/temporary_dir.hpp"
+#include "tests/support/temporary_dir.hpp"
 
 namespace seastitch {
 namespace {

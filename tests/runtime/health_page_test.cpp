@@ -1,8 +1,9 @@
-// docs/health.md lists every fault of common/core/conditions.hpp. To write it anew:
+// docs/health.md lists every fault of common/core/health/conditions.hpp. To write it anew:
 //   SEASTITCH_WRITE_DOCS=1 build/tests/runtime_test --gtest_filter='HealthPage.*'
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -11,19 +12,23 @@
 #include <sstream>
 #include <string>
 
-#include "common/core/conditions.hpp"
-#include "tests/paths.hpp"
+#include "common/core/health/conditions.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/paths.hpp"
 
 namespace seastitch {
 namespace {
 
-constexpr char kBegin[] = "<!-- begin: made from common/core/conditions.hpp -->\n";
+constexpr char kBegin[] = "<!-- begin: made from common/core/health/conditions.hpp -->\n";
 constexpr char kEnd[] = "<!-- end -->\n";
 
-std::string Read(const std::filesystem::path& file) {
-  std::stringstream text;
-  text << std::ifstream(file).rdbuf();
-  return text.str();
+std::string StateOf(const ConditionKind& kind) {
+  const auto [holds_s, fewest] = kind.events;
+  const std::string state = kind.severity == Severity::kLost ? "lost" : "degraded";
+  if (holds_s == 0.0) return state;
+  const std::string seconds = std::to_string(std::lround(holds_s)) + " s";
+  return state + (fewest == 1 ? ", for " + seconds
+                              : ", while " + std::to_string(fewest) + " in " + seconds);
 }
 
 std::string Table() {
@@ -31,15 +36,14 @@ std::string Table() {
       "| sentence | name | state | what to do |\n"
       "|---|---|---|---|\n";
   for (const ConditionKind* kind : conditions::kAll)
-    table += std::string("| ") + kind->sentence + " | `" + kind->name + "` | " +
-             (kind->severity == Severity::kLost ? "lost" : "degraded") + " | " + kind->remedy +
-             " |\n";
+    table += std::string("| ") + kind->sentence + " | `" + kind->name + "` | " + StateOf(*kind) +
+             " | " + kind->remedy + " |\n";
   return table;
 }
 
 TEST(HealthPage, ListsEveryFaultWithWhatToDo) {
   const std::filesystem::path page = SourceDir() / "docs/health.md";
-  std::string text = Read(page);
+  std::string text = TextOf(page);
   const std::size_t begin = text.find(kBegin);
   const std::size_t end = text.find(kEnd);
   ASSERT_NE(begin, std::string::npos) << page;
@@ -54,7 +58,7 @@ TEST(HealthPage, ListsEveryFaultWithWhatToDo) {
 }
 
 TEST(Conditions, AreAllInTheTable) {
-  const std::string header = Read(SourceDir() / "common/core/conditions.hpp");
+  const std::string header = TextOf(SourceDir() / "common/core/health/conditions.hpp");
   const std::regex kind("constexpr ConditionKind (k\\w+)\\{");
   std::set<std::string> declared;
   for (std::sregex_iterator it(header.begin(), header.end(), kind), none; it != none; ++it)

@@ -14,7 +14,7 @@
 #include "common/core/utf8.hpp"
 #include "common/runtime/process/restart_counter.hpp"
 #include "tests/runtime/notify_socket.hpp"
-#include "tests/runtime/temporary_dir.hpp"
+#include "tests/support/temporary_dir.hpp"
 
 namespace seastitch {
 namespace {

@@ -14,7 +14,8 @@
 #include <string>
 #include <vector>
 
-#include "tests/runtime/temporary_dir.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/temporary_dir.hpp"
 
 namespace seastitch {
 namespace {
@@ -41,10 +42,7 @@ class EventLogTest : public testing::Test {
     writer.Flush();
     return Content();
   }
-  std::string Content() const {
-    std::ifstream in(path(), std::ios::binary);
-    return std::string(std::istreambuf_iterator<char>(in), {});
-  }
+  std::string Content() const { return TextOf(path()); }
   void SetContent(const std::string& bytes) const { dir_.Write("a.lcmlog", bytes); }
 
   // utime of every event; fails where an event is not one that was written.

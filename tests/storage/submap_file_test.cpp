@@ -14,8 +14,9 @@
 #include <sstream>
 #include <string>
 
-#include "tests/paths.hpp"
-#include "tests/runtime/temporary_dir.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/temporary_dir.hpp"
 
 namespace seastitch {
 namespace {
@@ -82,9 +83,7 @@ TEST_F(SubmapFileTest, GivesBackEveryBitOfTheCloudAndTheFrameAsDouble) {
 
 TEST_F(SubmapFileTest, ADamagedPointOrFrameIsNamed) {
   WriteSubmapPcd(path(), Cloud(100), Frame());
-  std::stringstream text;
-  text << std::ifstream(path(), std::ios::binary).rdbuf();
-  const std::string whole = text.str();
+  const std::string whole = TextOf(path());
   for (const std::size_t at :
        {whole.find("VIEWPOINT") + 12, whole.size() - 1000, whole.size() - 1}) {
     std::string damaged = whole;
@@ -228,8 +227,7 @@ TEST_F(SubmapFileTest, NeverCrashesOnAnyTruncationOrFlippedBit) {
                       : kind == 1 ? writer.writeBinary(path().string(), cloud)
                                   : writer.writeBinaryCompressed(path().string(), cloud);
     ASSERT_EQ(error, 0);
-    std::ifstream in(path(), std::ios::binary);
-    const std::string whole(std::istreambuf_iterator<char>(in), {});
+    const std::string whole = TextOf(path());
     for (std::size_t size = 0; size + 2 < whole.size(); size += 97)
       EXPECT_NE(ErrorOf(whole.substr(0, size)), "no error")
           << "kind " << kind << " cut at " << size;

@@ -14,17 +14,13 @@
 #include <string>
 #include <vector>
 
-#include "tests/paths.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/paths.hpp"
 
 namespace seastitch {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string Read(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 std::string WithoutComments(const std::string& text) {
   return std::regex_replace(text, std::regex("//[^\n]*"), "");
@@ -144,12 +140,12 @@ TEST(Archive, HoldsEveryMember) {
       const fs::path& file = entry.path();
       if (file.extension() != ".hpp" && file.extension() != ".cpp") continue;
       files.push_back(file);
-      if (file.extension() == ".hpp") headers += Read(file);
+      if (file.extension() == ".hpp") headers += TextOf(file);
     }
   }
   std::size_t types = 0;
   for (const fs::path& file : files) {
-    const std::string text = Read(file);
+    const std::string text = TextOf(file);
     if (text.find("Fields(Archive&") == std::string::npos) continue;
     Lacks lacks = LackOfOwnLists(text);
     lacks.merge(LackOfListsBeside(text, headers));

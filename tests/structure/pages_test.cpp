@@ -9,7 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "tests/paths.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/paths.hpp"
 
 namespace seastitch {
 namespace {
@@ -26,8 +27,7 @@ std::vector<fs::path> Pages() {
 
 // Targets of `[text](target)` and `![text](target)` without an anchor; none of other sites.
 std::vector<std::string> Links(const fs::path& page) {
-  std::ifstream in(page);
-  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  const std::string text = TextOf(page);
   static const std::regex link(R"re(\]\(([^)#\s]+)[^)]*\))re");
   std::vector<std::string> targets;
   for (std::sregex_iterator it(text.begin(), text.end(), link), end; it != end; ++it) {

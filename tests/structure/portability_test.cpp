@@ -9,7 +9,7 @@
 #include <set>
 #include <string>
 
-#include "tests/paths.hpp"
+#include "tests/support/paths.hpp"
 
 namespace seastitch {
 namespace {

@@ -19,9 +19,10 @@
 #include "common/storage/submap_file.hpp"
 #include "survey/read/message_types.hpp"
 #include "tests/drivers/test_data.hpp"
-#include "tests/paths.hpp"
-#include "tests/process/run_command.hpp"
-#include "tests/runtime/temporary_dir.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/run_command.hpp"
+#include "tests/support/temporary_dir.hpp"
 #include "tests/survey/files/kmall_pieces.hpp"
 #include "tests/survey/three_dives.hpp"
 
@@ -33,11 +34,6 @@ using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
-
-std::string TextOf(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 void Write(const fs::path& path, const std::string& bytes) {
   std::ofstream(path, std::ios::binary) << bytes;

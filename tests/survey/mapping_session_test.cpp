@@ -18,9 +18,9 @@
 #include "optimizer/optimizer_config.hpp"
 #include "optimizer/optimizer_node.hpp"
 #include "survey/read/log_source.hpp"
-#include "tests/paths.hpp"
-#include "tests/process/run_command.hpp"
-#include "tests/runtime/temporary_dir.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/run_command.hpp"
+#include "tests/support/temporary_dir.hpp"
 
 namespace seastitch {
 namespace {

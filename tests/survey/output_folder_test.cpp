@@ -8,7 +8,8 @@
 #include <optional>
 #include <string>
 
-#include "tests/runtime/temporary_dir.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/temporary_dir.hpp"
 
 namespace seastitch {
 namespace {
@@ -22,18 +23,13 @@ void Write(const fs::path& path, const std::string& text) {
   std::ofstream(path) << text;
 }
 
-std::string Read(const fs::path& path) {
-  std::ifstream in(path);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
 TEST(OutputFolder, AppearsWhole) {
   const TemporaryDir dir;
   OutputFolder out(dir / "map");
   Write(out.path() / "elevation.tif", "new");
   EXPECT_FALSE(fs::exists(dir / "map"));
   out.Publish();
-  EXPECT_EQ(Read(dir / "map" / "elevation.tif"), "new");
+  EXPECT_EQ(TextOf(dir / "map" / "elevation.tif"), "new");
 }
 
 // A mistyped path makes no folders.
@@ -63,12 +59,12 @@ TEST(OutputFolder, ReplacesFilesOfTheSameNameAndKeepsTheOthers) {
     Write(out.path() / "elevation.tif", "new");
     Write(out.path() / "report.json", "{}");
     Write(out.path() / "submaps" / "submap_1.pcd", "new");
-    EXPECT_EQ(Read(dir / "map" / "elevation.tif"), "old");
+    EXPECT_EQ(TextOf(dir / "map" / "elevation.tif"), "old");
     out.Publish();
   }
-  EXPECT_EQ(Read(dir / "map" / "elevation.tif"), "new");
-  EXPECT_EQ(Read(dir / "map" / "report.json"), "{}");
-  EXPECT_EQ(Read(dir / "map" / "notes.txt"), "mine");
+  EXPECT_EQ(TextOf(dir / "map" / "elevation.tif"), "new");
+  EXPECT_EQ(TextOf(dir / "map" / "report.json"), "{}");
+  EXPECT_EQ(TextOf(dir / "map" / "notes.txt"), "mine");
   EXPECT_FALSE(fs::exists(dir / "map" / "submaps" / "submap_9.pcd"));
   EXPECT_TRUE(fs::exists(dir / "map" / "submaps" / "submap_1.pcd"));
   EXPECT_FALSE(fs::exists(dir / "map" / ".partial"));
@@ -84,20 +80,20 @@ TEST(OutputFolder, RemovesOldProductsThatAreNotMadeAgain) {
     OutputFolder out(dir / "map");
     Write(out.path() / "track.csv", "new");
     Write(out.path() / "report.json", "{}");
-    EXPECT_EQ(Read(dir / "map" / "elevation.tif"), "old");
+    EXPECT_EQ(TextOf(dir / "map" / "elevation.tif"), "old");
     out.Publish();
   }
   EXPECT_FALSE(fs::exists(dir / "map" / "elevation.tif"));
   EXPECT_FALSE(fs::exists(dir / "map" / "submaps"));
-  EXPECT_EQ(Read(dir / "map" / "mine.tif"), "old");
-  EXPECT_EQ(Read(dir / "map" / "track.csv"), "new");
+  EXPECT_EQ(TextOf(dir / "map" / "mine.tif"), "old");
+  EXPECT_EQ(TextOf(dir / "map" / "track.csv"), "new");
 }
 
 TEST(OutputFolder, LeavesAFolderAloneThatHoldsAnotherFileAndNoMap) {
   const TemporaryDir dir;
   Write(dir / "map" / "elevation.tif", "mine");
   EXPECT_THROW(OutputFolder(dir / "map"), std::runtime_error);
-  EXPECT_EQ(Read(dir / "map" / "elevation.tif"), "mine");
+  EXPECT_EQ(TextOf(dir / "map" / "elevation.tif"), "mine");
 }
 
 TEST(OutputFolder, RemovesTheProductsOfOlderVersions) {
@@ -116,7 +112,7 @@ TEST(OutputFolder, LeavesFoldersAloneThatNoReplayMade) {
   Write(dir / "home" / "config" / "mapper.yaml", "mine");
   EXPECT_THAT([&] { OutputFolder out(dir / "home"); },
               ThrowsMessage<std::runtime_error>(testing::HasSubstr("holds config and no map")));
-  EXPECT_EQ(Read(dir / "home" / "config" / "mapper.yaml"), "mine");
+  EXPECT_EQ(TextOf(dir / "home" / "config" / "mapper.yaml"), "mine");
   EXPECT_FALSE(fs::exists(dir / "home" / ".partial"));
 }
 

@@ -8,7 +8,7 @@
 #include "seastitch/navigation_t.hpp"
 #include "seastitch/position_fix_t.hpp"
 #include "seastitch/raw_bytes_t.hpp"
-#include "tests/runtime/temporary_dir.hpp"
+#include "tests/support/temporary_dir.hpp"
 
 namespace seastitch {
 namespace {

@@ -17,7 +17,8 @@
 #include "seastitch/depth_t.hpp"
 #include "seastitch/health_t.hpp"
 #include "survey/read/merged_logs.hpp"
-#include "tests/runtime/temporary_dir.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/temporary_dir.hpp"
 
 namespace seastitch {
 namespace {
@@ -110,10 +111,8 @@ TEST_F(RecordedDive, OrdersWhatBeganAnewByTheNumbersOfTheFiles) {
 TEST_F(RecordedDive, TakesAFileApartThatWasJoinedInTheWrongOrder) {
   std::string joined;
   for (const auto& log :
-       {Depths("c", 20, 30, 1'020), Depths("a", 0, 10, 1'000), Depths("b", 10, 20, 1'010)}) {
-    std::ifstream in(log, std::ios::binary);
-    joined += std::string(std::istreambuf_iterator<char>(in), {});
-  }
+       {Depths("c", 20, 30, 1'020), Depths("a", 0, 10, 1'000), Depths("b", 10, 20, 1'010)})
+    joined += TextOf(log);
   const RecordedLogs logs = Look({dir_.Write("joined.lcmlog", joined)});
   ASSERT_EQ(logs.recorders.size(), 1U);
   EXPECT_EQ(logs.recorders[0].size(), 2U);
@@ -125,10 +124,8 @@ TEST_F(RecordedDive, TakesAFileApartThatWasJoinedInTheWrongOrder) {
 // The recorder's clock steps back: its messages go on.
 TEST_F(RecordedDive, AStepOfTheClockLeavesALogWhole) {
   std::string joined;
-  for (const auto& log : {Depths("a", 0, 10, 2'000), Depths("b", 10, 20, 1'000)}) {
-    std::ifstream in(log, std::ios::binary);
-    joined += std::string(std::istreambuf_iterator<char>(in), {});
-  }
+  for (const auto& log : {Depths("a", 0, 10, 2'000), Depths("b", 10, 20, 1'000)})
+    joined += TextOf(log);
   const fs::path log = dir_.Write("joined.lcmlog", joined);
   EXPECT_THAT(Look({log}).recorders, ElementsAre(ElementsAre(log)));
 }

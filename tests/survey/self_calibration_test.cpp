@@ -13,9 +13,9 @@
 #include "products/warning.hpp"
 #include "survey/replay/calibration_rounds.hpp"
 #include "tests/mapper/calibration/simulated_survey.hpp"
-#include "tests/paths.hpp"
-#include "tests/process/run_command.hpp"
-#include "tests/runtime/temporary_dir.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/run_command.hpp"
+#include "tests/support/temporary_dir.hpp"
 
 namespace seastitch {
 namespace {

@@ -8,8 +8,8 @@
 #include <regex>
 #include <string>
 
-#include "tests/paths.hpp"
-#include "tests/process/run_command.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/run_command.hpp"
 #include "tests/survey/files/kmall_pieces.hpp"
 #include "tests/survey/short_survey.hpp"
 

@@ -13,9 +13,10 @@
 #include <vector>
 
 #include "products/track/truth.hpp"
-#include "tests/paths.hpp"
-#include "tests/process/run_command.hpp"
-#include "tests/runtime/temporary_dir.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/run_command.hpp"
+#include "tests/support/temporary_dir.hpp"
 #include "tests/survey/short_survey.hpp"
 
 namespace seastitch {
@@ -55,13 +56,6 @@ std::vector<Vehicle> Vehicles() {
            0.25,
            0.35,
            -0.5}};
-}
-
-std::string TextOf(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  std::ostringstream out;
-  out << in.rdbuf();
-  return out.str();
 }
 
 void Replace(const std::string& what,

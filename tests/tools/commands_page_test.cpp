@@ -11,8 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "tests/paths.hpp"
-#include "tests/process/run_command.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/run_command.hpp"
 
 namespace seastitch {
 namespace {
@@ -161,15 +162,9 @@ std::string SectionOfProcesses() {
   return section + options;
 }
 
-std::string Read(const std::filesystem::path& file) {
-  std::stringstream text;
-  text << std::ifstream(file).rdbuf();
-  return text.str();
-}
-
 TEST(CommandsPage, ListsEveryOptionThatTheProgramsPrint) {
   const std::filesystem::path page = SourceDir() / "docs/commands.md";
-  std::string text = Read(page);
+  std::string text = TextOf(page);
   const std::size_t begin = text.find(kBegin);
   const std::size_t end = text.find(kEnd);
   ASSERT_NE(begin, std::string::npos) << page;

@@ -16,10 +16,12 @@
 #include <set>
 
 #include "bench/survey_config.hpp"
+#include "common/parameters/renamed_keys.hpp"
 #include "mapper/mapper_config.hpp"
-#include "tests/paths.hpp"
-#include "tests/property.hpp"
-#include "tests/runtime/temporary_dir.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/property.hpp"
+#include "tests/support/temporary_dir.hpp"
 
 namespace seastitch {
 namespace {
@@ -93,7 +95,7 @@ bool IsNumbers(const Parameter& p) {
 }
 
 // As a scalar, or as a list with as many as there must be.
-std::string TextOf(const Parameter& p, double value) {
+std::string NumberText(const Parameter& p, double value) {
   std::ostringstream text;
   text.precision(17);
   text << value;
@@ -147,7 +149,7 @@ double Inside(const Parameter& p, double part) {
 
 // It loads, or stops for a rule that binds it to another parameter: never for its range.
 void ExpectInside(const ConfigurationFile& file, const Parameter& p, double value) {
-  const std::string error = ErrorOf(file.name, FileWith(file, p, TextOf(p, value)));
+  const std::string error = ErrorOf(file.name, FileWith(file, p, NumberText(p, value)));
   EXPECT_THAT(error, Not(HasSubstr(p.Expected()))) << file.name << " " << p.path() << " " << value;
   EXPECT_TRUE(error.empty() || error.find("' is not ") != std::string::npos) << error;
 }
@@ -166,7 +168,8 @@ TEST(Configuration, EveryParameterLoadsAtItsLimitsAndStopsBeyond) {
     for (const Parameter* p : AllOf(file)) {
       if (IsNumber(*p) || IsNumbers(*p)) {
         for (const double value : AtLimits(*p)) ExpectInside(file, *p, value);
-        for (const double value : BeyondLimits(*p, 1.0)) ExpectRefused(file, *p, TextOf(*p, value));
+        for (const double value : BeyondLimits(*p, 1.0))
+          ExpectRefused(file, *p, NumberText(*p, value));
         ExpectRefused(file, *p, IsNumbers(*p) ? "[1, wide]" : "wide");
         ExpectRefused(file, *p, "");
         if (!IsWhole(*p)) ExpectRefused(file, *p, IsNumbers(*p) ? "[.nan]" : ".nan");
@@ -193,7 +196,7 @@ RC_GTEST_PROP(Configuration, LoadsEveryValueInsideAndNoneBeyond, ()) {
       *rc::gen::inRange(0, static_cast<int>(parameters.size())))];
   if (!IsNumber(p) && !IsNumbers(p)) return;
   ExpectInside(file, p, Inside(p, part / 1000.0));
-  for (const double value : BeyondLimits(p, further)) ExpectRefused(file, p, TextOf(p, value));
+  for (const double value : BeyondLimits(p, further)) ExpectRefused(file, p, NumberText(p, value));
   RC_ASSERT(!testing::Test::HasFailure());
 }
 
@@ -208,7 +211,7 @@ RC_GTEST_PROP(Configuration, PrintedOneIsReadAsTheSame, ()) {
       // Together all of them would break the rules between them; a few are changed.
       if ((IsNumber(*p) || IsNumbers(*p)) && *rc::gen::inRange(0, 25) == 0) {
         const std::string before = p->Text();
-        RC_ASSERT(SetParameter(*p, YAML::Load(TextOf(*p, Inside(*p, part / 1000.0)))));
+        RC_ASSERT(SetParameter(*p, YAML::Load(NumberText(*p, Inside(*p, part / 1000.0)))));
         auto fresh = ConfigurationFiles();
         try {
           ParseParameters(
@@ -259,17 +262,12 @@ std::string HeadOf(const std::string& text) {
   return head;
 }
 
-std::string ReadText(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return std::string(std::istreambuf_iterator<char>(in), {});
-}
-
 void ExpectFile(const fs::path& path, const std::string& expected) {
   const std::string name = path.filename().string();
   const fs::path generated = BuildDir() / "generated" / name;
   fs::create_directories(generated.parent_path());
   std::ofstream(generated, std::ios::binary) << expected;
-  EXPECT_TRUE(ReadText(path) == expected)
+  EXPECT_TRUE(TextOf(path) == expected)
       << path << " is not what the programs know; " << generated << " is";
 }
 
@@ -283,7 +281,7 @@ TEST(Configuration, ShippedFilesAreWhatTheProgramsPrint) {
     SCOPED_TRACE(path.string());
     LoadParameters(path.string(), files[i].table);
     ExpectFile(path,
-               HeadOf(ReadText(path)) + "\n" + PrintParameters(files[i].table, defaults[i].table));
+               HeadOf(TextOf(path)) + "\n" + PrintParameters(files[i].table, defaults[i].table));
   }
 }
 
@@ -316,8 +314,8 @@ std::map<std::string, int> QuotedTexts() {
   for (const char* folder :
        {"bench", "common", "drivers", "logger", "mapper", "optimizer", "products", "tools"}) {
     for (const auto& entry : fs::recursive_directory_iterator(SourceDir() / folder)) {
-      if (!IsSource(entry.path())) continue;
-      const std::string text = ReadText(entry.path());
+      if (!IsSource(entry.path()) || entry.path().filename() == "renamed_keys.hpp") continue;
+      const std::string text = TextOf(entry.path());
       for (std::sregex_iterator i(text.begin(), text.end(), kQuoted), end; i != end; ++i)
         ++counts[(*i)[1].str()];
     }
@@ -338,6 +336,14 @@ const std::set<std::string> kNamesInReports{"altitude_m",
                                             "rate_hz",
                                             "rms_m",
                                             "speed_mps"};
+
+TEST(Configuration, EveryRenamedKeyIsThatOfAParameter) {
+  std::set<std::string> paths;
+  for (const ConfigurationFile& file : ConfigurationFiles())
+    for (const Parameter* p : AllOf(file)) paths.insert(p->path());
+  for (const RenamedKey& renamed : kRenamedKeys)
+    EXPECT_TRUE(paths.contains(renamed.path)) << renamed.path;
+}
 
 // The same name in two sections is two parameters; a declaration that several files share is one.
 TEST(Configuration, EachKeyStandsOnceAsAQuotedString) {
@@ -374,15 +380,15 @@ TEST(Configuration, ProcessesAndReplayPrintWhatTheyUse) {
     const bool is_replay = std::string(name) == "seastitch replay";
     const std::string program = is_replay ? Program("seastitch") + " replay" : Program(name);
     ASSERT_EQ(std::system((program + " --print-config > " + out).c_str()), 0) << name;
-    EXPECT_THAT(ReadText(out), testing::StartsWith("# ")) << name;
+    EXPECT_THAT(TextOf(out), testing::StartsWith("# ")) << name;
   }
   const std::string first = (dir / "first.yaml").string();
   const std::string second = (dir / "second.yaml").string();
   const std::string mapper = Program("seastitch-mapper") + " --print-config --config ";
   ASSERT_EQ(std::system((mapper + ConfigFile("mapper_mems.yaml") + " > " + first).c_str()), 0);
   ASSERT_EQ(std::system((mapper + first + " > " + second).c_str()), 0);
-  EXPECT_EQ(ReadText(first), ReadText(second));
-  EXPECT_THAT(ReadText(first), HasSubstr("attitude_heading_deg: 0.6\n"));
+  EXPECT_EQ(TextOf(first), TextOf(second));
+  EXPECT_THAT(TextOf(first), HasSubstr("attitude_heading_deg: 0.6\n"));
 }
 
 }  // namespace

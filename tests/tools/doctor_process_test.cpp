@@ -18,7 +18,8 @@
 #include "drivers/socket/udp_socket.hpp"
 #include "seastitch/health_t.hpp"
 #include "tests/drivers/driver_process.hpp"
-#include "tests/process/run_command.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/run_command.hpp"
 #include "tests/survey/short_survey.hpp"
 #include "tools/vehicle/doctor.hpp"
 #include "tools/vehicle/machine_checks.hpp"
@@ -32,9 +33,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 
 void Replace(const fs::path& file, const std::string& from, const std::string& to) {
-  std::stringstream text;
-  text << std::ifstream(file).rdbuf();
-  std::string content = text.str();
+  std::string content = TextOf(file);
   const std::size_t at = content.find(from);
   ASSERT_NE(at, std::string::npos) << file << ": " << from;
   content.replace(at, from.size(), to);
@@ -277,10 +276,9 @@ TEST_F(DoctorVehicle, IsPackedIntoABugReport) {
   for (const char* process : kProcesses) EXPECT_FALSE(health[process]["text"].empty()) << process;
   EXPECT_EQ(health["mapper"]["from"], "bus");
   EXPECT_THAT(health["imu-driver"]["from"], HasSubstr("/log/000.lcmlog")) << "the one that died";
-  std::stringstream versions;
-  versions << std::ifstream(report / "versions.txt").rdbuf();
-  EXPECT_THAT(versions.str(), HasSubstr("\nliblcm1")) << "no package has the name linux-image-*";
-  EXPECT_THAT(versions.str(), HasSubstr("(exit status 1)"));
+  const std::string versions = TextOf(report / "versions.txt");
+  EXPECT_THAT(versions, HasSubstr("\nliblcm1")) << "no package has the name linux-image-*";
+  EXPECT_THAT(versions, HasSubstr("(exit status 1)"));
   const CommandResult again = RunCommand(command);
   EXPECT_EQ(again.exit_code, EXIT_FAILURE);
   EXPECT_THAT(again.output, HasSubstr("report.tar.gz: exists already"));

@@ -1,5 +1,5 @@
 #include "tools/import.hpp"
-#include "tests/paths.hpp"
+#include "tests/support/paths.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -17,8 +17,8 @@
 #include "seastitch/mbes_ping_t.hpp"
 #include "survey/errors.hpp"
 #include "tests/drivers/test_data.hpp"
-#include "tests/process/run_command.hpp"
-#include "tests/runtime/temporary_dir.hpp"
+#include "tests/support/run_command.hpp"
+#include "tests/support/temporary_dir.hpp"
 
 namespace seastitch {
 namespace {

@@ -12,9 +12,10 @@
 #include "common/storage/event_log.hpp"
 #include "seastitch/depth_t.hpp"
 #include "seastitch/health_t.hpp"
-#include "tests/paths.hpp"
-#include "tests/process/run_command.hpp"
-#include "tests/runtime/temporary_dir.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/run_command.hpp"
+#include "tests/support/temporary_dir.hpp"
 
 namespace seastitch {
 namespace {
@@ -175,11 +176,7 @@ TEST(Info, RepairKeepsEveryWholeEventOfATornLog) {
     EventLogWriter log(path);
     for (int seq = 0; seq < 100; ++seq) WriteDepth(&log, 1'000'000 + seq, seq);
   }
-  std::string bytes;
-  {
-    std::ifstream in(path, std::ios::binary);
-    bytes.assign(std::istreambuf_iterator<char>(in), {});
-  }
+  std::string bytes = TextOf(path);
   const std::size_t event_size = bytes.size() / 100;
   // One length that is wrong in the middle, half an event at the end.
   bytes[50 * event_size + 24] = '\x7f';

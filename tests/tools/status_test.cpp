@@ -10,7 +10,7 @@
 #include <optional>
 #include <regex>
 
-#include "common/core/conditions.hpp"
+#include "common/core/health/conditions.hpp"
 #include "common/core/pose.hpp"
 #include "tests/drivers/driver_process.hpp"
 

@@ -12,6 +12,7 @@
 #include "common/convert/channels.hpp"
 #include "common/convert/convert.hpp"
 #include "common/runtime/files/dive_folder.hpp"
+#include "common/runtime/health.hpp"
 #include "drivers/dvl/dvl_driver.hpp"
 #include "drivers/imu/imu_driver.hpp"
 #include "drivers/mbes/mbes_driver.hpp"
@@ -70,13 +71,10 @@ void Change(const fs::path& file,
   std::ofstream(file) << PrintConfig(config);
 }
 
-// Navigation leaves out a sample that is late for its reorder window, or far ahead of it; a fix
-// that is late it takes at once. Which one that is depends on the order in which a process hears
-// two others, so that it can differ between mapper and logger.
-bool IsLoss(const std::string& counter) {
-  return counter.ends_with("_lost") || counter.ends_with("_late") || counter.ends_with("_ahead") ||
-         counter.ends_with("_late_taken") || counter.starts_with("socket_drops");
-}
+// What can make a live run differ from its replay. Which sample is late depends on the order in
+// which a process hears two others, so that it can differ between mapper and logger.
+constexpr HealthValue kLosses[] = {
+    HealthValue::kInputMissed, HealthValue::kSocketDrops, HealthValue::kEventsDropped};
 
 [[noreturn]] void Fail(const ChildProcess& process, const std::string& how) {
   throw std::runtime_error("seastitch-" + process.name() + " " + how + "; see " +
@@ -89,9 +87,9 @@ LiveSystem::Listener::Listener(const std::string& url) : bus_(url) {
   bus_.Subscribe<health_t>(
       channels::kHealth, QueueOf(channels::kHealth), [this](const health_t& m) {
         alive_.insert(m.process);
-        for (const counter_t& counter : m.counters)
-          if (counter.value > 0 && IsLoss(counter.name))
-            lost_[m.process + " " + counter.name] = counter.value;
+        for (const HealthValue loss : kLosses)
+          if (const auto lost = ValueIn(m, loss); lost > 0)
+            lost_[m.process + " " + NameOf(loss)] = *lost;
         faults_[m.process].clear();
         for (const condition_t& fault : m.conditions) faults_[m.process] += " " + fault.name;
       });

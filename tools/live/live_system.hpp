@@ -41,8 +41,8 @@ class LiveSystem {
   // Call it several times a second while the survey runs: handles received messages, so that the
   // receive buffer does not overflow.
   void Poll();
-  // Losses of received messages that processes reported in HEALTH, a line each: "mapper imu_lost
-  // 3"; empty: none.
+  // What processes lost or heard out of time, as HEALTH reported it, a line each: "mapper
+  // input_missed 3"; empty: nothing.
   std::string Lost() const;
   // Faults in the last HEALTH of each process: " mapper: clock_step late_samples"; empty: none.
   std::string Faults() const;
@@ -70,7 +70,7 @@ class LiveSystem {
    private:
     Bus bus_;
     std::set<std::string> alive_;
-    std::map<std::string, std::int64_t> lost_;   // by process and counter
+    std::map<std::string, std::int64_t> lost_;   // by process and figure
     std::map<std::string, std::string> faults_;  // by process, in its last HEALTH
     std::int64_t mapped_ = 0;                    // last version of the graph
     std::int64_t solved_ = 0;                    // last version that is solved

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "common/convert/channels.hpp"
-#include "common/core/conditions.hpp"
+#include "common/core/health/conditions.hpp"
 #include "common/core/pose.hpp"
 #include "common/runtime/health.hpp"
 #include "common/runtime/process/process.hpp"
@@ -81,16 +81,15 @@ Finding VersionFinding(const BusWatch& watch) {
 // State of the clock model that a driver reports.
 std::string ClockText(const BusWatch& watch, const std::string& process) {
   const health_t* const health = watch.roll.Find(process);
-  std::map<std::string, std::int64_t> figures;
-  if (health != nullptr)
-    for (const counter_t& counter : health->counters)
-      if (const auto at = counter.name.find("_clock_"); at != std::string::npos)
-        figures[counter.name.substr(at + 1)] = counter.value;
-  if (!figures.contains("clock_settled")) return "stamped on receipt";
-  if (figures["clock_settled"] == 0) return "clock model not settled yet";
+  const auto figure = [health](HealthValue which) {
+    return health != nullptr ? ValueIn(*health, which) : std::nullopt;
+  };
+  const std::optional<std::int64_t> settled = figure(HealthValue::kClockSettled);
+  if (!settled) return "stamped on receipt";
+  if (*settled == 0) return "clock model not settled yet";
   return Format("clock %+.1f ms, %+.1f ppm",
-                1e-3 * static_cast<double>(figures["clock_offset_us"]),
-                1e-3 * static_cast<double>(figures["clock_drift_ppb"]));
+                1e-3 * static_cast<double>(figure(HealthValue::kClockOffset).value_or(0)),
+                1e-3 * static_cast<double>(figure(HealthValue::kClockDrift).value_or(0)));
 }
 
 // In the unit that a person would take.

@@ -85,15 +85,15 @@ std::string DiveLine(const StatusView& view) {
   const std::optional<RecordedDive> dive = DiveOf(view);
   if (!dive) return "no dive is recorded: no logger";
   std::string line = "dive";
-  if (dive->start_utime > 0)
-    line += " since " + UtcText(FromUtime(dive->start_utime), "%Y-%m-%d %H:%M:%S") + " (" +
-            Span(1e-6 * static_cast<double>(view.now_utime - dive->start_utime)) + ")";
-  if (dive->disk_free_mb >= 0) {
+  if (dive->start_utime)
+    line += " since " + UtcText(FromUtime(*dive->start_utime), "%Y-%m-%d %H:%M:%S") + " (" +
+            Span(1e-6 * static_cast<double>(view.now_utime - *dive->start_utime)) + ")";
+  if (dive->disk_free_mb) {
     char text[60];
     std::snprintf(text,
                   sizeof text,
                   ", %.1f GB of disk left",
-                  1e-3 * static_cast<double>(dive->disk_free_mb));
+                  1e-3 * static_cast<double>(*dive->disk_free_mb));
     line += text;
   }
   return line;

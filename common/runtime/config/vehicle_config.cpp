@@ -163,8 +163,8 @@ VehicleGeometry LoadVehicle(const std::string& path) {
   LoadParameters(path, TableOf(&file));
   VehicleGeometry vehicle;
   vehicle.name = file.name;
-  vehicle.datum_latitude_rad = Deg2Rad(file.datum_latitude_deg);
-  vehicle.datum_longitude_rad = Deg2Rad(file.datum_longitude_deg);
+  vehicle.datum.latitude_rad = Deg2Rad(file.datum_latitude_deg);
+  vehicle.datum.longitude_rad = Deg2Rad(file.datum_longitude_deg);
   vehicle.T_vehicle_imu = PoseOf(file.imu);
   vehicle.T_vehicle_dvl = PoseOf(file.dvl);
   vehicle.T_vehicle_mbes = PoseOf(file.mbes);
@@ -182,8 +182,8 @@ VehicleGeometry LoadVehicle(const std::string& path) {
 std::string PrintConfig(const VehicleGeometry& vehicle) {
   VehicleFile file;
   file.name = vehicle.name;
-  file.datum_latitude_deg = std::round(Rad2Deg(vehicle.datum_latitude_rad) * 1e9) / 1e9;
-  file.datum_longitude_deg = std::round(Rad2Deg(vehicle.datum_longitude_rad) * 1e9) / 1e9;
+  file.datum_latitude_deg = std::round(Rad2Deg(vehicle.datum.latitude_rad) * 1e9) / 1e9;
+  file.datum_longitude_deg = std::round(Rad2Deg(vehicle.datum.longitude_rad) * 1e9) / 1e9;
   file.imu = MountingOf(vehicle.T_vehicle_imu);
   file.dvl = MountingOf(vehicle.T_vehicle_dvl);
   file.mbes = MountingOf(vehicle.T_vehicle_mbes);

@@ -4,10 +4,11 @@
 #include <cmath>
 #include <cstdio>
 
+#include "common/core/health/health_values.hpp"
+
 namespace seastitch {
 namespace {
 
-constexpr double kLatelyS = 10.0;
 // Delay of the event loop [s] that HEALTH reports: HEALTH and the watchdog wait as long, and 40
 // pings at 40 Hz.
 constexpr double kLateS = 1.0;
@@ -22,12 +23,6 @@ std::string Seconds(double seconds) {
 
 }  // namespace
 
-bool SelfWatch::Growth::Lately(std::int64_t total, double now_s) {
-  if (total > total_) grew_s_ = now_s;
-  total_ = total;
-  return total_ > 0 && now_s - grew_s_ < kLatelyS;
-}
-
 SelfWatch::Report SelfWatch::Check(const Bus& bus, double now_s, double late_s) {
   Report report;
   CheckBus(bus, now_s, &report);
@@ -41,36 +36,45 @@ void SelfWatch::CheckBus(const Bus& bus, double now_s, Report* report) {
   for (const auto& [channel, count] : bus.undecodable()) {
     if (count == 0) continue;
     report->counters["undecodable_" + channel] = count;
-    if (undecodable_[channel].Lately(count, now_s))
+    FaultEvents<double>& events =
+        undecodable_.try_emplace(channel, conditions::kUndecodableMessages).first->second;
+    events.Follow(count, now_s);
+    if (events.Holds(now_s))
       report->conditions.push_back(
           {&conditions::kUndecodableMessages, std::to_string(count) + " on " + channel});
   }
   report->counters["bus_decode_errors"] = bus.decode_errors();
   report->counters["bus_publish_errors"] = bus.publish_errors();
-  if (unsent_.Lately(bus.publish_errors(), now_s))
+  unsent_.Follow(bus.publish_errors(), now_s);
+  if (unsent_.Holds(now_s))
     report->conditions.push_back(
         {&conditions::kMessagesNotSent, std::to_string(bus.publish_errors())});
 }
 
 void SelfWatch::CheckSockets(double now_s, Report* report) {
+  std::int64_t all = 0;
   for (const auto& [name, socket] : sockets_.Read()) {
     report->counters["socket_drops_" + name] = socket.drops;
     report->counters["socket_buffer_bytes_" + name] = socket.buffer_bytes;
-    if (drops_[name].Lately(socket.drops, now_s))
+    all += socket.drops;
+    FaultEvents<double>& events = drops_.try_emplace(name, conditions::kSocketDrops).first->second;
+    events.Follow(socket.drops, now_s);
+    if (events.Holds(now_s))
       report->conditions.push_back({&conditions::kSocketDrops,
                                     std::to_string(socket.drops) + " on " + name +
                                         ", whose buffer has " +
                                         std::to_string(socket.buffer_bytes) + " bytes"});
   }
+  report->counters[NameOf(HealthValue::kSocketDrops)] = all;
 }
 
 void SelfWatch::CheckLoop(double now_s, double late_s, Report* report) {
   report->counters["loop_late_ms"] = Milliseconds(late_s);
   if (late_s > kLateS) {
-    ++times_late_;
+    late_.Add(now_s);
     longest_late_s_ = std::max(longest_late_s_, late_s);
   }
-  if (late_.Lately(times_late_, now_s))
+  if (late_.Holds(now_s))
     report->conditions.push_back({&conditions::kLoopLate, Seconds(longest_late_s_)});
   else
     longest_late_s_ = 0.0;

@@ -6,7 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "common/core/conditions.hpp"
+#include "common/core/health/conditions.hpp"
+#include "common/core/health/fault_events.hpp"
 #include "common/runtime/bus.hpp"
 #include "common/runtime/process/own_sockets.hpp"
 
@@ -29,34 +30,22 @@ class SelfWatch {
     std::map<std::string, std::int64_t> counters;
   };
   // To be called once a second; returns the active faults. now_s: monotonic clock. late_s: largest
-  // lateness of the loop's timer since the last call. A fault that is a count is active for 10 s
-  // after the count last grew.
+  // lateness of the loop's timer since the last call.
   Report Check(const Bus& bus, double now_s, double late_s);
 
  private:
-  // True if a counter grew within the last 10 s.
-  class Growth {
-   public:
-    bool Lately(std::int64_t total, double now_s);
-
-   private:
-    std::int64_t total_ = 0;
-    double grew_s_ = 0.0;
-  };
-
   void CheckBus(const Bus& bus, double now_s, Report* report);
   void CheckSockets(double now_s, Report* report);
   void CheckLoop(double now_s, double late_s, Report* report);
   void CheckAges(Report* report) const;
 
   std::vector<Age> ages_;
-  std::map<std::string, Growth> undecodable_;  // by channel
-  Growth unsent_;
+  std::map<std::string, FaultEvents<double>> undecodable_;  // by channel
+  FaultEvents<double> unsent_{conditions::kMessagesNotSent};
   OwnSockets sockets_;
-  std::map<std::string, Growth> drops_;  // by socket
-  double longest_late_s_ = 0.0;          // lately
-  Growth late_;
-  std::int64_t times_late_ = 0;
+  std::map<std::string, FaultEvents<double>> drops_;  // by socket
+  FaultEvents<double> late_{conditions::kLoopLate};
+  double longest_late_s_ = 0.0;  // while that fault holds
 };
 
 }  // namespace seastitch

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <iterator>
 
+#include "common/core/time_series.hpp"
+
 namespace seastitch {
 
 void InertialHistory::Add(Time t, const InertialRates& from, const InertialRates& to, double dt_s) {
@@ -20,10 +22,7 @@ void InertialHistory::Add(Time t, const InertialRates& from, const InertialRates
 }
 
 InertialHistory::Moment InertialHistory::At(Time t) const {
-  const auto after =
-      std::lower_bound(moments_.begin(), moments_.end(), t, [](const Moment& moment, Time time) {
-        return moment.time < time;
-      });
+  const auto after = FirstFrom(moments_, t);
   if (after == moments_.begin()) return moments_.front();
   if (after == moments_.end()) return moments_.back();
   const auto before = std::prev(after);

@@ -5,6 +5,8 @@
 #include <iterator>
 #include <utility>
 
+#include "common/core/time_series.hpp"
+
 namespace seastitch {
 namespace {
 
@@ -20,9 +22,7 @@ void DropBefore(Time oldest, std::deque<T>* items) {
 template <class T>
 std::optional<std::size_t> LastAtOrBefore(Time t, const std::deque<T>& items) {
   if (items.empty() || t < items.front().time || t > items.back().time) return std::nullopt;
-  const auto after = std::upper_bound(
-      items.begin(), items.end(), t, [](Time time, const T& item) { return time < item.time; });
-  return static_cast<std::size_t>(after - items.begin()) - 1;
+  return static_cast<std::size_t>(FirstAfter(items, t) - items.begin()) - 1;
 }
 
 // Position cubic with the velocities at both ends, attitude by the shortest rotation.

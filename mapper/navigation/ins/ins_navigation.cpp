@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "common/core/pose.hpp"
+#include "common/core/time_series.hpp"
 
 namespace seastitch {
 namespace {
@@ -33,13 +34,6 @@ constexpr double kPredictionSigmaMps = 0.1;
 const Eigen::Vector2d kUnknownVelocity =
     Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
 
-// Iterator to the first item after t.
-template <class T>
-auto After(const std::deque<T>& items, Time t) {
-  return std::upper_bound(
-      items.begin(), items.end(), t, [](Time at, const T& item) { return at < item.time; });
-}
-
 template <class T>
 void TrimTo(Time oldest, std::deque<T>* items) {
   while (items->size() > 2 && (*items)[1].time < oldest) items->pop_front();
@@ -51,7 +45,7 @@ std::deque<T> Thinned(const std::deque<T>& items,
                       std::optional<Time> since,
                       Time recent,
                       double every_s) {
-  const auto from = since ? After(items, *since) : items.end();
+  const auto from = since ? FirstAfter(items, *since) : items.end();
   std::deque<T> kept;
   for (auto item = items.begin(); item != items.end(); ++item) {
     const bool around = from != items.end() && (item == from || std::next(item) == from);
@@ -104,7 +98,7 @@ void InsNavigation::Add(const DepthSample& sample) {
 
 // Position fixes of other sensors go to the graph: the INS uses fixes by itself.
 void InsNavigation::Add(const PositionFix& fix) {
-  const Eigen::Vector2d north_east = map_frame_.NorthEastOf(fix.latitude_rad, fix.longitude_rad);
+  const Eigen::Vector2d north_east = map_frame_.NorthEastOf(fix);
   if (!(north_east.norm() < kLargestMapM)) return Count("fix_far_from_datum");
   AddFix(fix.time,
          {north_east, fix.covariance_north_east_m2, fix.source, vehicle_.FixPointOf(fix.source)});
@@ -114,8 +108,8 @@ void InsNavigation::Add(const PositionFix& fix) {
 void InsNavigation::AddFix(Time t, FixEvent fix) {
   std::optional<Time> newest = last_position_;
   if (!attitudes_.empty()) newest = std::max(newest, std::optional(attitudes_.back().time));
-  if (newest && t > *newest + FromSeconds(kMaxAheadS)) return Count("fix_ahead");
-  early_fixes_.insert(After(early_fixes_, t), {t, std::move(fix)});
+  if (newest && t > *newest + FromSeconds(kMaxAheadS)) return tally_.CountAhead("fix");
+  early_fixes_.insert(FirstAfter(early_fixes_, t), {t, std::move(fix)});
   if (early_fixes_.size() <= kMostEarlyFixes) return;
   early_fixes_.pop_front();
   Count("fix_without_pose");
@@ -157,8 +151,7 @@ void InsNavigation::AddDepth(Time t, double depth_m, const Eigen::Vector3d& p_ve
 void InsNavigation::AddPosition(const NavigationSample& sample) {
   if (last_position_ && sample.time <= *last_position_) return tally_.CountLate("ins_position");
   last_position_ = sample.time;
-  const Eigen::Vector2d north_east =
-      map_frame_.NorthEastOf(sample.position->latitude_rad, sample.position->longitude_rad);
+  const Eigen::Vector2d north_east = map_frame_.NorthEastOf(*sample.position);
   if (!(north_east.norm() < kLargestMapM)) return tally_.CountTooFar();
   JumpFinder::Position position;
   position.time = sample.time;
@@ -264,7 +257,7 @@ std::optional<Time> InsNavigation::latest() const {
 }
 
 std::optional<InsNavigation::AttitudeRecord> InsNavigation::AttitudeAt(Time t) const {
-  const auto next = After(attitudes_, t);
+  const auto next = FirstAfter(attitudes_, t);
   if (next == attitudes_.begin()) return std::nullopt;
   const AttitudeRecord& a = *std::prev(next);
   if (a.time == t) return a;
@@ -276,7 +269,7 @@ std::optional<InsNavigation::AttitudeRecord> InsNavigation::AttitudeAt(Time t) c
 
 std::optional<double> InsNavigation::DepthAt(Time t,
                                              const Eigen::Quaterniond& q_map_vehicle) const {
-  const auto next = After(depths_, t);
+  const auto next = FirstAfter(depths_, t);
   if (next == depths_.begin()) return std::nullopt;
   const DepthRecord& a = *std::prev(next);
   const double lever_m = (q_map_vehicle * a.p_vehicle_sensor_m).z();
@@ -287,7 +280,7 @@ std::optional<double> InsNavigation::DepthAt(Time t,
 }
 
 std::optional<InsNavigation::Place> InsNavigation::PlaceAt(Time t) const {
-  const auto next = After(places_, t);
+  const auto next = FirstAfter(places_, t);
   if (next == places_.begin()) return BeforeFirst(t);
   Place place = *std::prev(next);
   const double since_s = ToSeconds(t - place.time);
@@ -394,7 +387,7 @@ std::optional<NavState> InsNavigation::StateAt(Time t) const {
 }
 
 Time InsNavigation::AfterGap(Time t) const {
-  const auto next = After(attitudes_, t);
+  const auto next = FirstAfter(attitudes_, t);
   if (next == attitudes_.end()) return t;
   if (next == attitudes_.begin()) return next->time;
   const Time last = std::prev(next)->time;

@@ -19,7 +19,8 @@
 #include "common/core/pose.hpp"
 #include "mapper/geometry/georeference.hpp"
 #include "tests/drivers/test_data.hpp"
-#include "tests/paths.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/paths.hpp"
 
 namespace seastitch {
 namespace {
@@ -114,7 +115,7 @@ KongsbergPing ReadPing(Bytes d) {
 
 File ReadFile() {
   File file;
-  const ByteVector all = ReadBytes(Shared("data/mbes/em2040_OS01.kmall"));
+  const ByteVector all = BytesOf(Shared("data/mbes/em2040_OS01.kmall"));
   for (std::size_t at = 0; at + 20 <= all.size();) {
     const std::size_t size = At(Bytes(all), at).Le<std::uint32_t>();
     const Bytes d = Bytes(all).subspan(at, size);

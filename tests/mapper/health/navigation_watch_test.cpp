@@ -20,7 +20,6 @@ namespace {
 using testing::HasSubstr;
 
 constexpr double kSpeedMps = 1.5;
-constexpr double kMetresPerRadian = 6.37e6;
 
 class Dive : public testing::Test {
  protected:
@@ -52,17 +51,7 @@ class Dive : public testing::Test {
     return std::nullopt;
   }
 
-  // Of its true position.
-  PositionFix Fix() const {
-    const Eigen::Vector3d p = vehicle_.TrueAt(vehicle_.time).translation();
-    PositionFix fix;
-    fix.time = vehicle_.time;
-    fix.latitude_rad = p.x() / kMetresPerRadian;
-    fix.longitude_rad = p.y() / kMetresPerRadian;
-    fix.covariance_north_east_m2 = Eigen::Matrix2d::Identity();
-    fix.source = "usbl";
-    return fix;
-  }
+  PositionFix Fix() const { return vehicle_.Fix("usbl"); }
   std::int64_t Counter(const std::string& name) const {
     const auto counters = mapper_.counters();
     const auto found = counters.find(name);

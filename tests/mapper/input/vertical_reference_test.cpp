@@ -22,7 +22,7 @@ constexpr char kGrid[] =
     "40 41 42\n44 45 -9999\n";
 
 std::optional<double> HeightAt(const DatumHeight& grid, double latitude_deg, double longitude_deg) {
-  return grid.At(Deg2Rad(latitude_deg), Deg2Rad(longitude_deg));
+  return grid.At({Deg2Rad(latitude_deg), Deg2Rad(longitude_deg)});
 }
 
 TEST(DatumHeight, ChangesEvenlyBetweenItsPoints) {
@@ -43,7 +43,7 @@ TEST(DatumHeight, IsNothingOutsideAndBesideWhatIsMissing) {
   EXPECT_FALSE(HeightAt(grid, 51.0, -10.0));
   EXPECT_FALSE(HeightAt(grid, 50.1, 11.9));
   EXPECT_TRUE(HeightAt(grid, 51.0, 12.0));
-  EXPECT_FALSE(DatumHeight().At(0.9, 0.2));
+  EXPECT_FALSE(DatumHeight().At({0.9, 0.2}));
 }
 
 TEST(DatumHeight, MistakesAreNamed) {
@@ -79,8 +79,8 @@ class HeightsDive : public testing::Test {
 
   static VehicleGeometry Vehicle() {
     VehicleGeometry vehicle;
-    vehicle.datum_latitude_rad = Deg2Rad(50.0);
-    vehicle.datum_longitude_rad = Deg2Rad(10.0);
+    vehicle.datum.latitude_rad = Deg2Rad(50.0);
+    vehicle.datum.longitude_rad = Deg2Rad(10.0);
     vehicle.T_vehicle_imu.translation() << 10.0, 0.0, -3.0;
     return vehicle;
   }
@@ -96,9 +96,9 @@ class HeightsDive : public testing::Test {
   static NavigationSample Ins(double t_s) {
     NavigationSample ins;
     ins.time = At(t_s);
-    ins.position = InsPosition{Deg2Rad(50.0), Deg2Rad(10.0), {0.1, 0.1}};
+    ins.position = GeoPosition{Deg2Rad(50.0), Deg2Rad(10.0), {0.1, 0.1}};
     ins.attitude = Attitude{Eigen::Quaterniond(RotationFromRpy(0.0, kPitchRad, 0.0))};
-    ins.velocity = InsVelocity{};
+    ins.velocity = GeoVelocity{};
     const double above_reference_m = 3.0 * std::cos(kPitchRad) + 10.0 * std::sin(kPitchRad);
     ins.height =
         InsVertical{kZeroAboveEllipsoidM + TideM(t_s) - DepthM(t_s) + above_reference_m, 0.0};

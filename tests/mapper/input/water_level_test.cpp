@@ -103,9 +103,9 @@ class TidalDive : public testing::Test {
       time_ += FromSeconds(0.5);
       NavigationSample ins;
       ins.time = time_;
-      ins.position = InsPosition{0.0, 0.0, {0.1, 0.1}};
+      ins.position = GeoPosition{0.0, 0.0, {0.1, 0.1}};
       ins.attitude = Attitude{};
-      ins.velocity = InsVelocity{};
+      ins.velocity = GeoVelocity{};
       if (ins_has_depth) ins.depth = InsVertical{20.0, 0.1};
       mapper.Add(ins);
       if (!ins_has_depth) mapper.Add(DepthSample{time_, std::nullopt, 20.0, 0.1});

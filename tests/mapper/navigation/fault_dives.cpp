@@ -133,10 +133,10 @@ void AddAkitInertial(const AkitFiles& files, double offset_s, Dive* dive) {
 }
 
 void AddAkitTruth(const AkitFiles& files, double offset_s, Dive* dive) {
-  dive->vehicle.datum_latitude_rad = files.truth[1][2];
-  dive->vehicle.datum_longitude_rad = files.truth[1][1];
+  dive->vehicle.datum.latitude_rad = files.truth[1][2];
+  dive->vehicle.datum.longitude_rad = files.truth[1][1];
   const GeographicLib::LocalCartesian to_map(
-      Rad2Deg(dive->vehicle.datum_latitude_rad), Rad2Deg(dive->vehicle.datum_longitude_rad), 0.0);
+      Rad2Deg(dive->vehicle.datum.latitude_rad), Rad2Deg(dive->vehicle.datum.longitude_rad), 0.0);
   for (std::size_t k = 1; k + 1 < files.truth.size(); ++k) {
     const Row& row = files.truth[k];
     double east = 0.0;

@@ -13,7 +13,7 @@
 #include "tests/mapper/navigation/fault_cases.hpp"
 #include "tests/mapper/navigation/fault_dives.hpp"
 #include "tests/mapper/navigation/fault_score.hpp"
-#include "tests/paths.hpp"
+#include "tests/support/paths.hpp"
 
 namespace seastitch::test {
 namespace {

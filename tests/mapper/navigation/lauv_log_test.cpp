@@ -10,7 +10,7 @@
 
 #include "common/core/pose.hpp"
 #include "mapper/navigation/dead_reckoning.hpp"
-#include "tests/paths.hpp"
+#include "tests/support/paths.hpp"
 
 // A real dive: a LAUV 3 m under a harbour, 112 s and 141 m, AHRS at 100 Hz, DVL at 4.4 Hz, depth at
 // 10 Hz, and what the vehicle itself made of it.
@@ -72,8 +72,8 @@ class LauvLog : public testing::Test {
     params_.dvl_mounting_rad.sigma = Deg2Rad(1.0);
     params_.depth_sigma_m = 0.03;
     VehicleGeometry vehicle;
-    vehicle.datum_latitude_rad = own_.front()[1];
-    vehicle.datum_longitude_rad = own_.front()[2];
+    vehicle.datum.latitude_rad = own_.front()[1];
+    vehicle.datum.longitude_rad = own_.front()[2];
     auto navigation = std::make_unique<DeadReckoning>(params_, vehicle);
     std::size_t dvl = 0;
     std::size_t depth = 0;

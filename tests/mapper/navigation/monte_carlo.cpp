@@ -23,7 +23,7 @@ Time At(double t_s) { return bench::kSurveyStart + FromSeconds(t_s); }
 
 VehicleGeometry Vehicle() {
   VehicleGeometry vehicle;
-  vehicle.datum_latitude_rad = 0.75;
+  vehicle.datum.latitude_rad = 0.75;
   vehicle.T_vehicle_imu = MakePose({0.2, 0.0, -0.05}, RotationFromRpy(0.01, -0.02, 0.0));
   vehicle.T_vehicle_dvl = MakePose({-0.6, 0.0, 0.15}, RotationFromRpy(0.0, 0.0, kPi / 4.0));
   vehicle.p_vehicle_depth_m = {-0.1, 0.05, 0.0};

@@ -92,7 +92,7 @@ void EndAttitude(Dive* dive, double from_s) {
 PositionFix FixAt(const Dive& dive, std::size_t second, double sigma_m) {
   const TruthSample& truth = dive.truth.at(second);
   const GeographicLib::LocalCartesian map(
-      Rad2Deg(dive.vehicle.datum_latitude_rad), Rad2Deg(dive.vehicle.datum_longitude_rad), 0.0);
+      Rad2Deg(dive.vehicle.datum.latitude_rad), Rad2Deg(dive.vehicle.datum.longitude_rad), 0.0);
   const Eigen::Vector3d p = truth.T_map_vehicle.translation();
   double latitude = 0.0;
   double longitude = 0.0;

@@ -68,9 +68,9 @@ void AddFixes(Dive* dive) {
     const double off_m = i % 3 == 0 ? 60.0 : 0.5;
     PositionFix fix;
     fix.time = dive->truth[i].time;
-    fix.latitude_rad = dive->vehicle.datum_latitude_rad + (p.x() + off_m) / kMPerRad;
-    fix.longitude_rad = dive->vehicle.datum_longitude_rad +
-                        p.y() / (kMPerRad * std::cos(dive->vehicle.datum_latitude_rad));
+    fix.latitude_rad = dive->vehicle.datum.latitude_rad + (p.x() + off_m) / kMPerRad;
+    fix.longitude_rad = dive->vehicle.datum.longitude_rad +
+                        p.y() / (kMPerRad * std::cos(dive->vehicle.datum.latitude_rad));
     fix.covariance_north_east_m2 = Eigen::Matrix2d::Identity();
     fix.source = i % 2 == 0 ? "usbl" : "gps";
     dive->fixes.push_back(fix);

@@ -57,8 +57,8 @@ Motion LawnMower(double leg_s, int legs) {
 
 VehicleGeometry TestVehicle() {
   VehicleGeometry vehicle;
-  vehicle.datum_latitude_rad = kLatitudeRad;
-  vehicle.datum_longitude_rad = 0.2;
+  vehicle.datum.latitude_rad = kLatitudeRad;
+  vehicle.datum.longitude_rad = 0.2;
   vehicle.T_vehicle_imu = MakePose({0.4, 0.1, -0.2}, RotationFromRpy(0.02, -0.03, 0.05));
   vehicle.T_vehicle_dvl = MakePose({-0.8, 0.0, 0.3}, RotationFromRpy(0.0, 0.0, kPi / 4.0));
   vehicle.p_vehicle_depth_m = {1.0, 0.1, -0.1};

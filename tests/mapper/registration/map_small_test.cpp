@@ -9,7 +9,7 @@
 
 #include "common/storage/submap_file.hpp"
 #include "mapper/registration/registration.hpp"
-#include "tests/paths.hpp"
+#include "tests/support/paths.hpp"
 
 // The published toy survey: two legs of a simulated AUV, 0.03 to 0.14 m of relief, beam noise of
 // 2 cm. Leg 2 fits leg 1 only 0.25 m off its published frames, along the track.

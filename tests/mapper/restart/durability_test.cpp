@@ -13,7 +13,7 @@
 #include "mapper/restart/map_store.hpp"
 #include "mapper/submaps/survey_store.hpp"
 #include "tests/mapper/perfect_vehicle.hpp"
-#include "tests/runtime/temporary_dir.hpp"
+#include "tests/support/temporary_dir.hpp"
 
 namespace {
 

@@ -14,18 +14,14 @@
 #include <vector>
 
 #include "mapper/restart/map_starts.hpp"
-#include "tests/runtime/temporary_dir.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/temporary_dir.hpp"
 
 namespace seastitch {
 namespace {
 
 namespace fs = std::filesystem;
 const std::string kConfiguration = "vehicle: one\n";
-
-std::vector<std::uint8_t> ReadFile(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 void WriteFile(const fs::path& path, const std::vector<std::uint8_t>& bytes) {
   std::ofstream(path, std::ios::binary)
@@ -114,7 +110,7 @@ TEST_F(MapStore, TakesTheNewestCheckpointThatIsWhole) {
   ASSERT_TRUE(Find().saved) << "before any entry";
   EXPECT_EQ(Find().saved->checkpoint.number, 4);
   const fs::path newest = map_ / "checkpoint_1";
-  const std::vector<std::uint8_t> whole = ReadFile(newest);
+  const std::vector<std::uint8_t> whole = BytesOf(newest);
   for (std::size_t size = 0; size < whole.size(); ++size) {
     WriteFile(newest, {whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size)});
     ASSERT_TRUE(Find().saved) << size;
@@ -160,7 +156,7 @@ TEST_F(MapStore, TakesACheckpointThatKnowsNoMoreSubmapsThanTheJournal) {
 TEST_F(MapStore, ACutAnywhereCostsOnlyWhatComesAfterItInItsSegment) {
   const std::vector<JournalEntry> entries = Entries(3);
   Write(Find(), entries);
-  const std::vector<std::uint8_t> whole = ReadFile(Segment(0));
+  const std::vector<std::uint8_t> whole = BytesOf(Segment(0));
   std::size_t most = 0;
   for (std::size_t size = 0; size <= whole.size(); ++size) {
     SCOPED_TRACE(size);
@@ -187,7 +183,7 @@ TEST_F(MapStore, ACutAnywhereCostsOnlyWhatComesAfterItInItsSegment) {
 TEST_F(MapStore, DamageIsNamedAndWhatFollowsAHoleIsNotUsed) {
   const std::vector<JournalEntry> entries = Entries(3);
   Write(Find(), entries);
-  std::vector<std::uint8_t> bytes = ReadFile(Segment(0));
+  std::vector<std::uint8_t> bytes = BytesOf(Segment(0));
   bytes[bytes.size() / 2] ^= 1;
   WriteFile(Segment(0), bytes);
   const FoundMap found = Find();

@@ -16,6 +16,7 @@
 
 #include "mapper/mapper.hpp"
 #include "tests/mapper/perfect_vehicle.hpp"
+#include "tests/support/files.hpp"
 
 namespace seastitch {
 namespace {
@@ -38,21 +39,10 @@ struct Recording {
     for (int i = 0; i < static_cast<int>(duration_s / PerfectVehicle::kImuStepS); ++i) {
       for (const auto& sample : vehicle.Step(kSpeedMps, yaw_rate_radps))
         std::visit([this](const auto& s) { Keep(s); }, sample);
-      if (samples.size() % 997 == 0) Keep(Fix());
+      if (samples.size() % 997 == 0) Keep(vehicle.Fix());
     }
   }
   void Keep(Sample sample) { samples.push_back(std::move(sample)); }
-  PositionFix Fix() const {
-    constexpr double kMetresPerRadian = 6335439.3;  // of latitude, at the datum on the equator
-    constexpr double kMetresOfLongitude = 6378137.0;
-    const Eigen::Vector3d p = vehicle.TrueAt(vehicle.time).translation();
-    PositionFix fix;
-    fix.time = vehicle.time;
-    fix.latitude_rad = p.x() / kMetresPerRadian;
-    fix.longitude_rad = p.y() / kMetresOfLongitude;
-    fix.covariance_north_east_m2 = Eigen::Matrix2d::Identity();
-    return fix;
-  }
   static constexpr double kSpeedMps = 1.5;
   PerfectVehicle vehicle;
   std::vector<Sample> samples;

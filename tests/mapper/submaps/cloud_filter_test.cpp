@@ -1,6 +1,6 @@
 #include "mapper/submaps/cloud_filter.hpp"
 #include "common/runtime/for_each_beside.hpp"
-#include "tests/property.hpp"
+#include "tests/support/property.hpp"
 
 #include <gtest/gtest.h>
 

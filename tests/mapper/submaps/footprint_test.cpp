@@ -9,7 +9,7 @@
 
 #include "common/core/pose.hpp"
 #include "mapper/submaps/level_cloud.hpp"
-#include "tests/property.hpp"
+#include "tests/support/property.hpp"
 
 namespace seastitch {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "mapper/submaps/footprint.hpp"
-#include "tests/property.hpp"
+#include "tests/support/property.hpp"
 
 namespace seastitch {
 namespace {

@@ -1,4 +1,5 @@
 #include "mapper/submaps/survey_store.hpp"
+#include "tests/support/files.hpp"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -102,8 +103,7 @@ TEST_F(Store, BeginsTheIndexOfADiveAnewAndLeavesOtherDivesAlone) {
   SurveyStore({dir_, 1, 16}).Put(Make(0));
   SurveyStore other({dir_, 1, 16});
   other.Put(Make(5));  // starts at another time
-  std::ifstream index(dir_ / "1700000000000000" / "index.jsonl");
-  std::string text(std::istreambuf_iterator<char>(index), {});
+  std::string text = TextOf(dir_ / "1700000000000000" / "index.jsonl");
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1);
   EXPECT_TRUE(fs::exists(dir_ / "1700000005000000" / "index.jsonl"));
 }

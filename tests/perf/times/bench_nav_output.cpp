@@ -25,7 +25,7 @@
 #include "drivers/output/byte_sink.hpp"
 #include "drivers/socket/udp_socket.hpp"
 #include "seastitch/nav_corrected_t.hpp"
-#include "tests/paths.hpp"
+#include "tests/support/paths.hpp"
 #include "tools/live/child_process.hpp"
 
 namespace seastitch {

@@ -13,7 +13,7 @@
 #include "codecs/kongsberg/kmall_file.hpp"
 #include "codecs/makers/gsf_file.hpp"
 #include "codecs/makers/xtf_file.hpp"
-#include "tests/paths.hpp"
+#include "tests/support/paths.hpp"
 
 // What reading a survey file costs, in pieces of 64 kB as they come from a disk, beside a plain
 // copy of the same pieces: 2 GB of a real file, over and over through one reader. peak_MB: of the

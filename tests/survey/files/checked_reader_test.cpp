@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "survey/read/survey_stream.hpp"
-#include "tests/runtime/temporary_dir.hpp"
+#include "tests/support/temporary_dir.hpp"
 #include "tests/survey/files/small_kmall.hpp"
 
 namespace seastitch {
@@ -109,7 +109,7 @@ TEST(CheckedReader, NoPositionIsAtLatitudeAndLongitudeZero) {
   }
   const Played played({dir.Write("a.kmall", kmall.bytes())});
   EXPECT_EQ(played.Count("survey_positions_at_zero"), 3);
-  EXPECT_NEAR(Rad2Deg(played.survey.plan().vehicle.datum_latitude_rad), 57.0, 0.01);
+  EXPECT_NEAR(Rad2Deg(played.survey.plan().vehicle.datum.latitude_rad), 57.0, 0.01);
 }
 
 // Seconds after kNoon of the pings that pass, of pings with these.

@@ -9,6 +9,8 @@
 #include <string_view>
 #include <vector>
 
+#include "tests/support/files.hpp"
+
 namespace seastitch::testing {
 
 // Cuts a .kmall into so many of equal time, as folders DIR/NAME1, DIR/NAME2, ...: what the
@@ -17,8 +19,7 @@ inline std::vector<std::filesystem::path> CutKmall(const std::filesystem::path& 
                                                    int pieces,
                                                    const std::filesystem::path& dir,
                                                    const std::string& name) {
-  std::ifstream in(file, std::ios::binary);
-  const std::string all{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+  const std::string all = TextOf(file);
   struct Datagram {
     std::string_view bytes;
     std::uint32_t second;

@@ -77,8 +77,8 @@ PlacedSurvey PlaceSurvey(const std::vector<std::filesystem::path>& files) {
   if (const auto problem = plan.Problem()) throw DataError(*problem);
   PlacedSurvey placed{.text = plan.Text(),
                       .counters = {},
-                      .datum_latitude_deg = Rad2Deg(plan.vehicle.datum_latitude_rad),
-                      .datum_longitude_deg = Rad2Deg(plan.vehicle.datum_longitude_rad),
+                      .datum_latitude_deg = Rad2Deg(plan.vehicle.datum.latitude_rad),
+                      .datum_longitude_deg = Rad2Deg(plan.vehicle.datum.longitude_rad),
                       .pings = {}};
   SurveyFiles survey(plan);
   Placer placer(plan.vehicle);

@@ -8,7 +8,7 @@
 
 #include "survey/errors.hpp"
 #include "survey/plan/dive_inputs.hpp"
-#include "tests/runtime/temporary_dir.hpp"
+#include "tests/support/temporary_dir.hpp"
 #include "tests/survey/files/read_all.hpp"
 #include "tests/survey/files/small_kmall.hpp"
 

@@ -19,7 +19,8 @@
 #include "survey/replay/replay_feed.hpp"
 #include "survey/replay/replay_input.hpp"
 #include "survey/session/local_mapper.hpp"
-#include "tests/paths.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/paths.hpp"
 #include "tests/survey/files/placed_pings.hpp"
 #include "tests/survey/files/small_survey.hpp"
 
@@ -327,8 +328,7 @@ std::string Table() {
 TEST(ReaderRulesPage, IsTheTableOfTheCells) {
   const std::filesystem::path path = SourceDir() / "docs/survey-files-accuracy.md";
   const std::string begin = "<!-- made by reader_rules_test.cpp -->\n", end = "<!-- end -->\n";
-  std::ifstream in(path);
-  std::string page(std::istreambuf_iterator<char>(in), {});
+  std::string page = TextOf(path);
   const std::size_t from = page.find(begin) + begin.size(), to = page.find(end);
   ASSERT_TRUE(page.find(begin) != std::string::npos && to != std::string::npos && from <= to);
   if (std::getenv("SEASTITCH_WRITE_DOCS") != nullptr)

@@ -16,8 +16,8 @@
 #include "common/runtime/bus.hpp"
 #include "survey/plan/maker_soundings.hpp"
 #include "survey/plan/survey_files.hpp"
-#include "tests/paths.hpp"
-#include "tests/process/run_command.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/run_command.hpp"
 
 // Survey files for tests, and what is made of them.
 namespace seastitch {
@@ -76,8 +76,8 @@ class Kmall {
       NavigationRecord sample = Sample(t_s + i / 20.0);
       const double yaw_rad = kRateRadps * (t_s + i / 20.0);
       sample.attitude = Attitude{Eigen::Quaterniond(RotationFromRpy(0.0, 0.0, yaw_rad))};
-      sample.velocity = GivenVelocity{kRateRadps * ahead_m *
-                                      Eigen::Vector3d(-std::sin(yaw_rad), std::cos(yaw_rad), 0.0)};
+      sample.velocity = GeoVelocity{kRateRadps * ahead_m *
+                                    Eigen::Vector3d(-std::sin(yaw_rad), std::cos(yaw_rad), 0.0)};
       sample.heave_m = 5.0;
       samples.push_back(sample);
     }
@@ -111,7 +111,7 @@ class Kmall {
     out.Append(Bytes(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
     return Add(SealKmall(&out));
   }
-  Kmall& PositionAt(double t_s, const GivenPosition& position) {
+  Kmall& PositionAt(double t_s, const GeoPosition& position) {
     NavigationRecord sample = Sample(t_s);
     sample.position = position;
     return Add(EncodeSpo(sample, KmallHeader{}));
@@ -148,7 +148,7 @@ class Kmall {
   static NavigationRecord Sample(double t_s) {
     NavigationRecord sample;
     sample.time = At(t_s);
-    sample.position = GivenPosition{Deg2Rad(57.0 + 1e-5 * t_s), Deg2Rad(5.0), {1.0, 1.0}};
+    sample.position = GeoPosition{Deg2Rad(57.0 + 1e-5 * t_s), Deg2Rad(5.0), {1.0, 1.0}};
     return sample;
   }
   Kmall& Add(const std::vector<std::uint8_t>& datagram) {

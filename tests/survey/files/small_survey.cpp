@@ -1,4 +1,5 @@
 #include "tests/survey/files/small_survey.hpp"
+#include "tests/support/files.hpp"
 
 #include <GeographicLib/UTMUPS.hpp>
 #include <array>
@@ -17,8 +18,9 @@
 #include "codecs/makers/s7k.hpp"
 #include "codecs/makers/s7k_writer.hpp"
 #include "common/core/pose.hpp"
-#include "tests/paths.hpp"
-#include "tests/process/run_command.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/run_command.hpp"
+#include "tests/survey/files/maker_records.hpp"
 
 namespace seastitch {
 namespace {
@@ -78,74 +80,6 @@ SonarInstallation Installation(Time t, double water_line_m) {
 
 SoundVelocityProfile Profile(Time t) { return {t, {0.0, 60.0}, {kSoundMps, kSoundMps}}; }
 
-void Patch32(std::vector<std::uint8_t>* bytes, std::size_t at, std::int64_t change) {
-  std::uint32_t value = 0;
-  std::memcpy(&value, bytes->data() + at, sizeof value);
-  value = static_cast<std::uint32_t>(value + change);
-  std::memcpy(bytes->data() + at, &value, sizeof value);
-}
-
-// With the serial number of a second receiver, and the checksum anew.
-std::vector<std::uint8_t> OfSecondHead(std::vector<std::uint8_t> em) {
-  ++em[4 + 14];
-  const auto sum = std::accumulate(em.begin() + 5, em.end() - 3, 0u);
-  em[em.size() - 2] = static_cast<std::uint8_t>(sum);
-  em[em.size() - 1] = static_cast<std::uint8_t>(sum >> 8);
-  return em;
-}
-
-// A position by the receiver's own clock, as its GGA states it.
-std::vector<std::uint8_t> WithGga(const std::vector<std::uint8_t>& em, Time t) {
-  constexpr std::uint8_t kActiveByItsOwnTime = 0xC1;
-  const std::string gga = "INGGA," + UtcText(t, "%H%M%S") + ".00,,,,,,,,,";
-  constexpr std::ptrdiff_t kDescriptorAt = 4 + 16 + 16;
-  std::vector<std::uint8_t> out(em.begin() + 4, em.begin() + kDescriptorAt);
-  out.push_back(kActiveByItsOwnTime);
-  out.push_back(static_cast<std::uint8_t>(gga.size()));
-  out.insert(out.end(), gga.begin(), gga.end());
-  if (out.size() % 2 == 0) out.push_back(0);
-  const auto sum = std::accumulate(out.begin() + 1, out.end(), 0u);
-  ByteWriter whole;
-  whole.Le(static_cast<std::uint32_t>(out.size() + 3));
-  whole.Append(out);
-  whole.Le(std::uint8_t{3});
-  whole.Le(static_cast<std::uint16_t>(sum));
-  return whole.Release();
-}
-
-std::vector<std::uint8_t> XtfPacket(std::uint8_t type,
-                                    std::uint8_t head,
-                                    const ByteWriter& content,
-                                    std::size_t padded_to = 64) {
-  const std::size_t size = std::max(padded_to, 14 + content.size());
-  ByteWriter out;
-  out.Le(std::uint16_t{0xFACE});
-  out.Le(type);
-  out.Le(head);
-  out.Zeros(6);
-  out.Le(static_cast<std::uint32_t>(size));
-  out.Append(content.bytes());
-  out.Zeros(size - out.size());
-  return out.Release();
-}
-
-void AddXtfTime(Time t, ByteWriter* out) {
-  const auto number = [t](const char* format) { return std::stoi(UtcText(t, format)); };
-  out->Le(static_cast<std::uint16_t>(number("%Y")));
-  for (const char* const part : {"%m", "%d", "%H", "%M", "%S"})
-    out->Le(static_cast<std::uint8_t>(number(part)));
-}
-
-std::vector<std::uint8_t> GsfRecord(std::uint32_t type, const ByteWriter& data) {
-  ByteWriter out;
-  const std::size_t padding = (4 - data.size() % 4) % 4;
-  out.Be(static_cast<std::uint32_t>(data.size() + padding));
-  out.Be(type);
-  out.Append(data.bytes());
-  out.Zeros(padding);
-  return out.Release();
-}
-
 std::string Text(const std::vector<std::uint8_t>& bytes) { return {bytes.begin(), bytes.end()}; }
 
 }  // namespace
@@ -164,8 +98,8 @@ NavigationRecord SampleAt(Time start, double t_s) {
   NavigationRecord sample;
   sample.time = start + FromSeconds(t_s);
   sample.position =
-      GivenPosition{Deg2Rad(place.latitude_deg), Deg2Rad(place.longitude_deg), {1.0, 1.0}};
-  sample.velocity = GivenVelocity{{kSpeedMps, 0.0, 0.0}};
+      GeoPosition{Deg2Rad(place.latitude_deg), Deg2Rad(place.longitude_deg), {1.0, 1.0}};
+  sample.velocity = GeoVelocity{{kSpeedMps, 0.0, 0.0}};
   sample.attitude = Attitude{};
   sample.heave_m = kDepthM;
   return sample;
@@ -467,8 +401,7 @@ void SmallSurvey::WriteLas() {
       RunCommand("python3 " + (SourceDir() / "tests/codecs/write_las.py").string() + " " +
                  (dir / "a.las").string() + " < " + input);
   EXPECT_EQ(written.exit_code, 0) << written.output;
-  std::ifstream in(dir / "a.las", std::ios::binary);
-  const std::string all(std::istreambuf_iterator<char>(in), {});
+  const std::string all = TextOf(dir / "a.las");
   constexpr std::size_t kPointBytes = 28;
   const std::size_t of_points = kPointBytes * points.size();
   head_ = all.substr(0, all.size() - of_points);

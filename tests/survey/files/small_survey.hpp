@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "common/core/time.hpp"
-#include "tests/runtime/temporary_dir.hpp"
+#include "tests/support/temporary_dir.hpp"
 
 // A small survey in every format that is read, right or with a fault.
 namespace seastitch {

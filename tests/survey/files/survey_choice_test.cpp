@@ -20,8 +20,9 @@
 #include "survey/plan/ping_losses.hpp"
 #include "survey/plan/survey_plan.hpp"
 #include "tests/drivers/test_data.hpp"
-#include "tests/paths.hpp"
-#include "tests/runtime/temporary_dir.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/temporary_dir.hpp"
 #include "tests/survey/files/read_all.hpp"
 #include "tests/survey/files/small_kmall.hpp"
 
@@ -32,11 +33,6 @@ namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-std::string Content(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-}
-
 std::uint32_t NumberAt(std::string_view bytes, std::size_t at) {
   std::uint32_t number = 0;
   std::memcpy(&number, bytes.data() + at, sizeof number);
@@ -45,7 +41,7 @@ std::uint32_t NumberAt(std::string_view bytes, std::size_t at) {
 
 // The datagrams of a .kmall or .all, changed by `change`, without those for which it is false.
 std::string Changed(const fs::path& file, const std::function<bool(std::string*)>& change) {
-  const std::string all = Content(file);
+  const std::string all = TextOf(file);
   const std::size_t beside = file.extension() == ".all" ? 4 : 0;  // .all: size without itself
   std::string changed;
   for (std::size_t at = 0; at + 20 < all.size();) {
@@ -113,7 +109,7 @@ TEST(SurveySources, OneAttitudeDoesNotHideRollAndPitchBesideAHeading) {
 TEST(SurveySources, AttitudeOfOnePingDoesNotHideThatOfEveryPing) {
   const fs::path file = Shared("data/mbes/gsf_v3_08.gsf");
   SKIP_WITHOUT(file);
-  const std::string all = Content(file);
+  const std::string all = TextOf(file);
   const auto number_at = [&all](std::size_t at) {
     return static_cast<std::uint32_t>(__builtin_bswap32(NumberAt(all, at)));
   };
@@ -372,12 +368,12 @@ TEST(SurveyGrid, DistancesAreThoseOfTheGrid) {
   const Eigen::Vector2d start_m(6'375'000.0, 325'000.0);
   plan.grid_origin_m = start_m;
   constexpr double kDegreeM = 110'574.0, kDegreeEastM = 111'320.0;  // at latitude 0
-  const GivenPosition far = plan.FromGrid(start_m + Eigen::Vector2d(387.0, 387.0));
+  const GeoPosition far = plan.FromGrid(start_m + Eigen::Vector2d(387.0, 387.0));
   EXPECT_NEAR(Rad2Deg(far.latitude_rad) * kDegreeM, 387.0, 0.1);
   EXPECT_NEAR(Rad2Deg(far.longitude_rad) * kDegreeEastM, 387.0, 0.1);
   // Beside a survey that begins 1 km to the south.
   plan.UseGridOrigin(start_m - Eigen::Vector2d(1000.0, 0.0));
-  EXPECT_NEAR(Rad2Deg(plan.vehicle.datum_latitude_rad) * kDegreeM, 1000.0, 0.1);
+  EXPECT_NEAR(Rad2Deg(plan.vehicle.datum.latitude_rad) * kDegreeM, 1000.0, 0.1);
 }
 
 // Text in a grid beside files that have latitude and longitude.
@@ -392,7 +388,7 @@ TEST(SurveyGrid, TextOfAGridPlacesFilesThatHavePositions) {
             "  - {quantity: north, column: 2}\n  - {quantity: east, column: 3}\n");
   const SurveyPlan plan = MakeSurveyPlan({dir.Write("a.kmall", Kmall().Survey().bytes()), grid});
   EXPECT_EQ(plan.position_source, "text");
-  EXPECT_EQ(plan.vehicle.datum_latitude_rad, 0.0);
+  EXPECT_EQ(plan.vehicle.datum.latitude_rad, 0.0);
   EXPECT_THAT(plan.Text(), HasSubstr("6375000.000 north, 325000.000 east"));
 }
 
@@ -459,7 +455,7 @@ TEST(SurveyLosses, FilesWithoutContentDoNotEndTheReplayOfOthers) {
 TEST(SurveyLosses, WhatCannotBeReadIsTheReasonForAFileWithoutSoundings) {
   const fs::path file = Shared("data/mbes/gsf_v3_08.gsf");
   SKIP_WITHOUT(file);
-  std::string other = Content(file);
+  std::string other = TextOf(file);
   other.replace(other.find("GSF-v03"), 7, "GSF-v04");
   TemporaryDir dir;
   const CommandResult replay = Replay(dir.Write("a.gsf", other), dir.path() / "map");

@@ -10,9 +10,10 @@
 
 #include "codecs/kongsberg/kmall.hpp"
 #include "tests/drivers/test_data.hpp"
-#include "tests/paths.hpp"
-#include "tests/process/run_command.hpp"
-#include "tests/runtime/temporary_dir.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/run_command.hpp"
+#include "tests/support/temporary_dir.hpp"
 #include "tools/import.hpp"
 #include "tools/install_paths.hpp"
 
@@ -24,13 +25,6 @@ namespace fs = std::filesystem;
 std::string Replay(const fs::path& file, const fs::path& out, const std::string& more = "") {
   return Program("seastitch") + " replay --quiet " + file.string() + " --out " + out.string() +
          more;
-}
-
-std::string TextOfFile(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  std::ostringstream out;
-  out << in.rdbuf();
-  return out.str();
 }
 
 // Every real file gives a map with its own navigation.
@@ -68,8 +62,7 @@ TEST(SurveyFiles, ImportedLogGivesTheSameMapAsTheFile) {
     const auto replayed = RunCommand(Replay(log, dir.path() / "log"));
     ASSERT_EQ(replayed.exit_code, 0) << replayed.output;
     for (const char* const product : {"poses.txt", "graph.g2o", "elevation.tif"})
-      EXPECT_TRUE(TextOfFile(dir.path() / "file" / product) ==
-                  TextOfFile(dir.path() / "log" / product))
+      EXPECT_TRUE(TextOf(dir.path() / "file" / product) == TextOf(dir.path() / "log" / product))
           << name << ' ' << product;
   }
 }
@@ -81,8 +74,8 @@ TEST(SurveyFiles, SoundingsOfTheMapAreExported) {
   TemporaryDir dir;
   const auto result = RunCommand(Replay(file, dir.path() / "map", " --soundings las"));
   ASSERT_EQ(result.exit_code, 0) << result.output;
-  const std::string las = TextOfFile(dir.path() / "map/export/soundings.las");
-  const auto report = nlohmann::json::parse(TextOfFile(dir.path() / "map/report.json"));
+  const std::string las = TextOf(dir.path() / "map/export/soundings.las");
+  const auto report = nlohmann::json::parse(TextOf(dir.path() / "map/report.json"));
   std::uint32_t begin = 0;
   std::memcpy(&begin, las.data() + 96, sizeof begin);
   constexpr std::size_t kPoint = 38, kClass = 16;
@@ -107,7 +100,7 @@ TEST(SurveyFiles, SeabedSaysThatTheSonarsStampsAreOff) {
     const auto result = RunCommand(Replay(file, out, " --config " + config.string()));
     EXPECT_EQ(result.exit_code, 0) << result.output;
     return nlohmann::json::parse(
-        TextOfFile(out / "report.json"))["noise"]["sonar_time_offset"]["by_roll"];
+        TextOf(out / "report.json"))["noise"]["sonar_time_offset"]["by_roll"];
   };
   const nlohmann::json as_recorded = added_by(0.0);
   EXPECT_LT(as_recorded["sigma_s"], 0.002);

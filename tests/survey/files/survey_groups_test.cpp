@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "tests/drivers/test_data.hpp"
-#include "tests/paths.hpp"
-#include "tests/runtime/temporary_dir.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/temporary_dir.hpp"
 #include "tests/survey/files/read_all.hpp"
 #include "tests/survey/files/small_kmall.hpp"
 
@@ -102,7 +102,7 @@ TEST(SurveyGroups, NoVehicleIsFasterThanTwentyMetresASecond) {
   const auto dives = [&](double from_s, double latitude_deg) {
     Kmall kmall;
     kmall.Installation();
-    const GivenPosition place{Deg2Rad(latitude_deg), Deg2Rad(5.0)};
+    const GeoPosition place{Deg2Rad(latitude_deg), Deg2Rad(5.0)};
     for (int i = 0; i < 5; ++i)
       kmall.Motion(from_s + i).PositionAt(from_s + i, place).Ping(from_s + i + 0.5);
     return GroupSurveyFiles({first, dir.Write("b.kmall", kmall.bytes())}, false).size();

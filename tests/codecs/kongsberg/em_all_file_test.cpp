@@ -10,7 +10,8 @@
 #include "tests/codecs/mbes_pings.hpp"
 #include "tests/codecs/survey_files.hpp"
 #include "tests/drivers/test_data.hpp"
-#include "tests/paths.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/paths.hpp"
 
 namespace seastitch {
 namespace {
@@ -34,7 +35,7 @@ class EmAllRealFile : public testing::TestWithParam<RealFile> {};
 TEST_P(EmAllRealFile, SoundingsFromRawTimesAndAnglesAreWhereKongsbergPutsThem) {
   const RealFile& real = GetParam();
   SKIP_WITHOUT(Survey(real.name));
-  const auto file = ReadSurvey<EmAllFileReader>(ReadBytes(Survey(real.name)));
+  const auto file = ReadSurvey<EmAllFileReader>(BytesOf(Survey(real.name)));
   ComparisonOptions options;
   options.motion_source = "A";
   options.depth_from_transmitter = true;
@@ -60,7 +61,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST(EmAllFile, EveryDatagramIsReadOrCountedByName) {
   SKIP_WITHOUT(Survey("em710_g.all"));
-  const auto file = ReadSurvey<EmAllFileReader>(ReadBytes(Survey("em710_g.all")));
+  const auto file = ReadSurvey<EmAllFileReader>(BytesOf(Survey("em710_g.all")));
   EXPECT_EQ(file.All<MbesPing>().size(), 10u);
   EXPECT_EQ(file.All<PlacedPing>().size(), 10u);
   EXPECT_EQ(file.All<SurfaceSoundSpeed>().size(), 100u);
@@ -76,7 +77,7 @@ TEST(EmAllFile, EveryDatagramIsReadOrCountedByName) {
 
 TEST(EmAllFile, TheTwoReceiversOfOnePingAreToldApart) {
   SKIP_WITHOUT(Survey("em2040_ac.all"));
-  const auto file = ReadSurvey<EmAllFileReader>(ReadBytes(Survey("em2040_ac.all")));
+  const auto file = ReadSurvey<EmAllFileReader>(BytesOf(Survey("em2040_ac.all")));
   std::map<std::uint32_t, std::vector<int>> heads;
   for (const MbesPing& ping : file.All<MbesPing>()) heads[ping.ping_number].push_back(ping.head);
   EXPECT_EQ(heads.size(), 6u);
@@ -109,7 +110,7 @@ TEST(EmAllFile, GoldenDatagramsOfThreeSonars) {
   for (const std::string name : {"em710_g", "em2040_ac", "em2040c_ay"}) {
     SCOPED_TRACE(name);
     const auto golden = ReadJson(Golden(name + "_all.json"))["datagram"];
-    const auto file = ReadSurvey<EmAllFileReader>(ReadBytes(Survey(name + ".all")));
+    const auto file = ReadSurvey<EmAllFileReader>(BytesOf(Survey(name + ".all")));
     const auto navigation = file.All<NavigationRecord>();
     const auto first = [&](const std::string& source) {
       return *std::find_if(
@@ -167,7 +168,7 @@ TEST(EmAllFile, GoldenDatagramsOfThreeSonars) {
 
 TEST(EmAllFile, APositionsTimeIsTheReceiversOwnWhereTheSonarUsesIt) {
   SKIP_WITHOUT(Golden("all/em710_g_P.bin"));
-  const ByteVector bytes = ReadBytes(Golden("all/em710_g_P.bin"));
+  const ByteVector bytes = BytesOf(Golden("all/em710_g_P.bin"));
   const auto datagram = ReadEmDatagram(bytes);
   ASSERT_TRUE(datagram);
   SonarInstallation installation;
@@ -182,7 +183,7 @@ TEST(EmAllFile, APositionsTimeIsTheReceiversOwnWhereTheSonarUsesIt) {
 TEST(EmAllFile, InstallationParametersOfThreeKindsOfSonar) {
   SKIP_WITHOUT(Golden("all/em710_g_I.bin"));
   const auto read = [](const std::string& name) {
-    const ByteVector bytes = ReadBytes(Golden("all/" + name + "_I.bin"));
+    const ByteVector bytes = BytesOf(Golden("all/" + name + "_I.bin"));
     return *DecodeEmI(*ReadEmDatagram(bytes));
   };
   const SonarInstallation em710 = read("em710_g");
@@ -460,7 +461,7 @@ TEST(EmAllFile, AnyPiecesAndAnyDamage) {
   SKIP_WITHOUT(Golden("all"));
   ByteVector real;
   for (const char* name : {"I", "P", "U", "A", "n110", "G", "R", "C"}) {
-    const ByteVector one = ReadBytes(Golden(std::string("all/em710_g_") + name + ".bin"));
+    const ByteVector one = BytesOf(Golden(std::string("all/em710_g_") + name + ".bin"));
     real.insert(real.end(), one.begin(), one.end());
   }
   ExpectRobust(real, [] { return std::make_unique<EmAllFileReader>(); });

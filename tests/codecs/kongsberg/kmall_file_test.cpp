@@ -9,7 +9,8 @@
 #include "tests/codecs/mbes_pings.hpp"
 #include "tests/codecs/survey_files.hpp"
 #include "tests/drivers/test_data.hpp"
-#include "tests/paths.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/paths.hpp"
 
 namespace seastitch {
 namespace {
@@ -28,7 +29,7 @@ MakeReader Reader() {
 
 TEST(KmallFile, EverythingInARealFileIsReadOrCountedByName) {
   SKIP_WITHOUT(Shared("data/mbes/em2040_OS01.kmall"));
-  const auto file = ReadSurvey<KmallFileReader>(ReadBytes(Shared("data/mbes/em2040_OS01.kmall")));
+  const auto file = ReadSurvey<KmallFileReader>(BytesOf(Shared("data/mbes/em2040_OS01.kmall")));
   EXPECT_EQ(file.All<MbesPing>().size(), 5u);  // of six one has no valid sounding
   EXPECT_EQ(file.All<PlacedPing>().size(), 5u);
   EXPECT_EQ(file.All<NavigationRecord>().size(), 204u + 3u + 5u);  // #SKM, #SPO, #MRZ
@@ -45,11 +46,11 @@ TEST(KmallFile, EverythingInARealFileIsReadOrCountedByName) {
 TEST(KmallFile, NavigationAndInstallationComeBackAsTheyWereWritten) {
   NavigationRecord sample;
   sample.time = FromUtime(1'700'000'000'123'456);
-  sample.position = GivenPosition{Deg2Rad(57.0), Deg2Rad(-5.0), {0.5, 0.5}};
+  sample.position = GeoPosition{Deg2Rad(57.0), Deg2Rad(-5.0), {0.5, 0.5}};
   sample.attitude =
       Attitude{Eigen::Quaterniond(RotationFromRpy(Deg2Rad(1.0), Deg2Rad(-2.0), Deg2Rad(-100.0)))};
   sample.heave_m = 12.5;
-  sample.velocity = GivenVelocity{{1.0, -2.0, 0.5}};
+  sample.velocity = GeoVelocity{{1.0, -2.0, 0.5}};
   const auto motion = DecodeSkm(EncodeSkm({sample, sample}, KmallHeader{}));
   ASSERT_TRUE(motion);
   ASSERT_EQ(motion->size(), 2u);
@@ -87,7 +88,7 @@ TEST(KmallFile, NavigationAndInstallationComeBackAsTheyWereWritten) {
 TEST(KmallFile, SoundingsFromRawTimesAndAnglesAreWhereKongsbergPutsThem) {
   SKIP_WITHOUT(Shared("data/mbes/em2040_OS01.kmall"));
   const auto comparison = CompareWithMaker(
-      ReadSurvey<KmallFileReader>(ReadBytes(Shared("data/mbes/em2040_OS01.kmall"))), Kmall());
+      ReadSurvey<KmallFileReader>(BytesOf(Shared("data/mbes/em2040_OS01.kmall"))), Kmall());
   comparison.PrintByAngle("em2040_OS01.kmall");
   EXPECT_EQ(comparison.pings, 4);
   EXPECT_EQ(comparison.residuals.size(), 1919u);
@@ -101,7 +102,7 @@ TEST(KmallFile, SoundingsFromRawTimesAndAnglesAreWhereKongsbergPutsThem) {
 // other files' by the sonar mode alone.
 TEST(KmallFile, OfASonarThatTracedFromTheProfileAlone) {
   SKIP_WITHOUT(Shared("data/mbes/em2040_eg.kmall"));
-  const auto file = ReadSurvey<KmallFileReader>(ReadBytes(Shared("data/mbes/em2040_eg.kmall")));
+  const auto file = ReadSurvey<KmallFileReader>(BytesOf(Shared("data/mbes/em2040_eg.kmall")));
   ComparisonOptions options = Kmall();
   EXPECT_GT(CompareWithMaker(file, options).Rms().z(), 2.0);
   options.profile_only = true;
@@ -118,7 +119,7 @@ TEST(KmallFile, OfASonarThatTracedFromTheProfileAlone) {
 
 TEST(KmallFile, InstallationParametersOfTwoArraysAndOfOneHead) {
   SKIP_WITHOUT(Vector("kmall/em2040_OS01_IIP.bin"));
-  const auto two = DecodeIip(ReadBytes(Vector("kmall/em2040_OS01_IIP.bin")));
+  const auto two = DecodeIip(BytesOf(Vector("kmall/em2040_OS01_IIP.bin")));
   ASSERT_TRUE(two);
   EXPECT_EQ(two->model, "EM 2042");
   ASSERT_EQ(two->transmitters.size(), 1u);
@@ -139,7 +140,7 @@ TEST(KmallFile, InstallationParametersOfTwoArraysAndOfOneHead) {
   EXPECT_EQ(two->sensors[1].name, "ATTI_1");
   EXPECT_EQ(two->values.at("SYSTEM"), "EM 2042 - Single Tx single Rx");
 
-  const auto head = DecodeIip(ReadBytes(Vector("kmall/em2040_eg_IIP.bin")));
+  const auto head = DecodeIip(BytesOf(Vector("kmall/em2040_eg_IIP.bin")));
   ASSERT_TRUE(head);
   ASSERT_EQ(head->transmitters.size(), 1u);
   EXPECT_EQ(head->transmitters[0].At(0).translation(),
@@ -177,8 +178,7 @@ TEST(KmallFile, GoldenSensorDatagramsOfRealSonars) {
   for (const std::string name : {"em2040_OS01", "em2040_eg"}) {
     SCOPED_TRACE(name);
     const auto golden = ReadJson(Vector(name + "_kmall.json"))["datagram"];
-    const auto file =
-        ReadSurvey<KmallFileReader>(ReadBytes(Shared("data/mbes/" + name + ".kmall")));
+    const auto file = ReadSurvey<KmallFileReader>(BytesOf(Shared("data/mbes/" + name + ".kmall")));
     const auto navigation = file.All<NavigationRecord>();
 
     const auto& k = golden["#SKM"]["first"]["samples"]["0"];
@@ -247,7 +247,7 @@ constexpr std::size_t kFirstKmbStampAt = 20 + 12 + 8;
 NavigationRecord SensorSample() {
   NavigationRecord sample;
   sample.time = FromUtime(1'700'000'000'100'000);
-  sample.position = GivenPosition{Deg2Rad(57.0), Deg2Rad(-5.0), {0.5, 0.5}};
+  sample.position = GeoPosition{Deg2Rad(57.0), Deg2Rad(-5.0), {0.5, 0.5}};
   sample.attitude = Attitude{};
   return sample;
 }
@@ -299,7 +299,7 @@ TEST(KmallFile, AProfileIsInUseFromItsDatagramOnAtTheLatest) {
 
 TEST(KmallFile, ANewerPingIsReadIfItsSizesFit) {
   SKIP_WITHOUT(Shared("data/mbes/em2040_OS01.kmall"));
-  const ByteVector file = ReadBytes(Shared("data/mbes/em2040_OS01.kmall"));
+  const ByteVector file = BytesOf(Shared("data/mbes/em2040_OS01.kmall"));
   ByteVector newer = file;
   ByteVector grown;  // the ping's part longer than its size: a structure that is not known
   constexpr std::size_t kVersionAt = 8;
@@ -332,7 +332,7 @@ TEST(KmallFile, ANewerPingIsReadIfItsSizesFit) {
 // The sonar's own interpolation, in a file whose #SPO refer to the same point.
 TEST(KmallFile, APingStatesPositionHeightAndHeadingOfTheVessel) {
   SKIP_WITHOUT(Shared("data/mbes/em2040_OS01.kmall"));
-  const auto file = ReadSurvey<KmallFileReader>(ReadBytes(Shared("data/mbes/em2040_OS01.kmall")));
+  const auto file = ReadSurvey<KmallFileReader>(BytesOf(Shared("data/mbes/em2040_OS01.kmall")));
   std::vector<NavigationRecord> of_pings, positions;
   for (const NavigationRecord& sample : file.All<NavigationRecord>()) {
     if (sample.source == "#MRZ") of_pings.push_back(sample);
@@ -375,7 +375,7 @@ TEST(KmallFile, APingStatesPositionHeightAndHeadingOfTheVessel) {
 TEST(KmallFile, EveryCutOfASensorDatagramIsRefused) {
   SKIP_WITHOUT(Vector("kmall/em2040_OS01_IIP.bin"));
   for (const auto& entry : std::filesystem::directory_iterator(Vector("kmall"))) {
-    const ByteVector whole = ReadBytes(entry.path());
+    const ByteVector whole = BytesOf(entry.path());
     ASSERT_TRUE(ReadKmallHeader(whole)) << entry.path();
     for (std::size_t n = 0; n < whole.size(); ++n) {
       const auto cut = ReadSurvey<KmallFileReader>(Bytes(whole).first(n));
@@ -445,7 +445,7 @@ TEST(KmallFile, AnyPiecesAndAnyDamage) {
   SKIP_WITHOUT(Vector("kmall"));
   ByteVector sensors;
   for (const char* name : {"IIP", "IOP", "SVP", "SPO", "SVT", "CPO", "SCL"}) {
-    const ByteVector one = ReadBytes(Vector(std::string("kmall/em2040_OS01_") + name + ".bin"));
+    const ByteVector one = BytesOf(Vector(std::string("kmall/em2040_OS01_") + name + ".bin"));
     sensors.insert(sensors.end(), one.begin(), one.end());
   }
   ExpectRobust(sensors, Reader());

@@ -1,28 +1,8 @@
 #pragma once
 
-#include <cstdint>
-#include <string>
+#include "common/core/health/condition_kind.hpp"
 
 namespace seastitch {
-
-// Severity of a fault, with the numbers of health_t's STATE_DEGRADED and STATE_LOST. kLost: the
-// data of a sensor, or navigation, are missing. kDegraded: every other fault.
-enum class Severity : std::int8_t { kDegraded = 2, kLost = 3 };
-
-// Type of a fault that a process can report in HEALTH. A new type also goes into conditions::kAll;
-// docs/health.md is generated from that list.
-struct ConditionKind {
-  const char* name;  // unique key for programs, such as "no_bottom_lock"; never renamed
-  Severity severity;
-  const char* sentence;  // message for people, one line without a full stop
-  const char* remedy;    // what to do about it, in sentences
-};
-
-// An active fault.
-struct Condition {
-  const ConditionKind* kind;
-  std::string detail;  // values of this occurrence, "SENTENCE: DETAIL"; may be empty
-};
 
 // All types of faults, grouped by the component that detects them.
 namespace conditions {
@@ -33,24 +13,28 @@ inline constexpr ConditionKind kUndecodableMessages{
     Severity::kDegraded,
     "messages do not have the type of their channel",
     "Another program, or another version, sends on this channel. The messages are skipped. Compare "
-    "the versions of all processes in HEALTH, and check which channels other programs use."};
+    "the versions of all processes in HEALTH, and check which channels other programs use.",
+    kEventOfProcess};
 inline constexpr ConditionKind kMessagesNotSent{
     "messages_not_sent",
     Severity::kDegraded,
     "messages cannot be sent on the LCM bus",
-    "Check the interface and the multicast route that LCM uses (systemctl status lcm-loopback)."};
+    "Check the interface and the multicast route that LCM uses (systemctl status lcm-loopback).",
+    kEventOfProcess};
 inline constexpr ConditionKind kSocketDrops{
     "socket_drops",
     Severity::kDegraded,
     "the kernel dropped datagrams because the receive buffer was full",
     "Raise net.core.rmem_max (sysctl.d/60-seastitch.conf) and restart. If it has the value of that "
-    "file already, the machine is overloaded: see loop_late."};
+    "file already, the machine is overloaded: see loop_late.",
+    kEventOfProcess};
 inline constexpr ConditionKind kLoopLate{
     "loop_late",
     Severity::kDegraded,
     "the event loop was busy for too long",
     "The machine is overloaded, or swaps. Messages wait and may be lost meanwhile. End other "
-    "programs, or give the machine more memory."};
+    "programs, or give the machine more memory.",
+    kEventOfProcess};
 inline constexpr ConditionKind kWorkerStalled{
     "worker_stalled",
     Severity::kDegraded,
@@ -82,7 +66,8 @@ inline constexpr ConditionKind kSenderRefused{
     "datagrams come from another sender, and are refused",
     "A driver accepts datagrams only from the first sender that it heard. If the device sends "
     "from several addresses, list them in the driver's `source` (?from=10.0.0.5,10.0.0.6). Keep "
-    "other senders off the sensors' network."};
+    "other senders off the sensors' network.",
+    kEventOfProcess};
 inline constexpr ConditionKind kCanController{
     "can_controller",
     Severity::kDegraded,
@@ -124,7 +109,8 @@ inline constexpr ConditionKind kLogVanished{
     "the file that was written was deleted, or another disk hides it",
     "What it held is lost, or below the mount point. A new file was begun if the data disk is "
     "there: "
-    "see log_not_writing. Mount the data disk, and delete no dive that is being recorded."};
+    "see log_not_writing. Mount the data disk, and delete no dive that is being recorded.",
+    kEventOfProcess};
 inline constexpr ConditionKind kDiveDamaged{
     "dive_damaged",
     Severity::kDegraded,
@@ -137,13 +123,15 @@ inline constexpr ConditionKind kUnloggableMessages{
     "messages came that cannot be stored in a log",
     "Another program sends on a channel whose name is empty or longer than 63 bytes. These "
     "messages "
-    "are skipped; all others are recorded."};
+    "are skipped; all others are recorded.",
+    kEventOfProcess};
 inline constexpr ConditionKind kRecordingsDeleted{
     "recordings_deleted",
     Severity::kDegraded,
     "recordings were deleted to make room",
     "A limit of logger.yaml was exceeded: dive_max_mb or disk_min_free_mb. Copy dives off the "
-    "vehicle and delete them there, or change the limits."};
+    "vehicle and delete them there, or change the limits.",
+    kEventOfProcess};
 inline constexpr ConditionKind kDiskSpaceLow{
     "disk_space_low",
     Severity::kDegraded,
@@ -156,7 +144,8 @@ inline constexpr ConditionKind kMessagesNotRecorded{
     Severity::kDegraded,
     "messages are missing in the log",
     "Lost before the logger: see socket_drops. Lost because the queue was full: the disk is too "
-    "slow, or max_queue_mb is too small."};
+    "slow, or max_queue_mb is too small.",
+    kEventOfProcess};
 
 // Optimizer.
 inline constexpr ConditionKind kGraphIncomplete{
@@ -285,13 +274,15 @@ inline constexpr ConditionKind kNavigationReset{
     Severity::kDegraded,
     "dead reckoning was reset to a sensor within the last minute",
     "Its sigma includes the error before the reset. Counters nav_..._reset name the sensor; the "
-    "counts of refusals before show since when it disagreed."};
+    "counts of refusals before show since when it disagreed.",
+    kEventOfDive};
 inline constexpr ConditionKind kHeadingStep{"heading_step",
                                             Severity::kDegraded,
                                             "the device's heading stepped within the last minute",
                                             "Dead reckoning keeps both headings until the data "
                                             "decide; its sigma covers both. Check the device's "
-                                            "alignment, and magnets or motors near a compass."};
+                                            "alignment, and magnets or motors near a compass.",
+                                            kEventOfDive};
 inline constexpr ConditionKind kTimeOffsetSuspected{
     "time_offset_suspected",
     Severity::kDegraded,
@@ -311,14 +302,16 @@ inline constexpr ConditionKind kInsJumps{
     "the position of the INS jumps again and again",
     "Each jump is taken for a position fix that the INS used. If it uses none, raise "
     "given_navigation.min_jump_m above its noise. If it uses fixes all the time, set "
-    "given_navigation.uses_position_fixes."};
+    "given_navigation.uses_position_fixes.",
+    {60.0, 5}};  // an INS that takes a fix now and then has fewer
 inline constexpr ConditionKind kClockStep{
     "clock_step",
     Severity::kDegraded,
     "a clock stepped within the last minute",
     "Unless the text says that the clock came right, the dive continues with the time before the "
     "step, also in the stamps of the mapper's messages. Synchronise the clock before the dive, and "
-    "do not step it under water."};
+    "do not step it under water.",
+    kEventOfDive};
 inline constexpr ConditionKind kDvlTurned{
     "dvl_turned",
     Severity::kDegraded,
@@ -345,14 +338,16 @@ inline constexpr ConditionKind kSamplesLate{
     Severity::kDegraded,
     "samples of a sensor come too late to be used",
     "They come later than navigation.reorder_window_s, or their stamps are too old. Check whether "
-    "the machine is overloaded, and the latency in seastitch doctor; else raise the window."};
+    "the machine is overloaded, and the latency in seastitch doctor; else raise the window.",
+    {60.0, 10}};  // a few are no fault
 inline constexpr ConditionKind kTwoSenders{
     "two_senders",
     Severity::kDegraded,
     "two senders send the same kind of message",
     "A second driver, another vehicle or a player of logs is on this bus. The mapper uses the one "
     "that "
-    "it heard first, and the other one when that is silent. End the other one."};
+    "it heard first, and the other one when that is silent. End the other one.",
+    {30.0, 10}};  // one that is restarted has fewer
 inline constexpr ConditionKind kSensorSilent{
     "sensor_silent",
     Severity::kDegraded,
@@ -395,7 +390,8 @@ inline constexpr ConditionKind kMessagesMalformed{
     Severity::kDegraded,
     "messages hold values that cannot be used",
     "Such as a number that is not finite. The messages are skipped. Check the sensor, and compare "
-    "the versions of its driver and the mapper in HEALTH."};
+    "the versions of its driver and the mapper in HEALTH.",
+    kEventOfProcess};
 inline constexpr ConditionKind kProcessSilent{
     "process_silent",
     Severity::kDegraded,

@@ -1,4 +1,4 @@
-#include "tests/paths.hpp"
+#include "tests/support/paths.hpp"
 
 namespace seastitch {
 
