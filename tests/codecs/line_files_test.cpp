@@ -151,11 +151,11 @@ TEST(LasFile, AnyPiecesAndAnyDamage) {
 
 // --- text ----------------------------------------------------------------------------------------
 
-ByteVector BytesOf(const std::string& text) { return {text.begin(), text.end()}; }
+ByteVector BytesOfText(const std::string& text) { return {text.begin(), text.end()}; }
 
 SurveyContents ReadXyz(const std::string& text, const XyzFormat& format) {
   XyzFileReader reader(format, std::make_unique<OneEach>());
-  return ReadSurvey(BytesOf(text), &reader);
+  return ReadSurvey(BytesOfText(text), &reader);
 }
 
 TEST(XyzFile, ThreeNumbersByAnyDelimiterBehindAnyHeading) {
@@ -227,7 +227,7 @@ TEST(XyzFile, AnyPiecesAndAnyDamage) {
   std::string text = "x y z\n";
   for (int i = 0; i < 200; ++i)
     text += std::to_string(i) + " " + std::to_string(2 * i) + " -30.5\n";
-  ExpectRobust(BytesOf(text), [] {
+  ExpectRobust(BytesOfText(text), [] {
     return std::make_unique<XyzFileReader>(XyzFormat::For("1 2 3"), std::make_unique<OneEach>());
   });
 }

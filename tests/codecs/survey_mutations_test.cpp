@@ -104,7 +104,7 @@ ByteVector OwnS7k() {
 
 std::filesystem::path RealPath(const std::string& name) { return Shared("data/mbes/" + name); }
 
-ByteVector BytesOf(const std::string& name) {
+ByteVector FileBytes(const std::string& name) {
   return name == kOwnS7k ? OwnS7k() : BytesOf(RealPath(name));
 }
 
@@ -166,8 +166,8 @@ class SurveyMutations : public testing::TestWithParam<SurveyFile> {
 
 TEST_P(SurveyMutations, PingsThatDamageDoesNotTouchStayAsTheyAre) {
   constexpr int kDraws = 2;
-  const ByteVector file = BytesOf(GetParam().name);
-  const ByteVector foreign = BytesOf(ForeignTo(GetParam().name));
+  const ByteVector file = FileBytes(GetParam().name);
+  const ByteVector foreign = FileBytes(ForeignTo(GetParam().name));
   const std::vector<ReadPing> whole = PingsOf(file, GetParam().make().get());
   ASSERT_FALSE(whole.empty());
   std::mt19937 random(1);
@@ -194,8 +194,8 @@ TEST_P(SurveyMutations, PingsThatDamageDoesNotTouchStayAsTheyAre) {
 
 // Without their numbers: the reader of GSF numbers them itself.
 TEST_P(SurveyMutations, JoinedFilesGiveThePingsOfBoth) {
-  ByteVector joined = BytesOf(GetParam().name);
-  const ByteVector other = BytesOf(GetParam().joined_with);
+  ByteVector joined = FileBytes(GetParam().name);
+  const ByteVector other = FileBytes(GetParam().joined_with);
   std::multiset<std::string> expected, read;
   for (const ByteVector& file : {joined, other})
     for (ReadPing& ping : PingsOf(file, GetParam().make().get(), false))

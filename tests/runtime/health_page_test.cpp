@@ -23,12 +23,12 @@ constexpr char kBegin[] = "<!-- begin: made from common/core/health/conditions.h
 constexpr char kEnd[] = "<!-- end -->\n";
 
 std::string StateOf(const ConditionKind& kind) {
-  const auto [holds_s, fewest] = kind.events;
+  const auto [holds_s, fewest, within_s] = kind.events;
   const std::string state = kind.severity == Severity::kLost ? "lost" : "degraded";
   if (holds_s == 0.0) return state;
-  const std::string seconds = std::to_string(std::lround(holds_s)) + " s";
-  return state + (fewest == 1 ? ", for " + seconds
-                              : ", while " + std::to_string(fewest) + " in " + seconds);
+  const auto seconds = [](double s) { return std::to_string(std::lround(s)) + " s"; };
+  return state + (fewest == 1 ? ", for " + seconds(holds_s)
+                              : ", while " + std::to_string(fewest) + " in " + seconds(within_s));
 }
 
 std::string Table() {

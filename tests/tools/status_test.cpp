@@ -51,7 +51,7 @@ TEST(Status, HasOneLineAProcessAndNoneIsWider) {
   for (const char* process : kProcesses) {
     health_t health = Ok(process);
     health.text += " " + std::string(300, 'x') + "\x1b[31m\n";
-    health.counters = {Counter("socket_drops_udp_7667", 1200), Counter("socket_drops_can", 34)};
+    health.counters = {Counter("socket_drops", 1200), Counter("events_dropped", 34)};
     health.rate_names = {"imu", "can_frames"};
     health.rate_hz = {100.2, 1234.0};
     roll.Add(health, 1.0);

@@ -9,11 +9,12 @@ namespace seastitch {
 // data of a sensor, or navigation, are missing. kDegraded: every other fault.
 enum class Severity : std::int8_t { kDegraded = 2, kLost = 3 };
 
-// When events, such as dropped datagrams, are a fault: from the `fewest`-th on, where so many lie
-// within holds_s, for holds_s after it. See FaultEvents.
+// When events, such as dropped datagrams, are a fault: for holds_s after the last one, where so
+// many lie within the last within_s. See FaultEvents.
 struct EventRule {
   double holds_s = 0.0;  // 0: the fault is a state, which holds while its cause does
   int fewest = 1;
+  double within_s = holds_s;
 };
 // In a process, which looks once a second; and in a dive, by the time of its samples.
 inline constexpr EventRule kEventOfProcess{10.0};

@@ -347,7 +347,7 @@ inline constexpr ConditionKind kTwoSenders{
     "A second driver, another vehicle or a player of logs is on this bus. The mapper uses the one "
     "that "
     "it heard first, and the other one when that is silent. End the other one.",
-    {30.0, 10}};  // one that is restarted has fewer
+    {10.0, 10, 30.0}};  // one that is restarted has fewer
 inline constexpr ConditionKind kSensorSilent{
     "sensor_silent",
     Severity::kDegraded,

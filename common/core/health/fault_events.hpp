@@ -32,7 +32,8 @@ class FaultEvents {
 
   bool Holds(Stamp now) const {
     return last_.size() == static_cast<std::size_t>(rule_.fewest) &&
-           SecondsBetween(last_.front(), now) < rule_.holds_s;
+           SecondsBetween(last_.back(), now) < rule_.holds_s &&
+           SecondsBetween(last_.front(), now) < rule_.within_s;
   }
   std::int64_t total() const { return total_; }
   // The last event; absent without one.
