@@ -290,10 +290,12 @@ void Health::Publish(Bus* bus) {
   ++seq_;
 }
 
-std::optional<std::int64_t> ValueIn(const health_t& health, HealthValue which) {
-  const std::string name = NameOf(which);
+std::optional<std::int64_t> ValueIn(const health_t& health,
+                                    HealthValue which,
+                                    const std::string& device) {
+  const std::string name = (device.empty() ? "" : device + "_") + NameOf(which);
   for (const counter_t& counter : health.counters)
-    if (counter.name == name || counter.name.ends_with("_" + name)) return counter.value;
+    if (counter.name == name) return counter.value;
   return std::nullopt;
 }
 

@@ -152,8 +152,10 @@ class Health {
   double late_s_ = 0.0;  // largest lateness of the timer since last_second_s_
 };
 
-// A figure of another process, whatever device's name stands before it; absent where its message
-// has none.
-std::optional<std::int64_t> ValueIn(const health_t& health, HealthValue which);
+// A figure of another process; absent where its message has none. device: whose it is, of a driver:
+// "imu".
+std::optional<std::int64_t> ValueIn(const health_t& health,
+                                    HealthValue which,
+                                    const std::string& device = {});
 
 }  // namespace seastitch

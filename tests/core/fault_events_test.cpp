@@ -35,6 +35,15 @@ TEST(FaultEvents, FollowACounterThatMayBeginAgain) {
   EXPECT_EQ(events.total(), std::int64_t{1} << 60) << "as many as a damaged counter says";
 }
 
+TEST(FaultEvents, EndWhereTheClockGoesBack) {
+  FaultEvents<double> events(kOne);
+  events.Add(3600.0);
+  EXPECT_TRUE(events.Holds(3595.0)) << "a little: messages come in any order";
+  EXPECT_FALSE(events.Holds(0.0));
+  events.Add(5.0);
+  EXPECT_TRUE(events.Holds(6.0));
+}
+
 TEST(FaultEvents, AreAFaultOnceSoManyLieWithinTheTimeOfTheirKind) {
   FaultEvents<Time> events(kMany);
   const auto at = [](double t_s) { return FromUtime(1'700'000'000'000'000) + FromSeconds(t_s); };

@@ -69,6 +69,29 @@ TEST_F(DoctorSensors, OfAVehicleWithAnInsAreSonarAndIns) {
     EXPECT_EQ(finding.text.find("imu-driver"), std::string::npos);
 }
 
+// nav-driver reports the clock of each of its devices.
+TEST_F(DoctorSensors, AreToldWithTheClockOfTheirOwnDevice) {
+  setup.given_navigation = true;
+  setup.nav_channels = {"INS", "DEPTH"};
+  Hear(&watch.latency_s["INS"], 0.01);
+  health_t nav{};
+  nav.process = "nav-driver";
+  const auto set = [&nav](const std::string& name, std::int64_t value) {
+    nav.counters.push_back({name, value});
+  };
+  for (const auto& [device, offset_us] :
+       {std::pair("gps", 5'000), {"ins", -2'500}, {"usbl", 7'000}}) {
+    set(std::string(device) + "_clock_settled", 1);
+    set(std::string(device) + "_clock_offset_us", offset_us);
+    set(std::string(device) + "_clock_drift_ppb", 0);
+  }
+  watch.roll.Add(nav, 1.0);
+  std::string all;
+  for (const Finding& finding : CheckSensors(watch, setup, true)) all += finding.text + "\n";
+  EXPECT_THAT(all, HasSubstr("INS: 10.0 a second, stamps 0.010 s behind receipt, clock -2.5 ms"));
+  EXPECT_THAT(all, HasSubstr("DEPTH: 10.0 a second, stamps 0.020 s behind receipt, stamped on"));
+}
+
 TEST_F(DoctorSensors, OfAVehicleWithOtherInstrumentsComeFromTheNavDriver) {
   setup.nav_channels = {"INS", "DEPTH"};
   watch.latency_s.erase("DEPTH");

@@ -78,11 +78,19 @@ Finding VersionFinding(const BusWatch& watch) {
                "Install one version everywhere, then sudo systemctl restart seastitch.target.");
 }
 
-// State of the clock model that a driver reports.
-std::string ClockText(const BusWatch& watch, const std::string& process) {
+// The device of a channel, as its driver names it in HEALTH. nav-driver reads several.
+std::string DeviceOf(const std::string& channel, const std::string& process) {
+  if (process == kNavDriver) return channel == channels::kIns ? "ins" : "depth";
+  return process.substr(0, process.find("-driver"));
+}
+
+// State of the clock model of a channel's device, which its driver reports.
+std::string ClockText(const BusWatch& watch,
+                      const std::string& channel,
+                      const std::string& process) {
   const health_t* const health = watch.roll.Find(process);
-  const auto figure = [health](HealthValue which) {
-    return health != nullptr ? ValueIn(*health, which) : std::nullopt;
+  const auto figure = [&](HealthValue which) {
+    return health != nullptr ? ValueIn(*health, which, DeviceOf(channel, process)) : std::nullopt;
   };
   const std::optional<std::int64_t> settled = figure(HealthValue::kClockSettled);
   if (!settled) return "stamped on receipt";
@@ -113,7 +121,7 @@ Findings SensorFindings(const BusWatch& watch,
                                 channel.c_str(),
                                 latency.rate_hz(),
                                 DurationText(latency.mean()).c_str()) +
-                         ClockText(watch, process);
+                         ClockText(watch, channel, process);
   constexpr double kMaxLatencyS = 1.0;
   if (std::abs(latency.mean()) > kMaxLatencyS)  // a single late message only shows a busy machine
     return {Error("sensor",

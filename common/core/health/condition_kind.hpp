@@ -16,7 +16,7 @@ struct EventRule {
   int fewest = 1;
   double within_s = holds_s;
 };
-// In a process, which looks once a second; and in a dive, by the time of its samples.
+// The rules of most events: of a process, by its monotonic clock; of a dive, by its samples' times.
 inline constexpr EventRule kEventOfProcess{10.0};
 inline constexpr EventRule kEventOfDive{60.0};
 

@@ -303,7 +303,7 @@ inline constexpr ConditionKind kInsJumps{
     "Each jump is taken for a position fix that the INS used. If it uses none, raise "
     "given_navigation.min_jump_m above its noise. If it uses fixes all the time, set "
     "given_navigation.uses_position_fixes.",
-    {60.0, 5}};  // an INS that takes a fix now and then has fewer
+    {.holds_s = 60.0, .fewest = 5}};  // an INS that takes a fix now and then has fewer
 inline constexpr ConditionKind kClockStep{
     "clock_step",
     Severity::kDegraded,
@@ -339,7 +339,7 @@ inline constexpr ConditionKind kSamplesLate{
     "samples of a sensor come too late to be used",
     "They come later than navigation.reorder_window_s, or their stamps are too old. Check whether "
     "the machine is overloaded, and the latency in seastitch doctor; else raise the window.",
-    {60.0, 10}};  // a few are no fault
+    {.holds_s = 60.0, .fewest = 10}};  // a few are no fault
 inline constexpr ConditionKind kTwoSenders{
     "two_senders",
     Severity::kDegraded,
@@ -347,7 +347,7 @@ inline constexpr ConditionKind kTwoSenders{
     "A second driver, another vehicle or a player of logs is on this bus. The mapper uses the one "
     "that "
     "it heard first, and the other one when that is silent. End the other one.",
-    {10.0, 10, 30.0}};  // one that is restarted has fewer
+    {.holds_s = 10.0, .fewest = 10, .within_s = 30.0}};  // one that is restarted has fewer
 inline constexpr ConditionKind kSensorSilent{
     "sensor_silent",
     Severity::kDegraded,

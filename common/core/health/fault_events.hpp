@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
@@ -30,10 +31,11 @@ class FaultEvents {
     while (last_.size() > fewest) last_.pop_front();
   }
 
+  // A time from before the events, by a clock that went back, ends the fault like a later one.
   bool Holds(Stamp now) const {
     return last_.size() == static_cast<std::size_t>(rule_.fewest) &&
-           SecondsBetween(last_.back(), now) < rule_.holds_s &&
-           SecondsBetween(last_.front(), now) < rule_.within_s;
+           std::abs(SecondsBetween(last_.back(), now)) < rule_.holds_s &&
+           std::abs(SecondsBetween(last_.front(), now)) < rule_.within_s;
   }
   std::int64_t total() const { return total_; }
   // The last event; absent without one.
