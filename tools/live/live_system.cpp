@@ -32,6 +32,9 @@ namespace fs = std::filesystem;
 using std::chrono::seconds;
 using std::chrono::steady_clock;
 
+// How long the system waits for a process to start, to answer or to stop, on a busy machine too.
+constexpr seconds kPatience(60);
+
 // A socket bound to a free port of the loopback interface. type: SOCK_DGRAM (UDP) or SOCK_STREAM.
 int BindFreePort(int type) {
   const int fd = socket(AF_INET, type | SOCK_CLOEXEC, 0);
@@ -166,7 +169,7 @@ void LiveSystem::WaitUntilUp() {
     CheckRunning();
     return listener_.alive() >= processes_.size();
   };
-  if (listener_.WaitUntil(up, seconds(20))) return;
+  if (listener_.WaitUntil(up, kPatience)) return;
   throw std::runtime_error(std::to_string(listener_.alive()) + " of " +
                            std::to_string(processes_.size()) + " processes said HEALTH on " +
                            lcm_url_ + "; see " + (out_ / "log").string());
@@ -179,7 +182,7 @@ void LiveSystem::Poll() {
 
 void LiveSystem::Stop() {
   for (const char* name : {"imu-driver", "dvl-driver", "mbes-driver", "mapper"}) StopOne(name);
-  if (!listener_.WaitUntil([&] { return listener_.solved(); }, seconds(20))) {
+  if (!listener_.WaitUntil([&] { return listener_.solved(); }, kPatience)) {
     throw std::runtime_error("the optimizer did not answer the mapper's last graph");
   }
   for (const char* name : {kPage, "optimizer", "logger"}) StopOne(name);
@@ -224,7 +227,7 @@ void LiveSystem::CheckRunning() {
 void LiveSystem::StopOne(const std::string& name) {
   for (ChildProcess& process : processes_) {
     if (process.name() != name) continue;
-    const auto code = process.Stop(seconds(60));
+    const auto code = process.Stop(kPatience);
     if (!code) Fail(process, "did not stop");
     if (*code != 0) Fail(process, "ended with " + std::to_string(*code));
   }
