@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <filesystem>
 #include <fstream>
-#include <iterator>
+#include <sstream>
 #include <stdexcept>
 
 #include "drivers/can/dbc_parser.hpp"
@@ -155,10 +154,10 @@ CanFrame DbcMessage::MakeFrame() const {
 
 Dbc Dbc::Load(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
-  if (!in || std::filesystem::is_directory(path))
-    throw std::runtime_error(path + ":0: not a file that can be read");
-  const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
-  return Parse(text, path);
+  std::ostringstream text;
+  if (in.peek() != std::ifstream::traits_type::eof()) text << in.rdbuf();
+  if (!in || !text) throw std::runtime_error(path + ":0: not a file that can be read");
+  return Parse(text.str(), path);
 }
 
 Dbc Dbc::Parse(std::string_view text, const std::string& file) {

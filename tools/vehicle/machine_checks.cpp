@@ -7,16 +7,15 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <fstream>
 #include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <regex>
 #include <set>
-#include <sstream>
 #include <thread>
 
+#include "common/runtime/files/whole_file.hpp"
 #include "drivers/socket/file_descriptor.hpp"
 #include "drivers/socket/source_url.hpp"
 #include "page/page_server.hpp"
@@ -34,11 +33,8 @@ std::string Format(const char* format, Args... args) {
   return text;
 }
 
-std::string ReadFile(const fs::path& path) {
-  std::stringstream text;
-  text << std::ifstream(path).rdbuf();
-  return text.str();
-}
+// Empty where it cannot be read.
+std::string ReadFile(const fs::path& path) { return ReadWholeFile(path).value_or(""); }
 
 // The first entry of the output of `ip -json ...`.
 std::optional<Json> AskIp(const Machine& machine, std::vector<std::string> words) {

@@ -1,18 +1,18 @@
 #include "common/runtime/files/whole_file.hpp"
 
 #include <fstream>
-#include <iterator>
+#include <sstream>
+#include <utility>
 
 namespace seastitch {
 
 std::optional<std::string> ReadWholeFile(const std::filesystem::path& path) {
-  std::error_code unknown;
-  if (std::filesystem::is_directory(path, unknown)) return std::nullopt;
   std::ifstream in(path, std::ios::binary);
-  if (!in) return std::nullopt;
-  std::string bytes(std::istreambuf_iterator<char>(in), {});
-  if (in.bad()) return std::nullopt;
-  return bytes;
+  std::ostringstream bytes;
+  if (in.peek() != std::ifstream::traits_type::eof()) bytes << in.rdbuf();
+  // A sector that cannot be read, too, ends here.
+  if (!in || !bytes) return std::nullopt;
+  return std::move(bytes).str();
 }
 
 }  // namespace seastitch
