@@ -121,11 +121,12 @@ class Mapper {
   // later call replaces the callback.
   void OnSoundings(std::function<void(SubmapSoundings)> take);
 
-  // Submaps are filtered by for_each, and soundings placed by jobs; in turn if it is not called.
-  // The results are the same. jobs: must end before this object.
-  void UseThreads(ForEach for_each, JobQueue* jobs) {
-    placer_.UseJobs(jobs);
-    builder_.UseThreads(std::move(for_each), jobs);
+  // Submaps are filtered by for_each; soundings are placed by one queue of jobs and sorted into
+  // their submap by another, each job of which runs after those added to the first before it. In
+  // turn if it is not called. The results are the same. Both queues must end before this object.
+  void UseThreads(ForEach for_each, JobQueue* placing, JobQueue* sorting) {
+    placer_.UseJobs(placing);
+    builder_.UseThreads(std::move(for_each), sorting);
   }
 
   // Sets a callback that gets the smoothed track (Navigation::TakeSmoothed()) in parts, in order of

@@ -166,7 +166,7 @@ class ProductWriter {
   }
 
   void WriteTrackAndLayers() {
-    Write(product_files::kTrack, TrackCsv(track_, options_.datum));
+    WriteBeside(product_files::kTrack, [this] { return TrackCsv(track_, options_.datum); });
     const auto layers = std::make_shared<const std::vector<VectorLayer>>(
         SurveyLayers(survey_, delivered_, track_, projection_));
     WriteBeside(product_files::kGeoPackage,
@@ -279,11 +279,12 @@ class ProductWriter {
   }
 
   void WriteNavigation(const std::vector<CorrectedState>& states, const std::string& number) {
-    const std::vector<GeographicState> track = ToGeographic(states, *options_.datum);
+    const auto track =
+        std::make_shared<const std::vector<GeographicState>>(ToGeographic(states, *options_.datum));
     const std::string name = "export/navigation" + number;
-    Write(name + ".csv", NavigationCsv(track));
-    Write(name + ".sbet", SbetBytes(track));
-    Write(name + ".na0", Na0Text(track));
+    WriteBeside(name + ".csv", [track] { return NavigationCsv(*track); });
+    WriteBeside(name + ".sbet", [track] { return SbetBytes(*track); });
+    WriteBeside(name + ".na0", [track] { return Na0Text(*track); });
   }
 
   // What other people's programs take.
@@ -292,6 +293,7 @@ class ProductWriter {
     Write("export/lines.csv",
           LinesCsv(survey_, dead_reckoned_, delivered_, delivered_sigmas_, options_.axes));
     if (options_.soundings == nullptr || !options_.sounding_format) return;
+    files_.Finish();  // the raster of the shoalest reads them, too
     const bool las = *options_.sounding_format == SoundingFormat::kLas;
     const std::string name = las ? "export/soundings.las" : "export/soundings.xyz";
     WriteSoundings(survey_,
@@ -367,7 +369,8 @@ class ProductWriter {
   std::vector<float> WriteDelivered() {
     const auto [elevation, uncertainty] = WriteOfDepthMap();
     if (options_.soundings != nullptr)
-      WriteBeside(product_files::kShoalest, std::make_shared<const Raster>(shoalest_.get()));
+      WriteBeside(product_files::kShoalest,
+                  [this] { return GeoTiff(geometry_, shoalest_.get(), projection_); });
     if (projection_.has_crs())
       WriteBeside(product_files::kBag, [this, elevation, uncertainty] {
         return Bag(

@@ -95,14 +95,24 @@ struct EventLogReader::Impl {
   // Bytes [at, at + n) of the file, fewer at its end. Valid until the next call.
   Bytes View(std::uint64_t at, std::uint64_t n) {
     n = std::min(n, size - std::min(at, size));
+    if (ahead_at == at && ahead.size() >= n && !Holds(at, n)) {
+      window_at = at;
+      window_size = ahead.size();
+      std::swap(window, ahead);
+      ahead.clear();
+    }
     const std::uint64_t end = window_at + window.size();
-    if (at < window_at || at + n > end) {
+    if (!Holds(at, n)) {
       const bool skips = wanted && (at < window_at || at > end);
       window_size = skips ? kWindowAfterSkip : std::min(2 * window_size, kWindow);
       Fill(at, std::max<std::uint64_t>(n, window_size));
     }
     const std::uint64_t begin = std::min<std::uint64_t>(at - window_at, window.size());
     return Bytes(window).subspan(begin, std::min<std::uint64_t>(n, window.size() - begin));
+  }
+
+  bool Holds(std::uint64_t at, std::uint64_t n) const {
+    return at >= window_at && at + n <= window_at + window.size();
   }
 
   // The bytes from `at` to the end of the window; at least one unless the file ends.
@@ -129,16 +139,23 @@ struct EventLogReader::Impl {
   }
 
   // True if another event, or the end of the file, is at `end`. A position outside the window is
-  // read without moving the window: a damaged length must not cost a megabyte of reading.
-  bool IsFollowed(std::uint64_t end) const {
+  // read without moving the window: a damaged length must not cost a megabyte of reading. Where
+  // data is skipped, the next event is read with it.
+  bool IsFollowed(std::uint64_t end) {
     constexpr std::array<std::uint8_t, 4> kSyncBytes = {0xED, 0xA1, 0xDA, 0x01};
     if (end >= window_at && end + kSyncBytes.size() <= window_at + window.size())
       return std::ranges::equal(Bytes(window).subspan(end - window_at, kSyncBytes.size()),
                                 kSyncBytes);
-    std::array<std::uint8_t, kSyncBytes.size()> next{};
-    const std::size_t n =
-        Read(end, next.data(), next.size());  // fewer bytes if the log is cut there
-    return std::equal(next.begin(), next.begin() + n, kSyncBytes.begin());
+    const bool skips = end > window_at + window.size() + kWindowAfterSkip;
+    const std::size_t next = skips ? kWindowAfterSkip : std::min(2 * window_size, kWindow);
+    ahead_at = end;
+    ahead.resize(
+        std::min<std::uint64_t>(wanted ? next : kSyncBytes.size(), size - std::min(end, size)));
+    ahead.resize(Read(end, ahead.data(), ahead.size()));
+    // Fewer bytes if the log is cut there.
+    const std::size_t n = std::min(ahead.size(), kSyncBytes.size());
+    return std::equal(
+        ahead.begin(), ahead.begin() + static_cast<std::ptrdiff_t>(n), kSyncBytes.begin());
   }
 
   std::optional<LogEvent> EventAt(std::uint64_t at) {
@@ -195,7 +212,9 @@ struct EventLogReader::Impl {
   std::uint64_t window_at = 0;
   std::size_t window_size = kWindow;  // of the last reading, at most
   std::vector<std::uint8_t> window;
-  std::optional<LogEvent> first;  // read by the constructor
+  std::uint64_t ahead_at = 0;
+  std::vector<std::uint8_t> ahead;  // read by IsFollowed(): may become the window
+  std::optional<LogEvent> first;    // read by the constructor
 };
 
 EventLogReader::EventLogReader(const LogPart& log, Wanted wanted)

@@ -180,21 +180,21 @@ std::vector<LoopPair> LoopCloser::PairsToRetry(int most) {
     const RelativePose prior{Inverse(solved_[i].T_map_level) * solved_[n].T_map_level,
                              WithFloor(pair.covariance)};
     if (Eigen::LLT<Eigen::Matrix3d>(prior.covariance).info() != Eigen::Success) continue;
+    if (!IsUntriedUnder(prior, pair.a, pair.b)) continue;
     const OverlapCandidate candidate =
         JudgePair(entries_[i].outline, entries_[n].outline, prior, params_.expected_overlap);
-    if (IsWorthAnother(candidate, entries_[n].outline.id)) candidates.push_back(candidate);
+    if (candidate.gain_nats >= kRetryNats) candidates.push_back(candidate);
   }
   std::vector<LoopPair> pairs = Choose(n, std::move(candidates));
   if (pairs.size() > static_cast<std::size_t>(most)) pairs.erase(pairs.begin() + most, pairs.end());
   return pairs;
 }
 
-bool LoopCloser::IsWorthAnother(const OverlapCandidate& candidate, SubmapId source) const {
-  if (candidate.gain_nats < kRetryNats) return false;
-  const auto found = tried_.find({candidate.target, source});
+bool LoopCloser::IsUntriedUnder(const RelativePose& prior, SubmapId target, SubmapId source) const {
+  const auto found = tried_.find({target, source});
   if (found == tried_.end()) return true;
   const Tried& tried = found->second;
-  return !tried.pulls && InformationGain(tried.prior, candidate.prior) >= kRetryNats;
+  return !tried.pulls && InformationGain(tried.prior, prior) >= kRetryNats;
 }
 
 std::vector<LoopPair> LoopCloser::Choose(std::size_t n,

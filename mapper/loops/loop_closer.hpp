@@ -198,7 +198,9 @@ class LoopCloser {
   // first.
   std::vector<std::size_t> WithinReach(std::size_t n) const;
   std::vector<LoopPair> Choose(std::size_t n, std::vector<OverlapCandidate> candidates) const;
-  bool IsWorthAnother(const OverlapCandidate& candidate, SubmapId source) const;
+  // Whether the pair was never registered, or under a prior that differs by kRetryNats and without
+  // a closure that has weight.
+  bool IsUntriedUnder(const RelativePose& prior, SubmapId target, SubmapId source) const;
   void FindMoved();
 
   const LoopCloserParams params_;

@@ -1,5 +1,6 @@
 #include "mapper/submaps/overlap.hpp"
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
@@ -29,6 +30,13 @@ Polygon PolygonOf(const Footprint& footprint, const Pose2& T_a_b) {
   }
   bg::correct(polygon);
   return polygon;
+}
+
+// The box around a footprint in frame a, given in frame b.
+Eigen::AlignedBox2d BoxOf(const Footprint& footprint, const Pose2& T_a_b) {
+  Eigen::AlignedBox2d box;
+  for (const Eigen::Vector2d& corner : footprint) box.extend(T_a_b * corner);
+  return box;
 }
 
 double CommonArea(const Polygon& a, const Polygon& b) {
@@ -110,11 +118,13 @@ double ExpectedOverlapArea(const Footprint& target,
                            const RelativePose& prior) {
   if (target.size() < 3 || source.size() < 3) return 0.0;
   const Polygon fixed = PolygonOf(target, {});
+  const Eigen::AlignedBox2d fixed_box = BoxOf(target, {});
   double expected = 0.0;
   for (const Node& node : Quadrature(prior.covariance.topLeftCorner<2, 2>())) {
     Pose2 T = prior.T_a_b;
     T.x += node.offset.x();
     T.y += node.offset.y();
+    if (!fixed_box.intersects(BoxOf(source, T))) continue;
     expected += node.weight * CommonArea(fixed, PolygonOf(source, T));
   }
   return expected;

@@ -402,9 +402,13 @@ std::optional<Submap> SubmapBuilder::Close(SubmapTrigger trigger) {
   const PointCloud level = LevelCloud(submap.cloud, LevelFromBody(submap.T_map_submap));
   const double sigma_m =
       std::sqrt(open.sum_variance_m2 / static_cast<double>(open.voxels.soundings()));
-  submap.footprint = FootprintOf(level);
-  submap.predicted_information =
-      params_.expected_overlap * PredictInformation(level, filter_.voxel_m, sigma_m);
+  const std::array<std::function<void()>, 2> parts{
+      [&] { submap.footprint = FootprintOf(level); },
+      [&] {
+        submap.predicted_information =
+            params_.expected_overlap * PredictInformation(level, filter_.voxel_m, sigma_m);
+      }};
+  for_each_(parts.size(), [&](std::size_t i) { parts[i](); });
   return submap;
 }
 

@@ -66,6 +66,7 @@ void SoundingLog::ForEach(
     submap.id = block.id;
     submap.pings = ReadAll<SubmapSoundings::Ping>(block.pings, &file_);
     const auto inputs = ReadAll<std::uint16_t>(block.pings, &file_);
+    submap.soundings.reserve(block.soundings);
     for (const StoredSounding& s : ReadAll<StoredSounding>(block.soundings, &file_))
       submap.soundings.push_back({{s.p[0], s.p[1], s.p[2]}, s.ping, s.beam, s.used});
     if (!file_) throw std::runtime_error(path_.string() + ": cannot be read back");

@@ -154,6 +154,7 @@ std::string MapProjection::Wkt() const { return has_crs() ? WktOf(compound_) : s
 std::vector<Eigen::Vector2d> MapProjection::NorthEast(
     const std::vector<Eigen::Vector3d>& p_ned) const {
   std::vector<Eigen::Vector2d> points;
+  points.reserve(p_ned.size());
   if (!has_crs()) {
     for (const Eigen::Vector3d& p : p_ned) points.push_back(p.head<2>());
     return points;
@@ -164,7 +165,6 @@ std::vector<Eigen::Vector2d> MapProjection::NorthEast(
       box.sizes().z() > kLargestDepthsM)
     return (*exact_)(p_ned);
   const Patch patch(box, *exact_);
-  points.reserve(p_ned.size());
   for (const Eigen::Vector3d& p : p_ned) points.push_back(patch(p));
   return points;
 }

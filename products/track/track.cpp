@@ -1,7 +1,8 @@
 #include "products/track/track.hpp"
 
 #include <algorithm>
-#include <cstdio>
+#include <array>
+#include <charconv>
 #include <utility>
 
 #include "common/geo/map_frame.hpp"
@@ -11,11 +12,12 @@ namespace {
 
 double SmoothStep(double u) { return u * u * (3.0 - 2.0 * u); }
 
-void AppendNumber(std::string* out, const char* format, double value) {
-  char text[48];
-  std::snprintf(text, sizeof text, format, value);
+void AppendNumber(std::string* out, int decimals, double value) {
+  std::array<char, 400> text;  // of any double
+  const auto end = std::to_chars(
+      text.data(), text.data() + text.size(), value, std::chars_format::fixed, decimals);
   *out += ',';
-  *out += text;
+  out->append(text.data(), end.ptr);
 }
 
 // Position between two poses, cubic with the velocities at both; w: 0 at the first, 1 at the
@@ -184,23 +186,23 @@ std::string TrackCsv(const std::vector<CorrectedState>& track, const std::option
   const MapFrame map(datum.value_or(Datum{}));
   for (const CorrectedState& s : track) {
     out += std::to_string(ToUtime(s.time));
-    for (const double v : s.p_dead_reckoned) AppendNumber(&out, "%.4f", v);
-    for (const double v : s.rpy_dead_reckoned_rad) AppendNumber(&out, "%.5f", Rad2Deg(v));
-    AppendNumber(&out, "%.4f", s.corrected.x);
-    AppendNumber(&out, "%.4f", s.corrected.y);
-    AppendNumber(&out, "%.4f", s.p_dead_reckoned.z());
-    AppendNumber(&out, "%.5f", Rad2Deg(s.corrected.yaw));
+    for (const double v : s.p_dead_reckoned) AppendNumber(&out, 4, v);
+    for (const double v : s.rpy_dead_reckoned_rad) AppendNumber(&out, 5, Rad2Deg(v));
+    AppendNumber(&out, 4, s.corrected.x);
+    AppendNumber(&out, 4, s.corrected.y);
+    AppendNumber(&out, 4, s.p_dead_reckoned.z());
+    AppendNumber(&out, 5, Rad2Deg(s.corrected.yaw));
     if (s.sigma) {
-      AppendNumber(&out, "%.4f", s.sigma->x());
-      AppendNumber(&out, "%.4f", s.sigma->y());
-      AppendNumber(&out, "%.5f", Rad2Deg(s.sigma->z()));
+      AppendNumber(&out, 4, s.sigma->x());
+      AppendNumber(&out, 4, s.sigma->y());
+      AppendNumber(&out, 5, Rad2Deg(s.sigma->z()));
     } else {
       out += ",,,";
     }
     if (datum) {
       const Datum point = map.PointAt({s.corrected.x, s.corrected.y}, s.p_dead_reckoned.z());
-      AppendNumber(&out, "%.9f", point.latitude_deg);
-      AppendNumber(&out, "%.9f", point.longitude_deg);
+      AppendNumber(&out, 9, point.latitude_deg);
+      AppendNumber(&out, 9, point.longitude_deg);
     }
     out += '\n';
   }

@@ -15,7 +15,7 @@ LocalMapper::LocalMapper(const MapperConfig& config,
       prepared_(config.loop_closer.registration),
       on_event_(std::move(on_event)) {
   SurveyStore::MakeDirectory(config.map_dir);
-  mapper_.UseThreads(ForEachBeside, &jobs_);
+  mapper_.UseThreads(ForEachBeside, &placing_, &sorting_);
 }
 
 void LocalMapper::Add(const Received& received) {

@@ -74,7 +74,8 @@ class LocalMapper {
   bool store_fails_ = false;  // the last submap could not be written
   // Last: their threads use the others.
   std::optional<Running> running_;
-  JobsBeside jobs_;
+  JobsBeside placing_;
+  JobsBeside sorting_{&placing_};
 };
 
 }  // namespace seastitch

@@ -77,6 +77,46 @@ TEST(JobsBeside, ThrowsWhatAJobThrewAndNeverHangs) {
       std::runtime_error);
 }
 
+TEST(JobsBeside, RunAfterThoseOfTheQueueBefore) {
+  constexpr std::size_t kJobs = 5000;
+  std::vector<int> made(kJobs), taken(kJobs);
+  std::size_t last = 0;
+  JobsBeside making;
+  JobsBeside taking(&making);
+  for (std::size_t i = 0; i < kJobs; ++i) {
+    making.Add([&made, i] { made[i] = 1; });
+    if (i % 3 != 0) continue;  // not as many here as there
+    taking.Add([&, i] {
+      taken[i] = made[i];
+      last = i;
+    });
+    if (i % 501 != 0) continue;
+    taking.Finish();
+    ASSERT_EQ(last, i);
+  }
+  taking.Finish();
+  for (std::size_t i = 0; i < kJobs; ++i) {
+    EXPECT_EQ(made[i], 1) << i;
+    EXPECT_EQ(taken[i], i % 3 == 0 ? 1 : 0) << i;
+  }
+}
+
+TEST(JobsBeside, NeverHangWhereAJobOfTheQueueBeforeThrew) {
+  JobsBeside making;
+  JobsBeside taking(&making);
+  EXPECT_THROW(
+      {
+        for (int i = 0; i < 1000; ++i) {
+          making.Add([i] {
+            if (i == 100) throw std::runtime_error("full");
+          });
+          taking.Add([] {});
+        }
+        taking.Finish();
+      },
+      std::runtime_error);
+}
+
 TEST(ForEachBeside, CallsEachOnce) {
   for (const std::size_t n : {0u, 1u, 2u, 1000u}) {
     std::vector<std::atomic<int>> calls(n);

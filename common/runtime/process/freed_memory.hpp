@@ -14,11 +14,12 @@ inline void KeepFreedMemory() {
   mallopt(M_ARENA_MAX, 2);
 }
 
-// Gives the kernel what is free now, and from now on large blocks as they are freed: before work
-// that needs each of them once.
+// Gives the kernel what is free now, and from now on blocks as large as a raster as they are freed:
+// before work that needs each of them once. Smaller ones, such as the soundings of a submap, are
+// needed again and again.
 inline void ReturnFreedMemory() {
-  mallopt(M_MMAP_THRESHOLD, 1 << 20);
-  mallopt(M_TRIM_THRESHOLD, 1 << 20);
+  mallopt(M_MMAP_THRESHOLD, 4 << 20);
+  mallopt(M_TRIM_THRESHOLD, 8 << 20);
   malloc_trim(0);
 }
 

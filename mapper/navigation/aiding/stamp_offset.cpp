@@ -26,9 +26,9 @@ void StampOffset::Add(const Difference& difference, double sigma, double drift_s
   differences_ = keep * differences_ + 1.0;
   seen_s_ = keep * seen_s_ + dt_s;
   drift_sigma_ = drift_sigma;
+  const double most2 = kMostByOne * (sigma * sigma + drift_sigma * drift_sigma);
   for (std::size_t i = 0; i < kDelays; ++i) {
     const Eigen::Vector3d d = difference(DelayS(i));
-    const double most2 = kMostByOne * (sigma * sigma + drift_sigma * drift_sigma);
     const double weight = std::min(1.0, most2 / d.squaredNorm()) / (sigma * sigma);
     Sums& sums = sums_[i];
     sums.square = keep * sums.square + weight * d.squaredNorm();
@@ -82,8 +82,13 @@ void StampOffset::Find() {
 
 std::size_t StampOffset::Best() const {
   std::size_t best = kEachWay;
-  for (std::size_t i = 0; i < kDelays; ++i)
-    if (Cost(i) < Cost(best)) best = i;
+  double least = Cost(best);
+  for (std::size_t i = 0; i < kDelays; ++i) {
+    const double cost = Cost(i);
+    if (!(cost < least)) continue;
+    best = i;
+    least = cost;
+  }
   return best;
 }
 
