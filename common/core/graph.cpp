@@ -66,4 +66,9 @@ MountingErrors PoseGraph::MountingOf(std::int32_t chain) const {
   return found == mounting.end() ? MountingErrors{} : found->second;
 }
 
+bool IsSolutionDue(std::size_t submaps, std::size_t solved) {
+  constexpr std::size_t kSolvedEachTime = 100;
+  return submaps <= kSolvedEachTime || (submaps - solved) * kSolvedEachTime >= submaps;
+}
+
 }  // namespace seastitch

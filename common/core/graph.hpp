@@ -96,12 +96,9 @@ constexpr int kMaxEdgesPerUpdate = 200;
 constexpr int kMaxCovariancePairs = 500;
 
 // Whether a graph whose last solution has `solved` submaps is to be solved again: with every
-// version up to 200 submaps, then with every 200th part more of them. CPU time and messages of a
+// version up to 100 submaps, then with every 100th part more of them. CPU time and messages of a
 // submap then stay the same, however long the dive. A function of the graph alone.
-constexpr bool IsSolutionDue(std::size_t submaps, std::size_t solved) {
-  constexpr std::size_t kSolvedEachTime = 200;
-  return submaps <= kSolvedEachTime || (submaps - solved) * kSolvedEachTime >= submaps;
-}
+bool IsSolutionDue(std::size_t submaps, std::size_t solved);
 
 // An increment of the mapper's graph. Versions count up from 1 without gaps. Update n has the
 // vertices and edges that version n adds to version n - 1, so updates 1 to n make up version n. A
