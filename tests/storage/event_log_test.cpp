@@ -183,7 +183,6 @@ TEST_F(EventLogTest, SkipsAHoleOfZerosAndOfNoise) {
   }
 }
 
-// Every 28 bytes a header that claims a gigabyte: no allocation, no reading of it, no hang.
 // Small and large events, some of them damaged: what is not wanted makes no difference.
 TEST_F(EventLogTest, GivesTheWantedPartsOfTheSameEvents) {
   std::mt19937 random(5);
@@ -223,6 +222,7 @@ TEST_F(EventLogTest, GivesTheWantedPartsOfTheSameEvents) {
   }
 }
 
+// Every 28 bytes a header that claims a gigabyte: no allocation, no reading of it, no hang.
 TEST_F(EventLogTest, OfHostileLengthsIsRefusedQuickly) {
   std::string hostile;
   for (int i = 0; i < 40'000; ++i)
