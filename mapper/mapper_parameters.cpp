@@ -5,6 +5,7 @@
 #include "common/core/sensors.hpp"
 #include "common/core/survey_noise.hpp"
 #include "common/runtime/config/vehicle_config.hpp"
+#include "mapper/calibration/calibration_limits.hpp"
 #include "mapper/geometry/sound_ray.hpp"
 #include "mapper/mapper_config.hpp"
 
@@ -144,49 +145,41 @@ void DeclareCalibration(MapperConfig* c, ParameterTable* table) {
   struct Key {
     CalibrationKey key;
     Unit unit;
-    Range range;
     const char* meaning;
   };
   const Key keys[] = {
       {CalibrationKey::kRoll,
        Unit::kDegreeFromRadian,
-       Range::Within(-10.0, 10.0),
        "Roll of the sonar beyond its mounting in vehicle.yaml: positive is deeper to starboard."},
       {CalibrationKey::kSecondHeadRoll,
        Unit::kDegreeFromRadian,
-       Range::Within(-10.0, 10.0),
        "The same for the second head of a sonar with two; roll_deg is then that of the first."},
       {CalibrationKey::kSmile,
        Unit::kMetrePerSecond,
-       Range::Within(-50.0, 50.0),
        "Steering error, as an error of the sound speed at the transducer: the sine of a beam's "
        "angle grows by so much of 1500 m/s. The depth at nadir stays."},
       {CalibrationKey::kSmileByWater,
        Unit::kMetrePerSecond,
-       Range::Within(-50.0, 50.0),
        "The part of the smile that the water causes, and not the sonar: it stretches the swath "
        "too."},
       {CalibrationKey::kAttitudeLatency,
        Unit::kMillisecond,
-       Range::Within(-500.0, 500.0),
        "Attitude is taken so much later than the sounding: positive where its stamps are late."},
-      {CalibrationKey::kDepthLatency,
-       Unit::kMillisecond,
-       Range::Within(-500.0, 500.0),
-       "The same for the vehicle's depth."},
+      {CalibrationKey::kDepthLatency, Unit::kMillisecond, "The same for the vehicle's depth."},
       {CalibrationKey::kRollScale,
        Unit::kNone,
-       Range::Within(-20.0, 20.0),
        "Roll is larger by so many percent than navigation states."},
       {CalibrationKey::kHeaveScale,
        Unit::kNone,
-       Range::Within(-50.0, 50.0),
        "Changes of depth that are faster than 20 s are larger by so many percent. With another "
        "value than 0 pings wait 10 s longer: max_waiting_pings has to hold them."},
   };
-  for (const auto& [key, unit, range, meaning] : keys) {
+  for (const auto& [key, unit, meaning] : keys) {
     const CalibrationName& of = kCalibrationNames[static_cast<std::size_t>(key)];
-    section.Add(of.name, &(c->calibration.*of.value), unit, range, meaning).DataSheet();
+    const double largest = kLargestCalibration[static_cast<std::size_t>(key)];
+    section
+        .Add(of.name, &(c->calibration.*of.value), unit, Range::Within(-largest, largest), meaning)
+        .DataSheet();
   }
 }
 

@@ -10,6 +10,7 @@
 
 #include "common/core/pose.hpp"
 #include "common/core/survey_noise.hpp"
+#include "mapper/calibration/calibration_limits.hpp"
 
 namespace seastitch {
 namespace {
@@ -351,6 +352,8 @@ CalibrationEstimate EstimateCalibration(const std::vector<Time>& times, const Fo
     value.is_clear = estimate.HasEnough() && std::abs(value.add) > kAdviceSigmas * value.sigma &&
                      std::abs(value.add) >= name.smallest * name.per_unit;
   }
+  if (!IsPossible(estimate))
+    for (CalibratedValue& value : estimate.values) value.is_clear = false;
   // The smile is known far better than the part of the water. The likelier split is taken.
   estimate.values[static_cast<std::size_t>(CalibrationKey::kSmileByWater)].is_clear =
       estimate.Of(CalibrationKey::kSmile).is_clear;

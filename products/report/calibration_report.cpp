@@ -50,7 +50,8 @@ std::string Sentences(const std::vector<CalibrationEstimate>& rounds) {
     return text +
            (first.HasClear() ? "What is clear was not applied: the correction of the track "
                                "was withheld, or the pings cannot be mapped again."
-                             : "Nothing is clear enough to be applied.") +
+                             : "Nothing is applied: no value is clear, or one is larger "
+                               "than any sonar has.") +
            SlowErrors(rounds.back());
   text += "The heights in overlaps differ by " + Fixed(rounds.back().before_m, 3) +
           " m RMS in place of " + Fixed(first.before_m, 3) + " m as configured.";

@@ -9,6 +9,7 @@
 
 #include "common/core/pose.hpp"
 #include "mapper/calibration/calibration_cells.hpp"
+#include "mapper/calibration/calibration_limits.hpp"
 #include "mapper/calibration/calibration_solver.hpp"
 #include "mapper/calibration/overlap_rows.hpp"
 #include "tests/mapper/calibration/simulated_survey.hpp"
@@ -115,6 +116,16 @@ TEST(Calibration, StatesADepthThatChangesOverTheSurvey) {
   EXPECT_NEAR(found.depth_m.rms, std::sqrt(squares), 0.25 * std::sqrt(squares));
   EXPECT_FALSE(found.roll_rad.IsClear());
   EXPECT_FALSE(found.HasClear());
+}
+
+// As of files of two dives that are taken for one. The other values are of no use then, either.
+TEST(Calibration, AppliesNothingWhereAValueIsLargerThanAnySonarHas) {
+  const SonarCalibration injected{.roll_rad = Deg2Rad(0.5), .roll_scale_percent = -37.0};
+  const CalibrationEstimate found = EstimateOf(Simulated(kThreeAndACross, injected, 9));
+  EXPECT_LT(found.Of(CalibrationKey::kRollScale).add, -20.0);
+  EXPECT_FALSE(IsPossible(found));
+  EXPECT_FALSE(found.HasClear());
+  EXPECT_TRUE(found.Corrected().IsZero());
 }
 
 // What a second round has to find: nothing that is worth a change.
