@@ -118,8 +118,11 @@ constexpr seconds kPatience(60);
 
 bool Eventually(const std::function<bool()>& happened, seconds patience) {
   const auto deadline = std::chrono::steady_clock::now() + patience;
-  while (!happened() && std::chrono::steady_clock::now() < deadline) usleep(20'000);
-  return happened();
+  while (!happened()) {
+    if (std::chrono::steady_clock::now() >= deadline) return false;
+    usleep(20'000);
+  }
+  return true;
 }
 
 TEST(Demo, LeavesNoProcessBehindWhenItIsKilled) {
