@@ -111,6 +111,7 @@ struct EventLogReader::Impl {
     return Bytes(window).subspan(begin, std::min<std::uint64_t>(n, window.size() - begin));
   }
 
+  // Whether the window has the bytes [at, at + n).
   bool Holds(std::uint64_t at, std::uint64_t n) const {
     return at >= window_at && at + n <= window_at + window.size();
   }
@@ -146,11 +147,10 @@ struct EventLogReader::Impl {
     if (end >= window_at && end + kSyncBytes.size() <= window_at + window.size())
       return std::ranges::equal(Bytes(window).subspan(end - window_at, kSyncBytes.size()),
                                 kSyncBytes);
-    const bool skips = end > window_at + window.size() + kWindowAfterSkip;
-    const std::size_t next = skips ? kWindowAfterSkip : std::min(2 * window_size, kWindow);
+    const bool skips = wanted && end > window_at + window.size() + kWindowAfterSkip;
     ahead_at = end;
-    ahead.resize(
-        std::min<std::uint64_t>(wanted ? next : kSyncBytes.size(), size - std::min(end, size)));
+    ahead.resize(std::min<std::uint64_t>(skips ? kWindowAfterSkip : kSyncBytes.size(),
+                                         size - std::min(end, size)));
     ahead.resize(Read(end, ahead.data(), ahead.size()));
     // Fewer bytes if the log is cut there.
     const std::size_t n = std::min(ahead.size(), kSyncBytes.size());

@@ -27,7 +27,7 @@ using ForEachPair = std::function<void(const std::function<void(const OverlapOfP
 // sigma is 1.5 times the largest of that of the model and those by the scatter of parts of the
 // seabed and of pairs. times: of the submaps, rising. A value is applied that is beyond 4 sigma and
 // a smallest step, if the differences of overlaps fall when it is tried, with at least 10 pairs and
-// 3,000 cells. Reads the pairs three times.
+// 3,000 cells, and no value larger than kLargestCalibration. Reads the pairs three times.
 CalibrationEstimate EstimateCalibration(const std::vector<Time>& times, const ForEachPair& pairs);
 
 }  // namespace seastitch

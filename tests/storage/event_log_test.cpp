@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "common/core/bytes.hpp"
 #include "tests/support/files.hpp"
 #include "tests/support/temporary_dir.hpp"
 
@@ -230,6 +231,25 @@ TEST_F(EventLogTest, OfHostileLengthsIsRefusedQuickly) {
                std::string("\0\0\0\3\x0f\xff\xff\xff", 8);
   SetContent(hostile);
   EXPECT_THAT([this] { EventLogReader reader(path()); },
+              ThrowsMessage<std::runtime_error>(HasSubstr("a.lcmlog: holds no LCM event")));
+}
+
+// Every 28 bytes a header whose event ends at one place, just beyond what was read at once: that
+// place is not read anew as a whole for each of them.
+TEST_F(EventLogTest, OfLengthsThatEndTogetherIsRefusedQuickly) {
+  constexpr std::uint32_t kHeaders = 37'000, kEnd = (1 << 20) + 500;
+  ByteWriter hostile;
+  for (std::uint32_t i = 0; i < kHeaders; ++i) {
+    hostile.Be(std::uint32_t{0xEDA1DA01});
+    hostile.Be(std::uint64_t{0});
+    hostile.Be(std::uint64_t{0});
+    hostile.Be(std::uint32_t{3});
+    hostile.Be(std::uint32_t{kEnd - 28 * i - 31});
+  }
+  const std::vector<std::uint8_t> headers = hostile.Release();
+  SetContent(std::string(headers.begin(), headers.end()) + std::string(2 << 20, 'x'));
+  const auto all = [](const std::string&) { return std::size_t{1} << 30; };
+  EXPECT_THAT([&] { EventLogReader reader(path(), all); },
               ThrowsMessage<std::runtime_error>(HasSubstr("a.lcmlog: holds no LCM event")));
 }
 
