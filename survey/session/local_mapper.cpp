@@ -74,15 +74,14 @@ void LocalMapper::GiveEvents() {
 // A submap is registered after it is stored, because jobs load its points.
 void LocalMapper::Deliver() {
   GiveEvents();
-  while (running_ ? AreResultsDue() : mapper_.HasSubmapToRegister()) {
-    if (running_) {
+  while (registrations_.IsRunning() ? AreResultsDue() : mapper_.HasSubmapToRegister()) {
+    if (registrations_.IsRunning()) {
       TakeResults();
       GiveEvents();
     } else if (auto job = mapper_.NextJob()) {
-      running_ = Running{mapper_.last_nav().value_or(Time()),
-                         std::async(std::launch::async, [this, job = *std::move(job)]() mutable {
-                           return Register(std::move(job));
-                         })};
+      registrations_.Start(mapper_.last_nav(), [this, job = *std::move(job)]() mutable {
+        return Register(std::move(job));
+      });
     } else {
       return;
     }
@@ -90,19 +89,13 @@ void LocalMapper::Deliver() {
 }
 
 bool LocalMapper::AreResultsDue() const {
-  const std::optional<Time> now = mapper_.last_nav();
-  return mapper_.submaps_to_register() > 1 || !now || *now < running_->since ||
-         ToSeconds(*now - running_->since) >= kRegistrationS;
+  return mapper_.submaps_to_register() > 1 || registrations_.IsDue(mapper_.last_nav());
 }
 
-void LocalMapper::TakeResults() {
-  RegistrationResultSet results = running_->results.get();
-  running_.reset();
-  mapper_.Take(std::move(results));
-}
+void LocalMapper::TakeResults() { mapper_.Take(registrations_.Take()); }
 
 void LocalMapper::FinishRegistering() {
-  while (running_) {
+  while (registrations_.IsRunning()) {
     TakeResults();
     Deliver();
   }

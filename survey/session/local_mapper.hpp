@@ -1,7 +1,6 @@
 #pragma once
 
 #include <functional>
-#include <future>
 #include <optional>
 #include <string>
 #include <utility>
@@ -15,6 +14,7 @@
 #include "mapper/mapper_config.hpp"
 #include "mapper/registration/prepared_submaps.hpp"
 #include "mapper/submaps/survey_store.hpp"
+#include "survey/session/computation_beside.hpp"
 
 namespace seastitch {
 
@@ -57,14 +57,8 @@ class LocalMapper {
   void LookAgainNow();
   RegistrationResultSet Register(RegistrationJob job);
   bool AreResultsDue() const;
-  void TakeResults();        // waits for them
+  void TakeResults();
   void FinishRegistering();  // of all submaps that closed
-
-  // Registrations of a submap, on a thread of their own.
-  struct Running {
-    Time since;  // of the dive
-    std::future<RegistrationResultSet> results;
-  };
 
   const LoopCloserParams params_;
   Mapper mapper_;
@@ -73,7 +67,7 @@ class LocalMapper {
   const std::function<void(const MapperEvent&)> on_event_;
   bool store_fails_ = false;  // the last submap could not be written
   // Last: their threads use the others.
-  std::optional<Running> running_;
+  ComputationBeside<RegistrationResultSet> registrations_{kRegistrationS};  // of a submap
   JobsBeside placing_;
   JobsBeside sorting_{&placing_};
 };

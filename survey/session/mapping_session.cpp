@@ -38,7 +38,11 @@ void MappingSession::On(const MapperEvent& event) {
   on_event_(event);
   std::visit(Overloaded{[this](const NavState& nav) { Collect(nav); },
                         [this](const CorrectedNavState& corrected) { Collect(corrected); },
-                        [this](const std::shared_ptr<const Submap>& submap) { Collect(*submap); },
+                        [this](const std::shared_ptr<const Submap>& submap) {
+                          Collect(*submap);
+                          // The mapper chooses by it with what the submap is registered.
+                          if (solving_.IsRunning()) TakeSolution();
+                        },
                         [this](const GraphStep& step) { Queue(Usable(step.update)); },
                         [this](const CovarianceQuestion& question) { Queue(question.request); },
                         [](const JournalEntry&) {}},
@@ -73,7 +77,11 @@ GraphUpdate MappingSession::Usable(GraphUpdate update) {
 }
 
 void MappingSession::Exchange() {
-  while (!queue_.empty()) {
+  while (true) {
+    // All that is exchanged needs the optimizer, whose thread is busy.
+    const bool is_due = !queue_.empty() || solving_.IsDue(mapper_.mapper().last_nav());
+    if (solving_.IsRunning() && is_due) TakeSolution();
+    if (queue_.empty()) return;
     const Exchanged next = std::move(queue_.front());
     queue_.pop_front();
     std::visit([this](const auto& what) { Deliver(what); }, next);
@@ -81,20 +89,36 @@ void MappingSession::Exchange() {
 }
 
 void MappingSession::Settle() {
-  Exchange();
-  while (!stopped_() && mapper_.LookAgain()) Exchange();
+  do {
+    Exchange();
+    while (solving_.IsRunning()) {
+      TakeSolution();
+      Exchange();
+    }
+  } while (!stopped_() && mapper_.LookAgain());
 }
 
 void MappingSession::Deliver(const GraphUpdate& update) {
   collector_->Add(update);
   if (!optimizer_.Add(update) || !optimizer_.IsDue()) return;
-  std::optional<PoseGraph> solution = optimizer_.Solve(
-      update.final || update.resumed ? SolveStart::kFromDeadReckoning : SolveStart::kWarm);
+  const SolveStart start =
+      update.final || update.resumed ? SolveStart::kFromDeadReckoning : SolveStart::kWarm;
+  solving_.Start(mapper_.mapper().last_nav(), [this, start, graph_id = update.graph_id] {
+    std::optional<PoseGraph> solution = optimizer_.Solve(start);
+    if (solution) solution->graph_id = graph_id;
+    return solution;
+  });
+}
+
+void MappingSession::TakeSolution() {
+  std::optional<PoseGraph> solution = solving_.Take();
   solve_failed_ = !solution;
   if (!solution) return;  // the last one stays in use
   solution_ = *std::move(solution);
-  solution_.graph_id = update.graph_id;
-  Queue(solution_);
+  if (const auto checked = Checked(solution_))
+    Deliver(*checked);
+  else
+    ++refused_["results_malformed"];
 }
 
 void MappingSession::Deliver(const PoseGraph& solution) {

@@ -12,14 +12,19 @@
 #include "common/core/health/counters.hpp"
 #include "optimizer/pose_graph_optimizer.hpp"
 #include "products/survey_collector.hpp"
+#include "survey/session/computation_beside.hpp"
 #include "survey/session/local_mapper.hpp"
 
 namespace seastitch {
 
 // Mapper and optimizer of one map, joined by calls. What they exchange is answered in its order,
-// as on the vehicle; the graph is solved when it is due.
+// as on the vehicle. The graph is solved when it is due, beside the samples that follow: the
+// mapper gets the solution some seconds of the dive later, or when a submap closes.
 class MappingSession {
  public:
+  // Time of the dive after which the mapper gets a solution [s].
+  static constexpr double kSolutionS = 5.0;
+
   // collector: gets the results. stopped: ends Settle() early. on_event: gets every event of the
   // mapper before it has an effect.
   MappingSession(const MapperConfig& mapper,
@@ -37,7 +42,7 @@ class MappingSession {
   void Finish();
 
   LocalMapper& mapper() { return mapper_; }
-  // Faults of the optimizer that hold now.
+  // Faults of the optimizer that hold now; valid after AddSubmap() and Finish().
   std::vector<Condition> optimizer_faults() const;
   // Results that are malformed and were left out, by reason.
   const Counters& refused() const { return refused_; }
@@ -54,10 +59,11 @@ class MappingSession {
   // A malformed edge is left out. An update with a malformed vertex becomes empty, so that the
   // versions after it can be added.
   GraphUpdate Usable(GraphUpdate update);
-  // Until all is answered.
+  // Until all is answered, but for a graph that is being solved.
   void Exchange();
-  // Until no pair is left for a retry, too.
+  // Until the solution is there and no pair is left for a retry.
   void Settle();
+  void TakeSolution();
   void Deliver(const GraphUpdate& update);
   void Deliver(const PoseGraph& solution);
   void Deliver(const CovarianceRequest& request);
@@ -73,6 +79,8 @@ class MappingSession {
   std::int64_t submaps_lost_ = 0;  // updates that became empty
   std::deque<Exchanged> queue_;
   Counters refused_;
+  // Last: its thread uses the optimizer.
+  ComputationBeside<std::optional<PoseGraph>> solving_{kSolutionS};
 };
 
 }  // namespace seastitch
